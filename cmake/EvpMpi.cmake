@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: GPL-2.0-only
+# The MPI headers of the host: its own MPI, or LAMMPS' one-process stand-in. Sets EVP_MPI_INCLUDE, EVP_MPI_NAME.
+option(BUILD_MPI "LAMMPS was built with MPI; LAMMPS_BUILD_DIR overrules it" ON)
+if(LAMMPS_BUILD_DIR)
+  set(EVP_WITH_MPI ${EVP_HOST_MPI})
+else()
+  set(EVP_WITH_MPI ${BUILD_MPI})
+endif()
+
+if(EVP_WITH_MPI)
+  # The compiler wrapper that LAMMPS was built with, so that two MPIs on one machine are not mixed.
+  if(EVP_BUILD_MPICXX AND NOT MPI_CXX_COMPILER)
+    set(MPI_CXX_COMPILER "${EVP_BUILD_MPICXX}" CACHE FILEPATH "MPI compiler wrapper of LAMMPS")
+  endif()
+  set(MPI_CXX_SKIP_MPICXX TRUE)
+  find_package(MPI COMPONENTS CXX QUIET)
+  if(NOT MPI_CXX_FOUND)
+    message(FATAL_ERROR "LAMMPS uses MPI, but no MPI headers were found. Install them (Debian: libopenmpi-dev), or give -DMPI_CXX_COMPILER=/path/to/mpicxx of the MPI that LAMMPS was built with.")
+  endif()
+  set(EVP_MPI_INCLUDE ${MPI_CXX_INCLUDE_DIRS})
+  set(EVP_MPI_NAME "MPI from ${MPI_CXX_COMPILER}")
+else()
+  if(NOT EXISTS "${EVP_HOST_INCLUDE}/STUBS/mpi.h")
+    message(FATAL_ERROR "LAMMPS was built without MPI, and ${EVP_HOST_INCLUDE} does not hold its stand-in STUBS/mpi.h. ${EVP_HOW}")
+  endif()
+  set(EVP_MPI_INCLUDE "${EVP_HOST_INCLUDE}/STUBS")
+  set(EVP_MPI_NAME "no MPI")
+endif()
+
+string(TOUPPER "LAMMPS_${EVP_HOST_SIZES}" EVP_HOST_SIZES_DEFINITION)
+
+# LAMMPS loads plugins from LAMMPS_PLUGIN_PATH by itself since 2022; the wrapper does it for older ones.
+set(EVP_HOST_AUTOLOAD yes)
+if(EXISTS "${EVP_HOST_INCLUDE}/PLUGIN/plugin.cpp")
+  file(STRINGS "${EVP_HOST_INCLUDE}/PLUGIN/plugin.cpp" EVP_AUTOLOAD_LINE REGEX "LAMMPS_PLUGIN_PATH")
+  if(NOT EVP_AUTOLOAD_LINE)
+    set(EVP_HOST_AUTOLOAD no)
+  endif()
+elseif(EVP_HOST_VERSION LESS 20220301)
+  set(EVP_HOST_AUTOLOAD no)
+endif()

@@ -1,0 +1,435 @@
+/* SPDX-License-Identifier: GPL-2.0-only */
+
+#include "fix_evp_bonds.h"
+
+#include "evp_params.h"
+#include "lammps_compat.h"
+#include "pair_evp_lj.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "error.h"
+#include "force.h"
+#include "memory.h"
+#include "modify.h"
+#include "neigh_list.h"
+#include "update.h"
+#include "utils.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+using namespace LAMMPS_NS;
+using namespace FixConst;
+
+/* ----------------------------------------------------------------------
+   fix ID group evp/bonds [zone Z]
+------------------------------------------------------------------------- */
+
+FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
+    Fix(lmp, narg, arg), zone(0.0), recorded(false), nrecorded(0), capacity(0), nmax(0),
+    nbonds(nullptr), recorded_as(nullptr), bonds(nullptr), list(nullptr), pair_counts{}
+{
+  for (int iarg = 3; iarg < narg; iarg += 2) {
+    const std::string key = arg[iarg];
+    if (key != "zone")
+      error->all(FLERR, "Fix {} evp/bonds: unknown keyword '{}'; it takes zone", id, key);
+    if (iarg + 1 == narg) error->all(FLERR, "Fix {} evp/bonds: keyword {} needs a value", id, key);
+    try {
+      zone = EVP::parse_number("zone", arg[iarg + 1]);
+    } catch (const EVP::BadInput &bad) {
+      error->all(FLERR, "Fix {} evp/bonds: {}", id, bad.what());
+    }
+    if (!(zone > 1.0))
+      error->all(FLERR,
+                 "Fix {} evp/bonds: zone must be greater than 1 (pairs with d <= zone (R_i + R_j) "
+                 "are recorded), got {}",
+                 id, arg[iarg + 1]);
+  }
+  for (int k = 0; k < modify->nfix; k++)
+    if (strcmp(modify->fix[k]->style, style) == 0 && strcmp(modify->fix[k]->id, id) != 0)
+      error->all(FLERR,
+                 "Fix {} evp/bonds: fix {} records bonds already, and a pair has one deq: use one "
+                 "fix evp/bonds, or 'unfix {}' first",
+                 id, modify->fix[k]->id, modify->fix[k]->id);
+
+  restart_global = restart_peratom = 1;
+  create_attribute = 1;
+  stores_ids = 1;
+  maxexchange_dynamic = 1;
+  scalar_flag = vector_flag = 1;
+  size_vector = 4;
+  global_freq = 1;
+  extscalar = extvector = 0;
+
+  grow_arrays(atom->nmax);
+  for (int i = 0; i < atom->nlocal; i++) FixEVPBonds::set_arrays(i);
+  reserve(1);
+  atom->add_callback(Atom::GROW);
+  atom->add_callback(Atom::RESTART);
+}
+
+/* ---------------------------------------------------------------------- */
+
+FixEVPBonds::~FixEVPBonds()
+{
+  atom->delete_callback(id, Atom::GROW);
+  atom->delete_callback(id, Atom::RESTART);
+  memory->destroy(nbonds);
+  memory->destroy(recorded_as);
+  memory->sfree(bonds);
+
+  // at the end of LAMMPS the pair style goes first
+  PairEVPLJ *pair = force ? find_pair() : nullptr;
+  if (pair) pair->bonds_recorded_by("");
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixEVPBonds::setmask()
+{
+  return PRE_FORCE | MIN_PRE_FORCE;
+}
+
+/* ---------------------------------------------------------------------- */
+
+PairEVPLJ *FixEVPBonds::find_pair() const
+{
+  return dynamic_cast<PairEVPLJ *>(force->pair_match("evp/lj", 1));
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixEVPBonds::init()
+{
+  const PairEVPLJ *pair = find_pair();
+  if (!pair)
+    error->all(FLERR,
+               "Fix {} evp/bonds needs pair style evp/lj, found '{}': restore the pair style, or "
+               "'unfix {}'",
+               id, force->pair_style ? force->pair_style : "none", id);
+  if (atom->map_style == Atom::MAP_NONE)
+    error->all(FLERR, "Fix {} evp/bonds looks atoms up by ID: add 'atom_modify map yes'", id);
+  if (utils::strmatch(update->integrate_style, "^respa"))
+    error->all(FLERR,
+               "Fix {} evp/bonds does not work with run_style respa, which would skip the "
+               "recording: use run_style verlet",
+               id);
+
+  int most;
+  MPI_Allreduce(&capacity, &most, 1, MPI_INT, MPI_MAX, world);
+  reserve(most);
+
+  if (recorded)
+    check_ids();
+  else {
+    check_zone(pair);
+    EVP::compat::request_full_list(neighbor, this, instance_me);
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixEVPBonds::init_list(int /*id*/, NeighList *list_in)
+{
+  list = list_in;
+}
+
+/* ----------------------------------------------------------------------
+   the neighbor list ends at alpha (R_i + R_j) plus a skin that must not matter
+------------------------------------------------------------------------- */
+
+void FixEVPBonds::check_zone(const PairEVPLJ *pair) const
+{
+  for (int i = 1; i <= atom->ntypes; i++)
+    for (int j = i; j <= atom->ntypes; j++) {
+      const double alpha = pair->alpha_of(i, j);
+      if (alpha > 0.0 && zone > alpha)
+        error->all(FLERR,
+                   "Fix {} evp/bonds: zone {} reaches beyond what the neighbor list can see, alpha "
+                   "= {} of types {} and {}: use a zone of at most alpha",
+                   id, zone, alpha, i, j);
+    }
+}
+
+/* ----------------------------------------------------------------------
+   records name atoms by ID: renumbering after the recording would hand them to others
+------------------------------------------------------------------------- */
+
+void FixEVPBonds::check_ids() const
+{
+  int renumbered = 0, any;
+  for (int i = 0; i < atom->nlocal; i++)
+    if (recorded_as[i] && recorded_as[i] != atom->tag[i]) renumbered = 1;
+  MPI_Allreduce(&renumbered, &any, 1, MPI_INT, MPI_MAX, world);
+  if (any)
+    error->all(FLERR,
+               "Fix {} evp/bonds: atom IDs were changed after the bonds were recorded: use "
+               "'delete_atoms ... compress no' and no reset_atoms id, or record anew (unfix {} and "
+               "define it again)",
+               id, id);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixEVPBonds::setup_pre_force(int /*vflag*/)
+{
+  if (!recorded) record();
+}
+
+/* ----------------------------------------------------------------------
+   every pair of the zone with both atoms in the group, on both of its atoms
+------------------------------------------------------------------------- */
+
+void FixEVPBonds::record()
+{
+  PairEVPLJ *pair = find_pair();
+  if (!list->occasional)    // the request is spelled in numbers, see lammps_compat.h
+    error->all(FLERR, "Fix {} evp/bonds got another neighbor list than it asked for", id);
+  neighbor->build_one(list);
+
+  double **x = atom->x;
+  const int *mask = atom->mask;
+  for (int ii = 0; ii < list->inum; ii++) {
+    const int i = list->ilist[ii];
+    if (!(mask[i] & groupbit)) continue;
+    recorded_as[i] = atom->tag[i];
+    for (int jj = 0; jj < list->numneigh[i]; jj++) {
+      const int j = list->firstneigh[i][jj] & NEIGHMASK;
+      const double alpha = pair->alpha_of(atom->type[i], atom->type[j]);
+      if (!(mask[j] & groupbit) || alpha == 0.0) continue;
+
+      const double dx = x[i][0] - x[j][0], dy = x[i][1] - x[j][1], dz = x[i][2] - x[j][2];
+      const double dsq = dx * dx + dy * dy + dz * dz;
+      const double reach = (zone > 0.0 ? zone : alpha) * (atom->radius[i] + atom->radius[j]);
+      if (dsq > reach * reach) continue;
+      if (!(dsq > 0.0))
+        error->one(FLERR,
+                   "Fix {} evp/bonds: atoms {} and {} are at one point: move one or delete it "
+                   "(delete_atoms overlap)",
+                   id, atom->tag[i], atom->tag[j]);
+      if (find_deq(i, atom->tag[j]) > 0.0)
+        error->one(FLERR,
+                   "Fix {} evp/bonds meets atoms {} and {} in two periodic images: the box must be "
+                   "longer than two zones, enlarge it (replicate) or reduce the zone",
+                   id, atom->tag[i], atom->tag[j]);
+      add_bond(i, atom->tag[j], std::sqrt(dsq));
+    }
+  }
+
+  int most_here = 0, most;
+  bigint sides_here = 0, sides;
+  for (int i = 0; i < atom->nlocal; i++) {
+    most_here = std::max(most_here, nbonds[i]);
+    sides_here += nbonds[i];
+  }
+  MPI_Allreduce(&most_here, &most, 1, MPI_INT, MPI_MAX, world);
+  MPI_Allreduce(&sides_here, &sides, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+  reserve(most);
+  nrecorded = sides / 2;
+  recorded = true;
+  pair->bonds_recorded_by(id);
+
+  if (comm->me == 0)
+    utils::logmesg(lmp, "fix evp/bonds {}: recorded {} pairs within {} (R_i + R_j), at most {} per atom\n",
+                   id, nrecorded, zone > 0.0 ? fmt::format("{}", zone) : "alpha", most);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixEVPBonds::add_bond(int i, tagint partner, double deq)
+{
+  if (nbonds[i] == capacity) reserve(capacity + std::max(4, capacity / 2));
+  bonds[(bigint) i * capacity + nbonds[i]++] = {partner, deq};
+}
+
+/* ---------------------------------------------------------------------- */
+
+double FixEVPBonds::find_deq(int i, tagint partner) const
+{
+  for (const Bond &bond : bonds_of(i))
+    if (bond.partner == partner) return bond.deq;
+  return 0.0;
+}
+
+/* ----------------------------------------------------------------------
+   room for at least n records per atom; what is there moves to the longer rows
+------------------------------------------------------------------------- */
+
+void FixEVPBonds::reserve(int n)
+{
+  if (n > capacity) {
+    const bigint bytes = (bigint) nmax * n * (bigint) sizeof(Bond);
+    auto *longer = (Bond *) memory->smalloc(bytes, "evp/bonds:bonds");
+    for (int i = 0; i < std::min(nmax, atom->nlocal); i++)
+      std::copy_n(bonds + (bigint) i * capacity, nbonds[i], longer + (bigint) i * n);
+    memory->sfree(bonds);
+    bonds = longer;
+    capacity = n;
+  }
+  maxexchange = 2 + 2 * capacity;
+}
+
+/* ----------------------------------------------------------------------
+   f_ID: pairs recorded. f_ID[1..4]: beyond dlim, in the second regime, new pairs that
+   interact, lowest d/(R_i + R_j); between runs, those of the last step
+------------------------------------------------------------------------- */
+
+double FixEVPBonds::compute_scalar()
+{
+  return (double) nrecorded;
+}
+
+/* ---------------------------------------------------------------------- */
+
+double FixEVPBonds::compute_vector(int n)
+{
+  const PairEVPLJ *pair = find_pair();
+  int packed = pair && pair->is_packed(), all_packed;
+  MPI_Allreduce(&packed, &all_packed, 1, MPI_INT, MPI_MIN, world);
+  if (all_packed) {
+    const PairEVPLJ::Counts counts = pair->count_pairs();
+    pair_counts[0] = nrecorded - counts.bonds_within;
+    pair_counts[1] = counts.bonds_second;
+    pair_counts[2] = counts.new_pairs;
+    pair_counts[3] = counts.lowest_ratio;
+  }
+  return pair_counts[n];
+}
+
+/* ---------------------------------------------------------------------- */
+
+double FixEVPBonds::memory_usage()
+{
+  return (double) nmax * (sizeof(int) + sizeof(tagint) + (double) capacity * sizeof(Bond));
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixEVPBonds::grow_arrays(int nmax_in)
+{
+  nmax = nmax_in;
+  memory->grow(nbonds, nmax, "evp/bonds:nbonds");
+  memory->grow(recorded_as, nmax, "evp/bonds:recorded_as");
+  const bigint bytes = (bigint) nmax * capacity * (bigint) sizeof(Bond);
+  if (capacity) bonds = (Bond *) memory->srealloc(bonds, bytes, "evp/bonds:bonds");
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixEVPBonds::copy_arrays(int i, int j, int /*delflag*/)
+{
+  nbonds[j] = nbonds[i];
+  recorded_as[j] = recorded_as[i];
+  std::copy_n(bonds + (bigint) i * capacity, nbonds[i], bonds + (bigint) j * capacity);
+}
+
+/* ----------------------------------------------------------------------
+   atoms that come later have no bonds
+------------------------------------------------------------------------- */
+
+void FixEVPBonds::set_arrays(int i)
+{
+  nbonds[i] = 0;
+  recorded_as[i] = 0;
+}
+
+/* ----------------------------------------------------------------------
+   the same words serve migration and restart: own ID, count, (partner, deq) ...
+------------------------------------------------------------------------- */
+
+int FixEVPBonds::pack_bonds(int i, double *buf) const
+{
+  int m = 0;
+  buf[m++] = ubuf(recorded_as[i]).d;
+  buf[m++] = ubuf(nbonds[i]).d;
+  for (const Bond &bond : bonds_of(i)) {
+    buf[m++] = ubuf(bond.partner).d;
+    buf[m++] = bond.deq;
+  }
+  return m;
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixEVPBonds::unpack_bonds(int i, const double *buf)
+{
+  int m = 0;
+  set_arrays(i);
+  recorded_as[i] = (tagint) ubuf(buf[m++]).i;
+  const int count = (int) ubuf(buf[m++]).i;
+  reserve(count);
+  for (int k = 0; k < count; k++, m += 2) add_bond(i, (tagint) ubuf(buf[m]).i, buf[m + 1]);
+  return m;
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixEVPBonds::pack_exchange(int i, double *buf)
+{
+  return pack_bonds(i, buf);
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixEVPBonds::unpack_exchange(int nlocal, double *buf)
+{
+  return unpack_bonds(nlocal, buf);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixEVPBonds::write_restart(FILE *fp)
+{
+  const double state[] = {zone, recorded ? 1.0 : 0.0, (double) nrecorded};
+  const int size = sizeof(state);
+  if (comm->me == 0) {
+    fwrite(&size, sizeof(int), 1, fp);
+    fwrite(state, size, 1, fp);
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixEVPBonds::restart(char *buf)
+{
+  double state[3];
+  memcpy(state, buf, sizeof(state));
+  zone = state[0];
+  recorded = state[1] != 0.0;
+  nrecorded = (bigint) state[2];
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixEVPBonds::pack_restart(int i, double *buf)
+{
+  // the first word is read as a plain number by every fix that skips this record
+  buf[0] = 1 + pack_bonds(i, buf + 1);
+  return (int) buf[0];
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixEVPBonds::unpack_restart(int nlocal, int nth)
+{
+  const double *extra = atom->extra[nlocal];
+  int m = 0;
+  for (int k = 0; k < nth; k++) m += (int) extra[m];
+  unpack_bonds(nlocal, extra + m + 1);
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixEVPBonds::size_restart(int i)
+{
+  return 3 + 2 * nbonds[i];
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixEVPBonds::maxsize_restart()
+{
+  return 3 + 2 * capacity;
+}

@@ -1,0 +1,95 @@
+/* SPDX-License-Identifier: GPL-2.0-only */
+
+#ifdef FIX_CLASS
+// clang-format off
+FixStyle(evp/bonds,FixEVPBonds);
+// clang-format on
+#else
+
+#ifndef LMP_FIX_EVP_BONDS_H
+#define LMP_FIX_EVP_BONDS_H
+
+#include "fix.h"
+
+#include <string>
+
+namespace LAMMPS_NS {
+
+/// Keeps, for every local atom, the tags of the partners it was recorded with and deq of each pair.
+///
+/// A pair is kept on both of its atoms, so that whichever process meets it finds deq without
+/// communication. Records never change after they were made (paper 2.2).
+class FixEVPBonds : public Fix {
+ public:
+  struct Bond {
+    tagint partner;
+    double deq;    ///< distance at recording [length]
+  };
+
+  /// The records of one atom.
+  struct Bonds {
+    const Bond *first;
+    int count;
+    const Bond *begin() const { return first; }
+    const Bond *end() const { return first + count; }
+  };
+
+  FixEVPBonds(class LAMMPS *, int, char **);
+  ~FixEVPBonds() override;
+
+  int setmask() override;
+  void init() override;
+  void init_list(int, class NeighList *) override;
+  void setup_pre_force(int) override;
+
+  double compute_scalar() override;
+  double compute_vector(int) override;
+
+  double memory_usage() override;
+  void grow_arrays(int) override;
+  void copy_arrays(int, int, int) override;
+  void set_arrays(int) override;
+  int pack_exchange(int, double *) override;
+  int unpack_exchange(int, double *) override;
+
+  void write_restart(FILE *) override;
+  void restart(char *) override;
+  int pack_restart(int, double *) override;
+  void unpack_restart(int, int) override;
+  int size_restart(int) override;
+  int maxsize_restart() override;
+
+  bool has_recorded() const { return recorded; }
+  Bonds bonds_of(int i) const { return {bonds + (bigint) i * capacity, nbonds[i]}; }
+
+  /// deq of local atom i with the atom of that tag [length], or 0 if they were not recorded.
+  double find_deq(int i, tagint partner) const;
+
+ private:
+  double zone;           // pairs with d <= zone (R_i + R_j) are recorded; 0: zone = alpha of the pair type
+  bool recorded;
+  bigint nrecorded;      // pairs, over all processes
+  int capacity;          // records that each atom has room for
+  int nmax;              // atoms that there is room for
+
+  int *nbonds;           // per atom: number of records
+  tagint *recorded_as;   // per atom: its ID when it was recorded, 0 if it never was
+  Bond *bonds;           // nmax rows of capacity records
+
+  class NeighList *list;
+  double pair_counts[4];    // f_ID[1..4], as of the last evaluation
+
+  class PairEVPLJ *find_pair() const;
+  void record();
+  void check_zone(const class PairEVPLJ *) const;
+  void check_ids() const;
+  void add_bond(int, tagint, double);
+  void reserve(int);
+  int pack_bonds(int, double *) const;
+  int unpack_bonds(int, const double *);
+};
+
+}    // namespace LAMMPS_NS
+
+#endif
+#endif

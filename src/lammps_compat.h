@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//
+// Where the LAMMPS releases differ: the only file that knows. There is no version macro: of two
+// overloads the compiler keeps the one whose calls exist, and prefers the newer (int before long).
+
+#ifndef EVP_LAMMPS_COMPAT_H
+#define EVP_LAMMPS_COMPAT_H
+
+#include "comm.h"
+#include "neigh_request.h"
+#include "neighbor.h"
+
+namespace EVP {
+namespace compat {
+
+  namespace detail {
+    // NeighConst::REQ_FULL | NeighConst::REQ_OCCASIONAL, names that 29Sep2021 does not have
+    constexpr int FULL_OCCASIONAL = (1 << 0) | (1 << 4);
+
+    template <class N, class Owner>
+    auto request_full(N *neighbor, Owner *owner, int, int)
+        -> decltype(neighbor->add_request(owner, FULL_OCCASIONAL), void())
+    {
+      neighbor->add_request(owner, FULL_OCCASIONAL);
+    }
+    template <class N, class Owner>
+    auto request_full(N *neighbor, Owner *owner, int instance, long)
+        -> decltype(neighbor->requests[0]->full, void())
+    {
+      auto *request = neighbor->requests[neighbor->request(owner, instance)];
+      request->pair = request->half = 0;
+      request->fix = request->full = request->occasional = 1;
+    }
+
+    template <class C, class Owner>
+    auto forward(C *comm, Owner *owner, int) -> decltype(comm->forward_comm(owner))
+    {
+      comm->forward_comm(owner);
+    }
+    template <class C, class Owner>
+    auto forward(C *comm, Owner *owner, long) -> decltype(comm->forward_comm_compute(owner))
+    {
+      comm->forward_comm_compute(owner);
+    }
+    template <class C, class Owner>
+    auto reverse(C *comm, Owner *owner, int) -> decltype(comm->reverse_comm(owner))
+    {
+      comm->reverse_comm(owner);
+    }
+    template <class C, class Owner>
+    auto reverse(C *comm, Owner *owner, long) -> decltype(comm->reverse_comm_compute(owner))
+    {
+      comm->reverse_comm_compute(owner);
+    }
+  }    // namespace detail
+
+  /// The half neighbor list of a pair style, by the call that every release has.
+  inline void request_half_list(LAMMPS_NS::Neighbor *neighbor, LAMMPS_NS::Pair *pair, int instance)
+  {
+    neighbor->request(pair, instance);
+  }
+
+  /// A full neighbor list of a fix, built on demand; the user should check that it is.
+  inline void request_full_list(LAMMPS_NS::Neighbor *neighbor, LAMMPS_NS::Fix *fix, int instance)
+  {
+    detail::request_full(neighbor, fix, instance, 0);
+  }
+
+  /// Values of a compute from owned atoms to their ghosts.
+  inline void forward_comm(LAMMPS_NS::Comm *comm, LAMMPS_NS::Compute *compute)
+  {
+    detail::forward(comm, compute, 0);
+  }
+
+  /// Values of a compute from ghosts summed into the owned atoms.
+  inline void reverse_comm(LAMMPS_NS::Comm *comm, LAMMPS_NS::Compute *compute)
+  {
+    detail::reverse(comm, compute, 0);
+  }
+
+}    // namespace compat
+}    // namespace EVP
+
+#endif

@@ -1,0 +1,291 @@
+/* SPDX-License-Identifier: GPL-2.0-only
+
+   Pair style evp/lj: packing of the neighbor list, forces, single(), counts.
+   What users type and what restarts carry is in pair_evp_lj_setup.cpp. */
+
+#include "pair_evp_lj.h"
+
+#include "fix_evp_bonds.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "error.h"
+#include "force.h"
+#include "neigh_list.h"
+#include "neighbor.h"
+#include "update.h"
+
+#include <algorithm>
+#include <cmath>
+
+using namespace LAMMPS_NS;
+
+namespace {
+
+// LAMMPS keeps x, v and f as one block behind an array of row pointers
+const double (*as_rows(double **array))[3]
+{
+  return array ? reinterpret_cast<const double(*)[3]>(array[0]) : nullptr;
+}
+
+/// Hands energies and forces of pairs to LAMMPS on the steps that ask for them.
+class EvTally {
+ public:
+  static constexpr bool active = true;
+
+  EvTally(PairEVPLJ *style_in, int nlocal_in, int newton_in, bool energy_in) :
+      style(style_in), nlocal(nlocal_in), newton(newton_in), energy_wanted(energy_in)
+  {
+  }
+  void operator()(int i, const EVP::PackedPair &pair, const EVP::PairGeometry &g,
+                  double fpair) const
+  {
+    double energy = 0.0;
+    if (energy_wanted)
+      energy = style->law_of(pair).energy(std::sqrt(g.dsq), 1.0 / pair.inv_deq,
+                                          std::sqrt(pair.cutsq));
+    style->ev_tally(i, pair.j, nlocal, newton, energy, 0.0, fpair, g.dx, g.dy, g.dz);
+  }
+
+ private:
+  PairEVPLJ *style;
+  int nlocal, newton;
+  bool energy_wanted;
+};
+
+}    // namespace
+
+/* ---------------------------------------------------------------------- */
+
+void PairEVPLJ::compute(int eflag, int vflag)
+{
+  ev_init(eflag, vflag);
+
+  if (neighbor->ago == 0 || repack || !is_packed()) pack();
+
+  if (damping_acts())
+    compute_forces<true>();
+  else
+    compute_forces<false>();
+
+  if (vflag_fdotr) virial_fdotr_compute();
+}
+
+/* ---------------------------------------------------------------------- */
+
+template <bool Damping> void PairEVPLJ::compute_forces()
+{
+  if (packed.rows.empty()) return;
+
+  const int newton = force->newton_pair;
+  const EVP::ParticleView view = {as_rows(atom->x), as_rows(atom->v),
+                                  reinterpret_cast<double(*)[3]>(atom->f[0]),
+                                  newton ? packed.nall : packed.nlocal};
+  const EvTally tally(this, packed.nlocal, newton, eflag_either != 0);
+
+  EVP::with_common_powers(laws_in_use, [&](const auto &powers) {
+    if (evflag)
+      EVP::accumulate_forces<Damping>(packed, laws.data(), view, powers, tally);
+    else
+      EVP::accumulate_forces<Damping>(packed, laws.data(), view, powers, EVP::NoTally());
+  });
+}
+
+/* ----------------------------------------------------------------------
+   damping takes part in dynamics only: a minimiser has no velocities to damp
+------------------------------------------------------------------------- */
+
+bool PairEVPLJ::damping_acts() const
+{
+  return any_gamma && update->whichflag != 2;
+}
+
+/* ---------------------------------------------------------------------- */
+
+bool PairEVPLJ::is_packed() const
+{
+  return packed.nlocal == atom->nlocal && packed.nall == atom->nlocal + atom->nghost;
+}
+
+/* ----------------------------------------------------------------------
+   from the neighbor list and the records to the list of the time-step loop,
+   in time linear in the neighbors: the partners of i are marked at their
+   index, then each neighbor looks whether it is marked
+------------------------------------------------------------------------- */
+
+void PairEVPLJ::pack()
+{
+  check_radii();
+
+  const int nall = atom->nlocal + atom->nghost;
+  packed.clear();
+  packed.nlocal = atom->nlocal;
+  packed.nall = nall;
+  repack = false;
+
+  laws_in_use.clear();
+  for (int i = 1; i <= atom->ntypes; i++)
+    for (int j = i; j <= atom->ntypes; j++)
+      if (setflag[i][j]) laws_in_use.push_back(laws[law_index(i, j)]);
+
+  // periodic images share a tag: all of them stand for the one index that the map knows
+  if (bonds) {
+    canonical.resize(nall);
+    for (int j = 0; j < nall; j++) canonical[j] = atom->map(atom->tag[j]);
+    mark.assign(nall, -1);
+    mark_deq.resize(nall);
+  }
+
+  Overlaps overlaps;
+  for (int ii = 0; ii < list->inum; ii++) {
+    const int i = list->ilist[ii];
+    if (bonds)
+      for (const auto &bond : bonds->bonds_of(i)) {
+        const int m = atom->map(bond.partner);
+        if (m < 0) continue;    // out of sight, hence beyond every cut-off
+        mark[m] = i;
+        mark_deq[m] = bond.deq;
+      }
+
+    const int first = (int) packed.pairs.size();
+    for (int jj = 0; jj < list->numneigh[i]; jj++) pack_pair(i, list->firstneigh[i][jj], overlaps);
+    const int last = (int) packed.pairs.size();
+    if (last > first) packed.rows.push_back({i, first, last});
+  }
+
+  if (overlaps.count && !overlap_warned) {
+    overlap_warned = true;
+    error->warning(FLERR,
+                   "Pair evp/lj: {} pairs overlap by more than {} (R_i + R_j), first atoms {} and {} "
+                   "at d = {:.6g}, step {}: the law has no hard core, so check step, speed and load",
+                   overlaps.count, settings_now.overlap, overlaps.tag_i, overlaps.tag_j, overlaps.d,
+                   update->ntimestep);
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairEVPLJ::pack_pair(int i, int jneigh, Overlaps &overlaps)
+{
+  const int j = jneigh & NEIGHMASK;
+  if (force->special_lj[sbmask(jneigh)] == 0.0) return;
+
+  bool is_bond = false;
+  if (bonds) {
+    const int m = canonical[j];
+    is_bond = mark[m] == i;
+    if (mark[m] == -2 - i)
+      error->one(FLERR,
+                 "Pair evp/lj meets atoms {} and {} in two periodic images: the box must be longer "
+                 "than two cut-offs, enlarge it (replicate) or reduce alpha",
+                 atom->tag[i], atom->tag[j]);
+    if (is_bond) mark[m] = -2 - i;
+  }
+  if (!is_bond && settings_now.contact == Contact::NONE) return;
+
+  const EVP::PairGeometry g(as_rows(atom->x), i, j);
+  if (!(g.dsq > 0.0))
+    error->one(FLERR,
+               "Pair evp/lj: atoms {} and {} are at one point, the force has no direction there: "
+               "move one or delete it (delete_atoms overlap)",
+               atom->tag[i], atom->tag[j]);
+
+  const int law = law_index(atom->type[i], atom->type[j]);
+  const double sum_radii = atom->radius[i] + atom->radius[j];
+  const double deq = is_bond ? mark_deq[canonical[j]] : sum_radii;
+  const bool repels_only = !is_bond && settings_now.contact == Contact::REPULSIVE;
+  const double cut = repels_only ? sum_radii : laws[law].parameters().alpha * sum_radii;
+  packed.pairs.push_back({1.0 / deq, cut * cut, j, law, is_bond});
+
+  const double closest = (1.0 - settings_now.overlap) * sum_radii;
+  if (g.dsq < closest * closest) overlaps.add(atom->tag[i], atom->tag[j], std::sqrt(g.dsq));
+}
+
+/* ----------------------------------------------------------------------
+   the neighbor list reaches alpha (R_i + R_j) for the radii at set-up only
+------------------------------------------------------------------------- */
+
+void PairEVPLJ::check_radii() const
+{
+  for (int i = 0; i < atom->nlocal; i++)
+    if (atom->radius[i] > max_radius[atom->type[i]])
+      error->one(FLERR,
+                 "Pair evp/lj: the radius of atom {} is {:.8g}, but the cut-off was set for at most "
+                 "{:.8g} in its type: radii must not grow past the largest at the start of the run; "
+                 "split the run there",
+                 atom->tag[i], atom->radius[i], max_radius[atom->type[i]]);
+}
+
+/* ---------------------------------------------------------------------- */
+
+double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double /*factor_coul*/,
+                         double factor_lj, double &fforce)
+{
+  double deq = 0.0;
+  if (bonds) deq = i < atom->nlocal ? bonds->find_deq(i, atom->tag[j]) : 0.0;
+  if (bonds && deq == 0.0 && j < atom->nlocal) deq = bonds->find_deq(j, atom->tag[i]);
+  const bool is_bond = deq > 0.0;
+
+  const EVP::Law &law = laws[law_index(itype, jtype)];
+  const double sum_radii = atom->radius[i] + atom->radius[j];
+  if (!is_bond) deq = sum_radii;
+  const bool repels_only = !is_bond && settings_now.contact == Contact::REPULSIVE;
+  const double cut = repels_only ? sum_radii : law.parameters().alpha * sum_radii;
+
+  const double d = std::sqrt(rsq);
+  const bool acts = d <= cut && factor_lj != 0.0 && (is_bond || settings_now.contact != Contact::NONE);
+  svector[0] = deq;
+  svector[1] = (d - deq) / deq;
+  svector[2] = acts ? law.regime(d, deq) : 0.0;
+
+  fforce = 0.0;
+  if (!acts) return 0.0;
+  fforce = law.force(d, deq) / d;
+  if (damping_acts()) {
+    const EVP::PairGeometry g(as_rows(atom->x), i, j);
+    fforce += EVP::damping_over_distance(law.parameters().gamma, g, atom->v[i], atom->v[j]);
+  }
+  return law.energy(d, deq, cut);
+}
+
+/* ---------------------------------------------------------------------- */
+
+PairEVPLJ::Counts PairEVPLJ::count_pairs() const
+{
+  double sums[3] = {0.0, 0.0, 0.0}, lowest = HUGE_VAL;
+  const double (*x)[3] = as_rows(atom->x);
+  for (const auto &row : packed.rows)
+    for (int k = row.first; k < row.last; k++) {
+      const EVP::PackedPair &pair = packed.pairs[k];
+      const EVP::PairGeometry g(x, row.i, pair.j);
+      const double d = std::sqrt(g.dsq);
+      lowest = std::min(lowest, d / (atom->radius[row.i] + atom->radius[pair.j]));
+      if (g.dsq > pair.cutsq) continue;
+
+      // without newton both owners of a pair across processes hold it
+      const double weight = (!force->newton_pair && pair.j >= packed.nlocal) ? 0.5 : 1.0;
+      if (!pair.is_bond)
+        sums[2] += weight;
+      else {
+        sums[0] += weight;
+        if (law_of(pair).regime(d, 1.0 / pair.inv_deq) == 2) sums[1] += weight;
+      }
+    }
+
+  double all[3], lowest_all;
+  MPI_Allreduce(sums, all, 3, MPI_DOUBLE, MPI_SUM, world);
+  MPI_Allreduce(&lowest, &lowest_all, 1, MPI_DOUBLE, MPI_MIN, world);
+  return {all[0], all[1], all[2], lowest_all < HUGE_VAL ? lowest_all : 0.0};
+}
+
+/* ---------------------------------------------------------------------- */
+
+double PairEVPLJ::memory_usage()
+{
+  double bytes = Pair::memory_usage();
+  bytes += packed.memory_usage();
+  bytes += (double) (canonical.capacity() + mark.capacity()) * sizeof(int);
+  bytes += (double) mark_deq.capacity() * sizeof(double);
+  bytes += (double) laws.capacity() * sizeof(EVP::Law);
+  return bytes;
+}

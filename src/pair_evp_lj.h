@@ -1,0 +1,126 @@
+/* SPDX-License-Identifier: GPL-2.0-only */
+
+#ifdef PAIR_CLASS
+// clang-format off
+PairStyle(evp/lj,PairEVPLJ);
+// clang-format on
+#else
+
+#ifndef LMP_PAIR_EVP_LJ_H
+#define LMP_PAIR_EVP_LJ_H
+
+#include "evp_kernel.h"
+#include "pair.h"
+
+#include <string>
+#include <vector>
+
+namespace LAMMPS_NS {
+
+/// Two-regime Lennard-Jones forces with an equilibrium distance per recorded pair (paper eqs. 1-8).
+class PairEVPLJ : public Pair {
+ public:
+  /// What acts between two particles that were not recorded as a pair.
+  enum class Contact : int { LITERAL, REPULSIVE, NONE };
+
+  /// Pairs of the current neighbor list at the current positions, over all processes.
+  struct Counts {
+    double bonds_within;     ///< recorded pairs with d <= dlim
+    double bonds_second;     ///< of these in the second regime
+    double new_pairs;        ///< pairs not recorded that interact
+    double lowest_ratio;     ///< smallest d/(R_i + R_j) of the packed pairs; 0 if there are none
+  };
+
+  PairEVPLJ(class LAMMPS *);
+  ~PairEVPLJ() override;
+
+  void compute(int, int) override;
+  double single(int, int, int, int, double, double, double, double &) override;
+  void settings(int, char **) override;
+  void coeff(int, char **) override;
+  void init_style() override;
+  double init_one(int, int) override;
+
+  void write_restart(FILE *) override;
+  void read_restart(FILE *) override;
+  void write_restart_settings(FILE *) override;
+  void read_restart_settings(FILE *) override;
+  void write_data(FILE *) override;
+  void write_data_all(FILE *) override;
+
+  void *extract(const char *, int &) override;
+  double memory_usage() override;
+
+  /// dlim/(R_i + R_j) of a pair of atom types, 0 where this style does not act.
+  double alpha_of(int itype, int jtype) const;
+
+  /// Called by fix evp/bonds: ID is the fix that holds the records, empty when it goes.
+  void bonds_recorded_by(const std::string &id);
+
+  /// The packed pairs and their laws, valid until atoms are exchanged; see is_packed().
+  const EVP::PackedList &packed_pairs() const { return packed; }
+  const EVP::Law &law_of(const EVP::PackedPair &pair) const { return laws[pair.law]; }
+  bool is_packed() const;
+
+  /// The fix that holds the records, nullptr without.
+  const class FixEVPBonds *bonds_fix() const { return bonds; }
+
+  /// Collective. Requires is_packed() on all processes.
+  Counts count_pairs() const;
+
+ private:
+  struct Settings {
+    Contact contact;
+    double overlap;    // warn below d = (1 - overlap) (R_i + R_j)
+  } settings_now;
+
+  double **coefficients[9];                // [type][type] of e1 m1 n1 e2 m2 n2 xi_s gamma alpha
+  std::vector<EVP::Law> laws;              // of all pairs of types, see law_index()
+  std::vector<EVP::Law> laws_in_use;       // of the pairs of types that this style serves
+  std::vector<double> max_radius;          // per type, when the cut-offs were set
+  bool any_gamma;
+
+  std::string bonds_id;         // fix that recorded the bonds; empty: none did
+  class FixEVPBonds *bonds;     // that fix, nullptr without
+  std::string last_report;
+
+  // pairs that overlap beyond the limit, found while packing
+  struct Overlaps {
+    bigint count = 0;
+    tagint tag_i = 0, tag_j = 0;
+    double d = 0.0;
+    void add(tagint i, tagint j, double distance)
+    {
+      if (count++) return;
+      tag_i = i;
+      tag_j = j;
+      d = distance;
+    }
+  };
+  bool overlap_warned;
+
+  EVP::PackedList packed;
+  bool repack;                          // coefficients changed since the list was packed
+  std::vector<int> canonical, mark;     // association of neighbors with records, see pack()
+  std::vector<double> mark_deq;
+
+  void allocate();
+  int law_index(int itype, int jtype) const { return itype * ((int) max_radius.size()) + jtype; }
+  EVP::Row row_of(int itype, int jtype) const;
+  EVP::Row row_from_file(const char *file, const char *name) const;
+  bool damping_acts() const;
+  void check_host_settings() const;
+  void find_bonds();
+  void find_max_radii();
+  void report_settings();
+
+  void pack();
+  void pack_pair(int i, int jneigh, Overlaps &overlaps);
+  void check_radii() const;
+  template <bool Damping> void compute_forces();
+};
+
+}    // namespace LAMMPS_NS
+
+#endif
+#endif

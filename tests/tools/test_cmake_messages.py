@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Each wrong way to configure ends in one clear CMake error; the right ways succeed."""
+import os
+import pathlib
+import shutil
+import subprocess
+
+import pytest
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+BUILD = pathlib.Path(os.environ.get("EVP_LMP", REPOSITORY / "build" / "lmp")).parent
+
+# The headers of Debian bookworm's liblammps-dev.
+DEBIAN_HEADERS = """angle atom bond citeme comm compute dihedral domain error fix force group improper info
+    input kspace lammps lattice library lmppython lmptype memory modify neigh_list neighbor output pair
+    pointers region timer universe update utils variable""".split()
+
+
+def cache_entry(folder, name):
+    for line in (folder / "CMakeCache.txt").read_text().splitlines():
+        if line.startswith(name + ":"):
+            return line.split("=", 1)[1]
+    raise AssertionError(f"{folder}/CMakeCache.txt has no {name}")
+
+
+@pytest.fixture(scope="module")
+def lammps():
+    """(source tree, build folder) of the LAMMPS that the tests run with."""
+    source = pathlib.Path(cache_entry(BUILD, "LAMMPS_SOURCE_DIR"))
+    if source.name == "src":
+        source = source.parent
+    return source, pathlib.Path(cache_entry(BUILD, "LAMMPS_BUILD_DIR"))
+
+
+def configure(folder, *options, environment=None):
+    """CMake's status and all of its words, with its line breaks taken out."""
+    variables = {k: v for k, v in os.environ.items() if not k.startswith(("LAMMPS_", "CMAKE_"))}
+    variables.update(environment or {})
+    result = subprocess.run(
+        ["cmake", "-S", str(REPOSITORY), "-B", str(folder), "-DBUILD_TESTING=off", *options],
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=variables, timeout=120)
+    return result.returncode, " ".join(result.stdout.split())
+
+
+def refuses(folder, *options):
+    status, text = configure(folder, *options)
+    assert status != 0, text
+    assert text.count("CMake Error") == 1, text
+    return text
+
+
+def copied_build(lammps, folder, name, value):
+    """The real build's cache with one entry changed."""
+    folder.mkdir()
+    lines = (lammps[1] / "CMakeCache.txt").read_text().splitlines()
+    changed = [line.split("=", 1)[0] + "=" + value if line.startswith(name + ":") else line for line in lines]
+    assert changed != lines
+    (folder / "CMakeCache.txt").write_text("\n".join(changed) + "\n")
+    return folder
+
+
+def test_no_lammps_at_all(tmp_path):
+    text = refuses(tmp_path / "b", "-DCMAKE_DISABLE_FIND_PACKAGE_LAMMPS=ON", "-DCMAKE_FIND_USE_CMAKE_SYSTEM_PATH=OFF")
+    assert "No LAMMPS given" in text
+    assert "-DLAMMPS_SOURCE_DIR=/path/to/lammps" in text
+    assert "tools/setup.sh" in text
+
+
+def test_wrong_source_path(tmp_path):
+    text = refuses(tmp_path / "b", f"-DLAMMPS_SOURCE_DIR={tmp_path}/nowhere")
+    assert f"LAMMPS_SOURCE_DIR={tmp_path}/nowhere is not a LAMMPS source tree" in text
+
+
+def test_wrong_build_path(lammps, tmp_path):
+    text = refuses(tmp_path / "b", f"-DLAMMPS_SOURCE_DIR={lammps[0]}", f"-DLAMMPS_BUILD_DIR={tmp_path}")
+    assert f"LAMMPS_BUILD_DIR={tmp_path} holds no CMakeCache.txt" in text
+
+
+@pytest.mark.parametrize("entry, words", [("PKG_PLUGIN", "without the PLUGIN package"),
+                                          ("BUILD_SHARED_LIBS", "built as a static library")])
+def test_build_that_cannot_load_plugins(lammps, tmp_path, entry, words):
+    build = copied_build(lammps, tmp_path / "lammps", entry, "OFF")
+    text = refuses(tmp_path / "b", f"-DLAMMPS_SOURCE_DIR={lammps[0]}", f"-DLAMMPS_BUILD_DIR={build}")
+    assert words in text
+    assert "-DPKG_PLUGIN=on -DBUILD_SHARED_LIBS=on" in text
+
+
+def test_unfinished_build(lammps, tmp_path):
+    build = copied_build(lammps, tmp_path / "lammps", "CMAKE_BUILD_TYPE", "Debug")
+    text = refuses(tmp_path / "b", f"-DLAMMPS_SOURCE_DIR={lammps[0]}", f"-DLAMMPS_BUILD_DIR={build}")
+    assert f"is not finished: {build}/lmp is missing" in text
+
+
+def test_other_integer_sizes(lammps, tmp_path):
+    own = cache_entry(lammps[1], "LAMMPS_SIZES")
+    other = "bigbig" if own == "smallbig" else "smallbig"
+    text = refuses(tmp_path / "b", f"-DLAMMPS_SOURCE_DIR={lammps[0]}", f"-DLAMMPS_BUILD_DIR={lammps[1]}",
+                   f"-DLAMMPS_SIZES={other}")
+    assert f"LAMMPS_SIZES={other} was asked for" in text
+    assert f"has {own} integers" in text
+
+
+def test_source_and_build_of_two_releases(lammps, tmp_path):
+    (tmp_path / "src").mkdir()
+    (tmp_path / "src" / "lammps.h").touch()
+    (tmp_path / "src" / "version.h").write_text('#define LAMMPS_VERSION "1 Apr 2020"\n')
+    text = refuses(tmp_path / "b", f"-DLAMMPS_SOURCE_DIR={tmp_path}", f"-DLAMMPS_BUILD_DIR={lammps[1]}")
+    assert "LAMMPS_SOURCE_DIR is LAMMPS 1 Apr 2020, but LAMMPS_BUILD_DIR=" in text
+
+
+def test_package_with_too_few_headers(lammps, tmp_path):
+    include = tmp_path / "usr" / "include" / "lammps"
+    include.mkdir(parents=True)
+    for header in DEBIAN_HEADERS:
+        shutil.copy(lammps[0] / "src" / (header + ".h"), include)
+    text = refuses(tmp_path / "b", f"-DCMAKE_PREFIX_PATH={tmp_path}/usr")
+    assert f"The LAMMPS headers in {include} are too few to build a plugin: " in text
+    assert "command.h missing" in text
+    assert "Debian's liblammps-dev" in text
+
+
+@pytest.mark.parametrize("subfolder", ["", "src"])
+def test_right_ways(lammps, tmp_path, subfolder):
+    """The control: tree or tree/src, by option or by environment, with the release worked out."""
+    source = lammps[0] / subfolder if subfolder else lammps[0]
+    for number, (options, environment) in enumerate([
+            ([f"-DLAMMPS_SOURCE_DIR={source}"], {}), ([], {"LAMMPS_SOURCE_DIR": str(source)})]):
+        status, text = configure(tmp_path / str(number), f"-DLAMMPS_BUILD_DIR={lammps[1]}", *options,
+                                 environment=environment)
+        assert status == 0, text
+        assert f"EVP: headers from {lammps[0].resolve()}/src" in text
+        assert os.access(tmp_path / str(number) / "lmp", os.X_OK)
+
+
+def test_source_alone_needs_no_build(lammps, tmp_path):
+    status, text = configure(tmp_path / "b", f"-DLAMMPS_SOURCE_DIR={lammps[0]}")
+    assert status == 0, text
+    assert "only the unit tests are registered" in text
+    assert not (tmp_path / "b" / "lmp").exists()

@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""tools/setup.sh: bad options, the second call, the lock, a machine without network, apt's formats."""
+import os
+import pathlib
+import subprocess
+import time
+
+import pytest
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+BUILD = REPOSITORY / "build"
+SETUP = REPOSITORY / "tools" / "setup.sh"
+SECOND_CALL = 5.0    # seconds allowed on an idle machine
+BUSY = 3.0           # and how much slower a machine under test may be
+
+
+def setup(*options, **environment):
+    result = subprocess.run([str(SETUP), *options], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                            env={**os.environ, **environment}, timeout=300)
+    return result.returncode, result.stdout
+
+
+def own_lammps():
+    """The options for the LAMMPS that build/ is configured for."""
+    entries = dict(line.split("=", 1) for line in (BUILD / "CMakeCache.txt").read_text().splitlines()
+                   if line.startswith("LAMMPS_"))
+    return ["--lammps-source", entries["LAMMPS_SOURCE_DIR:PATH"], "--lammps-build", entries["LAMMPS_BUILD_DIR:PATH"]]
+
+
+@pytest.fixture
+def remembered_options():
+    """Puts back what build/ remembers of the last set-up."""
+    file = BUILD / "setup.options"
+    before = file.read_text() if file.exists() else None
+    yield
+    if before is None:
+        file.unlink(missing_ok=True)
+    else:
+        file.write_text(before)
+
+
+def test_help_names_every_option():
+    status, text = setup("--help")
+    assert status == 0
+    for word in ("--lammps-source", "--lammps-build", "--lammps-release", "EVP_CACHE"):
+        assert word in text
+
+
+@pytest.mark.parametrize("options, message", [
+    (["--fast"], "unknown option '--fast'; see tools/setup.sh --help"),
+    (["--lammps-source"], "option --lammps-source needs a value"),
+    (["--lammps-source", ""], "option --lammps-source needs a value"),
+    (["--lammps-source", "/no/such/folder"], "--lammps-source /no/such/folder: no such folder"),
+    (["--lammps-source", "/"], "--lammps-source / is not a LAMMPS source tree: src/lammps.h is missing"),
+    (["--lammps-build", "/"], "--lammps-build needs --lammps-source"),
+    (["--lammps-release", "2Aug2023"], "must be 4Feb2025, 29Sep2021 or newest, got '2Aug2023'")])
+def test_bad_options(options, message):
+    status, text = setup(*options)
+    assert status == 1
+    assert "setup.sh: error: " in text and message in text
+    assert "==" not in text, "no phase may have begun"
+
+
+def test_build_folder_must_be_one():
+    status, text = setup(*own_lammps()[:2], "--lammps-build", str(REPOSITORY / "tools"))
+    assert status == 1
+    assert "is not a CMake build folder: CMakeCache.txt is missing" in text
+
+
+def test_second_call_takes_seconds(tmp_path, remembered_options):
+    options = own_lammps()
+    setup(*options, EVP_CACHE=str(tmp_path))
+    library = (BUILD / "evpplugin.so").stat().st_mtime_ns
+    start = time.monotonic()
+    status, text = setup(*options, EVP_CACHE=str(tmp_path))
+    assert status == 0, text
+    assert time.monotonic() - start < SECOND_CALL * BUSY
+    assert "nothing is missing" in text
+    assert (BUILD / "evpplugin.so").stat().st_mtime_ns == library, "nothing had to be compiled"
+    assert f"{BUILD}/lmp -in FILE" in text
+
+
+def test_two_setups_at_once_wait_for_each_other(tmp_path, remembered_options):
+    with subprocess.Popen(["flock", str(tmp_path / "lock"), "sleep", "3"]) as holder:
+        while not (tmp_path / "lock").exists():
+            time.sleep(0.01)
+        time.sleep(0.2)
+        status, text = setup(*own_lammps(), EVP_CACHE=str(tmp_path))
+        assert holder.poll() is not None, "went on while the lock was held"
+    assert status == 0, text
+    assert "another set-up is at work" in text
+
+
+@pytest.mark.parametrize("release", ["4Feb2025", "newest"])
+def test_no_network_and_nothing_cached(tmp_path, release):
+    """A proxy that nobody listens on: apt's downloads really fail."""
+    dead = "http://127.0.0.1:9"
+    status, text = setup("--lammps-release", release, EVP_CACHE=str(tmp_path), http_proxy=dead, https_proxy=dead)
+    assert status == 1
+    assert "No LAMMPS source can be had here. Give one: tools/setup.sh --lammps-source /path/to/lammps" in text
+    assert text.count("setup.sh: error: ") == 1
+    assert not list(tmp_path.glob("lammps-*/source")), "no half tree is left"
+
+
+DEB822 = """Types: deb
+URIs: http://other.example/tools
+Suites: bookworm
+Components: contrib
+
+# Debian itself
+Types: deb
+URIs: http://mirror.example/debian
+Suites: bookworm bookworm-updates
+Components: main contrib
+Signed-By: /usr/share/keyrings/debian-archive-keyring.gpg
+"""
+ONE_LINE = """# deb http://cdrom.example/ bookworm main
+deb http://security.example/debian-security bookworm-security main
+deb [arch=amd64 signed-by=/k.gpg] http://mirror.example/debian bookworm contrib main
+"""
+
+
+@pytest.mark.parametrize("name, content, key", [
+    ("sources.list.d/debian.sources", DEB822, "Signed-By: /usr/share/keyrings/debian-archive-keyring.gpg\n"),
+    ("sources.list", ONE_LINE, "Signed-By: /k.gpg\n"),
+    ("sources.list", "deb http://mirror.example/debian bookworm main\n", "")])
+def test_private_entry_is_derived_from_the_machine(tmp_path, name, content, key):
+    file = tmp_path / "apt" / name
+    file.parent.mkdir(parents=True)
+    file.write_text(content)
+    (tmp_path / "os-release").write_text("ID=debian\nVERSION_CODENAME=bookworm\n")
+    script = f"apt_etc={tmp_path}; source {REPOSITORY}/tools/setup_source.sh; debian_source_entry trixie"
+    entry = subprocess.run(["bash", "-euc", script], stdout=subprocess.PIPE, text=True, check=True).stdout
+    assert entry == "Types: deb-src\nURIs: http://mirror.example/debian\nSuites: trixie\nComponents: main\n" + key
+
+
+def test_no_debian_entry_is_told(tmp_path):
+    (tmp_path / "os-release").write_text("VERSION_CODENAME=bookworm\n")
+    script = f"apt_etc={tmp_path}; source {REPOSITORY}/tools/setup_source.sh; debian_source_entry trixie"
+    assert subprocess.run(["bash", "-uc", script], check=False).returncode == 1

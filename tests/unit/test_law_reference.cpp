@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//
+// The law header against 60-digit arithmetic (tests/data/make_law_reference.py).
+
+#include "evp_law.h"
+#include "law_cases.h"
+
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#ifndef EVP_TEST_DATA
+#define EVP_TEST_DATA EVP_REPOSITORY "/tests/data"
+#endif
+
+using EVP::AnyPowers;
+using EVP::Law;
+using EVP::Row;
+using law_cases::energy_scale;
+using law_cases::name_of;
+using law_cases::REFERENCE;
+
+namespace {
+
+struct Reference {
+  Row row;
+  double d, deq, dcut;
+  int regime;    // 0 where rounding decides
+  double force, energy, stiffness;
+};
+
+std::vector<Reference> read_references()
+{
+  std::vector<Reference> table;
+  std::ifstream file(std::string(EVP_TEST_DATA) + "/law_reference.csv");
+  std::string line;
+  std::getline(file, line);
+  while (std::getline(file, line)) {
+    std::istringstream in(line);
+    std::vector<double> v;
+    for (std::string word; std::getline(in, word, ',');)
+      v.push_back(std::strtod(word.c_str(), nullptr));
+    if (v.size() != 14) return {};
+    table.push_back({{v[0], v[1], v[2], v[3], v[4], v[5], v[6], 0.0, 1.5},
+                     v[7],
+                     v[8],
+                     v[9],
+                     (int) v[10],
+                     v[11],
+                     v[12],
+                     v[13]});
+  }
+  return table;
+}
+
+class LawReference : public testing::Test {
+ protected:
+  static const std::vector<Reference> &table()
+  {
+    static const std::vector<Reference> lines = read_references();
+    return lines;
+  }
+
+  void SetUp() override
+  {
+    ASSERT_GT(table().size(), 1000u)
+        << "no table of 14 columns in " << EVP_TEST_DATA
+        << "/law_reference.csv: write it with tests/data/make_law_reference.py";
+  }
+
+  static std::string place(const Reference &ref)
+  {
+    std::ostringstream text;
+    text.precision(17);
+    text << name_of(ref.row) << ", d = " << ref.d << ", d/deq = " << ref.d / ref.deq;
+    return text.str();
+  }
+};
+
+}    // namespace
+
+TEST_F(LawReference, ForceHoldsToTwelveDigits)
+{
+  for (const auto &ref : table()) {
+    const double scale = std::max(std::fabs(ref.force), energy_scale(ref.row) / ref.deq);
+    EXPECT_NEAR(Law(ref.row).force(ref.d, ref.deq), ref.force, REFERENCE * scale) << place(ref);
+  }
+}
+
+TEST_F(LawReference, ReducedForceHoldsWithPowersChosenBeforehand)
+{
+  for (const auto &ref : table()) {
+    const Row &row = ref.row;
+    const double scale = std::max(std::fabs(ref.force), energy_scale(row) / ref.deq);
+    const double reduced = Law(row).reduced_force(ref.d / ref.deq, AnyPowers(row.m1, row.n1),
+                                                  AnyPowers(row.m2, row.n2));
+    EXPECT_NEAR(reduced / ref.deq, ref.force, REFERENCE * scale) << place(ref);
+  }
+}
+
+TEST_F(LawReference, EnergyHoldsToTwelveDigits)
+{
+  for (const auto &ref : table()) {
+    const double scale = std::max(std::fabs(ref.energy), energy_scale(ref.row));
+    EXPECT_NEAR(Law(ref.row).energy(ref.d, ref.deq, ref.dcut), ref.energy, REFERENCE * scale)
+        << place(ref);
+  }
+}
+
+TEST_F(LawReference, StiffnessHoldsToTwelveDigitsAwayFromItsJump)
+{
+  for (const auto &ref : table()) {
+    if (ref.regime == 0) continue;
+    const double at_rest = energy_scale(ref.row) / ref.row.xi_s / (ref.deq * ref.deq);
+    const double scale = std::max(std::fabs(ref.stiffness), at_rest);
+    EXPECT_NEAR(Law(ref.row).stiffness(ref.d, ref.deq), ref.stiffness, REFERENCE * scale)
+        << place(ref);
+  }
+}
+
+TEST_F(LawReference, RegimeIsTheOneOfEquation8)
+{
+  for (const auto &ref : table())
+    if (ref.regime != 0) {
+      EXPECT_EQ(Law(ref.row).regime(ref.d, ref.deq), ref.regime) << place(ref);
+    }
+}

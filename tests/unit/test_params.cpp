@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//
+// From words to a checked row: what is taken, and the text that each refusal must give.
+
+#include "evp_params.h"
+
+#include <gtest/gtest.h>
+#include <string>
+#include <vector>
+
+using EVP::BadInput;
+using EVP::Row;
+
+namespace {
+
+const std::string TABLE1 = "80 8 4 3 8 4 0.005 0 1.5";
+
+/// Expects that action() throws BadInput, and that what() holds every part of the text.
+template <class F> void expect_refusal(F action, const std::vector<std::string> &parts)
+{
+  try {
+    action();
+    ADD_FAILURE() << "taken without a word; expected: " << parts.front();
+  } catch (const BadInput &bad) {
+    for (const auto &part : parts)
+      EXPECT_NE(std::string(bad.what()).find(part), std::string::npos)
+          << "message: " << bad.what() << "\nlacks:   " << part;
+  }
+}
+
+Row row_of(const std::string &line)
+{
+  return EVP::parse_row(EVP::split_words(line));
+}
+
+void expect_bad_row(const std::string &line, const std::vector<std::string> &parts)
+{
+  SCOPED_TRACE(line);
+  expect_refusal(
+      [&] {
+        row_of(line);
+      },
+      parts);
+}
+
+const std::string HEADER = "# DATE: 2017-05-15 UNITS: si CITATION: hal-01899324\n";
+const std::string FILE_TEXT = HEADER +
+    "\n# name e1 m1 n1 e2 m2 n2 xi_s gamma alpha\n"
+    "table1 80 8 4 3 8 4 0.005 0 1.5\n"
+    "   table2\t80 8 4 3 8 4 0.005 1000 1.5   # with damping\n";
+
+Row from_file(const std::string &text, const std::string &name = "table1",
+              const std::string &units = "si")
+{
+  return EVP::row_from_text(text, "gado.evp", name, units);
+}
+
+void expect_bad_file(const std::string &text, const std::vector<std::string> &parts)
+{
+  SCOPED_TRACE(text);
+  expect_refusal(
+      [&] {
+        from_file(text);
+      },
+      parts);
+}
+
+}    // namespace
+
+TEST(ParseRow, TakesTheNumbersInThePapersOrder)
+{
+  const Row row = row_of("80 8 4 3 7.5 3.2 5e-3 1000 1.5");
+  EXPECT_EQ(row.e1, 80.0);
+  EXPECT_EQ(row.m1, 8.0);
+  EXPECT_EQ(row.n1, 4.0);
+  EXPECT_EQ(row.e2, 3.0);
+  EXPECT_EQ(row.m2, 7.5);
+  EXPECT_EQ(row.n2, 3.2);
+  EXPECT_EQ(row.xi_s, 0.005);
+  EXPECT_EQ(row.gamma, 1000.0);
+  EXPECT_EQ(row.alpha, 1.5);
+}
+
+TEST(ParseRow, TakesTheEndsOfEachRange)
+{
+  for (const char *line :
+       {"0 8 4 3 8 4 0.005 0 1.5", "80 8 4 0 8 4 0.005 0 1.5", "+80 8 .5 3. 8 4 0.005 0 1.0000001",
+        "80 200 1 3 8 4 0.005 0 1.5", "80 8 4 3 8 4 0.9 0 100", "8E1 8 4 3 8 4 1e-9 0 1.5"})
+    EXPECT_NO_THROW(row_of(line)) << line;
+}
+
+TEST(ParseRow, CountsItsWords)
+{
+  const std::string rule = "9 numbers e1 m1 n1 e2 m2 n2 xi_s gamma alpha";
+  expect_bad_row("", {rule, "got 0"});
+  expect_bad_row("80 8 4 3 8 4 0.005 0", {rule, "got 8"});
+  expect_bad_row(TABLE1 + " 7", {rule, "got 10"});
+}
+
+TEST(ParseRow, RefusesWhatIsNoFiniteDecimalNumber)
+{
+  expect_bad_row("eighty 8 4 3 8 4 0.005 0 1.5", {"e1", "finite decimal number", "'eighty'"});
+  expect_bad_row("80 nan 4 3 8 4 0.005 0 1.5", {"m1", "finite decimal number", "'nan'"});
+  expect_bad_row("80 8 4 inf 8 4 0.005 0 1.5", {"e2", "finite decimal number", "'inf'"});
+  expect_bad_row("80 8 4 3 8 4 0.005 1e400 1.5", {"gamma", "finite decimal number", "'1e400'"});
+  expect_bad_row("0x50 8 4 3 8 4 0.005 0 1.5", {"e1", "finite decimal number", "'0x50'"});
+  expect_bad_row("80 8 4 3 8 4 0,005 0 1.5", {"xi_s", "finite decimal number", "'0,005'"});
+  expect_bad_row("80 8 4 3 8 4 0.005 0 1.5m", {"alpha", "finite decimal number", "'1.5m'"});
+  expect_bad_row("80 8 4-1 3 8 4 0.005 0 1.5", {"n1", "finite decimal number", "'4-1'"});
+  expect_refusal(
+      [] {
+        EVP::parse_number("e1", "");
+      },
+      {"e1", "finite decimal number", "''"});
+}
+
+TEST(ParseRow, RefusesExponentsWithoutALaw)
+{
+  expect_bad_row("80 4 8 3 8 4 0.005 0 1.5", {"m1 > n1 > 0", "m1 = 4 and n1 = 8"});
+  expect_bad_row("80 8 8 3 8 4 0.005 0 1.5", {"m1 > n1 > 0", "m1 = 8 and n1 = 8"});
+  expect_bad_row("80 8 0 3 8 4 0.005 0 1.5", {"m1 > n1 > 0", "n1 = 0"});
+  expect_bad_row("80 8 4 3 4 8 0.005 0 1.5", {"m2 > n2 > 0", "m2 = 4 and n2 = 8"});
+  expect_bad_row("80 8 4 3 -4 -8 0.005 0 1.5", {"m2 > n2 > 0", "m2 = -4 and n2 = -8"});
+  expect_bad_row("80 8 4 3 201 4 0.005 0 1.5", {"m2", "must not exceed 200", "201"});
+}
+
+TEST(ParseRow, RefusesNegativeDepthsAndDamping)
+{
+  expect_bad_row("-80 8 4 3 8 4 0.005 0 1.5", {"e1 must be zero or positive", "-80"});
+  expect_bad_row("80 8 4 -3 8 4 0.005 0 1.5", {"e2 must be zero or positive", "-3"});
+  expect_bad_row("80 8 4 3 8 4 0.005 -1 1.5", {"gamma must be zero or positive", "-1"});
+}
+
+TEST(ParseRow, RefusesAThresholdOutsideItsRange)
+{
+  for (const std::string value : {"0", "-0.005", "1", "2"})
+    expect_bad_row("80 8 4 3 8 4 " + value + " 0 1.5",
+                   {"xi_s must lie between 0 and 1", "got " + value});
+}
+
+TEST(ParseRow, RefusesACutOffWithinTheSpheresOrFarBeyondThem)
+{
+  expect_bad_row("80 8 4 3 8 4 0.005 0 1", {"alpha must be greater than 1", "got 1"});
+  expect_bad_row("80 8 4 3 8 4 0.005 0 -1.5", {"alpha must be greater than 1", "got -1.5"});
+  expect_bad_row("80 8 4 3 8 4 0.005 0 101", {"alpha must not exceed 100", "got 101"});
+}
+
+// (1 - xi_s)^-(m+1) = 1e603 at the compressed threshold: infinite in double precision.
+TEST(ParseRow, RefusesALawThatOverflows)
+{
+  expect_bad_row("80 200 4 3 8 4 0.999 0 1.5", {"overflow"});
+  expect_bad_row("1e308 8 4 3 8 4 0.005 0 1.5", {"overflow"});
+}
+
+TEST(SplitWords, EndsAtAComment)
+{
+  EXPECT_EQ(EVP::split_words("  a\tb c # d e"), (std::vector<std::string>{"a", "b", "c"}));
+  EXPECT_TRUE(EVP::split_words("# only a comment").empty());
+  EXPECT_TRUE(EVP::split_words("").empty());
+}
+
+TEST(RowFromText, FindsTheRowByItsName)
+{
+  EXPECT_EQ(from_file(FILE_TEXT, "table1").gamma, 0.0);
+  EXPECT_EQ(from_file(FILE_TEXT, "table2").gamma, 1000.0);
+  EXPECT_EQ(from_file(FILE_TEXT, "table2").e1, 80.0);
+}
+
+TEST(RowFromText, TakesOtherLineEnds)
+{
+  std::string dos;
+  for (const char c : FILE_TEXT) dos += c == '\n' ? std::string("\r\n") : std::string(1, c);
+  EXPECT_EQ(from_file(dos, "table2").alpha, 1.5);
+  EXPECT_EQ(from_file(FILE_TEXT.substr(0, FILE_TEXT.size() - 1), "table2").alpha, 1.5);
+}
+
+TEST(RowFromText, NamesTheRowsThatThereAre)
+{
+  expect_refusal(
+      [] {
+        from_file(FILE_TEXT, "table3");
+      },
+      {"gado.evp", "no row 'table3'", "table1, table2"});
+  expect_refusal(
+      [] {
+        from_file(HEADER, "table1");
+      },
+      {"no row 'table1'", "none"});
+}
+
+TEST(RowFromText, HoldsTheFileToItsUnits)
+{
+  expect_refusal(
+      [] {
+        from_file(FILE_TEXT, "table1", "lj");
+      },
+      {"gado.evp", "UNITS: si", "units lj", "convert the file"});
+  EXPECT_NO_THROW(from_file("# UNITS: lj\nsoft 1 8 4 1 8 4 0.005 0 1.5\n", "soft", "lj"));
+}
+
+TEST(RowFromText, WantsItsUnitsOnTheFirstLine)
+{
+  const std::string rule = "first line must be a comment with 'UNITS: si'";
+  expect_bad_file("table1 " + TABLE1 + "\n", {"gado.evp line 1", rule});
+  expect_bad_file("# no units here\ntable1 " + TABLE1 + "\n", {"gado.evp line 1", rule});
+  expect_bad_file("\n" + FILE_TEXT, {"gado.evp line 1", rule});
+  expect_bad_file("# UNITS:\n", {"gado.evp line 1", rule});
+}
+
+// A damaged line is reported whichever row is asked for.
+TEST(RowFromText, ChecksEveryLineAndGivesItsNumber)
+{
+  expect_bad_file(FILE_TEXT + "broken 80 8 4 3 8 4 0.005 0\n",
+                  {"gado.evp line 6", "9 numbers", "got 8"});
+  expect_bad_file(FILE_TEXT + "broken 80 4 8 3 8 4 0.005 0 1.5\n",
+                  {"gado.evp line 6", "m1 > n1 > 0"});
+  expect_bad_file(FILE_TEXT + "table1 " + TABLE1 + "\n",
+                  {"gado.evp line 6", "'table1' is given twice"});
+}
+
+TEST(RowFromText, RefusesABinaryFile)
+{
+  expect_bad_file(FILE_TEXT + std::string(1, '\0'), {"gado.evp", "not a text file"});
+}

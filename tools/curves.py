@@ -1,0 +1,119 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
+"""Numbers and pictures from what the decks write.
+
+  curves.py numbers  results/a.csv results/b.csv
+  curves.py plot     results/a.csv results/b.csv --labels "1 /s" "10 /s" --out curves.png
+  curves.py law      --coeff "80 8 4 3 8 4 0.005 0 1.5" --measured two_spheres.csv --out law.png
+  curves.py specimen results/a_state.csv --out specimen.png
+
+The curves are PREFIX.csv of in.traction (strain,stress_grip,stress_virial; Pa), the state is
+PREFIX_state.csv (x,y,z,radius,share). Every PNG gets a CSV beside it.
+"""
+
+import argparse
+import pathlib
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+
+from evp import curves, law  # noqa: E402
+
+COLUMNS = {
+    "E_GPa": "E [GPa]",
+    "yield_MPa": "0.2 % yield [MPa]",
+    "stress_1pc_MPa": "stress at 1 % [MPa]",
+    "stress_2pc_MPa": "at 1.95 % [MPa]",
+    "departure_strain": "tangent < 0.9 E at",
+}
+
+
+def show_numbers(args):
+    """Print one line of numbers for each curve."""
+    width = max(len(path) for path in args.curves)
+    print(" " * width, *COLUMNS.values(), sep="  ")
+    for path in args.curves:
+        found = curves.numbers(curves.read_curve(path), args.column)
+        cells = [f"{found[name]:{len(title)}.5g}" for name, title in COLUMNS.items()]
+        print(path.ljust(width), *cells, sep="  ")
+
+
+def plot_curves(args):
+    """Draw all curves into one picture."""
+    from evp import figures
+
+    labels = args.labels or [pathlib.Path(path).stem for path in args.curves]
+    if len(labels) != len(args.curves):
+        raise ValueError(f"--labels must give {len(args.curves)} words, one per curve")
+    drawn = [(label, curves.read_curve(path)) for label, path in zip(labels, args.curves)]
+    print(figures.stress_strain({args.title: drawn}, args.out, args.column))
+
+
+def plot_law(args):
+    """Draw the force law of one row."""
+    from evp import figures
+
+    names = ("d", "deq", "force")
+    measured = figures.read_columns(args.measured, names) if args.measured else None
+    print(figures.force_law(law.Row.parse(args.coeff), args.out, measured, args.deq))
+
+
+def plot_specimen(args):
+    """Draw the spheres of one state."""
+    from evp import figures
+
+    state = figures.read_columns(args.state, ("x", "y", "z", "radius", "share"))
+    print(figures.specimen(state, args.out, args.title))
+
+
+def parser():
+    """The command line."""
+    top = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    commands = top.add_subparsers(dest="command", required=True)
+
+    def command(name, action, text):
+        sub = commands.add_parser(name, help=text, description=text)
+        sub.set_defaults(action=action)
+        return sub
+
+    def column(sub):
+        sub.add_argument("--column", choices=("virial", "grip"), default="virial",
+                         help="stress through the cross-sections, or the grips' reaction")
+
+    sub = command("numbers", show_numbers, "E, yield, stress at 1 and 2 %, end of the straight part")
+    sub.add_argument("curves", nargs="+", metavar="CSV")
+    column(sub)
+    sub = command("plot", plot_curves, "stress-strain curves")
+    sub.add_argument("curves", nargs="+", metavar="CSV")
+    sub.add_argument("--labels", nargs="+", help="one per curve (default: the files' names)")
+    sub.add_argument("--title", default="Traction")
+    sub.add_argument("--out", default="curves.png", metavar="PNG")
+    column(sub)
+    sub = command("law", plot_law, "force against distance of one pair (the paper's figure 2)")
+    sub.add_argument("--coeff", default="80 8 4 3 8 4 0.005 0 1.5",
+                     help="e1 m1 n1 e2 m2 n2 xi_s gamma alpha (default: Table 1)")
+    sub.add_argument("--deq", type=float, default=0.01, help="[m], without --measured")
+    sub.add_argument("--measured", metavar="CSV", help="points of a LAMMPS run: columns d,deq,force")
+    sub.add_argument("--out", default="force_law.png", metavar="PNG")
+    sub = command("specimen", plot_specimen, "spheres coloured by their share in the second regime")
+    sub.add_argument("state", metavar="CSV")
+    sub.add_argument("--title", default="")
+    sub.add_argument("--out", default="specimen.png", metavar="PNG")
+    return top
+
+
+def main(argv=None):
+    """Run one command; 0, or 1 after a message on bad input."""
+    args = parser().parse_args(argv)
+    try:
+        args.action(args)
+    except (OSError, ValueError) as error:
+        print(f"ERROR: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: GPL-2.0-only
+# Sourced by the other scripts: where things are, which Python to use, how mpirun behaves.
+# shellcheck shell=bash
+
+EVP_REPOSITORY=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+EVP_BUILD=$EVP_REPOSITORY/build
+export EVP_LMP=${EVP_LMP:-$EVP_BUILD/lmp}
+export EVP_MPIRUN=${EVP_MPIRUN:-mpirun}
+export PYTHONPATH=$EVP_REPOSITORY/tools${PYTHONPATH:+:$PYTHONPATH}
+EVP_PYTHON_MODULES="numpy scipy matplotlib pytest tqdm mpmath"
+
+# Two ranks must start on any machine: one core, a container, root. Other MPIs ignore these.
+export OMPI_MCA_rmaps_base_oversubscribe=${OMPI_MCA_rmaps_base_oversubscribe:-1}
+export OMPI_MCA_hwloc_base_binding_policy=${OMPI_MCA_hwloc_base_binding_policy:-none}
+export OMPI_MCA_btl_vader_single_copy_mechanism=${OMPI_MCA_btl_vader_single_copy_mechanism:-none}
+export OMP_NUM_THREADS=${OMP_NUM_THREADS:-1}
+if [ "$(id -u)" -eq 0 ]; then
+  export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
+fi
+
+# LAMMPS builds are kept outside the checkout, so that a clean clone does not build them again.
+evp_cache_dir() {
+  local home=${HOME:-}
+  [ -n "$home" ] || home=$(getent passwd "$(id -u)" | cut -d: -f6)
+  printf '%s\n' "${EVP_CACHE:-${XDG_CACHE_HOME:-${home:-/var/tmp}/.cache}/evp}"
+}
+
+# The Python modules, of those we need, that interpreter $1 lacks.
+evp_missing_modules() {
+  "$1" - "$EVP_PYTHON_MODULES" <<'END' 2>/dev/null || printf '%s\n' "$EVP_PYTHON_MODULES"
+import importlib.util, sys
+print(*[name for name in sys.argv[1].split() if importlib.util.find_spec(name) is None])
+END
+}
+
+# Sets PYTHON to the first interpreter that has every module; `python3` on PATH may be one without.
+evp_find_python() {
+  local candidate
+  for candidate in "${PYTHON:-}" "$(command -v python3 || true)" /usr/bin/python3; do
+    if [ -n "$candidate" ] && command -v "$candidate" >/dev/null &&
+        [ -z "$(evp_missing_modules "$candidate")" ]; then
+      export PYTHON=$candidate
+      return 0
+    fi
+  done
+  return 1
+}

@@ -1,0 +1,5 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""What the project's tools share: the law written a second time, brute-force sums, curves.
+
+The modules import one way: law <- brute <- network; specimen and curves stand alone.
+"""

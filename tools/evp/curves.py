@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Numbers read off a stress-strain curve: E, 0.2 % yield stress, stress at a strain, tangent.
+
+A curve is what in.traction writes: strain, stress from the grips' reaction, stress from the virial of
+the cross-sections [Pa]. Vibration is averaged out by straight-line fits over the windows below.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+HEADER = ("strain", "stress_grip", "stress_virial")
+MODULUS_END = 0.003  # E: slope over strain 0 to this, below the first bond in the second regime
+YIELD_OFFSET = 0.002  # plastic strain by convention
+STRESS_WINDOW = 0.0006  # +- of strain about which a stress is fitted
+TANGENT_WINDOW = 0.0004  # +- of strain about which a tangent is fitted
+DEPARTURE = 0.9  # of E: where the curve has left its straight part
+STRAINS_REPORTED = {"stress_1pc": 0.01, "stress_2pc": 0.0195}  # windows must end before strain 0.02
+
+
+class Curve(NamedTuple):
+    """strain [1] and stresses [Pa], (N,) each, in the order of loading."""
+
+    strain: np.ndarray
+    grip: np.ndarray
+    virial: np.ndarray
+
+
+class CurveError(ValueError):
+    """A file holds no usable curve, or a curve is too short for the number asked."""
+
+
+def read_curve(path):
+    """Curve from a CSV file with the header strain,stress_grip,stress_virial (more may follow).
+
+    CurveError names the file and what is missing; OSError if it cannot be read.
+    """
+    with open(path, encoding="utf-8") as source:
+        lines = [line.strip() for line in source if line.strip()]
+    names = [name.strip() for name in lines[0].split(",")] if lines else []
+    missing = [name for name in HEADER if name not in names]
+    if missing:
+        raise CurveError(f"{path} has no column {missing[0]}; its first line must be {','.join(HEADER)}")
+    try:
+        table = np.array([line.split(",") for line in lines[1:]], dtype=float)
+    except ValueError as error:
+        raise CurveError(f"{path} holds a damaged line: {error}") from error
+    if len(table) < 2:
+        raise CurveError(f"{path} holds {len(table)} rows: no curve")
+    if not np.all(np.isfinite(table)):
+        raise CurveError(f"{path} holds a number that is not finite: the run was unstable")
+    return Curve(*(table[:, names.index(name)] for name in HEADER))
+
+
+def _line_fit(strain, stress, low, high):
+    """Slope and value at the middle of the least-squares line over low <= strain <= high."""
+    rounding = 1e-9  # rows at the window's ends belong to it
+    inside = (strain >= low - rounding) & (strain <= high + rounding)
+    # A window that the curve does not reach the end of would be a fit about another strain.
+    if np.sum(inside) < 3 or strain.max() < high - 0.25 * (high - low):
+        raise CurveError(f"no rows enough between strain {low:g} and {high:g}: the curve has "
+                         f"{len(strain)}, up to {strain.max():g}")
+    middle = 0.5 * (low + high)
+    slope, value = np.polyfit(strain[inside] - middle, stress[inside], 1)
+    return float(slope), float(value)
+
+
+def modulus(strain, stress):
+    """E: slope of stress over strain 0 to MODULUS_END [unit of stress]."""
+    return _line_fit(strain, stress, 0.0, MODULUS_END)[0]
+
+
+def stress_at(strain, stress, at):
+    """Stress at the strain `at`, from a straight line over +-STRESS_WINDOW [unit of stress]."""
+    return _line_fit(strain, stress, at - STRESS_WINDOW, at + STRESS_WINDOW)[1]
+
+
+def tangent(strain, stress, at):
+    """Slope at the strain `at`, from a straight line over +-TANGENT_WINDOW [unit of stress]."""
+    return _line_fit(strain, stress, at - TANGENT_WINDOW, at + TANGENT_WINDOW)[0]
+
+
+def yield_stress(strain, stress, elastic_modulus):
+    """Stress where the curve first meets E (strain - 0.2 %); nan if it does not.
+
+    Interpolated between the rows on both sides of the offset line.
+    """
+    above = stress - elastic_modulus * (strain - YIELD_OFFSET)
+    after = np.nonzero((strain[1:] > YIELD_OFFSET) & (above[1:] <= 0.0) & (above[:-1] > 0.0))[0]
+    if len(after) == 0:
+        return float("nan")
+    k = int(after[0])
+    part = above[k] / (above[k] - above[k + 1])
+    return float(stress[k] + part * (stress[k + 1] - stress[k]))
+
+
+def departure_strain(strain, stress, elastic_modulus, share=DEPARTURE):
+    """Strain where the tangent first falls below share * E; nan if it does not.
+
+    Looked for from the middle of E's window on, where the starting shock has died away, in steps of
+    a quarter of the tangent's window, and interpolated between them.
+    """
+    step = 0.25 * TANGENT_WINDOW
+    before = None
+    for at in np.arange(0.5 * MODULUS_END, strain.max() - TANGENT_WINDOW + 1e-9, step):
+        excess = tangent(strain, stress, at) - share * elastic_modulus
+        if excess < 0.0:
+            return float(at if before is None else at - step * excess / (excess - before))
+        before = excess
+    return float("nan")
+
+
+def numbers(curve, column="virial"):
+    """What is reported of a curve, in a dict (nan where the curve is too short):
+
+      E_GPa, yield_MPa, stress_1pc_MPa, stress_2pc_MPa (fitted about 0.0195, so that the window ends
+      before 2 %), departure_strain (tangent below 90 % of E).
+
+    column: 'virial' or 'grip'. CurveError if the curve ends before strain 0.003 or so.
+    """
+    strain, stress = curve.strain, getattr(curve, column)
+    elastic_modulus = modulus(strain, stress)
+    found = {
+        "E_GPa": 1e-9 * elastic_modulus,
+        "yield_MPa": 1e-6 * yield_stress(strain, stress, elastic_modulus),
+    }
+    for name, at in STRAINS_REPORTED.items():
+        try:
+            found[name + "_MPa"] = 1e-6 * stress_at(strain, stress, at)
+        except CurveError:
+            found[name + "_MPa"] = float("nan")
+    found["departure_strain"] = departure_strain(strain, stress, elastic_modulus)
+    return found

@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Pictures, each with its numbers in a CSV of the same name beside it.
+
+Colours are Okabe and Ito's, which stay apart for colour-blind readers and in grey; curves that lie on
+each other are told apart by width and dash as well.
+"""
+
+import csv
+import pathlib
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt  # noqa: E402
+import numpy as np  # noqa: E402
+from matplotlib.collections import PatchCollection  # noqa: E402
+from matplotlib.patches import Circle  # noqa: E402
+
+from . import law  # noqa: E402
+
+_STYLES = (
+    {"color": "#E69F00", "linewidth": 3.2, "linestyle": "-"},
+    {"color": "#0072B2", "linewidth": 1.5, "linestyle": "-"},
+    {"color": "#CC3311", "linewidth": 1.5, "linestyle": (0, (5, 2))},
+    {"color": "#009E73", "linewidth": 1.5, "linestyle": (0, (1, 1.2))},
+    {"color": "#6F4A8E", "linewidth": 1.5, "linestyle": (0, (6, 1.5, 1, 1.5))},
+)
+_LOOK = {
+    "font.size": 11,
+    "axes.titlesize": 12,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#dddddd",
+    "grid.linewidth": 0.7,
+    "axes.axisbelow": True,
+    "legend.frameon": False,
+    "savefig.dpi": 160,
+}
+
+
+def _save(figure, path, header, rows):
+    """Write figure to path (a .png) and rows under header to the .csv beside it."""
+    path = pathlib.Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, bbox_inches="tight")
+    plt.close(figure)
+    with open(path.with_suffix(".csv"), "w", newline="", encoding="utf-8") as target:
+        writer = csv.writer(target, lineterminator="\n")
+        writer.writerow(header)
+        writer.writerows(rows)
+    return path
+
+
+def stress_strain(panels, path, column="virial"):
+    """Stress-strain curves: panels is {title: [(label, curves.Curve), ...]}, side by side.
+
+    column: 'virial' or 'grip'. Writes path and its CSV: panel, curve, strain_percent, stress_MPa.
+    """
+    rows = []
+    with plt.rc_context(_LOOK):
+        figure, axes = plt.subplots(
+            1, len(panels), sharey=True, squeeze=False, figsize=(1.2 + 4.4 * len(panels), 4.2)
+        )
+        for axis, (title, curves) in zip(axes[0], panels.items()):
+            for k, (label, curve) in enumerate(curves):
+                percent, stress = 100 * curve.strain, 1e-6 * getattr(curve, column)
+                axis.plot(percent, stress, label=label, **_STYLES[k % len(_STYLES)])
+                rows += [
+                    (title, label, f"{a:.6g}", f"{b:.6g}") for a, b in zip(percent, stress)
+                ]
+            axis.set_title(title)
+            axis.set_xlabel("nominal strain [%]")
+            axis.set_xlim(left=0)
+            axis.set_ylim(bottom=0)
+            axis.legend(
+                loc="upper center",
+                bbox_to_anchor=(0.5, -0.16),
+                ncol=min(3, len(curves)),
+                handlelength=3,
+            )
+        axes[0][0].set_ylabel("nominal stress [MPa]")
+        return _save(figure, path, ("panel", "curve", "strain_percent", "stress_MPa"), rows)
+
+
+def force_law(row, path, measured=None, deq=0.01, reach=0.03):
+    """Force of one pair against its strain (the paper's figure 2): lines from law.py.
+
+    row: law.Row; deq [m]; reach: largest |strain| drawn without measured points. measured: None or a
+    dict with arrays d, deq [m], force [N] from a LAMMPS run, drawn as points on the lines. Writes
+    path and its CSV: strain_percent, force_N, first_regime_N, source.
+    """
+    ends = (-reach, reach)
+    if measured is not None:
+        deq = float(np.median(measured["deq"]))
+        points = measured["d"] / measured["deq"] - 1.0
+        ends = (points.min(), points.max())
+    strain = np.linspace(*ends, 801)
+    force = law.force((1 + strain) * deq, deq, row)
+    first = law.potential_force((1 + strain) * deq, deq, row.e1, row.m1, row.n1)
+    shown = 1.25 * np.abs(force).max()
+    rows = [
+        (f"{100 * s:.6g}", f"{f:.9g}", f"{g:.9g}", "law") for s, f, g in zip(strain, force, first)
+    ]
+    with plt.rc_context(_LOOK):
+        figure, axis = plt.subplots(figsize=(6.4, 4.2))
+        axis.axvspan(-100 * row.xi_s, 100 * row.xi_s, color="#eeeeee", linewidth=0)
+        axis.plot(
+            100 * strain,
+            1e-3 * np.where(np.abs(first) <= 1.05 * shown, first, np.nan),
+            color="#888888",
+            linestyle=(0, (4, 2)),
+            linewidth=1.2,
+            label="first regime carried on",
+        )
+        axis.plot(100 * strain, 1e-3 * force, color="#0072B2", linewidth=2, label="eq. 8")
+        if measured is not None:
+            thin = np.unique(np.linspace(0, len(points) - 1, 60).astype(int))
+            axis.plot(
+                100 * points[thin],
+                1e-3 * measured["force"][thin],
+                "o",
+                color="#E69F00",
+                markeredgecolor="#333333",
+                markeredgewidth=0.5,
+                markersize=5,
+                label="measured in LAMMPS",
+            )
+            rows += [
+                (f"{100 * s:.6g}", f"{f:.9g}", "", "LAMMPS")
+                for s, f in zip(points, measured["force"])
+            ]
+        axis.axhline(0, color="#333333", linewidth=0.8)
+        axis.set_ylim(-1e-3 * shown, 1e-3 * shown)
+        axis.set_xlim(100 * ends[0], 100 * ends[1])
+        axis.set_xlabel("strain of the pair, (d - deq)/deq [%]")
+        axis.set_ylabel("force [kN], positive repels")
+        axis.text(0, 1.01, "first\nregime", transform=axis.get_xaxis_transform(), ha="center",
+                  va="bottom", fontsize=9, color="#555555")
+        axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncol=3, handlelength=3)
+        header = ("strain_percent", "force_N", "first_regime_N", "source")
+        return _save(figure, path, header, rows)
+
+
+def specimen(state, path, title=""):
+    """Side view of the spheres, coloured by the share of their bonds in the second regime.
+
+    state: dict of arrays x, y, z, radius [m], share [1]. Writes path and its CSV of the same columns.
+    """
+    order = np.argsort(-state["y"])  # the viewer looks along +y: near spheres are drawn last
+    millimetres = {name: 1e3 * state[name][order] for name in ("x", "z", "radius")}
+    share = 100 * state["share"][order]
+    with plt.rc_context({**_LOOK, "axes.grid": False}):
+        figure, axis = plt.subplots(figsize=(7.2, 4.6))
+        circles = [
+            Circle((x, z), r)
+            for x, z, r in zip(millimetres["x"], millimetres["z"], millimetres["radius"])
+        ]
+        drawn = PatchCollection(circles, cmap="cividis", edgecolor="#222222", linewidth=0.4)
+        drawn.set_array(share)
+        drawn.set_clim(0, max(10.0, share.max()))
+        axis.add_collection(drawn)
+        axis.set_aspect("equal")
+        axis.autoscale_view()
+        axis.set_xlabel("x [mm]")
+        axis.set_ylabel("z [mm]")
+        axis.set_title(title)
+        bar = figure.colorbar(drawn, ax=axis, shrink=0.85)
+        bar.set_label("bonds in the second regime [% of each sphere's]")
+        names = ("x", "y", "z", "radius", "share")
+        rows = zip(*([f"{v:.9g}" for v in state[name]] for name in names))
+        return _save(figure, path, names, rows)
+
+
+def read_columns(path, wanted):
+    """Dict of float arrays for the wanted columns of a CSV file with a header line.
+
+    ValueError names the file and the missing column.
+    """
+    with open(path, newline="", encoding="utf-8") as source:
+        table = list(csv.DictReader(source))
+    for name in wanted:
+        if not table or name not in table[0]:
+            raise ValueError(f"{path} has no column {name}; wanted are {', '.join(wanted)}")
+    return {name: np.array([float(line[name]) for line in table]) for name in wanted}

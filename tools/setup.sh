@@ -1,0 +1,153 @@
+#!/bin/bash
+# SPDX-License-Identifier: GPL-2.0-only
+# From a bare Debian to build/evpplugin.so and build/lmp. Idempotent; see --help.
+set -euo pipefail
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+# shellcheck source=tools/env.sh
+source "$here/env.sh"
+cache=$(evp_cache_dir)
+log=$EVP_BUILD/setup.log
+# shellcheck source=tools/setup_common.sh
+source "$here/setup_common.sh"
+# shellcheck source=tools/setup_packages.sh
+source "$here/setup_packages.sh"
+# shellcheck source=tools/setup_source.sh
+source "$here/setup_source.sh"
+
+usage() {
+  cat <<'END'
+usage: tools/setup.sh [--lammps-source DIR] [--lammps-build DIR]
+                      [--lammps-release 4Feb2025|29Sep2021|newest] [--help]
+
+Installs what is missing (Debian, with apt), gets and builds LAMMPS once, builds the plugin and ends
+with build/evpplugin.so and build/lmp. A second call takes seconds; an interrupted one goes on.
+
+  --lammps-source DIR    use this LAMMPS source tree and build it (in the cache, not in the tree)
+  --lammps-build DIR     with --lammps-source: use this finished CMake build of it
+  --lammps-release R     4Feb2025 (default), 29Sep2021, or newest: Debian's source of that release
+  Without options: what the last set-up of this checkout used.
+
+Environment: EVP_CACHE  folder for LAMMPS (default: $XDG_CACHE_HOME/evp or ~/.cache/evp)
+             PYTHON     a Python with numpy, scipy, matplotlib, pytest, tqdm, mpmath
+END
+}
+
+source_dir=
+build_dir=
+release=
+remembered=$EVP_BUILD/setup.options
+if [ $# -eq 0 ] && [ -s "$remembered" ]; then
+  mapfile -t options <"$remembered"
+  say "as in the last set-up: ${options[*]} (tools/setup.sh --lammps-release 4Feb2025 for the default)"
+  set -- "${options[@]}"
+fi
+while [ $# -gt 0 ]; do
+  case $1 in
+    --lammps-source|--lammps-build|--lammps-release)
+      [ -n "${2:-}" ] || die "option $1 needs a value; see tools/setup.sh --help"
+      case $1 in
+        *source) source_dir=$2 ;;
+        *build) build_dir=$2 ;;
+        *release) release=$2 ;;
+      esac
+      shift 2 ;;
+    -h|--help) usage; exit 0 ;;
+    *) die "unknown option '$1'; see tools/setup.sh --help" ;;
+  esac
+done
+case ${release:=4Feb2025} in
+  4Feb2025|29Sep2021|newest) ;;
+  *) die "--lammps-release must be 4Feb2025, 29Sep2021 or newest, got '$release'" ;;
+esac
+if [ -n "$build_dir" ] && [ -z "$source_dir" ]; then
+  die "--lammps-build needs --lammps-source: the plugin is compiled with the headers of that LAMMPS"
+fi
+if [ -n "$source_dir" ]; then
+  [ -d "$source_dir" ] || die "--lammps-source $source_dir: no such folder"
+  source_dir=$(cd "$source_dir" && pwd)
+  [ -f "$source_dir/lammps.h" ] && source_dir=$(dirname "$source_dir")
+  [ -f "$source_dir/src/lammps.h" ] || die "--lammps-source $source_dir is not a LAMMPS source tree: src/lammps.h is missing"
+fi
+if [ -n "$build_dir" ]; then
+  [ -f "$build_dir/CMakeCache.txt" ] || die "--lammps-build $build_dir is not a CMake build folder: CMakeCache.txt is missing"
+  build_dir=$(cd "$build_dir" && pwd)
+fi
+
+mkdir -p "$cache" "$EVP_BUILD" || die "cannot write to $cache or $EVP_BUILD; set EVP_CACHE to a folder of yours"
+: >"$log"
+exec 9>"$cache/lock"
+if ! flock -n 9; then
+  say "another set-up is at work in $cache; waiting for it (at most 30 min)"
+  flock -w 1800 9 || die "the other set-up did not end within 30 min; look for a running tools/setup.sh"
+fi
+
+phase "1/5 packages: look for compiler, CMake, MPI, FFTW, Python modules; install what is missing (up to 3 min)"
+install_missing_packages
+done_phase
+
+phase "2/5 LAMMPS source (130 MB, up to 2 min the first time)"
+if [ -n "$source_dir" ]; then
+  say "using your tree $source_dir"
+  tree=$source_dir
+  tree_key=own-$(printf '%s' "$tree" | sha256sum | cut -c1-12)
+else
+  get_lammps_source "$release"    # sets tree, tree_key
+fi
+lammps_date=$(lammps_date_of "$tree")
+done_phase
+
+phase "3/5 LAMMPS $lammps_date build (up to 7 min on two cores the first time)"
+if [ -n "$build_dir" ]; then
+  say "using your build $build_dir"
+  lammps_build=$build_dir
+else
+  options=(-DCMAKE_BUILD_TYPE=Release -DBUILD_SHARED_LIBS=on -DBUILD_MPI=on -DPKG_PLUGIN=on
+    -DPKG_KSPACE=on -DFFT=FFTW3 -DLAMMPS_EXCEPTIONS=on)
+  # What the benchmark compares with, where this release and this processor have it: 1 min more.
+  peers=(EXTRA-PAIR OPT MOLECULE BPM GRANULAR)
+  [ "$(uname -m)" != x86_64 ] || peers+=(INTEL)
+  for package in "${peers[@]}"; do
+    [ ! -d "$tree/src/$package" ] || options+=("-DPKG_$package=on")
+  done
+  # An update of the compiler or of MPI makes another build, not a mixture.
+  key=$({ printf '%s\n' "${options[@]}"; mpicxx --version | head -n 1; ompi_info --version 2>/dev/null; } | sha256sum | cut -c1-12)
+  lammps_build=$cache/$tree_key/build-$key
+  stamp=$lammps_build/evp-complete
+  # A tree of the user's may change, so it always goes through ninja; ours does not.
+  if [ -f "$stamp" ] && [ -x "$lammps_build/lmp" ] && [ -z "$source_dir" ]; then
+    say "already built: $lammps_build"
+  else
+    rm -f "$stamp"
+    if [ ! -f "$lammps_build/build.ninja" ]; then
+      run_logged "configuring LAMMPS" cmake -S "$tree/cmake" -B "$lammps_build" -G Ninja "${options[@]}"
+    fi
+    run_logged "building LAMMPS in $lammps_build" ninja -C "$lammps_build" lmp
+    require_release "$lammps_build/lmp" "$lammps_build" "$lammps_date"
+    touch "$stamp"
+  fi
+fi
+done_phase
+
+phase "4/5 plugin (about 1 min)"
+generator=()
+[ -f "$EVP_BUILD/CMakeCache.txt" ] || generator=(-G Ninja)
+run_logged "configuring" cmake -S "$EVP_REPOSITORY" -B "$EVP_BUILD" ${generator[@]+"${generator[@]}"} \
+  -DCMAKE_BUILD_TYPE=Release -DLAMMPS_SOURCE_DIR="$tree" -DLAMMPS_BUILD_DIR="$lammps_build" -DPython_EXECUTABLE="$PYTHON"
+run_logged "compiling" cmake --build "$EVP_BUILD" -j "$(nproc)"
+done_phase
+
+phase "5/5 check: build/lmp is LAMMPS $lammps_date and loads the plugin"
+require_release "$EVP_BUILD/lmp" "$lammps_build" "$lammps_date"
+loaded=$(printf 'plugin list\n' | "$EVP_BUILD/lmp" -log none 2>&1) || die "build/lmp does not start:
+$loaded"
+[[ $loaded == *" style plugin "* ]] || die "build/lmp does not load build/evpplugin.so. LAMMPS says:
+$loaded"
+done_phase
+if [ -n "$source_dir" ]; then
+  printf '%s\n' --lammps-source "$source_dir" ${build_dir:+--lammps-build "$build_dir"} >"$remembered"
+elif [ "$release" != 4Feb2025 ]; then
+  printf '%s\n' --lammps-release "$release" >"$remembered"
+else
+  rm -f "$remembered"
+fi
+say "ready in ${SECONDS} s: $EVP_BUILD/lmp -in FILE, or mpirun -np 2 $EVP_BUILD/lmp -in FILE"

@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: GPL-2.0-only
+# Sourced by setup.sh: the packages we need, by what they provide, so that a machine that has
+# everything from elsewhere is left alone.
+# shellcheck shell=bash
+
+has_command() { command -v "$1" >/dev/null; }
+has_header() { has_command g++ && printf '#include <%s>\n' "$1" | g++ -x c++ -E - >/dev/null 2>&1; }
+
+missing_packages() {
+  has_command cmake || echo cmake
+  has_command ninja || echo ninja-build
+  has_command g++ || echo g++
+  has_command mpicxx || echo libopenmpi-dev
+  has_command mpirun || echo openmpi-bin
+  has_command xz || echo xz-utils
+  has_header fftw3.h || echo libfftw3-dev
+  has_header gtest/gtest.h || echo libgtest-dev
+  if ! evp_find_python; then
+    local module
+    if [ -x /usr/bin/python3 ]; then
+      for module in $(evp_missing_modules /usr/bin/python3); do echo "python3-$module"; done
+    else
+      for module in $EVP_PYTHON_MODULES; do echo "python3-$module"; done
+    fi
+  fi
+}
+
+install_missing_packages() {
+  local packages sudo=()
+  mapfile -t packages < <(missing_packages)
+  if [ ${#packages[@]} -eq 0 ]; then
+    say "nothing is missing"
+  else
+    has_command apt-get || die "missing: ${packages[*]} (names of Debian packages). This is not a Debian system: install them its way and call again"
+    if [ "$(id -u)" -ne 0 ]; then
+      has_command sudo || die "missing: ${packages[*]}. Ask an administrator for: apt-get install ${packages[*]}"
+      sudo=(sudo)
+    fi
+    say "missing: ${packages[*]}"
+    run_logged "apt-get update" ${sudo[@]+"${sudo[@]}"} apt-get update -q
+    run_logged "apt-get install" ${sudo[@]+"${sudo[@]}"} env DEBIAN_FRONTEND=noninteractive \
+      apt-get install -q -y --no-install-recommends -o Dpkg::Use-Pty=0 "${packages[@]}"
+    hash -r
+    mapfile -t packages < <(missing_packages)
+    [ ${#packages[@]} -eq 0 ] || die "still missing after the installation: ${packages[*]}"
+  fi
+  evp_find_python || die "no Python with $EVP_PYTHON_MODULES found; give one: PYTHON=/path/to/python3 tools/setup.sh"
+  say "Python: $PYTHON"
+}

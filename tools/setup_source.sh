@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: GPL-2.0-only
+# Sourced by setup.sh: LAMMPS' source as Debian ships it, through an apt configuration of our own, so
+# that the system's is neither changed nor in need of deb-src entries or root.
+# shellcheck shell=bash disable=SC2154
+
+lammps_date_of() { sed -n 's/^#define LAMMPS_VERSION "\(.*\)"/\1/p' "$1/src/version.h"; }
+
+apt_etc=${apt_etc:-/etc}    # the tests give their own
+
+# Debian's entry of this machine, turned into a deb-src one for suite $1.
+debian_source_entry() {
+  local suite=$1 codename file
+  # shellcheck disable=SC1091
+  codename=$(. "$apt_etc/os-release" 2>/dev/null && printf '%s' "${VERSION_CODENAME:-}") || true
+  [ -n "$codename" ] || return 1
+  for file in "$apt_etc"/apt/sources.list.d/*.sources; do
+    [ -f "$file" ] || continue
+    # Paragraph mode: one stanza of "Field: value" lines is one record.
+    awk -v suite="$suite" -v codename="$codename" '
+      BEGIN { RS = ""; FS = "\n" }
+      {
+        uris = key = suites = components = enabled = ""
+        for (i = 1; i <= NF; i++) {
+          field = tolower($i); sub(/:.*/, "", field)
+          value = $i; sub(/^[^:]*:[ \t]*/, "", value)
+          if (field == "uris") uris = value
+          if (field == "suites") suites = " " value " "
+          if (field == "components") components = " " value " "
+          if (field == "signed-by" && value ~ /^\//) key = value
+          if (field == "enabled") enabled = value
+        }
+        if (uris != "" && enabled != "no" && index(suites, " " codename " ") && index(components, " main ")) {
+          printf "Types: deb-src\nURIs: %s\nSuites: %s\nComponents: main\n", uris, suite
+          if (key != "") printf "Signed-By: %s\n", key
+          found = 1
+          exit
+        }
+      }
+      END { exit !found }' "$file" && return 0
+  done
+  for file in "$apt_etc/apt/sources.list" "$apt_etc"/apt/sources.list.d/*.list; do
+    [ -f "$file" ] || continue
+    awk -v suite="$suite" -v codename="$codename" '
+      /^deb(-src)?[ \t]/ {
+        line = $0; key = ""
+        if (match(line, /\[[^]]*\]/)) {
+          options = substr(line, RSTART + 1, RLENGTH - 2)
+          line = substr(line, 1, RSTART - 1) substr(line, RSTART + RLENGTH)
+          if (match(options, /signed-by=[^ ]*/)) key = substr(options, RSTART + 10, RLENGTH - 10)
+        }
+        n = split(line, word, /[ \t]+/)
+        for (i = 4; i <= n; i++)
+          if (word[3] == codename && word[i] == "main") {
+            printf "Types: deb-src\nURIs: %s\nSuites: %s\nComponents: main\n", word[2], suite
+            if (key != "") printf "Signed-By: %s\n", key
+            found = 1
+            exit
+          }
+      }
+      END { exit !found }' "$file" && return 0
+  done
+  return 1
+}
+
+no_source() {
+  die "$1
+    No LAMMPS source can be had here. Give one: tools/setup.sh --lammps-source /path/to/lammps
+    (a tree as unpacked from a LAMMPS release), or connect the machine to its Debian mirror and call again."
+}
+
+# fetch_suite SUITE VERSION_PREFIX: sets tarball; status 1 with a reason in $reason when it cannot be had.
+fetch_suite() {
+  local suite=$1 prefix=$2 part=$cache/download/$1.part apt status index sum name
+  mkdir -p "$part/lists/partial" "$part/archives/partial"
+  if ! debian_source_entry "$suite" >"$part/debian.sources"; then
+    reason="no entry of Debian's main archive for this release found in /etc/apt"
+    return 1
+  fi
+  # Check-Valid-Until: a snapshot of the archive is as good a source as today's; signatures are still checked.
+  apt=(-q -o Dir::Etc::sourcelist="$part/debian.sources" -o Dir::Etc::sourceparts=- -o Dir::State::lists="$part/lists"
+    -o Dir::Cache="$part" -o APT::Sandbox::User= -o Acquire::Languages=none -o Acquire::Retries=2
+    -o Acquire::http::Timeout=30 -o Acquire::Check-Valid-Until=false -o APT::Update::Error-Mode=any)
+  say "reading Debian's index of $suite"
+  apt-get "${apt[@]}" update 2>&1 | thin || { reason="the index of Debian $suite cannot be read ($(tail -n 1 "$log"))"; return 1; }
+  index=$(apt-cache "${apt[@]}" --only-source showsrc lammps 2>>"$log") || { reason="Debian $suite has no source of lammps"; return 1; }
+  # "sha256 size name" lines under Checksums-Sha256.
+  read -r sum name < <(awk '/^[^ ]/ { inside = ($1 == "Checksums-Sha256:") }
+    inside && $3 ~ /\.orig\.tar\./ && $3 !~ /\.asc$/ { print $1, $3; exit }' <<<"$index") || true
+  if [ -z "${name:-}" ] || [[ $name != lammps_$prefix* ]]; then
+    reason="Debian $suite has '${name:-nothing}' and not LAMMPS $prefix"
+    return 1
+  fi
+  say "downloading $name"
+  status=0
+  # The small .dsc may be gone from a mirror while the tarball is there: the checksum decides, not the status.
+  (cd "$part" && apt-get "${apt[@]}" source --download-only lammps) 2>&1 | thin || status=$?
+  if [ ! -f "$part/$name" ]; then
+    reason="$name could not be downloaded (apt-get: status $status)"
+    return 1
+  fi
+  if ! printf '%s  %s\n' "$sum" "$part/$name" | sha256sum --check --status; then
+    rm -f "$part/$name"
+    reason="$name has not the SHA256 of Debian's index"
+    return 1
+  fi
+  say "SHA256 is that of Debian's signed index: $sum"
+  tarball=$part/$name
+}
+
+# get_lammps_source RELEASE: sets tree and tree_key.
+get_lammps_source() {
+  local suite prefix own work found
+  case $1 in
+    4Feb2025) suite=trixie prefix=20250204 ;;
+    29Sep2021) suite=bookworm prefix=20210929 ;;
+    newest) suite=sid prefix= ;;
+  esac
+  tree_key=lammps-$1
+  tree=$cache/$tree_key/source
+  if [ -f "$tree/src/lammps.h" ]; then
+    say "already there: $tree"
+    return
+  fi
+  has_command apt-get || no_source "This is not a Debian system."
+  if ! fetch_suite "$suite" "$prefix"; then
+    # shellcheck disable=SC1091
+    own=$(. "$apt_etc/os-release" && printf '%s' "${VERSION_CODENAME:-}")
+    if [ "$1" != 4Feb2025 ] || [ "$own" != bookworm ]; then
+      no_source "LAMMPS $1: $reason."
+    fi
+    printf '!!  LAMMPS 4Feb2025: %s.\n!!  Falling back to 29Sep2021, the LAMMPS of this Debian release.\n' "$reason" >&2
+    get_lammps_source 29Sep2021
+    return
+  fi
+  say "unpacking"
+  # Unpacked beside and renamed, so that an interrupted call leaves no half tree.
+  work=$cache/$tree_key/unpack
+  rm -rf "$work"
+  mkdir -p "$work"
+  tar -C "$work" -xf "$tarball" || die "$tarball cannot be unpacked; is the disk full?"
+  found=$(find "$work" -maxdepth 3 -path '*/src/lammps.h' | head -n 1)
+  [ -n "$found" ] || die "$tarball holds no src/lammps.h"
+  mv -T "$(dirname "$(dirname "$found")")" "$tree"
+  rm -rf "$work" "$cache/download/$suite.part"
+}

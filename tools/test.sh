@@ -1,0 +1,20 @@
+#!/bin/bash
+# SPDX-License-Identifier: GPL-2.0-only
+# Set-up, then every test. Arguments go to setup.sh. A skipped test hides a hole, so it is a failure.
+set -euo pipefail
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+# shellcheck source=tools/env.sh
+source "$here/env.sh"
+"$here/setup.sh" "$@"
+evp_find_python
+
+cd "$EVP_REPOSITORY"
+echo "== unit tests"
+ctest --test-dir "$EVP_BUILD" --output-on-failure --no-tests=error -R '^unit_'
+echo "== tests with LAMMPS and of the tools"
+report=$EVP_BUILD/pytest.log
+"$PYTHON" -m pytest -rs -p no:cacheprovider tests/lammps tests/tools 2>&1 | tee "$report"
+if tail -n 1 "$report" | grep -Eq '[0-9]+ (skipped|xfailed|deselected)'; then
+  echo "test.sh: error: tests were left out, see the list above" >&2
+  exit 1
+fi
