@@ -1,13 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-only
 # The MPI headers of the host: its own MPI, or LAMMPS' one-process stand-in. Sets EVP_MPI_INCLUDE, EVP_MPI_NAME.
-option(BUILD_MPI "LAMMPS was built with MPI; LAMMPS_BUILD_DIR overrules it" ON)
-if(LAMMPS_BUILD_DIR)
-  set(EVP_WITH_MPI ${EVP_HOST_MPI})
-else()
-  set(EVP_WITH_MPI ${BUILD_MPI})
+option(BUILD_MPI "LAMMPS has MPI; asked only where its build or installation does not tell" ON)
+if(EVP_HOST_MPI STREQUAL "")
+  set(EVP_HOST_MPI ${BUILD_MPI})
 endif()
 
-if(EVP_WITH_MPI)
+if(EVP_HOST_MPI)
   # The compiler wrapper that LAMMPS was built with, so that two MPIs on one machine are not mixed.
   if(EVP_BUILD_MPICXX AND NOT MPI_CXX_COMPILER)
     set(MPI_CXX_COMPILER "${EVP_BUILD_MPICXX}" CACHE FILEPATH "MPI compiler wrapper of LAMMPS")

@@ -18,8 +18,8 @@
 
 using namespace LAMMPS_NS;
 
-static constexpr double NO_LIMIT = 1.0e20;      // nothing interacts: any step is stable
-static constexpr double TOLERANCE = 1.0e-4;     // of an eigenvalue; half of it in the step
+static constexpr double NO_LIMIT = 1.0e20;     // nothing interacts: any step is stable
+static constexpr double TOLERANCE = 1.0e-4;    // of an eigenvalue; half of it in the step
 static constexpr int MAX_ITERATIONS = 500;
 
 /// Positive root of dt^2 a + 2 dt b = 4 (velocity Verlet with damping at half-step velocities).
@@ -34,7 +34,8 @@ static double root_of(double a, double b)
 ComputeEVPDt::ComputeEVPDt(LAMMPS *lmp, int narg, char **arg) :
     Compute(lmp, narg, arg), pair(nullptr), warned(false)
 {
-  if (narg != 3) error->all(FLERR, "Compute {} evp/dt takes no further words, got '{}'", id, arg[3]);
+  if (narg != 3)
+    error->all(FLERR, "Compute {} evp/dt takes no further words, got '{}'", id, arg[3]);
   scalar_flag = vector_flag = 1;
   extscalar = extvector = 0;
   size_vector = 5;
@@ -71,10 +72,11 @@ void ComputeEVPDt::setup()
   warned = true;
   const double limit = compute_scalar();
   if (update->dt > limit && comm->me == 0)
-    error->warning(FLERR,
-                   "The step {:.6g} is {:.4g} times the largest stable step {:.6g} of compute {} "
-                   "evp/dt: the run is unstable, or silently wrong; use a timestep of at most {:.4g}",
-                   update->dt, update->dt / limit, limit, id, 0.8 * limit);
+    error->warning(
+        FLERR,
+        "The step {:.6g} is {:.4g} times the largest stable step {:.6g} of compute {} "
+        "evp/dt: the run is unstable, or silently wrong; use a timestep of at most {:.4g}",
+        update->dt, update->dt / limit, limit, id, 0.8 * limit);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -97,8 +99,7 @@ void ComputeEVPDt::compute_vector()
   const double lambda_k = largest_eigenvalue({1.0, 1.0, 0.0});
   const double lambda_c = largest_eigenvalue({0.0, 0.0, 1.0});
   const double lambda_across = largest_eigenvalue({0.0, 1.0, 0.0});
-  const double lambda_axial =
-      lambda_across > 0.0 ? largest_eigenvalue({1.0, 0.0, 0.0}) : lambda_k;
+  const double lambda_axial = lambda_across > 0.0 ? largest_eigenvalue({1.0, 0.0, 0.0}) : lambda_k;
 
   vector[0] = root_of(lambda_k, 0.0);
   vector[1] = explicit_step(lambda_k, lambda_c);
@@ -181,7 +182,10 @@ double ComputeEVPDt::largest_eigenvalue(const Mix &mix)
     }
 
   const EVP::LanczosResult found = EVP::largest_eigenvalue(
-      start, [&](const auto &in, auto &out) { apply(mix, in, out); },
+      start,
+      [&](const auto &in, auto &out) {
+        apply(mix, in, out);
+      },
       [&](const auto &a, const auto &b) {
         double sum = 0.0, all;
         for (size_t k = 0; k < a.size(); k++) sum += a[k] * b[k];
@@ -282,7 +286,8 @@ double ComputeEVPDt::paper_step() const
       if (!is_free(i) && !is_free(j)) continue;
       const EVP::PairGeometry g(reinterpret_cast<const double(*)[3]>(atom->x[0]), i, j);
       if (g.dsq > packed_pair.cutsq) continue;
-      const double k = pair->law_of(packed_pair).first_stiffness(0.7, atom->radius[i] + atom->radius[j]);
+      const double k =
+          pair->law_of(packed_pair).first_stiffness(0.7, atom->radius[i] + atom->radius[j]);
       const double w = std::max(inverse_mass(i), inverse_mass(j));
       if (k > 0.0) here = std::min(here, 1.0 / std::sqrt(k * w));
     }
@@ -337,7 +342,8 @@ double ComputeEVPDt::row_sum_step()
         const double beside[3] = {std::fabs(off[0]) + std::fabs(off[1]),
                                   std::fabs(off[0]) + std::fabs(off[2]),
                                   std::fabs(off[1]) + std::fabs(off[2])};
-        sum[matrix] = std::fabs(part[matrix][0][3 * i + c]) + beside[c] + part[matrix][2][3 * i + c];
+        sum[matrix] =
+            std::fabs(part[matrix][0][3 * i + c]) + beside[c] + part[matrix][2][3 * i + c];
       }
       here = std::min(here, root_of(sum[0] * inverse_mass(i), sum[1] * inverse_mass(i)));
     }
@@ -358,7 +364,8 @@ void ComputeEVPDt::sum_to_owners(std::vector<double> &values)
 
 /* ---------------------------------------------------------------------- */
 
-int ComputeEVPDt::pack_forward_comm(int n, int *indices, double *buf, int /*pbc_flag*/, int * /*pbc*/)
+int ComputeEVPDt::pack_forward_comm(int n, int *indices, double *buf, int /*pbc_flag*/,
+                                    int * /*pbc*/)
 {
   int m = 0;
   for (int k = 0; k < n; k++)

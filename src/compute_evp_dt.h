@@ -49,7 +49,7 @@ class ComputeEVPDt : public Compute {
 
   class PairEVPLJ *pair;
   std::vector<Link> links;
-  std::vector<double> nodal;     // three values per atom and ghost, exchanged
+  std::vector<double> nodal;    // three values per atom and ghost, exchanged
   std::vector<double> result;
   bool warned;
 

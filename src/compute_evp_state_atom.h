@@ -31,7 +31,8 @@ class ComputeEVPStateAtom : public Compute {
  private:
   /// What an atom's pairs are now.
   struct Tally {
-    double within, second, fresh;    ///< bonds within dlim, of these in the second regime; new pairs
+    double within, second,
+        fresh;    ///< bonds within dlim, of these in the second regime; new pairs
   };
 
   class PairEVPLJ *pair;

@@ -137,7 +137,9 @@ template <class F> void with_common_powers(const std::vector<Law> &laws, F &&f)
   }
   if (!common) return f(OwnPowers{});
   const Row &row = laws.front().parameters();
-  with_powers(row.m1, row.n1, [&](auto p) { f(UniformPowers<decltype(p)>{p}); });
+  with_powers(row.m1, row.n1, [&](auto p) {
+    f(UniformPowers<decltype(p)>{p});
+  });
 }
 
 }    // namespace EVP

@@ -20,7 +20,8 @@ inline double largest_tridiagonal_eigenvalue(const std::vector<double> &diagonal
   const size_t n = diagonal.size();
   double low = diagonal[0], high = diagonal[0];
   for (size_t k = 0; k < n; k++) {
-    const double radius = (k > 0 ? std::fabs(off[k - 1]) : 0.0) + (k + 1 < n ? std::fabs(off[k]) : 0.0);
+    const double radius =
+        (k > 0 ? std::fabs(off[k - 1]) : 0.0) + (k + 1 < n ? std::fabs(off[k]) : 0.0);
     low = std::max(low, diagonal[k]);    // a Rayleigh quotient, hence no larger than the answer
     high = std::max(high, diagonal[k] + radius);
   }

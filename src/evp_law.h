@@ -66,7 +66,10 @@ class AnyPowers {
   int im, in;    // the exponents where they are whole numbers, else 0
 
   static int as_integer(double p) { return (p <= 1024.0 && p == std::floor(p)) ? (int) p : 0; }
-  static double power(double s, double p, int k) { return k ? integer_power(s, k) : std::pow(s, p); }
+  static double power(double s, double p, int k)
+  {
+    return k ? integer_power(s, k) : std::pow(s, p);
+  }
 };
 
 /// Calls f with the fastest powers for (m, n): one place decides, every caller is written once.
@@ -103,8 +106,16 @@ class Law {
   {
     const double r = d / deq;
     if (std::fabs(r - 1.0) <= row.xi_s)
-      return with_powers(row.m1, row.n1, [&](auto p) { return reduced_force(r, p, p); }) / deq;
-    return with_powers(row.m2, row.n2, [&](auto p) { return reduced_force(r, p, p); }) / deq;
+      return with_powers(row.m1, row.n1,
+                         [&](auto p) {
+                           return reduced_force(r, p, p);
+                         }) /
+          deq;
+    return with_powers(row.m2, row.n2,
+                       [&](auto p) {
+                         return reduced_force(r, p, p);
+                       }) /
+        deq;
   }
 
   /// Force times deq [energy] at r = d/deq, for loops that chose their powers beforehand;
@@ -160,7 +171,9 @@ class Law {
     template <class F> auto with(F &&f) const { return with_powers(m, n, f); }
     PowerPair powers(double s) const
     {
-      return with([s](auto p) { return p(s); });
+      return with([s](auto p) {
+        return p(s);
+      });
     }
     double reduced_force(double s) const
     {

@@ -52,8 +52,7 @@ inline void check_row(const Row &row)
     return out.str();
   };
   const auto not_negative = [&](const char *key, double x) {
-    if (!(x >= 0.0))
-      throw BadInput(std::string(key) + " must be zero or positive, got " + text(x));
+    if (!(x >= 0.0)) throw BadInput(std::string(key) + " must be zero or positive, got " + text(x));
   };
   const auto exponents = [&](const char *m_key, const char *n_key, double m, double n) {
     if (!(m > n && n > 0.0))

@@ -232,8 +232,9 @@ void FixEVPBonds::record()
   pair->bonds_recorded_by(id);
 
   if (comm->me == 0)
-    utils::logmesg(lmp, "fix evp/bonds {}: recorded {} pairs within {} (R_i + R_j), at most {} per atom\n",
-                   id, nrecorded, zone > 0.0 ? fmt::format("{}", zone) : "alpha", most);
+    utils::logmesg(
+        lmp, "fix evp/bonds {}: recorded {} pairs within {} (R_i + R_j), at most {} per atom\n", id,
+        nrecorded, zone > 0.0 ? fmt::format("{}", zone) : "alpha", most);
 }
 
 /* ---------------------------------------------------------------------- */

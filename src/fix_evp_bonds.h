@@ -66,15 +66,15 @@ class FixEVPBonds : public Fix {
   double find_deq(int i, tagint partner) const;
 
  private:
-  double zone;           // pairs with d <= zone (R_i + R_j) are recorded; 0: zone = alpha of the pair type
+  double zone;    // pairs with d <= zone (R_i + R_j) are recorded; 0: zone = alpha of the pair type
   bool recorded;
-  bigint nrecorded;      // pairs, over all processes
-  int capacity;          // records that each atom has room for
-  int nmax;              // atoms that there is room for
+  bigint nrecorded;    // pairs, over all processes
+  int capacity;        // records that each atom has room for
+  int nmax;            // atoms that there is room for
 
-  int *nbonds;           // per atom: number of records
-  tagint *recorded_as;   // per atom: its ID when it was recorded, 0 if it never was
-  Bond *bonds;           // nmax rows of capacity records
+  int *nbonds;            // per atom: number of records
+  tagint *recorded_as;    // per atom: its ID when it was recorded, 0 if it never was
+  Bond *bonds;            // nmax rows of capacity records
 
   class NeighList *list;
   double pair_counts[4];    // f_ID[1..4], as of the last evaluation

@@ -23,104 +23,106 @@ namespace {
 
 // MPIs with one binary interface have one name here (the MPICH ABI: MPICH, Intel MPI, MVAPICH, Cray).
 #if defined(EVP_BUILT_MPI)
-const char built_mpi[] = EVP_BUILT_MPI;    // the tests forge a name
+  const char built_mpi[] = EVP_BUILT_MPI;    // the tests forge a name
 #elif defined(OPEN_MPI) && OMPI_MAJOR_VERSION >= 4
-const char built_mpi[] = "Open MPI 4 or later";
+  const char built_mpi[] = "Open MPI 4 or later";
 #elif defined(OPEN_MPI)
-const char built_mpi[] = "Open MPI before 4";
+  const char built_mpi[] = "Open MPI before 4";
 #elif defined(MPICH_VERSION) || defined(I_MPI_VERSION) || defined(MVAPICH2_VERSION)
-const char built_mpi[] = "MPICH";
+  const char built_mpi[] = "MPICH";
 #elif defined(MPI_STUBS)
-const char built_mpi[] = "no MPI";
+  const char built_mpi[] = "no MPI";
 #else
-const char built_mpi[] = "";    // unknown: only the size of MPI_Comm is compared
+  const char built_mpi[] = "";    // unknown: only the size of MPI_Comm is compared
 #endif
 
-inline std::string host_mpi()
-{
-  // Longer than any MPI_MAX_LIBRARY_VERSION_STRING: the host's limit may be above the plugin's.
-  std::vector<char> text(16384, '\0');
-  int length = 0;
-  if (MPI_Get_library_version(text.data(), &length) != MPI_SUCCESS) return "";
-  const std::string name(text.data());
+  inline std::string host_mpi()
+  {
+    // Longer than any MPI_MAX_LIBRARY_VERSION_STRING: the host's limit may be above the plugin's.
+    std::vector<char> text(16384, '\0');
+    int length = 0;
+    if (MPI_Get_library_version(text.data(), &length) != MPI_SUCCESS) return "";
+    const std::string name(text.data());
 
-  if (name.find("LAMMPS MPI STUBS") != std::string::npos) return "no MPI";
-  const std::size_t open = name.find("Open MPI v");
-  if (open != std::string::npos)
-    return std::atoi(name.c_str() + open + 10) >= 4 ? "Open MPI 4 or later" : "Open MPI before 4";
-  for (const char *family : {"MPICH", "Intel(R) MPI", "MVAPICH", "CRAY MPICH"})
-    if (name.find(family) != std::string::npos) return "MPICH";
-  return name.substr(0, name.find('\n'));
-}
-
-inline bool same_release(int host)
-{
-  // A development version of LAMMPS counts one day more than its version.h says.
-  return host == EVP_LAMMPS_VERSION || host == EVP_LAMMPS_VERSION + 1;
-}
-
-inline std::string differences(void *lmp)
-{
-  std::string text;
-  const auto add = [&text](const std::string &what, const std::string &found,
-                           const std::string &expected) {
-    text += "  " + what + ": this LAMMPS has " + found + ", the plugin was built for " + expected + "\n";
-  };
-
-  const int version = lammps_version(lmp);
-  if (!same_release(version))
-    add("release", std::to_string(version), std::to_string(EVP_LAMMPS_VERSION));
-
-  const struct {
-    const char *name;
-    int bytes;
-  } integers[] = {{"bigint", int(sizeof(LAMMPS_NS::bigint))},
-                  {"tagint", int(sizeof(LAMMPS_NS::tagint))},
-                  {"imageint", int(sizeof(LAMMPS_NS::imageint))}};
-  for (const auto &integer : integers) {
-    const int host = lammps_extract_setting(lmp, integer.name);
-    if (host != integer.bytes)
-      add(std::string("size of ") + integer.name, std::to_string(8 * host) + " bits",
-          std::to_string(8 * integer.bytes) + " bits");
+    if (name.find("LAMMPS MPI STUBS") != std::string::npos) return "no MPI";
+    const std::size_t open = name.find("Open MPI v");
+    if (open != std::string::npos)
+      return std::atoi(name.c_str() + open + 10) >= 4 ? "Open MPI 4 or later" : "Open MPI before 4";
+    for (const char *family : {"MPICH", "Intel(R) MPI", "MVAPICH", "CRAY MPICH"})
+      if (name.find(family) != std::string::npos) return "MPICH";
+    return name.substr(0, name.find('\n'));
   }
 
-  // Asked first: with another MPI_Comm the call below would go to a library of unknown kind.
-  const int host_comm = lammps_config_has_mpi_support();
-  const bool built_without = std::string(built_mpi) == "no MPI";
-  const int built_comm = built_without ? 0 : int(sizeof(MPI_Comm));
-  const std::string found = host_mpi();
-  if (built_mpi[0] && found != built_mpi)
-    add("MPI", found, built_mpi);
-  else if (host_comm != built_comm)
-    add("MPI", std::to_string(host_comm) + " byte communicators",
-        std::to_string(built_comm) + " byte communicators");
-  return text;
-}
-
-/// Returns if the plugin was built for the LAMMPS instance `lmp`; otherwise says once what differs and
-/// what to rebuild, and ends the process with status 1.
-inline void refuse_wrong_host(void *lmp)
-{
-  const std::string text = differences(lmp);
-  if (text.empty()) return;
-
-  // No MPI call here, it may be the wrong MPI. Every rank gets here; the others leave a moment later,
-  // since mpirun may end the job at the first exit and the message must be out by then.
-  if (lammps_extract_setting(lmp, "universe_rank") == 0) {
-    std::fflush(stdout);
-    std::fprintf(stderr,
-                 "\nERROR: evpplugin.so was built for another LAMMPS than the one that loads it:\n%s"
-                 "Rebuild the plugin for this LAMMPS: cmake -S . -B build "
-                 "-DLAMMPS_SOURCE_DIR=/path/to/its/source -DLAMMPS_BUILD_DIR=/path/to/its/build "
-                 "&& cmake --build build\n",
-                 text.c_str());
-  } else {
-    std::this_thread::sleep_for(std::chrono::seconds(1));
+  inline bool same_release(int host)
+  {
+    // A development version of LAMMPS counts one day more than its version.h says.
+    return host == EVP_LAMMPS_VERSION || host == EVP_LAMMPS_VERSION + 1;
   }
-  // Not exit(): destructors of a library that does not fit are not to be run.
-  std::fflush(nullptr);
-  std::_Exit(EXIT_FAILURE);
-}
+
+  inline std::string differences(void *lmp)
+  {
+    std::string text;
+    const auto add = [&text](const std::string &what, const std::string &found,
+                             const std::string &expected) {
+      text += "  " + what + ": this LAMMPS has " + found + ", the plugin was built for " +
+          expected + "\n";
+    };
+
+    const int version = lammps_version(lmp);
+    if (!same_release(version))
+      add("release", std::to_string(version), std::to_string(EVP_LAMMPS_VERSION));
+
+    const struct {
+      const char *name;
+      int bytes;
+    } integers[] = {{"bigint", int(sizeof(LAMMPS_NS::bigint))},
+                    {"tagint", int(sizeof(LAMMPS_NS::tagint))},
+                    {"imageint", int(sizeof(LAMMPS_NS::imageint))}};
+    for (const auto &integer : integers) {
+      const int host = lammps_extract_setting(lmp, integer.name);
+      if (host != integer.bytes)
+        add(std::string("size of ") + integer.name, std::to_string(8 * host) + " bits",
+            std::to_string(8 * integer.bytes) + " bits");
+    }
+
+    // Asked first: with another MPI_Comm the call below would go to a library of unknown kind.
+    const int host_comm = lammps_config_has_mpi_support();
+    const bool built_without = std::string(built_mpi) == "no MPI";
+    const int built_comm = built_without ? 0 : int(sizeof(MPI_Comm));
+    const std::string found = host_mpi();
+    if (built_mpi[0] && found != built_mpi)
+      add("MPI", found, built_mpi);
+    else if (host_comm != built_comm)
+      add("MPI", std::to_string(host_comm) + " byte communicators",
+          std::to_string(built_comm) + " byte communicators");
+    return text;
+  }
+
+  /// Returns if the plugin was built for the LAMMPS instance `lmp`; otherwise says once what differs and
+  /// what to rebuild, and ends the process with status 1.
+  inline void refuse_wrong_host(void *lmp)
+  {
+    const std::string text = differences(lmp);
+    if (text.empty()) return;
+
+    // No MPI call here, it may be the wrong MPI. Every rank gets here; the others leave a moment later,
+    // since mpirun may end the job at the first exit and the message must be out by then.
+    if (lammps_extract_setting(lmp, "universe_rank") == 0) {
+      std::fflush(stdout);
+      std::fprintf(
+          stderr,
+          "\nERROR: evpplugin.so was built for another LAMMPS than the one that loads it:\n%s"
+          "Rebuild the plugin for this LAMMPS: cmake -S . -B build "
+          "-DLAMMPS_SOURCE_DIR=/path/to/its/source -DLAMMPS_BUILD_DIR=/path/to/its/build "
+          "&& cmake --build build\n",
+          text.c_str());
+    } else {
+      std::this_thread::sleep_for(std::chrono::seconds(1));
+    }
+    // Not exit(): destructors of a library that does not fit are not to be run.
+    std::fflush(nullptr);
+    std::_Exit(EXIT_FAILURE);
+  }
 
 }    // namespace
 }    // namespace EVP

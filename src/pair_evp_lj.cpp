@@ -42,8 +42,8 @@ class EvTally {
   {
     double energy = 0.0;
     if (energy_wanted)
-      energy = style->law_of(pair).energy(std::sqrt(g.dsq), 1.0 / pair.inv_deq,
-                                          std::sqrt(pair.cutsq));
+      energy =
+          style->law_of(pair).energy(std::sqrt(g.dsq), 1.0 / pair.inv_deq, std::sqrt(pair.cutsq));
     style->ev_tally(i, pair.j, nlocal, newton, energy, 0.0, fpair, g.dx, g.dy, g.dz);
   }
 
@@ -155,11 +155,12 @@ void PairEVPLJ::pack()
 
   if (overlaps.count && !overlap_warned) {
     overlap_warned = true;
-    error->warning(FLERR,
-                   "Pair evp/lj: {} pairs overlap by more than {} (R_i + R_j), first atoms {} and {} "
-                   "at d = {:.6g}, step {}: the law has no hard core, so check step, speed and load",
-                   overlaps.count, settings_now.overlap, overlaps.tag_i, overlaps.tag_j, overlaps.d,
-                   update->ntimestep);
+    error->warning(
+        FLERR,
+        "Pair evp/lj: {} pairs overlap by more than {} (R_i + R_j), first atoms {} and {} "
+        "at d = {:.6g}, step {}: the law has no hard core, so check step, speed and load",
+        overlaps.count, settings_now.overlap, overlaps.tag_i, overlaps.tag_j, overlaps.d,
+        update->ntimestep);
   }
 }
 
@@ -209,11 +210,12 @@ void PairEVPLJ::check_radii() const
 {
   for (int i = 0; i < atom->nlocal; i++)
     if (atom->radius[i] > max_radius[atom->type[i]])
-      error->one(FLERR,
-                 "Pair evp/lj: the radius of atom {} is {:.8g}, but the cut-off was set for at most "
-                 "{:.8g} in its type: radii must not grow past the largest at the start of the run; "
-                 "split the run there",
-                 atom->tag[i], atom->radius[i], max_radius[atom->type[i]]);
+      error->one(
+          FLERR,
+          "Pair evp/lj: the radius of atom {} is {:.8g}, but the cut-off was set for at most "
+          "{:.8g} in its type: radii must not grow past the largest at the start of the run; "
+          "split the run there",
+          atom->tag[i], atom->radius[i], max_radius[atom->type[i]]);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -233,7 +235,8 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
   const double cut = repels_only ? sum_radii : law.parameters().alpha * sum_radii;
 
   const double d = std::sqrt(rsq);
-  const bool acts = d <= cut && factor_lj != 0.0 && (is_bond || settings_now.contact != Contact::NONE);
+  const bool acts =
+      d <= cut && factor_lj != 0.0 && (is_bond || settings_now.contact != Contact::NONE);
   svector[0] = deq;
   svector[1] = (d - deq) / deq;
   svector[2] = acts ? law.regime(d, deq) : 0.0;
@@ -253,7 +256,7 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
 PairEVPLJ::Counts PairEVPLJ::count_pairs() const
 {
   double sums[3] = {0.0, 0.0, 0.0}, lowest = HUGE_VAL;
-  const double (*x)[3] = as_rows(atom->x);
+  const double(*x)[3] = as_rows(atom->x);
   for (const auto &row : packed.rows)
     for (int k = row.first; k < row.last; k++) {
       const EVP::PackedPair &pair = packed.pairs[k];

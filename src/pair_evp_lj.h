@@ -25,10 +25,10 @@ class PairEVPLJ : public Pair {
 
   /// Pairs of the current neighbor list at the current positions, over all processes.
   struct Counts {
-    double bonds_within;     ///< recorded pairs with d <= dlim
-    double bonds_second;     ///< of these in the second regime
-    double new_pairs;        ///< pairs not recorded that interact
-    double lowest_ratio;     ///< smallest d/(R_i + R_j) of the packed pairs; 0 if there are none
+    double bonds_within;    ///< recorded pairs with d <= dlim
+    double bonds_second;    ///< of these in the second regime
+    double new_pairs;       ///< pairs not recorded that interact
+    double lowest_ratio;    ///< smallest d/(R_i + R_j) of the packed pairs; 0 if there are none
   };
 
   PairEVPLJ(class LAMMPS *);
@@ -74,14 +74,14 @@ class PairEVPLJ : public Pair {
     double overlap;    // warn below d = (1 - overlap) (R_i + R_j)
   } settings_now;
 
-  double **coefficients[9];                // [type][type] of e1 m1 n1 e2 m2 n2 xi_s gamma alpha
-  std::vector<EVP::Law> laws;              // of all pairs of types, see law_index()
-  std::vector<EVP::Law> laws_in_use;       // of the pairs of types that this style serves
-  std::vector<double> max_radius;          // per type, when the cut-offs were set
+  double **coefficients[9];             // [type][type] of e1 m1 n1 e2 m2 n2 xi_s gamma alpha
+  std::vector<EVP::Law> laws;           // of all pairs of types, see law_index()
+  std::vector<EVP::Law> laws_in_use;    // of the pairs of types that this style serves
+  std::vector<double> max_radius;       // per type, when the cut-offs were set
   bool any_gamma;
 
-  std::string bonds_id;         // fix that recorded the bonds; empty: none did
-  class FixEVPBonds *bonds;     // that fix, nullptr without
+  std::string bonds_id;        // fix that recorded the bonds; empty: none did
+  class FixEVPBonds *bonds;    // that fix, nullptr without
   std::string last_report;
 
   // pairs that overlap beyond the limit, found while packing
@@ -100,8 +100,8 @@ class PairEVPLJ : public Pair {
   bool overlap_warned;
 
   EVP::PackedList packed;
-  bool repack;                          // coefficients changed since the list was packed
-  std::vector<int> canonical, mark;     // association of neighbors with records, see pack()
+  bool repack;                         // coefficients changed since the list was packed
+  std::vector<int> canonical, mark;    // association of neighbors with records, see pack()
   std::vector<double> mark_deq;
 
   void allocate();

@@ -79,8 +79,7 @@ void PairEVPLJ::settings(int narg, char **arg)
     if (key != "contact" && key != "overlap")
       error->all(FLERR, "Pair style evp/lj: unknown keyword '{}'; it takes contact and overlap",
                  key);
-    if (iarg + 1 == narg)
-      error->all(FLERR, "Pair style evp/lj: keyword {} needs a value", key);
+    if (iarg + 1 == narg) error->all(FLERR, "Pair style evp/lj: keyword {} needs a value", key);
     const std::string value = arg[iarg + 1];
     if (key == "contact") {
       if (value == "literal")
@@ -90,8 +89,8 @@ void PairEVPLJ::settings(int narg, char **arg)
       else if (value == "none")
         chosen.contact = Contact::NONE;
       else
-        error->all(FLERR,
-                   "Pair style evp/lj: contact must be literal, repulsive or none, got '{}'", value);
+        error->all(FLERR, "Pair style evp/lj: contact must be literal, repulsive or none, got '{}'",
+                   value);
     } else {
       try {
         chosen.overlap = EVP::parse_number("overlap", value);
@@ -146,7 +145,8 @@ void PairEVPLJ::coeff(int narg, char **arg)
       any = true;
     }
   if (!any)
-    error->all(FLERR, "Pair evp/lj: pair_coeff {} {} names no pair of types I <= J", arg[0], arg[1]);
+    error->all(FLERR, "Pair evp/lj: pair_coeff {} {} names no pair of types I <= J", arg[0],
+               arg[1]);
 }
 
 /* ----------------------------------------------------------------------
@@ -299,7 +299,8 @@ double PairEVPLJ::init_one(int i, int j)
 
   if (row.gamma > 0.0) any_gamma = true;    // fix adapt may have switched it on
   if (damping_acts() && update->whichflag == 1 && !comm->ghost_velocity)
-    error->all(FLERR, "Pair evp/lj with gamma > 0 needs ghost velocities: add 'comm_modify vel yes'");
+    error->all(FLERR,
+               "Pair evp/lj with gamma > 0 needs ghost velocities: add 'comm_modify vel yes'");
 
   return row.alpha * (max_radius[i] + max_radius[j]);
 }
@@ -402,8 +403,7 @@ void PairEVPLJ::read_restart_settings(FILE *fp)
   MPI_Bcast(&settings_now.overlap, 1, MPI_DOUBLE, 0, world);
   MPI_Bcast(&length, 1, MPI_INT, 0, world);
   bonds_id.resize(length);
-  if (comm->me == 0 && length)
-    utils::sfread(FLERR, &bonds_id[0], 1, length, fp, nullptr, error);
+  if (comm->me == 0 && length) utils::sfread(FLERR, &bonds_id[0], 1, length, fp, nullptr, error);
   MPI_Bcast(&bonds_id[0], length, MPI_CHAR, 0, world);
 }
 

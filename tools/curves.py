@@ -82,7 +82,7 @@ def parser():
         sub.add_argument("--column", choices=("virial", "grip"), default="virial",
                          help="stress through the cross-sections, or the grips' reaction")
 
-    sub = command("numbers", show_numbers, "E, yield, stress at 1 and 2 %, end of the straight part")
+    sub = command("numbers", show_numbers, "E, yield, stress at 1 and 2 percent, where the curve bends")
     sub.add_argument("curves", nargs="+", metavar="CSV")
     column(sub)
     sub = command("plot", plot_curves, "stress-strain curves")
@@ -95,7 +95,7 @@ def parser():
     sub.add_argument("--coeff", default="80 8 4 3 8 4 0.005 0 1.5",
                      help="e1 m1 n1 e2 m2 n2 xi_s gamma alpha (default: Table 1)")
     sub.add_argument("--deq", type=float, default=0.01, help="[m], without --measured")
-    sub.add_argument("--measured", metavar="CSV", help="points of a LAMMPS run: columns d,deq,force")
+    sub.add_argument("--measured", metavar="CSV", help="from a LAMMPS run: columns d,deq,force")
     sub.add_argument("--out", default="force_law.png", metavar="PNG")
     sub = command("specimen", plot_specimen, "spheres coloured by their share in the second regime")
     sub.add_argument("state", metavar="CSV")

@@ -73,6 +73,7 @@ if [ -n "$build_dir" ]; then
   build_dir=$(cd "$build_dir" && pwd)
 fi
 
+trap 'die "interrupted; call it again and it goes on from there"' INT TERM
 mkdir -p "$cache" "$EVP_BUILD" || die "cannot write to $cache or $EVP_BUILD; set EVP_CACHE to a folder of yours"
 : >"$log"
 exec 9>"$cache/lock"

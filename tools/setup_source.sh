@@ -87,7 +87,7 @@ fetch_suite() {
   read -r sum name < <(awk '/^[^ ]/ { inside = ($1 == "Checksums-Sha256:") }
     inside && $3 ~ /\.orig\.tar\./ && $3 !~ /\.asc$/ { print $1, $3; exit }' <<<"$index") || true
   if [ -z "${name:-}" ] || [[ $name != lammps_$prefix* ]]; then
-    reason="Debian $suite has '${name:-nothing}' and not LAMMPS $prefix"
+    reason="Debian $suite has '${name:-nothing}' and not the expected lammps_$prefix"
     return 1
   fi
   say "downloading $name"
@@ -112,7 +112,7 @@ get_lammps_source() {
   local suite prefix own work found
   case $1 in
     4Feb2025) suite=trixie prefix=20250204 ;;
-    29Sep2021) suite=bookworm prefix=20210929 ;;
+    29Sep2021) suite=bookworm prefix=20220106 ;;    # Debian's number for 29Sep2021, Update 2
     newest) suite=sid prefix= ;;
   esac
   tree_key=lammps-$1

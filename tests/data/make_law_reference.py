@@ -61,7 +61,8 @@ def law(d, deq, row):
     ds = (1 + xi_s if d >= deq else 1 - xi_s) * deq
     shifted, carried = d - ds + deq, eq1(ds, deq, *one)
     gained = eq2(shifted, deq, *two) - eq2(deq, deq, *two) - carried * (d - ds)
-    return 2, eq1(shifted, deq, *two) + carried, eq2(ds, deq, *one) + gained, slope(shifted, deq, *two)
+    force, energy = eq1(shifted, deq, *two) + carried, eq2(ds, deq, *one) + gained
+    return 2, force, energy, slope(shifted, deq, *two)
 
 
 def neighbors(value, steps):

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Numbers read off a stress-strain curve: E, 0.2 % yield stress, stress at a strain, tangent.
 
-A curve is what in.traction writes: strain, stress from the grips' reaction, stress from the virial of
-the cross-sections [Pa]. Vibration is averaged out by straight-line fits over the windows below.
+A curve is what in.traction writes: strain, stress from the grips' reaction, stress from the virial
+of the cross-sections [Pa]. Straight-line fits over the windows below average vibration out.
 """
 
 from typing import NamedTuple
@@ -15,7 +15,8 @@ YIELD_OFFSET = 0.002  # plastic strain by convention
 STRESS_WINDOW = 0.0006  # +- of strain about which a stress is fitted
 TANGENT_WINDOW = 0.0004  # +- of strain about which a tangent is fitted
 DEPARTURE = 0.9  # of E: where the curve has left its straight part
-STRAINS_REPORTED = {"stress_1pc": 0.01, "stress_2pc": 0.0195}  # windows must end before strain 0.02
+# A run to 2 % ends at strain 0.02, so that its last stress is fitted a little before.
+STRAINS_REPORTED = {"stress_1pc": 0.01, "stress_2pc": 0.0195}
 
 
 class Curve(NamedTuple):
@@ -40,27 +41,31 @@ def read_curve(path):
     names = [name.strip() for name in lines[0].split(",")] if lines else []
     missing = [name for name in HEADER if name not in names]
     if missing:
-        raise CurveError(f"{path} has no column {missing[0]}; its first line must be {','.join(HEADER)}")
+        first_line = ",".join(HEADER)
+        raise CurveError(f"{path} has no column {missing[0]}; its first line must be {first_line}")
+    places = [names.index(name) for name in HEADER]
     try:
-        table = np.array([line.split(",") for line in lines[1:]], dtype=float)
-    except ValueError as error:
+        words = [line.split(",") for line in lines[1:]]
+        table = np.array([[line[k] for k in places] for line in words], dtype=float)
+    except (ValueError, IndexError) as error:
         raise CurveError(f"{path} holds a damaged line: {error}") from error
     if len(table) < 2:
         raise CurveError(f"{path} holds {len(table)} rows: no curve")
     if not np.all(np.isfinite(table)):
         raise CurveError(f"{path} holds a number that is not finite: the run was unstable")
-    return Curve(*(table[:, names.index(name)] for name in HEADER))
+    return Curve(*table.T)
 
 
 def _line_fit(strain, stress, low, high):
     """Slope and value at the middle of the least-squares line over low <= strain <= high."""
+    middle = 0.5 * (low + high)
     rounding = 1e-9  # rows at the window's ends belong to it
     inside = (strain >= low - rounding) & (strain <= high + rounding)
-    # A window that the curve does not reach the end of would be a fit about another strain.
-    if np.sum(inside) < 3 or strain.max() < high - 0.25 * (high - low):
-        raise CurveError(f"no rows enough between strain {low:g} and {high:g}: the curve has "
-                         f"{len(strain)}, up to {strain.max():g}")
-    middle = 0.5 * (low + high)
+    if np.sum(inside) < 3 or strain.max() < 0.5 * (middle + high):
+        raise CurveError(
+            f"the curve has too few rows between strain {low:g} and {high:g} for a straight line: "
+            f"{np.sum(inside)}; it ends at strain {strain.max():g}"
+        )
     slope, value = np.polyfit(strain[inside] - middle, stress[inside], 1)
     return float(slope), float(value)
 
@@ -98,11 +103,12 @@ def departure_strain(strain, stress, elastic_modulus, share=DEPARTURE):
     """Strain where the tangent first falls below share * E; nan if it does not.
 
     Looked for from the middle of E's window on, where the starting shock has died away, in steps of
-    a quarter of the tangent's window, and interpolated between them.
+    a quarter of the tangent's window, and interpolated between them. CurveError where the rows are
+    too far apart for a tangent.
     """
     step = 0.25 * TANGENT_WINDOW
     before = None
-    for at in np.arange(0.5 * MODULUS_END, strain.max() - TANGENT_WINDOW + 1e-9, step):
+    for at in np.arange(0.5 * MODULUS_END, strain.max() - TANGENT_WINDOW, step):
         excess = tangent(strain, stress, at) - share * elastic_modulus
         if excess < 0.0:
             return float(at if before is None else at - step * excess / (excess - before))
@@ -116,7 +122,7 @@ def numbers(curve, column="virial"):
       E_GPa, yield_MPa, stress_1pc_MPa, stress_2pc_MPa (fitted about 0.0195, so that the window ends
       before 2 %), departure_strain (tangent below 90 % of E).
 
-    column: 'virial' or 'grip'. CurveError if the curve ends before strain 0.003 or so.
+    column: 'virial' or 'grip'. CurveError if the curve is too short for E.
     """
     strain, stress = curve.strain, getattr(curve, column)
     elastic_modulus = modulus(strain, stress)
@@ -125,9 +131,14 @@ def numbers(curve, column="virial"):
         "yield_MPa": 1e-6 * yield_stress(strain, stress, elastic_modulus),
     }
     for name, at in STRAINS_REPORTED.items():
-        try:
-            found[name + "_MPa"] = 1e-6 * stress_at(strain, stress, at)
-        except CurveError:
-            found[name + "_MPa"] = float("nan")
-    found["departure_strain"] = departure_strain(strain, stress, elastic_modulus)
+        found[name + "_MPa"] = 1e-6 * _or_nan(stress_at, strain, stress, at)
+    found["departure_strain"] = _or_nan(departure_strain, strain, stress, elastic_modulus)
     return found
+
+
+def _or_nan(number, *arguments):
+    """number(*arguments), or nan where the curve is too short or too coarse for it."""
+    try:
+        return number(*arguments)
+    except CurveError:
+        return float("nan")

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Pictures, each with its numbers in a CSV of the same name beside it.
 
-Colours are Okabe and Ito's, which stay apart for colour-blind readers and in grey; curves that lie on
-each other are told apart by width and dash as well.
+Colours are chosen to stay apart for colour-blind readers; curves that lie on each other are told
+apart by width and dash as well.
 """
 
 import csv
@@ -87,9 +87,9 @@ def stress_strain(panels, path, column="virial"):
 def force_law(row, path, measured=None, deq=0.01, reach=0.03):
     """Force of one pair against its strain (the paper's figure 2): lines from law.py.
 
-    row: law.Row; deq [m]; reach: largest |strain| drawn without measured points. measured: None or a
-    dict with arrays d, deq [m], force [N] from a LAMMPS run, drawn as points on the lines. Writes
-    path and its CSV: strain_percent, force_N, first_regime_N, source.
+    row: law.Row; deq [m]; reach: largest |strain| drawn where nothing was measured. measured: None,
+    or a dict with arrays d, deq [m], force [N] from a LAMMPS run, drawn as points on the lines.
+    Writes path and its CSV: strain_percent, force_N, first_regime_N, source.
     """
     ends = (-reach, reach)
     if measured is not None:
@@ -136,8 +136,10 @@ def force_law(row, path, measured=None, deq=0.01, reach=0.03):
         axis.set_xlim(100 * ends[0], 100 * ends[1])
         axis.set_xlabel("strain of the pair, (d - deq)/deq [%]")
         axis.set_ylabel("force [kN], positive repels")
-        axis.text(0, 1.01, "first\nregime", transform=axis.get_xaxis_transform(), ha="center",
-                  va="bottom", fontsize=9, color="#555555")
+        axis.text(
+            0, 1.01, "first\nregime", transform=axis.get_xaxis_transform(),
+            ha="center", va="bottom", fontsize=9, color="#555555",
+        )
         axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncol=3, handlelength=3)
         header = ("strain_percent", "force_N", "first_regime_N", "source")
         return _save(figure, path, header, rows)
@@ -146,7 +148,7 @@ def force_law(row, path, measured=None, deq=0.01, reach=0.03):
 def specimen(state, path, title=""):
     """Side view of the spheres, coloured by the share of their bonds in the second regime.
 
-    state: dict of arrays x, y, z, radius [m], share [1]. Writes path and its CSV of the same columns.
+    state: dict of arrays x, y, z, radius [m], share [1]. Writes path and a CSV of these columns.
     """
     order = np.argsort(-state["y"])  # the viewer looks along +y: near spheres are drawn last
     millimetres = {name: 1e3 * state[name][order] for name in ("x", "z", "radius")}

@@ -17,7 +17,7 @@ CONTACT_MODES = ("literal", "repulsive", "none")
 
 
 class Row(NamedTuple):
-    """One row of the paper's Tables 1 and 2; fields are floats, or arrays with one entry per pair."""
+    """One row of the paper's Tables 1 and 2; floats, or arrays with one entry per pair."""
 
     e1: float  # first regime: depth of the potential [energy]
     m1: float  # exponents m1 > n1 > 0
@@ -100,7 +100,8 @@ def _select(d, deq, row, first, second):
     d, deq = np.broadcast_arrays(np.asarray(d, dtype=float), np.asarray(deq, dtype=float))
     is_first = regime(d, deq, row) == 1
     ds = threshold(d, deq, row)
-    return np.where(is_first, first(np.where(is_first, d, deq)), second(np.where(is_first, ds, d), ds))
+    value_first = first(np.where(is_first, d, deq))
+    return np.where(is_first, value_first, second(np.where(is_first, ds, d), ds))
 
 
 def force(d, deq, row):

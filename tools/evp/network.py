@@ -44,9 +44,9 @@ def assemble(pairs, axial, transverse, free):
             rows.append(np.broadcast_to((3 * p[keep, None] + np.arange(3))[:, :, None], shape))
             columns.append(np.broadcast_to((3 * q[keep, None] + np.arange(3))[:, None, :], shape))
             values.append((1.0 if a == b else -1.0) * blocks[keep])
-    rows, columns, values = (np.concatenate([k.ravel() for k in g]) for g in (rows, columns, values))
+    flat = [np.concatenate([part.ravel() for part in g]) for g in (values, rows, columns)]
     size = 3 * int(np.sum(free))
-    return scipy.sparse.coo_matrix((values, (rows, columns)), shape=(size, size)).tocsr()
+    return scipy.sparse.coo_matrix((flat[0], flat[1:]), shape=(size, size)).tocsr()
 
 
 def largest_eigenvalue(matrix):
@@ -104,7 +104,8 @@ def step_limits(x, radius, mass, rows, bonds, contact, free_mask, types=None, bo
             return largest_eigenvalue(dt * dt * scaled_k + 2.0 * dt * scaled_c) - 4.0
 
         lower = float(stable_step(lam_k, lam_c))  # safe: eigenvalues of a sum add at most
-        dt_explicit = scipy.optimize.brentq(excess, lower * (1 - 1e-9), upper * (1 + 1e-9), rtol=1e-10)
+        ends = lower * (1 - 1e-9), upper * (1 + 1e-9)
+        dt_explicit = scipy.optimize.brentq(excess, *ends, rtol=1e-10)
 
     moves = free[pairs.i] | free[pairs.j]
     lighter = np.minimum(mass[pairs.i], mass[pairs.j])

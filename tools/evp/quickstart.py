@@ -1,0 +1,178 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""The paper's traction test, from a random packing to curves and pictures.
+
+Runs in.two_spheres (the force law, figure 2), in.specimen (500 spheres) and in.traction for Tables
+1 and 2 (figures 3 and 4); writes CSV and PNG files and prints E, 0.2 % yield stress, stress at 1 %
+and the strain of the first bond in the second regime. Table 2 is also pulled at 100 /s, where its
+damping can be seen. About a minute and a half on two cores.
+"""
+
+import argparse
+import csv
+import pathlib
+import re
+import sys
+
+from . import curves, figures, law, run
+
+TABLES = {
+    "table1": ("Table 1, no damping", "80 8 4 3 8 4 0.005 0 1.5", (1.0, 10.0)),
+    "table2": ("Table 2, damping 1000 N s/m", "80 8 4 3 8 4 0.005 1000 1.5", (1.0, 10.0, 100.0)),
+}
+STRAIN = 0.02
+DT_FRACTION = 0.8
+# Largest stable steps of such a specimen [s], only to share out the progress line.
+_TYPICAL_STEP = {"table1": 9e-7, "table2": 3.5e-8}
+_FIRST_BOND = re.compile(r"^\s*first second-regime bond at strain\s+(\S+)", re.MULTILINE)
+
+
+def parser():
+    """The command line."""
+    top = argparse.ArgumentParser(
+        prog="quickstart",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    top.add_argument(
+        "--rates",
+        nargs="+",
+        type=_positive,
+        metavar="R",
+        help="strain rates [1/s] for both tables (default: Table 1 at 1 and 10, "
+        "Table 2 at 1, 10 and 100; the time goes as 1/rate)",
+    )
+    top.add_argument(
+        "--out",
+        type=pathlib.Path,
+        default=run.CHECKOUT / "results" / "quickstart",
+        metavar="DIR",
+        help="folder for the results (default: results/quickstart)",
+    )
+    top.add_argument(
+        "--ranks",
+        type=int,
+        choices=range(1, 65),
+        default=2,
+        metavar="N",
+        help="MPI ranks of each traction run (default: 2)",
+    )
+    return top
+
+
+def _positive(word):
+    """A positive number, for argparse."""
+    value = float(word)
+    if not 0.0 < value < float("inf"):
+        raise argparse.ArgumentTypeError(f"a rate must be positive, got {word}")
+    return value
+
+
+def prepare_jobs(out):
+    """The force law and the specimen: one core each, side by side."""
+    two = run.Job("two_spheres", "in.two_spheres", {"out": "two_spheres"}, out)
+    packing = {"n": 500, "seed": 1, "out": "specimen.data"}
+    return [two, run.Job("specimen", "in.specimen", packing, out)]
+
+
+def traction_job(out, table, rate, ranks):
+    """One pull to STRAIN at a rate [1/s]; its progress is read off the growing CSV."""
+    name = f"{table}_rate{rate:g}"
+    variables = {
+        "specimen": "specimen.data",
+        "coeff": TABLES[table][1],
+        "contact": "literal",
+        "rate": f"{rate:g}",
+        "strain": STRAIN,
+        "dtfraction": DT_FRACTION,
+        "out": name,
+    }
+    return run.Job(
+        name,
+        "in.traction",
+        variables,
+        out,
+        ranks,
+        cost=STRAIN / rate / (DT_FRACTION * _TYPICAL_STEP[table]),
+        done=lambda: run.last_strain(out / f"{name}.csv") / STRAIN,
+    )
+
+
+def first_second_regime_strain(log):
+    """Strain of the first bond in the second regime as in.traction printed it; 'none' without."""
+    found = _FIRST_BOND.findall(log.read_text(encoding="utf-8", errors="replace"))
+    if not found:
+        raise run.RunError(f"{log} has no line 'first second-regime bond at strain ...'")
+    return found[-1]
+
+
+def draw(out, pulled):
+    """All pictures; pulled: {(table, rate): job}. Returns their paths."""
+    panels = {}
+    for (table, rate), job in sorted(pulled.items()):
+        curve = curves.read_curve(out / f"{job.name}.csv")
+        panels.setdefault(TABLES[table][0], []).append((f"{rate:g} /s", curve))
+    measured = figures.read_columns(out / "two_spheres.csv", ("d", "deq", "force"))
+    table1 = law.Row.parse(TABLES["table1"][1])
+    paths = [
+        figures.force_law(table1, out / "force_law.png", measured),
+        figures.stress_strain(panels, out / "stress_strain.png"),
+    ]
+    table, rate = min(pulled, key=lambda key: (key[0], abs(key[1] - 10.0)))
+    state_file = out / f"{pulled[table, rate].name}_state.csv"
+    state = figures.read_columns(state_file, ("x", "y", "z", "radius", "share"))
+    title = f"{TABLES[table][0]}, {rate:g} /s, strain {100 * STRAIN:g} %"
+    paths.append(figures.specimen(state, out / "specimen.png", title))
+    return paths
+
+
+def report(out, pulled):
+    """Print the table of numbers and write it to summary.csv."""
+    header = ("table", "rate_per_s", "E_GPa", "yield_MPa", "stress_1pc_MPa", "first_second_regime")
+    rows = []
+    for (table, rate), job in sorted(pulled.items()):
+        found = curves.numbers(curves.read_curve(out / f"{job.name}.csv"))
+        values = [f"{found[name]:.2f}" for name in header[2:5]]
+        rows.append((table, f"{rate:g}", *values, first_second_regime_strain(job.log)))
+    with open(out / "summary.csv", "w", newline="", encoding="utf-8") as target:
+        csv.writer(target, lineterminator="\n").writerows([header, *rows])
+    titles = (
+        "table ",
+        "rate [1/s]",
+        "E [GPa]",
+        "0.2 % yield [MPa]",
+        "stress at 1 % [MPa]",
+        "first second-regime bond at strain",
+    )
+    print("  ".join(titles))
+    for row in rows:
+        print("  ".join(cell.rjust(len(title)) for cell, title in zip(row, titles)))
+
+
+def main(argv=None):
+    """Run all; 0, or 1 after a message that holds LAMMPS' own error."""
+    args = parser().parse_args(argv)
+    out = args.out.absolute()
+    wanted = {(t, r) for t in TABLES for r in (args.rates or TABLES[t][2])}
+    pulled = {key: traction_job(out, *key, args.ranks) for key in sorted(wanted)}
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        for name in ["two_spheres", *(job.name for job in pulled.values())]:
+            # An old curve would be taken for progress of the new run.
+            for stale in (out / f"{name}.csv", out / f"{name}_state.csv"):
+                stale.unlink(missing_ok=True)
+        run.run_jobs(prepare_jobs(out), title="packing and force law:")
+        longest_first = sorted(pulled.values(), key=lambda job: -job.cost)
+        run.run_jobs(longest_first, title="traction:")
+        paths = draw(out, pulled)
+        report(out, pulled)
+    except (run.RunError, OSError, ValueError) as error:
+        print(f"ERROR: {error}", file=sys.stderr)
+        return 1
+    print("pictures, each with its CSV:")
+    for path in paths:
+        print(f"  {path}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,177 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Starts LAMMPS runs side by side on the cores that there are, and says how long they will take.
+
+EVP_LMP      the lmp to run (default: build/lmp of this checkout)
+EVP_MPIRUN   mpirun with its flags (default: mpirun -np); a run on one rank does without
+"""
+
+import os
+import pathlib
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import time
+from dataclasses import dataclass, field
+from typing import Callable, List, Optional
+
+CHECKOUT = pathlib.Path(__file__).resolve().parents[2]
+DECKS = CHECKOUT / "lammps_inputs"
+_POLL = 0.1  # [s] between two looks at the running jobs
+_PLAIN_INTERVAL = 5.0  # [s] between two lines where the output is no terminal
+
+
+class RunError(RuntimeError):
+    """A LAMMPS run failed; the text holds LAMMPS' own error and where the log is."""
+
+
+@dataclass
+class Job:
+    """One run of a deck in a folder; its screen output goes to folder/name.log."""
+
+    name: str
+    deck: str
+    variables: dict
+    folder: pathlib.Path
+    ranks: int = 1
+    cost: float = 1.0  # share of the whole, in any unit
+    done: Callable[[], float] = field(default=lambda: 0.0)  # 0..1 while it runs
+    process: Optional[subprocess.Popen] = None
+
+    @property
+    def log(self):
+        return pathlib.Path(self.folder) / (self.name + ".log")
+
+    def start(self):
+        """Start the process; RunError if lmp or mpirun is not there."""
+        command = lammps_command(self.ranks)
+        command += ["-in", str(DECKS / self.deck), "-log", "none"]
+        for key, value in self.variables.items():
+            command += ["-var", key, str(value)]
+        with open(self.log, "w", encoding="utf-8") as log:
+            try:
+                self.process = subprocess.Popen(
+                    command,
+                    cwd=self.folder,
+                    stdin=subprocess.DEVNULL,
+                    stdout=log,
+                    stderr=subprocess.STDOUT,
+                )
+            except OSError as error:
+                raise RunError(f"{self.name}: cannot start {command[0]}: {error}") from error
+
+    def check(self):
+        """Raise RunError with LAMMPS' own words if the ended process failed."""
+        if self.process.returncode != 0:
+            raise RunError(
+                f"{self.name}: {self.deck} failed (exit {self.process.returncode}): "
+                f"{lammps_error(self.log)}\n  whole output: {self.log}"
+            )
+
+
+def lammps_command(ranks=1):
+    """Words that start lmp on so many ranks. RunError if the programs are missing."""
+    lmp = os.environ.get("EVP_LMP") or str(CHECKOUT / "build" / "lmp")
+    if shutil.which(lmp) is None:
+        raise RunError(f"no program {lmp}: run tools/setup.sh first, or set EVP_LMP")
+    lmp = str(pathlib.Path(shutil.which(lmp)).absolute())
+    if ranks == 1:
+        return [lmp]
+    words = shlex.split(os.environ.get("EVP_MPIRUN") or "mpirun")
+    if shutil.which(words[0]) is None:
+        raise RunError(f"no program {words[0]}: install Open MPI, or set EVP_MPIRUN")
+    if words[-1] not in ("-np", "-n"):
+        words.append("-np")
+    return [*words, str(ranks), lmp]
+
+
+def lammps_error(log):
+    """The error lines of a log file, or its last lines where there are none."""
+    with open(log, encoding="utf-8", errors="replace") as source:
+        lines = [line.strip() for line in source if line.strip()]
+    found = [line for line in lines if re.match(r"ERROR\b", line)]  # no echoed print
+    if found:
+        return " / ".join(dict.fromkeys(found[:3]))
+    return "\n  ".join(["no ERROR line; it ends with", *lines[-5:]])
+
+
+def last_strain(path):
+    """Strain in the last whole line of a growing PREFIX.csv; 0.0 before there is one."""
+    try:
+        with open(path, "rb") as source:
+            source.seek(0, os.SEEK_END)
+            source.seek(max(0, source.tell() - 400))
+            lines = source.read().split(b"\n")[:-1]
+        return float(lines[-1].split(b",")[0])
+    except (OSError, IndexError, ValueError):
+        return 0.0
+
+
+def format_seconds(seconds):
+    """'8 s' or '2 min 05 s'."""
+    whole = int(round(seconds))
+    return f"{whole} s" if whole < 60 else f"{whole // 60} min {whole % 60:02d} s"
+
+
+class _Progress:
+    """One line of progress: rewritten on a terminal, every few seconds elsewhere."""
+
+    def __init__(self, jobs, title):
+        self.jobs, self.title = jobs, title
+        self.begin = self.shown = time.monotonic()
+        self.terminal = sys.stderr.isatty()
+
+    def show(self, running, finished):
+        now = time.monotonic()
+        if now - self.shown < (0.3 if self.terminal else _PLAIN_INTERVAL):
+            return
+        self.shown = now
+        whole = sum(job.cost for job in self.jobs)
+        ready = sum(job.cost for job in finished)
+        ready += sum(job.cost * min(1.0, max(0.0, job.done())) for job in running)
+        share, spent = ready / whole, now - self.begin
+        left = "time left not known yet"
+        if share > 0.02:
+            left = f"about {format_seconds(spent * (1 - share) / share)} left"
+        names = ", ".join(job.name for job in running)
+        text = f"{self.title} {100 * share:3.0f} %, {left} ({names})"
+        print(f"\r\x1b[K{text}" if self.terminal else text, end="" if self.terminal else "\n",
+              file=sys.stderr, flush=True)
+
+    def close(self):
+        if self.terminal:
+            print("\r\x1b[K", end="", file=sys.stderr, flush=True)
+        spent = format_seconds(time.monotonic() - self.begin)
+        print(f"{self.title} done in {spent}", file=sys.stderr, flush=True)
+
+
+def run_jobs(jobs: List[Job], cores=None, title="LAMMPS"):
+    """Run all jobs, in their order, as many at once as the cores allow.
+
+    cores: default all that this process may use. At the first failure the others are stopped and
+    RunError is raised; so they are on any other exception, the user's interrupt among them.
+    """
+    cores = cores or len(os.sched_getaffinity(0))
+    waiting, running, finished = list(jobs), [], []
+    progress = _Progress(jobs, title)
+    try:
+        while waiting or running:
+            for job in list(waiting):
+                free = cores - sum(other.ranks for other in running)
+                if job.ranks <= free or not running:
+                    waiting.remove(job)
+                    job.start()
+                    running.append(job)
+            time.sleep(_POLL)
+            for job in [job for job in running if job.process.poll() is not None]:
+                job.check()
+                running.remove(job)
+                finished.append(job)
+            progress.show(running, finished)
+    finally:
+        for job in running:
+            if job.process is not None and job.process.poll() is None:
+                job.process.terminate()
+                job.process.wait()
+    progress.close()
