@@ -153,10 +153,14 @@ macro(evp_host_from_install)
 endmacro()
 
 # Debian's liblammps-dev ships a part of the headers only. What the sources include is the list; those
-# that they ask for with __has_include are no must.
+# that they ask for with __has_include are no must. LAMMPS' own utils.h is read too, since Debian
+# leaves out the fmt folder that it includes.
 function(evp_host_check_headers)
   set(missing "")
   file(GLOB sources ${CMAKE_CURRENT_SOURCE_DIR}/src/*.h ${CMAKE_CURRENT_SOURCE_DIR}/src/*.cpp)
+  if(EXISTS "${EVP_HOST_INCLUDE}/utils.h")
+    list(APPEND sources "${EVP_HOST_INCLUDE}/utils.h")
+  endif()
   foreach(source IN LISTS sources)
     file(STRINGS ${source} lines REGEX "^#include \"|__has_include")
     list(JOIN lines " " all_lines)

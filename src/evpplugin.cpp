@@ -8,6 +8,7 @@
 #include "compute_evp_state_atom.h"
 #include "fix_evp_bonds.h"
 #include "pair_evp_lj.h"
+#include "write_evp_bonds.h"
 
 #include "lammpsplugin.h"
 #include "version.h"
@@ -59,5 +60,11 @@ extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
   plugin.name = "evp/state/atom";
   plugin.info = "EVP state of each atom's pairs";
   plugin.creator.v2 = &create_with_words<ComputeEVPStateAtom>;
+  add(&plugin, lmp);
+
+  plugin.style = "command";
+  plugin.name = "write_evp_bonds";
+  plugin.info = "EVP recorded bonds as a text file";
+  plugin.creator.v1 = &create<WriteEVPBonds>;
   add(&plugin, lmp);
 }

@@ -19,12 +19,15 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <memory>
 
 using namespace LAMMPS_NS;
 using namespace FixConst;
 
+static constexpr int LINES_PER_MESSAGE = 10000;
+
 /* ----------------------------------------------------------------------
-   fix ID group evp/bonds [zone Z]
+   fix ID group evp/bonds [zone Z | file FILE]
 ------------------------------------------------------------------------- */
 
 FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
@@ -33,9 +36,13 @@ FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
 {
   for (int iarg = 3; iarg < narg; iarg += 2) {
     const std::string key = arg[iarg];
-    if (key != "zone")
-      error->all(FLERR, "Fix {} evp/bonds: unknown keyword '{}'; it takes zone", id, key);
+    if (key != "zone" && key != "file")
+      error->all(FLERR, "Fix {} evp/bonds: unknown keyword '{}'; it takes zone or file", id, key);
     if (iarg + 1 == narg) error->all(FLERR, "Fix {} evp/bonds: keyword {} needs a value", id, key);
+    if (key == "file") {
+      file = arg[iarg + 1];
+      continue;
+    }
     try {
       zone = EVP::parse_number("zone", arg[iarg + 1]);
     } catch (const EVP::BadInput &bad) {
@@ -47,6 +54,10 @@ FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
                  "are recorded), got {}",
                  id, arg[iarg + 1]);
   }
+  if (zone > 0.0 && !file.empty())
+    error->all(FLERR,
+               "Fix {} evp/bonds: the bonds come from the zone or from a file, give one of the two",
+               id);
   for (int k = 0; k < modify->nfix; k++)
     if (strcmp(modify->fix[k]->style, style) == 0 && strcmp(modify->fix[k]->id, id) != 0)
       error->all(FLERR,
@@ -123,7 +134,7 @@ void FixEVPBonds::init()
 
   if (recorded)
     check_ids();
-  else {
+  else if (file.empty()) {
     check_zone(pair);
     EVP::compat::request_full_list(neighbor, this, instance_me);
   }
@@ -178,13 +189,42 @@ void FixEVPBonds::setup_pre_force(int /*vflag*/)
   if (!recorded) record();
 }
 
+void FixEVPBonds::record()
+{
+  PairEVPLJ *pair = find_pair();
+  if (file.empty())
+    record_zone(pair);
+  else
+    record_file(pair);
+
+  int most_here = 0, most;
+  bigint sides_here = 0, sides;
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (atom->mask[i] & groupbit) recorded_as[i] = atom->tag[i];
+    most_here = std::max(most_here, nbonds[i]);
+    sides_here += nbonds[i];
+  }
+  MPI_Allreduce(&most_here, &most, 1, MPI_INT, MPI_MAX, world);
+  MPI_Allreduce(&sides_here, &sides, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+  reserve(most);
+  nrecorded = sides / 2;
+  recorded = true;
+  pair->bonds_recorded_by(id);
+
+  if (comm->me) return;
+  std::string source = "from file " + file;
+  if (file.empty())
+    source = zone > 0.0 ? fmt::format("within {} (R_i + R_j)", zone) : "within alpha (R_i + R_j)";
+  utils::logmesg(lmp, "fix evp/bonds {}: recorded {} pairs {}, at most {} per atom\n", id,
+                 nrecorded, source, most);
+}
+
 /* ----------------------------------------------------------------------
    every pair of the zone with both atoms in the group, on both of its atoms
 ------------------------------------------------------------------------- */
 
-void FixEVPBonds::record()
+void FixEVPBonds::record_zone(const PairEVPLJ *pair)
 {
-  PairEVPLJ *pair = find_pair();
   if (!list->occasional)    // the request is spelled in numbers, see lammps_compat.h
     error->all(FLERR, "Fix {} evp/bonds got another neighbor list than it asked for", id);
   neighbor->build_one(list);
@@ -194,7 +234,6 @@ void FixEVPBonds::record()
   for (int ii = 0; ii < list->inum; ii++) {
     const int i = list->ilist[ii];
     if (!(mask[i] & groupbit)) continue;
-    recorded_as[i] = atom->tag[i];
     for (int jj = 0; jj < list->numneigh[i]; jj++) {
       const int j = list->firstneigh[i][jj] & NEIGHMASK;
       const double alpha = pair->alpha_of(atom->type[i], atom->type[j]);
@@ -217,24 +256,112 @@ void FixEVPBonds::record()
       add_bond(i, atom->tag[j], std::sqrt(dsq));
     }
   }
+}
 
-  int most_here = 0, most;
-  bigint sides_here = 0, sides;
-  for (int i = 0; i < atom->nlocal; i++) {
-    most_here = std::max(most_here, nbonds[i]);
-    sides_here += nbonds[i];
+/* ----------------------------------------------------------------------
+   the first process reads and checks the text, in pieces; all stop together
+------------------------------------------------------------------------- */
+
+void FixEVPBonds::record_file(const PairEVPLJ *pair)
+{
+  FILE *fp = nullptr;
+  std::unique_ptr<EVP::BondReader> reader;
+  std::string complaint;
+  if (comm->me == 0) {
+    fp = fopen(file.c_str(), "rb");
+    if (!fp) complaint = "cannot read the bond file '" + file + "': give its path";
+    try {
+      if (fp) reader = std::make_unique<EVP::BondReader>(fp, file, update->unit_style);
+    } catch (const EVP::BadInput &bad) {
+      complaint = bad.what();
+    }
   }
-  MPI_Allreduce(&most_here, &most, 1, MPI_INT, MPI_MAX, world);
-  MPI_Allreduce(&sides_here, &sides, 1, MPI_LMP_BIGINT, MPI_SUM, world);
-  reserve(most);
-  nrecorded = sides / 2;
-  recorded = true;
-  pair->bonds_recorded_by(id);
+  stop_together(complaint);
 
-  if (comm->me == 0)
-    utils::logmesg(
-        lmp, "fix evp/bonds {}: recorded {} pairs within {} (R_i + R_j), at most {} per atom\n", id,
-        nrecorded, zone > 0.0 ? fmt::format("{}", zone) : "alpha", most);
+  std::vector<EVP::BondLine> lines;
+  for (int more = 1; more;) {
+    lines.clear();
+    if (comm->me == 0) {
+      try {
+        more = reader->read(lines, LINES_PER_MESSAGE);
+      } catch (const EVP::BadInput &bad) {
+        complaint = bad.what();
+      }
+    }
+    stop_together(complaint);
+    MPI_Bcast(&more, 1, MPI_INT, 0, world);
+    int count = (int) lines.size();
+    MPI_Bcast(&count, 1, MPI_INT, 0, world);
+    lines.resize(count);
+    MPI_Bcast(lines.data(), count * (int) sizeof(EVP::BondLine), MPI_BYTE, 0, world);
+    add_lines(pair, lines);
+  }
+  if (fp) fclose(fp);
+}
+
+/* ----------------------------------------------------------------------
+   what the first process has to complain of stops all, with its text
+------------------------------------------------------------------------- */
+
+void FixEVPBonds::stop_together(std::string complaint) const
+{
+  int length = (int) complaint.size();
+  MPI_Bcast(&length, 1, MPI_INT, 0, world);
+  if (length == 0) return;
+  complaint.resize(length);
+  MPI_Bcast(&complaint[0], length, MPI_CHAR, 0, world);
+  error->all(FLERR, "Fix {} evp/bonds: {}", id, complaint);
+}
+
+/* ----------------------------------------------------------------------
+   the owners say what the named atoms are, all check, the owners store
+------------------------------------------------------------------------- */
+
+void FixEVPBonds::add_lines(const PairEVPLJ *pair, const std::vector<EVP::BondLine> &lines)
+{
+  struct Named {
+    double radius, type, in_group;    // 0 where the atom is not here
+  };
+  std::vector<Named> here(2 * lines.size(), Named{0.0, 0.0, 0.0}), named(here.size());
+  const auto owned = [this](int64_t atom_id) {
+    const int i = atom_id > MAXTAGINT ? -1 : atom->map((tagint) atom_id);
+    return i < atom->nlocal ? i : -1;
+  };
+  for (size_t k = 0; k < here.size(); k++) {
+    const int i = owned(k % 2 ? lines[k / 2].id_j : lines[k / 2].id_i);
+    if (i >= 0)
+      here[k] = {atom->radius[i], (double) atom->type[i], atom->mask[i] & groupbit ? 1.0 : 0.0};
+  }
+  MPI_Allreduce(here.data(), named.data(), 3 * (int) here.size(), MPI_DOUBLE, MPI_MAX, world);
+
+  for (size_t k = 0; k < lines.size(); k++) {
+    const EVP::BondLine &line = lines[k];
+    const Named &a = named[2 * k], &b = named[2 * k + 1];
+    const std::string bond = fmt::format("bond {} {} of file {}", line.id_i, line.id_j, file);
+    if (a.type == 0.0 || b.type == 0.0)
+      error->all(FLERR,
+                 "Fix {} evp/bonds: {}: there is no atom {}; read the data file that was "
+                 "written with the bond file",
+                 id, bond, a.type == 0.0 ? line.id_i : line.id_j);
+    if (a.in_group == 0.0 || b.in_group == 0.0)
+      error->all(FLERR, "Fix {} evp/bonds: {}: atom {} is not in the fix's group", id, bond,
+                 a.in_group == 0.0 ? line.id_i : line.id_j);
+    const double dlim = pair->alpha_of((int) a.type, (int) b.type) * (a.radius + b.radius);
+    if (line.deq > dlim * (1.0 + 1e-9))
+      error->all(FLERR,
+                 "Fix {} evp/bonds: {}: deq = {} is beyond the pair's dlim = alpha (R_i + R_j) "
+                 "= {}, which the neighbor list does not reach: raise alpha, or leave the bond out",
+                 id, bond, line.deq, dlim);
+
+    for (int side = 0; side < 2; side++) {
+      const int i = owned(side ? line.id_j : line.id_i);
+      const auto partner = (tagint) (side ? line.id_i : line.id_j);
+      if (i < 0) continue;
+      if (find_deq(i, partner) > 0.0)
+        error->one(FLERR, "Fix {} evp/bonds: {} is given twice", id, bond);
+      add_bond(i, partner, line.deq);
+    }
+  }
 }
 
 /* ---------------------------------------------------------------------- */

@@ -9,9 +9,11 @@ FixStyle(evp/bonds,FixEVPBonds);
 #ifndef LMP_FIX_EVP_BONDS_H
 #define LMP_FIX_EVP_BONDS_H
 
+#include "evp_bond_file.h"
 #include "fix.h"
 
 #include <string>
+#include <vector>
 
 namespace LAMMPS_NS {
 
@@ -62,11 +64,15 @@ class FixEVPBonds : public Fix {
   bool has_recorded() const { return recorded; }
   Bonds bonds_of(int i) const { return {bonds + (bigint) i * capacity, nbonds[i]}; }
 
+  /// Collective. Stops unless every atom has the ID that it was recorded under.
+  void check_ids() const;
+
   /// deq of local atom i with the atom of that tag [length], or 0 if they were not recorded.
   double find_deq(int i, tagint partner) const;
 
  private:
   double zone;    // pairs with d <= zone (R_i + R_j) are recorded; 0: zone = alpha of the pair type
+  std::string file;    // take the records from this file; empty: from the zone
   bool recorded;
   bigint nrecorded;    // pairs, over all processes
   int capacity;        // records that each atom has room for
@@ -81,8 +87,11 @@ class FixEVPBonds : public Fix {
 
   class PairEVPLJ *find_pair() const;
   void record();
+  void record_zone(const class PairEVPLJ *);
+  void record_file(const class PairEVPLJ *);
+  void add_lines(const class PairEVPLJ *, const std::vector<EVP::BondLine> &);
+  void stop_together(std::string complaint) const;
   void check_zone(const class PairEVPLJ *) const;
-  void check_ids() const;
   void add_bond(int, tagint, double);
   void reserve(int);
   int pack_bonds(int, double *) const;

@@ -223,6 +223,10 @@ void PairEVPLJ::check_radii() const
 double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double /*factor_coul*/,
                          double factor_lj, double &fforce)
 {
+  // pair_write asks for two particles that need not exist, of pairs that have no deq of their own
+  fforce = 0.0;
+  if (std::max(i, j) >= atom->nlocal + atom->nghost) return 0.0;
+
   double deq = 0.0;
   if (bonds) deq = i < atom->nlocal ? bonds->find_deq(i, atom->tag[j]) : 0.0;
   if (bonds && deq == 0.0 && j < atom->nlocal) deq = bonds->find_deq(j, atom->tag[i]);
@@ -241,7 +245,6 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
   svector[1] = (d - deq) / deq;
   svector[2] = acts ? law.regime(d, deq) : 0.0;
 
-  fforce = 0.0;
   if (!acts) return 0.0;
   fforce = law.force(d, deq) / d;
   if (damping_acts()) {

@@ -216,6 +216,10 @@ void PairEVPLJ::check_host_settings() const
 {
   if (!atom->radius_flag)
     error->all(FLERR, "Pair evp/lj needs particles with a radius: use 'atom_style sphere'");
+  if (force->pair_match("evp/lj", 1) != this)
+    error->all(FLERR,
+               "Pair evp/lj can be one sub-style of pair_style hybrid only, as a pair has one deq: "
+               "give its types rows of their own instead");
   if (!atom->tag_enable)
     error->all(FLERR, "Pair evp/lj needs atom IDs: remove 'atom_modify id no'");
   for (int k = 1; k < 4; k++)
@@ -230,21 +234,39 @@ void PairEVPLJ::check_host_settings() const
 
 void PairEVPLJ::find_max_radii()
 {
-  std::vector<double> mine(max_radius.size(), 0.0);
-  double smallest = HUGE_VAL;
+  // types that this style does not serve may have any radius
+  std::vector<bool> serves(max_radius.size(), false);
+  for (int i = 1; i <= atom->ntypes; i++)
+    for (int j = i; j <= atom->ntypes; j++)
+      if (setflag[i][j]) serves[i] = serves[j] = true;
+
+  std::vector<double> here(max_radius.size(), 0.0);
+  double smallest = HUGE_VAL, smallest_all;
   for (int i = 0; i < atom->nlocal; i++) {
     const int type = atom->type[i];
-    mine[type] = std::max(mine[type], atom->radius[i]);
-    if (alpha_of(type, type) > 0.0) smallest = std::min(smallest, atom->radius[i]);
+    here[type] = std::max(here[type], atom->radius[i]);
+    if (serves[type]) smallest = std::min(smallest, atom->radius[i]);
   }
-  double smallest_all;
   MPI_Allreduce(&smallest, &smallest_all, 1, MPI_DOUBLE, MPI_MIN, world);
-  if (smallest_all <= 0.0)
+  if (!(smallest_all > 0.0))
     error->all(FLERR,
                "Pair evp/lj needs particles with a radius above zero, found {}: use 'set ... "
                "diameter'",
                smallest_all);
-  MPI_Allreduce(mine.data(), max_radius.data(), (int) mine.size(), MPI_DOUBLE, MPI_MAX, world);
+  MPI_Allreduce(here.data(), max_radius.data(), (int) here.size(), MPI_DOUBLE, MPI_MAX, world);
+
+  // particles to come
+  for (int k = 0; k < modify->nfix; k++)
+    if (utils::strmatch(modify->fix[k]->style, "^pour") ||
+        utils::strmatch(modify->fix[k]->style, "^deposit"))
+      for (int type = 1; type <= atom->ntypes; type++) {
+        int itype = type;
+        const auto *radius = (const double *) modify->fix[k]->extract("radius", itype);
+        if (radius) max_radius[type] = std::max(max_radius[type], *radius);
+      }
+
+  for (int type = 1; type <= atom->ntypes; type++)
+    if (!serves[type]) max_radius[type] = HUGE_VAL;
 }
 
 /* ----------------------------------------------------------------------

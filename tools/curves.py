@@ -53,8 +53,7 @@ def plot_law(args):
     """Draw the force law of one row."""
     from evp import figures
 
-    names = ("d", "deq", "force")
-    measured = figures.read_columns(args.measured, names) if args.measured else None
+    measured = figures.read_columns(args.measured, figures.MEASURED) if args.measured else None
     print(figures.force_law(law.Row.parse(args.coeff), args.out, measured, args.deq))
 
 
@@ -62,7 +61,7 @@ def plot_specimen(args):
     """Draw the spheres of one state."""
     from evp import figures
 
-    state = figures.read_columns(args.state, ("x", "y", "z", "radius", "share"))
+    state = figures.read_columns(args.state, figures.STATE)
     print(figures.specimen(state, args.out, args.title))
 
 
@@ -95,7 +94,7 @@ def parser():
     sub.add_argument("--coeff", default="80 8 4 3 8 4 0.005 0 1.5",
                      help="e1 m1 n1 e2 m2 n2 xi_s gamma alpha (default: Table 1)")
     sub.add_argument("--deq", type=float, default=0.01, help="[m], without --measured")
-    sub.add_argument("--measured", metavar="CSV", help="from a LAMMPS run: columns d,deq,force")
+    sub.add_argument("--measured", metavar="CSV", help="PREFIX.csv of in.two_spheres")
     sub.add_argument("--out", default="force_law.png", metavar="PNG")
     sub = command("specimen", plot_specimen, "spheres coloured by their share in the second regime")
     sub.add_argument("state", metavar="CSV")

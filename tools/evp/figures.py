@@ -19,6 +19,8 @@ from matplotlib.patches import Circle  # noqa: E402
 
 from . import law  # noqa: E402
 
+MEASURED = ("strain", "distance", "force")  # [1], [m], [N]
+STATE = ("x", "y", "z", "radius", "share")  # [m], and share of bonds in the second regime [1]
 _STYLES = (
     {"color": "#E69F00", "linewidth": 3.2, "linestyle": "-"},
     {"color": "#0072B2", "linewidth": 1.5, "linestyle": "-"},
@@ -59,27 +61,31 @@ def stress_strain(panels, path, column="virial"):
     column: 'virial' or 'grip'. Writes path and its CSV: panel, curve, strain_percent, stress_MPa.
     """
     rows = []
+    labels = dict.fromkeys(label for drawn in panels.values() for label, _ in drawn)
+    style = {label: _STYLES[k % len(_STYLES)] for k, label in enumerate(labels)}
     with plt.rc_context(_LOOK):
         figure, axes = plt.subplots(
             1, len(panels), sharey=True, squeeze=False, figsize=(1.2 + 4.4 * len(panels), 4.2)
         )
         for axis, (title, curves) in zip(axes[0], panels.items()):
-            for k, (label, curve) in enumerate(curves):
+            for label, curve in curves:
                 percent, stress = 100 * curve.strain, 1e-6 * getattr(curve, column)
-                axis.plot(percent, stress, label=label, **_STYLES[k % len(_STYLES)])
+                axis.plot(percent, stress, label=label, **style[label])
                 rows += [
                     (title, label, f"{a:.6g}", f"{b:.6g}") for a, b in zip(percent, stress)
                 ]
             axis.set_title(title)
             axis.set_xlabel("nominal strain [%]")
-            axis.set_xlim(left=0)
-            axis.set_ylim(bottom=0)
             axis.legend(
                 loc="upper center",
                 bbox_to_anchor=(0.5, -0.16),
                 ncol=min(3, len(curves)),
-                handlelength=3,
+                handlelength=2.6,
+                columnspacing=1.4,
             )
+        for axis in axes[0]:  # once all is drawn: the panels share their scale
+            axis.set_xlim(left=0)
+            axis.set_ylim(bottom=0)
         axes[0][0].set_ylabel("nominal stress [MPa]")
         return _save(figure, path, ("panel", "curve", "strain_percent", "stress_MPa"), rows)
 
@@ -88,13 +94,13 @@ def force_law(row, path, measured=None, deq=0.01, reach=0.03):
     """Force of one pair against its strain (the paper's figure 2): lines from law.py.
 
     row: law.Row; deq [m]; reach: largest |strain| drawn where nothing was measured. measured: None,
-    or a dict with arrays d, deq [m], force [N] from a LAMMPS run, drawn as points on the lines.
+    or the columns MEASURED of in.two_spheres as a dict of arrays, drawn as points on the lines.
     Writes path and its CSV: strain_percent, force_N, first_regime_N, source.
     """
     ends = (-reach, reach)
     if measured is not None:
-        deq = float(np.median(measured["deq"]))
-        points = measured["d"] / measured["deq"] - 1.0
+        points = measured["strain"]
+        deq = float(np.median(measured["distance"] / (1 + points)))
         ends = (points.min(), points.max())
     strain = np.linspace(*ends, 801)
     force = law.force((1 + strain) * deq, deq, row)
@@ -133,14 +139,14 @@ def force_law(row, path, measured=None, deq=0.01, reach=0.03):
             ]
         axis.axhline(0, color="#333333", linewidth=0.8)
         axis.set_ylim(-1e-3 * shown, 1e-3 * shown)
-        axis.set_xlim(100 * ends[0], 100 * ends[1])
+        axis.set_xlim(102 * ends[0], 102 * ends[1])
         axis.set_xlabel("strain of the pair, (d - deq)/deq [%]")
         axis.set_ylabel("force [kN], positive repels")
         axis.text(
             0, 1.01, "first\nregime", transform=axis.get_xaxis_transform(),
             ha="center", va="bottom", fontsize=9, color="#555555",
         )
-        axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncol=3, handlelength=3)
+        axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncol=3)
         header = ("strain_percent", "force_N", "first_regime_N", "source")
         return _save(figure, path, header, rows)
 
@@ -148,7 +154,7 @@ def force_law(row, path, measured=None, deq=0.01, reach=0.03):
 def specimen(state, path, title=""):
     """Side view of the spheres, coloured by the share of their bonds in the second regime.
 
-    state: dict of arrays x, y, z, radius [m], share [1]. Writes path and a CSV of these columns.
+    state: the columns STATE of in.traction as a dict of arrays. Writes path and a CSV of these columns.
     """
     order = np.argsort(-state["y"])  # the viewer looks along +y: near spheres are drawn last
     millimetres = {name: 1e3 * state[name][order] for name in ("x", "z", "radius")}
@@ -169,10 +175,9 @@ def specimen(state, path, title=""):
         axis.set_ylabel("z [mm]")
         axis.set_title(title)
         bar = figure.colorbar(drawn, ax=axis, shrink=0.85)
-        bar.set_label("bonds in the second regime [% of each sphere's]")
-        names = ("x", "y", "z", "radius", "share")
-        rows = zip(*([f"{v:.9g}" for v in state[name]] for name in names))
-        return _save(figure, path, names, rows)
+        bar.set_label("second-regime bonds [% of each sphere's]")
+        rows = zip(*([f"{v:.9g}" for v in state[name]] for name in STATE))
+        return _save(figure, path, STATE, rows)
 
 
 def read_columns(path, wanted):

@@ -111,7 +111,7 @@ def draw(out, pulled):
     for (table, rate), job in sorted(pulled.items()):
         curve = curves.read_curve(out / f"{job.name}.csv")
         panels.setdefault(TABLES[table][0], []).append((f"{rate:g} /s", curve))
-    measured = figures.read_columns(out / "two_spheres.csv", ("d", "deq", "force"))
+    measured = figures.read_columns(out / "two_spheres.csv", figures.MEASURED)
     table1 = law.Row.parse(TABLES["table1"][1])
     paths = [
         figures.force_law(table1, out / "force_law.png", measured),
@@ -119,7 +119,7 @@ def draw(out, pulled):
     ]
     table, rate = min(pulled, key=lambda key: (key[0], abs(key[1] - 10.0)))
     state_file = out / f"{pulled[table, rate].name}_state.csv"
-    state = figures.read_columns(state_file, ("x", "y", "z", "radius", "share"))
+    state = figures.read_columns(state_file, figures.STATE)
     title = f"{TABLES[table][0]}, {rate:g} /s, strain {100 * STRAIN:g} %"
     paths.append(figures.specimen(state, out / "specimen.png", title))
     return paths

@@ -49,11 +49,15 @@ class Job:
         command += ["-in", str(DECKS / self.deck), "-log", "none"]
         for key, value in self.variables.items():
             command += ["-var", key, str(value)]
+        environment = dict(os.environ)
+        # Ranks that spin while they wait make runs several times slower where cores are shared.
+        environment.setdefault("OMPI_MCA_mpi_yield_when_idle", "1")
         with open(self.log, "w", encoding="utf-8") as log:
             try:
                 self.process = subprocess.Popen(
                     command,
                     cwd=self.folder,
+                    env=environment,
                     stdin=subprocess.DEVNULL,
                     stdout=log,
                     stderr=subprocess.STDOUT,
@@ -125,6 +129,8 @@ class _Progress:
     def show(self, running, finished):
         now = time.monotonic()
         if now - self.shown < (0.3 if self.terminal else _PLAIN_INTERVAL):
+            return
+        if not running:
             return
         self.shown = now
         whole = sum(job.cost for job in self.jobs)

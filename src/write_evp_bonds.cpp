@@ -1,0 +1,127 @@
+/* SPDX-License-Identifier: GPL-2.0-only */
+
+#include "write_evp_bonds.h"
+
+#include "evp_bond_file.h"
+#include "fix_evp_bonds.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "error.h"
+#include "modify.h"
+#include "update.h"
+#include "utils.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <cstring>
+#include <vector>
+
+using namespace LAMMPS_NS;
+
+static constexpr size_t CHUNK = 1 << 24;    // bytes of text per message
+
+/* ----------------------------------------------------------------------
+   the file appears under its name only when it is whole
+------------------------------------------------------------------------- */
+
+void WriteEVPBonds::command(int narg, char **arg)
+{
+  if (narg != 1) error->all(FLERR, "write_evp_bonds takes one word, the FILE to write");
+  const FixEVPBonds *bonds = find_recorded();
+
+  bigint count_here = 0, count;
+  const std::string text = own_lines(bonds, count_here);
+  MPI_Allreduce(&count_here, &count, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+
+  const std::string name = arg[0], unfinished = name + ".part";
+  FILE *fp = nullptr;
+  int good = 1;
+  if (comm->me == 0) {
+    fp = fopen(unfinished.c_str(), "wb");
+    good = fp && fprintf(fp, "%s\n", EVP::bond_header(count, update->unit_style).c_str()) > 0;
+  }
+  MPI_Bcast(&good, 1, MPI_INT, 0, world);
+  if (!good)
+    error->all(FLERR, "write_evp_bonds: cannot write '{}': check the folder and the free space",
+               unfinished);
+
+  std::string received;
+  for (int source = 0; source < comm->nprocs; source++) {
+    bigint size = (bigint) text.size();
+    if (source != 0 && comm->me == 0)
+      MPI_Recv(&size, 1, MPI_LMP_BIGINT, source, 0, world, MPI_STATUS_IGNORE);
+    else if (source != 0 && comm->me == source)
+      MPI_Send(&size, 1, MPI_LMP_BIGINT, 0, 0, world);
+    if (comm->me != 0 && comm->me != source) continue;
+
+    for (size_t done = 0; done < (size_t) size; done += CHUNK) {
+      const size_t n = std::min(CHUNK, (size_t) size - done);
+      if (source != 0 && comm->me == source)
+        MPI_Send(&text[done], (int) n, MPI_CHAR, 0, 1, world);
+      else if (source == 0)
+        good = good && fwrite(&text[done], 1, n, fp) == n;
+      else {
+        received.resize(n);
+        MPI_Recv(&received[0], (int) n, MPI_CHAR, source, 1, world, MPI_STATUS_IGNORE);
+        good = good && fwrite(received.data(), 1, n, fp) == n;
+      }
+    }
+  }
+
+  if (comm->me == 0) {
+    good = (fclose(fp) == 0) && good;
+    good = good && rename(unfinished.c_str(), name.c_str()) == 0;
+    if (!good) remove(unfinished.c_str());
+  }
+  MPI_Bcast(&good, 1, MPI_INT, 0, world);
+  if (!good)
+    error->all(FLERR, "write_evp_bonds: cannot write '{}': check the folder and the free space",
+               name);
+  if (comm->me == 0) utils::logmesg(lmp, "write_evp_bonds: {} bonds written to {}\n", count, name);
+}
+
+/* ---------------------------------------------------------------------- */
+
+const FixEVPBonds *WriteEVPBonds::find_recorded() const
+{
+  const FixEVPBonds *bonds = nullptr;
+  for (int k = 0; k < modify->nfix; k++)
+    if (strcmp(modify->fix[k]->style, "evp/bonds") == 0)
+      bonds = dynamic_cast<FixEVPBonds *>(modify->fix[k]);
+  if (!bonds)
+    error->all(FLERR, "write_evp_bonds: there is no fix evp/bonds, hence no bonds to write");
+  if (!bonds->has_recorded())
+    error->all(FLERR,
+               "write_evp_bonds: fix {} has not recorded yet, it does so at the first set-up: use "
+               "'run 0' before",
+               bonds->id);
+  bonds->check_ids();
+  return bonds;
+}
+
+/* ----------------------------------------------------------------------
+   both atoms of a pair keep it: the one with the lower ID writes, unless its
+   partner was deleted, whom a reader could not find
+------------------------------------------------------------------------- */
+
+std::string WriteEVPBonds::own_lines(const FixEVPBonds *bonds, bigint &count) const
+{
+  tagint highest_here = 0, highest;
+  for (int i = 0; i < atom->nlocal; i++) highest_here = std::max(highest_here, atom->tag[i]);
+  MPI_Allreduce(&highest_here, &highest, 1, MPI_LMP_TAGINT, MPI_MAX, world);
+  std::vector<unsigned char> present(highest / 8 + 1, 0);
+  for (int i = 0; i < atom->nlocal; i++) present[atom->tag[i] / 8] |= 1 << (atom->tag[i] % 8);
+  MPI_Allreduce(MPI_IN_PLACE, present.data(), (int) present.size(), MPI_UNSIGNED_CHAR, MPI_BOR,
+                world);
+
+  std::string text;
+  for (int i = 0; i < atom->nlocal; i++)
+    for (const auto &bond : bonds->bonds_of(i)) {
+      const tagint j = bond.partner;
+      if (atom->tag[i] > j || j > highest || !(present[j / 8] & (1 << (j % 8)))) continue;
+      text += EVP::bond_text({atom->tag[i], j, bond.deq});
+      count++;
+    }
+  return text;
+}

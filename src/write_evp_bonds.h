@@ -1,0 +1,32 @@
+/* SPDX-License-Identifier: GPL-2.0-only */
+
+#ifdef COMMAND_CLASS
+// clang-format off
+CommandStyle(write_evp_bonds,WriteEVPBonds);
+// clang-format on
+#else
+
+#ifndef LMP_WRITE_EVP_BONDS_H
+#define LMP_WRITE_EVP_BONDS_H
+
+#include "command.h"
+
+#include <string>
+
+namespace LAMMPS_NS {
+
+/// write_evp_bonds FILE: the records of fix evp/bonds as text, beside a data file.
+class WriteEVPBonds : public Command {
+ public:
+  WriteEVPBonds(class LAMMPS *lmp) : Command(lmp) {}
+  void command(int, char **) override;
+
+ private:
+  const class FixEVPBonds *find_recorded() const;
+  std::string own_lines(const class FixEVPBonds *, bigint &) const;
+};
+
+}    // namespace LAMMPS_NS
+
+#endif
+#endif

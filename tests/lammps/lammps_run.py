@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Starts LAMMPS for the tests, and reads what it wrote."""
+
+import os
+import pathlib
+import shlex
+import signal
+import subprocess
+from typing import NamedTuple
+
+import numpy as np
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+DECKS = REPOSITORY / "lammps_inputs"
+LMP = pathlib.Path(os.environ.get("EVP_LMP", REPOSITORY / "build" / "lmp")).absolute()
+MPIRUN = shlex.split(os.environ.get("EVP_MPIRUN", "mpirun --oversubscribe --bind-to none"))
+SECONDS = 150  # far above what any run here takes: only a hang gets there
+
+_ENVIRONMENT = {
+    "OMPI_ALLOW_RUN_AS_ROOT": "1",
+    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+    "OMPI_MCA_rmaps_base_oversubscribe": "1",
+    "OMPI_MCA_hwloc_base_binding_policy": "none",
+    "OMPI_MCA_btl_vader_single_copy_mechanism": "none",
+    "OMP_NUM_THREADS": "1",
+}
+
+
+class Snapshot(NamedTuple):
+    """One step of a dump: columns by name, sorted by ID (by row where there is no ID)."""
+
+    step: int
+    box: np.ndarray  # (3, 2) bounds
+    columns: dict
+
+    def __getitem__(self, name):
+        return self.columns[name]
+
+    def vectors(self, *names):
+        """(N, k) array of the named columns."""
+        return np.stack([self.columns[name] for name in names], axis=1)
+
+
+class Run(NamedTuple):
+    """What a LAMMPS process left: stdout holds stderr too."""
+
+    returncode: int
+    stdout: str
+    folder: pathlib.Path
+
+    def ok(self):
+        """Self, or an assertion error with the end of the output where LAMMPS failed."""
+        assert self.returncode == 0, f"exit {self.returncode}\n" + "\n".join(self.stdout.splitlines()[-25:])
+        return self
+
+    def thermo(self, block=-1):
+        """The thermo table of one run as {column: array}; block counts the runs."""
+        return thermo_blocks(self.stdout)[block]
+
+    def dump(self, name):
+        """All snapshots of a dump file in the run's folder."""
+        return read_dump(self.folder / name)
+
+    def warnings(self):
+        return [line for line in self.stdout.splitlines() if line.startswith("WARNING")]
+
+
+def run_lammps(deck, ranks=1, variables=None, cwd=None, seconds=SECONDS, flags=()):
+    """Run a deck (path, or name in lammps_inputs) or the text of one (more than one line), in folder cwd."""
+    cwd = pathlib.Path(cwd)
+    if "\n" in str(deck):
+        path = cwd / "in.lmp"
+        path.write_text(str(deck), encoding="utf-8")
+    else:
+        path = DECKS / deck
+    command = [*MPIRUN, "-np", str(ranks)] if ranks > 1 else []
+    command += [str(LMP), "-log", "none", *flags, "-in", str(path)]
+    for key, value in (variables or {}).items():
+        command += ["-var", key, *(map(str, value) if isinstance(value, (list, tuple)) else [str(value)])]
+    process = subprocess.Popen(
+        command, cwd=cwd, env={**os.environ, **_ENVIRONMENT}, stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace", start_new_session=True)
+    try:
+        output, _ = process.communicate(timeout=seconds)
+    except BaseException:
+        os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+        raise
+    return Run(process.returncode, output, cwd)
+
+
+def thermo_blocks(text):
+    """The thermo tables of all runs in LAMMPS' output, as {column: array}."""
+    blocks, names, rows = [], None, []
+    for line in text.splitlines():
+        words = line.split()
+        if words[:1] == ["Step"]:
+            names, rows = words, []
+        elif line.startswith("Loop time") and names:
+            blocks.append(dict(zip(names, np.array(rows, dtype=float).T)))
+            names = None
+        elif names and len(words) == len(names):
+            try:
+                rows.append([float(word) for word in words])
+            except ValueError:
+                pass  # a warning between the rows
+    return blocks
+
+
+def read_dump(path):
+    """Snapshots of a text dump (custom or local)."""
+    lines = iter(pathlib.Path(path).read_text(encoding="utf-8").splitlines())
+    snapshots, step, count, box = [], 0, 0, None
+    for line in lines:
+        if line == "ITEM: TIMESTEP":
+            step = int(next(lines))
+        elif line.startswith("ITEM: NUMBER OF"):
+            count = int(next(lines))
+        elif line.startswith("ITEM: BOX BOUNDS"):
+            box = np.array([next(lines).split()[:2] for _ in range(3)], dtype=float)
+        elif line.startswith(("ITEM: ATOMS", "ITEM: ENTRIES")):
+            names = line.split()[2:]
+            table = np.array([next(lines).split() for _ in range(count)], dtype=float).reshape(count, len(names))
+            if "id" in names:
+                table = table[np.argsort(table[:, names.index("id")], kind="stable")]
+            snapshots.append(Snapshot(step, box, dict(zip(names, table.T))))
+    return snapshots
+
+
+def write_state(path, x, v, box, ids=None):
+    """Positions and velocities as a dump that read_dump takes without loss of a digit."""
+    ids = np.arange(1, len(x) + 1) if ids is None else ids
+    with open(path, "w", encoding="utf-8") as out:
+        out.write(f"ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n{len(x)}\nITEM: BOX BOUNDS ff ff ff\n")
+        for low, high in box:
+            out.write(f"{low:.17g} {high:.17g}\n")
+        out.write("ITEM: ATOMS id x y z vx vy vz\n")
+        for i, a, b in zip(ids, x, v):
+            out.write(f"{i} " + " ".join(f"{value:.17g}" for value in (*a, *b)) + "\n")
+
+
+def write_data(path, x, radius, box, types=None, density=2700.0):
+    """A data file of atom_style sphere, SI, IDs 1..N."""
+    types = np.ones(len(x), dtype=int) if types is None else types
+    with open(path, "w", encoding="utf-8") as out:
+        out.write(f"# spheres\n\n{len(x)} atoms\n{max(types)} atom types\n\n")
+        for axis, (low, high) in zip("xyz", box):
+            out.write(f"{low:.17g} {high:.17g} {axis}lo {axis}hi\n")
+        out.write("\nAtoms # sphere\n\n")
+        for i, (kind, r, place) in enumerate(zip(types, radius, x), start=1):
+            words = [f"{value:.17g}" for value in (2.0 * r, density, *place)]
+            out.write(f"{i} {kind} " + " ".join(words) + "\n")
+
+
+def read_csv(path):
+    """A CSV file with one header line as {column: array}."""
+    lines = pathlib.Path(path).read_text(encoding="utf-8").splitlines()
+    table = np.array([line.split(",") for line in lines[1:]], dtype=float)
+    return dict(zip(lines[0].lstrip("# ").split(","), table.T))
+
+
+def slope(x, y):
+    """Slope of the least-squares line through the points."""
+    return float(np.polyfit(x, y, 1)[0])
+
+
+def line_at(x, y, at, half_width):
+    """Value at `at` of the least-squares line through the points within half_width of it."""
+    near = np.abs(x - at) <= half_width * (1.0 + 1e-9)
+    return float(np.polyval(np.polyfit(x[near] - at, y[near], 1), 0.0))

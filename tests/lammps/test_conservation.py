@@ -1,0 +1,182 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""What every central pair force keeps, and two bodies whose motion is known in closed form."""
+
+import numpy as np
+import pytest
+from conftest import REFERENCE
+from lammps_run import write_data, write_state
+
+FREE_BODY = """
+units si
+atom_style sphere
+atom_modify map yes
+newton {newton}
+boundary f f f
+comm_modify vel yes
+read_data {data}
+neighbor 0.0008 bin
+neigh_modify every 1 delay 0 check yes
+pair_style evp/lj
+pair_coeff * * 80 8 4 3 8 4 0.005 {gamma} 1.5
+fix bonds all evp/bonds
+fix move all nve
+run 0
+read_dump state.dump 0 x y z vx vy vz box no replace yes
+dump all all custom {steps} all.dump id x y z vx vy vz fx fy fz
+dump_modify all format float %.17g
+thermo 100
+thermo_style custom step pe ke etotal
+thermo_modify norm no format float %.17g
+timestep {dt}
+run {steps}
+"""
+
+# Momentum: a sum of N terms, each changed 'steps' times by rounded forces that cancel in pairs. Roundings
+# are random: sqrt(500 * 400) of 1e-16 of the largest term stay well below 1e-12 of the sum of sizes.
+MOMENTUM = 1e-12
+YIELD_FORCE = 8 * 4 * 80 * 0.005 / 0.0096  # m1 n1 e1 xi_s/deq [N] at the mean deq: the scale of 'no force'
+NO_FORCE = 1e-9
+
+
+def masses(reference):
+    return 2700.0 * 4.0 / 3.0 * np.pi * reference.radius**3
+
+
+def momenta(snapshot, mass):
+    x, v = snapshot.vectors("x", "y", "z"), snapshot.vectors("vx", "vy", "vz")
+    p = mass[:, None] * v
+    return p.sum(axis=0), np.cross(x, p).sum(axis=0)
+
+
+def start_velocities(x):
+    """Translation, rotation and an internal motion that is neither."""
+    centre = np.array([0.025, 0.0, 0.0])
+    v = np.array([1.0, -0.5, 0.25]) + np.cross(np.array([40.0, 15.0, -30.0]), x - centre)
+    n = np.arange(1, len(x) + 1)
+    return v + 0.3 * np.stack([np.sin(1.1 * n), np.cos(2.3 * n), np.sin(3.7 * n)], axis=1)
+
+
+@pytest.mark.parametrize("gamma, dt", [(0, 3e-7), (1000, 2e-8)])
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off")])
+def test_free_body_keeps_its_momenta(lmp, tmp_path, reference, ranks, newton, gamma, dt):
+    write_state(tmp_path / "state.dump", reference.x, start_velocities(reference.x), reference.box)
+    run = lmp(FREE_BODY.format(newton=newton, gamma=gamma, data=REFERENCE, dt=dt, steps=400), ranks=ranks).ok()
+    first, last = run.dump("all.dump")[0], run.dump("all.dump")[-1]
+    mass = masses(reference)
+    (p0, l0), (p1, l1) = momenta(first, mass), momenta(last, mass)
+    speed = np.linalg.norm(first.vectors("vx", "vy", "vz"), axis=1)
+    arm = np.linalg.norm(first.vectors("x", "y", "z"), axis=1)
+    assert np.linalg.norm(p1 - p0) < MOMENTUM * np.sum(mass * speed)
+    assert np.linalg.norm(l1 - l0) < MOMENTUM * np.sum(mass * speed * arm)
+
+    energy = run.thermo()["TotEng"]
+    moved = np.abs(last.vectors("vx", "vy", "vz") - first.vectors("vx", "vy", "vz")).max()
+    assert moved > 0.1, "control: the atoms exchanged momentum"
+    if gamma > 0:
+        # the internal motion, 0.5 m 0.135 per atom, is what damping may take: most of it within 8e-6 s = 3 m/gamma
+        internal = 0.5 * np.sum(mass) * 1.5 * 0.3**2
+        assert np.all(np.diff(energy) < 0.0)
+        assert 0.5 * internal < energy[0] - energy[-1] < 1.1 * internal
+
+
+@pytest.mark.parametrize("gamma", [0, 1000])
+def test_rigid_motion_gives_no_force(lmp, tmp_path, reference, gamma):
+    """A translation and a finite rotation of positions, with the velocities of a rigid rotation: no force.
+    Control: 0.1 % of stretch gives a fifth of the yield force."""
+    angle, axis = 0.7, np.array([1.0, 2.0, -2.0]) / 3.0
+    cross = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
+    turn = np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
+    centre = np.array([0.025, 0.0, 0.0])
+    x = (reference.x - centre) @ turn.T
+    forces = []
+    for stretch in (1.0, 1.001):
+        now = centre + stretch * x + np.array([0.0005, -0.0004, 0.0003])
+        v = np.array([1.0, -0.5, 0.25]) + np.cross(np.array([40.0, 15.0, -30.0]), now)
+        write_state(tmp_path / "state.dump", now, v, reference.box)
+        deck = FREE_BODY.format(newton="on", gamma=gamma, data=REFERENCE, dt=1e-9, steps=0)
+        deck = deck.replace("dump all all custom 0", "dump all all custom 1")
+        snapshot = lmp(deck).ok().dump("all.dump")[-1]
+        forces.append(np.linalg.norm(snapshot.vectors("fx", "fy", "fz"), axis=1).max())
+    assert forces[0] < NO_FORCE * YIELD_FORCE
+    assert forces[1] > 0.1 * YIELD_FORCE
+
+
+def test_free_vibration_keeps_its_energy(lmp, tmp_path, reference):
+    """gamma = 0, no grips: the energy of velocity Verlet swings by (w dt)^2/8 of what is exchanged and does not
+    drift. Control: the potential energy takes up a good part of it."""
+    n = np.arange(1, 501)
+    v = 0.3 * np.stack([np.sin(1.1 * n), np.cos(2.3 * n), np.sin(3.7 * n)], axis=1)
+    write_state(tmp_path / "state.dump", reference.x, v, reference.box)
+    spread = []
+    for dt, steps in ((4e-8, 2000), (2e-8, 4000)):
+        thermo = lmp(FREE_BODY.format(newton="on", gamma=0, data=REFERENCE, dt=dt, steps=steps)).ok().thermo()
+        spread.append(np.ptp(thermo["TotEng"]) / thermo["KinEng"][0])
+        assert np.ptp(thermo["PotEng"]) > 0.2 * thermo["KinEng"][0]
+    w_max = 2.0 / 9.0e-7  # of the specimen
+    assert spread[0] < (w_max * 4e-8) ** 2 / 8.0
+    assert spread[1] < 0.4 * spread[0], "second order in the step"
+
+
+TWO = """
+units si
+atom_style sphere
+atom_modify map yes
+boundary f f f
+comm_modify vel yes
+read_data two.data
+neighbor 0.002 bin
+pair_style evp/lj
+pair_coeff * * {coeff}
+fix bonds all evp/bonds
+fix move all nve
+"""
+
+
+def two_bodies(lmp, tmp_path, coeff, speed, dt, steps, every):
+    """Two equal spheres, deq 0.011 m, leaving each other at 2 speed; times, distances, relative velocities."""
+    write_data(tmp_path / "two.data", np.array([[-0.0055, 0, 0], [0.0055, 0, 0]]), [0.005, 0.005],
+               [[-0.05, 0.05]] * 3)
+    deck = TWO.format(coeff=coeff) + f"""
+group one id 1
+group two id 2
+velocity one set {-speed} 0 0
+velocity two set {speed} 0 0
+dump all all custom {every} two.dump id x vx
+dump_modify all format float %.17g
+timestep {dt}
+run {steps}
+"""
+    snapshots = lmp(deck).ok().dump("two.dump")
+    time = np.array([snapshot.step * dt for snapshot in snapshots])
+    return (time, np.array([snapshot["x"][1] - snapshot["x"][0] for snapshot in snapshots]),
+            np.array([snapshot["vx"][1] - snapshot["vx"][0] for snapshot in snapshots]))
+
+
+def reduced_mass():
+    return 0.5 * 2700.0 * 4.0 / 3.0 * np.pi * 0.005**3
+
+
+def test_two_bodies_swing_with_the_period_of_the_law(lmp, tmp_path):
+    """Period 2 pi sqrt(mu deq^2/(m1 n1 e1)); amplitude 1e-4 of deq: the cubic term shifts it by about 1e-7."""
+    deq = 0.011
+    stiffness = 8 * 4 * 80 / deq**2
+    period = 2.0 * np.pi * np.sqrt(reduced_mass() / stiffness)
+    speed = 0.5 * 1e-4 * deq * np.sqrt(stiffness / reduced_mass())
+    dt = period / 4000.0
+    time, d, _ = two_bodies(lmp, tmp_path, "80 8 4 3 8 4 0.005 0 1.5", speed, dt, 40400, 10)
+    x = d - deq
+    up = np.flatnonzero((x[:-1] < 0.0) & (x[1:] >= 0.0))
+    zeros = time[up] - x[up] * (time[up + 1] - time[up]) / (x[up + 1] - x[up])
+    measured = (zeros[-1] - zeros[0]) / (len(zeros) - 1)
+    assert len(zeros) >= 9
+    assert measured == pytest.approx(period, rel=1e-5)
+
+
+def test_damping_alone_decays_exponentially(lmp, tmp_path):
+    """e1 = e2 = 0: relative speed = exp(-gamma t/mu). At gamma dt/mu = h = 1e-4, velocity Verlet with lagged
+    damping errs by h/2 of the exponent: 1e-4 after two time constants."""
+    gamma, h = 10.0, 1e-4
+    dt = h * reduced_mass() / gamma
+    time, _, v = two_bodies(lmp, tmp_path, f"0 8 4 0 8 4 0.005 {gamma} 1.5", 1e-3, dt, 20000, 1000)
+    assert v[-1] < 0.2 * v[0]
+    assert np.allclose(v, 2e-3 * np.exp(-gamma * time / reduced_mass()), rtol=2.0 * h, atol=0.0)

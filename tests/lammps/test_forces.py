@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Forces, energies and virials of a body in mid-deformation equal the sum over all pairs of tools/evp/law.py.
+
+The pair style takes each pair from a packed neighbor list, on any number of ranks, with tallies and
+without; the brute force knows neither lists nor ranks. They may differ by round-off alone."""
+
+import numpy as np
+import pytest
+from conftest import Body, wavy_velocities
+from evp import brute, law
+from lammps_run import write_data, write_state
+
+# Of the sum of |F| over each atom's own pairs (and the like for energy and virial): a few hundred
+# roundings of 1e-16, each up to ten times larger since xi = d/deq - 1 subtracts nearly equal numbers.
+ROUND_OFF = 1e-12
+
+UNLIKE = {
+    (1, 1): law.Row(80.0, 8.0, 4.0, 3.0, 8.0, 4.0, 0.005, 400.0, 1.5),
+    (1, 2): law.Row(50.0, 6.0, 3.0, 5.0, 7.5, 3.2, 0.010, 0.0, 1.4),
+    (2, 2): law.Row(30.0, 12.0, 6.0, 9.0, 4.0, 2.0, 0.008, 900.0, 1.6),
+}
+
+DECK = """
+units si
+atom_style sphere
+atom_modify map yes
+newton {newton}
+boundary {boundary}
+comm_modify vel yes
+read_data {body.data}
+neighbor 0.0008 bin
+neigh_modify every 1 delay 0 check yes
+pair_style evp/lj contact {contact}
+{coeffs}
+fix bonds all evp/bonds {zone}
+fix hold all nve/noforce
+timestep 1e-7
+run 0
+read_dump state.dump 0 x y z vx vy vz box no replace yes
+
+compute e all pe/atom pair
+compute s all stress/atom NULL pair
+compute p all pressure NULL virial
+dump all all custom 1 forces.dump id x y z vx vy vz fx fy fz
+dump_modify all format float %.17g
+dump tallies all custom 2 tallies.dump id c_e c_s[1] c_s[2] c_s[3] c_s[4] c_s[5] c_s[6]
+dump_modify tallies format float %.17g
+thermo 2
+thermo_style custom step pe c_p[1] c_p[2] c_p[3] c_p[4] c_p[5] c_p[6] vol f_bonds f_bonds[1] f_bonds[2] f_bonds[3] f_bonds[4]
+thermo_modify norm no format float %.17g
+run 2
+"""
+
+VOIGT = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+
+
+def scattered(x):
+    """Every 15th atom moved by a third of a radius, so that pairs without a bond overlap."""
+    moved = x.copy()
+    moved[::15] += wavy_velocities(x, 0.0018)[::15]
+    return moved
+
+
+@pytest.fixture(scope="module")
+def periodic_body(tmp_path_factory):
+    """216 spheres of two types in a periodic box, moved so far that bonds broke and new pairs met."""
+    path = tmp_path_factory.mktemp("periodic") / "periodic.data"
+    rng = np.random.default_rng(20170515)
+    cells = np.array(np.meshgrid(*3 * [np.arange(6)], indexing="ij")).reshape(3, -1).T
+    box = np.array([[0.0, 0.06], [-0.03, 0.03], [0.01, 0.07]])
+    start = box[:, 0] + 0.01 * (cells + 0.5) + rng.uniform(-0.0015, 0.0015, (216, 3))
+    radius = rng.uniform(0.0045, 0.0055, 216)
+    types = 1 + rng.integers(0, 2, 216)
+    write_data(path, start, radius, box, types)
+    bonds = brute.record_bonds(start, radius, 1.3, box=np.ptp(box, axis=1))
+    x = scattered(start + rng.uniform(-0.0004, 0.0004, (216, 3)))
+    x = box[:, 0] + np.mod(x - box[:, 0], np.ptp(box, axis=1))
+    return Body(path, radius, types, bonds, x, wavy_velocities(x, 1.0), box)
+
+
+def tensor_sums(found, v, count):
+    """Virial of each atom (half of each own pair's) and the sum of |r||F| it is made of."""
+    pairs, deq, _, _, row = found
+    unit = pairs.r / pairs.d[:, None]
+    f = law.force(pairs.d, deq, row)[:, None] * unit + law.damping_force(unit, v[pairs.i], v[pairs.j], row)
+    half = 0.5 * np.stack([pairs.r[:, a] * f[:, b] for a, b in VOIGT], axis=1)
+    size = 0.5 * pairs.d * np.linalg.norm(f, axis=1)
+    virial, scale = np.zeros((count, 6)), np.zeros(count)
+    for atoms in (pairs.i, pairs.j):
+        np.add.at(virial, atoms, half)
+        np.add.at(scale, atoms, size)
+    return virial, scale
+
+
+def run_and_compare(lmp, tmp_path, body, rows, contact, ranks, newton, boundary="f f f", zone=""):
+    periodic = np.ptp(body.box, axis=1) if "p" in boundary else None
+    table = rows if isinstance(rows, dict) else {(1, 1): rows}
+    coeffs = "\n".join(f"pair_coeff {a} {b} " + " ".join(f"{k:.17g}" for k in row) for (a, b), row in table.items())
+    write_state(tmp_path / "state.dump", body.x, body.v, body.box)
+    run = lmp(DECK.format(body=body, newton=newton, contact=contact, coeffs=coeffs, boundary=boundary, zone=zone),
+              ranks=ranks).ok()
+    thermo = run.thermo()
+    steps = run.dump("forces.dump")
+    tallied = {snapshot.step: snapshot for snapshot in run.dump("tallies.dump")}
+    assert [snapshot.step for snapshot in steps] == [0, 1, 2] and sorted(tallied) == [0, 2]
+
+    for snapshot in steps:
+        x, v = snapshot.vectors("x", "y", "z"), snapshot.vectors("vx", "vy", "vz")
+        arguments = (body.radius, body.types, rows, body.bonds, contact)
+        truth = brute.brute_force(x, v, *arguments, box=periodic)
+        error = np.linalg.norm(snapshot.vectors("fx", "fy", "fz") - truth["force"], axis=1)
+        assert np.max(error / (truth["abs_force"] + 1e-300)) < ROUND_OFF, f"forces of step {snapshot.step}"
+        if snapshot.step not in tallied:
+            continue
+
+        row = list(thermo["Step"]).index(snapshot.step)
+        assert abs(thermo["PotEng"][row] - truth["energy"]) < ROUND_OFF * np.abs(truth["pair_energy"]).sum()
+        found = brute.interactions(x, body.radius, rows, body.bonds, contact, body.types, periodic)
+        virial, size = tensor_sums(found, v, len(x))
+        tally = tallied[snapshot.step]
+        energies = np.zeros(len(x))
+        for atoms in (truth["i"], truth["j"]):
+            np.add.at(energies, atoms, np.abs(truth["pair_energy"]))
+        assert np.all(np.abs(tally["c_e"] - truth["atom_energy"]) <= ROUND_OFF * energies)
+        stress = tally.vectors(*(f"c_s[{k}]" for k in range(1, 7)))
+        assert np.all(np.abs(-stress - virial) <= ROUND_OFF * size[:, None])
+        pressure = np.array([thermo[f"c_p[{k}]"][row] for k in range(1, 7)])
+        # the global virial is summed as x f over atoms and ghosts: its round-off scales with x, not r
+        reach = np.abs(body.box).max() + 2.0 * 1.6 * body.radius.max()
+        allowed = ROUND_OFF * reach * truth["abs_force"].sum()
+        assert np.all(np.abs(pressure * thermo["Volume"][row] - virial.sum(axis=0)) < allowed)
+
+        assert thermo["f_bonds"][row] == len(body.bonds)
+        assert thermo["f_bonds[1]"][row] == truth["bonds_beyond"]
+        assert thermo["f_bonds[2]"][row] == truth["bonds_second"]
+        assert thermo["f_bonds[3]"][row] == truth["new_contacts"]
+        assert thermo["f_bonds[4]"][row] == pytest.approx(truth["lowest"], rel=ROUND_OFF)
+    return truth
+
+
+def assert_rich(truth, contact):
+    """The control: the state holds whatever the comparison is about."""
+    assert truth["bonds_beyond"] > 10
+    assert truth["bonds_second"] > 100
+    assert truth["bonds_second"] < len(truth["i"]) - 100
+    assert (truth["new_contacts"] > 3) == (contact != "none")
+
+
+@pytest.mark.parametrize("gamma", [0.0, 1000.0])
+@pytest.mark.parametrize("newton", ["on", "off"])
+@pytest.mark.parametrize("ranks", [1, 2, 4])
+def test_pulled_body(lmp, tmp_path, pulled_body, ranks, newton, gamma):
+    row = law.TABLE1._replace(gamma=gamma)
+    assert_rich(run_and_compare(lmp, tmp_path, pulled_body, row, "literal", ranks, newton), "literal")
+
+
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (4, "off")])
+@pytest.mark.parametrize("contact", ["literal", "repulsive", "none"])
+def test_contact_modes(lmp, tmp_path, pulled_body, contact, ranks, newton):
+    body = pulled_body._replace(x=scattered(pulled_body.x))
+    assert_rich(run_and_compare(lmp, tmp_path, body, law.TABLE2, contact, ranks, newton), contact)
+
+
+@pytest.mark.parametrize("contact", ["literal", "repulsive"])
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (1, "off"), (2, "off"), (4, "on")])
+def test_two_types_in_a_periodic_box(lmp, tmp_path, periodic_body, ranks, newton, contact):
+    truth = run_and_compare(lmp, tmp_path, periodic_body, UNLIKE, contact, ranks, newton, "p p p", "zone 1.3")
+    spans = np.abs(periodic_body.x[truth["i"]] - periodic_body.x[truth["j"]]).max(axis=1)
+    assert np.sum(spans > 0.03) > 100, "control: bonds cross the boundary"
+    assert_rich(truth, contact)
