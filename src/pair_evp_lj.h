@@ -74,7 +74,8 @@ class PairEVPLJ : public Pair {
     double overlap;    // warn below d = (1 - overlap) (R_i + R_j)
   } settings_now;
 
-  double **coefficients[9];             // [type][type] of e1 m1 n1 e2 m2 n2 xi_s gamma alpha
+  static constexpr int NCOEFF = 9;
+  double **coefficients[NCOEFF];        // [type][type] of e1 m1 n1 e2 m2 n2 xi_s gamma alpha
   std::vector<EVP::Law> laws;           // of all pairs of types, see law_index()
   std::vector<EVP::Law> laws_in_use;    // of the pairs of types that this style serves
   std::vector<double> max_radius;       // per type, when the cut-offs were set

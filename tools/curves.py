@@ -81,7 +81,7 @@ def parser():
         sub.add_argument("--column", choices=("virial", "grip"), default="virial",
                          help="stress through the cross-sections, or the grips' reaction")
 
-    sub = command("numbers", show_numbers, "E, yield, stress at 1 and 2 percent, where the curve bends")
+    sub = command("numbers", show_numbers, "E, yield, stress at 1 and 2 percent, where it bends")
     sub.add_argument("curves", nargs="+", metavar="CSV")
     column(sub)
     sub = command("plot", plot_curves, "stress-strain curves")

@@ -61,18 +61,23 @@ def _line_fit(strain, stress, low, high):
     middle = 0.5 * (low + high)
     rounding = 1e-9  # rows at the window's ends belong to it
     inside = (strain >= low - rounding) & (strain <= high + rounding)
-    if np.sum(inside) < 3 or strain.max() < 0.5 * (middle + high):
+    end = np.max(strain, initial=0.0)
+    if np.sum(inside) < 3 or end < 0.5 * (middle + high):
         raise CurveError(
             f"the curve has too few rows between strain {low:g} and {high:g} for a straight line: "
-            f"{np.sum(inside)}; it ends at strain {strain.max():g}"
+            f"{np.sum(inside)}; it ends at strain {end:g}"
         )
     slope, value = np.polyfit(strain[inside] - middle, stress[inside], 1)
     return float(slope), float(value)
 
 
 def modulus(strain, stress):
-    """E: slope of stress over strain 0 to MODULUS_END [unit of stress]."""
-    return _line_fit(strain, stress, 0.0, MODULUS_END)[0]
+    """E: slope of stress over strain 0 to MODULUS_END [unit of stress].
+
+    The row at strain 0 is left out: with damping the stress jumps as the motion starts.
+    """
+    moved = strain > 0.0
+    return _line_fit(strain[moved], stress[moved], 0.0, MODULUS_END)[0]
 
 
 def stress_at(strain, stress, at):

@@ -154,7 +154,7 @@ def force_law(row, path, measured=None, deq=0.01, reach=0.03):
 def specimen(state, path, title=""):
     """Side view of the spheres, coloured by the share of their bonds in the second regime.
 
-    state: the columns STATE of in.traction as a dict of arrays. Writes path and a CSV of these columns.
+    state: the columns STATE of in.traction as a dict of arrays. Writes path and its CSV of these.
     """
     order = np.argsort(-state["y"])  # the viewer looks along +y: near spheres are drawn last
     millimetres = {name: 1e3 * state[name][order] for name in ("x", "z", "radius")}

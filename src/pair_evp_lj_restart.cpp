@@ -1,0 +1,117 @@
+/* SPDX-License-Identifier: GPL-2.0-only
+
+   Pair style evp/lj: restart files, data files, fix adapt. */
+
+#include "pair_evp_lj.h"
+
+#include "evp_params.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "error.h"
+#include "utils.h"
+
+using namespace LAMMPS_NS;
+
+/* ----------------------------------------------------------------------
+   restart files hold settings, the fix that recorded, and one Row per pair of types
+------------------------------------------------------------------------- */
+
+void PairEVPLJ::write_restart(FILE *fp)
+{
+  write_restart_settings(fp);
+  for (int i = 1; i <= atom->ntypes; i++)
+    for (int j = i; j <= atom->ntypes; j++) {
+      fwrite(&setflag[i][j], sizeof(int), 1, fp);
+      if (!setflag[i][j]) continue;
+      const EVP::Row row = row_of(i, j);
+      fwrite(&row, sizeof(row), 1, fp);
+    }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairEVPLJ::read_restart(FILE *fp)
+{
+  read_restart_settings(fp);
+  allocate();
+  for (int i = 1; i <= atom->ntypes; i++)
+    for (int j = i; j <= atom->ntypes; j++) {
+      double value[NCOEFF];
+      static_assert(sizeof(value) == sizeof(EVP::Row), "a Row is its nine numbers");
+      if (comm->me == 0) {
+        utils::sfread(FLERR, &setflag[i][j], sizeof(int), 1, fp, nullptr, error);
+        if (setflag[i][j]) utils::sfread(FLERR, value, sizeof(value), 1, fp, nullptr, error);
+      }
+      MPI_Bcast(&setflag[i][j], 1, MPI_INT, 0, world);
+      if (!setflag[i][j]) continue;
+      MPI_Bcast(value, NCOEFF, MPI_DOUBLE, 0, world);
+      for (int k = 0; k < NCOEFF; k++) coefficients[k][i][j] = coefficients[k][j][i] = value[k];
+    }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairEVPLJ::write_restart_settings(FILE *fp)
+{
+  fwrite(&settings_now.contact, sizeof(Contact), 1, fp);
+  fwrite(&settings_now.overlap, sizeof(double), 1, fp);
+  const int length = (int) bonds_id.size();
+  fwrite(&length, sizeof(int), 1, fp);
+  fwrite(bonds_id.data(), 1, length, fp);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairEVPLJ::read_restart_settings(FILE *fp)
+{
+  int length = 0;
+  if (comm->me == 0) {
+    utils::sfread(FLERR, &settings_now.contact, sizeof(Contact), 1, fp, nullptr, error);
+    utils::sfread(FLERR, &settings_now.overlap, sizeof(double), 1, fp, nullptr, error);
+    utils::sfread(FLERR, &length, sizeof(int), 1, fp, nullptr, error);
+    if (length < 0 || length > 1024) error->one(FLERR, "Pair evp/lj: damaged restart file");
+  }
+  MPI_Bcast(&settings_now.contact, sizeof(Contact), MPI_BYTE, 0, world);
+  MPI_Bcast(&settings_now.overlap, 1, MPI_DOUBLE, 0, world);
+  MPI_Bcast(&length, 1, MPI_INT, 0, world);
+  bonds_id.resize(length);
+  if (comm->me == 0 && length) utils::sfread(FLERR, &bonds_id[0], 1, length, fp, nullptr, error);
+  MPI_Bcast(&bonds_id[0], length, MPI_CHAR, 0, world);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairEVPLJ::write_data(FILE *fp)
+{
+  for (int i = 1; i <= atom->ntypes; i++) {
+    fprintf(fp, "%d", i);
+    for (auto &coefficient : coefficients) fprintf(fp, " %.15g", coefficient[i][i]);
+    fprintf(fp, "\n");
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairEVPLJ::write_data_all(FILE *fp)
+{
+  for (int i = 1; i <= atom->ntypes; i++)
+    for (int j = i; j <= atom->ntypes; j++) {
+      fprintf(fp, "%d %d", i, j);
+      for (auto &coefficient : coefficients) fprintf(fp, " %.15g", coefficient[i][j]);
+      fprintf(fp, "\n");
+    }
+}
+
+/* ----------------------------------------------------------------------
+   the nine coefficients by their names in the table, for fix adapt
+------------------------------------------------------------------------- */
+
+void *PairEVPLJ::extract(const char *name, int &dim)
+{
+  dim = 2;
+  const auto &keys = EVP::row_keys();
+  for (int k = 0; k < NCOEFF; k++)
+    if (keys[k] == name) return (void *) coefficients[k];
+  return nullptr;
+}

@@ -1,0 +1,197 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""fix evp/bonds: which pairs it records, what it keeps, and that the recorded body is free of force."""
+
+import re
+
+import numpy as np
+import pytest
+from conftest import REFERENCE
+from evp import brute, law
+from lammps_run import write_data, write_state
+
+ALPHA = 1.5
+DEQ_DIGITS = 1e-14  # deq is one square root of the same positions: a few roundings apart
+# Largest |f| of the body at its start, of the yield force at the mean deq: eq. 1 at d = deq up to its last bit.
+FORCE_FREE = 1e-9
+
+DECK = """
+units si
+atom_style sphere
+atom_modify map yes
+newton {newton}
+boundary f f f
+comm_modify vel yes
+read_data {data}
+neighbor 0.0008 bin
+neigh_modify every 1 delay 0 check yes
+pair_style evp/lj contact {contact}
+pair_coeff * * 80 8 4 3 8 4 0.005 {gamma} 1.5
+thermo_style custom step pe f_bonds f_bonds[1] f_bonds[2] f_bonds[3] f_bonds[4]
+thermo_modify norm no format float %.17g
+"""
+
+FIX = "fix bonds {group} evp/bonds {zone}\n"
+
+LOCAL = """
+compute ids all property/local patom1 patom2
+compute pairs all pair/local dist p1 p3
+dump pairs all local 1 pairs.dump c_ids[1] c_ids[2] c_pairs[1] c_pairs[2] c_pairs[3]
+dump_modify pairs format float %.17g
+"""
+
+
+def deck(newton="on", data=REFERENCE, contact="none", gamma=0, fix=True, group="all", zone=""):
+    text = DECK.format(newton=newton, data=data, contact=contact, gamma=gamma)
+    thermo = text.index("thermo_style")
+    record = FIX.format(group=group, zone=zone) if fix else ""
+    return text[:thermo] + record + text[thermo:]
+
+
+def recorded(snapshot):
+    """With contact none, the pairs that act are the bonds (within dlim): {(id_i, id_j): deq}."""
+    acting = snapshot["c_pairs[3]"] > 0
+    i, j = (snapshot[f"c_ids[{k}]"][acting].astype(int) for k in (1, 2))
+    return dict(zip(zip(np.minimum(i, j).tolist(), np.maximum(i, j).tolist()), snapshot["c_pairs[2]"][acting]))
+
+
+@pytest.mark.parametrize("ranks, newton, zone, reach",
+                         [(1, "on", "", ALPHA), (1, "off", "", ALPHA), (2, "on", "zone 1.2", 1.2),
+                          (4, "off", "zone 1.5", ALPHA), (4, "on", "zone 1.01", 1.01)])
+def test_records_the_pairs_of_the_zone(lmp, reference, ranks, newton, zone, reach):
+    run = lmp(deck(newton, zone=zone) + LOCAL + "run 0\n", ranks=ranks).ok()
+    expected = brute.record_bonds(reference.x, reference.radius, reach)
+    found = recorded(run.dump("pairs.dump")[-1])
+    assert set(found) == set(expected)
+    assert max(abs(found[pair] / expected[pair] - 1.0) for pair in expected) < DEQ_DIGITS
+    assert run.thermo()["f_bonds"][0] == len(expected)
+    most = np.bincount(np.array(list(expected)).ravel()).max()
+    within = f"{reach:g}" if zone else "alpha"
+    assert f"fix evp/bonds bonds: recorded {len(expected)} pairs within {within} (R_i + R_j), at most {most} per atom" in run.stdout
+
+
+def test_records_its_group_only(lmp, reference):
+    run = lmp(deck(group="left").replace("neighbor", "region left block INF 0.02 INF INF INF INF\ngroup left region left\nneighbor")
+              + LOCAL + "run 0\n", ranks=2).ok()
+    every = brute.record_bonds(reference.x, reference.radius, ALPHA)
+    left = {pair for pair in every if all(reference.x[k - 1, 0] <= 0.02 for k in pair)}
+    assert 0 < len(left) < len(every)
+    assert set(recorded(run.dump("pairs.dump")[-1])) == left
+
+
+@pytest.mark.parametrize("ranks", [1, 4])
+@pytest.mark.parametrize("contact", ["literal", "repulsive", "none"])
+def test_recorded_body_is_free_of_force(lmp, contact, ranks):
+    text = deck(contact=contact) + "dump all all custom 1 f.dump id fx fy fz\ndump_modify all format float %.17g\nrun 0\n"
+    run = lmp(text, ranks=ranks).ok()
+    largest = np.linalg.norm(run.dump("f.dump")[-1].vectors("fx", "fy", "fz"), axis=1).max()
+    yield_force = 8 * 4 * 80 * 0.005 / mean_deq()
+    assert largest < FORCE_FREE * yield_force
+    # control: with pairs beyond the zone on deq = R_i + R_j, the same body is pulled together
+    if contact == "literal":
+        run = lmp(text.replace("evp/bonds", "evp/bonds zone 1.3"), ranks=ranks).ok()
+        assert np.abs(run.dump("f.dump")[-1]["fx"]).max() > yield_force
+
+
+def mean_deq():
+    from evp import specimen
+    body = specimen.read_data(REFERENCE)
+    return np.mean(list(brute.record_bonds(body.x, body.radius, ALPHA).values()))
+
+
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off")])
+def test_pairs_keep_deq_when_they_leave_and_return(lmp, tmp_path, reference, ranks, newton):
+    """All atoms are spread to twice their distances, where no pair sees its partner, and put back."""
+    still = np.zeros_like(reference.x)
+    write_state(tmp_path / "far.dump", 2.0 * reference.x - [0.025, 0, 0], still, 2.0 * reference.box)
+    write_state(tmp_path / "back.dump", reference.x, still, reference.box)
+    text = deck(newton).replace("boundary f f f", "boundary s s s") + LOCAL + "run 0\n"
+    text += "".join(f"read_dump {name}.dump 0 x y z vx vy vz box no replace yes\nrun 0\n" for name in ("far", "back"))
+    run = lmp(text, ranks=ranks).ok()
+    start, far, back = run.dump("pairs.dump")
+    assert recorded(far) == {}, "control: nothing interacts on the way"
+    assert run.thermo(1)["f_bonds[1]"][0] == run.thermo(0)["f_bonds"][0]
+    assert recorded(back) == recorded(start)
+
+
+def test_later_atoms_have_no_bonds(lmp, reference):
+    place = reference.x[0]
+    text = deck() + f"""
+dump f all custom 1 f.dump id fx fy fz
+run 0
+create_atoms 1 single {place[0] + 0.0002} {place[1] + 0.0045} {place[2]}
+set atom 501 diameter 0.01 density 2700
+""" + LOCAL + "run 0\n"
+    run = lmp(text).ok()
+    assert not any(501 in pair for pair in recorded(run.dump("pairs.dump")[-1]))
+    assert run.thermo(0)["f_bonds"][0] == run.thermo(1)["f_bonds"][0]
+    assert np.all(run.dump("f.dump")[-1].vectors("fx", "fy", "fz")[500] == 0.0)
+    literal = lmp(text.replace("contact none", "contact literal")).ok()
+    assert literal.thermo(1)["f_bonds[3]"][0] > literal.thermo(0)["f_bonds[3]"][0], "control: it does meet others"
+
+
+@pytest.mark.parametrize("ranks", [1, 4])
+def test_runs_after_runs_do_not_record_again(lmp, ranks):
+    """run 60 + run 40 is run 100, to the last bit at gamma = 0; a body pulled meanwhile keeps its bonds."""
+    motion = """
+region right block 0.045 INF INF INF INF INF
+group right region right
+velocity all ramp vx -20 20 x 0 0.05
+fix move all nve
+timestep 3e-7
+thermo 20
+"""
+    split = lmp(deck(contact="literal") + motion + "run 60\nrun 40\n", ranks=ranks).ok()
+    whole = lmp(deck(contact="literal") + motion + "run 100\n", ranks=ranks).ok()
+    assert split.stdout.count("recorded") == 1
+    for name, values in whole.thermo().items():
+        assert list(split.thermo(1)[name]) == list(values[-3:]), name
+    assert whole.thermo()["f_bonds[2]"][-1] > 0
+
+
+def test_unfix_and_define_again_records_anew(lmp, tmp_path, pulled_body):
+    write_state(tmp_path / "pulled.dump", pulled_body.x, 0 * pulled_body.v, pulled_body.box)
+    run = lmp(deck() + """
+run 0
+read_dump pulled.dump 0 x y z vx vy vz box no replace yes
+run 0
+unfix bonds
+fix bonds all evp/bonds
+run 0
+""", ranks=2).ok()
+    assert abs(run.thermo(1)["PotEng"][0] - run.thermo(0)["PotEng"][0]) > 1.0, "control: the body was deformed"
+    anew = brute.record_bonds(pulled_body.x, pulled_body.radius, ALPHA)
+    assert len(anew) != len(pulled_body.bonds)
+    assert run.thermo(2)["f_bonds"][0] == len(anew)
+    assert run.thermo(2)["f_bonds[1]"][0] == run.thermo(2)["f_bonds[2]"][0] == 0.0
+    assert run.stdout.count("fix evp/bonds bonds: recorded") == 2
+
+
+@pytest.mark.parametrize("style", ["fire", "cg"])
+def test_minimisation_knows_no_damping(lmp, tmp_path, style):
+    """gamma > 0 changes no bit of a minimisation, and needs no ghost velocities there. Two spheres with
+    deq = 0.011, pulled to 0.01105, return to deq; so the minimiser does work with this style."""
+    write_data(tmp_path / "two.data", np.array([[-0.0055, 0, 0], [0.0055, 0, 0]]), [0.005, 0.005], [[-0.05, 0.05]] * 3)
+    ends = []
+    for gamma in (0, 1000):
+        text = deck(data="two.data", gamma=gamma).replace("comm_modify vel yes\n", "").replace("0.0008", "0.002") + f"""
+timestep 1e-6
+min_style {style}
+minimize 0 0 1 1
+displace_atoms all ramp x 0 0.00005 x -0.0055 0.0055
+dump x all custom 100000 x.dump id x
+dump_modify x format float %.17g
+minimize 0 1e-8 1000 10000
+"""
+        run = lmp(text, ranks=2).ok()
+        assert re.search(r"recorded 1 pairs", run.stdout), "recorded by the minimisation's own set-up"
+        ends.append(run.dump("x.dump"))
+    first, last = ends[0][0], ends[0][-1]
+    assert np.diff(first["x"])[0] == pytest.approx(0.01105, abs=1e-12)
+    assert np.diff(last["x"])[0] == pytest.approx(0.011, abs=1e-10)
+    assert list(ends[1][-1]["x"]) == list(last["x"])
+
+
+def test_zone_is_kept_by_the_law_too(reference):
+    """The control of the table above: the brute force itself tells 1.2 from 1.5."""
+    counts = [len(brute.record_bonds(reference.x, reference.radius, zone)) for zone in (1.01, 1.2, law.TABLE1.alpha)]
+    assert counts[0] < counts[1] < counts[2] == 2975
