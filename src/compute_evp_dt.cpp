@@ -9,12 +9,13 @@
 #include "atom.h"
 #include "error.h"
 #include "force.h"
-#include "group.h"
+#include "modify.h"
 #include "update.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 
 using namespace LAMMPS_NS;
 
@@ -85,7 +86,7 @@ double ComputeEVPDt::compute_scalar()
 {
   if (invoked_vector != update->ntimestep || update->whichflag == 0) compute_vector();
   invoked_scalar = update->ntimestep;
-  scalar = vector[1];
+  scalar = all_implicit() ? vector[2] : vector[1];
   return scalar;
 }
 
@@ -106,6 +107,22 @@ void ComputeEVPDt::compute_vector()
   vector[2] = implicit_step(lambda_axial, lambda_across);
   vector[3] = paper_step();
   vector[4] = row_sum_step();
+}
+
+/* ----------------------------------------------------------------------
+   does fix nve/evp integrate all the free atoms?
+------------------------------------------------------------------------- */
+
+bool ComputeEVPDt::all_implicit() const
+{
+  int bit = 0;
+  for (int k = 0; k < modify->nfix; k++)
+    if (strcmp(modify->fix[k]->style, "nve/evp") == 0) bit = modify->fix[k]->groupbit;
+  int outside = 0, any;
+  for (int i = 0; i < atom->nlocal; i++)
+    if (is_free(i) && !(atom->mask[i] & bit)) outside = 1;
+  MPI_Allreduce(&outside, &any, 1, MPI_INT, MPI_MAX, world);
+  return !any;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -156,7 +173,7 @@ void ComputeEVPDt::collect_links()
                        {g.dx / d, g.dy / d, g.dz / d},
                        std::max(law.stiffness(d, deq), law.stiffness_at_rest(deq)),
                        std::max(0.0, -law.force(d, deq) / d),
-                       law.parameters().gamma});
+                       law.parameters().gamma + pair->implicit_gamma(packed_pair)});
     }
 }
 

@@ -53,6 +53,7 @@ class ComputeEVPDt : public Compute {
   std::vector<double> result;
   bool warned;
 
+  bool all_implicit() const;
   bool is_free(int i) const;
   double inverse_mass(int i) const;
   void collect_links();

@@ -50,13 +50,15 @@ class BondReader {
         "' with the number of bonds, as write_evp_bonds writes it";
     if (!next_line(line)) throw BadInput("bond file " + file + " is empty: " + expected);
     std::istringstream words(line);
+    if (has_byte_order_mark(line))
+      refuse("the file starts with a byte-order mark: save it without (plain ASCII or UTF-8)");
     std::string hash, evp, bonds, count_tag, count, units_tag, found;
     words >> hash >> evp >> bonds >> count_tag >> count >> units_tag >> found;
     if (hash != "#" || evp != "EVP" || bonds != "bonds" || count_tag != "COUNT:" ||
         units_tag != "UNITS:")
       refuse(expected);
     if (found != units)
-      refuse("the bonds are in UNITS: " + found + ", but 'units " + units + "' is in force");
+      refuse("the bonds are in UNITS: " + shown(found) + ", but 'units " + units + "' is in force");
     declared = parse_id("COUNT", count);
   }
 
@@ -81,7 +83,7 @@ class BondReader {
         refuse("a bond is `id_i id_j deq`, got " + std::to_string(words.size()) + " words");
       const BondLine bond = {parse_id("id_i", words[0]), parse_id("id_j", words[1]),
                              parse_deq(words[2])};
-      if (bond.id_i == bond.id_j) refuse("atom " + words[0] + " is bonded to itself");
+      if (bond.id_i == bond.id_j) refuse("atom " + shown(words[0]) + " is bonded to itself");
       if (++seen > declared)
         refuse("more bonds than the " + std::to_string(declared) + " that the header says");
       bonds.push_back(bond);
@@ -112,17 +114,20 @@ class BondReader {
       if (c == '\0') refuse("not a text file (a NUL byte)");
       if (line.size() == LONGEST_LINE)
         refuse("longer than " + std::to_string(LONGEST_LINE) + " characters");
-      if (c != '\r') line += (char) c;
+      line += (char) c;
     }
-    if (ferror(in)) refuse("cannot be read");
-    return !line.empty();
+    if (ferror(in)) throw BadInput("bond file " + file + " cannot be read: is it a file of text?");
+    // half a number may be a number too, so a last line without its end is not believed
+    if (!line.empty())
+      refuse("the last line has no line end: the file is incomplete, or add the line end");
+    return false;
   }
 
   int64_t parse_id(const std::string &key, const std::string &word) const
   {
     const bool digits = !word.empty() && word.find_first_not_of("0123456789") == std::string::npos;
     if (!digits || word.size() > 18)
-      refuse(key + " must be a positive integer, got '" + word + "'");
+      refuse(key + " must be a positive integer of at most 18 digits, got '" + shown(word) + "'");
     const int64_t id = std::stoll(word);
     if (id == 0 && key != "COUNT") refuse(key + " must be a positive integer, got 0");
     return id;
@@ -136,7 +141,9 @@ class BondReader {
     } catch (const BadInput &bad) {
       refuse(bad.what());
     }
-    if (!(deq > 0.0)) refuse("deq must be positive, got " + word);
+    if (!(deq > 0.0)) refuse("deq must be positive, got " + shown(word));
+    if (!std::isfinite(1.0 / (deq * deq)))
+      refuse("deq is too small to be a distance, got " + shown(word));
     return deq;
   }
 };

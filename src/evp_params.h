@@ -31,6 +31,22 @@ inline const std::vector<std::string> &row_keys()
   return keys;
 }
 
+/// A word of the user's as a message can carry it: at most 40 characters, printable ones.
+inline std::string shown(const std::string &word)
+{
+  constexpr size_t MOST = 40;
+  std::string text = word.substr(0, MOST);
+  for (char &c : text)
+    if (c < ' ' || c > '~') c = '?';
+  return word.size() > MOST ? text + "..." : text;
+}
+
+/// Whether a text starts with the mark that some editors put before UTF-8.
+inline bool has_byte_order_mark(const std::string &text)
+{
+  return text.compare(0, 3, "\xEF\xBB\xBF") == 0;
+}
+
 /// A decimal number that fills the whole word and is finite; hexadecimal, nan and inf are refused.
 inline double parse_number(const std::string &key, const std::string &word)
 {
@@ -39,7 +55,7 @@ inline double parse_number(const std::string &key, const std::string &word)
   const double value = std::strtod(word.c_str(), &end);
   const bool decimal = word.find_first_not_of("0123456789+-.eE") == std::string::npos;
   if (word.empty() || !decimal || *end != '\0' || !std::isfinite(value))
-    throw BadInput(key + " must be a finite decimal number, got '" + word + "'");
+    throw BadInput(key + " must be a finite decimal number, got '" + shown(word) + "'");
   return value;
 }
 
@@ -122,11 +138,16 @@ inline Row row_from_text(const std::string &text, const std::string &file, const
 {
   if (text.find('\0') != std::string::npos)
     throw BadInput("file " + file + " is not a text file (it holds a NUL byte)");
+  if (has_byte_order_mark(text))
+    throw BadInput("file " + file +
+                   " starts with a byte-order mark: save it without (plain ASCII or UTF-8)");
 
   std::istringstream in(text);
   std::string line, known;
   Row found{};
   bool is_found = false;
+  constexpr int MOST_NAMED = 20;
+  int rows = 0;
   for (int number = 1; std::getline(in, line); number++) {
     const std::string where = "file " + file + " line " + std::to_string(number) + ": ";
     if (number == 1) {
@@ -139,8 +160,8 @@ inline Row row_from_text(const std::string &text, const std::string &file, const
         throw BadInput(where + "the first line must be a comment with 'UNITS: " + units +
                        "' (or the unit style that the numbers are in)");
       if (declared != units)
-        throw BadInput("file " + file + " is in UNITS: " + declared + ", but 'units " + units +
-                       "' is in force: convert the file or change the units command");
+        throw BadInput("file " + file + " is in UNITS: " + shown(declared) + ", but 'units " +
+                       units + "' is in force: convert the file or change the units command");
     }
     std::vector<std::string> words = split_words(line);
     if (words.empty()) continue;
@@ -153,14 +174,15 @@ inline Row row_from_text(const std::string &text, const std::string &file, const
       throw BadInput(where + bad.what());
     }
     if (row_name == name) {
-      if (is_found) throw BadInput(where + "row '" + name + "' is given twice");
+      if (is_found) throw BadInput(where + "row '" + shown(name) + "' is given twice");
       found = row;
       is_found = true;
     }
-    known += (known.empty() ? "" : ", ") + row_name;
+    if (++rows <= MOST_NAMED) known += (known.empty() ? "" : ", ") + shown(row_name);
+    if (rows == MOST_NAMED + 1) known += ", ...";
   }
   if (!is_found)
-    throw BadInput("file " + file + " has no row '" + name +
+    throw BadInput("file " + file + " has no row '" + shown(name) +
                    "'; its rows: " + (known.empty() ? "none" : known));
   return found;
 }

@@ -7,6 +7,7 @@
 #include "compute_evp_dt.h"
 #include "compute_evp_state_atom.h"
 #include "fix_evp_bonds.h"
+#include "fix_nve_evp.h"
 #include "pair_evp_lj.h"
 #include "write_evp_bonds.h"
 
@@ -49,6 +50,11 @@ extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
   plugin.name = "evp/bonds";
   plugin.info = "EVP equilibrium distances of the initial pairs";
   plugin.creator.v2 = &create_with_words<FixEVPBonds>;
+  add(&plugin, lmp);
+
+  plugin.name = "nve/evp";
+  plugin.info = "EVP time integration with implicit damping";
+  plugin.creator.v2 = &create_with_words<FixNVEEVP>;
   add(&plugin, lmp);
 
   plugin.style = "compute";

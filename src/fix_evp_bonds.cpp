@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-only
 
-   Fix evp/bonds: the records of each atom, their migration and restart, what users read of them.
-   How they are made is in fix_evp_bonds_record.cpp. */
+   Fix evp/bonds: the records of each atom, their migration, what users read of them.
+   How they are made is in fix_evp_bonds_record.cpp, restart files in fix_evp_bonds_restart.cpp. */
 
 #include "fix_evp_bonds.h"
 
@@ -32,8 +32,8 @@ using namespace FixConst;
 ------------------------------------------------------------------------- */
 
 FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
-    Fix(lmp, narg, arg), zone(0.0), recorded(false), nrecorded(0), capacity(0), nmax(0),
-    nbonds(nullptr), recorded_as(nullptr), bonds(nullptr), list(nullptr), pair_counts{}
+    Fix(lmp, narg, arg), zone(0.0), recorded(false), records_due(false), nrecorded(0), capacity(0),
+    nmax(0), nbonds(nullptr), recorded_as(nullptr), bonds(nullptr), list(nullptr), pair_counts{}
 {
   for (int iarg = 3; iarg < narg; iarg += 2) {
     const std::string key = arg[iarg];
@@ -42,6 +42,8 @@ FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
     if (iarg + 1 == narg) error->all(FLERR, "Fix {} evp/bonds: keyword {} needs a value", id, key);
     if (key == "file") {
       file = arg[iarg + 1];
+      if (file.empty())
+        error->all(FLERR, "Fix {} evp/bonds: the name of the bond file is empty", id);
       continue;
     }
     try {
@@ -133,6 +135,7 @@ void FixEVPBonds::init()
   MPI_Allreduce(&capacity, &most, 1, MPI_INT, MPI_MAX, world);
   reserve(most);
 
+  check_restored();
   if (recorded)
     check_ids();
   else if (file.empty()) {
@@ -330,60 +333,4 @@ int FixEVPBonds::pack_exchange(int i, double *buf)
 int FixEVPBonds::unpack_exchange(int nlocal, double *buf)
 {
   return unpack_bonds(nlocal, buf);
-}
-
-/* ---------------------------------------------------------------------- */
-
-void FixEVPBonds::write_restart(FILE *fp)
-{
-  const double state[] = {zone, recorded ? 1.0 : 0.0, (double) nrecorded};
-  const int size = sizeof(state);
-  if (comm->me == 0) {
-    fwrite(&size, sizeof(int), 1, fp);
-    fwrite(state, size, 1, fp);
-  }
-}
-
-/* ---------------------------------------------------------------------- */
-
-void FixEVPBonds::restart(char *buf)
-{
-  double state[3];
-  memcpy(state, buf, sizeof(state));
-  zone = state[0];
-  recorded = state[1] != 0.0;
-  nrecorded = (bigint) state[2];
-}
-
-/* ---------------------------------------------------------------------- */
-
-int FixEVPBonds::pack_restart(int i, double *buf)
-{
-  // the first word is read as a plain number by every fix that skips this record
-  buf[0] = 1 + pack_bonds(i, buf + 1);
-  return (int) buf[0];
-}
-
-/* ---------------------------------------------------------------------- */
-
-void FixEVPBonds::unpack_restart(int nlocal, int nth)
-{
-  const double *extra = atom->extra[nlocal];
-  int m = 0;
-  for (int k = 0; k < nth; k++) m += (int) extra[m];
-  unpack_bonds(nlocal, extra + m + 1);
-}
-
-/* ---------------------------------------------------------------------- */
-
-int FixEVPBonds::size_restart(int i)
-{
-  return 3 + 2 * nbonds[i];
-}
-
-/* ---------------------------------------------------------------------- */
-
-int FixEVPBonds::maxsize_restart()
-{
-  return 3 + 2 * capacity;
 }

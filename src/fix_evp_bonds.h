@@ -74,6 +74,7 @@ class FixEVPBonds : public Fix {
   double zone;    // pairs with d <= zone (R_i + R_j) are recorded; 0: zone = alpha of the pair type
   std::string file;    // take the records from this file; empty: from the zone
   bool recorded;
+  bool records_due;    // the fix's section of a restart file was read, no atom's record yet
   bigint nrecorded;    // pairs, over all processes
   int capacity;        // records that each atom has room for
   int nmax;            // atoms that there is room for
@@ -91,6 +92,7 @@ class FixEVPBonds : public Fix {
   void record_file(const class PairEVPLJ *);
   void add_lines(const class PairEVPLJ *, const std::vector<EVP::BondLine> &);
   void stop_together(std::string complaint) const;
+  void check_restored();
   void check_zone(const class PairEVPLJ *) const;
   void add_bond(int, tagint, double);
   void reserve(int);

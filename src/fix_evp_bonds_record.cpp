@@ -158,7 +158,8 @@ void FixEVPBonds::add_lines(const PairEVPLJ *pair, const std::vector<EVP::BondLi
   };
   std::vector<Named> here(2 * lines.size(), Named{0.0, 0.0, 0.0}), named(here.size());
   const auto owned = [this](int64_t atom_id) {
-    const int i = atom_id > MAXTAGINT ? -1 : atom->map((tagint) atom_id);
+    // the map is an array without a check of its own
+    const int i = atom_id > atom->map_tag_max ? -1 : atom->map((tagint) atom_id);
     return i < atom->nlocal ? i : -1;
   };
   for (size_t k = 0; k < here.size(); k++) {

@@ -7,6 +7,8 @@
 #define EVP_LAMMPS_COMPAT_H
 
 #include "comm.h"
+#include "compute.h"
+#include "fix.h"
 #include "neigh_request.h"
 #include "neighbor.h"
 
@@ -32,27 +34,49 @@ namespace compat {
       request->fix = request->full = request->occasional = 1;
     }
 
+    // 29Sep2021 names the owner's kind in the call; the other overload then has no such member
     template <class C, class Owner>
     auto forward(C *comm, Owner *owner, int) -> decltype(comm->forward_comm(owner))
     {
       comm->forward_comm(owner);
     }
-    template <class C, class Owner>
-    auto forward(C *comm, Owner *owner, long) -> decltype(comm->forward_comm_compute(owner))
+    template <class C>
+    auto forward(C *comm, LAMMPS_NS::Compute *owner, long)
+        -> decltype(comm->forward_comm_compute(owner))
     {
       comm->forward_comm_compute(owner);
+    }
+    template <class C>
+    auto forward(C *comm, LAMMPS_NS::Fix *owner, long) -> decltype(comm->forward_comm_fix(owner))
+    {
+      comm->forward_comm_fix(owner);
     }
     template <class C, class Owner>
     auto reverse(C *comm, Owner *owner, int) -> decltype(comm->reverse_comm(owner))
     {
       comm->reverse_comm(owner);
     }
-    template <class C, class Owner>
-    auto reverse(C *comm, Owner *owner, long) -> decltype(comm->reverse_comm_compute(owner))
+    template <class C>
+    auto reverse(C *comm, LAMMPS_NS::Compute *owner, long)
+        -> decltype(comm->reverse_comm_compute(owner))
     {
       comm->reverse_comm_compute(owner);
     }
+    template <class C>
+    auto reverse(C *comm, LAMMPS_NS::Fix *owner, long) -> decltype(comm->reverse_comm_fix(owner))
+    {
+      comm->reverse_comm_fix(owner);
+    }
   }    // namespace detail
+
+  inline LAMMPS_NS::Fix *base_of(LAMMPS_NS::Fix *fix)
+  {
+    return fix;
+  }
+  inline LAMMPS_NS::Compute *base_of(LAMMPS_NS::Compute *compute)
+  {
+    return compute;
+  }
 
   /// The half neighbor list of a pair style, by the call that every release has.
   inline void request_half_list(LAMMPS_NS::Neighbor *neighbor, LAMMPS_NS::Pair *pair, int instance)
@@ -66,16 +90,16 @@ namespace compat {
     detail::request_full(neighbor, fix, instance, 0);
   }
 
-  /// Values of a compute from owned atoms to their ghosts.
-  inline void forward_comm(LAMMPS_NS::Comm *comm, LAMMPS_NS::Compute *compute)
+  /// Values of a fix or compute from owned atoms to their ghosts.
+  template <class Owner> void forward_comm(LAMMPS_NS::Comm *comm, Owner *owner)
   {
-    detail::forward(comm, compute, 0);
+    detail::forward(comm, base_of(owner), 0);
   }
 
-  /// Values of a compute from ghosts summed into the owned atoms.
-  inline void reverse_comm(LAMMPS_NS::Comm *comm, LAMMPS_NS::Compute *compute)
+  /// Values of a fix or compute from ghosts summed into the owned atoms.
+  template <class Owner> void reverse_comm(LAMMPS_NS::Comm *comm, Owner *owner)
   {
-    detail::reverse(comm, compute, 0);
+    detail::reverse(comm, base_of(owner), 0);
   }
 
 }    // namespace compat

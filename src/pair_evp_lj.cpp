@@ -63,7 +63,7 @@ void PairEVPLJ::compute(int eflag, int vflag)
 
   if (neighbor->ago == 0 || repack || !is_packed()) pack();
 
-  if (damping_acts())
+  if (damping_acts() && explicit_damping)
     compute_forces<true>();
   else
     compute_forces<false>();
@@ -102,6 +102,20 @@ bool PairEVPLJ::damping_acts() const
 
 /* ---------------------------------------------------------------------- */
 
+bool PairEVPLJ::is_implicit(int i, int j) const
+{
+  return (atom->mask[i] | atom->mask[j]) & implicit_groupbit;
+}
+
+/* ---------------------------------------------------------------------- */
+
+double PairEVPLJ::implicit_gamma(const EVP::PackedPair &pair) const
+{
+  return pair.law < nlaws() ? 0.0 : laws[pair.law - nlaws()].parameters().gamma;
+}
+
+/* ---------------------------------------------------------------------- */
+
 bool PairEVPLJ::is_packed() const
 {
   return packed.nlocal == atom->nlocal && packed.nall == atom->nlocal + atom->nghost;
@@ -122,6 +136,7 @@ void PairEVPLJ::pack()
   packed.nlocal = atom->nlocal;
   packed.nall = nall;
   repack = false;
+  explicit_damping = false;
 
   laws_in_use.clear();
   for (int i = 1; i <= atom->ntypes; i++)
@@ -196,7 +211,9 @@ void PairEVPLJ::pack_pair(int i, int jneigh, Overlaps &overlaps)
   const double deq = is_bond ? mark_deq[canonical[j]] : sum_radii;
   const bool repels_only = !is_bond && settings_now.contact == Contact::REPULSIVE;
   const double cut = repels_only ? sum_radii : laws[law].parameters().alpha * sum_radii;
-  packed.pairs.push_back({1.0 / deq, cut * cut, j, law, is_bond});
+  const bool implicit = is_implicit(i, j);
+  packed.pairs.push_back({1.0 / deq, cut * cut, j, implicit ? nlaws() + law : law, is_bond});
+  if (!implicit && laws[law].parameters().gamma > 0.0) explicit_damping = true;
 
   const double closest = (1.0 - settings_now.overlap) * sum_radii;
   if (g.dsq < closest * closest) overlaps.add(atom->tag[i], atom->tag[j], std::sqrt(g.dsq));
@@ -247,7 +264,7 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
 
   if (!acts) return 0.0;
   fforce = law.force(d, deq) / d;
-  if (damping_acts()) {
+  if (damping_acts() && !is_implicit(i, j)) {
     const EVP::PairGeometry g(as_rows(atom->x), i, j);
     fforce += EVP::damping_over_distance(law.parameters().gamma, g, atom->v[i], atom->v[j]);
   }

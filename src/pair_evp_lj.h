@@ -62,6 +62,12 @@ class PairEVPLJ : public Pair {
   const EVP::Law &law_of(const EVP::PackedPair &pair) const { return laws[pair.law]; }
   bool is_packed() const;
 
+  /// True where fix nve/evp takes over the damping of some pairs, those with an atom of its group.
+  bool damps_implicitly() const { return any_gamma && implicit_groupbit; }
+
+  /// gamma of a pair that fix nve/evp damps [force/velocity], 0 for the others. Its law has none.
+  double implicit_gamma(const EVP::PackedPair &pair) const;
+
   /// The fix that holds the records, nullptr without.
   const class FixEVPBonds *bonds_fix() const { return bonds; }
 
@@ -80,6 +86,8 @@ class PairEVPLJ : public Pair {
   std::vector<EVP::Law> laws_in_use;    // of the pairs of types that this style serves
   std::vector<double> max_radius;       // per type, when the cut-offs were set
   bool any_gamma;
+  int implicit_groupbit;    // of fix nve/evp, 0 without
+  bool explicit_atoms;      // some atoms are not in its group
 
   std::string bonds_id;        // fix that recorded the bonds; empty: none did
   class FixEVPBonds *bonds;    // that fix, nullptr without
@@ -101,17 +109,21 @@ class PairEVPLJ : public Pair {
   bool overlap_warned;
 
   EVP::PackedList packed;
+  bool explicit_damping;               // a packed pair is damped by this style itself
   bool repack;                         // coefficients changed since the list was packed
   std::vector<int> canonical, mark;    // association of neighbors with records, see pack()
   std::vector<double> mark_deq;
 
   void allocate();
-  int law_index(int itype, int jtype) const { return itype * ((int) max_radius.size()) + jtype; }
+  int nlaws() const { return (int) (max_radius.size() * max_radius.size()); }
+  int law_index(int itype, int jtype) const { return itype * (int) max_radius.size() + jtype; }
+  bool is_implicit(int i, int j) const;
   EVP::Row row_of(int itype, int jtype) const;
   EVP::Row row_from_file(const char *file, const char *name) const;
   bool damping_acts() const;
   void check_host_settings() const;
   void find_bonds();
+  void find_implicit_group();
   void find_max_radii();
   void report_settings();
 

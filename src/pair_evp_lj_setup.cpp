@@ -28,7 +28,8 @@ static constexpr long MAX_FILE_SIZE = 1 << 20;
 
 PairEVPLJ::PairEVPLJ(LAMMPS *lmp) :
     Pair(lmp), settings_now{Contact::LITERAL, 0.3}, coefficients{}, any_gamma(false),
-    bonds(nullptr), overlap_warned(false), repack(true)
+    implicit_groupbit(0), explicit_atoms(true), bonds(nullptr), overlap_warned(false),
+    explicit_damping(false), repack(true)
 {
   writedata = 1;
   finitecutflag = 1;
@@ -63,7 +64,7 @@ void PairEVPLJ::allocate()
       for (auto &coefficient : coefficients) coefficient[i][j] = 0.0;
     }
   max_radius.assign(n, 0.0);
-  laws.assign((size_t) n * n, EVP::Law());
+  laws.assign((size_t) 2 * n * n, EVP::Law());
 }
 
 /* ----------------------------------------------------------------------
@@ -200,6 +201,7 @@ void PairEVPLJ::init_style()
   check_host_settings();
   find_max_radii();
   find_bonds();
+  find_implicit_group();
   overlap_warned = false;
   any_gamma = false;
   for (int i = 1; i <= atom->ntypes; i++)
@@ -290,6 +292,24 @@ void PairEVPLJ::find_bonds()
   if (kept) bonds_id = bonds->id;
 }
 
+/* ----------------------------------------------------------------------
+   fix nve/evp solves the damping of its atoms; the explicit one leaves them out
+------------------------------------------------------------------------- */
+
+void PairEVPLJ::find_implicit_group()
+{
+  implicit_groupbit = 0;
+  for (int k = 0; k < modify->nfix; k++)
+    if (strcmp(modify->fix[k]->style, "nve/evp") == 0) implicit_groupbit = modify->fix[k]->groupbit;
+
+  int outside = 0, any;
+  for (int i = 0; i < atom->nlocal; i++)
+    if (!(atom->mask[i] & implicit_groupbit)) outside = 1;
+  MPI_Allreduce(&outside, &any, 1, MPI_INT, MPI_MAX, world);
+  explicit_atoms = any;
+  repack = true;
+}
+
 /* ---------------------------------------------------------------------- */
 
 void PairEVPLJ::bonds_recorded_by(const std::string &id)
@@ -315,11 +335,14 @@ double PairEVPLJ::init_one(int i, int j)
   } catch (const EVP::BadInput &bad) {
     error->all(FLERR, "Pair evp/lj, types {} and {}: {}", i, j, bad.what());
   }
+  EVP::Row undamped = row;
+  undamped.gamma = 0.0;
   laws[law_index(i, j)] = laws[law_index(j, i)] = EVP::Law(row);
+  laws[nlaws() + law_index(i, j)] = laws[nlaws() + law_index(j, i)] = EVP::Law(undamped);
   repack = true;
 
   if (row.gamma > 0.0) any_gamma = true;    // fix adapt may have switched it on
-  if (damping_acts() && update->whichflag == 1 && !comm->ghost_velocity)
+  if (damping_acts() && update->whichflag == 1 && explicit_atoms && !comm->ghost_velocity)
     error->all(FLERR,
                "Pair evp/lj with gamma > 0 needs ghost velocities: add 'comm_modify vel yes'");
 
@@ -337,7 +360,9 @@ void PairEVPLJ::report_settings()
   if (!any_gamma)
     report += "damping off";
   else
-    report += damping_acts() ? "damping on" : "damping off (minimisation)";
+    report += !damping_acts() ? "damping off (minimisation)"
+        : damps_implicitly()  ? "damping by fix nve/evp"
+                              : "damping on";
   report += fmt::format(", new contacts {}", contact[(int) settings_now.contact]);
   if (bonds)
     report += fmt::format(", deq of bonds from fix {}", bonds->id);

@@ -44,7 +44,7 @@ void WriteEVPBonds::command(int narg, char **arg)
   MPI_Bcast(&good, 1, MPI_INT, 0, world);
   if (!good)
     error->all(FLERR, "write_evp_bonds: cannot write '{}': check the folder and the free space",
-               unfinished);
+               name);
 
   std::string received;
   for (int source = 0; source < comm->nprocs; source++) {

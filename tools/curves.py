@@ -5,10 +5,10 @@
   curves.py numbers  results/a.csv results/b.csv
   curves.py plot     results/a.csv results/b.csv --labels "1 /s" "10 /s" --out curves.png
   curves.py law      --coeff "80 8 4 3 8 4 0.005 0 1.5" --measured two_spheres.csv --out law.png
-  curves.py specimen results/a_state.csv --out specimen.png
+  curves.py specimen results/a_state.dump --out specimen.png
 
-The curves are PREFIX.csv of in.traction (strain,stress_grip,stress_virial; Pa), the state is
-PREFIX_state.csv (x,y,z,radius,share). Every PNG gets a CSV beside it.
+The curves are PREFIX.csv of in.traction (strain,stress_grip,stress_virial; Pa), the state is its
+PREFIX_state.dump, or a CSV with the columns x,y,z,radius,share. Every PNG gets a CSV beside it.
 """
 
 import argparse
@@ -61,7 +61,7 @@ def plot_specimen(args):
     """Draw the spheres of one state."""
     from evp import figures
 
-    state = figures.read_columns(args.state, figures.STATE)
+    state = figures.read_state(args.state)
     print(figures.specimen(state, args.out, args.title))
 
 
@@ -97,7 +97,7 @@ def parser():
     sub.add_argument("--measured", metavar="CSV", help="PREFIX.csv of in.two_spheres")
     sub.add_argument("--out", default="force_law.png", metavar="PNG")
     sub = command("specimen", plot_specimen, "spheres coloured by their share in the second regime")
-    sub.add_argument("state", metavar="CSV")
+    sub.add_argument("state", metavar="FILE")
     sub.add_argument("--title", default="")
     sub.add_argument("--out", default="specimen.png", metavar="PNG")
     return top

@@ -61,6 +61,17 @@ class Run(NamedTuple):
         """All snapshots of a dump file in the run's folder."""
         return read_dump(self.folder / name)
 
+    def made_no_step(self):
+        """True where no thermo table has a line after step 0."""
+        in_table, steps = False, [0]
+        for line in self.stdout.splitlines():
+            words = line.split()
+            if words[:1] == ["Step"] or line.startswith("Loop time"):
+                in_table = words[0] == "Step"
+            elif in_table and words and words[0].isdigit():
+                steps.append(int(words[0]))
+        return max(steps) == 0
+
     def warnings(self):
         return [line for line in self.stdout.splitlines() if line.startswith("WARNING")]
 

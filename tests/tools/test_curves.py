@@ -129,7 +129,16 @@ def test_command_prints_the_numbers_and_draws(tmp_path):
     state = tmp_path / "state.csv"
     state.write_text("x,y,z,radius,share\n0,0,0,0.005,0.5\n0.01,0,0,0.005,0\n", encoding="utf-8")
     drawn = command("specimen", state, "--out", tmp_path / "body.png")
-    assert drawn.returncode == 0 and (tmp_path / "body.csv").exists(), drawn.stderr
+    assert drawn.returncode == 0, drawn.stderr
+    dump = tmp_path / "state.dump"
+    dump.write_text(
+        "ITEM: TIMESTEP\n9\nITEM: ATOMS id x y z radius c_pairs[1] c_pairs[2]\n"
+        "1 0 0 0 0.005 2 0.5\n2 0.01 0 0 0.005 1 0\n",
+        encoding="utf-8",
+    )
+    same = command("specimen", dump, "--out", tmp_path / "same.png")
+    assert same.returncode == 0, same.stderr
+    assert (tmp_path / "same.csv").read_text() == (tmp_path / "body.csv").read_text()
 
 
 def test_command_fails_with_one_line(tmp_path):

@@ -154,7 +154,7 @@ def force_law(row, path, measured=None, deq=0.01, reach=0.03):
 def specimen(state, path, title=""):
     """Side view of the spheres, coloured by the share of their bonds in the second regime.
 
-    state: the columns STATE of in.traction as a dict of arrays. Writes path and its CSV of these.
+    state: from read_state. Writes path and its CSV of these.
     """
     order = np.argsort(-state["y"])  # the viewer looks along +y: near spheres are drawn last
     millimetres = {name: 1e3 * state[name][order] for name in ("x", "z", "radius")}
@@ -178,6 +178,29 @@ def specimen(state, path, title=""):
         bar.set_label("second-regime bonds [% of each sphere's]")
         rows = zip(*([f"{v:.9g}" for v in state[name]] for name in STATE))
         return _save(figure, path, STATE, rows)
+
+
+def read_state(path):
+    """The columns STATE as a dict of arrays, from a CSV or from the text dump of in.traction.
+
+    In a dump the share is the second value of compute evp/state/atom. ValueError names the file and
+    what it lacks.
+    """
+    with open(path, encoding="utf-8") as source:
+        lines = source.read().splitlines()
+    if not lines or not lines[0].startswith("ITEM:"):
+        return read_columns(path, STATE)
+    start = max((k for k, line in enumerate(lines) if line.startswith("ITEM: ATOMS")), default=None)
+    names = lines[start].split()[2:] if start is not None else []
+    share = [name for name in names if name == "share" or name.endswith("[2]")]
+    missing = [name for name in STATE[:4] if name not in names]
+    if not share:
+        missing.append("c_ID[2]")
+    if missing:
+        raise ValueError(f"{path} is no dump with the column {missing[0]}")
+    table = np.array([line.split() for line in lines[start + 1 :]], dtype=float)
+    places = [names.index(name) for name in (*STATE[:4], share[0])]
+    return dict(zip(STATE, table[:, places].T))
 
 
 def read_columns(path, wanted):

@@ -10,7 +10,6 @@ damping can be seen. About a minute and a half on two cores.
 import argparse
 import csv
 import pathlib
-import re
 import sys
 
 from . import curves, figures, law, run
@@ -23,7 +22,6 @@ STRAIN = 0.02
 DT_FRACTION = 0.8
 # Largest stable steps of such a specimen [s], only to share out the progress line.
 _TYPICAL_STEP = {"table1": 9e-7, "table2": 3.5e-8}
-_FIRST_BOND = re.compile(r"^\s*first second-regime bond at strain\s+(\S+)", re.MULTILINE)
 
 
 def parser():
@@ -97,12 +95,11 @@ def traction_job(out, table, rate, ranks):
     )
 
 
-def first_second_regime_strain(log):
-    """Strain of the first bond in the second regime as in.traction printed it; 'none' without."""
-    found = _FIRST_BOND.findall(log.read_text(encoding="utf-8", errors="replace"))
-    if not found:
-        raise run.RunError(f"{log} has no line 'first second-regime bond at strain ...'")
-    return found[-1]
+def first_second_regime_strain(path):
+    """Strain of the first row of PREFIX_bonds.csv with a bond in the second regime, or 'none'."""
+    found = figures.read_columns(path, ("strain", "second_regime"))
+    reached = found["strain"][found["second_regime"] > 0]
+    return f"{reached[0]:.4f}" if len(reached) else "none"
 
 
 def draw(out, pulled):
@@ -118,8 +115,7 @@ def draw(out, pulled):
         figures.stress_strain(panels, out / "stress_strain.png"),
     ]
     table, rate = min(pulled, key=lambda key: (key[0], abs(key[1] - 10.0)))
-    state_file = out / f"{pulled[table, rate].name}_state.csv"
-    state = figures.read_columns(state_file, figures.STATE)
+    state = figures.read_state(out / f"{pulled[table, rate].name}_state.dump")
     title = f"{TABLES[table][0]}, {rate:g} /s, strain {100 * STRAIN:g} %"
     paths.append(figures.specimen(state, out / "specimen.png", title))
     return paths
@@ -132,7 +128,8 @@ def report(out, pulled):
     for (table, rate), job in sorted(pulled.items()):
         found = curves.numbers(curves.read_curve(out / f"{job.name}.csv"))
         values = [f"{found[name]:.2f}" for name in header[2:5]]
-        rows.append((table, f"{rate:g}", *values, first_second_regime_strain(job.log)))
+        first = first_second_regime_strain(out / f"{job.name}_bonds.csv")
+        rows.append((table, f"{rate:g}", *values, first))
     with open(out / "summary.csv", "w", newline="", encoding="utf-8") as target:
         csv.writer(target, lineterminator="\n").writerows([header, *rows])
     titles = (
@@ -158,8 +155,7 @@ def main(argv=None):
         out.mkdir(parents=True, exist_ok=True)
         for name in ["two_spheres", *(job.name for job in pulled.values())]:
             # An old curve would be taken for progress of the new run.
-            for stale in (out / f"{name}.csv", out / f"{name}_state.csv"):
-                stale.unlink(missing_ok=True)
+            (out / f"{name}.csv").unlink(missing_ok=True)
         run.run_jobs(prepare_jobs(out), title="packing and force law:")
         longest_first = sorted(pulled.values(), key=lambda job: -job.cost)
         run.run_jobs(longest_first, title="traction:")

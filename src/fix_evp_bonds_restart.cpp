@@ -1,0 +1,115 @@
+/* SPDX-License-Identifier: GPL-2.0-only
+
+   Fix evp/bonds: restart files. */
+
+#include "fix_evp_bonds.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "error.h"
+
+#include <cstdint>
+#include <cstring>
+
+using namespace LAMMPS_NS;
+
+/* ----------------------------------------------------------------------
+   restart files carry no check of their own, and a changed bit is another material:
+   every section of ours ends with the sum of its words (FNV-1a)
+------------------------------------------------------------------------- */
+
+static double checksum(const double *words, int n)
+{
+  uint64_t sum = 14695981039346656037ULL;
+  const auto *bytes = reinterpret_cast<const unsigned char *>(words);
+  for (size_t k = 0; k < n * sizeof(double); k++) sum = (sum ^ bytes[k]) * 1099511628211ULL;
+  return (double) (sum >> 11);    // a whole number that a double holds
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixEVPBonds::write_restart(FILE *fp)
+{
+  double state[] = {zone, recorded ? 1.0 : 0.0, (double) nrecorded, 0.0};
+  state[3] = checksum(state, 3);
+  const int size = sizeof(state);
+  if (comm->me == 0) {
+    fwrite(&size, sizeof(int), 1, fp);
+    fwrite(state, size, 1, fp);
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixEVPBonds::restart(char *buf)
+{
+  double state[4];
+  memcpy(state, buf, sizeof(state));
+  if (state[3] != checksum(state, 3))
+    error->all(FLERR, "Fix {} evp/bonds: its section of the restart file is damaged", id);
+  zone = state[0];
+  recorded = state[1] != 0.0;
+  nrecorded = (bigint) state[2];
+  records_due = recorded && nrecorded > 0;
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixEVPBonds::pack_restart(int i, double *buf)
+{
+  // the first word is read as a plain number by every fix that skips this record
+  const int n = 1 + pack_bonds(i, buf + 1);
+  buf[0] = n + 1;
+  buf[n] = checksum(buf, n);
+  return n + 1;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixEVPBonds::unpack_restart(int nlocal, int nth)
+{
+  const double *extra = atom->extra[nlocal];
+  const int stored = atom->nextra_store;
+  int m = 0, size = 0;
+  bool whole = true;
+  for (int k = 0; whole && k <= nth; k++) {
+    m += size;
+    whole = m < stored && extra[m] >= 1.0 && extra[m] <= stored - m;
+    size = whole ? (int) extra[m] : 0;
+  }
+  if (!whole || size < 4 || extra[m + size - 1] != checksum(extra + m, size - 1))
+    error->one(FLERR, "Fix {} evp/bonds: the bonds of atom {} in the restart file are damaged", id,
+               atom->tag[nlocal]);
+  unpack_bonds(nlocal, extra + m + 1);
+  records_due = false;
+}
+
+/* ----------------------------------------------------------------------
+   after the section of the fix, those of the atoms must have been there too
+------------------------------------------------------------------------- */
+
+void FixEVPBonds::check_restored()
+{
+  int due = records_due, due_everywhere;
+  MPI_Allreduce(&due, &due_everywhere, 1, MPI_INT, MPI_MIN, world);
+  if (due_everywhere)
+    error->all(
+        FLERR,
+        "Fix {} evp/bonds: the restart file is damaged, it announces {} bonds and holds none", id,
+        nrecorded);
+  records_due = false;
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixEVPBonds::size_restart(int i)
+{
+  return 4 + 2 * nbonds[i];
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixEVPBonds::maxsize_restart()
+{
+  return 4 + 2 * capacity;
+}

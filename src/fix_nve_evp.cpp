@@ -1,0 +1,284 @@
+/* SPDX-License-Identifier: GPL-2.0-only
+
+   Fix nve/evp: time integration. The linear solve is in fix_nve_evp_solve.cpp. */
+
+#include "fix_nve_evp.h"
+
+#include "evp_params.h"
+#include "pair_evp_lj.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "error.h"
+#include "force.h"
+#include "memory.h"
+#include "modify.h"
+#include "update.h"
+#include "utils.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+using namespace LAMMPS_NS;
+using namespace FixConst;
+
+/* ----------------------------------------------------------------------
+   fix ID group nve/evp [tol 1e-3] [maxiter 500]
+------------------------------------------------------------------------- */
+
+FixNVEEVP::FixNVEEVP(LAMMPS *lmp, int narg, char **arg) :
+    Fix(lmp, narg, arg), tolerance(1.0e-3), max_iterations(500), others_groupbits(0), pair(nullptr),
+    applied(nullptr), dt_applied(0.0), vflag_now(0), last_iterations(0), most_iterations(0),
+    all_iterations(0), solves(0)
+{
+  for (int iarg = 3; iarg < narg; iarg += 2) {
+    const std::string key = arg[iarg];
+    if (key != "tol" && key != "maxiter")
+      error->all(FLERR, "Fix {} nve/evp: unknown keyword '{}'; it takes tol and maxiter", id, key);
+    if (iarg + 1 == narg) error->all(FLERR, "Fix {} nve/evp: keyword {} needs a value", id, key);
+    double value = 0.0;
+    try {
+      value = EVP::parse_number(key, arg[iarg + 1]);
+    } catch (const EVP::BadInput &bad) {
+      error->all(FLERR, "Fix {} nve/evp: {}", id, bad.what());
+    }
+    if (key == "tol") {
+      if (!(value > 0.0 && value < 1.0))
+        error->all(FLERR,
+                   "Fix {} nve/evp: tol must lie between 0 and 1 (residual over damping), got {}",
+                   id, arg[iarg + 1]);
+      tolerance = value;
+    } else {
+      if (!(value >= 1.0 && value <= 1.0e6 && value == std::floor(value)))
+        error->all(FLERR, "Fix {} nve/evp: maxiter must be a whole number from 1 to 1e6, got {}",
+                   id, arg[iarg + 1]);
+      max_iterations = (int) value;
+    }
+  }
+
+  time_integrate = 1;
+  dynamic_group_allow = 0;
+  virial_global_flag = virial_peratom_flag = thermo_virial = 1;
+  comm_forward = comm_reverse = 3;
+  maxexchange = 3;
+  create_attribute = 1;
+  scalar_flag = vector_flag = 1;
+  size_vector = 2;
+  global_freq = 1;
+  extscalar = extvector = 0;
+
+  FixNVEEVP::grow_arrays(atom->nmax);
+  for (int i = 0; i < atom->nlocal; i++) FixNVEEVP::set_arrays(i);
+  atom->add_callback(Atom::GROW);
+}
+
+/* ---------------------------------------------------------------------- */
+
+FixNVEEVP::~FixNVEEVP()
+{
+  atom->delete_callback(id, Atom::GROW);
+  memory->destroy(applied);
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixNVEEVP::setmask()
+{
+  return INITIAL_INTEGRATE | FINAL_INTEGRATE | POST_FORCE;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixNVEEVP::init()
+{
+  pair = dynamic_cast<PairEVPLJ *>(force->pair_match("evp/lj", 1));
+  if (!pair)
+    error->all(FLERR, "Fix {} nve/evp needs pair style evp/lj, whose damping it solves; found '{}'",
+               id, force->pair_style ? force->pair_style : "none");
+  if (utils::strmatch(update->integrate_style, "^respa"))
+    error->all(FLERR, "Fix {} nve/evp does not work with run_style respa: use run_style verlet",
+               id);
+
+  others_groupbits = 0;
+  for (int k = 0; k < modify->nfix; k++) {
+    const Fix *other = modify->fix[k];
+    if (other == this) continue;
+    if (strcmp(other->style, style) == 0)
+      error->all(
+          FLERR,
+          "Fix {} nve/evp: fix {} is one already, and the damping is one system: use one fix "
+          "nve/evp for the group union",
+          id, other->id);
+    const bool prescribes = strcmp(other->style, "nve/noforce") == 0 ||
+        strcmp(other->style, "move") == 0;
+    if (other->time_integrate && !prescribes) others_groupbits |= other->groupbit;
+  }
+  last_iterations = most_iterations = 0;
+  all_iterations = solves = 0;
+}
+
+/* ---------------------------------------------------------------------- */
+
+bool FixNVEEVP::in_group(int i) const
+{
+  return atom->mask[i] & groupbit;
+}
+
+/* ----------------------------------------------------------------------
+   acceleration per force [velocity/time/force], LAMMPS' unit factor included
+------------------------------------------------------------------------- */
+
+double FixNVEEVP::inverse_mass(int i) const
+{
+  return force->ftm2v / (atom->rmass ? atom->rmass[i] : atom->mass[atom->type[i]]);
+}
+
+/* ----------------------------------------------------------------------
+   atoms hold the velocity of the full step: half of the kick is still to come
+------------------------------------------------------------------------- */
+
+void FixNVEEVP::setup(int vflag)
+{
+  vflag_now = vflag;
+  collect_dampers();
+  solve_and_apply(0.5 * update->dt);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixNVEEVP::post_force(int vflag)
+{
+  vflag_now = vflag;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixNVEEVP::initial_integrate(int /*vflag*/)
+{
+  // the damping in f belongs to another step: solve its second half anew
+  if (update->dt != dt_applied) {
+    remove_applied();
+    solve_and_apply(0.5 * update->dt);
+  }
+  kick();
+  for (int i = 0; i < atom->nlocal; i++)
+    if (in_group(i))
+      for (int c = 0; c < 3; c++) atom->x[i][c] += update->dt * atom->v[i][c];
+}
+
+/* ----------------------------------------------------------------------
+   atoms hold v-: solve for v+, and leave them half way between
+------------------------------------------------------------------------- */
+
+void FixNVEEVP::final_integrate()
+{
+  collect_dampers();
+  solve_and_apply(update->dt);
+  kick();
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixNVEEVP::kick()
+{
+  const double half = 0.5 * update->dt;
+  for (int i = 0; i < atom->nlocal; i++)
+    if (in_group(i)) {
+      const double scale = half * inverse_mass(i);
+      for (int c = 0; c < 3; c++) atom->v[i][c] += scale * atom->f[i][c];
+    }
+}
+
+/* ----------------------------------------------------------------------
+   h: the time over which the damping acts, the step or its second half
+------------------------------------------------------------------------- */
+
+void FixNVEEVP::solve_and_apply(double h)
+{
+  dt_applied = update->dt;
+  if (!pair->damps_implicitly()) return;
+
+  last_iterations = solve(h);
+  most_iterations = std::max(most_iterations, last_iterations);
+  all_iterations += last_iterations;
+  solves++;
+
+  store_applied(h);
+  for (int i = 0; i < atom->nlocal; i++)
+    for (int c = 0; c < 3; c++) atom->f[i][c] += applied[i][c];
+  tally_virial();
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixNVEEVP::remove_applied()
+{
+  for (int i = 0; i < atom->nlocal; i++)
+    for (int c = 0; c < 3; c++) atom->f[i][c] -= applied[i][c];
+}
+
+/* ----------------------------------------------------------------------
+   f_ID: iterations of the last solve; f_ID[1], f_ID[2]: their mean and maximum in this run
+------------------------------------------------------------------------- */
+
+double FixNVEEVP::compute_scalar()
+{
+  return last_iterations;
+}
+
+/* ---------------------------------------------------------------------- */
+
+double FixNVEEVP::compute_vector(int n)
+{
+  if (n == 1) return most_iterations;
+  return solves ? (double) all_iterations / solves : 0.0;
+}
+
+/* ---------------------------------------------------------------------- */
+
+double FixNVEEVP::memory_usage()
+{
+  double bytes = 3.0 * atom->nmax * sizeof(double) + (double) dampers.capacity() * sizeof(Damper);
+  for (const Nodal *nodal :
+       {&exchanged, &reaction, &mobility, &velocity, &residual, &direction, &direction_product})
+    bytes += (double) nodal->capacity() * sizeof(double);
+  return bytes;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixNVEEVP::grow_arrays(int nmax)
+{
+  memory->grow(applied, nmax, 3, "nve/evp:applied");
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixNVEEVP::copy_arrays(int i, int j, int /*delflag*/)
+{
+  std::copy_n(applied[i], 3, applied[j]);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixNVEEVP::set_arrays(int i)
+{
+  std::fill_n(applied[i], 3, 0.0);
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixNVEEVP::pack_exchange(int i, double *buf)
+{
+  std::copy_n(applied[i], 3, buf);
+  return 3;
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixNVEEVP::unpack_exchange(int i, double *buf)
+{
+  std::copy_n(buf, 3, applied[i]);
+  return 3;
+}

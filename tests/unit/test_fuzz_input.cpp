@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//
+// Random damage to parameter files and bond files: whatever the bytes, the outcome is a checked value
+// or a BadInput whose text a terminal can show. About 3 s with a fixed seed; EVP_FUZZ_SECONDS and
+// EVP_FUZZ_SEED ask for more.
+
+#include "evp_bond_file.h"
+
+#include <algorithm>
+#include <chrono>
+#include <gtest/gtest.h>
+#include <memory>
+#include <random>
+#include <string>
+#include <unistd.h>
+#include <vector>
+
+using EVP::BadInput;
+
+namespace {
+
+constexpr double SECONDS = 1.5;    // for each kind of file
+constexpr unsigned long SEED = 20170515;
+constexpr size_t LONGEST_MESSAGE = 1500;
+
+unsigned long seed()
+{
+  const char *wish = getenv("EVP_FUZZ_SEED");
+  return wish ? strtoul(wish, nullptr, 10) : SEED;
+}
+
+double seconds()
+{
+  const char *wish = getenv("EVP_FUZZ_SECONDS");
+  return wish ? 0.5 * strtod(wish, nullptr) : SECONDS;
+}
+
+/// Makes a bad text of a good one.
+class Vandal {
+ public:
+  explicit Vandal(unsigned long seed_in) : random(seed_in) {}
+
+  size_t below(size_t n) { return n ? std::uniform_int_distribution<size_t>(0, n - 1)(random) : 0; }
+
+  std::string damage(std::string text)
+  {
+    for (size_t k = below(4); k > 0 || below(8) == 0; k = k ? k - 1 : 0) damage_once(text);
+    return text;
+  }
+
+ private:
+  std::mt19937_64 random;
+
+  const std::string &any(const std::vector<std::string> &list) { return list[below(list.size())]; }
+
+  void damage_once(std::string &text)
+  {
+    static const std::vector<std::string> words = {"nan",
+                                                   "-nan",
+                                                   "inf",
+                                                   "1e400",
+                                                   "1e-400",
+                                                   "-0",
+                                                   "0",
+                                                   "1e308",
+                                                   "4.9e-324",
+                                                   "1e-160",
+                                                   "-1",
+                                                   "0x1p3",
+                                                   "1.5.2",
+                                                   "--1",
+                                                   "1e",
+                                                   "e1",
+                                                   "+",
+                                                   ".",
+                                                   "200",
+                                                   "201",
+                                                   "0.999999999999999999",
+                                                   "1.0000000000000002",
+                                                   "99999999999999999999",
+                                                   "18446744073709551616",
+                                                   "\xEF\xBB\xBF",
+                                                   "\r\n",
+                                                   "\r",
+                                                   "\n\n",
+                                                   "#",
+                                                   "COUNT:",
+                                                   "UNITS:",
+                                                   "UNITS: lj",
+                                                   "# EVP bonds COUNT: 2 UNITS: si\n",
+                                                   "\t",
+                                                   "\v",
+                                                   " ",
+                                                   "%s%n",
+                                                   "{}"};
+    const size_t at = below(text.size() + 1);
+    switch (below(9)) {
+      case 0:
+        text.resize(at);
+        break;
+      case 1:
+        text.insert(at, any(words));
+        break;
+      case 2:
+        text.insert(at, 1, (char) below(256));
+        break;
+      case 3:
+        text.erase(at, 1 + below(20));
+        break;
+      case 4:
+        text.insert(at, text.substr(below(text.size() + 1), below(80)));
+        break;
+      case 5:
+        if (at < text.size()) text[at] ^= (char) (1u << below(8));
+        break;
+      case 6:
+        text.insert(at, below(400), "0123456789. a\n"[below(14)]);
+        break;
+      case 7:
+        replace_word(text, at, any(words));
+        break;
+      default:
+        std::swap_ranges(text.begin(), text.begin() + (long) (at / 2),
+                         text.begin() + (long) (at - at / 2));
+    }
+  }
+
+  static void replace_word(std::string &text, size_t at, const std::string &word)
+  {
+    const std::string blank = " \t\n";
+    const size_t first = text.find_first_not_of(blank, at);
+    if (first == std::string::npos) return;
+    text.replace(first, text.find_first_of(blank, first) - first, word);
+  }
+};
+
+/// Calls one(text) on damaged texts for the time of a fuzz test; counts what becomes of them.
+template <class F> void fuzz(const std::string &good, F one)
+{
+  using Clock = std::chrono::steady_clock;
+  Vandal vandal(seed());
+  size_t taken = 0, refused = 0;
+  const auto end = Clock::now() + std::chrono::duration<double>(seconds());
+  while (Clock::now() < end) {
+    const std::string text = vandal.damage(good);
+    SCOPED_TRACE("EVP_FUZZ_SEED=" + std::to_string(seed()) + ", text:\n" + text);
+    try {
+      one(text, vandal);
+      taken++;
+    } catch (const BadInput &bad) {
+      refused++;
+      const std::string what = bad.what();
+      const bool printable = std::all_of(what.begin(), what.end(), [](char c) {
+        return c >= ' ' && c <= '~';
+      });
+      EXPECT_TRUE(!what.empty() && what.size() < LONGEST_MESSAGE && printable) << what;
+    } catch (const std::exception &other) {
+      ADD_FAILURE() << "neither a value nor BadInput: " << other.what();
+    }
+    if (testing::Test::HasFailure()) return;
+  }
+  // a fuzzer that only ever sees one outcome tests nothing
+  EXPECT_GT(taken, 20u);
+  EXPECT_GT(refused, 200u);
+  testing::Test::RecordProperty("texts", std::to_string(taken + refused));
+}
+
+}    // namespace
+
+TEST(Fuzz, ParameterFileGivesALawOrARefusal)
+{
+  const std::string good = "# DATE: 2017-05-15 UNITS: si CITATION: hal-01899324\n"
+                           "# name e1 m1 n1 e2 m2 n2 xi_s gamma alpha\n\n"
+                           "table1 80 8 4 3 8 4 0.005 0 1.5\n"
+                           "table2 80 8 4 3 7.5 3.2 0.005 1000 1.5 # damped\n"
+                           "soft 0 2 1 1e-3 12 6 0.1 0 2\n";
+  const std::vector<std::string> names = {"table1", "table2", "soft", "absent", ""};
+  fuzz(good, [&](const std::string &text, Vandal &vandal) {
+    const EVP::Row row =
+        EVP::row_from_text(text, "fuzz.evp", names[vandal.below(names.size())], "si");
+    const EVP::Law law(row);
+    const double deq = 0.01;
+    for (const double r : {0.7, 1.0 - row.xi_s, 1.0, 1.0 + row.xi_s, row.alpha}) {
+      const double values[] = {law.force(r * deq, deq), law.stiffness(r * deq, deq),
+                               law.energy(r * deq, deq, row.alpha * deq)};
+      for (const double value : values) EXPECT_TRUE(std::isfinite(value)) << "at r = " << r;
+    }
+    EXPECT_GE(law.stiffness_at_rest(deq), 0.0);
+    EXPECT_GE(row.gamma, 0.0);
+  });
+}
+
+TEST(Fuzz, BondFileGivesBondsOrARefusal)
+{
+  std::string good = EVP::bond_header(6, "si") + "\n";
+  for (int k = 1; k <= 6; k++) good += EVP::bond_text({k, k + 1, 0.01 * (1.0 + k / 7.0)});
+  const auto stream = std::unique_ptr<FILE, int (*)(FILE *)>(tmpfile(), fclose);
+  fuzz(good, [&](const std::string &text, Vandal &vandal) {
+    rewind(stream.get());
+    ASSERT_EQ(ftruncate(fileno(stream.get()), 0), 0);
+    ASSERT_EQ(fwrite(text.data(), 1, text.size(), stream.get()), text.size());
+    rewind(stream.get());
+
+    EVP::BondReader reader(stream.get(), "fuzz.bonds", "si");
+    const size_t most = 1 + vandal.below(8);
+    std::vector<EVP::BondLine> bonds;
+    for (size_t before = 0; reader.read(bonds, most); before = bonds.size())
+      EXPECT_EQ(bonds.size(), before + most);
+    EXPECT_EQ((int64_t) bonds.size(), reader.count());
+    for (const auto &bond : bonds) {
+      EXPECT_TRUE(bond.id_i > 0 && bond.id_j > 0 && bond.id_i != bond.id_j);
+      EXPECT_TRUE(bond.deq > 0.0 && std::isfinite(1.0 / (bond.deq * bond.deq))) << bond.deq;
+    }
+  });
+}
