@@ -70,6 +70,8 @@ void ComputeEVPDt::init()
 void ComputeEVPDt::setup()
 {
   if (update->whichflag != 1 || warned) return;
+  for (int k = 0; k < modify->nfix; k++)
+    if (strcmp(modify->fix[k]->style, "dt/evp") == 0) return;    // sets the step itself
   warned = true;
   const double limit = compute_scalar();
   if (update->dt > limit && comm->me == 0)

@@ -96,12 +96,21 @@ inline void check_row(const Row &row)
                    "got " +
                    text(row.alpha));
 
+  // room for distances far from 1 and for what is made of forces
+  constexpr double LARGEST = 1e200;
   const Law law(row);
-  const double widest[] = {law.force(1.0 + row.xi_s, 1.0), law.force(1.0 - row.xi_s, 1.0),
-                           law.stiffness_at_rest(1.0), law.energy(1.0, 1.0, row.alpha)};
+  const double widest[] = {law.force(1.0 + row.xi_s, 1.0),
+                           law.force(1.0 - row.xi_s, 1.0),
+                           law.force(0.5, 1.0),
+                           law.stiffness(0.5, 1.0),
+                           law.stiffness_at_rest(1.0),
+                           law.energy(1.0, 1.0, row.alpha),
+                           law.energy(0.5, 1.0, row.alpha),
+                           row.gamma};
   for (const double value : widest)
-    if (!std::isfinite(value))
-      throw BadInput("these parameters overflow double precision: check e1, e2 and the exponents");
+    if (!(std::fabs(value) <= LARGEST))
+      throw BadInput(
+          "these parameters overflow double precision: check e1, e2, gamma and the exponents");
 }
 
 /// Nine words e1 m1 n1 e2 m2 n2 xi_s gamma alpha, checked; throws BadInput.

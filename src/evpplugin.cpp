@@ -6,6 +6,7 @@
 
 #include "compute_evp_dt.h"
 #include "compute_evp_state_atom.h"
+#include "fix_dt_evp.h"
 #include "fix_evp_bonds.h"
 #include "fix_nve_evp.h"
 #include "pair_evp_lj.h"
@@ -55,6 +56,11 @@ extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
   plugin.name = "nve/evp";
   plugin.info = "EVP time integration with implicit damping";
   plugin.creator.v2 = &create_with_words<FixNVEEVP>;
+  add(&plugin, lmp);
+
+  plugin.name = "dt/evp";
+  plugin.info = "EVP step as a fraction of the largest stable one";
+  plugin.creator.v2 = &create_with_words<FixDtEVP>;
   add(&plugin, lmp);
 
   plugin.style = "compute";

@@ -11,6 +11,7 @@
 #include "fix.h"
 #include "neigh_request.h"
 #include "neighbor.h"
+#include "output.h"
 
 namespace EVP {
 namespace compat {
@@ -67,7 +68,12 @@ namespace compat {
     {
       comm->reverse_comm_fix(owner);
     }
-  }    // namespace detail
+    template <class O> auto reset_dt(O *output, int) -> decltype(output->reset_dt())
+    {
+      output->reset_dt();
+    }
+    template <class O> void reset_dt(O *, long) {}    // 29Sep2021: output counts steps only
+  }                                                   // namespace detail
 
   inline LAMMPS_NS::Fix *base_of(LAMMPS_NS::Fix *fix)
   {
@@ -100,6 +106,12 @@ namespace compat {
   template <class Owner> void reverse_comm(LAMMPS_NS::Comm *comm, Owner *owner)
   {
     detail::reverse(comm, base_of(owner), 0);
+  }
+
+  /// Output that is scheduled by time learns of a new step.
+  inline void reset_dt(LAMMPS_NS::Output *output)
+  {
+    detail::reset_dt(output, 0);
   }
 
 }    // namespace compat

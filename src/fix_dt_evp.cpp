@@ -1,0 +1,264 @@
+/* SPDX-License-Identifier: GPL-2.0-only */
+
+#include "fix_dt_evp.h"
+
+#include "compute_evp_dt.h"
+#include "evp_params.h"
+#include "lammps_compat.h"
+#include "pair_evp_lj.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "error.h"
+#include "force.h"
+#include "group.h"
+#include "modify.h"
+#include "output.h"
+#include "update.h"
+#include "utils.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+using namespace LAMMPS_NS;
+using namespace FixConst;
+
+static constexpr double NO_LIMIT = 1.0e20;
+static constexpr double STRAIN_PER_STEP = 0.1;    // of xi_s, at most, in any pair
+static constexpr double GROWTH_PER_CHECK = 1.25;
+
+/* ----------------------------------------------------------------------
+   fix ID group dt/evp N fraction [max DT]
+------------------------------------------------------------------------- */
+
+FixDtEVP::FixDtEVP(LAMMPS *lmp, int narg, char **arg) :
+    Fix(lmp, narg, arg), fraction(0.0), maximum(NO_LIMIT), compute(nullptr), pair(nullptr),
+    stable_step(NO_LIMIT), fastest{NO_LIMIT, 0.0, 0.0}, ruler(NOTHING), speed_reported(false)
+{
+  if (narg != 5 && narg != 7)
+    error->all(FLERR, "Fix {} dt/evp takes N fraction [max DT], got {} words", id, narg - 3);
+  double every = 0.0;
+  try {
+    every = EVP::parse_number("N", arg[3]);
+    fraction = EVP::parse_number("fraction", arg[4]);
+    if (narg == 7) maximum = EVP::parse_number("max", arg[6]);
+  } catch (const EVP::BadInput &bad) {
+    error->all(FLERR, "Fix {} dt/evp: {}", id, bad.what());
+  }
+  if (narg == 7 && strcmp(arg[5], "max") != 0)
+    error->all(FLERR, "Fix {} dt/evp: unknown keyword '{}'; it takes max", id, arg[5]);
+  if (!(every >= 1.0 && every <= 1.0e9 && every == std::floor(every)))
+    error->all(FLERR, "Fix {} dt/evp: N must be a whole number of steps from 1, got {}", id,
+               arg[3]);
+  if (!(fraction > 0.0 && fraction < 1.0))
+    error->all(FLERR,
+               "Fix {} dt/evp: fraction must lie between 0 and 1 (of the largest stable step; 0.4 "
+               "is accurate, 0.8 is fast), got {}",
+               id, arg[4]);
+  if (!(maximum > 0.0))
+    error->all(FLERR, "Fix {} dt/evp: max must be positive, got {}", id, arg[6]);
+
+  nevery = (int) every;
+  time_depend = 1;
+  comm_forward = 3;
+  scalar_flag = vector_flag = 1;
+  size_vector = 5;
+  global_freq = 1;
+  extscalar = extvector = 0;
+  compute_id = std::string(id) + "_evp_dt";
+}
+
+/* ---------------------------------------------------------------------- */
+
+FixDtEVP::~FixDtEVP()
+{
+  if (modify && modify->find_compute(compute_id) >= 0) modify->delete_compute(compute_id);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixDtEVP::post_constructor()
+{
+  modify->add_compute(compute_id + " " + group->names[igroup] + " evp/dt");
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixDtEVP::setmask()
+{
+  return END_OF_STEP;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixDtEVP::init()
+{
+  pair = dynamic_cast<PairEVPLJ *>(force->pair_match("evp/lj", 1));
+  if (!pair)
+    error->all(FLERR, "Fix {} dt/evp needs pair style evp/lj, found '{}'", id,
+               force->pair_style ? force->pair_style : "none");
+  const int icompute = modify->find_compute(compute_id);
+  compute = icompute < 0 ? nullptr : dynamic_cast<ComputeEVPDt *>(modify->compute[icompute]);
+  if (!compute)
+    error->all(FLERR, "Fix {} dt/evp: its compute {} was deleted; define the fix anew", id,
+               compute_id);
+  if (utils::strmatch(update->integrate_style, "^respa"))
+    error->all(FLERR, "Fix {} dt/evp does not work with run_style respa: use run_style verlet", id);
+  for (int k = 0; k < modify->nfix; k++)
+    if (strcmp(modify->fix[k]->style, "move") == 0)
+      error->all(
+          FLERR,
+          "Fix {} dt/evp: fix {} of style move cannot follow a changing step: drive its atoms "
+          "by 'velocity set' and fix nve/noforce",
+          id, modify->fix[k]->id);
+  speed_reported = false;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixDtEVP::setup(int /*vflag*/)
+{
+  if (update->whichflag == 1) set_step(true);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixDtEVP::end_of_step()
+{
+  set_step(false);
+}
+
+/* ----------------------------------------------------------------------
+   the smallest of what stability, speeds and the user allow; at set-up at once,
+   later it grows by little, since the state may be about to change back
+------------------------------------------------------------------------- */
+
+void FixDtEVP::set_step(bool may_jump)
+{
+  stable_step = compute->compute_scalar();
+  double dt = fraction * stable_step;
+  ruler = STABILITY;
+  if (dt > maximum) {
+    dt = maximum;
+    ruler = MAXIMUM;
+  }
+  if (!may_jump && dt > GROWTH_PER_CHECK * update->dt) {
+    dt = GROWTH_PER_CHECK * update->dt;
+    ruler = GROWTH;
+  }
+  fastest = find_fastest(dt);
+  if (fastest.dt < dt) {
+    dt = fastest.dt;
+    ruler = SPEED;
+    if (!speed_reported && comm->me == 0)
+      error->warning(FLERR,
+                     "Fix {} dt/evp: from step {} on the step follows the speed of pairs, now "
+                     "{:.4g} for atoms {} and {}, {:.3g} of what stability allows",
+                     id, update->ntimestep, dt, (bigint) fastest.id_i, (bigint) fastest.id_j,
+                     dt / (fraction * stable_step));
+    speed_reported = true;
+  }
+  if (dt >= NO_LIMIT)
+    error->all(
+        FLERR,
+        "Fix {} dt/evp: nothing interacts and nothing moves, so nothing limits the step: give "
+        "'max DT'",
+        id);
+  if (dt != update->dt) change_step(dt);
+}
+
+/* ----------------------------------------------------------------------
+   |u.(v_i - v_j)| dt <= 0.1 xi_s deq, over the pairs that interact or can until
+   the next check. Only the speed along the pair counts: flight and spin do not
+------------------------------------------------------------------------- */
+
+FixDtEVP::FastestPair FixDtEVP::find_fastest(double dt)
+{
+  const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
+  velocity.resize((size_t) 3 * nall);
+  std::copy_n(atom->v[0], (size_t) 3 * nlocal, velocity.begin());
+  EVP::compat::forward_comm(comm, this);
+
+  FastestPair here = {NO_LIMIT, 0.0, 0.0};
+  const auto x = reinterpret_cast<const double(*)[3]>(atom->x[0]);
+  const EVP::PackedList &list = pair->packed_pairs();
+  for (const auto &row : list.rows)
+    for (int k = row.first; k < row.last; k++) {
+      const EVP::PackedPair &p = list.pairs[k];
+      if (!((atom->mask[row.i] | atom->mask[p.j]) & groupbit)) continue;
+      const EVP::PairGeometry g(x, row.i, p.j);
+      const double *vi = &velocity[(size_t) 3 * row.i], *vj = &velocity[(size_t) 3 * p.j];
+      const double d = std::sqrt(g.dsq);
+      const double opening =
+          (g.dx * (vi[0] - vj[0]) + g.dy * (vi[1] - vj[1]) + g.dz * (vi[2] - vj[2])) / d;
+      const double gap = d - std::sqrt(p.cutsq);
+      if (gap > 0.0 && -opening * dt * nevery < gap) continue;
+      if (opening == 0.0) continue;
+      const double xi_s = pair->law_of(p).parameters().xi_s;
+      const double allowed = STRAIN_PER_STEP * xi_s / (p.inv_deq * std::fabs(opening));
+      if (allowed < here.dt) here = {allowed, (double) atom->tag[row.i], (double) atom->tag[p.j]};
+    }
+
+  struct {
+    double dt;
+    int rank;
+  } mine = {here.dt, comm->me}, least;
+  MPI_Allreduce(&mine, &least, 1, MPI_DOUBLE_INT, MPI_MINLOC, world);
+  MPI_Bcast(&here, 3, MPI_DOUBLE, least.rank, world);
+  return here;
+}
+
+/* ----------------------------------------------------------------------
+   all that LAMMPS tells of a new step, as the timestep command does
+------------------------------------------------------------------------- */
+
+void FixDtEVP::change_step(double dt)
+{
+  update->update_time();
+  update->dt = dt;
+  update->dt_default = 0;
+  if (force->pair) force->pair->reset_dt();
+  for (int k = 0; k < modify->nfix; k++) modify->fix[k]->reset_dt();
+  EVP::compat::reset_dt(output);
+}
+
+/* ----------------------------------------------------------------------
+   f_ID: the step. f_ID[1..5]: largest stable step, step that the speeds allow, what rules
+   (1 stability, 2 speed, 3 max, 4 growth), IDs of the fastest pair
+------------------------------------------------------------------------- */
+
+double FixDtEVP::compute_scalar()
+{
+  return update->dt;
+}
+
+/* ---------------------------------------------------------------------- */
+
+double FixDtEVP::compute_vector(int n)
+{
+  const double values[] = {stable_step, fastest.dt, (double) ruler, fastest.id_i, fastest.id_j};
+  return values[n];
+}
+
+/* ---------------------------------------------------------------------- */
+
+double FixDtEVP::memory_usage()
+{
+  return (double) velocity.capacity() * sizeof(double);
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixDtEVP::pack_forward_comm(int n, int *indices, double *buf, int /*pbc_flag*/, int * /*pbc*/)
+{
+  for (int k = 0; k < n; k++) std::copy_n(&velocity[(size_t) 3 * indices[k]], 3, buf + 3 * k);
+  return 3 * n;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixDtEVP::unpack_forward_comm(int n, int first, double *buf)
+{
+  std::copy_n(buf, 3 * n, &velocity[(size_t) 3 * first]);
+}
