@@ -33,7 +33,7 @@ static double root_of(double a, double b)
 /* ---------------------------------------------------------------------- */
 
 ComputeEVPDt::ComputeEVPDt(LAMMPS *lmp, int narg, char **arg) :
-    Compute(lmp, narg, arg), pair(nullptr), warned(false)
+    Compute(lmp, narg, arg), pair(nullptr), computed_step(-1), warned(false)
 {
   if (narg != 3)
     error->all(FLERR, "Compute {} evp/dt takes no further words, got '{}'", id, arg[3]);
@@ -61,6 +61,7 @@ void ComputeEVPDt::init()
     error->all(FLERR, "Compute {} evp/dt needs pair style evp/lj, found '{}'", id,
                force->pair_style ? force->pair_style : "none");
   warned = false;
+  computed_step = -1;
 }
 
 /* ----------------------------------------------------------------------
@@ -86,7 +87,7 @@ void ComputeEVPDt::setup()
 
 double ComputeEVPDt::compute_scalar()
 {
-  if (invoked_vector != update->ntimestep || update->whichflag == 0) compute_vector();
+  compute_vector();
   invoked_scalar = update->ntimestep;
   scalar = all_implicit() ? vector[2] : vector[1];
   return scalar;
@@ -96,6 +97,9 @@ double ComputeEVPDt::compute_scalar()
 
 void ComputeEVPDt::compute_vector()
 {
+  // set-up, thermo and fix dt/evp may all ask at one step
+  if (update->whichflag != 0 && computed_step == update->ntimestep) return;
+  computed_step = update->ntimestep;
   invoked_vector = update->ntimestep;
   collect_links();
 
@@ -268,14 +272,15 @@ double ComputeEVPDt::explicit_step(double lambda_k, double lambda_c)
     const double value = largest_eigenvalue({dt * dt, dt * dt, 2.0 * dt});
     const double power = (2.0 * stiff + viscous) / (stiff + viscous);
     dt *= std::pow(4.0 / value, 1.0 / power);
-    if (std::fabs(value / 4.0 - 1.0) < 10.0 * TOLERANCE) break;
+    if (std::fabs(value / 4.0 - 1.0) < 10.0 * TOLERANCE) return dt;
   }
-  return dt;
+  return root_of(lambda_k, lambda_c);    // below the limit in any case
 }
 
 /* ----------------------------------------------------------------------
    sufficient for dt^2 K <= 4 M + 2 dt C: with C >= a K_axial,
-   (dt^2 - 2 a dt) lambda_axial + dt^2 lambda_across <= 4
+   (dt^2 - 2 a dt) lambda_axial + dt^2 lambda_across <= 4 where dt >= 2 a, and
+   dt^2 lambda_across <= 4 below, where the damping outweighs the axial stiffness
 ------------------------------------------------------------------------- */
 
 double ComputeEVPDt::implicit_step(double lambda_axial, double lambda_across) const
@@ -287,6 +292,7 @@ double ComputeEVPDt::implicit_step(double lambda_axial, double lambda_across) co
 
   const double sum = lambda_axial + lambda_across;
   if (sum == 0.0) return NO_LIMIT;
+  if (a * a * lambda_across > 1.0) return root_of(lambda_across, 0.0);
   const double b = a * lambda_axial;
   return (b + std::sqrt(b * b + 4.0 * sum)) / sum;
 }

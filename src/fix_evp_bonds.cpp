@@ -32,8 +32,9 @@ using namespace FixConst;
 ------------------------------------------------------------------------- */
 
 FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
-    Fix(lmp, narg, arg), zone(0.0), recorded(false), records_due(false), nrecorded(0), capacity(0),
-    nmax(0), nbonds(nullptr), recorded_as(nullptr), bonds(nullptr), list(nullptr), pair_counts{}
+    Fix(lmp, narg, arg), zone(0.0), recorded(false), records_due(false), highest_id(0),
+    nrecorded(0), capacity(0), nmax(0), nbonds(nullptr), recorded_as(nullptr), bonds(nullptr),
+    list(nullptr), pair_counts{}, counted_step(-1)
 {
   for (int iarg = 3; iarg < narg; iarg += 2) {
     const std::string key = arg[iarg];
@@ -61,12 +62,14 @@ FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
     error->all(FLERR,
                "Fix {} evp/bonds: the bonds come from the zone or from a file, give one of the two",
                id);
-  for (int k = 0; k < modify->nfix; k++)
-    if (strcmp(modify->fix[k]->style, style) == 0 && strcmp(modify->fix[k]->id, id) != 0)
+  for (int k = 0; k < modify->nfix; k++) {
+    const Fix *other = modify->fix[k];    // none where this fix takes the place of one of its name
+    if (other && strcmp(other->style, style) == 0 && strcmp(other->id, id) != 0)
       error->all(FLERR,
                  "Fix {} evp/bonds: fix {} records bonds already, and a pair has one deq: use one "
                  "fix evp/bonds, or 'unfix {}' first",
-                 id, modify->fix[k]->id, modify->fix[k]->id);
+                 id, other->id, other->id);
+  }
 
   restart_global = restart_peratom = 1;
   create_attribute = 1;
@@ -136,6 +139,7 @@ void FixEVPBonds::init()
   reserve(most);
 
   check_restored();
+  counted_step = -1;
   if (recorded)
     check_ids();
   else if (file.empty()) {
@@ -169,21 +173,37 @@ void FixEVPBonds::check_zone(const PairEVPLJ *pair) const
 }
 
 /* ----------------------------------------------------------------------
-   records name atoms by ID: renumbering after the recording would hand them to others
+   records name atoms by ID: an ID that another atom has now would hand them on
 ------------------------------------------------------------------------- */
+
+tagint FixEVPBonds::find_misplaced() const
+{
+  for (int i = 0; i < atom->nlocal; i++) {
+    const tagint id_now = atom->tag[i];
+    if (recorded_as[i] ? recorded_as[i] != id_now : id_now <= highest_id) return id_now;
+  }
+  return 0;
+}
+
+/* ---------------------------------------------------------------------- */
 
 void FixEVPBonds::check_ids() const
 {
-  int renumbered = 0, any;
-  for (int i = 0; i < atom->nlocal; i++)
-    if (recorded_as[i] && recorded_as[i] != atom->tag[i]) renumbered = 1;
-  MPI_Allreduce(&renumbered, &any, 1, MPI_INT, MPI_MAX, world);
-  if (any)
-    error->all(FLERR,
-               "Fix {} evp/bonds: atom IDs were changed after the bonds were recorded: use "
-               "'delete_atoms ... compress no' and no reset_atoms id, or record anew (unfix {} and "
-               "define it again)",
-               id, id);
+  const tagint here = recorded ? find_misplaced() : 0;
+  tagint any;
+  MPI_Allreduce(&here, &any, 1, MPI_LMP_TAGINT, MPI_MAX, world);
+  if (any) error->all(FLERR, misplaced_message(any));
+}
+
+/* ---------------------------------------------------------------------- */
+
+std::string FixEVPBonds::misplaced_message(tagint atom_id) const
+{
+  return fmt::format(
+      "Fix {} evp/bonds: atom ID {} belongs to another atom than when the bonds were "
+      "recorded: use 'delete_atoms ... compress no', no reset_atoms id, and IDs above "
+      "{} for new atoms; or record anew (unfix {} and define it again)",
+      id, atom_id, highest_id, id);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -242,6 +262,8 @@ double FixEVPBonds::compute_scalar()
 
 double FixEVPBonds::compute_vector(int n)
 {
+  if (update->whichflag == 0 || counted_step == update->ntimestep) return pair_counts[n];
+
   const PairEVPLJ *pair = find_pair();
   int packed = pair && pair->is_packed(), all_packed;
   MPI_Allreduce(&packed, &all_packed, 1, MPI_INT, MPI_MIN, world);
@@ -251,6 +273,7 @@ double FixEVPBonds::compute_vector(int n)
     pair_counts[1] = counts.bonds_second;
     pair_counts[2] = counts.new_pairs;
     pair_counts[3] = counts.lowest_ratio;
+    counted_step = update->ntimestep;
   }
   return pair_counts[n];
 }

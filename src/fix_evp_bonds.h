@@ -64,8 +64,15 @@ class FixEVPBonds : public Fix {
   bool has_recorded() const { return recorded; }
   Bonds bonds_of(int i) const { return {bonds + (bigint) i * capacity, nbonds[i]}; }
 
-  /// Collective. Stops unless every atom has the ID that it was recorded under.
+  /// ID of a local atom that is not the one recorded under it: renumbered since, or a new atom that
+  /// took the ID of one that was deleted; 0 if there is none.
+  tagint find_misplaced() const;
+
+  /// Collective. Stops if any process has a misplaced atom.
   void check_ids() const;
+
+  /// The message of that stop.
+  std::string misplaced_message(tagint) const;
 
   /// deq of local atom i with the atom of that tag [length], or 0 if they were not recorded.
   double find_deq(int i, tagint partner) const;
@@ -74,10 +81,11 @@ class FixEVPBonds : public Fix {
   double zone;    // pairs with d <= zone (R_i + R_j) are recorded; 0: zone = alpha of the pair type
   std::string file;    // take the records from this file; empty: from the zone
   bool recorded;
-  bool records_due;    // the fix's section of a restart file was read, no atom's record yet
-  bigint nrecorded;    // pairs, over all processes
-  int capacity;        // records that each atom has room for
-  int nmax;            // atoms that there is room for
+  bool records_due;     // the fix's section of a restart file was read, no atom's record yet
+  tagint highest_id;    // of all atoms at the recording: newer atoms have higher ones
+  bigint nrecorded;     // pairs, over all processes
+  int capacity;         // records that each atom has room for
+  int nmax;             // atoms that there is room for
 
   int *nbonds;            // per atom: number of records
   tagint *recorded_as;    // per atom: its ID when it was recorded, 0 if it never was
@@ -85,6 +93,7 @@ class FixEVPBonds : public Fix {
 
   class NeighList *list;
   double pair_counts[4];    // f_ID[1..4], as of the last evaluation
+  bigint counted_step;      // step of that, -1 if it must not be used again
 
   class PairEVPLJ *find_pair() const;
   void record();

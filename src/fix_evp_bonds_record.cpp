@@ -33,13 +33,16 @@ void FixEVPBonds::record()
 
   int most_here = 0, most;
   bigint sides_here = 0, sides;
+  tagint highest_here = 0;
   for (int i = 0; i < atom->nlocal; i++) {
-    if (atom->mask[i] & groupbit) recorded_as[i] = atom->tag[i];
+    recorded_as[i] = atom->tag[i];
+    highest_here = std::max(highest_here, atom->tag[i]);
     most_here = std::max(most_here, nbonds[i]);
     sides_here += nbonds[i];
   }
   MPI_Allreduce(&most_here, &most, 1, MPI_INT, MPI_MAX, world);
   MPI_Allreduce(&sides_here, &sides, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+  MPI_Allreduce(&highest_here, &highest_id, 1, MPI_LMP_TAGINT, MPI_MAX, world);
   reserve(most);
   nrecorded = sides / 2;
   recorded = true;

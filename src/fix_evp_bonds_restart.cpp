@@ -30,8 +30,8 @@ static double checksum(const double *words, int n)
 
 void FixEVPBonds::write_restart(FILE *fp)
 {
-  double state[] = {zone, recorded ? 1.0 : 0.0, (double) nrecorded, 0.0};
-  state[3] = checksum(state, 3);
+  double state[] = {zone, recorded ? 1.0 : 0.0, (double) nrecorded, (double) highest_id, 0.0};
+  state[4] = checksum(state, 4);
   const int size = sizeof(state);
   if (comm->me == 0) {
     fwrite(&size, sizeof(int), 1, fp);
@@ -43,13 +43,20 @@ void FixEVPBonds::write_restart(FILE *fp)
 
 void FixEVPBonds::restart(char *buf)
 {
-  double state[4];
+  double state[5];
   memcpy(state, buf, sizeof(state));
-  if (state[3] != checksum(state, 3))
+  if (state[4] != checksum(state, 4))
     error->all(FLERR, "Fix {} evp/bonds: its section of the restart file is damaged", id);
-  zone = state[0];
   recorded = state[1] != 0.0;
   nrecorded = (bigint) state[2];
+  highest_id = (tagint) state[3];
+  if (recorded && comm->me == 0 && (!file.empty() || (zone > 0.0 && zone != state[0])))
+    utils::logmesg(
+        lmp,
+        "fix evp/bonds {}: the bonds come from the restart file, not from the zone or file "
+        "given here\n",
+        id);
+  zone = state[0];
   records_due = recorded && nrecorded > 0;
 }
 

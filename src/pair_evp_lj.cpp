@@ -9,6 +9,7 @@
 
 #include "atom.h"
 #include "comm.h"
+#include "domain.h"
 #include "error.h"
 #include "force.h"
 #include "neigh_list.h"
@@ -61,7 +62,7 @@ void PairEVPLJ::compute(int eflag, int vflag)
 {
   ev_init(eflag, vflag);
 
-  if (neighbor->ago == 0 || repack || !is_packed()) pack();
+  if (neighbor->ago == 0 || repack) pack();
 
   if (damping_acts() && explicit_damping)
     compute_forces<true>();
@@ -118,7 +119,8 @@ double PairEVPLJ::implicit_gamma(const EVP::PackedPair &pair) const
 
 bool PairEVPLJ::is_packed() const
 {
-  return packed.nlocal == atom->nlocal && packed.nall == atom->nlocal + atom->nghost;
+  return update->whichflag != 0 && packed.nlocal == atom->nlocal &&
+      packed.nall == atom->nlocal + atom->nghost;
 }
 
 /* ----------------------------------------------------------------------
@@ -130,6 +132,7 @@ bool PairEVPLJ::is_packed() const
 void PairEVPLJ::pack()
 {
   check_radii();
+  if (bonds) check_bonds();
 
   const int nall = atom->nlocal + atom->nghost;
   packed.clear();
@@ -143,7 +146,8 @@ void PairEVPLJ::pack()
     for (int j = i; j <= atom->ntypes; j++)
       if (setflag[i][j]) laws_in_use.push_back(laws[law_index(i, j)]);
 
-  // periodic images share a tag: all of them stand for the one index that the map knows
+  // Periodic images share a tag: all of them stand for the one index that the map knows, and have
+  // its deq; check_bonds() sees to it that no two of them can be within dlim.
   if (bonds) {
     canonical.resize(nall);
     for (int j = 0; j < nall; j++) canonical[j] = atom->map(atom->tag[j]);
@@ -190,12 +194,6 @@ void PairEVPLJ::pack_pair(int i, int jneigh, Overlaps &overlaps)
   if (bonds) {
     const int m = canonical[j];
     is_bond = mark[m] == i;
-    if (mark[m] == -2 - i)
-      error->one(FLERR,
-                 "Pair evp/lj meets atoms {} and {} in two periodic images: the box must be longer "
-                 "than two cut-offs, enlarge it (replicate) or reduce alpha",
-                 atom->tag[i], atom->tag[j]);
-    if (is_bond) mark[m] = -2 - i;
   }
   if (!is_bond && settings_now.contact == Contact::NONE) return;
 
@@ -216,7 +214,10 @@ void PairEVPLJ::pack_pair(int i, int jneigh, Overlaps &overlaps)
   if (!implicit && laws[law].parameters().gamma > 0.0) explicit_damping = true;
 
   const double closest = (1.0 - settings_now.overlap) * sum_radii;
-  if (g.dsq < closest * closest) overlaps.add(atom->tag[i], atom->tag[j], std::sqrt(g.dsq));
+  const bool counted_there =
+      !force->newton_pair && j >= atom->nlocal && atom->tag[i] > atom->tag[j];
+  if (g.dsq < closest * closest && !counted_there)
+    overlaps.add(atom->tag[i], atom->tag[j], std::sqrt(g.dsq));
 }
 
 /* ----------------------------------------------------------------------
@@ -233,6 +234,31 @@ void PairEVPLJ::check_radii() const
           "{:.8g} in its type: radii must not grow past the largest at the start of the run; "
           "split the run there",
           atom->tag[i], atom->radius[i], max_radius[atom->type[i]]);
+}
+
+/* ----------------------------------------------------------------------
+   what would hand a deq to another atom, or to a second image of the same
+------------------------------------------------------------------------- */
+
+void PairEVPLJ::check_bonds() const
+{
+  const tagint misplaced = bonds->find_misplaced();
+  if (misplaced) error->one(FLERR, bonds->misplaced_message(misplaced));
+
+  double longest = 0.0;
+  for (int i = 1; i <= atom->ntypes; i++)
+    for (int j = i; j <= atom->ntypes; j++)
+      if (setflag[i][j]) longest = std::max(longest, std::sqrt(cutsq[i][j]));
+  const double *h = domain->h_inv;    // its rows are the reciprocals of the box's heights
+  const double height[3] = {1.0 / std::sqrt(h[0] * h[0] + h[5] * h[5] + h[4] * h[4]),
+                            1.0 / std::sqrt(h[1] * h[1] + h[3] * h[3]), 1.0 / h[2]};
+  for (int c = 0; c < 3; c++)
+    if (domain->periodicity[c] && height[c] < 2.0 * longest)
+      error->all(FLERR,
+                 "Pair evp/lj: the periodic box is {:.6g} high along {}, less than two cut-offs of "
+                 "{:.6g}, so that a bond could meet its atom in two images: enlarge the box "
+                 "(replicate) or reduce alpha",
+                 height[c], "xyz"[c], longest);
 }
 
 /* ---------------------------------------------------------------------- */

@@ -40,6 +40,7 @@ class PairEVPLJ : public Pair {
   void coeff(int, char **) override;
   void init_style() override;
   double init_one(int, int) override;
+  void reinit() override;
 
   void write_restart(FILE *) override;
   void read_restart(FILE *) override;
@@ -81,8 +82,9 @@ class PairEVPLJ : public Pair {
   } settings_now;
 
   static constexpr int NCOEFF = 9;
-  double **coefficients[NCOEFF];        // [type][type] of e1 m1 n1 e2 m2 n2 xi_s gamma alpha
-  std::vector<EVP::Law> laws;           // of all pairs of types, see law_index()
+  bool adapting;                    // coefficients change while the neighbor list keeps its reach
+  double **coefficients[NCOEFF];    // [type][type] of e1 m1 n1 e2 m2 n2 xi_s gamma alpha
+  std::vector<EVP::Law> laws;       // of all pairs of types, see law_index()
   std::vector<EVP::Law> laws_in_use;    // of the pairs of types that this style serves
   std::vector<double> max_radius;       // per type, when the cut-offs were set
   bool any_gamma;
@@ -130,6 +132,7 @@ class PairEVPLJ : public Pair {
   void pack();
   void pack_pair(int i, int jneigh, Overlaps &overlaps);
   void check_radii() const;
+  void check_bonds() const;
   template <bool Damping> void compute_forces();
 };
 

@@ -86,7 +86,7 @@ void PairEVPLJ::write_data(FILE *fp)
 {
   for (int i = 1; i <= atom->ntypes; i++) {
     fprintf(fp, "%d", i);
-    for (auto &coefficient : coefficients) fprintf(fp, " %.15g", coefficient[i][i]);
+    for (auto &coefficient : coefficients) fprintf(fp, " %.17g", coefficient[i][i]);
     fprintf(fp, "\n");
   }
 }
@@ -98,7 +98,7 @@ void PairEVPLJ::write_data_all(FILE *fp)
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++) {
       fprintf(fp, "%d %d", i, j);
-      for (auto &coefficient : coefficients) fprintf(fp, " %.15g", coefficient[i][j]);
+      for (auto &coefficient : coefficients) fprintf(fp, " %.17g", coefficient[i][j]);
       fprintf(fp, "\n");
     }
 }

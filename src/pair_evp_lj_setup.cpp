@@ -27,9 +27,9 @@ static constexpr long MAX_FILE_SIZE = 1 << 20;
 /* ---------------------------------------------------------------------- */
 
 PairEVPLJ::PairEVPLJ(LAMMPS *lmp) :
-    Pair(lmp), settings_now{Contact::LITERAL, 0.3}, coefficients{}, any_gamma(false),
-    implicit_groupbit(0), explicit_atoms(true), bonds(nullptr), overlap_warned(false),
-    explicit_damping(false), repack(true)
+    Pair(lmp), settings_now{Contact::LITERAL, 0.3}, adapting(false), coefficients{},
+    any_gamma(false), implicit_groupbit(0), explicit_atoms(true), bonds(nullptr),
+    overlap_warned(false), explicit_damping(false), repack(true)
 {
   writedata = 1;
   finitecutflag = 1;
@@ -127,6 +127,9 @@ void PairEVPLJ::coeff(int narg, char **arg)
 
   EVP::Row row{};
   try {
+    if (narg == 3)
+      throw EVP::BadInput("pair_coeff I J needs a row: the 9 numbers e1 m1 n1 e2 m2 n2 xi_s gamma "
+                          "alpha, or FILE NAME with the name of a row in the file");
     if (narg == 4)
       row = row_from_file(arg[2], arg[3]);
     else
@@ -346,7 +349,25 @@ double PairEVPLJ::init_one(int i, int j)
     error->all(FLERR,
                "Pair evp/lj with gamma > 0 needs ghost velocities: add 'comm_modify vel yes'");
 
-  return row.alpha * (max_radius[i] + max_radius[j]);
+  const double cut = row.alpha * (max_radius[i] + max_radius[j]);
+  if (adapting && cut * cut > cutsq[i][j] * (1.0 + 1.0e-12))
+    error->all(
+        FLERR,
+        "Pair evp/lj, types {} and {}: alpha must not grow during a run, as the neighbor list "
+        "keeps its reach: start with the largest, or split the run there",
+        i, j);
+  return cut;
+}
+
+/* ----------------------------------------------------------------------
+   fix adapt changed coefficients
+------------------------------------------------------------------------- */
+
+void PairEVPLJ::reinit()
+{
+  adapting = true;
+  Pair::reinit();
+  adapting = false;
 }
 
 /* ----------------------------------------------------------------------
@@ -360,7 +381,7 @@ void PairEVPLJ::report_settings()
   if (!any_gamma)
     report += "damping off";
   else
-    report += !damping_acts() ? "damping off (minimisation)"
+    report += !damping_acts() ? "damping off (minimization)"
         : damps_implicitly()  ? "damping by fix nve/evp"
                               : "damping on";
   report += fmt::format(", new contacts {}", contact[(int) settings_now.contact]);

@@ -4,7 +4,7 @@
 SECONDS = 20  # a scene takes well below one
 ROW = "80 8 4 3 8 4 0.005 0 1.5"
 
-# 12 spheres in 3 x 2 x 2, 1 % apart: pairs of the faces' diagonals are within alpha too
+# 3 x 2 x 2 spheres, 1 % apart
 PARTS = {
     "units": "units si",
     "atoms": "atom_style sphere",
@@ -28,7 +28,7 @@ set group all density 2700""",
     "run": "run 3",
     "after": "",
 }
-BONDS = 12 * 11 // 2 - 4 * 5 - 2 * 3  # 40: all pairs but those with dx = 2 (4 * 4) and the space diagonals; see below
+BONDS = 42  # 20 edges and 22 diagonals of faces, 1.01 and 1.43 diameters long; those of the cubes, 1.75, are beyond alpha
 
 
 def scene(**parts):

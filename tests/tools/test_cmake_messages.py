@@ -37,7 +37,8 @@ def configure(folder, *options, environment=None):
     variables = {k: v for k, v in os.environ.items() if not k.startswith(("LAMMPS_", "CMAKE_"))}
     variables.update(environment or {})
     result = subprocess.run(
-        ["cmake", "-S", str(REPOSITORY), "-B", str(folder), "-DBUILD_TESTING=off", *options],
+        ["cmake", "-S", str(REPOSITORY), "-B", str(folder), "-G", cache_entry(BUILD, "CMAKE_GENERATOR"),
+         "-DBUILD_TESTING=off", *options],
         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=variables, timeout=120)
     return result.returncode, " ".join(result.stdout.split())
 
