@@ -8,6 +8,7 @@
 #include "compute_evp_state_atom.h"
 #include "fix_dt_evp.h"
 #include "fix_evp_bonds.h"
+#include "fix_evp_energy.h"
 #include "fix_nve_evp.h"
 #include "pair_evp_lj.h"
 #include "write_evp_bonds.h"
@@ -61,6 +62,11 @@ extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
   plugin.name = "dt/evp";
   plugin.info = "EVP step as a fraction of the largest stable one";
   plugin.creator.v2 = &create_with_words<FixDtEVP>;
+  add(&plugin, lmp);
+
+  plugin.name = "evp/energy";
+  plugin.info = "EVP energy ledger";
+  plugin.creator.v2 = &create_with_words<FixEVPEnergy>;
   add(&plugin, lmp);
 
   plugin.style = "compute";

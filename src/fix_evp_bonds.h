@@ -74,6 +74,9 @@ class FixEVPBonds : public Fix {
   /// The message of that stop.
   std::string misplaced_message(tagint) const;
 
+  /// Collective. The bit of each ID that an atom has: present_ids()[id / 8] & (1 << id % 8).
+  std::vector<unsigned char> present_ids() const;
+
   /// deq of local atom i with the atom of that tag [length], or 0 if they were not recorded.
   double find_deq(int i, tagint partner) const;
 
@@ -102,6 +105,7 @@ class FixEVPBonds : public Fix {
   void add_lines(const class PairEVPLJ *, const std::vector<EVP::BondLine> &);
   void stop_together(std::string complaint) const;
   void check_restored();
+  void check_unique_ids() const;
   void check_zone(const class PairEVPLJ *) const;
   void add_bond(int, tagint, double);
   void reserve(int);

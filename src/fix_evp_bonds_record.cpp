@@ -26,6 +26,7 @@ static constexpr int LINES_PER_MESSAGE = 10000;
 void FixEVPBonds::record()
 {
   PairEVPLJ *pair = find_pair();
+  check_unique_ids();
   if (file.empty())
     record_zone(pair);
   else
@@ -54,6 +55,43 @@ void FixEVPBonds::record()
     source = zone > 0.0 ? fmt::format("within {} (R_i + R_j)", zone) : "within alpha (R_i + R_j)";
   utils::logmesg(lmp, "fix evp/bonds {}: recorded {} pairs {}, at most {} per atom\n", id,
                  nrecorded, source, most);
+}
+
+/* ----------------------------------------------------------------------
+   one bit for each ID, set where an atom has it
+------------------------------------------------------------------------- */
+
+std::vector<unsigned char> FixEVPBonds::present_ids() const
+{
+  tagint highest_here = 0, highest;
+  for (int i = 0; i < atom->nlocal; i++) highest_here = std::max(highest_here, atom->tag[i]);
+  MPI_Allreduce(&highest_here, &highest, 1, MPI_LMP_TAGINT, MPI_MAX, world);
+  if (highest / 8 >= MAXSMALLINT)
+    error->all(FLERR, "Fix {} evp/bonds: the ID {} is too large: use reset_atoms id first", id,
+               highest);
+
+  std::vector<unsigned char> present(highest / 8 + 1, 0);
+  for (int i = 0; i < atom->nlocal; i++) present[atom->tag[i] / 8] |= 1 << (atom->tag[i] % 8);
+  MPI_Allreduce(MPI_IN_PLACE, present.data(), (int) present.size(), MPI_UNSIGNED_CHAR, MPI_BOR,
+                world);
+  return present;
+}
+
+/* ----------------------------------------------------------------------
+   LAMMPS takes data files with an ID twice, whose bonds nobody could tell apart
+------------------------------------------------------------------------- */
+
+void FixEVPBonds::check_unique_ids() const
+{
+  bigint atoms_here = atom->nlocal, atoms, ids = 0;
+  MPI_Allreduce(&atoms_here, &atoms, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+  for (unsigned char byte : present_ids())
+    for (; byte; byte &= byte - 1) ids++;
+  if (ids != atoms)
+    error->all(FLERR,
+               "Fix {} evp/bonds: {} atoms have {} different IDs: an ID is given twice, use "
+               "'reset_atoms id' or mend the data file",
+               id, atoms, ids);
 }
 
 /* ----------------------------------------------------------------------

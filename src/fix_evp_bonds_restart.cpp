@@ -1,37 +1,26 @@
 /* SPDX-License-Identifier: GPL-2.0-only
 
-   Fix evp/bonds: restart files. */
+   Fix evp/bonds: restart files. They carry no check of their own, and a changed bit is another
+   material: every section of ours ends with a checksum. */
 
 #include "fix_evp_bonds.h"
+
+#include "evp_checksum.h"
 
 #include "atom.h"
 #include "comm.h"
 #include "error.h"
 
-#include <cstdint>
 #include <cstring>
 
 using namespace LAMMPS_NS;
-
-/* ----------------------------------------------------------------------
-   restart files carry no check of their own, and a changed bit is another material:
-   every section of ours ends with the sum of its words (FNV-1a)
-------------------------------------------------------------------------- */
-
-static double checksum(const double *words, int n)
-{
-  uint64_t sum = 14695981039346656037ULL;
-  const auto *bytes = reinterpret_cast<const unsigned char *>(words);
-  for (size_t k = 0; k < n * sizeof(double); k++) sum = (sum ^ bytes[k]) * 1099511628211ULL;
-  return (double) (sum >> 11);    // a whole number that a double holds
-}
 
 /* ---------------------------------------------------------------------- */
 
 void FixEVPBonds::write_restart(FILE *fp)
 {
   double state[] = {zone, recorded ? 1.0 : 0.0, (double) nrecorded, (double) highest_id, 0.0};
-  state[4] = checksum(state, 4);
+  state[4] = EVP::checksum(state, 4);
   const int size = sizeof(state);
   if (comm->me == 0) {
     fwrite(&size, sizeof(int), 1, fp);
@@ -45,7 +34,7 @@ void FixEVPBonds::restart(char *buf)
 {
   double state[5];
   memcpy(state, buf, sizeof(state));
-  if (state[4] != checksum(state, 4))
+  if (state[4] != EVP::checksum(state, 4))
     error->all(FLERR, "Fix {} evp/bonds: its section of the restart file is damaged", id);
   recorded = state[1] != 0.0;
   nrecorded = (bigint) state[2];
@@ -67,7 +56,7 @@ int FixEVPBonds::pack_restart(int i, double *buf)
   // the first word is read as a plain number by every fix that skips this record
   const int n = 1 + pack_bonds(i, buf + 1);
   buf[0] = n + 1;
-  buf[n] = checksum(buf, n);
+  buf[n] = EVP::checksum(buf, n);
   return n + 1;
 }
 
@@ -84,7 +73,7 @@ void FixEVPBonds::unpack_restart(int nlocal, int nth)
     whole = m < stored && extra[m] >= 1.0 && extra[m] <= stored - m;
     size = whole ? (int) extra[m] : 0;
   }
-  if (!whole || size < 4 || extra[m + size - 1] != checksum(extra + m, size - 1))
+  if (!whole || size < 4 || extra[m + size - 1] != EVP::checksum(extra + m, size - 1))
     error->one(FLERR, "Fix {} evp/bonds: the bonds of atom {} in the restart file are damaged", id,
                atom->tag[nlocal]);
   unpack_bonds(nlocal, extra + m + 1);

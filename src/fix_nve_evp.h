@@ -32,6 +32,9 @@ class FixNVEEVP : public Fix {
   void initial_integrate(int) override;
   void final_integrate() override;
 
+  /// Damping force that f holds now [force], [local atom][3]; all zero without implicit damping.
+  const double *const *applied_damping() const { return applied; }
+
   double compute_scalar() override;
   double compute_vector(int) override;
 

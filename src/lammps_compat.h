@@ -9,7 +9,9 @@
 #include "comm.h"
 #include "compute.h"
 #include "fix.h"
+#if __has_include("neigh_request.h")    // an installed LAMMPS leaves it out, and needs it not
 #include "neigh_request.h"
+#endif
 #include "neighbor.h"
 #include "output.h"
 

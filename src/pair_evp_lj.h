@@ -130,6 +130,7 @@ class PairEVPLJ : public Pair {
   void report_settings();
 
   void pack();
+  void warn_of_overlaps(Overlaps);
   void pack_pair(int i, int jneigh, Overlaps &overlaps);
   void check_radii() const;
   void check_bonds() const;

@@ -107,19 +107,16 @@ const FixEVPBonds *WriteEVPBonds::find_recorded() const
 
 std::string WriteEVPBonds::own_lines(const FixEVPBonds *bonds, bigint &count) const
 {
-  tagint highest_here = 0, highest;
-  for (int i = 0; i < atom->nlocal; i++) highest_here = std::max(highest_here, atom->tag[i]);
-  MPI_Allreduce(&highest_here, &highest, 1, MPI_LMP_TAGINT, MPI_MAX, world);
-  std::vector<unsigned char> present(highest / 8 + 1, 0);
-  for (int i = 0; i < atom->nlocal; i++) present[atom->tag[i] / 8] |= 1 << (atom->tag[i] % 8);
-  MPI_Allreduce(MPI_IN_PLACE, present.data(), (int) present.size(), MPI_UNSIGNED_CHAR, MPI_BOR,
-                world);
+  const std::vector<unsigned char> present = bonds->present_ids();
+  const auto exists = [&present](tagint id) {
+    return id / 8 < (tagint) present.size() && (present[id / 8] & (1 << (id % 8)));
+  };
 
   std::string text;
   for (int i = 0; i < atom->nlocal; i++)
     for (const auto &bond : bonds->bonds_of(i)) {
       const tagint j = bond.partner;
-      if (atom->tag[i] > j || j > highest || !(present[j / 8] & (1 << (j % 8)))) continue;
+      if (atom->tag[i] > j || !exists(j)) continue;
       text += EVP::bond_text({atom->tag[i], j, bond.deq});
       count++;
     }

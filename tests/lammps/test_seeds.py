@@ -16,7 +16,8 @@ def curves(tmp_path_factory):
         folder = tmp_path_factory.mktemp(f"seed{seed}")
         run_lammps("in.specimen", 1, {"n": 500, "seed": seed, "out": "specimen.data"}, folder).ok()
         for contact, strain in (("literal", 0.0112), ("none", 0.005)):
-            variables = {"specimen": "specimen.data", "contact": contact, "strain": strain, "rate": 10, "out": contact}
+            variables = {"specimen": "specimen.data", "contact": contact, "strain": strain, "rate": 10, "out": contact,
+                         "row": 0.0001 if contact == "literal" else 0.00002}
             run_lammps("in.traction", 1, variables, folder).ok()
         known[seed] = read_csv(folder / "literal.csv"), read_csv(folder / "none_bonds.csv")
     return known

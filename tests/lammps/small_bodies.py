@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Small bodies in any box, the lines of decks that stir them, and their forces by a sum over all pairs and images."""
+
+import itertools
+from typing import NamedTuple
+
+import numpy as np
+from evp import brute, law
+from lammps_run import write_data
+from scipy.spatial import cKDTree
+
+# Of the sum of |F| over each atom's own pairs: a few hundred roundings of 1e-16, each up to ten times larger since
+# xi = d/deq - 1 subtracts nearly equal numbers (as in test_forces.py).
+ROUND_OFF = 1e-12
+# Sums in another order: roundings of 1e-16 carried over a hundred steps (as in test_restart.py).
+ANOTHER_ORDER = 1e-10
+
+SPACING = 0.01  # of the lattice [m]; the largest dlim is 1.5 * 0.011 m
+MARGIN = 0.02  # between an open body and its box
+DRIFT = 300.0  # [m/s] of the whole body: its atoms change ranks, and boundaries are crossed
+
+
+class Small(NamedTuple):
+    """Spheres with IDs 1..N at the recording; cell: rows are the periodic vectors, zero where the box is open."""
+
+    x: np.ndarray
+    radius: np.ndarray
+    types: np.ndarray
+    box: np.ndarray  # (3, 2)
+    cell: np.ndarray  # (3, 3)
+    bonds: dict
+
+
+def lattice_body(cells=(8, 4, 4), periodic="", tilt=(0.0, 0.0, 0.0), zone=1.5, seed=2017):
+    """A disordered lattice: uniform radii of 4.5 to 5.5 mm, places off by up to 1.2 mm, two types at random."""
+    rng = np.random.default_rng(seed)
+    grid = np.array(list(itertools.product(*map(range, cells))), dtype=float)
+    fractions = (grid + 0.5 + rng.uniform(-0.12, 0.12, grid.shape)) / cells
+    length = SPACING * np.array(cells)
+    vectors = np.diag(length)
+    vectors[1, 0], vectors[2, 0], vectors[2, 1] = tilt
+    x = fractions @ vectors
+    radius = rng.uniform(0.0045, 0.0055, len(x))
+    types = rng.integers(1, 3, len(x))
+    is_open = np.array([axis not in periodic for axis in "xyz"])
+    box = np.stack([np.where(is_open, -MARGIN, 0.0), length + np.where(is_open, MARGIN, 0.0)], axis=1)
+    cell = np.where(is_open[:, None], 0.0, vectors)
+    return Small(x, radius, types, box, cell, record(x, radius, zone, cell))
+
+
+def with_images(x, reach, cell):
+    """Places and 0-based owners: the atoms first, then the images that come within reach of one."""
+    places, owners = [x], [np.arange(len(x))]
+    tree = cKDTree(x)
+    steps = [(-1, 0, 1) if np.any(vector) else (0,) for vector in cell]
+    for step in itertools.product(*steps):
+        if any(step):
+            image = x + np.array(step, dtype=float) @ cell
+            near = tree.query(image)[0] <= reach
+            places.append(image[near])
+            owners.append(np.flatnonzero(near))
+    return np.concatenate(places), np.concatenate(owners)
+
+
+def record(x, radius, zone, cell):
+    """{(id_i, id_j): deq} of the pairs within the zone, images included."""
+    places, owner = with_images(x, 2.0 * zone * radius.max(), cell)
+    pairs = brute.find_pairs(places, radius[owner], zone)
+    own = (pairs.i < len(x)) | (pairs.j < len(x))
+    low, high = np.minimum(owner[pairs.i], owner[pairs.j]) + 1, np.maximum(owner[pairs.i], owner[pairs.j]) + 1
+    return dict(zip(zip(low[own].tolist(), high[own].tolist()), pairs.d[own].tolist()))
+
+
+def truth(x, v, body, rows=law.TABLE1, contact="literal", ids=None):
+    """brute.brute_force of a body in its box; "force" and "abs_force" are those of the atoms themselves."""
+    widest = max(row.alpha for row in ([rows] if isinstance(rows, law.Row) else rows.values()))
+    places, owner = with_images(x, 2.0 * widest * body.radius.max(), body.cell)
+    ids = np.arange(1, len(x) + 1) if ids is None else np.asarray(ids)
+    found = brute.brute_force(places, v[owner], body.radius[owner], body.types[owner], rows, body.bonds, contact, ids=ids[owner])
+    return {**found, "force": found["force"][: len(x)], "abs_force": found["abs_force"][: len(x)]}
+
+
+def check_forces(snapshot, body, rows=law.TABLE1, contact="literal", added=0.0):
+    """The forces of a dump are those of the sum over all pairs, plus what else acts; returns that sum."""
+    ids = snapshot["id"].astype(int)
+    found = truth(snapshot.vectors("x", "y", "z"), snapshot.vectors("vx", "vy", "vz"), body, rows, contact, ids)
+    error = np.linalg.norm(snapshot.vectors("fx", "fy", "fz") - found["force"] - added, axis=1)
+    scale = found["abs_force"] + np.linalg.norm(np.broadcast_to(added, found["force"].shape), axis=1)
+    assert np.max(error / (scale + 1e-300)) < ROUND_OFF
+    return found
+
+
+def write_body(path, body, tilt=None):
+    write_data(path, body.x, body.radius, body.box, body.types)
+    if tilt:
+        text = path.read_text(encoding="utf-8")
+        words = " ".join(f"{value:.17g}" for value in tilt)
+        path.write_text(text.replace("zlo zhi\n", f"zlo zhi\n{words} xy xz yz\n"), encoding="utf-8")
+
+
+def head(newton="on", boundary="f f f", start="read_data body.data", before="", sort="", style="sphere"):
+    """Up to the atoms."""
+    return f"""
+units si
+atom_style {style}
+atom_modify map yes {sort}
+newton {newton}
+{"" if start.startswith("read_restart") else "boundary " + boundary}
+comm_modify vel yes
+{before}
+{start}
+neighbor 0.0008 bin
+neigh_modify every 1 delay 0 check yes
+"""
+
+
+def pair(row=law.TABLE1, contact="literal", fix="fix bonds all evp/bonds"):
+    return f"pair_style evp/lj contact {contact}\npair_coeff * * {words(row)}\n{fix}\n"
+
+
+def words(row):
+    """A row as pair_coeff takes it, to the last bit."""
+    return " ".join(f"{value:.17g}" for value in row)
+
+
+# a stretch along x, a wave by ID, and a drift that no force knows of
+STIR = f"""
+variable vx atom {DRIFT}+500*(x-0.04)+5*sin(1.1*id)
+variable vy atom {DRIFT}/2+5*cos(2.3*id)
+variable vz atom {DRIFT}/3+5*sin(3.7*id+1)
+velocity all set v_vx v_vy v_vz
+"""
+
+MOVE = """
+fix move all nve
+timestep 3e-7
+thermo 10
+thermo_style custom step pe ke pxx pyz f_bonds f_bonds[1] f_bonds[2] f_bonds[3] f_bonds[4]
+thermo_modify norm no format float %.17g
+"""
+
+
+def dump(name="all.dump", every=50):
+    return (f"dump all all custom {every} {name} id x y z vx vy vz fx fy fz\n"
+            "dump_modify all format float %.17g pbc yes\n")
+
+
+def assert_same_curve(rows, others, tolerance=ANOTHER_ORDER):
+    """Two thermo tables; others may start earlier."""
+    for name, values in others.items():
+        allowed = tolerance * np.abs(values).max()
+        assert np.all(np.abs(rows[name] - values[-len(rows[name]):]) <= allowed), name
+
+
+def assert_eventful(found):
+    """The control of a comparison: bonds in both regimes, bonds lost, new pairs."""
+    assert found["bonds_second"] > 20
+    assert found["bonds_second"] < len(found["i"]) - 20
+    assert found["bonds_beyond"] > 0
+    assert found["new_contacts"] > 0
