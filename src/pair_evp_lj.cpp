@@ -172,15 +172,29 @@ void PairEVPLJ::pack()
     if (last > first) packed.rows.push_back({i, first, last});
   }
 
-  if (overlaps.count && !overlap_warned) {
-    overlap_warned = true;
+  if (!overlap_warned) warn_of_overlaps(overlaps);
+}
+
+/* ----------------------------------------------------------------------
+   once per run, by the first process
+------------------------------------------------------------------------- */
+
+void PairEVPLJ::warn_of_overlaps(Overlaps overlaps)
+{
+  bigint count;
+  MPI_Allreduce(&overlaps.count, &count, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+  if (count == 0) return;
+  overlap_warned = true;
+
+  int owner = overlaps.count ? comm->me : comm->nprocs, first;
+  MPI_Allreduce(&owner, &first, 1, MPI_INT, MPI_MIN, world);
+  MPI_Bcast(&overlaps, sizeof(overlaps), MPI_BYTE, first, world);
+  if (comm->me == 0)
     error->warning(
         FLERR,
         "Pair evp/lj: {} pairs overlap by more than {} (R_i + R_j), first atoms {} and {} "
         "at d = {:.6g}, step {}: the law has no hard core, so check step, speed and load",
-        overlaps.count, settings_now.overlap, overlaps.tag_i, overlaps.tag_j, overlaps.d,
-        update->ntimestep);
-  }
+        count, settings_now.overlap, overlaps.tag_i, overlaps.tag_j, overlaps.d, update->ntimestep);
 }
 
 /* ---------------------------------------------------------------------- */
