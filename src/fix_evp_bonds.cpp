@@ -262,7 +262,7 @@ double FixEVPBonds::compute_scalar()
 
 double FixEVPBonds::compute_vector(int n)
 {
-  if (update->whichflag == 0 || counted_step == update->ntimestep) return pair_counts[n];
+  if (update->whichflag != 0 && counted_step == update->ntimestep) return pair_counts[n];
 
   const PairEVPLJ *pair = find_pair();
   int packed = pair && pair->is_packed(), all_packed;

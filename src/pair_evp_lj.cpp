@@ -62,7 +62,7 @@ void PairEVPLJ::compute(int eflag, int vflag)
 {
   ev_init(eflag, vflag);
 
-  if (neighbor->ago == 0 || repack) pack();
+  if (neighbor->ago == 0 || repack || radii_vary) pack();
 
   if (damping_acts() && explicit_damping)
     compute_forces<true>();
@@ -119,7 +119,7 @@ double PairEVPLJ::implicit_gamma(const EVP::PackedPair &pair) const
 
 bool PairEVPLJ::is_packed() const
 {
-  return update->whichflag != 0 && packed.nlocal == atom->nlocal &&
+  return packed.nlocal == atom->nlocal &&
       packed.nall == atom->nlocal + atom->nghost;
 }
 

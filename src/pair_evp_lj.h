@@ -40,7 +40,6 @@ class PairEVPLJ : public Pair {
   void coeff(int, char **) override;
   void init_style() override;
   double init_one(int, int) override;
-  void reinit() override;
 
   void write_restart(FILE *) override;
   void read_restart(FILE *) override;
@@ -82,11 +81,12 @@ class PairEVPLJ : public Pair {
   } settings_now;
 
   static constexpr int NCOEFF = 9;
-  bool adapting;                    // coefficients change while the neighbor list keeps its reach
+  static constexpr int NVALUES = 3;    // p1 p2 p3 of compute pair/local
   double **coefficients[NCOEFF];    // [type][type] of e1 m1 n1 e2 m2 n2 xi_s gamma alpha
   std::vector<EVP::Law> laws;       // of all pairs of types, see law_index()
   std::vector<EVP::Law> laws_in_use;    // of the pairs of types that this style serves
   std::vector<double> max_radius;       // per type, when the cut-offs were set
+  std::vector<double> reach;            // cut-offs that the neighbor list was made for, see law_index()
   bool any_gamma;
   int implicit_groupbit;    // of fix nve/evp, 0 without
   bool explicit_atoms;      // some atoms are not in its group
@@ -113,10 +113,12 @@ class PairEVPLJ : public Pair {
   EVP::PackedList packed;
   bool explicit_damping;               // a packed pair is damped by this style itself
   bool repack;                         // coefficients changed since the list was packed
+  bool radii_vary;                     // and radii may at every step (fix adapt)
   std::vector<int> canonical, mark;    // association of neighbors with records, see pack()
   std::vector<double> mark_deq;
 
   void allocate();
+  void offer_pair_values();
   int nlaws() const { return (int) (max_radius.size() * max_radius.size()); }
   int law_index(int itype, int jtype) const { return itype * (int) max_radius.size() + jtype; }
   bool is_implicit(int i, int j) const;

@@ -78,6 +78,7 @@ void PairEVPLJ::read_restart_settings(FILE *fp)
   bonds_id.resize(length);
   if (comm->me == 0 && length) utils::sfread(FLERR, &bonds_id[0], 1, length, fp, nullptr, error);
   MPI_Bcast(&bonds_id[0], length, MPI_CHAR, 0, world);
+  offer_pair_values();
 }
 
 /* ---------------------------------------------------------------------- */

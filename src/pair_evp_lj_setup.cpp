@@ -9,6 +9,7 @@
 #include "lammps_compat.h"
 
 #include "atom.h"
+#include "atom_vec.h"
 #include "comm.h"
 #include "error.h"
 #include "force.h"
@@ -27,14 +28,14 @@ static constexpr long MAX_FILE_SIZE = 1 << 20;
 /* ---------------------------------------------------------------------- */
 
 PairEVPLJ::PairEVPLJ(LAMMPS *lmp) :
-    Pair(lmp), settings_now{Contact::LITERAL, 0.3}, adapting(false), coefficients{},
-    any_gamma(false), implicit_groupbit(0), explicit_atoms(true), bonds(nullptr),
-    overlap_warned(false), explicit_damping(false), repack(true)
+    Pair(lmp), settings_now{Contact::LITERAL, 0.3}, coefficients{}, any_gamma(false),
+    implicit_groupbit(0), explicit_atoms(true), bonds(nullptr),
+    overlap_warned(false), explicit_damping(false), repack(true), radii_vary(false)
 {
   writedata = 1;
   finitecutflag = 1;
-  single_extra = 3;
-  svector = new double[single_extra];
+  single_extra = NVALUES;
+  svector = new double[NVALUES];
   packed.nlocal = packed.nall = -1;
 }
 
@@ -106,6 +107,17 @@ void PairEVPLJ::settings(int narg, char **arg)
   }
   settings_now = chosen;
   repack = true;
+  offer_pair_values();
+}
+
+/* ----------------------------------------------------------------------
+   p1 p2 p3 of compute pair/local. Before 2026 LAMMPS copies those of a sub-style of
+   pair_style hybrid without end, and crashes; there, asking for them is an error instead
+------------------------------------------------------------------------- */
+
+void PairEVPLJ::offer_pair_values()
+{
+  single_extra = strcmp(force->pair_style, "hybrid") == 0 ? 0 : NVALUES;
 }
 
 /* ----------------------------------------------------------------------
@@ -206,6 +218,8 @@ void PairEVPLJ::init_style()
   find_bonds();
   find_implicit_group();
   overlap_warned = false;
+  radii_vary = !atom->avec->comm_x_only;    // 'atom_style sphere 1': radii are sent at every step
+  reach.assign(laws.size(), 0.0);
   any_gamma = false;
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++)
@@ -349,25 +363,17 @@ double PairEVPLJ::init_one(int i, int j)
     error->all(FLERR,
                "Pair evp/lj with gamma > 0 needs ghost velocities: add 'comm_modify vel yes'");
 
+  // called once at set-up, and again by fix adapt while the neighbor list keeps its reach
   const double cut = row.alpha * (max_radius[i] + max_radius[j]);
-  if (adapting && cut * cut > cutsq[i][j] * (1.0 + 1.0e-12))
+  double &longest = reach[law_index(i, j)];
+  if (longest == 0.0) longest = cut;
+  if (cut > longest * (1.0 + 1.0e-12))
     error->all(
         FLERR,
         "Pair evp/lj, types {} and {}: alpha must not grow during a run, as the neighbor list "
         "keeps its reach: start with the largest, or split the run there",
         i, j);
   return cut;
-}
-
-/* ----------------------------------------------------------------------
-   fix adapt changed coefficients
-------------------------------------------------------------------------- */
-
-void PairEVPLJ::reinit()
-{
-  adapting = true;
-  Pair::reinit();
-  adapting = false;
 }
 
 /* ----------------------------------------------------------------------

@@ -15,6 +15,8 @@ missing_packages() {
   has_command xz || echo xz-utils
   has_header fftw3.h || echo libfftw3-dev
   has_header gtest/gtest.h || echo libgtest-dev
+  has_header gmock/gmock.h || echo libgmock-dev
+  has_header yaml.h || echo libyaml-dev
   if ! evp_find_python; then
     local module
     if [ -x /usr/bin/python3 ]; then

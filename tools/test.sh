@@ -11,6 +11,12 @@ evp_find_python
 cd "$EVP_REPOSITORY"
 echo "== unit tests"
 ctest --test-dir "$EVP_BUILD" --output-on-failure --no-tests=error -R '^unit_'
+if [[ $(ctest --test-dir "$EVP_BUILD" -N -R lammps_tester) == *lammps_tester* ]]; then
+  echo "== LAMMPS' own pair tester"
+  ctest --test-dir "$EVP_BUILD" --output-on-failure -R lammps_tester
+else
+  grep "pair tester is left out" "$EVP_BUILD/setup.log" || true
+fi
 echo "== tests with LAMMPS and of the tools"
 report=$EVP_BUILD/pytest.log
 # tests/lammps last: its tests import from its conftest.py, and of two with that name the last one loaded counts.

@@ -39,6 +39,18 @@ def wavy_velocities(x, speed):
     return speed * np.stack([np.sin(1.1 * n), np.cos(2.3 * n), np.sin(3.7 * n + 1.0)], axis=1)
 
 
+def scattered(x, bonds, radius):
+    """Some atoms moved next to one that they have no bond with, so that such pairs overlap."""
+    moved = x.copy()
+    for i in range(10, len(x), 40):
+        distance = np.linalg.norm(x - x[i], axis=1) / (radius + radius[i])
+        partners = [a + b - i - 2 for a, b in bonds if i + 1 in (a, b)]
+        distance[[i, *partners]] = np.inf
+        j = int(np.argmin(distance))
+        moved[i] = x[j] + 0.95 * (radius[i] + radius[j]) * (x[i] - x[j]) / np.linalg.norm(x[i] - x[j])
+    return moved
+
+
 @pytest.fixture(scope="session", autouse=True)
 def lmp_is_there():
     assert LMP.is_file(), f"no LAMMPS at {LMP}: run tools/setup.sh, or set EVP_LMP"
@@ -62,7 +74,7 @@ def reference():
 
 @pytest.fixture(scope="session")
 def pulled_body(reference, tmp_path_factory):
-    """The reference specimen pulled to 5 % by the traction deck, Table 1: positions of that run, velocities by formula."""
+    """The reference specimen pulled to 5 % by the traction deck, Table 1; velocities by formula."""
     folder = tmp_path_factory.mktemp("pulled")
     variables = {"specimen": REFERENCE, "rate": 50, "strain": 0.05, "out": "pulled", "contact": "literal"}
     run_lammps("in.traction", 1, variables, folder).ok()

@@ -37,6 +37,7 @@ def run(lmp, tmp_path):
     write_data(tmp_path / "types.data", place, radius, box, types=[1, 2, 1, 2, 1, 2])
     write_data(tmp_path / "point.data", place[[0, 1, 2, 3, 4, 4]], radius, box)
     write_data(tmp_path / "zero.data", place, np.zeros(6), box)
+    write_data(tmp_path / "near.data", place, radius, [[-0.05, 0.1], [-0.014, 0.014], [-0.05, 0.05]])
     write_data(tmp_path / "close.data", place, radius, [[-0.05, 0.1], [-0.006, 0.006], [-0.05, 0.05]])
     head = "# DATE: 2026-01-01 UNITS: si CITATION: none\n"
     for name, text in (("good", head + f"a {ROW}\n"), ("lj_units", head.replace("si", "lj") + f"a {ROW}\n"),
@@ -122,7 +123,7 @@ CASES = [
     (ROW, "", "Pair evp/lj: pair_coeff needs two atom types and a row"),
     (ROW, ROW + " 0", "a row has the 9 numbers e1 m1 n1 e2 m2 n2 xi_s gamma alpha, got 10"),
     (ROW, "80 8 4 3 8 4 0.005 0", "a row has the 9 numbers e1 m1 n1 e2 m2 n2 xi_s gamma alpha, got 8"),
-    (ROW, "80", "a row has the 9 numbers e1 m1 n1 e2 m2 n2 xi_s gamma alpha, got 1"),
+    (ROW, "80", "Pair evp/lj: pair_coeff I J needs a row"),
     (f"pair_coeff * * {ROW}", "", "pair coeffs are not set"),
     ("* * " + ROW, "2 2 " + ROW, "Numeric index 2 is out of bounds"),
     # potential files
@@ -147,7 +148,7 @@ CASES = [
     ("evp/bonds", "evp/bonds skin 1.2", "Fix bonds evp/bonds: unknown keyword 'skin'"),
     ("evp/bonds", "evp/bonds zone 1.6", "zone 1.6 reaches beyond what the neighbor list can see, alpha = 1.5"),
     ("evp/bonds", "evp/bonds\nfix more all evp/bonds", "Fix more evp/bonds: fix bonds records bonds already"),
-    ("fix move", "pair_style zero 0.02\npair_coeff * *\nfix move", "Fix bonds evp/bonds needs pair style evp/lj, found 'zero'"),
+    ("fix move", "pair_style zero 0.02\npair_coeff * *\nfix move", "evp/bonds needs pair style evp/lj, found 'zero'"),
     ("fix move", "pair_style none\nfix move", "Fix bonds evp/bonds needs pair style evp/lj, found 'none'"),
     ("fix move", "run 0\npair_style zero 0.02\npair_coeff * *\nfix move", "needs pair style evp/lj, found 'zero'"),
     ("fix move", "run_style respa 2 2\nfix move", "does not work with run_style respa"),
@@ -156,12 +157,13 @@ CASES = [
     ("8 4 0.005 0 1.5", "8 4 0.005 1000 1.5", "gamma > 0 needs ghost velocities: add 'comm_modify vel yes'"),
     ("row.data", "types.data\npair_style evp/lj\npair_coeff 1 1 " + ROW + "\npair_coeff 2 2 " + ROW
      + "\nfix move all nve\nrun 1\n", "does not mix unlike types: give 'pair_coeff 1 2' a row of its own"),
-    ("row.data", "types.data\npair_style evp/lj\npair_coeff 2* 1 " + ROW, "pair_coeff 2* 1 names no pair of types I <= J"),
+    ("row.data", "types.data\npair_style evp/lj\npair_coeff 2* 1 " + ROW, "2* 1 names no pair of types I <= J"),
     ("row.data", "zero.data", "needs particles with a radius above zero"),
     ("row.data", "point.data", "Fix bonds evp/bonds: " + AT_ONE_POINT),
     ("fix move", "special_bonds lj 0 0.5 1\nfix move", "takes special_bonds weights 0 or 1 only, got 0.5"),
     ("boundary f f f\nread_data row.data", "boundary f p f\nread_data close.data", IMAGES),
-    ("fix move", "run 0\ndelete_atoms random fraction 0.4 no all NULL 1234\nfix move", "atom IDs were changed after the bonds"),
+    ("boundary f f f\nread_data row.data", "boundary f p f\nread_data near.data", "less than two cut-offs of 0.015"),
+    ("fix move", "run 0\ndelete_atoms random fraction 0.4 no all NULL 1234\nfix move", "Fix bonds evp/bonds: atom ID"),
     # computes
     ("fix move", "compute dt all evp/dt 3\nfix move", "Compute dt evp/dt takes no further words, got '3'"),
     ("fix move", "compute s all evp/state/atom x\nfix move", "Compute s evp/state/atom takes no further words, got 'x'"),
@@ -187,7 +189,7 @@ mass 1 0.001""")
 
 def test_atoms_without_a_radius_or_without_ids(run):
     refused(run("", ATOMIC), "Pair evp/lj needs particles with a radius: use 'atom_style sphere'")
-    nameless = ATOMIC.replace("atom_style atomic", "atom_style sphere").replace("map yes", "id no").replace("mass 1 0.001", "")
+    nameless = ATOMIC.replace("atomic", "sphere").replace("map yes", "id no").replace("mass 1 0.001", "")
     refused(run("", nameless), "needs atom IDs: remove 'atom_modify id no'")
 
 
@@ -197,7 +199,8 @@ def test_pair_without_the_fix_sees_spheres_at_one_point(run):
 
 
 @pytest.mark.parametrize("old, new, text", [
-    ("row.data", "point.data", AT_ONE_POINT), ("boundary f f f\nread_data row.data", "boundary f p f\nread_data close.data", IMAGES),
+    ("row.data", "point.data", AT_ONE_POINT),
+    ("boundary f f f\nread_data row.data", "boundary f p f\nread_data close.data", IMAGES),
     (ROW, "missing.evp a", "cannot read the potential file"), (ROW, "nul.evp a", "NUL byte"),
     ("8 4 0.005 0 1.5", "8 4 0.005 1000 1.5", "ghost velocities")])
 def test_all_ranks_stop(run, old, new, text):
@@ -209,17 +212,20 @@ def test_all_ranks_stop(run, old, new, text):
 def test_radii_that_grow_in_a_run(run):
     """fix adapt on the diameter, with lists built at every step: stopped at the first list that could miss a pair.
     Control: shrinking radii are fine."""
-    text = GOOD.replace("check yes", "check no").replace("style sphere", "style sphere 1").replace("run 3", "variable d equal 0.01{}0.0001*step\n"
-                        "fix grow all adapt 1 atom diameter v_d\nrun 3")
+    text = GOOD.replace("check yes", "check no").replace("style sphere", "style sphere 1").replace(
+        "run 3", "variable d equal 0.01{}0.0001*step\nfix grow all adapt 1 atom diameter v_d\nrun 3")
     result = run("", text.format("+"))
     assert result.returncode != 0 and GREW in result.stdout
     run("", text.format("-")).ok()
 
 
 @pytest.mark.parametrize("key, value, text", [
-    ("integrator", "euler", "integrator must be explicit or implicit, got euler"), ("scale", "maybe", "scale must be yes or no, got maybe"),
-    ("rate", "-10", "rate, strain, row and samples must be positive"), ("contact", "soft", "contact must be literal, repulsive or none, got 'soft'"),
-    ("specimen", "missing.data", "missing.data"), ("coeff", "80 4 8 3 8 4 0.005 0 1.5", "m1 > n1 > 0, got m1 = 4 and n1 = 8"),
+    ("integrator", "euler", "integrator must be explicit or implicit, got euler"),
+    ("scale", "maybe", "scale must be yes or no, got maybe"),
+    ("rate", "-10", "rate, strain, row and samples must be positive"),
+    ("contact", "soft", "contact must be literal, repulsive or none, got 'soft'"),
+    ("specimen", "missing.data", "missing.data"),
+    ("coeff", "80 4 8 3 8 4 0.005 0 1.5", "m1 > n1 > 0, got m1 = 4 and n1 = 8"),
     ("length", "50", "no particle within 0.1 L of an end")])
 def test_traction_deck(lmp, tmp_path, key, value, text):
     from conftest import REFERENCE

@@ -198,6 +198,34 @@ write_dump all custom last.dump id x modify format float %.17g
     assert ends[1] == ends[0]
 
 
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off"), (4, "on")])
+def test_state_of_each_atom(lmp, tmp_path, pulled_body, ranks, newton):
+    """compute evp/state/atom: pairs recorded, share in the second regime, share lost, new pairs; as counted by hand."""
+    write_state(tmp_path / "pulled.dump", pulled_body.x, 0 * pulled_body.v, pulled_body.box)
+    run = lmp(deck(newton, contact="literal") + """
+run 0
+read_dump pulled.dump 0 x y z vx vy vz box no replace yes
+compute state all evp/state/atom
+dump all all custom 1 state.dump id c_state[1] c_state[2] c_state[3] c_state[4]
+dump_modify all format float %.17g
+run 0
+""", ranks=ranks).ok()
+    found = run.dump("state.dump")[-1].vectors(*(f"c_state[{k}]" for k in range(1, 5)))
+    now = brute.interactions(pulled_body.x, pulled_body.radius, law.TABLE1, pulled_body.bonds, "literal")
+    second = now.bonded & (law.regime(now.pairs.d, now.deq, now.row) == 2)
+
+    def per_atom(i, j):
+        return np.bincount(np.concatenate([i, j]), minlength=500).astype(float)
+
+    recorded_pairs = per_atom(*(np.array(list(pulled_body.bonds)) - 1).T)
+    within = per_atom(now.pairs.i[now.bonded], now.pairs.j[now.bonded])
+    soft = per_atom(now.pairs.i[second], now.pairs.j[second])
+    fresh = per_atom(now.pairs.i[~now.bonded], now.pairs.j[~now.bonded])
+    expected = np.stack([recorded_pairs, soft / recorded_pairs, 1.0 - within / recorded_pairs, fresh], axis=1)
+    assert np.allclose(found, expected, rtol=0.0, atol=DEQ_DIGITS)
+    assert all(column.max() > 0 for column in expected.T), "control: each occurs"
+
+
 def test_zone_is_kept_by_the_law_too(reference):
     """The control of the table above: the brute force itself tells 1.2 from 1.5."""
     counts = [len(brute.record_bonds(reference.x, reference.radius, zone)) for zone in (1.01, 1.2, law.TABLE1.alpha)]

@@ -6,7 +6,7 @@ without; the brute force knows neither lists nor ranks. They may differ by round
 
 import numpy as np
 import pytest
-from conftest import Body, wavy_velocities
+from conftest import Body, scattered, wavy_velocities
 from evp import brute, law
 from lammps_run import write_data, write_state
 
@@ -52,18 +52,6 @@ run 2
 """
 
 VOIGT = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-
-
-def scattered(x, bonds, radius):
-    """Some atoms moved next to one that they have no bond with, so that such pairs overlap."""
-    moved = x.copy()
-    for i in range(10, len(x), 40):
-        distance = np.linalg.norm(x - x[i], axis=1) / (radius + radius[i])
-        partners = [a + b - i - 2 for a, b in bonds if i + 1 in (a, b)]
-        distance[[i, *partners]] = np.inf
-        j = int(np.argmin(distance))
-        moved[i] = x[j] + 0.95 * (radius[i] + radius[j]) * (x[i] - x[j]) / np.linalg.norm(x[i] - x[j])
-    return moved
 
 
 @pytest.fixture(scope="module")

@@ -46,7 +46,7 @@ CASES = [
     ("coeff", "pair_coeff 1 -1 " + ROW, "Invalid range string: -1"),
     ("coeff", "pair_coeff 1", "pair_coeff"),
     ("coeff", COEFF + "80 8", "cannot read the potential file '80'"),
-    ("coeff", COEFF + "gado2017.evp", "a row has the 9 numbers e1 m1 n1 e2 m2 n2 xi_s gamma alpha, got 1"),
+    ("coeff", COEFF + "gado2017.evp", "9 numbers e1 m1 n1 e2 m2 n2 xi_s gamma alpha"),
     ("coeff", COEFF + "gado2017.evp table1 table2", "a row has the 9 numbers"),
     ("coeff", row(gamma="inf"), f"gamma {NUMBER} 'inf'"),
     ("coeff", row(alpha="inf"), f"alpha {NUMBER} 'inf'"),

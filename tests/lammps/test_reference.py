@@ -79,6 +79,16 @@ def test_first_bond_in_the_second_regime(pulled):
     assert first == pytest.approx(0.0042, rel=0.05)
 
 
+def test_state_at_the_end_is_what_the_counts_say(pulled):
+    """PREFIX_state.dump holds, per atom, shares that add up to the last row of PREFIX_bonds.csv, each pair twice."""
+    _, counts, run = pulled("table1 literal")
+    state = run.dump("pull_state.dump")[-1]
+    recorded, second, lost, fresh = (state[f"c_pairs[{k}]"] for k in (1, 2, 3, 4))
+    for shares, column in ((recorded * second, "second_regime"), (recorded * lost, "beyond_dlim"), (fresh, "new_pairs")):
+        assert shares.sum() == pytest.approx(2.0 * counts[column][-1], abs=1e-3), column
+        assert counts[column][-1] > 0, "control"
+
+
 QUASISTATIC = """
 units si
 atom_style sphere

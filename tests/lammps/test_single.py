@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+from conftest import scattered
 from evp import brute, law
 from lammps_run import write_state
 
@@ -45,7 +46,7 @@ run 0
                          [(1, "on", "literal", 0), (1, "off", "repulsive", 0), (1, "on", "none", 0),
                           (2, "off", "literal", 1000), (4, "on", "literal", 1000)])
 def test_pair_local_adds_up(lmp, tmp_path, pulled_body, ranks, newton, contact, gamma):
-    body = pulled_body
+    body = pulled_body._replace(x=scattered(pulled_body.x, pulled_body.bonds, pulled_body.radius))
     write_state(tmp_path / "state.dump", body.x, body.v, body.box)
     run = lmp(DECK.format(data=body.data, newton=newton, contact=contact, gamma=gamma), ranks=ranks).ok()
     atoms, pairs = run.dump("atoms.dump")[-1], run.dump("pairs.dump")[-1]
@@ -79,6 +80,7 @@ def test_pair_local_adds_up(lmp, tmp_path, pulled_body, ranks, newton, contact, 
     assert acting.sum() == len(truth["i"])
     assert np.sum((regime == 2.0) & (recorded > 0.0)) == truth["bonds_second"]
     assert np.sum(acting & (recorded == 0.0)) == truth["new_contacts"]
+    assert (truth["new_contacts"] > 3) == (contact != "none"), "control: new pairs act"
 
     # per-atom energies and stresses add up as well
     assert abs(thermo["c_sum_e"][-1] - thermo["PotEng"][-1]) < ROUND_OFF * np.abs(energy).sum()

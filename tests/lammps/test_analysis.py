@@ -1,0 +1,248 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""What users look at with LAMMPS' own computes, averages and dumps, against the sum over all pairs."""
+
+import numpy as np
+import pytest
+from conftest import REFERENCE
+from evp import brute, law
+from hostile import refused
+from small_bodies import (MOVE, ROUND_OFF, STIR, assert_eventful, check_forces, dump, head, lattice_body, pair, truth, words,
+                          write_body)
+
+HOLD = "unfix move\nfix hold all nve/noforce\ntimestep 1e-30\n"  # a step as good as none
+WAYS = [(1, "on"), (1, "off"), (2, "off"), (4, "on")]
+
+
+@pytest.fixture
+def bar(tmp_path):
+    body = lattice_body((6, 4, 4))
+    write_body(tmp_path / "body.data", body)
+    return body
+
+
+def local_dump(columns, name="pairs.dump", every=1):
+    return f"dump pairs all local {every} {name} {columns}\ndump_modify pairs format float %.17g\n"
+
+
+@pytest.mark.parametrize("contact", ["literal", "repulsive", "none"])
+@pytest.mark.parametrize("ranks, newton", WAYS)
+def test_state_of_each_atom(lmp, bar, ranks, newton, contact):
+    """compute evp/state/atom: pairs recorded, share in the second regime, share beyond dlim, new pairs; the same
+    counts from the sum over all pairs, exactly. A group's compute gives the same to its atoms and zero to others."""
+    bar = bar._replace(bonds={pair: deq for pair, deq in bar.bonds.items() if max(pair) <= 80})
+    run = lmp(head(newton) + "group bonded id <= 80\n" + pair(contact=contact, fix="fix bonds bonded evp/bonds") + STIR + MOVE + f"""
+group low id <= 40
+compute all all evp/state/atom
+compute low low evp/state/atom
+dump all all custom 50 all.dump id x y z vx vy vz fx fy fz c_all[*] c_low[*]
+dump_modify all format float %.17g
+run 100
+""", ranks=ranks).ok()
+    recorded = np.bincount(np.array(list(bar.bonds)).ravel() - 1, minlength=len(bar.x))
+    for snapshot in run.dump("all.dump"):
+        found = truth(snapshot.vectors("x", "y", "z"), snapshot.vectors("vx", "vy", "vz"), bar, contact=contact)
+        bonded = np.array([(i + 1, j + 1) in bar.bonds for i, j in zip(found["i"], found["j"])])
+        second = bonded & (np.abs(found["d"] / found["deq"] - 1.0) > law.TABLE1.xi_s)
+        count = {name: np.bincount(np.concatenate([found["i"][chosen], found["j"][chosen]]), minlength=len(bar.x))
+                 for name, chosen in (("within", bonded), ("second", second), ("new", ~bonded))}
+        state = snapshot.vectors(*(f"c_all[{k}]" for k in range(1, 5)))
+        assert np.array_equal(state[:, 0], recorded)
+        assert 0 < np.sum(recorded == 0.0) < len(bar.x)
+        assert np.array_equal(np.rint(state[:, 1] * recorded), count["second"])
+        assert np.array_equal(np.rint((1.0 - state[:, 2]) * recorded), count["within"])
+        assert np.allclose(state[:, 1:3] * recorded[:, None], np.rint(state[:, 1:3] * recorded[:, None]), rtol=0.0, atol=ROUND_OFF)
+        assert np.array_equal(state[:, 3], count["new"])
+        low = snapshot.vectors(*(f"c_low[{k}]" for k in range(1, 5)))
+        assert np.array_equal(low[:40], state[:40]) and not np.any(low[40:])
+    assert 20 < second.sum() < bonded.sum() - 20 and count["within"].sum() < recorded.sum(), "control: there is something to see"
+    assert (count["new"].sum() > 0) == (contact != "none")
+
+
+UNLIKE = {(1, 1): law.TABLE1, (1, 2): law.Row(50.0, 6.0, 3.0, 5.0, 7.5, 3.2, 0.010, 400.0, 1.4),
+          (2, 2): law.Row(30.0, 12.0, 6.0, 9.0, 4.0, 2.0, 0.008, 900.0, 1.5)}
+
+
+@pytest.mark.parametrize("ranks, newton", WAYS)
+def test_group_group_across_an_interface(lmp, tmp_path, ranks, newton):
+    """Two materials, x < 0.03 and beyond, with a row for the interface: compute group/group gives the force and the
+    energy of the pairs between them, damping included, equal to the same sum over all pairs."""
+    body = lattice_body((6, 4, 4))
+    body = body._replace(types=1 + (body.x[:, 0] > 0.03))
+    write_body(tmp_path / "body.data", body)
+    coeffs = "".join(f"pair_coeff {a} {b} {words(row)}\n" for (a, b), row in UNLIKE.items())
+    run = lmp(head(newton) + "pair_style evp/lj\n" + coeffs + "fix bonds all evp/bonds zone 1.4\n" + STIR + MOVE + f"""
+group one type 1
+group two type 2
+run 60
+{HOLD}
+compute across one group/group two
+compute inside one group/group one
+{dump(every=1)}
+thermo_style custom step pe c_across c_across[1] c_across[2] c_across[3] c_inside c_inside[1]
+thermo_modify norm no format float %.17g
+run 1
+""", ranks=ranks).ok()
+    bonds = {p: deq for p, deq in body.bonds.items() if deq <= 1.4 * (body.radius[p[0] - 1] + body.radius[p[1] - 1])}
+    snapshot, table = run.dump("all.dump")[-1], run.thermo(-1)
+    x, v = snapshot.vectors("x", "y", "z"), snapshot.vectors("vx", "vy", "vz")
+    check_forces(snapshot, body._replace(bonds=bonds), UNLIKE)
+    pairs, deq, cut, _, row = brute.interactions(x, body.radius, UNLIKE, bonds, "literal", body.types)
+    unit = pairs.r / pairs.d[:, None]
+    f = law.force(pairs.d, deq, row)[:, None] * unit + law.damping_force(unit, v[pairs.i], v[pairs.j], row)
+    energy = law.energy(pairs.d, deq, row, cut)
+    across = body.types[pairs.i] != body.types[pairs.j]
+    sign = np.where(body.types[pairs.i] == 1, 1.0, -1.0)
+    total = np.sum((sign[:, None] * f)[across], axis=0)
+    assert across.sum() > 30 and np.linalg.norm(total) > 100.0, "control: the interface carries load"
+    for axis in range(3):
+        assert abs(table[f"c_across[{axis + 1}]"][-1] - total[axis]) < ROUND_OFF * np.abs(f[across]).sum()
+    assert abs(table["c_across"][-1] - energy[across].sum()) < ROUND_OFF * np.abs(energy).sum()
+    inside = (body.types[pairs.i] == 1) & ~across
+    assert abs(table["c_inside"][-1] - energy[inside].sum()) < ROUND_OFF * np.abs(energy).sum()
+    assert abs(table["c_inside[1]"][-1]) < ROUND_OFF * np.abs(f).sum(), "actio = reactio"
+
+
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (3, "off")])
+def test_pair_local_beside_another_style(lmp, bar, ranks, newton):
+    """In hybrid/overlay p1 p2 p3 are ours when our pair_coeff line is the last of the pair (LAMMPS shows zeros otherwise),
+    for distances within our largest dlim (beyond it LAMMPS shows the pair before); dist, energy and force are those of both styles together."""
+    coeffs = f"pair_style hybrid/overlay evp/lj lj/cut 0.015\npair_coeff * * lj/cut 2 0.009\npair_coeff * * evp/lj {words(law.TABLE1)}\n"
+    run = lmp(head(newton) + coeffs + "fix bonds all evp/bonds\n" + STIR + MOVE + """
+compute ids all property/local patom1 patom2
+compute pairs all pair/local p3 dist p1 eng p2 force
+dump all all custom 100 all.dump id x y z
+dump_modify all format float %.17g
+""" + local_dump("c_ids[1] c_ids[2] c_pairs[*]", every=100) + "run 100\n", ranks=ranks).ok()
+    x = run.dump("all.dump")[-1].vectors("x", "y", "z")
+    table = run.dump("pairs.dump")[-1]
+    i, j = (table[f"c_ids[{k}]"].astype(int) - 1 for k in (1, 2))
+    regime, d, deq, energy, strain, force = (table[f"c_pairs[{k}]"] for k in range(1, 7))
+    assert np.allclose(d, np.linalg.norm(x[i] - x[j], axis=1), rtol=ROUND_OFF, atol=0.0)
+    sums = bar.radius[i] + bar.radius[j]
+    assert np.allclose(deq, [bar.bonds.get((min(a, b) + 1, max(a, b) + 1), s) for a, b, s in zip(i, j, sums)], rtol=ROUND_OFF, atol=0.0)
+    assert np.allclose(strain, (d - deq) / deq, rtol=0.0, atol=ROUND_OFF)
+    acts = d <= 1.5 * sums
+    assert np.array_equal(regime, np.where(acts, law.regime(d, deq, law.TABLE1), 0))
+    s = 0.009 / d
+    ours = np.where(acts, law.force(d, deq, law.TABLE1), 0.0), np.where(acts, law.energy(d, deq, law.TABLE1, 1.5 * sums), 0.0)
+    theirs = 48.0 / d * (2.0 * s**12 - s**6) * (d < 0.015), 8.0 * (s**12 - s**6) * (d < 0.015)
+    scale = 8 * 4 * 80 * 0.005 / 0.01  # the yield force: what round-off is measured by where a pair has no force
+    assert np.all(np.abs(force - ours[0] - theirs[0]) <= ROUND_OFF * (scale + np.abs(ours[0]) + np.abs(theirs[0])))
+    assert np.all(np.abs(energy - ours[1] - theirs[1]) <= ROUND_OFF * (np.abs(ours[1]) + np.abs(theirs[1]) + 80.0))
+    assert set(regime) == {0.0, 1.0, 2.0}, "control"
+
+
+@pytest.mark.parametrize("start", ["", "restart"])
+def test_pair_local_in_plain_hybrid(lmp, bar, start):
+    """LAMMPS before 2026 crashes when a sub-style of `hybrid` has values of its own, so ours offers none there: dist, eng
+    and force work, group/group too, and p1 is refused."""
+    coeffs = f"pair_coeff 1 1 evp/lj {words(law.TABLE1)}\npair_coeff 1 2 lj/cut 2 0.009\npair_coeff 2 2 lj/cut 2 0.009\n"
+    text = head() + "pair_style hybrid lj/cut 0.02 evp/lj\n" + coeffs + "fix bonds all evp/bonds\n"
+    if start:
+        lmp(text + "fix move all nve\nrun 0\nwrite_restart hybrid.restart\n").ok()
+        text = head(start="read_restart hybrid.restart") + coeffs + "fix bonds all evp/bonds\n"
+    text += STIR + MOVE + """
+group one type 1
+group two type 2
+compute pairs all pair/local dist eng {}
+compute sum all reduce sum c_pairs[2] inputs local
+compute one one group/group one
+compute across one group/group two
+compute two two group/group two
+thermo_style custom step pe c_sum c_one c_across c_two
+thermo_modify norm no format float %.17g
+run 20
+"""
+    table = lmp(text.format("force")).ok().thermo()
+    assert np.allclose(table["c_sum"], table["PotEng"], rtol=100.0 * ROUND_OFF, atol=0.0)
+    assert np.allclose(table["c_one"] + table["c_across"] + table["c_two"], table["PotEng"], rtol=100.0 * ROUND_OFF, atol=0.0)
+    assert np.all(np.abs(table["c_one"]) > 100.0) and np.all(table["c_two"] != 0.0)
+    refused(lmp(text.format("p1")), "Pair style does not have extra field requested by compute pair/local")
+
+
+@pytest.mark.parametrize("ranks", [1, 3])
+def test_averages_variables_and_dumps_agree(lmp, bar, ranks):
+    """The fix's numbers through thermo, fix ave/time and variables; fix ave/atom and reductions of the state; counts of a
+    histogram of p3. All of them count the same bonds."""
+    run = lmp(head() + pair() + STIR + MOVE + """
+compute state all evp/state/atom
+compute pairs all pair/local p2 p3
+compute ids all property/local patom1 patom2
+variable lost atom c_state[1]*c_state[3]
+variable second atom c_state[1]*c_state[2]
+compute sums all reduce sum c_state[1] v_lost v_second c_state[4]
+compute longest all reduce max c_pairs[1] inputs local
+variable share equal f_bonds[2]/f_bonds
+variable twice vector 2*f_bonds
+fix time all ave/time 10 1 10 f_bonds f_bonds[1] f_bonds[2] f_bonds[3] f_bonds[4] v_share file time.txt
+fix mean all ave/time 10 5 50 f_bonds[2] file mean.txt
+fix vector all ave/time 50 1 50 f_bonds mode vector file vector.txt
+fix atoms all ave/atom 10 1 10 c_state[1] c_state[2] v_lost
+fix regimes all ave/histo 10 1 10 -0.5 2.5 3 c_pairs[2] mode vector kind local file regimes.txt
+compute check all reduce sum f_atoms[1] f_atoms[3]
+compute c1 all centroid/stress/atom NULL pair
+compute c2 all stress/atom NULL pair
+variable differs atom abs(c_c1[1]-c_c2[1])+abs(c_c1[4]-c_c2[4])+abs(c_c1[7]-c_c2[4])
+variable size atom abs(c_c2[1])+abs(c_c2[4])
+compute differ all reduce max v_differs v_size
+dump state all custom 100 state.dump id c_state[1] c_state[2] c_state[3] c_state[4] f_atoms[2] v_second
+thermo_style custom step f_bonds f_bonds[1] f_bonds[2] f_bonds[3] f_bonds[4] c_sums[*] c_check[*] v_share c_longest c_differ[*]
+thermo_modify norm yes format float %.17g
+run 100
+""", ranks=ranks).ok()
+    table = run.thermo()
+    assert_eventful(table)
+    beyond, second, new = (table[f"f_bonds[{k}]"] for k in (1, 2, 3))
+    assert np.all(table["f_bonds"] == len(bar.bonds)), "intensive: not divided by N, as sums are"
+    for column, expected in (("c_sums[1]", 2.0 * table["f_bonds"]), ("c_sums[2]", 2.0 * beyond), ("c_sums[3]", 2.0 * second),
+                             ("c_sums[4]", 2.0 * new), ("c_check[1]", 2.0 * table["f_bonds"]), ("c_check[2]", 2.0 * beyond)):
+        assert np.allclose(len(bar.x) * table[column], expected, rtol=ROUND_OFF, atol=1e-9), column
+    rows = np.loadtxt(run.folder / "time.txt")
+    # six digits in the files of fix ave/time
+    for column, name in enumerate(("f_bonds", "f_bonds[1]", "f_bonds[2]", "f_bonds[3]", "f_bonds[4]", "v_share"), start=1):
+        assert np.allclose(rows[:, column], table[name], rtol=1e-5, atol=1e-12), name
+    means = np.loadtxt(run.folder / "mean.txt", ndmin=2)
+    assert means[-1, 1] == pytest.approx(second[-5:].mean(), rel=1e-5)
+    state = run.dump("state.dump")[-1]
+    assert np.array_equal(state["c_state[2]"], state["f_atoms[2]"])
+    assert state["v_second"].sum() == pytest.approx(2.0 * second[-1], rel=1e-4)
+    regimes = np.array([line.split()[2] for line in (run.folder / "regimes.txt").read_text().splitlines()
+                        if len(line.split()) == 4 and line[0] != "#"], dtype=float).reshape(-1, 3)
+    acting = len(bar.bonds) - beyond + new
+    assert np.array_equal(regimes[:, 1] + regimes[:, 2], acting)
+    assert np.all(regimes[:, 2] >= second)
+    assert np.all(table["c_differ[1]"] <= ROUND_OFF * table["c_differ[2]"]), "a central force: both stresses are one"
+
+
+def test_pair_write_is_harmless(lmp, bar):
+    """A law with a deq per pair cannot be tabulated by type (pair_write has no pair); asking for it neither stops nor
+    changes the run."""
+    start, end = head(sort="sort 0 0") + pair(law.TABLE1._replace(gamma=50.0)) + STIR + MOVE + "run 50\n", dump() + "run 50\n"
+    plain = lmp(start + end).ok().dump("all.dump")[-1]
+    run = lmp(start + "pair_write 1 1 20 r 0.005 0.015 table.txt EVP\npair_write 1 2 20 r 0.005 0.015 table.txt EVP12\n" + end).ok()
+    after = run.dump("all.dump")[-1]
+    assert all(np.array_equal(after[name], values) for name, values in plain.columns.items())
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_the_deck_in_local_output(lmp, ranks):
+    """What the four files of the deck say of the same moment agrees."""
+    run = lmp("in.local_output", ranks=ranks, variables={"specimen": REFERENCE, "out": "shown"}).ok()
+    pairs, atoms = run.dump("shown_pairs.dump"), run.dump("shown_atoms.dump")
+    counts = np.loadtxt(run.folder / "shown_bonds.txt")
+    assert len(pairs) == len(atoms) == len(counts) == 11
+    assert counts[-1, 1] == pytest.approx(0.01, rel=0.02)
+    assert counts[-1, 3] > 100 > counts[0, 3] == 0, "bonds yield between 0 and 1 %"
+    for snapshot, each, (_, _, beyond, second, new) in zip(pairs, atoms, counts):
+        recorded, share, lost, fresh = (each[f"c_state[{k}]"] for k in range(1, 5))
+        assert np.sum(recorded) / 2 == 2975
+        # six digits of each share in the dump
+        assert np.sum(recorded * lost) / 2 == pytest.approx(beyond, abs=0.01)
+        assert np.sum(recorded * share) / 2 == pytest.approx(second, abs=0.01)
+        assert np.sum(fresh) / 2 == new
+        regime = snapshot["c_pairs[6]"]
+        assert np.sum(regime > 0) == 2975 - beyond + new
+        assert each["c_energy"].sum() == pytest.approx(snapshot["c_pairs[2]"].sum(), rel=1e-5)
+    histogram = (run.folder / "shown_strains.txt").read_text().splitlines()
+    totals = [line.split() for line in histogram if len(line.split()) == 6 and line[0] != "#"]
+    assert [float(words[2]) + float(words[3]) for words in totals] == [len(snapshot["c_pairs[6]"]) for snapshot in pairs]

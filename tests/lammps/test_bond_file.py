@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Bonds as text: write_evp_bonds and `fix evp/bonds file` carry every bond to the last bit, through any number of
+ranks, and a body that is half pulled goes on as if it had not been interrupted. Damaged files are in
+test_hostile_bonds.py."""
+
+import lammps_run
+import numpy as np
+import pytest
+from conftest import REFERENCE
+from evp import brute
+from lammps_run import write_data
+from test_restart import HEAD, MOTION, START, TABLE1, compare
+
+REREAD = """
+read_data {data}
+pair_style evp/lj contact literal
+pair_coeff * * 80 8 4 3 8 4 0.005 0 1.5
+fix bonds all evp/bonds {source}
+fix move all nve
+thermo_style custom step pe f_bonds f_bonds[1]
+thermo_modify norm no format float %.17g
+run 0
+{after}
+"""
+
+
+def deck(source="", after="", newton="on", data=REFERENCE):
+    return HEAD.format(newton=newton, sort="") + REREAD.format(data=data, source=source, after=after)
+
+
+def read_bonds(path):
+    """Header and the set of lines of a bond file; each line occurs once."""
+    header, *lines = path.read_text(encoding="utf-8").splitlines()
+    assert header == f"# EVP bonds COUNT: {len(lines)} UNITS: si"
+    assert len(set(lines)) == len(lines)
+    return set(lines)
+
+
+def as_pairs(lines):
+    return {(int(i), int(j)): float(deq) for i, j, deq in (line.split() for line in lines)}
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    """The bonds of the reference specimen as one rank writes them."""
+    folder = tmp_path_factory.mktemp("written")
+    lammps_run.run_lammps(deck("zone 1.3", "write_evp_bonds all.bonds"), cwd=folder).ok()
+    return folder / "all.bonds"
+
+
+def test_the_file_holds_the_pairs_of_the_zone(written, reference):
+    """Against distances in Python: one rounding of a sum of three squares and its root may differ."""
+    found, truth = as_pairs(read_bonds(written)), brute.record_bonds(reference.x, reference.radius, 1.3)
+    assert found.keys() == truth.keys()
+    assert all(i < j for i, j in found)
+    assert max(abs(found[pair] / deq - 1.0) for pair, deq in truth.items()) < 4 * np.finfo(float).eps
+
+
+@pytest.mark.parametrize("ranks, other, newton", [(1, 1, "on"), (1, 4, "off"), (2, 1, "off"), (4, 2, "on")])
+def test_every_bit_goes_through_any_ranks(lmp, tmp_path, written, ranks, other, newton):
+    """Written by some ranks, read and written again by others: always the same lines."""
+    lmp(deck("zone 1.3", "write_evp_bonds a.bonds", newton), ranks=ranks).ok()
+    first = read_bonds(tmp_path / "a.bonds")
+    assert first == read_bonds(written)
+    run = lmp(deck("file a.bonds", "write_evp_bonds b.bonds", newton), ranks=other).ok()
+    assert f"recorded {len(first)} pairs from file a.bonds" in run.stdout
+    assert read_bonds(tmp_path / "b.bonds") == first
+    assert not list(tmp_path.glob("*.part"))
+
+
+def test_deq_that_is_no_distance_is_kept(lmp, tmp_path, written):
+    """The file decides: values of deq that no distance in the data file has, the bonds the other way round."""
+    lines = [f"{j} {i} {deq * (0.99 + 1e-5 * (i % 7)):.17g}" for (i, j), deq in as_pairs(read_bonds(written)).items()]
+    (tmp_path / "a.bonds").write_text(f"# EVP bonds COUNT: {len(lines)} UNITS: si\n" + "\n".join(lines) + "\n", encoding="utf-8")
+    lmp(deck("file a.bonds", "write_evp_bonds b.bonds"), ranks=2).ok()
+    turned = {(j, i): deq for (i, j), deq in as_pairs(lines).items()}
+    assert as_pairs(read_bonds(tmp_path / "b.bonds")) == turned
+
+
+@pytest.mark.parametrize("ranks, other, newton", [(1, 4, "on"), (4, 1, "on"), (2, 2, "off")])
+def test_half_pulled_body_continues(lmp, ranks, other, newton):
+    """Data file and bond file in the middle of a pull at gamma = 0: the second half gives the same numbers to 1e-10."""
+    start = HEAD.format(newton=newton, sort="") + START.format(data=REFERENCE, coeff=TABLE1)
+    whole = lmp(start + MOTION.format(name="whole") + "run 100\nwrite_data half.data nocoeff\nwrite_evp_bonds half.bonds\nrun 100\n",
+                ranks=ranks).ok()
+    resumed = start.replace("zone 1.48", "file half.bonds").replace(str(REFERENCE), "half.data").split("velocity")[0]
+    resumed = resumed.replace("region left block INF 0.005 INF INF INF INF", "").replace("region right block 0.045 INF INF INF INF INF", "")
+    resumed = resumed.replace("group left region left", "group left id {}").replace("group right region right", "group right id {}")
+    x = lammps_run.read_dump(whole.folder / "whole.dump")[0]
+    grips = [" ".join(str(int(k)) for k in x["id"][inside]) for inside in (x["x"] <= 0.005, x["x"] >= 0.045)]
+    rest = lmp(resumed.format(*grips) + MOTION.format(name="rest") + "reset_timestep 100\nrun 100\n", ranks=other).ok()
+    compare(rest, whole, "rest", exact=False)
+
+
+@pytest.mark.parametrize("ranks", [1, 3])
+def test_bonds_of_a_deleted_atom_are_left_out(lmp, tmp_path, written, ranks):
+    """A reader could not find the atom. IDs 1, in the middle and the highest; the data file that goes with the bonds reads back."""
+    lmp(deck("zone 1.3", "group gone id 1 250 500\ndelete_atoms group gone compress no\nwrite_evp_bonds a.bonds\n"
+             "write_data a.data nocoeff"), ranks=ranks).ok()
+    kept = {pair: deq for pair, deq in as_pairs(read_bonds(written)).items() if not {1, 250, 500} & set(pair)}
+    assert as_pairs(read_bonds(tmp_path / "a.bonds")) == kept
+    run = lmp(deck("file a.bonds", data="a.data"), ranks=ranks).ok()
+    assert run.thermo()["f_bonds"][-1] == len(kept) < len(read_bonds(written))
+    assert run.thermo()["f_bonds[1]"][-1] == 0
+
+
+@pytest.mark.parametrize("path", ["nowhere/a.bonds", "folder", "file/a.bonds", '""'])
+def test_a_path_that_cannot_be_written(lmp, tmp_path, path):
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "file").write_text("mine", encoding="utf-8")
+    before = sorted(tmp_path.rglob("*"))
+    run = lmp(deck(after=f"write_evp_bonds {path}"))
+    assert run.returncode == 1 and f"write_evp_bonds: cannot write '{path.strip(chr(34))}': check the folder" in run.stdout, run.stdout
+    assert [name for name in sorted(tmp_path.rglob("*")) if name.name != "in.lmp"] == before
+    assert (tmp_path / "file").read_text(encoding="utf-8") == "mine"
+
+
+def test_a_full_disk_leaves_the_old_file(lmp, tmp_path, monkeypatch):
+    """A limit of 8 kB on files stands for the full disk; mpirun, which needs files of its own, is outside of it.
+    Control: with room the old file is replaced."""
+    limited = tmp_path / "limited"
+    limited.write_text(f'#!/bin/bash\ntrap "" XFSZ\nulimit -f 8\nexec "{lammps_run.LMP}" "$@"\n', encoding="utf-8")
+    limited.chmod(0o755)
+    old = tmp_path / "a.bonds"
+    old.write_text("mine", encoding="utf-8")
+    with monkeypatch.context() as patch:
+        patch.setattr(lammps_run, "LMP", limited)
+        run = lmp(deck(after="write_evp_bonds a.bonds"), ranks=2)
+    assert run.returncode == 1 and "write_evp_bonds: cannot write 'a.bonds': check the folder and the free space" in run.stdout
+    assert old.read_text(encoding="utf-8") == "mine"
+    assert not list(tmp_path.glob("*.part"))
+    lmp(deck(after="write_evp_bonds a.bonds"), ranks=2).ok()
+    assert len(read_bonds(old)) > 2000
+
+
+@pytest.mark.parametrize("ranks, count", [(1, 1_000_000), (2, 100_000)])
+def test_a_million_bonds_stream(lmp, tmp_path, ranks, count):
+    """Up to a million pairs of 1500 atoms, read in messages of 10 000 and written back; nothing is lost or changed."""
+    n = 1500
+    i, j = (k[:count] + 1 for k in np.triu_indices(n, 1))
+    deq = 0.01 + 1e-9 * (np.arange(count) % 1_000_000)
+    with open(tmp_path / "a.bonds", "w", encoding="utf-8") as out:
+        out.write(f"# EVP bonds COUNT: {count} UNITS: si\n")
+        out.writelines(f"{a} {b} {d:.17g}\n" for a, b, d in zip(i.tolist(), j.tolist(), deq.tolist()))
+    place = 0.02 * np.stack(np.unravel_index(np.arange(n), (15, 10, 10)), axis=1)
+    write_data(tmp_path / "a.data", place, np.full(n, 0.005), [[-0.01, 0.3], [-0.01, 0.2], [-0.01, 0.2]])
+    run = lmp(deck("file a.bonds", "write_evp_bonds b.bonds", data="a.data"), ranks=ranks).ok()
+    assert f"recorded {count} pairs from file a.bonds" in run.stdout
+    assert read_bonds(tmp_path / "b.bonds") == read_bonds(tmp_path / "a.bonds")

@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Bring the README's numbers and figures up to date with a run of the quick start.
+
+    tools/quickstart.sh && PYTHONPATH=tools python3 -m evp.readme
+
+Reads results/quickstart/summary.csv, rewrites the table between the two marker lines of README.md,
+and copies the pictures with their CSV files to doc/figures. Nothing else in the README is touched.
+"""
+
+import argparse
+import csv
+import pathlib
+import shutil
+import sys
+
+from . import run
+
+START, END = "<!-- table: evp.readme -->", "<!-- end of table -->"
+TITLES = {
+    "table": "parameters",
+    "rate_per_s": "rate [1/s]",
+    "E_GPa": "E [GPa]",
+    "yield_MPa": "0.2 % yield [MPa]",
+    "stress_1pc_MPa": "stress at 1 % [MPa]",
+    "first_second_regime": "strain of the first bond in the second regime",
+}
+PICTURES = ("force_law", "stress_strain", "specimen")
+
+
+def table_lines(summary):
+    """Markdown lines of the summary.csv of a quick start."""
+    with open(summary, newline="", encoding="utf-8") as source:
+        rows = list(csv.DictReader(source))
+    if not rows or list(rows[0]) != list(TITLES):
+        raise ValueError(f"{summary} is not the summary of a quick start")
+    lines = ["| " + " | ".join(TITLES.values()) + " |", "|---" * len(TITLES) + "|"]
+    for row in rows:
+        row["table"] = row["table"].replace("table", "Table ")
+        lines.append("| " + " | ".join(row.values()) + " |")
+    return lines
+
+
+def replace_between_markers(text, lines):
+    """text with what stands between START and END replaced; ValueError unless both are there once."""
+    if text.count(START) != 1 or text.count(END) != 1:
+        raise ValueError(f"README.md must hold '{START}' and '{END}' once each")
+    head, rest = text.split(START)
+    _, tail = rest.split(END)
+    return "\n".join([head + START, *lines, END + tail])
+
+
+def main(argv=None):
+    """Returns 0, or 1 after a message."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    default = run.CHECKOUT / "results" / "quickstart"
+    parser.add_argument("--results", type=pathlib.Path, default=default, metavar="DIR")
+    args = parser.parse_args(argv)
+    readme, figures = run.CHECKOUT / "README.md", run.CHECKOUT / "doc" / "figures"
+    try:
+        text = replace_between_markers(
+            readme.read_text(encoding="utf-8"), table_lines(args.results / "summary.csv")
+        )
+        figures.mkdir(exist_ok=True)
+        for picture in PICTURES:
+            for suffix in (".png", ".csv"):
+                shutil.copy(args.results / (picture + suffix), figures)
+        readme.write_text(text, encoding="utf-8")
+    except (OSError, ValueError) as error:
+        print(f"ERROR: {error}; run tools/quickstart.sh first", file=sys.stderr)
+        return 1
+    print(f"updated {readme} and {figures}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

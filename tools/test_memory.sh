@@ -1,0 +1,121 @@
+#!/bin/bash
+# SPDX-License-Identifier: GPL-2.0-only
+# AddressSanitizer, UBSan and valgrind on the plugin; see --help.
+set -euo pipefail
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+# shellcheck source=tools/env.sh
+source "$here/env.sh"
+
+die() { printf 'test_memory.sh: error: %s\n' "$*" >&2; exit 1; }
+usage() {
+  cat <<'END'
+usage: tools/test_memory.sh [--build DIR] [--work DIR] [--skip-valgrind] [--help] [PYTEST ARGUMENT...]
+
+Builds plugin and unit tests with AddressSanitizer and UBSan for the LAMMPS of an existing build, runs the
+unit tests, a deck that uses every style, and tests with LAMMPS; then valgrind on the deck with a plain build.
+Fails on any report with our files in it. Needs valgrind and a LAMMPS that loads plugins from LAMMPS_PLUGIN_PATH.
+
+  --build DIR        the build whose LAMMPS is used (default: build, as tools/setup.sh makes it)
+  --work DIR         for the builds made here and their logs (default: build-memory)
+  PYTEST ARGUMENT    tests to run in place of the short set, as in tests/lammps/test_forces.py
+END
+}
+
+build=$EVP_BUILD
+work=$EVP_REPOSITORY/build-memory
+valgrind=yes
+tests=()
+while [ $# -gt 0 ]; do
+  case $1 in
+    --build|--work)
+      [ -n "${2:-}" ] || die "option $1 needs a folder"
+      mkdir -p "$2"
+      if [ "$1" = --build ]; then build=$(cd "$2" && pwd); else work=$(cd "$2" && pwd); fi
+      shift 2 ;;
+    --skip-valgrind) valgrind=no; shift ;;
+    -h|--help) usage; exit 0 ;;
+    *) tests+=("$1"); shift ;;
+  esac
+done
+if [ ${#tests[@]} -eq 0 ]; then
+  tests=(tests/lammps/test_bonds.py tests/lammps/test_single.py tests/lammps/test_restart.py
+    tests/lammps/test_dt.py tests/lammps/test_bad_input.py)
+fi
+[ -f "$build/CMakeCache.txt" ] || die "$build holds no build of the plugin: run tools/setup.sh, or give --build DIR"
+evp_find_python || die "no Python with $EVP_PYTHON_MODULES; give one: PYTHON=/path/to/python3"
+[ "$valgrind" = no ] || command -v valgrind >/dev/null || die "valgrind is missing (Debian: valgrind); --skip-valgrind to do without"
+
+cached() { sed -n "s/^$1:[A-Z]*=//p" "$build/CMakeCache.txt"; }
+value_of() { sed -n "s/^$1='\(.*\)'/\1/p" "$build/lmp"; }
+lmp=$(value_of lmp)
+libdir=$(value_of libdir)
+grep -q "if \[ 'yes' = yes \]" "$build/lmp" || die "this LAMMPS does not load plugins by itself; use a release from 2022 on"
+asan=$(g++ -print-file-name=libasan.so)
+asan=$(readlink -f "$asan")
+[ -f "$asan" ] || die "g++ has no libasan.so"
+
+# configure FOLDER OPTION...
+configure() {
+  local folder=$1 generator=()
+  shift
+  mkdir -p "$folder"
+  [ -f "$folder/CMakeCache.txt" ] || ! command -v ninja >/dev/null || generator=(-G Ninja)
+  cmake -S "$EVP_REPOSITORY" -B "$folder" ${generator[@]+"${generator[@]}"} -DCMAKE_BUILD_TYPE=RelWithDebInfo \
+    -DCMAKE_CXX_COMPILER=g++ -DLAMMPS_SOURCE_DIR="$(cached LAMMPS_SOURCE_DIR)" \
+    -DLAMMPS_BUILD_DIR="$(cached LAMMPS_BUILD_DIR)" -DPython_EXECUTABLE="$PYTHON" "$@" >"$folder/configure.log" 2>&1 ||
+    { tail -n 20 "$folder/configure.log" >&2; die "CMake failed in $folder"; }
+}
+compile() { cmake --build "$1" -j "$(nproc)" --target "${@:2}" >"$1/compile.log" 2>&1 ||
+  { tail -n 30 "$1/compile.log" >&2; die "the build failed in $1"; }; }
+
+reports=$work/reports
+rm -rf "$reports"
+mkdir -p "$reports" "$work/run"
+failed=0
+specimen=$EVP_REPOSITORY/tests/data/reference_500/specimen_500.data
+deck=$EVP_REPOSITORY/tests/memory/in.memory
+
+echo "== build with AddressSanitizer and UBSan (up to 3 min)"
+configure "$work/sanitized" -DEVP_SANITIZE=address,undefined
+compile "$work/sanitized" all
+# Leaks do not set the exit status, reports.py judges them; everything else aborts the process.
+export ASAN_OPTIONS="detect_leaks=1:abort_on_error=1:exitcode=0:log_path=$reports/sanitizer:detect_stack_use_after_return=1"
+export UBSAN_OPTIONS="print_stacktrace=1:halt_on_error=1:abort_on_error=1:log_path=$reports/sanitizer"
+export LSAN_OPTIONS="suppressions=$EVP_REPOSITORY/tests/memory/mpi.lsan.supp:print_suppressions=0:log_path=$reports/sanitizer"
+# Only lmp itself is preloaded, neither mpirun nor Python.
+cat >"$work/lmp" <<END
+#!/bin/bash
+exec env LD_LIBRARY_PATH='$libdir' LAMMPS_PLUGIN_PATH="\${EVP_PLUGIN_DIR:-$work/sanitized}" LD_PRELOAD='$asan' '$lmp' "\$@"
+END
+chmod +x "$work/lmp"
+
+echo "== unit tests"
+ctest --test-dir "$work/sanitized" --output-on-failure --no-tests=error -R '^unit_' || failed=1
+
+echo "== every style once, 1 and 2 ranks"
+for ranks in 1 2; do
+  (cd "$work/run" && timeout 600 "$EVP_MPIRUN" -np "$ranks" "$work/lmp" -log none -in "$deck" -var specimen "$specimen") \
+    >"$reports/deck-$ranks.out" 2>&1 || { tail -n 20 "$reports/deck-$ranks.out"; failed=1; }
+done
+
+echo "== tests with LAMMPS: ${tests[*]}"
+EVP_LMP=$work/lmp "$PYTHON" -m pytest -q -p no:cacheprovider "${tests[@]}" || failed=1
+unset ASAN_OPTIONS UBSAN_OPTIONS LSAN_OPTIONS
+
+if [ "$valgrind" = yes ]; then
+  echo "== valgrind memcheck on every style once, 1 rank (up to 5 min)"
+  configure "$work/plain" -DBUILD_TESTING=off
+  compile "$work/plain" evpplugin
+  (cd "$work/run" && LD_LIBRARY_PATH=$libdir LAMMPS_PLUGIN_PATH=$work/plain timeout 1200 valgrind --quiet \
+    --leak-check=full --show-leak-kinds=definite,indirect,possible --keep-debuginfo=yes --num-callers=30 \
+    --track-origins=no --suppressions="$EVP_REPOSITORY/tests/memory/mpi.valgrind.supp" --log-file="$reports/valgrind" \
+    "$lmp" -log none -in "$deck" -var specimen "$specimen") >"$reports/deck-valgrind.out" 2>&1 ||
+    { tail -n 20 "$reports/deck-valgrind.out"; failed=1; }
+  [ -f "$reports/valgrind" ] || die "valgrind wrote no log"
+  grep -q "Total wall time" "$reports/deck-valgrind.out" || { echo "the deck did not end under valgrind"; failed=1; }
+fi
+
+echo "== reports"
+"$PYTHON" "$EVP_REPOSITORY/tests/memory/reports.py" "$reports"/* || failed=1
+[ "$failed" -eq 0 ] || die "see above; logs in $reports"
+echo "no report of ours"
