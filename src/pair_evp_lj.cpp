@@ -119,8 +119,7 @@ double PairEVPLJ::implicit_gamma(const EVP::PackedPair &pair) const
 
 bool PairEVPLJ::is_packed() const
 {
-  return packed.nlocal == atom->nlocal &&
-      packed.nall == atom->nlocal + atom->nghost;
+  return packed.nlocal == atom->nlocal && packed.nall == atom->nlocal + atom->nghost;
 }
 
 /* ----------------------------------------------------------------------
@@ -160,7 +159,8 @@ void PairEVPLJ::pack()
     const int i = list->ilist[ii];
     if (bonds)
       for (const auto &bond : bonds->bonds_of(i)) {
-        const int m = atom->map(bond.partner);
+        // the map is an array without a check of its own, and a deleted partner may be beyond its end
+        const int m = bond.partner > atom->map_tag_max ? -1 : atom->map(bond.partner);
         if (m < 0) continue;    // out of sight, hence beyond every cut-off
         mark[m] = i;
         mark_deq[m] = bond.deq;

@@ -4,6 +4,7 @@
 
 #include "pair_evp_lj.h"
 
+#include "evp_checksum.h"
 #include "evp_params.h"
 
 #include "atom.h"
@@ -24,8 +25,10 @@ void PairEVPLJ::write_restart(FILE *fp)
     for (int j = i; j <= atom->ntypes; j++) {
       fwrite(&setflag[i][j], sizeof(int), 1, fp);
       if (!setflag[i][j]) continue;
-      const EVP::Row row = row_of(i, j);
-      fwrite(&row, sizeof(row), 1, fp);
+      double value[NCOEFF + 1];
+      for (int k = 0; k < NCOEFF; k++) value[k] = coefficients[k][i][j];
+      value[NCOEFF] = EVP::checksum(value, NCOEFF);
+      fwrite(value, sizeof(value), 1, fp);
     }
 }
 
@@ -37,11 +40,14 @@ void PairEVPLJ::read_restart(FILE *fp)
   allocate();
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++) {
-      double value[NCOEFF];
-      static_assert(sizeof(value) == sizeof(EVP::Row), "a Row is its nine numbers");
+      double value[NCOEFF + 1];
       if (comm->me == 0) {
         utils::sfread(FLERR, &setflag[i][j], sizeof(int), 1, fp, nullptr, error);
         if (setflag[i][j]) utils::sfread(FLERR, value, sizeof(value), 1, fp, nullptr, error);
+        if (setflag[i][j] && value[NCOEFF] != EVP::checksum(value, NCOEFF))
+          error->one(FLERR,
+                     "Pair evp/lj: the restart file is damaged in the row of types {} and {}", i,
+                     j);
       }
       MPI_Bcast(&setflag[i][j], 1, MPI_INT, 0, world);
       if (!setflag[i][j]) continue;
@@ -54,27 +60,26 @@ void PairEVPLJ::read_restart(FILE *fp)
 
 void PairEVPLJ::write_restart_settings(FILE *fp)
 {
-  fwrite(&settings_now.contact, sizeof(Contact), 1, fp);
-  fwrite(&settings_now.overlap, sizeof(double), 1, fp);
-  const int length = (int) bonds_id.size();
-  fwrite(&length, sizeof(int), 1, fp);
-  fwrite(bonds_id.data(), 1, length, fp);
+  double words[] = {(double) (int) settings_now.contact, settings_now.overlap,
+                    (double) bonds_id.size(), 0.0};
+  words[3] = EVP::checksum(words, 3);
+  fwrite(words, sizeof(words), 1, fp);
+  fwrite(bonds_id.data(), 1, bonds_id.size(), fp);
 }
 
 /* ---------------------------------------------------------------------- */
 
 void PairEVPLJ::read_restart_settings(FILE *fp)
 {
-  int length = 0;
+  double words[4];
   if (comm->me == 0) {
-    utils::sfread(FLERR, &settings_now.contact, sizeof(Contact), 1, fp, nullptr, error);
-    utils::sfread(FLERR, &settings_now.overlap, sizeof(double), 1, fp, nullptr, error);
-    utils::sfread(FLERR, &length, sizeof(int), 1, fp, nullptr, error);
-    if (length < 0 || length > 1024) error->one(FLERR, "Pair evp/lj: damaged restart file");
+    utils::sfread(FLERR, words, sizeof(words), 1, fp, nullptr, error);
+    if (words[3] != EVP::checksum(words, 3))
+      error->one(FLERR, "Pair evp/lj: the restart file is damaged in the settings");
   }
-  MPI_Bcast(&settings_now.contact, sizeof(Contact), MPI_BYTE, 0, world);
-  MPI_Bcast(&settings_now.overlap, 1, MPI_DOUBLE, 0, world);
-  MPI_Bcast(&length, 1, MPI_INT, 0, world);
+  MPI_Bcast(words, 4, MPI_DOUBLE, 0, world);
+  settings_now = {(Contact) (int) words[0], words[1]};
+  const int length = (int) words[2];
   bonds_id.resize(length);
   if (comm->me == 0 && length) utils::sfread(FLERR, &bonds_id[0], 1, length, fp, nullptr, error);
   MPI_Bcast(&bonds_id[0], length, MPI_CHAR, 0, world);

@@ -19,6 +19,7 @@
 #include "utils.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 using namespace LAMMPS_NS;
@@ -29,8 +30,8 @@ static constexpr long MAX_FILE_SIZE = 1 << 20;
 
 PairEVPLJ::PairEVPLJ(LAMMPS *lmp) :
     Pair(lmp), settings_now{Contact::LITERAL, 0.3}, coefficients{}, any_gamma(false),
-    implicit_groupbit(0), explicit_atoms(true), bonds(nullptr),
-    overlap_warned(false), explicit_damping(false), repack(true), radii_vary(false)
+    implicit_groupbit(0), explicit_atoms(true), bonds(nullptr), overlap_warned(false),
+    explicit_damping(false), repack(true), radii_vary(false)
 {
   writedata = 1;
   finitecutflag = 1;
@@ -263,14 +264,16 @@ void PairEVPLJ::find_max_radii()
   for (int i = 0; i < atom->nlocal; i++) {
     const int type = atom->type[i];
     here[type] = std::max(here[type], atom->radius[i]);
-    if (serves[type]) smallest = std::min(smallest, atom->radius[i]);
+    if (serves[type])
+      smallest = std::min(smallest, std::isfinite(atom->radius[i]) ? atom->radius[i] : -HUGE_VAL);
   }
   MPI_Allreduce(&smallest, &smallest_all, 1, MPI_DOUBLE, MPI_MIN, world);
   if (!(smallest_all > 0.0))
-    error->all(FLERR,
-               "Pair evp/lj needs particles with a radius above zero, found {}: use 'set ... "
-               "diameter'",
-               smallest_all);
+    error->all(
+        FLERR,
+        "Pair evp/lj needs particles with a radius above zero, and finite, found {}: use 'set ... "
+        "diameter'",
+        smallest_all);
   MPI_Allreduce(here.data(), max_radius.data(), (int) here.size(), MPI_DOUBLE, MPI_MAX, world);
 
   // particles to come

@@ -152,6 +152,12 @@ def dump(name="all.dump", every=50):
             "dump_modify all format float %.17g pbc yes\n")
 
 
+def clear(lmp):
+    """`clear`, and what brings the plugin back where that unloads it (29Sep2021; elsewhere LAMMPS ignores the line)."""
+    shown = lmp("""shell "grep -o '/.*evpplugin[^ /]*$' /proc/$PPID/maps > plugin.txt"\nprint done\n""").ok()
+    return f"clear\nplugin load {(shown.folder / 'plugin.txt').read_text().split()[0]}\n"
+
+
 def assert_same_curve(rows, others, tolerance=ANOTHER_ORDER):
     """Two thermo tables; others may start earlier."""
     for name, values in others.items():

@@ -9,8 +9,8 @@ import pytest
 from evp import law
 from hostile import refused
 from lammps_run import SECONDS
-from small_bodies import (ANOTHER_ORDER, MOVE, ROUND_OFF, STIR, assert_eventful, assert_same_curve, check_forces, dump, head,
-                          lattice_body, pair, record, write_body)
+from small_bodies import (ANOTHER_ORDER, MOVE, ROUND_OFF, STIR, assert_eventful, assert_same_curve, check_forces, clear, dump,
+                          head, lattice_body, pair, record, write_body)
 
 SHOW = "thermo_style custom step pe fmax f_bonds f_bonds[2]\nthermo_modify norm no format float %.17g\n"
 
@@ -104,12 +104,13 @@ NEW = {"e1": 70.5, "m1": 9.0, "n1": 3.5, "e2": 5.0, "m2": 7.0, "n2": 3.0, "xi_s"
 def test_fix_adapt_of_every_coefficient(lmp, bar, style):
     """After fix adapt the forces are those of the new row, and after `reset yes` those of the old one again."""
     base = law.TABLE1._replace(gamma=20.0)
+    clear_all = clear(lmp)
     text, of_style = "", "evp/lj" if "hybrid" in style else ""
     for key, value in NEW.items():
         setup = pair(base).replace("pair_style evp/lj", f"pair_style {style}")
         if of_style:
             setup = setup.replace("pair_coeff * *", "pair_coeff * * zero\npair_coeff * * evp/lj")
-        text += "clear\n" + head("off") + setup + "fix hold all nve/noforce\ntimestep 1e-30\nrun 0\n" + STRETCH + STIR + f"""
+        text += clear_all + head("off") + setup + "fix hold all nve/noforce\ntimestep 1e-30\nrun 0\n" + STRETCH + STIR + f"""
 variable new equal {value}
 fix change all adapt 1 pair evp/lj {key} * * v_new reset yes
 {dump(key, every=1)}
@@ -176,15 +177,13 @@ run 5
     assert np.ptp(table["PotEng"]) > 1e-3 * np.abs(table["PotEng"]).max(), "control: the radii matter"
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
-def test_plugin_unload(lmp, bar, ranks):
+def test_plugin_unload(lmp, bar):
     """What is unloaded is gone with what it made; what depends on it says so; nothing crashes."""
     text = head() + pair() + "fix move all nve\nrun 1\n"
-    run = lmp(text + "plugin unload pair evp/lj\nrun 1\n", ranks=ranks)
-    refused(run, "Fix bonds evp/bonds needs pair style evp/lj", stepped=True)
-    run = lmp(text + "plugin unload fix evp/bonds\npair_style none\nrun 1\nfix bonds all evp/bonds\n", ranks=ranks)
+    refused(lmp(text + "plugin unload pair evp/lj\nrun 1\n"), "Fix bonds evp/bonds needs pair style evp/lj", stepped=True)
+    run = lmp(text + "plugin unload fix evp/bonds\npair_style none\nrun 1\nfix bonds all evp/bonds\n")
     refused(run, "Unrecognized fix style 'evp/bonds'", stepped=True)
-    run = lmp(text + "plugin clear\nrun 1\npair_style evp/lj\n", ranks=ranks)
+    run = lmp(text + "plugin clear\nrun 1\npair_style evp/lj\n", ranks=2)
     refused(run, "Unrecognized pair style 'evp/lj'", stepped=True)
     assert run.stdout.count("Loop time") == 2, "a run of free atoms in between"
 
@@ -193,7 +192,7 @@ def test_clear_starts_afresh(lmp, bar):
     """After `clear` no bond is left: the same deck gives the same bits, and another body records its own."""
     text = head() + pair() + STIR + MOVE + "run 60\n"
     other = head() + pair(fix="fix other all evp/bonds zone 1.2") + STIR + MOVE.replace("f_bonds", "f_other") + "run 20\n"
-    run = lmp(text + "clear\n" + other + "clear\n" + text).ok()
+    run = lmp(clear(lmp).join([text, other, text])).ok()
     first, middle, last = (run.thermo(k) for k in range(3))
     for name, values in first.items():
         assert np.array_equal(values, last[name]), name

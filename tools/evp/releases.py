@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""The table of tools/test_releases.sh: compares the curves, prints the table and writes it as Markdown."""
+
+import datetime
+import pathlib
+import platform
+import sys
+
+import numpy as np
+
+# The CSV has nine digits: a difference of one unit of the last is up to 1e-8 of a value.
+TOLERANCE = 1e-8
+HEADER = ("LAMMPS", "compiler", "integers", "build", "unit", "pair tester", "LAMMPS tests", "curve", "seconds", "result")
+
+
+def difference(curve, reference):
+    """Largest difference of two CSV curves, column by column over the largest value of the column; None if one is missing."""
+    tables = []
+    for path in (curve, reference):
+        if not path.is_file():
+            return None
+        tables.append(np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2))
+    if tables[0].shape != tables[1].shape or not tables[0].size:
+        return None
+    return float(np.max(np.abs(tables[0] - tables[1]) / np.abs(tables[1]).max(axis=0)))
+
+
+def read_rows(work, checksum):
+    """Rows of the same sources, the plain 4Feb2025 first if it is there: the others' curves are compared with it."""
+    rows = [path.read_text(encoding="utf-8").strip().split("|") for path in sorted((work / "rows").iterdir())]
+    rows = [row for row in rows if row[0] == checksum]
+    return sorted(rows, key=lambda row: (row[10] != "4Feb2025-g++-smallbig-Release", row[10]))
+
+
+def table_of(rows, work):
+    """(cells of each row, True if all passed)."""
+    cells, good = [], True
+    for row in rows:
+        _, release, compiler, size, kind, unit, tester, lammps, seconds, failed, name = row
+        off = difference(work / name / "curve.csv", work / rows[0][10] / "curve.csv")
+        passed = failed == "0" and off is not None and off <= TOLERANCE
+        good = good and passed
+        cells.append((release, compiler, size, kind, unit, tester, lammps, "none" if off is None else f"{off:.1e}",
+                      seconds, "passed" if passed else "FAILED"))
+    return cells, good
+
+
+def markdown(cells):
+    lines = [HEADER, tuple("---" for _ in HEADER), *cells]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def main(work, checksum, document):
+    work = pathlib.Path(work)
+    rows = read_rows(work, checksum)
+    if not rows:
+        print("no case was run to its end")
+        return 1
+    cells, good = table_of(rows, work)
+    table = markdown(cells)
+    print(table)
+    system = " ".join(platform.freedesktop_os_release().get(key, "") for key in ("NAME", "VERSION_ID"))
+    pathlib.Path(document).write_text(f"""# Releases, compilers and integer sizes that the plugin was tested with
+
+Written by `tools/test_releases.sh` on {datetime.date.today().isoformat()} ({system}, {platform.machine()}); sources {checksum}
+(first digits of the SHA-256 of `CMakeLists.txt cmake/*.* src/*.h src/*.cpp`). Run it again after a change.
+
+{table}
+
+Test columns: passed / failed. `unit`: GoogleTest on the pure headers. `pair tester`: LAMMPS' own `test_pair_style` on our
+YAML files and the check of their numbers; `-` where the release cannot load plugins by itself (29Sep2021). `LAMMPS tests`:
+`all` of `tests/lammps`, or `short`, the tests of forces, bonds, restart, time step, bad input and memory. `curve`: largest difference of the
+traction curve (`in.traction`, 500 spheres, strain 0.01 at 50 1/s, one rank) from that of the first row, over the largest
+value of the column; at most {TOLERANCE:g}, one unit of the last of the nine digits of the CSV file. Compiler and build
+type are the plugin's; LAMMPS itself is built with the system's MPI compiler, Release.
+""", encoding="utf-8")
+    print(f"written to {document}")
+    return 0 if good else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))
