@@ -140,7 +140,7 @@ def test_fix_adapt_cannot_widen_alpha(lmp, bar, style):
     text = head() + setup + MOVE + "variable a equal 1.5-0.1*{0}\nfix change all adapt 1 pair evp/lj alpha * * v_a\nrun 20\n"
     run = lmp(text.format("(step>5)*(step<15)"), ranks=2).ok()
     assert run.thermo()["Step"][-1] == 20
-    run = lmp(text.format("(step>5)*(0-1)"), ranks=2)
+    run = lmp(text.format("(step>5)*(0-1)"))
     refused(run, "types 1 and 1: alpha must not grow during a run", "split the run there", stepped=True)
 
 
