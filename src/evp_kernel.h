@@ -33,11 +33,13 @@ struct PackedRow {
 struct PackedList {
   std::vector<PackedRow> rows;
   std::vector<PackedPair> pairs;
+  long build = 0;    ///< counts the packings: indices of pairs hold as long as it does
   int nlocal = 0;    ///< particles that the list was built for: own,
   int nall = 0;      ///< and with ghosts
 
   void clear()
   {
+    build++;
     rows.clear();
     pairs.clear();
   }

@@ -106,12 +106,11 @@ void FixDtEVP::init()
   if (utils::strmatch(update->integrate_style, "^respa"))
     error->all(FLERR, "Fix {} dt/evp does not work with run_style respa: use run_style verlet", id);
   for (int k = 0; k < modify->nfix; k++)
-    if (strcmp(modify->fix[k]->style, "move") == 0)
-      error->all(
-          FLERR,
-          "Fix {} dt/evp: fix {} of style move cannot follow a changing step: drive its atoms "
-          "by 'velocity set' and fix nve/noforce",
-          id, modify->fix[k]->id);
+    if (strcmp(modify->fix[k]->style, "move") == 0 || strcmp(modify->fix[k]->style, "deform") == 0)
+      error->all(FLERR,
+                 "Fix {} dt/evp: fix {} of style {} cannot follow a changing step: drive atoms by "
+                 "'velocity set' and fix nve/noforce",
+                 id, modify->fix[k]->id, modify->fix[k]->style);
   speed_reported = false;
 }
 
@@ -159,7 +158,7 @@ void FixDtEVP::set_step(bool may_jump)
                      dt / (fraction * stable_step));
     speed_reported = true;
   }
-  if (dt >= NO_LIMIT)
+  if (stable_step >= NO_LIMIT && ruler == STABILITY)
     error->all(
         FLERR,
         "Fix {} dt/evp: nothing interacts and nothing moves, so nothing limits the step: give "

@@ -27,7 +27,7 @@ using namespace FixConst;
 
 FixEVPEnergy::FixEVPEnergy(LAMMPS *lmp, int narg, char **arg) :
     Fix(lmp, narg, arg), pair(nullptr), implicit(nullptr), driven_groupbits(0), started(false),
-    depth_at_start(0.0), start{}, last{}, ledger{}, past(nullptr)
+    depth_at_start(0.0), dt_step(0.0), start{}, last{}, ledger{}, past(nullptr)
 {
   if (narg != 3)
     error->all(FLERR, "Fix {} evp/energy takes no further words, got '{}'", id, arg[3]);
@@ -62,7 +62,7 @@ FixEVPEnergy::~FixEVPEnergy()
 
 int FixEVPEnergy::setmask()
 {
-  return END_OF_STEP;
+  return POST_INTEGRATE | END_OF_STEP;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -75,6 +75,11 @@ void FixEVPEnergy::init()
                force->pair_style ? force->pair_style : "none");
   if (utils::strmatch(update->integrate_style, "^respa"))
     error->all(FLERR, "Fix {} evp/energy does not work with run_style respa: use run_style verlet",
+               id);
+  if (domain->deform_vremap)
+    error->all(FLERR,
+               "Fix {} evp/energy does not know the velocity of a deforming box: use fix deform "
+               "without 'remap v'",
                id);
   driven_groupbits = 0;
   implicit = nullptr;
@@ -92,6 +97,7 @@ void FixEVPEnergy::init()
 void FixEVPEnergy::setup(int /*vflag*/)
 {
   if (update->whichflag != 1) return;
+  dt_step = update->dt;
   find_velocities(true);
   const Instant now = evaluate();
   if (!started) {
@@ -105,11 +111,18 @@ void FixEVPEnergy::setup(int /*vflag*/)
 
 /* ---------------------------------------------------------------------- */
 
+void FixEVPEnergy::post_integrate()
+{
+  dt_step = update->dt;
+}
+
+/* ---------------------------------------------------------------------- */
+
 void FixEVPEnergy::end_of_step()
 {
   find_velocities(false);
   const Instant now = evaluate();
-  advance(now, update->dt);
+  advance(now, dt_step);
   last = now;
   remember();
 }
@@ -132,7 +145,7 @@ void FixEVPEnergy::find_velocities(bool at_setup)
   for (auto *velocity : {&mean, &before, &after}) velocity->resize(3 * nall);
   for (int i = 0; i < atom->nlocal; i++) {
     const double mass = atom->rmass ? atom->rmass[i] : atom->mass[atom->type[i]];
-    const double half = is_driven(i) ? 0.5 * update->dt * force->ftm2v / mass : 0.0;
+    const double half = is_driven(i) ? 0.5 * dt_step * force->ftm2v / mass : 0.0;
     for (int c = 0; c < 3; c++) {
       const size_t k = (size_t) 3 * i + c;
       mean[k] = atom->v[i][c];
@@ -166,6 +179,7 @@ FixEVPEnergy::Instant FixEVPEnergy::evaluate()
 
   double sums[6] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, all[6];
   for (int i = 0; i < nlocal; i++) {
+    if (!is_driven(i)) continue;    // the energy of a mover is its own affair
     const double mass = atom->rmass ? atom->rmass[i] : atom->mass[atom->type[i]];
     for (int c = 0; c < 3; c++) {
       const size_t k = (size_t) 3 * i + c;
@@ -223,7 +237,7 @@ FixEVPEnergy::Instant FixEVPEnergy::evaluate()
     for (int i = 0; i < nlocal; i++)
       for (int c = 0; c < 3; c++) {
         const size_t k = (size_t) 3 * i + c;
-        const double damping = implicit->applied_damping()[i][c];
+        const double damping = implicit->applied_damping()[k];
         sums[5] -= damping * mean[k];
         pair_force[k] += damping;
       }

@@ -29,6 +29,7 @@ class FixEVPEnergy : public Fix {
   int setmask() override;
   void init() override;
   void setup(int) override;
+  void post_integrate() override;
   void end_of_step() override;
 
   double compute_scalar() override;
@@ -67,6 +68,7 @@ class FixEVPEnergy : public Fix {
   int driven_groupbits;               // groups of the fixes that move atoms by forces
   bool started;
   double depth_at_start;
+  double dt_step;    // of the step under way: at its end another fix may have changed it
   Instant start, last;
   std::array<double, NENTRIES> ledger;
   double **past;    // a Past per local atom

@@ -9,9 +9,9 @@
 
 #include "atom.h"
 #include "comm.h"
+#include "domain.h"
 #include "error.h"
 #include "force.h"
-#include "memory.h"
 #include "modify.h"
 #include "update.h"
 #include "utils.h"
@@ -29,7 +29,7 @@ using namespace FixConst;
 
 FixNVEEVP::FixNVEEVP(LAMMPS *lmp, int narg, char **arg) :
     Fix(lmp, narg, arg), tolerance(1.0e-3), max_iterations(500), others_groupbits(0), pair(nullptr),
-    applied(nullptr), dt_applied(0.0), vflag_now(0), last_iterations(0), most_iterations(0),
+    last_build(-1), dt_applied(0.0), vflag_now(0), last_iterations(0), most_iterations(0),
     all_iterations(0), solves(0)
 {
   for (int iarg = 3; iarg < narg; iarg += 2) {
@@ -61,24 +61,10 @@ FixNVEEVP::FixNVEEVP(LAMMPS *lmp, int narg, char **arg) :
   dynamic_group_allow = 0;
   virial_global_flag = virial_peratom_flag = thermo_virial = 1;
   comm_forward = comm_reverse = 3;
-  maxexchange = 3;
-  create_attribute = 1;
   scalar_flag = vector_flag = 1;
   size_vector = 2;
   global_freq = 1;
   extscalar = extvector = 0;
-
-  FixNVEEVP::grow_arrays(atom->nmax);
-  for (int i = 0; i < atom->nlocal; i++) FixNVEEVP::set_arrays(i);
-  atom->add_callback(Atom::GROW);
-}
-
-/* ---------------------------------------------------------------------- */
-
-FixNVEEVP::~FixNVEEVP()
-{
-  atom->delete_callback(id, Atom::GROW);
-  memory->destroy(applied);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -114,8 +100,39 @@ void FixNVEEVP::init()
         strcmp(other->style, "move") == 0;
     if (other->time_integrate && !prescribes) others_groupbits |= other->groupbit;
   }
+  if (domain->deform_vremap)
+    error->all(
+        FLERR,
+        "Fix {} nve/evp does not know the velocity of a deforming box: use fix deform without "
+        "'remap v'",
+        id);
+  check_groups();
   last_iterations = most_iterations = 0;
   all_iterations = solves = 0;
+}
+
+/* ----------------------------------------------------------------------
+   what else acts on the velocities of the group would undo the solve, or be undone by it
+------------------------------------------------------------------------- */
+
+void FixNVEEVP::check_groups() const
+{
+  for (int k = 0; k < modify->nfix; k++) {
+    const Fix *other = modify->fix[k];
+    const bool holds = utils::strmatch(other->style, "^setforce") ||
+        strcmp(other->style, "freeze") == 0;
+    if (other == this || (!holds && !other->time_integrate)) continue;
+    int shared = 0, any;
+    for (int i = 0; i < atom->nlocal; i++)
+      if (in_group(i) && (atom->mask[i] & other->groupbit)) shared = 1;
+    MPI_Allreduce(&shared, &any, 1, MPI_INT, MPI_MAX, world);
+    if (any)
+      error->all(
+          FLERR,
+          "Fix {} nve/evp and fix {} of style {} act on the same atoms: leave those that are "
+          "held or moved otherwise out of its group, and use fix nve/noforce for them",
+          id, other->id, other->style);
+  }
 }
 
 /* ---------------------------------------------------------------------- */
@@ -197,6 +214,7 @@ void FixNVEEVP::kick()
 void FixNVEEVP::solve_and_apply(double h)
 {
   dt_applied = update->dt;
+  applied.assign((size_t) 3 * atom->nlocal, 0.0);
   if (!pair->damps_implicitly()) return;
 
   last_iterations = solve(h);
@@ -205,8 +223,8 @@ void FixNVEEVP::solve_and_apply(double h)
   solves++;
 
   store_applied(h);
-  for (int i = 0; i < atom->nlocal; i++)
-    for (int c = 0; c < 3; c++) atom->f[i][c] += applied[i][c];
+  double *f = atom->f[0];
+  for (size_t k = 0; k < applied.size(); k++) f[k] += applied[k];
   tally_virial();
 }
 
@@ -214,8 +232,8 @@ void FixNVEEVP::solve_and_apply(double h)
 
 void FixNVEEVP::remove_applied()
 {
-  for (int i = 0; i < atom->nlocal; i++)
-    for (int c = 0; c < 3; c++) atom->f[i][c] -= applied[i][c];
+  double *f = atom->f[0];
+  for (size_t k = 0; k < applied.size(); k++) f[k] -= applied[k];
 }
 
 /* ----------------------------------------------------------------------
@@ -239,46 +257,9 @@ double FixNVEEVP::compute_vector(int n)
 
 double FixNVEEVP::memory_usage()
 {
-  double bytes = 3.0 * atom->nmax * sizeof(double) + (double) dampers.capacity() * sizeof(Damper);
-  for (const Nodal *nodal :
-       {&exchanged, &reaction, &mobility, &velocity, &residual, &direction, &direction_product})
+  double bytes = (double) dampers.capacity() * sizeof(Damper);
+  for (const Nodal *nodal : {&exchanged, &reaction, &applied, &last_force, &mobility, &undamped,
+                             &velocity, &residual, &direction, &direction_product})
     bytes += (double) nodal->capacity() * sizeof(double);
   return bytes;
-}
-
-/* ---------------------------------------------------------------------- */
-
-void FixNVEEVP::grow_arrays(int nmax)
-{
-  memory->grow(applied, nmax, 3, "nve/evp:applied");
-}
-
-/* ---------------------------------------------------------------------- */
-
-void FixNVEEVP::copy_arrays(int i, int j, int /*delflag*/)
-{
-  std::copy_n(applied[i], 3, applied[j]);
-}
-
-/* ---------------------------------------------------------------------- */
-
-void FixNVEEVP::set_arrays(int i)
-{
-  std::fill_n(applied[i], 3, 0.0);
-}
-
-/* ---------------------------------------------------------------------- */
-
-int FixNVEEVP::pack_exchange(int i, double *buf)
-{
-  std::copy_n(applied[i], 3, buf);
-  return 3;
-}
-
-/* ---------------------------------------------------------------------- */
-
-int FixNVEEVP::unpack_exchange(int i, double *buf)
-{
-  std::copy_n(buf, 3, applied[i]);
-  return 3;
 }

@@ -9,6 +9,7 @@ FixStyle(nve/evp,FixNVEEVP);
 #ifndef LMP_FIX_NVE_EVP_H
 #define LMP_FIX_NVE_EVP_H
 
+#include "evp_kernel.h"
 #include "fix.h"
 
 #include <vector>
@@ -23,7 +24,6 @@ namespace LAMMPS_NS {
 class FixNVEEVP : public Fix {
  public:
   FixNVEEVP(class LAMMPS *, int, char **);
-  ~FixNVEEVP() override;
 
   int setmask() override;
   void init() override;
@@ -32,29 +32,30 @@ class FixNVEEVP : public Fix {
   void initial_integrate(int) override;
   void final_integrate() override;
 
-  /// Damping force that f holds now [force], [local atom][3]; all zero without implicit damping.
-  const double *const *applied_damping() const { return applied; }
+  /// Damping force that f holds now [force], three values per local atom; zero without damping.
+  const std::vector<double> &applied_damping() const { return applied; }
 
   double compute_scalar() override;
   double compute_vector(int) override;
 
   double memory_usage() override;
-  void grow_arrays(int) override;
-  void copy_arrays(int, int, int) override;
-  void set_arrays(int) override;
-  int pack_exchange(int, double *) override;
-  int unpack_exchange(int, double *) override;
   int pack_forward_comm(int, int *, double *, int, int *) override;
   void unpack_forward_comm(int, int, double *) override;
   int pack_reverse_comm(int, int, double *) override;
   void unpack_reverse_comm(int, int *, double *) override;
 
  private:
-  /// A dashpot of strength gamma along u, the unit vector at the last force evaluation.
+  /// A dashpot between the atom of its row and j.
   struct Damper {
-    int i, j;
-    double u[3], gamma;
-    double d;    ///< distance then, for the virial
+    double w[3];    ///< sqrt(gamma) u, u the unit vector at the last force evaluation
+    int j;
+    int pair;    ///< index in the packed list
+
+    /// sqrt(gamma) u.(v_i - v_j): times w, minus the force on i.
+    double opening(const double *vi, const double *vj) const
+    {
+      return w[0] * (vi[0] - vj[0]) + w[1] * (vi[1] - vj[1]) + w[2] * (vi[2] - vj[2]);
+    }
   };
   using Nodal = std::vector<double>;    ///< three values per atom
 
@@ -64,12 +65,16 @@ class FixNVEEVP : public Fix {
 
   class PairEVPLJ *pair;
   std::vector<Damper> dampers;
-  double **applied;     // damping force that f holds, per local atom
+  std::vector<EVP::PackedRow> damper_rows;
+  std::vector<double> last_force;    // of the last solve, over w; by index in the packed list
+  long last_build;
+  Nodal applied;        // damping force that f holds, from one solve to the kick after it
   double dt_applied;    // step that it was solved for
   int vflag_now;
 
   Nodal exchanged, reaction;    // with ghosts
   Nodal mobility;               // ftm2v / mass, zero for atoms outside the group
+  Nodal undamped;               // v* = v + h M^-1 F
   Nodal velocity, residual, direction, direction_product;
 
   int last_iterations, most_iterations;
@@ -82,8 +87,11 @@ class FixNVEEVP : public Fix {
   void solve_and_apply(double h);
   void remove_applied();
   int solve(double h);
+  void check_groups() const;
   void exchange_velocities(const Nodal &of);
   void damping_product();
+  void sum_to_owners(Nodal &);
+  void warm_start(double h);
   void store_applied(double h);
   void tally_virial();
 };

@@ -56,11 +56,12 @@ asan=$(readlink -f "$asan")
 
 # configure FOLDER OPTION...
 configure() {
-  local folder=$1 generator=()
+  local folder=$1 generator=() launcher=()
   shift
   mkdir -p "$folder"
   [ -f "$folder/CMakeCache.txt" ] || ! command -v ninja >/dev/null || generator=(-G Ninja)
-  cmake -S "$EVP_REPOSITORY" -B "$folder" ${generator[@]+"${generator[@]}"} -DCMAKE_BUILD_TYPE=RelWithDebInfo \
+  ! command -v ccache >/dev/null || launcher=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
+  cmake -S "$EVP_REPOSITORY" -B "$folder" ${generator[@]+"${generator[@]}"} ${launcher[@]+"${launcher[@]}"} -DCMAKE_BUILD_TYPE=RelWithDebInfo \
     -DCMAKE_CXX_COMPILER=g++ -DLAMMPS_SOURCE_DIR="$(cached LAMMPS_SOURCE_DIR)" \
     -DLAMMPS_BUILD_DIR="$(cached LAMMPS_BUILD_DIR)" -DPython_EXECUTABLE="$PYTHON" "$@" >"$folder/configure.log" 2>&1 ||
     { tail -n 20 "$folder/configure.log" >&2; die "CMake failed in $folder"; }

@@ -93,7 +93,8 @@ def check_forces(snapshot, body, rows=law.TABLE1, contact="literal", added=0.0, 
             own = atoms < len(ids)
             np.add.at(scale, atoms[own], (rows.m1 * rows.n1 * rows.e1 * rows.xi_s / found["deq"])[own])
     worst = np.argmax(error / (scale + 1e-300))
-    assert error[worst] < ROUND_OFF * (scale[worst] + 1e-300), f"atom {ids[worst]} at step {snapshot.step}: off by {error[worst]:.3g} of {scale[worst]:.3g}"
+    where = f"atom {ids[worst]} at step {snapshot.step}: off by {error[worst]:.3g} of {scale[worst]:.3g}"
+    assert error[worst] <= ROUND_OFF * scale[worst], where
     return found
 
 

@@ -63,8 +63,8 @@ def run_and_kill(folder, ranks, rows, wait):
 
 @pytest.mark.parametrize("ranks, seed", [(1, 11), (2, 12)])
 def test_killed_runs_resume(tmp_path, ranks, seed):
-    """Five kills each, at seeded moments of its first half, to be sure that it is not over. gamma = 0, no sorting of atoms and the same ranks: the
-    restart file holds every bit, so thermo table and last forces are the same to the last digit printed."""
+    """Five kills each, at seeded moments of the first half, so that the run is not over. gamma = 0, no sorting of atoms
+    and the same ranks: the restart file holds every bit, so thermo table and last state are the same to the last digit."""
     body = lattice_body((6, 4, 4))
     write_body(tmp_path / "body.data", body)
     deck = head(sort="sort 0 0") + pair() + SWING + MOVE.replace("thermo 10\n", "") + ROWS
@@ -83,7 +83,7 @@ def test_killed_runs_resume(tmp_path, ranks, seed):
         run_and_kill(tmp_path, ranks, moments.randint(3, TOTAL // EVERY // 2), moments.uniform(0.0, 0.01))
         files = whole_files(tmp_path)
         assert files, "of two files that take turns one is always whole"
-        newest = files[0].rename(tmp_path / "resumed.restart")
+        files[0].rename(tmp_path / "resumed.restart")
         text = head(start="read_restart resumed.restart", sort="sort 0 0") + "fix bonds all evp/bonds\n"
         rest = run_lammps(text + MOVE.replace("thermo 10\n", "") + ROWS + last.format("rest.dump"), ranks, cwd=tmp_path).ok()
         assert "recorded" not in rest.stdout

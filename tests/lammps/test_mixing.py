@@ -5,9 +5,8 @@ import numpy as np
 import pytest
 from evp import law
 from hostile import refused
-from lammps_run import write_state
-from small_bodies import (ANOTHER_ORDER, MOVE, ROUND_OFF, STIR, assert_eventful, assert_same_curve, check_forces, dump, head,
-                          lattice_body, pair, record, truth, with_images, words, write_body)
+from small_bodies import (ANOTHER_ORDER, MOVE, ROUND_OFF, STIR, check_forces, dump, head, lattice_body, pair, record,
+                          truth, words, write_body)
 
 STEPS = "run 100\n"
 # a step as good as none: the velocities of the dump are those that the damping saw
@@ -67,8 +66,6 @@ def test_walls_and_indenters(lmp, bar, ranks):
     k_wall, reach, k_indent, centre, radius = 1e6, 0.006, 1e9, np.array([0.065, 0.02, 0.02]), 0.015
     run = lmp(head() + pair() + f"""
 region floor plane 0.002 0 0 1 0 0
-region all_of_it block INF INF INF INF INF INF
-group inner subtract all all
 variable inner atom x>0.0021
 group inner variable inner
 fix wall inner wall/region floor harmonic {k_wall} 0 {reach}
@@ -195,7 +192,8 @@ def test_deposited_atoms_are_unbonded(lmp, ranks):
     met = 0
     for snapshot in run.dump("all.dump")[-6:]:
         n = len(snapshot["id"])
-        found = check_forces(snapshot, body._replace(radius=np.full(n, 0.5), types=np.ones(n, dtype=int)), row, "repulsive", at_rest=True)
+        now = body._replace(radius=np.full(n, 0.5), types=np.ones(n, dtype=int))
+        found = check_forces(snapshot, now, row, "repulsive", at_rest=True)
         met += np.sum(np.maximum(found["i"], found["j"]) >= len(x))
     assert met > 0, "control: they do meet the plate"
     assert min(last["vz"][len(x):]) > -0.5 * 20.0, "and the plate stopped their fall"

@@ -1,0 +1,266 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""fix nve/evp: the scheme that it promises, what every scheme must keep, and every misuse.
+
+The bound of its step is in test_implicit_limit.py, its energy in test_energy.py, its restart in long scenes in
+hard_cases.py."""
+
+import numpy as np
+import pytest
+from conftest import REFERENCE
+from evp import brute, curves, law
+from hostile import refused
+from lammps_run import write_data
+from small_bodies import ANOTHER_ORDER, dump, head, lattice_body, pair, write_body
+
+GAMMA = 1000.0
+TABLE2 = law.TABLE2
+STEP = 5e-6  # [s] some 140 explicit limits of Table 2
+TIGHT = "tol 1e-12"  # a solve at round-off: what is left of a comparison is the order of sums
+DEFAULT_TOL = 1e-3
+
+# Two solves of one step to TIGHT differ by 1e-12 of the damping before it is solved, which is dt lamC = 300 times the
+# change of velocity at most; a hundred steps of them add to 3e-8 where all have one sign.
+TIGHT_RUN = 3e-8
+MOMENTUM = 1e-12  # the demand of the issue
+CLOSED_FORM = 1e-11  # twenty steps of one pair: roundings only
+
+FLY = """
+fix integrate all nve/evp {options}
+timestep {step}
+thermo 20
+thermo_style custom step pe ke f_integrate f_integrate[1] f_integrate[2]
+thermo_modify norm no format float %.17g
+"""
+# a stretch along x, a wave by ID, a rotation about z, a translation
+STIR = """
+variable vx atom {fast}+300*(x-0.04)-20*y+5*sin(1.1*id)
+variable vy atom 20*(x-0.04)+5*cos(2.3*id)
+variable vz atom 5*sin(3.7*id+1)
+velocity all set v_vx v_vy v_vz
+"""
+
+
+@pytest.fixture(scope="module")
+def body():
+    return lattice_body()
+
+
+def flight(options="", row=TABLE2, fast=0.0, newton="on", step=STEP, boundary="s s s", contact="none"):
+    return (head(newton, boundary) + pair(row, contact) + STIR.format(fast=fast) + FLY.format(options=options, step=step))
+
+
+def mass_of(body):
+    return 2700.0 * 4.0 / 3.0 * np.pi * body.radius**3
+
+
+def internal(snapshot, mass):
+    """Positions and velocities about those of the centre of mass."""
+    parts = []
+    for names in (("x", "y", "z"), ("vx", "vy", "vz")):
+        value = snapshot.vectors(*names)
+        parts.append(value - mass @ value / mass.sum())
+    return parts
+
+
+def assert_same_motion(last, other, mass, tolerance):
+    """Both snapshots show one internal motion: velocities to the tolerance of the largest, places to what they make of it."""
+    for name, a, b in zip(("places", "velocities"), internal(last, mass), internal(other, mass)):
+        assert np.abs(a - b).max() <= tolerance * np.abs(a).max(), name
+
+
+# ---- the scheme ----
+
+
+def test_without_damping_it_is_fix_nve(lmp, tmp_path, body):
+    """Masses are a power of two, so that 1/m is exact and both fixes round alike."""
+    write_body(tmp_path / "body.data", body)
+    text = flight(row=law.TABLE1, step=3e-7, contact="literal").replace("f_integrate f_integrate[1] f_integrate[2]", "")
+    text = text.replace("fix integrate", "set group all mass 0.001953125\nfix integrate") + dump() + "run 200\n"
+    ours, plain = (lmp(text.replace("nve/evp", style)).ok().dump("all.dump")[-1] for style in ("nve/evp", "nve"))
+    for name in ("x", "y", "z", "vx", "vy", "vz", "fx", "fy", "fz"):
+        scale = np.abs(plain[name]).max()
+        assert np.abs(ours[name] - plain[name]).max() <= ANOTHER_ORDER * scale, name
+
+
+PAIR_OF_TWO = """
+units si
+atom_style sphere
+atom_modify map yes
+boundary f f f
+comm_modify vel yes
+read_data two.data
+neighbor 0.002 bin
+pair_style evp/lj
+pair_coeff * * 0 8 4 0 8 4 0.005 1000 1.5
+fix bonds all evp/bonds
+group held id 1
+group free id 2
+velocity held set 0.5 0 0
+velocity free set 2 0 0
+fix hold held nve/noforce
+fix integrate free nve/evp tol 1e-13
+timestep {step:.17g}
+dump all all custom 1 two.dump id vx fx
+dump_modify all format float %.17g
+"""
+
+
+@pytest.mark.parametrize("then", ["", "timestep {other:.17g}\nrun 10 pre no\n", "timestep {other:.17g}\nrun 10\n"])
+def test_one_damped_atom_beside_a_prescribed_one(lmp, tmp_path, then):
+    """(m + dt g) v+ = m v- + dt g V: v - V falls by 1/(1 + dt g/m) per step, exactly; a change of step in mid-run goes on from
+    the velocity of the full step. The prescribed atom keeps V and reads the reaction. (Explicit: 1 - h + ..., off by tens
+    of per cent at h = 0.5 and 3.)"""
+    write_data(tmp_path / "two.data", np.array([[-0.0055, 0, 0], [0.0055, 0, 0]]), [0.005, 0.005], [[-0.05, 0.05]] * 3)
+    tau = 2700.0 * 4.0 / 3.0 * np.pi * 0.005**3 / GAMMA
+    ratio, other = 0.5, 3.0
+    deck = PAIR_OF_TWO.format(step=ratio * tau) + "run 10\n" + then.format(other=other * tau)
+    found = {snapshot.step: snapshot for snapshot in lmp(deck).ok().dump("two.dump")}
+    for step, snapshot in found.items():
+        factor = (1.0 + ratio) ** -min(step, 10) * (1.0 + other) ** -max(step - 10, 0)
+        assert snapshot["vx"][0] == 0.5
+        assert snapshot["vx"][1] - 0.5 == pytest.approx(1.5 * factor, rel=CLOSED_FORM, abs=1e-14), step
+        now = ratio if step < 10 or not then else other
+        if step != 10:
+            force = -GAMMA * 1.5 * factor / (1.0 + 0.5 * now)  # that of v+ = v/(1 + h/2)
+            assert snapshot["fx"][1] == pytest.approx(force, rel=CLOSED_FORM, abs=1e-10), step
+            assert snapshot["fx"][0] == pytest.approx(-force, rel=CLOSED_FORM, abs=1e-10), step
+    assert max(found) == (20 if then else 10)
+
+
+# ---- Table 2 on the reference specimen ----
+
+STRESS_SHARE = 1e-3  # the demand of the issue, for both comparisons
+
+
+def test_table_2_pulled_at_a_hundred_times_the_explicit_step(lmp, tmp_path):
+    """Stress at 1 % as explicit at 0.8 of its limit; grips and cross-sections agree in the mean. Control: viscous stress and
+    yield are in it, as gamma = 0 is lower by several times the tolerance."""
+    found = {}
+    for name, gamma, choice in (("explicit", 1000, {"dtfraction": 0.8}), ("elastic", 0, {"dtfraction": 0.8}),
+                                ("implicit", 1000, {"integrator": "implicit", "timestep": 1e-5, "samples": 1})):
+        variables = {"specimen": REFERENCE, "coeff": f"80 8 4 3 8 4 0.005 {gamma} 1.5", "rate": 10, "strain": 0.0108,
+                     "out": name, **choice}
+        lmp("in.traction", variables=variables).ok()
+        found[name] = curves.read_curve(tmp_path / f"{name}.csv")
+    stress = {name: curves.stress_at(curve.strain, curve.virial, 0.01) for name, curve in found.items()}
+    assert stress["implicit"] == pytest.approx(stress["explicit"], rel=STRESS_SHARE)
+    assert stress["explicit"] - stress["elastic"] > 10.0 * STRESS_SHARE * stress["explicit"], "control"
+    curve = found["implicit"]
+    window = (curve.strain > 0.00195) & (curve.strain < 0.01005)
+    assert window.sum() > 70
+    assert curve.grip[window].mean() == pytest.approx(curve.virial[window].mean(), rel=STRESS_SHARE)
+
+
+# ---- what every scheme must keep ----
+
+
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off")])
+def test_free_body_keeps_its_momentum_at_any_tolerance(lmp, tmp_path, body, ranks, newton):
+    """Angular momentum too where the solve is at round-off. Control: damping took nearly all of the internal motion."""
+    write_body(tmp_path / "body.data", body)
+    mass = mass_of(body)
+    for options, spins in (("tol 0.5", False), ("", False), (TIGHT, True)):
+        run = lmp(flight(options, newton=newton, fast=2.0) + dump(every=100) + "run 100\n", ranks).ok()
+        first, last = run.dump("all.dump")
+        x, v = (first.vectors(*names) for names in (("x", "y", "z"), ("vx", "vy", "vz")))
+        y, w = (last.vectors(*names) for names in (("x", "y", "z"), ("vx", "vy", "vz")))
+        size = np.sum(mass * np.linalg.norm(v, axis=1))
+        assert np.linalg.norm(mass @ (w - v)) < MOMENTUM * size, options
+        if spins:
+            turn = [np.cross(place, mass[:, None] * speed).sum(axis=0) for place, speed in ((x, v), (y, w))]
+            arm = np.sum(mass * np.linalg.norm(v, axis=1) * np.linalg.norm(x, axis=1))
+            assert np.linalg.norm(turn[1] - turn[0]) < TIGHT_RUN * arm
+            assert run.thermo()["KinEng"][-1] < 0.7 * run.thermo()["KinEng"][0]
+
+
+def test_flight_changes_nothing_inside(lmp, tmp_path, body):
+    """500 m/s, at the default tolerance: the residual is measured by the damping, which knows no frame. Allowed is the
+    rounding of places, 1e-16 m per metre flown, against places of 1e-2 m and steps that stretch it by K dt^2/m = 500.
+    (Mutation: a target of tol |M v*| leaves the flying body with no damping at all.)"""
+    write_body(tmp_path / "body.data", body)
+    mass = mass_of(body)
+    still, flying = (lmp(flight(fast=fast) + dump(every=60) + "run 60\n").ok().dump("all.dump") for fast in (0.0, 500.0))
+    assert_same_motion(still[-1], flying[-1], mass, DEFAULT_TOL)
+    assert flying[-1]["x"].mean() - still[-1]["x"].mean() == pytest.approx(500.0 * 60 * STEP, rel=1e-9)
+    speeds = [np.abs(internal(snapshot, mass)[1]).max() for snapshot in still]
+    assert speeds[1] < 0.7 * speeds[0], "control: damping acts"
+
+
+GRIPS = """
+region left block INF 0.01 INF INF INF INF
+region right block 0.07 INF INF INF INF INF
+group left region left
+group right region right
+group grips union left right
+group free subtract all grips
+velocity left set -3 0 0
+velocity right set 3 0 0
+{fixes}
+timestep {step}
+"""
+FIXES = ["fix integrate free nve/evp", "fix hold grips nve/noforce", "fix push free addforce 40 -20 10"]
+
+
+def test_order_of_fixes_changes_nothing(lmp, tmp_path, body):
+    """Grips that move, a force of another fix, and a step that changes between two solves: the damping is along the directions of
+    the last force evaluation whichever fix has moved its atoms first. (Mutation: directions from current places.)"""
+    write_body(tmp_path / "body.data", body)
+    ends = []
+    for order in ((0, 1, 2), (1, 0, 2), (2, 1, 0)):
+        deck = head(boundary="s s s") + pair(TABLE2, "none") + STIR.format(fast=0.0)
+        deck += GRIPS.format(fixes="\n".join(FIXES[k] for k in order), step=STEP) + dump(every=1000)
+        deck += f"run 20\ntimestep {2 * STEP}\nrun 20 pre no\ntimestep {STEP / 3}\nrun 20 pre no\ndump_modify all every 1\nrun 0 pre no\n"
+        ends.append(lmp(deck).ok().dump("all.dump")[-1])
+    assert ends[0].step == 60
+    for name in ("x", "y", "z", "vx", "vy", "vz", "fx", "fy", "fz"):
+        for other in ends[1:]:
+            assert np.array_equal(ends[0][name], other[name]), name
+
+
+def test_ranks_and_newton_change_nothing(lmp, tmp_path, body):
+    write_body(tmp_path / "body.data", body)
+    mass, ends = mass_of(body), []
+    for ranks, newton in ((1, "on"), (1, "off"), (2, "on"), (2, "off"), (4, "on"), (4, "off")):
+        run = lmp(flight(TIGHT, newton=newton, fast=100.0, contact="literal") + dump(every=40) + "run 40\n", ranks).ok()
+        ends.append(run.dump("all.dump")[-1])
+        assert_same_motion(ends[0], ends[-1], mass, TIGHT_RUN)
+
+
+@pytest.mark.parametrize("options, tolerance", [("", DEFAULT_TOL), (TIGHT, TIGHT_RUN)])
+def test_restart_goes_on_to_the_tolerance(lmp, tmp_path, body, options, tolerance):
+    """Set-up solves the half step without the former start, so agreement is to tol, no better and no worse."""
+    write_body(tmp_path / "body.data", body)
+    start = flight(options, boundary="f f f")
+    whole = lmp(start + "run 20\nwrite_restart half.restart\n" + dump(every=40) + "run 20\n").ok().dump("all.dump")[-1]
+    again = head(start="read_restart half.restart") + "fix bonds all evp/bonds\n" + FLY.format(options=options, step=STEP)
+    for ranks in (1, 2):
+        last = lmp(again + dump(every=40) + "run 20\n", ranks).ok().dump("all.dump")[-1]
+        assert last.step == whole.step == 40
+        assert_same_motion(whole, last, mass_of(body), tolerance)
+
+
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (1, "off"), (2, "off"), (4, "on")])
+def test_virial_holds_the_damping_once(lmp, tmp_path, body, ranks, newton):
+    """Globally and summed over atoms, against a sum over all pairs at v+ = v + dt f/2m, the velocity that the damping is solved
+    for. Control: without damping it is another."""
+    write_body(tmp_path / "body.data", body)
+    deck = flight(TIGHT, newton=newton, boundary="f f f", contact="literal").replace("thermo_style custom step", """
+compute virial all pressure NULL virial
+compute each all stress/atom NULL virial
+compute sum all reduce sum c_each[1] c_each[2] c_each[3] c_each[4] c_each[5] c_each[6]
+thermo_style custom step vol c_virial[*] c_sum[*]""") + dump(every=10) + "run 10\nfix_modify integrate virial no\nrun 0\n"
+    run = lmp(deck, ranks).ok()
+    last, mass = run.dump("all.dump")[-1], mass_of(body)
+    x, v, f = (last.vectors(*names) for names in (("x", "y", "z"), ("vx", "vy", "vz"), ("fx", "fy", "fz")))
+    found = {}
+    for block, row in ((0, TABLE2), (1, law.TABLE1)):
+        sum_over_pairs = brute.brute_force(x, v + 0.5 * STEP * f / mass[:, None], body.radius, body.types, row, body.bonds, "literal")
+        virial = sum_over_pairs["virial"][[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
+        thermo = run.thermo(block)
+        scale = np.abs(virial).max()
+        ours = np.array([thermo[f"c_virial[{k}]"][-1] for k in range(1, 7)]) * thermo["Volume"][-1]
+        atoms = -np.array([thermo[f"c_sum[{k}]"][-1] for k in range(1, 7)])
+        assert np.allclose(ours, virial, rtol=0.0, atol=TIGHT_RUN * scale), row
+        assert np.allclose(atoms, virial, rtol=0.0, atol=TIGHT_RUN * scale), row
+        found[block] = virial
+    assert np.abs(found[0] - found[1]).max() > 0.01 * np.abs(found[1]).max(), "control"
