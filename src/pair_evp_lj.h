@@ -137,7 +137,7 @@ class PairEVPLJ : public Pair {
   void check_radii() const;
   void check_bonds() const;
   template <bool Damping> void compute_forces();
-  [[noreturn]] void stop_at_blow_up() const;
+  void stop_at_blow_up() const;
 };
 
 }    // namespace LAMMPS_NS
