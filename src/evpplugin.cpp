@@ -10,6 +10,7 @@
 #include "fix_evp_bonds.h"
 #include "fix_evp_energy.h"
 #include "fix_nve_evp.h"
+#include "lammps_compat.h"
 #include "pair_evp_lj.h"
 #include "write_evp_bonds.h"
 
@@ -35,6 +36,7 @@ template <class Style> void *create_with_words(void *lmp, int narg, char **arg)
 extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
 {
   EVP::refuse_wrong_host(lmp);
+  EVP::compat::show_last_words(((LAMMPS *) lmp)->output, ((LAMMPS *) lmp)->screen);
 
   const auto add = (lammpsplugin_regfunc) regfunc;
   lammpsplugin_t plugin = {};
@@ -82,7 +84,7 @@ extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
 
   plugin.style = "command";
   plugin.name = "write_evp_bonds";
-  plugin.info = "EVP recorded bonds as a text file";
+  plugin.info = "EVP bonds as a text file";
   plugin.creator.v1 = &create<WriteEVPBonds>;
   add(&plugin, lmp);
 }

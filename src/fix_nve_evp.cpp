@@ -28,9 +28,9 @@ using namespace FixConst;
 ------------------------------------------------------------------------- */
 
 FixNVEEVP::FixNVEEVP(LAMMPS *lmp, int narg, char **arg) :
-    Fix(lmp, narg, arg), tolerance(1.0e-3), max_iterations(500), others_groupbits(0), pair(nullptr),
-    last_build(-1), dt_applied(0.0), vflag_now(0), last_iterations(0), most_iterations(0),
-    all_iterations(0), solves(0)
+    Fix(lmp, narg, arg), tolerance(1.0e-3), max_iterations(500), others_groupbits(0),
+    forces_follow(false), pair(nullptr), last_build(-1), dt_applied(0.0), vflag_now(0),
+    last_iterations(0), most_iterations(0), all_iterations(0), solves(0)
 {
   for (int iarg = 3; iarg < narg; iarg += 2) {
     const std::string key = arg[iarg];
@@ -87,9 +87,15 @@ void FixNVEEVP::init()
                id);
 
   others_groupbits = 0;
+  forces_follow = false;
+  bool after_this = false;
   for (int k = 0; k < modify->nfix; k++) {
     const Fix *other = modify->fix[k];
-    if (other == this) continue;
+    if (other == this) {
+      after_this = true;
+      continue;
+    }
+    if (after_this && (modify->fmask[k] & POST_FORCE)) forces_follow = true;
     if (strcmp(other->style, style) == 0)
       error->all(
           FLERR,
@@ -160,6 +166,7 @@ void FixNVEEVP::setup(int vflag)
   vflag_now = vflag;
   collect_dampers();
   solve_and_apply(0.5 * update->dt);
+  if (forces_follow) dt_applied = 0.0;    // solve anew with what they add to f from here on
 }
 
 /* ---------------------------------------------------------------------- */
@@ -173,7 +180,7 @@ void FixNVEEVP::post_force(int vflag)
 
 void FixNVEEVP::initial_integrate(int /*vflag*/)
 {
-  // the damping in f belongs to another step: solve its second half anew
+  // the damping in f belongs to another step, or to less force: solve its second half anew
   if (update->dt != dt_applied) {
     remove_applied();
     solve_and_apply(0.5 * update->dt);

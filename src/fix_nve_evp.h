@@ -62,6 +62,7 @@ class FixNVEEVP : public Fix {
   double tolerance;
   int max_iterations;
   int others_groupbits;    // groups of the other fixes that move atoms by forces
+  bool forces_follow;      // fixes defined after this one add forces, at set-up after its solve
 
   class PairEVPLJ *pair;
   std::vector<Damper> dampers;
@@ -69,7 +70,7 @@ class FixNVEEVP : public Fix {
   std::vector<double> last_force;    // of the last solve, over w; by index in the packed list
   long last_build;
   Nodal applied;        // damping force that f holds, from one solve to the kick after it
-  double dt_applied;    // step that it was solved for
+  double dt_applied;    // step that it was solved for, 0 if it must be solved anew
   int vflag_now;
 
   Nodal exchanged, reaction;    // with ghosts

@@ -15,6 +15,8 @@
 #include "neighbor.h"
 #include "output.h"
 
+#include <cstdio>
+
 namespace EVP {
 namespace compat {
 
@@ -32,7 +34,8 @@ namespace compat {
     auto request_full(N *neighbor, Owner *owner, int instance, long)
         -> decltype(neighbor->requests[0]->full, void())
     {
-      auto *request = neighbor->requests[neighbor->request(owner, instance)];
+      const int index = neighbor->request(owner, instance);    // this call moves the array
+      auto *request = neighbor->requests[index];
       request->pair = request->half = 0;
       request->fix = request->full = request->occasional = 1;
     }
@@ -75,7 +78,17 @@ namespace compat {
       output->reset_dt();
     }
     template <class O> void reset_dt(O *, long) {}    // 29Sep2021: output counts steps only
-  }                                                   // namespace detail
+
+    // releases with this function empty their buffers before they abort
+    template <class O> auto show_last_words(O *output, FILE *, int) -> decltype(output->reset_dt())
+    {
+      (void) output;
+    }
+    template <class O> void show_last_words(O *, FILE *screen, long)
+    {
+      if (screen) setvbuf(screen, nullptr, _IOLBF, BUFSIZ);
+    }
+  }    // namespace detail
 
   inline LAMMPS_NS::Fix *base_of(LAMMPS_NS::Fix *fix)
   {
@@ -114,6 +127,13 @@ namespace compat {
   inline void reset_dt(LAMMPS_NS::Output *output)
   {
     detail::reset_dt(output, 0);
+  }
+
+  /// 29Sep2021 with LAMMPS_EXCEPTIONS aborts before the message of error->one() has left the buffer,
+  /// unless the screen is a terminal: let every line out as it ends.
+  inline void show_last_words(LAMMPS_NS::Output *output, FILE *screen)
+  {
+    detail::show_last_words(output, screen, 0);
   }
 
 }    // namespace compat

@@ -9,6 +9,12 @@ source "$here/env.sh"
 evp_find_python
 
 cd "$EVP_REPOSITORY"
+echo "== building the tests (about half a minute)"
+cmake --build "$EVP_BUILD" -j "$(nproc)" >>"$EVP_BUILD/setup.log" 2>&1 || {
+  tail -n 30 "$EVP_BUILD/setup.log" >&2
+  echo "test.sh: error: the tests do not compile, see above and $EVP_BUILD/setup.log" >&2
+  exit 1
+}
 echo "== unit tests"
 ctest --test-dir "$EVP_BUILD" --output-on-failure --no-tests=error -R '^unit_'
 if [[ $(ctest --test-dir "$EVP_BUILD" -N -R lammps_tester) == *lammps_tester* ]]; then

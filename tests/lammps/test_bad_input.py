@@ -163,7 +163,7 @@ CASES = [
     ("fix move", "special_bonds lj 0 0.5 1\nfix move", "takes special_bonds weights 0 or 1 only, got 0.5"),
     ("boundary f f f\nread_data row.data", "boundary f p f\nread_data close.data", IMAGES),
     ("boundary f f f\nread_data row.data", "boundary f p f\nread_data near.data", "less than two cut-offs of 0.015"),
-    ("fix move", "run 0\ndelete_atoms random fraction 0.4 no all NULL 1234\nfix move", "Fix bonds evp/bonds: atom ID"),
+    ("fix move", "run 0\ngroup gone id 2 4\ndelete_atoms group gone\nfix move", "Fix bonds evp/bonds: atom ID"),
     # computes
     ("fix move", "compute dt all evp/dt 3\nfix move", "Compute dt evp/dt takes no further words, got '3'"),
     ("fix move", "compute s all evp/state/atom x\nfix move", "Compute s evp/state/atom takes no further words, got 'x'"),

@@ -9,7 +9,7 @@ import re
 
 import numpy as np
 import pytest
-from lammps_run import write_data
+from lammps_run import run_lammps, write_data
 
 SIDE = 24  # 13824 atoms: arrays of MB, far above what comes and goes otherwise
 SPACING = 0.01
@@ -41,9 +41,7 @@ MB = 1048576.0
 
 @pytest.fixture(scope="module")
 def memory(tmp_path_factory):
-    """{variant: (reported, handed out)} in bytes, the number of bonds, and the folder's run of 'zone'."""
-    from lammps_run import run_lammps
-
+    """{variant: (reported, handed out)} in bytes, the number of bonds, and of atoms."""
     folder = tmp_path_factory.mktemp("memory")
     rng = np.random.default_rng(5)
     grid = np.stack(np.meshgrid(*[np.arange(SIDE)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)

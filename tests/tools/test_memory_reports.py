@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""tests/memory/reports.py finds reports with our files in them, and no others."""
+
+import pathlib
+import subprocess
+import sys
+
+import pytest
+
+SCRIPT = pathlib.Path(__file__).resolve().parents[1] / "memory" / "reports.py"
+
+OURS = {
+    "overflow": """==7==ERROR: AddressSanitizer: heap-buffer-overflow on address 0x60
+READ of size 8 at 0x60 thread T0
+    #0 0x7f in memcpy (/usr/lib/libasan.so.8+0x1)
+
+0x60 is located 0 bytes to the right of 16-byte region
+allocated by thread T0 here:
+    #1 0x7f in LAMMPS_NS::FixEVPBonds::reserve(int) /somewhere/src/fix_evp_bonds.cpp:238
+""",
+    "undefined": "/somewhere/src/evp_law.h:91:7: runtime error: division by zero\n    #0 0x7f in EVP::Law::force\n",
+    "leak": """==7==ERROR: LeakSanitizer: detected memory leaks
+
+Direct leak of 8 byte(s) in 1 object(s) allocated from:
+    #0 0x7f in malloc
+    #1 0x7f in LAMMPS_NS::Memory::smalloc (/build/liblammps.so.0+0x1)
+    #2 0x7f in LAMMPS_NS::FixEVPBonds::reserve(int) (/build/evpplugin.so+0x2)
+""",
+    "memcheck": """==9== Conditional jump or move depends on uninitialised value(s)
+==9==    at 0x4: LAMMPS_NS::PairEVPLJ::pack() (pair_evp_lj.cpp:170)
+==9==
+""",
+}
+OTHERS = """==7==ERROR: LeakSanitizer: detected memory leaks
+
+Direct leak of 8 byte(s) in 1 object(s) allocated from:
+    #0 0x7f in malloc
+    #1 0x7f in orte_init (/usr/lib/libopen-rte.so.40+0x2)
+
+==9== Invalid read of size 8
+==9==    at 0x4: LAMMPS_NS::PairLJCut::compute(int, int) (src/pair_lj_cut.cpp:70)
+==9==
+The plugin /build/evpplugin.so was loaded: evp_law.h is no part of any report here.
+"""
+
+
+def run(tmp_path, text):
+    log = tmp_path / "log"
+    log.write_text(text, encoding="utf-8")
+    return subprocess.run([sys.executable, SCRIPT, log], capture_output=True, text=True, check=False)
+
+
+@pytest.mark.parametrize("name", OURS)
+def test_a_report_of_ours_is_found_among_others(tmp_path, name):
+    result = run(tmp_path, OTHERS + "\n" + OURS[name])
+    assert result.returncode == 1
+    assert "1 reports with our files in them" in result.stdout
+    assert OURS[name].splitlines()[-1].strip() in result.stdout or name == "memcheck"
+
+
+def test_reports_of_other_libraries_are_counted_only(tmp_path):
+    result = run(tmp_path, OTHERS)
+    assert result.returncode == 0, result.stdout
+    assert "0 reports with our files in them, 3 of other" in result.stdout
+
+
+def test_a_clean_log(tmp_path):
+    assert run(tmp_path, "LAMMPS (4 Feb 2025)\nTotal wall time: 0:00:00\n").returncode == 0
