@@ -83,8 +83,15 @@ void FixEVPEnergy::init()
                id);
   driven_groupbits = 0;
   implicit = nullptr;
+  bool after_this = false;
   for (int k = 0; k < modify->nfix; k++) {
     const Fix *other = modify->fix[k];
+    if (other == this) after_this = true;
+    if (after_this && strcmp(other->style, "nve/evp") == 0)
+      error->all(FLERR,
+                 "Fix {} evp/energy reads at set-up the damping that fix {} nve/evp has applied by "
+                 "then: define it after that fix ('unfix {}' and define it again)",
+                 id, other->id, id);
     const bool prescribes = strcmp(other->style, "nve/noforce") == 0 ||
         strcmp(other->style, "move") == 0;
     if (other->time_integrate && !prescribes) driven_groupbits |= other->groupbit;

@@ -1,0 +1,239 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""fix evp/energy: every entry against a closed form or a sum over all pairs, and that the ledger closes."""
+
+import re
+
+import numpy as np
+import pytest
+from evp import brute, law
+from hostile import SECONDS, refused, scene
+from lammps_run import write_data
+from small_bodies import dump, head, lattice_body, pair, write_body
+
+ENTRIES = ("open", "kinetic", "first", "second", "lost", "contacts", "dissipated", "movers", "others")
+# Sums over some hundred atoms and steps of terms that are rounded to 1e-16 and cancel.
+CLOSED = 1e-11
+# The ledger's own error is that of the trapezoid of the pair forces, of second order: 4 at half the step, less
+# what the order beyond it takes.
+SECOND_ORDER = 3.3
+RUPTURE = 1e-3  # of the work of the grips: the demand of the issue
+
+LEDGER = """
+fix energy all evp/energy
+thermo {every}
+thermo_style custom step time dt f_energy f_energy[*] {more}
+thermo_modify norm no format float %.17g
+"""
+
+
+def books(table, row=-1):
+    names = ["f_energy", *(f"f_energy[{k}]" for k in range(1, 9))]
+    return dict(zip(ENTRIES, (table[name][row] for name in names)))
+
+
+@pytest.fixture(scope="module")
+def body():
+    return lattice_body()
+
+
+# ---- closed forms ----
+
+TWO = """
+units si
+atom_style sphere
+atom_modify map yes
+boundary f f f
+comm_modify vel yes
+read_data two.data
+neighbor 0.002 bin
+pair_style evp/lj
+pair_coeff * * {coeff}
+fix bonds all evp/bonds
+group one id 1
+group two id 2
+velocity one set {left} 0 0
+velocity two set {right} 0 0
+"""
+MASS = 2700.0 * 4.0 / 3.0 * np.pi * 0.005**3
+DEQ = 0.011
+
+
+def two_bodies(lmp, tmp_path, coeff, left, right, motion, step, steps, every):
+    write_data(tmp_path / "two.data", np.array([[-0.0055, 0, 0], [0.0055, 0, 0]]), [0.005] * 2, [[-0.05, 0.05]] * 3)
+    text = TWO.format(coeff=coeff, left=left, right=right) + motion + LEDGER.format(every=every, more="xcm(two,x) vcm(two,x)")
+    return lmp(text.replace("xcm(two,x) vcm(two,x)", "") + f"timestep {step:.17g}\nrun {steps}\n").ok().thermo()
+
+
+@pytest.mark.parametrize("style, share", [("nve", 1e-4), ("nve/evp tol 1e-12", 1.0)])
+def test_damping_takes_the_kinetic_energy(lmp, tmp_path, style, share):
+    """e = 0: what two bodies lose is what gamma takes, exactly, at any step; explicitly and at small h it is that of
+    exp(-gamma t/mu), and implicitly that of (1 + h)^-n, the two half steps taken apart."""
+    gamma, speed, mu = 10.0, 1e-3, 0.5 * MASS
+    h, n = (share, 8000) if style == "nve" else (share, 8)
+    table = two_bodies(lmp, tmp_path, f"0 8 4 0 8 4 0.005 {gamma} 1.5", -speed, speed, f"fix move all {style}\n", h * mu / gamma, n, n)
+    found, start = books(table), 0.5 * mu * (2.0 * speed) ** 2
+    assert abs(found["open"]) < CLOSED * start
+    assert found["dissipated"] == pytest.approx(-found["kinetic"], rel=CLOSED)
+    if style == "nve":
+        left = np.exp(-2.0 * gamma * table["Time"][-1] / mu)
+        assert found["dissipated"] / start == pytest.approx(1.0 - left, abs=4.0 * h)
+    else:
+        # v+ = v0 (1 + h)^-n/(1 + h/2), v- = (1 + h) v+; the start is counted with what the first kick takes
+        half_steps = np.array([1.0, 1.0 + h]) / (1.0 + 0.5 * h)
+        first = 0.5 * (1.0 + (1.0 - half_steps[0]) ** 2 + 1.0 + (1.0 - half_steps[0]) ** 2)
+        kinetic = 0.5 * np.sum(half_steps**2) * (1.0 + h) ** (-2.0 * n)
+        assert found["kinetic"] / start == pytest.approx(kinetic - first, rel=1e-9)
+
+
+def test_free_vibration_trades_kinetic_for_stored(lmp, tmp_path):
+    """One bond at amplitude 1e-4 of deq, over a quarter of its period: all of the kinetic energy is stored up to xi_s, in the
+    first regime, and none elsewhere. Verlet shifts the phase by (w dt)^2/24 of it and the energy by (w dt)^2/8."""
+    k = 8 * 4 * 80 / DEQ**2
+    omega = np.sqrt(2.0 * k / MASS)
+    speed, step = 0.5e-4 * DEQ * omega, 0.5 * np.pi / omega / 200
+    table = two_bodies(lmp, tmp_path, "80 8 4 3 8 4 0.005 0 1.5", -speed, speed, "fix move all nve\n", step, 200, 200)
+    found, start = books(table), MASS * speed**2
+    accuracy = (omega * step) ** 2 + 1e-3  # the cubic term of the law: 1e-4 times a number of order 10
+    assert found["first"] / start == pytest.approx(1.0, abs=accuracy)
+    assert found["kinetic"] / start == pytest.approx(-1.0, abs=accuracy)
+    assert abs(found["open"]) < (omega * step) ** 2 * start
+    assert all(found[name] == 0.0 for name in ("lost", "contacts", "dissipated", "movers"))
+    assert abs(found["second"]) < CLOSED * start
+    assert abs(found["others"]) < CLOSED * start
+
+
+@pytest.mark.parametrize("style", ["nve", "nve/evp"])
+def test_gravity_is_work_of_others(lmp, tmp_path, style):
+    """A body that falls without deforming: m g h, all of it kinetic."""
+    motion = f"fix move all {style}\nfix fall all addforce {-9.81 * MASS:.17g} 0 0\n"
+    found = books(two_bodies(lmp, tmp_path, "80 8 4 3 8 4 0.005 0 1.5", 0.0, 0.0, motion, 1e-6, 1000, 1000))
+    work = 2.0 * MASS * 9.81 * 0.5 * 9.81 * 1e-6
+    assert found["others"] == pytest.approx(work, rel=1e-9)
+    assert found["kinetic"] == pytest.approx(work, rel=1e-9)
+    assert abs(found["open"]) < 1e-9 * work
+
+
+def test_movers_pull_a_bond_apart(lmp, tmp_path):
+    """Both bodies are moved, slowly: the work is the energy of the bond in each regime and, beyond dlim, its whole depth as lost. The
+    trapezoid of a curve in n parts is off by its curvature over 12 n^2, and at dlim by half a step of the force there."""
+    row, n = law.TABLE1, 20000
+    reach = 1.5 * 0.01 - DEQ
+    table = two_bodies(lmp, tmp_path, "80 8 4 3 8 4 0.005 0 1.5", -1.0, 1.0, "fix move all nve/noforce\n", 1.25 * reach / 2.0 / n, n, n // 100)
+    depth = law.energy(0.015, DEQ, row, DEQ)
+    for k in (20, 60, 79, 81, 100):
+        found, d = books(table, k), DEQ + 1.25 * reach * k / 100
+        whole = min(d, 0.015)
+        first = law.energy(min(d, 1.005 * DEQ), DEQ, row, DEQ)
+        expected = {"first": first, "second": law.energy(whole, DEQ, row, DEQ) - first, "lost": 0.0}
+        if d > 0.015:
+            expected = {"first": 0.0, "second": 0.0, "lost": depth}
+        for name, value in expected.items():
+            assert found[name] == pytest.approx(value, rel=1e-9, abs=CLOSED * depth), (k, name)
+        assert found["movers"] == pytest.approx(law.energy(whole, DEQ, row, DEQ), rel=1e-4), k
+        assert found["kinetic"] == found["dissipated"] == found["others"] == 0.0
+
+
+# ---- sums over all pairs, ranks, order of the step ----
+
+STIR = """
+variable vx atom 2+{stretch}*(x-0.04)+5*sin(1.1*id)
+variable vy atom 5*cos(2.3*id)
+variable vz atom 5*sin(3.7*id+1)
+velocity all set v_vx v_vy v_vz
+"""
+
+
+def stirred(style, gamma, step, steps, newton="on", contact="none", zone="", force="0 0 0", stretch=300):
+    row = law.TABLE1._replace(gamma=gamma)
+    return (head(newton, "s s s") + pair(row, contact, f"fix bonds all evp/bonds {zone}") + STIR.format(stretch=stretch)
+            + f"fix move all {style}\nfix push all addforce {force}\n" + LEDGER.format(every=steps, more="f_bonds[1] f_bonds[2] f_bonds[3]")
+            + dump(every=steps) + f"timestep {step}\nrun {steps}\n")
+
+
+@pytest.mark.parametrize("style, gamma, step", [("nve", 100.0, 1e-7), ("nve/evp tol 1e-12", 1000.0, 2e-7)])
+def test_entries_are_sums_over_all_pairs_on_any_ranks(lmp, tmp_path, body, style, gamma, step):
+    """Control: bonds in both regimes, bonds lost and new pairs."""
+    write_body(tmp_path / "body.data", body)
+    tables = []
+    for ranks, newton in ((1, "on"), (2, "off"), (4, "on")):
+        run = lmp(stirred(style, gamma, step, 100, newton, "literal", "zone 1.48", "30 0 0", 8000), ranks).ok()
+        tables.append(books(run.thermo()))
+        last = run.dump("all.dump")[-1]
+    scale = max(abs(value) for value in tables[0].values())
+    for other in tables[1:]:
+        assert all(abs(other[name] - tables[0][name]) < 1e-8 * scale for name in ENTRIES)
+    row, x, bonds = law.TABLE1, last.vectors("x", "y", "z"), brute.record_bonds(body.x, body.radius, 1.48)
+    zero = 0.0 * x
+    now = brute.brute_force(x, zero, body.radius, body.types, row, bonds, "literal")
+    is_bond = np.array([(a + 1, b + 1) in bonds for a, b in zip(now["i"], now["j"])])
+    d, deq = now["d"][is_bond], now["deq"][is_bond]
+    first = law.energy(np.clip(d, 0.995 * deq, 1.005 * deq), deq, row, deq)
+    # the trade of a lost bond is its depth
+    dlim = {(i, j): 1.5 * (body.radius[i - 1] + body.radius[j - 1]) for i, j in bonds}
+    depths = sum(law.energy(dlim[key], value, row, value) for key, value in bonds.items())
+    there = sum(law.energy(dlim[i + 1, j + 1], value, row, value) for i, j, value in zip(now["i"][is_bond], now["j"][is_bond], deq))
+    found = tables[0]
+    expected = {"first": first.sum(), "second": (law.energy(d, deq, row, deq) - first).sum(), "lost": depths - there,
+                "contacts": now["pair_energy"][~is_bond].sum() - 0.0}
+    assert (~is_bond).sum() > 0 and depths > there and now["bonds_second"] > 20
+    start = brute.brute_force(body.x, zero, body.radius, body.types, row, bonds, "literal")
+    was_bond = np.array([(a + 1, b + 1) in bonds for a, b in zip(start["i"], start["j"])])
+    expected["contacts"] -= start["pair_energy"][~was_bond].sum()
+    for name, value in expected.items():
+        assert found[name] == pytest.approx(value, abs=1e-8 * scale), name
+
+
+@pytest.mark.parametrize("style, gamma, step", [("nve", 0.0, 2e-7), ("nve", 100.0, 8e-8), ("nve/evp tol 1e-12", 1000.0, 2e-6)])
+def test_closes_with_the_square_of_the_step(lmp, tmp_path, body, style, gamma, step):
+    """Within one regime and without a crossing of dlim, where the force is smooth. Each entry has its share."""
+    write_body(tmp_path / "body.data", body)
+    opened = []
+    for part in (1, 2, 4):
+        text = stirred(style, gamma, step / part, 64 * part, zone="zone 1.4").replace("80 8 4 3 8 4", "80 8 4 80 8 4")
+        text = re.sub(r"(pair_coeff.*) 0\.005\S* ", r"\1 0.4 ", text)
+        found = books(lmp(text).ok().thermo())
+        opened.append(abs(found["open"]))
+        assert opened[-1] < 0.02 * abs(found["kinetic"])
+    assert opened[0] > SECOND_ORDER * opened[1] > SECOND_ORDER**2 * opened[2]
+
+
+# ---- yield and rupture at the recommended settings ----
+
+PULL = """
+region left block INF 0.01 INF INF INF INF
+region right block 0.07 INF INF INF INF INF
+group left region left
+group right region right
+group grips union left right
+group free subtract all grips
+velocity free ramp vx -{speed} {speed} x 0.01 0.07
+velocity left set -{speed} 0 0
+velocity right set {speed} 0 0
+fix hold grips nve/noforce
+fix move free {style}
+"""
+
+
+@pytest.mark.parametrize("style, gamma, contact", [("nve", 0, "literal"), ("nve", 0, "none"), ("nve", 1000, "repulsive"),
+                                                   ("nve/evp", 1000, "literal"), ("nve/evp", 1000, "repulsive")])
+def test_closes_through_yield_and_rupture(lmp, tmp_path, style, gamma, contact):
+    """fix dt/evp at 0.4, to 30 % of strain in 6 ms. Control: bonds of a whole section are lost."""
+    write_body(tmp_path / "body.data", lattice_body((8, 3, 3)))
+    row = law.TABLE1._replace(gamma=float(gamma))
+    text = head(boundary="s s s") + pair(row, contact) + PULL.format(speed=1.5, style=style)
+    text += LEDGER.format(every=2000, more="f_bonds[1] f_dt[3]").replace("thermo_style", "fix dt free dt/evp 20 0.4\nthermo_style")
+    text += "variable now equal time\nfix stop all halt 20 v_now > 0.006 error continue message no\nrun 2000000\n"
+    table = lmp(text).ok().thermo()
+    work = np.abs(table["f_energy[7]"]).max()
+    print(contact, gamma, table["Step"][-1], table["f_bonds[1]"][-1], np.abs(table["f_energy"]).max() / work)
+    assert table["f_bonds[1]"][-1] > 20
+    assert np.abs(table["f_energy"]).max() < RUPTURE * work
+
+
+def test_misuse_is_one_clear_error(lmp):
+    for parts, text in (({"move": "fix move all nve\nfix e all evp/energy 5"}, "takes no further words"),
+                        ({"move": "fix move all nve\ngroup one id 1\nfix e one evp/energy"}, "needs group all"),
+                        ({"style": "pair_style none", "coeff": "", "fix": "", "thermo": "", "move": "fix move all nve\nfix e all evp/energy"},
+                         "needs pair style evp/lj"),
+                        ({"move": "fix move all nve\nrun_style respa 2 2\nfix e all evp/energy"}, "respa")):
+        refused(lmp(scene(**parts), seconds=SECONDS), text)
