@@ -125,7 +125,7 @@ void FixNVEEVP::check_groups() const
 {
   for (int k = 0; k < modify->nfix; k++) {
     const Fix *other = modify->fix[k];
-    const bool holds = utils::strmatch(other->style, "^setforce") ||
+    const bool holds = utils::strmatch(other->style, "^(set|line|plane|ave)force") ||
         strcmp(other->style, "freeze") == 0;
     if (other == this || (!holds && !other->time_integrate)) continue;
     int shared = 0, any;

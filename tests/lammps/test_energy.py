@@ -225,7 +225,6 @@ def test_closes_through_yield_and_rupture(lmp, tmp_path, style, gamma, contact):
     text += "variable now equal time\nfix stop all halt 20 v_now > 0.006 error continue message no\nrun 2000000\n"
     table = lmp(text).ok().thermo()
     work = np.abs(table["f_energy[7]"]).max()
-    print(contact, gamma, table["Step"][-1], table["f_bonds[1]"][-1], np.abs(table["f_energy"]).max() / work)
     assert table["f_bonds[1]"][-1] > 20
     assert np.abs(table["f_energy"]).max() < RUPTURE * work
 

@@ -1,0 +1,210 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""fix dt/evp: the step that it sets against sums over all pairs, how it changes it, and every misuse."""
+
+import re
+
+import numpy as np
+import pytest
+from evp import brute, law, network
+from hostile import SECONDS, refused, scene
+from lammps_run import write_data
+from small_bodies import dump, head, lattice_body, pair, write_body
+
+STABILITY, SPEED, MAXIMUM, GROWTH = 1, 2, 3, 4  # f_ID[3]
+STRAIN_PER_STEP = 0.1  # of xi_s
+GROWTH_PER_CHECK = 1.25
+ITERATED = 1e-3  # the explicit step iterates to this (test_dt.py)
+ROUNDED = 1e-9  # a minimum over pairs, from printed places and velocities
+EVERY = 5
+
+FLY = """
+fix move {group} {style}
+{also}
+fix dt {group} dt/evp {every} 0.4 {maximum}
+thermo {every}
+thermo_style custom step time dt f_dt f_dt[*]
+thermo_modify norm no format float %.17g
+"""
+
+
+@pytest.fixture(scope="module")
+def body():
+    return lattice_body()
+
+
+def stir(speed, spin=0.0, flight=0.0):
+    """A wave by ID, a rotation about z, a translation."""
+    return f"""
+variable vx atom {flight}-{spin}*y+{speed}*sin(1.1*id)
+variable vy atom {flight}/2+{spin}*x+{speed}*cos(2.3*id)
+variable vz atom {flight}/3+{speed}*sin(3.7*id+1)
+velocity all set v_vx v_vy v_vz
+"""
+
+
+def deck(motion, row=law.TABLE1, style="nve", newton="on", contact="literal", maximum="", group="all", every=EVERY, also=""):
+    return head(newton, "s s s") + pair(row, contact) + motion + FLY.format(style=style, maximum=maximum, group=group, every=every, also=also)
+
+
+def slowest(snapshot, body, contact="literal", free=None):
+    """The step of the speed rule over the interacting pairs, and its pair of IDs."""
+    x, v = (snapshot.vectors(*names) for names in (("x", "y", "z"), ("vx", "vy", "vz")))
+    pairs, deq, *_ = brute.interactions(x, body.radius, law.TABLE1, body.bonds, contact)
+    opening = np.sum(pairs.r / pairs.d[:, None] * (v[pairs.i] - v[pairs.j]), axis=1)
+    allowed = STRAIN_PER_STEP * law.TABLE1.xi_s * deq / np.abs(opening)
+    if free is not None:
+        allowed[~(free[pairs.i] | free[pairs.j])] = np.inf
+    k = int(np.argmin(allowed))
+    return allowed[k], {pairs.i[k] + 1, pairs.j[k] + 1}
+
+
+# ---- what rules ----
+
+
+@pytest.mark.parametrize("ranks, gamma", [(1, 0.0), (2, 1000.0)])
+def test_stability_rules_a_body_at_rest(lmp, tmp_path, body, ranks, gamma):
+    """fraction of the explicit limit, against the assembled matrices; flight and spin change nothing."""
+    write_body(tmp_path / "body.data", body)
+    row = law.TABLE1._replace(gamma=gamma)
+    mass = 2700.0 * 4.0 / 3.0 * np.pi * body.radius**3
+    expected = network.step_limits(body.x, body.radius, mass, row, body.bonds, "literal", np.ones(len(mass), dtype=bool))
+    for motion in (stir(0.0), stir(0.0, spin=200.0, flight=500.0)):
+        table = lmp(deck(motion, row) + "run 0\n", ranks).ok().thermo()
+        assert table["f_dt[3]"][0] == STABILITY
+        assert table["f_dt[1]"][0] == pytest.approx(expected["dt_explicit"], rel=ITERATED)
+        assert table["f_dt"][0] == table["Dt"][0] == pytest.approx(0.4 * table["f_dt[1]"][0], rel=1e-12)
+
+
+def test_stability_is_that_of_the_integrator(lmp, tmp_path, body):
+    """The implicit bound where fix nve/evp integrates all atoms of the group, the explicit limit where it does not."""
+    write_body(tmp_path / "body.data", body)
+    also = "compute dt all evp/dt"
+    for style, column in (("nve/evp", "c_dt[3]"), ("nve", "c_dt[2]")):
+        text = deck(stir(0.0), law.TABLE2, style, also=also).replace("f_dt[*]", "f_dt[*] c_dt[*]")
+        table = lmp(text + "run 0\n").ok().thermo()
+        assert table["f_dt[1]"][0] == pytest.approx(table[column][0], rel=1e-12)
+
+
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off"), (4, "on")])
+@pytest.mark.parametrize("contact", ["literal", "repulsive"])
+def test_speed_along_the_pair_rules_a_stirred_body(lmp, tmp_path, body, ranks, newton, contact):
+    """At set-up and at a check in the run; flight and spin beside do not count; one warning names the pair."""
+    write_body(tmp_path / "body.data", body)
+    text = deck(stir(20.0, spin=300.0, flight=100.0), newton=newton, contact=contact) + dump(every=EVERY) + f"run {EVERY}\n"
+    run = lmp(text, ranks).ok()
+    table = run.thermo()
+    for row, snapshot in enumerate(run.dump("all.dump")):
+        step, ids = slowest(snapshot, body, contact)
+        assert table["f_dt[3]"][row] == SPEED
+        assert table["f_dt[2]"][row] == pytest.approx(step, rel=ROUNDED)
+        assert table["Dt"][row] == table["f_dt[2]"][row] < 0.4 * table["f_dt[1]"][row]
+        assert {table["f_dt[4]"][row], table["f_dt[5]"][row]} == ids
+        if row == 0:
+            first = ids
+    warned = [line for line in run.warnings() if "follows the speed of pairs" in line]
+    assert len(warned) == 1
+    assert {int(word) for word in re.search(r"for atoms (\d+) and (\d+)", warned[0]).groups()} == first
+
+
+def test_pairs_of_prescribed_atoms_do_not_rule(lmp, tmp_path, body):
+    write_body(tmp_path / "body.data", body)
+    motion = stir(20.0) + "region right block 0.04 INF INF INF INF INF\ngroup free region right\n"
+    motion += "group held subtract all free\nvariable wx atom 90*sin(1.1*id)\nvelocity held set v_wx NULL NULL\n"
+    run = lmp(deck(motion, group="free", also="fix hold held nve/noforce") + dump(every=EVERY) + "run 0\n").ok()
+    snapshot = run.dump("all.dump")[0]
+    step, ids = slowest(snapshot, body, free=snapshot["x"] > 0.04)
+    assert step > 1.001 * slowest(snapshot, body)[0], "control: the ruling pair of all is between held atoms"
+    assert run.thermo()["f_dt[2]"][0] == pytest.approx(step, rel=ROUNDED)
+    assert {run.thermo()["f_dt[4]"][0], run.thermo()["f_dt[5]"][0]} == ids
+
+
+GAP = 2e-4  # beyond dlim, within the list
+
+
+@pytest.mark.parametrize("approach, rules", [(0.9, MAXIMUM), (1.1, SPEED), (-1.1, MAXIMUM)])
+def test_a_listed_pair_rules_where_it_can_reach_the_cut_before_the_next_check(lmp, tmp_path, approach, rules):
+    """Two free spheres: nothing interacts, so 'max' is the step; speeds are such that the gap closes in 1/approach of a check."""
+    write_data(tmp_path / "body.data", np.array([[0.0, 0, 0], [0.015 + GAP, 0, 0]]), [0.005] * 2, [[-0.05, 0.05]] * 3)
+    longest = 1e-6
+    speed = approach * GAP / (EVERY * longest)
+    text = deck(f"group one id 1\nvelocity one set {speed} 0 0\n", maximum=f"max {longest}").replace("s s s", "f f f")
+    table = lmp(text + "run 0\n").ok().thermo()
+    assert table["f_dt[3]"][0] == rules
+    expected = min(longest, STRAIN_PER_STEP * law.TABLE1.xi_s * 0.01 / speed) if rules == SPEED else longest
+    assert table["Dt"][0] == pytest.approx(expected, rel=ROUNDED)
+
+
+# ---- how it changes ----
+
+
+def test_step_grows_by_a_quarter_per_check_and_jumps_at_set_up(lmp, tmp_path, body):
+    """Damping takes a wave away within some checks: the step falls behind what the rules allow. A new run may take it at once."""
+    write_body(tmp_path / "body.data", body)
+    run = lmp(deck(stir(100.0), law.TABLE2, "nve/evp", contact="none") + f"run {30 * EVERY}\n").ok()
+    table = run.thermo()
+    growth = table["Dt"][1:] / table["Dt"][:-1]
+    assert np.max(growth) <= GROWTH_PER_CHECK * (1.0 + 1e-12)
+    held = table["f_dt[3]"][1:] == GROWTH
+    assert held.sum() > 3
+    assert np.allclose(growth[held], GROWTH_PER_CHECK, rtol=1e-12)
+    assert table["Dt"][-1] > 3.0 * table["Dt"][0]
+    allowed = np.minimum(0.4 * table["f_dt[1]"], table["f_dt[2]"])
+    assert np.all(table["Dt"] <= allowed * (1.0 + 1e-12))
+    last = int(np.flatnonzero(held)[0]) + 1  # a check where growth ruled
+    split = lmp(deck(stir(100.0), law.TABLE2, "nve/evp", contact="none") + f"run {last * EVERY}\nrun 0\n").ok()
+    before, after = split.thermo(0), split.thermo(1)
+    assert before["f_dt[3]"][-1] == GROWTH
+    assert after["Dt"][-1] == pytest.approx(min(0.4 * after["f_dt[1]"][-1], after["f_dt[2]"][-1]), rel=1e-12)
+    assert after["Dt"][-1] > before["Dt"][-1]
+
+
+def test_max_caps_the_step(lmp, tmp_path, body):
+    write_body(tmp_path / "body.data", body)
+    table = lmp(deck(stir(0.0), maximum="max 1e-8") + "run 0\n").ok().thermo()
+    assert (table["f_dt[3]"][0], table["Dt"][0]) == (MAXIMUM, 1e-8)
+
+
+@pytest.mark.parametrize("style", ["nve", "nve/evp"])
+def test_time_and_integrators_follow_the_step(lmp, tmp_path, body, style):
+    """The time of each step is that which it was made with, and a body in flight has gone speed * time."""
+    write_body(tmp_path / "body.data", body)
+    text = deck(stir(20.0, flight=500.0), law.TABLE1, style, contact="none", every=2).replace("thermo 2", "thermo 1")
+    text = text.replace("f_dt[*]", "f_dt[*] xcm(all,x) vcm(all,x)")
+    for line in ("variable cx equal xcm(all,x)", "variable cv equal vcm(all,x)"):
+        text = line + "\n" + text
+    text = text.replace("xcm(all,x) vcm(all,x)\n", "v_cx v_cv\n")
+    table = lmp(text + "run 60\n").ok().thermo()
+    steps = np.diff(table["Time"])
+    assert np.allclose(steps, table["Dt"][:-1], rtol=1e-10)
+    assert np.ptp(steps) > 0.2 * steps[0], "control: the step changes"
+    flown = table["v_cx"] - table["v_cx"][0]
+    assert np.allclose(flown, table["v_cv"][0] * table["Time"], rtol=1e-10, atol=1e-14)
+
+
+# ---- misuse ----
+
+OURS = "fix move all nve\nfix step all dt/evp "
+MISUSE = {
+    "few words": ({"move": OURS + "20"}, "takes N fraction [max DT]"),
+    "many words": ({"move": OURS + "20 0.4 max 1e-7 more"}, "takes N fraction [max DT]"),
+    "N zero": ({"move": OURS + "0 0.4"}, "N must be a whole number"),
+    "N half": ({"move": OURS + "2.5 0.4"}, "N must be a whole number"),
+    "N word": ({"move": OURS + "often 0.4"}, "N"),
+    "fraction zero": ({"move": OURS + "20 0"}, "fraction must lie between 0 and 1"),
+    "fraction one": ({"move": OURS + "20 1"}, "fraction must lie between 0 and 1"),
+    "fraction nan": ({"move": OURS + "20 nan"}, "fraction"),
+    "max negative": ({"move": OURS + "20 0.4 max -1e-7"}, "max must be positive"),
+    "unknown": ({"move": OURS + "20 0.4 most 1e-7"}, "unknown keyword 'most'"),
+    "no pair style": ({"style": "pair_style none", "coeff": "", "fix": "", "move": OURS + "20 0.4", "thermo": ""}, "needs pair style evp/lj"),
+    "respa": ({"move": OURS + "20 0.4\nrun_style respa 2 2"}, "respa"),
+    "fix move": ({"move": "fix move all move linear 1 0 0\nfix step all dt/evp 20 0.4"}, "cannot follow a changing step"),
+    "compute deleted": ({"move": OURS + "20 0.4\nuncompute step_evp_dt"}, "was deleted"),
+    "no limit": ({"style": "pair_style evp/lj contact none", "fix": "", "move": OURS + "20 0.4",
+                  "thermo": "thermo_style custom step"}, "give 'max DT'"),
+}
+
+
+@pytest.mark.parametrize("name", MISUSE)
+def test_misuse_is_one_clear_error(lmp, name):
+    parts, text = MISUSE[name]
+    refused(lmp(scene(**parts), seconds=SECONDS), text)
