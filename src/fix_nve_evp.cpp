@@ -125,8 +125,9 @@ void FixNVEEVP::check_groups() const
 {
   for (int k = 0; k < modify->nfix; k++) {
     const Fix *other = modify->fix[k];
-    const bool holds = utils::strmatch(other->style, "^(set|line|plane|ave)force") ||
-        strcmp(other->style, "freeze") == 0;
+    bool holds = false;
+    for (const char *pattern : {"^setforce", "^lineforce", "^planeforce", "^aveforce", "^freeze"})
+      holds = holds || utils::strmatch(other->style, pattern);
     if (other == this || (!holds && !other->time_integrate)) continue;
     int shared = 0, any;
     for (int i = 0; i < atom->nlocal; i++)
