@@ -33,7 +33,8 @@ static double root_of(double a, double b)
 /* ---------------------------------------------------------------------- */
 
 ComputeEVPDt::ComputeEVPDt(LAMMPS *lmp, int narg, char **arg) :
-    Compute(lmp, narg, arg), pair(nullptr), computed_step(-1), warned(false)
+    Compute(lmp, narg, arg), pair(nullptr), computed_step(-1), warned(false),
+    unsettled_warned(false)
 {
   if (narg != 3)
     error->all(FLERR, "Compute {} evp/dt takes no further words, got '{}'", id, arg[3]);
@@ -56,11 +57,11 @@ ComputeEVPDt::~ComputeEVPDt()
 
 void ComputeEVPDt::init()
 {
-  pair = dynamic_cast<PairEVPLJ *>(force->pair_match("evp/lj", 1));
+  pair = PairEVPLJ::find(force);
   if (!pair)
     error->all(FLERR, "Compute {} evp/dt needs pair style evp/lj, found '{}'", id,
                force->pair_style ? force->pair_style : "none");
-  warned = false;
+  warned = unsettled_warned = false;
   computed_step = -1;
 }
 
@@ -154,6 +155,7 @@ double ComputeEVPDt::inverse_mass(int i) const
 
 void ComputeEVPDt::collect_links()
 {
+  pair = PairEVPLJ::find(force);    // between runs it may be another than at init()
   int packed = pair && pair->is_packed(), all_packed;
   MPI_Allreduce(&packed, &all_packed, 1, MPI_INT, MPI_MIN, world);
   if (!all_packed)
@@ -199,7 +201,7 @@ double ComputeEVPDt::largest_eigenvalue(const Mix &mix)
   std::vector<double> start((size_t) 3 * atom->nlocal, 0.0);
   for (int i = 0; i < atom->nlocal; i++)
     for (int c = 0; c < 3 && is_free(i); c++) {
-      uint64_t z = 0x9e3779b97f4a7c15ULL * (uint64_t) (3 * atom->tag[i] + c + 1);
+      uint64_t z = 0x9e3779b97f4a7c15ULL * (3 * (uint64_t) atom->tag[i] + c + 1);
       z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
       start[3 * i + c] = (double) ((z ^ (z >> 27)) >> 11) * 0x1.0p-53 - 0.5;
     }
@@ -216,9 +218,14 @@ double ComputeEVPDt::largest_eigenvalue(const Mix &mix)
         return all;
       },
       TOLERANCE, MAX_ITERATIONS);
-  if (!found.converged && comm->me == 0)
-    error->warning(FLERR, "Compute {} evp/dt: an eigenvalue did not settle in {} iterations", id,
-                   found.iterations);
+  if (!found.converged && !unsettled_warned) {
+    unsettled_warned = true;
+    if (comm->me == 0)
+      error->warning(FLERR,
+                     "Compute {} evp/dt: an eigenvalue did not settle in {} iterations, the steps "
+                     "may be too large: keep to c_{}[5], which is safe",
+                     id, found.iterations, id);
+  }
   return found.eigenvalue;
 }
 

@@ -39,7 +39,7 @@ ComputeEVPStateAtom::~ComputeEVPStateAtom()
 
 void ComputeEVPStateAtom::init()
 {
-  pair = dynamic_cast<PairEVPLJ *>(force->pair_match("evp/lj", 1));
+  pair = PairEVPLJ::find(force);
   if (!pair)
     error->all(FLERR, "Compute {} evp/state/atom needs pair style evp/lj, found '{}'", id,
                force->pair_style ? force->pair_style : "none");
@@ -73,7 +73,8 @@ void ComputeEVPStateAtom::compute_peratom()
 
 void ComputeEVPStateAtom::count_pairs()
 {
-  int packed = pair->is_packed(), all_packed;
+  pair = PairEVPLJ::find(force);    // between runs it may be another than at init()
+  int packed = pair && pair->is_packed(), all_packed;
   MPI_Allreduce(&packed, &all_packed, 1, MPI_INT, MPI_MIN, world);
   if (!all_packed)
     error->all(FLERR,

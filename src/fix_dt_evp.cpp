@@ -94,7 +94,7 @@ int FixDtEVP::setmask()
 
 void FixDtEVP::init()
 {
-  pair = dynamic_cast<PairEVPLJ *>(force->pair_match("evp/lj", 1));
+  pair = PairEVPLJ::find(force);
   if (!pair)
     error->all(FLERR, "Fix {} dt/evp needs pair style evp/lj, found '{}'", id,
                force->pair_style ? force->pair_style : "none");

@@ -113,7 +113,7 @@ int FixEVPBonds::setmask()
 
 PairEVPLJ *FixEVPBonds::find_pair() const
 {
-  return dynamic_cast<PairEVPLJ *>(force->pair_match("evp/lj", 1));
+  return PairEVPLJ::find(force);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -189,8 +189,7 @@ tagint FixEVPBonds::find_misplaced() const
 
 void FixEVPBonds::check_ids() const
 {
-  const tagint here = recorded ? find_misplaced() : 0;
-  tagint any;
+  tagint here = recorded ? find_misplaced() : 0, any;
   MPI_Allreduce(&here, &any, 1, MPI_LMP_TAGINT, MPI_MAX, world);
   if (any) error->all(FLERR, misplaced_message(any));
 }

@@ -72,8 +72,7 @@ std::vector<unsigned char> FixEVPBonds::present_ids() const
 
   std::vector<unsigned char> present(highest / 8 + 1, 0);
   for (int i = 0; i < atom->nlocal; i++) present[atom->tag[i] / 8] |= 1 << (atom->tag[i] % 8);
-  MPI_Allreduce(MPI_IN_PLACE, present.data(), (int) present.size(), MPI_UNSIGNED_CHAR, MPI_BOR,
-                world);
+  EVP::compat::or_bits(present, world);
   return present;
 }
 

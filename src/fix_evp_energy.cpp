@@ -69,7 +69,7 @@ int FixEVPEnergy::setmask()
 
 void FixEVPEnergy::init()
 {
-  pair = dynamic_cast<PairEVPLJ *>(force->pair_match("evp/lj", 1));
+  pair = PairEVPLJ::find(force);
   if (!pair)
     error->all(FLERR, "Fix {} evp/energy needs pair style evp/lj, found '{}'", id,
                force->pair_style ? force->pair_style : "none");
@@ -160,7 +160,7 @@ void FixEVPEnergy::find_velocities(bool at_setup)
       after[k] = mean[k] + half * atom->f[i][c];
     }
   }
-  for (auto *velocity : {&mean, &before, &after}) to_ghosts(*velocity);
+  for (auto *velocity : {&mean, &before}) to_ghosts(*velocity);    // what the dampers ask of pairs
 }
 
 /* ---------------------------------------------------------------------- */

@@ -78,7 +78,7 @@ int FixNVEEVP::setmask()
 
 void FixNVEEVP::init()
 {
-  pair = dynamic_cast<PairEVPLJ *>(force->pair_match("evp/lj", 1));
+  pair = PairEVPLJ::find(force);
   if (!pair)
     error->all(FLERR, "Fix {} nve/evp needs pair style evp/lj, whose damping it solves; found '{}'",
                id, force->pair_style ? force->pair_style : "none");
@@ -266,6 +266,7 @@ double FixNVEEVP::compute_vector(int n)
 double FixNVEEVP::memory_usage()
 {
   double bytes = (double) dampers.capacity() * sizeof(Damper);
+  bytes += (double) damper_rows.capacity() * sizeof(EVP::PackedRow);
   for (const Nodal *nodal : {&exchanged, &reaction, &applied, &last_force, &mobility, &undamped,
                              &velocity, &residual, &direction, &direction_product})
     bytes += (double) nodal->capacity() * sizeof(double);

@@ -59,6 +59,13 @@ class EvTally {
 
 /* ---------------------------------------------------------------------- */
 
+PairEVPLJ *PairEVPLJ::find(Force *force)
+{
+  return dynamic_cast<PairEVPLJ *>(force->pair_match("evp/lj", 1));
+}
+
+/* ---------------------------------------------------------------------- */
+
 void PairEVPLJ::compute(int eflag, int vflag)
 {
   ev_init(eflag, vflag);
@@ -83,9 +90,9 @@ void PairEVPLJ::compute(int eflag, int vflag)
 
 void PairEVPLJ::stop_at_blow_up() const
 {
-  std::string culprit = "no pair of this process";
+  std::string culprit;
   for (const auto &row : packed.rows)
-    for (int k = row.first; k < row.last; k++) {
+    for (int k = row.first; k < row.last && culprit.empty(); k++) {
       const EVP::PackedPair &pair = packed.pairs[k];
       const EVP::PairGeometry g(as_rows(atom->x), row.i, pair.j);
       const double *vi = atom->v[row.i], *f = atom->f[row.i];
@@ -94,8 +101,8 @@ void PairEVPLJ::stop_at_blow_up() const
       culprit = fmt::format("first atoms {} and {} at d = {:.6g}, deq = {:.6g}, {} regime",
                             atom->tag[row.i], atom->tag[pair.j], d, deq,
                             law_of(pair).regime(d, deq) == 1 ? "first" : "second");
-      k = row.last;
     }
+  if (culprit.empty()) culprit = "no pair of this process";
   const bigint saved = output ? output->last_restart : -1;
   error->one(
       FLERR,

@@ -34,6 +34,10 @@ class PairEVPLJ : public Pair {
   PairEVPLJ(class LAMMPS *);
   ~PairEVPLJ() override;
 
+  /// The pair style in force, alone or in pair_style hybrid; nullptr if it is another. A pair_style
+  /// command deletes it, so what may be asked between runs must look again.
+  static PairEVPLJ *find(class Force *);
+
   void compute(int, int) override;
   double single(int, int, int, int, double, double, double, double &) override;
   void settings(int, char **) override;

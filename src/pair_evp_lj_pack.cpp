@@ -163,7 +163,7 @@ void PairEVPLJ::check_bonds() const
   const double *h = domain->h_inv;    // its rows are the reciprocals of the box's heights
   const double height[3] = {1.0 / std::sqrt(h[0] * h[0] + h[5] * h[5] + h[4] * h[4]),
                             1.0 / std::sqrt(h[1] * h[1] + h[3] * h[3]), 1.0 / h[2]};
-  for (int c = 0; c < 3; c++)
+  for (int c = 0; c < domain->dimension; c++)
     if (domain->periodicity[c] && height[c] < 2.0 * longest)
       error->all(FLERR,
                  "Pair evp/lj: the periodic box is {:.6g} high along {}, less than two cut-offs of "

@@ -235,7 +235,7 @@ void PairEVPLJ::check_host_settings() const
 {
   if (!atom->radius_flag)
     error->all(FLERR, "Pair evp/lj needs particles with a radius: use 'atom_style sphere'");
-  if (force->pair_match("evp/lj", 1) != this)
+  if (find(force) != this)
     error->all(FLERR,
                "Pair evp/lj can be one sub-style of pair_style hybrid only, as a pair has one deq: "
                "give its types rows of their own instead");

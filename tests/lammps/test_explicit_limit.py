@@ -48,7 +48,7 @@ def swing(lmp, gamma, fraction, steps):
 
 @pytest.mark.parametrize("gamma", [0, 100, 1000, 10000])
 def test_stable_below_and_not_above(lmp, gamma):
-    """The mode that leaves first grows by a factor of at least 1.3 per step at 1.02 of its limit: 600 steps are plenty."""
+    """At 1.02 of its limit the first mode grows by 1.04 per step where it is viscous, 1.5 where elastic: 600 steps are plenty."""
     grown, below = swing(lmp, gamma, BELOW, STEPS)
     assert not grown
     start = below["KinEng"][0]

@@ -1,0 +1,85 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
+"""Runs the hard cases of tests/lammps and writes what each showed to doc/hard_cases.md.
+
+    tools/hard_cases.py [--only WORDS] [--ranks 1 4] [--out doc/hard_cases.md]
+
+EVP_LMP and EVP_MPIRUN as for the tests. Exit code 1 if a case failed; the table then says so.
+"""
+
+import argparse
+import pathlib
+import sys
+import tempfile
+import time
+
+CHECKOUT = pathlib.Path(__file__).resolve().parents[1]
+sys.path[:0] = [str(CHECKOUT / "tools"), str(CHECKOUT / "tests" / "lammps")]
+
+HEAD = """# Hard cases
+
+Written by `tools/hard_cases.py`; the scenes are in `tests/lammps/hard_cases.py` and `tests/lammps/hard_cases_bodies.py`, and are tests too.
+*Right* is what the case asserts. *Fails without* is the protection, and how the case was seen to fail, or its control.
+
+| case | right | showed | fails without |
+|---|---|---|---|
+"""
+
+
+def progress(done, whole, begin, name):
+    """One line: rewritten on a terminal, else one per case."""
+    spent = time.monotonic() - begin
+    left = f", about {spent * (whole - done) / done:.0f} s left" if done else ""
+    text = f"hard cases {done}/{whole}{left}: {name}"
+    if sys.stderr.isatty():
+        print(f"\r\x1b[K{text}", end="", file=sys.stderr, flush=True)
+    else:
+        print(text, file=sys.stderr, flush=True)
+
+
+def run_case(case, ranks):
+    """What the case showed on so many ranks, and whether it is right."""
+    from hard_cases import Bench
+    from lammps_run import run_lammps
+
+    with tempfile.TemporaryDirectory() as folder:
+        bench = Bench(lambda text, n: run_lammps(text, n, None, folder, seconds=900), pathlib.Path(folder), ranks)
+        try:
+            return case.check(bench), True
+        except AssertionError as error:
+            return f"FAILED: {str(error).splitlines()[0] if str(error) else 'its assertion'}", False
+
+
+def main(words=None):
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--only", default="", help="cases whose name holds these words")
+    parser.add_argument("--ranks", type=int, nargs="+", default=[1], help="numbers of ranks (default 1)")
+    parser.add_argument("--out", type=pathlib.Path, default=CHECKOUT / "doc" / "hard_cases.md", help="the file to write")
+    options = parser.parse_args(words)
+    if min(options.ranks) < 1:
+        parser.error("--ranks must be positive")
+
+    import hard_cases
+    import hard_cases_bodies  # noqa: F401  joins the list
+
+    chosen = [case for case in hard_cases.CASES if options.only in case.name]
+    if not chosen:
+        parser.error(f"no case holds '{options.only}'")
+    lines, all_right, begin = [], True, time.monotonic()
+    for number, case in enumerate(chosen):
+        progress(number, len(chosen), begin, case.name)
+        shown = []
+        for ranks in options.ranks:
+            text, right = run_case(case, ranks)
+            all_right = all_right and right
+            shown.append(text if len(options.ranks) == 1 else f"{ranks} rank{'s' * (ranks > 1)}: {text}")
+        lines.append("| " + " | ".join(cell.replace("|", "/") for cell in (case.name, case.right, "<br>".join(shown), case.fails_without)) + " |\n")
+    if sys.stderr.isatty():
+        print("\r\x1b[K", end="", file=sys.stderr)
+    options.out.write_text(HEAD + "".join(lines), encoding="utf-8")
+    print(f"{len(chosen)} cases in {time.monotonic() - begin:.0f} s, {'all right' if all_right else 'NOT ALL RIGHT'}: {options.out}")
+    return 0 if all_right else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
