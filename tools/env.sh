@@ -13,6 +13,12 @@ EVP_PYTHON_MODULES="numpy scipy matplotlib pytest tqdm mpmath"
 export OMPI_MCA_rmaps_base_oversubscribe=${OMPI_MCA_rmaps_base_oversubscribe:-1}
 export OMPI_MCA_hwloc_base_binding_policy=${OMPI_MCA_hwloc_base_binding_policy:-none}
 export OMPI_MCA_btl_vader_single_copy_mechanism=${OMPI_MCA_btl_vader_single_copy_mechanism:-none}
+# A single process needs no daemon beside it: starts are quicker, and a start looks no host name up.
+export OMPI_MCA_ess_singleton_isolated=${OMPI_MCA_ess_singleton_isolated:-1}
+# Where the machine's own name does not resolve (a bare container), mpirun waits for the name server at every start.
+if ! timeout 1 getent hosts "${HOSTNAME:-localhost}" >/dev/null 2>&1; then
+  export RES_OPTIONS=${RES_OPTIONS:-timeout:1 attempts:1}
+fi
 export OMP_NUM_THREADS=${OMP_NUM_THREADS:-1}
 if [ "$(id -u)" -eq 0 ]; then
   export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
