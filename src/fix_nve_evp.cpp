@@ -113,6 +113,7 @@ void FixNVEEVP::init()
         "'remap v'",
         id);
   check_groups();
+  last_build = -1;    // another pair style may have come to the same count
   last_iterations = most_iterations = 0;
   all_iterations = solves = 0;
 }

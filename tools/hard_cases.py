@@ -14,7 +14,6 @@ import tempfile
 import time
 
 CHECKOUT = pathlib.Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(CHECKOUT / "tools"), str(CHECKOUT / "tests" / "lammps")]
 
 HEAD = """# Hard cases
 
@@ -37,13 +36,22 @@ def progress(done, whole, begin, name):
         print(text, file=sys.stderr, flush=True)
 
 
-def run_case(case, ranks):
+def load_scenes():
+    """The module of the scenes, which has this file's name."""
+    sys.path[:0] = [str(CHECKOUT / "tests" / "lammps"), str(CHECKOUT / "tools")]
+    sys.modules.pop("hard_cases", None)
+    import hard_cases
+    import hard_cases_bodies  # noqa: F401  joins the list
+
+    return hard_cases
+
+
+def run_case(scenes, case, ranks):
     """What the case showed on so many ranks, and whether it is right."""
-    from hard_cases import Bench
     from lammps_run import run_lammps
 
     with tempfile.TemporaryDirectory() as folder:
-        bench = Bench(lambda text, n: run_lammps(text, n, None, folder, seconds=900), pathlib.Path(folder), ranks)
+        bench = scenes.Bench(lambda text, n: run_lammps(text, n, None, folder, seconds=900), pathlib.Path(folder), ranks)
         try:
             return case.check(bench), True
         except AssertionError as error:
@@ -59,10 +67,8 @@ def main(words=None):
     if min(options.ranks) < 1:
         parser.error("--ranks must be positive")
 
-    import hard_cases
-    import hard_cases_bodies  # noqa: F401  joins the list
-
-    chosen = [case for case in hard_cases.CASES if options.only in case.name]
+    scenes = load_scenes()
+    chosen = [case for case in scenes.CASES if options.only in case.name]
     if not chosen:
         parser.error(f"no case holds '{options.only}'")
     lines, all_right, begin = [], True, time.monotonic()
@@ -70,7 +76,7 @@ def main(words=None):
         progress(number, len(chosen), begin, case.name)
         shown = []
         for ranks in options.ranks:
-            text, right = run_case(case, ranks)
+            text, right = run_case(scenes, case, ranks)
             all_right = all_right and right
             shown.append(text if len(options.ranks) == 1 else f"{ranks} rank{'s' * (ranks > 1)}: {text}")
         lines.append("| " + " | ".join(cell.replace("|", "/") for cell in (case.name, case.right, "<br>".join(shown), case.fails_without)) + " |\n")

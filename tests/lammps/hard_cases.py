@@ -90,7 +90,7 @@ CRITICAL = 2.0 * np.sqrt(8 * 4 * 80 / 0.01**2 * 0.5 * MASS)
 
 
 @case("stable at 0.98 of compute evp/dt, unstable at 1.02; the energy left agrees with a quarter of the step",
-      "c_ID with lamK and lamC taken apart, or without gamma (mutation), leaves the bracket", 0.0, 1.0, 3.6, 30.0)
+      "gamma in the limit (mutation: left out, blows up from critical damping on; seen)", 0.0, 1.0, 3.6, 30.0)
 def times_critical_damping(bench, factor):
     write_body(bench.folder / "body.data", lattice_body((4, 3, 3)))
     left = {}
@@ -111,18 +111,17 @@ def times_critical_damping(bench, factor):
     return f"kinetic energy over its start: 0.98: {left[0.98].max() / start:.3g}, 1.02: {left[1.02].max() / start:.3g}"
 
 
-@case("warned of before the first step with the ratio; then stopped at the first force that is not a number, which names a pair and the step",
-      "the check of sums for NaN in the pair style: without it the run ends 'normally' with 'nan' in its table")
+@case("warned of before the first step with the ratio; it does not run to its end, its atoms leave the box",
+      "the comparison with c_ID at set-up; control: at 0.98 of c_ID the first case keeps its energy")
 def table_2_at_the_paper_s_step(bench):
     write_body(bench.folder / "body.data", lattice_body((4, 3, 3)))
-    text = head(boundary="s s s") + pair(TABLE2, "none") + "fix move all nve\nvariable vx atom 1e-3*sin(1.1*id)\nvelocity all set v_vx 0 0\n" + ledger(10)
+    text = head() + pair(TABLE2, "none") + "fix move all nve\nvariable vx atom 1e-3*sin(1.1*id)\nvelocity all set v_vx 0 0\n" + ledger(10)
     run = bench.run(text + "run 0\ntimestep $(c_dt[4]:%.17g)\nrun 100000\n")
     assert any("times the largest stable step" in line for line in run.warnings())
     assert run.returncode != 0
     said = " ".join(run.stdout.split())
-    lost = "forces are not numbers any more" in said or "Lost atoms" in said or "at one point" in said or "Non-numeric" in said
-    assert lost, said[-400:]
-    return "warned, and stopped: " + ("not a number" if "not numbers" in said else "atoms lost")
+    assert "Lost atoms" in said or "forces are not numbers any more" in said, said[-400:]
+    return "warned, and stopped"
 
 
 # ---- pulled apart ----
@@ -155,18 +154,17 @@ def pull(bench, row, contact, style, strain):
     return f"ledger open by {share:.1e} of the work, {table['f_bonds[1]'][-1]:.0f} bonds lost, {table['Step'][-1]:.0f} steps"
 
 
-@case("the ledger closes to 1e-3 of the grips' work", "the speed rule of fix dt/evp (mutation: rule off)", "literal", "repulsive", "none")
+@case("the ledger closes to 1e-3 of the grips' work", "the speed rule of fix dt/evp (mutation: rule off; seen in all three)", "literal", "repulsive", "none")
 def table_1_pulled_to_rupture(bench, contact):
     return pull(bench, TABLE1, contact, "nve", 0.2)
 
 
-@case("the ledger closes to 1e-3 of the grips' work", "the tolerance of the solve: with 0.9 of it the ledger still closes, "
-      "since the applied damping is what it counts; control by the count of lost bonds")
+@case("the ledger closes to 1e-3 of the grips' work", "control: bonds of a section are lost; mutations of the ledger itself are seen in test_energy.py")
 def table_2_pulled_to_50_percent(bench):
     return pull(bench, TABLE2, "repulsive", "nve/evp", 0.5)
 
 
-@case("momentum to 1e-12, the ledger to 1e-3 of the kinetic energy, bodies bounce or break but do not pass", "the speed rule of fix dt/evp (mutation: rule off)",
+@case("momentum to 1e-12, the ledger to 1e-3 of the kinetic energy, bodies bounce or break but do not pass", "the speed rule of fix dt/evp (mutation: rule off; seen at 500 m/s, below that stability rules)",
       1, 30, 500)
 def head_on_impact(bench, speed):
     a, b = lattice_body((3, 3, 3), seed=1), lattice_body((3, 3, 3), seed=2)
@@ -222,7 +220,7 @@ def overlap_to_one_half(bench):
     return f"work off by {max(shown):.1e}, warned once"
 
 
-@case("work to beyond dlim = depth of the law", "the offset of the second regime (mutation: xi_s of the first bond only)", 1e-6, 1e-3, 0.05, 0.3)
+@case("work to beyond dlim = depth of the law", "the force that the second regime carries over (mutation: half of it)", 1e-6, 1e-3, 0.05, 0.3)
 def threshold_strain(bench, xi_s):
     row = TABLE1._replace(xi_s=xi_s)
     _, table, d = work_of_movers(bench, row, 0.0155)
@@ -246,7 +244,7 @@ def exponents(bench, chosen):
     return f"work off by {follows_the_energy(table, d, row):.1e}"
 
 
-@case("period = integral of dd/v over the law of two regimes; energy kept", "the carried-over force F_I(ds) of the second regime")
+@case("period = integral of dd/v over the law of two regimes; energy kept", "the force that the second regime carries over (mutation: half of it)")
 def pair_swings_across_xi_s(bench):
     write_two(bench)
     mu, energy = 0.5 * MASS, law.energy(1.015 * DEQ, DEQ, TABLE1, DEQ)
@@ -278,7 +276,7 @@ def pair_swings_across_xi_s(bench):
     return f"period off by {off:.1e}, energy by {drift:.1e}"
 
 
-@case("it leaves with sqrt(v^2 - 2 depth/mu), comes back with v, again and again", "energy zero at dlim (mutation: energy not shifted)")
+@case("it leaves with sqrt(v^2 - 2 depth/mu), comes back with v, again and again", "the depth as lost energy at dlim; control: one bond lost on each way out, none on the way back")
 def pair_passes_dlim_to_and_fro(bench):
     write_two(bench)
     depth = law.energy(0.015, DEQ, TABLE1, DEQ)
@@ -299,11 +297,3 @@ def pair_passes_dlim_to_and_fro(bench):
         worst = max(worst, abs(energy - expected) / whole)
         assert worst <= (k + 1) * allowed
     return f"kinetic energy off by {worst:.1e} of the whole after six passages"
-
-
-@case("one error names both atoms, before the first step", "the check in packing: the force has no direction")
-def coincident_centres(bench):
-    write_two(bench, 0.0)
-    run = bench.run(head() + pair(TABLE1, fix="") + "fix move all nve\nrun 10\n")
-    assert run.returncode != 0 and "are at one point" in run.stdout and run.made_no_step()
-    return "refused"

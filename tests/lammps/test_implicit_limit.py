@@ -117,9 +117,9 @@ def grows(lmp, gamma, fraction, steps):
 @pytest.mark.parametrize("gamma", [100, 1000, 10000])
 def test_reference_body_at_rest(lmp, gamma):
     """Above the bound some mode alternates; its growth is slow just beyond, so the upper end is judged at 1.2 itself."""
-    assert not grows(lmp, gamma, BELOW, 1000)
-    assert not grows(lmp, gamma, FIRST, 1000)
-    assert grows(lmp, gamma, LAST, 1000)
+    assert not grows(lmp, gamma, BELOW, 400)
+    assert not grows(lmp, gamma, FIRST, 400)
+    assert grows(lmp, gamma, LAST, 400)
 
 
 PULLED = head(start=f"read_data {REFERENCE}", boundary="f f f") + """
