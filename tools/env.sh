@@ -17,7 +17,7 @@ export OMPI_MCA_btl_vader_single_copy_mechanism=${OMPI_MCA_btl_vader_single_copy
 export OMPI_MCA_ess_singleton_isolated=${OMPI_MCA_ess_singleton_isolated:-1}
 # Where the machine's own name does not resolve (a bare container), mpirun waits for the name server at every start.
 if ! timeout 1 getent hosts "${HOSTNAME:-localhost}" >/dev/null 2>&1; then
-  export RES_OPTIONS=${RES_OPTIONS:-timeout:1 attempts:1}
+  export RES_OPTIONS=${RES_OPTIONS:-timeout:1 attempts:1} LOCALDOMAIN=${LOCALDOMAIN:-}
 fi
 export OMP_NUM_THREADS=${OMP_NUM_THREADS:-1}
 if [ "$(id -u)" -eq 0 ]; then
