@@ -77,10 +77,11 @@ void PairEVPLJ::compute(int eflag, int vflag)
   else
     compute_forces<false>();
 
-  if (vflag_fdotr) virial_fdotr_compute();
+  const bool summed = vflag_fdotr;    // the sum clears its flag
+  if (summed) virial_fdotr_compute();
 
   // a sum that LAMMPS asked for anyway shows whether any force is not a number
-  if ((eflag_either && !std::isfinite(eng_vdwl)) || (vflag_fdotr && !std::isfinite(virial[0])))
+  if ((eflag_either && !std::isfinite(eng_vdwl)) || (summed && !std::isfinite(virial[0])))
     stop_at_blow_up();
 }
 
