@@ -42,6 +42,7 @@ ComputeEVPDt::ComputeEVPDt(LAMMPS *lmp, int narg, char **arg) :
   extscalar = extvector = 0;
   size_vector = 5;
   comm_forward = comm_reverse = 3;
+  dynamic_group_allow = 0;
   vector = new double[size_vector];
   for (int k = 0; k < size_vector; k++) vector[k] = 0.0;
 }
