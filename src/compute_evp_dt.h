@@ -51,7 +51,7 @@ class ComputeEVPDt : public Compute {
   std::vector<Link> links;
   std::vector<double> nodal;    // three values per atom and ghost, exchanged
   std::vector<double> result;
-  bigint computed_step;    // of what vector holds, -1 if it must not be used again
+  bigint computed_step;     // of what vector holds, -1 if it must not be used again
   bool warned;              // of the step, in this run
   bool unsettled_warned;    // of an eigenvalue, in this run
 

@@ -242,9 +242,10 @@ void PairEVPLJ::check_host_settings() const
   if (!atom->tag_enable)
     error->all(FLERR, "Pair evp/lj needs atom IDs: remove 'atom_modify id no'");
   if (!compute_flag && update->whichflag != 0)
-    error->all(FLERR,
-               "Pair evp/lj cannot run with 'pair_modify compute no', as fixes and computes read the "
-               "pairs that it finds: use 'pair_style none' for a run without forces");
+    error->all(
+        FLERR,
+        "Pair evp/lj cannot run with 'pair_modify compute no', as fixes and computes read the "
+        "pairs that it finds: use 'pair_style none' for a run without forces");
   for (int k = 1; k < 4; k++)
     if (force->special_lj[k] != 0.0 && force->special_lj[k] != 1.0)
       error->all(FLERR,
