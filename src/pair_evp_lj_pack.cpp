@@ -12,6 +12,7 @@
 #include "error.h"
 #include "force.h"
 #include "neigh_list.h"
+#include "neighbor.h"
 #include "update.h"
 
 #include <algorithm>
@@ -28,12 +29,16 @@ using namespace LAMMPS_NS;
 void PairEVPLJ::pack()
 {
   check_radii();
+  check_weights();
   if (bonds) check_bonds();
 
   const int nall = atom->nlocal + atom->nghost;
   packed.clear();
   packed.nlocal = atom->nlocal;
   packed.nall = nall;
+  packed_call = neighbor->ncalls;
+  packed_step = neighbor->lastcall;
+  if (radii_vary) packed_radius.assign(atom->radius, atom->radius + nall);
   repack = false;
   explicit_damping = false;
 
@@ -90,8 +95,10 @@ void PairEVPLJ::warn_of_overlaps(Overlaps overlaps)
     error->warning(
         FLERR,
         "Pair evp/lj: {} pairs overlap by more than {} (R_i + R_j), first atoms {} and {} "
-        "at d = {:.6g}, step {}: the law has no hard core, so check step, speed and load",
-        count, settings_now.overlap, overlaps.tag_i, overlaps.tag_j, overlaps.d, update->ntimestep);
+        "at d = {:.6g}, deq = {:.6g}, {} regime, at step {} with timestep {:.6g}: the law has no "
+        "hard core, so check step, speed and load",
+        count, settings_now.overlap, overlaps.tag_i, overlaps.tag_j, overlaps.d, overlaps.deq,
+        overlaps.regime == 1 ? "first" : "second", update->ntimestep, update->dt);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -127,8 +134,31 @@ void PairEVPLJ::pack_pair(int i, int jneigh, Overlaps &overlaps)
   const double closest = (1.0 - settings_now.overlap) * sum_radii;
   const bool counted_there =
       !force->newton_pair && j >= atom->nlocal && atom->tag[i] > atom->tag[j];
-  if (g.dsq < closest * closest && !counted_there)
-    overlaps.add(atom->tag[i], atom->tag[j], std::sqrt(g.dsq));
+  if (g.dsq < closest * closest && !counted_there && overlaps.count++ == 0) {
+    const double d = std::sqrt(g.dsq);
+    overlaps = {1, atom->tag[i], atom->tag[j], d, deq, laws[law].regime(d, deq)};
+  }
+}
+
+/* ----------------------------------------------------------------------
+   of special_bonds, or of the pair special option of this sub-style of pair_style hybrid
+------------------------------------------------------------------------- */
+
+void PairEVPLJ::check_weights() const
+{
+  for (int k = 1; k < 4; k++)
+    if (force->special_lj[k] != 0.0 && force->special_lj[k] != 1.0)
+      error->all(FLERR,
+                 "Pair evp/lj takes special_bonds weights 0 or 1 only, got {}: the force of a pair "
+                 "is whole or absent",
+                 force->special_lj[k]);
+}
+
+/* ---------------------------------------------------------------------- */
+
+bool PairEVPLJ::radii_changed() const
+{
+  return !std::equal(packed_radius.begin(), packed_radius.end(), atom->radius);
 }
 
 /* ----------------------------------------------------------------------
