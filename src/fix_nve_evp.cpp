@@ -253,8 +253,9 @@ double FixNVEEVP::memory_usage()
 {
   double bytes = (double) dampers.capacity() * sizeof(Damper);
   bytes += (double) damper_rows.capacity() * sizeof(EVP::PackedRow);
-  for (const Nodal *nodal : {&velocities, &reaction, &applied, &last_force, &mobility, &undamped,
-                             &velocity, &residual, &direction, &direction_product})
+  for (const Nodal *nodal :
+       {&velocities, &reaction, &applied, &last_force, &mobility, &inertia, &undamped, &change,
+        &velocity, &residual, &direction, &direction_product})
     bytes += (double) nodal->capacity() * sizeof(double);
   return bytes;
 }

@@ -70,9 +70,9 @@ class FixNVEEVP : public NodalExchange<Fix> {
   int vflag_now;
 
   Nodal velocities, reaction;    // with ghosts
-  Nodal mobility;                // ftm2v / mass, zero for atoms outside the group
+  Nodal mobility, inertia;       // ftm2v / mass and its inverse, zero for atoms outside the group
   Nodal undamped;                // v* = v + h M^-1 F
-  Nodal velocity, residual, direction, direction_product;
+  Nodal velocity, change, residual, direction, direction_product;
 
   int last_iterations, most_iterations;
   bigint all_iterations, solves;

@@ -4,6 +4,7 @@
 
 #include "fix_nve_evp.h"
 
+#include "evp_vector.h"
 #include "pair_evp_lj.h"
 #include "scene.h"
 
@@ -111,7 +112,8 @@ void FixNVEEVP::warm_start(double h)
   to_owners(guess);
   for (size_t k = 0; k < n; k++) {
     residual[k] = mobility[k] > 0.0 ? -h * guess[k] : 0.0;
-    velocity[k] = undamped[k] + h * mobility[k] * guess[k];
+    change[k] = h * mobility[k] * guess[k];
+    velocity[k] = undamped[k] + change[k];
   }
   exchange_velocities(velocity);
   damping_product();
@@ -139,7 +141,7 @@ void FixNVEEVP::exchange_velocities(const Nodal &of)
    The tolerance is against what the damping does, M (v - v*): a measure that knows no frame, so a
    body in flight is not solved worse than one at rest, and that does not grow with h C, as
    h C v* would (it exceeds the motion itself where damping is strong).
-   Held atoms need no branch: their mobility, hence every direction, is zero.
+   Held atoms need no branch: their mobility, hence every direction, and their inertia are zero.
 ------------------------------------------------------------------------- */
 
 int FixNVEEVP::solve(double h)
@@ -147,32 +149,37 @@ int FixNVEEVP::solve(double h)
   const int nlocal = atom->nlocal;
   const size_t n = (size_t) 3 * nlocal;
   velocities.resize(n + (size_t) 3 * atom->nghost);
-  for (Nodal *nodal : {&mobility, &undamped, &velocity, &residual, &direction, &direction_product})
+  for (Nodal *nodal : {&mobility, &inertia, &undamped, &velocity, &change, &residual, &direction,
+                       &direction_product})
     nodal->assign(n, 0.0);
   for (int i = 0; i < nlocal; i++)
-    if (in_group(i))
-      std::fill_n(&mobility[(size_t) 3 * i], 3, EVP::scene::inverse_mass(atom, force, i));
+    if (in_group(i)) {
+      const double w = EVP::scene::inverse_mass(atom, force, i);
+      std::fill_n(&mobility[(size_t) 3 * i], 3, w);
+      std::fill_n(&inertia[(size_t) 3 * i], 3, 1.0 / w);
+    }
 
   const double *v = atom->v[0], *f = atom->f[0];
   for (size_t k = 0; k < n; k++) undamped[k] = v[k] + h * mobility[k] * f[k];
   warm_start(h);
 
+  const EVP::CgArrays arrays = {mobility.data(),   inertia.data(),   change.data(),
+                                residual.data(),   direction.data(), direction_product.data(),
+                                velocities.data(), reaction.data()};
+  double whole = 0.0;    // M v*^2, here
+  for (size_t k = 0; k < n; k++) {
+    velocities[k] = mobility[k] * residual[k];
+    whole += inertia[k] * undamped[k] * undamped[k];
+  }
+  double changed = EVP::cg_change(arrays, n);
+
   double last_norm = 0.0, last_alpha = 0.0;
   for (int iteration = 0;; iteration++) {
-    for (size_t k = 0; k < n; k++) velocities[k] = mobility[k] * residual[k];
     damping_product();
 
-    double sums[4] = {0.0, 0.0, 0.0, 0.0}, all[4];
-    for (size_t k = 0; k < n; k++) {
-      reaction[k] = residual[k] + h * reaction[k];    // (M + h C) M^-1 r
-      sums[0] += residual[k] * velocities[k];
-      sums[1] += reaction[k] * velocities[k];
-      if (mobility[k] > 0.0) {
-        const double change = velocity[k] - undamped[k];
-        sums[2] += change * change / mobility[k];
-        sums[3] += undamped[k] * undamped[k] / mobility[k];
-      }
-    }
+    const EVP::CgProducts products = EVP::cg_products(arrays, n, h);
+    const double sums[4] = {products.norm, products.curvature, changed, whole};
+    double all[4];
     MPI_Allreduce(sums, all, 4, MPI_DOUBLE, MPI_SUM, world);
     const double norm = all[0], curvature = all[1];
     const double target = std::max(tolerance * tolerance * all[2], ROUND_OFF * ROUND_OFF * all[3]);
@@ -182,7 +189,10 @@ int FixNVEEVP::solve(double h)
                  "timestep {:.6g}: the step is above the limit (see compute evp/dt), or the motion "
                  "too fast for it (see fix dt/evp)",
                  id, update->ntimestep, update->dt);
-    if (norm <= target) return iteration;
+    if (norm <= target) {
+      for (size_t k = 0; k < n; k++) velocity[k] = undamped[k] + change[k];
+      return iteration;
+    }
     if (iteration == max_iterations)
       error->all(FLERR,
                  "Fix {} nve/evp: the damping did not converge in {} iterations at step {} "
@@ -191,12 +201,7 @@ int FixNVEEVP::solve(double h)
 
     const double beta = iteration ? norm / last_norm : 0.0;
     const double alpha = norm / (curvature - (iteration ? beta * norm / last_alpha : 0.0));
-    for (size_t k = 0; k < n; k++) {
-      direction[k] = velocities[k] + beta * direction[k];
-      direction_product[k] = reaction[k] + beta * direction_product[k];
-      velocity[k] += alpha * direction[k];
-      residual[k] -= alpha * direction_product[k];
-    }
+    changed = EVP::cg_update(arrays, n, alpha, beta);
     last_norm = norm;
     last_alpha = alpha;
   }
