@@ -57,6 +57,7 @@ class ComputeEVPDt : public NodalExchange<Compute> {
   static double root_of(double a, double b);
 
   bool all_implicit() const;
+  bool has_its_step_set() const;
   bool is_free(int i) const;
   void collect_links();
   double largest_eigenvalue(const Mix &);

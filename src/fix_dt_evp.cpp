@@ -103,12 +103,20 @@ void FixDtEVP::init()
     error->all(FLERR, "Fix {} dt/evp: its compute {} was deleted; define the fix anew", id,
                compute_id);
   EVP::scene::refuse_respa(update, error, who);
-  for (int k = 0; k < modify->nfix; k++)
-    if (strcmp(modify->fix[k]->style, "move") == 0 || strcmp(modify->fix[k]->style, "deform") == 0)
+  for (int k = 0; k < modify->nfix; k++) {
+    const Fix *other = modify->fix[k];
+    if (strcmp(other->style, "move") == 0 || strcmp(other->style, "deform") == 0)
       error->all(FLERR,
                  "Fix {} dt/evp: fix {} of style {} cannot follow a changing step: drive atoms by "
                  "'velocity set' and fix nve/noforce",
-                 id, modify->fix[k]->id, modify->fix[k]->style);
+                 id, other->id, other->style);
+    if (other != this &&
+        (strcmp(other->style, style) == 0 || strcmp(other->style, "dt/reset") == 0))
+      error->all(FLERR,
+                 "Fix {} dt/evp: fix {} of style {} sets the step too, and the last one would win: "
+                 "use one fix dt/evp for the group union",
+                 id, other->id, other->style);
+  }
   speed_reported = false;
 }
 
@@ -156,12 +164,11 @@ void FixDtEVP::set_step(bool may_jump)
                      dt / (fraction * stable_step));
     speed_reported = true;
   }
-  if (stable_step >= NO_LIMIT && ruler == STABILITY)
-    error->all(
-        FLERR,
-        "Fix {} dt/evp: nothing interacts and nothing moves, so nothing limits the step: give "
-        "'max DT'",
-        id);
+  if (stable_step >= NO_LIMIT && fastest.dt >= NO_LIMIT && maximum >= NO_LIMIT)
+    error->all(FLERR,
+               "Fix {} dt/evp: at step {} no pair interacts or approaches another, so nothing "
+               "limits the step: give 'max DT'",
+               id, update->ntimestep);
   if (dt != update->dt) change_step(dt);
 }
 

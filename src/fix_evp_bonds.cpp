@@ -35,8 +35,9 @@ static bool precedes(const FixEVPBonds::Bond &bond, tagint partner)
 ------------------------------------------------------------------------- */
 
 FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
-    Fix(lmp, narg, arg), zone(0.0), recorded(false), records_due(false), highest_id(0),
-    nrecorded(0), most_bonds(0), list(nullptr), pair_counts{}, counted_step(-1)
+    Fix(lmp, narg, arg), zone(0.0), recorded(false), records_due(false),
+    after_restart(modify->nfix_restart_global > 0), highest_id(0), nrecorded(0), most_bonds(0),
+    list(nullptr), pair_counts{}, counted_step(-1)
 {
   for (int iarg = 3; iarg < narg; iarg += 2) {
     const std::string key = arg[iarg];

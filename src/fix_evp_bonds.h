@@ -79,10 +79,11 @@ class FixEVPBonds : public Fix {
   double zone;    // pairs with d <= zone (R_i + R_j) are recorded; 0: zone = alpha of the pair type
   std::string file;    // take the records from this file; empty: from the zone
   bool recorded;
-  bool records_due;     // the fix's section of a restart file was read, no atom's record yet
-  tagint highest_id;    // of all atoms at the recording: newer atoms have higher ones
-  bigint nrecorded;     // pairs, over all processes
-  int most_bonds;       // records of the atom that has most of them
+  bool records_due;      // the fix's section of a restart file was read, no atom's record yet
+  bool after_restart;    // a restart file with fixes was read before this fix was defined
+  tagint highest_id;     // of all atoms at the recording: newer atoms have higher ones
+  bigint nrecorded;      // pairs, over all processes
+  int most_bonds;        // records of the atom that has most of them
 
   // per atom, owned ones only
   std::vector<tagint> recorded_as;    // its ID when it was recorded, 0 if it never was

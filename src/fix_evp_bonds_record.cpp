@@ -51,6 +51,11 @@ void FixEVPBonds::record()
   pair->bonds_recorded_by(id);
 
   if (comm->me) return;
+  if (after_restart && file.empty())
+    error->warning(FLERR,
+                   "Fix {} evp/bonds takes the body as it is now for undeformed, though a restart "
+                   "file was read: if that held records, give the fix the ID that it had",
+                   id);
   std::string source = "from file " + file;
   if (file.empty())
     source = zone > 0.0 ? fmt::format("within {} (R_i + R_j)", zone) : "within alpha (R_i + R_j)";

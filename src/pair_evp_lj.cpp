@@ -206,7 +206,7 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
 
   if (!acts) return 0.0;
   fforce = law.force(d, deq) / d;
-  if (damping_acts() && !is_implicit(i, j)) {
+  if (damping_acts() && comm->ghost_velocity && !is_implicit(i, j)) {
     const EVP::PairGeometry g(rows(atom->x), i, j);
     fforce += EVP::damping_over_distance(law.parameters().gamma, g, atom->v[i], atom->v[j]);
   }

@@ -29,7 +29,6 @@ PairEVPLJ::PairEVPLJ(LAMMPS *lmp) :
     explicit_damping(false), packed_call(-1), packed_step(-1), repack(true), radii_vary(false)
 {
   writedata = 1;
-  finitecutflag = 1;
   single_extra = NVALUES;
   svector = new double[NVALUES];
   packed.nlocal = packed.nall = -1;
