@@ -85,11 +85,11 @@ class PairEVPLJ : public Pair {
   } settings_now;
 
   static constexpr int NCOEFF = 9;
-  static constexpr int NVALUES = 3;     // p1 p2 p3 of compute pair/local
-  double **coefficients[NCOEFF];        // [type][type] of e1 m1 n1 e2 m2 n2 xi_s gamma alpha
-  std::vector<EVP::Law> laws;           // of all pairs of types, see law_index()
-  std::vector<EVP::Law> laws_in_use;    // of the pairs of types that this style serves
-  std::vector<double> max_radius;       // per type, when the cut-offs were set
+  static constexpr int NVALUES = 3;    // p1 p2 p3 of compute pair/local
+  double **coefficients[NCOEFF];       // [type][type] of e1 m1 n1 e2 m2 n2 xi_s gamma alpha
+  std::vector<EVP::Law> laws;          // of all pairs of types, see law_index()
+  EVP::BlockLaw block_law;             // the same laws for the time-step loop
+  std::vector<double> max_radius;      // per type, when the cut-offs were set
   std::vector<double> reach;    // cut-offs that the neighbor list was made for, see law_index()
   bool any_gamma;
   int implicit_groupbit;    // of fix nve/evp, 0 without
@@ -140,6 +140,7 @@ class PairEVPLJ : public Pair {
   void pack_pair(int i, int jneigh, Overlaps &overlaps);
   void check_radii() const;
   void check_bonds() const;
+  void find_block_law();
   template <bool Damping> void compute_forces();
   void stop_at_blow_up() const;
 };

@@ -37,10 +37,9 @@ void PairEVPLJ::pack()
   repack = false;
   explicit_damping = false;
 
-  laws_in_use.clear();
-  for (int i = 1; i <= atom->ntypes; i++)
-    for (int j = i; j <= atom->ntypes; j++)
-      if (setflag[i][j]) laws_in_use.push_back(laws[law_index(i, j)]);
+  size_t neighbors = 0;
+  for (int ii = 0; ii < list->inum; ii++) neighbors += list->numneigh[list->ilist[ii]];
+  packed.pairs.reserve(neighbors);
 
   // Periodic images share a tag: all of them stand for the one index that the map knows, and have
   // its deq; check_bonds() sees to it that no two of them can be within dlim.
@@ -69,7 +68,30 @@ void PairEVPLJ::pack()
     if (last > first) packed.rows.push_back({i, first, last});
   }
 
+  find_block_law();
+
   if (!overlap_warned) warn_of_overlaps(overlaps);
+}
+
+/* ----------------------------------------------------------------------
+   the laws of the pairs of types that this style serves, where they differ.
+   Those of implicit pairs differ in gamma, which matters only beside explicit ones
+------------------------------------------------------------------------- */
+
+void PairEVPLJ::find_block_law()
+{
+  std::vector<int> used;
+  for (int i = 1; i <= atom->ntypes; i++)
+    for (int j = i; j <= atom->ntypes; j++)
+      if (setflag[i][j]) used.push_back(law_index(i, j));
+
+  const bool mixed = explicit_damping && implicit_groupbit;
+  bool alike = !mixed;
+  for (const int k : used) alike = alike && laws[k].parameters() == laws[used[0]].parameters();
+  if (alike && !used.empty()) used.resize(1);
+  if (mixed)
+    for (int k = (int) used.size() - 1; k >= 0; k--) used.push_back(nlaws() + used[k]);
+  block_law.assign(laws, used);
 }
 
 /* ----------------------------------------------------------------------
