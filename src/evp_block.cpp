@@ -19,19 +19,45 @@
 #define EVP_INLINE inline
 #endif
 
+// The pairs of a block do not depend on each other.
+#if defined(__clang__)
+#define EVP_INDEPENDENT _Pragma("clang loop vectorize(assume_safety)")
+#elif defined(__GNUC__)
+#define EVP_INDEPENDENT _Pragma("GCC ivdep")
+#else
+#define EVP_INDEPENDENT
+#endif
+
 namespace EVP {
 
 namespace {
+
+  /// The constants of the laws of a block, pair by pair, or the only ones that there are.
+  template <bool Many> class ConstantsOf {
+   public:
+    EVP_INLINE ConstantsOf(const BlockLaw &law, const Block &block) : only(law.constants[0])
+    {
+      if constexpr (Many) {
+        const Law::Constants *const table = law.constants.data();
+        for (int k = 0; k < block.n; k++) own[k] = &table[block.kind[k] >> 1];
+      }
+    }
+    EVP_INLINE const Law::Constants &operator[](int k) const { return Many ? *own[k] : only; }
+
+   private:
+    const Law::Constants only;
+    const Law::Constants *own[Many ? Block::SIZE : 1];
+  };
 
   /// E(r) up to a constant [energy], from s and its powers.
   EVP_INLINE double energy_at(const Law::Constants &c, bool is_first, bool is_stretched, double r,
                               PowerPair q)
   {
-    const double first = c.first.em * q.sm - c.first.en * q.sn;
-    const double second = c.second.em * q.sm - c.second.en * q.sn;
-    const double carried = is_stretched ? c.stretched.energy - c.stretched.force * r
-                                        : c.compressed.energy - c.compressed.force * r;
-    return is_first ? first : second + carried;
+    const double em = is_first ? c.first.em : c.second.em;
+    const double en = is_first ? c.first.en : c.second.en;
+    const double constant = is_stretched ? c.stretched.energy : c.compressed.energy;
+    const double slope = is_stretched ? c.stretched.force : c.compressed.force;
+    return em * q.sm - en * q.sn + (is_first ? 0.0 : constant - slope * r);
   }
 
   /// All pairs of a block whose laws share the powers P.
@@ -39,21 +65,16 @@ namespace {
   EVP_INLINE void evaluate(const BlockLaw &law, Block &block)
   {
     const P powers;
-    const Law::Constants *const table = law.constants.data();
-    const Law::Constants only = table[0];
-    const double *__restrict const inv_deq = block.inv_deq;
-    const double *__restrict const cutsq = block.cutsq;
-    const double *__restrict const xy = block.xy;
-    const double *__restrict const z = block.z;
-    const double *__restrict const approach = block.approach;
-    const int *__restrict const kind = block.kind;
-    double *__restrict const force = block.force;
-    double *__restrict const energy = block.energy;
+    const ConstantsOf<Many> constants(law, block);
+    const double *const inv_deq = block.inv_deq;
+    const double *const cutsq = block.cutsq;
     const int n = block.n;
 
+    EVP_INDEPENDENT
     for (int k = 0; k < n; k++) {
-      const Law::Constants &c = Many ? table[kind[k] >> 1] : only;
-      const double dsq = xy[2 * k] * xy[2 * k] + xy[2 * k + 1] * xy[2 * k + 1] + z[k] * z[k];
+      const Law::Constants &c = constants[k];
+      const double x = block.xy[2 * k], y = block.xy[2 * k + 1], z = block.z[k];
+      const double dsq = x * x + y * y + z * z;
       const double d = std::sqrt(dsq);
       const double r = d * inv_deq[k];
       const double xi = r - 1.0;
@@ -61,30 +82,29 @@ namespace {
       const bool is_stretched = xi > 0.0;
 
       // 1/d and s = 1/(r - offset) from one division
-      const double offset = is_first ? 0.0 : (is_stretched ? c.xi_s : -c.xi_s);
+      const double offset = is_first ? 0.0 : std::copysign(c.xi_s, xi);
       const double shifted = r - offset;
       const double w = 1.0 / (shifted * d);
       const double s = w * d;
       const double inv_d = w * shifted;
       const PowerPair q = powers(s);
 
+      const double side = is_stretched ? c.stretched.force : c.compressed.force;
       const double a = is_first ? c.first.a : c.second.a;
-      const double carried = is_first ? 0.0
-                                      : (is_stretched ? c.stretched.force : c.compressed.force);
+      const double carried = is_first ? 0.0 : side;
       double f = (a * s * (q.sm - q.sn) + carried) * (inv_deq[k] * inv_d);
-      if constexpr (Damping) f -= c.gamma * approach[k] * (inv_d * inv_d);
-      force[k] = dsq > cutsq[k] ? 0.0 : f;
+      if constexpr (Damping) f -= c.gamma * block.approach[k] * (inv_d * inv_d);
+      block.force[k] = dsq > cutsq[k] ? 0.0 : f;
 
       if constexpr (Energy) {
         const double rc = std::sqrt(cutsq[k]) * inv_deq[k];
         const double xic = rc - 1.0;
         const bool cut_is_first = std::fabs(xic) <= c.xi_s;
-        const bool cut_is_stretched = xic > 0.0;
-        const double cut_offset = cut_is_first ? 0.0 : (cut_is_stretched ? c.xi_s : -c.xi_s);
+        const double cut_offset = cut_is_first ? 0.0 : std::copysign(c.xi_s, xic);
         const PowerPair qc = powers(1.0 / (rc - cut_offset));
         const double e = energy_at(c, is_first, is_stretched, r, q) -
-            energy_at(c, cut_is_first, cut_is_stretched, rc, qc);
-        energy[k] = dsq > cutsq[k] ? 0.0 : e;
+            energy_at(c, cut_is_first, xic > 0.0, rc, qc);
+        block.energy[k] = dsq > cutsq[k] ? 0.0 : e;
       }
     }
   }
