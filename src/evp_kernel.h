@@ -71,9 +71,10 @@ void gather(const PackedList &list, const ParticleView &view, const PairRange &r
   block.cutsq = list.pairs.cutsq() + range.first;
   block.kind = list.pairs.kind() + range.first;
   const auto *const x = view.x;
-  const auto *const v = view.v;
+  const auto *const v = Damping ? view.v : view.x;    // read only if needed
   range.for_each_row([&](int i, int first, int last) {
     const double xi = x[i][0], yi = x[i][1], zi = x[i][2];
+    const double vx = v[i][0], vy = v[i][1], vz = v[i][2];
     for (int k = first; k < last; k++) {
       const int j = partner[k], b = k - range.first;
       const double dx = xi - x[j][0], dy = yi - x[j][1], dz = zi - x[j][2];
@@ -81,8 +82,7 @@ void gather(const PackedList &list, const ParticleView &view, const PairRange &r
       block.xy[2 * b + 1] = dy;
       block.z[b] = dz;
       if constexpr (Damping)
-        block.approach[b] =
-            dx * (v[i][0] - v[j][0]) + dy * (v[i][1] - v[j][1]) + dz * (v[i][2] - v[j][2]);
+        block.approach[b] = dx * (vx - v[j][0]) + dy * (vy - v[j][1]) + dz * (vz - v[j][2]);
     }
   });
 }
