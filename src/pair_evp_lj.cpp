@@ -242,8 +242,8 @@ double PairEVPLJ::memory_usage()
 {
   double bytes = Pair::memory_usage();
   bytes += packed.memory_usage();
-  bytes += (double) (canonical.capacity() + mark.capacity()) * sizeof(int);
-  bytes += (double) mark_deq.capacity() * sizeof(double);
+  bytes += (double) canonical.capacity() * sizeof(int);
+  bytes += (double) marks.capacity() * sizeof(Mark);
   bytes += (double) (laws.capacity() + block_law.laws.capacity()) * sizeof(EVP::Law);
   return bytes;
 }

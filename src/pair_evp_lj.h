@@ -115,11 +115,17 @@ class PairEVPLJ : public Pair {
   bool overlap_warned;
 
   EVP::PackedList packed;
-  bool explicit_damping;               // a packed pair is damped by this style itself
-  bool repack;                         // coefficients changed since the list was packed
-  bool radii_vary;                     // and radii may at every step (fix adapt)
-  std::vector<int> canonical, mark;    // association of neighbors with records, see pack()
-  std::vector<double> mark_deq;
+  bool explicit_damping;    // a packed pair is damped by this style itself
+  bool repack;              // coefficients changed since the list was packed
+  bool radii_vary;          // and radii may at every step (fix adapt)
+
+  // association of neighbors with records, see pack()
+  struct Mark {
+    int i;    // the last atom that has a record of this one as its partner,
+    double deq;
+  };
+  std::vector<int> canonical;
+  std::vector<Mark> marks;
 
   void allocate();
   void offer_pair_values();
@@ -137,7 +143,11 @@ class PairEVPLJ : public Pair {
 
   void pack();
   void warn_of_overlaps(Overlaps);
-  void pack_pair(int i, int jneigh, Overlaps &overlaps);
+  void clear_marks();
+  void mark_partners(int i);
+  void pack_row(int i, Overlaps &overlaps);
+  void count_overlap(int i, int j, double dsq, Overlaps &overlaps) const;
+  void stop_at_one_point(int i, int j) const;
   void check_radii() const;
   void check_bonds() const;
   void find_block_law();
