@@ -13,6 +13,15 @@
 #include <algorithm>
 #include <cmath>
 
+// Rows are short: the loop's own work counts.
+#if defined(__clang__)
+#define EVP_UNROLL _Pragma("clang loop unroll_count(4)")
+#elif defined(__GNUC__)
+#define EVP_UNROLL _Pragma("GCC unroll 4")
+#else
+#define EVP_UNROLL
+#endif
+
 namespace EVP {
 
 /// Particle data of one process, as [n][3] arrays. v is read with damping only, f is added to.
@@ -75,6 +84,7 @@ void gather(const PackedList &list, const ParticleView &view, const PairRange &r
   range.for_each_row([&](int i, int first, int last) {
     const double xi = x[i][0], yi = x[i][1], zi = x[i][2];
     const double vx = v[i][0], vy = v[i][1], vz = v[i][2];
+    EVP_UNROLL
     for (int k = first; k < last; k++) {
       const int j = partner[k], b = k - range.first;
       const double dx = xi - x[j][0], dy = yi - x[j][1], dz = zi - x[j][2];
@@ -95,6 +105,7 @@ inline void scatter(const PackedList &list, const ParticleView &view, const Pair
   const int nreact = view.nreact;
   range.for_each_row([&](int i, int first, int last) {
     double fx = 0.0, fy = 0.0, fz = 0.0;
+    EVP_UNROLL
     for (int k = first; k < last; k++) {
       const int j = partner[k], b = k - range.first;
       const double px = block.xy[2 * b] * block.force[b];

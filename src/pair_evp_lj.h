@@ -88,6 +88,7 @@ class PairEVPLJ : public Pair {
   static constexpr int NVALUES = 3;    // p1 p2 p3 of compute pair/local
   double **coefficients[NCOEFF];       // [type][type] of e1 m1 n1 e2 m2 n2 xi_s gamma alpha
   std::vector<EVP::Law> laws;          // of all pairs of types, see law_index()
+  std::vector<int> laws_in_use;        // indices of those that the packed pairs can have
   EVP::BlockLaw block_law;             // the same laws for the time-step loop
   std::vector<double> max_radius;      // per type, when the cut-offs were set
   std::vector<double> reach;    // cut-offs that the neighbor list was made for, see law_index()

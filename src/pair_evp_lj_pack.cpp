@@ -59,7 +59,8 @@ void PairEVPLJ::pack()
 
 void PairEVPLJ::find_block_law()
 {
-  std::vector<int> used;
+  std::vector<int> &used = laws_in_use;
+  used.clear();
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++)
       if (setflag[i][j]) used.push_back(law_index(i, j));
