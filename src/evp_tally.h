@@ -16,10 +16,13 @@ class LaneSum {
   static constexpr int LANES = 8;
   template <class Term> void add(int n, Term &&term)
   {
+    double sums[LANES];    // apart from what term reads, so that they stay in registers
+    std::copy(lanes, lanes + LANES, sums);
     int k = 0;
     for (; k + LANES <= n; k += LANES)
-      for (int lane = 0; lane < LANES; lane++) lanes[lane] += term(k + lane);
-    for (int lane = 0; k + lane < n; lane++) lanes[lane] += term(k + lane);
+      for (int lane = 0; lane < LANES; lane++) sums[lane] += term(k + lane);
+    for (int lane = 0; k + lane < n; lane++) sums[lane] += term(k + lane);
+    std::copy(sums, sums + LANES, lanes);
   }
   double total() const
   {
@@ -47,18 +50,16 @@ class SumTally {
   void operator()(const PairRange &range, const Block &block)
   {
     const int *const j = list.pairs.j() + range.first;
-    const auto weight = [j, this](int k) {
-      return j[k] < nreact ? 1.0 : 0.5;
-    };
+    for (int k = 0; k < block.n; k++) weight[k] = j[k] < nreact ? 1.0 : 0.5;
     if (energy)
       energies.add(block.n, [&](int k) {
-        return weight(k) * block.energy[k];
+        return weight[k] * block.energy[k];
       });
     if (!virial) return;
+    for (int k = 0; k < block.n; k++) weight[k] *= block.force[k];
     const auto add = [&](LaneSum &sum, auto &&product) {
       sum.add(block.n, [&](int k) {
-        return weight(k) * block.force[k] *
-            product(block.xy[2 * k], block.xy[2 * k + 1], block.z[k]);
+        return weight[k] * product(block.xy[2 * k], block.xy[2 * k + 1], block.z[k]);
       });
     };
     add(virials[0], [](double x, double, double) {
@@ -89,6 +90,7 @@ class SumTally {
   const int nreact;
   const bool virial;
   LaneSum energies, virials[6];
+  double weight[Block::SIZE];    // of each pair of the block, for the virial times force/d
 };
 
 }    // namespace EVP
