@@ -1,53 +1,28 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //
-// The loop over packed pairs: what one time step does, and nothing else.
+// The loop over packed pairs: what one time step does, and nothing else. Pairs are gathered in
+// blocks, the law goes over a block at once, the forces are scattered.
 // Pure C++17. Everything a pair needs was looked up when the list was packed.
 
 #ifndef EVP_KERNEL_H
 #define EVP_KERNEL_H
 
-#include "evp_law.h"
+#include "evp_block.h"
+#include "evp_pairs.h"
 
+#include <algorithm>
 #include <cmath>
-#include <type_traits>
-#include <vector>
+
+// Rows are short: the loop's own work counts.
+#if defined(__clang__)
+#define EVP_UNROLL _Pragma("clang loop unroll_count(4)")
+#elif defined(__GNUC__)
+#define EVP_UNROLL _Pragma("GCC unroll 4")
+#else
+#define EVP_UNROLL
+#endif
 
 namespace EVP {
-
-/// One pair of the neighbor list, ready for the time-step loop. Its i is that of its PackedRow.
-struct PackedPair {
-  double inv_deq;    ///< 1/deq [1/length]
-  double cutsq;      ///< square of the distance beyond which nothing acts [length^2]
-  int j;             ///< partner, local or ghost
-  int law;           ///< index of the pair type's Law
-  bool is_bond;      ///< deq was recorded at the start
-};
-
-/// The pairs of one particle: [first, last) of PackedList::pairs.
-struct PackedRow {
-  int i;
-  int first, last;
-};
-
-/// All pairs of one process, rebuilt with the neighbor list; capacity is kept between builds.
-struct PackedList {
-  std::vector<PackedRow> rows;
-  std::vector<PackedPair> pairs;
-  long build = 0;    ///< counts the packings: indices of pairs hold as long as it does
-  int nlocal = 0;    ///< particles that the list was built for: own,
-  int nall = 0;      ///< and with ghosts
-
-  void clear()
-  {
-    build++;
-    rows.clear();
-    pairs.clear();
-  }
-  double memory_usage() const
-  {
-    return (double) (rows.capacity() * sizeof(PackedRow) + pairs.capacity() * sizeof(PackedPair));
-  }
-};
 
 /// Particle data of one process, as [n][3] arrays. v is read with damping only, f is added to.
 struct ParticleView {
@@ -55,22 +30,6 @@ struct ParticleView {
   const double (*v)[3];
   double (*f)[3];
   int nreact;    ///< particles below this index take the reaction: all with newton on, else own
-};
-
-/// A tally that is never called and costs nothing.
-struct NoTally {
-  static constexpr bool active = false;
-};
-
-/// Powers that are the same for all pair types and both regimes.
-template <class P> struct UniformPowers {
-  P p;
-  double reduced_force(const Law &law, double r) const { return law.reduced_force(r, p, p); }
-};
-
-/// Pair types or regimes with exponents of their own.
-struct OwnPowers {
-  double reduced_force(const Law &law, double r) const { return law.force(r, 1.0); }
 };
 
 /// Relative position of a pair, from j to i.
@@ -91,57 +50,101 @@ inline double damping_over_distance(double gamma, const PairGeometry &g, const d
   return -gamma * approach / g.dsq;
 }
 
-/// Adds the forces of all interacting pairs (d <= cut) to view.f.
-///
-/// tally(i, pair, geometry, force/d) is called per interacting pair where Tally::active.
-template <bool Damping, class Powers, class Tally>
-void accumulate_forces(const PackedList &list, const Law *laws, const ParticleView &view,
-                       const Powers &powers, Tally &&tally)
-{
-  for (const PackedRow &row : list.rows) {
-    const int i = row.i;
-    double fx = 0.0, fy = 0.0, fz = 0.0;
-    for (int k = row.first; k < row.last; k++) {
-      const PackedPair &pair = list.pairs[k];
-      const int j = pair.j;
-      const PairGeometry g(view.x, i, j);
-      if (g.dsq > pair.cutsq) continue;
+/// A run of pairs of the list, with the row where it begins.
+struct PairRange {
+  const PackedRow *row;
+  int first, last;
 
-      const double d = std::sqrt(g.dsq);
-      const Law &law = laws[pair.law];
-      double fpair = powers.reduced_force(law, d * pair.inv_deq) * pair.inv_deq / d;
-      if constexpr (Damping)
-        fpair += damping_over_distance(law.parameters().gamma, g, view.v[i], view.v[j]);
-
-      fx += g.dx * fpair;
-      fy += g.dy * fpair;
-      fz += g.dz * fpair;
-      if (j < view.nreact) {
-        view.f[j][0] -= g.dx * fpair;
-        view.f[j][1] -= g.dy * fpair;
-        view.f[j][2] -= g.dz * fpair;
-      }
-      if constexpr (std::decay_t<Tally>::active) tally(i, pair, g, fpair);
+  /// Calls f(i, first, last) for the pairs of each particle in the range.
+  template <class F> void for_each_row(F &&f) const
+  {
+    for (const PackedRow *r = row;; r++) {
+      f(r->i, std::max(r->first, first), std::min(r->last, last));
+      if (r->last >= last) break;
     }
-    view.f[i][0] += fx;
-    view.f[i][1] += fy;
-    view.f[i][2] += fz;
   }
+};
+
+/// A tally that is never called and costs nothing.
+struct NoTally {
+  static constexpr bool active = false;
+  static constexpr bool energy = false;
+};
+
+template <bool Damping>
+void gather(const PackedList &list, const ParticleView &view, const PairRange &range, Block &block)
+{
+  const int *const partner = list.pairs.j();
+  block.n = range.last - range.first;
+  block.inv_deq = list.pairs.inv_deq() + range.first;
+  block.cutsq = list.pairs.cutsq() + range.first;
+  block.kind = list.pairs.kind() + range.first;
+  const auto *const x = view.x;
+  const auto *const v = Damping ? view.v : view.x;    // read only if needed
+  range.for_each_row([&](int i, int first, int last) {
+    const double xi = x[i][0], yi = x[i][1], zi = x[i][2];
+    const double vx = v[i][0], vy = v[i][1], vz = v[i][2];
+    EVP_UNROLL
+    for (int k = first; k < last; k++) {
+      const int j = partner[k], b = k - range.first;
+      const double dx = xi - x[j][0], dy = yi - x[j][1], dz = zi - x[j][2];
+      block.xy[2 * b] = dx;
+      block.xy[2 * b + 1] = dy;
+      block.z[b] = dz;
+      if constexpr (Damping)
+        block.approach[b] = dx * (vx - v[j][0]) + dy * (vy - v[j][1]) + dz * (vz - v[j][2]);
+    }
+  });
 }
 
-/// Calls f with the powers that suit all laws: one place decides, the loop is written once.
-template <class F> void with_common_powers(const std::vector<Law> &laws, F &&f)
+inline void scatter(const PackedList &list, const ParticleView &view, const PairRange &range,
+                    const Block &block)
 {
-  bool common = !laws.empty();
-  for (const Law &law : laws) {
-    const Row &a = laws.front().parameters(), &b = law.parameters();
-    common = common && b.m1 == a.m1 && b.n1 == a.n1 && b.m2 == a.m1 && b.n2 == a.n1;
-  }
-  if (!common) return f(OwnPowers{});
-  const Row &row = laws.front().parameters();
-  with_powers(row.m1, row.n1, [&](auto p) {
-    f(UniformPowers<decltype(p)>{p});
+  const int *const partner = list.pairs.j();
+  auto *const f = view.f;
+  const int nreact = view.nreact;
+  range.for_each_row([&](int i, int first, int last) {
+    double fx = 0.0, fy = 0.0, fz = 0.0;
+    EVP_UNROLL
+    for (int k = first; k < last; k++) {
+      const int j = partner[k], b = k - range.first;
+      const double px = block.xy[2 * b] * block.force[b];
+      const double py = block.xy[2 * b + 1] * block.force[b];
+      const double pz = block.z[b] * block.force[b];
+      fx += px;
+      fy += py;
+      fz += pz;
+      if (j < nreact) {
+        f[j][0] -= px;
+        f[j][1] -= py;
+        f[j][2] -= pz;
+      }
+    }
+    f[i][0] += fx;
+    f[i][1] += fy;
+    f[i][2] += fz;
   });
+}
+
+/// Adds the forces of all interacting pairs (d <= cut) to view.f.
+///
+/// tally(range, block) is called per block, before the forces are scattered, where Tally::active.
+template <bool Damping, class Tally>
+void accumulate_forces(const PackedList &list, const BlockLaw &law, const ParticleView &view,
+                       Tally &&tally)
+{
+  using T = std::decay_t<Tally>;
+  const int npairs = (int) list.pairs.size();
+  Block block;
+  PairRange range = {list.rows.data(), 0, 0};
+  for (; range.first < npairs; range.first = range.last) {
+    range.last = std::min(range.first + Block::SIZE, npairs);
+    while (range.row->last <= range.first) range.row++;
+    gather<Damping>(list, view, range, block);
+    law(block, Damping, tally.energy);
+    if constexpr (T::active) tally(range, block);
+    scatter(list, view, range, block);
+  }
 }
 
 }    // namespace EVP

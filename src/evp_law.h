@@ -22,6 +22,12 @@ struct Row {
   double alpha;         ///< dlim = alpha (R_i + R_j), alpha > 1
 };
 
+inline bool operator==(const Row &a, const Row &b)
+{
+  return a.e1 == b.e1 && a.m1 == b.m1 && a.n1 == b.n1 && a.e2 == b.e2 && a.m2 == b.m2 &&
+      a.n2 == b.n2 && a.xi_s == b.xi_s && a.gamma == b.gamma && a.alpha == b.alpha;
+}
+
 /// s^m and s^n, from which force, energy and stiffness are all made.
 struct PowerPair {
   double sm, sn;
@@ -72,6 +78,24 @@ class AnyPowers {
   }
 };
 
+/// Calls f with the powers of (m, n) that the compiler knows; false if it knows none.
+template <class F> bool with_fixed_powers(double m, double n, F &&f)
+{
+  if (m == 8.0 && n == 4.0)
+    f(FixedPowers<8, 4>{});
+  else if (m == 6.0 && n == 3.0)
+    f(FixedPowers<6, 3>{});
+  else if (m == 4.0 && n == 2.0)
+    f(FixedPowers<4, 2>{});
+  else if (m == 2.0 && n == 1.0)
+    f(FixedPowers<2, 1>{});
+  else if (m == 12.0 && n == 6.0)
+    f(FixedPowers<12, 6>{});
+  else
+    return false;
+  return true;
+}
+
 /// Calls f with the fastest powers for (m, n): one place decides, every caller is written once.
 template <class F> auto with_powers(double m, double n, F &&f)
 {
@@ -97,6 +121,31 @@ class Law {
   }
 
   const Row &parameters() const { return row; }
+
+  /// What a loop over pairs keeps at hand: with s = 1/(r - offset) and offset 0 in the first
+  /// regime, +xi_s or -xi_s in the second (all but xi_s and gamma are energies),
+  /// F deq = a s (s^m - s^n) + force, E = em s^m - en s^n + energy - force r.
+  struct Constants {
+    struct OfRegime {
+      double a, em, en;
+    };
+    struct Carried {
+      double force, energy;    ///< added in the second regime only
+    };
+    double xi_s, gamma;
+    OfRegime first, second;
+    Carried stretched, compressed;
+  };
+
+  Constants constants() const
+  {
+    return {row.xi_s,
+            row.gamma,
+            first.constants(),
+            second.constants(),
+            {stretched.force, stretched.energy},
+            {compressed.force, compressed.energy}};
+  }
 
   /// 1 or 2: the regime of a pair at d (eq. 8). [d], [deq]: length.
   int regime(double d, double deq) const { return std::fabs(d / deq - 1.0) <= row.xi_s ? 1 : 2; }
@@ -168,6 +217,7 @@ class Law {
         e(e_in), m(m_in), n(n_in), a(m_in * n_in * e_in / (m_in - n_in))
     {
     }
+    Constants::OfRegime constants() const { return {a, e * n / (m - n), e * m / (m - n)}; }
     template <class F> auto with(F &&f) const { return with_powers(m, n, f); }
     PowerPair powers(double s) const
     {

@@ -5,6 +5,7 @@
 
 #include "pair_evp_lj.h"
 
+#include "evp_tally.h"
 #include "fix_evp_bonds.h"
 #include "scene.h"
 
@@ -26,29 +27,31 @@ using EVP::scene::rows;
 
 namespace {
 
-/// Hands energies and forces of pairs to LAMMPS on the steps that ask for them.
-class EvTally {
+/// Hands energies and forces to LAMMPS pair by pair: for per-atom values and compute */tally.
+class PairTally {
  public:
   static constexpr bool active = true;
+  const bool energy;
 
-  EvTally(PairEVPLJ *style_in, int nlocal_in, int newton_in, bool energy_in) :
-      style(style_in), nlocal(nlocal_in), newton(newton_in), energy_wanted(energy_in)
+  PairTally(PairEVPLJ *style_in, int nlocal_in, int newton_in, bool energy_in) :
+      energy(energy_in), style(style_in), nlocal(nlocal_in), newton(newton_in)
   {
   }
-  void operator()(int i, const EVP::PackedPair &pair, const EVP::PairGeometry &g,
-                  double fpair) const
+  void operator()(const EVP::PairRange &range, const EVP::Block &block) const
   {
-    double energy = 0.0;
-    if (energy_wanted)
-      energy =
-          style->law_of(pair).energy(std::sqrt(g.dsq), 1.0 / pair.inv_deq, std::sqrt(pair.cutsq));
-    style->ev_tally(i, pair.j, nlocal, newton, energy, 0.0, fpair, g.dx, g.dy, g.dz);
+    const EVP::PackedPairs &pairs = style->packed_pairs().pairs;
+    range.for_each_row([&](int i, int first, int last) {
+      for (int k = first; k < last; k++) {
+        const int b = k - range.first;
+        style->ev_tally(i, pairs.j()[k], nlocal, newton, energy ? block.energy[b] : 0.0, 0.0,
+                        block.force[b], block.xy[2 * b], block.xy[2 * b + 1], block.z[b]);
+      }
+    });
   }
 
  private:
   PairEVPLJ *style;
   int nlocal, newton;
-  bool energy_wanted;
 };
 
 }    // namespace
@@ -66,7 +69,8 @@ void PairEVPLJ::compute(int eflag, int vflag)
 {
   ev_init(eflag, vflag);
 
-  if (neighbor->ago == 0 || repack || (radii_vary && radii_changed())) pack();
+  const bool together = neighbor->ago == 0 || repack;
+  if (together || (radii_vary && radii_changed())) pack(together);
 
   if (damping_acts() && explicit_damping)
     compute_forces<true>();
@@ -125,14 +129,18 @@ template <bool Damping> void PairEVPLJ::compute_forces()
   const EVP::ParticleView view = {rows(atom->x), rows(atom->v),
                                   reinterpret_cast<double(*)[3]>(atom->f[0]),
                                   newton ? packed.nall : packed.nlocal};
-  const EvTally tally(this, packed.nlocal, newton, eflag_either != 0);
-
-  EVP::with_common_powers(laws_in_use, [&](const auto &powers) {
-    if (evflag)
-      EVP::accumulate_forces<Damping>(packed, laws.data(), view, powers, tally);
-    else
-      EVP::accumulate_forces<Damping>(packed, laws.data(), view, powers, EVP::NoTally());
-  });
+  const bool energy = eflag_either != 0;
+  if (!evflag)
+    EVP::accumulate_forces<Damping>(packed, block_law, view, EVP::NoTally());
+  else if (eflag_atom || vflag_atom || cvflag_atom || num_tally_compute > 0)
+    EVP::accumulate_forces<Damping>(packed, block_law, view,
+                                    PairTally(this, packed.nlocal, newton, energy));
+  else {
+    EVP::SumTally sums(packed, view.nreact, energy, vflag_global != 0);
+    EVP::accumulate_forces<Damping>(packed, block_law, view, sums);
+    eng_vdwl += sums.total_energy();
+    for (int k = 0; k < 6; k++) virial[k] += sums.total_virial(k);
+  }
 }
 
 /* ----------------------------------------------------------------------
@@ -249,8 +257,8 @@ double PairEVPLJ::memory_usage()
 {
   double bytes = Pair::memory_usage();
   bytes += packed.memory_usage();
-  bytes += (double) (canonical.capacity() + mark.capacity()) * sizeof(int);
-  bytes += (double) mark_deq.capacity() * sizeof(double);
-  bytes += (double) laws.capacity() * sizeof(EVP::Law);
+  bytes += (double) canonical.capacity() * sizeof(int);
+  bytes += (double) marks.capacity() * sizeof(Mark);
+  bytes += (double) (laws.capacity() + block_law.laws.capacity()) * sizeof(EVP::Law);
   return bytes;
 }

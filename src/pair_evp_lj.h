@@ -72,7 +72,7 @@ class PairEVPLJ : public Pair {
   bool damps_implicitly() const { return any_gamma && implicit_groupbit; }
 
   /// False where no pair at all has damping of this style's own. The same on all processes.
-  bool damps_explicitly() const { return any_gamma && explicit_atoms; }
+  bool damps_explicitly() const { return explicit_damping; }
 
   /// gamma of a pair that fix nve/evp damps [force/velocity], 0 for the others. Its law has none.
   double implicit_gamma(const EVP::PackedPair &pair) const;
@@ -90,15 +90,15 @@ class PairEVPLJ : public Pair {
   } settings_now;
 
   static constexpr int NCOEFF = 9;
-  static constexpr int NVALUES = 3;     // p1 p2 p3 of compute pair/local
-  double **coefficients[NCOEFF];        // [type][type] of e1 m1 n1 e2 m2 n2 xi_s gamma alpha
-  std::vector<EVP::Law> laws;           // of all pairs of types, see law_index()
-  std::vector<EVP::Law> laws_in_use;    // of the pairs of types that this style serves
-  std::vector<double> max_radius;       // per type, when the cut-offs were set
+  static constexpr int NVALUES = 3;    // p1 p2 p3 of compute pair/local
+  double **coefficients[NCOEFF];       // [type][type] of e1 m1 n1 e2 m2 n2 xi_s gamma alpha
+  std::vector<EVP::Law> laws;          // of all pairs of types, see law_index()
+  std::vector<int> laws_in_use;        // indices of those that the packed pairs can have
+  EVP::BlockLaw block_law;             // the same laws for the time-step loop
+  std::vector<double> max_radius;      // per type, when the cut-offs were set
   std::vector<double> reach;    // cut-offs that the neighbor list was made for, see law_index()
   bool any_gamma;
   int implicit_groupbit;    // of fix nve/evp, 0 without
-  bool explicit_atoms;      // some atoms are not in its group
 
   std::string bonds_id;        // fix that recorded the bonds; empty: none did
   class FixEVPBonds *bonds;    // that fix, nullptr without
@@ -114,13 +114,19 @@ class PairEVPLJ : public Pair {
   bool overlap_warned;
 
   EVP::PackedList packed;
-  bool explicit_damping;                // a packed pair is damped by this style itself
+  bool explicit_damping;                // a packed pair of any process is damped by this style
   bigint packed_call, packed_step;      // of the neighbor list that was packed
   bool repack;                          // coefficients changed since then
   bool radii_vary;                      // and radii may at every step ('atom_style sphere 1')
   std::vector<double> packed_radius;    // where they may: those of the packing, with ghosts
-  std::vector<int> canonical, mark;     // association of neighbors with records, see pack()
-  std::vector<double> mark_deq;
+
+  // association of neighbors with records, see pack()
+  struct Mark {
+    int i;    // the last atom that has a record of this one as its partner,
+    double deq;
+  };
+  std::vector<int> canonical;
+  std::vector<Mark> marks;
 
   void allocate();
   void offer_pair_values();
@@ -136,13 +142,18 @@ class PairEVPLJ : public Pair {
   void find_max_radii();
   void report_settings();
 
-  void pack();
+  void pack(bool together);
+  void agree_on_pairs(bool damped, Overlaps);
   bool radii_changed() const;
-  void warn_of_overlaps(Overlaps);
   void check_weights() const;
-  void pack_pair(int i, int jneigh, Overlaps &overlaps);
+  void clear_marks();
+  void mark_partners(int i);
+  bool pack_row(int i, Overlaps &overlaps);
+  void count_overlap(int i, int j, double deq, int law, Overlaps &overlaps) const;
+  void stop_at_one_point(int i, int j) const;
   void check_radii() const;
   void check_bonds() const;
+  void find_block_law();
   template <bool Damping> void compute_forces();
   void stop_at_blow_up() const;
 };

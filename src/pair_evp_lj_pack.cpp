@@ -5,6 +5,7 @@
 #include "pair_evp_lj.h"
 
 #include "fix_evp_bonds.h"
+#include "scene.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -23,69 +24,75 @@ using namespace LAMMPS_NS;
 /* ----------------------------------------------------------------------
    from the neighbor list and the records to the list of the time-step loop,
    in time linear in the neighbors: the partners of i are marked at their
-   index, then each neighbor looks whether it is marked
+   index, then each neighbor looks whether it is marked.
+   together: all processes do, with a new list or new coefficients; else this one has other radii
 ------------------------------------------------------------------------- */
 
-void PairEVPLJ::pack()
+void PairEVPLJ::pack(bool together)
 {
   check_radii();
-  check_weights();
-  if (bonds) check_bonds();
+  if (together) {
+    check_weights();
+    if (bonds) check_bonds();
+  }
 
-  const int nall = atom->nlocal + atom->nghost;
   packed.clear();
   packed.nlocal = atom->nlocal;
-  packed.nall = nall;
+  packed.nall = atom->nlocal + atom->nghost;
   packed_call = neighbor->ncalls;
   packed_step = neighbor->lastcall;
-  if (radii_vary) packed_radius.assign(atom->radius, atom->radius + nall);
+  if (radii_vary) packed_radius.assign(atom->radius, atom->radius + packed.nall);
   repack = false;
-  explicit_damping = false;
-
-  laws_in_use.clear();
-  for (int i = 1; i <= atom->ntypes; i++)
-    for (int j = i; j <= atom->ntypes; j++)
-      if (setflag[i][j]) laws_in_use.push_back(laws[law_index(i, j)]);
-
-  // Periodic images share a tag: all of them stand for the one index that the map knows, and have
-  // its deq; check_bonds() sees to it that no two of them can be within dlim.
-  if (bonds) {
-    canonical.resize(nall);
-    for (int j = 0; j < nall; j++) canonical[j] = atom->map(atom->tag[j]);
-    mark.assign(nall, -1);
-    mark_deq.resize(nall);
-  }
 
   Overlaps overlaps;
+  bool damped = false;
+  if (bonds) clear_marks();
   for (int ii = 0; ii < list->inum; ii++) {
     const int i = list->ilist[ii];
-    if (bonds)
-      for (const auto &bond : bonds->bonds_of(i)) {
-        // the map is an array without a check of its own, and a deleted partner may be beyond its end
-        const int m = bond.partner > atom->map_tag_max ? -1 : atom->map(bond.partner);
-        if (m < 0) continue;    // out of sight, hence beyond every cut-off
-        mark[m] = i;
-        mark_deq[m] = bond.deq;
-      }
-
-    const int first = (int) packed.pairs.size();
-    for (int jj = 0; jj < list->numneigh[i]; jj++) pack_pair(i, list->firstneigh[i][jj], overlaps);
-    const int last = (int) packed.pairs.size();
-    if (last > first) packed.rows.push_back({i, first, last});
+    if (bonds) mark_partners(i);
+    damped = pack_row(i, overlaps) || damped;
   }
-
-  if (!overlap_warned) warn_of_overlaps(overlaps);
+  if (together) agree_on_pairs(damped, overlaps);
+  find_block_law();
 }
 
 /* ----------------------------------------------------------------------
-   once per run, by the first process
+   the laws of the pairs of types that this style serves, where they differ.
+   Those of implicit pairs differ in gamma, which matters only beside explicit ones
 ------------------------------------------------------------------------- */
 
-void PairEVPLJ::warn_of_overlaps(Overlaps overlaps)
+void PairEVPLJ::find_block_law()
 {
-  bigint count;
-  MPI_Allreduce(&overlaps.count, &count, 1, MPI_LMP_BIGINT, MPI_SUM, world);
-  if (count == 0) return;
+  std::vector<int> &used = laws_in_use;
+  used.clear();
+  for (int i = 1; i <= atom->ntypes; i++)
+    for (int j = i; j <= atom->ntypes; j++)
+      if (setflag[i][j]) used.push_back(law_index(i, j));
+
+  const bool mixed = explicit_damping && implicit_groupbit;
+  bool alike = !mixed;
+  for (const int k : used) alike = alike && laws[k].parameters() == laws[used[0]].parameters();
+  if (alike && !used.empty()) used.resize(1);
+  if (mixed)
+    for (int k = (int) used.size() - 1; k >= 0; k--) used.push_back(nlaws() + used[k]);
+  block_law.assign(laws, used);
+}
+
+/* ----------------------------------------------------------------------
+   what the pairs of any process ask of all; overlaps are warned of once per run
+------------------------------------------------------------------------- */
+
+void PairEVPLJ::agree_on_pairs(bool damped, Overlaps overlaps)
+{
+  bigint here[2] = {damped, overlaps.count}, all[2];
+  MPI_Allreduce(here, all, 2, MPI_LMP_BIGINT, MPI_SUM, world);
+  explicit_damping = all[0] > 0;
+  if (explicit_damping && update->whichflag == 1 && !comm->ghost_velocity)
+    error->all(FLERR,
+               "Pair evp/lj with gamma > 0 needs ghost velocities: add 'comm_modify vel yes'");
+
+  const bigint count = all[1];
+  if (count == 0 || overlap_warned) return;
   overlap_warned = true;
 
   int owner = overlaps.count ? comm->me : comm->nprocs, first;
@@ -101,43 +108,92 @@ void PairEVPLJ::warn_of_overlaps(Overlaps overlaps)
         overlaps.regime == 1 ? "first" : "second", update->ntimestep, update->dt);
 }
 
+/* ----------------------------------------------------------------------
+   Periodic images share a tag: all of them stand for the one index that the map knows, and have
+   its deq; check_bonds() sees to it that no two of them can be within dlim.
+------------------------------------------------------------------------- */
+
+void PairEVPLJ::clear_marks()
+{
+  canonical.resize(packed.nall);
+  for (int j = 0; j < packed.nlocal; j++) canonical[j] = j;
+  for (int j = packed.nlocal; j < packed.nall; j++) canonical[j] = atom->map(atom->tag[j]);
+  marks.assign(packed.nall, {-1, 0.0});
+}
+
 /* ---------------------------------------------------------------------- */
 
-void PairEVPLJ::pack_pair(int i, int jneigh, Overlaps &overlaps)
+void PairEVPLJ::mark_partners(int i)
 {
-  const int j = jneigh & NEIGHMASK;
-  if (force->special_lj[sbmask(jneigh)] == 0.0) return;
-
-  bool is_bond = false;
-  if (bonds) {
-    const int m = canonical[j];
-    is_bond = mark[m] == i;
+  const tagint highest = atom->map_tag_max;
+  Mark *const all = marks.data();
+  for (const auto &bond : bonds->bonds_of(i)) {
+    // the map is an array without a check of its own, and a deleted partner may be beyond its end
+    const int m = bond.partner > highest ? -1 : atom->map(bond.partner);
+    if (m >= 0) all[m] = {i, bond.deq};    // else out of sight, hence beyond every cut-off
   }
-  if (!is_bond && settings_now.contact == Contact::NONE) return;
+}
 
-  const EVP::PairGeometry g(reinterpret_cast<const double(*)[3]>(atom->x[0]), i, j);
-  if (!(g.dsq > 0.0))
-    error->one(FLERR,
-               "Pair evp/lj: atoms {} and {} are at one point, the force has no direction there: "
-               "move one or delete it (delete_atoms overlap)",
-               atom->tag[i], atom->tag[j]);
+/* ----------------------------------------------------------------------
+   does this style damp one of the pairs?
+------------------------------------------------------------------------- */
 
-  const int law = law_index(atom->type[i], atom->type[j]);
-  const double sum_radii = atom->radius[i] + atom->radius[j];
-  const double deq = is_bond ? mark_deq[canonical[j]] : sum_radii;
-  const bool repels_only = !is_bond && settings_now.contact == Contact::REPULSIVE;
-  const double cut = repels_only ? sum_radii : laws[law].parameters().alpha * sum_radii;
-  const bool implicit = is_implicit(i, j);
-  packed.pairs.push_back({1.0 / deq, cut * cut, j, implicit ? nlaws() + law : law, is_bond});
-  if (!implicit && laws[law].parameters().gamma > 0.0) explicit_damping = true;
+bool PairEVPLJ::pack_row(int i, Overlaps &overlaps)
+{
+  // what does not change along the row, at hand
+  const auto *const x = EVP::scene::rows(atom->x);
+  const double *const radius = atom->radius, *const special = force->special_lj;
+  const int *const type = atom->type;
+  const int *const neighbors = list->firstneigh[i], nneighbors = list->numneigh[i];
+  const int *const canonical_of = canonical.data();
+  const Mark *const mark = bonds ? marks.data() : nullptr;
+  const EVP::Law *const row_laws = &laws[law_index(type[i], 0)];
+  const int first_law = law_index(type[i], 0);
+  const bool new_pairs = settings_now.contact != Contact::NONE;
+  const bool new_repel_only = settings_now.contact == Contact::REPULSIVE;
+  const bool some_implicit = implicit_groupbit != 0;
+  const double closest = 1.0 - settings_now.overlap;
 
-  const double closest = (1.0 - settings_now.overlap) * sum_radii;
-  const bool counted_there =
-      !force->newton_pair && j >= atom->nlocal && atom->tag[i] > atom->tag[j];
-  if (g.dsq < closest * closest && !counted_there && overlaps.count++ == 0) {
-    const double d = std::sqrt(g.dsq);
-    overlaps = {1, atom->tag[i], atom->tag[j], d, deq, laws[law].regime(d, deq)};
+  packed.pairs.make_room(nneighbors);
+  bool damped = false;
+  const int first = (int) packed.pairs.size();
+  for (int jj = 0; jj < nneighbors; jj++) {
+    const int j = neighbors[jj] & NEIGHMASK;
+    if (special[sbmask(neighbors[jj])] == 0.0) continue;
+    const Mark *const record = mark ? &mark[canonical_of[j]] : nullptr;
+    const bool is_bond = record && record->i == i;
+    if (!is_bond && !new_pairs) continue;
+
+    const EVP::PairGeometry g(x, i, j);
+    if (!(g.dsq > 0.0)) stop_at_one_point(i, j);
+
+    const EVP::Row &row = row_laws[type[j]].parameters();
+    const double sum_radii = radius[i] + radius[j];
+    const double deq = is_bond ? record->deq : sum_radii;
+    const double cut = !is_bond && new_repel_only ? sum_radii : row.alpha * sum_radii;
+    const bool implicit = some_implicit && is_implicit(i, j);
+    const int law = first_law + type[j] + (implicit ? nlaws() : 0);
+    packed.pairs.push_back({1.0 / deq, cut * cut, j, law, is_bond});
+    damped = damped || (!implicit && row.gamma > 0.0);
+
+    if (g.dsq < closest * sum_radii * (closest * sum_radii))
+      count_overlap(i, j, deq, law, overlaps);
   }
+  const int last = (int) packed.pairs.size();
+  if (last > first) packed.rows.push_back({i, first, last});
+  return damped;
+}
+
+/* ----------------------------------------------------------------------
+   without newton both owners of a pair across processes hold it; one of them counts it
+------------------------------------------------------------------------- */
+
+void PairEVPLJ::count_overlap(int i, int j, double deq, int law, Overlaps &overlaps) const
+{
+  if (!force->newton_pair && j >= atom->nlocal && atom->tag[i] > atom->tag[j]) return;
+  if (overlaps.count++) return;
+  const double d = std::sqrt(EVP::PairGeometry(EVP::scene::rows(atom->x), i, j).dsq);
+  overlaps = {1, atom->tag[i], atom->tag[j], d, deq, laws[law].regime(d, deq)};
 }
 
 /* ----------------------------------------------------------------------
@@ -159,6 +215,16 @@ void PairEVPLJ::check_weights() const
 bool PairEVPLJ::radii_changed() const
 {
   return !std::equal(packed_radius.begin(), packed_radius.end(), atom->radius);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairEVPLJ::stop_at_one_point(int i, int j) const
+{
+  error->one(FLERR,
+             "Pair evp/lj: atoms {} and {} are at one point, the force has no direction there: "
+             "move one or delete it (delete_atoms overlap)",
+             atom->tag[i], atom->tag[j]);
 }
 
 /* ----------------------------------------------------------------------

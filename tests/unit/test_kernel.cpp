@@ -1,168 +1,150 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // The loop over packed pairs against a plain sum over pairs written from the law alone.
 
-#include "evp_kernel.h"
-
-#include <gtest/gtest.h>
-
-#include <array>
-#include <random>
+#include "kernel_cases.h"
+#include "law_cases.h"
 
 using namespace EVP;
+using namespace kernel_cases;
 
 namespace {
 
-// Both sides add the same terms in another order: a few ulp of the sum of |F|.
-constexpr double ROUND_OFF = 1e-13;
-
-using Vectors = std::vector<std::array<double, 3>>;
+using Level = BlockLaw::Level;
 
 const Row TABLE2 = {80, 8, 4, 3, 8, 4, 0.005, 1000, 1.5};
-const Row OTHER = {40, 6, 3, 5, 4, 2, 0.01, 300, 1.5};
+const Row UNDAMPED = {80, 8, 4, 3, 8, 4, 0.005, 0, 1.5};
 
-struct Cloud {
-  Vectors x, v;
-  PackedList list;
-  std::vector<Law> laws;
+Row with_exponents(double m1, double n1, double m2, double n2)
+{
+  return {80, m1, n1, 3, m2, n2, 0.005, 1000, 1.5};
+}
+
+// one law, several with the same exponents, and exponents of their own
+const std::vector<std::vector<Row>> LAWS = {
+    {TABLE2},
+    {with_exponents(6, 3, 6, 3)},
+    {with_exponents(4, 2, 4, 2)},
+    {with_exponents(2, 1, 2, 1)},
+    {with_exponents(12, 6, 12, 6)},
+    {with_exponents(9, 5, 9, 5)},
+    {with_exponents(8, 4, 6, 3)},
+    {with_exponents(8.5, 4.25, 7.5, 2.5)},
+    {TABLE2, UNDAMPED, {40, 8, 4, 5, 8, 4, 0.01, 300, 1.5}},
+    {TABLE2, {40, 6, 3, 5, 4, 2, 0.01, 300, 1.5}},
+    {with_exponents(9, 5, 9, 5), {40, 9, 5, 5, 9, 5, 0.01, 300, 1.5}},
 };
 
-/// 40 points in a unit cube, each pair packed with a deq near its distance, so both regimes occur.
-Cloud make_cloud(const std::vector<Row> &rows)
+std::string names(const std::vector<Row> &rows)
 {
-  Cloud cloud;
-  std::mt19937 random(1);
-  std::uniform_real_distribution<double> unit(0.0, 1.0);
-  const int n = 40;
-  for (int i = 0; i < n; i++) {
-    cloud.x.push_back({unit(random), unit(random), unit(random)});
-    cloud.v.push_back({unit(random), unit(random), unit(random)});
-  }
-  for (const Row &row : rows) cloud.laws.emplace_back(row);
-  for (int i = 0; i < n; i++) {
-    const int first = (int) cloud.list.pairs.size();
-    for (int j = i + 1; j < n; j++) {
-      const PairGeometry g(reinterpret_cast<const double(*)[3]>(cloud.x.data()), i, j);
-      const double deq = std::sqrt(g.dsq) * (1.0 + 0.02 * (unit(random) - 0.5));
-      const double cut = j % 5 ? 0.6 : 2.0;
-      cloud.list.pairs.push_back({1.0 / deq, cut * cut, j, (int) (j % rows.size()), j % 2 == 0});
-    }
-    cloud.list.rows.push_back({i, first, (int) cloud.list.pairs.size()});
-  }
-  return cloud;
+  std::string text = std::to_string(rows.size()) + " laws, ";
+  return text + law_cases::name_of(rows.back());
 }
 
-template <bool Damping, class Tally>
-Vectors run_kernel(const Cloud &cloud, int nreact, Tally &&tally)
+/// All instruction sets of this machine.
+std::vector<Level> levels()
 {
-  Vectors f(cloud.x.size(), {0, 0, 0});
-  const ParticleView view = {reinterpret_cast<const double(*)[3]>(cloud.x.data()),
-                             reinterpret_cast<const double(*)[3]>(cloud.v.data()),
-                             reinterpret_cast<double(*)[3]>(f.data()), nreact};
-  with_common_powers(cloud.laws, [&](const auto &powers) {
-    accumulate_forces<Damping>(cloud.list, cloud.laws.data(), view, powers, tally);
-  });
-  return f;
-}
-
-void expect_plain_sum(const Cloud &cloud, const Vectors &f, bool damping, int nreact)
-{
-  const size_t n = cloud.x.size();
-  Vectors expected(n, {0, 0, 0});
-  std::vector<double> scale(n, 0.0);
-  for (const PackedRow &row : cloud.list.rows)
-    for (int k = row.first; k < row.last; k++) {
-      const PackedPair &pair = cloud.list.pairs[k];
-      double u[3], dsq = 0.0, approach = 0.0;
-      for (int c = 0; c < 3; c++) {
-        u[c] = cloud.x[row.i][c] - cloud.x[pair.j][c];
-        dsq += u[c] * u[c];
-      }
-      const double d = std::sqrt(dsq);
-      if (d > std::sqrt(pair.cutsq)) continue;
-      for (int c = 0; c < 3; c++) {
-        u[c] /= d;
-        approach += u[c] * (cloud.v[row.i][c] - cloud.v[pair.j][c]);
-      }
-      const Law &law = cloud.laws[pair.law];
-      double force = law.force(d, 1.0 / pair.inv_deq);
-      if (damping) force -= law.parameters().gamma * approach;
-      scale[row.i] += std::fabs(force);
-      scale[pair.j] += std::fabs(force);
-      for (int c = 0; c < 3; c++) {
-        expected[row.i][c] += force * u[c];
-        if (pair.j < nreact) expected[pair.j][c] -= force * u[c];
-      }
-    }
-  for (size_t i = 0; i < n; i++)
-    for (int c = 0; c < 3; c++)
-      // near deq a pair's own force is a difference that carries ulps of the yield force
-      EXPECT_NEAR(f[i][c], expected[i][c], ROUND_OFF * (scale[i] + 40 * 1e3));
+  std::vector<Level> all = {Level::BASE};
+  if (BlockLaw::best_level() >= Level::AVX2) all.push_back(Level::AVX2);
+  if (BlockLaw::best_level() >= Level::AVX512) all.push_back(Level::AVX512);
+  return all;
 }
 
 }    // namespace
 
-TEST(Kernel, EqualsThePlainSumWithoutDamping)
+TEST(Kernel, EqualsThePlainSum)
 {
-  const Cloud cloud = make_cloud({TABLE2});
-  const int n = (int) cloud.x.size();
-  expect_plain_sum(cloud, run_kernel<false>(cloud, n, NoTally()), false, n);
-}
+  for (const auto &rows : LAWS)
+    for (const bool damping : {false, true}) {
+      SCOPED_TRACE(names(rows) + (damping ? ", damped" : ""));
+      const Cloud cloud = make_cloud(rows, 1000);
+      const int n = (int) cloud.x.size();
+      const PlainSum sum = plain_sum(cloud, damping, n);
+      expect_forces(run_kernel(cloud, block_law(cloud), damping, n, NoTally()), sum);
 
-TEST(Kernel, EqualsThePlainSumWithDamping)
-{
-  const Cloud cloud = make_cloud({TABLE2});
-  const int n = (int) cloud.x.size();
-  expect_plain_sum(cloud, run_kernel<true>(cloud, n, NoTally()), true, n);
-}
-
-// Types or regimes with exponents of their own take the other path through the powers.
-TEST(Kernel, EqualsThePlainSumForMixedExponents)
-{
-  const Cloud cloud = make_cloud({TABLE2, OTHER});
-  const int n = (int) cloud.x.size();
-  expect_plain_sum(cloud, run_kernel<true>(cloud, n, NoTally()), true, n);
-}
-
-// newton off: ghosts, here the last ten particles, take no reaction.
-TEST(Kernel, LeavesGhostsAloneWithNewtonOff)
-{
-  const Cloud cloud = make_cloud({TABLE2});
-  const int nreact = (int) cloud.x.size() - 10;
-  expect_plain_sum(cloud, run_kernel<true>(cloud, nreact, NoTally()), true, nreact);
-}
-
-namespace {
-struct CountingTally {
-  static constexpr bool active = true;
-  int *calls;
-  void operator()(int, const PackedPair &pair, const PairGeometry &g, double) const
-  {
-    EXPECT_LE(g.dsq, pair.cutsq);
-    (*calls)++;
-  }
-};
-}    // namespace
-
-// Steps with energy and steps without must move the particles alike: the same forces to the last bit.
-TEST(Kernel, TallyChangesNoForceAndSeesInteractingPairsOnly)
-{
-  const Cloud cloud = make_cloud({TABLE2});
-  const int n = (int) cloud.x.size();
-  int calls = 0;
-  const Vectors quiet = run_kernel<true>(cloud, n, NoTally());
-  const Vectors tallied = run_kernel<true>(cloud, n, CountingTally{&calls});
-  for (int i = 0; i < n; i++)
-    for (int c = 0; c < 3; c++) EXPECT_EQ(quiet[i][c], tallied[i][c]);
-
-  int interacting = 0;
-  for (const PackedRow &row : cloud.list.rows)
-    for (int k = row.first; k < row.last; k++) {
-      const PairGeometry g(reinterpret_cast<const double(*)[3]>(cloud.x.data()), row.i,
-                           cloud.list.pairs[k].j);
-      interacting += g.dsq <= cloud.list.pairs[k].cutsq;
+      // control: what is tested is there
+      EXPECT_LT(sum.interacting, 950);
+      EXPECT_GT(sum.second, 300);
+      EXPECT_LT(sum.second, sum.interacting - 100);
     }
-  EXPECT_EQ(calls, interacting);
-  EXPECT_LT(interacting, (int) cloud.list.pairs.size());    // control: some pairs are beyond
+}
+
+TEST(Kernel, EqualsThePlainSumAtTheEdgesOfBlocks)
+{
+  const int size = Block::SIZE;
+  for (const int npairs :
+       {0, 1, 2, 7, 8, 9, size - 1, size, size + 1, 2 * size, 2 * size + 1, 1000}) {
+    SCOPED_TRACE(npairs);
+    const Cloud cloud = make_cloud({TABLE2}, npairs);
+    const int n = (int) cloud.x.size();
+    ASSERT_EQ((int) cloud.list.pairs.size(), npairs);
+    const PlainSum sum = plain_sum(cloud, true, n);
+    SumTally tally(cloud.list, n, true, true);
+    expect_forces(run_kernel(cloud, block_law(cloud), true, n, tally), sum);
+    EXPECT_NEAR(tally.total_energy(), sum.energy, ROUND_OFF * sum.energy_scale);
+  }
+}
+
+// newton off: ghosts, here the last ten particles, take no reaction, and their pairs count half.
+TEST(Kernel, EnergyAndVirialEqualThePlainSum)
+{
+  for (const auto &rows : LAWS)
+    for (const bool damping : {false, true})
+      for (const int ghosts : {0, 10}) {
+        SCOPED_TRACE(names(rows) + (damping ? ", damped" : ""));
+        const Cloud cloud = make_cloud(rows, 1000);
+        const int nreact = (int) cloud.x.size() - ghosts;
+        const PlainSum sum = plain_sum(cloud, damping, nreact);
+        SumTally tally(cloud.list, nreact, true, true);
+        expect_forces(run_kernel(cloud, block_law(cloud), damping, nreact, tally), sum);
+        EXPECT_NEAR(tally.total_energy(), sum.energy, ROUND_OFF * sum.energy_scale);
+        for (int c = 0; c < 6; c++)
+          EXPECT_NEAR(tally.total_virial(c), sum.virial[c], ROUND_OFF * sum.virial_scale);
+      }
+}
+
+// Steps with energy and steps without must move the particles alike, and so must all machines.
+TEST(Kernel, ForcesAreTheSameBitsWithTallyAndOnEveryInstructionSet)
+{
+  for (const auto &rows : LAWS)
+    for (const bool damping : {false, true}) {
+      SCOPED_TRACE(names(rows) + (damping ? ", damped" : ""));
+      const Cloud cloud = make_cloud(rows, 1000);
+      const int n = (int) cloud.x.size();
+      const Vectors plain = run_kernel(cloud, block_law(cloud, Level::BASE), damping, n, NoTally());
+      SumTally expected(cloud.list, n, true, true);
+      run_kernel(cloud, block_law(cloud, Level::BASE), damping, n, expected);
+      for (const Level level : levels()) {
+        const BlockLaw law = block_law(cloud, level);
+        SumTally tally(cloud.list, n, true, true);
+        EXPECT_EQ(run_kernel(cloud, law, damping, n, NoTally()), plain) << (int) level;
+        EXPECT_EQ(run_kernel(cloud, law, damping, n, tally), plain) << (int) level;
+        EXPECT_EQ(tally.total_energy(), expected.total_energy()) << (int) level;
+        for (int c = 0; c < 6; c++) EXPECT_EQ(tally.total_virial(c), expected.total_virial(c));
+      }
+    }
+}
+
+// One law for all pairs is looked up nowhere: the same numbers as when each pair names it.
+TEST(Kernel, OneLawGivesTheSameBitsAsTheSameLawForEachPair)
+{
+  for (const bool damping : {false, true}) {
+    const Cloud cloud = make_cloud({TABLE2, TABLE2}, 1000);
+    const int n = (int) cloud.x.size();
+    BlockLaw one;
+    one.assign(cloud.laws, {1});
+    EXPECT_EQ(run_kernel(cloud, one, damping, n, NoTally()),
+              run_kernel(cloud, block_law(cloud), damping, n, NoTally()));
+  }
+}
+
+// A blow-up must show: a position that is not a number gives forces that are none.
+TEST(Kernel, PositionsThatAreNoNumbersGiveForcesThatAreNone)
+{
+  Cloud cloud = make_cloud({TABLE2}, 1000);
+  const int n = (int) cloud.x.size();
+  cloud.x[3][1] = std::nan("");
+  for (const Level level : levels())
+    EXPECT_TRUE(std::isnan(run_kernel(cloud, block_law(cloud, level), false, n, NoTally())[3][1]));
 }
 
 // eq. 4 by hand: 1 m apart along x, closing at 2 m/s: the damper pushes i away from j.
