@@ -10,13 +10,14 @@ ComputeStyle(evp/dt,ComputeEVPDt);
 #define LMP_COMPUTE_EVP_DT_H
 
 #include "compute.h"
+#include "nodal_exchange.h"
 
 #include <vector>
 
 namespace LAMMPS_NS {
 
 /// Largest stable steps of the network of pairs that interact now, its atoms outside the group held.
-class ComputeEVPDt : public Compute {
+class ComputeEVPDt : public NodalExchange<Compute> {
  public:
   ComputeEVPDt(class LAMMPS *, int, char **);
   ~ComputeEVPDt() override;
@@ -26,11 +27,6 @@ class ComputeEVPDt : public Compute {
   double compute_scalar() override;
   void compute_vector() override;
   double memory_usage() override;
-
-  int pack_forward_comm(int, int *, double *, int, int *) override;
-  void unpack_forward_comm(int, int, double *) override;
-  int pack_reverse_comm(int, int, double *) override;
-  void unpack_reverse_comm(int, int *, double *) override;
 
  private:
   /// An interacting pair with at least one free atom, linearised: forces on i are
@@ -47,17 +43,22 @@ class ComputeEVPDt : public Compute {
     double axial, across, damping;
   };
 
+  static constexpr double NO_LIMIT = 1.0e20;     // nothing interacts: any step is stable
+  static constexpr double TOLERANCE = 1.0e-4;    // of an eigenvalue; half of it in the step
+
   class PairEVPLJ *pair;
   std::vector<Link> links;
-  std::vector<double> nodal;    // three values per atom and ghost, exchanged
-  std::vector<double> result;
-  bigint computed_step;     // of what vector holds, -1 if it must not be used again
-  bool warned;              // of the step, in this run
-  bool unsettled_warned;    // of an eigenvalue, in this run
+  Nodal motion, reaction;    // with ghosts
+  bigint computed_step;      // of what vector holds, -1 if it must not be used again
+  bool warned;               // of the step, in this run
+  bool unsettled_warned;     // of an eigenvalue, in this run
+
+  /// Positive root of dt^2 a + 2 dt b = 4 (velocity Verlet with damping at half-step velocities).
+  static double root_of(double a, double b);
 
   bool all_implicit() const;
+  bool has_its_step_set() const;
   bool is_free(int i) const;
-  double inverse_mass(int i) const;
   void collect_links();
   double largest_eigenvalue(const Mix &);
   void apply(const Mix &, const std::vector<double> &, std::vector<double> &);
@@ -65,7 +66,6 @@ class ComputeEVPDt : public Compute {
   double implicit_step(double lambda_axial, double lambda_across) const;
   double paper_step() const;
   double row_sum_step();
-  void sum_to_owners(std::vector<double> &);
 };
 
 }    // namespace LAMMPS_NS

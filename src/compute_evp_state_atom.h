@@ -10,13 +10,12 @@ ComputeStyle(evp/state/atom,ComputeEVPStateAtom);
 #define LMP_COMPUTE_EVP_STATE_ATOM_H
 
 #include "compute.h"
-
-#include <vector>
+#include "nodal_exchange.h"
 
 namespace LAMMPS_NS {
 
 /// Per atom: pairs recorded, share of them in the second regime, share beyond dlim, new pairs.
-class ComputeEVPStateAtom : public Compute {
+class ComputeEVPStateAtom : public NodalExchange<Compute> {
  public:
   ComputeEVPStateAtom(class LAMMPS *, int, char **);
   ~ComputeEVPStateAtom() override;
@@ -25,18 +24,17 @@ class ComputeEVPStateAtom : public Compute {
   void compute_peratom() override;
   double memory_usage() override;
 
-  int pack_reverse_comm(int, int, double *) override;
-  void unpack_reverse_comm(int, int *, double *) override;
-
  private:
-  /// What an atom's pairs are now.
-  struct Tally {
-    double within, second,
-        fresh;    ///< bonds within dlim, of these in the second regime; new pairs
-  };
+  /// Places in an atom's tally of pairs.
+  enum {
+    WITHIN,
+    SECOND,
+    FRESH,
+    NTALLIES
+  };    // bonds within dlim, of these in the second regime; new
 
   class PairEVPLJ *pair;
-  std::vector<Tally> tallies;    // per atom and ghost
+  Nodal tallies;    // NTALLIES per atom and ghost
   int nmax;
 
   void count_pairs();

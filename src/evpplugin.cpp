@@ -31,6 +31,29 @@ template <class Style> void *create_with_words(void *lmp, int narg, char **arg)
   return new Style((LAMMPS *) lmp, narg, arg);
 }
 
+/// Of the two creators a style has one.
+struct StyleEntry {
+  const char *kind, *name, *info;
+  lammpsplugin_factory1 *plain;
+  lammpsplugin_factory2 *with_words;
+};
+
+const StyleEntry styles[] = {
+    {"pair", "evp/lj", "EVP two-regime pair style, Gado et al. 2017", &create<PairEVPLJ>, nullptr},
+    {"fix", "evp/bonds", "EVP equilibrium distances of the initial pairs", nullptr,
+     &create_with_words<FixEVPBonds>},
+    {"fix", "nve/evp", "EVP time integration with implicit damping", nullptr,
+     &create_with_words<FixNVEEVP>},
+    {"fix", "dt/evp", "EVP step as a fraction of the largest stable one", nullptr,
+     &create_with_words<FixDtEVP>},
+    {"fix", "evp/energy", "EVP energy ledger", nullptr, &create_with_words<FixEVPEnergy>},
+    {"compute", "evp/dt", "EVP largest stable time steps", nullptr,
+     &create_with_words<ComputeEVPDt>},
+    {"compute", "evp/state/atom", "EVP state of each atom's pairs", nullptr,
+     &create_with_words<ComputeEVPStateAtom>},
+    {"command", "write_evp_bonds", "EVP bonds as a text file", &create<WriteEVPBonds>, nullptr},
+};
+
 }    // namespace
 
 extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
@@ -38,53 +61,18 @@ extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
   EVP::refuse_wrong_host(lmp);
   EVP::compat::show_last_words(((LAMMPS *) lmp)->output, ((LAMMPS *) lmp)->screen);
 
-  const auto add = (lammpsplugin_regfunc) regfunc;
   lammpsplugin_t plugin = {};
   plugin.version = LAMMPS_VERSION;
   plugin.author = "the EVP authors";
   plugin.handle = handle;
-
-  plugin.style = "pair";
-  plugin.name = "evp/lj";
-  plugin.info = "EVP two-regime pair style, Gado et al. 2017";
-  plugin.creator.v1 = &create<PairEVPLJ>;
-  add(&plugin, lmp);
-
-  plugin.style = "fix";
-  plugin.name = "evp/bonds";
-  plugin.info = "EVP equilibrium distances of the initial pairs";
-  plugin.creator.v2 = &create_with_words<FixEVPBonds>;
-  add(&plugin, lmp);
-
-  plugin.name = "nve/evp";
-  plugin.info = "EVP time integration with implicit damping";
-  plugin.creator.v2 = &create_with_words<FixNVEEVP>;
-  add(&plugin, lmp);
-
-  plugin.name = "dt/evp";
-  plugin.info = "EVP step as a fraction of the largest stable one";
-  plugin.creator.v2 = &create_with_words<FixDtEVP>;
-  add(&plugin, lmp);
-
-  plugin.name = "evp/energy";
-  plugin.info = "EVP energy ledger";
-  plugin.creator.v2 = &create_with_words<FixEVPEnergy>;
-  add(&plugin, lmp);
-
-  plugin.style = "compute";
-  plugin.name = "evp/dt";
-  plugin.info = "EVP largest stable time steps";
-  plugin.creator.v2 = &create_with_words<ComputeEVPDt>;
-  add(&plugin, lmp);
-
-  plugin.name = "evp/state/atom";
-  plugin.info = "EVP state of each atom's pairs";
-  plugin.creator.v2 = &create_with_words<ComputeEVPStateAtom>;
-  add(&plugin, lmp);
-
-  plugin.style = "command";
-  plugin.name = "write_evp_bonds";
-  plugin.info = "EVP bonds as a text file";
-  plugin.creator.v1 = &create<WriteEVPBonds>;
-  add(&plugin, lmp);
+  for (const StyleEntry &style : styles) {
+    plugin.style = style.kind;
+    plugin.name = style.name;
+    plugin.info = style.info;
+    if (style.plain)
+      plugin.creator.v1 = style.plain;
+    else
+      plugin.creator.v2 = style.with_words;
+    ((lammpsplugin_regfunc) regfunc)(&plugin, lmp);
+  }
 }

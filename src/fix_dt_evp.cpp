@@ -6,6 +6,7 @@
 #include "evp_params.h"
 #include "lammps_compat.h"
 #include "pair_evp_lj.h"
+#include "scene.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -33,8 +34,9 @@ static constexpr double GROWTH_PER_CHECK = 1.25;
 ------------------------------------------------------------------------- */
 
 FixDtEVP::FixDtEVP(LAMMPS *lmp, int narg, char **arg) :
-    Fix(lmp, narg, arg), fraction(0.0), maximum(NO_LIMIT), compute(nullptr), pair(nullptr),
-    stable_step(NO_LIMIT), fastest{NO_LIMIT, 0.0, 0.0}, ruler(NOTHING), speed_reported(false)
+    NodalExchange(lmp, narg, arg), fraction(0.0), maximum(NO_LIMIT), compute(nullptr),
+    pair(nullptr), stable_step(NO_LIMIT), fastest{NO_LIMIT, 0.0, 0.0}, ruler(NOTHING),
+    speed_reported(false)
 {
   if (narg != 5 && narg != 7)
     error->all(FLERR, "Fix {} dt/evp takes N fraction [max DT], got {} words", id, narg - 3);
@@ -61,7 +63,6 @@ FixDtEVP::FixDtEVP(LAMMPS *lmp, int narg, char **arg) :
 
   nevery = (int) every;
   time_depend = 1;
-  comm_forward = 3;
   scalar_flag = vector_flag = 1;
   size_vector = 5;
   global_freq = 1;
@@ -94,23 +95,28 @@ int FixDtEVP::setmask()
 
 void FixDtEVP::init()
 {
-  pair = PairEVPLJ::find(force);
-  if (!pair)
-    error->all(FLERR, "Fix {} dt/evp needs pair style evp/lj, found '{}'", id,
-               force->pair_style ? force->pair_style : "none");
+  const std::string who = fmt::format("Fix {} dt/evp", id);
+  pair = EVP::scene::require_pair(force, error, who);
   const int icompute = modify->find_compute(compute_id);
   compute = icompute < 0 ? nullptr : dynamic_cast<ComputeEVPDt *>(modify->compute[icompute]);
   if (!compute)
     error->all(FLERR, "Fix {} dt/evp: its compute {} was deleted; define the fix anew", id,
                compute_id);
-  if (utils::strmatch(update->integrate_style, "^respa"))
-    error->all(FLERR, "Fix {} dt/evp does not work with run_style respa: use run_style verlet", id);
-  for (int k = 0; k < modify->nfix; k++)
-    if (strcmp(modify->fix[k]->style, "move") == 0 || strcmp(modify->fix[k]->style, "deform") == 0)
+  EVP::scene::refuse_respa(update, error, who);
+  for (int k = 0; k < modify->nfix; k++) {
+    const Fix *other = modify->fix[k];
+    if (strcmp(other->style, "move") == 0 || strcmp(other->style, "deform") == 0)
       error->all(FLERR,
                  "Fix {} dt/evp: fix {} of style {} cannot follow a changing step: drive atoms by "
                  "'velocity set' and fix nve/noforce",
-                 id, modify->fix[k]->id, modify->fix[k]->style);
+                 id, other->id, other->style);
+    if (other != this &&
+        (strcmp(other->style, style) == 0 || strcmp(other->style, "dt/reset") == 0))
+      error->all(FLERR,
+                 "Fix {} dt/evp: fix {} of style {} sets the step too, and the last one would win: "
+                 "use one fix dt/evp for the group union",
+                 id, other->id, other->style);
+  }
   speed_reported = false;
 }
 
@@ -158,12 +164,11 @@ void FixDtEVP::set_step(bool may_jump)
                      dt / (fraction * stable_step));
     speed_reported = true;
   }
-  if (stable_step >= NO_LIMIT && ruler == STABILITY)
-    error->all(
-        FLERR,
-        "Fix {} dt/evp: nothing interacts and nothing moves, so nothing limits the step: give "
-        "'max DT'",
-        id);
+  if (stable_step >= NO_LIMIT && fastest.dt >= NO_LIMIT && maximum >= NO_LIMIT)
+    error->all(FLERR,
+               "Fix {} dt/evp: at step {} no pair interacts or approaches another, so nothing "
+               "limits the step: give 'max DT'",
+               id, update->ntimestep);
   if (dt != update->dt) change_step(dt);
 }
 
@@ -177,10 +182,10 @@ FixDtEVP::FastestPair FixDtEVP::find_fastest(double dt)
   const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
   velocity.resize((size_t) 3 * nall);
   std::copy_n(atom->v[0], (size_t) 3 * nlocal, velocity.begin());
-  EVP::compat::forward_comm(comm, this);
+  to_ghosts(velocity);
 
   FastestPair here = {NO_LIMIT, 0.0, 0.0};
-  const auto x = reinterpret_cast<const double(*)[3]>(atom->x[0]);
+  const auto x = EVP::scene::rows(atom->x);
   const EVP::PackedList &list = pair->packed_pairs();
   for (const auto &row : list.rows)
     for (int k = row.first; k < row.last; k++) {
@@ -245,19 +250,4 @@ double FixDtEVP::compute_vector(int n)
 double FixDtEVP::memory_usage()
 {
   return (double) velocity.capacity() * sizeof(double);
-}
-
-/* ---------------------------------------------------------------------- */
-
-int FixDtEVP::pack_forward_comm(int n, int *indices, double *buf, int /*pbc_flag*/, int * /*pbc*/)
-{
-  for (int k = 0; k < n; k++) std::copy_n(&velocity[(size_t) 3 * indices[k]], 3, buf + 3 * k);
-  return 3 * n;
-}
-
-/* ---------------------------------------------------------------------- */
-
-void FixDtEVP::unpack_forward_comm(int n, int first, double *buf)
-{
-  std::copy_n(buf, 3 * n, &velocity[(size_t) 3 * first]);
 }

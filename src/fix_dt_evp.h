@@ -10,15 +10,15 @@ FixStyle(dt/evp,FixDtEVP);
 #define LMP_FIX_DT_EVP_H
 
 #include "fix.h"
+#include "nodal_exchange.h"
 
 #include <string>
-#include <vector>
 
 namespace LAMMPS_NS {
 
 /// Keeps the step at a fraction of the largest stable one, and short enough that no pair is carried
 /// through its threshold strain unresolved.
-class FixDtEVP : public Fix {
+class FixDtEVP : public NodalExchange<Fix> {
  public:
   FixDtEVP(class LAMMPS *, int, char **);
   ~FixDtEVP() override;
@@ -32,9 +32,6 @@ class FixDtEVP : public Fix {
   double compute_scalar() override;
   double compute_vector(int) override;
   double memory_usage() override;
-
-  int pack_forward_comm(int, int *, double *, int, int *) override;
-  void unpack_forward_comm(int, int, double *) override;
 
  private:
   enum Ruler { NOTHING, STABILITY, SPEED, MAXIMUM, GROWTH };
@@ -51,7 +48,7 @@ class FixDtEVP : public Fix {
   class ComputeEVPDt *compute;
   class PairEVPLJ *pair;
 
-  std::vector<double> velocity;    // with ghosts
+  Nodal velocity;    // with ghosts
   double stable_step;
   FastestPair fastest;
   Ruler ruler;

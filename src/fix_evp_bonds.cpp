@@ -8,12 +8,12 @@
 #include "evp_params.h"
 #include "lammps_compat.h"
 #include "pair_evp_lj.h"
+#include "scene.h"
 
 #include "atom.h"
 #include "comm.h"
 #include "error.h"
 #include "force.h"
-#include "memory.h"
 #include "modify.h"
 #include "neigh_list.h"
 #include "update.h"
@@ -21,19 +21,22 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
-#include <memory>
 
 using namespace LAMMPS_NS;
 using namespace FixConst;
+
+static bool precedes(const FixEVPBonds::Bond &bond, tagint partner)
+{
+  return bond.partner < partner;
+}
 
 /* ----------------------------------------------------------------------
    fix ID group evp/bonds [zone Z | file FILE]
 ------------------------------------------------------------------------- */
 
 FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
-    Fix(lmp, narg, arg), zone(0.0), recorded(false), records_due(false), highest_id(0),
-    nrecorded(0), capacity(0), nmax(0), nbonds(nullptr), recorded_as(nullptr), bonds(nullptr),
+    Fix(lmp, narg, arg), zone(0.0), recorded(false), records_due(false),
+    after_restart(modify->nfix_restart_global > 0), highest_id(0), nrecorded(0), most_bonds(0),
     list(nullptr), pair_counts{}, counted_step(-1)
 {
   for (int iarg = 3; iarg < narg; iarg += 2) {
@@ -62,14 +65,12 @@ FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
     error->all(FLERR,
                "Fix {} evp/bonds: the bonds come from the zone or from a file, give one of the two",
                id);
-  for (int k = 0; k < modify->nfix; k++) {
-    const Fix *other = modify->fix[k];    // none where this fix takes the place of one of its name
-    if (other && strcmp(other->style, style) == 0 && strcmp(other->id, id) != 0)
-      error->all(FLERR,
-                 "Fix {} evp/bonds: fix {} records bonds already, and a pair has one deq: use one "
-                 "fix evp/bonds, or 'unfix {}' first",
-                 id, other->id, other->id);
-  }
+  // a fix that takes the place of one of its name finds none
+  if (const Fix *other = EVP::scene::find_fix(modify, style))
+    error->all(FLERR,
+               "Fix {} evp/bonds: fix {} records bonds already, and a pair has one deq: use one "
+               "fix evp/bonds, or 'unfix {}' first",
+               id, other->id, other->id);
 
   restart_global = restart_peratom = 1;
   create_attribute = 1;
@@ -80,9 +81,8 @@ FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
   global_freq = 1;
   extscalar = extvector = 0;
 
-  grow_arrays(atom->nmax);
-  for (int i = 0; i < atom->nlocal; i++) FixEVPBonds::set_arrays(i);
-  reserve(1);
+  FixEVPBonds::grow_arrays(atom->nmax);
+  make_room_for(1);
   atom->add_callback(Atom::GROW);
   atom->add_callback(Atom::RESTART);
 }
@@ -93,9 +93,6 @@ FixEVPBonds::~FixEVPBonds()
 {
   atom->delete_callback(id, Atom::GROW);
   atom->delete_callback(id, Atom::RESTART);
-  memory->destroy(nbonds);
-  memory->destroy(recorded_as);
-  memory->sfree(bonds);
 
   // at the end of LAMMPS the pair style goes first
   PairEVPLJ *pair = force ? find_pair() : nullptr;
@@ -120,23 +117,15 @@ PairEVPLJ *FixEVPBonds::find_pair() const
 
 void FixEVPBonds::init()
 {
-  const PairEVPLJ *pair = find_pair();
-  if (!pair)
-    error->all(FLERR,
-               "Fix {} evp/bonds needs pair style evp/lj, found '{}': restore the pair style, or "
-               "'unfix {}'",
-               id, force->pair_style ? force->pair_style : "none", id);
+  const std::string who = fmt::format("Fix {} evp/bonds", id);
+  const PairEVPLJ *pair = EVP::scene::require_pair(force, error, who);
   if (atom->map_style == Atom::MAP_NONE)
     error->all(FLERR, "Fix {} evp/bonds looks atoms up by ID: add 'atom_modify map yes'", id);
-  if (utils::strmatch(update->integrate_style, "^respa"))
-    error->all(FLERR,
-               "Fix {} evp/bonds does not work with run_style respa, which would skip the "
-               "recording: use run_style verlet",
-               id);
+  EVP::scene::refuse_respa(update, error, who);
 
   int most;
-  MPI_Allreduce(&capacity, &most, 1, MPI_INT, MPI_MAX, world);
-  reserve(most);
+  MPI_Allreduce(&most_bonds, &most, 1, MPI_INT, MPI_MAX, world);
+  make_room_for(most);
 
   check_restored();
   counted_step = -1;
@@ -214,37 +203,21 @@ void FixEVPBonds::setup_pre_force(int /*vflag*/)
 
 /* ---------------------------------------------------------------------- */
 
-void FixEVPBonds::add_bond(int i, tagint partner, double deq)
-{
-  if (nbonds[i] == capacity) reserve(capacity + std::max(4, capacity / 2));
-  bonds[(bigint) i * capacity + nbonds[i]++] = {partner, deq};
-}
-
-/* ---------------------------------------------------------------------- */
-
 double FixEVPBonds::find_deq(int i, tagint partner) const
 {
-  for (const Bond &bond : bonds_of(i))
-    if (bond.partner == partner) return bond.deq;
-  return 0.0;
+  const auto found = std::lower_bound(bonds[i].begin(), bonds[i].end(), partner, precedes);
+  return found != bonds[i].end() && found->partner == partner ? found->deq : 0.0;
 }
 
 /* ----------------------------------------------------------------------
-   room for at least n records per atom; what is there moves to the longer rows
+   LAMMPS' buffers for one atom must hold the longest record of any process: the first one says in
+   restart files how long that is
 ------------------------------------------------------------------------- */
 
-void FixEVPBonds::reserve(int n)
+void FixEVPBonds::make_room_for(int n)
 {
-  if (n > capacity) {
-    const bigint bytes = (bigint) nmax * n * (bigint) sizeof(Bond);
-    auto *longer = (Bond *) memory->smalloc(bytes, "evp/bonds:bonds");
-    for (int i = 0; i < std::min(nmax, atom->nlocal); i++)
-      std::copy_n(bonds + (bigint) i * capacity, nbonds[i], longer + (bigint) i * n);
-    memory->sfree(bonds);
-    bonds = longer;
-    capacity = n;
-  }
-  maxexchange = 2 + 2 * capacity;
+  most_bonds = std::max(most_bonds, n);
+  maxexchange = 2 + 2 * most_bonds;
 }
 
 /* ----------------------------------------------------------------------
@@ -281,27 +254,26 @@ double FixEVPBonds::compute_vector(int n)
 
 double FixEVPBonds::memory_usage()
 {
-  return (double) nmax * (sizeof(int) + sizeof(tagint) + (double) capacity * sizeof(Bond));
+  double bytes = (double) bonds.capacity() * sizeof(Bonds);
+  bytes += (double) recorded_as.capacity() * sizeof(tagint);
+  for (const Bonds &of_atom : bonds) bytes += (double) of_atom.capacity() * sizeof(Bond);
+  return bytes;
 }
 
 /* ---------------------------------------------------------------------- */
 
-void FixEVPBonds::grow_arrays(int nmax_in)
+void FixEVPBonds::grow_arrays(int nmax)
 {
-  nmax = nmax_in;
-  memory->grow(nbonds, nmax, "evp/bonds:nbonds");
-  memory->grow(recorded_as, nmax, "evp/bonds:recorded_as");
-  const bigint bytes = (bigint) nmax * capacity * (bigint) sizeof(Bond);
-  if (capacity) bonds = (Bond *) memory->srealloc(bonds, bytes, "evp/bonds:bonds");
+  recorded_as.resize(nmax, 0);
+  bonds.resize(nmax);
 }
 
 /* ---------------------------------------------------------------------- */
 
 void FixEVPBonds::copy_arrays(int i, int j, int /*delflag*/)
 {
-  nbonds[j] = nbonds[i];
   recorded_as[j] = recorded_as[i];
-  std::copy_n(bonds + (bigint) i * capacity, nbonds[i], bonds + (bigint) j * capacity);
+  bonds[j] = bonds[i];
 }
 
 /* ----------------------------------------------------------------------
@@ -310,8 +282,8 @@ void FixEVPBonds::copy_arrays(int i, int j, int /*delflag*/)
 
 void FixEVPBonds::set_arrays(int i)
 {
-  nbonds[i] = 0;
   recorded_as[i] = 0;
+  bonds[i].clear();
 }
 
 /* ----------------------------------------------------------------------
@@ -322,7 +294,7 @@ int FixEVPBonds::pack_bonds(int i, double *buf) const
 {
   int m = 0;
   buf[m++] = ubuf(recorded_as[i]).d;
-  buf[m++] = ubuf(nbonds[i]).d;
+  buf[m++] = ubuf((bigint) bonds[i].size()).d;
   for (const Bond &bond : bonds_of(i)) {
     buf[m++] = ubuf(bond.partner).d;
     buf[m++] = bond.deq;
@@ -335,11 +307,13 @@ int FixEVPBonds::pack_bonds(int i, double *buf) const
 int FixEVPBonds::unpack_bonds(int i, const double *buf)
 {
   int m = 0;
-  set_arrays(i);
   recorded_as[i] = (tagint) ubuf(buf[m++]).i;
-  const int count = (int) ubuf(buf[m++]).i;
-  reserve(count);
-  for (int k = 0; k < count; k++, m += 2) add_bond(i, (tagint) ubuf(buf[m]).i, buf[m + 1]);
+  bonds[i].resize((size_t) ubuf(buf[m++]).i);
+  for (Bond &bond : bonds[i]) {
+    bond = {(tagint) ubuf(buf[m]).i, buf[m + 1]};
+    m += 2;
+  }
+  make_room_for((int) bonds[i].size());
   return m;
 }
 

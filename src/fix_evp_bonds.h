@@ -28,13 +28,8 @@ class FixEVPBonds : public Fix {
     double deq;    ///< distance at recording [length]
   };
 
-  /// The records of one atom.
-  struct Bonds {
-    const Bond *first;
-    int count;
-    const Bond *begin() const { return first; }
-    const Bond *end() const { return first + count; }
-  };
+  /// The records of one atom, in the order of the partners' tags.
+  using Bonds = std::vector<Bond>;
 
   FixEVPBonds(class LAMMPS *, int, char **);
   ~FixEVPBonds() override;
@@ -62,7 +57,7 @@ class FixEVPBonds : public Fix {
   int maxsize_restart() override;
 
   bool has_recorded() const { return recorded; }
-  Bonds bonds_of(int i) const { return {bonds + (bigint) i * capacity, nbonds[i]}; }
+  const Bonds &bonds_of(int i) const { return bonds[i]; }
 
   /// ID of a local atom that is not the one recorded under it: renumbered since, or a new atom that
   /// took the ID of one that was deleted; 0 if there is none.
@@ -84,15 +79,15 @@ class FixEVPBonds : public Fix {
   double zone;    // pairs with d <= zone (R_i + R_j) are recorded; 0: zone = alpha of the pair type
   std::string file;    // take the records from this file; empty: from the zone
   bool recorded;
-  bool records_due;     // the fix's section of a restart file was read, no atom's record yet
-  tagint highest_id;    // of all atoms at the recording: newer atoms have higher ones
-  bigint nrecorded;     // pairs, over all processes
-  int capacity;         // records that each atom has room for
-  int nmax;             // atoms that there is room for
+  bool records_due;      // the fix's section of a restart file was read, no atom's record yet
+  bool after_restart;    // a restart file with fixes was read before this fix was defined
+  tagint highest_id;     // of all atoms at the recording: newer atoms have higher ones
+  bigint nrecorded;      // pairs, over all processes
+  int most_bonds;        // records of the atom that has most of them
 
-  int *nbonds;            // per atom: number of records
-  tagint *recorded_as;    // per atom: its ID when it was recorded, 0 if it never was
-  Bond *bonds;            // nmax rows of capacity records
+  // per atom, owned ones only
+  std::vector<tagint> recorded_as;    // its ID when it was recorded, 0 if it never was
+  std::vector<Bonds> bonds;
 
   class NeighList *list;
   double pair_counts[4];    // f_ID[1..4], as of the last evaluation
@@ -107,8 +102,8 @@ class FixEVPBonds : public Fix {
   void check_restored();
   void check_unique_ids() const;
   void check_zone(const class PairEVPLJ *) const;
-  void add_bond(int, tagint, double);
-  void reserve(int);
+  void sort_records();
+  void make_room_for(int);
   int pack_bonds(int, double *) const;
   int unpack_bonds(int, const double *);
 };

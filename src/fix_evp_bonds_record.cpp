@@ -31,6 +31,7 @@ void FixEVPBonds::record()
     record_zone(pair);
   else
     record_file(pair);
+  sort_records();
 
   int most_here = 0, most;
   bigint sides_here = 0, sides;
@@ -38,23 +39,55 @@ void FixEVPBonds::record()
   for (int i = 0; i < atom->nlocal; i++) {
     recorded_as[i] = atom->tag[i];
     highest_here = std::max(highest_here, atom->tag[i]);
-    most_here = std::max(most_here, nbonds[i]);
-    sides_here += nbonds[i];
+    most_here = std::max(most_here, (int) bonds[i].size());
+    sides_here += (bigint) bonds[i].size();
   }
   MPI_Allreduce(&most_here, &most, 1, MPI_INT, MPI_MAX, world);
   MPI_Allreduce(&sides_here, &sides, 1, MPI_LMP_BIGINT, MPI_SUM, world);
   MPI_Allreduce(&highest_here, &highest_id, 1, MPI_LMP_TAGINT, MPI_MAX, world);
-  reserve(most);
+  make_room_for(most);
   nrecorded = sides / 2;
   recorded = true;
   pair->bonds_recorded_by(id);
 
   if (comm->me) return;
+  if (after_restart && file.empty())
+    error->warning(FLERR,
+                   "Fix {} evp/bonds takes the body as it is now for undeformed, though a restart "
+                   "file was read: if that held records, give the fix the ID that it had",
+                   id);
   std::string source = "from file " + file;
   if (file.empty())
     source = zone > 0.0 ? fmt::format("within {} (R_i + R_j)", zone) : "within alpha (R_i + R_j)";
   utils::logmesg(lmp, "fix evp/bonds {}: recorded {} pairs {}, at most {} per atom\n", id,
                  nrecorded, source, most);
+}
+
+/* ----------------------------------------------------------------------
+   by the partners' tags; a partner that is there twice has two deq
+------------------------------------------------------------------------- */
+
+void FixEVPBonds::sort_records()
+{
+  for (int i = 0; i < atom->nlocal; i++) {
+    std::sort(bonds[i].begin(), bonds[i].end(), [](const Bond &a, const Bond &b) {
+      return a.partner < b.partner;
+    });
+    const auto twice =
+        std::adjacent_find(bonds[i].begin(), bonds[i].end(), [](const Bond &a, const Bond &b) {
+          return a.partner == b.partner;
+        });
+    if (twice == bonds[i].end()) continue;
+    const tagint low = std::min(atom->tag[i], twice->partner);
+    const tagint high = std::max(atom->tag[i], twice->partner);
+    if (!file.empty())
+      error->one(FLERR, "Fix {} evp/bonds: bond {} {} of file {} is given twice", id, low, high,
+                 file);
+    error->one(FLERR,
+               "Fix {} evp/bonds meets atoms {} and {} in two periodic images: the box must be "
+               "longer than two zones, enlarge it (replicate) or reduce the zone",
+               id, low, high);
+  }
 }
 
 /* ----------------------------------------------------------------------
@@ -122,12 +155,7 @@ void FixEVPBonds::record_zone(const PairEVPLJ *pair)
                    "Fix {} evp/bonds: atoms {} and {} are at one point: move one or delete it "
                    "(delete_atoms overlap)",
                    id, atom->tag[i], atom->tag[j]);
-      if (find_deq(i, atom->tag[j]) > 0.0)
-        error->one(FLERR,
-                   "Fix {} evp/bonds meets atoms {} and {} in two periodic images: the box must be "
-                   "longer than two zones, enlarge it (replicate) or reduce the zone",
-                   id, atom->tag[i], atom->tag[j]);
-      add_bond(i, atom->tag[j], std::sqrt(dsq));
+      bonds[i].push_back({atom->tag[j], std::sqrt(dsq)});
     }
   }
 }
@@ -231,10 +259,7 @@ void FixEVPBonds::add_lines(const PairEVPLJ *pair, const std::vector<EVP::BondLi
     for (int side = 0; side < 2; side++) {
       const int i = owned(side ? line.id_j : line.id_i);
       const auto partner = (tagint) (side ? line.id_i : line.id_j);
-      if (i < 0) continue;
-      if (find_deq(i, partner) > 0.0)
-        error->one(FLERR, "Fix {} evp/bonds: {} is given twice", id, bond);
-      add_bond(i, partner, line.deq);
+      if (i >= 0) bonds[i].push_back({partner, line.deq});
     }
   }
 }

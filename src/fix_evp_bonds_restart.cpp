@@ -15,12 +15,15 @@
 
 using namespace LAMMPS_NS;
 
+static constexpr double FORMAT = 1001.0;    // of the words that follow; no zone is that large
+
 /* ---------------------------------------------------------------------- */
 
 void FixEVPBonds::write_restart(FILE *fp)
 {
-  double state[] = {zone, recorded ? 1.0 : 0.0, (double) nrecorded, (double) highest_id, 0.0};
-  state[4] = EVP::checksum(state, 4);
+  double state[] = {FORMAT, zone, recorded ? 1.0 : 0.0, (double) nrecorded, (double) highest_id,
+                    0.0};
+  state[5] = EVP::checksum(state, 5);
   const int size = sizeof(state);
   if (comm->me == 0) {
     fwrite(&size, sizeof(int), 1, fp);
@@ -32,20 +35,24 @@ void FixEVPBonds::write_restart(FILE *fp)
 
 void FixEVPBonds::restart(char *buf)
 {
-  double state[5];
-  memcpy(state, buf, sizeof(state));
-  if (state[4] != EVP::checksum(state, 4))
-    error->all(FLERR, "Fix {} evp/bonds: its section of the restart file is damaged", id);
-  recorded = state[1] != 0.0;
-  nrecorded = (bigint) state[2];
-  highest_id = (tagint) state[3];
-  if (recorded && comm->me == 0 && (!file.empty() || (zone > 0.0 && zone != state[0])))
+  double state[6];
+  memcpy(state, buf, sizeof(double));
+  if (state[0] == FORMAT) memcpy(state, buf, sizeof(state));
+  if (state[0] != FORMAT || state[5] != EVP::checksum(state, 5))
+    error->all(FLERR,
+               "Fix {} evp/bonds: its section of the restart file is damaged, or from a version of "
+               "this package that wrote another format",
+               id);
+  recorded = state[2] != 0.0;
+  nrecorded = (bigint) state[3];
+  highest_id = (tagint) state[4];
+  if (recorded && comm->me == 0 && (!file.empty() || (zone > 0.0 && zone != state[1])))
     utils::logmesg(
         lmp,
         "fix evp/bonds {}: the bonds come from the restart file, not from the zone or file "
         "given here\n",
         id);
-  zone = state[0];
+  zone = state[1];
   records_due = recorded && nrecorded > 0;
 }
 
@@ -100,12 +107,12 @@ void FixEVPBonds::check_restored()
 
 int FixEVPBonds::size_restart(int i)
 {
-  return 4 + 2 * nbonds[i];
+  return 4 + 2 * (int) bonds[i].size();
 }
 
 /* ---------------------------------------------------------------------- */
 
 int FixEVPBonds::maxsize_restart()
 {
-  return 4 + 2 * capacity;
+  return 4 + 2 * most_bonds;
 }

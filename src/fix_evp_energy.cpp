@@ -3,8 +3,8 @@
 #include "fix_evp_energy.h"
 
 #include "fix_nve_evp.h"
-#include "lammps_compat.h"
 #include "pair_evp_lj.h"
+#include "scene.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -23,11 +23,13 @@
 using namespace LAMMPS_NS;
 using namespace FixConst;
 
+static constexpr int VELOCITIES = 6;    // values per atom of the two velocities that pairs ask for
+
 /* ---------------------------------------------------------------------- */
 
 FixEVPEnergy::FixEVPEnergy(LAMMPS *lmp, int narg, char **arg) :
-    Fix(lmp, narg, arg), pair(nullptr), implicit(nullptr), driven_groupbits(0), started(false),
-    depth_at_start(0.0), dt_step(0.0), start{}, last{}, ledger{}, past(nullptr)
+    NodalExchange(lmp, narg, arg), pair(nullptr), implicit(nullptr), driven_groupbits(0),
+    started(false), depth_at_start(0.0), dt_step(0.0), start{}, last{}, ledger{}, past(nullptr)
 {
   if (narg != 3)
     error->all(FLERR, "Fix {} evp/energy takes no further words, got '{}'", id, arg[3]);
@@ -39,7 +41,7 @@ FixEVPEnergy::FixEVPEnergy(LAMMPS *lmp, int narg, char **arg) :
   nevery = 1;
   create_attribute = 1;
   maxexchange = PAST_SIZE;
-  comm_forward = comm_reverse = 3;
+  comm_forward = VELOCITIES;
   scalar_flag = vector_flag = 1;
   size_vector = NENTRIES;
   global_freq = 1;
@@ -69,13 +71,9 @@ int FixEVPEnergy::setmask()
 
 void FixEVPEnergy::init()
 {
-  pair = PairEVPLJ::find(force);
-  if (!pair)
-    error->all(FLERR, "Fix {} evp/energy needs pair style evp/lj, found '{}'", id,
-               force->pair_style ? force->pair_style : "none");
-  if (utils::strmatch(update->integrate_style, "^respa"))
-    error->all(FLERR, "Fix {} evp/energy does not work with run_style respa: use run_style verlet",
-               id);
+  const std::string who = fmt::format("Fix {} evp/energy", id);
+  pair = EVP::scene::require_pair(force, error, who);
+  EVP::scene::refuse_respa(update, error, who);
   if (domain->deform_vremap)
     error->all(FLERR,
                "Fix {} evp/energy does not know the velocity of a deforming box: use fix deform "
@@ -92,9 +90,7 @@ void FixEVPEnergy::init()
                  "Fix {} evp/energy reads at set-up the damping that fix {} nve/evp has applied by "
                  "then: define it after that fix ('unfix {}' and define it again)",
                  id, other->id, id);
-    const bool prescribes = strcmp(other->style, "nve/noforce") == 0 ||
-        strcmp(other->style, "move") == 0;
-    if (other->time_integrate && !prescribes) driven_groupbits |= other->groupbit;
+    if (EVP::scene::moves_by_forces(other)) driven_groupbits |= other->groupbit;
     if (strcmp(other->style, "nve/evp") == 0) implicit = dynamic_cast<const FixNVEEVP *>(other);
   }
 }
@@ -142,34 +138,30 @@ bool FixEVPEnergy::is_driven(int i) const
 }
 
 /* ----------------------------------------------------------------------
+   velocity per force in half a step; none where forces do not move the atom
+------------------------------------------------------------------------- */
+
+double FixEVPEnergy::half_kick(int i) const
+{
+  return is_driven(i) ? 0.5 * dt_step * EVP::scene::inverse_mass(atom, force, i) : 0.0;
+}
+
+/* ----------------------------------------------------------------------
    Between steps atoms hold the mean of the two half-step velocities, and f what
    takes one to the other. At set-up the pair style saw the mean itself.
 ------------------------------------------------------------------------- */
 
 void FixEVPEnergy::find_velocities(bool at_setup)
 {
-  const size_t nall = atom->nlocal + atom->nghost;
-  for (auto *velocity : {&mean, &before, &after}) velocity->resize(3 * nall);
+  velocities.resize((size_t) VELOCITIES * (atom->nlocal + atom->nghost));
   for (int i = 0; i < atom->nlocal; i++) {
-    const double mass = atom->rmass ? atom->rmass[i] : atom->mass[atom->type[i]];
-    const double half = is_driven(i) ? 0.5 * dt_step * force->ftm2v / mass : 0.0;
+    double *mean = &velocities[(size_t) VELOCITIES * i], *before = mean + 3;
     for (int c = 0; c < 3; c++) {
-      const size_t k = (size_t) 3 * i + c;
-      mean[k] = atom->v[i][c];
-      before[k] = at_setup ? mean[k] : mean[k] - half * atom->f[i][c];
-      after[k] = mean[k] + half * atom->f[i][c];
+      mean[c] = atom->v[i][c];
+      before[c] = at_setup ? mean[c] : mean[c] - half_kick(i) * atom->f[i][c];
     }
   }
-  for (auto *velocity : {&mean, &before}) to_ghosts(*velocity);    // what the dampers ask of pairs
-}
-
-/* ---------------------------------------------------------------------- */
-
-void FixEVPEnergy::to_ghosts(std::vector<double> &values)
-{
-  exchanged.swap(values);
-  EVP::compat::forward_comm(comm, this);
-  exchanged.swap(values);
+  if (pair->damps_explicitly()) to_ghosts(velocities);
 }
 
 /* ----------------------------------------------------------------------
@@ -187,16 +179,15 @@ FixEVPEnergy::Instant FixEVPEnergy::evaluate()
   double sums[6] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, all[6];
   for (int i = 0; i < nlocal; i++) {
     if (!is_driven(i)) continue;    // the energy of a mover is its own affair
-    const double mass = atom->rmass ? atom->rmass[i] : atom->mass[atom->type[i]];
+    const double mass = EVP::scene::mass(atom, i);
     for (int c = 0; c < 3; c++) {
-      const size_t k = (size_t) 3 * i + c;
-      const double kick = after[k] - mean[k];
-      sums[0] += 0.5 * force->mvv2e * mass * (mean[k] * mean[k] + kick * kick);
+      const double v = atom->v[i][c], kick = half_kick(i) * atom->f[i][c];
+      sums[0] += 0.5 * force->mvv2e * mass * (v * v + kick * kick);
     }
   }
 
   const EVP::PackedList &list = pair->packed_pairs();
-  const auto x = reinterpret_cast<const double(*)[3]>(atom->x[0]);
+  const auto x = EVP::scene::rows(atom->x);
   for (const auto &row : list.rows)
     for (int n = row.first; n < row.last; n++) {
       const EVP::PackedPair &p = list.pairs[n];
@@ -221,9 +212,9 @@ FixEVPEnergy::Instant FixEVPEnergy::evaluate()
       double over_d = law.force(d, deq) / d;
       const double gamma = law.parameters().gamma;    // without that of implicit pairs
       if (gamma > 0.0) {
-        const double damping =
-            EVP::damping_over_distance(gamma, g, &before[(size_t) 3 * i], &before[(size_t) 3 * j]);
-        const double *vi = &mean[(size_t) 3 * i], *vj = &mean[(size_t) 3 * j];
+        const double *vi = &velocities[(size_t) VELOCITIES * i];
+        const double *vj = &velocities[(size_t) VELOCITIES * j];
+        const double damping = EVP::damping_over_distance(gamma, g, vi + 3, vj + 3);
         sums[5] -= weight * damping *
             (g.dx * (vi[0] - vj[0]) + g.dy * (vi[1] - vj[1]) + g.dz * (vi[2] - vj[2]));
         over_d += damping;
@@ -235,17 +226,13 @@ FixEVPEnergy::Instant FixEVPEnergy::evaluate()
       }
     }
 
-  if (force->newton_pair) {
-    exchanged.swap(pair_force);
-    EVP::compat::reverse_comm(comm, this);
-    exchanged.swap(pair_force);
-  }
+  to_owners(pair_force);
   if (implicit && pair->damps_implicitly())
     for (int i = 0; i < nlocal; i++)
       for (int c = 0; c < 3; c++) {
         const size_t k = (size_t) 3 * i + c;
         const double damping = implicit->applied_damping()[k];
-        sums[5] -= damping * mean[k];
+        sums[5] -= damping * atom->v[i][c];
         pair_force[k] += damping;
       }
   MPI_Allreduce(sums, all, 6, MPI_DOUBLE, MPI_SUM, world);
@@ -325,7 +312,7 @@ double FixEVPEnergy::compute_vector(int n)
 double FixEVPEnergy::memory_usage()
 {
   double bytes = (double) PAST_SIZE * atom->nmax * sizeof(double);
-  for (const auto *values : {&exchanged, &mean, &before, &after, &pair_force})
+  for (const auto *values : {&velocities, &pair_force})
     bytes += (double) values->capacity() * sizeof(double);
   return bytes;
 }
@@ -369,36 +356,4 @@ int FixEVPEnergy::unpack_exchange(int i, double *buf)
 {
   std::copy_n(buf, PAST_SIZE, past[i]);
   return PAST_SIZE;
-}
-
-/* ---------------------------------------------------------------------- */
-
-int FixEVPEnergy::pack_forward_comm(int n, int *indices, double *buf, int /*pbc_flag*/,
-                                    int * /*pbc*/)
-{
-  for (int k = 0; k < n; k++) std::copy_n(&exchanged[(size_t) 3 * indices[k]], 3, buf + 3 * k);
-  return 3 * n;
-}
-
-/* ---------------------------------------------------------------------- */
-
-void FixEVPEnergy::unpack_forward_comm(int n, int first, double *buf)
-{
-  std::copy_n(buf, 3 * n, &exchanged[(size_t) 3 * first]);
-}
-
-/* ---------------------------------------------------------------------- */
-
-int FixEVPEnergy::pack_reverse_comm(int n, int first, double *buf)
-{
-  std::copy_n(&exchanged[(size_t) 3 * first], 3 * n, buf);
-  return 3 * n;
-}
-
-/* ---------------------------------------------------------------------- */
-
-void FixEVPEnergy::unpack_reverse_comm(int n, int *indices, double *buf)
-{
-  for (int k = 0; k < n; k++)
-    for (int c = 0; c < 3; c++) exchanged[(size_t) 3 * indices[k] + c] += buf[3 * k + c];
 }

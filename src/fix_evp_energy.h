@@ -10,6 +10,7 @@ FixStyle(evp/energy,FixEVPEnergy);
 #define LMP_FIX_EVP_ENERGY_H
 
 #include "fix.h"
+#include "nodal_exchange.h"
 
 #include <array>
 #include <vector>
@@ -21,7 +22,7 @@ namespace LAMMPS_NS {
 /// Exact for the leapfrog but for the trapezoid of the pair forces: kinetic energy as the mean of
 /// the two half steps, work as the mean force at both ends times the displacement, dissipation as
 /// the damping force times the mean velocity.
-class FixEVPEnergy : public Fix {
+class FixEVPEnergy : public NodalExchange<Fix> {
  public:
   FixEVPEnergy(class LAMMPS *, int, char **);
   ~FixEVPEnergy() override;
@@ -41,10 +42,6 @@ class FixEVPEnergy : public Fix {
   void set_arrays(int) override;
   int pack_exchange(int, double *) override;
   int unpack_exchange(int, double *) override;
-  int pack_forward_comm(int, int *, double *, int, int *) override;
-  void unpack_forward_comm(int, int, double *) override;
-  int pack_reverse_comm(int, int, double *) override;
-  void unpack_reverse_comm(int, int *, double *) override;
 
  private:
   enum Entry { KINETIC, FIRST, SECOND, LOST, CONTACTS, DISSIPATED, MOVERS, OTHERS, NENTRIES };
@@ -73,16 +70,15 @@ class FixEVPEnergy : public Fix {
   std::array<double, NENTRIES> ledger;
   double **past;    // a Past per local atom
 
-  std::vector<double> exchanged;              // three values per atom and ghost
-  std::vector<double> mean, before, after;    // velocities at the step and half a step around it
-  std::vector<double> pair_force;
+  Nodal velocities;    // with ghosts, six each: at the step, and half a step before it
+  Nodal pair_force;    // with ghosts
 
   bool is_driven(int i) const;
+  double half_kick(int i) const;
   void find_velocities(bool at_setup);
   Instant evaluate();
   void advance(const Instant &now, double dt);
   void remember();
-  void to_ghosts(std::vector<double> &);
 };
 
 }    // namespace LAMMPS_NS

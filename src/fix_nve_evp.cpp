@@ -6,6 +6,7 @@
 
 #include "evp_params.h"
 #include "pair_evp_lj.h"
+#include "scene.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -28,7 +29,7 @@ using namespace FixConst;
 ------------------------------------------------------------------------- */
 
 FixNVEEVP::FixNVEEVP(LAMMPS *lmp, int narg, char **arg) :
-    Fix(lmp, narg, arg), tolerance(1.0e-3), max_iterations(500), others_groupbits(0),
+    NodalExchange(lmp, narg, arg), tolerance(1.0e-3), max_iterations(500), others_groupbits(0),
     forces_follow(false), pair(nullptr), last_build(-1), dt_applied(0.0), vflag_now(0),
     last_iterations(0), most_iterations(0), all_iterations(0), solves(0)
 {
@@ -60,7 +61,6 @@ FixNVEEVP::FixNVEEVP(LAMMPS *lmp, int narg, char **arg) :
   time_integrate = 1;
   dynamic_group_allow = 0;
   virial_global_flag = virial_peratom_flag = thermo_virial = 1;
-  comm_forward = comm_reverse = 3;
   scalar_flag = vector_flag = 1;
   size_vector = 2;
   global_freq = 1;
@@ -78,13 +78,9 @@ int FixNVEEVP::setmask()
 
 void FixNVEEVP::init()
 {
-  pair = PairEVPLJ::find(force);
-  if (!pair)
-    error->all(FLERR, "Fix {} nve/evp needs pair style evp/lj, whose damping it solves; found '{}'",
-               id, force->pair_style ? force->pair_style : "none");
-  if (utils::strmatch(update->integrate_style, "^respa"))
-    error->all(FLERR, "Fix {} nve/evp does not work with run_style respa: use run_style verlet",
-               id);
+  const std::string who = fmt::format("Fix {} nve/evp", id);
+  pair = EVP::scene::require_pair(force, error, who);
+  EVP::scene::refuse_respa(update, error, who);
 
   others_groupbits = 0;
   forces_follow = false;
@@ -102,9 +98,7 @@ void FixNVEEVP::init()
           "Fix {} nve/evp: fix {} is one already, and the damping is one system: use one fix "
           "nve/evp for the group union",
           id, other->id);
-    const bool prescribes = strcmp(other->style, "nve/noforce") == 0 ||
-        strcmp(other->style, "move") == 0;
-    if (other->time_integrate && !prescribes) others_groupbits |= other->groupbit;
+    if (EVP::scene::moves_by_forces(other)) others_groupbits |= other->groupbit;
   }
   if (domain->deform_vremap)
     error->all(
@@ -148,15 +142,6 @@ void FixNVEEVP::check_groups() const
 bool FixNVEEVP::in_group(int i) const
 {
   return atom->mask[i] & groupbit;
-}
-
-/* ----------------------------------------------------------------------
-   acceleration per force [velocity/time/force], LAMMPS' unit factor included
-------------------------------------------------------------------------- */
-
-double FixNVEEVP::inverse_mass(int i) const
-{
-  return force->ftm2v / (atom->rmass ? atom->rmass[i] : atom->mass[atom->type[i]]);
 }
 
 /* ----------------------------------------------------------------------
@@ -211,7 +196,7 @@ void FixNVEEVP::kick()
   const double half = 0.5 * update->dt;
   for (int i = 0; i < atom->nlocal; i++)
     if (in_group(i)) {
-      const double scale = half * inverse_mass(i);
+      const double scale = half * EVP::scene::inverse_mass(atom, force, i);
       for (int c = 0; c < 3; c++) atom->v[i][c] += scale * atom->f[i][c];
     }
 }
@@ -223,7 +208,7 @@ void FixNVEEVP::kick()
 void FixNVEEVP::solve_and_apply(double h)
 {
   dt_applied = update->dt;
-  applied.assign((size_t) 3 * atom->nlocal, 0.0);
+  applied.clear();
   if (!pair->damps_implicitly()) return;
 
   last_iterations = solve(h);
@@ -268,8 +253,9 @@ double FixNVEEVP::memory_usage()
 {
   double bytes = (double) dampers.capacity() * sizeof(Damper);
   bytes += (double) damper_rows.capacity() * sizeof(EVP::PackedRow);
-  for (const Nodal *nodal : {&exchanged, &reaction, &applied, &last_force, &mobility, &undamped,
-                             &velocity, &residual, &direction, &direction_product})
+  for (const Nodal *nodal :
+       {&velocities, &reaction, &applied, &last_force, &mobility, &inertia, &undamped, &change,
+        &velocity, &residual, &direction, &direction_product})
     bytes += (double) nodal->capacity() * sizeof(double);
   return bytes;
 }

@@ -11,6 +11,7 @@ FixStyle(nve/evp,FixNVEEVP);
 
 #include "evp_kernel.h"
 #include "fix.h"
+#include "nodal_exchange.h"
 
 #include <vector>
 
@@ -21,7 +22,7 @@ namespace LAMMPS_NS {
 ///
 /// Between steps atoms hold v = (v- + v+)/2, and f holds F plus the damping force that took v- to v+,
 /// so that both half kicks are those of plain leapfrog and other fixes read the whole force.
-class FixNVEEVP : public Fix {
+class FixNVEEVP : public NodalExchange<Fix> {
  public:
   FixNVEEVP(class LAMMPS *, int, char **);
 
@@ -32,17 +33,13 @@ class FixNVEEVP : public Fix {
   void initial_integrate(int) override;
   void final_integrate() override;
 
-  /// Damping force that f holds now [force], three values per local atom; zero without damping.
+  /// Damping force that f holds now [force], three values per local atom; empty without damping.
   const std::vector<double> &applied_damping() const { return applied; }
 
   double compute_scalar() override;
   double compute_vector(int) override;
 
   double memory_usage() override;
-  int pack_forward_comm(int, int *, double *, int, int *) override;
-  void unpack_forward_comm(int, int, double *) override;
-  int pack_reverse_comm(int, int, double *) override;
-  void unpack_reverse_comm(int, int *, double *) override;
 
  private:
   /// A dashpot between the atom of its row and j.
@@ -57,7 +54,6 @@ class FixNVEEVP : public Fix {
       return w[0] * (vi[0] - vj[0]) + w[1] * (vi[1] - vj[1]) + w[2] * (vi[2] - vj[2]);
     }
   };
-  using Nodal = std::vector<double>;    ///< three values per atom
 
   double tolerance;
   int max_iterations;
@@ -69,20 +65,19 @@ class FixNVEEVP : public Fix {
   std::vector<EVP::PackedRow> damper_rows;
   std::vector<double> last_force;    // of the last solve, over w; by index in the packed list
   long last_build;
-  Nodal applied;        // damping force that f holds, from one solve to the kick after it
+  Nodal applied;        // damping force that f holds, from one solve to the kick after it; or empty
   double dt_applied;    // step that it was solved for, 0 if it must be solved anew
   int vflag_now;
 
-  Nodal exchanged, reaction;    // with ghosts
-  Nodal mobility;               // ftm2v / mass, zero for atoms outside the group
-  Nodal undamped;               // v* = v + h M^-1 F
-  Nodal velocity, residual, direction, direction_product;
+  Nodal velocities, reaction;    // with ghosts
+  Nodal mobility, inertia;       // ftm2v / mass and its inverse, zero for atoms outside the group
+  Nodal undamped;                // v* = v + h M^-1 F
+  Nodal velocity, change, residual, direction, direction_product;
 
   int last_iterations, most_iterations;
   bigint all_iterations, solves;
 
   bool in_group(int i) const;
-  double inverse_mass(int i) const;
   void collect_dampers();
   void kick();
   void solve_and_apply(double h);
@@ -91,7 +86,6 @@ class FixNVEEVP : public Fix {
   void check_groups() const;
   void exchange_velocities(const Nodal &of);
   void damping_product();
-  void sum_to_owners(Nodal &);
   void warm_start(double h);
   void store_applied(double h);
   void tally_virial();

@@ -7,6 +7,7 @@
 
 #include "evp_tally.h"
 #include "fix_evp_bonds.h"
+#include "scene.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -22,14 +23,9 @@
 #include <cmath>
 
 using namespace LAMMPS_NS;
+using EVP::scene::rows;
 
 namespace {
-
-// LAMMPS keeps x, v and f as one block behind an array of row pointers
-const double (*as_rows(double **array))[3]
-{
-  return array ? reinterpret_cast<const double(*)[3]>(array[0]) : nullptr;
-}
 
 /// Hands energies and forces to LAMMPS pair by pair: for per-atom values and compute */tally.
 class PairTally {
@@ -73,7 +69,7 @@ void PairEVPLJ::compute(int eflag, int vflag)
 {
   ev_init(eflag, vflag);
 
-  if (neighbor->ago == 0 || repack || radii_vary) pack();
+  if (neighbor->ago == 0 || repack || (radii_vary && radii_changed())) pack();
 
   if (damping_acts() && explicit_damping)
     compute_forces<true>();
@@ -94,13 +90,19 @@ void PairEVPLJ::compute(int eflag, int vflag)
 
 void PairEVPLJ::stop_at_blow_up() const
 {
+  // where an atom is lost all its pairs are: name that atom first
   std::string culprit;
+  for (int i = 0; i < atom->nlocal && culprit.empty(); i++) {
+    const double *x = atom->x[i], *v = atom->v[i];
+    if (!std::isfinite(x[0] + x[1] + x[2] + v[0] + v[1] + v[2]))
+      culprit = fmt::format("first atom {}, whose place or velocity is none", atom->tag[i]);
+  }
   for (const auto &row : packed.rows)
     for (int k = row.first; k < row.last && culprit.empty(); k++) {
       const EVP::PackedPair &pair = packed.pairs[k];
-      const EVP::PairGeometry g(as_rows(atom->x), row.i, pair.j);
-      const double *vi = atom->v[row.i], *f = atom->f[row.i];
-      if (std::isfinite(g.dsq + vi[0] + vi[1] + vi[2] + f[0] + f[1] + f[2])) continue;
+      const EVP::PairGeometry g(rows(atom->x), row.i, pair.j);
+      const double *f = atom->f[row.i];
+      if (std::isfinite(g.dsq + f[0] + f[1] + f[2])) continue;
       const double d = std::sqrt(g.dsq), deq = 1.0 / pair.inv_deq;
       culprit = fmt::format("first atoms {} and {} at d = {:.6g}, deq = {:.6g}, {} regime",
                             atom->tag[row.i], atom->tag[pair.j], d, deq,
@@ -123,7 +125,7 @@ template <bool Damping> void PairEVPLJ::compute_forces()
   if (packed.rows.empty()) return;
 
   const int newton = force->newton_pair;
-  const EVP::ParticleView view = {as_rows(atom->x), as_rows(atom->v),
+  const EVP::ParticleView view = {rows(atom->x), rows(atom->v),
                                   reinterpret_cast<double(*)[3]>(atom->f[0]),
                                   newton ? packed.nall : packed.nlocal};
   const bool energy = eflag_either != 0;
@@ -167,7 +169,19 @@ double PairEVPLJ::implicit_gamma(const EVP::PackedPair &pair) const
 
 bool PairEVPLJ::is_packed() const
 {
-  return packed.nlocal == atom->nlocal && packed.nall == atom->nlocal + atom->nghost;
+  return packed_call == neighbor->ncalls && packed_step == neighbor->lastcall &&
+      packed.nlocal == atom->nlocal && packed.nall == atom->nlocal + atom->nghost;
+}
+
+/* ---------------------------------------------------------------------- */
+
+const EVP::PackedList &PairEVPLJ::packed_pairs() const
+{
+  if (!is_packed())
+    error->one(FLERR,
+               "Pair evp/lj has not seen the present neighbor list yet: use its fixes and computes "
+               "in a run, after the forces of the step");
+  return packed;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -199,8 +213,8 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
 
   if (!acts) return 0.0;
   fforce = law.force(d, deq) / d;
-  if (damping_acts() && !is_implicit(i, j)) {
-    const EVP::PairGeometry g(as_rows(atom->x), i, j);
+  if (damping_acts() && comm->ghost_velocity && !is_implicit(i, j)) {
+    const EVP::PairGeometry g(rows(atom->x), i, j);
     fforce += EVP::damping_over_distance(law.parameters().gamma, g, atom->v[i], atom->v[j]);
   }
   return law.energy(d, deq, cut);
@@ -211,7 +225,7 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
 PairEVPLJ::Counts PairEVPLJ::count_pairs() const
 {
   double sums[3] = {0.0, 0.0, 0.0}, lowest = HUGE_VAL;
-  const double(*x)[3] = as_rows(atom->x);
+  const double(*x)[3] = rows(atom->x);
   for (const auto &row : packed.rows)
     for (int k = row.first; k < row.last; k++) {
       const EVP::PackedPair &pair = packed.pairs[k];

@@ -61,13 +61,18 @@ class PairEVPLJ : public Pair {
   /// Called by fix evp/bonds: ID is the fix that holds the records, empty when it goes.
   void bonds_recorded_by(const std::string &id);
 
-  /// The packed pairs and their laws, valid until atoms are exchanged; see is_packed().
-  const EVP::PackedList &packed_pairs() const { return packed; }
+  /// The packed pairs and their laws. Stops unless is_packed(), so take it out of loops.
+  const EVP::PackedList &packed_pairs() const;
   const EVP::Law &law_of(const EVP::PackedPair &pair) const { return laws[pair.law]; }
+
+  /// Were the pairs packed from the neighbor list as it is now?
   bool is_packed() const;
 
   /// True where fix nve/evp takes over the damping of some pairs, those with an atom of its group.
   bool damps_implicitly() const { return any_gamma && implicit_groupbit; }
+
+  /// False where no pair at all has damping of this style's own. The same on all processes.
+  bool damps_explicitly() const { return any_gamma && explicit_atoms; }
 
   /// gamma of a pair that fix nve/evp damps [force/velocity], 0 for the others. Its law has none.
   double implicit_gamma(const EVP::PackedPair &pair) const;
@@ -104,21 +109,17 @@ class PairEVPLJ : public Pair {
   struct Overlaps {
     bigint count = 0;
     tagint tag_i = 0, tag_j = 0;
-    double d = 0.0;
-    void add(tagint i, tagint j, double distance)
-    {
-      if (count++) return;
-      tag_i = i;
-      tag_j = j;
-      d = distance;
-    }
+    double d = 0.0, deq = 0.0;
+    int regime = 0;
   };
   bool overlap_warned;
 
   EVP::PackedList packed;
-  bool explicit_damping;    // a packed pair is damped by this style itself
-  bool repack;              // coefficients changed since the list was packed
-  bool radii_vary;          // and radii may at every step (fix adapt)
+  bool explicit_damping;                // a packed pair is damped by this style itself
+  bigint packed_call, packed_step;      // of the neighbor list that was packed
+  bool repack;                          // coefficients changed since then
+  bool radii_vary;                      // and radii may at every step ('atom_style sphere 1')
+  std::vector<double> packed_radius;    // where they may: those of the packing, with ghosts
 
   // association of neighbors with records, see pack()
   struct Mark {
@@ -143,11 +144,14 @@ class PairEVPLJ : public Pair {
   void report_settings();
 
   void pack();
+  bool radii_changed() const;
   void warn_of_overlaps(Overlaps);
+  void check_weights() const;
   void clear_marks();
   void mark_partners(int i);
   void pack_row(int i, Overlaps &overlaps);
-  void count_overlap(int i, int j, double dsq, Overlaps &overlaps) const;
+  void count_overlap(int i, int j, double d, double deq, const EVP::Law &law,
+                     Overlaps &overlaps) const;
   void stop_at_one_point(int i, int j) const;
   void check_radii() const;
   void check_bonds() const;

@@ -12,6 +12,7 @@
 #include "error.h"
 #include "force.h"
 #include "neigh_list.h"
+#include "neighbor.h"
 #include "update.h"
 
 #include <algorithm>
@@ -28,11 +29,15 @@ using namespace LAMMPS_NS;
 void PairEVPLJ::pack()
 {
   check_radii();
+  check_weights();
   if (bonds) check_bonds();
 
   packed.clear();
   packed.nlocal = atom->nlocal;
   packed.nall = atom->nlocal + atom->nghost;
+  packed_call = neighbor->ncalls;
+  packed_step = neighbor->lastcall;
+  if (radii_vary) packed_radius.assign(atom->radius, atom->radius + packed.nall);
   repack = false;
   explicit_damping = false;
 
@@ -92,8 +97,10 @@ void PairEVPLJ::warn_of_overlaps(Overlaps overlaps)
     error->warning(
         FLERR,
         "Pair evp/lj: {} pairs overlap by more than {} (R_i + R_j), first atoms {} and {} "
-        "at d = {:.6g}, step {}: the law has no hard core, so check step, speed and load",
-        count, settings_now.overlap, overlaps.tag_i, overlaps.tag_j, overlaps.d, update->ntimestep);
+        "at d = {:.6g}, deq = {:.6g}, {} regime, at step {} with timestep {:.6g}: the law has no "
+        "hard core, so check step, speed and load",
+        count, settings_now.overlap, overlaps.tag_i, overlaps.tag_j, overlaps.d, overlaps.deq,
+        overlaps.regime == 1 ? "first" : "second", update->ntimestep, update->dt);
 }
 
 /* ----------------------------------------------------------------------
@@ -160,7 +167,8 @@ void PairEVPLJ::pack_row(int i, Overlaps &overlaps)
     packed.pairs.push_back({1.0 / deq, cut * cut, j, law, is_bond});
     if (!implicit && row.gamma > 0.0) explicit_damping = true;
 
-    if (g.dsq < closest * sum_radii * (closest * sum_radii)) count_overlap(i, j, g.dsq, overlaps);
+    if (g.dsq < closest * sum_radii * (closest * sum_radii))
+      count_overlap(i, j, std::sqrt(g.dsq), deq, laws[law], overlaps);
   }
   const int last = (int) packed.pairs.size();
   if (last > first) packed.rows.push_back({i, first, last});
@@ -170,10 +178,25 @@ void PairEVPLJ::pack_row(int i, Overlaps &overlaps)
    without newton both owners of a pair across processes hold it; one of them counts it
 ------------------------------------------------------------------------- */
 
-void PairEVPLJ::count_overlap(int i, int j, double dsq, Overlaps &overlaps) const
+void PairEVPLJ::count_overlap(int i, int j, double d, double deq, const EVP::Law &law,
+                              Overlaps &overlaps) const
 {
   if (!force->newton_pair && j >= atom->nlocal && atom->tag[i] > atom->tag[j]) return;
-  overlaps.add(atom->tag[i], atom->tag[j], std::sqrt(dsq));
+  if (overlaps.count++ == 0) overlaps = {1, atom->tag[i], atom->tag[j], d, deq, law.regime(d, deq)};
+}
+
+/* ----------------------------------------------------------------------
+   of special_bonds, or of the pair special option of this sub-style of pair_style hybrid
+------------------------------------------------------------------------- */
+
+void PairEVPLJ::check_weights() const
+{
+  for (int k = 1; k < 4; k++)
+    if (force->special_lj[k] != 0.0 && force->special_lj[k] != 1.0)
+      error->all(FLERR,
+                 "Pair evp/lj takes special_bonds weights 0 or 1 only, got {}: the force of a pair "
+                 "is whole or absent",
+                 force->special_lj[k]);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -184,6 +207,13 @@ void PairEVPLJ::stop_at_one_point(int i, int j) const
              "Pair evp/lj: atoms {} and {} are at one point, the force has no direction there: "
              "move one or delete it (delete_atoms overlap)",
              atom->tag[i], atom->tag[j]);
+}
+
+/* ---------------------------------------------------------------------- */
+
+bool PairEVPLJ::radii_changed() const
+{
+  return !std::equal(packed_radius.begin(), packed_radius.end(), atom->radius);
 }
 
 /* ----------------------------------------------------------------------

@@ -12,7 +12,13 @@
 #include "error.h"
 #include "utils.h"
 
+#include <vector>
+
 using namespace LAMMPS_NS;
+
+static constexpr double FORMAT = 1001.0;    // of the words of the settings
+static constexpr int NSETTINGS = 4;         // format, contact, overlap, length of the fix's ID
+static constexpr double LONGEST_ID = 1000;
 
 /* ----------------------------------------------------------------------
    restart files hold settings, the fix that recorded, and one Row per pair of types
@@ -60,29 +66,38 @@ void PairEVPLJ::read_restart(FILE *fp)
 
 void PairEVPLJ::write_restart_settings(FILE *fp)
 {
-  double words[] = {(double) (int) settings_now.contact, settings_now.overlap,
-                    (double) bonds_id.size(), 0.0};
-  words[3] = EVP::checksum(words, 3);
-  fwrite(words, sizeof(words), 1, fp);
-  fwrite(bonds_id.data(), 1, bonds_id.size(), fp);
+  std::vector<double> words = {FORMAT, (double) (int) settings_now.contact, settings_now.overlap,
+                               (double) bonds_id.size()};
+  for (const char letter : bonds_id) words.push_back((double) letter);
+  words.push_back(EVP::checksum(words.data(), (int) words.size()));
+  fwrite(words.data(), sizeof(double), words.size(), fp);
 }
 
 /* ---------------------------------------------------------------------- */
 
 void PairEVPLJ::read_restart_settings(FILE *fp)
 {
-  double words[4];
+  const auto damaged = [this] {
+    error->one(FLERR,
+               "Pair evp/lj: the restart file is damaged in the settings, or from a version of "
+               "this package that wrote another format");
+  };
+  std::vector<double> words(NSETTINGS);
+  int size = 0;
   if (comm->me == 0) {
-    utils::sfread(FLERR, words, sizeof(words), 1, fp, nullptr, error);
-    if (words[3] != EVP::checksum(words, 3))
-      error->one(FLERR, "Pair evp/lj: the restart file is damaged in the settings");
+    utils::sfread(FLERR, words.data(), sizeof(double), NSETTINGS, fp, nullptr, error);
+    if (words[0] != FORMAT || !(words[3] >= 0.0 && words[3] <= LONGEST_ID)) damaged();
+    size = NSETTINGS + (int) words[3] + 1;
+    words.resize(size);
+    utils::sfread(FLERR, &words[NSETTINGS], sizeof(double), size - NSETTINGS, fp, nullptr, error);
+    if (words[size - 1] != EVP::checksum(words.data(), size - 1)) damaged();
   }
-  MPI_Bcast(words, 4, MPI_DOUBLE, 0, world);
-  settings_now = {(Contact) (int) words[0], words[1]};
-  const int length = (int) words[2];
-  bonds_id.resize(length);
-  if (comm->me == 0 && length) utils::sfread(FLERR, &bonds_id[0], 1, length, fp, nullptr, error);
-  MPI_Bcast(&bonds_id[0], length, MPI_CHAR, 0, world);
+  MPI_Bcast(&size, 1, MPI_INT, 0, world);
+  words.resize(size);
+  MPI_Bcast(words.data(), size, MPI_DOUBLE, 0, world);
+  settings_now = {(Contact) (int) words[1], words[2]};
+  bonds_id.clear();
+  for (int k = NSETTINGS; k < size - 1; k++) bonds_id += (char) words[k];
   offer_pair_values();
 }
 

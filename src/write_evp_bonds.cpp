@@ -4,6 +4,7 @@
 
 #include "evp_bond_file.h"
 #include "fix_evp_bonds.h"
+#include "scene.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -85,10 +86,7 @@ void WriteEVPBonds::command(int narg, char **arg)
 
 const FixEVPBonds *WriteEVPBonds::find_recorded() const
 {
-  const FixEVPBonds *bonds = nullptr;
-  for (int k = 0; k < modify->nfix; k++)
-    if (strcmp(modify->fix[k]->style, "evp/bonds") == 0)
-      bonds = dynamic_cast<FixEVPBonds *>(modify->fix[k]);
+  const auto *bonds = dynamic_cast<FixEVPBonds *>(EVP::scene::find_fix(modify, "evp/bonds"));
   if (!bonds)
     error->all(FLERR, "write_evp_bonds: there is no fix evp/bonds, hence no bonds to write");
   if (!bonds->has_recorded())

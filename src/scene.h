@@ -1,0 +1,79 @@
+/* SPDX-License-Identifier: GPL-2.0-only
+
+   What the styles of this package ask of the scene that they are part of. */
+
+#ifndef LMP_EVP_SCENE_H
+#define LMP_EVP_SCENE_H
+
+#include "pair_evp_lj.h"
+
+#include "atom.h"
+#include "error.h"
+#include "fix.h"
+#include "force.h"
+#include "modify.h"
+#include "update.h"
+#include "utils.h"
+
+#include <cstring>
+#include <string>
+
+namespace EVP {
+namespace scene {
+
+  using namespace LAMMPS_NS;
+
+  /// The fix of that style, nullptr if there is none. All of ours are the only one of their style.
+  inline Fix *find_fix(const Modify *modify, const char *style)
+  {
+    for (int k = 0; k < modify->nfix; k++)
+      if (modify->fix[k] && strcmp(modify->fix[k]->style, style) == 0) return modify->fix[k];
+    return nullptr;
+  }
+
+  /// Does the fix move its atoms by the forces on them, not along a path of its own?
+  inline bool moves_by_forces(const Fix *fix)
+  {
+    return fix->time_integrate && strcmp(fix->style, "nve/noforce") != 0 &&
+        strcmp(fix->style, "move") != 0;
+  }
+
+  /// Mass of an atom [mass].
+  inline double mass(const Atom *atom, int i)
+  {
+    return atom->rmass ? atom->rmass[i] : atom->mass[atom->type[i]];
+  }
+
+  /// Acceleration per force [velocity/time/force], LAMMPS' unit factor included.
+  inline double inverse_mass(const Atom *atom, const Force *force, int i)
+  {
+    return force->ftm2v / mass(atom, i);
+  }
+
+  /// LAMMPS' rows of x, v or f as the one block that they are.
+  inline const double (*rows(double **array))[3]
+  {
+    return array ? reinterpret_cast<const double(*)[3]>(array[0]) : nullptr;
+  }
+
+  /// The pair style evp/lj in force; stops, naming `who`, if it is another.
+  inline PairEVPLJ *require_pair(Force *force, Error *error, const std::string &who)
+  {
+    PairEVPLJ *pair = PairEVPLJ::find(force);
+    if (!pair)
+      error->all(FLERR, "{} needs pair style evp/lj, found '{}'", who,
+                 force->pair_style ? force->pair_style : "none");
+    return pair;
+  }
+
+  /// Stops, naming `who`, under run_style respa, which calls some steps of a fix only now and then.
+  inline void refuse_respa(const Update *update, Error *error, const std::string &who)
+  {
+    if (utils::strmatch(update->integrate_style, "^respa"))
+      error->all(FLERR, "{} does not work with run_style respa: use run_style verlet", who);
+  }
+
+}    // namespace scene
+}    // namespace EVP
+
+#endif

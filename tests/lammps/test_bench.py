@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""tools/bench.py and tools/implicit_cost.py run, count what they time, and refuse what they cannot use."""
+
+import csv
+import os
+import pathlib
+import subprocess
+import sys
+
+import pytest
+
+CHECKOUT = pathlib.Path(__file__).resolve().parents[2]
+
+
+def tool(name, *words):
+    environment = {**os.environ, "PYTHONPATH": str(CHECKOUT / "tools")}
+    return subprocess.run([sys.executable, str(CHECKOUT / "tools" / name), *map(str, words)], env=environment, stdin=subprocess.DEVNULL,
+                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, check=False, timeout=300)
+
+
+@pytest.fixture()
+def page(tmp_path):
+    path = tmp_path / "page.md"
+    path.write_text("before\n<!-- table: tools/bench.py -->\nold\n<!-- end of table -->\nafter\n", encoding="utf-8")
+    return path
+
+
+def test_quick_bench_writes_its_tables(page):
+    """Every section on small scenes; between the markers of the page only. Each time is one of LAMMPS' own, so above zero."""
+    run = tool("bench.py", "--quick", "--out", page)
+    assert run.returncode == 0, run.stderr[-2000:]
+    text = page.read_text(encoding="utf-8")
+    assert text.startswith("before\n") and text.endswith("after\n") and "\nold\n" not in text
+    for title in ("Pair loop", "Neighbor build", "Whole step", "Scale", "Ranks"):
+        assert f"### {title}" in text, title
+    with open(page.with_suffix(".csv"), encoding="utf-8") as source:
+        times = {row["style"]: float(row["ns_per_interaction"]) for row in csv.DictReader(source)}
+    assert {"evp/lj", "evp/lj, gamma > 0", "lj/cut"} <= set(times)
+    assert all(value > 0.0 for value in times.values()), times
+    share = float(text.split("*pairs crossing xi_s* ")[1].split(" %")[0])
+    assert share >= 2.0, "control: pairs do cross xi_s in that scene"
+    assert "about" in run.stderr and "left" in run.stderr, "progress with the time left"
+
+
+def test_page_without_markers_stays(tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text("mine\n", encoding="utf-8")
+    run = tool("bench.py", "--quick", "--sections", "build", "--out", page)
+    assert run.returncode == 1 and "must hold" in run.stderr
+    assert page.read_text(encoding="utf-8") == "mine\n"
+
+
+def test_implicit_cost_writes_its_tables(tmp_path):
+    """Both ways end on the same stress; a small second specimen, since the times are not the point here."""
+    page = tmp_path / "cost.md"
+    run = tool("implicit_cost.py", "--repeats", 1, "--strain", 0.0005, "--large", 400, "--out", page)
+    assert run.returncode == 0, run.stderr[-2000:]
+    rows = [line.split("|")[1:-1] for line in page.read_text(encoding="utf-8").splitlines() if line.startswith("| ")]
+    stress = {row[0].strip(): float(row[4]) for row in rows if row[0].strip() != "way"}
+    assert set(stress) == {"explicit at 0.8 of its limit", "explicit at 0.4 of its limit", "implicit at 1e-05 s", "1 rank", "2 ranks"}
+    assert stress["implicit at 1e-05 s"] == pytest.approx(stress["explicit at 0.4 of its limit"], rel=1e-2)
+    assert stress["2 ranks"] == pytest.approx(stress["1 rank"], rel=1e-3)
+
+
+@pytest.mark.parametrize("name", ["bench.py", "implicit_cost.py"])
+def test_bad_words_are_refused(name):
+    run = tool(name, "--repeats", "0")
+    assert run.returncode == 2 and "--repeats must be 1 at least" in run.stderr

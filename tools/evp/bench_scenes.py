@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""The scenes of tools/bench.py: pair style evp/lj and its peers on the same lattice, and on the same random specimen.
+
+Reduced units: the spheres of the lattice have diameter 1 and touch. Each has 9 half pairs within 1.5 diameters, 6 of them
+in contact. Positions are stirred a little, so that no pair is at a special place.
+"""
+
+from typing import NamedTuple
+
+HALF_PAIRS = 9  # of a sphere of the lattice, within 1.5 diameters
+CONTACTS = 6  # of these, of touching spheres
+ROW = "80 8 4 3 8 4 0.005"  # e1 m1 n1 e2 m2 n2 xi_s
+REACH = 1.5
+NEVER = "neigh_modify every 1000000 delay 1000000 check no"
+ALWAYS = "neigh_modify every 1 delay 0 check no"
+
+
+class Scene(NamedTuple):
+    """A deck, whose last run is timed.
+
+    counted: the line of LAMMPS' breakdown that holds the time of the interactions, Pair or Bond."""
+
+    name: str
+    needs: str  # style that the LAMMPS build must hold
+    deck: str
+    steps: int
+    atoms: int
+    interactions: float  # per atom
+    counted: str = "Pair"
+    ranks: int = 1
+
+
+def lattice(cells, atom_style="sphere", density="1.4142135623730951", box="", head=""):
+    """FCC, 4 cells^3 spheres, periodic."""
+    return f"""
+units lj
+{head}
+atom_style {atom_style}
+atom_modify map array
+comm_modify vel yes
+lattice fcc {density}
+region box block 0 {cells} 0 {cells} 0 {cells}
+create_box 1 box {box}
+create_atoms 1 box
+set type 1 diameter 1 density 1
+neighbor 0.06 bin
+{NEVER}
+"""
+
+
+def stirred(move, steps, speed=0.02, output="step", every=1000000):
+    """Velocities by ID, so that every number of ranks and every style has the same; a first run warms up."""
+    return f"""
+variable vx atom {speed}*sin(1.1*id)
+variable vy atom {speed}*cos(2.3*id)
+variable vz atom {speed}*sin(3.7*id+1)
+velocity all set v_vx v_vy v_vz
+fix move all {move}
+timestep 1e-3
+thermo_style custom {output}
+thermo {every}
+run 5
+run {steps}
+"""
+
+
+def ours(name, cells, steps, gamma=0.0, contact="literal", row=ROW, ranks=1, neigh="", **stir):
+    """Pair style evp/lj on the lattice, all pairs within 1.5 diameters recorded."""
+    deck = lattice(cells) + f"""
+pair_style evp/lj contact {contact}
+pair_coeff * * {row} {gamma} {REACH}
+fix bonds all evp/bonds
+{neigh}
+""" + stirred("nve", steps, **stir)
+    return Scene(name, "", deck, steps, 4 * cells**3, HALF_PAIRS, "Pair", ranks)
+
+
+def pair_peer(style, cells, steps, coefficients, name=None, neigh="", ranks=1):
+    """Another pair style of the same reach on the same lattice."""
+    deck = lattice(cells) + f"""
+pair_style {style} {REACH}
+pair_coeff * * {coefficients}
+{neigh}
+""" + stirred("nve", steps)
+    return Scene(name or style, style, deck, steps, 4 * cells**3, HALF_PAIRS, "Pair", ranks)
+
+
+def contact_peer(style, cells, steps):
+    """Hertzian contacts: only touching spheres interact, so the lattice is pressed together by 1 %."""
+    deck = lattice(cells, density="1.45") + f"""
+pair_style {style} 1000 NULL 0 NULL 0 0
+pair_coeff * *
+""" + stirred("nve/sphere", steps)
+    return Scene(style, style, deck, steps, 4 * cells**3, CONTACTS)
+
+
+def bond_peer(style, cells, steps, coefficients):
+    """Bonds between the same pairs of the lattice; the pair style beside them does nothing."""
+    deck = lattice(cells, "bpm/sphere", box="bond/types 1 extra/bond/per/atom 18 extra/special/per/atom 80",
+                   head="newton on off\nspecial_bonds lj 0 1 1 coul 0 1 1")
+    deck += f"""
+comm_modify cutoff 2.0
+pair_style zero {REACH}
+pair_coeff * *
+bond_style zero
+bond_coeff *
+create_bonds many all all 1 0.9 1.45
+special_bonds lj 0 1 1 coul 1 1 1
+bond_style {style} smooth no
+bond_coeff 1 {coefficients}
+""" + stirred("nve/bpm/sphere", steps)
+    return Scene("bond " + style, style, deck, steps, 4 * cells**3, HALF_PAIRS, "Bond")
+
+
+LENNARD_JONES = "1 0.8908987181403393"  # minimum at one diameter
+
+
+def peers(cells, steps):
+    """All that a LAMMPS build may hold of what users might take instead."""
+    return [
+        pair_peer("lj/cut", cells, steps, LENNARD_JONES),
+        pair_peer("lj/cut/opt", cells, steps, LENNARD_JONES),
+        pair_peer("lj/cut/intel", cells, steps, LENNARD_JONES)._replace(
+            deck="package intel 0 mode double\n" + pair_peer("lj/cut/intel", cells, steps, LENNARD_JONES).deck),
+        pair_peer("morse", cells, steps, "80 3 1"),
+        pair_peer("nm/cut", cells, steps, "80 1 8 4"),
+        contact_peer("gran/hertz/history", cells, steps),
+        bond_peer("bpm/spring", cells, steps, "2560 1e9 0"),
+        bond_peer("bpm/spring/plastic", cells, steps, "2560 1e9 0 0.005"),
+    ]
+
+
+def variants(cells, steps):
+    """Pair style evp/lj with one effect after the other."""
+    crossing = "80 8 4 3 8 4 0.0005"    # the stirring stretches pairs by more
+    return [
+        ours("evp/lj", cells, steps),
+        ours("evp/lj, contact none", cells, steps, contact="none"),
+        ours("evp/lj, gamma > 0", cells, steps, gamma=0.1),
+        ours("evp/lj, energy and virial each step", cells, steps, output="step pe press", every=1),
+        ours("evp/lj, pairs crossing xi_s", cells, steps, row=crossing, speed=0.1, output="step f_bonds[2]"),
+        ours("evp/lj, exponents 8.5 4.5", cells, steps, row="80 8.5 4.5 3 8.5 4.5 0.005"),
+    ]
+
+
+def random_body(name, style, data, steps, ranks=1, neigh=ALWAYS.replace("check no", "check yes")):
+    """A specimen of in.specimen at rest and stirred, evp/lj or lj/cut with the same reach in the mean."""
+    deck = f"""
+units si
+atom_style sphere
+atom_modify map array
+boundary s s s
+comm_modify vel yes
+read_data {data}
+variable n equal count(all)
+variable d equal 2*(0.6*PI*0.02^2*0.05/(v_n*4/3*PI))^(1/3)
+neighbor $(0.066*v_d) bin
+{neigh}
+"""
+    if style == "evp/lj":
+        deck += "pair_style evp/lj\npair_coeff * * $(80*500/v_n) 8 4 $(3*500/v_n) 8 4 0.005 0 1.5\nfix bonds all evp/bonds\n"
+    else:
+        deck += f"pair_style {style} $(1.5*v_d)\npair_coeff * * $(80*500/v_n/10) $(v_d/2^(1/6))\n"
+    deck += f"""
+velocity all ramp vx -0.2 0.2 x 0 0.05
+fix move all nve
+timestep $(1e-7*(500/v_n)^(1/3))
+thermo_style custom step
+thermo 1000000
+run 5
+run {steps}
+"""
+    return Scene(name, "" if style == "evp/lj" else style, deck, steps, 0, 0.0, "whole step", ranks)
