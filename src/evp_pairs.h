@@ -7,6 +7,7 @@
 #ifndef EVP_PAIRS_H
 #define EVP_PAIRS_H
 
+#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -27,10 +28,11 @@ class PackedPairs {
   size_t size() const { return count; }
   void clear() { count = 0; }
 
-  /// Makes room for n pairs in all; those that are there stay.
+  /// Makes room for n pairs in all; those that are there stay. Room grows by halves at least.
   void reserve(size_t n)
   {
     if (n <= partner.size()) return;
+    n = std::max(n, partner.size() + partner.size() / 2);
     inverse_deq.resize(n);
     cut_squared.resize(n);
     partner.resize(n);

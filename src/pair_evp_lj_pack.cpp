@@ -41,10 +41,6 @@ void PairEVPLJ::pack()
   repack = false;
   explicit_damping = false;
 
-  size_t neighbors = 0;
-  for (int ii = 0; ii < list->inum; ii++) neighbors += list->numneigh[list->ilist[ii]];
-  packed.pairs.reserve(neighbors);
-
   Overlaps overlaps;
   if (bonds) clear_marks();
   for (int ii = 0; ii < list->inum; ii++) {
@@ -148,6 +144,7 @@ void PairEVPLJ::pack_row(int i, Overlaps &overlaps)
   const double closest = 1.0 - settings_now.overlap;
 
   const int first = (int) packed.pairs.size();
+  packed.pairs.reserve((size_t) first + nneighbors);
   for (int jj = 0; jj < nneighbors; jj++) {
     const int j = neighbors[jj] & NEIGHMASK;
     if (special[sbmask(neighbors[jj])] == 0.0) continue;
