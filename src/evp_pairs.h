@@ -28,9 +28,10 @@ class PackedPairs {
   size_t size() const { return count; }
   void clear() { count = 0; }
 
-  /// Makes room for n pairs in all; those that are there stay. Room grows by halves at least.
-  void reserve(size_t n)
+  /// Makes room for n more pairs; those that are there stay.
+  void make_room(size_t n)
   {
+    n += count;
     if (n <= partner.size()) return;
     n = std::max(n, partner.size() + partner.size() / 2);
     inverse_deq.resize(n);
@@ -39,7 +40,7 @@ class PackedPairs {
     kind_of.resize(n);
   }
 
-  /// Requires room: see reserve().
+  /// Requires room: see make_room().
   void push_back(const PackedPair &pair)
   {
     inverse_deq[count] = pair.inv_deq;

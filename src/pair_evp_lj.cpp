@@ -69,7 +69,8 @@ void PairEVPLJ::compute(int eflag, int vflag)
 {
   ev_init(eflag, vflag);
 
-  if (neighbor->ago == 0 || repack || (radii_vary && radii_changed())) pack();
+  const bool together = neighbor->ago == 0 || repack;
+  if (together || (radii_vary && radii_changed())) pack(together);
 
   if (damping_acts() && explicit_damping)
     compute_forces<true>();

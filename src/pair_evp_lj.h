@@ -72,7 +72,7 @@ class PairEVPLJ : public Pair {
   bool damps_implicitly() const { return any_gamma && implicit_groupbit; }
 
   /// False where no pair at all has damping of this style's own. The same on all processes.
-  bool damps_explicitly() const { return any_gamma && explicit_atoms; }
+  bool damps_explicitly() const { return explicit_damping; }
 
   /// gamma of a pair that fix nve/evp damps [force/velocity], 0 for the others. Its law has none.
   double implicit_gamma(const EVP::PackedPair &pair) const;
@@ -99,7 +99,6 @@ class PairEVPLJ : public Pair {
   std::vector<double> reach;    // cut-offs that the neighbor list was made for, see law_index()
   bool any_gamma;
   int implicit_groupbit;    // of fix nve/evp, 0 without
-  bool explicit_atoms;      // some atoms are not in its group
 
   std::string bonds_id;        // fix that recorded the bonds; empty: none did
   class FixEVPBonds *bonds;    // that fix, nullptr without
@@ -115,7 +114,7 @@ class PairEVPLJ : public Pair {
   bool overlap_warned;
 
   EVP::PackedList packed;
-  bool explicit_damping;                // a packed pair is damped by this style itself
+  bool explicit_damping;                // a packed pair of any process is damped by this style
   bigint packed_call, packed_step;      // of the neighbor list that was packed
   bool repack;                          // coefficients changed since then
   bool radii_vary;                      // and radii may at every step ('atom_style sphere 1')
@@ -143,15 +142,14 @@ class PairEVPLJ : public Pair {
   void find_max_radii();
   void report_settings();
 
-  void pack();
+  void pack(bool together);
+  void agree_on_pairs(bool damped, Overlaps);
   bool radii_changed() const;
-  void warn_of_overlaps(Overlaps);
   void check_weights() const;
   void clear_marks();
   void mark_partners(int i);
-  void pack_row(int i, Overlaps &overlaps);
-  void count_overlap(int i, int j, double d, double deq, const EVP::Law &law,
-                     Overlaps &overlaps) const;
+  bool pack_row(int i, Overlaps &overlaps);
+  void count_overlap(int i, int j, double deq, int law, Overlaps &overlaps) const;
   void stop_at_one_point(int i, int j) const;
   void check_radii() const;
   void check_bonds() const;

@@ -5,6 +5,7 @@
 #include "pair_evp_lj.h"
 
 #include "fix_evp_bonds.h"
+#include "scene.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -23,14 +24,17 @@ using namespace LAMMPS_NS;
 /* ----------------------------------------------------------------------
    from the neighbor list and the records to the list of the time-step loop,
    in time linear in the neighbors: the partners of i are marked at their
-   index, then each neighbor looks whether it is marked
+   index, then each neighbor looks whether it is marked.
+   together: all processes do, with a new list or new coefficients; else this one has other radii
 ------------------------------------------------------------------------- */
 
-void PairEVPLJ::pack()
+void PairEVPLJ::pack(bool together)
 {
   check_radii();
-  check_weights();
-  if (bonds) check_bonds();
+  if (together) {
+    check_weights();
+    if (bonds) check_bonds();
+  }
 
   packed.clear();
   packed.nlocal = atom->nlocal;
@@ -39,18 +43,17 @@ void PairEVPLJ::pack()
   packed_step = neighbor->lastcall;
   if (radii_vary) packed_radius.assign(atom->radius, atom->radius + packed.nall);
   repack = false;
-  explicit_damping = false;
 
   Overlaps overlaps;
+  bool damped = false;
   if (bonds) clear_marks();
   for (int ii = 0; ii < list->inum; ii++) {
     const int i = list->ilist[ii];
     if (bonds) mark_partners(i);
-    pack_row(i, overlaps);
+    damped = pack_row(i, overlaps) || damped;
   }
+  if (together) agree_on_pairs(damped, overlaps);
   find_block_law();
-
-  if (!overlap_warned) warn_of_overlaps(overlaps);
 }
 
 /* ----------------------------------------------------------------------
@@ -76,14 +79,20 @@ void PairEVPLJ::find_block_law()
 }
 
 /* ----------------------------------------------------------------------
-   once per run, by the first process
+   what the pairs of any process ask of all; overlaps are warned of once per run
 ------------------------------------------------------------------------- */
 
-void PairEVPLJ::warn_of_overlaps(Overlaps overlaps)
+void PairEVPLJ::agree_on_pairs(bool damped, Overlaps overlaps)
 {
-  bigint count;
-  MPI_Allreduce(&overlaps.count, &count, 1, MPI_LMP_BIGINT, MPI_SUM, world);
-  if (count == 0) return;
+  bigint here[2] = {damped, overlaps.count}, all[2];
+  MPI_Allreduce(here, all, 2, MPI_LMP_BIGINT, MPI_SUM, world);
+  explicit_damping = all[0] > 0;
+  if (explicit_damping && update->whichflag == 1 && !comm->ghost_velocity)
+    error->all(FLERR,
+               "Pair evp/lj with gamma > 0 needs ghost velocities: add 'comm_modify vel yes'");
+
+  const bigint count = all[1];
+  if (count == 0 || overlap_warned) return;
   overlap_warned = true;
 
   int owner = overlaps.count ? comm->me : comm->nprocs, first;
@@ -125,12 +134,14 @@ void PairEVPLJ::mark_partners(int i)
   }
 }
 
-/* ---------------------------------------------------------------------- */
+/* ----------------------------------------------------------------------
+   does this style damp one of the pairs?
+------------------------------------------------------------------------- */
 
-void PairEVPLJ::pack_row(int i, Overlaps &overlaps)
+bool PairEVPLJ::pack_row(int i, Overlaps &overlaps)
 {
   // what does not change along the row, at hand
-  const auto *const x = reinterpret_cast<const double(*)[3]>(atom->x[0]);
+  const auto *const x = EVP::scene::rows(atom->x);
   const double *const radius = atom->radius, *const special = force->special_lj;
   const int *const type = atom->type;
   const int *const neighbors = list->firstneigh[i], nneighbors = list->numneigh[i];
@@ -143,6 +154,8 @@ void PairEVPLJ::pack_row(int i, Overlaps &overlaps)
   const bool some_implicit = implicit_groupbit != 0;
   const double closest = 1.0 - settings_now.overlap;
 
+  packed.pairs.make_room(nneighbors);
+  bool damped = false;
   const int first = (int) packed.pairs.size();
   packed.pairs.reserve((size_t) first + nneighbors);
   for (int jj = 0; jj < nneighbors; jj++) {
@@ -162,24 +175,26 @@ void PairEVPLJ::pack_row(int i, Overlaps &overlaps)
     const bool implicit = some_implicit && is_implicit(i, j);
     const int law = first_law + type[j] + (implicit ? nlaws() : 0);
     packed.pairs.push_back({1.0 / deq, cut * cut, j, law, is_bond});
-    if (!implicit && row.gamma > 0.0) explicit_damping = true;
+    damped = damped || (!implicit && row.gamma > 0.0);
 
     if (g.dsq < closest * sum_radii * (closest * sum_radii))
-      count_overlap(i, j, std::sqrt(g.dsq), deq, laws[law], overlaps);
+      count_overlap(i, j, deq, law, overlaps);
   }
   const int last = (int) packed.pairs.size();
   if (last > first) packed.rows.push_back({i, first, last});
+  return damped;
 }
 
 /* ----------------------------------------------------------------------
    without newton both owners of a pair across processes hold it; one of them counts it
 ------------------------------------------------------------------------- */
 
-void PairEVPLJ::count_overlap(int i, int j, double d, double deq, const EVP::Law &law,
-                              Overlaps &overlaps) const
+void PairEVPLJ::count_overlap(int i, int j, double deq, int law, Overlaps &overlaps) const
 {
   if (!force->newton_pair && j >= atom->nlocal && atom->tag[i] > atom->tag[j]) return;
-  if (overlaps.count++ == 0) overlaps = {1, atom->tag[i], atom->tag[j], d, deq, law.regime(d, deq)};
+  if (overlaps.count++) return;
+  const double d = std::sqrt(EVP::PairGeometry(EVP::scene::rows(atom->x), i, j).dsq);
+  overlaps = {1, atom->tag[i], atom->tag[j], d, deq, laws[law].regime(d, deq)};
 }
 
 /* ----------------------------------------------------------------------
@@ -198,19 +213,19 @@ void PairEVPLJ::check_weights() const
 
 /* ---------------------------------------------------------------------- */
 
+bool PairEVPLJ::radii_changed() const
+{
+  return !std::equal(packed_radius.begin(), packed_radius.end(), atom->radius);
+}
+
+/* ---------------------------------------------------------------------- */
+
 void PairEVPLJ::stop_at_one_point(int i, int j) const
 {
   error->one(FLERR,
              "Pair evp/lj: atoms {} and {} are at one point, the force has no direction there: "
              "move one or delete it (delete_atoms overlap)",
              atom->tag[i], atom->tag[j]);
-}
-
-/* ---------------------------------------------------------------------- */
-
-bool PairEVPLJ::radii_changed() const
-{
-  return !std::equal(packed_radius.begin(), packed_radius.end(), atom->radius);
 }
 
 /* ----------------------------------------------------------------------

@@ -133,12 +133,6 @@ void PairEVPLJ::find_implicit_group()
 {
   const Fix *implicit = EVP::scene::find_fix(modify, "nve/evp");
   implicit_groupbit = implicit ? implicit->groupbit : 0;
-
-  int outside = 0, any;
-  for (int i = 0; i < atom->nlocal; i++)
-    if (!(atom->mask[i] & implicit_groupbit)) outside = 1;
-  MPI_Allreduce(&outside, &any, 1, MPI_INT, MPI_MAX, world);
-  explicit_atoms = any;
   repack = true;
 }
 
@@ -174,9 +168,6 @@ double PairEVPLJ::init_one(int i, int j)
   repack = true;
 
   if (row.gamma > 0.0) any_gamma = true;    // fix adapt may have switched it on
-  if (damping_acts() && update->whichflag == 1 && explicit_atoms && !comm->ghost_velocity)
-    error->all(FLERR,
-               "Pair evp/lj with gamma > 0 needs ghost velocities: add 'comm_modify vel yes'");
 
   // called once at set-up, and again by fix adapt while the neighbor list keeps its reach
   const double cut = row.alpha * (max_radius[i] + max_radius[j]);

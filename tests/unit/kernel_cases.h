@@ -47,7 +47,7 @@ inline Cloud make_cloud(const std::vector<EVP::Row> &rows, int npairs)
     cloud.v.push_back({unit(random), unit(random), unit(random)});
   }
   for (const EVP::Row &row : rows) cloud.laws.emplace_back(row);
-  cloud.list.pairs.reserve(npairs);
+  cloud.list.pairs.make_room(npairs);
   for (int i = 0; i < n; i++) {
     const int first = (int) cloud.list.pairs.size();
     for (int j = i + 1; j < n && (int) cloud.list.pairs.size() < npairs; j++) {
