@@ -157,7 +157,6 @@ bool PairEVPLJ::pack_row(int i, Overlaps &overlaps)
   packed.pairs.make_room(nneighbors);
   bool damped = false;
   const int first = (int) packed.pairs.size();
-  packed.pairs.reserve((size_t) first + nneighbors);
   for (int jj = 0; jj < nneighbors; jj++) {
     const int j = neighbors[jj] & NEIGHMASK;
     if (special[sbmask(neighbors[jj])] == 0.0) continue;
