@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 // Rows are short: the loop's own work counts.
 #if defined(__clang__)
@@ -71,6 +72,7 @@ struct NoTally {
   static constexpr bool energy = false;
 };
 
+/// Relative positions of the pairs of a range; with damping how fast they part, times distance.
 template <bool Damping>
 void gather(const PackedList &list, const ParticleView &view, const PairRange &range, Block &block)
 {
@@ -97,6 +99,7 @@ void gather(const PackedList &list, const ParticleView &view, const PairRange &r
   });
 }
 
+/// Adds the forces of a block to its particles; those of i are summed apart, row by row.
 inline void scatter(const PackedList &list, const ParticleView &view, const PairRange &range,
                     const Block &block)
 {
