@@ -62,7 +62,8 @@ def main(words=None):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", default="", help="mutations whose text holds these words")
     options = parser.parse_args(words)
-    scenes = runner.load_scenes()
+    sys.path.insert(0, str(CHECKOUT / "tests" / "lammps"))
+    sys.modules.pop("mutations", None)
     from mutations import MUTATIONS
 
     chosen = [mutation for mutation in MUTATIONS if options.only in mutation.what]
@@ -72,7 +73,8 @@ def main(words=None):
     with tempfile.TemporaryDirectory() as name:
         copy = pathlib.Path(name)
         configure(copy)
-        os.environ["EVP_LMP"] = str(copy / "build" / "lmp")
+        os.environ["EVP_LMP"] = str(copy / "build" / "lmp")  # read when the scenes are loaded
+        scenes = runner.load_scenes()
         for number, mutation in enumerate(chosen):
             path = copy / "src" / mutation.file
             text = path.read_text(encoding="utf-8")
