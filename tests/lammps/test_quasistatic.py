@@ -157,7 +157,7 @@ def test_ends_on_strain(tmp_path):
     ({"increment": 0}, "strain, increment, tolerance and evaluations must be positive"),
     ({"resume": 3}, r"cannot resume: rest_choices.lmp or rest.3.restart is missing"),
     ({"length": 5}, "no particle within 0.1 L of an end"),
-    ({"evaluations": 5, "strain": 0.001}, "increment 1 is not at rest: .* N is left, allowed are .* N; resume from"),
+    ({"evaluations": 5, "strain": 0.001}, "increment 1 is not at rest: .* N is left, allowed are .* N; resume with"),
 ])
 def test_bad_choices_are_named(tmp_path, choices, message):
     run = run_lammps("in.quasistatic", 1, {"specimen": REFERENCE, "out": "rest", **choices}, tmp_path)
