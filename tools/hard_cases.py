@@ -18,9 +18,10 @@ CHECKOUT = pathlib.Path(__file__).resolve().parents[1]
 HEAD = """# Hard cases
 
 Written by `tools/hard_cases.py`; the scenes are in `tests/lammps/hard_cases.py` and `tests/lammps/hard_cases_bodies.py`, and are tests too.
-*Right* is what the case asserts. *Fails without* is the protection, and how the case was seen to fail, or its control.
+*Right* is what the case asserts. *Must fail with* is what `tools/mutations.py` does to the sources, one at a time, demanding that the case then
+fails; after it the control that the case itself holds.
 
-| case | right | showed | fails without |
+| case | right | showed | must fail with; control |
 |---|---|---|---|
 """
 
@@ -46,12 +47,20 @@ def load_scenes():
     return hard_cases
 
 
+def proof(case):
+    """The mutations that the case must fail with, and its own control."""
+    from mutations import MUTATIONS
+
+    seen = [mutation.what for mutation in MUTATIONS if any(words in case.name for words in mutation.cases)]
+    return "; ".join(seen) + (f". Control: {case.control}" if case.control else "")
+
+
 def run_case(scenes, case, ranks):
     """What the case showed on so many ranks, and whether it is right."""
     from lammps_run import run_lammps
 
     with tempfile.TemporaryDirectory() as folder:
-        bench = scenes.Bench(lambda text, n: run_lammps(text, n, None, folder, seconds=900), pathlib.Path(folder), ranks)
+        bench = scenes.Bench(lambda text, n: run_lammps(text, n, None, folder, seconds=900), pathlib.Path(folder), ranks, whole=True)
         try:
             return case.check(bench), True
         except AssertionError as error:
@@ -79,7 +88,7 @@ def main(words=None):
             text, right = run_case(scenes, case, ranks)
             all_right = all_right and right
             shown.append(text if len(options.ranks) == 1 else f"{ranks} rank{'s' * (ranks > 1)}: {text}")
-        lines.append("| " + " | ".join(cell.replace("|", "/") for cell in (case.name, case.right, "<br>".join(shown), case.fails_without)) + " |\n")
+        lines.append("| " + " | ".join(cell.replace("|", "/") for cell in (case.name, case.right, "<br>".join(shown), proof(case))) + " |\n")
     if sys.stderr.isatty():
         print("\r\x1b[K", end="", file=sys.stderr)
     options.out.write_text(HEAD + "".join(lines), encoding="utf-8")

@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The hard cases on 1 and 4 ranks; what each states and without what it fails is said at the scene, in hard_cases*.py."""
+"""The hard cases on 1 and 4 ranks; what each states is said at the scene, in hard_cases*.py, and without what it fails in mutations.py."""
+
+import pathlib
 
 import hard_cases_bodies  # noqa: F401  joins the list
 import pytest
 from hard_cases import CASES, Bench
+from mutations import MUTATIONS
 
 FOUR_RANKS_TOO_SLOW = ("times critical", "table 1 pulled", "threshold", "range", "exponents", "fragment", "head on impact: 1")  # steps without atoms to share
 
@@ -18,9 +21,18 @@ def test_hard_case_on_more_ranks(lmp, tmp_path, case):
     print(case.check(Bench(lmp, tmp_path, 2 if "million" in case.name else 4)))
 
 
-def test_the_list_of_the_issue_is_complete():
+def test_the_list_is_complete():
     names = " ".join(case.name for case in CASES)
     for word in ("critical", "paper", "50 percent", "rupture: literal", "rupture: repulsive", "rupture: none", "impact: 1", "impact: 500", "overlap",
                  "all pairs at dlim", "xi s", "dlim to and fro", "threshold strain: 1e-06", "threshold strain: 0.3", "10 in size", "1e4 in mass",
                  "spinning", "hold", "million", "coincident", "alpha: 1.05", "alpha: 3", "exponents: 2 1", "exponents: 24 12"):
         assert word in names, word
+
+
+def test_every_case_has_a_mutation_that_still_applies():
+    """tools/mutations.py runs them; here only that none was forgotten and that the sources still hold what it changes."""
+    for case in CASES:
+        assert any(words in case.name for mutation in MUTATIONS for words in mutation.cases), case.name
+    for mutation in MUTATIONS:
+        text = (pathlib.Path(__file__).resolve().parents[2] / "src" / mutation.file).read_text(encoding="utf-8")
+        assert text.count(mutation.old) == mutation.times, mutation.what
