@@ -62,8 +62,15 @@ void ComputeEVPDt::init()
 
 void ComputeEVPDt::setup()
 {
-  if (update->whichflag != 1 || warned) return;
-  if (has_its_step_set()) return;
+  // a fix dt/evp has yet to set the step; it asks then
+  if (update->whichflag == 1 && !EVP::scene::find_fix(modify, "dt/evp")) warn_of_step();
+}
+
+/* ---------------------------------------------------------------------- */
+
+void ComputeEVPDt::warn_of_step()
+{
+  if (warned) return;
   warned = true;
   const double limit = compute_scalar();
   if (update->dt > limit && comm->me == 0)
@@ -72,21 +79,6 @@ void ComputeEVPDt::setup()
         "The step {:.6g} is {:.4g} times the largest stable step {:.6g} of compute {} "
         "evp/dt: the run is unstable, or silently wrong; use a timestep of at most {:.4g}",
         update->dt, update->dt / limit, limit, id, 0.8 * limit);
-}
-
-/* ----------------------------------------------------------------------
-   does a fix dt/evp keep the step of these atoms, or of some, within the limit?
-------------------------------------------------------------------------- */
-
-bool ComputeEVPDt::has_its_step_set() const
-{
-  const Fix *fix = EVP::scene::find_fix(modify, "dt/evp");
-  if (!fix) return false;
-  int shared = 0, any;
-  for (int i = 0; i < atom->nlocal; i++)
-    if (is_free(i) && (atom->mask[i] & fix->groupbit)) shared = 1;
-  MPI_Allreduce(&shared, &any, 1, MPI_INT, MPI_MAX, world);
-  return any;
 }
 
 /* ---------------------------------------------------------------------- */

@@ -28,6 +28,9 @@ class ComputeEVPDt : public NodalExchange<Compute> {
   void compute_vector() override;
   double memory_usage() override;
 
+  /// Collective, in a run. Warns once if the step is above the limit.
+  void warn_of_step();
+
  private:
   /// An interacting pair with at least one free atom, linearised: forces on i are
   /// -(axial u u^T + across (1 - u u^T)) (x_i - x_j) and -damping u u^T (v_i - v_j).
@@ -57,7 +60,6 @@ class ComputeEVPDt : public NodalExchange<Compute> {
   static double root_of(double a, double b);
 
   bool all_implicit() const;
-  bool has_its_step_set() const;
   bool is_free(int i) const;
   void collect_links();
   double largest_eigenvalue(const Mix &);

@@ -5,28 +5,10 @@
 
 #include "evp_block.h"
 
+#include "evp_levels.h"
+
 #include <algorithm>
 #include <cmath>
-
-// Compilers and machines without a choice of instruction set at run time do with the base.
-#if defined(__GNUC__) && defined(__x86_64__)
-#define EVP_HAS_LEVELS 1
-#define EVP_INLINE __attribute__((always_inline)) inline
-#define EVP_AVX2 __attribute__((target("avx2")))
-#define EVP_AVX512 __attribute__((target("avx512f")))
-#else
-#define EVP_HAS_LEVELS 0
-#define EVP_INLINE inline
-#endif
-
-// The pairs of a block do not depend on each other.
-#if defined(__clang__)
-#define EVP_INDEPENDENT _Pragma("clang loop vectorize(assume_safety)")
-#elif defined(__GNUC__)
-#define EVP_INDEPENDENT _Pragma("GCC ivdep")
-#else
-#define EVP_INDEPENDENT
-#endif
 
 namespace EVP {
 
@@ -147,18 +129,18 @@ namespace {
 #endif
 
   template <class P, bool Many, bool Damping, bool Energy>
-  BlockLaw::Function function_for(BlockLaw::Level level)
+  BlockLaw::Function function_for(Level level)
   {
 #if EVP_HAS_LEVELS
-    if (level == BlockLaw::Level::AVX512) return evaluate_avx512<P, Many, Damping, Energy>;
-    if (level == BlockLaw::Level::AVX2) return evaluate_avx2<P, Many, Damping, Energy>;
+    if (level == Level::AVX512) return evaluate_avx512<P, Many, Damping, Energy>;
+    if (level == Level::AVX2) return evaluate_avx2<P, Many, Damping, Energy>;
 #endif
     (void) level;
     return evaluate_base<P, Many, Damping, Energy>;
   }
 
   template <class P, bool Many>
-  void choose_functions(BlockLaw::Function (&functions)[2][2], BlockLaw::Level level)
+  void choose_functions(BlockLaw::Function (&functions)[2][2], Level level)
   {
     functions[0][0] = function_for<P, Many, false, false>(level);
     functions[0][1] = function_for<P, Many, false, true>(level);
@@ -167,16 +149,6 @@ namespace {
   }
 
 }    // namespace
-
-BlockLaw::Level BlockLaw::best_level()
-{
-#if EVP_HAS_LEVELS
-  __builtin_cpu_init();
-  if (__builtin_cpu_supports("avx512f")) return Level::AVX512;
-  if (__builtin_cpu_supports("avx2")) return Level::AVX2;
-#endif
-  return Level::BASE;
-}
 
 void BlockLaw::assign(const std::vector<Law> &laws_in, const std::vector<int> &used, Level level)
 {

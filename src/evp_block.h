@@ -7,6 +7,7 @@
 #define EVP_BLOCK_H
 
 #include "evp_law.h"
+#include "evp_levels.h"
 
 #include <vector>
 
@@ -31,12 +32,6 @@ struct Block {
 /// The laws of all pairs of a list, and the fastest way through a block of these pairs.
 class BlockLaw {
  public:
-  /// Instruction sets that the law was compiled for; a machine has all up to its best.
-  enum class Level { BASE, AVX2, AVX512 };
-
-  /// The best that this compiler and this machine have.
-  static Level best_level();
-
   /// laws: as PackedPair::law counts them. used: which of them the pairs have; a single one where
   /// all are alike.
   void assign(const std::vector<Law> &laws, const std::vector<int> &used,

@@ -124,7 +124,14 @@ void FixDtEVP::init()
 
 void FixDtEVP::setup(int /*vflag*/)
 {
-  if (update->whichflag == 1) set_step(true);
+  if (update->whichflag != 1) return;
+  set_step(true);
+
+  // those of other atoms have seen the step from before
+  for (int k = 0; k < modify->ncompute; k++) {
+    auto *other = dynamic_cast<ComputeEVPDt *>(modify->compute[k]);
+    if (other && other != compute) other->warn_of_step();
+  }
 }
 
 /* ---------------------------------------------------------------------- */
@@ -164,7 +171,7 @@ void FixDtEVP::set_step(bool may_jump)
                      dt / (fraction * stable_step));
     speed_reported = true;
   }
-  if (stable_step >= NO_LIMIT && fastest.dt >= NO_LIMIT && maximum >= NO_LIMIT)
+  if (stable_step >= NO_LIMIT && fastest.dt >= NO_LIMIT && maximum >= NO_LIMIT && !may_meet())
     error->all(FLERR,
                "Fix {} dt/evp: at step {} no pair interacts or approaches another, so nothing "
                "limits the step: give 'max DT'",
@@ -211,6 +218,28 @@ FixDtEVP::FastestPair FixDtEVP::find_fastest(double dt)
   MPI_Allreduce(&mine, &least, 1, MPI_DOUBLE_INT, MPI_MINLOC, world);
   MPI_Bcast(&here, 3, MPI_DOUBLE, least.rank, world);
   return here;
+}
+
+/* ----------------------------------------------------------------------
+   does any pair interact, or approach and so may at a later check?
+------------------------------------------------------------------------- */
+
+bool FixDtEVP::may_meet() const
+{
+  int here = 0, any;
+  const auto x = EVP::scene::rows(atom->x);
+  const EVP::PackedList &list = pair->packed_pairs();
+  for (const auto &row : list.rows)
+    for (int k = row.first; k < row.last; k++) {
+      const EVP::PackedPair p = list.pairs[k];
+      const EVP::PairGeometry g(x, row.i, p.j);
+      const double *vi = &velocity[(size_t) 3 * row.i], *vj = &velocity[(size_t) 3 * p.j];
+      const double opening =
+          g.dx * (vi[0] - vj[0]) + g.dy * (vi[1] - vj[1]) + g.dz * (vi[2] - vj[2]);
+      if (g.dsq <= p.cutsq || opening < 0.0) here = 1;
+    }
+  MPI_Allreduce(&here, &any, 1, MPI_INT, MPI_MAX, world);
+  return any;
 }
 
 /* ----------------------------------------------------------------------

@@ -56,6 +56,7 @@ class FixDtEVP : public NodalExchange<Fix> {
 
   void set_step(bool may_jump);
   FastestPair find_fastest(double dt);
+  bool may_meet() const;
   void change_step(double dt);
 };
 

@@ -210,6 +210,15 @@ double FixEVPBonds::find_deq(int i, tagint partner) const
 }
 
 /* ----------------------------------------------------------------------
+   an atom with many partners may have held this place: the next one needs no such room
+------------------------------------------------------------------------- */
+
+void FixEVPBonds::give_back_room(int i, size_t needed)
+{
+  if (bonds[i].capacity() > 2 * needed + 16) Bonds().swap(bonds[i]);
+}
+
+/* ----------------------------------------------------------------------
    LAMMPS' buffers for one atom must hold the longest record of any process: the first one says in
    restart files how long that is
 ------------------------------------------------------------------------- */
@@ -273,6 +282,7 @@ void FixEVPBonds::grow_arrays(int nmax)
 void FixEVPBonds::copy_arrays(int i, int j, int /*delflag*/)
 {
   recorded_as[j] = recorded_as[i];
+  give_back_room(j, bonds[i].size());
   bonds[j] = bonds[i];
 }
 
@@ -284,6 +294,7 @@ void FixEVPBonds::set_arrays(int i)
 {
   recorded_as[i] = 0;
   bonds[i].clear();
+  give_back_room(i, 0);
 }
 
 /* ----------------------------------------------------------------------
@@ -308,7 +319,9 @@ int FixEVPBonds::unpack_bonds(int i, const double *buf)
 {
   int m = 0;
   recorded_as[i] = (tagint) ubuf(buf[m++]).i;
-  bonds[i].resize((size_t) ubuf(buf[m++]).i);
+  const auto count = (size_t) ubuf(buf[m++]).i;
+  give_back_room(i, count);
+  bonds[i].resize(count);
   for (Bond &bond : bonds[i]) {
     bond = {(tagint) ubuf(buf[m]).i, buf[m + 1]};
     m += 2;

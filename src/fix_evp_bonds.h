@@ -104,6 +104,7 @@ class FixEVPBonds : public Fix {
   void check_zone(const class PairEVPLJ *) const;
   void sort_records();
   void make_room_for(int);
+  void give_back_room(int, size_t);
   int pack_bonds(int, double *) const;
   int unpack_bonds(int, const double *);
 };

@@ -43,6 +43,7 @@ void FixEVPBonds::restart(char *buf)
                "Fix {} evp/bonds: its section of the restart file is damaged, or from a version of "
                "this package that wrote another format",
                id);
+  after_restart = false;    // this is the fix that the file knows
   recorded = state[2] != 0.0;
   nrecorded = (bigint) state[3];
   highest_id = (tagint) state[4];

@@ -85,6 +85,8 @@ class FixNVEEVP : public NodalExchange<Fix> {
   int solve(double h);
   void check_groups() const;
   void exchange_velocities(const Nodal &of);
+  void check_partners(int i, int j) const;
+  template <class F> void damping_product(F &&keep);
   void damping_product();
   void warm_start(double h);
   void store_applied(double h);

@@ -4,6 +4,7 @@
 
 #include "fix_nve_evp.h"
 
+#include "evp_cg.h"
 #include "evp_vector.h"
 #include "pair_evp_lj.h"
 #include "scene.h"
@@ -34,25 +35,22 @@ void FixNVEEVP::collect_dampers()
   const EVP::PackedList &list = pair->packed_pairs();
   if (list.build != last_build) last_force.assign(list.pairs.size(), 0.0);
   last_build = list.build;
+  int law = -1;
+  double root = 0.0;    // sqrt(gamma) of that law
   for (const auto &row : list.rows) {
     const int first = (int) dampers.size();
     for (int k = row.first; k < row.last; k++) {
-      const EVP::PackedPair &p = list.pairs[k];
-      const double gamma = pair->implicit_gamma(p);
-      if (gamma == 0.0) continue;
+      const EVP::PackedPair p = list.pairs[k];
+      if (p.law != law) {
+        law = p.law;
+        root = std::sqrt(pair->implicit_gamma(p));
+      }
+      if (root == 0.0) continue;
       const EVP::PairGeometry g(x, row.i, p.j);
       if (g.dsq > p.cutsq) continue;
 
-      for (const int i : {row.i, p.j})
-        if (!in_group(i) && (atom->mask[i] & others_groupbits))
-          error->one(
-              FLERR,
-              "Fix {} nve/evp: atom {} interacts with its group but is integrated by another "
-              "fix, whose velocity would enter as prescribed: put it into the group of fix "
-              "{}, or move it by fix nve/noforce or fix move",
-              id, atom->tag[i], id);
-      const double d = std::sqrt(g.dsq);
-      const double scale = std::sqrt(gamma) / d;
+      if (others_groupbits) check_partners(row.i, p.j);
+      const double scale = root / std::sqrt(g.dsq);
       dampers.push_back({{scale * g.dx, scale * g.dy, scale * g.dz}, p.j, k});
     }
     const int last = (int) dampers.size();
@@ -61,10 +59,26 @@ void FixNVEEVP::collect_dampers()
 }
 
 /* ----------------------------------------------------------------------
-   reaction = C velocities for all local atoms, velocities being set for the local ones
+   neighbours of the group may be held or moved along a path, but not follow forces of their own
 ------------------------------------------------------------------------- */
 
-void FixNVEEVP::damping_product()
+void FixNVEEVP::check_partners(int i, int j) const
+{
+  for (const int k : {i, j})
+    if (!in_group(k) && (atom->mask[k] & others_groupbits))
+      error->one(FLERR,
+                 "Fix {} nve/evp: atom {} interacts with its group but is integrated by another "
+                 "fix, whose velocity would enter as prescribed: put it into the group of fix "
+                 "{}, or move it by fix nve/noforce or fix move",
+                 id, atom->tag[k], id);
+}
+
+/* ----------------------------------------------------------------------
+   reaction = C velocities for all local atoms, velocities being set for the local ones;
+   keep(damper, sqrt(gamma) u.(v_i - v_j)) is called on the way
+------------------------------------------------------------------------- */
+
+template <class F> void FixNVEEVP::damping_product(F &&keep)
 {
   const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
   to_ghosts(velocities);
@@ -74,19 +88,26 @@ void FixNVEEVP::damping_product()
   const double *all = velocities.data();
   double *forces = reaction.data();
   for (const auto &row : damper_rows) {
-    const double *vi = all + (size_t) 3 * row.i;
-    double yi[3] = {0.0, 0.0, 0.0};
+    const EVP::Vector vi(all + (size_t) 3 * row.i);
+    EVP::Vector yi;
     for (int k = row.first; k < row.last; k++) {
       const Damper &damper = dampers[k];
-      const double along = damper.opening(vi, all + (size_t) 3 * damper.j);
-      for (int c = 0; c < 3; c++) yi[c] += along * damper.w[c];
-      if (damper.j >= nreact) continue;
-      double *yj = forces + (size_t) 3 * damper.j;
-      for (int c = 0; c < 3; c++) yj[c] -= along * damper.w[c];
+      const EVP::Vector w(damper.w);
+      const double along = dot(w, vi - EVP::Vector(all + (size_t) 3 * damper.j));
+      keep(damper, along);
+      const EVP::Vector y = w * along;
+      yi = yi + y;
+      if (damper.j < nreact) y.subtract_from(forces + (size_t) 3 * damper.j);
     }
-    for (int c = 0; c < 3; c++) forces[(size_t) 3 * row.i + c] += yi[c];
+    yi.add_to(forces + (size_t) 3 * row.i);
   }
   to_owners(reaction);
+}
+
+void FixNVEEVP::damping_product()
+{
+  damping_product([](const Damper &, double) {
+  });
 }
 
 /* ----------------------------------------------------------------------
@@ -163,6 +184,7 @@ int FixNVEEVP::solve(double h)
   for (size_t k = 0; k < n; k++) undamped[k] = v[k] + h * mobility[k] * f[k];
   warm_start(h);
 
+  const EVP::CgLoops loops = EVP::cg_loops();
   const EVP::CgArrays arrays = {mobility.data(),   inertia.data(),   change.data(),
                                 residual.data(),   direction.data(), direction_product.data(),
                                 velocities.data(), reaction.data()};
@@ -171,14 +193,14 @@ int FixNVEEVP::solve(double h)
     velocities[k] = mobility[k] * residual[k];
     whole += inertia[k] * undamped[k] * undamped[k];
   }
-  double changed = EVP::cg_change(arrays, n);
+  double changed = loops.changed(arrays, n);
 
   double last_norm = 0.0, last_alpha = 0.0;
   for (int iteration = 0;; iteration++) {
     damping_product();
 
-    const EVP::CgProducts products = EVP::cg_products(arrays, n, h);
-    const double sums[4] = {products.norm, products.curvature, changed, whole};
+    const EVP::CgProducts products = loops.products(arrays, n, h);
+    double sums[4] = {products.norm, products.curvature, changed, whole};
     double all[4];
     MPI_Allreduce(sums, all, 4, MPI_DOUBLE, MPI_SUM, world);
     const double norm = all[0], curvature = all[1];
@@ -201,7 +223,7 @@ int FixNVEEVP::solve(double h)
 
     const double beta = iteration ? norm / last_norm : 0.0;
     const double alpha = norm / (curvature - (iteration ? beta * norm / last_alpha : 0.0));
-    changed = EVP::cg_update(arrays, n, alpha, beta);
+    changed = loops.update(arrays, n, alpha, beta);
     last_norm = norm;
     last_alpha = alpha;
   }
@@ -214,17 +236,14 @@ int FixNVEEVP::solve(double h)
 void FixNVEEVP::store_applied(double h)
 {
   exchange_velocities(velocity);
-  damping_product();
+  damping_product([this](const Damper &damper, double along) {
+    last_force[damper.pair] = -along;
+  });
   const size_t n = (size_t) 3 * atom->nlocal;
   applied.resize(n);
   double *v = atom->v[0], *f = atom->f[0], *damping = applied.data();
   for (size_t k = 0; k < n; k++)
     damping[k] = mobility[k] > 0.0 ? (velocity[k] - v[k]) / (h * mobility[k]) - f[k] : -reaction[k];
-
-  for (const auto &row : damper_rows)
-    for (int k = row.first; k < row.last; k++)
-      last_force[dampers[k].pair] = -dampers[k].opening(&velocities[(size_t) 3 * row.i],
-                                                        &velocities[(size_t) 3 * dampers[k].j]);
 }
 
 /* ----------------------------------------------------------------------

@@ -170,8 +170,12 @@ double PairEVPLJ::implicit_gamma(const EVP::PackedPair &pair) const
 
 bool PairEVPLJ::is_packed() const
 {
-  return packed_call == neighbor->ncalls && packed_step == neighbor->lastcall &&
-      packed.nlocal == atom->nlocal && packed.nall == atom->nlocal + atom->nghost;
+  if (packed_call != neighbor->ncalls || packed_step != neighbor->lastcall) return false;
+  if (packed.nlocal != atom->nlocal || packed.nall != atom->nlocal + atom->nghost) return false;
+
+  // between runs atoms may have gone and as many come, under the same IDs even
+  if (update->whichflag != 0) return true;
+  return packed_ids == fingerprint_of_ids() && !(bonds && bonds->find_misplaced());
 }
 
 /* ---------------------------------------------------------------------- */

@@ -12,6 +12,7 @@ PairStyle(evp/lj,PairEVPLJ);
 #include "evp_kernel.h"
 #include "pair.h"
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -55,7 +56,7 @@ class PairEVPLJ : public Pair {
   void *extract(const char *, int &) override;
   double memory_usage() override;
 
-  /// dlim/(R_i + R_j) of a pair of atom types, 0 where this style does not act.
+  /// dlim/(R_i + R_j) of a pair of atom types, 0 where this style does not act. Known after init().
   double alpha_of(int itype, int jtype) const;
 
   /// Called by fix evp/bonds: ID is the fix that holds the records, empty when it goes.
@@ -95,10 +96,12 @@ class PairEVPLJ : public Pair {
   std::vector<EVP::Law> laws;          // of all pairs of types, see law_index()
   std::vector<int> laws_in_use;        // indices of those that the packed pairs can have
   EVP::BlockLaw block_law;             // the same laws for the time-step loop
-  std::vector<double> max_radius;      // per type, when the cut-offs were set
+  std::vector<double> max_radius, min_radius;    // per type, when the cut-offs were set
   std::vector<double> reach;    // cut-offs that the neighbor list was made for, see law_index()
   bool any_gamma;
+  bool scene_checked;       // in this run, see check_scene()
   int implicit_groupbit;    // of fix nve/evp, 0 without
+  bool explicit_atoms;      // some atoms were not in its group at the start of the run
 
   std::string bonds_id;        // fix that recorded the bonds; empty: none did
   class FixEVPBonds *bonds;    // that fix, nullptr without
@@ -116,6 +119,7 @@ class PairEVPLJ : public Pair {
   EVP::PackedList packed;
   bool explicit_damping;                // a packed pair of any process is damped by this style
   bigint packed_call, packed_step;      // of the neighbor list that was packed
+  uint64_t packed_ids;                  // which atoms it was, see fingerprint_of_ids()
   bool repack;                          // coefficients changed since then
   bool radii_vary;                      // and radii may at every step ('atom_style sphere 1')
   std::vector<double> packed_radius;    // where they may: those of the packing, with ghosts
@@ -140,11 +144,15 @@ class PairEVPLJ : public Pair {
   void find_bonds();
   void find_implicit_group();
   void find_max_radii();
+  bool serves(int itype, int jtype) const;
+  void check_scene();
+  void require_ghost_velocities() const;
   void report_settings();
 
   void pack(bool together);
   void agree_on_pairs(bool damped, Overlaps);
   bool radii_changed() const;
+  uint64_t fingerprint_of_ids() const;
   void check_weights() const;
   void clear_marks();
   void mark_partners(int i);

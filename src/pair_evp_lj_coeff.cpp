@@ -25,8 +25,9 @@ static constexpr long MAX_FILE_SIZE = 1 << 20;
 
 PairEVPLJ::PairEVPLJ(LAMMPS *lmp) :
     Pair(lmp), settings_now{Contact::LITERAL, 0.3}, coefficients{}, any_gamma(false),
-    implicit_groupbit(0), bonds(nullptr), overlap_warned(false), explicit_damping(false),
-    packed_call(-1), packed_step(-1), repack(true), radii_vary(false)
+    scene_checked(false), implicit_groupbit(0), explicit_atoms(true), bonds(nullptr),
+    overlap_warned(false), explicit_damping(false), packed_call(-1), packed_step(-1), packed_ids(0),
+    repack(true), radii_vary(false)
 {
   writedata = 1;
   single_extra = NVALUES;
@@ -57,9 +58,11 @@ void PairEVPLJ::allocate()
   for (int i = 0; i < n; i++)
     for (int j = 0; j < n; j++) {
       setflag[i][j] = 0;
+      cutsq[i][j] = 0.0;
       for (auto &coefficient : coefficients) coefficient[i][j] = 0.0;
     }
   max_radius.assign(n, 0.0);
+  min_radius.assign(n, 0.0);
   laws.assign((size_t) 2 * n * n, EVP::Law());
 }
 
@@ -201,5 +204,5 @@ EVP::Row PairEVPLJ::row_of(int i, int j) const
 
 double PairEVPLJ::alpha_of(int itype, int jtype) const
 {
-  return allocated ? coefficients[NCOEFF - 1][itype][jtype] : 0.0;
+  return serves(itype, jtype) ? coefficients[NCOEFF - 1][itype][jtype] : 0.0;
 }

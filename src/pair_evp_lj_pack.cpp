@@ -30,6 +30,7 @@ using namespace LAMMPS_NS;
 
 void PairEVPLJ::pack(bool together)
 {
+  if (together && !scene_checked) check_scene();
   check_radii();
   if (together) {
     check_weights();
@@ -41,6 +42,7 @@ void PairEVPLJ::pack(bool together)
   packed.nall = atom->nlocal + atom->nghost;
   packed_call = neighbor->ncalls;
   packed_step = neighbor->lastcall;
+  packed_ids = fingerprint_of_ids();
   if (radii_vary) packed_radius.assign(atom->radius, atom->radius + packed.nall);
   repack = false;
 
@@ -67,7 +69,7 @@ void PairEVPLJ::find_block_law()
   used.clear();
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++)
-      if (setflag[i][j]) used.push_back(law_index(i, j));
+      if (serves(i, j)) used.push_back(law_index(i, j));
 
   const bool mixed = explicit_damping && implicit_groupbit;
   bool alike = !mixed;
@@ -87,9 +89,7 @@ void PairEVPLJ::agree_on_pairs(bool damped, Overlaps overlaps)
   bigint here[2] = {damped, overlaps.count}, all[2];
   MPI_Allreduce(here, all, 2, MPI_LMP_BIGINT, MPI_SUM, world);
   explicit_damping = all[0] > 0;
-  if (explicit_damping && update->whichflag == 1 && !comm->ghost_velocity)
-    error->all(FLERR,
-               "Pair evp/lj with gamma > 0 needs ghost velocities: add 'comm_modify vel yes'");
+  if (explicit_damping) require_ghost_velocities();    // of atoms that came during the run too
 
   const bigint count = all[1];
   if (count == 0 || overlap_warned) return;
@@ -210,6 +210,17 @@ void PairEVPLJ::check_weights() const
                  force->special_lj[k]);
 }
 
+/* ----------------------------------------------------------------------
+   another number where atoms of this process were exchanged for others between runs
+------------------------------------------------------------------------- */
+
+uint64_t PairEVPLJ::fingerprint_of_ids() const
+{
+  uint64_t sum = 0;
+  for (int i = 0; i < atom->nlocal; i++) sum = 1099511628211ULL * (sum ^ (uint64_t) atom->tag[i]);
+  return sum;
+}
+
 /* ---------------------------------------------------------------------- */
 
 bool PairEVPLJ::radii_changed() const
@@ -255,7 +266,7 @@ void PairEVPLJ::check_bonds() const
   double longest = 0.0;
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++)
-      if (setflag[i][j]) longest = std::max(longest, std::sqrt(cutsq[i][j]));
+      if (serves(i, j)) longest = std::max(longest, std::sqrt(cutsq[i][j]));
   const double *h = domain->h_inv;    // its rows are the reciprocals of the box's heights
   const double height[3] = {1.0 / std::sqrt(h[0] * h[0] + h[5] * h[5] + h[4] * h[4]),
                             1.0 / std::sqrt(h[1] * h[1] + h[3] * h[3]), 1.0 / h[2]};

@@ -35,11 +35,7 @@ void PairEVPLJ::init_style()
   radii_vary = !atom->avec->comm_x_only;    // then radii are sent at every step
   packed_call = packed_step = -1;
   reach.assign(laws.size(), 0.0);
-  any_gamma = false;
-  for (int i = 1; i <= atom->ntypes; i++)
-    for (int j = i; j <= atom->ntypes; j++)
-      if (setflag[i][j] && row_of(i, j).gamma > 0.0) any_gamma = true;
-  report_settings();
+  any_gamma = scene_checked = false;
   EVP::compat::request_half_list(neighbor, this, instance_me);
 }
 
@@ -70,28 +66,17 @@ void PairEVPLJ::check_host_settings() const
 
 void PairEVPLJ::find_max_radii()
 {
-  // types that this style does not serve may have any radius
-  std::vector<bool> serves(max_radius.size(), false);
-  for (int i = 1; i <= atom->ntypes; i++)
-    for (int j = i; j <= atom->ntypes; j++)
-      if (setflag[i][j]) serves[i] = serves[j] = true;
-
-  std::vector<double> here(max_radius.size(), 0.0);
-  double smallest = HUGE_VAL, smallest_all;
+  const int ntypes = (int) max_radius.size();
+  std::vector<double> largest(ntypes, 0.0), smallest(ntypes, HUGE_VAL);
   for (int i = 0; i < atom->nlocal; i++) {
     const int type = atom->type[i];
-    here[type] = std::max(here[type], atom->radius[i]);
-    if (serves[type])
-      smallest = std::min(smallest, std::isfinite(atom->radius[i]) ? atom->radius[i] : -HUGE_VAL);
+    const double radius = atom->radius[i];
+    largest[type] = std::max(largest[type], radius);
+    smallest[type] = std::min(smallest[type], std::isfinite(radius) ? radius : -HUGE_VAL);
   }
-  MPI_Allreduce(&smallest, &smallest_all, 1, MPI_DOUBLE, MPI_MIN, world);
-  if (!(smallest_all > 0.0))
-    error->all(
-        FLERR,
-        "Pair evp/lj needs particles with a radius above zero, and finite, found {}: use 'set ... "
-        "diameter'",
-        smallest_all);
-  MPI_Allreduce(here.data(), max_radius.data(), (int) here.size(), MPI_DOUBLE, MPI_MAX, world);
+  MPI_Allreduce(largest.data(), max_radius.data(), ntypes, MPI_DOUBLE, MPI_MAX, world);
+  min_radius.resize(ntypes);
+  MPI_Allreduce(smallest.data(), min_radius.data(), ntypes, MPI_DOUBLE, MPI_MIN, world);
 
   // particles to come
   for (int k = 0; k < modify->nfix; k++)
@@ -102,9 +87,6 @@ void PairEVPLJ::find_max_radii()
         const auto *radius = (const double *) modify->fix[k]->extract("radius", itype);
         if (radius) max_radius[type] = std::max(max_radius[type], *radius);
       }
-
-  for (int type = 1; type <= atom->ntypes; type++)
-    if (!serves[type]) max_radius[type] = HUGE_VAL;
 }
 
 /* ----------------------------------------------------------------------
@@ -133,6 +115,11 @@ void PairEVPLJ::find_implicit_group()
 {
   const Fix *implicit = EVP::scene::find_fix(modify, "nve/evp");
   implicit_groupbit = implicit ? implicit->groupbit : 0;
+  int outside = 0, any;
+  for (int i = 0; i < atom->nlocal; i++)
+    if (!(atom->mask[i] & implicit_groupbit)) outside = 1;
+  MPI_Allreduce(&outside, &any, 1, MPI_INT, MPI_MAX, world);
+  explicit_atoms = any;
   repack = true;
 }
 
@@ -153,6 +140,13 @@ double PairEVPLJ::init_one(int i, int j)
     error->all(FLERR,
                "Pair evp/lj does not mix unlike types: give 'pair_coeff {} {}' a row of its own", i,
                j);
+  const double smallest = std::min(min_radius[i], min_radius[j]);
+  if (!(smallest > 0.0))
+    error->all(
+        FLERR,
+        "Pair evp/lj needs particles with a radius above zero, and finite, found {} in types {} "
+        "and {}: use 'set ... diameter'",
+        smallest, i, j);
 
   for (auto &coefficient : coefficients) coefficient[j][i] = coefficient[i][j];
   const EVP::Row row = row_of(i, j);
@@ -180,6 +174,43 @@ double PairEVPLJ::init_one(int i, int j)
         "keeps its reach: start with the largest, or split the run there",
         i, j);
   return cut;
+}
+
+/* ----------------------------------------------------------------------
+   pair_style hybrid may have given a pair of types with coefficients here to another
+   sub-style; init_one() tells
+------------------------------------------------------------------------- */
+
+bool PairEVPLJ::serves(int i, int j) const
+{
+  return allocated && !reach.empty() && reach[law_index(std::min(i, j), std::max(i, j))] > 0.0;
+}
+
+/* ----------------------------------------------------------------------
+   once per run, when all pairs of types are known: before the first forces, by all processes
+------------------------------------------------------------------------- */
+
+void PairEVPLJ::check_scene()
+{
+  scene_checked = true;
+  report_settings();
+  if (any_gamma && explicit_atoms) require_ghost_velocities();
+
+  // of other types this style asks nothing
+  for (int i = 1; i <= atom->ntypes; i++) {
+    bool served = false;
+    for (int j = 1; j <= atom->ntypes; j++) served = served || serves(i, j);
+    if (!served) max_radius[i] = HUGE_VAL;
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairEVPLJ::require_ghost_velocities() const
+{
+  if (damping_acts() && update->whichflag == 1 && !comm->ghost_velocity)
+    error->all(FLERR,
+               "Pair evp/lj with gamma > 0 needs ghost velocities: add 'comm_modify vel yes'");
 }
 
 /* ----------------------------------------------------------------------
@@ -212,7 +243,7 @@ void PairEVPLJ::report_settings()
                    "Pair evp/lj with contact none and without fix evp/bonds: nothing acts at all");
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++)
-      if (setflag[i][j] && alpha_of(i, j) < 1.4 && settings_now.contact == Contact::LITERAL)
+      if (serves(i, j) && alpha_of(i, j) < 1.4 && settings_now.contact == Contact::LITERAL)
         error->warning(FLERR,
                        "Pair evp/lj, types {} and {}: alpha = {} is below 1.4, where literal new "
                        "contacts can pull the body together; use contact repulsive or none",

@@ -60,6 +60,9 @@ def test_a_giant_costs_memory_of_its_own_only(lmp, tmp_path, ranks):
     rows = len(x) / ranks * partners * 16 / 2**20
     assert max(memory) < rows, f"{memory} MB in all, rows of one length would take {rows:.0f} MB"
     again = lmp(GIANT_DECK.format(start="read_restart half.restart", run="velocity all set 0 300 0\nrun 20"), ranks=ranks).ok()
+    sorted_run = lmp(deck.replace("map yes", "map yes sort 1 0.02").replace("run 20", "run 400"), ranks=ranks).ok()
+    memory = [float(words[2]) for words in re.findall(r"\(min/avg/max\) = (\S+) \| (\S+) \| (\S+) Mbytes", sorted_run.stdout)]
+    assert max(memory) < rows, f"{memory} MB after sorting, where places that the giant held would keep its room"
     for column in ("PotEng", "f_bonds"):
         assert again.thermo()[column][-1] == pytest.approx(run.thermo()[column][-1], rel=1e-10), column
 

@@ -135,8 +135,9 @@ def test_two_fixes_that_set_the_step(lmp, other):
 def test_a_compute_of_other_atoms_still_warns(lmp):
     """A step that fix dt/evp sets for one body may be above the limit of another one."""
     text = TWO_PAIRS.format(radii=0) + "set type 2 density 270000\ntimestep 5e-5\nfix b B dt/evp 10 0.8\ncompute of_{0} {0} evp/dt\nthermo_style custom step dt c_of_{0}\nrun 1\n"
-    assert "times the largest stable step" in lmp(text.format("A")).ok().stdout
-    assert "times the largest stable step" not in lmp(text.format("B")).ok().stdout
+    for before in ("", "timestep 1e-9\n", "timestep 1\n"):  # what the step was before fix dt/evp set it does not matter
+        assert "times the largest stable step" in lmp(text.format("A").replace("run 1", before + "run 1")).ok().stdout, before
+        assert "times the largest stable step" not in lmp(text.format("B").replace("run 1", before + "run 1")).ok().stdout, before
 
 
 def test_bonds_that_a_hybrid_forgot(lmp):
@@ -165,3 +166,82 @@ def test_damping_needs_ghost_velocities_in_single_too(lmp, ranks):
     rows = [line.split() for line in (run.folder / "own.dump").read_text().splitlines() if line[:1] == "0"]
     forces = [abs(float(row[1])) for row in rows if len(row) == 2 and float(row[0]) < 0.011 and float(row[0]) > 0.005]
     assert forces and max(forces) < 1e-3, forces
+
+
+IN_A_ROW = """
+units si
+atom_style sphere
+atom_modify map yes
+boundary {boundary}
+region box block 0 0.08 0 0.04 0 0.04
+create_box 2 box
+create_atoms 1 single 0.01 0.01 0.01
+create_atoms 1 single 0.0199 0.01 0.01
+create_atoms 2 single 0.0299 0.01 0.01
+create_atoms 2 single 0.0398 0.01 0.01
+set group all diameter 0.01
+set group all density 2700
+{more}
+neighbor 0.0006 bin
+pair_style hybrid evp/lj lj/cut 0.02
+{coeff}
+fix bonds all evp/bonds
+fix move all nve
+timestep 1e-9
+thermo_style custom step pe f_bonds f_bonds[1]
+thermo_modify norm no format float %.15g
+run 1
+"""
+
+
+def test_pairs_of_types_that_a_hybrid_takes_away(lmp):
+    """pair_coeff * * evp/lj and then 1 2 lj/cut is the deck that names 1 1 and 2 2: nothing of types 1 and 2 is recorded."""
+    row = "evp/lj 80 8 4 3 8 4 0.005 0 1.5\n"
+    named = lmp(IN_A_ROW.format(boundary="f f f", more="", coeff=f"pair_coeff 1 1 {row}pair_coeff 2 2 {row}pair_coeff 1 2 lj/cut 1e-5 0.005")).ok()
+    taken = lmp(IN_A_ROW.format(boundary="f f f", more="", coeff=f"pair_coeff * * {row}pair_coeff 1 2 lj/cut 1e-5 0.005")).ok()
+    assert named.thermo()["f_bonds"][-1] == 2 and named.thermo()["f_bonds[1]"][-1] == 0
+    for column in ("f_bonds", "f_bonds[1]", "PotEng"):
+        assert list(taken.thermo()[column]) == list(named.thermo()[column]), column
+
+
+def test_types_that_a_hybrid_takes_away_need_no_radius_nor_box(lmp):
+    """What evp/lj does not serve it does not judge: a point without radius, a box that is short for lj/cut's types only."""
+    coeff = "pair_coeff * * evp/lj 80 8 4 3 8 4 0.005 0 1.5\npair_coeff * 2 lj/cut 1e-5 0.005"
+    lmp(IN_A_ROW.format(boundary="f f f", more="set type 2 diameter 0\nset type 2 mass 1", coeff=coeff)).ok()
+    lmp(IN_A_ROW.format(boundary="p f f", more="set type 2 diameter 0.05", coeff=coeff)).ok()
+    served = coeff.replace("pair_coeff * 2 lj/cut 1e-5 0.005", "pair_coeff 1 2 lj/cut 1e-5 0.005")
+    text = error_of(lmp(IN_A_ROW.format(boundary="f f f", more="set type 2 diameter 0\nset type 2 mass 1", coeff=served)))
+    assert "needs particles with a radius above zero, and finite, found 0" in text
+
+
+def test_step_without_bound_waits_for_pairs_that_approach(lmp):
+    """A pair that crosses the skin is on its way, though it cannot meet before the next check."""
+    text = TWO_PAIRS.format(radii=0).replace("single 0.0699 ", "single 0.0753 ").replace("single 0.0199 ", "single 0.0253 ")
+    text += "set atom 1 vx 10\nset atom 3 vx 10\nfix step all dt/evp 1 0.4\nthermo_style custom step dt pe\nrun 2000\n"
+    assert min(lmp(text).ok().thermo()["PotEng"]) < -1.0, "they met"
+
+
+def test_missing_ghost_velocities_are_told_before_the_first_step(lmp):
+    """Two spheres that meet later: the run is not lost on the way."""
+    text = TWO_PAIRS.format(radii=0).replace("0.005 0 1.5", "0.005 1000 1.5") + "delete_atoms group B\nset atom 2 x 0.0303\nset atom 1 vx 100\ntimestep 1e-6\nrun 200\n"
+    run = lmp(text)
+    assert "needs ghost velocities" in error_of(run) and run.made_no_step()
+    lmp("comm_modify vel yes\n" + text).ok()
+
+
+def test_a_restart_without_records_needs_no_warning(lmp):
+    """Written before anything was recorded, taken up under the same ID: that fix records now, as it would have."""
+    text = TWO_PAIRS.format(radii=0)
+    lmp(text + "write_restart before.restart\n").ok()
+    after = lmp("read_restart before.restart\nneighbor 0.0006 bin\nfix bonds all evp/bonds\nfix move all nve\nrun 0\n").ok()
+    assert "takes the body as it is now for undeformed" not in after.stdout
+
+
+def test_counts_between_runs_are_not_those_of_other_atoms(lmp):
+    """One atom goes, another comes: as many as before, but f_ID keeps what the last step showed."""
+    text = TWO_PAIRS.format(radii=0) + "thermo_style custom step f_bonds f_bonds[1] f_bonds[4]\nrun 0\n"
+    text += "group last id 4\ndelete_atoms group last compress no\ncreate_atoms 2 single 0.0765 0.03 0.03\nprint 'now $(f_bonds[1]) $(f_bonds[4])'\n"
+    run = lmp(text).ok()
+    lost, lowest = (run.thermo()[name][-1] for name in ("f_bonds[1]", "f_bonds[4]"))
+    shown = next(line.split()[1:] for line in run.stdout.splitlines() if line.startswith("now "))
+    assert [float(word) for word in shown] == pytest.approx([lost, lowest], rel=1e-6)

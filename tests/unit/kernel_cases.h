@@ -63,7 +63,7 @@ inline Cloud make_cloud(const std::vector<EVP::Row> &rows, int npairs)
 }
 
 inline EVP::BlockLaw block_law(const Cloud &cloud,
-                               EVP::BlockLaw::Level level = EVP::BlockLaw::best_level())
+                               EVP::Level level = EVP::best_level())
 {
   std::vector<int> used;
   for (size_t k = 0; k < cloud.laws.size(); k++) used.push_back((int) k);

@@ -9,7 +9,6 @@ using namespace kernel_cases;
 
 namespace {
 
-using Level = BlockLaw::Level;
 
 const Row TABLE2 = {80, 8, 4, 3, 8, 4, 0.005, 1000, 1.5};
 const Row UNDAMPED = {80, 8, 4, 3, 8, 4, 0.005, 0, 1.5};
@@ -44,8 +43,8 @@ std::string names(const std::vector<Row> &rows)
 std::vector<Level> levels()
 {
   std::vector<Level> all = {Level::BASE};
-  if (BlockLaw::best_level() >= Level::AVX2) all.push_back(Level::AVX2);
-  if (BlockLaw::best_level() >= Level::AVX512) all.push_back(Level::AVX512);
+  if (best_level() >= Level::AVX2) all.push_back(Level::AVX2);
+  if (best_level() >= Level::AVX512) all.push_back(Level::AVX512);
   return all;
 }
 

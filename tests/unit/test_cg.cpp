@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//
+// The loops of conjugate gradients: against plain sums, and the same bits on every instruction set.
+
+#include "evp_cg.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+using namespace EVP;
+
+namespace {
+
+std::vector<Level> levels()
+{
+  std::vector<Level> all = {Level::BASE};
+  if (best_level() >= Level::AVX2) all.push_back(Level::AVX2);
+  if (best_level() >= Level::AVX512) all.push_back(Level::AVX512);
+  return all;
+}
+
+/// Eight arrays of n values between 0.5 and 1.5, the same for the same n.
+struct Values {
+  std::vector<double> array[8];
+  explicit Values(std::size_t n)
+  {
+    uint64_t state = 2017;
+    for (auto &values : array)
+      for (std::size_t k = 0; k < n; k++) {
+        state = state * 6364136223846793005ULL + 1442695040888963407ULL;
+        values.push_back(0.5 + (double) (state >> 11) * 0x1.0p-53);
+      }
+  }
+  CgArrays view()
+  {
+    return {array[0].data(), array[1].data(), array[2].data(), array[3].data(),
+            array[4].data(), array[5].data(), array[6].data(), array[7].data()};
+  }
+};
+
+// around the widths of registers, sums and chunks
+const std::size_t SIZES[] = {0, 1, 3, 7, 8, 9, 255, 256, 257, 1500};
+
+}    // namespace
+
+TEST(Cg, products_are_the_plain_sums)
+{
+  for (const std::size_t n : SIZES) {
+    Values values(n);
+    const Values before = values;
+    const double h = 0.3;
+    const CgProducts sums = cg_loops(Level::BASE).products(values.view(), n, h);
+    double norm = 0.0, curvature = 0.0;
+    for (std::size_t k = 0; k < n; k++) {
+      const double r = before.array[3][k], z = before.array[6][k];
+      const double product = r + h * before.array[7][k];
+      EXPECT_EQ(values.array[7][k], product);
+      norm += r * z;
+      curvature += product * z;
+    }
+    EXPECT_NEAR(sums.norm, norm, 1e-14 * norm);
+    EXPECT_NEAR(sums.curvature, curvature, 1e-14 * curvature);
+  }
+}
+
+TEST(Cg, update_is_one_step_of_the_iteration)
+{
+  for (const std::size_t n : SIZES) {
+    Values values(n);
+    const Values before = values;
+    const double alpha = 0.7, beta = 0.2;
+    const double changed = cg_loops(Level::BASE).update(values.view(), n, alpha, beta);
+    double sum = 0.0;
+    for (std::size_t k = 0; k < n; k++) {
+      const auto old = [&](int a) {
+        return before.array[a][k];
+      };
+      const double direction = old(6) + beta * old(4), product = old(7) + beta * old(5);
+      const double change = old(2) + alpha * direction, residual = old(3) - alpha * product;
+      EXPECT_EQ(values.array[2][k], change);
+      EXPECT_EQ(values.array[3][k], residual);
+      EXPECT_EQ(values.array[4][k], direction);
+      EXPECT_EQ(values.array[5][k], product);
+      EXPECT_EQ(values.array[6][k], old(0) * residual);
+      sum += old(1) * change * change;
+    }
+    EXPECT_NEAR(changed, sum, 1e-14 * sum);
+    EXPECT_EQ(cg_loops(Level::BASE).changed(values.view(), n), changed);
+  }
+}
+
+TEST(Cg, every_instruction_set_gives_the_same_bits)
+{
+  for (const std::size_t n : SIZES) {
+    Values base(n);
+    const CgProducts sums = cg_loops(Level::BASE).products(base.view(), n, 0.3);
+    const double changed = cg_loops(Level::BASE).update(base.view(), n, 0.7, 0.2);
+    for (const Level level : levels()) {
+      Values other(n);
+      const CgProducts same = cg_loops(level).products(other.view(), n, 0.3);
+      EXPECT_EQ(same.norm, sums.norm);
+      EXPECT_EQ(same.curvature, sums.curvature);
+      EXPECT_EQ(cg_loops(level).update(other.view(), n, 0.7, 0.2), changed);
+      for (int a = 0; a < 8; a++) EXPECT_EQ(other.array[a], base.array[a]);
+    }
+  }
+}
