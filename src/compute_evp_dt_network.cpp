@@ -29,10 +29,8 @@ static constexpr int MAX_ITERATIONS = 500;
 
 void ComputeEVPDt::collect_links()
 {
-  pair = PairEVPLJ::find(force);    // between runs it may be another than at init()
-  int packed = pair && pair->is_packed(), all_packed;
-  MPI_Allreduce(&packed, &all_packed, 1, MPI_INT, MPI_MIN, world);
-  if (!all_packed)
+  pair = EVP::scene::find_packed(force, world);
+  if (!pair)
     error->all(FLERR,
                "Compute {} evp/dt needs the pairs of the present positions: print c_{} with "
                "thermo_style in a 'run 0' first",

@@ -71,10 +71,8 @@ void ComputeEVPStateAtom::compute_peratom()
 
 void ComputeEVPStateAtom::count_pairs()
 {
-  pair = PairEVPLJ::find(force);    // between runs it may be another than at init()
-  int packed = pair && pair->is_packed(), all_packed;
-  MPI_Allreduce(&packed, &all_packed, 1, MPI_INT, MPI_MIN, world);
-  if (!all_packed)
+  pair = EVP::scene::find_packed(force, world);
+  if (!pair)
     error->all(FLERR,
                "Compute {} evp/state/atom needs the pairs of the present positions: use it in a "
                "run, or after 'run 0'",

@@ -245,10 +245,7 @@ double FixEVPBonds::compute_vector(int n)
 {
   if (update->whichflag != 0 && counted_step == update->ntimestep) return pair_counts[n];
 
-  const PairEVPLJ *pair = find_pair();
-  int packed = pair && pair->is_packed(), all_packed;
-  MPI_Allreduce(&packed, &all_packed, 1, MPI_INT, MPI_MIN, world);
-  if (all_packed) {
+  if (const PairEVPLJ *pair = EVP::scene::find_packed(force, world)) {
     const PairEVPLJ::Counts counts = pair->count_pairs();
     pair_counts[0] = nrecorded - counts.bonds_within;
     pair_counts[1] = counts.bonds_second;

@@ -66,6 +66,16 @@ namespace scene {
     return pair;
   }
 
+  /// Collective. The pair style evp/lj, which between runs may be another than at init(), if the
+  /// pairs that it packed are those of the present neighbor list on all processes; else nullptr.
+  inline PairEVPLJ *find_packed(Force *force, MPI_Comm world)
+  {
+    PairEVPLJ *pair = PairEVPLJ::find(force);
+    int packed = pair && pair->is_packed(), all_packed;
+    MPI_Allreduce(&packed, &all_packed, 1, MPI_INT, MPI_MIN, world);
+    return all_packed ? pair : nullptr;
+  }
+
   /// Stops, naming `who`, under run_style respa, which calls some steps of a fix only now and then.
   inline void refuse_respa(const Update *update, Error *error, const std::string &who)
   {
