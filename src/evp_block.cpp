@@ -155,11 +155,15 @@ void BlockLaw::assign(const std::vector<Law> &laws_in, const std::vector<int> &u
   laws = laws_in;
   constants.clear();
   for (const Law &law : laws) constants.push_back(law.constants());
+  functions[0][0] = evaluate_any<false, false>;
+  functions[0][1] = evaluate_any<false, true>;
+  functions[1][0] = evaluate_any<true, false>;
+  functions[1][1] = evaluate_any<true, true>;
   if (used.empty()) return;
   const Row &row = laws[used.front()].parameters();
   constants.front() = laws[used.front()].constants();
 
-  bool common = row.m2 == row.m1 && row.n2 == row.n1, any = true;
+  bool common = row.m2 == row.m1 && row.n2 == row.n1;
   for (const int k : used) {
     const Row &other = laws[k].parameters();
     common = common && other.m1 == row.m1 && other.n1 == row.n1 && other.m2 == row.m1 &&
@@ -167,19 +171,13 @@ void BlockLaw::assign(const std::vector<Law> &laws_in, const std::vector<int> &u
   }
   const bool many = used.size() > 1;
   if (common)
-    any = !with_fixed_powers(row.m1, row.n1, [&](auto powers) {
+    with_fixed_powers(row.m1, row.n1, [&](auto powers) {
       using P = decltype(powers);
       if (many)
         choose_functions<P, true>(functions, level);
       else
         choose_functions<P, false>(functions, level);
     });
-  if (any) {
-    functions[0][0] = evaluate_any<false, false>;
-    functions[0][1] = evaluate_any<false, true>;
-    functions[1][0] = evaluate_any<true, false>;
-    functions[1][1] = evaluate_any<true, true>;
-  }
 }
 
 }    // namespace EVP

@@ -171,7 +171,8 @@ void FixDtEVP::set_step(bool may_jump)
                      dt / (fraction * stable_step));
     speed_reported = true;
   }
-  if (stable_step >= NO_LIMIT && fastest.dt >= NO_LIMIT && maximum >= NO_LIMIT && !may_meet())
+  if (stable_step >= NO_LIMIT && fastest.dt >= NO_LIMIT && maximum >= NO_LIMIT &&
+      (may_jump || !may_meet()))
     error->all(FLERR,
                "Fix {} dt/evp: at step {} no pair interacts or approaches another, so nothing "
                "limits the step: give 'max DT'",
@@ -232,6 +233,7 @@ bool FixDtEVP::may_meet() const
   for (const auto &row : list.rows)
     for (int k = row.first; k < row.last; k++) {
       const EVP::PackedPair p = list.pairs[k];
+      if (!((atom->mask[row.i] | atom->mask[p.j]) & groupbit)) continue;
       const EVP::PairGeometry g(x, row.i, p.j);
       const double *vi = &velocity[(size_t) 3 * row.i], *vj = &velocity[(size_t) 3 * p.j];
       const double opening =

@@ -278,6 +278,7 @@ void FixEVPBonds::grow_arrays(int nmax)
 
 void FixEVPBonds::copy_arrays(int i, int j, int /*delflag*/)
 {
+  if (i == j) return;
   recorded_as[j] = recorded_as[i];
   give_back_room(j, bonds[i].size());
   bonds[j] = bonds[i];

@@ -97,11 +97,10 @@ class PairEVPLJ : public Pair {
   std::vector<int> laws_in_use;        // indices of those that the packed pairs can have
   EVP::BlockLaw block_law;             // the same laws for the time-step loop
   std::vector<double> max_radius, min_radius;    // per type, when the cut-offs were set
-  std::vector<double> reach;    // cut-offs that the neighbor list was made for, see law_index()
+  std::vector<double> reach;    // cut-offs that the neighbor list has, below 0 where not served
   bool any_gamma;
   bool scene_checked;       // in this run, see check_scene()
   int implicit_groupbit;    // of fix nve/evp, 0 without
-  bool explicit_atoms;      // some atoms were not in its group at the start of the run
 
   std::string bonds_id;        // fix that recorded the bonds; empty: none did
   class FixEVPBonds *bonds;    // that fix, nullptr without

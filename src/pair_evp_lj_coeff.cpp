@@ -25,9 +25,9 @@ static constexpr long MAX_FILE_SIZE = 1 << 20;
 
 PairEVPLJ::PairEVPLJ(LAMMPS *lmp) :
     Pair(lmp), settings_now{Contact::LITERAL, 0.3}, coefficients{}, any_gamma(false),
-    scene_checked(false), implicit_groupbit(0), explicit_atoms(true), bonds(nullptr),
-    overlap_warned(false), explicit_damping(false), packed_call(-1), packed_step(-1), packed_ids(0),
-    repack(true), radii_vary(false)
+    scene_checked(false), implicit_groupbit(0), bonds(nullptr), overlap_warned(false),
+    explicit_damping(false), packed_call(-1), packed_step(-1), packed_ids(0), repack(true),
+    radii_vary(false)
 {
   writedata = 1;
   single_extra = NVALUES;

@@ -34,7 +34,7 @@ void PairEVPLJ::init_style()
   overlap_warned = false;
   radii_vary = !atom->avec->comm_x_only;    // then radii are sent at every step
   packed_call = packed_step = -1;
-  reach.assign(laws.size(), 0.0);
+  reach.assign(laws.size(), -1.0);
   any_gamma = scene_checked = false;
   EVP::compat::request_half_list(neighbor, this, instance_me);
 }
@@ -115,11 +115,6 @@ void PairEVPLJ::find_implicit_group()
 {
   const Fix *implicit = EVP::scene::find_fix(modify, "nve/evp");
   implicit_groupbit = implicit ? implicit->groupbit : 0;
-  int outside = 0, any;
-  for (int i = 0; i < atom->nlocal; i++)
-    if (!(atom->mask[i] & implicit_groupbit)) outside = 1;
-  MPI_Allreduce(&outside, &any, 1, MPI_INT, MPI_MAX, world);
-  explicit_atoms = any;
   repack = true;
 }
 
@@ -166,7 +161,7 @@ double PairEVPLJ::init_one(int i, int j)
   // called once at set-up, and again by fix adapt while the neighbor list keeps its reach
   const double cut = row.alpha * (max_radius[i] + max_radius[j]);
   double &longest = reach[law_index(i, j)];
-  if (longest == 0.0) longest = cut;
+  if (longest < 0.0) longest = cut;
   if (cut > longest * (1.0 + 1.0e-12))
     error->all(
         FLERR,
@@ -183,7 +178,7 @@ double PairEVPLJ::init_one(int i, int j)
 
 bool PairEVPLJ::serves(int i, int j) const
 {
-  return allocated && !reach.empty() && reach[law_index(std::min(i, j), std::max(i, j))] > 0.0;
+  return allocated && !reach.empty() && reach[law_index(std::min(i, j), std::max(i, j))] >= 0.0;
 }
 
 /* ----------------------------------------------------------------------
@@ -194,14 +189,25 @@ void PairEVPLJ::check_scene()
 {
   scene_checked = true;
   report_settings();
-  if (any_gamma && explicit_atoms) require_ghost_velocities();
+
+  std::vector<bool> served(max_radius.size(), false), damped(served);
+  for (int i = 1; i <= atom->ntypes; i++)
+    for (int j = 1; j <= atom->ntypes; j++)
+      if (serves(i, j)) {
+        served[i] = true;
+        if (row_of(i, j).gamma > 0.0) damped[i] = true;
+      }
+
+  // without fix nve/evp particles that are to come count too
+  int outside = !implicit_groupbit && any_gamma, any;
+  for (int i = 0; i < atom->nlocal; i++)
+    if (damped[atom->type[i]] && !(atom->mask[i] & implicit_groupbit)) outside = 1;
+  MPI_Allreduce(&outside, &any, 1, MPI_INT, MPI_MAX, world);
+  if (any) require_ghost_velocities();
 
   // of other types this style asks nothing
-  for (int i = 1; i <= atom->ntypes; i++) {
-    bool served = false;
-    for (int j = 1; j <= atom->ntypes; j++) served = served || serves(i, j);
-    if (!served) max_radius[i] = HUGE_VAL;
-  }
+  for (int i = 1; i <= atom->ntypes; i++)
+    if (!served[i]) max_radius[i] = HUGE_VAL;
 }
 
 /* ---------------------------------------------------------------------- */
