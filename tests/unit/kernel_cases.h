@@ -62,8 +62,7 @@ inline Cloud make_cloud(const std::vector<EVP::Row> &rows, int npairs)
   return cloud;
 }
 
-inline EVP::BlockLaw block_law(const Cloud &cloud,
-                               EVP::Level level = EVP::best_level())
+inline EVP::BlockLaw block_law(const Cloud &cloud, EVP::Level level = EVP::best_level())
 {
   std::vector<int> used;
   for (size_t k = 0; k < cloud.laws.size(); k++) used.push_back((int) k);

@@ -9,7 +9,6 @@ using namespace kernel_cases;
 
 namespace {
 
-
 const Row TABLE2 = {80, 8, 4, 3, 8, 4, 0.005, 1000, 1.5};
 const Row UNDAMPED = {80, 8, 4, 3, 8, 4, 0.005, 0, 1.5};
 
