@@ -114,7 +114,7 @@ void ComputeEVPDt::compute_vector()
 }
 
 /* ----------------------------------------------------------------------
-   does fix nve/evp integrate all the free atoms?
+   does fix nve/evp integrate all the free atoms that interact?
 ------------------------------------------------------------------------- */
 
 bool ComputeEVPDt::all_implicit() const
@@ -122,10 +122,11 @@ bool ComputeEVPDt::all_implicit() const
   const Fix *implicit = EVP::scene::find_fix(modify, "nve/evp");
   const int bit = implicit ? implicit->groupbit : 0;
   int outside = 0, any;
-  for (int i = 0; i < atom->nlocal; i++)
-    if (is_free(i) && !(atom->mask[i] & bit)) outside = 1;
+  for (const Link &link : links)
+    for (const int i : {link.i, link.j})
+      if (is_free(i) && !(atom->mask[i] & bit)) outside = 1;
   MPI_Allreduce(&outside, &any, 1, MPI_INT, MPI_MAX, world);
-  return !any;
+  return implicit && !any;
 }
 
 /* ---------------------------------------------------------------------- */

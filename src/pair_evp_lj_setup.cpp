@@ -190,20 +190,21 @@ void PairEVPLJ::check_scene()
   scene_checked = true;
   report_settings();
 
-  std::vector<bool> served(max_radius.size(), false), damped(served);
+  const int n = (int) max_radius.size();
+  std::vector<int> here(n, 0), outside(n);    // types with atoms that fix nve/evp leaves out
+  for (int i = 0; i < atom->nlocal; i++)
+    if (!(atom->mask[i] & implicit_groupbit)) here[atom->type[i]] = 1;
+  MPI_Allreduce(here.data(), outside.data(), n, MPI_INT, MPI_MAX, world);
+
+  std::vector<bool> served(n, false);
+  bool explicit_pairs = !implicit_groupbit && any_gamma;    // of particles that are to come too
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = 1; j <= atom->ntypes; j++)
       if (serves(i, j)) {
         served[i] = true;
-        if (row_of(i, j).gamma > 0.0) damped[i] = true;
+        if (row_of(i, j).gamma > 0.0 && outside[i] && outside[j]) explicit_pairs = true;
       }
-
-  // without fix nve/evp particles that are to come count too
-  int outside = !implicit_groupbit && any_gamma, any;
-  for (int i = 0; i < atom->nlocal; i++)
-    if (damped[atom->type[i]] && !(atom->mask[i] & implicit_groupbit)) outside = 1;
-  MPI_Allreduce(&outside, &any, 1, MPI_INT, MPI_MAX, world);
-  if (any) require_ghost_velocities();
+  if (explicit_pairs) require_ghost_velocities();
 
   // of other types this style asks nothing
   for (int i = 1; i <= atom->ntypes; i++)

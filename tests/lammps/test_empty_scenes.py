@@ -57,6 +57,11 @@ def test_atoms_of_another_style_need_no_ghost_velocities(lmp, ranks):
     deck += "group ours type 1\ngroup theirs type 2\nfix 1 ours nve/evp\nfix 2 theirs nve\nrun 5\n"
     lmp(deck, ranks=ranks).ok()
     assert "needs ghost velocities" in error_of(lmp(deck.replace("ours nve/evp", "ours nve"), ranks=ranks))
+    crossed = deck.replace("pair_coeff * 2 lj/cut 0.01 0.009", "pair_coeff 1 2 evp/lj " + ROW.format(gamma=1000) + "pair_coeff 2 2 lj/cut 0.01 0.009")
+    lmp(crossed.replace("theirs nve\n", "theirs nve/noforce\n"), ranks=ranks).ok()  # pairs across are damped by the fix of ours
+    steps = deck.replace("run 5", "compute every all evp/dt\ncompute own ours evp/dt\nthermo_style custom step c_every c_own\nrun 5")
+    table = lmp(steps, ranks=ranks).ok().thermo()
+    assert table["c_every"][-1] == pytest.approx(table["c_own"][-1], rel=1e-3), "the implicit limit, as nobody else's atoms interact here"
 
 
 def test_an_empty_box_that_is_to_be_filled_needs_ghost_velocities(lmp):
