@@ -11,6 +11,7 @@ Bond, Neigh, loop). EVP_LMP and EVP_MPIRUN as for the tests. --quick runs small 
 import argparse
 import csv
 import pathlib
+import subprocess
 import sys
 import tempfile
 
@@ -81,8 +82,7 @@ def random_section(bench, sizes):
 
 
 def make_specimen(folder, spheres):
-    import subprocess
-
+    """random.data by in.specimen, on two ranks; RunError with the end of its output where it failed."""
     command = [*lammps_command(2), "-in", str(DECKS / "in.specimen"), "-log", "none", "-var", "n", str(spheres), "-var", "out", "random.data"]
     run = subprocess.run(command, cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
     if run.returncode:
