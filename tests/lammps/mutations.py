@@ -42,7 +42,7 @@ MUTATIONS = [
              "std::sqrt(EVP::scene::inverse_mass(atom, force, 0))", 2),
     Mutation("dampers that see one velocity only", ("fragment flying and spinning: explicit",), "evp_kernel.h",
              "dx * (vx - v[j][0]) + dy * (vy - v[j][1]) + dz * (vz - v[j][2])", "dx * vx + dy * vy + dz * vz"),
-    Mutation("dampers along x", ("fragment flying and spinning: implicit",), "fix_nve_evp_solve.cpp", "{scale * g.dx, scale * g.dy, scale * g.dz}", "{scale * d, 0.0, 0.0}"),
+    Mutation("dampers along x", ("fragment flying and spinning: implicit",), "fix_nve_evp_solve.cpp", "{scale * g.dx, scale * g.dy, scale * g.dz}", "{scale * std::sqrt(g.dsq), 0.0, 0.0}"),
     Mutation("no implicit damping", ("hold at constant strain",), "pair_evp_lj.h", "return any_gamma && implicit_groupbit;", "return false;"),
     Mutation("a gamma of 1e-6 that nobody asked for", ("free vibration",), "pair_evp_lj_coeff.cpp", "row.xi_s, row.gamma, row.alpha};", "row.xi_s, row.gamma + 1e-6, row.alpha};"),
     Mutation("no check for coincident centres", ("coincident centres",), "pair_evp_lj_pack.cpp", "if (!(g.dsq > 0.0)) stop_at_one_point(i, j);", ""),
