@@ -59,6 +59,18 @@ class FixEVPBonds : public Fix {
   bool has_recorded() const { return recorded; }
   const Bonds &bonds_of(int i) const { return bonds[i]; }
 
+  /// Asks the memory for the records of an atom that is next but a few.
+  void prefetch_bonds_of(int i) const
+  {
+#if defined(__GNUC__)
+    const char *const begin = reinterpret_cast<const char *>(bonds[i].data());
+    const long size = (long) (bonds[i].size() * sizeof(Bond));
+    for (long at = 0; at < size; at += 64) __builtin_prefetch(begin + at);
+#else
+    (void) i;
+#endif
+  }
+
   /// ID of a local atom that is not the one recorded under it: renumbered since, or a new atom that
   /// took the ID of one that was deleted; 0 if there is none.
   tagint find_misplaced() const;

@@ -262,7 +262,7 @@ double PairEVPLJ::memory_usage()
   double bytes = Pair::memory_usage();
   bytes += packed.memory_usage();
   bytes += (double) canonical.capacity() * sizeof(int);
-  bytes += (double) marks.capacity() * sizeof(Mark);
+  bytes += (double) marks.capacity() * sizeof(int);
   bytes += (double) (laws.capacity() + block_law.laws.capacity()) * sizeof(EVP::Law);
   return bytes;
 }

@@ -124,12 +124,9 @@ class PairEVPLJ : public Pair {
   std::vector<double> packed_radius;    // where they may: those of the packing, with ghosts
 
   // association of neighbors with records, see pack()
-  struct Mark {
-    int i;    // the last atom that has a record of this one as its partner,
-    double deq;
-  };
-  std::vector<int> canonical;
-  std::vector<Mark> marks;
+  std::vector<int> canonical;    // index that the map has for the ID of each atom and ghost
+  std::vector<int> marks;        // by that index: number of the last record that has it as partner
+  int nmarked;                   // records numbered so far
 
   void allocate();
   void offer_pair_values();

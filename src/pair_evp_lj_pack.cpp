@@ -21,6 +21,8 @@
 
 using namespace LAMMPS_NS;
 
+static constexpr int AHEAD = 4;    // rows, that their records are at hand when they are due
+
 /* ----------------------------------------------------------------------
    from the neighbor list and the records to the list of the time-step loop,
    in time linear in the neighbors: the partners of i are marked at their
@@ -51,6 +53,7 @@ void PairEVPLJ::pack(bool together)
   if (bonds) clear_marks();
   for (int ii = 0; ii < list->inum; ii++) {
     const int i = list->ilist[ii];
+    if (bonds && ii + AHEAD < list->inum) bonds->prefetch_bonds_of(list->ilist[ii + AHEAD]);
     if (bonds) mark_partners(i);
     damped = pack_row(i, overlaps) || damped;
   }
@@ -118,7 +121,8 @@ void PairEVPLJ::clear_marks()
   canonical.resize(packed.nall);
   for (int j = 0; j < packed.nlocal; j++) canonical[j] = j;
   for (int j = packed.nlocal; j < packed.nall; j++) canonical[j] = atom->map(atom->tag[j]);
-  marks.assign(packed.nall, {-1, 0.0});
+  marks.assign(packed.nall, -1);
+  nmarked = 0;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -126,12 +130,15 @@ void PairEVPLJ::clear_marks()
 void PairEVPLJ::mark_partners(int i)
 {
   const tagint highest = atom->map_tag_max;
-  Mark *const all = marks.data();
+  int *const all = marks.data();
+  int number = nmarked;
   for (const auto &bond : bonds->bonds_of(i)) {
     // the map is an array without a check of its own, and a deleted partner may be beyond its end
     const int m = bond.partner > highest ? -1 : atom->map(bond.partner);
-    if (m >= 0) all[m] = {i, bond.deq};    // else out of sight, hence beyond every cut-off
+    if (m >= 0) all[m] = number;    // else out of sight, hence beyond every cut-off
+    number++;
   }
+  nmarked = number;
 }
 
 /* ----------------------------------------------------------------------
@@ -146,7 +153,9 @@ bool PairEVPLJ::pack_row(int i, Overlaps &overlaps)
   const int *const type = atom->type;
   const int *const neighbors = list->firstneigh[i], nneighbors = list->numneigh[i];
   const int *const canonical_of = canonical.data();
-  const Mark *const mark = bonds ? marks.data() : nullptr;
+  const FixEVPBonds::Bond *const records = bonds ? bonds->bonds_of(i).data() : nullptr;
+  const int *const mark = bonds ? marks.data() : nullptr;
+  const int first_number = bonds ? nmarked - (int) bonds->bonds_of(i).size() : 0;
   const EVP::Law *const row_laws = &laws[law_index(type[i], 0)];
   const int first_law = law_index(type[i], 0);
   const bool new_pairs = settings_now.contact != Contact::NONE;
@@ -160,8 +169,8 @@ bool PairEVPLJ::pack_row(int i, Overlaps &overlaps)
   for (int jj = 0; jj < nneighbors; jj++) {
     const int j = neighbors[jj] & NEIGHMASK;
     if (special[sbmask(neighbors[jj])] == 0.0) continue;
-    const Mark *const record = mark ? &mark[canonical_of[j]] : nullptr;
-    const bool is_bond = record && record->i == i;
+    const int number = mark ? mark[canonical_of[j]] - first_number : -1;
+    const bool is_bond = number >= 0;
     if (!is_bond && !new_pairs) continue;
 
     const EVP::PairGeometry g(x, i, j);
@@ -169,7 +178,7 @@ bool PairEVPLJ::pack_row(int i, Overlaps &overlaps)
 
     const EVP::Row &row = row_laws[type[j]].parameters();
     const double sum_radii = radius[i] + radius[j];
-    const double deq = is_bond ? record->deq : sum_radii;
+    const double deq = is_bond ? records[number].deq : sum_radii;
     const double cut = !is_bond && new_repel_only ? sum_radii : row.alpha * sum_radii;
     const bool implicit = some_implicit && is_implicit(i, j);
     const int law = first_law + type[j] + (implicit ? nlaws() : 0);
