@@ -6,9 +6,13 @@
   curves.py plot     results/a.csv results/b.csv --labels "1 /s" "10 /s" --out curves.png
   curves.py law      --coeff "80 8 4 3 8 4 0.005 0 1.5" --measured two_spheres.csv --out law.png
   curves.py specimen results/a_state.dump --out specimen.png
+  curves.py rate     damped.csv --twin undamped.csv --rate 10 --specimen specimen.data
 
 The curves are PREFIX.csv of in.traction (strain,stress_grip,stress_virial; Pa), the state is its
 PREFIX_state.dump, or a CSV with the columns x,y,z,radius,share. Every PNG gets a CSV beside it.
+`rate` says which share of the stress of a damped run is viscous and which inertial. Its twin is the
+same run at the same rate with gamma = 0; with --rate and --specimen it also gives what E tau rate
+and rho c L rate expect.
 """
 
 import argparse
@@ -65,6 +69,34 @@ def plot_specimen(args):
     print(figures.specimen(state, args.out, args.title))
 
 
+def show_rate_shares(args):
+    """Print what theory expects, where it is asked for, and a line of shares for each strain."""
+    from evp import rates, specimen
+
+    if (args.specimen is None) != (args.rate is None):
+        raise ValueError("--rate and --specimen are given together, or neither")
+    damped, twin = curves.read_curve(args.damped), curves.read_curve(args.twin)
+    rates.check_twin(damped, twin)
+    strains = args.strains or rates.reached(damped)
+    if not strains:
+        raise ValueError(f"{args.damped} ends at strain {damped.strain.max():g}: give --strains")
+    found = [rates.shares_at(damped, twin, at) for at in strains]
+    if args.specimen:
+        body, row = specimen.read_data(args.specimen), law.Row.parse(args.coeff)
+        if args.scale == "yes":
+            row = rates.scaled_row(row, len(body.ids))
+        modulus = curves.modulus(twin.strain, twin.virial)
+        theory = rates.expected(body, row, args.rate, modulus, args.length, args.radius)
+        print(f"expected at {args.rate:g} /s with E {1e-9 * modulus:.2f} GPa of the twin and "
+              f"tau {theory.tau:.4g} s: E tau rate {1e-6 * theory.viscous:.3f} MPa viscous in the "
+              f"elastic part; inertia below rho c L rate {1e-6 * theory.inertial:.3f} MPa")
+    for s in found:
+        print(f"strain {100 * s.strain:.2f} %: stress {1e-6 * s.stress:.2f} MPa, "
+              f"viscous {s.percent(s.viscous):.2f} %, inertial {s.percent(s.inertial):.2f} % "
+              f"({1e-6 * s.viscous:.3f} +- {1e-6 * s.resolution:.3f} MPa, "
+              f"{1e-6 * s.inertial:.3f} MPa)")
+
+
 def parser():
     """The command line."""
     top = argparse.ArgumentParser(
@@ -100,6 +132,20 @@ def parser():
     sub.add_argument("state", metavar="FILE")
     sub.add_argument("--title", default="")
     sub.add_argument("--out", default="specimen.png", metavar="PNG")
+    sub = command("rate", show_rate_shares, "viscous and inertial share of a damped run's stress")
+    sub.add_argument("damped", metavar="CSV")
+    sub.add_argument("--twin", required=True, metavar="CSV",
+                     help="the same run at the same rate with gamma = 0")
+    sub.add_argument("--strains", nargs="+", type=float, metavar="STRAIN",
+                     help="(default: 0.002 0.005 0.01 0.0195, as far as the damped run goes)")
+    sub.add_argument("--rate", type=float, help="of both runs [1/s], for what theory expects")
+    sub.add_argument("--specimen", metavar="FILE", help="data file that both runs read, likewise")
+    sub.add_argument("--coeff", default="80 8 4 3 8 4 0.005 1000 1.5",
+                     help="row of the damped run, as given to the deck (default: Table 2)")
+    sub.add_argument("--scale", choices=("yes", "no"), default="yes",
+                     help="as given to the deck: the row is scaled where N is not 500")
+    sub.add_argument("--length", type=float, default=0.05, help="of the cylinder [m]")
+    sub.add_argument("--radius", type=float, default=0.02, help="of the cylinder [m]")
     return top
 
 

@@ -1,0 +1,155 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""What a strain rate adds to the stress: viscous share, inertial share, and what theory expects.
+
+Needed are two runs of in.traction at the same rate: the damped one and its twin, the same with
+gamma = 0, which has the same inertia. At a strain,
+
+  viscous     stress of the damped run less that of the twin, both through the cross-sections
+  inertial    root mean square of (grips' stress - cross-sections' stress) of the damped run: what
+              the grips pull more than the sections carry accelerates the material between them
+  resolution  the same of the twin. Nothing damps its vibration, which the difference contains
+
+stress_grip is half of the pull at both ends, so that masses which swing to one end as a whole are
+not seen. A symmetric pull hardly makes any.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from . import curves
+from .specimen import pairs_within
+
+STRAINS = (0.002, 0.005, *curves.STRAINS_REPORTED.values())  # the first in the elastic part
+REFERENCE_COUNT = 500  # spheres of the paper's specimen, for which a row of its tables is meant
+TWIN_JUMP = 0.25  # of the damped run's jump at strain 0: a twin with as much has dampers too
+
+
+class Shares(NamedTuple):
+    """Parts of the stress at one strain [Pa]; floats. stress: damped run, cross-sections."""
+
+    strain: float
+    stress: float
+    viscous: float
+    inertial: float
+    resolution: float
+
+    def percent(self, part):
+        """A part [Pa] in per cent of the stress."""
+        return 100.0 * part / self.stress
+
+
+class Expected(NamedTuple):
+    """Closed forms for one specimen and rate: tau [s]; viscous and inertial stress [Pa]."""
+
+    tau: float
+    viscous: float  # E tau rate, in the elastic part of the curve
+    inertial: float  # rho c L rate, the scale of it
+
+
+def imbalance(curve, at):
+    """Root mean square of grip - virial [Pa] over the window of the stress at the strain `at`."""
+    inside = np.abs(curve.strain - at) <= curves.STRESS_WINDOW + 1e-9
+    return float(np.sqrt(np.mean((curve.grip - curve.virial)[inside] ** 2)))
+
+
+def starting_jump(curve):
+    """(stress that the curve has at strain 0, scatter about it) [Pa], both through the sections.
+
+    From a parabola over the window of E, the row at rest left out. Dampers act from the first step:
+    with them it is about E tau rate, without them zero.
+    """
+    inside = (curve.strain > 0.0) & (curve.strain <= curves.MODULUS_END + 1e-9)
+    strain, stress = curve.strain[inside], curve.virial[inside]
+    if len(strain) < 6:
+        raise curves.CurveError(f"{len(strain)} rows up to strain {curves.MODULUS_END:g}: too few")
+    fit = np.polyfit(strain, stress, 2)
+    return float(fit[-1]), float(np.sqrt(np.mean((np.polyval(fit, strain) - stress) ** 2)))
+
+
+def check_twin(damped, twin):
+    """CurveError where the twin starts with a jump of stress as a damped run does."""
+    jumps = []
+    for name, curve in (("damped run", damped), ("twin", twin)):
+        try:
+            jumps.append(starting_jump(curve))
+        except curves.CurveError as error:
+            raise curves.CurveError(f"{name}: {error}") from error
+    (with_gamma, _), (without, scatter) = jumps
+    if without > 3.0 * scatter and without > TWIN_JUMP * with_gamma:
+        raise curves.CurveError(
+            f"the twin starts with a stress of {1e-6 * without:.3g} MPa at strain 0, the damped "
+            f"run with {1e-6 * with_gamma:.3g} MPa: the twin must be the run with gamma = 0"
+        )
+
+
+def reached(curve, strains=STRAINS):
+    """Those of the strains about which the curve has rows enough for a stress."""
+    found = []
+    for at in strains:
+        try:
+            curves.stress_at(curve.strain, curve.virial, at)
+        except curves.CurveError:
+            continue
+        found.append(at)
+    return found
+
+
+def shares_at(damped, twin, at):
+    """Shares at the strain `at` from two Curves of one rate.
+
+    CurveError names the run that has no rows there, or a damped run without tension.
+    """
+    stress = {}
+    for name, curve in (("damped run", damped), ("twin", twin)):
+        try:
+            stress[name] = curves.stress_at(curve.strain, curve.virial, at)
+        except curves.CurveError as error:
+            raise curves.CurveError(f"{name}: {error}; ask for strains that both reach") from error
+    total = stress["damped run"]
+    if total <= 0.0:
+        raise curves.CurveError(f"damped run: no tension at strain {at:g} to take shares of")
+    return Shares(at, total, total - stress["twin"], imbalance(damped, at), imbalance(twin, at))
+
+
+def scaled_row(row, count):
+    """The row that in.traction sets for `count` spheres by default: e ~ 1/N, gamma ~ N^(-1/3)."""
+    coarser = REFERENCE_COUNT / count
+    return row._replace(
+        e1=row.e1 * coarser, e2=row.e2 * coarser, gamma=row.gamma * coarser ** (1.0 / 3.0)
+    )
+
+
+def relaxation_time(lengths, row):
+    """tau = gamma <l^2>/(m1 n1 e1) [time] of bonds with these lengths (B,), l = deq; row: law.Row.
+
+    At a strain eps and a strain rate D that all share, a bond along u gives l F uu to the virial,
+    its spring with F = K l (u.eps.u), its dashpot with F = gamma l (u.D.u). K = m1 n1 e1/l^2, so l
+    cancels for the springs and stays as l^2 for the dashpots: the plain mean of the squares, if
+    lengths do not go with directions. Bonds that do not share the strain count by their part of the
+    elastic energy instead, 2 % less on tests/data/reference_500.
+    """
+    return float(row.gamma * np.mean(np.square(lengths)) / (row.m1 * row.n1 * row.e1))
+
+
+def expected(specimen, row, rate, modulus, length=0.05, radius=0.02):
+    """Expected of a Specimen (SI) in the cylinder of this length and radius [m], at a rate [1/s].
+
+    row: law.Row as the run set it (scaled_row where N is not 500); modulus: E [Pa], of the twin.
+    rho c L rate: a grip that starts at V against a bar at rest sends rho c V, with V of the order
+    L rate, rho = mass over volume and c = sqrt(E/rho). in.traction starts with the velocities of
+    uniform stretching, which leave the lateral motion only: expect a few per cent of it.
+    ValueError for a rate, size, gamma or specimen of which nothing can be said.
+    """
+    if not 0.0 < min(rate, length, radius) <= max(rate, length, radius) < np.inf:
+        sizes = f"{rate:g}, {length:g} and {radius:g}"
+        raise ValueError(f"rate, length and radius must be positive, got {sizes}")
+    if row.gamma == 0.0 or row.e1 == 0.0:
+        raise ValueError("coeff must be the row of the damped run, with gamma > 0 and e1 > 0")
+    pairs, _ = pairs_within(specimen, row.alpha)
+    if len(pairs) == 0:
+        raise ValueError(f"the specimen has no pairs within alpha = {row.alpha:g}")
+    lengths = np.linalg.norm(specimen.x[pairs[:, 0]] - specimen.x[pairs[:, 1]], axis=1)
+    tau = relaxation_time(lengths, row)
+    density = specimen.mass.sum() / (np.pi * radius**2 * length)
+    return Expected(tau, modulus * tau * rate, float(np.sqrt(modulus * density)) * length * rate)
