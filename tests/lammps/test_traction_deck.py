@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""What in.traction lets users add, and very long pulls."""
+
+from conftest import REFERENCE
+
+TABLE2 = "80 8 4 3 8 4 0.005 1000 1.5"
+
+
+def test_commands_of_the_user_are_taken_in_before_the_pull(lmp, tmp_path):
+    (tmp_path / "more.lmp").write_text('fix ledger all evp/energy\nfix mine all print 100 "open $(f_ledger) of $(f_ledger[7])" file ledger.txt screen no\n')
+    variables = {"specimen": REFERENCE, "strain": 0.003, "out": "pull", "also": "more.lmp"}
+    lmp("in.traction", variables=variables).ok()
+    rows = [line.split() for line in (tmp_path / "ledger.txt").read_text().splitlines() if line.startswith("open")]
+    assert len(rows) > 2
+    opened, work = float(rows[-1][1]), float(rows[-1][3])
+    assert work > 0.0 and abs(opened) < 1e-2 * work
+
+
+def test_missing_file_of_commands(lmp):
+    run = lmp("in.traction", variables={"specimen": REFERENCE, "out": "pull", "also": "absent.lmp"})
+    assert run.returncode != 0 and "absent.lmp" in run.stdout
+
+
+def test_pull_of_millions_of_steps(lmp, tmp_path):
+    """More than LAMMPS' largest number of steps over a thousand; stopped by the clock, it says how far it came."""
+    (tmp_path / "clock.lmp").write_text("timer timeout 0:00:01 every $(v_steps_per_row)\n")  # 29Sep2021 writes the last state of a row only
+    variables = {"specimen": REFERENCE, "coeff": TABLE2, "rate": 0.1, "strain": 0.02, "row": 1e-6, "samples": 1, "out": "pull", "also": "clock.lmp"}
+    run = lmp("in.traction", variables=variables).ok()
+    assert "WARNING: the pull ended at a strain of" in run.stdout
+    steps = int(next(line for line in run.stdout.splitlines() if line.startswith("step ")).split(";")[1].split()[0])
+    assert steps > 2**31 / 1000, "control: that many steps"
+
+
+def test_pull_that_ends_on_strain_does_not_warn(lmp):
+    run = lmp("in.traction", variables={"specimen": REFERENCE, "strain": 0.0005, "out": "pull"}).ok()
+    assert "WARNING: the pull ended" not in run.stdout
