@@ -31,15 +31,29 @@ def test_quick_bench_writes_its_tables(page):
     assert run.returncode == 0, run.stderr[-2000:]
     text = page.read_text(encoding="utf-8")
     assert text.startswith("before\n") and text.endswith("after\n") and "\nold\n" not in text
-    for title in ("Pair loop", "Neighbor build", "Whole step", "Scale", "Ranks"):
+    for title in ("Pair loop", "Neighbor build", "What leaving an effect out saves", "Whole step", "Scale", "Ranks"):
         assert f"### {title}" in text, title
     with open(page.with_suffix(".csv"), encoding="utf-8") as source:
-        times = {row["style"]: float(row["ns_per_interaction"]) for row in csv.DictReader(source)}
+        times = {row["name"]: float(row["value"]) for row in csv.DictReader(source) if row["section"] == "lattice"}
     assert {"evp/lj", "evp/lj, gamma > 0", "lj/cut"} <= set(times)
     assert all(value > 0.0 for value in times.values()), times
     share = float(text.split("*pairs crossing xi_s* ")[1].split(" %")[0])
     assert share >= 2.0, "control: pairs do cross xi_s in that scene"
     assert "about" in run.stderr and "left" in run.stderr, "progress with the time left"
+
+
+def test_section_that_is_not_run_stays(page):
+    """Only the part of the page, and the rows of the CSV, of the section that is run change."""
+    kept = "<!-- part: scale -->\n### Scale\n\nas it was\n"
+    page.write_text(page.read_text(encoding="utf-8").replace("old\n", kept), encoding="utf-8")
+    page.with_suffix(".csv").write_text("section,name,x,value\nscale,evp/lj,7,7\nbuild,packing over Neigh,,7\n", encoding="utf-8")
+    run = tool("bench.py", "--quick", "--sections", "build", "--out", page)
+    assert run.returncode == 0, run.stderr[-2000:]
+    text = page.read_text(encoding="utf-8")
+    assert kept in text and "### Neighbor build" in text
+    rows = page.with_suffix(".csv").read_text(encoding="utf-8").splitlines()
+    assert "scale,evp/lj,7,7" in rows and len(rows) == 3 and "build,packing over Neigh,,7" not in rows
+    assert (page.parent / "figures" / "page.png").stat().st_size > 10000
 
 
 def test_page_without_markers_stays(tmp_path):

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Runs the scenes of tools/bench.py in turn, several rounds, and reads LAMMPS' own times."""
 
+import os
 import pathlib
 import re
 import statistics
@@ -15,6 +16,7 @@ LOOP = re.compile(r"^Loop time of (\S+) on", re.M)
 LINE = re.compile(r"^(Pair|Bond|Neigh|Comm|Modify) +\| +(\S+) +\| +(\S+)", re.M)  # smallest and mean over the ranks
 MEMORY = re.compile(r"^Per MPI rank memory allocation \(min/avg/max\) = \S+ \| (\S+) \|", re.M)
 ATOMS = re.compile(r"^Loop time of .* with (\d+) atoms", re.M)
+GHOSTS = re.compile(r"^Nghost: +(\S+) ave", re.M)
 BUILDS = re.compile(r"^Neighbor list builds = (\d+)", re.M)
 
 
@@ -26,6 +28,7 @@ class Timing(NamedTuple):
     atoms: int
     builds: int
     memory: float
+    ghosts: float  # of a rank, in the mean
     output: str
 
 
@@ -33,7 +36,9 @@ def run_scene(scene, folder):
     """The Timing of a scene's last run; RunError with the end of the output where it failed."""
     (folder / "scene.lmp").write_text(scene.deck, encoding="utf-8")
     command = [*lammps_command(scene.ranks), "-in", "scene.lmp", "-log", "none"]
-    run = subprocess.run(command, cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+    environment = dict(os.environ)
+    environment.setdefault("OMPI_MCA_mpi_yield_when_idle", "1")  # ranks that spin while they wait suffer where cores are shared
+    run = subprocess.run(command, cwd=folder, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                          encoding="utf-8", errors="replace", check=False)
     loops = LOOP.findall(run.stdout)
     if run.returncode or not loops:
@@ -42,7 +47,7 @@ def run_scene(scene, folder):
     parts = {name: float(mean) for name, _, mean in LINE.findall(last)}
     builds = BUILDS.findall(last)
     return Timing(float(loops[-1]), parts, int(ATOMS.findall(last)[-1]), int(builds[-1]) if builds else 0,
-                  float(MEMORY.findall(last)[-1]) * scene.ranks, last)
+                  float(MEMORY.findall(last)[-1]) * scene.ranks, float(GHOSTS.findall(last)[-1]), last)
 
 
 def held_styles():

@@ -30,19 +30,19 @@ class Scene(NamedTuple):
     ranks: int = 1
 
 
-def lattice(cells, atom_style="sphere", density="1.4142135623730951", box="", head=""):
-    """FCC, 4 cells^3 spheres, periodic."""
+def lattice(cells, atom_style="sphere", density="1.4142135623730951", box="", head="", long=None, types=1, velocities=True):
+    """FCC, 4 cells^2 long spheres (long: cells by default), periodic. velocities: of ghosts too."""
     return f"""
 units lj
 {head}
 atom_style {atom_style}
 atom_modify map array
-comm_modify vel yes
+{"comm_modify vel yes" if velocities else ""}
 lattice fcc {density}
-region box block 0 {cells} 0 {cells} 0 {cells}
-create_box 1 box {box}
+region box block 0 {long or cells} 0 {cells} 0 {cells}
+create_box {types} box {box}
 create_atoms 1 box
-set type 1 diameter 1 density 1
+set group all diameter 1 density 1
 neighbor 0.06 bin
 {NEVER}
 """
@@ -64,15 +64,18 @@ run {steps}
 """
 
 
-def ours(name, cells, steps, gamma=0.0, contact="literal", row=ROW, ranks=1, neigh="", **stir):
-    """Pair style evp/lj on the lattice, all pairs within 1.5 diameters recorded."""
-    deck = lattice(cells) + f"""
+def ours(name, cells, steps, gamma=0.0, contact="literal", row=ROW, ranks=1, neigh="", move="nve", long=None, types=1, more="", **stir):
+    """Pair style evp/lj on the lattice, all pairs within 1.5 diameters recorded. types: 2 have laws of their own; more: commands."""
+    deck = lattice(cells, long=long, types=types, velocities=gamma > 0.0) + f"""
 pair_style evp/lj contact {contact}
 pair_coeff * * {row} {gamma} {REACH}
+{"set group all type/fraction 2 0.5 1234" if types == 2 else ""}
+{f"pair_coeff 2 2 {row.replace('80', '90', 1)} {gamma} {REACH}" if types == 2 else ""}
 fix bonds all evp/bonds
 {neigh}
-""" + stirred("nve", steps, **stir)
-    return Scene(name, "", deck, steps, 4 * cells**3, HALF_PAIRS, "Pair", ranks)
+{more}
+""" + stirred(move, steps, **stir)
+    return Scene(name, "", deck, steps, 4 * cells**2 * (long or cells), HALF_PAIRS, "Pair", ranks)
 
 
 def pair_peer(style, cells, steps, coefficients, name=None, neigh="", ranks=1):
@@ -143,14 +146,32 @@ def variants(cells, steps):
     ]
 
 
-def random_body(name, style, data, steps, ranks=1, neigh=ALWAYS.replace("check no", "check yes")):
+def effects(cells, steps, data):
+    """[(what is switched off, scene with it, scene without it)]."""
+    crossing, watched = "80 8 4 3 8 4 0.0005", ALWAYS.replace("check no", "check yes")
+    plain = ours("plain", cells, steps)
+    damped, solved = ours("damped", cells, steps, gamma=0.1), ours("implicit", cells, steps, gamma=0.1, move="nve/evp")
+    return [
+        ("damping, explicit: ghost velocities, velocities in the loop", damped, plain),
+        ("damping, implicit: iterations of fix nve/evp", solved, ours("nve/evp, gamma = 0", cells, steps, move="nve/evp")),
+        ("energy and virial at each step", ours("energy", cells, steps, output="step pe press", every=1), plain),
+        ("second regime: pairs that cross xi_s", ours("crossing", cells, steps, row=crossing, speed=0.1), ours("not crossing", cells, steps, speed=0.1)),
+        ("laws of their own for two types", ours("two types", cells, steps, types=2), plain),
+        ("a look at each step whether the neighbor list still holds", ours("watched", cells, steps, neigh=watched), plain),
+        ("fix evp/energy at each step", ours("ledger", cells, steps, more="fix ledger all evp/energy"), plain),
+        ("fix dt/evp, every 100 steps", ours("dt/evp", cells, steps, more="fix step all dt/evp 100 0.4 max 1e-3"), plain),
+        ("new contacts (random specimen): pairs outside the zone", random_body("literal", "evp/lj", data, steps, neigh=NEVER),
+         random_body("none", "evp/lj", data, steps, neigh=NEVER, contact="none")),
+    ]
+
+
+def random_body(name, style, data, steps, ranks=1, neigh=ALWAYS.replace("check no", "check yes"), contact="literal"):
     """A specimen of in.specimen at rest and stirred, evp/lj or lj/cut with the same reach in the mean."""
     deck = f"""
 units si
 atom_style sphere
 atom_modify map array
 boundary s s s
-comm_modify vel yes
 read_data {data}
 variable n equal count(all)
 variable d equal 2*(0.6*PI*0.02^2*0.05/(v_n*4/3*PI))^(1/3)
@@ -158,7 +179,7 @@ neighbor $(0.066*v_d) bin
 {neigh}
 """
     if style == "evp/lj":
-        deck += "pair_style evp/lj\npair_coeff * * $(80*500/v_n) 8 4 $(3*500/v_n) 8 4 0.005 0 1.5\nfix bonds all evp/bonds\n"
+        deck += f"pair_style evp/lj contact {contact}\n" + "pair_coeff * * $(80*500/v_n) 8 4 $(3*500/v_n) 8 4 0.005 0 1.5\nfix bonds all evp/bonds\n"
     else:
         deck += f"pair_style {style} $(1.5*v_d)\npair_coeff * * $(80*500/v_n/10) $(v_d/2^(1/6))\n"
     deck += f"""

@@ -1,0 +1,29 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""The picture of tools/bench.py, from its CSV."""
+
+from .figures import LOOK, plt
+
+OWN, OTHER = "#0072B2", "#999999"
+
+
+def draw(rows, path):
+    """Left: time per interaction of each style; right: time per particle against their number. Writes path, from rows of the CSV."""
+    bars = [(row["name"], float(row["value"])) for row in rows if row["section"] == "lattice"]
+    scale = sorted((int(row["x"]), float(row["value"])) for row in rows if row["section"] == "scale")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with plt.rc_context(LOOK):
+        figure, (left, right) = plt.subplots(1, 2, figsize=(13, 4.8), gridspec_kw={"width_ratios": (1.7, 1)})
+        if bars:
+            names, values = zip(*sorted(bars, key=lambda bar: -bar[1]))
+            left.barh(names, values, color=[OWN if name.startswith("evp/lj") else OTHER for name in names])
+            for place, value in enumerate(values):
+                left.text(value, place, f" {value:.3g}", va="center", fontsize=9)
+            left.set(xscale="log", xlim=(0.6 * min(values), 1.6 * max(values)), xlabel="ns per interaction and step, one core", title="FCC lattice, 9 half pairs per sphere")
+            left.grid(axis="y", visible=False)
+        if scale:
+            right.plot(*zip(*scale), "o-", color=OWN)
+            right.set(xscale="log", ylim=(0, 1.25 * max(value for _, value in scale)), xlabel="spheres", ylabel="ns per sphere and step, one core",
+                      title="Cost per sphere")
+        figure.tight_layout()
+        figure.savefig(path, bbox_inches="tight")
+        plt.close(figure)

@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""The sections of doc/performance.md: what each runs, and its table.
+
+A section takes the Bench that runs scenes in rounds and the Sizes, and returns the lines of its part of the page and the rows
+of its part of the CSV, dicts of section, name, x and value.
+"""
+
+import subprocess
+import sys
+import time
+
+from . import bench_scenes as scenes
+from .bench_run import median, ratios, spread
+from .run import DECKS, RunError, lammps_command
+
+
+class Sizes:
+    """What is run: cells of the lattice, steps, spheres of the random specimen, cells of the scale, cells and spheres of two ranks."""
+
+    cells, steps, spheres, scale, ranks, random_ranks = 20, 200, 32000, (5, 13, 20, 40), (20, 40), (32000,)
+
+    def __init__(self, quick, million):
+        if quick:
+            self.cells, self.steps, self.spheres, self.scale, self.ranks, self.random_ranks = 5, 20, 500, (5, 6), (6,), (500,)
+        elif million:
+            self.scale += (63,)
+            self.random_ranks += (256000,)
+
+
+def lattice_section(bench, sizes):
+    """Time per interaction and step."""
+    every = scenes.variants(sizes.cells, sizes.steps) + scenes.peers(sizes.cells, sizes.steps)
+    results = bench.rounds(every, "lattice")
+    cost = {}
+    for scene in every:
+        if scene.name in results:
+            per = scene.steps * scene.atoms * scene.interactions * 1e-9
+            cost[scene.name] = [timing.parts[scene.counted] / per for timing in results[scene.name]]
+    lines = [f"### Pair loop\n\nFCC lattice of {4 * sizes.cells**3} spheres, {scenes.HALF_PAIRS} half pairs each within "
+             f"{scenes.REACH} diameters, {sizes.steps} steps without a neighbor build, one core.\n",
+             "| style | ns per interaction and step | over lj/cut | over evp/lj |", "|---|---|---|---|"]
+    for name, values in cost.items():
+        lines.append(f"| {name} | {spread(values)} | {spread(ratios(values, cost['lj/cut']))} | {spread(ratios(values, cost['evp/lj']))} |")
+    table = results["evp/lj, pairs crossing xi_s"][-1].output.splitlines()
+    share = float(table[table.index(next(line for line in table if line.startswith("Loop"))) - 1].split()[1]) / (9 * 4 * sizes.cells**3)
+    lines.append(f"\nIn *pairs crossing xi_s* {100 * share:.0f} % of the pairs are in the second regime after {sizes.steps + 5} steps, none at the start.\n")
+    return lines, [row("lattice", name, "", median(values)) for name, values in cost.items()]
+
+
+def row(section, name, x, value):
+    """A row of the CSV."""
+    return {"section": section, "name": name, "x": x, "value": f"{value:.4g}"}
+
+
+def effects_section(bench, sizes):
+    """What leaving an effect out saves of a whole step."""
+    make_specimen(bench.folder, sizes.spheres)
+    pairs = scenes.effects(sizes.cells, sizes.steps, "random.data")
+    every = {scene.name: scene for _, *both in pairs for scene in both}
+    results = bench.rounds(list(every.values()), "effects")
+    lines = ["### What leaving an effect out saves\n\nWhole steps of the same lattice (where no other body is named), one core.\n",
+             "| effect | step with it over step without it |", "|---|---|"]
+    rows = []
+    for title, with_it, without in pairs:
+        loops = [[timing.loop for timing in results[scene.name]] for scene in (with_it, without)]
+        lines.append(f"| {title} | {spread(ratios(*loops))} |")
+        rows.append(row("effects", title, "", median(ratios(*loops))))
+    return lines + [""], rows
+
+
+def build_section(bench, sizes):
+    """What a neighbor build costs the pair style, beside LAMMPS' own share."""
+    steps = max(20, sizes.steps // 4)
+    pair = [scenes.ours("never", sizes.cells, steps), scenes.ours("every step", sizes.cells, steps, neigh=scenes.ALWAYS)]
+    results = bench.rounds(pair, "build")
+    extra = [(often.parts["Pair"] - never.parts["Pair"]) / often.builds for never, often in zip(results["never"], results["every step"])]
+    neigh = [often.parts["Neigh"] / often.builds for often in results["every step"]]
+    per = 1e-9 * pair[0].atoms * pair[0].interactions
+    return [f"### Neighbor build\n\nThe same lattice with a build at every step; what packing with deq adds to Pair, per build.\n",
+            "| | ns per pair and build | over LAMMPS' Neigh |", "|---|---|---|",
+            f"| LAMMPS' Neigh | {spread([value / per for value in neigh])} | 1 |",
+            f"| packing, pairs joined with their deq | {spread([value / per for value in extra])} | {spread(ratios(extra, neigh))} |\n"], [
+                row("build", "packing over Neigh", "", median(ratios(extra, neigh)))]
+
+
+def random_section(bench, sizes):
+    """A whole step of the random specimen, beside lj/cut's."""
+    make_specimen(bench.folder, sizes.spheres)
+    every = [scenes.random_body(style, style, "random.data", sizes.steps) for style in ("evp/lj", "lj/cut")]
+    results = bench.rounds(every, "random")
+    cost = {name: [timing.loop / sizes.steps / timing.atoms * 1e9 for timing in timings] for name, timings in results.items()}
+    return [f"### Whole step\n\nRandom specimen of {sizes.spheres} spheres by in.specimen, one core.\n",
+            "| style | ns per particle and step | over lj/cut |", "|---|---|---|",
+            *(f"| {name} | {spread(values, '%.0f')} | {spread(ratios(values, cost['lj/cut']))} |" for name, values in cost.items()), ""], [
+                row("random", name, sizes.spheres, median(values)) for name, values in cost.items()]
+
+
+def make_specimen(folder, spheres, name="random.data"):
+    """A data file by in.specimen, on two ranks; the seconds that it took, 0 where it was there. RunError where it failed."""
+    if (folder / name).exists():
+        return 0.0
+    print(f"in.specimen, {spheres} spheres on 2 ranks", file=sys.stderr, flush=True)
+    begin = time.monotonic()
+    command = [*lammps_command(2), "-in", str(DECKS / "in.specimen"), "-log", "none", "-var", "n", str(spheres), "-var", "out", name]
+    run = subprocess.run(command, cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
+    if run.returncode:
+        raise RunError("in.specimen failed; its output ends with\n" + run.stdout.decode(errors="replace")[-1500:])
+    return time.monotonic() - begin
+
+
+def scale_section(bench, sizes):
+    """Cost and memory per particle against their number."""
+    lines = ["### Scale\n\nThe same lattice, one core; memory as LAMMPS counts it.\n",
+             "| spheres | ns per particle and step | over the row before | memory per particle [kB] |", "|---|---|---|---|"]
+    every = [scenes.ours(f"{4 * cells**3} spheres", cells, max(20, min(2000, sizes.steps * 32000 // (4 * cells**3)))) for cells in sizes.scale]
+    results = bench.rounds(every, "scale")
+    before, rows = None, []
+    for scene in every:
+        cost = [timing.loop / scene.steps / scene.atoms * 1e9 for timing in results[scene.name]]
+        growth = spread(ratios(cost, before)) if before else ""
+        lines.append(f"| {scene.atoms} | {spread(cost, '%.0f')} | {growth} | {results[scene.name][-1].memory * 1024 / scene.atoms:.2f} |")
+        rows.append(row("scale", "evp/lj", scene.atoms, median(cost)))
+        before = cost
+    return lines + [""], rows
+
+
+def ranks_section(bench, sizes):
+    """Whole steps on one and two ranks, with neighbor builds where they are due; and what follows for many ranks."""
+    watched, steps = scenes.ALWAYS.replace("check no", "check yes"), max(20, sizes.steps // 4)
+    lines, rows, scaling = ["### Ranks\n"], [], {}
+    for cells in sizes.ranks:
+        atoms = 4 * cells**3
+        scaling[f"strong: lattice of {atoms}"] = [scenes.ours(f"lattice {atoms}, {n} rank", cells, steps, ranks=n, neigh=watched) for n in (1, 2)]
+        scaling[f"weak: lattice of {atoms} per rank"] = [
+            scenes.ours(f"lattice {atoms} per rank, {n} rank", cells, steps, ranks=n, neigh=watched, long=n * cells) for n in (1, 2)]
+    for spheres in sizes.random_ranks:
+        took = make_specimen(bench.folder, spheres, f"random_{spheres}.data")
+        lines.append(f"in.specimen made the random specimen of {spheres} spheres in {took:.0f} s on two ranks.\n")
+        scaling[f"strong: random specimen of {spheres}"] = [
+            scenes.random_body(f"random {spheres}, {n} rank", "evp/lj", f"random_{spheres}.data", steps, ranks=n) for n in (1, 2)]
+    results = bench.rounds([scene for both in scaling.values() for scene in both], "ranks")
+    lines += ["| body | two ranks over one: speed (strong), efficiency (weak) | Comm, share of the loop on two ranks |", "|---|---|---|"]
+    for title, both in scaling.items():
+        one, two = ([timing.loop for timing in results[scene.name]] for scene in both)
+        share = [timing.parts["Comm"] / timing.loop for timing in results[both[1].name]]
+        lines.append(f"| {title} | {spread(ratios(one, two))} | {spread([100 * value for value in share], '%.0f')} % |")
+        rows.append(row("ranks", title, 2, median(ratios(one, two))))
+    weak = next(both for title, both in reversed(list(scaling.items())) if title.startswith("weak"))
+    return lines + [""] + many_ranks(weak[1], results[weak[1].name]), rows
+
+
+NODE_BANDWIDTH, RANKS_PER_NODE, LATENCY = 12.5e9, 32, 2e-6  # [byte/s], [1], [s]: assumptions, a common network of today
+MESSAGES, BYTES = 12, 48  # of a step: six neighbors, positions out and forces back; bytes per ghost for both
+
+
+def many_ranks(scene, timings):
+    """A model, on paper, of a step on many ranks from the surface of a rank's cube of particles."""
+    reach = scenes.REACH + 0.06
+    particles = scene.atoms / scene.ranks
+
+    def ghosts_of(n):
+        side = (n / 2**0.5) ** (1 / 3)  # of the cube, in diameters: the lattice has sqrt(2) spheres in each cubed
+        return 2**0.5 * ((side + 2.0 * reach) ** 3 - side**3)
+
+    ghosts = median([timing.ghosts for timing in timings])
+    work = median([(timing.loop - timing.parts["Comm"]) / scene.steps / particles for timing in timings])
+    copy = median([timing.parts["Comm"] / scene.steps / timing.ghosts for timing in timings])
+    lines = ["#### Many ranks, on paper\n",
+             f"Measured in the last weak case: {1e9 * work:.0f} ns of work per particle and step, {1e9 * copy:.0f} ns per ghost in Comm, waiting included; {ghosts:.0f} ghosts per rank, where a cube of",
+             f"as many particles has {ghosts_of(particles):.0f}. Assumed: cubes, equal work, {MESSAGES} messages a step one after the other at {1e6 * LATENCY:g} us, {BYTES} bytes per ghost",
+             f"(gamma > 0: half as many again) that all leave the node, {RANKS_PER_NODE} ranks of which share {1e-9 * NODE_BANDWIDTH:g} GB/s; no overlap of work and messages; no reductions, as a quiet step has none.\n",
+             "| particles per rank | ghosts | work [us] | copies [us] | network [us] | latency [us] | efficiency |", "|---|---|---|---|---|---|---|"]
+    for n in (100000, 30000, 10000, 3000, 1000):
+        parts = (work * n, copy * ghosts_of(n), BYTES * ghosts_of(n) * RANKS_PER_NODE / NODE_BANDWIDTH, MESSAGES * LATENCY)
+        lines.append(f"| {n} | {ghosts_of(n):.0f} | " + " | ".join(f"{1e6 * part:.0f}" for part in parts) + f" | {parts[0] / sum(parts):.2f} |")
+    return lines + [""]
