@@ -26,9 +26,10 @@ the same everywhere. Prints a table and writes it to doc/releases.md. Exit statu
   --release R      29Sep2021, 4Feb2025 or newest       \
   --compiler C     g++ or clang++, of the plugin        | each may be given several times; what is left out is
   --sizes S        smallbig or bigbig, of LAMMPS        | all releases, g++, smallbig, Release
-  --build-type B   Release or Debug, of the plugin     /
+  --build-type B   Release, Debug or Native, of the    /
+                   plugin: Native is Release by -march=native.
                    With none of them: the three releases with g++, smallbig, Release, and 4Feb2025 also with
-                   clang++, Debug and bigbig, one at a time.
+                   clang++, Debug, Native and bigbig, one at a time.
   --tests T        all (default): the whole of tests/lammps; short: forces, bonds, restart, time step, bad input
   --work DIR       for the builds and results (default: build-releases); the table has every result there of the same
                    sources, so that it may be filled in several calls
@@ -48,7 +49,7 @@ while [ $# -gt 0 ]; do
     --release) one_of "$1" "$2" 29Sep2021 4Feb2025 newest; releases+=("$2") ;;
     --compiler) one_of "$1" "$2" g++ clang++; compilers+=("$2") ;;
     --sizes) one_of "$1" "$2" smallbig bigbig; sizes+=("$2") ;;
-    --build-type) one_of "$1" "$2" Release Debug; types+=("$2") ;;
+    --build-type) one_of "$1" "$2" Release Debug Native; types+=("$2") ;;
     --tests) one_of "$1" "$2" short all; tests=$2 ;;
     --work) mkdir -p "$2"; work=$(cd "$2" && pwd) ;;
     *) die "unknown option '$1'; see tools/test_releases.sh --help" ;;
@@ -58,7 +59,7 @@ done
 cases=()
 if [ $((${#releases[@]} + ${#compilers[@]} + ${#sizes[@]} + ${#types[@]})) -eq 0 ]; then
   cases=("29Sep2021 g++ smallbig Release" "4Feb2025 g++ smallbig Release" "newest g++ smallbig Release"
-    "4Feb2025 clang++ smallbig Release" "4Feb2025 g++ smallbig Debug" "4Feb2025 g++ bigbig Release")
+    "4Feb2025 clang++ smallbig Release" "4Feb2025 g++ smallbig Debug" "4Feb2025 g++ smallbig Native" "4Feb2025 g++ bigbig Release")
 else
   [ ${#releases[@]} -gt 0 ] || releases=(29Sep2021 4Feb2025 newest)
   [ ${#compilers[@]} -gt 0 ] || compilers=(g++)
@@ -130,9 +131,10 @@ run_case() {
   date=$(lammps_date_of "$tree")
   version=$("$compiler" --version | sed -n '1s/.*[^0-9.]\([0-9][0-9]*\.[0-9.]*[0-9]\).*/\1/p')
   mkdir -p "$build"
-  local generator=()
+  local generator=() build_type=(-DCMAKE_BUILD_TYPE="$type")
   [ -f "$build/CMakeCache.txt" ] || generator=(-G Ninja)
-  run_logged "plugin: configuring" cmake -S . -B "$build" ${generator[@]+"${generator[@]}"} -DCMAKE_BUILD_TYPE="$type" \
+  [ "$type" != Native ] || build_type=(-DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_FLAGS=-march=native)
+  run_logged "plugin: configuring" cmake -S . -B "$build" ${generator[@]+"${generator[@]}"} "${build_type[@]}" \
     -DCMAKE_CXX_COMPILER="$compiler" -DLAMMPS_SOURCE_DIR="$tree" -DLAMMPS_BUILD_DIR="$lammps_build" \
     -DPython_EXECUTABLE="$PYTHON" ${launcher[@]+"${launcher[@]}"}
   run_logged "plugin: compiling" cmake --build "$build" -j "$(nproc)"

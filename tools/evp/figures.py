@@ -28,7 +28,7 @@ _STYLES = (
     {"color": "#009E73", "linewidth": 1.5, "linestyle": (0, (1, 1.2))},
     {"color": "#6F4A8E", "linewidth": 1.5, "linestyle": (0, (6, 1.5, 1, 1.5))},
 )
-_LOOK = {
+LOOK = {
     "font.size": 11,
     "axes.titlesize": 12,
     "axes.spines.top": False,
@@ -42,7 +42,7 @@ _LOOK = {
 }
 
 
-def _save(figure, path, header, rows):
+def save(figure, path, header, rows):
     """Write figure to path (a .png) and rows under header to the .csv beside it."""
     path = pathlib.Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -63,7 +63,7 @@ def stress_strain(panels, path, column="virial"):
     rows = []
     labels = dict.fromkeys(label for drawn in panels.values() for label, _ in drawn)
     style = {label: _STYLES[k % len(_STYLES)] for k, label in enumerate(labels)}
-    with plt.rc_context(_LOOK):
+    with plt.rc_context(LOOK):
         figure, axes = plt.subplots(
             1, len(panels), sharey=True, squeeze=False, figsize=(1.2 + 4.4 * len(panels), 4.2)
         )
@@ -87,7 +87,7 @@ def stress_strain(panels, path, column="virial"):
             axis.set_xlim(left=0)
             axis.set_ylim(bottom=0)
         axes[0][0].set_ylabel("nominal stress [MPa]")
-        return _save(figure, path, ("panel", "curve", "strain_percent", "stress_MPa"), rows)
+        return save(figure, path, ("panel", "curve", "strain_percent", "stress_MPa"), rows)
 
 
 def force_law(row, path, measured=None, deq=0.01, reach=0.03):
@@ -109,7 +109,7 @@ def force_law(row, path, measured=None, deq=0.01, reach=0.03):
     rows = [
         (f"{100 * s:.6g}", f"{f:.9g}", f"{g:.9g}", "law") for s, f, g in zip(strain, force, first)
     ]
-    with plt.rc_context(_LOOK):
+    with plt.rc_context(LOOK):
         figure, axis = plt.subplots(figsize=(6.4, 4.2))
         axis.axvspan(-100 * row.xi_s, 100 * row.xi_s, color="#eeeeee", linewidth=0)
         axis.plot(
@@ -148,7 +148,7 @@ def force_law(row, path, measured=None, deq=0.01, reach=0.03):
         )
         axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncol=3)
         header = ("strain_percent", "force_N", "first_regime_N", "source")
-        return _save(figure, path, header, rows)
+        return save(figure, path, header, rows)
 
 
 def specimen(state, path, title=""):
@@ -159,7 +159,7 @@ def specimen(state, path, title=""):
     order = np.argsort(-state["y"])  # the viewer looks along +y: near spheres are drawn last
     millimetres = {name: 1e3 * state[name][order] for name in ("x", "z", "radius")}
     share = 100 * state["share"][order]
-    with plt.rc_context({**_LOOK, "axes.grid": False}):
+    with plt.rc_context({**LOOK, "axes.grid": False}):
         figure, axis = plt.subplots(figsize=(7.2, 4.6))
         circles = [
             Circle((x, z), r)
@@ -177,7 +177,7 @@ def specimen(state, path, title=""):
         bar = figure.colorbar(drawn, ax=axis, shrink=0.85)
         bar.set_label("second-regime bonds [% of each sphere's]")
         rows = zip(*([f"{v:.9g}" for v in state[name]] for name in STATE))
-        return _save(figure, path, STATE, rows)
+        return save(figure, path, STATE, rows)
 
 
 def read_state(path):

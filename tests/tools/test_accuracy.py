@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""What tools/accuracy_cost.py makes of its results: measures, front, choice, extrapolation, budget; its page agrees with its CSV."""
+
+import csv
+import pathlib
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from evp import accuracy_cases as cases
+from evp import accuracy_report as report
+from evp import accuracy_run as runs
+from evp.curves import Curve
+
+CHECKOUT = pathlib.Path(__file__).resolve().parents[2]
+DOC = CHECKOUT / "doc" / "accuracy_cost.md"
+
+
+def tool(*words):
+    return subprocess.run([sys.executable, str(CHECKOUT / "tools" / "accuracy_cost.py"), *map(str, words)], stdin=subprocess.DEVNULL,
+                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, check=False, timeout=120)
+
+
+def bent(strain):
+    """A curve that yields about 0.5 %: its second derivative would spoil a straight line's value."""
+    return 20e9 * 0.005 * np.tanh(strain / 0.005)
+
+
+@pytest.mark.parametrize("row, tolerance", [(1e-4, 2e-4), (5e-4, 1e-9), (1e-3, 1e-9)])
+def test_stresses_have_no_bias_by_curvature(row, tolerance):
+    """Dense rows: the fourth-order rest of a parabola; rows on the strain itself: the row."""
+    strain = np.arange(0, round(0.02 / row) + 1) * row
+    found = runs.measures(Curve(strain, bent(strain), bent(strain)))
+    for name, at in (("stress_0.5pc_MPa", 0.005), ("stress_1pc_MPa", 0.01)):
+        assert found[name] == pytest.approx(1e-6 * bent(at), rel=tolerance), name
+    line = 20e9 * strain
+    assert runs.measures(Curve(strain, line, line))["E_GPa"] == pytest.approx(20.0)
+
+
+def test_rows_too_coarse_for_a_tangent():
+    strain = np.arange(5) * 0.005
+    found = runs.measures(Curve(strain, bent(strain), bent(strain)))
+    assert np.isnan(found["first_yield_strain"]) and np.isfinite(found["E_GPa"])
+
+
+def row(knob, choice, stress, seconds, seed=1, spheres=500, baseline=2.0):
+    numbers = {**{name: "1" for name in report.MEASURES}, **{name: str(stress) for name in report.STRESSES}}
+    return {"knob": knob, "choice": choice, "spheres": str(spheres), "seed": str(seed), "kind": "timed", "ranks": "1", "seconds": str(seconds),
+            "baseline_seconds": str(baseline), "energy_open": "", **numbers}
+
+
+def sweep():
+    """Two bodies: the target, a good way, a fast way that is wrong on one body, a fast one that changes the model, a slow good one."""
+    rows = []
+    for seed, wrong in ((1, 1.0), (2, 1.02)):
+        rows += [row(*report.TARGET, 100.0 * seed, 200, seed), row(*report.RECIPE, 100.0 * seed, 100, seed),
+                 row("implicit", "1e-5 s", 100.03 * seed, 4, seed), row("rate", "10/s", 100.0 * seed * wrong, 1, seed),
+                 row("contact", "none", 100.0 * seed, 0.5, seed), row("implicit", "1e-6 s", 100.0 * seed, 8, seed)]
+    return rows
+
+
+def test_the_cheapest_choice_that_keeps_its_promise_on_every_body():
+    results = report.Results(sweep())
+    chosen = {promise: (choice.knob, choice.name) for promise, choice in results.recommended().items()}
+    assert chosen == {1.0: ("implicit", "1e-5 s"), 0.5: ("implicit", "1e-5 s"), 0.1: ("implicit", "1e-5 s")}
+    assert results.cheaper(results.recommended()[1.0]) == pytest.approx(25.0)
+
+
+def test_choice_that_was_not_run_on_every_body_is_not_recommended():
+    rows = [entry for entry in sweep() if not (entry["choice"] == "1e-5 s" and entry["seed"] == "2")]
+    assert report.Results(rows).recommended()[1.0].name == "1e-6 s"
+
+
+def test_unseen_body_that_breaks_a_promise_is_shown():
+    seed = cases.CHECK_SEED
+    kept = sweep() + [row(*report.TARGET, 50.0, 200, seed), row("implicit", "1e-5 s", 50.02, 4, seed)]
+    broken = kept[:-1] + [row("implicit", "1e-5 s", 51.0, 4, seed)]
+    assert "| met |" in report.page(report.Results(kept), "x.png") and "NOT met" not in report.page(report.Results(kept), "x.png")
+    assert "NOT met" in report.page(report.Results(broken), "x.png")
+    assert report.Results(kept).target.by_seed.keys() == {1, 2}, "the unseen body takes no part in the choice"
+
+
+def test_front_keeps_what_no_other_beats():
+    assert report.front([(1, 5), (2, 6), (3, 1), (2, 3), (4, 1), (5, 0.5)]) == [(1, 5), (2, 3), (3, 1), (5, 0.5)]
+
+
+def test_extrapolation_finds_the_limit_of_a_surface_law():
+    rows = [row("particles", str(n), 170.0 * (1 - 2.0 * n ** (-1 / 3)), 1, seed, n) for n in (500, 2000, 4000, 8000, 32000) for seed in (1, 2)]
+    limit, unsure, slope = report.extrapolate(report.Results(rows).sizes, report.STRESS)
+    assert limit == pytest.approx(170.0) and unsure == pytest.approx(0.0, abs=1e-9) and slope == pytest.approx(-340.0)
+    assert report.extrapolate(report.Results(rows[:6]).sizes, report.STRESS) is None
+
+
+def test_budget_drops_the_least_important_first():
+    plan = cases.all_cases()
+    whole = sum(runs.expected_seconds(case, 0.3) for case in plan)
+    every, spent = runs.within_budget(plan, whole + 1.0, 0.3)
+    assert every == plan and spent == pytest.approx(whole)
+    some, _ = runs.within_budget(plan, 0.6 * whole, 0.3)
+    assert {case.key for case in plan if case.priority == 1} <= {case.key for case in some} and len(some) < len(plan)
+    assert [case for case in plan if case in some] == some, "in the order of the plan"
+
+
+def test_every_case_has_a_key_of_its_own_and_every_knob_its_reference():
+    plan = cases.all_cases()
+    assert len({case.key for case in plan}) == len(plan)
+    for name, knob in cases.KNOBS.items():
+        names = {case.choice for case in plan if case.knob == name}
+        assert names and (not knob.reference or knob.reference in names), name
+    assert {cases.TARGET, cases.RECIPE} <= {(case.knob, case.choice) for case in plan}
+
+
+def test_page_in_the_docs_is_that_of_its_csv(tmp_path):
+    page = tmp_path / "accuracy_cost.md"
+    run = tool("--table", DOC.with_suffix(".csv"), "--out", page)
+    assert run.returncode == 0, run.stderr
+    assert page.read_text(encoding="utf-8") == DOC.read_text(encoding="utf-8")
+    drawn = (tmp_path / "figures" / "accuracy_cost.csv").read_text(encoding="utf-8")
+    assert drawn == (DOC.parent / "figures" / "accuracy_cost.csv").read_text(encoding="utf-8")
+
+
+def test_promises_of_the_page_were_kept_on_the_unseen_body():
+    with open(DOC.with_suffix(".csv"), newline="", encoding="utf-8") as source:
+        results = report.Results(csv.DictReader(source))
+    target = results.checks[report.TARGET]
+    for promise, choice in results.recommended().items():
+        assert choice is not None, promise
+        assert report.worst_stress(results.checks[choice.knob, choice.name], target) <= promise, promise
+    assert results.cheaper(results.recommended()[0.5]) >= 20.0
+
+
+@pytest.mark.parametrize("words, message", [
+    (("--budget", "0"), "--budget must be positive"),
+    (("--quick",), "--quick needs --out"),
+    (("--table", "absent.csv", "--out", "page.md"), "absent.csv"),
+    (("--table", __file__, "--out", "page.md"), "no table of results"),
+])
+def test_misuse(words, message):
+    run = tool(*words)
+    assert run.returncode != 0 and message in run.stderr and "Traceback" not in run.stderr

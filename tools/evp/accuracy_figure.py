@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""The picture of tools/accuracy_cost.py: error against time, one colour a knob."""
+
+import statistics
+
+import numpy as np
+
+from .accuracy_cases import KNOBS
+from .accuracy_report import STRESS, extrapolate, front, worst_stress
+from .figures import LOOK, plt, save
+
+FLOOR = 1e-3  # [%]: smaller errors are drawn here
+
+
+def pareto(results, path):
+    """Left: error of the stresses against time over the paper's way; right: number of particles. Writes path and its CSV."""
+    rows = []
+    with plt.rc_context(LOOK):
+        figure, (left, right) = plt.subplots(1, 2, figsize=(13, 6), gridspec_kw={"width_ratios": (2.2, 1)})
+        routes = draw_choices(left, results, rows)
+        kept = front(routes)
+        left.plot(*zip(*kept), color="black", linewidth=0.8, zorder=1)
+        left.plot(*zip(*kept), "o", markersize=13, markerfacecolor="none", markeredgecolor="black", linestyle="none", label="front")
+        left.set(xscale="log", yscale="log", xlabel="processor time over that of explicit damping at 0.8 of its limit",
+                 ylabel="largest error of the stresses [%]", title="Table 2 at 1/s, bodies of 500 spheres")
+        left.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.12), ncol=3)
+        draw_sizes(right, results, rows)
+        figure.tight_layout()
+        return save(figure, path, ("panel", "knob", "choice", "time", "error_percent"), rows)
+
+
+def draw_choices(axis, results, rows):
+    """Marks of all choices but the target itself; the (time, error) of the routes."""
+    routes = []
+    for name, knob in KNOBS.items():
+        points = []
+        for choice in results.choices.values():
+            if choice.knob == name and choice is not results.target:
+                error = worst_stress(choice, results.target)
+                if np.isfinite(error):
+                    points.append((choice.time / results.recipe.time, max(error, FLOOR)))
+                    rows.append(("choices", name, choice.name, f"{points[-1][0]:.5g}", f"{error:.5g}"))
+        if points:
+            axis.plot(*zip(*points), marker="o" if knob.route else "s", markersize=6, linewidth=0.6, linestyle=":", color=knob.colour,
+                      markerfacecolor=knob.colour if knob.route else "white", label=knob.title)
+        routes += points if knob.route else []
+    return routes
+
+
+def draw_sizes(axis, results, rows):
+    """Departure from infinitely many spheres against time, with the scatter of one body."""
+    limit = extrapolate(results.sizes, STRESS)
+    if limit is None:
+        axis.set_visible(False)
+        return
+    for count, choice in sorted(results.sizes.items()):
+        values = [100.0 * (numbers[STRESS] / limit[0] - 1.0) for numbers in choice.by_seed.values()]
+        axis.errorbar(choice.time, abs(statistics.mean(values)), yerr=statistics.stdev(values) if len(values) > 1 else None, fmt="o",
+                      color=KNOBS["particles"].colour, capsize=3)
+        axis.annotate(f" {count}", (choice.time, abs(statistics.mean(values))), fontsize=9)
+        rows.append(("particles", "particles", count, f"{choice.time:.5g}", f"{abs(statistics.mean(values)):.5g}"))
+    axis.set(xscale="log", yscale="log", xlabel="processor time over that of the baseline",
+             ylabel="error of the stress at 1 % [%]", title="Number of particles, Table 1 at 10/s")
+    axis.yaxis.set_major_formatter("{x:g}")
+    axis.yaxis.set_minor_formatter("{x:g}")
+    axis.margins(x=0.2)
