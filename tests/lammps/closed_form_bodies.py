@@ -7,35 +7,19 @@ rest K = m1 n1 e1/deq^2 with e1 = 1/(m1 n1) J is 1 N/m at deq = 1 m: a time of 1
 import itertools
 
 import numpy as np
+import small_bodies
 from evp import law
 from lammps_run import write_data
+from small_bodies import thermo  # noqa: F401  for the tests of these bodies
 
 MASS, STIFFNESS = 1.0, 1.0
 DENSITY = MASS / (4.0 / 3.0 * np.pi * 0.5**3)
 ROW = law.Row(1.0 / 32.0, 8.0, 4.0, 3.0 / 80.0 / 32.0, 8.0, 4.0, 0.005, 0.0, 1.5)  # Table 1 with e1 = 1/32 J
 
-HEAD = """
-units si
-atom_style sphere
-atom_modify map yes
-boundary p p p
-comm_modify vel yes
-read_data body.data
-neighbor 0.05 bin
-neigh_modify every 1 delay 0 check yes
-pair_style evp/lj contact none
-pair_coeff * * {row}
-fix bonds all evp/bonds
-"""
-
 
 def head(row=ROW):
     """Up to the recording, for body.data in a periodic box."""
-    return HEAD.format(row=" ".join(f"{value:.17g}" for value in row))
-
-
-def thermo(words):
-    return f"thermo_style custom step {words}\nthermo_modify norm no format float %.17g\n"
+    return small_bodies.head(boundary="p p p", skin=0.05) + small_bodies.pair(row, "none")
 
 
 def write_body(folder, x, box):

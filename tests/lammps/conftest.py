@@ -17,6 +17,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
 
 from evp import brute, law, specimen  # noqa: E402
 from lammps_run import LMP, REPOSITORY, read_dump, run_lammps  # noqa: E402
+from small_bodies import lattice_body, write_body  # noqa: E402
 
 REFERENCE = REPOSITORY / "tests" / "data" / "reference_500" / "specimen_500.data"
 
@@ -64,6 +65,20 @@ def lmp(tmp_path):
         return run_lammps(deck, ranks, variables, cwd, **options)
 
     return run
+
+
+@pytest.fixture(scope="module")
+def body():
+    """A small bar of two types, to be written by the test."""
+    return lattice_body()
+
+
+@pytest.fixture
+def bar(tmp_path):
+    """A smaller one, written as body.data."""
+    body = lattice_body((6, 4, 4))
+    write_body(tmp_path / "body.data", body)
+    return body
 
 
 @pytest.fixture(scope="session")

@@ -8,13 +8,12 @@ from typing import Callable, NamedTuple
 
 import numpy as np
 from evp import law
-from lammps_run import write_data
 from scipy.integrate import quad
-from small_bodies import dump, head, lattice_body, pair, write_body
+from small_bodies import dump, grips, head, lattice_body, mass_of, pair, thermo, two_groups, write_body, write_two
 
 TABLE1, TABLE2 = law.TABLE1, law.TABLE2
 RADIUS, DEQ = 0.005, 0.011
-MASS = 2700.0 * 4.0 / 3.0 * np.pi * RADIUS**3
+MASS = mass_of(RADIUS)
 MOMENTUM = 1e-12
 LEDGER_SHARE = 1e-3  # of the work, or of the energy that is traded: the demand of the issue
 CLOSED_FORM = 1e-4  # of trapezoids over a thousand parts and more
@@ -63,9 +62,7 @@ fix energy all evp/energy
 compute dt all evp/dt
 {step}
 thermo {every}
-thermo_style custom step time dt ke pe f_energy f_energy[*] {more}
-thermo_modify norm no format float %.17g
-"""
+""" + thermo("time dt ke pe f_energy f_energy[*] {more}")
 
 
 def ledger(every, step="", more=""):
@@ -75,14 +72,6 @@ def ledger(every, step="", more=""):
 def momenta(snapshot, mass):
     x, v = (snapshot.vectors(*names) for names in (("x", "y", "z"), ("vx", "vy", "vz")))
     return mass @ v, np.cross(x, mass[:, None] * v).sum(axis=0), np.sum(mass * np.linalg.norm(v, axis=1))
-
-
-def mass_of(body):
-    return 2700.0 * 4.0 / 3.0 * np.pi * body.radius**3
-
-
-def write_two(bench, gap=DEQ, radii=(RADIUS, RADIUS)):
-    write_data(bench.folder / "body.data", np.array([[-0.5 * gap, 0, 0], [0.5 * gap, 0, 0]]), radii, [[-0.2, 0.2]] * 3)
 
 
 # ---- steps ----
@@ -127,13 +116,7 @@ def table_2_at_the_paper_s_step(bench):
 
 # ---- pulled apart ----
 
-PULL = """
-region left block INF 0.01 INF INF INF INF
-region right block 0.07 INF INF INF INF INF
-group left region left
-group right region right
-group grips union left right
-group free subtract all grips
+PULL = grips(0.01, 0.07) + """
 velocity free ramp vx -1.5 1.5 x 0.01 0.07
 velocity left set -1.5 0 0
 velocity right set 1.5 0 0
@@ -176,7 +159,7 @@ def head_on_impact(bench, speed):
     text = head() + pair(TABLE1, "repulsive") + f"group one id 1:27\ngroup two id 28:54\nvelocity one set {speed / 2} 0 0\nvelocity two set {-speed / 2} 0 0\n"
     text += "fix move all nve\n" + ledger(40, f"fix step all dt/evp {check} 0.4 max 5e-7").replace("compute dt all evp/dt\n", "")
     run = bench.run(text + dump(every=steps) + f"run {steps}\n").ok()
-    table, mass = run.thermo(), mass_of(body)
+    table, mass = run.thermo(), mass_of(body.radius)
     first, last = run.dump("all.dump")
     energy = 0.5 * mass.sum() * (speed / 2) ** 2
     change = np.linalg.norm(momenta(last, mass)[0] - momenta(first, mass)[0]) / momenta(first, mass)[2]
@@ -193,10 +176,10 @@ def head_on_impact(bench, speed):
 
 def work_of_movers(bench, row, to, n=8000, deq=DEQ):
     """Both spheres moved from deq to `to`; the table of ten rows."""
-    write_two(bench, deq)
+    write_two(bench.folder / "body.data", deq)
     speed, time = 1.0, abs(to - deq) / 2.0
     sign = 1.0 if to > deq else -1.0
-    text = head() + pair(row) + f"group one id 1\ngroup two id 2\nvelocity one set {-sign * speed} 0 0\nvelocity two set {sign * speed} 0 0\n"
+    text = head() + pair(row) + two_groups(-sign * speed, sign * speed)
     text += "fix move all nve/noforce\n" + ledger(n // 10, more="f_bonds[1] f_bonds[4]") + f"timestep {time / n:.17g}\nrun {n}\n"
     run = bench.run(text).ok()
     return run, run.thermo(), deq + (to - deq) * np.arange(11) / 10
@@ -247,7 +230,7 @@ def exponents(bench, chosen):
 
 @case("period = integral of dd/v over the law of two regimes; energy kept", "")
 def pair_swings_across_xi_s(bench):
-    write_two(bench)
+    write_two(bench.folder / "body.data", DEQ)
     mu, energy = 0.5 * MASS, law.energy(1.015 * DEQ, DEQ, TABLE1, DEQ)
     speed = np.sqrt(2.0 * energy / mu)
     well = lambda d: law.energy(d, DEQ, TABLE1, DEQ)  # noqa: E731
@@ -263,8 +246,8 @@ def pair_swings_across_xi_s(bench):
     slow = lambda t: half * np.sin(t) / np.sqrt(2.0 / mu * max(energy - well(DEQ + middle - half * np.cos(t)), 1e-300))  # noqa: E731
     period = 2.0 * quad(slow, 1e-6, np.pi - 1e-6, limit=400)[0]
     n = 2000
-    text = head() + pair(TABLE1) + f"group one id 1\ngroup two id 2\nvelocity one set {-speed / 2} 0 0\nvelocity two set {speed / 2} 0 0\nfix move all nve\n"
-    text += ledger(10) + dump(every=5) + f"timestep {period / n:.17g}\nrun {10 * n + 100}\n"
+    text = head() + pair(TABLE1) + two_groups(-speed / 2, speed / 2)
+    text += "fix move all nve\n" + ledger(10) + dump(every=5) + f"timestep {period / n:.17g}\nrun {10 * n + 100}\n"
     run = bench.run(text).ok()
     snapshots = run.dump("all.dump")
     stretch = np.array([s["x"][1] - s["x"][0] - DEQ for s in snapshots])
@@ -279,12 +262,12 @@ def pair_swings_across_xi_s(bench):
 
 @case("it leaves with sqrt(v^2 - 2 depth/mu), comes back with v, again and again", "one bond lost on each way out, none on the way back")
 def pair_passes_dlim_to_and_fro(bench):
-    write_two(bench)
+    write_two(bench.folder / "body.data", DEQ)
     depth = law.energy(0.015, DEQ, TABLE1, DEQ)
     mu = 0.5 * MASS
     speed = np.sqrt(2.0 * 1.3 * depth / mu)
     step, turn = 5e-8, 2500
-    text = head() + pair(TABLE1) + f"group one id 1\ngroup two id 2\nvelocity one set {-speed / 2} 0 0\nvelocity two set {speed / 2} 0 0\n"
+    text = head() + pair(TABLE1) + two_groups(-speed / 2, speed / 2)
     text += "fix move all nve\nvariable back atom -vx\n" + ledger(turn, more="f_bonds[1]") + f"timestep {step}\n"
     run = bench.run(text + (f"run {turn}\nvelocity all set v_back 0 0\n" * 6)).ok()
     kinetic = [(run.thermo(k)["KinEng"][-1], run.thermo(k)["f_bonds[1]"][-1]) for k in range(6)]

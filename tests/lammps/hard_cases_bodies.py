@@ -3,8 +3,8 @@
 
 import numpy as np
 from evp import law, network
-from hard_cases import LEDGER_SHARE, MOMENTUM, RADIUS, TABLE1, TABLE2, case, ledger, mass_of, momenta, write_two
-from small_bodies import Small, dump, head, lattice_body, pair, record, write_body
+from hard_cases import LEDGER_SHARE, MOMENTUM, RADIUS, TABLE1, TABLE2, case, ledger, momenta
+from small_bodies import Small, dump, head, lattice_body, mass_of, pair, record, write_body, write_two
 
 OPEN = np.zeros((3, 3))
 
@@ -22,7 +22,7 @@ def all_pairs_at_dlim(bench):
     write_body(bench.folder / "body.data", body)
     text = head() + pair(TABLE1, fix="") + "fix move all nve\ntimestep 1e-7\n" + ledger(20, more="fmax") + dump(every=100) + "run 100\n"
     run = bench.run(text).ok()
-    table, mass = run.thermo(), mass_of(body)
+    table, mass = run.thermo(), mass_of(body.radius)
     first, last = run.dump("all.dump")
     scale = abs(law.force(0.015, 0.01, TABLE1))
     assert abs(table["PotEng"][0]) < 1e-9
@@ -49,7 +49,7 @@ def ratio_of(bench, what):
         body = body._replace(types=np.ones(27, dtype=int))
         heavier = np.where(rng.random(27) < 0.5, 1.0, 1e4)
     write_body(bench.folder / "body.data", body)
-    mass = mass_of(body) * heavier
+    mass = mass_of(body.radius) * heavier
     text = head() + pair(TABLE1, "none") + "".join(f"set atom {i + 1} density {2700.0 * h:.17g}\n" for i, h in enumerate(heavier) if h > 1.0)
     text += "variable vx atom 0.3*sin(1.1*id)+1\nvariable vy atom 0.3*cos(2.3*id)\nvelocity all set v_vx v_vy 0\nfix move all nve\n"
     text += ledger(20) + "run 0\ntimestep $(0.2*c_dt:%.17g)\nthermo_style custom step ke f_energy f_energy[*] c_dt\n"
@@ -77,7 +77,7 @@ def fragment_flying_and_spinning(bench, scheme):
     text += f"fix move all {style}\n" + ledger(steps // 10) + dump(every=steps // 2) + f"timestep {step}\nrun {steps}\n"
     run = bench.run(text).ok()
     _, middle, last = run.dump("all.dump")
-    mass, kinetic = mass_of(body), []
+    mass, kinetic = mass_of(body.radius), []
     first = run.dump("all.dump")[0]
     spin = []
     for snapshot in (first, middle, last):
@@ -171,7 +171,7 @@ def shaken_far_beyond_xi_s(bench):
 
 @case("one error names both atoms, before the first step", "")
 def coincident_centres(bench):
-    write_two(bench, 0.0)
+    write_two(bench.folder / "body.data", 0.0)
     run = bench.run(head() + pair(TABLE1, fix="") + "fix move all nve\nrun 10\n")
     assert run.returncode != 0 and "are at one point" in run.stdout and run.made_no_step()
     return "refused"

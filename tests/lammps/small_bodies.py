@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Small bodies in any box, the lines of decks that stir them, and their forces by a sum over all pairs and images."""
+"""Small bodies in any box, the lines of decks that set them up and stir them, and their forces by a sum over all pairs and images."""
 
 import itertools
 from typing import NamedTuple
@@ -9,10 +9,10 @@ from evp import brute, law
 from lammps_run import write_data
 from scipy.spatial import cKDTree
 
-# Of the sum of |F| over each atom's own pairs: a few hundred roundings of 1e-16, each up to ten times larger since
-# xi = d/deq - 1 subtracts nearly equal numbers (as in test_forces.py).
+# Of the sum of |F| over each atom's own pairs (and the like for energy and virial): a few hundred roundings of 1e-16,
+# each up to ten times larger since xi = d/deq - 1 subtracts nearly equal numbers.
 ROUND_OFF = 1e-12
-# Sums in another order: roundings of 1e-16 carried over a hundred steps (as in test_restart.py).
+# Sums in another order (other ranks, other newton): roundings of 1e-16 carried over a hundred steps of some hundred atoms.
 ANOTHER_ORDER = 1e-10
 
 SPACING = 0.01  # of the lattice [m]; the largest dlim is 1.5 * 0.011 m
@@ -106,7 +106,17 @@ def write_body(path, body, tilt=None):
         path.write_text(text.replace("zlo zhi\n", f"zlo zhi\n{words} xy xz yz\n"), encoding="utf-8")
 
 
-def head(newton="on", boundary="f f f", start="read_data body.data", before="", sort="", style="sphere"):
+def write_two(path, gap=0.011, radii=(0.005, 0.005)):
+    """Spheres 1 and 2 along x, the origin in the middle."""
+    write_data(path, np.array([[-0.5 * gap, 0, 0], [0.5 * gap, 0, 0]]), radii, [[-0.2, 0.2]] * 3)
+
+
+def mass_of(radius):
+    """Of spheres as the data files have them."""
+    return 2700.0 * 4.0 / 3.0 * np.pi * radius**3
+
+
+def head(newton="on", boundary="f f f", start="read_data body.data", before="", sort="", style="sphere", skin=0.0008):
     """Up to the atoms."""
     return f"""
 units si
@@ -117,7 +127,7 @@ newton {newton}
 comm_modify vel yes
 {before}
 {start}
-neighbor 0.0008 bin
+neighbor {skin} bin
 neigh_modify every 1 delay 0 check yes
 """
 
@@ -129,6 +139,28 @@ def pair(row=law.TABLE1, contact="literal", fix="fix bonds all evp/bonds"):
 def words(row):
     """A row as pair_coeff takes it, to the last bit."""
     return " ".join(f"{value:.17g}" for value in row)
+
+
+def grips(left, right):
+    """Groups left and right of what starts beyond these planes along x, grips of both, and free."""
+    return f"""
+region left block INF {left} INF INF INF INF
+region right block {right} INF INF INF INF INF
+group left region left
+group right region right
+group grips union left right
+group free subtract all grips
+"""
+
+
+def two_groups(one, two):
+    """Groups one and two of spheres 1 and 2, with these velocities along x."""
+    return f"group one id 1\ngroup two id 2\nvelocity one set {one:.17g} 0 0\nvelocity two set {two:.17g} 0 0\n"
+
+
+def thermo(columns):
+    """The thermo table of these, to the last bit."""
+    return f"thermo_style custom step {columns}\nthermo_modify norm no format float %.17g\n"
 
 
 # a stretch along x, a wave by ID, and a drift that no force knows of
@@ -175,8 +207,8 @@ def assert_eventful(table):
 
 
 def is_29sep2021(lmp):
-    """Is the LAMMPS under test the oldest release? Its banner says."""
-    return "(29 Sep 2021" in lmp("print done\n").ok().stdout
+    """Is the LAMMPS under test the oldest release?"""
+    return lmp("print done\n").ok().of_29sep2021()
 
 
 def inputs_local(lmp):

@@ -13,13 +13,6 @@ HOLD = "unfix move\nfix hold all nve/noforce\ntimestep 1e-30\n"  # a step as goo
 WAYS = [(1, "on"), (1, "off"), (2, "off"), (4, "on")]
 
 
-@pytest.fixture
-def bar(tmp_path):
-    body = lattice_body((6, 4, 4))
-    write_body(tmp_path / "body.data", body)
-    return body
-
-
 def local_dump(columns, name="pairs.dump", every=1):
     return f"dump pairs all local {every} {name} {columns}\ndump_modify pairs format float %.17g\n"
 

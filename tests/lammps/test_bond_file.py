@@ -9,23 +9,13 @@ import pytest
 from conftest import REFERENCE
 from evp import brute
 from lammps_run import write_data
-from test_restart import HEAD, MOTION, START, TABLE1, compare
-
-REREAD = """
-read_data {data}
-pair_style evp/lj contact literal
-pair_coeff * * 80 8 4 3 8 4 0.005 0 1.5
-fix bonds all evp/bonds {source}
-fix move all nve
-thermo_style custom step pe f_bonds f_bonds[1]
-thermo_modify norm no format float %.17g
-run 0
-{after}
-"""
+from small_bodies import grips, head, pair, thermo
+from test_restart import BONDS, MOTION, compare, start
 
 
 def deck(source="", after="", newton="on", data=REFERENCE):
-    return HEAD.format(newton=newton, sort="") + REREAD.format(data=data, source=source, after=after)
+    return (head(newton, start=f"read_data {data}") + pair(fix=f"fix bonds all evp/bonds {source}") + "fix move all nve\n"
+            + thermo("pe f_bonds f_bonds[1]") + f"run 0\n{after}\n")
 
 
 def read_bonds(path):
@@ -80,15 +70,13 @@ def test_deq_that_is_no_distance_is_kept(lmp, tmp_path, written):
 @pytest.mark.parametrize("ranks, other, newton", [(1, 4, "on"), (4, 1, "on"), (2, 2, "off")])
 def test_half_pulled_body_continues(lmp, ranks, other, newton):
     """Data file and bond file in the middle of a pull at gamma = 0: the second half gives the same numbers to 1e-10."""
-    start = HEAD.format(newton=newton, sort="") + START.format(data=REFERENCE, coeff=TABLE1)
-    whole = lmp(start + MOTION.format(name="whole") + "run 100\nwrite_data half.data nocoeff\nwrite_evp_bonds half.bonds\nrun 100\n",
+    whole = lmp(start(newton) + MOTION.format(name="whole") + "run 100\nwrite_data half.data nocoeff\nwrite_evp_bonds half.bonds\nrun 100\n",
                 ranks=ranks).ok()
-    resumed = start.replace("zone 1.48", "file half.bonds").replace(str(REFERENCE), "half.data").split("velocity")[0]
-    resumed = resumed.replace("region left block INF 0.005 INF INF INF INF", "").replace("region right block 0.045 INF INF INF INF INF", "")
-    resumed = resumed.replace("group left region left", "group left id {}").replace("group right region right", "group right id {}")
     x = lammps_run.read_dump(whole.folder / "whole.dump")[0]
-    grips = [" ".join(str(int(k)) for k in x["id"][inside]) for inside in (x["x"] <= 0.005, x["x"] >= 0.045)]
-    rest = lmp(resumed.format(*grips) + MOTION.format(name="rest") + "reset_timestep 100\nrun 100\n", ranks=other).ok()
+    left, right = (" ".join(str(int(k)) for k in x["id"][inside]) for inside in (x["x"] <= 0.005, x["x"] >= 0.045))
+    groups = grips(0.005, 0.045).replace("left region left", f"left id {left}").replace("right region right", f"right id {right}")
+    resumed = head(newton, start="read_data half.data") + BONDS.replace("zone 1.48", "file half.bonds") + groups
+    rest = lmp(resumed + MOTION.format(name="rest") + "reset_timestep 100\nrun 100\n", ranks=other).ok()
     compare(rest, whole, "rest", exact=False)
 
 

@@ -7,31 +7,13 @@ import numpy as np
 import pytest
 from conftest import REFERENCE
 from evp import brute, law
-from lammps_run import write_data, write_state
+from lammps_run import write_state
+from small_bodies import ANOTHER_ORDER, head, pair, thermo, write_two
 
 ALPHA = 1.5
 DEQ_DIGITS = 1e-14  # deq is one square root of the same positions: a few roundings apart
 # Largest |f| of the body at its start, of the yield force at the mean deq: eq. 1 at d = deq up to its last bit.
 FORCE_FREE = 1e-9
-ANOTHER_ORDER = 1e-10  # sums in another order, roundings of 1e-16 carried over a hundred steps of a 500-body
-
-DECK = """
-units si
-atom_style sphere
-atom_modify map yes
-newton {newton}
-boundary f f f
-comm_modify vel yes
-read_data {data}
-neighbor 0.0008 bin
-neigh_modify every 1 delay 0 check yes
-pair_style evp/lj contact {contact}
-pair_coeff * * 80 8 4 3 8 4 0.005 {gamma} 1.5
-thermo_style custom step pe f_bonds f_bonds[1] f_bonds[2] f_bonds[3] f_bonds[4]
-thermo_modify norm no format float %.17g
-"""
-
-FIX = "fix bonds {group} evp/bonds {zone}\n"
 
 COMPUTES = """
 compute ids all property/local patom1 patom2
@@ -46,11 +28,9 @@ dump_modify pairs format float %.17g
 LOCAL = COMPUTES + DUMP
 
 
-def deck(newton="on", data=REFERENCE, contact="none", gamma=0, fix=True, group="all", zone=""):
-    text = DECK.format(newton=newton, data=data, contact=contact, gamma=gamma)
-    thermo = text.index("thermo_style")
-    record = FIX.format(group=group, zone=zone) if fix else ""
-    return text[:thermo] + record + text[thermo:]
+def deck(newton="on", data=REFERENCE, contact="none", gamma=0, group="all", zone="", **options):
+    start = head(newton, start=f"read_data {data}", **options) + pair(law.TABLE1._replace(gamma=gamma), contact, f"fix bonds {group} evp/bonds {zone}")
+    return start + thermo("pe f_bonds f_bonds[1] f_bonds[2] f_bonds[3] f_bonds[4]")
 
 
 def recorded(snapshot):
@@ -110,7 +90,7 @@ def test_pairs_keep_deq_when_they_leave_and_return(lmp, tmp_path, reference, ran
     still = np.zeros_like(reference.x)
     write_state(tmp_path / "far.dump", 2.0 * reference.x - [0.025, 0, 0], still, 2.0 * reference.box)
     write_state(tmp_path / "back.dump", reference.x, still, reference.box)
-    text = deck(newton).replace("boundary f f f", "boundary s s s") + LOCAL + "run 0\nundump pairs\n"
+    text = deck(newton, boundary="s s s") + LOCAL + "run 0\nundump pairs\n"
     for name in ("far", "back"):
         text += f"read_dump {name}.dump 0 x y z vx vy vz box no replace yes\n"
         text += DUMP.replace("pairs.dump", f"{name}_pairs.dump") + "run 0\nundump pairs\n"
@@ -177,10 +157,10 @@ run 0
 def test_minimisation_knows_no_damping(lmp, tmp_path, style, precision):
     """gamma > 0 changes no bit of a minimisation, and needs no ghost velocities there. Two spheres with
     deq = 0.011, pulled to 0.01105, return to deq; so the minimiser does work with this style."""
-    write_data(tmp_path / "two.data", np.array([[-0.0055, 0, 0], [0.0055, 0, 0]]), [0.005, 0.005], [[-0.05, 0.05]] * 3)
+    write_two(tmp_path / "two.data")
     ends = []
     for gamma in (0, 1000):
-        text = deck(data="two.data", gamma=gamma).replace("comm_modify vel yes\n", "").replace("0.0008", "0.002") + f"""
+        text = deck(data="two.data", gamma=gamma, skin=0.002).replace("comm_modify vel yes\n", "") + f"""
 timestep 1e-6
 min_style {style}
 min_modify dmax 1e-4

@@ -4,42 +4,24 @@
 import numpy as np
 import pytest
 from conftest import REFERENCE
-from lammps_run import write_data, write_state
-
-FREE_BODY = """
-units si
-atom_style sphere
-atom_modify map yes
-newton {newton}
-boundary f f f
-comm_modify vel yes
-read_data {data}
-neighbor 0.0008 bin
-neigh_modify every 1 delay 0 check yes
-pair_style evp/lj
-pair_coeff * * 80 8 4 3 8 4 0.005 {gamma} 1.5
-fix bonds all evp/bonds
-fix move all nve
-run 0
-read_dump state.dump 0 x y z vx vy vz box no replace yes
-dump all all custom {steps} all.dump id x y z vx vy vz fx fy fz
-dump_modify all format float %.17g
-thermo 100
-thermo_style custom step pe ke etotal
-thermo_modify norm no format float %.17g
-timestep {dt}
-run {steps}
-"""
+from evp import law
+from lammps_run import write_state
+from small_bodies import dump, head, mass_of, pair, thermo, two_groups, write_two
 
 # Momentum: a sum of N terms, each changed 'steps' times by rounded forces that cancel in pairs. Roundings
 # are random: sqrt(500 * 400) of 1e-16 of the largest term stay well below 1e-12 of the sum of sizes.
 MOMENTUM = 1e-12
 YIELD_FORCE = 8 * 4 * 80 * 0.005 / 0.0096  # m1 n1 e1 xi_s/deq [N] at the mean deq: the scale of 'no force'
 NO_FORCE = 1e-9
+REDUCED_MASS = 0.5 * mass_of(0.005)  # of the two bodies
 
 
-def masses(reference):
-    return 2700.0 * 4.0 / 3.0 * np.pi * reference.radius**3
+def free_body(dt, steps, gamma=0.0, newton="on", contact="literal", zone=""):
+    """The reference specimen from the places and velocities of state.dump."""
+    record = f"fix bonds all evp/bonds {zone}"
+    return (head(newton, start=f"read_data {REFERENCE}") + pair(law.TABLE1._replace(gamma=gamma), contact, record)
+            + "fix move all nve\nrun 0\nread_dump state.dump 0 x y z vx vy vz box no replace yes\n"
+            + dump(every=max(1, steps)) + "thermo 100\n" + thermo("pe ke etotal") + f"timestep {dt}\nrun {steps}\n")
 
 
 def momenta(snapshot, mass):
@@ -60,9 +42,9 @@ def start_velocities(x):
 @pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off")])
 def test_free_body_keeps_its_momenta(lmp, tmp_path, reference, ranks, newton, gamma, dt):
     write_state(tmp_path / "state.dump", reference.x, start_velocities(reference.x), reference.box)
-    run = lmp(FREE_BODY.format(newton=newton, gamma=gamma, data=REFERENCE, dt=dt, steps=400), ranks=ranks).ok()
+    run = lmp(free_body(dt, 400, gamma, newton), ranks=ranks).ok()
     first, last = run.dump("all.dump")[0], run.dump("all.dump")[-1]
-    mass = masses(reference)
+    mass = mass_of(reference.radius)
     (p0, l0), (p1, l1) = momenta(first, mass), momenta(last, mass)
     speed = np.linalg.norm(first.vectors("vx", "vy", "vz"), axis=1)
     arm = np.linalg.norm(first.vectors("x", "y", "z"), axis=1)
@@ -93,9 +75,7 @@ def test_rigid_motion_gives_no_force(lmp, tmp_path, reference, gamma):
         now = centre + stretch * x + np.array([0.0005, -0.0004, 0.0003])
         v = np.array([1.0, -0.5, 0.25]) + np.cross(np.array([40.0, 15.0, -30.0]), now)
         write_state(tmp_path / "state.dump", now, v, reference.box)
-        deck = FREE_BODY.format(newton="on", gamma=gamma, data=REFERENCE, dt=1e-9, steps=0)
-        deck = deck.replace("dump all all custom 0", "dump all all custom 1")
-        snapshot = lmp(deck).ok().dump("all.dump")[-1]
+        snapshot = lmp(free_body(1e-9, 0, gamma)).ok().dump("all.dump")[-1]
         forces.append(np.linalg.norm(snapshot.vectors("fx", "fy", "fz"), axis=1).max())
     assert forces[0] < NO_FORCE * YIELD_FORCE
     assert forces[1] > 0.1 * YIELD_FORCE
@@ -110,40 +90,19 @@ def test_free_vibration_keeps_its_energy(lmp, tmp_path, reference):
     write_state(tmp_path / "state.dump", reference.x, v, reference.box)
     w_max, spread = 2.0 / 9.0e-7, []
     for dt, steps in ((4e-8, 2000), (2e-8, 4000)):
-        deck = FREE_BODY.format(newton="on", gamma=0, data=REFERENCE, dt=dt, steps=steps)
-        deck = deck.replace("pair_style evp/lj", "pair_style evp/lj contact none").replace("/bonds\n", "/bonds zone 1.45\n")
-        thermo = lmp(deck).ok().thermo()
-        swing = np.ptp(thermo["PotEng"])
-        spread.append(np.ptp(thermo["TotEng"]) / swing)
-        assert swing > 0.2 * thermo["KinEng"][0]
+        table = lmp(free_body(dt, steps, contact="none", zone="zone 1.45")).ok().thermo()
+        swing = np.ptp(table["PotEng"])
+        spread.append(np.ptp(table["TotEng"]) / swing)
+        assert swing > 0.2 * table["KinEng"][0]
         assert spread[-1] < (w_max * dt) ** 2 / 4.0
     assert spread[1] < 0.4 * spread[0], "second order in the step"
 
 
-TWO = """
-units si
-atom_style sphere
-atom_modify map yes
-boundary f f f
-comm_modify vel yes
-read_data two.data
-neighbor 0.002 bin
-pair_style evp/lj
-pair_coeff * * {coeff}
-fix bonds all evp/bonds
-fix move all nve
-"""
-
-
-def two_bodies(lmp, tmp_path, coeff, speed, dt, steps, every):
+def two_bodies(lmp, tmp_path, row, speed, dt, steps, every):
     """Two equal spheres, deq 0.011 m, leaving each other at 2 speed; times, distances, relative velocities."""
-    write_data(tmp_path / "two.data", np.array([[-0.0055, 0, 0], [0.0055, 0, 0]]), [0.005, 0.005],
-               [[-0.05, 0.05]] * 3)
-    deck = TWO.format(coeff=coeff) + f"""
-group one id 1
-group two id 2
-velocity one set {-speed} 0 0
-velocity two set {speed} 0 0
+    write_two(tmp_path / "body.data")
+    deck = head(skin=0.002) + pair(row) + two_groups(-speed, speed) + f"""
+fix move all nve
 dump all all custom {every} two.dump id x vx
 dump_modify all format float %.17g
 timestep {dt}
@@ -155,18 +114,14 @@ run {steps}
             np.array([snapshot["vx"][1] - snapshot["vx"][0] for snapshot in snapshots]))
 
 
-def reduced_mass():
-    return 0.5 * 2700.0 * 4.0 / 3.0 * np.pi * 0.005**3
-
-
 def test_two_bodies_swing_with_the_period_of_the_law(lmp, tmp_path):
     """Period 2 pi sqrt(mu deq^2/(m1 n1 e1)); amplitude 1e-4 of deq: the cubic term shifts it by about 1e-7."""
     deq = 0.011
     stiffness = 8 * 4 * 80 / deq**2
-    period = 2.0 * np.pi * np.sqrt(reduced_mass() / stiffness)
-    speed = 0.5 * 1e-4 * deq * np.sqrt(stiffness / reduced_mass())
+    period = 2.0 * np.pi * np.sqrt(REDUCED_MASS / stiffness)
+    speed = 0.5 * 1e-4 * deq * np.sqrt(stiffness / REDUCED_MASS)
     dt = period / 4000.0
-    time, d, _ = two_bodies(lmp, tmp_path, "80 8 4 3 8 4 0.005 0 1.5", speed, dt, 40400, 10)
+    time, d, _ = two_bodies(lmp, tmp_path, law.TABLE1, speed, dt, 40400, 10)
     x = d - deq
     up = np.flatnonzero((x[:-1] < 0.0) & (x[1:] >= 0.0))
     zeros = time[up] - x[up] * (time[up + 1] - time[up]) / (x[up + 1] - x[up])
@@ -179,7 +134,7 @@ def test_damping_alone_decays_exponentially(lmp, tmp_path):
     """e1 = e2 = 0: relative speed = exp(-gamma t/mu). At gamma dt/mu = h = 1e-4, velocity Verlet with lagged
     damping errs by h/2 of the exponent: 1e-4 after two time constants."""
     gamma, h = 10.0, 1e-4
-    dt = h * reduced_mass() / gamma
-    time, _, v = two_bodies(lmp, tmp_path, f"0 8 4 0 8 4 0.005 {gamma} 1.5", 1e-3, dt, 20000, 1000)
+    dt = h * REDUCED_MASS / gamma
+    time, _, v = two_bodies(lmp, tmp_path, law.TABLE1._replace(e1=0.0, e2=0.0, gamma=gamma), 1e-3, dt, 20000, 1000)
     assert v[-1] < 0.2 * v[0]
-    assert np.allclose(v, 2e-3 * np.exp(-gamma * time / reduced_mass()), rtol=2.0 * h, atol=0.0)
+    assert np.allclose(v, 2e-3 * np.exp(-gamma * time / REDUCED_MASS), rtol=2.0 * h, atol=0.0)

@@ -8,6 +8,7 @@ import pytest
 from conftest import REFERENCE
 from evp import brute, law, network
 from lammps_run import write_state
+from small_bodies import grips, head, mass_of, pair, thermo
 
 # Lanczos stops at 1e-4 of an eigenvalue, which is 0.5e-4 of an elastic step and 1e-4 of a viscous one; the explicit
 # step iterates to 1e-3 of its eigenvalue, hence to at most 1e-3 of itself.
@@ -16,44 +17,23 @@ ITERATED = 1e-3
 SUMMED = 1e-10  # row sums and pair minima are no iterations
 PUBLISHED = 5e-4  # four digits of the prototype's numbers
 
-DECK = """
-units si
-atom_style sphere
-atom_modify map yes
-newton {newton}
-boundary f f f
-comm_modify vel yes
-read_data {data}
-neighbor 0.0008 bin
-neigh_modify every 1 delay 0 check yes
-pair_style evp/lj contact {contact}
-pair_coeff * * 80 8 4 3 8 4 0.005 {gamma} 1.5
-fix bonds all evp/bonds
-region left block INF 0.005 INF INF INF INF
-region right block 0.045 INF INF INF INF INF
-group left region left
-group right region right
-group grips union left right
-group free subtract all grips
-fix hold grips nve/noforce
-fix move free nve
-compute dt {group} evp/dt
-thermo_style custom step ke pe c_dt c_dt[*]
-thermo_modify norm no format float %.17g
-"""
+
+def deck(gamma, contact="none", newton="on", group="free"):
+    return (head(newton, start=f"read_data {REFERENCE}") + pair(law.TABLE1._replace(gamma=gamma), contact) + grips(0.005, 0.045)
+            + f"fix hold grips nve/noforce\nfix move free nve\ncompute dt {group} evp/dt\n" + thermo("ke pe c_dt c_dt[*]"))
 
 
 def limits(body, x, gamma, contact, free):
-    mass = 2700.0 * 4.0 / 3.0 * np.pi * body.radius**3
+    mass = mass_of(body.radius)
     bonds = brute.record_bonds(body.x, body.radius, 1.5)
     return network.step_limits(x, body.radius, mass, law.TABLE1._replace(gamma=gamma), bonds, contact, free)
 
 
-def agree(thermo, expected):
-    assert thermo["c_dt"][0] == thermo["c_dt[2]"][0], "the scalar is the explicit step, gamma included"
+def agree(table, expected):
+    assert table["c_dt"][0] == table["c_dt[2]"][0], "the scalar is the explicit step, gamma included"
     for column, key, tolerance in (("c_dt[1]", "dt_elastic", SETTLED), ("c_dt[2]", "dt_explicit", ITERATED),
                                    ("c_dt[4]", "dt_eq7", SUMMED), ("c_dt[5]", "dt_rows", SUMMED)):
-        assert thermo[column][0] == pytest.approx(expected[key], rel=tolerance), column
+        assert table[column][0] == pytest.approx(expected[key], rel=tolerance), column
 
 
 @pytest.mark.parametrize("gamma, published", [(0, {"dt_explicit": 9.025e-7, "dt_eq7": 1.321e-7, "dt_rows": 6.26e-7}),
@@ -65,7 +45,7 @@ def test_reference_specimen(lmp, reference, gamma, published):
         digits = PUBLISHED if key != "dt_rows" else 5e-3  # three digits
         assert expected[key] == pytest.approx(value, rel=digits), "control: the assembled matrices"
     for ranks, newton in ((1, "on"), (2, "off"), (4, "on")):
-        run = lmp(DECK.format(newton=newton, data=REFERENCE, contact="none", gamma=gamma, group="free") + "run 0\n", ranks)
+        run = lmp(deck(gamma, newton=newton) + "run 0\n", ranks)
         agree(run.ok().thermo(), expected)
 
 
@@ -76,7 +56,7 @@ def test_atoms_outside_the_group_are_held(lmp, reference, group):
              "all": np.ones(500, dtype=bool), "left": reference.x[:, 0] <= 0.005}
     expected = {name: limits(reference, reference.x, 300.0, "literal", mask) for name, mask in sides.items()}
     assert len({round(1e12 * each["dt_elastic"]) for each in expected.values()}) == 3
-    run = lmp(DECK.format(newton="on", data=REFERENCE, contact="literal", gamma=300, group=group) + "run 0\n", 2).ok()
+    run = lmp(deck(300, "literal", group=group) + "run 0\n", 2).ok()
     agree(run.thermo(), expected[group])
 
 
@@ -84,25 +64,22 @@ def test_atoms_outside_the_group_are_held(lmp, reference, group):
 def test_deformed_body(lmp, tmp_path, reference, pulled_body, ranks, newton):
     """Bonds in the second regime count with their stiffness at rest, tension adds F/d across."""
     write_state(tmp_path / "state.dump", pulled_body.x, 0 * pulled_body.v, pulled_body.box)
-    deck = DECK.format(newton=newton, data=REFERENCE, contact="literal", gamma=30, group="all").replace("c_dt c_dt[*]", "")
-    deck += "run 0\nread_dump state.dump 0 x y z vx vy vz box no replace yes\n"
-    deck += "thermo_style custom step c_dt c_dt[*]\nthermo_modify format float %.17g\nrun 0\n"
-    run = lmp(deck, ranks=ranks).ok()
+    text = deck(30, "literal", newton, "all").replace("c_dt c_dt[*]", "")
+    text += "run 0\nread_dump state.dump 0 x y z vx vy vz box no replace yes\n" + thermo("c_dt c_dt[*]") + "run 0\n"
+    run = lmp(text, ranks=ranks).ok()
     agree(run.thermo(1), limits(reference, pulled_body.x, 30.0, "literal", np.ones(500, dtype=bool)))
 
 
 @pytest.mark.parametrize("ranks", [1, 2])
 def test_nothing_that_interacts_sets_no_limit(lmp, tmp_path, reference, ranks):
-    deck = DECK.format(newton="on", data=REFERENCE, contact="none", gamma=1000, group="free")
-    run = lmp(deck.replace("fix bonds all evp/bonds", "") + "run 0\n", ranks=ranks).ok()
+    run = lmp(deck(1000).replace("fix bonds all evp/bonds", "") + "run 0\n", ranks=ranks).ok()
     assert all(run.thermo()[f"c_dt{k}"][0] == 1e20 for k in ("", "[1]", "[2]", "[3]", "[4]", "[5]"))
 
 
 def vibrate(lmp, gamma, fraction, time):
     """Kinetic energy of a small vibration, sampled over `time` limits, at a step of fraction times the limit."""
     steps = int(round(time / fraction))
-    deck = DECK.format(newton="on", data=REFERENCE, contact="none", gamma=gamma, group="free")
-    deck += f"""
+    return lmp(deck(gamma) + f"""
 run 0
 variable dt equal {fraction}*$(c_dt:%.17g)
 variable vx atom 1e-4*sin(1.1*id)
@@ -111,8 +88,7 @@ velocity free set v_vx v_vy 0
 timestep $(v_dt:%.17g)
 thermo {max(1, steps // 100)}
 run {steps}
-"""
-    return lmp(deck).ok()
+""").ok()
 
 
 @pytest.mark.parametrize("gamma", [0, 1000])
@@ -135,9 +111,8 @@ def test_stable_below_the_limit_and_not_above(lmp, gamma):
 
 @pytest.mark.parametrize("ranks", [1, 2])
 def test_step_above_the_limit_is_warned_of_with_the_ratio(lmp, ranks):
-    deck = DECK.format(newton="on", data=REFERENCE, contact="none", gamma=1000, group="free")
-    deck += "run 0\ntimestep $(2.5*c_dt:%.17g)\nrun 1\ntimestep $(0.9*c_dt/2.5:%.17g)\n"
-    warned = [w for w in lmp(deck, ranks=ranks).ok().warnings() if "times the largest stable step" in w]
+    text = deck(1000) + "run 0\ntimestep $(2.5*c_dt:%.17g)\nrun 1\ntimestep $(0.9*c_dt/2.5:%.17g)\n"
+    warned = [w for w in lmp(text, ranks=ranks).ok().warnings() if "times the largest stable step" in w]
     assert len(warned) == 1, "once, and not at all by a step below"
     assert float(re.search(r"is ([0-9.]+) times the largest stable step", warned[0]).group(1)) == pytest.approx(2.5, rel=ITERATED)
 

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from evp import brute, law, network
 from hostile import SECONDS, refused, scene
-from lammps_run import write_data
-from small_bodies import dump, head, lattice_body, pair, write_body
+from small_bodies import dump, head, mass_of, pair, thermo, write_body, write_two
 
 STABILITY, SPEED, MAXIMUM, GROWTH = 1, 2, 3, 4  # f_ID[3]
 STRAIN_PER_STEP = 0.1  # of xi_s
@@ -22,14 +21,7 @@ fix move {group} {style}
 {also}
 fix dt {group} dt/evp {every} 0.4 {maximum}
 thermo {every}
-thermo_style custom step time dt f_dt f_dt[*]
-thermo_modify norm no format float %.17g
-"""
-
-
-@pytest.fixture(scope="module")
-def body():
-    return lattice_body()
+""" + thermo("time dt f_dt f_dt[*]")
 
 
 def stir(speed, spin=0.0, flight=0.0):
@@ -66,7 +58,7 @@ def test_stability_rules_a_body_at_rest(lmp, tmp_path, body, ranks, gamma):
     """fraction of the explicit limit, against the assembled matrices; flight and spin change nothing."""
     write_body(tmp_path / "body.data", body)
     row = law.TABLE1._replace(gamma=gamma)
-    mass = 2700.0 * 4.0 / 3.0 * np.pi * body.radius**3
+    mass = mass_of(body.radius)
     expected = network.step_limits(body.x, body.radius, mass, row, body.bonds, "literal", np.ones(len(mass), dtype=bool))
     for motion in (stir(0.0), stir(0.0, spin=200.0, flight=500.0)):
         table = lmp(deck(motion, row) + "run 0\n", ranks).ok().thermo()
@@ -124,7 +116,7 @@ GAP = 2e-4  # beyond dlim, within the list
 @pytest.mark.parametrize("approach, rules", [(0.9, MAXIMUM), (1.1, SPEED), (-1.1, MAXIMUM)])
 def test_a_listed_pair_rules_where_it_can_reach_the_cut_before_the_next_check(lmp, tmp_path, approach, rules):
     """Two free spheres: nothing interacts, so 'max' is the step; speeds are such that the gap closes in 1/approach of a check."""
-    write_data(tmp_path / "body.data", np.array([[0.0, 0, 0], [0.015 + GAP, 0, 0]]), [0.005] * 2, [[-0.05, 0.05]] * 3)
+    write_two(tmp_path / "body.data", 0.015 + GAP)
     longest = 1e-6
     speed = approach * GAP / (EVERY * longest)
     text = deck(f"group one id 1\nvelocity one set {speed} 0 0\n", maximum=f"max {longest}").replace("s s s", "f f f")

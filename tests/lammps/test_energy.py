@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from evp import brute, law
 from hostile import SECONDS, refused, scene
-from lammps_run import write_data
-from small_bodies import dump, head, lattice_body, pair, write_body
+from small_bodies import dump, grips, head, lattice_body, mass_of, pair, thermo, two_groups, write_body, write_two
 
 ENTRIES = ("open", "kinetic", "first", "second", "lost", "contacts", "dissipated", "movers", "others")
 # Sums over some hundred atoms and steps of terms that are rounded to 1e-16 and cancel.
@@ -18,12 +17,9 @@ CLOSED = 1e-11
 SECOND_ORDER = 3.3
 RUPTURE = 1e-3  # of the work of the grips: the demand of the issue
 
-LEDGER = """
-fix energy all evp/energy
-thermo {every}
-thermo_style custom step time dt f_energy f_energy[*] {more}
-thermo_modify norm no format float %.17g
-"""
+
+def ledger(every, more=""):
+    return f"fix energy all evp/energy\nthermo {every}\n" + thermo(f"time dt f_energy f_energy[*] {more}")
 
 
 def books(table, row=-1):
@@ -31,37 +27,16 @@ def books(table, row=-1):
     return dict(zip(ENTRIES, (table[name][row] for name in names)))
 
 
-@pytest.fixture(scope="module")
-def body():
-    return lattice_body()
-
-
 # ---- closed forms ----
 
-TWO = """
-units si
-atom_style sphere
-atom_modify map yes
-boundary f f f
-comm_modify vel yes
-read_data two.data
-neighbor 0.002 bin
-pair_style evp/lj
-pair_coeff * * {coeff}
-fix bonds all evp/bonds
-group one id 1
-group two id 2
-velocity one set {left} 0 0
-velocity two set {right} 0 0
-"""
-MASS = 2700.0 * 4.0 / 3.0 * np.pi * 0.005**3
+MASS = mass_of(0.005)
 DEQ = 0.011
 
 
-def two_bodies(lmp, tmp_path, coeff, left, right, motion, step, steps, every):
-    write_data(tmp_path / "two.data", np.array([[-0.0055, 0, 0], [0.0055, 0, 0]]), [0.005] * 2, [[-0.05, 0.05]] * 3)
-    text = TWO.format(coeff=coeff, left=left, right=right) + motion + LEDGER.format(every=every, more="xcm(two,x) vcm(two,x)")
-    return lmp(text.replace("xcm(two,x) vcm(two,x)", "") + f"timestep {step:.17g}\nrun {steps}\n").ok().thermo()
+def two_bodies(lmp, tmp_path, row, left, right, motion, step, steps, every):
+    write_two(tmp_path / "body.data", DEQ)
+    text = head(skin=0.002) + pair(row) + two_groups(left, right) + motion + ledger(every)
+    return lmp(text + f"timestep {step:.17g}\nrun {steps}\n").ok().thermo()
 
 
 @pytest.mark.parametrize("style, share", [("nve", 1e-4), ("nve/evp tol 1e-12", 1.0)])
@@ -70,7 +45,8 @@ def test_damping_takes_the_kinetic_energy(lmp, tmp_path, style, share):
     exp(-gamma t/mu), and implicitly that of (1 + h)^-n, the two half steps taken apart."""
     gamma, speed, mu = 10.0, 1e-3, 0.5 * MASS
     h, n = (share, 8000) if style == "nve" else (share, 8)
-    table = two_bodies(lmp, tmp_path, f"0 8 4 0 8 4 0.005 {gamma} 1.5", -speed, speed, f"fix move all {style}\n", h * mu / gamma, n, n)
+    row = law.TABLE1._replace(e1=0.0, e2=0.0, gamma=gamma)
+    table = two_bodies(lmp, tmp_path, row, -speed, speed, f"fix move all {style}\n", h * mu / gamma, n, n)
     found, start = books(table), 0.5 * mu * (2.0 * speed) ** 2
     assert abs(found["open"]) < CLOSED * start
     assert found["dissipated"] == pytest.approx(-found["kinetic"], rel=CLOSED)
@@ -91,7 +67,7 @@ def test_free_vibration_trades_kinetic_for_stored(lmp, tmp_path):
     k = 8 * 4 * 80 / DEQ**2
     omega = np.sqrt(2.0 * k / MASS)
     speed, step = 0.5e-4 * DEQ * omega, 0.5 * np.pi / omega / 200
-    table = two_bodies(lmp, tmp_path, "80 8 4 3 8 4 0.005 0 1.5", -speed, speed, "fix move all nve\n", step, 200, 200)
+    table = two_bodies(lmp, tmp_path, law.TABLE1, -speed, speed, "fix move all nve\n", step, 200, 200)
     found, start = books(table), MASS * speed**2
     accuracy = (omega * step) ** 2 + 1e-3  # the cubic term of the law: 1e-4 times a number of order 10
     assert found["first"] / start == pytest.approx(1.0, abs=accuracy)
@@ -106,7 +82,7 @@ def test_free_vibration_trades_kinetic_for_stored(lmp, tmp_path):
 def test_gravity_is_work_of_others(lmp, tmp_path, style):
     """A body that falls without deforming: m g h, all of it kinetic."""
     motion = f"fix move all {style}\nfix fall all addforce {-9.81 * MASS:.17g} 0 0\n"
-    found = books(two_bodies(lmp, tmp_path, "80 8 4 3 8 4 0.005 0 1.5", 0.0, 0.0, motion, 1e-6, 1000, 1000))
+    found = books(two_bodies(lmp, tmp_path, law.TABLE1, 0.0, 0.0, motion, 1e-6, 1000, 1000))
     work = 2.0 * MASS * 9.81 * 0.5 * 9.81 * 1e-6
     assert found["others"] == pytest.approx(work, rel=1e-9)
     assert found["kinetic"] == pytest.approx(work, rel=1e-9)
@@ -118,7 +94,7 @@ def test_movers_pull_a_bond_apart(lmp, tmp_path):
     trapezoid of a curve in n parts is off by its curvature over 12 n^2, and at dlim by half a step of the force there."""
     row, n = law.TABLE1, 20000
     reach = 1.5 * 0.01 - DEQ
-    table = two_bodies(lmp, tmp_path, "80 8 4 3 8 4 0.005 0 1.5", -1.0, 1.0, "fix move all nve/noforce\n", 1.25 * reach / 2.0 / n, n, n // 100)
+    table = two_bodies(lmp, tmp_path, law.TABLE1, -1.0, 1.0, "fix move all nve/noforce\n", 1.25 * reach / 2.0 / n, n, n // 100)
     depth = law.energy(0.015, DEQ, row, DEQ)
     for k in (20, 60, 79, 81, 100):
         found, d = books(table, k), DEQ + 1.25 * reach * k / 100
@@ -146,7 +122,7 @@ velocity all set v_vx v_vy v_vz
 def stirred(style, gamma, step, steps, newton="on", contact="none", zone="", force="0 0 0", stretch=300):
     row = law.TABLE1._replace(gamma=gamma)
     return (head(newton, "s s s") + pair(row, contact, f"fix bonds all evp/bonds {zone}") + STIR.format(stretch=stretch)
-            + f"fix move all {style}\nfix push all addforce {force}\n" + LEDGER.format(every=steps, more="f_bonds[1] f_bonds[2] f_bonds[3]")
+            + f"fix move all {style}\nfix push all addforce {force}\n" + ledger(steps, "f_bonds[1] f_bonds[2] f_bonds[3]")
             + dump(every=steps) + f"timestep {step}\nrun {steps}\n")
 
 
@@ -199,16 +175,10 @@ def test_closes_with_the_square_of_the_step(lmp, tmp_path, body, style, gamma, s
 
 # ---- yield and rupture at the recommended settings ----
 
-PULL = """
-region left block INF 0.01 INF INF INF INF
-region right block 0.07 INF INF INF INF INF
-group left region left
-group right region right
-group grips union left right
-group free subtract all grips
-velocity free ramp vx -{speed} {speed} x 0.01 0.07
-velocity left set -{speed} 0 0
-velocity right set {speed} 0 0
+PULL = grips(0.01, 0.07) + """
+velocity free ramp vx -1.5 1.5 x 0.01 0.07
+velocity left set -1.5 0 0
+velocity right set 1.5 0 0
 fix hold grips nve/noforce
 fix move free {style}
 """
@@ -220,8 +190,8 @@ def test_closes_through_yield_and_rupture(lmp, tmp_path, style, gamma, contact):
     """fix dt/evp at 0.4, to 30 % of strain in 6 ms. Control: bonds of a whole section are lost."""
     write_body(tmp_path / "body.data", lattice_body((8, 3, 3)))
     row = law.TABLE1._replace(gamma=float(gamma))
-    text = head(boundary="s s s") + pair(row, contact) + PULL.format(speed=1.5, style=style)
-    text += LEDGER.format(every=2000, more="f_bonds[1] f_dt[3]").replace("thermo_style", "fix dt free dt/evp 20 0.4\nthermo_style")
+    text = head(boundary="s s s") + pair(row, contact) + PULL.format(style=style)
+    text += "fix dt free dt/evp 20 0.4\n" + ledger(2000, "f_bonds[1] f_dt[3]")
     text += "variable now equal time\nfix stop all halt 20 v_now > 0.006 error continue message no\nrun 2000000\n"
     table = lmp(text).ok().thermo()
     work = np.abs(table["f_energy[7]"]).max()

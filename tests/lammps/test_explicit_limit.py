@@ -4,10 +4,10 @@
 'Finite' is not 'stable': a step is judged by the energy that the body has left after a fixed time, against a run at a
 quarter of the limit. Pairs to 1.4 and contact none keep the network what it was linearised at."""
 
-import numpy as np
 import pytest
 from conftest import REFERENCE
-from small_bodies import head
+from evp import law
+from small_bodies import head, pair, thermo
 
 STEPS = 20000  # the demand of the issue
 SPEED = 1e-4  # [m/s] strains of 1e-7: linear to seven digits
@@ -17,18 +17,14 @@ BELOW, ABOVE = 0.98, 1.02  # the demand of the issue
 # left after the run are slow, and resolved by both steps.
 SAME = 0.05
 
-BODY = head(start=f"read_data {REFERENCE}", boundary="f f f") + """
-pair_style evp/lj contact none
-pair_coeff * * 80 8 4 3 8 4 0.005 {gamma} 1.5
-fix bonds all evp/bonds zone 1.4
+SWING = """
 variable vx atom {speed}*sin(1.1*id)
 variable vy atom {speed}*cos(2.3*id)
 velocity all set v_vx v_vy 0
 velocity all zero linear
 fix move all nve
 compute dt all evp/dt
-thermo_style custom step ke pe c_dt
-thermo_modify norm no format float %.17g
+""" + thermo("ke pe c_dt") + """
 run 0
 variable dt equal {fraction}*$(c_dt:%.17g)
 timestep $(v_dt:%.17g)
@@ -39,8 +35,8 @@ run {steps}
 
 
 def swing(lmp, gamma, fraction, steps):
-    text = BODY.format(gamma=gamma, speed=SPEED, fraction=fraction, every=max(1, steps // 200), steps=steps)
-    run = lmp(text)
+    body = head(start=f"read_data {REFERENCE}") + pair(law.TABLE1._replace(gamma=gamma), "none", "fix bonds all evp/bonds zone 1.4")
+    run = lmp(body + SWING.format(speed=SPEED, fraction=fraction, every=max(1, steps // 200), steps=steps))
     grown = run.returncode != 0  # a force that is not a number is an error
     table = run.thermo() if not grown else None
     return grown, table

@@ -9,10 +9,7 @@ import pytest
 from conftest import Body, scattered, wavy_velocities
 from evp import brute, law
 from lammps_run import write_data, write_state
-
-# Of the sum of |F| over each atom's own pairs (and the like for energy and virial): a few hundred
-# roundings of 1e-16, each up to ten times larger since xi = d/deq - 1 subtracts nearly equal numbers.
-ROUND_OFF = 1e-12
+from small_bodies import ROUND_OFF, head, thermo, words
 
 UNLIKE = {
     (1, 1): law.Row(80.0, 8.0, 4.0, 3.0, 8.0, 4.0, 0.005, 400.0, 1.5),
@@ -21,15 +18,6 @@ UNLIKE = {
 }
 
 DECK = """
-units si
-atom_style sphere
-atom_modify map yes
-newton {newton}
-boundary {boundary}
-comm_modify vel yes
-read_data {body.data}
-neighbor 0.0008 bin
-neigh_modify every 1 delay 0 check yes
 pair_style evp/lj contact {contact}
 {coeffs}
 fix bonds all evp/bonds {zone}
@@ -46,10 +34,7 @@ dump_modify all format float %.17g
 dump tallies all custom 2 tallies.dump id c_e c_s[1] c_s[2] c_s[3] c_s[4] c_s[5] c_s[6]
 dump_modify tallies format float %.17g
 thermo 2
-thermo_style custom step pe c_p[1] c_p[2] c_p[3] c_p[4] c_p[5] c_p[6] vol f_bonds f_bonds[1] f_bonds[2] f_bonds[3] f_bonds[4]
-thermo_modify norm no format float %.17g
-run 2
-"""
+""" + thermo("pe c_p[1] c_p[2] c_p[3] c_p[4] c_p[5] c_p[6] vol f_bonds f_bonds[1] f_bonds[2] f_bonds[3] f_bonds[4]") + "run 2\n"
 
 VOIGT = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
@@ -87,12 +72,11 @@ def tensor_sums(found, v, count):
 
 def run_and_compare(lmp, tmp_path, body, rows, contact, ranks, newton, boundary="f f f", zone=""):
     periodic = np.ptp(body.box, axis=1) if "p" in boundary else None
-    table = rows if isinstance(rows, dict) else {(1, 1): rows}
-    coeffs = "\n".join(f"pair_coeff {a} {b} " + " ".join(f"{k:.17g}" for k in row) for (a, b), row in table.items())
+    by_types = rows if isinstance(rows, dict) else {(1, 1): rows}
+    coeffs = "\n".join(f"pair_coeff {a} {b} {words(row)}" for (a, b), row in by_types.items())
     write_state(tmp_path / "state.dump", body.x, body.v, body.box)
-    run = lmp(DECK.format(body=body, newton=newton, contact=contact, coeffs=coeffs, boundary=boundary, zone=zone),
-              ranks=ranks).ok()
-    thermo = run.thermo()
+    run = lmp(head(newton, boundary, f"read_data {body.data}") + DECK.format(contact=contact, coeffs=coeffs, zone=zone), ranks=ranks).ok()
+    table = run.thermo()
     steps = run.dump("forces.dump")
     tallied = {snapshot.step: snapshot for snapshot in run.dump("tallies.dump")}
     assert [snapshot.step for snapshot in steps] == [0, 1, 2] and sorted(tallied) == [0, 2]
@@ -106,8 +90,8 @@ def run_and_compare(lmp, tmp_path, body, rows, contact, ranks, newton, boundary=
         if snapshot.step not in tallied:
             continue
 
-        row = list(thermo["Step"]).index(snapshot.step)
-        assert abs(thermo["PotEng"][row] - truth["energy"]) < ROUND_OFF * np.abs(truth["pair_energy"]).sum()
+        row = list(table["Step"]).index(snapshot.step)
+        assert abs(table["PotEng"][row] - truth["energy"]) < ROUND_OFF * np.abs(truth["pair_energy"]).sum()
         found = brute.interactions(x, body.radius, rows, body.bonds, contact, body.types, periodic)
         virial, size = tensor_sums(found, v, len(x))
         tally = tallied[snapshot.step]
@@ -117,17 +101,17 @@ def run_and_compare(lmp, tmp_path, body, rows, contact, ranks, newton, boundary=
         assert np.all(np.abs(tally["c_e"] - truth["atom_energy"]) <= ROUND_OFF * energies)
         stress = tally.vectors(*(f"c_s[{k}]" for k in range(1, 7)))
         assert np.all(np.abs(-stress - virial) <= ROUND_OFF * size[:, None])
-        pressure = np.array([thermo[f"c_p[{k}]"][row] for k in range(1, 7)])
+        pressure = np.array([table[f"c_p[{k}]"][row] for k in range(1, 7)])
         # the global virial is summed as x f over atoms and ghosts: its round-off scales with x, not r
         reach = np.abs(body.box).max() + 2.0 * 1.6 * body.radius.max()
         allowed = ROUND_OFF * reach * truth["abs_force"].sum()
-        assert np.all(np.abs(pressure * thermo["Volume"][row] - virial.sum(axis=0)) < allowed)
+        assert np.all(np.abs(pressure * table["Volume"][row] - virial.sum(axis=0)) < allowed)
 
-        assert thermo["f_bonds"][row] == len(body.bonds)
-        assert thermo["f_bonds[1]"][row] == truth["bonds_beyond"]
-        assert thermo["f_bonds[2]"][row] == truth["bonds_second"]
-        assert thermo["f_bonds[3]"][row] == truth["new_contacts"]
-        assert thermo["f_bonds[4]"][row] == pytest.approx(truth["lowest"], rel=ROUND_OFF)
+        assert table["f_bonds"][row] == len(body.bonds)
+        assert table["f_bonds[1]"][row] == truth["bonds_beyond"]
+        assert table["f_bonds[2]"][row] == truth["bonds_second"]
+        assert table["f_bonds[3]"][row] == truth["new_contacts"]
+        assert table["f_bonds[4]"][row] == pytest.approx(truth["lowest"], rel=ROUND_OFF)
     return truth
 
 

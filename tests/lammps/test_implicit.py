@@ -9,8 +9,7 @@ import pytest
 from conftest import REFERENCE
 from evp import brute, curves, law
 from hostile import PARTS, SECONDS, refused, scene
-from lammps_run import write_data
-from small_bodies import ANOTHER_ORDER, dump, head, lattice_body, pair, write_body
+from small_bodies import ANOTHER_ORDER, dump, grips, head, mass_of, pair, thermo, two_groups, write_body, write_two
 
 GAMMA = 1000.0
 TABLE2 = law.TABLE2
@@ -28,9 +27,7 @@ FLY = """
 fix integrate all nve/evp {options}
 timestep {step}
 thermo 20
-thermo_style custom step pe ke f_integrate f_integrate[1] f_integrate[2]
-thermo_modify norm no format float %.17g
-"""
+""" + thermo("pe ke f_integrate f_integrate[1] f_integrate[2]")
 # a stretch along x, a wave by ID, a rotation about z, a translation
 STIR = """
 variable vx atom {fast}+300*(x-0.04)-20*y+5*sin(1.1*id)
@@ -40,17 +37,8 @@ velocity all set v_vx v_vy v_vz
 """
 
 
-@pytest.fixture(scope="module")
-def body():
-    return lattice_body()
-
-
 def flight(options="", row=TABLE2, fast=0.0, newton="on", step=STEP, boundary="s s s", contact="none"):
     return (head(newton, boundary) + pair(row, contact) + STIR.format(fast=fast) + FLY.format(options=options, step=step))
-
-
-def mass_of(body):
-    return 2700.0 * 4.0 / 3.0 * np.pi * body.radius**3
 
 
 def internal(snapshot, mass):
@@ -82,23 +70,9 @@ def test_without_damping_it_is_fix_nve(lmp, tmp_path, body):
         assert np.abs(ours[name] - plain[name]).max() <= ANOTHER_ORDER * scale, name
 
 
-PAIR_OF_TWO = """
-units si
-atom_style sphere
-atom_modify map yes
-boundary f f f
-comm_modify vel yes
-read_data two.data
-neighbor 0.002 bin
-pair_style evp/lj
-pair_coeff * * 0 8 4 0 8 4 0.005 1000 1.5
-fix bonds all evp/bonds
-group held id 1
-group free id 2
-velocity held set 0.5 0 0
-velocity free set 2 0 0
-fix hold held nve/noforce
-fix integrate free nve/evp tol 1e-13
+PAIR_OF_TWO = head(skin=0.002) + pair(TABLE2._replace(e1=0.0, e2=0.0)) + two_groups(0.5, 2.0) + """
+fix hold one nve/noforce
+fix integrate two nve/evp tol 1e-13
 timestep {step:.17g}
 dump all all custom 1 two.dump id vx fx
 dump_modify all format float %.17g
@@ -110,8 +84,8 @@ def test_one_damped_atom_beside_a_prescribed_one(lmp, tmp_path, then):
     """(m + dt g) v+ = m v- + dt g V: v - V falls by 1/(1 + dt g/m) per step, exactly; a change of step in mid-run goes on from
     the velocity of the full step. The prescribed atom keeps V and reads the reaction. (Explicit: 1 - h + ..., off by tens
     of per cent at h = 0.5 and 3.)"""
-    write_data(tmp_path / "two.data", np.array([[-0.0055, 0, 0], [0.0055, 0, 0]]), [0.005, 0.005], [[-0.05, 0.05]] * 3)
-    tau = 2700.0 * 4.0 / 3.0 * np.pi * 0.005**3 / GAMMA
+    write_two(tmp_path / "body.data")
+    tau = mass_of(0.005) / GAMMA
     ratio, other = 0.5, 3.0
     deck = PAIR_OF_TWO.format(step=ratio * tau) + "run 10\n" + then.format(other=other * tau)
     found = {snapshot.step: snapshot for snapshot in lmp(deck).ok().dump("two.dump")}
@@ -159,7 +133,7 @@ def test_free_body_keeps_its_momenta_at_any_tolerance(lmp, tmp_path, body, ranks
     """Every iterate, and its start, differ from the undamped velocities by forces along pairs; x_n x v_n is then kept by a
     leapfrog exactly. Control: damping took most of the internal motion."""
     write_body(tmp_path / "body.data", body)
-    mass = mass_of(body)
+    mass = mass_of(body.radius)
     for options in ("tol 0.5", "", TIGHT):
         run = lmp(flight(options, newton=newton, fast=2.0) + dump(every=100) + "run 100\n", ranks).ok()
         first, last = run.dump("all.dump")
@@ -180,7 +154,7 @@ def test_flight_changes_nothing_inside(lmp, tmp_path, body):
     rounding of places, 1e-16 m per metre flown, against places of 1e-2 m and steps that stretch it by K dt^2/m = 500.
     (Mutation: a target of tol |M v*| leaves the flying body with no damping at all.)"""
     write_body(tmp_path / "body.data", body)
-    mass = mass_of(body)
+    mass = mass_of(body.radius)
     still, flying = (lmp(flight(fast=fast) + dump(every=60) + "run 60\n").ok().dump("all.dump") for fast in (0.0, 500.0))
     assert_same_motion(still[-1], flying[-1], mass, DEFAULT_TOL)
     assert flying[-1]["x"].mean() - still[-1]["x"].mean() == pytest.approx(500.0 * 60 * STEP, rel=1e-9)
@@ -188,13 +162,7 @@ def test_flight_changes_nothing_inside(lmp, tmp_path, body):
     assert speeds[1] < 0.7 * speeds[0], "control: damping acts"
 
 
-GRIPS = """
-region left block INF 0.01 INF INF INF INF
-region right block 0.07 INF INF INF INF INF
-group left region left
-group right region right
-group grips union left right
-group free subtract all grips
+GRIPS = grips(0.01, 0.07) + """
 velocity left set -3 0 0
 velocity right set 3 0 0
 {fixes}
@@ -215,12 +183,12 @@ def test_order_of_fixes_changes_nothing(lmp, tmp_path, body):
         ends.append(lmp(deck).ok().dump("all.dump")[-1])
     assert ends[0].step == 60
     for other in ends[1:]:
-        assert_same_motion(ends[0], other, mass_of(body), TIGHT_RUN)
+        assert_same_motion(ends[0], other, mass_of(body.radius), TIGHT_RUN)
 
 
 def test_ranks_and_newton_change_nothing(lmp, tmp_path, body):
     write_body(tmp_path / "body.data", body)
-    mass, ends = mass_of(body), []
+    mass, ends = mass_of(body.radius), []
     for ranks, newton in ((1, "on"), (1, "off"), (2, "on"), (2, "off"), (4, "on"), (4, "off")):
         run = lmp(flight(TIGHT, newton=newton, fast=100.0, contact="literal") + dump(every=40) + "run 40\n", ranks).ok()
         ends.append(run.dump("all.dump")[-1])
@@ -237,7 +205,7 @@ def test_restart_goes_on_to_the_tolerance(lmp, tmp_path, body, options, toleranc
     for ranks in (1, 2):
         last = lmp(again + dump(every=40) + "run 20\n", ranks).ok().dump("all.dump")[-1]
         assert last.step == whole.step == 40
-        assert_same_motion(whole, last, mass_of(body), tolerance)
+        assert_same_motion(whole, last, mass_of(body.radius), tolerance)
 
 
 @pytest.mark.parametrize("ranks, newton", [(1, "on"), (1, "off"), (2, "off"), (4, "on")])
@@ -251,7 +219,7 @@ compute each all stress/atom NULL virial
 compute sum all reduce sum c_each[1] c_each[2] c_each[3] c_each[4] c_each[5] c_each[6]
 thermo_style custom step vol c_virial[*] c_sum[*]""") + dump(every=10) + "run 10\nfix_modify integrate virial no\nrun 0\n"
     run = lmp(deck, ranks).ok()
-    last, mass = run.dump("all.dump")[-1], mass_of(body)
+    last, mass = run.dump("all.dump")[-1], mass_of(body.radius)
     x, v, f = (last.vectors(*names) for names in (("x", "y", "z"), ("vx", "vy", "vz"), ("fx", "fy", "fz")))
     found = {}
     for block, row in ((0, TABLE2), (1, law.TABLE1)):

@@ -5,25 +5,20 @@ import numpy as np
 import pytest
 from conftest import REFERENCE
 from evp import brute, law, network
-from lammps_run import write_data, write_state
-from small_bodies import head, lattice_body, pair, write_body
+from lammps_run import write_state
+from small_bodies import grips, head, lattice_body, mass_of, pair, thermo, words, write_body, write_two
 
 # Lanczos stops at 1e-4 of an eigenvalue, which it takes from below: half of it in the step.
 SETTLED = 2e-4
 BELOW, FIRST, LAST = 0.98, 1.0, 1.2  # the demand of the issue: stable at, first instability between
 
-LIMITS = """
-compute dt all evp/dt
-thermo_style custom step c_dt c_dt[*]
-thermo_modify norm no format float %.17g
-run 0
-"""
+LIMITS = "compute dt all evp/dt\n" + thermo("c_dt c_dt[*]") + "run 0\n"
 
 
 def matrices(x, body, row, contact):
     """Dense M^-1/2 K M^-1/2 and M^-1/2 C M^-1/2 of all atoms, stiffness never below that at rest, tension across."""
     free = np.ones(len(x), dtype=bool)
-    mass = 2700.0 * 4.0 / 3.0 * np.pi * body.radius**3
+    mass = mass_of(body.radius)
     pairs, deq, _, _, rows = brute.interactions(x, body.radius, row, body.bonds, contact, body.types)
     axial, transverse = network.pair_stiffness(pairs.d, deq, rows)
     half = np.repeat(1.0 / np.sqrt(mass), 3)
@@ -55,7 +50,7 @@ def test_every_step_up_to_the_bound_is_stable(lmp, tmp_path, rows, stretch):
     table = rows if isinstance(rows, dict) else {(1, 1): rows, (1, 2): rows, (2, 2): rows}
     text = head() + pair(law.TABLE1)
     for (a, b), row in table.items():
-        text += f"pair_coeff {a} {b} " + " ".join(f"{value:.17g}" for value in row) + "\n"
+        text += f"pair_coeff {a} {b} {words(row)}\n"
     text += "fix move all nve/evp\nrun 0\nread_dump state.dump 0 x y z vx vy vz box no replace yes\n" + LIMITS
     found = lmp(text).ok().thermo()
     bound = found["c_dt[3]"][-1]
@@ -69,37 +64,25 @@ def test_every_step_up_to_the_bound_is_stable(lmp, tmp_path, rows, stretch):
         assert bound == pytest.approx(found["c_dt[1]"][-1], rel=1e-3 if stretch == 0.0 else 0.05), "no credit where one pair has no damper"
 
 
-TWO = """
-pair_style evp/lj
-pair_coeff * * 80 8 4 3 8 4 0.005 {gamma} 1.5
-fix bonds all evp/bonds
-fix move all nve/evp
-"""
-
-
 @pytest.mark.parametrize("gamma", [0.0, 100.0, 1000.0])
 def test_closed_form_of_two_bodies(lmp, tmp_path, gamma):
     """a + sqrt(a^2 + (2/w)^2) with a = gamma/k, w^2 = 2 k/m: for one pair the bound is the limit itself."""
     deq, radius = 0.011, 0.005
-    write_data(tmp_path / "body.data", np.array([[0.0, 0, 0], [deq, 0, 0]]), [radius] * 2, [[-0.05, 0.05]] * 3)
-    k, mass = 8 * 4 * 80 / deq**2, 2700.0 * 4.0 / 3.0 * np.pi * radius**3
+    write_two(tmp_path / "body.data", deq, [radius] * 2)
+    k, mass = 8 * 4 * 80 / deq**2, mass_of(radius)
     a = gamma / k
-    table = lmp(head() + TWO.format(gamma=gamma) + LIMITS).ok().thermo()
+    table = lmp(head() + pair(law.TABLE1._replace(gamma=gamma)) + "fix move all nve/evp\n" + LIMITS).ok().thermo()
     assert table["c_dt[3]"][0] == pytest.approx(a + np.sqrt(a * a + 2.0 * mass / k), rel=SETTLED)
 
 
-SWING = head(start=f"read_data {REFERENCE}", boundary="f f f") + """
-pair_style evp/lj contact none
-pair_coeff * * 80 8 4 3 8 4 0.005 {gamma} 1.5
-fix bonds all evp/bonds zone 1.4
+SWING = """
 variable vx atom 1e-4*sin(1.1*id)
 variable vy atom 1e-4*cos(2.3*id)
 velocity all set v_vx v_vy 0
 velocity all zero linear
 fix move all nve/evp tol 1e-6
 compute dt all evp/dt
-thermo_style custom step ke pe c_dt
-thermo_modify norm no format float %.17g
+""" + thermo("ke pe c_dt") + """
 run 0
 variable dt equal {fraction}*$(c_dt:%.17g)
 timestep $(v_dt:%.17g)
@@ -110,7 +93,8 @@ run {steps}
 
 
 def grows(lmp, gamma, fraction, steps):
-    run = lmp(SWING.format(gamma=gamma, fraction=fraction, every=steps // 40, steps=steps))
+    body = head(start=f"read_data {REFERENCE}") + pair(law.TABLE1._replace(gamma=gamma), "none", "fix bonds all evp/bonds zone 1.4")
+    run = lmp(body + SWING.format(fraction=fraction, every=steps // 40, steps=steps))
     return run.returncode != 0 or run.thermo()["KinEng"].max() > run.thermo()["KinEng"][0] * (1.0 + 1e-6)
 
 
@@ -122,16 +106,7 @@ def test_reference_body_at_rest(lmp, gamma):
     assert grows(lmp, gamma, LAST, 400)
 
 
-PULLED = head(start=f"read_data {REFERENCE}", boundary="f f f") + """
-pair_style evp/lj contact literal
-pair_coeff * * 80 8 4 3 8 4 0.005 50 1.5
-fix bonds all evp/bonds
-region left block INF 0.005 INF INF INF INF
-region right block 0.045 INF INF INF INF INF
-group left region left
-group right region right
-group grips union left right
-group free subtract all grips
+PULLED = head(start=f"read_data {REFERENCE}") + pair(law.TABLE1._replace(gamma=50.0)) + grips(0.005, 0.045) + """
 fix hold grips nve/noforce
 fix move free nve/evp
 run 0
@@ -140,14 +115,13 @@ velocity all set 0 0 0
 timestep 1e-6
 run 4000
 unfix move
-pair_coeff * * 80 8 4 3 8 4 0.005 {gamma} 1.5
+pair_coeff * * {row}
 fix move free {style}
 variable vx atom 1e-3*sin(1.1*id)
 variable vy atom 1e-3*cos(2.3*id)
 velocity free set v_vx v_vy 0
 compute dt free evp/dt
-thermo_style custom step ke c_dt f_bonds[2] f_bonds[3]
-thermo_modify norm no format float %.17g
+""" + thermo("ke c_dt f_bonds[2] f_bonds[3]") + """
 run 0
 variable dt equal {fraction}*$(c_dt:%.17g)
 timestep $(v_dt:%.17g)
@@ -161,6 +135,6 @@ def test_past_yield_every_limit_is_on_the_safe_side(lmp, tmp_path, pulled_body, 
     """Under 5 % of stretch, brought to rest by damping: pairs in both regimes and new ones. A small perturbation does not grow.
     (A large one at gamma = 0, which carries pairs to and fro across xi_s, is another matter: see hard_cases.py.)"""
     write_state(tmp_path / "state.dump", pulled_body.x, pulled_body.v, pulled_body.box)
-    table = lmp(PULLED.format(style=style, gamma=gamma, fraction=BELOW)).ok().thermo()
+    table = lmp(PULLED.format(style=style, row=words(law.TABLE1._replace(gamma=gamma)), fraction=BELOW)).ok().thermo()
     assert table["f_bonds[2]"][0] > 500 and table["f_bonds[3]"][0] > 5
     assert table["KinEng"].max() <= table["KinEng"][0] * (1.0 + 1e-6)

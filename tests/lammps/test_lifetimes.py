@@ -7,21 +7,13 @@ import re
 
 import pytest
 from conftest import REFERENCE
+from hostile import NOT_IN_A_DUMP, Words
+from small_bodies import head, thermo
 
-HEAD = f"""
-units si
-atom_style sphere
-atom_modify map yes
-boundary s s s
-comm_modify vel yes
-read_data {REFERENCE}
-neighbor 0.0003 bin
-neigh_modify every 1 delay 0 check yes
+HEAD = head(boundary="s s s", start=f"read_data {REFERENCE}", skin=0.0003) + """
 velocity all ramp vx -0.2 0.2 x 0 0.05
 timestep 1e-6
-thermo_style custom step pe ke
-thermo_modify norm no format float %.17g
-"""
+""" + thermo("pe ke")
 STYLE = """
 pair_style evp/lj contact none
 pair_coeff * * 80 8 4 3 8 4 0.005 1000 {alpha}
@@ -54,9 +46,9 @@ def test_a_compute_of_the_pairs_does_not_outlive_the_pair_style(lmp):
     deck = HEAD + STYLE.format(alpha=1.5) + "fix bonds all evp/bonds\nfix integrate all nve\n"
     deck += "compute state all evp/state/atom\nthermo_style custom step pe\nrun 0\n"
     deck += "pair_style lj/cut 0.01\npair_coeff * * 1 1 0.01\n"
-    text = error_of(lmp(deck + "write_dump all custom state.dump id c_state[1]\n"))
+    run = lmp(deck + "write_dump all custom state.dump id c_state[1]\n")
     # 29Sep2021 asks no compute between runs, and says so itself
-    assert "evp/state/atom needs" in text or "between runs is not current" in text
+    assert Words("Compute state evp/state/atom needs the pairs of the present positions", NOT_IN_A_DUMP).of(run) in error_of(run)
 
 
 def test_forces_that_are_not_numbers_stop_the_run(lmp):

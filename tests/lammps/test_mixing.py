@@ -15,13 +15,6 @@ EPSILON, SIGMA, CUT = 2.0, 0.009, 0.018  # of lj/cut [J, m, m]
 LJ = f"{EPSILON} {SIGMA}"
 
 
-@pytest.fixture
-def bar(tmp_path):
-    body = lattice_body((6, 4, 4))
-    write_body(tmp_path / "body.data", body)
-    return body
-
-
 def lj_forces(x, acts):
     """Forces of lj/cut and the sum of |F| of each atom; acts (N, N) tells the pairs."""
     r = x[:, None, :] - x[None, :, :]

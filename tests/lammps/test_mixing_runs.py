@@ -10,16 +10,9 @@ from evp import law
 from hostile import refused
 from lammps_run import SECONDS
 from small_bodies import (ANOTHER_ORDER, MOVE, ROUND_OFF, STIR, assert_eventful, assert_same_curve, check_forces, clear, dump,
-                          head, inputs_local, is_29sep2021, lattice_body, pair, record, write_body)
+                          head, inputs_local, is_29sep2021, pair, record, thermo, write_body)
 
-SHOW = "thermo_style custom step pe fmax f_bonds f_bonds[2]\nthermo_modify norm no format float %.17g\n"
-
-
-@pytest.fixture
-def bar(tmp_path):
-    body = lattice_body((6, 4, 4))
-    write_body(tmp_path / "body.data", body)
-    return body
+SHOW = thermo("pe fmax f_bonds f_bonds[2]")
 
 
 STRETCH = "displace_atoms all ramp x 0 0.0012 x 0 0.06\n"
@@ -158,8 +151,7 @@ compute sum all reduce sum c_e """ + inputs_local(lmp) + """
 dump all all custom 1 all.dump id x y z vx vy vz fx fy fz radius
 dump_modify all format float %.17g
 thermo 1
-thermo_style custom step pe c_sum f_bonds f_bonds[3]
-thermo_modify norm no format float %.17g
+""" + thermo("pe c_sum f_bonds f_bonds[3]") + """
 run 0 post no
 run 5
 """

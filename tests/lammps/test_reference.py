@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from conftest import REFERENCE
 from lammps_run import line_at, read_csv, run_lammps, slope
+from small_bodies import grips, head, pair, thermo
 
 PUBLISHED = json.loads(REFERENCE.with_suffix(".json").read_text())
 TABLE1, TABLE2 = "80 8 4 3 8 4 0.005 0 1.5", "80 8 4 3 8 4 0.005 1000 1.5"
@@ -89,26 +90,10 @@ def test_state_at_the_end_is_what_the_counts_say(pulled):
         assert counts[column][-1] > 0, "control"
 
 
-QUASISTATIC = """
-units si
-atom_style sphere
-atom_modify map yes
-boundary f f f
-read_data {data}
-neighbor 0.0008 bin
-neigh_modify every 1 delay 0 check yes
-pair_style evp/lj contact none
-pair_coeff * * 80 8 4 3 8 4 0.005 0 1.5
-fix bonds all evp/bonds
-region left block INF 0.005 INF INF INF INF
-region right block 0.045 INF INF INF INF INF
-group left region left
-group right region right
-group grips union left right
+QUASISTATIC = head(start=f"read_data {REFERENCE}") + pair(contact="none") + grips(0.005, 0.045) + """
 variable section atom -fx*(0.015*(x<0.015)+0.035*(x>0.035)+x*(x>=0.015)*(x<=0.035))
 compute section all reduce sum v_section
-thermo_style custom step fmax c_section
-thermo_modify norm no format float %.17g
+""" + thermo("fmax c_section") + """
 min_style fire
 min_modify dmax 1e-5
 timestep 3e-7
@@ -128,7 +113,7 @@ jump SELF next
 @pytest.fixture(scope="module")
 def quasistatic(tmp_path_factory):
     """Stress [MPa] at strains 0.0005 ... 0.003: affine increments, minimised to 4e-5 of the yield force."""
-    run = run_lammps(QUASISTATIC.format(data=REFERENCE), 1, {}, tmp_path_factory.mktemp("quasistatic")).ok()
+    run = run_lammps(QUASISTATIC, 1, {}, tmp_path_factory.mktemp("quasistatic")).ok()
     rests = [run.thermo(block) for block in range(2, 13, 2)]
     stress = [float(rest["c_section"][-1]) / 0.02 / AREA / MPA for rest in rests]
     return dict(zip((0.0005, 0.001, 0.0015, 0.002, 0.0025, 0.003), stress))

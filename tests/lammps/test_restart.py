@@ -8,32 +8,10 @@ import numpy as np
 import pytest
 from conftest import REFERENCE
 from lammps_run import write_data
+from small_bodies import ANOTHER_ORDER, grips, head, pair, thermo
 
-# Other ranks, other newton: sums in another order; roundings of 1e-16 carried over a hundred steps of a 500-body.
-ANOTHER_ORDER = 1e-10
-
-HEAD = """
-units si
-atom_style sphere
-atom_modify map yes {sort}
-newton {newton}
-boundary f f f
-comm_modify vel yes
-neighbor 0.0008 bin
-neigh_modify every 1 delay 0 check yes
-"""
-
-START = """
-read_data {data}
-pair_style evp/lj contact literal
-pair_coeff * * {coeff}
-fix bonds all evp/bonds zone 1.48
-region left block INF 0.005 INF INF INF INF
-region right block 0.045 INF INF INF INF INF
-group left region left
-group right region right
-group grips union left right
-group free subtract all grips
+BONDS = pair(fix="fix bonds all evp/bonds zone 1.48")
+PULL = grips(0.005, 0.045) + """
 velocity all ramp vx -20 20 x 0.005 0.045
 velocity left set -20 0 0
 velocity right set 20 0 0
@@ -44,25 +22,23 @@ fix pull grips nve/noforce
 fix move free nve
 timestep 3e-7
 thermo 20
-thermo_style custom step pe ke press f_bonds f_bonds[1] f_bonds[2] f_bonds[3] f_bonds[4]
-thermo_modify norm no format float %.17g
+""" + thermo("pe ke press f_bonds f_bonds[1] f_bonds[2] f_bonds[3] f_bonds[4]") + """
 dump all all custom 50 {name}.dump id x y z vx vy vz fx fy fz
 dump_modify all format float %.17g
 """
 
-TABLE1 = "80 8 4 3 8 4 0.005 0 1.5"
+
+def start(newton="on", sort=""):
+    """The reference specimen, recorded and about to be pulled."""
+    return head(newton, start=f"read_data {REFERENCE}", sort=sort) + BONDS + PULL
 
 
-def first_half(newton="on", coeff=TABLE1, sort=""):
-    return (HEAD.format(newton=newton, sort=sort) + START.format(data=REFERENCE, coeff=coeff)
-            + MOTION.format(name="whole") + "run 100\nwrite_restart half.restart\nrun 100\n")
+def first_half(newton="on"):
+    return start(newton) + MOTION.format(name="whole") + "run 100\nwrite_restart half.restart\nrun 100\n"
 
 
 def second_half(newton="on", sort="", file="half.restart", name="rest", fix="fix bonds all evp/bonds"):
-    head = HEAD.format(newton=newton, sort=sort).replace("boundary f f f\n", "").replace("newton", "# newton")
-    if newton == "off":
-        head += "newton off\n"
-    return head + f"read_restart {file}\n{fix}\n" + MOTION.format(name=name) + "run 100\n"
+    return head(newton, start=f"read_restart {file}", sort=sort) + fix + "\n" + MOTION.format(name=name) + "run 100\n"
 
 
 def compare(run, whole, name, exact):
@@ -97,8 +73,7 @@ def test_other_ranks_continue_to_the_same_numbers(lmp, ranks, other):
 def test_restart_files_of_a_run_do_not_disturb_it(lmp, ranks):
     """`restart N` in mid-run: the neighbor list is built at that step in both, so the numbers are the same bits once
     atoms are not sorted on the way."""
-    text = (HEAD.format(newton="on", sort="sort 0 0") + START.format(data=REFERENCE, coeff=TABLE1)
-            + MOTION.format(name="whole") + "restart 100 auto.*\nrun 200\n")
+    text = start(sort="sort 0 0") + MOTION.format(name="whole") + "restart 100 auto.*\nrun 200\n"
     whole = lmp(text, ranks=ranks).ok()
     rest = lmp(second_half(sort="sort 0 0", file="auto.100").replace("run 100", "restart 100 auto.*\nrun 100"), ranks=ranks).ok()
     last, other = rest.dump("rest.dump")[-1], rest.dump("whole.dump")[-1]
@@ -113,18 +88,17 @@ def test_coefficients_come_back_from_restart_and_data(lmp, tmp_path, reference):
     write_data(tmp_path / "two.data", reference.x, reference.radius, reference.box, types)
     rows = "\n".join(["pair_coeff 1 1 80.1 8 4 3 7.53 3.21 0.00512345678901 0 1.45",
                       "pair_coeff 1 2 70.7 8.5 4 3.3 8 4 0.006 12.5 1.5", "pair_coeff 2 2 60 6 3 3 8 4 0.005 0 1.4"])
-    setup = HEAD.format(newton="on", sort="") + "read_data two.data\npair_style evp/lj contact repulsive overlap 0.45\n" + rows
-    show = "\nthermo_style custom step pe\nthermo_modify norm no format float %.17g\nrun 0\n"
+    setup = head(start="read_data two.data") + "pair_style evp/lj contact repulsive overlap 0.45\n" + rows
+    show = "\n" + thermo("pe") + "run 0\n"
     first = lmp(setup + "\n" + show + "write_restart two.restart\nwrite_data all.data pair ij\n").ok()
     energy = first.thermo()["PotEng"][0]
     assert abs(energy) > 0.1
-    head = HEAD.format(newton="on", sort="")
 
-    again = lmp(head.replace("boundary f f f\n", "") + "read_restart two.restart\n" + show).ok()
+    again = lmp(head(start="read_restart two.restart") + show).ok()
     assert again.thermo()["PotEng"][0] == energy
     assert "contacts repulsive" in again.stdout and "warned of beyond 0.45" in again.stdout
 
-    again = lmp(head + "pair_style evp/lj contact repulsive\nread_data all.data\n" + show).ok()
+    again = lmp(head(start="pair_style evp/lj contact repulsive\nread_data all.data") + show).ok()
     assert again.thermo()["PotEng"][0] == pytest.approx(energy, rel=1e-14)  # %.15g of the coefficients
 
     other = lmp(setup.replace("pair_coeff 1 2 70.7 8.5", "pair_coeff 1 2 99.9 8.5") + show).ok().thermo()["PotEng"][0]
@@ -137,8 +111,7 @@ WITHOUT_RECORDS = "Pair evp/lj: the bonds were recorded by fix bonds, whose reco
 @pytest.mark.parametrize("ranks", [1, 2])
 @pytest.mark.parametrize("fix", ["", "fix springs all evp/bonds"])
 def test_restart_without_the_records_is_refused(lmp, fix, ranks):
-    lmp(HEAD.format(newton="on", sort="") + START.format(data=REFERENCE, coeff=TABLE1)
-        + "run 0\nwrite_restart half.restart\n").ok()
+    lmp(start() + "run 0\nwrite_restart half.restart\n").ok()
     run = lmp(second_half(fix=fix).replace("f_bonds f_bonds[1] f_bonds[2] f_bonds[3] f_bonds[4]", ""), ranks=ranks)
     assert run.returncode != 0
     assert WITHOUT_RECORDS in run.stdout
@@ -148,6 +121,6 @@ def test_restart_without_the_records_is_refused(lmp, fix, ranks):
 
 def test_restart_before_the_recording_records_later(lmp):
     """Nothing was recorded yet, so the fix of the restarted run records at its first set-up, of any name."""
-    lmp(HEAD.format(newton="on", sort="") + START.format(data=REFERENCE, coeff=TABLE1) + "write_restart early.restart\n").ok()
+    lmp(start() + "write_restart early.restart\n").ok()
     run = lmp(second_half(file="early.restart", fix="fix other all evp/bonds").replace("f_bonds", "f_other")).ok()
     assert "fix evp/bonds other: recorded 2975 pairs" in run.stdout

@@ -6,21 +6,9 @@ import pytest
 from conftest import scattered
 from evp import brute, law
 from lammps_run import write_state
+from small_bodies import ROUND_OFF, head, mass_of, pair
 
-ROUND_OFF = 1e-12  # of the sum of what is added up, as in test_forces.py
-
-DECK = """
-units si
-atom_style sphere
-atom_modify map yes
-newton {newton}
-boundary f f f
-comm_modify vel yes
-read_data {data}
-neighbor 0.0008 bin
-pair_style evp/lj contact {contact}
-pair_coeff * * 80 8 4 3 8 4 0.005 {gamma} 1.5
-fix bonds all evp/bonds
+SHOW = """
 fix hold all nve/noforce
 run 0
 read_dump state.dump 0 x y z vx vy vz box no replace yes
@@ -48,7 +36,8 @@ run 0
 def test_pair_local_adds_up(lmp, tmp_path, pulled_body, ranks, newton, contact, gamma):
     body = pulled_body._replace(x=scattered(pulled_body.x, pulled_body.bonds, pulled_body.radius))
     write_state(tmp_path / "state.dump", body.x, body.v, body.box)
-    run = lmp(DECK.format(data=body.data, newton=newton, contact=contact, gamma=gamma), ranks=ranks).ok()
+    row = law.TABLE1._replace(gamma=gamma)
+    run = lmp(head(newton, start=f"read_data {body.data}") + pair(row, contact) + SHOW, ranks=ranks).ok()
     atoms, pairs = run.dump("atoms.dump")[-1], run.dump("pairs.dump")[-1]
     thermo = run.thermo()
     i, j = (pairs[f"c_ids[{k}]"].astype(int) - 1 for k in (1, 2))
@@ -57,7 +46,7 @@ def test_pair_local_adds_up(lmp, tmp_path, pulled_body, ranks, newton, contact, 
 
     key = np.minimum(i, j) * len(x) + np.maximum(i, j)
     assert len(np.unique(key)) == len(key), "each pair stands there once"
-    truth = brute.brute_force(x, v, body.radius, body.types, law.TABLE1._replace(gamma=gamma), body.bonds, contact)
+    truth = brute.brute_force(x, v, body.radius, body.types, row, body.bonds, contact)
 
     # energies and forces of the pairs add up to those of the run
     assert abs(energy.sum() - thermo["PotEng"][-1]) < ROUND_OFF * np.abs(energy).sum()
@@ -85,13 +74,9 @@ def test_pair_local_adds_up(lmp, tmp_path, pulled_body, ranks, newton, contact, 
     # per-atom energies and stresses add up as well
     assert abs(thermo["c_sum_e"][-1] - thermo["PotEng"][-1]) < ROUND_OFF * np.abs(energy).sum()
     reach = np.abs(body.box).max() + 3.0 * body.radius.max()  # the global virial is summed as x f
-    kinetic = np.array([np.sum(mass_of(body) * v[:, a] * v[:, b]) for a, b in
+    kinetic = np.array([np.sum(mass_of(body.radius) * v[:, a] * v[:, b]) for a, b in
                         ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))])
     for k in range(6):
         virial = thermo[f"c_press[{k + 1}]"][-1] * thermo["Volume"][-1]
         per_atom = -thermo[f"c_sum_s[{k + 1}]"][-1] - kinetic[k]
         assert abs(virial - per_atom) < ROUND_OFF * (reach * scale.sum() + np.abs(kinetic).sum())
-
-
-def mass_of(body):
-    return 2700.0 * 4.0 / 3.0 * np.pi * body.radius**3
