@@ -2,6 +2,7 @@
 """What in.traction lets users add, and very long pulls."""
 
 from conftest import REFERENCE
+from evp import specimen
 
 TABLE2 = "80 8 4 3 8 4 0.005 1000 1.5"
 
@@ -34,3 +35,14 @@ def test_pull_of_millions_of_steps(lmp, tmp_path):
 def test_pull_that_ends_on_strain_does_not_warn(lmp):
     run = lmp("in.traction", variables={"specimen": REFERENCE, "strain": 0.0005, "out": "pull"}).ok()
     assert "WARNING: the pull ended" not in run.stdout
+
+
+def test_zone_of_the_bonds(lmp):
+    """Fewer bonds with a smaller zone, the number that the pairs of the data file give; one beyond alpha is refused."""
+    body = specimen.read_data(REFERENCE)
+    variables = {"specimen": REFERENCE, "strain": 0.0002, "out": "pull", "contact": "none"}
+    for zone, reach in ((0, 1.5), (1.3, 1.3)):
+        run = lmp("in.traction", variables={**variables, "zone": zone}).ok()
+        assert f"recorded {len(specimen.pairs_within(body, reach)[0])} pairs" in run.stdout, zone
+    run = lmp("in.traction", variables={**variables, "zone": 1.6})
+    assert run.returncode != 0 and "zone 1.6 reaches beyond" in run.stdout

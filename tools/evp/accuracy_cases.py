@@ -12,14 +12,15 @@ TABLE2 = "80 8 4 3 8 4 0.005 1000 1.5"
 POW = "80 8.0000001 4.0000001 3 8.0000001 4.0000001 0.005 0 1.5"  # the same law by pow(): powers that are no integers
 STRAIN = 0.02
 ALPHAS = (1.3, 1.4, 1.5, 1.6, 1.7)
+ZONES = (1.2, 1.3, 1.4, 1.5)  # with contact none: the literal rule would pull at the pairs left out with all its force
 
 
 class Case(NamedTuple):
     """One choice of one knob.
 
     guess: processor time over that of the baseline; priority: 1 is always run, others as the budget allows. hook: commands
-    taken in before the pull. ledger: the energy balance is read instead of the time. keep_modulus: e is changed with alpha,
-    so that the affine E stays.
+    taken in before the pull. ledger: the energy balance is read instead of the time. keep_modulus: e is changed with the
+    number of bonds, so that the affine E stays.
     """
 
     knob: str
@@ -63,6 +64,7 @@ KNOBS = {
     "rows": Knob("averaging of the stress, no damping, 10/s", "10 stresses per 1e-4", True, "#CC79A7"),
     "contact": Knob("pairs that meet later, no damping, 10/s", "literal", False, "#882255"),
     "alpha": Knob("alpha, E kept, no damping, 10/s", "1.5", False, "#999933"),
+    "zone": Knob("zone of the bonds, E kept, contact none, no damping, 10/s", "1.5", False, "#DDCC77"),
     "output": Knob("energy and virial, no damping, 10/s", "where printed", True, "#44AA99"),
     "exponents": Knob("exponents, no damping, 10/s", "8 4", True, "#332288"),
     "code": Knob("machine code, no damping, 10/s", "portable", True, "#AA4499"),
@@ -120,6 +122,7 @@ def body_cases():
               for row, samples in (("1e-4", 1), ("1e-4", 5), ("1e-4", 10), ("5e-4", 10), ("5e-4", 50))]
     cases += [undamped("contact", mode, 0.7, contact=mode) for mode in ("literal", "repulsive", "none")]
     cases += [undamped("alpha", f"{alpha:g}", 0.7, coeff=TABLE1[:-3] + f"{alpha:g}")._replace(keep_modulus=True) for alpha in ALPHAS]
+    cases += [undamped("zone", f"{zone:g}", 0.7, contact="none", zone=zone)._replace(keep_modulus=True) for zone in ZONES]
     cases += [undamped("output", name, 1.0, hook=hook) for name, hook in (("where printed", ""), ("every step", EVERY_STEP))]
     cases += [undamped("exponents", name, guess, coeff=coeff) for name, guess, coeff in (("8 4", 0.7, TABLE1), ("8 4 by pow()", 5, POW))]
     cases += [undamped("code", name, 0.7, priority=3)._replace(native=name == "native") for name in ("portable", "native")]

@@ -141,7 +141,7 @@ class Laboratory:
         if case.hook:
             words["also"] = "also.lmp"
         if case.keep_modulus:
-            words["coeff"] = same_modulus(words["coeff"], data)
+            words["coeff"] = same_modulus(words["coeff"], data, words.get("zone"))
         if case.native:
             self.build_native()
         baseline = float("nan") if case.ledger else self.baseline()
@@ -156,11 +156,13 @@ class Laboratory:
         return row
 
 
-def same_modulus(coeff, data):
-    """Row of coefficients with e1 and e2 changed so that the affine E, thus e times the number of bonds, is that of alpha 1.5."""
+def same_modulus(coeff, data, zone=None):
+    """Row of coefficients with e1 and e2 changed so that the affine E, thus e times the number of bonds, is that of alpha 1.5.
+
+    Bonds are the pairs within the zone, by default within the row's alpha."""
     words = coeff.split()
     body = specimen.read_data(data)
-    bonds = [len(specimen.pairs_within(body, alpha)[0]) for alpha in (1.5, float(words[8]))]
+    bonds = [len(specimen.pairs_within(body, reach)[0]) for reach in (1.5, float(zone or words[8]))]
     for place in (0, 3):
         words[place] = f"{float(words[place]) * bonds[0] / bonds[1]:.12g}"
     return " ".join(words)
