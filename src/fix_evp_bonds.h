@@ -12,6 +12,7 @@ FixStyle(evp/bonds,FixEVPBonds);
 #include "evp_bond_file.h"
 #include "fix.h"
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -59,12 +60,12 @@ class FixEVPBonds : public Fix {
   bool has_recorded() const { return recorded; }
   const Bonds &bonds_of(int i) const { return bonds[i]; }
 
-  /// Asks the memory for the records of an atom that is next but a few.
+  /// Asks the memory for the records of an atom that is next but a few, for 32 of them at most.
   void prefetch_bonds_of(int i) const
   {
 #if defined(__GNUC__)
     const char *const begin = reinterpret_cast<const char *>(bonds[i].data());
-    const long size = (long) (bonds[i].size() * sizeof(Bond));
+    const long size = (long) (std::min<size_t>(bonds[i].size(), 32) * sizeof(Bond));
     for (long at = 0; at < size; at += 64) __builtin_prefetch(begin + at);
 #else
     (void) i;

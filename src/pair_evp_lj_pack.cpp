@@ -130,9 +130,11 @@ void PairEVPLJ::clear_marks()
 void PairEVPLJ::mark_partners(int i)
 {
   const tagint highest = atom->map_tag_max;
+  const FixEVPBonds::Bonds &records = bonds->bonds_of(i);
+  if (nmarked > MAXSMALLINT - (int) records.size()) clear_marks();    // numbers begin anew
   int *const all = marks.data();
   int number = nmarked;
-  for (const auto &bond : bonds->bonds_of(i)) {
+  for (const auto &bond : records) {
     // the map is an array without a check of its own, and a deleted partner may be beyond its end
     const int m = bond.partner > highest ? -1 : atom->map(bond.partner);
     if (m >= 0) all[m] = number;    // else out of sight, hence beyond every cut-off

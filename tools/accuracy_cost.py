@@ -17,9 +17,13 @@ import sys
 import time
 
 from evp import accuracy_cases as cases
+from evp.accuracy_figure import pareto
 from evp.accuracy_report import Results, page
-from evp.accuracy_run import Laboratory, read_results, run_plan, within_budget
+from evp.accuracy_run import Laboratory, describe, read_results, run_plan, within_budget, write_results
+from evp.progress import Progress
 from evp.run import CHECKOUT, RunError, format_seconds
+
+SHARE = 0.75  # of the budget that is planned: the rest is for the check on an unseen body and for what takes longer
 
 
 def sweep(options):
@@ -27,32 +31,34 @@ def sweep(options):
     begin = time.monotonic()
     laboratory = Laboratory(options.work, options.fresh)
     if options.quick:
-        return run_plan(laboratory, cases.quick_cases())
-    # a quarter is kept for the check on an unseen body and for what takes longer than expected
+        return run_plan(laboratory, cases.quick_cases(), Progress)
     every = [case for case in cases.all_cases() if not case.native or laboratory.has_own_build()]
-    plan, expected = within_budget(every, 45.0 * options.budget, laboratory.baseline_seconds)
-    if expected > 60.0 * options.budget:
-        raise RunError(f"the cases that the page needs take about {format_seconds(expected)}: give --budget {expected / 45.0:.0f} or more")
-    left_out = len(every) - len(plan)
-    print(f"{len(plan)} runs, about {format_seconds(expected)}" + (f"; {left_out} left out for the budget" if left_out else ""), file=sys.stderr, flush=True)
-    rows = run_plan(laboratory, plan)
+    known = read_results(laboratory.results) if laboratory.results.exists() else {}
+    seconds = 60.0 * options.budget
+    plan, expected = within_budget(every, known, SHARE * seconds, laboratory.baselines[-1])
+    if expected > seconds:
+        raise RunError(f"the cases that the page needs take about {format_seconds(expected)}: give --budget {expected / 60.0 / SHARE:.0f} or more")
+    print(describe(plan, every, expected), file=sys.stderr, flush=True)
+    rows = run_plan(laboratory, plan, Progress)
     chosen = [(choice.knob, choice.name) for choice in Results(rows.values()).recommended().values() if choice]
-    rows = {**rows, **run_plan(laboratory, cases.check_cases(chosen))}
+    rows = {**rows, **run_plan(laboratory, cases.check_cases(chosen), Progress)}
     print(f"all in {format_seconds(time.monotonic() - begin)}", file=sys.stderr, flush=True)
     return rows
 
 
 def write(rows, options):
-    """Page, CSV and picture."""
-    results = Results(rows)
-    if options.quick:
-        results.target_key = results.recipe_key = ("implicit", "5e-6 s")
+    """CSV, picture and page. True unless a promise was not kept."""
+    quick = ("implicit", "5e-6 s")
+    results = Results(rows, quick, quick) if options.quick else Results(rows)
+    write_results(options.out.with_suffix(".csv"), rows)
     picture = options.out.parent / "figures" / (options.out.stem + ".png")
     if results.target and results.recipe:
-        from evp.accuracy_figure import pareto
-
         pareto(results, picture)
-    options.out.write_text(page(results, f"figures/{picture.name}"), encoding="utf-8")
+        print(picture)
+    text = page(results, options.out.with_suffix(".csv").name, f"figures/{picture.name}")
+    options.out.write_text(text, encoding="utf-8")
+    print(options.out, flush=True)
+    return "NOT met" not in text
 
 
 def main(words=None):
@@ -61,25 +67,24 @@ def main(words=None):
     parser.add_argument("--work", type=pathlib.Path, default=CHECKOUT / "build" / "accuracy_cost", help="specimens and results (default: %(default)s)")
     parser.add_argument("--fresh", action="store_true", help="forget the results that --work holds")
     parser.add_argument("--quick", action="store_true", help="a few short runs, to see that all of it works; needs --out")
-    parser.add_argument("--table", type=pathlib.Path, metavar="CSV", help="write the page from these results, without any run")
-    parser.add_argument("--out", type=pathlib.Path, help="default: doc/accuracy_cost.md")
+    parser.add_argument("--table", type=pathlib.Path, metavar="CSV", help="write the page from these results, without any run; needs --out")
+    parser.add_argument("--out", type=pathlib.Path, help="a .md file (default: doc/accuracy_cost.md)")
     options = parser.parse_args(words)
     if options.budget <= 0.0:
         parser.error("--budget must be positive")
-    if options.quick and not options.out:
-        parser.error("--quick needs --out: its few runs are no page for doc/")
+    if (options.quick or options.table) and not options.out:
+        parser.error("--quick and --table need --out: doc/ is for whole sweeps")
     options.out = options.out or CHECKOUT / "doc" / "accuracy_cost.md"
+    if options.out.suffix != ".md" or not options.out.parent.is_dir():
+        parser.error(f"--out must be a .md file in a folder that is there, got {options.out}")
     try:
-        if options.table:
-            rows = read_results(options.table)
-        else:
-            rows = sweep(options)
-            options.out.with_suffix(".csv").write_text(options.work.joinpath("results.csv").read_text(encoding="utf-8"), encoding="utf-8")
-        write(rows.values(), options)
-    except (RunError, OSError) as error:
+        rows = list((read_results(options.table) if options.table else sweep(options)).values())
+        kept = write(rows, options)
+    except (RunError, OSError, ValueError) as error:
         sys.exit(f"accuracy_cost.py: error: {error}")
-    print(f"{options.out} and figures/{options.out.stem}.png", flush=True)
-    return 0
+    except KeyboardInterrupt:
+        sys.exit("\naccuracy_cost.py: stopped; the same command goes on from here")
+    return 0 if kept else "accuracy_cost.py: a promise was not kept on the unseen body, see the page"
 
 
 if __name__ == "__main__":

@@ -29,11 +29,17 @@ def part_mark(name):
     return f"<!-- part: {name} -->"
 
 
-def write_doc(path, parts):
-    """Replaces the parts {section: lines} between the markers of the doc; the others stay."""
+def read_doc(path):
+    """The text of the doc; RunError without the markers."""
     text = path.read_text(encoding="utf-8")
     if text.count(START) != 1 or text.count(END) != 1:
         raise RunError(f"{path} must hold '{START}' and '{END}' once each")
+    return text
+
+
+def write_doc(path, parts):
+    """Replaces the parts {section: lines} between the markers of the doc; the others stay."""
+    text = read_doc(path)
     head, rest = text.split(START)
     middle, tail = rest.split(END)
     kept = {}
@@ -73,6 +79,8 @@ def main(words=None):
     out = options.out or (None if options.quick else CHECKOUT / "doc" / "performance.md")
     parts, rows = {}, []
     try:
+        if out:
+            read_doc(out)  # before the runs, not after them
         with tempfile.TemporaryDirectory() as folder:
             bench = Bench(folder, 1 if options.quick else options.repeats)
             for name in options.sections:

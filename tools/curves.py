@@ -23,6 +23,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 
 from evp import curves, law  # noqa: E402
 
+ELASTIC_END = 0.004  # strain at which the first pairs of Table 1 come to the second regime
 COLUMNS = {
     "E_GPa": "E [GPa]",
     "yield_MPa": "0.2 % yield [MPa]",
@@ -95,6 +96,9 @@ def show_rate_shares(args):
               f"viscous {s.percent(s.viscous):.2f} %, inertial {s.percent(s.inertial):.2f} % "
               f"({1e-6 * s.viscous:.3f} +- {1e-6 * s.resolution:.3f} MPa, "
               f"{1e-6 * s.inertial:.3f} MPa)")
+    if max(strains) > ELASTIC_END:
+        print("+- is the vibration of the twin; beyond the elastic part the pairs that only one of "
+              "the runs lost or met count as viscous too, see doc/Howto_evp.rst")
 
 
 def parser():

@@ -9,6 +9,7 @@ import subprocess
 import sys
 
 import pytest
+from evp import accuracy_cases as cases
 
 CHECKOUT = pathlib.Path(__file__).resolve().parents[2]
 STRESS = "stress_1pc_MPa"
@@ -42,7 +43,8 @@ def stress(rows, knob, choice):
 
 
 def seconds(rows, knob, choice, spheres="500"):
-    return float(rows[knob, choice, spheres, "timed"]["seconds"])
+    """In pulls of the baseline."""
+    return float(rows[knob, choice, spheres, "timed"]["seconds"]) / float(rows[knob, choice, spheres, "timed"]["baseline_seconds"])
 
 
 def test_energy_balance_is_of_second_order_in_the_step(rows):
@@ -94,3 +96,9 @@ def test_results_of_another_program_are_refused(folder):
     (folder / "work" / "stamp").write_text("another", encoding="utf-8")
     run = quick(folder)
     assert run.returncode != 0 and "--fresh" in run.stderr and "Traceback" not in run.stderr
+
+
+def test_energy_and_virial_are_asked_for_at_every_step():
+    """Of the hook: Nevery 1, and as many repeats as steps between two outputs."""
+    words = next(line for line in cases.EVERY_STEP.splitlines() if "ave/time" in line).split()
+    assert words[4] == "1" and words[5] == words[6]

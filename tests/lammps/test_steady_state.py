@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Neither steps nor neighbor builds allocate memory once the arrays have their size."""
+"""Neither steps nor neighbor builds allocate memory once the arrays have their size (atoms that change process may: their
+records are made anew there)."""
 
 import pytest
 from lammps_run import LMP, run_lammps
@@ -19,6 +20,7 @@ neighbor 0.06 bin
 neigh_modify every {every} delay 0 check no
 {styles}
 velocity all create 1e-6 4321
+velocity all set {drift} 0 0 sum yes
 fix move all {move}
 timestep 1e-3
 thermo 1000000
@@ -40,8 +42,8 @@ def allocations(tmp_path, monkeypatch):
         with monkeypatch.context() as preloaded:
             preloaded.setenv("LD_PRELOAD", str(COUNTER))
             preloaded.setenv("EVP_COUNT_ALLOCATIONS", str(tmp_path / "allocations.txt"))
-            run_lammps(DECK.format(styles=styles, steps=steps, every=every, move=move), 1, {}, tmp_path).ok()
-        return int((tmp_path / "allocations.txt").read_text())
+            run = run_lammps(DECK.format(styles=styles, steps=steps, every=every, move=move, drift=2 if every == 1 else 0), 1, {}, tmp_path).ok()
+        return int((tmp_path / "allocations.txt").read_text()), run
 
     return count
 
@@ -49,15 +51,20 @@ def allocations(tmp_path, monkeypatch):
 @pytest.mark.parametrize("every", [1, 1000000], ids=["with builds", "without"])
 @pytest.mark.parametrize("contact, gamma, move", [("literal", 0, "nve"), ("none", 0, "nve"), ("literal", 0.1, "nve"), ("literal", 0.1, "nve/evp")])
 def test_steps_allocate_nothing(allocations, contact, gamma, move, every):
-    """400 more steps. With each build newer releases of LAMMPS list the fixes whose data may grow: one allocation of theirs."""
-    ours = OURS.format(contact=contact, gamma=gamma)
-    own = allocations(ours, 600, every, move) - allocations(ours, 200, every, move)
-    others = allocations(OTHERS, 600, every) - allocations(OTHERS, 200, every)
-    assert own - others <= (400 if every == 1 else 0) + STARTING
+    """400 more steps of a body that drifts through the box. With each build newer releases of LAMMPS list the fixes whose
+    data may grow, one allocation of theirs; 29Sep2021 does not."""
+
+    def of_400_steps(styles, move):
+        (few, _), (many, run) = (allocations(styles, steps, every, move) for steps in (200, 600))
+        return many - few, run
+
+    own, run = of_400_steps(OURS.format(contact=contact, gamma=gamma), move)
+    others, _ = of_400_steps(OTHERS, "nve")
+    assert own - others <= (400 if every == 1 and not run.of_29sep2021() else 0) + STARTING
 
 
 def test_the_counter_counts(allocations):
     """Control: a compute made and taken away at each of 100 more steps."""
     styles = OTHERS + 'run {n} every 1 "compute c all pe" "uncompute c"\n'
-    few, many = (allocations(styles.format(n=n), 1) for n in (10, 110))
+    few, many = (allocations(styles.format(n=n), 1)[0] for n in (10, 110))
     assert many - few >= 100

@@ -183,9 +183,11 @@ def test_command_prints_the_shares(files):
     assert shown.returncode == 0, shown.stderr
     wanted = [f"viscous {300 / s:.2f} %, inertial {70 / s:.2f} %" for s in (43.0, 103.0, 203.0)]
     lines = shown.stdout.splitlines()
-    assert len(lines) == 3 and all(want in line for want, line in zip(wanted, lines)), shown.stdout
+    assert len(lines) == 4 and all(want in line for want, line in zip(wanted, lines)), shown.stdout
+    assert "beyond the elastic part" in lines[3]
     chosen = command(files["damped"], "--twin", files["twin"], "--strains", "0.004")
     assert chosen.stdout.startswith("strain 0.40 %: stress 83.00 MPa, viscous 3.61 %, inertial 0.84 %")
+    assert len(chosen.stdout.splitlines()) == 1, "within the elastic part nothing is to be said"
 
 
 @pytest.mark.parametrize("scale", ["yes", "no"])

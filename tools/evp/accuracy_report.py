@@ -8,46 +8,55 @@ import numpy as np
 
 from . import accuracy_cases as cases
 from .accuracy_cases import KNOBS, RECIPE, TARGET
+from .accuracy_run import STRESSES
 
-MEASURES = {"stress_0.5pc_MPa": "stress at 0.5 %", "stress_1pc_MPa": "at 1 %", "stress_2pc_MPa": "at 1.95 %", "E_GPa": "E",
-            "first_yield_strain": "first yield", "yield_MPa": "0.2 % yield"}
 STRESS = "stress_1pc_MPa"
-STRESSES = ("stress_0.5pc_MPa", STRESS, "stress_2pc_MPa")
+MEASURES = {"stress_0.5pc_MPa": "stress at 0.5 %", STRESS: "at 1 %", "stress_2pc_MPa": "at 1.95 %", "E_GPa": "E",
+            "first_yield_strain": "first yield", "yield_MPa": "0.2 % yield"}
+NUMBERS = (*STRESSES, "E_GPa", "first_yield_strain", "yield_MPa")
+AT = ", ".join(f"{100 * strain:g}" for strain in STRESSES.values()) + " %"
 PROMISES = (1.0, 0.5, 0.1)  # [%] of these stresses
 MARGIN = 1.5  # a choice is recommended where its largest error in the sweep is that much smaller than the promise
+LARGE = 2000  # spheres from which on the limit of infinitely many is looked for
+POWERS = (-1 / 3, -1 / 4, -1 / 2)  # of N in that: the share of the surface, and what else it might be
 
 
 class Choice(NamedTuple):
-    """All seeds of one choice: {seed: {measure: number}}, and its time in units of the baseline (median of the seeds)."""
+    """All seeds of one choice: {seed: {measure: number}}, {seed: time in units of the baseline}, median seconds of run and start."""
 
     knob: str
     name: str
     by_seed: dict
-    time: float
+    times: dict
+    seconds: float
+    start: float
+    ranks: int
+
+    @property
+    def time(self):
+        return statistics.median(self.times.values())
 
 
 class Results:
-    """The rows of a results file, by choice."""
+    """The rows of a results file, by choice: of the sweep, of the unseen body (checks), and by the number of spheres (sizes)."""
 
     def __init__(self, rows, target=TARGET, recipe=RECIPE):
+        rows = list(rows)
         self.target_key, self.recipe_key = target, recipe
-        self.choices, self.energy, self.checks, self.sizes = {}, {}, {}, {}
-        timed = {}
-        for row in rows:
-            key, seed = (row["knob"], row["choice"]), int(row["seed"])
-            if row["kind"] == "ledger":
-                self.energy[key] = float(row["energy_open"])
-                continue
-            numbers = {name: float(row[name]) for name in MEASURES}
-            time = float(row["seconds"]) / float(row["baseline_seconds"])
-            group = self.sizes if row["knob"] == "particles" else self.checks if seed == cases.CHECK_SEED else self.choices
-            key = int(row["spheres"]) if row["knob"] == "particles" else key
-            group.setdefault(key, {})[seed] = numbers
-            timed.setdefault((id(group), key), []).append(time)
-        for group in (self.choices, self.checks, self.sizes):
-            for key, by_seed in group.items():
-                knob, name = ("particles", str(key)) if group is self.sizes else key
-                group[key] = Choice(knob, name, by_seed, statistics.median(timed[id(group), key]))
+        self.energy = {(row["knob"], row["choice"]): float(row["energy_open"]) for row in rows if row["kind"] == "ledger"}
+        timed = [row for row in rows if row["kind"] != "ledger"]
+        self.machine = sorted({(row["lammps"], row["processor"]) for row in timed})
+
+        def of(rows, key):
+            grouped = {}
+            for row in rows:
+                grouped.setdefault(key(row), []).append(row)
+            return {name: choice_of(group) for name, group in grouped.items()}
+
+        small = [row for row in timed if row["knob"] != "particles"]
+        self.sizes = of([row for row in timed if row["knob"] == "particles"], lambda row: int(row["spheres"]))
+        self.choices = of([row for row in small if int(row["seed"]) != cases.CHECK_SEED], lambda row: (row["knob"], row["choice"]))
+        self.checks = of([row for row in small if int(row["seed"]) == cases.CHECK_SEED], lambda row: (row["knob"], row["choice"]))
 
     @property
     def target(self):
@@ -58,18 +67,29 @@ class Results:
         return self.choices.get(self.recipe_key)
 
     def cheaper(self, choice):
-        """Times cheaper than the paper's recipe."""
-        return self.recipe.time / choice.time
+        """Times cheaper than the paper's recipe: (without, with) the start of LAMMPS in both."""
+        whole = [one.seconds + one.start for one in (self.recipe, choice)]
+        return self.recipe.time / choice.time, whole[0] / whole[1]
+
+    def complete(self, choice):
+        """Was it run on every body of the target?"""
+        return set(choice.by_seed) >= set(self.target.by_seed)
 
     def recommended(self):
         """{promise: the cheapest Choice whose largest error against the target is below promise / MARGIN, or None}."""
-        every = len(self.target.by_seed)
         found = {}
         for promise in PROMISES:
-            good = [choice for choice in self.choices.values() if KNOBS[choice.knob].route and len(choice.by_seed) >= every
-                    and worst_stress(choice, self.target) <= promise / MARGIN]
+            good = [choice for choice in self.choices.values() if KNOBS[choice.knob].route and choice is not self.target
+                    and self.complete(choice) and worst_stress(choice, self.target) <= promise / MARGIN]
             found[promise] = min(good, key=lambda choice: choice.time, default=None)
         return found
+
+
+def choice_of(rows):
+    """The Choice of its rows, one of each seed."""
+    return Choice(rows[0]["knob"], rows[0]["choice"], {int(row["seed"]): {name: float(row[name]) for name in NUMBERS} for row in rows},
+                  {int(row["seed"]): float(row["seconds"]) / float(row["baseline_seconds"]) for row in rows},
+                  statistics.median(float(row["seconds"]) for row in rows), float(rows[0]["start_seconds"]), int(rows[0]["ranks"]))
 
 
 def errors(choice, reference, measure=STRESS):
@@ -84,7 +104,7 @@ def largest(values):
 
 
 def worst_stress(choice, reference):
-    """Largest error of the stresses at 0.5, 1 and 1.95 % strain on any body [%]."""
+    """Largest error of all stresses on any body [%]."""
     return max(largest(errors(choice, reference, measure)) for measure in STRESSES)
 
 
@@ -97,15 +117,22 @@ def percent(values):
 
 
 def number(value):
-    """Three digits, without an exponent where that is shorter."""
-    return f"{value:.3g}" if value < 1000 else f"{value:.0f}"
+    """Two digits: times hold no more."""
+    return f"{value:.2g}" if value < 100 else f"{float(f'{value:.2g}'):.0f}"
+
+
+def spread(values):
+    """'median (smallest to largest)' of times."""
+    values = list(values)
+    return number(statistics.median(values)) + (f" ({number(min(values))} to {number(max(values))})" if len(values) > 1 else "")
 
 
 def knob_tables(results):
     """A table for each knob: time, errors of the choice alone, error against the target, energy."""
     lines = ["## Every choice by itself\n",
-             "Errors in percent, mean over the bodies (smallest to largest). They are those of the choice alone, against the choice of",
-             "the same table that is marked *reference*, but for one column against the target. Time: pulls of the baseline.\n"]
+             "Errors in percent, mean over the bodies (smallest to largest), against the choice that is marked *reference*; *target*: the largest error of the",
+             f"stresses at {AT} against the target. Time: pulls of the baseline, median of the bodies. Equal runs in several tables show what the times are worth.",
+             "Energy: what the ledger of fix evp/energy is open by at most, over the work, on one body.\n"]
     for name, knob in KNOBS.items():
         own = [choice for choice in results.choices.values() if choice.knob == name]
         reference = results.choices.get((name, knob.reference))
@@ -113,30 +140,46 @@ def knob_tables(results):
             continue
         balances = {choice.name: results.energy.get((name, choice.name)) for choice in own}
         known = any(balance is not None for balance in balances.values())
-        lines += [f"### {knob.title[0].upper()}{knob.title[1:]}\n",
-                  "| choice | time | " + " | ".join(MEASURES.values()) + " | stress at 1 % against the target |" + " energy balance open, over the work |" * known,
+        lines += [f"### {knob.title[0].upper()}{knob.title[1:]}\n", "| choice | time | " + " | ".join(MEASURES.values()) + " | target |" + " energy |" * known,
                   "|---|---|" + "---|" * (len(MEASURES) + 1 + known)]
         for choice in own:
-            cells = ["reference"] + ["0"] * (len(MEASURES) - 1) if choice is reference else [percent(errors(choice, reference, measure)) for measure in MEASURES]
-            against = percent(errors(choice, results.target)) if results.target else "-"
+            if choice is reference:
+                cells = ["reference"] + [""] * (len(MEASURES) - 1)
+            else:
+                cells = [percent(errors(choice, reference, measure)) for measure in MEASURES]
+            against = f"{worst_stress(choice, results.target):.3f}" if results.target else "-"
             balance = balances[choice.name]
-            lines.append(f"| {choice.name} | {number(choice.time)} | " + " | ".join(cells) + f" | {against} |" + (f" {'-' if balance is None else f'{balance:.1e}'} |" if known else ""))
+            lines.append(f"| {choice.name} | {spread(choice.times.values())} | " + " | ".join(cells) + f" | {against} |"
+                         + (f" {'-' if balance is None else f'{balance:.1e}'} |" if known else ""))
+        place = own.index(reference)
+        beside = [own[k] for k in (place - 1, place + 1) if 0 <= k < len(own)]
+        if beside:
+            closest = min(worst_stress(choice, reference) for choice in beside)
+            lines.append(f"\nThe choice next to the reference differs from it by at most {closest:.3f} % in the stresses: so far the reference can be trusted.")
         lines.append("")
     return lines
 
 
 def extrapolate(sizes, measure):
-    """Value for infinitely many spheres, and what its fit is sure of: a line in N^(-1/3), the share of the surface, through
-    the means of each N from 2000 on; the uncertainty is the change when the largest N is left out. None with under four N."""
-    large = sorted(n for n in sizes if n >= 2000)
+    """Value for infinitely many spheres and what it is uncertain by, a pair; None with under four numbers of spheres.
+
+    A line in N^(-1/3), the share of the surface, through the means of each N from LARGE on, weighted by what a mean is sure of.
+    Uncertain: the largest change by another power, or without one of the N.
+    """
+    large = sorted(n for n in sizes if n >= LARGE)
     if len(large) < 4:
         return None
-    x = np.array([n ** (-1 / 3) for n in large])
-    y = np.array([statistics.mean(numbers[measure] for numbers in sizes[n].by_seed.values()) for n in large])
+    means = np.array([statistics.mean(numbers[measure] for numbers in sizes[n].by_seed.values()) for n in large])
     weight = np.sqrt([len(sizes[n].by_seed) * n for n in large])  # scatter of a body falls as 1/sqrt(N)
-    slope, limit = np.polyfit(x, y, 1, w=weight)
-    without = np.polyfit(x[:-1], y[:-1], 1, w=weight[:-1])[1]
-    return limit, abs(limit - without), slope
+    n = np.array(large, dtype=float)
+
+    def limit(power, kept):
+        return np.polyfit(n[kept] ** power, means[kept], 1, w=weight[kept])[1]
+
+    every = np.ones(len(large), dtype=bool)
+    value = limit(POWERS[0], every)
+    others = [limit(power, every) for power in POWERS[1:]] + [limit(POWERS[0], np.arange(len(large)) != k) for k in range(len(large))]
+    return value, max(abs(other - value) for other in others)
 
 
 def size_table(results):
@@ -144,9 +187,9 @@ def size_table(results):
     if not results.sizes:
         return []
     limits = {measure: extrapolate(results.sizes, measure) for measure in ("E_GPa", STRESS)}
-    lines = ["## How many particles\n", "Table 1 at 10/s, the material kept (e ~ 1/N). Errors in percent against infinitely many, from a line in N^(-1/3), the share",
-             "of the surface, through the means from 2000 on. Scatter: standard deviation over bodies of other seeds.\n",
-             "| spheres | bodies | time | E [GPa] | error | scatter | stress at 1 % [MPa] | error | scatter |", "|---|---|---|---|---|---|---|---|---|"]
+    lines = ["## How many particles\n", f"Table 1 at 10/s, the material kept (e ~ 1/N). Errors in percent against infinitely many, from a line in N^(-1/3) through the means from {LARGE}",
+             "on. Scatter: standard deviation over bodies of other seeds. Times count all ranks, waiting included.\n",
+             "| spheres | bodies | ranks | time | E [GPa] | error | scatter | stress at 1 % [MPa] | error | scatter |", "|---|---|---|---|---|---|---|---|---|---|"]
     for count, choice in sorted(results.sizes.items()):
         cells = []
         for measure, limit in limits.items():
@@ -154,49 +197,49 @@ def size_table(results):
             mean = statistics.mean(values)
             scatter = f"{100 * statistics.stdev(values) / mean:.2f}" if len(values) > 1 else "-"
             cells += [f"{mean:.4g}", f"{100 * (mean / limit[0] - 1):+.1f}" if limit else "-", scatter]
-        lines.append(f"| {count} | {len(choice.by_seed)} | {number(choice.time)} | " + " | ".join(cells) + " |")
+        lines.append(f"| {count} | {len(choice.by_seed)} | {choice.ranks} | {spread(choice.times.values())} | " + " | ".join(cells) + " |")
     if all(limits.values()):
-        shown = [f"{name} {limit:.4g} {unit} (known to {100 * unsure / limit:.1f} %)"
-                 for name, unit, (limit, unsure, _) in zip(("E", "stress at 1 %"), ("GPa", "MPa"), limits.values())]
-        lines.append(f"\nLimit: {', '.join(shown)}.\n")
-        limit, _, slope = limits[STRESS]
-        needed = {promise: (abs(slope) / (0.01 * promise * limit)) ** 3 for promise in (5, 1)}
-        lines.append("A body is within 5 % of the limit's stress at 1 % from about "
-                     f"{number(needed[5])} spheres on, within 1 % from about {needed[1]:.1e}: where the material's own curve is wanted,"
-                     " the number of spheres is the error that counts, and its surface the cause.\n")
+        shown = [f"{name} {limit:.4g} {unit} (uncertain by {100 * unsure / limit:.1f} %: other powers of N, one N left out)"
+                 for name, unit, (limit, unsure) in zip(("E", "stress at 1 %"), ("GPa", "MPa"), limits.values())]
+        lines.append(f"\nLimit: {', '.join(shown)}. Errors smaller than that say little.\n")
     return lines
 
 
 def reference_table(results):
     """Is the target converged? What other ways to the same curve give."""
+    target = results.target
     lines = ["## The target, and whether it is converged\n",
-             f"Target: Table 2 (gamma 1000) at 1/s with {KNOBS[results.target_key[0]].title}, {results.target.name}, of each body. Other converged ways to the",
-             "same curve, departures in percent:\n", "| way | bodies | " + " | ".join(MEASURES.values()) + " |", "|---|---|" + "---|" * len(MEASURES)]
-    for key in (("explicit", "0.2 of the limit"), ("explicit", "0.8 of the limit"), ("implicit", "1e-6 s"), ("implicit", "2e-6 s")):
-        choice = results.choices.get(key)
-        if choice:
-            lines.append(f"| {KNOBS[key[0]].title}: {choice.name} | {len(choice.by_seed)} | " + " | ".join(percent(errors(choice, results.target, measure)) for measure in MEASURES) + " |")
+             f"Target: Table 2 at 1/s, {KNOBS[target.knob].title}, {target.name}, of each body. What other small steps give for the same curve, departures in percent:\n",
+             "| way | bodies | " + " | ".join(MEASURES.values()) + " |", "|---|---|" + "---|" * len(MEASURES)]
+    ways = [results.choices[key] for key in (("explicit", "0.2 of the limit"), ("explicit", "0.8 of the limit"), ("explicit", "0.9 of the limit"),
+                                             ("implicit", "1e-6 s"), ("implicit", "2e-6 s")) if key in results.choices]
+    for choice in ways:
+        lines.append(f"| {KNOBS[choice.knob].title}: {choice.name} | {len(choice.by_seed)} | " + " | ".join(percent(errors(choice, target, measure)) for measure in MEASURES) + " |")
+    if ways:
+        lines.append(f"\nLargest departure of a stress: {max(worst_stress(choice, target) for choice in ways):.3f} %; the smallest promise above is {min(PROMISES):g} %.")
     return lines + [""]
 
 
 def recommendation(results):
     """What to take for which error, how much cheaper it is, and what it gave on a body that the sweep never saw."""
+    recipe = results.recipe
     lines = ["## What to take\n",
-             "The question: the stresses at 0.5, 1 and 1.95 % strain of Table 2 at 1/s (figure 4 of the paper), of a body that is given. The paper's own way,",
-             f"explicit damping, made stable by a step of {results.recipe.name}, takes {number(results.recipe.time)} pulls of the baseline. The cheapest choice that keeps each promise with",
-             f"a margin of {MARGIN} on every body of the sweep, and what it gave on a body that the sweep never saw (seed {cases.CHECK_SEED}):\n",
-             "| for an error of | take | times cheaper than the paper's way | largest error in the sweep [%] | on the unseen body: at 0.5 % | at 1 % | at 1.95 % [%] | promise |",
-             "|---|---|---|---|---|---|---|---|"]
+             f"The question: the stresses at {AT} strain of Table 2 at 1/s (figure 4 of the paper), of a body that is given. The paper's own way is {KNOBS[recipe.knob].title};",
+             f"made stable by a step of {recipe.name} it takes {number(recipe.time)} pulls of the baseline. The cheapest choice that keeps each promise with a margin of {MARGIN} on every body of the sweep,",
+             f"and its errors on a body that the sweep never saw (seed {cases.CHECK_SEED}):\n",
+             "| for an error of | take | times cheaper than the paper's way | with the start of LAMMPS | largest error in the sweep [%] | "
+             + " | ".join(f"unseen: at {100 * strain:g} % [%]" for strain in STRESSES.values()) + " | promise |",
+             "|---|---|---|---|---|" + "---|" * (len(STRESSES) + 1)]
     target = results.checks.get(results.target_key)
     for promise, choice in results.recommended().items():
         if choice is None:
-            lines.append(f"| {promise:g} % | nothing in the sweep | - | - | - | - | - | - |")
+            lines.append(f"| {promise:g} % | nothing in the sweep but the target |" + " - |" * (4 + len(STRESSES)))
             continue
         check = results.checks.get((choice.knob, choice.name))
         seen = [errors(check, target, measure) for measure in STRESSES] if check and target else [[]] * len(STRESSES)
         met = "-" if not seen[0] else "met" if worst_stress(check, target) <= promise else "NOT met"
-        lines.append(f"| {promise:g} % | {KNOBS[choice.knob].title}: {choice.name} | {number(results.cheaper(choice))} | {worst_stress(choice, results.target):.3f} | "
-                     + " | ".join(map(percent, seen)) + f" | {met} |")
+        lines.append(f"| {promise:g} % | {KNOBS[choice.knob].title}: {choice.name} | " + " | ".join(map(number, results.cheaper(choice)))
+                     + f" | {worst_stress(choice, results.target):.3f} | " + " | ".join(map(percent, seen)) + f" | {met} |")
     return lines + [""]
 
 
@@ -210,14 +253,14 @@ def front(points):
     return kept
 
 
-def page(results, picture):
-    """The text of doc/accuracy_cost.md."""
-    lines = ["# What accuracy costs\n", "Written by `tools/accuracy_cost.py` from `doc/accuracy_cost.csv`, the runs of one machine. One unit of work is a pull to 2 %",
-             f"strain. Times are processor times without the start of the program, over that of the baseline, which ran beside each: Table 1, 500 spheres, {cases.BASELINE['rate']}/s, explicit at",
-             f"{cases.BASELINE['dtfraction']} of the limit.\n"]
+def page(results, table, picture):
+    """The text of the page; table and picture: the names of its CSV and its picture."""
+    machines = "; ".join(f"LAMMPS {lammps}, {processor}" for lammps, processor in results.machine)
+    lines = ["# What accuracy costs\n", f"Written by `tools/accuracy_cost.py`; its runs stand in `{table}` ({machines}). One unit of work is a pull to {100 * cases.STRAIN:g} % strain. Times are processor",
+             f"times without the start of the program, over that of the baseline, which ran beside each: Table 1, 500 spheres, {cases.BASELINE['rate']}/s, explicit, `-var dtfraction {cases.BASELINE['dtfraction']}`.\n"]
     if results.target and results.recipe:
         lines += recommendation(results) + [f"![error against time]({picture})\n",
-                                            "Left: every choice on bodies of 500 spheres, largest error of the three stresses and of the bodies against the target; the front is circled. Choices that",
-                                            "change the model (open marks) are no ways to the target. Right: the number of particles, which is an error of its own.\n"] + reference_table(results)
+                                            "Left: every choice on bodies of 500 spheres, largest error of all stresses and bodies against the target; errors below 0.001 % are drawn there, the front is",
+                                            "circled. Choices that change the model (open marks) are no ways to the target. Right: the number of particles, an error of its own.\n"] + reference_table(results)
     lines += size_table(results) + knob_tables(results)
     return "\n".join(lines).rstrip() + "\n"

@@ -9,12 +9,12 @@ import csv
 import hashlib
 import os
 import pathlib
+import platform
 import resource
 import shutil
 import statistics
 import subprocess
 import sys
-import time
 
 import numpy as np
 
@@ -22,29 +22,32 @@ from . import accuracy_cases as cases
 from . import curves, specimen
 from .run import CHECKOUT, DECKS, RunError, format_seconds, lammps_command, lammps_error
 
-COLUMNS = ("knob", "choice", "spheres", "seed", "kind", "ranks", "seconds", "baseline_seconds", "E_GPa", "stress_0.5pc_MPa",
-           "stress_1pc_MPa", "stress_2pc_MPa", "first_yield_strain", "yield_MPa", "energy_open")
-STRESSES = {"stress_0.5pc_MPa": 0.005, "stress_1pc_MPa": 0.01, "stress_2pc_MPa": 0.0195}
-WINDOW = 0.0006  # +- of strain about which a parabola is laid
-MODULUS_END = 0.003
+STRESSES = {"stress_0.3pc_MPa": 0.003, "stress_0.5pc_MPa": 0.005, "stress_0.77pc_MPa": 0.0077, "stress_1pc_MPa": 0.01, "stress_2pc_MPa": 0.0195}
+COLUMNS = ("knob", "choice", "spheres", "seed", "kind", "ranks", "seconds", "baseline_seconds", "start_seconds", *STRESSES, "E_GPa",
+           "first_yield_strain", "yield_MPa", "energy_open", "lammps", "processor")
+WHOLE = 0.999  # of the strain of a pull: what ended before was stopped
+REPEATED = (0.5, 3)  # runs shorter than this [s of processor time] are timed so often, and the median taken
+OWN_NAMES = ("results.csv", "stamp", "run.log", "specimen_*.data")  # in the work folder, beside run/ and native/
 
 
-def local(strain, stress, at, degree):
-    """Value at a strain of a parabola (degree 2) or line through the rows about it, three rows at least: no bias by curvature."""
-    reach = max(WINDOW, np.sort(np.abs(strain - at))[degree]) + 1e-9
+def stress_at(strain, stress, at):
+    """Value at a strain of a parabola through the rows about it, three rows at least: no bias by curvature."""
+    reach = max(curves.STRESS_WINDOW, np.sort(np.abs(strain - at))[2]) + 1e-9
     near = np.abs(strain - at) <= reach
-    return np.polyval(np.polyfit(strain[near] - at, stress[near], degree), 0.0)
+    return np.polyval(np.polyfit(strain[near] - at, stress[near], 2), 0.0)
 
 
 def measures(curve):
-    """What is compared of a curve (rows of any distance): a dict with COLUMNS from E_GPa to yield_MPa.
+    """What is compared of a curve (rows of any distance): a dict with COLUMNS from the stresses to yield_MPa.
 
     E is the slope to 0.3 %, or to the second row where rows are farther apart; first yield the strain where the tangent
-    falls below 90 % of it; nan where the rows are too coarse for a tangent.
+    falls below 90 % of it, nan where the rows are too coarse for a tangent. RunError where the pull ended early.
     """
     strain, stress = curve.strain, curve.virial
-    found = {name: 1e-6 * local(strain, stress, at, 2) for name, at in STRESSES.items()}
-    straight = (strain > 0.0) & (strain <= max(MODULUS_END, np.sort(strain)[1]) + 1e-9)
+    if strain.max() < WHOLE * max(STRESSES.values()):
+        raise RunError(f"the pull ended at a strain of {strain.max():g}")
+    found = {name: 1e-6 * stress_at(strain, stress, at) for name, at in STRESSES.items()}
+    straight = (strain > 0.0) & (strain <= max(curves.MODULUS_END, np.sort(strain)[1]) + 1e-9)
     if np.sum(straight) >= 3:
         modulus = np.polyfit(strain[straight], stress[straight], 1)[0]
     else:
@@ -69,52 +72,93 @@ def processor_seconds(command, folder, log, environment):
     return after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
 
 
+def processor_name():
+    """What the machine calls its processor."""
+    try:
+        with open("/proc/cpuinfo", encoding="utf-8") as source:
+            return next(line.split(":", 1)[1].strip() for line in source if line.startswith("model name"))
+    except (OSError, StopIteration):
+        return platform.processor() or platform.machine()
+
+
 class Laboratory:
     """Where cases are run: a work folder with specimens, results and, where asked, native code."""
 
     def __init__(self, folder, fresh=False):
+        lammps_command()  # a missing lmp is told before anything is forgotten
         self.folder = pathlib.Path(folder).absolute()
-        if fresh and (self.folder / "results.csv").exists():
-            shutil.rmtree(self.folder)
-        (self.folder / "run").mkdir(parents=True, exist_ok=True)
+        self.results, self.inside = self.folder / "results.csv", self.folder / "run"
+        self.own_or_refuse(fresh)
+        self.inside.mkdir(parents=True, exist_ok=True)
+        (self.inside / "empty.lmp").write_text("\n", encoding="utf-8")
         self.environment = dict(os.environ)
         self.environment.setdefault("OMPI_MCA_mpi_yield_when_idle", "1")
-        self.results = self.folder / "results.csv"
         self.check_stamp()
-        self.start = statistics.median(self.lammps(1, "empty.lmp", {}) for _ in range(3))
-        self.baseline_seconds = self.baseline()
+        self.two_ranks = self.has_two_ranks()
+        self.start = {n: statistics.median(self.lammps(n, self.inside / "empty.lmp", {}) for _ in range(5)) for n in ((1, 2) if self.two_ranks else (1,))}
+        self.machine = {"lammps": self.release(), "processor": processor_name()}
+        self.baselines = []
+        for _ in range(3):
+            self.baseline()
+
+    def own_or_refuse(self, fresh):
+        """Takes a folder that is new, empty or ours; forgets what is ours where asked. RunError for any other folder."""
+        if self.folder.exists() and any(self.folder.iterdir()) and not (self.folder / "stamp").exists():
+            raise RunError(f"{self.folder} holds files of others: give --work a folder of its own")
+        if fresh and self.folder.exists():
+            for name in OWN_NAMES:
+                for path in self.folder.glob(name):
+                    path.unlink()
+            for name in ("run", "native"):
+                shutil.rmtree(self.folder / name, ignore_errors=True)
 
     def check_stamp(self):
-        """Results of another program must not be mixed with this one's."""
-        (self.folder / "run" / "empty.lmp").write_text("\n", encoding="utf-8")
+        """Results of another program, deck, plan or measure must not be mixed with this one's."""
         mark = hashlib.sha256(subprocess.run([*lammps_command(), "-h"], stdin=subprocess.DEVNULL, capture_output=True, check=False).stdout)
-        for path in [*sorted(DECKS.glob("in.*")), *sorted((CHECKOUT / "src").iterdir()), pathlib.Path(cases.__file__)]:
+        here = pathlib.Path(__file__).parent
+        sources = [*sorted(DECKS.glob("in.*")), *sorted((CHECKOUT / "src").iterdir()), CHECKOUT / "CMakeLists.txt",
+                   *(here / name for name in ("accuracy_cases.py", "accuracy_run.py", "curves.py", "specimen.py"))]
+        for path in sources:
             mark.update(path.read_bytes())
         stamp = self.folder / "stamp"
         if stamp.exists() and stamp.read_text(encoding="utf-8") != mark.hexdigest():
             raise RunError(f"{self.folder} holds results of another program, deck or plan: start anew with --fresh, or take another --work")
         stamp.write_text(mark.hexdigest(), encoding="utf-8")
 
+    def has_two_ranks(self):
+        """Does mpirun start here?"""
+        try:
+            self.lammps(2, self.inside / "empty.lmp", {})
+            return True
+        except RunError as error:
+            print(f"no run on two ranks here, all go on one: {str(error).splitlines()[0]}", file=sys.stderr, flush=True)
+            return False
+
+    def release(self):
+        """'4 Feb 2025', by the first line that LAMMPS prints."""
+        first = (self.folder / "run.log").read_text(encoding="utf-8", errors="replace")
+        return first.split("LAMMPS (", 1)[1].split(")")[0] if "LAMMPS (" in first else "unknown"
+
     def lammps(self, ranks, deck, variables, native=False):
-        """Processor seconds of one run of a deck in the run folder."""
-        path = deck if (self.folder / "run" / deck).exists() else DECKS / deck
+        """Processor seconds of one run of a deck (a path) in the run folder."""
         words = [word for key, value in variables.items() for word in ("-var", key, str(value))]
-        command = [*lammps_command(ranks), "-in", str(path), "-log", "none", *words]
+        command = [*lammps_command(ranks), "-in", str(deck), "-log", "none", *words]
         environment = dict(self.environment, EVP_PLUGIN_DIR=str(self.folder / "native")) if native else self.environment
-        return processor_seconds(command, self.folder / "run", self.folder / "run.log", environment)
+        return processor_seconds(command, self.inside, self.folder / "run.log", environment)
 
     def specimen(self, spheres, seed):
-        """Data file of in.specimen, made once."""
-        path = self.folder / f"specimen_{spheres}_{seed}.data"
-        if not path.exists():
-            self.lammps(2 if spheres >= 8000 else 1, "in.specimen", {"n": spheres, "seed": seed, "out": "new.data"})
-            (self.folder / "run" / "new.data").replace(path)
-        return path
+        """Name, seen from the run folder, of a data file of in.specimen, made once. LAMMPS takes no path with a space."""
+        name = f"specimen_{spheres}_{seed}.data"
+        if not (self.folder / name).exists():
+            self.lammps(2 if spheres >= 8000 and self.two_ranks else 1, DECKS / "in.specimen", {"n": spheres, "seed": seed, "out": "new.data"})
+            (self.inside / "new.data").replace(self.folder / name)
+        return f"../{name}"
 
     def baseline(self):
-        """Processor seconds of the unit: one pull of 500 spheres to 2 %."""
+        """Processor seconds of the unit, one pull of 500 spheres to 2 %: the median of this one and the two before."""
         words = {"specimen": self.specimen(500, 1), "coeff": cases.TABLE1, "strain": cases.STRAIN, "out": "baseline", **cases.BASELINE}
-        return max(self.lammps(1, "in.traction", words) - self.start, 1e-3)
+        self.baselines.append(max(self.lammps(1, DECKS / "in.traction", words) - self.start[1], 1e-3))
+        return statistics.median(self.baselines[-3:])
 
     def has_own_build(self):
         """Is lmp that of tools/setup.sh, which can load a plugin from elsewhere and knows how it was made?"""
@@ -126,33 +170,39 @@ class Laboratory:
         if (native / "evpplugin.so").exists():
             return
         cache = dict(line.split("=", 1) for line in (own / "CMakeCache.txt").read_text(encoding="utf-8").splitlines() if "=" in line and line[0] not in "#/")
-        given = [f"-D{key}={value}" for key, value in cache.items() if key.split(":")[0] in ("LAMMPS_SOURCE_DIR", "LAMMPS_BUILD_DIR", "CMAKE_BUILD_TYPE", "Python_EXECUTABLE")]
-        for command in (["cmake", "-S", str(CHECKOUT), "-B", str(native), "-DCMAKE_CXX_FLAGS=-march=native", *given],
+        taken = ("LAMMPS_SOURCE_DIR", "LAMMPS_BUILD_DIR", "CMAKE_BUILD_TYPE", "CMAKE_CXX_COMPILER")
+        given = [f"-D{key}={value}" for key, value in cache.items() if key.split(":")[0] in taken]
+        for command in (["cmake", "-S", str(CHECKOUT), "-B", str(native), "-DCMAKE_CXX_FLAGS=-march=native", "-DBUILD_TESTING=off", *given],
                         ["cmake", "--build", str(native), "-j", str(os.cpu_count()), "--target", "evpplugin"]):
             done = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, encoding="utf-8", check=False)
             if done.returncode:
                 raise RunError(f"{' '.join(command)} failed:\n{done.stdout[-1500:]}")
 
     def run(self, case):
-        """One case; its row for results.csv."""
-        data = self.specimen(case.spheres, case.seed)
-        (self.folder / "run" / "also.lmp").write_text(case.hook or "\n", encoding="utf-8")
-        words = {"specimen": data, "out": "case", **case.variables}
+        """One case; its row for results.csv. RunError or ValueError where it gave no whole curve."""
+        ranks = case.ranks if self.two_ranks else 1
+        words = {"specimen": self.specimen(case.spheres, case.seed), "out": "case", **case.variables}
+        (self.inside / "also.lmp").write_text(case.hook or "\n", encoding="utf-8")
         if case.hook:
             words["also"] = "also.lmp"
         if case.keep_modulus:
-            words["coeff"] = same_modulus(words["coeff"], data, words.get("zone"))
+            words["coeff"] = same_modulus(words["coeff"], self.inside / words["specimen"], words.get("zone"))
         if case.native:
             self.build_native()
-        baseline = float("nan") if case.ledger else self.baseline()
-        seconds = max(self.lammps(case.ranks, case.deck, words, case.native) - self.start, 1e-3)
-        row = {"knob": case.knob, "choice": case.choice, "spheres": case.spheres, "seed": case.seed, "kind": case.key[-1], "ranks": case.ranks}
+        for left_before in ("case.csv", "balance.csv"):
+            (self.inside / left_before).unlink(missing_ok=True)
+        row = {"knob": case.knob, "choice": case.choice, "spheres": case.spheres, "seed": case.seed, "kind": case.key[-1], "ranks": ranks, **self.machine}
         if case.ledger:
-            table = np.genfromtxt(self.folder / "run" / "balance.csv", delimiter=",", skip_header=1)
+            self.lammps(ranks, DECKS / case.deck, words, case.native)
+            table = np.genfromtxt(self.inside / "balance.csv", delimiter=",", skip_header=1)
             row["energy_open"] = f"{np.max(np.abs(table[:, 1])) / table[-1, 2]:.5g}"
-        else:
-            row.update(seconds=f"{seconds:.5g}", baseline_seconds=f"{baseline:.5g}")
-            row.update({name: f"{value:.9g}" for name, value in measures(curves.read_curve(self.folder / "run" / "case.csv")).items()})
+            return row
+        times = []
+        while not times or (times[0] < REPEATED[0] and len(times) < REPEATED[1]):
+            baseline = self.baseline()
+            times.append(self.lammps(ranks, DECKS / case.deck, words, case.native) - self.start[ranks])
+        row.update(seconds=f"{max(statistics.median(times), 1e-3):.5g}", baseline_seconds=f"{baseline:.5g}", start_seconds=f"{self.start[ranks]:.5g}")
+        row.update({name: f"{value:.9g}" for name, value in measures(curves.read_curve(self.inside / "case.csv")).items()})
         return row
 
 
@@ -169,17 +219,27 @@ def same_modulus(coeff, data, zone=None):
 
 
 def read_results(path):
-    """{key of a case: row of text} of a results file; RunError where it is not one."""
-    with open(path, newline="", encoding="utf-8") as source:
-        reader = csv.DictReader(source)
-        if tuple(reader.fieldnames or ()) != COLUMNS:
-            raise RunError(f"{path} is no table of results: its first line must be {','.join(COLUMNS)}")
-        return {(row["knob"], row["choice"], row["spheres"], row["seed"], row["kind"]): row for row in reader if row["energy_open"] is not None}
+    """{key of a case: row of text} of a results file, without a last line that was cut short; RunError where it is not one."""
+    text = pathlib.Path(path).read_text(encoding="utf-8")
+    whole = text[:text.rfind("\n") + 1].splitlines()
+    reader = csv.DictReader(whole)
+    if tuple(reader.fieldnames or ()) != COLUMNS:
+        raise RunError(f"{path} is no table of results: its first line must be {','.join(COLUMNS)}")
+    return {(row["knob"], row["choice"], row["spheres"], row["seed"], row["kind"]): row for row in reader}
 
 
-def within_budget(plan, seconds, unit):
-    """The cases that fit into so many seconds, by priority, in the order of the plan; those of priority 1 always do."""
-    cost = {case.key: expected_seconds(case, unit) for case in plan}
+def write_results(path, rows):
+    """A results file with these rows."""
+    with open(path, "w", newline="", encoding="utf-8") as target:
+        writer = csv.DictWriter(target, COLUMNS, restval="", lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def within_budget(plan, known, seconds, unit):
+    """(cases, their expected seconds): those that fit into so many seconds, by priority, in the order of the plan; those of
+    priority 1 always do, and those that are known cost nothing."""
+    cost = {case.key: 0.0 if case.key in known else expected_seconds(case, unit) for case in plan}
     chosen, spent = set(), 0.0
     for case in sorted(plan, key=lambda case: case.priority):
         if case.priority == 1 or spent + cost[case.key] <= seconds:
@@ -189,50 +249,43 @@ def within_budget(plan, seconds, unit):
 
 
 def expected_seconds(case, unit):
-    """Wall time of a case with its baseline [s], unit: processor time of the baseline."""
-    start = 0.6 if case.ledger else 1.2
+    """Wall time of a case with its baselines [s], unit: processor time of the baseline."""
+    start = 0.4
+    if case.ledger:
+        return start + unit * case.guess
+    repeats = REPEATED[1] if unit * case.guess < REPEATED[0] else 1
     making = 30.0 * (case.spheres / 32000) ** 1.15 if case.spheres > 500 else 0.0
-    return start + unit * (1.0 + case.guess / case.ranks) + making
+    return making + repeats * (2.0 * start + unit * (1.0 + case.guess / case.ranks))
 
 
-def run_plan(laboratory, plan, show=None):
-    """All cases that have no result yet; rows go to results.csv at once. Returns all rows by key."""
+def run_plan(laboratory, plan, progress):
+    """All cases that have no result yet; rows go to results.csv at once. Returns all rows by key.
+
+    A failed case of priority 1 ends the sweep with RunError; another one is told and left out.
+    """
     known = read_results(laboratory.results) if laboratory.results.exists() else {}
-    if not known:
-        laboratory.results.write_text(",".join(COLUMNS) + "\n", encoding="utf-8")
+    write_results(laboratory.results, known.values())
     left = [case for case in plan if case.key not in known]
     if len(left) < len(plan):
         print(f"{len(plan) - len(left)} of {len(plan)} runs are there already", file=sys.stderr, flush=True)
-    progress = show or Progress([expected_seconds(case, laboratory.baseline_seconds) for case in left])
-    for number, case in enumerate(left):
-        progress.before(number, f"{case.knob}: {case.choice}, {case.spheres} spheres, seed {case.seed}{', energy' * case.ledger}")
-        try:
-            row = laboratory.run(case)
-        except RunError as error:
-            raise RunError(f"{case.knob}, {case.choice}, seed {case.seed}: {error}") from error
-        with open(laboratory.results, "a", newline="", encoding="utf-8") as target:
-            csv.DictWriter(target, COLUMNS, restval="", lineterminator="\n").writerow(row)
-        known[case.key] = {name: str(row.get(name, "")) for name in COLUMNS}
-    progress.close()
+    with progress([expected_seconds(case, laboratory.baselines[-1]) for case in left]) as bar:
+        for number, case in enumerate(left):
+            bar.before(number, f"{case.knob}: {case.choice}, {case.spheres} spheres, seed {case.seed}{', energy' * case.ledger}")
+            try:
+                row = laboratory.run(case)
+            except (RunError, ValueError) as error:
+                words = f"{case.knob}, {case.choice}, seed {case.seed}: {error}"
+                if case.priority == 1:
+                    raise RunError(words) from error
+                print(f"\nleft out, since it failed: {words}", file=sys.stderr, flush=True)
+                continue
+            with open(laboratory.results, "a", newline="", encoding="utf-8") as target:
+                csv.DictWriter(target, COLUMNS, restval="", lineterminator="\n").writerow(row)
+            known[case.key] = {name: str(row.get(name, "")) for name in COLUMNS}
     return known
 
 
-class Progress:
-    """A bar on a terminal, plain lines elsewhere, with the time left by what the runs were expected to cost."""
-
-    def __init__(self, expected):
-        self.expected, self.begin, self.terminal = expected, time.monotonic(), sys.stderr.isatty()
-
-    def before(self, number, name):
-        done, whole = sum(self.expected[:number]), sum(self.expected)
-        spent = time.monotonic() - self.begin
-        left = whole - done if done < 5.0 else spent * (whole - done) / done
-        share = done / whole
-        bar = f"[{'#' * int(20 * share):<20}] " if self.terminal else ""
-        text = f"{bar}{number + 1}/{len(self.expected)}, about {format_seconds(left)} left: {name}"
-        print(f"\r\x1b[K{text}" if self.terminal else text, end="" if self.terminal else "\n", file=sys.stderr, flush=True)
-
-    def close(self):
-        if self.terminal:
-            print("\r\x1b[K", end="", file=sys.stderr)
-        print(f"{len(self.expected)} runs in {format_seconds(time.monotonic() - self.begin)}", file=sys.stderr, flush=True)
+def describe(plan, every, seconds):
+    """A line that says what is going to be done."""
+    left_out = len(every) - len(plan)
+    return f"{len(plan)} runs, about {format_seconds(seconds)}" + (f"; {left_out} left out for the budget" if left_out else "")

@@ -32,13 +32,16 @@ class Timing(NamedTuple):
     output: str
 
 
+def environment():
+    """Of every run: ranks that spin while they wait suffer where cores are shared, and one rank is bound to no core either."""
+    return {"OMPI_MCA_mpi_yield_when_idle": "1", "OMPI_MCA_hwloc_base_binding_policy": "none", **os.environ}
+
+
 def run_scene(scene, folder):
     """The Timing of a scene's last run; RunError with the end of the output where it failed."""
     (folder / "scene.lmp").write_text(scene.deck, encoding="utf-8")
     command = [*lammps_command(scene.ranks), "-in", "scene.lmp", "-log", "none"]
-    environment = dict(os.environ)
-    environment.setdefault("OMPI_MCA_mpi_yield_when_idle", "1")  # ranks that spin while they wait suffer where cores are shared
-    run = subprocess.run(command, cwd=folder, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+    run = subprocess.run(command, cwd=folder, env=environment(), stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                          encoding="utf-8", errors="replace", check=False)
     loops = LOOP.findall(run.stdout)
     if run.returncode or not loops:

@@ -5,12 +5,13 @@ A section takes the Bench that runs scenes in rounds and the Sizes, and returns 
 of its part of the CSV, dicts of section, name, x and value.
 """
 
+import math
 import subprocess
 import sys
 import time
 
 from . import bench_scenes as scenes
-from .bench_run import median, ratios, spread
+from .bench_run import environment, median, ratios, spread
 from .run import DECKS, RunError, lammps_command
 
 
@@ -42,8 +43,11 @@ def lattice_section(bench, sizes):
     for name, values in cost.items():
         lines.append(f"| {name} | {spread(values)} | {spread(ratios(values, cost['lj/cut']))} | {spread(ratios(values, cost['evp/lj']))} |")
     table = results["evp/lj, pairs crossing xi_s"][-1].output.splitlines()
-    share = float(table[table.index(next(line for line in table if line.startswith("Loop"))) - 1].split()[1]) / (9 * 4 * sizes.cells**3)
-    lines.append(f"\nIn *pairs crossing xi_s* {100 * share:.0f} % of the pairs are in the second regime after {sizes.steps + 5} steps, none at the start.\n")
+    share = float(table[table.index(next(line for line in table if line.startswith("Loop"))) - 1].split()[1]) / (scenes.HALF_PAIRS * 4 * sizes.cells**3)
+    per = sizes.steps * 4 * sizes.cells**3 * scenes.HALF_PAIRS * 1e-9
+    damped, plain = ([(timing.parts["Pair"] + timing.parts["Comm"]) / per for timing in results[name]] for name in ("evp/lj, gamma > 0", "evp/lj"))
+    lines.append(f"\nIn *pairs crossing xi_s* {100 * share:.0f} % of the pairs are in the second regime after {sizes.steps + 5} steps, none at the start. With the")
+    lines.append(f"communication counted, ghost velocities among it, *gamma > 0* costs {spread(ratios(damped, plain))} of gamma = 0.\n")
     return lines, [row("lattice", name, "", median(values)) for name, values in cost.items()]
 
 
@@ -62,7 +66,10 @@ def effects_section(bench, sizes):
              "| effect | step with it over step without it |", "|---|---|"]
     rows = []
     for title, with_it, without in pairs:
-        loops = [[timing.loop for timing in results[scene.name]] for scene in (with_it, without)]
+        both = [results[scene.name] for scene in (with_it, without)]
+        if any(timing.builds for timings in both for timing in timings):
+            raise RunError(f"effect '{title}': neighbor lists were built, which spoils the comparison")
+        loops = [[timing.loop for timing in timings] for timings in both]
         lines.append(f"| {title} | {spread(ratios(*loops))} |")
         rows.append(row("effects", title, "", median(ratios(*loops))))
     return lines + [""], rows
@@ -88,8 +95,10 @@ def random_section(bench, sizes):
     make_specimen(bench.folder, sizes.spheres)
     every = [scenes.random_body(style, style, "random.data", sizes.steps) for style in ("evp/lj", "lj/cut")]
     results = bench.rounds(every, "random")
+    if any(timing.builds for timings in results.values() for timing in timings):
+        raise RunError("whole step: neighbor lists were built, which spoils the comparison")
     cost = {name: [timing.loop / sizes.steps / timing.atoms * 1e9 for timing in timings] for name, timings in results.items()}
-    return [f"### Whole step\n\nRandom specimen of {sizes.spheres} spheres by in.specimen, one core.\n",
+    return [f"### Whole step\n\nRandom specimen of {sizes.spheres} spheres by in.specimen, one core; a look at each step whether the neighbor list holds, which it does.\n",
             "| style | ns per particle and step | over lj/cut |", "|---|---|---|",
             *(f"| {name} | {spread(values, '%.0f')} | {spread(ratios(values, cost['lj/cut']))} |" for name, values in cost.items()), ""], [
                 row("random", name, sizes.spheres, median(values)) for name, values in cost.items()]
@@ -102,7 +111,7 @@ def make_specimen(folder, spheres, name="random.data"):
     print(f"in.specimen, {spheres} spheres on 2 ranks", file=sys.stderr, flush=True)
     begin = time.monotonic()
     command = [*lammps_command(2), "-in", str(DECKS / "in.specimen"), "-log", "none", "-var", "n", str(spheres), "-var", "out", name]
-    run = subprocess.run(command, cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
+    run = subprocess.run(command, cwd=folder, env=environment(), stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
     if run.returncode:
         raise RunError("in.specimen failed; its output ends with\n" + run.stdout.decode(errors="replace")[-1500:])
     return time.monotonic() - begin
@@ -110,67 +119,75 @@ def make_specimen(folder, spheres, name="random.data"):
 
 def scale_section(bench, sizes):
     """Cost and memory per particle against their number."""
-    lines = ["### Scale\n\nThe same lattice, one core; memory as LAMMPS counts it.\n",
-             "| spheres | ns per particle and step | over the row before | memory per particle [kB] |", "|---|---|---|---|"]
     every = [scenes.ours(f"{4 * cells**3} spheres", cells, max(20, min(2000, sizes.steps * 32000 // (4 * cells**3)))) for cells in sizes.scale]
+    base = every[1]
+    lines = ["### Scale\n\nThe same lattice, one core; memory as LAMMPS counts it.\n",
+             f"| spheres | ns per particle and step | over that of {base.atoms} | memory per particle [kB] |", "|---|---|---|---|"]
     results = bench.rounds(every, "scale")
-    before, rows = None, []
+    costs, rows = {scene.name: [timing.loop / scene.steps / scene.atoms * 1e9 for timing in results[scene.name]] for scene in every}, []
     for scene in every:
-        cost = [timing.loop / scene.steps / scene.atoms * 1e9 for timing in results[scene.name]]
-        growth = spread(ratios(cost, before)) if before else ""
-        lines.append(f"| {scene.atoms} | {spread(cost, '%.0f')} | {growth} | {results[scene.name][-1].memory * 1024 / scene.atoms:.2f} |")
+        cost = costs[scene.name]
+        lines.append(f"| {scene.atoms} | {spread(cost, '%.0f')} | {spread(ratios(cost, costs[base.name]))} | {results[scene.name][-1].memory * 1024 / scene.atoms:.2f} |")
         rows.append(row("scale", "evp/lj", scene.atoms, median(cost)))
-        before = cost
     return lines + [""], rows
 
 
 def ranks_section(bench, sizes):
-    """Whole steps on one and two ranks, with neighbor builds where they are due; and what follows for many ranks."""
-    watched, steps = scenes.ALWAYS.replace("check no", "check yes"), max(20, sizes.steps // 4)
+    """Whole steps on one and two ranks; and what follows for many ranks."""
+    watched = scenes.ALWAYS.replace("check no", "check yes")
     lines, rows, scaling = ["### Ranks\n"], [], {}
+
+    def steps(spheres):
+        return sizes.steps if sizes.steps < 100 else max(100, min(1000, 32000000 // spheres))
+
     for cells in sizes.ranks:
         atoms = 4 * cells**3
-        scaling[f"strong: lattice of {atoms}"] = [scenes.ours(f"lattice {atoms}, {n} rank", cells, steps, ranks=n, neigh=watched) for n in (1, 2)]
+        scaling[f"strong: lattice of {atoms}"] = [scenes.ours(f"lattice {atoms}, {n} rank", cells, steps(atoms), ranks=n, neigh=watched) for n in (1, 2)]
         scaling[f"weak: lattice of {atoms} per rank"] = [
-            scenes.ours(f"lattice {atoms} per rank, {n} rank", cells, steps, ranks=n, neigh=watched, long=n * cells) for n in (1, 2)]
+            scenes.ours(f"lattice {atoms} per rank, {n} rank", cells, steps(2 * atoms), ranks=n, neigh=watched, long=n * cells) for n in (1, 2)]
     for spheres in sizes.random_ranks:
-        took = make_specimen(bench.folder, spheres, f"random_{spheres}.data")
-        lines.append(f"in.specimen made the random specimen of {spheres} spheres in {took:.0f} s on two ranks.\n")
-        scaling[f"strong: random specimen of {spheres}"] = [
-            scenes.random_body(f"random {spheres}, {n} rank", "evp/lj", f"random_{spheres}.data", steps, ranks=n) for n in (1, 2)]
+        name = "random.data" if spheres == sizes.spheres else f"random_{spheres}.data"
+        took = make_specimen(bench.folder, spheres, name)
+        if took:
+            lines.append(f"in.specimen made the random specimen of {spheres} spheres in {took:.0f} s on two ranks.\n")
+        scaling[f"strong: random specimen of {spheres}"] = [scenes.random_body(f"random {spheres}, {n} rank", "evp/lj", name, steps(spheres), ranks=n) for n in (1, 2)]
     results = bench.rounds([scene for both in scaling.values() for scene in both], "ranks")
-    lines += ["| body | two ranks over one: speed (strong), efficiency (weak) | Comm, share of the loop on two ranks |", "|---|---|---|"]
+    lines += ["A look at each step whether the neighbor list holds, which it does.\n", "| body | two ranks over one: speed (strong), efficiency (weak) | Comm, share of the loop on two ranks |", "|---|---|---|"]
     for title, both in scaling.items():
         one, two = ([timing.loop for timing in results[scene.name]] for scene in both)
-        share = [timing.parts["Comm"] / timing.loop for timing in results[both[1].name]]
-        lines.append(f"| {title} | {spread(ratios(one, two))} | {spread([100 * value for value in share], '%.0f')} % |")
+        share = [100.0 * timing.parts["Comm"] / timing.loop for timing in results[both[1].name]]
+        lines.append(f"| {title} | {spread(ratios(one, two))} | {spread(share, '%.0f')} % |")
         rows.append(row("ranks", title, 2, median(ratios(one, two))))
-    weak = next(both for title, both in reversed(list(scaling.items())) if title.startswith("weak"))
-    return lines + [""] + many_ranks(weak[1], results[weak[1].name]), rows
+    weak = next(both[0] for title, both in scaling.items() if title.startswith("weak"))
+    return lines + [""] + many_ranks(weak, results[weak.name]), rows
 
 
-NODE_BANDWIDTH, RANKS_PER_NODE, LATENCY = 12.5e9, 32, 2e-6  # [byte/s], [1], [s]: assumptions, a common network of today
-MESSAGES, BYTES = 12, 48  # of a step: six neighbors, positions out and forces back; bytes per ghost for both
+NODE_BANDWIDTH, RANKS_PER_NODE, LATENCY, RANKS = 12.5e9, 32, 2e-6, 4096  # [byte/s], [1], [s], [1]: assumptions, a common network of today
+MESSAGES = 12  # of a step: six neighbors, positions out and forces back
+BYTES = 24 + 48  # per ghost and step: positions; forces and, of atom_style sphere, torques
+VELOCITY_BYTES = 48  # with gamma > 0: velocities and angular velocities
+
+
+def ghosts_of(particles):
+    """Ghosts about a cube of so many particles of the lattice."""
+    reach = scenes.REACH + scenes.SKIN
+    side = (particles / 2**0.5) ** (1 / 3)  # of the cube, in diameters: the lattice has sqrt(2) spheres in each cubed
+    return 2**0.5 * ((side + 2.0 * reach) ** 3 - side**3)
 
 
 def many_ranks(scene, timings):
-    """A model, on paper, of a step on many ranks from the surface of a rank's cube of particles."""
-    reach = scenes.REACH + 0.06
-    particles = scene.atoms / scene.ranks
-
-    def ghosts_of(n):
-        side = (n / 2**0.5) ** (1 / 3)  # of the cube, in diameters: the lattice has sqrt(2) spheres in each cubed
-        return 2**0.5 * ((side + 2.0 * reach) ** 3 - side**3)
-
+    """A model, on paper, of a step on many ranks from the surface of a rank's cube of particles; timings: of one rank."""
     ghosts = median([timing.ghosts for timing in timings])
-    work = median([(timing.loop - timing.parts["Comm"]) / scene.steps / particles for timing in timings])
+    work = median([(timing.parts["Pair"] + timing.parts["Modify"]) / scene.steps / scene.atoms for timing in timings])
     copy = median([timing.parts["Comm"] / scene.steps / timing.ghosts for timing in timings])
+    looks = 2.0 * math.log2(RANKS) * LATENCY
     lines = ["#### Many ranks, on paper\n",
-             f"Measured in the last weak case: {1e9 * work:.0f} ns of work per particle and step, {1e9 * copy:.0f} ns per ghost in Comm, waiting included; {ghosts:.0f} ghosts per rank, where a cube of",
-             f"as many particles has {ghosts_of(particles):.0f}. Assumed: cubes, equal work, {MESSAGES} messages a step one after the other at {1e6 * LATENCY:g} us, {BYTES} bytes per ghost",
-             f"(gamma > 0: half as many again) that all leave the node, {RANKS_PER_NODE} ranks of which share {1e-9 * NODE_BANDWIDTH:g} GB/s; no overlap of work and messages; no reductions, as a quiet step has none.\n",
-             "| particles per rank | ghosts | work [us] | copies [us] | network [us] | latency [us] | efficiency |", "|---|---|---|---|---|---|---|"]
+             f"Measured on one rank, lattice of {scene.atoms}: {1e9 * work:.0f} ns of forces and time integration per particle and step, {1e9 * copy:.1f} ns of copies per ghost; {ghosts:.0f} ghosts, a cube by the formula has {ghosts_of(scene.atoms):.0f}.",
+             f"Assumed: {RANKS} ranks, cubes, equal work, the cost per particle that of this number; {MESSAGES} messages a step one after the other at {1e6 * LATENCY:g} us; {BYTES} bytes per ghost (gamma > 0: {BYTES + VELOCITY_BYTES}),",
+             f"all of which leave the node, the worst case, where {RANKS_PER_NODE} ranks share {1e-9 * NODE_BANDWIDTH:g} GB/s; a look whether the list holds, one reduction over a tree; no overlap of work and messages; no neighbor builds.",
+             "Efficiency is work over all.\n",
+             "| particles per rank | ghosts | work [us] | copies [us] | network [us] | latency [us] | reduction [us] | efficiency |", "|---|---|---|---|---|---|---|---|"]
     for n in (100000, 30000, 10000, 3000, 1000):
-        parts = (work * n, copy * ghosts_of(n), BYTES * ghosts_of(n) * RANKS_PER_NODE / NODE_BANDWIDTH, MESSAGES * LATENCY)
+        parts = (work * n, copy * ghosts_of(n), BYTES * ghosts_of(n) * RANKS_PER_NODE / NODE_BANDWIDTH, MESSAGES * LATENCY, looks)
         lines.append(f"| {n} | {ghosts_of(n):.0f} | " + " | ".join(f"{1e6 * part:.0f}" for part in parts) + f" | {parts[0] / sum(parts):.2f} |")
     return lines + [""]

@@ -9,6 +9,9 @@ gamma = 0, which has the same inertia. At a strain,
               the grips pull more than the sections carry accelerates the material between them
   resolution  the same of the twin. Nothing damps its vibration, which the difference contains
 
+Beyond the elastic part the two runs lose and make other pairs: that difference counts as viscous
+and is in no number here.
+
 stress_grip is half of the pull at both ends, so that masses which swing to one end as a whole are
 not seen. A symmetric pull hardly makes any.
 """
