@@ -43,25 +43,27 @@ class Case(NamedTuple):
 
 
 class Knob(NamedTuple):
-    """What a knob is about. route: its choices answer the target's question, by the same model on the same body."""
+    """What a knob is about. route: its choices answer the target's question, by the same model on the same body.
+    converges: its choices tend to the reference, in their order."""
 
     title: str
     reference: str  # choice that its others are compared with
     route: bool
     colour: str
+    converges: bool = False
 
 
 KNOBS = {
-    "explicit": Knob("step, explicit damping, 1/s", "0.4 of the limit", True, "#CC3311"),
-    "implicit": Knob("step, implicit damping, 1/s", "1e-6 s", True, "#0072B2"),
-    "tol": Knob("tol of fix nve/evp, 1e-5 s, 1/s", "1e-8", True, "#56B4E9"),
+    "explicit": Knob("step, explicit damping, 1/s", "0.4 of the limit", True, "#CC3311", True),
+    "implicit": Knob("step, implicit damping, 1/s", "1e-6 s", True, "#0072B2", True),
+    "tol": Knob("tol of fix nve/evp, 1e-5 s, 1/s", "1e-8", True, "#56B4E9", True),
     "damped rate": Knob("rate, implicit damping", "1/s", True, "#009E73"),
-    "rate": Knob("rate, no damping", "1/s", True, "#E69F00"),
+    "rate": Knob("rate, no damping", "1/s", True, "#E69F00", True),
     "start": Knob("start, no damping, 10/s", "linear profile", True, "#A0522D"),
-    "step": Knob("step, no damping, 10/s", "0.05 of the limit", True, "#6F4A8E"),
-    "increment": Knob("increment at rest", "0.0001", True, "#111111"),
-    "rest": Knob("tolerance at rest", "3e-5", True, "#777777"),
-    "rows": Knob("averaging of the stress, no damping, 10/s", "14 stresses per 1e-4", True, "#CC79A7"),
+    "step": Knob("step, no damping, 10/s", "0.05 of the limit", True, "#6F4A8E", True),
+    "increment": Knob("increment at rest", "0.0001", True, "#111111", True),
+    "rest": Knob("tolerance at rest", "3e-5", True, "#777777", True),
+    "rows": Knob("averaging of the stress, no damping, 10/s", "14 stresses per 1e-4", True, "#CC79A7", True),
     "contact": Knob("pairs that meet later, no damping, 10/s", "literal", False, "#882255"),
     "alpha": Knob("alpha, E kept, no damping, 10/s", "1.5", False, "#999933"),
     "zone": Knob("zone of the bonds, E kept, contact none, no damping, 10/s", "1.5", False, "#DDCC77"),

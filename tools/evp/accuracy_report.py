@@ -153,9 +153,9 @@ def knob_tables(results):
                          + (f" {'-' if balance is None else f'{balance:.1e}'} |" if known else ""))
         place = own.index(reference)
         beside = [own[k] for k in (place - 1, place + 1) if 0 <= k < len(own)]
-        if beside:
+        if beside and knob.converges:
             closest = min(worst_stress(choice, reference) for choice in beside)
-            lines.append(f"\nThe choice next to the reference differs from it by at most {closest:.3f} % in the stresses: so far the reference can be trusted.")
+            lines.append(f"\nThe choice next to the reference departs from it by at most {closest:.3f} % in the stresses: so far the reference can be trusted.")
         lines.append("")
     return lines
 
