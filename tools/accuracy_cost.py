@@ -20,7 +20,6 @@ from evp import accuracy_cases as cases
 from evp.accuracy_figure import pareto
 from evp.accuracy_report import Results, page
 from evp.accuracy_run import Laboratory, describe, read_results, run_plan, within_budget, write_results
-from evp.progress import Progress
 from evp.run import CHECKOUT, RunError, format_seconds
 
 SHARE = 0.75  # of the budget that is planned: the rest is for the check on an unseen body and for what takes longer
@@ -31,7 +30,7 @@ def sweep(options):
     begin = time.monotonic()
     laboratory = Laboratory(options.work, options.fresh)
     if options.quick:
-        return run_plan(laboratory, cases.quick_cases(), Progress)
+        return run_plan(laboratory, cases.quick_cases())
     every = [case for case in cases.all_cases() if not case.native or laboratory.has_own_build()]
     known = read_results(laboratory.results) if laboratory.results.exists() else {}
     seconds = 60.0 * options.budget
@@ -39,9 +38,9 @@ def sweep(options):
     if expected > seconds:
         raise RunError(f"the cases that the page needs take about {format_seconds(expected)}: give --budget {expected / 60.0 / SHARE:.0f} or more")
     print(describe(plan, every, expected), file=sys.stderr, flush=True)
-    rows = run_plan(laboratory, plan, Progress)
+    rows = run_plan(laboratory, plan)
     chosen = [(choice.knob, choice.name) for choice in Results(rows.values()).recommended().values() if choice]
-    rows = {**rows, **run_plan(laboratory, cases.check_cases(chosen), Progress)}
+    rows = {**rows, **run_plan(laboratory, cases.check_cases(chosen))}
     print(f"all in {format_seconds(time.monotonic() - begin)}", file=sys.stderr, flush=True)
     return rows
 

@@ -20,6 +20,7 @@ import numpy as np
 
 from . import accuracy_cases as cases
 from . import curves, specimen
+from .progress import Progress
 from .run import CHECKOUT, DECKS, RunError, format_seconds, lammps_command, lammps_error
 
 STRESSES = {"stress_0.3pc_MPa": 0.003, "stress_0.5pc_MPa": 0.005, "stress_0.77pc_MPa": 0.0077, "stress_1pc_MPa": 0.01, "stress_2pc_MPa": 0.0195}
@@ -258,7 +259,7 @@ def expected_seconds(case, unit):
     return making + repeats * (2.0 * start + unit * (1.0 + case.guess / case.ranks))
 
 
-def run_plan(laboratory, plan, progress):
+def run_plan(laboratory, plan):
     """All cases that have no result yet; rows go to results.csv at once. Returns all rows by key.
 
     A failed case of priority 1 ends the sweep with RunError; another one is told and left out.
@@ -268,7 +269,7 @@ def run_plan(laboratory, plan, progress):
     left = [case for case in plan if case.key not in known]
     if len(left) < len(plan):
         print(f"{len(plan) - len(left)} of {len(plan)} runs are there already", file=sys.stderr, flush=True)
-    with progress([expected_seconds(case, laboratory.baselines[-1]) for case in left]) as bar:
+    with Progress([expected_seconds(case, laboratory.baselines[-1]) for case in left]) as bar:
         for number, case in enumerate(left):
             bar.before(number, f"{case.knob}: {case.choice}, {case.spheres} spheres, seed {case.seed}{', energy' * case.ledger}")
             try:
