@@ -7,6 +7,8 @@
 #ifndef EVP_PAIRS_H
 #define EVP_PAIRS_H
 
+#include "evp_prefetch.h"
+
 #include <algorithm>
 #include <cstddef>
 #include <vector>
@@ -61,6 +63,15 @@ class PackedPairs {
 
   /// 2 law + is_bond of each pair.
   const int *kind() const { return kind_of.data(); }
+
+  /// Asks the memory for what a step reads of pairs [first, first + n), where they exist.
+  void prefetch(size_t first, size_t n) const
+  {
+    n = first < count ? std::min(n, count - first) : 0;
+    EVP::prefetch(inverse_deq.data() + first, n * sizeof(double));
+    EVP::prefetch(cut_squared.data() + first, n * sizeof(double));
+    EVP::prefetch(partner.data() + first, n * sizeof(int));
+  }
 
   double memory_usage() const
   {

@@ -21,11 +21,6 @@
 using namespace LAMMPS_NS;
 using namespace FixConst;
 
-static bool precedes(const FixEVPBonds::Bond &bond, tagint partner)
-{
-  return bond.partner < partner;
-}
-
 /* ----------------------------------------------------------------------
    fix ID group evp/bonds [zone Z | file FILE]
 ------------------------------------------------------------------------- */
@@ -201,8 +196,20 @@ void FixEVPBonds::setup_pre_force(int /*vflag*/)
 
 double FixEVPBonds::find_deq(int i, tagint partner) const
 {
-  const auto found = std::lower_bound(bonds[i].begin(), bonds[i].end(), partner, precedes);
-  return found != bonds[i].end() && found->partner == partner ? found->deq : 0.0;
+  for (const Bond &bond : bonds[i])
+    if (bond.partner == partner) return bond.deq;
+  return 0.0;
+}
+
+/* ---------------------------------------------------------------------- */
+
+FixEVPBonds::Bonds FixEVPBonds::sorted_bonds_of(int i) const
+{
+  Bonds sorted = bonds[i];
+  std::sort(sorted.begin(), sorted.end(), [](const Bond &a, const Bond &b) {
+    return a.partner < b.partner;
+  });
+  return sorted;
 }
 
 /* ----------------------------------------------------------------------

@@ -10,6 +10,7 @@ FixStyle(evp/bonds,FixEVPBonds);
 #define LMP_FIX_EVP_BONDS_H
 
 #include "evp_bond_file.h"
+#include "evp_prefetch.h"
 #include "fix.h"
 
 #include <algorithm>
@@ -29,7 +30,7 @@ class FixEVPBonds : public Fix {
     double deq;    ///< distance at recording [length]
   };
 
-  /// The records of one atom, in the order of the partners' tags.
+  /// The records of one atom, in the order of the last neighbor list.
   using Bonds = std::vector<Bond>;
 
   FixEVPBonds(class LAMMPS *, int, char **);
@@ -60,16 +61,16 @@ class FixEVPBonds : public Fix {
   bool has_recorded() const { return recorded; }
   const Bonds &bonds_of(int i) const { return bonds[i]; }
 
+  /// The same in the order of the partners' IDs.
+  Bonds sorted_bonds_of(int i) const;
+
+  /// Whoever goes through a neighbor list may change their order, see EVP::Partners.
+  Bonds &ordered_bonds_of(int i) { return bonds[i]; }
+
   /// Asks the memory for the records of an atom that is next but a few, for 32 of them at most.
   void prefetch_bonds_of(int i) const
   {
-#if defined(__GNUC__)
-    const char *const begin = reinterpret_cast<const char *>(bonds[i].data());
-    const long size = (long) (std::min<size_t>(bonds[i].size(), 32) * sizeof(Bond));
-    for (long at = 0; at < size; at += 64) __builtin_prefetch(begin + at);
-#else
-    (void) i;
-#endif
+    EVP::prefetch(bonds[i].data(), std::min<size_t>(bonds[i].size(), 32) * sizeof(Bond));
   }
 
   /// ID of a local atom that is not the one recorded under it: renumbered since, or a new atom that
@@ -115,7 +116,7 @@ class FixEVPBonds : public Fix {
   void check_restored();
   void check_unique_ids() const;
   void check_zone(const class PairEVPLJ *) const;
-  void sort_records();
+  void check_unique() const;
   void make_room_for(int);
   void give_back_room(int, size_t);
   int pack_bonds(int, double *) const;

@@ -31,7 +31,7 @@ void FixEVPBonds::record()
     record_zone(pair);
   else
     record_file(pair);
-  sort_records();
+  check_unique();
 
   int most_here = 0, most;
   bigint sides_here = 0, sides;
@@ -64,20 +64,18 @@ void FixEVPBonds::record()
 }
 
 /* ----------------------------------------------------------------------
-   by the partners' tags; a partner that is there twice has two deq
+   a partner that is there twice has two deq
 ------------------------------------------------------------------------- */
 
-void FixEVPBonds::sort_records()
+void FixEVPBonds::check_unique() const
 {
   for (int i = 0; i < atom->nlocal; i++) {
-    std::sort(bonds[i].begin(), bonds[i].end(), [](const Bond &a, const Bond &b) {
-      return a.partner < b.partner;
-    });
+    const Bonds sorted = sorted_bonds_of(i);
     const auto twice =
-        std::adjacent_find(bonds[i].begin(), bonds[i].end(), [](const Bond &a, const Bond &b) {
+        std::adjacent_find(sorted.begin(), sorted.end(), [](const Bond &a, const Bond &b) {
           return a.partner == b.partner;
         });
-    if (twice == bonds[i].end()) continue;
+    if (twice == sorted.end()) continue;
     const tagint low = std::min(atom->tag[i], twice->partner);
     const tagint high = std::max(atom->tag[i], twice->partner);
     if (!file.empty())

@@ -44,8 +44,7 @@ class FixEVPEnergy : public NodalExchange<Fix> {
   int unpack_exchange(int, double *) override;
 
  private:
-  static constexpr int VELOCITIES =
-      6;    // values per atom of the two velocities that pairs ask for
+  static constexpr int VELOCITIES = 6;    // per atom: of both velocities that pairs ask for
   enum Entry { KINETIC, FIRST, SECOND, LOST, CONTACTS, DISSIPATED, MOVERS, OTHERS, NENTRIES };
 
   /// What the pairs hold and do at one instant, over all processes.

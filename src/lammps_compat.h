@@ -14,6 +14,7 @@
 #endif
 #include "neighbor.h"
 #include "output.h"
+#include "pair.h"
 
 #include <cstdio>
 #include <vector>
@@ -58,6 +59,11 @@ namespace compat {
     {
       comm->forward_comm_fix(owner);
     }
+    template <class C>
+    auto forward(C *comm, LAMMPS_NS::Pair *owner, long) -> decltype(comm->forward_comm_pair(owner))
+    {
+      comm->forward_comm_pair(owner);
+    }
     template <class C, class Owner>
     auto reverse(C *comm, Owner *owner, int) -> decltype(comm->reverse_comm(owner))
     {
@@ -100,6 +106,11 @@ namespace compat {
     return compute;
   }
 
+  inline LAMMPS_NS::Pair *base_of(LAMMPS_NS::Pair *pair)
+  {
+    return pair;
+  }
+
   /// The half neighbor list of a pair style, by the call that every release has.
   inline void request_half_list(LAMMPS_NS::Neighbor *neighbor, LAMMPS_NS::Pair *pair, int instance)
   {
@@ -112,7 +123,7 @@ namespace compat {
     detail::request_full(neighbor, fix, instance, 0);
   }
 
-  /// Values of a fix or compute from owned atoms to their ghosts.
+  /// Values of a fix, compute or pair style from owned atoms to their ghosts.
   template <class Owner> void forward_comm(LAMMPS_NS::Comm *comm, Owner *owner)
   {
     detail::forward(comm, base_of(owner), 0);

@@ -72,9 +72,11 @@ void PairEVPLJ::compute(int eflag, int vflag)
   const bool together = neighbor->ago == 0 || repack;
   if (together || (radii_vary && radii_changed())) pack(together);
 
-  if (damping_acts() && explicit_damping)
+  velocities_sent = damping_acts() && explicit_damping;
+  if (velocities_sent) {
+    send_velocities();
     compute_forces<true>();
-  else
+  } else
     compute_forces<false>();
 
   const bool summed = vflag_fdotr;    // the sum clears its flag
@@ -143,15 +145,6 @@ template <bool Damping> void PairEVPLJ::compute_forces()
   }
 }
 
-/* ----------------------------------------------------------------------
-   damping takes part in dynamics only: a minimiser has no velocities to damp
-------------------------------------------------------------------------- */
-
-bool PairEVPLJ::damping_acts() const
-{
-  return any_gamma && update->whichflag != 2;
-}
-
 /* ---------------------------------------------------------------------- */
 
 bool PairEVPLJ::is_implicit(int i, int j) const
@@ -218,7 +211,7 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
 
   if (!acts) return 0.0;
   fforce = law.force(d, deq) / d;
-  if (damping_acts() && comm->ghost_velocity && !is_implicit(i, j)) {
+  if (damping_acts() && (comm->ghost_velocity || velocities_sent) && !is_implicit(i, j)) {
     const EVP::PairGeometry g(rows(atom->x), i, j);
     fforce += EVP::damping_over_distance(law.parameters().gamma, g, atom->v[i], atom->v[j]);
   }
@@ -261,8 +254,6 @@ double PairEVPLJ::memory_usage()
 {
   double bytes = Pair::memory_usage();
   bytes += packed.memory_usage();
-  bytes += (double) canonical.capacity() * sizeof(int);
-  bytes += (double) marks.capacity() * sizeof(int);
   bytes += (double) (laws.capacity() + block_law.laws.capacity()) * sizeof(EVP::Law);
   return bytes;
 }

@@ -54,6 +54,8 @@ class PairEVPLJ : public Pair {
   void write_data_all(FILE *) override;
 
   void *extract(const char *, int &) override;
+  int pack_forward_comm(int, int *, double *, int, int *) override;
+  void unpack_forward_comm(int, int, double *) override;
   double memory_usage() override;
 
   /// dlim/(R_i + R_j) of a pair of atom types, 0 where this style does not act. Known after init().
@@ -87,7 +89,8 @@ class PairEVPLJ : public Pair {
  private:
   struct Settings {
     Contact contact;
-    double overlap;    // warn below d = (1 - overlap) (R_i + R_j)
+    double overlap;         // warn below d = (1 - overlap) (R_i + R_j)
+    bool own_velocities;    // this style sends those of ghosts, not 'comm_modify vel yes'
   } settings_now;
 
   static constexpr int NCOEFF = 9;
@@ -116,17 +119,13 @@ class PairEVPLJ : public Pair {
   bool overlap_warned;
 
   EVP::PackedList packed;
+  bool velocities_sent;                 // to ghosts, with the last forces
   bool explicit_damping;                // a packed pair of any process is damped by this style
   bigint packed_call, packed_step;      // of the neighbor list that was packed
   uint64_t packed_ids;                  // which atoms it was, see fingerprint_of_ids()
   bool repack;                          // coefficients changed since then
   bool radii_vary;                      // and radii may at every step ('atom_style sphere 1')
   std::vector<double> packed_radius;    // where they may: those of the packing, with ghosts
-
-  // association of neighbors with records, see pack()
-  std::vector<int> canonical;    // index that the map has for the ID of each atom and ghost
-  std::vector<int> marks;        // by that index: number of the last record that has it as partner
-  int nmarked;                   // records numbered so far
 
   void allocate();
   void offer_pair_values();
@@ -143,15 +142,14 @@ class PairEVPLJ : public Pair {
   bool serves(int itype, int jtype) const;
   void check_scene();
   void require_ghost_velocities() const;
-  void report_settings();
+  void send_velocities();
+  void report_settings(bool explicit_pairs);
 
   void pack(bool together);
   void agree_on_pairs(bool damped, Overlaps);
   bool radii_changed() const;
   uint64_t fingerprint_of_ids() const;
   void check_weights() const;
-  void clear_marks();
-  void mark_partners(int i);
   bool pack_row(int i, Overlaps &overlaps);
   void count_overlap(int i, int j, double deq, int law, Overlaps &overlaps) const;
   void stop_at_one_point(int i, int j) const;

@@ -4,6 +4,7 @@
 
 #include "pair_evp_lj.h"
 
+#include "evp_partners.h"
 #include "fix_evp_bonds.h"
 #include "scene.h"
 
@@ -25,8 +26,7 @@ static constexpr int AHEAD = 4;    // rows, that their records are at hand when 
 
 /* ----------------------------------------------------------------------
    from the neighbor list and the records to the list of the time-step loop,
-   in time linear in the neighbors: the partners of i are marked at their
-   index, then each neighbor looks whether it is marked.
+   in time linear in the neighbors, see evp_partners.h.
    together: all processes do, with a new list or new coefficients; else this one has other radii
 ------------------------------------------------------------------------- */
 
@@ -50,11 +50,9 @@ void PairEVPLJ::pack(bool together)
 
   Overlaps overlaps;
   bool damped = false;
-  if (bonds) clear_marks();
   for (int ii = 0; ii < list->inum; ii++) {
     const int i = list->ilist[ii];
     if (bonds && ii + AHEAD < list->inum) bonds->prefetch_bonds_of(list->ilist[ii + AHEAD]);
-    if (bonds) mark_partners(i);
     damped = pack_row(i, overlaps) || damped;
   }
   if (together) agree_on_pairs(damped, overlaps);
@@ -112,39 +110,9 @@ void PairEVPLJ::agree_on_pairs(bool damped, Overlaps overlaps)
 }
 
 /* ----------------------------------------------------------------------
-   Periodic images share a tag: all of them stand for the one index that the map knows, and have
-   its deq; check_bonds() sees to it that no two of them can be within dlim.
-------------------------------------------------------------------------- */
-
-void PairEVPLJ::clear_marks()
-{
-  canonical.resize(packed.nall);
-  for (int j = 0; j < packed.nlocal; j++) canonical[j] = j;
-  for (int j = packed.nlocal; j < packed.nall; j++) canonical[j] = atom->map(atom->tag[j]);
-  marks.assign(packed.nall, -1);
-  nmarked = 0;
-}
-
-/* ---------------------------------------------------------------------- */
-
-void PairEVPLJ::mark_partners(int i)
-{
-  const tagint highest = atom->map_tag_max;
-  const FixEVPBonds::Bonds &records = bonds->bonds_of(i);
-  if (nmarked > MAXSMALLINT - (int) records.size()) clear_marks();    // numbers begin anew
-  int *const all = marks.data();
-  int number = nmarked;
-  for (const auto &bond : records) {
-    // the map is an array without a check of its own, and a deleted partner may be beyond its end
-    const int m = bond.partner > highest ? -1 : atom->map(bond.partner);
-    if (m >= 0) all[m] = number;    // else out of sight, hence beyond every cut-off
-    number++;
-  }
-  nmarked = number;
-}
-
-/* ----------------------------------------------------------------------
    does this style damp one of the pairs?
+   Periodic images of a partner share its ID and have its deq; check_bonds() sees to it that no two
+   of them can be within dlim
 ------------------------------------------------------------------------- */
 
 bool PairEVPLJ::pack_row(int i, Overlaps &overlaps)
@@ -154,10 +122,9 @@ bool PairEVPLJ::pack_row(int i, Overlaps &overlaps)
   const double *const radius = atom->radius, *const special = force->special_lj;
   const int *const type = atom->type;
   const int *const neighbors = list->firstneigh[i], nneighbors = list->numneigh[i];
-  const int *const canonical_of = canonical.data();
-  const FixEVPBonds::Bond *const records = bonds ? bonds->bonds_of(i).data() : nullptr;
-  const int *const mark = bonds ? marks.data() : nullptr;
-  const int first_number = bonds ? nmarked - (int) bonds->bonds_of(i).size() : 0;
+  const tagint *const tag = atom->tag;
+  FixEVPBonds::Bonds none;
+  EVP::Partners<FixEVPBonds::Bond> partners(bonds ? bonds->ordered_bonds_of(i) : none);
   const EVP::Law *const row_laws = &laws[law_index(type[i], 0)];
   const int first_law = law_index(type[i], 0);
   const bool new_pairs = settings_now.contact != Contact::NONE;
@@ -171,8 +138,8 @@ bool PairEVPLJ::pack_row(int i, Overlaps &overlaps)
   for (int jj = 0; jj < nneighbors; jj++) {
     const int j = neighbors[jj] & NEIGHMASK;
     if (special[sbmask(neighbors[jj])] == 0.0) continue;
-    const int number = mark ? mark[canonical_of[j]] - first_number : -1;
-    const bool is_bond = number >= 0;
+    const FixEVPBonds::Bond *const bond = partners.find(tag[j]);
+    const bool is_bond = bond != nullptr;
     if (!is_bond && !new_pairs) continue;
 
     const EVP::PairGeometry g(x, i, j);
@@ -180,7 +147,7 @@ bool PairEVPLJ::pack_row(int i, Overlaps &overlaps)
 
     const EVP::Row &row = row_laws[type[j]].parameters();
     const double sum_radii = radius[i] + radius[j];
-    const double deq = is_bond ? records[number].deq : sum_radii;
+    const double deq = is_bond ? bond->deq : sum_radii;
     const double cut = !is_bond && new_repel_only ? sum_radii : row.alpha * sum_radii;
     const bool implicit = some_implicit && is_implicit(i, j);
     const int law = first_law + type[j] + (implicit ? nlaws() : 0);

@@ -188,7 +188,6 @@ bool PairEVPLJ::serves(int i, int j) const
 void PairEVPLJ::check_scene()
 {
   scene_checked = true;
-  report_settings();
 
   const int n = (int) max_radius.size();
   std::vector<int> here(n, 0), outside(n);    // types with atoms that fix nve/evp leaves out
@@ -204,6 +203,7 @@ void PairEVPLJ::check_scene()
         served[i] = true;
         if (row_of(i, j).gamma > 0.0 && outside[i] && outside[j]) explicit_pairs = true;
       }
+  report_settings(explicit_pairs);
   if (explicit_pairs) require_ghost_velocities();
 
   // of other types this style asks nothing
@@ -211,20 +211,11 @@ void PairEVPLJ::check_scene()
     if (!served[i]) max_radius[i] = HUGE_VAL;
 }
 
-/* ---------------------------------------------------------------------- */
-
-void PairEVPLJ::require_ghost_velocities() const
-{
-  if (damping_acts() && update->whichflag == 1 && !comm->ghost_velocity)
-    error->all(FLERR,
-               "Pair evp/lj with gamma > 0 needs ghost velocities: add 'comm_modify vel yes'");
-}
-
 /* ----------------------------------------------------------------------
    one line of what this scene calls for, again only when it changes
 ------------------------------------------------------------------------- */
 
-void PairEVPLJ::report_settings()
+void PairEVPLJ::report_settings(bool explicit_pairs)
 {
   const char *contact[] = {"literal", "repulsive", "none"};
   std::string report = "evp/lj: ";
@@ -234,6 +225,8 @@ void PairEVPLJ::report_settings()
     report += !damping_acts() ? "damping off (minimization)"
         : damps_implicitly()  ? "damping by fix nve/evp"
                               : "damping on";
+  if (damping_acts() && explicit_pairs && settings_now.own_velocities)
+    report += ", ghost velocities own";
   report += fmt::format(", new contacts {}", contact[(int) settings_now.contact]);
   if (bonds)
     report += fmt::format(", deq of bonds from fix {}", bonds->id);

@@ -112,7 +112,7 @@ std::string WriteEVPBonds::own_lines(const FixEVPBonds *bonds, bigint &count) co
 
   std::string text;
   for (int i = 0; i < atom->nlocal; i++)
-    for (const auto &bond : bonds->bonds_of(i)) {
+    for (const auto &bond : bonds->sorted_bonds_of(i)) {
       const tagint j = bond.partner;
       if (atom->tag[i] > j || !exists(j)) continue;
       text += EVP::bond_text({atom->tag[i], j, bond.deq});

@@ -112,13 +112,15 @@ CASES = [
     # pair_style
     ("contact literal", "contact sticky", "contact must be literal, repulsive or none, got 'sticky'"),
     ("contact literal", "contact", "Pair style evp/lj: keyword contact needs a value"),
-    ("contact literal", "colour red", "Pair style evp/lj: unknown keyword 'colour'; it takes contact and overlap"),
+    ("contact literal", "colour red", "Pair style evp/lj: unknown keyword 'colour'; it takes contact, overlap and ghostvel"),
     ("contact literal", "unload elastic", "Pair style evp/lj: unknown keyword 'unload'"),
     ("contact literal", "overlap", "Pair style evp/lj: keyword overlap needs a value"),
     ("contact literal", "overlap nan", "Pair style evp/lj: overlap must be a finite decimal number, got 'nan'"),
     ("contact literal", "overlap 0", "overlap must lie in (0, 1]"),
     ("contact literal", "overlap 1.1", "overlap must lie in (0, 1]"),
     ("contact literal", "contact none overlap", "keyword overlap needs a value"),
+    ("contact literal", "ghostvel", "Pair style evp/lj: keyword ghostvel needs a value"),
+    ("contact literal", "ghostvel yes", "Pair style evp/lj: ghostvel must be comm or own, got 'yes'"),
     # pair_coeff
     (ROW, "", "Pair evp/lj: pair_coeff needs two atom types and a row"),
     (ROW, ROW + " 0", "a row has the 9 numbers e1 m1 n1 e2 m2 n2 xi_s gamma alpha, got 10"),
@@ -154,7 +156,8 @@ CASES = [
     ("fix move", "run_style respa 2 2\nfix move", "does not work with run_style respa"),
     ("atom_modify map yes", "", "Fix bonds evp/bonds looks atoms up by ID: add 'atom_modify map yes'"),
     # atoms
-    ("8 4 0.005 0 1.5", "8 4 0.005 1000 1.5", "gamma > 0 needs ghost velocities: add 'comm_modify vel yes'"),
+    ("8 4 0.005 0 1.5", "8 4 0.005 1000 1.5",
+     "gamma > 0 needs ghost velocities: add 'comm_modify vel yes', or 'ghostvel own' to pair_style evp/lj, which is faster"),
     ("row.data", "types.data\npair_style evp/lj\npair_coeff 1 1 " + ROW + "\npair_coeff 2 2 " + ROW
      + "\nfix move all nve\nrun 1\n", "does not mix unlike types: give 'pair_coeff 1 2' a row of its own"),
     ("row.data", "types.data\npair_style evp/lj\npair_coeff 2* 1 " + ROW, "2* 1 names no pair of types I <= J"),

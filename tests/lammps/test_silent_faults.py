@@ -156,10 +156,12 @@ def test_bonds_that_a_hybrid_forgot(lmp):
     assert "takes the body as it is now for undeformed" in anew.stdout and anew.thermo()["v_f"][0] == 0.0
 
 
+@pytest.mark.parametrize("ghostvel", ["comm", "own"])
 @pytest.mark.parametrize("ranks", [1, 2])
-def test_damping_needs_ghost_velocities_in_single_too(lmp, ranks):
-    """After a minimisation LAMMPS sent none: the pair's force is then without damping, on any number of ranks."""
+def test_damping_needs_ghost_velocities_in_single_too(lmp, ranks, ghostvel):
+    """After a minimisation nobody sent any: the pair's force is then without damping, on any number of ranks."""
     text = TWO_PAIRS.format(radii=0).replace("0.005 0 1.5", "0.005 1000 1.5").replace("fix move all nve\n", "")
+    text = text.replace("pair_style evp/lj", f"pair_style evp/lj ghostvel {ghostvel}")
     if ranks > 1:
         text = "processors 2 1 1\n" + text.replace("single 0.01 ", "single 0.036 ").replace("single 0.0199 ", "single 0.0459 ")
     text += "set atom 2 vx 5\ncompute own all pair/local dist force\nminimize 0 0 1 1\nwrite_dump all local own.dump c_own[1] c_own[2]\n"

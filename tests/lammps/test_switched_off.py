@@ -71,9 +71,11 @@ def test_no_fix_is_no_error_and_means_the_sum_of_radii(run):
 
 
 def test_gamma_zero_needs_no_ghost_velocities(run):
-    """Control: gamma > 0 does (test_bad_input.py), and gets along with them."""
+    """Control: gamma > 0 does (test_bad_input.py), and gets along with either kind; the line says which."""
     run(coeff=TABLE1).ok()
-    run(coeff=TABLE2, before="comm_modify vel yes\n").ok()
+    assert "velocities" not in lines(run("ghostvel own", coeff=TABLE1))[0]
+    assert "damping on, new" in lines(run(coeff=TABLE2, before="comm_modify vel yes\n"))[0]
+    assert "damping on, ghost velocities own, new" in lines(run("ghostvel own", coeff=TABLE2))[0]
     refused = run(coeff=TABLE2)
     assert refused.returncode != 0 and "comm_modify vel yes" in refused.stdout
 

@@ -82,6 +82,26 @@ TEST(Kernel, EqualsThePlainSumAtTheEdgesOfBlocks)
   }
 }
 
+TEST(Kernel, EqualsThePlainSumWhereTheListIsAskedForAhead)
+{
+  Cloud cloud = make_cloud({TABLE2}, 1000);
+  const PackedList once = cloud.list;
+  const int repeats = CACHED_PAIRS / 1000 + 1;
+  for (int repeat = 1; repeat < repeats; repeat++)
+    for (const PackedRow &row : once.rows) {
+      const int first = (int) cloud.list.pairs.size();
+      cloud.list.pairs.make_room(row.last - row.first);
+      for (int k = row.first; k < row.last; k++) cloud.list.pairs.push_back(once.pairs[k]);
+      cloud.list.rows.push_back({row.i, first, (int) cloud.list.pairs.size()});
+    }
+  ASSERT_GT((int) cloud.list.pairs.size(), CACHED_PAIRS);
+  const int n = (int) cloud.x.size();
+  const PlainSum sum = plain_sum(cloud, true, n);
+  SumTally tally(cloud.list, n, true, true);
+  expect_forces(run_kernel(cloud, block_law(cloud), true, n, tally), sum);
+  EXPECT_NEAR(tally.total_energy(), sum.energy, ROUND_OFF * sum.energy_scale);
+}
+
 // newton off: ghosts, here the last ten particles, take no reaction, and their pairs count half.
 TEST(Kernel, EnergyAndVirialEqualThePlainSum)
 {

@@ -1,0 +1,75 @@
+/* SPDX-License-Identifier: GPL-2.0-only
+
+   Pair style evp/lj: velocities of ghost atoms, which explicit damping reads. */
+
+#include "pair_evp_lj.h"
+
+#include "lammps_compat.h"
+#include "scene.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "domain.h"
+#include "error.h"
+#include "update.h"
+
+#include <algorithm>
+
+using namespace LAMMPS_NS;
+
+/* ----------------------------------------------------------------------
+   damping takes part in dynamics only: a minimiser has no velocities to damp
+------------------------------------------------------------------------- */
+
+bool PairEVPLJ::damping_acts() const
+{
+  return any_gamma && update->whichflag != 2;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairEVPLJ::require_ghost_velocities() const
+{
+  if (damping_acts() && update->whichflag == 1 && !comm->ghost_velocity &&
+      !settings_now.own_velocities)
+    error->all(FLERR,
+               "Pair evp/lj with gamma > 0 needs ghost velocities: add 'comm_modify vel yes', or "
+               "'ghostvel own' to pair_style evp/lj, which is faster");
+}
+
+/* ----------------------------------------------------------------------
+   collective. Comm_modify vel yes sends angular velocities too, which nothing here reads
+------------------------------------------------------------------------- */
+
+void PairEVPLJ::send_velocities()
+{
+  if (settings_now.own_velocities && !comm->ghost_velocity) EVP::compat::forward_comm(comm, this);
+}
+
+/* ----------------------------------------------------------------------
+   images of a box that deforms with 'remap v' move with it
+------------------------------------------------------------------------- */
+
+int PairEVPLJ::pack_forward_comm(int n, int *indices, double *buf, int pbc_flag, int *pbc)
+{
+  const auto *const v = EVP::scene::rows(atom->v);
+  for (int k = 0; k < n; k++)
+    for (int c = 0; c < 3; c++) buf[3 * k + c] = v[indices[k]][c];
+
+  if (pbc_flag && domain->deform_vremap) {
+    const double *const rate = domain->h_rate;
+    const double moves[3] = {pbc[0] * rate[0] + pbc[5] * rate[5] + pbc[4] * rate[4],
+                             pbc[1] * rate[1] + pbc[3] * rate[3], pbc[2] * rate[2]};
+    for (int k = 0; k < n; k++)
+      if (atom->mask[indices[k]] & domain->deform_groupbit)
+        for (int c = 0; c < 3; c++) buf[3 * k + c] += moves[c];
+  }
+  return 3 * n;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairEVPLJ::unpack_forward_comm(int n, int first, double *buf)
+{
+  if (n > 0) std::copy_n(buf, (size_t) 3 * n, atom->v[first]);
+}

@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""`ghostvel own` sends what explicit damping reads of ghosts: the same bits as `comm_modify vel yes`, in any box."""
+
+import itertools
+
+import numpy as np
+import pytest
+from evp import law
+from small_bodies import STIR, check_forces, dump, head, lattice_body, words, write_body
+
+ROW = law.TABLE1._replace(gamma=50.0)
+NEEDED = "Pair evp/lj with gamma > 0 needs ghost velocities: add 'comm_modify vel yes', or 'ghostvel own' to pair_style evp/lj"
+OWN = "damping on, ghost velocities own"
+LISTS = "neigh_modify every 3 delay 0 check no\n"  # ghosts of two steps in three are those of a step before
+FILES = ("all.dump", "pairs.dump")
+SHOW = """
+compute ids all property/local patom1 patom2
+compute pairs all pair/local dist force
+dump pairs all local 20 pairs.dump c_ids[1] c_ids[2] c_pairs[1] c_pairs[2]
+dump_modify pairs format float %.17g
+timestep 3e-7
+""" + dump(every=20)
+RUN = SHOW + "run 90\nrun 30\n"
+MOVE = "fix move all nve\n"
+BONDS = "fix bonds all evp/bonds\n"
+OVERLAY = f"pair_style hybrid/overlay lj/cut 0.015 evp/lj KEY\npair_coeff * * lj/cut 2 0.009\npair_coeff * * evp/lj {words(ROW)}\n"
+TILT = (0.0245, 0.0, 0.0)  # a shear by 0.06 makes the box flip
+
+# lines before the box, pair style, lines before the run, tilt
+SCENES = {
+    "periodic": ("", "", MOVE, None),
+    "tiled": ("comm_style tiled\n", "", MOVE, None),
+    "growing with remap v": ("", "", "fix grow all deform 1 x erate 2000 y erate -1000 remap v\n" + MOVE, None),
+    "sheared with remap v": ("", "", "fix shear all deform 1 xy erate 2000 remap v\n" + MOVE, TILT),
+    "hybrid/overlay": ("", OVERLAY, MOVE, None),
+    "fix nve/evp on a part": ("", "", "group half id <= 40\ngroup rest subtract all half\nfix move half nve/evp\nfix way rest nve/noforce\n", None),
+}
+FEW = [(1, "on"), (2, "off"), (4, "on")]
+CASES = [(name, *way) for name in SCENES for way in (itertools.product((1, 2, 4), ("on", "off")) if name == "periodic" else FEW)]
+
+
+@pytest.fixture
+def body(tmp_path):
+    """Writes the periodic body, of this tilt."""
+
+    def write(tilt=None):
+        made = lattice_body((5, 4, 4), periodic="xyz", tilt=tilt or (0.0, 0.0, 0.0))
+        write_body(tmp_path / "body.data", made, tilt)
+        return made
+
+    return write
+
+
+def start(ghostvel, vel="no", newton="on", before="", style="", row=ROW):
+    """Up to the bonds."""
+    style = style or f"pair_style evp/lj KEY\npair_coeff * * {words(row)}\n"
+    text = head(newton, boundary="p p p", before=before) + LISTS + style.replace("KEY", ghostvel and f"ghostvel {ghostvel}") + BONDS
+    return text.replace("comm_modify vel yes", f"comm_modify vel {vel}")
+
+
+def wrote(run, files=FILES):
+    """The dumps of a run that ended, as text: 17 digits tell any two numbers apart."""
+    return [(run.ok().folder / name).read_text(encoding="utf-8") for name in files]
+
+
+@pytest.mark.parametrize("name, ranks, newton", CASES)
+def test_own_are_the_same_bits(lmp, body, name, ranks, newton):
+    """Places, velocities and forces, and the force column of compute pair/local; neighbor lists on the way, and a new set-up."""
+    before, style, move, tilt = SCENES[name]
+    body(tilt)
+    parts = {"newton": newton, "before": before, "style": style}
+    comm = wrote(lmp(start("", "yes", **parts) + STIR + move + RUN, ranks=ranks))
+    own = lmp(start("own", "no", **parts) + STIR + move + RUN, ranks=ranks)
+    assert wrote(own) == comm
+    assert "ghost velocities own" in own.stdout
+    assert own.dump("all.dump")[-1].step == 120 and len(own.dump("pairs.dump")[0]["c_ids[1]"]) > 300
+
+
+@pytest.mark.parametrize("ranks, newton", [(1, "off"), (4, "on")])
+def test_they_are_the_velocities_of_the_owners(lmp, body, ranks, newton):
+    """At set-up forces are those of a sum over all pairs and images. Control: not without damping."""
+    periodic = body()
+    text = start("own", newton=newton) + STIR + MOVE + "timestep 3e-7\nrun 90\n" + dump(every=1) + "run 0\n"
+    last = lmp(text, ranks=ranks).ok().dump("all.dump")[-1]
+    check_forces(last, periodic, ROW)
+    with pytest.raises(AssertionError, match="off by"):
+        check_forces(last, periodic, law.TABLE1)
+
+
+def test_damping_matters_and_both_ways_are_harmless_together(lmp, body):
+    body()
+    own, beside, said = (wrote(lmp(start(key, vel) + STIR + MOVE + RUN, ranks=2)) for key, vel in (("own", "no"), ("own", "yes"), ("comm", "yes")))
+    assert own == beside == said
+    undamped = lmp(start("own", row=law.TABLE1) + STIR + MOVE + RUN, ranks=2)
+    assert wrote(undamped) != own, "control"
+    assert "evp/lj: damping off" in undamped.stdout
+
+
+@pytest.mark.parametrize("ghostvel, vel", [("own", "no"), ("comm", "yes")])
+@pytest.mark.parametrize("deform, tilt, field", [("x erate 2000", None, "2000*x 0.0"), ("xy erate 2000", (0.01, 0.0, 0.0), "2000*y 0.0"),
+                                                 ("z erate 2000", None, "0.0 2000*z")])
+def test_images_of_a_box_that_deforms_move_with_it(lmp, tmp_path, deform, tilt, field, ghostvel, vel):
+    """A regular lattice that flows as its box does: the damping forces on each atom cancel. Control: not in a box that rests."""
+    made = lattice_body((4, 4, 4), periodic="xyz", tilt=tilt or (0.0, 0.0, 0.0))
+    grid = (np.array(list(itertools.product(range(4), repeat=3))) + 0.5) / 4.0
+    made = made._replace(x=grid @ made.cell, radius=np.full(64, 0.005), types=np.ones(64, dtype=int))
+    write_body(tmp_path / "body.data", made, tilt)
+    vx, vz = field.split()
+    flow = f"variable vx atom {vx}\nvariable vz atom {vz}\nvelocity all set v_vx NULL v_vz\n" + MOVE
+    flow = start(ghostvel, vel) + flow.replace("NULL", "0.0") + SHOW
+    moving, resting = (lmp(flow + fix + "run 1\n", ranks=2).ok().dump("all.dump")[0].vectors("fx", "fy", "fz")
+                       for fix in (f"fix box all deform 1 {deform} remap v\n", ""))
+    assert np.abs(resting).max() > 1000.0
+    assert np.abs(moving).max() < 1e-6
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_restart_files_keep_it(lmp, body, ranks):
+    """As LAMMPS' keep comm_modify vel. Control: a run of ghostvel comm that goes on with 'vel no' is refused."""
+    body()
+    goes_on = head(start="read_restart half.restart").replace("comm_modify vel yes\n", "") + LISTS + BONDS + MOVE + RUN
+    ends = {}
+    for key, vel in (("own", "no"), ("comm", "yes")):
+        lmp(start(key, vel) + STIR + MOVE + "timestep 3e-7\nrun 50\nwrite_restart half.restart\n", ranks=ranks).ok()
+        run = lmp(goes_on, ranks=ranks)
+        assert (OWN in run.stdout) == (key == "own")
+        ends[key] = wrote(run)
+    assert ends["own"] == ends["comm"]
+    refused = lmp(goes_on.replace(BONDS, BONDS + "comm_modify vel no\n"), ranks=ranks)
+    assert refused.returncode == 1 and NEEDED in " ".join(refused.stdout.split())
