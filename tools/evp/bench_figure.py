@@ -9,7 +9,7 @@ OWN, OTHER = "#0072B2", "#999999"
 def draw(rows, path):
     """Left: time per interaction of each style; right: time per particle against their number. Writes path, from rows of the CSV."""
     bars = [(row["name"], float(row["value"])) for row in rows if row["section"] == "lattice"]
-    scale = sorted((int(row["x"]), float(row["value"])) for row in rows if row["section"] == "scale")
+    scale = {name: sorted((int(row["x"]), float(row["value"])) for row in rows if row["section"] == "scale" and row["name"] == name) for name in ("evp/lj", "lj/cut")}
     path.parent.mkdir(parents=True, exist_ok=True)
     with plt.rc_context(LOOK):
         figure, (left, right) = plt.subplots(1, 2, figsize=(13, 4.8), gridspec_kw={"width_ratios": (1.7, 1)})
@@ -20,9 +20,12 @@ def draw(rows, path):
                 left.text(value, place, f" {value:.3g}", va="center", fontsize=9)
             left.set(xscale="log", xlim=(0.6 * min(values), 1.6 * max(values)), xlabel="ns per interaction and step, one core", title="FCC lattice, 9 half pairs per sphere")
             left.grid(axis="y", visible=False)
-        if scale:
-            right.plot(*zip(*scale), "o-", color=OWN)
-            right.set(xscale="log", ylim=(0, 1.25 * max(value for _, value in scale)), xlabel="spheres", ylabel="ns per sphere and step, one core",
+        if scale["evp/lj"]:
+            for (name, points), color in zip(scale.items(), (OWN, OTHER)):
+                if points:
+                    right.plot(*zip(*points), "o-", color=color, label=name)
+            right.legend()
+            right.set(xscale="log", ylim=(0, 1.25 * max(value for points in scale.values() for _, value in points)), xlabel="spheres", ylabel="ns per sphere and step, one core",
                       title="Cost per sphere")
         figure.tight_layout()
         figure.savefig(path, bbox_inches="tight")

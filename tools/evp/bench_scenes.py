@@ -65,10 +65,10 @@ run {steps}
 """
 
 
-def ours(name, cells, steps, gamma=0.0, contact="literal", row=ROW, ranks=1, neigh="", move="nve", long=None, types=1, more="", **stir):
+def ours(name, cells, steps, gamma=0.0, contact="literal", row=ROW, ranks=1, neigh="", move="nve", long=None, types=1, more="", ghostvel="own", **stir):
     """Pair style evp/lj on the lattice, all pairs within 1.5 diameters recorded. types: 2 have laws of their own; more: commands."""
-    deck = lattice(cells, long=long, types=types, velocities=gamma > 0.0) + f"""
-pair_style evp/lj contact {contact}
+    deck = lattice(cells, long=long, types=types, velocities=ghostvel == "comm") + f"""
+pair_style evp/lj contact {contact} ghostvel {ghostvel}
 pair_coeff * * {row} {gamma} {REACH}
 {"set group all type/fraction 2 0.5 1234" if types == 2 else ""}
 {f"pair_coeff 2 2 {row.replace('80', '90', 1)} {gamma} {REACH}" if types == 2 else ""}
@@ -81,7 +81,7 @@ fix bonds all evp/bonds
 
 def pair_peer(style, cells, steps, coefficients, name=None, neigh="", ranks=1):
     """Another pair style of the same reach on the same lattice."""
-    deck = lattice(cells) + f"""
+    deck = lattice(cells, velocities=False) + f"""
 pair_style {style} {REACH}
 pair_coeff * * {coefficients}
 {neigh}
@@ -141,6 +141,7 @@ def variants(cells, steps):
         ours("evp/lj", cells, steps),
         ours("evp/lj, contact none", cells, steps, contact="none"),
         ours("evp/lj, gamma > 0", cells, steps, gamma=0.1),
+        ours("evp/lj, gamma > 0, comm_modify vel yes", cells, steps, gamma=0.1, ghostvel="comm"),
         ours("evp/lj, energy and virial each step", cells, steps, output="step pe press", every=1),
         ours("evp/lj, pairs crossing xi_s", cells, steps, row=crossing, speed=0.1, output="step f_bonds[2]"),
         ours("evp/lj, exponents 8.5 4.5", cells, steps, row="80 8.5 4.5 3 8.5 4.5 0.005"),
@@ -154,6 +155,7 @@ def effects(cells, steps, data):
     damped, solved = ours("damped", cells, steps, gamma=0.1), ours("implicit", cells, steps, gamma=0.1, move="nve/evp")
     return [
         ("damping, explicit: ghost velocities, velocities in the loop", damped, plain),
+        ("angular velocities of ghosts: comm_modify vel yes instead of ghostvel own", ours("all velocities", cells, steps, gamma=0.1, ghostvel="comm"), damped),
         ("damping, implicit: iterations of fix nve/evp", solved, ours("nve/evp, gamma = 0", cells, steps, move="nve/evp")),
         ("energy and virial at each step", ours("energy", cells, steps, output="step pe press", every=1), plain),
         ("nothing to leave out: pairs that cross xi_s or do not", ours("crossing", cells, steps, row=crossing, speed=0.1), ours("not crossing", cells, steps, speed=0.1)),

@@ -44,9 +44,10 @@ def lattice_section(bench, sizes):
         lines.append(f"| {name} | {spread(values)} | {spread(ratios(values, cost['lj/cut']))} | {spread(ratios(values, cost['evp/lj']))} |")
     table = results["evp/lj, pairs crossing xi_s"][-1].output.splitlines()
     share = float(table[table.index(next(line for line in table if line.startswith("Loop"))) - 1].split()[1]) / (scenes.HALF_PAIRS * 4 * sizes.cells**3)
-    damped, plain = ([timing.parts["Pair"] + timing.parts["Comm"] for timing in results[name]] for name in ("evp/lj, gamma > 0", "evp/lj"))
-    lines.append(f"\nIn *pairs crossing xi_s* {100 * share:.0f} % of the pairs are in the second regime after {sizes.steps + 5} steps, none at the start. With the")
-    lines.append(f"communication counted, ghost velocities among it, *gamma > 0* costs {spread(ratios(damped, plain))} of gamma = 0.\n")
+    both = {name: [timing.parts["Pair"] + timing.parts["Comm"] for timing in results[name]] for name in cost if name.startswith("evp/lj")}
+    own, sent = (spread(ratios(both["evp/lj, gamma > 0" + way], both["evp/lj"])) for way in ("", ", comm_modify vel yes"))
+    lines.append(f"\nIn *pairs crossing xi_s* {100 * share:.0f} % of the pairs are in the second regime after {sizes.steps + 5} steps, none at the start.")
+    lines.append(f"Pair and Comm together, *gamma > 0* costs {own} of gamma = 0 with *ghostvel own*, where Pair sends the velocities of ghosts, and {sent} with *comm_modify vel yes*.\n")
     return lines, [row("lattice", name, "", median(values)) for name, values in cost.items()]
 
 
@@ -118,16 +119,20 @@ def make_specimen(folder, spheres, name="random.data"):
 
 def scale_section(bench, sizes):
     """Cost and memory per particle against their number."""
-    every = [scenes.ours(f"{4 * cells**3} spheres", cells, max(20, min(2000, sizes.steps * 32000 // (4 * cells**3)))) for cells in sizes.scale]
-    base = every[1]
-    lines = ["### Scale\n\nThe same lattice, one core; memory as LAMMPS counts it.\n",
-             f"| spheres | ns per particle and step | over that of {base.atoms} | memory per particle [kB] |", "|---|---|---|---|"]
-    results = bench.rounds(every, "scale")
-    costs, rows = {scene.name: [timing.loop / scene.steps / scene.atoms * 1e9 for timing in results[scene.name]] for scene in every}, []
-    for scene in every:
-        cost = costs[scene.name]
-        lines.append(f"| {scene.atoms} | {spread(cost, '%.0f')} | {spread(ratios(cost, costs[base.name]))} | {results[scene.name][-1].memory * 1024 / scene.atoms:.2f} |")
-        rows.append(row("scale", "evp/lj", scene.atoms, median(cost)))
+    both = []
+    for cells in sizes.scale:
+        steps = max(20, min(2000, sizes.steps * 32000 // (4 * cells**3)))
+        both.append((scenes.ours(f"{4 * cells**3} spheres", cells, steps),
+                     scenes.pair_peer("lj/cut", cells, steps, scenes.LENNARD_JONES, name=f"{4 * cells**3} spheres, lj/cut")))
+    lines = ["### Scale\n\nThe same lattice, one core; whole steps. Memory as LAMMPS counts it.\n",
+             f"| spheres | ns per particle and step | over that of {both[1][0].atoms} | the same of lj/cut | memory per particle [kB] |", "|---|---|---|---|---|"]
+    results = bench.rounds([scene for pair in both for scene in pair], "scale")
+    costs, rows = {scene.name: [timing.loop / scene.steps / scene.atoms * 1e9 for timing in results[scene.name]] for pair in both for scene in pair}, []
+    for pair in both:
+        growth = [spread(ratios(costs[scene.name], costs[base.name])) for scene, base in zip(pair, both[1])]
+        own = pair[0]
+        lines.append(f"| {own.atoms} | {spread(costs[own.name], '%.0f')} | {growth[0]} | {growth[1]} | {results[own.name][-1].memory * 1024 / own.atoms:.2f} |")
+        rows += [row("scale", name, own.atoms, median(costs[scene.name])) for name, scene in zip(("evp/lj", "lj/cut"), pair)]
     return lines + [""], rows
 
 
@@ -164,7 +169,7 @@ def ranks_section(bench, sizes):
 NODE_BANDWIDTH, RANKS_PER_NODE, LATENCY, RANKS = 12.5e9, 32, 2e-6, 4096  # [byte/s], [1], [s], [1]: assumptions, a common network of today
 MESSAGES = 12  # of a step: six neighbors, positions out and forces back
 BYTES = 24 + 48  # per ghost and step: positions; forces and, of atom_style sphere, torques
-VELOCITY_BYTES = 48  # with gamma > 0: velocities and angular velocities
+VELOCITY_BYTES = 24  # with gamma > 0 and ghostvel own, by six messages more
 
 
 def ghosts_of(particles):
@@ -182,7 +187,7 @@ def many_ranks(scene, timings):
     looks = 2.0 * math.log2(RANKS) * LATENCY
     lines = ["#### Many ranks, on paper\n",
              f"Measured on one rank, lattice of {scene.atoms}: {1e9 * work:.0f} ns of forces and time integration per particle and step, {1e9 * copy:.1f} ns of copies per ghost; {ghosts:.0f} ghosts, a cube by the formula has {ghosts_of(scene.atoms):.0f}.",
-             f"Assumed: {RANKS} ranks, cubes, equal work, the cost per particle that of this number; {MESSAGES} messages a step one after the other at {1e6 * LATENCY:g} us; {BYTES} bytes per ghost (gamma > 0: {BYTES + VELOCITY_BYTES}),",
+             f"Assumed: {RANKS} ranks, cubes, equal work, the cost per particle that of this number; {MESSAGES} messages a step one after the other at {1e6 * LATENCY:g} us; {BYTES} bytes per ghost (gamma > 0: {BYTES + VELOCITY_BYTES}, and {MESSAGES // 2} messages more),",
              f"all of which leave the node, the worst case, where {RANKS_PER_NODE} ranks share {1e-9 * NODE_BANDWIDTH:g} GB/s; a look whether the list holds, one reduction over a tree; no overlap of work and messages; no neighbor builds.",
              "Efficiency is work over all.\n",
              "| particles per rank | ghosts | work [us] | copies [us] | network [us] | latency [us] | reduction [us] | efficiency |", "|---|---|---|---|---|---|---|---|"]
