@@ -64,10 +64,11 @@ class PackedPairs {
   /// 2 law + is_bond of each pair.
   const int *kind() const { return kind_of.data(); }
 
-  /// Asks the memory for what a step reads of pairs [first, first + n), where they exist.
+  /// Asks the memory for what a step with one law reads of pairs [first, first + n), where they exist.
   void prefetch(size_t first, size_t n) const
   {
-    n = first < count ? std::min(n, count - first) : 0;
+    if (first >= count) return;
+    n = std::min(n, count - first);
     EVP::prefetch(inverse_deq.data() + first, n * sizeof(double));
     EVP::prefetch(cut_squared.data() + first, n * sizeof(double));
     EVP::prefetch(partner.data() + first, n * sizeof(int));

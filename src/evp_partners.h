@@ -6,7 +6,9 @@
 #ifndef EVP_PARTNERS_H
 #define EVP_PARTNERS_H
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -17,16 +19,20 @@ namespace EVP {
 ///
 /// Each that is found takes its turn in the order of the records. Neighbor lists hardly change their
 /// order from one build to the next, so that one comparison then finds it. Neighbors without a record
-/// mostly fail at a filter, made where the first of them turns up: the time of a row is linear.
+/// mostly fail at a filter, made where the first of them turns up. More than MANY records are kept in
+/// the order of their partners instead and searched by halves, so that no row costs the square of it.
 ///
 /// Bond has a member partner, an integer, unlike in all records.
 template <class Bond> class Partners {
  public:
   using ID = decltype(Bond::partner);
+  static constexpr size_t MANY = 128;
 
   explicit Partners(std::vector<Bond> &records) :
-      begin(records.data()), end(begin + records.size()), next(begin), filtered(false)
+      begin(records.data()), end(begin + records.size()), next(begin),
+      ordered(records.size() > MANY), filtered(false)
   {
+    if (ordered && !std::is_sorted(begin, end, precedes)) std::sort(begin, end, precedes);
   }
 
   /// The record with that partner, nullptr if there is none. Stays in place from now on. Asked again,
@@ -34,12 +40,14 @@ template <class Bond> class Partners {
   const Bond *find(ID partner)
   {
     if (next != end && next->partner == partner) return next++;
-    return begin == end ? nullptr : search(partner);
+    if (begin == end) return nullptr;
+    return ordered ? search_by_halves(partner) : search(partner);
   }
 
  private:
   Bond *const begin, *const end;
-  Bond *next;    // those before it were found
+  Bond *next;    // those before it were found, unless they are ordered
+  const bool ordered;
   bool filtered;
   std::array<uint64_t, 8> filter;    // of 512 bits, those that the partners' hashes name
 
@@ -49,6 +57,18 @@ template <class Bond> class Partners {
   }
   uint64_t &word(unsigned bit) { return filter[bit / 64]; }
   static uint64_t mask(unsigned bit) { return (uint64_t) 1 << bit % 64; }
+
+  static bool precedes(const Bond &a, const Bond &b) { return a.partner < b.partner; }
+
+  const Bond *search_by_halves(ID partner)
+  {
+    Bond *const at = std::lower_bound(begin, end, partner, [](const Bond &bond, ID id) {
+      return bond.partner < id;
+    });
+    if (at == end || at->partner != partner) return nullptr;
+    next = at + 1;
+    return at;
+  }
 
   const Bond *search(ID partner)
   {

@@ -22,7 +22,7 @@ namespace LAMMPS_NS {
 /// Keeps, for every local atom, the tags of the partners it was recorded with and deq of each pair.
 ///
 /// A pair is kept on both of its atoms, so that whichever process meets it finds deq without
-/// communication. Records never change after they were made (paper 2.2).
+/// communication. A deq never changes after it was recorded (paper 2.2).
 class FixEVPBonds : public Fix {
  public:
   struct Bond {
@@ -30,7 +30,7 @@ class FixEVPBonds : public Fix {
     double deq;    ///< distance at recording [length]
   };
 
-  /// The records of one atom, in the order of the last neighbor list.
+  /// The records of one atom, those first that the last neighbor list held, see EVP::Partners.
   using Bonds = std::vector<Bond>;
 
   FixEVPBonds(class LAMMPS *, int, char **);
@@ -64,7 +64,7 @@ class FixEVPBonds : public Fix {
   /// The same in the order of the partners' IDs.
   Bonds sorted_bonds_of(int i) const;
 
-  /// Whoever goes through a neighbor list may change their order, see EVP::Partners.
+  /// For EVP::Partners, which changes their order.
   Bonds &ordered_bonds_of(int i) { return bonds[i]; }
 
   /// Asks the memory for the records of an atom that is next but a few, for 32 of them at most.

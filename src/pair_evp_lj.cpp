@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: GPL-2.0-only
 
    Pair style evp/lj: forces, single(), counts. Packing of the neighbor list is in
-   pair_evp_lj_pack.cpp, what users type in _setup.cpp, what restarts carry in _restart.cpp. */
+   pair_evp_lj_pack.cpp, what users type in _coeff.cpp, what a run needs in _setup.cpp, velocities of
+   ghosts in _velocities.cpp, what restarts carry in _restart.cpp. */
 
 #include "pair_evp_lj.h"
 
@@ -72,11 +73,12 @@ void PairEVPLJ::compute(int eflag, int vflag)
   const bool together = neighbor->ago == 0 || repack;
   if (together || (radii_vary && radii_changed())) pack(together);
 
-  velocities_sent = damping_acts() && explicit_damping;
-  if (velocities_sent) {
-    send_velocities();
+  const bool damps = damping_acts() && explicit_damping;
+  velocities_sent = damps && settings_now.own_velocities;
+  if (velocities_sent) send_velocities();
+  if (damps)
     compute_forces<true>();
-  } else
+  else
     compute_forces<false>();
 
   const bool summed = vflag_fdotr;    // the sum clears its flag

@@ -26,7 +26,7 @@ static constexpr int AHEAD = 4;    // rows, that their records are at hand when 
 
 /* ----------------------------------------------------------------------
    from the neighbor list and the records to the list of the time-step loop,
-   in time linear in the neighbors, see evp_partners.h.
+   in time linear in the neighbors but for atoms of very many records, see evp_partners.h.
    together: all processes do, with a new list or new coefficients; else this one has other radii
 ------------------------------------------------------------------------- */
 
@@ -82,7 +82,8 @@ void PairEVPLJ::find_block_law()
 }
 
 /* ----------------------------------------------------------------------
-   what the pairs of any process ask of all; overlaps are warned of once per run
+   what the pairs of any process ask of all; overlaps are warned of once per run. Velocities are sent
+   where explicit_damping says so, on all processes or none: it changes here only
 ------------------------------------------------------------------------- */
 
 void PairEVPLJ::agree_on_pairs(bool damped, Overlaps overlaps)

@@ -225,7 +225,7 @@ void PairEVPLJ::report_settings(bool explicit_pairs)
     report += !damping_acts() ? "damping off (minimization)"
         : damps_implicitly()  ? "damping by fix nve/evp"
                               : "damping on";
-  if (damping_acts() && explicit_pairs && settings_now.own_velocities)
+  if (damping_acts() && explicit_pairs && settings_now.own_velocities && !comm->ghost_velocity)
     report += ", ghost velocities own";
   report += fmt::format(", new contacts {}", contact[(int) settings_now.contact]);
   if (bonds)

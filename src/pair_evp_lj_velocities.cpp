@@ -43,7 +43,7 @@ void PairEVPLJ::require_ghost_velocities() const
 
 void PairEVPLJ::send_velocities()
 {
-  if (settings_now.own_velocities && !comm->ghost_velocity) EVP::compat::forward_comm(comm, this);
+  if (!comm->ghost_velocity) EVP::compat::forward_comm(comm, this);
 }
 
 /* ----------------------------------------------------------------------

@@ -91,6 +91,7 @@ def test_damping_matters_and_both_ways_are_harmless_together(lmp, body):
     body()
     own, beside, said = (wrote(lmp(start(key, vel) + STIR + MOVE + RUN, ranks=2)) for key, vel in (("own", "no"), ("own", "yes"), ("comm", "yes")))
     assert own == beside == said
+    assert OWN not in lmp(start("own", "yes") + MOVE + "run 0\n").ok().stdout, "LAMMPS sends them"
     undamped = lmp(start("own", row=law.TABLE1) + STIR + MOVE + RUN, ranks=2)
     assert wrote(undamped) != own, "control"
     assert "evp/lj: damping off" in undamped.stdout
