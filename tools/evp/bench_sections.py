@@ -154,7 +154,9 @@ def ranks_section(bench, sizes):
         took = make_specimen(bench.folder, spheres, name)
         if took:
             lines.append(f"in.specimen made the random specimen of {spheres} spheres in {took:.0f} s on two ranks.\n")
-        scaling[f"strong: random specimen of {spheres}"] = [scenes.random_body(f"random {spheres}, {n} rank", "evp/lj", name, steps(spheres), ranks=n) for n in (1, 2)]
+        for style, title in (("evp/lj", ""), ("lj/cut", ", lj/cut")):
+            scaling[f"strong: random specimen of {spheres}{title}"] = [
+                scenes.random_body(f"random {spheres}, {n} rank{title}", style, name, steps(spheres), ranks=n) for n in (1, 2)]
     results = bench.rounds([scene for both in scaling.values() for scene in both], "ranks")
     lines += ["A look at each step whether the neighbor list holds, which it does.\n", "| body | two ranks over one: speed (strong), efficiency (weak) | Comm, share of the loop on two ranks |", "|---|---|---|"]
     for title, both in scaling.items():
