@@ -30,8 +30,8 @@ using namespace FixConst;
 
 FixNVEEVP::FixNVEEVP(LAMMPS *lmp, int narg, char **arg) :
     NodalExchange(lmp, narg, arg), tolerance(1.0e-3), max_iterations(500), others_groupbits(0),
-    forces_follow(false), pair(nullptr), last_build(-1), dt_applied(0.0), vflag_now(0),
-    last_iterations(0), most_iterations(0), all_iterations(0), solves(0)
+    forces_follow(false), pair(nullptr), last_build(-1), bodies_build(-1), dt_applied(0.0),
+    vflag_now(0), last_iterations(0), most_iterations(0), all_iterations(0), solves(0)
 {
   for (int iarg = 3; iarg < narg; iarg += 2) {
     const std::string key = arg[iarg];
@@ -107,7 +107,7 @@ void FixNVEEVP::init()
         "'remap v'",
         id);
   check_groups();
-  last_build = -1;    // another pair style may have come to the same count
+  last_build = bodies_build = -1;    // another pair style may have come to the same count
   last_iterations = most_iterations = 0;
   all_iterations = solves = 0;
 }
@@ -253,9 +253,10 @@ double FixNVEEVP::memory_usage()
 {
   double bytes = (double) dampers.capacity() * sizeof(Damper);
   bytes += (double) damper_rows.capacity() * sizeof(EVP::PackedRow);
+  bytes += connected.memory_usage() + bodies.memory_usage() + solves_of_bodies.memory_usage();
   for (const Nodal *nodal :
-       {&velocities, &reaction, &applied, &last_force, &mobility, &inertia, &undamped, &change,
-        &velocity, &residual, &direction, &direction_product})
+       {&velocities, &reaction, &applied, &lowest, &last_force, &mobility, &inertia, &undamped,
+        &change, &velocity, &residual, &direction, &direction_product})
     bytes += (double) nodal->capacity() * sizeof(double);
   return bytes;
 }

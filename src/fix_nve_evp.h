@@ -9,6 +9,7 @@ FixStyle(nve/evp,FixNVEEVP);
 #ifndef LMP_FIX_NVE_EVP_H
 #define LMP_FIX_NVE_EVP_H
 
+#include "evp_body_solves.h"
 #include "evp_kernel.h"
 #include "fix.h"
 #include "nodal_exchange.h"
@@ -65,6 +66,11 @@ class FixNVEEVP : public NodalExchange<Fix> {
   std::vector<EVP::PackedRow> damper_rows;
   std::vector<double> last_force;    // of the last solve, over w; by index in the packed list
   long last_build;
+  EVP::NodeSets connected;    // atoms and ghosts
+  EVP::Bodies bodies;
+  EVP::BodySolves solves_of_bodies;
+  Nodal lowest;    // ID that names its body, first and minus last process with atoms of it
+  long bodies_build;
   Nodal applied;        // damping force that f holds, from one solve to the kick after it; or empty
   double dt_applied;    // step that it was solved for, 0 if it must be solved anew
   int vflag_now;
@@ -83,6 +89,9 @@ class FixNVEEVP : public NodalExchange<Fix> {
   void solve_and_apply(double h);
   void remove_applied();
   int solve(double h);
+  void find_bodies();
+  void spread_lowest();
+  std::vector<double> bodies_across() const;
   void check_groups() const;
   void exchange_velocities(const Nodal &of);
   void check_partners(int i, int j) const;

@@ -4,7 +4,6 @@
 
 #include "fix_nve_evp.h"
 
-#include "evp_cg.h"
 #include "evp_vector.h"
 #include "pair_evp_lj.h"
 #include "scene.h"
@@ -16,11 +15,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 using namespace LAMMPS_NS;
-
-static constexpr double ROUND_OFF = 4.0 * std::numeric_limits<double>::epsilon();
 
 /* ----------------------------------------------------------------------
    x is that of the force evaluation here; later it may not be, so u is kept
@@ -35,6 +31,7 @@ void FixNVEEVP::collect_dampers()
   const EVP::PackedList &list = pair->packed_pairs();
   if (list.build != last_build) last_force.assign(list.pairs.size(), 0.0);
   last_build = list.build;
+  if (list.common_build != bodies_build) find_bodies();
   int law = -1;
   double root = 0.0;    // sqrt(gamma) of that law
   for (const auto &row : list.rows) {
@@ -156,9 +153,9 @@ void FixNVEEVP::exchange_velocities(const Nodal &of)
 }
 
 /* ----------------------------------------------------------------------
-   preconditioned by M, in the form that needs one sum over processes per iteration
-   (Chronopoulos and Gear). M keeps the momentum of every iterate exact: pair forces
-   have none, and the start carries that of M v + h F.
+   conjugate gradients, preconditioned by M, each body by itself: a still one does not wait in the
+   residual of a violent one. M keeps the momentum of every iterate exact: pair forces have none, and
+   the start carries that of M v + h F.
    The tolerance is against what the damping does, M (v - v*): a measure that knows no frame, so a
    body in flight is not solved worse than one at rest, and that does not grow with h C, as
    h C v* would (it exceeds the motion itself where damping is strong).
@@ -184,48 +181,37 @@ int FixNVEEVP::solve(double h)
   for (size_t k = 0; k < n; k++) undamped[k] = v[k] + h * mobility[k] * f[k];
   warm_start(h);
 
-  const EVP::CgLoops loops = EVP::cg_loops();
   const EVP::CgArrays arrays = {mobility.data(),   inertia.data(),   change.data(),
                                 residual.data(),   direction.data(), direction_product.data(),
                                 velocities.data(), reaction.data()};
-  double whole = 0.0;    // M v*^2, here
-  for (size_t k = 0; k < n; k++) {
-    velocities[k] = mobility[k] * residual[k];
-    whole += inertia[k] * undamped[k] * undamped[k];
-  }
-  double changed = loops.changed(arrays, n);
+  for (size_t k = 0; k < n; k++) velocities[k] = mobility[k] * residual[k];
+  solves_of_bodies.start(bodies, arrays, undamped.data(), h, tolerance);
 
-  double last_norm = 0.0, last_alpha = 0.0;
   for (int iteration = 0;; iteration++) {
     damping_product();
-
-    const EVP::CgProducts products = loops.products(arrays, n, h);
-    double sums[4] = {products.norm, products.curvature, changed, whole};
-    double all[4];
-    MPI_Allreduce(sums, all, 4, MPI_DOUBLE, MPI_SUM, world);
-    const double norm = all[0], curvature = all[1];
-    const double target = std::max(tolerance * tolerance * all[2], ROUND_OFF * ROUND_OFF * all[3]);
-    if (!std::isfinite(norm + target))
+    solves_of_bodies.gather();
+    MPI_Allreduce(MPI_IN_PLACE, solves_of_bodies.sums(), solves_of_bodies.shared_sums(), MPI_DOUBLE,
+                  MPI_SUM, world);
+    const EVP::BodySolves::State state = solves_of_bodies.judge();
+    if (state == EVP::BodySolves::State::NOT_FINITE)
       error->all(FLERR,
                  "Fix {} nve/evp: velocities or forces are not numbers any more at step {} with "
                  "timestep {:.6g}: the step is above the limit (see compute evp/dt), or the motion "
                  "too fast for it (see fix dt/evp)",
                  id, update->ntimestep, update->dt);
-    if (norm <= target) {
+    if (state == EVP::BodySolves::State::CONVERGED) {
       for (size_t k = 0; k < n; k++) velocity[k] = undamped[k] + change[k];
       return iteration;
     }
-    if (iteration == max_iterations)
+    if (iteration == max_iterations) {
+      double worst = solves_of_bodies.worst();
+      MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_DOUBLE, MPI_MAX, world);
       error->all(FLERR,
                  "Fix {} nve/evp: the damping did not converge in {} iterations at step {} "
                  "(residual {:.3g} of the tolerance): reduce the timestep, or raise maxiter",
-                 id, iteration, update->ntimestep, std::sqrt(norm / target));
-
-    const double beta = iteration ? norm / last_norm : 0.0;
-    const double alpha = norm / (curvature - (iteration ? beta * norm / last_alpha : 0.0));
-    changed = loops.update(arrays, n, alpha, beta);
-    last_norm = norm;
-    last_alpha = alpha;
+                 id, iteration, update->ntimestep, worst);
+    }
+    solves_of_bodies.update();
   }
 }
 
