@@ -45,14 +45,14 @@ class NodeSets {
   bool spread_lowest(std::vector<double> &values, int width)
   {
     const int n = (int) parent.size();
-    for (int k = 0; k < n; k++)
-      if (parent[k] != k)
-        lower(&values[(size_t) width * root(k)], &values[(size_t) width * k], width);
     bool fell = false;
+    const auto at = [&](int k) {
+      return values.data() + (size_t) width * k;
+    };
     for (int k = 0; k < n; k++)
-      if (parent[k] != k)
-        fell = lower(&values[(size_t) width * k], &values[(size_t) width * parent[k]], width) ||
-            fell;
+      if (parent[k] != k) fell = lower(at(root(k)), at(k), width) || fell;
+    for (int k = 0; k < n; k++)
+      if (parent[k] != k) fell = lower(at(k), at(parent[k]), width) || fell;
     return fell;
   }
 

@@ -14,6 +14,9 @@ namespace {
 
   constexpr double ROUND_OFF = 4.0 * std::numeric_limits<double>::epsilon();
 
+  // Sums of squares so small lose their digits: a body so slow is at rest.
+  constexpr double AT_REST = 1e-280;
+
   CgArrays from(const CgArrays &a, std::size_t k)
   {
     return {a.mobility + k,  a.inertia + k,           a.change + k, a.residual + k,
@@ -31,7 +34,7 @@ namespace {
 
 double BodySolves::target(double changed, double whole) const
 {
-  return std::max(tolerance_squared * changed, ROUND_OFF * ROUND_OFF * whole);
+  return std::max({tolerance_squared * changed, ROUND_OFF * ROUND_OFF * whole, AT_REST});
 }
 
 void BodySolves::start(const Bodies &bodies_in, const CgArrays &arrays_in, const double *undamped,
