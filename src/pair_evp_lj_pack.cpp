@@ -40,6 +40,7 @@ void PairEVPLJ::pack(bool together)
   }
 
   packed.clear();
+  if (together) packed.common_build++;
   packed.nlocal = atom->nlocal;
   packed.nall = atom->nlocal + atom->nghost;
   packed_call = neighbor->ncalls;
