@@ -34,6 +34,8 @@ class NodeSets {
     parent[std::max(a, b)] = std::min(a, b);
   }
 
+  bool are_joined(int a, int b) { return root(a) == root(b); }
+
   /// The lowest node of the set of k.
   int root(int k)
   {

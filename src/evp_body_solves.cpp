@@ -54,9 +54,9 @@ void BodySolves::start(const Bodies &bodies_in, const CgArrays &arrays_in, const
   elsewhere = 0.0;
   for (int i = 0; i < bodies->atoms(); i++) {
     const int body = bodies->body_of(i);
-    double &whole = body < 0 ? elsewhere : parts[body].whole;
-    for (std::size_t k = (std::size_t) 3 * i; k < (std::size_t) 3 * i + 3; k++)
-      whole += arrays.inertia[k] * undamped[k] * undamped[k];
+    const double *v = undamped + (std::size_t) 3 * i;
+    (body < 0 ? elsewhere : parts[body].whole) +=
+        arrays.inertia[(std::size_t) 3 * i] * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
   }
 
   const int nslots = bodies->slot_count();

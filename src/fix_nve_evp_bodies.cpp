@@ -35,15 +35,17 @@ void FixNVEEVP::find_bodies()
   bool damped = false;
   for (const auto &row : list.rows)
     for (int k = row.first; k < row.last; k++) {
+      const int j = list.pairs.j()[k];
+      if (connected.are_joined(row.i, j)) continue;
       const EVP::PackedPair p = list.pairs[k];
       if (p.law != law) {
         law = p.law;
         damped = pair->implicit_gamma(p) > 0.0;
       }
       if (!damped) continue;
-      for (const int atom_k : {row.i, p.j})
-        if (in_group(atom_k)) lowest[(size_t) 3 * atom_k] = (double) atom->tag[atom_k];
-      if (in_group(row.i) && in_group(p.j)) connected.join(row.i, p.j);
+      for (const int one : {row.i, j})
+        if (in_group(one)) lowest[(size_t) 3 * one] = (double) atom->tag[one];
+      if (in_group(row.i) && in_group(j)) connected.join(row.i, j);
     }
 
   spread_lowest();
