@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-only
 
-   Fix nve/evp: the bodies that dampers connect, each of which is solved by itself. */
+   Fix nve/evp: the bodies that damped pairs connect, each of which is solved by itself. */
 
 #include "fix_nve_evp.h"
 
@@ -14,8 +14,8 @@
 using namespace LAMMPS_NS;
 
 /* ----------------------------------------------------------------------
-   collective. By the pairs of the list, within the cut-off or not, so that the bodies hold until the
-   list is built anew. Atoms outside the group connect nothing: their velocity is prescribed
+   collective. Pairs of the list count within the cut-off or not, so that the bodies are valid until
+   the next build. Atoms outside the group connect nothing: their velocity is prescribed
 ------------------------------------------------------------------------- */
 
 void FixNVEEVP::find_bodies()
@@ -53,7 +53,7 @@ void FixNVEEVP::find_bodies()
 }
 
 /* ----------------------------------------------------------------------
-   as often as a body goes from process to process, at most
+   collective. One iteration at most for each time that a body crosses from rank to rank
 ------------------------------------------------------------------------- */
 
 void FixNVEEVP::spread_lowest()
@@ -68,7 +68,7 @@ void FixNVEEVP::spread_lowest()
 }
 
 /* ----------------------------------------------------------------------
-   collective. The IDs that name the bodies with atoms on several processes, ascending
+   collective. The labels of the bodies with atoms on several ranks, ascending
 ------------------------------------------------------------------------- */
 
 std::vector<double> FixNVEEVP::bodies_across() const
