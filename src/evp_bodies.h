@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //
-// Bodies: atoms that pairs connect. Sets of connected nodes, and the atoms of one process by body.
+// Bodies: atoms connected by pairs. Sets of connected nodes, and the atoms of one MPI rank by body.
 // Pure C++17.
 
 #ifndef EVP_BODIES_H
@@ -33,6 +33,8 @@ class NodeSets {
     b = root(b);
     parent[std::max(a, b)] = std::min(a, b);
   }
+
+  bool are_joined(int a, int b) { return root(a) == root(b); }
 
   /// The lowest node of the set of k.
   int root(int k)
@@ -74,11 +76,11 @@ class NodeSets {
   std::vector<int> parent;
 };
 
-/// The bodies with atoms on this process, and the slots of those that have atoms on others too:
-/// sums over all processes are made per slot.
+/// The bodies with atoms on this MPI rank. Those with atoms on other ranks too have a slot each:
+/// sums over all ranks are computed per slot.
 class Bodies {
  public:
-  /// Above this number of bodies across processes several share a slot.
+  /// If more bodies have atoms on several ranks, some share a slot.
   static constexpr int MOST_SLOTS = 1024;
 
   /// Atoms first ... last-1 belong to that body, or to none.
@@ -88,7 +90,7 @@ class Bodies {
   };
 
   /// The label of atom i of n is labels[i * stride], NO_BODY or that of its body; `across` holds, in
-  /// ascending order, the labels of all bodies with atoms on several processes.
+  /// ascending order, the labels of all bodies with atoms on several ranks.
   void assign(const double *labels, int stride, int n, const std::vector<double> &across,
               int most_slots = MOST_SLOTS)
   {
@@ -127,19 +129,19 @@ class Bodies {
   /// All atoms in runs; none where no atom belongs to a body.
   const std::vector<Run> &runs() const { return run_list; }
 
-  /// Bodies with atoms here.
+  /// Number of bodies with atoms on this rank.
   int count() const { return (int) names.size(); }
 
-  /// Of this process, in a body or not.
+  /// Number of atoms on this rank, in a body or not.
   int atoms() const { return (int) numbers.size(); }
 
   /// The body of an atom, -1 where it belongs to none.
   int body_of(int i) const { return numbers[i]; }
 
-  /// The slot of a body, -1 where no other process has atoms of it.
+  /// The slot of a body, -1 where no other rank has atoms of it.
   int slot_of(int body) const { return slots[body]; }
 
-  /// Of all processes.
+  /// Number of slots, the same on all ranks.
   int slot_count() const { return nslots; }
 
   /// Do several bodies share a slot?

@@ -14,7 +14,7 @@ namespace {
 
   constexpr double ROUND_OFF = 4.0 * std::numeric_limits<double>::epsilon();
 
-  // Sums of squares so small lose their digits: a body so slow is at rest.
+  // Smaller sums of squares lose digits by underflow: such a body is at rest.
   constexpr double AT_REST = 1e-280;
 
   CgArrays from(const CgArrays &a, std::size_t k)
@@ -23,7 +23,7 @@ namespace {
             a.direction + k, a.direction_product + k, a.z + k,      a.product + k};
   }
 
-  /// 0 or 1; a sum of them is no number where one is none.
+  /// 0 or 1, or NaN, which a sum keeps.
   double unmet(double norm, double target)
   {
     if (!std::isfinite(norm + target)) return std::numeric_limits<double>::quiet_NaN();
@@ -54,9 +54,9 @@ void BodySolves::start(const Bodies &bodies_in, const CgArrays &arrays_in, const
   elsewhere = 0.0;
   for (int i = 0; i < bodies->atoms(); i++) {
     const int body = bodies->body_of(i);
-    double &whole = body < 0 ? elsewhere : parts[body].whole;
-    for (std::size_t k = (std::size_t) 3 * i; k < (std::size_t) 3 * i + 3; k++)
-      whole += arrays.inertia[k] * undamped[k] * undamped[k];
+    const double *v = undamped + (std::size_t) 3 * i;
+    (body < 0 ? elsewhere : parts[body].whole) +=
+        arrays.inertia[(std::size_t) 3 * i] * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
   }
 
   restart();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //
-// Conjugate gradients for each body by itself, all in the same iteration: one product and one sum
-// over processes serve them all. Pure C++17.
+// Conjugate gradients for each body by itself, all in the same loop: an iteration takes one product
+// and one sum over MPI ranks, whatever the number of bodies. Pure C++17.
 
 #ifndef EVP_BODY_SOLVES_H
 #define EVP_BODY_SOLVES_H
@@ -14,12 +14,12 @@
 
 namespace EVP {
 
-/// (M + h C) v = b, preconditioned by M, in the form that needs one sum over processes per iteration
+/// (M + h C) v = b, preconditioned by M, in the form that needs one sum over MPI ranks per iteration
 /// (Chronopoulos and Gear). Per iteration: arrays.product = C z; gather(); sum the first
-/// shared_sums() of sums() over processes; judge(); update().
+/// shared_sums() of sums() over ranks; judge(); update().
 ///
-/// A body that meets its tolerance is left as it is from then on. Bodies that share a slot share
-/// their steps, not their tolerance: their slot goes on until each process's part of each meets it.
+/// A body that meets its tolerance does not change any more. Bodies with the same slot have the same
+/// coefficients, not the same tolerance: they iterate until the part of each on each rank meets it.
 class BodySolves {
  public:
   enum class State { RUNNING, CONVERGED, NOT_FINITE };
@@ -53,12 +53,12 @@ class BodySolves {
  private:
   static constexpr int SUMS = 4;
 
-  /// Sums over the atoms of a body on this process: r.z, z.(M + h C) z, change.M change, v*.M v*
+  /// Sums over the atoms of a body on this rank: r.z, z.(M + h C) z, change.M change, v*.M v*
   struct Part {
     double norm, curvature, changed, whole;
   };
 
-  /// One set of steps: of a slot or, after these, of a body of this process alone.
+  /// The coefficients of a slot or, after all slots, of a body without one.
   struct System {
     double alpha, beta, last_norm, last_alpha;
     bool active, started;
@@ -68,11 +68,11 @@ class BodySolves {
   CgArrays arrays;
   CgLoops loops;
   double h, tolerance_squared;
-  double
-      elsewhere;    // v*.M v* of atoms of no body: nothing is solved for them, but they must be finite
+  double elsewhere;    // v*.M v* of the atoms in no body, which must be finite too
   std::vector<Part> parts;
   std::vector<System> systems;
-  std::vector<double> all_sums;    // bodies of this process alone that go on; then those of systems
+  std::vector<double>
+      all_sums;    // number of unfinished bodies without a slot; then SUMS per system
 
   int system_of(int body) const
   {

@@ -82,7 +82,7 @@ class FixNVEEVP : public NodalExchange<Fix> {
   EVP::NodeSets connected;    // atoms and ghosts
   EVP::Bodies bodies;
   EVP::BodySolves solves_of_bodies;
-  Nodal lowest;    // ID that names its body, first and minus last process with atoms of it
+  Nodal lowest;    // label of the body (its lowest ID), first and minus last rank with atoms of it
   long bodies_build;
   Nodal applied;        // damping force that f holds, from one solve to the kick after it; or empty
   double dt_turning;    // step of last_turning

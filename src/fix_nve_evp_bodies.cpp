@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-only
 
-   Fix nve/evp: the bodies that dampers connect, each of which is solved by itself. */
+   Fix nve/evp: the bodies that damped pairs connect, each of which is solved by itself. */
 
 #include "fix_nve_evp.h"
 
@@ -14,8 +14,8 @@
 using namespace LAMMPS_NS;
 
 /* ----------------------------------------------------------------------
-   collective. By the pairs of the list, within the cut-off or not, so that the bodies hold until the
-   list is built anew. Atoms outside the group connect nothing: their velocity is prescribed
+   collective. Pairs of the list count within the cut-off or not, so that the bodies are valid until
+   the next build. Atoms outside the group connect nothing: their velocity is prescribed
 ------------------------------------------------------------------------- */
 
 void FixNVEEVP::find_bodies()
@@ -35,15 +35,17 @@ void FixNVEEVP::find_bodies()
   bool damped = false;
   for (const auto &row : list.rows)
     for (int k = row.first; k < row.last; k++) {
+      const int j = list.pairs.j()[k];
+      if (connected.are_joined(row.i, j)) continue;
       const EVP::PackedPair p = list.pairs[k];
       if (p.law != law) {
         law = p.law;
         damped = pair->implicit_gamma(p) > 0.0;
       }
       if (!damped) continue;
-      for (const int atom_k : {row.i, p.j})
-        if (in_group(atom_k)) lowest[(size_t) 3 * atom_k] = (double) atom->tag[atom_k];
-      if (in_group(row.i) && in_group(p.j)) connected.join(row.i, p.j);
+      for (const int one : {row.i, j})
+        if (in_group(one)) lowest[(size_t) 3 * one] = (double) atom->tag[one];
+      if (in_group(row.i) && in_group(j)) connected.join(row.i, j);
     }
 
   spread_lowest();
@@ -51,7 +53,7 @@ void FixNVEEVP::find_bodies()
 }
 
 /* ----------------------------------------------------------------------
-   as often as a body goes from process to process, at most
+   collective. One iteration at most for each time that a body crosses from rank to rank
 ------------------------------------------------------------------------- */
 
 void FixNVEEVP::spread_lowest()
@@ -66,7 +68,7 @@ void FixNVEEVP::spread_lowest()
 }
 
 /* ----------------------------------------------------------------------
-   collective. The IDs that name the bodies with atoms on several processes, ascending
+   collective. The labels of the bodies with atoms on several ranks, ascending
 ------------------------------------------------------------------------- */
 
 std::vector<double> FixNVEEVP::bodies_across() const
