@@ -9,6 +9,7 @@
 #ifndef EVP_LAW_H
 #define EVP_LAW_H
 
+#include <algorithm>
 #include <cmath>
 
 namespace EVP {
@@ -202,6 +203,14 @@ class Law {
 
   /// m1 n1 e1 / deq^2 [energy/length^2]: the stiffness at d = deq.
   double stiffness_at_rest(double deq) const { return row.m1 * row.n1 * row.e1 / (deq * deq); }
+
+  /// The largest stiffness that a pair at d can have in the steps to come [energy/length^2]: that at
+  /// d, and those where either regime begins, m1 n1 e1/deq^2 at rest and m2 n2 e2/deq^2 at xi_s.
+  double stiffness_ahead(double d, double deq) const
+  {
+    const double begin = std::max(row.m1 * row.n1 * row.e1, row.m2 * row.n2 * row.e2);
+    return std::max(stiffness(d, deq), begin / (deq * deq));
+  }
 
   /// |K_I(r deq)| with the first regime carried on to any r (what eq. 6 asks for) [energy/length^2].
   double first_stiffness(double r, double deq) const

@@ -103,7 +103,7 @@ inline void check_row(const Row &row)
                            law.force(1.0 - row.xi_s, 1.0),
                            law.force(0.5, 1.0),
                            law.stiffness(0.5, 1.0),
-                           law.stiffness_at_rest(1.0),
+                           law.stiffness_ahead(1.0, 1.0),
                            law.energy(1.0, 1.0, row.alpha),
                            law.energy(0.5, 1.0, row.alpha),
                            row.gamma};

@@ -15,7 +15,7 @@ class Mutation(NamedTuple):
     times: int = 1
 
 
-STIFFNESS = ("compute_evp_dt_network.cpp", "std::max(law.stiffness(d, deq), law.stiffness_at_rest(deq))")
+STIFFNESS = ("compute_evp_dt_network.cpp", "law.stiffness_ahead(d, deq)")
 
 MUTATIONS = [
     Mutation("stiffness of compute evp/dt: a quarter", ("times critical damping: 0.0",), STIFFNESS[0], STIFFNESS[1], "0.25 * " + STIFFNESS[1]),

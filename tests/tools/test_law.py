@@ -241,6 +241,13 @@ def test_stretched_pairs_keep_their_stiffness_at_rest_and_get_a_transverse_one()
     assert axial > row.m1 * row.n1 * row.e1 and transverse == 0.0
 
 
+def test_a_stiffer_second_potential_counts_before_it_is_reached():
+    row = law.TABLE1._replace(e2=200.0)
+    for d in (0.997, 1.0, 1.003, 1.2):
+        assert network.pair_stiffness(d, 1.0, row)[0] == pytest.approx(200 * 8 * 4, rel=1e-12)
+    assert network.pair_stiffness(0.9, 1.0, row)[0] > 1.5 * 200 * 8 * 4
+
+
 def test_a_body_without_free_atoms_has_no_limit(body):
     read, bonds, free = body
     got = network.step_limits(

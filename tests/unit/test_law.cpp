@@ -78,6 +78,34 @@ TEST(Law, StiffnessAtRestIsTheProductOfExponentsAndDepth)
   }
 }
 
+// Whichever regime a pair is in, the step must be right for the other too.
+TEST(Law, StiffnessAheadIsThatOfTheStifferRegimeAtLeast)
+{
+  for (const Row &row : rows_of_interest())
+    for (const double e2 : {row.e2, 20 * row.e1}) {
+      Row changed = row;
+      changed.e2 = e2;
+      const Law law(changed);
+      const double second = row.m2 * row.n2 * e2 / (DEQ * DEQ);
+      const double begin = std::max(law.stiffness_at_rest(DEQ), second);
+      for (const double t : {-20.0, -2.0, -0.9, 0.0, 0.9, 2.0, 20.0}) {
+        const double d = (1 + t * row.xi_s / (1 + 25 * row.xi_s)) * DEQ;
+        const double now = law.stiffness(d, DEQ);
+        EXPECT_NEAR(law.stiffness_ahead(d, DEQ), std::max(begin, now), 4 * EPSILON * begin)
+            << name_of(changed) << " at d/deq = " << d / DEQ;
+        if (second <= law.stiffness_at_rest(DEQ)) {
+          EXPECT_EQ(law.stiffness_ahead(d, DEQ), std::max(law.stiffness_at_rest(DEQ), now));
+        }
+      }
+    }
+  // K_II just beyond either threshold is what the bound counts with
+  Row stiff = TABLE1;
+  stiff.e2 = 900;
+  for (const double side : {-1.0, 1.0})
+    EXPECT_NEAR(Law(stiff).stiffness((1 + side * (stiff.xi_s + 1e-9)) * DEQ, DEQ),
+                Law(stiff).stiffness_ahead(DEQ, DEQ), 1e-7 * Law(stiff).stiffness_ahead(DEQ, DEQ));
+}
+
 // Eq. 6 carries the first regime on to 30 % overlap; the second, in force there, is far softer.
 TEST(Law, FirstStiffnessIsEquation6WhateverTheRegime)
 {
