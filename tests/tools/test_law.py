@@ -51,6 +51,8 @@ def test_force_energy_and_stiffness_hold_to_twelve_digits(table):
     "words, rule",
     [
         ("80 4 8 3 8 4 0.005 0 1.5", "m > n > 0"),
+        ("80 4.0003 4 3 8 4 0.005 0 1.5", "m must exceed n by at least"),
+        ("80 8 4 3 0.0009 0.00085 0.005 0 1.5", "m must exceed n by at least"),
         ("-80 8 4 3 8 4 0.005 0 1.5", "zero or positive"),
         ("80 8 4 3 8 4 0 0 1.5", "xi_s"),
         ("80 8 4 3 8 4 0.005 0 1", "alpha"),
@@ -61,6 +63,10 @@ def test_force_energy_and_stiffness_hold_to_twelve_digits(table):
 def test_bad_rows_are_refused_with_their_rule(words, rule):
     with pytest.raises(ValueError, match=rule):
         law.Row.parse(words)
+
+
+def test_exponents_may_come_as_close_as_the_rule_says():
+    assert law.Row.parse("80 4.0005 4 3 0.0011 0.0009 0.005 0 1.5").m1 == 4.0005
 
 
 # A cloud of spheres in mid-deformation: bonds in both regimes and beyond dlim, new contacts.

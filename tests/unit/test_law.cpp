@@ -4,6 +4,7 @@
 // The stiffness jumps where the regimes meet; no test asks for it there.
 
 #include "evp_law.h"
+#include "evp_params.h"
 #include "law_cases.h"
 
 #include <algorithm>
@@ -104,6 +105,25 @@ TEST(Law, StiffnessAheadIsThatOfTheStifferRegimeAtLeast)
   for (const double side : {-1.0, 1.0})
     EXPECT_NEAR(Law(stiff).stiffness((1 + side * (stiff.xi_s + 1e-9)) * DEQ, DEQ),
                 Law(stiff).stiffness_ahead(DEQ, DEQ), 1e-7 * Law(stiff).stiffness_ahead(DEQ, DEQ));
+}
+
+// The closest exponents that evp_params.h takes, whole and not, against the form without a difference.
+TEST(Law, ForceOfTheClosestExponentsIsNoRoundOff)
+{
+  constexpr double STRAIN = 1e-3, LOST = 1e-8;
+  for (const double n : {0.01, 0.3, 0.9, 2.0, 4.0, 7.3, 31.0, 99.7, 199.0}) {
+    const double m = n + 1.0001 * EVP::EXPONENTS_APART * std::max(1.0, 1.001 * n);
+    const Row row = {80, m, n, 3, m, n, 0.5, 0, 1.5};
+    EXPECT_NO_THROW(EVP::check_row(row));
+    const Law law(row);
+    for (int k = -200; k <= 200; k++) {
+      if (std::abs(k) < 100) continue;
+      const double d = 1.0 + 0.01 * k * STRAIN, log_s = -std::log1p(d - 1.0);
+      const double true_force =
+          m * n * row.e1 / (m - n) * std::exp((n + 1) * log_s) * std::expm1((m - n) * log_s);
+      EXPECT_NEAR(law.force(d, 1.0), true_force, LOST * std::fabs(true_force)) << name_of(row);
+    }
+  }
 }
 
 // Eq. 6 carries the first regime on to 30 % overlap; the second, in force there, is far softer.

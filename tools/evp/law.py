@@ -43,6 +43,9 @@ class Row(NamedTuple):
             raise ValueError("all 9 numbers of a row must be finite")
         if not (self.m1 > self.n1 > 0 and self.m2 > self.n2 > 0):
             raise ValueError("exponents must satisfy m > n > 0 in both regimes")
+        for m, n in ((self.m1, self.n1), (self.m2, self.n2)):
+            if m - n < 1e-4 * max(m, 1.0):
+                raise ValueError("m must exceed n by at least 1e-4 and by 1e-4 of m")
         if min(self.e1, self.e2, self.gamma) < 0:
             raise ValueError("e1, e2 and gamma must be zero or positive")
         if not 0 < self.xi_s < 1:
