@@ -108,6 +108,19 @@ template <class F> auto with_powers(double m, double n, F &&f)
   return f(AnyPowers(m, n));
 }
 
+/// e^x - 1 - x [1] to the last digits, where the difference would leave none of them near 0.
+inline double expm1_minus_x(double x)
+{
+  if (std::fabs(x) >= 0.25) return std::expm1(x) - x;
+  constexpr double INVERSE_FACTORIALS[] = {
+      1.0 / 6227020800.0, 1.0 / 479001600.0, 1.0 / 39916800.0, 1.0 / 3628800.0,
+      1.0 / 362880.0,     1.0 / 40320.0,     1.0 / 5040.0,     1.0 / 720.0,
+      1.0 / 120.0,        1.0 / 24.0,        1.0 / 6.0,        1.0 / 2.0};
+  double sum = 0.0;
+  for (const double c : INVERSE_FACTORIALS) sum = sum * x + c;
+  return x * x * sum;
+}
+
 /// Force, energy and stiffness of one pair type. A value type, built once per row.
 class Law {
  public:
@@ -191,6 +204,24 @@ class Law {
     return reduced_energy(d / deq) - reduced_energy(dcut / deq);
   }
 
+  /// What a pair holds above its energy at deq [energy], up to xi_s and beyond it.
+  struct Stored {
+    double first, second;
+    double total() const { return first + second; }
+  };
+
+  /// energy(d, deq, deq) in two parts, right to the last digits of each at any strain: the powers are
+  /// nowhere subtracted from each other, and d from deq without rounding.
+  Stored stored(double d, double deq) const
+  {
+    const double opened = d - deq;
+    const double xi = opened / deq;
+    if (std::fabs(xi) <= row.xi_s) return {first.stored(xi), 0.0};
+    const Threshold &t = xi > 0.0 ? stretched : compressed;
+    const double beyond = std::fma(-t.offset, deq, opened) / deq;
+    return {t.stored, second.stored(beyond) + t.stored_slope * beyond};
+  }
+
   /// -dF/dd [energy/length^2], positive at rest; jumps at xi_s, where the first regime's is given.
   double stiffness(double d, double deq) const
   {
@@ -244,6 +275,16 @@ class Law {
       const PowerPair q = powers(s);
       return e * (n * q.sm - m * q.sn) / (m - n);
     }
+    double stored(double strain) const    // energy above that at deq, d = (1 + strain) deq
+    {
+      const double log_s = -std::log1p(strain);
+      return e * (n * expm1_minus_x(m * log_s) - m * expm1_minus_x(n * log_s)) / (m - n);
+    }
+    double stored_slope(double strain) const
+    {
+      const double log_s = -std::log1p(strain);
+      return -a * std::exp((n + 1.0) * log_s) * std::expm1((m - n) * log_s);
+    }
     double stiffness(double s) const
     {
       const PowerPair q = powers(s);
@@ -256,6 +297,7 @@ class Law {
     double offset;    ///< ds/deq - 1: +xi_s or -xi_s
     double force;     ///< F_I(ds) deq
     double energy;    ///< makes E continuous at ds: Phi_I(ds) - Phi_II(deq) + F_I(ds) ds
+    double stored, stored_slope;    ///< E(ds) - E(deq), dE/dd(ds) deq, to the last digits
   };
 
   Row row;
@@ -266,7 +308,8 @@ class Law {
   {
     const double r = 1.0 + offset;
     const double f = first.reduced_force(1.0 / r);
-    return {offset, f, first.energy(1.0 / r) + second.e + f * r};
+    return {offset, f, first.energy(1.0 / r) + second.e + f * r, first.stored(offset),
+            first.stored_slope(offset)};
   }
 
   double reduced_energy(double r) const

@@ -65,6 +65,20 @@ def test_bad_rows_are_refused_with_their_rule(words, rule):
         law.Row.parse(words)
 
 
+def test_stored_energy_holds_at_any_strain():
+    """Against 60 digits, down to strains of the last bit of d; the parts are those of src/evp_law.h too."""
+    ref = np.genfromtxt(DATA / "stored_reference.csv", delimiter=",", names=True)
+    nothing = np.zeros(len(ref))
+    row = law.Row(*(ref[name] for name in law.Row._fields[:7]), nothing, nothing + 1.5)
+    first, second = law.stored(ref["d"], ref["deq"], row)
+    total = ref["first"] + ref["second"]
+    assert np.sum((np.abs(ref["d"] / ref["deq"] - 1) < 2e-10) & (total > 0)) > 100
+    assert np.all(np.abs(first - ref["first"]) <= REFERENCE * ref["first"])
+    # numpy has no fused multiply-add: near the threshold, xi - xi_s is rounded to the last bit of xi_s
+    rounded = np.abs(law.force(ref["d"], ref["deq"], row)) * ref["deq"] * 3e-16 * row.xi_s
+    assert np.all(np.abs(second - ref["second"]) <= REFERENCE * total + rounded)
+
+
 def test_exponents_may_come_as_close_as_the_rule_says():
     assert law.Row.parse("80 4.0005 4 3 0.0011 0.0009 0.005 0 1.5").m1 == 4.0005
 

@@ -249,6 +249,38 @@ TEST(Law, StiffnessIsMinusTheSlopeOfTheForceWithinEachRegime)
   }
 }
 
+TEST(Law, ExponentialLessItsTangentKeepsItsDigits)
+{
+  for (double x = 1e-12; x < 20.0; x *= 1.07)
+    for (const double y : {x, -x, std::nextafter(0.25, x)}) {
+      long double sum = 0.0L, term = 1.0L;
+      if (std::fabs(y) < 2.0) {
+        term = (long double) y * y / 2.0L;
+        for (int k = 3; k < 40; k++, term *= y / (long double) (k - 1)) sum += term;
+      } else
+        sum = std::expm1((long double) y) - y;
+      EXPECT_NEAR(EVP::expm1_minus_x(y), (double) sum, 16 * EPSILON * (double) sum) << y;
+    }
+  EXPECT_EQ(EVP::expm1_minus_x(0.0), 0.0);
+}
+
+// Its digits are in test_law_reference; here, that it is the energy, rest counted as zero.
+TEST(Law, StoredIsTheEnergyAboveRest)
+{
+  for (const Row &row : rows_of_interest()) {
+    const Law law(row);
+    EXPECT_EQ(law.stored(DEQ, DEQ).total(), 0.0);
+    for (const double t : {-80.0, -2.0, -1.0, -0.6, 0.3, 1.0, 1.3, 80.0}) {
+      const double d = (1 + t * row.xi_s / (1 + 90 * row.xi_s)) * DEQ;
+      const Law::Stored found = law.stored(d, DEQ);
+      EXPECT_NEAR(found.total(), law.energy(d, DEQ, DEQ), REFERENCE * energy_scale(row))
+          << name_of(row) << ", d/deq = " << d / DEQ;
+      EXPECT_EQ(found.second > 0.0, law.regime(d, DEQ) == 2);
+      EXPECT_GT(found.first, 0.0);
+    }
+  }
+}
+
 // e1 = 0 leaves a gap of 2 xi_s deq without force, e2 = 0 a plateau: both are legal rows.
 TEST(Law, FirstRegimeWithoutDepthIsAGap)
 {
