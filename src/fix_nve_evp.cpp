@@ -24,6 +24,9 @@
 using namespace LAMMPS_NS;
 using namespace FixConst;
 
+// a set-up knows the velocity in the middle of a step only; each pass more takes (w dt)^2/2 of the error
+static constexpr int SETUP_PASSES = 3;
+
 /* ----------------------------------------------------------------------
    fix ID group nve/evp [tol 1e-3] [maxiter 500]
 ------------------------------------------------------------------------- */
@@ -152,7 +155,13 @@ void FixNVEEVP::setup(int vflag)
 {
   vflag_now = vflag;
   collect_dampers();
+  predict_turning(Predictor::NOW);
   solve_and_apply(0.5 * update->dt);
+  for (int pass = 1; pass < SETUP_PASSES && pair->damps_implicitly(); pass++) {
+    predict_turning(Predictor::THIS_STEP);
+    remove_applied();
+    solve_and_apply(0.5 * update->dt);
+  }
   if (forces_follow) dt_applied = 0.0;    // solve anew with what they add to f from here on
 }
 
@@ -169,6 +178,7 @@ void FixNVEEVP::initial_integrate(int /*vflag*/)
 {
   // the damping in f belongs to another step, or to less force: solve its second half anew
   if (update->dt != dt_applied) {
+    predict_turning(Predictor::THIS_STEP);
     remove_applied();
     solve_and_apply(0.5 * update->dt);
   }
@@ -185,6 +195,7 @@ void FixNVEEVP::initial_integrate(int /*vflag*/)
 void FixNVEEVP::final_integrate()
 {
   collect_dampers();
+  predict_turning(Predictor::LAST_STEP);
   solve_and_apply(update->dt);
   kick();
 }
@@ -254,7 +265,7 @@ double FixNVEEVP::memory_usage()
   double bytes = (double) dampers.capacity() * sizeof(Damper);
   bytes += (double) damper_rows.capacity() * sizeof(EVP::PackedRow);
   for (const Nodal *nodal :
-       {&velocities, &reaction, &applied, &last_force, &mobility, &inertia, &undamped, &change,
+       {&damper_distance, &damper_turning, &velocities, &reaction, &applied, &last_force, &mobility, &inertia, &undamped, &change,
         &velocity, &residual, &direction, &direction_product})
     bytes += (double) nodal->capacity() * sizeof(double);
   return bytes;

@@ -18,7 +18,11 @@ FixStyle(nve/evp,FixNVEEVP);
 namespace LAMMPS_NS {
 
 /// Leapfrog with the damping of pair style evp/lj taken at the end of the step:
-/// (M + dt C) v+ = M v- + dt F(x), then x += dt v+.
+/// (M + dt C) v+ = M v- + dt (F(x) - T), then x += dt v+.
+///
+/// A pair at rest in a turning frame parts along its old direction u by no velocity u.v+ of zero, so
+/// each damper sees the opening rate of the whole step, (|r + dt v+| - |r|)/dt = u.v+ + turning. T holds
+/// gamma times what turning adds, predicted from v- (see evp_opening.h).
 ///
 /// Between steps atoms hold v = (v- + v+)/2, and f holds F plus the damping force that took v- to v+,
 /// so that both half kicks are those of plain leapfrog and other fixes read the whole force.
@@ -48,12 +52,10 @@ class FixNVEEVP : public NodalExchange<Fix> {
     int j;
     int pair;    ///< index in the packed list
 
-    /// sqrt(gamma) u.(v_i - v_j): times w, minus the force on i.
-    double opening(const double *vi, const double *vj) const
-    {
-      return w[0] * (vi[0] - vj[0]) + w[1] * (vi[1] - vj[1]) + w[2] * (vi[2] - vj[2]);
-    }
   };
+
+  /// Where the velocities come from that predict how a pair turns in the step to come.
+  enum class Predictor { LAST_STEP, NOW, THIS_STEP };
 
   double tolerance;
   int max_iterations;
@@ -63,6 +65,8 @@ class FixNVEEVP : public NodalExchange<Fix> {
   class PairEVPLJ *pair;
   std::vector<Damper> dampers;
   std::vector<EVP::PackedRow> damper_rows;
+  std::vector<double> damper_distance;    // d at the last force evaluation; by damper, as
+  std::vector<double> damper_turning;     // sqrt(gamma) times the opening rate that turning adds
   std::vector<double> last_force;    // of the last solve, over w; by index in the packed list
   long last_build;
   Nodal applied;        // damping force that f holds, from one solve to the kick after it; or empty
@@ -79,6 +83,7 @@ class FixNVEEVP : public NodalExchange<Fix> {
 
   bool in_group(int i) const;
   void collect_dampers();
+  void predict_turning(Predictor);
   void kick();
   void solve_and_apply(double h);
   void remove_applied();
@@ -86,8 +91,7 @@ class FixNVEEVP : public NodalExchange<Fix> {
   void check_groups() const;
   void exchange_velocities(const Nodal &of);
   void check_partners(int i, int j) const;
-  template <class F> void damping_product(F &&keep);
-  void damping_product();
+  template <bool Turning, class F> void damping_product(F &&keep);
   void warm_start(double h);
   void store_applied(double h);
   void tally_virial();

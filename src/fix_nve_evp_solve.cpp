@@ -5,6 +5,7 @@
 #include "fix_nve_evp.h"
 
 #include "evp_cg.h"
+#include "evp_opening.h"
 #include "evp_vector.h"
 #include "pair_evp_lj.h"
 #include "scene.h"
@@ -30,6 +31,7 @@ void FixNVEEVP::collect_dampers()
 {
   dampers.clear();
   damper_rows.clear();
+  damper_distance.clear();
   if (!pair->damps_implicitly()) return;
   const auto x = EVP::scene::rows(atom->x);
   const EVP::PackedList &list = pair->packed_pairs();
@@ -50,11 +52,44 @@ void FixNVEEVP::collect_dampers()
       if (g.dsq > p.cutsq) continue;
 
       if (others_groupbits) check_partners(row.i, p.j);
-      const double scale = root / std::sqrt(g.dsq);
+      const double d = std::sqrt(g.dsq), scale = root / d;
       dampers.push_back({{scale * g.dx, scale * g.dy, scale * g.dz}, p.j, k});
+      damper_distance.push_back(d);
     }
     const int last = (int) dampers.size();
     if (last > first) damper_rows.push_back({row.i, first, last});
+  }
+}
+
+/* ----------------------------------------------------------------------
+   from the velocity of the last step, which ended at the present places, or from that of this one as
+   far as it is known: by what f holds, its damping included
+------------------------------------------------------------------------- */
+
+void FixNVEEVP::predict_turning(Predictor predictor)
+{
+  if (!pair->damps_implicitly()) return;
+  const double half = predictor == Predictor::THIS_STEP ? 0.5 * update->dt : 0.0;
+  velocities.resize((size_t) 3 * (atom->nlocal + atom->nghost));
+  for (int i = 0; i < atom->nlocal; i++) {
+    const double scale = in_group(i) ? half * EVP::scene::inverse_mass(atom, force, i) : 0.0;
+    for (int c = 0; c < 3; c++)
+      velocities[(size_t) 3 * i + c] = atom->v[i][c] + scale * atom->f[i][c];
+  }
+  to_ghosts(velocities);
+
+  const int side = predictor == Predictor::THIS_STEP ? 1 : predictor == Predictor::NOW ? 0 : -1;
+  damper_turning.resize(dampers.size());
+  const double *all = velocities.data();
+  for (const auto &row : damper_rows) {
+    const EVP::Vector vi(all + (size_t) 3 * row.i);
+    for (int k = row.first; k < row.last; k++) {
+      const EVP::Vector w(dampers[k].w), v = vi - EVP::Vector(all + (size_t) 3 * dampers[k].j);
+      const double root = std::sqrt(dot(w, w));
+      damper_turning[k] = root *
+          EVP::turning_rate(dot(v, v), dot(w, v) / root, 0.5 * update->dt / damper_distance[k],
+                            side);
+    }
   }
 }
 
@@ -74,11 +109,12 @@ void FixNVEEVP::check_partners(int i, int j) const
 }
 
 /* ----------------------------------------------------------------------
-   reaction = C velocities for all local atoms, velocities being set for the local ones;
-   keep(damper, sqrt(gamma) u.(v_i - v_j)) is called on the way
+   reaction = C velocities for all local atoms, velocities being set for the local ones, and where
+   asked for gamma times what turning adds; keep(damper, sqrt(gamma) times the opening rate) is called
+   on the way
 ------------------------------------------------------------------------- */
 
-template <class F> void FixNVEEVP::damping_product(F &&keep)
+template <bool Turning, class F> void FixNVEEVP::damping_product(F &&keep)
 {
   const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
   to_ghosts(velocities);
@@ -93,7 +129,8 @@ template <class F> void FixNVEEVP::damping_product(F &&keep)
     for (int k = row.first; k < row.last; k++) {
       const Damper &damper = dampers[k];
       const EVP::Vector w(damper.w);
-      const double along = dot(w, vi - EVP::Vector(all + (size_t) 3 * damper.j));
+      double along = dot(w, vi - EVP::Vector(all + (size_t) 3 * damper.j));
+      if constexpr (Turning) along += damper_turning[k];
       keep(damper, along);
       const EVP::Vector y = w * along;
       yi = yi + y;
@@ -104,11 +141,8 @@ template <class F> void FixNVEEVP::damping_product(F &&keep)
   to_owners(reaction);
 }
 
-void FixNVEEVP::damping_product()
-{
-  damping_product([](const Damper &, double) {
-  });
-}
+static constexpr auto nothing_to_keep = [](const auto &, double) {
+};
 
 /* ----------------------------------------------------------------------
    velocity = v* with the damper forces of the last step along the present pairs: like those of
@@ -137,7 +171,7 @@ void FixNVEEVP::warm_start(double h)
     velocity[k] = undamped[k] + change[k];
   }
   exchange_velocities(velocity);
-  damping_product();
+  damping_product<true>(nothing_to_keep);
   for (size_t k = 0; k < n; k++)
     if (mobility[k] > 0.0) residual[k] -= h * reaction[k];
 }
@@ -197,7 +231,7 @@ int FixNVEEVP::solve(double h)
 
   double last_norm = 0.0, last_alpha = 0.0;
   for (int iteration = 0;; iteration++) {
-    damping_product();
+    damping_product<false>(nothing_to_keep);
 
     const EVP::CgProducts products = loops.products(arrays, n, h);
     double sums[4] = {products.norm, products.curvature, changed, whole};
@@ -236,7 +270,7 @@ int FixNVEEVP::solve(double h)
 void FixNVEEVP::store_applied(double h)
 {
   exchange_velocities(velocity);
-  damping_product([this](const Damper &damper, double along) {
+  damping_product<true>([this](const Damper &damper, double along) {
     last_force[damper.pair] = -along;
   });
   const size_t n = (size_t) 3 * atom->nlocal;
@@ -255,9 +289,6 @@ void FixNVEEVP::tally_virial()
   v_init(vflag_now);
   if (!evflag) return;    // v_init sets no vflag_either
 
-  exchange_velocities(velocity);
-  to_ghosts(velocities);
-
   const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
   const int nreact = force->newton_pair ? nall : nlocal;
   // per atom in two parts of three, the width of the exchange
@@ -270,8 +301,7 @@ void FixNVEEVP::tally_virial()
     for (int k = row.first; k < row.last; k++) {
       const Damper &damper = dampers[k];
       const EVP::PairGeometry g(x, row.i, damper.j);
-      const double along =
-          -damper.opening(&velocities[(size_t) 3 * row.i], &velocities[(size_t) 3 * damper.j]);
+      const double along = last_force[damper.pair];
       const double *w = damper.w;
       const double v[6] = {along * w[0] * g.dx, along * w[1] * g.dy, along * w[2] * g.dz,
                            along * w[0] * g.dy, along * w[0] * g.dz, along * w[1] * g.dz};
