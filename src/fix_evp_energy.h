@@ -9,6 +9,7 @@ FixStyle(evp/energy,FixEVPEnergy);
 #ifndef LMP_FIX_EVP_ENERGY_H
 #define LMP_FIX_EVP_ENERGY_H
 
+#include "evp_stored.h"
 #include "fix.h"
 #include "nodal_exchange.h"
 
@@ -47,7 +48,8 @@ class FixEVPEnergy : public NodalExchange<Fix> {
 
   /// What atoms and pairs hold at one instant, over all MPI ranks [energy].
   struct Instant {
-    double kinetic, first, second, depth, contacts;
+    double kinetic;
+    EVP::StoredEnergy::Sums pairs;
   };
 
   /// What one end of a step adds on this MPI rank [energy].
@@ -79,9 +81,13 @@ class FixEVPEnergy : public NodalExchange<Fix> {
   Nodal velocities;                   // with ghosts: those that explicit damping saw
   Nodal pair_force, damping_force;    // with ghosts: of the pairs, explicit damping apart
 
+  EVP::StoredEnergy stored;
+
   bool is_driven(int i) const;
   double half_kick(int i) const;
   void evaluate(bool at_setup);
+  void find_depths(const EVP::PackedList &);
+  void find_largest_depth();
   void find_damping(int i, double *damping) const;
   StepEnd sum_half_step() const;
   void remember_places();
