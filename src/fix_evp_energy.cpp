@@ -26,7 +26,7 @@ using namespace FixConst;
 
 FixEVPEnergy::FixEVPEnergy(LAMMPS *lmp, int narg, char **arg) :
     NodalExchange(lmp, narg, arg), pair(nullptr), implicit(nullptr), driven_groupbits(0),
-    started(false), dt_step(0.0), start{}, last{}, begun{}, ripple(0.0), taken(0.0), ledger{},
+    started(false), dt_step(0.0), start{}, last{}, dissipated_at_begin(0.0), taken(0.0), ledger{},
     past(nullptr)
 {
   if (narg != 3)
@@ -107,7 +107,7 @@ void FixEVPEnergy::setup(int /*vflag*/)
 void FixEVPEnergy::post_integrate()
 {
   dt_step = update->dt;
-  begun = sum_half_step();
+  dissipated_at_begin = dissipated_in_half_step(true);
   remember_forces();
 }
 
@@ -116,7 +116,7 @@ void FixEVPEnergy::post_integrate()
 void FixEVPEnergy::end_of_step()
 {
   evaluate(false);
-  advance(sum_half_step());
+  advance();
   update_states();
   remember_places();
 }

@@ -52,17 +52,11 @@ class FixEVPEnergy : public NodalExchange<Fix> {
     EVP::StoredEnergy::Sums pairs;
   };
 
-  /// What one end of a step adds on this MPI rank [energy].
-  struct StepEnd {
-    double dissipated;    ///< by damping of driven atoms, over the half step beside it
-    double ripple;        ///< dt^2/8 F.a: by this the leapfrog's kinetic energy is above that of v
-  };
-
   /// An atom at the beginning of a step: where it was and what acted on it.
   struct Past {
     double x[3];          ///< unwrapped
-    double working[3];    ///< force whose work is counted: of the pairs on movers, else all others
-    double damping[3];
+    double working[3];    ///< see working_force()
+    double damping[3];    ///< explicit one
   };
   static constexpr int PAST_SIZE = 9;
 
@@ -72,9 +66,8 @@ class FixEVPEnergy : public NodalExchange<Fix> {
   bool started;
   double dt_step;    // of the step under way: at its end another fix may have changed it
   Instant start, last;
-  StepEnd begun;       // of the step under way
-  double ripple;       // sum over steps of the change of StepEnd::ripple
-  double taken;        // by damping; DISSIPATED is the most that it was so far
+  double dissipated_at_begin;    // of the step under way, on this MPI rank
+  double taken;                  // by damping; DISSIPATED is the most that it was so far
   std::array<double, NENTRIES> ledger;
   double **past;    // a Past per local atom
 
@@ -85,14 +78,16 @@ class FixEVPEnergy : public NodalExchange<Fix> {
 
   bool is_driven(int i) const;
   double half_kick(int i) const;
+  bool is_solved() const;
+  double solved_damping(int i, int c) const;
+  double working_force(int i, int c) const;
+  double dissipated_in_half_step(bool at_begin) const;
   void evaluate(bool at_setup);
   void find_depths(const EVP::PackedList &);
   void find_largest_depth();
-  void find_damping(int i, double *damping) const;
-  StepEnd sum_half_step() const;
   void remember_places();
   void remember_forces();
-  void advance(const StepEnd &ended);
+  void advance();
   void update_states();
 };
 

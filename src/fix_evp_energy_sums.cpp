@@ -87,8 +87,9 @@ void FixEVPEnergy::evaluate(bool at_setup)
       add(pair_force, law.force(d, deq) / d);
       const double gamma = law.parameters().gamma;    // without that of implicit pairs
       if (gamma > 0.0)
-        add(damping_force, EVP::damping_over_distance(gamma, g, &velocities[(size_t) 3 * i],
-                                                      &velocities[(size_t) 3 * j]));
+        add(damping_force,
+            EVP::damping_over_distance(gamma, g, &velocities[(size_t) 3 * i],
+                                       &velocities[(size_t) 3 * j]));
     }
   to_owners(pair_force);
   if (damps) to_owners(damping_force);
@@ -117,39 +118,39 @@ void FixEVPEnergy::find_largest_depth()
   stored.set_largest_depth(all);
 }
 
-/* ----------------------------------------------------------------------
-   on a local atom, all of it that f holds
-------------------------------------------------------------------------- */
+/* ---------------------------------------------------------------------- */
 
-void FixEVPEnergy::find_damping(int i, double *damping) const
+bool FixEVPEnergy::is_solved() const
 {
-  const bool solved = implicit && pair->damps_implicitly();
-  for (int c = 0; c < 3; c++) {
-    const size_t k = (size_t) 3 * i + c;
-    damping[c] = damping_force[k] + (solved ? implicit->applied_damping()[k] : 0.0);
-  }
+  return implicit && pair->damps_implicitly();
 }
 
 /* ----------------------------------------------------------------------
-   at the beginning of a step, where atoms hold the half-step velocity by now, or at its end, where
-   they hold that of the full step: of either the mean over the half step is half of its kick away
+   of the damping that fix nve/evp solved for, on a local atom
 ------------------------------------------------------------------------- */
 
-FixEVPEnergy::StepEnd FixEVPEnergy::sum_half_step() const
+double FixEVPEnergy::solved_damping(int i, int c) const
 {
-  StepEnd sums = {0.0, 0.0};
+  return is_solved() ? implicit->applied_damping()[(size_t) 3 * i + c] : 0.0;
+}
+
+/* ----------------------------------------------------------------------
+   on this MPI rank, by the damping of driven atoms over the half step on one side of the present places.
+   At the beginning of a step atoms hold the half-step velocity by now, at its end that of the full step:
+   of either the mean over the half step is half of its kick away
+------------------------------------------------------------------------- */
+
+double FixEVPEnergy::dissipated_in_half_step(bool at_begin) const
+{
+  double sum = 0.0;
   for (int i = 0; i < atom->nlocal; i++) {
     if (!is_driven(i)) continue;
     const double half = half_kick(i);
-    double damping[3];
-    find_damping(i, damping);
-    for (int c = 0; c < 3; c++) {
-      const double f = atom->f[i][c], mean = atom->v[i][c] - 0.5 * half * f;
-      sums.dissipated -= 0.5 * dt_step * damping[c] * mean;
-      sums.ripple += 0.25 * dt_step * half * (f - damping[c]) * f;
-    }
+    for (int c = 0; c < 3; c++)
+      sum -= damping_force[(size_t) 3 * i + c] * (atom->v[i][c] - 0.5 * half * atom->f[i][c]);
   }
-  return sums;
+  if (is_solved()) sum += at_begin ? implicit->power_after() : implicit->power_before();
+  return 0.5 * dt_step * sum;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -165,12 +166,23 @@ void FixEVPEnergy::remember_forces()
 {
   for (int i = 0; i < atom->nlocal; i++) {
     double *working = past[i] + 3, *damping = past[i] + 6;
-    find_damping(i, damping);
     for (int c = 0; c < 3; c++) {
-      const double pairs = pair_force[(size_t) 3 * i + c];
-      working[c] = is_driven(i) ? atom->f[i][c] - damping[c] - pairs : pairs;
+      damping[c] = damping_force[(size_t) 3 * i + c];
+      working[c] = working_force(i, c);
     }
   }
+}
+
+/* ----------------------------------------------------------------------
+   on an atom that forces move all but those of the pairs, on a mover those of the pairs, but for
+   explicit damping
+------------------------------------------------------------------------- */
+
+double FixEVPEnergy::working_force(int i, int c) const
+{
+  const size_t k = (size_t) 3 * i + c;
+  const double pairs = pair_force[k] + solved_damping(i, c);
+  return is_driven(i) ? atom->f[i][c] - damping_force[k] - pairs : pairs;
 }
 
 /* ----------------------------------------------------------------------
@@ -178,44 +190,39 @@ void FixEVPEnergy::remember_forces()
    step is held against what it takes next
 ------------------------------------------------------------------------- */
 
-void FixEVPEnergy::advance(const StepEnd &ended)
+void FixEVPEnergy::advance()
 {
-  enum { TAKEN, RIPPLE, OF_MOVERS, OF_OTHERS, NSUMS };
-  double sums[NSUMS] = {begun.dissipated + ended.dissipated, ended.ripple - begun.ripple, 0.0, 0.0};
-  double all[NSUMS];
+  double sums[3] = {dissipated_at_begin + dissipated_in_half_step(false), 0.0, 0.0}, all[3];
   for (int i = 0; i < atom->nlocal; i++) {
     Past then;
     memcpy(&then, past[i], sizeof(then));
-    double x[3], damping[3];
+    double x[3];
     domain->unmap(atom->x[i], atom->image[i], x);
-    find_damping(i, damping);
-    const bool driven = is_driven(i);
     for (int c = 0; c < 3; c++) {
-      const double dx = x[c] - then.x[c], pairs = pair_force[(size_t) 3 * i + c];
-      if (driven) {
-        const double others = atom->f[i][c] - damping[c] - pairs;
-        sums[OF_OTHERS] += 0.5 * (then.working[c] + others) * dx;
-      } else {
-        const double damped = 0.5 * (then.damping[c] + damping[c]) * dx;
-        sums[TAKEN] -= damped;
-        sums[OF_MOVERS] -= 0.5 * (then.working[c] + pairs) * dx + damped;
+      const double dx = x[c] - then.x[c];
+      const double work = 0.5 * (then.working[c] + working_force(i, c)) * dx;
+      if (is_driven(i))
+        sums[2] += work;
+      else {
+        const double damped = 0.5 * (then.damping[c] + damping_force[(size_t) 3 * i + c]) * dx;
+        sums[0] -= damped;
+        sums[1] -= work + damped;
       }
     }
   }
-  MPI_Allreduce(sums, all, NSUMS, MPI_DOUBLE, MPI_SUM, world);
+  MPI_Allreduce(sums, all, 3, MPI_DOUBLE, MPI_SUM, world);
 
-  taken += all[TAKEN];
-  ripple += all[RIPPLE];
+  taken += all[0];
   ledger[DISSIPATED] = std::max(ledger[DISSIPATED], taken);
-  ledger[MOVERS] += all[OF_MOVERS];
-  ledger[OTHERS] += all[OF_OTHERS];
+  ledger[MOVERS] += all[1];
+  ledger[OTHERS] += all[2];
 }
 
 /* ---------------------------------------------------------------------- */
 
 void FixEVPEnergy::update_states()
 {
-  ledger[KINETIC] = last.kinetic - start.kinetic + ripple;
+  ledger[KINETIC] = last.kinetic - start.kinetic;
   ledger[FIRST] = last.pairs.first - start.pairs.first;
   ledger[SECOND] = last.pairs.second - start.pairs.second;
   ledger[LOST] = EVP::StoredEnergy::lost(start.pairs, last.pairs);

@@ -33,8 +33,9 @@ static constexpr int SETUP_PASSES = 3;
 
 FixNVEEVP::FixNVEEVP(LAMMPS *lmp, int narg, char **arg) :
     NodalExchange(lmp, narg, arg), tolerance(1.0e-3), max_iterations(500), others_groupbits(0),
-    forces_follow(false), pair(nullptr), last_build(-1), dt_applied(0.0), vflag_now(0),
-    last_iterations(0), most_iterations(0), all_iterations(0), solves(0)
+    forces_follow(false), pair(nullptr), balance_wanted(false), turning_warned(false),
+    last_build(-1), dt_applied(0.0), vflag_now(0), last_iterations(0), most_iterations(0),
+    all_iterations(0), solves(0)
 {
   for (int iarg = 3; iarg < narg; iarg += 2) {
     const std::string key = arg[iarg];
@@ -110,6 +111,8 @@ void FixNVEEVP::init()
         "'remap v'",
         id);
   check_groups();
+  balance_wanted = EVP::scene::find_fix(modify, "evp/energy") != nullptr;
+  turning_warned = false;
   last_build = -1;    // another pair style may have come to the same count
   last_iterations = most_iterations = 0;
   all_iterations = solves = 0;
@@ -154,11 +157,10 @@ bool FixNVEEVP::in_group(int i) const
 void FixNVEEVP::setup(int vflag)
 {
   vflag_now = vflag;
-  collect_dampers();
-  predict_turning(Predictor::NOW);
+  collect_dampers(Predictor::NOW);
   solve_and_apply(0.5 * update->dt);
   for (int pass = 1; pass < SETUP_PASSES && pair->damps_implicitly(); pass++) {
-    predict_turning(Predictor::THIS_STEP);
+    predict_again();
     remove_applied();
     solve_and_apply(0.5 * update->dt);
   }
@@ -178,7 +180,7 @@ void FixNVEEVP::initial_integrate(int /*vflag*/)
 {
   // the damping in f belongs to another step, or to less force: solve its second half anew
   if (update->dt != dt_applied) {
-    predict_turning(Predictor::THIS_STEP);
+    predict_again();
     remove_applied();
     solve_and_apply(0.5 * update->dt);
   }
@@ -194,9 +196,9 @@ void FixNVEEVP::initial_integrate(int /*vflag*/)
 
 void FixNVEEVP::final_integrate()
 {
-  collect_dampers();
-  predict_turning(Predictor::LAST_STEP);
+  collect_dampers(Predictor::LAST_STEP);
   solve_and_apply(update->dt);
+  find_rates();
   kick();
 }
 
@@ -265,8 +267,9 @@ double FixNVEEVP::memory_usage()
   double bytes = (double) dampers.capacity() * sizeof(Damper);
   bytes += (double) damper_rows.capacity() * sizeof(EVP::PackedRow);
   for (const Nodal *nodal :
-       {&damper_distance, &damper_turning, &velocities, &reaction, &applied, &last_force, &mobility, &inertia, &undamped, &change,
-        &velocity, &residual, &direction, &direction_product})
+       {&inverse_distance, &damper_turning, &rate_before, &rate_now, &velocities, &reaction,
+        &applied, &last_force, &mobility, &inertia, &undamped, &change, &velocity, &residual,
+        &direction, &direction_product})
     bytes += (double) nodal->capacity() * sizeof(double);
   return bytes;
 }

@@ -40,6 +40,12 @@ class FixNVEEVP : public NodalExchange<Fix> {
   /// Damping force that f holds now [force], three values per local atom; empty without damping.
   const std::vector<double> &applied_damping() const { return applied; }
 
+  /// Power that the dampers of this MPI rank take [energy/time], in the mean over the half step before
+  /// the present places, or after them; pairs that another rank holds too count by half. Known where a
+  /// fix evp/energy is defined.
+  double power_before() const;
+  double power_after() const;
+
   double compute_scalar() override;
   double compute_vector(int) override;
 
@@ -51,7 +57,6 @@ class FixNVEEVP : public NodalExchange<Fix> {
     double w[3];    ///< sqrt(gamma) u, u the unit vector at the last force evaluation
     int j;
     int pair;    ///< index in the packed list
-
   };
 
   /// Where the velocities come from that predict how a pair turns in the step to come.
@@ -65,8 +70,13 @@ class FixNVEEVP : public NodalExchange<Fix> {
   class PairEVPLJ *pair;
   std::vector<Damper> dampers;
   std::vector<EVP::PackedRow> damper_rows;
-  std::vector<double> damper_distance;    // d at the last force evaluation; by damper, as
-  std::vector<double> damper_turning;     // sqrt(gamma) times the opening rate that turning adds
+  // by damper: 1/d at the last force evaluation, and sqrt(gamma) times
+  std::vector<double> inverse_distance;
+  std::vector<double> damper_turning;    // the opening rate that turning adds,
+  std::vector<double> rate_before;       // that over the last step,
+  std::vector<double> rate_now;          // and that at the present places
+  bool balance_wanted;                   // a fix evp/energy asks for these two
+  bool turning_warned;
   std::vector<double> last_force;    // of the last solve, over w; by index in the packed list
   long last_build;
   Nodal applied;        // damping force that f holds, from one solve to the kick after it; or empty
@@ -82,8 +92,12 @@ class FixNVEEVP : public NodalExchange<Fix> {
   bigint all_iterations, solves;
 
   bool in_group(int i) const;
-  void collect_dampers();
-  void predict_turning(Predictor);
+  void predict_velocities(Predictor);
+  void collect_dampers(Predictor);
+  void predict_again();
+  void warn_of_turning(double turned);
+  void find_rates();
+  template <class F> double power(F &&mean_rate) const;
   void kick();
   void solve_and_apply(double h);
   void remove_applied();

@@ -21,26 +21,59 @@
 
 using namespace LAMMPS_NS;
 
+static constexpr double LARGEST_TURN = 0.15;    // rad per step, see doc/fix_nve_evp.rst
 static constexpr double ROUND_OFF = 4.0 * std::numeric_limits<double>::epsilon();
 
 /* ----------------------------------------------------------------------
-   x is that of the force evaluation here; later it may not be, so u is kept
+   velocities, with ghosts, that predict how pairs turn in the step to come: of the last step, which
+   ended at the present places, of the atoms now, or of this step as far as it is known, by what f holds
 ------------------------------------------------------------------------- */
 
-void FixNVEEVP::collect_dampers()
+void FixNVEEVP::predict_velocities(Predictor predictor)
 {
-  dampers.clear();
+  const double half = predictor == Predictor::THIS_STEP ? 0.5 * update->dt : 0.0;
+  velocities.resize((size_t) 3 * (atom->nlocal + atom->nghost));
+  for (int i = 0; i < atom->nlocal; i++) {
+    const double scale = half > 0.0 && in_group(i) ? half * EVP::scene::inverse_mass(atom, force, i)
+                                                   : 0.0;
+    for (int c = 0; c < 3; c++)
+      velocities[(size_t) 3 * i + c] = atom->v[i][c] + scale * atom->f[i][c];
+  }
+  to_ghosts(velocities);
+}
+
+/* ----------------------------------------------------------------------
+   x is that of the force evaluation here; later it may not be, so u and 1/d are kept
+------------------------------------------------------------------------- */
+
+void FixNVEEVP::collect_dampers(Predictor predictor)
+{
   damper_rows.clear();
-  damper_distance.clear();
-  if (!pair->damps_implicitly()) return;
-  const auto x = EVP::scene::rows(atom->x);
+  if (!pair->damps_implicitly()) {
+    dampers.clear();
+    return;
+  }
+  predict_velocities(predictor);
   const EVP::PackedList &list = pair->packed_pairs();
-  if (list.build != last_build) last_force.assign(list.pairs.size(), 0.0);
+  const size_t most = list.pairs.size();
+  dampers.resize(most);
+  if (list.build != last_build) last_force.assign(most, 0.0);
   last_build = list.build;
-  int law = -1;
+  for (auto *values : {&damper_turning, &inverse_distance}) values->resize(most);
+  if (balance_wanted) rate_before.resize(most);
+
+  const auto x = EVP::scene::rows(atom->x);
+  const auto v = reinterpret_cast<const double(*)[3]>(velocities.data());
+  double *const turning = damper_turning.data(), *const inv_distance = inverse_distance.data();
+  double *const before = balance_wanted ? rate_before.data() : nullptr;
+  const int side = predictor == Predictor::LAST_STEP ? -1 : 0;
+  const double half_dt = 0.5 * update->dt;
+  double turned = 0.0;
+  Damper *damper = dampers.data();
+  int law = -1, n = 0;
   double root = 0.0;    // sqrt(gamma) of that law
   for (const auto &row : list.rows) {
-    const int first = (int) dampers.size();
+    const int first = n;
     for (int k = row.first; k < row.last; k++) {
       const EVP::PackedPair p = list.pairs[k];
       if (p.law != law) {
@@ -52,45 +85,111 @@ void FixNVEEVP::collect_dampers()
       if (g.dsq > p.cutsq) continue;
 
       if (others_groupbits) check_partners(row.i, p.j);
-      const double d = std::sqrt(g.dsq), scale = root / d;
-      dampers.push_back({{scale * g.dx, scale * g.dy, scale * g.dz}, p.j, k});
-      damper_distance.push_back(d);
+      const double inv_d = 1.0 / std::sqrt(g.dsq), scale = root * inv_d;
+      damper->w[0] = scale * g.dx;
+      damper->w[1] = scale * g.dy;
+      damper->w[2] = scale * g.dz;
+      damper->j = p.j;
+      damper->pair = k;
+      damper++;
+
+      const EVP::PairGeometry dv(v, row.i, p.j);
+      const double along = inv_d * (g.dx * dv.dx + g.dy * dv.dy + g.dz * dv.dz);
+      const double half_step = half_dt * inv_d;
+      const double rate = EVP::turning_rate(dv.dsq, along, half_step, side);
+      turned = std::max(turned, half_step * rate);
+      inv_distance[n] = inv_d;
+      turning[n] = root * rate;
+      // the opening rate of the last step is without what turning added to it
+      if (before) before[n] = root * (along + side * rate);
+      n++;
     }
-    const int last = (int) dampers.size();
-    if (last > first) damper_rows.push_back({row.i, first, last});
+    if (n > first) damper_rows.push_back({row.i, first, n});
   }
+  dampers.resize(n);
+  if (balance_wanted) rate_now = rate_before;
+  warn_of_turning(turned);
 }
 
 /* ----------------------------------------------------------------------
-   from the velocity of the last step, which ended at the present places, or from that of this one as
-   far as it is known: by what f holds, its damping included
+   how all pairs turn, from this step as far as it is known
 ------------------------------------------------------------------------- */
 
-void FixNVEEVP::predict_turning(Predictor predictor)
+void FixNVEEVP::predict_again()
 {
-  if (!pair->damps_implicitly()) return;
-  const double half = predictor == Predictor::THIS_STEP ? 0.5 * update->dt : 0.0;
-  velocities.resize((size_t) 3 * (atom->nlocal + atom->nghost));
-  for (int i = 0; i < atom->nlocal; i++) {
-    const double scale = in_group(i) ? half * EVP::scene::inverse_mass(atom, force, i) : 0.0;
-    for (int c = 0; c < 3; c++)
-      velocities[(size_t) 3 * i + c] = atom->v[i][c] + scale * atom->f[i][c];
-  }
-  to_ghosts(velocities);
-
-  const int side = predictor == Predictor::THIS_STEP ? 1 : predictor == Predictor::NOW ? 0 : -1;
-  damper_turning.resize(dampers.size());
-  const double *all = velocities.data();
+  predict_velocities(Predictor::THIS_STEP);
+  double turned = 0.0;
   for (const auto &row : damper_rows) {
-    const EVP::Vector vi(all + (size_t) 3 * row.i);
+    const EVP::Vector vi(&velocities[(size_t) 3 * row.i]);
     for (int k = row.first; k < row.last; k++) {
-      const EVP::Vector w(dampers[k].w), v = vi - EVP::Vector(all + (size_t) 3 * dampers[k].j);
-      const double root = std::sqrt(dot(w, w));
-      damper_turning[k] = root *
-          EVP::turning_rate(dot(v, v), dot(w, v) / root, 0.5 * update->dt / damper_distance[k],
-                            side);
+      const EVP::Vector w(dampers[k].w);
+      const EVP::Vector v = vi - EVP::Vector(&velocities[(size_t) 3 * dampers[k].j]);
+      const double root = std::sqrt(dot(w, w)), half_step = 0.5 * update->dt * inverse_distance[k];
+      const double rate = EVP::turning_rate(dot(v, v), dot(w, v) / root, half_step, 1);
+      turned = std::max(turned, half_step * rate);
+      damper_turning[k] = root * rate;
     }
   }
+  warn_of_turning(turned);
+}
+
+/* ----------------------------------------------------------------------
+   turned: a quarter of the square of the largest angle by which a pair turns in this step
+------------------------------------------------------------------------- */
+
+void FixNVEEVP::warn_of_turning(double turned)
+{
+  if (turning_warned || 4.0 * turned <= LARGEST_TURN * LARGEST_TURN) return;
+  turning_warned = true;
+  const double angle = 2.0 * std::sqrt(turned);
+  error->warning(
+      FLERR,
+      "Fix {} nve/evp: damped pairs turn by more than {} rad per step, now {:.3g} rad at "
+      "step {}, which the damping does not resolve: reduce the timestep to {:.4g}, or use "
+      "fix dt/evp",
+      id, LARGEST_TURN, angle, update->ntimestep, update->dt * LARGEST_TURN / angle);
+}
+
+/* ----------------------------------------------------------------------
+   the velocity at the present places is the mean of those before and after
+------------------------------------------------------------------------- */
+
+void FixNVEEVP::find_rates()
+{
+  if (!balance_wanted) return;
+  for (size_t k = 0; k < dampers.size(); k++)
+    rate_now[k] = 0.5 * (rate_before[k] - last_force[dampers[k].pair]);
+}
+
+/* ---------------------------------------------------------------------- */
+
+double FixNVEEVP::power_before() const
+{
+  return power([this](size_t k, double) {
+    return 0.5 * (rate_before[k] + rate_now[k]);
+  });
+}
+
+double FixNVEEVP::power_after() const
+{
+  return power([this](size_t k, double rate) {
+    return 0.5 * (rate_now[k] + rate);
+  });
+}
+
+/* ----------------------------------------------------------------------
+   of the damper forces at the present places, over a time with that mean rate
+------------------------------------------------------------------------- */
+
+template <class F> double FixNVEEVP::power(F &&mean_rate) const
+{
+  const int nreact = force->newton_pair ? atom->nlocal + atom->nghost : atom->nlocal;
+  double sum = 0.0;
+  for (size_t k = 0; k < dampers.size(); k++) {
+    const double rate = -last_force[dampers[k].pair];
+    sum += (dampers[k].j < nreact ? 1.0 : 0.5) * rate * mean_rate(k, rate);
+  }
+  return sum;
 }
 
 /* ----------------------------------------------------------------------
