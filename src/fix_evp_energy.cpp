@@ -93,6 +93,8 @@ void FixEVPEnergy::init()
 void FixEVPEnergy::setup(int /*vflag*/)
 {
   if (update->whichflag != 1) return;
+  find_depths(pair->packed_pairs());    // the pair style may be another than in the last run
+  if (!started) find_largest_depth();
   evaluate(true);
   if (!started) start = last;
   started = true;
@@ -144,7 +146,7 @@ double FixEVPEnergy::compute_vector(int n)
 
 double FixEVPEnergy::memory_usage()
 {
-  double bytes = (double) PAST_SIZE * atom->nmax * sizeof(double);
+  double bytes = (double) PAST_SIZE * atom->nmax * sizeof(double) + stored.memory_usage();
   for (const auto *values : {&velocities, &pair_force, &damping_force})
     bytes += (double) values->capacity() * sizeof(double);
   return bytes;

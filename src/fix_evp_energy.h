@@ -9,6 +9,7 @@ FixStyle(evp/energy,FixEVPEnergy);
 #ifndef LMP_FIX_EVP_ENERGY_H
 #define LMP_FIX_EVP_ENERGY_H
 
+#include "evp_stored.h"
 #include "fix.h"
 #include "nodal_exchange.h"
 
@@ -47,7 +48,8 @@ class FixEVPEnergy : public NodalExchange<Fix> {
 
   /// What atoms and pairs hold at one instant, over all MPI ranks [energy].
   struct Instant {
-    double kinetic, first, second, depth, contacts;
+    double kinetic;
+    EVP::StoredEnergy::Sums pairs;
   };
 
   /// An atom at the beginning of a step: where it was and what acted on it.
@@ -72,6 +74,8 @@ class FixEVPEnergy : public NodalExchange<Fix> {
   Nodal velocities;                   // with ghosts: those that explicit damping saw
   Nodal pair_force, damping_force;    // with ghosts: of the pairs, explicit damping apart
 
+  EVP::StoredEnergy stored;
+
   bool is_driven(int i) const;
   double half_kick(int i) const;
   bool is_solved() const;
@@ -79,6 +83,8 @@ class FixEVPEnergy : public NodalExchange<Fix> {
   double working_force(int i, int c) const;
   double dissipated_in_half_step(bool at_begin) const;
   void evaluate(bool at_setup);
+  void find_depths(const EVP::PackedList &);
+  void find_largest_depth();
   void remember_places();
   void remember_forces();
   void advance();

@@ -47,7 +47,7 @@ void FixEVPEnergy::evaluate(bool at_setup)
   const int nreact = force->newton_pair ? nall : nlocal;
   const bool damps = pair->damps_explicitly();
 
-  double sums[5] = {0.0, 0.0, 0.0, 0.0, 0.0}, all[5];
+  Instant here{};    // of this MPI rank
   velocities.resize((size_t) 3 * nall);
   for (int i = 0; i < nlocal; i++) {
     const double half = at_setup ? 0.0 : half_kick(i);
@@ -55,7 +55,7 @@ void FixEVPEnergy::evaluate(bool at_setup)
     for (int c = 0; c < 3; c++) {
       const double v = atom->v[i][c];
       velocities[(size_t) 3 * i + c] = v - half * atom->f[i][c];
-      sums[0] += weight * v * v;    // the energy of a mover is its own affair
+      here.kinetic += weight * v * v;    // the energy of a mover is its own affair
     }
   }
   if (damps) to_ghosts(velocities);
@@ -63,6 +63,7 @@ void FixEVPEnergy::evaluate(bool at_setup)
   pair_force.assign((size_t) 3 * nall, 0.0);
   damping_force.assign((size_t) 3 * nall, 0.0);
   const EVP::PackedList &list = pair->packed_pairs();
+  if (stored.is_due(list)) find_depths(list);
   const auto x = EVP::scene::rows(atom->x);
   for (const auto &row : list.rows)
     for (int n = row.first; n < row.last; n++) {
@@ -72,18 +73,9 @@ void FixEVPEnergy::evaluate(bool at_setup)
       if (g.dsq > p.cutsq) continue;
       // without newton both owners of a pair across MPI ranks hold it
       const double weight = j < nreact ? 1.0 : 0.5;
-      const double d = std::sqrt(g.dsq), deq = 1.0 / p.inv_deq, cut = std::sqrt(p.cutsq);
-
+      const double d = std::sqrt(g.dsq), deq = stored.deq_of(n);
       const EVP::Law &law = pair->law_of(p);
-      if (p.is_bond) {
-        const double xi_s = law.parameters().xi_s;
-        const double xi = std::min(std::max(d / deq - 1.0, -xi_s), xi_s);
-        const double first = law.energy(deq * (1.0 + xi), deq, deq);
-        sums[1] += weight * first;
-        sums[2] += weight * (law.energy(d, deq, deq) - first);
-        sums[3] += weight * law.energy(cut, deq, deq);
-      } else
-        sums[4] += weight * law.energy(d, deq, cut);
+      stored.add(here.pairs, n, p, law, d, weight);
 
       const auto add = [&](Nodal &forces, double over_d) {
         const double f[3] = {over_d * g.dx, over_d * g.dy, over_d * g.dz};
@@ -101,8 +93,29 @@ void FixEVPEnergy::evaluate(bool at_setup)
     }
   to_owners(pair_force);
   if (damps) to_owners(damping_force);
-  MPI_Allreduce(sums, all, 5, MPI_DOUBLE, MPI_SUM, world);
-  last = {all[0], all[1], all[2], all[3], all[4]};
+  static_assert(sizeof(Instant) % sizeof(double) == 0, "an Instant is a row of numbers");
+  MPI_Allreduce(&here, &last, sizeof(Instant) / sizeof(double), MPI_DOUBLE, MPI_SUM, world);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixEVPEnergy::find_depths(const EVP::PackedList &list)
+{
+  stored.assign(list, pair->rest_distances(), [&](const EVP::PackedPair &p) -> const EVP::Law & {
+    return pair->law_of(p);
+  });
+}
+
+/* ----------------------------------------------------------------------
+   of the start, for all instants that are compared with it
+------------------------------------------------------------------------- */
+
+void FixEVPEnergy::find_largest_depth()
+{
+  const double here = stored.total_depth();
+  double all;
+  MPI_Allreduce(&here, &all, 1, MPI_DOUBLE, MPI_SUM, world);
+  stored.set_largest_depth(all);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -210,8 +223,8 @@ void FixEVPEnergy::advance()
 void FixEVPEnergy::update_states()
 {
   ledger[KINETIC] = last.kinetic - start.kinetic;
-  ledger[FIRST] = last.first - start.first;
-  ledger[SECOND] = last.second - start.second;
-  ledger[LOST] = start.depth - last.depth;
-  ledger[CONTACTS] = last.contacts - start.contacts;
+  ledger[FIRST] = last.pairs.first - start.pairs.first;
+  ledger[SECOND] = last.pairs.second - start.pairs.second;
+  ledger[LOST] = EVP::StoredEnergy::lost(start.pairs, last.pairs);
+  ledger[CONTACTS] = EVP::StoredEnergy::of_contacts(start.pairs, last.pairs);
 }

@@ -165,6 +165,25 @@ bool PairEVPLJ::pack_row(int i, Overlaps &overlaps)
 }
 
 /* ----------------------------------------------------------------------
+   the records are in the order of the packing, so that each is found at once
+------------------------------------------------------------------------- */
+
+std::vector<double> PairEVPLJ::rest_distances() const
+{
+  std::vector<double> distances(packed.pairs.size());
+  FixEVPBonds::Bonds none;
+  for (const EVP::PackedRow &row : packed.rows) {
+    EVP::Partners<FixEVPBonds::Bond> partners(bonds ? bonds->ordered_bonds_of(row.i) : none);
+    for (int n = row.first; n < row.last; n++) {
+      const EVP::PackedPair &pair = packed.pairs[n];
+      distances[n] = pair.is_bond ? partners.find(atom->tag[pair.j])->deq
+                                  : atom->radius[row.i] + atom->radius[pair.j];
+    }
+  }
+  return distances;
+}
+
+/* ----------------------------------------------------------------------
    without newton both owners of a pair across processes hold it; one of them counts it
 ------------------------------------------------------------------------- */
 
