@@ -84,9 +84,7 @@ namespace compat {
       output->reset_dt();
     }
     // 29Sep2021: output counts steps only
-    template <class O> void reset_dt(O *, long)
-    {
-    }
+    template <class O> void reset_dt(O *, long) {}
   }    // namespace detail
 
   inline LAMMPS_NS::Fix *base_of(LAMMPS_NS::Fix *fix)
