@@ -151,10 +151,22 @@ def test_ends_on_strain(tmp_path):
     assert curve["strain"] == pytest.approx([0.0, 0.0005, 0.001, 0.0012], abs=1e-12)
 
 
+def test_rows_are_no_farther_apart_than_asked(tmp_path):
+    """A row is an increment, so that the smaller of both counts; the last one ends on strain."""
+    _, curve, counts = pull(tmp_path, strain=0.0007, row=0.0003)
+    assert curve["strain"] == pytest.approx([0.0, 0.0003, 0.0006, 0.0007], abs=1e-12)
+    assert counts["strain"] == pytest.approx(curve["strain"], abs=1e-12)
+    _, curve, _ = pull(tmp_path, resume=3, strain=0.0013, row=0.0005, increment=0.0002)
+    assert curve["strain"] == pytest.approx([0.0, 0.0003, 0.0006, 0.0007, 0.0009, 0.0011, 0.0013], abs=1e-12)
+
+
 @pytest.mark.parametrize("choices, message", [
     ({"guess": "none"}, "guess must be previous or affine, got none"),
     ({"minimiser": "hftn"}, "minimiser must be cg or fire, got hftn"),
-    ({"increment": 0}, "strain, increment, tolerance and evaluations must be positive"),
+    ({"increment": 0}, "strain, increment, row, tolerance and evaluations must be positive"),
+    ({"row": -1e-4}, "strain, increment, row, tolerance and evaluations must be positive"),
+    ({"row": 0.3}, "row = 0.3 is more than strain = 0.02: give -var row 0.02 or less$"),
+    ({"increment": 0.003, "strain": 0.002}, "increment = 0.003 is more than strain = 0.002: give -var increment 0.002 or less$"),
     ({"resume": 3}, r"cannot resume: rest_choices.lmp or rest.3.restart is missing"),
     ({"length": 5}, "no particle within 0.1 L of an end"),
     ({"evaluations": 5, "strain": 0.001}, "increment 1 is not at rest: .* N is left, allowed are .* N; resume with"),
