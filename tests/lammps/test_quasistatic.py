@@ -10,6 +10,7 @@ import re
 import numpy as np
 import pytest
 from conftest import REFERENCE
+from evp import curves
 from lammps_run import line_at, read_csv, run_lammps, slope
 
 PUBLISHED = json.loads(REFERENCE.with_suffix(".json").read_text())
@@ -81,6 +82,17 @@ def test_dynamic_curve_extrapolated_to_no_rate(pulled, tmp_path, contact, tolera
         slow, quick = (line_at(c["strain"], c["stress_virial"], strain, 0.00015) / MPA for c in dynamic)
         assert stress_at(curve, strain) == pytest.approx(2.0 * slow - quick, rel=tolerance), strain
         assert quick > (1.0 + 2.0 * tolerance) * stress_at(curve, strain), "control"
+
+
+def test_stiffness_of_a_stiffer_metal_that_yields_early(tmp_path):
+    """The tools find the elastic part: E goes with e1, wherever the second regime begins. Control: the slope to 0.003 does not."""
+    published = PUBLISHED["E_GPa_virial_0_0.3pc_10s_literal"]
+    for stiffer, xi_s, slope_to_3 in ((2.5, 0.0008, 0.55), (3.3, 0.0016, 0.9)):
+        pull(tmp_path, coeff=f"{80 * stiffer} 8 4 3 8 4 {xi_s} 0 1.5", strain=0.0042, row=0.0001, restart=0)
+        found = curves.numbers(curves.read_curve(tmp_path / "rest.csv"))
+        assert found["E_GPa"] == pytest.approx(stiffer * published, rel=0.03) and 0.5 * xi_s < found["E_to"] < xi_s
+        whole = curves.numbers(curves.read_curve(tmp_path / "rest.csv"), fit=(0.0, 0.003))
+        assert whole["E_GPa"] < slope_to_3 * stiffer * published, "control"
 
 
 @pytest.mark.parametrize("contact", ["none", "literal"])
