@@ -20,6 +20,7 @@ import tempfile
 import time
 from typing import NamedTuple
 
+import evp  # noqa: F401  before numpy
 import numpy as np
 from evp.run import CHECKOUT, DECKS, RunError, format_seconds, lammps_command
 
