@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //
-// The packed pairs of one process: everything that the time-step loop needs to know of a pair,
+// The packed pairs of one MPI rank: everything that the time-step loop needs to know of a pair,
 // as one array per quantity, so that a step reads no more than it uses.
 // Pure C++17.
 
@@ -10,23 +10,62 @@
 #include "evp_prefetch.h"
 
 #include <algorithm>
+#include <climits>
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
 namespace EVP {
 
+// In a lattice whole shells of neighbors lie at the edge of a reach, and the round-off of a position
+// must not sort them. A pair counts as within a reach up to these shares of it. They grow in this
+// order: what just misses the recording is no new pair, what is recorded acts at rest, and the
+// neighbor list holds all of them.
+constexpr double NEW_PAIR_MARGIN = 0.5e-9;
+constexpr double RECORD_MARGIN = 1.0e-9;
+constexpr double BOND_MARGIN = 2.0e-9;
+constexpr double LIST_MARGIN = 3.0e-9;
+
+/// Square of a reach with its margin.
+inline double reach_squared(double reach, double margin)
+{
+  const double edge = reach * (1.0 + margin);
+  return edge * edge;
+}
+
+/// Square of the distance beyond which a pair does not act, from its cut.
+inline double cut_squared(double cut, bool is_bond)
+{
+  return reach_squared(cut, is_bond ? BOND_MARGIN : NEW_PAIR_MARGIN);
+}
+
+/// The cut without its margin, over the distance with it.
+constexpr double margin_removed(bool is_bond)
+{
+  return 1.0 / (1.0 + (is_bond ? BOND_MARGIN : NEW_PAIR_MARGIN));
+}
+
 /// One pair of the neighbor list, ready for the time-step loop. Its i is that of its PackedRow.
 struct PackedPair {
   double inv_deq;    ///< 1/deq [1/length]
-  double cutsq;      ///< square of the distance beyond which nothing acts [length^2]
+  double cutsq;      ///< square of the distance beyond which nothing acts, see cut_squared()
   int j;             ///< partner, local or ghost
   int law;           ///< index of the pair type's Law
   bool is_bond;      ///< deq was recorded at the start
+
+  /// The distance where the pair's energy is zero: its cut without the margin [length].
+  double cut() const { return std::sqrt(cutsq) * margin_removed(is_bond); }
 };
 
 /// An array of PackedPair, stored by quantity. Room is kept between builds.
 class PackedPairs {
  public:
+  /// Pairs are counted by int, and loops look a few blocks ahead.
+  static constexpr size_t MOST = INT_MAX - 4096;
+
+  /// May n more pairs be added to count?
+  static constexpr bool fits(size_t count, size_t n) { return n <= MOST && count <= MOST - n; }
+
   size_t size() const { return count; }
   void clear() { count = 0; }
 
@@ -37,7 +76,7 @@ class PackedPairs {
     if (n <= partner.size()) return;
     n = std::max(n, partner.size() + partner.size() / 2);
     inverse_deq.resize(n);
-    cut_squared.resize(n);
+    squared_cut.resize(n);
     partner.resize(n);
     kind_of.resize(n);
   }
@@ -46,7 +85,7 @@ class PackedPairs {
   void push_back(const PackedPair &pair)
   {
     inverse_deq[count] = pair.inv_deq;
-    cut_squared[count] = pair.cutsq;
+    squared_cut[count] = pair.cutsq;
     partner[count] = pair.j;
     kind_of[count] = 2 * pair.law + pair.is_bond;
     count++;
@@ -54,11 +93,11 @@ class PackedPairs {
 
   PackedPair operator[](size_t k) const
   {
-    return {inverse_deq[k], cut_squared[k], partner[k], kind_of[k] / 2, (kind_of[k] & 1) != 0};
+    return {inverse_deq[k], squared_cut[k], partner[k], kind_of[k] / 2, (kind_of[k] & 1) != 0};
   }
 
   const double *inv_deq() const { return inverse_deq.data(); }
-  const double *cutsq() const { return cut_squared.data(); }
+  const double *cutsq() const { return squared_cut.data(); }
   const int *j() const { return partner.data(); }
 
   /// 2 law + is_bond of each pair.
@@ -70,7 +109,7 @@ class PackedPairs {
     if (first >= count) return;
     n = std::min(n, count - first);
     EVP::prefetch(inverse_deq.data() + first, n * sizeof(double));
-    EVP::prefetch(cut_squared.data() + first, n * sizeof(double));
+    EVP::prefetch(squared_cut.data() + first, n * sizeof(double));
     EVP::prefetch(partner.data() + first, n * sizeof(int));
   }
 
@@ -81,7 +120,7 @@ class PackedPairs {
 
  private:
   size_t count = 0;
-  std::vector<double> inverse_deq, cut_squared;
+  std::vector<double> inverse_deq, squared_cut;
   std::vector<int> partner, kind_of;
 };
 
@@ -91,7 +130,7 @@ struct PackedRow {
   int first, last;
 };
 
-/// All pairs of one process, row by row, rebuilt with the neighbor list.
+/// All pairs of one MPI rank, row by row, rebuilt with the neighbor list.
 struct PackedList {
   std::vector<PackedRow> rows;
   PackedPairs pairs;

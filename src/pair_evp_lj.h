@@ -64,6 +64,9 @@ class PairEVPLJ : public Pair {
   /// Called by fix evp/bonds: ID is the fix that holds the records, empty when it goes.
   void bonds_recorded_by(const std::string &id);
 
+  /// The last fix whose records of this body are gone, empty if there was none.
+  const std::string &bonds_dropped_by() const { return dropped_bonds_id; }
+
   /// The packed pairs and their laws. Stops unless is_packed(), so take it out of loops.
   const EVP::PackedList &packed_pairs() const;
   const EVP::Law &law_of(const EVP::PackedPair &pair) const { return laws[pair.law]; }
@@ -105,8 +108,9 @@ class PairEVPLJ : public Pair {
   bool scene_checked;       // in this run, see check_scene()
   int implicit_groupbit;    // of fix nve/evp, 0 without
 
-  std::string bonds_id;        // fix that recorded the bonds; empty: none did
-  class FixEVPBonds *bonds;    // that fix, nullptr without
+  std::string bonds_id;            // fix that recorded the bonds; empty: none did
+  std::string dropped_bonds_id;    // fix that had recorded and was unfixed
+  class FixEVPBonds *bonds;        // the fix of bonds_id, nullptr without
   std::string last_report;
 
   // pairs that overlap beyond the limit, found while packing
