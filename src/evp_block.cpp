@@ -6,7 +6,6 @@
 #include "evp_block.h"
 
 #include "evp_levels.h"
-#include "evp_pairs.h"
 
 #include <algorithm>
 #include <cmath>
@@ -52,6 +51,7 @@ namespace {
     const double *const inv_deq = block.inv_deq;
     const double *const cutsq = block.cutsq;
     const int *const kind = block.kind;
+    const double of_new = block.margin_removed[0], of_bond = block.margin_removed[1];
     const int n = block.n;
 
     EVP_INDEPENDENT
@@ -81,7 +81,7 @@ namespace {
       block.force[k] = dsq > cutsq[k] ? 0.0 : f;
 
       if constexpr (Energy) {
-        const double rc = std::sqrt(cutsq[k]) * inv_deq[k] * margin_removed(kind[k] & 1);
+        const double rc = std::sqrt(cutsq[k]) * inv_deq[k] * (kind[k] & 1 ? of_bond : of_new);
         const double xic = rc - 1.0;
         const bool cut_is_first = std::fabs(xic) <= c.xi_s;
         const double cut_offset = cut_is_first ? 0.0 : std::copysign(c.xi_s, xic);
@@ -106,9 +106,9 @@ namespace {
       block.force[k] = own.force(d * inv_deq, 1.0) * inv_deq / d;
       if constexpr (Damping) block.force[k] -= own.parameters().gamma * block.approach[k] / dsq;
       if constexpr (Energy)
-        block.energy[k] =
-            own.energy(d * inv_deq, 1.0,
-                       std::sqrt(block.cutsq[k]) * inv_deq * margin_removed(block.kind[k] & 1));
+        block.energy[k] = own.energy(d * inv_deq, 1.0,
+                                     std::sqrt(block.cutsq[k]) * inv_deq *
+                                         block.margin_removed[block.kind[k] & 1]);
     }
   }
 

@@ -26,6 +26,9 @@ constexpr double RECORD_MARGIN = 1.0e-9;
 constexpr double BOND_MARGIN = 2.0e-9;
 constexpr double LIST_MARGIN = 3.0e-9;
 
+// Two centres closer than this share of R_i + R_j coincide but for round-off: no direction is theirs.
+constexpr double COINCIDENT = 1.0e-9;
+
 /// Square of a reach with its margin.
 inline double reach_squared(double reach, double margin)
 {
@@ -33,28 +36,14 @@ inline double reach_squared(double reach, double margin)
   return edge * edge;
 }
 
-/// Square of the distance beyond which a pair does not act, from its cut.
-inline double cut_squared(double cut, bool is_bond)
-{
-  return reach_squared(cut, is_bond ? BOND_MARGIN : NEW_PAIR_MARGIN);
-}
-
-/// The cut without its margin, over the distance with it.
-constexpr double margin_removed(bool is_bond)
-{
-  return 1.0 / (1.0 + (is_bond ? BOND_MARGIN : NEW_PAIR_MARGIN));
-}
-
 /// One pair of the neighbor list, ready for the time-step loop. Its i is that of its PackedRow.
 struct PackedPair {
   double inv_deq;    ///< 1/deq [1/length]
-  double cutsq;      ///< square of the distance beyond which nothing acts, see cut_squared()
+  double cutsq;      ///< square of the distance beyond which nothing acts, its margin included
+  double cut;        ///< that distance without the margin: there the energy is zero [length]
   int j;             ///< partner, local or ghost
   int law;           ///< index of the pair type's Law
   bool is_bond;      ///< deq was recorded at the start
-
-  /// The distance where the pair's energy is zero: its cut without the margin [length].
-  double cut() const { return std::sqrt(cutsq) * margin_removed(is_bond); }
 };
 
 /// An array of PackedPair, stored by quantity. Room is kept between builds.
@@ -67,7 +56,14 @@ class PackedPairs {
   static constexpr bool fits(size_t count, size_t n) { return n <= MOST && count <= MOST - n; }
 
   size_t size() const { return count; }
-  void clear() { count = 0; }
+
+  /// new_pair_margin: of the cuts of pairs that were not recorded.
+  void clear(double new_pair_margin)
+  {
+    count = 0;
+    margins[0] = new_pair_margin;
+    for (int k = 0; k < 2; k++) removed[k] = 1.0 / (1.0 + margins[k]);
+  }
 
   /// Makes room for n more pairs; those that are there stay.
   void make_room(size_t n)
@@ -91,13 +87,25 @@ class PackedPairs {
     count++;
   }
 
+  /// deq, cut: [length]; the rest as in PackedPair. Requires room.
+  void push_back(double deq, double cut, int j, int law, bool is_bond)
+  {
+    push_back({1.0 / deq, reach_squared(cut, margins[is_bond]), cut, j, law, is_bond});
+  }
+
   PackedPair operator[](size_t k) const
   {
-    return {inverse_deq[k], squared_cut[k], partner[k], kind_of[k] / 2, (kind_of[k] & 1) != 0};
+    const bool is_bond = kind_of[k] & 1;
+    return {inverse_deq[k], squared_cut[k], std::sqrt(squared_cut[k]) * removed[is_bond],
+            partner[k],     kind_of[k] / 2, is_bond};
   }
 
   const double *inv_deq() const { return inverse_deq.data(); }
   const double *cutsq() const { return squared_cut.data(); }
+
+  /// Factors that take the margin out of a cut: of new pairs, of bonds.
+  const double *margin_removed() const { return removed; }
+
   const int *j() const { return partner.data(); }
 
   /// 2 law + is_bond of each pair.
@@ -120,6 +128,8 @@ class PackedPairs {
 
  private:
   size_t count = 0;
+  double margins[2] = {NEW_PAIR_MARGIN, BOND_MARGIN};    // of new pairs, of bonds
+  double removed[2] = {1.0 / (1.0 + NEW_PAIR_MARGIN), 1.0 / (1.0 + BOND_MARGIN)};
   std::vector<double> inverse_deq, squared_cut;
   std::vector<int> partner, kind_of;
 };
@@ -138,11 +148,11 @@ struct PackedList {
   int nlocal = 0;    ///< particles that the list was built for: own,
   int nall = 0;      ///< and with ghosts
 
-  void clear()
+  void clear(double new_pair_margin)
   {
     build++;
     rows.clear();
-    pairs.clear();
+    pairs.clear(new_pair_margin);
   }
   double memory_usage() const
   {

@@ -142,9 +142,11 @@ std::vector<FixEVPBonds::Bonds> FixEVPBonds::bonds_in_zone(const PairEVPLJ *pair
       if (!(mask[j] & groupbit) || alpha == 0.0) continue;
 
       const double dsq = symmetric_dsq(i, j, home);
-      const double reach = (zone > 0.0 ? zone : alpha) * (atom->radius[i] + atom->radius[j]);
+      const double sum_radii = atom->radius[i] + atom->radius[j];
+      const double reach = (zone > 0.0 ? zone : alpha) * sum_radii;
       if (dsq > EVP::reach_squared(reach, EVP::RECORD_MARGIN)) continue;
-      if (!(dsq > 0.0) && complaint.empty())
+      const double coincident = EVP::COINCIDENT * sum_radii;
+      if (!(dsq > coincident * coincident) && complaint.empty())
         complaint = fmt::format("atoms {} and {} coincide: move one or delete it (delete_atoms "
                                 "overlap)",
                                 atom->tag[i], atom->tag[j]);

@@ -84,7 +84,7 @@ FixEVPEnergy::Instant FixEVPEnergy::evaluate()
       if (g.dsq > p.cutsq) continue;
       // without newton both owners of a pair across processes hold it
       const double weight = j < nreact ? 1.0 : 0.5;
-      const double d = std::sqrt(g.dsq), deq = 1.0 / p.inv_deq, cut = p.cut();
+      const double d = std::sqrt(g.dsq), deq = 1.0 / p.inv_deq, cut = p.cut;
 
       const EVP::Law &law = pair->law_of(p);
       if (p.is_bond) {

@@ -149,6 +149,11 @@ class PairEVPLJ : public Pair {
   void send_velocities();
   void report_settings(bool explicit_pairs);
 
+  // one that only repels has no force at its cut, and needs none
+  double new_pair_margin() const
+  {
+    return settings_now.contact == Contact::REPULSIVE ? 0.0 : EVP::NEW_PAIR_MARGIN;
+  }
   void pack(bool together);
   void agree_on_pairs(bool damped, Overlaps);
   bool radii_changed() const;
@@ -156,7 +161,7 @@ class PairEVPLJ : public Pair {
   void check_weights() const;
   bool pack_row(int i, Overlaps &overlaps);
   void count_overlap(int i, int j, double deq, int law, Overlaps &overlaps) const;
-  void stop_at_one_point(int i, int j) const;
+  void stop_where_centres_coincide(int i, int j) const;
   void check_radii() const;
   void check_bonds() const;
   void find_block_law();

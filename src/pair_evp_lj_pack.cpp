@@ -39,7 +39,7 @@ void PairEVPLJ::pack(bool together)
     if (bonds) check_bonds();
   }
 
-  packed.clear();
+  packed.clear(new_pair_margin());
   packed.nlocal = atom->nlocal;
   packed.nall = atom->nlocal + atom->nghost;
   packed_call = neighbor->ncalls;
@@ -132,6 +132,7 @@ bool PairEVPLJ::pack_row(int i, Overlaps &overlaps)
   const bool new_repel_only = settings_now.contact == Contact::REPULSIVE;
   const bool some_implicit = implicit_groupbit != 0;
   const double closest = 1.0 - settings_now.overlap;
+  constexpr double coincident = EVP::COINCIDENT * EVP::COINCIDENT;
 
   if (!EVP::PackedPairs::fits(packed.pairs.size(), nneighbors))
     error->one(FLERR, "Pair evp/lj: more than {} pairs on one MPI rank: use more ranks",
@@ -147,15 +148,15 @@ bool PairEVPLJ::pack_row(int i, Overlaps &overlaps)
     if (!is_bond && !new_pairs) continue;
 
     const EVP::PairGeometry g(x, i, j);
-    if (!(g.dsq > 0.0)) stop_at_one_point(i, j);
+    const double sum_radii = radius[i] + radius[j];
+    if (!(g.dsq > coincident * (sum_radii * sum_radii))) stop_where_centres_coincide(i, j);
 
     const EVP::Row &row = row_laws[type[j]].parameters();
-    const double sum_radii = radius[i] + radius[j];
     const double deq = is_bond ? bond->deq : sum_radii;
     const double cut = !is_bond && new_repel_only ? sum_radii : row.alpha * sum_radii;
     const bool implicit = some_implicit && is_implicit(i, j);
     const int law = first_law + type[j] + (implicit ? nlaws() : 0);
-    packed.pairs.push_back({1.0 / deq, EVP::cut_squared(cut, is_bond), j, law, is_bond});
+    packed.pairs.push_back(deq, cut, j, law, is_bond);
     damped = damped || (!implicit && row.gamma > 0.0);
 
     if (g.dsq < closest * sum_radii * (closest * sum_radii))
@@ -212,7 +213,7 @@ bool PairEVPLJ::radii_changed() const
 
 /* ---------------------------------------------------------------------- */
 
-void PairEVPLJ::stop_at_one_point(int i, int j) const
+void PairEVPLJ::stop_where_centres_coincide(int i, int j) const
 {
   error->one(FLERR,
              "Pair evp/lj: atoms {} and {} coincide, the force has no direction there: move one or "

@@ -192,9 +192,9 @@ TEST(Kernel, RoundOffAtTheCutDecidesNothing)
         cloud.x = {{0, 0, 0}, {cut * (1.0 + off), 0, 0}};
         cloud.v = cloud.x;
         cloud.list.pairs.make_room(1);
-        cloud.list.pairs.push_back({1.0 / deq, cut_squared(cut, is_bond), 1, 0, is_bond});
+        cloud.list.pairs.push_back(deq, cut, 1, 0, is_bond);
         cloud.list.rows.push_back({0, 0, 1});
-        EXPECT_NEAR(cloud.list.pairs[0].cut(), cut, 4 * eps * cut);
+        EXPECT_NEAR(cloud.list.pairs[0].cut, cut, 4 * eps * cut);
 
         SumTally tally(cloud.list, 2, true, false);
         const Vectors f = run_kernel(cloud, block_law(cloud), false, 2, tally);
