@@ -23,8 +23,8 @@ using namespace LAMMPS_NS;
 static constexpr int MAX_ITERATIONS = 500;
 
 /* ----------------------------------------------------------------------
-   stiffness from the law, never below that at rest: a pair in the soft second
-   regime may be back in the first within a step
+   stiffness from the law, never below that where either regime begins: a pair may
+   be back in the first regime, or in a stiffer second one, within a step
 ------------------------------------------------------------------------- */
 
 void ComputeEVPDt::collect_links()
@@ -52,7 +52,7 @@ void ComputeEVPDt::collect_links()
       links.push_back({i,
                        j,
                        {g.dx / d, g.dy / d, g.dz / d},
-                       std::max(law.stiffness(d, deq), law.stiffness_at_rest(deq)),
+                       law.stiffness_ahead(d, deq),
                        std::max(0.0, -law.force(d, deq) / d),
                        law.parameters().gamma + pair->implicit_gamma(packed_pair)});
     }

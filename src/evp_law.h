@@ -9,6 +9,7 @@
 #ifndef EVP_LAW_H
 #define EVP_LAW_H
 
+#include <algorithm>
 #include <cmath>
 
 namespace EVP {
@@ -107,6 +108,24 @@ template <class F> auto with_powers(double m, double n, F &&f)
   return f(AnyPowers(m, n));
 }
 
+/// e^x - 1 - x [1] to the last digits, where the difference would leave none of them near 0.
+inline double expm1_minus_x(double x)
+{
+  if (std::fabs(x) >= 0.25) return std::expm1(x) - x;
+  // the series in two sums, which a processor adds up side by side
+  constexpr double EVEN[] = {1.0 / 479001600.0, 1.0 / 3628800.0, 1.0 / 40320.0,
+                             1.0 / 720.0,       1.0 / 24.0,      1.0 / 2.0};
+  constexpr double ODD[] = {1.0 / 6227020800.0, 1.0 / 39916800.0, 1.0 / 362880.0,
+                            1.0 / 5040.0,       1.0 / 120.0,      1.0 / 6.0};
+  const double xx = x * x;
+  double even = 0.0, odd = 0.0;
+  for (int k = 0; k < 6; k++) {
+    even = even * xx + EVEN[k];
+    odd = odd * xx + ODD[k];
+  }
+  return xx * (even + x * odd);
+}
+
 /// Force, energy and stiffness of one pair type. A value type, built once per row.
 class Law {
  public:
@@ -190,6 +209,24 @@ class Law {
     return reduced_energy(d / deq) - reduced_energy(dcut / deq);
   }
 
+  /// What a pair holds above its energy at deq [energy], up to xi_s and beyond it.
+  struct Stored {
+    double first, second;
+    double total() const { return first + second; }
+  };
+
+  /// energy(d, deq, deq) in two parts, right to the last digits of each at any strain: the powers are
+  /// nowhere subtracted from each other, and d from deq without rounding.
+  Stored stored(double d, double deq) const
+  {
+    const double opened = d - deq;
+    const double xi = opened / deq;
+    if (std::fabs(xi) <= row.xi_s) return {first.stored(xi), 0.0};
+    const Threshold &t = xi > 0.0 ? stretched : compressed;
+    const double beyond = std::fma(-t.offset, deq, opened) / deq;
+    return {t.stored, second.stored(beyond) + t.stored_slope * beyond};
+  }
+
   /// -dF/dd [energy/length^2], positive at rest; jumps at xi_s, where the first regime's is given.
   double stiffness(double d, double deq) const
   {
@@ -202,6 +239,14 @@ class Law {
 
   /// m1 n1 e1 / deq^2 [energy/length^2]: the stiffness at d = deq.
   double stiffness_at_rest(double deq) const { return row.m1 * row.n1 * row.e1 / (deq * deq); }
+
+  /// The largest stiffness that a pair at d can have in the steps to come [energy/length^2]: that at
+  /// d, and those where either regime begins, m1 n1 e1/deq^2 at rest and m2 n2 e2/deq^2 at xi_s.
+  double stiffness_ahead(double d, double deq) const
+  {
+    const double begin = std::max(row.m1 * row.n1 * row.e1, row.m2 * row.n2 * row.e2);
+    return std::max(stiffness(d, deq), begin / (deq * deq));
+  }
 
   /// |K_I(r deq)| with the first regime carried on to any r (what eq. 6 asks for) [energy/length^2].
   double first_stiffness(double r, double deq) const
@@ -235,6 +280,16 @@ class Law {
       const PowerPair q = powers(s);
       return e * (n * q.sm - m * q.sn) / (m - n);
     }
+    double stored(double strain) const    // energy above that at deq, d = (1 + strain) deq
+    {
+      const double log_s = -std::log1p(strain);
+      return e * (n * expm1_minus_x(m * log_s) - m * expm1_minus_x(n * log_s)) / (m - n);
+    }
+    double stored_slope(double strain) const
+    {
+      const double log_s = -std::log1p(strain);
+      return -a * std::exp((n + 1.0) * log_s) * std::expm1((m - n) * log_s);
+    }
     double stiffness(double s) const
     {
       const PowerPair q = powers(s);
@@ -247,6 +302,7 @@ class Law {
     double offset;    ///< ds/deq - 1: +xi_s or -xi_s
     double force;     ///< F_I(ds) deq
     double energy;    ///< makes E continuous at ds: Phi_I(ds) - Phi_II(deq) + F_I(ds) ds
+    double stored, stored_slope;    ///< E(ds) - E(deq), dE/dd(ds) deq, to the last digits
   };
 
   Row row;
@@ -257,7 +313,8 @@ class Law {
   {
     const double r = 1.0 + offset;
     const double f = first.reduced_force(1.0 / r);
-    return {offset, f, first.energy(1.0 / r) + second.e + f * r};
+    return {offset, f, first.energy(1.0 / r) + second.e + f * r, first.stored(offset),
+            first.stored_slope(offset)};
   }
 
   double reduced_energy(double r) const

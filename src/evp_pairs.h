@@ -58,7 +58,7 @@ class PackedPairs {
   size_t size() const { return count; }
 
   /// new_pair_margin: of the cuts of pairs that were not recorded.
-  void clear(double new_pair_margin)
+  void clear(double new_pair_margin = NEW_PAIR_MARGIN)
   {
     count = 0;
     margins[0] = new_pair_margin;
@@ -144,11 +144,12 @@ struct PackedRow {
 struct PackedList {
   std::vector<PackedRow> rows;
   PackedPairs pairs;
-  long build = 0;    ///< counts the packings: indices of pairs hold as long as it does
-  int nlocal = 0;    ///< particles that the list was built for: own,
-  int nall = 0;      ///< and with ghosts
+  long build = 0;           ///< counts the packings: indices of pairs hold as long as it does
+  long common_build = 0;    ///< counts those that were collective
+  int nlocal = 0;           ///< particles that the list was built for: own,
+  int nall = 0;             ///< and with ghosts
 
-  void clear(double new_pair_margin)
+  void clear(double new_pair_margin = NEW_PAIR_MARGIN)
   {
     build++;
     rows.clear();

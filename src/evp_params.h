@@ -8,6 +8,7 @@
 
 #include "evp_law.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstdlib>
@@ -59,6 +60,10 @@ inline double parse_number(const std::string &key, const std::string &word)
   return value;
 }
 
+/// m - n must be at least this, and this share of m: the force is a difference of s^m and s^n, which
+/// round-off then changes by less than 1e-8 of itself at a strain of 1e-3.
+constexpr double EXPONENTS_APART = 1e-4;
+
 /// Throws BadInput unless the law of this row exists (rules in the texts).
 inline void check_row(const Row &row)
 {
@@ -74,6 +79,11 @@ inline void check_row(const Row &row)
     if (!(m > n && n > 0.0))
       throw BadInput(std::string("exponents must satisfy ") + m_key + " > " + n_key + " > 0, got " +
                      m_key + " = " + text(m) + " and " + n_key + " = " + text(n));
+    const double least = EXPONENTS_APART * std::max(m, 1.0);
+    if (m - n < least)
+      throw BadInput(std::string("exponents too close: ") + m_key + " - " + n_key + " = " +
+                     text(m - n) + ", must be at least " + text(least) +
+                     " (0.0001, and 0.0001 of " + m_key + "): the force would be round-off");
     if (m > 200.0)
       throw BadInput(std::string("exponent ") + m_key + " must not exceed 200, got " + text(m) +
                      ": steeper laws overflow; the paper uses 2 to 8");
@@ -103,7 +113,7 @@ inline void check_row(const Row &row)
                            law.force(1.0 - row.xi_s, 1.0),
                            law.force(0.5, 1.0),
                            law.stiffness(0.5, 1.0),
-                           law.stiffness_at_rest(1.0),
+                           law.stiffness_ahead(1.0, 1.0),
                            law.energy(1.0, 1.0, row.alpha),
                            law.energy(0.5, 1.0, row.alpha),
                            row.gamma};

@@ -27,6 +27,7 @@ using namespace FixConst;
 
 static constexpr double NO_LIMIT = 1.0e20;
 static constexpr double STRAIN_PER_STEP = 0.1;    // of xi_s, at most, in any pair
+static constexpr double TURN_PER_STEP = 0.1;    // rad, at most, of any pair that fix nve/evp damps
 static constexpr double GROWTH_PER_CHECK = 1.25;
 
 /* ----------------------------------------------------------------------
@@ -35,7 +36,7 @@ static constexpr double GROWTH_PER_CHECK = 1.25;
 
 FixDtEVP::FixDtEVP(LAMMPS *lmp, int narg, char **arg) :
     NodalExchange(lmp, narg, arg), fraction(0.0), maximum(NO_LIMIT), compute(nullptr),
-    pair(nullptr), stable_step(NO_LIMIT), fastest{NO_LIMIT, 0.0, 0.0}, ruler(NOTHING),
+    pair(nullptr), stable_step(NO_LIMIT), fastest{NO_LIMIT, 0.0, 0.0, 0.0}, ruler(NOTHING),
     speed_reported(false)
 {
   if (narg != 5 && narg != 7)
@@ -162,13 +163,13 @@ void FixDtEVP::set_step(bool may_jump)
   fastest = find_fastest(dt);
   if (fastest.dt < dt) {
     dt = fastest.dt;
-    ruler = SPEED;
+    ruler = fastest.turns ? TURNING : SPEED;
     if (!speed_reported && comm->me == 0)
       error->warning(FLERR,
-                     "Fix {} dt/evp: from step {} on the step follows the speed of pairs, now "
+                     "Fix {} dt/evp: from step {} on the {} of pairs limits the timestep, now "
                      "{:.4g} for atoms {} and {}, {:.3g} of what stability allows",
-                     id, update->ntimestep, dt, (bigint) fastest.id_i, (bigint) fastest.id_j,
-                     dt / (fraction * stable_step));
+                     id, update->ntimestep, fastest.turns ? "turning" : "speed", dt,
+                     (bigint) fastest.id_i, (bigint) fastest.id_j, dt / (fraction * stable_step));
     speed_reported = true;
   }
   if (stable_step >= NO_LIMIT && fastest.dt >= NO_LIMIT && maximum >= NO_LIMIT &&
@@ -181,8 +182,8 @@ void FixDtEVP::set_step(bool may_jump)
 }
 
 /* ----------------------------------------------------------------------
-   |u.(v_i - v_j)| dt <= 0.1 xi_s deq, over the pairs that interact or can until
-   the next check. Only the speed along the pair counts: flight and spin do not
+   |u.(v_i - v_j)| dt <= 0.1 xi_s deq, over the pairs that interact or can until the next check: flight
+   and spin do not count here. Fix nve/evp resolves the damping of a pair that turns by up to 0.1 rad
 ------------------------------------------------------------------------- */
 
 FixDtEVP::FastestPair FixDtEVP::find_fastest(double dt)
@@ -192,7 +193,7 @@ FixDtEVP::FastestPair FixDtEVP::find_fastest(double dt)
   std::copy_n(atom->v[0], (size_t) 3 * nlocal, velocity.begin());
   to_ghosts(velocity);
 
-  FastestPair here = {NO_LIMIT, 0.0, 0.0};
+  FastestPair here = {NO_LIMIT, 0.0, 0.0, 0.0};
   const auto x = EVP::scene::rows(atom->x);
   const EVP::PackedList &list = pair->packed_pairs();
   for (const auto &row : list.rows)
@@ -202,14 +203,19 @@ FixDtEVP::FastestPair FixDtEVP::find_fastest(double dt)
       const EVP::PairGeometry g(x, row.i, p.j);
       const double *vi = &velocity[(size_t) 3 * row.i], *vj = &velocity[(size_t) 3 * p.j];
       const double d = std::sqrt(g.dsq);
-      const double opening =
-          (g.dx * (vi[0] - vj[0]) + g.dy * (vi[1] - vj[1]) + g.dz * (vi[2] - vj[2])) / d;
+      const double v[3] = {vi[0] - vj[0], vi[1] - vj[1], vi[2] - vj[2]};
+      const double opening = (g.dx * v[0] + g.dy * v[1] + g.dz * v[2]) / d;
       const double gap = d - std::sqrt(p.cutsq);
       if (gap > 0.0 && -opening * dt * nevery < gap) continue;
-      if (opening == 0.0) continue;
+      const auto limit = [&](double allowed, double turns) {
+        if (allowed < here.dt)
+          here = {allowed, (double) atom->tag[row.i], (double) atom->tag[p.j], turns};
+      };
       const double xi_s = pair->law_of(p).parameters().xi_s;
-      const double allowed = STRAIN_PER_STEP * xi_s / (p.inv_deq * std::fabs(opening));
-      if (allowed < here.dt) here = {allowed, (double) atom->tag[row.i], (double) atom->tag[p.j]};
+      if (opening != 0.0) limit(STRAIN_PER_STEP * xi_s / (p.inv_deq * std::fabs(opening)), 0.0);
+      if (pair->implicit_gamma(p) == 0.0) continue;
+      const double across_sq = v[0] * v[0] + v[1] * v[1] + v[2] * v[2] - opening * opening;
+      if (across_sq > 0.0) limit(TURN_PER_STEP * d / std::sqrt(across_sq), 1.0);
     }
 
   struct {
@@ -217,7 +223,7 @@ FixDtEVP::FastestPair FixDtEVP::find_fastest(double dt)
     int rank;
   } mine = {here.dt, comm->me}, least;
   MPI_Allreduce(&mine, &least, 1, MPI_DOUBLE_INT, MPI_MINLOC, world);
-  MPI_Bcast(&here, 3, MPI_DOUBLE, least.rank, world);
+  MPI_Bcast(&here, 4, MPI_DOUBLE, least.rank, world);
   return here;
 }
 
@@ -260,7 +266,7 @@ void FixDtEVP::change_step(double dt)
 
 /* ----------------------------------------------------------------------
    f_ID: the step. f_ID[1..5]: largest stable step, step that the speeds allow, what rules
-   (1 stability, 2 speed, 3 max, 4 growth), IDs of the fastest pair
+   (1 stability, 2 speed, 3 max, 4 growth, 5 turning), IDs of the fastest pair
 ------------------------------------------------------------------------- */
 
 double FixDtEVP::compute_scalar()

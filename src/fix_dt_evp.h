@@ -17,7 +17,7 @@ FixStyle(dt/evp,FixDtEVP);
 namespace LAMMPS_NS {
 
 /// Keeps the step at a fraction of the largest stable one, and short enough that no pair is carried
-/// through its threshold strain unresolved.
+/// through its threshold strain unresolved, and that none turns by much that fix nve/evp damps.
 class FixDtEVP : public NodalExchange<Fix> {
  public:
   FixDtEVP(class LAMMPS *, int, char **);
@@ -34,12 +34,13 @@ class FixDtEVP : public NodalExchange<Fix> {
   double memory_usage() override;
 
  private:
-  enum Ruler { NOTHING, STABILITY, SPEED, MAXIMUM, GROWTH };
+  enum Ruler { NOTHING, STABILITY, SPEED, MAXIMUM, GROWTH, TURNING };
 
   /// The pair whose relative speed allows the smallest step.
   struct FastestPair {
     double dt;
     double id_i, id_j;
+    double turns;    ///< 1 if it turns too fast, 0 if it opens or closes too fast
   };
 
   double fraction;    // of the stable step

@@ -26,7 +26,8 @@ using namespace FixConst;
 
 FixEVPEnergy::FixEVPEnergy(LAMMPS *lmp, int narg, char **arg) :
     NodalExchange(lmp, narg, arg), pair(nullptr), implicit(nullptr), driven_groupbits(0),
-    started(false), depth_at_start(0.0), dt_step(0.0), start{}, last{}, ledger{}, past(nullptr)
+    started(false), dt_step(0.0), start{}, last{}, dissipated_at_begin(0.0), taken(0.0), ledger{},
+    past(nullptr)
 {
   if (narg != 3)
     error->all(FLERR, "Fix {} evp/energy takes no further words, got '{}'", id, arg[3]);
@@ -38,7 +39,6 @@ FixEVPEnergy::FixEVPEnergy(LAMMPS *lmp, int narg, char **arg) :
   nevery = 1;
   create_attribute = 1;
   maxexchange = PAST_SIZE;
-  comm_forward = VELOCITIES;
   scalar_flag = vector_flag = 1;
   size_vector = NENTRIES;
   global_freq = 1;
@@ -78,35 +78,28 @@ void FixEVPEnergy::init()
                id);
   driven_groupbits = 0;
   implicit = nullptr;
-  bool after_this = false;
   for (int k = 0; k < modify->nfix; k++) {
     const Fix *other = modify->fix[k];
-    if (other == this) after_this = true;
-    if (after_this && strcmp(other->style, "nve/evp") == 0)
-      error->all(FLERR,
-                 "Fix {} evp/energy reads at set-up the damping that fix {} nve/evp has applied by "
-                 "then: define it after that fix ('unfix {}' and define it again)",
-                 id, other->id, id);
     if (EVP::scene::moves_by_forces(other)) driven_groupbits |= other->groupbit;
     if (strcmp(other->style, "nve/evp") == 0) implicit = dynamic_cast<const FixNVEEVP *>(other);
   }
 }
 
-/* ---------------------------------------------------------------------- */
+/* ----------------------------------------------------------------------
+   what acts in the first half step is not known yet: fixes that are defined after this one may add
+   forces and change dt
+------------------------------------------------------------------------- */
 
 void FixEVPEnergy::setup(int /*vflag*/)
 {
   if (update->whichflag != 1) return;
-  dt_step = update->dt;
-  find_velocities(true);
-  const Instant now = evaluate();
-  if (!started) {
-    start = now;
-    depth_at_start = now.depth;
-    started = true;
-  }
-  last = now;
-  remember();
+  find_depths(pair->packed_pairs());    // the pair style may be another than in the last run
+  if (!started) find_largest_depth();
+  evaluate(true);
+  if (!started) start = last;
+  started = true;
+  update_states();
+  remember_places();
 }
 
 /* ---------------------------------------------------------------------- */
@@ -114,31 +107,32 @@ void FixEVPEnergy::setup(int /*vflag*/)
 void FixEVPEnergy::post_integrate()
 {
   dt_step = update->dt;
+  dissipated_at_begin = dissipated_in_half_step(true);
+  remember_forces();
 }
 
 /* ---------------------------------------------------------------------- */
 
 void FixEVPEnergy::end_of_step()
 {
-  find_velocities(false);
-  const Instant now = evaluate();
-  advance(now, dt_step);
-  last = now;
-  remember();
+  evaluate(false);
+  advance();
+  update_states();
+  remember_places();
 }
 
 /* ----------------------------------------------------------------------
-   f_ID: what the ledger is open by. f_ID[1..8], changes since the start: kinetic, stored in
-   bonds up to xi_s and beyond it, spent on lost bonds, new contacts; dissipated by gamma;
-   work of the movers, of all other forces
+   f_ID: energy imbalance. f_ID[1..8], changes since the start: kinetic, stored in bonds up to xi_s
+   and beyond it, spent on lost bonds, new contacts; dissipated by gamma; work of the movers, of all
+   other forces
 ------------------------------------------------------------------------- */
 
 double FixEVPEnergy::compute_scalar()
 {
-  double open = 0.0;
+  double imbalance = 0.0;
   for (const Entry entry : {KINETIC, FIRST, SECOND, LOST, CONTACTS, DISSIPATED})
-    open += ledger[entry];
-  return open - ledger[MOVERS] - ledger[OTHERS];
+    imbalance += ledger[entry];
+  return imbalance - ledger[MOVERS] - ledger[OTHERS];
 }
 
 /* ---------------------------------------------------------------------- */
@@ -152,8 +146,8 @@ double FixEVPEnergy::compute_vector(int n)
 
 double FixEVPEnergy::memory_usage()
 {
-  double bytes = (double) PAST_SIZE * atom->nmax * sizeof(double);
-  for (const auto *values : {&velocities, &pair_force})
+  double bytes = (double) PAST_SIZE * atom->nmax * sizeof(double) + stored.memory_usage();
+  for (const auto *values : {&velocities, &pair_force, &damping_force})
     bytes += (double) values->capacity() * sizeof(double);
   return bytes;
 }

@@ -9,6 +9,7 @@ FixStyle(evp/energy,FixEVPEnergy);
 #ifndef LMP_FIX_EVP_ENERGY_H
 #define LMP_FIX_EVP_ENERGY_H
 
+#include "evp_stored.h"
 #include "fix.h"
 #include "nodal_exchange.h"
 
@@ -17,11 +18,10 @@ FixStyle(evp/energy,FixEVPEnergy);
 
 namespace LAMMPS_NS {
 
-/// The energy ledger: where the work that is put into a body goes, from its definition on.
+/// The energy balance: where the work that is put into a body goes, from its definition on.
 ///
-/// Exact for the leapfrog but for the trapezoid of the pair forces: kinetic energy as the mean of
-/// the two half steps, work as the mean force at both ends times the displacement, dissipation as
-/// the damping force times the mean velocity.
+/// Exact for the leapfrog but for the trapezoid of the pair forces. Each step is taken from its own half
+/// kicks, with its own dt and the damping that was applied in it, whichever fix changed them before.
 class FixEVPEnergy : public NodalExchange<Fix> {
  public:
   FixEVPEnergy(class LAMMPS *, int, char **);
@@ -44,20 +44,19 @@ class FixEVPEnergy : public NodalExchange<Fix> {
   int unpack_exchange(int, double *) override;
 
  private:
-  static constexpr int VELOCITIES = 6;    // per atom: of both velocities that pairs ask for
   enum Entry { KINETIC, FIRST, SECOND, LOST, CONTACTS, DISSIPATED, MOVERS, OTHERS, NENTRIES };
 
-  /// What the pairs hold and do at one instant, over all processes.
+  /// What atoms and pairs hold at one instant, over all MPI ranks [energy].
   struct Instant {
-    double kinetic, first, second, depth, contacts;    ///< [energy]
-    double dissipation;                                ///< [energy/time]
+    double kinetic;
+    EVP::StoredEnergy::Sums pairs;
   };
 
-  /// An atom at the last step: where it was and what acted on it.
+  /// An atom at the beginning of a step: where it was and what acted on it.
   struct Past {
-    double x[3];         ///< unwrapped
-    double pairs[3];     ///< force of the pairs, damping included
-    double others[3];    ///< all other force
+    double x[3];          ///< unwrapped
+    double working[3];    ///< see working_force()
+    double damping[3];    ///< explicit one
   };
   static constexpr int PAST_SIZE = 9;
 
@@ -65,21 +64,31 @@ class FixEVPEnergy : public NodalExchange<Fix> {
   const class FixNVEEVP *implicit;    // nullptr without
   int driven_groupbits;               // groups of the fixes that move atoms by forces
   bool started;
-  double depth_at_start;
   double dt_step;    // of the step under way: at its end another fix may have changed it
   Instant start, last;
+  double dissipated_at_begin;    // of the step under way, on this MPI rank
+  double taken;                  // by damping; DISSIPATED is the most that it was so far
   std::array<double, NENTRIES> ledger;
   double **past;    // a Past per local atom
 
-  Nodal velocities;    // with ghosts, six each: at the step, and half a step before it
-  Nodal pair_force;    // with ghosts
+  Nodal velocities;                   // with ghosts: those that explicit damping saw
+  Nodal pair_force, damping_force;    // with ghosts: of the pairs, explicit damping apart
+
+  EVP::StoredEnergy stored;
 
   bool is_driven(int i) const;
   double half_kick(int i) const;
-  void find_velocities(bool at_setup);
-  Instant evaluate();
-  void advance(const Instant &now, double dt);
-  void remember();
+  bool is_solved() const;
+  double solved_damping(int i, int c) const;
+  double working_force(int i, int c) const;
+  double dissipated_in_half_step(bool at_begin) const;
+  void evaluate(bool at_setup);
+  void find_depths(const EVP::PackedList &);
+  void find_largest_depth();
+  void remember_places();
+  void remember_forces();
+  void advance();
+  void update_states();
 };
 
 }    // namespace LAMMPS_NS

@@ -35,46 +35,35 @@ double FixEVPEnergy::half_kick(int i) const
 }
 
 /* ----------------------------------------------------------------------
-   Between steps atoms hold the mean of the two half-step velocities, and f what
-   takes one to the other. At set-up the pair style saw the mean itself.
+   last, and the forces of the pairs on local atoms, explicit damping apart.
+   Within a run the pair style saw the half-step velocities, at set-up those of the atoms.
+   A bond's energy counts from its rest; what it cost to take one beyond dlim stays in the balance as
+   the depth that is missing
 ------------------------------------------------------------------------- */
 
-void FixEVPEnergy::find_velocities(bool at_setup)
-{
-  velocities.resize((size_t) VELOCITIES * (atom->nlocal + atom->nghost));
-  for (int i = 0; i < atom->nlocal; i++) {
-    double *mean = &velocities[(size_t) VELOCITIES * i], *before = mean + 3;
-    for (int c = 0; c < 3; c++) {
-      mean[c] = atom->v[i][c];
-      before[c] = at_setup ? mean[c] : mean[c] - half_kick(i) * atom->f[i][c];
-    }
-  }
-  if (pair->damps_explicitly()) to_ghosts(velocities);
-}
-
-/* ----------------------------------------------------------------------
-   pair_force is left with the force of the pairs, damping included, on local atoms.
-   A bond's energy counts from its rest; what it cost to take one beyond dlim
-   stays in the ledger as the depth that is missing
-------------------------------------------------------------------------- */
-
-FixEVPEnergy::Instant FixEVPEnergy::evaluate()
+void FixEVPEnergy::evaluate(bool at_setup)
 {
   const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
   const int nreact = force->newton_pair ? nall : nlocal;
-  pair_force.assign((size_t) 3 * nall, 0.0);
+  const bool damps = pair->damps_explicitly();
 
-  double sums[6] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, all[6];
+  Instant here{};    // of this MPI rank
+  velocities.resize((size_t) 3 * nall);
   for (int i = 0; i < nlocal; i++) {
-    if (!is_driven(i)) continue;    // the energy of a mover is its own affair
-    const double mass = EVP::scene::mass(atom, i);
+    const double half = at_setup ? 0.0 : half_kick(i);
+    const double weight = is_driven(i) ? 0.5 * force->mvv2e * EVP::scene::mass(atom, i) : 0.0;
     for (int c = 0; c < 3; c++) {
-      const double v = atom->v[i][c], kick = half_kick(i) * atom->f[i][c];
-      sums[0] += 0.5 * force->mvv2e * mass * (v * v + kick * kick);
+      const double v = atom->v[i][c];
+      velocities[(size_t) 3 * i + c] = v - half * atom->f[i][c];
+      here.kinetic += weight * v * v;    // the energy of a mover is its own affair
     }
   }
+  if (damps) to_ghosts(velocities);
 
+  pair_force.assign((size_t) 3 * nall, 0.0);
+  damping_force.assign((size_t) 3 * nall, 0.0);
   const EVP::PackedList &list = pair->packed_pairs();
+  if (stored.is_due(list)) find_depths(list);
   const auto x = EVP::scene::rows(atom->x);
   for (const auto &row : list.rows)
     for (int n = row.first; n < row.last; n++) {
@@ -82,94 +71,160 @@ FixEVPEnergy::Instant FixEVPEnergy::evaluate()
       const int i = row.i, j = p.j;
       const EVP::PairGeometry g(x, i, j);
       if (g.dsq > p.cutsq) continue;
-      // without newton both owners of a pair across processes hold it
+      // without newton both owners of a pair across MPI ranks hold it
       const double weight = j < nreact ? 1.0 : 0.5;
-      const double d = std::sqrt(g.dsq), deq = 1.0 / p.inv_deq, cut = p.cut;
-
+      const double d = std::sqrt(g.dsq), deq = stored.deq_of(n);
       const EVP::Law &law = pair->law_of(p);
-      if (p.is_bond) {
-        const double xi_s = law.parameters().xi_s;
-        const double xi = std::min(std::max(d / deq - 1.0, -xi_s), xi_s);
-        const double first = law.energy(deq * (1.0 + xi), deq, deq);
-        sums[1] += weight * first;
-        sums[2] += weight * (law.energy(d, deq, deq) - first);
-        sums[3] += weight * law.energy(cut, deq, deq);
-      } else
-        sums[4] += weight * law.energy(d, deq, cut);
+      stored.add(here.pairs, n, p, law, d, weight);
 
-      double over_d = law.force(d, deq) / d;
+      const auto add = [&](Nodal &forces, double over_d) {
+        const double f[3] = {over_d * g.dx, over_d * g.dy, over_d * g.dz};
+        for (int c = 0; c < 3; c++) {
+          forces[(size_t) 3 * i + c] += f[c];
+          if (j < nreact) forces[(size_t) 3 * j + c] -= f[c];
+        }
+      };
+      add(pair_force, law.force(d, deq) / d);
       const double gamma = law.parameters().gamma;    // without that of implicit pairs
-      if (gamma > 0.0) {
-        const double *vi = &velocities[(size_t) VELOCITIES * i];
-        const double *vj = &velocities[(size_t) VELOCITIES * j];
-        const double damping = EVP::damping_over_distance(gamma, g, vi + 3, vj + 3);
-        sums[5] -= weight * damping *
-            (g.dx * (vi[0] - vj[0]) + g.dy * (vi[1] - vj[1]) + g.dz * (vi[2] - vj[2]));
-        over_d += damping;
-      }
-      const double f[3] = {over_d * g.dx, over_d * g.dy, over_d * g.dz};
-      for (int c = 0; c < 3; c++) {
-        pair_force[(size_t) 3 * i + c] += f[c];
-        if (j < nreact) pair_force[(size_t) 3 * j + c] -= f[c];
-      }
+      if (gamma > 0.0)
+        add(damping_force,
+            EVP::damping_over_distance(gamma, g, &velocities[(size_t) 3 * i],
+                                       &velocities[(size_t) 3 * j]));
     }
-
   to_owners(pair_force);
-  if (implicit && pair->damps_implicitly())
-    for (int i = 0; i < nlocal; i++)
-      for (int c = 0; c < 3; c++) {
-        const size_t k = (size_t) 3 * i + c;
-        const double damping = implicit->applied_damping()[k];
-        sums[5] -= damping * atom->v[i][c];
-        pair_force[k] += damping;
-      }
-  MPI_Allreduce(sums, all, 6, MPI_DOUBLE, MPI_SUM, world);
-  return {all[0], all[1], all[2], all[3], all[4], all[5]};
+  if (damps) to_owners(damping_force);
+  static_assert(sizeof(Instant) % sizeof(double) == 0, "an Instant is a row of numbers");
+  MPI_Allreduce(&here, &last, sizeof(Instant) / sizeof(double), MPI_DOUBLE, MPI_SUM, world);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixEVPEnergy::find_depths(const EVP::PackedList &list)
+{
+  stored.assign(list, pair->rest_distances(), [&](const EVP::PackedPair &p) -> const EVP::Law & {
+    return pair->law_of(p);
+  });
 }
 
 /* ----------------------------------------------------------------------
-   from the last step to this one
+   of the start, for all instants that are compared with it
 ------------------------------------------------------------------------- */
 
-void FixEVPEnergy::advance(const Instant &now, double dt)
+void FixEVPEnergy::find_largest_depth()
 {
-  double work[2] = {0.0, 0.0}, all[2];    // of the movers, of other forces
+  const double here = stored.total_depth();
+  double all;
+  MPI_Allreduce(&here, &all, 1, MPI_DOUBLE, MPI_SUM, world);
+  stored.set_largest_depth(all);
+}
+
+/* ---------------------------------------------------------------------- */
+
+bool FixEVPEnergy::is_solved() const
+{
+  return implicit && pair->damps_implicitly();
+}
+
+/* ----------------------------------------------------------------------
+   of the damping that fix nve/evp solved for, on a local atom
+------------------------------------------------------------------------- */
+
+double FixEVPEnergy::solved_damping(int i, int c) const
+{
+  return is_solved() ? implicit->applied_damping()[(size_t) 3 * i + c] : 0.0;
+}
+
+/* ----------------------------------------------------------------------
+   on this MPI rank, by the damping of driven atoms over the half step on one side of the present places.
+   At the beginning of a step atoms hold the half-step velocity by now, at its end that of the full step:
+   of either the mean over the half step is half of its kick away
+------------------------------------------------------------------------- */
+
+double FixEVPEnergy::dissipated_in_half_step(bool at_begin) const
+{
+  double sum = 0.0;
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (!is_driven(i)) continue;
+    const double half = half_kick(i);
+    for (int c = 0; c < 3; c++)
+      sum -= damping_force[(size_t) 3 * i + c] * (atom->v[i][c] - 0.5 * half * atom->f[i][c]);
+  }
+  if (is_solved()) sum += at_begin ? implicit->power_after() : implicit->power_before();
+  return 0.5 * dt_step * sum;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixEVPEnergy::remember_places()
+{
+  for (int i = 0; i < atom->nlocal; i++) domain->unmap(atom->x[i], atom->image[i], past[i]);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixEVPEnergy::remember_forces()
+{
+  for (int i = 0; i < atom->nlocal; i++) {
+    double *working = past[i] + 3, *damping = past[i] + 6;
+    for (int c = 0; c < 3; c++) {
+      damping[c] = damping_force[(size_t) 3 * i + c];
+      working[c] = working_force(i, c);
+    }
+  }
+}
+
+/* ----------------------------------------------------------------------
+   on an atom that forces move all but those of the pairs, on a mover those of the pairs, but for
+   explicit damping
+------------------------------------------------------------------------- */
+
+double FixEVPEnergy::working_force(int i, int c) const
+{
+  const size_t k = (size_t) 3 * i + c;
+  const double pairs = pair_force[k] + solved_damping(i, c);
+  return is_driven(i) ? atom->f[i][c] - damping_force[k] - pairs : pairs;
+}
+
+/* ----------------------------------------------------------------------
+   works and dissipation of the step that ends. What damping gives back where a velocity turns within a
+   step is held against what it takes next
+------------------------------------------------------------------------- */
+
+void FixEVPEnergy::advance()
+{
+  double sums[3] = {dissipated_at_begin + dissipated_in_half_step(false), 0.0, 0.0}, all[3];
   for (int i = 0; i < atom->nlocal; i++) {
     Past then;
     memcpy(&then, past[i], sizeof(then));
     double x[3];
     domain->unmap(atom->x[i], atom->image[i], x);
     for (int c = 0; c < 3; c++) {
-      const double dx = x[c] - then.x[c], pairs = pair_force[(size_t) 3 * i + c];
+      const double dx = x[c] - then.x[c];
+      const double work = 0.5 * (then.working[c] + working_force(i, c)) * dx;
       if (is_driven(i))
-        work[1] += 0.5 * (then.others[c] + atom->f[i][c] - pairs) * dx;
-      else
-        work[0] -= 0.5 * (then.pairs[c] + pairs) * dx;
+        sums[2] += work;
+      else {
+        const double damped = 0.5 * (then.damping[c] + damping_force[(size_t) 3 * i + c]) * dx;
+        sums[0] -= damped;
+        sums[1] -= work + damped;
+      }
     }
   }
-  MPI_Allreduce(work, all, 2, MPI_DOUBLE, MPI_SUM, world);
+  MPI_Allreduce(sums, all, 3, MPI_DOUBLE, MPI_SUM, world);
 
-  ledger[KINETIC] = now.kinetic - start.kinetic;
-  ledger[FIRST] = now.first - start.first;
-  ledger[SECOND] = now.second - start.second;
-  ledger[LOST] = depth_at_start - now.depth;
-  ledger[CONTACTS] = now.contacts - start.contacts;
-  ledger[DISSIPATED] += 0.5 * dt * (last.dissipation + now.dissipation);
-  ledger[MOVERS] += all[0];
-  ledger[OTHERS] += all[1];
+  taken += all[0];
+  ledger[DISSIPATED] = std::max(ledger[DISSIPATED], taken);
+  ledger[MOVERS] += all[1];
+  ledger[OTHERS] += all[2];
 }
 
 /* ---------------------------------------------------------------------- */
 
-void FixEVPEnergy::remember()
+void FixEVPEnergy::update_states()
 {
-  for (int i = 0; i < atom->nlocal; i++) {
-    Past now;
-    domain->unmap(atom->x[i], atom->image[i], now.x);
-    for (int c = 0; c < 3; c++) {
-      now.pairs[c] = pair_force[(size_t) 3 * i + c];
-      now.others[c] = atom->f[i][c] - now.pairs[c];
-    }
-    memcpy(past[i], &now, sizeof(now));
-  }
+  ledger[KINETIC] = last.kinetic - start.kinetic;
+  ledger[FIRST] = last.pairs.first - start.pairs.first;
+  ledger[SECOND] = last.pairs.second - start.pairs.second;
+  ledger[LOST] = EVP::StoredEnergy::lost(start.pairs, last.pairs);
+  ledger[CONTACTS] = EVP::StoredEnergy::of_contacts(start.pairs, last.pairs);
 }

@@ -30,7 +30,8 @@ using namespace FixConst;
 
 FixNVEEVP::FixNVEEVP(LAMMPS *lmp, int narg, char **arg) :
     NodalExchange(lmp, narg, arg), tolerance(1.0e-3), max_iterations(500), others_groupbits(0),
-    forces_follow(false), pair(nullptr), last_build(-1), dt_applied(0.0), vflag_now(0),
+    forces_follow(false), pair(nullptr), balance_wanted(false), turning_warned(false),
+    last_build(-1), bodies_build(-1), dt_turning(0.0), dt_applied(0.0), vflag_now(0),
     last_iterations(0), most_iterations(0), all_iterations(0), solves(0)
 {
   for (int iarg = 3; iarg < narg; iarg += 2) {
@@ -107,7 +108,9 @@ void FixNVEEVP::init()
         "'remap v'",
         id);
   check_groups();
-  last_build = -1;    // another pair style may have come to the same count
+  balance_wanted = EVP::scene::find_fix(modify, "evp/energy") != nullptr;
+  turning_warned = false;
+  last_build = bodies_build = -1;    // another pair style may have come to the same count
   last_iterations = most_iterations = 0;
   all_iterations = solves = 0;
 }
@@ -152,6 +155,7 @@ void FixNVEEVP::setup(int vflag)
 {
   vflag_now = vflag;
   collect_dampers();
+  if (balance_wanted) find_rates(0.0);
   solve_and_apply(0.5 * update->dt);
   if (forces_follow) dt_applied = 0.0;    // solve anew with what they add to f from here on
 }
@@ -185,7 +189,9 @@ void FixNVEEVP::initial_integrate(int /*vflag*/)
 void FixNVEEVP::final_integrate()
 {
   collect_dampers();
+  if (balance_wanted) find_rates(update->dt);
   solve_and_apply(update->dt);
+  if (balance_wanted) find_mean_rates();
   kick();
 }
 
@@ -253,9 +259,11 @@ double FixNVEEVP::memory_usage()
 {
   double bytes = (double) dampers.capacity() * sizeof(Damper);
   bytes += (double) damper_rows.capacity() * sizeof(EVP::PackedRow);
+  bytes += connected.memory_usage() + bodies.memory_usage() + solves_of_bodies.memory_usage();
   for (const Nodal *nodal :
-       {&velocities, &reaction, &applied, &last_force, &mobility, &inertia, &undamped, &change,
-        &velocity, &residual, &direction, &direction_product})
+       {&damper_scale, &last_turning, &rate_before, &rate_now, &velocities, &reaction, &applied,
+        &lowest, &last_force, &mobility, &inertia, &undamped, &change, &velocity, &residual,
+        &direction, &direction_product})
     bytes += (double) nodal->capacity() * sizeof(double);
   return bytes;
 }

@@ -9,6 +9,7 @@ FixStyle(nve/evp,FixNVEEVP);
 #ifndef LMP_FIX_NVE_EVP_H
 #define LMP_FIX_NVE_EVP_H
 
+#include "evp_body_solves.h"
 #include "evp_kernel.h"
 #include "fix.h"
 #include "nodal_exchange.h"
@@ -18,7 +19,12 @@ FixStyle(nve/evp,FixNVEEVP);
 namespace LAMMPS_NS {
 
 /// Leapfrog with the damping of pair style evp/lj taken at the end of the step:
-/// (M + dt C) v+ = M v- + dt F(x), then x += dt v+.
+/// (M + dt C) v+ = M v- + dt (F(x) - T), then x += dt v+.
+///
+/// A pair at rest in a turning frame parts along its old direction u by no velocity u.v+ of zero, so
+/// each damper sees the opening rate of the whole step, (|r + dt v+| - |r|)/dt = u.v+ + turning (see
+/// evp_opening.h). T holds gamma times what turning adds: that of the last step, corrected until it is
+/// that of v+.
 ///
 /// Between steps atoms hold v = (v- + v+)/2, and f holds F plus the damping force that took v- to v+,
 /// so that both half kicks are those of plain leapfrog and other fixes read the whole force.
@@ -36,6 +42,12 @@ class FixNVEEVP : public NodalExchange<Fix> {
   /// Damping force that f holds now [force], three values per local atom; empty without damping.
   const std::vector<double> &applied_damping() const { return applied; }
 
+  /// Power that the dampers of this MPI rank take [energy/time], in the mean over the half step before
+  /// the present places, or after them; pairs that another rank holds too count by half. Known where a
+  /// fix evp/energy is defined.
+  double power_before() const;
+  double power_after() const;
+
   double compute_scalar() override;
   double compute_vector(int) override;
 
@@ -47,12 +59,6 @@ class FixNVEEVP : public NodalExchange<Fix> {
     double w[3];    ///< sqrt(gamma) u, u the unit vector at the last force evaluation
     int j;
     int pair;    ///< index in the packed list
-
-    /// sqrt(gamma) u.(v_i - v_j): times w, minus the force on i.
-    double opening(const double *vi, const double *vj) const
-    {
-      return w[0] * (vi[0] - vj[0]) + w[1] * (vi[1] - vj[1]) + w[2] * (vi[2] - vj[2]);
-    }
   };
 
   double tolerance;
@@ -63,9 +69,23 @@ class FixNVEEVP : public NodalExchange<Fix> {
   class PairEVPLJ *pair;
   std::vector<Damper> dampers;
   std::vector<EVP::PackedRow> damper_rows;
+  // sqrt(gamma)/d of each damper, and sqrt(gamma) times
+  std::vector<double> damper_scale;
+  std::vector<double>
+      last_turning;    // the opening rate that turning adds; by index in the packed list
+  std::vector<double> rate_before;    // that over the last step,
+  std::vector<double> rate_now;       // and that at the present places
+  bool balance_wanted;                // a fix evp/energy asks for these two
+  bool turning_warned;
   std::vector<double> last_force;    // of the last solve, over w; by index in the packed list
   long last_build;
+  EVP::NodeSets connected;    // atoms and ghosts
+  EVP::Bodies bodies;
+  EVP::BodySolves solves_of_bodies;
+  Nodal lowest;    // label of the body (its lowest ID), first and minus last rank with atoms of it
+  long bodies_build;
   Nodal applied;        // damping force that f holds, from one solve to the kick after it; or empty
+  double dt_turning;    // step of last_turning
   double dt_applied;    // step that it was solved for, 0 if it must be solved anew
   int vflag_now;
 
@@ -79,15 +99,25 @@ class FixNVEEVP : public NodalExchange<Fix> {
 
   bool in_group(int i) const;
   void collect_dampers();
+  void find_rates(double dt);
+  void find_mean_rates();
+  void warn_of_turning(double turned);
+  template <class F> double power(F &&mean_rate) const;
   void kick();
   void solve_and_apply(double h);
   void remove_applied();
   int solve(double h);
+  void find_bodies();
+  void spread_lowest();
+  std::vector<double> bodies_across() const;
   void check_groups() const;
   void exchange_velocities(const Nodal &of);
   void check_partners(int i, int j) const;
-  template <class F> void damping_product(F &&keep);
-  void damping_product();
+  template <class F> void damping_product(F &&rate);
+  int iterate(double h, int iteration);
+  EVP::BodySolves::State judge_residuals();
+  bool turning_settled(double h);
+  void add_rounding(double h);
   void warm_start(double h);
   void store_applied(double h);
   void tally_virial();

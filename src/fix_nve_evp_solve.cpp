@@ -4,7 +4,7 @@
 
 #include "fix_nve_evp.h"
 
-#include "evp_cg.h"
+#include "evp_opening.h"
 #include "evp_vector.h"
 #include "pair_evp_lj.h"
 #include "scene.h"
@@ -16,29 +16,38 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 using namespace LAMMPS_NS;
 
-static constexpr double ROUND_OFF = 4.0 * std::numeric_limits<double>::epsilon();
+static constexpr double LARGEST_TURN = 0.15;    // rad per step, see doc/fix_nve_evp.rst
+static constexpr int MOST_PASSES =
+    20;    // of the correction of turning: beyond, steps are far too long
 
 /* ----------------------------------------------------------------------
-   x is that of the force evaluation here; later it may not be, so u is kept
+   x is that of the force evaluation here; later it may not be, so u and 1/d are kept
 ------------------------------------------------------------------------- */
 
 void FixNVEEVP::collect_dampers()
 {
-  dampers.clear();
   damper_rows.clear();
-  if (!pair->damps_implicitly()) return;
+  if (!pair->damps_implicitly()) {
+    dampers.clear();
+    return;
+  }
   const auto x = EVP::scene::rows(atom->x);
   const EVP::PackedList &list = pair->packed_pairs();
-  if (list.build != last_build) last_force.assign(list.pairs.size(), 0.0);
+  const size_t most = list.pairs.size();
+  if (list.build != last_build)
+    for (auto *of_pairs : {&last_force, &last_turning}) of_pairs->assign(most, 0.0);
   last_build = list.build;
-  int law = -1;
+  if (list.common_build != bodies_build) find_bodies();
+  dampers.resize(most);
+  damper_scale.resize(most);
+  Damper *damper = dampers.data();
+  int law = -1, n = 0;
   double root = 0.0;    // sqrt(gamma) of that law
   for (const auto &row : list.rows) {
-    const int first = (int) dampers.size();
+    const int first = n;
     for (int k = row.first; k < row.last; k++) {
       const EVP::PackedPair p = list.pairs[k];
       if (p.law != law) {
@@ -51,11 +60,99 @@ void FixNVEEVP::collect_dampers()
 
       if (others_groupbits) check_partners(row.i, p.j);
       const double scale = root / std::sqrt(g.dsq);
-      dampers.push_back({{scale * g.dx, scale * g.dy, scale * g.dz}, p.j, k});
+      damper->w[0] = scale * g.dx;
+      damper->w[1] = scale * g.dy;
+      damper->w[2] = scale * g.dz;
+      damper->j = p.j;
+      damper->pair = k;
+      damper++;
+      damper_scale[n++] = scale;
     }
-    const int last = (int) dampers.size();
-    if (last > first) damper_rows.push_back({row.i, first, last});
+    if (n > first) damper_rows.push_back({row.i, first, n});
   }
+  dampers.resize(n);
+}
+
+/* ----------------------------------------------------------------------
+   opening rates over the last step of size dt, or now with dt = 0, from the velocities that atoms hold
+------------------------------------------------------------------------- */
+
+void FixNVEEVP::find_rates(double dt)
+{
+  rate_before.resize(dampers.size());
+  if (!pair->damps_implicitly()) return;
+  velocities.resize((size_t) 3 * (atom->nlocal + atom->nghost));
+  std::copy_n(atom->v[0], (size_t) 3 * atom->nlocal, velocities.begin());
+  to_ghosts(velocities);
+  for (const auto &row : damper_rows) {
+    const EVP::Vector vi(&velocities[(size_t) 3 * row.i]);
+    for (int k = row.first; k < row.last; k++) {
+      const EVP::Vector w(dampers[k].w);
+      const EVP::Vector v = vi - EVP::Vector(&velocities[(size_t) 3 * dampers[k].j]);
+      const double along = dot(w, v);
+      rate_before[k] =
+          along + EVP::turning_rate(along, dot(v, v), -0.5 * dt * damper_scale[k], 1.0 / dot(w, w));
+    }
+  }
+  rate_now = rate_before;
+}
+
+/* ----------------------------------------------------------------------
+   turned: a quarter of the square of the largest angle by which a pair turns in this step
+------------------------------------------------------------------------- */
+
+void FixNVEEVP::warn_of_turning(double turned)
+{
+  if (turning_warned || 4.0 * turned <= LARGEST_TURN * LARGEST_TURN) return;
+  turning_warned = true;
+  const double angle = 2.0 * std::sqrt(turned);
+  error->warning(
+      FLERR,
+      "Fix {} nve/evp: damped pairs turn by more than {} rad per step, now {:.3g} rad at "
+      "step {}, which the damping does not resolve: reduce the timestep to {:.4g}, or use "
+      "fix dt/evp",
+      id, LARGEST_TURN, angle, update->ntimestep, update->dt * LARGEST_TURN / angle);
+}
+
+/* ----------------------------------------------------------------------
+   the velocity at the present places is the mean of those before and after
+------------------------------------------------------------------------- */
+
+void FixNVEEVP::find_mean_rates()
+{
+  for (size_t k = 0; k < dampers.size(); k++)
+    rate_now[k] = 0.5 * (rate_before[k] - last_force[dampers[k].pair]);
+}
+
+/* ---------------------------------------------------------------------- */
+
+double FixNVEEVP::power_before() const
+{
+  return power([this](size_t k, double) {
+    return 0.5 * (rate_before[k] + rate_now[k]);
+  });
+}
+
+double FixNVEEVP::power_after() const
+{
+  return power([this](size_t k, double rate) {
+    return 0.5 * (rate_now[k] + rate);
+  });
+}
+
+/* ----------------------------------------------------------------------
+   of the damper forces at the present places, over a time with that mean rate
+------------------------------------------------------------------------- */
+
+template <class F> double FixNVEEVP::power(F &&mean_rate) const
+{
+  const int nreact = force->newton_pair ? atom->nlocal + atom->nghost : atom->nlocal;
+  double sum = 0.0;
+  for (size_t k = 0; k < dampers.size(); k++) {
+    const double rate = -last_force[dampers[k].pair];
+    sum += (dampers[k].j < nreact ? 1.0 : 0.5) * rate * mean_rate(k, rate);
+  }
+  return sum;
 }
 
 /* ----------------------------------------------------------------------
@@ -74,11 +171,12 @@ void FixNVEEVP::check_partners(int i, int j) const
 }
 
 /* ----------------------------------------------------------------------
-   reaction = C velocities for all local atoms, velocities being set for the local ones;
-   keep(damper, sqrt(gamma) u.(v_i - v_j)) is called on the way
+   reaction = sum of the damper forces, minus sign, for all local atoms, velocities being set for the
+   local ones. rate(i, k, w, v): sqrt(gamma) times the opening rate of damper k in the row of i, whose
+   atoms have the relative velocity v
 ------------------------------------------------------------------------- */
 
-template <class F> void FixNVEEVP::damping_product(F &&keep)
+template <class F> void FixNVEEVP::damping_product(F &&rate)
 {
   const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
   to_ghosts(velocities);
@@ -93,21 +191,13 @@ template <class F> void FixNVEEVP::damping_product(F &&keep)
     for (int k = row.first; k < row.last; k++) {
       const Damper &damper = dampers[k];
       const EVP::Vector w(damper.w);
-      const double along = dot(w, vi - EVP::Vector(all + (size_t) 3 * damper.j));
-      keep(damper, along);
-      const EVP::Vector y = w * along;
+      const EVP::Vector y = w * rate(row.i, k, w, vi - EVP::Vector(all + (size_t) 3 * damper.j));
       yi = yi + y;
       if (damper.j < nreact) y.subtract_from(forces + (size_t) 3 * damper.j);
     }
     yi.add_to(forces + (size_t) 3 * row.i);
   }
   to_owners(reaction);
-}
-
-void FixNVEEVP::damping_product()
-{
-  damping_product([](const Damper &, double) {
-  });
 }
 
 /* ----------------------------------------------------------------------
@@ -136,8 +226,13 @@ void FixNVEEVP::warm_start(double h)
     change[k] = h * mobility[k] * guess[k];
     velocity[k] = undamped[k] + change[k];
   }
+  if (dt_turning > 0.0 && update->dt != dt_turning)
+    for (double &turning : last_turning) turning *= update->dt / dt_turning;
+  dt_turning = update->dt;
   exchange_velocities(velocity);
-  damping_product();
+  damping_product([this](int, int k, const EVP::Vector &w, const EVP::Vector &v) {
+    return dot(w, v) + last_turning[dampers[k].pair];
+  });
   for (size_t k = 0; k < n; k++)
     if (mobility[k] > 0.0) residual[k] -= h * reaction[k];
 }
@@ -156,13 +251,8 @@ void FixNVEEVP::exchange_velocities(const Nodal &of)
 }
 
 /* ----------------------------------------------------------------------
-   preconditioned by M, in the form that needs one sum over processes per iteration
-   (Chronopoulos and Gear). M keeps the momentum of every iterate exact: pair forces
-   have none, and the start carries that of M v + h F.
-   The tolerance is against what the damping does, M (v - v*): a measure that knows no frame, so a
-   body in flight is not solved worse than one at rest, and that does not grow with h C, as
-   h C v* would (it exceeds the motion itself where damping is strong).
-   Held atoms need no branch: their mobility, hence every direction, and their inertia are zero.
+   M (v+ - v-) = h (F - C v+ - T), T being that of v+ in the end: turning changes little from step to
+   step, so that mostly the T of the last one does. Iterations
 ------------------------------------------------------------------------- */
 
 int FixNVEEVP::solve(double h)
@@ -170,9 +260,8 @@ int FixNVEEVP::solve(double h)
   const int nlocal = atom->nlocal;
   const size_t n = (size_t) 3 * nlocal;
   velocities.resize(n + (size_t) 3 * atom->nghost);
-  for (Nodal *nodal : {&mobility, &inertia, &undamped, &velocity, &change, &residual, &direction,
-                       &direction_product})
-    nodal->assign(n, 0.0);
+  for (Nodal *nodal : {&mobility, &inertia, &direction, &direction_product}) nodal->assign(n, 0.0);
+  for (Nodal *nodal : {&undamped, &velocity, &change, &residual}) nodal->resize(n);
   for (int i = 0; i < nlocal; i++)
     if (in_group(i)) {
       const double w = EVP::scene::inverse_mass(atom, force, i);
@@ -184,66 +273,130 @@ int FixNVEEVP::solve(double h)
   for (size_t k = 0; k < n; k++) undamped[k] = v[k] + h * mobility[k] * f[k];
   warm_start(h);
 
-  const EVP::CgLoops loops = EVP::cg_loops();
-  const EVP::CgArrays arrays = {mobility.data(),   inertia.data(),   change.data(),
-                                residual.data(),   direction.data(), direction_product.data(),
-                                velocities.data(), reaction.data()};
-  double whole = 0.0;    // M v*^2, here
-  for (size_t k = 0; k < n; k++) {
-    velocities[k] = mobility[k] * residual[k];
-    whole += inertia[k] * undamped[k] * undamped[k];
-  }
-  double changed = loops.changed(arrays, n);
-
-  double last_norm = 0.0, last_alpha = 0.0;
-  for (int iteration = 0;; iteration++) {
-    damping_product();
-
-    const EVP::CgProducts products = loops.products(arrays, n, h);
-    double sums[4] = {products.norm, products.curvature, changed, whole};
-    double all[4];
-    MPI_Allreduce(sums, all, 4, MPI_DOUBLE, MPI_SUM, world);
-    const double norm = all[0], curvature = all[1];
-    const double target = std::max(tolerance * tolerance * all[2], ROUND_OFF * ROUND_OFF * all[3]);
-    if (!std::isfinite(norm + target))
-      error->all(FLERR,
-                 "Fix {} nve/evp: velocities or forces are not numbers any more at step {} with "
-                 "timestep {:.6g}: the step is above the limit (see compute evp/dt), or the motion "
-                 "too fast for it (see fix dt/evp)",
-                 id, update->ntimestep, update->dt);
-    if (norm <= target) {
-      for (size_t k = 0; k < n; k++) velocity[k] = undamped[k] + change[k];
-      return iteration;
-    }
-    if (iteration == max_iterations)
-      error->all(FLERR,
-                 "Fix {} nve/evp: the damping did not converge in {} iterations at step {} "
-                 "(residual {:.3g} of the tolerance): reduce the timestep, or raise maxiter",
-                 id, iteration, update->ntimestep, std::sqrt(norm / target));
-
-    const double beta = iteration ? norm / last_norm : 0.0;
-    const double alpha = norm / (curvature - (iteration ? beta * norm / last_alpha : 0.0));
-    changed = loops.update(arrays, n, alpha, beta);
-    last_norm = norm;
-    last_alpha = alpha;
+  int iterations = 0;
+  for (int pass = 1;; pass++) {
+    iterations = iterate(h, iterations);
+    if (turning_settled(h) || pass == MOST_PASSES) return iterations;
   }
 }
 
 /* ----------------------------------------------------------------------
-   on the group what took v to the v+ found, elsewhere the reaction of the dampers
+   conjugate gradients, preconditioned by M, each body by itself: a still one does not wait in the
+   residual of a violent one. M keeps the momentum of every iterate exact: pair forces have none, and
+   the start carries that of M v + h F.
+   The tolerance is against what the damping does, M (v - v*): a measure that knows no frame, so a
+   body in flight is not solved worse than one at rest, and that does not grow with h C, as
+   h C v* would (it exceeds the motion itself where damping is strong).
+   Held atoms need no branch: their mobility, hence every direction, and their inertia are zero.
+------------------------------------------------------------------------- */
+
+int FixNVEEVP::iterate(double h, int iteration)
+{
+  const EVP::CgArrays arrays = {mobility.data(),   inertia.data(),   change.data(),
+                                residual.data(),   direction.data(), direction_product.data(),
+                                velocities.data(), reaction.data()};
+  for (size_t k = 0; k < change.size(); k++) velocities[k] = mobility[k] * residual[k];
+  solves_of_bodies.start(bodies, arrays, undamped.data(), h, tolerance);
+  for (;; iteration++) {
+    damping_product([](int, int, const EVP::Vector &w, const EVP::Vector &v) {
+      return dot(w, v);
+    });
+    if (judge_residuals() == EVP::BodySolves::State::CONVERGED) break;
+    if (iteration == max_iterations) {
+      double worst = solves_of_bodies.worst();
+      MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_DOUBLE, MPI_MAX, world);
+      error->all(FLERR,
+                 "Fix {} nve/evp: the damping did not converge in {} iterations at step {} "
+                 "(residual {:.3g} of the tolerance): reduce the timestep, or raise maxiter",
+                 id, iteration, update->ntimestep, worst);
+    }
+    solves_of_bodies.update();
+  }
+  for (size_t k = 0; k < change.size(); k++) velocity[k] = undamped[k] + change[k];
+  return iteration;
+}
+
+/* ---------------------------------------------------------------------- */
+
+EVP::BodySolves::State FixNVEEVP::judge_residuals()
+{
+  solves_of_bodies.gather();
+  MPI_Allreduce(MPI_IN_PLACE, solves_of_bodies.sums(), solves_of_bodies.shared_sums(), MPI_DOUBLE,
+                MPI_SUM, world);
+  const EVP::BodySolves::State state = solves_of_bodies.judge();
+  if (state == EVP::BodySolves::State::NOT_FINITE)
+    error->all(FLERR,
+               "Fix {} nve/evp: velocities or forces are not numbers any more at step {} with "
+               "timestep {:.6g}: the step is above the limit (see compute evp/dt), or the motion "
+               "too fast for it (see fix dt/evp)",
+               id, update->ntimestep, update->dt);
+  return state;
+}
+
+/* ----------------------------------------------------------------------
+   collective. Takes T from the velocities found, and with it the damper forces and the residual; does
+   that meet the tolerance still?
+------------------------------------------------------------------------- */
+
+bool FixNVEEVP::turning_settled(double h)
+{
+  const double half_dt = 0.5 * update->dt;
+  double turned = 0.0;
+  exchange_velocities(velocity);
+  damping_product([&](int, int k, const EVP::Vector &w, const EVP::Vector &v) {
+    const int p = dampers[k].pair;
+    const double along = dot(w, v), inv_gamma = 1.0 / dot(w, w);
+    const double half_step = half_dt * damper_scale[k];
+    const double turning = EVP::turning_rate(along, dot(v, v), half_step, inv_gamma);
+    turned = std::max(turned, half_step * turning * inv_gamma);
+    last_turning[p] = turning;
+    last_force[p] = -(along + turning);
+    return along + turning;
+  });
+  warn_of_turning(turned);
+
+  applied.resize(change.size());
+  for (size_t k = 0; k < change.size(); k++) {
+    applied[k] = -reaction[k];
+    residual[k] = mobility[k] > 0.0 ? -inertia[k] * change[k] - h * reaction[k] : 0.0;
+    velocities[k] = mobility[k] * residual[k];
+  }
+  solves_of_bodies.restart();
+  if (judge_residuals() == EVP::BodySolves::State::CONVERGED) return true;
+  add_rounding(h);
+  solves_of_bodies.restart();
+  return judge_residuals() == EVP::BodySolves::State::CONVERGED;
+}
+
+/* ----------------------------------------------------------------------
+   damper forces are the sum of along and turning, whose rounding no solve can go below
+------------------------------------------------------------------------- */
+
+void FixNVEEVP::add_rounding(double h)
+{
+  for (const auto &row : damper_rows) {
+    const int body = bodies.body_of(row.i);
+    if (body < 0) continue;
+    double sum = 0.0;
+    for (int k = row.first; k < row.last; k++) {
+      const EVP::Vector w(dampers[k].w);
+      const double turning = last_turning[dampers[k].pair];
+      const double along = last_force[dampers[k].pair] + turning;
+      sum += dot(w, w) * (along * along + turning * turning);
+    }
+    solves_of_bodies.add_to_floor(body, 2.0 * h * h * mobility[(size_t) 3 * row.i] * sum);
+  }
+}
+
+/* ----------------------------------------------------------------------
+   on the group what took v to the v+ found; elsewhere it is the reaction of the dampers
 ------------------------------------------------------------------------- */
 
 void FixNVEEVP::store_applied(double h)
 {
-  exchange_velocities(velocity);
-  damping_product([this](const Damper &damper, double along) {
-    last_force[damper.pair] = -along;
-  });
-  const size_t n = (size_t) 3 * atom->nlocal;
-  applied.resize(n);
-  double *v = atom->v[0], *f = atom->f[0], *damping = applied.data();
-  for (size_t k = 0; k < n; k++)
-    damping[k] = mobility[k] > 0.0 ? (velocity[k] - v[k]) / (h * mobility[k]) - f[k] : -reaction[k];
+  const double *v = atom->v[0], *f = atom->f[0];
+  for (size_t k = 0; k < applied.size(); k++)
+    if (mobility[k] > 0.0) applied[k] = (velocity[k] - v[k]) / (h * mobility[k]) - f[k];
 }
 
 /* ----------------------------------------------------------------------
@@ -254,9 +407,6 @@ void FixNVEEVP::tally_virial()
 {
   v_init(vflag_now);
   if (!evflag) return;    // v_init sets no vflag_either
-
-  exchange_velocities(velocity);
-  to_ghosts(velocities);
 
   const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
   const int nreact = force->newton_pair ? nall : nlocal;
@@ -270,8 +420,7 @@ void FixNVEEVP::tally_virial()
     for (int k = row.first; k < row.last; k++) {
       const Damper &damper = dampers[k];
       const EVP::PairGeometry g(x, row.i, damper.j);
-      const double along =
-          -damper.opening(&velocities[(size_t) 3 * row.i], &velocities[(size_t) 3 * damper.j]);
+      const double along = last_force[damper.pair];
       const double *w = damper.w;
       const double v[6] = {along * w[0] * g.dx, along * w[1] * g.dy, along * w[2] * g.dz,
                            along * w[0] * g.dy, along * w[0] * g.dz, along * w[1] * g.dz};

@@ -5,6 +5,7 @@
 #ifndef LMP_EVP_NODAL_EXCHANGE_H
 #define LMP_EVP_NODAL_EXCHANGE_H
 
+#include "evp_bodies.h"
 #include "lammps_compat.h"
 
 #include <algorithm>
@@ -45,6 +46,13 @@ template <class Base> class NodalExchange : public Base {
   void unpack_reverse_comm(int n, int *indices, double *buf) override
   {
     const int width = this->comm_reverse;
+    if (lowest) {
+      for (int k = 0; k < n; k++)
+        fell = EVP::NodeSets::lower(exchanged->data() + (size_t) width * indices[k],
+                                    buf + (size_t) width * k, width) ||
+            fell;
+      return;
+    }
     for (int k = 0; k < n; k++)
       for (int c = 0; c < width; c++)
         (*exchanged)[(size_t) width * indices[k] + c] += buf[(size_t) width * k + c];
@@ -68,8 +76,21 @@ template <class Base> class NodalExchange : public Base {
     EVP::compat::reverse_comm(this->comm, this);
   }
 
+  /// Collective. Owners take the lowest of their values and those of their ghosts, whether ghosts
+  /// take reactions or not. Returns whether a value on this process fell.
+  bool lower_owners(Nodal &values)
+  {
+    exchanged = &values;
+    lowest = true;
+    fell = false;
+    EVP::compat::reverse_comm(this->comm, this);
+    lowest = false;
+    return fell;
+  }
+
  private:
   Nodal *exchanged = nullptr;
+  bool lowest = false, fell = false;
 };
 
 }    // namespace LAMMPS_NS

@@ -69,6 +69,9 @@ class PairEVPLJ : public Pair {
 
   /// The packed pairs and their laws. Stops unless is_packed(), so take it out of loops.
   const EVP::PackedList &packed_pairs() const;
+
+  /// deq of each packed pair as it was recorded [length]: 1/deq of the list has lost its last bit.
+  std::vector<double> rest_distances() const;
   const EVP::Law &law_of(const EVP::PackedPair &pair) const { return laws[pair.law]; }
 
   /// Were the pairs packed from the neighbor list as it is now?

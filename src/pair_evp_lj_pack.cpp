@@ -40,6 +40,7 @@ void PairEVPLJ::pack(bool together)
   }
 
   packed.clear(new_pair_margin());
+  if (together) packed.common_build++;
   packed.nlocal = atom->nlocal;
   packed.nall = atom->nlocal + atom->nghost;
   packed_call = neighbor->ncalls;
@@ -165,6 +166,25 @@ bool PairEVPLJ::pack_row(int i, Overlaps &overlaps)
   const int last = (int) packed.pairs.size();
   if (last > first) packed.rows.push_back({i, first, last});
   return damped;
+}
+
+/* ----------------------------------------------------------------------
+   the records are in the order of the packing, so that each is found at once
+------------------------------------------------------------------------- */
+
+std::vector<double> PairEVPLJ::rest_distances() const
+{
+  std::vector<double> distances(packed.pairs.size());
+  FixEVPBonds::Bonds none;
+  for (const EVP::PackedRow &row : packed.rows) {
+    EVP::Partners<FixEVPBonds::Bond> partners(bonds ? bonds->ordered_bonds_of(row.i) : none);
+    for (int n = row.first; n < row.last; n++) {
+      const EVP::PackedPair &pair = packed.pairs[n];
+      distances[n] = pair.is_bond ? partners.find(atom->tag[pair.j])->deq
+                                  : atom->radius[row.i] + atom->radius[pair.j];
+    }
+  }
+  return distances;
 }
 
 /* ----------------------------------------------------------------------

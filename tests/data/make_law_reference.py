@@ -1,10 +1,12 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Writes law_reference.csv: the paper's law in 60-digit arithmetic.
+"""Writes law_reference.csv and stored_reference.csv: the paper's law in 60-digit arithmetic.
 
 Each line takes doubles (printed so that they read back exactly) and gives force, energy and
 stiffness of eqs. 1, 2 and 8 for exactly these doubles. The energy is checked here against a
 quadrature of the force, so that the closed form of its second regime is not taken on trust.
+The second table has the energy above that at deq, up to xi_s and beyond it, down to the smallest
+strains that doubles can have.
 `nan` stands for a stiffness at a threshold and `0` for a regime that rounding may decide.
 
     python3 tests/data/make_law_reference.py        (needs mpmath; about 10 s)
@@ -35,6 +37,13 @@ ROWS = [
     (80, 8, 4, 0, 8, 4, 0.005, 1.5),
     (80, 5, 1, 3, 9, 2, 0.01, 1.5),
 ]
+# of the table of stored energies: thresholds at tiny strains, exponents that are close
+TINY_ROWS = [
+    (80, 8, 4, 3, 8, 4, 1e-9, 1.5),
+    (80, 12, 6, 200, 2, 1, 1e-6, 1.5),
+    (80, 4.0005, 4, 3, 0.0012, 0.001, 0.005, 1.5),
+]
+STORED_FIELDS = "e1,m1,n1,e2,m2,n2,xi_s,d,deq,first,second"
 FIELDS = "e1,m1,n1,e2,m2,n2,xi_s,d,deq,dcut,regime,force,energy,stiffness"
 
 
@@ -63,6 +72,14 @@ def law(d, deq, row):
     gained = eq2(shifted, deq, *two) - eq2(deq, deq, *two) - carried * (d - ds)
     force, energy = eq1(shifted, deq, *two) + carried, eq2(ds, deq, *one) + gained
     return 2, force, energy, slope(shifted, deq, *two)
+
+
+def stored(d, deq, row):
+    """Energy at d above that at deq: what the first regime holds, at most up to ds, and the rest."""
+    xi_s = row[6]
+    nearest = min(max(d, (1 - xi_s) * deq), (1 + xi_s) * deq)
+    first = eq2(nearest, deq, *row[0:3]) - eq2(deq, deq, *row[0:3])
+    return first, law(d, deq, row)[2] - eq2(deq, deq, *row[0:3]) - first
 
 
 def neighbors(value, steps):
@@ -103,9 +120,16 @@ def check_energy(deq, row, ends):
     assert abs(work - stored) < mpf(10) ** -25 * (1 + abs(stored)), (row, work, stored)
 
 
-def main():
-    """Write the table beside this file."""
-    lines = [FIELDS]
+def write(name, lines):
+    """The table beside this file."""
+    path = pathlib.Path(__file__).with_name(name)
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    print(f"{path.name}: {len(lines) - 1} lines")
+
+
+def law_lines():
+    """Force, energy and stiffness."""
+    yield FIELDS
     for numbers in ROWS:
         row, alpha = [mpf(v) for v in numbers[:7]], numbers[7]
         dcut = alpha * CONTACT_DISTANCE
@@ -120,10 +144,28 @@ def main():
                 inputs = [repr(float(v)) for v in (*numbers[:7], d, deq, dcut)]
                 values = [mp.nstr(v, 25) for v in (f, e)]
                 last = "nan" if open_case else mp.nstr(k, 25)
-                lines.append(",".join([*inputs, "0" if open_case else str(regime), *values, last]))
-    path = pathlib.Path(__file__).with_name("law_reference.csv")
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    print(f"{path.name}: {len(lines) - 1} lines")
+                yield ",".join([*inputs, "0" if open_case else str(regime), *values, last])
+
+
+def stored_lines():
+    """Energies above rest, at strains from the last bit of d to 45 %."""
+    yield STORED_FIELDS
+    for numbers in ROWS + TINY_ROWS:
+        row, xi_s = [mpf(v) for v in numbers[:7]], numbers[6]
+        sizes = [3e-15, 1e-13, 1e-10, 3.3e-10, 1e-8, 1e-6, 1e-4, 0.003, 0.05, 0.45]
+        sizes += [t * xi_s for t in (0.5, 1 - 1e-9, 1 + 1e-9, 1 + 1e-5, 1.5)]
+        for deq in (0.00973, 3.0):
+            places = {(1 + side * t) * deq for t in sizes for side in (-1, 1)}
+            for d in sorted({*places, *neighbors(deq, (-1, 0, 1))}):
+                inputs = [repr(float(v)) for v in (*numbers[:7], d, deq)]
+                values = stored(mpf(d), mpf(deq), row)
+                yield ",".join([*inputs, *(mp.nstr(v, 25) for v in values)])
+
+
+def main():
+    """Write both tables beside this file."""
+    write("law_reference.csv", list(law_lines()))
+    write("stored_reference.csv", list(stored_lines()))
 
 
 if __name__ == "__main__":

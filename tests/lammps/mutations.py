@@ -15,7 +15,7 @@ class Mutation(NamedTuple):
     times: int = 1
 
 
-STIFFNESS = ("compute_evp_dt_network.cpp", "std::max(law.stiffness(d, deq), law.stiffness_at_rest(deq))")
+STIFFNESS = ("compute_evp_dt_network.cpp", "law.stiffness_ahead(d, deq)")
 
 MUTATIONS = [
     Mutation("stiffness of compute evp/dt: a quarter", ("times critical damping: 0.0",), STIFFNESS[0], STIFFNESS[1], "0.25 * " + STIFFNESS[1]),
@@ -23,10 +23,10 @@ MUTATIONS = [
              "compute_evp_dt_network.cpp", "law.parameters().gamma + pair->implicit_gamma(packed_pair)", "0.0"),
     Mutation("no warning of a step above the limit", ("table 2 at the paper s step",), "compute_evp_dt.cpp", "update->dt > limit &&", "update->dt > 1e3 * limit &&"),
     Mutation("no rule of speed in fix dt/evp", ("table 1 pulled to rupture", "head on impact: 500"), "fix_dt_evp.cpp", "if (fastest.dt < dt)", "if (fastest.dt < 0.0)"),
-    Mutation("new contacts not in the ledger", ("head on impact: 1", "head on impact: 30"), "fix_evp_energy_sums.cpp",
-             "sums[4] += weight * law.energy(d, deq, cut);", "sums[4] += 0.0;"),
-    Mutation("depth of lost bonds not in the ledger", ("table 2 pulled to 50 percent",), "fix_evp_energy_sums.cpp",
-             "sums[3] += weight * law.energy(cut, deq, deq)", "sums[3] += 0.0"),
+    Mutation("new contacts not in the ledger", ("head on impact: 1", "head on impact: 30"), "evp_stored.h",
+             "return (now.contacts - start.contacts) - (now.contacts_depth - start.contacts_depth);", "return 0.0;"),
+    Mutation("depth of lost bonds not in the ledger", ("table 2 pulled to 50 percent",), "evp_stored.h",
+             "return start.bonds_depth - now.bonds_depth;", "return 0.0;"),
     Mutation("no warning of overlaps", ("overlap to one half",), "pair_evp_lj_pack.cpp", "const bigint count = all[1];", "const bigint count = 0;"),
     Mutation("half of the force carried into the second regime", ("pair swings across xi s", "pair passes dlim to and fro"), "evp_block.cpp",
              "is_first ? 0.0 : side;", "is_first ? 0.0 : 0.5 * side;"),

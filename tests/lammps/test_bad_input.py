@@ -90,6 +90,8 @@ def test_words_that_are_no_numbers(run, key, word, shown):
     ("n1", "0", "exponents must satisfy m1 > n1 > 0, got m1 = 8 and n1 = 0"),
     ("m2", "3.5", "exponents must satisfy m2 > n2 > 0, got m2 = 3.5 and n2 = 4"),
     ("n2", "-2", "exponents must satisfy m2 > n2 > 0, got m2 = 8 and n2 = -2"),
+    ("m1", "4.00000003", "exponents too close: m1 - n1 = 3e-08, must be at least 0.0004 (0.0001, and 0.0001 of m1)"),
+    ("n2", "7.9995", "exponents too close: m2 - n2 = 0.0005, must be at least 0.0008"),
     ("m1", "201", "exponent m1 must not exceed 200, got 201"),
     ("xi_s", "0", "xi_s must lie between 0 and 1"),
     ("xi_s", "-0.005", "xi_s must lie between 0 and 1"),

@@ -8,7 +8,7 @@ import pytest
 from conftest import REFERENCE
 from evp import brute, law, network
 from lammps_run import write_state
-from small_bodies import grips, head, mass_of, pair, thermo
+from small_bodies import grips, head, mass_of, pair, thermo, words, write_body, write_two
 
 # Lanczos stops at 1e-4 of an eigenvalue, which is 0.5e-4 of an elastic step and 1e-4 of a viscous one; the explicit
 # step iterates to 1e-3 of its eigenvalue, hence to at most 1e-3 of itself.
@@ -68,6 +68,61 @@ def test_deformed_body(lmp, tmp_path, reference, pulled_body, ranks, newton):
     text += "run 0\nread_dump state.dump 0 x y z vx vy vz box no replace yes\n" + thermo("c_dt c_dt[*]") + "run 0\n"
     run = lmp(text, ranks=ranks).ok()
     agree(run.thermo(1), limits(reference, pulled_body.x, 30.0, "literal", np.ones(500, dtype=bool)))
+
+
+STIFFENING = law.Row(12.0, 6.0, 3.0, 70.0, 8.0, 4.0, 0.003, 0.0, 1.5)  # m2 n2 e2 = 10.4 m1 n1 e1
+
+
+@pytest.mark.parametrize("gamma", [0.0, 300.0])
+@pytest.mark.parametrize("strain", [0.0, -0.002, 0.002, 0.02, -0.02])
+def test_a_stiffer_second_regime_limits_the_step_before_it_is_reached(lmp, tmp_path, strain, gamma):
+    """Two bodies in closed form, k = max(m2 n2 e2/deq^2, -dF/dd); eq. 7 knows the first regime only."""
+    deq, mass, row = 0.011, mass_of(0.005), STIFFENING._replace(gamma=gamma)
+    write_two(tmp_path / "body.data", deq)
+    text = head(skin=0.002) + pair(row, "none") + "fix move all nve\ncompute dt all evp/dt\n" + thermo("c_dt c_dt[*]") + "run 0\n"
+    shift = 0.5 * strain * deq
+    text += f"displace_atoms all ramp x {-shift:.17g} {shift:.17g} x {-0.5 * deq} {0.5 * deq} units box\nrun 0\n"
+    table = lmp(text).ok().thermo()
+    d = deq * (1.0 + strain)
+    k = max(row.m2 * row.n2 * row.e2 / deq**2, float(law.stiffness(d, deq, row)))
+    tension = max(0.0, -float(law.force(d, deq, row)) / d)
+    assert (k > 1.1 * row.m2 * row.n2 * row.e2 / deq**2) == (strain == -0.02), "control: it stiffens under compression"
+    stiff, viscous, a = 2.0 * k / mass, 2.0 * gamma / mass, gamma / k
+    assert table["c_dt[1]"][0] == pytest.approx(2.0 / np.sqrt(stiff), rel=SETTLED)
+    assert table["c_dt[2]"][0] == pytest.approx(float(network.stable_step(stiff, viscous)), rel=ITERATED)
+    if tension == 0.0:
+        assert table["c_dt[3]"][0] == pytest.approx(a + np.sqrt(a * a + 4.0 / stiff), rel=SETTLED)
+    assert table["c_dt[4]"][0] == pytest.approx(np.sqrt(mass / law.largest_stiffness(0.01, row)), rel=SUMMED)
+    assert table["c_dt[5]"][0] <= table["c_dt[2]"][0] * (1.0 + ITERATED)
+
+
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off"), (4, "on")])
+def test_a_stiffer_second_regime_in_a_deformed_body(lmp, tmp_path, reference, pulled_body, ranks, newton):
+    """Bonds of both regimes against the assembled matrices."""
+    write_state(tmp_path / "state.dump", pulled_body.x, 0 * pulled_body.v, pulled_body.box)
+    row = STIFFENING._replace(gamma=30.0)
+    text = deck(30, "none", newton, "all").replace("c_dt c_dt[*]", "").replace(words(law.TABLE1._replace(gamma=30)), words(row))
+    text += "run 0\nread_dump state.dump 0 x y z vx vy vz box no replace yes\n" + thermo("c_dt c_dt[*]") + "run 0\n"
+    bonds = brute.record_bonds(reference.x, reference.radius, 1.5)
+    mass = mass_of(reference.radius)
+    expected = network.step_limits(pulled_body.x, reference.radius, mass, row, bonds, "none", np.ones(500, dtype=bool))
+    agree(lmp(text, ranks=ranks).ok().thermo(1), expected)
+
+
+@pytest.mark.parametrize("style, gamma", [("nve", 0.0), ("nve/evp", 10.0)])
+def test_a_body_that_stiffens_keeps_its_energy_at_the_recommended_step(lmp, tmp_path, body, style, gamma):
+    """0.4 of the limit that the body has at rest; shaken, its bonds go to and fro between the regimes. What is left is
+    Verlet's own error, of second order."""
+    write_body(tmp_path / "body.data", body)
+    text = head(boundary="s s s") + pair(STIFFENING._replace(gamma=gamma), "none") + f"fix move all {style}\n"
+    text += "compute dt all evp/dt\n" + thermo("c_dt") + "run 0\ntimestep $(0.4*c_dt:%.17g)\nuncompute dt\n"
+    text += "variable vx atom 4*sin(1.1*id)\nvariable vy atom 4*cos(2.3*id)\nvariable vz atom 4*sin(3.7*id+1)\n"
+    text += "velocity all set v_vx v_vy v_vz\nthermo 10\n" + thermo("ke etotal f_bonds[2]") + "run 400\n"
+    table = lmp(text).ok().thermo()
+    assert table["f_bonds[2]"].max() > 50, "control"
+    gained = (table["TotEng"] - table["TotEng"][0]) / table["KinEng"][0]
+    assert gained.max() < 0.1
+    assert gamma > 0.0 or gained.min() > -0.1
 
 
 @pytest.mark.parametrize("ranks", [1, 2])

@@ -78,6 +78,51 @@ def test_free_vibration_trades_kinetic_for_stored(lmp, tmp_path):
     assert abs(found["others"]) < CLOSED * start
 
 
+@pytest.mark.parametrize("speed", [1e-3, 7e-6, 3e-8])
+@pytest.mark.parametrize("recorded", [True, False])
+def test_free_vibration_of_any_amplitude_balances(lmp, tmp_path, speed, recorded):
+    """Down to strains of 1e-11 of a bond, or of a new pair that starts at R_i + R_j; a quarter of the period in 200 steps."""
+    gap = DEQ if recorded else 0.01
+    omega = np.sqrt(2.0 * 8 * 4 * 80 / gap**2 / MASS)
+    write_two(tmp_path / "body.data", gap)
+    fix = "fix bonds all evp/bonds" if recorded else ""
+    text = head(skin=0.002) + pair(law.TABLE1, "literal", fix) + two_groups(-speed, speed) + "fix move all nve\n" + ledger(20)
+    table = lmp(text + f"timestep {0.5 * np.pi / omega / 200:.17g}\nrun 200\n").ok().thermo()
+    start, entry = MASS * speed**2, "first" if recorded else "contacts"
+    found = books(table)
+    accuracy = 1e-3 + 15.0 * speed / (omega * gap)  # and the cubic term of the law
+    assert found[entry] / start == pytest.approx(1.0, abs=accuracy)
+    assert found["kinetic"] / start == pytest.approx(-1.0, abs=accuracy)
+    assert np.abs(table["f_energy"]).max() < 1e-3 * start
+    assert all(found[name] == 0.0 for name in {"first", "second", "lost", "contacts", "movers"} - {entry})
+
+
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off"), (4, "on")])
+def test_stored_has_its_digits_at_tiny_strains(lmp, tmp_path, body, ranks, newton):
+    """Strains near 1e-10: what bonds store, to 1e-9 of it, from the distances and the recorded ones to the last bit. Then the
+    body flies on, through neighbor builds and over ranks: no bond is lost, and 5 kJ of depth in another order are no noise."""
+    write_body(tmp_path / "body.data", body)
+    run = lmp(head(newton, "p s s") + pair(law.TABLE1, "none", "fix bonds all evp/bonds zone 1.48") + """
+fix move all nve
+timestep 2e-7
+variable vx atom 5e-7*sin(1.1*id)
+variable vy atom 5e-7*cos(2.3*id)
+velocity all set v_vx v_vy 0
+compute pairs all pair/local dist p1 p3
+dump pairs all local 40 pairs.dump c_pairs[1] c_pairs[2] c_pairs[3]
+dump_modify pairs format float %.17g
+""" + ledger(40, "f_bonds") + "run 20\nrun 20\nvelocity all set 300 0 0 sum yes\nrun 400\n", ranks).ok()
+    snapshot = next(each for each in run.dump("pairs.dump") if each.step == 40)
+    d, deq, regime = (snapshot[f"c_pairs[{k}]"] for k in (1, 2, 3))
+    d, deq = d[regime > 0.0], deq[regime > 0.0]
+    assert len(d) == run.thermo(1)["f_bonds"][-1], "each bond once"
+    assert 1e-11 < np.abs(d / deq - 1.0).max() < 1e-9, "control"
+    found, moved = books(run.thermo(1)), books(run.thermo(2))
+    assert found["first"] == pytest.approx(np.sum(law.stored(d, deq, law.TABLE1)[0]), rel=1e-9, abs=0.0)
+    assert found["second"] == found["lost"] == 0.0
+    assert abs(moved["lost"]) < 1e-20
+
+
 @pytest.mark.parametrize("style", ["nve", "nve/evp"])
 def test_gravity_is_work_of_others(lmp, tmp_path, style):
     """A body that falls without deforming: m g h, all of it kinetic."""

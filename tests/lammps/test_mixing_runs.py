@@ -137,6 +137,14 @@ def test_fix_adapt_cannot_widen_alpha(lmp, bar, style):
     refused(run, "types 1 and 1: alpha must not grow during a run", "split the run there", stepped=True)
 
 
+def test_fix_adapt_cannot_bring_exponents_together(lmp, bar):
+    """The rule of pair_coeff holds for each value that fix adapt sets during a run."""
+    text = head() + pair() + MOVE + "variable m equal 4+{0}\nfix change all adapt 1 pair evp/lj m2 * * v_m\nrun 10\n"
+    assert lmp(text.format("1e-3*(11-step)"), ranks=2).ok().thermo()["Step"][-1] == 10
+    run = lmp(text.format("10^(-step)"), ranks=2)
+    refused(run, "Pair evp/lj, types 1 and 1: exponents too close: m2 - n2 = 0.0001, must be at least 0.00040001", stepped=True)
+
+
 @pytest.mark.parametrize("contact", ["literal", "repulsive"])
 @pytest.mark.parametrize("ranks, newton", [(1, "on"), (3, "off")])
 def test_radii_that_change_during_a_run(lmp, tmp_path, bar, ranks, newton, contact):

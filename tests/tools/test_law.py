@@ -51,6 +51,8 @@ def test_force_energy_and_stiffness_hold_to_twelve_digits(table):
     "words, rule",
     [
         ("80 4 8 3 8 4 0.005 0 1.5", "m > n > 0"),
+        ("80 4.0003 4 3 8 4 0.005 0 1.5", "m must exceed n by at least"),
+        ("80 8 4 3 0.0009 0.00085 0.005 0 1.5", "m must exceed n by at least"),
         ("-80 8 4 3 8 4 0.005 0 1.5", "zero or positive"),
         ("80 8 4 3 8 4 0 0 1.5", "xi_s"),
         ("80 8 4 3 8 4 0.005 0 1", "alpha"),
@@ -61,6 +63,24 @@ def test_force_energy_and_stiffness_hold_to_twelve_digits(table):
 def test_bad_rows_are_refused_with_their_rule(words, rule):
     with pytest.raises(ValueError, match=rule):
         law.Row.parse(words)
+
+
+def test_stored_energy_holds_at_any_strain():
+    """Against 60 digits, down to strains of the last bit of d; the parts are those of src/evp_law.h too."""
+    ref = np.genfromtxt(DATA / "stored_reference.csv", delimiter=",", names=True)
+    nothing = np.zeros(len(ref))
+    row = law.Row(*(ref[name] for name in law.Row._fields[:7]), nothing, nothing + 1.5)
+    first, second = law.stored(ref["d"], ref["deq"], row)
+    total = ref["first"] + ref["second"]
+    assert np.sum((np.abs(ref["d"] / ref["deq"] - 1) < 2e-10) & (total > 0)) > 100
+    assert np.all(np.abs(first - ref["first"]) <= REFERENCE * ref["first"])
+    # numpy has no fused multiply-add: near the threshold, xi - xi_s is rounded to the last bit of xi_s
+    rounded = np.abs(law.force(ref["d"], ref["deq"], row)) * ref["deq"] * 3e-16 * row.xi_s
+    assert np.all(np.abs(second - ref["second"]) <= REFERENCE * total + rounded)
+
+
+def test_exponents_may_come_as_close_as_the_rule_says():
+    assert law.Row.parse("80 4.0005 4 3 0.0011 0.0009 0.005 0 1.5").m1 == 4.0005
 
 
 # A cloud of spheres in mid-deformation: bonds in both regimes and beyond dlim, new contacts.
@@ -239,6 +259,13 @@ def test_stretched_pairs_keep_their_stiffness_at_rest_and_get_a_transverse_one()
         assert transverse == pytest.approx(-law.force(d, 1.0, row) / d) and transverse > 0
     axial, transverse = network.pair_stiffness(0.997, 1.0, row)
     assert axial > row.m1 * row.n1 * row.e1 and transverse == 0.0
+
+
+def test_a_stiffer_second_potential_counts_before_it_is_reached():
+    row = law.TABLE1._replace(e2=200.0)
+    for d in (0.997, 1.0, 1.003, 1.2):
+        assert network.pair_stiffness(d, 1.0, row)[0] == pytest.approx(200 * 8 * 4, rel=1e-12)
+    assert network.pair_stiffness(0.9, 1.0, row)[0] > 1.5 * 200 * 8 * 4
 
 
 def test_a_body_without_free_atoms_has_no_limit(body):

@@ -4,6 +4,7 @@
 // The stiffness jumps where the regimes meet; no test asks for it there.
 
 #include "evp_law.h"
+#include "evp_params.h"
 #include "law_cases.h"
 
 #include <algorithm>
@@ -75,6 +76,53 @@ TEST(Law, StiffnessAtRestIsTheProductOfExponentsAndDepth)
     const double expected = row.m1 * row.n1 * row.e1 / (DEQ * DEQ);
     EXPECT_NEAR(Law(row).stiffness_at_rest(DEQ), expected, 2 * EPSILON * expected);
     EXPECT_NEAR(Law(row).stiffness(DEQ, DEQ), expected, AT_REST * expected) << name_of(row);
+  }
+}
+
+// Whichever regime a pair is in, the step must be right for the other too.
+TEST(Law, StiffnessAheadIsThatOfTheStifferRegimeAtLeast)
+{
+  for (const Row &row : rows_of_interest())
+    for (const double e2 : {row.e2, 20 * row.e1}) {
+      Row changed = row;
+      changed.e2 = e2;
+      const Law law(changed);
+      const double second = row.m2 * row.n2 * e2 / (DEQ * DEQ);
+      const double begin = std::max(law.stiffness_at_rest(DEQ), second);
+      for (const double t : {-20.0, -2.0, -0.9, 0.0, 0.9, 2.0, 20.0}) {
+        const double d = (1 + t * row.xi_s / (1 + 25 * row.xi_s)) * DEQ;
+        const double now = law.stiffness(d, DEQ);
+        EXPECT_NEAR(law.stiffness_ahead(d, DEQ), std::max(begin, now), 4 * EPSILON * begin)
+            << name_of(changed) << " at d/deq = " << d / DEQ;
+        if (second <= law.stiffness_at_rest(DEQ)) {
+          EXPECT_EQ(law.stiffness_ahead(d, DEQ), std::max(law.stiffness_at_rest(DEQ), now));
+        }
+      }
+    }
+  // K_II just beyond either threshold is what the bound counts with
+  Row stiff = TABLE1;
+  stiff.e2 = 900;
+  for (const double side : {-1.0, 1.0})
+    EXPECT_NEAR(Law(stiff).stiffness((1 + side * (stiff.xi_s + 1e-9)) * DEQ, DEQ),
+                Law(stiff).stiffness_ahead(DEQ, DEQ), 1e-7 * Law(stiff).stiffness_ahead(DEQ, DEQ));
+}
+
+// The closest exponents that evp_params.h takes, whole and not, against the form without a difference.
+TEST(Law, ForceOfTheClosestExponentsIsNoRoundOff)
+{
+  constexpr double STRAIN = 1e-3, LOST = 1e-8;
+  for (const double n : {0.01, 0.3, 0.9, 2.0, 4.0, 7.3, 31.0, 99.7, 199.0}) {
+    const double m = n + 1.0001 * EVP::EXPONENTS_APART * std::max(1.0, 1.001 * n);
+    const Row row = {80, m, n, 3, m, n, 0.5, 0, 1.5};
+    EXPECT_NO_THROW(EVP::check_row(row));
+    const Law law(row);
+    for (int k = -200; k <= 200; k++) {
+      if (std::abs(k) < 100) continue;
+      const double d = 1.0 + 0.01 * k * STRAIN, log_s = -std::log1p(d - 1.0);
+      const double true_force =
+          m * n * row.e1 / (m - n) * std::exp((n + 1) * log_s) * std::expm1((m - n) * log_s);
+      EXPECT_NEAR(law.force(d, 1.0), true_force, LOST * std::fabs(true_force)) << name_of(row);
+    }
   }
 }
 
@@ -197,6 +245,38 @@ TEST(Law, StiffnessIsMinusTheSlopeOfTheForceWithinEachRegime)
       const double scale = std::max(std::fabs(law.stiffness(d, DEQ)), at_rest);
       EXPECT_NEAR(law.stiffness(d, DEQ), -slope, FORCE_BY_DIFFERENCE * scale)
           << name_of(row) << ", d/deq = " << d / DEQ;
+    }
+  }
+}
+
+TEST(Law, ExponentialLessItsTangentKeepsItsDigits)
+{
+  for (double x = 1e-12; x < 20.0; x *= 1.07)
+    for (const double y : {x, -x, std::nextafter(0.25, x)}) {
+      long double sum = 0.0L, term = 1.0L;
+      if (std::fabs(y) < 2.0) {
+        term = (long double) y * y / 2.0L;
+        for (int k = 3; k < 40; k++, term *= y / (long double) (k - 1)) sum += term;
+      } else
+        sum = std::expm1((long double) y) - y;
+      EXPECT_NEAR(EVP::expm1_minus_x(y), (double) sum, 16 * EPSILON * (double) sum) << y;
+    }
+  EXPECT_EQ(EVP::expm1_minus_x(0.0), 0.0);
+}
+
+// Its digits are in test_law_reference; here, that it is the energy, rest counted as zero.
+TEST(Law, StoredIsTheEnergyAboveRest)
+{
+  for (const Row &row : rows_of_interest()) {
+    const Law law(row);
+    EXPECT_EQ(law.stored(DEQ, DEQ).total(), 0.0);
+    for (const double t : {-80.0, -2.0, -1.0, -0.6, 0.3, 1.0, 1.3, 80.0}) {
+      const double d = (1 + t * row.xi_s / (1 + 90 * row.xi_s)) * DEQ;
+      const Law::Stored found = law.stored(d, DEQ);
+      EXPECT_NEAR(found.total(), law.energy(d, DEQ, DEQ), REFERENCE * energy_scale(row))
+          << name_of(row) << ", d/deq = " << d / DEQ;
+      EXPECT_EQ(found.second > 0.0, law.regime(d, DEQ) == 2);
+      EXPECT_GT(found.first, 0.0);
     }
   }
 }

@@ -124,6 +124,22 @@ TEST(ParseRow, RefusesExponentsWithoutALaw)
   expect_bad_row("80 8 4 3 201 4 0.005 0 1.5", {"m2", "must not exceed 200", "201"});
 }
 
+TEST(ParseRow, RefusesExponentsThatLeaveRoundOff)
+{
+  expect_bad_row("80 4.000000000000007 4 3 8 4 0.005 0 1.5",
+                 {"exponents too close: m1 - n1 = 7.10543e-15, must be at least 0.0004", "of m1"});
+  expect_bad_row("80 4.0003 4 3 8 4 0.005 0 1.5",
+                 {"m1 - n1 = 0.0003, must be at least 0.00040003"});
+  expect_bad_row("80 8 4 3 190.01 190 0.005 0 1.5",
+                 {"m2 - n2 = 0.01, must be at least 0.019001", "of m2"});
+  expect_bad_row("80 8 4 3 0.00019 0.0001 0.005 0 1.5",
+                 {"m2 - n2 = 9e-05, must be at least 0.0001"});
+  for (const char *line :
+       {"80 4.0005 4 3 8 4 0.005 0 1.5", "80 8 4 3 190.02 190 0.005 0 1.5",
+        "80 8 4 3 0.00021 0.0001 0.005 0 1.5", "80 0.0102 0.01 3 8 4 0.005 0 1.5"})
+    EXPECT_NO_THROW(row_of(line)) << line;
+}
+
 TEST(ParseRow, RefusesNegativeDepthsAndDamping)
 {
   expect_bad_row("-80 8 4 3 8 4 0.005 0 1.5", {"e1 must be zero or positive", "-80"});

@@ -43,6 +43,9 @@ class Row(NamedTuple):
             raise ValueError("all 9 numbers of a row must be finite")
         if not (self.m1 > self.n1 > 0 and self.m2 > self.n2 > 0):
             raise ValueError("exponents must satisfy m > n > 0 in both regimes")
+        for m, n in ((self.m1, self.n1), (self.m2, self.n2)):
+            if m - n < 1e-4 * max(m, 1.0):
+                raise ValueError("m must exceed n by at least 1e-4 and by 1e-4 of m")
         if min(self.e1, self.e2, self.gamma) < 0:
             raise ValueError("e1, e2 and gamma must be zero or positive")
         if not 0 < self.xi_s < 1:
@@ -133,6 +136,37 @@ def _energy(d, deq, row):
 def energy(d, deq, row, cut):
     """Energy at d minus energy at the pair's own cut [energy]; no cut-off is applied here."""
     return _energy(d, deq, row) - _energy(cut, deq, row)
+
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(64)  # on (-1, 1)
+
+
+def _reduced_pull(log_d, e, m, n):
+    """-F_{e,m,n} deq [energy] at log(d/deq)."""
+    return -m * n * e / (m - n) * np.exp(-(n + 1) * log_d) * np.expm1(-(m - n) * log_d)
+
+
+def _work_from_rest(xi, e, m, n):
+    """Work against F_{e,m,n} from deq to (1 + xi) deq [energy].
+
+    The integral of eq. 1 over log(d/deq), where the integrand keeps its sign: nothing cancels.
+    """
+    end = np.log1p(np.asarray(xi, dtype=float))[..., None]
+    e, m, n = (np.asarray(value, dtype=float)[..., None] for value in (e, m, n))
+    place = 0.5 * end * (1 + _NODES)
+    pull = np.exp(place) * _reduced_pull(place, e, m, n)
+    return np.sum(0.5 * end * _WEIGHTS * pull, axis=-1)
+
+
+def stored(d, deq, row):
+    """Energy above that at deq [energy], to the last digits: (held up to xi_s, held beyond)."""
+    d, deq = np.broadcast_arrays(np.asarray(d, dtype=float), np.asarray(deq, dtype=float))
+    xi = (d - deq) / deq
+    inside = np.clip(xi, -row.xi_s, row.xi_s)
+    first = _work_from_rest(inside, row.e1, row.m1, row.n1)
+    beyond = np.where(xi == inside, 0.0, xi - inside)
+    pull = _reduced_pull(np.log1p(inside), row.e1, row.m1, row.n1)
+    return first, _work_from_rest(beyond, row.e2, row.m2, row.n2) + pull * beyond
 
 
 def stiffness(d, deq, row):

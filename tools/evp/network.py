@@ -20,10 +20,13 @@ _DENSE = 60  # below this many rows a dense eigenvalue solver is quicker and can
 def pair_stiffness(d, deq, row):
     """Axial and transverse stiffness of each pair [energy/length^2].
 
-    Axial: the present -dF/dd, but never below the value at rest m1 n1 e1/deq^2, since the pair may
-    unload to it within the step. Transverse: tension/d, zero for a pair that is pushed.
+    Axial: the present -dF/dd, but never below that of either potential at its own minimum,
+    m1 n1 e1/deq^2 and m2 n2 e2/deq^2, since the pair may be there within the step. Transverse:
+    tension/d, zero for a pair that is pushed.
     """
-    axial = np.maximum(law.stiffness(d, deq, row), law.stiffness_at_rest(deq, row))
+    beyond_threshold = law.potential_stiffness(deq, deq, row.e2, row.m2, row.n2)
+    least = np.maximum(law.stiffness_at_rest(deq, row), beyond_threshold)
+    axial = np.maximum(law.stiffness(d, deq, row), least)
     return axial, np.maximum(0.0, -law.force(d, deq, row) / d)
 
 
