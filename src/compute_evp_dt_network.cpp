@@ -76,7 +76,7 @@ double ComputeEVPDt::largest_eigenvalue(const Mix &mix)
     for (int c = 0; c < 3 && is_free(i); c++) {
       uint64_t z = 0x9e3779b97f4a7c15ULL * (3 * (uint64_t) atom->tag[i] + c + 1);
       z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
-      start[3 * i + c] = (double) ((z ^ (z >> 27)) >> 11) * 0x1.0p-53 - 0.5;
+      start[(size_t) 3 * i + c] = (double) ((z ^ (z >> 27)) >> 11) * 0x1.0p-53 - 0.5;
     }
 
   const EVP::LanczosResult found = EVP::largest_eigenvalue(
@@ -110,7 +110,7 @@ void ComputeEVPDt::apply(const Mix &mix, const std::vector<double> &in, std::vec
   motion.assign((size_t) 3 * nall, 0.0);
   for (int i = 0; i < nlocal; i++) {
     const double scale = is_free(i) ? std::sqrt(EVP::scene::inverse_mass(atom, force, i)) : 0.0;
-    for (int c = 0; c < 3; c++) motion[3 * i + c] = scale * in[3 * i + c];
+    for (int c = 0; c < 3; c++) motion[(size_t) 3 * i + c] = scale * in[(size_t) 3 * i + c];
   }
   to_ghosts(motion);
 
@@ -132,7 +132,7 @@ void ComputeEVPDt::apply(const Mix &mix, const std::vector<double> &in, std::vec
 
   for (int i = 0; i < nlocal; i++) {
     const double scale = is_free(i) ? std::sqrt(EVP::scene::inverse_mass(atom, force, i)) : 0.0;
-    for (int c = 0; c < 3; c++) out[3 * i + c] = scale * reaction[3 * i + c];
+    for (int c = 0; c < 3; c++) out[(size_t) 3 * i + c] = scale * reaction[(size_t) 3 * i + c];
   }
 }
 
@@ -183,8 +183,8 @@ double ComputeEVPDt::row_sum_step()
         const double beside[3] = {std::fabs(off[0]) + std::fabs(off[1]),
                                   std::fabs(off[0]) + std::fabs(off[2]),
                                   std::fabs(off[1]) + std::fabs(off[2])};
-        sum[matrix] =
-            std::fabs(part[matrix][0][3 * i + c]) + beside[c] + part[matrix][2][3 * i + c];
+        sum[matrix] = std::fabs(part[matrix][0][(size_t) 3 * i + c]) + beside[c] +
+            part[matrix][2][(size_t) 3 * i + c];
       }
       here = std::min(here,
                       root_of(sum[0] * EVP::scene::inverse_mass(atom, force, i),

@@ -50,6 +50,8 @@ namespace {
     const ConstantsOf<Many> constants(law, block);
     const double *const inv_deq = block.inv_deq;
     const double *const cutsq = block.cutsq;
+    const int *const kind = block.kind;
+    const double of_new = block.margin_removed[0], of_bond = block.margin_removed[1];
     const int n = block.n;
 
     EVP_INDEPENDENT
@@ -79,7 +81,7 @@ namespace {
       block.force[k] = dsq > cutsq[k] ? 0.0 : f;
 
       if constexpr (Energy) {
-        const double rc = std::sqrt(cutsq[k]) * inv_deq[k];
+        const double rc = std::sqrt(cutsq[k]) * inv_deq[k] * (kind[k] & 1 ? of_bond : of_new);
         const double xic = rc - 1.0;
         const bool cut_is_first = std::fabs(xic) <= c.xi_s;
         const double cut_offset = cut_is_first ? 0.0 : std::copysign(c.xi_s, xic);
@@ -104,7 +106,9 @@ namespace {
       block.force[k] = own.force(d * inv_deq, 1.0) * inv_deq / d;
       if constexpr (Damping) block.force[k] -= own.parameters().gamma * block.approach[k] / dsq;
       if constexpr (Energy)
-        block.energy[k] = own.energy(d * inv_deq, 1.0, std::sqrt(block.cutsq[k]) * inv_deq);
+        block.energy[k] = own.energy(d * inv_deq, 1.0,
+                                     std::sqrt(block.cutsq[k]) * inv_deq *
+                                         block.margin_removed[block.kind[k] & 1]);
     }
   }
 

@@ -20,7 +20,8 @@ struct Block {
   int n;                    ///< pairs in this block
   const double *inv_deq;    ///< of each pair, see PackedPair
   const double *cutsq;
-  const int *kind;    ///< 2 law + is_bond
+  const double *margin_removed;    ///< see PackedPairs
+  const int *kind;                 ///< 2 law + is_bond
 
   alignas(64) double xy[2 * SIZE];      ///< relative position: x and y side by side [length]
   alignas(64) double z[SIZE];           ///< [length]

@@ -23,10 +23,12 @@ struct BondLine {
   double deq;
 };
 
-/// The header line, without its end.
-inline std::string bond_header(int64_t count, const std::string &units)
+/// The header line, without its end. beyond: bonds whose deq exceeds dlim, since alpha or radii have
+/// shrunk; a reader that meets more of them has another alpha or other radii.
+inline std::string bond_header(int64_t count, const std::string &units, int64_t beyond = 0)
 {
-  return "# EVP bonds COUNT: " + std::to_string(count) + " UNITS: " + units;
+  const std::string header = "# EVP bonds COUNT: " + std::to_string(count) + " UNITS: " + units;
+  return beyond ? header + " BEYOND: " + std::to_string(beyond) : header;
 }
 
 /// One line of the file with its end; 17 digits bring deq back to the last bit.
@@ -43,27 +45,32 @@ class BondReader {
  public:
   /// Reads the header; throws BadInput unless it is one in these units.
   BondReader(FILE *stream, const std::string &file_in, const std::string &units) :
-      in(stream), file(file_in), declared(0), seen(0), line_number(0)
+      in(stream), file(file_in), declared(0), declared_beyond(0), seen(0), line_number(0)
   {
     std::string line;
     const std::string expected = "expected the header '" + bond_header(0, units) +
         "' with the number of bonds, as write_evp_bonds writes it";
-    if (!next_line(line)) throw BadInput("bond file " + file + " is empty: " + expected);
+    if (!next_line(line)) refuse_file("is empty: " + expected);
     std::istringstream words(line);
     if (has_byte_order_mark(line))
       refuse("the file starts with a byte-order mark: save it without (plain ASCII or UTF-8)");
-    std::string hash, evp, bonds, count_tag, count, units_tag, found;
-    words >> hash >> evp >> bonds >> count_tag >> count >> units_tag >> found;
+    std::string hash, evp, bonds, count_tag, count, units_tag, found, beyond_tag, beyond_count;
+    words >> hash >> evp >> bonds >> count_tag >> count >> units_tag >> found >> beyond_tag >>
+        beyond_count;
     if (hash != "#" || evp != "EVP" || bonds != "bonds" || count_tag != "COUNT:" ||
         units_tag != "UNITS:")
       refuse(expected);
     if (found != units)
       refuse("the bonds are in UNITS: " + shown(found) + ", but 'units " + units + "' is in force");
     declared = parse_id("COUNT", count);
+    if (beyond_tag == "BEYOND:") declared_beyond = parse_id("BEYOND", beyond_count);
   }
 
   /// Bonds that the header announces.
   int64_t count() const { return declared; }
+
+  /// Of these, bonds whose deq exceeded dlim when the file was written.
+  int64_t beyond() const { return declared_beyond; }
 
   /// Appends up to most bonds; false at the end of the file, where the count must be met.
   bool read(std::vector<BondLine> &bonds, size_t most)
@@ -72,9 +79,8 @@ class BondReader {
     for (size_t k = 0; k < most;) {
       if (!next_line(line)) {
         if (seen != declared)
-          throw BadInput("bond file " + file + " holds " + std::to_string(seen) +
-                         " bonds, its header says " + std::to_string(declared) +
-                         ": the file is incomplete or was changed");
+          refuse_file("holds " + std::to_string(seen) + " bonds, its header says " +
+                      std::to_string(declared) + ": the file is incomplete or was changed");
         return false;
       }
       const std::vector<std::string> words = split_words(line);
@@ -97,12 +103,18 @@ class BondReader {
 
   FILE *in;
   std::string file;
-  int64_t declared, seen;
+  int64_t declared, declared_beyond, seen;
   long line_number;
 
+  // the cause stands first: a path may be longer than what a host program shows of a message
   [[noreturn]] void refuse(const std::string &why) const
   {
-    throw BadInput("bond file " + file + " line " + std::to_string(line_number) + ": " + why);
+    throw BadInput("bond file line " + std::to_string(line_number) + ": " + why + " (file '" +
+                   file + "')");
+  }
+  [[noreturn]] void refuse_file(const std::string &why) const
+  {
+    throw BadInput("the bond file " + why + " (file '" + file + "')");
   }
 
   bool next_line(std::string &line)
@@ -116,7 +128,7 @@ class BondReader {
         refuse("longer than " + std::to_string(LONGEST_LINE) + " characters");
       line += (char) c;
     }
-    if (ferror(in)) throw BadInput("bond file " + file + " cannot be read: is it a file of text?");
+    if (ferror(in)) refuse_file("cannot be read: is it a file of text?");
     // half a number may be a number too, so a last line without its end is not believed
     if (!line.empty())
       refuse("the last line has no line end: the file is incomplete, or add the line end");
@@ -129,7 +141,8 @@ class BondReader {
     if (!digits || word.size() > 18)
       refuse(key + " must be a positive integer of at most 18 digits, got '" + shown(word) + "'");
     const int64_t id = std::stoll(word);
-    if (id == 0 && key != "COUNT") refuse(key + " must be a positive integer, got 0");
+    if (id == 0 && key != "COUNT" && key != "BEYOND")
+      refuse(key + " must be a positive integer, got 0");
     return id;
   }
 

@@ -83,6 +83,7 @@ void gather(const PackedList &list, const ParticleView &view, const PairRange &r
   block.n = range.last - range.first;
   block.inv_deq = list.pairs.inv_deq() + range.first;
   block.cutsq = list.pairs.cutsq() + range.first;
+  block.margin_removed = list.pairs.margin_removed();
   block.kind = list.pairs.kind() + range.first;
   const auto *const x = view.x;
   const auto *const v = Damping ? view.v : view.x;    // read only if needed

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //
-// The packed pairs of one process: everything that the time-step loop needs to know of a pair,
+// The packed pairs of one MPI rank: everything that the time-step loop needs to know of a pair,
 // as one array per quantity, so that a step reads no more than it uses.
 // Pure C++17.
 
@@ -10,15 +10,37 @@
 #include "evp_prefetch.h"
 
 #include <algorithm>
+#include <climits>
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
 namespace EVP {
 
+// In a lattice whole shells of neighbors lie at the edge of a reach, and the round-off of a position
+// must not sort them. A pair counts as within a reach up to these shares of it. They grow in this
+// order: what just misses the recording is no new pair, what is recorded acts at rest, and the
+// neighbor list holds all of them.
+constexpr double NEW_PAIR_MARGIN = 0.5e-9;
+constexpr double RECORD_MARGIN = 1.0e-9;
+constexpr double BOND_MARGIN = 2.0e-9;
+constexpr double LIST_MARGIN = 3.0e-9;
+
+// Two centres closer than this share of R_i + R_j coincide but for round-off: no direction is theirs.
+constexpr double COINCIDENT = 1.0e-9;
+
+/// Square of a reach with its margin.
+inline double reach_squared(double reach, double margin)
+{
+  const double edge = reach * (1.0 + margin);
+  return edge * edge;
+}
+
 /// One pair of the neighbor list, ready for the time-step loop. Its i is that of its PackedRow.
 struct PackedPair {
   double inv_deq;    ///< 1/deq [1/length]
-  double cutsq;      ///< square of the distance beyond which nothing acts [length^2]
+  double cutsq;      ///< square of the distance beyond which nothing acts, its margin included
+  double cut;        ///< that distance without the margin: there the energy is zero [length]
   int j;             ///< partner, local or ghost
   int law;           ///< index of the pair type's Law
   bool is_bond;      ///< deq was recorded at the start
@@ -27,8 +49,21 @@ struct PackedPair {
 /// An array of PackedPair, stored by quantity. Room is kept between builds.
 class PackedPairs {
  public:
+  /// Pairs are counted by int, and loops look a few blocks ahead.
+  static constexpr size_t MOST = INT_MAX - 4096;
+
+  /// May n more pairs be added to count?
+  static constexpr bool fits(size_t count, size_t n) { return n <= MOST && count <= MOST - n; }
+
   size_t size() const { return count; }
-  void clear() { count = 0; }
+
+  /// new_pair_margin: of the cuts of pairs that were not recorded.
+  void clear(double new_pair_margin = NEW_PAIR_MARGIN)
+  {
+    count = 0;
+    margins[0] = new_pair_margin;
+    for (int k = 0; k < 2; k++) removed[k] = 1.0 / (1.0 + margins[k]);
+  }
 
   /// Makes room for n more pairs; those that are there stay.
   void make_room(size_t n)
@@ -37,7 +72,7 @@ class PackedPairs {
     if (n <= partner.size()) return;
     n = std::max(n, partner.size() + partner.size() / 2);
     inverse_deq.resize(n);
-    cut_squared.resize(n);
+    squared_cut.resize(n);
     partner.resize(n);
     kind_of.resize(n);
   }
@@ -46,19 +81,31 @@ class PackedPairs {
   void push_back(const PackedPair &pair)
   {
     inverse_deq[count] = pair.inv_deq;
-    cut_squared[count] = pair.cutsq;
+    squared_cut[count] = pair.cutsq;
     partner[count] = pair.j;
     kind_of[count] = 2 * pair.law + pair.is_bond;
     count++;
   }
 
+  /// deq, cut: [length]; the rest as in PackedPair. Requires room.
+  void push_back(double deq, double cut, int j, int law, bool is_bond)
+  {
+    push_back({1.0 / deq, reach_squared(cut, margins[is_bond]), cut, j, law, is_bond});
+  }
+
   PackedPair operator[](size_t k) const
   {
-    return {inverse_deq[k], cut_squared[k], partner[k], kind_of[k] / 2, (kind_of[k] & 1) != 0};
+    const bool is_bond = kind_of[k] & 1;
+    return {inverse_deq[k], squared_cut[k], std::sqrt(squared_cut[k]) * removed[is_bond],
+            partner[k],     kind_of[k] / 2, is_bond};
   }
 
   const double *inv_deq() const { return inverse_deq.data(); }
-  const double *cutsq() const { return cut_squared.data(); }
+  const double *cutsq() const { return squared_cut.data(); }
+
+  /// Factors that take the margin out of a cut: of new pairs, of bonds.
+  const double *margin_removed() const { return removed; }
+
   const int *j() const { return partner.data(); }
 
   /// 2 law + is_bond of each pair.
@@ -70,7 +117,7 @@ class PackedPairs {
     if (first >= count) return;
     n = std::min(n, count - first);
     EVP::prefetch(inverse_deq.data() + first, n * sizeof(double));
-    EVP::prefetch(cut_squared.data() + first, n * sizeof(double));
+    EVP::prefetch(squared_cut.data() + first, n * sizeof(double));
     EVP::prefetch(partner.data() + first, n * sizeof(int));
   }
 
@@ -81,7 +128,9 @@ class PackedPairs {
 
  private:
   size_t count = 0;
-  std::vector<double> inverse_deq, cut_squared;
+  double margins[2] = {NEW_PAIR_MARGIN, BOND_MARGIN};    // of new pairs, of bonds
+  double removed[2] = {1.0 / (1.0 + NEW_PAIR_MARGIN), 1.0 / (1.0 + BOND_MARGIN)};
+  std::vector<double> inverse_deq, squared_cut;
   std::vector<int> partner, kind_of;
 };
 
@@ -91,7 +140,7 @@ struct PackedRow {
   int first, last;
 };
 
-/// All pairs of one process, row by row, rebuilt with the neighbor list.
+/// All pairs of one MPI rank, row by row, rebuilt with the neighbor list.
 struct PackedList {
   std::vector<PackedRow> rows;
   PackedPairs pairs;
@@ -100,11 +149,11 @@ struct PackedList {
   int nlocal = 0;           ///< particles that the list was built for: own,
   int nall = 0;             ///< and with ghosts
 
-  void clear()
+  void clear(double new_pair_margin = NEW_PAIR_MARGIN)
   {
     build++;
     rows.clear();
-    pairs.clear();
+    pairs.clear(new_pair_margin);
   }
   double memory_usage() const
   {

@@ -51,7 +51,7 @@ class StoredEnergy {
     depth.resize(deq.size());
     for (size_t n = 0; n < deq.size(); n++) {
       const PackedPair &pair = list.pairs[n];
-      depth[n] = law_of(pair).stored(std::sqrt(pair.cutsq), deq[n]).total();
+      depth[n] = law_of(pair).stored(pair.cut, deq[n]).total();
     }
   }
 

@@ -26,9 +26,9 @@ using namespace FixConst;
 ------------------------------------------------------------------------- */
 
 FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
-    Fix(lmp, narg, arg), zone(0.0), recorded(false), records_due(false),
-    after_restart(modify->nfix_restart_global > 0), highest_id(0), nrecorded(0), most_bonds(0),
-    list(nullptr), pair_counts{}, counted_step(-1)
+    NodalExchange(lmp, narg, arg), zone(0.0), recorded(false), records_due(false),
+    after_restart(modify->nfix_restart_global > 0), restored_late(false), highest_id(0),
+    nrecorded(0), most_bonds(0), list(nullptr), pair_counts{}, counted_step(-1)
 {
   for (int iarg = 3; iarg < narg; iarg += 2) {
     const std::string key = arg[iarg];
@@ -110,8 +110,6 @@ void FixEVPBonds::init()
 {
   const std::string who = fmt::format("Fix {} evp/bonds", id);
   const PairEVPLJ *pair = EVP::scene::require_pair(force, error, who);
-  if (atom->map_style == Atom::MAP_NONE)
-    error->all(FLERR, "Fix {} evp/bonds looks atoms up by ID: add 'atom_modify map yes'", id);
   EVP::scene::refuse_respa(update, error, who);
 
   int most;
@@ -156,33 +154,56 @@ void FixEVPBonds::check_zone(const PairEVPLJ *pair) const
    records name atoms by ID: an ID that another atom has now would hand them on
 ------------------------------------------------------------------------- */
 
-tagint FixEVPBonds::find_misplaced() const
+FixEVPBonds::Misplaced FixEVPBonds::find_misplaced() const
 {
+  Misplaced found = {0, 0};
   for (int i = 0; i < atom->nlocal; i++) {
     const tagint id_now = atom->tag[i];
-    if (recorded_as[i] ? recorded_as[i] != id_now : id_now <= highest_id) return id_now;
+    if (recorded_as[i] == 0 && id_now <= highest_id) found.newcomer = id_now;
+    if (recorded_as[i] != 0 && recorded_as[i] != id_now) found.renumbered = id_now;
   }
-  return 0;
+  return found;
 }
 
 /* ---------------------------------------------------------------------- */
 
 void FixEVPBonds::check_ids() const
 {
-  tagint here = recorded ? find_misplaced() : 0, any;
-  MPI_Allreduce(&here, &any, 1, MPI_LMP_TAGINT, MPI_MAX, world);
-  if (any) error->all(FLERR, misplaced_message(any));
+  const Misplaced found = recorded ? find_misplaced() : Misplaced{0, 0};
+  tagint here[2] = {found.renumbered, found.newcomer}, any[2];
+  MPI_Allreduce(here, any, 2, MPI_LMP_TAGINT, MPI_MAX, world);
+  if (any[0] || any[1]) error->all(FLERR, misplaced_message({any[0], any[1]}));
 }
 
 /* ---------------------------------------------------------------------- */
 
-std::string FixEVPBonds::misplaced_message(tagint atom_id) const
+std::string FixEVPBonds::misplaced_message(Misplaced atoms) const
 {
+  const std::string anew = fmt::format(
+      "or 'unfix {}' and define it again, which takes the body as it is now for undeformed", id);
+  if (atoms.renumbered && restored_late)
+    return fmt::format(
+        "Fix {} evp/bonds: atom ID {} was given the bonds of another atom: define the fix right "
+        "after read_restart, before atoms are deleted; if IDs had changed before the restart file "
+        "was written, go back to an earlier one, {}",
+        id, atoms.renumbered, anew);
+  if (atoms.renumbered)
+    return fmt::format(
+        "Fix {} evp/bonds: atom ID {} belongs to another atom than when the bonds were recorded: "
+        "use 'delete_atoms ... compress no' and no reset_atoms id, {}",
+        id, atoms.renumbered, anew);
   return fmt::format(
-      "Fix {} evp/bonds: atom ID {} belongs to another atom than when the bonds were "
-      "recorded: use 'delete_atoms ... compress no', no reset_atoms id, and IDs above "
-      "{} for new atoms; or record anew (unfix {} and define it again)",
-      id, atom_id, highest_id, id);
+      "Fix {} evp/bonds: the new atom {} has the ID of a deleted one, whose bonds it would take "
+      "over: create atoms before that of the highest ID is deleted, read them by 'read_data ... "
+      "add {}', or define 'fix deposit ... id next' before the deletion; {}",
+      id, atoms.newcomer, highest_id, anew);
+}
+
+/* ---------------------------------------------------------------------- */
+
+std::string FixEVPBonds::how_to_replicate() const
+{
+  return fmt::format("'unfix {}', replicate, and define the fix again", id);
 }
 
 /* ---------------------------------------------------------------------- */

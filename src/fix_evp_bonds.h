@@ -12,6 +12,7 @@ FixStyle(evp/bonds,FixEVPBonds);
 #include "evp_bond_file.h"
 #include "evp_prefetch.h"
 #include "fix.h"
+#include "nodal_exchange.h"
 
 #include <algorithm>
 #include <string>
@@ -21,9 +22,9 @@ namespace LAMMPS_NS {
 
 /// Keeps, for every local atom, the tags of the partners it was recorded with and deq of each pair.
 ///
-/// A pair is kept on both of its atoms, so that whichever process meets it finds deq without
-/// communication. A deq never changes after it was recorded (paper 2.2).
-class FixEVPBonds : public Fix {
+/// A pair is kept on both of its atoms, equal to the last bit, so that whichever MPI rank meets it
+/// finds deq without communication. A deq never changes after it was recorded (paper 2.2).
+class FixEVPBonds : public NodalExchange<Fix> {
  public:
   struct Bond {
     tagint partner;
@@ -73,18 +74,22 @@ class FixEVPBonds : public Fix {
     EVP::prefetch(bonds[i].data(), std::min<size_t>(bonds[i].size(), 32) * sizeof(Bond));
   }
 
-  /// ID of a local atom that is not the one recorded under it: renumbered since, or a new atom that
-  /// took the ID of one that was deleted; 0 if there is none.
-  tagint find_misplaced() const;
+  /// Local atoms that are not those recorded under their IDs: an atom with another ID than it had,
+  /// and a new one that took the ID of one that was deleted. 0 if there is none.
+  struct Misplaced {
+    tagint renumbered, newcomer;
+    explicit operator bool() const { return renumbered || newcomer; }
+  };
+  Misplaced find_misplaced() const;
 
-  /// Collective. Stops if any process has a misplaced atom.
+  /// Collective. Stops if any MPI rank has a misplaced atom.
   void check_ids() const;
 
   /// The message of that stop.
-  std::string misplaced_message(tagint) const;
+  std::string misplaced_message(Misplaced) const;
 
-  /// Collective. The bit of each ID that an atom has: present_ids()[id / 8] & (1 << id % 8).
-  std::vector<unsigned char> present_ids() const;
+  /// What to type to make the periodic box larger: LAMMPS replicates no records.
+  std::string how_to_replicate() const;
 
   /// deq of local atom i with the atom of that tag [length], or 0 if they were not recorded.
   double find_deq(int i, tagint partner) const;
@@ -95,8 +100,9 @@ class FixEVPBonds : public Fix {
   bool recorded;
   bool records_due;      // the fix's section of a restart file was read, no atom's record yet
   bool after_restart;    // a restart file with fixes was read before this fix was defined
+  bool restored_late;    // atoms were deleted or renumbered before their records were read
   tagint highest_id;     // of all atoms at the recording: newer atoms have higher ones
-  bigint nrecorded;      // pairs, over all processes
+  bigint nrecorded;      // pairs, over all MPI ranks
   int most_bonds;        // records of the atom that has most of them
 
   // per atom, owned ones only
@@ -109,14 +115,13 @@ class FixEVPBonds : public Fix {
 
   class PairEVPLJ *find_pair() const;
   void record();
-  void record_zone(const class PairEVPLJ *);
-  void record_file(const class PairEVPLJ *);
-  void add_lines(const class PairEVPLJ *, const std::vector<EVP::BondLine> &);
+  std::vector<Bonds> bonds_in_zone(const class PairEVPLJ *);
+  double symmetric_dsq(int, int, const Nodal &) const;
+  std::vector<Bonds> bonds_in_file(const class PairEVPLJ *, const class AtomDirectory &) const;
   void stop_together(std::string complaint) const;
   void check_restored();
-  void check_unique_ids() const;
   void check_zone(const class PairEVPLJ *) const;
-  void check_unique() const;
+  std::string twice_given(const std::vector<Bonds> &) const;
   void make_room_for(int);
   void give_back_room(int, size_t);
   int pack_bonds(int, double *) const;

@@ -82,9 +82,14 @@ void FixEVPBonds::unpack_restart(int nlocal, int nth)
     size = whole ? (int) extra[m] : 0;
   }
   if (!whole || size < 4 || extra[m + size - 1] != EVP::checksum(extra + m, size - 1))
-    error->one(FLERR, "Fix {} evp/bonds: the bonds of atom {} in the restart file are damaged", id,
-               atom->tag[nlocal]);
+    error->one(
+        FLERR,
+        "Fix {} evp/bonds: the bonds of atom {} in the restart file are damaged, or the atom "
+        "is not from that file: define the fix right after read_restart",
+        id, atom->tag[nlocal]);
   unpack_bonds(nlocal, extra + m + 1);
+  // LAMMPS keeps what it read in the order of that moment
+  if (recorded_as[nlocal] && recorded_as[nlocal] != atom->tag[nlocal]) restored_late = true;
   records_due = false;
 }
 

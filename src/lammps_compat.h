@@ -16,8 +16,6 @@
 #include "output.h"
 #include "pair.h"
 
-#include <vector>
-
 namespace EVP {
 namespace compat {
 
@@ -123,17 +121,6 @@ namespace compat {
   template <class Owner> void reverse_comm(LAMMPS_NS::Comm *comm, Owner *owner)
   {
     detail::reverse(comm, base_of(owner), 0);
-  }
-
-  /// Each bit that is set on any process, to all. LAMMPS' stand-in for MPI has no such sum, and one process.
-  inline void or_bits(std::vector<unsigned char> &bits, MPI_Comm world)
-  {
-#ifdef MPI_STUBS
-    (void) bits;
-    (void) world;
-#else
-    MPI_Allreduce(MPI_IN_PLACE, bits.data(), (int) bits.size(), MPI_UNSIGNED_CHAR, MPI_BOR, world);
-#endif
   }
 
   /// Output that is scheduled by time learns of a new step.

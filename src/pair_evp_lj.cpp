@@ -194,7 +194,8 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
 
   const double d = std::sqrt(rsq);
   const bool acts =
-      d <= cut && factor_lj != 0.0 && (is_bond || settings_now.contact != Contact::NONE);
+      rsq <= EVP::reach_squared(cut, is_bond ? EVP::BOND_MARGIN : new_pair_margin()) &&
+      factor_lj != 0.0 && (is_bond || settings_now.contact != Contact::NONE);
   svector[0] = deq;
   svector[1] = (d - deq) / deq;
   svector[2] = acts ? law.regime(d, deq) : 0.0;

@@ -64,6 +64,9 @@ class PairEVPLJ : public Pair {
   /// Called by fix evp/bonds: ID is the fix that holds the records, empty when it goes.
   void bonds_recorded_by(const std::string &id);
 
+  /// The last fix whose records of this body are gone, empty if there was none.
+  const std::string &bonds_dropped_by() const { return dropped_bonds_id; }
+
   /// The packed pairs and their laws. Stops unless is_packed(), so take it out of loops.
   const EVP::PackedList &packed_pairs() const;
 
@@ -112,8 +115,9 @@ class PairEVPLJ : public Pair {
   bool scene_checked;       // in this run, see check_scene()
   int implicit_groupbit;    // of fix nve/evp, 0 without
 
-  std::string bonds_id;        // fix that recorded the bonds; empty: none did
-  class FixEVPBonds *bonds;    // that fix, nullptr without
+  std::string bonds_id;            // fix that recorded the bonds; empty: none did
+  std::string dropped_bonds_id;    // fix that had recorded and was unfixed
+  class FixEVPBonds *bonds;        // the fix of bonds_id, nullptr without
   std::string last_report;
 
   // pairs that overlap beyond the limit, found while packing
@@ -158,6 +162,11 @@ class PairEVPLJ : public Pair {
   void send_velocities();
   void report_settings(bool explicit_pairs);
 
+  // one that only repels has no force at its cut, and needs none
+  double new_pair_margin() const
+  {
+    return settings_now.contact == Contact::REPULSIVE ? 0.0 : EVP::NEW_PAIR_MARGIN;
+  }
   void pack(bool together);
   void agree_on_pairs(bool damped, Overlaps);
   bool radii_changed() const;
@@ -170,7 +179,7 @@ class PairEVPLJ : public Pair {
   void check_weights() const;
   bool pack_row(int i, Overlaps &overlaps);
   void count_overlap(int i, int j, double deq, int law, Overlaps &overlaps) const;
-  void stop_at_one_point(int i, int j) const;
+  void stop_where_centres_coincide(int i, int j) const;
   void check_radii() const;
   void check_bonds() const;
   void find_block_law();

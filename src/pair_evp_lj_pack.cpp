@@ -39,7 +39,7 @@ void PairEVPLJ::pack(bool together)
     if (bonds) check_bonds();
   }
 
-  packed.clear();
+  packed.clear(new_pair_margin());
   if (together) packed.common_build++;
   packed.nlocal = atom->nlocal;
   packed.nall = atom->nlocal + atom->nghost;
@@ -135,7 +135,11 @@ bool PairEVPLJ::pack_row(int i, Overlaps &overlaps)
   const bool new_repel_only = settings_now.contact == Contact::REPULSIVE;
   const bool some_implicit = implicit_groupbit != 0;
   const double closest = 1.0 - settings_now.overlap;
+  constexpr double coincident = EVP::COINCIDENT * EVP::COINCIDENT;
 
+  if (!EVP::PackedPairs::fits(packed.pairs.size(), nneighbors))
+    error->one(FLERR, "Pair evp/lj: more than {} pairs on one MPI rank: use more ranks",
+               EVP::PackedPairs::MOST);
   packed.pairs.make_room(nneighbors);
   bool damped = false;
   const int first = (int) packed.pairs.size();
@@ -147,15 +151,15 @@ bool PairEVPLJ::pack_row(int i, Overlaps &overlaps)
     if (!is_bond && !new_pairs) continue;
 
     const EVP::PairGeometry g(x, i, j);
-    if (!(g.dsq > 0.0)) stop_at_one_point(i, j);
+    const double sum_radii = radius[i] + radius[j];
+    if (!(g.dsq > coincident * (sum_radii * sum_radii))) stop_where_centres_coincide(i, j);
 
     const EVP::Row &row = row_laws[type[j]].parameters();
-    const double sum_radii = radius[i] + radius[j];
     const double deq = is_bond ? bond->deq : sum_radii;
     const double cut = !is_bond && new_repel_only ? sum_radii : row.alpha * sum_radii;
     const bool implicit = some_implicit && is_implicit(i, j);
     const int law = first_law + type[j] + (implicit ? nlaws() : 0);
-    packed.pairs.push_back({1.0 / deq, cut * cut, j, law, is_bond});
+    packed.pairs.push_back(deq, cut, j, law, is_bond);
     damped = damped || (!implicit && row.gamma > 0.0);
 
     if (g.dsq < closest * sum_radii * (closest * sum_radii))
@@ -220,11 +224,11 @@ bool PairEVPLJ::radii_changed() const
 
 /* ---------------------------------------------------------------------- */
 
-void PairEVPLJ::stop_at_one_point(int i, int j) const
+void PairEVPLJ::stop_where_centres_coincide(int i, int j) const
 {
   error->one(FLERR,
-             "Pair evp/lj: atoms {} and {} are at one point, the force has no direction there: "
-             "move one or delete it (delete_atoms overlap)",
+             "Pair evp/lj: atoms {} and {} coincide, the force has no direction there: move one or "
+             "delete it (delete_atoms overlap)",
              atom->tag[i], atom->tag[j]);
 }
 
@@ -250,21 +254,25 @@ void PairEVPLJ::check_radii() const
 
 void PairEVPLJ::check_bonds() const
 {
-  const tagint misplaced = bonds->find_misplaced();
-  if (misplaced) error->one(FLERR, bonds->misplaced_message(misplaced));
+  if (const auto misplaced = bonds->find_misplaced())
+    error->one(FLERR, bonds->misplaced_message(misplaced));
 
   double longest = 0.0;
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++)
       if (serves(i, j)) longest = std::max(longest, std::sqrt(cutsq[i][j]));
+  longest *= 1.0 - 2.0 * EVP::LIST_MARGIN;    // a box of two cut-offs but for round-off will do
+
   const double *h = domain->h_inv;    // its rows are the reciprocals of the box's heights
   const double height[3] = {1.0 / std::sqrt(h[0] * h[0] + h[5] * h[5] + h[4] * h[4]),
                             1.0 / std::sqrt(h[1] * h[1] + h[3] * h[3]), 1.0 / h[2]};
-  for (int c = 0; c < domain->dimension; c++)
-    if (domain->periodicity[c] && height[c] < 2.0 * longest)
-      error->all(FLERR,
-                 "Pair evp/lj: the periodic box is {:.6g} high along {}, less than two cut-offs of "
-                 "{:.6g}, so that a bond could meet its atom in two images: enlarge the box "
-                 "(replicate) or reduce alpha",
-                 height[c], "xyz"[c], longest);
+  for (int c = 0; c < domain->dimension; c++) {
+    if (!domain->periodicity[c] || height[c] >= 2.0 * longest) continue;
+    const std::string larger = bonds->how_to_replicate();
+    error->all(FLERR,
+               "Pair evp/lj: the periodic box is {:.6g} high along {}, less than two cut-offs of "
+               "{:.6g}, so that a bond could meet its atom in two images: reduce alpha, or enlarge "
+               "the box: {}",
+               height[c], "xyz"[c], longest, larger);
+  }
 }

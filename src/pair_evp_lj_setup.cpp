@@ -122,8 +122,11 @@ void PairEVPLJ::find_implicit_group()
 
 void PairEVPLJ::bonds_recorded_by(const std::string &id)
 {
+  if (id.empty()) {
+    if (!bonds_id.empty()) dropped_bonds_id = bonds_id;
+    bonds = nullptr;
+  }
   bonds_id = id;
-  if (id.empty()) bonds = nullptr;
   repack = true;
 }
 
@@ -168,7 +171,7 @@ double PairEVPLJ::init_one(int i, int j)
         "Pair evp/lj, types {} and {}: alpha must not grow during a run, as the neighbor list "
         "keeps its reach: start with the largest, or split the run there",
         i, j);
-  return cut;
+  return cut * (1.0 + EVP::LIST_MARGIN);
 }
 
 /* ----------------------------------------------------------------------

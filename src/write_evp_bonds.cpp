@@ -2,13 +2,16 @@
 
 #include "write_evp_bonds.h"
 
+#include "atom_directory.h"
 #include "evp_bond_file.h"
 #include "fix_evp_bonds.h"
+#include "pair_evp_lj.h"
 #include "scene.h"
 
 #include "atom.h"
 #include "comm.h"
 #include "error.h"
+#include "force.h"
 #include "modify.h"
 #include "update.h"
 #include "utils.h"
@@ -31,16 +34,20 @@ void WriteEVPBonds::command(int narg, char **arg)
   if (narg != 1) error->all(FLERR, "write_evp_bonds takes one word, the FILE to write");
   const FixEVPBonds *bonds = find_recorded();
 
-  bigint count_here = 0, count;
-  const std::string text = own_lines(bonds, count_here);
-  MPI_Allreduce(&count_here, &count, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+  bigint counts_here[2] = {0, 0}, counts[2];    // bonds, of these with deq beyond dlim
+  const std::string text = own_lines(bonds, counts_here);
+  MPI_Allreduce(counts_here, counts, 2, MPI_LMP_BIGINT, MPI_SUM, world);
 
-  const std::string name = arg[0], unfinished = name + ".part";
+  std::string name = arg[0];
+  const size_t star = name.find('*');
+  if (star != std::string::npos) name.replace(star, 1, std::to_string(update->ntimestep));
+  const std::string unfinished = name + ".part";
   FILE *fp = nullptr;
   int good = 1;
   if (comm->me == 0) {
     fp = fopen(unfinished.c_str(), "wb");
-    good = fp && fprintf(fp, "%s\n", EVP::bond_header(count, update->unit_style).c_str()) > 0;
+    const std::string header = EVP::bond_header(counts[0], update->unit_style, counts[1]);
+    good = fp && fprintf(fp, "%s\n", header.c_str()) > 0;
   }
   MPI_Bcast(&good, 1, MPI_INT, 0, world);
   if (!good)
@@ -79,7 +86,8 @@ void WriteEVPBonds::command(int narg, char **arg)
   if (!good)
     error->all(FLERR, "write_evp_bonds: cannot write '{}': check the folder and the free space",
                name);
-  if (comm->me == 0) utils::logmesg(lmp, "write_evp_bonds: {} bonds written to {}\n", count, name);
+  if (comm->me == 0)
+    utils::logmesg(lmp, "write_evp_bonds: {} bonds written to {}\n", counts[0], name);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -103,20 +111,31 @@ const FixEVPBonds *WriteEVPBonds::find_recorded() const
    partner was deleted, whom a reader could not find
 ------------------------------------------------------------------------- */
 
-std::string WriteEVPBonds::own_lines(const FixEVPBonds *bonds, bigint &count) const
+std::string WriteEVPBonds::own_lines(const FixEVPBonds *bonds, bigint (&counts)[2]) const
 {
-  const std::vector<unsigned char> present = bonds->present_ids();
-  const auto exists = [&present](tagint id) {
-    return id / 8 < (tagint) present.size() && (present[id / 8] & (1 << (id % 8)));
-  };
-
-  std::string text;
+  std::vector<EVP::BondLine> lines;
+  std::vector<tagint> partners;
+  std::vector<int> owners;
   for (int i = 0; i < atom->nlocal; i++)
     for (const auto &bond : bonds->sorted_bonds_of(i)) {
-      const tagint j = bond.partner;
-      if (atom->tag[i] > j || !exists(j)) continue;
-      text += EVP::bond_text({atom->tag[i], j, bond.deq});
-      count++;
+      if (atom->tag[i] > bond.partner) continue;
+      lines.push_back({atom->tag[i], bond.partner, bond.deq});
+      partners.push_back(bond.partner);
+      owners.push_back(i);
     }
+
+  const PairEVPLJ *pair = PairEVPLJ::find(force);
+  const std::vector<AtomDirectory::Entry> found = AtomDirectory(atom, world).find(partners);
+  std::string text;
+  for (size_t k = 0; k < lines.size(); k++) {
+    if (found[k].type == 0) continue;
+    text += EVP::bond_text(lines[k]);
+    counts[0]++;
+    if (!pair) continue;
+    const int i = owners[k];
+    const double dlim =
+        pair->alpha_of(atom->type[i], found[k].type) * (atom->radius[i] + found[k].radius);
+    if (lines[k].deq > dlim * (1.0 + EVP::BOND_MARGIN)) counts[1]++;
+  }
   return text;
 }

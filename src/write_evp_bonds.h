@@ -23,7 +23,7 @@ class WriteEVPBonds : public Command {
 
  private:
   const class FixEVPBonds *find_recorded() const;
-  std::string own_lines(const class FixEVPBonds *, bigint &) const;
+  std::string own_lines(const class FixEVPBonds *, bigint (&counts)[2]) const;
 };
 
 }    // namespace LAMMPS_NS

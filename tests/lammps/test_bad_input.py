@@ -106,7 +106,7 @@ def test_numbers_that_break_a_rule(run, key, word, rule):
     refused(run(f"* * {ROW}", "* * " + " ".join(words)), f"Pair evp/lj: {rule}")
 
 
-AT_ONE_POINT = "atoms 5 and 6 are at one point"
+COINCIDE = "atoms 5 and 6 coincide"
 IMAGES = "in two periodic images: the box must be longer than two"
 GREW = "radii must not grow past the largest at the start of the run"
 
@@ -156,7 +156,6 @@ CASES = [
     ("fix move", "pair_style none\nfix move", "Fix bonds evp/bonds needs pair style evp/lj, found 'none'"),
     ("fix move", "run 0\npair_style zero 0.02\npair_coeff * *\nfix move", "needs pair style evp/lj, found 'zero'"),
     ("fix move", "run_style respa 2 2\nfix move", "does not work with run_style respa"),
-    ("atom_modify map yes", "", "Fix bonds evp/bonds looks atoms up by ID: add 'atom_modify map yes'"),
     # atoms
     ("8 4 0.005 0 1.5", "8 4 0.005 1000 1.5",
      "gamma > 0 needs ghost velocities: add 'comm_modify vel yes', or 'ghostvel own' to pair_style evp/lj, which is faster"),
@@ -164,7 +163,7 @@ CASES = [
      + "\nfix move all nve\nrun 1\n", "does not mix unlike types: give 'pair_coeff 1 2' a row of its own"),
     ("row.data", "types.data\npair_style evp/lj\npair_coeff 2* 1 " + ROW, "2* 1 names no pair of types I <= J"),
     ("row.data", "zero.data", "needs particles with a radius above zero"),
-    ("row.data", "point.data", "Fix bonds evp/bonds: " + AT_ONE_POINT),
+    ("row.data", "point.data", "Fix bonds evp/bonds: " + COINCIDE),
     ("fix move", "special_bonds lj 0 0.5 1\nfix move", "takes special_bonds weights 0 or 1 only, got 0.5"),
     ("boundary f f f\nread_data row.data", "boundary f p f\nread_data close.data", IMAGES),
     ("boundary f f f\nread_data row.data", "boundary f p f\nread_data near.data", "less than two cut-offs of 0.015"),
@@ -200,11 +199,11 @@ def test_atoms_without_a_radius_or_without_ids(run):
 
 def test_pair_without_the_fix_sees_spheres_at_one_point(run):
     text = GOOD.replace("fix bonds all evp/bonds", "")
-    refused(run("", text.replace("row.data", "point.data")), "Pair evp/lj: " + AT_ONE_POINT)
+    refused(run("", text.replace("row.data", "point.data")), "Pair evp/lj: " + COINCIDE)
 
 
 @pytest.mark.parametrize("old, new, text", [
-    ("row.data", "point.data", AT_ONE_POINT),
+    ("row.data", "point.data", COINCIDE),
     ("boundary f f f\nread_data row.data", "boundary f p f\nread_data close.data", IMAGES),
     (ROW, "missing.evp a", "cannot read the potential file"), (ROW, "nul.evp a", "NUL byte"),
     ("8 4 0.005 0 1.5", "8 4 0.005 1000 1.5", "ghost velocities")])

@@ -3,18 +3,22 @@
 ranks, and a body that is half pulled goes on as if it had not been interrupted. Damaged files are in
 test_hostile_bonds.py."""
 
+import os
+import subprocess
+
 import lammps_run
 import numpy as np
 import pytest
 from conftest import REFERENCE
-from evp import brute
+from evp import brute, law
+from hostile import refused
 from lammps_run import write_data
 from small_bodies import grips, head, pair, thermo
 from test_restart import BONDS, MOTION, compare, start
 
 
-def deck(source="", after="", newton="on", data=REFERENCE):
-    return (head(newton, start=f"read_data {data}") + pair(fix=f"fix bonds all evp/bonds {source}") + "fix move all nve\n"
+def deck(source="", after="", newton="on", data=REFERENCE, row=law.TABLE1):
+    return (head(newton, start=f"read_data {data}") + pair(row, fix=f"fix bonds all evp/bonds {source}") + "fix move all nve\n"
             + thermo("pe f_bonds f_bonds[1]") + f"run 0\n{after}\n")
 
 
@@ -119,6 +123,65 @@ def test_a_full_disk_leaves_the_old_file(lmp, tmp_path, monkeypatch):
     assert not list(tmp_path.glob("*.part"))
     lmp(deck(after="write_evp_bonds a.bonds"), ranks=2).ok()
     assert len(read_bonds(old)) > 2000
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_a_star_is_the_step(lmp, tmp_path, ranks):
+    """As in write_data: under run every each step has a file of its own."""
+    text = deck(after='velocity all ramp vx -1 1 x 0 0.05\ntimestep 1e-7\nrun 21 every 7 "write_data d.*.data nocoeff" "write_evp_bonds d.*.bonds"')
+    lmp(text + "write_evp_bonds end.*.*\n", ranks=ranks).ok()
+    assert sorted(file.name for file in tmp_path.glob("d.*.bonds")) == [f"d.{step}.bonds" for step in (14, 21, 7)]
+    assert sorted(file.name for file in tmp_path.glob("d.*.data")) == [f"d.{step}.data" for step in (14, 21, 7)]
+    assert (tmp_path / "end.21.*").exists(), "the first star alone, as there"
+    assert len({frozenset(read_bonds(file)) for file in tmp_path.glob("d.*.bonds")}) == 1
+
+
+SHRUNK = {  # what shrinks after the recording at zone 1.48, and the row of the deck that reads
+    "radii": ("set atom 1*200 diameter 0.004\n", 1.5),
+    "alpha": ("pair_coeff * * 80 8 4 3 8 4 0.005 0 1.31\n", 1.31),
+}
+
+
+@pytest.mark.parametrize("what, ranks, other", [("radii", 1, 2), ("radii", 4, 1), ("alpha", 2, 1)])
+def test_bonds_beyond_a_dlim_that_shrank(lmp, tmp_path, what, ranks, other):
+    """The live run and a restart go on with such bonds, so what is written must be read: the same numbers, also when
+    some of them are pressed until they act. The reader's own alpha is held against the number of the header."""
+    change, alpha = SHRUNK[what]
+    press = ("change_box all x scale 0.9 y scale 0.9 z scale 0.9 remap\n" + thermo("pe fmax f_bonds f_bonds[1] f_bonds[2] f_bonds[3]") + "run 0\n")
+    live = lmp(deck("zone 1.48", change + "run 0\nwrite_data s.data nocoeff\nwrite_evp_bonds s.bonds\n" + press), ranks=ranks).ok()
+    header = (tmp_path / "s.bonds").read_text(encoding="utf-8").splitlines()[0].split()
+    beyond = int(header[header.index("BEYOND:") + 1])
+    assert 100 < beyond < int(header[header.index("COUNT:") + 1])
+
+    def read(alpha, then=press):
+        return deck("file s.bonds", then, data="s.data", row=law.TABLE1._replace(alpha=alpha))
+
+    again = lmp(read(alpha), ranks=other).ok()
+    for name, values in live.thermo().items():
+        assert again.thermo()[name][0] == pytest.approx(values[0], rel=1e-9), name
+    assert live.thermo(1)["f_bonds[1]"][0] > live.thermo(2)["f_bonds[1]"][0], "control: some act again"
+
+    lmp(read(alpha + 0.1)).ok()
+    refused(lmp(read(alpha - 0.02)), "is beyond dlim = alpha (R_i + R_j) =", "but was not when the file s.bonds was written", "reduce them after 'run 0'")
+    again = lmp(read(alpha, f"pair_coeff * * 80 8 4 3 8 4 0.005 0 {alpha - 0.02}\nrun 0\n")).ok()
+    assert again.thermo(1)["f_bonds[1]"][0] > beyond, "the remedy of that error"
+
+
+def test_high_ids_cost_no_memory(tmp_path):
+    """Peak of a process that records, writes and reads with IDs up to 2^31: a bit for each possible ID would be 268 MB."""
+    peaks = []
+    for high in (500, 2_147_483_000):
+        text = REFERENCE.read_text(encoding="utf-8").replace("\n500 1 ", f"\n{high} 1 ")
+        assert high == 500 or f"\n{high} 1 " in text
+        (tmp_path / "s.data").write_text(text, encoding="utf-8")
+        script = deck("zone 1.3", "write_evp_bonds s.bonds\nunfix bonds\nfix bonds all evp/bonds file s.bonds\nrun 0\n", data="s.data")
+        (tmp_path / "in.lmp").write_text(script.replace("map yes", "map hash"), encoding="utf-8")
+        process = subprocess.Popen([str(lammps_run.LMP), "-log", "none", "-in", "in.lmp"], cwd=tmp_path, stdout=subprocess.PIPE, text=True)
+        output = process.stdout.read()
+        _, status, usage = os.wait4(process.pid, 0)
+        assert status == 0 and output.count("recorded 2") == 2, output[-1000:]
+        peaks.append(usage.ru_maxrss / 1024)
+    assert peaks[1] < peaks[0] + 40, f"{peaks} MB"
 
 
 @pytest.mark.parametrize("ranks, count", [(1, 1_000_000), (2, 100_000)])

@@ -168,7 +168,7 @@ def test_the_spheres_themselves_run(spheres):
 def test_an_id_given_twice(spheres, fix, ranks):
     """LAMMPS takes such a data file; no record could tell the two apart, near to each other or not."""
     refused(spheres(["2" + ATOMS[0][1:], *ATOMS[1:]], ranks, fix="fix bonds all evp/bonds" + fix),
-            "Fix bonds evp/bonds: 3 atoms have 2 different IDs: an ID is given twice")
+            "Fix bonds evp/bonds: atom ID 2 is given twice: use 'reset_atoms id'")
 
 
 @pytest.mark.parametrize("ranks", [1, 2])
@@ -191,7 +191,7 @@ SECTION = "Atoms section of data file"
     (1, "2", Words(f"Invalid atom type 2 in {SECTION}", f"Invalid atom type in {SECTION}")),
     (2, "nan", "instead of 'nan'"), (2, "-0.01", "Pair evp/lj needs particles with a radius above zero"), (2, "1e300", "box size << cutoff"),
     (3, "0", "Invalid density"), (3, "nan", "instead of 'nan'"), (4, "nan", "instead of 'nan'"), (4, "1e300", "Did not assign all atoms correctly"),
-    (4, "0.0101", "Fix bonds evp/bonds: atoms 1 and 2 are at one point")])
+    (4, "0.0101", "Fix bonds evp/bonds: atoms 1 and 2 coincide")])
 def test_atoms_of_a_data_file(spheres, word, value, text):
     words = ATOMS[0].split()
     words[word] = value

@@ -141,7 +141,7 @@ def test_deleted_atoms(lmp, bar, ranks, newton):
 
     text = text.replace("id 1:5 40 96", "id 90:96") + "delete_atoms group gone compress no\n"
     run = lmp(text + "create_atoms 1 single 0.03 0.02 0.05\nset atom 90 diameter 0.01\nrun 0\n", ranks=ranks)
-    refused(run, "atom ID 90 belongs to another atom", "IDs above 96 for new atoms")
+    refused(run, "the new atom 90 has the ID of a deleted one", "'read_data ... add 96'")
 
 
 LJ_UNITS = """

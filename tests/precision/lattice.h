@@ -92,7 +92,7 @@ inline Lattice make_lattice(int cells, double corner = 0.0)
       double dsq = 0.0;
       for (int c = 0; c < 3; c++) dsq += std::pow(lattice.rest[i][c] - lattice.rest[j][c], 2);
       lattice.deq.push_back(std::sqrt(dsq));
-      append(lattice.list.pairs, {1.0 / lattice.deq.back(), cut * cut, j, 0, true});
+      append(lattice.list.pairs, {1.0 / lattice.deq.back(), cut * cut, cut, j, 0, true});
     }
     const int last = (int) lattice.list.pairs.size();
     if (last > first) lattice.list.rows.push_back({i, first, last});

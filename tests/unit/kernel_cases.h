@@ -54,7 +54,8 @@ inline Cloud make_cloud(const std::vector<EVP::Row> &rows, int npairs)
       const EVP::PairGeometry g(reinterpret_cast<const double(*)[3]>(cloud.x.data()), i, j);
       const double d = std::sqrt(g.dsq), deq = d * (1.0 + 0.04 * (unit(random) - 0.5));
       const double cut = d * (0.9 + unit(random));
-      cloud.list.pairs.push_back({1.0 / deq, cut * cut, j, (int) (j % rows.size()), j % 2 == 0});
+      const bool is_bond = j % 2 == 0;
+      cloud.list.pairs.push_back(deq, cut, j, (int) (j % rows.size()), is_bond);
     }
     const int last = (int) cloud.list.pairs.size();
     if (last > first) cloud.list.rows.push_back({i, first, last});
@@ -107,7 +108,7 @@ inline PlainSum plain_sum(const Cloud &cloud, bool damping, int nreact)
         u[c] = cloud.x[row.i][c] - cloud.x[pair.j][c];
         dsq += u[c] * u[c];
       }
-      const double d = std::sqrt(dsq), cut = std::sqrt(pair.cutsq);
+      const double d = std::sqrt(dsq), cut = pair.cut;
       if (dsq > pair.cutsq) continue;
       for (int c = 0; c < 3; c++) {
         u[c] /= d;

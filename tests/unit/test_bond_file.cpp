@@ -8,6 +8,7 @@
 #include <limits>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 using EVP::BadInput;
@@ -62,7 +63,7 @@ std::string header(int64_t count)
 
 void expect_bad_line(const std::string &line, const std::vector<std::string> &parts)
 {
-  std::vector<std::string> all = {"body.bonds line 2: "};
+  std::vector<std::string> all = {"bond file line 2: ", "(file 'body.bonds')"};
   all.insert(all.end(), parts.begin(), parts.end());
   expect_refusal(header(1) + line + "\n", all);
 }
@@ -133,18 +134,17 @@ TEST(BondReader, StreamsAMillionLines)
 TEST(BondReader, WantsItsHeader)
 {
   const std::string rule = "expected the header '# EVP bonds COUNT: 0 UNITS: si'";
-  expect_refusal("", {"body.bonds is empty", rule});
+  expect_refusal("", {"the bond file is empty", rule, "body.bonds"});
   for (const std::string text :
        {"1 2 0.01\n", "\n# EVP bonds COUNT: 0 UNITS: si\n", "# EVP bonds UNITS: si COUNT: 0\n",
         "# EVP bonds COUNT: 0\n", "#EVP bonds COUNT: 0 UNITS: si\n", "# LAMMPS data file\n"})
-    expect_refusal(text, {"body.bonds line 1: ", rule});
-  expect_refusal("\xEF\xBB\xBF" + header(0), {"body.bonds line 1: ", "byte-order mark"});
+    expect_refusal(text, {"bond file line 1: ", rule});
+  expect_refusal("\xEF\xBB\xBF" + header(0), {"bond file line 1: ", "byte-order mark"});
 }
 
 TEST(BondReader, HoldsTheFileToItsUnits)
 {
-  expect_refusal(header(0), {"body.bonds line 1: ", "in UNITS: si", "'units lj' is in force"},
-                 "lj");
+  expect_refusal(header(0), {"bond file line 1: ", "in UNITS: si", "'units lj' is in force"}, "lj");
   expect_refusal("# EVP bonds COUNT: 0 UNITS: \n", {"in UNITS: , but 'units si' is in force"});
 }
 
@@ -152,7 +152,7 @@ TEST(BondReader, RefusesCountsThatAreNone)
 {
   for (const std::string count : {"-1", "1.5", "many", "0x10", "99999999999999999999"})
     expect_refusal("# EVP bonds COUNT: " + count + " UNITS: si\n",
-                   {"body.bonds line 1: COUNT must be", "got '" + count + "'"});
+                   {"bond file line 1: COUNT must be", "got '" + count + "'"});
 }
 
 TEST(BondReader, RefusesCountsThatLie)
@@ -162,6 +162,38 @@ TEST(BondReader, RefusesCountsThatLie)
   expect_refusal(header(1) + "1 2 0.01\n2 3 0.01\n",
                  {"line 3: ", "more bonds than the 1 that the header says"});
   expect_refusal(header(999999999999999999) + "1 2 0.01\n", {"holds 1 bonds"});
+}
+
+// What had shrunk when the file was written is no fault of the file.
+TEST(BondReader, TellsHowManyBondsWereBeyondDlim)
+{
+  EXPECT_EQ(EVP::bond_header(3, "si"), "# EVP bonds COUNT: 3 UNITS: si");
+  const std::string some = EVP::bond_header(3, "si", 2);
+  EXPECT_EQ(some, "# EVP bonds COUNT: 3 UNITS: si BEYOND: 2");
+  for (const auto &[text, beyond] : {std::pair<std::string, int64_t>{some + "\n", 2},
+                                     {header(3), 0},
+                                     {EVP::bond_header(3, "si") + " BEYOND: 0\n", 0}})
+    EXPECT_EQ(BondReader(stream_of(text).get(), "body.bonds", "si").beyond(), beyond) << text;
+  for (const std::string words : {" BEYOND: -1", " BEYOND: some", " BEYOND:"})
+    expect_refusal(EVP::bond_header(3, "si") + words + "\n",
+                   {"bond file line 1: BEYOND must be a positive integer"});
+}
+
+// A host program may show the first 99 characters of a message, and a path can be longer.
+TEST(BondReader, NamesTheCauseBeforeTheFile)
+{
+  const std::string path = std::string(300, 'p') + "/body.bonds";
+  for (const std::string text : {"", "1 2 0.01\n", "# EVP bonds COUNT: 2 UNITS: si\n1 2 0.01\n",
+                                 "# EVP bonds COUNT: 1 UNITS: si\n1 2 -0.01\n"})
+    try {
+      const Stream stream = stream_of(text);
+      BondReader reader(stream.get(), path, "si");
+      std::vector<BondLine> bonds;
+      reader.read(bonds, 10);
+      ADD_FAILURE() << "taken: " << text;
+    } catch (const BadInput &bad) {
+      EXPECT_GT(std::string(bad.what()).find(path), std::string(bad.what()).find(": ") + 10);
+    }
 }
 
 // `0.0101234` cut to `0.01` would be a number as good as any other.
@@ -206,7 +238,7 @@ TEST(BondReader, NamesTheLineOfALateFault)
 {
   std::string text = header(1000);
   for (int k = 1; k < 1000; k++) text += "1 " + std::to_string(k + 1) + " 0.01\n";
-  expect_refusal(text + "1 1001 O.01\n", {"body.bonds line 1001: deq", "'O.01'"});
+  expect_refusal(text + "1 1001 O.01\n", {"bond file line 1001: deq", "'O.01'"});
 }
 
 // Opening a folder succeeds, reading it does not.
@@ -219,7 +251,8 @@ TEST(BondReader, RefusesAFolder)
         try {
           BondReader(folder.get(), "body.bonds", "si");
         } catch (const BadInput &bad) {
-          EXPECT_STREQ(bad.what(), "bond file body.bonds cannot be read: is it a file of text?");
+          EXPECT_STREQ(bad.what(),
+                       "the bond file cannot be read: is it a file of text? (file 'body.bonds')");
           throw;
         }
       },

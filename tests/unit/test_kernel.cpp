@@ -4,6 +4,9 @@
 #include "kernel_cases.h"
 #include "law_cases.h"
 
+#include <limits>
+#include <utility>
+
 using namespace EVP;
 using namespace kernel_cases;
 
@@ -172,4 +175,52 @@ TEST(Kernel, DampingOpposesApproach)
   const double vi[3] = {-2, 5, 0}, vj[3] = {0, 0, 0};
   const PairGeometry g(x, 0, 1);
   EXPECT_DOUBLE_EQ(damping_over_distance(1000, g, vi, vj) * g.dx, 2000);
+}
+
+// Touching spheres in a lattice have neighbors at their cut but for the round-off of the places.
+TEST(Kernel, RoundOffAtTheCutDecidesNothing)
+{
+  const double cut = 2.0, eps = std::numeric_limits<double>::epsilon();
+  for (const auto &exponents : {std::pair<double, double>{8, 4}, {9, 5}})
+    for (const bool is_bond : {false, true})
+      for (const double off : {-8 * eps, 0.0, 8 * eps, 1e-10, 1e-8, 1e-6}) {
+        SCOPED_TRACE(std::to_string(is_bond) + " " + std::to_string(off));
+        const double m = exponents.first, n = exponents.second, deq = 1.0;
+        const Row row = {80, m, n, 3, m, n, 0.005, 0, cut};
+        Cloud cloud;
+        cloud.laws.emplace_back(row);
+        cloud.x = {{0, 0, 0}, {cut * (1.0 + off), 0, 0}};
+        cloud.v = cloud.x;
+        cloud.list.pairs.make_room(1);
+        cloud.list.pairs.push_back(deq, cut, 1, 0, is_bond);
+        cloud.list.rows.push_back({0, 0, 1});
+        EXPECT_NEAR(cloud.list.pairs[0].cut, cut, 4 * eps * cut);
+
+        SumTally tally(cloud.list, 2, true, false);
+        const Vectors f = run_kernel(cloud, block_law(cloud), false, 2, tally);
+        if (off < 1e-9)
+          EXPECT_NEAR(f[0][0], -Law(row).force(cut, deq), 1e-8);
+        else
+          EXPECT_EQ(f[0][0], 0.0);
+        // the energy is zero at the cut itself, not where the pair ceases to act
+        EXPECT_NEAR(tally.total_energy(), off < 1e-9 ? -Law(row).force(cut, deq) * cut * off : 0.0,
+                    1e-12);
+      }
+}
+
+TEST(Margins, LetNoPairFallBetweenTwoDecisions)
+{
+  EXPECT_LT(NEW_PAIR_MARGIN, RECORD_MARGIN) << "what is just not recorded is no new pair";
+  EXPECT_LT(RECORD_MARGIN, BOND_MARGIN) << "what is recorded acts";
+  EXPECT_LT(BOND_MARGIN, LIST_MARGIN) << "and the neighbor list holds it";
+}
+
+TEST(PackedPairs, AreCountedWithoutAWrap)
+{
+  constexpr size_t most = PackedPairs::MOST;
+  EXPECT_TRUE(PackedPairs::fits(0, most));
+  EXPECT_TRUE(PackedPairs::fits(most - 100, 100));
+  EXPECT_FALSE(PackedPairs::fits(most - 100, 101));
+  EXPECT_FALSE(PackedPairs::fits(1, std::numeric_limits<size_t>::max()));
+  EXPECT_LT(most + 4 * Block::SIZE, (size_t) std::numeric_limits<int>::max());
 }

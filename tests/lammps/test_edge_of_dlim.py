@@ -1,0 +1,155 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Shells of neighbors at d = dlim, or at the edge of the zone, but for the round-off of the places: the same pairs act, on
+both of their atoms, wherever the body lies and whatever looks at it."""
+
+import itertools
+
+import numpy as np
+import pytest
+from lammps_run import write_data
+from small_bodies import head, pair, thermo
+
+DIAMETER = 0.0087
+CELLS = 5  # of a simple cubic lattice, more than two cut-offs
+SHELLS = {1.0: 6, 2.0: 12, 3.0: 8, 4.0: 6, 5.0: 24, 6.0: 24}  # squares of the distances in diameters: neighbors
+N = CELLS**3
+ROUND = 1e-9  # of the pressure: round-off of places a thousand diameters from the origin, over a strain of 1e-5
+
+COUNTS = """
+compute state all evp/state/atom
+compute most all reduce max c_state[1]
+compute least all reduce min c_state[1]
+compute new all reduce max c_state[4]
+"""
+COLUMNS = "pe press f_bonds f_bonds[1] f_bonds[2] f_bonds[3] c_most c_least c_new"
+SQUEEZE = "change_box all x scale 0.99999 y scale 0.99999 z scale 0.99999 remap\n"
+
+
+def row(alpha):
+    return f"60 8 4 3 8 4 0.005 0 {alpha:.17g}"
+
+
+def lattice(path, offset):
+    """Touching spheres that fill a periodic box, every coordinate rounded where it lies."""
+    places = DIAMETER * np.array(list(itertools.product(range(CELLS), repeat=3))) + np.array(offset)
+    low = np.array(offset) - 0.5 * DIAMETER
+    write_data(path, places, np.full(N, 0.5 * DIAMETER), np.stack([low, low + CELLS * DIAMETER], axis=1))
+
+
+def deck(alpha, contact="literal", fix="", newton="on", skin=0.0005, then=""):
+    style = f"pair_style evp/lj contact {contact}\npair_coeff * * {row(alpha)}\nfix bonds all evp/bonds {fix}\n"
+    return head(newton, "p p p", skin=skin) + style + "fix move all nve\n" + COUNTS + thermo(COLUMNS) + "run 0\n" + then
+
+
+def expect(table, bonds, new=0, beyond=0):
+    """bonds, new: per atom."""
+    found = {name: table[name][-1] for name in table}
+    assert found["f_bonds"] == N * bonds / 2
+    assert (found["f_bonds[1]"], found["f_bonds[2]"], found["f_bonds[3]"]) == (N * beyond / 2, 0, N * new / 2)
+    assert (found["c_most"], found["c_least"], found["c_new"]) == (bonds, bonds, new)
+
+
+def squeezed_pressure(bonds):
+    """Of small strains: each bond has K deq^2 = m n e1."""
+    return N * bonds / 2 * 8 * 4 * 60 * 1e-5 / (3 * (CELLS * DIAMETER)**3)
+
+
+OFFSETS = [(0, 0, 0), (0.1, 0.1, 0.1), (0.0123, 0.37, -0.0456), (-11.3, 7.7, 3.1)]
+
+
+@pytest.mark.parametrize("offset", OFFSETS[2:], ids=str)
+@pytest.mark.parametrize("alpha, fix, ranks, newton", [
+    (2.0, "", 1, "on"), (2.0, "", 2, "off"), (3**0.5, "", 4, "on"), (3**0.5, "zone 1.41421356237309505", 1, "off"),
+    (2.0, "zone 2", 1, "on")])
+def test_a_lattice_has_whole_shells(lmp, tmp_path, offset, alpha, fix, ranks, newton):
+    """Recorded, squeezed by 1e-5, written and read back."""
+    lattice(tmp_path / "body.data", offset)
+    zone = float(fix.split()[1]) if fix else alpha
+    bonds, within = (sum(n for square, n in SHELLS.items() if square <= reach**2 + 1e-6) for reach in (zone, alpha))
+    run = lmp(deck(alpha, "literal" if fix else "none", fix, newton, then=SQUEEZE + "run 0\nwrite_data s.data nocoeff\nwrite_evp_bonds s.bonds\n"),
+              ranks=ranks).ok()
+    for block in (0, 1):
+        expect(run.thermo(block), bonds, within - bonds)
+    assert len((tmp_path / "s.bonds").read_text(encoding="utf-8").splitlines()) == 1 + N * bonds // 2
+    if within == bonds:
+        assert run.thermo(1)["Press"][0] == pytest.approx(squeezed_pressure(bonds), rel=1e-4)
+    again = lmp(deck(alpha, "literal", "file s.bonds", newton).replace("body.data", "s.data")).ok()
+    expect(again.thermo(), bonds, within - bonds)
+    assert again.thermo()["Press"][0] == pytest.approx(run.thermo(1)["Press"][0], rel=1e-6)
+
+
+def test_numbers_do_not_depend_on_the_place(lmp, tmp_path):
+    """Bonds and new pairs at the edges, some of them literal contacts with more than the yield force."""
+    numbers = []
+    for offset, ranks, newton in zip(OFFSETS, (1, 2, 1, 4), ("on", "off", "off", "on")):
+        lattice(tmp_path / "body.data", offset)
+        table = lmp(deck(2.0, fix="zone 1.6", newton=newton), ranks=ranks).ok().thermo()
+        expect(table, 18, 14)
+        numbers.append([table["Press"][0], table["PotEng"][0]])
+    assert np.ptp(numbers, axis=0) == pytest.approx([0.0, 0.0], abs=1e-8 * np.abs(numbers).max())
+    assert numbers[0][0] < -1e6, "control: the new pairs pull"
+
+
+@pytest.mark.parametrize("skin", [0.0, 1e-12])
+def test_a_list_without_a_skin_holds_the_edge(lmp, tmp_path, skin):
+    lattice(tmp_path / "body.data", (0.0123, 0.37, -0.0456))
+    expect(lmp(deck(2.0, skin=skin)).ok().thermo(), 32)
+
+
+def test_every_reader_of_the_pairs_agrees(lmp, tmp_path):
+    """compute pair/local (single()), the pair energies and the balance at the edge."""
+    lattice(tmp_path / "body.data", (0.0123, 0.37, -0.0456))
+    run = lmp(deck(2.0, then="""compute pairs all pair/local p3 eng
+dump pairs all local 1 pairs.dump c_pairs[1] c_pairs[2]
+dump_modify pairs format float %.17g
+fix books all evp/energy
+compute dt all evp/dt
+""" + thermo("pe f_books f_books[2] c_dt c_dt[4] f_bonds[1]") + "run 0\n" + SQUEEZE + "run 0\n")).ok()
+    for snapshot, block in zip(run.dump("pairs.dump"), (1, 2)):
+        regimes, energies = snapshot["c_pairs[1]"], snapshot["c_pairs[2]"]
+        assert np.sum(regimes == 1.0) == 16 * N == len(regimes)
+        assert np.sum(energies) == pytest.approx(run.thermo(block)["PotEng"][0], rel=1e-12)
+    assert np.ptp([run.thermo(block)["c_dt"][0] for block in (1, 2)]) < 1e-3 * run.thermo(1)["c_dt"][0]
+
+
+@pytest.mark.parametrize("ranks", [1, 3])
+def test_a_row_of_spheres_that_is_moved_and_turned(lmp, tmp_path, ranks):
+    """Rigid motions and a squeeze of 1e-8: no bond is lost, no pair is new, and the force is that of the squeeze."""
+    count, alpha = 23, 3.0
+    places = np.stack([DIAMETER * np.arange(count) + 0.0311, np.full(count, 0.0123), np.full(count, -0.017)], axis=1)
+    write_data(tmp_path / "body.data", places, np.full(count, 0.5 * DIAMETER), [[-2, 2]] * 3)
+    text = head() + f"pair_style evp/lj contact literal\npair_coeff * * {row(alpha)}\nfix bonds all evp/bonds\nfix move all nve\n"
+    text += thermo("fmax f_bonds f_bonds[1] f_bonds[2] f_bonds[3]") + """run 0
+displace_atoms all move 0.7777 -0.3331 0.1
+run 0
+displace_atoms all rotate 0.8 -0.3 0.1 1 2 3 37
+run 0
+displace_atoms all rotate 0 0 0 1 -1 0 61
+run 0
+"""
+    run = lmp(text, ranks=ranks).ok()
+    for block in range(4):
+        table = run.thermo(block)
+        assert table["f_bonds"][0] == 3 * count - 6
+        assert table["f_bonds[1]"][0] == table["f_bonds[2]"][0] == table["f_bonds[3]"][0] == 0
+        assert table["Fmax"][0] < 1e-6 * 8 * 4 * 60 * 0.005 / DIAMETER
+
+
+def test_both_atoms_keep_the_same_bits(lmp, tmp_path):
+    """A body of round-off only in a tilted periodic box on 4 ranks: written from the side of the lower ID, and from the other
+    one after the IDs have changed sides; deq of both is the same to the last bit."""
+    rng = np.random.default_rng(5)
+    places = DIAMETER * (np.array(list(itertools.product(range(CELLS), repeat=3))) + 0.05 * rng.random((N, 3)))
+    places += [0.0123, 0.37, -0.0456]
+    low = places.min(axis=0) - 0.5 * DIAMETER
+    order = rng.permutation(N)
+    for name, ids in (("a", np.arange(N)), ("b", np.arange(N)[::-1])):
+        moved = places[order[ids]]
+        write_data(tmp_path / "body.data", moved, np.full(N, 0.5 * DIAMETER), np.stack([low, low + (CELLS + 0.1) * DIAMETER], axis=1))
+        tilted = (tmp_path / "body.data").read_text(encoding="utf-8").replace("zlo zhi\n", "zlo zhi\n0.003 -0.002 0.001 xy xz yz\n")
+        (tmp_path / "body.data").write_text(tilted, encoding="utf-8")
+        lmp(head(boundary="p p p") + pair() + f"run 0\nwrite_evp_bonds {name}.bonds\n", ranks=4).ok()
+    a, b = ({frozenset(int(word) for word in line.split()[:2]): line.split()[2] for line in (tmp_path / f"{name}.bonds").read_text().splitlines()[1:]}
+            for name in "ab")
+    assert len(a) > 900
+    assert a == {frozenset(N + 1 - k for k in key): deq for key, deq in b.items()}
