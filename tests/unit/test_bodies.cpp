@@ -29,7 +29,8 @@ class Numbers {
 };
 
 /// The lowest label that each node can reach, by repetition until nothing changes.
-std::vector<double> reachable(const std::vector<std::pair<int, int>> &pairs, std::vector<double> labels)
+std::vector<double> reachable(const std::vector<std::pair<int, int>> &pairs,
+                              std::vector<double> labels)
 {
   for (bool fell = true; fell;) {
     fell = false;
@@ -125,7 +126,8 @@ TEST(Bodies, runs_hold_all_atoms_and_those_of_their_body_only)
       EXPECT_EQ(bodies.body_of(i) == -1, labels[stride * i] == NO_BODY);
       for (int j = 0; j < i; j++)
         if (labels[stride * i] != NO_BODY) {
-          EXPECT_EQ(bodies.body_of(i) == bodies.body_of(j), labels[stride * i] == labels[stride * j]);
+          EXPECT_EQ(bodies.body_of(i) == bodies.body_of(j),
+                    labels[stride * i] == labels[stride * j]);
         }
     }
   }

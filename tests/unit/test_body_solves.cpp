@@ -81,7 +81,8 @@ Solved solve(const Chains &chains, const std::vector<std::vector<int>> &ranks, d
              int most_slots = Bodies::MOST_SLOTS)
 {
   struct Rank {
-    std::vector<double> mobility, inertia, undamped, change, residual, direction, direction_product, z, product;
+    std::vector<double> mobility, inertia, undamped, change, residual, direction, direction_product,
+        z, product;
     Bodies bodies;
     BodySolves solves;
   };
@@ -109,8 +110,10 @@ Solved solve(const Chains &chains, const std::vector<std::vector<int>> &ranks, d
     for (auto *values : {&rank.change, &rank.direction, &rank.direction_product, &rank.product})
       values->assign(own, 0.0);
     rank.bodies.assign(labels.data(), 1, (int) ranks[p].size(), across, most_slots);
-    const CgArrays arrays = {rank.mobility.data(), rank.inertia.data(), rank.change.data(), rank.residual.data(),
-                             rank.direction.data(), rank.direction_product.data(), rank.z.data(), rank.product.data()};
+    const CgArrays arrays = {rank.mobility.data(),  rank.inertia.data(),
+                             rank.change.data(),    rank.residual.data(),
+                             rank.direction.data(), rank.direction_product.data(),
+                             rank.z.data(),         rank.product.data()};
     rank.solves.start(rank.bodies, arrays, rank.undamped.data(), H, tolerance);
   }
 
@@ -122,7 +125,8 @@ Solved solve(const Chains &chains, const std::vector<std::vector<int>> &ranks, d
     const std::vector<double> y = chains.product(z);
     for (size_t p = 0; p < ranks.size(); p++) {
       Rank &rank = all[p];
-      for (size_t a = 0; a < 3 * ranks[p].size(); a++) rank.product[a] = y[3 * ranks[p][a / 3] + a % 3];
+      for (size_t a = 0; a < 3 * ranks[p].size(); a++)
+        rank.product[a] = y[3 * ranks[p][a / 3] + a % 3];
       rank.solves.gather();
       sums.resize(rank.solves.shared_sums(), 0.0);
       for (size_t k = 0; k < sums.size(); k++) sums[k] += rank.solves.sums()[k];
@@ -135,7 +139,8 @@ Solved solve(const Chains &chains, const std::vector<std::vector<int>> &ranks, d
     for (auto &rank : all) rank.solves.update();
   }
   for (size_t p = 0; p < ranks.size(); p++)
-    for (size_t a = 0; a < 3 * ranks[p].size(); a++) solved.change[3 * ranks[p][a / 3] + a % 3] = all[p].change[a];
+    for (size_t a = 0; a < 3 * ranks[p].size(); a++)
+      solved.change[3 * ranks[p][a / 3] + a % 3] = all[p].change[a];
   return solved;
 }
 
@@ -175,16 +180,19 @@ TEST(BodySolves, a_body_is_solved_as_if_it_were_alone)
   for (int body = 0; body < 2; body++) {
     Chains alone = both;
     for (int k = 0; k < 3 * 60; k++) alone.undamped[3 * 60 * (1 - body) + k] = 0.0;
-    const Solved solved = solve(both, {all_atoms(both)}, 1e-3), same = solve(alone, {all_atoms(both)}, 1e-3);
+    const Solved solved = solve(both, {all_atoms(both)}, 1e-3),
+                 same = solve(alone, {all_atoms(both)}, 1e-3);
     EXPECT_GE(solved.iterations, same.iterations);
-    for (int k = 3 * 60 * body; k < 3 * 60 * (body + 1); k++) EXPECT_EQ(solved.change[k], same.change[k]);
+    for (int k = 3 * 60 * body; k < 3 * 60 * (body + 1); k++)
+      EXPECT_EQ(solved.change[k], same.change[k]);
   }
 }
 
 TEST(BodySolves, two_ranks_give_what_one_gives)
 {
   const Chains chains(4, 30);
-  const Solved one = solve(chains, {all_atoms(chains)}, 1e-3), two = solve(chains, odd_and_even(chains), 1e-3);
+  const Solved one = solve(chains, {all_atoms(chains)}, 1e-3),
+               two = solve(chains, odd_and_even(chains), 1e-3);
   EXPECT_EQ(two.state, BodySolves::State::CONVERGED);
   EXPECT_EQ(one.iterations, two.iterations);
   for (int b = 0; b < 4; b++)
@@ -195,7 +203,8 @@ TEST(BodySolves, two_ranks_give_what_one_gives)
 TEST(BodySolves, bodies_that_share_a_slot_meet_the_tolerance_each)
 {
   const Chains chains(6, 20);
-  const Solved own = solve(chains, odd_and_even(chains), 1e-3), shared = solve(chains, odd_and_even(chains), 1e-3, 2);
+  const Solved own = solve(chains, odd_and_even(chains), 1e-3),
+               shared = solve(chains, odd_and_even(chains), 1e-3, 2);
   EXPECT_EQ(shared.state, BodySolves::State::CONVERGED);
   EXPECT_GT(shared.iterations, own.iterations) << "control: they do share";
   for (const double ratio : ratios(chains, shared.change)) EXPECT_LE(ratio, 1.001e-3);
