@@ -293,8 +293,8 @@ class Law {
     }
     double stored(double strain) const    // energy above that at deq, d = (1 + strain) deq
     {
-      if (square &&
-          std::fabs(strain) <= 0.25) {    // e (1 - s^n)^2 without a transcendental function
+      // e (1 - s^n)^2, without a transcendental function
+      if (square && std::fabs(strain) <= 0.25) {
         const double p = integer_power_minus_1(strain, square), q = p / (1.0 + p);
         return e * q * q;
       }
