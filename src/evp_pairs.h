@@ -95,9 +95,10 @@ struct PackedRow {
 struct PackedList {
   std::vector<PackedRow> rows;
   PackedPairs pairs;
-  long build = 0;    ///< counts the packings: indices of pairs hold as long as it does
-  int nlocal = 0;    ///< particles that the list was built for: own,
-  int nall = 0;      ///< and with ghosts
+  long build = 0;           ///< counts the packings: indices of pairs hold as long as it does
+  long common_build = 0;    ///< counts those that were collective
+  int nlocal = 0;           ///< particles that the list was built for: own,
+  int nall = 0;             ///< and with ghosts
 
   void clear()
   {

@@ -24,9 +24,6 @@
 using namespace LAMMPS_NS;
 using namespace FixConst;
 
-// a set-up knows the velocity in the middle of a step only; each pass more takes (w dt)^2/2 of the error
-static constexpr int SETUP_PASSES = 3;
-
 /* ----------------------------------------------------------------------
    fix ID group nve/evp [tol 1e-3] [maxiter 500]
 ------------------------------------------------------------------------- */
@@ -34,8 +31,8 @@ static constexpr int SETUP_PASSES = 3;
 FixNVEEVP::FixNVEEVP(LAMMPS *lmp, int narg, char **arg) :
     NodalExchange(lmp, narg, arg), tolerance(1.0e-3), max_iterations(500), others_groupbits(0),
     forces_follow(false), pair(nullptr), balance_wanted(false), turning_warned(false),
-    last_build(-1), dt_applied(0.0), vflag_now(0), last_iterations(0), most_iterations(0),
-    all_iterations(0), solves(0)
+    last_build(-1), bodies_build(-1), dt_turning(0.0), dt_applied(0.0), vflag_now(0),
+    last_iterations(0), most_iterations(0), all_iterations(0), solves(0)
 {
   for (int iarg = 3; iarg < narg; iarg += 2) {
     const std::string key = arg[iarg];
@@ -113,7 +110,7 @@ void FixNVEEVP::init()
   check_groups();
   balance_wanted = EVP::scene::find_fix(modify, "evp/energy") != nullptr;
   turning_warned = false;
-  last_build = -1;    // another pair style may have come to the same count
+  last_build = bodies_build = -1;    // another pair style may have come to the same count
   last_iterations = most_iterations = 0;
   all_iterations = solves = 0;
 }
@@ -157,13 +154,9 @@ bool FixNVEEVP::in_group(int i) const
 void FixNVEEVP::setup(int vflag)
 {
   vflag_now = vflag;
-  collect_dampers(Predictor::NOW);
+  collect_dampers();
+  if (balance_wanted) find_rates(0.0);
   solve_and_apply(0.5 * update->dt);
-  for (int pass = 1; pass < SETUP_PASSES && pair->damps_implicitly(); pass++) {
-    predict_again();
-    remove_applied();
-    solve_and_apply(0.5 * update->dt);
-  }
   if (forces_follow) dt_applied = 0.0;    // solve anew with what they add to f from here on
 }
 
@@ -180,7 +173,6 @@ void FixNVEEVP::initial_integrate(int /*vflag*/)
 {
   // the damping in f belongs to another step, or to less force: solve its second half anew
   if (update->dt != dt_applied) {
-    predict_again();
     remove_applied();
     solve_and_apply(0.5 * update->dt);
   }
@@ -196,9 +188,10 @@ void FixNVEEVP::initial_integrate(int /*vflag*/)
 
 void FixNVEEVP::final_integrate()
 {
-  collect_dampers(Predictor::LAST_STEP);
+  collect_dampers();
+  if (balance_wanted) find_rates(update->dt);
   solve_and_apply(update->dt);
-  find_rates();
+  if (balance_wanted) find_mean_rates();
   kick();
 }
 
@@ -266,9 +259,10 @@ double FixNVEEVP::memory_usage()
 {
   double bytes = (double) dampers.capacity() * sizeof(Damper);
   bytes += (double) damper_rows.capacity() * sizeof(EVP::PackedRow);
+  bytes += connected.memory_usage() + bodies.memory_usage() + solves_of_bodies.memory_usage();
   for (const Nodal *nodal :
-       {&inverse_distance, &damper_turning, &rate_before, &rate_now, &velocities, &reaction,
-        &applied, &last_force, &mobility, &inertia, &undamped, &change, &velocity, &residual,
+       {&damper_scale, &last_turning, &rate_before, &rate_now, &velocities, &reaction, &applied,
+        &lowest, &last_force, &mobility, &inertia, &undamped, &change, &velocity, &residual,
         &direction, &direction_product})
     bytes += (double) nodal->capacity() * sizeof(double);
   return bytes;

@@ -9,6 +9,7 @@ FixStyle(nve/evp,FixNVEEVP);
 #ifndef LMP_FIX_NVE_EVP_H
 #define LMP_FIX_NVE_EVP_H
 
+#include "evp_body_solves.h"
 #include "evp_kernel.h"
 #include "fix.h"
 #include "nodal_exchange.h"
@@ -21,8 +22,9 @@ namespace LAMMPS_NS {
 /// (M + dt C) v+ = M v- + dt (F(x) - T), then x += dt v+.
 ///
 /// A pair at rest in a turning frame parts along its old direction u by no velocity u.v+ of zero, so
-/// each damper sees the opening rate of the whole step, (|r + dt v+| - |r|)/dt = u.v+ + turning. T holds
-/// gamma times what turning adds, predicted from v- (see evp_opening.h).
+/// each damper sees the opening rate of the whole step, (|r + dt v+| - |r|)/dt = u.v+ + turning (see
+/// evp_opening.h). T holds gamma times what turning adds: that of the last step, corrected until it is
+/// that of v+.
 ///
 /// Between steps atoms hold v = (v- + v+)/2, and f holds F plus the damping force that took v- to v+,
 /// so that both half kicks are those of plain leapfrog and other fixes read the whole force.
@@ -59,9 +61,6 @@ class FixNVEEVP : public NodalExchange<Fix> {
     int pair;    ///< index in the packed list
   };
 
-  /// Where the velocities come from that predict how a pair turns in the step to come.
-  enum class Predictor { LAST_STEP, NOW, THIS_STEP };
-
   double tolerance;
   int max_iterations;
   int others_groupbits;    // groups of the other fixes that move atoms by forces
@@ -70,16 +69,23 @@ class FixNVEEVP : public NodalExchange<Fix> {
   class PairEVPLJ *pair;
   std::vector<Damper> dampers;
   std::vector<EVP::PackedRow> damper_rows;
-  // by damper: 1/d at the last force evaluation, and sqrt(gamma) times
-  std::vector<double> inverse_distance;
-  std::vector<double> damper_turning;    // the opening rate that turning adds,
-  std::vector<double> rate_before;       // that over the last step,
-  std::vector<double> rate_now;          // and that at the present places
-  bool balance_wanted;                   // a fix evp/energy asks for these two
+  // sqrt(gamma)/d of each damper, and sqrt(gamma) times
+  std::vector<double> damper_scale;
+  std::vector<double>
+      last_turning;    // the opening rate that turning adds; by index in the packed list
+  std::vector<double> rate_before;    // that over the last step,
+  std::vector<double> rate_now;       // and that at the present places
+  bool balance_wanted;                // a fix evp/energy asks for these two
   bool turning_warned;
   std::vector<double> last_force;    // of the last solve, over w; by index in the packed list
   long last_build;
+  EVP::NodeSets connected;    // atoms and ghosts
+  EVP::Bodies bodies;
+  EVP::BodySolves solves_of_bodies;
+  Nodal lowest;    // label of the body (its lowest ID), first and minus last rank with atoms of it
+  long bodies_build;
   Nodal applied;        // damping force that f holds, from one solve to the kick after it; or empty
+  double dt_turning;    // step of last_turning
   double dt_applied;    // step that it was solved for, 0 if it must be solved anew
   int vflag_now;
 
@@ -92,20 +98,26 @@ class FixNVEEVP : public NodalExchange<Fix> {
   bigint all_iterations, solves;
 
   bool in_group(int i) const;
-  void predict_velocities(Predictor);
-  void collect_dampers(Predictor);
-  void predict_again();
+  void collect_dampers();
+  void find_rates(double dt);
+  void find_mean_rates();
   void warn_of_turning(double turned);
-  void find_rates();
   template <class F> double power(F &&mean_rate) const;
   void kick();
   void solve_and_apply(double h);
   void remove_applied();
   int solve(double h);
+  void find_bodies();
+  void spread_lowest();
+  std::vector<double> bodies_across() const;
   void check_groups() const;
   void exchange_velocities(const Nodal &of);
   void check_partners(int i, int j) const;
-  template <bool Turning, class F> void damping_product(F &&keep);
+  template <class F> void damping_product(F &&rate);
+  int iterate(double h, int iteration);
+  EVP::BodySolves::State judge_residuals();
+  bool turning_settled(double h);
+  void add_rounding(double h);
   void warm_start(double h);
   void store_applied(double h);
   void tally_virial();

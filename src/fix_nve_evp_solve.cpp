@@ -4,7 +4,6 @@
 
 #include "fix_nve_evp.h"
 
-#include "evp_cg.h"
 #include "evp_opening.h"
 #include "evp_vector.h"
 #include "pair_evp_lj.h"
@@ -17,58 +16,33 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 using namespace LAMMPS_NS;
 
 static constexpr double LARGEST_TURN = 0.15;    // rad per step, see doc/fix_nve_evp.rst
-static constexpr double ROUND_OFF = 4.0 * std::numeric_limits<double>::epsilon();
-
-/* ----------------------------------------------------------------------
-   velocities, with ghosts, that predict how pairs turn in the step to come: of the last step, which
-   ended at the present places, of the atoms now, or of this step as far as it is known, by what f holds
-------------------------------------------------------------------------- */
-
-void FixNVEEVP::predict_velocities(Predictor predictor)
-{
-  const double half = predictor == Predictor::THIS_STEP ? 0.5 * update->dt : 0.0;
-  velocities.resize((size_t) 3 * (atom->nlocal + atom->nghost));
-  for (int i = 0; i < atom->nlocal; i++) {
-    const double scale = half > 0.0 && in_group(i) ? half * EVP::scene::inverse_mass(atom, force, i)
-                                                   : 0.0;
-    for (int c = 0; c < 3; c++)
-      velocities[(size_t) 3 * i + c] = atom->v[i][c] + scale * atom->f[i][c];
-  }
-  to_ghosts(velocities);
-}
+static constexpr int MOST_PASSES =
+    20;    // of the correction of turning: beyond, steps are far too long
 
 /* ----------------------------------------------------------------------
    x is that of the force evaluation here; later it may not be, so u and 1/d are kept
 ------------------------------------------------------------------------- */
 
-void FixNVEEVP::collect_dampers(Predictor predictor)
+void FixNVEEVP::collect_dampers()
 {
   damper_rows.clear();
   if (!pair->damps_implicitly()) {
     dampers.clear();
     return;
   }
-  predict_velocities(predictor);
+  const auto x = EVP::scene::rows(atom->x);
   const EVP::PackedList &list = pair->packed_pairs();
   const size_t most = list.pairs.size();
-  dampers.resize(most);
-  if (list.build != last_build) last_force.assign(most, 0.0);
+  if (list.build != last_build)
+    for (auto *of_pairs : {&last_force, &last_turning}) of_pairs->assign(most, 0.0);
   last_build = list.build;
-  for (auto *values : {&damper_turning, &inverse_distance}) values->resize(most);
-  if (balance_wanted) rate_before.resize(most);
-
-  const auto x = EVP::scene::rows(atom->x);
-  const auto v = reinterpret_cast<const double(*)[3]>(velocities.data());
-  double *const turning = damper_turning.data(), *const inv_distance = inverse_distance.data();
-  double *const before = balance_wanted ? rate_before.data() : nullptr;
-  const int side = predictor == Predictor::LAST_STEP ? -1 : 0;
-  const double half_dt = 0.5 * update->dt;
-  double turned = 0.0;
+  if (list.common_build != bodies_build) find_bodies();
+  dampers.resize(most);
+  damper_scale.resize(most);
   Damper *damper = dampers.data();
   int law = -1, n = 0;
   double root = 0.0;    // sqrt(gamma) of that law
@@ -85,52 +59,42 @@ void FixNVEEVP::collect_dampers(Predictor predictor)
       if (g.dsq > p.cutsq) continue;
 
       if (others_groupbits) check_partners(row.i, p.j);
-      const double inv_d = 1.0 / std::sqrt(g.dsq), scale = root * inv_d;
+      const double scale = root / std::sqrt(g.dsq);
       damper->w[0] = scale * g.dx;
       damper->w[1] = scale * g.dy;
       damper->w[2] = scale * g.dz;
       damper->j = p.j;
       damper->pair = k;
       damper++;
-
-      const EVP::PairGeometry dv(v, row.i, p.j);
-      const double along = inv_d * (g.dx * dv.dx + g.dy * dv.dy + g.dz * dv.dz);
-      const double half_step = half_dt * inv_d;
-      const double rate = EVP::turning_rate(dv.dsq, along, half_step, side);
-      turned = std::max(turned, half_step * rate);
-      inv_distance[n] = inv_d;
-      turning[n] = root * rate;
-      // the opening rate of the last step is without what turning added to it
-      if (before) before[n] = root * (along + side * rate);
-      n++;
+      damper_scale[n++] = scale;
     }
     if (n > first) damper_rows.push_back({row.i, first, n});
   }
   dampers.resize(n);
-  if (balance_wanted) rate_now = rate_before;
-  warn_of_turning(turned);
 }
 
 /* ----------------------------------------------------------------------
-   how all pairs turn, from this step as far as it is known
+   opening rates over the last step of size dt, or now with dt = 0, from the velocities that atoms hold
 ------------------------------------------------------------------------- */
 
-void FixNVEEVP::predict_again()
+void FixNVEEVP::find_rates(double dt)
 {
-  predict_velocities(Predictor::THIS_STEP);
-  double turned = 0.0;
+  rate_before.resize(dampers.size());
+  if (!pair->damps_implicitly()) return;
+  velocities.resize((size_t) 3 * (atom->nlocal + atom->nghost));
+  std::copy_n(atom->v[0], (size_t) 3 * atom->nlocal, velocities.begin());
+  to_ghosts(velocities);
   for (const auto &row : damper_rows) {
     const EVP::Vector vi(&velocities[(size_t) 3 * row.i]);
     for (int k = row.first; k < row.last; k++) {
       const EVP::Vector w(dampers[k].w);
       const EVP::Vector v = vi - EVP::Vector(&velocities[(size_t) 3 * dampers[k].j]);
-      const double root = std::sqrt(dot(w, w)), half_step = 0.5 * update->dt * inverse_distance[k];
-      const double rate = EVP::turning_rate(dot(v, v), dot(w, v) / root, half_step, 1);
-      turned = std::max(turned, half_step * rate);
-      damper_turning[k] = root * rate;
+      const double along = dot(w, v);
+      rate_before[k] =
+          along + EVP::turning_rate(along, dot(v, v), -0.5 * dt * damper_scale[k], 1.0 / dot(w, w));
     }
   }
-  warn_of_turning(turned);
+  rate_now = rate_before;
 }
 
 /* ----------------------------------------------------------------------
@@ -154,9 +118,8 @@ void FixNVEEVP::warn_of_turning(double turned)
    the velocity at the present places is the mean of those before and after
 ------------------------------------------------------------------------- */
 
-void FixNVEEVP::find_rates()
+void FixNVEEVP::find_mean_rates()
 {
-  if (!balance_wanted) return;
   for (size_t k = 0; k < dampers.size(); k++)
     rate_now[k] = 0.5 * (rate_before[k] - last_force[dampers[k].pair]);
 }
@@ -208,12 +171,12 @@ void FixNVEEVP::check_partners(int i, int j) const
 }
 
 /* ----------------------------------------------------------------------
-   reaction = C velocities for all local atoms, velocities being set for the local ones, and where
-   asked for gamma times what turning adds; keep(damper, sqrt(gamma) times the opening rate) is called
-   on the way
+   reaction = sum of the damper forces, minus sign, for all local atoms, velocities being set for the
+   local ones. rate(i, k, w, v): sqrt(gamma) times the opening rate of damper k in the row of i, whose
+   atoms have the relative velocity v
 ------------------------------------------------------------------------- */
 
-template <bool Turning, class F> void FixNVEEVP::damping_product(F &&keep)
+template <class F> void FixNVEEVP::damping_product(F &&rate)
 {
   const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
   to_ghosts(velocities);
@@ -228,10 +191,7 @@ template <bool Turning, class F> void FixNVEEVP::damping_product(F &&keep)
     for (int k = row.first; k < row.last; k++) {
       const Damper &damper = dampers[k];
       const EVP::Vector w(damper.w);
-      double along = dot(w, vi - EVP::Vector(all + (size_t) 3 * damper.j));
-      if constexpr (Turning) along += damper_turning[k];
-      keep(damper, along);
-      const EVP::Vector y = w * along;
+      const EVP::Vector y = w * rate(row.i, k, w, vi - EVP::Vector(all + (size_t) 3 * damper.j));
       yi = yi + y;
       if (damper.j < nreact) y.subtract_from(forces + (size_t) 3 * damper.j);
     }
@@ -239,9 +199,6 @@ template <bool Turning, class F> void FixNVEEVP::damping_product(F &&keep)
   }
   to_owners(reaction);
 }
-
-static constexpr auto nothing_to_keep = [](const auto &, double) {
-};
 
 /* ----------------------------------------------------------------------
    velocity = v* with the damper forces of the last step along the present pairs: like those of
@@ -269,8 +226,13 @@ void FixNVEEVP::warm_start(double h)
     change[k] = h * mobility[k] * guess[k];
     velocity[k] = undamped[k] + change[k];
   }
+  if (dt_turning > 0.0 && update->dt != dt_turning)
+    for (double &turning : last_turning) turning *= update->dt / dt_turning;
+  dt_turning = update->dt;
   exchange_velocities(velocity);
-  damping_product<true>(nothing_to_keep);
+  damping_product([this](int, int k, const EVP::Vector &w, const EVP::Vector &v) {
+    return dot(w, v) + last_turning[dampers[k].pair];
+  });
   for (size_t k = 0; k < n; k++)
     if (mobility[k] > 0.0) residual[k] -= h * reaction[k];
 }
@@ -289,13 +251,8 @@ void FixNVEEVP::exchange_velocities(const Nodal &of)
 }
 
 /* ----------------------------------------------------------------------
-   preconditioned by M, in the form that needs one sum over processes per iteration
-   (Chronopoulos and Gear). M keeps the momentum of every iterate exact: pair forces
-   have none, and the start carries that of M v + h F.
-   The tolerance is against what the damping does, M (v - v*): a measure that knows no frame, so a
-   body in flight is not solved worse than one at rest, and that does not grow with h C, as
-   h C v* would (it exceeds the motion itself where damping is strong).
-   Held atoms need no branch: their mobility, hence every direction, and their inertia are zero.
+   M (v+ - v-) = h (F - C v+ - T), T being that of v+ in the end: turning changes little from step to
+   step, so that mostly the T of the last one does. Iterations
 ------------------------------------------------------------------------- */
 
 int FixNVEEVP::solve(double h)
@@ -303,9 +260,8 @@ int FixNVEEVP::solve(double h)
   const int nlocal = atom->nlocal;
   const size_t n = (size_t) 3 * nlocal;
   velocities.resize(n + (size_t) 3 * atom->nghost);
-  for (Nodal *nodal : {&mobility, &inertia, &undamped, &velocity, &change, &residual, &direction,
-                       &direction_product})
-    nodal->assign(n, 0.0);
+  for (Nodal *nodal : {&mobility, &inertia, &direction, &direction_product}) nodal->assign(n, 0.0);
+  for (Nodal *nodal : {&undamped, &velocity, &change, &residual}) nodal->resize(n);
   for (int i = 0; i < nlocal; i++)
     if (in_group(i)) {
       const double w = EVP::scene::inverse_mass(atom, force, i);
@@ -317,66 +273,130 @@ int FixNVEEVP::solve(double h)
   for (size_t k = 0; k < n; k++) undamped[k] = v[k] + h * mobility[k] * f[k];
   warm_start(h);
 
-  const EVP::CgLoops loops = EVP::cg_loops();
-  const EVP::CgArrays arrays = {mobility.data(),   inertia.data(),   change.data(),
-                                residual.data(),   direction.data(), direction_product.data(),
-                                velocities.data(), reaction.data()};
-  double whole = 0.0;    // M v*^2, here
-  for (size_t k = 0; k < n; k++) {
-    velocities[k] = mobility[k] * residual[k];
-    whole += inertia[k] * undamped[k] * undamped[k];
-  }
-  double changed = loops.changed(arrays, n);
-
-  double last_norm = 0.0, last_alpha = 0.0;
-  for (int iteration = 0;; iteration++) {
-    damping_product<false>(nothing_to_keep);
-
-    const EVP::CgProducts products = loops.products(arrays, n, h);
-    double sums[4] = {products.norm, products.curvature, changed, whole};
-    double all[4];
-    MPI_Allreduce(sums, all, 4, MPI_DOUBLE, MPI_SUM, world);
-    const double norm = all[0], curvature = all[1];
-    const double target = std::max(tolerance * tolerance * all[2], ROUND_OFF * ROUND_OFF * all[3]);
-    if (!std::isfinite(norm + target))
-      error->all(FLERR,
-                 "Fix {} nve/evp: velocities or forces are not numbers any more at step {} with "
-                 "timestep {:.6g}: the step is above the limit (see compute evp/dt), or the motion "
-                 "too fast for it (see fix dt/evp)",
-                 id, update->ntimestep, update->dt);
-    if (norm <= target) {
-      for (size_t k = 0; k < n; k++) velocity[k] = undamped[k] + change[k];
-      return iteration;
-    }
-    if (iteration == max_iterations)
-      error->all(FLERR,
-                 "Fix {} nve/evp: the damping did not converge in {} iterations at step {} "
-                 "(residual {:.3g} of the tolerance): reduce the timestep, or raise maxiter",
-                 id, iteration, update->ntimestep, std::sqrt(norm / target));
-
-    const double beta = iteration ? norm / last_norm : 0.0;
-    const double alpha = norm / (curvature - (iteration ? beta * norm / last_alpha : 0.0));
-    changed = loops.update(arrays, n, alpha, beta);
-    last_norm = norm;
-    last_alpha = alpha;
+  int iterations = 0;
+  for (int pass = 1;; pass++) {
+    iterations = iterate(h, iterations);
+    if (turning_settled(h) || pass == MOST_PASSES) return iterations;
   }
 }
 
 /* ----------------------------------------------------------------------
-   on the group what took v to the v+ found, elsewhere the reaction of the dampers
+   conjugate gradients, preconditioned by M, each body by itself: a still one does not wait in the
+   residual of a violent one. M keeps the momentum of every iterate exact: pair forces have none, and
+   the start carries that of M v + h F.
+   The tolerance is against what the damping does, M (v - v*): a measure that knows no frame, so a
+   body in flight is not solved worse than one at rest, and that does not grow with h C, as
+   h C v* would (it exceeds the motion itself where damping is strong).
+   Held atoms need no branch: their mobility, hence every direction, and their inertia are zero.
+------------------------------------------------------------------------- */
+
+int FixNVEEVP::iterate(double h, int iteration)
+{
+  const EVP::CgArrays arrays = {mobility.data(),   inertia.data(),   change.data(),
+                                residual.data(),   direction.data(), direction_product.data(),
+                                velocities.data(), reaction.data()};
+  for (size_t k = 0; k < change.size(); k++) velocities[k] = mobility[k] * residual[k];
+  solves_of_bodies.start(bodies, arrays, undamped.data(), h, tolerance);
+  for (;; iteration++) {
+    damping_product([](int, int, const EVP::Vector &w, const EVP::Vector &v) {
+      return dot(w, v);
+    });
+    if (judge_residuals() == EVP::BodySolves::State::CONVERGED) break;
+    if (iteration == max_iterations) {
+      double worst = solves_of_bodies.worst();
+      MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_DOUBLE, MPI_MAX, world);
+      error->all(FLERR,
+                 "Fix {} nve/evp: the damping did not converge in {} iterations at step {} "
+                 "(residual {:.3g} of the tolerance): reduce the timestep, or raise maxiter",
+                 id, iteration, update->ntimestep, worst);
+    }
+    solves_of_bodies.update();
+  }
+  for (size_t k = 0; k < change.size(); k++) velocity[k] = undamped[k] + change[k];
+  return iteration;
+}
+
+/* ---------------------------------------------------------------------- */
+
+EVP::BodySolves::State FixNVEEVP::judge_residuals()
+{
+  solves_of_bodies.gather();
+  MPI_Allreduce(MPI_IN_PLACE, solves_of_bodies.sums(), solves_of_bodies.shared_sums(), MPI_DOUBLE,
+                MPI_SUM, world);
+  const EVP::BodySolves::State state = solves_of_bodies.judge();
+  if (state == EVP::BodySolves::State::NOT_FINITE)
+    error->all(FLERR,
+               "Fix {} nve/evp: velocities or forces are not numbers any more at step {} with "
+               "timestep {:.6g}: the step is above the limit (see compute evp/dt), or the motion "
+               "too fast for it (see fix dt/evp)",
+               id, update->ntimestep, update->dt);
+  return state;
+}
+
+/* ----------------------------------------------------------------------
+   collective. Takes T from the velocities found, and with it the damper forces and the residual; does
+   that meet the tolerance still?
+------------------------------------------------------------------------- */
+
+bool FixNVEEVP::turning_settled(double h)
+{
+  const double half_dt = 0.5 * update->dt;
+  double turned = 0.0;
+  exchange_velocities(velocity);
+  damping_product([&](int, int k, const EVP::Vector &w, const EVP::Vector &v) {
+    const int p = dampers[k].pair;
+    const double along = dot(w, v), inv_gamma = 1.0 / dot(w, w);
+    const double half_step = half_dt * damper_scale[k];
+    const double turning = EVP::turning_rate(along, dot(v, v), half_step, inv_gamma);
+    turned = std::max(turned, half_step * turning * inv_gamma);
+    last_turning[p] = turning;
+    last_force[p] = -(along + turning);
+    return along + turning;
+  });
+  warn_of_turning(turned);
+
+  applied.resize(change.size());
+  for (size_t k = 0; k < change.size(); k++) {
+    applied[k] = -reaction[k];
+    residual[k] = mobility[k] > 0.0 ? -inertia[k] * change[k] - h * reaction[k] : 0.0;
+    velocities[k] = mobility[k] * residual[k];
+  }
+  solves_of_bodies.restart();
+  if (judge_residuals() == EVP::BodySolves::State::CONVERGED) return true;
+  add_rounding(h);
+  solves_of_bodies.restart();
+  return judge_residuals() == EVP::BodySolves::State::CONVERGED;
+}
+
+/* ----------------------------------------------------------------------
+   damper forces are the sum of along and turning, whose rounding no solve can go below
+------------------------------------------------------------------------- */
+
+void FixNVEEVP::add_rounding(double h)
+{
+  for (const auto &row : damper_rows) {
+    const int body = bodies.body_of(row.i);
+    if (body < 0) continue;
+    double sum = 0.0;
+    for (int k = row.first; k < row.last; k++) {
+      const EVP::Vector w(dampers[k].w);
+      const double turning = last_turning[dampers[k].pair];
+      const double along = last_force[dampers[k].pair] + turning;
+      sum += dot(w, w) * (along * along + turning * turning);
+    }
+    solves_of_bodies.add_to_floor(body, 2.0 * h * h * mobility[(size_t) 3 * row.i] * sum);
+  }
+}
+
+/* ----------------------------------------------------------------------
+   on the group what took v to the v+ found; elsewhere it is the reaction of the dampers
 ------------------------------------------------------------------------- */
 
 void FixNVEEVP::store_applied(double h)
 {
-  exchange_velocities(velocity);
-  damping_product<true>([this](const Damper &damper, double along) {
-    last_force[damper.pair] = -along;
-  });
-  const size_t n = (size_t) 3 * atom->nlocal;
-  applied.resize(n);
-  double *v = atom->v[0], *f = atom->f[0], *damping = applied.data();
-  for (size_t k = 0; k < n; k++)
-    damping[k] = mobility[k] > 0.0 ? (velocity[k] - v[k]) / (h * mobility[k]) - f[k] : -reaction[k];
+  const double *v = atom->v[0], *f = atom->f[0];
+  for (size_t k = 0; k < applied.size(); k++)
+    if (mobility[k] > 0.0) applied[k] = (velocity[k] - v[k]) / (h * mobility[k]) - f[k];
 }
 
 /* ----------------------------------------------------------------------

@@ -5,6 +5,7 @@
 #ifndef LMP_EVP_NODAL_EXCHANGE_H
 #define LMP_EVP_NODAL_EXCHANGE_H
 
+#include "evp_bodies.h"
 #include "lammps_compat.h"
 
 #include <algorithm>
@@ -24,27 +25,33 @@ template <class Base> class NodalExchange : public Base {
   int pack_forward_comm(int n, int *indices, double *buf, int /*pbc_flag*/, int * /*pbc*/) override
   {
     const int width = this->comm_forward;
-    for (int k = 0; k < n; k++, buf += width)
-      std::copy_n(&(*exchanged)[(size_t) width * indices[k]], width, buf);
+    for (int k = 0; k < n; k++, buf += width) std::copy_n(values_of(indices[k], width), width, buf);
     return n * width;
   }
 
   void unpack_forward_comm(int n, int first, double *buf) override
   {
     const int width = this->comm_forward;
-    std::copy_n(buf, n * width, &(*exchanged)[(size_t) width * first]);
+    std::copy_n(buf, n * width, values_of(first, width));
   }
 
   int pack_reverse_comm(int n, int first, double *buf) override
   {
     const int width = this->comm_reverse;
-    std::copy_n(&(*exchanged)[(size_t) width * first], n * width, buf);
+    std::copy_n(values_of(first, width), n * width, buf);
     return n * width;
   }
 
   void unpack_reverse_comm(int n, int *indices, double *buf) override
   {
     const int width = this->comm_reverse;
+    if (lowest) {
+      for (int k = 0; k < n; k++)
+        fell = EVP::NodeSets::lower(exchanged->data() + (size_t) width * indices[k],
+                                    buf + (size_t) width * k, width) ||
+            fell;
+      return;
+    }
     for (int k = 0; k < n; k++)
       for (int c = 0; c < width; c++)
         (*exchanged)[(size_t) width * indices[k] + c] += buf[(size_t) width * k + c];
@@ -68,8 +75,27 @@ template <class Base> class NodalExchange : public Base {
     EVP::compat::reverse_comm(this->comm, this);
   }
 
+  /// Collective. Owners take the lowest of their values and those of their ghosts, whether ghosts
+  /// take reactions or not. Returns whether a value on this process fell.
+  bool lower_owners(Nodal &values)
+  {
+    exchanged = &values;
+    lowest = true;
+    fell = false;
+    EVP::compat::reverse_comm(this->comm, this);
+    lowest = false;
+    return fell;
+  }
+
  private:
   Nodal *exchanged = nullptr;
+  bool lowest = false, fell = false;
+
+  /// Where those of an atom begin; first may be behind the last one where nothing is sent.
+  double *values_of(int first, int width) const
+  {
+    return exchanged->data() + (size_t) width * first;
+  }
 };
 
 }    // namespace LAMMPS_NS

@@ -1,0 +1,208 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""fix nve/evp solves each connected body by itself: what one does changes nothing in another, on any number of MPI ranks."""
+
+import numpy as np
+import pytest
+from evp import law
+from lammps_run import write_data
+from small_bodies import ANOTHER_ORDER, SPACING, Small, head, lattice_body, mass_of, pair, record, thermo, truth, words, write_body
+
+DEFAULT_TOL = 1e-3
+STEP = 4e-6  # [s]
+LAYOUTS = [(1, "on", "* * *"), (1, "off", "* * *"), (2, "on", "2 1 1"), (2, "off", "1 2 1"), (4, "on", "4 1 1"), (4, "off", "1 2 2")]
+layouts = pytest.mark.parametrize("ranks, newton, processors", LAYOUTS)
+
+FLY = "fix integrate all nve/evp {options}\ntimestep {step}\n" + thermo("pe ke f_integrate f_integrate[1] f_integrate[2]")
+DUMP = """
+dump all all custom {every} all.dump id x y z vx vy vz fx fy fz
+dump_modify all format float %.17g
+thermo {every}
+"""
+
+
+def velocities(snapshot):
+    return snapshot.vectors("vx", "vy", "vz")
+
+
+def bare(gamma):
+    """A row of nothing but damping."""
+    return law.TABLE2._replace(e1=0.0, e2=0.0, gamma=gamma)
+
+
+# ---- two bodies far apart ----
+
+VIOLENT, STILL = 120.0, 3e-5  # [m/s] speeds inside body 1 and body 2
+GAP = 0.09  # [m] at two and four ranks along x some have no body at all
+
+
+def two_bodies():
+    """The second a copy of the first, of another type."""
+    one = lattice_body((3, 3, 3), seed=5)
+    shift = np.array([0.03 + GAP, 0.0, 0.0])
+    x = np.concatenate([one.x, one.x + shift])
+    radius, types = np.tile(one.radius, 2), np.repeat([1, 2], len(one.x))
+    box = np.array([[-0.02, 0.03 + GAP + 0.05], [-0.02, 0.05], [-0.02, 0.05]])
+    return Small(x, radius, types, box, np.zeros((3, 3)), {})
+
+
+def flight_of_two(processors="* * *", newton="on", without="none"):
+    """40 steps; `without`: the type that is not there. Damping in body 2 is 200 times that of body 1."""
+    rows = {1: law.TABLE1._replace(gamma=25.0), 2: law.TABLE1._replace(gamma=5000.0)}
+    deck = head(newton, before=f"processors {processors}")
+    if without != "none":
+        deck += f"group without type {without}\ndelete_atoms group without compress no\n"
+    deck += "pair_style evp/lj contact none\n"
+    for i, j in ((1, 1), (2, 2), (1, 2)):
+        deck += f"pair_coeff {i} {j} {words(rows[max(i, j)])}\n"
+    deck += f"""fix bonds all evp/bonds
+variable speed atom (type==1)*{VIOLENT}+(type==2)*{STILL}
+variable vx atom v_speed*sin(1.7*id)
+variable vy atom v_speed*cos(2.9*id)
+variable vz atom v_speed*sin(0.6*id+1)
+velocity all set v_vx v_vy v_vz
+"""
+    return deck + FLY.format(options="", step=STEP) + DUMP.format(every=2) + "run 20\nrun 20\n"
+
+
+@layouts
+def test_a_still_body_does_not_notice_a_violent_one(lmp, tmp_path, ranks, newton, processors):
+    """Its motion is that without the other, to the tolerance at every dump. (With one tolerance over both its velocities
+    were several times too large.)"""
+    body = two_bodies()
+    write_body(tmp_path / "body.data", body)
+    both = lmp(flight_of_two(processors, newton), ranks).ok().dump("all.dump")
+    alone = lmp(flight_of_two(processors, newton, without="1"), ranks).ok().dump("all.dump")
+    assert len(both) == len(alone) > 15
+    largest = [np.abs(velocities(snapshot)).max() for snapshot in alone]
+    for snapshot, same, scale in zip(both, alone, largest):
+        second = velocities(snapshot)[len(body.x) // 2:]
+        assert np.abs(second - velocities(same)).max() <= DEFAULT_TOL * scale, snapshot.step
+    assert largest[-1] < 0.6 * largest[0], "control: damping acts"
+
+
+def test_iterations_are_those_of_the_slowest_body(lmp, tmp_path):
+    """With a list that is never built anew, as each build starts all solves from none. A body whose turning takes another pass lets
+    the other begin one too."""
+    write_body(tmp_path / "body.data", two_bodies())
+    held = "neigh_modify every 1000000 delay 1000000 check no\nthermo 1\nrun 20\n"
+    found = [lmp(flight_of_two(without=without).partition("run 20")[0] + held).ok().thermo()["f_integrate"] for without in ("none", "1", "2")]
+    assert np.abs(found[0] - np.maximum(found[1], found[2])).max() <= 2  # one, or one a pass
+    assert np.any(found[1] > found[2] + 1) or np.any(found[2] > found[1] + 1), "control"
+
+
+# ---- many bodies ----
+
+
+def write_pairs(path, n, place, box):
+    """Pairs 1-2, 3-4 ... of spheres along x at the places; returns the rate at which each pair's opening falls over gamma."""
+    rng = np.random.default_rng(11)
+    radius = rng.uniform(0.004, 0.005, (n, 2))
+    half = 0.5 * radius.sum(axis=1)
+    x = np.repeat(place[:, None, :], 2, axis=1)
+    x[:, 0, 0] -= half
+    x[:, 1, 0] += half
+    write_data(path, x.reshape(-1, 3), radius.ravel(), box)
+    return (1.0 / mass_of(radius)).sum(axis=1)
+
+
+def assert_pairs_fall(snapshots, rate, exponent, gamma, tolerance):
+    """Openings begin at twice 10^-exponent and fall by 1 + h per step, exactly. Each pair flies too, and its speed has roundings."""
+    for snapshot in snapshots:
+        v = snapshot["vx"].reshape(-1, 2)
+        expected = 2.0 * 10.0**-exponent * (1.0 + STEP * gamma * rate) ** -snapshot.step
+        error = np.abs(v[:, 1] - v[:, 0] - expected)
+        assert np.all(error <= tolerance * snapshot.step * expected + 1e-12 * 10.0**-exponent + 1e-138), snapshot.step
+        assert snapshot.step == 0 or np.all(expected < 0.9 * 10.0**-exponent), "control"
+
+
+# Openings of 1 to 1e-170, in an order that has nothing to do with IDs; those below 1e-138 are rest, as their squares underflow
+PAIR_SPEEDS = """
+variable k atom floor((id-1)/2)
+variable vx atom exp(-{decades}*ln(10)*abs(sin(1.7*v_k)))*(2*(id-1-2*v_k)-1)
+velocity all set v_vx 0 0
+"""
+
+
+def exponents(n, decades):
+    return decades * np.abs(np.sin(1.7 * np.arange(n)))
+
+
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off"), (4, "on")])
+def test_two_thousand_pairs_are_two_thousand_bodies(lmp, tmp_path, ranks, newton):
+    """A chain of them along x. One dashpot is solved in one iteration, so all are, whatever their masses and speeds."""
+    n, gamma, decades = 2000, 700.0, 170
+    place = np.zeros((n, 3))
+    place[:, 0] = 0.03 * (np.arange(n) + 0.5)
+    rate = write_pairs(tmp_path / "body.data", n, place, [[-0.01, 0.03 * n + 0.01], [-0.02, 0.02], [-0.02, 0.02]])
+    deck = head(newton, before=f"processors {ranks} 1 1") + pair(bare(gamma), "none") + PAIR_SPEEDS.format(decades=decades)
+    run = lmp(deck + FLY.format(options="", step=STEP) + DUMP.format(every=5) + "run 10\n", ranks).ok()
+    assert_pairs_fall(run.dump("all.dump"), rate, exponents(n, decades), gamma, 0.0)
+    assert run.thermo()["f_integrate[2]"][-1] == 1
+
+
+@pytest.mark.parametrize("ranks, newton, processors", [(2, "on", "2 1 1"), (4, "off", "2 2 1")])
+def test_more_bodies_across_ranks_than_are_summed_each(lmp, tmp_path, ranks, newton, processors):
+    """1600 pairs across the plane between the ranks: above 1024 bodies share their iteration, yet each meets the tolerance."""
+    side, gamma, decades = 40, 700.0, 9
+    grid = np.stack(np.meshgrid(np.arange(side), np.arange(side)), axis=-1).reshape(-1, 2)
+    place = np.concatenate([np.zeros((side**2, 1)), 0.03 * (grid + 0.5)], axis=1)
+    rate = write_pairs(tmp_path / "body.data", side**2, place, [[-0.05, 0.05], [0, 0.03 * side], [0, 0.03 * side]])
+    deck = head(newton, before=f"processors {processors}") + pair(bare(gamma), "none") + PAIR_SPEEDS.format(decades=decades)
+    run = lmp(deck + FLY.format(options="", step=STEP) + DUMP.format(every=4) + "run 8\n", ranks).ok()
+    assert_pairs_fall(run.dump("all.dump"), rate, exponents(side**2, decades), gamma, DEFAULT_TOL)
+    assert 1 < run.thermo()["f_integrate[2]"][-1] < 50, "control: some share"
+
+
+# ---- one body ----
+
+
+@pytest.mark.parametrize("newton", ["on", "off"])
+def test_a_chain_that_crosses_ranks_many_times_is_one_body(lmp, tmp_path, newton):
+    """It winds to and fro across the plane between two ranks, its IDs at random: one and the same solve, to roundings."""
+    rows, across = 12, np.arange(-2.5, 3.0)
+    x = []
+    for row in range(rows):
+        x += [(s, 3.0 * row, 0.0) for s in (across if row % 2 == 0 else across[::-1])]
+        x += [(x[-1][0], 3.0 * row + up, 0.0) for up in (1.0, 2.0)]
+    x = SPACING * np.random.default_rng(7).permutation(x)
+    write_data(tmp_path / "body.data", x, np.full(len(x), 0.005), [[-0.05, 0.05], [-0.02, 0.03 * rows + 0.02], [-0.02, 0.02]])
+    stir = "variable vx atom sin(1.1*id*id)\nvariable vy atom cos(2.3*id)\nvelocity all set v_vx v_vy 0\n"
+    ends = []
+    for ranks, processors in ((1, "* * *"), (2, "2 1 1"), (4, "2 2 1")):
+        deck = head(newton, before=f"processors {processors}") + pair(law.TABLE2._replace(gamma=20000.0), "none") + stir
+        run = lmp(deck + FLY.format(options="", step=STEP) + DUMP.format(every=10) + "run 30\n", ranks).ok()
+        ends.append((velocities(run.dump("all.dump")[-1]), run.thermo()["f_integrate"]))
+    for v, iterations in ends[1:]:
+        assert np.abs(v - ends[0][0]).max() <= ANOTHER_ORDER * np.abs(v).max()
+        assert np.array_equal(iterations, ends[0][1])
+    assert iterations.min() > 10, "control"
+
+
+@layouts
+def test_bodies_that_meet_become_one(lmp, tmp_path, ranks, newton, processors):
+    """Two lumps fly at each other and touch. At every dump the force on each atom is that of the law with the velocity that
+    the damping was solved for, v+ = v + dt f/2m, so that the solve knew of the dampers between the lumps."""
+    lump, gap, row = lattice_body((2, 2, 2), seed=3), 0.0006, law.TABLE2._replace(gamma=300.0)
+    wide = np.ptp(lump.x[:, 0]) + 2.0 * lump.radius.max() + gap
+    x = np.concatenate([lump.x, lump.x + [wide, 0.0, 0.0]])
+    radius, types = np.tile(lump.radius, 2), np.ones(2 * len(lump.x), dtype=int)
+    box = np.array([[-0.02, 0.07], [-0.02, 0.04], [-0.02, 0.04]])
+    zone = 1.5
+    bonds = {ids: d for ids, d in record(x, radius, zone, np.zeros((3, 3))).items() if max(ids) <= 8 or min(ids) > 8}
+    body = Small(x, radius, types, box, np.zeros((3, 3)), bonds)
+    write_body(tmp_path / "body.data", body)
+    with open(tmp_path / "lumps.bonds", "w", encoding="utf-8") as out:
+        out.write(f"# EVP bonds COUNT: {len(bonds)} UNITS: si\n")
+        out.writelines(f"{i} {j} {deq:.17g}\n" for (i, j), deq in bonds.items())
+    deck = head(newton, before=f"processors {processors}", skin=0.0003)
+    deck += pair(row, "repulsive", "fix bonds all evp/bonds file lumps.bonds")
+    deck += "variable vx atom 20-40*(id>8)+sin(1.3*id)\nvelocity all set v_vx 0 0\n"
+    run = lmp(deck + FLY.format(options="", step=STEP) + DUMP.format(every=5) + "run 60\n", ranks).ok()
+    mass, touched = mass_of(radius), 0
+    for snapshot in run.dump("all.dump")[1:]:
+        v, f = velocities(snapshot), snapshot.vectors("fx", "fy", "fz")
+        after = v + 0.5 * STEP * f / mass[:, None]
+        found = truth(snapshot.vectors("x", "y", "z"), after, body, row, "repulsive", step=STEP)
+        assert np.abs(f - found["force"]).max() <= 0.02 * np.abs(found["force"]).max(), snapshot.step
+        touched += any(min(i, j) < 8 <= max(i, j) for i, j in zip(found["i"], found["j"]))
+    assert 0 < touched < 11, "control"
