@@ -43,6 +43,15 @@ constexpr double integer_power(double s, int k)
   return result;
 }
 
+/// (1 + x)^k - 1 for x > -1, to the last digits where x is near 0.
+constexpr double integer_power_minus_1(double x, int k)
+{
+  double result = 0.0;
+  for (; k > 0; k >>= 1, x *= 2.0 + x)
+    if (k & 1) result += x * (1.0 + result);
+  return result;
+}
+
 /// Exponents known to the compiler: straight multiplications, no loop, no branch.
 template <int M, int N> struct FixedPowers {
   PowerPair operator()(double s) const { return {power<M>(s), power<N>(s)}; }
@@ -258,8 +267,10 @@ class Law {
   /// One regime: F deq = a s (s^m - s^n), Phi = e (n s^m - m s^n)/(m - n) at s = deq/d.
   struct Regime {
     double e, m, n, a;
+    int square;    // n where Phi + e is the square below, else 0
     Regime(double e_in, double m_in, double n_in) :
-        e(e_in), m(m_in), n(n_in), a(m_in * n_in * e_in / (m_in - n_in))
+        e(e_in), m(m_in), n(n_in), a(m_in * n_in * e_in / (m_in - n_in)),
+        square(m_in == 2.0 * n_in && n_in <= 8.0 && n_in == std::floor(n_in) ? (int) n_in : 0)
     {
     }
     Constants::OfRegime constants() const { return {a, e * n / (m - n), e * m / (m - n)}; }
@@ -282,6 +293,11 @@ class Law {
     }
     double stored(double strain) const    // energy above that at deq, d = (1 + strain) deq
     {
+      // e (1 - s^n)^2, without a transcendental function
+      if (square && std::fabs(strain) <= 0.25) {
+        const double p = integer_power_minus_1(strain, square), q = p / (1.0 + p);
+        return e * q * q;
+      }
       const double log_s = -std::log1p(strain);
       return e * (n * expm1_minus_x(m * log_s) - m * expm1_minus_x(n * log_s)) / (m - n);
     }

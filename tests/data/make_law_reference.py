@@ -152,7 +152,7 @@ def stored_lines():
     yield STORED_FIELDS
     for numbers in ROWS + TINY_ROWS:
         row, xi_s = [mpf(v) for v in numbers[:7]], numbers[6]
-        sizes = [3e-15, 1e-13, 1e-10, 3.3e-10, 1e-8, 1e-6, 1e-4, 0.003, 0.05, 0.45]
+        sizes = [3e-15, 1e-13, 1e-10, 3.3e-10, 1e-8, 1e-6, 1e-4, 0.003, 0.05, 0.2499, 0.2501, 0.45]
         sizes += [t * xi_s for t in (0.5, 1 - 1e-9, 1 + 1e-9, 1 + 1e-5, 1.5)]
         for deq in (0.00973, 3.0):
             places = {(1 + side * t) * deq for t in sizes for side in (-1, 1)}

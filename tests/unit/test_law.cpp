@@ -264,6 +264,17 @@ TEST(Law, ExponentialLessItsTangentKeepsItsDigits)
   EXPECT_EQ(EVP::expm1_minus_x(0.0), 0.0);
 }
 
+TEST(Law, PowerLessOneKeepsItsDigits)
+{
+  for (int k = 0; k <= 8; k++)
+    for (double x = 1e-17; x < 0.3; x *= 1.3)
+      for (const double y : {x, -x}) {
+        const double expected = (double) std::expm1(k * std::log1p((long double) y));
+        EXPECT_NEAR(EVP::integer_power_minus_1(y, k), expected, 8 * EPSILON * std::fabs(expected))
+            << y << " to " << k;
+      }
+}
+
 // Its digits are in test_law_reference; here, that it is the energy, rest counted as zero.
 TEST(Law, StoredIsTheEnergyAboveRest)
 {
