@@ -20,8 +20,8 @@
 using namespace LAMMPS_NS;
 
 static constexpr double LARGEST_TURN = 0.15;    // rad per step, see doc/fix_nve_evp.rst
-static constexpr int MOST_PASSES =
-    20;    // of the correction of turning: beyond, steps are far too long
+// of the correction of turning; beyond, pairs turn too far in a step
+static constexpr int MOST_PASSES = 20;
 
 /* ----------------------------------------------------------------------
    x is that of the force evaluation here; later it may not be, so u and 1/d are kept

@@ -19,7 +19,7 @@ CHECKOUT = pathlib.Path(__file__).resolve().parents[1]
 
 HEAD = """# Hard cases
 
-Written by `tools/hard_cases.py`; the scenes are in `tests/lammps/hard_cases.py` and `tests/lammps/hard_cases_bodies.py`, and are tests too.
+Written by `tools/hard_cases.py`; the scenes are in `tests/lammps/hard_cases*.py`, and are tests too.
 *Right* is what the case asserts. *Must fail with* is what `tools/mutations.py` does to the sources, one at a time, demanding that the case then
 fails; after it the control that the case itself holds.
 
@@ -45,6 +45,7 @@ def load_scenes():
     sys.modules.pop("hard_cases", None)
     import hard_cases
     import hard_cases_bodies  # noqa: F401  joins the list
+    import hard_cases_spin  # noqa: F401  joins the list
 
     return hard_cases
 

@@ -51,7 +51,7 @@ def spinning_cube(bench, gamma):
     text += "fix move all nve\n" + ledger(1, "timestep 2e-7") + "run 4000\n"
     control = bench.run(text).ok().thermo()
     mean = control["f_energy[2]"].mean() / control["KinEng"][0]
-    # set spinning at once it rings about its strain for ever
+    # set spinning at once, it rings about its strain for ever
     assert abs(RINGS * stored / mean - 1.0) < RINGING, (stored, mean)
     return f"stored {stored:.4g} of the kinetic energy at dt = {table['Dt'][-1]:.2g} s, {shown}"
 

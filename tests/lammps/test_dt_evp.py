@@ -93,7 +93,7 @@ def test_speed_along_the_pair_rules_a_stirred_body(lmp, tmp_path, body, ranks, n
         assert {table["f_dt[4]"][row], table["f_dt[5]"][row]} == ids
         if row == 0:
             first = ids
-    warned = [line for line in run.warnings() if "follows the speed of pairs" in line]
+    warned = [line for line in run.warnings() if "the speed of pairs limits the timestep" in line]
     assert len(warned) == 1
     assert {int(word) for word in re.search(r"for atoms (\d+) and (\d+)", warned[0]).groups()} == first
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """fix evp/energy: every entry against a closed form or a sum over all pairs, and that the ledger closes."""
 
+import itertools
 import re
 
 import numpy as np
@@ -214,6 +215,62 @@ def test_closes_with_the_square_of_the_step(lmp, tmp_path, body, style, gamma, s
         opened.append(abs(found["open"]))
         assert opened[-1] < 0.02 * abs(found["kinetic"])
     assert opened[0] > SECOND_ORDER * opened[1] > SECOND_ORDER**2 * opened[2]
+
+
+# ---- any order of fixes, set-ups, timestep sizes ----
+
+SHAKE = """
+variable vx atom 3*sin(1.1*id)
+variable vy atom 2*cos(2.3*id)
+velocity all set v_vx v_vy 0
+variable start equal $(ke(all):%.17g)
+{first}
+{second}
+{third}
+"""
+FIXES = {"move": "fix move all {style}", "dt": "fix dt all dt/evp 7 0.35", "energy": "fix energy all evp/energy"}
+SHARE = 1e-3  # of the kinetic energy: the demand
+
+
+@pytest.mark.parametrize("style", ["nve", "nve/evp tol 1e-12"])
+@pytest.mark.parametrize("before", ["", "run 0\n", "timestep 3e-7\nrun 0\n"])
+def test_order_of_fixes_and_set_ups_change_nothing(lmp, tmp_path, body, style, before):
+    """Damping takes all the energy that the velocities had: no more, though a kick of the first half step is undone at once. With the
+    ledger between or before the others it was off by up to 3000 times that energy."""
+    write_body(tmp_path / "body.data", body)
+    ends = []
+    for order in itertools.permutations(FIXES):
+        lines = dict(zip(("first", "second", "third"), (FIXES[name].format(style=style) for name in order)))
+        text = head(boundary="s s s") + pair(law.TABLE2, "repulsive") + SHAKE.format(**lines)
+        text += "thermo 20\n" + thermo("time dt ke f_energy f_energy[*] v_start") + before
+        runs = "run 60\ntimestep 4e-8\nrun 40\n" + ("unfix dt\ntimestep 2e-8\nrun 20\n" if style == "nve" else "unfix dt\ntimestep 9e-6\nrun 20\n")
+        run = lmp(text + runs).ok()
+        start = run.thermo()["v_start"][0]
+        for block in range(-3, 0):
+            table = run.thermo(block)
+            assert np.abs(table["f_energy"]).max() < SHARE * start, (order, block)
+            assert table["f_energy[1]"] == pytest.approx(table["KinEng"] - start, abs=CLOSED * start), "of the atoms' velocities"
+            assert np.all(np.diff(table["f_energy[6]"]) >= 0.0)
+        ends.append(books(run.thermo()))
+        assert ends[-1]["dissipated"] < start * (1.0 + SHARE)
+    assert ends[0]["dissipated"] > 0.5 * start, "control"
+    for other in ends[1:]:
+        assert all(abs(other[name] - ends[0][name]) < 1e-6 * start for name in ENTRIES)
+
+
+def test_balance_goes_on_after_a_restart(lmp, tmp_path, body):
+    """Two runs: the entries of the second begin at its set-up, from the velocities in the file."""
+    write_body(tmp_path / "body.data", body)
+    text = head(boundary="f f f") + pair(law.TABLE1._replace(gamma=50.0), "repulsive") + SHAKE.format(first="fix move all nve/evp", second="", third="")
+    lmp(text + "timestep 1e-7\nrun 30\nwrite_restart half.restart\n").ok()
+    again = head(start="read_restart half.restart") + "fix bonds all evp/bonds\nfix energy all evp/energy\nfix move all nve/evp\n"
+    again += "variable start equal $(ke(all):%.17g)\n" + ledger(10, "ke v_start") + "timestep 1e-7\nrun 500\n"
+    for ranks in (1, 2):
+        table = lmp(again, ranks).ok().thermo()
+        start = table["v_start"][0]
+        assert table["f_energy[1]"] == pytest.approx(table["KinEng"] - start, abs=CLOSED * start)
+        assert np.abs(table["f_energy"]).max() < SHARE * start
+        assert -table["f_energy[1]"][-1] > 0.5 * start, "control"
 
 
 # ---- yield and rupture at the recommended settings ----

@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Bodies that turn under fix nve/evp: dampers see the opening rate of the step, so that turning alone strains nothing.
+
+Bodies of many atoms are in hard_cases_spin.py, the force itself in test_implicit.py."""
+
+import numpy as np
+import pytest
+from evp import law
+from small_bodies import head, mass_of, pair, thermo, write_two
+
+GAP, RADIUS = 0.0085, 0.0045
+MASS = mass_of(RADIUS)
+ROW = law.Row(e1=50.0, m1=6.0, n1=3.0, e2=2.0, m2=6.0, n2=3.0, xi_s=0.006, gamma=0.0, alpha=1.6)
+STIFFNESS = ROW.m1 * ROW.n1 * ROW.e1 / GAP**2
+WITHIN = 0.01  # of the centrifugal strain: the demand; (w dt)^2/6 of it, which is a leapfrog's, and the strain itself
+LEDGER = 1e-3  # of the kinetic energy
+
+SPIN = """
+variable vx atom -{spin}*y*{side}
+variable vy atom {spin}*x
+velocity all set v_vx v_vy 0
+fix move all {style}
+fix energy all evp/energy
+variable d equal sqrt((x[1]-x[2])^2+(y[1]-y[2])^2+(z[1]-z[2])^2)
+variable w equal omega(all,z)
+variable l equal angmom(all,z)
+thermo {every}
+""" + thermo("time dt v_d v_w v_l ke f_energy f_energy[6] f_bonds[2]")
+
+
+def spin_pair(lmp, folder, gamma, spin, angle, time, style="nve/evp", ranks=1, newton="on", boundary="f f f", more=""):
+    """Thermo of a pair that spins about z, 20 rows; angle: w dt."""
+    write_two(folder / "body.data", GAP, (RADIUS, RADIUS))
+    steps = 20 * int(np.ceil(time * spin / angle / 20))
+    text = head(newton, boundary, skin=0.001) + pair(ROW._replace(gamma=gamma), "none")
+    text += SPIN.format(spin=spin, side=1, style=style, every=steps // 20) + f"timestep {angle / spin:.17g}\n{more}\nrun {steps}\n"
+    return lmp(text, ranks).ok()
+
+
+def strain_over_centrifugal(table):
+    """m w^2/(2K) is what the spring needs to hold half of d at w."""
+    strain = table["v_d"] / GAP - 1.0
+    return strain[1:] / (0.5 * MASS * table["v_w"][1:] ** 2 / STIFFNESS)
+
+
+@pytest.mark.parametrize("gamma, spin, angle", [(600.0, 2500.0, 0.15), (600.0, 4000.0, 0.06), (4e4, 900.0, 0.15), (4e4, 2500.0, 0.03), (2e6, 900.0, 0.1)])
+def test_pair_that_spins_has_its_centrifugal_strain(lmp, tmp_path, gamma, spin, angle):
+    """After eight times the time gamma/K in which it settles. (With the velocity along the old direction it is gamma w^2 dt/2K,
+    100 to 1e6 times too large.)"""
+    table = spin_pair(lmp, tmp_path, gamma, spin, angle, 8.0 * gamma / STIFFNESS).thermo()
+    ratio = strain_over_centrifugal(table)
+    assert ratio[-1] == pytest.approx(1.0, abs=WITHIN)
+    assert table["f_bonds[2]"].max() == 0
+    assert np.abs(table["v_l"] / table["v_l"][0] - 1.0).max() < 1e-10
+    assert np.abs(table["f_energy"]).max() < LEDGER * table["KinEng"][0]
+    assert table["f_energy[6]"].min() >= 0.0 and np.all(np.diff(table["f_energy[6]"]) >= 0.0)
+    # what it takes to stretch a spring by a damper: as much as is stored
+    stored = 0.5 * STIFFNESS * (table["v_d"][-1] - GAP) ** 2
+    assert table["f_energy[6]"][-1] == pytest.approx(stored, rel=0.6), "control: damping acts"
+
+
+@pytest.mark.parametrize("ranks, newton, boundary", [(2, "on", "f f f"), (2, "off", "p p p"), (4, "on", "p p p"), (4, "off", "f f f")])
+def test_pair_spins_across_ranks(lmp, tmp_path, ranks, newton, boundary):
+    """Its centre is a corner of four ranks."""
+    gamma, spin, angle = 3e3, 2000.0, 0.12
+    table = spin_pair(lmp, tmp_path, gamma, spin, angle, 8.0 * gamma / STIFFNESS, ranks=ranks, newton=newton, boundary=boundary).thermo()
+    assert strain_over_centrifugal(table)[-1] == pytest.approx(1.0, abs=WITHIN)
+    assert np.abs(table["f_energy"]).max() < LEDGER * table["KinEng"][0]
+
+
+def test_timestep_follows_the_turning(lmp, tmp_path):
+    """fix dt/evp allows 0.1 rad per step to a pair that fix nve/evp damps, and says that it is the turning. Control: without
+    damping turning does not count."""
+    spin = 300.0
+    run = spin_pair(lmp, tmp_path, 1e6, spin, 0.05, 0.02, more="fix dt all dt/evp 1 0.4\nthermo_style custom step dt f_dt[2] f_dt[3] v_w")
+    table = run.thermo()
+    assert table["f_dt[3]"][-1] == 5
+    assert table["Dt"][-1] * table["v_w"][-1] == pytest.approx(0.1, rel=0.01)
+    assert sum("the turning of pairs limits the timestep" in line for line in run.warnings()) == 1
+    plain = spin_pair(lmp, tmp_path, 0.0, spin, 0.001, 0.001, "nve", more="fix dt all dt/evp 1 0.4\nthermo_style custom step dt f_dt[3]").thermo()
+    assert plain["f_dt[3]"][-1] != 5
+
+
+@pytest.mark.parametrize("angle, warned", [(0.14, 0), (0.2, 1)])
+def test_turning_too_far_in_a_step_is_warned_of(lmp, tmp_path, angle, warned):
+    run = spin_pair(lmp, tmp_path, 1e5, 400.0, angle, 0.02)
+    assert sum("turn by more than 0.15 rad per step" in line for line in run.warnings()) == warned
+
+
+def test_change_of_timestep_and_restart_in_mid_spin(lmp, tmp_path):
+    """The pair keeps its strain and angular momentum when dt changes within a run, between runs, and in a restart."""
+    gamma, spin = 3e3, 2000.0
+    more = f"run 2000\ntimestep {0.03 / spin}\nrun 500 pre no\nwrite_restart spin.restart\ntimestep {0.12 / spin}"
+    whole = spin_pair(lmp, tmp_path, gamma, spin, 0.1, 4.0 * gamma / STIFFNESS, more=more)
+    tables = [whole.thermo(block) for block in (1, 2)]
+    again = head(start="read_restart spin.restart", skin=0.001) + "fix bonds all evp/bonds\n" + SPIN.partition("velocity all set v_vx v_vy 0\n")[2]
+    tables.append(lmp(again.format(style="nve/evp", every=100) + f"timestep {0.12 / spin}\nrun 1000\n", 2).ok().thermo())
+    for table in tables:
+        assert np.abs(strain_over_centrifugal(table) - 1.0).max() < WITHIN
+        assert np.abs(table["v_l"] / tables[0]["v_l"][0] - 1.0).max() < 1e-10
+        assert np.abs(table["f_energy"]).max() < LEDGER * table["KinEng"][0]
+
+
+def test_grip_that_turns_strains_no_more_than_it_must(lmp, tmp_path):
+    """Sphere 1 is held, sphere 2 circles about it: a tether. The held one enters with its velocity, zero."""
+    write_two(tmp_path / "body.data", GAP, (RADIUS, RADIUS))
+    gamma, spin, angle = 2e4, 800.0, 0.1
+    text = head(skin=0.001) + pair(ROW._replace(gamma=gamma), "none") + "group one id 1\ngroup two id 2\nvelocity all set 0 0 0\n"
+    text += f"velocity two set 0 {spin * GAP} 0\nfix hold one nve/noforce\nfix move two nve/evp\nfix energy all evp/energy\n"
+    text += "variable d equal sqrt((x[1]-x[2])^2+(y[1]-y[2])^2)\nvariable w equal sqrt(vx[2]^2+vy[2]^2)/v_d\nthermo 500\n"
+    text += thermo("v_d v_w ke f_energy") + f"timestep {angle / spin:.17g}\nrun 2000\n"
+    table = lmp(text).ok().thermo()
+    strain = table["v_d"][-1] / GAP - 1.0
+    assert strain == pytest.approx(MASS * table["v_w"][-1] ** 2 / STIFFNESS, rel=WITHIN)
+    assert np.abs(table["f_energy"]).max() < LEDGER * table["KinEng"][0]

@@ -1,0 +1,122 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
+"""The order of accuracy in dt of fix nve and fix nve/evp, with and without damping, measured.
+
+    tools/time_order.py [--halvings 4] [--out doc/time_order.md]
+
+A bar of an FCC lattice is stretched by its starting velocities, within the first regime, and runs for one fixed time with dt, dt/2,
+dt/4 ... Differences of velocities and positions between successive dt fall as dt to the power of the order. EVP_LMP as for the tests.
+"""
+
+import argparse
+import pathlib
+import subprocess
+import sys
+import tempfile
+from typing import NamedTuple
+
+import evp  # noqa: F401  before numpy
+import numpy as np
+from evp.run import CHECKOUT, RunError, lammps_command
+
+TIME = 4.0e-5  # [s] some half a period of the bar
+
+DECK = """
+units           si
+atom_style      sphere
+atom_modify     map yes
+boundary        s s s
+lattice         fcc 0.01
+region          bar block 0 5 0 2 0 2
+create_box      1 bar
+create_atoms    1 region bar
+set             group all diameter 0.00707
+set             group all density 2700
+neighbor        0.0005 bin
+neigh_modify    every 1 delay 0 check yes
+comm_modify     vel yes
+pair_style      evp/lj contact none
+pair_coeff      * * 80 8 4 3 8 4 0.1 {gamma} 1.5
+fix             bonds all evp/bonds
+fix             move all {style}
+variable        vx atom 40*(x-0.025)+0.2*sin(1.1*id)
+variable        vy atom -10*(y-0.01)+0.2*cos(2.3*id)
+velocity        all set v_vx v_vy 0
+timestep        {dt:.17g}
+run             {steps}
+write_dump      all custom end.dump id x y z vx vy vz modify sort id format float %.17g
+"""
+
+HEAD = """# Order of accuracy in the timestep size
+
+Written by `tools/time_order.py`: an FCC bar of {atoms} spheres that its starting velocities stretch, for {time:g} s, within the first regime. *Difference*: largest
+difference of the velocities at the end between a run with dt and one with dt/2, over the largest velocity. *Order*: log2 of how much it falls when dt is halved.
+
+| integrator | gamma [N s/m] | dt [s] | difference | order of velocities | order of positions |
+|---|---|---|---|---|---|
+"""
+
+
+class Way(NamedTuple):
+    style: str
+    gamma: float
+    steps: int  # of the largest dt
+
+
+WAYS = (Way("nve", 0.0, 200), Way("nve", 100.0, 400), Way("nve", 1000.0, 2000),
+        Way("nve/evp", 100.0, 200), Way("nve/evp", 1000.0, 200), Way("nve/evp", 1000.0, 2000))
+
+
+def end_of(way, steps, folder):
+    """Positions and velocities after TIME, (2, N, 3); RunError with LAMMPS' words where the run failed."""
+    style = way.style + (" tol 1e-10" if way.style == "nve/evp" else "")
+    path = folder / "in.order"
+    path.write_text(DECK.format(gamma=way.gamma, style=style, dt=TIME / steps, steps=steps), encoding="utf-8")
+    run = subprocess.run(lammps_command(1) + ["-in", str(path), "-log", "none"], cwd=folder, stdin=subprocess.DEVNULL,
+                         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, encoding="utf-8", errors="replace", check=False)
+    if run.returncode:
+        raise RunError(f"fix {way.style} with gamma {way.gamma:g} and {steps} timesteps failed; its output ends with\n" + run.stdout[-1500:])
+    table = np.loadtxt(folder / "end.dump", skiprows=9)
+    return np.stack([table[:, 1:4], table[:, 4:7]])
+
+
+def measure(way, halvings, folder):
+    """Differences between successive dt: (halvings, 2) of positions and velocities, the latter over the largest; number of spheres."""
+    ends = [end_of(way, way.steps * 2**k, folder) for k in range(halvings + 1)]
+    largest = np.abs(ends[-1][1]).max()
+    return np.array([[np.abs(a[0] - b[0]).max(), np.abs(a[1] - b[1]).max() / largest] for a, b in zip(ends, ends[1:])]), len(ends[0][0])
+
+
+def rows(way, differences):
+    """Lines of the table."""
+    text = []
+    for k, (_, velocity) in enumerate(differences):
+        orders = ["", ""] if k == 0 else [f"{order:.2f}" for order in np.log2(differences[k - 1] / differences[k])]
+        text.append(f"| fix {way.style} | {way.gamma:g} | {TIME / way.steps / 2**k:.3g} | {velocity:.2e} | {orders[1]} | {orders[0]} |\n")
+    return "".join(text)
+
+
+def main(words=None):
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--halvings", type=int, default=4, help="differences per integrator (default 4)")
+    parser.add_argument("--out", type=pathlib.Path, default=CHECKOUT / "doc" / "time_order.md", help="the file to write")
+    options = parser.parse_args(words)
+    if options.halvings < 2:
+        parser.error("--halvings must be 2 at least")
+    text = ""
+    try:
+        with tempfile.TemporaryDirectory() as name:
+            for number, way in enumerate(WAYS, start=1):
+                differences, atoms = measure(way, options.halvings, pathlib.Path(name))
+                text += rows(way, differences)
+                print(f"time_order.py: {number}/{len(WAYS)}: fix {way.style}, gamma {way.gamma:g}", file=sys.stderr, flush=True)
+    except RunError as error:
+        sys.exit(f"time_order.py: error: {error}")
+    text = HEAD.format(time=TIME, atoms=atoms) + text
+    options.out.write_text(text, encoding="utf-8")
+    print(text, end="")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
