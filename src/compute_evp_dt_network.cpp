@@ -29,7 +29,7 @@ static constexpr int MAX_ITERATIONS = 500;
 
 void ComputeEVPDt::collect_links()
 {
-  pair = EVP::scene::find_packed(force, world);
+  pair = EVP::scene::find_present(force);
   if (!pair)
     error->all(FLERR,
                "Compute {} evp/dt needs the pairs of the present positions: print c_{} with "

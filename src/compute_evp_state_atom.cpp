@@ -71,7 +71,7 @@ void ComputeEVPStateAtom::compute_peratom()
 
 void ComputeEVPStateAtom::count_pairs()
 {
-  pair = EVP::scene::find_packed(force, world);
+  pair = EVP::scene::find_present(force);
   if (!pair)
     error->all(FLERR,
                "Compute {} evp/state/atom needs the pairs of the present positions: use it in a "

@@ -10,7 +10,6 @@
 #include "fix_evp_bonds.h"
 #include "fix_evp_energy.h"
 #include "fix_nve_evp.h"
-#include "lammps_compat.h"
 #include "pair_evp_lj.h"
 #include "write_evp_bonds.h"
 
@@ -59,7 +58,6 @@ const StyleEntry styles[] = {
 extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
 {
   EVP::refuse_wrong_host(lmp);
-  EVP::compat::show_last_words(((LAMMPS *) lmp)->output, ((LAMMPS *) lmp)->screen);
 
   lammpsplugin_t plugin = {};
   plugin.version = LAMMPS_VERSION;

@@ -255,7 +255,7 @@ void FixEVPBonds::make_room_for(int n)
 
 /* ----------------------------------------------------------------------
    f_ID: pairs recorded. f_ID[1..4]: beyond dlim, in the second regime, new pairs that
-   interact, lowest d/(R_i + R_j); between runs, those of the last step
+   interact, lowest d/(R_i + R_j)
 ------------------------------------------------------------------------- */
 
 double FixEVPBonds::compute_scalar()
@@ -269,7 +269,14 @@ double FixEVPBonds::compute_vector(int n)
 {
   if (update->whichflag != 0 && counted_step == update->ntimestep) return pair_counts[n];
 
-  if (const PairEVPLJ *pair = EVP::scene::find_packed(force, world)) {
+  const PairEVPLJ *pair = EVP::scene::find_present(force);
+  if (!pair && update->whichflag == 0)
+    error->all(FLERR,
+               "Fix {} evp/bonds: f_{}[{}] needs the pairs of the present atoms: use 'run 0' first "
+               "(since the last run atoms moved by more than half the skin, were changed, added or "
+               "removed, or a command such as write_data rebuilt the lists of LAMMPS)",
+               id, id, n + 1);
+  if (pair) {
     const PairEVPLJ::Counts counts = pair->count_pairs();
     pair_counts[0] = nrecorded - counts.bonds_within;
     pair_counts[1] = counts.bonds_second;

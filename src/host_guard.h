@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /// Refuses a LAMMPS that this plugin was not built for. LAMMPS itself does not: a plugin of another
-/// release, MPI or integer size loads and then misreads memory. Only LAMMPS' C library API is used,
+/// release, MPI or integer size loads and then misreads memory. Only LAMMPS' C library API is asked,
 /// because the layout of every C++ class is just what may differ.
 #ifndef EVP_HOST_GUARD_H
 #define EVP_HOST_GUARD_H
 
+#include "exceptions.h"
 #include "library.h"
 #include "lmptype.h"
 
@@ -62,15 +63,13 @@ namespace {
   inline std::string differences(void *lmp)
   {
     std::string text;
-    const auto add = [&text](const std::string &what, const std::string &found,
-                             const std::string &expected) {
-      text += "  " + what + ": this LAMMPS has " + found + ", the plugin was built for " +
-          expected + "\n";
+    const auto add = [&text](const std::string &built_for, const std::string &found) {
+      text += (text.empty() ? "" : "; ") + built_for + ", not " + found;
     };
 
     const int version = lammps_version(lmp);
     if (!same_release(version))
-      add("release", std::to_string(version), std::to_string(EVP_LAMMPS_VERSION));
+      add("release " + std::to_string(EVP_LAMMPS_VERSION), std::to_string(version));
 
     const struct {
       const char *name;
@@ -81,8 +80,8 @@ namespace {
     for (const auto &integer : integers) {
       const int host = lammps_extract_setting(lmp, integer.name);
       if (host != integer.bytes)
-        add(std::string("size of ") + integer.name, std::to_string(8 * host) + " bits",
-            std::to_string(8 * integer.bytes) + " bits");
+        add(std::string(integer.name) + " of " + std::to_string(8 * integer.bytes) + " bits",
+            std::to_string(8 * host));
     }
 
     // Asked first: with another MPI_Comm the call below would go to a library of unknown kind.
@@ -91,34 +90,42 @@ namespace {
     const int built_comm = built_without ? 0 : int(sizeof(MPI_Comm));
     const std::string found = host_mpi();
     if (built_mpi[0] && found != built_mpi)
-      add("MPI", found, built_mpi);
+      add(std::string("MPI ") + built_mpi, found);
     else if (host_comm != built_comm)
-      add("MPI", std::to_string(host_comm) + " byte communicators",
-          std::to_string(built_comm) + " byte communicators");
+      add("MPI communicators of " + std::to_string(built_comm) + " bytes",
+          std::to_string(host_comm));
     return text;
   }
 
+  /// Does the host turn exceptions of LAMMPS into errors of its own, on all ranks that load the plugin?
+  inline bool catches_exceptions(void *lmp)
+  {
+    // with several partitions one may be the only one that loads it
+    return lammps_config_has_exceptions() &&
+        lammps_extract_setting(lmp, "world_size") == lammps_extract_setting(lmp, "universe_size");
+  }
+
   /// Returns if the plugin was built for the LAMMPS instance `lmp`; otherwise says once what differs and
-  /// what to rebuild, and ends the process with status 1.
+  /// what to rebuild, and stops as an error of LAMMPS does: a program that uses LAMMPS as a library goes on.
   inline void refuse_wrong_host(void *lmp)
   {
-    const std::string text = differences(lmp);
-    if (text.empty()) return;
+    const std::string what = differences(lmp);
+    if (what.empty()) return;
+    const std::string text = "ERROR: evpplugin.so was built for another LAMMPS: " + what +
+        ". Rebuild the plugin for this LAMMPS: cmake -S . -B build "
+        "-DLAMMPS_SOURCE_DIR=/path/to/its/source -DLAMMPS_BUILD_DIR=/path/to/its/build "
+        "&& cmake --build build\n";
 
-    // No MPI call here, it may be the wrong MPI. Every rank gets here; the others leave a moment later,
-    // since mpirun may end the job at the first exit and the message must be out by then.
-    if (lammps_extract_setting(lmp, "universe_rank") == 0) {
-      std::fflush(stdout);
-      std::fprintf(
-          stderr,
-          "\nERROR: evpplugin.so was built for another LAMMPS than the one that loads it:\n%s"
-          "Rebuild the plugin for this LAMMPS: cmake -S . -B build "
-          "-DLAMMPS_SOURCE_DIR=/path/to/its/source -DLAMMPS_BUILD_DIR=/path/to/its/build "
-          "&& cmake --build build\n",
-          text.c_str());
-    } else {
-      std::this_thread::sleep_for(std::chrono::seconds(1));
-    }
+    const bool first = lammps_extract_setting(lmp, "universe_rank") == 0;
+    std::fflush(stdout);
+    if (first) std::fprintf(stderr, "\n%s", text.c_str());
+
+    // Not by Error, whose layout may differ. This class consists of its text in every release.
+    if (catches_exceptions(lmp)) throw LAMMPS_NS::LAMMPSException(text);
+
+    // No MPI call here, it may be the wrong MPI. The others leave a moment later, since mpirun may end
+    // the job at the first exit and the message must be out by then.
+    if (!first) std::this_thread::sleep_for(std::chrono::seconds(1));
     // Not exit(): destructors of a library that does not fit are not to be run.
     std::fflush(nullptr);
     std::_Exit(EXIT_FAILURE);

@@ -16,8 +16,6 @@
 #include "output.h"
 #include "pair.h"
 
-#include <cstdio>
-
 namespace EVP {
 namespace compat {
 
@@ -83,17 +81,8 @@ namespace compat {
     {
       output->reset_dt();
     }
-    template <class O> void reset_dt(O *, long) {}    // 29Sep2021: output counts steps only
-
-    // releases with this function empty their buffers before they abort
-    template <class O> auto show_last_words(O *output, FILE *, int) -> decltype(output->reset_dt())
-    {
-      (void) output;
-    }
-    template <class O> void show_last_words(O *, FILE *screen, long)
-    {
-      if (screen) setvbuf(screen, nullptr, _IOLBF, BUFSIZ);
-    }
+    // 29Sep2021: output counts steps only
+    template <class O> void reset_dt(O *, long) {}
   }    // namespace detail
 
   inline LAMMPS_NS::Fix *base_of(LAMMPS_NS::Fix *fix)
@@ -138,13 +127,6 @@ namespace compat {
   inline void reset_dt(LAMMPS_NS::Output *output)
   {
     detail::reset_dt(output, 0);
-  }
-
-  /// 29Sep2021 with LAMMPS_EXCEPTIONS aborts before the message of error->one() has left the buffer,
-  /// unless the screen is a terminal: let every line out as it ends.
-  inline void show_last_words(LAMMPS_NS::Output *output, FILE *screen)
-  {
-    detail::show_last_words(output, screen, 0);
   }
 
 }    // namespace compat

@@ -25,21 +25,20 @@ template <class Base> class NodalExchange : public Base {
   int pack_forward_comm(int n, int *indices, double *buf, int /*pbc_flag*/, int * /*pbc*/) override
   {
     const int width = this->comm_forward;
-    for (int k = 0; k < n; k++, buf += width)
-      std::copy_n(&(*exchanged)[(size_t) width * indices[k]], width, buf);
+    for (int k = 0; k < n; k++, buf += width) std::copy_n(values_of(indices[k], width), width, buf);
     return n * width;
   }
 
   void unpack_forward_comm(int n, int first, double *buf) override
   {
     const int width = this->comm_forward;
-    std::copy_n(buf, n * width, &(*exchanged)[(size_t) width * first]);
+    std::copy_n(buf, n * width, values_of(first, width));
   }
 
   int pack_reverse_comm(int n, int first, double *buf) override
   {
     const int width = this->comm_reverse;
-    std::copy_n(&(*exchanged)[(size_t) width * first], n * width, buf);
+    std::copy_n(values_of(first, width), n * width, buf);
     return n * width;
   }
 
@@ -91,6 +90,12 @@ template <class Base> class NodalExchange : public Base {
  private:
   Nodal *exchanged = nullptr;
   bool lowest = false, fell = false;
+
+  /// Where those of an atom begin; first may be behind the last one where nothing is sent.
+  double *values_of(int first, int width) const
+  {
+    return exchanged->data() + (size_t) width * first;
+  }
 };
 
 }    // namespace LAMMPS_NS

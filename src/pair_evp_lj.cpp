@@ -2,7 +2,7 @@
 
    Pair style evp/lj: forces, single(), counts. Packing of the neighbor list is in
    pair_evp_lj_pack.cpp, what users type in _coeff.cpp, what a run needs in _setup.cpp, velocities of
-   ghosts in _velocities.cpp, what restarts carry in _restart.cpp. */
+   ghosts in _velocities.cpp, what may be asked between runs in _present.cpp, restarts in _restart.cpp. */
 
 #include "pair_evp_lj.h"
 
@@ -159,18 +159,6 @@ bool PairEVPLJ::is_implicit(int i, int j) const
 double PairEVPLJ::implicit_gamma(const EVP::PackedPair &pair) const
 {
   return pair.law < nlaws() ? 0.0 : laws[pair.law - nlaws()].parameters().gamma;
-}
-
-/* ---------------------------------------------------------------------- */
-
-bool PairEVPLJ::is_packed() const
-{
-  if (packed_call != neighbor->ncalls || packed_step != neighbor->lastcall) return false;
-  if (packed.nlocal != atom->nlocal || packed.nall != atom->nlocal + atom->nghost) return false;
-
-  // between runs atoms may have gone and as many come, under the same IDs even
-  if (update->whichflag != 0) return true;
-  return packed_ids == fingerprint_of_ids() && !(bonds && bonds->find_misplaced());
 }
 
 /* ---------------------------------------------------------------------- */

@@ -74,8 +74,12 @@ class PairEVPLJ : public Pair {
   std::vector<double> rest_distances() const;
   const EVP::Law &law_of(const EVP::PackedPair &pair) const { return laws[pair.law]; }
 
-  /// Were the pairs packed from the neighbor list as it is now?
+  /// Were the pairs packed from the neighbor list as it is now, and from the atoms here?
   bool is_packed() const;
+
+  /// Collective. Are the packed pairs all pairs of the present positions? Between runs ghosts are
+  /// brought to these, and atoms must not have moved further than the neighbor list allows.
+  bool is_present();
 
   /// True where fix nve/evp takes over the damping of some pairs, those with an atom of its group.
   bool damps_implicitly() const { return any_gamma && implicit_groupbit; }
@@ -89,7 +93,7 @@ class PairEVPLJ : public Pair {
   /// The fix that holds the records, nullptr without.
   const class FixEVPBonds *bonds_fix() const { return bonds; }
 
-  /// Collective. Requires is_packed() on all processes.
+  /// Collective. Requires is_present().
   Counts count_pairs() const;
 
  private:
@@ -129,7 +133,13 @@ class PairEVPLJ : public Pair {
   bool velocities_sent;                 // to ghosts, with the last forces
   bool explicit_damping;                // a packed pair of any process is damped by this style
   bigint packed_call, packed_step;      // of the neighbor list that was packed
-  uint64_t packed_ids;                  // which atoms it was, see fingerprint_of_ids()
+  uint64_t packed_atoms;                // which atoms it was, see fingerprint_of_atoms()
+  const class Comm *built_comm;         // which had made the ghosts,
+  double built_skin;                    // and the skin,
+  bool lammps_notes;                    // and where the atoms were: LAMMPS knows,
+  std::vector<double> built_x;          // or this style, with ghosts
+  bool sends_positions;                 // not velocities, in pack_forward_comm()
+  int updated_ghosts;                   // by the last exchange of positions
   bool repack;                          // coefficients changed since then
   bool radii_vary;                      // and radii may at every step ('atom_style sphere 1')
   std::vector<double> packed_radius;    // where they may: those of the packing, with ghosts
@@ -160,7 +170,12 @@ class PairEVPLJ : public Pair {
   void pack(bool together);
   void agree_on_pairs(bool damped, Overlaps);
   bool radii_changed() const;
-  uint64_t fingerprint_of_ids() const;
+  uint64_t fingerprint_of_atoms() const;
+  void note_positions();
+  bool moved_too_far();
+  bool update_ghosts();
+  int pack_positions(int, const int *, double *, int, const int *) const;
+  int pack_velocities(int, const int *, double *, int, const int *) const;
   void check_weights() const;
   bool pack_row(int i, Overlaps &overlaps);
   void count_overlap(int i, int j, double deq, int law, Overlaps &overlaps) const;

@@ -27,7 +27,8 @@ PairEVPLJ::PairEVPLJ(LAMMPS *lmp) :
     Pair(lmp), settings_now{Contact::LITERAL, 0.3, false}, coefficients{}, any_gamma(false),
     scene_checked(false), implicit_groupbit(0), bonds(nullptr), overlap_warned(false),
     velocities_sent(false), explicit_damping(false), packed_call(-1), packed_step(-1),
-    packed_ids(0), repack(true), radii_vary(false)
+    packed_atoms(0), built_comm(nullptr), built_skin(0.0), lammps_notes(false),
+    sends_positions(false), updated_ghosts(0), repack(true), radii_vary(false)
 {
   writedata = 1;
   comm_forward = 3;    // velocities
@@ -163,6 +164,7 @@ void PairEVPLJ::coeff(int narg, char **arg)
       setflag[i][j] = 1;
       any = true;
     }
+  repack = true;
   if (!any)
     error->all(FLERR, "Pair evp/lj: pair_coeff {} {} names no pair of types I <= J", arg[0],
                arg[1]);

@@ -43,9 +43,9 @@ void PairEVPLJ::pack(bool together)
   if (together) packed.common_build++;
   packed.nlocal = atom->nlocal;
   packed.nall = atom->nlocal + atom->nghost;
-  packed_call = neighbor->ncalls;
-  packed_step = neighbor->lastcall;
-  packed_ids = fingerprint_of_ids();
+  packed_call = -1;    // until the list is whole: an error may be caught and something asked then
+  packed_atoms = fingerprint_of_atoms();
+  if (neighbor->ago == 0) note_positions();
   if (radii_vary) packed_radius.assign(atom->radius, atom->radius + packed.nall);
   repack = false;
 
@@ -56,6 +56,8 @@ void PairEVPLJ::pack(bool together)
     if (bonds && ii + AHEAD < list->inum) bonds->prefetch_bonds_of(list->ilist[ii + AHEAD]);
     damped = pack_row(i, overlaps) || damped;
   }
+  packed_call = neighbor->ncalls;
+  packed_step = neighbor->lastcall;
   if (together) agree_on_pairs(damped, overlaps);
   find_block_law();
 }
@@ -211,17 +213,6 @@ void PairEVPLJ::check_weights() const
                  "Pair evp/lj takes special_bonds weights 0 or 1 only, got {}: the force of a pair "
                  "is whole or absent",
                  force->special_lj[k]);
-}
-
-/* ----------------------------------------------------------------------
-   another number where atoms of this process were exchanged for others between runs
-------------------------------------------------------------------------- */
-
-uint64_t PairEVPLJ::fingerprint_of_ids() const
-{
-  uint64_t sum = 0;
-  for (int i = 0; i < atom->nlocal; i++) sum = 1099511628211ULL * (sum ^ (uint64_t) atom->tag[i]);
-  return sum;
 }
 
 /* ---------------------------------------------------------------------- */

@@ -13,8 +13,6 @@
 #include "error.h"
 #include "update.h"
 
-#include <algorithm>
-
 using namespace LAMMPS_NS;
 
 /* ----------------------------------------------------------------------
@@ -50,7 +48,8 @@ void PairEVPLJ::send_velocities()
    images of a box that deforms with 'remap v' move with it
 ------------------------------------------------------------------------- */
 
-int PairEVPLJ::pack_forward_comm(int n, int *indices, double *buf, int pbc_flag, int *pbc)
+int PairEVPLJ::pack_velocities(int n, const int *indices, double *buf, int pbc_flag,
+                               const int *pbc) const
 {
   const auto *const v = EVP::scene::rows(atom->v);
   for (int k = 0; k < n; k++)
@@ -65,11 +64,4 @@ int PairEVPLJ::pack_forward_comm(int n, int *indices, double *buf, int pbc_flag,
         for (int c = 0; c < 3; c++) buf[3 * k + c] += moves[c];
   }
   return 3 * n;
-}
-
-/* ---------------------------------------------------------------------- */
-
-void PairEVPLJ::unpack_forward_comm(int n, int first, double *buf)
-{
-  if (n > 0) std::copy_n(buf, (size_t) 3 * n, atom->v[first]);
 }

@@ -67,13 +67,11 @@ namespace scene {
   }
 
   /// Collective. The pair style evp/lj, which between runs may be another than at init(), if the
-  /// pairs that it packed are those of the present neighbor list on all processes; else nullptr.
-  inline PairEVPLJ *find_packed(Force *force, MPI_Comm world)
+  /// pairs that it packed are those of the present positions; else nullptr.
+  inline PairEVPLJ *find_present(Force *force)
   {
     PairEVPLJ *pair = PairEVPLJ::find(force);
-    int packed = pair && pair->is_packed(), all_packed;
-    MPI_Allreduce(&packed, &all_packed, 1, MPI_INT, MPI_MIN, world);
-    return all_packed ? pair : nullptr;
+    return pair && pair->is_present() ? pair : nullptr;
   }
 
   /// Stops, naming `who`, under run_style respa, which calls some steps of a fix only now and then.

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Numbers and pictures from what the decks write.
 
-  curves.py numbers  results/a.csv results/b.csv
+  curves.py numbers  results/a.csv results/b.csv [--fit 0 0.002]
   curves.py plot     results/a.csv results/b.csv --labels "1 /s" "10 /s" --out curves.png
   curves.py law      --coeff "80 8 4 3 8 4 0.005 0 1.5" --measured two_spheres.csv --out law.png
   curves.py specimen results/a_state.dump --out specimen.png
@@ -10,6 +10,9 @@
 
 The curves are PREFIX.csv of in.traction (strain,stress_grip,stress_virial; Pa), the state is its
 PREFIX_state.dump, or a CSV with the columns x,y,z,radius,share. Every PNG gets a CSV beside it.
+`numbers` fits E to the elastic part and prints the range: from strain 0 to 0.003, or to 3/4 of the
+longest range in which the slope over the second half is at least 90 % of that over the first, where
+this ends before strain 0.004. `--fit LO HI` gives another range.
 `rate` says which share of the stress of a damped run is viscous and which inertial. Its twin is the
 same run at the same rate with gamma = 0; with --rate and --specimen it also gives what E tau rate
 and rho c L rate expect.
@@ -26,6 +29,7 @@ from evp import curves, law  # noqa: E402
 ELASTIC_END = 0.004  # strain at which the first pairs of Table 1 come to the second regime
 COLUMNS = {
     "E_GPa": "E [GPa]",
+    "range": "over strain",
     "yield_MPa": "0.2 % yield [MPa]",
     "stress_1pc_MPa": "stress at 1 % [MPa]",
     "stress_2pc_MPa": "at 1.95 % [MPa]",
@@ -33,24 +37,43 @@ COLUMNS = {
 }
 
 
+def keep_inputs(out, paths):
+    """ValueError where the CSV beside the picture `out` would be one of the files read."""
+    beside = pathlib.Path(out).with_suffix(".csv").resolve()
+    for path in paths:
+        if pathlib.Path(path).resolve() == beside:
+            raise ValueError(f"--out {out} would write its numbers over {path}: give another name")
+
+
 def show_numbers(args):
     """Print one line of numbers for each curve."""
     width = max(len(path) for path in args.curves)
     print(" " * width, *COLUMNS.values(), sep="  ")
     for path in args.curves:
-        found = curves.numbers(curves.read_curve(path), args.column)
-        cells = [f"{found[name]:{len(title)}.5g}" for name, title in COLUMNS.items()]
+        found = curves.numbers(curves.read_curve(path, args.column), args.column, args.fit)
+        found["range"] = f"{found['E_from']:g}..{found['E_to']:.3g}"
+        cells = [
+            found[name].rjust(len(title)) if name == "range" else f"{found[name]:{len(title)}.5g}"
+            for name, title in COLUMNS.items()
+        ]
         print(path.ljust(width), *cells, sep="  ")
+        if found["jump_share"] > curves.JUMP_SHARE:
+            print(
+                f"NOTE: {path}: the line that E is the slope of has {found['jump_MPa']:.4g} MPa at "
+                "strain 0. Unless strong damping did it, the elastic part ends before the first rows"
+            )
 
 
 def plot_curves(args):
     """Draw all curves into one picture."""
     from evp import figures
 
-    labels = args.labels or [pathlib.Path(path).stem for path in args.curves]
+    keep_inputs(args.out, args.curves)
+    labels = args.labels or figures.short_names(args.curves)
     if len(labels) != len(args.curves):
         raise ValueError(f"--labels must give {len(args.curves)} words, one per curve")
-    drawn = [(label, curves.read_curve(path)) for label, path in zip(labels, args.curves)]
+    read = [curves.read_curve(path, args.column) for path in args.curves]
+    drawn = list(zip(labels, read))
     print(figures.stress_strain({args.title: drawn}, args.out, args.column))
 
 
@@ -58,6 +81,7 @@ def plot_law(args):
     """Draw the force law of one row."""
     from evp import figures
 
+    keep_inputs(args.out, [args.measured] if args.measured else [])
     measured = figures.read_columns(args.measured, figures.MEASURED) if args.measured else None
     print(figures.force_law(law.Row.parse(args.coeff), args.out, measured, args.deq))
 
@@ -66,6 +90,7 @@ def plot_specimen(args):
     """Draw the spheres of one state."""
     from evp import figures
 
+    keep_inputs(args.out, [args.state])
     state = figures.read_state(args.state)
     print(figures.specimen(state, args.out, args.title))
 
@@ -119,10 +144,13 @@ def parser():
 
     sub = command("numbers", show_numbers, "E, yield, stress at 1 and 2 percent, where it bends")
     sub.add_argument("curves", nargs="+", metavar="CSV")
+    sub.add_argument("--fit", nargs=2, type=float, metavar=("LO", "HI"),
+                     help="range of strain that E is fitted to (default: the elastic part)")
     column(sub)
     sub = command("plot", plot_curves, "stress-strain curves")
     sub.add_argument("curves", nargs="+", metavar="CSV")
-    sub.add_argument("--labels", nargs="+", help="one per curve (default: the files' names)")
+    sub.add_argument("--labels", nargs="+", help="one per curve (default: the files' names, "
+                     "with as many folders as tell them apart)")
     sub.add_argument("--title", default="Traction")
     sub.add_argument("--out", default="curves.png", metavar="PNG")
     column(sub)

@@ -45,7 +45,8 @@ evp_find_python() {
   for candidate in "${PYTHON:-}" "$(command -v python3 || true)" /usr/bin/python3; do
     if [ -n "$candidate" ] && command -v "$candidate" >/dev/null &&
         [ -z "$(evp_missing_modules "$candidate")" ]; then
-      export PYTHON=$candidate
+      PYTHON=$(command -v "$candidate")
+      export PYTHON
       return 0
     fi
   done

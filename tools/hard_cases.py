@@ -13,6 +13,8 @@ import sys
 import tempfile
 import time
 
+import evp  # noqa: F401  before the scenes, which need numpy
+
 CHECKOUT = pathlib.Path(__file__).resolve().parents[1]
 
 HEAD = """# Hard cases

@@ -20,6 +20,7 @@ import tempfile
 import time
 from typing import NamedTuple
 
+import evp  # noqa: F401  before numpy
 import numpy as np
 from evp.run import CHECKOUT, DECKS, RunError, format_seconds, lammps_command
 
@@ -27,7 +28,7 @@ SPECIMEN = CHECKOUT / "tests" / "data" / "reference_500" / "specimen_500.data"
 TABLE2 = "80 8 4 3 8 4 0.005 1000 1.5"
 IMPLICIT_STEP = 1.0e-5  # [s]
 RATE = 1.0  # [1/s]
-ROWS = 20  # of the CSV file, per run, each with one sample of the stress
+ROWS = 20  # of the CSV file, per run at most, each with one sample of the stress
 SHARE = 0.95  # of the strain where stresses are compared
 LOOP = re.compile(r"Loop time of (\S+) on \d+ procs for (\d+) steps with \d+ atoms")
 
@@ -63,7 +64,8 @@ def loop_of(ranks, deck, variables, folder):
 
 def pull(folder, specimen, strain, ranks=1, **variables):
     """A Pull of in.traction to that strain."""
-    settings = {"specimen": specimen, "coeff": TABLE2, "rate": RATE, "strain": strain, "row": strain / ROWS, "samples": 1, "out": "pull", **variables}
+    row = max(strain / ROWS, RATE * variables.get("timestep", 0.0))  # a row is a timestep at least
+    settings = {"specimen": specimen, "coeff": TABLE2, "rate": RATE, "strain": strain, "row": row, "samples": 1, "out": "pull", **variables}
     seconds, steps = loop_of(ranks, "in.traction", settings, folder)
     with open(folder / "pull.csv", encoding="utf-8") as source:
         rows = [(float(row["strain"]), float(row["stress_grip"])) for row in csv.DictReader(source)]

@@ -11,7 +11,7 @@ usage() {
   cat <<'END'
 usage: tools/test_memory.sh [--build DIR] [--work DIR] [--skip-valgrind] [--help] [PYTEST ARGUMENT...]
 
-Builds plugin and unit tests with AddressSanitizer and UBSan for the LAMMPS of an existing build, runs the
+Builds plugin and unit tests with AddressSanitizer, UBSan and the assertions of libstdc++ for the LAMMPS of an existing build, runs the
 unit tests, a deck that uses every style, and tests with LAMMPS; then valgrind on the deck with a plain build.
 Fails on any report with our files in it. Needs valgrind and a LAMMPS that loads plugins from LAMMPS_PLUGIN_PATH.
 
@@ -76,8 +76,8 @@ failed=0
 specimen=$EVP_REPOSITORY/tests/data/reference_500/specimen_500.data
 deck=$EVP_REPOSITORY/tests/memory/in.memory
 
-echo "== build with AddressSanitizer and UBSan (up to 3 min)"
-configure "$work/sanitized" -DEVP_SANITIZE=address,undefined
+echo "== build with AddressSanitizer, UBSan and the assertions of libstdc++ (up to 3 min)"
+configure "$work/sanitized" -DEVP_SANITIZE=address,undefined -DCMAKE_CXX_FLAGS=-D_GLIBCXX_ASSERTIONS
 compile "$work/sanitized" all
 # Leaks do not set the exit status, reports.py judges them; everything else aborts the process. LAMMPS has no frame
 # pointers: without the slow unwinding a stack would end in its Memory class, and a leak of ours look like one of its own.

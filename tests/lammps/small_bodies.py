@@ -71,12 +71,12 @@ def record(x, radius, zone, cell):
     return dict(zip(zip(low[own].tolist(), high[own].tolist()), pairs.d[own].tolist()))
 
 
-def truth(x, v, body, rows=law.TABLE1, contact="literal", ids=None):
+def truth(x, v, body, rows=law.TABLE1, contact="literal", ids=None, step=0.0):
     """brute.brute_force of a body in its box; "force" and "abs_force" are those of the atoms themselves."""
     widest = max(row.alpha for row in ([rows] if isinstance(rows, law.Row) else rows.values()))
     places, owner = with_images(x, 2.0 * widest * body.radius.max(), body.cell)
     ids = np.arange(1, len(x) + 1) if ids is None else np.asarray(ids)
-    found = brute.brute_force(places, v[owner], body.radius[owner], body.types[owner], rows, body.bonds, contact, ids=ids[owner])
+    found = brute.brute_force(places, v[owner], body.radius[owner], body.types[owner], rows, body.bonds, contact, ids=ids[owner], step=step)
     return {**found, "force": found["force"][: len(x)], "abs_force": found["abs_force"][: len(x)]}
 
 

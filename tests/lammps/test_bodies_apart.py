@@ -81,11 +81,12 @@ def test_a_still_body_does_not_notice_a_violent_one(lmp, tmp_path, ranks, newton
 
 
 def test_iterations_are_those_of_the_slowest_body(lmp, tmp_path):
-    """With a list that is never built anew, as each build starts all solves from none."""
+    """With a list that is never built anew, as each build starts all solves from none. A body whose turning takes another pass lets
+    the other begin one too."""
     write_body(tmp_path / "body.data", two_bodies())
     held = "neigh_modify every 1000000 delay 1000000 check no\nthermo 1\nrun 20\n"
     found = [lmp(flight_of_two(without=without).partition("run 20")[0] + held).ok().thermo()["f_integrate"] for without in ("none", "1", "2")]
-    assert np.abs(found[0] - np.maximum(found[1], found[2])).max() <= 1  # roundings may decide of one
+    assert np.abs(found[0] - np.maximum(found[1], found[2])).max() <= 2  # one, or one a pass
     assert np.any(found[1] > found[2] + 1) or np.any(found[2] > found[1] + 1), "control"
 
 
@@ -201,7 +202,7 @@ def test_bodies_that_meet_become_one(lmp, tmp_path, ranks, newton, processors):
     for snapshot in run.dump("all.dump")[1:]:
         v, f = velocities(snapshot), snapshot.vectors("fx", "fy", "fz")
         after = v + 0.5 * STEP * f / mass[:, None]
-        found = truth(snapshot.vectors("x", "y", "z"), after, body, row, "repulsive")
+        found = truth(snapshot.vectors("x", "y", "z"), after, body, row, "repulsive", step=STEP)
         assert np.abs(f - found["force"]).max() <= 0.02 * np.abs(found["force"]).max(), snapshot.step
         touched += any(min(i, j) < 8 <= max(i, j) for i, j in zip(found["i"], found["j"]))
     assert 0 < touched < 11, "control"

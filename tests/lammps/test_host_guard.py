@@ -1,38 +1,41 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""A plugin built for another LAMMPS ends the run with one message and status 1; the right one is let in.
+"""A plugin built for another LAMMPS stops with one message, as an error of LAMMPS does: the run ends with status 1, a program
+that uses LAMMPS as a library goes on. The right plugin is let in.
 
 The build makes the real plugin again under false flags: build/forged/{version,sizes,mpi}."""
 import os
 import pathlib
 import re
 import subprocess
+import time
 
 import pytest
+from python_host import run_python
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 LMP = pathlib.Path(os.environ.get("EVP_LMP", REPOSITORY / "build" / "lmp"))
 MPIRUN = os.environ.get("EVP_MPIRUN", "mpirun").split()
-HEADLINE = "ERROR: evpplugin.so was built for another LAMMPS than the one that loads it:"
+HEADLINE = "ERROR: evpplugin.so was built for another LAMMPS: "
 SECONDS = 60    # far above the second that a refusal takes: only a hang gets there
 
 
-def run_lammps(tmp_path, ranks, plugin_folder=None, text="print 'still alive'\n"):
+def run_lammps(tmp_path, ranks, plugin_folder=None, text="print 'still alive'\n", flags=()):
     (tmp_path / "in.lmp").write_text(text)
     environment = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1",
                        OMPI_MCA_rmaps_base_oversubscribe="1")
     if plugin_folder:
         environment["EVP_PLUGIN_DIR"] = str(plugin_folder)
     launcher = [*MPIRUN, "-np", str(ranks)] if ranks > 1 else []
-    result = subprocess.run([*launcher, str(LMP), "-log", "none", "-in", "in.lmp"], cwd=tmp_path, env=environment,
+    result = subprocess.run([*launcher, str(LMP), "-log", "none", *flags, "-in", "in.lmp"], cwd=tmp_path, env=environment,
                             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=SECONDS)
     return result.returncode, result.stdout
 
 
 @pytest.mark.parametrize("ranks", [1, 2])
 @pytest.mark.parametrize("flag, words", [
-    ("version", r"release: this LAMMPS has 20\d{6}, the plugin was built for 20990101"),
-    ("sizes", r"size of tagint: this LAMMPS has (32|64) bits, the plugin was built for (64|32) bits"),
-    ("mpi", r"MPI: this LAMMPS has .+, the plugin was built for Forged MPI")])
+    ("version", r"release 20990101, not 20\d{6}\."),
+    ("sizes", r"tagint of (32 bits, not 64|64 bits, not 32)[;.]"),
+    ("mpi", r"MPI Forged MPI, not .+\. Rebuild")])
 def test_wrong_host_is_refused(tmp_path, ranks, flag, words):
     folder = LMP.parent / "forged" / flag
     assert (folder / "evpplugin.so").is_file()
@@ -46,7 +49,8 @@ def test_wrong_host_is_refused(tmp_path, ranks, flag, words):
 
 def test_only_what_differs_is_named(tmp_path):
     _, output = run_lammps(tmp_path, 1, LMP.parent / "forged" / "version")
-    assert "size of" not in output and "MPI:" not in output
+    said = output[output.index(HEADLINE):]
+    assert "tagint" not in said and "MPI" not in said
 
 
 def test_second_plugin_runs_its_own_check(tmp_path):
@@ -55,6 +59,43 @@ def test_second_plugin_runs_its_own_check(tmp_path):
     status, output = run_lammps(tmp_path, 1, text=f"plugin load {wrong}\nprint 'still alive'\n")
     assert status == 1, output
     assert output.count(HEADLINE) == 1, output
+
+
+GOES_ON = """
+program = start()
+tell(program, "units si\\natom_style sphere\\nregion box block 0 1 0 1 0 1\\ncreate_box 1 box")
+for flag, words in (("version", "release 20990101, not 20"), ("mpi", "MPI Forged MPI, not "), ("version", "release 20990101, not 20")):
+    wrong = os.path.join(os.path.dirname(plugin), "forged", flag, "evpplugin.so")
+    said = complaint(program.command, f"plugin load {wrong}")
+    assert said.startswith("ERROR: evpplugin.so was built for another LAMMPS: " + words), said
+assert "Unrecognized pair style" in complaint(program.command, "pair_style evp/lj")
+tell(program, f"plugin load {plugin}\\npair_style evp/lj")
+print("goes on")
+program.finalize()
+"""
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_a_program_goes_on(tmp_path, ranks):
+    """The first 99 characters of an error, all that Python shows, hold what differs; the instance takes the right plugin after it."""
+    run = run_python(GOES_ON, ranks, tmp_path).ok()
+    assert run.stdout.count("goes on") == ranks and run.stdout.count(HEADLINE) == 3
+
+
+def test_a_program_goes_on_without_an_instance(tmp_path):
+    """The plugin of LAMMPS_PLUGIN_PATH is loaded while the instance is being made."""
+    run = run_python("print('no instance:', complaint(start))\nprint('goes on')\n", 1, tmp_path, LAMMPS_PLUGIN_PATH=str(LMP.parent / "forged" / "sizes")).ok()
+    assert HEADLINE in run.stdout and "no instance: Failed to initialize LAMMPS" in run.stdout and "goes on" in run.stdout
+
+
+def test_partitions_end_together(tmp_path):
+    """One of two partitions alone loads the plugin: the other waits for none."""
+    wrong = LMP.parent / "forged" / "version" / "evpplugin.so"
+    text = f"variable w world one two\nif '$w == one' then 'plugin load {wrong}' else 'shell sleep 50'\n"
+    start = time.monotonic()
+    status, output = run_lammps(tmp_path, 2, text=text, flags=["-partition", "2x1"])
+    assert status == 1 and output.count(HEADLINE) == 1, output
+    assert time.monotonic() - start < 40, "the other one was waited for"
 
 
 @pytest.mark.parametrize("ranks", [1, 2])

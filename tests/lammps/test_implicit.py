@@ -210,8 +210,8 @@ def test_restart_goes_on_to_the_tolerance(lmp, tmp_path, body, options, toleranc
 
 @pytest.mark.parametrize("ranks, newton", [(1, "on"), (1, "off"), (2, "off"), (4, "on")])
 def test_virial_holds_the_damping_once(lmp, tmp_path, body, ranks, newton):
-    """Globally and summed over atoms, against a sum over all pairs at v+ = v + dt f/2m, the velocity that the damping is solved
-    for. Control: without damping it is another."""
+    """Globally and summed over atoms, against a sum over all pairs with the opening rates of the step at v+ = v + dt f/2m, the velocity
+    that the damping is solved for. Control: without damping it is another."""
     write_body(tmp_path / "body.data", body)
     deck = flight(TIGHT, newton=newton, boundary="f f f", contact="literal").replace("thermo_style custom step", """
 compute virial all pressure NULL virial
@@ -223,7 +223,7 @@ thermo_style custom step vol c_virial[*] c_sum[*]""") + dump(every=10) + "run 10
     x, v, f = (last.vectors(*names) for names in (("x", "y", "z"), ("vx", "vy", "vz"), ("fx", "fy", "fz")))
     found = {}
     for block, row in ((0, TABLE2), (1, law.TABLE1)):
-        sum_over_pairs = brute.brute_force(x, v + 0.5 * STEP * f / mass[:, None], body.radius, body.types, row, body.bonds, "literal")
+        sum_over_pairs = brute.brute_force(x, v + 0.5 * STEP * f / mass[:, None], body.radius, body.types, row, body.bonds, "literal", step=STEP)
         virial = sum_over_pairs["virial"][[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
         thermo = run.thermo(block)
         scale = np.abs(virial).max()

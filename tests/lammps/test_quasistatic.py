@@ -10,6 +10,7 @@ import re
 import numpy as np
 import pytest
 from conftest import REFERENCE
+from evp import curves
 from lammps_run import line_at, read_csv, run_lammps, slope
 
 PUBLISHED = json.loads(REFERENCE.with_suffix(".json").read_text())
@@ -83,6 +84,17 @@ def test_dynamic_curve_extrapolated_to_no_rate(pulled, tmp_path, contact, tolera
         assert quick > (1.0 + 2.0 * tolerance) * stress_at(curve, strain), "control"
 
 
+def test_stiffness_of_a_stiffer_metal_that_yields_early(tmp_path):
+    """The tools find the elastic part: E goes with e1, wherever the second regime begins. Control: the slope to 0.003 does not."""
+    published = PUBLISHED["E_GPa_virial_0_0.3pc_10s_literal"]
+    for stiffer, xi_s, slope_to_3 in ((2.5, 0.0008, 0.55), (3.3, 0.0016, 0.9)):
+        pull(tmp_path, coeff=f"{80 * stiffer} 8 4 3 8 4 {xi_s} 0 1.5", strain=0.0042, row=0.0001, restart=0)
+        found = curves.numbers(curves.read_curve(tmp_path / "rest.csv"))
+        assert found["E_GPa"] == pytest.approx(stiffer * published, rel=0.03) and 0.5 * xi_s < found["E_to"] < xi_s
+        whole = curves.numbers(curves.read_curve(tmp_path / "rest.csv"), fit=(0.0, 0.003))
+        assert whole["E_GPa"] < slope_to_3 * stiffer * published, "control"
+
+
 @pytest.mark.parametrize("contact", ["none", "literal"])
 def test_fewer_force_evaluations_than_steps(pulled, contact):
     """At most a fifth of the steps that the slower of the paper's rates, 1/s, takes to 2 % at 0.9 of the stable step."""
@@ -151,10 +163,22 @@ def test_ends_on_strain(tmp_path):
     assert curve["strain"] == pytest.approx([0.0, 0.0005, 0.001, 0.0012], abs=1e-12)
 
 
+def test_rows_are_no_farther_apart_than_asked(tmp_path):
+    """A row is an increment, so that the smaller of both counts; the last one ends on strain."""
+    _, curve, counts = pull(tmp_path, strain=0.0007, row=0.0003)
+    assert curve["strain"] == pytest.approx([0.0, 0.0003, 0.0006, 0.0007], abs=1e-12)
+    assert counts["strain"] == pytest.approx(curve["strain"], abs=1e-12)
+    _, curve, _ = pull(tmp_path, resume=3, strain=0.0013, row=0.0005, increment=0.0002)
+    assert curve["strain"] == pytest.approx([0.0, 0.0003, 0.0006, 0.0007, 0.0009, 0.0011, 0.0013], abs=1e-12)
+
+
 @pytest.mark.parametrize("choices, message", [
     ({"guess": "none"}, "guess must be previous or affine, got none"),
     ({"minimiser": "hftn"}, "minimiser must be cg or fire, got hftn"),
-    ({"increment": 0}, "strain, increment, tolerance and evaluations must be positive"),
+    ({"increment": 0}, "strain, increment, row, tolerance and evaluations must be positive"),
+    ({"row": -1e-4}, "strain, increment, row, tolerance and evaluations must be positive"),
+    ({"row": 0.3}, "row = 0.3 is more than strain = 0.02: give -var row 0.02 or less$"),
+    ({"increment": 0.003, "strain": 0.002}, "increment = 0.003 is more than strain = 0.002: give -var increment 0.002 or less$"),
     ({"resume": 3}, r"cannot resume: rest_choices.lmp or rest.3.restart is missing"),
     ({"length": 5}, "no particle within 0.1 L of an end"),
     ({"evaluations": 5, "strain": 0.001}, "increment 1 is not at rest: .* N is left, allowed are .* N; resume with"),

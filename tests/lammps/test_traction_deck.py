@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""What in.traction lets users add, and very long pulls."""
+"""What in.traction lets users add, its rows and its end, and very long pulls."""
 
+import numpy as np
+import pytest
 from conftest import REFERENCE
 from evp import specimen
+from lammps_run import read_csv
 
 LEDGER_SHARE = 1e-3  # of the work: what the hard cases allow
 TABLE2 = "80 8 4 3 8 4 0.005 1000 1.5"
@@ -47,3 +50,72 @@ def test_zone_of_the_bonds(lmp):
         assert f"recorded {len(specimen.pairs_within(body, reach)[0])} pairs" in run.stdout, zone
     run = lmp("in.traction", variables={**variables, "zone": 1.6})
     assert run.returncode != 0 and "zone 1.6 reaches beyond" in run.stdout
+
+
+def ends(folder, lmp, **variables):
+    """Strains of the rows of both files of a pull of the reference specimen, and what it printed."""
+    run = lmp("in.traction", variables={"specimen": REFERENCE, "contact": "none", "out": "pull", **variables}).ok()
+    return read_csv(folder / "pull.csv")["strain"], read_csv(folder / "pull_bonds.csv")["strain"], run
+
+
+@pytest.mark.parametrize("rate, timestep, samples", [(8, 1.2e-5, 1), (4, 1.2e-5, 2), (2, 1.5e-5, 3), (0.9, 1.1e-5, 10)])
+def test_rows_are_no_farther_apart_than_asked_with_large_timesteps(lmp, tmp_path, rate, timestep, samples):
+    """The samples of a row are those that it has timesteps for; ten are asked for."""
+    strains, states, run = ends(tmp_path, lmp, coeff=TABLE2, integrator="implicit", rate=rate, timestep=timestep, strain=0.0011)
+    assert np.diff(strains).max() <= 1e-4 * (1 + 1e-6) and np.diff(states).max() <= 1e-4 * (1 + 1e-6)
+    assert (f"samples per row: {samples}, not 10" in run.stdout) == (samples < 10)
+    assert -1e-9 < states[-1] - 0.0011 < rate * timestep
+    assert len(states) > 11, "control"
+
+
+@pytest.mark.parametrize("ranks, choices", [
+    (1, {"row": 0.00035}), (2, {"row": 0.00035, "samples": 1}), (1, {"row": 0.0007, "timestep": 7e-7}),
+    (2, {"row": 0.0003, "rate": 8, "coeff": TABLE2, "integrator": "implicit", "timestep": 1.2e-5})])
+def test_pull_ends_on_a_strain_that_rows_do_not_divide(lmp, tmp_path, ranks, choices):
+    """Both files and the dump end less than a timestep beyond the strain asked for, and no row is longer."""
+    strain, rate = 0.001, choices.get("rate", 10)
+    strains, states, run = ends(tmp_path, lambda deck, variables: lmp(deck, ranks, variables), strain=strain, **choices)
+    printed = next(line for line in run.stdout.splitlines() if line.startswith("step "))
+    beyond = 1.0001 * rate * float(printed.split()[1])
+    for found in (strains, states):
+        assert -1e-9 < found[-1] - strain < beyond and np.diff(found).max() <= choices["row"] * (1 + 1e-6)
+    x = run.dump("pull_state.dump")[-1]["x"] - specimen.read_data(REFERENCE).x[:, 0]
+    assert x.max() - x.min() == pytest.approx(0.04 * states[-1], rel=1e-4), "the grips are the outermost"
+
+
+@pytest.mark.parametrize("choices", [{"row": 0.0001}, {"row": 0.00025, "timestep": 2.5e-7, "samples": 4}, {"row": 0.0005}])
+def test_rows_that_divide_the_strain_are_all(lmp, tmp_path, choices):
+    """No row is added to them, whatever the round-off of the timestep."""
+    strains, states, _ = ends(tmp_path, lmp, strain=0.0005, **choices)
+    assert len(strains) == len(states) == 1 + round(0.0005 / choices["row"])
+    assert states[-1] == pytest.approx(0.0005, rel=1e-8)
+
+
+def test_shorter_last_row_goes_on_from_the_others(lmp, tmp_path):
+    """Implicit damping leaves no vibration: the stress at the end is on the line through the rows, and the ledger stays closed."""
+    (tmp_path / "more.lmp").write_text(
+        'fix ledger all evp/energy\nfix mine all print 1 "open $(f_ledger) of $(f_ledger[7])" file ledger.txt screen no\n')
+    choices = {"coeff": TABLE2, "integrator": "implicit", "rate": 9, "timestep": 3e-6, "row": 0.0003, "also": "more.lmp"}
+    ends(tmp_path, lmp, strain=0.0017, **choices)
+    curve = read_csv(tmp_path / "pull.csv")
+    assert len(curve["strain"]) == 9, "control: the first state, six rows, what was left, the end"
+    line = np.polyfit(curve["strain"][2:-2], curve["stress_virial"][2:-2], 2)
+    assert curve["stress_virial"][-2:] == pytest.approx(np.polyval(line, curve["strain"][-2:]), rel=3e-3)
+    rows = [line.split() for line in (tmp_path / "ledger.txt").read_text().splitlines() if line.startswith("open")]
+    assert abs(float(rows[-1][1])) < LEDGER_SHARE * float(rows[-1][3])
+
+
+@pytest.mark.parametrize("choices, message", [
+    ({"row": 0.4}, "row = 0.4 is more than strain = 0.02: give -var row 0.02 or less"),
+    ({"row": 0.0007, "strain": 0.0006}, "row = 0.0007 is more than strain = 0.0006: give -var row 0.0006 or less"),
+    ({"timestep": 1.3e-5, "rate": 20}, "one timestep strains by 0.00026, more than row = 0.0001: "
+                                       "give -var row 0.00026, or -var timestep 5e-06 or less")])
+def test_rows_that_cannot_be_are_refused(lmp, tmp_path, choices, message):
+    run = lmp("in.traction", variables={"specimen": REFERENCE, "out": "pull", **choices}, seconds=20)
+    assert run.returncode != 0 and f"\nERROR: {message}\n" in run.stdout, run.stdout[-1000:]
+    assert not (tmp_path / "pull.csv").exists()
+
+
+def test_remedies_for_refused_rows_work(lmp, tmp_path):
+    for choices in ({"row": 0.0006, "strain": 0.0006}, {"timestep": 1.3e-5, "rate": 20, "row": 0.00026}, {"timestep": 5e-6, "rate": 20}):
+        ends(tmp_path, lmp, **{"strain": 0.0006, "coeff": TABLE2, "integrator": "implicit", **choices})

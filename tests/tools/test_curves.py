@@ -110,7 +110,7 @@ def test_bad_files_are_refused_by_name(tmp_path, text, rule):
 
 
 def command(*words):
-    words = [sys.executable, COMMAND, *words]
+    words = [sys.executable, COMMAND, *map(str, words)]
     return subprocess.run(words, capture_output=True, text=True, check=False)
 
 
@@ -146,3 +146,134 @@ def test_command_fails_with_one_line(tmp_path):
     assert failed.returncode == 1 and failed.stderr.startswith("ERROR: ")
     assert "missing.csv" in failed.stderr and len(failed.stderr.splitlines()) == 1
     assert command("--help").returncode == 0
+
+
+# ---- E of the elastic part ----
+
+
+def rounded(modulus, limit, step=1e-4, end=0.008):
+    """A curve that leaves its straight part as bodies do, a few per cent of the slope left: the stress
+    limit + 0.03 E strain is approached by the fourth power."""
+    strain = np.arange(0.0, end + 0.5 * step, step)
+    bound = limit + 0.03 * modulus * strain
+    stress = modulus * strain / (1.0 + (modulus * strain / bound) ** 4) ** 0.25
+    return curves.Curve(strain, stress, stress)
+
+
+@pytest.mark.parametrize("bend", [0.0006, 0.0011, 0.0019, 0.0028])
+@pytest.mark.parametrize("step", [5e-5, 1e-4])
+def test_the_modulus_is_that_of_the_elastic_part(bend, step):
+    """Stiff metals bend far below 0.003: E within 2 % of that of the first rows, from a range that ends before the
+    bend. Control: the slope to 0.003 is lower by far where the bend is early."""
+    sharp = bilinear(step)
+    sharp = sharp._replace(virial=np.where(sharp.strain <= bend, E * sharp.strain, E * bend + H * (sharp.strain - bend)))
+    for curve in (sharp, rounded(E, E * bend / 0.8, step)):
+        found = curves.numbers(curve)
+        assert found["E_GPa"] == pytest.approx(1e-9 * E, rel=0.02)
+        assert found["E_from"] == 0.0 and 0.5 * bend < found["E_to"] < 1.1 * bend
+    if bend < 0.0015:
+        whole = curves.numbers(sharp, fit=(0.0, curves.MODULUS_END))
+        assert whole["E_GPa"] < 0.7e-9 * E, "control"
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_vibration_is_no_bend(seed):
+    """Rows that resolve a vibration fast or slow, in which short ranges bend; and noise of 0.3 MPa rms."""
+    random = np.random.default_rng(seed)
+    strain, grip, virial = bilinear(1e-5 if seed % 2 else 1e-4)
+    virial = virial - 7.5 * E * strain**2 * (strain < 0.004)  # as the law's first regime is
+    quiet = curves.modulus(strain, virial)
+    period, phase = random.uniform(2e-4, 1e-3), random.uniform(0.0, 2.0 * np.pi)
+    noise = 0.3e6 * random.standard_normal(len(strain)) + 0.5e6 * np.sin(2.0 * np.pi * strain / period + phase)
+    found = curves.numbers(curves.Curve(strain, grip, virial + noise))
+    assert found["E_to"] == curves.MODULUS_END
+    assert found["E_GPa"] == pytest.approx(1e-9 * quiet, rel=0.02)
+
+
+def test_range_given_by_the_user():
+    strain, grip, virial = bilinear()
+    assert curves.numbers(bilinear(), fit=(0.007, 0.012))["E_GPa"] == pytest.approx(1e-9 * H, rel=FITTED)
+    found = curves.numbers(curves.Curve(strain, grip, virial), fit=(0.001, 0.002))
+    assert (found["E_from"], found["E_to"]) == (0.001, 0.002)
+    for low, high in ((0.002, 0.001), (-0.001, 0.002), (0.001, float("nan"))):
+        with pytest.raises(curves.CurveError, match="range of E must be 0 <= low < high"):
+            curves.numbers(bilinear(), fit=(low, high))
+
+
+def test_rows_too_far_apart_for_the_elastic_part_are_refused():
+    with pytest.raises(curves.CurveError, match="elastic part has fewer than three rows.*-var row.*--fit"):
+        curves.numbers(rounded(E, 0.0004 * E, step=0.0005))
+
+
+def test_a_line_that_does_not_begin_at_zero_is_told(tmp_path):
+    """Rows that are all beyond the elastic part are straight too; a damped run's jump is no more than half."""
+    beyond = write(tmp_path / "beyond.csv", rounded(E, 0.0003 * E, step=0.001))
+    strain, grip, stress = bilinear()
+    damped = write(tmp_path / "damped.csv", curves.Curve(strain, grip, np.where(strain > 0.0, stress + 30e6, 0.0)))
+    shown = command("numbers", beyond, damped)
+    notes = [line for line in shown.stdout.splitlines() if line.startswith("NOTE")]
+    assert shown.returncode == 0 and len(notes) == 1, shown.stdout + shown.stderr
+    assert "beyond.csv" in notes[0] and "MPa at strain 0" in notes[0]
+
+
+def test_command_prints_the_range(tmp_path):
+    path = write(tmp_path / "stiff.csv", rounded(70e9, 90e6))
+    shown = command("numbers", path)
+    assert shown.returncode == 0, shown.stderr
+    modulus, span = shown.stdout.splitlines()[1].split()[1:3]
+    assert float(modulus) == pytest.approx(70.0, rel=0.02) and span.startswith("0..0.000") and "over strain" in shown.stdout
+    shown = command("numbers", path, "--fit", 0.0001, 0.0005)
+    assert shown.stdout.splitlines()[1].split()[2] == "0.0001..0.0005", shown.stderr
+    shown = command("numbers", path, "--fit", 0.0005, 0.0001)
+    assert shown.returncode == 1 and "0 <= low < high, got 0.0005 0.0001" in shown.stderr
+
+
+# ---- pictures of several curves ----
+
+
+def test_curves_of_a_picture_are_told_apart(tmp_path, monkeypatch):
+    """Six files of one name: labels with their folders, and as many different lines of one width."""
+    from evp import figures
+
+    drawn = []
+    monkeypatch.setattr(figures, "save", lambda figure, *_: drawn.append(figure))
+    paths = [tmp_path / f"way{k % 3}" / f"run{k // 3}" / "pull.csv" for k in range(6)] + [tmp_path / "way0" / "other.csv"]
+    labels = figures.short_names(paths)
+    assert labels[-1] == "other" and len(set(labels)) == 7 and labels[0] == "way0/run0/pull"
+    for names in (labels, ["pull"] * 7):
+        figures.stress_strain({"Traction": [(name, bilinear()) for name in names]}, tmp_path / "curves.png")
+    for figure in drawn:
+        lines = figure.axes[0].get_lines()
+        assert len({(line.get_color(), line._unscaled_dash_pattern) for line in lines}) == 7
+        assert len({line.get_linewidth() for line in lines}) == 1
+    figures.stress_strain({"a": [("1 /s", bilinear())], "b": [("10 /s", bilinear()), ("1 /s", bilinear())]}, tmp_path / "two.png")
+    (first,), (_, again) = (axis.get_lines() for axis in drawn[-1].axes)
+    assert first.get_color() == again.get_color(), "a label means one line in all panels"
+    assert len({str(figures.line_style(k)) for k in range(40)}) == 40
+
+
+@pytest.mark.parametrize("column", ["grip", "virial"])
+def test_one_column_of_stress_is_enough(tmp_path, column):
+    path = tmp_path / "one.csv"
+    curve = bilinear()
+    rows = zip(curve.strain, getattr(curve, column))
+    path.write_text(f"strain,stress_{column}\n" + "".join(f"{a:.17g},{b:.17g}\n" for a, b in rows), encoding="utf-8")
+    for words in (("plot", "--out", tmp_path / "picture.png"), ("numbers",)):
+        shown = command(words[0], path, "--column", column, *words[1:])
+        assert shown.returncode == 0, shown.stderr
+    other = {"grip": "virial", "virial": "grip"}[column]
+    refused = command("plot", path, "--column", other, "--out", tmp_path / "picture.png")
+    assert refused.returncode == 1 and f"has no column stress_{other}; its first line must be strain,stress_{other}" in refused.stderr
+
+
+def test_numbers_of_a_picture_do_not_overwrite_its_input(tmp_path):
+    path = write(tmp_path / "pull.csv", bilinear())
+    state = tmp_path / "state.csv"
+    state.write_text("x,y,z,radius,share\n0,0,0,0.005,0.5\n", encoding="utf-8")
+    measured = tmp_path / "law.csv"
+    measured.write_text("strain,distance,force\n0,0.01,0\n0.01,0.0101,-9\n", encoding="utf-8")
+    for words in (("plot", path), ("specimen", state), ("law", "--measured", measured)):
+        before = words[-1].read_text()
+        refused = command(*words, "--out", words[-1].with_suffix(".png"))
+        assert refused.returncode == 1 and words[-1].read_text() == before
+        assert f"would write its numbers over {words[-1]}" in refused.stderr and not words[-1].with_suffix(".png").exists()

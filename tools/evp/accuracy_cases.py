@@ -10,6 +10,7 @@ from typing import NamedTuple
 TABLE1 = "80 8 4 3 8 4 0.005 0 1.5"
 TABLE2 = "80 8 4 3 8 4 0.005 1000 1.5"
 POW = "80 8.0000001 4.0000001 3 8.0000001 4.0000001 0.005 0 1.5"  # the same law by pow(): powers that are no integers
+ROW = 1e-4  # strain per row of in.traction
 STRAIN = 0.02
 ALPHAS = (1.3, 1.4, 1.5, 1.6, 1.7)
 ZONES = (1.2, 1.3, 1.4, 1.5)  # with contact none: the literal rule would pull at the pairs left out with all its force
@@ -93,7 +94,9 @@ def body_cases():
     """Cases of one body of 500 spheres, those that matter most first."""
 
     def pull(knob, choice, guess, priority=2, hook="", coeff=TABLE1, **variables):
-        return Case(knob, choice, "in.traction", {"coeff": coeff, "strain": STRAIN, **variables}, guess, priority, hook)
+        strained = float(f"{variables.get('timestep', 0) * variables['rate']:.6g}")  # in a timestep: no row is shorter
+        row = {"row": strained} if strained > variables.get("row", ROW) else {}
+        return Case(knob, choice, "in.traction", {"coeff": coeff, "strain": STRAIN, **variables, **row}, guess, priority, hook)
 
     def implicit(knob, choice, guess, step, priority=2, hook="", rate=1):
         samples = 1 if step * rate > 0.9e-5 else 5

@@ -120,13 +120,14 @@ def interactions(x, radius, rows, bonds, contact, types=None, box=None, ids=None
     return Interactions(kept, deq[acts], cut[acts], bonded[acts], law.Row(*(f[acts] for f in row)))
 
 
-def brute_force(x, v, radius, types, rows, bonds, contact, box=None, ids=None):
+def brute_force(x, v, radius, types, rows, bonds, contact, box=None, ids=None, step=0.0):
     """Forces, energies and counts of one configuration, by a sum over all pairs.
 
     x, v (N,3) positions [length] and velocities; radius (N,); types (N,) int, or None for one type;
     rows: one Row, or {(type_i, type_j): Row}; bonds: {(id_i, id_j): deq}, either order;
     contact: 'literal', 'repulsive' or 'none' for pairs outside bonds (deq = R_i + R_j);
-    box: None, or 3 periodic lengths (None or 0 for an open direction); ids (N,), default 1..N.
+    box: None, or 3 periodic lengths (None or 0 for an open direction); ids (N,), default 1..N;
+    step: above 0, dampers see the mean opening rate over a step of that size with these velocities, as under fix nve/evp.
 
     Returns a dict:
       force (N,3)            eq. 8 plus eq. 4 on each atom
@@ -148,7 +149,11 @@ def brute_force(x, v, radius, types, rows, bonds, contact, box=None, ids=None):
     i, j, r, d, sums = pairs
     unit = r / d[:, None]
     pair_force = law.force(d, deq, row)
-    f = pair_force[:, None] * unit + law.damping_force(unit, v[i], v[j], row)
+    damping = law.damping_force(unit, v[i], v[j], row)
+    if step > 0.0:
+        opening = (np.linalg.norm(r + step * (v[i] - v[j]), axis=1) - d) / step
+        damping = -(row.gamma * opening)[:, None] * unit
+    f = pair_force[:, None] * unit + damping
     pair_energy = law.energy(d, deq, row, cut)
 
     count = len(radius)

@@ -10,7 +10,12 @@ from typing import NamedTuple
 import numpy as np
 
 HEADER = ("strain", "stress_grip", "stress_virial")
-MODULUS_END = 0.003  # E: slope over strain 0 to this, below the first bond in the second regime
+ROUNDING = 1e-9  # of strain: rows at the ends of a window belong to it
+MODULUS_END = 0.003  # E: slope over strain 0 to this at most, below the first bond in the second regime
+SEARCH_END = 0.004  # the end of the elastic part is looked for up to here
+ELASTIC_SHARE = 0.9  # in the elastic part: slope of the second half over that of the first, at least
+JUMP_SHARE = 0.5  # of the stress where E's range ends: more at strain 0 is no damping at usual rates
+KEPT = 0.75  # of an elastic part that ends before that: E is fitted to this share of it
 YIELD_OFFSET = 0.002  # plastic strain by convention
 STRESS_WINDOW = 0.0006  # +- of strain about which a stress is fitted
 TANGENT_WINDOW = 0.0004  # +- of strain about which a tangent is fitted
@@ -31,19 +36,21 @@ class CurveError(ValueError):
     """A file holds no usable curve, or a curve is too short for the number asked."""
 
 
-def read_curve(path):
+def read_curve(path, column=None):
     """Curve from a CSV file with the header strain,stress_grip,stress_virial (more may follow).
 
+    column: 'virial' or 'grip' where only that stress is needed; the other one is then nan.
     CurveError names the file and what is missing; OSError if it cannot be read.
     """
+    wanted = [name for name in HEADER if column is None or name in ("strain", "stress_" + column)]
     with open(path, encoding="utf-8") as source:
         lines = [line.strip() for line in source if line.strip()]
     names = [name.strip() for name in lines[0].split(",")] if lines else []
-    missing = [name for name in HEADER if name not in names]
+    missing = [name for name in wanted if name not in names]
     if missing:
-        first_line = ",".join(HEADER)
+        first_line = ",".join(wanted)
         raise CurveError(f"{path} has no column {missing[0]}; its first line must be {first_line}")
-    places = [names.index(name) for name in HEADER]
+    places = [names.index(name) for name in wanted]
     try:
         words = [line.split(",") for line in lines[1:]]
         table = np.array([[line[k] for k in places] for line in words], dtype=float)
@@ -53,14 +60,14 @@ def read_curve(path):
         raise CurveError(f"{path} holds {len(table)} rows: no curve")
     if not np.all(np.isfinite(table)):
         raise CurveError(f"{path} holds a number that is not finite: the run was unstable")
-    return Curve(*table.T)
+    found = dict(zip(wanted, table.T))
+    return Curve(*(found.get(name, np.full(len(table), np.nan)) for name in HEADER))
 
 
 def _line_fit(strain, stress, low, high):
     """Slope and value at the middle of the least-squares line over low <= strain <= high."""
     middle = 0.5 * (low + high)
-    rounding = 1e-9  # rows at the window's ends belong to it
-    inside = (strain >= low - rounding) & (strain <= high + rounding)
+    inside = (strain >= low - ROUNDING) & (strain <= high + ROUNDING)
     end = np.max(strain, initial=0.0)
     if np.sum(inside) < 3 or end < 0.5 * (middle + high):
         raise CurveError(
@@ -71,13 +78,44 @@ def _line_fit(strain, stress, low, high):
     return float(slope), float(value)
 
 
+def _is_straight(strain, stress):
+    """Is the slope over the second half of the rows at least ELASTIC_SHARE of that over the first?"""
+    middle = len(strain) // 2
+    halves = (slice(0, len(strain) - middle), slice(middle, None))  # an odd row belongs to both
+    first, second = (np.polyfit(strain[half], stress[half], 1)[0] for half in halves)
+    return second >= ELASTIC_SHARE * first
+
+
+def elastic_end(strain, stress):
+    """Strain to which E is fitted: MODULUS_END, or less where the elastic part is shorter.
+
+    The elastic part is the longest range from strain 0, to SEARCH_END at most, that is straight:
+    vibration bends short ranges and leaves long ones straight. Where it ends before SEARCH_END it holds
+    a piece of the bend, so that E is fitted to KEPT of it. CurveError where three rows are bent already.
+    """
+    inside = (strain > 0.0) & (strain <= SEARCH_END + ROUNDING)
+    strain, stress = strain[inside], stress[inside]
+    for count in range(len(strain), 2, -1):
+        if _is_straight(strain[:count], stress[:count]):
+            if count == len(strain):
+                return MODULUS_END
+            return float(min(MODULUS_END, max(KEPT * strain[count - 1], strain[2])))
+    if len(strain) < 3:
+        return MODULUS_END
+    raise CurveError(
+        f"the elastic part has fewer than three rows: the slope falls by more than "
+        f"{100 * (1 - ELASTIC_SHARE):.0f} % before strain {strain[2]:.3g}; write rows closer together "
+        "(-var row of the decks), or give the range (--fit)"
+    )
+
+
 def modulus(strain, stress):
-    """E: slope of stress over strain 0 to MODULUS_END [unit of stress].
+    """E: slope of stress over strain 0 to elastic_end() [unit of stress].
 
     The row at strain 0 is left out: with damping the stress jumps as the motion starts.
     """
     moved = strain > 0.0
-    return _line_fit(strain[moved], stress[moved], 0.0, MODULUS_END)[0]
+    return _line_fit(strain[moved], stress[moved], 0.0, elastic_end(strain, stress))[0]
 
 
 def stress_at(strain, stress, at):
@@ -104,16 +142,16 @@ def yield_stress(strain, stress, elastic_modulus):
     return float(stress[k] + part * (stress[k + 1] - stress[k]))
 
 
-def departure_strain(strain, stress, elastic_modulus, share=DEPARTURE):
+def departure_strain(strain, stress, elastic_modulus, start=0.5 * MODULUS_END, share=DEPARTURE):
     """Strain where the tangent first falls below share * E; nan if it does not.
 
-    Looked for from the middle of E's window on, where the starting shock has died away, in steps of
-    a quarter of the tangent's window, and interpolated between them. CurveError where the rows are
-    too far apart for a tangent.
+    Looked for from start on, the middle of E's window, where the starting shock has died away, in
+    steps of a quarter of the tangent's window, and interpolated between them. CurveError where the
+    rows are too far apart for a tangent.
     """
     step = 0.25 * TANGENT_WINDOW
     before = None
-    for at in np.arange(0.5 * MODULUS_END, strain.max() - TANGENT_WINDOW, step):
+    for at in np.arange(start, strain.max() - TANGENT_WINDOW, step):
         excess = tangent(strain, stress, at) - share * elastic_modulus
         if excess < 0.0:
             return float(at if before is None else at - step * excess / (excess - before))
@@ -121,23 +159,35 @@ def departure_strain(strain, stress, elastic_modulus, share=DEPARTURE):
     return float("nan")
 
 
-def numbers(curve, column="virial"):
+def numbers(curve, column="virial", fit=None):
     """What is reported of a curve, in a dict (nan where the curve is too short):
 
-      E_GPa, yield_MPa, stress_1pc_MPa, stress_2pc_MPa (fitted about 0.0195, so that the window ends
-      before 2 %), departure_strain (tangent below 90 % of E).
+      E_GPa, E_from and E_to (the range of strain that it is the slope of), jump_MPa (that line at
+      strain 0) and jump_share (over the line at E_to), yield_MPa, stress_1pc_MPa, stress_2pc_MPa (fitted about 0.0195, so that the window ends before 2 %),
+      departure_strain (tangent below 90 % of E).
 
-    column: 'virial' or 'grip'. CurveError if the curve is too short for E.
+    column: 'virial' or 'grip'. fit: (low, high) in place of the elastic part that is found.
+    CurveError if the curve is too short for E.
     """
     strain, stress = curve.strain, getattr(curve, column)
-    elastic_modulus = modulus(strain, stress)
+    if fit is not None and not 0.0 <= fit[0] < fit[1] < np.inf:
+        raise CurveError(f"the range of E must be 0 <= low < high, got {fit[0]:g} {fit[1]:g}")
+    low, high = fit or (0.0, elastic_end(strain, stress))
+    moved = strain > 0.0
+    elastic_modulus, value = _line_fit(strain[moved], stress[moved], low, high)
+    jump = value - 0.5 * (low + high) * elastic_modulus
     found = {
         "E_GPa": 1e-9 * elastic_modulus,
+        "E_from": low,
+        "E_to": high,
+        "jump_MPa": 1e-6 * jump,
+        "jump_share": jump / (jump + high * elastic_modulus),
         "yield_MPa": 1e-6 * yield_stress(strain, stress, elastic_modulus),
     }
     for name, at in STRAINS_REPORTED.items():
         found[name + "_MPa"] = 1e-6 * _or_nan(stress_at, strain, stress, at)
-    found["departure_strain"] = _or_nan(departure_strain, strain, stress, elastic_modulus)
+    middle = 0.5 * (low + high)
+    found["departure_strain"] = _or_nan(departure_strain, strain, stress, elastic_modulus, middle)
     return found
 
 

@@ -2,7 +2,7 @@
 """Pictures, each with its numbers in a CSV of the same name beside it.
 
 Colours are chosen to stay apart for colour-blind readers; curves that lie on each other are told
-apart by width and dash as well.
+apart by their dashes as well.
 """
 
 import csv
@@ -21,13 +21,13 @@ from . import law  # noqa: E402
 
 MEASURED = ("strain", "distance", "force")  # [1], [m], [N]
 STATE = ("x", "y", "z", "radius", "share")  # [m], and share of bonds in the second regime [1]
-_STYLES = (
-    {"color": "#E69F00", "linewidth": 3.2, "linestyle": "-"},
-    {"color": "#0072B2", "linewidth": 1.5, "linestyle": "-"},
-    {"color": "#CC3311", "linewidth": 1.5, "linestyle": (0, (5, 2))},
-    {"color": "#009E73", "linewidth": 1.5, "linestyle": (0, (1, 1.2))},
-    {"color": "#6F4A8E", "linewidth": 1.5, "linestyle": (0, (6, 1.5, 1, 1.5))},
+_COLORS = (
+    "#E69F00", "#0072B2", "#CC3311", "#009E73", "#6F4A8E", "#56B4E9", "#882255", "#555555",
 )
+_DASHES = (  # of all curves but the first, so that it can be seen below them
+    (0, (5, 2)), (0, (1, 1.2)), (0, (6, 1.5, 1, 1.5)), (0, (3, 1, 1, 1, 1, 1)), (0, (10, 2)),
+)
+_LINE_WIDTH = 1.8  # of every curve
 LOOK = {
     "font.size": 11,
     "axes.titlesize": 12,
@@ -55,22 +55,44 @@ def save(figure, path, header, rows):
     return path
 
 
+def line_style(k):
+    """Colour and dashes of curve k; the first 40 differ."""
+    return {
+        "color": _COLORS[k % len(_COLORS)],
+        "linestyle": _DASHES[(k - 1) % len(_DASHES)] if k else "-",
+        "linewidth": _LINE_WIDTH,
+    }
+
+
+def short_names(paths):
+    """Names for files: the stem, with as many of its folders as tell it from the others."""
+    every = [(*path.parent.parts, path.stem) for path in map(pathlib.Path, paths)]
+
+    def alone(words, count):
+        return sum(other[-count:] == words[-count:] for other in set(every)) == 1
+
+    counts = [next(n for n in range(1, len(words) + 2) if alone(words, n)) for words in every]
+    return ["/".join(words[-count:]) for words, count in zip(every, counts)]
+
+
 def stress_strain(panels, path, column="virial"):
     """Stress-strain curves: panels is {title: [(label, curves.Curve), ...]}, side by side.
 
     column: 'virial' or 'grip'. Writes path and its CSV: panel, curve, strain_percent, stress_MPa.
+    A label means the same line in every panel; within a panel no two curves share one.
     """
-    rows = []
-    labels = dict.fromkeys(label for drawn in panels.values() for label, _ in drawn)
-    style = {label: _STYLES[k % len(_STYLES)] for k, label in enumerate(labels)}
+    rows, styles = [], {}
     with plt.rc_context(LOOK):
         figure, axes = plt.subplots(
             1, len(panels), sharey=True, squeeze=False, figsize=(1.2 + 4.4 * len(panels), 4.2)
         )
         for axis, (title, curves) in zip(axes[0], panels.items()):
+            seen = []
             for label, curve in curves:
+                seen.append(label)
+                style = styles.setdefault((label, seen.count(label)), line_style(len(styles)))
                 percent, stress = 100 * curve.strain, 1e-6 * getattr(curve, column)
-                axis.plot(percent, stress, label=label, **style[label])
+                axis.plot(percent, stress, label=label, **style)
                 rows += [
                     (title, label, f"{a:.6g}", f"{b:.6g}") for a, b in zip(percent, stress)
                 ]
@@ -80,7 +102,7 @@ def stress_strain(panels, path, column="virial"):
                 loc="upper center",
                 bbox_to_anchor=(0.5, -0.16),
                 ncol=min(3, len(curves)),
-                handlelength=2.6,
+                handlelength=3.0,
                 columnspacing=1.4,
             )
         for axis in axes[0]:  # once all is drawn: the panels share their scale

@@ -124,12 +124,13 @@ def draw(out, pulled):
 def report(out, pulled):
     """Print the table of numbers and write it to summary.csv."""
     header = ("table", "rate_per_s", "E_GPa", "yield_MPa", "stress_1pc_MPa", "first_second_regime")
-    rows = []
+    rows, ranges = [], set()
     for (table, rate), job in sorted(pulled.items()):
         found = curves.numbers(curves.read_curve(out / f"{job.name}.csv"))
         values = [f"{found[name]:.2f}" for name in header[2:5]]
         first = first_second_regime_strain(out / f"{job.name}_bonds.csv")
         rows.append((table, f"{rate:g}", *values, first))
+        ranges.add(f"{found['E_from']:g} to {found['E_to']:.3g}")
     with open(out / "summary.csv", "w", newline="", encoding="utf-8") as target:
         csv.writer(target, lineterminator="\n").writerows([header, *rows])
     titles = (
@@ -143,6 +144,7 @@ def report(out, pulled):
     print("  ".join(titles))
     for row in rows:
         print("  ".join(cell.rjust(len(title)) for cell, title in zip(row, titles)))
+    print("E is the slope over strain " + ", or ".join(sorted(ranges)))
 
 
 def main(argv=None):

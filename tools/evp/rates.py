@@ -59,13 +59,17 @@ def imbalance(curve, at):
 def starting_jump(curve):
     """(stress that the curve has at strain 0, scatter about it) [Pa], both through the sections.
 
-    From a parabola over the window of E, the row at rest left out. Dampers act from the first step:
-    with them it is about E tau rate, without them zero.
+    From a parabola over the elastic part, the row at rest left out. Dampers act from the first
+    step: with them it is about E tau rate, without them zero.
     """
-    inside = (curve.strain > 0.0) & (curve.strain <= curves.MODULUS_END + 1e-9)
+    end = curves.elastic_end(curve.strain, curve.virial)
+    inside = (curve.strain > 0.0) & (curve.strain <= end + 1e-9)
     strain, stress = curve.strain[inside], curve.virial[inside]
     if len(strain) < 6:
-        raise curves.CurveError(f"{len(strain)} rows up to strain {curves.MODULUS_END:g}: too few")
+        raise curves.CurveError(
+            f"{len(strain)} rows up to strain {end:g}, where the elastic part ends: too few, "
+            "write rows closer together (-var row of the decks)"
+        )
     fit = np.polyfit(strain, stress, 2)
     return float(fit[-1]), float(np.sqrt(np.mean((np.polyval(fit, strain) - stress) ** 2)))
 

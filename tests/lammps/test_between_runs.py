@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""What is asked between runs is of the present positions, or an error that says 'run 0': own atoms may have been moved since
+ghosts and neighbor list were made."""
+
+import numpy as np
+import pytest
+from python_host import run_python
+from small_bodies import head, lattice_body, pair, write_body
+from test_lifetimes import error_of
+
+SKIN = 0.0007
+COUNTS = "$(f_bonds[1]) $(f_bonds[2]) $(f_bonds[3]) $(f_bonds[4]:%.15g)"
+# each atom by at most 0.98 of half the skin, 1.4 of it together: pairs get into the second regime, out of dlim and into it
+NUDGE = """
+variable nx atom x+0.98*0.25*{skin}*sin(1.7*id)
+variable ny atom y+0.98*0.25*{skin}*cos(2.9*id)
+variable nz atom z+0.98*0.25*{skin}*sin(4.1*id+1)
+set group all x v_nx y v_ny z v_nz
+""".replace("{skin}", str(SKIN))
+FAR = f"variable far atom y+{1.1 * 0.5 * SKIN}\nset {{}} y v_far\n"
+RUN0 = "thermo_style custom step pe\nrun 0\n"
+BOXES = {"open": ("f f f", "", (0, 0, 0)), "periodic": ("p p p", "xyz", (0, 0, 0)), "tilted": ("p p f", "xy", (0.013, 0, 0))}
+
+
+def deck(box="open", newton="on", before="", more="", start=RUN0):
+    return head(newton, BOXES[box][0], skin=SKIN, before=before) + more + pair() + "fix move all nve\n" + start
+
+
+def write(folder, box, cells=(6, 4, 4)):
+    body = lattice_body(cells, BOXES[box][1], BOXES[box][2])
+    write_body(folder / "body.data", body, BOXES[box][2] if box == "tilted" else None)
+    return body
+
+
+def shown(run, word):
+    return np.array(next(line.split()[1:] for line in run.stdout.splitlines() if line.split()[:1] == [word]), dtype=float)
+
+
+@pytest.mark.parametrize("box, ranks, newton, more", [
+    ("open", 1, "on", ""), ("open", 2, "off", ""), ("periodic", 1, "off", ""), ("periodic", 4, "on", "comm_modify vel no\n"),
+    ("tilted", 2, "on", "neigh_modify check no\n"), ("periodic", 2, "off", "comm_style tiled\n")])
+def test_counts_are_of_the_present_positions(lmp, tmp_path, box, ranks, newton, more):
+    """Moved by set, within half the skin; truth: the same after a run 0."""
+    write(tmp_path, box)
+    text = deck(box, newton, more=more) + f"print 'BEFORE {COUNTS}'\n" + NUDGE + f"print 'MOVED {COUNTS}'\n"
+    run = lmp(text + f"run 0\nprint 'TRUTH {COUNTS}'\n", ranks=ranks).ok()
+    before, moved, truth = (shown(run, word) for word in ("BEFORE", "MOVED", "TRUTH"))
+    assert np.all(moved[:3] == truth[:3]) and moved[3] == pytest.approx(truth[3], rel=1e-12)
+    assert np.all(moved[:3] > before[:3]), "control: bonds are lost, others yield, and there are new pairs"
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_state_and_step_are_of_the_present_positions(lmp, tmp_path, ranks):
+    write(tmp_path, "periodic")
+    ask = "write_dump all custom {0}.dump id c_state[*] modify sort id format float %.17g\nprint '{0} $(c_dt:%.15g)'\n"
+    text = deck("periodic", start="compute state all evp/state/atom\ncompute dt all evp/dt\n" + RUN0) + NUDGE
+    run = lmp(text + ask.format("MOVED") + "run 0\n" + ask.format("TRUTH"), ranks=ranks)
+    if run.of_29sep2021():
+        return  # asks no compute between runs
+    moved, truth = (run.ok().dump(f"{name}.dump")[0] for name in ("MOVED", "TRUTH"))
+    for k in range(1, 5):
+        assert np.all(moved[f"c_state[{k}]"] == truth[f"c_state[{k}]"])
+    assert moved["c_state[2]"].max() > 0.1 and moved["c_state[4]"].max() > 0, "control: they are not those of rest"
+    assert shown(run, "MOVED")[0] == pytest.approx(shown(run, "TRUTH")[0], rel=1e-12)
+
+
+UNKNOWN = """
+program = start("-screen", "none")
+scene = open("in.scene").read()
+for change in CHANGES:
+    tell(program, f"clear\\nplugin load {plugin}\\n" + scene + change)
+    said = complaint(program.extract_fix, "bonds", 0, 1, 2)
+    assert "Fix bonds evp/bonds: f_bonds[3] needs the pairs of the present atoms: use 'run 0'" in said, (change, said)
+    program.command("run 0")
+    program.extract_fix("bonds", 0, 1, 2)
+    print("an error:", change)
+program.finalize()
+"""
+CHANGES = ["", FAR.format("group all"), "set atom 7 z 0.0301\n", "displace_atoms all move 0.0005 0 0\n", "change_box all z delta 0 0.0002\n",
+           "set atom 5 diameter 0.0097\n", "set atom 5 type 2\n", "pair_coeff * * 80 8 4 3 8 4 0.02 0 1.5\n", "pair_style evp/lj contact none\n",
+           "neighbor 0.0009 bin\n", "comm_style tiled\n", "group last id 96\ndelete_atoms group last compress no\n", "write_data other.data\n",
+           "unfix bonds\nfix bonds all evp/bonds\n"]
+
+
+def test_what_is_not_known_is_an_error(tmp_path):
+    """Before the first run, and where the lists are those of other positions, atoms, radii, types or laws; a run 0 mends each."""
+    write(tmp_path, "periodic")
+    (tmp_path / "in.scene").write_text(deck("periodic", start="set atom 5 type 1\n"), encoding="utf-8")
+    changes = [text and RUN0 + text for text in CHANGES]
+    run = run_python(UNKNOWN.replace("CHANGES", repr(changes)), 2, tmp_path).ok()
+    assert run.stdout.count("an error:") == 2 * len(CHANGES)
+
+
+@pytest.mark.parametrize("check", ["yes", "no"])
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_a_single_atom_that_moved_too_far_is_found(lmp, tmp_path, ranks, check):
+    """In an open box of one rank there are no ghosts that could tell; the atom is on one rank of two."""
+    write(tmp_path, "open")
+    text = deck(more=f"neigh_modify check {check}\n") + FAR.format("atom 96")
+    assert "needs the pairs of the present atoms" in error_of(lmp(text + "print $(f_bonds[1])\n", ranks=ranks))
+    near = text.replace("y+", "y+0.9*")
+    lmp(near + "print $(f_bonds[1])\n", ranks=ranks).ok()
+
+
+def test_counts_are_there_after_a_run_and_between_its_parts(lmp, tmp_path):
+    """Nothing has moved: what the last step printed, with rare neighbor builds too, and the run goes on as if nobody had asked."""
+    write(tmp_path, "periodic")
+    text = deck("periodic", start="velocity all set 40 0 0\nset atom 1*48 vx -40\ntimestep 1e-7\nthermo_style custom step pe f_bonds[1] f_bonds[2] f_bonds[3] f_bonds[4]\n"
+                "thermo_modify format float %.15g\nneigh_modify every 1 delay 0 check yes\n")
+    asked = lmp(text + f'run 60 every 20 "print \'ASKED {COUNTS}\'"\n', ranks=2).ok()
+    table = asked.thermo()
+    rows = [np.array(line.split()[1:], dtype=float) for line in asked.stdout.splitlines() if line.startswith("ASKED ")]
+    columns = np.stack([table[f"f_bonds[{k}]"] for k in (1, 2, 3, 4)], axis=1)
+    assert len(rows) == 3 and np.all(rows[-1] == columns[-1]) and rows[0][1] != rows[-1][1]
+    alone = lmp(text + "run 60\n", ranks=2).ok().thermo()
+    assert table["PotEng"][-1] == alone["PotEng"][-1]
+
+
+SCATTER = """
+import numpy
+program = start("-screen", "none")
+tell(program, f"plugin load {plugin}")
+tell(program, open("in.scene").read())
+
+def counts():
+    return [program.extract_fix("bonds", 0, 1, k) for k in range(4)]
+
+def moved(by):
+    places = program.gather_atoms("x", 1, 3)
+    numbers = numpy.ctypeslib.as_array(places)
+    n = numpy.arange(len(numbers))
+    numbers += by * numpy.sin(1.7 * n)
+    program.scatter_atoms("x", 1, 3, places)
+
+before = counts()
+moved(STEP)
+after = counts()
+program.command("run 0")
+truth = counts()
+assert after == truth != before, (before, after, truth)
+
+moved(20 * STEP)
+said = complaint(counts)
+assert "f_bonds[1] needs the pairs of the present atoms: use 'run 0'" in said, said
+program.command("run 0")
+assert counts() != truth
+print("as it should be")
+program.finalize()
+"""
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_a_program_that_scatters_atoms(tmp_path, ranks):
+    """scatter_atoms writes own atoms and one copy of each; Python shows the first 99 characters of an error, which name the remedy."""
+    write(tmp_path, "periodic")
+    (tmp_path / "in.scene").write_text(deck("periodic"), encoding="utf-8")
+    run = run_python(SCATTER.replace("STEP", str(0.28 * SKIN)), ranks, tmp_path).ok()
+    assert run.stdout.count("as it should be") == ranks

@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""The tools started by their own name, where the first python3 of PATH lacks numpy."""
+
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+
+import pytest
+from evp import interpreter
+
+TOOLS = pathlib.Path(__file__).resolve().parents[2] / "tools"
+PROGRAMS = sorted(path.name for path in TOOLS.glob("*.py"))
+MODULES = ("numpy", "scipy", "matplotlib")
+
+
+@pytest.fixture
+def bare(tmp_path):
+    """The environment of a machine whose first python3 sees the standard library alone."""
+    python = tmp_path / "bin" / "python3"
+    python.parent.mkdir()
+    python.write_text(f'#!/bin/sh\nexec {sys.executable} -S "$@"\n', encoding="utf-8")
+    python.chmod(0o755)
+    kept = {name: value for name, value in os.environ.items() if name not in ("PYTHON", "PYTHONPATH")}
+    environment = {**kept, "PATH": f"{python.parent}:{os.environ['PATH']}"}
+    assert shutil.which("python3", path=environment["PATH"]) == str(python), "control"
+    assert not interpreter.has_modules(str(python), MODULES), "control"
+    return environment
+
+
+def start(words, environment, folder=TOOLS):
+    return subprocess.run([str(word) for word in words], env=environment, cwd=folder, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
+
+
+def curve(folder):
+    rows = "".join(f"{1e-4 * k:g},{2e6 * k:g},{2e6 * k:g}\n" for k in range(60))
+    (folder / "a b.csv").write_text("strain,stress_grip,stress_virial\n" + rows, encoding="utf-8")
+    return folder / "a b.csv"
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+def test_each_tool_starts_by_its_own_name(bare, name):
+    shown = start([TOOLS / name, "--help"], bare)
+    assert shown.returncode == 0 and shown.stdout.startswith("usage: ") and not shown.stderr, shown.stderr
+
+
+def test_arguments_and_exit_code_are_those_of_the_tool(bare, tmp_path):
+    shown = start([TOOLS / "curves.py", "numbers", curve(tmp_path).name], bare, tmp_path)
+    assert shown.returncode == 0 and "a b.csv       20" in shown.stdout, shown.stderr
+    failed = start([TOOLS / "curves.py", "numbers", "absent.csv"], bare, tmp_path)
+    assert failed.returncode == 1 and failed.stderr.startswith("ERROR: ") and "absent.csv" in failed.stderr
+
+
+def test_module_of_the_package_as_program(bare):
+    shown = start(["python3", "-m", "evp.readme", "--help"], bare)
+    assert shown.returncode == 0 and shown.stdout.startswith("usage: "), shown.stderr
+
+
+def test_other_programs_are_told_and_not_started_again(bare, tmp_path):
+    program = tmp_path / "mine.py"
+    program.write_text(f"import sys\nsys.path.insert(0, {str(TOOLS)!r})\nimport evp\n", encoding="utf-8")
+    told = start(["python3", program], bare, tmp_path)
+    assert told.returncode == 1 and len(told.stderr.splitlines()) == 1
+    assert "has no numpy, scipy, matplotlib: use /" in told.stderr
+
+
+def test_python_of_the_user_comes_first_then_that_of_set_up(tmp_path):
+    """In this order; of each only what is a program."""
+    cache = tmp_path / "CMakeCache.txt"
+    found = tmp_path / "found"
+    for path in (tmp_path / "mine", found):
+        path.write_text("#!/bin/sh\nexit 0\n", encoding="utf-8")
+        path.chmod(0o755)
+    cache.write_text(f"A:STRING=1\nPython_EXECUTABLE:UNINITIALIZED={found}\n", encoding="utf-8")
+    debian = ["/usr/bin/python3"] if os.access("/usr/bin/python3", os.X_OK) else []
+    mine = str(tmp_path / "mine")
+    assert interpreter.candidates({"PYTHON": mine}, cache) == [mine, str(found), *debian]
+    assert interpreter.candidates({"PYTHON": "/no/such"}, cache) == [str(found), *debian]
+    assert interpreter.candidates({}, tmp_path / "absent") == debian
+
+
+@pytest.mark.parametrize("broken", ["#!/bin/sh\nexit 3\n", "#!/no/such/shell\n", "no program"])
+def test_python_that_does_not_work_is_passed_over(tmp_path, broken):
+    path = tmp_path / "python"
+    path.write_text(broken, encoding="utf-8")
+    path.chmod(0o755)
+    assert not interpreter.has_modules(str(path), MODULES)
+    assert interpreter.has_modules(sys.executable, MODULES), "control"
+
+
+def test_no_python_that_has_them(monkeypatch):
+    monkeypatch.setattr(interpreter, "candidates", lambda environment: [])
+    with pytest.raises(SystemExit, match="has no no_such_module: run tools/setup.sh, .* PYTHON=/path/to/python3$"):
+        interpreter.require("numpy", "no_such_module")
+    assert interpreter.require("numpy") is None, "control"
+
+
+def test_scenes_that_need_numpy_are_loaded_in_a_python_that_has_it(bare):
+    """hard_cases.py reads its scenes once its arguments are read, and says that none has this name."""
+    shown = start([TOOLS / "hard_cases.py", "--only", "no case of this name"], bare)
+    assert shown.returncode != 0 and "Traceback" not in shown.stderr and "no case of this name" in shown.stderr, shown.stderr
