@@ -112,7 +112,7 @@ void FixEVPEnergy::find_depths(const EVP::PackedList &list)
 
 void FixEVPEnergy::find_largest_depth()
 {
-  const double here = stored.total_depth();
+  double here = stored.total_depth();
   double all;
   MPI_Allreduce(&here, &all, 1, MPI_DOUBLE, MPI_SUM, world);
   stored.set_largest_depth(all);

@@ -48,5 +48,5 @@ MUTATIONS = [
     Mutation("turning taken from the last step only", ("spinning top",), "fix_nve_evp_solve.cpp", "MOST_PASSES = 20;", "MOST_PASSES = 1;"),
     Mutation("no implicit damping", ("hold at constant strain",), "pair_evp_lj.h", "return any_gamma && implicit_groupbit;", "return false;"),
     Mutation("a gamma of 1e-6 that nobody asked for", ("free vibration",), "pair_evp_lj_coeff.cpp", "row.xi_s, row.gamma, row.alpha};", "row.xi_s, row.gamma + 1e-6, row.alpha};"),
-    Mutation("no check for coincident centres", ("coincident centres",), "pair_evp_lj_pack.cpp", "if (!(g.dsq > 0.0)) stop_at_one_point(i, j);", ""),
+    Mutation("no check for coincident centres", ("coincident centres",), "pair_evp_lj_pack.cpp", "if (!(g.dsq > coincident * (sum_radii * sum_radii))) stop_where_centres_coincide(i, j);", ""),
 ]
