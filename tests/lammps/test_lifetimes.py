@@ -66,11 +66,6 @@ def test_pair_modify_compute_no_is_refused(lmp):
     assert "pair_modify compute no" in error_of(lmp(deck + "pair_modify compute no\nrun 2\n"))
 
 
-def test_ledger_before_implicit_damping_is_refused(lmp):
-    deck = HEAD + STYLE.format(alpha=1.5) + "fix ledger all evp/energy\n" + SOLVE + "run 0\n"
-    assert "fix ledger" in error_of(lmp(deck)).lower()
-
-
 def test_two_dimensions(lmp):
     """A 2-D box is one thin slab that is periodic along z without images there. Square lattice, both shells within
     1.5 d: 8 partners each."""

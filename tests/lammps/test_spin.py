@@ -59,6 +59,14 @@ def test_pair_that_spins_has_its_centrifugal_strain(lmp, tmp_path, gamma, spin, 
     assert table["f_energy[6]"][-1] == pytest.approx(stored, rel=0.6), "control: damping acts"
 
 
+@pytest.mark.parametrize("step", [2e-8, 4e-8])
+def test_explicit_damping_pulls_a_spinning_pair_together(lmp, tmp_path, step):
+    """By gamma w^2 d dt/2, as its page says: a share gamma dt/m of the strain."""
+    gamma, spin = 600.0, 3000.0
+    table = spin_pair(lmp, tmp_path, gamma, spin, spin * step, 8.0 * gamma / STIFFNESS, "nve").thermo()
+    assert strain_over_centrifugal(table)[-1] - 1.0 == pytest.approx(-gamma * step / MASS, abs=2e-3 + 4e-4)  # what settles, the strain itself
+
+
 @pytest.mark.parametrize("ranks, newton, boundary", [(2, "on", "f f f"), (2, "off", "p p p"), (4, "on", "p p p"), (4, "off", "f f f")])
 def test_pair_spins_across_ranks(lmp, tmp_path, ranks, newton, boundary):
     """Its centre is a corner of four ranks."""
