@@ -224,8 +224,8 @@ class Law {
     double total() const { return first + second; }
   };
 
-  /// energy(d, deq, deq) in two parts, right to the last digits of each at any strain: the powers are
-  /// nowhere subtracted from each other, and d from deq without rounding.
+  /// energy(d, deq, deq) in two parts, right to 1e-11 of each at any strain: d is subtracted from deq
+  /// without rounding, and each power from 1 and its slope before they meet.
   Stored stored(double d, double deq) const
   {
     const double opened = d - deq;

@@ -213,7 +213,7 @@ FixDtEVP::FastestPair FixDtEVP::find_fastest(double dt)
       };
       const double xi_s = pair->law_of(p).parameters().xi_s;
       if (opening != 0.0) limit(STRAIN_PER_STEP * xi_s / (p.inv_deq * std::fabs(opening)), 0.0);
-      if (pair->implicit_gamma(p) == 0.0) continue;
+      if (gap > 0.0 || pair->implicit_gamma(p) == 0.0) continue;
       const double across_sq = v[0] * v[0] + v[1] * v[1] + v[2] * v[2] - opening * opening;
       if (across_sq > 0.0) limit(TURN_PER_STEP * d / std::sqrt(across_sq), 1.0);
     }

@@ -30,9 +30,9 @@ using namespace FixConst;
 
 FixNVEEVP::FixNVEEVP(LAMMPS *lmp, int narg, char **arg) :
     NodalExchange(lmp, narg, arg), tolerance(1.0e-3), max_iterations(500), others_groupbits(0),
-    forces_follow(false), pair(nullptr), balance_wanted(false), turning_warned(false),
-    last_build(-1), bodies_build(-1), dt_turning(0.0), dt_applied(0.0), vflag_now(0),
-    last_iterations(0), most_iterations(0), all_iterations(0), solves(0)
+    forces_follow(false), pair(nullptr), balance_wanted(false), most_turned(0.0),
+    turning_warned(false), last_build(-1), bodies_build(-1), dt_turning(0.0), dt_applied(0.0),
+    vflag_now(0), last_iterations(0), most_iterations(0), all_iterations(0), solves(0)
 {
   for (int iarg = 3; iarg < narg; iarg += 2) {
     const std::string key = arg[iarg];
@@ -72,7 +72,7 @@ FixNVEEVP::FixNVEEVP(LAMMPS *lmp, int narg, char **arg) :
 
 int FixNVEEVP::setmask()
 {
-  return INITIAL_INTEGRATE | FINAL_INTEGRATE | POST_FORCE;
+  return INITIAL_INTEGRATE | FINAL_INTEGRATE | POST_FORCE | MIN_POST_FORCE | POST_RUN;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -109,6 +109,7 @@ void FixNVEEVP::init()
         id);
   check_groups();
   balance_wanted = EVP::scene::find_fix(modify, "evp/energy") != nullptr;
+  most_turned = 0.0;
   turning_warned = false;
   last_build = bodies_build = -1;    // another pair style may have come to the same count
   last_iterations = most_iterations = 0;
@@ -169,6 +170,27 @@ void FixNVEEVP::post_force(int vflag)
 
 /* ---------------------------------------------------------------------- */
 
+// no damping acts in a minimization: the virial of the last run must not stay in its pressure
+
+void FixNVEEVP::min_setup(int vflag)
+{
+  v_init(vflag);
+}
+
+void FixNVEEVP::min_post_force(int vflag)
+{
+  v_init(vflag);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixNVEEVP::post_run()
+{
+  warn_of_turning();
+}
+
+/* ---------------------------------------------------------------------- */
+
 void FixNVEEVP::initial_integrate(int /*vflag*/)
 {
   // the damping in f belongs to another step, or to less force: solve its second half anew
@@ -215,6 +237,7 @@ void FixNVEEVP::solve_and_apply(double h)
 {
   dt_applied = update->dt;
   applied.clear();
+  v_init(vflag_now);
   if (!pair->damps_implicitly()) return;
 
   last_iterations = solve(h);

@@ -36,8 +36,11 @@ class FixNVEEVP : public NodalExchange<Fix> {
   void init() override;
   void setup(int) override;
   void post_force(int) override;
+  void min_setup(int) override;
+  void min_post_force(int) override;
   void initial_integrate(int) override;
   void final_integrate() override;
+  void post_run() override;
 
   /// Damping force that f holds now [force], three values per local atom; empty without damping.
   const std::vector<double> &applied_damping() const { return applied; }
@@ -69,15 +72,15 @@ class FixNVEEVP : public NodalExchange<Fix> {
   class PairEVPLJ *pair;
   std::vector<Damper> dampers;
   std::vector<EVP::PackedRow> damper_rows;
-  // sqrt(gamma)/d of each damper, and sqrt(gamma) times
-  std::vector<double> damper_scale;
-  std::vector<double>
-      last_turning;    // the opening rate that turning adds; by index in the packed list
-  std::vector<double> rate_before;    // that over the last step,
-  std::vector<double> rate_now;       // and that at the present places
-  bool balance_wanted;                // a fix evp/energy asks for these two
+  std::vector<double> damper_scale;    // sqrt(gamma)/d of each damper
+  std::vector<double> rate_before;     // sqrt(gamma) times its opening rate over the last step
+  std::vector<double> rate_now;        // and at the present places; both where balance_wanted
+  bool balance_wanted;                 // a fix evp/energy asks for the power of the dampers
+  double
+      most_turned;    // square of half the largest angle of a pair per step, since the last build
   bool turning_warned;
-  std::vector<double> last_force;    // of the last solve, over w; by index in the packed list
+  std::vector<double> last_turning;    // as rate_before, what turning added; by pair of the list
+  std::vector<double> last_force;      // of the last solve, over w; by index in the packed list
   long last_build;
   EVP::NodeSets connected;    // atoms and ghosts
   EVP::Bodies bodies;
@@ -101,7 +104,7 @@ class FixNVEEVP : public NodalExchange<Fix> {
   void collect_dampers();
   void find_rates(double dt);
   void find_mean_rates();
-  void warn_of_turning(double turned);
+  void warn_of_turning();
   template <class F> double power(F &&mean_rate) const;
   void kick();
   void solve_and_apply(double h);

@@ -10,6 +10,7 @@
 #include "scene.h"
 
 #include "atom.h"
+#include "comm.h"
 #include "error.h"
 #include "force.h"
 #include "update.h"
@@ -40,7 +41,10 @@ void FixNVEEVP::collect_dampers()
   if (list.build != last_build)
     for (auto *of_pairs : {&last_force, &last_turning}) of_pairs->assign(most, 0.0);
   last_build = list.build;
-  if (list.common_build != bodies_build) find_bodies();
+  if (list.common_build != bodies_build) {
+    warn_of_turning();
+    find_bodies();
+  }
   dampers.resize(most);
   damper_scale.resize(most);
   Damper *damper = dampers.data();
@@ -98,17 +102,21 @@ void FixNVEEVP::find_rates(double dt)
 }
 
 /* ----------------------------------------------------------------------
-   turned: a quarter of the square of the largest angle by which a pair turns in this step
+   collective, once per neighbor build and at the end of a run: fast turning leads to builds
 ------------------------------------------------------------------------- */
 
-void FixNVEEVP::warn_of_turning(double turned)
+void FixNVEEVP::warn_of_turning()
 {
+  double turned;
+  MPI_Allreduce(&most_turned, &turned, 1, MPI_DOUBLE, MPI_MAX, world);
+  most_turned = 0.0;
   if (turning_warned || 4.0 * turned <= LARGEST_TURN * LARGEST_TURN) return;
   turning_warned = true;
+  if (comm->me) return;
   const double angle = 2.0 * std::sqrt(turned);
   error->warning(
       FLERR,
-      "Fix {} nve/evp: damped pairs turn by more than {} rad per step, now {:.3g} rad at "
+      "Fix {} nve/evp: damped pairs turned by more than {} rad per step, {:.3g} rad before "
       "step {}, which the damping does not resolve: reduce the timestep to {:.4g}, or use "
       "fix dt/evp",
       id, LARGEST_TURN, angle, update->ntimestep, update->dt * LARGEST_TURN / angle);
@@ -353,7 +361,7 @@ bool FixNVEEVP::turning_settled(double h)
     last_force[p] = -(along + turning);
     return along + turning;
   });
-  warn_of_turning(turned);
+  most_turned = std::max(most_turned, turned);
 
   applied.resize(change.size());
   for (size_t k = 0; k < change.size(); k++) {
@@ -405,7 +413,6 @@ void FixNVEEVP::store_applied(double h)
 
 void FixNVEEVP::tally_virial()
 {
-  v_init(vflag_now);
   if (!evflag) return;    // v_init sets no vflag_either
 
   const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;

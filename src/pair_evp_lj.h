@@ -61,6 +61,9 @@ class PairEVPLJ : public Pair {
   /// dlim/(R_i + R_j) of a pair of atom types, 0 where this style does not act. Known after init().
   double alpha_of(int itype, int jtype) const;
 
+  /// The same as the coefficients have it, before init() too.
+  double alpha_given(int itype, int jtype) const;
+
   /// Called by fix evp/bonds: ID is the fix that holds the records, empty when it goes.
   void bonds_recorded_by(const std::string &id);
 
@@ -162,10 +165,11 @@ class PairEVPLJ : public Pair {
   void send_velocities();
   void report_settings(bool explicit_pairs);
 
-  // one that only repels has no force at its cut, and needs none
+  // one that only repels has no force at its cut but that of damping: spheres that touch do not interact
   double new_pair_margin() const
   {
-    return settings_now.contact == Contact::REPULSIVE ? 0.0 : EVP::NEW_PAIR_MARGIN;
+    if (settings_now.contact != Contact::REPULSIVE) return EVP::NEW_PAIR_MARGIN;
+    return any_gamma ? -EVP::NEW_PAIR_MARGIN : 0.0;
   }
   void pack(bool together);
   void agree_on_pairs(bool damped, Overlaps);

@@ -210,6 +210,14 @@ EVP::Row PairEVPLJ::row_of(int i, int j) const
 
 /* ---------------------------------------------------------------------- */
 
+double PairEVPLJ::alpha_given(int itype, int jtype) const
+{
+  const int low = std::min(itype, jtype), high = std::max(itype, jtype);
+  return allocated && setflag[low][high] ? coefficients[NCOEFF - 1][low][high] : 0.0;
+}
+
+/* ---------------------------------------------------------------------- */
+
 double PairEVPLJ::alpha_of(int itype, int jtype) const
 {
   return serves(itype, jtype) ? coefficients[NCOEFF - 1][itype][jtype] : 0.0;

@@ -134,7 +134,7 @@ std::string WriteEVPBonds::own_lines(const FixEVPBonds *bonds, bigint (&counts)[
     if (!pair) continue;
     const int i = owners[k];
     const double dlim =
-        pair->alpha_of(atom->type[i], found[k].type) * (atom->radius[i] + found[k].radius);
+        pair->alpha_given(atom->type[i], found[k].type) * (atom->radius[i] + found[k].radius);
     if (lines[k].deq > dlim * (1.0 + EVP::BOND_MARGIN)) counts[1]++;
   }
   return text;

@@ -48,10 +48,10 @@ def seconds(rows, knob, choice, spheres="500"):
 
 
 def test_energy_balance_is_of_second_order_in_the_step(rows):
-    """Velocity Verlet's; the kink of eq. 8 and pairs that break leave the exponent a half of room over two halvings."""
+    """Velocity Verlet's, at least; the kink of eq. 8 and pairs that break leave the exponent a half of room over two halvings."""
     opened = [float(rows["step", f"{share} of the limit", "500", "ledger"]["energy_open"]) for share in (0.8, 0.4, 0.2)]
     assert opened[0] > opened[1] > opened[2] > 0.0
-    assert math.log(opened[0] / opened[2]) / math.log(4.0) == pytest.approx(2.0, abs=0.5)
+    assert math.log(opened[0] / opened[2]) / math.log(4.0) > 1.5
 
 
 def test_viscous_stress_is_proportional_to_the_rate(rows):

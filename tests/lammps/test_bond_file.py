@@ -136,6 +136,13 @@ def test_a_star_is_the_step(lmp, tmp_path, ranks):
     assert len({frozenset(read_bonds(file)) for file in tmp_path.glob("d.*.bonds")}) == 1
 
 
+def test_file_written_before_the_first_set_up_names_no_bond_beyond(lmp, tmp_path):
+    """After read_restart the pair style has coefficients and no cut-offs yet."""
+    lmp(deck(after="run 0\nwrite_evp_bonds live.bonds\nwrite_restart r.bin\n")).ok()
+    lmp("read_restart r.bin\nfix bonds all evp/bonds\nwrite_evp_bonds again.bonds\n").ok()
+    assert (tmp_path / "again.bonds").read_text(encoding="utf-8") == (tmp_path / "live.bonds").read_text(encoding="utf-8")
+
+
 SHRUNK = {  # what shrinks after the recording at zone 1.48, and the row of the deck that reads
     "radii": ("set atom 1*200 diameter 0.004\n", 1.5),
     "alpha": ("pair_coeff * * 80 8 4 3 8 4 0.005 0 1.31\n", 1.31),

@@ -153,3 +153,23 @@ def test_both_atoms_keep_the_same_bits(lmp, tmp_path):
             for name in "ab")
     assert len(a) > 900
     assert a == {frozenset(N + 1 - k for k in key): deq for key, deq in b.items()}
+
+
+@pytest.mark.parametrize("offset", OFFSETS, ids=str)
+def test_spheres_that_touch_are_not_damped(lmp, tmp_path, offset):
+    """With contact repulsive a new pair acts below R_i + R_j: none of these, though they part. Control: below, all of them."""
+    lattice(tmp_path / "body.data", offset)
+    text = deck(1.5, "repulsive", "zone 1.0000001").replace("0.005 0 1.5", "0.005 700 1.5").replace("fix bonds all", "group one id 1\nfix bonds one")
+    found = []
+    for squeeze in (1.0, 0.9999):
+        motion = f"change_box all x scale {squeeze} y scale {squeeze} z scale {squeeze} remap\nvariable vx atom 3*sin(1.1*id)\nvelocity all set v_vx 0 0\n"
+        found.append(lmp(text.replace("run 0", motion + "thermo_modify norm no\nrun 0")).ok().thermo())
+    assert found[0]["f_bonds[3]"][0] == 0 and found[0]["Press"][0] == pytest.approx(lattice_gas(), rel=1e-6)
+    assert found[1]["f_bonds[3]"][0] == N * SHELLS[1.0] / 2
+
+
+def lattice_gas():
+    """Pressure of the motion alone: no pair adds to it."""
+    mass = 2700.0 * np.pi / 6.0 * DIAMETER**3
+    speed = 3.0 * np.sin(1.1 * np.arange(1, N + 1))
+    return float(np.sum(mass * speed**2)) / (3.0 * (CELLS * DIAMETER) ** 3)

@@ -22,11 +22,11 @@ ROW = "80 8 4 3 8 4 0.005 {gamma} 1.5\n"
 
 
 def test_a_group_in_which_nothing_interacts_limits_no_step(lmp):
-    """fix dt/evp of a lone atom has no bound to give, whatever others do; nor has a pair without stiffness at rest."""
+    """fix dt/evp of a lone atom has no bound to give, whatever others do; nor has a pair without stiffness."""
     lone = BOX + TWO.format(1) + "create_atoms 1 single 0.05 0 0\nset atom 3 diameter 0.01\nset atom 3 density 2700\ngroup lone id 3\n"
     lone += "pair_style evp/lj\npair_coeff * * " + ROW.format(gamma=0) + "fix move all nve\nfix step lone dt/evp 20 0.4\nrun 5\n"
     assert "no pair interacts or approaches another" in error_of(lmp(lone))
-    soft = BOX + TWO.format(1) + "pair_style evp/lj\npair_coeff * * 0 8 4 3 8 4 0.005 0 1.5\nfix bonds all evp/bonds\nfix move all nve\nfix step all dt/evp 20 0.4\nrun 5\n"
+    soft = BOX + TWO.format(1) + "pair_style evp/lj\npair_coeff * * 0 8 4 0 8 4 0.005 0 1.5\nfix bonds all evp/bonds\nfix move all nve\nfix step all dt/evp 20 0.4\nrun 5\n"
     assert "no pair interacts or approaches another" in error_of(lmp(soft))
 
 

@@ -235,6 +235,30 @@ thermo_style custom step vol c_virial[*] c_sum[*]""") + dump(every=10) + "run 10
     assert np.abs(found[0] - found[1]).max() > 0.01 * np.abs(found[1]).max(), "control"
 
 
+@pytest.mark.parametrize("then", ["min_modify dmax 1e-9\nthermo 1\nminimize 0 0 2 9\n", "pair_coeff * * 80 8 4 3 8 4 0.005 0 1.5\nrun 0\n"], ids=["minimization", "gamma zero"])
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_no_virial_is_left_where_no_damping_acts(lmp, tmp_path, body, then, ranks):
+    """The same state under fix nve has the same pressure, global and summed over atoms, though atoms came since. Control: the damping
+    of the run before changed it."""
+    write_body(tmp_path / "body.data", body)
+    read = """
+compute virial all pressure NULL virial
+compute each all stress/atom NULL virial
+compute sum all reduce sum c_each[1] c_each[5]
+""" + thermo("c_virial[1] c_virial[4] c_sum[1] c_sum[2]")
+    deck = flight(boundary="f f f", contact="none").replace("thermo_style", "#") + read + "run 3\ncreate_atoms 1 single 0.09 0.05 0.05\n"
+    deck += "set atom $(count(all)) diameter 0.01\nset atom $(count(all)) density 2700\n"
+    found = {}
+    for style in ("nve/evp", "nve"):
+        text = deck + f"unfix integrate\nfix integrate all {style}\n" * (style == "nve") + then
+        run = lmp(text, ranks).ok()
+        table = run.thermo()
+        found[style] = np.array([table[name] for name in ("c_virial[1]", "c_virial[4]", "c_sum[1]", "c_sum[2]")])
+        damped = np.array([run.thermo(0)[name][-1] for name in ("c_virial[1]", "c_virial[4]", "c_sum[1]", "c_sum[2]")])
+    assert found["nve/evp"] == pytest.approx(found["nve"], rel=1e-9, abs=1e-9 * np.abs(found["nve"]).max())
+    assert abs(damped[0] - found["nve"][0]) > 0.01 * abs(found["nve"][0]), "control"
+
+
 # ---- misuse ----
 
 ROW2 = "coeff", "pair_coeff * * 80 8 4 3 8 4 0.005 1000 1.5"

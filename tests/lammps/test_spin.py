@@ -92,7 +92,7 @@ def test_timestep_follows_the_turning(lmp, tmp_path):
 @pytest.mark.parametrize("angle, warned", [(0.14, 0), (0.2, 1)])
 def test_turning_too_far_in_a_step_is_warned_of(lmp, tmp_path, angle, warned):
     run = spin_pair(lmp, tmp_path, 1e5, 400.0, angle, 0.02)
-    assert sum("turn by more than 0.15 rad per step" in line for line in run.warnings()) == warned
+    assert sum("turned by more than 0.15 rad per step" in line for line in run.warnings()) == warned
 
 
 def test_change_of_timestep_and_restart_in_mid_spin(lmp, tmp_path):
