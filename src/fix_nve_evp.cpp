@@ -66,6 +66,15 @@ FixNVEEVP::FixNVEEVP(LAMMPS *lmp, int narg, char **arg) :
   size_vector = 2;
   global_freq = 1;
   extscalar = extvector = 0;
+  atom->add_callback(
+      Atom::GROW);    // LAMMPS takes it from constructors only; nothing is kept unless wanted
+}
+
+/* ---------------------------------------------------------------------- */
+
+FixNVEEVP::~FixNVEEVP()
+{
+  atom->delete_callback(id, Atom::GROW);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -108,12 +117,60 @@ void FixNVEEVP::init()
         "'remap v'",
         id);
   check_groups();
+  want_places();
   balance_wanted = EVP::scene::find_fix(modify, "evp/energy") != nullptr;
   most_turned = 0.0;
   turning_warned = false;
   last_build = bodies_build = -1;    // another pair style may have come to the same count
   last_iterations = most_iterations = 0;
   all_iterations = solves = 0;
+}
+
+/* ----------------------------------------------------------------------
+   a path may turn: then the velocity over the step to come is not that at the present places
+------------------------------------------------------------------------- */
+
+void FixNVEEVP::want_places()
+{
+  movers.forget();
+  bool any = movers.wanted();
+  for (int k = 0; k < modify->nfix; k++) any = any || strcmp(modify->fix[k]->style, "move") == 0;
+  if (!any || movers.wanted()) return;
+  movers.want();
+  create_attribute = 1;
+  maxexchange = EVP::MoverPlaces::SIZE;
+  movers.grow(atom->nmax);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixNVEEVP::grow_arrays(int nmax)
+{
+  if (movers.wanted()) movers.grow(nmax);
+}
+
+void FixNVEEVP::copy_arrays(int i, int j, int /*delflag*/)
+{
+  if (movers.wanted()) movers.copy(i, j);
+}
+
+void FixNVEEVP::set_arrays(int i)
+{
+  if (movers.wanted()) movers.set(atom, domain, i);
+}
+
+int FixNVEEVP::pack_exchange(int i, double *buf)
+{
+  if (!movers.wanted()) return 0;
+  movers.pack(i, buf);
+  return EVP::MoverPlaces::SIZE;
+}
+
+int FixNVEEVP::unpack_exchange(int i, double *buf)
+{
+  if (!movers.wanted()) return 0;
+  movers.unpack(i, buf);
+  return EVP::MoverPlaces::SIZE;
 }
 
 /* ----------------------------------------------------------------------
@@ -158,6 +215,7 @@ void FixNVEEVP::setup(int vflag)
   collect_dampers();
   if (balance_wanted) find_rates(0.0);
   solve_and_apply(0.5 * update->dt);
+  movers.remember(atom, domain);
   if (forces_follow) dt_applied = 0.0;    // solve anew with what they add to f from here on
 }
 
@@ -214,6 +272,7 @@ void FixNVEEVP::final_integrate()
   if (balance_wanted) find_rates(update->dt);
   solve_and_apply(update->dt);
   if (balance_wanted) find_mean_rates();
+  movers.remember(atom, domain);
   kick();
 }
 
@@ -282,11 +341,12 @@ double FixNVEEVP::memory_usage()
 {
   double bytes = (double) dampers.capacity() * sizeof(Damper);
   bytes += (double) damper_rows.capacity() * sizeof(EVP::PackedRow);
-  bytes += connected.memory_usage() + bodies.memory_usage() + solves_of_bodies.memory_usage();
+  bytes += movers.memory_usage() + connected.memory_usage() + bodies.memory_usage() +
+      solves_of_bodies.memory_usage();
   for (const Nodal *nodal :
        {&damper_scale, &last_turning, &rate_before, &rate_now, &velocities, &reaction, &applied,
-        &lowest, &last_force, &mobility, &inertia, &undamped, &change, &velocity, &residual,
-        &direction, &direction_product})
+        &lowest, &last_force, &mobility, &inertia, &prescribed, &undamped, &change, &velocity,
+        &residual, &direction, &direction_product})
     bytes += (double) nodal->capacity() * sizeof(double);
   return bytes;
 }

@@ -12,6 +12,7 @@ FixStyle(nve/evp,FixNVEEVP);
 #include "evp_body_solves.h"
 #include "evp_kernel.h"
 #include "fix.h"
+#include "mover_places.h"
 #include "nodal_exchange.h"
 
 #include <vector>
@@ -31,6 +32,7 @@ namespace LAMMPS_NS {
 class FixNVEEVP : public NodalExchange<Fix> {
  public:
   FixNVEEVP(class LAMMPS *, int, char **);
+  ~FixNVEEVP() override;
 
   int setmask() override;
   void init() override;
@@ -55,6 +57,11 @@ class FixNVEEVP : public NodalExchange<Fix> {
   double compute_vector(int) override;
 
   double memory_usage() override;
+  void grow_arrays(int) override;
+  void copy_arrays(int, int, int) override;
+  void set_arrays(int) override;
+  int pack_exchange(int, double *) override;
+  int unpack_exchange(int, double *) override;
 
  private:
   /// A dashpot between the atom of its row and j.
@@ -94,6 +101,8 @@ class FixNVEEVP : public NodalExchange<Fix> {
 
   Nodal velocities, reaction;    // with ghosts
   Nodal mobility, inertia;       // ftm2v / mass and its inverse, zero for atoms outside the group
+  EVP::MoverPlaces movers;       // wanted where a fix move may turn or accelerate atoms
+  Nodal prescribed;              // velocities after the step of atoms outside the group
   Nodal undamped;                // v* = v + h M^-1 F
   Nodal velocity, change, residual, direction, direction_product;
 
@@ -114,6 +123,7 @@ class FixNVEEVP : public NodalExchange<Fix> {
   void spread_lowest();
   std::vector<double> bodies_across() const;
   void check_groups() const;
+  void want_places();
   void exchange_velocities(const Nodal &of);
   void check_partners(int i, int j) const;
   template <class F> void damping_product(F &&rate);

@@ -11,6 +11,7 @@
 
 #include "atom.h"
 #include "comm.h"
+#include "domain.h"
 #include "error.h"
 #include "force.h"
 #include "update.h"
@@ -87,15 +88,18 @@ void FixNVEEVP::find_rates(double dt)
   if (!pair->damps_implicitly()) return;
   velocities.resize((size_t) 3 * (atom->nlocal + atom->nghost));
   std::copy_n(atom->v[0], (size_t) 3 * atom->nlocal, velocities.begin());
+  if (dt > 0.0)
+    movers.for_each_before(atom, domain, dt, [this](int i, int c, double before) {
+      if (!in_group(i)) velocities[(size_t) 3 * i + c] = before;
+    });
   to_ghosts(velocities);
   for (const auto &row : damper_rows) {
     const EVP::Vector vi(&velocities[(size_t) 3 * row.i]);
     for (int k = row.first; k < row.last; k++) {
       const EVP::Vector w(dampers[k].w);
       const EVP::Vector v = vi - EVP::Vector(&velocities[(size_t) 3 * dampers[k].j]);
-      const double along = dot(w, v);
       rate_before[k] =
-          along + EVP::turning_rate(along, dot(v, v), -0.5 * dt * damper_scale[k], 1.0 / dot(w, w));
+          EVP::opening_rate(dot(w, v), dot(v, v), -0.5 * dt * damper_scale[k], 1.0 / dot(w, w));
     }
   }
   rate_now = rate_before;
@@ -110,7 +114,7 @@ void FixNVEEVP::warn_of_turning()
   double turned;
   MPI_Allreduce(&most_turned, &turned, 1, MPI_DOUBLE, MPI_MAX, world);
   most_turned = 0.0;
-  if (turning_warned || 4.0 * turned <= LARGEST_TURN * LARGEST_TURN) return;
+  if (turning_warned || 2.0 * std::sqrt(turned) <= 1.01 * LARGEST_TURN) return;
   turning_warned = true;
   if (comm->me) return;
   const double angle = 2.0 * std::sqrt(turned);
@@ -246,7 +250,7 @@ void FixNVEEVP::warm_start(double h)
 }
 
 /* ----------------------------------------------------------------------
-   the velocities of the group from `of`, all others as the atoms have them
+   the velocities of the group from `of`, all others as prescribed
 ------------------------------------------------------------------------- */
 
 void FixNVEEVP::exchange_velocities(const Nodal &of)
@@ -254,7 +258,7 @@ void FixNVEEVP::exchange_velocities(const Nodal &of)
   for (int i = 0; i < atom->nlocal; i++)
     for (int c = 0; c < 3; c++) {
       const size_t k = (size_t) 3 * i + c;
-      velocities[k] = mobility[k] > 0.0 ? of[k] : atom->v[i][c];
+      velocities[k] = mobility[k] > 0.0 ? of[k] : prescribed[k];
     }
 }
 
@@ -278,6 +282,12 @@ int FixNVEEVP::solve(double h)
     }
 
   const double *v = atom->v[0], *f = atom->f[0];
+  prescribed.assign(v, v + n);
+  if (h == update->dt)
+    movers.for_each_before(atom, domain, h, [&](int i, int c, double before) {
+      double &after = prescribed[(size_t) 3 * i + c];
+      after = 2.0 * after - before;
+    });
   for (size_t k = 0; k < n; k++) undamped[k] = v[k] + h * mobility[k] * f[k];
   warm_start(h);
 
@@ -355,11 +365,11 @@ bool FixNVEEVP::turning_settled(double h)
     const int p = dampers[k].pair;
     const double along = dot(w, v), inv_gamma = 1.0 / dot(w, w);
     const double half_step = half_dt * damper_scale[k];
-    const double turning = EVP::turning_rate(along, dot(v, v), half_step, inv_gamma);
-    turned = std::max(turned, half_step * turning * inv_gamma);
-    last_turning[p] = turning;
-    last_force[p] = -(along + turning);
-    return along + turning;
+    const double rate = EVP::opening_rate(along, dot(v, v), half_step, inv_gamma);
+    turned = std::max(turned, half_step * (rate - along) * inv_gamma);
+    last_turning[p] = rate - along;
+    last_force[p] = -rate;
+    return rate;
   });
   most_turned = std::max(most_turned, turned);
 

@@ -6,6 +6,7 @@ Bodies of many atoms are in hard_cases_spin.py, the force itself in test_implici
 import numpy as np
 import pytest
 from evp import law
+from lammps_run import write_data
 from small_bodies import head, mass_of, pair, thermo, write_two
 
 GAP, RADIUS = 0.0085, 0.0045
@@ -120,4 +121,35 @@ def test_grip_that_turns_strains_no_more_than_it_must(lmp, tmp_path):
     table = lmp(text).ok().thermo()
     strain = table["v_d"][-1] / GAP - 1.0
     assert strain == pytest.approx(MASS * table["v_w"][-1] ** 2 / STIFFNESS, rel=WITHIN)
+    assert np.abs(table["f_energy"]).max() < LEDGER * table["KinEng"][0]
+
+
+TURNTABLE = """
+group grip id 1
+group free id 2
+variable vy atom {spin}*x
+velocity all set 0 v_vy 0
+{fixes}
+variable d equal sqrt((x[1]-x[2])^2+(y[1]-y[2])^2)
+timestep {step:.17g}
+thermo {every}
+""" + thermo("v_d ke f_energy f_energy[6]")
+
+
+@pytest.mark.parametrize("gamma, angle, ranks, newton", [(1e3, 0.01, 1, "on"), (2e4, 0.008, 1, "off"), (2e4, 0.008, 2, "on"), (5e5, 0.002, 1, "on")])
+@pytest.mark.parametrize("first", ["move", "nve/evp"])
+def test_atom_that_turns_with_a_moved_one(lmp, tmp_path, gamma, angle, ranks, newton, first):
+    """A turntable: sphere 1 is moved along a circle by fix move rotate, sphere 2 outside it is free. The moved one enters with its velocity
+    over the step, not with that at its place: the strain is m w^2 r d/(K d^2). (It was too large by gamma dt/2m.)"""
+    spin, inner = 400.0, 0.018
+    x = np.array([[inner, 0.0, 0.0], [inner + GAP, 0.0, 0.0]])
+    write_data(tmp_path / "body.data", x, (RADIUS, RADIUS), [[-0.2, 0.2]] * 3)
+    fixes = {"move": f"fix turn grip move rotate 0 0 0 0 0 1 {2.0 * np.pi / spin:.17g}", "nve/evp": "fix integrate free nve/evp"}
+    lines = "\n".join([fixes.pop(first), *fixes.values(), "fix energy all evp/energy"])
+    steps = int(np.ceil(8.0 * gamma / STIFFNESS * spin / angle / 20)) * 20
+    text = head(newton, skin=0.001) + pair(ROW._replace(gamma=gamma), "none")
+    text += TURNTABLE.format(spin=spin, fixes=lines, step=angle / spin, every=steps // 20) + f"run {steps}\n"
+    table = lmp(text, ranks).ok().thermo()
+    strain = table["v_d"] / GAP - 1.0
+    assert strain[-1] == pytest.approx(MASS * spin**2 * (inner + GAP) / (STIFFNESS * GAP), rel=WITHIN)
     assert np.abs(table["f_energy"]).max() < LEDGER * table["KinEng"][0]
