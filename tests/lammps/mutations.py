@@ -44,7 +44,7 @@ MUTATIONS = [
              "dx * (vx - v[j][0]) + dy * (vy - v[j][1]) + dz * (vz - v[j][2])", "dx * vx + dy * vy + dz * vz"),
     Mutation("dampers along x", ("fragment flying and spinning: implicit",), "fix_nve_evp_solve.cpp", "damper->w[1] = scale * g.dy;", "damper->w[1] = 0.0;"),
     Mutation("dampers along the old direction of a pair that turns", ("spinning cube", "spinning top", "off centre impact"), "evp_opening.h",
-             "return half_step * (speed_sq - opening * opening * inv_gamma);", "return 0.0 * half_step * (speed_sq - opening * opening * inv_gamma);"),
+             "return 2.0 * half_change / (1.0 + std::sqrt(std::max(ratio_sq, 0.0)));", "return along + 0.0 * half_change * ratio_sq;"),
     Mutation("turning taken from the last step only", ("spinning top",), "fix_nve_evp_solve.cpp", "MOST_PASSES = 20;", "MOST_PASSES = 1;"),
     Mutation("no implicit damping", ("hold at constant strain",), "pair_evp_lj.h", "return any_gamma && implicit_groupbit;", "return false;"),
     Mutation("a gamma of 1e-6 that nobody asked for", ("free vibration",), "pair_evp_lj_coeff.cpp", "row.xi_s, row.gamma, row.alpha};", "row.xi_s, row.gamma + 1e-6, row.alpha};"),
