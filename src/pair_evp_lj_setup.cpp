@@ -6,7 +6,6 @@
 
 #include "evp_params.h"
 #include "fix_evp_bonds.h"
-#include "lammps_compat.h"
 #include "scene.h"
 
 #include "atom.h"
@@ -15,6 +14,7 @@
 #include "error.h"
 #include "force.h"
 #include "modify.h"
+#include "neighbor.h"
 #include "update.h"
 #include "utils.h"
 
@@ -36,7 +36,7 @@ void PairEVPLJ::init_style()
   packed_call = packed_step = -1;
   reach.assign(laws.size(), -1.0);
   any_gamma = scene_checked = false;
-  EVP::compat::request_half_list(neighbor, this, instance_me);
+  neighbor->add_request(this);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -79,12 +79,11 @@ void PairEVPLJ::find_max_radii()
   MPI_Allreduce(smallest.data(), min_radius.data(), ntypes, MPI_DOUBLE, MPI_MIN, world);
 
   // particles to come
-  for (int k = 0; k < modify->nfix; k++)
-    if (utils::strmatch(modify->fix[k]->style, "^pour") ||
-        utils::strmatch(modify->fix[k]->style, "^deposit"))
+  for (Fix *fix : modify->get_fix_list())
+    if (utils::strmatch(fix->style, "^pour") || utils::strmatch(fix->style, "^deposit"))
       for (int type = 1; type <= atom->ntypes; type++) {
         int itype = type;
-        const auto *radius = (const double *) modify->fix[k]->extract("radius", itype);
+        const auto *radius = (const double *) fix->extract("radius", itype);
         if (radius) max_radius[type] = std::max(max_radius[type], *radius);
       }
 }

@@ -4,7 +4,6 @@
 
 #include "pair_evp_lj.h"
 
-#include "lammps_compat.h"
 #include "scene.h"
 
 #include "atom.h"
@@ -41,7 +40,7 @@ void PairEVPLJ::require_ghost_velocities() const
 
 void PairEVPLJ::send_velocities()
 {
-  if (!comm->ghost_velocity) EVP::compat::forward_comm(comm, this);
+  if (!comm->ghost_velocity) comm->forward_comm(this);
 }
 
 /* ----------------------------------------------------------------------

@@ -5,7 +5,7 @@ What test_bad_input.py demands already is not repeated. Files are in test_hostil
 test_hostile_bonds.py, restarts and atoms in test_hostile_state.py."""
 
 import pytest
-from hostile import BONDS, NOT_IN_A_DUMP, ROW, SECONDS, Words, refused, scene
+from hostile import BONDS, ROW, SECONDS, Words, refused, scene
 
 NUMBER = "must be a finite decimal number, got"
 COEFF, FIX = "pair_coeff * * ", "fix bonds all evp/bonds "
@@ -66,7 +66,7 @@ CASES = [
     ("coeff", row(m1="200", xi_s="0.999"), "these parameters overflow double precision"),
     # fix evp/bonds
     ("units", "units si\nfix bonds all evp/bonds", "before simulation box is defined"),
-    ("fix", "fix bonds nobody evp/bonds", Words("Could not find fix group ID nobody", "Could not find fix group ID")),
+    ("fix", "fix bonds nobody evp/bonds", "Could not find fix group ID nobody"),
     ("fix", FIX + "1.2", "unknown keyword '1.2'; it takes zone or file"),
     ("fix", FIX + "zone 1.2 1.3", "unknown keyword '1.3'"),
     ("fix", FIX + "zone 1.2 zone", "keyword zone needs a value"),
@@ -85,9 +85,9 @@ CASES = [
     ("then", "compute s nobody evp/state/atom",
      Words(NO_GROUP, in_2026="Group ID nobody requested by compute evp/state/atom does not exist")),
     ("then", "compute dt all evp/dt\nprint $(c_dt)",
-     Words("Variable formula compute cannot be invoked before initialization by a run", "Compute used in variable between runs is not current")),
+     "Variable formula compute cannot be invoked before initialization by a run"),
     ("then", "compute s all evp/state/atom\nwrite_dump all custom s.dump id c_s[1]",
-     Words("Dump compute ID s cannot be invoked before initialization by a run", NOT_IN_A_DUMP)),
+     "Dump compute ID s cannot be invoked before initialization by a run"),
     ("thermo", "compute dt all evp/dt\nthermo_style custom step c_dt[6]", "out-of-range"),
     ("thermo", "compute s all evp/state/atom\nthermo_style custom step c_s",
      Words("Thermo compute does not compute scalar", in_2026="Thermo custom compute s does not compute a scalar")),
