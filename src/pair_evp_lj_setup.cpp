@@ -191,33 +191,21 @@ void PairEVPLJ::check_scene()
 {
   scene_checked = true;
 
-  const int n = (int) max_radius.size();
-  std::vector<int> here(n, 0), outside(n);    // types with atoms that fix nve/evp leaves out
-  for (int i = 0; i < atom->nlocal; i++)
-    if (!(atom->mask[i] & implicit_groupbit)) here[atom->type[i]] = 1;
-  MPI_Allreduce(here.data(), outside.data(), n, MPI_INT, MPI_MAX, world);
+  report_settings();
 
-  std::vector<bool> served(n, false);
-  bool explicit_pairs = !implicit_groupbit && any_gamma;    // of particles that are to come too
-  for (int i = 1; i <= atom->ntypes; i++)
-    for (int j = 1; j <= atom->ntypes; j++)
-      if (serves(i, j)) {
-        served[i] = true;
-        if (row_of(i, j).gamma > 0.0 && outside[i] && outside[j]) explicit_pairs = true;
-      }
-  report_settings(explicit_pairs);
-  if (explicit_pairs) require_ghost_velocities();
-
-  // of other types this style asks nothing
-  for (int i = 1; i <= atom->ntypes; i++)
-    if (!served[i]) max_radius[i] = HUGE_VAL;
+  // of types that it does not serve this style asks nothing
+  for (int i = 1; i <= atom->ntypes; i++) {
+    bool served = false;
+    for (int j = 1; j <= atom->ntypes; j++) served = served || serves(i, j);
+    if (!served) max_radius[i] = HUGE_VAL;
+  }
 }
 
 /* ----------------------------------------------------------------------
    one line of what this scene calls for, again only when it changes
 ------------------------------------------------------------------------- */
 
-void PairEVPLJ::report_settings(bool explicit_pairs)
+void PairEVPLJ::report_settings()
 {
   const char *contact[] = {"literal", "repulsive", "none"};
   std::string report = "evp/lj: ";
@@ -227,8 +215,6 @@ void PairEVPLJ::report_settings(bool explicit_pairs)
     report += !damping_acts() ? "damping off (minimization)"
         : damps_implicitly()  ? "damping by fix nve/evp"
                               : "damping on";
-  if (damping_acts() && explicit_pairs && settings_now.own_velocities && !comm->ghost_velocity)
-    report += ", ghost velocities own";
   report += fmt::format(", new contacts {}", contact[(int) settings_now.contact]);
   if (bonds)
     report += fmt::format(", deq of bonds from fix {}", bonds->id);

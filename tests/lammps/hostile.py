@@ -12,7 +12,6 @@ PARTS = {
     "atoms": "atom_style sphere",
     "map": "atom_modify map yes",
     "box": """boundary f f f
-comm_modify vel yes
 lattice sc 0.0101
 region box block 0 3 0 2 0 2
 create_box 1 box

@@ -124,7 +124,6 @@ atom_style {style}
 atom_modify map yes {sort}
 newton {newton}
 {"" if start.startswith("read_restart") else "boundary " + boundary}
-comm_modify vel yes
 {before}
 {start}
 neighbor {skin} bin

@@ -28,17 +28,14 @@ def test_the_scene_itself_runs(lmp, ranks):
 CASES = [
     # pair_style
     ("style", "pair_style evp/lj contact 0", "contact must be literal, repulsive or none, got '0'"),
-    ("style", "pair_style evp/lj CONTACT none", "unknown keyword 'CONTACT'; it takes contact, overlap and ghostvel"),
-    ("style", "pair_style evp/lj none", "unknown keyword 'none'; it takes contact, overlap and ghostvel"),
+    ("style", "pair_style evp/lj CONTACT none", "unknown keyword 'CONTACT'; it takes contact and overlap"),
+    ("style", "pair_style evp/lj none", "unknown keyword 'none'; it takes contact and overlap"),
     ("style", "pair_style evp/lj contact none contact", "keyword contact needs a value"),
     ("style", "pair_style evp/lj overlap 0.3 0.4", "unknown keyword '0.4'"),
     ("style", "pair_style evp/lj overlap -0.3", "overlap must lie in (0, 1]"),
     ("style", "pair_style evp/lj overlap inf", f"overlap {NUMBER} 'inf'"),
     ("style", "pair_style evp/lj overlap 1e400", f"overlap {NUMBER} '1e400'"),
     ("style", 'pair_style evp/lj overlap ""', f"overlap {NUMBER} ''"),
-    ("style", "pair_style evp/lj ghostvel own ghostvel", "keyword ghostvel needs a value"),
-    ("style", "pair_style evp/lj ghostvel OWN", "ghostvel must be comm or own, got 'OWN'"),
-    ("style", 'pair_style evp/lj ghostvel ""', "ghostvel must be comm or own, got ''"),
     ("style", "pair_style evp/lj contact {}", "contact must be literal, repulsive or none, got '{}'"),
     ("style", "pair_style evp", "Unrecognized pair style 'evp'"),
     ("style", "pair_style hybrid/overlay evp/lj evp/lj\npair_coeff * * evp/lj 1 " + ROW,
@@ -112,10 +109,11 @@ def test_wrong_words(lmp, part, text, says, more):
 
 def test_keywords_given_twice_take_the_last(lmp):
     """As LAMMPS' own styles do."""
-    text = scene(style="pair_style evp/lj contact none ghostvel comm contact repulsive ghostvel own", fix=FIX + "zone 1.4 zone 1.2",
-                 coeff=row(gamma="1")).replace("comm_modify vel yes\n", "")
+    text = scene(style="pair_style evp/lj contact none overlap 0.2 contact repulsive overlap 0.4", fix=FIX + "zone 1.4 zone 1.2",
+                 coeff=row(gamma="1"))
     run = lmp(text, seconds=SECONDS).ok()
-    assert "damping on, ghost velocities own, new contacts repulsive" in run.stdout
+    assert "damping on, new contacts repulsive" in run.stdout
+    assert "overlap warned of beyond 0.4" in run.stdout
     assert "recorded 20 pairs within 1.2" in run.stdout  # the edges alone
 
 

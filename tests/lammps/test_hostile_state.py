@@ -8,7 +8,6 @@ from hostile import BONDS, ROW, SECONDS, refused, scene
 
 CONTINUE = """
 read_restart {}
-comm_modify vel yes
 fix bonds all evp/bonds
 fix move all nve
 timestep 1e-7
@@ -111,6 +110,14 @@ def test_a_changed_bit_in_the_settings(saved, resume, offset):
     refused(resume(bytes(content)), SETTINGS_DAMAGED)
 
 
+def test_settings_of_an_older_version(saved, resume):
+    """Their first word is the format: until 1002 the settings had one more."""
+    content = (saved / "s.restart").read_bytes()
+    assert content.count(struct.pack("<d", 1003.0)) == 1
+    run = resume(content.replace(struct.pack("<d", 1003.0), struct.pack("<d", 1002.0)))
+    refused(run, SETTINGS_DAMAGED + ", or from a version of this package that wrote another format")
+
+
 def test_changed_bits_stop_all_ranks(saved, resume):
     content = bytearray((saved / "s.restart").read_bytes())
     content[at_record(bytes(content)) + 24] ^= 1
@@ -145,7 +152,7 @@ def spheres(lmp, tmp_path):
 
     def run(lines, ranks=1, **parts):
         (tmp_path / "s.data").write_text(DATA + "\n".join(lines) + "\n", encoding="utf-8")
-        return lmp(scene(box="boundary f f f\ncomm_modify vel yes\nread_data s.data", **parts), ranks=ranks, seconds=SECONDS)
+        return lmp(scene(box="boundary f f f\nread_data s.data", **parts), ranks=ranks, seconds=SECONDS)
 
     return run
 

@@ -89,7 +89,7 @@ BOXES = {
     "never sorted": open_box(sort="sort 0 0"),
     "shrink-wrapped": open_box(boundary="s m s"),
     "all pairs tried": open_box("neighbor 0.0008 nsq\n"),
-    "bins by type": open_box("neighbor 0.0008 multi\ncomm_modify mode multi vel yes\n"),
+    "bins by type": open_box("neighbor 0.0008 multi\ncomm_modify mode multi\n"),
     "large skin": open_box("neighbor 0.003 bin\nneigh_modify every 5 delay 0 check yes one 4000\n"),
     "periodic x": periodic_box("x"),
     "periodic y, newton off": periodic_box("y", newton="off"),

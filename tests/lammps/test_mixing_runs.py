@@ -25,7 +25,7 @@ def test_minimisation_of_a_body(lmp, bar, style, ranks, newton):
     beside the yield force, and those left are the law's without damping. 500 iterations: 6 modes of a bar of 6 cells
     need some dozens."""
     row = law.TABLE1._replace(gamma=1000.0)
-    run = lmp(head(newton).replace("comm_modify vel yes\n", "") + pair(row, contact="none") + SHOW + "thermo 1\ntimestep 1e-7\n" + f"""
+    run = lmp(head(newton) + pair(row, contact="none") + SHOW + "thermo 1\ntimestep 1e-7\n" + f"""
 minimize 0 0 1 1
 {STRETCH}
 min_style {style}

@@ -10,7 +10,6 @@ DECK = """
 units lj
 atom_style sphere
 atom_modify map array
-comm_modify vel yes
 lattice fcc 1.4142135623730951
 region box block 0 5 0 5 0 5
 create_box 1 box
