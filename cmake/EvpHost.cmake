@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
 # Finds the LAMMPS that the plugin is for and refuses the ones that cannot load it.
-# Sets EVP_HOST_INCLUDE, _VERSION (yyyymmdd), _RELEASE, _SIZES, _MPI, _LMP, _LIBDIR, _AUTOLOAD, _DEFINITIONS.
+# Sets EVP_HOST_INCLUDE, _VERSION (yyyymmdd), _RELEASE, _SIZES, _MPI, _LMP, _LIBDIR.
 
 set(LAMMPS_SOURCE_DIR "$ENV{LAMMPS_SOURCE_DIR}" CACHE PATH "LAMMPS source tree, or its src folder")
 set(LAMMPS_BUILD_DIR "$ENV{LAMMPS_BUILD_DIR}" CACHE PATH "folder in which that LAMMPS was built with CMake")
@@ -13,6 +13,7 @@ function(evp_cache_entry out name)
   set(${out} "${value}" PARENT_SCOPE)
 endfunction()
 
+set(EVP_OLDEST 20250204)
 set(EVP_MONTHS Jan Feb Mar Apr May Jun Jul Aug Sep Oct Nov Dec)
 
 # "4 Feb 2025" -> 20250204
@@ -46,10 +47,12 @@ function(evp_headers_release out include)
   endif()
 endfunction()
 
-macro(evp_set_version release)
-  set(EVP_HOST_RELEASE "${release}")
-  evp_release_number(EVP_HOST_VERSION "${EVP_HOST_RELEASE}")
-endmacro()
+function(evp_refuse_older where)
+  if(EVP_HOST_VERSION LESS EVP_OLDEST)
+    evp_number_release(oldest ${EVP_OLDEST})
+    message(FATAL_ERROR "LAMMPS ${EVP_HOST_RELEASE} in ${where} is too old: the oldest supported release is ${oldest}. ${EVP_HOW}")
+  endif()
+endfunction()
 
 macro(evp_host_from_build)
   if(NOT EXISTS "${LAMMPS_BUILD_DIR}/CMakeCache.txt")
@@ -60,7 +63,6 @@ macro(evp_host_from_build)
   evp_cache_entry(EVP_BUILD_SHARED BUILD_SHARED_LIBS)
   evp_cache_entry(EVP_BUILD_SIZES LAMMPS_SIZES)
   evp_cache_entry(EVP_HOST_MPI BUILD_MPI)
-  evp_cache_entry(EVP_BUILD_EXCEPTIONS LAMMPS_EXCEPTIONS)
   evp_cache_entry(EVP_BUILD_MPICXX MPI_CXX_COMPILER)
   set(EVP_BUILD_HELP "Configure LAMMPS again with -DPKG_PLUGIN=on -DBUILD_SHARED_LIBS=on and build it, or run tools/setup.sh.")
   if(NOT EVP_BUILD_PLUGIN)
@@ -73,9 +75,6 @@ macro(evp_host_from_build)
     message(FATAL_ERROR "LAMMPS_SIZES=${LAMMPS_SIZES} was asked for, but the LAMMPS in ${LAMMPS_BUILD_DIR} has ${EVP_BUILD_SIZES} integers. Leave -DLAMMPS_SIZES out to take the sizes of the build.")
   endif()
   set(EVP_HOST_SIZES "${EVP_BUILD_SIZES}")
-  if(EVP_BUILD_EXCEPTIONS)
-    list(APPEND EVP_HOST_DEFINITIONS LAMMPS_EXCEPTIONS)
-  endif()
   if(NOT LAMMPS_SOURCE_DIR)
     get_filename_component(LAMMPS_SOURCE_DIR "${EVP_BUILD_HOME}" DIRECTORY)
   endif()
@@ -100,7 +99,9 @@ macro(evp_host_from_source)
   endif()
   get_filename_component(EVP_HOST_INCLUDE "${EVP_HOST_INCLUDE}" REALPATH)
   evp_headers_release(EVP_RELEASE "${EVP_HOST_INCLUDE}")
-  evp_set_version("${EVP_RELEASE}")
+  set(EVP_HOST_RELEASE "${EVP_RELEASE}")
+  evp_release_number(EVP_HOST_VERSION "${EVP_HOST_RELEASE}")
+  evp_refuse_older(${EVP_HOST_INCLUDE})
   if(EVP_BUILD_HOME)
     evp_headers_release(EVP_BUILD_RELEASE "${EVP_BUILD_HOME}/../src")
     if(EVP_BUILD_RELEASE AND NOT EVP_BUILD_RELEASE STREQUAL EVP_HOST_RELEASE)
@@ -127,6 +128,7 @@ macro(evp_host_from_install)
   endif()
   set(EVP_HOST_VERSION ${LAMMPS_VERSION})
   evp_number_release(EVP_HOST_RELEASE ${LAMMPS_VERSION})
+  evp_refuse_older(${LAMMPS_DIR})
   # version.h is not installed.
   file(WRITE ${CMAKE_BINARY_DIR}/host_include/version.h "#define LAMMPS_VERSION \"${EVP_HOST_RELEASE}\"\n")
   get_target_property(EVP_INSTALLED_DEFINITIONS LAMMPS::lammps INTERFACE_COMPILE_DEFINITIONS)
@@ -152,8 +154,8 @@ macro(evp_host_from_install)
   set(EVP_HOST_KNOWN TRUE)
 endmacro()
 
-# Debian's liblammps-dev ships a part of the headers only. What the sources include is the list; those
-# that they ask for with __has_include are no must. LAMMPS' own utils.h is read too, since Debian
+# Debian's liblammps-dev ships a part of the headers only. What the sources include is the list.
+# LAMMPS' own utils.h is read too, since Debian
 # leaves out the fmt folder that it includes.
 function(evp_host_check_headers)
   set(missing "")
@@ -162,12 +164,10 @@ function(evp_host_check_headers)
     list(APPEND sources "${EVP_HOST_INCLUDE}/utils.h")
   endif()
   foreach(source IN LISTS sources)
-    file(STRINGS ${source} lines REGEX "^#include \"|__has_include")
-    list(JOIN lines " " all_lines)
+    file(STRINGS ${source} lines REGEX "^#include \"")
     foreach(line IN LISTS lines)
       string(REGEX REPLACE "^#include \"([^\"]*)\".*" "\\1" header "${line}")
-      if(NOT line MATCHES "__has_include" AND NOT all_lines MATCHES "__has_include\\(\"${header}\"\\)"
-         AND NOT EXISTS "${CMAKE_CURRENT_SOURCE_DIR}/src/${header}"
+      if(NOT EXISTS "${CMAKE_CURRENT_SOURCE_DIR}/src/${header}"
          AND NOT EXISTS "${CMAKE_CURRENT_SOURCE_DIR}/cmake/include/${header}"
          AND NOT EXISTS "${EVP_HOST_INCLUDE}/${header}" AND NOT header STREQUAL version.h)
         list(APPEND missing ${header})
@@ -185,7 +185,6 @@ set(EVP_HOST_KNOWN FALSE)
 set(EVP_HOST_LMP "")
 set(EVP_HOST_LIBDIR "")
 set(EVP_HOST_SIZES "${LAMMPS_SIZES}")
-set(EVP_HOST_DEFINITIONS "")
 set(EVP_HOST_MPI "")
 if(LAMMPS_BUILD_DIR)
   get_filename_component(LAMMPS_BUILD_DIR "${LAMMPS_BUILD_DIR}" ABSOLUTE)

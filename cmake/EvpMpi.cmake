@@ -26,14 +26,3 @@ else()
 endif()
 
 string(TOUPPER "LAMMPS_${EVP_HOST_SIZES}" EVP_HOST_SIZES_DEFINITION)
-
-# LAMMPS loads plugins from LAMMPS_PLUGIN_PATH by itself since 2022; the wrapper does it for older ones.
-set(EVP_HOST_AUTOLOAD yes)
-if(EXISTS "${EVP_HOST_INCLUDE}/PLUGIN/plugin.cpp")
-  file(STRINGS "${EVP_HOST_INCLUDE}/PLUGIN/plugin.cpp" EVP_AUTOLOAD_LINE REGEX "LAMMPS_PLUGIN_PATH")
-  if(NOT EVP_AUTOLOAD_LINE)
-    set(EVP_HOST_AUTOLOAD no)
-  endif()
-elseif(EVP_HOST_VERSION LESS 20220301)
-  set(EVP_HOST_AUTOLOAD no)
-endif()

@@ -4,7 +4,6 @@
 
 #include "compute_evp_dt.h"
 #include "evp_params.h"
-#include "lammps_compat.h"
 #include "pair_evp_lj.h"
 #include "scene.h"
 
@@ -75,7 +74,7 @@ FixDtEVP::FixDtEVP(LAMMPS *lmp, int narg, char **arg) :
 
 FixDtEVP::~FixDtEVP()
 {
-  if (modify && modify->find_compute(compute_id) >= 0) modify->delete_compute(compute_id);
+  if (modify && modify->get_compute_by_id(compute_id)) modify->delete_compute(compute_id);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -98,14 +97,12 @@ void FixDtEVP::init()
 {
   const std::string who = fmt::format("Fix {} dt/evp", id);
   pair = EVP::scene::require_pair(force, error, who);
-  const int icompute = modify->find_compute(compute_id);
-  compute = icompute < 0 ? nullptr : dynamic_cast<ComputeEVPDt *>(modify->compute[icompute]);
+  compute = dynamic_cast<ComputeEVPDt *>(modify->get_compute_by_id(compute_id));
   if (!compute)
     error->all(FLERR, "Fix {} dt/evp: its compute {} was deleted; define the fix anew", id,
                compute_id);
   EVP::scene::refuse_respa(update, error, who);
-  for (int k = 0; k < modify->nfix; k++) {
-    const Fix *other = modify->fix[k];
+  for (const Fix *other : modify->get_fix_list()) {
     if (strcmp(other->style, "move") == 0 || strcmp(other->style, "deform") == 0)
       error->all(FLERR,
                  "Fix {} dt/evp: fix {} of style {} cannot follow a changing step: drive atoms by "
@@ -129,8 +126,8 @@ void FixDtEVP::setup(int /*vflag*/)
   set_step(true);
 
   // those of other atoms have seen the step from before
-  for (int k = 0; k < modify->ncompute; k++) {
-    auto *other = dynamic_cast<ComputeEVPDt *>(modify->compute[k]);
+  for (Compute *any : modify->get_compute_list()) {
+    auto *other = dynamic_cast<ComputeEVPDt *>(any);
     if (other && other != compute) other->warn_of_step();
   }
 }
@@ -261,7 +258,7 @@ void FixDtEVP::change_step(double dt)
   update->dt_default = 0;
   if (force->pair) force->pair->reset_dt();
   for (int k = 0; k < modify->nfix; k++) modify->fix[k]->reset_dt();
-  EVP::compat::reset_dt(output);
+  output->reset_dt();
 }
 
 /* ----------------------------------------------------------------------

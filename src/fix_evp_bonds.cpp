@@ -6,7 +6,6 @@
 #include "fix_evp_bonds.h"
 
 #include "evp_params.h"
-#include "lammps_compat.h"
 #include "pair_evp_lj.h"
 #include "scene.h"
 
@@ -14,6 +13,7 @@
 #include "error.h"
 #include "force.h"
 #include "modify.h"
+#include "neighbor.h"
 #include "update.h"
 
 #include <algorithm>
@@ -122,7 +122,7 @@ void FixEVPBonds::init()
     check_ids();
   else if (file.empty()) {
     check_zone(pair);
-    EVP::compat::request_full_list(neighbor, this, instance_me);
+    neighbor->add_request(this, NeighConst::REQ_FULL | NeighConst::REQ_OCCASIONAL);
   }
 }
 

@@ -122,8 +122,6 @@ std::string FixEVPBonds::twice_given(const std::vector<Bonds> &made) const
 
 std::vector<FixEVPBonds::Bonds> FixEVPBonds::bonds_in_zone(const PairEVPLJ *pair)
 {
-  if (!list->occasional)    // the request is spelled in numbers, see lammps_compat.h
-    error->all(FLERR, "Fix {} evp/bonds got another neighbor list than it asked for", id);
   neighbor->build_one(list);
 
   Nodal home((size_t) 3 * (atom->nlocal + atom->nghost));

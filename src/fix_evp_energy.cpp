@@ -78,8 +78,7 @@ void FixEVPEnergy::init()
                id);
   driven_groupbits = 0;
   implicit = nullptr;
-  for (int k = 0; k < modify->nfix; k++) {
-    const Fix *other = modify->fix[k];
+  for (const Fix *other : modify->get_fix_list()) {
     if (EVP::scene::moves_by_forces(other)) driven_groupbits |= other->groupbit;
     if (strcmp(other->style, "nve/evp") == 0) implicit = dynamic_cast<const FixNVEEVP *>(other);
   }

@@ -179,8 +179,7 @@ int FixNVEEVP::unpack_exchange(int i, double *buf)
 
 void FixNVEEVP::check_groups() const
 {
-  for (int k = 0; k < modify->nfix; k++) {
-    const Fix *other = modify->fix[k];
+  for (const Fix *other : modify->get_fix_list()) {
     bool holds = false;
     for (const char *pattern : {"^setforce", "^lineforce", "^planeforce", "^aveforce", "^freeze"})
       holds = holds || utils::strmatch(other->style, pattern);

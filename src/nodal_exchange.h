@@ -6,7 +6,11 @@
 #define LMP_EVP_NODAL_EXCHANGE_H
 
 #include "evp_bodies.h"
-#include "lammps_compat.h"
+
+#include "comm.h"
+#include "compute.h"
+#include "fix.h"
+#include "force.h"
 
 #include <algorithm>
 #include <vector>
@@ -64,7 +68,7 @@ template <class Base> class NodalExchange : public Base {
   void to_ghosts(Nodal &values)
   {
     exchanged = &values;
-    EVP::compat::forward_comm(this->comm, this);
+    this->comm->forward_comm(this);
   }
 
   /// Collective. Owners add what their ghosts hold; nothing where ghosts take no reactions.
@@ -72,7 +76,7 @@ template <class Base> class NodalExchange : public Base {
   {
     if (!this->force->newton_pair) return;
     exchanged = &values;
-    EVP::compat::reverse_comm(this->comm, this);
+    this->comm->reverse_comm(this);
   }
 
   /// Collective. Owners take the lowest of their values and those of their ghosts, whether ghosts
@@ -82,7 +86,7 @@ template <class Base> class NodalExchange : public Base {
     exchanged = &values;
     lowest = true;
     fell = false;
-    EVP::compat::reverse_comm(this->comm, this);
+    this->comm->reverse_comm(this);
     lowest = false;
     return fell;
   }

@@ -74,8 +74,8 @@ void PairEVPLJ::compute(int eflag, int vflag)
   if (together || (radii_vary && radii_changed())) pack(together);
 
   const bool damps = damping_acts() && explicit_damping;
-  velocities_sent = damps && settings_now.own_velocities;
-  if (velocities_sent) send_velocities();
+  if (damps) send_velocities();
+  velocities_sent = damps;
   if (damps)
     compute_forces<true>();
   else

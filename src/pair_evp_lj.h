@@ -102,8 +102,7 @@ class PairEVPLJ : public Pair {
  private:
   struct Settings {
     Contact contact;
-    double overlap;         // warn below d = (1 - overlap) (R_i + R_j)
-    bool own_velocities;    // this style sends those of ghosts, not 'comm_modify vel yes'
+    double overlap;    // warn below d = (1 - overlap) (R_i + R_j)
   } settings_now;
 
   static constexpr int NCOEFF = 9;
@@ -133,7 +132,7 @@ class PairEVPLJ : public Pair {
   bool overlap_warned;
 
   EVP::PackedList packed;
-  bool velocities_sent;                 // to ghosts, with the last forces
+  bool velocities_sent;                 // to ghosts, for the last forces
   bool explicit_damping;                // a packed pair of any process is damped by this style
   bigint packed_call, packed_step;      // of the neighbor list that was packed
   uint64_t packed_atoms;                // which atoms it was, see fingerprint_of_atoms()
@@ -161,9 +160,8 @@ class PairEVPLJ : public Pair {
   void find_max_radii();
   bool serves(int itype, int jtype) const;
   void check_scene();
-  void require_ghost_velocities() const;
   void send_velocities();
-  void report_settings(bool explicit_pairs);
+  void report_settings();
 
   // one that only repels has no force at its cut but that of damping: spheres that touch do not interact
   double new_pair_margin() const

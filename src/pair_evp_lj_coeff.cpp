@@ -24,7 +24,7 @@ static constexpr long MAX_FILE_SIZE = 1 << 20;
 /* ---------------------------------------------------------------------- */
 
 PairEVPLJ::PairEVPLJ(LAMMPS *lmp) :
-    Pair(lmp), settings_now{Contact::LITERAL, 0.3, false}, coefficients{}, any_gamma(false),
+    Pair(lmp), settings_now{Contact::LITERAL, 0.3}, coefficients{}, any_gamma(false),
     scene_checked(false), implicit_groupbit(0), bonds(nullptr), overlap_warned(false),
     velocities_sent(false), explicit_damping(false), packed_call(-1), packed_step(-1),
     packed_atoms(0), built_comm(nullptr), built_skin(0.0), lammps_notes(false),
@@ -69,17 +69,16 @@ void PairEVPLJ::allocate()
 }
 
 /* ----------------------------------------------------------------------
-   pair_style evp/lj [contact literal|repulsive|none] [overlap 0.3] [ghostvel comm|own]
+   pair_style evp/lj [contact literal|repulsive|none] [overlap 0.3]
 ------------------------------------------------------------------------- */
 
 void PairEVPLJ::settings(int narg, char **arg)
 {
-  Settings chosen = {Contact::LITERAL, 0.3, false};
+  Settings chosen = {Contact::LITERAL, 0.3};
   for (int iarg = 0; iarg < narg; iarg += 2) {
     const std::string key = arg[iarg];
-    if (key != "contact" && key != "overlap" && key != "ghostvel")
-      error->all(FLERR,
-                 "Pair style evp/lj: unknown keyword '{}'; it takes contact, overlap and ghostvel",
+    if (key != "contact" && key != "overlap")
+      error->all(FLERR, "Pair style evp/lj: unknown keyword '{}'; it takes contact and overlap",
                  key);
     if (iarg + 1 == narg) error->all(FLERR, "Pair style evp/lj: keyword {} needs a value", key);
     const std::string value = arg[iarg + 1];
@@ -93,10 +92,6 @@ void PairEVPLJ::settings(int narg, char **arg)
       else
         error->all(FLERR, "Pair style evp/lj: contact must be literal, repulsive or none, got '{}'",
                    value);
-    } else if (key == "ghostvel") {
-      chosen.own_velocities = value == "own";
-      if (value != "own" && value != "comm")
-        error->all(FLERR, "Pair style evp/lj: ghostvel must be comm or own, got '{}'", value);
     } else {
       try {
         chosen.overlap = EVP::parse_number("overlap", value);

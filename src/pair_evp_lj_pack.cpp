@@ -94,7 +94,6 @@ void PairEVPLJ::agree_on_pairs(bool damped, Overlaps overlaps)
   bigint here[2] = {damped, overlaps.count}, all[2];
   MPI_Allreduce(here, all, 2, MPI_LMP_BIGINT, MPI_SUM, world);
   explicit_damping = all[0] > 0;
-  if (explicit_damping) require_ghost_velocities();    // of atoms that came during the run too
 
   const bigint count = all[1];
   if (count == 0 || overlap_warned) return;

@@ -7,7 +7,6 @@
 #include "pair_evp_lj.h"
 
 #include "fix_evp_bonds.h"
-#include "lammps_compat.h"
 #include "scene.h"
 
 #include "atom.h"
@@ -111,7 +110,7 @@ bool PairEVPLJ::update_ghosts()
 {
   updated_ghosts = 0;
   sends_positions = true;
-  EVP::compat::forward_comm(comm, this);
+  comm->forward_comm(this);
   sends_positions = false;
 
   int whole = updated_ghosts == atom->nghost, all;

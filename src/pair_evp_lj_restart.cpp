@@ -16,8 +16,8 @@
 
 using namespace LAMMPS_NS;
 
-static constexpr double FORMAT = 1002.0;    // of the words of the settings
-static constexpr int NSETTINGS = 5;    // format, contact, overlap, ghostvel, length of the fix's ID
+static constexpr double FORMAT = 1003.0;    // of the words of the settings
+static constexpr int NSETTINGS = 4;         // format, contact, overlap, length of the fix's ID
 static constexpr double LONGEST_ID = 1000;
 
 /* ----------------------------------------------------------------------
@@ -67,7 +67,7 @@ void PairEVPLJ::read_restart(FILE *fp)
 void PairEVPLJ::write_restart_settings(FILE *fp)
 {
   std::vector<double> words = {FORMAT, (double) (int) settings_now.contact, settings_now.overlap,
-                               (double) settings_now.own_velocities, (double) bonds_id.size()};
+                               (double) bonds_id.size()};
   for (const char letter : bonds_id) words.push_back((double) letter);
   words.push_back(EVP::checksum(words.data(), (int) words.size()));
   fwrite(words.data(), sizeof(double), words.size(), fp);
@@ -86,8 +86,8 @@ void PairEVPLJ::read_restart_settings(FILE *fp)
   int size = 0;
   if (comm->me == 0) {
     utils::sfread(FLERR, words.data(), sizeof(double), NSETTINGS, fp, nullptr, error);
-    if (words[0] != FORMAT || !(words[4] >= 0.0 && words[4] <= LONGEST_ID)) damaged();
-    size = NSETTINGS + (int) words[4] + 1;
+    if (words[0] != FORMAT || !(words[3] >= 0.0 && words[3] <= LONGEST_ID)) damaged();
+    size = NSETTINGS + (int) words[3] + 1;
     words.resize(size);
     utils::sfread(FLERR, &words[NSETTINGS], sizeof(double), size - NSETTINGS, fp, nullptr, error);
     if (words[size - 1] != EVP::checksum(words.data(), size - 1)) damaged();
@@ -95,7 +95,7 @@ void PairEVPLJ::read_restart_settings(FILE *fp)
   MPI_Bcast(&size, 1, MPI_INT, 0, world);
   words.resize(size);
   MPI_Bcast(words.data(), size, MPI_DOUBLE, 0, world);
-  settings_now = {(Contact) (int) words[1], words[2], words[3] != 0.0};
+  settings_now = {(Contact) (int) words[1], words[2]};
   bonds_id.clear();
   for (int k = NSETTINGS; k < size - 1; k++) bonds_id += (char) words[k];
   offer_pair_values();

@@ -6,7 +6,6 @@
 
 #include "evp_params.h"
 #include "fix_evp_bonds.h"
-#include "lammps_compat.h"
 #include "scene.h"
 
 #include "atom.h"
@@ -15,6 +14,7 @@
 #include "error.h"
 #include "force.h"
 #include "modify.h"
+#include "neighbor.h"
 #include "update.h"
 #include "utils.h"
 
@@ -36,7 +36,7 @@ void PairEVPLJ::init_style()
   packed_call = packed_step = -1;
   reach.assign(laws.size(), -1.0);
   any_gamma = scene_checked = false;
-  EVP::compat::request_half_list(neighbor, this, instance_me);
+  neighbor->add_request(this);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -79,12 +79,11 @@ void PairEVPLJ::find_max_radii()
   MPI_Allreduce(smallest.data(), min_radius.data(), ntypes, MPI_DOUBLE, MPI_MIN, world);
 
   // particles to come
-  for (int k = 0; k < modify->nfix; k++)
-    if (utils::strmatch(modify->fix[k]->style, "^pour") ||
-        utils::strmatch(modify->fix[k]->style, "^deposit"))
+  for (Fix *fix : modify->get_fix_list())
+    if (utils::strmatch(fix->style, "^pour") || utils::strmatch(fix->style, "^deposit"))
       for (int type = 1; type <= atom->ntypes; type++) {
         int itype = type;
-        const auto *radius = (const double *) modify->fix[k]->extract("radius", itype);
+        const auto *radius = (const double *) fix->extract("radius", itype);
         if (radius) max_radius[type] = std::max(max_radius[type], *radius);
       }
 }
@@ -192,33 +191,21 @@ void PairEVPLJ::check_scene()
 {
   scene_checked = true;
 
-  const int n = (int) max_radius.size();
-  std::vector<int> here(n, 0), outside(n);    // types with atoms that fix nve/evp leaves out
-  for (int i = 0; i < atom->nlocal; i++)
-    if (!(atom->mask[i] & implicit_groupbit)) here[atom->type[i]] = 1;
-  MPI_Allreduce(here.data(), outside.data(), n, MPI_INT, MPI_MAX, world);
+  report_settings();
 
-  std::vector<bool> served(n, false);
-  bool explicit_pairs = !implicit_groupbit && any_gamma;    // of particles that are to come too
-  for (int i = 1; i <= atom->ntypes; i++)
-    for (int j = 1; j <= atom->ntypes; j++)
-      if (serves(i, j)) {
-        served[i] = true;
-        if (row_of(i, j).gamma > 0.0 && outside[i] && outside[j]) explicit_pairs = true;
-      }
-  report_settings(explicit_pairs);
-  if (explicit_pairs) require_ghost_velocities();
-
-  // of other types this style asks nothing
-  for (int i = 1; i <= atom->ntypes; i++)
-    if (!served[i]) max_radius[i] = HUGE_VAL;
+  // of types that it does not serve this style asks nothing
+  for (int i = 1; i <= atom->ntypes; i++) {
+    bool served = false;
+    for (int j = 1; j <= atom->ntypes; j++) served = served || serves(i, j);
+    if (!served) max_radius[i] = HUGE_VAL;
+  }
 }
 
 /* ----------------------------------------------------------------------
    one line of what this scene calls for, again only when it changes
 ------------------------------------------------------------------------- */
 
-void PairEVPLJ::report_settings(bool explicit_pairs)
+void PairEVPLJ::report_settings()
 {
   const char *contact[] = {"literal", "repulsive", "none"};
   std::string report = "evp/lj: ";
@@ -228,8 +215,6 @@ void PairEVPLJ::report_settings(bool explicit_pairs)
     report += !damping_acts() ? "damping off (minimization)"
         : damps_implicitly()  ? "damping by fix nve/evp"
                               : "damping on";
-  if (damping_acts() && explicit_pairs && settings_now.own_velocities && !comm->ghost_velocity)
-    report += ", ghost velocities own";
   report += fmt::format(", new contacts {}", contact[(int) settings_now.contact]);
   if (bonds)
     report += fmt::format(", deq of bonds from fix {}", bonds->id);

@@ -4,13 +4,11 @@
 
 #include "pair_evp_lj.h"
 
-#include "lammps_compat.h"
 #include "scene.h"
 
 #include "atom.h"
 #include "comm.h"
 #include "domain.h"
-#include "error.h"
 #include "update.h"
 
 using namespace LAMMPS_NS;
@@ -24,24 +22,13 @@ bool PairEVPLJ::damping_acts() const
   return any_gamma && update->whichflag != 2;
 }
 
-/* ---------------------------------------------------------------------- */
-
-void PairEVPLJ::require_ghost_velocities() const
-{
-  if (damping_acts() && update->whichflag == 1 && !comm->ghost_velocity &&
-      !settings_now.own_velocities)
-    error->all(FLERR,
-               "Pair evp/lj with gamma > 0 needs ghost velocities: add 'comm_modify vel yes', or "
-               "'ghostvel own' to pair_style evp/lj, which is faster");
-}
-
 /* ----------------------------------------------------------------------
-   collective. Comm_modify vel yes sends angular velocities too, which nothing here reads
+   collective. With 'comm_modify vel yes' LAMMPS has sent them already
 ------------------------------------------------------------------------- */
 
 void PairEVPLJ::send_velocities()
 {
-  if (!comm->ghost_velocity) EVP::compat::forward_comm(comm, this);
+  if (!comm->ghost_velocity) comm->forward_comm(this);
 }
 
 /* ----------------------------------------------------------------------

@@ -17,14 +17,14 @@ source "$here/setup_source.sh"
 usage() {
   cat <<'END'
 usage: tools/setup.sh [--lammps-source DIR] [--lammps-build DIR]
-                      [--lammps-release 4Feb2025|29Sep2021|newest] [--help]
+                      [--lammps-release 4Feb2025|newest] [--help]
 
 Installs what is missing (Debian, with apt), gets and builds LAMMPS once, builds the plugin and ends
 with build/evpplugin.so and build/lmp. A second call takes seconds; an interrupted one goes on.
 
   --lammps-source DIR    use this LAMMPS source tree and build it (in the cache, not in the tree)
   --lammps-build DIR     with --lammps-source: use this finished CMake build of it
-  --lammps-release R     4Feb2025 (default), 29Sep2021, or newest: Debian's source of that release
+  --lammps-release R     4Feb2025 (default, the oldest supported) or newest: Debian's source of that release
   Without options: what the last set-up of this checkout used.
 
 Environment: EVP_CACHE  folder for LAMMPS (default: $XDG_CACHE_HOME/evp or ~/.cache/evp)
@@ -56,8 +56,8 @@ while [ $# -gt 0 ]; do
   esac
 done
 case ${release:=4Feb2025} in
-  4Feb2025|29Sep2021|newest) ;;
-  *) die "--lammps-release must be 4Feb2025, 29Sep2021 or newest, got '$release'" ;;
+  4Feb2025|newest) ;;
+  *) die "--lammps-release must be 4Feb2025 or newest, got '$release'" ;;
 esac
 if [ -n "$build_dir" ] && [ -z "$source_dir" ]; then
   die "--lammps-build needs --lammps-source: the plugin is compiled with the headers of that LAMMPS"
@@ -67,6 +67,9 @@ if [ -n "$source_dir" ]; then
   source_dir=$(cd "$source_dir" && pwd)
   [ -f "$source_dir/lammps.h" ] && source_dir=$(dirname "$source_dir")
   [ -f "$source_dir/src/lammps.h" ] || die "--lammps-source $source_dir is not a LAMMPS source tree: src/lammps.h is missing"
+  lammps_date=$(lammps_date_of "$source_dir")
+  [ "$(date -d "$lammps_date" +%Y%m%d)" -ge 20250204 ] ||
+    die "LAMMPS $lammps_date in $source_dir is too old: the oldest supported release is 4 Feb 2025"
 fi
 if [ -n "$build_dir" ]; then
   [ -f "$build_dir/CMakeCache.txt" ] || die "--lammps-build $build_dir is not a CMake build folder: CMakeCache.txt is missing"
@@ -103,7 +106,7 @@ if [ -n "$build_dir" ]; then
   lammps_build=$build_dir
 else
   options=(-DCMAKE_BUILD_TYPE=Release -DBUILD_SHARED_LIBS=on -DBUILD_MPI=on -DPKG_PLUGIN=on
-    -DPKG_KSPACE=on -DFFT=FFTW3 -DLAMMPS_EXCEPTIONS=on)
+    -DPKG_KSPACE=on -DFFT=FFTW3)
   # What the benchmark compares with, where this release and this processor have it: 1 min more.
   peers=(EXTRA-PAIR OPT MOLECULE BPM GRANULAR)
   [ "$(uname -m)" != x86_64 ] || peers+=(INTEL)

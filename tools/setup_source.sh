@@ -109,10 +109,9 @@ fetch_suite() {
 
 # get_lammps_source RELEASE: sets tree and tree_key.
 get_lammps_source() {
-  local suite prefix own work found
+  local suite prefix work found
   case $1 in
     4Feb2025) suite=trixie prefix=20250204 ;;
-    29Sep2021) suite=bookworm prefix=20220106 ;;    # Debian's number for 29Sep2021, Update 2
     newest) suite=sid prefix= ;;
   esac
   tree_key=lammps-$1
@@ -122,16 +121,7 @@ get_lammps_source() {
     return
   fi
   has_command apt-get || no_source "This is not a Debian system."
-  if ! fetch_suite "$suite" "$prefix"; then
-    # shellcheck disable=SC1091
-    own=$(. "$apt_etc/os-release" && printf '%s' "${VERSION_CODENAME:-}")
-    if [ "$1" != 4Feb2025 ] || [ "$own" != bookworm ]; then
-      no_source "LAMMPS $1: $reason."
-    fi
-    printf '!!  LAMMPS 4Feb2025: %s.\n!!  Falling back to 29Sep2021, the LAMMPS of this Debian release.\n' "$reason" >&2
-    get_lammps_source 29Sep2021
-    return
-  fi
+  fetch_suite "$suite" "$prefix" || no_source "LAMMPS $1: $reason."
   say "unpacking"
   # Unpacked beside and renamed, so that an interrupted call leaves no half tree.
   work=$cache/$tree_key/unpack

@@ -23,12 +23,12 @@ Gets and builds LAMMPS (core, PLUGIN, GRANULAR) where the cache has no build, bu
 its own, runs the unit tests, LAMMPS' own pair tester, the tests with LAMMPS and one traction test whose curve must be
 the same everywhere. Prints a table and writes it to doc/releases.md. Exit status 1 when anything failed.
 
-  --release R      29Sep2021, 4Feb2025 or newest       \
+  --release R      4Feb2025 or newest                  \
   --compiler C     g++ or clang++, of the plugin        | each may be given several times; what is left out is
   --sizes S        smallbig or bigbig, of LAMMPS        | all releases, g++, smallbig, Release
   --build-type B   Release, Debug or Native, of the    /
                    plugin: Native is Release by -march=native.
-                   With none of them: the three releases with g++, smallbig, Release, and 4Feb2025 also with
+                   With none of them: both releases with g++, smallbig, Release, and 4Feb2025 also with
                    clang++, Debug, Native and bigbig, one at a time.
   --tests T        all (default): the whole of tests/lammps; short: forces, bonds, restart, ghost velocities, time step, bad input
   --work DIR       for the builds and results (default: build-releases); the table has every result there of the same
@@ -46,7 +46,7 @@ while [ $# -gt 0 ]; do
   case $1 in -h|--help) usage; exit 0 ;; esac
   [ -n "${2:-}" ] || die "option $1 is unknown or needs a value; see tools/test_releases.sh --help"
   case $1 in
-    --release) one_of "$1" "$2" 29Sep2021 4Feb2025 newest; releases+=("$2") ;;
+    --release) one_of "$1" "$2" 4Feb2025 newest; releases+=("$2") ;;
     --compiler) one_of "$1" "$2" g++ clang++; compilers+=("$2") ;;
     --sizes) one_of "$1" "$2" smallbig bigbig; sizes+=("$2") ;;
     --build-type) one_of "$1" "$2" Release Debug Native; types+=("$2") ;;
@@ -58,10 +58,10 @@ while [ $# -gt 0 ]; do
 done
 cases=()
 if [ $((${#releases[@]} + ${#compilers[@]} + ${#sizes[@]} + ${#types[@]})) -eq 0 ]; then
-  cases=("29Sep2021 g++ smallbig Release" "4Feb2025 g++ smallbig Release" "newest g++ smallbig Release"
+  cases=("4Feb2025 g++ smallbig Release" "newest g++ smallbig Release"
     "4Feb2025 clang++ smallbig Release" "4Feb2025 g++ smallbig Debug" "4Feb2025 g++ smallbig Native" "4Feb2025 g++ bigbig Release")
 else
-  [ ${#releases[@]} -gt 0 ] || releases=(29Sep2021 4Feb2025 newest)
+  [ ${#releases[@]} -gt 0 ] || releases=(4Feb2025 newest)
   [ ${#compilers[@]} -gt 0 ] || compilers=(g++)
   [ ${#sizes[@]} -gt 0 ] || sizes=(smallbig)
   [ ${#types[@]} -gt 0 ] || types=(Release)
@@ -102,12 +102,12 @@ get_lammps() {
   exec 9>"$cache/lock"
   flock -w 1800 9 || die "a set-up has been at work in $cache for 30 min"
   # in a subshell, as it ends the process where there is no source
-  (get_lammps_source "$1" && [ "$tree_key" = "lammps-$1" ] && printf '%s\n' "$tree" >"$answer") || return 1
+  (get_lammps_source "$1" && printf '%s\n' "$tree" >"$answer") || return 1
   tree=$(<"$answer")
   if ! find_lammps_build "$cache/lammps-$1" "$2"; then
     lammps_build=$cache/lammps-$1/build-core-$2
     run_logged "configuring LAMMPS $1, $2" cmake -S "$tree/cmake" -B "$lammps_build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
-      -DBUILD_SHARED_LIBS=on -DBUILD_MPI=on -DPKG_PLUGIN=on -DPKG_GRANULAR=on -DLAMMPS_EXCEPTIONS=on \
+      -DBUILD_SHARED_LIBS=on -DBUILD_MPI=on -DPKG_PLUGIN=on -DPKG_GRANULAR=on \
       -DLAMMPS_SIZES="$2" ${launcher[@]+"${launcher[@]}"}
     run_logged "building LAMMPS in $lammps_build (up to 7 min)" ninja -C "$lammps_build" lmp
     touch "$lammps_build/evp-complete"

@@ -34,7 +34,6 @@ set             group all diameter 0.00707
 set             group all density 2700
 neighbor        0.0005 bin
 neigh_modify    every 1 delay 0 check yes
-comm_modify     vel yes
 pair_style      evp/lj contact none
 pair_coeff      * * 80 8 4 3 8 4 0.1 {gamma} 1.5
 fix             bonds all evp/bonds

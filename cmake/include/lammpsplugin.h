@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-/// LAMMPS' plugin interface, the same in every release since 2021. Used with an installed LAMMPS only:
+/// LAMMPS' plugin interface, the same in every supported release. Used with an installed LAMMPS only:
 /// `make install` leaves this header out. Any LAMMPS source tree has its own, which comes first.
 #ifndef LMP_LAMMPSPLUGIN_H
 #define LMP_LAMMPSPLUGIN_H

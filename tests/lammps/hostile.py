@@ -12,7 +12,6 @@ PARTS = {
     "atoms": "atom_style sphere",
     "map": "atom_modify map yes",
     "box": """boundary f f f
-comm_modify vel yes
 lattice sc 0.0101
 region box block 0 3 0 2 0 2
 create_box 1 box
@@ -41,19 +40,13 @@ def scene(**parts):
 
 
 class Words(NamedTuple):
-    """What is said of one thing, by us or by LAMMPS: in 4Feb2025, and where 29Sep2021 or LAMMPS of 2026 has other words."""
+    """What LAMMPS says of one thing: in 4Feb2025, and in 2026."""
 
     in_4feb2025: str
-    in_29sep2021: str = ""
-    in_2026: str = ""
+    in_2026: str
 
     def of(self, run):
-        own = self.in_29sep2021 if run.of_29sep2021() else self.in_2026 if run.year() >= 2026 else ""
-        return own or self.in_4feb2025
-
-
-# 29Sep2021 on a compute that a dump asks for values which no run has asked for at this step
-NOT_IN_A_DUMP = "Compute used in dump between runs is not current"
+        return self.in_2026 if run.year() >= 2026 else self.in_4feb2025
 
 
 def refused(run, *texts, stepped=False):

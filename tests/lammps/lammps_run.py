@@ -72,10 +72,6 @@ class Run(NamedTuple):
                 steps.append(int(words[0]))
         return max(steps) == 0
 
-    def of_29sep2021(self):
-        """Was it the oldest release? Its banner says."""
-        return "LAMMPS (29 Sep 2021" in self.stdout
-
     def year(self):
         """Of its release: the banner is 'LAMMPS (4 Feb 2025 ...'."""
         return int(self.stdout.partition("LAMMPS (")[2].split()[2][:4])

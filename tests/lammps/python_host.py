@@ -8,7 +8,7 @@ import sys
 
 from lammps_run import _ENVIRONMENT, LMP, MPIRUN, REPOSITORY, SECONDS, Run
 
-# The plugin is loaded by command: not every release reads LAMMPS_PLUGIN_PATH.
+# The plugin is loaded by command, as the scripts choose when, and which.
 START = """
 import os
 from lammps import lammps

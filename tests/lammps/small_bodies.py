@@ -124,7 +124,6 @@ atom_style {style}
 atom_modify map yes {sort}
 newton {newton}
 {"" if start.startswith("read_restart") else "boundary " + boundary}
-comm_modify vel yes
 {before}
 {start}
 neighbor {skin} bin
@@ -185,12 +184,6 @@ def dump(name="all.dump", every=50):
             "dump_modify all format float %.17g pbc yes\n")
 
 
-def clear(lmp):
-    """`clear`, and what brings the plugin back where that unloads it (29Sep2021; elsewhere LAMMPS ignores the line)."""
-    shown = lmp("""shell "grep -o '/.*evpplugin[^ /]*$' /proc/$PPID/maps > plugin.txt"\nprint done\n""").ok()
-    return f"clear\nplugin load {(shown.folder / 'plugin.txt').read_text().split()[0]}\n"
-
-
 def assert_same_curve(rows, others, tolerance=ANOTHER_ORDER):
     """Two thermo tables; others may start earlier."""
     for name, values in others.items():
@@ -204,13 +197,3 @@ def assert_eventful(table):
     assert 20 < second < bonds - beyond - 20
     assert beyond > 0
     assert new > 0
-
-
-def is_29sep2021(lmp):
-    """Is the LAMMPS under test the oldest release?"""
-    return lmp("print done\n").ok().of_29sep2021()
-
-
-def inputs_local(lmp):
-    """What compute reduce of local values needs to be told; 29Sep2021 sees it, and knows no such words."""
-    return "" if is_29sep2021(lmp) else "inputs local"

@@ -6,7 +6,7 @@ import pytest
 from conftest import REFERENCE
 from evp import brute, law
 from hostile import refused
-from small_bodies import (MOVE, ROUND_OFF, STIR, assert_eventful, check_forces, dump, head, inputs_local, lattice_body, pair, truth, words,
+from small_bodies import (MOVE, ROUND_OFF, STIR, assert_eventful, check_forces, dump, head, lattice_body, pair, truth, words,
                           write_body)
 
 HOLD = "unfix move\nfix hold all nve/noforce\ntimestep 1e-30\n"  # a step as good as none
@@ -138,7 +138,7 @@ def test_pair_local_in_plain_hybrid(lmp, bar, start):
 group one type 1
 group two type 2
 compute pairs all pair/local dist eng {}
-compute sum all reduce sum c_pairs[2] """ + inputs_local(lmp) + """
+compute sum all reduce sum c_pairs[2] inputs local
 compute one one group/group one
 compute across one group/group two
 compute two two group/group two
@@ -164,7 +164,7 @@ compute ids all property/local patom1 patom2
 variable lost atom c_state[1]*c_state[3]
 variable second atom c_state[1]*c_state[2]
 compute sums all reduce sum c_state[1] v_lost v_second c_state[4]
-compute longest all reduce max c_pairs[1] """ + inputs_local(lmp) + """
+compute longest all reduce max c_pairs[1] inputs local
 variable share equal f_bonds[2]/f_bonds
 variable twice vector 2*f_bonds
 fix time all ave/time 10 1 10 f_bonds f_bonds[1] f_bonds[2] f_bonds[3] f_bonds[4] v_share file time.txt

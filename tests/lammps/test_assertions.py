@@ -43,13 +43,12 @@ minimize 0 1e-6 5 10
 clear
 atom_modify map yes
 read_restart all.restart
-comm_modify vel yes
 neighbor 0.0008 bin
 fix bonds all evp/bonds
 fix move all nve
 run 2
 """
-DAMPED = "pair_style evp/lj ghostvel own\npair_coeff * * 80 8 4 3 8 4 0.005 1000 1.5\nfix bonds all evp/bonds\n"
+DAMPED = "pair_style evp/lj\npair_coeff * * 80 8 4 3 8 4 0.005 1000 1.5\nfix bonds all evp/bonds\n"
 
 
 @pytest.fixture(scope="module")

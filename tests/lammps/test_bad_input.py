@@ -114,15 +114,14 @@ CASES = [
     # pair_style
     ("contact literal", "contact sticky", "contact must be literal, repulsive or none, got 'sticky'"),
     ("contact literal", "contact", "Pair style evp/lj: keyword contact needs a value"),
-    ("contact literal", "colour red", "Pair style evp/lj: unknown keyword 'colour'; it takes contact, overlap and ghostvel"),
+    ("contact literal", "colour red", "Pair style evp/lj: unknown keyword 'colour'; it takes contact and overlap"),
     ("contact literal", "unload elastic", "Pair style evp/lj: unknown keyword 'unload'"),
     ("contact literal", "overlap", "Pair style evp/lj: keyword overlap needs a value"),
     ("contact literal", "overlap nan", "Pair style evp/lj: overlap must be a finite decimal number, got 'nan'"),
     ("contact literal", "overlap 0", "overlap must lie in (0, 1]"),
     ("contact literal", "overlap 1.1", "overlap must lie in (0, 1]"),
     ("contact literal", "contact none overlap", "keyword overlap needs a value"),
-    ("contact literal", "ghostvel", "Pair style evp/lj: keyword ghostvel needs a value"),
-    ("contact literal", "ghostvel yes", "Pair style evp/lj: ghostvel must be comm or own, got 'yes'"),
+    ("contact literal", "ghostvel own", "Pair style evp/lj: unknown keyword 'ghostvel'; it takes contact and overlap"),
     # pair_coeff
     (ROW, "", "Pair evp/lj: pair_coeff needs two atom types and a row"),
     (ROW, ROW + " 0", "a row has the 9 numbers e1 m1 n1 e2 m2 n2 xi_s gamma alpha, got 10"),
@@ -157,8 +156,6 @@ CASES = [
     ("fix move", "run 0\npair_style zero 0.02\npair_coeff * *\nfix move", "needs pair style evp/lj, found 'zero'"),
     ("fix move", "run_style respa 2 2\nfix move", "does not work with run_style respa"),
     # atoms
-    ("8 4 0.005 0 1.5", "8 4 0.005 1000 1.5",
-     "gamma > 0 needs ghost velocities: add 'comm_modify vel yes', or 'ghostvel own' to pair_style evp/lj, which is faster"),
     ("row.data", "types.data\npair_style evp/lj\npair_coeff 1 1 " + ROW + "\npair_coeff 2 2 " + ROW
      + "\nfix move all nve\nrun 1\n", "does not mix unlike types: give 'pair_coeff 1 2' a row of its own"),
     ("row.data", "types.data\npair_style evp/lj\npair_coeff 2* 1 " + ROW, "2* 1 names no pair of types I <= J"),
@@ -205,8 +202,7 @@ def test_pair_without_the_fix_sees_spheres_at_one_point(run):
 @pytest.mark.parametrize("old, new, text", [
     ("row.data", "point.data", COINCIDE),
     ("boundary f f f\nread_data row.data", "boundary f p f\nread_data close.data", IMAGES),
-    (ROW, "missing.evp a", "cannot read the potential file"), (ROW, "nul.evp a", "NUL byte"),
-    ("8 4 0.005 0 1.5", "8 4 0.005 1000 1.5", "ghost velocities")])
+    (ROW, "missing.evp a", "cannot read the potential file"), (ROW, "nul.evp a", "NUL byte")])
 def test_all_ranks_stop(run, old, new, text):
     """Errors that one rank meets alone, or that arise while ranks share a file, end the whole run."""
     result = run(old, new, ranks=3)

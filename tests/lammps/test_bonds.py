@@ -155,12 +155,12 @@ run 0
 # LAMMPS' line search of cg gives up at energy changes of 1e-8 [J], here 3e-8 m from deq at 2e7 N/m
 @pytest.mark.parametrize("style, precision", [("fire", 1e-10), ("cg", 3e-8)])
 def test_minimisation_knows_no_damping(lmp, tmp_path, style, precision):
-    """gamma > 0 changes no bit of a minimisation, and needs no ghost velocities there. Two spheres with
+    """gamma > 0 changes no bit of a minimisation. Two spheres with
     deq = 0.011, pulled to 0.01105, return to deq; so the minimiser does work with this style."""
     write_two(tmp_path / "two.data")
     ends = []
     for gamma in (0, 1000):
-        text = deck(data="two.data", gamma=gamma, skin=0.002).replace("comm_modify vel yes\n", "") + f"""
+        text = deck(data="two.data", gamma=gamma, skin=0.002) + f"""
 timestep 1e-6
 min_style {style}
 min_modify dmax 1e-4

@@ -50,24 +50,15 @@ def test_rerun_into_an_empty_box_is_refused(lmp, tmp_path):
 
 
 @pytest.mark.parametrize("ranks", [1, 2])
-def test_atoms_of_another_style_need_no_ghost_velocities(lmp, ranks):
+def test_atoms_of_another_style_beside_damped_ones(lmp, ranks):
     """All that evp/lj damps is in the group of fix nve/evp; atoms of lj/cut beside them are nobody's business."""
     deck = BOX + TWO.format(1) + "create_atoms 2 single 0.05 0.05 0\ncreate_atoms 2 single 0.06 0.05 0\nset type 2 diameter 0.01\nset type 2 density 2700\n"
     deck += "pair_style hybrid evp/lj lj/cut 0.015\npair_coeff 1 1 evp/lj " + ROW.format(gamma=1000) + "pair_coeff * 2 lj/cut 0.01 0.009\n"
     deck += "group ours type 1\ngroup theirs type 2\nfix 1 ours nve/evp\nfix 2 theirs nve\nrun 5\n"
     lmp(deck, ranks=ranks).ok()
-    assert "needs ghost velocities" in error_of(lmp(deck.replace("ours nve/evp", "ours nve"), ranks=ranks))
+    assert "evp/lj: damping on" in lmp(deck.replace("ours nve/evp", "ours nve"), ranks=ranks).ok().stdout
     crossed = deck.replace("pair_coeff * 2 lj/cut 0.01 0.009", "pair_coeff 1 2 evp/lj " + ROW.format(gamma=1000) + "pair_coeff 2 2 lj/cut 0.01 0.009")
     lmp(crossed.replace("theirs nve\n", "theirs nve/noforce\n"), ranks=ranks).ok()  # pairs across are damped by the fix of ours
     steps = deck.replace("run 5", "compute every all evp/dt\ncompute own ours evp/dt\nthermo_style custom step c_every c_own\nrun 5")
     table = lmp(steps, ranks=ranks).ok().thermo()
     assert table["c_every"][-1] == pytest.approx(table["c_own"][-1], rel=1e-3), "the implicit limit, as nobody else's atoms interact here"
-
-
-def test_an_empty_box_that_is_to_be_filled_needs_ghost_velocities(lmp):
-    """Told before the first step, not when the first two particles meet."""
-    deck = BOX + "pair_style evp/lj\npair_coeff * * " + ROW.format(gamma=1000) + "fix move all nve\nregion drop block -0.03 0.03 -0.03 0.03 0 0.05\n"
-    deck += "create_atoms 1 single 0.09 0.09 0.09\nset type 1 diameter 0.01\nset type 1 density 2700\n"
-    deck += "fix come all deposit 2 1 1 1234 region drop vz -3 -3 near 0.01\nrun 20\n"
-    run = lmp(deck)
-    assert "needs ghost velocities" in error_of(run) and run.made_no_step()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""`ghostvel own` sends what explicit damping reads of ghosts: the same bits as `comm_modify vel yes`, in any box."""
+"""The pair style sends what explicit damping reads of ghosts: the same bits as with `comm_modify vel yes`, in any box."""
 
 import itertools
 
@@ -9,8 +9,6 @@ from evp import law
 from small_bodies import STIR, check_forces, dump, head, lattice_body, words, write_body
 
 ROW = law.TABLE1._replace(gamma=50.0)
-NEEDED = "Pair evp/lj with gamma > 0 needs ghost velocities: add 'comm_modify vel yes', or 'ghostvel own' to pair_style evp/lj"
-OWN = "damping on, ghost velocities own"
 LISTS = "neigh_modify every 3 delay 0 check no\n"  # ghosts of two steps in three are those of a step before
 FILES = ("all.dump", "pairs.dump")
 SHOW = """
@@ -23,7 +21,7 @@ timestep 3e-7
 RUN = SHOW + "run 90\nrun 30\n"
 MOVE = "fix move all nve\n"
 BONDS = "fix bonds all evp/bonds\n"
-OVERLAY = f"pair_style hybrid/overlay lj/cut 0.015 evp/lj KEY\npair_coeff * * lj/cut 2 0.009\npair_coeff * * evp/lj {words(ROW)}\n"
+OVERLAY = f"pair_style hybrid/overlay lj/cut 0.015 evp/lj\npair_coeff * * lj/cut 2 0.009\npair_coeff * * evp/lj {words(ROW)}\n"
 TILT = (0.0245, 0.0, 0.0)  # a shear by 0.06 makes the box flip
 
 # lines before the box, pair style, lines before the run, tilt
@@ -51,11 +49,10 @@ def body(tmp_path):
     return write
 
 
-def start(ghostvel, vel="no", newton="on", before="", style="", row=ROW):
+def start(vel="no", newton="on", before="", style="", row=ROW):
     """Up to the bonds."""
-    style = style or f"pair_style evp/lj KEY\npair_coeff * * {words(row)}\n"
-    text = head(newton, boundary="p p p", before=before) + LISTS + style.replace("KEY", ghostvel and f"ghostvel {ghostvel}") + BONDS
-    return text.replace("comm_modify vel yes", f"comm_modify vel {vel}")
+    style = style or f"pair_style evp/lj\npair_coeff * * {words(row)}\n"
+    return head(newton, boundary="p p p", before=f"comm_modify vel {vel}\n" + before) + LISTS + style + BONDS
 
 
 def wrote(run, files=FILES):
@@ -64,15 +61,14 @@ def wrote(run, files=FILES):
 
 
 @pytest.mark.parametrize("name, ranks, newton", CASES)
-def test_own_are_the_same_bits(lmp, body, name, ranks, newton):
+def test_they_are_the_same_bits_as_those_that_lammps_sends(lmp, body, name, ranks, newton):
     """Places, velocities and forces, and the force column of compute pair/local; neighbor lists on the way, and a new set-up."""
     before, style, move, tilt = SCENES[name]
     body(tilt)
     parts = {"newton": newton, "before": before, "style": style}
-    comm = wrote(lmp(start("", "yes", **parts) + STIR + move + RUN, ranks=ranks))
-    own = lmp(start("own", "no", **parts) + STIR + move + RUN, ranks=ranks)
+    comm = wrote(lmp(start("yes", **parts) + STIR + move + RUN, ranks=ranks))
+    own = lmp(start("no", **parts) + STIR + move + RUN, ranks=ranks)
     assert wrote(own) == comm
-    assert "ghost velocities own" in own.stdout
     assert own.dump("all.dump")[-1].step == 120 and len(own.dump("pairs.dump")[0]["c_ids[1]"]) > 300
 
 
@@ -80,27 +76,28 @@ def test_own_are_the_same_bits(lmp, body, name, ranks, newton):
 def test_they_are_the_velocities_of_the_owners(lmp, body, ranks, newton):
     """At set-up forces are those of a sum over all pairs and images. Control: not without damping."""
     periodic = body()
-    text = start("own", newton=newton) + STIR + MOVE + "timestep 3e-7\nrun 90\n" + dump(every=1) + "run 0\n"
+    text = start(newton=newton) + STIR + MOVE + "timestep 3e-7\nrun 90\n" + dump(every=1) + "run 0\n"
     last = lmp(text, ranks=ranks).ok().dump("all.dump")[-1]
     check_forces(last, periodic, ROW)
     with pytest.raises(AssertionError, match="off by"):
         check_forces(last, periodic, law.TABLE1)
 
 
-def test_damping_matters_and_both_ways_are_harmless_together(lmp, body):
+def test_damping_matters(lmp, body):
+    """Control of the tests of the same bits."""
     body()
-    own, beside, said = (wrote(lmp(start(key, vel) + STIR + MOVE + RUN, ranks=2)) for key, vel in (("own", "no"), ("own", "yes"), ("comm", "yes")))
-    assert own == beside == said
-    assert OWN not in lmp(start("own", "yes") + MOVE + "run 0\n").ok().stdout, "LAMMPS sends them"
-    undamped = lmp(start("own", row=law.TABLE1) + STIR + MOVE + RUN, ranks=2)
-    assert wrote(undamped) != own, "control"
-    assert "evp/lj: damping off" in undamped.stdout
+    ends = []
+    for row, says in ((ROW, "evp/lj: damping on"), (law.TABLE1, "evp/lj: damping off")):
+        run = lmp(start(row=row) + STIR + MOVE + RUN, ranks=2)
+        assert says in run.stdout
+        ends.append(wrote(run))
+    assert ends[0] != ends[1]
 
 
-@pytest.mark.parametrize("ghostvel, vel", [("own", "no"), ("comm", "yes")])
+@pytest.mark.parametrize("vel", ["no", "yes"])
 @pytest.mark.parametrize("deform, tilt, field", [("x erate 2000", None, "2000*x 0.0"), ("xy erate 2000", (0.01, 0.0, 0.0), "2000*y 0.0"),
                                                  ("z erate 2000", None, "0.0 2000*z")])
-def test_images_of_a_box_that_deforms_move_with_it(lmp, tmp_path, deform, tilt, field, ghostvel, vel):
+def test_images_of_a_box_that_deforms_move_with_it(lmp, tmp_path, deform, tilt, field, vel):
     """A regular lattice that flows as its box does: the damping forces on each atom cancel. Control: not in a box that rests."""
     made = lattice_body((4, 4, 4), periodic="xyz", tilt=tilt or (0.0, 0.0, 0.0))
     grid = (np.array(list(itertools.product(range(4), repeat=3))) + 0.5) / 4.0
@@ -108,7 +105,7 @@ def test_images_of_a_box_that_deforms_move_with_it(lmp, tmp_path, deform, tilt, 
     write_body(tmp_path / "body.data", made, tilt)
     vx, vz = field.split()
     flow = f"variable vx atom {vx}\nvariable vz atom {vz}\nvelocity all set v_vx NULL v_vz\n" + MOVE
-    flow = start(ghostvel, vel) + flow.replace("NULL", "0.0") + SHOW
+    flow = start(vel) + flow.replace("NULL", "0.0") + SHOW
     moving, resting = (lmp(flow + fix + "run 1\n", ranks=2).ok().dump("all.dump")[0].vectors("fx", "fy", "fz")
                        for fix in (f"fix box all deform 1 {deform} remap v\n", ""))
     assert np.abs(resting).max() > 1000.0
@@ -116,16 +113,13 @@ def test_images_of_a_box_that_deforms_move_with_it(lmp, tmp_path, deform, tilt, 
 
 
 @pytest.mark.parametrize("ranks", [1, 2])
-def test_restart_files_keep_it(lmp, body, ranks):
-    """As LAMMPS' keep comm_modify vel. Control: a run of ghostvel comm that goes on with 'vel no' is refused."""
+def test_after_a_restart(lmp, body, ranks):
+    """LAMMPS' files keep comm_modify vel: with yes, with no, and with yes that is taken back, the run goes on the same."""
     body()
-    goes_on = head(start="read_restart half.restart").replace("comm_modify vel yes\n", "") + LISTS + BONDS + MOVE + RUN
-    ends = {}
-    for key, vel in (("own", "no"), ("comm", "yes")):
-        lmp(start(key, vel) + STIR + MOVE + "timestep 3e-7\nrun 50\nwrite_restart half.restart\n", ranks=ranks).ok()
-        run = lmp(goes_on, ranks=ranks)
-        assert (OWN in run.stdout) == (key == "own")
-        ends[key] = wrote(run)
-    assert ends["own"] == ends["comm"]
-    refused = lmp(goes_on.replace(BONDS, BONDS + "comm_modify vel no\n"), ranks=ranks)
-    assert refused.returncode == 1 and NEEDED in " ".join(refused.stdout.split())
+    goes_on = head(start="read_restart half.restart") + LISTS + BONDS + "{}" + MOVE + RUN
+    ends = []
+    for vel in ("no", "yes"):
+        lmp(start(vel) + STIR + MOVE + "timestep 3e-7\nrun 50\nwrite_restart half.restart\n", ranks=ranks).ok()
+        ends.append(wrote(lmp(goes_on.format(""), ranks=ranks)))
+    ends.append(wrote(lmp(goes_on.format("comm_modify vel no\n"), ranks=ranks)))
+    assert ends[0] == ends[1] == ends[2]

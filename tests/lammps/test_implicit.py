@@ -277,8 +277,6 @@ MISUSE = {
     "same atoms": ({"move": OURS + "\ngroup one id 1\nfix too one nve"}, "act on the same atoms"),
     "neighbour by forces": ({"move": "group one id 1\ngroup rest subtract all one\nfix too one nve\nfix move rest nve/evp"},
                             "is integrated by another fix"),
-    "no ghost velocities": ({"box": PARTS["box"].replace("comm_modify vel yes", ""),
-                             "move": "group two id 1 2\ngroup rest subtract all two\nfix move rest nve/evp"}, "comm_modify vel yes"),
     "not converged": ({"move": "velocity all create 300 1 loop all\nvelocity all scale 1e21\n" + OURS + "maxiter 1",
                        "step": "timestep 1e-5"}, "did not converge in 1 iterations at step"),
 }

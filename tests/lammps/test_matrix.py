@@ -7,7 +7,7 @@ import itertools
 
 import numpy as np
 import pytest
-from small_bodies import (ANOTHER_ORDER, MOVE, SPACING, STIR, assert_eventful, assert_same_curve, check_forces, clear, dump,
+from small_bodies import (ANOTHER_ORDER, MOVE, SPACING, STIR, assert_eventful, assert_same_curve, check_forces, dump,
                           head, lattice_body, pair, write_body)
 
 HALF, STEPS = 50, 100
@@ -18,7 +18,7 @@ LAST_RUN = f"run {STEPS - HALF}\n"
 DECOMPOSITION = {"brick": "comm_style brick\n", "tiled": "comm_style tiled\nbalance 1.0 rcb\n"}
 
 
-def way(newton, comm, route, name, clear_all):
+def way(newton, comm, route, name):
     """A deck from step 50 to step 100 (the straight one from step 0), to follow a `clear`."""
     rest = DECOMPOSITION[comm] + MOVE + dump(name) + LAST_RUN
     restarted = head(newton, start="read_restart half.restart") + "fix bonds all evp/bonds\n"
@@ -30,7 +30,7 @@ def way(newton, comm, route, name, clear_all):
     first = ""
     if route == "restart, then data":
         file = f"again.{newton}.{comm}"
-        first = restarted + DECOMPOSITION[comm] + f"run 0\nwrite_data {file}.data\nwrite_evp_bonds {file}.bonds\n" + clear_all
+        first = restarted + DECOMPOSITION[comm] + f"run 0\nwrite_data {file}.data\nwrite_evp_bonds {file}.bonds\nclear\n"
     start = f"read_data {file}.data nocoeff\nreset_timestep {HALF}"
     return first + head(newton, start=start) + pair(fix=f"fix bonds all evp/bonds file {file}.bonds") + rest
 
@@ -52,9 +52,8 @@ def test_matrix(lmp, tmp_path, bar, ranks):
     check_forces(end, bar)
     assert_eventful(curve)
 
-    clear_all = clear(lmp)
-    decks = [way(*choice, f"{number}.dump", clear_all) for number, choice in enumerate(WAYS)]
-    run = lmp(clear_all.join(decks), ranks=ranks, seconds=100).ok()
+    decks = [way(*choice, f"{number}.dump") for number, choice in enumerate(WAYS)]
+    run = lmp("clear\n".join(decks), ranks=ranks, seconds=100).ok()
     tables = [table for table in map(run.thermo, range(run.stdout.count("Loop time"))) if table["Step"][-1] == STEPS]
     assert len(tables) == len(WAYS)
     for number, (choice, table) in enumerate(zip(WAYS, tables)):
@@ -90,7 +89,7 @@ BOXES = {
     "never sorted": open_box(sort="sort 0 0"),
     "shrink-wrapped": open_box(boundary="s m s"),
     "all pairs tried": open_box("neighbor 0.0008 nsq\n"),
-    "bins by type": open_box("neighbor 0.0008 multi\ncomm_modify mode multi vel yes\n"),
+    "bins by type": open_box("neighbor 0.0008 multi\ncomm_modify mode multi\n"),
     "large skin": open_box("neighbor 0.003 bin\nneigh_modify every 5 delay 0 check yes one 4000\n"),
     "periodic x": periodic_box("x"),
     "periodic y, newton off": periodic_box("y", newton="off"),

@@ -9,8 +9,8 @@ import pytest
 from evp import law
 from hostile import refused
 from lammps_run import SECONDS
-from small_bodies import (ANOTHER_ORDER, MOVE, ROUND_OFF, STIR, assert_eventful, assert_same_curve, check_forces, clear, dump,
-                          head, inputs_local, is_29sep2021, pair, record, thermo, write_body)
+from small_bodies import (ANOTHER_ORDER, MOVE, ROUND_OFF, STIR, assert_eventful, assert_same_curve, check_forces, dump,
+                          head, pair, record, thermo, write_body)
 
 SHOW = thermo("pe fmax f_bonds f_bonds[2]")
 
@@ -25,7 +25,7 @@ def test_minimisation_of_a_body(lmp, bar, style, ranks, newton):
     beside the yield force, and those left are the law's without damping. 500 iterations: 6 modes of a bar of 6 cells
     need some dozens."""
     row = law.TABLE1._replace(gamma=1000.0)
-    run = lmp(head(newton).replace("comm_modify vel yes\n", "") + pair(row, contact="none") + SHOW + "thermo 1\ntimestep 1e-7\n" + f"""
+    run = lmp(head(newton) + pair(row, contact="none") + SHOW + "thermo 1\ntimestep 1e-7\n" + f"""
 minimize 0 0 1 1
 {STRETCH}
 min_style {style}
@@ -97,13 +97,12 @@ NEW = {"e1": 70.5, "m1": 9.0, "n1": 3.5, "e2": 5.0, "m2": 7.0, "n2": 3.0, "xi_s"
 def test_fix_adapt_of_every_coefficient(lmp, bar, style):
     """After fix adapt the forces are those of the new row, and after `reset yes` those of the old one again."""
     base = law.TABLE1._replace(gamma=20.0)
-    clear_all = clear(lmp)
     text, of_style = "", "evp/lj" if "hybrid" in style else ""
     for key, value in NEW.items():
         setup = pair(base).replace("pair_style evp/lj", f"pair_style {style}")
         if of_style:
             setup = setup.replace("pair_coeff * *", "pair_coeff * * zero\npair_coeff * * evp/lj")
-        text += clear_all + head("off") + setup + "fix hold all nve/noforce\ntimestep 1e-30\nrun 0\n" + STRETCH + STIR + f"""
+        text += "clear\n" + head("off") + setup + "fix hold all nve/noforce\ntimestep 1e-30\nrun 0\n" + STRETCH + STIR + f"""
 variable new equal {value}
 fix change all adapt 1 pair evp/lj {key} * * v_new reset yes
 {dump(key, every=1)}
@@ -155,7 +154,7 @@ fix hold all nve/noforce
 variable size equal 0.0105-0.0002*step
 fix shrink all adapt 1 atom diameter v_size
 compute e all pair/local eng
-compute sum all reduce sum c_e """ + inputs_local(lmp) + """
+compute sum all reduce sum c_e inputs local
 dump all all custom 1 all.dump id x y z vx vy vz fx fy fz radius
 dump_modify all format float %.17g
 thermo 1
@@ -192,7 +191,7 @@ def test_clear_starts_afresh(lmp, bar):
     """After `clear` no bond is left: the same deck gives the same bits, and another body records its own."""
     text = head() + pair() + STIR + MOVE + "run 60\n"
     other = head() + pair(fix="fix other all evp/bonds zone 1.2") + STIR + MOVE.replace("f_bonds", "f_other") + "run 20\n"
-    run = lmp(clear(lmp).join([text, other, text])).ok()
+    run = lmp("clear\n".join([text, other, text])).ok()
     first, middle, last = (run.thermo(k) for k in range(3))
     for name, values in first.items():
         assert np.array_equal(values, last[name]), name
@@ -221,9 +220,8 @@ def run(lammps, lines):
 decks = [open(name).read().splitlines() for name in sys.argv[2:4]]
 first = opened()
 run(first, decks[0] + ["run 20"])
-if "--between" in sys.argv:
-    second = opened()
-    library.lammps_close(second)
+second = opened()
+library.lammps_close(second)
 run(first, ["run 20"])
 library.lammps_close(first)
 third = opened()
@@ -250,13 +248,11 @@ def test_instances_in_one_process(lmp, tmp_path, bar):
     decks = [head() + pair() + STIR + MOVE, head("off") + pair(contact="none", fix="fix bonds all evp/bonds zone 1.3") + STIR + MOVE]
     alone = []
     for number, deck in enumerate(decks):
-        (tmp_path / f"in.{number}").write_text(clear(lmp).splitlines()[1] + "\n" + deck)  # 29Sep2021 loads no plugin by itself
+        (tmp_path / f"in.{number}").write_text(deck)
         alone.append([table["PotEng"][-1] for table in map(lmp(deck + 2 * "run 20\n").ok().thermo, range(2))])
     assert len({*alone[0], *alone[1]}) == 4, "control: all differ"
     host = host_process(lmp)
     (tmp_path / "two.py").write_text(TWO_INSTANCES)
-    # an instance of 29Sep2021 that closes takes the plugins of the others with it
-    between = [] if is_29sep2021(lmp) else ["--between"]
-    output = subprocess.run([sys.executable, "two.py", host["library"], "in.0", "in.1", *between], cwd=tmp_path, env=host["environment"],
+    output = subprocess.run([sys.executable, "two.py", host["library"], "in.0", "in.1"], cwd=tmp_path, env=host["environment"],
                             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=SECONDS).stdout
     assert [float(line.split()[1]) for line in output.splitlines() if line.startswith("energy")] == [*alone[0], alone[1][0]], output

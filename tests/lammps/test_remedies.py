@@ -4,7 +4,6 @@
 import pytest
 from hostile import refused
 from library import SHOWN, run_program
-from small_bodies import clear
 
 # seven spheres in a row, 2 % apart; bonds with two neighbors on each side
 ROW = """
@@ -80,7 +79,7 @@ def test_new_atoms_after_a_deletion(lmp, tmp_path, wrong, right, ranks):
 @pytest.mark.parametrize("ranks", [1, 2])
 def test_atoms_deleted_after_a_restart(lmp, ranks):
     """Between read_restart and the fix, atoms go without their records; once the fix is there, with them."""
-    written = row() + FIX + END + "run 0\nwrite_restart r.bin\n" + clear(lmp) + "read_restart r.bin\nneighbor 0.06 bin\n"
+    written = row() + FIX + END + "run 0\nwrite_restart r.bin\nclear\nread_restart r.bin\nneighbor 0.06 bin\n"
     delete = "group gone id 2\ndelete_atoms group gone compress no\n"
     run = lmp(written + delete + FIX + END + "run 0\n", ranks=ranks)
     refused(run, "was given the bonds of another atom: define the fix right after read_restart, before atoms are deleted")
@@ -127,10 +126,10 @@ def test_no_atom_map_is_needed(lmp, source, ranks):
     for map_style in ("", "atom_modify map yes"):
         text = row(map_style=map_style) + FIX + END + "run 0\n" + PULL + "group gone id 2\ndelete_atoms group gone compress no\nrun 0\n"
         if source == "file":
-            text += "write_data s.data nocoeff\nwrite_evp_bonds s.bonds\n" + clear(lmp)
+            text += "write_data s.data nocoeff\nwrite_evp_bonds s.bonds\nclear\n"
             text += f"units lj\natom_style sphere\n{map_style}\nboundary f f f\nread_data s.data\n" + FORCES + "fix bonds all evp/bonds file s.bonds\n"
         elif source == "restart":
-            text += "write_restart s.bin\n" + clear(lmp) + "read_restart s.bin\nneighbor 0.06 bin\n" + FIX
+            text += "write_restart s.bin\nclear\nread_restart s.bin\nneighbor 0.06 bin\n" + FIX
         ends.append(lmp(text + (END + "run 0\n" if source != "zone" else ""), ranks=ranks).ok().thermo())
     assert ends[0]["f_bonds"][-1] == BONDS - (3 if source == "file" else 0)
     assert ends[0]["PotEng"][-1] == ends[1]["PotEng"][-1] != 0.0

@@ -16,7 +16,6 @@ atom_style sphere
 atom_modify map yes sort 0 0
 newton {newton}
 boundary f f f
-comm_modify vel yes
 region box block -0.06 0.14 -0.06 0.1 -0.06 0.1
 create_box 3 box
 read_data body.data add append

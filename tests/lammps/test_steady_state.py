@@ -10,7 +10,6 @@ DECK = """
 units lj
 atom_style sphere
 atom_modify map array
-comm_modify vel yes
 lattice fcc 1.4142135623730951
 region box block 0 5 0 5 0 5
 create_box 1 box
@@ -51,8 +50,8 @@ def allocations(tmp_path, monkeypatch):
 @pytest.mark.parametrize("every", [1, 1000000], ids=["with builds", "without"])
 @pytest.mark.parametrize("contact, gamma, move", [("literal", 0, "nve"), ("none", 0, "nve"), ("literal", 0.1, "nve"), ("literal", 0.1, "nve/evp")])
 def test_steps_allocate_nothing(allocations, contact, gamma, move, every):
-    """400 more steps of a body that drifts through the box. With each build newer releases of LAMMPS list the fixes whose
-    data may grow, one allocation of theirs; 29Sep2021 does not."""
+    """400 more steps of a body that drifts through the box. With each build LAMMPS lists the fixes whose data
+    may grow: one allocation of its own."""
 
     def of_400_steps(styles, move):
         (few, _), (many, run) = (allocations(styles, steps, every, move) for steps in (200, 600))
@@ -60,7 +59,7 @@ def test_steps_allocate_nothing(allocations, contact, gamma, move, every):
 
     own, run = of_400_steps(OURS.format(contact=contact, gamma=gamma), move)
     others, _ = of_400_steps(OTHERS, "nve")
-    assert own - others <= (400 if every == 1 and not run.of_29sep2021() else 0) + STARTING
+    assert own - others <= (400 if every == 1 else 0) + STARTING
 
 
 def test_the_counter_counts(allocations):

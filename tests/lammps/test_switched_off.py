@@ -48,7 +48,7 @@ def lines(result):
 @pytest.mark.parametrize("fix", [FIX, ""])
 @pytest.mark.parametrize("coeff, damping", [(TABLE1, "damping off"), (TABLE2, "damping on")])
 def test_one_line_says_what_is_on(run, style, contact, fix, coeff, damping):
-    found = lines(run(style, coeff, fix, after="run 1\n", ranks=2, before="comm_modify vel yes\n"))
+    found = lines(run(style, coeff, fix, after="run 1\n", ranks=2))
     assert len(found) == 1, "once, though there are two runs"
     for part in (damping, f"new contacts {contact}", "deq of bonds from fix bonds" if fix else NO_FIX,
                  "overlap warned of beyond 0.3 (R_i + R_j)"):
@@ -56,7 +56,7 @@ def test_one_line_says_what_is_on(run, style, contact, fix, coeff, damping):
 
 
 def test_a_change_is_said_again(run):
-    found = lines(run(after=f"pair_coeff * * {TABLE2}\ncomm_modify vel yes\nrun 1\nunfix bonds\nrun 1\n"))
+    found = lines(run(after=f"pair_coeff * * {TABLE2}\nrun 1\nunfix bonds\nrun 1\n"))
     assert ["damping on" in line for line in found] == [False, True, True]
     assert [NO_FIX in line for line in found] == [False, False, True]
 
@@ -68,16 +68,6 @@ def test_no_fix_is_no_error_and_means_the_sum_of_radii(run):
     assert run().thermo()["Fmax"][0] < 1e-9 * yield_force
     assert run(fix="").thermo()["Fmax"][0] > 0.9 * yield_force
     assert NO_FIX in lines(run(fix=""))[0]
-
-
-def test_gamma_zero_needs_no_ghost_velocities(run):
-    """Control: gamma > 0 does (test_bad_input.py), and gets along with either kind; the line says which."""
-    run(coeff=TABLE1).ok()
-    assert "velocities" not in lines(run("ghostvel own", coeff=TABLE1))[0]
-    assert "damping on, new" in lines(run(coeff=TABLE2, before="comm_modify vel yes\n"))[0]
-    assert "damping on, ghost velocities own, new" in lines(run("ghostvel own", coeff=TABLE2))[0]
-    refused = run(coeff=TABLE2)
-    assert refused.returncode != 0 and "comm_modify vel yes" in refused.stdout
 
 
 def test_contact_none_without_the_fix_warns_that_nothing_acts(run):

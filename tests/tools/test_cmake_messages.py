@@ -104,9 +104,26 @@ def test_other_integer_sizes(lammps, tmp_path):
 def test_source_and_build_of_two_releases(lammps, tmp_path):
     (tmp_path / "src").mkdir()
     (tmp_path / "src" / "lammps.h").touch()
-    (tmp_path / "src" / "version.h").write_text('#define LAMMPS_VERSION "1 Apr 2020"\n')
+    (tmp_path / "src" / "version.h").write_text('#define LAMMPS_VERSION "1 Apr 2099"\n')
     text = refuses(tmp_path / "b", f"-DLAMMPS_SOURCE_DIR={tmp_path}", f"-DLAMMPS_BUILD_DIR={lammps[1]}")
-    assert "LAMMPS_SOURCE_DIR is LAMMPS 1 Apr 2020, but LAMMPS_BUILD_DIR=" in text
+    assert "LAMMPS_SOURCE_DIR is LAMMPS 1 Apr 2099, but LAMMPS_BUILD_DIR=" in text
+
+
+def test_release_that_is_too_old(lammps, tmp_path):
+    tree = tmp_path / "tree" / "src"
+    tree.mkdir(parents=True)
+    (tree / "lammps.h").touch()
+    (tree / "version.h").write_text('#define LAMMPS_VERSION "2 Aug 2023"\n')
+    text = refuses(tmp_path / "b", f"-DLAMMPS_SOURCE_DIR={tree.parent}")
+    assert f"LAMMPS 2 Aug 2023 in {tree} is too old: the oldest supported release is 4 Feb 2025." in text
+
+    package = tmp_path / "usr" / "lib" / "cmake" / "LAMMPS"
+    package.mkdir(parents=True)
+    (package / "LAMMPSConfig.cmake").write_text("set(LAMMPS_VERSION 20250203)\n")
+    (tmp_path / "usr" / "include").mkdir()
+    (tmp_path / "usr" / "include" / "lammps").symlink_to(lammps[0].resolve() / "src")
+    text = refuses(tmp_path / "c", f"-DCMAKE_PREFIX_PATH={tmp_path}/usr")
+    assert f"LAMMPS 3 Feb 2025 in {package} is too old: the oldest supported release is 4 Feb 2025." in text
 
 
 def test_package_with_too_few_headers(lammps, tmp_path):

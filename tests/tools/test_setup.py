@@ -53,12 +53,22 @@ def test_help_names_every_option():
     (["--lammps-source", "/no/such/folder"], "--lammps-source /no/such/folder: no such folder"),
     (["--lammps-source", "/"], "--lammps-source / is not a LAMMPS source tree: src/lammps.h is missing"),
     (["--lammps-build", "/"], "--lammps-build needs --lammps-source"),
-    (["--lammps-release", "2Aug2023"], "must be 4Feb2025, 29Sep2021 or newest, got '2Aug2023'")])
+    (["--lammps-release", "2Aug2023"], "must be 4Feb2025 or newest, got '2Aug2023'")])
 def test_bad_options(options, message):
     status, text = setup(*options)
     assert status == 1
     assert "setup.sh: error: " in text and message in text
     assert "==" not in text, "no phase may have begun"
+
+
+def test_release_that_is_too_old(tmp_path):
+    """Told before LAMMPS is built."""
+    (tmp_path / "src").mkdir()
+    (tmp_path / "src" / "lammps.h").touch()
+    (tmp_path / "src" / "version.h").write_text('#define LAMMPS_VERSION "2 Aug 2023"\n')
+    status, text = setup("--lammps-source", str(tmp_path))
+    assert status == 1 and "==" not in text
+    assert f"setup.sh: error: LAMMPS 2 Aug 2023 in {tmp_path} is too old: the oldest supported release is 4 Feb 2025" in text
 
 
 def test_build_folder_must_be_one():

@@ -65,10 +65,10 @@ run {steps}
 """
 
 
-def ours(name, cells, steps, gamma=0.0, contact="literal", row=ROW, ranks=1, neigh="", move="nve", long=None, types=1, more="", ghostvel="own", **stir):
+def ours(name, cells, steps, gamma=0.0, contact="literal", row=ROW, ranks=1, neigh="", move="nve", long=None, types=1, more="", velocities=False, **stir):
     """Pair style evp/lj on the lattice, all pairs within 1.5 diameters recorded. types: 2 have laws of their own; more: commands."""
-    deck = lattice(cells, long=long, types=types, velocities=ghostvel == "comm") + f"""
-pair_style evp/lj contact {contact} ghostvel {ghostvel}
+    deck = lattice(cells, long=long, types=types, velocities=velocities) + f"""
+pair_style evp/lj contact {contact}
 pair_coeff * * {row} {gamma} {REACH}
 {"set group all type/fraction 2 0.5 1234" if types == 2 else ""}
 {f"pair_coeff 2 2 {row.replace('80', '90', 1)} {gamma} {REACH}" if types == 2 else ""}
@@ -141,7 +141,7 @@ def variants(cells, steps):
         ours("evp/lj", cells, steps),
         ours("evp/lj, contact none", cells, steps, contact="none"),
         ours("evp/lj, gamma > 0", cells, steps, gamma=0.1),
-        ours("evp/lj, gamma > 0, comm_modify vel yes", cells, steps, gamma=0.1, ghostvel="comm"),
+        ours("evp/lj, gamma > 0, comm_modify vel yes", cells, steps, gamma=0.1, velocities=True),
         ours("evp/lj, energy and virial each step", cells, steps, output="step pe press", every=1),
         ours("evp/lj, pairs crossing xi_s", cells, steps, row=crossing, speed=0.1, output="step f_bonds[2]"),
         ours("evp/lj, exponents 8.5 4.5", cells, steps, row="80 8.5 4.5 3 8.5 4.5 0.005"),
@@ -155,7 +155,7 @@ def effects(cells, steps, data):
     damped, solved = ours("damped", cells, steps, gamma=0.1), ours("implicit", cells, steps, gamma=0.1, move="nve/evp")
     return [
         ("damping, explicit: ghost velocities, velocities in the loop", damped, plain),
-        ("angular velocities of ghosts: comm_modify vel yes instead of ghostvel own", ours("all velocities", cells, steps, gamma=0.1, ghostvel="comm"), damped),
+        ("angular velocities of ghosts: comm_modify vel yes, so that LAMMPS sends all velocities", ours("all velocities", cells, steps, gamma=0.1, velocities=True), damped),
         ("damping, implicit: iterations of fix nve/evp", solved, ours("nve/evp, gamma = 0", cells, steps, move="nve/evp")),
         ("energy and virial at each step", ours("energy", cells, steps, output="step pe press", every=1), plain),
         ("nothing to leave out: pairs that cross xi_s or do not", ours("crossing", cells, steps, row=crossing, speed=0.1), ours("not crossing", cells, steps, speed=0.1)),

@@ -47,7 +47,7 @@ def lattice_section(bench, sizes):
     both = {name: [timing.parts["Pair"] + timing.parts["Comm"] for timing in results[name]] for name in cost if name.startswith("evp/lj")}
     own, sent = (spread(ratios(both["evp/lj, gamma > 0" + way], both["evp/lj"])) for way in ("", ", comm_modify vel yes"))
     lines.append(f"\nIn *pairs crossing xi_s* {100 * share:.0f} % of the pairs are in the second regime after {sizes.steps + 5} steps, none at the start.")
-    lines.append(f"Pair and Comm together, *gamma > 0* costs {own} of gamma = 0 with *ghostvel own*, where Pair sends the velocities of ghosts, and {sent} with *comm_modify vel yes*.\n")
+    lines.append(f"Pair and Comm together, *gamma > 0* costs {own} of gamma = 0, where Pair sends the velocities of ghosts, and {sent} with *comm_modify vel yes*, where LAMMPS does.\n")
     return lines, [row("lattice", name, "", median(values)) for name, values in cost.items()]
 
 
@@ -171,7 +171,7 @@ def ranks_section(bench, sizes):
 NODE_BANDWIDTH, RANKS_PER_NODE, LATENCY, RANKS = 12.5e9, 32, 2e-6, 4096  # [byte/s], [1], [s], [1]: assumptions, a common network of today
 MESSAGES = 12  # of a step: six neighbors, positions out and forces back
 BYTES = 24 + 48  # per ghost and step: positions; forces and, of atom_style sphere, torques
-VELOCITY_BYTES = 24  # with gamma > 0 and ghostvel own, by six messages more
+VELOCITY_BYTES = 24  # with gamma > 0, by six messages more
 
 
 def ghosts_of(particles):

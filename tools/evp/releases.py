@@ -68,7 +68,7 @@ Written by `tools/test_releases.sh` on {datetime.date.today().isoformat()} ({sys
 {table}
 
 Test columns: passed / failed. `unit`: GoogleTest on the pure headers. `pair tester`: LAMMPS' own `test_pair_style` on our
-YAML files and the check of their numbers; `-` where the release cannot load plugins by itself (29Sep2021). `LAMMPS tests`:
+YAML files and the check of their numbers; `-` where it cannot be compiled. `LAMMPS tests`:
 `all` of `tests/lammps`, or `short`, the tests of forces, bonds, restart, ghost velocities, time step, bad input and memory. `curve`: largest difference of the
 traction curve (`in.traction`, 500 spheres, strain 0.01 at 50 1/s, one rank) from that of the first row, over the largest
 value of the column; at most {TOLERANCE:g}, one unit of the last of the nine digits of the CSV file. Compiler and build
