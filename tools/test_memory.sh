@@ -13,7 +13,7 @@ usage: tools/test_memory.sh [--build DIR] [--work DIR] [--skip-valgrind] [--help
 
 Builds plugin and unit tests with AddressSanitizer, UBSan and the assertions of libstdc++ for the LAMMPS of an existing build, runs the
 unit tests, a deck that uses every style, and tests with LAMMPS; then valgrind on the deck with a plain build.
-Fails on any report with our files in it. Needs valgrind and a LAMMPS that loads plugins from LAMMPS_PLUGIN_PATH.
+Fails on any report with our files in it. Needs valgrind .
 
   --build DIR        the build whose LAMMPS is used (default: build, as tools/setup.sh makes it)
   --work DIR         for the builds made here and their logs (default: build-memory)
@@ -49,7 +49,6 @@ cached() { sed -n "s/^$1:[A-Z]*=//p" "$build/CMakeCache.txt"; }
 value_of() { sed -n "s/^$1='\(.*\)'/\1/p" "$build/lmp"; }
 lmp=$(value_of lmp)
 libdir=$(value_of libdir)
-grep -q "if \[ 'yes' = yes \]" "$build/lmp" || die "this LAMMPS does not load plugins by itself; use a release from 2022 on"
 asan=$(g++ -print-file-name=libasan.so)
 asan=$(readlink -f "$asan")
 [ -f "$asan" ] || die "g++ has no libasan.so"
