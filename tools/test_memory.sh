@@ -13,7 +13,7 @@ usage: tools/test_memory.sh [--build DIR] [--work DIR] [--skip-valgrind] [--help
 
 Builds plugin and unit tests with AddressSanitizer, UBSan and the assertions of libstdc++ for the LAMMPS of an existing build, runs the
 unit tests, a deck that uses every style, and tests with LAMMPS; then valgrind on the deck with a plain build.
-Fails on any report with our files in it. Needs valgrind .
+Fails on any report with our files in it. Needs valgrind.
 
   --build DIR        the build whose LAMMPS is used (default: build, as tools/setup.sh makes it)
   --work DIR         for the builds made here and their logs (default: build-memory)
