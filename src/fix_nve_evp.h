@@ -22,10 +22,9 @@ namespace LAMMPS_NS {
 /// Leapfrog with the damping of pair style evp/lj taken at the end of the step:
 /// (M + dt C) v+ = M v- + dt (F(x) - T), then x += dt v+.
 ///
-/// A pair at rest in a turning frame parts along its old direction u by no velocity u.v+ of zero, so
-/// each damper sees the opening rate of the whole step, (|r + dt v+| - |r|)/dt = u.v+ + turning (see
-/// evp_opening.h). T holds gamma times what turning adds: that of the last step, corrected until it is
-/// that of v+.
+/// Each damper sees the opening rate of the whole step, (|r + dt v+| - |r|)/dt = u.v+ + turning (see
+/// evp_opening.h): where a pair turns without strain, u.v+ along its old direction u is not zero. T holds
+/// gamma times what turning adds, first that of the last step, then corrected until it is that of v+.
 ///
 /// Between steps atoms hold v = (v- + v+)/2, and f holds F plus the damping force that took v- to v+,
 /// so that both half kicks are those of plain leapfrog and other fixes read the whole force.

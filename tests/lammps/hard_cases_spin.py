@@ -12,7 +12,7 @@ TURN_PER_STEP = 0.1  # [rad] that fix dt/evp allows
 TUMBLE = 150  # steps
 PHASE = TURN_PER_STEP**2 / 6.0
 RINGS = 1.5  # mean over the end of the strain energy of a ringing body: that of (1 - cos)^2
-RINGING = 0.05
+RINGING = 0.05  # of that mean: 0.8 ms hold some tens of periods of the slowest mode, and no whole number of them
 
 
 def fcc_cube(cells=3, spacing=0.009):

@@ -17,7 +17,7 @@ WITHIN = 0.01  # of the centrifugal strain: the demand; (w dt)^2/6 of it, which 
 LEDGER = 1e-3  # of the kinetic energy
 
 SPIN = """
-variable vx atom -{spin}*y*{side}
+variable vx atom -{spin}*y
 variable vy atom {spin}*x
 velocity all set v_vx v_vy 0
 fix move all {style}
@@ -34,7 +34,7 @@ def spin_pair(lmp, folder, gamma, spin, angle, time, style="nve/evp", ranks=1, n
     write_two(folder / "body.data", GAP, (RADIUS, RADIUS))
     steps = 20 * int(np.ceil(time * spin / angle / 20))
     text = head(newton, boundary, skin=0.001) + pair(ROW._replace(gamma=gamma), "none")
-    text += SPIN.format(spin=spin, side=1, style=style, every=steps // 20) + f"timestep {angle / spin:.17g}\n{more}\nrun {steps}\n"
+    text += SPIN.format(spin=spin, style=style, every=steps // 20) + f"timestep {angle / spin:.17g}\n{more}\nrun {steps}\n"
     return lmp(text, ranks).ok()
 
 
