@@ -76,7 +76,7 @@ def main(words=None):
         os.environ["EVP_LMP"] = str(copy / "build" / "lmp")  # read when the scenes are loaded
         scenes = runner.load_scenes()
         for number, mutation in enumerate(chosen):
-            path = copy / "src" / mutation.file
+            path = next((copy / "src").rglob(mutation.file))
             text = path.read_text(encoding="utf-8")
             if text.count(mutation.old) != mutation.times:
                 bad.append(f"{mutation.file} holds '{mutation.old}' {text.count(mutation.old)} times, not {mutation.times}")

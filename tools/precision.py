@@ -4,7 +4,7 @@
 
     tools/precision.py [--repeats 100] [--cells 20 40] [--steps 20000] [--build build] [--out doc/precision.md]
 
-Builds tests/precision, the loop of src/evp_kernel.h with its floating-point types left open, and runs it without LAMMPS:
+Builds tests/precision, the loop of src/core/force_loop.h with its floating-point types left open, and runs it without LAMMPS:
 times in rounds with all variants on all instruction sets of this machine in a new order each, errors of the forces
 against a sum in long double, and the energy of a body that rings. About two minutes on an idle core.
 """
@@ -19,7 +19,7 @@ import sys
 
 from evp.run import CHECKOUT, RunError
 
-KERNEL, DOUBLE, MIXED, FLOAT, SINGLE = "evp_kernel.h", "double", "mixed", "mixed, float positions", "single"
+KERNEL, DOUBLE, MIXED, FLOAT, SINGLE = "force_loop.h", "double", "mixed", "mixed, float positions", "single"
 CAREFUL = "mixed, strain in double"
 RINGING_CELLS = 5
 TOLD_STRAIN, TOLD_RINGING = 1e-4, 1e-5  # of those that the program prints, the ones in the text

@@ -82,7 +82,7 @@ launcher=()
 ! command -v ccache >/dev/null || launcher=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
 install_missing_packages
 cd "$EVP_REPOSITORY"
-checksum=$(cat CMakeLists.txt cmake/*.* src/*.h src/*.cpp | sha256sum | cut -c1-12)
+checksum=$(cat CMakeLists.txt cmake/*.* src/*/*.* | sha256sum | cut -c1-12)
 
 # A finished build of this tree with these integers, by tools/setup.sh or by this command; sets lammps_build.
 find_lammps_build() {

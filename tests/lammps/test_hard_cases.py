@@ -35,5 +35,5 @@ def test_every_case_has_a_mutation_that_still_applies():
     for case in CASES:
         assert any(words in case.name for mutation in MUTATIONS for words in mutation.cases), case.name
     for mutation in MUTATIONS:
-        text = (pathlib.Path(__file__).resolve().parents[2] / "src" / mutation.file).read_text(encoding="utf-8")
+        text = next((pathlib.Path(__file__).resolve().parents[2] / "src").rglob(mutation.file)).read_text(encoding="utf-8")
         assert text.count(mutation.old) == mutation.times, mutation.what

@@ -21,7 +21,7 @@ inline EVP::Row table1()
 /// A free cube of spheres of diameter 1 with every pair within 1.5 diameters bonded at its distance.
 struct Lattice {
   Vectors rest;
-  EVP::PackedList list;
+  EVP::PairList list;
   std::vector<double> deq;    ///< of each pair of the list
   EVP::Law law = EVP::Law(table1());
 

@@ -84,7 +84,7 @@ Way own_way(const Lattice &lattice, const Vectors &x, Vectors &f)
 {
   const auto law = std::make_shared<EVP::BlockLaw>();
   Way way;
-  way.name = "evp_kernel.h";
+  way.name = "force_loop.h";
   way.use = [law, &lattice](Level level) {
     law->assign({lattice.law}, {0}, level);
   };
@@ -165,7 +165,7 @@ bool print_errors(const Lattice &lattice)
     });
   }
   if (off > SAME_LOOP)
-    std::fprintf(stderr, "precision: error: the double copy is %.2g off evp_kernel.h\n", off);
+    std::fprintf(stderr, "precision: error: the double copy is %.2g off force_loop.h\n", off);
   return off <= SAME_LOOP;
 }
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //
-// The loop of evp_kernel.h and evp_block.cpp once more, with its floating-point types left open:
+// The loop of force_loop.h and block_law.cpp once more, with its floating-point types left open:
 // what less than double would save, and what it would spoil. One law with the exponents 8 and 4, no
-// damping, no energy. Must be compiled as evp_block.cpp is: see evp_levels.h.
+// damping, no energy. Must be compiled as block_law.cpp is: see levels.h.
 
 #ifndef EVP_TEST_PRECISION_H
 #define EVP_TEST_PRECISION_H
 
-#include "evp_kernel.h"
+#include "core/force_loop.h"
 
 #include <array>
 #include <type_traits>
@@ -53,7 +53,7 @@ template <class Real> struct Constants {
   }
 };
 
-/// As in evp_block.cpp, operation by operation.
+/// As in block_law.cpp, operation by operation.
 template <class T>
 EVP_INLINE void evaluate_plain(const Constants<typename T::Real> &constants, Block<T> &block)
 {
@@ -164,7 +164,7 @@ template <class T> struct View {
 };
 
 template <class T>
-void gather(const EVP::PackedList &list, const View<T> &view, const EVP::PairRange &range,
+void gather(const EVP::PairList &list, const View<T> &view, const EVP::PairRange &range,
             Block<T> &block)
 {
   using Pair = typename T::Pair;
@@ -185,7 +185,7 @@ void gather(const EVP::PackedList &list, const View<T> &view, const EVP::PairRan
 }
 
 template <class T>
-void scatter(const EVP::PackedList &list, const View<T> &view, const EVP::PairRange &range,
+void scatter(const EVP::PairList &list, const View<T> &view, const EVP::PairRange &range,
              const Block<T> &block)
 {
   using Sum = typename T::Sum;
@@ -222,7 +222,7 @@ template <class T> class Loop {
   using Pair = typename T::Pair;
   using Sum = typename T::Sum;
 
-  Loop(const EVP::PackedList &list_in, const EVP::Law &law, size_t particles) :
+  Loop(const EVP::PairList &list_in, const EVP::Law &law, size_t particles) :
       list(list_in), constants(law.constants()), x(particles), f(particles)
   {
     const size_t n = list.pairs.size();
@@ -267,7 +267,7 @@ template <class T> class Loop {
   }
 
  private:
-  const EVP::PackedList &list;
+  const EVP::PairList &list;
   const Constants<typename T::Real> constants;
   Function<T> function = function_for<T>(EVP::best_level());
   std::vector<std::array<Position, 3>> x;

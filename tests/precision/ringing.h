@@ -5,7 +5,7 @@
 #ifndef EVP_TEST_PRECISION_RINGING_H
 #define EVP_TEST_PRECISION_RINGING_H
 
-#include "evp_tally.h"
+#include "core/tallies.h"
 #include "lattice.h"
 
 namespace precision {

@@ -66,7 +66,7 @@ def test_bad_rows_are_refused_with_their_rule(words, rule):
 
 
 def test_stored_energy_holds_at_any_strain():
-    """Against 60 digits, down to strains of the last bit of d; the parts are those of src/evp_law.h too."""
+    """Against 60 digits, down to strains of the last bit of d; the parts are those of src/core/law.h too."""
     ref = np.genfromtxt(DATA / "stored_reference.csv", delimiter=",", names=True)
     nothing = np.zeros(len(ref))
     row = law.Row(*(ref[name] for name in law.Row._fields[:7]), nothing, nothing + 1.5)

@@ -18,7 +18,7 @@ READ of size 8 at 0x60 thread T0
 allocated by thread T0 here:
     #1 0x7f in LAMMPS_NS::FixEVPBonds::reserve(int) /somewhere/src/fix_evp_bonds.cpp:238
 """,
-    "undefined": "/somewhere/src/evp_law.h:91:7: runtime error: division by zero\n    #0 0x7f in EVP::Law::force\n",
+    "undefined": "/somewhere/src/core/law.h:91:7: runtime error: division by zero\n    #0 0x7f in EVP::Law::force\n",
     "leak": """==7==ERROR: LeakSanitizer: detected memory leaks
 
 Direct leak of 8 byte(s) in 1 object(s) allocated from:
@@ -40,7 +40,7 @@ Direct leak of 8 byte(s) in 1 object(s) allocated from:
 ==9== Invalid read of size 8
 ==9==    at 0x4: LAMMPS_NS::PairLJCut::compute(int, int) (src/pair_lj_cut.cpp:70)
 ==9==
-The plugin /build/evpplugin.so was loaded: evp_law.h is no part of any report here.
+The plugin /build/evpplugin.so was loaded: law.h is no part of any report here.
 """
 
 

@@ -38,7 +38,7 @@ def test_page_holds_what_was_measured(tmp_path):
     found = tables(text)
 
     times = [row for row in found["Times"] if row[0] != "variant"]
-    assert [row[0] for row in times].count("evp_kernel.h") == 2 and {row[0] for row in times} == VARIANTS | {"evp_kernel.h"}
+    assert [row[0] for row in times].count("force_loop.h") == 2 and {row[0] for row in times} == VARIANTS | {"force_loop.h"}
     assert all(float(row[1].split()[0]) > 0.0 for row in times), times
     assert [row[0] for row in times if row[-1]] == 2 * ["mixed, float positions", "single"], "variants that copy"
 

@@ -5,8 +5,8 @@
 #ifndef EVP_KERNEL_CASES_H
 #define EVP_KERNEL_CASES_H
 
-#include "evp_kernel.h"
-#include "evp_tally.h"
+#include "core/force_loop.h"
+#include "core/tallies.h"
 
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ using Vectors = std::vector<std::array<double, 3>>;
 
 struct Cloud {
   Vectors x, v;
-  EVP::PackedList list;
+  EVP::PairList list;
   std::vector<EVP::Law> laws;
 
   EVP::ParticleView view(Vectors &f, int nreact) const

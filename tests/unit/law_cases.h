@@ -5,7 +5,7 @@
 #ifndef EVP_LAW_CASES_H
 #define EVP_LAW_CASES_H
 
-#include "evp_law.h"
+#include "core/law.h"
 
 #include <algorithm>
 #include <limits>

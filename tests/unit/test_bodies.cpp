@@ -2,7 +2,7 @@
 //
 // Connected sets of nodes, and the bodies of one MPI rank with their slots.
 
-#include "evp_bodies.h"
+#include "core/bodies.h"
 
 #include <gtest/gtest.h>
 

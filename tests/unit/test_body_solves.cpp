@@ -2,7 +2,7 @@
 //
 // Conjugate gradients body by body: chains of dashpots, on one rank and on two that are summed here.
 
-#include "evp_body_solves.h"
+#include "core/body_solves.h"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 //
 // The text file of bonds: what is written reads back to the last bit, and what each damage gets.
 
-#include "evp_bond_file.h"
+#include "core/bond_file.h"
 
 #include <gtest/gtest.h>
 #include <limits>

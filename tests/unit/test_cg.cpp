@@ -2,7 +2,7 @@
 //
 // The loops of conjugate gradients: against plain sums, and the same bits on every instruction set.
 
-#include "evp_cg.h"
+#include "core/cg.h"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 // or a BadInput whose text a terminal can show. About 3 s with a fixed seed; EVP_FUZZ_SECONDS and
 // EVP_FUZZ_SEED ask for more.
 
-#include "evp_bond_file.h"
+#include "core/bond_file.h"
 
 #include <algorithm>
 #include <chrono>

@@ -88,7 +88,7 @@ TEST(Kernel, EqualsThePlainSumAtTheEdgesOfBlocks)
 TEST(Kernel, EqualsThePlainSumWhereTheListIsAskedForAhead)
 {
   Cloud cloud = make_cloud({TABLE2}, 1000);
-  const PackedList once = cloud.list;
+  const PairList once = cloud.list;
   const int repeats = CACHED_PAIRS / 1000 + 1;
   for (int repeat = 1; repeat < repeats; repeat++)
     for (const PackedRow &row : once.rows) {

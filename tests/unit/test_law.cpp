@@ -3,8 +3,8 @@
 // The facts that the paper and the model's reading of it state about the law.
 // The stiffness jumps where the regimes meet; no test asks for it there.
 
-#include "evp_law.h"
-#include "evp_params.h"
+#include "core/law.h"
+#include "core/params.h"
 #include "law_cases.h"
 
 #include <algorithm>
@@ -107,7 +107,7 @@ TEST(Law, StiffnessAheadIsThatOfTheStifferRegimeAtLeast)
                 Law(stiff).stiffness_ahead(DEQ, DEQ), 1e-7 * Law(stiff).stiffness_ahead(DEQ, DEQ));
 }
 
-// The closest exponents that evp_params.h takes, whole and not, against the form without a difference.
+// The closest exponents that params.h takes, whole and not, against the form without a difference.
 TEST(Law, ForceOfTheClosestExponentsIsNoRoundOff)
 {
   constexpr double STRAIN = 1e-3, LOST = 1e-8;

@@ -2,7 +2,7 @@
 //
 // The law header against 60-digit arithmetic (tests/data/make_law_reference.py).
 
-#include "evp_law.h"
+#include "core/law.h"
 #include "law_cases.h"
 
 #include <cmath>

@@ -2,7 +2,7 @@
 //
 // From words to a checked row: what is taken, and the text that each refusal must give.
 
-#include "evp_params.h"
+#include "core/params.h"
 
 #include <gtest/gtest.h>
 #include <string>

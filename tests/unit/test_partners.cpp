@@ -2,7 +2,7 @@
 //
 // Looking up the records of an atom: always those of a plain search, whatever was asked before.
 
-#include "evp_partners.h"
+#include "core/partners.h"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 //
 // Powers known to the compiler, whole ones found at run time, and real ones.
 
-#include "evp_law.h"
+#include "core/law.h"
 
 #include <cmath>
 #include <gtest/gtest.h>

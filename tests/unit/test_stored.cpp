@@ -2,7 +2,7 @@
 //
 // Sums of what pairs hold: their changes keep their digits, whatever the order of the pairs.
 
-#include "evp_stored.h"
+#include "core/stored_energy.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +13,7 @@
 #include <vector>
 
 using EVP::Law;
-using EVP::PackedList;
+using EVP::PairList;
 using EVP::PackedPair;
 using EVP::StoredEnergy;
 
@@ -47,7 +47,7 @@ class Sums {
 
   StoredEnergy::Sums of(const std::vector<Pair> &pairs)
   {
-    PackedList list;
+    PairList list;
     for (int k = 0; k < builds; k++) list.clear();
     builds++;
     list.pairs.make_room(pairs.size());

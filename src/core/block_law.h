@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//
+// The law over a block of pairs, without a branch, for the instruction set of the machine that runs.
+// Pure C++17. The numbers are the same on every instruction set: no step of a sum is fused or moved.
+
+#ifndef EVP_CORE_BLOCK_LAW_H
+#define EVP_CORE_BLOCK_LAW_H
+
+#include "core/law.h"
+#include "core/levels.h"
+
+#include <vector>
+
+namespace EVP {
+
+/// Up to SIZE pairs between gathering and scattering. Relative positions are from j to i.
+struct Block {
+  static constexpr int SIZE = 256;
+
+  int n;                    ///< pairs in this block
+  const double *inv_deq;    ///< of each pair, see PackedPair
+  const double *cutsq;
+  const double *margin_removed;    ///< see PackedPairs
+  const int *kind;                 ///< 2 law + is_bond
+
+  alignas(64) double xy[2 * SIZE];      ///< relative position: x and y side by side [length]
+  alignas(64) double z[SIZE];           ///< [length]
+  alignas(64) double approach[SIZE];    ///< (x_i - x_j).(v_i - v_j), read with damping only
+  alignas(64) double force[SIZE];       ///< result: force/d [force/length], 0 beyond the cut
+  alignas(64) double energy[SIZE];      ///< result where asked for [energy], 0 beyond the cut
+};
+
+/// The laws of all pairs of a list, and the fastest way through a block of these pairs.
+class BlockLaw {
+ public:
+  /// laws: as PackedPair::law counts them. used: which of them the pairs have; a single one where
+  /// all are alike.
+  void assign(const std::vector<Law> &laws, const std::vector<int> &used,
+              Level level = best_level());
+
+  /// Fills block.force, and block.energy where asked for.
+  void operator()(Block &block, bool damping, bool energy) const
+  {
+    functions[damping][energy](*this, block);
+  }
+
+  using Function = void (*)(const BlockLaw &, Block &);
+
+  std::vector<Law> laws;
+  std::vector<Law::Constants>
+      constants;    ///< of each law; of the only one in front where all are alike
+
+ private:
+  Function functions[2][2] = {};    // [damping][energy]
+};
+
+}    // namespace EVP
+
+#endif

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//
+// Conjugate gradients for each body by itself, all in the same loop: an iteration takes one product
+// and one sum over MPI ranks, whatever the number of bodies. Pure C++17.
+
+#ifndef EVP_CORE_BODY_SOLVES_H
+#define EVP_CORE_BODY_SOLVES_H
+
+#include "core/bodies.h"
+#include "core/cg.h"
+
+#include <cstddef>
+#include <vector>
+
+namespace EVP {
+
+/// (M + h C) v = b, preconditioned by M, in the form that needs one sum over MPI ranks per iteration
+/// (Chronopoulos and Gear). Per iteration: arrays.product = C z; gather(); sum the first
+/// shared_sums() of sums() over ranks; judge(); update().
+///
+/// A body that meets its tolerance does not change any more. Bodies with the same slot have the same
+/// coefficients, not the same tolerance: they iterate until the part of each on each rank meets it.
+class BodySolves {
+ public:
+  enum class State { RUNNING, CONVERGED, NOT_FINITE };
+
+  /// Starts from arrays.change and its residual. Tolerance: |r| over |M change| in the norm of M^-1,
+  /// or at round-off of M undamped.
+  void start(const Bodies &bodies, const CgArrays &arrays, const double *undamped, double h,
+             double tolerance);
+
+  /// From the same arrays with another residual, and z = M^-1 residual; change is as it was left.
+  void restart();
+
+  /// Counts into what is round-off of a body here, beside v*.M v* [mass velocity^2].
+  void add_to_floor(int body, double whole) { parts[body].whole += whole; }
+
+  void gather();
+  double *sums() { return all_sums.data(); }
+  int shared_sums() const { return 1 + SUMS * bodies->slot_count(); }
+  State judge();
+  void update();
+
+  /// Of judge(): largest residual over its tolerance, of the bodies with atoms here.
+  double worst() const;
+
+  double memory_usage() const
+  {
+    return (double) (all_sums.capacity() * sizeof(double) + parts.capacity() * sizeof(Part) +
+                     systems.capacity() * sizeof(System));
+  }
+
+ private:
+  static constexpr int SUMS = 4;
+
+  /// Sums over the atoms of a body on this rank: r.z, z.(M + h C) z, change.M change, v*.M v*
+  struct Part {
+    double norm, curvature, changed, whole;
+  };
+
+  /// The coefficients of a slot or, after all slots, of a body without one.
+  struct System {
+    double alpha, beta, last_norm, last_alpha;
+    bool active, started;
+  };
+
+  const Bodies *bodies = nullptr;
+  CgArrays arrays;
+  CgLoops loops;
+  double h, tolerance_squared;
+  double elsewhere;    // v*.M v* of the atoms in no body, which must be finite too
+  std::vector<Part> parts;
+  std::vector<System> systems;
+  std::vector<double>
+      all_sums;    // number of unfinished bodies without a slot; then SUMS per system
+
+  int system_of(int body) const
+  {
+    const int slot = bodies->slot_of(body);
+    return slot < 0 ? bodies->slot_count() + body : slot;
+  }
+  bool is_shared(int system) const
+  {
+    return bodies->slots_are_shared() && system < bodies->slot_count();
+  }
+  double target(double changed, double whole) const;
+};
+
+}    // namespace EVP
+
+#endif

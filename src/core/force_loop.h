@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//
+// The loop over packed pairs: what one time step does, and nothing else. Pairs are gathered in
+// blocks, the law goes over a block at once, the forces are scattered.
+// Pure C++17. Everything a pair needs was looked up when the list was packed.
+
+#ifndef EVP_CORE_FORCE_LOOP_H
+#define EVP_CORE_FORCE_LOOP_H
+
+#include "core/block_law.h"
+#include "core/pair_list.h"
+
+#include <algorithm>
+#include <cmath>
+#include <type_traits>
+
+// Rows are short: the loop's own work counts.
+#if defined(__clang__)
+#define EVP_UNROLL _Pragma("clang loop unroll_count(4)")
+#elif defined(__GNUC__)
+#define EVP_UNROLL _Pragma("GCC unroll 4")
+#else
+#define EVP_UNROLL
+#endif
+
+namespace EVP {
+
+/// Particle data of one process, as [n][3] arrays. v is read with damping only, f is added to.
+struct ParticleView {
+  const double (*x)[3];
+  const double (*v)[3];
+  double (*f)[3];
+  int nreact;    ///< particles below this index take the reaction: all with newton on, else own
+};
+
+/// Damping force over distance [force/length]: F_D = -gamma (u.(v_i - v_j)) u (eq. 4).
+inline double damping_over_distance(double gamma, const PairGeometry &g, const double *vi,
+                                    const double *vj)
+{
+  const double approach = g.dx * (vi[0] - vj[0]) + g.dy * (vi[1] - vj[1]) + g.dz * (vi[2] - vj[2]);
+  return -gamma * approach / g.dsq;
+}
+
+/// A run of pairs of the list, with the row where it begins.
+struct PairRange {
+  const PackedRow *row;
+  int first, last;
+
+  /// Calls f(i, first, last) for the pairs of each particle in the range.
+  template <class F> void for_each_row(F &&f) const
+  {
+    for (const PackedRow *r = row;; r++) {
+      f(r->i, std::max(r->first, first), std::min(r->last, last));
+      if (r->last >= last) break;
+    }
+  }
+};
+
+/// Lists of more pairs come from memory at each step, where asking ahead pays; else it costs 4 %.
+constexpr int CACHED_PAIRS = 400000;
+
+/// A tally that is never called and costs nothing.
+struct NoTally {
+  static constexpr bool active = false;
+  static constexpr bool energy = false;
+};
+
+/// Relative positions of the pairs of a range; with damping how fast they part, times distance.
+template <bool Damping>
+void gather(const PairList &list, const ParticleView &view, const PairRange &range, Block &block)
+{
+  const int *const partner = list.pairs.j();
+  block.n = range.last - range.first;
+  block.inv_deq = list.pairs.inv_deq() + range.first;
+  block.cutsq = list.pairs.cutsq() + range.first;
+  block.margin_removed = list.pairs.margin_removed();
+  block.kind = list.pairs.kind() + range.first;
+  const auto *const x = view.x;
+  const auto *const v = Damping ? view.v : view.x;    // read only if needed
+  range.for_each_row([&](int i, int first, int last) {
+    const double xi = x[i][0], yi = x[i][1], zi = x[i][2];
+    const double vx = v[i][0], vy = v[i][1], vz = v[i][2];
+    EVP_UNROLL
+    for (int k = first; k < last; k++) {
+      const int j = partner[k], b = k - range.first;
+      const double dx = xi - x[j][0], dy = yi - x[j][1], dz = zi - x[j][2];
+      block.xy[2 * b] = dx;
+      block.xy[2 * b + 1] = dy;
+      block.z[b] = dz;
+      if constexpr (Damping)
+        block.approach[b] = dx * (vx - v[j][0]) + dy * (vy - v[j][1]) + dz * (vz - v[j][2]);
+    }
+  });
+}
+
+/// Adds the forces of a block to its particles; those of i are summed apart, row by row.
+inline void scatter(const PairList &list, const ParticleView &view, const PairRange &range,
+                    const Block &block)
+{
+  const int *const partner = list.pairs.j();
+  auto *const f = view.f;
+  const int nreact = view.nreact;
+  range.for_each_row([&](int i, int first, int last) {
+    double fx = 0.0, fy = 0.0, fz = 0.0;
+    EVP_UNROLL
+    for (int k = first; k < last; k++) {
+      const int j = partner[k], b = k - range.first;
+      const double px = block.xy[2 * b] * block.force[b];
+      const double py = block.xy[2 * b + 1] * block.force[b];
+      const double pz = block.z[b] * block.force[b];
+      fx += px;
+      fy += py;
+      fz += pz;
+      if (j < nreact) {
+        f[j][0] -= px;
+        f[j][1] -= py;
+        f[j][2] -= pz;
+      }
+    }
+    f[i][0] += fx;
+    f[i][1] += fy;
+    f[i][2] += fz;
+  });
+}
+
+/// Adds the forces of all interacting pairs (d <= cut) to view.f.
+///
+/// tally(range, block) is called per block, before the forces are scattered, where Tally::active.
+template <bool Damping, class Tally>
+void accumulate_forces(const PairList &list, const BlockLaw &law, const ParticleView &view,
+                       Tally &&tally)
+{
+  using T = std::decay_t<Tally>;
+  const int npairs = (int) list.pairs.size();
+  Block block;
+  PairRange range = {list.rows.data(), 0, 0};
+  for (; range.first < npairs; range.first = range.last) {
+    range.last = std::min(range.first + Block::SIZE, npairs);
+    while (range.row->last <= range.first) range.row++;
+    if (npairs > CACHED_PAIRS) list.pairs.prefetch(range.first + 4 * Block::SIZE, Block::SIZE);
+    gather<Damping>(list, view, range, block);
+    law(block, Damping, tally.energy);
+    if constexpr (T::active) tally(range, block);
+    scatter(list, view, range, block);
+  }
+}
+
+}    // namespace EVP
+
+#endif

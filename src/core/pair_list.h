@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//
+// The packed pairs of one MPI rank: everything that the time-step loop needs to know of a pair,
+// as one array per quantity, so that a step reads no more than it uses.
+// Pure C++17.
+
+#ifndef EVP_CORE_PAIR_LIST_H
+#define EVP_CORE_PAIR_LIST_H
+
+#include "core/prefetch.h"
+
+#include <algorithm>
+#include <climits>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+namespace EVP {
+
+// In a lattice whole shells of neighbors lie at the edge of a reach, and the round-off of a position
+// must not sort them. A pair counts as within a reach up to these shares of it. They grow in this
+// order: what just misses the recording is no new pair, what is recorded acts at rest, and the
+// neighbor list holds all of them.
+constexpr double NEW_PAIR_MARGIN = 0.5e-9;
+constexpr double RECORD_MARGIN = 1.0e-9;
+constexpr double BOND_MARGIN = 2.0e-9;
+constexpr double LIST_MARGIN = 3.0e-9;
+
+// Two centres closer than this share of R_i + R_j coincide but for round-off: no direction is theirs.
+constexpr double COINCIDENT = 1.0e-9;
+
+/// Square of a reach with its margin.
+inline double reach_squared(double reach, double margin)
+{
+  const double edge = reach * (1.0 + margin);
+  return edge * edge;
+}
+
+/// Relative position of a pair, from j to i.
+struct PairGeometry {
+  double dx, dy, dz, dsq;
+  PairGeometry(const double (*x)[3], int i, int j) :
+      dx(x[i][0] - x[j][0]), dy(x[i][1] - x[j][1]), dz(x[i][2] - x[j][2]),
+      dsq(dx * dx + dy * dy + dz * dz)
+  {
+  }
+};
+
+/// One pair of the neighbor list, ready for the time-step loop. Its i is that of its PackedRow.
+struct PackedPair {
+  double inv_deq;    ///< 1/deq [1/length]
+  double cutsq;      ///< square of the distance beyond which nothing acts, its margin included
+  double cut;        ///< that distance without the margin: there the energy is zero [length]
+  int j;             ///< partner, local or ghost
+  int law;           ///< index of the pair type's Law
+  bool is_bond;      ///< deq was recorded at the start
+};
+
+/// An array of PackedPair, stored by quantity. Room is kept between builds.
+class PackedPairs {
+ public:
+  /// Pairs are counted by int, and loops look a few blocks ahead.
+  static constexpr size_t MOST = INT_MAX - 4096;
+
+  /// May n more pairs be added to count?
+  static constexpr bool fits(size_t count, size_t n) { return n <= MOST && count <= MOST - n; }
+
+  size_t size() const { return count; }
+
+  /// new_pair_margin: of the cuts of pairs that were not recorded.
+  void clear(double new_pair_margin = NEW_PAIR_MARGIN)
+  {
+    count = 0;
+    margins[0] = new_pair_margin;
+    for (int k = 0; k < 2; k++) removed[k] = 1.0 / (1.0 + margins[k]);
+  }
+
+  /// Makes room for n more pairs; those that are there stay.
+  void make_room(size_t n)
+  {
+    n += count;
+    if (n <= partner.size()) return;
+    n = std::max(n, partner.size() + partner.size() / 2);
+    inverse_deq.resize(n);
+    squared_cut.resize(n);
+    partner.resize(n);
+    kind_of.resize(n);
+  }
+
+  /// Requires room: see make_room().
+  void push_back(const PackedPair &pair)
+  {
+    inverse_deq[count] = pair.inv_deq;
+    squared_cut[count] = pair.cutsq;
+    partner[count] = pair.j;
+    kind_of[count] = 2 * pair.law + pair.is_bond;
+    count++;
+  }
+
+  /// deq, cut: [length]; the rest as in PackedPair. Requires room.
+  void push_back(double deq, double cut, int j, int law, bool is_bond)
+  {
+    push_back({1.0 / deq, reach_squared(cut, margins[is_bond]), cut, j, law, is_bond});
+  }
+
+  PackedPair operator[](size_t k) const
+  {
+    const bool is_bond = kind_of[k] & 1;
+    return {inverse_deq[k], squared_cut[k], std::sqrt(squared_cut[k]) * removed[is_bond],
+            partner[k],     kind_of[k] / 2, is_bond};
+  }
+
+  const double *inv_deq() const { return inverse_deq.data(); }
+  const double *cutsq() const { return squared_cut.data(); }
+
+  /// Factors that take the margin out of a cut: of new pairs, of bonds.
+  const double *margin_removed() const { return removed; }
+
+  const int *j() const { return partner.data(); }
+
+  /// 2 law + is_bond of each pair.
+  const int *kind() const { return kind_of.data(); }
+
+  /// Asks the memory for what a step with one law reads of pairs [first, first + n), where they exist.
+  void prefetch(size_t first, size_t n) const
+  {
+    if (first >= count) return;
+    n = std::min(n, count - first);
+    EVP::prefetch(inverse_deq.data() + first, n * sizeof(double));
+    EVP::prefetch(squared_cut.data() + first, n * sizeof(double));
+    EVP::prefetch(partner.data() + first, n * sizeof(int));
+  }
+
+  double memory_usage() const
+  {
+    return (double) partner.capacity() * (2 * sizeof(double) + 2 * sizeof(int));
+  }
+
+ private:
+  size_t count = 0;
+  double margins[2] = {NEW_PAIR_MARGIN, BOND_MARGIN};    // of new pairs, of bonds
+  double removed[2] = {1.0 / (1.0 + NEW_PAIR_MARGIN), 1.0 / (1.0 + BOND_MARGIN)};
+  std::vector<double> inverse_deq, squared_cut;
+  std::vector<int> partner, kind_of;
+};
+
+/// The pairs of one particle: [first, last) of PairList::pairs.
+struct PackedRow {
+  int i;
+  int first, last;
+};
+
+/// All pairs of one MPI rank, row by row, rebuilt with the neighbor list.
+struct PairList {
+  std::vector<PackedRow> rows;
+  PackedPairs pairs;
+  long build = 0;           ///< counts the packings: indices of pairs hold as long as it does
+  long common_build = 0;    ///< counts those that were collective
+  int nlocal = 0;           ///< particles that the list was built for: own,
+  int nall = 0;             ///< and with ghosts
+
+  void clear(double new_pair_margin = NEW_PAIR_MARGIN)
+  {
+    build++;
+    rows.clear();
+    pairs.clear(new_pair_margin);
+  }
+  double memory_usage() const
+  {
+    return (double) (rows.capacity() * sizeof(PackedRow)) + pairs.memory_usage();
+  }
+};
+
+/// A packed pair at given positions.
+struct PlacedPair : PackedPair {
+  int i, index;      ///< of its row; place in the list
+  PairGeometry g;    ///< at the positions
+
+  bool is_beyond() const { return g.dsq > cutsq; }
+  double distance() const { return std::sqrt(g.dsq); }
+};
+
+/// Calls f(PlacedPair) for all pairs of the list in its order, those beyond their cut-off too.
+/// All loops over pairs but that of the time step (force_loop.h) are this one.
+template <class F> void for_each_pair(const PairList &list, const double (*x)[3], F &&f)
+{
+  for (const PackedRow &row : list.rows)
+    for (int k = row.first; k < row.last; k++) {
+      const PackedPair pair = list.pairs[k];
+      f(PlacedPair{pair, row.i, k, PairGeometry(x, row.i, pair.j)});
+    }
+}
+
+}    // namespace EVP
+
+#endif
