@@ -53,7 +53,9 @@ struct PackedPair {
   double cut;        ///< that distance without the margin: there the energy is zero [length]
   int j;             ///< partner, local or ghost
   int law;           ///< index of the pair type's Law
-  bool is_bond;      ///< deq was recorded at the start
+  int slot;          ///< of its record at i, see BondStore; below 0 where none was recorded
+
+  bool is_bond() const { return slot >= 0; }
 };
 
 /// An array of PackedPair, stored by quantity. Room is kept between builds.
@@ -85,6 +87,7 @@ class PackedPairs {
     squared_cut.resize(n);
     partner.resize(n);
     kind_of.resize(n);
+    slot_of.resize(n);
   }
 
   /// Requires room: see make_room().
@@ -93,21 +96,28 @@ class PackedPairs {
     inverse_deq[count] = pair.inv_deq;
     squared_cut[count] = pair.cutsq;
     partner[count] = pair.j;
-    kind_of[count] = 2 * pair.law + pair.is_bond;
+    kind_of[count] = 2 * pair.law + pair.is_bond();
+    slot_of[count] = pair.slot;
     count++;
   }
 
   /// deq, cut: [length]; the rest as in PackedPair. Requires room.
-  void push_back(double deq, double cut, int j, int law, bool is_bond)
+  void push_back(double deq, double cut, int j, int law, int slot)
   {
-    push_back({1.0 / deq, reach_squared(cut, margins[is_bond]), cut, j, law, is_bond});
+    push_back({1.0 / deq, reach_squared(cut, margins[slot >= 0]), cut, j, law, slot});
   }
 
   PackedPair operator[](size_t k) const
   {
-    const bool is_bond = kind_of[k] & 1;
-    return {inverse_deq[k], squared_cut[k], std::sqrt(squared_cut[k]) * removed[is_bond],
-            partner[k],     kind_of[k] / 2, is_bond};
+    return {inverse_deq[k], squared_cut[k], std::sqrt(squared_cut[k]) * removed[kind_of[k] & 1],
+            partner[k],     kind_of[k] / 2, slot_of[k]};
+  }
+
+  /// Gives the slots of all pairs away, for room of another list.
+  void swap_slots(std::vector<int> &other)
+  {
+    slot_of.swap(other);
+    slot_of.resize(partner.size());
   }
 
   const double *inv_deq() const { return inverse_deq.data(); }
@@ -133,7 +143,7 @@ class PackedPairs {
 
   double memory_usage() const
   {
-    return (double) partner.capacity() * (2 * sizeof(double) + 2 * sizeof(int));
+    return (double) partner.capacity() * (2 * sizeof(double) + 3 * sizeof(int));
   }
 
  private:
@@ -141,7 +151,7 @@ class PackedPairs {
   double margins[2] = {NEW_PAIR_MARGIN, BOND_MARGIN};    // of new pairs, of bonds
   double removed[2] = {1.0 / (1.0 + NEW_PAIR_MARGIN), 1.0 / (1.0 + BOND_MARGIN)};
   std::vector<double> inverse_deq, squared_cut;
-  std::vector<int> partner, kind_of;
+  std::vector<int> partner, kind_of, slot_of;
 };
 
 /// The pairs of one particle: [first, last) of PairList::pairs.

@@ -78,7 +78,7 @@ class StoredEnergy {
            double weight) const
   {
     const Law::Stored now = law.stored(d, deq[n]);
-    if (pair.is_bond) {
+    if (pair.is_bond()) {
       sums.first += weight * now.first;
       sums.second += weight * now.second;
       add(sums.bonds_depth, weight * depth[n]);

@@ -4,7 +4,7 @@
 
 #include "compute_evp_dt.h"
 
-#include "pair_evp_lj.h"
+#include "pair_network.h"
 #include "scene.h"
 
 #include "atom.h"
@@ -51,7 +51,7 @@ ComputeEVPDt::~ComputeEVPDt()
 
 void ComputeEVPDt::init()
 {
-  pair = EVP::scene::require_pair(force, error, fmt::format("Compute {} evp/dt", id));
+  pair = PairNetwork::require(force, error, fmt::format("Compute {} evp/dt", id));
   warned = unsettled_warned = false;
   computed_step = -1;
 }

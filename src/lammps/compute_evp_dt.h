@@ -49,7 +49,7 @@ class ComputeEVPDt : public NodalExchange<Compute> {
   static constexpr double NO_LIMIT = 1.0e20;     // nothing interacts: any step is stable
   static constexpr double TOLERANCE = 1.0e-4;    // of an eigenvalue; half of it in the step
 
-  class PairEVPLJ *pair;
+  class PairNetwork *pair;
   std::vector<Link> links;
   Nodal motion, reaction;    // with ghosts
   bigint computed_step;      // of what vector holds, -1 if it must not be used again

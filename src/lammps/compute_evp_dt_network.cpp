@@ -6,7 +6,7 @@
 #include "compute_evp_dt.h"
 
 #include "core/lanczos.h"
-#include "pair_evp_lj.h"
+#include "pair_network.h"
 #include "scene.h"
 
 #include "atom.h"
@@ -29,7 +29,7 @@ static constexpr int MAX_ITERATIONS = 500;
 
 void ComputeEVPDt::collect_links()
 {
-  pair = EVP::scene::find_present(force);
+  pair = PairNetwork::find_present(force);
   if (!pair)
     error->all(FLERR,
                "Compute {} evp/dt needs the pairs of the present positions: print c_{} with "

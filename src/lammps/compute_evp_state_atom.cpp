@@ -2,8 +2,7 @@
 
 #include "compute_evp_state_atom.h"
 
-#include "fix_evp_bonds.h"
-#include "pair_evp_lj.h"
+#include "pair_network.h"
 #include "scene.h"
 
 #include "atom.h"
@@ -39,7 +38,7 @@ ComputeEVPStateAtom::~ComputeEVPStateAtom()
 
 void ComputeEVPStateAtom::init()
 {
-  pair = EVP::scene::require_pair(force, error, fmt::format("Compute {} evp/state/atom", id));
+  pair = PairNetwork::require(force, error, fmt::format("Compute {} evp/state/atom", id));
 }
 
 /* ---------------------------------------------------------------------- */
@@ -54,12 +53,12 @@ void ComputeEVPStateAtom::compute_peratom()
   }
 
   count_pairs();
-  const FixEVPBonds *bonds = pair->bonds_fix();
+  const EVP::BondStore *bonds = pair->bonds();
   for (int i = 0; i < atom->nlocal; i++) {
     double *state = array_atom[i];
     const double *tally = &tallies[(size_t) NTALLIES * i];
     const bool in_group = atom->mask[i] & groupbit;
-    const double recorded = (in_group && bonds) ? (double) bonds->bonds_of(i).size() : 0.0;
+    const double recorded = (in_group && bonds) ? (double) bonds->of(i).size() : 0.0;
     state[0] = recorded;
     state[1] = recorded > 0.0 ? tally[SECOND] / recorded : 0.0;
     state[2] = recorded > 0.0 ? 1.0 - tally[WITHIN] / recorded : 0.0;
@@ -71,7 +70,7 @@ void ComputeEVPStateAtom::compute_peratom()
 
 void ComputeEVPStateAtom::count_pairs()
 {
-  pair = EVP::scene::find_present(force);
+  pair = PairNetwork::find_present(force);
   if (!pair)
     error->all(FLERR,
                "Compute {} evp/state/atom needs the pairs of the present positions: use it in a "
@@ -90,8 +89,8 @@ void ComputeEVPStateAtom::count_pairs()
       const bool second = pair->law_of(p).regime(std::sqrt(g.dsq), 1.0 / p.inv_deq) == 2;
       const auto add = [&](int atom_index) {
         double *tally = &tallies[(size_t) NTALLIES * atom_index];
-        tally[p.is_bond ? WITHIN : FRESH] += 1.0;
-        if (p.is_bond && second) tally[SECOND] += 1.0;
+        tally[p.is_bond() ? WITHIN : FRESH] += 1.0;
+        if (p.is_bond() && second) tally[SECOND] += 1.0;
       };
       add(row.i);
       if (p.j < nreact) add(p.j);

@@ -33,7 +33,7 @@ class ComputeEVPStateAtom : public NodalExchange<Compute> {
     NTALLIES
   };    // bonds within dlim, of these in the second regime; new
 
-  class PairEVPLJ *pair;
+  class PairNetwork *pair;
   Nodal tallies;    // NTALLIES per atom and ghost
   int nmax;
 

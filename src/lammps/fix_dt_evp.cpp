@@ -4,7 +4,7 @@
 
 #include "compute_evp_dt.h"
 #include "core/params.h"
-#include "pair_evp_lj.h"
+#include "pair_network.h"
 #include "scene.h"
 
 #include "atom.h"
@@ -14,6 +14,7 @@
 #include "group.h"
 #include "modify.h"
 #include "output.h"
+#include "pair.h"
 #include "update.h"
 #include "utils.h"
 
@@ -96,7 +97,7 @@ int FixDtEVP::setmask()
 void FixDtEVP::init()
 {
   const std::string who = fmt::format("Fix {} dt/evp", id);
-  pair = EVP::scene::require_pair(force, error, who);
+  pair = PairNetwork::require(force, error, who);
   compute = dynamic_cast<ComputeEVPDt *>(modify->get_compute_by_id(compute_id));
   if (!compute)
     error->all(FLERR, "Fix {} dt/evp: its compute {} was deleted; define the fix anew", id,

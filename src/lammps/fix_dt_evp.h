@@ -47,7 +47,7 @@ class FixDtEVP : public NodalExchange<Fix> {
   double maximum;     // of the step [time]
   std::string compute_id;
   class ComputeEVPDt *compute;
-  class PairEVPLJ *pair;
+  class PairNetwork *pair;
 
   Nodal velocity;    // with ghosts
   double stable_step;

@@ -1,34 +1,44 @@
-/* SPDX-License-Identifier: GPL-2.0-only
-
-   Fix evp/bonds: its life, and what users and the pair style read of the records. How these are made
-   is in fix_evp_bonds_record.cpp, how they move with atoms in _atoms.cpp, restart files in _restart.cpp. */
+// SPDX-License-Identifier: GPL-2.0-only
 
 #include "fix_evp_bonds.h"
 
+#include "atom_directory.h"
+#include "core/checksum.h"
 #include "core/params.h"
-#include "pair_evp_lj.h"
+#include "pair_network.h"
 #include "scene.h"
+#include "zone_bonds.h"
 
 #include "atom.h"
+#include "comm.h"
+#include "domain.h"
 #include "error.h"
 #include "force.h"
 #include "modify.h"
+#include "neigh_list.h"
 #include "neighbor.h"
 #include "update.h"
+#include "utils.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstring>
 
 using namespace LAMMPS_NS;
 using namespace FixConst;
+using EVP::BondStore;
+
+static constexpr double FORMAT = 1001.0;    // of the words in restart files; no zone is that large
 
 /* ----------------------------------------------------------------------
    fix ID group evp/bonds [zone Z | file FILE]
 ------------------------------------------------------------------------- */
 
 FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
-    NodalExchange(lmp, narg, arg), zone(0.0), recorded(false), records_due(false),
-    after_restart(modify->nfix_restart_global > 0), restored_late(false), highest_id(0),
-    nrecorded(0), most_bonds(0), list(nullptr), pair_counts{}, counted_step(-1)
+    NodalExchange(lmp, narg, arg), zone(0.0), records_due(false),
+    after_restart(modify->nfix_restart_global > 0), restored_late(false),
+    bonds(std::make_shared<BondStore>()), shown(bonds), list(nullptr), pair_counts{},
+    counted_step(-1)
 {
   for (int iarg = 3; iarg < narg; iarg += 2) {
     const std::string key = arg[iarg];
@@ -73,75 +83,63 @@ FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
   extscalar = extvector = 0;
 
   FixEVPBonds::grow_arrays(atom->nmax);
-  make_room_for(1);
+  set_exchange_room();
   atom->add_callback(Atom::GROW);
   atom->add_callback(Atom::RESTART);
 }
-
-/* ---------------------------------------------------------------------- */
 
 FixEVPBonds::~FixEVPBonds()
 {
   atom->delete_callback(id, Atom::GROW);
   atom->delete_callback(id, Atom::RESTART);
-
-  // at the end of LAMMPS the pair style goes first
-  PairEVPLJ *pair = force ? find_pair() : nullptr;
-  if (pair) pair->bonds_recorded_by("");
+  bonds->close();
 }
-
-/* ---------------------------------------------------------------------- */
 
 int FixEVPBonds::setmask()
 {
-  return PRE_FORCE | MIN_PRE_FORCE;
+  return PRE_NEIGHBOR | MIN_PRE_NEIGHBOR | PRE_FORCE | MIN_PRE_FORCE;
 }
 
-/* ---------------------------------------------------------------------- */
-
-PairEVPLJ *FixEVPBonds::find_pair() const
+void *FixEVPBonds::extract(const char *name, int &dim)
 {
-  return PairEVPLJ::find(force);
+  dim = 0;
+  return strcmp(name, "bonds") == 0 ? &shown : nullptr;
 }
-
-/* ---------------------------------------------------------------------- */
 
 void FixEVPBonds::init()
 {
   const std::string who = fmt::format("Fix {} evp/bonds", id);
-  const PairEVPLJ *pair = EVP::scene::require_pair(force, error, who);
+  const PairNetwork *network = PairNetwork::require(force, error, who);
   EVP::scene::refuse_respa(update, error, who);
 
+  const int here = bonds->most();
   int most;
-  MPI_Allreduce(&most_bonds, &most, 1, MPI_INT, MPI_MAX, world);
-  make_room_for(most);
+  MPI_Allreduce(&here, &most, 1, MPI_INT, MPI_MAX, world);
+  bonds->need_room(most);
+  set_exchange_room();
 
   check_restored();
   counted_step = -1;
-  if (recorded)
+  if (bonds->has_recorded())
     check_ids();
   else if (file.empty()) {
-    check_zone(pair);
+    check_zone(network);
     neighbor->add_request(this, NeighConst::REQ_FULL | NeighConst::REQ_OCCASIONAL);
   }
 }
-
-/* ---------------------------------------------------------------------- */
 
 void FixEVPBonds::init_list(int /*id*/, NeighList *list_in)
 {
   list = list_in;
 }
 
-/* ----------------------------------------------------------------------
-   the neighbor list ends at alpha (R_i + R_j) plus a skin that must not matter
-------------------------------------------------------------------------- */
+// the neighbor list ends at alpha (R_i + R_j) plus a skin that must not matter
 
-void FixEVPBonds::check_zone(const PairEVPLJ *pair) const
+void FixEVPBonds::check_zone(const PairNetwork *network) const
 {
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++) {
-      const double alpha = pair->alpha_of(i, j);
+      const double alpha = network->alpha_of(i, j);
       if (alpha > 0.0 && zone > alpha)
         error->all(FLERR,
                    "Fix {} evp/bonds: zone {} reaches beyond what the neighbor list can see, alpha "
@@ -151,33 +149,52 @@ void FixEVPBonds::check_zone(const PairEVPLJ *pair) const
 }
 
 /* ----------------------------------------------------------------------
-   records name atoms by ID: an ID that another atom has now would hand them on
+   at each neighbor build: what would hand a deq to another atom, or to a second image of the same
 ------------------------------------------------------------------------- */
 
-FixEVPBonds::Misplaced FixEVPBonds::find_misplaced() const
+void FixEVPBonds::setup_pre_neighbor()
 {
-  Misplaced found = {0, 0};
-  for (int i = 0; i < atom->nlocal; i++) {
-    const tagint id_now = atom->tag[i];
-    if (recorded_as[i] == 0 && id_now <= highest_id) found.newcomer = id_now;
-    if (recorded_as[i] != 0 && recorded_as[i] != id_now) found.renumbered = id_now;
-  }
-  return found;
+  pre_neighbor();
 }
 
-/* ---------------------------------------------------------------------- */
+void FixEVPBonds::min_pre_neighbor()
+{
+  pre_neighbor();
+}
+
+void FixEVPBonds::pre_neighbor()
+{
+  if (!bonds->has_recorded()) return;
+  if (const auto misplaced = bonds->find_misplaced(atom->tag, atom->nlocal))
+    error->one(FLERR, misplaced_message(misplaced));
+  if (const PairNetwork *network = PairNetwork::find(force)) check_box(network);
+}
+
+void FixEVPBonds::check_box(const PairNetwork *network) const
+{
+  // a box of two cut-offs but for round-off will do
+  const double longest = network->longest_cut() * (1.0 - 2.0 * EVP::LIST_MARGIN);
+  const double *h = domain->h_inv;    // its rows are the reciprocals of the box's heights
+  const double height[3] = {1.0 / std::sqrt(h[0] * h[0] + h[5] * h[5] + h[4] * h[4]),
+                            1.0 / std::sqrt(h[1] * h[1] + h[3] * h[3]), 1.0 / h[2]};
+  for (int c = 0; c < domain->dimension; c++)
+    if (domain->periodicity[c] && height[c] < 2.0 * longest)
+      error->all(FLERR,
+                 "Pair evp/lj: the periodic box is {:.6g} high along {}, less than two cut-offs of "
+                 "{:.6g}, so that a bond could meet its atom in two images: reduce alpha, or "
+                 "enlarge the box: {}",
+                 height[c], "xyz"[c], longest, how_to_replicate());
+}
 
 void FixEVPBonds::check_ids() const
 {
-  const Misplaced found = recorded ? find_misplaced() : Misplaced{0, 0};
-  tagint here[2] = {found.renumbered, found.newcomer}, any[2];
-  MPI_Allreduce(here, any, 2, MPI_LMP_TAGINT, MPI_MAX, world);
+  const BondStore::Misplaced found = bonds->find_misplaced(atom->tag, atom->nlocal);
+  bigint here[2] = {found.renumbered, found.newcomer}, any[2];
+  MPI_Allreduce(here, any, 2, MPI_LMP_BIGINT, MPI_MAX, world);
   if (any[0] || any[1]) error->all(FLERR, misplaced_message({any[0], any[1]}));
 }
 
-/* ---------------------------------------------------------------------- */
-
-std::string FixEVPBonds::misplaced_message(Misplaced atoms) const
+std::string FixEVPBonds::misplaced_message(BondStore::Misplaced atoms) const
 {
   const std::string anew = fmt::format(
       "or 'unfix {}' and define it again, which takes the body as it is now for undeformed", id);
@@ -196,61 +213,99 @@ std::string FixEVPBonds::misplaced_message(Misplaced atoms) const
       "Fix {} evp/bonds: the new atom {} has the ID of a deleted one, whose bonds it would take "
       "over: create atoms before that of the highest ID is deleted, read them by 'read_data ... "
       "add {}', or define 'fix deposit ... id next' before the deletion; {}",
-      id, atoms.newcomer, highest_id, anew);
+      id, atoms.newcomer, bonds->highest_id(), anew);
 }
-
-/* ---------------------------------------------------------------------- */
 
 std::string FixEVPBonds::how_to_replicate() const
 {
   return fmt::format("'unfix {}', replicate, and define the fix again", id);
 }
 
-/* ---------------------------------------------------------------------- */
-
 void FixEVPBonds::setup_pre_force(int /*vflag*/)
 {
-  if (!recorded) record();
+  if (!bonds->has_recorded()) record();
 }
 
-/* ---------------------------------------------------------------------- */
+// records are made aside: an error leaves the fix as it was
 
-double FixEVPBonds::find_deq(int i, tagint partner) const
+void FixEVPBonds::record()
 {
-  for (const Bond &bond : bonds[i])
-    if (bond.partner == partner) return bond.deq;
-  return 0.0;
+  const PairNetwork *network = PairNetwork::find(force);
+  const AtomDirectory directory(atom, world);
+  if (const tagint twice = directory.find_twice())
+    error->all(FLERR,
+               "Fix {} evp/bonds: atom ID {} is given twice: use 'reset_atoms id' or mend the data "
+               "file",
+               id, twice);
+  std::vector<BondStore::Bonds> made = file.empty() ? bonds_in_zone(network)
+                                                    : bonds_in_file(network, directory);
+  stop_together(twice_given(made));
+  check_box(network);
+
+  bigint here[2] = {0, 0}, most[2], sides_here = 0, sides;    // highest ID, most records
+  for (int i = 0; i < atom->nlocal; i++) {
+    here[0] = std::max(here[0], (bigint) atom->tag[i]);
+    here[1] = std::max(here[1], (bigint) made[i].size());
+    sides_here += (bigint) made[i].size();
+  }
+  MPI_Allreduce(here, most, 2, MPI_LMP_BIGINT, MPI_MAX, world);
+  MPI_Allreduce(&sides_here, &sides, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+
+  // from here on nothing can fail
+  bonds->record(made, atom->tag, sides / 2, most[0]);
+  bonds->need_room((int) most[1]);
+  set_exchange_room();
+
+  if (comm->me) return;
+  if (after_restart && file.empty())
+    error->warning(FLERR,
+                   "Fix {} evp/bonds takes the body as it is now for undeformed, though a restart "
+                   "file was read: if that held records, give the fix the ID that it had",
+                   id);
+  if (!network->bonds_dropped_by().empty() && file.empty())
+    error->warning(
+        FLERR,
+        "Fix {} evp/bonds takes the body as it is now for undeformed and free of stress: "
+        "the bonds that fix {} had recorded are gone; to keep bonds use write_evp_bonds "
+        "before unfix, and the keyword file",
+        id, network->bonds_dropped_by());
+  std::string source = "from file " + file;
+  if (file.empty())
+    source = zone > 0.0 ? fmt::format("within {} (R_i + R_j)", zone) : "within alpha (R_i + R_j)";
+  utils::logmesg(lmp, "fix evp/bonds {}: recorded {} pairs {}, at most {} per atom\n", id,
+                 bonds->count(), source, most[1]);
 }
 
-/* ---------------------------------------------------------------------- */
-
-FixEVPBonds::Bonds FixEVPBonds::sorted_bonds_of(int i) const
+std::vector<BondStore::Bonds> FixEVPBonds::bonds_in_zone(const PairNetwork *network)
 {
-  Bonds sorted = bonds[i];
-  std::sort(sorted.begin(), sorted.end(), [](const Bond &a, const Bond &b) {
-    return a.partner < b.partner;
-  });
-  return sorted;
+  neighbor->build_one(list);
+  Nodal owner_x((size_t) 3 * (atom->nlocal + atom->nghost));
+  for (int i = 0; i < atom->nlocal; i++) std::copy_n(atom->x[i], 3, &owner_x[(size_t) 3 * i]);
+  to_ghosts(owner_x);
+
+  std::string complaint;
+  auto made = ZoneBonds(lmp, owner_x, zone, groupbit, network).find(list, complaint);
+  stop_together(complaint);
+  return made;
 }
 
-/* ----------------------------------------------------------------------
-   an atom with many partners may have held this place: the next one needs no such room
-------------------------------------------------------------------------- */
+// a partner that is there twice has two deq
 
-void FixEVPBonds::give_back_room(int i, size_t needed)
+std::string FixEVPBonds::twice_given(const std::vector<BondStore::Bonds> &made) const
 {
-  if (bonds[i].capacity() > 2 * needed + 16) Bonds().swap(bonds[i]);
-}
-
-/* ----------------------------------------------------------------------
-   LAMMPS' buffers for one atom must hold the longest record of any process: the first one says in
-   restart files how long that is
-------------------------------------------------------------------------- */
-
-void FixEVPBonds::make_room_for(int n)
-{
-  most_bonds = std::max(most_bonds, n);
-  maxexchange = 2 + 2 * most_bonds;
+  for (int i = 0; i < atom->nlocal; i++) {
+    std::vector<int64_t> partners;
+    for (const EVP::Bond &bond : made[i]) partners.push_back(bond.partner);
+    std::sort(partners.begin(), partners.end());
+    const auto twice = std::adjacent_find(partners.begin(), partners.end());
+    if (twice == partners.end()) continue;
+    const int64_t own = atom->tag[i], low = std::min(own, *twice), high = std::max(own, *twice);
+    if (!file.empty()) return fmt::format("bond {} {} is given twice in file {}", low, high, file);
+    return fmt::format("it meets atoms {} and {} in two periodic images: the box must be longer "
+                       "than two cut-offs: reduce alpha, or enlarge the box: {}",
+                       low, high, how_to_replicate());
+  }
+  return "";
 }
 
 /* ----------------------------------------------------------------------
@@ -260,29 +315,168 @@ void FixEVPBonds::make_room_for(int n)
 
 double FixEVPBonds::compute_scalar()
 {
-  return (double) nrecorded;
+  return (double) bonds->count();
 }
-
-/* ---------------------------------------------------------------------- */
 
 double FixEVPBonds::compute_vector(int n)
 {
   if (update->whichflag != 0 && counted_step == update->ntimestep) return pair_counts[n];
 
-  const PairEVPLJ *pair = EVP::scene::find_present(force);
-  if (!pair && update->whichflag == 0)
+  const PairNetwork *network = PairNetwork::find_present(force);
+  if (!network && update->whichflag == 0)
     error->all(FLERR,
                "Fix {} evp/bonds: f_{}[{}] needs the pairs of the present atoms: use 'run 0' first "
                "(since the last run atoms moved by more than half the skin, were changed, added or "
                "removed, or a command such as write_data rebuilt the lists of LAMMPS)",
                id, id, n + 1);
-  if (pair) {
-    const PairEVPLJ::Counts counts = pair->count_pairs();
-    pair_counts[0] = nrecorded - counts.bonds_within;
+  if (network) {
+    const PairNetwork::Counts counts = network->count_pairs();
+    pair_counts[0] = (double) bonds->count() - counts.bonds_within;
     pair_counts[1] = counts.bonds_second;
     pair_counts[2] = counts.new_pairs;
     pair_counts[3] = counts.lowest_ratio;
     counted_step = update->ntimestep;
   }
   return pair_counts[n];
+}
+
+// LAMMPS' buffers for one atom must hold the longest record of any MPI rank: the first rank says in
+// restart files how long that is
+
+void FixEVPBonds::set_exchange_room()
+{
+  maxexchange = (int) bonds->words(bonds->most());
+}
+
+double FixEVPBonds::memory_usage()
+{
+  return bonds->memory_usage();
+}
+
+void FixEVPBonds::grow_arrays(int nmax)
+{
+  bonds->grow(nmax);
+}
+
+void FixEVPBonds::copy_arrays(int i, int j, int /*delflag*/)
+{
+  bonds->copy(i, j);
+}
+
+void FixEVPBonds::set_arrays(int i)
+{
+  bonds->clear(i);
+}
+
+int FixEVPBonds::pack_exchange(int i, double *buf)
+{
+  return bonds->pack(i, buf);
+}
+
+int FixEVPBonds::unpack_exchange(int nlocal, double *buf)
+{
+  const int words = bonds->unpack(nlocal, buf);
+  set_exchange_room();
+  return words;
+}
+
+/* ----------------------------------------------------------------------
+   restart files carry no check of their own, and a changed bit is another material: every section of
+   ours ends with a checksum
+------------------------------------------------------------------------- */
+
+void FixEVPBonds::write_restart(FILE *fp)
+{
+  double state[] = {FORMAT,
+                    zone,
+                    bonds->has_recorded() ? 1.0 : 0.0,
+                    (double) bonds->count(),
+                    (double) bonds->highest_id(),
+                    0.0};
+  state[5] = EVP::checksum(state, 5);
+  const int size = sizeof(state);
+  if (comm->me == 0) {
+    fwrite(&size, sizeof(int), 1, fp);
+    fwrite(state, size, 1, fp);
+  }
+}
+
+void FixEVPBonds::restart(char *buf)
+{
+  double state[6];
+  memcpy(state, buf, sizeof(double));
+  if (state[0] == FORMAT) memcpy(state, buf, sizeof(state));
+  if (state[0] != FORMAT || state[5] != EVP::checksum(state, 5))
+    error->all(FLERR,
+               "Fix {} evp/bonds: its section of the restart file is damaged, or from a version of "
+               "this package that wrote another format",
+               id);
+  after_restart = false;    // this is the fix that the file knows
+  bonds->restore(state[2] != 0.0, (int64_t) state[3], (int64_t) state[4]);
+  if (bonds->has_recorded() && comm->me == 0 && (!file.empty() || (zone > 0.0 && zone != state[1])))
+    utils::logmesg(
+        lmp,
+        "fix evp/bonds {}: the bonds come from the restart file, not from the zone or file "
+        "given here\n",
+        id);
+  zone = state[1];
+  records_due = bonds->has_recorded() && bonds->count() > 0;
+}
+
+int FixEVPBonds::pack_restart(int i, double *buf)
+{
+  // the first word is read as a plain number by every fix that skips this record
+  const int n = 1 + bonds->pack(i, buf + 1);
+  buf[0] = n + 1;
+  buf[n] = EVP::checksum(buf, n);
+  return n + 1;
+}
+
+void FixEVPBonds::unpack_restart(int nlocal, int nth)
+{
+  const double *extra = atom->extra[nlocal];
+  const int stored = atom->nextra_store;
+  int m = 0, size = 0;
+  bool whole = true;
+  for (int k = 0; whole && k <= nth; k++) {
+    m += size;
+    whole = m < stored && extra[m] >= 1.0 && extra[m] <= stored - m;
+    size = whole ? (int) extra[m] : 0;
+  }
+  if (!whole || size < 4 || extra[m + size - 1] != EVP::checksum(extra + m, size - 1))
+    error->one(
+        FLERR,
+        "Fix {} evp/bonds: the bonds of atom {} in the restart file are damaged, or the atom "
+        "is not from that file: define the fix right after read_restart",
+        id, atom->tag[nlocal]);
+  bonds->unpack(nlocal, extra + m + 1);
+  set_exchange_room();
+  // LAMMPS keeps what it read in the order of that moment
+  const int64_t recorded_id = bonds->recorded_id(nlocal);
+  if (recorded_id && recorded_id != atom->tag[nlocal]) restored_late = true;
+  records_due = false;
+}
+
+// after the section of the fix, those of the atoms must have been there too
+
+void FixEVPBonds::check_restored()
+{
+  int due = records_due, due_everywhere;
+  MPI_Allreduce(&due, &due_everywhere, 1, MPI_INT, MPI_MIN, world);
+  if (due_everywhere)
+    error->all(
+        FLERR,
+        "Fix {} evp/bonds: the restart file is damaged, it announces {} bonds and holds none", id,
+        bonds->count());
+  records_due = false;
+}
+
+int FixEVPBonds::size_restart(int i)
+{
+  return 2 + (int) bonds->words(bonds->of(i).size());
+}
+
+int FixEVPBonds::maxsize_restart()
+{
+  return 2 + (int) bonds->words(bonds->most());
 }

@@ -6,10 +6,12 @@
 #include "fix_evp_bonds.h"
 
 #include "atom_directory.h"
-#include "pair_evp_lj.h"
+#include "core/bond_file.h"
+#include "pair_network.h"
 
 #include "atom.h"
 #include "comm.h"
+#include "error.h"
 #include "update.h"
 
 #include <algorithm>
@@ -49,7 +51,7 @@ class OwnAtoms {
 /// The lines of a bond file, checked against the atoms.
 class CheckedLines {
  public:
-  CheckedLines(const std::string &name_in, const char *units, const PairEVPLJ *pair_in,
+  CheckedLines(const std::string &name_in, const char *units, const PairNetwork *pair_in,
                int groupbit_in) :
       name(name_in),
       pair(pair_in), groupbit(groupbit_in), beyond(0), stream(fopen(name.c_str(), "rb"))
@@ -79,7 +81,7 @@ class CheckedLines {
 
  private:
   std::string name;
-  const PairEVPLJ *pair;
+  const PairNetwork *pair;
   int groupbit;
   int64_t beyond;    // bonds whose deq is beyond dlim
   std::unique_ptr<FILE, CloseFile> stream;
@@ -112,8 +114,8 @@ class CheckedLines {
 
 /* ---------------------------------------------------------------------- */
 
-std::vector<FixEVPBonds::Bonds> FixEVPBonds::bonds_in_file(const PairEVPLJ *pair,
-                                                           const AtomDirectory &directory) const
+std::vector<EVP::BondStore::Bonds> FixEVPBonds::bonds_in_file(const PairNetwork *pair,
+                                                              const AtomDirectory &directory) const
 {
   std::unique_ptr<CheckedLines> reader;    // of the first rank
   const auto on_first_rank = [&](auto &&task) {
@@ -130,7 +132,7 @@ std::vector<FixEVPBonds::Bonds> FixEVPBonds::bonds_in_file(const PairEVPLJ *pair
   });
 
   const OwnAtoms own(atom);
-  std::vector<Bonds> made(atom->nlocal);
+  std::vector<EVP::BondStore::Bonds> made(atom->nlocal);
   std::vector<EVP::BondLine> lines;
   for (int more = 1; more;) {
     lines.clear();
@@ -150,8 +152,20 @@ std::vector<FixEVPBonds::Bonds> FixEVPBonds::bonds_in_file(const PairEVPLJ *pair
     for (const EVP::BondLine &line : lines)
       for (int side = 0; side < 2; side++) {
         const int i = own.find(side ? line.id_j : line.id_i);
-        if (i >= 0) made[i].push_back({(tagint) (side ? line.id_i : line.id_j), line.deq});
+        if (i >= 0) made[i].push_back({side ? line.id_i : line.id_j, line.deq});
       }
   }
   return made;
+}
+
+void FixEVPBonds::stop_together(std::string complaint) const
+{
+  int here = complaint.empty() ? comm->nprocs : comm->me, first;
+  MPI_Allreduce(&here, &first, 1, MPI_INT, MPI_MIN, world);
+  if (first == comm->nprocs) return;
+  int length = (int) complaint.size();
+  MPI_Bcast(&length, 1, MPI_INT, first, world);
+  complaint.resize(length);
+  MPI_Bcast(&complaint[0], length, MPI_CHAR, first, world);
+  error->all(FLERR, "Fix {} evp/bonds: {}", id, complaint);
 }

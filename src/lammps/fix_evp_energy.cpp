@@ -6,6 +6,7 @@
 #include "fix_evp_energy.h"
 
 #include "fix_nve_evp.h"
+#include "pair_network.h"
 #include "scene.h"
 
 #include "atom.h"
@@ -69,7 +70,7 @@ int FixEVPEnergy::setmask()
 void FixEVPEnergy::init()
 {
   const std::string who = fmt::format("Fix {} evp/energy", id);
-  pair = EVP::scene::require_pair(force, error, who);
+  pair = PairNetwork::require(force, error, who);
   EVP::scene::refuse_respa(update, error, who);
   if (domain->deform_vremap)
     error->all(FLERR,

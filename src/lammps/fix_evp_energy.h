@@ -60,7 +60,7 @@ class FixEVPEnergy : public NodalExchange<Fix> {
   };
   static constexpr int PAST_SIZE = 9;
 
-  class PairEVPLJ *pair;
+  class PairNetwork *pair;
   const class FixNVEEVP *implicit;    // nullptr without
   int driven_groupbits;               // groups of the fixes that move atoms by forces
   bool started;

@@ -5,7 +5,7 @@
 #include "fix_evp_energy.h"
 
 #include "fix_nve_evp.h"
-#include "pair_evp_lj.h"
+#include "pair_network.h"
 #include "scene.h"
 
 #include "atom.h"

@@ -5,7 +5,7 @@
 #include "fix_nve_evp.h"
 
 #include "core/params.h"
-#include "pair_evp_lj.h"
+#include "pair_network.h"
 #include "scene.h"
 
 #include "atom.h"
@@ -89,7 +89,7 @@ int FixNVEEVP::setmask()
 void FixNVEEVP::init()
 {
   const std::string who = fmt::format("Fix {} nve/evp", id);
-  pair = EVP::scene::require_pair(force, error, who);
+  pair = PairNetwork::require(force, error, who);
   EVP::scene::refuse_respa(update, error, who);
 
   others_groupbits = 0;

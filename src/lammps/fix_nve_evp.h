@@ -75,7 +75,7 @@ class FixNVEEVP : public NodalExchange<Fix> {
   int others_groupbits;    // groups of the other fixes that move atoms by forces
   bool forces_follow;      // fixes defined after this one add forces, at set-up after its solve
 
-  class PairEVPLJ *pair;
+  class PairNetwork *pair;
   std::vector<Damper> dampers;
   std::vector<EVP::PackedRow> damper_rows;
   std::vector<double> damper_scale;    // sqrt(gamma)/d of each damper

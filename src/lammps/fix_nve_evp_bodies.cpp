@@ -4,7 +4,7 @@
 
 #include "fix_nve_evp.h"
 
-#include "pair_evp_lj.h"
+#include "pair_network.h"
 
 #include "atom.h"
 #include "comm.h"

@@ -6,7 +6,7 @@
 
 #include "core/opening.h"
 #include "core/vector.h"
-#include "pair_evp_lj.h"
+#include "pair_network.h"
 #include "scene.h"
 
 #include "atom.h"

@@ -1,30 +1,35 @@
-/* SPDX-License-Identifier: GPL-2.0-only
-
-   Pair style evp/lj: forces, single(), counts. Packing of the neighbor list is in
-   pair_evp_lj_pack.cpp, what users type in _coeff.cpp, what a run needs in _setup.cpp, velocities of
-   ghosts in _velocities.cpp, what may be asked between runs in _present.cpp, restarts in _restart.cpp. */
+// SPDX-License-Identifier: GPL-2.0-only
 
 #include "pair_evp_lj.h"
 
+#include "core/checksum.h"
+#include "core/params.h"
 #include "core/tallies.h"
-#include "fix_evp_bonds.h"
 #include "scene.h"
 
 #include "atom.h"
 #include "comm.h"
-#include "domain.h"
 #include "error.h"
 #include "force.h"
+#include "memory.h"
 #include "neigh_list.h"
 #include "neighbor.h"
 #include "output.h"
 #include "update.h"
+#include "utils.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 using namespace LAMMPS_NS;
+using EVP::Contact;
 using EVP::scene::rows;
+
+static constexpr long MAX_FILE_SIZE = 1 << 20;
+static constexpr double FORMAT = 1003.0;    // of the words of the settings in restart files
+static constexpr int NSETTINGS = 4;         // format, contact, overlap, length of the fix's ID
+static constexpr double LONGEST_ID = 1000;
 
 namespace {
 
@@ -34,47 +39,230 @@ class PairTally {
   static constexpr bool active = true;
   const bool energy;
 
-  PairTally(PairEVPLJ *style_in, int nlocal_in, int newton_in, bool energy_in) :
-      energy(energy_in), style(style_in), nlocal(nlocal_in), newton(newton_in)
+  PairTally(Pair *style_in, const EVP::PairList &list_in, int newton_in, bool energy_in) :
+      energy(energy_in), style(style_in), list(list_in), newton(newton_in)
   {
   }
   void operator()(const EVP::PairRange &range, const EVP::Block &block) const
   {
-    const EVP::PackedPairs &pairs = style->packed_pairs().pairs;
     range.for_each_row([&](int i, int first, int last) {
       for (int k = first; k < last; k++) {
         const int b = k - range.first;
-        style->ev_tally(i, pairs.j()[k], nlocal, newton, energy ? block.energy[b] : 0.0, 0.0,
-                        block.force[b], block.xy[2 * b], block.xy[2 * b + 1], block.z[b]);
+        style->ev_tally(i, list.pairs.j()[k], list.nlocal, newton, energy ? block.energy[b] : 0.0,
+                        0.0, block.force[b], block.xy[2 * b], block.xy[2 * b + 1], block.z[b]);
       }
     });
   }
 
  private:
-  PairEVPLJ *style;
-  int nlocal, newton;
+  Pair *style;
+  const EVP::PairList &list;
+  int newton;
 };
 
 }    // namespace
 
-/* ---------------------------------------------------------------------- */
-
-PairEVPLJ *PairEVPLJ::find(Force *force)
+PairEVPLJ::PairEVPLJ(LAMMPS *lmp) : Pair(lmp), network(lmp, this, coefficients)
 {
-  return dynamic_cast<PairEVPLJ *>(force->pair_match("evp/lj", 1));
+  writedata = 1;
+  comm_forward = 3;    // velocities or positions
+  single_extra = NVALUES;
+  svector = new double[NVALUES];
 }
 
-/* ---------------------------------------------------------------------- */
+PairEVPLJ::~PairEVPLJ()
+{
+  delete[] svector;
+  if (!allocated) return;
+  memory->destroy(setflag);
+  memory->destroy(cutsq);
+}
+
+void PairEVPLJ::allocate()
+{
+  allocated = 1;
+  const int n = atom->ntypes + 1;
+  memory->create(setflag, n, n, "pair:setflag");
+  memory->create(cutsq, n, n, "pair:cutsq");
+  std::fill_n(setflag[0], n * n, 0);
+  std::fill_n(cutsq[0], n * n, 0.0);
+  coefficients.resize(atom->ntypes);
+  network.set_types(atom->ntypes);
+}
+
+/* ----------------------------------------------------------------------
+   pair_style evp/lj [contact literal|repulsive|none] [overlap 0.3]
+------------------------------------------------------------------------- */
+
+void PairEVPLJ::settings(int narg, char **arg)
+{
+  EVP::NewPairs chosen = {Contact::LITERAL, 0.3};
+  for (int iarg = 0; iarg < narg; iarg += 2) {
+    const std::string key = arg[iarg];
+    if (key != "contact" && key != "overlap")
+      error->all(FLERR, "Pair style evp/lj: unknown keyword '{}'; it takes contact and overlap",
+                 key);
+    if (iarg + 1 == narg) error->all(FLERR, "Pair style evp/lj: keyword {} needs a value", key);
+    const std::string value = arg[iarg + 1];
+    if (key == "contact") {
+      if (value == "literal")
+        chosen.contact = Contact::LITERAL;
+      else if (value == "repulsive")
+        chosen.contact = Contact::REPULSIVE;
+      else if (value == "none")
+        chosen.contact = Contact::NONE;
+      else
+        error->all(FLERR, "Pair style evp/lj: contact must be literal, repulsive or none, got '{}'",
+                   value);
+    } else {
+      try {
+        chosen.overlap = EVP::parse_number("overlap", value);
+      } catch (const EVP::BadInput &bad) {
+        error->all(FLERR, "Pair style evp/lj: {}", bad.what());
+      }
+      if (!(chosen.overlap > 0.0 && chosen.overlap <= 1.0))
+        error->all(FLERR,
+                   "Pair style evp/lj: overlap must lie in (0, 1] (a share of R_i + R_j that is "
+                   "warned of), got {}",
+                   value);
+    }
+  }
+  network.new_pairs = chosen;
+  network.repack();
+  offer_pair_values();
+}
+
+/* ----------------------------------------------------------------------
+   p1 p2 p3 of compute pair/local. Before 2026 LAMMPS copies those of a sub-style of
+   pair_style hybrid without end, and crashes; there, asking for them is an error instead
+------------------------------------------------------------------------- */
+
+void PairEVPLJ::offer_pair_values()
+{
+  single_extra = strcmp(force->pair_style, "hybrid") == 0 ? 0 : NVALUES;
+}
+
+/* ----------------------------------------------------------------------
+   pair_coeff I J e1 m1 n1 e2 m2 n2 xi_s gamma alpha
+   pair_coeff I J FILE NAME
+------------------------------------------------------------------------- */
+
+void PairEVPLJ::coeff(int narg, char **arg)
+{
+  if (narg < 3)
+    error->all(FLERR,
+               "Pair evp/lj: pair_coeff needs two atom types and a row: the 9 numbers e1 m1 n1 e2 "
+               "m2 n2 xi_s gamma alpha, or FILE NAME");
+  if (!allocated) allocate();
+
+  int ilo, ihi, jlo, jhi;
+  utils::bounds(FLERR, arg[0], 1, atom->ntypes, ilo, ihi, error);
+  utils::bounds(FLERR, arg[1], 1, atom->ntypes, jlo, jhi, error);
+
+  EVP::Row row{};
+  try {
+    if (narg == 3)
+      throw EVP::BadInput("pair_coeff I J needs a row: the 9 numbers e1 m1 n1 e2 m2 n2 xi_s gamma "
+                          "alpha, or FILE NAME with the name of a row in the file");
+    if (narg == 4)
+      row = row_from_file(arg[2], arg[3]);
+    else
+      row = EVP::parse_row({arg + 2, arg + narg});
+  } catch (const EVP::BadInput &bad) {
+    error->all(FLERR, "Pair evp/lj: {}", bad.what());
+  }
+
+  bool any = false;
+  for (int i = ilo; i <= ihi; i++)
+    for (int j = std::max(jlo, i); j <= jhi; j++) {
+      coefficients.set(i, j, row);
+      setflag[i][j] = 1;
+      any = true;
+    }
+  network.repack();
+  if (!any)
+    error->all(FLERR, "Pair evp/lj: pair_coeff {} {} names no pair of types I <= J", arg[0],
+               arg[1]);
+}
+
+/* ----------------------------------------------------------------------
+   the first process reads the file, all check it and stop together
+------------------------------------------------------------------------- */
+
+EVP::Row PairEVPLJ::row_from_file(const char *file, const char *name) const
+{
+  std::string text;
+  int size = -1;
+  if (comm->me == 0) {
+    const std::string path = utils::get_potential_file_path(file);
+    FILE *fp = path.empty() ? nullptr : fopen(path.c_str(), "rb");
+    if (fp) {
+      text.resize(MAX_FILE_SIZE + 1);
+      text.resize(fread(&text[0], 1, text.size(), fp));
+      size = ferror(fp) ? -1 : (int) text.size();
+      fclose(fp);
+    }
+  }
+  MPI_Bcast(&size, 1, MPI_INT, 0, world);
+  if (size < 0)
+    throw EVP::BadInput(std::string("cannot read the potential file '") + file +
+                        "': give its path, or put its folder into LAMMPS_POTENTIALS");
+  if (size > MAX_FILE_SIZE)
+    throw EVP::BadInput(std::string("file ") + file + " is larger than 1 MiB: no potential file");
+  text.resize(size);
+  MPI_Bcast(&text[0], size, MPI_CHAR, 0, world);
+  return EVP::row_from_text(text, file, name, update->unit_style);
+}
+
+void PairEVPLJ::init_style()
+{
+  check_host_settings();
+  network.begin_run();
+  neighbor->add_request(this);
+}
+
+void PairEVPLJ::check_host_settings() const
+{
+  if (!atom->radius_flag)
+    error->all(FLERR, "Pair evp/lj needs particles with a radius: use 'atom_style sphere'");
+  if (PairNetwork::find(force) != &network)
+    error->all(FLERR,
+               "Pair evp/lj can be one sub-style of pair_style hybrid only, as a pair has one deq: "
+               "give its types rows of their own instead");
+  if (!atom->tag_enable)
+    error->all(FLERR, "Pair evp/lj needs atom IDs: remove 'atom_modify id no'");
+  if (!compute_flag && update->whichflag != 0)
+    error->all(
+        FLERR,
+        "Pair evp/lj cannot run with 'pair_modify compute no', as fixes and computes read the "
+        "pairs that it finds: use 'pair_style none' for a run without forces");
+  if (utils::strmatch(force->pair_style, "^hybrid/scaled"))
+    error->all(FLERR,
+               "Pair evp/lj does not work in pair_style hybrid/scaled, which would scale its "
+               "forces but not the timesteps and energies derived from them: use hybrid/overlay");
+}
+
+double PairEVPLJ::init_one(int i, int j)
+{
+  if (!setflag[i][j])
+    error->all(FLERR,
+               "Pair evp/lj does not mix unlike types: give 'pair_coeff {} {}' a row of its own", i,
+               j);
+  try {
+    EVP::check_row(coefficients.row(i, j));
+  } catch (const EVP::BadInput &bad) {
+    error->all(FLERR, "Pair evp/lj, types {} and {}: {}", i, j, bad.what());
+  }
+  return network.serve(i, j);
+}
 
 void PairEVPLJ::compute(int eflag, int vflag)
 {
   ev_init(eflag, vflag);
 
-  const bool together = neighbor->ago == 0 || repack;
-  if (together || (radii_vary && radii_changed())) pack(together);
-
-  const bool damps = damping_acts() && explicit_damping;
-  if (damps) send_velocities();
+  network.pack_if_due(list);
+  const bool damps = network.damping_acts() && network.damps_explicitly();
+  if (damps) network.ghosts.send_velocities();
   velocities_sent = damps;
   if (damps)
     compute_forces<true>();
@@ -102,17 +290,14 @@ void PairEVPLJ::stop_at_blow_up() const
     if (!std::isfinite(x[0] + x[1] + x[2] + v[0] + v[1] + v[2]))
       culprit = fmt::format("first atom {}, whose place or velocity is none", atom->tag[i]);
   }
-  for (const auto &row : packed.rows)
-    for (int k = row.first; k < row.last && culprit.empty(); k++) {
-      const EVP::PackedPair &pair = packed.pairs[k];
-      const EVP::PairGeometry g(rows(atom->x), row.i, pair.j);
-      const double *f = atom->f[row.i];
-      if (std::isfinite(g.dsq + f[0] + f[1] + f[2])) continue;
-      const double d = std::sqrt(g.dsq), deq = 1.0 / pair.inv_deq;
-      culprit = fmt::format("first atoms {} and {} at d = {:.6g}, deq = {:.6g}, {} regime",
-                            atom->tag[row.i], atom->tag[pair.j], d, deq,
-                            law_of(pair).regime(d, deq) == 1 ? "first" : "second");
-    }
+  EVP::for_each_pair(network.packed_pairs(), rows(atom->x), [&](const EVP::PlacedPair &p) {
+    const double *f = atom->f[p.i];
+    if (!culprit.empty() || std::isfinite(p.g.dsq + f[0] + f[1] + f[2])) return;
+    const double d = p.distance(), deq = 1.0 / p.inv_deq;
+    culprit = fmt::format("first atoms {} and {} at d = {:.6g}, deq = {:.6g}, {} regime",
+                          atom->tag[p.i], atom->tag[p.j], d, deq,
+                          network.law_of(p).regime(d, deq) == 1 ? "first" : "second");
+  });
   if (culprit.empty()) culprit = "no pair of this process";
   const bigint saved = output ? output->last_restart : -1;
   error->one(
@@ -123,56 +308,28 @@ void PairEVPLJ::stop_at_blow_up() const
       update->ntimestep, update->dt, culprit, saved >= 0 ? fmt::format("step {}", saved) : "none");
 }
 
-/* ---------------------------------------------------------------------- */
-
 template <bool Damping> void PairEVPLJ::compute_forces()
 {
-  if (packed.rows.empty()) return;
+  const EVP::PairList &pairs = network.packed_pairs();
+  if (pairs.rows.empty()) return;
 
   const int newton = force->newton_pair;
   const EVP::ParticleView view = {rows(atom->x), rows(atom->v),
                                   reinterpret_cast<double(*)[3]>(atom->f[0]),
-                                  newton ? packed.nall : packed.nlocal};
+                                  newton ? pairs.nall : pairs.nlocal};
+  const EVP::BlockLaw &law = coefficients.block_law();
   const bool energy = eflag_either != 0;
   if (!evflag)
-    EVP::accumulate_forces<Damping>(packed, block_law, view, EVP::NoTally());
+    EVP::accumulate_forces<Damping>(pairs, law, view, EVP::NoTally());
   else if (eflag_atom || vflag_atom || cvflag_atom || num_tally_compute > 0)
-    EVP::accumulate_forces<Damping>(packed, block_law, view,
-                                    PairTally(this, packed.nlocal, newton, energy));
+    EVP::accumulate_forces<Damping>(pairs, law, view, PairTally(this, pairs, newton, energy));
   else {
-    EVP::SumTally sums(packed, view.nreact, energy, vflag_global != 0);
-    EVP::accumulate_forces<Damping>(packed, block_law, view, sums);
+    EVP::SumTally sums(pairs, view.nreact, energy, vflag_global != 0);
+    EVP::accumulate_forces<Damping>(pairs, law, view, sums);
     eng_vdwl += sums.total_energy();
     for (int k = 0; k < 6; k++) virial[k] += sums.total_virial(k);
   }
 }
-
-/* ---------------------------------------------------------------------- */
-
-bool PairEVPLJ::is_implicit(int i, int j) const
-{
-  return (atom->mask[i] | atom->mask[j]) & implicit_groupbit;
-}
-
-/* ---------------------------------------------------------------------- */
-
-double PairEVPLJ::implicit_gamma(const EVP::PackedPair &pair) const
-{
-  return pair.law < nlaws() ? 0.0 : laws[pair.law - nlaws()].parameters().gamma;
-}
-
-/* ---------------------------------------------------------------------- */
-
-const EVP::PairList &PairEVPLJ::packed_pairs() const
-{
-  if (!is_packed())
-    error->one(FLERR,
-               "Pair evp/lj has not seen the present neighbor list yet: use its fixes and computes "
-               "in a run, after the forces of the step");
-  return packed;
-}
-
-/* ---------------------------------------------------------------------- */
 
 double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double /*factor_coul*/,
                          double factor_lj, double &fforce)
@@ -182,69 +339,153 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
   if (std::max(i, j) >= atom->nlocal + atom->nghost) return 0.0;
 
   double deq = 0.0;
-  if (bonds) deq = i < atom->nlocal ? bonds->find_deq(i, atom->tag[j]) : 0.0;
-  if (bonds && deq == 0.0 && j < atom->nlocal) deq = bonds->find_deq(j, atom->tag[i]);
+  if (const EVP::BondStore *bonds = network.bonds())
+    for (const auto &[own, other] : {std::pair(i, j), std::pair(j, i)})
+      if (const EVP::Bond *bond = own < atom->nlocal ? bonds->find(own, atom->tag[other]) : nullptr)
+        deq = bond->deq;
   const bool is_bond = deq > 0.0;
 
-  const EVP::Law &law = laws[law_index(itype, jtype)];
+  const EVP::Law &law = coefficients.law(coefficients.index(itype, jtype));
   const double sum_radii = atom->radius[i] + atom->radius[j];
   if (!is_bond) deq = sum_radii;
-  const bool repels_only = !is_bond && settings_now.contact == Contact::REPULSIVE;
+  const bool repels_only = !is_bond && network.new_pairs.contact == Contact::REPULSIVE;
   const double cut = repels_only ? sum_radii : law.parameters().alpha * sum_radii;
 
   const double d = std::sqrt(rsq);
   const bool acts =
-      rsq <= EVP::reach_squared(cut, is_bond ? EVP::BOND_MARGIN : new_pair_margin()) &&
-      factor_lj != 0.0 && (is_bond || settings_now.contact != Contact::NONE);
+      rsq <= EVP::reach_squared(cut, is_bond ? EVP::BOND_MARGIN : network.new_pair_margin()) &&
+      factor_lj != 0.0 && (is_bond || network.new_pairs.contact != Contact::NONE);
   svector[0] = deq;
   svector[1] = (d - deq) / deq;
   svector[2] = acts ? law.regime(d, deq) : 0.0;
 
   if (!acts) return 0.0;
   fforce = law.force(d, deq) / d;
-  if (damping_acts() && (comm->ghost_velocity || velocities_sent) && !is_implicit(i, j)) {
+  if (network.damping_acts() && (comm->ghost_velocity || velocities_sent) &&
+      !network.is_implicit(i, j)) {
     const EVP::PairGeometry g(rows(atom->x), i, j);
     fforce += EVP::damping_over_distance(law.parameters().gamma, g, atom->v[i], atom->v[j]);
   }
   return law.energy(d, deq, cut);
 }
 
-/* ---------------------------------------------------------------------- */
+/* ----------------------------------------------------------------------
+   restart files hold settings, the fix that recorded, and one Row per pair of types
+------------------------------------------------------------------------- */
 
-PairEVPLJ::Counts PairEVPLJ::count_pairs() const
+void PairEVPLJ::write_restart(FILE *fp)
 {
-  double sums[3] = {0.0, 0.0, 0.0}, lowest = HUGE_VAL;
-  const double(*x)[3] = rows(atom->x);
-  for (const auto &row : packed.rows)
-    for (int k = row.first; k < row.last; k++) {
-      const EVP::PackedPair &pair = packed.pairs[k];
-      const EVP::PairGeometry g(x, row.i, pair.j);
-      const double d = std::sqrt(g.dsq);
-      lowest = std::min(lowest, d / (atom->radius[row.i] + atom->radius[pair.j]));
-      if (g.dsq > pair.cutsq) continue;
-
-      // without newton both owners of a pair across processes hold it
-      const double weight = (!force->newton_pair && pair.j >= packed.nlocal) ? 0.5 : 1.0;
-      if (!pair.is_bond)
-        sums[2] += weight;
-      else {
-        sums[0] += weight;
-        if (law_of(pair).regime(d, 1.0 / pair.inv_deq) == 2) sums[1] += weight;
-      }
+  write_restart_settings(fp);
+  for (int i = 1; i <= atom->ntypes; i++)
+    for (int j = i; j <= atom->ntypes; j++) {
+      fwrite(&setflag[i][j], sizeof(int), 1, fp);
+      if (!setflag[i][j]) continue;
+      double value[9 + 1];
+      for (int k = 0; k < 9; k++) value[k] = coefficients.table(k)[i][j];
+      value[9] = EVP::checksum(value, 9);
+      fwrite(value, sizeof(value), 1, fp);
     }
-
-  double all[3], lowest_all;
-  MPI_Allreduce(sums, all, 3, MPI_DOUBLE, MPI_SUM, world);
-  MPI_Allreduce(&lowest, &lowest_all, 1, MPI_DOUBLE, MPI_MIN, world);
-  return {all[0], all[1], all[2], lowest_all < HUGE_VAL ? lowest_all : 0.0};
 }
 
-/* ---------------------------------------------------------------------- */
+void PairEVPLJ::read_restart(FILE *fp)
+{
+  read_restart_settings(fp);
+  allocate();
+  for (int i = 1; i <= atom->ntypes; i++)
+    for (int j = i; j <= atom->ntypes; j++) {
+      double value[9 + 1];
+      if (comm->me == 0) {
+        utils::sfread(FLERR, &setflag[i][j], sizeof(int), 1, fp, nullptr, error);
+        if (setflag[i][j]) utils::sfread(FLERR, value, sizeof(value), 1, fp, nullptr, error);
+        if (setflag[i][j] && value[9] != EVP::checksum(value, 9))
+          error->one(FLERR,
+                     "Pair evp/lj: the restart file is damaged in the row of types {} and {}", i,
+                     j);
+      }
+      MPI_Bcast(&setflag[i][j], 1, MPI_INT, 0, world);
+      if (!setflag[i][j]) continue;
+      MPI_Bcast(value, 9, MPI_DOUBLE, 0, world);
+      for (int k = 0; k < 9; k++)
+        coefficients.table(k)[i][j] = coefficients.table(k)[j][i] = value[k];
+    }
+}
+
+void PairEVPLJ::write_restart_settings(FILE *fp)
+{
+  const std::string recorder = network.recorder();
+  std::vector<double> words = {FORMAT, (double) (int) network.new_pairs.contact,
+                               network.new_pairs.overlap, (double) recorder.size()};
+  for (const char letter : recorder) words.push_back((double) letter);
+  words.push_back(EVP::checksum(words.data(), (int) words.size()));
+  fwrite(words.data(), sizeof(double), words.size(), fp);
+}
+
+void PairEVPLJ::read_restart_settings(FILE *fp)
+{
+  const auto damaged = [this] {
+    error->one(FLERR,
+               "Pair evp/lj: the restart file is damaged in the settings, or from a version of "
+               "this package that wrote another format");
+  };
+  std::vector<double> words(NSETTINGS);
+  int size = 0;
+  if (comm->me == 0) {
+    utils::sfread(FLERR, words.data(), sizeof(double), NSETTINGS, fp, nullptr, error);
+    if (words[0] != FORMAT || !(words[3] >= 0.0 && words[3] <= LONGEST_ID)) damaged();
+    size = NSETTINGS + (int) words[3] + 1;
+    words.resize(size);
+    utils::sfread(FLERR, &words[NSETTINGS], sizeof(double), size - NSETTINGS, fp, nullptr, error);
+    if (words[size - 1] != EVP::checksum(words.data(), size - 1)) damaged();
+  }
+  MPI_Bcast(&size, 1, MPI_INT, 0, world);
+  words.resize(size);
+  MPI_Bcast(words.data(), size, MPI_DOUBLE, 0, world);
+  network.new_pairs = {(Contact) (int) words[1], words[2]};
+  network.set_recorder(std::string(words.begin() + NSETTINGS, words.end() - 1));
+  offer_pair_values();
+}
+
+void PairEVPLJ::write_data(FILE *fp)
+{
+  for (int i = 1; i <= atom->ntypes; i++) {
+    fprintf(fp, "%d", i);
+    for (int k = 0; k < 9; k++) fprintf(fp, " %.17g", coefficients.table(k)[i][i]);
+    fprintf(fp, "\n");
+  }
+}
+
+void PairEVPLJ::write_data_all(FILE *fp)
+{
+  for (int i = 1; i <= atom->ntypes; i++)
+    for (int j = i; j <= atom->ntypes; j++) {
+      fprintf(fp, "%d %d", i, j);
+      for (int k = 0; k < 9; k++) fprintf(fp, " %.17g", coefficients.table(k)[i][j]);
+      fprintf(fp, "\n");
+    }
+}
+
+void *PairEVPLJ::extract(const char *name, int &dim)
+{
+  dim = 0;
+  if (strcmp(name, "network") == 0) return &network;
+  dim = 2;
+  const auto &keys = EVP::row_keys();
+  for (int k = 0; k < 9; k++)
+    if (keys[k] == name) return (void *) coefficients.table(k);
+  return nullptr;
+}
+
+int PairEVPLJ::pack_forward_comm(int n, int *indices, double *buf, int pbc_flag, int *pbc)
+{
+  return network.ghosts.pack(n, indices, buf, pbc_flag, pbc);
+}
+
+void PairEVPLJ::unpack_forward_comm(int n, int first, double *buf)
+{
+  network.ghosts.unpack(n, first, buf);
+}
 
 double PairEVPLJ::memory_usage()
 {
-  double bytes = Pair::memory_usage();
-  bytes += packed.memory_usage();
-  bytes += (double) (laws.capacity() + block_law.laws.capacity()) * sizeof(EVP::Law);
-  return bytes;
+  return Pair::memory_usage() + network.memory_usage() + coefficients.memory_usage();
 }

@@ -5,8 +5,6 @@
 #ifndef LMP_EVP_SCENE_H
 #define LMP_EVP_SCENE_H
 
-#include "pair_evp_lj.h"
-
 #include "atom.h"
 #include "error.h"
 #include "fix.h"
@@ -54,24 +52,6 @@ namespace scene {
   inline const double (*rows(double **array))[3]
   {
     return array ? reinterpret_cast<const double(*)[3]>(array[0]) : nullptr;
-  }
-
-  /// The pair style evp/lj in force; stops, naming `who`, if it is another.
-  inline PairEVPLJ *require_pair(Force *force, Error *error, const std::string &who)
-  {
-    PairEVPLJ *pair = PairEVPLJ::find(force);
-    if (!pair)
-      error->all(FLERR, "{} needs pair style evp/lj, found '{}'", who,
-                 force->pair_style ? force->pair_style : "none");
-    return pair;
-  }
-
-  /// Collective. The pair style evp/lj, which between runs may be another than at init(), if the
-  /// pairs that it packed are those of the present positions; else nullptr.
-  inline PairEVPLJ *find_present(Force *force)
-  {
-    PairEVPLJ *pair = PairEVPLJ::find(force);
-    return pair && pair->is_present() ? pair : nullptr;
   }
 
   /// Stops, naming `who`, under run_style respa, which calls some steps of a fix only now and then.

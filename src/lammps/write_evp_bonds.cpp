@@ -5,7 +5,7 @@
 #include "atom_directory.h"
 #include "core/bond_file.h"
 #include "fix_evp_bonds.h"
-#include "pair_evp_lj.h"
+#include "pair_network.h"
 #include "scene.h"
 
 #include "atom.h"
@@ -97,7 +97,7 @@ const FixEVPBonds *WriteEVPBonds::find_recorded() const
   const auto *bonds = dynamic_cast<FixEVPBonds *>(EVP::scene::find_fix(modify, "evp/bonds"));
   if (!bonds)
     error->all(FLERR, "write_evp_bonds: there is no fix evp/bonds, hence no bonds to write");
-  if (!bonds->has_recorded())
+  if (!bonds->records().has_recorded())
     error->all(FLERR,
                "write_evp_bonds: fix {} has not recorded yet, it does so at the first set-up: use "
                "'run 0' before",
@@ -117,14 +117,14 @@ std::string WriteEVPBonds::own_lines(const FixEVPBonds *bonds, bigint (&counts)[
   std::vector<tagint> partners;
   std::vector<int> owners;
   for (int i = 0; i < atom->nlocal; i++)
-    for (const auto &bond : bonds->sorted_bonds_of(i)) {
+    for (const auto &bond : bonds->records().of(i)) {
       if (atom->tag[i] > bond.partner) continue;
       lines.push_back({atom->tag[i], bond.partner, bond.deq});
-      partners.push_back(bond.partner);
+      partners.push_back((tagint) bond.partner);
       owners.push_back(i);
     }
 
-  const PairEVPLJ *pair = PairEVPLJ::find(force);
+  const PairNetwork *pair = PairNetwork::find(force);
   const std::vector<AtomDirectory::Entry> found = AtomDirectory(atom, world).find(partners);
   std::string text;
   for (size_t k = 0; k < lines.size(); k++) {

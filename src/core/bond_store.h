@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+#ifndef EVP_CORE_BOND_STORE_H
+#define EVP_CORE_BOND_STORE_H
+
+#include "core/prefetch.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <utility>
+#include <vector>
+
+namespace EVP {
+
+/// A recorded pair, as one of its atoms keeps it.
+struct Bond {
+  int64_t partner;    ///< ID of the other atom
+  double deq;         ///< distance at recording [length]
+};
+
+/// The records of the bonds: those of each local atom, in the order of the partners' IDs.
+///
+/// A pair is kept on both of its atoms, equal to the last bit, so that whichever MPI rank meets it
+/// finds deq without communication. A deq never changes (paper 2.2). Values that do change, a fixed
+/// number per bond and 0 at first, are kept beside them and travel with them.
+///
+/// The place of a bond in the records of its atom is its slot, valid until the atom leaves this index.
+class BondStore {
+ public:
+  using Bonds = std::vector<Bond>;
+
+  explicit BondStore(int nvalues_in = 0) : nvalues(nvalues_in) { changed(); }
+
+  /// Unlike for all states of all stores: another one means that what was looked up is void. Atoms
+  /// that come and go do not change it, as new neighbor lists follow.
+  long version() const { return version_now; }
+
+  bool has_recorded() const { return recorded; }
+
+  /// Pairs recorded, over all MPI ranks.
+  int64_t count() const { return npairs; }
+
+  /// Of all atoms at the recording: atoms that came later have higher IDs.
+  int64_t highest_id() const { return highest; }
+
+  /// Most records that an atom of this MPI rank had so far.
+  int most() const { return most_bonds; }
+
+  /// Takes the records of the local atoms, which may be in any order, all or none.
+  template <class Tag>
+  void record(std::vector<Bonds> &made, const Tag *ids, int64_t npairs_in, int64_t highest_in)
+  {
+    for (size_t i = 0; i < made.size(); i++) {
+      recorded_as[i] = ids[i];
+      bonds[i].swap(made[i]);
+      std::sort(bonds[i].begin(), bonds[i].end(), precedes);
+      if (nvalues) values[i].assign(bonds[i].size() * nvalues, 0.0);
+      need_room((int) bonds[i].size());
+    }
+    restore(true, npairs_in, highest_in);
+  }
+
+  /// Takes what a restart file says of all records; those of the atoms follow by unpack().
+  void restore(bool recorded_in, int64_t npairs_in, int64_t highest_in)
+  {
+    recorded = recorded_in;
+    npairs = npairs_in;
+    highest = highest_in;
+    changed();
+  }
+
+  /// Forgets all, as its owner goes: readers that hold on to the store see so.
+  void close()
+  {
+    *this = BondStore(nvalues);
+    closed = true;
+  }
+  bool is_closed() const { return closed; }
+
+  const Bonds &of(int i) const { return bonds[i]; }
+
+  /// Values of the bonds of an atom, by slot.
+  double *values_of(int i) { return values[i].data(); }
+
+  /// The bond of a local atom with a partner, nullptr if they were not recorded.
+  const Bond *find(int i, int64_t partner) const
+  {
+    const auto at =
+        std::lower_bound(bonds[i].begin(), bonds[i].end(), Bond{partner, 0.0}, precedes);
+    return at == bonds[i].end() || at->partner != partner ? nullptr : &*at;
+  }
+
+  /// Asks the memory for the records of an atom that is next but a few, for 32 of them at most.
+  void prefetch(int i) const
+  {
+    EVP::prefetch(bonds[i].data(), std::min<size_t>(bonds[i].size(), 32) * sizeof(Bond));
+  }
+
+  /// ID of a local atom when it was recorded, 0 if it never was.
+  int64_t recorded_id(int i) const { return recorded_as[i]; }
+
+  /// Local atoms that are not those recorded under their IDs: an atom with another ID than it had,
+  /// and a new one that took the ID of one that was deleted. 0 if there is none.
+  struct Misplaced {
+    int64_t renumbered, newcomer;
+    explicit operator bool() const { return renumbered || newcomer; }
+  };
+  template <class Tag> Misplaced find_misplaced(const Tag *ids, int nlocal) const
+  {
+    Misplaced found = {0, 0};
+    for (int i = 0; recorded && i < nlocal; i++) {
+      if (recorded_as[i] == 0 && ids[i] <= highest) found.newcomer = ids[i];
+      if (recorded_as[i] != 0 && recorded_as[i] != ids[i]) found.renumbered = ids[i];
+    }
+    return found;
+  }
+
+  // records as data of atoms: see the functions of a Fix with the same purpose
+
+  void grow(int natoms)
+  {
+    recorded_as.resize(natoms, 0);
+    bonds.resize(natoms);
+    if (nvalues) values.resize(natoms);
+  }
+  void copy(int from, int to)
+  {
+    if (from == to) return;
+    recorded_as[to] = recorded_as[from];
+    give_back_room(to, bonds[from].size());
+    bonds[to] = bonds[from];
+    if (nvalues) values[to] = values[from];
+  }
+
+  /// A new atom has no records.
+  void clear(int i)
+  {
+    recorded_as[i] = 0;
+    bonds[i].clear();
+    give_back_room(i, 0);
+    if (nvalues) values[i].clear();
+  }
+
+  /// Words of an atom with n records: own ID, n, then partner, deq and values of each.
+  size_t words(size_t n) const { return 2 + (2 + nvalues) * n; }
+
+  /// The same words for migration and restart; integers travel as bits. Returns their number.
+  int pack(int i, double *buf) const
+  {
+    double *at = buf;
+    *at++ = bits_of(recorded_as[i]);
+    *at++ = bits_of((int64_t) bonds[i].size());
+    for (size_t slot = 0; slot < bonds[i].size(); slot++) {
+      *at++ = bits_of(bonds[i][slot].partner);
+      *at++ = bonds[i][slot].deq;
+      if (nvalues) at = std::copy_n(&values[i][slot * nvalues], nvalues, at);
+    }
+    return (int) (at - buf);
+  }
+  int unpack(int i, const double *buf)
+  {
+    const double *at = buf;
+    recorded_as[i] = integer_of(*at++);
+    const auto n = (size_t) integer_of(*at++);
+    give_back_room(i, n);
+    bonds[i].resize(n);
+    if (nvalues) values[i].resize(n * nvalues);
+    for (size_t slot = 0; slot < n; slot++) {
+      bonds[i][slot] = {integer_of(at[0]), at[1]};
+      if (nvalues) std::copy_n(at + 2, nvalues, &values[i][slot * nvalues]);
+      at += 2 + nvalues;
+    }
+    if (nvalues == 0 && !std::is_sorted(bonds[i].begin(), bonds[i].end(), precedes))
+      std::sort(bonds[i].begin(), bonds[i].end(), precedes);    // of an early restart file
+    need_room((int) n);
+    return (int) (at - buf);
+  }
+
+  /// All MPI ranks need the room of the one with most records.
+  void need_room(int n) { most_bonds = std::max(most_bonds, n); }
+
+  double memory_usage() const
+  {
+    double bytes =
+        (double) (bonds.capacity() * sizeof(Bonds) + recorded_as.capacity() * sizeof(int64_t));
+    for (const Bonds &own : bonds) bytes += (double) own.capacity() * sizeof(Bond);
+    for (const auto &own : values)
+      bytes += (double) (sizeof(own) + own.capacity() * sizeof(double));
+    return bytes;
+  }
+
+ private:
+  int nvalues;
+  long version_now;
+  bool recorded = false, closed = false;
+  int64_t npairs = 0, highest = 0;
+  int most_bonds = 1;
+
+  // per atom
+  std::vector<int64_t> recorded_as;
+  std::vector<Bonds> bonds;
+  std::vector<std::vector<double>> values;    // empty where bonds have none
+
+  static bool precedes(const Bond &a, const Bond &b) { return a.partner < b.partner; }
+
+  void changed()
+  {
+    static long last = 0;
+    version_now = ++last;
+  }
+
+  // an atom with many partners may have held this place: the next one needs no such room
+  void give_back_room(int i, size_t needed)
+  {
+    if (bonds[i].capacity() > 2 * needed + 16) Bonds().swap(bonds[i]);
+  }
+
+  static double bits_of(int64_t integer)
+  {
+    double word;
+    std::memcpy(&word, &integer, sizeof(word));
+    return word;
+  }
+  static int64_t integer_of(double word)
+  {
+    int64_t integer;
+    std::memcpy(&integer, &word, sizeof(integer));
+    return integer;
+  }
+};
+
+}    // namespace EVP
+
+#endif

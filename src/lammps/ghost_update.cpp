@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+#include "ghost_update.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "domain.h"
+#include "pair.h"
+
+#include <algorithm>
+
+using namespace LAMMPS_NS;
+
+void GhostUpdate::send_velocities()
+{
+  if (!comm->ghost_velocity) comm->forward_comm(style);
+}
+
+bool GhostUpdate::send_positions()
+{
+  updated = 0;
+  positions = true;
+  comm->forward_comm(style);
+  positions = false;
+
+  int whole = updated == atom->nghost, all;
+  MPI_Allreduce(&whole, &all, 1, MPI_INT, MPI_MIN, world);
+  return all != 0;
+}
+
+// periodic images are a box away, and move with a box that deforms with 'remap v'
+
+int GhostUpdate::pack(int n, const int *indices, double *buf, int pbc_flag, const int *pbc) const
+{
+  double image[3] = {0.0, 0.0, 0.0};
+  const bool moves = !positions && domain->deform_vremap;
+  if (pbc_flag && (positions || moves)) {
+    const double size[6] = {domain->xprd, domain->yprd, domain->zprd,
+                            domain->yz,   domain->xz,   domain->xy};
+    const double *h = moves ? domain->h_rate : size;
+    image[0] = pbc[0] * h[0] + pbc[5] * h[5] + pbc[4] * h[4];
+    image[1] = pbc[1] * h[1] + pbc[3] * h[3];
+    image[2] = pbc[2] * h[2];
+  }
+  double **values = positions ? atom->x : atom->v;
+  for (int k = 0; k < n; k++) {
+    const int i = indices[k];
+    const bool with_image = pbc_flag && (!moves || (atom->mask[i] & domain->deform_groupbit));
+    for (int c = 0; c < 3; c++) buf[3 * k + c] = values[i][c] + (with_image ? image[c] : 0.0);
+  }
+  return 3 * n;
+}
+
+void GhostUpdate::unpack(int n, int first, const double *buf)
+{
+  if (n == 0) return;
+  std::copy_n(buf, (size_t) 3 * n, positions ? atom->x[first] : atom->v[first]);
+  if (positions) updated += n;
+}

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+#ifndef LMP_EVP_PAIR_LIST_BUILDER_H
+#define LMP_EVP_PAIR_LIST_BUILDER_H
+
+#include "core/bond_store.h"
+#include "core/coefficients.h"
+#include "core/pair_list.h"
+
+#include "pointers.h"
+
+#include <vector>
+
+namespace EVP {
+
+/// What acts between two particles that were not recorded as a pair.
+enum class Contact : int { LITERAL, REPULSIVE, NONE };
+
+/// Of pairs that were not recorded.
+struct NewPairs {
+  Contact contact;
+  double overlap;    ///< warn below d = (1 - overlap) (R_i + R_j)
+};
+
+}    // namespace EVP
+
+namespace LAMMPS_NS {
+
+/// Packs the pairs of a neighbor list: from (i, j) to deq of the record, cut-off and law.
+class PairListBuilder : protected Pointers {
+ public:
+  struct Scene {
+    const class NeighList *neighbors;
+    const EVP::Coefficients *coefficients;
+    const EVP::BondStore *bonds;    ///< nullptr without
+    EVP::NewPairs new_pairs;
+    double new_pair_margin;    ///< of their cuts, see core/pair_list.h
+    int implicit_groupbit;     ///< pairs with an atom of it have the law without gamma
+  };
+
+  /// Pairs that overlap beyond the limit; the first of them.
+  struct Overlaps {
+    bigint count;
+    tagint id_i, id_j;
+    double d, deq;
+    int regime;
+  };
+
+  struct Found {
+    bool damped;    ///< a pair has damping of its own
+    Overlaps overlaps;
+  };
+
+  explicit PairListBuilder(LAMMPS *lmp) : Pointers(lmp) {}
+
+  /// Fills the list in time linear in the neighbors. Periodic images of a partner share its ID and
+  /// have its deq; fix evp/bonds sees to it that no two of them can be within dlim.
+  Found build(const Scene &, EVP::PairList &);
+
+  double memory_usage() const
+  {
+    return (double) (last_slots.capacity() * sizeof(int) + last_rows.capacity() * sizeof(Range));
+  }
+
+ private:
+  struct Range {
+    int first, last;
+  };
+
+  // slots of the last list, by row of the local atoms: where records are mostly found again
+  std::vector<int> last_slots;
+  std::vector<Range> last_rows;
+
+  void pack_row(const Scene &, int i, EVP::PairList &, Found &);
+  void count_overlap(int i, int j, double deq, const EVP::Law &, Overlaps &) const;
+};
+
+}    // namespace LAMMPS_NS
+
+#endif

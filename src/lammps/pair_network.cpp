@@ -1,0 +1,396 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+#include "pair_network.h"
+
+#include "scene.h"
+
+#include "atom.h"
+#include "atom_vec.h"
+#include "comm.h"
+#include "error.h"
+#include "force.h"
+#include "modify.h"
+#include "neighbor.h"
+#include "pair.h"
+#include "update.h"
+#include "utils.h"
+
+#include <algorithm>
+#include <cmath>
+
+using namespace LAMMPS_NS;
+using EVP::Contact;
+using EVP::scene::rows;
+
+PairNetwork::PairNetwork(LAMMPS *lmp, Pair *style, EVP::Coefficients &coefficients_in) :
+    Pointers(lmp), ghosts(lmp, style), coefficients(coefficients_in), builder(lmp), snapshot(lmp),
+    any_gamma(false), scene_checked(false), overlap_warned(false), explicit_damping(false),
+    repack_due(true), implicit_groupbit(0), store_version(0)
+{
+}
+
+PairNetwork *PairNetwork::find(Force *force)
+{
+  int dim;
+  Pair *pair = force->pair_match("evp/lj", 1);
+  return pair ? (PairNetwork *) pair->extract("network", dim) : nullptr;
+}
+
+PairNetwork *PairNetwork::require(Force *force, Error *error, const std::string &who)
+{
+  PairNetwork *network = find(force);
+  if (!network)
+    error->all(FLERR, "{} needs pair style evp/lj, found '{}'", who,
+               force->pair_style ? force->pair_style : "none");
+  return network;
+}
+
+PairNetwork *PairNetwork::find_present(Force *force)
+{
+  PairNetwork *network = find(force);
+  return network && network->is_present() ? network : nullptr;
+}
+
+const EVP::PairList &PairNetwork::packed_pairs() const
+{
+  if (!is_packed())
+    error->one(FLERR,
+               "Pair evp/lj has not seen the present neighbor list yet: use its fixes and computes "
+               "in a run, after the forces of the step");
+  return list;
+}
+
+std::vector<double> PairNetwork::rest_distances() const
+{
+  std::vector<double> distances(list.pairs.size());
+  EVP::for_each_pair(list, rows(atom->x), [&](const EVP::PlacedPair &p) {
+    distances[p.index] = p.is_bond() ? store->of(p.i)[p.slot].deq
+                                     : atom->radius[p.i] + atom->radius[p.j];
+  });
+  return distances;
+}
+
+bool PairNetwork::is_implicit(int i, int j) const
+{
+  return (atom->mask[i] | atom->mask[j]) & implicit_groupbit;
+}
+
+bool PairNetwork::damping_acts() const
+{
+  return any_gamma && update->whichflag != 2;
+}
+
+const EVP::BondStore *PairNetwork::bonds() const
+{
+  return store && store->has_recorded() ? store.get() : nullptr;
+}
+
+double PairNetwork::alpha_of(int itype, int jtype) const
+{
+  return serves(itype, jtype) ? coefficients.alpha(itype, jtype) : 0.0;
+}
+
+double PairNetwork::longest_cut() const
+{
+  return reach.empty() ? 0.0 : *std::max_element(reach.begin(), reach.end());
+}
+
+bool PairNetwork::is_packed() const
+{
+  if (!snapshot.matches_list()) return false;
+  if (update->whichflag != 0) return true;
+  const long version = store ? store->version() : 0;
+  return !repack_due && version == store_version && snapshot.matches_atoms() &&
+      !(store && store->find_misplaced(atom->tag, atom->nlocal));
+}
+
+bool PairNetwork::is_present()
+{
+  int here = is_packed(), all;
+  MPI_Allreduce(&here, &all, 1, MPI_INT, MPI_MIN, world);
+  if (!all || update->whichflag != 0) return all;
+  return snapshot.matches_commands() && ghosts.send_positions() && !snapshot.moved_too_far();
+}
+
+PairNetwork::Counts PairNetwork::count_pairs() const
+{
+  double sums[3] = {0.0, 0.0, 0.0}, lowest = HUGE_VAL;
+  EVP::for_each_pair(list, rows(atom->x), [&](const EVP::PlacedPair &p) {
+    const double d = p.distance();
+    lowest = std::min(lowest, d / (atom->radius[p.i] + atom->radius[p.j]));
+    if (p.is_beyond()) return;
+
+    // without newton both owners of a pair across MPI ranks hold it
+    const double weight = (!force->newton_pair && p.j >= list.nlocal) ? 0.5 : 1.0;
+    sums[p.is_bond() ? 0 : 2] += weight;
+    if (p.is_bond() && law_of(p).regime(d, 1.0 / p.inv_deq) == 2) sums[1] += weight;
+  });
+
+  double all[3], lowest_all;
+  MPI_Allreduce(sums, all, 3, MPI_DOUBLE, MPI_SUM, world);
+  MPI_Allreduce(&lowest, &lowest_all, 1, MPI_DOUBLE, MPI_MIN, world);
+  return {all[0], all[1], all[2], lowest_all < HUGE_VAL ? lowest_all : 0.0};
+}
+
+/* ----------------------------------------------------------------------
+   before a run
+------------------------------------------------------------------------- */
+
+void PairNetwork::set_types(int ntypes)
+{
+  max_radius.assign(ntypes + 1, 0.0);
+  min_radius.assign(ntypes + 1, 0.0);
+  reach.assign((size_t) (ntypes + 1) * (ntypes + 1), -1.0);
+}
+
+void PairNetwork::begin_run()
+{
+  find_max_radii();
+  find_bonds();
+  const Fix *implicit = EVP::scene::find_fix(modify, "nve/evp");
+  implicit_groupbit = implicit ? implicit->groupbit : 0;
+  std::fill(reach.begin(), reach.end(), -1.0);
+  any_gamma = scene_checked = overlap_warned = false;
+  repack_due = true;
+  snapshot.forget();
+}
+
+void PairNetwork::find_max_radii()
+{
+  const int ntypes = (int) max_radius.size();
+  std::vector<double> largest(ntypes, 0.0), smallest(ntypes, HUGE_VAL);
+  for (int i = 0; i < atom->nlocal; i++) {
+    const int type = atom->type[i];
+    const double radius = atom->radius[i];
+    largest[type] = std::max(largest[type], radius);
+    smallest[type] = std::min(smallest[type], std::isfinite(radius) ? radius : -HUGE_VAL);
+  }
+  MPI_Allreduce(largest.data(), max_radius.data(), ntypes, MPI_DOUBLE, MPI_MAX, world);
+  MPI_Allreduce(smallest.data(), min_radius.data(), ntypes, MPI_DOUBLE, MPI_MIN, world);
+
+  // particles to come
+  for (Fix *fix : modify->get_fix_list())
+    if (utils::strmatch(fix->style, "^pour") || utils::strmatch(fix->style, "^deposit"))
+      for (int type = 1; type < ntypes; type++) {
+        int itype = type;
+        const auto *radius = (const double *) fix->extract("radius", itype);
+        if (radius) max_radius[type] = std::max(max_radius[type], *radius);
+      }
+}
+
+// once there were records, going on without them would silently be another material
+
+void PairNetwork::find_bonds()
+{
+  note_bonds();
+  int dim;
+  Fix *fix = EVP::scene::find_fix(modify, "evp/bonds");
+  store = fix ? *(std::shared_ptr<const EVP::BondStore> *) fix->extract("bonds", dim) : nullptr;
+  const bool kept = bonds() != nullptr;
+  if (!bonds_id.empty() && (!kept || bonds_id != fix->id))
+    error->all(FLERR,
+               "Pair evp/lj: the bonds were recorded by fix {}, whose records are not here: define "
+               "'fix {} all evp/bonds' right after read_restart and before the run, or start anew "
+               "with 'pair_style none' and 'pair_style evp/lj'",
+               bonds_id, bonds_id);
+  if (kept) bonds_id = fix->id;
+}
+
+// records are new, or closed since their fix is gone: then this style goes on without bonds
+
+void PairNetwork::note_bonds()
+{
+  if (!store) return;
+  if (store->is_closed()) {
+    if (!bonds_id.empty()) dropped_bonds_id = bonds_id;
+    bonds_id.clear();
+    store.reset();
+  } else if (store->has_recorded() && bonds_id.empty())
+    bonds_id = EVP::scene::find_fix(modify, "evp/bonds")->id;
+}
+
+double &PairNetwork::reach_of(int i, int j)
+{
+  return reach[std::min(i, j) * max_radius.size() + std::max(i, j)];
+}
+
+// pair_style hybrid may have given a pair of types with coefficients here to another sub-style:
+// serve() tells
+
+bool PairNetwork::serves(int i, int j) const
+{
+  return !reach.empty() && const_cast<PairNetwork *>(this)->reach_of(i, j) >= 0.0;
+}
+
+double PairNetwork::serve(int i, int j)
+{
+  const double smallest = std::min(min_radius[i], min_radius[j]);
+  if (!(smallest > 0.0))
+    error->all(
+        FLERR,
+        "Pair evp/lj needs particles with a radius above zero, and finite, found {} in types {} "
+        "and {}: use 'set ... diameter'",
+        smallest, i, j);
+  coefficients.make_law(i, j);
+  repack();
+  const EVP::Row &row = coefficients.law(coefficients.index(i, j)).parameters();
+  if (row.gamma > 0.0) any_gamma = true;    // fix adapt may have switched it on
+
+  // called once at set-up, and again by fix adapt while the neighbor list keeps its reach
+  const double cut = row.alpha * (max_radius[i] + max_radius[j]) * (1.0 + EVP::LIST_MARGIN);
+  double &longest = reach_of(i, j);
+  if (longest < 0.0) longest = cut;
+  if (cut > longest * (1.0 + 1.0e-12))
+    error->all(
+        FLERR,
+        "Pair evp/lj, types {} and {}: alpha must not grow during a run, as the neighbor list "
+        "keeps its reach: start with the largest, or split the run there",
+        i, j);
+  return cut;
+}
+
+// once per run, when all pairs of types are known: before the first forces, by all MPI ranks
+
+void PairNetwork::check_scene()
+{
+  scene_checked = true;
+  report();
+
+  // of types that it does not serve this style asks nothing
+  for (int i = 1; i <= atom->ntypes; i++) {
+    bool served = false;
+    for (int j = 1; j <= atom->ntypes; j++) served = served || serves(i, j);
+    if (!served) max_radius[i] = HUGE_VAL;
+  }
+}
+
+// one line of the active effects, again only when it changes
+
+void PairNetwork::report()
+{
+  const char *contact[] = {"literal", "repulsive", "none"};
+  std::string line = "evp/lj: ";
+  if (!any_gamma)
+    line += "damping off";
+  else
+    line += !damping_acts()  ? "damping off (minimization)"
+        : damps_implicitly() ? "damping by fix nve/evp"
+                             : "damping on";
+  line += fmt::format(", new contacts {}", contact[(int) new_pairs.contact]);
+  line += store
+      ? fmt::format(", deq of bonds from fix {}", EVP::scene::find_fix(modify, "evp/bonds")->id)
+      : ", no fix evp/bonds: every pair has deq = R_i + R_j";
+  line += fmt::format(", overlap warned of beyond {} (R_i + R_j)\n", new_pairs.overlap);
+
+  if (line == last_report) return;
+  last_report = line;
+  if (comm->me) return;
+  utils::logmesg(lmp, line);
+  if (!store && new_pairs.contact == Contact::NONE)
+    error->warning(FLERR,
+                   "Pair evp/lj with contact none and without fix evp/bonds: nothing acts at all");
+  for (int i = 1; i <= atom->ntypes; i++)
+    for (int j = i; j <= atom->ntypes; j++)
+      if (serves(i, j) && alpha_of(i, j) < 1.4 && new_pairs.contact == Contact::LITERAL)
+        error->warning(FLERR,
+                       "Pair evp/lj, types {} and {}: alpha = {} is below 1.4, where literal new "
+                       "contacts can pull the body together; use contact repulsive or none",
+                       i, j, alpha_of(i, j));
+}
+
+/* ----------------------------------------------------------------------
+   packing: by all MPI ranks with a new neighbor list, new bonds or new coefficients; where radii may
+   change at any step, a rank whose own did packs alone
+------------------------------------------------------------------------- */
+
+void PairNetwork::pack_if_due(const NeighList *neighbors)
+{
+  if (neighbor->ago == 0 || repack_due || (store && store->version() != store_version))
+    pack(neighbors, true);
+  else if (!atom->avec->comm_x_only && snapshot.radii_changed())
+    pack(neighbors, false);
+}
+
+void PairNetwork::pack(const NeighList *neighbors, bool collective)
+{
+  if (collective) note_bonds();
+  if (collective && !scene_checked) check_scene();
+  check_radii();
+  if (collective) {
+    check_weights();
+    list.common_build++;
+  }
+  snapshot.take_atoms(!atom->avec->comm_x_only);
+  list.nlocal = atom->nlocal;
+  list.nall = atom->nlocal + atom->nghost;
+  repack_due = false;
+  store_version = store ? store->version() : 0;
+  const PairListBuilder::Found found = builder.build(
+      {neighbors, &coefficients, bonds(), new_pairs, new_pair_margin(), implicit_groupbit}, list);
+  snapshot.finish();
+  if (collective) agree_on_pairs(found);
+
+  std::vector<int> served;
+  for (int i = 1; i <= atom->ntypes; i++)
+    for (int j = i; j <= atom->ntypes; j++)
+      if (serves(i, j)) served.push_back(coefficients.index(i, j));
+  coefficients.make_block_law(served, explicit_damping && implicit_groupbit);
+}
+
+// one that only repels has no force at its cut but that of damping: spheres that touch do not interact
+
+double PairNetwork::new_pair_margin() const
+{
+  if (new_pairs.contact != Contact::REPULSIVE) return EVP::NEW_PAIR_MARGIN;
+  return any_gamma ? -EVP::NEW_PAIR_MARGIN : 0.0;
+}
+
+// what the pairs of any MPI rank ask of all; overlaps are warned of once per run
+
+void PairNetwork::agree_on_pairs(const PairListBuilder::Found &found)
+{
+  bigint here[2] = {found.damped, found.overlaps.count}, all[2];
+  MPI_Allreduce(here, all, 2, MPI_LMP_BIGINT, MPI_SUM, world);
+  explicit_damping = all[0] > 0;
+  if (all[1] == 0 || overlap_warned) return;
+  overlap_warned = true;
+
+  PairListBuilder::Overlaps overlaps = found.overlaps;
+  int owner = overlaps.count ? comm->me : comm->nprocs, first;
+  MPI_Allreduce(&owner, &first, 1, MPI_INT, MPI_MIN, world);
+  MPI_Bcast(&overlaps, sizeof(overlaps), MPI_BYTE, first, world);
+  if (comm->me == 0)
+    error->warning(
+        FLERR,
+        "Pair evp/lj: {} pairs overlap by more than {} (R_i + R_j), first atoms {} and {} "
+        "at d = {:.6g}, deq = {:.6g}, {} regime, at step {} with timestep {:.6g}: the law has no "
+        "hard core, so check timestep, speed and load",
+        all[1], new_pairs.overlap, overlaps.id_i, overlaps.id_j, overlaps.d, overlaps.deq,
+        overlaps.regime == 1 ? "first" : "second", update->ntimestep, update->dt);
+}
+
+// of special_bonds, or of the pair special option of this sub-style of pair_style hybrid
+
+void PairNetwork::check_weights() const
+{
+  for (int k = 1; k < 4; k++)
+    if (force->special_lj[k] != 0.0 && force->special_lj[k] != 1.0)
+      error->all(FLERR,
+                 "Pair evp/lj takes special_bonds weights 0 or 1 only, got {}: the force of a pair "
+                 "is whole or absent",
+                 force->special_lj[k]);
+}
+
+// the neighbor list reaches alpha (R_i + R_j) for the radii at set-up only
+
+void PairNetwork::check_radii() const
+{
+  for (int i = 0; i < atom->nlocal; i++)
+    if (atom->radius[i] > max_radius[atom->type[i]])
+      error->one(
+          FLERR,
+          "Pair evp/lj: the radius of atom {} is {:.8g}, but the cut-off was set for at most "
+          "{:.8g} in its type: radii must not grow past the largest at the start of the run; "
+          "split the run there",
+          atom->tag[i], atom->radius[i], max_radius[atom->type[i]]);
+}

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+#ifndef LMP_EVP_PAIR_NETWORK_H
+#define LMP_EVP_PAIR_NETWORK_H
+
+#include "core/bond_store.h"
+#include "core/coefficients.h"
+#include "core/pair_list.h"
+#include "ghost_update.h"
+#include "list_snapshot.h"
+#include "pair_list_builder.h"
+
+#include "pointers.h"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace LAMMPS_NS {
+
+/// The pairs of pair style evp/lj on this MPI rank, their laws and their bonds: packed from each new
+/// neighbor list for the time-step loop, read by the fixes and computes of this package.
+class PairNetwork : protected Pointers {
+ public:
+  /// Pairs of the current neighbor list at the current positions, over all MPI ranks.
+  struct Counts {
+    double bonds_within;    ///< recorded pairs with d <= dlim
+    double bonds_second;    ///< of these in the second regime
+    double new_pairs;       ///< pairs not recorded that interact
+    double lowest_ratio;    ///< smallest d/(R_i + R_j) of the packed pairs; 0 if there are none
+  };
+
+  PairNetwork(LAMMPS *, class Pair *style, EVP::Coefficients &);
+
+  /// Of the pair style evp/lj in force, alone or in pair_style hybrid; nullptr if it is another. A
+  /// pair_style command deletes it, so what may be asked between runs must look again.
+  static PairNetwork *find(class Force *);
+
+  /// The same; stops, naming `who`, if the pair style is another.
+  static PairNetwork *require(class Force *, class Error *, const std::string &who);
+
+  /// Collective. The same if the packed pairs are those of the present positions, else nullptr.
+  static PairNetwork *find_present(class Force *);
+
+  // what fixes and computes read
+
+  /// The packed pairs. Stops unless is_packed(), so take it out of loops.
+  const EVP::PairList &packed_pairs() const;
+  const EVP::Law &law_of(const EVP::PackedPair &pair) const { return coefficients.law(pair.law); }
+
+  /// deq of each packed pair as it was recorded [length]: 1/deq of the list has lost its last bit.
+  std::vector<double> rest_distances() const;
+
+  /// gamma of a pair that fix nve/evp damps [force/velocity], 0 for the others. Its law has none.
+  double implicit_gamma(const EVP::PackedPair &pair) const
+  {
+    return coefficients.gamma_elsewhere(pair.law);
+  }
+
+  /// True where fix nve/evp takes over the damping of some pairs, those with an atom of its group.
+  bool damps_implicitly() const { return any_gamma && implicit_groupbit; }
+  bool is_implicit(int i, int j) const;
+
+  /// False where no pair at all has damping of this style's own. The same on all MPI ranks.
+  bool damps_explicitly() const { return explicit_damping; }
+
+  /// Damping takes part in dynamics only: a minimizer has no velocities to damp.
+  bool damping_acts() const;
+
+  /// The records, nullptr before the recording and without fix evp/bonds.
+  const EVP::BondStore *bonds() const;
+
+  /// The last fix whose records of this body are gone, empty if there was none.
+  const std::string &bonds_dropped_by() const { return dropped_bonds_id; }
+
+  /// dlim/(R_i + R_j) of a pair of atom types, 0 where this style does not act. Known after init().
+  double alpha_of(int itype, int jtype) const;
+
+  /// The same as the coefficients have it, before init() too.
+  double alpha_given(int itype, int jtype) const { return coefficients.alpha(itype, jtype); }
+
+  /// Largest cut-off of the pairs of types that this style serves [length].
+  double longest_cut() const;
+
+  /// Were the pairs packed from the neighbor list as it is now, and from the atoms here?
+  bool is_packed() const;
+
+  /// Collective. Are the packed pairs all pairs of the present positions? Between runs ghosts are
+  /// brought to these, and atoms must not have moved further than the neighbor list allows.
+  bool is_present();
+
+  /// Collective. Requires is_present().
+  Counts count_pairs() const;
+
+  // what the pair style tells
+
+  EVP::NewPairs new_pairs{EVP::Contact::LITERAL, 0.3};
+  GhostUpdate ghosts;
+
+  /// At init_style(): radii, bonds and fix nve/evp of the run to come.
+  void begin_run();
+
+  /// At init_one(): this style acts between two types. Returns the cut-off for the neighbor list.
+  double serve(int itype, int jtype);
+
+  /// Types and coefficients are others than at the last packing.
+  void repack() { repack_due = true; }
+
+  /// Makes room for the types.
+  void set_types(int ntypes);
+
+  /// Before the forces: packs the pairs where the neighbor list, the bonds or radii are others.
+  void pack_if_due(const class NeighList *);
+
+  /// Positive margin of the cuts of new pairs, see core/pair_list.h.
+  double new_pair_margin() const;
+
+  /// ID of the fix that recorded, for restart files; empty without.
+  std::string recorder() const { return store && store->is_closed() ? "" : bonds_id; }
+  void set_recorder(const std::string &id) { bonds_id = id; }
+
+  double memory_usage() const { return list.memory_usage() + builder.memory_usage(); }
+
+ private:
+  EVP::Coefficients &coefficients;
+  EVP::PairList list;
+  PairListBuilder builder;
+  ListSnapshot snapshot;
+
+  std::vector<double> max_radius, min_radius;    // per type, when the cut-offs were set
+  std::vector<double>
+      reach;    // [type][type] cut-offs of the neighbor list, below 0 where not served
+  bool any_gamma, scene_checked, overlap_warned, explicit_damping, repack_due;
+  int implicit_groupbit;    // of fix nve/evp, 0 without
+  std::string last_report;
+
+  std::shared_ptr<const EVP::BondStore> store;    // of fix evp/bonds, nullptr without
+  long store_version;                             // at the last packing
+  std::string bonds_id;                           // fix that recorded the bonds; empty: none did
+  std::string dropped_bonds_id;                   // fix that had recorded and was unfixed
+
+  double &reach_of(int itype, int jtype);
+  bool serves(int itype, int jtype) const;
+  void find_max_radii();
+  void find_bonds();
+  void note_bonds();
+  void check_scene();
+  void report();
+  void pack(const class NeighList *, bool collective);
+  void agree_on_pairs(const PairListBuilder::Found &);
+  void check_radii() const;
+  void check_weights() const;
+};
+
+}    // namespace LAMMPS_NS
+
+#endif
