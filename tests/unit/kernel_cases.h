@@ -55,7 +55,7 @@ inline Cloud make_cloud(const std::vector<EVP::Row> &rows, int npairs)
       const double d = std::sqrt(g.dsq), deq = d * (1.0 + 0.04 * (unit(random) - 0.5));
       const double cut = d * (0.9 + unit(random));
       const bool is_bond = j % 2 == 0;
-      cloud.list.pairs.push_back(deq, cut, j, (int) (j % rows.size()), is_bond);
+      cloud.list.pairs.push_back(deq, cut, j, (int) (j % rows.size()), is_bond ? 0 : -1);
     }
     const int last = (int) cloud.list.pairs.size();
     if (last > first) cloud.list.rows.push_back({i, first, last});

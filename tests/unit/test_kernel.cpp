@@ -192,7 +192,7 @@ TEST(Kernel, RoundOffAtTheCutDecidesNothing)
         cloud.x = {{0, 0, 0}, {cut * (1.0 + off), 0, 0}};
         cloud.v = cloud.x;
         cloud.list.pairs.make_room(1);
-        cloud.list.pairs.push_back(deq, cut, 1, 0, is_bond);
+        cloud.list.pairs.push_back(deq, cut, 1, 0, is_bond ? 0 : -1);
         cloud.list.rows.push_back({0, 0, 1});
         EXPECT_NEAR(cloud.list.pairs[0].cut, cut, 4 * eps * cut);
 

@@ -53,7 +53,7 @@ class Sums {
     list.pairs.make_room(pairs.size());
     std::vector<double> deq;
     for (const Pair &pair : pairs) {
-      list.pairs.push_back(pair.deq, pair.cut, 0, 0, pair.is_bond);
+      list.pairs.push_back(pair.deq, pair.cut, 0, 0, pair.is_bond ? 0 : -1);
       deq.push_back(pair.deq);
     }
     EXPECT_TRUE(stored.is_due(list));
