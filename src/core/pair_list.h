@@ -77,6 +77,20 @@ class PackedPairs {
     for (int k = 0; k < 2; k++) removed[k] = 1.0 / (1.0 + margins[k]);
   }
 
+  /// Where pairs to come go, one array per quantity.
+  struct Room {
+    double *inv_deq, *cutsq;
+    int *j, *kind, *slot;
+  };
+  Room room()
+  {
+    return {inverse_deq.data() + count, squared_cut.data() + count, partner.data() + count,
+            kind_of.data() + count, slot_of.data() + count};
+  }
+
+  /// Takes n pairs that were written to the room.
+  void add(size_t n) { count += n; }
+
   /// Makes room for n more pairs; those that are there stay.
   void make_room(size_t n)
   {
@@ -104,7 +118,7 @@ class PackedPairs {
   /// deq, cut: [length]; the rest as in PackedPair. Requires room.
   void push_back(double deq, double cut, int j, int law, int slot)
   {
-    push_back({1.0 / deq, reach_squared(cut, margins[slot >= 0]), cut, j, law, slot});
+    push_back({1.0 / deq, reach_squared(cut, slot >= 0), cut, j, law, slot});
   }
 
   PackedPair operator[](size_t k) const
@@ -113,15 +127,14 @@ class PackedPairs {
             partner[k],     kind_of[k] / 2, slot_of[k]};
   }
 
-  /// Gives the slots of all pairs away, for room of another list.
-  void swap_slots(std::vector<int> &other)
-  {
-    slot_of.swap(other);
-    slot_of.resize(partner.size());
-  }
-
   const double *inv_deq() const { return inverse_deq.data(); }
   const double *cutsq() const { return squared_cut.data(); }
+
+  /// Square of a cut with the margin of new pairs or of bonds.
+  double reach_squared(double cut, bool is_bond) const
+  {
+    return EVP::reach_squared(cut, margins[is_bond]);
+  }
 
   /// Factors that take the margin out of a cut: of new pairs, of bonds.
   const double *margin_removed() const { return removed; }

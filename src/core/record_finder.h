@@ -16,7 +16,7 @@ namespace EVP {
 /// without a record mostly fail at a filter, made where the first of them turns up.
 class RecordFinder {
  public:
-  /// Slots that are expected next; any will do, those below 0 are passed over.
+  /// Slots that are expected next, in this order; any numbers will do.
   struct Hints {
     const int *begin, *end;
   };
@@ -24,18 +24,18 @@ class RecordFinder {
   RecordFinder(const BondStore::Bonds &records_in, Hints hints_in) :
       records(records_in.data()), n((int) records_in.size()), hints(hints_in)
   {
-    skip();
   }
 
   /// Slot of the record with that partner, -1 if there is none. Asked again, as for another image of
   /// the same partner, it is found again.
   int find(int64_t partner)
   {
-    if (expected >= 0 && records[expected].partner == partner) {
-      const int slot = expected;
-      hints.begin++;
-      skip();
-      return slot;
+    if (hints.begin != hints.end) {
+      const int slot = *hints.begin;
+      if ((unsigned) slot < (unsigned) n && records[slot].partner == partner) {
+        hints.begin++;
+        return slot;
+      }
     }
     return n ? search(partner) : -1;
   }
@@ -44,15 +44,8 @@ class RecordFinder {
   const Bond *const records;
   const int n;
   Hints hints;
-  int expected;    // slot of the next hint, -1 without
   bool filtered = false;
   std::array<uint64_t, 8> filter;    // of 512 bits, those that the partners' hashes name
-
-  void skip()
-  {
-    while (hints.begin != hints.end && (unsigned) *hints.begin >= (unsigned) n) hints.begin++;
-    expected = hints.begin != hints.end ? *hints.begin : -1;
-  }
 
   static unsigned hash(int64_t partner)
   {
@@ -81,10 +74,7 @@ class RecordFinder {
     const int slot = (int) (at - records);
     const int *const near_end = hints.begin + std::min<ptrdiff_t>(hints.end - hints.begin, 64);
     const int *const hint = std::find(hints.begin, near_end, slot);
-    if (hint != near_end) {
-      hints.begin = hint + 1;
-      skip();
-    }
+    if (hint != near_end) hints.begin = hint + 1;
     return slot;
   }
 };

@@ -112,8 +112,7 @@ void FixEVPBonds::init()
   const PairNetwork *network = PairNetwork::require(force, error, who);
   EVP::scene::refuse_respa(update, error, who);
 
-  const int here = bonds->most();
-  int most;
+  int here = bonds->most(), most;
   MPI_Allreduce(&here, &most, 1, MPI_INT, MPI_MAX, world);
   bonds->need_room(most);
   set_exchange_room();

@@ -59,7 +59,8 @@ class PairListBuilder : protected Pointers {
 
   double memory_usage() const
   {
-    return (double) (last_slots.capacity() * sizeof(int) + last_rows.capacity() * sizeof(Range));
+    return (double) ((last.slots.capacity() + now.slots.capacity()) * sizeof(int) +
+                     (last.rows.capacity() + now.rows.capacity()) * sizeof(Range));
   }
 
  private:
@@ -67,11 +68,24 @@ class PairListBuilder : protected Pointers {
     int first, last;
   };
 
-  // slots of the last list, by row of the local atoms: where records are mostly found again
-  std::vector<int> last_slots;
-  std::vector<Range> last_rows;
+  /// Slots of the records found, row by row of the local atoms: mostly found there again.
+  struct Slots {
+    std::vector<int> slots;
+    std::vector<Range> rows;
+    int size = 0;
 
+    int *room(int n)
+    {
+      if (slots.size() < (size_t) size + n) slots.resize(2 * ((size_t) size + n));
+      return slots.data() + size;
+    }
+  } last, now;
+
+  using Room = EVP::PackedPairs::Room;
+  int take_neighbors(const Scene &, int i, const int *neighbors, int nneighbors, const Room &);
+  void fill(const Scene &, int i, int n, const Room &, const EVP::PackedPairs &, Found &) const;
   void pack_row(const Scene &, int i, EVP::PairList &, Found &);
+  void stop_where_centres_coincide(int i, int j) const;
   void count_overlap(int i, int j, double deq, const EVP::Law &, Overlaps &) const;
 };
 
