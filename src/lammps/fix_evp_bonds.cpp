@@ -5,7 +5,7 @@
 
 #include "fix_evp_bonds.h"
 
-#include "core/params.h"
+#include "core/text.h"
 #include "pair_evp_lj.h"
 #include "scene.h"
 

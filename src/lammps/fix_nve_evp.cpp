@@ -4,7 +4,7 @@
 
 #include "fix_nve_evp.h"
 
-#include "core/params.h"
+#include "core/text.h"
 #include "pair_evp_lj.h"
 #include "scene.h"
 

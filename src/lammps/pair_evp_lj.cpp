@@ -135,13 +135,13 @@ template <bool Damping> void PairEVPLJ::compute_forces()
                                   newton ? packed.nall : packed.nlocal};
   const bool energy = eflag_either != 0;
   if (!evflag)
-    EVP::accumulate_forces<Damping>(packed, block_law, view, EVP::NoTally());
+    EVP::accumulate_forces<Damping>(packed, coefficients.block_law(), view, EVP::NoTally());
   else if (eflag_atom || vflag_atom || cvflag_atom || num_tally_compute > 0)
-    EVP::accumulate_forces<Damping>(packed, block_law, view,
+    EVP::accumulate_forces<Damping>(packed, coefficients.block_law(), view,
                                     PairTally(this, packed.nlocal, newton, energy));
   else {
     EVP::SumTally sums(packed, view.nreact, energy, vflag_global != 0);
-    EVP::accumulate_forces<Damping>(packed, block_law, view, sums);
+    EVP::accumulate_forces<Damping>(packed, coefficients.block_law(), view, sums);
     eng_vdwl += sums.total_energy();
     for (int k = 0; k < 6; k++) virial[k] += sums.total_virial(k);
   }
@@ -158,7 +158,7 @@ bool PairEVPLJ::is_implicit(int i, int j) const
 
 double PairEVPLJ::implicit_gamma(const EVP::PackedPair &pair) const
 {
-  return pair.law < nlaws() ? 0.0 : laws[pair.law - nlaws()].parameters().gamma;
+  return coefficients.gamma_elsewhere(pair.law);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -186,7 +186,7 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
   if (bonds && deq == 0.0 && j < atom->nlocal) deq = bonds->find_deq(j, atom->tag[i]);
   const bool is_bond = deq > 0.0;
 
-  const EVP::Law &law = laws[law_index(itype, jtype)];
+  const EVP::Law &law = coefficients.law(coefficients.index(itype, jtype));
   const double sum_radii = atom->radius[i] + atom->radius[j];
   if (!is_bond) deq = sum_radii;
   const bool repels_only = !is_bond && settings_now.contact == Contact::REPULSIVE;
@@ -245,6 +245,6 @@ double PairEVPLJ::memory_usage()
 {
   double bytes = Pair::memory_usage();
   bytes += packed.memory_usage();
-  bytes += (double) (laws.capacity() + block_law.laws.capacity()) * sizeof(EVP::Law);
+  bytes += coefficients.memory_usage();
   return bytes;
 }

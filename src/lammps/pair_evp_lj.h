@@ -9,6 +9,7 @@ PairStyle(evp/lj,PairEVPLJ);
 #ifndef LMP_PAIR_EVP_LJ_H
 #define LMP_PAIR_EVP_LJ_H
 
+#include "core/coefficients.h"
 #include "core/force_loop.h"
 #include "pair.h"
 
@@ -75,7 +76,7 @@ class PairEVPLJ : public Pair {
 
   /// deq of each packed pair as it was recorded [length]: 1/deq of the list has lost its last bit.
   std::vector<double> rest_distances() const;
-  const EVP::Law &law_of(const EVP::PackedPair &pair) const { return laws[pair.law]; }
+  const EVP::Law &law_of(const EVP::PackedPair &pair) const { return coefficients.law(pair.law); }
 
   /// Were the pairs packed from the neighbor list as it is now, and from the atoms here?
   bool is_packed() const;
@@ -105,12 +106,8 @@ class PairEVPLJ : public Pair {
     double overlap;    // warn below d = (1 - overlap) (R_i + R_j)
   } settings_now;
 
-  static constexpr int NCOEFF = 9;
-  static constexpr int NVALUES = 3;    // p1 p2 p3 of compute pair/local
-  double **coefficients[NCOEFF];       // [type][type] of e1 m1 n1 e2 m2 n2 xi_s gamma alpha
-  std::vector<EVP::Law> laws;          // of all pairs of types, see law_index()
-  std::vector<int> laws_in_use;        // indices of those that the packed pairs can have
-  EVP::BlockLaw block_law;             // the same laws for the time-step loop
+  static constexpr int NVALUES = 3;              // p1 p2 p3 of compute pair/local
+  EVP::Coefficients coefficients;                // and the laws made of them
   std::vector<double> max_radius, min_radius;    // per type, when the cut-offs were set
   std::vector<double> reach;    // cut-offs that the neighbor list has, below 0 where not served
   bool any_gamma;
@@ -148,10 +145,7 @@ class PairEVPLJ : public Pair {
 
   void allocate();
   void offer_pair_values();
-  int nlaws() const { return (int) (max_radius.size() * max_radius.size()); }
-  int law_index(int itype, int jtype) const { return itype * (int) max_radius.size() + jtype; }
   bool is_implicit(int i, int j) const;
-  EVP::Row row_of(int itype, int jtype) const;
   EVP::Row row_from_file(const char *file, const char *name) const;
   bool damping_acts() const;
   void check_host_settings() const;
@@ -184,7 +178,6 @@ class PairEVPLJ : public Pair {
   void stop_where_centres_coincide(int i, int j) const;
   void check_radii() const;
   void check_bonds() const;
-  void find_block_law();
   template <bool Damping> void compute_forces();
   void stop_at_blow_up() const;
 };

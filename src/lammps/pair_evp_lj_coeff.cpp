@@ -1,10 +1,10 @@
-/* SPDX-License-Identifier: GPL-2.0-only
-
-   Pair style evp/lj: the commands pair_style and pair_coeff. */
+// SPDX-License-Identifier: GPL-2.0-only
+//
+// Pair style evp/lj: the commands pair_style and pair_coeff.
 
 #include "pair_evp_lj.h"
 
-#include "core/params.h"
+#include "core/potential_file.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -16,19 +16,18 @@
 
 #include <algorithm>
 #include <cstring>
+#include <iterator>
 
 using namespace LAMMPS_NS;
 
-static constexpr long MAX_FILE_SIZE = 1 << 20;
-
-/* ---------------------------------------------------------------------- */
+static constexpr int MAX_FILE_SIZE = 1 << 20;
 
 PairEVPLJ::PairEVPLJ(LAMMPS *lmp) :
-    Pair(lmp), settings_now{Contact::LITERAL, 0.3}, coefficients{}, any_gamma(false),
-    scene_checked(false), implicit_groupbit(0), bonds(nullptr), overlap_warned(false),
-    velocities_sent(false), explicit_damping(false), packed_call(-1), packed_step(-1),
-    packed_atoms(0), built_comm(nullptr), built_skin(0.0), lammps_notes(false),
-    sends_positions(false), updated_ghosts(0), repack(true), radii_vary(false)
+    Pair(lmp), settings_now{Contact::LITERAL, 0.3}, any_gamma(false), scene_checked(false),
+    implicit_groupbit(0), bonds(nullptr), overlap_warned(false), velocities_sent(false),
+    explicit_damping(false), packed_call(-1), packed_step(-1), packed_atoms(0), built_comm(nullptr),
+    built_skin(0.0), lammps_notes(false), sends_positions(false), updated_ghosts(0), repack(true),
+    radii_vary(false)
 {
   writedata = 1;
   comm_forward = 3;    // velocities
@@ -37,18 +36,12 @@ PairEVPLJ::PairEVPLJ(LAMMPS *lmp) :
   packed.nlocal = packed.nall = -1;
 }
 
-/* ---------------------------------------------------------------------- */
-
 PairEVPLJ::~PairEVPLJ()
 {
   delete[] svector;
-  if (!allocated) return;
   memory->destroy(setflag);
   memory->destroy(cutsq);
-  for (auto &coefficient : coefficients) memory->destroy(coefficient);
 }
-
-/* ---------------------------------------------------------------------- */
 
 void PairEVPLJ::allocate()
 {
@@ -56,24 +49,17 @@ void PairEVPLJ::allocate()
   const int n = atom->ntypes + 1;
   memory->create(setflag, n, n, "pair:setflag");
   memory->create(cutsq, n, n, "pair:cutsq");
-  for (auto &coefficient : coefficients) memory->create(coefficient, n, n, "pair:coefficient");
-  for (int i = 0; i < n; i++)
-    for (int j = 0; j < n; j++) {
-      setflag[i][j] = 0;
-      cutsq[i][j] = 0.0;
-      for (auto &coefficient : coefficients) coefficient[i][j] = 0.0;
-    }
+  std::fill_n(&setflag[0][0], n * n, 0);
+  std::fill_n(&cutsq[0][0], n * n, 0.0);
   max_radius.assign(n, 0.0);
   min_radius.assign(n, 0.0);
-  laws.assign((size_t) 2 * n * n, EVP::Law());
+  coefficients.resize(atom->ntypes);
 }
 
-/* ----------------------------------------------------------------------
-   pair_style evp/lj [contact literal|repulsive|none] [overlap 0.3]
-------------------------------------------------------------------------- */
-
+// pair_style evp/lj [contact literal|repulsive|none] [overlap 0.3]
 void PairEVPLJ::settings(int narg, char **arg)
 {
+  const char *const contacts[] = {"literal", "repulsive", "none"};
   Settings chosen = {Contact::LITERAL, 0.3};
   for (int iarg = 0; iarg < narg; iarg += 2) {
     const std::string key = arg[iarg];
@@ -83,15 +69,11 @@ void PairEVPLJ::settings(int narg, char **arg)
     if (iarg + 1 == narg) error->all(FLERR, "Pair style evp/lj: keyword {} needs a value", key);
     const std::string value = arg[iarg + 1];
     if (key == "contact") {
-      if (value == "literal")
-        chosen.contact = Contact::LITERAL;
-      else if (value == "repulsive")
-        chosen.contact = Contact::REPULSIVE;
-      else if (value == "none")
-        chosen.contact = Contact::NONE;
-      else
+      const auto found = std::find(std::begin(contacts), std::end(contacts), value);
+      if (found == std::end(contacts))
         error->all(FLERR, "Pair style evp/lj: contact must be literal, repulsive or none, got '{}'",
                    value);
+      chosen.contact = (Contact) (found - contacts);
     } else {
       try {
         chosen.overlap = EVP::parse_number("overlap", value);
@@ -110,52 +92,38 @@ void PairEVPLJ::settings(int narg, char **arg)
   offer_pair_values();
 }
 
-/* ----------------------------------------------------------------------
-   p1 p2 p3 of compute pair/local. Before 2026 LAMMPS copies those of a sub-style of
-   pair_style hybrid without end, and crashes; there, asking for them is an error instead
-------------------------------------------------------------------------- */
-
+// p1 p2 p3 of compute pair/local. Before 2026 LAMMPS copies those of a sub-style of
+// pair_style hybrid without end, and crashes; there, asking for them is an error instead
 void PairEVPLJ::offer_pair_values()
 {
   single_extra = strcmp(force->pair_style, "hybrid") == 0 ? 0 : NVALUES;
 }
 
-/* ----------------------------------------------------------------------
-   pair_coeff I J e1 m1 n1 e2 m2 n2 xi_s gamma alpha
-   pair_coeff I J FILE NAME
-------------------------------------------------------------------------- */
-
+// pair_coeff I J e1 m1 n1 e2 m2 n2 xi_s gamma alpha, or pair_coeff I J FILE NAME
 void PairEVPLJ::coeff(int narg, char **arg)
 {
-  if (narg < 3)
+  if (narg < 4)
     error->all(FLERR,
-               "Pair evp/lj: pair_coeff needs two atom types and a row: the 9 numbers e1 m1 n1 e2 "
-               "m2 n2 xi_s gamma alpha, or FILE NAME");
+               "Pair evp/lj: pair_coeff needs two atom types and a row: the {} numbers {}, or FILE "
+               "NAME with the name of a row in the file",
+               EVP::NMEMBERS, EVP::row_keys());
   if (!allocated) allocate();
 
   int ilo, ihi, jlo, jhi;
   utils::bounds(FLERR, arg[0], 1, atom->ntypes, ilo, ihi, error);
   utils::bounds(FLERR, arg[1], 1, atom->ntypes, jlo, jhi, error);
 
-  EVP::Row row{};
+  EVP::Row row;
   try {
-    if (narg == 3)
-      throw EVP::BadInput("pair_coeff I J needs a row: the 9 numbers e1 m1 n1 e2 m2 n2 xi_s gamma "
-                          "alpha, or FILE NAME with the name of a row in the file");
-    if (narg == 4)
-      row = row_from_file(arg[2], arg[3]);
-    else
-      row = EVP::parse_row({arg + 2, arg + narg});
+    row = narg == 4 ? row_from_file(arg[2], arg[3]) : EVP::parse_row({arg + 2, arg + narg});
   } catch (const EVP::BadInput &bad) {
     error->all(FLERR, "Pair evp/lj: {}", bad.what());
   }
 
-  const double value[NCOEFF] = {row.e1, row.m1,   row.n1,    row.e2,   row.m2,
-                                row.n2, row.xi_s, row.gamma, row.alpha};
   bool any = false;
   for (int i = ilo; i <= ihi; i++)
     for (int j = std::max(jlo, i); j <= jhi; j++) {
-      for (int k = 0; k < NCOEFF; k++) coefficients[k][i][j] = coefficients[k][j][i] = value[k];
+      coefficients.set(i, j, row);
       setflag[i][j] = 1;
       any = true;
     }
@@ -165,10 +133,7 @@ void PairEVPLJ::coeff(int narg, char **arg)
                arg[1]);
 }
 
-/* ----------------------------------------------------------------------
-   the first process reads the file, all check it and stop together
-------------------------------------------------------------------------- */
-
+// the first process reads the file, all check it and stop together
 EVP::Row PairEVPLJ::row_from_file(const char *file, const char *name) const
 {
   std::string text;
@@ -194,26 +159,13 @@ EVP::Row PairEVPLJ::row_from_file(const char *file, const char *name) const
   return EVP::row_from_text(text, file, name, update->unit_style);
 }
 
-/* ---------------------------------------------------------------------- */
-
-EVP::Row PairEVPLJ::row_of(int i, int j) const
-{
-  double c[NCOEFF];
-  for (int k = 0; k < NCOEFF; k++) c[k] = coefficients[k][i][j];
-  return {c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7], c[8]};
-}
-
-/* ---------------------------------------------------------------------- */
-
 double PairEVPLJ::alpha_given(int itype, int jtype) const
 {
   const int low = std::min(itype, jtype), high = std::max(itype, jtype);
-  return allocated && setflag[low][high] ? coefficients[NCOEFF - 1][low][high] : 0.0;
+  return allocated && setflag[low][high] ? coefficients.row(low, high).alpha : 0.0;
 }
-
-/* ---------------------------------------------------------------------- */
 
 double PairEVPLJ::alpha_of(int itype, int jtype) const
 {
-  return serves(itype, jtype) ? coefficients[NCOEFF - 1][itype][jtype] : 0.0;
+  return serves(itype, jtype) ? coefficients.row(itype, jtype).alpha : 0.0;
 }

@@ -59,29 +59,11 @@ void PairEVPLJ::pack(bool together)
   packed_call = neighbor->ncalls;
   packed_step = neighbor->lastcall;
   if (together) agree_on_pairs(damped, overlaps);
-  find_block_law();
-}
-
-/* ----------------------------------------------------------------------
-   the laws of the pairs of types that this style serves, where they differ.
-   Those of implicit pairs differ in gamma, which matters only beside explicit ones
-------------------------------------------------------------------------- */
-
-void PairEVPLJ::find_block_law()
-{
-  std::vector<int> &used = laws_in_use;
-  used.clear();
-  for (int i = 1; i <= atom->ntypes; i++)
-    for (int j = i; j <= atom->ntypes; j++)
-      if (serves(i, j)) used.push_back(law_index(i, j));
-
-  const bool mixed = explicit_damping && implicit_groupbit;
-  bool alike = !mixed;
-  for (const int k : used) alike = alike && laws[k].parameters() == laws[used[0]].parameters();
-  if (alike && !used.empty()) used.resize(1);
-  if (mixed)
-    for (int k = (int) used.size() - 1; k >= 0; k--) used.push_back(nlaws() + used[k]);
-  block_law.assign(laws, used);
+  coefficients.choose_block_law(
+      [this](int i, int j) {
+        return serves(i, j);
+      },
+      explicit_damping && implicit_groupbit);
 }
 
 /* ----------------------------------------------------------------------
@@ -128,8 +110,8 @@ bool PairEVPLJ::pack_row(int i, Overlaps &overlaps)
   const tagint *const tag = atom->tag;
   FixEVPBonds::Bonds none;
   EVP::Partners<FixEVPBonds::Bond> partners(bonds ? bonds->ordered_bonds_of(i) : none);
-  const EVP::Law *const row_laws = &laws[law_index(type[i], 0)];
-  const int first_law = law_index(type[i], 0);
+  const int first_law = coefficients.index(type[i], 0);
+  const EVP::Law *const row_laws = &coefficients.law(first_law);
   const bool new_pairs = settings_now.contact != Contact::NONE;
   const bool new_repel_only = settings_now.contact == Contact::REPULSIVE;
   const bool some_implicit = implicit_groupbit != 0;
@@ -157,7 +139,7 @@ bool PairEVPLJ::pack_row(int i, Overlaps &overlaps)
     const double deq = is_bond ? bond->deq : sum_radii;
     const double cut = !is_bond && new_repel_only ? sum_radii : row.alpha * sum_radii;
     const bool implicit = some_implicit && is_implicit(i, j);
-    const int law = first_law + type[j] + (implicit ? nlaws() : 0);
+    const int own = first_law + type[j], law = implicit ? coefficients.undamped(own) : own;
     packed.pairs.push_back(deq, cut, j, law, is_bond);
     damped = damped || (!implicit && row.gamma > 0.0);
 
@@ -197,7 +179,7 @@ void PairEVPLJ::count_overlap(int i, int j, double deq, int law, Overlaps &overl
   if (!force->newton_pair && j >= atom->nlocal && atom->tag[i] > atom->tag[j]) return;
   if (overlaps.count++) return;
   const double d = std::sqrt(EVP::PairGeometry(EVP::scene::rows(atom->x), i, j).dsq);
-  overlaps = {1, atom->tag[i], atom->tag[j], d, deq, laws[law].regime(d, deq)};
+  overlaps = {1, atom->tag[i], atom->tag[j], d, deq, coefficients.law(law).regime(d, deq)};
 }
 
 /* ----------------------------------------------------------------------

@@ -4,7 +4,6 @@
 
 #include "pair_evp_lj.h"
 
-#include "core/params.h"
 #include "fix_evp_bonds.h"
 #include "scene.h"
 
@@ -34,7 +33,7 @@ void PairEVPLJ::init_style()
   overlap_warned = false;
   radii_vary = !atom->avec->comm_x_only;    // then radii are sent at every step
   packed_call = packed_step = -1;
-  reach.assign(laws.size(), -1.0);
+  reach.assign(max_radius.size() * max_radius.size(), -1.0);
   any_gamma = scene_checked = false;
   neighbor->add_request(this);
 }
@@ -145,24 +144,19 @@ double PairEVPLJ::init_one(int i, int j)
         "and {}: use 'set ... diameter'",
         smallest, i, j);
 
-  for (auto &coefficient : coefficients) coefficient[j][i] = coefficient[i][j];
-  const EVP::Row row = row_of(i, j);
+  EVP::Row row;
   try {
-    EVP::check_row(row);
+    row = coefficients.make_law(i, j);
   } catch (const EVP::BadInput &bad) {
     error->all(FLERR, "Pair evp/lj, types {} and {}: {}", i, j, bad.what());
   }
-  EVP::Row undamped = row;
-  undamped.gamma = 0.0;
-  laws[law_index(i, j)] = laws[law_index(j, i)] = EVP::Law(row);
-  laws[nlaws() + law_index(i, j)] = laws[nlaws() + law_index(j, i)] = EVP::Law(undamped);
   repack = true;
 
   if (row.gamma > 0.0) any_gamma = true;    // fix adapt may have switched it on
 
   // called once at set-up, and again by fix adapt while the neighbor list keeps its reach
   const double cut = row.alpha * (max_radius[i] + max_radius[j]);
-  double &longest = reach[law_index(i, j)];
+  double &longest = reach[coefficients.index(i, j)];
   if (longest < 0.0) longest = cut;
   if (cut > longest * (1.0 + 1.0e-12))
     error->all(
@@ -180,7 +174,8 @@ double PairEVPLJ::init_one(int i, int j)
 
 bool PairEVPLJ::serves(int i, int j) const
 {
-  return allocated && !reach.empty() && reach[law_index(std::min(i, j), std::max(i, j))] >= 0.0;
+  return allocated && !reach.empty() &&
+      reach[coefficients.index(std::min(i, j), std::max(i, j))] >= 0.0;
 }
 
 /* ----------------------------------------------------------------------
