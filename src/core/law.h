@@ -21,7 +21,9 @@ namespace EVP {
 /// Force, energy and stiffness of one pair type. A value type, built once per row.
 class Law {
  public:
-  /// The law in the form that serves one pair and a block of them: selects instead of branches.
+  /// The law for a loop over blocks of pairs, which has selects where force() and energy() have
+  /// branches: on the base instruction set a select of doubles is a branch too, one that is often
+  /// foretold wrong, and pairs one by one take 1.3 times their time with it.
   ///
   /// With s = 1/(r - offset) and offset 0 in the first regime, +xi_s or -xi_s in the second,
   /// F deq = a s (s^m - s^n) + force, E = em s^m - en s^n + energy - force r. All but xi_s and gamma
@@ -52,8 +54,8 @@ class Law {
     /// F deq [energy], from s and its powers there.
     EVP_INLINE double force(const Place &at, double s, PowerPair q) const
     {
-      const double side = at.is_stretched ? stretched.force : compressed.force;
       const double a = at.is_first ? first.a : second.a;
+      const double side = at.is_stretched ? stretched.force : compressed.force;
       const double carried = at.is_first ? 0.0 : side;
       return a * s * (q.sm - q.sn) + carried;
     }
@@ -93,9 +95,10 @@ class Law {
   /// Force at distance d [energy/length], positive when repulsive; zero at d = deq (eqs. 1, 8).
   double force(double d, double deq) const
   {
-    const Constants::Place at = loop.place(d / deq);
-    const double s = 1.0 / at.shifted;
-    return loop.force(at, s, regime_at(at).powers(s)) / deq;
+    const double r = d / deq, xi = r - 1.0;
+    if (std::fabs(xi) <= row.xi_s) return first.force(1.0 / r) / deq;
+    const Threshold &t = beyond(xi);
+    return (second.force(1.0 / (r - t.offset)) + t.carried.force) / deq;
   }
 
   /// Energy at d minus energy at dcut [energy]: zero at the pair's own cut (eqs. 2, 8 integrated).
@@ -117,16 +120,17 @@ class Law {
     const double opened = d - deq;
     const double xi = opened / deq;
     if (std::fabs(xi) <= row.xi_s) return {first.stored(xi), 0.0};
-    const Threshold &t = xi > 0.0 ? stretched : compressed;
-    const double beyond = std::fma(-t.offset, deq, opened) / deq;
-    return {t.stored, second.stored(beyond) + t.stored_slope * beyond};
+    const Threshold &t = beyond(xi);
+    const double rest = std::fma(-t.offset, deq, opened) / deq;
+    return {t.stored, second.stored(rest) + t.stored_slope * rest};
   }
 
   /// -dF/dd [energy/length^2], positive at rest; jumps at xi_s, where the first regime's is given.
   double stiffness(double d, double deq) const
   {
-    const Constants::Place at = loop.place(d / deq);
-    return regime_at(at).stiffness(1.0 / at.shifted) / (deq * deq);
+    const double r = d / deq, xi = r - 1.0;
+    if (std::fabs(xi) <= row.xi_s) return first.stiffness(1.0 / r) / (deq * deq);
+    return second.stiffness(1.0 / (r - beyond(xi).offset)) / (deq * deq);
   }
 
   /// m1 n1 e1 / deq^2 [energy/length^2]: the stiffness at d = deq.
@@ -162,6 +166,11 @@ class Law {
       return with_powers(m, n, [s](auto p) {
         return p(s);
       });
+    }
+    double force(double s) const    // times deq
+    {
+      const PowerPair q = powers(s);
+      return a * s * (q.sm - q.sn);
     }
     double energy(double s) const
     {
@@ -203,27 +212,23 @@ class Law {
   Threshold stretched, compressed;
   Constants loop;
 
-  const Regime &regime_at(const Constants::Place &at) const { return at.is_first ? first : second; }
+  const Threshold &beyond(double xi) const { return xi > 0.0 ? stretched : compressed; }
 
   Threshold threshold(double offset) const
   {
-    const double r = 1.0 + offset, s = 1.0 / r;
-    const PowerPair q = first.powers(s);
-    const double f = first.a * s * (q.sm - q.sn);
+    const double r = 1.0 + offset, s = 1.0 / r, f = first.force(s);
     return {offset,
             {f, first.energy(s) + second.e + f * r},
             first.stored(offset),
             first.stored_slope(offset)};
   }
 
-  /// As Constants::energy(), but for the last bit: runs with exponents of their own print this one.
   double reduced_energy(double r) const
   {
-    const Constants::Place at = loop.place(r);
-    const double phi = regime_at(at).energy(1.0 / at.shifted);
-    if (at.is_first) return phi;
-    const Constants::Carried &side = at.is_stretched ? loop.stretched : loop.compressed;
-    return phi + side.energy - side.force * r;
+    const double xi = r - 1.0;
+    if (std::fabs(xi) <= row.xi_s) return first.energy(1.0 / r);
+    const Threshold &t = beyond(xi);
+    return second.energy(1.0 / (r - t.offset)) + t.carried.energy - t.carried.force * r;
   }
 
   /// Room for distances far from 1 and for what is made of forces.
