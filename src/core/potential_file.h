@@ -35,18 +35,20 @@ inline Row row_from_text(const std::string &text, const std::string &file, const
                    " starts with a byte-order mark: save it without (plain ASCII or UTF-8)");
 
   std::istringstream in(text);
-  std::string line, declared, known;
-  std::getline(in, line);
-  const std::string tag = "UNITS:";
-  const size_t at = line.find(tag);
-  if (line[0] == '#' && at != std::string::npos)
-    std::istringstream(line.substr(at + tag.size())) >> declared;
-  if (declared.empty())
-    throw BadInput("file " + file + " line 1: the first line must be a comment with 'UNITS: " +
-                   units + "' (or the unit style that the numbers are in)");
-  if (declared != units)
-    throw BadInput("file " + file + " is in UNITS: " + shown(declared) + ", but 'units " + units +
-                   "' is in force: convert the file or change the units command");
+  std::string line, known;
+  if (std::getline(in, line)) {
+    const std::string tag = "UNITS:";
+    std::string declared;
+    const size_t at = line.find(tag);
+    if (line[0] == '#' && at != std::string::npos)
+      std::istringstream(line.substr(at + tag.size())) >> declared;
+    if (declared.empty())
+      throw BadInput("file " + file + " line 1: the first line must be a comment with 'UNITS: " +
+                     units + "' (or the unit style that the numbers are in)");
+    if (declared != units)
+      throw BadInput("file " + file + " is in UNITS: " + shown(declared) + ", but 'units " + units +
+                     "' is in force: convert the file or change the units command");
+  }
 
   Row found{};
   bool is_found = false;
