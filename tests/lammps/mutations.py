@@ -34,7 +34,7 @@ MUTATIONS = [
     Mutation("half of the force carried over from the threshold", ("threshold strain: 0.001", "threshold strain: 0.05", "threshold strain: 0.3"), "law.h",
              "{f, first.energy(s)", "{0.5 * f, first.energy(s)"),
     Mutation("e2 less by a tenth", ("threshold strain: 1e-06",), "law.h", "second(row_in.e2, row_in.m2, row_in.n2)", "second(0.9 * row_in.e2, row_in.m2, row_in.n2)"),
-    Mutation("powers 4 2 where 2 1 is asked for", ("exponents: 2 1",), "law.h", "return f(FixedPowers<2, 1>{});", "return f(FixedPowers<4, 2>{});"),
+    Mutation("powers 4 2 where 2 1 is asked for", ("exponents: 2 1",), "powers.h", "return f(FixedPowers<2, 1>{});", "return f(FixedPowers<4, 2>{});"),
     Mutation("dlim a tenth further out", ("range alpha",), "pair_evp_lj_pack.cpp", "row.alpha * sum_radii", "1.1 * row.alpha * sum_radii"),
     Mutation("exponents of the first regime in both", ("exponents: 8 4", "exponents: 13.5", "exponents: 24"), "law.h", "second(row_in.e2, row_in.m2, row_in.n2)", "second(row_in.e2, row_in.m1, row_in.n1)"),
     Mutation("energy not zero at dlim", ("all pairs at dlim",), "block_law.cpp", "c.energy(cut, powers", "0.5 * c.energy(cut, powers"),
