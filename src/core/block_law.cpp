@@ -5,10 +5,9 @@
 
 #include "core/block_law.h"
 
-#include "core/levels.h"
-
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 namespace EVP {
 
@@ -31,17 +30,6 @@ namespace {
     const Law::Constants *own[Many ? Block::SIZE : 1];
   };
 
-  /// E(r) up to a constant [energy], from s and its powers.
-  EVP_INLINE double energy_at(const Law::Constants &c, bool is_first, bool is_stretched, double r,
-                              PowerPair q)
-  {
-    const double em = is_first ? c.first.em : c.second.em;
-    const double en = is_first ? c.first.en : c.second.en;
-    const double constant = is_stretched ? c.stretched.energy : c.compressed.energy;
-    const double slope = is_stretched ? c.stretched.force : c.compressed.force;
-    return em * q.sm - en * q.sn + (is_first ? 0.0 : constant - slope * r);
-  }
-
   /// All pairs of a block whose laws share the powers P.
   template <class P, bool Many, bool Damping, bool Energy>
   EVP_INLINE void evaluate(const BlockLaw &law, Block &block)
@@ -61,33 +49,22 @@ namespace {
       const double dsq = x * x + y * y + z * z;
       const double d = std::sqrt(dsq);
       const double r = d * inv_deq[k];
-      const double xi = r - 1.0;
-      const bool is_first = std::fabs(xi) <= c.xi_s;
-      const bool is_stretched = xi > 0.0;
+      const auto at = c.place(r);
 
       // 1/d and s = 1/(r - offset) from one division
-      const double offset = is_first ? 0.0 : std::copysign(c.xi_s, xi);
-      const double shifted = r - offset;
-      const double w = 1.0 / (shifted * d);
+      const double w = 1.0 / (at.shifted * d);
       const double s = w * d;
-      const double inv_d = w * shifted;
+      const double inv_d = w * at.shifted;
       const PowerPair q = powers(s);
 
-      const double side = is_stretched ? c.stretched.force : c.compressed.force;
-      const double a = is_first ? c.first.a : c.second.a;
-      const double carried = is_first ? 0.0 : side;
-      double f = (a * s * (q.sm - q.sn) + carried) * (inv_deq[k] * inv_d);
+      double f = c.force(at, s, q) * (inv_deq[k] * inv_d);
       if constexpr (Damping) f -= c.gamma * block.approach[k] * (inv_d * inv_d);
       block.force[k] = dsq > cutsq[k] ? 0.0 : f;
 
       if constexpr (Energy) {
         const double rc = std::sqrt(cutsq[k]) * inv_deq[k] * (kind[k] & 1 ? of_bond : of_new);
-        const double xic = rc - 1.0;
-        const bool cut_is_first = std::fabs(xic) <= c.xi_s;
-        const double cut_offset = cut_is_first ? 0.0 : std::copysign(c.xi_s, xic);
-        const PowerPair qc = powers(1.0 / (rc - cut_offset));
-        const double e = energy_at(c, is_first, is_stretched, r, q) -
-            energy_at(c, cut_is_first, xic > 0.0, rc, qc);
+        const auto cut = c.place(rc);
+        const double e = c.energy(at, q) - c.energy(cut, powers(1.0 / cut.shifted));
         block.energy[k] = dsq > cutsq[k] ? 0.0 : e;
       }
     }
@@ -133,14 +110,17 @@ namespace {
 #endif
 
   template <class P, bool Many, bool Damping, bool Energy>
-  BlockLaw::Function function_for(Level level)
+  BlockLaw::Function function_for([[maybe_unused]] Level level)
   {
+    if constexpr (std::is_same_v<P, AnyPowers>) return evaluate_any<Damping, Energy>;
 #if EVP_HAS_LEVELS
-    if (level == Level::AVX512) return evaluate_avx512<P, Many, Damping, Energy>;
-    if (level == Level::AVX2) return evaluate_avx2<P, Many, Damping, Energy>;
+    else if (level == Level::AVX512)
+      return evaluate_avx512<P, Many, Damping, Energy>;
+    else if (level == Level::AVX2)
+      return evaluate_avx2<P, Many, Damping, Energy>;
 #endif
-    (void) level;
-    return evaluate_base<P, Many, Damping, Energy>;
+    else
+      return evaluate_base<P, Many, Damping, Energy>;
   }
 
   template <class P, bool Many>
@@ -156,32 +136,30 @@ namespace {
 
 void BlockLaw::assign(const std::vector<Law> &laws_in, const std::vector<int> &used, Level level)
 {
-  laws = laws_in;
+  laws = laws_in.data();
   constants.clear();
-  for (const Law &law : laws) constants.push_back(law.constants());
-  functions[0][0] = evaluate_any<false, false>;
-  functions[0][1] = evaluate_any<false, true>;
-  functions[1][0] = evaluate_any<true, false>;
-  functions[1][1] = evaluate_any<true, true>;
-  if (used.empty()) return;
-  const Row &row = laws[used.front()].parameters();
-  constants.front() = laws[used.front()].constants();
+  if (used.empty()) return;    // no pair to go over
 
-  bool common = row.m2 == row.m1 && row.n2 == row.n1;
+  const Row &row = laws[used.front()].parameters();
+  bool alike = true, common_powers = true;
   for (const int k : used) {
-    const Row &other = laws[k].parameters();
-    common = common && other.m1 == row.m1 && other.n1 == row.n1 && other.m2 == row.m1 &&
-        other.n2 == row.n1;
+    const Row &own = laws[k].parameters();
+    alike = alike && own == row;
+    common_powers = common_powers && own.m1 == row.m1 && own.n1 == row.n1 && own.m2 == row.m1 &&
+        own.n2 == row.n1;
   }
-  const bool many = used.size() > 1;
-  if (common)
-    with_fixed_powers(row.m1, row.n1, [&](auto powers) {
-      using P = decltype(powers);
-      if (many)
-        choose_functions<P, true>(functions, level);
-      else
-        choose_functions<P, false>(functions, level);
-    });
+  if (alike)
+    constants.push_back(laws[used.front()].constants());
+  else
+    for (const Law &law : laws_in) constants.push_back(law.constants());
+
+  with_powers(common_powers ? row.m1 : 0.0, row.n1, [&](auto powers) {
+    using P = decltype(powers);
+    if (alike)
+      choose_functions<P, false>(functions, level);
+    else
+      choose_functions<P, true>(functions, level);
+  });
 }
 
 }    // namespace EVP

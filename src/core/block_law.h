@@ -33,8 +33,8 @@ struct Block {
 /// The laws of all pairs of a list, and the fastest way through a block of these pairs.
 class BlockLaw {
  public:
-  /// laws: as PackedPair::law counts them. used: which of them the pairs have; a single one where
-  /// all are alike.
+  /// laws: as PackedPair::law counts them; they stay the caller's, and must stay where they are.
+  /// used: which of them the pairs have. Where these are alike, no pair looks its own up.
   void assign(const std::vector<Law> &laws, const std::vector<int> &used,
               Level level = best_level());
 
@@ -44,11 +44,10 @@ class BlockLaw {
     functions[damping][energy](*this, block);
   }
 
-  using Function = void (*)(const BlockLaw &, Block &);
+  const Law *laws = nullptr;
+  std::vector<Law::Constants> constants;    ///< of each law, or the only ones that there are
 
-  std::vector<Law> laws;
-  std::vector<Law::Constants>
-      constants;    ///< of each law; of the only one in front where all are alike
+  using Function = void (*)(const BlockLaw &, Block &);
 
  private:
   Function functions[2][2] = {};    // [damping][energy]

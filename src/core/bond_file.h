@@ -10,7 +10,7 @@
 #ifndef EVP_CORE_BOND_FILE_H
 #define EVP_CORE_BOND_FILE_H
 
-#include "core/params.h"
+#include "core/text.h"
 
 #include <cstdint>
 #include <cstdio>

@@ -1,75 +1,131 @@
 // SPDX-License-Identifier: GPL-2.0-only
+//
+// The rows that pair_coeff gave, and the laws that the pairs take of them. Pure C++17.
 
 #ifndef EVP_CORE_COEFFICIENTS_H
 #define EVP_CORE_COEFFICIENTS_H
 
 #include "core/block_law.h"
-#include "core/law.h"
-#include "core/params.h"
+#include "core/checksum.h"
 
+#include <algorithm>
+#include <array>
+#include <string>
 #include <vector>
 
 namespace EVP {
 
+/// A Row per pair of atom types, which count from 1, and two laws made of it: the law itself, and its
+/// twin without gamma for pairs whose damping fix nve/evp takes over.
 class Coefficients {
  public:
+  Coefficients() = default;
+  Coefficients(const Coefficients &) = delete;    // tables point into values
+  Coefficients &operator=(const Coefficients &) = delete;
+
   void resize(int ntypes)
   {
     n = ntypes + 1;
-    for (auto &t : tables) t.assign((size_t) n * n, 0.0);
-    for (int k = 0; k < 9; k++) {
-      pointers[k].resize(n);
-      for (int i = 0; i < n; i++) pointers[k][i] = &tables[k][(size_t) i * n];
+    values.assign((size_t) NMEMBERS * n * n, 0.0);
+    for (int k = 0; k < NMEMBERS; k++) {
+      tables[k].resize(n);
+      for (int i = 0; i < n; i++) tables[k][i] = &values[((size_t) k * n + i) * n];
     }
     laws.assign((size_t) 2 * n * n, Law());
   }
+
   void set(int i, int j, const Row &row)
   {
-    const double v[] = {row.e1, row.m1,   row.n1,    row.e2,   row.m2,
-                        row.n2, row.xi_s, row.gamma, row.alpha};
-    for (int k = 0; k < 9; k++) pointers[k][i][j] = pointers[k][j][i] = v[k];
+    for (int k = 0; k < NMEMBERS; k++) tables[k][i][j] = tables[k][j][i] = row.*MEMBERS[k].value;
   }
+
+  /// What pair_coeff or fix adapt wrote, which goes over i <= j only.
   Row row(int i, int j) const
   {
-    double v[9];
-    for (int k = 0; k < 9; k++) v[k] = pointers[k][i][j];
-    return {v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], v[8]};
+    Row row{};
+    for (int k = 0; k < NMEMBERS; k++)
+      row.*MEMBERS[k].value = tables[k][std::min(i, j)][std::max(i, j)];
+    return row;
   }
-  double **table(int k) { return pointers[k].data(); }
-  double alpha(int i, int j) const { return n ? pointers[8][i][j] : 0.0; }
-  void make_law(int i, int j)
+
+  /// The [type][type] table of a member for fix adapt to write into, nullptr if there is none of
+  /// this name.
+  double **table(const std::string &key)
   {
-    set(i, j, row(i, j));
-    Row r = row(i, j);
-    laws[index(i, j)] = laws[index(j, i)] = Law(r);
-    r.gamma = 0.0;
-    laws[undamped(index(i, j))] = laws[undamped(index(j, i))] = Law(r);
+    for (int k = 0; k < NMEMBERS; k++)
+      if (key == MEMBERS[k].key) return tables[k].data();
+    return nullptr;
   }
+
+  /// A row and its checksum, for restart files.
+  using Words = std::array<double, NMEMBERS + 1>;
+  Words words(int i, int j) const
+  {
+    Words words;
+    for (int k = 0; k < NMEMBERS; k++) words[k] = tables[k][i][j];
+    words[NMEMBERS] = checksum(words.data(), NMEMBERS);
+    return words;
+  }
+
+  /// False where the words are damaged.
+  bool set(int i, int j, const Words &words)
+  {
+    if (words[NMEMBERS] != checksum(words.data(), NMEMBERS)) return false;
+    for (int k = 0; k < NMEMBERS; k++) tables[k][i][j] = tables[k][j][i] = words[k];
+    return true;
+  }
+
+  /// Makes both laws of a pair of types from its row as it is now; throws BadInput. Then they serve
+  /// until the next call, whatever becomes of the row.
+  const Row &make_law(int i, int j)
+  {
+    Row row = this->row(i, j);
+    laws[index(i, j)] = laws[index(j, i)] = Law(row);
+    row.gamma = 0.0;
+    laws[undamped(index(i, j))] = laws[undamped(index(j, i))] = Law(row);
+    return law(index(i, j)).parameters();
+  }
+
+  /// Of a law: those of type i with all types j stand in a row.
   int index(int i, int j) const { return i * n + j; }
-  int undamped(int law) const { return law + n * n; }
-  const Law &law(int k) const { return laws[k]; }
-  double gamma_elsewhere(int k) const
+  const Law &law(int index) const { return laws[index]; }
+
+  /// Index of the twin without gamma.
+  int undamped(int index) const { return index + n * n; }
+
+  /// gamma that a twin lacks [force/velocity], 0 for a law that has its own.
+  double gamma_elsewhere(int index) const
   {
-    return k < n * n ? 0.0 : laws[k - n * n].parameters().gamma;
+    return index < n * n ? 0.0 : laws[index - n * n].parameters().gamma;
   }
-  void make_block_law(std::vector<int> used, bool mixed)
+
+  /// Chooses the way through blocks of pairs. serves(i, j): are there pairs of these types? twins:
+  /// some of them take the twin, which matters only beside others that have their gamma.
+  template <class Serves> void choose_block_law(Serves &&serves, bool twins)
   {
-    bool alike = !mixed;
-    for (const int k : used) alike = alike && laws[k].parameters() == laws[used[0]].parameters();
-    if (alike && !used.empty()) used.resize(1);
-    if (mixed)
-      for (int k = (int) used.size() - 1; k >= 0; k--) used.push_back(n * n + used[k]);
+    used.clear();
+    for (int i = 1; i < n; i++)
+      for (int j = i; j < n; j++) {
+        if (!serves(i, j)) continue;
+        used.push_back(index(i, j));
+        if (twins) used.push_back(undamped(index(i, j)));
+      }
     block.assign(laws, used);
   }
   const BlockLaw &block_law() const { return block; }
-  double memory_usage() const { return 0.0; }
-  const std::vector<Law> &all() const { return laws; }
+
+  double memory_usage() const
+  {
+    return (double) (values.capacity() * sizeof(double) + laws.capacity() * sizeof(Law) +
+                     block.constants.capacity() * sizeof(Law::Constants));
+  }
 
  private:
-  int n = 0;
-  std::vector<double> tables[9];
-  std::vector<double *> pointers[9];
-  std::vector<Law> laws;
+  int n = 0;                                             // atom types and one more
+  std::vector<double> values;                            // of all members
+  std::array<std::vector<double *>, NMEMBERS> tables;    // [type][type] of each
+  std::vector<Law> laws;                                 // of all pairs of types, then their twins
+  std::vector<int> used;                                 // indices of those that pairs can have
   BlockLaw block;
 };
 

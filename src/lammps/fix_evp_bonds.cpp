@@ -4,7 +4,7 @@
 
 #include "atom_directory.h"
 #include "core/checksum.h"
-#include "core/params.h"
+#include "core/text.h"
 #include "pair_network.h"
 #include "scene.h"
 #include "zone_bonds.h"

@@ -4,7 +4,7 @@
 
 #include "fix_nve_evp.h"
 
-#include "core/params.h"
+#include "core/text.h"
 #include "pair_network.h"
 #include "scene.h"
 

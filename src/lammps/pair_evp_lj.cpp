@@ -3,7 +3,7 @@
 #include "pair_evp_lj.h"
 
 #include "core/checksum.h"
-#include "core/params.h"
+#include "core/potential_file.h"
 #include "core/tallies.h"
 #include "scene.h"
 
@@ -21,12 +21,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 
 using namespace LAMMPS_NS;
 using EVP::Contact;
 using EVP::scene::rows;
 
-static constexpr long MAX_FILE_SIZE = 1 << 20;
+static constexpr int MAX_FILE_SIZE = 1 << 20;
 static constexpr double FORMAT = 1003.0;    // of the words of the settings in restart files
 static constexpr int NSETTINGS = 4;         // format, contact, overlap, length of the fix's ID
 static constexpr double LONGEST_ID = 1000;
@@ -73,7 +74,6 @@ PairEVPLJ::PairEVPLJ(LAMMPS *lmp) : Pair(lmp), network(lmp, this, coefficients)
 PairEVPLJ::~PairEVPLJ()
 {
   delete[] svector;
-  if (!allocated) return;
   memory->destroy(setflag);
   memory->destroy(cutsq);
 }
@@ -90,12 +90,10 @@ void PairEVPLJ::allocate()
   network.set_types(atom->ntypes);
 }
 
-/* ----------------------------------------------------------------------
-   pair_style evp/lj [contact literal|repulsive|none] [overlap 0.3]
-------------------------------------------------------------------------- */
-
+// pair_style evp/lj [contact literal|repulsive|none] [overlap 0.3]
 void PairEVPLJ::settings(int narg, char **arg)
 {
+  const char *const contacts[] = {"literal", "repulsive", "none"};
   EVP::NewPairs chosen = {Contact::LITERAL, 0.3};
   for (int iarg = 0; iarg < narg; iarg += 2) {
     const std::string key = arg[iarg];
@@ -105,15 +103,11 @@ void PairEVPLJ::settings(int narg, char **arg)
     if (iarg + 1 == narg) error->all(FLERR, "Pair style evp/lj: keyword {} needs a value", key);
     const std::string value = arg[iarg + 1];
     if (key == "contact") {
-      if (value == "literal")
-        chosen.contact = Contact::LITERAL;
-      else if (value == "repulsive")
-        chosen.contact = Contact::REPULSIVE;
-      else if (value == "none")
-        chosen.contact = Contact::NONE;
-      else
+      const auto found = std::find(std::begin(contacts), std::end(contacts), value);
+      if (found == std::end(contacts))
         error->all(FLERR, "Pair style evp/lj: contact must be literal, repulsive or none, got '{}'",
                    value);
+      chosen.contact = (Contact) (found - contacts);
     } else {
       try {
         chosen.overlap = EVP::parse_number("overlap", value);
@@ -132,42 +126,30 @@ void PairEVPLJ::settings(int narg, char **arg)
   offer_pair_values();
 }
 
-/* ----------------------------------------------------------------------
-   p1 p2 p3 of compute pair/local. Before 2026 LAMMPS copies those of a sub-style of
-   pair_style hybrid without end, and crashes; there, asking for them is an error instead
-------------------------------------------------------------------------- */
-
+// p1 p2 p3 of compute pair/local. Before 2026 LAMMPS copies those of a sub-style of
+// pair_style hybrid without end, and crashes; there, asking for them is an error instead
 void PairEVPLJ::offer_pair_values()
 {
   single_extra = strcmp(force->pair_style, "hybrid") == 0 ? 0 : NVALUES;
 }
 
-/* ----------------------------------------------------------------------
-   pair_coeff I J e1 m1 n1 e2 m2 n2 xi_s gamma alpha
-   pair_coeff I J FILE NAME
-------------------------------------------------------------------------- */
-
+// pair_coeff I J e1 m1 n1 e2 m2 n2 xi_s gamma alpha, or pair_coeff I J FILE NAME
 void PairEVPLJ::coeff(int narg, char **arg)
 {
-  if (narg < 3)
+  if (narg < 4)
     error->all(FLERR,
-               "Pair evp/lj: pair_coeff needs two atom types and a row: the 9 numbers e1 m1 n1 e2 "
-               "m2 n2 xi_s gamma alpha, or FILE NAME");
+               "Pair evp/lj: pair_coeff needs two atom types and a row: the {} numbers {}, or FILE "
+               "NAME with the name of a row in the file",
+               EVP::NMEMBERS, EVP::row_keys());
   if (!allocated) allocate();
 
   int ilo, ihi, jlo, jhi;
   utils::bounds(FLERR, arg[0], 1, atom->ntypes, ilo, ihi, error);
   utils::bounds(FLERR, arg[1], 1, atom->ntypes, jlo, jhi, error);
 
-  EVP::Row row{};
+  EVP::Row row;
   try {
-    if (narg == 3)
-      throw EVP::BadInput("pair_coeff I J needs a row: the 9 numbers e1 m1 n1 e2 m2 n2 xi_s gamma "
-                          "alpha, or FILE NAME with the name of a row in the file");
-    if (narg == 4)
-      row = row_from_file(arg[2], arg[3]);
-    else
-      row = EVP::parse_row({arg + 2, arg + narg});
+    row = narg == 4 ? row_from_file(arg[2], arg[3]) : EVP::parse_row({arg + 2, arg + narg});
   } catch (const EVP::BadInput &bad) {
     error->all(FLERR, "Pair evp/lj: {}", bad.what());
   }
@@ -185,10 +167,7 @@ void PairEVPLJ::coeff(int narg, char **arg)
                arg[1]);
 }
 
-/* ----------------------------------------------------------------------
-   the first process reads the file, all check it and stop together
-------------------------------------------------------------------------- */
-
+// the first process reads the file, all check it and stop together
 EVP::Row PairEVPLJ::row_from_file(const char *file, const char *name) const
 {
   std::string text;
@@ -248,11 +227,6 @@ double PairEVPLJ::init_one(int i, int j)
     error->all(FLERR,
                "Pair evp/lj does not mix unlike types: give 'pair_coeff {} {}' a row of its own", i,
                j);
-  try {
-    EVP::check_row(coefficients.row(i, j));
-  } catch (const EVP::BadInput &bad) {
-    error->all(FLERR, "Pair evp/lj, types {} and {}: {}", i, j, bad.what());
-  }
   return network.serve(i, j);
 }
 
@@ -369,21 +343,15 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
   return law.energy(d, deq, cut);
 }
 
-/* ----------------------------------------------------------------------
-   restart files hold settings, the fix that recorded, and one Row per pair of types
-------------------------------------------------------------------------- */
-
+// restart files hold settings, the fix that recorded, and one Row per pair of types
 void PairEVPLJ::write_restart(FILE *fp)
 {
   write_restart_settings(fp);
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++) {
       fwrite(&setflag[i][j], sizeof(int), 1, fp);
-      if (!setflag[i][j]) continue;
-      double value[9 + 1];
-      for (int k = 0; k < 9; k++) value[k] = coefficients.table(k)[i][j];
-      value[9] = EVP::checksum(value, 9);
-      fwrite(value, sizeof(value), 1, fp);
+      const auto words = coefficients.words(i, j);
+      if (setflag[i][j]) fwrite(words.data(), sizeof(words), 1, fp);
     }
 }
 
@@ -391,22 +359,19 @@ void PairEVPLJ::read_restart(FILE *fp)
 {
   read_restart_settings(fp);
   allocate();
+  const auto read = [&](void *data, size_t size) {
+    if (comm->me == 0) utils::sfread(FLERR, data, size, 1, fp, nullptr, error);
+    MPI_Bcast(data, (int) size, MPI_BYTE, 0, world);
+  };
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++) {
-      double value[9 + 1];
-      if (comm->me == 0) {
-        utils::sfread(FLERR, &setflag[i][j], sizeof(int), 1, fp, nullptr, error);
-        if (setflag[i][j]) utils::sfread(FLERR, value, sizeof(value), 1, fp, nullptr, error);
-        if (setflag[i][j] && value[9] != EVP::checksum(value, 9))
-          error->one(FLERR,
-                     "Pair evp/lj: the restart file is damaged in the row of types {} and {}", i,
-                     j);
-      }
-      MPI_Bcast(&setflag[i][j], 1, MPI_INT, 0, world);
+      read(&setflag[i][j], sizeof(int));
       if (!setflag[i][j]) continue;
-      MPI_Bcast(value, 9, MPI_DOUBLE, 0, world);
-      for (int k = 0; k < 9; k++)
-        coefficients.table(k)[i][j] = coefficients.table(k)[j][i] = value[k];
+      EVP::Coefficients::Words words;
+      read(words.data(), sizeof(words));
+      if (!coefficients.set(i, j, words))
+        error->all(FLERR, "Pair evp/lj: the restart file is damaged in the row of types {} and {}",
+                   i, j);
     }
 }
 
@@ -415,42 +380,46 @@ void PairEVPLJ::write_restart_settings(FILE *fp)
   const std::string recorder = network.recorder();
   std::vector<double> words = {FORMAT, (double) (int) network.new_pairs.contact,
                                network.new_pairs.overlap, (double) recorder.size()};
-  for (const char letter : recorder) words.push_back((double) letter);
+  words.insert(words.end(), recorder.begin(), recorder.end());
   words.push_back(EVP::checksum(words.data(), (int) words.size()));
   fwrite(words.data(), sizeof(double), words.size(), fp);
 }
 
 void PairEVPLJ::read_restart_settings(FILE *fp)
 {
-  const auto damaged = [this] {
-    error->one(FLERR,
+  std::vector<double> words(NSETTINGS);
+  const auto read = [&](size_t first) {
+    const int n = (int) (words.size() - first);
+    if (comm->me == 0) utils::sfread(FLERR, &words[first], sizeof(double), n, fp, nullptr, error);
+    MPI_Bcast(&words[first], n, MPI_DOUBLE, 0, world);
+  };
+  read(0);
+  bool whole = words[0] == FORMAT && words[3] >= 0.0 && words[3] <= LONGEST_ID;
+  if (whole) {
+    words.resize(NSETTINGS + (int) words[3] + 1);
+    read(NSETTINGS);
+    whole = words.back() == EVP::checksum(words.data(), (int) words.size() - 1);
+  }
+  if (!whole)
+    error->all(FLERR,
                "Pair evp/lj: the restart file is damaged in the settings, or from a version of "
                "this package that wrote another format");
-  };
-  std::vector<double> words(NSETTINGS);
-  int size = 0;
-  if (comm->me == 0) {
-    utils::sfread(FLERR, words.data(), sizeof(double), NSETTINGS, fp, nullptr, error);
-    if (words[0] != FORMAT || !(words[3] >= 0.0 && words[3] <= LONGEST_ID)) damaged();
-    size = NSETTINGS + (int) words[3] + 1;
-    words.resize(size);
-    utils::sfread(FLERR, &words[NSETTINGS], sizeof(double), size - NSETTINGS, fp, nullptr, error);
-    if (words[size - 1] != EVP::checksum(words.data(), size - 1)) damaged();
-  }
-  MPI_Bcast(&size, 1, MPI_INT, 0, world);
-  words.resize(size);
-  MPI_Bcast(words.data(), size, MPI_DOUBLE, 0, world);
   network.new_pairs = {(Contact) (int) words[1], words[2]};
-  network.set_recorder(std::string(words.begin() + NSETTINGS, words.end() - 1));
+  network.set_recorder({words.begin() + NSETTINGS, words.end() - 1});
   offer_pair_values();
+}
+
+static void print_row(FILE *fp, const EVP::Row &row)
+{
+  for (const EVP::Member &member : EVP::MEMBERS) fprintf(fp, " %.17g", row.*member.value);
+  fprintf(fp, "\n");
 }
 
 void PairEVPLJ::write_data(FILE *fp)
 {
   for (int i = 1; i <= atom->ntypes; i++) {
     fprintf(fp, "%d", i);
-    for (int k = 0; k < 9; k++) fprintf(fp, " %.17g", coefficients.table(k)[i][i]);
-    fprintf(fp, "\n");
+    print_row(fp, coefficients.row(i, i));
   }
 }
 
@@ -459,8 +428,7 @@ void PairEVPLJ::write_data_all(FILE *fp)
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++) {
       fprintf(fp, "%d %d", i, j);
-      for (int k = 0; k < 9; k++) fprintf(fp, " %.17g", coefficients.table(k)[i][j]);
-      fprintf(fp, "\n");
+      print_row(fp, coefficients.row(i, j));
     }
 }
 
@@ -469,10 +437,7 @@ void *PairEVPLJ::extract(const char *name, int &dim)
   dim = 0;
   if (strcmp(name, "network") == 0) return &network;
   dim = 2;
-  const auto &keys = EVP::row_keys();
-  for (int k = 0; k < 9; k++)
-    if (keys[k] == name) return (void *) coefficients.table(k);
-  return nullptr;
+  return coefficients.table(name);
 }
 
 int PairEVPLJ::pack_forward_comm(int n, int *indices, double *buf, int pbc_flag, int *pbc)

@@ -87,7 +87,7 @@ const EVP::BondStore *PairNetwork::bonds() const
 
 double PairNetwork::alpha_of(int itype, int jtype) const
 {
-  return serves(itype, jtype) ? coefficients.alpha(itype, jtype) : 0.0;
+  return serves(itype, jtype) ? coefficients.row(itype, jtype).alpha : 0.0;
 }
 
 double PairNetwork::longest_cut() const
@@ -231,9 +231,13 @@ double PairNetwork::serve(int i, int j)
         "Pair evp/lj needs particles with a radius above zero, and finite, found {} in types {} "
         "and {}: use 'set ... diameter'",
         smallest, i, j);
-  coefficients.make_law(i, j);
+  EVP::Row row;
+  try {
+    row = coefficients.make_law(i, j);
+  } catch (const EVP::BadInput &bad) {
+    error->all(FLERR, "Pair evp/lj, types {} and {}: {}", i, j, bad.what());
+  }
   repack();
-  const EVP::Row &row = coefficients.law(coefficients.index(i, j)).parameters();
   if (row.gamma > 0.0) any_gamma = true;    // fix adapt may have switched it on
 
   // called once at set-up, and again by fix adapt while the neighbor list keeps its reach
@@ -330,11 +334,11 @@ void PairNetwork::pack(const NeighList *neighbors, bool collective)
   snapshot.finish();
   if (collective) agree_on_pairs(found);
 
-  std::vector<int> served;
-  for (int i = 1; i <= atom->ntypes; i++)
-    for (int j = i; j <= atom->ntypes; j++)
-      if (serves(i, j)) served.push_back(coefficients.index(i, j));
-  coefficients.make_block_law(served, explicit_damping && implicit_groupbit);
+  coefficients.choose_block_law(
+      [this](int i, int j) {
+        return serves(i, j);
+      },
+      explicit_damping && implicit_groupbit);
 }
 
 // one that only repels has no force at its cut but that of damping: spheres that touch do not interact

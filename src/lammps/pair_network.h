@@ -77,7 +77,10 @@ class PairNetwork : protected Pointers {
   double alpha_of(int itype, int jtype) const;
 
   /// The same as the coefficients have it, before init() too.
-  double alpha_given(int itype, int jtype) const { return coefficients.alpha(itype, jtype); }
+  double alpha_given(int itype, int jtype) const
+  {
+    return reach.empty() ? 0.0 : coefficients.row(itype, jtype).alpha;
+  }
 
   /// Largest cut-off of the pairs of types that this style serves [length].
   double longest_cut() const;

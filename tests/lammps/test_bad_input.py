@@ -124,9 +124,9 @@ CASES = [
     ("contact literal", "ghostvel own", "Pair style evp/lj: unknown keyword 'ghostvel'; it takes contact and overlap"),
     # pair_coeff
     (ROW, "", "Pair evp/lj: pair_coeff needs two atom types and a row"),
-    (ROW, ROW + " 0", "a row has the 9 numbers e1 m1 n1 e2 m2 n2 xi_s gamma alpha, got 10"),
-    (ROW, "80 8 4 3 8 4 0.005 0", "a row has the 9 numbers e1 m1 n1 e2 m2 n2 xi_s gamma alpha, got 8"),
-    (ROW, "80", "Pair evp/lj: pair_coeff I J needs a row"),
+    (ROW, ROW + " 0", "expected 9 values, got 10 (a row has e1 m1 n1 e2 m2 n2 xi_s gamma alpha)"),
+    (ROW, "80 8 4 3 8 4 0.005 0", "expected 9 values, got 8 (a row has e1 m1 n1 e2 m2 n2 xi_s gamma alpha)"),
+    (ROW, "80", "Pair evp/lj: pair_coeff needs two atom types and a row"),
     (f"pair_coeff * * {ROW}", "", "pair coeffs are not set"),
     ("* * " + ROW, "2 2 " + ROW, "Numeric index 2 is out of bounds"),
     # potential files
@@ -140,7 +140,7 @@ CASES = [
     (ROW, "empty.evp a", "file empty.evp has no row 'a'"),
     (ROW, "nul.evp a", "file nul.evp is not a text file (it holds a NUL byte)"),
     (ROW, "twice.evp a", "file twice.evp line 3: row 'a' is given twice"),
-    (ROW, "short.evp a", "file short.evp line 2: a row has the 9 numbers"),
+    (ROW, "short.evp a", "file short.evp line 2: expected 9 values"),
     (ROW, "damaged.evp a", "file damaged.evp line 3: e2 must be a finite decimal number, got 'x'"),
     (ROW, "big.evp a", "is larger than 1 MiB"),
     # fix evp/bonds

@@ -13,7 +13,7 @@ GOOD = HEAD + b"# name e1 m1 n1 e2 m2 n2 xi_s gamma alpha\na " + ROW.encode() + 
 GARBAGE = random.Random(20170515).randbytes(4000)
 
 DAMAGED = {
-    "cut in a row": (GOOD[:-10], "file p.evp line 4: a row has the 9 numbers", "got 7"),
+    "cut in a row": (GOOD[:-10], "file p.evp line 4: expected 9 values", "got 7"),
     "cut in the header": (HEAD[:25], "file p.evp line 1: the first line must be a comment with 'UNITS: si'"),
     "cut after the header": (HEAD, "file p.evp has no row 'a'; its rows: none"),
     "NUL first": (b"\0" + GOOD, "file p.evp is not a text file (it holds a NUL byte)"),
@@ -26,9 +26,9 @@ DAMAGED = {
     "1e400": (GOOD.replace(b"80", b"1e400"), "file p.evp line 3: e1 must be a finite decimal number, got '1e400'"),
     "decimal commas": (GOOD.replace(b"0.005", b"0,005"), "file p.evp line 3: xi_s must be a finite decimal number, got '0,005'"),
     "wrong row beside it": (GOOD.replace(b"50 6 3", b"50 3 6"), "file p.evp line 4: exponents must satisfy m1 > n1 > 0"),
-    "a million columns": (HEAD + b"a" + b" 1" * 500_000 + b"\n", "line 2: a row has the 9 numbers", "got 500000"),
+    "a million columns": (HEAD + b"a" + b" 1" * 500_000 + b"\n", "line 2: expected 9 values", "got 500000"),
     "two million columns": (HEAD + b"a" + b" 1" * 1_000_000 + b"\n", "file p.evp is larger than 1 MiB: no potential file"),
-    "a word of 900 kB": (HEAD + b"a " + b"7" * 900_000 + b"\n", "line 2: a row has the 9 numbers", "got 1"),
+    "a word of 900 kB": (HEAD + b"a " + b"7" * 900_000 + b"\n", "line 2: expected 9 values", "got 1"),
     "number of 900 kB": (HEAD + b"a " + b"7" * 900_000 + ROW[2:].encode() + b"\n", f"e1 must be a finite decimal number, got '{'7' * 40}...'"),
     "other case of the units": (GOOD.replace(b"si", b"SI", 1), "file p.evp is in UNITS: SI, but 'units si' is in force"),
     "other case of the tag": (GOOD.replace(b"UNITS", b"units"), "the first line must be a comment with 'UNITS: si'"),

@@ -5,6 +5,7 @@
 // EVP_FUZZ_SEED ask for more.
 
 #include "core/bond_file.h"
+#include "core/potential_file.h"
 
 #include <algorithm>
 #include <chrono>

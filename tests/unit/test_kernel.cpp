@@ -149,7 +149,9 @@ TEST(Kernel, ForcesAreTheSameBitsWithTallyAndOnEveryInstructionSet)
 TEST(Kernel, OneLawGivesTheSameBitsAsTheSameLawForEachPair)
 {
   for (const bool damping : {false, true}) {
-    const Cloud cloud = make_cloud({TABLE2, TABLE2}, 1000);
+    Row further = TABLE2;
+    further.alpha = 1.6;    // another row, in what the law does not read
+    const Cloud cloud = make_cloud({TABLE2, further}, 1000);
     const int n = (int) cloud.x.size();
     BlockLaw one;
     one.assign(cloud.laws, {1});

@@ -17,7 +17,6 @@
 #define EVP_TEST_DATA EVP_REPOSITORY "/tests/data"
 #endif
 
-using EVP::AnyPowers;
 using EVP::Law;
 using EVP::Row;
 using law_cases::energy_scale;
@@ -97,17 +96,6 @@ TEST_F(LawReference, ForceHoldsToTwelveDigits)
   for (const auto &ref : table()) {
     const double scale = std::max(std::fabs(ref.force), energy_scale(ref.row) / ref.deq);
     EXPECT_NEAR(Law(ref.row).force(ref.d, ref.deq), ref.force, REFERENCE * scale) << place(ref);
-  }
-}
-
-TEST_F(LawReference, ReducedForceHoldsWithPowersChosenBeforehand)
-{
-  for (const auto &ref : table()) {
-    const Row &row = ref.row;
-    const double scale = std::max(std::fabs(ref.force), energy_scale(row) / ref.deq);
-    const double reduced = Law(row).reduced_force(ref.d / ref.deq, AnyPowers(row.m1, row.n1),
-                                                  AnyPowers(row.m2, row.n2));
-    EXPECT_NEAR(reduced / ref.deq, ref.force, REFERENCE * scale) << place(ref);
   }
 }
 

@@ -2,7 +2,7 @@
 //
 // From words to a checked row: what is taken, and the text that each refusal must give.
 
-#include "core/params.h"
+#include "core/potential_file.h"
 
 #include <gtest/gtest.h>
 #include <string>
@@ -91,8 +91,8 @@ TEST(ParseRow, TakesTheEndsOfEachRange)
 
 TEST(ParseRow, CountsItsWords)
 {
-  const std::string rule = "9 numbers e1 m1 n1 e2 m2 n2 xi_s gamma alpha";
-  expect_bad_row("", {rule, "got 0"});
+  const std::string rule = "(a row has e1 m1 n1 e2 m2 n2 xi_s gamma alpha)";
+  expect_bad_row("", {rule, "expected 9 values, got 0"});
   expect_bad_row("80 8 4 3 8 4 0.005 0", {rule, "got 8"});
   expect_bad_row(TABLE1 + " 7", {rule, "got 10"});
 }
@@ -227,7 +227,7 @@ TEST(RowFromText, WantsItsUnitsOnTheFirstLine)
 TEST(RowFromText, ChecksEveryLineAndGivesItsNumber)
 {
   expect_bad_file(FILE_TEXT + "broken 80 8 4 3 8 4 0.005 0\n",
-                  {"gado.evp line 6", "9 numbers", "got 8"});
+                  {"gado.evp line 6", "expected 9 values, got 8"});
   expect_bad_file(FILE_TEXT + "broken 80 4 8 3 8 4 0.005 0 1.5\n",
                   {"gado.evp line 6", "m1 > n1 > 0"});
   expect_bad_file(FILE_TEXT + "table1 " + TABLE1 + "\n",

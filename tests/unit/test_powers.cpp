@@ -2,7 +2,7 @@
 //
 // Powers known to the compiler, whole ones found at run time, and real ones.
 
-#include "core/law.h"
+#include "core/powers.h"
 
 #include <cmath>
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ constexpr double POWERS = 1e-14;
 template <int M, int N> void expect_fixed_equals_any()
 {
   const FixedPowers<M, N> fixed;
-  const AnyPowers any(M, N);
+  const AnyPowers any = {M, N};
   for (double s = 0.05; s < 20.0; s *= 1.07) {
     EXPECT_NEAR(fixed(s).sm, any(s).sm, POWERS * any(s).sm) << M << " at s = " << s;
     EXPECT_NEAR(fixed(s).sn, any(s).sn, POWERS * any(s).sn) << N << " at s = " << s;

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//
+// One row of the paper's tables, and the table of its members that all who treat them alike go over.
+// Pure C++17.
+
+#ifndef EVP_CORE_ROW_H
+#define EVP_CORE_ROW_H
+
+#include "core/text.h"
+
+#include <algorithm>
+#include <iterator>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace EVP {
+
+/// The coefficients of a pair of types (Tables 1 and 2).
+struct Row {
+  double e1, m1, n1;    ///< first regime: potential depth [energy], exponents m1 > n1 > 0
+  double e2, m2, n2;    ///< second regime
+  double xi_s;          ///< strain of a pair where the regimes meet, 0 < xi_s < 1
+  double gamma;         ///< damping of eq. 4 [force/velocity]
+  double alpha;         ///< dlim = alpha (R_i + R_j), alpha > 1
+};
+
+/// m - n must be at least this, and this share of m: the force is a difference of s^m and s^n, which
+/// round-off then changes by less than 1e-8 of itself at a strain of 1e-3.
+constexpr double EXPONENTS_APART = 1e-4;
+
+struct Member {
+  const char *key;    ///< in messages, and for fix adapt
+  double Row::*value;
+  void (*check)(const Row &row,
+                const Member *self);    ///< throws BadInput where its rule is broken
+};
+
+/// The rules of the members.
+namespace rule {
+  inline std::string text(double x)
+  {
+    std::ostringstream out;
+    out << x;
+    return out.str();
+  }
+  inline void demand(bool holds, const Row &row, const Member *self, const std::string &rule)
+  {
+    if (!holds) throw BadInput(self->key + (" " + rule) + ", got " + text(row.*self->value));
+  }
+  inline void not_negative(const Row &row, const Member *self)
+  {
+    demand(row.*self->value >= 0.0, row, self, "must be zero or positive");
+  }
+  inline void larger_exponent(const Row &row, const Member *self)
+  {
+    const double m = row.*self->value;
+    if (!(m <= 200.0))
+      throw BadInput(std::string("exponent ") + self->key + " must not exceed 200, got " + text(m) +
+                     ": steeper laws overflow; the paper uses 2 to 8");
+  }
+  inline void smaller_exponent(const Row &row, const Member *self)
+  {
+    const Member *const larger = self - 1;    // it stands in front
+    const std::string m_key = larger->key, n_key = self->key;
+    const double m = row.*larger->value, n = row.*self->value;
+    if (!(m > n && n > 0.0))
+      throw BadInput("exponents must satisfy " + m_key + " > " + n_key + " > 0, got " + m_key +
+                     " = " + text(m) + " and " + n_key + " = " + text(n));
+    const double least = EXPONENTS_APART * std::max(m, 1.0);
+    if (m - n < least)
+      throw BadInput("exponents too close: " + m_key + " - " + n_key + " = " + text(m - n) +
+                     ", must be at least " + text(least) + " (0.0001, and 0.0001 of " + m_key +
+                     "): the force would be round-off");
+  }
+  inline void strain(const Row &row, const Member *self)
+  {
+    demand(row.*self->value > 0.0 && row.*self->value < 1.0, row, self,
+           "must lie between 0 and 1 (a strain of the pair; the paper takes 0.005)");
+  }
+  inline void reach(const Row &row, const Member *self)
+  {
+    const std::string what = " (dlim = alpha (R_i + R_j); the paper takes 1.5)";
+    demand(row.*self->value > 1.0, row, self, "must be greater than 1" + what);
+    demand(row.*self->value <= 100.0, row, self, "must not exceed 100" + what);
+  }
+}    // namespace rule
+
+/// All members, in the order of the paper's tables, which is that of files and commands.
+constexpr Member MEMBERS[] = {
+    {"e1", &Row::e1, rule::not_negative},     {"m1", &Row::m1, rule::larger_exponent},
+    {"n1", &Row::n1, rule::smaller_exponent}, {"e2", &Row::e2, rule::not_negative},
+    {"m2", &Row::m2, rule::larger_exponent},  {"n2", &Row::n2, rule::smaller_exponent},
+    {"xi_s", &Row::xi_s, rule::strain},       {"gamma", &Row::gamma, rule::not_negative},
+    {"alpha", &Row::alpha, rule::reach}};
+constexpr int NMEMBERS = (int) std::size(MEMBERS);
+
+inline bool operator==(const Row &a, const Row &b)
+{
+  return std::all_of(std::begin(MEMBERS), std::end(MEMBERS), [&](const Member &member) {
+    return a.*member.value == b.*member.value;
+  });
+}
+
+/// "e1 m1 ... alpha", for messages.
+inline std::string row_keys()
+{
+  std::string keys;
+  for (const Member &member : MEMBERS) {
+    if (!keys.empty()) keys += ' ';
+    keys += member.key;
+  }
+  return keys;
+}
+
+/// A row of numbers, which Law checks; throws BadInput where a word is none.
+inline Row parse_numbers(const std::vector<std::string> &words)
+{
+  if (words.size() != NMEMBERS)
+    throw BadInput("expected " + std::to_string(NMEMBERS) + " values, got " +
+                   std::to_string(words.size()) + " (a row has " + row_keys() + ")");
+  Row row{};
+  for (int k = 0; k < NMEMBERS; k++) row.*MEMBERS[k].value = parse_number(MEMBERS[k].key, words[k]);
+  return row;
+}
+
+}    // namespace EVP
+
+#endif

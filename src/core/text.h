@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//
+// Text that users write, and the refusal of what it cannot mean. Pure C++17.
+
+#ifndef EVP_CORE_TEXT_H
+#define EVP_CORE_TEXT_H
+
+#include <cmath>
+#include <cstdlib>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace EVP {
+
+/// What the user gave cannot be used; what() names key, value, rule and remedy.
+struct BadInput : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// A word of the user's as a message can carry it: at most 40 characters, printable ones.
+inline std::string shown(const std::string &word)
+{
+  constexpr size_t MOST = 40;
+  std::string text = word.substr(0, MOST);
+  for (char &c : text)
+    if (c < ' ' || c > '~') c = '?';
+  return word.size() > MOST ? text + "..." : text;
+}
+
+/// Whether a text starts with the mark that some editors put before UTF-8.
+inline bool has_byte_order_mark(const std::string &text)
+{
+  return text.compare(0, 3, "\xEF\xBB\xBF") == 0;
+}
+
+/// A decimal number that fills the whole word and is finite; hexadecimal, nan and inf are refused.
+inline double parse_number(const std::string &key, const std::string &word)
+{
+  char *end = nullptr;
+  const double value = std::strtod(word.c_str(), &end);
+  const bool decimal = word.find_first_not_of("0123456789+-.eE") == std::string::npos;
+  if (word.empty() || !decimal || *end != '\0' || !std::isfinite(value))
+    throw BadInput(key + " must be a finite decimal number, got '" + shown(word) + "'");
+  return value;
+}
+
+/// The words of one line up to a '#'.
+inline std::vector<std::string> split_words(const std::string &line)
+{
+  std::istringstream in(line.substr(0, line.find('#')));
+  std::vector<std::string> words;
+  for (std::string word; in >> word;) words.push_back(word);
+  return words;
+}
+
+}    // namespace EVP
+
+#endif
