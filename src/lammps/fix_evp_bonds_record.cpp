@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: GPL-2.0-only
 
-   Fix evp/bonds: making the records, and which pairs of the zone they hold. Bonds of a file are in
-   fix_evp_bonds_file.cpp. Records are made aside: an error leaves the fix as it was. */
+   Fix evp/bonds: making the records, and which pairs of the zone they hold. Records are made aside: an error leaves the fix as it was. */
 
 #include "fix_evp_bonds.h"
 
 #include "atom_directory.h"
+#include "bond_file_reader.h"
+#include "collective_error.h"
 #include "pair_evp_lj.h"
 
 #include "atom.h"
@@ -14,6 +15,7 @@
 #include "error.h"
 #include "neigh_list.h"
 #include "neighbor.h"
+#include "update.h"
 #include "utils.h"
 
 #include <algorithm>
@@ -26,8 +28,8 @@ using namespace LAMMPS_NS;
 void FixEVPBonds::record()
 {
   PairEVPLJ *pair = find_pair();
-  const AtomDirectory directory(atom, world);
-  if (const tagint twice = directory.find_twice())
+  const AtomDirectory directory(lmp);
+  if (const tagint twice = directory.twice)
     error->all(FLERR,
                "Fix {} evp/bonds: atom ID {} is given twice: use 'reset_atoms id' or mend the data "
                "file",
@@ -85,14 +87,31 @@ void FixEVPBonds::record()
 
 void FixEVPBonds::stop_together(std::string complaint) const
 {
-  int here = complaint.empty() ? comm->nprocs : comm->me, first;
-  MPI_Allreduce(&here, &first, 1, MPI_INT, MPI_MIN, world);
-  if (first == comm->nprocs) return;
-  int length = (int) complaint.size();
-  MPI_Bcast(&length, 1, MPI_INT, first, world);
-  complaint.resize(length);
-  MPI_Bcast(&complaint[0], length, MPI_CHAR, first, world);
-  error->all(FLERR, "Fix {} evp/bonds: {}", id, complaint);
+  try {
+    EVP::throw_together(complaint, world);
+  } catch (const EVP::BadInput &bad) {
+    error->all(FLERR, "Fix {} evp/bonds: {}", id, bad.what());
+  }
+}
+
+std::vector<FixEVPBonds::Bonds> FixEVPBonds::bonds_in_file(const PairEVPLJ *pair,
+                                                           const AtomDirectory &) const
+{
+  std::vector<Bonds> made(atom->nlocal);
+  try {
+    const auto bonds_read = EVP::read_bond_file(
+        file, update->unit_style, atom, groupbit,
+        [pair](int itype, int jtype) {
+          return pair->alpha_of(itype, jtype);
+        },
+        world);
+    for (size_t i = 0; i < made.size(); i++)
+      for (const EVP::Bond &bond : bonds_read[i])
+        made[i].push_back({(tagint) bond.partner, bond.deq});
+  } catch (const EVP::BadInput &bad) {
+    error->all(FLERR, "Fix {} evp/bonds: {}", id, bad.what());
+  }
+  return made;
 }
 
 /* ----------------------------------------------------------------------
