@@ -13,7 +13,8 @@ namespace LAMMPS_NS {
 /// Atoms by ID, on whichever MPI rank they are now. The rank that a hash of the ID names hears of the atom
 /// and answers for it (Comm::rendezvous): memory grows with the atoms of a rank, not with the highest ID.
 /// LAMMPS stops where the messages of a rank exceed 2 GiB, above 40 million atoms of its own.
-struct AtomDirectory {
+class AtomDirectory {
+ public:
   struct Entry {
     int type;    ///< 0: there is no such atom
     double radius;
