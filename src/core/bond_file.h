@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//
 // The text file of recorded bonds: one header line, then `id_i id_j deq` a line.
 //
 //     # EVP bonds COUNT: 2975 UNITS: si
 //     1 17 0.0101234
-//
-// Pure C++17. Reads in pieces, whatever the size; every refusal is a BadInput that names the line.
+// Reads in pieces, whatever the size; every refusal is a BadInput that names the line.
 
 #ifndef EVP_CORE_BOND_FILE_H
 #define EVP_CORE_BOND_FILE_H
@@ -45,25 +43,25 @@ class BondReader {
  public:
   /// Reads the header; throws BadInput unless it is one in these units.
   BondReader(FILE *stream, const std::string &file_in, const std::string &units) :
-      in(stream), file(file_in), declared(0), declared_beyond(0), seen(0), line_number(0)
+      in(stream), file(file_in)
   {
     std::string line;
     const std::string expected = "expected the header '" + bond_header(0, units) +
         "' with the number of bonds, as write_evp_bonds writes it";
     if (!next_line(line)) refuse_file("is empty: " + expected);
-    std::istringstream words(line);
     if (has_byte_order_mark(line))
       refuse("the file starts with a byte-order mark: save it without (plain ASCII or UTF-8)");
-    std::string hash, evp, bonds, count_tag, count, units_tag, found, beyond_tag, beyond_count;
-    words >> hash >> evp >> bonds >> count_tag >> count >> units_tag >> found >> beyond_tag >>
-        beyond_count;
-    if (hash != "#" || evp != "EVP" || bonds != "bonds" || count_tag != "COUNT:" ||
-        units_tag != "UNITS:")
+    std::istringstream words(line);
+    std::string word[9];    // # EVP bonds COUNT: 2975 UNITS: si BEYOND: 12
+    for (std::string &next : word) words >> next;
+    if (word[0] != "#" || word[1] != "EVP" || word[2] != "bonds" || word[3] != "COUNT:" ||
+        word[5] != "UNITS:")
       refuse(expected);
-    if (found != units)
-      refuse("the bonds are in UNITS: " + shown(found) + ", but 'units " + units + "' is in force");
-    declared = parse_id("COUNT", count);
-    if (beyond_tag == "BEYOND:") declared_beyond = parse_id("BEYOND", beyond_count);
+    if (word[6] != units)
+      refuse("the bonds are in UNITS: " + shown(word[6]) + ", but 'units " + units +
+             "' is in force");
+    declared = parse_integer("COUNT", word[4], 0);
+    if (word[7] == "BEYOND:") declared_beyond = parse_integer("BEYOND", word[8], 0);
   }
 
   /// Bonds that the header announces.
@@ -76,24 +74,24 @@ class BondReader {
   bool read(std::vector<BondLine> &bonds, size_t most)
   {
     std::string line;
-    for (size_t k = 0; k < most;) {
-      if (!next_line(line)) {
-        if (seen != declared)
+    for (size_t k = 0; k < most; k++) {
+      std::vector<std::string> words;
+      while (words.empty()) {
+        if (!next_line(line)) {
+          if (seen == declared) return false;
           refuse_file("holds " + std::to_string(seen) + " bonds, its header says " +
                       std::to_string(declared) + ": the file is incomplete or was changed");
-        return false;
+        }
+        words = split_words(line);
       }
-      const std::vector<std::string> words = split_words(line);
-      if (words.empty()) continue;
       if (words.size() != 3)
         refuse("a bond is `id_i id_j deq`, got " + std::to_string(words.size()) + " words");
-      const BondLine bond = {parse_id("id_i", words[0]), parse_id("id_j", words[1]),
+      const BondLine bond = {parse_integer("id_i", words[0], 1), parse_integer("id_j", words[1], 1),
                              parse_deq(words[2])};
       if (bond.id_i == bond.id_j) refuse("atom " + shown(words[0]) + " is bonded to itself");
       if (++seen > declared)
         refuse("more bonds than the " + std::to_string(declared) + " that the header says");
       bonds.push_back(bond);
-      k++;
     }
     return true;
   }
@@ -103,8 +101,7 @@ class BondReader {
 
   FILE *in;
   std::string file;
-  int64_t declared, declared_beyond, seen;
-  long line_number;
+  int64_t declared = 0, declared_beyond = 0, seen = 0, line_number = 0;
 
   // the cause stands first: a path may be longer than what a host program shows of a message
   [[noreturn]] void refuse(const std::string &why) const
@@ -135,15 +132,14 @@ class BondReader {
     return false;
   }
 
-  int64_t parse_id(const std::string &key, const std::string &word) const
+  int64_t parse_integer(const std::string &key, const std::string &word, int64_t least) const
   {
-    const bool digits = !word.empty() && word.find_first_not_of("0123456789") == std::string::npos;
-    if (!digits || word.size() > 18)
+    const bool digits = word.find_first_not_of("0123456789") == std::string::npos;
+    if (!digits || word.empty() || word.size() > 18)
       refuse(key + " must be a positive integer of at most 18 digits, got '" + shown(word) + "'");
-    const int64_t id = std::stoll(word);
-    if (id == 0 && key != "COUNT" && key != "BEYOND")
-      refuse(key + " must be a positive integer, got 0");
-    return id;
+    const int64_t value = std::stoll(word);
+    if (value < least) refuse(key + " must be a positive integer, got 0");
+    return value;
   }
 
   double parse_deq(const std::string &word) const

@@ -1,48 +1,29 @@
-/* SPDX-License-Identifier: GPL-2.0-only
-
-   Atoms by ID, on whichever rank they are. */
+// SPDX-License-Identifier: GPL-2.0-only
 
 #ifndef LMP_EVP_ATOM_DIRECTORY_H
 #define LMP_EVP_ATOM_DIRECTORY_H
 
-#include "lmptype.h"
+#include "pointers.h"
 
-#include <cstddef>
-#include <mpi.h>
+#include <unordered_map>
 #include <vector>
 
 namespace LAMMPS_NS {
 
-/// What all ranks know of the atoms, shared out over the ranks by a hash of the ID: the memory of each
-/// rank grows with its atoms, not with the highest ID.
+/// Atoms by ID, on whichever MPI rank they are now. The rank that a hash of the ID names hears of the atom
+/// and answers for it (Comm::rendezvous): memory grows with the atoms of a rank, not with the highest ID.
+/// LAMMPS stops where the messages of a rank exceed 2 GiB, above 40 million atoms of its own.
 class AtomDirectory {
  public:
   struct Entry {
-    tagint id;
     int type;    ///< 0: there is no such atom
-    int mask;    ///< bits of its groups
     double radius;
   };
+  tagint twice = 0;    ///< an ID that two atoms have; the same on all ranks
+  std::unordered_map<tagint, Entry> entries;    ///< of the IDs asked for
 
-  /// Collective. Takes the atoms as they are now.
-  AtomDirectory(const class Atom *, MPI_Comm);
-
-  /// Collective. An ID that more than one atom has, 0 if all differ. The same on all ranks.
-  tagint find_twice() const;
-
-  /// Collective. The atoms of these IDs, in their order; each rank asks for its own.
-  std::vector<Entry> find(const std::vector<tagint> &ids) const;
-
- private:
-  MPI_Comm world;
-  int nranks;
-  size_t piece;                  // most items that a rank sends at once
-  std::vector<Entry> entries;    // those kept here, by ID
-
-  class Routes;
-  int rank_of(tagint id) const;
-  size_t rounds(size_t items) const;
-  Entry find_here(tagint id) const;
+  /// Collective. ids: those that this rank asks for, which may repeat.
+  explicit AtomDirectory(LAMMPS *, const std::vector<tagint> &ids = {});
 };
 
 }    // namespace LAMMPS_NS

@@ -1,6 +1,5 @@
-/* SPDX-License-Identifier: GPL-2.0-only
-
-   Registration of the styles, and nothing else. */
+// SPDX-License-Identifier: GPL-2.0-only
+// Registration of the styles, and nothing else.
 
 #include "host_guard.h"
 
@@ -18,59 +17,44 @@
 
 using namespace LAMMPS_NS;
 
-namespace {
-
-template <class Style> void *create(void *lmp)
+template <class Style> static void *create(void *lmp)
 {
   return new Style((LAMMPS *) lmp);
 }
 
-template <class Style> void *create_with_words(void *lmp, int narg, char **arg)
+template <class Style> static void *create_with_arguments(void *lmp, int narg, char **arg)
 {
   return new Style((LAMMPS *) lmp, narg, arg);
 }
 
-/// Of the two creators a style has one.
-struct StyleEntry {
-  const char *kind, *name, *info;
-  lammpsplugin_factory1 *plain;
-  lammpsplugin_factory2 *with_words;
-};
-
-const StyleEntry styles[] = {
-    {"pair", "evp/lj", "EVP two-regime pair style, Gado et al. 2017", &create<PairEVPLJ>, nullptr},
-    {"fix", "evp/bonds", "EVP equilibrium distances of the initial pairs", nullptr,
-     &create_with_words<FixEVPBonds>},
-    {"fix", "nve/evp", "EVP time integration with implicit damping", nullptr,
-     &create_with_words<FixNVEEVP>},
-    {"fix", "dt/evp", "EVP step as a fraction of the largest stable one", nullptr,
-     &create_with_words<FixDtEVP>},
-    {"fix", "evp/energy", "EVP energy ledger", nullptr, &create_with_words<FixEVPEnergy>},
-    {"compute", "evp/dt", "EVP largest stable time steps", nullptr,
-     &create_with_words<ComputeEVPDt>},
-    {"compute", "evp/state/atom", "EVP state of each atom's pairs", nullptr,
-     &create_with_words<ComputeEVPStateAtom>},
-    {"command", "write_evp_bonds", "EVP bonds as a text file", &create<WriteEVPBonds>, nullptr},
-};
-
-}    // namespace
-
 extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
 {
-  EVP::refuse_wrong_host(lmp);
+  refuse_wrong_host(lmp);
 
   lammpsplugin_t plugin = {};
   plugin.version = LAMMPS_VERSION;
   plugin.author = "the EVP authors";
   plugin.handle = handle;
-  for (const StyleEntry &style : styles) {
-    plugin.style = style.kind;
-    plugin.name = style.name;
-    plugin.info = style.info;
-    if (style.plain)
-      plugin.creator.v1 = style.plain;
-    else
-      plugin.creator.v2 = style.with_words;
+  const auto add = [&](const char *kind, const char *name, const char *info) {
+    plugin.style = kind;
+    plugin.name = name;
+    plugin.info = info;
     ((lammpsplugin_regfunc) regfunc)(&plugin, lmp);
-  }
+  };
+  plugin.creator.v1 = &create<PairEVPLJ>;
+  add("pair", "evp/lj", "EVP two-regime pair style, Gado et al. 2017");
+  plugin.creator.v1 = &create<WriteEVPBonds>;
+  add("command", "write_evp_bonds", "EVP bonds as a text file");
+  plugin.creator.v2 = &create_with_arguments<FixEVPBonds>;
+  add("fix", "evp/bonds", "EVP equilibrium distances of the initial pairs");
+  plugin.creator.v2 = &create_with_arguments<FixNVEEVP>;
+  add("fix", "nve/evp", "EVP time integration with implicit damping");
+  plugin.creator.v2 = &create_with_arguments<FixDtEVP>;
+  add("fix", "dt/evp", "EVP timestep size as a fraction of the largest stable one");
+  plugin.creator.v2 = &create_with_arguments<FixEVPEnergy>;
+  add("fix", "evp/energy", "EVP energy balance");
+  plugin.creator.v2 = &create_with_arguments<ComputeEVPDt>;
+  add("compute", "evp/dt", "EVP largest stable timestep size");
+  plugin.creator.v2 = &create_with_arguments<ComputeEVPStateAtom>;
+  add("compute", "evp/state/atom", "EVP state of each atom's pairs");
 }

@@ -1,4 +1,4 @@
-/* SPDX-License-Identifier: GPL-2.0-only */
+// SPDX-License-Identifier: GPL-2.0-only
 
 #ifdef COMMAND_CLASS
 // clang-format off
@@ -11,8 +11,6 @@ CommandStyle(write_evp_bonds,WriteEVPBonds);
 
 #include "command.h"
 
-#include <string>
-
 namespace LAMMPS_NS {
 
 /// write_evp_bonds FILE: the records of fix evp/bonds as text, beside a data file.
@@ -23,7 +21,8 @@ class WriteEVPBonds : public Command {
 
  private:
   const class FixEVPBonds *find_recorded() const;
-  std::string own_lines(const class FixEVPBonds *, bigint (&counts)[2]) const;
+  std::string own_lines(bigint (&counts)[2]) const;
+  bool write_in_order_of_ranks(const std::string &text, FILE *) const;
 };
 
 }    // namespace LAMMPS_NS

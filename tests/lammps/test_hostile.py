@@ -93,8 +93,8 @@ CASES = [
     ("thermo", "thermo_style custom step f_bonds[5]", "out-of-range"),
     # write_evp_bonds
     ("units", "units si\nwrite_evp_bonds b.bonds", "there is no fix evp/bonds, hence no bonds to write"),
-    ("then", "write_evp_bonds", "write_evp_bonds takes one word, the FILE to write"),
-    ("then", "write_evp_bonds a.bonds b.bonds", "write_evp_bonds takes one word, the FILE to write"),
+    ("then", "write_evp_bonds", "write_evp_bonds: expected one argument, the file to write"),
+    ("then", "write_evp_bonds a.bonds b.bonds", "write_evp_bonds: expected one argument, the file to write"),
     ("then", "write_evp_bonds a.bonds", "fix bonds has not recorded yet", "use 'run 0' before"),
     ("then", "unfix bonds\nwrite_evp_bonds a.bonds", "there is no fix evp/bonds"),
 ]

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+#include "bond_file_reader.h"
+
+#include "collective_error.h"
+#include "core/bond_file.h"
+#include "core/pair_list.h"
+
+#include "atom.h"
+#include "fmt/format.h"
+
+#include <cstdio>
+#include <memory>
+#include <unordered_map>
+
+using LAMMPS_NS::bigint;
+
+namespace {
+
+constexpr int LINES_PER_MESSAGE = 10000;
+
+/// An atom of a line, all zero where another rank owns it: their sum over the ranks is the atom.
+struct End {
+  double type, in_group, radius;
+};
+
+struct CloseFile {
+  void operator()(FILE *stream) const { fclose(stream); }
+};
+
+[[noreturn]] void refuse(const EVP::BondLine &line, const std::string &why)
+{
+  throw EVP::BadInput(fmt::format("bond {} {}: {}", line.id_i, line.id_j, why));
+}
+
+}    // namespace
+
+std::vector<std::vector<EVP::Bond>>
+EVP::read_bond_file(const std::string &name, const std::string &units, const LAMMPS_NS::Atom *atom,
+                    int groupbit, const std::function<double(int, int)> &alpha, MPI_Comm world)
+{
+  int me;
+  MPI_Comm_rank(world, &me);
+  std::unique_ptr<FILE, CloseFile> stream;    // these two on the first rank
+  std::unique_ptr<BondReader> reader;
+  std::unordered_map<int64_t, int> own;    // local index by ID
+  for (int i = 0; i < atom->nlocal; i++) own[atom->tag[i]] = i;
+
+  std::vector<std::vector<Bond>> bonds(atom->nlocal);
+  std::vector<BondLine> lines;
+  bigint beyond = 0;             // bonds with deq beyond dlim, so far
+  bigint state[] = {1, 0, 0};    // more to come, lines of this message, bonds admitted beyond dlim
+  while (state[0]) {
+    lines.clear();
+    std::string complaint;
+    try {
+      if (me == 0 && !reader) {
+        stream.reset(fopen(name.c_str(), "rb"));
+        if (!stream) throw BadInput("cannot read the bond file '" + name + "': give its path");
+        reader = std::make_unique<BondReader>(stream.get(), name, units);
+        state[2] = reader->beyond();
+      }
+      if (me == 0) state[0] = reader->read(lines, LINES_PER_MESSAGE);
+    } catch (const BadInput &bad) {
+      complaint = bad.what();
+    }
+    state[1] = (bigint) lines.size();
+    throw_together(complaint, world);
+    MPI_Bcast(state, 3, MPI_LMP_BIGINT, 0, world);
+    lines.resize(state[1]);
+    MPI_Bcast(lines.data(), (int) (lines.size() * sizeof(BondLine)), MPI_BYTE, 0, world);
+
+    std::vector<End> ends_here(2 * lines.size(), End{}), ends(2 * lines.size());
+    for (size_t k = 0; k < ends.size(); k++) {
+      const BondLine &line = lines[k / 2];
+      const auto at = own.find(k % 2 ? line.id_j : line.id_i);
+      if (at == own.end()) continue;
+      const int i = at->second;
+      ends_here[k] = {(double) atom->type[i], atom->mask[i] & groupbit ? 1.0 : 0.0,
+                      atom->radius[i]};
+      bonds[i].push_back({k % 2 ? line.id_i : line.id_j, line.deq});
+    }
+    MPI_Allreduce(ends_here.data(), ends.data(), (int) (3 * ends.size()), MPI_DOUBLE, MPI_SUM,
+                  world);
+
+    // all ranks check all lines, and throw together
+    for (size_t k = 0; k < ends.size(); k++) {
+      const BondLine &line = lines[k / 2];
+      const int64_t id = k % 2 ? line.id_j : line.id_i;
+      if (ends[k].type == 0.0)
+        refuse(line,
+               fmt::format("there is no atom {}: read the data file that was written with the "
+                           "bond file {}",
+                           id, name));
+      if (ends[k].in_group == 0.0)
+        refuse(line, fmt::format("atom {} is not in the fix's group, bond file {}", id, name));
+      if (k % 2 == 0) continue;
+
+      // the margin is wider than that of the recording, which has rounded deq since
+      const End &a = ends[k - 1], &b = ends[k];
+      const double dlim = alpha((int) a.type, (int) b.type) * (a.radius + b.radius);
+      if (line.deq > dlim * (1.0 + BOND_MARGIN) && ++beyond > state[2])
+        refuse(line,
+               fmt::format("deq = {} is beyond dlim = alpha (R_i + R_j) = {}, but was not when the "
+                           "file {} was written: read it with the alpha and the radii of then, "
+                           "and reduce them after 'run 0'",
+                           line.deq, dlim, name));
+    }
+  }
+  return bonds;
+}
