@@ -25,19 +25,13 @@ class ComputeEVPStateAtom : public NodalExchange<Compute> {
   double memory_usage() override;
 
  private:
-  /// Places in an atom's tally of pairs.
-  enum {
-    WITHIN,
-    SECOND,
-    FRESH,
-    NTALLIES
-  };    // bonds within dlim, of these in the second regime; new
+  /// Of an atom: bonds within dlim, of these in the second regime; new pairs.
+  enum Count { WITHIN, SECOND, FRESH, NCOUNTS };
 
-  class PairEVPLJ *pair;
-  Nodal tallies;    // NTALLIES per atom and ghost
+  Nodal counts;    // NCOUNTS per atom and ghost
   int nmax;
 
-  void count_pairs();
+  void count_pairs(const class PairEVPLJ *);
 };
 
 }    // namespace LAMMPS_NS

@@ -9,12 +9,10 @@ FixStyle(evp/energy,FixEVPEnergy);
 #ifndef LMP_FIX_EVP_ENERGY_H
 #define LMP_FIX_EVP_ENERGY_H
 
-#include "core/stored_energy.h"
+#include "atom_records.h"
+#include "core/pair_work.h"
 #include "fix.h"
 #include "nodal_exchange.h"
-
-#include <array>
-#include <vector>
 
 namespace LAMMPS_NS {
 
@@ -52,13 +50,18 @@ class FixEVPEnergy : public NodalExchange<Fix> {
     EVP::StoredEnergy::Sums pairs;
   };
 
-  /// An atom at the beginning of a step: where it was and what acted on it.
-  struct Past {
-    double x[3];          ///< unwrapped
-    double working[3];    ///< see working_force()
-    double damping[3];    ///< explicit one
+  /// What acts on an atom at the ends of a step [force].
+  struct Forces {
+    double
+        working[3];    ///< on an atom that forces move all but those of the pairs, on a mover those
+    double damping[3];    ///< explicit one, which is in neither
   };
-  static constexpr int PAST_SIZE = 9;
+
+  /// An atom at the beginning of a step.
+  struct Past {
+    double x[3];    ///< unwrapped
+    Forces forces;
+  };
 
   class PairEVPLJ *pair;
   const class FixNVEEVP *implicit;    // nullptr without
@@ -68,27 +71,21 @@ class FixEVPEnergy : public NodalExchange<Fix> {
   Instant start, last;
   double dissipated_at_begin;    // of the step under way, on this MPI rank
   double taken;                  // by damping; DISSIPATED is the most that it was so far
-  std::array<double, NENTRIES> ledger;
-  double **past;    // a Past per local atom
+  double entries[NENTRIES];
+  EVP::AtomRecords<Past> past;
 
-  Nodal velocities;                   // with ghosts: those that explicit damping saw
-  Nodal pair_force, damping_force;    // with ghosts: of the pairs, explicit damping apart
-
-  EVP::StoredEnergy stored;
+  Nodal velocities;    // with ghosts: those that explicit damping saw
+  EVP::PairWork pairs;
 
   bool is_driven(int i) const;
   double half_kick(int i) const;
   bool is_solved() const;
-  double solved_damping(int i, int c) const;
-  double working_force(int i, int c) const;
+  Forces forces_on(int i) const;
   double dissipated_in_half_step(bool at_begin) const;
+  void find_depths();
   void evaluate(bool at_setup);
-  void find_depths(const EVP::PairList &);
-  void find_largest_depth();
-  void remember_places();
-  void remember_forces();
+  void end_instant();
   void advance();
-  void update_states();
 };
 
 }    // namespace LAMMPS_NS
