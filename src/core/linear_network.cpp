@@ -2,36 +2,26 @@
 
 #include "core/linear_network.h"
 
+#include <numeric>
+
 namespace EVP {
 
-namespace {
-
-  /// A link in a mixed matrix: axial u u^T + across 1.
-  struct Stiffness {
-    double axial, across;
-    Stiffness(const LinearNetwork::Mix &mix, const LinearNetwork::Link &link) :
-        across(mix.across * link.across)
-    {
-      axial = mix.axial * link.axial + mix.damping * link.damping - across;
-    }
-  };
-
-}    // namespace
-
-void LinearNetwork::assign(std::vector<double> inverse_mass_in, int nreact_in,
-                           std::vector<double> start_in)
+// A link in a mixed matrix is axial u u^T + across 1.
+static double across_of(const LinearNetwork::Mix &mix, const LinearNetwork::Link &link)
 {
-  inverse_mass = std::move(inverse_mass_in);
-  nreact = nreact_in;
-  start = std::move(start_in);
-  all_links.clear();
+  return mix.across * link.across;
+}
+
+static double axial_of(const LinearNetwork::Mix &mix, const LinearNetwork::Link &link)
+{
+  return mix.axial * link.axial + mix.damping * link.damping - across_of(mix, link);
 }
 
 LanczosResult LinearNetwork::largest_eigenvalue(const Mix &mix, double tolerance,
                                                 int max_iterations)
 {
   double here = 0.0;
-  for (const Link &link : all_links)
+  for (const Link &link : links)
     here += mix.axial * link.axial + mix.across * link.across + mix.damping * link.damping;
   if (exchange.sum(here) == 0.0) return {0.0, 0, true};
 
@@ -42,61 +32,58 @@ LanczosResult LinearNetwork::largest_eigenvalue(const Mix &mix, double tolerance
         apply(mix, in, out);
       },
       [&](const auto &a, const auto &b) {
-        double sum = 0.0;
-        for (size_t k = 0; k < a.size(); k++) sum += a[k] * b[k];
-        return exchange.sum(sum);
+        return exchange.sum(std::inner_product(a.begin(), a.end(), b.begin(), 0.0));
       },
       tolerance, max_iterations);
 }
 
 void LinearNetwork::apply(const Mix &mix, const std::vector<double> &in, std::vector<double> &out)
 {
+  const auto scale = [this](const std::vector<double> &from, std::vector<double> &to) {
+    for (size_t i = 0; 3 * i < start.size(); i++) {
+      const double root = std::sqrt(inverse_mass[i]);
+      for (size_t k = 3 * i; k < 3 * i + 3; k++) to[k] = root * from[k];
+    }
+  };
   motion.assign(3 * inverse_mass.size(), 0.0);
-  for (size_t i = 0; 3 * i < in.size(); i++) {
-    const double scale = std::sqrt(inverse_mass[i]);
-    for (size_t k = 3 * i; k < 3 * i + 3; k++) motion[k] = scale * in[k];
-  }
+  scale(in, motion);
   exchange.to_ghosts(motion);
 
   reaction.assign(motion.size(), 0.0);
-  for (const Link &link : all_links) {
+  for (const Link &link : links) {
     const double *vi = &motion[(size_t) 3 * link.i], *vj = &motion[(size_t) 3 * link.j];
-    const double dv[3] = {vi[0] - vj[0], vi[1] - vj[1], vi[2] - vj[2]};
+    const double dv[] = {vi[0] - vj[0], vi[1] - vj[1], vi[2] - vj[2]};
     const double along = link.u[0] * dv[0] + link.u[1] * dv[1] + link.u[2] * dv[2];
-    const Stiffness k(mix, link);
+    const double across = across_of(mix, link), axial = axial_of(mix, link);
     for (int c = 0; c < 3; c++) {
-      const double y = k.axial * along * link.u[c] + k.across * dv[c];
+      const double y = axial * along * link.u[c] + across * dv[c];
       reaction[(size_t) 3 * link.i + c] += y;
       if (link.j < nreact) reaction[(size_t) 3 * link.j + c] -= y;
     }
   }
   exchange.to_owners(reaction);
-  for (size_t i = 0; 3 * i < out.size(); i++) {
-    const double scale = std::sqrt(inverse_mass[i]);
-    for (size_t k = 3 * i; k < 3 * i + 3; k++) out[k] = scale * reaction[k];
-  }
+  scale(reaction, out);
 }
 
 std::vector<double> LinearNetwork::row_sums(const Mix &mix) const
 {
-  static constexpr int FIRST[] = {0, 1, 2, 0, 0, 1}, SECOND[] = {0, 1, 2, 1, 2, 2};
-  // own block, and absolute sums towards free partners
-  const std::vector<double> zero(3 * inverse_mass.size(), 0.0);
-  std::vector<double> diagonal = zero /* xx yy zz */, off = zero /* xy xz yz */, partners = zero;
-  for (const Link &link : all_links) {
-    const Stiffness k(mix, link);
-    double block[6];
-    for (int b = 0; b < 6; b++)
-      block[b] = k.axial * link.u[FIRST[b]] * link.u[SECOND[b]] + (b < 3 ? k.across : 0.0);
-    const double rows[] = {std::fabs(block[0]) + std::fabs(block[3]) + std::fabs(block[4]),
-                           std::fabs(block[1]) + std::fabs(block[3]) + std::fabs(block[5]),
-                           std::fabs(block[2]) + std::fabs(block[4]) + std::fabs(block[5])};
-    const auto add = [&](int own, int other) {
+  // per particle: own block xx yy zz, xy xz yz, and absolute row sums towards free partners
+  std::vector<double> diagonal(3 * inverse_mass.size(), 0.0), off = diagonal, partners = diagonal;
+  for (const Link &link : links) {
+    const double across = across_of(mix, link), axial = axial_of(mix, link);
+    const auto product = [&](int a, int b) {
+      return axial * link.u[a] * link.u[b];
+    };
+    const double own[] = {product(0, 0) + across, product(1, 1) + across, product(2, 2) + across};
+    const double beside[] = {product(0, 1), product(0, 2), product(1, 2)};
+    const double xy = std::fabs(beside[0]), xz = std::fabs(beside[1]), yz = std::fabs(beside[2]);
+    const double rows[] = {std::fabs(own[0]) + xy + xz, std::fabs(own[1]) + xy + yz,
+                           std::fabs(own[2]) + xz + yz};
+    const auto add = [&](int i, int j) {
       for (int c = 0; c < 3; c++) {
-        const size_t n = (size_t) 3 * own + c;
-        diagonal[n] += block[c];
-        off[n] += block[3 + c];
-        if (is_free(other)) partners[n] += rows[c];
+        diagonal[(size_t) 3 * i + c] += own[c];
+        off[(size_t) 3 * i + c] += beside[c];
+        if (is_free(j)) partners[(size_t) 3 * i + c] += rows[c];
       }
     };
     add(link.i, link.j);
@@ -106,9 +93,8 @@ std::vector<double> LinearNetwork::row_sums(const Mix &mix) const
 
   std::vector<double> sums(start.size());
   for (size_t n = 0; n < sums.size(); n++) {
-    const size_t first = n - n % 3;    // of the particle
-    const double xy = std::fabs(off[first]), xz = std::fabs(off[first + 1]);
-    const double yz = std::fabs(off[first + 2]);
+    const double *b = &off[n - n % 3];
+    const double xy = std::fabs(b[0]), xz = std::fabs(b[1]), yz = std::fabs(b[2]);
     const double beside[] = {xy + xz, xy + yz, xz + yz};
     sums[n] = inverse_mass[n / 3] * (std::fabs(diagonal[n]) + beside[n % 3] + partners[n]);
   }
@@ -117,7 +103,7 @@ std::vector<double> LinearNetwork::row_sums(const Mix &mix) const
 
 double LinearNetwork::memory_usage() const
 {
-  double bytes = (double) (all_links.capacity() * sizeof(Link));
+  double bytes = (double) (links.capacity() * sizeof(Link));
   for (const auto *values : {&inverse_mass, &start, &motion, &reaction})
     bytes += (double) (values->capacity() * sizeof(double));
   return bytes;

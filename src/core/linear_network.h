@@ -37,18 +37,16 @@ class LinearNetwork {
     double axial, across, damping;
   };
 
+  std::vector<Link> links;
+  std::vector<double> inverse_mass;    ///< of own particles and ghosts, 0 where held
+  std::vector<double> start;           ///< of Lanczos, three values per own particle, 0 where held
+  int nreact = 0;                      ///< particles below this index take the reaction
+
   explicit LinearNetwork(RankExchange exchange_in) : exchange(std::move(exchange_in)) {}
 
-  /// A network without links. inverse_mass: of own particles and ghosts, 0 where held. nreact:
-  /// particles below this index take the reaction. start_in: first vector of the Lanczos iterations,
-  /// three values per own particle, 0 where held.
-  void assign(std::vector<double> inverse_mass_in, int nreact_in, std::vector<double> start_in);
-
-  void add(const Link &link) { all_links.push_back(link); }
-  const std::vector<Link> &links() const { return all_links; }
   bool is_free(int i) const { return inverse_mass[i] > 0.0; }
 
-  /// Collective. Of M^-1/2 (mixed matrix) M^-1/2 over the free particles; see lanczos.h for the errors.
+  /// Collective. Of M^-1/2 (mixed matrix) M^-1/2 over the free particles; errors: see lanczos.h.
   LanczosResult largest_eigenvalue(const Mix &, double tolerance, int max_iterations);
 
   /// Collective. Gershgorin: sum of absolute values of each row of M^-1 (mixed matrix) over the free
@@ -59,9 +57,6 @@ class LinearNetwork {
 
  private:
   RankExchange exchange;
-  int nreact = 0;
-  std::vector<double> inverse_mass, start;
-  std::vector<Link> all_links;
   std::vector<double> motion, reaction;    // with ghosts
 
   void apply(const Mix &, const std::vector<double> &in, std::vector<double> &out);

@@ -2,15 +2,7 @@
 
 #include "compute_evp_dt.h"
 
-#include "pair_evp_lj.h"
 #include "scene.h"
-
-#include "atom.h"
-#include "comm.h"
-#include "error.h"
-#include "force.h"
-#include "modify.h"
-#include "update.h"
 
 #include <algorithm>
 #include <cmath>
@@ -50,11 +42,6 @@ ComputeEVPDt::ComputeEVPDt(LAMMPS *lmp, int narg, char **arg) :
   size_vector = 5;
   dynamic_group_allow = 0;
   vector = new double[size_vector]();
-}
-
-ComputeEVPDt::~ComputeEVPDt()
-{
-  delete[] vector;
 }
 
 void ComputeEVPDt::init()
@@ -112,17 +99,12 @@ void ComputeEVPDt::compute_vector()
   vector[4] = row_sum_dt();
 }
 
-bool ComputeEVPDt::is_free(int i) const
-{
-  return atom->mask[i] & groupbit;
-}
-
 // The network of the present positions, and the timestep of the paper. Stiffness from the law, never
 // below that where either regime begins: a pair may be back in the first regime, or in a stiffer
 // second one, within a step
 void ComputeEVPDt::linearise()
 {
-  const PairEVPLJ *pair = EVP::scene::find_present(force);
+  const auto *pair = EVP::scene::find_present(force);
   if (!pair)
     error->all(FLERR,
                "Compute {} evp/dt needs the pairs of the present positions: print c_{} with "
@@ -130,31 +112,33 @@ void ComputeEVPDt::linearise()
                id, id);
 
   const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
-  std::vector<double> free_inverse_mass(nall, 0.0), start((size_t) 3 * nlocal, 0.0);
+  network.links.clear();
+  network.nreact = force->newton_pair ? nall : nlocal;
+  network.inverse_mass.assign(nall, 0.0);
   for (int i = 0; i < nall; i++)
-    if (is_free(i)) free_inverse_mass[i] = EVP::scene::inverse_mass(atom, force, i);
+    if (atom->mask[i] & groupbit)
+      network.inverse_mass[i] = EVP::scene::inverse_mass(atom, force, i);
   // any start will do; this one is the same on every number of MPI ranks
+  network.start.assign((size_t) 3 * nlocal, 0.0);
   for (int i = 0; i < nlocal; i++)
-    for (int c = 0; c < 3 && is_free(i); c++) {
+    for (int c = 0; c < 3 && network.is_free(i); c++) {
       uint64_t z = 0x9e3779b97f4a7c15ULL * (3 * (uint64_t) atom->tag[i] + c + 1);
       z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
-      start[(size_t) 3 * i + c] = (double) ((z ^ (z >> 27)) >> 11) * 0x1.0p-53 - 0.5;
+      network.start[(size_t) 3 * i + c] = (double) ((z ^ (z >> 27)) >> 11) * 0x1.0p-53 - 0.5;
     }
-  network.assign(std::move(free_inverse_mass), force->newton_pair ? nall : nlocal,
-                 std::move(start));
 
   double shortest = NO_LIMIT;
   EVP::for_each_pair(
       pair->packed_pairs(), EVP::scene::rows(atom->x), [&](const EVP::PlacedPair &p) {
-        if ((!is_free(p.i) && !is_free(p.j)) || p.is_beyond()) return;
+        if ((!network.is_free(p.i) && !network.is_free(p.j)) || p.is_beyond()) return;
         const EVP::Law &law = pair->law_of(p);
         const double d = p.distance(), deq = 1.0 / p.inv_deq;
-        network.add({p.i,
-                     p.j,
-                     {p.g.dx / d, p.g.dy / d, p.g.dz / d},
-                     law.stiffness_ahead(d, deq),
-                     std::max(0.0, -law.force(d, deq) / d),
-                     law.parameters().gamma + pair->implicit_gamma(p)});
+        network.links.push_back({p.i,
+                                 p.j,
+                                 {p.g.dx / d, p.g.dy / d, p.g.dz / d},
+                                 law.stiffness_ahead(d, deq),
+                                 std::max(0.0, -law.force(d, deq) / d),
+                                 law.parameters().gamma + pair->implicit_gamma(p)});
 
         // eqs. 6 and 7: overlap of 0.3, deq = R_i + R_j; knows neither coordination nor gamma
         const double k = law.first_stiffness(0.7, atom->radius[p.i] + atom->radius[p.j]);
@@ -192,9 +176,9 @@ bool ComputeEVPDt::all_implicit() const
   const Fix *implicit = EVP::scene::find_fix(modify, "nve/evp");
   const int bit = implicit ? implicit->groupbit : 0;
   int outside = 0, any;
-  for (const auto &link : network.links())
+  for (const auto &link : network.links)
     for (const int i : {link.i, link.j})
-      if (is_free(i) && !(atom->mask[i] & bit)) outside = 1;
+      if (network.is_free(i) && !(atom->mask[i] & bit)) outside = 1;
   MPI_Allreduce(&outside, &any, 1, MPI_INT, MPI_MAX, world);
   return implicit && !any;
 }
@@ -222,7 +206,7 @@ double ComputeEVPDt::explicit_dt(double lambda_k, double lambda_c)
 double ComputeEVPDt::implicit_dt(double lambda_axial, double lambda_across) const
 {
   double here = NO_LIMIT;
-  for (const auto &link : network.links())
+  for (const auto &link : network.links)
     if (link.axial > 0.0) here = std::min(here, link.damping / link.axial);
   const double a = least_of_all(here);
 
@@ -240,9 +224,4 @@ double ComputeEVPDt::row_sum_dt() const
   double here = NO_LIMIT;
   for (size_t n = 0; n < k.size(); n++) here = std::min(here, root_of(k[n], c[n]));
   return least_of_all(here);
-}
-
-double ComputeEVPDt::memory_usage()
-{
-  return network.memory_usage();
 }

@@ -1,10 +1,4 @@
-/* SPDX-License-Identifier: GPL-2.0-only */
-
-#ifdef COMPUTE_CLASS
-// clang-format off
-ComputeStyle(evp/dt,ComputeEVPDt);
-// clang-format on
-#else
+// SPDX-License-Identifier: GPL-2.0-only
 
 #ifndef LMP_COMPUTE_EVP_DT_H
 #define LMP_COMPUTE_EVP_DT_H
@@ -20,13 +14,13 @@ namespace LAMMPS_NS {
 class ComputeEVPDt : public NodalExchange<Compute> {
  public:
   ComputeEVPDt(class LAMMPS *, int, char **);
-  ~ComputeEVPDt() override;
+  ~ComputeEVPDt() override { delete[] vector; }
 
   void init() override;
   void setup() override;
   double compute_scalar() override;
   void compute_vector() override;
-  double memory_usage() override;
+  double memory_usage() override { return network.memory_usage(); }
 
   /// Collective, in a run. Warns once if the timestep is above the limit.
   void warn_of_timestep();
@@ -38,7 +32,6 @@ class ComputeEVPDt : public NodalExchange<Compute> {
   bool limit_warned;       // in this run: of dt
   bool lanczos_warned;     // of an eigenvalue
 
-  bool is_free(int i) const;
   bool all_implicit() const;
   void linearise();
   double least_of_all(double here) const;
@@ -50,5 +43,4 @@ class ComputeEVPDt : public NodalExchange<Compute> {
 
 }    // namespace LAMMPS_NS
 
-#endif
 #endif

@@ -3,14 +3,9 @@
 #include "compute_evp_state_atom.h"
 
 #include "fix_evp_bonds.h"
-#include "pair_evp_lj.h"
 #include "scene.h"
 
-#include "atom.h"
-#include "error.h"
-#include "force.h"
 #include "memory.h"
-#include "update.h"
 
 using namespace LAMMPS_NS;
 
@@ -42,28 +37,12 @@ void ComputeEVPStateAtom::compute_peratom()
     memory->grow(array_atom, nmax, size_peratom_cols, "evp/state/atom:array_atom");
   }
 
-  const PairEVPLJ *pair = EVP::scene::find_present(force);
+  const auto *pair = EVP::scene::find_present(force);
   if (!pair)
     error->all(FLERR,
                "Compute {} evp/state/atom needs the pairs of the present positions: use it in a "
                "run, or after 'run 0'",
                id);
-  count_pairs(pair);
-  const FixEVPBonds *bonds = pair->bonds_fix();
-  for (int i = 0; i < atom->nlocal; i++) {
-    double *state = array_atom[i];
-    const double *count = &counts[(size_t) NCOUNTS * i];
-    const bool in_group = atom->mask[i] & groupbit;
-    const double recorded = (in_group && bonds) ? (double) bonds->bonds_of(i).size() : 0.0;
-    state[0] = recorded;
-    state[1] = recorded > 0.0 ? count[SECOND] / recorded : 0.0;
-    state[2] = recorded > 0.0 ? 1.0 - count[WITHIN] / recorded : 0.0;
-    state[3] = in_group ? count[FRESH] : 0.0;
-  }
-}
-
-void ComputeEVPStateAtom::count_pairs(const PairEVPLJ *pair)
-{
   const EVP::PairList &list = pair->packed_pairs();
   const int nreact = force->newton_pair ? list.nall : list.nlocal;
   counts.assign((size_t) NCOUNTS * list.nall, 0.0);
@@ -78,6 +57,18 @@ void ComputeEVPStateAtom::count_pairs(const PairEVPLJ *pair)
     }
   });
   to_owners(counts);
+
+  const FixEVPBonds *bonds = pair->bonds_fix();
+  for (int i = 0; i < atom->nlocal; i++) {
+    double *state = array_atom[i];
+    const double *count = &counts[(size_t) NCOUNTS * i];
+    const bool in_group = atom->mask[i] & groupbit;
+    const double recorded = (in_group && bonds) ? (double) bonds->bonds_of(i).size() : 0.0;
+    state[0] = recorded;
+    state[1] = recorded > 0.0 ? count[SECOND] / recorded : 0.0;
+    state[2] = recorded > 0.0 ? 1.0 - count[WITHIN] / recorded : 0.0;
+    state[3] = in_group ? count[FRESH] : 0.0;
+  }
 }
 
 double ComputeEVPStateAtom::memory_usage()

@@ -1,10 +1,4 @@
-/* SPDX-License-Identifier: GPL-2.0-only */
-
-#ifdef COMPUTE_CLASS
-// clang-format off
-ComputeStyle(evp/state/atom,ComputeEVPStateAtom);
-// clang-format on
-#else
+// SPDX-License-Identifier: GPL-2.0-only
 
 #ifndef LMP_COMPUTE_EVP_STATE_ATOM_H
 #define LMP_COMPUTE_EVP_STATE_ATOM_H
@@ -30,11 +24,8 @@ class ComputeEVPStateAtom : public NodalExchange<Compute> {
 
   Nodal counts;    // NCOUNTS per atom and ghost
   int nmax;
-
-  void count_pairs(const class PairEVPLJ *);
 };
 
 }    // namespace LAMMPS_NS
 
-#endif
 #endif

@@ -4,25 +4,16 @@
 
 #include "compute_evp_dt.h"
 #include "core/params.h"
-#include "pair_evp_lj.h"
 #include "scene.h"
 
-#include "atom.h"
-#include "comm.h"
-#include "error.h"
-#include "force.h"
 #include "group.h"
-#include "modify.h"
 #include "output.h"
-#include "update.h"
-#include "utils.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 
 using namespace LAMMPS_NS;
-using namespace FixConst;
 
 static constexpr double NO_LIMIT = 1.0e20;
 static constexpr double STRAIN_PER_STEP = 0.1;    // of xi_s, at most, in any pair
@@ -78,11 +69,6 @@ void FixDtEVP::post_constructor()
   modify->add_compute(compute_id + " " + group->names[igroup] + " evp/dt");
 }
 
-int FixDtEVP::setmask()
-{
-  return END_OF_STEP;
-}
-
 void FixDtEVP::init()
 {
   const std::string who = fmt::format("Fix {} dt/evp", id);
@@ -118,11 +104,6 @@ void FixDtEVP::setup(int /*vflag*/)
     auto *other = dynamic_cast<ComputeEVPDt *>(any);
     if (other && other != compute) other->warn_of_timestep();
   }
-}
-
-void FixDtEVP::end_of_step()
-{
-  set_dt(false);
 }
 
 // the smallest of what stability, speeds and the user allow; at set-up at once,
@@ -227,9 +208,4 @@ double FixDtEVP::compute_vector(int n)
 {
   const double values[] = {stable_dt, fastest.dt, (double) limit, fastest.id_i, fastest.id_j};
   return values[n];
-}
-
-double FixDtEVP::memory_usage()
-{
-  return (double) velocity.capacity() * sizeof(double);
 }

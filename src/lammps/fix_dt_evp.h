@@ -1,10 +1,4 @@
-/* SPDX-License-Identifier: GPL-2.0-only */
-
-#ifdef FIX_CLASS
-// clang-format off
-FixStyle(dt/evp,FixDtEVP);
-// clang-format on
-#else
+// SPDX-License-Identifier: GPL-2.0-only
 
 #ifndef LMP_FIX_DT_EVP_H
 #define LMP_FIX_DT_EVP_H
@@ -23,15 +17,15 @@ class FixDtEVP : public NodalExchange<Fix> {
   FixDtEVP(class LAMMPS *, int, char **);
   ~FixDtEVP() override;
 
-  int setmask() override;
+  int setmask() override { return FixConst::END_OF_STEP; }
   void post_constructor() override;
   void init() override;
   void setup(int) override;
-  void end_of_step() override;
+  void end_of_step() override { set_dt(false); }
 
   double compute_scalar() override;
   double compute_vector(int) override;
-  double memory_usage() override;
+  double memory_usage() override { return (double) (velocity.capacity() * sizeof(double)); }
 
  private:
   /// What limits dt; the numbers are those of f_ID[3].
@@ -63,5 +57,4 @@ class FixDtEVP : public NodalExchange<Fix> {
 
 }    // namespace LAMMPS_NS
 
-#endif
 #endif

@@ -3,24 +3,16 @@
 #include "fix_evp_energy.h"
 
 #include "fix_nve_evp.h"
-#include "pair_evp_lj.h"
 #include "scene.h"
 
-#include "atom.h"
 #include "domain.h"
-#include "error.h"
-#include "force.h"
-#include "modify.h"
-#include "update.h"
 
 #include <algorithm>
-#include <cstring>
 
 using namespace LAMMPS_NS;
-using namespace FixConst;
 
 FixEVPEnergy::FixEVPEnergy(LAMMPS *lmp, int narg, char **arg) :
-    NodalExchange(lmp, narg, arg), pair(nullptr), implicit(nullptr), driven_groupbits(0),
+    AtomRecords(lmp, narg, arg), pair(nullptr), implicit(nullptr), driven_groupbits(0),
     started(false), dt_step(0.0), start{}, last{}, dissipated_at_begin(0.0), taken(0.0), entries{}
 {
   if (narg != 3) error->all(FLERR, "Fix {} evp/energy: unexpected argument '{}'", id, arg[3]);
@@ -30,26 +22,11 @@ FixEVPEnergy::FixEVPEnergy(LAMMPS *lmp, int narg, char **arg) :
                "entries",
                id);
   nevery = 1;
-  create_attribute = 1;
-  maxexchange = past.SIZE;
   scalar_flag = vector_flag = 1;
   size_vector = NENTRIES;
   global_freq = 1;
   extscalar = extvector = 0;
-
-  FixEVPEnergy::grow_arrays(atom->nmax);
-  for (int i = 0; i < atom->nlocal; i++) FixEVPEnergy::set_arrays(i);
-  atom->add_callback(Atom::GROW);
-}
-
-FixEVPEnergy::~FixEVPEnergy()
-{
-  atom->delete_callback(id, Atom::GROW);
-}
-
-int FixEVPEnergy::setmask()
-{
-  return POST_INTEGRATE | END_OF_STEP;
+  follow_atoms();
 }
 
 void FixEVPEnergy::init()
@@ -62,12 +39,10 @@ void FixEVPEnergy::init()
                "Fix {} evp/energy does not know the velocity of a deforming box: use fix deform "
                "without 'remap v'",
                id);
+  implicit = dynamic_cast<const FixNVEEVP *>(EVP::scene::find_fix(modify, "nve/evp"));
   driven_groupbits = 0;
-  implicit = nullptr;
-  for (const Fix *other : modify->get_fix_list()) {
+  for (const Fix *other : modify->get_fix_list())
     if (EVP::scene::moves_by_forces(other)) driven_groupbits |= other->groupbit;
-    if (strcmp(other->style, "nve/evp") == 0) implicit = dynamic_cast<const FixNVEEVP *>(other);
-  }
 }
 
 // what acts in the first half step is not known yet: fixes that are defined after this one may add
@@ -75,11 +50,11 @@ void FixEVPEnergy::init()
 void FixEVPEnergy::setup(int /*vflag*/)
 {
   if (update->whichflag != 1) return;
-  find_depths();     // the pair style may be another than in the last run
-  if (!started) {    // for all instants that are compared with the start
-    double here = pairs.stored.total_depth(), all;
+  pair_work.stored.assign(*pair);    // the pair style may be another than in the last run
+  if (!started) {
+    double here = pair_work.stored.total_depth(), all;
     MPI_Allreduce(&here, &all, 1, MPI_DOUBLE, MPI_SUM, world);
-    pairs.stored.set_largest_depth(all);
+    pair_work.stored.set_largest_depth(all);    // for all instants that are compared with the start
   }
   evaluate(true);
   if (!started) start = last;
@@ -91,7 +66,7 @@ void FixEVPEnergy::post_integrate()
 {
   dt_step = update->dt;
   dissipated_at_begin = dissipated_in_half_step(true);
-  for (int i = 0; i < atom->nlocal; i++) past[i].forces = forces_on(i);
+  for (int i = 0; i < atom->nlocal; i++) records[i].forces = forces_on(i);
 }
 
 void FixEVPEnergy::end_of_step()
@@ -99,11 +74,6 @@ void FixEVPEnergy::end_of_step()
   evaluate(false);
   advance();
   end_instant();
-}
-
-bool FixEVPEnergy::is_driven(int i) const
-{
-  return atom->mask[i] & driven_groupbits;
 }
 
 // velocity per force in half a step; none where forces do not move the atom
@@ -118,14 +88,6 @@ bool FixEVPEnergy::is_solved() const
   return implicit && pair->damps_implicitly();
 }
 
-void FixEVPEnergy::find_depths()
-{
-  pairs.stored.assign(pair->packed_pairs(), pair->rest_distances(),
-                      [&](const EVP::PackedPair &p) -> const EVP::Law & {
-                        return pair->law_of(p);
-                      });
-}
-
 // last, and the forces of the pairs on local atoms.
 // Within a run the pair style saw the half-step velocities, at set-up those of the atoms.
 // A bond's energy counts from its rest; what it cost to take one beyond dlim stays in the balance as
@@ -136,38 +98,34 @@ void FixEVPEnergy::evaluate(bool at_setup)
   const bool damps = pair->damps_explicitly();
 
   Instant here{};    // of this MPI rank
-  velocities.resize((size_t) 3 * list.nall);
+  pair_work.velocity.resize((size_t) 3 * list.nall);
   for (int i = 0; i < atom->nlocal; i++) {
     const double half = at_setup ? 0.0 : half_kick(i);
     const double weight = is_driven(i) ? 0.5 * force->mvv2e * EVP::scene::mass(atom, i) : 0.0;
     for (int c = 0; c < 3; c++) {
       const double v = atom->v[i][c];
-      velocities[(size_t) 3 * i + c] = v - half * atom->f[i][c];
+      pair_work.velocity[(size_t) 3 * i + c] = v - half * atom->f[i][c];
       here.kinetic += weight * v * v;    // the energy of a mover is its own affair
     }
   }
-  if (damps) to_ghosts(velocities);
+  if (damps) to_ghosts(pair_work.velocity);
 
-  if (pairs.stored.is_due(list)) find_depths();
-  const auto *const v = reinterpret_cast<const double(*)[3]>(velocities.data());
-  here.pairs = pairs.evaluate(
-      list, {EVP::scene::rows(atom->x), v, nullptr, force->newton_pair ? list.nall : list.nlocal},
-      [&](const EVP::PackedPair &p) -> const EVP::Law & {
-        return pair->law_of(p);
-      });
-  to_owners(pairs.force);
-  if (damps) to_owners(pairs.damping);
+  const int nreact = force->newton_pair ? list.nall : list.nlocal;
+  here.pairs = pair_work.evaluate(*pair, EVP::scene::rows(atom->x), nreact);
+  to_owners(pair_work.force);
+  if (damps) to_owners(pair_work.damping);
   static_assert(sizeof(Instant) % sizeof(double) == 0, "an Instant is a row of numbers");
   MPI_Allreduce(&here, &last, sizeof(Instant) / sizeof(double), MPI_DOUBLE, MPI_SUM, world);
 }
 
-FixEVPEnergy::Forces FixEVPEnergy::forces_on(int i) const
+EVP::AtomForces FixEVPEnergy::forces_on(int i) const
 {
-  Forces now;
+  EVP::AtomForces now;
   for (int c = 0; c < 3; c++) {
     const size_t k = (size_t) 3 * i + c;
-    const double of_pairs = pairs.force[k] + (is_solved() ? implicit->applied_damping()[k] : 0.0);
-    now.damping[c] = pairs.damping[k];
+    const double of_pairs =
+        pair_work.force[k] + (is_solved() ? implicit->applied_damping()[k] : 0.0);
+    now.damping[c] = pair_work.damping[k];
     now.working[c] = is_driven(i) ? atom->f[i][c] - now.damping[c] - of_pairs : of_pairs;
   }
   return now;
@@ -183,7 +141,7 @@ double FixEVPEnergy::dissipated_in_half_step(bool at_begin) const
     if (!is_driven(i)) continue;
     const double half = half_kick(i);
     for (int c = 0; c < 3; c++)
-      sum -= pairs.damping[(size_t) 3 * i + c] * (atom->v[i][c] - 0.5 * half * atom->f[i][c]);
+      sum -= pair_work.damping[(size_t) 3 * i + c] * (atom->v[i][c] - 0.5 * half * atom->f[i][c]);
   }
   if (is_solved()) sum += at_begin ? implicit->power_after() : implicit->power_before();
   return 0.5 * dt_step * sum;
@@ -197,8 +155,8 @@ void FixEVPEnergy::advance()
     double dissipated, movers, others;
   } here = {dissipated_at_begin + dissipated_in_half_step(false), 0.0, 0.0}, all;
   for (int i = 0; i < atom->nlocal; i++) {
-    const Past &then = past[i];
-    const Forces now = forces_on(i);
+    const EVP::AtomPast &then = records[i];
+    const EVP::AtomForces now = forces_on(i);
     double x[3];
     domain->unmap(atom->x[i], atom->image[i], x);
     for (int c = 0; c < 3; c++) {
@@ -229,7 +187,7 @@ void FixEVPEnergy::end_instant()
   entries[SECOND] = last.pairs.second - start.pairs.second;
   entries[LOST] = EVP::StoredEnergy::lost(start.pairs, last.pairs);
   entries[CONTACTS] = EVP::StoredEnergy::of_contacts(start.pairs, last.pairs);
-  for (int i = 0; i < atom->nlocal; i++) domain->unmap(atom->x[i], atom->image[i], past[i].x);
+  for (int i = 0; i < atom->nlocal; i++) domain->unmap(atom->x[i], atom->image[i], records[i].x);
 }
 
 // f_ID: energy imbalance. f_ID[1..8], changes since the start: kinetic, stored in bonds up to xi_s
@@ -243,40 +201,9 @@ double FixEVPEnergy::compute_scalar()
   return imbalance - entries[MOVERS] - entries[OTHERS];
 }
 
-double FixEVPEnergy::compute_vector(int n)
-{
-  return entries[n];
-}
-
-double FixEVPEnergy::memory_usage()
-{
-  return past.memory_usage() + pairs.memory_usage() +
-      (double) velocities.capacity() * sizeof(double);
-}
-
-void FixEVPEnergy::grow_arrays(int nmax)
-{
-  past.grow(nmax);
-}
-
-void FixEVPEnergy::copy_arrays(int i, int j, int /*delflag*/)
-{
-  past.copy(i, j);
-}
-
 // an atom that comes during a run brings no work with it
 void FixEVPEnergy::set_arrays(int i)
 {
-  past[i] = {};
-  domain->unmap(atom->x[i], atom->image[i], past[i].x);
-}
-
-int FixEVPEnergy::pack_exchange(int i, double *buf)
-{
-  return past.pack(i, buf);
-}
-
-int FixEVPEnergy::unpack_exchange(int i, double *buf)
-{
-  return past.unpack(i, buf);
+  records[i] = {};
+  domain->unmap(atom->x[i], atom->image[i], records[i].x);
 }

@@ -1,18 +1,28 @@
-/* SPDX-License-Identifier: GPL-2.0-only */
-
-#ifdef FIX_CLASS
-// clang-format off
-FixStyle(evp/energy,FixEVPEnergy);
-// clang-format on
-#else
+// SPDX-License-Identifier: GPL-2.0-only
 
 #ifndef LMP_FIX_EVP_ENERGY_H
 #define LMP_FIX_EVP_ENERGY_H
 
 #include "atom_records.h"
-#include "core/pair_work.h"
-#include "fix.h"
+#include "core/stored_energy.h"
 #include "nodal_exchange.h"
+
+namespace EVP {
+
+/// What acts on an atom at the ends of a step [force].
+struct AtomForces {
+  double
+      working[3];    ///< on an atom that forces move all but those of the pairs, on a mover those
+  double damping[3];    ///< explicit one, which is in neither
+};
+
+/// An atom at the beginning of a step.
+struct AtomPast {
+  double x[3];    ///< unwrapped
+  AtomForces forces;
+};
+
+}    // namespace EVP
 
 namespace LAMMPS_NS {
 
@@ -20,26 +30,20 @@ namespace LAMMPS_NS {
 ///
 /// Exact for the leapfrog but for the trapezoid of the pair forces. Each step is taken from its own half
 /// kicks, with its own dt and the damping that was applied in it, whichever fix changed them before.
-class FixEVPEnergy : public NodalExchange<Fix> {
+class FixEVPEnergy : public AtomRecords<NodalExchange<Fix>, EVP::AtomPast> {
  public:
   FixEVPEnergy(class LAMMPS *, int, char **);
-  ~FixEVPEnergy() override;
 
-  int setmask() override;
+  int setmask() override { return FixConst::POST_INTEGRATE | FixConst::END_OF_STEP; }
   void init() override;
   void setup(int) override;
   void post_integrate() override;
   void end_of_step() override;
 
   double compute_scalar() override;
-  double compute_vector(int) override;
-
-  double memory_usage() override;
-  void grow_arrays(int) override;
-  void copy_arrays(int, int, int) override;
+  double compute_vector(int n) override { return entries[n]; }
+  double memory_usage() override { return AtomRecords::memory_usage() + pair_work.memory_usage(); }
   void set_arrays(int) override;
-  int pack_exchange(int, double *) override;
-  int unpack_exchange(int, double *) override;
 
  private:
   enum Entry { KINETIC, FIRST, SECOND, LOST, CONTACTS, DISSIPATED, MOVERS, OTHERS, NENTRIES };
@@ -48,19 +52,6 @@ class FixEVPEnergy : public NodalExchange<Fix> {
   struct Instant {
     double kinetic;
     EVP::StoredEnergy::Sums pairs;
-  };
-
-  /// What acts on an atom at the ends of a step [force].
-  struct Forces {
-    double
-        working[3];    ///< on an atom that forces move all but those of the pairs, on a mover those
-    double damping[3];    ///< explicit one, which is in neither
-  };
-
-  /// An atom at the beginning of a step.
-  struct Past {
-    double x[3];    ///< unwrapped
-    Forces forces;
   };
 
   class PairEVPLJ *pair;
@@ -72,17 +63,14 @@ class FixEVPEnergy : public NodalExchange<Fix> {
   double dissipated_at_begin;    // of the step under way, on this MPI rank
   double taken;                  // by damping; DISSIPATED is the most that it was so far
   double entries[NENTRIES];
-  EVP::AtomRecords<Past> past;
 
-  Nodal velocities;    // with ghosts: those that explicit damping saw
-  EVP::PairWork pairs;
+  EVP::PairWork pair_work;
 
-  bool is_driven(int i) const;
+  bool is_driven(int i) const { return atom->mask[i] & driven_groupbits; }
   double half_kick(int i) const;
   bool is_solved() const;
-  Forces forces_on(int i) const;
+  EVP::AtomForces forces_on(int i) const;
   double dissipated_in_half_step(bool at_begin) const;
-  void find_depths();
   void evaluate(bool at_setup);
   void end_instant();
   void advance();
@@ -90,5 +78,4 @@ class FixEVPEnergy : public NodalExchange<Fix> {
 
 }    // namespace LAMMPS_NS
 
-#endif
 #endif
