@@ -9,10 +9,9 @@
 
 namespace EVP {
 
-/// What acts on an atom at the ends of a step [force].
+/// What acts on an atom at an end of a step [force].
 struct AtomForces {
-  double
-      working[3];    ///< on an atom that forces move all but those of the pairs, on a mover those
+  double working[3];    ///< on a mover the forces of pairs; else all forces but those
   double damping[3];    ///< explicit one, which is in neither
 };
 
@@ -63,7 +62,6 @@ class FixEVPEnergy : public AtomRecords<NodalExchange<Fix>, EVP::AtomPast> {
   double dissipated_at_begin;    // of the step under way, on this MPI rank
   double taken;                  // by damping; DISSIPATED is the most that it was so far
   double entries[NENTRIES];
-
   EVP::PairWork pair_work;
 
   bool is_driven(int i) const { return atom->mask[i] & driven_groupbits; }
