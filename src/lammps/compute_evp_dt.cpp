@@ -10,7 +10,6 @@
 
 using namespace LAMMPS_NS;
 
-static constexpr double NO_LIMIT = 1.0e20;     // nothing interacts: any timestep is stable
 static constexpr double TOLERANCE = 1.0e-4;    // of an eigenvalue; half of it in dt
 static constexpr int MAX_ITERATIONS = 500;
 
@@ -18,7 +17,7 @@ static constexpr int MAX_ITERATIONS = 500;
 static double root_of(double a, double b)
 {
   const double sum = b + std::sqrt(b * b + 4.0 * a);
-  return sum > 0.0 ? 4.0 / sum : NO_LIMIT;
+  return sum > 0.0 ? 4.0 / sum : ComputeEVPDt::NO_LIMIT;
 }
 
 ComputeEVPDt::ComputeEVPDt(LAMMPS *lmp, int narg, char **arg) :

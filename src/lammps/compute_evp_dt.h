@@ -13,6 +13,8 @@ namespace LAMMPS_NS {
 /// held.
 class ComputeEVPDt : public NodalExchange<Compute> {
  public:
+  static constexpr double NO_LIMIT = 1.0e20;    ///< nothing interacts: any timestep is stable
+
   ComputeEVPDt(class LAMMPS *, int, char **);
   ~ComputeEVPDt() override { delete[] vector; }
 

@@ -15,7 +15,7 @@
 
 using namespace LAMMPS_NS;
 
-static constexpr double NO_LIMIT = 1.0e20;
+static constexpr double NO_LIMIT = ComputeEVPDt::NO_LIMIT;
 static constexpr double STRAIN_PER_STEP = 0.1;    // of xi_s, at most, in any pair
 static constexpr double TURN_PER_STEP = 0.1;    // rad, at most, of any pair that fix nve/evp damps
 static constexpr double GROWTH_PER_CHECK = 1.25;
