@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //
 // Largest eigenvalue of a symmetric operator that is known by its product with a vector only.
-// Pure C++17; sums over processes come in through the caller's dot product.
+// Pure C++17; sums over MPI ranks come in through the caller's dot product.
 
 #ifndef EVP_CORE_LANCZOS_H
 #define EVP_CORE_LANCZOS_H
@@ -49,8 +49,8 @@ struct LanczosResult {
 
 /// Largest eigenvalue of the symmetric positive semi-definite operator `apply(in, out)`.
 ///
-/// start is the first vector (any length, may be empty on this process; overwritten), dot(a, b) the
-/// inner product over all processes. Stops when four steps in a row together raised the value by less
+/// start is the first vector (any length, may be empty on this rank; overwritten), dot(a, b) the
+/// inner product over all ranks. Stops when four iterations in a row together raised the value by less
 /// than tolerance of itself, when the Krylov space is exhausted, or after max_iterations.
 template <class Apply, class Dot>
 LanczosResult largest_eigenvalue(std::vector<double> &start, Apply &&apply, Dot &&dot,

@@ -1,22 +1,20 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //
-// What all pairs hold above rest, summed so that the change between two instants keeps its digits
-// however small it is beside the depth of the pairs.
-// Pure C++17.
+// What all pairs hold above rest, and exert, at one instant. Pure C++17.
 
 #ifndef EVP_CORE_STORED_ENERGY_H
 #define EVP_CORE_STORED_ENERGY_H
 
-#include "core/law.h"
-#include "core/pair_list.h"
+#include "core/force_loop.h"
 
 #include <cmath>
-#include <utility>
+#include <numeric>
 #include <vector>
 
 namespace EVP {
 
-/// Energies of the pairs of one list.
+/// Energies of the pairs of one list, summed so that the change between two instants keeps its digits
+/// however small it is beside the depth of the pairs.
 ///
 /// Each pair counts from its rest at deq. What it takes from there to its cut-off, the depth, is
 /// thousands of times what a working body stores. So depths are summed apart, each in two parts: one
@@ -42,26 +40,21 @@ class StoredEnergy {
   /// The list is another one: assign() is due.
   bool is_due(const PairList &list) const { return build != list.build; }
 
-  /// deq: of each pair of the list, as it was recorded. law_of(pair): its Law.
-  template <class LawOf>
-  void assign(const PairList &list, std::vector<double> deq_in, LawOf &&law_of)
+  /// pairs: what has packed_pairs(), rest_distances() and law_of(pair), as the pair style does.
+  template <class Pairs> void assign(const Pairs &pairs)
   {
+    const PairList &list = pairs.packed_pairs();
     build = list.build;
-    deq = std::move(deq_in);
+    deq = pairs.rest_distances();
     depth.resize(deq.size());
     for (size_t n = 0; n < deq.size(); n++) {
-      const PackedPair &pair = list.pairs[n];
-      depth[n] = law_of(pair).stored(pair.cut, deq[n]).total();
+      const PackedPair pair = list.pairs[n];
+      depth[n] = pairs.law_of(pair).stored(pair.cut, deq[n]).total();
     }
   }
 
   /// Of all pairs of the list, those beyond their cut-off too [energy].
-  double total_depth() const
-  {
-    double sum = 0.0;
-    for (const double x : depth) sum += x;
-    return sum;
-  }
+  double total_depth() const { return std::accumulate(depth.begin(), depth.end(), 0.0); }
 
   /// The total over all MPI ranks that sums are to be exact up to.
   void set_largest_depth(double sum)
@@ -115,6 +108,61 @@ class StoredEnergy {
     const double rounded = (x + unit) - unit;
     sum.rounded += rounded;
     sum.rest += x - rounded;
+  }
+};
+
+/// The pairs of one rank in the energy balance: the sums of what they store, and the forces from which
+/// works and dissipation follow.
+struct PairWork {
+  StoredEnergy stored;
+
+  /// Three values per particle and ghost: that the damping of the laws sees, to be set by the caller.
+  std::vector<double> velocity;
+  /// What evaluate() finds, on ghosts reactions [force]: of the laws, and of their damping.
+  std::vector<double> force, damping;
+
+  /// Returns the sums of this rank. pairs: see StoredEnergy::assign(), which is called where it is due.
+  /// nreact: particles below this index take the reaction.
+  ///
+  /// A block of the force loop has at hand all that this reads of its pairs, so a tally there can make
+  /// the same sums.
+  template <class Pairs>
+  StoredEnergy::Sums evaluate(const Pairs &pairs, const double (*x)[3], int nreact)
+  {
+    const PairList &list = pairs.packed_pairs();
+    if (stored.is_due(list)) stored.assign(pairs);
+    force.assign((size_t) 3 * list.nall, 0.0);
+    damping.assign((size_t) 3 * list.nall, 0.0);
+    StoredEnergy::Sums sums{};
+    for_each_pair(list, x, [&](const PlacedPair &p) {
+      if (p.is_beyond()) return;
+      const bool reacts = p.j < nreact;
+      const double d = p.distance();
+      const Law &law = pairs.law_of(p);
+      // without newton both owners of a pair across MPI ranks hold it
+      stored.add(sums, p.index, p, law, d, reacts ? 1.0 : 0.5);
+
+      const auto add = [&](std::vector<double> &forces, double over_d) {
+        const double f[] = {over_d * p.g.dx, over_d * p.g.dy, over_d * p.g.dz};
+        for (int c = 0; c < 3; c++) {
+          forces[(size_t) 3 * p.i + c] += f[c];
+          if (reacts) forces[(size_t) 3 * p.j + c] -= f[c];
+        }
+      };
+      add(force, law.force(d, stored.deq_of(p.index)) / d);
+      const double gamma = law.parameters().gamma;
+      if (gamma > 0.0)
+        add(damping,
+            damping_over_distance(gamma, p.g, &velocity[(size_t) 3 * p.i],
+                                  &velocity[(size_t) 3 * p.j]));
+    });
+    return sums;
+  }
+
+  double memory_usage() const
+  {
+    const size_t values = velocity.capacity() + force.capacity() + damping.capacity();
+    return stored.memory_usage() + (double) (values * sizeof(double));
   }
 };
 

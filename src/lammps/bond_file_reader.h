@@ -3,7 +3,7 @@
 #ifndef EVP_BOND_FILE_READER_H
 #define EVP_BOND_FILE_READER_H
 
-#include "core/bond.h"
+#include "core/bond_store.h"
 
 #include <functional>
 #include <mpi.h>

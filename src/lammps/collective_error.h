@@ -3,7 +3,7 @@
 #ifndef EVP_COLLECTIVE_ERROR_H
 #define EVP_COLLECTIVE_ERROR_H
 
-#include "core/params.h"
+#include "core/text.h"
 
 #include <mpi.h>
 
@@ -12,10 +12,10 @@ namespace EVP {
 /// Collective. If any MPI rank has a complaint, that of the first such rank is thrown as BadInput on all.
 inline void throw_together(std::string complaint, MPI_Comm world)
 {
-  int me, nprocs, first;
+  int me, nprocs, here, first;
   MPI_Comm_rank(world, &me);
   MPI_Comm_size(world, &nprocs);
-  const int here = complaint.empty() ? nprocs : me;
+  here = complaint.empty() ? nprocs : me;
   MPI_Allreduce(&here, &first, 1, MPI_INT, MPI_MIN, world);
   if (first == nprocs) return;
   int length = (int) complaint.size();

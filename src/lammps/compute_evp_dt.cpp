@@ -1,87 +1,74 @@
-/* SPDX-License-Identifier: GPL-2.0-only
-
-   Compute evp/dt: the steps. The matrices that they follow from are in compute_evp_dt_network.cpp. */
+// SPDX-License-Identifier: GPL-2.0-only
 
 #include "compute_evp_dt.h"
 
-#include "pair_network.h"
 #include "scene.h"
-
-#include "atom.h"
-#include "error.h"
-#include "force.h"
-#include "modify.h"
-#include "update.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 using namespace LAMMPS_NS;
 
-double ComputeEVPDt::root_of(double a, double b)
+static constexpr double TOLERANCE = 1.0e-4;    // of an eigenvalue; half of it in dt
+static constexpr int MAX_ITERATIONS = 500;
+
+// positive root of dt^2 a + 2 dt b = 4 (velocity Verlet with damping at half-step velocities)
+static double root_of(double a, double b)
 {
   const double sum = b + std::sqrt(b * b + 4.0 * a);
-  return sum > 0.0 ? 4.0 / sum : NO_LIMIT;
+  return sum > 0.0 ? 4.0 / sum : ComputeEVPDt::NO_LIMIT;
 }
 
-/* ---------------------------------------------------------------------- */
-
 ComputeEVPDt::ComputeEVPDt(LAMMPS *lmp, int narg, char **arg) :
-    NodalExchange(lmp, narg, arg), pair(nullptr), computed_step(-1), warned(false),
-    unsettled_warned(false)
+    NodalExchange(lmp, narg, arg),
+    network({[this](auto &values) {
+               to_ghosts(values);
+             },
+             [this](auto &values) {
+               to_owners(values);
+             },
+             [this](double here) {
+               double all;
+               MPI_Allreduce(&here, &all, 1, MPI_DOUBLE, MPI_SUM, world);
+               return all;
+             }}),
+    paper_dt(NO_LIMIT), computed_step(-1), limit_warned(false), lanczos_warned(false)
 {
-  if (narg != 3)
-    error->all(FLERR, "Compute {} evp/dt takes no further words, got '{}'", id, arg[3]);
+  if (narg != 3) error->all(FLERR, "Compute {} evp/dt: unexpected argument '{}'", id, arg[3]);
   scalar_flag = vector_flag = 1;
   extscalar = extvector = 0;
   size_vector = 5;
   dynamic_group_allow = 0;
-  vector = new double[size_vector];
-  for (int k = 0; k < size_vector; k++) vector[k] = 0.0;
+  vector = new double[size_vector]();
 }
-
-/* ---------------------------------------------------------------------- */
-
-ComputeEVPDt::~ComputeEVPDt()
-{
-  delete[] vector;
-}
-
-/* ---------------------------------------------------------------------- */
 
 void ComputeEVPDt::init()
 {
-  pair = PairNetwork::require(force, error, fmt::format("Compute {} evp/dt", id));
-  warned = unsettled_warned = false;
+  PairNetwork::require(force, error, fmt::format("Compute {} evp/dt", id));
+  limit_warned = lanczos_warned = false;
   computed_step = -1;
 }
 
-/* ----------------------------------------------------------------------
-   before the first step: a step above the limit runs, but not unnoticed
-------------------------------------------------------------------------- */
-
 void ComputeEVPDt::setup()
 {
-  // a fix dt/evp has yet to set the step; it asks then
-  if (update->whichflag == 1 && !EVP::scene::find_fix(modify, "dt/evp")) warn_of_step();
+  // a fix dt/evp has yet to set the timestep; it asks then
+  if (update->whichflag == 1 && !EVP::scene::find_fix(modify, "dt/evp")) warn_of_timestep();
 }
 
-/* ---------------------------------------------------------------------- */
-
-void ComputeEVPDt::warn_of_step()
+// a timestep above the limit runs, but not unnoticed
+void ComputeEVPDt::warn_of_timestep()
 {
-  if (warned) return;
-  warned = true;
+  if (limit_warned) return;
+  limit_warned = true;
   const double limit = compute_scalar();
   if (update->dt > limit && comm->me == 0)
-    error->warning(
-        FLERR,
-        "The step {:.6g} is {:.4g} times the largest stable step {:.6g} of compute {} "
-        "evp/dt: the run is unstable, or silently wrong; use a timestep of at most {:.4g}",
-        update->dt, update->dt / limit, limit, id, 0.8 * limit);
+    error->warning(FLERR,
+                   "The timestep {:.6g} is {:.4g} times the largest stable timestep {:.6g} of "
+                   "compute {} evp/dt: the run is unstable, or silently wrong; use a timestep of "
+                   "at most {:.4g}",
+                   update->dt, update->dt / limit, limit, id, 0.8 * limit);
 }
-
-/* ---------------------------------------------------------------------- */
 
 double ComputeEVPDt::compute_scalar()
 {
@@ -91,15 +78,13 @@ double ComputeEVPDt::compute_scalar()
   return scalar;
 }
 
-/* ---------------------------------------------------------------------- */
-
 void ComputeEVPDt::compute_vector()
 {
   // set-up, thermo and fix dt/evp may all ask at one step
   if (update->whichflag != 0 && computed_step == update->ntimestep) return;
   computed_step = update->ntimestep;
   invoked_vector = update->ntimestep;
-  collect_links();
+  linearise();
 
   const double lambda_k = largest_eigenvalue({1.0, 1.0, 0.0});
   const double lambda_c = largest_eigenvalue({0.0, 0.0, 1.0});
@@ -107,43 +92,100 @@ void ComputeEVPDt::compute_vector()
   const double lambda_axial = lambda_across > 0.0 ? largest_eigenvalue({1.0, 0.0, 0.0}) : lambda_k;
 
   vector[0] = root_of(lambda_k, 0.0);
-  vector[1] = explicit_step(lambda_k, lambda_c);
-  vector[2] = implicit_step(lambda_axial, lambda_across);
-  vector[3] = paper_step();
-  vector[4] = row_sum_step();
+  vector[1] = explicit_dt(lambda_k, lambda_c);
+  vector[2] = implicit_dt(lambda_axial, lambda_across);
+  vector[3] = paper_dt;
+  vector[4] = row_sum_dt();
 }
 
-/* ----------------------------------------------------------------------
-   does fix nve/evp integrate all the free atoms that interact?
-------------------------------------------------------------------------- */
+// The network of the present positions, and the timestep of the paper. Stiffness from the law, never
+// below that where either regime begins: a pair may be back in the first regime, or in a stiffer
+// second one, within a step
+void ComputeEVPDt::linearise()
+{
+  const auto *pair = PairNetwork::find_present(force);
+  if (!pair)
+    error->all(FLERR,
+               "Compute {} evp/dt needs the pairs of the present positions: print c_{} with "
+               "thermo_style in a 'run 0' first",
+               id, id);
 
+  const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
+  network.links.clear();
+  network.nreact = force->newton_pair ? nall : nlocal;
+  network.inverse_mass.assign(nall, 0.0);
+  for (int i = 0; i < nall; i++)
+    if (atom->mask[i] & groupbit)
+      network.inverse_mass[i] = EVP::scene::inverse_mass(atom, force, i);
+  // any start will do; this one is the same on every number of MPI ranks
+  network.start.assign((size_t) 3 * nlocal, 0.0);
+  for (int i = 0; i < nlocal; i++)
+    for (int c = 0; c < 3 && network.is_free(i); c++) {
+      uint64_t z = 0x9e3779b97f4a7c15ULL * (3 * (uint64_t) atom->tag[i] + c + 1);
+      z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
+      network.start[(size_t) 3 * i + c] = (double) ((z ^ (z >> 27)) >> 11) * 0x1.0p-53 - 0.5;
+    }
+
+  double shortest = NO_LIMIT;
+  EVP::for_each_pair(
+      pair->packed_pairs(), EVP::scene::rows(atom->x), [&](const EVP::PlacedPair &p) {
+        if ((!network.is_free(p.i) && !network.is_free(p.j)) || p.is_beyond()) return;
+        const EVP::Law &law = pair->law_of(p);
+        const double d = p.distance(), deq = 1.0 / p.inv_deq;
+        network.links.push_back({p.i,
+                                 p.j,
+                                 {p.g.dx / d, p.g.dy / d, p.g.dz / d},
+                                 law.stiffness_ahead(d, deq),
+                                 std::max(0.0, -law.force(d, deq) / d),
+                                 law.parameters().gamma + pair->implicit_gamma(p)});
+
+        // eqs. 6 and 7: overlap of 0.3, deq = R_i + R_j; knows neither coordination nor gamma
+        const double k = law.first_stiffness(0.7, atom->radius[p.i] + atom->radius[p.j]);
+        const double w = std::max(EVP::scene::inverse_mass(atom, force, p.i),
+                                  EVP::scene::inverse_mass(atom, force, p.j));
+        if (k > 0.0) shortest = std::min(shortest, 1.0 / std::sqrt(k * w));
+      });
+  paper_dt = least_of_all(shortest);
+}
+
+double ComputeEVPDt::least_of_all(double here) const
+{
+  double all;
+  MPI_Allreduce(&here, &all, 1, MPI_DOUBLE, MPI_MIN, world);
+  return all;
+}
+
+double ComputeEVPDt::largest_eigenvalue(const EVP::LinearNetwork::Mix &mix)
+{
+  const EVP::LanczosResult found = network.largest_eigenvalue(mix, TOLERANCE, MAX_ITERATIONS);
+  if (!found.converged && !lanczos_warned) {
+    lanczos_warned = true;
+    if (comm->me == 0)
+      error->warning(FLERR,
+                     "Compute {} evp/dt: an eigenvalue did not converge in {} iterations, the "
+                     "timesteps may be too large: use c_{}[5], which is safe",
+                     id, found.iterations, id);
+  }
+  return found.eigenvalue;
+}
+
+// does fix nve/evp integrate all the free atoms that interact?
 bool ComputeEVPDt::all_implicit() const
 {
   const Fix *implicit = EVP::scene::find_fix(modify, "nve/evp");
   const int bit = implicit ? implicit->groupbit : 0;
   int outside = 0, any;
-  for (const Link &link : links)
+  for (const auto &link : network.links)
     for (const int i : {link.i, link.j})
-      if (is_free(i) && !(atom->mask[i] & bit)) outside = 1;
+      if (network.is_free(i) && !(atom->mask[i] & bit)) outside = 1;
   MPI_Allreduce(&outside, &any, 1, MPI_INT, MPI_MAX, world);
   return implicit && !any;
 }
 
-/* ---------------------------------------------------------------------- */
-
-bool ComputeEVPDt::is_free(int i) const
-{
-  return atom->mask[i] & groupbit;
-}
-
-/* ----------------------------------------------------------------------
-   dt with lambda_max(M^-1 (dt^2 K + 2 dt C)) = 4. The root with the two largest
-   eigenvalues taken apart is below it, and where damping and stiffness peak in
-   different modes by much; each correction lies between those of a pure
-   stiffness and of a pure damper
-------------------------------------------------------------------------- */
-
-double ComputeEVPDt::explicit_step(double lambda_k, double lambda_c)
+// dt with lambda_max(M^-1 (dt^2 K + 2 dt C)) = 4. The root with the two largest eigenvalues taken
+// apart is below it, and where damping and stiffness peak in different modes by much; each correction
+// lies between those of a pure stiffness and of a pure damper
+double ComputeEVPDt::explicit_dt(double lambda_k, double lambda_c)
 {
   double dt = root_of(lambda_k, lambda_c);
   if (lambda_c == 0.0) return dt;
@@ -157,18 +199,15 @@ double ComputeEVPDt::explicit_step(double lambda_k, double lambda_c)
   return root_of(lambda_k, lambda_c);    // below the limit in any case
 }
 
-/* ----------------------------------------------------------------------
-   sufficient for dt^2 K <= 4 M + 2 dt C: with C >= a K_axial,
-   (dt^2 - 2 a dt) lambda_axial + dt^2 lambda_across <= 4 where dt >= 2 a, and
-   dt^2 lambda_across <= 4 below, where the damping outweighs the axial stiffness
-------------------------------------------------------------------------- */
-
-double ComputeEVPDt::implicit_step(double lambda_axial, double lambda_across) const
+// sufficient for dt^2 K <= 4 M + 2 dt C: with C >= a K_axial,
+// (dt^2 - 2 a dt) lambda_axial + dt^2 lambda_across <= 4 where dt >= 2 a, and dt^2 lambda_across <= 4
+// below, where the damping outweighs the axial stiffness
+double ComputeEVPDt::implicit_dt(double lambda_axial, double lambda_across) const
 {
-  double here = NO_LIMIT, a;
-  for (const Link &link : links)
+  double here = NO_LIMIT;
+  for (const auto &link : network.links)
     if (link.axial > 0.0) here = std::min(here, link.damping / link.axial);
-  MPI_Allreduce(&here, &a, 1, MPI_DOUBLE, MPI_MIN, world);
+  const double a = least_of_all(here);
 
   const double sum = lambda_axial + lambda_across;
   if (sum == 0.0) return NO_LIMIT;
@@ -177,35 +216,11 @@ double ComputeEVPDt::implicit_step(double lambda_axial, double lambda_across) co
   return (b + std::sqrt(b * b + 4.0 * sum)) / sum;
 }
 
-/* ----------------------------------------------------------------------
-   eqs. 6 and 7: overlap of 0.3, deq = R_i + R_j; knows neither coordination nor gamma
-------------------------------------------------------------------------- */
-
-double ComputeEVPDt::paper_step() const
+double ComputeEVPDt::row_sum_dt() const
 {
-  double here = NO_LIMIT, dt;
-  const EVP::PairList &list = pair->packed_pairs();
-  for (const auto &row : list.rows)
-    for (int n = row.first; n < row.last; n++) {
-      const EVP::PackedPair &packed_pair = list.pairs[n];
-      const int i = row.i, j = packed_pair.j;
-      if (!is_free(i) && !is_free(j)) continue;
-      const EVP::PairGeometry g(EVP::scene::rows(atom->x), i, j);
-      if (g.dsq > packed_pair.cutsq) continue;
-      const double k =
-          pair->law_of(packed_pair).first_stiffness(0.7, atom->radius[i] + atom->radius[j]);
-      const double w = std::max(EVP::scene::inverse_mass(atom, force, i),
-                                EVP::scene::inverse_mass(atom, force, j));
-      if (k > 0.0) here = std::min(here, 1.0 / std::sqrt(k * w));
-    }
-  MPI_Allreduce(&here, &dt, 1, MPI_DOUBLE, MPI_MIN, world);
-  return dt;
-}
-
-/* ---------------------------------------------------------------------- */
-
-double ComputeEVPDt::memory_usage()
-{
-  return (double) links.capacity() * sizeof(Link) +
-      (double) (motion.capacity() + reaction.capacity()) * sizeof(double);
+  const std::vector<double> k = network.row_sums({1.0, 1.0, 0.0});
+  const std::vector<double> c = network.row_sums({0.0, 0.0, 1.0});
+  double here = NO_LIMIT;
+  for (size_t n = 0; n < k.size(); n++) here = std::min(here, root_of(k[n], c[n]));
+  return least_of_all(here);
 }

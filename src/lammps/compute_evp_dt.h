@@ -1,76 +1,48 @@
-/* SPDX-License-Identifier: GPL-2.0-only */
-
-#ifdef COMPUTE_CLASS
-// clang-format off
-ComputeStyle(evp/dt,ComputeEVPDt);
-// clang-format on
-#else
+// SPDX-License-Identifier: GPL-2.0-only
 
 #ifndef LMP_COMPUTE_EVP_DT_H
 #define LMP_COMPUTE_EVP_DT_H
 
 #include "compute.h"
+#include "core/linear_network.h"
 #include "nodal_exchange.h"
-
-#include <vector>
 
 namespace LAMMPS_NS {
 
-/// Largest stable steps of the network of pairs that interact now, its atoms outside the group held.
+/// Largest stable timesteps of the network of pairs that interact now, its atoms outside the group
+/// held.
 class ComputeEVPDt : public NodalExchange<Compute> {
  public:
+  static constexpr double NO_LIMIT = 1.0e20;    ///< nothing interacts: any timestep is stable
+
   ComputeEVPDt(class LAMMPS *, int, char **);
-  ~ComputeEVPDt() override;
+  ~ComputeEVPDt() override { delete[] vector; }
 
   void init() override;
   void setup() override;
   double compute_scalar() override;
   void compute_vector() override;
-  double memory_usage() override;
+  double memory_usage() override { return network.memory_usage(); }
 
-  /// Collective, in a run. Warns once if the step is above the limit.
-  void warn_of_step();
+  /// Collective, in a run. Warns once if the timestep is above the limit.
+  void warn_of_timestep();
 
  private:
-  /// An interacting pair with at least one free atom, linearised: forces on i are
-  /// -(axial u u^T + across (1 - u u^T)) (x_i - x_j) and -damping u u^T (v_i - v_j).
-  struct Link {
-    int i, j;
-    double u[3];
-    double axial, across;    // [force/length]
-    double damping;          // [force/velocity]
-  };
-
-  /// Weights of axial stiffness, transverse stiffness and damping in an operator.
-  struct Mix {
-    double axial, across, damping;
-  };
-
-  static constexpr double NO_LIMIT = 1.0e20;     // nothing interacts: any step is stable
-  static constexpr double TOLERANCE = 1.0e-4;    // of an eigenvalue; half of it in the step
-
-  class PairNetwork *pair;
-  std::vector<Link> links;
-  Nodal motion, reaction;    // with ghosts
-  bigint computed_step;      // of what vector holds, -1 if it must not be used again
-  bool warned;               // of the step, in this run
-  bool unsettled_warned;     // of an eigenvalue, in this run
-
-  /// Positive root of dt^2 a + 2 dt b = 4 (velocity Verlet with damping at half-step velocities).
-  static double root_of(double a, double b);
+  EVP::LinearNetwork network;
+  double paper_dt;         // eqs. 6 and 7
+  bigint computed_step;    // of what vector holds, -1 if it must not be used again
+  bool limit_warned;       // in this run: of dt
+  bool lanczos_warned;     // of an eigenvalue
 
   bool all_implicit() const;
-  bool is_free(int i) const;
-  void collect_links();
-  double largest_eigenvalue(const Mix &);
-  void apply(const Mix &, const std::vector<double> &, std::vector<double> &);
-  double explicit_step(double lambda_k, double lambda_c);
-  double implicit_step(double lambda_axial, double lambda_across) const;
-  double paper_step() const;
-  double row_sum_step();
+  void linearise();
+  double least_of_all(double here) const;
+  double largest_eigenvalue(const EVP::LinearNetwork::Mix &);
+  double explicit_dt(double lambda_k, double lambda_c);
+  double implicit_dt(double lambda_axial, double lambda_across) const;
+  double row_sum_dt() const;
 };
 
 }    // namespace LAMMPS_NS
 
-#endif
 #endif

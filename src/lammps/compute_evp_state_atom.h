@@ -1,10 +1,4 @@
-/* SPDX-License-Identifier: GPL-2.0-only */
-
-#ifdef COMPUTE_CLASS
-// clang-format off
-ComputeStyle(evp/state/atom,ComputeEVPStateAtom);
-// clang-format on
-#else
+// SPDX-License-Identifier: GPL-2.0-only
 
 #ifndef LMP_COMPUTE_EVP_STATE_ATOM_H
 #define LMP_COMPUTE_EVP_STATE_ATOM_H
@@ -25,22 +19,13 @@ class ComputeEVPStateAtom : public NodalExchange<Compute> {
   double memory_usage() override;
 
  private:
-  /// Places in an atom's tally of pairs.
-  enum {
-    WITHIN,
-    SECOND,
-    FRESH,
-    NTALLIES
-  };    // bonds within dlim, of these in the second regime; new
+  /// Of an atom: bonds within dlim, of these in the second regime; new pairs.
+  enum Count { WITHIN, SECOND, FRESH, NCOUNTS };
 
-  class PairNetwork *pair;
-  Nodal tallies;    // NTALLIES per atom and ghost
+  Nodal counts;    // NCOUNTS per atom and ghost
   int nmax;
-
-  void count_pairs();
 };
 
 }    // namespace LAMMPS_NS
 
-#endif
 #endif

@@ -1,46 +1,34 @@
-/* SPDX-License-Identifier: GPL-2.0-only */
+// SPDX-License-Identifier: GPL-2.0-only
 
 #include "fix_dt_evp.h"
 
 #include "compute_evp_dt.h"
-#include "core/text.h"
-#include "pair_network.h"
+#include "core/params.h"
 #include "scene.h"
 
-#include "atom.h"
-#include "comm.h"
-#include "error.h"
-#include "force.h"
 #include "group.h"
-#include "modify.h"
 #include "output.h"
-#include "pair.h"
-#include "update.h"
-#include "utils.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 
 using namespace LAMMPS_NS;
-using namespace FixConst;
 
-static constexpr double NO_LIMIT = 1.0e20;
+static constexpr double NO_LIMIT = ComputeEVPDt::NO_LIMIT;
 static constexpr double STRAIN_PER_STEP = 0.1;    // of xi_s, at most, in any pair
 static constexpr double TURN_PER_STEP = 0.1;    // rad, at most, of any pair that fix nve/evp damps
 static constexpr double GROWTH_PER_CHECK = 1.25;
 
-/* ----------------------------------------------------------------------
-   fix ID group dt/evp N fraction [max DT]
-------------------------------------------------------------------------- */
-
+// fix ID group dt/evp N fraction [max DT]
 FixDtEVP::FixDtEVP(LAMMPS *lmp, int narg, char **arg) :
     NodalExchange(lmp, narg, arg), fraction(0.0), maximum(NO_LIMIT), compute(nullptr),
-    pair(nullptr), stable_step(NO_LIMIT), fastest{NO_LIMIT, 0.0, 0.0, 0.0}, ruler(NOTHING),
+    pair(nullptr), stable_dt(NO_LIMIT), fastest{NO_LIMIT, 0.0, 0.0, 0.0}, limit(NOTHING),
     speed_reported(false)
 {
   if (narg != 5 && narg != 7)
-    error->all(FLERR, "Fix {} dt/evp takes N fraction [max DT], got {} words", id, narg - 3);
+    error->all(FLERR, "Fix {} dt/evp: expected N fraction [max DT], got {} arguments", id,
+               narg - 3);
   double every = 0.0;
   try {
     every = EVP::parse_number("N", arg[3]);
@@ -56,8 +44,8 @@ FixDtEVP::FixDtEVP(LAMMPS *lmp, int narg, char **arg) :
                arg[3]);
   if (!(fraction > 0.0 && fraction < 1.0))
     error->all(FLERR,
-               "Fix {} dt/evp: fraction must lie between 0 and 1 (of the largest stable step; 0.4 "
-               "is accurate, 0.8 is fast), got {}",
+               "Fix {} dt/evp: fraction must lie between 0 and 1 (of the largest stable timestep; "
+               "0.4 is accurate, 0.8 is fast), got {}",
                id, arg[4]);
   if (!(maximum > 0.0))
     error->all(FLERR, "Fix {} dt/evp: max must be positive, got {}", id, arg[6]);
@@ -71,28 +59,15 @@ FixDtEVP::FixDtEVP(LAMMPS *lmp, int narg, char **arg) :
   compute_id = std::string(id) + "_evp_dt";
 }
 
-/* ---------------------------------------------------------------------- */
-
 FixDtEVP::~FixDtEVP()
 {
   if (modify && modify->get_compute_by_id(compute_id)) modify->delete_compute(compute_id);
 }
 
-/* ---------------------------------------------------------------------- */
-
 void FixDtEVP::post_constructor()
 {
   modify->add_compute(compute_id + " " + group->names[igroup] + " evp/dt");
 }
-
-/* ---------------------------------------------------------------------- */
-
-int FixDtEVP::setmask()
-{
-  return END_OF_STEP;
-}
-
-/* ---------------------------------------------------------------------- */
 
 void FixDtEVP::init()
 {
@@ -106,153 +81,113 @@ void FixDtEVP::init()
   for (const Fix *other : modify->get_fix_list()) {
     if (strcmp(other->style, "move") == 0 || strcmp(other->style, "deform") == 0)
       error->all(FLERR,
-                 "Fix {} dt/evp: fix {} of style {} cannot follow a changing step: drive atoms by "
-                 "'velocity set' and fix nve/noforce",
+                 "Fix {} dt/evp: fix {} of style {} cannot follow a changing timestep: drive atoms "
+                 "by 'velocity set' and fix nve/noforce",
                  id, other->id, other->style);
     if (other != this &&
         (strcmp(other->style, style) == 0 || strcmp(other->style, "dt/reset") == 0))
       error->all(FLERR,
-                 "Fix {} dt/evp: fix {} of style {} sets the step too, and the last one would win: "
-                 "use one fix dt/evp for the group union",
+                 "Fix {} dt/evp: fix {} of style {} sets the timestep too, and the last one would "
+                 "win: use one fix dt/evp for the group union",
                  id, other->id, other->style);
   }
   speed_reported = false;
 }
 
-/* ---------------------------------------------------------------------- */
-
 void FixDtEVP::setup(int /*vflag*/)
 {
   if (update->whichflag != 1) return;
-  set_step(true);
+  set_dt(true);
 
-  // those of other atoms have seen the step from before
+  // those of other atoms have seen the dt from before
   for (Compute *any : modify->get_compute_list()) {
     auto *other = dynamic_cast<ComputeEVPDt *>(any);
-    if (other && other != compute) other->warn_of_step();
+    if (other && other != compute) other->warn_of_timestep();
   }
 }
 
-/* ---------------------------------------------------------------------- */
-
-void FixDtEVP::end_of_step()
+// the smallest of what stability, speeds and the user allow; at set-up at once,
+// later it grows by little, since the state may be about to change back
+void FixDtEVP::set_dt(bool at_setup)
 {
-  set_step(false);
-}
-
-/* ----------------------------------------------------------------------
-   the smallest of what stability, speeds and the user allow; at set-up at once,
-   later it grows by little, since the state may be about to change back
-------------------------------------------------------------------------- */
-
-void FixDtEVP::set_step(bool may_jump)
-{
-  stable_step = compute->compute_scalar();
-  double dt = fraction * stable_step;
-  ruler = STABILITY;
+  stable_dt = compute->compute_scalar();
+  double dt = fraction * stable_dt;
+  limit = STABILITY;
   if (dt > maximum) {
     dt = maximum;
-    ruler = MAXIMUM;
+    limit = MAXIMUM;
   }
-  if (!may_jump && dt > GROWTH_PER_CHECK * update->dt) {
+  if (!at_setup && dt > GROWTH_PER_CHECK * update->dt) {
     dt = GROWTH_PER_CHECK * update->dt;
-    ruler = GROWTH;
+    limit = GROWTH;
   }
-  fastest = find_fastest(dt);
+  const bool may_meet = find_fastest(dt);
   if (fastest.dt < dt) {
     dt = fastest.dt;
-    ruler = fastest.turns ? TURNING : SPEED;
+    limit = fastest.turns ? TURNING : SPEED;
     if (!speed_reported && comm->me == 0)
       error->warning(FLERR,
                      "Fix {} dt/evp: from step {} on the {} of pairs limits the timestep, now "
                      "{:.4g} for atoms {} and {}, {:.3g} of what stability allows",
                      id, update->ntimestep, fastest.turns ? "turning" : "speed", dt,
-                     (bigint) fastest.id_i, (bigint) fastest.id_j, dt / (fraction * stable_step));
+                     (bigint) fastest.id_i, (bigint) fastest.id_j, dt / (fraction * stable_dt));
     speed_reported = true;
   }
-  if (stable_step >= NO_LIMIT && fastest.dt >= NO_LIMIT && maximum >= NO_LIMIT &&
-      (may_jump || !may_meet()))
+  if (stable_dt >= NO_LIMIT && fastest.dt >= NO_LIMIT && maximum >= NO_LIMIT &&
+      (at_setup || !may_meet))
     error->all(FLERR,
                "Fix {} dt/evp: at step {} no pair interacts or approaches another, so nothing "
-               "limits the step: give 'max DT'",
+               "limits the timestep: give 'max DT'",
                id, update->ntimestep);
-  if (dt != update->dt) change_step(dt);
+  if (dt != update->dt) change_dt(dt);
 }
 
-/* ----------------------------------------------------------------------
-   |u.(v_i - v_j)| dt <= 0.1 xi_s deq, over the pairs that interact or can until the next check: flight
-   and spin do not count here. Fix nve/evp resolves the damping of a pair that turns by up to 0.1 rad
-------------------------------------------------------------------------- */
-
-FixDtEVP::FastestPair FixDtEVP::find_fastest(double dt)
+// Sets fastest: |u.(v_i - v_j)| dt <= 0.1 xi_s deq, over the pairs that interact or can until the next
+// check; flight and spin do not count here. Fix nve/evp resolves the damping of a pair that turns by up
+// to 0.1 rad. Returns whether any pair interacts, or approaches and so may at a later check
+bool FixDtEVP::find_fastest(double dt)
 {
   const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
   velocity.resize((size_t) 3 * nall);
   std::copy_n(atom->v[0], (size_t) 3 * nlocal, velocity.begin());
   to_ghosts(velocity);
 
-  FastestPair here = {NO_LIMIT, 0.0, 0.0, 0.0};
-  const auto x = EVP::scene::rows(atom->x);
-  const EVP::PairList &list = pair->packed_pairs();
-  for (const auto &row : list.rows)
-    for (int k = row.first; k < row.last; k++) {
-      const EVP::PackedPair &p = list.pairs[k];
-      if (!((atom->mask[row.i] | atom->mask[p.j]) & groupbit)) continue;
-      const EVP::PairGeometry g(x, row.i, p.j);
-      const double *vi = &velocity[(size_t) 3 * row.i], *vj = &velocity[(size_t) 3 * p.j];
-      const double d = std::sqrt(g.dsq);
-      const double v[3] = {vi[0] - vj[0], vi[1] - vj[1], vi[2] - vj[2]};
-      const double opening = (g.dx * v[0] + g.dy * v[1] + g.dz * v[2]) / d;
-      const double gap = d - std::sqrt(p.cutsq);
-      if (gap > 0.0 && -opening * dt * nevery < gap) continue;
-      const auto limit = [&](double allowed, double turns) {
-        if (allowed < here.dt)
-          here = {allowed, (double) atom->tag[row.i], (double) atom->tag[p.j], turns};
-      };
-      const double xi_s = pair->law_of(p).parameters().xi_s;
-      if (opening != 0.0) limit(STRAIN_PER_STEP * xi_s / (p.inv_deq * std::fabs(opening)), 0.0);
-      if (gap > 0.0 || pair->implicit_gamma(p) == 0.0) continue;
-      const double across_sq = v[0] * v[0] + v[1] * v[1] + v[2] * v[2] - opening * opening;
-      if (across_sq > 0.0) limit(TURN_PER_STEP * d / std::sqrt(across_sq), 1.0);
-    }
+  fastest = {NO_LIMIT, 0.0, 0.0, 0.0};
+  int meets = 0, any_meets;
+  EVP::for_each_pair(
+      pair->packed_pairs(), EVP::scene::rows(atom->x), [&](const EVP::PlacedPair &p) {
+        if (!((atom->mask[p.i] | atom->mask[p.j]) & groupbit)) return;
+        const double *vi = &velocity[(size_t) 3 * p.i], *vj = &velocity[(size_t) 3 * p.j];
+        const double v[] = {vi[0] - vj[0], vi[1] - vj[1], vi[2] - vj[2]};
+        const double opening_times_d = p.g.dx * v[0] + p.g.dy * v[1] + p.g.dz * v[2];
+        if (!p.is_beyond() || opening_times_d < 0.0) meets = 1;
+
+        const double d = p.distance(), opening = opening_times_d / d;
+        const double gap = d - std::sqrt(p.cutsq);
+        if (gap > 0.0 && -opening * dt * nevery < gap) return;
+        const auto allow = [&](double allowed, double turns) {
+          if (allowed < fastest.dt)
+            fastest = {allowed, (double) atom->tag[p.i], (double) atom->tag[p.j], turns};
+        };
+        const double xi_s = pair->law_of(p).parameters().xi_s;
+        if (opening != 0.0) allow(STRAIN_PER_STEP * xi_s / (p.inv_deq * std::fabs(opening)), 0.0);
+        if (gap > 0.0 || pair->implicit_gamma(p) == 0.0) return;
+        const double across_sq = v[0] * v[0] + v[1] * v[1] + v[2] * v[2] - opening * opening;
+        if (across_sq > 0.0) allow(TURN_PER_STEP * d / std::sqrt(across_sq), 1.0);
+      });
 
   struct {
     double dt;
     int rank;
-  } mine = {here.dt, comm->me}, least;
+  } mine = {fastest.dt, comm->me}, least;
   MPI_Allreduce(&mine, &least, 1, MPI_DOUBLE_INT, MPI_MINLOC, world);
-  MPI_Bcast(&here, 4, MPI_DOUBLE, least.rank, world);
-  return here;
+  MPI_Bcast(&fastest, 4, MPI_DOUBLE, least.rank, world);
+  MPI_Allreduce(&meets, &any_meets, 1, MPI_INT, MPI_MAX, world);
+  return any_meets;
 }
 
-/* ----------------------------------------------------------------------
-   does any pair interact, or approach and so may at a later check?
-------------------------------------------------------------------------- */
-
-bool FixDtEVP::may_meet() const
-{
-  int here = 0, any;
-  const auto x = EVP::scene::rows(atom->x);
-  const EVP::PairList &list = pair->packed_pairs();
-  for (const auto &row : list.rows)
-    for (int k = row.first; k < row.last; k++) {
-      const EVP::PackedPair p = list.pairs[k];
-      if (!((atom->mask[row.i] | atom->mask[p.j]) & groupbit)) continue;
-      const EVP::PairGeometry g(x, row.i, p.j);
-      const double *vi = &velocity[(size_t) 3 * row.i], *vj = &velocity[(size_t) 3 * p.j];
-      const double opening =
-          g.dx * (vi[0] - vj[0]) + g.dy * (vi[1] - vj[1]) + g.dz * (vi[2] - vj[2]);
-      if (g.dsq <= p.cutsq || opening < 0.0) here = 1;
-    }
-  MPI_Allreduce(&here, &any, 1, MPI_INT, MPI_MAX, world);
-  return any;
-}
-
-/* ----------------------------------------------------------------------
-   all that LAMMPS tells of a new step, as the timestep command does
-------------------------------------------------------------------------- */
-
-void FixDtEVP::change_step(double dt)
+// all that LAMMPS tells of a new timestep, as the timestep command does
+void FixDtEVP::change_dt(double dt)
 {
   update->update_time();
   update->dt = dt;
@@ -262,27 +197,15 @@ void FixDtEVP::change_step(double dt)
   output->reset_dt();
 }
 
-/* ----------------------------------------------------------------------
-   f_ID: the step. f_ID[1..5]: largest stable step, step that the speeds allow, what rules
-   (1 stability, 2 speed, 3 max, 4 growth, 5 turning), IDs of the fastest pair
-------------------------------------------------------------------------- */
-
+// f_ID: dt. f_ID[1..5]: largest stable dt, dt that the speeds allow, what limits dt
+// (1 stability, 2 speed, 3 max, 4 growth, 5 turning), IDs of the fastest pair
 double FixDtEVP::compute_scalar()
 {
   return update->dt;
 }
 
-/* ---------------------------------------------------------------------- */
-
 double FixDtEVP::compute_vector(int n)
 {
-  const double values[] = {stable_step, fastest.dt, (double) ruler, fastest.id_i, fastest.id_j};
+  const double values[] = {stable_dt, fastest.dt, (double) limit, fastest.id_i, fastest.id_j};
   return values[n];
-}
-
-/* ---------------------------------------------------------------------- */
-
-double FixDtEVP::memory_usage()
-{
-  return (double) velocity.capacity() * sizeof(double);
 }

@@ -3,6 +3,8 @@
 #include "fix_evp_bonds.h"
 
 #include "atom_directory.h"
+#include "bond_file_reader.h"
+#include "collective_error.h"
 #include "core/checksum.h"
 #include "core/text.h"
 #include "pair_network.h"
@@ -230,15 +232,18 @@ void FixEVPBonds::setup_pre_force(int /*vflag*/)
 void FixEVPBonds::record()
 {
   const PairNetwork *network = PairNetwork::find(force);
-  const AtomDirectory directory(atom, world);
-  if (const tagint twice = directory.find_twice())
+  if (const tagint twice = AtomDirectory(lmp).twice)
     error->all(FLERR,
                "Fix {} evp/bonds: atom ID {} is given twice: use 'reset_atoms id' or mend the data "
                "file",
                id, twice);
-  std::vector<BondStore::Bonds> made = file.empty() ? bonds_in_zone(network)
-                                                    : bonds_in_file(network, directory);
-  stop_together(twice_given(made));
+  std::vector<BondStore::Bonds> made;
+  try {
+    made = file.empty() ? bonds_in_zone(network) : bonds_in_file(network);
+    EVP::throw_together(twice_given(made), world);
+  } catch (const EVP::BadInput &bad) {
+    error->all(FLERR, "Fix {} evp/bonds: {}", id, bad.what());
+  }
   check_box(network);
 
   bigint here[2] = {0, 0}, most[2], sides_here = 0, sides;    // highest ID, most records
@@ -284,8 +289,18 @@ std::vector<BondStore::Bonds> FixEVPBonds::bonds_in_zone(const PairNetwork *netw
 
   std::string complaint;
   auto made = ZoneBonds(lmp, owner_x, zone, groupbit, network).find(list, complaint);
-  stop_together(complaint);
+  EVP::throw_together(complaint, world);
   return made;
+}
+
+std::vector<BondStore::Bonds> FixEVPBonds::bonds_in_file(const PairNetwork *network) const
+{
+  return EVP::read_bond_file(
+      file, update->unit_style, atom, groupbit,
+      [network](int itype, int jtype) {
+        return network->alpha_of(itype, jtype);
+      },
+      world);
 }
 
 // a partner that is there twice has two deq

@@ -1,7 +1,4 @@
-/* SPDX-License-Identifier: GPL-2.0-only
-
-   Fix evp/energy: its life, what users read of it, the data of atoms. The sums are in
-   fix_evp_energy_sums.cpp. */
+// SPDX-License-Identifier: GPL-2.0-only
 
 #include "fix_evp_energy.h"
 
@@ -9,63 +6,29 @@
 #include "pair_network.h"
 #include "scene.h"
 
-#include "atom.h"
 #include "domain.h"
-#include "error.h"
-#include "memory.h"
-#include "modify.h"
-#include "update.h"
-#include "utils.h"
 
 #include <algorithm>
-#include <cstring>
 
 using namespace LAMMPS_NS;
-using namespace FixConst;
-
-/* ---------------------------------------------------------------------- */
 
 FixEVPEnergy::FixEVPEnergy(LAMMPS *lmp, int narg, char **arg) :
-    NodalExchange(lmp, narg, arg), pair(nullptr), implicit(nullptr), driven_groupbits(0),
-    started(false), dt_step(0.0), start{}, last{}, dissipated_at_begin(0.0), taken(0.0), ledger{},
-    past(nullptr)
+    AtomRecords(lmp, narg, arg), pair(nullptr), implicit(nullptr), driven_groupbits(0),
+    started(false), dt_step(0.0), start{}, last{}, dissipated_at_begin(0.0), taken(0.0), entries{}
 {
-  if (narg != 3)
-    error->all(FLERR, "Fix {} evp/energy takes no further words, got '{}'", id, arg[3]);
+  if (narg != 3) error->all(FLERR, "Fix {} evp/energy: unexpected argument '{}'", id, arg[3]);
   if (igroup != 0)
     error->all(FLERR,
                "Fix {} evp/energy needs group all: the balance of a part is not closed by its own "
                "entries",
                id);
   nevery = 1;
-  create_attribute = 1;
-  maxexchange = PAST_SIZE;
   scalar_flag = vector_flag = 1;
   size_vector = NENTRIES;
   global_freq = 1;
   extscalar = extvector = 0;
-
-  FixEVPEnergy::grow_arrays(atom->nmax);
-  for (int i = 0; i < atom->nlocal; i++) FixEVPEnergy::set_arrays(i);
-  atom->add_callback(Atom::GROW);
+  follow_atoms();
 }
-
-/* ---------------------------------------------------------------------- */
-
-FixEVPEnergy::~FixEVPEnergy()
-{
-  atom->delete_callback(id, Atom::GROW);
-  memory->destroy(past);
-}
-
-/* ---------------------------------------------------------------------- */
-
-int FixEVPEnergy::setmask()
-{
-  return POST_INTEGRATE | END_OF_STEP;
-}
-
-/* ---------------------------------------------------------------------- */
 
 void FixEVPEnergy::init()
 {
@@ -77,118 +40,171 @@ void FixEVPEnergy::init()
                "Fix {} evp/energy does not know the velocity of a deforming box: use fix deform "
                "without 'remap v'",
                id);
+  implicit = dynamic_cast<const FixNVEEVP *>(EVP::scene::find_fix(modify, "nve/evp"));
   driven_groupbits = 0;
-  implicit = nullptr;
-  for (const Fix *other : modify->get_fix_list()) {
+  for (const Fix *other : modify->get_fix_list())
     if (EVP::scene::moves_by_forces(other)) driven_groupbits |= other->groupbit;
-    if (strcmp(other->style, "nve/evp") == 0) implicit = dynamic_cast<const FixNVEEVP *>(other);
-  }
 }
 
-/* ----------------------------------------------------------------------
-   what acts in the first half step is not known yet: fixes that are defined after this one may add
-   forces and change dt
-------------------------------------------------------------------------- */
-
+// what acts in the first half step is not known yet: fixes that are defined after this one may add
+// forces and change dt
 void FixEVPEnergy::setup(int /*vflag*/)
 {
   if (update->whichflag != 1) return;
-  find_depths(pair->packed_pairs());    // the pair style may be another than in the last run
-  if (!started) find_largest_depth();
+  pair_work.stored.assign(*pair);    // the pair style may be another than in the last run
+  if (!started) {
+    double here = pair_work.stored.total_depth(), all;
+    MPI_Allreduce(&here, &all, 1, MPI_DOUBLE, MPI_SUM, world);
+    pair_work.stored.set_largest_depth(all);    // for all instants that are compared with the start
+  }
   evaluate(true);
   if (!started) start = last;
   started = true;
-  update_states();
-  remember_places();
+  end_instant();
 }
-
-/* ---------------------------------------------------------------------- */
 
 void FixEVPEnergy::post_integrate()
 {
   dt_step = update->dt;
   dissipated_at_begin = dissipated_in_half_step(true);
-  remember_forces();
+  for (int i = 0; i < atom->nlocal; i++) records[i].forces = forces_on(i);
 }
-
-/* ---------------------------------------------------------------------- */
 
 void FixEVPEnergy::end_of_step()
 {
   evaluate(false);
   advance();
-  update_states();
-  remember_places();
+  end_instant();
 }
 
-/* ----------------------------------------------------------------------
-   f_ID: energy imbalance. f_ID[1..8], changes since the start: kinetic, stored in bonds up to xi_s
-   and beyond it, spent on lost bonds, new contacts; dissipated by gamma; work of the movers, of all
-   other forces
-------------------------------------------------------------------------- */
+// velocity per force in half a step; none where forces do not move the atom
+double FixEVPEnergy::half_kick(int i) const
+{
+  return is_driven(i) ? 0.5 * dt_step * EVP::scene::inverse_mass(atom, force, i) : 0.0;
+}
 
+// does fix nve/evp solve for the damping?
+bool FixEVPEnergy::is_solved() const
+{
+  return implicit && pair->damps_implicitly();
+}
+
+// last, and the forces of the pairs on local atoms.
+// Within a run the pair style saw the half-step velocities, at set-up those of the atoms.
+// A bond's energy counts from its rest; what it cost to take one beyond dlim stays in the balance as
+// the depth that is missing
+void FixEVPEnergy::evaluate(bool at_setup)
+{
+  const EVP::PairList &list = pair->packed_pairs();
+  const bool damps = pair->damps_explicitly();
+
+  Instant here{};    // of this MPI rank
+  pair_work.velocity.resize((size_t) 3 * list.nall);
+  for (int i = 0; i < atom->nlocal; i++) {
+    const double half = at_setup ? 0.0 : half_kick(i);
+    const double weight = is_driven(i) ? 0.5 * force->mvv2e * EVP::scene::mass(atom, i) : 0.0;
+    for (int c = 0; c < 3; c++) {
+      const double v = atom->v[i][c];
+      pair_work.velocity[(size_t) 3 * i + c] = v - half * atom->f[i][c];
+      here.kinetic += weight * v * v;    // the energy of a mover is its own affair
+    }
+  }
+  if (damps) to_ghosts(pair_work.velocity);
+
+  const int nreact = force->newton_pair ? list.nall : list.nlocal;
+  here.pairs = pair_work.evaluate(*pair, EVP::scene::rows(atom->x), nreact);
+  to_owners(pair_work.force);
+  if (damps) to_owners(pair_work.damping);
+  static_assert(sizeof(Instant) % sizeof(double) == 0, "an Instant is a row of numbers");
+  MPI_Allreduce(&here, &last, sizeof(Instant) / sizeof(double), MPI_DOUBLE, MPI_SUM, world);
+}
+
+EVP::AtomForces FixEVPEnergy::forces_on(int i) const
+{
+  EVP::AtomForces now;
+  for (int c = 0; c < 3; c++) {
+    const size_t k = (size_t) 3 * i + c;
+    const double of_pairs =
+        pair_work.force[k] + (is_solved() ? implicit->applied_damping()[k] : 0.0);
+    now.damping[c] = pair_work.damping[k];
+    now.working[c] = is_driven(i) ? atom->f[i][c] - now.damping[c] - of_pairs : of_pairs;
+  }
+  return now;
+}
+
+// on this MPI rank, by the damping of driven atoms over the half step on one side of the present places.
+// At the beginning of a step atoms hold the half-step velocity by now, at its end that of the full step:
+// of either the mean over the half step is half of its kick away
+double FixEVPEnergy::dissipated_in_half_step(bool at_begin) const
+{
+  double sum = 0.0;
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (!is_driven(i)) continue;
+    const double half = half_kick(i);
+    for (int c = 0; c < 3; c++)
+      sum -= pair_work.damping[(size_t) 3 * i + c] * (atom->v[i][c] - 0.5 * half * atom->f[i][c]);
+  }
+  if (is_solved()) sum += at_begin ? implicit->power_after() : implicit->power_before();
+  return 0.5 * dt_step * sum;
+}
+
+// Works and dissipation of the step that ends. What damping gives back where a velocity turns within a
+// step is held against what it takes next
+void FixEVPEnergy::advance()
+{
+  struct Sums {
+    double dissipated, movers, others;
+  } here = {dissipated_at_begin + dissipated_in_half_step(false), 0.0, 0.0}, all;
+  for (int i = 0; i < atom->nlocal; i++) {
+    const EVP::AtomPast &then = records[i];
+    const EVP::AtomForces now = forces_on(i);
+    double x[3];
+    domain->unmap(atom->x[i], atom->image[i], x);
+    for (int c = 0; c < 3; c++) {
+      const double dx = x[c] - then.x[c];
+      const double work = 0.5 * (then.forces.working[c] + now.working[c]) * dx;
+      if (is_driven(i))
+        here.others += work;
+      else {
+        const double damped = 0.5 * (then.forces.damping[c] + now.damping[c]) * dx;
+        here.dissipated -= damped;
+        here.movers -= work + damped;
+      }
+    }
+  }
+  MPI_Allreduce(&here, &all, 3, MPI_DOUBLE, MPI_SUM, world);
+
+  taken += all.dissipated;
+  entries[DISSIPATED] = std::max(entries[DISSIPATED], taken);
+  entries[MOVERS] += all.movers;
+  entries[OTHERS] += all.others;
+}
+
+// what is held at the end of a step, and where the next one begins
+void FixEVPEnergy::end_instant()
+{
+  entries[KINETIC] = last.kinetic - start.kinetic;
+  entries[FIRST] = last.pairs.first - start.pairs.first;
+  entries[SECOND] = last.pairs.second - start.pairs.second;
+  entries[LOST] = EVP::StoredEnergy::lost(start.pairs, last.pairs);
+  entries[CONTACTS] = EVP::StoredEnergy::of_contacts(start.pairs, last.pairs);
+  for (int i = 0; i < atom->nlocal; i++) domain->unmap(atom->x[i], atom->image[i], records[i].x);
+}
+
+// f_ID: energy imbalance. f_ID[1..8], changes since the start: kinetic, stored in bonds up to xi_s
+// and beyond it, spent on lost bonds, new contacts; dissipated by gamma; work of the movers, of all
+// other forces
 double FixEVPEnergy::compute_scalar()
 {
   double imbalance = 0.0;
   for (const Entry entry : {KINETIC, FIRST, SECOND, LOST, CONTACTS, DISSIPATED})
-    imbalance += ledger[entry];
-  return imbalance - ledger[MOVERS] - ledger[OTHERS];
+    imbalance += entries[entry];
+  return imbalance - entries[MOVERS] - entries[OTHERS];
 }
 
-/* ---------------------------------------------------------------------- */
-
-double FixEVPEnergy::compute_vector(int n)
-{
-  return ledger[n];
-}
-
-/* ---------------------------------------------------------------------- */
-
-double FixEVPEnergy::memory_usage()
-{
-  double bytes = (double) PAST_SIZE * atom->nmax * sizeof(double) + stored.memory_usage();
-  for (const auto *values : {&velocities, &pair_force, &damping_force})
-    bytes += (double) values->capacity() * sizeof(double);
-  return bytes;
-}
-
-/* ---------------------------------------------------------------------- */
-
-void FixEVPEnergy::grow_arrays(int nmax)
-{
-  static_assert(sizeof(Past) == PAST_SIZE * sizeof(double), "a Past travels as its numbers");
-  memory->grow(past, nmax, PAST_SIZE, "evp/energy:past");
-}
-
-/* ---------------------------------------------------------------------- */
-
-void FixEVPEnergy::copy_arrays(int i, int j, int /*delflag*/)
-{
-  std::copy_n(past[i], PAST_SIZE, past[j]);
-}
-
-/* ----------------------------------------------------------------------
-   an atom that comes during a run brings no work with it
-------------------------------------------------------------------------- */
-
+// an atom that comes during a run brings no work with it
 void FixEVPEnergy::set_arrays(int i)
 {
-  std::fill_n(past[i], PAST_SIZE, 0.0);
-  domain->unmap(atom->x[i], atom->image[i], past[i]);
-}
-
-/* ---------------------------------------------------------------------- */
-
-int FixEVPEnergy::pack_exchange(int i, double *buf)
-{
-  std::copy_n(past[i], PAST_SIZE, buf);
-  return PAST_SIZE;
-}
-
-/* ---------------------------------------------------------------------- */
-
-int FixEVPEnergy::unpack_exchange(int i, double *buf)
-{
-  std::copy_n(buf, PAST_SIZE, past[i]);
-  return PAST_SIZE;
+  records[i] = {};
+  domain->unmap(atom->x[i], atom->image[i], records[i].x);
 }

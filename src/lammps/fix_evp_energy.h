@@ -1,20 +1,27 @@
-/* SPDX-License-Identifier: GPL-2.0-only */
-
-#ifdef FIX_CLASS
-// clang-format off
-FixStyle(evp/energy,FixEVPEnergy);
-// clang-format on
-#else
+// SPDX-License-Identifier: GPL-2.0-only
 
 #ifndef LMP_FIX_EVP_ENERGY_H
 #define LMP_FIX_EVP_ENERGY_H
 
+#include "atom_records.h"
 #include "core/stored_energy.h"
-#include "fix.h"
 #include "nodal_exchange.h"
 
-#include <array>
-#include <vector>
+namespace EVP {
+
+/// What acts on an atom at an end of a step [force].
+struct AtomForces {
+  double working[3];    ///< on a mover the forces of pairs; else all forces but those
+  double damping[3];    ///< explicit one, which is in neither
+};
+
+/// An atom at the beginning of a step.
+struct AtomPast {
+  double x[3];    ///< unwrapped
+  AtomForces forces;
+};
+
+}    // namespace EVP
 
 namespace LAMMPS_NS {
 
@@ -22,26 +29,20 @@ namespace LAMMPS_NS {
 ///
 /// Exact for the leapfrog but for the trapezoid of the pair forces. Each step is taken from its own half
 /// kicks, with its own dt and the damping that was applied in it, whichever fix changed them before.
-class FixEVPEnergy : public NodalExchange<Fix> {
+class FixEVPEnergy : public AtomRecords<NodalExchange<Fix>, EVP::AtomPast> {
  public:
   FixEVPEnergy(class LAMMPS *, int, char **);
-  ~FixEVPEnergy() override;
 
-  int setmask() override;
+  int setmask() override { return FixConst::POST_INTEGRATE | FixConst::END_OF_STEP; }
   void init() override;
   void setup(int) override;
   void post_integrate() override;
   void end_of_step() override;
 
   double compute_scalar() override;
-  double compute_vector(int) override;
-
-  double memory_usage() override;
-  void grow_arrays(int) override;
-  void copy_arrays(int, int, int) override;
+  double compute_vector(int n) override { return entries[n]; }
+  double memory_usage() override { return AtomRecords::memory_usage() + pair_work.memory_usage(); }
   void set_arrays(int) override;
-  int pack_exchange(int, double *) override;
-  int unpack_exchange(int, double *) override;
 
  private:
   enum Entry { KINETIC, FIRST, SECOND, LOST, CONTACTS, DISSIPATED, MOVERS, OTHERS, NENTRIES };
@@ -52,14 +53,6 @@ class FixEVPEnergy : public NodalExchange<Fix> {
     EVP::StoredEnergy::Sums pairs;
   };
 
-  /// An atom at the beginning of a step: where it was and what acted on it.
-  struct Past {
-    double x[3];          ///< unwrapped
-    double working[3];    ///< see working_force()
-    double damping[3];    ///< explicit one
-  };
-  static constexpr int PAST_SIZE = 9;
-
   class PairNetwork *pair;
   const class FixNVEEVP *implicit;    // nullptr without
   int driven_groupbits;               // groups of the fixes that move atoms by forces
@@ -68,30 +61,19 @@ class FixEVPEnergy : public NodalExchange<Fix> {
   Instant start, last;
   double dissipated_at_begin;    // of the step under way, on this MPI rank
   double taken;                  // by damping; DISSIPATED is the most that it was so far
-  std::array<double, NENTRIES> ledger;
-  double **past;    // a Past per local atom
+  double entries[NENTRIES];
+  EVP::PairWork pair_work;
 
-  Nodal velocities;                   // with ghosts: those that explicit damping saw
-  Nodal pair_force, damping_force;    // with ghosts: of the pairs, explicit damping apart
-
-  EVP::StoredEnergy stored;
-
-  bool is_driven(int i) const;
+  bool is_driven(int i) const { return atom->mask[i] & driven_groupbits; }
   double half_kick(int i) const;
   bool is_solved() const;
-  double solved_damping(int i, int c) const;
-  double working_force(int i, int c) const;
+  EVP::AtomForces forces_on(int i) const;
   double dissipated_in_half_step(bool at_begin) const;
   void evaluate(bool at_setup);
-  void find_depths(const EVP::PairList &);
-  void find_largest_depth();
-  void remember_places();
-  void remember_forces();
+  void end_instant();
   void advance();
-  void update_states();
 };
 
 }    // namespace LAMMPS_NS
 
-#endif
 #endif

@@ -5,7 +5,7 @@
 #include "atom_directory.h"
 #include "core/bond_file.h"
 #include "fix_evp_bonds.h"
-#include "pair_evp_lj.h"
+#include "pair_network.h"
 #include "scene.h"
 
 #include "atom.h"
@@ -55,7 +55,7 @@ const FixEVPBonds *WriteEVPBonds::find_recorded() const
   const auto *bonds = dynamic_cast<FixEVPBonds *>(EVP::scene::find_fix(modify, "evp/bonds"));
   if (!bonds)
     error->all(FLERR, "write_evp_bonds: there is no fix evp/bonds, hence no bonds to write");
-  if (!bonds->has_recorded())
+  if (!bonds->records().has_recorded())
     error->all(FLERR,
                "write_evp_bonds: fix {} has not recorded yet, it does so at the first set-up: use "
                "'run 0' before",
@@ -69,18 +69,18 @@ const FixEVPBonds *WriteEVPBonds::find_recorded() const
 std::string WriteEVPBonds::own_lines(bigint (&counts)[2]) const
 {
   const FixEVPBonds *bonds = find_recorded();
-  const PairEVPLJ *pair = PairEVPLJ::find(force);
+  const PairNetwork *pair = PairNetwork::find(force);
   std::vector<tagint> partners;
   for (int i = 0; i < atom->nlocal; i++)
-    for (const auto &bond : bonds->bonds_of(i))
-      if (atom->tag[i] < bond.partner) partners.push_back(bond.partner);
+    for (const auto &bond : bonds->records().of(i))
+      if (atom->tag[i] < bond.partner) partners.push_back((tagint) bond.partner);
   const AtomDirectory directory(lmp, partners);
 
   std::string text;
   for (int i = 0; i < atom->nlocal; i++)
-    for (const auto &bond : bonds->sorted_bonds_of(i)) {
+    for (const auto &bond : bonds->records().of(i)) {
       if (atom->tag[i] > bond.partner) continue;
-      const AtomDirectory::Entry &partner = directory.entries.at(bond.partner);
+      const AtomDirectory::Entry &partner = directory.entries.at((tagint) bond.partner);
       if (partner.type == 0) continue;
       text += EVP::bond_text({atom->tag[i], bond.partner, bond.deq});
       counts[0]++;

@@ -107,7 +107,7 @@ def table_2_at_the_paper_s_step(bench):
     write_body(bench.folder / "body.data", lattice_body((4, 3, 3)))
     text = head() + pair(TABLE2, "none") + "fix move all nve\nvariable vx atom 1e-3*sin(1.1*id)\nvelocity all set v_vx 0 0\n" + ledger(10)
     run = bench.run(text + "run 0\ntimestep $(c_dt[4]:%.17g)\nrun 100000\n")
-    assert any("times the largest stable step" in line for line in run.warnings())
+    assert any("times the largest stable timestep" in line for line in run.warnings())
     assert run.returncode != 0
     said = " ".join(run.stdout.split())
     assert "Lost atoms" in said or "forces are not numbers any more" in said, said[-400:]

@@ -166,8 +166,8 @@ CASES = [
     ("boundary f f f\nread_data row.data", "boundary f p f\nread_data near.data", "less than two cut-offs of 0.015"),
     ("fix move", "run 0\ngroup gone id 2 4\ndelete_atoms group gone\nfix move", "Fix bonds evp/bonds: atom ID"),
     # computes
-    ("fix move", "compute dt all evp/dt 3\nfix move", "Compute dt evp/dt takes no further words, got '3'"),
-    ("fix move", "compute s all evp/state/atom x\nfix move", "Compute s evp/state/atom takes no further words, got 'x'"),
+    ("fix move", "compute dt all evp/dt 3\nfix move", "Compute dt evp/dt: unexpected argument '3'"),
+    ("fix move", "compute s all evp/state/atom x\nfix move", "Compute s evp/state/atom: unexpected argument 'x'"),
     ("fix bonds all evp/bonds", "pair_style zero 0.02\npair_coeff * *\ncompute dt all evp/dt",
      "Compute dt evp/dt needs pair style evp/lj, found 'zero'"),
     ("fix bonds all evp/bonds", "pair_style zero 0.02\npair_coeff * *\ncompute s all evp/state/atom",

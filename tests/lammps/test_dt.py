@@ -152,7 +152,7 @@ def test_stable_below_the_limit_and_not_above(lmp, gamma):
     Without damping the mean kinetic energy of every mode is the same at any stable step (velocities at full steps); with
     it, what is left after 600 limits belongs to slow modes that both steps resolve."""
     small, below, above = (vibrate(lmp, gamma, fraction, 600) for fraction in (0.25, 0.98, 1.02))
-    assert not [w for w in below.warnings() if "largest stable step" in w]
+    assert not [w for w in below.warnings() if "largest stable timestep" in w]
     start = small.thermo()["KinEng"][0]
     if gamma == 0:
         means = [run.thermo()["KinEng"][1:].mean() for run in (small, below)]
@@ -167,13 +167,13 @@ def test_stable_below_the_limit_and_not_above(lmp, gamma):
 @pytest.mark.parametrize("ranks", [1, 2])
 def test_step_above_the_limit_is_warned_of_with_the_ratio(lmp, ranks):
     text = deck(1000) + "run 0\ntimestep $(2.5*c_dt:%.17g)\nrun 1\ntimestep $(0.9*c_dt/2.5:%.17g)\n"
-    warned = [w for w in lmp(text, ranks=ranks).ok().warnings() if "times the largest stable step" in w]
+    warned = [w for w in lmp(text, ranks=ranks).ok().warnings() if "times the largest stable timestep" in w]
     assert len(warned) == 1, "once, and not at all by a step below"
-    assert float(re.search(r"is ([0-9.]+) times the largest stable step", warned[0]).group(1)) == pytest.approx(2.5, rel=ITERATED)
+    assert float(re.search(r"is ([0-9.]+) times the largest stable timestep", warned[0]).group(1)) == pytest.approx(2.5, rel=ITERATED)
 
 
 def test_the_papers_step_fails_for_table_2(lmp):
     """Eq. 7 knows no gamma: 1.32e-7 s is 3.8 times the limit of Table 2, is warned of, and blows up in a dozen steps."""
     run = vibrate(lmp, 1000, 1.321e-7 / 3.510e-8, 30)
-    assert any("is 3.76" in w and "times the largest stable step" in w for w in run.warnings())
+    assert any("is 3.76" in w and "times the largest stable timestep" in w for w in run.warnings())
     assert run.thermo()["KinEng"].max() > 1e3 * run.thermo()["KinEng"][0]

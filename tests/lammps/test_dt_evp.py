@@ -39,7 +39,7 @@ def deck(motion, row=law.TABLE1, style="nve", newton="on", contact="literal", ma
 
 
 def slowest(snapshot, body, contact="literal", free=None):
-    """The step of the speed rule over the interacting pairs, and its pair of IDs."""
+    """The timestep that speed allows over the interacting pairs, and its pair of IDs."""
     x, v = (snapshot.vectors(*names) for names in (("x", "y", "z"), ("vx", "vy", "vz")))
     pairs, deq, *_ = brute.interactions(x, body.radius, law.TABLE1, body.bonds, contact)
     opening = np.sum(pairs.r / pairs.d[:, None] * (v[pairs.i] - v[pairs.j]), axis=1)
@@ -50,11 +50,11 @@ def slowest(snapshot, body, contact="literal", free=None):
     return allowed[k], {pairs.i[k] + 1, pairs.j[k] + 1}
 
 
-# ---- what rules ----
+# ---- what limits dt ----
 
 
 @pytest.mark.parametrize("ranks, gamma", [(1, 0.0), (2, 1000.0)])
-def test_stability_rules_a_body_at_rest(lmp, tmp_path, body, ranks, gamma):
+def test_stability_limits_a_body_at_rest(lmp, tmp_path, body, ranks, gamma):
     """fraction of the explicit limit, against the assembled matrices; flight and spin change nothing."""
     write_body(tmp_path / "body.data", body)
     row = law.TABLE1._replace(gamma=gamma)
@@ -79,7 +79,7 @@ def test_stability_is_that_of_the_integrator(lmp, tmp_path, body):
 
 @pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off"), (4, "on")])
 @pytest.mark.parametrize("contact", ["literal", "repulsive"])
-def test_speed_along_the_pair_rules_a_stirred_body(lmp, tmp_path, body, ranks, newton, contact):
+def test_speed_along_the_pair_limits_a_stirred_body(lmp, tmp_path, body, ranks, newton, contact):
     """At set-up and at a check in the run; flight and spin beside do not count; one warning names the pair."""
     write_body(tmp_path / "body.data", body)
     text = deck(stir(20.0, spin=300.0, flight=100.0), newton=newton, contact=contact) + dump(every=EVERY) + f"run {EVERY}\n"
@@ -113,16 +113,16 @@ def test_pairs_of_prescribed_atoms_do_not_rule(lmp, tmp_path, body):
 GAP = 2e-4  # beyond dlim, within the list
 
 
-@pytest.mark.parametrize("approach, rules", [(0.9, MAXIMUM), (1.1, SPEED), (-1.1, MAXIMUM)])
-def test_a_listed_pair_rules_where_it_can_reach_the_cut_before_the_next_check(lmp, tmp_path, approach, rules):
+@pytest.mark.parametrize("approach, limit", [(0.9, MAXIMUM), (1.1, SPEED), (-1.1, MAXIMUM)])
+def test_a_listed_pair_limits_dt_where_it_can_reach_the_cut_before_the_next_check(lmp, tmp_path, approach, limit):
     """Two free spheres: nothing interacts, so 'max' is the step; speeds are such that the gap closes in 1/approach of a check."""
     write_two(tmp_path / "body.data", 0.015 + GAP)
     longest = 1e-6
     speed = approach * GAP / (EVERY * longest)
     text = deck(f"group one id 1\nvelocity one set {speed} 0 0\n", maximum=f"max {longest}").replace("s s s", "f f f")
     table = lmp(text + "run 0\n").ok().thermo()
-    assert table["f_dt[3]"][0] == rules
-    expected = min(longest, STRAIN_PER_STEP * law.TABLE1.xi_s * 0.01 / speed) if rules == SPEED else longest
+    assert table["f_dt[3]"][0] == limit
+    expected = min(longest, STRAIN_PER_STEP * law.TABLE1.xi_s * 0.01 / speed) if limit == SPEED else longest
     assert table["Dt"][0] == pytest.approx(expected, rel=ROUNDED)
 
 
@@ -130,7 +130,7 @@ def test_a_listed_pair_rules_where_it_can_reach_the_cut_before_the_next_check(lm
 
 
 def test_step_grows_by_a_quarter_per_check_and_jumps_at_set_up(lmp, tmp_path, body):
-    """Damping takes a wave away within some checks: the step falls behind what the rules allow. A new run may take it at once."""
+    """Damping takes a wave away within some checks: dt falls behind what the limits allow. A new run may take it at once."""
     write_body(tmp_path / "body.data", body)
     run = lmp(deck(stir(100.0), law.TABLE2, "nve/evp", contact="none") + f"run {30 * EVERY}\n").ok()
     table = run.thermo()
@@ -177,8 +177,8 @@ def test_time_and_integrators_follow_the_step(lmp, tmp_path, body, style):
 
 OURS = "fix move all nve\nfix step all dt/evp "
 MISUSE = {
-    "few words": ({"move": OURS + "20"}, "takes N fraction [max DT]"),
-    "many words": ({"move": OURS + "20 0.4 max 1e-7 more"}, "takes N fraction [max DT]"),
+    "few words": ({"move": OURS + "20"}, "expected N fraction [max DT], got 1 arguments"),
+    "many words": ({"move": OURS + "20 0.4 max 1e-7 more"}, "expected N fraction [max DT], got 5 arguments"),
     "N zero": ({"move": OURS + "0 0.4"}, "N must be a whole number"),
     "N half": ({"move": OURS + "2.5 0.4"}, "N must be a whole number"),
     "N word": ({"move": OURS + "often 0.4"}, "N"),
@@ -189,7 +189,7 @@ MISUSE = {
     "unknown": ({"move": OURS + "20 0.4 most 1e-7"}, "unknown keyword 'most'"),
     "no pair style": ({"style": "pair_style none", "coeff": "", "fix": "", "move": OURS + "20 0.4", "thermo": ""}, "needs pair style evp/lj"),
     "respa": ({"move": OURS + "20 0.4\nrun_style respa 2 2"}, "respa"),
-    "fix move": ({"move": "fix move all move linear 1 0 0\nfix step all dt/evp 20 0.4"}, "cannot follow a changing step"),
+    "fix move": ({"move": "fix move all move linear 1 0 0\nfix step all dt/evp 20 0.4"}, "cannot follow a changing timestep"),
     "compute deleted": ({"move": OURS + "20 0.4\nuncompute step_evp_dt"}, "was deleted"),
     "no limit": ({"style": "pair_style evp/lj contact none", "fix": "", "move": OURS + "20 0.4",
                   "thermo": "thermo_style custom step"}, "give 'max DT'"),

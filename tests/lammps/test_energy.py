@@ -300,7 +300,7 @@ def test_closes_through_yield_and_rupture(lmp, tmp_path, style, gamma, contact):
 
 
 def test_misuse_is_one_clear_error(lmp):
-    for parts, text in (({"move": "fix move all nve\nfix e all evp/energy 5"}, "takes no further words"),
+    for parts, text in (({"move": "fix move all nve\nfix e all evp/energy 5"}, "unexpected argument '5'"),
                         ({"move": "fix move all nve\ngroup one id 1\nfix e one evp/energy"}, "needs group all"),
                         ({"style": "pair_style none", "coeff": "", "fix": "", "thermo": "", "move": "fix move all nve\nfix e all evp/energy"},
                          "needs pair style evp/lj"),

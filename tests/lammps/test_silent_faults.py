@@ -127,15 +127,15 @@ def test_step_without_bound_is_refused_in_flight_too(lmp):
 @pytest.mark.parametrize("other", ["fix b B dt/evp 10 0.4", "fix b all dt/reset 10 1e-9 1e-7 1e-5"])
 def test_two_fixes_that_set_the_step(lmp, other):
     text = TWO_PAIRS.format(radii=0) + "fix a A dt/evp 10 0.4\n" + other + "\nrun 1\n"
-    assert "sets the step too" in error_of(lmp(text))
+    assert "sets the timestep too" in error_of(lmp(text))
 
 
 def test_a_compute_of_other_atoms_still_warns(lmp):
     """A step that fix dt/evp sets for one body may be above the limit of another one."""
     text = TWO_PAIRS.format(radii=0) + "set type 2 density 270000\ntimestep 5e-5\nfix b B dt/evp 10 0.8\ncompute of_{0} {0} evp/dt\nthermo_style custom step dt c_of_{0}\nrun 1\n"
     for before in ("", "timestep 1e-9\n", "timestep 1\n"):  # what the step was before fix dt/evp set it does not matter
-        assert "times the largest stable step" in lmp(text.format("A").replace("run 1", before + "run 1")).ok().stdout, before
-        assert "times the largest stable step" not in lmp(text.format("B").replace("run 1", before + "run 1")).ok().stdout, before
+        assert "times the largest stable timestep" in lmp(text.format("A").replace("run 1", before + "run 1")).ok().stdout, before
+        assert "times the largest stable timestep" not in lmp(text.format("B").replace("run 1", before + "run 1")).ok().stdout, before
 
 
 def test_bonds_that_a_hybrid_forgot(lmp):

@@ -13,8 +13,8 @@
 #include <vector>
 
 using EVP::Law;
-using EVP::PairList;
 using EVP::PackedPair;
+using EVP::PairList;
 using EVP::StoredEnergy;
 
 namespace {
@@ -41,25 +41,32 @@ std::vector<Pair> pairs_of(int n, double largest)
   return pairs;
 }
 
+/// What the pair style offers.
+struct Packed {
+  PairList list;
+  std::vector<double> deq;
+  const PairList &packed_pairs() const { return list; }
+  const std::vector<double> &rest_distances() const { return deq; }
+  const Law &law_of(const PackedPair &) const { return LAW; }
+};
+
 class Sums {
  public:
   StoredEnergy stored;
 
   StoredEnergy::Sums of(const std::vector<Pair> &pairs)
   {
-    PairList list;
+    Packed packed;
+    PairList &list = packed.list;
     for (int k = 0; k < builds; k++) list.clear();
     builds++;
     list.pairs.make_room(pairs.size());
-    std::vector<double> deq;
     for (const Pair &pair : pairs) {
       list.pairs.push_back(pair.deq, pair.cut, 0, 0, pair.is_bond ? 0 : -1);
-      deq.push_back(pair.deq);
+      packed.deq.push_back(pair.deq);
     }
     EXPECT_TRUE(stored.is_due(list));
-    stored.assign(list, deq, [](const PackedPair &) -> const Law & {
-      return LAW;
-    });
+    stored.assign(packed);
     EXPECT_FALSE(stored.is_due(list));
     if (builds == 1) stored.set_largest_depth(stored.total_depth());
     StoredEnergy::Sums sums{};

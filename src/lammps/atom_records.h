@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+#ifndef LMP_EVP_ATOM_RECORDS_H
+#define LMP_EVP_ATOM_RECORDS_H
+
+#include "atom.h"
+#include "fix.h"
+
+#include <cstring>
+#include <vector>
+
+namespace LAMMPS_NS {
+
+/// A Fix with one record per local atom, which goes where its atom goes; set_arrays(i) makes a new one.
+/// Record: a struct of doubles only.
+template <class Base, class Record> class AtomRecords : public Base {
+ public:
+  AtomRecords(LAMMPS *lmp, int narg, char **arg) : Base(lmp, narg, arg) {}
+  ~AtomRecords() override
+  {
+    if (following) this->atom->delete_callback(this->id, Atom::GROW);
+  }
+
+  void grow_arrays(int nmax) override { records.resize(nmax); }
+  void copy_arrays(int i, int j, int /*delflag*/) override { records[j] = records[i]; }
+  int pack_exchange(int i, double *buf) override
+  {
+    memcpy(buf, &records[i], sizeof(Record));
+    return SIZE;
+  }
+  int unpack_exchange(int i, double *buf) override
+  {
+    memcpy(&records[i], buf, sizeof(Record));
+    return SIZE;
+  }
+  double memory_usage() override { return (double) (records.capacity() * sizeof(Record)); }
+
+ protected:
+  std::vector<Record> records;
+
+  /// Last in the constructor of the fix, which may stop before: makes the records of the atoms here.
+  void follow_atoms()
+  {
+    this->create_attribute = 1;
+    this->maxexchange = SIZE;
+    this->grow_arrays(this->atom->nmax);
+    for (int i = 0; i < this->atom->nlocal; i++) this->set_arrays(i);
+    this->atom->add_callback(Atom::GROW);
+    following = true;
+  }
+
+ private:
+  static constexpr int SIZE = sizeof(Record) / sizeof(double);
+  static_assert(sizeof(Record) == SIZE * sizeof(double), "a record travels as its numbers");
+  bool following = false;
+};
+
+}    // namespace LAMMPS_NS
+
+#endif
