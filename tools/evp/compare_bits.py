@@ -83,8 +83,13 @@ def with_plugin(job, build):
     start = job.start
 
     def begin():
+        before = dict(os.environ)
         os.environ["EVP_PLUGIN_DIR"] = str(build)
-        start()
+        try:
+            start()
+        finally:
+            os.environ.clear()
+            os.environ.update(before)
 
     job.start = begin
     return job
