@@ -16,9 +16,11 @@
 #else
 #define EVP_HAS_LEVELS 0
 #define EVP_INLINE inline
+#define EVP_AVX2
+#define EVP_AVX512
 #endif
 
-// The turns of the loop that follows do not depend on each other.
+// The iterations of the loop that follows do not depend on each other.
 #if defined(__clang__)
 #define EVP_INDEPENDENT _Pragma("clang loop vectorize(assume_safety)")
 #elif defined(__GNUC__)
