@@ -108,14 +108,10 @@ class Bodies {
     numbers.resize(n);
     run_list.clear();
     for (int i = 0; i < n; i++) {
-      const double label = labels[(size_t) stride * i];
-      numbers[i] = -1;
-      if (label == NO_BODY) continue;
-      if (run_list.empty() || names[run_list.back().body] != label) {
-        if (!run_list.empty()) run_list.back().last = i;
-        run_list.push_back({run_list.empty() ? 0 : i, n, find(names, label)});
-      }
-      numbers[i] = run_list.back().body;
+      const int body = numbers[i] = find(names, labels[(size_t) stride * i]);
+      if (body < 0 || (!run_list.empty() && run_list.back().body == body)) continue;
+      if (!run_list.empty()) run_list.back().last = i;
+      run_list.push_back({run_list.empty() ? 0 : i, n, body});
     }
 
     const int64_t all = (int64_t) across.size();

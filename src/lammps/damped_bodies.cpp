@@ -41,20 +41,15 @@ void DampedBodies::find(const PairList &list, int groupbit,
     if (in_group(p.i) && in_group(p.j)) connected.join(p.i, p.j);
   });
 
-  spread_lowest();
-  bodies.assign(lowest.data(), 3, nlocal, labels_across());
-}
-
-// Collective. One iteration at most for each time that a body crosses from rank to rank.
-void DampedBodies::spread_lowest()
-{
-  int any = 1;
-  while (any) {
-    int here = connected.spread_lowest(lowest, 3);
-    if (exchange.lower_owners(lowest)) here = 1;
+  // one iteration at most for each time that a body crosses from rank to rank
+  int fell = 1;
+  while (fell) {
+    fell = connected.spread_lowest(lowest, 3);
+    if (exchange.lower_owners(lowest)) fell = 1;
     exchange.to_ghosts(lowest);
-    MPI_Allreduce(&here, &any, 1, MPI_INT, MPI_MAX, world);
+    MPI_Allreduce(MPI_IN_PLACE, &fell, 1, MPI_INT, MPI_MAX, world);
   }
+  bodies.assign(lowest.data(), 3, nlocal, labels_across());
 }
 
 // Collective. The labels of the bodies with atoms on several ranks, ascending.

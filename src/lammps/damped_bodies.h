@@ -48,7 +48,6 @@ class DampedBodies : protected LAMMPS_NS::Pointers {
   // per atom and ghost: label of the body (its lowest ID), first and minus last rank with atoms of it
   GhostExchange::Nodal lowest;
 
-  void spread_lowest();
   std::vector<double> labels_across() const;
 };
 

@@ -25,7 +25,7 @@ int DampingSolver::solve(double h_in, int groupbit, const Nodal &prescribed_in, 
   const size_t n = (size_t) 3 * nlocal;
   velocities.resize(n + (size_t) 3 * atom->nghost);
   for (Nodal *nodal : {&mobility, &inertia, &direction, &direction_product}) nodal->assign(n, 0.0);
-  for (Nodal *nodal : {&undamped, &velocity, &change, &residual, &applied}) nodal->resize(n);
+  for (Nodal *nodal : {&undamped, &change, &residual, &applied}) nodal->resize(n);
   for (int i = 0; i < nlocal; i++)
     if (atom->mask[i] & groupbit) {
       const double w = scene::inverse_mass(atom, force, i);
@@ -42,22 +42,20 @@ int DampingSolver::solve(double h_in, int groupbit, const Nodal &prescribed_in, 
     if (turning_settled(applied) || pass == MOST_PASSES) break;
   }
   for (size_t k = 0; k < n; k++)
-    if (mobility[k] > 0.0) applied[k] = (velocity[k] - v[k]) / (h * mobility[k]) - f[k];
+    if (mobility[k] > 0.0) applied[k] = (undamped[k] + change[k] - v[k]) / (h * mobility[k]) - f[k];
   return iterations;
 }
 
-// velocity = v* with the damper forces of the last step along the present pairs: like those of every
+// change: by the damper forces of the last step along the present pairs: like those of every
 // iterate they have neither momentum nor angular momentum. Residual to match.
 void DampingSolver::warm_start()
 {
-  Nodal &guess = reaction;
-  guess.assign(velocities.size(), 0.0);
-  dampers.add_last_forces(guess);
-  exchange.to_owners(guess);
+  reaction.assign(velocities.size(), 0.0);
+  dampers.add_last_forces(reaction);
+  exchange.to_owners(reaction);
   for (size_t k = 0; k < change.size(); k++) {
-    residual[k] = mobility[k] > 0.0 ? -h * guess[k] : 0.0;
-    change[k] = h * mobility[k] * guess[k];
-    velocity[k] = undamped[k] + change[k];
+    residual[k] = mobility[k] > 0.0 ? -h * reaction[k] : 0.0;
+    change[k] = h * mobility[k] * reaction[k];
   }
   exchange_velocities();
   dampers.multiply_turning(velocities, reaction, update->dt);
@@ -89,7 +87,6 @@ int DampingSolver::iterate(int iteration)
     }
     solves.update();
   }
-  for (size_t k = 0; k < change.size(); k++) velocity[k] = undamped[k] + change[k];
   return iteration;
 }
 
@@ -134,8 +131,8 @@ BodySolves::State DampingSolver::judge_residuals()
 // Collective. Those of the group as found, all others as prescribed.
 void DampingSolver::exchange_velocities()
 {
-  for (size_t k = 0; k < velocity.size(); k++)
-    velocities[k] = mobility[k] > 0.0 ? velocity[k] : (*prescribed)[k];
+  for (size_t k = 0; k < change.size(); k++)
+    velocities[k] = mobility[k] > 0.0 ? undamped[k] + change[k] : (*prescribed)[k];
   exchange.to_ghosts(velocities);
 }
 

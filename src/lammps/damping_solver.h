@@ -53,8 +53,8 @@ class DampingSolver : protected LAMMPS_NS::Pointers {
   double memory_usage() const
   {
     return solves.memory_usage() +
-        bytes_of(velocities, reaction, mobility, inertia, undamped, velocity, change, residual,
-                 direction, direction_product);
+        bytes_of(velocities, reaction, mobility, inertia, undamped, change, residual, direction,
+                 direction_product);
   }
 
  private:
@@ -69,8 +69,8 @@ class DampingSolver : protected LAMMPS_NS::Pointers {
   Nodal velocities, reaction;    // with ghosts
   Nodal mobility, inertia;       // ftm2v / mass and its inverse, zero for atoms outside the group
   Nodal undamped;                // v*
-  Nodal velocity, change, residual, direction, direction_product;
-  double most_turned = 0.0;    // square of half the largest angle
+  Nodal change, residual, direction, direction_product;    // change: v+ - v*
+  double most_turned = 0.0;                                // square of half the largest angle
 
   void warm_start();
   int iterate(int iteration);

@@ -67,11 +67,6 @@ FixNVEEVP::FixNVEEVP(LAMMPS *lmp, int narg, char **arg) :
   atom->add_callback(Atom::GROW);
 }
 
-FixNVEEVP::~FixNVEEVP()
-{
-  atom->delete_callback(id, Atom::GROW);
-}
-
 int FixNVEEVP::setmask()
 {
   return INITIAL_INTEGRATE | FINAL_INTEGRATE | POST_FORCE | MIN_POST_FORCE | POST_RUN;
@@ -85,6 +80,7 @@ void FixNVEEVP::init()
   others_groupbits = 0;
   forces_follow = false;
   bool after_this = false;
+  bool path = false;    // that may turn: velocities over the step to come are not those at present
   for (int k = 0; k < modify->nfix; k++) {
     const Fix *other = modify->fix[k];
     if (other == this) {
@@ -98,6 +94,7 @@ void FixNVEEVP::init()
           "{}: fix {} is of this style too, but only one is allowed: all damping is solved as "
           "one system; use one fix nve/evp for the group union",
           who, other->id);
+    path = path || strcmp(other->style, "move") == 0;
     if (EVP::scene::moves_by_forces(other)) others_groupbits |= other->groupbit;
   }
   if (domain->deform_vremap)
@@ -106,7 +103,12 @@ void FixNVEEVP::init()
                "'remap v'",
                who);
   check_groups();
-  want_positions();
+  positions.forget();
+  if (path && !positions.wanted()) {
+    create_attribute = 1;
+    maxexchange = EVP::LastPositions::SIZE;
+    positions.want();
+  }
   balance_wanted = EVP::scene::find_fix(modify, "evp/energy") != nullptr;
   turning_warned = false;
   solver.forget_turns();
@@ -114,18 +116,6 @@ void FixNVEEVP::init()
   bodies.forget();
   last_iterations = most_iterations = 0;
   all_iterations = solves = 0;
-}
-
-// A path may turn: then the velocity over the step to come is not that at the present positions.
-void FixNVEEVP::want_positions()
-{
-  positions.forget();
-  bool any = false;
-  for (const Fix *other : modify->get_fix_list()) any = any || strcmp(other->style, "move") == 0;
-  if (!any || positions.wanted()) return;
-  create_attribute = 1;
-  maxexchange = EVP::LastPositions::SIZE;
-  positions.want();
 }
 
 // What else acts on the velocities of the group would undo the solve, or be undone by it.
@@ -157,27 +147,6 @@ void FixNVEEVP::setup(int vflag)
   solve_and_apply(0.5 * update->dt);
   positions.remember();
   if (forces_follow) dt_applied = 0.0;    // solve anew with what they add to f from here on
-}
-
-void FixNVEEVP::post_force(int vflag)
-{
-  vflag_now = vflag;
-}
-
-// No damping acts in a minimization: the virial of the last run must not stay in its pressure.
-void FixNVEEVP::min_setup(int vflag)
-{
-  v_init(vflag);
-}
-
-void FixNVEEVP::min_post_force(int vflag)
-{
-  v_init(vflag);
-}
-
-void FixNVEEVP::post_run()
-{
-  warn_of_turning();
 }
 
 void FixNVEEVP::initial_integrate(int /*vflag*/)
@@ -218,22 +187,19 @@ void FixNVEEVP::collect_dampers()
     bodies.find(list, groupbit, gamma_of);
   }
   dampers.collect(list, EVP::scene::rows(atom->x), force->newton_pair, gamma_of);
-  if (others_groupbits)
-    dampers.for_each([this](int i, const EVP::Dampers::Damper &damper, double) {
-      check_partners(i, damper.j);
-    });
-}
+  if (!others_groupbits) return;
 
-// Neighbors of the group may be held or moved along a path, but not follow forces of their own.
-void FixNVEEVP::check_partners(int i, int j) const
-{
-  for (const int k : {i, j})
-    if (!in_group(k) && (atom->mask[k] & others_groupbits))
-      error->one(FLERR,
-                 "{}: atom {} interacts with its group but is integrated by another fix, whose "
-                 "velocity would enter as prescribed: put it into the group of fix {}, or move it "
-                 "by fix nve/noforce or fix move",
-                 who, atom->tag[k], id);
+  // neighbors of the group may be held or moved along a path, but not follow forces of their own
+  dampers.for_each([this](int i, const EVP::Dampers::Damper &damper, double) {
+    for (const int k : {i, damper.j})
+      if (!in_group(k) && (atom->mask[k] & others_groupbits))
+        error->one(
+            FLERR,
+            "{}: atom {} interacts with its group but is integrated by another fix, whose "
+            "velocity would enter as prescribed: put it into the group of fix {}, or move it "
+            "by fix nve/noforce or fix move",
+            who, atom->tag[k], id);
+  });
 }
 
 // Opening rates over the last timestep dt, or now with dt = 0, from the velocities that atoms hold.
@@ -328,18 +294,6 @@ void FixNVEEVP::tally_virial()
     for (int i = 0; i < atom->nlocal; i++)
       for (int c = 0; c < 3; c++) vatom[i][3 * part + c] += shares[part][(size_t) 3 * i + c];
   }
-}
-
-// f_ID: iterations of the last solve; f_ID[1], f_ID[2]: their mean and maximum in this run.
-double FixNVEEVP::compute_scalar()
-{
-  return last_iterations;
-}
-
-double FixNVEEVP::compute_vector(int n)
-{
-  if (n == 1) return most_iterations;
-  return solves ? (double) all_iterations / solves : 0.0;
 }
 
 double FixNVEEVP::memory_usage()

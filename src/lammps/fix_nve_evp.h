@@ -33,17 +33,19 @@ namespace LAMMPS_NS {
 class FixNVEEVP : public NodalExchange<Fix> {
  public:
   FixNVEEVP(class LAMMPS *, int, char **);
-  ~FixNVEEVP() override;
+  ~FixNVEEVP() override { atom->delete_callback(id, Atom::GROW); }
 
   int setmask() override;
   void init() override;
   void setup(int) override;
-  void post_force(int) override;
-  void min_setup(int) override;
-  void min_post_force(int) override;
+  void post_force(int vflag) override { vflag_now = vflag; }
   void initial_integrate(int) override;
   void final_integrate() override;
-  void post_run() override;
+  void post_run() override { warn_of_turning(); }
+
+  // no damping acts in a minimization: the virial of the last run must not stay in its pressure
+  void min_setup(int vflag) override { v_init(vflag); }
+  void min_post_force(int vflag) override { v_init(vflag); }
 
   /// Damping force that f holds now [force], three values per local atom; empty without damping.
   const std::vector<double> &applied_damping() const { return applied; }
@@ -54,8 +56,13 @@ class FixNVEEVP : public NodalExchange<Fix> {
   double power_before() const { return dampers.power(false); }
   double power_after() const { return dampers.power(true); }
 
-  double compute_scalar() override;
-  double compute_vector(int) override;
+  // f_ID: iterations of the last solve; f_ID[1], f_ID[2]: their mean and maximum in this run
+  double compute_scalar() override { return last_iterations; }
+  double compute_vector(int n) override
+  {
+    if (n == 1) return most_iterations;
+    return solves ? (double) all_iterations / solves : 0.0;
+  }
 
   double memory_usage() override;
   void grow_arrays(int nmax) override { positions.grow(nmax); }
@@ -86,9 +93,7 @@ class FixNVEEVP : public NodalExchange<Fix> {
   bigint all_iterations, solves;
 
   bool in_group(int i) const { return atom->mask[i] & groupbit; }
-  void want_positions();
   void check_groups() const;
-  void check_partners(int i, int j) const;
   void collect_dampers();
   void find_rates(double dt);
   void warn_of_turning();
