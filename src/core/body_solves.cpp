@@ -36,7 +36,6 @@ void BodySolves::start(const Bodies &bodies_in, const CgArrays &arrays_in, const
 {
   bodies = &bodies_in;
   arrays = arrays_in;
-  loops = cg_loops();
   h = h_in;
   tolerance_squared = tolerance * tolerance;
 
@@ -66,7 +65,7 @@ void BodySolves::gather()
 {
   for (Part &part : parts) part.norm = part.curvature = 0.0;
   for_each_active_run([this](Part &part, const System &, const CgArrays &a, std::size_t n) {
-    const CgProducts products = loops.products(a, n, h);
+    const CgProducts products = cg_products(a, n, h, level);
     part.norm += products.norm;
     part.curvature += products.curvature;
   });
@@ -121,7 +120,7 @@ void BodySolves::update()
 {
   for (Part &part : parts) part.changed = 0.0;
   for_each_active_run([this](Part &part, const System &system, const CgArrays &a, std::size_t n) {
-    part.changed += loops.update(a, n, system.alpha, system.beta);
+    part.changed += cg_update(a, n, system.alpha, system.beta, level);
   });
 }
 

@@ -63,7 +63,7 @@ class BodySolves {
 
   const Bodies *bodies = nullptr;
   CgArrays arrays;
-  CgLoops loops;
+  Level level = best_level();
   double h, tolerance_squared;
   double elsewhere;    // v*.M v* of the atoms in no body, which must be finite too
   std::vector<Part> parts;

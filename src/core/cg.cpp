@@ -75,28 +75,20 @@ namespace {
     return sum;
   }
 
-// The same loops for one instruction set more.
-#define EVP_CG_LOOPS(NAME, TARGET)                                                         \
-  TARGET CgProducts products_##NAME(const CgArrays &a, std::size_t n, double h)            \
-  {                                                                                        \
-    return products(a, n, h);                                                              \
-  }                                                                                        \
-  TARGET double update_##NAME(const CgArrays &a, std::size_t n, double alpha, double beta) \
-  {                                                                                        \
-    return update(a, n, alpha, beta);                                                      \
-  }
-
-  EVP_CG_LOOPS(base, )
-  EVP_CG_LOOPS(avx2, EVP_AVX2)
-  EVP_CG_LOOPS(avx512, EVP_AVX512)
-
 }    // namespace
 
-CgLoops cg_loops(Level level)
+CgProducts cg_products(const CgArrays &a, std::size_t n, double h, Level level)
 {
-  if (level == Level::AVX512) return {products_avx512, update_avx512};
-  if (level == Level::AVX2) return {products_avx2, update_avx2};
-  return {products_base, update_base};
+  return call_at(level, [&]() EVP_KERNEL {
+    return products(a, n, h);
+  });
+}
+
+double cg_update(const CgArrays &a, std::size_t n, double alpha, double beta, Level level)
+{
+  return call_at(level, [&]() EVP_KERNEL {
+    return update(a, n, alpha, beta);
+  });
 }
 
 double cg_changed(const CgArrays &a, std::size_t n)

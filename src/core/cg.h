@@ -34,16 +34,13 @@ struct CgProducts {
   double norm, curvature;    ///< r.z and z.(M + h C) z
 };
 
-/// The loops, which every MPI rank runs over its own values.
-struct CgLoops {
-  /// Completes the product and returns the sums that the iteration asks for.
-  CgProducts (*products)(const CgArrays &, std::size_t n, double h);
+// The loops, which every MPI rank runs over its own n values.
 
-  /// The next iterate, its residual and z. Returns change.M change of the iterate.
-  double (*update)(const CgArrays &, std::size_t n, double alpha, double beta);
-};
+/// Completes the product and returns the sums that the iteration asks for.
+CgProducts cg_products(const CgArrays &, std::size_t n, double h, Level);
 
-CgLoops cg_loops(Level level = best_level());
+/// The next iterate, its residual and z. Returns change.M change of the iterate.
+double cg_update(const CgArrays &, std::size_t n, double alpha, double beta, Level);
 
 /// change.M change
 double cg_changed(const CgArrays &, std::size_t n);

@@ -106,8 +106,7 @@ void FixNVEEVP::init()
   positions.forget();
   if (path && !positions.wanted()) {
     create_attribute = 1;
-    maxexchange = EVP::LastPositions::SIZE;
-    positions.want();
+    maxexchange = positions.want();
   }
   balance_wanted = EVP::scene::find_fix(modify, "evp/energy") != nullptr;
   turning_warned = false;
@@ -132,8 +131,8 @@ void FixNVEEVP::check_groups() const
     MPI_Allreduce(&shared, &any, 1, MPI_INT, MPI_MAX, world);
     if (any)
       error->all(FLERR,
-                 "{} and fix {} of style {} act on the same atoms: leave those that are "
-                 "held or moved otherwise out of its group, and use fix nve/noforce for them",
+                 "{} and fix {} of style {} act on the same atoms: leave those that are held or "
+                 "moved otherwise out of its group, and use fix nve/noforce for them",
                  who, other->id, other->style);
   }
 }
