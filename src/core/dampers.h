@@ -68,7 +68,7 @@ class Dampers {
     rows.clear();
     dampers.resize(most);
     scale.resize(most);
-    int law = -1, n = 0;
+    int law = -1, i = -1, n = 0;
     double root = 0.0;    // sqrt(gamma) of that law
     for_each_pair(list, x, [&](const PlacedPair &p) {
       if (p.law != law) {
@@ -79,9 +79,13 @@ class Dampers {
       const double over_d = root / p.distance();
       dampers[n] = {{over_d * p.g.dx, over_d * p.g.dy, over_d * p.g.dz}, p.j, p.index};
       scale[n] = over_d;
-      if (rows.empty() || rows.back().i != p.i) rows.push_back({p.i, n, n});
-      rows.back().last = ++n;
+      if (p.i != i) {
+        if (n) rows.back().last = n;
+        rows.push_back({i = p.i, n, n});
+      }
+      n++;
     });
+    if (n) rows.back().last = n;
     dampers.resize(n);
   }
 

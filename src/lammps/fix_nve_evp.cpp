@@ -20,17 +20,13 @@
 #include <cstring>
 
 using namespace LAMMPS_NS;
-using namespace FixConst;
 
 static constexpr double LARGEST_TURN = 0.15;    // rad per step, see doc/fix_nve_evp.rst
 
 // fix ID group nve/evp [tol 1e-3] [maxiter 500]
 FixNVEEVP::FixNVEEVP(LAMMPS *lmp, int narg, char **arg) :
-    NodalExchange(lmp, narg, arg), who(fmt::format("Fix {} nve/evp", id)), pair(nullptr),
-    others_groupbits(0), forces_follow(false), balance_wanted(false), turning_warned(false),
-    bodies(lmp, *this), solver(lmp, who, *this, dampers, bodies.found()), positions(lmp),
-    dt_applied(0.0), vflag_now(0), last_iterations(0), most_iterations(0), all_iterations(0),
-    solves(0)
+    NodalExchange(lmp, narg, arg), who(fmt::format("Fix {} nve/evp", id)), bodies(lmp, *this),
+    solver(lmp, who, *this, dampers, bodies.found()), positions(lmp)
 {
   for (int iarg = 3; iarg < narg; iarg += 2) {
     const std::string key = arg[iarg];
@@ -67,11 +63,6 @@ FixNVEEVP::FixNVEEVP(LAMMPS *lmp, int narg, char **arg) :
   atom->add_callback(Atom::GROW);
 }
 
-int FixNVEEVP::setmask()
-{
-  return INITIAL_INTEGRATE | FINAL_INTEGRATE | POST_FORCE | MIN_POST_FORCE | POST_RUN;
-}
-
 void FixNVEEVP::init()
 {
   pair = EVP::scene::require_pair(force, error, who);
@@ -87,7 +78,7 @@ void FixNVEEVP::init()
       after_this = true;
       continue;
     }
-    if (after_this && (modify->fmask[k] & POST_FORCE)) forces_follow = true;
+    if (after_this && (modify->fmask[k] & FixConst::POST_FORCE)) forces_follow = true;
     if (strcmp(other->style, style) == 0)
       error->all(
           FLERR,

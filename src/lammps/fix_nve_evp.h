@@ -35,7 +35,11 @@ class FixNVEEVP : public NodalExchange<Fix> {
   FixNVEEVP(class LAMMPS *, int, char **);
   ~FixNVEEVP() override { atom->delete_callback(id, Atom::GROW); }
 
-  int setmask() override;
+  int setmask() override
+  {
+    using namespace FixConst;
+    return INITIAL_INTEGRATE | FINAL_INTEGRATE | POST_FORCE | MIN_POST_FORCE | POST_RUN;
+  }
   void init() override;
   void setup(int) override;
   void post_force(int vflag) override { vflag_now = vflag; }
@@ -73,24 +77,25 @@ class FixNVEEVP : public NodalExchange<Fix> {
 
  private:
   const std::string who;    // in messages
-  class PairEVPLJ *pair;
-  int others_groupbits;    // groups of the other fixes that move atoms by forces
-  bool forces_follow;      // fixes defined after this one add forces, at set-up after its solve
-  bool balance_wanted;     // a fix evp/energy asks for the power of the dampers
-  bool turning_warned;
+  class PairEVPLJ *pair = nullptr;
+  int others_groupbits = 0;    // groups of the other fixes that move atoms by forces
+  bool forces_follow =
+      false;    // fixes defined after this one add forces, at set-up after its solve
+  bool balance_wanted = false;    // a fix evp/energy asks for the power of the dampers
+  bool turning_warned = false;
 
   EVP::Dampers dampers;
   EVP::DampedBodies bodies;
   EVP::DampingSolver solver;
   EVP::LastPositions positions;    // wanted where a fix move may turn or accelerate atoms
-  Nodal velocities;     // with ghosts: mean ones over the last step; where balance_wanted
-  Nodal prescribed;     // velocities after the step, used outside the group
-  Nodal applied;        // damping force that f holds, from one solve to the kick after it; or empty
-  double dt_applied;    // timestep that it was solved for, 0 if it must be solved anew
-  int vflag_now;
+  Nodal velocities;    // with ghosts: mean ones over the last step; where balance_wanted
+  Nodal prescribed;    // velocities after the step, used outside the group
+  Nodal applied;       // damping force that f holds, from one solve to the kick after it; or empty
+  double dt_applied = 0.0;    // timestep that it was solved for, 0 if it must be solved anew
+  int vflag_now = 0;
 
-  int last_iterations, most_iterations;
-  bigint all_iterations, solves;
+  int last_iterations = 0, most_iterations = 0;
+  bigint all_iterations = 0, solves = 0;
 
   bool in_group(int i) const { return atom->mask[i] & groupbit; }
   void check_groups() const;
