@@ -6,6 +6,8 @@
 #ifndef EVP_CORE_BODIES_H
 #define EVP_CORE_BODIES_H
 
+#include "core/bytes.h"
+
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -70,7 +72,7 @@ class NodeSets {
     return fell;
   }
 
-  double memory_usage() const { return (double) parent.capacity() * sizeof(int); }
+  double memory_usage() const { return bytes_of(parent); }
 
  private:
   std::vector<int> parent;
@@ -106,14 +108,10 @@ class Bodies {
     numbers.resize(n);
     run_list.clear();
     for (int i = 0; i < n; i++) {
-      const double label = labels[(size_t) stride * i];
-      numbers[i] = -1;
-      if (label == NO_BODY) continue;
-      if (run_list.empty() || names[run_list.back().body] != label) {
-        if (!run_list.empty()) run_list.back().last = i;
-        run_list.push_back({run_list.empty() ? 0 : i, n, find(names, label)});
-      }
-      numbers[i] = run_list.back().body;
+      const int body = numbers[i] = find(names, labels[(size_t) stride * i]);
+      if (body < 0 || (!run_list.empty() && run_list.back().body == body)) continue;
+      if (!run_list.empty()) run_list.back().last = i;
+      run_list.push_back({run_list.empty() ? 0 : i, n, body});
     }
 
     const int64_t all = (int64_t) across.size();
@@ -121,8 +119,8 @@ class Bodies {
     is_shared = all > nslots;
     slots.clear();
     for (const double name : names) {
-      const int place = find(across, name);
-      slots.push_back(place < 0 ? -1 : (int) (place * (int64_t) nslots / all));
+      const int rank = find(across, name);
+      slots.push_back(rank < 0 ? -1 : (int) (rank * (int64_t) nslots / all));
     }
   }
 
@@ -147,11 +145,7 @@ class Bodies {
   /// Do several bodies share a slot?
   bool slots_are_shared() const { return is_shared; }
 
-  double memory_usage() const
-  {
-    return (double) (names.capacity() * sizeof(double) + run_list.capacity() * sizeof(Run) +
-                     (numbers.capacity() + slots.capacity()) * sizeof(int));
-  }
+  double memory_usage() const { return bytes_of(names, numbers, slots, run_list); }
 
  private:
   std::vector<double> names;    // labels, ascending
@@ -162,8 +156,8 @@ class Bodies {
 
   static int find(const std::vector<double> &sorted, double value)
   {
-    const auto place = std::lower_bound(sorted.begin(), sorted.end(), value);
-    return place == sorted.end() || *place != value ? -1 : (int) (place - sorted.begin());
+    const auto found = std::lower_bound(sorted.begin(), sorted.end(), value);
+    return found == sorted.end() || *found != value ? -1 : (int) (found - sorted.begin());
   }
 };
 

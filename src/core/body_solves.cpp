@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //
-// Conjugate gradients for each body by itself: steps and tolerances. The loops are in cg.cpp.
+// Conjugate gradients for each body by itself: coefficients and tolerances. The loops are in cg.cpp.
 
 #include "core/body_solves.h"
 
@@ -16,12 +16,6 @@ namespace {
 
   // Smaller sums of squares lose digits by underflow: such a body is at rest.
   constexpr double AT_REST = 1e-280;
-
-  CgArrays from(const CgArrays &a, std::size_t k)
-  {
-    return {a.mobility + k,  a.inertia + k,           a.change + k, a.residual + k,
-            a.direction + k, a.direction_product + k, a.z + k,      a.product + k};
-  }
 
   /// 0 or 1, or NaN, which a sum keeps.
   double unmet(double norm, double target)
@@ -42,15 +36,14 @@ void BodySolves::start(const Bodies &bodies_in, const CgArrays &arrays_in, const
 {
   bodies = &bodies_in;
   arrays = arrays_in;
-  loops = cg_loops();
   h = h_in;
   tolerance_squared = tolerance * tolerance;
 
+  restart();
   parts.assign(bodies->count(), Part{0.0, 0.0, 0.0, 0.0});
-  for (const auto &run : bodies->runs()) {
-    const std::size_t first = (std::size_t) 3 * run.first, last = (std::size_t) 3 * run.last;
-    parts[run.body].changed += loops.changed(from(arrays, first), last - first);
-  }
+  for_each_active_run([](Part &part, const System &, const CgArrays &a, std::size_t n) {
+    part.changed += cg_changed(a, n);
+  });
   elsewhere = 0.0;
   for (int i = 0; i < bodies->atoms(); i++) {
     const int body = bodies->body_of(i);
@@ -58,8 +51,6 @@ void BodySolves::start(const Bodies &bodies_in, const CgArrays &arrays_in, const
     (body < 0 ? elsewhere : parts[body].whole) +=
         arrays.inertia[(std::size_t) 3 * i] * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
   }
-
-  restart();
 }
 
 void BodySolves::restart()
@@ -72,14 +63,12 @@ void BodySolves::restart()
 
 void BodySolves::gather()
 {
-  for (const auto &run : bodies->runs()) parts[run.body].norm = parts[run.body].curvature = 0.0;
-  for (const auto &run : bodies->runs()) {
-    if (!systems[system_of(run.body)].active) continue;
-    const std::size_t first = (std::size_t) 3 * run.first, last = (std::size_t) 3 * run.last;
-    const CgProducts products = loops.products(from(arrays, first), last - first, h);
-    parts[run.body].norm += products.norm;
-    parts[run.body].curvature += products.curvature;
-  }
+  for (Part &part : parts) part.norm = part.curvature = 0.0;
+  for_each_active_run([this](Part &part, const System &, const CgArrays &a, std::size_t n) {
+    const CgProducts products = cg_products(a, n, h, level);
+    part.norm += products.norm;
+    part.curvature += products.curvature;
+  });
 
   all_sums.assign(1 + SUMS * systems.size(), 0.0);
   all_sums[0] = unmet(0.0, elsewhere);
@@ -129,14 +118,10 @@ BodySolves::State BodySolves::judge()
 
 void BodySolves::update()
 {
-  for (const auto &run : bodies->runs()) parts[run.body].changed = 0.0;
-  for (const auto &run : bodies->runs()) {
-    const System &system = systems[system_of(run.body)];
-    if (!system.active) continue;
-    const std::size_t first = (std::size_t) 3 * run.first, last = (std::size_t) 3 * run.last;
-    parts[run.body].changed +=
-        loops.update(from(arrays, first), last - first, system.alpha, system.beta);
-  }
+  for (Part &part : parts) part.changed = 0.0;
+  for_each_active_run([this](Part &part, const System &system, const CgArrays &a, std::size_t n) {
+    part.changed += cg_update(a, n, system.alpha, system.beta, level);
+  });
 }
 
 double BodySolves::worst() const

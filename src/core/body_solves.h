@@ -7,6 +7,7 @@
 #define EVP_CORE_BODY_SOLVES_H
 
 #include "core/bodies.h"
+#include "core/bytes.h"
 #include "core/cg.h"
 
 #include <cstddef>
@@ -44,11 +45,7 @@ class BodySolves {
   /// Of judge(): largest residual over its tolerance, of the bodies with atoms here.
   double worst() const;
 
-  double memory_usage() const
-  {
-    return (double) (all_sums.capacity() * sizeof(double) + parts.capacity() * sizeof(Part) +
-                     systems.capacity() * sizeof(System));
-  }
+  double memory_usage() const { return bytes_of(all_sums, parts, systems); }
 
  private:
   static constexpr int SUMS = 4;
@@ -66,13 +63,12 @@ class BodySolves {
 
   const Bodies *bodies = nullptr;
   CgArrays arrays;
-  CgLoops loops;
+  Level level = best_level();
   double h, tolerance_squared;
   double elsewhere;    // v*.M v* of the atoms in no body, which must be finite too
   std::vector<Part> parts;
   std::vector<System> systems;
-  std::vector<double>
-      all_sums;    // number of unfinished bodies without a slot; then SUMS per system
+  std::vector<double> all_sums;    // number of unfinished bodies without a slot; SUMS per system
 
   int system_of(int body) const
   {
@@ -84,6 +80,17 @@ class BodySolves {
     return bodies->slots_are_shared() && system < bodies->slot_count();
   }
   double target(double changed, double whole) const;
+
+  /// Calls f(part, system, arrays, number of values) for each run of atoms of an unfinished body.
+  template <class F> void for_each_active_run(F &&f)
+  {
+    for (const auto &run : bodies->runs()) {
+      const System &system = systems[system_of(run.body)];
+      if (system.active)
+        f(parts[run.body], system, arrays.from((std::size_t) 3 * run.first),
+          (std::size_t) 3 * (run.last - run.first));
+    }
+  }
 };
 
 }    // namespace EVP

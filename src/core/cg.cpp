@@ -26,12 +26,6 @@ namespace {
         ((part[4] + part[5]) + (part[6] + part[7]));
   }
 
-  EVP_INLINE CgArrays from(const CgArrays &a, std::size_t first)
-  {
-    return {a.mobility + first,  a.inertia + first,           a.change + first, a.residual + first,
-            a.direction + first, a.direction_product + first, a.z + first,      a.product + first};
-  }
-
   EVP_INLINE double changed(const CgArrays &a, std::size_t n)
   {
     const double *inertia = a.inertia, *change = a.change;
@@ -67,7 +61,7 @@ namespace {
     double sum = 0.0;
     for (std::size_t first = 0; first < n; first += CHUNK) {
       const std::size_t length = std::min(CHUNK, n - first);
-      const CgArrays b = from(a, first);
+      const CgArrays b = a.from(first);
       EVP_INDEPENDENT
       for (std::size_t k = 0; k < length; k++) {
         b.direction[k] = b.z[k] + beta * b.direction[k];
@@ -81,38 +75,25 @@ namespace {
     return sum;
   }
 
-// The same loops for one instruction set more.
-#define EVP_CG_LOOPS(NAME, TARGET)                                                         \
-  TARGET CgProducts products_##NAME(const CgArrays &a, std::size_t n, double h)            \
-  {                                                                                        \
-    return products(a, n, h);                                                              \
-  }                                                                                        \
-  TARGET double update_##NAME(const CgArrays &a, std::size_t n, double alpha, double beta) \
-  {                                                                                        \
-    return update(a, n, alpha, beta);                                                      \
-  }                                                                                        \
-  TARGET double changed_##NAME(const CgArrays &a, std::size_t n)                           \
-  {                                                                                        \
-    return changed(a, n);                                                                  \
-  }                                                                                        \
-  constexpr CgLoops loops_##NAME = {&products_##NAME, &update_##NAME, &changed_##NAME};
-
-  EVP_CG_LOOPS(base, )
-#if EVP_HAS_LEVELS
-  EVP_CG_LOOPS(avx2, EVP_AVX2)
-  EVP_CG_LOOPS(avx512, EVP_AVX512)
-#endif
-
 }    // namespace
 
-CgLoops cg_loops(Level level)
+CgProducts cg_products(const CgArrays &a, std::size_t n, double h, Level level)
 {
-#if EVP_HAS_LEVELS
-  if (level == Level::AVX512) return loops_avx512;
-  if (level == Level::AVX2) return loops_avx2;
-#endif
-  (void) level;
-  return loops_base;
+  return call_at(level, [&]() EVP_KERNEL {
+    return products(a, n, h);
+  });
+}
+
+double cg_update(const CgArrays &a, std::size_t n, double alpha, double beta, Level level)
+{
+  return call_at(level, [&]() EVP_KERNEL {
+    return update(a, n, alpha, beta);
+  });
+}
+
+double cg_changed(const CgArrays &a, std::size_t n)
+{
+  return changed(a, n);
 }
 
 }    // namespace EVP

@@ -19,27 +19,31 @@ struct CgArrays {
   double *residual;
   double *direction, *direction_product;    ///< and its product with M + h C
   double *z;                                ///< M^-1 residual
-  double *product;                          ///< in: C z; out of cg_products(): (M + h C) z
+  double *product;                          ///< in: C z; out of products(): (M + h C) z
+
+  /// The same from value k on.
+  EVP_INLINE CgArrays from(std::size_t k) const
+  {
+    return {mobility + k,  inertia + k,           change + k, residual + k,
+            direction + k, direction_product + k, z + k,      product + k};
+  }
 };
 
-/// Sums over the values of this process.
+/// Sums over the values of this MPI rank.
 struct CgProducts {
   double norm, curvature;    ///< r.z and z.(M + h C) z
 };
 
-/// The loops, which every process runs over its own values.
-struct CgLoops {
-  /// Completes the product and returns the sums that the iteration asks for.
-  CgProducts (*products)(const CgArrays &, std::size_t n, double h);
+// The loops, which every MPI rank runs over its own n values.
 
-  /// The next iterate, its residual and z. Returns change.M change of the iterate.
-  double (*update)(const CgArrays &, std::size_t n, double alpha, double beta);
+/// Completes the product and returns the sums that the iteration asks for.
+CgProducts cg_products(const CgArrays &, std::size_t n, double h, Level);
 
-  /// change.M change
-  double (*changed)(const CgArrays &, std::size_t n);
-};
+/// The next iterate, its residual and z. Returns change.M change of the iterate.
+double cg_update(const CgArrays &, std::size_t n, double alpha, double beta, Level);
 
-CgLoops cg_loops(Level level = best_level());
+/// change.M change
+double cg_changed(const CgArrays &, std::size_t n);
 
 }    // namespace EVP
 

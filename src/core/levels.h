@@ -11,14 +11,18 @@
 #if defined(__GNUC__) && defined(__x86_64__)
 #define EVP_HAS_LEVELS 1
 #define EVP_INLINE __attribute__((always_inline)) inline
+#define EVP_KERNEL __attribute__((always_inline))
 #define EVP_AVX2 __attribute__((target("avx2")))
 #define EVP_AVX512 __attribute__((target("avx512f")))
 #else
 #define EVP_HAS_LEVELS 0
 #define EVP_INLINE inline
+#define EVP_KERNEL
+#define EVP_AVX2
+#define EVP_AVX512
 #endif
 
-// The turns of the loop that follows do not depend on each other.
+// The iterations of the loop that follows do not depend on each other.
 #if defined(__clang__)
 #define EVP_INDEPENDENT _Pragma("clang loop vectorize(assume_safety)")
 #elif defined(__GNUC__)
@@ -41,6 +45,22 @@ inline Level best_level()
   if (__builtin_cpu_supports("avx2")) return Level::AVX2;
 #endif
   return Level::BASE;
+}
+
+/// Calls f, an EVP_KERNEL lambda, compiled for that instruction set; the machine must have it.
+template <class F> EVP_AVX2 auto call_avx2(const F &f)
+{
+  return f();
+}
+template <class F> EVP_AVX512 auto call_avx512(const F &f)
+{
+  return f();
+}
+template <class F> auto call_at(Level level, const F &f)
+{
+  if (level == Level::AVX512) return call_avx512(f);
+  if (level == Level::AVX2) return call_avx2(f);
+  return f();
 }
 
 }    // namespace EVP

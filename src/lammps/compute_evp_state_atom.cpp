@@ -2,7 +2,6 @@
 
 #include "compute_evp_state_atom.h"
 
-#include "fix_evp_bonds.h"
 #include "scene.h"
 
 #include "memory.h"
@@ -58,12 +57,12 @@ void ComputeEVPStateAtom::compute_peratom()
   });
   to_owners(counts);
 
-  const FixEVPBonds *bonds = pair->bonds_fix();
+  const EVP::BondStore *bonds = pair->bonds();
   for (int i = 0; i < atom->nlocal; i++) {
     double *state = array_atom[i];
     const double *count = &counts[(size_t) NCOUNTS * i];
     const bool in_group = atom->mask[i] & groupbit;
-    const double recorded = (in_group && bonds) ? (double) bonds->bonds_of(i).size() : 0.0;
+    const double recorded = (in_group && bonds) ? (double) bonds->of(i).size() : 0.0;
     state[0] = recorded;
     state[1] = recorded > 0.0 ? count[SECOND] / recorded : 0.0;
     state[2] = recorded > 0.0 ? 1.0 - count[WITHIN] / recorded : 0.0;

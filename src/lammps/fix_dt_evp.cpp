@@ -3,7 +3,7 @@
 #include "fix_dt_evp.h"
 
 #include "compute_evp_dt.h"
-#include "core/params.h"
+#include "core/text.h"
 #include "scene.h"
 
 #include "group.h"

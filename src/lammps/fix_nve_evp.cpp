@@ -1,6 +1,4 @@
-/* SPDX-License-Identifier: GPL-2.0-only
-
-   Fix nve/evp: time integration. The linear solve is in fix_nve_evp_solve.cpp. */
+// SPDX-License-Identifier: GPL-2.0-only
 
 #include "fix_nve_evp.h"
 
@@ -22,40 +20,35 @@
 #include <cstring>
 
 using namespace LAMMPS_NS;
-using namespace FixConst;
 
-/* ----------------------------------------------------------------------
-   fix ID group nve/evp [tol 1e-3] [maxiter 500]
-------------------------------------------------------------------------- */
+static constexpr double LARGEST_TURN = 0.15;    // rad per step, see doc/fix_nve_evp.rst
 
+// fix ID group nve/evp [tol 1e-3] [maxiter 500]
 FixNVEEVP::FixNVEEVP(LAMMPS *lmp, int narg, char **arg) :
-    NodalExchange(lmp, narg, arg), tolerance(1.0e-3), max_iterations(500), others_groupbits(0),
-    forces_follow(false), pair(nullptr), balance_wanted(false), most_turned(0.0),
-    turning_warned(false), last_build(-1), bodies_build(-1), dt_turning(0.0), dt_applied(0.0),
-    vflag_now(0), last_iterations(0), most_iterations(0), all_iterations(0), solves(0)
+    NodalExchange(lmp, narg, arg), who(fmt::format("Fix {} nve/evp", id)), bodies(lmp, *this),
+    solver(lmp, who, *this, dampers, bodies.found()), positions(lmp)
 {
   for (int iarg = 3; iarg < narg; iarg += 2) {
     const std::string key = arg[iarg];
     if (key != "tol" && key != "maxiter")
-      error->all(FLERR, "Fix {} nve/evp: unknown keyword '{}'; it takes tol and maxiter", id, key);
-    if (iarg + 1 == narg) error->all(FLERR, "Fix {} nve/evp: keyword {} needs a value", id, key);
+      error->all(FLERR, "{}: unknown keyword '{}'; it takes tol and maxiter", who, key);
+    if (iarg + 1 == narg) error->all(FLERR, "{}: keyword {} needs a value", who, key);
     double value = 0.0;
     try {
       value = EVP::parse_number(key, arg[iarg + 1]);
     } catch (const EVP::BadInput &bad) {
-      error->all(FLERR, "Fix {} nve/evp: {}", id, bad.what());
+      error->all(FLERR, "{}: {}", who, bad.what());
     }
     if (key == "tol") {
       if (!(value > 0.0 && value < 1.0))
-        error->all(FLERR,
-                   "Fix {} nve/evp: tol must lie between 0 and 1 (residual over damping), got {}",
-                   id, arg[iarg + 1]);
-      tolerance = value;
+        error->all(FLERR, "{}: tol must lie between 0 and 1 (residual over damping), got {}", who,
+                   arg[iarg + 1]);
+      solver.tolerance = value;
     } else {
       if (!(value >= 1.0 && value <= 1.0e6 && value == std::floor(value)))
-        error->all(FLERR, "Fix {} nve/evp: maxiter must be a whole number from 1 to 1e6, got {}",
-                   id, arg[iarg + 1]);
-      max_iterations = (int) value;
+        error->all(FLERR, "{}: maxiter must be a whole number from 1 to 1e6, got {}", who,
+                   arg[iarg + 1]);
+      solver.max_iterations = (int) value;
     }
   }
 
@@ -66,117 +59,56 @@ FixNVEEVP::FixNVEEVP(LAMMPS *lmp, int narg, char **arg) :
   size_vector = 2;
   global_freq = 1;
   extscalar = extvector = 0;
-  atom->add_callback(
-      Atom::GROW);    // LAMMPS takes it from constructors only; nothing is kept unless wanted
+  // LAMMPS takes it from constructors only; nothing is kept unless wanted
+  atom->add_callback(Atom::GROW);
 }
-
-/* ---------------------------------------------------------------------- */
-
-FixNVEEVP::~FixNVEEVP()
-{
-  atom->delete_callback(id, Atom::GROW);
-}
-
-/* ---------------------------------------------------------------------- */
-
-int FixNVEEVP::setmask()
-{
-  return INITIAL_INTEGRATE | FINAL_INTEGRATE | POST_FORCE | MIN_POST_FORCE | POST_RUN;
-}
-
-/* ---------------------------------------------------------------------- */
 
 void FixNVEEVP::init()
 {
-  const std::string who = fmt::format("Fix {} nve/evp", id);
   pair = PairNetwork::require(force, error, who);
   EVP::scene::refuse_respa(update, error, who);
 
   others_groupbits = 0;
   forces_follow = false;
   bool after_this = false;
+  bool path = false;    // that may turn: velocities over the step to come are not those at present
   for (int k = 0; k < modify->nfix; k++) {
     const Fix *other = modify->fix[k];
     if (other == this) {
       after_this = true;
       continue;
     }
-    if (after_this && (modify->fmask[k] & POST_FORCE)) forces_follow = true;
+    if (after_this && (modify->fmask[k] & FixConst::POST_FORCE)) forces_follow = true;
     if (strcmp(other->style, style) == 0)
       error->all(
           FLERR,
-          "Fix {} nve/evp: fix {} is one already, and the damping is one system: use one fix "
-          "nve/evp for the group union",
-          id, other->id);
+          "{}: fix {} is of this style too, but only one is allowed: all damping is solved as "
+          "one system; use one fix nve/evp for the group union",
+          who, other->id);
+    path = path || strcmp(other->style, "move") == 0;
     if (EVP::scene::moves_by_forces(other)) others_groupbits |= other->groupbit;
   }
   if (domain->deform_vremap)
-    error->all(
-        FLERR,
-        "Fix {} nve/evp does not know the velocity of a deforming box: use fix deform without "
-        "'remap v'",
-        id);
+    error->all(FLERR,
+               "{} does not know the velocity of a deforming box: use fix deform without "
+               "'remap v'",
+               who);
   check_groups();
-  want_places();
+  positions.forget();
+  if (path && !positions.wanted()) {
+    create_attribute = 1;
+    maxexchange = positions.want();
+  }
   balance_wanted = EVP::scene::find_fix(modify, "evp/energy") != nullptr;
-  most_turned = 0.0;
   turning_warned = false;
-  last_build = bodies_build = -1;    // another pair style may have come to the same count
+  solver.forget_turns();
+  dampers.forget();    // another pair style may have come to the same count of builds
+  bodies.forget();
   last_iterations = most_iterations = 0;
   all_iterations = solves = 0;
 }
 
-/* ----------------------------------------------------------------------
-   a path may turn: then the velocity over the step to come is not that at the present places
-------------------------------------------------------------------------- */
-
-void FixNVEEVP::want_places()
-{
-  movers.forget();
-  bool any = movers.wanted();
-  for (int k = 0; k < modify->nfix; k++) any = any || strcmp(modify->fix[k]->style, "move") == 0;
-  if (!any || movers.wanted()) return;
-  movers.want();
-  create_attribute = 1;
-  maxexchange = EVP::MoverPlaces::SIZE;
-  movers.grow(atom->nmax);
-}
-
-/* ---------------------------------------------------------------------- */
-
-void FixNVEEVP::grow_arrays(int nmax)
-{
-  if (movers.wanted()) movers.grow(nmax);
-}
-
-void FixNVEEVP::copy_arrays(int i, int j, int /*delflag*/)
-{
-  if (movers.wanted()) movers.copy(i, j);
-}
-
-void FixNVEEVP::set_arrays(int i)
-{
-  if (movers.wanted()) movers.set(atom, domain, i);
-}
-
-int FixNVEEVP::pack_exchange(int i, double *buf)
-{
-  if (!movers.wanted()) return 0;
-  movers.pack(i, buf);
-  return EVP::MoverPlaces::SIZE;
-}
-
-int FixNVEEVP::unpack_exchange(int i, double *buf)
-{
-  if (!movers.wanted()) return 0;
-  movers.unpack(i, buf);
-  return EVP::MoverPlaces::SIZE;
-}
-
-/* ----------------------------------------------------------------------
-   what else acts on the velocities of the group would undo the solve, or be undone by it
-------------------------------------------------------------------------- */
-
+// What else acts on the velocities of the group would undo the solve, or be undone by it.
 void FixNVEEVP::check_groups() const
 {
   for (const Fix *other : modify->get_fix_list()) {
@@ -189,70 +121,29 @@ void FixNVEEVP::check_groups() const
       if (in_group(i) && (atom->mask[i] & other->groupbit)) shared = 1;
     MPI_Allreduce(&shared, &any, 1, MPI_INT, MPI_MAX, world);
     if (any)
-      error->all(
-          FLERR,
-          "Fix {} nve/evp and fix {} of style {} act on the same atoms: leave those that are "
-          "held or moved otherwise out of its group, and use fix nve/noforce for them",
-          id, other->id, other->style);
+      error->all(FLERR,
+                 "{} and fix {} of style {} act on the same atoms: leave those that are held or "
+                 "moved otherwise out of its group, and use fix nve/noforce for them",
+                 who, other->id, other->style);
   }
 }
 
-/* ---------------------------------------------------------------------- */
-
-bool FixNVEEVP::in_group(int i) const
-{
-  return atom->mask[i] & groupbit;
-}
-
-/* ----------------------------------------------------------------------
-   atoms hold the velocity of the full step: half of the kick is still to come
-------------------------------------------------------------------------- */
-
+// Atoms hold the velocity of the full step: half of the kick is still to come.
 void FixNVEEVP::setup(int vflag)
 {
   vflag_now = vflag;
   collect_dampers();
   if (balance_wanted) find_rates(0.0);
   solve_and_apply(0.5 * update->dt);
-  movers.remember(atom, domain);
+  positions.remember();
   if (forces_follow) dt_applied = 0.0;    // solve anew with what they add to f from here on
 }
 
-/* ---------------------------------------------------------------------- */
-
-void FixNVEEVP::post_force(int vflag)
-{
-  vflag_now = vflag;
-}
-
-/* ---------------------------------------------------------------------- */
-
-// no damping acts in a minimization: the virial of the last run must not stay in its pressure
-
-void FixNVEEVP::min_setup(int vflag)
-{
-  v_init(vflag);
-}
-
-void FixNVEEVP::min_post_force(int vflag)
-{
-  v_init(vflag);
-}
-
-/* ---------------------------------------------------------------------- */
-
-void FixNVEEVP::post_run()
-{
-  warn_of_turning();
-}
-
-/* ---------------------------------------------------------------------- */
-
 void FixNVEEVP::initial_integrate(int /*vflag*/)
 {
-  // the damping in f belongs to another step, or to less force: solve its second half anew
+  // the damping in f belongs to another timestep, or to less force: solve its second half anew
   if (update->dt != dt_applied) {
-    remove_applied();
+    for (size_t k = 0; k < applied.size(); k++) atom->f[0][k] -= applied[k];
     solve_and_apply(0.5 * update->dt);
   }
   kick();
@@ -261,21 +152,73 @@ void FixNVEEVP::initial_integrate(int /*vflag*/)
       for (int c = 0; c < 3; c++) atom->x[i][c] += update->dt * atom->v[i][c];
 }
 
-/* ----------------------------------------------------------------------
-   atoms hold v-: solve for v+, and leave them half way between
-------------------------------------------------------------------------- */
-
+// Atoms hold v-: solve for v+, and leave them half way between.
 void FixNVEEVP::final_integrate()
 {
   collect_dampers();
   if (balance_wanted) find_rates(update->dt);
   solve_and_apply(update->dt);
-  if (balance_wanted) find_mean_rates();
-  movers.remember(atom, domain);
+  if (balance_wanted) dampers.find_mean_rates();
+  positions.remember();
   kick();
 }
 
-/* ---------------------------------------------------------------------- */
+// At the force evaluation, and the bodies that they connect where the list is new.
+void FixNVEEVP::collect_dampers()
+{
+  dampers.clear();
+  if (!pair->damps_implicitly()) return;
+  const EVP::PairList &list = pair->packed_pairs();
+  const auto gamma_of = [this](const EVP::PackedPair &p) {
+    return pair->implicit_gamma(p);
+  };
+  if (bodies.are_due(list)) {
+    warn_of_turning();
+    bodies.find(list, groupbit, gamma_of);
+  }
+  dampers.collect(list, EVP::scene::rows(atom->x), force->newton_pair, gamma_of);
+  if (!others_groupbits) return;
+
+  // neighbors of the group may be held or moved along a path, but not follow forces of their own
+  dampers.for_each([this](int i, const EVP::Dampers::Damper &damper, double) {
+    for (const int k : {i, damper.j})
+      if (!in_group(k) && (atom->mask[k] & others_groupbits))
+        error->one(
+            FLERR,
+            "{}: atom {} interacts with its group but is integrated by another fix, whose "
+            "velocity would enter as prescribed: put it into the group of fix {}, or move it "
+            "by fix nve/noforce or fix move",
+            who, atom->tag[k], id);
+  });
+}
+
+// Opening rates over the last timestep dt, or now with dt = 0, from the velocities that atoms hold.
+void FixNVEEVP::find_rates(double dt)
+{
+  if (!pair->damps_implicitly()) return;
+  velocities.resize((size_t) 3 * (atom->nlocal + atom->nghost));
+  std::copy_n(atom->v[0], (size_t) 3 * atom->nlocal, velocities.begin());
+  if (dt > 0.0)
+    positions.for_each_mean_velocity(dt, [this](int i, int c, double mean) {
+      if (!in_group(i)) velocities[(size_t) 3 * i + c] = mean;
+    });
+  to_ghosts(velocities);
+  dampers.find_rates(velocities, dt);
+}
+
+// Collective, once per neighbor build and at the end of a run: fast turning leads to builds.
+void FixNVEEVP::warn_of_turning()
+{
+  const double angle = solver.take_largest_turn();
+  if (turning_warned || angle <= 1.01 * LARGEST_TURN) return;
+  turning_warned = true;
+  if (comm->me) return;
+  error->warning(FLERR,
+                 "{}: damped pairs turned by more than {} rad per step, {:.3g} rad before step {}, "
+                 "which the damping does not resolve: reduce the timestep to {:.4g}, or use fix "
+                 "dt/evp",
+                 who, LARGEST_TURN, angle, update->ntimestep, update->dt * LARGEST_TURN / angle);
+}
 
 void FixNVEEVP::kick()
 {
@@ -287,10 +230,7 @@ void FixNVEEVP::kick()
     }
 }
 
-/* ----------------------------------------------------------------------
-   h: the time over which the damping acts, the step or its second half
-------------------------------------------------------------------------- */
-
+// h: the time over which the damping acts, the timestep or its second half.
 void FixNVEEVP::solve_and_apply(double h)
 {
   dt_applied = update->dt;
@@ -298,54 +238,56 @@ void FixNVEEVP::solve_and_apply(double h)
   v_init(vflag_now);
   if (!pair->damps_implicitly()) return;
 
-  last_iterations = solve(h);
+  prescribed.assign(atom->v[0], atom->v[0] + (size_t) 3 * atom->nlocal);
+  if (h == update->dt)
+    positions.for_each_mean_velocity(h, [this](int i, int c, double before) {
+      double &after = prescribed[(size_t) 3 * i + c];
+      after = 2.0 * after - before;
+    });
+  last_iterations = solver.solve(h, groupbit, prescribed, applied);
   most_iterations = std::max(most_iterations, last_iterations);
   all_iterations += last_iterations;
   solves++;
 
-  store_applied(h);
-  double *f = atom->f[0];
-  for (size_t k = 0; k < applied.size(); k++) f[k] += applied[k];
+  for (size_t k = 0; k < applied.size(); k++) atom->f[0][k] += applied[k];
   tally_virial();
 }
 
-/* ---------------------------------------------------------------------- */
-
-void FixNVEEVP::remove_applied()
+// Of the damping, which the pair style left out.
+void FixNVEEVP::tally_virial()
 {
-  double *f = atom->f[0];
-  for (size_t k = 0; k < applied.size(); k++) f[k] -= applied[k];
+  if (!evflag) return;    // v_init sets no vflag_either
+
+  // per atom in two parts of three, the width of the exchange
+  Nodal shares[2];
+  if (vflag_atom)
+    for (auto &share : shares) share.assign((size_t) 3 * (atom->nlocal + atom->nghost), 0.0);
+
+  const auto x = EVP::scene::rows(atom->x);
+  dampers.for_each([&](int i, const EVP::Dampers::Damper &damper, double along) {
+    const EVP::PairGeometry g(x, i, damper.j);
+    const double *w = damper.w;
+    const double v[6] = {along * w[0] * g.dx, along * w[1] * g.dy, along * w[2] * g.dz,
+                         along * w[0] * g.dy, along * w[0] * g.dz, along * w[1] * g.dz};
+    if (vflag_global)
+      for (int c = 0; c < 6; c++) virial[c] += dampers.share(damper) * v[c];
+    if (vflag_atom)
+      for (int c = 0; c < 6; c++) {
+        shares[c / 3][(size_t) 3 * i + c % 3] += 0.5 * v[c];
+        if (dampers.takes_reaction(damper))
+          shares[c / 3][(size_t) 3 * damper.j + c % 3] += 0.5 * v[c];
+      }
+  });
+  if (!vflag_atom) return;
+  for (int part = 0; part < 2; part++) {
+    to_owners(shares[part]);
+    for (int i = 0; i < atom->nlocal; i++)
+      for (int c = 0; c < 3; c++) vatom[i][3 * part + c] += shares[part][(size_t) 3 * i + c];
+  }
 }
-
-/* ----------------------------------------------------------------------
-   f_ID: iterations of the last solve; f_ID[1], f_ID[2]: their mean and maximum in this run
-------------------------------------------------------------------------- */
-
-double FixNVEEVP::compute_scalar()
-{
-  return last_iterations;
-}
-
-/* ---------------------------------------------------------------------- */
-
-double FixNVEEVP::compute_vector(int n)
-{
-  if (n == 1) return most_iterations;
-  return solves ? (double) all_iterations / solves : 0.0;
-}
-
-/* ---------------------------------------------------------------------- */
 
 double FixNVEEVP::memory_usage()
 {
-  double bytes = (double) dampers.capacity() * sizeof(Damper);
-  bytes += (double) damper_rows.capacity() * sizeof(EVP::PackedRow);
-  bytes += movers.memory_usage() + connected.memory_usage() + bodies.memory_usage() +
-      solves_of_bodies.memory_usage();
-  for (const Nodal *nodal :
-       {&damper_scale, &last_turning, &rate_before, &rate_now, &velocities, &reaction, &applied,
-        &lowest, &last_force, &mobility, &inertia, &prescribed, &undamped, &change, &velocity,
-        &residual, &direction, &direction_product})
-    bytes += (double) nodal->capacity() * sizeof(double);
-  return bytes;
+  return dampers.memory_usage() + bodies.memory_usage() + solver.memory_usage() +
+      positions.memory_usage() + EVP::bytes_of(velocities, prescribed, applied);
 }

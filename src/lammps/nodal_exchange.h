@@ -1,6 +1,6 @@
-/* SPDX-License-Identifier: GPL-2.0-only
-
-   Values per atom between the processes, for the fixes and computes of this package. */
+// SPDX-License-Identifier: GPL-2.0-only
+//
+// Values per atom between MPI ranks, for the fixes and computes of this package and their companions.
 
 #ifndef LMP_EVP_NODAL_EXCHANGE_H
 #define LMP_EVP_NODAL_EXCHANGE_H
@@ -15,15 +15,61 @@
 #include <algorithm>
 #include <vector>
 
+namespace EVP {
+
+/// Exchanges values of atoms and their ghosts between MPI ranks. Collective.
+class GhostExchange {
+ public:
+  using Nodal = std::vector<double>;    ///< a fixed number of values per atom and ghost
+
+  /// Ghosts take the values of their owners.
+  virtual void to_ghosts(Nodal &) = 0;
+
+  /// Owners add what their ghosts hold; nothing where ghosts take no reactions.
+  virtual void to_owners(Nodal &) = 0;
+
+  /// Owners take the lowest of their values and those of their ghosts, whether ghosts take reactions or
+  /// not. Returns whether a value on this MPI rank fell.
+  virtual bool lower_owners(Nodal &) = 0;
+
+ protected:
+  ~GhostExchange() = default;
+};
+
+}    // namespace EVP
+
 namespace LAMMPS_NS {
 
 /// A Fix or Compute that exchanges values of atoms and ghosts: comm_forward of them per atom from
-/// owners to ghosts, comm_reverse of them summed from ghosts into owners; three unless it says else.
-template <class Base> class NodalExchange : public Base {
+/// owners to ghosts, comm_reverse of them from ghosts to owners; three unless it says else.
+template <class Base> class NodalExchange : public Base, public EVP::GhostExchange {
  public:
   NodalExchange(LAMMPS *lmp, int narg, char **arg) : Base(lmp, narg, arg)
   {
     this->comm_forward = this->comm_reverse = 3;
+  }
+
+  void to_ghosts(Nodal &values) override
+  {
+    exchanged = &values;
+    this->comm->forward_comm(this);
+  }
+
+  void to_owners(Nodal &values) override
+  {
+    if (!this->force->newton_pair) return;
+    exchanged = &values;
+    this->comm->reverse_comm(this);
+  }
+
+  bool lower_owners(Nodal &values) override
+  {
+    exchanged = &values;
+    lowest = true;
+    fell = false;
+    this->comm->reverse_comm(this);
+    lowest = false;
+    return fell;
   }
 
   int pack_forward_comm(int n, int *indices, double *buf, int /*pbc_flag*/, int * /*pbc*/) override
@@ -49,46 +95,13 @@ template <class Base> class NodalExchange : public Base {
   void unpack_reverse_comm(int n, int *indices, double *buf) override
   {
     const int width = this->comm_reverse;
-    if (lowest) {
-      for (int k = 0; k < n; k++)
-        fell = EVP::NodeSets::lower(exchanged->data() + (size_t) width * indices[k],
-                                    buf + (size_t) width * k, width) ||
-            fell;
-      return;
+    for (int k = 0; k < n; k++, buf += width) {
+      double *const own = values_of(indices[k], width);
+      if (lowest)
+        fell = EVP::NodeSets::lower(own, buf, width) || fell;
+      else
+        for (int c = 0; c < width; c++) own[c] += buf[c];
     }
-    for (int k = 0; k < n; k++)
-      for (int c = 0; c < width; c++)
-        (*exchanged)[(size_t) width * indices[k] + c] += buf[(size_t) width * k + c];
-  }
-
- protected:
-  using Nodal = std::vector<double>;    ///< a fixed number of values per atom and ghost
-
-  /// Collective. Ghosts take the values of their owners.
-  void to_ghosts(Nodal &values)
-  {
-    exchanged = &values;
-    this->comm->forward_comm(this);
-  }
-
-  /// Collective. Owners add what their ghosts hold; nothing where ghosts take no reactions.
-  void to_owners(Nodal &values)
-  {
-    if (!this->force->newton_pair) return;
-    exchanged = &values;
-    this->comm->reverse_comm(this);
-  }
-
-  /// Collective. Owners take the lowest of their values and those of their ghosts, whether ghosts
-  /// take reactions or not. Returns whether a value on this process fell.
-  bool lower_owners(Nodal &values)
-  {
-    exchanged = &values;
-    lowest = true;
-    fell = false;
-    this->comm->reverse_comm(this);
-    lowest = false;
-    return fell;
   }
 
  private:

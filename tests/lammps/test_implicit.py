@@ -150,7 +150,7 @@ def test_free_body_keeps_its_momenta_at_any_tolerance(lmp, tmp_path, body, ranks
 
 
 def test_flight_changes_nothing_inside(lmp, tmp_path, body):
-    """500 m/s, at the default tolerance: the residual is measured by the damping, which knows no frame. Allowed is the
+    """500 m/s, at the default tolerance: the residual is measured by the damping, which is Galilean invariant. Allowed is the
     rounding of places, 1e-16 m per metre flown, against places of 1e-2 m and steps that stretch it by K dt^2/m = 500.
     (Mutation: a target of tol |M v*| leaves the flying body with no damping at all.)"""
     write_body(tmp_path / "body.data", body)
@@ -272,7 +272,7 @@ MISUSE = {
     "unknown": ({"move": OURS + "steps 5"}, "unknown keyword 'steps'"),
     "no value": ({"move": OURS + "tol"}, "keyword tol needs a value"),
     "no pair style": ({"style": "pair_style none", "coeff": "", "fix": "", "move": OURS, "thermo": ""}, "needs pair style evp/lj"),
-    "two of them": ({"move": OURS + "\ngroup one id 1\nfix too one nve/evp"}, "is one already"),
+    "two of them": ({"move": OURS + "\ngroup one id 1\nfix too one nve/evp"}, "only one is allowed: all damping is solved as one system"),
     "respa": ({"move": OURS + "\nrun_style respa 2 2"}, "respa"),
     "same atoms": ({"move": OURS + "\ngroup one id 1\nfix too one nve"}, "act on the same atoms"),
     "neighbour by forces": ({"move": "group one id 1\ngroup rest subtract all one\nfix too one nve\nfix move rest nve/evp"},

@@ -102,7 +102,7 @@ def test_radii_that_are_sent_at_every_step_cost_no_packing(lmp):
 def test_an_overflow_in_the_implicit_solve_says_so(lmp):
     deck = HEAD + STYLE.format(alpha=1.5) + SOLVE + "set atom 7 vx 1e200\nset atom 9 vx -1e200\nrun 1\n"
     text = error_of(lmp(deck))
-    assert "velocities or forces are not numbers any more at step 0 with timestep 1e-06" in text
+    assert "non-finite (NaN or Inf) velocities or forces at step 0 with timestep 1e-06" in text
     assert "did not converge" not in text
 
 

@@ -52,7 +52,7 @@ TEST(Cg, products_are_the_plain_sums)
     Values values(n);
     const Values before = values;
     const double h = 0.3;
-    const CgProducts sums = cg_loops(Level::BASE).products(values.view(), n, h);
+    const CgProducts sums = cg_products(values.view(), n, h, Level::BASE);
     double norm = 0.0, curvature = 0.0;
     for (std::size_t k = 0; k < n; k++) {
       const double r = before.array[3][k], z = before.array[6][k];
@@ -72,7 +72,7 @@ TEST(Cg, update_is_one_step_of_the_iteration)
     Values values(n);
     const Values before = values;
     const double alpha = 0.7, beta = 0.2;
-    const double changed = cg_loops(Level::BASE).update(values.view(), n, alpha, beta);
+    const double changed = cg_update(values.view(), n, alpha, beta, Level::BASE);
     double sum = 0.0;
     for (std::size_t k = 0; k < n; k++) {
       const auto old = [&](int a) {
@@ -88,7 +88,7 @@ TEST(Cg, update_is_one_step_of_the_iteration)
       sum += old(1) * change * change;
     }
     EXPECT_NEAR(changed, sum, 1e-14 * sum);
-    EXPECT_EQ(cg_loops(Level::BASE).changed(values.view(), n), changed);
+    EXPECT_EQ(cg_changed(values.view(), n), changed);
   }
 }
 
@@ -96,14 +96,14 @@ TEST(Cg, every_instruction_set_gives_the_same_bits)
 {
   for (const std::size_t n : SIZES) {
     Values base(n);
-    const CgProducts sums = cg_loops(Level::BASE).products(base.view(), n, 0.3);
-    const double changed = cg_loops(Level::BASE).update(base.view(), n, 0.7, 0.2);
+    const CgProducts sums = cg_products(base.view(), n, 0.3, Level::BASE);
+    const double changed = cg_update(base.view(), n, 0.7, 0.2, Level::BASE);
     for (const Level level : levels()) {
       Values other(n);
-      const CgProducts same = cg_loops(level).products(other.view(), n, 0.3);
+      const CgProducts same = cg_products(other.view(), n, 0.3, level);
       EXPECT_EQ(same.norm, sums.norm);
       EXPECT_EQ(same.curvature, sums.curvature);
-      EXPECT_EQ(cg_loops(level).update(other.view(), n, 0.7, 0.2), changed);
+      EXPECT_EQ(cg_update(other.view(), n, 0.7, 0.2, level), changed);
       for (int a = 0; a < 8; a++) EXPECT_EQ(other.array[a], base.array[a]);
     }
   }
