@@ -117,7 +117,7 @@ class Laboratory:
         """Results of another program, deck, plan or measure must not be mixed with this one's."""
         mark = hashlib.sha256(subprocess.run([*lammps_command(), "-h"], stdin=subprocess.DEVNULL, capture_output=True, check=False).stdout)
         here = pathlib.Path(__file__).parent
-        sources = [*sorted(DECKS.glob("in.*")), *sorted((CHECKOUT / "src").iterdir()), CHECKOUT / "CMakeLists.txt",
+        sources = [*sorted(DECKS.glob("in.*")), *sorted((CHECKOUT / "src").glob("*/*.*")), CHECKOUT / "CMakeLists.txt",
                    *(here / name for name in ("accuracy_cases.py", "accuracy_run.py", "curves.py", "specimen.py"))]
         for path in sources:
             mark.update(path.read_bytes())
