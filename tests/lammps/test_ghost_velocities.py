@@ -10,7 +10,6 @@ from small_bodies import STIR, check_forces, dump, head, lattice_body, words, wr
 
 ROW = law.TABLE1._replace(gamma=50.0)
 LISTS = "neigh_modify every 3 delay 0 check no\n"  # ghosts of two steps in three are those of a step before
-FILES = ("all.dump", "pairs.dump")
 SHOW = """
 compute ids all property/local patom1 patom2
 compute pairs all pair/local dist force
@@ -55,9 +54,11 @@ def start(vel="no", newton="on", before="", style="", row=ROW):
     return head(newton, boundary="p p p", before=f"comm_modify vel {vel}\n" + before) + LISTS + style + BONDS
 
 
-def wrote(run, files=FILES):
-    """The dumps of a run that ended, as text: 17 digits tell any two numbers apart."""
-    return [(run.ok().folder / name).read_text(encoding="utf-8") for name in files]
+def one_after_the_other(lmp, decks, ranks):
+    """Decks by name in one process; {name: their dumps as text}: 17 digits tell any two numbers apart. Returns the run too."""
+    text = "clear\n".join(deck.replace("all.dump", f"all.{name}.dump").replace("pairs.dump", f"pairs.{name}.dump") for name, deck in decks.items())
+    run = lmp(text, ranks=ranks).ok()
+    return {name: [(run.folder / f"{dump}.{name}.dump").read_text(encoding="utf-8") for dump in ("all", "pairs")] for name in decks}, run
 
 
 @pytest.mark.parametrize("name, ranks, newton", CASES)
@@ -66,10 +67,9 @@ def test_they_are_the_same_bits_as_those_that_lammps_sends(lmp, body, name, rank
     before, style, move, tilt = SCENES[name]
     body(tilt)
     parts = {"newton": newton, "before": before, "style": style}
-    comm = wrote(lmp(start("yes", **parts) + STIR + move + RUN, ranks=ranks))
-    own = lmp(start("no", **parts) + STIR + move + RUN, ranks=ranks)
-    assert wrote(own) == comm
-    assert own.dump("all.dump")[-1].step == 120 and len(own.dump("pairs.dump")[0]["c_ids[1]"]) > 300
+    dumps, run = one_after_the_other(lmp, {vel: start(vel, **parts) + STIR + move + RUN for vel in ("yes", "no")}, ranks)
+    assert dumps["no"] == dumps["yes"]
+    assert run.dump("all.no.dump")[-1].step == 120 and len(run.dump("pairs.no.dump")[0]["c_ids[1]"]) > 300
 
 
 @pytest.mark.parametrize("ranks, newton", [(1, "off"), (4, "on")])
@@ -86,12 +86,9 @@ def test_they_are_the_velocities_of_the_owners(lmp, body, ranks, newton):
 def test_damping_matters(lmp, body):
     """Control of the tests of the same bits."""
     body()
-    ends = []
-    for row, says in ((ROW, "evp/lj: damping on"), (law.TABLE1, "evp/lj: damping off")):
-        run = lmp(start(row=row) + STIR + MOVE + RUN, ranks=2)
-        assert says in run.stdout
-        ends.append(wrote(run))
-    assert ends[0] != ends[1]
+    dumps, run = one_after_the_other(lmp, {name: start(row=row) + STIR + MOVE + RUN for name, row in (("on", ROW), ("off", law.TABLE1))}, 2)
+    assert "evp/lj: damping on" in run.stdout and "evp/lj: damping off" in run.stdout
+    assert dumps["on"] != dumps["off"]
 
 
 @pytest.mark.parametrize("vel", ["no", "yes"])
@@ -106,8 +103,9 @@ def test_images_of_a_box_that_deforms_move_with_it(lmp, tmp_path, deform, tilt, 
     vx, vz = field.split()
     flow = f"variable vx atom {vx}\nvariable vz atom {vz}\nvelocity all set v_vx NULL v_vz\n" + MOVE
     flow = start(vel) + flow.replace("NULL", "0.0") + SHOW
-    moving, resting = (lmp(flow + fix + "run 1\n", ranks=2).ok().dump("all.dump")[0].vectors("fx", "fy", "fz")
-                       for fix in (f"fix box all deform 1 {deform} remap v\n", ""))
+    decks = {name: flow + fix + "run 1\n" for name, fix in (("moving", f"fix box all deform 1 {deform} remap v\n"), ("resting", ""))}
+    run = one_after_the_other(lmp, decks, 2)[1]
+    moving, resting = (run.dump(f"all.{name}.dump")[0].vectors("fx", "fy", "fz") for name in decks)
     assert np.abs(resting).max() > 1000.0
     assert np.abs(moving).max() < 1e-6
 
@@ -117,9 +115,8 @@ def test_after_a_restart(lmp, body, ranks):
     """LAMMPS' files keep comm_modify vel: with yes, with no, and with yes that is taken back, the run goes on the same."""
     body()
     goes_on = head(start="read_restart half.restart") + LISTS + BONDS + "{}" + MOVE + RUN
-    ends = []
-    for vel in ("no", "yes"):
-        lmp(start(vel) + STIR + MOVE + "timestep 3e-7\nrun 50\nwrite_restart half.restart\n", ranks=ranks).ok()
-        ends.append(wrote(lmp(goes_on.format(""), ranks=ranks)))
-    ends.append(wrote(lmp(goes_on.format("comm_modify vel no\n"), ranks=ranks)))
-    assert ends[0] == ends[1] == ends[2]
+    decks = {vel: start(vel) + STIR + MOVE + "timestep 3e-7\nrun 50\nwrite_restart half.restart\nclear\n" + goes_on.format("")
+             for vel in ("no", "yes")}
+    decks["taken_back"] = goes_on.format("comm_modify vel no\n")
+    dumps, _ = one_after_the_other(lmp, decks, ranks)
+    assert dumps["no"] == dumps["yes"] == dumps["taken_back"]
