@@ -65,14 +65,13 @@ velocity all set v_vx v_vy v_vz
 
 
 @layouts
-def test_a_still_body_does_not_notice_a_violent_one(lmp, tmp_path, ranks, newton, processors):
+def test_a_still_body_does_not_notice_a_violent_one(lmp_decks, tmp_path, ranks, newton, processors):
     """Its motion is that without the other, to the tolerance at every dump. (With one tolerance over both its velocities
     were several times too large.)"""
     body = two_bodies()
     write_body(tmp_path / "body.data", body)
-    decks = [flight_of_two(processors, newton, without).replace("all.dump", f"without.{without}.dump") for without in ("none", "1")]
-    run = lmp("clear\n".join(decks), ranks).ok()
-    both, alone = (run.dump(f"without.{without}.dump") for without in ("none", "1"))
+    runs = lmp_decks({without: flight_of_two(processors, newton, without) for without in ("none", "1")}, ranks)
+    both, alone = (run.dump("all.dump") for run in runs.values())
     assert len(both) == len(alone) > 15
     largest = [np.abs(velocities(snapshot)).max() for snapshot in alone]
     for snapshot, same, scale in zip(both, alone, largest):

@@ -54,22 +54,20 @@ def start(vel="no", newton="on", before="", style="", row=ROW):
     return head(newton, boundary="p p p", before=f"comm_modify vel {vel}\n" + before) + LISTS + style + BONDS
 
 
-def one_after_the_other(lmp, decks, ranks):
-    """Decks by name in one process; {name: their dumps as text}: 17 digits tell any two numbers apart. Returns the run too."""
-    text = "clear\n".join(deck.replace("all.dump", f"all.{name}.dump").replace("pairs.dump", f"pairs.{name}.dump") for name, deck in decks.items())
-    run = lmp(text, ranks=ranks).ok()
-    return {name: [(run.folder / f"{dump}.{name}.dump").read_text(encoding="utf-8") for dump in ("all", "pairs")] for name in decks}, run
+def wrote(run):
+    """The dumps of a run, as text: 17 digits tell any two numbers apart."""
+    return [(run.folder / name).read_text(encoding="utf-8") for name in ("all.dump", "pairs.dump")]
 
 
 @pytest.mark.parametrize("name, ranks, newton", CASES)
-def test_they_are_the_same_bits_as_those_that_lammps_sends(lmp, body, name, ranks, newton):
+def test_they_are_the_same_bits_as_those_that_lammps_sends(lmp_decks, body, name, ranks, newton):
     """Places, velocities and forces, and the force column of compute pair/local; neighbor lists on the way, and a new set-up."""
     before, style, move, tilt = SCENES[name]
     body(tilt)
     parts = {"newton": newton, "before": before, "style": style}
-    dumps, run = one_after_the_other(lmp, {vel: start(vel, **parts) + STIR + move + RUN for vel in ("yes", "no")}, ranks)
-    assert dumps["no"] == dumps["yes"]
-    assert run.dump("all.no.dump")[-1].step == 120 and len(run.dump("pairs.no.dump")[0]["c_ids[1]"]) > 300
+    runs = lmp_decks({vel: start(vel, **parts) + STIR + move + RUN for vel in ("yes", "no")}, ranks)
+    assert wrote(runs["no"]) == wrote(runs["yes"])
+    assert runs["no"].dump("all.dump")[-1].step == 120 and len(runs["no"].dump("pairs.dump")[0]["c_ids[1]"]) > 300
 
 
 @pytest.mark.parametrize("ranks, newton", [(1, "off"), (4, "on")])
@@ -83,18 +81,19 @@ def test_they_are_the_velocities_of_the_owners(lmp, body, ranks, newton):
         check_forces(last, periodic, law.TABLE1)
 
 
-def test_damping_matters(lmp, body):
+def test_damping_matters(lmp_decks, body):
     """Control of the tests of the same bits."""
     body()
-    dumps, run = one_after_the_other(lmp, {name: start(row=row) + STIR + MOVE + RUN for name, row in (("on", ROW), ("off", law.TABLE1))}, 2)
-    assert "evp/lj: damping on" in run.stdout and "evp/lj: damping off" in run.stdout
-    assert dumps["on"] != dumps["off"]
+    runs = lmp_decks({name: start(row=row) + STIR + MOVE + RUN for name, row in (("on", ROW), ("off", law.TABLE1))}, 2)
+    for name, run in runs.items():
+        assert f"evp/lj: damping {name}" in run.stdout
+    assert wrote(runs["on"]) != wrote(runs["off"])
 
 
 @pytest.mark.parametrize("vel", ["no", "yes"])
 @pytest.mark.parametrize("deform, tilt, field", [("x erate 2000", None, "2000*x 0.0"), ("xy erate 2000", (0.01, 0.0, 0.0), "2000*y 0.0"),
                                                  ("z erate 2000", None, "0.0 2000*z")])
-def test_images_of_a_box_that_deforms_move_with_it(lmp, tmp_path, deform, tilt, field, vel):
+def test_images_of_a_box_that_deforms_move_with_it(lmp_decks, tmp_path, deform, tilt, field, vel):
     """A regular lattice that flows as its box does: the damping forces on each atom cancel. Control: not in a box that rests."""
     made = lattice_body((4, 4, 4), periodic="xyz", tilt=tilt or (0.0, 0.0, 0.0))
     grid = (np.array(list(itertools.product(range(4), repeat=3))) + 0.5) / 4.0
@@ -104,19 +103,17 @@ def test_images_of_a_box_that_deforms_move_with_it(lmp, tmp_path, deform, tilt, 
     flow = f"variable vx atom {vx}\nvariable vz atom {vz}\nvelocity all set v_vx NULL v_vz\n" + MOVE
     flow = start(vel) + flow.replace("NULL", "0.0") + SHOW
     decks = {name: flow + fix + "run 1\n" for name, fix in (("moving", f"fix box all deform 1 {deform} remap v\n"), ("resting", ""))}
-    run = one_after_the_other(lmp, decks, 2)[1]
-    moving, resting = (run.dump(f"all.{name}.dump")[0].vectors("fx", "fy", "fz") for name in decks)
+    moving, resting = (run.dump("all.dump")[0].vectors("fx", "fy", "fz") for run in lmp_decks(decks, 2).values())
     assert np.abs(resting).max() > 1000.0
     assert np.abs(moving).max() < 1e-6
 
 
 @pytest.mark.parametrize("ranks", [1, 2])
-def test_after_a_restart(lmp, body, ranks):
+def test_after_a_restart(lmp_decks, body, ranks):
     """LAMMPS' files keep comm_modify vel: with yes, with no, and with yes that is taken back, the run goes on the same."""
     body()
     goes_on = head(start="read_restart half.restart") + LISTS + BONDS + "{}" + MOVE + RUN
-    decks = {vel: start(vel) + STIR + MOVE + "timestep 3e-7\nrun 50\nwrite_restart half.restart\nclear\n" + goes_on.format("")
-             for vel in ("no", "yes")}
-    decks["taken_back"] = goes_on.format("comm_modify vel no\n")
-    dumps, _ = one_after_the_other(lmp, decks, ranks)
-    assert dumps["no"] == dumps["yes"] == dumps["taken_back"]
+    halves = {vel: start(vel) + STIR + MOVE + "timestep 3e-7\nrun 50\nwrite_restart half.restart\nclear\n" for vel in ("no", "yes")}
+    runs = lmp_decks({"no": halves["no"] + goes_on.format(""), "yes": halves["yes"] + goes_on.format(""),
+                      "taken back": halves["yes"] + goes_on.format("comm_modify vel no\n")}, ranks)
+    assert wrote(runs["no"]) == wrote(runs["yes"]) == wrote(runs["taken back"])

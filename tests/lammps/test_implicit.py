@@ -186,13 +186,12 @@ def test_order_of_fixes_changes_nothing(lmp, tmp_path, body):
         assert_same_motion(ends[0], other, mass_of(body.radius), TIGHT_RUN)
 
 
-def test_ranks_and_newton_change_nothing(lmp, tmp_path, body):
+def test_ranks_and_newton_change_nothing(lmp_decks, tmp_path, body):
     write_body(tmp_path / "body.data", body)
     mass, ends = mass_of(body.radius), []
-    decks = [flight(TIGHT, newton=newton, fast=100.0, contact="literal") + dump(f"{newton}.dump", every=40) + "run 40\n" for newton in ("on", "off")]
+    decks = {newton: flight(TIGHT, newton=newton, fast=100.0, contact="literal") + dump(every=40) + "run 40\n" for newton in ("on", "off")}
     for ranks in (1, 2, 4):
-        run = lmp("clear\n".join(decks), ranks).ok()
-        ends += [run.dump(f"{newton}.dump")[-1] for newton in ("on", "off")]
+        ends += [run.dump("all.dump")[-1] for run in lmp_decks(decks, ranks).values()]
     for end in ends[1:]:
         assert_same_motion(ends[0], end, mass, TIGHT_RUN)
 

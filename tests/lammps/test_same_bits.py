@@ -49,7 +49,7 @@ set type 2 vx 1.0
 # every one of these makes the loop take a longer path, for the sake of something that is not the body's
 LONGER = {
     "damping of another pair": {"atoms": AWAY, "rows": "pair_coeff 2 2 80 8 4 3 8 4 0.005 500 1.5"},
-    "several laws of types without atoms": {"rows": "pair_coeff 3 3 50 8 4 5 8 4 0.01 0 1.5\npair_coeff 2 3 40 8 4 5 8 4 0.01 0 1.5"},
+    "several laws, of types without atoms": {"rows": "pair_coeff 3 3 50 8 4 5 8 4 0.01 0 1.5\npair_coeff 2 3 40 8 4 5 8 4 0.01 0 1.5"},
     "energy and virial at every step": {"columns": "pe press", "every": 1},
     "values per atom at every step": {"fixes": "compute e all pe/atom\ncompute s all stress/atom NULL\ncompute es all reduce sum c_e c_s[1]\n",
                                       "columns": "c_es[1] c_es[2]", "every": 1},
@@ -67,11 +67,10 @@ def body(tmp_path):
 
 
 @pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off")])
-def test_longer_paths_give_the_same_bits(lmp, body, ranks, newton):
+def test_longer_paths_give_the_same_bits(lmp_decks, body, ranks, newton):
     decks = {"plain": {}, **LONGER}
-    run = lmp("clear\n".join(DECK.format(**{**PLAIN, "newton": newton, **parts}).replace("all.dump", f"{name.replace(' ', '_')}.dump")
-                             for name, parts in decks.items()), ranks=ranks).ok()
-    ends = {name: run.dump(f"{name.replace(' ', '_')}.dump")[-1].vectors("x", "y", "z", "vx", "vy", "vz", "fx", "fy", "fz") for name in decks}
+    runs = lmp_decks({name: DECK.format(**{**PLAIN, "newton": newton, **parts}) for name, parts in decks.items()}, ranks)
+    ends = {name: run.dump("all.dump")[-1].vectors("x", "y", "z", "vx", "vy", "vz", "fx", "fy", "fz") for name, run in runs.items()}
     assert np.abs(ends["plain"][:, 6]).max() > 100.0, "control: it is stirred"
     for name, end in ends.items():
         assert np.array_equal(ends["plain"], end), name
