@@ -123,7 +123,7 @@ def test_budget_drops_the_least_important_first():
 def test_results_cut_short_are_read_up_to_the_last_whole_line(tmp_path):
     path = tmp_path / "results.csv"
     rows = [{name: entry.get(name, "1") for name in runs.COLUMNS} for entry in sweep()]
-    runs.write_results(path, rows)
+    runs.write_csv(path, runs.COLUMNS, rows)
     whole = runs.read_results(path)
     assert len(whole) == len(rows)
     path.write_text(path.read_text()[:-3])
