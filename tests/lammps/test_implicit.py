@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from conftest import REFERENCE
 from evp import brute, curves, law
-from hostile import PARTS, SECONDS, refused, scene
+from hostile import SECONDS, refused, scene
 from small_bodies import ANOTHER_ORDER, dump, grips, head, mass_of, pair, thermo, two_groups, write_body, write_two
 
 GAMMA = 1000.0

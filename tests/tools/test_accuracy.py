@@ -3,23 +3,22 @@
 
 import csv
 import pathlib
-import subprocess
-import sys
 
+import accuracy_cost
 import numpy as np
 import pytest
 from evp import accuracy_cases as cases
 from evp import accuracy_report as report
 from evp import accuracy_run as runs
 from evp.curves import Curve
+from in_process import call
 
 CHECKOUT = pathlib.Path(__file__).resolve().parents[2]
 DOC = CHECKOUT / "doc" / "accuracy_cost.md"
 
 
 def tool(*words):
-    return subprocess.run([sys.executable, str(CHECKOUT / "tools" / "accuracy_cost.py"), *map(str, words)], stdin=subprocess.DEVNULL,
-                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, check=False, timeout=120)
+    return call(accuracy_cost.main, *words)
 
 
 def bent(strain):
