@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""What accuracy costs in time: every choice of a pull by itself, error against time, and the cheapest way to a given error.
+"""Accuracy versus run time: every choice of a pull by itself, error against time, and the recommended setting for each error.
 
     tools/accuracy_cost.py [--budget 30] [--work FOLDER] [--fresh] [--out doc/accuracy_cost.md]
     tools/accuracy_cost.py --table doc/accuracy_cost.csv --out page.md        only writes the page again

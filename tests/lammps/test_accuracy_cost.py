@@ -80,7 +80,7 @@ def test_increments_at_rest_agree(rows):
 
 def test_page_and_picture(folder):
     text = (folder / "page.md").read_text(encoding="utf-8")
-    for word in ("What to take", "How many particles", "Every choice by itself", "figures/page.png"):
+    for word in ("Recommended settings", "How many particles", "Every choice by itself", "figures/page.png"):
         assert word in text, word
     assert (folder / "figures" / "page.png").stat().st_size > 20000
 

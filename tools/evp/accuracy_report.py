@@ -130,7 +130,7 @@ def knob_tables(results):
     lines = ["## Every choice by itself\n",
              "Errors in percent, mean over the bodies (smallest to largest), against the choice that is marked *reference*; *target*: the largest error of the",
              f"stresses at {AT} against the target. Time: pulls of the baseline, median of the bodies. Equal runs in several tables show what the times are worth.",
-             "Energy: what the ledger of fix evp/energy is open by at most, over the work, on one body.\n"]
+             "Energy: largest energy imbalance in fix evp/energy, over the work, on one body.\n"]
     for name, knob in KNOBS.items():
         own = [choice for choice in results.choices.values() if choice.knob == name]
         reference = results.choices.get((name, knob.reference))
@@ -220,9 +220,9 @@ def reference_table(results):
 
 
 def recommendation(results):
-    """What to take for which error, how much cheaper it is, and what it gave on a body that the sweep never saw."""
+    """The recommended setting for each error, how much cheaper it is, and what it gave on a body that the sweep never saw."""
     recipe = results.recipe
-    lines = ["## What to take\n",
+    lines = ["## Recommended settings\n",
              f"The question: the stresses at {AT} strain of Table 2 at 1/s (figure 4 of the paper), of a body that is given. The paper's own way is {KNOBS[recipe.knob].title};",
              f"made stable by a step of {recipe.name} it takes {number(recipe.time)} pulls of the baseline. The cheapest choice that keeps each promise with a margin of {MARGIN} on every body of the sweep,",
              f"and its errors on a body that the sweep never saw (seed {cases.CHECK_SEED}):\n"]
@@ -253,11 +253,11 @@ def front(points):
 def page(results, table, picture):
     """The text of the page; table and picture: the names of its CSV and its picture."""
     machines = "; ".join(f"LAMMPS {lammps}, {processor}" for lammps, processor in results.machine)
-    lines = ["# What accuracy costs\n", f"Written by `tools/accuracy_cost.py`; its runs stand in `{table}` ({machines}). One unit of work is a pull to {100 * cases.STRAIN:g} % strain. Times are processor",
+    lines = ["# Accuracy versus run time\n", f"Written by `tools/accuracy_cost.py`; its runs stand in `{table}` ({machines}). One unit of work is a pull to {100 * cases.STRAIN:g} % strain. Times are processor",
              f"times without the start of the program, over that of the baseline, which ran beside each: Table 1, 500 spheres, {cases.BASELINE['rate']}/s, explicit, `-var dtfraction {cases.BASELINE['dtfraction']}`.\n"]
     if results.target and results.recipe:
         lines += recommendation(results) + [f"![error against time]({picture})\n",
                                             "Left: every choice on bodies of 500 spheres, largest error of all stresses and bodies against the target; errors below 0.001 % are drawn there, the front is",
-                                            "circled. Choices that change the model (open marks) are no ways to the target. Right: the number of particles, an error of its own.\n"] + reference_table(results)
+                                            "circled. Choices that change the model (open marks) are not comparable with the target. Right: the number of particles, an error of its own.\n"] + reference_table(results)
     lines += size_table(results) + knob_tables(results)
     return "\n".join(lines).rstrip() + "\n"
