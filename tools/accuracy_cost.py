@@ -48,7 +48,7 @@ def sweep(options):
 
 def write(rows, options):
     """CSV, picture and page. True unless a promise was not kept."""
-    quick = ("implicit", "5e-6 s")
+    quick = ("implicit", "1e-5 s")
     results = Results(rows, quick, quick) if options.quick else Results(rows)
     write_csv(options.out.with_suffix(".csv"), COLUMNS, rows)
     picture = options.out.parent / "figures" / (options.out.stem + ".png")
