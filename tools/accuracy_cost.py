@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""What accuracy costs in time: every choice of a pull by itself, error against time, and the cheapest way to a given error.
+"""Accuracy versus run time: every choice of a pull by itself, error against time, and the recommended setting for each error.
 
     tools/accuracy_cost.py [--budget 30] [--work FOLDER] [--fresh] [--out doc/accuracy_cost.md]
     tools/accuracy_cost.py --table doc/accuracy_cost.csv --out page.md        only writes the page again
@@ -11,7 +11,6 @@ the same name with one row per run, and figures/NAME.png. An interrupted sweep g
 given again. --budget is in minutes: what does not fit is left out, the least important first.
 """
 
-import argparse
 import pathlib
 import sys
 import time
@@ -19,8 +18,10 @@ import time
 from evp import accuracy_cases as cases
 from evp.accuracy_figure import pareto
 from evp.accuracy_report import Results, page
-from evp.accuracy_run import Laboratory, describe, read_results, run_plan, within_budget, write_results
-from evp.run import CHECKOUT, RunError, format_seconds
+from evp.accuracy_run import COLUMNS, Laboratory, describe, read_results, run_plan, within_budget
+from evp.progress import format_seconds
+from evp.report import command_line, errors_in_one_line, write_csv
+from evp.run import CHECKOUT, RunError
 
 SHARE = 0.75  # of the budget that is planned: the rest is for the check on an unseen body and for what takes longer
 
@@ -28,9 +29,9 @@ SHARE = 0.75  # of the budget that is planned: the rest is for the check on an u
 def sweep(options):
     """Runs what fits and returns all rows."""
     begin = time.monotonic()
-    laboratory = Laboratory(options.work, options.fresh)
     if options.quick:
-        return run_plan(laboratory, cases.quick_cases())
+        return run_plan(Laboratory(options.work, options.fresh, repeats=1), cases.quick_cases())
+    laboratory = Laboratory(options.work, options.fresh)
     every = [case for case in cases.all_cases() if not case.native or laboratory.has_own_build()]
     known = read_results(laboratory.results) if laboratory.results.exists() else {}
     seconds = 60.0 * options.budget
@@ -47,9 +48,9 @@ def sweep(options):
 
 def write(rows, options):
     """CSV, picture and page. True unless a promise was not kept."""
-    quick = ("implicit", "5e-6 s")
+    quick = ("implicit", "1e-5 s")
     results = Results(rows, quick, quick) if options.quick else Results(rows)
-    write_results(options.out.with_suffix(".csv"), rows)
+    write_csv(options.out.with_suffix(".csv"), COLUMNS, rows)
     picture = options.out.parent / "figures" / (options.out.stem + ".png")
     if results.target and results.recipe:
         pareto(results, picture)
@@ -61,7 +62,7 @@ def write(rows, options):
 
 
 def main(words=None):
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = command_line(__doc__)
     parser.add_argument("--budget", type=float, default=30.0, metavar="MINUTES", help="default 30")
     parser.add_argument("--work", type=pathlib.Path, default=CHECKOUT / "build" / "accuracy_cost", help="specimens and results (default: %(default)s)")
     parser.add_argument("--fresh", action="store_true", help="forget the results that --work holds")
@@ -77,10 +78,9 @@ def main(words=None):
     if options.out.suffix != ".md" or not options.out.parent.is_dir():
         parser.error(f"--out must be a .md file in a folder that is there, got {options.out}")
     try:
-        rows = list((read_results(options.table) if options.table else sweep(options)).values())
-        kept = write(rows, options)
-    except (RunError, OSError, ValueError) as error:
-        sys.exit(f"accuracy_cost.py: error: {error}")
+        with errors_in_one_line("accuracy_cost.py"):
+            rows = list((read_results(options.table) if options.table else sweep(options)).values())
+            kept = write(rows, options)
     except KeyboardInterrupt:
         sys.exit("\naccuracy_cost.py: stopped; the same command goes on from here")
     return 0 if kept else "accuracy_cost.py: a promise was not kept on the unseen body, see the page"

@@ -18,13 +18,13 @@ same run at the same rate with gamma = 0; with --rate and --specimen it also giv
 and rho c L rate expect.
 """
 
-import argparse
 import pathlib
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 
 from evp import curves, law  # noqa: E402
+from evp.report import command_line  # noqa: E402
 
 ELASTIC_END = 0.004  # strain at which the first pairs of Table 1 come to the second regime
 COLUMNS = {
@@ -52,16 +52,11 @@ def show_numbers(args):
     for path in args.curves:
         found = curves.numbers(curves.read_curve(path, args.column), args.column, args.fit)
         found["range"] = f"{found['E_from']:g}..{found['E_to']:.3g}"
-        cells = [
-            found[name].rjust(len(title)) if name == "range" else f"{found[name]:{len(title)}.5g}"
-            for name, title in COLUMNS.items()
-        ]
+        cells = [found[name].rjust(len(title)) if name == "range" else f"{found[name]:{len(title)}.5g}" for name, title in COLUMNS.items()]
         print(path.ljust(width), *cells, sep="  ")
         if found["jump_share"] > curves.JUMP_SHARE:
-            print(
-                f"NOTE: {path}: the line that E is the slope of has {found['jump_MPa']:.4g} MPa at "
-                "strain 0. Unless strong damping did it, the elastic part ends before the first rows"
-            )
+            print(f"NOTE: {path}: the line that E is the slope of has {found['jump_MPa']:.4g} MPa at "
+                  "strain 0. Unless strong damping did it, the elastic part ends before the first rows")
 
 
 def plot_curves(args):
@@ -128,9 +123,7 @@ def show_rate_shares(args):
 
 def parser():
     """The command line."""
-    top = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    top = command_line(__doc__)
     commands = top.add_subparsers(dest="command", required=True)
 
     def command(name, action, text):

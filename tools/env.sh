@@ -7,6 +7,7 @@ EVP_BUILD=$EVP_REPOSITORY/build
 export EVP_LMP=${EVP_LMP:-$EVP_BUILD/lmp}
 export EVP_MPIRUN=${EVP_MPIRUN:-mpirun}
 export PYTHONPATH=$EVP_REPOSITORY/tools${PYTHONPATH:+:$PYTHONPATH}
+export EVP_CORES=${EVP_CORES:-$(env -u OMP_NUM_THREADS nproc)}  # OMP_NUM_THREADS is set below, and nproc heeds it
 EVP_PYTHON_MODULES="numpy scipy matplotlib pytest tqdm mpmath"
 
 # Two ranks must start on any machine: one core, a container, root. Other MPIs ignore these.
@@ -15,6 +16,8 @@ export OMPI_MCA_hwloc_base_binding_policy=${OMPI_MCA_hwloc_base_binding_policy:-
 export OMPI_MCA_btl_vader_single_copy_mechanism=${OMPI_MCA_btl_vader_single_copy_mechanism:-none}
 # A single process needs no daemon beside it: starts are quicker, and a start looks no host name up.
 export OMPI_MCA_ess_singleton_isolated=${OMPI_MCA_ess_singleton_isolated:-1}
+# Ranks of one machine talk through its memory: a start that looks for no network takes half the time.
+export OMPI_MCA_pml=${OMPI_MCA_pml:-ob1}
 # Where the machine's own name does not resolve (a bare container), mpirun waits for the name server at every start.
 if ! timeout 1 getent hosts "${HOSTNAME:-localhost}" >/dev/null 2>&1; then
   export RES_OPTIONS=${RES_OPTIONS:-timeout:1 attempts:1} LOCALDOMAIN=${LOCALDOMAIN:-}
@@ -29,6 +32,14 @@ evp_cache_dir() {
   local home=${HOME:-}
   [ -n "$home" ] || home=$(getent passwd "$(id -u)" | cut -d: -f6)
   printf '%s\n' "${EVP_CACHE:-${XDG_CACHE_HOME:-${home:-/var/tmp}/.cache}/evp}"
+}
+
+# evp_configure FOLDER OPTION...: CMake of this checkout in a folder, by Ninja where it is.
+evp_configure() {
+  local folder=$1 generator=()
+  shift
+  [ -f "$folder/CMakeCache.txt" ] || ! command -v ninja >/dev/null || generator=(-G Ninja)
+  cmake -S "$EVP_REPOSITORY" -B "$folder" ${generator[@]+"${generator[@]}"} -DPython_EXECUTABLE="$PYTHON" "$@"
 }
 
 # The Python modules, of those we need, that interpreter $1 lacks.

@@ -1,50 +1,24 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Takes the protection of each hard case out of the sources, builds the plugin, and demands that the case fails.
+"""Removes the safeguard of each robustness test from the sources, builds the plugin, and checks that the test then fails.
 
-    tools/mutations.py [--only WORDS] [--keep DIR]
+    tools/mutations.py [--only WORDS]
 
 Works on a copy of the checkout, with the LAMMPS that build/ was configured for (tools/setup.sh). About ten seconds each.
-Exit code 1 if a case passes without its protection, or a line to change is no more there.
+Exit code 1 if a test passes without its safeguard, or a line to change is no more there.
 """
 
-import argparse
 import os
 import pathlib
-import re
 import shutil
-import subprocess
 import sys
 import tempfile
-import time
 
 import hard_cases as runner
-from evp.run import format_seconds
-
-CHECKOUT = pathlib.Path(__file__).resolve().parents[1]
-HOST = re.compile(r"^(LAMMPS_\w+|MPI_CXX_COMPILER|CMAKE_CXX_COMPILER):\w+=(.+)$", re.M)
-
-
-def configure(copy):
-    """CMake of the copy for the LAMMPS of this checkout's build, without tests."""
-    cache = CHECKOUT / "build" / "CMakeCache.txt"
-    if not cache.exists():
-        sys.exit("mutations.py: error: no build/CMakeCache.txt: run tools/setup.sh first")
-    words = [f"-D{name}={value}" for name, value in HOST.findall(cache.read_text(encoding="utf-8"))]
-    for part in ("src", "cmake", "CMakeLists.txt"):
-        source = CHECKOUT / part
-        (shutil.copytree if source.is_dir() else shutil.copy)(source, copy / part)
-    command(["cmake", "-S", copy, "-B", copy / "build", "-DBUILD_TESTING=OFF", *words])
-
-
-def command(words):
-    run = subprocess.run([str(word) for word in words], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
-    if run.returncode:
-        sys.exit(f"mutations.py: error: '{words[0]} ...' failed:\n{run.stdout[-3000:]}")
-
-
-def build(copy):
-    command(["cmake", "--build", copy / "build", "-j", str(os.cpu_count() or 1)])
+from evp import rebuild
+from evp.progress import watched
+from evp.report import command_line, errors_in_one_line
+from evp.run import CHECKOUT
 
 
 def survivors(scenes, mutation, ranks):
@@ -59,7 +33,7 @@ def survivors(scenes, mutation, ranks):
 
 
 def main(words=None):
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = command_line(__doc__)
     parser.add_argument("--only", default="", help="mutations whose text holds these words")
     options = parser.parse_args(words)
     sys.path.insert(0, str(CHECKOUT / "tests" / "lammps"))
@@ -69,30 +43,32 @@ def main(words=None):
     chosen = [mutation for mutation in MUTATIONS if options.only in mutation.what]
     if not chosen:
         parser.error(f"no mutation holds '{options.only}'")
-    bad, begin = [], time.monotonic()
-    with tempfile.TemporaryDirectory() as name:
+    bad = []
+    with errors_in_one_line("mutations.py"), tempfile.TemporaryDirectory() as name:
         copy = pathlib.Path(name)
-        configure(copy)
+        for part in ("src", "cmake", "CMakeLists.txt"):
+            source = CHECKOUT / part
+            (shutil.copytree if source.is_dir() else shutil.copy)(source, copy / part)
+        rebuild.configure(copy, copy / "build")
         os.environ["EVP_LMP"] = str(copy / "build" / "lmp")  # read when the scenes are loaded
         scenes = runner.load_scenes()
-        for number, mutation in enumerate(chosen):
+        for mutation in watched("mutations", chosen, lambda mutation: mutation.what):
             path = next((copy / "src").rglob(mutation.file))
             text = path.read_text(encoding="utf-8")
             if text.count(mutation.old) != mutation.times:
                 bad.append(f"{mutation.file} holds '{mutation.old}' {text.count(mutation.old)} times, not {mutation.times}")
                 continue
             path.write_text(text.replace(mutation.old, mutation.new), encoding="utf-8")
-            build(copy)
+            rebuild.build(copy / "build")
             passed, shown = survivors(scenes, mutation, 1)
             path.write_text(text, encoding="utf-8")
-            bad += [f"'{case}' passes although: {mutation.what}" for case in passed]
-            left = (time.monotonic() - begin) / (number + 1) * (len(chosen) - number - 1)
-            print(f"{number + 1}/{len(chosen)}, about {format_seconds(left)} left: {mutation.what}", *shown, sep="\n    failed, as it must: ", flush=True)
+            print(mutation.what, *shown, sep="\n    failed, as it must: ", flush=True)
+            bad += [f"'{case}' passes without its safeguard: {mutation.what}" for case in passed]
             if not passed and not shown:
-                bad.append(f"no case for: {mutation.what}")
+                bad.append(f"no test for: {mutation.what}")
     for line in bad:
         print("NOT SEEN TO FAIL: " + line)
-    print(f"{len(chosen)} mutations in {format_seconds(time.monotonic() - begin)}, {'all seen' if not bad else f'{len(bad)} NOT SEEN'}")
+    print(f"{len(chosen)} mutations, {f'{len(bad)} NOT SEEN' if bad else 'all seen'}")
     return 1 if bad else 0
 
 

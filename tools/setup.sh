@@ -133,11 +133,8 @@ fi
 done_phase
 
 phase "4/5 plugin (about half a minute)"
-generator=()
-[ -f "$EVP_BUILD/CMakeCache.txt" ] || generator=(-G Ninja)
-run_logged "configuring" cmake -S "$EVP_REPOSITORY" -B "$EVP_BUILD" ${generator[@]+"${generator[@]}"} \
-  -DCMAKE_BUILD_TYPE=Release -DLAMMPS_SOURCE_DIR="$tree" -DLAMMPS_BUILD_DIR="$lammps_build" -DPython_EXECUTABLE="$PYTHON"
-run_logged "compiling" cmake --build "$EVP_BUILD" -j "$(nproc)" --target evpplugin
+run_logged "configuring" evp_configure "$EVP_BUILD" -DCMAKE_BUILD_TYPE=Release -DLAMMPS_SOURCE_DIR="$tree" -DLAMMPS_BUILD_DIR="$lammps_build"
+run_logged "compiling" cmake --build "$EVP_BUILD" -j "$EVP_CORES" --target evpplugin
 done_phase
 
 phase "5/5 check: build/lmp is LAMMPS $lammps_date and loads the plugin"

@@ -10,7 +10,7 @@ evp_find_python
 
 cd "$EVP_REPOSITORY"
 echo "== building the tests (about half a minute)"
-cmake --build "$EVP_BUILD" -j "$(nproc)" >>"$EVP_BUILD/setup.log" 2>&1 || {
+cmake --build "$EVP_BUILD" -j "$EVP_CORES" >>"$EVP_BUILD/setup.log" 2>&1 || {
   tail -n 30 "$EVP_BUILD/setup.log" >&2
   echo "test.sh: error: the tests do not compile, see above and $EVP_BUILD/setup.log" >&2
   exit 1

@@ -53,19 +53,15 @@ asan=$(g++ -print-file-name=libasan.so)
 asan=$(readlink -f "$asan")
 [ -f "$asan" ] || die "g++ has no libasan.so"
 
+! command -v ccache >/dev/null || export CMAKE_CXX_COMPILER_LAUNCHER=ccache
 # configure FOLDER OPTION...
 configure() {
-  local folder=$1 generator=() launcher=()
-  shift
-  mkdir -p "$folder"
-  [ -f "$folder/CMakeCache.txt" ] || ! command -v ninja >/dev/null || generator=(-G Ninja)
-  ! command -v ccache >/dev/null || launcher=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
-  cmake -S "$EVP_REPOSITORY" -B "$folder" ${generator[@]+"${generator[@]}"} ${launcher[@]+"${launcher[@]}"} -DCMAKE_BUILD_TYPE=RelWithDebInfo \
-    -DCMAKE_CXX_COMPILER=g++ -DLAMMPS_SOURCE_DIR="$(cached LAMMPS_SOURCE_DIR)" \
-    -DLAMMPS_BUILD_DIR="$(cached LAMMPS_BUILD_DIR)" -DPython_EXECUTABLE="$PYTHON" "$@" >"$folder/configure.log" 2>&1 ||
-    { tail -n 20 "$folder/configure.log" >&2; die "CMake failed in $folder"; }
+  mkdir -p "$1"
+  evp_configure "$@" -DCMAKE_BUILD_TYPE=RelWithDebInfo -DCMAKE_CXX_COMPILER=g++ -DLAMMPS_SOURCE_DIR="$(cached LAMMPS_SOURCE_DIR)" \
+    -DLAMMPS_BUILD_DIR="$(cached LAMMPS_BUILD_DIR)" >"$1/configure.log" 2>&1 ||
+    { tail -n 20 "$1/configure.log" >&2; die "CMake failed in $1"; }
 }
-compile() { cmake --build "$1" -j "$(nproc)" --target "${@:2}" >"$1/compile.log" 2>&1 ||
+compile() { cmake --build "$1" -j "$EVP_CORES" --target "${@:2}" >"$1/compile.log" 2>&1 ||
   { tail -n 30 "$1/compile.log" >&2; die "the build failed in $1"; }; }
 
 reports=$work/reports

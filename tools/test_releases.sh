@@ -78,8 +78,7 @@ fi
 mkdir -p "$work/rows" "$cache"
 log=$work/log
 : >"$log"
-launcher=()
-! command -v ccache >/dev/null || launcher=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
+! command -v ccache >/dev/null || export CMAKE_CXX_COMPILER_LAUNCHER=ccache
 install_missing_packages
 cd "$EVP_REPOSITORY"
 checksum=$(cat CMakeLists.txt cmake/*.* src/*/*.* | sha256sum | cut -c1-12)
@@ -108,7 +107,7 @@ get_lammps() {
     lammps_build=$cache/lammps-$1/build-core-$2
     run_logged "configuring LAMMPS $1, $2" cmake -S "$tree/cmake" -B "$lammps_build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
       -DBUILD_SHARED_LIBS=on -DBUILD_MPI=on -DPKG_PLUGIN=on -DPKG_GRANULAR=on \
-      -DLAMMPS_SIZES="$2" ${launcher[@]+"${launcher[@]}"}
+      -DLAMMPS_SIZES="$2"
     run_logged "building LAMMPS in $lammps_build (up to 7 min)" ninja -C "$lammps_build" lmp
     touch "$lammps_build/evp-complete"
   fi
@@ -131,13 +130,11 @@ run_case() {
   date=$(lammps_date_of "$tree")
   version=$("$compiler" --version | sed -n '1s/.*[^0-9.]\([0-9][0-9]*\.[0-9.]*[0-9]\).*/\1/p')
   mkdir -p "$build"
-  local generator=() build_type=(-DCMAKE_BUILD_TYPE="$type")
-  [ -f "$build/CMakeCache.txt" ] || generator=(-G Ninja)
+  local build_type=(-DCMAKE_BUILD_TYPE="$type")
   [ "$type" != Native ] || build_type=(-DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_FLAGS=-march=native)
-  run_logged "plugin: configuring" cmake -S . -B "$build" ${generator[@]+"${generator[@]}"} "${build_type[@]}" \
-    -DCMAKE_CXX_COMPILER="$compiler" -DLAMMPS_SOURCE_DIR="$tree" -DLAMMPS_BUILD_DIR="$lammps_build" \
-    -DPython_EXECUTABLE="$PYTHON" ${launcher[@]+"${launcher[@]}"}
-  run_logged "plugin: compiling" cmake --build "$build" -j "$(nproc)"
+  run_logged "plugin: configuring" evp_configure "$build" "${build_type[@]}" -DCMAKE_CXX_COMPILER="$compiler" \
+    -DLAMMPS_SOURCE_DIR="$tree" -DLAMMPS_BUILD_DIR="$lammps_build"
+  run_logged "plugin: compiling" cmake --build "$build" -j "$EVP_CORES"
   require_release "$build/lmp" "$lammps_build" "$date"
 
   say "unit tests"
@@ -183,5 +180,5 @@ for entry in "${cases[@]}"; do
   done_phase
 done
 
-"$PYTHON" "$here/evp/releases.py" "$work" "$checksum" "$EVP_REPOSITORY/doc/releases.md" || status=1
+"$PYTHON" -m evp.releases "$work" "$checksum" "$EVP_REPOSITORY/doc/releases.md" || status=1
 exit "$status"

@@ -8,16 +8,15 @@ A bar of an FCC lattice is stretched by its starting velocities, within the firs
 dt/4 ... Differences of velocities and positions between successive dt fall as dt to the power of the order. EVP_LMP as for the tests.
 """
 
-import argparse
 import pathlib
-import subprocess
-import sys
 import tempfile
 from typing import NamedTuple
 
 import evp  # noqa: F401  before numpy
 import numpy as np
-from evp.run import CHECKOUT, RunError, lammps_command
+from evp.progress import watched
+from evp.report import add_out, command_line, errors_in_one_line, table
+from evp.run import deck_command, output_of
 
 TIME = 4.0e-5  # [s] some half a period of the bar
 
@@ -51,9 +50,8 @@ HEAD = """# Order of accuracy in the timestep size
 Written by `tools/time_order.py`: an FCC bar of {atoms} spheres that its starting velocities stretch, for {time:g} s, within the first regime. *Difference*: largest
 difference of the velocities at the end between a run with dt and one with dt/2, over the largest velocity. *Order*: log2 of how much it falls when dt is halved.
 
-| integrator | gamma [N s/m] | dt [s] | difference | order of velocities | order of positions |
-|---|---|---|---|---|---|
 """
+HEADER = ("integrator", "gamma [N s/m]", "dt [s]", "difference", "order of velocities", "order of positions")
 
 
 class Way(NamedTuple):
@@ -69,14 +67,10 @@ WAYS = (Way("nve", 0.0, 200), Way("nve", 100.0, 400), Way("nve", 1000.0, 2000),
 def end_of(way, steps, folder):
     """Positions and velocities after TIME, (2, N, 3); RunError with LAMMPS' words where the run failed."""
     style = way.style + (" tol 1e-10" if way.style == "nve/evp" else "")
-    path = folder / "in.order"
-    path.write_text(DECK.format(gamma=way.gamma, style=style, dt=TIME / steps, steps=steps), encoding="utf-8")
-    run = subprocess.run(lammps_command(1) + ["-in", str(path), "-log", "none"], cwd=folder, stdin=subprocess.DEVNULL,
-                         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, encoding="utf-8", errors="replace", check=False)
-    if run.returncode:
-        raise RunError(f"fix {way.style} with gamma {way.gamma:g} and {steps} timesteps failed; its output ends with\n" + run.stdout[-1500:])
-    table = np.loadtxt(folder / "end.dump", skiprows=9)
-    return np.stack([table[:, 1:4], table[:, 4:7]])
+    (folder / "in.order").write_text(DECK.format(gamma=way.gamma, style=style, dt=TIME / steps, steps=steps), encoding="utf-8")
+    output_of(deck_command("in.order", {}), folder, f"fix {way.style} with gamma {way.gamma:g} and {steps} timesteps")
+    columns = np.loadtxt(folder / "end.dump", skiprows=9, usecols=range(1, 7))
+    return np.stack([columns[:, :3], columns[:, 3:]])
 
 
 def measure(way, halvings, folder):
@@ -87,35 +81,28 @@ def measure(way, halvings, folder):
 
 
 def rows(way, differences):
-    """Lines of the table."""
-    text = []
+    """Rows of the table."""
     for k, (_, velocity) in enumerate(differences):
         orders = ["", ""] if k == 0 else [f"{order:.2f}" for order in np.log2(differences[k - 1] / differences[k])]
-        text.append(f"| fix {way.style} | {way.gamma:g} | {TIME / way.steps / 2**k:.3g} | {velocity:.2e} | {orders[1]} | {orders[0]} |\n")
-    return "".join(text)
+        yield f"fix {way.style}", f"{way.gamma:g}", f"{TIME / way.steps / 2**k:.3g}", f"{velocity:.2e}", *orders[::-1]
 
 
 def main(words=None):
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = command_line(__doc__)
     parser.add_argument("--halvings", type=int, default=4, help="differences per integrator (default 4)")
-    parser.add_argument("--out", type=pathlib.Path, default=CHECKOUT / "doc" / "time_order.md", help="the file to write")
+    add_out(parser, "time_order.md")
     options = parser.parse_args(words)
     if options.halvings < 2:
         parser.error("--halvings must be 2 at least")
-    text = ""
-    try:
-        with tempfile.TemporaryDirectory() as name:
-            for number, way in enumerate(WAYS, start=1):
-                differences, atoms = measure(way, options.halvings, pathlib.Path(name))
-                text += rows(way, differences)
-                print(f"time_order.py: {number}/{len(WAYS)}: fix {way.style}, gamma {way.gamma:g}", file=sys.stderr, flush=True)
-    except RunError as error:
-        sys.exit(f"time_order.py: error: {error}")
-    text = HEAD.format(time=TIME, atoms=atoms) + text
+    found = []
+    with errors_in_one_line("time_order.py"), tempfile.TemporaryDirectory() as name:
+        for way in watched("time_order.py:", WAYS, lambda way: f"fix {way.style}, gamma {way.gamma:g}"):
+            differences, atoms = measure(way, options.halvings, pathlib.Path(name))
+            found += rows(way, differences)
+    text = HEAD.format(time=TIME, atoms=atoms) + "\n".join(table(HEADER, found)) + "\n"
     options.out.write_text(text, encoding="utf-8")
     print(text, end="")
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -16,7 +16,7 @@ import pytest
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
 
 from evp import brute, law, specimen  # noqa: E402
-from lammps_run import LMP, REPOSITORY, read_dump, run_lammps  # noqa: E402
+from lammps_run import LMP, REPOSITORY, read_dump, run_decks, run_lammps  # noqa: E402
 from small_bodies import lattice_body, write_body  # noqa: E402
 
 REFERENCE = REPOSITORY / "tests" / "data" / "reference_500" / "specimen_500.data"
@@ -63,6 +63,16 @@ def lmp(tmp_path):
 
     def run(deck, ranks=1, variables=None, cwd=tmp_path, **options):
         return run_lammps(deck, ranks, variables, cwd, **options)
+
+    return run
+
+
+@pytest.fixture
+def lmp_decks(tmp_path):
+    """Runs {name: text of a deck} in one process, from the files of the test's own folder; {name: Run}."""
+
+    def run(decks, ranks=1):
+        return run_decks(decks, ranks, tmp_path)
 
     return run
 

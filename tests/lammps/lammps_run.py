@@ -4,6 +4,7 @@
 import os
 import pathlib
 import shlex
+import shutil
 import signal
 import subprocess
 from typing import NamedTuple
@@ -22,6 +23,8 @@ _ENVIRONMENT = {
     "OMPI_MCA_rmaps_base_oversubscribe": "1",
     "OMPI_MCA_hwloc_base_binding_policy": "none",
     "OMPI_MCA_btl_vader_single_copy_mechanism": "none",
+    "OMPI_MCA_pml": "ob1",  # ranks of one machine: a start looks for no network
+    "OMPI_MCA_mpi_yield_when_idle": "1",  # more ranks than cores: who waits makes room
     "OMP_NUM_THREADS": "1",
 }
 
@@ -102,6 +105,22 @@ def run_lammps(deck, ranks=1, variables=None, cwd=None, seconds=SECONDS, flags=(
         process.wait()
         raise
     return Run(process.returncode, output, cwd)
+
+
+def run_decks(decks, ranks=1, cwd=None):
+    """{name: Run} of {name: text of a deck}, one after the other in one process, which must end well. Each runs in a folder
+    of its own, which holds the files that are in cwd now. Starts of LAMMPS take longer than most runs here."""
+    cwd, mark = pathlib.Path(cwd), "---- next deck"
+    files, folders, text = [path for path in cwd.iterdir() if path.is_file()], {}, ""
+    for number, (name, deck) in enumerate(decks.items()):
+        folders[name] = cwd / f"deck{number}"
+        folders[name].mkdir(exist_ok=True)
+        for path in files:
+            shutil.copy(path, folders[name])
+        text += f'print "{mark}"\nshell cd {folders[name]}\n{deck}\nclear\n'
+    parts = run_lammps(text, ranks, None, cwd).ok().stdout.split(f"{mark}\n")[1:]
+    assert len(parts) == len(decks)
+    return {name: Run(0, part, folders[name]) for name, part in zip(decks, parts)}
 
 
 def thermo_blocks(text):

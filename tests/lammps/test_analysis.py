@@ -17,20 +17,24 @@ def local_dump(columns, name="pairs.dump", every=1):
     return f"dump pairs all local {every} {name} {columns}\ndump_modify pairs format float %.17g\n"
 
 
-@pytest.mark.parametrize("contact", ["literal", "repulsive", "none"])
 @pytest.mark.parametrize("ranks, newton", WAYS)
-def test_state_of_each_atom(lmp, bar, ranks, newton, contact):
+def test_state_of_each_atom(lmp_decks, bar, ranks, newton):
     """compute evp/state/atom: pairs recorded, share in the second regime, share beyond dlim, new pairs; the same
     counts from the sum over all pairs, exactly. A group's compute gives the same to its atoms and zero to others."""
     bar = bar._replace(bonds={pair: deq for pair, deq in bar.bonds.items() if max(pair) <= 80})
-    run = lmp(head(newton) + "group bonded id <= 80\n" + pair(contact=contact, fix="fix bonds bonded evp/bonds") + STIR + MOVE + f"""
+    decks = {contact: head(newton) + "group bonded id <= 80\n" + pair(contact=contact, fix="fix bonds bonded evp/bonds") + STIR + MOVE + """
 group low id <= 40
 compute all all evp/state/atom
 compute low low evp/state/atom
 dump all all custom 50 all.dump id x y z vx vy vz fx fy fz c_all[*] c_low[*]
 dump_modify all format float %.17g
 run 100
-""", ranks=ranks).ok()
+""" for contact in ("literal", "repulsive", "none")}
+    for contact, run in lmp_decks(decks, ranks).items():
+        check_state(run, bar, contact)
+
+
+def check_state(run, bar, contact):
     recorded = np.bincount(np.array(list(bar.bonds)).ravel() - 1, minlength=len(bar.x))
     for snapshot in run.dump("all.dump"):
         found = truth(snapshot.vectors("x", "y", "z"), snapshot.vectors("vx", "vy", "vz"), bar, contact=contact)

@@ -65,13 +65,13 @@ velocity all set v_vx v_vy v_vz
 
 
 @layouts
-def test_a_still_body_does_not_notice_a_violent_one(lmp, tmp_path, ranks, newton, processors):
+def test_a_still_body_does_not_notice_a_violent_one(lmp_decks, tmp_path, ranks, newton, processors):
     """Its motion is that without the other, to the tolerance at every dump. (With one tolerance over both its velocities
     were several times too large.)"""
     body = two_bodies()
     write_body(tmp_path / "body.data", body)
-    both = lmp(flight_of_two(processors, newton), ranks).ok().dump("all.dump")
-    alone = lmp(flight_of_two(processors, newton, without="1"), ranks).ok().dump("all.dump")
+    runs = lmp_decks({without: flight_of_two(processors, newton, without) for without in ("none", "1")}, ranks)
+    both, alone = (run.dump("all.dump") for run in runs.values())
     assert len(both) == len(alone) > 15
     largest = [np.abs(velocities(snapshot)).max() for snapshot in alone]
     for snapshot, same, scale in zip(both, alone, largest):
@@ -85,7 +85,8 @@ def test_iterations_are_those_of_the_slowest_body(lmp, tmp_path):
     the other begin one too."""
     write_body(tmp_path / "body.data", two_bodies())
     held = "neigh_modify every 1000000 delay 1000000 check no\nthermo 1\nrun 20\n"
-    found = [lmp(flight_of_two(without=without).partition("run 20")[0] + held).ok().thermo()["f_integrate"] for without in ("none", "1", "2")]
+    run = lmp("clear\n".join(flight_of_two(without=without).partition("run 20")[0] + held for without in ("none", "1", "2"))).ok()
+    found = [run.thermo(block)["f_integrate"] for block in range(3)]
     assert np.abs(found[0] - np.maximum(found[1], found[2])).max() <= 2  # one, or one a pass
     assert np.any(found[1] > found[2] + 1) or np.any(found[2] > found[1] + 1), "control"
 

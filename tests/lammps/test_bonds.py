@@ -65,17 +65,15 @@ def test_records_its_group_only(lmp, reference):
 
 
 @pytest.mark.parametrize("ranks", [1, 4])
-@pytest.mark.parametrize("contact", ["literal", "repulsive", "none"])
-def test_recorded_body_is_free_of_force(lmp, contact, ranks):
-    text = deck(contact=contact) + "dump all all custom 1 f.dump id fx fy fz\ndump_modify all format float %.17g\nrun 0\n"
-    run = lmp(text, ranks=ranks).ok()
-    largest = np.linalg.norm(run.dump("f.dump")[-1].vectors("fx", "fy", "fz"), axis=1).max()
+def test_recorded_body_is_free_of_force(lmp_decks, ranks):
+    """Control: with pairs beyond the zone on deq = R_i + R_j, the same body is pulled together."""
+    show = "dump all all custom 1 f.dump id fx fy fz\ndump_modify all format float %.17g\nrun 0\n"
+    decks = {contact: deck(contact=contact) + show for contact in ("literal", "repulsive", "none")}
+    decks["control"] = decks["literal"].replace("evp/bonds", "evp/bonds zone 1.3")
     yield_force = 8 * 4 * 80 * 0.005 / mean_deq()
-    assert largest < FORCE_FREE * yield_force
-    # control: with pairs beyond the zone on deq = R_i + R_j, the same body is pulled together
-    if contact == "literal":
-        run = lmp(text.replace("evp/bonds", "evp/bonds zone 1.3"), ranks=ranks).ok()
-        assert np.abs(run.dump("f.dump")[-1]["fx"]).max() > yield_force
+    for name, run in lmp_decks(decks, ranks).items():
+        largest = np.linalg.norm(run.dump("f.dump")[-1].vectors("fx", "fy", "fz"), axis=1).max()
+        assert largest > yield_force if name == "control" else largest < FORCE_FREE * yield_force, name
 
 
 def mean_deq():
@@ -118,7 +116,7 @@ dump f all custom 1 f.dump id fx fy fz
 
 
 @pytest.mark.parametrize("ranks", [1, 4])
-def test_runs_after_runs_do_not_record_again(lmp, ranks):
+def test_runs_after_runs_do_not_record_again(lmp_decks, ranks):
     """run 60 + run 40 is run 100 at gamma = 0, but for the order of sums in the lists built anew."""
     motion = """
 velocity all ramp vx -20 20 x 0 0.05
@@ -126,8 +124,8 @@ fix move all nve
 timestep 3e-7
 thermo 20
 """
-    split = lmp(deck(contact="literal") + motion + "run 60\nrun 40\n", ranks=ranks).ok()
-    whole = lmp(deck(contact="literal") + motion + "run 100\n", ranks=ranks).ok()
+    runs = lmp_decks({name: deck(contact="literal") + motion + run for name, run in (("split", "run 60\nrun 40\n"), ("whole", "run 100\n"))}, ranks)
+    split, whole = runs["split"], runs["whole"]
     assert split.stdout.count("recorded") == 1
     for name, values in whole.thermo().items():
         assert np.allclose(split.thermo(1)[name], values[-3:], rtol=ANOTHER_ORDER, atol=0.0), name
@@ -154,13 +152,12 @@ run 0
 
 # LAMMPS' line search of cg gives up at energy changes of 1e-8 [J], here 3e-8 m from deq at 2e7 N/m
 @pytest.mark.parametrize("style, precision", [("fire", 1e-10), ("cg", 3e-8)])
-def test_minimisation_knows_no_damping(lmp, tmp_path, style, precision):
+def test_minimisation_knows_no_damping(lmp_decks, tmp_path, style, precision):
     """gamma > 0 changes no bit of a minimisation. Two spheres with
     deq = 0.011, pulled to 0.01105, return to deq; so the minimiser does work with this style."""
     write_two(tmp_path / "two.data")
     ends = []
-    for gamma in (0, 1000):
-        text = deck(data="two.data", gamma=gamma, skin=0.002) + f"""
+    decks = {gamma: deck(data="two.data", gamma=gamma, skin=0.002) + f"""
 timestep 1e-6
 min_style {style}
 min_modify dmax 1e-4
@@ -169,8 +166,8 @@ displace_atoms all ramp x 0 0.00005 x -0.0055 0.0055
 write_dump all custom first.dump id x modify format float %.17g
 minimize 0 1e-8 1000 10000
 write_dump all custom last.dump id x modify format float %.17g
-"""
-        run = lmp(text, ranks=2).ok()
+""" for gamma in (0, 1000)}
+    for run in lmp_decks(decks, ranks=2).values():
         assert re.search(r"recorded 1 pairs", run.stdout), "recorded by the minimisation's own set-up"
         ends.append([np.diff(run.dump(f"{name}.dump")[0]["x"])[0] for name in ("first", "last")])
     assert ends[0][0] == pytest.approx(0.01105, abs=1e-12)

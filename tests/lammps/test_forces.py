@@ -4,6 +4,8 @@
 The pair style takes each pair from a packed neighbor list, on any number of ranks, with tallies and
 without; the brute force knows neither lists nor ranks. They may differ by round-off alone."""
 
+import itertools
+
 import numpy as np
 import pytest
 from conftest import Body, scattered, wavy_velocities
@@ -70,12 +72,14 @@ def tensor_sums(found, v, count):
     return virial, scale
 
 
-def run_and_compare(lmp, tmp_path, body, rows, contact, ranks, newton, boundary="f f f", zone=""):
-    periodic = np.ptp(body.box, axis=1) if "p" in boundary else None
+def deck(body, rows, contact, newton, boundary="f f f", zone=""):
     by_types = rows if isinstance(rows, dict) else {(1, 1): rows}
     coeffs = "\n".join(f"pair_coeff {a} {b} {words(row)}" for (a, b), row in by_types.items())
-    write_state(tmp_path / "state.dump", body.x, body.v, body.box)
-    run = lmp(head(newton, boundary, f"read_data {body.data}") + DECK.format(contact=contact, coeffs=coeffs, zone=zone), ranks=ranks).ok()
+    return head(newton, boundary, f"read_data {body.data}") + DECK.format(contact=contact, coeffs=coeffs, zone=zone)
+
+
+def compare(run, body, rows, contact, periodic=None):
+    """periodic: the lengths of a box that is."""
     table = run.thermo()
     steps = run.dump("forces.dump")
     tallied = {snapshot.step: snapshot for snapshot in run.dump("tallies.dump")}
@@ -123,25 +127,37 @@ def assert_rich(truth, contact):
     assert (truth["new_contacts"] > 3) == (contact != "none")
 
 
-@pytest.mark.parametrize("gamma", [0.0, 1000.0])
-@pytest.mark.parametrize("newton", ["on", "off"])
+@pytest.fixture
+def state(tmp_path):
+    """Writes the state of a body that the decks read."""
+    return lambda body: write_state(tmp_path / "state.dump", body.x, body.v, body.box)
+
+
 @pytest.mark.parametrize("ranks", [1, 2, 4])
-def test_pulled_body(lmp, tmp_path, pulled_body, ranks, newton, gamma):
-    row = law.TABLE1._replace(gamma=gamma)
-    assert_rich(run_and_compare(lmp, tmp_path, pulled_body, row, "literal", ranks, newton), "literal")
+def test_pulled_body(lmp_decks, state, pulled_body, ranks):
+    state(pulled_body)
+    rows = {gamma: law.TABLE1._replace(gamma=gamma) for gamma in (0.0, 1000.0)}
+    choices = itertools.product(rows, ("on", "off"))
+    runs = lmp_decks({(gamma, newton): deck(pulled_body, rows[gamma], "literal", newton) for gamma, newton in choices}, ranks)
+    for (gamma, _), run in runs.items():
+        assert_rich(compare(run, pulled_body, rows[gamma], "literal"), "literal")
 
 
 @pytest.mark.parametrize("ranks, newton", [(1, "on"), (4, "off")])
-@pytest.mark.parametrize("contact", ["literal", "repulsive", "none"])
-def test_contact_modes(lmp, tmp_path, pulled_body, contact, ranks, newton):
+def test_contact_modes(lmp_decks, state, pulled_body, ranks, newton):
     body = pulled_body._replace(x=scattered(pulled_body.x, pulled_body.bonds, pulled_body.radius))
-    assert_rich(run_and_compare(lmp, tmp_path, body, law.TABLE2, contact, ranks, newton), contact)
+    state(body)
+    runs = lmp_decks({contact: deck(body, law.TABLE2, contact, newton) for contact in ("literal", "repulsive", "none")}, ranks)
+    for contact, run in runs.items():
+        assert_rich(compare(run, body, law.TABLE2, contact), contact)
 
 
-@pytest.mark.parametrize("contact", ["literal", "repulsive"])
 @pytest.mark.parametrize("ranks, newton", [(1, "on"), (1, "off"), (2, "off"), (4, "on")])
-def test_two_types_in_a_periodic_box(lmp, tmp_path, periodic_body, ranks, newton, contact):
-    truth = run_and_compare(lmp, tmp_path, periodic_body, UNLIKE, contact, ranks, newton, "p p p", "zone 1.3")
-    spans = np.abs(periodic_body.x[truth["i"]] - periodic_body.x[truth["j"]]).max(axis=1)
-    assert np.sum(spans > 0.03) > 100, "control: bonds cross the boundary"
-    assert_rich(truth, contact)
+def test_two_types_in_a_periodic_box(lmp_decks, state, periodic_body, ranks, newton):
+    state(periodic_body)
+    runs = lmp_decks({contact: deck(periodic_body, UNLIKE, contact, newton, "p p p", "zone 1.3") for contact in ("literal", "repulsive")}, ranks)
+    for contact, run in runs.items():
+        truth = compare(run, periodic_body, UNLIKE, contact, np.ptp(periodic_body.box, axis=1))
+        spans = np.abs(periodic_body.x[truth["i"]] - periodic_body.x[truth["j"]]).max(axis=1)
+        assert np.sum(spans > 0.03) > 100, "control: bonds cross the boundary"
+        assert_rich(truth, contact)

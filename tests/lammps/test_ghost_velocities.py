@@ -10,7 +10,6 @@ from small_bodies import STIR, check_forces, dump, head, lattice_body, words, wr
 
 ROW = law.TABLE1._replace(gamma=50.0)
 LISTS = "neigh_modify every 3 delay 0 check no\n"  # ghosts of two steps in three are those of a step before
-FILES = ("all.dump", "pairs.dump")
 SHOW = """
 compute ids all property/local patom1 patom2
 compute pairs all pair/local dist force
@@ -33,17 +32,16 @@ SCENES = {
     "hybrid/overlay": ("", OVERLAY, MOVE, None),
     "fix nve/evp on a part": ("", "", "group half id <= 40\ngroup rest subtract all half\nfix move half nve/evp\nfix way rest nve/noforce\n", None),
 }
-FEW = [(1, "on"), (2, "off"), (4, "on")]
-CASES = [(name, *way) for name in SCENES for way in (itertools.product((1, 2, 4), ("on", "off")) if name == "periodic" else FEW)]
+FEW = [(1, "on"), (2, "off"), (4, "on")]  # ways of all scenes but the periodic one, which goes all ways
 
 
 @pytest.fixture
 def body(tmp_path):
     """Writes the periodic body, of this tilt."""
 
-    def write(tilt=None):
+    def write(tilt=None, name="body.data"):
         made = lattice_body((5, 4, 4), periodic="xyz", tilt=tilt or (0.0, 0.0, 0.0))
-        write_body(tmp_path / "body.data", made, tilt)
+        write_body(tmp_path / name, made, tilt)
         return made
 
     return write
@@ -55,21 +53,26 @@ def start(vel="no", newton="on", before="", style="", row=ROW):
     return head(newton, boundary="p p p", before=f"comm_modify vel {vel}\n" + before) + LISTS + style + BONDS
 
 
-def wrote(run, files=FILES):
-    """The dumps of a run that ended, as text: 17 digits tell any two numbers apart."""
-    return [(run.ok().folder / name).read_text(encoding="utf-8") for name in files]
+def wrote(run):
+    """The dumps of a run, as text: 17 digits tell any two numbers apart."""
+    return [(run.folder / name).read_text(encoding="utf-8") for name in ("all.dump", "pairs.dump")]
 
 
-@pytest.mark.parametrize("name, ranks, newton", CASES)
-def test_they_are_the_same_bits_as_those_that_lammps_sends(lmp, body, name, ranks, newton):
+@pytest.mark.parametrize("ranks, newton", itertools.product((1, 2, 4), ("on", "off")))
+def test_they_are_the_same_bits_as_those_that_lammps_sends(lmp_decks, body, ranks, newton):
     """Places, velocities and forces, and the force column of compute pair/local; neighbor lists on the way, and a new set-up."""
-    before, style, move, tilt = SCENES[name]
-    body(tilt)
-    parts = {"newton": newton, "before": before, "style": style}
-    comm = wrote(lmp(start("yes", **parts) + STIR + move + RUN, ranks=ranks))
-    own = lmp(start("no", **parts) + STIR + move + RUN, ranks=ranks)
-    assert wrote(own) == comm
-    assert own.dump("all.dump")[-1].step == 120 and len(own.dump("pairs.dump")[0]["c_ids[1]"]) > 300
+    scenes, decks = [name for name in SCENES if name == "periodic" or (ranks, newton) in FEW], {}
+    for number, name in enumerate(scenes):
+        before, style, move, tilt = SCENES[name]
+        body(tilt, f"body.{number}")
+        for vel in ("yes", "no"):
+            deck = start(vel, newton=newton, before=before, style=style) + STIR + move + RUN
+            decks[name, vel] = deck.replace("body.data", f"body.{number}")
+    runs = lmp_decks(decks, ranks)
+    for name in scenes:
+        own = runs[name, "no"]
+        assert wrote(own) == wrote(runs[name, "yes"]), name
+        assert own.dump("all.dump")[-1].step == 120 and len(own.dump("pairs.dump")[0]["c_ids[1]"]) > 300, name
 
 
 @pytest.mark.parametrize("ranks, newton", [(1, "off"), (4, "on")])
@@ -83,21 +86,19 @@ def test_they_are_the_velocities_of_the_owners(lmp, body, ranks, newton):
         check_forces(last, periodic, law.TABLE1)
 
 
-def test_damping_matters(lmp, body):
+def test_damping_matters(lmp_decks, body):
     """Control of the tests of the same bits."""
     body()
-    ends = []
-    for row, says in ((ROW, "evp/lj: damping on"), (law.TABLE1, "evp/lj: damping off")):
-        run = lmp(start(row=row) + STIR + MOVE + RUN, ranks=2)
-        assert says in run.stdout
-        ends.append(wrote(run))
-    assert ends[0] != ends[1]
+    runs = lmp_decks({name: start(row=row) + STIR + MOVE + RUN for name, row in (("on", ROW), ("off", law.TABLE1))}, 2)
+    for name, run in runs.items():
+        assert f"evp/lj: damping {name}" in run.stdout
+    assert wrote(runs["on"]) != wrote(runs["off"])
 
 
 @pytest.mark.parametrize("vel", ["no", "yes"])
 @pytest.mark.parametrize("deform, tilt, field", [("x erate 2000", None, "2000*x 0.0"), ("xy erate 2000", (0.01, 0.0, 0.0), "2000*y 0.0"),
                                                  ("z erate 2000", None, "0.0 2000*z")])
-def test_images_of_a_box_that_deforms_move_with_it(lmp, tmp_path, deform, tilt, field, vel):
+def test_images_of_a_box_that_deforms_move_with_it(lmp_decks, tmp_path, deform, tilt, field, vel):
     """A regular lattice that flows as its box does: the damping forces on each atom cancel. Control: not in a box that rests."""
     made = lattice_body((4, 4, 4), periodic="xyz", tilt=tilt or (0.0, 0.0, 0.0))
     grid = (np.array(list(itertools.product(range(4), repeat=3))) + 0.5) / 4.0
@@ -106,20 +107,18 @@ def test_images_of_a_box_that_deforms_move_with_it(lmp, tmp_path, deform, tilt, 
     vx, vz = field.split()
     flow = f"variable vx atom {vx}\nvariable vz atom {vz}\nvelocity all set v_vx NULL v_vz\n" + MOVE
     flow = start(vel) + flow.replace("NULL", "0.0") + SHOW
-    moving, resting = (lmp(flow + fix + "run 1\n", ranks=2).ok().dump("all.dump")[0].vectors("fx", "fy", "fz")
-                       for fix in (f"fix box all deform 1 {deform} remap v\n", ""))
+    decks = {name: flow + fix + "run 1\n" for name, fix in (("moving", f"fix box all deform 1 {deform} remap v\n"), ("resting", ""))}
+    moving, resting = (run.dump("all.dump")[0].vectors("fx", "fy", "fz") for run in lmp_decks(decks, 2).values())
     assert np.abs(resting).max() > 1000.0
     assert np.abs(moving).max() < 1e-6
 
 
 @pytest.mark.parametrize("ranks", [1, 2])
-def test_after_a_restart(lmp, body, ranks):
+def test_after_a_restart(lmp_decks, body, ranks):
     """LAMMPS' files keep comm_modify vel: with yes, with no, and with yes that is taken back, the run goes on the same."""
     body()
     goes_on = head(start="read_restart half.restart") + LISTS + BONDS + "{}" + MOVE + RUN
-    ends = []
-    for vel in ("no", "yes"):
-        lmp(start(vel) + STIR + MOVE + "timestep 3e-7\nrun 50\nwrite_restart half.restart\n", ranks=ranks).ok()
-        ends.append(wrote(lmp(goes_on.format(""), ranks=ranks)))
-    ends.append(wrote(lmp(goes_on.format("comm_modify vel no\n"), ranks=ranks)))
-    assert ends[0] == ends[1] == ends[2]
+    halves = {vel: start(vel) + STIR + MOVE + "timestep 3e-7\nrun 50\nwrite_restart half.restart\nclear\n" for vel in ("no", "yes")}
+    runs = lmp_decks({"no": halves["no"] + goes_on.format(""), "yes": halves["yes"] + goes_on.format(""),
+                      "taken back": halves["yes"] + goes_on.format("comm_modify vel no\n")}, ranks)
+    assert wrote(runs["no"]) == wrote(runs["yes"]) == wrote(runs["taken back"])

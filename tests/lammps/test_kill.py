@@ -13,7 +13,7 @@ from lammps_run import LMP, MPIRUN, SECONDS, run_lammps, thermo_blocks
 from lammps_run import _ENVIRONMENT as ENVIRONMENT
 from small_bodies import MOVE, check_forces, head, lattice_body, pair, write_body
 
-TOTAL, EVERY = 2000, 10  # steps of the run, and from one restart file to the next
+TOTAL, EVERY = 1200, 10  # steps of the run, and from one restart file to the next
 TRIES = 5
 KILLS = 10
 END_OF_FILE = b"LammpS RestartT"  # LAMMPS' own mark, the last thing that it writes

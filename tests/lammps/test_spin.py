@@ -29,13 +29,16 @@ thermo {every}
 """ + thermo("time dt v_d v_w v_l ke f_energy f_energy[6] f_bonds[2]")
 
 
-def spin_pair(lmp, folder, gamma, spin, angle, time, style="nve/evp", ranks=1, newton="on", boundary="f f f", more=""):
-    """Thermo of a pair that spins about z, 20 rows; angle: w dt."""
-    write_two(folder / "body.data", GAP, (RADIUS, RADIUS))
+def spin_deck(gamma, spin, angle, time, style="nve/evp", newton="on", boundary="f f f", more=""):
+    """A pair that spins about z, 20 rows; angle: w dt."""
     steps = 20 * int(np.ceil(time * spin / angle / 20))
     text = head(newton, boundary, skin=0.001) + pair(ROW._replace(gamma=gamma), "none")
-    text += SPIN.format(spin=spin, style=style, every=steps // 20) + f"timestep {angle / spin:.17g}\n{more}\nrun {steps}\n"
-    return lmp(text, ranks).ok()
+    return text + SPIN.format(spin=spin, style=style, every=steps // 20) + f"timestep {angle / spin:.17g}\n{more}\nrun {steps}\n"
+
+
+def spin_pair(lmp, folder, *choices, ranks=1, **more):
+    write_two(folder / "body.data", GAP, (RADIUS, RADIUS))
+    return lmp(spin_deck(*choices, **more), ranks).ok()
 
 
 def strain_over_centrifugal(table):
@@ -44,20 +47,22 @@ def strain_over_centrifugal(table):
     return strain[1:] / (0.5 * MASS * table["v_w"][1:] ** 2 / STIFFNESS)
 
 
-@pytest.mark.parametrize("gamma, spin, angle", [(600.0, 2500.0, 0.15), (600.0, 4000.0, 0.06), (4e4, 900.0, 0.15), (4e4, 2500.0, 0.03), (2e6, 900.0, 0.1)])
-def test_pair_that_spins_has_its_centrifugal_strain(lmp, tmp_path, gamma, spin, angle):
+def test_pair_that_spins_has_its_centrifugal_strain(lmp_decks, tmp_path):
     """After eight times the time gamma/K in which it settles. (With the velocity along the old direction it is gamma w^2 dt/2K,
     100 to 1e6 times too large.)"""
-    table = spin_pair(lmp, tmp_path, gamma, spin, angle, 8.0 * gamma / STIFFNESS).thermo()
-    ratio = strain_over_centrifugal(table)
-    assert ratio[-1] == pytest.approx(1.0, abs=WITHIN)
-    assert table["f_bonds[2]"].max() == 0
-    assert np.abs(table["v_l"] / table["v_l"][0] - 1.0).max() < 1e-10
-    assert np.abs(table["f_energy"]).max() < LEDGER * table["KinEng"][0]
-    assert table["f_energy[6]"].min() >= 0.0 and np.all(np.diff(table["f_energy[6]"]) >= 0.0)
-    # what it takes to stretch a spring by a damper: as much as is stored
-    stored = 0.5 * STIFFNESS * (table["v_d"][-1] - GAP) ** 2
-    assert table["f_energy[6]"][-1] == pytest.approx(stored, rel=0.6), "control: damping acts"
+    write_two(tmp_path / "body.data", GAP, (RADIUS, RADIUS))
+    choices = [(600.0, 2500.0, 0.15), (600.0, 4000.0, 0.06), (4e4, 900.0, 0.15), (4e4, 2500.0, 0.03), (2e6, 900.0, 0.1)]
+    decks = {(gamma, spin, angle): spin_deck(gamma, spin, angle, 8.0 * gamma / STIFFNESS) for gamma, spin, angle in choices}
+    for choice, run in lmp_decks(decks).items():
+        table = run.thermo()
+        assert strain_over_centrifugal(table)[-1] == pytest.approx(1.0, abs=WITHIN), choice
+        assert table["f_bonds[2]"].max() == 0
+        assert np.abs(table["v_l"] / table["v_l"][0] - 1.0).max() < 1e-10, choice
+        assert np.abs(table["f_energy"]).max() < LEDGER * table["KinEng"][0], choice
+        assert table["f_energy[6]"].min() >= 0.0 and np.all(np.diff(table["f_energy[6]"]) >= 0.0), choice
+        # what it takes to stretch a spring by a damper: as much as is stored
+        stored = 0.5 * STIFFNESS * (table["v_d"][-1] - GAP) ** 2
+        assert table["f_energy[6]"][-1] == pytest.approx(stored, rel=0.6), "control: damping acts"
 
 
 @pytest.mark.parametrize("step", [2e-8, 4e-8])
@@ -137,19 +142,21 @@ thermo {every}
 
 
 @pytest.mark.parametrize("gamma, angle, ranks, newton", [(1e3, 0.01, 1, "on"), (2e4, 0.008, 1, "off"), (2e4, 0.008, 2, "on"), (5e5, 0.002, 1, "on")])
-@pytest.mark.parametrize("first", ["move", "nve/evp"])
-def test_atom_that_turns_with_a_moved_one(lmp, tmp_path, gamma, angle, ranks, newton, first):
+def test_atom_that_turns_with_a_moved_one(lmp_decks, tmp_path, gamma, angle, ranks, newton):
     """A turntable: sphere 1 is moved along a circle by fix move rotate, sphere 2 outside it is free. The moved one enters with its velocity
     over the step, not with that at its place: the strain is m w^2 r d/(K d^2). (It was too large by gamma dt/2m.)"""
     spin, inner = 400.0, 0.018
     x = np.array([[inner, 0.0, 0.0], [inner + GAP, 0.0, 0.0]])
     write_data(tmp_path / "body.data", x, (RADIUS, RADIUS), [[-0.2, 0.2]] * 3)
-    fixes = {"move": f"fix turn grip move rotate 0 0 0 0 0 1 {2.0 * np.pi / spin:.17g}", "nve/evp": "fix integrate free nve/evp"}
-    lines = "\n".join([fixes.pop(first), *fixes.values(), "fix energy all evp/energy"])
+    fixes = [f"fix turn grip move rotate 0 0 0 0 0 1 {2.0 * np.pi / spin:.17g}", "fix integrate free nve/evp"]
     steps = int(np.ceil(8.0 * gamma / STIFFNESS * spin / angle / 20)) * 20
     text = head(newton, skin=0.001) + pair(ROW._replace(gamma=gamma), "none")
-    text += TURNTABLE.format(spin=spin, fixes=lines, step=angle / spin, every=steps // 20) + f"run {steps}\n"
-    table = lmp(text, ranks).ok().thermo()
-    strain = table["v_d"] / GAP - 1.0
-    assert strain[-1] == pytest.approx(MASS * spin**2 * (inner + GAP) / (STIFFNESS * GAP), rel=WITHIN)
-    assert np.abs(table["f_energy"]).max() < LEDGER * table["KinEng"][0]
+    decks = {}
+    for first, second in (fixes, fixes[::-1]):
+        lines = f"{first}\n{second}\nfix energy all evp/energy"
+        decks[first] = text + TURNTABLE.format(spin=spin, fixes=lines, step=angle / spin, every=steps // 20) + f"run {steps}\n"
+    for first, run in lmp_decks(decks, ranks).items():
+        table = run.thermo()
+        strain = table["v_d"] / GAP - 1.0
+        assert strain[-1] == pytest.approx(MASS * spin**2 * (inner + GAP) / (STIFFNESS * GAP), rel=WITHIN), first
+        assert np.abs(table["f_energy"]).max() < LEDGER * table["KinEng"][0], first

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""What a scene does not call for costs nothing, and one line at set-up says so; what looks like a mistake is warned of."""
+"""Inactive effects cost nothing, and one line at set-up says so; what looks like a mistake is warned of."""
+
+import itertools
 
 import numpy as np
 import pytest
@@ -29,30 +31,36 @@ NO_FIX = "no fix evp/bonds: every pair has deq = R_i + R_j"
 
 
 @pytest.fixture
-def run(lmp, tmp_path):
+def run(row, lmp):
+    def start(*words, ranks=1, **choices):
+        return lmp(deck(*words, **choices), ranks=ranks)
+
+    return start
+
+
+@pytest.fixture
+def row(tmp_path):
+    """A row of spheres, as row.data."""
     place = np.array([[0.0104 * k, 0.0, 0.0] for k in range(6)])
     write_data(tmp_path / "row.data", place, np.full(6, 0.005), [[-0.05, 0.1], [-0.05, 0.05], [-0.05, 0.05]])
 
-    def start(style="", coeff=TABLE1, fix=FIX, before="", after="", ranks=1):
-        return lmp(before + DECK.format(style=style, coeff=coeff, fix=fix) + after, ranks=ranks)
 
-    return start
+def deck(style="", coeff=TABLE1, fix=FIX, after=""):
+    return DECK.format(style=style, coeff=coeff, fix=fix) + after
 
 
 def lines(result):
     return [line for line in result.ok().stdout.splitlines() if line.startswith("evp/lj: ")]
 
 
-@pytest.mark.parametrize("style, contact", [("", "literal"), ("contact literal", "literal"), ("contact repulsive", "repulsive"),
-                                            ("contact none", "none")])
-@pytest.mark.parametrize("fix", [FIX, ""])
-@pytest.mark.parametrize("coeff, damping", [(TABLE1, "damping off"), (TABLE2, "damping on")])
-def test_one_line_says_what_is_on(run, style, contact, fix, coeff, damping):
-    found = lines(run(style, coeff, fix, after="run 1\n", ranks=2))
-    assert len(found) == 1, "once, though there are two runs"
-    for part in (damping, f"new contacts {contact}", "deq of bonds from fix bonds" if fix else NO_FIX,
-                 "overlap warned of beyond 0.3 (R_i + R_j)"):
-        assert part in found[0]
+def test_one_line_says_what_is_on(row, lmp_decks):
+    choices = list(itertools.product(("", "contact literal", "contact repulsive", "contact none"), (TABLE1, TABLE2), (FIX, "")))
+    for (style, coeff, fix), run in lmp_decks({choice: deck(*choice, after="run 1\n") for choice in choices}, ranks=2).items():
+        found = lines(run)
+        assert len(found) == 1, "once, though there are two runs"
+        for part in ("damping on" if coeff == TABLE2 else "damping off", f"new contacts {style.split()[-1] if style else 'literal'}",
+                     "deq of bonds from fix bonds" if fix else NO_FIX, "overlap warned of beyond 0.3 (R_i + R_j)"):
+            assert part in found[0], (style, coeff, fix)
 
 
 def test_a_change_is_said_again(run):
@@ -77,20 +85,23 @@ def test_contact_none_without_the_fix_warns_that_nothing_acts(run):
     assert not any(text in w for w in run("contact repulsive", fix="").ok().warnings())
 
 
-def test_small_alpha_with_literal_contacts_is_warned_of(run):
-    for style, alpha, expected in (("", 1.1, 1), ("", 1.39, 1), ("", 1.4, 0), ("contact none", 1.1, 0)):
-        warned = [w for w in run(style, TABLE1.replace("1.5", str(alpha))).warnings() if "is below 1.4" in w]
+def test_small_alpha_with_literal_contacts_is_warned_of(row, lmp_decks):
+    choices = {("", 1.1): 1, ("", 1.39): 1, ("", 1.4): 0, ("contact none", 1.1): 0}
+    runs = lmp_decks({(style, alpha): deck(style, TABLE1.replace("1.5", str(alpha))) for style, alpha in choices})
+    for (style, alpha), expected in choices.items():
+        warned = [w for w in runs[style, alpha].warnings() if "is below 1.4" in w]
         assert len(warned) == expected, (style, alpha)
         assert not expected or f"alpha = {alpha} is below 1.4" in warned[0]
 
 
 @pytest.mark.parametrize("ranks", [1, 2])
-@pytest.mark.parametrize("overlap, expected", [("", 2), ("overlap 0.05", 3), ("overlap 0.6", 0)])
-def test_overlap_is_counted_and_warned_of_once(lmp, tmp_path, run, overlap, expected, ranks):
+def test_overlap_is_counted_and_warned_of_once(tmp_path, lmp_decks, ranks):
     """Pairs at 0.5, 0.6 and 0.9 of R_i + R_j, far from each other."""
     place = [[0.00, 0, 0], [0.005, 0, 0], [0.04, 0, 0], [0.046, 0, 0], [0.08, 0, 0], [0.089, 0, 0]]
     write_data(tmp_path / "row.data", np.array(place), np.full(6, 0.005), [[-0.05, 0.1], [-0.05, 0.05], [-0.05, 0.05]])
-    warned = [w for w in run(overlap, after="run 3\n", ranks=ranks).ok().warnings() if "overlap by more than" in w]
-    assert len(warned) == (2 if expected else 0), "once per run, by one rank"
-    if expected:
-        assert f"{expected} pairs overlap by more than {overlap.split()[-1] if overlap else 0.3} (R_i + R_j)" in warned[0]
+    expected = {"": 2, "overlap 0.05": 3, "overlap 0.6": 0}
+    for overlap, run in lmp_decks({overlap: deck(overlap, after="run 3\n") for overlap in expected}, ranks).items():
+        warned = [w for w in run.warnings() if "overlap by more than" in w]
+        assert len(warned) == (2 if expected[overlap] else 0), "once per run, by one rank"
+        if expected[overlap]:
+            assert f"{expected[overlap]} pairs overlap by more than {overlap.split()[-1] if overlap else 0.3} (R_i + R_j)" in warned[0]

@@ -3,23 +3,22 @@
 
 import csv
 import pathlib
-import subprocess
-import sys
 
+import accuracy_cost
 import numpy as np
 import pytest
 from evp import accuracy_cases as cases
 from evp import accuracy_report as report
 from evp import accuracy_run as runs
 from evp.curves import Curve
+from in_process import call
 
 CHECKOUT = pathlib.Path(__file__).resolve().parents[2]
 DOC = CHECKOUT / "doc" / "accuracy_cost.md"
 
 
 def tool(*words):
-    return subprocess.run([sys.executable, str(CHECKOUT / "tools" / "accuracy_cost.py"), *map(str, words)], stdin=subprocess.DEVNULL,
-                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, check=False, timeout=120)
+    return call(accuracy_cost.main, *words)
 
 
 def bent(strain):
@@ -123,7 +122,7 @@ def test_budget_drops_the_least_important_first():
 def test_results_cut_short_are_read_up_to_the_last_whole_line(tmp_path):
     path = tmp_path / "results.csv"
     rows = [{name: entry.get(name, "1") for name in runs.COLUMNS} for entry in sweep()]
-    runs.write_results(path, rows)
+    runs.write_csv(path, runs.COLUMNS, rows)
     whole = runs.read_results(path)
     assert len(whole) == len(rows)
     path.write_text(path.read_text()[:-3])

@@ -1,15 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """tools/curves.py: numbers of curves that are known in closed form, and its refusals."""
 
-import pathlib
-import subprocess
-import sys
-
+import curves as tool
 import numpy as np
 import pytest
 from evp import curves
-
-COMMAND = pathlib.Path(__file__).resolve().parents[2] / "tools" / "curves.py"
+from in_process import call
 
 # A bilinear curve: slope E to the strain BEND, slope H beyond. The line offset by 0.2 % meets it
 # where E BEND + H (s - BEND) = E (s - 0.002).
@@ -110,8 +106,7 @@ def test_bad_files_are_refused_by_name(tmp_path, text, rule):
 
 
 def command(*words):
-    words = [sys.executable, COMMAND, *map(str, words)]
-    return subprocess.run(words, capture_output=True, text=True, check=False)
+    return call(tool.main, *words)
 
 
 def test_command_prints_the_numbers_and_draws(tmp_path):

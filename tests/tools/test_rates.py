@@ -2,16 +2,14 @@
 """tools/evp/rates.py and `curves.py rate`: curves with known shares, closed form 8, refusals."""
 
 import itertools
-import pathlib
 import re
-import subprocess
-import sys
 
+import curves as tool
 import numpy as np
 import pytest
 from evp import brute, curves, law, rates, specimen
+from in_process import call
 
-COMMAND = pathlib.Path(__file__).resolve().parents[2] / "tools" / "curves.py"
 E, VISCOUS, INERTIAL, VIBRATION = 20e9, 3e6, 0.7e6, 0.2e6
 EXACT = 1e-9  # straight lines through exact points
 
@@ -162,8 +160,7 @@ def test_nothing_is_expected_of_bad_input(change, rule):
 
 
 def command(*words):
-    words = [sys.executable, COMMAND, "rate", *words]
-    return subprocess.run(words, capture_output=True, text=True, check=False)
+    return call(tool.main, "rate", *words)
 
 
 @pytest.fixture

@@ -9,6 +9,7 @@ import numpy as np
 from . import accuracy_cases as cases
 from .accuracy_cases import KNOBS, RECIPE, TARGET
 from .accuracy_run import STRESSES
+from .report import spread, table
 
 STRESS = "stress_1pc_MPa"
 MEASURES = {"stress_0.5pc_MPa": "stress at 0.5 %", STRESS: "at 1 %", "stress_2pc_MPa": "at 1.95 %", "E_GPa": "E",
@@ -124,18 +125,12 @@ def number(value):
     return f"{value:.2g}" if value < 100 else f"{float(f'{value:.2g}'):.0f}"
 
 
-def spread(values):
-    """'median (smallest to largest)' of times."""
-    values = list(values)
-    return number(statistics.median(values)) + (f" ({number(min(values))} to {number(max(values))})" if len(values) > 1 else "")
-
-
 def knob_tables(results):
     """A table for each knob: time, errors of the choice alone, error against the target, energy."""
     lines = ["## Every choice by itself\n",
              "Errors in percent, mean over the bodies (smallest to largest), against the choice that is marked *reference*; *target*: the largest error of the",
              f"stresses at {AT} against the target. Time: pulls of the baseline, median of the bodies. Equal runs in several tables show what the times are worth.",
-             "Energy: what the ledger of fix evp/energy is open by at most, over the work, on one body.\n"]
+             "Energy: largest energy imbalance in fix evp/energy, over the work, on one body.\n"]
     for name, knob in KNOBS.items():
         own = [choice for choice in results.choices.values() if choice.knob == name]
         reference = results.choices.get((name, knob.reference))
@@ -143,17 +138,17 @@ def knob_tables(results):
             continue
         balances = {choice.name: results.energy.get((name, choice.name)) for choice in own}
         known = any(balance is not None for balance in balances.values())
-        lines += [f"### {knob.title[0].upper()}{knob.title[1:]}\n", "| choice | time | " + " | ".join(MEASURES.values()) + " | target |" + " energy |" * known,
-                  "|---|---|" + "---|" * (len(MEASURES) + 1 + known)]
+        header, rows = ["choice", "time", *MEASURES.values(), "target"] + ["energy"] * known, []
         for choice in own:
+            row = [choice.name, spread(choice.times.values(), number)]
             if choice is reference:
-                cells = ["reference"] + [""] * (len(MEASURES) - 1)
+                row += ["reference"] + [""] * (len(MEASURES) - 1)
             else:
-                cells = [percent(errors(choice, reference, measure)) for measure in MEASURES]
-            against = f"{worst_stress(choice, results.target):.3f}" if results.target else "-"
+                row += [percent(errors(choice, reference, measure)) for measure in MEASURES]
+            row.append(f"{worst_stress(choice, results.target):.3f}" if results.target else "-")
             balance = balances[choice.name]
-            lines.append(f"| {choice.name} | {spread(choice.times.values())} | " + " | ".join(cells) + f" | {against} |"
-                         + (f" {'-' if balance is None else f'{balance:.1e}'} |" if known else ""))
+            rows.append(row + ["-" if balance is None else f"{balance:.1e}"] * known)
+        lines += [f"### {knob.title[0].upper()}{knob.title[1:]}\n", *table(header, rows)]
         place = own.index(reference)
         beside = [own[k] for k in (place - 1, place + 1) if 0 <= k < len(own)]
         if beside and knob.converges:
@@ -191,16 +186,17 @@ def size_table(results):
         return []
     limits = {measure: extrapolate(results.sizes, measure) for measure in ("E_GPa", STRESS)}
     lines = ["## How many particles\n", f"Table 1 at 10/s, the material kept (e ~ 1/N). Errors in percent against infinitely many, from a line in N^(-1/3) through the means from {LARGE}",
-             "on. Scatter: standard deviation over bodies of other seeds. Times count all ranks, waiting included.\n",
-             "| spheres | bodies | ranks | time | E [GPa] | error | scatter | stress at 1 % [MPa] | error | scatter |", "|---|---|---|---|---|---|---|---|---|---|"]
+             "on. Scatter: standard deviation over bodies of other seeds. Times count all ranks, waiting included.\n"]
+    rows = []
     for count, choice in sorted(results.sizes.items()):
-        cells = []
+        row = [count, len(choice.by_seed), choice.ranks, spread(choice.times.values(), number)]
         for measure, limit in limits.items():
             values = [numbers[measure] for numbers in choice.by_seed.values()]
             mean = statistics.mean(values)
             scatter = f"{100 * statistics.stdev(values) / mean:.2f}" if len(values) > 1 else "-"
-            cells += [f"{mean:.4g}", f"{100 * (mean / limit[0] - 1):+.1f}" if limit else "-", scatter]
-        lines.append(f"| {count} | {len(choice.by_seed)} | {choice.ranks} | {spread(choice.times.values())} | " + " | ".join(cells) + " |")
+            row += [f"{mean:.4g}", f"{100 * (mean / limit[0] - 1):+.1f}" if limit else "-", scatter]
+        rows.append(row)
+    lines += table(("spheres", "bodies", "ranks", "time", "E [GPa]", "error", "scatter", "stress at 1 % [MPa]", "error", "scatter"), rows)
     if all(limits.values()):
         shown = [f"{name} {limit:.4g} {unit} (uncertain by {100 * unsure / limit:.1f} %: other powers of N, one N left out)"
                  for name, unit, (limit, unsure) in zip(("E", "stress at 1 %"), ("GPa", "MPa"), limits.values())]
@@ -212,38 +208,36 @@ def reference_table(results):
     """Is the target converged? What other ways to the same curve give."""
     target = results.target
     lines = ["## The target, and whether it is converged\n",
-             f"Target: Table 2 at 1/s, {KNOBS[target.knob].title}, {target.name}, of each body. What other small steps give for the same curve, departures in percent:\n",
-             "| way | bodies | " + " | ".join(MEASURES.values()) + " |", "|---|---|" + "---|" * len(MEASURES)]
+             f"Target: Table 2 at 1/s, {KNOBS[target.knob].title}, {target.name}, of each body. What other small steps give for the same curve, departures in percent:\n"]
     ways = [results.choices[key] for key in (("explicit", "0.2 of the limit"), ("explicit", "0.8 of the limit"), ("explicit", "0.9 of the limit"),
                                              ("implicit", "1e-6 s"), ("implicit", "2e-6 s")) if key in results.choices]
-    for choice in ways:
-        lines.append(f"| {KNOBS[choice.knob].title}: {choice.name} | {len(choice.by_seed)} | " + " | ".join(percent(errors(choice, target, measure)) for measure in MEASURES) + " |")
+    lines += table(("way", "bodies", *MEASURES.values()), (
+        (f"{KNOBS[choice.knob].title}: {choice.name}", len(choice.by_seed), *(percent(errors(choice, target, measure)) for measure in MEASURES))
+        for choice in ways))
     if ways:
         lines.append(f"\nLargest departure of a stress: {max(worst_stress(choice, target) for choice in ways):.3f} %; the smallest promise above is {min(PROMISES):g} %.")
     return lines + [""]
 
 
 def recommendation(results):
-    """What to take for which error, how much cheaper it is, and what it gave on a body that the sweep never saw."""
+    """The recommended setting for each error, how much cheaper it is, and what it gave on a body that the sweep never saw."""
     recipe = results.recipe
-    lines = ["## What to take\n",
+    lines = ["## Recommended settings\n",
              f"The question: the stresses at {AT} strain of Table 2 at 1/s (figure 4 of the paper), of a body that is given. The paper's own way is {KNOBS[recipe.knob].title};",
              f"made stable by a step of {recipe.name} it takes {number(recipe.time)} pulls of the baseline. The cheapest choice that keeps each promise with a margin of {MARGIN} on every body of the sweep,",
-             f"and its errors on a body that the sweep never saw (seed {cases.CHECK_SEED}):\n",
-             "| for an error of | take | times cheaper than the paper's way | with the start of LAMMPS | largest error in the sweep [%] | "
-             + " | ".join(f"unseen: at {100 * strain:g} % [%]" for strain in STRESSES.values()) + " | promise |",
-             "|---|---|---|---|---|" + "---|" * (len(STRESSES) + 1)]
-    target = results.checks.get(results.target_key)
+             f"and its errors on a body that the sweep never saw (seed {cases.CHECK_SEED}):\n"]
+    target, rows = results.checks.get(results.target_key), []
     for promise, choice in results.recommended().items():
         if choice is None:
-            lines.append(f"| {promise:g} % | nothing in the sweep but the target |" + " - |" * (4 + len(STRESSES)))
+            rows.append([f"{promise:g} %", "nothing in the sweep but the target"] + ["-"] * (4 + len(STRESSES)))
             continue
         check = results.checks.get((choice.knob, choice.name))
         seen = [errors(check, target, measure) for measure in STRESSES] if check and target else [[]] * len(STRESSES)
         met = "-" if not seen[0] else "met" if worst_stress(check, target) <= promise else "NOT met"
-        lines.append(f"| {promise:g} % | {KNOBS[choice.knob].title}: {choice.name} | " + " | ".join(map(number, results.cheaper(choice)))
-                     + f" | {worst_stress(choice, results.target):.3f} | " + " | ".join(map(percent, seen)) + f" | {met} |")
-    return lines + [""]
+        rows.append([f"{promise:g} %", f"{KNOBS[choice.knob].title}: {choice.name}", *map(number, results.cheaper(choice)),
+                     f"{worst_stress(choice, results.target):.3f}", *map(percent, seen), met])
+    return lines + table(("for an error of", "take", "times cheaper than the paper's way", "with the start of LAMMPS", "largest error in the sweep [%]",
+                          *(f"unseen: at {100 * strain:g} % [%]" for strain in STRESSES.values()), "promise"), rows) + [""]
 
 
 def front(points):
@@ -259,11 +253,11 @@ def front(points):
 def page(results, table, picture):
     """The text of the page; table and picture: the names of its CSV and its picture."""
     machines = "; ".join(f"LAMMPS {lammps}, {processor}" for lammps, processor in results.machine)
-    lines = ["# What accuracy costs\n", f"Written by `tools/accuracy_cost.py`; its runs stand in `{table}` ({machines}). One unit of work is a pull to {100 * cases.STRAIN:g} % strain. Times are processor",
+    lines = ["# Accuracy versus run time\n", f"Written by `tools/accuracy_cost.py`; its runs stand in `{table}` ({machines}). One unit of work is a pull to {100 * cases.STRAIN:g} % strain. Times are processor",
              f"times without the start of the program, over that of the baseline, which ran beside each: Table 1, 500 spheres, {cases.BASELINE['rate']}/s, explicit, `-var dtfraction {cases.BASELINE['dtfraction']}`.\n"]
     if results.target and results.recipe:
         lines += recommendation(results) + [f"![error against time]({picture})\n",
                                             "Left: every choice on bodies of 500 spheres, largest error of all stresses and bodies against the target; errors below 0.001 % are drawn there, the front is",
-                                            "circled. Choices that change the model (open marks) are no ways to the target. Right: the number of particles, an error of its own.\n"] + reference_table(results)
+                                            "circled. Choices that change the model (open marks) are not comparable with the target. Right: the number of particles, an error of its own.\n"] + reference_table(results)
     lines += size_table(results) + knob_tables(results)
     return "\n".join(lines).rstrip() + "\n"

@@ -7,7 +7,6 @@ results.csv of the work folder as they come, so that an interrupted sweep goes o
 
 import csv
 import hashlib
-import os
 import pathlib
 import platform
 import resource
@@ -19,9 +18,10 @@ import sys
 import numpy as np
 
 from . import accuracy_cases as cases
-from . import curves, specimen
-from .progress import Progress
-from .run import CHECKOUT, DECKS, RunError, format_seconds, lammps_command, lammps_error
+from . import curves, rebuild, specimen
+from .progress import format_seconds, watched
+from .report import write_csv
+from .run import CHECKOUT, DECKS, RunError, deck_command, environment, lammps_command, lammps_error, output_of
 
 STRESSES = {"stress_0.3pc_MPa": 0.003, "stress_0.5pc_MPa": 0.005, "stress_0.77pc_MPa": 0.0077, "stress_1pc_MPa": 0.01, "stress_2pc_MPa": 0.0195}
 COLUMNS = ("knob", "choice", "spheres", "seed", "kind", "ranks", "seconds", "baseline_seconds", "start_seconds", *STRESSES, "E_GPa",
@@ -62,11 +62,11 @@ def measures(curve):
     return found
 
 
-def processor_seconds(command, folder, log, environment):
-    """Runs a command; its processor time [s], children included. RunError with LAMMPS' words where it failed."""
+def processor_seconds(command, folder, log, more):
+    """Runs a command; its processor time [s], children included. RunError with LAMMPS' words where it failed. more: environment variables."""
     with open(log, "wb") as output:
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        process = subprocess.run(command, cwd=folder, env=environment, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT, check=False)
+        process = subprocess.run(command, cwd=folder, env={**environment(), **more}, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT, check=False)
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
     if process.returncode:
         raise RunError(f"exit {process.returncode}: {lammps_error(log)}\n  command: {' '.join(map(str, command))}")
@@ -85,15 +85,13 @@ def processor_name():
 class Laboratory:
     """Where cases are run: a work folder with specimens, results and, where asked, native code."""
 
-    def __init__(self, folder, fresh=False):
+    def __init__(self, folder, fresh=False, repeats=REPEATED[1]):
         lammps_command()  # a missing lmp is told before anything is forgotten
-        self.folder = pathlib.Path(folder).absolute()
+        self.folder, self.repeats = pathlib.Path(folder).absolute(), repeats
         self.results, self.inside = self.folder / "results.csv", self.folder / "run"
         self.own_or_refuse(fresh)
         self.inside.mkdir(parents=True, exist_ok=True)
         (self.inside / "empty.lmp").write_text("\n", encoding="utf-8")
-        self.environment = dict(os.environ)
-        self.environment.setdefault("OMPI_MCA_mpi_yield_when_idle", "1")
         self.check_stamp()
         self.two_ranks = self.has_two_ranks()
         self.start = {n: statistics.median(self.lammps(n, self.inside / "empty.lmp", {}) for _ in range(5)) for n in ((1, 2) if self.two_ranks else (1,))}
@@ -115,9 +113,9 @@ class Laboratory:
 
     def check_stamp(self):
         """Results of another program, deck, plan or measure must not be mixed with this one's."""
-        mark = hashlib.sha256(subprocess.run([*lammps_command(), "-h"], stdin=subprocess.DEVNULL, capture_output=True, check=False).stdout)
+        mark = hashlib.sha256(output_of([*lammps_command(), "-h"], self.folder, "lmp -h").encode())
         here = pathlib.Path(__file__).parent
-        sources = [*sorted(DECKS.glob("in.*")), *sorted((CHECKOUT / "src").iterdir()), CHECKOUT / "CMakeLists.txt",
+        sources = [*sorted(DECKS.glob("in.*")), *sorted((CHECKOUT / "src").glob("*/*.*")), CHECKOUT / "CMakeLists.txt",
                    *(here / name for name in ("accuracy_cases.py", "accuracy_run.py", "curves.py", "specimen.py"))]
         for path in sources:
             mark.update(path.read_bytes())
@@ -142,10 +140,8 @@ class Laboratory:
 
     def lammps(self, ranks, deck, variables, native=False):
         """Processor seconds of one run of a deck (a path) in the run folder."""
-        words = [word for key, value in variables.items() for word in ("-var", key, str(value))]
-        command = [*lammps_command(ranks), "-in", str(deck), "-log", "none", *words]
-        environment = dict(self.environment, EVP_PLUGIN_DIR=str(self.folder / "native")) if native else self.environment
-        return processor_seconds(command, self.inside, self.folder / "run.log", environment)
+        more = {"EVP_PLUGIN_DIR": str(self.folder / "native")} if native else {}
+        return processor_seconds(deck_command(deck, variables, ranks), self.inside, self.folder / "run.log", more)
 
     def specimen(self, spheres, seed):
         """Name, seen from the run folder, of a data file of in.specimen, made once. LAMMPS takes no path with a space."""
@@ -163,21 +159,14 @@ class Laboratory:
 
     def has_own_build(self):
         """Is lmp that of tools/setup.sh, which can load a plugin from elsewhere and knows how it was made?"""
-        return pathlib.Path(lammps_command()[0]) == CHECKOUT / "build" / "lmp" and (CHECKOUT / "build" / "CMakeCache.txt").exists()
+        return pathlib.Path(lammps_command()[0]) == CHECKOUT / "build" / "lmp" and rebuild.CACHE.exists()
 
     def build_native(self):
         """The plugin for this machine's processor, by the settings of the checkout's own build. Requires has_own_build()."""
-        native, own = self.folder / "native", CHECKOUT / "build"
-        if (native / "evpplugin.so").exists():
-            return
-        cache = dict(line.split("=", 1) for line in (own / "CMakeCache.txt").read_text(encoding="utf-8").splitlines() if "=" in line and line[0] not in "#/")
-        taken = ("LAMMPS_SOURCE_DIR", "LAMMPS_BUILD_DIR", "CMAKE_BUILD_TYPE", "CMAKE_CXX_COMPILER")
-        given = [f"-D{key}={value}" for key, value in cache.items() if key.split(":")[0] in taken]
-        for command in (["cmake", "-S", str(CHECKOUT), "-B", str(native), "-DCMAKE_CXX_FLAGS=-march=native", "-DBUILD_TESTING=off", *given],
-                        ["cmake", "--build", str(native), "-j", str(os.cpu_count()), "--target", "evpplugin"]):
-            done = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, encoding="utf-8", check=False)
-            if done.returncode:
-                raise RunError(f"{' '.join(command)} failed:\n{done.stdout[-1500:]}")
+        native = self.folder / "native"
+        if not (native / "evpplugin.so").exists():
+            rebuild.configure(CHECKOUT, native, "-DCMAKE_CXX_FLAGS=-march=native")
+            rebuild.build(native)
 
     def run(self, case):
         """One case; its row for results.csv. RunError or ValueError where it gave no whole curve."""
@@ -199,7 +188,7 @@ class Laboratory:
             row["energy_open"] = f"{np.max(np.abs(table[:, 1])) / table[-1, 2]:.5g}"
             return row
         times = []
-        while not times or (times[0] < REPEATED[0] and len(times) < REPEATED[1]):
+        while not times or (times[0] < REPEATED[0] and len(times) < self.repeats):
             baseline = self.baseline()
             times.append(self.lammps(ranks, DECKS / case.deck, words, case.native) - self.start[ranks])
         row.update(seconds=f"{max(statistics.median(times), 1e-3):.5g}", baseline_seconds=f"{baseline:.5g}", start_seconds=f"{self.start[ranks]:.5g}")
@@ -227,14 +216,6 @@ def read_results(path):
     if tuple(reader.fieldnames or ()) != COLUMNS:
         raise RunError(f"{path} is no table of results: its first line must be {','.join(COLUMNS)}")
     return {(row["knob"], row["choice"], row["spheres"], row["seed"], row["kind"]): row for row in reader}
-
-
-def write_results(path, rows):
-    """A results file with these rows."""
-    with open(path, "w", newline="", encoding="utf-8") as target:
-        writer = csv.DictWriter(target, COLUMNS, restval="", lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
 
 
 def within_budget(plan, known, seconds, unit):
@@ -265,24 +246,23 @@ def run_plan(laboratory, plan):
     A failed case of priority 1 ends the sweep with RunError; another one is told and left out.
     """
     known = read_results(laboratory.results) if laboratory.results.exists() else {}
-    write_results(laboratory.results, known.values())
+    write_csv(laboratory.results, COLUMNS, known.values())
     left = [case for case in plan if case.key not in known]
     if len(left) < len(plan):
         print(f"{len(plan) - len(left)} of {len(plan)} runs are there already", file=sys.stderr, flush=True)
-    with Progress([expected_seconds(case, laboratory.baselines[-1]) for case in left]) as bar:
-        for number, case in enumerate(left):
-            bar.before(number, f"{case.knob}: {case.choice}, {case.spheres} spheres, seed {case.seed}{', energy' * case.ledger}")
-            try:
-                row = laboratory.run(case)
-            except (RunError, ValueError) as error:
-                words = f"{case.knob}, {case.choice}, seed {case.seed}: {error}"
-                if case.priority == 1:
-                    raise RunError(words) from error
-                print(f"\nleft out, since it failed: {words}", file=sys.stderr, flush=True)
-                continue
-            with open(laboratory.results, "a", newline="", encoding="utf-8") as target:
-                csv.DictWriter(target, COLUMNS, restval="", lineterminator="\n").writerow(row)
-            known[case.key] = {name: str(row.get(name, "")) for name in COLUMNS}
+    for case in watched("accuracy:", left, lambda case: f"{case.knob}: {case.choice}, {case.spheres} spheres, seed {case.seed}{', energy' * case.ledger}",
+                        lambda case: expected_seconds(case, laboratory.baselines[-1])):
+        try:
+            row = laboratory.run(case)
+        except (RunError, ValueError) as error:
+            words = f"{case.knob}, {case.choice}, seed {case.seed}: {error}"
+            if case.priority == 1:
+                raise RunError(words) from error
+            print(f"\nleft out, since it failed: {words}", file=sys.stderr, flush=True)
+            continue
+        known[case.key] = {name: str(row.get(name, "")) for name in COLUMNS}
+        with open(laboratory.results, "a", newline="", encoding="utf-8") as target:
+            csv.DictWriter(target, COLUMNS, lineterminator="\n").writerow(known[case.key])
     return known
 
 

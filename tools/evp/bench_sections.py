@@ -1,18 +1,20 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """The sections of doc/performance.md: what each runs, and its table.
 
-A section takes the Bench that runs scenes in rounds and the Sizes, and returns the lines of its part of the page and the rows
-of its part of the CSV, dicts of section, name, x and value.
+A section takes the Bench that runs scenes in rounds and the Sizes, and returns the lines of its part of the page and what its
+part of the CSV holds, {(name, x): value}.
 """
 
 import math
-import subprocess
 import sys
 import time
+from statistics import median
 
 from . import bench_scenes as scenes
-from .bench_run import environment, median, ratios, spread
-from .run import DECKS, RunError, lammps_command
+from .report import ratios, spread, table
+from .run import DECKS, RunError, deck_command, output_of
+
+WHOLE = "{:.0f}".format
 
 
 class Sizes:
@@ -38,22 +40,16 @@ def lattice_section(bench, sizes):
             per = scene.steps * scene.atoms * scene.interactions * 1e-9
             cost[scene.name] = [timing.parts[scene.counted] / per for timing in results[scene.name]]
     lines = [f"### Pair loop\n\nFCC lattice of {4 * sizes.cells**3} spheres, {scenes.HALF_PAIRS} half pairs each within "
-             f"{scenes.REACH} diameters, {sizes.steps} steps without a neighbor build, one core.\n",
-             "| style | ns per interaction and step | over lj/cut | over evp/lj |", "|---|---|---|---|"]
-    for name, values in cost.items():
-        lines.append(f"| {name} | {spread(values)} | {spread(ratios(values, cost['lj/cut']))} | {spread(ratios(values, cost['evp/lj']))} |")
-    table = results["evp/lj, pairs crossing xi_s"][-1].output.splitlines()
-    share = float(table[table.index(next(line for line in table if line.startswith("Loop"))) - 1].split()[1]) / (scenes.HALF_PAIRS * 4 * sizes.cells**3)
+             f"{scenes.REACH} diameters, {sizes.steps} steps without a neighbor build, one core.\n"]
+    lines += table(("style", "ns per interaction and step", "over lj/cut", "over evp/lj"), (
+        (name, spread(values), spread(ratios(values, cost["lj/cut"])), spread(ratios(values, cost["evp/lj"]))) for name, values in cost.items()))
+    last_row = results["evp/lj, pairs crossing xi_s"][-1].output.partition("\nLoop")[0].splitlines()[-1]
+    share = float(last_row.split()[1]) / (scenes.HALF_PAIRS * 4 * sizes.cells**3)
     both = {name: [timing.parts["Pair"] + timing.parts["Comm"] for timing in results[name]] for name in cost if name.startswith("evp/lj")}
     own, sent = (spread(ratios(both["evp/lj, gamma > 0" + way], both["evp/lj"])) for way in ("", ", comm_modify vel yes"))
     lines.append(f"\nIn *pairs crossing xi_s* {100 * share:.0f} % of the pairs are in the second regime after {sizes.steps + 5} steps, none at the start.")
     lines.append(f"Pair and Comm together, *gamma > 0* costs {own} of gamma = 0, where Pair sends the velocities of ghosts, and {sent} with *comm_modify vel yes*, where LAMMPS does.\n")
-    return lines, [row("lattice", name, "", median(values)) for name, values in cost.items()]
-
-
-def row(section, name, x, value):
-    """A row of the CSV."""
-    return {"section": section, "name": name, "x": x, "value": f"{value:.4g}"}
+    return lines, {(name, ""): median(values) for name, values in cost.items()}
 
 
 def effects_section(bench, sizes):
@@ -62,17 +58,15 @@ def effects_section(bench, sizes):
     pairs = scenes.effects(sizes.cells, sizes.steps, "random.data")
     every = {scene.name: scene for _, *both in pairs for scene in both}
     results = bench.rounds(list(every.values()), "effects")
-    lines = ["### What leaving an effect out saves\n\nWhole steps of the same lattice (where no other body is named), one core.\n",
-             "| effect | step with it over step without it |", "|---|---|"]
-    rows = []
+    saved = {}
     for title, with_it, without in pairs:
         both = [results[scene.name] for scene in (with_it, without)]
         if any(timing.builds for timings in both for timing in timings):
             raise RunError(f"effect '{title}': neighbor lists were built, which spoils the comparison")
-        loops = [[timing.loop for timing in timings] for timings in both]
-        lines.append(f"| {title} | {spread(ratios(*loops))} |")
-        rows.append(row("effects", title, "", median(ratios(*loops))))
-    return lines + [""], rows
+        saved[title] = ratios(*([timing.loop for timing in timings] for timings in both))
+    return ["### What leaving an effect out saves\n\nWhole steps of the same lattice (where no other body is named), one core.\n",
+            *table(("effect", "step with it over step without it"), ((title, spread(values)) for title, values in saved.items())), ""], {
+                (title, ""): median(values) for title, values in saved.items()}
 
 
 def build_section(bench, sizes):
@@ -83,11 +77,11 @@ def build_section(bench, sizes):
     extra = [(often.parts["Pair"] - never.parts["Pair"]) / often.builds for never, often in zip(results["never"], results["every step"])]
     neigh = [often.parts["Neigh"] / often.builds for often in results["every step"]]
     per = 1e-9 * pair[0].atoms * pair[0].interactions
-    return [f"### Neighbor build\n\nThe same lattice with a build at every step; what packing with deq adds to Pair, per build.\n",
-            "| | ns per pair and build | over LAMMPS' Neigh |", "|---|---|---|",
-            f"| LAMMPS' Neigh | {spread([value / per for value in neigh])} | 1 |",
-            f"| packing, pairs joined with their deq | {spread([value / per for value in extra])} | {spread(ratios(extra, neigh))} |\n"], [
-                row("build", "packing over Neigh", "", median(ratios(extra, neigh)))]
+    return ["### Neighbor build\n\nThe same lattice with a build at every step; what packing with deq adds to Pair, per build.\n",
+            *table(("", "ns per pair and build", "over LAMMPS' Neigh"), (
+                ("LAMMPS' Neigh", spread([value / per for value in neigh]), 1),
+                ("packing, pairs joined with their deq", spread([value / per for value in extra]), spread(ratios(extra, neigh))))), ""], {
+                    ("packing over Neigh", ""): median(ratios(extra, neigh))}
 
 
 def random_section(bench, sizes):
@@ -99,9 +93,9 @@ def random_section(bench, sizes):
         raise RunError("whole step: neighbor lists were built, which spoils the comparison")
     cost = {name: [timing.loop / sizes.steps / timing.atoms * 1e9 for timing in timings] for name, timings in results.items()}
     return [f"### Whole step\n\nRandom specimen of {sizes.spheres} spheres by in.specimen, one core; a look at each step whether the neighbor list holds, which it does.\n",
-            "| style | ns per particle and step | over lj/cut |", "|---|---|---|",
-            *(f"| {name} | {spread(values, '%.0f')} | {spread(ratios(values, cost['lj/cut']))} |" for name, values in cost.items()), ""], [
-                row("random", name, sizes.spheres, median(values)) for name, values in cost.items()]
+            *table(("style", "ns per particle and step", "over lj/cut"), (
+                (name, spread(values, WHOLE), spread(ratios(values, cost["lj/cut"]))) for name, values in cost.items())), ""], {
+                    (name, sizes.spheres): median(values) for name, values in cost.items()}
 
 
 def make_specimen(folder, spheres, name="random.data"):
@@ -110,10 +104,7 @@ def make_specimen(folder, spheres, name="random.data"):
         return 0.0
     print(f"in.specimen, {spheres} spheres on 2 ranks", file=sys.stderr, flush=True)
     begin = time.monotonic()
-    command = [*lammps_command(2), "-in", str(DECKS / "in.specimen"), "-log", "none", "-var", "n", str(spheres), "-var", "out", name]
-    run = subprocess.run(command, cwd=folder, env=environment(), stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
-    if run.returncode:
-        raise RunError("in.specimen failed; its output ends with\n" + run.stdout.decode(errors="replace")[-1500:])
+    output_of(deck_command(DECKS / "in.specimen", {"n": spheres, "out": name}, 2), folder, "in.specimen")
     return time.monotonic() - begin
 
 
@@ -124,22 +115,22 @@ def scale_section(bench, sizes):
         steps = max(20, min(2000, sizes.steps * 32000 // (4 * cells**3)))
         both.append((scenes.ours(f"{4 * cells**3} spheres", cells, steps),
                      scenes.pair_peer("lj/cut", cells, steps, scenes.LENNARD_JONES, name=f"{4 * cells**3} spheres, lj/cut")))
-    lines = ["### Scale\n\nThe same lattice, one core; whole steps. Memory as LAMMPS counts it.\n",
-             f"| spheres | ns per particle and step | over that of {both[1][0].atoms} | the same of lj/cut | memory per particle [kB] |", "|---|---|---|---|---|"]
     results = bench.rounds([scene for pair in both for scene in pair], "scale")
-    costs, rows = {scene.name: [timing.loop / scene.steps / scene.atoms * 1e9 for timing in results[scene.name]] for pair in both for scene in pair}, []
+    costs = {scene.name: [timing.loop / scene.steps / scene.atoms * 1e9 for timing in results[scene.name]] for pair in both for scene in pair}
+    rows, medians = [], {}
     for pair in both:
-        growth = [spread(ratios(costs[scene.name], costs[base.name])) for scene, base in zip(pair, both[1])]
         own = pair[0]
-        lines.append(f"| {own.atoms} | {spread(costs[own.name], '%.0f')} | {growth[0]} | {growth[1]} | {results[own.name][-1].memory * 1024 / own.atoms:.2f} |")
-        rows += [row("scale", name, own.atoms, median(costs[scene.name])) for name, scene in zip(("evp/lj", "lj/cut"), pair)]
-    return lines + [""], rows
+        growth = [spread(ratios(costs[scene.name], costs[base.name])) for scene, base in zip(pair, both[1])]
+        rows.append((own.atoms, spread(costs[own.name], WHOLE), *growth, f"{results[own.name][-1].memory * 1024 / own.atoms:.2f}"))
+        medians.update({(name, own.atoms): median(costs[scene.name]) for name, scene in zip(("evp/lj", "lj/cut"), pair)})
+    header = ("spheres", "ns per particle and step", f"over that of {both[1][0].atoms}", "the same of lj/cut", "memory per particle [kB]")
+    return ["### Scale\n\nThe same lattice, one core; whole steps. Memory as LAMMPS counts it.\n", *table(header, rows), ""], medians
 
 
 def ranks_section(bench, sizes):
     """Whole steps on one and two ranks; and what follows for many ranks."""
     watched = scenes.ALWAYS.replace("check no", "check yes")
-    lines, rows, scaling = ["### Ranks\n"], [], {}
+    lines, rows, speed, scaling = ["### Ranks\n"], [], {}, {}
 
     def steps(spheres):
         return sizes.steps if sizes.steps < 100 else max(100, min(1000, 32000000 // spheres))
@@ -158,14 +149,15 @@ def ranks_section(bench, sizes):
             scaling[f"strong: random specimen of {spheres}{title}"] = [
                 scenes.random_body(f"random {spheres}, {n} rank{title}", style, name, steps(spheres), ranks=n) for n in (1, 2)]
     results = bench.rounds([scene for both in scaling.values() for scene in both], "ranks")
-    lines += ["A look at each step whether the neighbor list holds, which it does.\n", "| body | two ranks over one: speed (strong), efficiency (weak) | Comm, share of the loop on two ranks |", "|---|---|---|"]
     for title, both in scaling.items():
         one, two = ([timing.loop for timing in results[scene.name]] for scene in both)
         share = [100.0 * timing.parts["Comm"] / timing.loop for timing in results[both[1].name]]
-        lines.append(f"| {title} | {spread(ratios(one, two))} | {spread(share, '%.0f')} % |")
-        rows.append(row("ranks", title, 2, median(ratios(one, two))))
+        rows.append((title, spread(ratios(one, two)), spread(share, WHOLE) + " %"))
+        speed[title, 2] = median(ratios(one, two))
+    lines += ["A look at each step whether the neighbor list holds, which it does.\n",
+              *table(("body", "two ranks over one: speed (strong), efficiency (weak)", "Comm, share of the loop on two ranks"), rows)]
     weak = next(both[0] for title, both in scaling.items() if title.startswith("weak"))
-    return lines + [""] + many_ranks(weak, results[weak.name]), rows
+    return lines + [""] + many_ranks(weak, results[weak.name]), speed
 
 
 NODE_BANDWIDTH, RANKS_PER_NODE, LATENCY, RANKS = 12.5e9, 32, 2e-6, 4096  # [byte/s], [1], [s], [1]: assumptions, a common network of today
@@ -191,9 +183,10 @@ def many_ranks(scene, timings):
              f"Measured on one rank, lattice of {scene.atoms}: {1e9 * work:.0f} ns of forces and time integration per particle and step, {1e9 * copy:.1f} ns of copies per ghost; {ghosts:.0f} ghosts, a cube by the formula has {ghosts_of(scene.atoms):.0f}.",
              f"Assumed: {RANKS} ranks, cubes, equal work, the cost per particle that of this number; {MESSAGES} messages a step one after the other at {1e6 * LATENCY:g} us; {BYTES} bytes per ghost (gamma > 0: {BYTES + VELOCITY_BYTES}, and {MESSAGES // 2} messages more),",
              f"all of which leave the node, the worst case, where {RANKS_PER_NODE} ranks share {1e-9 * NODE_BANDWIDTH:g} GB/s; a look whether the list holds, one reduction over a tree; no overlap of work and messages; no neighbor builds.",
-             "Efficiency is work over all.\n",
-             "| particles per rank | ghosts | work [us] | copies [us] | network [us] | latency [us] | reduction [us] | efficiency |", "|---|---|---|---|---|---|---|---|"]
+             "Efficiency is work over all.\n"]
+    rows = []
     for n in (100000, 30000, 10000, 3000, 1000):
         parts = (work * n, copy * ghosts_of(n), BYTES * ghosts_of(n) * RANKS_PER_NODE / NODE_BANDWIDTH, MESSAGES * LATENCY, looks)
-        lines.append(f"| {n} | {ghosts_of(n):.0f} | " + " | ".join(f"{1e6 * part:.0f}" for part in parts) + f" | {parts[0] / sum(parts):.2f} |")
-    return lines + [""]
+        rows.append((n, f"{ghosts_of(n):.0f}", *(f"{1e6 * part:.0f}" for part in parts), f"{parts[0] / sum(parts):.2f}"))
+    header = ("particles per rank", "ghosts", "work [us]", "copies [us]", "network [us]", "latency [us]", "reduction [us]", "efficiency")
+    return [*lines, *table(header, rows), ""]

@@ -18,12 +18,11 @@ from matplotlib.collections import PatchCollection  # noqa: E402
 from matplotlib.patches import Circle  # noqa: E402
 
 from . import law  # noqa: E402
+from .report import write_csv  # noqa: E402
 
 MEASURED = ("strain", "distance", "force")  # [1], [m], [N]
 STATE = ("x", "y", "z", "radius", "share")  # [m], and share of bonds in the second regime [1]
-_COLORS = (
-    "#E69F00", "#0072B2", "#CC3311", "#009E73", "#6F4A8E", "#56B4E9", "#882255", "#555555",
-)
+_COLORS = ("#E69F00", "#0072B2", "#CC3311", "#009E73", "#6F4A8E", "#56B4E9", "#882255", "#555555")
 _DASHES = (  # of all curves but the first, so that it can be seen below them
     (0, (5, 2)), (0, (1, 1.2)), (0, (6, 1.5, 1, 1.5)), (0, (3, 1, 1, 1, 1, 1)), (0, (10, 2)),
 )
@@ -48,20 +47,19 @@ def save(figure, path, header, rows):
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, bbox_inches="tight")
     plt.close(figure)
-    with open(path.with_suffix(".csv"), "w", newline="", encoding="utf-8") as target:
-        writer = csv.writer(target, lineterminator="\n")
-        writer.writerow(header)
-        writer.writerows(rows)
+    write_csv(path.with_suffix(".csv"), header, rows)
     return path
 
 
 def line_style(k):
     """Colour and dashes of curve k; the first 40 differ."""
-    return {
-        "color": _COLORS[k % len(_COLORS)],
-        "linestyle": _DASHES[(k - 1) % len(_DASHES)] if k else "-",
-        "linewidth": _LINE_WIDTH,
-    }
+    dashes = _DASHES[(k - 1) % len(_DASHES)] if k else "-"
+    return {"color": _COLORS[k % len(_COLORS)], "linestyle": dashes, "linewidth": _LINE_WIDTH}
+
+
+def legend_below(axis, columns, **look):
+    """The legend, under the axis."""
+    axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncol=columns, **look)
 
 
 def short_names(paths):
@@ -83,9 +81,7 @@ def stress_strain(panels, path, column="virial"):
     """
     rows, styles = [], {}
     with plt.rc_context(LOOK):
-        figure, axes = plt.subplots(
-            1, len(panels), sharey=True, squeeze=False, figsize=(1.2 + 4.4 * len(panels), 4.2)
-        )
+        figure, axes = plt.subplots(1, len(panels), sharey=True, squeeze=False, figsize=(1.2 + 4.4 * len(panels), 4.2))
         for axis, (title, curves) in zip(axes[0], panels.items()):
             seen = []
             for label, curve in curves:
@@ -93,18 +89,9 @@ def stress_strain(panels, path, column="virial"):
                 style = styles.setdefault((label, seen.count(label)), line_style(len(styles)))
                 percent, stress = 100 * curve.strain, 1e-6 * getattr(curve, column)
                 axis.plot(percent, stress, label=label, **style)
-                rows += [
-                    (title, label, f"{a:.6g}", f"{b:.6g}") for a, b in zip(percent, stress)
-                ]
-            axis.set_title(title)
-            axis.set_xlabel("nominal strain [%]")
-            axis.legend(
-                loc="upper center",
-                bbox_to_anchor=(0.5, -0.16),
-                ncol=min(3, len(curves)),
-                handlelength=3.0,
-                columnspacing=1.4,
-            )
+                rows += [(title, label, f"{a:.6g}", f"{b:.6g}") for a, b in zip(percent, stress)]
+            axis.set(title=title, xlabel="nominal strain [%]")
+            legend_below(axis, min(3, len(curves)), handlelength=3.0, columnspacing=1.4)
         for axis in axes[0]:  # once all is drawn: the panels share their scale
             axis.set_xlim(left=0)
             axis.set_ylim(bottom=0)
@@ -128,47 +115,23 @@ def force_law(row, path, measured=None, deq=0.01, reach=0.03):
     force = law.force((1 + strain) * deq, deq, row)
     first = law.potential_force((1 + strain) * deq, deq, row.e1, row.m1, row.n1)
     shown = 1.25 * np.abs(force).max()
-    rows = [
-        (f"{100 * s:.6g}", f"{f:.9g}", f"{g:.9g}", "law") for s, f, g in zip(strain, force, first)
-    ]
+    rows = [(f"{100 * s:.6g}", f"{f:.9g}", f"{g:.9g}", "law") for s, f, g in zip(strain, force, first)]
     with plt.rc_context(LOOK):
         figure, axis = plt.subplots(figsize=(6.4, 4.2))
         axis.axvspan(-100 * row.xi_s, 100 * row.xi_s, color="#eeeeee", linewidth=0)
-        axis.plot(
-            100 * strain,
-            1e-3 * np.where(np.abs(first) <= 1.05 * shown, first, np.nan),
-            color="#888888",
-            linestyle=(0, (4, 2)),
-            linewidth=1.2,
-            label="first regime carried on",
-        )
+        axis.plot(100 * strain, 1e-3 * np.where(np.abs(first) <= 1.05 * shown, first, np.nan),
+                  color="#888888", linestyle=(0, (4, 2)), linewidth=1.2, label="first regime carried on")
         axis.plot(100 * strain, 1e-3 * force, color="#0072B2", linewidth=2, label="eq. 8")
         if measured is not None:
             thin = np.unique(np.linspace(0, len(points) - 1, 60).astype(int))
-            axis.plot(
-                100 * points[thin],
-                1e-3 * measured["force"][thin],
-                "o",
-                color="#E69F00",
-                markeredgecolor="#333333",
-                markeredgewidth=0.5,
-                markersize=5,
-                label="measured in LAMMPS",
-            )
-            rows += [
-                (f"{100 * s:.6g}", f"{f:.9g}", "", "LAMMPS")
-                for s, f in zip(points, measured["force"])
-            ]
+            axis.plot(100 * points[thin], 1e-3 * measured["force"][thin], "o", color="#E69F00", markeredgecolor="#333333",
+                      markeredgewidth=0.5, markersize=5, label="measured in LAMMPS")
+            rows += [(f"{100 * s:.6g}", f"{f:.9g}", "", "LAMMPS") for s, f in zip(points, measured["force"])]
         axis.axhline(0, color="#333333", linewidth=0.8)
-        axis.set_ylim(-1e-3 * shown, 1e-3 * shown)
-        axis.set_xlim(102 * ends[0], 102 * ends[1])
-        axis.set_xlabel("strain of the pair, (d - deq)/deq [%]")
-        axis.set_ylabel("force [kN], positive repels")
-        axis.text(
-            0, 1.01, "first\nregime", transform=axis.get_xaxis_transform(),
-            ha="center", va="bottom", fontsize=9, color="#555555",
-        )
-        axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncol=3)
+        axis.set(xlim=(102 * ends[0], 102 * ends[1]), ylim=(-1e-3 * shown, 1e-3 * shown),
+                 xlabel="strain of the pair, (d - deq)/deq [%]", ylabel="force [kN], positive repels")
+        axis.text(0, 1.01, "first\nregime", transform=axis.get_xaxis_transform(), ha="center", va="bottom", fontsize=9, color="#555555")
+        legend_below(axis, 3)
         header = ("strain_percent", "force_N", "first_regime_N", "source")
         return save(figure, path, header, rows)
 
@@ -183,19 +146,14 @@ def specimen(state, path, title=""):
     share = 100 * state["share"][order]
     with plt.rc_context({**LOOK, "axes.grid": False}):
         figure, axis = plt.subplots(figsize=(7.2, 4.6))
-        circles = [
-            Circle((x, z), r)
-            for x, z, r in zip(millimetres["x"], millimetres["z"], millimetres["radius"])
-        ]
+        circles = [Circle((x, z), r) for x, z, r in zip(millimetres["x"], millimetres["z"], millimetres["radius"])]
         drawn = PatchCollection(circles, cmap="cividis", edgecolor="#222222", linewidth=0.4)
         drawn.set_array(share)
         drawn.set_clim(0, max(10.0, share.max()))
         axis.add_collection(drawn)
         axis.set_aspect("equal")
         axis.autoscale_view()
-        axis.set_xlabel("x [mm]")
-        axis.set_ylabel("z [mm]")
-        axis.set_title(title)
+        axis.set(xlabel="x [mm]", ylabel="z [mm]", title=title)
         bar = figure.colorbar(drawn, ax=axis, shrink=0.85)
         bar.set_label("second-regime bonds [% of each sphere's]")
         rows = zip(*([f"{v:.9g}" for v in state[name]] for name in STATE))

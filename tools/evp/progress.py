@@ -1,32 +1,56 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Progress of runs that come one after the other, with the time left by what each was expected to cost."""
+"""Progress on stderr, with the time left, of runs side by side or one after the other."""
 
 import sys
 import time
 
-from .run import format_seconds
+
+def format_seconds(seconds):
+    """'8 s' or '2 min 05 s'."""
+    whole = int(round(seconds))
+    return f"{whole} s" if whole < 60 else f"{whole // 60} min {whole % 60:02d} s"
 
 
 class Progress:
-    """A bar on a terminal, plain lines elsewhere. with Progress([seconds of each run]) as bar: bar.before(number, name) ..."""
+    """One line: rewritten on a terminal, elsewhere a new one, at intervals [s]. whole: what all runs cost, in any unit."""
 
-    def __init__(self, expected):
-        self.expected, self.begin, self.terminal = expected, time.monotonic(), sys.stderr.isatty()
+    def __init__(self, title, whole, interval=0.0):
+        self.title, self.whole, self.terminal = title, whole, sys.stderr.isatty()
+        self.begin = self.shown = time.monotonic()
+        self.interval = min(interval, 0.3) if self.terminal else interval
 
     def __enter__(self):
         return self
 
-    def before(self, number, name):
-        """Says that run number (from 0) begins."""
-        done, whole = sum(self.expected[:number]), sum(self.expected)
-        spent = time.monotonic() - self.begin
-        left = whole - done if done < 5.0 else spent * (whole - done) / done
-        bar = f"[{'#' * int(20 * done / whole):<20}] " if self.terminal else ""
-        text = f"{bar}{number + 1}/{len(self.expected)}, about {format_seconds(left)} left: {name}"
+    def show(self, done, name):
+        """Says that so much of the whole is done, and what runs now."""
+        now = time.monotonic()
+        if now - self.shown < self.interval:
+            return
+        self.shown, share, spent = now, done / self.whole, now - self.begin
+        left = f"about {format_seconds(spent * (1 - share) / share)} left" if share > 0.02 else "time left not known yet"
+        text = f"{self.title} {100 * share:3.0f} %, {left}: {name}"
         print(f"\r\x1b[K{text}" if self.terminal else text, end="" if self.terminal else "\n", file=sys.stderr, flush=True)
 
     def __exit__(self, kind, *_):
         if self.terminal:
             print("\r\x1b[K", end="", file=sys.stderr)
         if kind is None:
-            print(f"{len(self.expected)} runs in {format_seconds(time.monotonic() - self.begin)}", file=sys.stderr, flush=True)
+            print(f"{self.title} done in {format_seconds(time.monotonic() - self.begin)}", file=sys.stderr, flush=True)
+
+
+def watched(title, items, name=str, cost=lambda item: 1.0):
+    """Gives the items one after the other, and shows progress before each."""
+    costs = [cost(item) for item in items]
+    with Progress(title, sum(costs)) as progress:
+        for number, item in enumerate(items):
+            progress.show(sum(costs[:number]), name(item))
+            yield item
+
+
+def in_turn(runs, repeats, title):
+    """{name: [result of each round]} of {name: function}: each runs once per round, so that a slow moment of the machine meets all."""
+    results = {name: [] for name in runs}
+    for name in watched(title, repeats * list(runs)):
+        results[name].append(runs[name]())
+    return results

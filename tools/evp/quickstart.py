@@ -8,11 +8,11 @@ damping can be seen. About a minute and a half on two cores.
 """
 
 import argparse
-import csv
 import pathlib
 import sys
 
 from . import curves, figures, law, run
+from .report import command_line, write_csv
 
 TABLES = {
     "table1": ("Table 1, no damping", "80 8 4 3 8 4 0.005 0 1.5", (1.0, 10.0)),
@@ -26,34 +26,15 @@ _TYPICAL_STEP = {"table1": 9e-7, "table2": 3.5e-8}
 
 def parser():
     """The command line."""
-    top = argparse.ArgumentParser(
-        prog="quickstart",
-        description=__doc__,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    top.add_argument(
-        "--rates",
-        nargs="+",
-        type=_positive,
-        metavar="R",
-        help="strain rates [1/s] for both tables (default: Table 1 at 1 and 10, "
-        "Table 2 at 1, 10 and 100; the time goes as 1/rate)",
-    )
-    top.add_argument(
-        "--out",
-        type=pathlib.Path,
-        default=run.CHECKOUT / "results" / "quickstart",
-        metavar="DIR",
-        help="folder for the results (default: results/quickstart)",
-    )
-    top.add_argument(
-        "--ranks",
-        type=int,
-        choices=range(1, 65),
-        default=2,
-        metavar="N",
-        help="MPI ranks of each traction run (default: 2)",
-    )
+    top = command_line(__doc__)
+    top.prog = "quickstart"
+    top.add_argument("--rates", nargs="+", type=_positive, metavar="R",
+                     help="strain rates [1/s] for both tables (default: Table 1 at 1 and 10, "
+                     "Table 2 at 1, 10 and 100; the time goes as 1/rate)")
+    top.add_argument("--out", type=pathlib.Path, default=run.CHECKOUT / "results" / "quickstart", metavar="DIR",
+                     help="folder for the results (default: results/quickstart)")
+    top.add_argument("--ranks", type=int, choices=range(1, 65), default=2, metavar="N",
+                     help="MPI ranks of each traction run (default: 2)")
     return top
 
 
@@ -75,24 +56,10 @@ def prepare_jobs(out):
 def traction_job(out, table, rate, ranks):
     """One pull to STRAIN at a rate [1/s]; its progress is read off the growing CSV."""
     name = f"{table}_rate{rate:g}"
-    variables = {
-        "specimen": "specimen.data",
-        "coeff": TABLES[table][1],
-        "contact": "literal",
-        "rate": f"{rate:g}",
-        "strain": STRAIN,
-        "dtfraction": DT_FRACTION,
-        "out": name,
-    }
-    return run.Job(
-        name,
-        "in.traction",
-        variables,
-        out,
-        ranks,
-        cost=STRAIN / rate / (DT_FRACTION * _TYPICAL_STEP[table]),
-        done=lambda: run.last_strain(out / f"{name}.csv") / STRAIN,
-    )
+    variables = {"specimen": "specimen.data", "coeff": TABLES[table][1], "contact": "literal", "rate": f"{rate:g}",
+                 "strain": STRAIN, "dtfraction": DT_FRACTION, "out": name}
+    return run.Job(name, "in.traction", variables, out, ranks, cost=STRAIN / rate / (DT_FRACTION * _TYPICAL_STEP[table]),
+                   done=lambda: run.last_strain(out / f"{name}.csv") / STRAIN)
 
 
 def first_second_regime_strain(path):
@@ -131,16 +98,9 @@ def report(out, pulled):
         first = first_second_regime_strain(out / f"{job.name}_bonds.csv")
         rows.append((table, f"{rate:g}", *values, first))
         ranges.add(f"{found['E_from']:g} to {found['E_to']:.3g}")
-    with open(out / "summary.csv", "w", newline="", encoding="utf-8") as target:
-        csv.writer(target, lineterminator="\n").writerows([header, *rows])
-    titles = (
-        "table ",
-        "rate [1/s]",
-        "E [GPa]",
-        "0.2 % yield [MPa]",
-        "stress at 1 % [MPa]",
-        "first second-regime bond at strain",
-    )
+    write_csv(out / "summary.csv", header, rows)
+    titles = ("table ", "rate [1/s]", "E [GPa]", "0.2 % yield [MPa]", "stress at 1 % [MPa]",
+              "first second-regime bond at strain")
     print("  ".join(titles))
     for row in rows:
         print("  ".join(cell.rjust(len(title)) for cell, title in zip(row, titles)))

@@ -7,15 +7,15 @@ Reads results/quickstart/summary.csv, rewrites the table between the two marker 
 and copies the pictures with their CSV files to doc/figures. Nothing else in the README is touched.
 """
 
-import argparse
 import csv
 import pathlib
 import shutil
 import sys
 
-from . import run
+from .report import command_line, split_at_marks, table
+from .run import CHECKOUT
 
-START, END = "<!-- table: evp.readme -->", "<!-- end of table -->"
+MARKS = "<!-- table: evp.readme -->", "<!-- end of table -->"
 TITLES = {
     "table": "parameters",
     "rate_per_s": "rate [1/s]",
@@ -33,40 +33,23 @@ def table_lines(summary):
         rows = list(csv.DictReader(source))
     if not rows or list(rows[0]) != list(TITLES):
         raise ValueError(f"{summary} is not the summary of a quick start")
-    lines = ["| " + " | ".join(TITLES.values()) + " |", "|---" * len(TITLES) + "|"]
-    for row in rows:
-        row["table"] = row["table"].replace("table", "Table ")
-        lines.append("| " + " | ".join(row.values()) + " |")
-    return lines
-
-
-def replace_between_markers(text, lines):
-    """text with what stands between START and END replaced; ValueError unless both are there once."""
-    if text.count(START) != 1 or text.count(END) != 1:
-        raise ValueError(f"README.md must hold '{START}' and '{END}' once each")
-    head, rest = text.split(START)
-    _, tail = rest.split(END)
-    return "\n".join([head + START, *lines, END + tail])
+    return table(TITLES.values(), ([row["table"].replace("table", "Table "), *list(row.values())[1:]] for row in rows))
 
 
 def main(argv=None):
     """Returns 0, or 1 after a message."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    default = run.CHECKOUT / "results" / "quickstart"
-    parser.add_argument("--results", type=pathlib.Path, default=default, metavar="DIR")
+    parser = command_line(__doc__)
+    parser.add_argument("--results", type=pathlib.Path, default=CHECKOUT / "results" / "quickstart", metavar="DIR")
     args = parser.parse_args(argv)
-    readme, figures = run.CHECKOUT / "README.md", run.CHECKOUT / "doc" / "figures"
+    readme, figures = CHECKOUT / "README.md", CHECKOUT / "doc" / "figures"
     try:
-        text = replace_between_markers(
-            readme.read_text(encoding="utf-8"), table_lines(args.results / "summary.csv")
-        )
+        head, _, tail = split_at_marks(readme, *MARKS)
+        lines = table_lines(args.results / "summary.csv")
         figures.mkdir(exist_ok=True)
         for picture in PICTURES:
             for suffix in (".png", ".csv"):
                 shutil.copy(args.results / (picture + suffix), figures)
-        readme.write_text(text, encoding="utf-8")
+        readme.write_text("\n".join([head + MARKS[0], *lines, MARKS[1] + tail]), encoding="utf-8")
     except (OSError, ValueError) as error:
         print(f"ERROR: {error}; run tools/quickstart.sh first", file=sys.stderr)
         return 1

@@ -7,6 +7,7 @@ import platform
 import sys
 
 import numpy as np
+from .report import table
 
 # The CSV has nine digits: a difference of one unit of the last is up to 1e-8 of a value.
 TOLERANCE = 1e-8
@@ -45,11 +46,6 @@ def table_of(rows, work):
     return cells, good
 
 
-def markdown(cells):
-    lines = [HEADER, tuple("---" for _ in HEADER), *cells]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
-
-
 def main(work, checksum, document):
     work = pathlib.Path(work)
     rows = read_rows(work, checksum)
@@ -57,15 +53,15 @@ def main(work, checksum, document):
         print("no case was run to its end")
         return 1
     cells, good = table_of(rows, work)
-    table = markdown(cells)
-    print(table)
+    lines = "\n".join(table(HEADER, cells))
+    print(lines)
     system = " ".join(platform.freedesktop_os_release().get(key, "") for key in ("NAME", "VERSION_ID"))
     pathlib.Path(document).write_text(f"""# Releases, compilers and integer sizes that the plugin was tested with
 
 Written by `tools/test_releases.sh` on {datetime.date.today().isoformat()} ({system}, {platform.machine()}); sources {checksum}
 (first digits of the SHA-256 of `CMakeLists.txt cmake/*.* src/*/*.*`). Run it again after a change.
 
-{table}
+{lines}
 
 Test columns: passed / failed. `unit`: GoogleTest on the pure headers. `pair tester`: LAMMPS' own `test_pair_style` on our
 YAML files and the check of their numbers; `-` where it cannot be compiled. `LAMMPS tests`:

@@ -11,15 +11,16 @@ import re
 import shlex
 import shutil
 import subprocess
-import sys
 import time
 from dataclasses import dataclass, field
 from typing import Callable, List, Optional
 
+from .progress import Progress
+
 CHECKOUT = pathlib.Path(__file__).resolve().parents[2]
 DECKS = CHECKOUT / "lammps_inputs"
 _POLL = 0.1  # [s] between two looks at the running jobs
-_PLAIN_INTERVAL = 5.0  # [s] between two lines where the output is no terminal
+_INTERVAL = 5.0  # [s] between two lines of progress where the output is no terminal
 
 
 class RunError(RuntimeError):
@@ -45,23 +46,11 @@ class Job:
 
     def start(self):
         """Start the process; RunError if lmp or mpirun is not there."""
-        command = lammps_command(self.ranks)
-        command += ["-in", str(DECKS / self.deck), "-log", "none"]
-        for key, value in self.variables.items():
-            command += ["-var", key, str(value)]
-        environment = dict(os.environ)
-        # Ranks that spin while they wait make runs several times slower where cores are shared.
-        environment.setdefault("OMPI_MCA_mpi_yield_when_idle", "1")
+        command = deck_command(DECKS / self.deck, self.variables, self.ranks)
         with open(self.log, "w", encoding="utf-8") as log:
             try:
-                self.process = subprocess.Popen(
-                    command,
-                    cwd=self.folder,
-                    env=environment,
-                    stdin=subprocess.DEVNULL,
-                    stdout=log,
-                    stderr=subprocess.STDOUT,
-                )
+                self.process = subprocess.Popen(command, cwd=self.folder, env=environment(), stdin=subprocess.DEVNULL,
+                                                stdout=log, stderr=subprocess.STDOUT)
             except OSError as error:
                 raise RunError(f"{self.name}: cannot start {command[0]}: {error}") from error
 
@@ -90,6 +79,26 @@ def lammps_command(ranks=1):
     return [*words, str(ranks), lmp]
 
 
+def deck_command(deck, variables, ranks=1):
+    """Words that run a deck."""
+    words = [word for key, value in variables.items() for word in ("-var", key, str(value))]
+    return [*lammps_command(ranks), "-in", str(deck), "-log", "none", *words]
+
+
+def environment():
+    """Of a run: ranks that spin while they wait make it several times slower where cores are shared, or ranks are bound to one."""
+    return {"OMPI_MCA_mpi_yield_when_idle": "1", "OMPI_MCA_hwloc_base_binding_policy": "none", **os.environ}
+
+
+def output_of(command, folder, what):
+    """What a command printed; RunError with the end of it where it failed."""
+    run = subprocess.run(command, cwd=folder, env=environment(), stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                         stderr=subprocess.STDOUT, encoding="utf-8", errors="replace", check=False)
+    if run.returncode:
+        raise RunError(f"{what} failed (exit {run.returncode}); its output ends with\n{run.stdout[-1500:]}")
+    return run.stdout
+
+
 def lammps_error(log):
     """The error lines of a log file, or its last lines where there are none."""
     with open(log, encoding="utf-8", errors="replace") as source:
@@ -112,46 +121,6 @@ def last_strain(path):
         return 0.0
 
 
-def format_seconds(seconds):
-    """'8 s' or '2 min 05 s'."""
-    whole = int(round(seconds))
-    return f"{whole} s" if whole < 60 else f"{whole // 60} min {whole % 60:02d} s"
-
-
-class _Progress:
-    """One line of progress: rewritten on a terminal, every few seconds elsewhere."""
-
-    def __init__(self, jobs, title):
-        self.jobs, self.title = jobs, title
-        self.begin = self.shown = time.monotonic()
-        self.terminal = sys.stderr.isatty()
-
-    def show(self, running, finished):
-        now = time.monotonic()
-        if now - self.shown < (0.3 if self.terminal else _PLAIN_INTERVAL):
-            return
-        if not running:
-            return
-        self.shown = now
-        whole = sum(job.cost for job in self.jobs)
-        ready = sum(job.cost for job in finished)
-        ready += sum(job.cost * min(1.0, max(0.0, job.done())) for job in running)
-        share, spent = ready / whole, now - self.begin
-        left = "time left not known yet"
-        if share > 0.02:
-            left = f"about {format_seconds(spent * (1 - share) / share)} left"
-        names = ", ".join(job.name for job in running)
-        text = f"{self.title} {100 * share:3.0f} %, {left} ({names})"
-        print(f"\r\x1b[K{text}" if self.terminal else text, end="" if self.terminal else "\n",
-              file=sys.stderr, flush=True)
-
-    def close(self):
-        if self.terminal:
-            print("\r\x1b[K", end="", file=sys.stderr, flush=True)
-        spent = format_seconds(time.monotonic() - self.begin)
-        print(f"{self.title} done in {spent}", file=sys.stderr, flush=True)
-
-
 def run_jobs(jobs: List[Job], cores=None, title="LAMMPS"):
     """Run all jobs, in their order, as many at once as the cores allow.
 
@@ -159,25 +128,25 @@ def run_jobs(jobs: List[Job], cores=None, title="LAMMPS"):
     RunError is raised; so they are on any other exception, the user's interrupt among them.
     """
     cores = cores or len(os.sched_getaffinity(0))
-    waiting, running, finished = list(jobs), [], []
-    progress = _Progress(jobs, title)
+    waiting, running, finished = list(jobs), [], 0.0
     try:
-        while waiting or running:
-            for job in list(waiting):
-                free = cores - sum(other.ranks for other in running)
-                if job.ranks <= free or not running:
-                    waiting.remove(job)
-                    job.start()
-                    running.append(job)
-            time.sleep(_POLL)
-            for job in [job for job in running if job.process.poll() is not None]:
-                job.check()
-                running.remove(job)
-                finished.append(job)
-            progress.show(running, finished)
+        with Progress(title, sum(job.cost for job in jobs), interval=_INTERVAL) as progress:
+            while waiting or running:
+                for job in list(waiting):
+                    free = cores - sum(other.ranks for other in running)
+                    if job.ranks <= free or not running:
+                        waiting.remove(job)
+                        job.start()
+                        running.append(job)
+                time.sleep(_POLL)
+                for job in [job for job in running if job.process.poll() is not None]:
+                    job.check()
+                    running.remove(job)
+                    finished += job.cost
+                done = sum(job.cost * min(1.0, max(0.0, job.done())) for job in running)
+                progress.show(finished + done, ", ".join(job.name for job in running) or "the next")
     finally:
         for job in running:
             if job.process is not None and job.process.poll() is None:
                 job.process.terminate()
                 job.process.wait()
-    progress.close()

@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""What the tools that write pages share: their command line, their errors, tables, spreads and CSV files."""
+
+import argparse
+import contextlib
+import csv
+import pathlib
+import statistics
+import sys
+
+from .run import CHECKOUT, RunError
+
+
+def command_line(text):
+    """The parser of a tool, its help as it was written."""
+    return argparse.ArgumentParser(description=text, formatter_class=argparse.RawDescriptionHelpFormatter)
+
+
+def add_out(parser, page):
+    """--out, by default a page in doc."""
+    parser.add_argument("--out", type=pathlib.Path, default=CHECKOUT / "doc" / page, help="the file to write")
+
+
+@contextlib.contextmanager
+def errors_in_one_line(tool):
+    """Ends the program with one message where a run failed, or a file or its content cannot be used."""
+    try:
+        yield
+    except (RunError, OSError, ValueError) as error:
+        sys.exit(f"{tool}: error: {error}")
+
+
+def spread(values, form="{:.2f}".format):
+    """'median (smallest to largest)', the median alone of one value."""
+    values = list(values)
+    return form(statistics.median(values)) + (f" ({form(min(values))} to {form(max(values))})" if len(values) > 1 else "")
+
+
+def ratios(own, other):
+    """own over other, round by round."""
+    return [a / b for a, b in zip(own, other)]
+
+
+def table(header, rows):
+    """Lines of a Markdown table."""
+    lines = ["| " + " | ".join(map(str, cells)) + " |" for cells in (header, *rows)]
+    return [lines[0], "|" + "---|" * len(header), *lines[1:]]
+
+
+def split_at_marks(path, start, end):
+    """Texts before, between and after two marks of a file; ValueError unless each is there once."""
+    text = path.read_text(encoding="utf-8")
+    if text.count(start) != 1 or text.count(end) != 1:
+        raise ValueError(f"{path} must hold '{start}' and '{end}' once each")
+    head, rest = text.split(start)
+    return head, *rest.split(end)
+
+
+def write_csv(path, header, rows):
+    """A CSV file; rows: sequences, or dicts by the header, whose missing values stay empty."""
+    with open(path, "w", newline="", encoding="utf-8") as target:
+        writer = csv.writer(target, lineterminator="\n")
+        writer.writerow(header)
+        writer.writerows([row.get(name, "") for name in header] if isinstance(row, dict) else row for row in rows)
