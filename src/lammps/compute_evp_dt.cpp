@@ -2,6 +2,7 @@
 
 #include "compute_evp_dt.h"
 
+#include "pair_network.h"
 #include "scene.h"
 
 #include <algorithm>

@@ -2,6 +2,7 @@
 
 #include "compute_evp_state_atom.h"
 
+#include "pair_network.h"
 #include "scene.h"
 
 #include "memory.h"

@@ -4,10 +4,12 @@
 
 #include "compute_evp_dt.h"
 #include "core/text.h"
+#include "pair_network.h"
 #include "scene.h"
 
 #include "group.h"
 #include "output.h"
+#include "pair.h"
 
 #include <algorithm>
 #include <cmath>
