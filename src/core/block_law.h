@@ -1,7 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//
-// The law over a block of pairs, without a branch, for the instruction set of the machine that runs.
-// Pure C++17. The numbers are the same on every instruction set: no step of a sum is fused or moved.
 
 #ifndef EVP_CORE_BLOCK_LAW_H
 #define EVP_CORE_BLOCK_LAW_H
@@ -28,9 +25,15 @@ struct Block {
   alignas(64) double approach[SIZE];    ///< (x_i - x_j).(v_i - v_j), read with damping only
   alignas(64) double force[SIZE];       ///< result: force/d [force/length], 0 beyond the cut
   alignas(64) double energy[SIZE];      ///< result where asked for [energy], 0 beyond the cut
+
+  template <int Component> double relative(int k) const
+  {
+    return Component < 2 ? xy[2 * k + Component] : z[k];
+  }
 };
 
-/// The laws of all pairs of a list, and the fastest way through a block of these pairs.
+/// The laws of all pairs of a list, and the fastest way through a block of these pairs on the machine
+/// that runs. The numbers are the same on every instruction set: no step of a sum is fused or moved.
 class BlockLaw {
  public:
   /// laws: as PackedPair::law counts them; they stay the caller's, and must stay where they are.
@@ -41,16 +44,15 @@ class BlockLaw {
   /// Fills block.force, and block.energy where asked for.
   void operator()(Block &block, bool damping, bool energy) const
   {
-    functions[damping][energy](*this, block);
+    function(*this, block, damping, energy);
   }
 
   const Law *laws = nullptr;
   std::vector<Law::Constants> constants;    ///< of each law, or the only ones that there are
-
-  using Function = void (*)(const BlockLaw &, Block &);
+  Level level = Level::BASE;
 
  private:
-  Function functions[2][2] = {};    // [damping][energy]
+  void (*function)(const BlockLaw &, Block &, bool damping, bool energy) = nullptr;
 };
 
 }    // namespace EVP

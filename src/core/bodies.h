@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//
-// Bodies: atoms connected by pairs. Sets of connected nodes, and the atoms of one MPI rank by body.
-// Pure C++17.
 
 #ifndef EVP_CORE_BODIES_H
 #define EVP_CORE_BODIES_H
 
-#include "core/bytes.h"
+#include "core/memory.h"
 
 #include <algorithm>
 #include <cstddef>

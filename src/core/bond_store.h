@@ -3,7 +3,7 @@
 #ifndef EVP_CORE_BOND_STORE_H
 #define EVP_CORE_BOND_STORE_H
 
-#include "core/prefetch.h"
+#include "core/memory.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -183,11 +183,9 @@ class BondStore {
 
   double memory_usage() const
   {
-    double bytes =
-        (double) (bonds.capacity() * sizeof(Bonds) + recorded_as.capacity() * sizeof(int64_t));
-    for (const Bonds &own : bonds) bytes += (double) own.capacity() * sizeof(Bond);
-    for (const auto &own : values)
-      bytes += (double) (sizeof(own) + own.capacity() * sizeof(double));
+    double bytes = bytes_of(bonds, recorded_as, values);
+    for (const Bonds &own : bonds) bytes += bytes_of(own);
+    for (const auto &own : values) bytes += bytes_of(own);
     return bytes;
   }
 

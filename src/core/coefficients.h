@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//
-// The rows that pair_coeff gave, and the laws that the pairs take of them. Pure C++17.
 
 #ifndef EVP_CORE_COEFFICIENTS_H
 #define EVP_CORE_COEFFICIENTS_H
 
 #include "core/block_law.h"
-#include "core/checksum.h"
+#include "core/memory.h"
 
 #include <algorithm>
 #include <array>
@@ -103,7 +101,7 @@ class Coefficients {
   /// some of them take the twin, which matters only beside others that have their gamma.
   template <class Serves> void choose_block_law(Serves &&serves, bool twins)
   {
-    used.clear();
+    std::vector<int> used;    // indices of those that pairs can have
     for (int i = 1; i < n; i++)
       for (int j = i; j < n; j++) {
         if (!serves(i, j)) continue;
@@ -114,18 +112,13 @@ class Coefficients {
   }
   const BlockLaw &block_law() const { return block; }
 
-  double memory_usage() const
-  {
-    return (double) (values.capacity() * sizeof(double) + laws.capacity() * sizeof(Law) +
-                     block.constants.capacity() * sizeof(Law::Constants));
-  }
+  double memory_usage() const { return bytes_of(values, laws, block.constants); }
 
  private:
   int n = 0;                                             // atom types and one more
   std::vector<double> values;                            // of all members
   std::array<std::vector<double *>, NMEMBERS> tables;    // [type][type] of each
   std::vector<Law> laws;                                 // of all pairs of types, then their twins
-  std::vector<int> used;                                 // indices of those that pairs can have
   BlockLaw block;
 };
 

@@ -1,8 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//
-// The loop over packed pairs: what one time step does, and nothing else. Pairs are gathered in
-// blocks, the law goes over a block at once, the forces are scattered.
-// Pure C++17. Everything a pair needs was looked up when the list was packed.
 
 #ifndef EVP_CORE_FORCE_LOOP_H
 #define EVP_CORE_FORCE_LOOP_H
@@ -69,12 +65,12 @@ struct NoTally {
 template <bool Damping>
 void gather(const PairList &list, const ParticleView &view, const PairRange &range, Block &block)
 {
-  const int *const partner = list.pairs.j();
+  const int *const partner = list.pairs.j.data();
   block.n = range.last - range.first;
-  block.inv_deq = list.pairs.inv_deq() + range.first;
-  block.cutsq = list.pairs.cutsq() + range.first;
-  block.margin_removed = list.pairs.margin_removed();
-  block.kind = list.pairs.kind() + range.first;
+  block.inv_deq = list.pairs.inv_deq.data() + range.first;
+  block.cutsq = list.pairs.cutsq.data() + range.first;
+  block.margin_removed = list.pairs.margin_removed;
+  block.kind = list.pairs.kind.data() + range.first;
   const auto *const x = view.x;
   const auto *const v = Damping ? view.v : view.x;    // read only if needed
   range.for_each_row([&](int i, int first, int last) {
@@ -97,7 +93,7 @@ void gather(const PairList &list, const ParticleView &view, const PairRange &ran
 inline void scatter(const PairList &list, const ParticleView &view, const PairRange &range,
                     const Block &block)
 {
-  const int *const partner = list.pairs.j();
+  const int *const partner = list.pairs.j.data();
   auto *const f = view.f;
   const int nreact = view.nreact;
   range.for_each_row([&](int i, int first, int last) {
@@ -123,7 +119,9 @@ inline void scatter(const PairList &list, const ParticleView &view, const PairRa
   });
 }
 
-/// Adds the forces of all interacting pairs (d <= cut) to view.f.
+/// Adds the forces of all interacting pairs (d <= cut) to view.f: what one time step does, and nothing
+/// else. Everything a pair needs was looked up when the list was packed. Pairs are gathered in blocks,
+/// the law goes over a block at once, the forces are scattered.
 ///
 /// tally(range, block) is called per block, before the forces are scattered, where Tally::active.
 template <bool Damping, class Tally>
@@ -144,6 +142,79 @@ void accumulate_forces(const PairList &list, const BlockLaw &law, const Particle
     scatter(list, view, range, block);
   }
 }
+
+/// A fixed number of partial sums: vectors of any width then add in the same order.
+class LaneSum {
+ public:
+  static constexpr int LANES = 8;
+  template <class Term> void add(int n, Term &&term)
+  {
+    double sums[LANES];    // apart from what term reads, so that they stay in registers
+    std::copy(lanes, lanes + LANES, sums);
+    int k = 0;
+    for (; k + LANES <= n; k += LANES)
+      for (int lane = 0; lane < LANES; lane++) sums[lane] += term(k + lane);
+    for (int lane = 0; k + lane < n; lane++) sums[lane] += term(k + lane);
+    std::copy(sums, sums + LANES, lanes);
+  }
+  double total() const
+  {
+    double sum = 0.0;
+    for (const double lane : lanes) sum += lane;
+    return sum;
+  }
+
+ private:
+  double lanes[LANES] = {};
+};
+
+/// Energy [energy] and virial (sum of r F as xx yy zz xy xz yz) [energy] of the pairs of a list.
+class SumTally {
+ public:
+  static constexpr bool active = true;
+  const bool energy;    ///< energies are wanted
+
+  /// nreact: pairs with a partner beyond it count half, as the process that owns it has them too.
+  SumTally(const PairList &list_in, int nreact_in, bool energy_in, bool virial_in) :
+      energy(energy_in), list(list_in), nreact(nreact_in), virial(virial_in)
+  {
+  }
+
+  void operator()(const PairRange &range, const Block &block)
+  {
+    const int *const j = list.pairs.j.data() + range.first;
+    for (int k = 0; k < block.n; k++) weight[k] = j[k] < nreact ? 1.0 : 0.5;
+    if (energy)
+      energies.add(block.n, [&](int k) {
+        return weight[k] * block.energy[k];
+      });
+    if (!virial) return;
+    for (int k = 0; k < block.n; k++) weight[k] *= block.force[k];
+    add_virial<0, 0>(0, block);
+    add_virial<1, 1>(1, block);
+    add_virial<2, 2>(2, block);
+    add_virial<0, 1>(3, block);
+    add_virial<0, 2>(4, block);
+    add_virial<1, 2>(5, block);
+  }
+
+  double total_energy() const { return energies.total(); }
+  double total_virial(int component) const { return virials[component].total(); }
+
+ private:
+  const PairList &list;
+  const int nreact;
+  const bool virial;
+  LaneSum energies, virials[6];
+  double weight[Block::SIZE];    // of each pair of the block, for the virial times force/d
+
+  template <int A, int B> void add_virial(int component, const Block &block)
+  {
+    virials[component].add(block.n, [&](int k) {
+      return weight[k] * (block.relative<A>(k) * block.relative<B>(k));
+    });
+  }
+};
 
 }    // namespace EVP
 

@@ -1,7 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//
-// Largest eigenvalue of a symmetric operator that is known by its product with a vector only.
-// Pure C++17; sums over MPI ranks come in through the caller's dot product.
 
 #ifndef EVP_CORE_LANCZOS_H
 #define EVP_CORE_LANCZOS_H

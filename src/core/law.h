@@ -1,10 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//
-// The two-regime Lennard-Jones law of Gado, Charles, Iordanoff, Coupard (CSMA 2017).
-// Pure C++17: no LAMMPS, no state beyond one row of the paper's tables.
-//
-// Notation: d distance of the centres [length], deq the pair's equilibrium distance,
-// r = d/deq, force F > 0 repels [energy/length], xi = |r - 1| (eq. 8).
 
 #ifndef EVP_CORE_LAW_H
 #define EVP_CORE_LAW_H
@@ -18,7 +12,11 @@
 
 namespace EVP {
 
-/// Force, energy and stiffness of one pair type. A value type, built once per row.
+/// The two-regime Lennard-Jones law of Gado, Charles, Iordanoff, Coupard (CSMA 2017): force, energy and
+/// stiffness of one pair type. A value type, built once per row.
+///
+/// Notation: d distance of the centres [length], deq the pair's equilibrium distance, r = d/deq,
+/// force F > 0 repels [energy/length], xi = |r - 1| (eq. 8).
 class Law {
  public:
   /// The law for a loop over blocks of pairs, which has selects where force() and energy() have

@@ -1,7 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//
-// A linear network of springs and dashpots between free and held particles.
-// Pure C++17; the other MPI ranks come in through RankExchange.
 
 #ifndef EVP_CORE_LINEAR_NETWORK_H
 #define EVP_CORE_LINEAR_NETWORK_H

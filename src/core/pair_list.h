@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//
-// The packed pairs of one MPI rank: everything that the time-step loop needs to know of a pair,
-// as one array per quantity, so that a step reads no more than it uses.
-// Pure C++17.
 
 #ifndef EVP_CORE_PAIR_LIST_H
 #define EVP_CORE_PAIR_LIST_H
 
-#include "core/prefetch.h"
+#include "core/memory.h"
 
 #include <algorithm>
 #include <climits>
@@ -58,7 +54,8 @@ struct PackedPair {
   bool is_bond() const { return slot >= 0; }
 };
 
-/// An array of PackedPair, stored by quantity. Room is kept between builds.
+/// Packed pairs as one array per quantity, so that a step reads no more than it uses. Room is kept
+/// between builds: arrays may be longer than size().
 class PackedPairs {
  public:
   /// Pairs are counted by int, and loops look a few blocks ahead.
@@ -67,6 +64,12 @@ class PackedPairs {
   /// May n more pairs be added to count?
   static constexpr bool fits(size_t count, size_t n) { return n <= MOST && count <= MOST - n; }
 
+  std::vector<double> inv_deq, cutsq;    ///< see PackedPair
+  std::vector<int> j, kind, slot;        ///< kind: 2 law + is_bond
+  double
+      margin_removed[2];    ///< factors that take the margin out of a cut: of new pairs, of bonds
+
+  PackedPairs() { clear(); }
   size_t size() const { return count; }
 
   /// new_pair_margin: of the cuts of pairs that were not recorded.
@@ -74,7 +77,7 @@ class PackedPairs {
   {
     count = 0;
     margins[0] = new_pair_margin;
-    for (int k = 0; k < 2; k++) removed[k] = 1.0 / (1.0 + margins[k]);
+    for (int k = 0; k < 2; k++) margin_removed[k] = 1.0 / (1.0 + margins[k]);
   }
 
   /// Where pairs to come go, one array per quantity.
@@ -82,53 +85,27 @@ class PackedPairs {
     double *inv_deq, *cutsq;
     int *j, *kind, *slot;
   };
-  Room room()
+
+  /// Room for n more pairs; those that are there stay.
+  Room room(size_t n)
   {
-    return {inverse_deq.data() + count, squared_cut.data() + count, partner.data() + count,
-            kind_of.data() + count, slot_of.data() + count};
+    if (count + n > j.size()) {
+      const size_t larger = std::max(count + n, j.size() + j.size() / 2);
+      for (auto *values : {&inv_deq, &cutsq}) values->resize(larger);
+      for (auto *values : {&j, &kind, &slot}) values->resize(larger);
+    }
+    return {inv_deq.data() + count, cutsq.data() + count, j.data() + count, kind.data() + count,
+            slot.data() + count};
   }
 
   /// Takes n pairs that were written to the room.
   void add(size_t n) { count += n; }
 
-  /// Makes room for n more pairs; those that are there stay.
-  void make_room(size_t n)
-  {
-    n += count;
-    if (n <= partner.size()) return;
-    n = std::max(n, partner.size() + partner.size() / 2);
-    inverse_deq.resize(n);
-    squared_cut.resize(n);
-    partner.resize(n);
-    kind_of.resize(n);
-    slot_of.resize(n);
-  }
-
-  /// Requires room: see make_room().
-  void push_back(const PackedPair &pair)
-  {
-    inverse_deq[count] = pair.inv_deq;
-    squared_cut[count] = pair.cutsq;
-    partner[count] = pair.j;
-    kind_of[count] = 2 * pair.law + pair.is_bond();
-    slot_of[count] = pair.slot;
-    count++;
-  }
-
-  /// deq, cut: [length]; the rest as in PackedPair. Requires room.
-  void push_back(double deq, double cut, int j, int law, int slot)
-  {
-    push_back({1.0 / deq, reach_squared(cut, slot >= 0), cut, j, law, slot});
-  }
-
   PackedPair operator[](size_t k) const
   {
-    return {inverse_deq[k], squared_cut[k], std::sqrt(squared_cut[k]) * removed[kind_of[k] & 1],
-            partner[k],     kind_of[k] / 2, slot_of[k]};
+    const double cut = std::sqrt(cutsq[k]) * margin_removed[kind[k] & 1];
+    return {inv_deq[k], cutsq[k], cut, j[k], kind[k] / 2, slot[k]};
   }
-
-  const double *inv_deq() const { return inverse_deq.data(); }
-  const double *cutsq() const { return squared_cut.data(); }
 
   /// Square of a cut with the margin of new pairs or of bonds.
   double reach_squared(double cut, bool is_bond) const
@@ -136,35 +113,21 @@ class PackedPairs {
     return EVP::reach_squared(cut, margins[is_bond]);
   }
 
-  /// Factors that take the margin out of a cut: of new pairs, of bonds.
-  const double *margin_removed() const { return removed; }
-
-  const int *j() const { return partner.data(); }
-
-  /// 2 law + is_bond of each pair.
-  const int *kind() const { return kind_of.data(); }
-
   /// Asks the memory for what a step with one law reads of pairs [first, first + n), where they exist.
   void prefetch(size_t first, size_t n) const
   {
     if (first >= count) return;
     n = std::min(n, count - first);
-    EVP::prefetch(inverse_deq.data() + first, n * sizeof(double));
-    EVP::prefetch(squared_cut.data() + first, n * sizeof(double));
-    EVP::prefetch(partner.data() + first, n * sizeof(int));
+    EVP::prefetch(&inv_deq[first], n * sizeof(double));
+    EVP::prefetch(&cutsq[first], n * sizeof(double));
+    EVP::prefetch(&j[first], n * sizeof(int));
   }
 
-  double memory_usage() const
-  {
-    return (double) partner.capacity() * (2 * sizeof(double) + 3 * sizeof(int));
-  }
+  double memory_usage() const { return bytes_of(inv_deq, cutsq, j, kind, slot); }
 
  private:
   size_t count = 0;
   double margins[2] = {NEW_PAIR_MARGIN, BOND_MARGIN};    // of new pairs, of bonds
-  double removed[2] = {1.0 / (1.0 + NEW_PAIR_MARGIN), 1.0 / (1.0 + BOND_MARGIN)};
-  std::vector<double> inverse_deq, squared_cut;
-  std::vector<int> partner, kind_of, slot_of;
 };
 
 /// The pairs of one particle: [first, last) of PairList::pairs.
@@ -188,10 +151,7 @@ struct PairList {
     rows.clear();
     pairs.clear(new_pair_margin);
   }
-  double memory_usage() const
-  {
-    return (double) (rows.capacity() * sizeof(PackedRow)) + pairs.memory_usage();
-  }
+  double memory_usage() const { return bytes_of(rows) + pairs.memory_usage(); }
 };
 
 /// A packed pair at given positions.

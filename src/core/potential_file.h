@@ -1,7 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//
-// From words to a checked Row: the arguments of pair_coeff and the lines of a potential file.
-// Pure C++17.
 
 #ifndef EVP_CORE_POTENTIAL_FILE_H
 #define EVP_CORE_POTENTIAL_FILE_H

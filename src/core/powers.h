@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//
-// Powers, and differences of powers and exponentials that keep their digits near 1. Pure C++17.
 
 #ifndef EVP_CORE_POWERS_H
 #define EVP_CORE_POWERS_H

@@ -1,7 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//
-// One row of the paper's tables, and the table of its members that all who treat them alike go over.
-// Pure C++17.
 
 #ifndef EVP_CORE_ROW_H
 #define EVP_CORE_ROW_H

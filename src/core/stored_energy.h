@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//
-// What all pairs hold above rest, and exert, at one instant. Pure C++17.
 
 #ifndef EVP_CORE_STORED_ENERGY_H
 #define EVP_CORE_STORED_ENERGY_H
@@ -93,10 +91,7 @@ class StoredEnergy {
     return (now.contacts - start.contacts) - (now.contacts_depth - start.contacts_depth);
   }
 
-  double memory_usage() const
-  {
-    return (double) (deq.capacity() + depth.capacity()) * sizeof(double);
-  }
+  double memory_usage() const { return bytes_of(deq, depth); }
 
  private:
   long build = -1;
@@ -159,11 +154,7 @@ struct PairWork {
     return sums;
   }
 
-  double memory_usage() const
-  {
-    const size_t values = velocity.capacity() + force.capacity() + damping.capacity();
-    return stored.memory_usage() + (double) (values * sizeof(double));
-  }
+  double memory_usage() const { return stored.memory_usage() + bytes_of(velocity, force, damping); }
 };
 
 }    // namespace EVP

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//
-// Text that users write, and the refusal of what it cannot mean. Pure C++17.
 
 #ifndef EVP_CORE_TEXT_H
 #define EVP_CORE_TEXT_H

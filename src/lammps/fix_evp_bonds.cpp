@@ -5,7 +5,7 @@
 #include "atom_directory.h"
 #include "bond_file_reader.h"
 #include "collective_error.h"
-#include "core/checksum.h"
+#include "core/memory.h"
 #include "core/text.h"
 #include "pair_network.h"
 #include "scene.h"

@@ -5,7 +5,7 @@
 #ifndef EVP_LAST_POSITIONS_H
 #define EVP_LAST_POSITIONS_H
 
-#include "core/bytes.h"
+#include "core/memory.h"
 
 #include "atom.h"
 #include "domain.h"

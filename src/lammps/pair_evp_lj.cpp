@@ -2,9 +2,9 @@
 
 #include "pair_evp_lj.h"
 
-#include "core/checksum.h"
+#include "core/force_loop.h"
+#include "core/memory.h"
 #include "core/potential_file.h"
-#include "core/tallies.h"
 #include "scene.h"
 
 #include "atom.h"
@@ -49,7 +49,7 @@ class PairTally {
     range.for_each_row([&](int i, int first, int last) {
       for (int k = first; k < last; k++) {
         const int b = k - range.first;
-        style->ev_tally(i, list.pairs.j()[k], list.nlocal, newton, energy ? block.energy[b] : 0.0,
+        style->ev_tally(i, list.pairs.j[k], list.nlocal, newton, energy ? block.energy[b] : 0.0,
                         0.0, block.force[b], block.xy[2 * b], block.xy[2 * b + 1], block.z[b]);
       }
     });

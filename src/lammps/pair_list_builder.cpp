@@ -39,8 +39,7 @@ void PairListBuilder::pack_row(const Scene &scene, int i, EVP::PairList &list, F
   if (!EVP::PackedPairs::fits(list.pairs.size(), nneighbors))
     error->one(FLERR, "Pair evp/lj: more than {} pairs on one MPI rank: use more ranks",
                EVP::PackedPairs::MOST);
-  list.pairs.make_room(nneighbors);
-  const EVP::PackedPairs::Room room = list.pairs.room();
+  const EVP::PackedPairs::Room room = list.pairs.room(nneighbors);
 
   const int n = take_neighbors(scene, i, neighbors, nneighbors, room);
   if (n == 0) return;

@@ -6,7 +6,6 @@
 #define EVP_KERNEL_CASES_H
 
 #include "core/force_loop.h"
-#include "core/tallies.h"
 
 #include <gtest/gtest.h>
 
@@ -34,6 +33,18 @@ struct Cloud {
   }
 };
 
+/// deq, cut: [length]; the rest as in EVP::PackedPair.
+inline void push_back(EVP::PackedPairs &pairs, double deq, double cut, int j, int law, bool is_bond)
+{
+  const EVP::PackedPairs::Room room = pairs.room(1);
+  *room.inv_deq = 1.0 / deq;
+  *room.cutsq = pairs.reach_squared(cut, is_bond);
+  *room.j = j;
+  *room.kind = 2 * law + is_bond;
+  *room.slot = is_bond ? 0 : -1;
+  pairs.add(1);
+}
+
 /// 50 points in a unit cube and the first npairs of their pairs. Each has a deq near its distance,
 /// so that both regimes occur, and a tenth of the pairs is beyond the cut.
 inline Cloud make_cloud(const std::vector<EVP::Row> &rows, int npairs)
@@ -47,15 +58,13 @@ inline Cloud make_cloud(const std::vector<EVP::Row> &rows, int npairs)
     cloud.v.push_back({unit(random), unit(random), unit(random)});
   }
   for (const EVP::Row &row : rows) cloud.laws.emplace_back(row);
-  cloud.list.pairs.make_room(npairs);
   for (int i = 0; i < n; i++) {
     const int first = (int) cloud.list.pairs.size();
     for (int j = i + 1; j < n && (int) cloud.list.pairs.size() < npairs; j++) {
       const EVP::PairGeometry g(reinterpret_cast<const double(*)[3]>(cloud.x.data()), i, j);
       const double d = std::sqrt(g.dsq), deq = d * (1.0 + 0.04 * (unit(random) - 0.5));
       const double cut = d * (0.9 + unit(random));
-      const bool is_bond = j % 2 == 0;
-      cloud.list.pairs.push_back(deq, cut, j, (int) (j % rows.size()), is_bond ? 0 : -1);
+      push_back(cloud.list.pairs, deq, cut, j, (int) (j % rows.size()), j % 2 == 0);
     }
     const int last = (int) cloud.list.pairs.size();
     if (last > first) cloud.list.rows.push_back({i, first, last});

@@ -2,7 +2,7 @@
 //
 // The loops of conjugate gradients: against plain sums, and the same bits on every instruction set.
 
-#include "core/cg.h"
+#include "core/body_solves.h"
 
 #include <gtest/gtest.h>
 

@@ -93,8 +93,10 @@ TEST(Kernel, EqualsThePlainSumWhereTheListIsAskedForAhead)
   for (int repeat = 1; repeat < repeats; repeat++)
     for (const PackedRow &row : once.rows) {
       const int first = (int) cloud.list.pairs.size();
-      cloud.list.pairs.make_room(row.last - row.first);
-      for (int k = row.first; k < row.last; k++) cloud.list.pairs.push_back(once.pairs[k]);
+      for (int k = row.first; k < row.last; k++) {
+        const PackedPair p = once.pairs[k];
+        push_back(cloud.list.pairs, 1.0 / p.inv_deq, p.cut, p.j, p.law, p.is_bond());
+      }
       cloud.list.rows.push_back({row.i, first, (int) cloud.list.pairs.size()});
     }
   ASSERT_GT((int) cloud.list.pairs.size(), CACHED_PAIRS);
@@ -193,8 +195,7 @@ TEST(Kernel, RoundOffAtTheCutDecidesNothing)
         cloud.laws.emplace_back(row);
         cloud.x = {{0, 0, 0}, {cut * (1.0 + off), 0, 0}};
         cloud.v = cloud.x;
-        cloud.list.pairs.make_room(1);
-        cloud.list.pairs.push_back(deq, cut, 1, 0, is_bond ? 0 : -1);
+        push_back(cloud.list.pairs, deq, cut, 1, 0, is_bond);
         cloud.list.rows.push_back({0, 0, 1});
         EXPECT_NEAR(cloud.list.pairs[0].cut, cut, 4 * eps * cut);
 

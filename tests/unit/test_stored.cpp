@@ -3,6 +3,7 @@
 // Sums of what pairs hold: their changes keep their digits, whatever the order of the pairs.
 
 #include "core/stored_energy.h"
+#include "kernel_cases.h"
 
 #include <algorithm>
 #include <cmath>
@@ -60,9 +61,8 @@ class Sums {
     PairList &list = packed.list;
     for (int k = 0; k < builds; k++) list.clear();
     builds++;
-    list.pairs.make_room(pairs.size());
     for (const Pair &pair : pairs) {
-      list.pairs.push_back(pair.deq, pair.cut, 0, 0, pair.is_bond ? 0 : -1);
+      kernel_cases::push_back(list.pairs, pair.deq, pair.cut, 0, 0, pair.is_bond);
       packed.deq.push_back(pair.deq);
     }
     EXPECT_TRUE(stored.is_due(list));

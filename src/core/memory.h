@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+#ifndef EVP_CORE_MEMORY_H
+#define EVP_CORE_MEMORY_H
+
+#include <cstddef>
+#include <cstdint>
+
+namespace EVP {
+
+/// Memory that the vectors hold [bytes].
+template <class... Vectors> double bytes_of(const Vectors &...vectors)
+{
+  return (0.0 + ... + ((double) vectors.capacity() * sizeof(typename Vectors::value_type)));
+}
+
+/// FNV-1a of the bytes of n words, as a whole number that a double holds exactly: tells whether words
+/// of a restart file are those that were written.
+inline double checksum(const double *words, int n)
+{
+  uint64_t sum = 14695981039346656037ULL;
+  const auto *bytes = reinterpret_cast<const unsigned char *>(words);
+  for (size_t k = 0; k < n * sizeof(double); k++) sum = (sum ^ bytes[k]) * 1099511628211ULL;
+  return (double) (sum >> 11);
+}
+
+/// Brings [begin, begin + bytes) nearer before it is needed. Never faults, wherever it points; does
+/// nothing with compilers other than g++ and clang++.
+inline void prefetch([[maybe_unused]] const void *begin, [[maybe_unused]] size_t bytes)
+{
+#if defined(__GNUC__)
+  const char *const at = static_cast<const char *>(begin);
+  for (size_t k = 0; k < bytes; k += 64) {
+    __builtin_prefetch(at + k);
+    __asm__ volatile("");    // g++ drops a loop that does nothing else
+  }
+#endif
+}
+
+}    // namespace EVP
+
+#endif
