@@ -32,10 +32,7 @@ using EVP::BondStore;
 
 static constexpr double FORMAT = 1001.0;    // of the words in restart files; no zone is that large
 
-/* ----------------------------------------------------------------------
-   fix ID group evp/bonds [zone Z | file FILE]
-------------------------------------------------------------------------- */
-
+// fix ID group evp/bonds [zone Z | file FILE]
 FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
     NodalExchange(lmp, narg, arg), zone(0.0), records_due(false),
     after_restart(modify->nfix_restart_global > 0), restored_late(false),
@@ -135,7 +132,6 @@ void FixEVPBonds::init_list(int /*id*/, NeighList *list_in)
 }
 
 // the neighbor list ends at alpha (R_i + R_j) plus a skin that must not matter
-
 void FixEVPBonds::check_zone(const PairNetwork *network) const
 {
   for (int i = 1; i <= atom->ntypes; i++)
@@ -149,10 +145,7 @@ void FixEVPBonds::check_zone(const PairNetwork *network) const
     }
 }
 
-/* ----------------------------------------------------------------------
-   at each neighbor build: what would hand a deq to another atom, or to a second image of the same
-------------------------------------------------------------------------- */
-
+// at each neighbor build: what would hand a deq to another atom, or to a second image of the same
 void FixEVPBonds::setup_pre_neighbor()
 {
   pre_neighbor();
@@ -228,7 +221,6 @@ void FixEVPBonds::setup_pre_force(int /*vflag*/)
 }
 
 // records are made aside: an error leaves the fix as it was
-
 void FixEVPBonds::record()
 {
   const PairNetwork *network = PairNetwork::find(force);
@@ -304,7 +296,6 @@ std::vector<BondStore::Bonds> FixEVPBonds::bonds_in_file(const PairNetwork *netw
 }
 
 // a partner that is there twice has two deq
-
 std::string FixEVPBonds::twice_given(const std::vector<BondStore::Bonds> &made) const
 {
   for (int i = 0; i < atom->nlocal; i++) {
@@ -322,11 +313,8 @@ std::string FixEVPBonds::twice_given(const std::vector<BondStore::Bonds> &made) 
   return "";
 }
 
-/* ----------------------------------------------------------------------
-   f_ID: pairs recorded. f_ID[1..4]: beyond dlim, in the second regime, new pairs that
-   interact, lowest d/(R_i + R_j)
-------------------------------------------------------------------------- */
-
+// f_ID: pairs recorded. f_ID[1..4]: beyond dlim, in the second regime, new pairs that interact,
+// lowest d/(R_i + R_j)
 double FixEVPBonds::compute_scalar()
 {
   return (double) bonds->count();
@@ -356,7 +344,6 @@ double FixEVPBonds::compute_vector(int n)
 
 // LAMMPS' buffers for one atom must hold the longest record of any MPI rank: the first rank says in
 // restart files how long that is
-
 void FixEVPBonds::set_exchange_room()
 {
   maxexchange = (int) bonds->words(bonds->most());
@@ -394,11 +381,8 @@ int FixEVPBonds::unpack_exchange(int nlocal, double *buf)
   return words;
 }
 
-/* ----------------------------------------------------------------------
-   restart files carry no check of their own, and a changed bit is another material: every section of
-   ours ends with a checksum
-------------------------------------------------------------------------- */
-
+// restart files carry no check of their own, and a changed bit is another material: every section
+// of ours ends with a checksum
 void FixEVPBonds::write_restart(FILE *fp)
 {
   double state[] = {FORMAT,
@@ -472,7 +456,6 @@ void FixEVPBonds::unpack_restart(int nlocal, int nth)
 }
 
 // after the section of the fix, those of the atoms must have been there too
-
 void FixEVPBonds::check_restored()
 {
   int due = records_due, due_everywhere;

@@ -1,11 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
 
-#ifdef FIX_CLASS
-// clang-format off
-FixStyle(evp/bonds,FixEVPBonds);
-// clang-format on
-#else
-
 #ifndef LMP_FIX_EVP_BONDS_H
 #define LMP_FIX_EVP_BONDS_H
 
@@ -88,5 +82,4 @@ class FixEVPBonds : public NodalExchange<Fix> {
 
 }    // namespace LAMMPS_NS
 
-#endif
 #endif

@@ -1,11 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
 
-#ifdef FIX_CLASS
-// clang-format off
-FixStyle(nve/evp,FixNVEEVP);
-// clang-format on
-#else
-
 #ifndef LMP_FIX_NVE_EVP_H
 #define LMP_FIX_NVE_EVP_H
 
@@ -109,5 +103,4 @@ class FixNVEEVP : public NodalExchange<Fix> {
 
 }    // namespace LAMMPS_NS
 
-#endif
 #endif

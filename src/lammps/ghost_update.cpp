@@ -29,7 +29,6 @@ bool GhostUpdate::send_positions()
 }
 
 // periodic images are a box away, and move with a box that deforms with 'remap v'
-
 int GhostUpdate::pack(int n, const int *indices, double *buf, int pbc_flag, const int *pbc) const
 {
   double image[3] = {0.0, 0.0, 0.0};

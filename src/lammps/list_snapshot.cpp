@@ -40,7 +40,6 @@ bool ListSnapshot::matches_list() const
 }
 
 // between runs atoms may have gone and as many come, under the same IDs even
-
 bool ListSnapshot::matches_atoms() const
 {
   return atoms == fingerprint();
@@ -57,7 +56,6 @@ bool ListSnapshot::radii_changed() const
 }
 
 // another number where atoms of this MPI rank were exchanged for others, or changed
-
 uint64_t ListSnapshot::fingerprint() const
 {
   uint64_t sum = 0;

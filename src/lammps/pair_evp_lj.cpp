@@ -251,10 +251,7 @@ void PairEVPLJ::compute(int eflag, int vflag)
     stop_at_blow_up();
 }
 
-/* ----------------------------------------------------------------------
-   the run is lost: say where it began, and what there is to go back to
-------------------------------------------------------------------------- */
-
+// the run is lost: say where it began, and what there is to go back to
 void PairEVPLJ::stop_at_blow_up() const
 {
   // where an atom is lost all its pairs are: name that atom first

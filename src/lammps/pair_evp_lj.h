@@ -1,11 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
 
-#ifdef PAIR_CLASS
-// clang-format off
-PairStyle(evp/lj,PairEVPLJ);
-// clang-format on
-#else
-
 #ifndef LMP_PAIR_EVP_LJ_H
 #define LMP_PAIR_EVP_LJ_H
 
@@ -59,5 +53,4 @@ class PairEVPLJ : public Pair {
 
 }    // namespace LAMMPS_NS
 
-#endif
 #endif

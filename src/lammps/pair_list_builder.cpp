@@ -56,7 +56,6 @@ void PairListBuilder::pack_row(const Scene &scene, int i, EVP::PairList &list, F
 }
 
 // partner and slot of each neighbor that can act
-
 int PairListBuilder::take_neighbors(const Scene &scene, int i, const int *neighbors, int nneighbors,
                                     const Room &room)
 {
@@ -84,7 +83,6 @@ int PairListBuilder::take_neighbors(const Scene &scene, int i, const int *neighb
 }
 
 // what follows from partner and slot
-
 void PairListBuilder::fill(const Scene &scene, int i, int n, const Room &room,
                            const EVP::PackedPairs &pairs, Found &found) const
 {
@@ -133,7 +131,6 @@ void PairListBuilder::stop_where_centres_coincide(int i, int j) const
 }
 
 // without newton both owners of a pair across MPI ranks hold it; one of them counts it
-
 void PairListBuilder::count_overlap(int i, int j, double deq, const EVP::Law &law,
                                     Overlaps &overlaps) const
 {

@@ -132,10 +132,6 @@ PairNetwork::Counts PairNetwork::count_pairs() const
   return {all[0], all[1], all[2], lowest_all < HUGE_VAL ? lowest_all : 0.0};
 }
 
-/* ----------------------------------------------------------------------
-   before a run
-------------------------------------------------------------------------- */
-
 void PairNetwork::set_types(int ntypes)
 {
   max_radius.assign(ntypes + 1, 0.0);
@@ -179,7 +175,6 @@ void PairNetwork::find_max_radii()
 }
 
 // once there were records, going on without them would silently be another material
-
 void PairNetwork::find_bonds()
 {
   note_bonds();
@@ -197,7 +192,6 @@ void PairNetwork::find_bonds()
 }
 
 // records are new, or closed since their fix is gone: then this style goes on without bonds
-
 void PairNetwork::note_bonds()
 {
   if (!store) return;
@@ -216,7 +210,6 @@ double &PairNetwork::reach_of(int i, int j)
 
 // pair_style hybrid may have given a pair of types with coefficients here to another sub-style:
 // serve() tells
-
 bool PairNetwork::serves(int i, int j) const
 {
   return !reach.empty() && const_cast<PairNetwork *>(this)->reach_of(i, j) >= 0.0;
@@ -254,7 +247,6 @@ double PairNetwork::serve(int i, int j)
 }
 
 // once per run, when all pairs of types are known: before the first forces, by all MPI ranks
-
 void PairNetwork::check_scene()
 {
   scene_checked = true;
@@ -269,7 +261,6 @@ void PairNetwork::check_scene()
 }
 
 // one line of the active effects, again only when it changes
-
 void PairNetwork::report()
 {
   const char *contact[] = {"literal", "repulsive", "none"};
@@ -302,11 +293,8 @@ void PairNetwork::report()
                        i, j, alpha_of(i, j));
 }
 
-/* ----------------------------------------------------------------------
-   packing: by all MPI ranks with a new neighbor list, new bonds or new coefficients; where radii may
-   change at any step, a rank whose own did packs alone
-------------------------------------------------------------------------- */
-
+// packing: by all MPI ranks with a new neighbor list, new bonds or new coefficients; where radii
+// may change at any step, a rank whose own did packs alone
 void PairNetwork::pack_if_due(const NeighList *neighbors)
 {
   if (neighbor->ago == 0 || repack_due || (store && store->version() != store_version))
@@ -342,7 +330,6 @@ void PairNetwork::pack(const NeighList *neighbors, bool collective)
 }
 
 // one that only repels has no force at its cut but that of damping: spheres that touch do not interact
-
 double PairNetwork::new_pair_margin() const
 {
   if (new_pairs.contact != Contact::REPULSIVE) return EVP::NEW_PAIR_MARGIN;
@@ -350,7 +337,6 @@ double PairNetwork::new_pair_margin() const
 }
 
 // what the pairs of any MPI rank ask of all; overlaps are warned of once per run
-
 void PairNetwork::agree_on_pairs(const PairListBuilder::Found &found)
 {
   bigint here[2] = {found.damped, found.overlaps.count}, all[2];
@@ -374,7 +360,6 @@ void PairNetwork::agree_on_pairs(const PairListBuilder::Found &found)
 }
 
 // of special_bonds, or of the pair special option of this sub-style of pair_style hybrid
-
 void PairNetwork::check_weights() const
 {
   for (int k = 1; k < 4; k++)
@@ -386,7 +371,6 @@ void PairNetwork::check_weights() const
 }
 
 // the neighbor list reaches alpha (R_i + R_j) for the radii at set-up only
-
 void PairNetwork::check_radii() const
 {
   for (int i = 0; i < atom->nlocal; i++)

@@ -1,11 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
 
-#ifdef COMMAND_CLASS
-// clang-format off
-CommandStyle(write_evp_bonds,WriteEVPBonds);
-// clang-format on
-#else
-
 #ifndef LMP_WRITE_EVP_BONDS_H
 #define LMP_WRITE_EVP_BONDS_H
 
@@ -27,5 +21,4 @@ class WriteEVPBonds : public Command {
 
 }    // namespace LAMMPS_NS
 
-#endif
 #endif

@@ -51,7 +51,6 @@ std::vector<EVP::BondStore::Bonds> ZoneBonds::find(const NeighList *list,
 // Square of the distance of a neighbor, from either side the same to the last bit, so that both atoms
 // of a pair decide alike. The position of a ghost is that of its owner and whole periodic vectors, but
 // for round-off, which differs between the images of i and of j.
-
 double ZoneBonds::symmetric_dsq(int i, int j) const
 {
   const double *const at = &owner_x[(size_t) 3 * i], *const other = &owner_x[(size_t) 3 * j];
