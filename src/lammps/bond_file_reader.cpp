@@ -2,7 +2,7 @@
 
 #include "bond_file_reader.h"
 
-#include "collective_error.h"
+#include "collective.h"
 #include "core/bond_file.h"
 #include "core/pair_list.h"
 

@@ -4,9 +4,9 @@
 
 #include "atom_directory.h"
 #include "bond_file_reader.h"
-#include "collective_error.h"
+#include "collective.h"
 #include "core/checksum.h"
-#include "core/text.h"
+#include "keywords.h"
 #include "pair_network.h"
 #include "scene.h"
 #include "zone_bonds.h"
@@ -17,7 +17,6 @@
 #include "error.h"
 #include "force.h"
 #include "modify.h"
-#include "neigh_list.h"
 #include "neighbor.h"
 #include "update.h"
 #include "utils.h"
@@ -27,40 +26,24 @@
 #include <cstring>
 
 using namespace LAMMPS_NS;
-using namespace FixConst;
 using EVP::BondStore;
 
 static constexpr double FORMAT = 1001.0;    // of the words in restart files; no zone is that large
 
 // fix ID group evp/bonds [zone Z | file FILE]
 FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
-    NodalExchange(lmp, narg, arg), zone(0.0), records_due(false),
-    after_restart(modify->nfix_restart_global > 0), restored_late(false),
-    bonds(std::make_shared<BondStore>()), shown(bonds), list(nullptr), pair_counts{},
-    counted_step(-1)
+    NodalExchange(lmp, narg, arg), after_restart(modify->nfix_restart_global > 0)
 {
-  for (int iarg = 3; iarg < narg; iarg += 2) {
-    const std::string key = arg[iarg];
-    if (key != "zone" && key != "file")
-      error->all(FLERR, "Fix {} evp/bonds: unknown keyword '{}'; it takes zone or file", id, key);
-    if (iarg + 1 == narg) error->all(FLERR, "Fix {} evp/bonds: keyword {} needs a value", id, key);
-    if (key == "file") {
-      file = arg[iarg + 1];
-      if (file.empty())
-        error->all(FLERR, "Fix {} evp/bonds: the name of the bond file is empty", id);
-      continue;
-    }
-    try {
-      zone = EVP::parse_number("zone", arg[iarg + 1]);
-    } catch (const EVP::BadInput &bad) {
-      error->all(FLERR, "Fix {} evp/bonds: {}", id, bad.what());
-    }
-    if (!(zone > 1.0))
-      error->all(FLERR,
-                 "Fix {} evp/bonds: zone must be greater than 1 (pairs with d <= zone (R_i + R_j) "
-                 "are recorded), got {}",
-                 id, arg[iarg + 1]);
-  }
+  EVP::for_each_keyword(
+      error, fmt::format("Fix {} evp/bonds", id), narg - 3, arg + 3, {"zone", "file"}, " or ",
+      [this](const EVP::Keyword &word) {
+        if (word.is("zone")) {
+          zone = word.number();
+          word.demand(zone > 1.0,
+                      "must be greater than 1 (pairs with d <= zone (R_i + R_j) are recorded)");
+        } else if ((file = word.value).empty())
+          throw EVP::BadInput("the name of the bond file is empty");
+      });
   if (zone > 0.0 && !file.empty())
     error->all(FLERR,
                "Fix {} evp/bonds: the bonds come from the zone or from a file, give one of the two",
@@ -76,10 +59,7 @@ FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
   create_attribute = 1;
   stores_ids = 1;
   maxexchange_dynamic = 1;
-  scalar_flag = vector_flag = 1;
-  size_vector = 4;
-  global_freq = 1;
-  extscalar = extvector = 0;
+  EVP::scene::offer_values(this, 4);
 
   FixEVPBonds::grow_arrays(atom->nmax);
   set_exchange_room();
@@ -94,11 +74,6 @@ FixEVPBonds::~FixEVPBonds()
   bonds->close();
 }
 
-int FixEVPBonds::setmask()
-{
-  return PRE_NEIGHBOR | MIN_PRE_NEIGHBOR | PRE_FORCE | MIN_PRE_FORCE;
-}
-
 void *FixEVPBonds::extract(const char *name, int &dim)
 {
   dim = 0;
@@ -111,9 +86,7 @@ void FixEVPBonds::init()
   const PairNetwork *network = PairNetwork::require(force, error, who);
   EVP::scene::refuse_respa(update, error, who);
 
-  int here = bonds->most(), most;
-  MPI_Allreduce(&here, &most, 1, MPI_INT, MPI_MAX, world);
-  bonds->need_room(most);
+  bonds->need_room(EVP::max_all(bonds->most(), world));
   set_exchange_room();
 
   check_restored();
@@ -124,11 +97,6 @@ void FixEVPBonds::init()
     check_zone(network);
     neighbor->add_request(this, NeighConst::REQ_FULL | NeighConst::REQ_OCCASIONAL);
   }
-}
-
-void FixEVPBonds::init_list(int /*id*/, NeighList *list_in)
-{
-  list = list_in;
 }
 
 // the neighbor list ends at alpha (R_i + R_j) plus a skin that must not matter
@@ -146,16 +114,6 @@ void FixEVPBonds::check_zone(const PairNetwork *network) const
 }
 
 // at each neighbor build: what would hand a deq to another atom, or to a second image of the same
-void FixEVPBonds::setup_pre_neighbor()
-{
-  pre_neighbor();
-}
-
-void FixEVPBonds::min_pre_neighbor()
-{
-  pre_neighbor();
-}
-
 void FixEVPBonds::pre_neighbor()
 {
   if (!bonds->has_recorded()) return;
@@ -183,8 +141,7 @@ void FixEVPBonds::check_box(const PairNetwork *network) const
 void FixEVPBonds::check_ids() const
 {
   const BondStore::Misplaced found = bonds->find_misplaced(atom->tag, atom->nlocal);
-  bigint here[2] = {found.renumbered, found.newcomer}, any[2];
-  MPI_Allreduce(here, any, 2, MPI_LMP_BIGINT, MPI_MAX, world);
+  const auto any = EVP::max_all(std::array{found.renumbered, found.newcomer}, world);
   if (any[0] || any[1]) error->all(FLERR, misplaced_message({any[0], any[1]}));
 }
 
@@ -210,11 +167,6 @@ std::string FixEVPBonds::misplaced_message(BondStore::Misplaced atoms) const
       id, atoms.newcomer, bonds->highest_id(), anew);
 }
 
-std::string FixEVPBonds::how_to_replicate() const
-{
-  return fmt::format("'unfix {}', replicate, and define the fix again", id);
-}
-
 void FixEVPBonds::setup_pre_force(int /*vflag*/)
 {
   if (!bonds->has_recorded()) record();
@@ -238,18 +190,19 @@ void FixEVPBonds::record()
   }
   check_box(network);
 
-  bigint here[2] = {0, 0}, most[2], sides_here = 0, sides;    // highest ID, most records
+  int64_t highest = 0, most = 0, sides = 0;    // ID, records of an atom, records of all
   for (int i = 0; i < atom->nlocal; i++) {
-    here[0] = std::max(here[0], (bigint) atom->tag[i]);
-    here[1] = std::max(here[1], (bigint) made[i].size());
-    sides_here += (bigint) made[i].size();
+    highest = std::max(highest, (int64_t) atom->tag[i]);
+    most = std::max(most, (int64_t) made[i].size());
+    sides += (int64_t) made[i].size();
   }
-  MPI_Allreduce(here, most, 2, MPI_LMP_BIGINT, MPI_MAX, world);
-  MPI_Allreduce(&sides_here, &sides, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+  highest = EVP::max_all(highest, world);
+  most = EVP::max_all(most, world);
+  sides = EVP::sum_all(sides, world);
 
   // from here on nothing can fail
-  bonds->record(made, atom->tag, sides / 2, most[0]);
-  bonds->need_room((int) most[1]);
+  bonds->record(made, atom->tag, sides / 2, highest);
+  bonds->need_room((int) most);
   set_exchange_room();
 
   if (comm->me) return;
@@ -269,7 +222,7 @@ void FixEVPBonds::record()
   if (file.empty())
     source = zone > 0.0 ? fmt::format("within {} (R_i + R_j)", zone) : "within alpha (R_i + R_j)";
   utils::logmesg(lmp, "fix evp/bonds {}: recorded {} pairs {}, at most {} per atom\n", id,
-                 bonds->count(), source, most[1]);
+                 bonds->count(), source, most);
 }
 
 std::vector<BondStore::Bonds> FixEVPBonds::bonds_in_zone(const PairNetwork *network)
@@ -313,13 +266,6 @@ std::string FixEVPBonds::twice_given(const std::vector<BondStore::Bonds> &made) 
   return "";
 }
 
-// f_ID: pairs recorded. f_ID[1..4]: beyond dlim, in the second regime, new pairs that interact,
-// lowest d/(R_i + R_j)
-double FixEVPBonds::compute_scalar()
-{
-  return (double) bonds->count();
-}
-
 double FixEVPBonds::compute_vector(int n)
 {
   if (update->whichflag != 0 && counted_step == update->ntimestep) return pair_counts[n];
@@ -333,10 +279,8 @@ double FixEVPBonds::compute_vector(int n)
                id, id, n + 1);
   if (network) {
     const PairNetwork::Counts counts = network->count_pairs();
-    pair_counts[0] = (double) bonds->count() - counts.bonds_within;
-    pair_counts[1] = counts.bonds_second;
-    pair_counts[2] = counts.new_pairs;
-    pair_counts[3] = counts.lowest_ratio;
+    pair_counts = {(double) bonds->count() - counts.bonds_within, counts.bonds_second,
+                   counts.new_pairs, counts.lowest_ratio};
     counted_step = update->ntimestep;
   }
   return pair_counts[n];
@@ -349,34 +293,9 @@ void FixEVPBonds::set_exchange_room()
   maxexchange = (int) bonds->words(bonds->most());
 }
 
-double FixEVPBonds::memory_usage()
+int FixEVPBonds::unpack(int i, const double *buf)
 {
-  return bonds->memory_usage();
-}
-
-void FixEVPBonds::grow_arrays(int nmax)
-{
-  bonds->grow(nmax);
-}
-
-void FixEVPBonds::copy_arrays(int i, int j, int /*delflag*/)
-{
-  bonds->copy(i, j);
-}
-
-void FixEVPBonds::set_arrays(int i)
-{
-  bonds->clear(i);
-}
-
-int FixEVPBonds::pack_exchange(int i, double *buf)
-{
-  return bonds->pack(i, buf);
-}
-
-int FixEVPBonds::unpack_exchange(int nlocal, double *buf)
-{
-  const int words = bonds->unpack(nlocal, buf);
+  const int words = bonds->unpack(i, buf);
   set_exchange_room();
   return words;
 }
@@ -385,12 +304,8 @@ int FixEVPBonds::unpack_exchange(int nlocal, double *buf)
 // of ours ends with a checksum
 void FixEVPBonds::write_restart(FILE *fp)
 {
-  double state[] = {FORMAT,
-                    zone,
-                    bonds->has_recorded() ? 1.0 : 0.0,
-                    (double) bonds->count(),
-                    (double) bonds->highest_id(),
-                    0.0};
+  double state[6] = {FORMAT, zone, (double) bonds->has_recorded(), (double) bonds->count(),
+                     (double) bonds->highest_id()};
   state[5] = EVP::checksum(state, 5);
   const int size = sizeof(state);
   if (comm->me == 0) {
@@ -447,8 +362,7 @@ void FixEVPBonds::unpack_restart(int nlocal, int nth)
         "Fix {} evp/bonds: the bonds of atom {} in the restart file are damaged, or the atom "
         "is not from that file: define the fix right after read_restart",
         id, atom->tag[nlocal]);
-  bonds->unpack(nlocal, extra + m + 1);
-  set_exchange_room();
+  unpack(nlocal, extra + m + 1);
   // LAMMPS keeps what it read in the order of that moment
   const int64_t recorded_id = bonds->recorded_id(nlocal);
   if (recorded_id && recorded_id != atom->tag[nlocal]) restored_late = true;
@@ -458,22 +372,10 @@ void FixEVPBonds::unpack_restart(int nlocal, int nth)
 // after the section of the fix, those of the atoms must have been there too
 void FixEVPBonds::check_restored()
 {
-  int due = records_due, due_everywhere;
-  MPI_Allreduce(&due, &due_everywhere, 1, MPI_INT, MPI_MIN, world);
-  if (due_everywhere)
+  if (EVP::on_all(records_due, world))
     error->all(
         FLERR,
         "Fix {} evp/bonds: the restart file is damaged, it announces {} bonds and holds none", id,
         bonds->count());
   records_due = false;
-}
-
-int FixEVPBonds::size_restart(int i)
-{
-  return 2 + (int) bonds->words(bonds->of(i).size());
-}
-
-int FixEVPBonds::maxsize_restart()
-{
-  return 2 + (int) bonds->words(bonds->most());
 }

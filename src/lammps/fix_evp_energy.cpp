@@ -2,6 +2,7 @@
 
 #include "fix_evp_energy.h"
 
+#include "collective.h"
 #include "fix_nve_evp.h"
 #include "pair_network.h"
 #include "scene.h"
@@ -12,9 +13,7 @@
 
 using namespace LAMMPS_NS;
 
-FixEVPEnergy::FixEVPEnergy(LAMMPS *lmp, int narg, char **arg) :
-    AtomRecords(lmp, narg, arg), pair(nullptr), implicit(nullptr), driven_groupbits(0),
-    started(false), dt_step(0.0), start{}, last{}, dissipated_at_begin(0.0), taken(0.0), entries{}
+FixEVPEnergy::FixEVPEnergy(LAMMPS *lmp, int narg, char **arg) : AtomRecords(lmp, narg, arg)
 {
   if (narg != 3) error->all(FLERR, "Fix {} evp/energy: unexpected argument '{}'", id, arg[3]);
   if (igroup != 0)
@@ -23,10 +22,7 @@ FixEVPEnergy::FixEVPEnergy(LAMMPS *lmp, int narg, char **arg) :
                "entries",
                id);
   nevery = 1;
-  scalar_flag = vector_flag = 1;
-  size_vector = NENTRIES;
-  global_freq = 1;
-  extscalar = extvector = 0;
+  EVP::scene::offer_values(this, NENTRIES);
   follow_atoms();
 }
 
@@ -53,9 +49,8 @@ void FixEVPEnergy::setup(int /*vflag*/)
   if (update->whichflag != 1) return;
   pair_work.stored.assign(*pair);    // the pair style may be another than in the last run
   if (!started) {
-    double here = pair_work.stored.total_depth(), all;
-    MPI_Allreduce(&here, &all, 1, MPI_DOUBLE, MPI_SUM, world);
-    pair_work.stored.set_largest_depth(all);    // for all instants that are compared with the start
+    // for all instants that are compared with the start
+    pair_work.stored.set_largest_depth(EVP::sum_all(pair_work.stored.total_depth(), world));
   }
   evaluate(true);
   if (!started) start = last;

@@ -2,7 +2,8 @@
 
 #include "fix_nve_evp.h"
 
-#include "core/text.h"
+#include "collective.h"
+#include "keywords.h"
 #include "pair_network.h"
 #include "scene.h"
 
@@ -28,37 +29,24 @@ FixNVEEVP::FixNVEEVP(LAMMPS *lmp, int narg, char **arg) :
     NodalExchange(lmp, narg, arg), who(fmt::format("Fix {} nve/evp", id)), bodies(lmp, *this),
     solver(lmp, who, *this, dampers, bodies.found()), positions(lmp)
 {
-  for (int iarg = 3; iarg < narg; iarg += 2) {
-    const std::string key = arg[iarg];
-    if (key != "tol" && key != "maxiter")
-      error->all(FLERR, "{}: unknown keyword '{}'; it takes tol and maxiter", who, key);
-    if (iarg + 1 == narg) error->all(FLERR, "{}: keyword {} needs a value", who, key);
-    double value = 0.0;
-    try {
-      value = EVP::parse_number(key, arg[iarg + 1]);
-    } catch (const EVP::BadInput &bad) {
-      error->all(FLERR, "{}: {}", who, bad.what());
-    }
-    if (key == "tol") {
-      if (!(value > 0.0 && value < 1.0))
-        error->all(FLERR, "{}: tol must lie between 0 and 1 (residual over damping), got {}", who,
-                   arg[iarg + 1]);
-      solver.tolerance = value;
-    } else {
-      if (!(value >= 1.0 && value <= 1.0e6 && value == std::floor(value)))
-        error->all(FLERR, "{}: maxiter must be a whole number from 1 to 1e6, got {}", who,
-                   arg[iarg + 1]);
-      solver.max_iterations = (int) value;
-    }
-  }
+  EVP::for_each_keyword(
+      error, who, narg - 3, arg + 3, {"tol", "maxiter"}, " and ", [this](const EVP::Keyword &word) {
+        const double value = word.number();
+        if (word.is("tol")) {
+          word.demand(value > 0.0 && value < 1.0,
+                      "must lie between 0 and 1 (residual over damping)");
+          solver.tolerance = value;
+        } else {
+          word.demand(value >= 1.0 && value <= 1.0e6 && value == std::floor(value),
+                      "must be a whole number from 1 to 1e6");
+          solver.max_iterations = (int) value;
+        }
+      });
 
   time_integrate = 1;
   dynamic_group_allow = 0;
   virial_global_flag = virial_peratom_flag = thermo_virial = 1;
-  scalar_flag = vector_flag = 1;
-  size_vector = 2;
-  global_freq = 1;
-  extscalar = extvector = 0;
+  EVP::scene::offer_values(this, 2);
   // LAMMPS takes it from constructors only; nothing is kept unless wanted
   atom->add_callback(Atom::GROW);
 }
@@ -116,11 +104,10 @@ void FixNVEEVP::check_groups() const
     for (const char *pattern : {"^setforce", "^lineforce", "^planeforce", "^aveforce", "^freeze"})
       holds = holds || utils::strmatch(other->style, pattern);
     if (other == this || (!holds && !other->time_integrate)) continue;
-    int shared = 0, any;
+    bool shared = false;
     for (int i = 0; i < atom->nlocal; i++)
-      if (in_group(i) && (atom->mask[i] & other->groupbit)) shared = 1;
-    MPI_Allreduce(&shared, &any, 1, MPI_INT, MPI_MAX, world);
-    if (any)
+      shared = shared || (in_group(i) && (atom->mask[i] & other->groupbit));
+    if (EVP::on_any(shared, world))
       error->all(FLERR,
                  "{} and fix {} of style {} act on the same atoms: leave those that are held or "
                  "moved otherwise out of its group, and use fix nve/noforce for them",

@@ -54,6 +54,14 @@ namespace scene {
     return array ? reinterpret_cast<const double(*)[3]>(array[0]) : nullptr;
   }
 
+  /// The fix offers f_ID and f_ID[1..n], which are intensive, at every step.
+  inline void offer_values(Fix *fix, int n)
+  {
+    fix->scalar_flag = fix->vector_flag = fix->global_freq = 1;
+    fix->size_vector = n;
+    fix->extscalar = fix->extvector = 0;
+  }
+
   /// Stops, naming `who`, under run_style respa, which calls some steps of a fix only now and then.
   inline void refuse_respa(const Update *update, Error *error, const std::string &who)
   {
