@@ -182,12 +182,10 @@ void FixEVPBonds::record()
                "file",
                id, twice);
   std::vector<BondStore::Bonds> made;
-  try {
+  EVP::stop_at_bad_input(error, fmt::format("Fix {} evp/bonds", id), [&] {
     made = file.empty() ? bonds_in_zone(network) : bonds_in_file(network);
     EVP::throw_together(twice_given(made), world);
-  } catch (const EVP::BadInput &bad) {
-    error->all(FLERR, "Fix {} evp/bonds: {}", id, bad.what());
-  }
+  });
   check_box(network);
 
   int64_t highest = 0, most = 0, sides = 0;    // ID, records of an atom, records of all

@@ -24,6 +24,7 @@ FixEVPEnergy::FixEVPEnergy(LAMMPS *lmp, int narg, char **arg) : AtomRecords(lmp,
   nevery = 1;
   EVP::scene::offer_values(this, NENTRIES);
   follow_atoms();
+  keep_records();
 }
 
 void FixEVPEnergy::init()
@@ -147,9 +148,8 @@ double FixEVPEnergy::dissipated_in_half_step(bool at_begin) const
 // step is held against what it takes next
 void FixEVPEnergy::advance()
 {
-  struct Sums {
-    double dissipated, movers, others;
-  } here = {dissipated_at_begin + dissipated_in_half_step(false), 0.0, 0.0}, all;
+  double dissipated = dissipated_at_begin + dissipated_in_half_step(false);
+  double movers = 0.0, others = 0.0;    // on this MPI rank, as dissipated
   for (int i = 0; i < atom->nlocal; i++) {
     const EVP::AtomPast &then = records[i];
     const EVP::AtomForces now = forces_on(i);
@@ -159,20 +159,19 @@ void FixEVPEnergy::advance()
       const double dx = x[c] - then.x[c];
       const double work = 0.5 * (then.forces.working[c] + now.working[c]) * dx;
       if (is_driven(i))
-        here.others += work;
+        others += work;
       else {
         const double damped = 0.5 * (then.forces.damping[c] + now.damping[c]) * dx;
-        here.dissipated -= damped;
-        here.movers -= work + damped;
+        dissipated -= damped;
+        movers -= work + damped;
       }
     }
   }
-  MPI_Allreduce(&here, &all, 3, MPI_DOUBLE, MPI_SUM, world);
-
-  taken += all.dissipated;
+  const auto all = EVP::sum_all(std::array{dissipated, movers, others}, world);
+  taken += all[0];
   entries[DISSIPATED] = std::max(entries[DISSIPATED], taken);
-  entries[MOVERS] += all.movers;
-  entries[OTHERS] += all.others;
+  entries[MOVERS] += all[1];
+  entries[OTHERS] += all[2];
 }
 
 // what is held at the end of a step, and where the next one begins

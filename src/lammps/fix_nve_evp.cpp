@@ -9,7 +9,6 @@
 
 #include "atom.h"
 #include "comm.h"
-#include "domain.h"
 #include "error.h"
 #include "force.h"
 #include "modify.h"
@@ -26,8 +25,8 @@ static constexpr double LARGEST_TURN = 0.15;    // rad per step, see doc/fix_nve
 
 // fix ID group nve/evp [tol 1e-3] [maxiter 500]
 FixNVEEVP::FixNVEEVP(LAMMPS *lmp, int narg, char **arg) :
-    NodalExchange(lmp, narg, arg), who(fmt::format("Fix {} nve/evp", id)), bodies(lmp, *this),
-    solver(lmp, who, *this, dampers, bodies.found()), positions(lmp)
+    AtomRecords(lmp, narg, arg), who(fmt::format("Fix {} nve/evp", id)), bodies(lmp, *this),
+    solver(lmp, who, *this, dampers, bodies.found())
 {
   EVP::for_each_keyword(
       error, who, narg - 3, arg + 3, {"tol", "maxiter"}, " and ", [this](const EVP::Keyword &word) {
@@ -47,8 +46,7 @@ FixNVEEVP::FixNVEEVP(LAMMPS *lmp, int narg, char **arg) :
   dynamic_group_allow = 0;
   virial_global_flag = virial_peratom_flag = thermo_virial = 1;
   EVP::scene::offer_values(this, 2);
-  // LAMMPS takes it from constructors only; nothing is kept unless wanted
-  atom->add_callback(Atom::GROW);
+  follow_atoms();
 }
 
 void FixNVEEVP::init()
@@ -82,11 +80,8 @@ void FixNVEEVP::init()
                "'remap v'",
                who);
   check_groups();
-  positions.forget();
-  if (path && !positions.wanted()) {
-    create_attribute = 1;
-    maxexchange = positions.want();
-  }
+  positions_known = false;
+  if (path && !keeps_records()) keep_records();
   balance_wanted = EVP::scene::find_fix(modify, "evp/energy") != nullptr;
   turning_warned = false;
   solver.forget_turns();
@@ -122,7 +117,7 @@ void FixNVEEVP::setup(int vflag)
   collect_dampers();
   if (balance_wanted) find_rates(0.0);
   solve_and_apply(0.5 * update->dt);
-  positions.remember();
+  remember_positions();
   if (forces_follow) dt_applied = 0.0;    // solve anew with what they add to f from here on
 }
 
@@ -146,7 +141,7 @@ void FixNVEEVP::final_integrate()
   if (balance_wanted) find_rates(update->dt);
   solve_and_apply(update->dt);
   if (balance_wanted) dampers.find_mean_rates();
-  positions.remember();
+  remember_positions();
   kick();
 }
 
@@ -179,6 +174,22 @@ void FixNVEEVP::collect_dampers()
   });
 }
 
+void FixNVEEVP::remember_positions()
+{
+  positions_known = keeps_records();
+  for (int i = 0; positions_known && i < atom->nlocal; i++) set_arrays(i);
+}
+
+// Calls f(i, component, mean velocity over the last step of size dt) for all local atoms, where known.
+template <class F> void FixNVEEVP::for_each_mean_velocity(double dt, F &&f) const
+{
+  for (int i = 0; positions_known && i < atom->nlocal; i++) {
+    double x[3];
+    domain->unmap(atom->x[i], atom->image[i], x);
+    for (int c = 0; c < 3; c++) f(i, c, (x[c] - records[i].x[c]) / dt);
+  }
+}
+
 // Opening rates over the last timestep dt, or now with dt = 0, from the velocities that atoms hold.
 void FixNVEEVP::find_rates(double dt)
 {
@@ -186,7 +197,7 @@ void FixNVEEVP::find_rates(double dt)
   velocities.resize((size_t) 3 * (atom->nlocal + atom->nghost));
   std::copy_n(atom->v[0], (size_t) 3 * atom->nlocal, velocities.begin());
   if (dt > 0.0)
-    positions.for_each_mean_velocity(dt, [this](int i, int c, double mean) {
+    for_each_mean_velocity(dt, [this](int i, int c, double mean) {
       if (!in_group(i)) velocities[(size_t) 3 * i + c] = mean;
     });
   to_ghosts(velocities);
@@ -227,7 +238,7 @@ void FixNVEEVP::solve_and_apply(double h)
 
   prescribed.assign(atom->v[0], atom->v[0] + (size_t) 3 * atom->nlocal);
   if (h == update->dt)
-    positions.for_each_mean_velocity(h, [this](int i, int c, double before) {
+    for_each_mean_velocity(h, [this](int i, int c, double before) {
       double &after = prescribed[(size_t) 3 * i + c];
       after = 2.0 * after - before;
     });
@@ -276,5 +287,5 @@ void FixNVEEVP::tally_virial()
 double FixNVEEVP::memory_usage()
 {
   return dampers.memory_usage() + bodies.memory_usage() + solver.memory_usage() +
-      positions.memory_usage() + EVP::bytes_of(velocities, prescribed, applied);
+      AtomRecords::memory_usage() + EVP::bytes_of(velocities, prescribed, applied);
 }

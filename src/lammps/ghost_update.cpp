@@ -2,8 +2,9 @@
 
 #include "ghost_update.h"
 
+#include "collective.h"
+
 #include "atom.h"
-#include "comm.h"
 #include "domain.h"
 #include "pair.h"
 
@@ -11,21 +12,13 @@
 
 using namespace LAMMPS_NS;
 
-void GhostUpdate::send_velocities()
-{
-  if (!comm->ghost_velocity) comm->forward_comm(style);
-}
-
 bool GhostUpdate::send_positions()
 {
   updated = 0;
   positions = true;
   comm->forward_comm(style);
   positions = false;
-
-  int whole = updated == atom->nghost, all;
-  MPI_Allreduce(&whole, &all, 1, MPI_INT, MPI_MIN, world);
-  return all != 0;
+  return EVP::on_all(updated == atom->nghost, world);
 }
 
 // periodic images are a box away, and move with a box that deforms with 'remap v'

@@ -3,6 +3,7 @@
 #ifndef LMP_EVP_GHOST_UPDATE_H
 #define LMP_EVP_GHOST_UPDATE_H
 
+#include "comm.h"
 #include "pointers.h"
 
 namespace LAMMPS_NS {
@@ -14,7 +15,10 @@ class GhostUpdate : protected Pointers {
   GhostUpdate(LAMMPS *lmp, class Pair *style_in) : Pointers(lmp), style(style_in) {}
 
   /// Collective. Nothing to do with 'comm_modify vel yes', where LAMMPS has sent them already.
-  void send_velocities();
+  void send_velocities()
+  {
+    if (!comm->ghost_velocity) comm->forward_comm(style);
+  }
 
   /// Collective. As at every step of a run. False where LAMMPS does not know whose the ghosts are.
   bool send_positions();

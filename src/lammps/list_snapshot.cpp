@@ -2,9 +2,7 @@
 
 #include "list_snapshot.h"
 
-#include "atom.h"
-#include "comm.h"
-#include "neighbor.h"
+#include "collective.h"
 
 #include <algorithm>
 #include <cstring>
@@ -25,34 +23,6 @@ void ListSnapshot::take_atoms(bool keep_radii)
   lammps_notes = neighbor->dist_check != 0;    // not so with 'neigh_modify check no'
   list_x.clear();
   if (!lammps_notes && nall > 0) list_x.assign(atom->x[0], atom->x[0] + (size_t) 3 * nall);
-}
-
-void ListSnapshot::finish()
-{
-  call = neighbor->ncalls;
-  step = neighbor->lastcall;
-}
-
-bool ListSnapshot::matches_list() const
-{
-  return call == neighbor->ncalls && step == neighbor->lastcall && nlocal == atom->nlocal &&
-      nall == atom->nlocal + atom->nghost;
-}
-
-// between runs atoms may have gone and as many come, under the same IDs even
-bool ListSnapshot::matches_atoms() const
-{
-  return atoms == fingerprint();
-}
-
-bool ListSnapshot::matches_commands() const
-{
-  return list_comm == comm && skin == neighbor->skin;
-}
-
-bool ListSnapshot::radii_changed() const
-{
-  return !std::equal(radii.begin(), radii.end(), atom->radius);
 }
 
 // another number where atoms of this MPI rank were exchanged for others, or changed
@@ -80,12 +50,11 @@ bool ListSnapshot::moved_too_far() const
     return far;
   }
 
-  int far = 0, any;
+  bool far = false;
   for (int i = 0; i < nall; i++) {
     const double *x = atom->x[i], *then = &list_x[(size_t) 3 * i];
     const double dx = x[0] - then[0], dy = x[1] - then[1], dz = x[2] - then[2];
-    if (dx * dx + dy * dy + dz * dz > 0.25 * skin * skin) far = 1;
+    if (dx * dx + dy * dy + dz * dz > 0.25 * skin * skin) far = true;
   }
-  MPI_Allreduce(&far, &any, 1, MPI_INT, MPI_MAX, world);
-  return any != 0;
+  return EVP::on_any(far, world);
 }

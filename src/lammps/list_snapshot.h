@@ -3,8 +3,12 @@
 #ifndef LMP_EVP_LIST_SNAPSHOT_H
 #define LMP_EVP_LIST_SNAPSHOT_H
 
+#include "atom.h"
+#include "comm.h"
+#include "neighbor.h"
 #include "pointers.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -24,14 +28,27 @@ class ListSnapshot : protected Pointers {
   void take_atoms(bool keep_radii);
 
   /// When it is done.
-  void finish();
+  void finish()
+  {
+    call = neighbor->ncalls;
+    step = neighbor->lastcall;
+  }
 
-  bool matches_list() const;     ///< the neighbor list, and the numbers of own atoms and ghosts
-  bool matches_atoms() const;    ///< own atoms, their types and radii
-  bool radii_changed() const;    ///< of own atoms and ghosts, where they were kept
+  /// The neighbor list, and the numbers of own atoms and ghosts.
+  bool matches_list() const
+  {
+    return call == neighbor->ncalls && step == neighbor->lastcall && nlocal == atom->nlocal &&
+        nall == atom->nlocal + atom->nghost;
+  }
+
+  /// Own atoms, their types and radii: some may have gone and as many come, under the same IDs even.
+  bool matches_atoms() const { return atoms == fingerprint(); }
+
+  /// Of own atoms and ghosts, where they were kept.
+  bool radii_changed() const { return !std::equal(radii.begin(), radii.end(), atom->radius); }
 
   /// False where commands changed what makes ghosts and lists.
-  bool matches_commands() const;
+  bool matches_commands() const { return list_comm == comm && skin == neighbor->skin; }
 
   /// Collective. The list holds all pairs as long as no atom moved by more than half the skin.
   bool moved_too_far() const;
@@ -40,7 +57,7 @@ class ListSnapshot : protected Pointers {
   bigint call = -1, step = -1;    // of the neighbor list
   int nlocal = -1, nall = -1;
   uint64_t atoms = 0;    // see fingerprint()
-  const class Comm *list_comm = nullptr;
+  const Comm *list_comm = nullptr;
   double skin = 0.0;
   bool lammps_notes = false;    // positions at the neighbor build: LAMMPS knows, or
   std::vector<double> list_x;

@@ -101,7 +101,9 @@ void PairEVPLJ::settings(int narg, char **arg)
       [&](const EVP::Keyword &word) {
         if (word.is("contact")) {
           const auto *found = std::find(std::begin(contacts), std::end(contacts), word.value);
-          word.demand(found != std::end(contacts), "must be literal, repulsive or none");
+          if (found == std::end(contacts))
+            throw EVP::BadInput("contact must be literal, repulsive or none, got '" + word.value +
+                                "'");
           chosen.contact = (Contact) (found - contacts);
         } else {
           chosen.overlap = word.number();
@@ -136,11 +138,9 @@ void PairEVPLJ::coeff(int narg, char **arg)
   utils::bounds(FLERR, arg[1], 1, atom->ntypes, jlo, jhi, error);
 
   EVP::Row row;
-  try {
+  EVP::stop_at_bad_input(error, "Pair evp/lj", [&] {
     row = narg == 4 ? row_from_file(arg[2], arg[3]) : EVP::parse_row({arg + 2, arg + narg});
-  } catch (const EVP::BadInput &bad) {
-    error->all(FLERR, "Pair evp/lj: {}", bad.what());
-  }
+  });
 
   bool any = false;
   for (int i = ilo; i <= ihi; i++)

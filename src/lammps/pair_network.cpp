@@ -2,6 +2,8 @@
 
 #include "pair_network.h"
 
+#include "collective.h"
+#include "keywords.h"
 #include "scene.h"
 
 #include "atom.h"
@@ -23,9 +25,7 @@ using EVP::Contact;
 using EVP::scene::rows;
 
 PairNetwork::PairNetwork(LAMMPS *lmp, Pair *style, EVP::Coefficients &coefficients_in) :
-    Pointers(lmp), ghosts(lmp, style), coefficients(coefficients_in), builder(lmp), snapshot(lmp),
-    any_gamma(false), scene_checked(false), overlap_warned(false), explicit_damping(false),
-    repack_due(true), implicit_groupbit(0), store_version(0)
+    Pointers(lmp), ghosts(lmp, style), coefficients(coefficients_in), builder(lmp), snapshot(lmp)
 {
 }
 
@@ -70,31 +70,6 @@ std::vector<double> PairNetwork::rest_distances() const
   return distances;
 }
 
-bool PairNetwork::is_implicit(int i, int j) const
-{
-  return (atom->mask[i] | atom->mask[j]) & implicit_groupbit;
-}
-
-bool PairNetwork::damping_acts() const
-{
-  return any_gamma && update->whichflag != 2;
-}
-
-const EVP::BondStore *PairNetwork::bonds() const
-{
-  return store && store->has_recorded() ? store.get() : nullptr;
-}
-
-double PairNetwork::alpha_of(int itype, int jtype) const
-{
-  return serves(itype, jtype) ? coefficients.row(itype, jtype).alpha : 0.0;
-}
-
-double PairNetwork::longest_cut() const
-{
-  return reach.empty() ? 0.0 : *std::max_element(reach.begin(), reach.end());
-}
-
 bool PairNetwork::is_packed() const
 {
   if (!snapshot.matches_list()) return false;
@@ -106,15 +81,15 @@ bool PairNetwork::is_packed() const
 
 bool PairNetwork::is_present()
 {
-  int here = is_packed(), all;
-  MPI_Allreduce(&here, &all, 1, MPI_INT, MPI_MIN, world);
+  const bool all = EVP::on_all(is_packed(), world);
   if (!all || update->whichflag != 0) return all;
   return snapshot.matches_commands() && ghosts.send_positions() && !snapshot.moved_too_far();
 }
 
 PairNetwork::Counts PairNetwork::count_pairs() const
 {
-  double sums[3] = {0.0, 0.0, 0.0}, lowest = HUGE_VAL;
+  std::array<double, 3> sums{};
+  double lowest = HUGE_VAL;
   EVP::for_each_pair(list, rows(atom->x), [&](const EVP::PlacedPair &p) {
     const double d = p.distance();
     lowest = std::min(lowest, d / (atom->radius[p.i] + atom->radius[p.j]));
@@ -126,10 +101,9 @@ PairNetwork::Counts PairNetwork::count_pairs() const
     if (p.is_bond() && law_of(p).regime(d, 1.0 / p.inv_deq) == 2) sums[1] += weight;
   });
 
-  double all[3], lowest_all;
-  MPI_Allreduce(sums, all, 3, MPI_DOUBLE, MPI_SUM, world);
-  MPI_Allreduce(&lowest, &lowest_all, 1, MPI_DOUBLE, MPI_MIN, world);
-  return {all[0], all[1], all[2], lowest_all < HUGE_VAL ? lowest_all : 0.0};
+  sums = EVP::sum_all(sums, world);
+  lowest = EVP::min_all(lowest, world);
+  return {sums[0], sums[1], sums[2], lowest < HUGE_VAL ? lowest : 0.0};
 }
 
 void PairNetwork::set_types(int ntypes)
@@ -154,15 +128,16 @@ void PairNetwork::begin_run()
 void PairNetwork::find_max_radii()
 {
   const int ntypes = (int) max_radius.size();
-  std::vector<double> largest(ntypes, 0.0), smallest(ntypes, HUGE_VAL);
+  std::fill(max_radius.begin(), max_radius.end(), 0.0);
+  std::fill(min_radius.begin(), min_radius.end(), HUGE_VAL);
   for (int i = 0; i < atom->nlocal; i++) {
     const int type = atom->type[i];
     const double radius = atom->radius[i];
-    largest[type] = std::max(largest[type], radius);
-    smallest[type] = std::min(smallest[type], std::isfinite(radius) ? radius : -HUGE_VAL);
+    max_radius[type] = std::max(max_radius[type], radius);
+    min_radius[type] = std::min(min_radius[type], std::isfinite(radius) ? radius : -HUGE_VAL);
   }
-  MPI_Allreduce(largest.data(), max_radius.data(), ntypes, MPI_DOUBLE, MPI_MAX, world);
-  MPI_Allreduce(smallest.data(), min_radius.data(), ntypes, MPI_DOUBLE, MPI_MIN, world);
+  MPI_Allreduce(MPI_IN_PLACE, max_radius.data(), ntypes, MPI_DOUBLE, MPI_MAX, world);
+  MPI_Allreduce(MPI_IN_PLACE, min_radius.data(), ntypes, MPI_DOUBLE, MPI_MIN, world);
 
   // particles to come
   for (Fix *fix : modify->get_fix_list())
@@ -225,11 +200,9 @@ double PairNetwork::serve(int i, int j)
         "and {}: use 'set ... diameter'",
         smallest, i, j);
   EVP::Row row;
-  try {
+  EVP::stop_at_bad_input(error, fmt::format("Pair evp/lj, types {} and {}", i, j), [&] {
     row = coefficients.make_law(i, j);
-  } catch (const EVP::BadInput &bad) {
-    error->all(FLERR, "Pair evp/lj, types {} and {}: {}", i, j, bad.what());
-  }
+  });
   repack();
   if (row.gamma > 0.0) any_gamma = true;    // fix adapt may have switched it on
 
@@ -339,15 +312,13 @@ double PairNetwork::new_pair_margin() const
 // what the pairs of any MPI rank ask of all; overlaps are warned of once per run
 void PairNetwork::agree_on_pairs(const PairListBuilder::Found &found)
 {
-  bigint here[2] = {found.damped, found.overlaps.count}, all[2];
-  MPI_Allreduce(here, all, 2, MPI_LMP_BIGINT, MPI_SUM, world);
+  const auto all = EVP::sum_all(std::array{(bigint) found.damped, found.overlaps.count}, world);
   explicit_damping = all[0] > 0;
   if (all[1] == 0 || overlap_warned) return;
   overlap_warned = true;
 
   PairListBuilder::Overlaps overlaps = found.overlaps;
-  int owner = overlaps.count ? comm->me : comm->nprocs, first;
-  MPI_Allreduce(&owner, &first, 1, MPI_INT, MPI_MIN, world);
+  const int first = EVP::min_all(overlaps.count ? comm->me : comm->nprocs, world);
   MPI_Bcast(&overlaps, sizeof(overlaps), MPI_BYTE, first, world);
   if (comm->me == 0)
     error->warning(

@@ -5,6 +5,9 @@
 
 #include "command.h"
 
+#include <array>
+#include <string>
+
 namespace LAMMPS_NS {
 
 /// write_evp_bonds FILE: the records of fix evp/bonds as text, beside a data file.
@@ -15,7 +18,7 @@ class WriteEVPBonds : public Command {
 
  private:
   const class FixEVPBonds *find_recorded() const;
-  std::string own_lines(bigint (&counts)[2]) const;
+  std::string own_lines(std::array<bigint, 2> &counts) const;
   bool write_in_order_of_ranks(const std::string &text, FILE *) const;
 };
 
