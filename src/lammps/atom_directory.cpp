@@ -73,5 +73,5 @@ AtomDirectory::AtomDirectory(LAMMPS *lmp, const std::vector<tagint> &ids)
   const auto *answers = (Message *) buffer;
   for (int k = 0; k < n; k++) entries[answers[k].id] = answers[k].atom;
   lmp->memory->sfree(buffer);
-  twice = EVP::max_all(answering.twice, lmp->world);
+  twice = EVP::reduce_all(answering.twice, MPI_MAX, lmp->world);
 }

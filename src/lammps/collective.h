@@ -9,56 +9,35 @@
 #include "lmptype.h"
 
 #include <array>
-#include <cstdint>
 #include <mpi.h>
+#include <type_traits>
 
 namespace EVP {
 
-inline MPI_Datatype mpi_type(int)
-{
-  return MPI_INT;
-}
-inline MPI_Datatype mpi_type(int64_t)
-{
-  return MPI_LL;
-}
-inline MPI_Datatype mpi_type(double)
-{
-  return MPI_DOUBLE;
-}
-
-/// A value of each MPI rank, or values one by one, taken together.
-template <class T> T reduce_all(T value, MPI_Op op, MPI_Comm world)
-{
-  MPI_Allreduce(MPI_IN_PLACE, &value, 1, mpi_type(value), op, world);
-  return value;
-}
+/// MPI_Allreduce of values of each MPI rank, one by one.
 template <class T, size_t N>
 std::array<T, N> reduce_all(std::array<T, N> values, MPI_Op op, MPI_Comm world)
 {
-  MPI_Allreduce(MPI_IN_PLACE, values.data(), N, mpi_type(T()), op, world);
+  const MPI_Datatype integer = sizeof(T) == sizeof(int) ? MPI_INT : MPI_LL;
+  MPI_Allreduce(MPI_IN_PLACE, values.data(), N, std::is_same_v<T, double> ? MPI_DOUBLE : integer,
+                op, world);
   return values;
 }
 
-template <class T> T sum_all(T here, MPI_Comm world)
+/// The same of one value.
+template <class T> T reduce_all(T value, MPI_Op op, MPI_Comm world)
 {
-  return reduce_all(here, MPI_SUM, world);
+  return reduce_all(std::array<T, 1>{value}, op, world)[0];
 }
-template <class T> T max_all(T here, MPI_Comm world)
-{
-  return reduce_all(here, MPI_MAX, world);
-}
-template <class T> T min_all(T here, MPI_Comm world)
-{
-  return reduce_all(here, MPI_MIN, world);
-}
+
 inline bool on_any(bool here, MPI_Comm world)
 {
-  return max_all((int) here, world);
+  return reduce_all((int) here, MPI_MAX, world);
 }
+
 inline bool on_all(bool here, MPI_Comm world)
 {
-  return min_all((int) here, world);
+  return reduce_all((int) here, MPI_MIN, world);
 }
 
 /// If any MPI rank has a complaint, that of the first such rank is thrown as BadInput on all.
@@ -67,7 +46,7 @@ inline void throw_together(std::string complaint, MPI_Comm world)
   int me, nprocs;
   MPI_Comm_rank(world, &me);
   MPI_Comm_size(world, &nprocs);
-  const int first = min_all(complaint.empty() ? nprocs : me, world);
+  const int first = reduce_all(complaint.empty() ? nprocs : me, MPI_MIN, world);
   if (first == nprocs) return;
   int length = (int) complaint.size();
   MPI_Bcast(&length, 1, MPI_INT, first, world);

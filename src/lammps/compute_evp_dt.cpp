@@ -30,7 +30,7 @@ ComputeEVPDt::ComputeEVPDt(LAMMPS *lmp, int narg, char **arg) :
                                               to_owners(values);
                                             },
                                             [this](double here) {
-                                              return EVP::sum_all(here, world);
+                                              return EVP::reduce_all(here, MPI_SUM, world);
                                             }})
 {
   if (narg != 3) error->all(FLERR, "Compute {} evp/dt: unexpected argument '{}'", id, arg[3]);
@@ -143,7 +143,7 @@ void ComputeEVPDt::linearise()
                                   EVP::scene::inverse_mass(atom, force, p.j));
         if (k > 0.0) shortest = std::min(shortest, 1.0 / std::sqrt(k * w));
       });
-  paper_dt = EVP::min_all(shortest, world);
+  paper_dt = EVP::reduce_all(shortest, MPI_MIN, world);
 }
 
 double ComputeEVPDt::largest_eigenvalue(const EVP::LinearNetwork::Mix &mix)
@@ -197,7 +197,7 @@ double ComputeEVPDt::implicit_dt(double lambda_axial, double lambda_across) cons
   double here = NO_LIMIT;
   for (const auto &link : network.links)
     if (link.axial > 0.0) here = std::min(here, link.damping / link.axial);
-  const double a = EVP::min_all(here, world);
+  const double a = EVP::reduce_all(here, MPI_MIN, world);
 
   const double sum = lambda_axial + lambda_across;
   if (sum == 0.0) return NO_LIMIT;
@@ -212,5 +212,5 @@ double ComputeEVPDt::row_sum_dt() const
   const std::vector<double> c = network.row_sums({0.0, 0.0, 1.0});
   double here = NO_LIMIT;
   for (size_t n = 0; n < k.size(); n++) here = std::min(here, root_of(k[n], c[n]));
-  return EVP::min_all(here, world);
+  return EVP::reduce_all(here, MPI_MIN, world);
 }

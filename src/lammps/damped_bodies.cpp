@@ -5,7 +5,6 @@
 #include "collective.h"
 #include "scene.h"
 
-#include "atom.h"
 #include "comm.h"
 
 #include <algorithm>
@@ -60,7 +59,7 @@ std::vector<double> DampedBodies::labels_across() const
     if (found[0] == (double) atom->tag[i] && found[1] != -found[2]) own.push_back(found[0]);
   }
 
-  const int here = (int) own.size(), any = sum_all(here, world);
+  const int here = (int) own.size(), any = reduce_all(here, MPI_SUM, world);
   if (any == 0) return all;
   std::vector<int> counts(comm->nprocs), offsets(comm->nprocs);
   MPI_Allgather(&here, 1, MPI_INT, counts.data(), 1, MPI_INT, world);

@@ -5,11 +5,6 @@
 #include "collective.h"
 #include "scene.h"
 
-#include "atom.h"
-#include "error.h"
-#include "force.h"
-#include "update.h"
-
 #include <algorithm>
 #include <cmath>
 
@@ -79,7 +74,7 @@ int DampingSolver::iterate(int iteration)
     exchange.to_owners(reaction);
     if (judge_residuals() == BodySolves::State::CONVERGED) break;
     if (iteration == max_iterations) {
-      const double worst = max_all(solves.worst(), world);
+      const double worst = reduce_all(solves.worst(), MPI_MAX, world);
       error->all(FLERR,
                  "{}: the damping did not converge in {} iterations at step {} (residual {:.3g} of "
                  "the tolerance): reduce the timestep, or raise maxiter",
@@ -138,7 +133,7 @@ void DampingSolver::exchange_velocities()
 
 double DampingSolver::take_largest_turn()
 {
-  const double turned = max_all(most_turned, world);
+  const double turned = reduce_all(most_turned, MPI_MAX, world);
   most_turned = 0.0;
   return 2.0 * std::sqrt(turned);
 }

@@ -11,19 +11,12 @@
 #include "scene.h"
 #include "zone_bonds.h"
 
-#include "atom.h"
 #include "comm.h"
 #include "domain.h"
-#include "error.h"
-#include "force.h"
-#include "modify.h"
 #include "neighbor.h"
-#include "update.h"
-#include "utils.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 using namespace LAMMPS_NS;
 using EVP::BondStore;
@@ -86,7 +79,7 @@ void FixEVPBonds::init()
   const PairNetwork *network = PairNetwork::require(force, error, who);
   EVP::scene::refuse_respa(update, error, who);
 
-  bonds->need_room(EVP::max_all(bonds->most(), world));
+  bonds->need_room(EVP::reduce_all(bonds->most(), MPI_MAX, world));
   set_exchange_room();
 
   check_restored();
@@ -141,7 +134,7 @@ void FixEVPBonds::check_box(const PairNetwork *network) const
 void FixEVPBonds::check_ids() const
 {
   const BondStore::Misplaced found = bonds->find_misplaced(atom->tag, atom->nlocal);
-  const auto any = EVP::max_all(std::array{found.renumbered, found.newcomer}, world);
+  const auto any = EVP::reduce_all(std::array{found.renumbered, found.newcomer}, MPI_MAX, world);
   if (any[0] || any[1]) error->all(FLERR, misplaced_message({any[0], any[1]}));
 }
 
@@ -183,7 +176,7 @@ void FixEVPBonds::record()
                id, twice);
   std::vector<BondStore::Bonds> made;
   EVP::stop_at_bad_input(error, fmt::format("Fix {} evp/bonds", id), [&] {
-    made = file.empty() ? bonds_in_zone(network) : bonds_in_file(network);
+    made = file.empty() ? bonds_in_zone(network) : read_bond_file(lmp, file, groupbit, network);
     EVP::throw_together(twice_given(made), world);
   });
   check_box(network);
@@ -194,9 +187,9 @@ void FixEVPBonds::record()
     most = std::max(most, (int64_t) made[i].size());
     sides += (int64_t) made[i].size();
   }
-  highest = EVP::max_all(highest, world);
-  most = EVP::max_all(most, world);
-  sides = EVP::sum_all(sides, world);
+  most = EVP::reduce_all(most, MPI_MAX, world);
+  highest = EVP::reduce_all(highest, MPI_MAX, world);
+  sides = EVP::reduce_all(sides, MPI_SUM, world);
 
   // from here on nothing can fail
   bonds->record(made, atom->tag, sides / 2, highest);
@@ -229,21 +222,7 @@ std::vector<BondStore::Bonds> FixEVPBonds::bonds_in_zone(const PairNetwork *netw
   Nodal owner_x((size_t) 3 * (atom->nlocal + atom->nghost));
   for (int i = 0; i < atom->nlocal; i++) std::copy_n(atom->x[i], 3, &owner_x[(size_t) 3 * i]);
   to_ghosts(owner_x);
-
-  std::string complaint;
-  auto made = ZoneBonds(lmp, owner_x, zone, groupbit, network).find(list, complaint);
-  EVP::throw_together(complaint, world);
-  return made;
-}
-
-std::vector<BondStore::Bonds> FixEVPBonds::bonds_in_file(const PairNetwork *network) const
-{
-  return EVP::read_bond_file(
-      file, update->unit_style, atom, groupbit,
-      [network](int itype, int jtype) {
-        return network->alpha_of(itype, jtype);
-      },
-      world);
+  return find_zone_bonds(lmp, list, owner_x, zone, groupbit, network);
 }
 
 // a partner that is there twice has two deq

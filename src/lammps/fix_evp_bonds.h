@@ -78,7 +78,6 @@ class FixEVPBonds : public NodalExchange<Fix> {
 
   void record();
   std::vector<EVP::BondStore::Bonds> bonds_in_zone(const class PairNetwork *);
-  std::vector<EVP::BondStore::Bonds> bonds_in_file(const class PairNetwork *) const;
   void check_restored();
   void check_zone(const class PairNetwork *) const;
   void check_box(const class PairNetwork *) const;

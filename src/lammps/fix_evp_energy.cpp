@@ -51,7 +51,8 @@ void FixEVPEnergy::setup(int /*vflag*/)
   pair_work.stored.assign(*pair);    // the pair style may be another than in the last run
   if (!started) {
     // for all instants that are compared with the start
-    pair_work.stored.set_largest_depth(EVP::sum_all(pair_work.stored.total_depth(), world));
+    pair_work.stored.set_largest_depth(
+        EVP::reduce_all(pair_work.stored.total_depth(), MPI_SUM, world));
   }
   evaluate(true);
   if (!started) start = last;
@@ -167,7 +168,7 @@ void FixEVPEnergy::advance()
       }
     }
   }
-  const auto all = EVP::sum_all(std::array{dissipated, movers, others}, world);
+  const auto all = EVP::reduce_all(std::array{dissipated, movers, others}, MPI_SUM, world);
   taken += all[0];
   entries[DISSIPATED] = std::max(entries[DISSIPATED], taken);
   entries[MOVERS] += all[1];

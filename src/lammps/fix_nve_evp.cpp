@@ -7,17 +7,10 @@
 #include "pair_network.h"
 #include "scene.h"
 
-#include "atom.h"
 #include "comm.h"
-#include "error.h"
-#include "force.h"
-#include "modify.h"
-#include "update.h"
-#include "utils.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 using namespace LAMMPS_NS;
 

@@ -8,20 +8,14 @@
 #include "keywords.h"
 #include "scene.h"
 
-#include "atom.h"
 #include "comm.h"
-#include "error.h"
-#include "force.h"
 #include "memory.h"
 #include "neigh_list.h"
 #include "neighbor.h"
 #include "output.h"
-#include "update.h"
-#include "utils.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <iterator>
 
 using namespace LAMMPS_NS;

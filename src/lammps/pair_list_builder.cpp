@@ -5,9 +5,6 @@
 #include "core/record_finder.h"
 #include "scene.h"
 
-#include "atom.h"
-#include "error.h"
-#include "force.h"
 #include "neigh_list.h"
 
 #include <cmath>

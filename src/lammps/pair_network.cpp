@@ -6,16 +6,10 @@
 #include "keywords.h"
 #include "scene.h"
 
-#include "atom.h"
 #include "atom_vec.h"
 #include "comm.h"
-#include "error.h"
-#include "force.h"
-#include "modify.h"
 #include "neighbor.h"
 #include "pair.h"
-#include "update.h"
-#include "utils.h"
 
 #include <algorithm>
 #include <cmath>
@@ -101,8 +95,8 @@ PairNetwork::Counts PairNetwork::count_pairs() const
     if (p.is_bond() && law_of(p).regime(d, 1.0 / p.inv_deq) == 2) sums[1] += weight;
   });
 
-  sums = EVP::sum_all(sums, world);
-  lowest = EVP::min_all(lowest, world);
+  sums = EVP::reduce_all(sums, MPI_SUM, world);
+  lowest = EVP::reduce_all(lowest, MPI_MIN, world);
   return {sums[0], sums[1], sums[2], lowest < HUGE_VAL ? lowest : 0.0};
 }
 
@@ -312,13 +306,14 @@ double PairNetwork::new_pair_margin() const
 // what the pairs of any MPI rank ask of all; overlaps are warned of once per run
 void PairNetwork::agree_on_pairs(const PairListBuilder::Found &found)
 {
-  const auto all = EVP::sum_all(std::array{(bigint) found.damped, found.overlaps.count}, world);
+  const auto all =
+      EVP::reduce_all(std::array{(bigint) found.damped, found.overlaps.count}, MPI_SUM, world);
   explicit_damping = all[0] > 0;
   if (all[1] == 0 || overlap_warned) return;
   overlap_warned = true;
 
   PairListBuilder::Overlaps overlaps = found.overlaps;
-  const int first = EVP::min_all(overlaps.count ? comm->me : comm->nprocs, world);
+  const int first = EVP::reduce_all(overlaps.count ? comm->me : comm->nprocs, MPI_MIN, world);
   MPI_Bcast(&overlaps, sizeof(overlaps), MPI_BYTE, first, world);
   if (comm->me == 0)
     error->warning(

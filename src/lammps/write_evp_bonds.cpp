@@ -9,12 +9,7 @@
 #include "pair_network.h"
 #include "scene.h"
 
-#include "atom.h"
 #include "comm.h"
-#include "error.h"
-#include "force.h"
-#include "update.h"
-#include "utils.h"
 
 #include <algorithm>
 #include <vector>
@@ -28,7 +23,7 @@ void WriteEVPBonds::command(int narg, char **arg)
   if (narg != 1) error->all(FLERR, "write_evp_bonds: expected one argument, the file to write");
   std::array<bigint, 2> counts{};    // bonds, of these with deq beyond dlim
   const std::string text = own_lines(counts);
-  counts = EVP::sum_all(counts, world);
+  counts = EVP::reduce_all(counts, MPI_SUM, world);
 
   std::string name = arg[0];
   const size_t star = name.find('*');
