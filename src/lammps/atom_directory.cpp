@@ -2,6 +2,8 @@
 
 #include "atom_directory.h"
 
+#include "collective.h"
+
 #include "atom.h"
 #include "comm.h"
 #include "memory.h"
@@ -71,5 +73,5 @@ AtomDirectory::AtomDirectory(LAMMPS *lmp, const std::vector<tagint> &ids)
   const auto *answers = (Message *) buffer;
   for (int k = 0; k < n; k++) entries[answers[k].id] = answers[k].atom;
   lmp->memory->sfree(buffer);
-  MPI_Allreduce(&answering.twice, &twice, 1, MPI_LMP_TAGINT, MPI_MAX, lmp->world);
+  twice = EVP::reduce_all(answering.twice, MPI_MAX, lmp->world);
 }

@@ -3,6 +3,8 @@
 #ifndef LMP_EVP_ATOM_RECORDS_H
 #define LMP_EVP_ATOM_RECORDS_H
 
+#include "core/memory.h"
+
 #include "atom.h"
 #include "fix.h"
 
@@ -12,6 +14,7 @@
 namespace LAMMPS_NS {
 
 /// A Fix with one record per local atom, which goes where its atom goes; set_arrays(i) makes a new one.
+/// None is kept, and nothing done, before keep_records().
 /// Record: a struct of doubles only.
 template <class Base, class Record> class AtomRecords : public Base {
  public:
@@ -21,38 +24,48 @@ template <class Base, class Record> class AtomRecords : public Base {
     if (following) this->atom->delete_callback(this->id, Atom::GROW);
   }
 
-  void grow_arrays(int nmax) override { records.resize(nmax); }
-  void copy_arrays(int i, int j, int /*delflag*/) override { records[j] = records[i]; }
+  void grow_arrays(int nmax) override { records.resize(kept ? nmax : 0); }
+  void copy_arrays(int i, int j, int /*delflag*/) override
+  {
+    if (kept) records[j] = records[i];
+  }
   int pack_exchange(int i, double *buf) override
   {
-    memcpy(buf, &records[i], sizeof(Record));
-    return SIZE;
+    if (kept) memcpy(buf, &records[i], sizeof(Record));
+    return kept ? SIZE : 0;
   }
   int unpack_exchange(int i, double *buf) override
   {
-    memcpy(&records[i], buf, sizeof(Record));
-    return SIZE;
+    if (kept) memcpy(&records[i], buf, sizeof(Record));
+    return kept ? SIZE : 0;
   }
-  double memory_usage() override { return (double) (records.capacity() * sizeof(Record)); }
+  double memory_usage() override { return EVP::bytes_of(records); }
 
  protected:
   std::vector<Record> records;
 
-  /// Last in the constructor of the fix, which may stop before: makes the records of the atoms here.
+  /// Last in the constructor of the fix, which may stop before: LAMMPS takes it from there only.
   void follow_atoms()
   {
-    this->create_attribute = 1;
-    this->maxexchange = SIZE;
-    this->grow_arrays(this->atom->nmax);
-    for (int i = 0; i < this->atom->nlocal; i++) this->set_arrays(i);
     this->atom->add_callback(Atom::GROW);
     following = true;
   }
 
+  /// From now on: makes the records of the atoms here.
+  void keep_records()
+  {
+    kept = true;
+    this->create_attribute = 1;
+    this->maxexchange = SIZE;
+    this->grow_arrays(this->atom->nmax);
+    for (int i = 0; i < this->atom->nlocal; i++) this->set_arrays(i);
+  }
+  bool keeps_records() const { return kept; }
+
  private:
   static constexpr int SIZE = sizeof(Record) / sizeof(double);
   static_assert(sizeof(Record) == SIZE * sizeof(double), "a record travels as its numbers");
-  bool following = false;
+  bool following = false, kept = false;
 };
 
 }    // namespace LAMMPS_NS

@@ -2,18 +2,19 @@
 
 #include "bond_file_reader.h"
 
-#include "collective_error.h"
+#include "collective.h"
 #include "core/bond_file.h"
 #include "core/pair_list.h"
+#include "pair_network.h"
 
-#include "atom.h"
-#include "fmt/format.h"
+#include "comm.h"
 
 #include <cstdio>
 #include <memory>
 #include <unordered_map>
 
-using LAMMPS_NS::bigint;
+using namespace LAMMPS_NS;
+using namespace EVP;
 
 namespace {
 
@@ -28,25 +29,25 @@ struct CloseFile {
   void operator()(FILE *stream) const { fclose(stream); }
 };
 
-[[noreturn]] void refuse(const EVP::BondLine &line, const std::string &why)
+[[noreturn]] void refuse(const BondLine &line, const std::string &why)
 {
-  throw EVP::BadInput(fmt::format("bond {} {}: {}", line.id_i, line.id_j, why));
+  throw BadInput(fmt::format("bond {} {}: {}", line.id_i, line.id_j, why));
 }
 
 }    // namespace
 
-std::vector<std::vector<EVP::Bond>>
-EVP::read_bond_file(const std::string &name, const std::string &units, const LAMMPS_NS::Atom *atom,
-                    int groupbit, const std::function<double(int, int)> &alpha, MPI_Comm world)
+std::vector<BondStore::Bonds> LAMMPS_NS::read_bond_file(const LAMMPS *lmp, const std::string &name,
+                                                        int groupbit, const PairNetwork *network)
 {
-  int me;
-  MPI_Comm_rank(world, &me);
+  const Atom *atom = lmp->atom;
+  const int me = lmp->comm->me;
+  const MPI_Comm world = lmp->world;
   std::unique_ptr<FILE, CloseFile> stream;    // these two on the first rank
   std::unique_ptr<BondReader> reader;
   std::unordered_map<int64_t, int> own;    // local index by ID
   for (int i = 0; i < atom->nlocal; i++) own[atom->tag[i]] = i;
 
-  std::vector<std::vector<Bond>> bonds(atom->nlocal);
+  std::vector<BondStore::Bonds> bonds(atom->nlocal);
   std::vector<BondLine> lines;
   bigint beyond = 0;             // bonds with deq beyond dlim, so far
   bigint state[] = {1, 0, 0};    // more to come, lines of this message, bonds admitted beyond dlim
@@ -57,7 +58,7 @@ EVP::read_bond_file(const std::string &name, const std::string &units, const LAM
       if (me == 0 && !reader) {
         stream.reset(fopen(name.c_str(), "rb"));
         if (!stream) throw BadInput("cannot read the bond file '" + name + "': give its path");
-        reader = std::make_unique<BondReader>(stream.get(), name, units);
+        reader = std::make_unique<BondReader>(stream.get(), name, lmp->update->unit_style);
         state[2] = reader->beyond();
       }
       if (me == 0) state[0] = reader->read(lines, LINES_PER_MESSAGE);
@@ -98,7 +99,7 @@ EVP::read_bond_file(const std::string &name, const std::string &units, const LAM
 
       // the margin is wider than that of the recording, which has rounded deq since
       const End &a = ends[k - 1], &b = ends[k];
-      const double dlim = alpha((int) a.type, (int) b.type) * (a.radius + b.radius);
+      const double dlim = network->alpha_of((int) a.type, (int) b.type) * (a.radius + b.radius);
       if (line.deq > dlim * (1.0 + BOND_MARGIN) && ++beyond > state[2])
         refuse(line,
                fmt::format("deq = {} is beyond dlim = alpha (R_i + R_j) = {}, but was not when the "

@@ -2,6 +2,7 @@
 
 #include "compute_evp_dt.h"
 
+#include "collective.h"
 #include "pair_network.h"
 #include "scene.h"
 
@@ -22,19 +23,15 @@ static double root_of(double a, double b)
 }
 
 ComputeEVPDt::ComputeEVPDt(LAMMPS *lmp, int narg, char **arg) :
-    NodalExchange(lmp, narg, arg),
-    network({[this](auto &values) {
-               to_ghosts(values);
-             },
-             [this](auto &values) {
-               to_owners(values);
-             },
-             [this](double here) {
-               double all;
-               MPI_Allreduce(&here, &all, 1, MPI_DOUBLE, MPI_SUM, world);
-               return all;
-             }}),
-    paper_dt(NO_LIMIT), computed_step(-1), limit_warned(false), lanczos_warned(false)
+    NodalExchange(lmp, narg, arg), network({[this](auto &values) {
+                                              to_ghosts(values);
+                                            },
+                                            [this](auto &values) {
+                                              to_owners(values);
+                                            },
+                                            [this](double here) {
+                                              return EVP::reduce_all(here, MPI_SUM, world);
+                                            }})
 {
   if (narg != 3) error->all(FLERR, "Compute {} evp/dt: unexpected argument '{}'", id, arg[3]);
   scalar_flag = vector_flag = 1;
@@ -146,14 +143,7 @@ void ComputeEVPDt::linearise()
                                   EVP::scene::inverse_mass(atom, force, p.j));
         if (k > 0.0) shortest = std::min(shortest, 1.0 / std::sqrt(k * w));
       });
-  paper_dt = least_of_all(shortest);
-}
-
-double ComputeEVPDt::least_of_all(double here) const
-{
-  double all;
-  MPI_Allreduce(&here, &all, 1, MPI_DOUBLE, MPI_MIN, world);
-  return all;
+  paper_dt = EVP::reduce_all(shortest, MPI_MIN, world);
 }
 
 double ComputeEVPDt::largest_eigenvalue(const EVP::LinearNetwork::Mix &mix)
@@ -175,12 +165,11 @@ bool ComputeEVPDt::all_implicit() const
 {
   const Fix *implicit = EVP::scene::find_fix(modify, "nve/evp");
   const int bit = implicit ? implicit->groupbit : 0;
-  int outside = 0, any;
+  bool outside = false;
   for (const auto &link : network.links)
     for (const int i : {link.i, link.j})
-      if (network.is_free(i) && !(atom->mask[i] & bit)) outside = 1;
-  MPI_Allreduce(&outside, &any, 1, MPI_INT, MPI_MAX, world);
-  return implicit && !any;
+      if (network.is_free(i) && !(atom->mask[i] & bit)) outside = true;
+  return !EVP::on_any(outside, world) && implicit;
 }
 
 // dt with lambda_max(M^-1 (dt^2 K + 2 dt C)) = 4. The root with the two largest eigenvalues taken
@@ -208,7 +197,7 @@ double ComputeEVPDt::implicit_dt(double lambda_axial, double lambda_across) cons
   double here = NO_LIMIT;
   for (const auto &link : network.links)
     if (link.axial > 0.0) here = std::min(here, link.damping / link.axial);
-  const double a = least_of_all(here);
+  const double a = EVP::reduce_all(here, MPI_MIN, world);
 
   const double sum = lambda_axial + lambda_across;
   if (sum == 0.0) return NO_LIMIT;
@@ -223,5 +212,5 @@ double ComputeEVPDt::row_sum_dt() const
   const std::vector<double> c = network.row_sums({0.0, 0.0, 1.0});
   double here = NO_LIMIT;
   for (size_t n = 0; n < k.size(); n++) here = std::min(here, root_of(k[n], c[n]));
-  return least_of_all(here);
+  return EVP::reduce_all(here, MPI_MIN, world);
 }

@@ -29,14 +29,13 @@ class ComputeEVPDt : public NodalExchange<Compute> {
 
  private:
   EVP::LinearNetwork network;
-  double paper_dt;         // eqs. 6 and 7
-  bigint computed_step;    // of what vector holds, -1 if it must not be used again
-  bool limit_warned;       // in this run: of dt
-  bool lanczos_warned;     // of an eigenvalue
+  double paper_dt = NO_LIMIT;     // eqs. 6 and 7
+  bigint computed_step = -1;      // of what vector holds, -1 if it must not be used again
+  bool limit_warned = false;      // in this run: of dt
+  bool lanczos_warned = false;    // of an eigenvalue
 
   bool all_implicit() const;
   void linearise();
-  double least_of_all(double here) const;
   double largest_eigenvalue(const EVP::LinearNetwork::Mix &);
   double explicit_dt(double lambda_k, double lambda_c);
   double implicit_dt(double lambda_axial, double lambda_across) const;

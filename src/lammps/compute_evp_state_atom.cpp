@@ -10,7 +10,7 @@
 using namespace LAMMPS_NS;
 
 ComputeEVPStateAtom::ComputeEVPStateAtom(LAMMPS *lmp, int narg, char **arg) :
-    NodalExchange(lmp, narg, arg), nmax(0)
+    NodalExchange(lmp, narg, arg)
 {
   if (narg != 3)
     error->all(FLERR, "Compute {} evp/state/atom: unexpected argument '{}'", id, arg[3]);
@@ -69,10 +69,4 @@ void ComputeEVPStateAtom::compute_peratom()
     state[2] = recorded > 0.0 ? 1.0 - count[WITHIN] / recorded : 0.0;
     state[3] = in_group ? count[FRESH] : 0.0;
   }
-}
-
-double ComputeEVPStateAtom::memory_usage()
-{
-  return (double) nmax * size_peratom_cols * sizeof(double) +
-      (double) counts.capacity() * sizeof(double);
 }

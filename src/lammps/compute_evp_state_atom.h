@@ -4,6 +4,7 @@
 #define LMP_COMPUTE_EVP_STATE_ATOM_H
 
 #include "compute.h"
+#include "core/memory.h"
 #include "nodal_exchange.h"
 
 namespace LAMMPS_NS {
@@ -16,14 +17,17 @@ class ComputeEVPStateAtom : public NodalExchange<Compute> {
 
   void init() override;
   void compute_peratom() override;
-  double memory_usage() override;
+  double memory_usage() override
+  {
+    return (double) nmax * size_peratom_cols * sizeof(double) + EVP::bytes_of(counts);
+  }
 
  private:
   /// Of an atom: bonds within dlim, of these in the second regime; new pairs.
   enum Count { WITHIN, SECOND, FRESH, NCOUNTS };
 
   Nodal counts;    // NCOUNTS per atom and ghost
-  int nmax;
+  int nmax = 0;
 };
 
 }    // namespace LAMMPS_NS

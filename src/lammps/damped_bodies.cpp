@@ -2,9 +2,9 @@
 
 #include "damped_bodies.h"
 
+#include "collective.h"
 #include "scene.h"
 
-#include "atom.h"
 #include "comm.h"
 
 #include <algorithm>
@@ -42,12 +42,10 @@ void DampedBodies::find(const PairList &list, int groupbit,
   });
 
   // one iteration at most for each time that a body crosses from rank to rank
-  int fell = 1;
-  while (fell) {
+  for (bool fell = true; fell; fell = on_any(fell, world)) {
     fell = connected.spread_lowest(lowest, 3);
-    if (exchange.lower_owners(lowest)) fell = 1;
+    if (exchange.lower_owners(lowest)) fell = true;
     exchange.to_ghosts(lowest);
-    MPI_Allreduce(MPI_IN_PLACE, &fell, 1, MPI_INT, MPI_MAX, world);
   }
   bodies.assign(lowest.data(), 3, nlocal, labels_across());
 }
@@ -61,8 +59,7 @@ std::vector<double> DampedBodies::labels_across() const
     if (found[0] == (double) atom->tag[i] && found[1] != -found[2]) own.push_back(found[0]);
   }
 
-  int here = (int) own.size(), any;
-  MPI_Allreduce(&here, &any, 1, MPI_INT, MPI_SUM, world);
+  const int here = (int) own.size(), any = reduce_all(here, MPI_SUM, world);
   if (any == 0) return all;
   std::vector<int> counts(comm->nprocs), offsets(comm->nprocs);
   MPI_Allgather(&here, 1, MPI_INT, counts.data(), 1, MPI_INT, world);

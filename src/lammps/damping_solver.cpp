@@ -2,12 +2,8 @@
 
 #include "damping_solver.h"
 
+#include "collective.h"
 #include "scene.h"
-
-#include "atom.h"
-#include "error.h"
-#include "force.h"
-#include "update.h"
 
 #include <algorithm>
 #include <cmath>
@@ -78,8 +74,7 @@ int DampingSolver::iterate(int iteration)
     exchange.to_owners(reaction);
     if (judge_residuals() == BodySolves::State::CONVERGED) break;
     if (iteration == max_iterations) {
-      double worst = solves.worst();
-      MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_DOUBLE, MPI_MAX, world);
+      const double worst = reduce_all(solves.worst(), MPI_MAX, world);
       error->all(FLERR,
                  "{}: the damping did not converge in {} iterations at step {} (residual {:.3g} of "
                  "the tolerance): reduce the timestep, or raise maxiter",
@@ -138,8 +133,7 @@ void DampingSolver::exchange_velocities()
 
 double DampingSolver::take_largest_turn()
 {
-  double turned;
-  MPI_Allreduce(&most_turned, &turned, 1, MPI_DOUBLE, MPI_MAX, world);
+  const double turned = reduce_all(most_turned, MPI_MAX, world);
   most_turned = 0.0;
   return 2.0 * std::sqrt(turned);
 }

@@ -2,8 +2,9 @@
 
 #include "fix_dt_evp.h"
 
+#include "collective.h"
 #include "compute_evp_dt.h"
-#include "core/text.h"
+#include "keywords.h"
 #include "pair_network.h"
 #include "scene.h"
 
@@ -13,52 +14,39 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 using namespace LAMMPS_NS;
 
-static constexpr double NO_LIMIT = ComputeEVPDt::NO_LIMIT;
 static constexpr double STRAIN_PER_STEP = 0.1;    // of xi_s, at most, in any pair
 static constexpr double TURN_PER_STEP = 0.1;    // rad, at most, of any pair that fix nve/evp damps
 static constexpr double GROWTH_PER_CHECK = 1.25;
 
 // fix ID group dt/evp N fraction [max DT]
 FixDtEVP::FixDtEVP(LAMMPS *lmp, int narg, char **arg) :
-    NodalExchange(lmp, narg, arg), fraction(0.0), maximum(NO_LIMIT), compute(nullptr),
-    pair(nullptr), stable_dt(NO_LIMIT), fastest{NO_LIMIT, 0.0, 0.0, 0.0}, limit(NOTHING),
-    speed_reported(false)
+    NodalExchange(lmp, narg, arg), compute_id(std::string(id) + "_evp_dt")
 {
   if (narg != 5 && narg != 7)
     error->all(FLERR, "Fix {} dt/evp: expected N fraction [max DT], got {} arguments", id,
                narg - 3);
-  double every = 0.0;
-  try {
-    every = EVP::parse_number("N", arg[3]);
-    fraction = EVP::parse_number("fraction", arg[4]);
-    if (narg == 7) maximum = EVP::parse_number("max", arg[6]);
-  } catch (const EVP::BadInput &bad) {
-    error->all(FLERR, "Fix {} dt/evp: {}", id, bad.what());
-  }
-  if (narg == 7 && strcmp(arg[5], "max") != 0)
-    error->all(FLERR, "Fix {} dt/evp: unknown keyword '{}'; it takes max", id, arg[5]);
-  if (!(every >= 1.0 && every <= 1.0e9 && every == std::floor(every)))
-    error->all(FLERR, "Fix {} dt/evp: N must be a whole number of steps from 1, got {}", id,
-               arg[3]);
-  if (!(fraction > 0.0 && fraction < 1.0))
-    error->all(FLERR,
-               "Fix {} dt/evp: fraction must lie between 0 and 1 (of the largest stable timestep; "
-               "0.4 is accurate, 0.8 is fast), got {}",
-               id, arg[4]);
-  if (!(maximum > 0.0))
-    error->all(FLERR, "Fix {} dt/evp: max must be positive, got {}", id, arg[6]);
-
-  nevery = (int) every;
+  const std::string who = fmt::format("Fix {} dt/evp", id);
+  EVP::stop_at_bad_input(error, who, [&] {
+    const EVP::Keyword every = {"N", arg[3]}, of_stable = {"fraction", arg[4]};
+    const double n = every.number();
+    every.demand(n >= 1.0 && n <= 1.0e9 && n == std::floor(n),
+                 "must be a whole number of steps from 1");
+    nevery = (int) n;
+    fraction = of_stable.number();
+    of_stable.demand(
+        fraction > 0.0 && fraction < 1.0,
+        "must lie between 0 and 1 (of the largest stable timestep; 0.4 is accurate, 0.8 is fast)");
+  });
+  EVP::for_each_keyword(error, who, narg - 5, arg + 5, {"max"}, "",
+                        [this](const EVP::Keyword &word) {
+                          maximum = word.number();
+                          word.demand(maximum > 0.0, "must be positive");
+                        });
   time_depend = 1;
-  scalar_flag = vector_flag = 1;
-  size_vector = 5;
-  global_freq = 1;
-  extscalar = extvector = 0;
-  compute_id = std::string(id) + "_evp_dt";
+  EVP::scene::offer_values(this, 5);
 }
 
 FixDtEVP::~FixDtEVP()
@@ -155,14 +143,14 @@ bool FixDtEVP::find_fastest(double dt)
   to_ghosts(velocity);
 
   fastest = {NO_LIMIT, 0.0, 0.0, 0.0};
-  int meets = 0, any_meets;
+  bool meets = false;
   EVP::for_each_pair(
       pair->packed_pairs(), EVP::scene::rows(atom->x), [&](const EVP::PlacedPair &p) {
         if (!((atom->mask[p.i] | atom->mask[p.j]) & groupbit)) return;
         const double *vi = &velocity[(size_t) 3 * p.i], *vj = &velocity[(size_t) 3 * p.j];
         const double v[] = {vi[0] - vj[0], vi[1] - vj[1], vi[2] - vj[2]};
         const double opening_times_d = p.g.dx * v[0] + p.g.dy * v[1] + p.g.dz * v[2];
-        if (!p.is_beyond() || opening_times_d < 0.0) meets = 1;
+        if (!p.is_beyond() || opening_times_d < 0.0) meets = true;
 
         const double d = p.distance(), opening = opening_times_d / d;
         const double gap = d - std::sqrt(p.cutsq);
@@ -184,8 +172,7 @@ bool FixDtEVP::find_fastest(double dt)
   } mine = {fastest.dt, comm->me}, least;
   MPI_Allreduce(&mine, &least, 1, MPI_DOUBLE_INT, MPI_MINLOC, world);
   MPI_Bcast(&fastest, 4, MPI_DOUBLE, least.rank, world);
-  MPI_Allreduce(&meets, &any_meets, 1, MPI_INT, MPI_MAX, world);
-  return any_meets;
+  return EVP::on_any(meets, world);
 }
 
 // all that LAMMPS tells of a new timestep, as the timestep command does
@@ -197,17 +184,4 @@ void FixDtEVP::change_dt(double dt)
   if (force->pair) force->pair->reset_dt();
   for (int k = 0; k < modify->nfix; k++) modify->fix[k]->reset_dt();
   output->reset_dt();
-}
-
-// f_ID: dt. f_ID[1..5]: largest stable dt, dt that the speeds allow, what limits dt
-// (1 stability, 2 speed, 3 max, 4 growth, 5 turning), IDs of the fastest pair
-double FixDtEVP::compute_scalar()
-{
-  return update->dt;
-}
-
-double FixDtEVP::compute_vector(int n)
-{
-  const double values[] = {stable_dt, fastest.dt, (double) limit, fastest.id_i, fastest.id_j};
-  return values[n];
 }

@@ -3,9 +3,13 @@
 #ifndef LMP_FIX_DT_EVP_H
 #define LMP_FIX_DT_EVP_H
 
+#include "compute_evp_dt.h"
+#include "core/memory.h"
 #include "fix.h"
 #include "nodal_exchange.h"
+#include "update.h"
 
+#include <array>
 #include <string>
 
 namespace LAMMPS_NS {
@@ -23,9 +27,14 @@ class FixDtEVP : public NodalExchange<Fix> {
   void setup(int) override;
   void end_of_step() override { set_dt(false); }
 
-  double compute_scalar() override;
-  double compute_vector(int) override;
-  double memory_usage() override { return (double) (velocity.capacity() * sizeof(double)); }
+  // f_ID: dt. f_ID[1..5]: largest stable dt, dt that the speeds allow, what limits dt
+  // (1 stability, 2 speed, 3 max, 4 growth, 5 turning), IDs of the fastest pair
+  double compute_scalar() override { return update->dt; }
+  double compute_vector(int n) override
+  {
+    return std::array{stable_dt, fastest.dt, (double) limit, fastest.id_i, fastest.id_j}[n];
+  }
+  double memory_usage() override { return EVP::bytes_of(velocity); }
 
  private:
   /// What limits dt; the numbers are those of f_ID[3].
@@ -38,17 +47,19 @@ class FixDtEVP : public NodalExchange<Fix> {
     double turns;    ///< 1 if it turns too fast, 0 if it opens or closes too fast
   };
 
-  double fraction;    // of the stable timestep
-  double maximum;     // of dt [time]
+  static constexpr double NO_LIMIT = ComputeEVPDt::NO_LIMIT;
+
+  double fraction = 0.0;        // of the stable timestep
+  double maximum = NO_LIMIT;    // of dt [time]
   std::string compute_id;
-  class ComputeEVPDt *compute;
-  class PairNetwork *pair;
+  ComputeEVPDt *compute = nullptr;
+  class PairNetwork *pair = nullptr;
 
   Nodal velocity;    // with ghosts
-  double stable_dt;
-  FastestPair fastest;
-  Limit limit;
-  bool speed_reported;
+  double stable_dt = NO_LIMIT;
+  FastestPair fastest = {NO_LIMIT, 0.0, 0.0, 0.0};
+  Limit limit = NOTHING;
+  bool speed_reported = false;
 
   void set_dt(bool at_setup);
   bool find_fastest(double dt);

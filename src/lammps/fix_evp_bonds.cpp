@@ -4,66 +4,39 @@
 
 #include "atom_directory.h"
 #include "bond_file_reader.h"
-#include "collective_error.h"
+#include "collective.h"
 #include "core/memory.h"
-#include "core/text.h"
+#include "keywords.h"
 #include "pair_network.h"
 #include "scene.h"
 #include "zone_bonds.h"
 
-#include "atom.h"
 #include "comm.h"
 #include "domain.h"
-#include "error.h"
-#include "force.h"
-#include "modify.h"
-#include "neigh_list.h"
 #include "neighbor.h"
-#include "update.h"
-#include "utils.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 using namespace LAMMPS_NS;
-using namespace FixConst;
 using EVP::BondStore;
 
 static constexpr double FORMAT = 1001.0;    // of the words in restart files; no zone is that large
 
-/* ----------------------------------------------------------------------
-   fix ID group evp/bonds [zone Z | file FILE]
-------------------------------------------------------------------------- */
-
+// fix ID group evp/bonds [zone Z | file FILE]
 FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
-    NodalExchange(lmp, narg, arg), zone(0.0), records_due(false),
-    after_restart(modify->nfix_restart_global > 0), restored_late(false),
-    bonds(std::make_shared<BondStore>()), shown(bonds), list(nullptr), pair_counts{},
-    counted_step(-1)
+    NodalExchange(lmp, narg, arg), after_restart(modify->nfix_restart_global > 0)
 {
-  for (int iarg = 3; iarg < narg; iarg += 2) {
-    const std::string key = arg[iarg];
-    if (key != "zone" && key != "file")
-      error->all(FLERR, "Fix {} evp/bonds: unknown keyword '{}'; it takes zone or file", id, key);
-    if (iarg + 1 == narg) error->all(FLERR, "Fix {} evp/bonds: keyword {} needs a value", id, key);
-    if (key == "file") {
-      file = arg[iarg + 1];
-      if (file.empty())
-        error->all(FLERR, "Fix {} evp/bonds: the name of the bond file is empty", id);
-      continue;
-    }
-    try {
-      zone = EVP::parse_number("zone", arg[iarg + 1]);
-    } catch (const EVP::BadInput &bad) {
-      error->all(FLERR, "Fix {} evp/bonds: {}", id, bad.what());
-    }
-    if (!(zone > 1.0))
-      error->all(FLERR,
-                 "Fix {} evp/bonds: zone must be greater than 1 (pairs with d <= zone (R_i + R_j) "
-                 "are recorded), got {}",
-                 id, arg[iarg + 1]);
-  }
+  EVP::for_each_keyword(
+      error, fmt::format("Fix {} evp/bonds", id), narg - 3, arg + 3, {"zone", "file"}, " or ",
+      [this](const EVP::Keyword &word) {
+        if (word.is("zone")) {
+          zone = word.number();
+          word.demand(zone > 1.0,
+                      "must be greater than 1 (pairs with d <= zone (R_i + R_j) are recorded)");
+        } else if ((file = word.value).empty())
+          throw EVP::BadInput("the name of the bond file is empty");
+      });
   if (zone > 0.0 && !file.empty())
     error->all(FLERR,
                "Fix {} evp/bonds: the bonds come from the zone or from a file, give one of the two",
@@ -79,10 +52,7 @@ FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
   create_attribute = 1;
   stores_ids = 1;
   maxexchange_dynamic = 1;
-  scalar_flag = vector_flag = 1;
-  size_vector = 4;
-  global_freq = 1;
-  extscalar = extvector = 0;
+  EVP::scene::offer_values(this, 4);
 
   FixEVPBonds::grow_arrays(atom->nmax);
   set_exchange_room();
@@ -97,11 +67,6 @@ FixEVPBonds::~FixEVPBonds()
   bonds->close();
 }
 
-int FixEVPBonds::setmask()
-{
-  return PRE_NEIGHBOR | MIN_PRE_NEIGHBOR | PRE_FORCE | MIN_PRE_FORCE;
-}
-
 void *FixEVPBonds::extract(const char *name, int &dim)
 {
   dim = 0;
@@ -114,9 +79,7 @@ void FixEVPBonds::init()
   const PairNetwork *network = PairNetwork::require(force, error, who);
   EVP::scene::refuse_respa(update, error, who);
 
-  int here = bonds->most(), most;
-  MPI_Allreduce(&here, &most, 1, MPI_INT, MPI_MAX, world);
-  bonds->need_room(most);
+  bonds->need_room(EVP::reduce_all(bonds->most(), MPI_MAX, world));
   set_exchange_room();
 
   check_restored();
@@ -129,13 +92,7 @@ void FixEVPBonds::init()
   }
 }
 
-void FixEVPBonds::init_list(int /*id*/, NeighList *list_in)
-{
-  list = list_in;
-}
-
 // the neighbor list ends at alpha (R_i + R_j) plus a skin that must not matter
-
 void FixEVPBonds::check_zone(const PairNetwork *network) const
 {
   for (int i = 1; i <= atom->ntypes; i++)
@@ -149,20 +106,7 @@ void FixEVPBonds::check_zone(const PairNetwork *network) const
     }
 }
 
-/* ----------------------------------------------------------------------
-   at each neighbor build: what would hand a deq to another atom, or to a second image of the same
-------------------------------------------------------------------------- */
-
-void FixEVPBonds::setup_pre_neighbor()
-{
-  pre_neighbor();
-}
-
-void FixEVPBonds::min_pre_neighbor()
-{
-  pre_neighbor();
-}
-
+// at each neighbor build: what would hand a deq to another atom, or to a second image of the same
 void FixEVPBonds::pre_neighbor()
 {
   if (!bonds->has_recorded()) return;
@@ -190,8 +134,7 @@ void FixEVPBonds::check_box(const PairNetwork *network) const
 void FixEVPBonds::check_ids() const
 {
   const BondStore::Misplaced found = bonds->find_misplaced(atom->tag, atom->nlocal);
-  bigint here[2] = {found.renumbered, found.newcomer}, any[2];
-  MPI_Allreduce(here, any, 2, MPI_LMP_BIGINT, MPI_MAX, world);
+  const auto any = EVP::reduce_all(std::array{found.renumbered, found.newcomer}, MPI_MAX, world);
   if (any[0] || any[1]) error->all(FLERR, misplaced_message({any[0], any[1]}));
 }
 
@@ -217,18 +160,12 @@ std::string FixEVPBonds::misplaced_message(BondStore::Misplaced atoms) const
       id, atoms.newcomer, bonds->highest_id(), anew);
 }
 
-std::string FixEVPBonds::how_to_replicate() const
-{
-  return fmt::format("'unfix {}', replicate, and define the fix again", id);
-}
-
 void FixEVPBonds::setup_pre_force(int /*vflag*/)
 {
   if (!bonds->has_recorded()) record();
 }
 
 // records are made aside: an error leaves the fix as it was
-
 void FixEVPBonds::record()
 {
   const PairNetwork *network = PairNetwork::find(force);
@@ -238,26 +175,25 @@ void FixEVPBonds::record()
                "file",
                id, twice);
   std::vector<BondStore::Bonds> made;
-  try {
-    made = file.empty() ? bonds_in_zone(network) : bonds_in_file(network);
+  EVP::stop_at_bad_input(error, fmt::format("Fix {} evp/bonds", id), [&] {
+    made = file.empty() ? bonds_in_zone(network) : read_bond_file(lmp, file, groupbit, network);
     EVP::throw_together(twice_given(made), world);
-  } catch (const EVP::BadInput &bad) {
-    error->all(FLERR, "Fix {} evp/bonds: {}", id, bad.what());
-  }
+  });
   check_box(network);
 
-  bigint here[2] = {0, 0}, most[2], sides_here = 0, sides;    // highest ID, most records
+  int64_t highest = 0, most = 0, sides = 0;    // ID, records of an atom, records of all
   for (int i = 0; i < atom->nlocal; i++) {
-    here[0] = std::max(here[0], (bigint) atom->tag[i]);
-    here[1] = std::max(here[1], (bigint) made[i].size());
-    sides_here += (bigint) made[i].size();
+    highest = std::max(highest, (int64_t) atom->tag[i]);
+    most = std::max(most, (int64_t) made[i].size());
+    sides += (int64_t) made[i].size();
   }
-  MPI_Allreduce(here, most, 2, MPI_LMP_BIGINT, MPI_MAX, world);
-  MPI_Allreduce(&sides_here, &sides, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+  most = EVP::reduce_all(most, MPI_MAX, world);
+  highest = EVP::reduce_all(highest, MPI_MAX, world);
+  sides = EVP::reduce_all(sides, MPI_SUM, world);
 
   // from here on nothing can fail
-  bonds->record(made, atom->tag, sides / 2, most[0]);
-  bonds->need_room((int) most[1]);
+  bonds->record(made, atom->tag, sides / 2, highest);
+  bonds->need_room((int) most);
   set_exchange_room();
 
   if (comm->me) return;
@@ -277,7 +213,7 @@ void FixEVPBonds::record()
   if (file.empty())
     source = zone > 0.0 ? fmt::format("within {} (R_i + R_j)", zone) : "within alpha (R_i + R_j)";
   utils::logmesg(lmp, "fix evp/bonds {}: recorded {} pairs {}, at most {} per atom\n", id,
-                 bonds->count(), source, most[1]);
+                 bonds->count(), source, most);
 }
 
 std::vector<BondStore::Bonds> FixEVPBonds::bonds_in_zone(const PairNetwork *network)
@@ -286,25 +222,10 @@ std::vector<BondStore::Bonds> FixEVPBonds::bonds_in_zone(const PairNetwork *netw
   Nodal owner_x((size_t) 3 * (atom->nlocal + atom->nghost));
   for (int i = 0; i < atom->nlocal; i++) std::copy_n(atom->x[i], 3, &owner_x[(size_t) 3 * i]);
   to_ghosts(owner_x);
-
-  std::string complaint;
-  auto made = ZoneBonds(lmp, owner_x, zone, groupbit, network).find(list, complaint);
-  EVP::throw_together(complaint, world);
-  return made;
-}
-
-std::vector<BondStore::Bonds> FixEVPBonds::bonds_in_file(const PairNetwork *network) const
-{
-  return EVP::read_bond_file(
-      file, update->unit_style, atom, groupbit,
-      [network](int itype, int jtype) {
-        return network->alpha_of(itype, jtype);
-      },
-      world);
+  return find_zone_bonds(lmp, list, owner_x, zone, groupbit, network);
 }
 
 // a partner that is there twice has two deq
-
 std::string FixEVPBonds::twice_given(const std::vector<BondStore::Bonds> &made) const
 {
   for (int i = 0; i < atom->nlocal; i++) {
@@ -322,16 +243,6 @@ std::string FixEVPBonds::twice_given(const std::vector<BondStore::Bonds> &made) 
   return "";
 }
 
-/* ----------------------------------------------------------------------
-   f_ID: pairs recorded. f_ID[1..4]: beyond dlim, in the second regime, new pairs that
-   interact, lowest d/(R_i + R_j)
-------------------------------------------------------------------------- */
-
-double FixEVPBonds::compute_scalar()
-{
-  return (double) bonds->count();
-}
-
 double FixEVPBonds::compute_vector(int n)
 {
   if (update->whichflag != 0 && counted_step == update->ntimestep) return pair_counts[n];
@@ -345,10 +256,8 @@ double FixEVPBonds::compute_vector(int n)
                id, id, n + 1);
   if (network) {
     const PairNetwork::Counts counts = network->count_pairs();
-    pair_counts[0] = (double) bonds->count() - counts.bonds_within;
-    pair_counts[1] = counts.bonds_second;
-    pair_counts[2] = counts.new_pairs;
-    pair_counts[3] = counts.lowest_ratio;
+    pair_counts = {(double) bonds->count() - counts.bonds_within, counts.bonds_second,
+                   counts.new_pairs, counts.lowest_ratio};
     counted_step = update->ntimestep;
   }
   return pair_counts[n];
@@ -356,57 +265,24 @@ double FixEVPBonds::compute_vector(int n)
 
 // LAMMPS' buffers for one atom must hold the longest record of any MPI rank: the first rank says in
 // restart files how long that is
-
 void FixEVPBonds::set_exchange_room()
 {
   maxexchange = (int) bonds->words(bonds->most());
 }
 
-double FixEVPBonds::memory_usage()
+int FixEVPBonds::unpack(int i, const double *buf)
 {
-  return bonds->memory_usage();
-}
-
-void FixEVPBonds::grow_arrays(int nmax)
-{
-  bonds->grow(nmax);
-}
-
-void FixEVPBonds::copy_arrays(int i, int j, int /*delflag*/)
-{
-  bonds->copy(i, j);
-}
-
-void FixEVPBonds::set_arrays(int i)
-{
-  bonds->clear(i);
-}
-
-int FixEVPBonds::pack_exchange(int i, double *buf)
-{
-  return bonds->pack(i, buf);
-}
-
-int FixEVPBonds::unpack_exchange(int nlocal, double *buf)
-{
-  const int words = bonds->unpack(nlocal, buf);
+  const int words = bonds->unpack(i, buf);
   set_exchange_room();
   return words;
 }
 
-/* ----------------------------------------------------------------------
-   restart files carry no check of their own, and a changed bit is another material: every section of
-   ours ends with a checksum
-------------------------------------------------------------------------- */
-
+// restart files carry no check of their own, and a changed bit is another material: every section
+// of ours ends with a checksum
 void FixEVPBonds::write_restart(FILE *fp)
 {
-  double state[] = {FORMAT,
-                    zone,
-                    bonds->has_recorded() ? 1.0 : 0.0,
-                    (double) bonds->count(),
-                    (double) bonds->highest_id(),
-                    0.0};
+  double state[6] = {FORMAT, zone, (double) bonds->has_recorded(), (double) bonds->count(),
+                     (double) bonds->highest_id()};
   state[5] = EVP::checksum(state, 5);
   const int size = sizeof(state);
   if (comm->me == 0) {
@@ -463,8 +339,7 @@ void FixEVPBonds::unpack_restart(int nlocal, int nth)
         "Fix {} evp/bonds: the bonds of atom {} in the restart file are damaged, or the atom "
         "is not from that file: define the fix right after read_restart",
         id, atom->tag[nlocal]);
-  bonds->unpack(nlocal, extra + m + 1);
-  set_exchange_room();
+  unpack(nlocal, extra + m + 1);
   // LAMMPS keeps what it read in the order of that moment
   const int64_t recorded_id = bonds->recorded_id(nlocal);
   if (recorded_id && recorded_id != atom->tag[nlocal]) restored_late = true;
@@ -472,25 +347,12 @@ void FixEVPBonds::unpack_restart(int nlocal, int nth)
 }
 
 // after the section of the fix, those of the atoms must have been there too
-
 void FixEVPBonds::check_restored()
 {
-  int due = records_due, due_everywhere;
-  MPI_Allreduce(&due, &due_everywhere, 1, MPI_INT, MPI_MIN, world);
-  if (due_everywhere)
+  if (EVP::on_all(records_due, world))
     error->all(
         FLERR,
         "Fix {} evp/bonds: the restart file is damaged, it announces {} bonds and holds none", id,
         bonds->count());
   records_due = false;
-}
-
-int FixEVPBonds::size_restart(int i)
-{
-  return 2 + (int) bonds->words(bonds->of(i).size());
-}
-
-int FixEVPBonds::maxsize_restart()
-{
-  return 2 + (int) bonds->words(bonds->most());
 }

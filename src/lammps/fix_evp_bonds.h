@@ -1,11 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
 
-#ifdef FIX_CLASS
-// clang-format off
-FixStyle(evp/bonds,FixEVPBonds);
-// clang-format on
-#else
-
 #ifndef LMP_FIX_EVP_BONDS_H
 #define LMP_FIX_EVP_BONDS_H
 
@@ -13,6 +7,7 @@ FixStyle(evp/bonds,FixEVPBonds);
 #include "fix.h"
 #include "nodal_exchange.h"
 
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
@@ -26,34 +21,40 @@ class FixEVPBonds : public NodalExchange<Fix> {
   FixEVPBonds(class LAMMPS *, int, char **);
   ~FixEVPBonds() override;
 
-  int setmask() override;
+  int setmask() override
+  {
+    using namespace FixConst;
+    return PRE_NEIGHBOR | MIN_PRE_NEIGHBOR | PRE_FORCE | MIN_PRE_FORCE;
+  }
   void init() override;
-  void init_list(int, class NeighList *) override;
-  void setup_pre_neighbor() override;
+  void init_list(int, class NeighList *list_in) override { list = list_in; }
+  void setup_pre_neighbor() override { pre_neighbor(); }
   void pre_neighbor() override;
-  void min_pre_neighbor() override;
+  void min_pre_neighbor() override { pre_neighbor(); }
   void setup_pre_force(int) override;
 
-  double compute_scalar() override;
+  // f_ID: pairs recorded. f_ID[1..4]: beyond dlim, in the second regime, new pairs that interact,
+  // lowest d/(R_i + R_j)
+  double compute_scalar() override { return (double) bonds->count(); }
   double compute_vector(int) override;
 
   /// "bonds": the std::shared_ptr<const EVP::BondStore> of the records. They are closed, and theirs is
   /// the only reference left, when the fix goes.
   void *extract(const char *, int &) override;
 
-  double memory_usage() override;
-  void grow_arrays(int) override;
-  void copy_arrays(int, int, int) override;
-  void set_arrays(int) override;
-  int pack_exchange(int, double *) override;
-  int unpack_exchange(int, double *) override;
+  double memory_usage() override { return bonds->memory_usage(); }
+  void grow_arrays(int nmax) override { bonds->grow(nmax); }
+  void copy_arrays(int i, int j, int /*delflag*/) override { bonds->copy(i, j); }
+  void set_arrays(int i) override { bonds->clear(i); }
+  int pack_exchange(int i, double *buf) override { return bonds->pack(i, buf); }
+  int unpack_exchange(int i, double *buf) override { return unpack(i, buf); }
 
   void write_restart(FILE *) override;
   void restart(char *) override;
   int pack_restart(int, double *) override;
   void unpack_restart(int, int) override;
-  int size_restart(int) override;
-  int maxsize_restart() override;
+  int size_restart(int i) override { return 2 + (int) bonds->words(bonds->of(i).size()); }
+  int maxsize_restart() override { return 2 + (int) bonds->words(bonds->most()); }
 
   const EVP::BondStore &records() const { return *bonds; }
 
@@ -61,32 +62,35 @@ class FixEVPBonds : public NodalExchange<Fix> {
   void check_ids() const;
 
  private:
-  double zone;    // pairs with d <= zone (R_i + R_j) are recorded; 0: zone = alpha of the pair type
-  std::string file;      // take the records from this file; empty: from the zone
-  bool records_due;      // the fix's section of a restart file was read, no atom's record yet
-  bool after_restart;    // a restart file with fixes was read before this fix was defined
-  bool restored_late;    // atoms were deleted or renumbered before their records were read
+  double zone =
+      0.0;    // pairs with d <= zone (R_i + R_j) are recorded; 0: zone = alpha of the types
+  std::string file;            // take the records from this file; empty: from the zone
+  bool records_due = false;    // the fix's section of a restart file was read, no atom's record yet
+  bool after_restart;          // a restart file with fixes was read before this fix was defined
+  bool restored_late = false;    // atoms were deleted or renumbered before their records were read
 
-  std::shared_ptr<EVP::BondStore> bonds;
-  std::shared_ptr<const EVP::BondStore> shown;    // the same, for readers
+  std::shared_ptr<EVP::BondStore> bonds = std::make_shared<EVP::BondStore>();
+  std::shared_ptr<const EVP::BondStore> shown = bonds;    // for readers
 
-  class NeighList *list;
-  double pair_counts[4];    // f_ID[1..4], as of the last evaluation
-  bigint counted_step;      // step of that, -1 if it must not be used again
+  class NeighList *list = nullptr;
+  std::array<double, 4> pair_counts{};    // f_ID[1..4], as of the last evaluation
+  bigint counted_step = -1;               // step of that, -1 if it must not be used again
 
   void record();
   std::vector<EVP::BondStore::Bonds> bonds_in_zone(const class PairNetwork *);
-  std::vector<EVP::BondStore::Bonds> bonds_in_file(const class PairNetwork *) const;
   void check_restored();
   void check_zone(const class PairNetwork *) const;
   void check_box(const class PairNetwork *) const;
   std::string twice_given(const std::vector<EVP::BondStore::Bonds> &) const;
   std::string misplaced_message(EVP::BondStore::Misplaced) const;
-  std::string how_to_replicate() const;
+  std::string how_to_replicate() const
+  {
+    return "'unfix " + std::string(id) + "', replicate, and define the fix again";
+  }
   void set_exchange_room();
+  int unpack(int i, const double *buf);
 };
 
 }    // namespace LAMMPS_NS
 
-#endif
 #endif

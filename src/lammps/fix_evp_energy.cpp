@@ -2,6 +2,7 @@
 
 #include "fix_evp_energy.h"
 
+#include "collective.h"
 #include "fix_nve_evp.h"
 #include "pair_network.h"
 #include "scene.h"
@@ -12,9 +13,7 @@
 
 using namespace LAMMPS_NS;
 
-FixEVPEnergy::FixEVPEnergy(LAMMPS *lmp, int narg, char **arg) :
-    AtomRecords(lmp, narg, arg), pair(nullptr), implicit(nullptr), driven_groupbits(0),
-    started(false), dt_step(0.0), start{}, last{}, dissipated_at_begin(0.0), taken(0.0), entries{}
+FixEVPEnergy::FixEVPEnergy(LAMMPS *lmp, int narg, char **arg) : AtomRecords(lmp, narg, arg)
 {
   if (narg != 3) error->all(FLERR, "Fix {} evp/energy: unexpected argument '{}'", id, arg[3]);
   if (igroup != 0)
@@ -23,11 +22,9 @@ FixEVPEnergy::FixEVPEnergy(LAMMPS *lmp, int narg, char **arg) :
                "entries",
                id);
   nevery = 1;
-  scalar_flag = vector_flag = 1;
-  size_vector = NENTRIES;
-  global_freq = 1;
-  extscalar = extvector = 0;
+  EVP::scene::offer_values(this, NENTRIES);
   follow_atoms();
+  keep_records();
 }
 
 void FixEVPEnergy::init()
@@ -53,9 +50,9 @@ void FixEVPEnergy::setup(int /*vflag*/)
   if (update->whichflag != 1) return;
   pair_work.stored.assign(*pair);    // the pair style may be another than in the last run
   if (!started) {
-    double here = pair_work.stored.total_depth(), all;
-    MPI_Allreduce(&here, &all, 1, MPI_DOUBLE, MPI_SUM, world);
-    pair_work.stored.set_largest_depth(all);    // for all instants that are compared with the start
+    // for all instants that are compared with the start
+    pair_work.stored.set_largest_depth(
+        EVP::reduce_all(pair_work.stored.total_depth(), MPI_SUM, world));
   }
   evaluate(true);
   if (!started) start = last;
@@ -152,9 +149,8 @@ double FixEVPEnergy::dissipated_in_half_step(bool at_begin) const
 // step is held against what it takes next
 void FixEVPEnergy::advance()
 {
-  struct Sums {
-    double dissipated, movers, others;
-  } here = {dissipated_at_begin + dissipated_in_half_step(false), 0.0, 0.0}, all;
+  double dissipated = dissipated_at_begin + dissipated_in_half_step(false);
+  double movers = 0.0, others = 0.0;    // on this MPI rank, as dissipated
   for (int i = 0; i < atom->nlocal; i++) {
     const EVP::AtomPast &then = records[i];
     const EVP::AtomForces now = forces_on(i);
@@ -164,20 +160,19 @@ void FixEVPEnergy::advance()
       const double dx = x[c] - then.x[c];
       const double work = 0.5 * (then.forces.working[c] + now.working[c]) * dx;
       if (is_driven(i))
-        here.others += work;
+        others += work;
       else {
         const double damped = 0.5 * (then.forces.damping[c] + now.damping[c]) * dx;
-        here.dissipated -= damped;
-        here.movers -= work + damped;
+        dissipated -= damped;
+        movers -= work + damped;
       }
     }
   }
-  MPI_Allreduce(&here, &all, 3, MPI_DOUBLE, MPI_SUM, world);
-
-  taken += all.dissipated;
+  const auto all = EVP::reduce_all(std::array{dissipated, movers, others}, MPI_SUM, world);
+  taken += all[0];
   entries[DISSIPATED] = std::max(entries[DISSIPATED], taken);
-  entries[MOVERS] += all.movers;
-  entries[OTHERS] += all.others;
+  entries[MOVERS] += all[1];
+  entries[OTHERS] += all[2];
 }
 
 // what is held at the end of a step, and where the next one begins

@@ -53,15 +53,15 @@ class FixEVPEnergy : public AtomRecords<NodalExchange<Fix>, EVP::AtomPast> {
     EVP::StoredEnergy::Sums pairs;
   };
 
-  class PairNetwork *pair;
-  const class FixNVEEVP *implicit;    // nullptr without
-  int driven_groupbits;               // groups of the fixes that move atoms by forces
-  bool started;
-  double dt_step;    // of the step under way: at its end another fix may have changed it
-  Instant start, last;
-  double dissipated_at_begin;    // of the step under way, on this MPI rank
-  double taken;                  // by damping; DISSIPATED is the most that it was so far
-  double entries[NENTRIES];
+  class PairNetwork *pair = nullptr;
+  const class FixNVEEVP *implicit = nullptr;    // if there is one
+  int driven_groupbits = 0;                     // groups of the fixes that move atoms by forces
+  bool started = false;
+  double dt_step = 0.0;    // of the step under way: at its end another fix may have changed it
+  Instant start{}, last{};
+  double dissipated_at_begin = 0.0;    // of the step under way, on this MPI rank
+  double taken = 0.0;                  // by damping; DISSIPATED is the most that it was so far
+  double entries[NENTRIES] = {};
   EVP::PairWork pair_work;
 
   bool is_driven(int i) const { return atom->mask[i] & driven_groupbits; }

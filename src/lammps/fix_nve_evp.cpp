@@ -2,22 +2,15 @@
 
 #include "fix_nve_evp.h"
 
-#include "core/text.h"
+#include "collective.h"
+#include "keywords.h"
 #include "pair_network.h"
 #include "scene.h"
 
-#include "atom.h"
 #include "comm.h"
-#include "domain.h"
-#include "error.h"
-#include "force.h"
-#include "modify.h"
-#include "update.h"
-#include "utils.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 using namespace LAMMPS_NS;
 
@@ -25,42 +18,28 @@ static constexpr double LARGEST_TURN = 0.15;    // rad per step, see doc/fix_nve
 
 // fix ID group nve/evp [tol 1e-3] [maxiter 500]
 FixNVEEVP::FixNVEEVP(LAMMPS *lmp, int narg, char **arg) :
-    NodalExchange(lmp, narg, arg), who(fmt::format("Fix {} nve/evp", id)), bodies(lmp, *this),
-    solver(lmp, who, *this, dampers, bodies.found()), positions(lmp)
+    AtomRecords(lmp, narg, arg), who(fmt::format("Fix {} nve/evp", id)), bodies(lmp, *this),
+    solver(lmp, who, *this, dampers, bodies.found())
 {
-  for (int iarg = 3; iarg < narg; iarg += 2) {
-    const std::string key = arg[iarg];
-    if (key != "tol" && key != "maxiter")
-      error->all(FLERR, "{}: unknown keyword '{}'; it takes tol and maxiter", who, key);
-    if (iarg + 1 == narg) error->all(FLERR, "{}: keyword {} needs a value", who, key);
-    double value = 0.0;
-    try {
-      value = EVP::parse_number(key, arg[iarg + 1]);
-    } catch (const EVP::BadInput &bad) {
-      error->all(FLERR, "{}: {}", who, bad.what());
-    }
-    if (key == "tol") {
-      if (!(value > 0.0 && value < 1.0))
-        error->all(FLERR, "{}: tol must lie between 0 and 1 (residual over damping), got {}", who,
-                   arg[iarg + 1]);
-      solver.tolerance = value;
-    } else {
-      if (!(value >= 1.0 && value <= 1.0e6 && value == std::floor(value)))
-        error->all(FLERR, "{}: maxiter must be a whole number from 1 to 1e6, got {}", who,
-                   arg[iarg + 1]);
-      solver.max_iterations = (int) value;
-    }
-  }
+  EVP::for_each_keyword(
+      error, who, narg - 3, arg + 3, {"tol", "maxiter"}, " and ", [this](const EVP::Keyword &word) {
+        const double value = word.number();
+        if (word.is("tol")) {
+          word.demand(value > 0.0 && value < 1.0,
+                      "must lie between 0 and 1 (residual over damping)");
+          solver.tolerance = value;
+        } else {
+          word.demand(value >= 1.0 && value <= 1.0e6 && value == std::floor(value),
+                      "must be a whole number from 1 to 1e6");
+          solver.max_iterations = (int) value;
+        }
+      });
 
   time_integrate = 1;
   dynamic_group_allow = 0;
   virial_global_flag = virial_peratom_flag = thermo_virial = 1;
-  scalar_flag = vector_flag = 1;
-  size_vector = 2;
-  global_freq = 1;
-  extscalar = extvector = 0;
-  // LAMMPS takes it from constructors only; nothing is kept unless wanted
-  atom->add_callback(Atom::GROW);
+  EVP::scene::offer_values(this, 2);
+  follow_atoms();
 }
 
 void FixNVEEVP::init()
@@ -94,11 +73,8 @@ void FixNVEEVP::init()
                "'remap v'",
                who);
   check_groups();
-  positions.forget();
-  if (path && !positions.wanted()) {
-    create_attribute = 1;
-    maxexchange = positions.want();
-  }
+  positions_known = false;
+  if (path && !keeps_records()) keep_records();
   balance_wanted = EVP::scene::find_fix(modify, "evp/energy") != nullptr;
   turning_warned = false;
   solver.forget_turns();
@@ -116,11 +92,10 @@ void FixNVEEVP::check_groups() const
     for (const char *pattern : {"^setforce", "^lineforce", "^planeforce", "^aveforce", "^freeze"})
       holds = holds || utils::strmatch(other->style, pattern);
     if (other == this || (!holds && !other->time_integrate)) continue;
-    int shared = 0, any;
+    bool shared = false;
     for (int i = 0; i < atom->nlocal; i++)
-      if (in_group(i) && (atom->mask[i] & other->groupbit)) shared = 1;
-    MPI_Allreduce(&shared, &any, 1, MPI_INT, MPI_MAX, world);
-    if (any)
+      shared = shared || (in_group(i) && (atom->mask[i] & other->groupbit));
+    if (EVP::on_any(shared, world))
       error->all(FLERR,
                  "{} and fix {} of style {} act on the same atoms: leave those that are held or "
                  "moved otherwise out of its group, and use fix nve/noforce for them",
@@ -135,7 +110,7 @@ void FixNVEEVP::setup(int vflag)
   collect_dampers();
   if (balance_wanted) find_rates(0.0);
   solve_and_apply(0.5 * update->dt);
-  positions.remember();
+  remember_positions();
   if (forces_follow) dt_applied = 0.0;    // solve anew with what they add to f from here on
 }
 
@@ -159,7 +134,7 @@ void FixNVEEVP::final_integrate()
   if (balance_wanted) find_rates(update->dt);
   solve_and_apply(update->dt);
   if (balance_wanted) dampers.find_mean_rates();
-  positions.remember();
+  remember_positions();
   kick();
 }
 
@@ -192,6 +167,22 @@ void FixNVEEVP::collect_dampers()
   });
 }
 
+void FixNVEEVP::remember_positions()
+{
+  positions_known = keeps_records();
+  for (int i = 0; positions_known && i < atom->nlocal; i++) set_arrays(i);
+}
+
+// Calls f(i, component, mean velocity over the last step of size dt) for all local atoms, where known.
+template <class F> void FixNVEEVP::for_each_mean_velocity(double dt, F &&f) const
+{
+  for (int i = 0; positions_known && i < atom->nlocal; i++) {
+    double x[3];
+    domain->unmap(atom->x[i], atom->image[i], x);
+    for (int c = 0; c < 3; c++) f(i, c, (x[c] - records[i].x[c]) / dt);
+  }
+}
+
 // Opening rates over the last timestep dt, or now with dt = 0, from the velocities that atoms hold.
 void FixNVEEVP::find_rates(double dt)
 {
@@ -199,7 +190,7 @@ void FixNVEEVP::find_rates(double dt)
   velocities.resize((size_t) 3 * (atom->nlocal + atom->nghost));
   std::copy_n(atom->v[0], (size_t) 3 * atom->nlocal, velocities.begin());
   if (dt > 0.0)
-    positions.for_each_mean_velocity(dt, [this](int i, int c, double mean) {
+    for_each_mean_velocity(dt, [this](int i, int c, double mean) {
       if (!in_group(i)) velocities[(size_t) 3 * i + c] = mean;
     });
   to_ghosts(velocities);
@@ -240,7 +231,7 @@ void FixNVEEVP::solve_and_apply(double h)
 
   prescribed.assign(atom->v[0], atom->v[0] + (size_t) 3 * atom->nlocal);
   if (h == update->dt)
-    positions.for_each_mean_velocity(h, [this](int i, int c, double before) {
+    for_each_mean_velocity(h, [this](int i, int c, double before) {
       double &after = prescribed[(size_t) 3 * i + c];
       after = 2.0 * after - before;
     });
@@ -289,5 +280,5 @@ void FixNVEEVP::tally_virial()
 double FixNVEEVP::memory_usage()
 {
   return dampers.memory_usage() + bodies.memory_usage() + solver.memory_usage() +
-      positions.memory_usage() + EVP::bytes_of(velocities, prescribed, applied);
+      AtomRecords::memory_usage() + EVP::bytes_of(velocities, prescribed, applied);
 }

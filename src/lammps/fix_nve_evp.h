@@ -1,24 +1,27 @@
 // SPDX-License-Identifier: GPL-2.0-only
 
-#ifdef FIX_CLASS
-// clang-format off
-FixStyle(nve/evp,FixNVEEVP);
-// clang-format on
-#else
-
 #ifndef LMP_FIX_NVE_EVP_H
 #define LMP_FIX_NVE_EVP_H
 
+#include "atom_records.h"
 #include "core/dampers.h"
 #include "damped_bodies.h"
 #include "damping_solver.h"
-#include "last_positions.h"
 #include "nodal_exchange.h"
 
-#include "fix.h"
+#include "domain.h"
 
 #include <string>
 #include <vector>
+
+namespace EVP {
+
+/// Of an atom at the last solve, where a fix move may turn or accelerate it.
+struct LastPosition {
+  double x[3];    ///< unwrapped
+};
+
+}    // namespace EVP
 
 namespace LAMMPS_NS {
 
@@ -30,10 +33,9 @@ namespace LAMMPS_NS {
 ///
 /// Between steps atoms hold v = (v- + v+)/2, and f holds F plus the damping force that took v- to v+,
 /// so that both half kicks are those of plain leapfrog and other fixes read the whole force.
-class FixNVEEVP : public NodalExchange<Fix> {
+class FixNVEEVP : public AtomRecords<NodalExchange<Fix>, EVP::LastPosition> {
  public:
   FixNVEEVP(class LAMMPS *, int, char **);
-  ~FixNVEEVP() override { atom->delete_callback(id, Atom::GROW); }
 
   int setmask() override
   {
@@ -69,25 +71,20 @@ class FixNVEEVP : public NodalExchange<Fix> {
   }
 
   double memory_usage() override;
-  void grow_arrays(int nmax) override { positions.grow(nmax); }
-  void copy_arrays(int i, int j, int /*delflag*/) override { positions.copy(i, j); }
-  void set_arrays(int i) override { positions.set(i); }
-  int pack_exchange(int i, double *buf) override { return positions.pack(i, buf); }
-  int unpack_exchange(int i, double *buf) override { return positions.unpack(i, buf); }
+  void set_arrays(int i) override { domain->unmap(atom->x[i], atom->image[i], records[i].x); }
 
  private:
   const std::string who;    // in messages
   class PairNetwork *pair = nullptr;
-  int others_groupbits = 0;    // groups of the other fixes that move atoms by forces
-  bool forces_follow =
-      false;    // fixes defined after this one add forces, at set-up after its solve
+  int others_groupbits = 0;       // groups of the other fixes that move atoms by forces
+  bool forces_follow = false;     // fixes defined later add forces, at set-up after its solve
   bool balance_wanted = false;    // a fix evp/energy asks for the power of the dampers
   bool turning_warned = false;
+  bool positions_known = false;    // the records are those of the last solve
 
   EVP::Dampers dampers;
   EVP::DampedBodies bodies;
   EVP::DampingSolver solver;
-  EVP::LastPositions positions;    // wanted where a fix move may turn or accelerate atoms
   Nodal velocities;    // with ghosts: mean ones over the last step; where balance_wanted
   Nodal prescribed;    // velocities after the step, used outside the group
   Nodal applied;       // damping force that f holds, from one solve to the kick after it; or empty
@@ -101,6 +98,8 @@ class FixNVEEVP : public NodalExchange<Fix> {
   void check_groups() const;
   void collect_dampers();
   void find_rates(double dt);
+  void remember_positions();
+  template <class F> void for_each_mean_velocity(double dt, F &&f) const;
   void warn_of_turning();
   void kick();
   void solve_and_apply(double h);
@@ -109,5 +108,4 @@ class FixNVEEVP : public NodalExchange<Fix> {
 
 }    // namespace LAMMPS_NS
 
-#endif
 #endif

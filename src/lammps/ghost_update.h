@@ -3,7 +3,15 @@
 #ifndef LMP_EVP_GHOST_UPDATE_H
 #define LMP_EVP_GHOST_UPDATE_H
 
+#include "collective.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "domain.h"
+#include "pair.h"
 #include "pointers.h"
+
+#include <algorithm>
 
 namespace LAMMPS_NS {
 
@@ -11,22 +19,60 @@ namespace LAMMPS_NS {
 /// which hands pack() and unpack() on.
 class GhostUpdate : protected Pointers {
  public:
-  GhostUpdate(LAMMPS *lmp, class Pair *style_in) : Pointers(lmp), style(style_in) {}
+  GhostUpdate(LAMMPS *lmp, Pair *style_in) : Pointers(lmp), style(style_in) {}
 
   /// Collective. Nothing to do with 'comm_modify vel yes', where LAMMPS has sent them already.
-  void send_velocities();
+  void send_velocities()
+  {
+    if (!comm->ghost_velocity) comm->forward_comm(style);
+  }
 
   /// Collective. As at every step of a run. False where LAMMPS does not know whose the ghosts are.
-  bool send_positions();
+  bool send_positions()
+  {
+    updated = 0;
+    positions = true;
+    comm->forward_comm(style);
+    positions = false;
+    return EVP::on_all(updated == atom->nghost, world);
+  }
 
   int pack(int n, const int *indices, double *buf, int pbc_flag, const int *pbc) const;
-  void unpack(int n, int first, const double *buf);
+  void unpack(int n, int first, const double *buf)
+  {
+    if (n == 0) return;
+    std::copy_n(buf, (size_t) 3 * n, positions ? atom->x[first] : atom->v[first]);
+    if (positions) updated += n;
+  }
 
  private:
-  class Pair *style;
+  Pair *style;
   bool positions = false;    // not velocities, are sent now
   int updated = 0;           // ghosts, by the last exchange of positions
 };
+
+// periodic images are a box away, and move with a box that deforms with 'remap v'
+inline int GhostUpdate::pack(int n, const int *indices, double *buf, int pbc_flag,
+                             const int *pbc) const
+{
+  double image[3] = {0.0, 0.0, 0.0};
+  const bool moves = !positions && domain->deform_vremap;
+  if (pbc_flag && (positions || moves)) {
+    const double size[6] = {domain->xprd, domain->yprd, domain->zprd,
+                            domain->yz,   domain->xz,   domain->xy};
+    const double *h = moves ? domain->h_rate : size;
+    image[0] = pbc[0] * h[0] + pbc[5] * h[5] + pbc[4] * h[4];
+    image[1] = pbc[1] * h[1] + pbc[3] * h[3];
+    image[2] = pbc[2] * h[2];
+  }
+  double **values = positions ? atom->x : atom->v;
+  for (int k = 0; k < n; k++) {
+    const int i = indices[k];
+    const bool with_image = pbc_flag && (!moves || (atom->mask[i] & domain->deform_groupbit));
+    for (int c = 0; c < 3; c++) buf[3 * k + c] = values[i][c] + (with_image ? image[c] : 0.0);
+  }
+  return 3 * n;
+}
 
 }    // namespace LAMMPS_NS
 

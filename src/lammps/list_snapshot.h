@@ -3,9 +3,16 @@
 #ifndef LMP_EVP_LIST_SNAPSHOT_H
 #define LMP_EVP_LIST_SNAPSHOT_H
 
+#include "collective.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "neighbor.h"
 #include "pointers.h"
 
+#include <algorithm>
 #include <cstdint>
+#include <cstring>
 #include <vector>
 
 namespace LAMMPS_NS {
@@ -21,32 +28,89 @@ class ListSnapshot : protected Pointers {
   void forget() { call = -1; }
 
   /// When packing begins. keep_radii: radii may vary at every step.
-  void take_atoms(bool keep_radii);
+  void take_atoms(bool keep_radii)
+  {
+    forget();
+    nlocal = atom->nlocal;
+    nall = atom->nlocal + atom->nghost;
+    atoms = fingerprint();
+    if (keep_radii) radii.assign(atom->radius, atom->radius + nall);
+    if (neighbor->ago != 0) return;
+
+    list_comm = comm;
+    skin = neighbor->skin;
+    lammps_notes = neighbor->dist_check != 0;    // not so with 'neigh_modify check no'
+    list_x.clear();
+    if (!lammps_notes && nall > 0) list_x.assign(atom->x[0], atom->x[0] + (size_t) 3 * nall);
+  }
 
   /// When it is done.
-  void finish();
+  void finish()
+  {
+    call = neighbor->ncalls;
+    step = neighbor->lastcall;
+  }
 
-  bool matches_list() const;     ///< the neighbor list, and the numbers of own atoms and ghosts
-  bool matches_atoms() const;    ///< own atoms, their types and radii
-  bool radii_changed() const;    ///< of own atoms and ghosts, where they were kept
+  /// The neighbor list, and the numbers of own atoms and ghosts.
+  bool matches_list() const
+  {
+    return call == neighbor->ncalls && step == neighbor->lastcall && nlocal == atom->nlocal &&
+        nall == atom->nlocal + atom->nghost;
+  }
+
+  /// Own atoms, their types and radii: some may have gone and as many come, under the same IDs even.
+  bool matches_atoms() const { return atoms == fingerprint(); }
+
+  /// Of own atoms and ghosts, where they were kept.
+  bool radii_changed() const { return !std::equal(radii.begin(), radii.end(), atom->radius); }
 
   /// False where commands changed what makes ghosts and lists.
-  bool matches_commands() const;
+  bool matches_commands() const { return list_comm == comm && skin == neighbor->skin; }
 
   /// Collective. The list holds all pairs as long as no atom moved by more than half the skin.
-  bool moved_too_far() const;
+  bool moved_too_far() const
+  {
+    if (lammps_notes) {
+      const auto dangerous_builds = neighbor->ndanger;    // that a run has made
+      const bool far = neighbor->check_distance() != 0;
+      neighbor->ndanger = dangerous_builds;
+      return far;
+    }
+
+    bool far = false;
+    for (int i = 0; i < nall; i++) {
+      const double *x = atom->x[i], *then = &list_x[(size_t) 3 * i];
+      const double dx = x[0] - then[0], dy = x[1] - then[1], dz = x[2] - then[2];
+      if (dx * dx + dy * dy + dz * dz > 0.25 * skin * skin) far = true;
+    }
+    return EVP::on_any(far, world);
+  }
 
  private:
   bigint call = -1, step = -1;    // of the neighbor list
   int nlocal = -1, nall = -1;
   uint64_t atoms = 0;    // see fingerprint()
-  const class Comm *list_comm = nullptr;
+  const Comm *list_comm = nullptr;
   double skin = 0.0;
   bool lammps_notes = false;    // positions at the neighbor build: LAMMPS knows, or
   std::vector<double> list_x;
   std::vector<double> radii;
 
-  uint64_t fingerprint() const;
+  // another number where atoms of this MPI rank were exchanged for others, or changed
+  uint64_t fingerprint() const
+  {
+    uint64_t sum = 0;
+    const auto add = [&sum](uint64_t word) {
+      sum = 1099511628211ULL * (sum ^ word);
+    };
+    for (int i = 0; i < atom->nlocal; i++) {
+      uint64_t radius;
+      memcpy(&radius, &atom->radius[i], sizeof(radius));
+      add((uint64_t) atom->tag[i]);
+      add((uint64_t) atom->type[i] ^ radius);
+    }
+    return sum;
+  }
 };
 
 }    // namespace LAMMPS_NS

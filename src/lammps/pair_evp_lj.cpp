@@ -5,22 +5,17 @@
 #include "core/force_loop.h"
 #include "core/memory.h"
 #include "core/potential_file.h"
+#include "keywords.h"
 #include "scene.h"
 
-#include "atom.h"
 #include "comm.h"
-#include "error.h"
-#include "force.h"
 #include "memory.h"
 #include "neigh_list.h"
 #include "neighbor.h"
 #include "output.h"
-#include "update.h"
-#include "utils.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <iterator>
 
 using namespace LAMMPS_NS;
@@ -95,32 +90,21 @@ void PairEVPLJ::settings(int narg, char **arg)
 {
   const char *const contacts[] = {"literal", "repulsive", "none"};
   EVP::NewPairs chosen = {Contact::LITERAL, 0.3};
-  for (int iarg = 0; iarg < narg; iarg += 2) {
-    const std::string key = arg[iarg];
-    if (key != "contact" && key != "overlap")
-      error->all(FLERR, "Pair style evp/lj: unknown keyword '{}'; it takes contact and overlap",
-                 key);
-    if (iarg + 1 == narg) error->all(FLERR, "Pair style evp/lj: keyword {} needs a value", key);
-    const std::string value = arg[iarg + 1];
-    if (key == "contact") {
-      const auto found = std::find(std::begin(contacts), std::end(contacts), value);
-      if (found == std::end(contacts))
-        error->all(FLERR, "Pair style evp/lj: contact must be literal, repulsive or none, got '{}'",
-                   value);
-      chosen.contact = (Contact) (found - contacts);
-    } else {
-      try {
-        chosen.overlap = EVP::parse_number("overlap", value);
-      } catch (const EVP::BadInput &bad) {
-        error->all(FLERR, "Pair style evp/lj: {}", bad.what());
-      }
-      if (!(chosen.overlap > 0.0 && chosen.overlap <= 1.0))
-        error->all(FLERR,
-                   "Pair style evp/lj: overlap must lie in (0, 1] (a share of R_i + R_j that is "
-                   "warned of), got {}",
-                   value);
-    }
-  }
+  EVP::for_each_keyword(
+      error, "Pair style evp/lj", narg, arg, {"contact", "overlap"}, " and ",
+      [&](const EVP::Keyword &word) {
+        if (word.is("contact")) {
+          const auto *found = std::find(std::begin(contacts), std::end(contacts), word.value);
+          if (found == std::end(contacts))
+            throw EVP::BadInput("contact must be literal, repulsive or none, got '" + word.value +
+                                "'");
+          chosen.contact = (Contact) (found - contacts);
+        } else {
+          chosen.overlap = word.number();
+          word.demand(chosen.overlap > 0.0 && chosen.overlap <= 1.0,
+                      "must lie in (0, 1] (a share of R_i + R_j that is warned of)");
+        }
+      });
   network.new_pairs = chosen;
   network.repack();
   offer_pair_values();
@@ -148,11 +132,9 @@ void PairEVPLJ::coeff(int narg, char **arg)
   utils::bounds(FLERR, arg[1], 1, atom->ntypes, jlo, jhi, error);
 
   EVP::Row row;
-  try {
+  EVP::stop_at_bad_input(error, "Pair evp/lj", [&] {
     row = narg == 4 ? row_from_file(arg[2], arg[3]) : EVP::parse_row({arg + 2, arg + narg});
-  } catch (const EVP::BadInput &bad) {
-    error->all(FLERR, "Pair evp/lj: {}", bad.what());
-  }
+  });
 
   bool any = false;
   for (int i = ilo; i <= ihi; i++)
@@ -238,10 +220,7 @@ void PairEVPLJ::compute(int eflag, int vflag)
   const bool damps = network.damping_acts() && network.damps_explicitly();
   if (damps) network.ghosts.send_velocities();
   velocities_sent = damps;
-  if (damps)
-    compute_forces<true>();
-  else
-    compute_forces<false>();
+  damps ? compute_forces<true>() : compute_forces<false>();
 
   const bool summed = vflag_fdotr;    // the sum clears its flag
   if (summed) virial_fdotr_compute();
@@ -251,10 +230,7 @@ void PairEVPLJ::compute(int eflag, int vflag)
     stop_at_blow_up();
 }
 
-/* ----------------------------------------------------------------------
-   the run is lost: say where it began, and what there is to go back to
-------------------------------------------------------------------------- */
-
+// the run is lost: say where it began, and what there is to go back to
 void PairEVPLJ::stop_at_blow_up() const
 {
   // where an atom is lost all its pairs are: name that atom first
@@ -355,20 +331,22 @@ void PairEVPLJ::write_restart(FILE *fp)
     }
 }
 
+void PairEVPLJ::read_together(FILE *fp, void *data, size_t size) const
+{
+  if (comm->me == 0) utils::sfread(FLERR, data, size, 1, fp, nullptr, error);
+  MPI_Bcast(data, (int) size, MPI_BYTE, 0, world);
+}
+
 void PairEVPLJ::read_restart(FILE *fp)
 {
   read_restart_settings(fp);
   allocate();
-  const auto read = [&](void *data, size_t size) {
-    if (comm->me == 0) utils::sfread(FLERR, data, size, 1, fp, nullptr, error);
-    MPI_Bcast(data, (int) size, MPI_BYTE, 0, world);
-  };
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++) {
-      read(&setflag[i][j], sizeof(int));
+      read_together(fp, &setflag[i][j], sizeof(int));
       if (!setflag[i][j]) continue;
       EVP::Coefficients::Words words;
-      read(words.data(), sizeof(words));
+      read_together(fp, words.data(), sizeof(words));
       if (!coefficients.set(i, j, words))
         error->all(FLERR, "Pair evp/lj: the restart file is damaged in the row of types {} and {}",
                    i, j);
@@ -388,16 +366,12 @@ void PairEVPLJ::write_restart_settings(FILE *fp)
 void PairEVPLJ::read_restart_settings(FILE *fp)
 {
   std::vector<double> words(NSETTINGS);
-  const auto read = [&](size_t first) {
-    const int n = (int) (words.size() - first);
-    if (comm->me == 0) utils::sfread(FLERR, &words[first], sizeof(double), n, fp, nullptr, error);
-    MPI_Bcast(&words[first], n, MPI_DOUBLE, 0, world);
-  };
-  read(0);
+  read_together(fp, words.data(), NSETTINGS * sizeof(double));
   bool whole = words[0] == FORMAT && words[3] >= 0.0 && words[3] <= LONGEST_ID;
   if (whole) {
-    words.resize(NSETTINGS + (int) words[3] + 1);
-    read(NSETTINGS);
+    const size_t more = (size_t) words[3] + 1;
+    words.resize(NSETTINGS + more);
+    read_together(fp, &words[NSETTINGS], more * sizeof(double));
     whole = words.back() == EVP::checksum(words.data(), (int) words.size() - 1);
   }
   if (!whole)
@@ -409,27 +383,23 @@ void PairEVPLJ::read_restart_settings(FILE *fp)
   offer_pair_values();
 }
 
-static void print_row(FILE *fp, const EVP::Row &row)
+static void print_row(FILE *fp, const std::string &types, const EVP::Row &row)
 {
+  fputs(types.c_str(), fp);
   for (const EVP::Member &member : EVP::MEMBERS) fprintf(fp, " %.17g", row.*member.value);
-  fprintf(fp, "\n");
+  fputs("\n", fp);
 }
 
 void PairEVPLJ::write_data(FILE *fp)
 {
-  for (int i = 1; i <= atom->ntypes; i++) {
-    fprintf(fp, "%d", i);
-    print_row(fp, coefficients.row(i, i));
-  }
+  for (int i = 1; i <= atom->ntypes; i++) print_row(fp, std::to_string(i), coefficients.row(i, i));
 }
 
 void PairEVPLJ::write_data_all(FILE *fp)
 {
   for (int i = 1; i <= atom->ntypes; i++)
-    for (int j = i; j <= atom->ntypes; j++) {
-      fprintf(fp, "%d %d", i, j);
-      print_row(fp, coefficients.row(i, j));
-    }
+    for (int j = i; j <= atom->ntypes; j++)
+      print_row(fp, fmt::format("{} {}", i, j), coefficients.row(i, j));
 }
 
 void *PairEVPLJ::extract(const char *name, int &dim)
@@ -438,19 +408,4 @@ void *PairEVPLJ::extract(const char *name, int &dim)
   if (strcmp(name, "network") == 0) return &network;
   dim = 2;
   return coefficients.table(name);
-}
-
-int PairEVPLJ::pack_forward_comm(int n, int *indices, double *buf, int pbc_flag, int *pbc)
-{
-  return network.ghosts.pack(n, indices, buf, pbc_flag, pbc);
-}
-
-void PairEVPLJ::unpack_forward_comm(int n, int first, double *buf)
-{
-  network.ghosts.unpack(n, first, buf);
-}
-
-double PairEVPLJ::memory_usage()
-{
-  return Pair::memory_usage() + network.memory_usage() + coefficients.memory_usage();
 }

@@ -1,11 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
 
-#ifdef PAIR_CLASS
-// clang-format off
-PairStyle(evp/lj,PairEVPLJ);
-// clang-format on
-#else
-
 #ifndef LMP_PAIR_EVP_LJ_H
 #define LMP_PAIR_EVP_LJ_H
 
@@ -38,9 +32,18 @@ class PairEVPLJ : public Pair {
   /// "network": the PairNetwork, for the fixes and computes of this package. The coefficients by their
   /// names in the table, for fix adapt.
   void *extract(const char *, int &) override;
-  int pack_forward_comm(int, int *, double *, int, int *) override;
-  void unpack_forward_comm(int, int, double *) override;
-  double memory_usage() override;
+  int pack_forward_comm(int n, int *indices, double *buf, int pbc_flag, int *pbc) override
+  {
+    return network.ghosts.pack(n, indices, buf, pbc_flag, pbc);
+  }
+  void unpack_forward_comm(int n, int first, double *buf) override
+  {
+    network.ghosts.unpack(n, first, buf);
+  }
+  double memory_usage() override
+  {
+    return Pair::memory_usage() + network.memory_usage() + coefficients.memory_usage();
+  }
 
  private:
   static constexpr int NVALUES = 3;    // p1 p2 p3 of compute pair/local
@@ -55,9 +58,9 @@ class PairEVPLJ : public Pair {
   void check_host_settings() const;
   template <bool Damping> void compute_forces();
   void stop_at_blow_up() const;
+  void read_together(FILE *, void *data, size_t size) const;
 };
 
 }    // namespace LAMMPS_NS
 
-#endif
 #endif

@@ -5,9 +5,6 @@
 #include "core/record_finder.h"
 #include "scene.h"
 
-#include "atom.h"
-#include "error.h"
-#include "force.h"
 #include "neigh_list.h"
 
 #include <cmath>
@@ -55,7 +52,6 @@ void PairListBuilder::pack_row(const Scene &scene, int i, EVP::PairList &list, F
 }
 
 // partner and slot of each neighbor that can act
-
 int PairListBuilder::take_neighbors(const Scene &scene, int i, const int *neighbors, int nneighbors,
                                     const Room &room)
 {
@@ -83,7 +79,6 @@ int PairListBuilder::take_neighbors(const Scene &scene, int i, const int *neighb
 }
 
 // what follows from partner and slot
-
 void PairListBuilder::fill(const Scene &scene, int i, int n, const Room &room,
                            const EVP::PackedPairs &pairs, Found &found) const
 {
@@ -132,7 +127,6 @@ void PairListBuilder::stop_where_centres_coincide(int i, int j) const
 }
 
 // without newton both owners of a pair across MPI ranks hold it; one of them counts it
-
 void PairListBuilder::count_overlap(int i, int j, double deq, const EVP::Law &law,
                                     Overlaps &overlaps) const
 {

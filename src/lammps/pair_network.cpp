@@ -2,18 +2,14 @@
 
 #include "pair_network.h"
 
+#include "collective.h"
+#include "keywords.h"
 #include "scene.h"
 
-#include "atom.h"
 #include "atom_vec.h"
 #include "comm.h"
-#include "error.h"
-#include "force.h"
-#include "modify.h"
 #include "neighbor.h"
 #include "pair.h"
-#include "update.h"
-#include "utils.h"
 
 #include <algorithm>
 #include <cmath>
@@ -23,9 +19,7 @@ using EVP::Contact;
 using EVP::scene::rows;
 
 PairNetwork::PairNetwork(LAMMPS *lmp, Pair *style, EVP::Coefficients &coefficients_in) :
-    Pointers(lmp), ghosts(lmp, style), coefficients(coefficients_in), builder(lmp), snapshot(lmp),
-    any_gamma(false), scene_checked(false), overlap_warned(false), explicit_damping(false),
-    repack_due(true), implicit_groupbit(0), store_version(0)
+    Pointers(lmp), ghosts(lmp, style), coefficients(coefficients_in), builder(lmp), snapshot(lmp)
 {
 }
 
@@ -70,31 +64,6 @@ std::vector<double> PairNetwork::rest_distances() const
   return distances;
 }
 
-bool PairNetwork::is_implicit(int i, int j) const
-{
-  return (atom->mask[i] | atom->mask[j]) & implicit_groupbit;
-}
-
-bool PairNetwork::damping_acts() const
-{
-  return any_gamma && update->whichflag != 2;
-}
-
-const EVP::BondStore *PairNetwork::bonds() const
-{
-  return store && store->has_recorded() ? store.get() : nullptr;
-}
-
-double PairNetwork::alpha_of(int itype, int jtype) const
-{
-  return serves(itype, jtype) ? coefficients.row(itype, jtype).alpha : 0.0;
-}
-
-double PairNetwork::longest_cut() const
-{
-  return reach.empty() ? 0.0 : *std::max_element(reach.begin(), reach.end());
-}
-
 bool PairNetwork::is_packed() const
 {
   if (!snapshot.matches_list()) return false;
@@ -106,15 +75,15 @@ bool PairNetwork::is_packed() const
 
 bool PairNetwork::is_present()
 {
-  int here = is_packed(), all;
-  MPI_Allreduce(&here, &all, 1, MPI_INT, MPI_MIN, world);
+  const bool all = EVP::on_all(is_packed(), world);
   if (!all || update->whichflag != 0) return all;
   return snapshot.matches_commands() && ghosts.send_positions() && !snapshot.moved_too_far();
 }
 
 PairNetwork::Counts PairNetwork::count_pairs() const
 {
-  double sums[3] = {0.0, 0.0, 0.0}, lowest = HUGE_VAL;
+  std::array<double, 3> sums{};
+  double lowest = HUGE_VAL;
   EVP::for_each_pair(list, rows(atom->x), [&](const EVP::PlacedPair &p) {
     const double d = p.distance();
     lowest = std::min(lowest, d / (atom->radius[p.i] + atom->radius[p.j]));
@@ -126,15 +95,10 @@ PairNetwork::Counts PairNetwork::count_pairs() const
     if (p.is_bond() && law_of(p).regime(d, 1.0 / p.inv_deq) == 2) sums[1] += weight;
   });
 
-  double all[3], lowest_all;
-  MPI_Allreduce(sums, all, 3, MPI_DOUBLE, MPI_SUM, world);
-  MPI_Allreduce(&lowest, &lowest_all, 1, MPI_DOUBLE, MPI_MIN, world);
-  return {all[0], all[1], all[2], lowest_all < HUGE_VAL ? lowest_all : 0.0};
+  sums = EVP::reduce_all(sums, MPI_SUM, world);
+  lowest = EVP::reduce_all(lowest, MPI_MIN, world);
+  return {sums[0], sums[1], sums[2], lowest < HUGE_VAL ? lowest : 0.0};
 }
-
-/* ----------------------------------------------------------------------
-   before a run
-------------------------------------------------------------------------- */
 
 void PairNetwork::set_types(int ntypes)
 {
@@ -158,15 +122,16 @@ void PairNetwork::begin_run()
 void PairNetwork::find_max_radii()
 {
   const int ntypes = (int) max_radius.size();
-  std::vector<double> largest(ntypes, 0.0), smallest(ntypes, HUGE_VAL);
+  std::fill(max_radius.begin(), max_radius.end(), 0.0);
+  std::fill(min_radius.begin(), min_radius.end(), HUGE_VAL);
   for (int i = 0; i < atom->nlocal; i++) {
     const int type = atom->type[i];
     const double radius = atom->radius[i];
-    largest[type] = std::max(largest[type], radius);
-    smallest[type] = std::min(smallest[type], std::isfinite(radius) ? radius : -HUGE_VAL);
+    max_radius[type] = std::max(max_radius[type], radius);
+    min_radius[type] = std::min(min_radius[type], std::isfinite(radius) ? radius : -HUGE_VAL);
   }
-  MPI_Allreduce(largest.data(), max_radius.data(), ntypes, MPI_DOUBLE, MPI_MAX, world);
-  MPI_Allreduce(smallest.data(), min_radius.data(), ntypes, MPI_DOUBLE, MPI_MIN, world);
+  MPI_Allreduce(MPI_IN_PLACE, max_radius.data(), ntypes, MPI_DOUBLE, MPI_MAX, world);
+  MPI_Allreduce(MPI_IN_PLACE, min_radius.data(), ntypes, MPI_DOUBLE, MPI_MIN, world);
 
   // particles to come
   for (Fix *fix : modify->get_fix_list())
@@ -179,7 +144,6 @@ void PairNetwork::find_max_radii()
 }
 
 // once there were records, going on without them would silently be another material
-
 void PairNetwork::find_bonds()
 {
   note_bonds();
@@ -197,7 +161,6 @@ void PairNetwork::find_bonds()
 }
 
 // records are new, or closed since their fix is gone: then this style goes on without bonds
-
 void PairNetwork::note_bonds()
 {
   if (!store) return;
@@ -216,7 +179,6 @@ double &PairNetwork::reach_of(int i, int j)
 
 // pair_style hybrid may have given a pair of types with coefficients here to another sub-style:
 // serve() tells
-
 bool PairNetwork::serves(int i, int j) const
 {
   return !reach.empty() && const_cast<PairNetwork *>(this)->reach_of(i, j) >= 0.0;
@@ -232,11 +194,9 @@ double PairNetwork::serve(int i, int j)
         "and {}: use 'set ... diameter'",
         smallest, i, j);
   EVP::Row row;
-  try {
+  EVP::stop_at_bad_input(error, fmt::format("Pair evp/lj, types {} and {}", i, j), [&] {
     row = coefficients.make_law(i, j);
-  } catch (const EVP::BadInput &bad) {
-    error->all(FLERR, "Pair evp/lj, types {} and {}: {}", i, j, bad.what());
-  }
+  });
   repack();
   if (row.gamma > 0.0) any_gamma = true;    // fix adapt may have switched it on
 
@@ -254,7 +214,6 @@ double PairNetwork::serve(int i, int j)
 }
 
 // once per run, when all pairs of types are known: before the first forces, by all MPI ranks
-
 void PairNetwork::check_scene()
 {
   scene_checked = true;
@@ -269,7 +228,6 @@ void PairNetwork::check_scene()
 }
 
 // one line of the active effects, again only when it changes
-
 void PairNetwork::report()
 {
   const char *contact[] = {"literal", "repulsive", "none"};
@@ -302,11 +260,8 @@ void PairNetwork::report()
                        i, j, alpha_of(i, j));
 }
 
-/* ----------------------------------------------------------------------
-   packing: by all MPI ranks with a new neighbor list, new bonds or new coefficients; where radii may
-   change at any step, a rank whose own did packs alone
-------------------------------------------------------------------------- */
-
+// packing: by all MPI ranks with a new neighbor list, new bonds or new coefficients; where radii
+// may change at any step, a rank whose own did packs alone
 void PairNetwork::pack_if_due(const NeighList *neighbors)
 {
   if (neighbor->ago == 0 || repack_due || (store && store->version() != store_version))
@@ -342,7 +297,6 @@ void PairNetwork::pack(const NeighList *neighbors, bool collective)
 }
 
 // one that only repels has no force at its cut but that of damping: spheres that touch do not interact
-
 double PairNetwork::new_pair_margin() const
 {
   if (new_pairs.contact != Contact::REPULSIVE) return EVP::NEW_PAIR_MARGIN;
@@ -350,18 +304,16 @@ double PairNetwork::new_pair_margin() const
 }
 
 // what the pairs of any MPI rank ask of all; overlaps are warned of once per run
-
 void PairNetwork::agree_on_pairs(const PairListBuilder::Found &found)
 {
-  bigint here[2] = {found.damped, found.overlaps.count}, all[2];
-  MPI_Allreduce(here, all, 2, MPI_LMP_BIGINT, MPI_SUM, world);
+  const auto all =
+      EVP::reduce_all(std::array{(bigint) found.damped, found.overlaps.count}, MPI_SUM, world);
   explicit_damping = all[0] > 0;
   if (all[1] == 0 || overlap_warned) return;
   overlap_warned = true;
 
   PairListBuilder::Overlaps overlaps = found.overlaps;
-  int owner = overlaps.count ? comm->me : comm->nprocs, first;
-  MPI_Allreduce(&owner, &first, 1, MPI_INT, MPI_MIN, world);
+  const int first = EVP::reduce_all(overlaps.count ? comm->me : comm->nprocs, MPI_MIN, world);
   MPI_Bcast(&overlaps, sizeof(overlaps), MPI_BYTE, first, world);
   if (comm->me == 0)
     error->warning(
@@ -374,7 +326,6 @@ void PairNetwork::agree_on_pairs(const PairListBuilder::Found &found)
 }
 
 // of special_bonds, or of the pair special option of this sub-style of pair_style hybrid
-
 void PairNetwork::check_weights() const
 {
   for (int k = 1; k < 4; k++)
@@ -386,7 +337,6 @@ void PairNetwork::check_weights() const
 }
 
 // the neighbor list reaches alpha (R_i + R_j) for the radii at set-up only
-
 void PairNetwork::check_radii() const
 {
   for (int i = 0; i < atom->nlocal; i++)

@@ -10,8 +10,11 @@
 #include "list_snapshot.h"
 #include "pair_list_builder.h"
 
+#include "atom.h"
 #include "pointers.h"
+#include "update.h"
 
+#include <algorithm>
 #include <memory>
 #include <string>
 #include <vector>
@@ -59,22 +62,31 @@ class PairNetwork : protected Pointers {
 
   /// True where fix nve/evp takes over the damping of some pairs, those with an atom of its group.
   bool damps_implicitly() const { return any_gamma && implicit_groupbit; }
-  bool is_implicit(int i, int j) const;
+  bool is_implicit(int i, int j) const
+  {
+    return (atom->mask[i] | atom->mask[j]) & implicit_groupbit;
+  }
 
   /// False where no pair at all has damping of this style's own. The same on all MPI ranks.
   bool damps_explicitly() const { return explicit_damping; }
 
   /// Damping takes part in dynamics only: a minimizer has no velocities to damp.
-  bool damping_acts() const;
+  bool damping_acts() const { return any_gamma && update->whichflag != 2; }
 
   /// The records, nullptr before the recording and without fix evp/bonds.
-  const EVP::BondStore *bonds() const;
+  const EVP::BondStore *bonds() const
+  {
+    return store && store->has_recorded() ? store.get() : nullptr;
+  }
 
   /// The last fix whose records of this body are gone, empty if there was none.
   const std::string &bonds_dropped_by() const { return dropped_bonds_id; }
 
   /// dlim/(R_i + R_j) of a pair of atom types, 0 where this style does not act. Known after init().
-  double alpha_of(int itype, int jtype) const;
+  double alpha_of(int itype, int jtype) const
+  {
+    return serves(itype, jtype) ? coefficients.row(itype, jtype).alpha : 0.0;
+  }
 
   /// The same as the coefficients have it, before init() too.
   double alpha_given(int itype, int jtype) const
@@ -83,7 +95,10 @@ class PairNetwork : protected Pointers {
   }
 
   /// Largest cut-off of the pairs of types that this style serves [length].
-  double longest_cut() const;
+  double longest_cut() const
+  {
+    return reach.empty() ? 0.0 : *std::max_element(reach.begin(), reach.end());
+  }
 
   /// Were the pairs packed from the neighbor list as it is now, and from the atoms here?
   bool is_packed() const;
@@ -133,12 +148,13 @@ class PairNetwork : protected Pointers {
   std::vector<double> max_radius, min_radius;    // per type, when the cut-offs were set
   std::vector<double>
       reach;    // [type][type] cut-offs of the neighbor list, below 0 where not served
-  bool any_gamma, scene_checked, overlap_warned, explicit_damping, repack_due;
-  int implicit_groupbit;    // of fix nve/evp, 0 without
+  bool any_gamma = false, explicit_damping = false;
+  bool scene_checked = false, overlap_warned = false, repack_due = true;
+  int implicit_groupbit = 0;    // of fix nve/evp
   std::string last_report;
 
   std::shared_ptr<const EVP::BondStore> store;    // of fix evp/bonds, nullptr without
-  long store_version;                             // at the last packing
+  long store_version = 0;                         // at the last packing
   std::string bonds_id;                           // fix that recorded the bonds; empty: none did
   std::string dropped_bonds_id;                   // fix that had recorded and was unfixed
 

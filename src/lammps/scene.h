@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-only
 
-   What the styles of this package ask of the scene that they are part of. */
+   What the styles of this package ask of the scene that they are part of, and LAMMPS' headers of it. */
 
 #ifndef LMP_EVP_SCENE_H
 #define LMP_EVP_SCENE_H
@@ -52,6 +52,14 @@ namespace scene {
   inline const double (*rows(double **array))[3]
   {
     return array ? reinterpret_cast<const double(*)[3]>(array[0]) : nullptr;
+  }
+
+  /// The fix offers f_ID and f_ID[1..n], which are intensive, at every step.
+  inline void offer_values(Fix *fix, int n)
+  {
+    fix->scalar_flag = fix->vector_flag = fix->global_freq = 1;
+    fix->size_vector = n;
+    fix->extscalar = fix->extvector = 0;
   }
 
   /// Stops, naming `who`, under run_style respa, which calls some steps of a fix only now and then.

@@ -3,17 +3,13 @@
 #include "write_evp_bonds.h"
 
 #include "atom_directory.h"
+#include "collective.h"
 #include "core/bond_file.h"
 #include "fix_evp_bonds.h"
 #include "pair_network.h"
 #include "scene.h"
 
-#include "atom.h"
 #include "comm.h"
-#include "error.h"
-#include "force.h"
-#include "update.h"
-#include "utils.h"
 
 #include <algorithm>
 #include <vector>
@@ -25,9 +21,9 @@ static constexpr size_t CHUNK = 1 << 24;    // bytes of text per message
 void WriteEVPBonds::command(int narg, char **arg)
 {
   if (narg != 1) error->all(FLERR, "write_evp_bonds: expected one argument, the file to write");
-  bigint counts_here[2] = {0, 0}, counts[2];    // bonds, of these with deq beyond dlim
-  const std::string text = own_lines(counts_here);
-  MPI_Allreduce(counts_here, counts, 2, MPI_LMP_BIGINT, MPI_SUM, world);
+  std::array<bigint, 2> counts{};    // bonds, of these with deq beyond dlim
+  const std::string text = own_lines(counts);
+  counts = EVP::reduce_all(counts, MPI_SUM, world);
 
   std::string name = arg[0];
   const size_t star = name.find('*');
@@ -37,13 +33,12 @@ void WriteEVPBonds::command(int narg, char **arg)
   const std::string unfinished = name + ".part";
   FILE *fp = comm->me == 0 ? fopen(unfinished.c_str(), "wb") : nullptr;
   const std::string header = EVP::bond_header(counts[0], update->unit_style, counts[1]) + "\n";
-  int good = write_in_order_of_ranks(comm->me == 0 ? header + text : text, fp);
+  bool good = write_in_order_of_ranks(comm->me == 0 ? header + text : text, fp);
   if (fp) {
     good = fclose(fp) == 0 && good && rename(unfinished.c_str(), name.c_str()) == 0;
     if (!good) remove(unfinished.c_str());
   }
-  MPI_Bcast(&good, 1, MPI_INT, 0, world);
-  if (!good)
+  if (!EVP::on_all(good, world))
     error->all(FLERR, "write_evp_bonds: cannot write '{}': check the folder and the free space",
                name);
   if (comm->me == 0)
@@ -66,7 +61,7 @@ const FixEVPBonds *WriteEVPBonds::find_recorded() const
 
 // Both atoms of a pair keep it: the one with the lower ID writes, unless its partner was deleted, whom a
 // reader could not find.
-std::string WriteEVPBonds::own_lines(bigint (&counts)[2]) const
+std::string WriteEVPBonds::own_lines(std::array<bigint, 2> &counts) const
 {
   const FixEVPBonds *bonds = find_recorded();
   const PairNetwork *pair = PairNetwork::find(force);

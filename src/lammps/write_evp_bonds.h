@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-only
 
-#ifdef COMMAND_CLASS
-// clang-format off
-CommandStyle(write_evp_bonds,WriteEVPBonds);
-// clang-format on
-#else
-
 #ifndef LMP_WRITE_EVP_BONDS_H
 #define LMP_WRITE_EVP_BONDS_H
 
 #include "command.h"
+
+#include <array>
+#include <string>
 
 namespace LAMMPS_NS {
 
@@ -21,11 +18,10 @@ class WriteEVPBonds : public Command {
 
  private:
   const class FixEVPBonds *find_recorded() const;
-  std::string own_lines(bigint (&counts)[2]) const;
+  std::string own_lines(std::array<bigint, 2> &counts) const;
   bool write_in_order_of_ranks(const std::string &text, FILE *) const;
 };
 
 }    // namespace LAMMPS_NS
 
-#endif
 #endif

@@ -2,6 +2,7 @@
 
 #include "zone_bonds.h"
 
+#include "collective.h"
 #include "core/pair_list.h"
 #include "pair_network.h"
 
@@ -13,46 +14,11 @@
 
 using namespace LAMMPS_NS;
 
-ZoneBonds::ZoneBonds(LAMMPS *lmp, const std::vector<double> &owner_x_in, double zone_in,
-                     int groupbit_in, const PairNetwork *network_in) :
-    Pointers(lmp),
-    owner_x(owner_x_in), zone(zone_in), groupbit(groupbit_in), network(network_in)
-{
-}
-
-std::vector<EVP::BondStore::Bonds> ZoneBonds::find(const NeighList *list,
-                                                   std::string &complaint) const
-{
-  std::vector<EVP::BondStore::Bonds> made(atom->nlocal);
-  const int *mask = atom->mask;
-  for (int ii = 0; ii < list->inum; ii++) {
-    const int i = list->ilist[ii];
-    if (!(mask[i] & groupbit)) continue;
-    for (int jj = 0; jj < list->numneigh[i]; jj++) {
-      const int j = list->firstneigh[i][jj] & NEIGHMASK;
-      const double alpha = network->alpha_of(atom->type[i], atom->type[j]);
-      if (!(mask[j] & groupbit) || alpha == 0.0) continue;
-
-      const double dsq = symmetric_dsq(i, j);
-      const double sum_radii = atom->radius[i] + atom->radius[j];
-      const double reach = (zone > 0.0 ? zone : alpha) * sum_radii;
-      if (dsq > EVP::reach_squared(reach, EVP::RECORD_MARGIN)) continue;
-      const double coincident = EVP::COINCIDENT * sum_radii;
-      if (!(dsq > coincident * coincident) && complaint.empty())
-        complaint = fmt::format("atoms {} and {} coincide: move one or delete it (delete_atoms "
-                                "overlap)",
-                                atom->tag[i], atom->tag[j]);
-      made[i].push_back({atom->tag[j], std::sqrt(dsq)});
-    }
-  }
-  return made;
-}
-
 // Square of the distance of a neighbor, from either side the same to the last bit, so that both atoms
 // of a pair decide alike. The position of a ghost is that of its owner and whole periodic vectors, but
 // for round-off, which differs between the images of i and of j.
-
-double ZoneBonds::symmetric_dsq(int i, int j) const
+static double symmetric_dsq(const Atom *atom, const Domain *domain,
+                            const std::vector<double> &owner_x, int i, int j)
 {
   const double *const at = &owner_x[(size_t) 3 * i], *const other = &owner_x[(size_t) 3 * j];
   double shift[3] = {0.0, 0.0, 0.0};
@@ -72,4 +38,38 @@ double ZoneBonds::symmetric_dsq(int i, int j) const
     dsq += d * d;
   }
   return dsq;
+}
+
+std::vector<EVP::BondStore::Bonds> LAMMPS_NS::find_zone_bonds(const LAMMPS *lmp,
+                                                              const NeighList *list,
+                                                              const std::vector<double> &owner_x,
+                                                              double zone, int groupbit,
+                                                              const PairNetwork *network)
+{
+  std::vector<EVP::BondStore::Bonds> made(lmp->atom->nlocal);
+  std::string complaint;
+  const Atom *atom = lmp->atom;
+  const int *mask = atom->mask;
+  for (int ii = 0; ii < list->inum; ii++) {
+    const int i = list->ilist[ii];
+    if (!(mask[i] & groupbit)) continue;
+    for (int jj = 0; jj < list->numneigh[i]; jj++) {
+      const int j = list->firstneigh[i][jj] & NEIGHMASK;
+      const double alpha = network->alpha_of(atom->type[i], atom->type[j]);
+      if (!(mask[j] & groupbit) || alpha == 0.0) continue;
+
+      const double dsq = symmetric_dsq(atom, lmp->domain, owner_x, i, j);
+      const double sum_radii = atom->radius[i] + atom->radius[j];
+      const double reach = (zone > 0.0 ? zone : alpha) * sum_radii;
+      if (dsq > EVP::reach_squared(reach, EVP::RECORD_MARGIN)) continue;
+      const double coincident = EVP::COINCIDENT * sum_radii;
+      if (!(dsq > coincident * coincident) && complaint.empty())
+        complaint = fmt::format("atoms {} and {} coincide: move one or delete it (delete_atoms "
+                                "overlap)",
+                                atom->tag[i], atom->tag[j]);
+      made[i].push_back({atom->tag[j], std::sqrt(dsq)});
+    }
+  }
+  EVP::throw_together(complaint, lmp->world);
+  return made;
 }
