@@ -13,7 +13,7 @@ namespace EVP {
 
 namespace {
 
-  /// The constants of the laws of a block, pair by pair, or the only ones that there are.
+  /// The constants of the laws of a block: of each pair, or one entry where all laws are alike.
   template <bool Many> class ConstantsOf {
    public:
     EVP_INLINE ConstantsOf(const BlockLaw &law, const Block &block) : only(law.constants[0])
@@ -49,7 +49,7 @@ namespace {
       const double dsq = x * x + y * y + z * z;
       const double d = std::sqrt(dsq);
       const double r = d * inv_deq[k];
-      const auto at = c.place(r);
+      const auto at = c.point(r);
 
       // 1/d and s = 1/(r - offset) from one division
       const double w = 1.0 / (at.shifted * d);
@@ -63,7 +63,7 @@ namespace {
 
       if constexpr (Energy) {
         const double rc = std::sqrt(cutsq[k]) * inv_deq[k] * (kind[k] & 1 ? of_bond : of_new);
-        const auto cut = c.place(rc);
+        const auto cut = c.point(rc);
         const double e = c.energy(at, q) - c.energy(cut, powers(1.0 / cut.shifted));
         block.energy[k] = dsq > cutsq[k] ? 0.0 : e;
       }

@@ -33,8 +33,8 @@ struct Block {
 /// The laws of all pairs of a list, and the fastest way through a block of these pairs.
 class BlockLaw {
  public:
-  /// laws: as PackedPair::law counts them; they stay the caller's, and must stay where they are.
-  /// used: which of them the pairs have. Where these are alike, no pair looks its own up.
+  /// laws: indexed by PackedPair::law; owned by the caller, who must not move them. used: indices of
+  /// those that the pairs have. Where these are alike, one set of constants is for all pairs.
   void assign(const std::vector<Law> &laws, const std::vector<int> &used,
               Level level = best_level());
 
@@ -45,7 +45,7 @@ class BlockLaw {
   }
 
   const Law *laws = nullptr;
-  std::vector<Law::Constants> constants;    ///< of each law, or the only ones that there are
+  std::vector<Law::Constants> constants;    ///< of each law, or one entry if all are alike
 
   using Function = void (*)(const BlockLaw &, Block &);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //
-// The loop over packed pairs: what one time step does, and nothing else. Pairs are gathered in
+// The loop over packed pairs: what one timestep does, and nothing else. Pairs are gathered in
 // blocks, the law goes over a block at once, the forces are scattered.
 // Pure C++17. Everything a pair needs was looked up when the list was packed.
 
@@ -14,7 +14,7 @@
 #include <cmath>
 #include <type_traits>
 
-// Rows are short: the loop's own work counts.
+// Rows are short: the overhead of the loop counts.
 #if defined(__clang__)
 #define EVP_UNROLL _Pragma("clang loop unroll_count(4)")
 #elif defined(__GNUC__)
@@ -25,7 +25,7 @@
 
 namespace EVP {
 
-/// Particle data of one process, as [n][3] arrays. v is read with damping only, f is added to.
+/// Particle data of one MPI rank, as [n][3] arrays. v is read with damping only, f is added to.
 struct ParticleView {
   const double (*x)[3];
   const double (*v)[3];
@@ -56,7 +56,7 @@ struct PairRange {
   }
 };
 
-/// Lists of more pairs come from memory at each step, where asking ahead pays; else it costs 4 %.
+/// Lists of more pairs do not stay in the caches: there prefetching pays, else it costs 4 %.
 constexpr int CACHED_PAIRS = 400000;
 
 /// A tally that is never called and costs nothing.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //
-// What all pairs hold above rest, and exert, at one instant. Pure C++17.
+// Energy above rest and forces of all pairs at one instant. Pure C++17.
 
 #ifndef EVP_CORE_STORED_ENERGY_H
 #define EVP_CORE_STORED_ENERGY_H
@@ -37,7 +37,7 @@ class StoredEnergy {
     Depth bonds_depth, contacts_depth;
   };
 
-  /// The list is another one: assign() is due.
+  /// Has the list changed since assign()?
   bool is_due(const PairList &list) const { return build != list.build; }
 
   /// pairs: what has packed_pairs(), rest_distances() and law_of(pair), as the pair style does.

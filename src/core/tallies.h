@@ -41,7 +41,7 @@ class SumTally {
   static constexpr bool active = true;
   const bool energy;    ///< energies are wanted
 
-  /// nreact: pairs with a partner beyond it count half, as the process that owns it has them too.
+  /// nreact: pairs with a partner beyond it count half, as the MPI rank that owns it has them too.
   SumTally(const PairList &list_in, int nreact_in, bool energy_in, bool virial_in) :
       energy(energy_in), list(list_in), nreact(nreact_in), virial(virial_in)
   {

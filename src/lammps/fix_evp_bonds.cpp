@@ -68,7 +68,7 @@ FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
     error->all(FLERR,
                "Fix {} evp/bonds: the bonds come from the zone or from a file, give one of the two",
                id);
-  // a fix that takes the place of one of its name finds none
+  // a fix that replaces one of its ID finds none: LAMMPS has deleted that
   if (const Fix *other = EVP::scene::find_fix(modify, style))
     error->all(FLERR,
                "Fix {} evp/bonds: fix {} records bonds already, and a pair has one deq: use one "
@@ -395,7 +395,7 @@ int FixEVPBonds::unpack_exchange(int nlocal, double *buf)
 }
 
 /* ----------------------------------------------------------------------
-   restart files carry no check of their own, and a changed bit is another material: every section of
+   restart files carry no check of their own, and a changed bit changes the material: every section of
    ours ends with a checksum
 ------------------------------------------------------------------------- */
 
