@@ -32,7 +32,7 @@ namespace {
       const double dsq = x * x + y * y + z * z;
       const double d = std::sqrt(dsq);
       const double r = d * inv_deq[k];
-      const auto at = c.place(r);
+      const auto at = c.point(r);
 
       // 1/d and s = 1/(r - offset) from one division
       const double w = 1.0 / (at.shifted * d);
@@ -46,7 +46,7 @@ namespace {
 
       if constexpr (Energy) {
         const double rc = std::sqrt(cutsq[k]) * inv_deq[k] * (kind[k] & 1 ? of_bond : of_new);
-        const auto cut = c.place(rc);
+        const auto cut = c.point(rc);
         const double e = c.energy(at, q) - c.energy(cut, powers(1.0 / cut.shifted));
         block.energy[k] = dsq > cutsq[k] ? 0.0 : e;
       }

@@ -36,8 +36,8 @@ struct Block {
 /// that runs. The numbers are the same on every instruction set: no step of a sum is fused or moved.
 class BlockLaw {
  public:
-  /// laws: as PackedPair::law counts them; they stay the caller's, and must stay where they are.
-  /// used: which of them the pairs have. Where these are alike, no pair looks its own up.
+  /// laws: indexed by PackedPair::law; owned by the caller, who must not move them. used: indices of
+  /// those that the pairs have. Where these are alike, one set of constants is for all pairs.
   void assign(const std::vector<Law> &laws, const std::vector<int> &used,
               Level level = best_level());
 
@@ -48,7 +48,7 @@ class BlockLaw {
   }
 
   const Law *laws = nullptr;
-  std::vector<Law::Constants> constants;    ///< of each law, or the only ones that there are
+  std::vector<Law::Constants> constants;    ///< of each law, or one entry if all are alike
   Level level = Level::BASE;
 
  private:

@@ -63,7 +63,7 @@ class BodySolves {
   /// From the same arrays with another residual, and z = M^-1 residual; change is as it was left.
   void restart();
 
-  /// Counts into what is round-off of a body here, beside v*.M v* [mass velocity^2].
+  /// Adds to v*.M v*, which the round-off of a body is measured by [mass velocity^2].
   void add_to_floor(int body, double whole) { parts[body].whole += whole; }
 
   void gather();

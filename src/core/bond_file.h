@@ -85,7 +85,8 @@ class BondReader {
         words = split_words(line);
       }
       if (words.size() != 3)
-        refuse("a bond is `id_i id_j deq`, got " + std::to_string(words.size()) + " words");
+        refuse("expected 3 values, got " + std::to_string(words.size()) +
+               " (a bond is id_i id_j deq)");
       const BondLine bond = {parse_integer("id_i", words[0], 1), parse_integer("id_j", words[1], 1),
                              parse_deq(words[2])};
       if (bond.id_i == bond.id_j) refuse("atom " + shown(words[0]) + " is bonded to itself");
@@ -126,7 +127,7 @@ class BondReader {
       line += (char) c;
     }
     if (ferror(in)) refuse_file("cannot be read: is it a file of text?");
-    // half a number may be a number too, so a last line without its end is not believed
+    // half a number may be a number too, so a last line without its end is refused
     if (!line.empty())
       refuse("the last line has no line end: the file is incomplete, or add the line end");
     return false;

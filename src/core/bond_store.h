@@ -26,14 +26,15 @@ struct Bond {
 /// finds deq without communication. A deq never changes (paper 2.2). Values that do change, a fixed
 /// number per bond and 0 at first, are kept beside them and travel with them.
 ///
-/// The place of a bond in the records of its atom is its slot, valid until the atom leaves this index.
+/// The index of a bond among the records of its atom is its slot, valid until that atom moves to
+/// another local index.
 class BondStore {
  public:
   using Bonds = std::vector<Bond>;
 
   explicit BondStore(int nvalues_in = 0) : nvalues(nvalues_in) { changed(); }
 
-  /// Unlike for all states of all stores: another one means that what was looked up is void. Atoms
+  /// Differs between all states of all stores: once it has changed, what was looked up is void. Atoms
   /// that come and go do not change it, as new neighbor lists follow.
   long version() const { return version_now; }
 
@@ -92,7 +93,7 @@ class BondStore {
     return at == bonds[i].end() || at->partner != partner ? nullptr : &*at;
   }
 
-  /// Asks the memory for the records of an atom that is next but a few, for 32 of them at most.
+  /// Prefetches the records of an atom that is needed soon, 32 of them at most.
   void prefetch(int i) const
   {
     EVP::prefetch(bonds[i].data(), std::min<size_t>(bonds[i].size(), 32) * sizeof(Bond));
@@ -173,7 +174,8 @@ class BondStore {
       at += 2 + nvalues;
     }
     if (nvalues == 0 && !std::is_sorted(bonds[i].begin(), bonds[i].end(), precedes))
-      std::sort(bonds[i].begin(), bonds[i].end(), precedes);    // of an early restart file
+      std::sort(bonds[i].begin(), bonds[i].end(),
+                precedes);    // early restart files are not sorted
     need_room((int) n);
     return (int) (at - buf);
   }
@@ -209,7 +211,7 @@ class BondStore {
     version_now = ++last;
   }
 
-  // an atom with many partners may have held this place: the next one needs no such room
+  // an atom with many partners may have been here: the next one needs less room
   void give_back_room(int i, size_t needed)
   {
     if (bonds[i].capacity() > 2 * needed + 16) Bonds().swap(bonds[i]);

@@ -73,7 +73,7 @@ class Coefficients {
     return true;
   }
 
-  /// Makes both laws of a pair of types from its row as it is now; throws BadInput. Then they serve
+  /// Makes both laws of a pair of types from its row as it is now; throws BadInput. They stay
   /// until the next call, whatever becomes of the row.
   const Row &make_law(int i, int j)
   {
@@ -97,14 +97,14 @@ class Coefficients {
     return index < n * n ? 0.0 : laws[index - n * n].parameters().gamma;
   }
 
-  /// Chooses the way through blocks of pairs. serves(i, j): are there pairs of these types? twins:
+  /// Chooses the loop over blocks of pairs. handles(i, j): are there pairs of these types? twins:
   /// some of them take the twin, which matters only beside others that have their gamma.
-  template <class Serves> void choose_block_law(Serves &&serves, bool twins)
+  template <class Handles> void choose_block_law(Handles &&handles, bool twins)
   {
     std::vector<int> used;    // indices of those that pairs can have
     for (int i = 1; i < n; i++)
       for (int j = i; j < n; j++) {
-        if (!serves(i, j)) continue;
+        if (!handles(i, j)) continue;
         used.push_back(index(i, j));
         if (twins) used.push_back(undamped(index(i, j)));
       }

@@ -10,7 +10,7 @@
 #include <cmath>
 #include <type_traits>
 
-// Rows are short: the loop's own work counts.
+// Rows are short: the overhead of the loop counts.
 #if defined(__clang__)
 #define EVP_UNROLL _Pragma("clang loop unroll_count(4)")
 #elif defined(__GNUC__)
@@ -21,7 +21,7 @@
 
 namespace EVP {
 
-/// Particle data of one process, as [n][3] arrays. v is read with damping only, f is added to.
+/// Particle data of one MPI rank, as [n][3] arrays. v is read with damping only, f is added to.
 struct ParticleView {
   const double (*x)[3];
   const double (*v)[3];
@@ -52,7 +52,7 @@ struct PairRange {
   }
 };
 
-/// Lists of more pairs come from memory at each step, where asking ahead pays; else it costs 4 %.
+/// Lists of more pairs do not stay in the caches: there prefetching pays, else it costs 4 %.
 constexpr int CACHED_PAIRS = 400000;
 
 /// A tally that is never called and costs nothing.
@@ -174,7 +174,7 @@ class SumTally {
   static constexpr bool active = true;
   const bool energy;    ///< energies are wanted
 
-  /// nreact: pairs with a partner beyond it count half, as the process that owns it has them too.
+  /// nreact: pairs with a partner beyond it count half, as the MPI rank that owns it has them too.
   SumTally(const PairList &list_in, int nreact_in, bool energy_in, bool virial_in) :
       energy(energy_in), list(list_in), nreact(nreact_in), virial(virial_in)
   {

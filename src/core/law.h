@@ -21,7 +21,7 @@ class Law {
  public:
   /// The law for a loop over blocks of pairs, which has selects where force() and energy() have
   /// branches: on the base instruction set a select of doubles is a branch too, one that is often
-  /// foretold wrong, and pairs one by one take 1.3 times their time with it.
+  /// mispredicted, and pairs one by one take 1.3 times their time with it.
   ///
   /// With s = 1/(r - offset) and offset 0 in the first regime, +xi_s or -xi_s in the second,
   /// F deq = a s (s^m - s^n) + force, E = em s^m - en s^n + energy - force r. All but xi_s and gamma
@@ -38,11 +38,11 @@ class Law {
     Carried stretched, compressed;
 
     /// Where on the law a pair is.
-    struct Place {
+    struct Point {
       bool is_first, is_stretched;
       double r, shifted;    ///< d/deq; 1/s
     };
-    EVP_INLINE Place place(double r) const
+    EVP_INLINE Point point(double r) const
     {
       const double xi = r - 1.0;
       const bool is_first = std::fabs(xi) <= xi_s;
@@ -50,7 +50,7 @@ class Law {
     }
 
     /// F deq [energy], from s and its powers there.
-    EVP_INLINE double force(const Place &at, double s, PowerPair q) const
+    EVP_INLINE double force(const Point &at, double s, PowerPair q) const
     {
       // in this order: the other one costs g++ 12 a tenth of the loop
       const double side = at.is_stretched ? stretched.force : compressed.force;
@@ -60,7 +60,7 @@ class Law {
     }
 
     /// E up to a constant [energy], from the powers of s there.
-    EVP_INLINE double energy(const Place &at, PowerPair q) const
+    EVP_INLINE double energy(const Point &at, PowerPair q) const
     {
       const double em = at.is_first ? first.em : second.em;
       const double en = at.is_first ? first.en : second.en;
@@ -89,7 +89,7 @@ class Law {
   const Constants &constants() const { return loop; }
 
   /// 1 or 2: the regime of a pair at d (eq. 8). [d], [deq]: length.
-  int regime(double d, double deq) const { return loop.place(d / deq).is_first ? 1 : 2; }
+  int regime(double d, double deq) const { return loop.point(d / deq).is_first ? 1 : 2; }
 
   /// Force at distance d [energy/length], positive when repulsive; zero at d = deq (eqs. 1, 8).
   double force(double d, double deq) const
@@ -112,8 +112,8 @@ class Law {
     double total() const { return first + second; }
   };
 
-  /// energy(d, deq, deq) in two parts, right to 1e-11 of each at any strain: d is subtracted from deq
-  /// without rounding, and each power from 1 and its slope before they meet.
+  /// energy(d, deq, deq) in two parts, accurate to 1e-11 of each at any strain: d - deq is exact, and 1
+  /// and the slope are taken out of each power before the powers are subtracted.
   Stored stored(double d, double deq) const
   {
     const double opened = d - deq;
@@ -230,7 +230,7 @@ class Law {
     return second.energy(1.0 / (r - t.offset)) + t.carried.energy - t.carried.force * r;
   }
 
-  /// Room for distances far from 1 and for what is made of forces.
+  /// Leaves room for distances far from deq and for products of forces.
   void check_range() const
   {
     constexpr double LARGEST = 1e200;

@@ -7,7 +7,7 @@
 #ifndef EVP_CORE_LEVELS_H
 #define EVP_CORE_LEVELS_H
 
-// Compilers and machines without a choice of instruction set at run time do with the base.
+// Compilers and machines without a choice of instruction set at run time use the base.
 #if defined(__GNUC__) && defined(__x86_64__)
 #define EVP_HAS_LEVELS 1
 #define EVP_INLINE __attribute__((always_inline)) inline

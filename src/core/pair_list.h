@@ -14,7 +14,7 @@
 namespace EVP {
 
 // In a lattice whole shells of neighbors lie at the edge of a reach, and the round-off of a position
-// must not sort them. A pair counts as within a reach up to these shares of it. They grow in this
+// must not decide. A pair counts as within a reach up to these shares of it. They grow in this
 // order: what just misses the recording is no new pair, what is recorded acts at rest, and the
 // neighbor list holds all of them.
 constexpr double NEW_PAIR_MARGIN = 0.5e-9;
@@ -113,7 +113,7 @@ class PackedPairs {
     return EVP::reach_squared(cut, margins[is_bond]);
   }
 
-  /// Asks the memory for what a step with one law reads of pairs [first, first + n), where they exist.
+  /// Prefetches what a step with one law reads of pairs [first, first + n), where they exist.
   void prefetch(size_t first, size_t n) const
   {
     if (first >= count) return;
@@ -156,7 +156,7 @@ struct PairList {
 
 /// A packed pair at given positions.
 struct PlacedPair : PackedPair {
-  int i, index;      ///< of its row; place in the list
+  int i, index;      ///< of its row; index in the list
   PairGeometry g;    ///< at the positions
 
   bool is_beyond() const { return g.dsq > cutsq; }
@@ -164,7 +164,7 @@ struct PlacedPair : PackedPair {
 };
 
 /// Calls f(PlacedPair) for all pairs of the list in its order, those beyond their cut-off too.
-/// All loops over pairs but that of the time step (force_loop.h) are this one.
+/// All loops over pairs but that of the timestep (force_loop.h) are this one.
 template <class F> void for_each_pair(const PairList &list, const double (*x)[3], F &&f)
 {
   for (const PackedRow &row : list.rows)

@@ -47,7 +47,7 @@ template <int M, int N> struct FixedPowers {
   }
 };
 
-/// Any real m > n > 0; integers are multiplied out, pow() serves the others.
+/// Any real m > n > 0; integers are multiplied out, others take pow().
 struct AnyPowers {
   double m, n;
   PowerPair operator()(double s) const { return {power(s, m), power(s, n)}; }
@@ -59,7 +59,7 @@ struct AnyPowers {
   }
 };
 
-/// Calls f with the fastest powers for (m, n): one place decides, every caller is written once.
+/// Calls f with the fastest powers for (m, n), so that every caller is written once.
 template <class F> auto with_powers(double m, double n, F &&f)
 {
   if (m == 8.0 && n == 4.0) return f(FixedPowers<8, 4>{});

@@ -110,7 +110,7 @@ inline std::string row_keys()
   return keys;
 }
 
-/// A row of numbers, which Law checks; throws BadInput where a word is none.
+/// A row of numbers, which Law checks; throws BadInput where a word is no number.
 inline Row parse_numbers(const std::vector<std::string> &words)
 {
   if (words.size() != NMEMBERS)

@@ -35,7 +35,7 @@ class StoredEnergy {
     Depth bonds_depth, contacts_depth;
   };
 
-  /// The list is another one: assign() is due.
+  /// Has the list changed since assign()?
   bool is_due(const PairList &list) const { return build != list.build; }
 
   /// pairs: what has packed_pairs(), rest_distances() and law_of(pair), as the pair style does.

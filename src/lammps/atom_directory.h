@@ -10,9 +10,9 @@
 
 namespace LAMMPS_NS {
 
-/// Atoms by ID, on whichever MPI rank they are now. The rank that a hash of the ID names hears of the atom
-/// and answers for it (Comm::rendezvous): memory grows with the atoms of a rank, not with the highest ID.
-/// LAMMPS stops where the messages of a rank exceed 2 GiB, above 40 million atoms of its own.
+/// Atoms by ID, on whichever MPI rank they are now. A rank that is chosen by a hash of the ID keeps the
+/// atom and answers for it (Comm::rendezvous): memory grows with the atoms of a rank, not with the
+/// highest ID. LAMMPS stops where the messages of a rank exceed 2 GiB, above 40 million atoms of its own.
 class AtomDirectory {
  public:
   struct Entry {

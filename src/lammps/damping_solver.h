@@ -18,7 +18,7 @@ namespace EVP {
 /// residual of a violent one. Other atoms enter with velocities that are prescribed.
 ///
 /// T holds gamma times what turning adds to the opening rates, that of v+ in the end: it changes little
-/// from step to step, so that mostly the T of the last one does.
+/// from step to step, so that the T of the last step mostly suffices.
 ///
 /// M keeps the momentum of every iterate exact: pair forces have none, and the start carries that of
 /// M v + h F. The tolerance is against what the damping does, M (v - v*), v* = v + h M^-1 F: this is
@@ -42,7 +42,7 @@ class DampingSolver : protected LAMMPS_NS::Pointers {
   /// Collective. From v and F in atom->v and atom->f, over a time h: the timestep or its second half.
   /// prescribed: velocities v+ of local atoms, used outside the group. applied: the force that took v to
   /// v+ beside F, on the group, and the reaction of the dashpots elsewhere. Returns the number of
-  /// iterations. Stops where max_iterations do not do, and at velocities that are not finite.
+  /// iterations. Stops if max_iterations do not suffice or velocities are non-finite.
   int solve(double h, int groupbit, const Nodal &prescribed, Nodal &applied);
 
   void forget_turns() { most_turned = 0.0; }

@@ -41,7 +41,7 @@ FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
     error->all(FLERR,
                "Fix {} evp/bonds: the bonds come from the zone or from a file, give one of the two",
                id);
-  // a fix that takes the place of one of its name finds none
+  // a fix that replaces one of its ID finds none: LAMMPS has deleted that
   if (const Fix *other = EVP::scene::find_fix(modify, style))
     error->all(FLERR,
                "Fix {} evp/bonds: fix {} records bonds already, and a pair has one deq: use one "
@@ -69,7 +69,7 @@ FixEVPBonds::~FixEVPBonds()
 
 void *FixEVPBonds::extract(const char *name, int &dim)
 {
-  dim = 0;
+  dim = -1;
   return strcmp(name, "bonds") == 0 ? &shown : nullptr;
 }
 

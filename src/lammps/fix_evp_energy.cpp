@@ -103,7 +103,7 @@ void FixEVPEnergy::evaluate(bool at_setup)
     for (int c = 0; c < 3; c++) {
       const double v = atom->v[i][c];
       pair_work.velocity[(size_t) 3 * i + c] = v - half * atom->f[i][c];
-      here.kinetic += weight * v * v;    // the energy of a mover is its own affair
+      here.kinetic += weight * v * v;    // movers enter by their work only
     }
   }
   if (damps) to_ghosts(pair_work.velocity);
@@ -129,7 +129,7 @@ EVP::AtomForces FixEVPEnergy::forces_on(int i) const
   return now;
 }
 
-// on this MPI rank, by the damping of driven atoms over the half step on one side of the present places.
+// on this MPI rank, by the damping of driven atoms over the half step before or after the present positions.
 // At the beginning of a step atoms hold the half-step velocity by now, at its end that of the full step:
 // of either the mean over the half step is half of its kick away
 double FixEVPEnergy::dissipated_in_half_step(bool at_begin) const
@@ -146,7 +146,7 @@ double FixEVPEnergy::dissipated_in_half_step(bool at_begin) const
 }
 
 // Works and dissipation of the step that ends. What damping gives back where a velocity turns within a
-// step is held against what it takes next
+// step is deducted from what it takes next
 void FixEVPEnergy::advance()
 {
   double dissipated = dissipated_at_begin + dissipated_in_half_step(false);

@@ -92,7 +92,7 @@ class ListSnapshot : protected Pointers {
   uint64_t atoms = 0;    // see fingerprint()
   const Comm *list_comm = nullptr;
   double skin = 0.0;
-  bool lammps_notes = false;    // positions at the neighbor build: LAMMPS knows, or
+  bool lammps_notes = false;    // LAMMPS keeps positions at the neighbor build, else list_x
   std::vector<double> list_x;
   std::vector<double> radii;
 

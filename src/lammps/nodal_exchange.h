@@ -41,7 +41,7 @@ class GhostExchange {
 namespace LAMMPS_NS {
 
 /// A Fix or Compute that exchanges values of atoms and ghosts: comm_forward of them per atom from
-/// owners to ghosts, comm_reverse of them from ghosts to owners; three unless it says else.
+/// owners to ghosts, comm_reverse of them from ghosts to owners; three by default.
 template <class Base> class NodalExchange : public Base, public EVP::GhostExchange {
  public:
   NodalExchange(LAMMPS *lmp, int narg, char **arg) : Base(lmp, narg, arg)

@@ -149,7 +149,7 @@ void PairEVPLJ::coeff(int narg, char **arg)
                arg[1]);
 }
 
-// the first process reads the file, all check it and stop together
+// rank 0 reads the file, all MPI ranks check it and stop together
 EVP::Row PairEVPLJ::row_from_file(const char *file, const char *name) const
 {
   std::string text;
@@ -169,7 +169,8 @@ EVP::Row PairEVPLJ::row_from_file(const char *file, const char *name) const
     throw EVP::BadInput(std::string("cannot read the potential file '") + file +
                         "': give its path, or put its folder into LAMMPS_POTENTIALS");
   if (size > MAX_FILE_SIZE)
-    throw EVP::BadInput(std::string("file ") + file + " is larger than 1 MiB: no potential file");
+    throw EVP::BadInput(std::string("file ") + file +
+                        " is larger than 1 MiB: not a potential file");
   text.resize(size);
   MPI_Bcast(&text[0], size, MPI_CHAR, 0, world);
   return EVP::row_from_text(text, file, name, update->unit_style);
@@ -209,7 +210,7 @@ double PairEVPLJ::init_one(int i, int j)
     error->all(FLERR,
                "Pair evp/lj does not mix unlike types: give 'pair_coeff {} {}' a row of its own", i,
                j);
-  return network.serve(i, j);
+  return network.handle(i, j);
 }
 
 void PairEVPLJ::compute(int eflag, int vflag)
@@ -225,12 +226,12 @@ void PairEVPLJ::compute(int eflag, int vflag)
   const bool summed = vflag_fdotr;    // the sum clears its flag
   if (summed) virial_fdotr_compute();
 
-  // a sum that LAMMPS asked for anyway shows whether any force is not a number
+  // a sum that LAMMPS asked for anyway shows whether any force is non-finite
   if ((eflag_either && !std::isfinite(eng_vdwl)) || (summed && !std::isfinite(virial[0])))
     stop_at_blow_up();
 }
 
-// the run is lost: say where it began, and what there is to go back to
+// names where it began, and the restart file to go back to
 void PairEVPLJ::stop_at_blow_up() const
 {
   // where an atom is lost all its pairs are: name that atom first
@@ -238,7 +239,8 @@ void PairEVPLJ::stop_at_blow_up() const
   for (int i = 0; i < atom->nlocal && culprit.empty(); i++) {
     const double *x = atom->x[i], *v = atom->v[i];
     if (!std::isfinite(x[0] + x[1] + x[2] + v[0] + v[1] + v[2]))
-      culprit = fmt::format("first atom {}, whose place or velocity is none", atom->tag[i]);
+      culprit =
+          fmt::format("first atom {}, whose position or velocity is non-finite", atom->tag[i]);
   }
   EVP::for_each_pair(network.packed_pairs(), rows(atom->x), [&](const EVP::PlacedPair &p) {
     const double *f = atom->f[p.i];
@@ -248,12 +250,12 @@ void PairEVPLJ::stop_at_blow_up() const
                           atom->tag[p.i], atom->tag[p.j], d, deq,
                           network.law_of(p).regime(d, deq) == 1 ? "first" : "second");
   });
-  if (culprit.empty()) culprit = "no pair of this process";
+  if (culprit.empty()) culprit = "no pair of this MPI rank";
   const bigint saved = output ? output->last_restart : -1;
   error->one(
       FLERR,
-      "Pair evp/lj: forces are not numbers any more at step {} with timestep {:.6g}; {}: the "
-      "step is above the limit (see compute evp/dt) or the motion too fast for it (see fix "
+      "Pair evp/lj: non-finite forces (NaN or Inf) at step {} with timestep {:.6g}; {}: the "
+      "timestep is above the limit (see compute evp/dt) or the motion too fast for it (see fix "
       "dt/evp); last restart file: {}",
       update->ntimestep, update->dt, culprit, saved >= 0 ? fmt::format("step {}", saved) : "none");
 }
@@ -404,7 +406,7 @@ void PairEVPLJ::write_data_all(FILE *fp)
 
 void *PairEVPLJ::extract(const char *name, int &dim)
 {
-  dim = 0;
+  dim = -1;    // nothing that fix adapt could write
   if (strcmp(name, "network") == 0) return &network;
   dim = 2;
   return coefficients.table(name);

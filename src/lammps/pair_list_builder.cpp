@@ -11,7 +11,7 @@
 
 using namespace LAMMPS_NS;
 
-static constexpr int AHEAD = 4;    // rows, that their records are at hand when they are due
+static constexpr int AHEAD = 4;    // rows: records are prefetched that much earlier
 
 PairListBuilder::Found PairListBuilder::build(const Scene &scene, EVP::PairList &list)
 {
@@ -45,7 +45,7 @@ void PairListBuilder::pack_row(const Scene &scene, int i, EVP::PairList &list, F
   const int first = (int) list.pairs.size();
   list.pairs.add(n);
   list.rows.emplace_back();
-  EVP::PackedRow &row = list.rows.back();    // by member: a copy would wait for its parts
+  EVP::PackedRow &row = list.rows.back();    // by member: a copy would stall on its parts
   row.i = i;
   row.first = first;
   row.last = first + n;

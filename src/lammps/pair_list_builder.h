@@ -54,7 +54,7 @@ class PairListBuilder : protected Pointers {
   explicit PairListBuilder(LAMMPS *lmp) : Pointers(lmp) {}
 
   /// Fills the list in time linear in the neighbors. Periodic images of a partner share its ID and
-  /// have its deq; fix evp/bonds sees to it that no two of them can be within dlim.
+  /// have its deq; fix evp/bonds ensures that no two of them are within dlim.
   Found build(const Scene &, EVP::PairList &);
 
   double memory_usage() const

@@ -143,7 +143,7 @@ void PairNetwork::find_max_radii()
       }
 }
 
-// once there were records, going on without them would silently be another material
+// once there were records, going on without them would silently change the material
 void PairNetwork::find_bonds()
 {
   note_bonds();
@@ -178,13 +178,13 @@ double &PairNetwork::reach_of(int i, int j)
 }
 
 // pair_style hybrid may have given a pair of types with coefficients here to another sub-style:
-// serve() tells
-bool PairNetwork::serves(int i, int j) const
+// handle() is called for ours only
+bool PairNetwork::handles(int i, int j) const
 {
   return !reach.empty() && const_cast<PairNetwork *>(this)->reach_of(i, j) >= 0.0;
 }
 
-double PairNetwork::serve(int i, int j)
+double PairNetwork::handle(int i, int j)
 {
   const double smallest = std::min(min_radius[i], min_radius[j]);
   if (!(smallest > 0.0))
@@ -219,11 +219,11 @@ void PairNetwork::check_scene()
   scene_checked = true;
   report();
 
-  // of types that it does not serve this style asks nothing
+  // radii of types that this style does not handle may grow
   for (int i = 1; i <= atom->ntypes; i++) {
-    bool served = false;
-    for (int j = 1; j <= atom->ntypes; j++) served = served || serves(i, j);
-    if (!served) max_radius[i] = HUGE_VAL;
+    bool handled = false;
+    for (int j = 1; j <= atom->ntypes; j++) handled = handled || handles(i, j);
+    if (!handled) max_radius[i] = HUGE_VAL;
   }
 }
 
@@ -253,7 +253,7 @@ void PairNetwork::report()
                    "Pair evp/lj with contact none and without fix evp/bonds: nothing acts at all");
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++)
-      if (serves(i, j) && alpha_of(i, j) < 1.4 && new_pairs.contact == Contact::LITERAL)
+      if (handles(i, j) && alpha_of(i, j) < 1.4 && new_pairs.contact == Contact::LITERAL)
         error->warning(FLERR,
                        "Pair evp/lj, types {} and {}: alpha = {} is below 1.4, where literal new "
                        "contacts can pull the body together; use contact repulsive or none",
@@ -291,7 +291,7 @@ void PairNetwork::pack(const NeighList *neighbors, bool collective)
 
   coefficients.choose_block_law(
       [this](int i, int j) {
-        return serves(i, j);
+        return handles(i, j);
       },
       explicit_damping && implicit_groupbit);
 }

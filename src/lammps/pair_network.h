@@ -85,7 +85,7 @@ class PairNetwork : protected Pointers {
   /// dlim/(R_i + R_j) of a pair of atom types, 0 where this style does not act. Known after init().
   double alpha_of(int itype, int jtype) const
   {
-    return serves(itype, jtype) ? coefficients.row(itype, jtype).alpha : 0.0;
+    return handles(itype, jtype) ? coefficients.row(itype, jtype).alpha : 0.0;
   }
 
   /// The same as the coefficients have it, before init() too.
@@ -94,7 +94,7 @@ class PairNetwork : protected Pointers {
     return reach.empty() ? 0.0 : coefficients.row(itype, jtype).alpha;
   }
 
-  /// Largest cut-off of the pairs of types that this style serves [length].
+  /// Largest cut-off of the pairs of types that this style handles [length].
   double longest_cut() const
   {
     return reach.empty() ? 0.0 : *std::max_element(reach.begin(), reach.end());
@@ -110,7 +110,7 @@ class PairNetwork : protected Pointers {
   /// Collective. Requires is_present().
   Counts count_pairs() const;
 
-  // what the pair style tells
+  // what the pair style sets and calls
 
   EVP::NewPairs new_pairs{EVP::Contact::LITERAL, 0.3};
   GhostUpdate ghosts;
@@ -119,15 +119,15 @@ class PairNetwork : protected Pointers {
   void begin_run();
 
   /// At init_one(): this style acts between two types. Returns the cut-off for the neighbor list.
-  double serve(int itype, int jtype);
+  double handle(int itype, int jtype);
 
-  /// Types and coefficients are others than at the last packing.
+  /// Types or coefficients have changed since the last packing.
   void repack() { repack_due = true; }
 
   /// Makes room for the types.
   void set_types(int ntypes);
 
-  /// Before the forces: packs the pairs where the neighbor list, the bonds or radii are others.
+  /// Before the forces: packs the pairs if the neighbor list, the bonds or radii have changed.
   void pack_if_due(const class NeighList *);
 
   /// Positive margin of the cuts of new pairs, see core/pair_list.h.
@@ -147,7 +147,7 @@ class PairNetwork : protected Pointers {
 
   std::vector<double> max_radius, min_radius;    // per type, when the cut-offs were set
   std::vector<double>
-      reach;    // [type][type] cut-offs of the neighbor list, below 0 where not served
+      reach;    // [type][type] cut-offs of the neighbor list, below 0 where not handled
   bool any_gamma = false, explicit_damping = false;
   bool scene_checked = false, overlap_warned = false, repack_due = true;
   int implicit_groupbit = 0;    // of fix nve/evp
@@ -159,7 +159,7 @@ class PairNetwork : protected Pointers {
   std::string dropped_bonds_id;                   // fix that had recorded and was unfixed
 
   double &reach_of(int itype, int jtype);
-  bool serves(int itype, int jtype) const;
+  bool handles(int itype, int jtype) const;
   void find_max_radii();
   void find_bonds();
   void note_bonds();

@@ -21,7 +21,7 @@ namespace scene {
 
   using namespace LAMMPS_NS;
 
-  /// The fix of that style, nullptr if there is none. All of ours are the only one of their style.
+  /// The fix of that style, nullptr if there is none. Of each style of ours there is one at most.
   inline Fix *find_fix(const Modify *modify, const char *style)
   {
     for (int k = 0; k < modify->nfix; k++)
@@ -62,7 +62,7 @@ namespace scene {
     fix->extscalar = fix->extvector = 0;
   }
 
-  /// Stops, naming `who`, under run_style respa, which calls some steps of a fix only now and then.
+  /// Stops, naming `who`, under run_style respa, which does not call all methods of a fix at each step.
   inline void refuse_respa(const Update *update, Error *error, const std::string &who)
   {
     if (utils::strmatch(update->integrate_style, "^respa"))

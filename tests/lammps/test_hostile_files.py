@@ -27,7 +27,7 @@ DAMAGED = {
     "decimal commas": (GOOD.replace(b"0.005", b"0,005"), "file p.evp line 3: xi_s must be a finite decimal number, got '0,005'"),
     "wrong row beside it": (GOOD.replace(b"50 6 3", b"50 3 6"), "file p.evp line 4: exponents must satisfy m1 > n1 > 0"),
     "a million columns": (HEAD + b"a" + b" 1" * 500_000 + b"\n", "line 2: expected 9 values", "got 500000"),
-    "two million columns": (HEAD + b"a" + b" 1" * 1_000_000 + b"\n", "file p.evp is larger than 1 MiB: no potential file"),
+    "two million columns": (HEAD + b"a" + b" 1" * 1_000_000 + b"\n", "file p.evp is larger than 1 MiB: not a potential file"),
     "a word of 900 kB": (HEAD + b"a " + b"7" * 900_000 + b"\n", "line 2: expected 9 values", "got 1"),
     "number of 900 kB": (HEAD + b"a " + b"7" * 900_000 + ROW[2:].encode() + b"\n", f"e1 must be a finite decimal number, got '{'7' * 40}...'"),
     "other case of the units": (GOOD.replace(b"si", b"SI", 1), "file p.evp is in UNITS: SI, but 'units si' is in force"),

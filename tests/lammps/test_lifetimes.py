@@ -54,7 +54,7 @@ def test_forces_that_are_not_numbers_stop_the_run(lmp):
     deck = HEAD + STYLE.format(alpha=1.5) + "fix bonds all evp/bonds\nfix integrate all nve\n"
     deck += "set atom 7 vx 1e307\nset atom 9 vx -1e307\nset atom 300 vx 1e307\nthermo_style custom step press\n"
     text = error_of(lmp(deck + "run 0\n"))
-    assert "forces are not numbers any more at step 0" in text
+    assert "non-finite forces (NaN or Inf) at step 0" in text
     assert "last restart file: none" in text
 
 

@@ -205,9 +205,9 @@ TEST(BondReader, RefusesALastLineWithoutItsEnd)
 
 TEST(BondReader, RefusesLinesThatAreNoBond)
 {
-  expect_bad_line("1 2", {"id_i id_j deq", "got 2 words"});
-  expect_bad_line("1 2 0.01 0", {"id_i id_j deq", "got 4 words"});
-  expect_bad_line("1 2 0.0\r1", {"got 4 words"});    // never 0.01
+  expect_bad_line("1 2", {"id_i id_j deq", "expected 3 values, got 2"});
+  expect_bad_line("1 2 0.01 0", {"id_i id_j deq", "expected 3 values, got 4"});
+  expect_bad_line("1 2 0.0\r1", {"expected 3 values, got 4"});    // never 0.01
   expect_bad_line("1 1 0.01", {"atom 1 is bonded to itself"});
   expect_bad_line("0 2 0.01", {"id_i must be a positive integer, got 0"});
   expect_bad_line("-1 2 0.01", {"id_i must be a positive integer", "'-1'"});
