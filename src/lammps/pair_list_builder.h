@@ -15,6 +15,7 @@ namespace EVP {
 
 /// What acts between two particles that were not recorded as a pair.
 enum class Contact : int { LITERAL, REPULSIVE, NONE };
+constexpr const char *CONTACTS[] = {"literal", "repulsive", "none"};    ///< for users
 
 /// Of pairs that were not recorded.
 struct NewPairs {
