@@ -110,13 +110,6 @@ void PairEVPLJ::settings(int narg, char **arg)
   offer_pair_values();
 }
 
-// p1 p2 p3 of compute pair/local. Before 2026 LAMMPS copies those of a sub-style of
-// pair_style hybrid without end, and crashes; there, asking for them is an error instead
-void PairEVPLJ::offer_pair_values()
-{
-  single_extra = strcmp(force->pair_style, "hybrid") == 0 ? 0 : NVALUES;
-}
-
 // pair_coeff I J e1 m1 n1 e2 m2 n2 xi_s gamma alpha, or pair_coeff I J FILE NAME
 void PairEVPLJ::coeff(int narg, char **arg)
 {
