@@ -14,7 +14,7 @@
 
 namespace LAMMPS_NS {
 
-/// The pairs of atom types that pair style evp/lj serves, and how far these reach: alpha (R_i + R_j) with
+/// The pairs of atom types that pair style evp/lj handles, and how far these reach: alpha (R_i + R_j) with
 /// the largest radii at the start of a run, as the neighbor list does not reach further.
 class CutOffs : protected Pointers {
  public:
@@ -30,7 +30,7 @@ class CutOffs : protected Pointers {
 
   bool has_types() const { return !reach.empty(); }
 
-  /// Collective. Takes the radii of the run to come; no pair of types is served yet.
+  /// Collective. Takes the radii of the run to come; no pair of types is handled yet.
   void begin_run()
   {
     std::fill(reach.begin(), reach.end(), -1.0);
@@ -58,7 +58,7 @@ class CutOffs : protected Pointers {
 
   /// Returns the cut-off of a pair of types. Called once at set-up, and again by fix adapt while the
   /// neighbor list keeps its reach.
-  double serve(int i, int j, double alpha)
+  double handle(int i, int j, double alpha)
   {
     const double smallest = std::min(min_radius[i], min_radius[j]);
     if (!(smallest > 0.0))
@@ -80,7 +80,7 @@ class CutOffs : protected Pointers {
   }
 
   /// pair_style hybrid may have given a pair of types with coefficients here to another sub-style.
-  bool serves(int i, int j) const { return has_types() && reach[index(i, j)] >= 0.0; }
+  bool handles(int i, int j) const { return has_types() && reach[index(i, j)] >= 0.0; }
 
   /// Of all pairs of types [length].
   double longest() const
@@ -88,13 +88,13 @@ class CutOffs : protected Pointers {
     return has_types() ? *std::max_element(reach.begin(), reach.end()) : 0.0;
   }
 
-  /// When all pairs of types are known: of types that it does not serve this style asks nothing.
+  /// When all pairs of types are known: radii of types that this style does not handle may grow.
   void admit_all_radii_elsewhere()
   {
     for (int i = 1; i <= atom->ntypes; i++) {
-      bool served = false;
-      for (int j = 1; j <= atom->ntypes; j++) served = served || serves(i, j);
-      if (!served) max_radius[i] = HUGE_VAL;
+      bool handled = false;
+      for (int j = 1; j <= atom->ntypes; j++) handled = handled || handles(i, j);
+      if (!handled) max_radius[i] = HUGE_VAL;
     }
   }
 
@@ -113,7 +113,7 @@ class CutOffs : protected Pointers {
 
  private:
   std::vector<double> max_radius, min_radius;    // per type
-  std::vector<double> reach;                     // [type][type], below 0 where not served
+  std::vector<double> reach;                     // [type][type], below 0 where not handled
 
   size_t index(int i, int j) const { return std::min(i, j) * max_radius.size() + std::max(i, j); }
 };

@@ -38,7 +38,7 @@ FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
       });
   if (zone > 0.0 && !file.empty())
     error->all(FLERR, "{}: the bonds come from the zone or from a file, give one of the two", who);
-  // a fix that takes the place of one of its name finds none
+  // a fix that replaces one of its ID finds none: LAMMPS has deleted that
   if (const Fix *other = EVP::scene::find_fix(modify, style))
     error->all(FLERR,
                "{}: fix {} records bonds already, and a pair has one deq: use one fix evp/bonds, "

@@ -202,7 +202,7 @@ double PairEVPLJ::init_one(int i, int j)
     error->all(FLERR,
                "Pair evp/lj does not mix unlike types: give 'pair_coeff {} {}' a row of its own", i,
                j);
-  return network.serve(i, j);
+  return network.handle(i, j);
 }
 
 void PairEVPLJ::compute(int eflag, int vflag)

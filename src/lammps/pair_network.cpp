@@ -112,7 +112,7 @@ void PairNetwork::begin_run()
   snapshot.forget();
 }
 
-// once there were records, going on without them would silently be another material
+// once there were records, going on without them would silently change the material
 void PairNetwork::find_bonds()
 {
   note_bonds();
@@ -141,7 +141,7 @@ void PairNetwork::note_bonds()
     bonds_id = EVP::scene::find_fix(modify, "evp/bonds")->id;
 }
 
-double PairNetwork::serve(int i, int j)
+double PairNetwork::handle(int i, int j)
 {
   EVP::Row row;
   EVP::stop_at_bad_input(error, fmt::format("Pair evp/lj, types {} and {}", i, j), [&] {
@@ -149,7 +149,7 @@ double PairNetwork::serve(int i, int j)
   });
   repack();
   if (row.gamma > 0.0) any_gamma = true;    // fix adapt may have switched it on
-  return cuts.serve(i, j, row.alpha);
+  return cuts.handle(i, j, row.alpha);
 }
 
 // one line of the active effects, again only when it changes
@@ -177,7 +177,7 @@ void PairNetwork::report()
                    "Pair evp/lj with contact none and without fix evp/bonds: nothing acts at all");
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++)
-      if (cuts.serves(i, j) && alpha_of(i, j) < 1.4 && new_pairs.contact == Contact::LITERAL)
+      if (cuts.handles(i, j) && alpha_of(i, j) < 1.4 && new_pairs.contact == Contact::LITERAL)
         error->warning(FLERR,
                        "Pair evp/lj, types {} and {}: alpha = {} is below 1.4, where literal new "
                        "contacts can pull the body together; use contact repulsive or none",
@@ -219,7 +219,7 @@ void PairNetwork::pack(const NeighList *neighbors, bool collective)
 
   coefficients.choose_block_law(
       [this](int i, int j) {
-        return cuts.serves(i, j);
+        return cuts.handles(i, j);
       },
       explicit_damping && implicit_groupbit);
 }

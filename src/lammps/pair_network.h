@@ -86,7 +86,7 @@ class PairNetwork : protected Pointers {
   /// dlim/(R_i + R_j) of a pair of atom types, 0 where this style does not act. Known after init().
   double alpha_of(int itype, int jtype) const
   {
-    return cuts.serves(itype, jtype) ? coefficients.row(itype, jtype).alpha : 0.0;
+    return cuts.handles(itype, jtype) ? coefficients.row(itype, jtype).alpha : 0.0;
   }
 
   /// The same as the coefficients have it, before init() too.
@@ -95,7 +95,7 @@ class PairNetwork : protected Pointers {
     return cuts.has_types() ? coefficients.row(itype, jtype).alpha : 0.0;
   }
 
-  /// Largest cut-off of the pairs of types that this style serves [length].
+  /// Largest cut-off of the pairs of types that this style handles [length].
   double longest_cut() const { return cuts.longest(); }
 
   /// Were the pairs packed from the neighbor list as it is now, and from the atoms here?
@@ -118,12 +118,12 @@ class PairNetwork : protected Pointers {
   void begin_run();
 
   /// At init_one(): this style acts between two types. Returns the cut-off for the neighbor list.
-  double serve(int itype, int jtype);
+  double handle(int itype, int jtype);
 
   /// Types and coefficients are others than at the last packing.
   void repack() { repack_due = true; }
 
-  /// Before the forces: packs the pairs where the neighbor list, the bonds or radii are others.
+  /// Before the forces: packs the pairs if the neighbor list, the bonds or radii have changed.
   void pack_if_due(const class NeighList *);
 
   /// Positive margin of the cuts of new pairs, see core/pair_list.h.
