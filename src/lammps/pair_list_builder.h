@@ -4,6 +4,7 @@
 #define LMP_EVP_PAIR_LIST_BUILDER_H
 
 #include "core/bond_store.h"
+#include "core/bytes.h"
 #include "core/coefficients.h"
 #include "core/pair_list.h"
 
@@ -58,11 +59,7 @@ class PairListBuilder : protected Pointers {
   /// have its deq; fix evp/bonds sees to it that no two of them can be within dlim.
   Found build(const Scene &, EVP::PairList &);
 
-  double memory_usage() const
-  {
-    return (double) ((last.slots.capacity() + now.slots.capacity()) * sizeof(int) +
-                     (last.rows.capacity() + now.rows.capacity()) * sizeof(Range));
-  }
+  double memory_usage() const { return EVP::bytes_of(last.slots, now.slots, last.rows, now.rows); }
 
  private:
   struct Range {
