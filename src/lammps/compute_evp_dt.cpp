@@ -33,7 +33,7 @@ ComputeEVPDt::ComputeEVPDt(LAMMPS *lmp, int narg, char **arg) :
                                               return EVP::reduce_all(here, MPI_SUM, world);
                                             }})
 {
-  if (narg != 3) error->all(FLERR, "Compute {} evp/dt: unexpected argument '{}'", id, arg[3]);
+  if (narg != 3) error->all(FLERR, "{}: unexpected argument '{}'", who, arg[3]);
   scalar_flag = vector_flag = 1;
   extscalar = extvector = 0;
   size_vector = 5;
@@ -43,7 +43,7 @@ ComputeEVPDt::ComputeEVPDt(LAMMPS *lmp, int narg, char **arg) :
 
 void ComputeEVPDt::init()
 {
-  PairNetwork::require(force, error, fmt::format("Compute {} evp/dt", id));
+  PairNetwork::require(force, error, who);
   limit_warned = lanczos_warned = false;
   computed_step = -1;
 }
@@ -104,9 +104,9 @@ void ComputeEVPDt::linearise()
   const auto *pair = PairNetwork::find_present(force);
   if (!pair)
     error->all(FLERR,
-               "Compute {} evp/dt needs the pairs of the present positions: print c_{} with "
-               "thermo_style in a 'run 0' first",
-               id, id);
+               "{} needs the pairs of the present positions: print c_{} with thermo_style in a "
+               "'run 0' first",
+               who, id);
 
   const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
   network.links.clear();
@@ -153,9 +153,9 @@ double ComputeEVPDt::largest_eigenvalue(const EVP::LinearNetwork::Mix &mix)
     lanczos_warned = true;
     if (comm->me == 0)
       error->warning(FLERR,
-                     "Compute {} evp/dt: an eigenvalue did not converge in {} iterations, the "
-                     "timesteps may be too large: use c_{}[5], which is safe",
-                     id, found.iterations, id);
+                     "{}: an eigenvalue did not converge in {} iterations, the timesteps may be "
+                     "too large: use c_{}[5], which is safe",
+                     who, found.iterations, id);
   }
   return found.eigenvalue;
 }

@@ -12,8 +12,7 @@ using namespace LAMMPS_NS;
 ComputeEVPStateAtom::ComputeEVPStateAtom(LAMMPS *lmp, int narg, char **arg) :
     NodalExchange(lmp, narg, arg)
 {
-  if (narg != 3)
-    error->all(FLERR, "Compute {} evp/state/atom: unexpected argument '{}'", id, arg[3]);
+  if (narg != 3) error->all(FLERR, "{}: unexpected argument '{}'", who, arg[3]);
   peratom_flag = 1;
   size_peratom_cols = 4;
   comm_reverse = NCOUNTS;
@@ -26,7 +25,7 @@ ComputeEVPStateAtom::~ComputeEVPStateAtom()
 
 void ComputeEVPStateAtom::init()
 {
-  PairNetwork::require(force, error, fmt::format("Compute {} evp/state/atom", id));
+  PairNetwork::require(force, error, who);
 }
 
 void ComputeEVPStateAtom::compute_peratom()
@@ -40,9 +39,8 @@ void ComputeEVPStateAtom::compute_peratom()
   const auto *pair = PairNetwork::find_present(force);
   if (!pair)
     error->all(FLERR,
-               "Compute {} evp/state/atom needs the pairs of the present positions: use it in a "
-               "run, or after 'run 0'",
-               id);
+               "{} needs the pairs of the present positions: use it in a run, or after 'run 0'",
+               who);
   const EVP::PairList &list = pair->packed_pairs();
   const int nreact = force->newton_pair ? list.nall : list.nlocal;
   counts.assign((size_t) NCOUNTS * list.nall, 0.0);

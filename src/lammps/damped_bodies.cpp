@@ -59,7 +59,8 @@ std::vector<double> DampedBodies::labels_across() const
     if (found[0] == (double) atom->tag[i] && found[1] != -found[2]) own.push_back(found[0]);
   }
 
-  const int here = (int) own.size(), any = reduce_all(here, MPI_SUM, world);
+  int here = (int) own.size();
+  const int any = reduce_all(here, MPI_SUM, world);
   if (any == 0) return all;
   std::vector<int> counts(comm->nprocs), offsets(comm->nprocs);
   MPI_Allgather(&here, 1, MPI_INT, counts.data(), 1, MPI_INT, world);

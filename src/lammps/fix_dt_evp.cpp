@@ -26,9 +26,7 @@ FixDtEVP::FixDtEVP(LAMMPS *lmp, int narg, char **arg) :
     NodalExchange(lmp, narg, arg), compute_id(std::string(id) + "_evp_dt")
 {
   if (narg != 5 && narg != 7)
-    error->all(FLERR, "Fix {} dt/evp: expected N fraction [max DT], got {} arguments", id,
-               narg - 3);
-  const std::string who = fmt::format("Fix {} dt/evp", id);
+    error->all(FLERR, "{}: expected N fraction [max DT], got {} arguments", who, narg - 3);
   EVP::stop_at_bad_input(error, who, [&] {
     const EVP::Keyword every = {"N", arg[3]}, of_stable = {"fraction", arg[4]};
     const double n = every.number();
@@ -61,25 +59,23 @@ void FixDtEVP::post_constructor()
 
 void FixDtEVP::init()
 {
-  const std::string who = fmt::format("Fix {} dt/evp", id);
   pair = PairNetwork::require(force, error, who);
   compute = dynamic_cast<ComputeEVPDt *>(modify->get_compute_by_id(compute_id));
   if (!compute)
-    error->all(FLERR, "Fix {} dt/evp: its compute {} was deleted; define the fix anew", id,
-               compute_id);
+    error->all(FLERR, "{}: its compute {} was deleted; define the fix anew", who, compute_id);
   EVP::scene::refuse_respa(update, error, who);
   for (const Fix *other : modify->get_fix_list()) {
     if (strcmp(other->style, "move") == 0 || strcmp(other->style, "deform") == 0)
       error->all(FLERR,
-                 "Fix {} dt/evp: fix {} of style {} cannot follow a changing timestep: drive atoms "
-                 "by 'velocity set' and fix nve/noforce",
-                 id, other->id, other->style);
+                 "{}: fix {} of style {} cannot follow a changing timestep: drive atoms by "
+                 "'velocity set' and fix nve/noforce",
+                 who, other->id, other->style);
     if (other != this &&
         (strcmp(other->style, style) == 0 || strcmp(other->style, "dt/reset") == 0))
       error->all(FLERR,
-                 "Fix {} dt/evp: fix {} of style {} sets the timestep too, and the last one would "
-                 "win: use one fix dt/evp for the group union",
-                 id, other->id, other->style);
+                 "{}: fix {} of style {} sets the timestep too, and the last one would win: use "
+                 "one fix dt/evp for the group union",
+                 who, other->id, other->style);
   }
   speed_reported = false;
 }
@@ -117,18 +113,18 @@ void FixDtEVP::set_dt(bool at_setup)
     limit = fastest.turns ? TURNING : SPEED;
     if (!speed_reported && comm->me == 0)
       error->warning(FLERR,
-                     "Fix {} dt/evp: from step {} on the {} of pairs limits the timestep, now "
-                     "{:.4g} for atoms {} and {}, {:.3g} of what stability allows",
-                     id, update->ntimestep, fastest.turns ? "turning" : "speed", dt,
+                     "{}: from step {} on the {} of pairs limits the timestep, now {:.4g} for "
+                     "atoms {} and {}, {:.3g} of what stability allows",
+                     who, update->ntimestep, fastest.turns ? "turning" : "speed", dt,
                      (bigint) fastest.id_i, (bigint) fastest.id_j, dt / (fraction * stable_dt));
     speed_reported = true;
   }
   if (stable_dt >= NO_LIMIT && fastest.dt >= NO_LIMIT && maximum >= NO_LIMIT &&
       (at_setup || !may_meet))
     error->all(FLERR,
-               "Fix {} dt/evp: at step {} no pair interacts or approaches another, so nothing "
-               "limits the timestep: give 'max DT'",
-               id, update->ntimestep);
+               "{}: at step {} no pair interacts or approaches another, so nothing limits the "
+               "timestep: give 'max DT'",
+               who, update->ntimestep);
   if (dt != update->dt) change_dt(dt);
 }
 

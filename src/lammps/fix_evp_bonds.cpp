@@ -28,8 +28,7 @@ FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
     NodalExchange(lmp, narg, arg), after_restart(modify->nfix_restart_global > 0)
 {
   EVP::for_each_keyword(
-      error, fmt::format("Fix {} evp/bonds", id), narg - 3, arg + 3, {"zone", "file"}, " or ",
-      [this](const EVP::Keyword &word) {
+      error, who, narg - 3, arg + 3, {"zone", "file"}, " or ", [this](const EVP::Keyword &word) {
         if (word.is("zone")) {
           zone = word.number();
           word.demand(zone > 1.0,
@@ -38,15 +37,13 @@ FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
           throw EVP::BadInput("the name of the bond file is empty");
       });
   if (zone > 0.0 && !file.empty())
-    error->all(FLERR,
-               "Fix {} evp/bonds: the bonds come from the zone or from a file, give one of the two",
-               id);
+    error->all(FLERR, "{}: the bonds come from the zone or from a file, give one of the two", who);
   // a fix that replaces one of its ID finds none: LAMMPS has deleted that
   if (const Fix *other = EVP::scene::find_fix(modify, style))
     error->all(FLERR,
-               "Fix {} evp/bonds: fix {} records bonds already, and a pair has one deq: use one "
-               "fix evp/bonds, or 'unfix {}' first",
-               id, other->id, other->id);
+               "{}: fix {} records bonds already, and a pair has one deq: use one fix evp/bonds, "
+               "or 'unfix {}' first",
+               who, other->id, other->id);
 
   restart_global = restart_peratom = 1;
   create_attribute = 1;
@@ -69,13 +66,12 @@ FixEVPBonds::~FixEVPBonds()
 
 void *FixEVPBonds::extract(const char *name, int &dim)
 {
-  dim = -1;
+  dim = -1;    // nothing that fix adapt could write
   return strcmp(name, "bonds") == 0 ? &shown : nullptr;
 }
 
 void FixEVPBonds::init()
 {
-  const std::string who = fmt::format("Fix {} evp/bonds", id);
   const PairNetwork *network = PairNetwork::require(force, error, who);
   EVP::scene::refuse_respa(update, error, who);
 
@@ -100,9 +96,9 @@ void FixEVPBonds::check_zone(const PairNetwork *network) const
       const double alpha = network->alpha_of(i, j);
       if (alpha > 0.0 && zone > alpha)
         error->all(FLERR,
-                   "Fix {} evp/bonds: zone {} reaches beyond what the neighbor list can see, alpha "
-                   "= {} of types {} and {}: use a zone of at most alpha",
-                   id, zone, alpha, i, j);
+                   "{}: zone {} reaches beyond what the neighbor list can see, alpha = {} of types "
+                   "{} and {}: use a zone of at most alpha",
+                   who, zone, alpha, i, j);
     }
 }
 
@@ -143,21 +139,19 @@ std::string FixEVPBonds::misplaced_message(BondStore::Misplaced atoms) const
   const std::string anew = fmt::format(
       "or 'unfix {}' and define it again, which takes the body as it is now for undeformed", id);
   if (atoms.renumbered && restored_late)
-    return fmt::format(
-        "Fix {} evp/bonds: atom ID {} was given the bonds of another atom: define the fix right "
-        "after read_restart, before atoms are deleted; if IDs had changed before the restart file "
-        "was written, go back to an earlier one, {}",
-        id, atoms.renumbered, anew);
+    return fmt::format("{}: atom ID {} was given the bonds of another atom: define the fix right "
+                       "after read_restart, before atoms are deleted; if IDs had changed before "
+                       "the restart file was written, go back to an earlier one, {}",
+                       who, atoms.renumbered, anew);
   if (atoms.renumbered)
-    return fmt::format(
-        "Fix {} evp/bonds: atom ID {} belongs to another atom than when the bonds were recorded: "
-        "use 'delete_atoms ... compress no' and no reset_atoms id, {}",
-        id, atoms.renumbered, anew);
+    return fmt::format("{}: atom ID {} belongs to another atom than when the bonds were recorded: "
+                       "use 'delete_atoms ... compress no' and no reset_atoms id, {}",
+                       who, atoms.renumbered, anew);
   return fmt::format(
-      "Fix {} evp/bonds: the new atom {} has the ID of a deleted one, whose bonds it would take "
-      "over: create atoms before that of the highest ID is deleted, read them by 'read_data ... "
-      "add {}', or define 'fix deposit ... id next' before the deletion; {}",
-      id, atoms.newcomer, bonds->highest_id(), anew);
+      "{}: the new atom {} has the ID of a deleted one, whose bonds it would take over: create "
+      "atoms before that of the highest ID is deleted, read them by 'read_data ... add {}', or "
+      "define 'fix deposit ... id next' before the deletion; {}",
+      who, atoms.newcomer, bonds->highest_id(), anew);
 }
 
 void FixEVPBonds::setup_pre_force(int /*vflag*/)
@@ -170,12 +164,10 @@ void FixEVPBonds::record()
 {
   const PairNetwork *network = PairNetwork::find(force);
   if (const tagint twice = AtomDirectory(lmp).twice)
-    error->all(FLERR,
-               "Fix {} evp/bonds: atom ID {} is given twice: use 'reset_atoms id' or mend the data "
-               "file",
-               id, twice);
+    error->all(FLERR, "{}: atom ID {} is given twice: use 'reset_atoms id' or mend the data file",
+               who, twice);
   std::vector<BondStore::Bonds> made;
-  EVP::stop_at_bad_input(error, fmt::format("Fix {} evp/bonds", id), [&] {
+  EVP::stop_at_bad_input(error, who, [&] {
     made = file.empty() ? bonds_in_zone(network) : read_bond_file(lmp, file, groupbit, network);
     EVP::throw_together(twice_given(made), world);
   });
@@ -199,16 +191,15 @@ void FixEVPBonds::record()
   if (comm->me) return;
   if (after_restart && file.empty())
     error->warning(FLERR,
-                   "Fix {} evp/bonds takes the body as it is now for undeformed, though a restart "
-                   "file was read: if that held records, give the fix the ID that it had",
-                   id);
+                   "{} takes the body as it is now for undeformed, though a restart file was read: "
+                   "if that held records, give the fix the ID that it had",
+                   who);
   if (!network->bonds_dropped_by().empty() && file.empty())
-    error->warning(
-        FLERR,
-        "Fix {} evp/bonds takes the body as it is now for undeformed and free of stress: "
-        "the bonds that fix {} had recorded are gone; to keep bonds use write_evp_bonds "
-        "before unfix, and the keyword file",
-        id, network->bonds_dropped_by());
+    error->warning(FLERR,
+                   "{} takes the body as it is now for undeformed and free of stress: the bonds "
+                   "that fix {} had recorded are gone; to keep bonds use write_evp_bonds before "
+                   "unfix, and the keyword file",
+                   who, network->bonds_dropped_by());
   std::string source = "from file " + file;
   if (file.empty())
     source = zone > 0.0 ? fmt::format("within {} (R_i + R_j)", zone) : "within alpha (R_i + R_j)";
@@ -250,10 +241,10 @@ double FixEVPBonds::compute_vector(int n)
   const PairNetwork *network = PairNetwork::find_present(force);
   if (!network && update->whichflag == 0)
     error->all(FLERR,
-               "Fix {} evp/bonds: f_{}[{}] needs the pairs of the present atoms: use 'run 0' first "
-               "(since the last run atoms moved by more than half the skin, were changed, added or "
-               "removed, or a command such as write_data rebuilt the lists of LAMMPS)",
-               id, id, n + 1);
+               "{}: f_{}[{}] needs the pairs of the present atoms: use 'run 0' first (since the "
+               "last run atoms moved by more than half the skin, were changed, added or removed, "
+               "or a command such as write_data rebuilt the lists of LAMMPS)",
+               who, id, n + 1);
   if (network) {
     const PairNetwork::Counts counts = network->count_pairs();
     pair_counts = {(double) bonds->count() - counts.bonds_within, counts.bonds_second,
@@ -261,13 +252,6 @@ double FixEVPBonds::compute_vector(int n)
     counted_step = update->ntimestep;
   }
   return pair_counts[n];
-}
-
-// LAMMPS' buffers for one atom must hold the longest record of any MPI rank: the first rank says in
-// restart files how long that is
-void FixEVPBonds::set_exchange_room()
-{
-  maxexchange = (int) bonds->words(bonds->most());
 }
 
 int FixEVPBonds::unpack(int i, const double *buf)
@@ -298,9 +282,9 @@ void FixEVPBonds::restart(char *buf)
   if (state[0] == FORMAT) memcpy(state, buf, sizeof(state));
   if (state[0] != FORMAT || state[5] != EVP::checksum(state, 5))
     error->all(FLERR,
-               "Fix {} evp/bonds: its section of the restart file is damaged, or from a version of "
-               "this package that wrote another format",
-               id);
+               "{}: its section of the restart file is damaged, or from a version of this package "
+               "that wrote another format",
+               who);
   after_restart = false;    // this is the fix that the file knows
   bonds->restore(state[2] != 0.0, (int64_t) state[3], (int64_t) state[4]);
   if (bonds->has_recorded() && comm->me == 0 && (!file.empty() || (zone > 0.0 && zone != state[1])))
@@ -334,11 +318,10 @@ void FixEVPBonds::unpack_restart(int nlocal, int nth)
     size = whole ? (int) extra[m] : 0;
   }
   if (!whole || size < 4 || extra[m + size - 1] != EVP::checksum(extra + m, size - 1))
-    error->one(
-        FLERR,
-        "Fix {} evp/bonds: the bonds of atom {} in the restart file are damaged, or the atom "
-        "is not from that file: define the fix right after read_restart",
-        id, atom->tag[nlocal]);
+    error->one(FLERR,
+               "{}: the bonds of atom {} in the restart file are damaged, or the atom is not from "
+               "that file: define the fix right after read_restart",
+               who, atom->tag[nlocal]);
   unpack(nlocal, extra + m + 1);
   // LAMMPS keeps what it read in the order of that moment
   const int64_t recorded_id = bonds->recorded_id(nlocal);
@@ -350,9 +333,7 @@ void FixEVPBonds::unpack_restart(int nlocal, int nth)
 void FixEVPBonds::check_restored()
 {
   if (EVP::on_all(records_due, world))
-    error->all(
-        FLERR,
-        "Fix {} evp/bonds: the restart file is damaged, it announces {} bonds and holds none", id,
-        bonds->count());
+    error->all(FLERR, "{}: the restart file is damaged, it announces {} bonds and holds none", who,
+               bonds->count());
   records_due = false;
 }

@@ -87,7 +87,9 @@ class FixEVPBonds : public NodalExchange<Fix> {
   {
     return "'unfix " + std::string(id) + "', replicate, and define the fix again";
   }
-  void set_exchange_room();
+  // LAMMPS' buffers for one atom must hold the longest record of any MPI rank: the first rank says in
+  // restart files how long that is
+  void set_exchange_room() { maxexchange = (int) bonds->words(bonds->most()); }
   int unpack(int i, const double *buf);
 };
 

@@ -15,12 +15,10 @@ using namespace LAMMPS_NS;
 
 FixEVPEnergy::FixEVPEnergy(LAMMPS *lmp, int narg, char **arg) : AtomRecords(lmp, narg, arg)
 {
-  if (narg != 3) error->all(FLERR, "Fix {} evp/energy: unexpected argument '{}'", id, arg[3]);
+  if (narg != 3) error->all(FLERR, "{}: unexpected argument '{}'", who, arg[3]);
   if (igroup != 0)
-    error->all(FLERR,
-               "Fix {} evp/energy needs group all: the balance of a part is not closed by its own "
-               "entries",
-               id);
+    error->all(FLERR, "{} needs group all: the balance of a part is not closed by its own entries",
+               who);
   nevery = 1;
   EVP::scene::offer_values(this, NENTRIES);
   follow_atoms();
@@ -29,14 +27,12 @@ FixEVPEnergy::FixEVPEnergy(LAMMPS *lmp, int narg, char **arg) : AtomRecords(lmp,
 
 void FixEVPEnergy::init()
 {
-  const std::string who = fmt::format("Fix {} evp/energy", id);
   pair = PairNetwork::require(force, error, who);
   EVP::scene::refuse_respa(update, error, who);
   if (domain->deform_vremap)
     error->all(FLERR,
-               "Fix {} evp/energy does not know the velocity of a deforming box: use fix deform "
-               "without 'remap v'",
-               id);
+               "{} does not know the velocity of a deforming box: use fix deform without 'remap v'",
+               who);
   implicit = dynamic_cast<const FixNVEEVP *>(EVP::scene::find_fix(modify, "nve/evp"));
   driven_groupbits = 0;
   for (const Fix *other : modify->get_fix_list())

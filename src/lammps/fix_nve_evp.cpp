@@ -18,7 +18,7 @@ static constexpr double LARGEST_TURN = 0.15;    // rad per step, see doc/fix_nve
 
 // fix ID group nve/evp [tol 1e-3] [maxiter 500]
 FixNVEEVP::FixNVEEVP(LAMMPS *lmp, int narg, char **arg) :
-    AtomRecords(lmp, narg, arg), who(fmt::format("Fix {} nve/evp", id)), bodies(lmp, *this),
+    AtomRecords(lmp, narg, arg), bodies(lmp, *this),
     solver(lmp, who, *this, dampers, bodies.found())
 {
   EVP::for_each_keyword(
@@ -59,18 +59,16 @@ void FixNVEEVP::init()
     }
     if (after_this && (modify->fmask[k] & FixConst::POST_FORCE)) forces_follow = true;
     if (strcmp(other->style, style) == 0)
-      error->all(
-          FLERR,
-          "{}: fix {} is of this style too, but only one is allowed: all damping is solved as "
-          "one system; use one fix nve/evp for the group union",
-          who, other->id);
+      error->all(FLERR,
+                 "{}: fix {} is of this style too, but only one is allowed: all damping is solved "
+                 "as one system; use one fix nve/evp for the group union",
+                 who, other->id);
     path = path || strcmp(other->style, "move") == 0;
     if (EVP::scene::moves_by_forces(other)) others_groupbits |= other->groupbit;
   }
   if (domain->deform_vremap)
     error->all(FLERR,
-               "{} does not know the velocity of a deforming box: use fix deform without "
-               "'remap v'",
+               "{} does not know the velocity of a deforming box: use fix deform without 'remap v'",
                who);
   check_groups();
   positions_known = false;
@@ -158,12 +156,11 @@ void FixNVEEVP::collect_dampers()
   dampers.for_each([this](int i, const EVP::Dampers::Damper &damper, double) {
     for (const int k : {i, damper.j})
       if (!in_group(k) && (atom->mask[k] & others_groupbits))
-        error->one(
-            FLERR,
-            "{}: atom {} interacts with its group but is integrated by another fix, whose "
-            "velocity would enter as prescribed: put it into the group of fix {}, or move it "
-            "by fix nve/noforce or fix move",
-            who, atom->tag[k], id);
+        error->one(FLERR,
+                   "{}: atom {} interacts with its group but is integrated by another fix, whose "
+                   "velocity would enter as prescribed: put it into the group of fix {}, or move "
+                   "it by fix nve/noforce or fix move",
+                   who, atom->tag[k], id);
   });
 }
 
@@ -204,11 +201,11 @@ void FixNVEEVP::warn_of_turning()
   if (turning_warned || angle <= 1.01 * LARGEST_TURN) return;
   turning_warned = true;
   if (comm->me) return;
-  error->warning(FLERR,
-                 "{}: damped pairs turned by more than {} rad per step, {:.3g} rad before step {}, "
-                 "which the damping does not resolve: reduce the timestep to {:.4g}, or use fix "
-                 "dt/evp",
-                 who, LARGEST_TURN, angle, update->ntimestep, update->dt * LARGEST_TURN / angle);
+  error->warning(
+      FLERR,
+      "{}: damped pairs turned by more than {} rad per step, {:.3g} rad before step {}, which the "
+      "damping does not resolve: reduce the timestep to {:.4g}, or use fix dt/evp",
+      who, LARGEST_TURN, angle, update->ntimestep, update->dt * LARGEST_TURN / angle);
 }
 
 void FixNVEEVP::kick()
@@ -275,10 +272,4 @@ void FixNVEEVP::tally_virial()
     for (int i = 0; i < atom->nlocal; i++)
       for (int c = 0; c < 3; c++) vatom[i][3 * part + c] += shares[part][(size_t) 3 * i + c];
   }
-}
-
-double FixNVEEVP::memory_usage()
-{
-  return dampers.memory_usage() + bodies.memory_usage() + solver.memory_usage() +
-      AtomRecords::memory_usage() + EVP::bytes_of(velocities, prescribed, applied);
 }

@@ -70,11 +70,14 @@ class FixNVEEVP : public AtomRecords<NodalExchange<Fix>, EVP::LastPosition> {
     return solves ? (double) all_iterations / solves : 0.0;
   }
 
-  double memory_usage() override;
+  double memory_usage() override
+  {
+    return dampers.memory_usage() + bodies.memory_usage() + solver.memory_usage() +
+        AtomRecords::memory_usage() + EVP::bytes_of(velocities, prescribed, applied);
+  }
   void set_arrays(int i) override { domain->unmap(atom->x[i], atom->image[i], records[i].x); }
 
  private:
-  const std::string who;    // in messages
   class PairNetwork *pair = nullptr;
   int others_groupbits = 0;       // groups of the other fixes that move atoms by forces
   bool forces_follow = false;     // fixes defined later add forces, at set-up after its solve

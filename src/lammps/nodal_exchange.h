@@ -13,6 +13,8 @@
 #include "force.h"
 
 #include <algorithm>
+#include <string>
+#include <type_traits>
 #include <vector>
 
 namespace EVP {
@@ -44,7 +46,9 @@ namespace LAMMPS_NS {
 /// owners to ghosts, comm_reverse of them from ghosts to owners; three by default.
 template <class Base> class NodalExchange : public Base, public EVP::GhostExchange {
  public:
-  NodalExchange(LAMMPS *lmp, int narg, char **arg) : Base(lmp, narg, arg)
+  NodalExchange(LAMMPS *lmp, int narg, char **arg) :
+      Base(lmp, narg, arg), who(std::string(std::is_same_v<Base, Fix> ? "Fix " : "Compute ") +
+                                this->id + " " + this->style)
   {
     this->comm_forward = this->comm_reverse = 3;
   }
@@ -103,6 +107,9 @@ template <class Base> class NodalExchange : public Base, public EVP::GhostExchan
         for (int c = 0; c < width; c++) own[c] += buf[c];
     }
   }
+
+ protected:
+  const std::string who;    ///< in messages: Fix or Compute, its ID and style
 
  private:
   Nodal *exchanged = nullptr;

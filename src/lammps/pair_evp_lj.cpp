@@ -82,23 +82,23 @@ void PairEVPLJ::allocate()
   std::fill_n(setflag[0], n * n, 0);
   std::fill_n(cutsq[0], n * n, 0.0);
   coefficients.resize(atom->ntypes);
-  network.set_types(atom->ntypes);
+  network.cuts.set_types(atom->ntypes);
 }
 
 // pair_style evp/lj [contact literal|repulsive|none] [overlap 0.3]
 void PairEVPLJ::settings(int narg, char **arg)
 {
-  const char *const contacts[] = {"literal", "repulsive", "none"};
   EVP::NewPairs chosen = {Contact::LITERAL, 0.3};
   EVP::for_each_keyword(
       error, "Pair style evp/lj", narg, arg, {"contact", "overlap"}, " and ",
       [&](const EVP::Keyword &word) {
         if (word.is("contact")) {
-          const auto *found = std::find(std::begin(contacts), std::end(contacts), word.value);
-          if (found == std::end(contacts))
+          const auto *found =
+              std::find(std::begin(EVP::CONTACTS), std::end(EVP::CONTACTS), word.value);
+          if (found == std::end(EVP::CONTACTS))
             throw EVP::BadInput("contact must be literal, repulsive or none, got '" + word.value +
                                 "'");
-          chosen.contact = (Contact) (found - contacts);
+          chosen.contact = (Contact) (found - EVP::CONTACTS);
         } else {
           chosen.overlap = word.number();
           word.demand(chosen.overlap > 0.0 && chosen.overlap <= 1.0,
@@ -108,13 +108,6 @@ void PairEVPLJ::settings(int narg, char **arg)
   network.new_pairs = chosen;
   network.repack();
   offer_pair_values();
-}
-
-// p1 p2 p3 of compute pair/local. Before 2026 LAMMPS copies those of a sub-style of
-// pair_style hybrid without end, and crashes; there, asking for them is an error instead
-void PairEVPLJ::offer_pair_values()
-{
-  single_extra = strcmp(force->pair_style, "hybrid") == 0 ? 0 : NVALUES;
 }
 
 // pair_coeff I J e1 m1 n1 e2 m2 n2 xi_s gamma alpha, or pair_coeff I J FILE NAME

@@ -53,7 +53,12 @@ class PairEVPLJ : public Pair {
   bool velocities_sent = false;    // to ghosts, for the last forces
 
   void allocate();
-  void offer_pair_values();
+  // p1 p2 p3 of compute pair/local. Before 2026 LAMMPS copies those of a sub-style of
+  // pair_style hybrid without end, and crashes; there, asking for them is an error instead
+  void offer_pair_values()
+  {
+    single_extra = strcmp(force->pair_style, "hybrid") == 0 ? 0 : NVALUES;
+  }
   EVP::Row row_from_file(const char *file, const char *name) const;
   void check_host_settings() const;
   template <bool Damping> void compute_forces();

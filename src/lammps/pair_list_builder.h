@@ -4,6 +4,7 @@
 #define LMP_EVP_PAIR_LIST_BUILDER_H
 
 #include "core/bond_store.h"
+#include "core/memory.h"
 #include "core/coefficients.h"
 #include "core/pair_list.h"
 
@@ -15,6 +16,7 @@ namespace EVP {
 
 /// What acts between two particles that were not recorded as a pair.
 enum class Contact : int { LITERAL, REPULSIVE, NONE };
+constexpr const char *CONTACTS[] = {"literal", "repulsive", "none"};    ///< for users
 
 /// Of pairs that were not recorded.
 struct NewPairs {
@@ -57,11 +59,7 @@ class PairListBuilder : protected Pointers {
   /// have its deq; fix evp/bonds ensures that no two of them are within dlim.
   Found build(const Scene &, EVP::PairList &);
 
-  double memory_usage() const
-  {
-    return (double) ((last.slots.capacity() + now.slots.capacity()) * sizeof(int) +
-                     (last.rows.capacity() + now.rows.capacity()) * sizeof(Range));
-  }
+  double memory_usage() const { return EVP::bytes_of(last.slots, now.slots, last.rows, now.rows); }
 
  private:
   struct Range {

@@ -19,7 +19,8 @@ using EVP::Contact;
 using EVP::scene::rows;
 
 PairNetwork::PairNetwork(LAMMPS *lmp, Pair *style, EVP::Coefficients &coefficients_in) :
-    Pointers(lmp), ghosts(lmp, style), coefficients(coefficients_in), builder(lmp), snapshot(lmp)
+    Pointers(lmp), ghosts(lmp, style), cuts(lmp), coefficients(coefficients_in), builder(lmp),
+    snapshot(lmp)
 {
 }
 
@@ -100,47 +101,15 @@ PairNetwork::Counts PairNetwork::count_pairs() const
   return {sums[0], sums[1], sums[2], lowest < HUGE_VAL ? lowest : 0.0};
 }
 
-void PairNetwork::set_types(int ntypes)
-{
-  max_radius.assign(ntypes + 1, 0.0);
-  min_radius.assign(ntypes + 1, 0.0);
-  reach.assign((size_t) (ntypes + 1) * (ntypes + 1), -1.0);
-}
-
 void PairNetwork::begin_run()
 {
-  find_max_radii();
+  cuts.begin_run();
   find_bonds();
   const Fix *implicit = EVP::scene::find_fix(modify, "nve/evp");
   implicit_groupbit = implicit ? implicit->groupbit : 0;
-  std::fill(reach.begin(), reach.end(), -1.0);
   any_gamma = scene_checked = overlap_warned = false;
   repack_due = true;
   snapshot.forget();
-}
-
-void PairNetwork::find_max_radii()
-{
-  const int ntypes = (int) max_radius.size();
-  std::fill(max_radius.begin(), max_radius.end(), 0.0);
-  std::fill(min_radius.begin(), min_radius.end(), HUGE_VAL);
-  for (int i = 0; i < atom->nlocal; i++) {
-    const int type = atom->type[i];
-    const double radius = atom->radius[i];
-    max_radius[type] = std::max(max_radius[type], radius);
-    min_radius[type] = std::min(min_radius[type], std::isfinite(radius) ? radius : -HUGE_VAL);
-  }
-  MPI_Allreduce(MPI_IN_PLACE, max_radius.data(), ntypes, MPI_DOUBLE, MPI_MAX, world);
-  MPI_Allreduce(MPI_IN_PLACE, min_radius.data(), ntypes, MPI_DOUBLE, MPI_MIN, world);
-
-  // particles to come
-  for (Fix *fix : modify->get_fix_list())
-    if (utils::strmatch(fix->style, "^pour") || utils::strmatch(fix->style, "^deposit"))
-      for (int type = 1; type < ntypes; type++) {
-        int itype = type;
-        const auto *radius = (const double *) fix->extract("radius", itype);
-        if (radius) max_radius[type] = std::max(max_radius[type], *radius);
-      }
 }
 
 // once there were records, going on without them would silently change the material
@@ -172,65 +141,20 @@ void PairNetwork::note_bonds()
     bonds_id = EVP::scene::find_fix(modify, "evp/bonds")->id;
 }
 
-double &PairNetwork::reach_of(int i, int j)
-{
-  return reach[std::min(i, j) * max_radius.size() + std::max(i, j)];
-}
-
-// pair_style hybrid may have given a pair of types with coefficients here to another sub-style:
-// handle() is called for ours only
-bool PairNetwork::handles(int i, int j) const
-{
-  return !reach.empty() && const_cast<PairNetwork *>(this)->reach_of(i, j) >= 0.0;
-}
-
 double PairNetwork::handle(int i, int j)
 {
-  const double smallest = std::min(min_radius[i], min_radius[j]);
-  if (!(smallest > 0.0))
-    error->all(
-        FLERR,
-        "Pair evp/lj needs particles with a radius above zero, and finite, found {} in types {} "
-        "and {}: use 'set ... diameter'",
-        smallest, i, j);
   EVP::Row row;
   EVP::stop_at_bad_input(error, fmt::format("Pair evp/lj, types {} and {}", i, j), [&] {
     row = coefficients.make_law(i, j);
   });
   repack();
   if (row.gamma > 0.0) any_gamma = true;    // fix adapt may have switched it on
-
-  // called once at set-up, and again by fix adapt while the neighbor list keeps its reach
-  const double cut = row.alpha * (max_radius[i] + max_radius[j]) * (1.0 + EVP::LIST_MARGIN);
-  double &longest = reach_of(i, j);
-  if (longest < 0.0) longest = cut;
-  if (cut > longest * (1.0 + 1.0e-12))
-    error->all(
-        FLERR,
-        "Pair evp/lj, types {} and {}: alpha must not grow during a run, as the neighbor list "
-        "keeps its reach: start with the largest, or split the run there",
-        i, j);
-  return cut;
-}
-
-// once per run, when all pairs of types are known: before the first forces, by all MPI ranks
-void PairNetwork::check_scene()
-{
-  scene_checked = true;
-  report();
-
-  // radii of types that this style does not handle may grow
-  for (int i = 1; i <= atom->ntypes; i++) {
-    bool handled = false;
-    for (int j = 1; j <= atom->ntypes; j++) handled = handled || handles(i, j);
-    if (!handled) max_radius[i] = HUGE_VAL;
-  }
+  return cuts.handle(i, j, row.alpha);
 }
 
 // one line of the active effects, again only when it changes
 void PairNetwork::report()
 {
-  const char *contact[] = {"literal", "repulsive", "none"};
   std::string line = "evp/lj: ";
   if (!any_gamma)
     line += "damping off";
@@ -238,7 +162,7 @@ void PairNetwork::report()
     line += !damping_acts()  ? "damping off (minimization)"
         : damps_implicitly() ? "damping by fix nve/evp"
                              : "damping on";
-  line += fmt::format(", new contacts {}", contact[(int) new_pairs.contact]);
+  line += fmt::format(", new contacts {}", EVP::CONTACTS[(int) new_pairs.contact]);
   line += store
       ? fmt::format(", deq of bonds from fix {}", EVP::scene::find_fix(modify, "evp/bonds")->id)
       : ", no fix evp/bonds: every pair has deq = R_i + R_j";
@@ -253,7 +177,7 @@ void PairNetwork::report()
                    "Pair evp/lj with contact none and without fix evp/bonds: nothing acts at all");
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++)
-      if (handles(i, j) && alpha_of(i, j) < 1.4 && new_pairs.contact == Contact::LITERAL)
+      if (cuts.handles(i, j) && alpha_of(i, j) < 1.4 && new_pairs.contact == Contact::LITERAL)
         error->warning(FLERR,
                        "Pair evp/lj, types {} and {}: alpha = {} is below 1.4, where literal new "
                        "contacts can pull the body together; use contact repulsive or none",
@@ -272,13 +196,17 @@ void PairNetwork::pack_if_due(const NeighList *neighbors)
 
 void PairNetwork::pack(const NeighList *neighbors, bool collective)
 {
-  if (collective) note_bonds();
-  if (collective && !scene_checked) check_scene();
-  check_radii();
   if (collective) {
+    note_bonds();
+    if (!scene_checked) {    // now that all pairs of types are known
+      scene_checked = true;
+      report();
+      cuts.admit_all_radii_elsewhere();
+    }
     check_weights();
     list.common_build++;
   }
+  cuts.check_radii();
   snapshot.take_atoms(!atom->avec->comm_x_only);
   list.nlocal = atom->nlocal;
   list.nall = atom->nlocal + atom->nghost;
@@ -291,7 +219,7 @@ void PairNetwork::pack(const NeighList *neighbors, bool collective)
 
   coefficients.choose_block_law(
       [this](int i, int j) {
-        return handles(i, j);
+        return cuts.handles(i, j);
       },
       explicit_damping && implicit_groupbit);
 }
@@ -334,17 +262,4 @@ void PairNetwork::check_weights() const
                  "Pair evp/lj takes special_bonds weights 0 or 1 only, got {}: the force of a pair "
                  "is whole or absent",
                  force->special_lj[k]);
-}
-
-// the neighbor list reaches alpha (R_i + R_j) for the radii at set-up only
-void PairNetwork::check_radii() const
-{
-  for (int i = 0; i < atom->nlocal; i++)
-    if (atom->radius[i] > max_radius[atom->type[i]])
-      error->one(
-          FLERR,
-          "Pair evp/lj: the radius of atom {} is {:.8g}, but the cut-off was set for at most "
-          "{:.8g} in its type: radii must not grow past the largest at the start of the run; "
-          "split the run there",
-          atom->tag[i], atom->radius[i], max_radius[atom->type[i]]);
 }

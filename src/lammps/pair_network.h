@@ -6,6 +6,7 @@
 #include "core/bond_store.h"
 #include "core/coefficients.h"
 #include "core/pair_list.h"
+#include "cut_offs.h"
 #include "ghost_update.h"
 #include "list_snapshot.h"
 #include "pair_list_builder.h"
@@ -85,20 +86,17 @@ class PairNetwork : protected Pointers {
   /// dlim/(R_i + R_j) of a pair of atom types, 0 where this style does not act. Known after init().
   double alpha_of(int itype, int jtype) const
   {
-    return handles(itype, jtype) ? coefficients.row(itype, jtype).alpha : 0.0;
+    return cuts.handles(itype, jtype) ? coefficients.row(itype, jtype).alpha : 0.0;
   }
 
   /// The same as the coefficients have it, before init() too.
   double alpha_given(int itype, int jtype) const
   {
-    return reach.empty() ? 0.0 : coefficients.row(itype, jtype).alpha;
+    return cuts.has_types() ? coefficients.row(itype, jtype).alpha : 0.0;
   }
 
   /// Largest cut-off of the pairs of types that this style handles [length].
-  double longest_cut() const
-  {
-    return reach.empty() ? 0.0 : *std::max_element(reach.begin(), reach.end());
-  }
+  double longest_cut() const { return cuts.longest(); }
 
   /// Were the pairs packed from the neighbor list as it is now, and from the atoms here?
   bool is_packed() const;
@@ -110,10 +108,11 @@ class PairNetwork : protected Pointers {
   /// Collective. Requires is_present().
   Counts count_pairs() const;
 
-  // what the pair style sets and calls
+  // what the pair style tells
 
   EVP::NewPairs new_pairs{EVP::Contact::LITERAL, 0.3};
   GhostUpdate ghosts;
+  CutOffs cuts;
 
   /// At init_style(): radii, bonds and fix nve/evp of the run to come.
   void begin_run();
@@ -121,11 +120,8 @@ class PairNetwork : protected Pointers {
   /// At init_one(): this style acts between two types. Returns the cut-off for the neighbor list.
   double handle(int itype, int jtype);
 
-  /// Types or coefficients have changed since the last packing.
+  /// Types and coefficients are others than at the last packing.
   void repack() { repack_due = true; }
-
-  /// Makes room for the types.
-  void set_types(int ntypes);
 
   /// Before the forces: packs the pairs if the neighbor list, the bonds or radii have changed.
   void pack_if_due(const class NeighList *);
@@ -145,9 +141,6 @@ class PairNetwork : protected Pointers {
   PairListBuilder builder;
   ListSnapshot snapshot;
 
-  std::vector<double> max_radius, min_radius;    // per type, when the cut-offs were set
-  std::vector<double>
-      reach;    // [type][type] cut-offs of the neighbor list, below 0 where not handled
   bool any_gamma = false, explicit_damping = false;
   bool scene_checked = false, overlap_warned = false, repack_due = true;
   int implicit_groupbit = 0;    // of fix nve/evp
@@ -158,16 +151,11 @@ class PairNetwork : protected Pointers {
   std::string bonds_id;                           // fix that recorded the bonds; empty: none did
   std::string dropped_bonds_id;                   // fix that had recorded and was unfixed
 
-  double &reach_of(int itype, int jtype);
-  bool handles(int itype, int jtype) const;
-  void find_max_radii();
   void find_bonds();
   void note_bonds();
-  void check_scene();
   void report();
   void pack(const class NeighList *, bool collective);
   void agree_on_pairs(const PairListBuilder::Found &);
-  void check_radii() const;
   void check_weights() const;
 };
 
