@@ -6,9 +6,9 @@
 #include "core/memory.h"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <utility>
 #include <vector>
 
@@ -150,10 +150,10 @@ class BondStore {
   int pack(int i, double *buf) const
   {
     double *at = buf;
-    *at++ = bits_of(recorded_as[i]);
-    *at++ = bits_of((int64_t) bonds[i].size());
+    *at++ = bits_as<double>(recorded_as[i]);
+    *at++ = bits_as<double>((int64_t) bonds[i].size());
     for (size_t slot = 0; slot < bonds[i].size(); slot++) {
-      *at++ = bits_of(bonds[i][slot].partner);
+      *at++ = bits_as<double>(bonds[i][slot].partner);
       *at++ = bonds[i][slot].deq;
       if (nvalues) at = std::copy_n(&values[i][slot * nvalues], nvalues, at);
     }
@@ -162,13 +162,13 @@ class BondStore {
   int unpack(int i, const double *buf)
   {
     const double *at = buf;
-    recorded_as[i] = integer_of(*at++);
-    const auto n = (size_t) integer_of(*at++);
+    recorded_as[i] = bits_as<int64_t>(*at++);
+    const auto n = (size_t) bits_as<int64_t>(*at++);
     give_back_room(i, n);
     bonds[i].resize(n);
     if (nvalues) values[i].resize(n * nvalues);
     for (size_t slot = 0; slot < n; slot++) {
-      bonds[i][slot] = {integer_of(at[0]), at[1]};
+      bonds[i][slot] = {bits_as<int64_t>(at[0]), at[1]};
       if (nvalues) std::copy_n(at + 2, nvalues, &values[i][slot * nvalues]);
       at += 2 + nvalues;
     }
@@ -214,18 +214,75 @@ class BondStore {
   {
     if (bonds[i].capacity() > 2 * needed + 16) Bonds().swap(bonds[i]);
   }
+};
 
-  static double bits_of(int64_t integer)
+/// Looks the records of one atom up by partner, for neighbor after neighbor.
+///
+/// Neighbor lists hardly change their order from one build to the next, so that the slots that the
+/// last list found, in its order, mostly name the next one: one comparison then finds it. Neighbors
+/// without a record mostly fail at a filter, made where the first of them turns up.
+class RecordFinder {
+ public:
+  /// Slots that are expected next, in this order; any numbers will do.
+  struct Hints {
+    const int *begin, *end;
+  };
+
+  RecordFinder(const BondStore::Bonds &records_in, Hints hints_in) :
+      records(records_in.data()), n((int) records_in.size()), hints(hints_in)
   {
-    double word;
-    std::memcpy(&word, &integer, sizeof(word));
-    return word;
   }
-  static int64_t integer_of(double word)
+
+  /// Slot of the record with that partner, -1 if there is none. Asked again, as for another image of
+  /// the same partner, it is found again.
+  int find(int64_t partner)
   {
-    int64_t integer;
-    std::memcpy(&integer, &word, sizeof(integer));
-    return integer;
+    if (hints.begin != hints.end) {
+      const int slot = *hints.begin;
+      if ((unsigned) slot < (unsigned) n && records[slot].partner == partner) {
+        hints.begin++;
+        return slot;
+      }
+    }
+    return n ? search(partner) : -1;
+  }
+
+ private:
+  const Bond *const records;
+  const int n;
+  Hints hints;
+  bool filtered = false;
+  std::array<uint64_t, 8> filter;    // of 512 bits, those that the partners' hashes name
+
+  static unsigned hash(int64_t partner)
+  {
+    return (unsigned) (((uint64_t) partner * 0x9E3779B97F4A7C15ULL) >> 55);    // golden ratio
+  }
+  static uint64_t mask(unsigned bit) { return (uint64_t) 1 << bit % 64; }
+
+  int search(int64_t partner)
+  {
+    if (!filtered) {
+      filtered = true;
+      filter.fill(0);
+      for (int slot = 0; slot < n; slot++) {
+        const unsigned bit = hash(records[slot].partner);
+        filter[bit / 64] |= mask(bit);
+      }
+    }
+    const unsigned bit = hash(partner);
+    if (!(filter[bit / 64] & mask(bit))) return -1;
+
+    const Bond *const at =
+        std::lower_bound(records, records + n, partner, [](const Bond &bond, int64_t id) {
+          return bond.partner < id;
+        });
+    if (at == records + n || at->partner != partner) return -1;
+    const int slot = (int) (at - records);
+    const int *const near_end = hints.begin + std::min<ptrdiff_t>(hints.end - hints.begin, 64);
+    const int *const hint = std::find(hints.begin, near_end, slot);
+    if (hint != near_end) hints.begin = hint + 1;
+    return slot;
   }
 };
 
