@@ -6,9 +6,10 @@
 #include "core/memory.h"
 
 #include <algorithm>
-#include <array>
+#include <bitset>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -87,9 +88,14 @@ class BondStore {
   /// The bond of a local atom with a partner, nullptr if they were not recorded.
   const Bond *find(int i, int64_t partner) const
   {
-    const auto at =
-        std::lower_bound(bonds[i].begin(), bonds[i].end(), Bond{partner, 0.0}, precedes);
-    return at == bonds[i].end() || at->partner != partner ? nullptr : &*at;
+    return find(bonds[i].data(), bonds[i].data() + bonds[i].size(), partner);
+  }
+
+  /// The same among sorted records.
+  static const Bond *find(const Bond *begin, const Bond *end, int64_t partner)
+  {
+    const Bond *const at = std::lower_bound(begin, end, Bond{partner, 0.0}, precedes);
+    return at == end || at->partner != partner ? nullptr : at;
   }
 
   /// Asks the memory for the records of an atom that is next but a few, for 32 of them at most.
@@ -251,33 +257,23 @@ class RecordFinder {
   const Bond *const records;
   const int n;
   Hints hints;
-  bool filtered = false;
-  std::array<uint64_t, 8> filter;    // of 512 bits, those that the partners' hashes name
+  std::optional<std::bitset<512>> filter;    // the bits that the partners' hashes name
 
   static unsigned hash(int64_t partner)
   {
     return (unsigned) (((uint64_t) partner * 0x9E3779B97F4A7C15ULL) >> 55);    // golden ratio
   }
-  static uint64_t mask(unsigned bit) { return (uint64_t) 1 << bit % 64; }
 
   int search(int64_t partner)
   {
-    if (!filtered) {
-      filtered = true;
-      filter.fill(0);
-      for (int slot = 0; slot < n; slot++) {
-        const unsigned bit = hash(records[slot].partner);
-        filter[bit / 64] |= mask(bit);
-      }
+    if (!filter) {
+      filter.emplace();
+      for (int slot = 0; slot < n; slot++) (*filter)[hash(records[slot].partner)] = true;
     }
-    const unsigned bit = hash(partner);
-    if (!(filter[bit / 64] & mask(bit))) return -1;
+    if (!(*filter)[hash(partner)]) return -1;
 
-    const Bond *const at =
-        std::lower_bound(records, records + n, partner, [](const Bond &bond, int64_t id) {
-          return bond.partner < id;
-        });
-    if (at == records + n || at->partner != partner) return -1;
+    const Bond *const at = BondStore::find(records, records + n, partner);
+    if (!at) return -1;
     const int slot = (int) (at - records);
     const int *const near_end = hints.begin + std::min<ptrdiff_t>(hints.end - hints.begin, 64);
     const int *const hint = std::find(hints.begin, near_end, slot);
