@@ -12,7 +12,8 @@
 
 namespace EVP {
 
-/// The arrays, of n values each and apart from each other, of a solve of (M + h C) v = b by conjugate gradients, preconditioned by M.
+/// The arrays, of n values each and apart from each other, of a solve of (M + h C) v = b by conjugate
+/// gradients, preconditioned by M.
 struct CgArrays {
   const double *mobility, *inertia;    ///< M^-1 and M, both zero where v is prescribed
   double *change;                      ///< v minus a first guess of it

@@ -6,9 +6,10 @@
 #include "core/memory.h"
 
 #include <algorithm>
+#include <bitset>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -88,9 +89,14 @@ class BondStore {
   /// The bond of a local atom with a partner, nullptr if they were not recorded.
   const Bond *find(int i, int64_t partner) const
   {
-    const auto at =
-        std::lower_bound(bonds[i].begin(), bonds[i].end(), Bond{partner, 0.0}, precedes);
-    return at == bonds[i].end() || at->partner != partner ? nullptr : &*at;
+    return find(bonds[i].data(), bonds[i].data() + bonds[i].size(), partner);
+  }
+
+  /// The same among sorted records.
+  static const Bond *find(const Bond *begin, const Bond *end, int64_t partner)
+  {
+    const Bond *const at = std::lower_bound(begin, end, Bond{partner, 0.0}, precedes);
+    return at == end || at->partner != partner ? nullptr : at;
   }
 
   /// Prefetches the records of an atom that is needed soon, 32 of them at most.
@@ -151,10 +157,10 @@ class BondStore {
   int pack(int i, double *buf) const
   {
     double *at = buf;
-    *at++ = bits_of(recorded_as[i]);
-    *at++ = bits_of((int64_t) bonds[i].size());
+    *at++ = bits_as<double>(recorded_as[i]);
+    *at++ = bits_as<double>((int64_t) bonds[i].size());
     for (size_t slot = 0; slot < bonds[i].size(); slot++) {
-      *at++ = bits_of(bonds[i][slot].partner);
+      *at++ = bits_as<double>(bonds[i][slot].partner);
       *at++ = bonds[i][slot].deq;
       if (nvalues) at = std::copy_n(&values[i][slot * nvalues], nvalues, at);
     }
@@ -163,13 +169,13 @@ class BondStore {
   int unpack(int i, const double *buf)
   {
     const double *at = buf;
-    recorded_as[i] = integer_of(*at++);
-    const auto n = (size_t) integer_of(*at++);
+    recorded_as[i] = bits_as<int64_t>(*at++);
+    const auto n = (size_t) bits_as<int64_t>(*at++);
     give_back_room(i, n);
     bonds[i].resize(n);
     if (nvalues) values[i].resize(n * nvalues);
     for (size_t slot = 0; slot < n; slot++) {
-      bonds[i][slot] = {integer_of(at[0]), at[1]};
+      bonds[i][slot] = {bits_as<int64_t>(at[0]), at[1]};
       if (nvalues) std::copy_n(at + 2, nvalues, &values[i][slot * nvalues]);
       at += 2 + nvalues;
     }
@@ -216,18 +222,65 @@ class BondStore {
   {
     if (bonds[i].capacity() > 2 * needed + 16) Bonds().swap(bonds[i]);
   }
+};
 
-  static double bits_of(int64_t integer)
+/// Looks the records of one atom up by partner, for neighbor after neighbor.
+///
+/// Neighbor lists hardly change their order from one build to the next, so that the slots that the
+/// last list found, in its order, mostly name the next one: one comparison then finds it. Neighbors
+/// without a record mostly fail at a filter, made where the first of them turns up.
+class RecordFinder {
+ public:
+  /// Slots that are expected next, in this order; any numbers will do.
+  struct Hints {
+    const int *begin, *end;
+  };
+
+  RecordFinder(const BondStore::Bonds &records_in, Hints hints_in) :
+      records(records_in.data()), n((int) records_in.size()), hints(hints_in)
   {
-    double word;
-    std::memcpy(&word, &integer, sizeof(word));
-    return word;
   }
-  static int64_t integer_of(double word)
+
+  /// Slot of the record with that partner, -1 if there is none. Asked again, as for another image of
+  /// the same partner, it is found again.
+  int find(int64_t partner)
   {
-    int64_t integer;
-    std::memcpy(&integer, &word, sizeof(integer));
-    return integer;
+    if (hints.begin != hints.end) {
+      const int slot = *hints.begin;
+      if ((unsigned) slot < (unsigned) n && records[slot].partner == partner) {
+        hints.begin++;
+        return slot;
+      }
+    }
+    return n ? search(partner) : -1;
+  }
+
+ private:
+  const Bond *const records;
+  const int n;
+  Hints hints;
+  std::optional<std::bitset<512>> filter;    // the bits that the partners' hashes name
+
+  static unsigned hash(int64_t partner)
+  {
+    return (unsigned) (((uint64_t) partner * 0x9E3779B97F4A7C15ULL) >> 55);    // golden ratio
+  }
+
+  int search(int64_t partner)
+  {
+    if (!filter) {
+      filter.emplace();
+      for (int slot = 0; slot < n; slot++) (*filter)[hash(records[slot].partner)] = true;
+    }
+    if (!(*filter)[hash(partner)]) return -1;
+
+    const Bond *const at = BondStore::find(records, records + n, partner);
+    if (!at) return -1;
+    const int slot = (int) (at - records);
+    const int *const near_end = hints.begin + std::min<ptrdiff_t>(hints.end - hints.begin, 64);
+    const int *const hint = std::find(hints.begin, near_end, slot);
+    if (hint != near_end) hints.begin = hint + 1;
+    return slot;
   }
 };
 

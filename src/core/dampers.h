@@ -107,13 +107,9 @@ class Dampers {
       const double over_d = root / p.distance();
       dampers[n] = {{over_d * p.g.dx, over_d * p.g.dy, over_d * p.g.dz}, p.j, p.index};
       scale[n] = over_d;
-      if (p.i != i) {
-        if (n) rows.back().last = n;
-        rows.push_back({i = p.i, n, n});
-      }
-      n++;
+      if (p.i != i) rows.push_back({i = p.i, n, n});
+      rows.back().last = ++n;
     });
-    if (n) rows.back().last = n;
     dampers.resize(n);
   }
 

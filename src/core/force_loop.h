@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <type_traits>
 
 // Rows are short: the overhead of the loop counts.
 #if defined(__clang__)
@@ -55,10 +54,10 @@ struct PairRange {
 /// Lists of more pairs do not stay in the caches: there prefetching pays, else it costs 4 %.
 constexpr int CACHED_PAIRS = 400000;
 
-/// A tally that is never called and costs nothing.
+/// A tally that costs nothing.
 struct NoTally {
-  static constexpr bool active = false;
   static constexpr bool energy = false;
+  void operator()(const PairRange &, const Block &) const {}
 };
 
 /// Relative positions of the pairs of a range; with damping how fast they part, times distance.
@@ -123,12 +122,11 @@ inline void scatter(const PairList &list, const ParticleView &view, const PairRa
 /// else. Everything a pair needs was looked up when the list was packed. Pairs are gathered in blocks,
 /// the law goes over a block at once, the forces are scattered.
 ///
-/// tally(range, block) is called per block, before the forces are scattered, where Tally::active.
+/// tally(range, block) is called per block, before the forces are scattered.
 template <bool Damping, class Tally>
 void accumulate_forces(const PairList &list, const BlockLaw &law, const ParticleView &view,
                        Tally &&tally)
 {
-  using T = std::decay_t<Tally>;
   const int npairs = (int) list.pairs.size();
   Block block;
   PairRange range = {list.rows.data(), 0, 0};
@@ -138,7 +136,7 @@ void accumulate_forces(const PairList &list, const BlockLaw &law, const Particle
     if (npairs > CACHED_PAIRS) list.pairs.prefetch(range.first + 4 * Block::SIZE, Block::SIZE);
     gather<Damping>(list, view, range, block);
     law(block, Damping, tally.energy);
-    if constexpr (T::active) tally(range, block);
+    tally(range, block);
     scatter(list, view, range, block);
   }
 }
@@ -171,7 +169,6 @@ class LaneSum {
 /// Energy [energy] and virial (sum of r F as xx yy zz xy xz yz) [energy] of the pairs of a list.
 class SumTally {
  public:
-  static constexpr bool active = true;
   const bool energy;    ///< energies are wanted
 
   /// nreact: pairs with a partner beyond it count half, as the MPI rank that owns it has them too.

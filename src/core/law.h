@@ -132,9 +132,6 @@ class Law {
     return second.stiffness(1.0 / (r - beyond(xi).offset)) / (deq * deq);
   }
 
-  /// m1 n1 e1 / deq^2 [energy/length^2]: the stiffness at d = deq.
-  double stiffness_at_rest(double deq) const { return row.m1 * row.n1 * row.e1 / (deq * deq); }
-
   /// The largest stiffness that a pair at d can have in the steps to come [energy/length^2]: that at
   /// d, and those where either regime begins, m1 n1 e1/deq^2 at rest and m2 n2 e2/deq^2 at xi_s.
   double stiffness_ahead(double d, double deq) const

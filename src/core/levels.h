@@ -1,21 +1,18 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//
-// Instruction sets that loops are compiled for, one of which a machine takes when it runs.
-// Pure C++17. Files that use the macros must be compiled with -ffp-contract=off: a fused
-// multiply-add on one machine only would give it other numbers.
+// Files that use the macros must be compiled with -ffp-contract=off: a fused multiply-add on one
+// machine only would give it other numbers.
 
 #ifndef EVP_CORE_LEVELS_H
 #define EVP_CORE_LEVELS_H
 
 // Compilers and machines without a choice of instruction set at run time use the base.
 #if defined(__GNUC__) && defined(__x86_64__)
-#define EVP_HAS_LEVELS 1
+#define EVP_HAS_LEVELS
 #define EVP_INLINE __attribute__((always_inline)) inline
 #define EVP_KERNEL __attribute__((always_inline))
 #define EVP_AVX2 __attribute__((target("avx2")))
 #define EVP_AVX512 __attribute__((target("avx512f")))
 #else
-#define EVP_HAS_LEVELS 0
 #define EVP_INLINE inline
 #define EVP_KERNEL
 #define EVP_AVX2
@@ -33,13 +30,14 @@
 
 namespace EVP {
 
-/// Instruction sets that loops were compiled for; a machine has all up to its best.
+/// Instruction sets that loops are compiled for, one of which a machine takes when it runs; it has all
+/// up to its best.
 enum class Level { BASE, AVX2, AVX512 };
 
 /// The best that this compiler and this machine have.
 inline Level best_level()
 {
-#if EVP_HAS_LEVELS
+#ifdef EVP_HAS_LEVELS
   __builtin_cpu_init();
   if (__builtin_cpu_supports("avx512f")) return Level::AVX512;
   if (__builtin_cpu_supports("avx2")) return Level::AVX2;

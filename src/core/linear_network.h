@@ -3,12 +3,91 @@
 #ifndef EVP_CORE_LINEAR_NETWORK_H
 #define EVP_CORE_LINEAR_NETWORK_H
 
-#include "core/lanczos.h"
+#include "core/memory.h"
 
+#include <algorithm>
+#include <cmath>
 #include <functional>
+#include <numeric>
+#include <utility>
 #include <vector>
 
 namespace EVP {
+
+/// Largest eigenvalue of the symmetric tridiagonal matrix with the given diagonal and off-diagonal,
+/// by bisection on the number of negative pivots (Sturm). off[k] couples k and k + 1.
+inline double largest_tridiagonal_eigenvalue(const std::vector<double> &diagonal,
+                                             const std::vector<double> &off)
+{
+  const size_t n = diagonal.size();
+  double low = diagonal[0], high = diagonal[0];
+  for (size_t k = 0; k < n; k++) {
+    const double radius =
+        (k > 0 ? std::fabs(off[k - 1]) : 0.0) + (k + 1 < n ? std::fabs(off[k]) : 0.0);
+    low = std::max(low, diagonal[k]);    // a Rayleigh quotient, hence no larger than the answer
+    high = std::max(high, diagonal[k] + radius);
+  }
+  const auto all_below = [&](double bound) {
+    double pivot = 1.0;
+    for (size_t k = 0; k < n; k++) {
+      pivot = diagonal[k] - bound - (k > 0 ? off[k - 1] * off[k - 1] / pivot : 0.0);
+      if (pivot >= 0.0) return false;
+    }
+    return true;
+  };
+  while (high - low > 1e-12 * std::max(std::fabs(high), std::fabs(low))) {
+    const double middle = 0.5 * (low + high);
+    if (middle == low || middle == high) break;
+    (all_below(middle) ? high : low) = middle;
+  }
+  return high;
+}
+
+struct LanczosResult {
+  double eigenvalue;    ///< largest Ritz value, approached from below
+  int iterations;
+  bool converged;
+};
+
+/// Largest eigenvalue of the symmetric positive semi-definite operator `apply(in, out)`.
+///
+/// start is the first vector (any length, may be empty on this rank; overwritten), dot(a, b) the
+/// inner product over all ranks. Stops when four iterations in a row together raised the value by less
+/// than tolerance of itself, when the Krylov space is exhausted, or after max_iterations.
+template <class Apply, class Dot>
+LanczosResult largest_eigenvalue(std::vector<double> &start, Apply &&apply, Dot &&dot,
+                                 double tolerance, int max_iterations)
+{
+  const size_t n = start.size();
+  std::vector<double> &q = start;
+  std::vector<double> previous(n, 0.0), w(n, 0.0), diagonal, off;
+  const double norm = std::sqrt(dot(q, q));
+  if (!(norm > 0.0)) return {0.0, 0, true};
+  for (double &value : q) value /= norm;
+
+  double beta = 0.0;
+  std::vector<double> history;
+  for (int it = 1; it <= max_iterations; it++) {
+    apply(q, w);
+    const double alpha = dot(q, w);
+    for (size_t k = 0; k < n; k++) w[k] -= alpha * q[k] + beta * previous[k];
+    diagonal.push_back(alpha);
+    history.push_back(largest_tridiagonal_eigenvalue(diagonal, off));
+    const double value = history.back();
+
+    const size_t back = 4;
+    if (history.size() > back && value - history[history.size() - 1 - back] <= tolerance * value)
+      return {value, it, true};
+    beta = std::sqrt(dot(w, w));
+    if (beta <= 1e-14 * std::fabs(value) || value == 0.0) return {value, it, true};
+    off.push_back(beta);
+    for (size_t k = 0; k < n; k++) {
+      previous[k] = q[k];
+      q[k] = w[k] / beta;
+    }
+  }
+  return {history.empty() ? 0.0 : history.back(), max_iterations, false};
+}
 
 /// What one rank needs of the others, collective. Vectors hold three values per particle and ghost.
 struct RankExchange {
@@ -20,6 +99,11 @@ struct RankExchange {
 /// The matrices K and C of the pairs that interact, linearised at the present positions.
 class LinearNetwork {
  public:
+  /// Weights of axial stiffness, transverse stiffness and damping in a matrix.
+  struct Mix {
+    double axial, across, damping;
+  };
+
   /// A pair with at least one free particle. Forces on i are
   /// -(axial u u^T + across (1 - u u^T)) (x_i - x_j) and -damping u u^T (v_i - v_j).
   struct Link {
@@ -27,11 +111,13 @@ class LinearNetwork {
     double u[3];
     double axial, across;    ///< [force/length]
     double damping;          ///< [force/velocity]
-  };
 
-  /// Weights of axial stiffness, transverse stiffness and damping in a matrix.
-  struct Mix {
-    double axial, across, damping;
+    // of the link in a mixed matrix, axial u u^T + across 1
+    double across_in(const Mix &mix) const { return mix.across * across; }
+    double axial_in(const Mix &mix) const
+    {
+      return mix.axial * axial + mix.damping * damping - across_in(mix);
+    }
   };
 
   std::vector<Link> links;
@@ -43,20 +129,98 @@ class LinearNetwork {
 
   bool is_free(int i) const { return inverse_mass[i] > 0.0; }
 
-  /// Collective. Of M^-1/2 (mixed matrix) M^-1/2 over the free particles; errors: see lanczos.h.
-  LanczosResult largest_eigenvalue(const Mix &, double tolerance, int max_iterations);
+  /// Collective. Of M^-1/2 (mixed matrix) M^-1/2 over the free particles; errors: see
+  /// EVP::largest_eigenvalue().
+  LanczosResult largest_eigenvalue(const Mix &mix, double tolerance, int max_iterations)
+  {
+    double here = 0.0;
+    for (const Link &link : links)
+      here += mix.axial * link.axial + mix.across * link.across + mix.damping * link.damping;
+    if (exchange.sum(here) == 0.0) return {0.0, 0, true};
+
+    std::vector<double> vector = start;
+    return EVP::largest_eigenvalue(
+        vector,
+        [&](const auto &in, auto &out) {
+          apply(mix, in, out);
+        },
+        [&](const auto &a, const auto &b) {
+          return exchange.sum(std::inner_product(a.begin(), a.end(), b.begin(), 0.0));
+        },
+        tolerance, max_iterations);
+  }
 
   /// Collective. Gershgorin: sum of absolute values of each row of M^-1 (mixed matrix) over the free
   /// particles, three values per own particle, 0 where held. No eigenvalue is above the largest.
-  std::vector<double> row_sums(const Mix &) const;
+  std::vector<double> row_sums(const Mix &mix) const
+  {
+    // per particle: own block xx yy zz, xy xz yz, and absolute row sums towards free partners
+    std::vector<double> diagonal(3 * inverse_mass.size(), 0.0), off = diagonal, partners = diagonal;
+    for (const Link &link : links) {
+      const double across = link.across_in(mix), axial = link.axial_in(mix);
+      const auto product = [&](int a, int b) {
+        return axial * link.u[a] * link.u[b];
+      };
+      const double own[] = {product(0, 0) + across, product(1, 1) + across, product(2, 2) + across};
+      const double beside[] = {product(0, 1), product(0, 2), product(1, 2)};
+      const double xy = std::fabs(beside[0]), xz = std::fabs(beside[1]), yz = std::fabs(beside[2]);
+      const double rows[] = {std::fabs(own[0]) + xy + xz, std::fabs(own[1]) + xy + yz,
+                             std::fabs(own[2]) + xz + yz};
+      const auto add = [&](int i, int j) {
+        for (int c = 0; c < 3; c++) {
+          diagonal[(size_t) 3 * i + c] += own[c];
+          off[(size_t) 3 * i + c] += beside[c];
+          if (is_free(j)) partners[(size_t) 3 * i + c] += rows[c];
+        }
+      };
+      add(link.i, link.j);
+      if (link.j < nreact) add(link.j, link.i);
+    }
+    for (std::vector<double> *values : {&diagonal, &off, &partners}) exchange.to_owners(*values);
 
-  double memory_usage() const;
+    std::vector<double> sums(start.size());
+    for (size_t n = 0; n < sums.size(); n++) {
+      const double *b = &off[n - n % 3];
+      const double xy = std::fabs(b[0]), xz = std::fabs(b[1]), yz = std::fabs(b[2]);
+      const double beside[] = {xy + xz, xy + yz, xz + yz};
+      sums[n] = inverse_mass[n / 3] * (std::fabs(diagonal[n]) + beside[n % 3] + partners[n]);
+    }
+    return sums;
+  }
+
+  double memory_usage() const { return bytes_of(links, inverse_mass, start, motion, reaction); }
 
  private:
   RankExchange exchange;
   std::vector<double> motion, reaction;    // with ghosts
 
-  void apply(const Mix &, const std::vector<double> &in, std::vector<double> &out);
+  void apply(const Mix &mix, const std::vector<double> &in, std::vector<double> &out)
+  {
+    const auto scale = [this](const std::vector<double> &from, std::vector<double> &to) {
+      for (size_t i = 0; 3 * i < start.size(); i++) {
+        const double root = std::sqrt(inverse_mass[i]);
+        for (size_t k = 3 * i; k < 3 * i + 3; k++) to[k] = root * from[k];
+      }
+    };
+    motion.assign(3 * inverse_mass.size(), 0.0);
+    scale(in, motion);
+    exchange.to_ghosts(motion);
+
+    reaction.assign(motion.size(), 0.0);
+    for (const Link &link : links) {
+      const double *vi = &motion[(size_t) 3 * link.i], *vj = &motion[(size_t) 3 * link.j];
+      const double dv[] = {vi[0] - vj[0], vi[1] - vj[1], vi[2] - vj[2]};
+      const double along = link.u[0] * dv[0] + link.u[1] * dv[1] + link.u[2] * dv[2];
+      const double across = link.across_in(mix), axial = link.axial_in(mix);
+      for (int c = 0; c < 3; c++) {
+        const double y = axial * along * link.u[c] + across * dv[c];
+        reaction[(size_t) 3 * link.i + c] += y;
+        if (link.j < nreact) reaction[(size_t) 3 * link.j + c] -= y;
+      }
+    }
+    exchange.to_owners(reaction);
+    scale(reaction, out);
+  }
 };
 
 }    // namespace EVP

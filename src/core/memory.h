@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 
 namespace EVP {
 
@@ -12,6 +13,15 @@ namespace EVP {
 template <class... Vectors> double bytes_of(const Vectors &...vectors)
 {
   return (0.0 + ... + ((double) vectors.capacity() * sizeof(typename Vectors::value_type)));
+}
+
+/// The bits of a number as one of another type, of the same size.
+template <class To, class From> To bits_as(const From &from)
+{
+  static_assert(sizeof(To) == sizeof(From));
+  To to;
+  std::memcpy(&to, &from, sizeof(to));
+  return to;
 }
 
 /// FNV-1a of the bytes of n words, as a whole number that a double holds exactly: tells whether words

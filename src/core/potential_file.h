@@ -14,7 +14,12 @@ namespace EVP {
 /// The numbers of a row, checked; throws BadInput.
 inline Row parse_row(const std::vector<std::string> &words)
 {
-  return Law(parse_numbers(words)).parameters();
+  if (words.size() != NMEMBERS)
+    throw BadInput("expected " + std::to_string(NMEMBERS) + " values, got " +
+                   std::to_string(words.size()) + " (a row has " + row_keys() + ")");
+  Row row{};
+  for (int k = 0; k < NMEMBERS; k++) row.*MEMBERS[k].value = parse_number(MEMBERS[k].key, words[k]);
+  return Law(row).parameters();
 }
 
 /// The row called name of a potential file's text.

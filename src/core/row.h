@@ -110,17 +110,6 @@ inline std::string row_keys()
   return keys;
 }
 
-/// A row of numbers, which Law checks; throws BadInput where a word is no number.
-inline Row parse_numbers(const std::vector<std::string> &words)
-{
-  if (words.size() != NMEMBERS)
-    throw BadInput("expected " + std::to_string(NMEMBERS) + " values, got " +
-                   std::to_string(words.size()) + " (a row has " + row_keys() + ")");
-  Row row{};
-  for (int k = 0; k < NMEMBERS; k++) row.*MEMBERS[k].value = parse_number(MEMBERS[k].key, words[k]);
-  return row;
-}
-
 }    // namespace EVP
 
 #endif

@@ -18,6 +18,7 @@ namespace EVP {
 template <class T, size_t N>
 std::array<T, N> reduce_all(std::array<T, N> values, MPI_Op op, MPI_Comm world)
 {
+  static_assert(std::is_same_v<T, double> || std::is_same_v<T, int> || sizeof(T) == 8);
   const MPI_Datatype integer = sizeof(T) == sizeof(int) ? MPI_INT : MPI_LL;
   MPI_Allreduce(MPI_IN_PLACE, values.data(), N, std::is_same_v<T, double> ? MPI_DOUBLE : integer,
                 op, world);

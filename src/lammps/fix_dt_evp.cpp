@@ -120,7 +120,7 @@ void FixDtEVP::set_dt(bool at_setup)
     speed_reported = true;
   }
   if (stable_dt >= NO_LIMIT && fastest.dt >= NO_LIMIT && maximum >= NO_LIMIT &&
-      (at_setup || !may_meet))
+      (at_setup || !EVP::on_any(may_meet, world)))
     error->all(FLERR,
                "{}: at step {} no pair interacts or approaches another, so nothing limits the "
                "timestep: give 'max DT'",
@@ -130,7 +130,8 @@ void FixDtEVP::set_dt(bool at_setup)
 
 // Sets fastest: |u.(v_i - v_j)| dt <= 0.1 xi_s deq, over the pairs that interact or can until the next
 // check; flight and spin do not count here. Fix nve/evp resolves the damping of a pair that turns by up
-// to 0.1 rad. Returns whether any pair interacts, or approaches and so may at a later check
+// to 0.1 rad. Returns whether a pair of this MPI rank
+// interacts, or approaches and so may at a later check
 bool FixDtEVP::find_fastest(double dt)
 {
   const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
@@ -168,7 +169,7 @@ bool FixDtEVP::find_fastest(double dt)
   } mine = {fastest.dt, comm->me}, least;
   MPI_Allreduce(&mine, &least, 1, MPI_DOUBLE_INT, MPI_MINLOC, world);
   MPI_Bcast(&fastest, 4, MPI_DOUBLE, least.rank, world);
-  return EVP::on_any(meets, world);
+  return meets;
 }
 
 // all that LAMMPS tells of a new timestep, as the timestep command does

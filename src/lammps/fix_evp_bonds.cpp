@@ -121,10 +121,10 @@ void FixEVPBonds::check_box(const PairNetwork *network) const
   for (int c = 0; c < domain->dimension; c++)
     if (domain->periodicity[c] && height[c] < 2.0 * longest)
       error->all(FLERR,
-                 "Pair evp/lj: the periodic box is {:.6g} high along {}, less than two cut-offs of "
-                 "{:.6g}, so that a bond could meet its atom in two images: reduce alpha, or "
-                 "enlarge the box: {}",
-                 height[c], "xyz"[c], longest, how_to_replicate());
+                 "{}: the periodic box is {:.6g} high along {}, less than two cut-offs of {:.6g}, "
+                 "so that a bond could meet its atom in two images: reduce alpha, or enlarge the "
+                 "box: {}",
+                 who, height[c], "xyz"[c], longest, how_to_replicate());
 }
 
 void FixEVPBonds::check_ids() const
@@ -295,6 +295,8 @@ void FixEVPBonds::restart(char *buf)
         id);
   zone = state[1];
   records_due = bonds->has_recorded() && bonds->count() > 0;
+  PairNetwork *network = PairNetwork::find(force);
+  if (network && bonds->has_recorded()) network->hold(shown);
 }
 
 int FixEVPBonds::pack_restart(int i, double *buf)

@@ -32,7 +32,6 @@ namespace {
 /// Hands energies and forces to LAMMPS pair by pair: for per-atom values and compute */tally.
 class PairTally {
  public:
-  static constexpr bool active = true;
   const bool energy;
 
   PairTally(Pair *style_in, const EVP::PairList &list_in, int newton_in, bool energy_in) :

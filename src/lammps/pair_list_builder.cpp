@@ -2,7 +2,6 @@
 
 #include "pair_list_builder.h"
 
-#include "core/record_finder.h"
 #include "scene.h"
 
 #include "neigh_list.h"

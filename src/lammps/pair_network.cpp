@@ -137,6 +137,7 @@ void PairNetwork::note_bonds()
     if (!bonds_id.empty()) dropped_bonds_id = bonds_id;
     bonds_id.clear();
     store.reset();
+    repack_due = true;
   } else if (store->has_recorded() && bonds_id.empty())
     bonds_id = EVP::scene::find_fix(modify, "evp/bonds")->id;
 }

@@ -74,6 +74,9 @@ class PairNetwork : protected Pointers {
   /// Damping takes part in dynamics only: a minimizer has no velocities to damp.
   bool damping_acts() const { return any_gamma && update->whichflag != 2; }
 
+  /// Records came with a restart file: should their fix go before the next run, this network learns it.
+  void hold(const std::shared_ptr<const EVP::BondStore> &restored) { store = restored; }
+
   /// The records, nullptr before the recording and without fix evp/bonds.
   const EVP::BondStore *bonds() const
   {
@@ -108,7 +111,7 @@ class PairNetwork : protected Pointers {
   /// Collective. Requires is_present().
   Counts count_pairs() const;
 
-  // what the pair style tells
+  // what the pair style sets and calls
 
   EVP::NewPairs new_pairs{EVP::Contact::LITERAL, 0.3};
   GhostUpdate ghosts;
@@ -120,7 +123,7 @@ class PairNetwork : protected Pointers {
   /// At init_one(): this style acts between two types. Returns the cut-off for the neighbor list.
   double handle(int itype, int jtype);
 
-  /// Types and coefficients are others than at the last packing.
+  /// Types or coefficients have changed since the last packing.
   void repack() { repack_due = true; }
 
   /// Before the forces: packs the pairs if the neighbor list, the bonds or radii have changed.
@@ -130,10 +133,14 @@ class PairNetwork : protected Pointers {
   double new_pair_margin() const;
 
   /// ID of the fix that recorded, for restart files; empty without.
-  std::string recorder() const { return store && store->is_closed() ? "" : bonds_id; }
+  const std::string &recorder()
+  {
+    note_bonds();
+    return bonds_id;
+  }
   void set_recorder(const std::string &id) { bonds_id = id; }
 
-  double memory_usage() const { return list.memory_usage() + builder.memory_usage(); }
+  double memory_usage() const { return list.memory_usage() + builder.memory_usage() + snapshot.memory_usage(); }
 
  private:
   EVP::Coefficients &coefficients;

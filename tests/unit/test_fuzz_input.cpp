@@ -186,7 +186,7 @@ TEST(Fuzz, ParameterFileGivesALawOrARefusal)
                                law.energy(r * deq, deq, row.alpha * deq)};
       for (const double value : values) EXPECT_TRUE(std::isfinite(value)) << "at r = " << r;
     }
-    EXPECT_GE(law.stiffness_at_rest(deq), 0.0);
+    EXPECT_GE(law.stiffness(deq, deq), 0.0);
     EXPECT_GE(row.gamma, 0.0);
   });
 }
