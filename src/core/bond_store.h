@@ -6,10 +6,9 @@
 #include "core/memory.h"
 
 #include <algorithm>
-#include <bitset>
+#include <array>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <utility>
 #include <vector>
 
@@ -259,20 +258,27 @@ class RecordFinder {
   const Bond *const records;
   const int n;
   Hints hints;
-  std::optional<std::bitset<512>> filter;    // the bits that the partners' hashes name
+  bool filtered = false;
+  std::array<uint64_t, 8> filter;    // of 512 bits, those that the partners' hashes name
 
   static unsigned hash(int64_t partner)
   {
     return (unsigned) (((uint64_t) partner * 0x9E3779B97F4A7C15ULL) >> 55);    // golden ratio
   }
+  static uint64_t mask(unsigned bit) { return (uint64_t) 1 << bit % 64; }
 
   int search(int64_t partner)
   {
-    if (!filter) {
-      filter.emplace();
-      for (int slot = 0; slot < n; slot++) (*filter)[hash(records[slot].partner)] = true;
+    if (!filtered) {
+      filtered = true;
+      filter.fill(0);
+      for (int slot = 0; slot < n; slot++) {
+        const unsigned bit = hash(records[slot].partner);
+        filter[bit / 64] |= mask(bit);
+      }
     }
-    if (!(*filter)[hash(partner)]) return -1;
+    const unsigned bit = hash(partner);
+    if (!(filter[bit / 64] & mask(bit))) return -1;
 
     const Bond *const at = BondStore::find(records, records + n, partner);
     if (!at) return -1;
