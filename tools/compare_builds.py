@@ -34,7 +34,6 @@ from evp.run import CHECKOUT, RunError, lammps_command
 LOOP = re.compile(r"^Loop time of (\S+) on .*?^(\S+)% CPU use with", re.M | re.S)
 TURNS = 15  # of each build in a round
 MEDIUM, LARGE = 13, 25  # cells of the lattice: 8788 and 62 500 spheres
-EXPECTED = 4.0  # [s] of a round of a scene
 
 
 def speed_scenes():
@@ -153,9 +152,9 @@ def run_speed(builds, folder, names, rounds):
     scenes = {name: scene for name, scene in speed_scenes().items() if name in names}
     ratios = {name: [] for name in scenes}
     order = [(number, name) for number in range(rounds) for name in scenes]
-    with Progress([EXPECTED] * len(order)) as bar:
+    with Progress("speed,", len(order)) as bar:
         for number, (k, name) in enumerate(order):
-            bar.before(number, f"{scenes[name].name}, N = {scenes[name].atoms}, round {k + 1} of {rounds}")
+            bar.show(number, f"{scenes[name].name}, N = {scenes[name].atoms}, round {k + 1} of {rounds}")
             ratios[name].append(time_round(scenes[name], folder, builds))
     return [Case(scene, *map(Ratios.of, zip(*ratios[name]))) for name, scene in scenes.items()]
 

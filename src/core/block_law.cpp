@@ -101,6 +101,7 @@ void BlockLaw::assign(const std::vector<Law> &laws_in, const std::vector<int> &u
   level = level_in;
   laws = laws_in.data();
   constants.clear();
+  function = choose<AnyPowers, true>;
   if (used.empty()) return;    // no pair to go over
 
   const Row &row = laws[used.front()].parameters();

@@ -116,8 +116,8 @@ class Bodies {
     is_shared = all > nslots;
     slots.clear();
     for (const double name : names) {
-      const int rank = find(across, name);
-      slots.push_back(rank < 0 ? -1 : (int) (rank * (int64_t) nslots / all));
+      const int index = find(across, name);
+      slots.push_back(index < 0 ? -1 : (int) (index * (int64_t) nslots / all));
     }
   }
 

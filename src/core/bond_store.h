@@ -230,7 +230,9 @@ class BondStore {
 /// without a record mostly fail at a filter, made where the first of them turns up.
 class RecordFinder {
  public:
-  /// Slots that are expected next, in this order; any numbers will do.
+  static constexpr int NO_SLOT = -1;
+
+  /// Slots that are expected next, in this order; any numbers will do. *end is NO_SLOT.
   struct Hints {
     const int *begin, *end;
   };
@@ -244,12 +246,10 @@ class RecordFinder {
   /// the same partner, it is found again.
   int find(int64_t partner)
   {
-    if (hints.begin != hints.end) {
-      const int slot = *hints.begin;
-      if ((unsigned) slot < (unsigned) n && records[slot].partner == partner) {
-        hints.begin++;
-        return slot;
-      }
+    const int slot = *hints.begin;
+    if ((unsigned) slot < (unsigned) n && records[slot].partner == partner) {
+      hints.begin++;
+      return slot;
     }
     return n ? search(partner) : -1;
   }
@@ -283,7 +283,7 @@ class RecordFinder {
     const Bond *const at = BondStore::find(records, records + n, partner);
     if (!at) return -1;
     const int slot = (int) (at - records);
-    const int *const near_end = hints.begin + std::min<ptrdiff_t>(hints.end - hints.begin, 64);
+    const int *const near_end = hints.begin + std::clamp<ptrdiff_t>(hints.end - hints.begin, 0, 64);
     const int *const hint = std::find(hints.begin, near_end, slot);
     if (hint != near_end) hints.begin = hint + 1;
     return slot;

@@ -78,6 +78,7 @@ class Coefficients {
   const Row &make_law(int i, int j)
   {
     Row row = this->row(i, j);
+    set(i, j, row);
     laws[index(i, j)] = laws[index(j, i)] = Law(row);
     row.gamma = 0.0;
     laws[undamped(index(i, j))] = laws[undamped(index(j, i))] = Law(row);

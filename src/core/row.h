@@ -83,7 +83,7 @@ namespace rule {
   }
 }    // namespace rule
 
-/// All members, in the order of the paper's tables, which is that of files and commands.
+/// All members, an m in front of its n, in the order of the paper's tables, which is that of files and commands.
 constexpr Member MEMBERS[] = {
     {"e1", &Row::e1, rule::not_negative},     {"m1", &Row::m1, rule::larger_exponent},
     {"n1", &Row::n1, rule::smaller_exponent}, {"e2", &Row::e2, rule::not_negative},

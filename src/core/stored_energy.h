@@ -118,9 +118,6 @@ struct PairWork {
 
   /// Returns the sums of this rank. pairs: see StoredEnergy::assign(), which is called where it is due.
   /// nreact: particles below this index take the reaction.
-  ///
-  /// A block of the force loop has at hand all that this reads of its pairs, so a tally there can make
-  /// the same sums.
   template <class Pairs>
   StoredEnergy::Sums evaluate(const Pairs &pairs, const double (*x)[3], int nreact)
   {

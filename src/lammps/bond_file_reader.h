@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 
-#ifndef EVP_BOND_FILE_READER_H
-#define EVP_BOND_FILE_READER_H
+#ifndef LMP_EVP_BOND_FILE_READER_H
+#define LMP_EVP_BOND_FILE_READER_H
 
 #include "core/bond_store.h"
 

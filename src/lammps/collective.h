@@ -2,8 +2,8 @@
 //
 // What all MPI ranks decide together. All of these are collective.
 
-#ifndef EVP_COLLECTIVE_H
-#define EVP_COLLECTIVE_H
+#ifndef LMP_EVP_COLLECTIVE_H
+#define LMP_EVP_COLLECTIVE_H
 
 #include "core/text.h"
 #include "lmptype.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 
-#ifndef EVP_DAMPED_BODIES_H
-#define EVP_DAMPED_BODIES_H
+#ifndef LMP_EVP_DAMPED_BODIES_H
+#define LMP_EVP_DAMPED_BODIES_H
 
 #include "core/bodies.h"
 #include "core/pair_list.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 
-#ifndef EVP_DAMPING_SOLVER_H
-#define EVP_DAMPING_SOLVER_H
+#ifndef LMP_EVP_DAMPING_SOLVER_H
+#define LMP_EVP_DAMPING_SOLVER_H
 
 #include "core/body_solves.h"
 #include "core/dampers.h"

@@ -38,8 +38,8 @@ class FixEVPBonds : public NodalExchange<Fix> {
   double compute_scalar() override { return (double) bonds->count(); }
   double compute_vector(int) override;
 
-  /// "bonds": the std::shared_ptr<const EVP::BondStore> of the records. They are closed, and theirs is
-  /// the only reference left, when the fix goes.
+  /// "bonds": the std::shared_ptr<const EVP::BondStore> of the records. The store is closed when the fix
+  /// goes, and stays until its last reader drops it.
   void *extract(const char *, int &) override;
 
   double memory_usage() override { return bonds->memory_usage(); }

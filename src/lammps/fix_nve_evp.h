@@ -75,7 +75,10 @@ class FixNVEEVP : public AtomRecords<NodalExchange<Fix>, EVP::LastPosition> {
     return dampers.memory_usage() + bodies.memory_usage() + solver.memory_usage() +
         AtomRecords::memory_usage() + EVP::bytes_of(velocities, prescribed, applied);
   }
-  void set_arrays(int i) override { domain->unmap(atom->x[i], atom->image[i], records[i].x); }
+  void set_arrays(int i) override
+  {
+    if (keeps_records()) domain->unmap(atom->x[i], atom->image[i], records[i].x);
+  }
 
  private:
   class PairNetwork *pair = nullptr;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /// Refuses a LAMMPS that this plugin was not built for. LAMMPS itself does not: a plugin of another
-/// release, MPI or integer size loads and then misreads memory. Only LAMMPS' C library API is called,
+/// release, integer size or kind of MPI loads and then misreads memory. Only LAMMPS' C library API is called,
 /// because the layout of every C++ class may differ, and MPI not at all.
-#ifndef EVP_HOST_GUARD_H
-#define EVP_HOST_GUARD_H
+#ifndef LMP_EVP_HOST_GUARD_H
+#define LMP_EVP_HOST_GUARD_H
 
 #include "exceptions.h"
 #include "library.h"
@@ -47,7 +47,7 @@ std::string host_differences(void *lmp)
   return text;
 }
 
-/// Returns if the plugin was built for the LAMMPS instance `lmp`; otherwise says once what differs and
+/// Returns if the plugin was built for the LAMMPS instance `lmp`; otherwise the first rank of this partition says what differs and
 /// what to rebuild, and stops as an error of LAMMPS does: a program that uses LAMMPS as a library goes on.
 void refuse_wrong_host(void *lmp)
 {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //
-// What commands are given: keyword value keyword value ..., and the refusal of what is none.
+// What commands are given: keyword value keyword value ..., and errors where they are not.
 
 #ifndef LMP_EVP_KEYWORDS_H
 #define LMP_EVP_KEYWORDS_H

@@ -4,6 +4,7 @@
 #define LMP_EVP_LIST_SNAPSHOT_H
 
 #include "collective.h"
+#include "core/memory.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -86,6 +87,8 @@ class ListSnapshot : protected Pointers {
     return EVP::on_any(far, world);
   }
 
+  double memory_usage() const { return EVP::bytes_of(list_x, radii); }
+
  private:
   bigint call = -1, step = -1;    // of the neighbor list
   int nlocal = -1, nall = -1;
@@ -99,17 +102,15 @@ class ListSnapshot : protected Pointers {
   // another number where atoms of this MPI rank were exchanged for others, or changed
   uint64_t fingerprint() const
   {
-    uint64_t sum = 0;
-    const auto add = [&sum](uint64_t word) {
-      sum = 1099511628211ULL * (sum ^ word);
-    };
+    constexpr uint64_t prime = 1099511628211ULL;
+    uint64_t ids = 0, rest = 0;
     for (int i = 0; i < atom->nlocal; i++) {
       uint64_t radius;
       memcpy(&radius, &atom->radius[i], sizeof(radius));
-      add((uint64_t) atom->tag[i]);
-      add((uint64_t) atom->type[i] ^ radius);
+      ids = prime * (ids ^ (uint64_t) atom->tag[i]);
+      rest = prime * (rest ^ (uint64_t) atom->type[i] ^ radius);
     }
-    return sum;
+    return ids ^ (rest * 0x9E3779B97F4A7C15ULL);
   }
 };
 

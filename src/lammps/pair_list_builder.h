@@ -31,7 +31,7 @@ namespace LAMMPS_NS {
 /// Packs the pairs of a neighbor list: from (i, j) to deq of the record, cut-off and law.
 class PairListBuilder : protected Pointers {
  public:
-  struct Scene {
+  struct Input {
     const class NeighList *neighbors;
     const EVP::Coefficients *coefficients;
     const EVP::BondStore *bonds;    ///< nullptr without
@@ -57,7 +57,7 @@ class PairListBuilder : protected Pointers {
 
   /// Fills the list in time linear in the neighbors. Periodic images of a partner share its ID and
   /// have its deq; fix evp/bonds ensures that no two of them are within dlim.
-  Found build(const Scene &, EVP::PairList &);
+  Found build(const Input &, EVP::PairList &);
 
   double memory_usage() const { return EVP::bytes_of(last.slots, now.slots, last.rows, now.rows); }
 
@@ -66,9 +66,10 @@ class PairListBuilder : protected Pointers {
     int first, last;
   };
 
-  /// Slots of the records found, row by row of the local atoms: mostly found there again.
+  /// Slots of the records found, row by row of the local atoms, NO_SLOT behind each: mostly found there
+  /// again. Atoms without a row share the first.
   struct Slots {
-    std::vector<int> slots;
+    std::vector<int> slots = {EVP::RecordFinder::NO_SLOT};
     std::vector<Range> rows;
     int size = 0;
 
@@ -80,9 +81,8 @@ class PairListBuilder : protected Pointers {
   } last, now;
 
   using Room = EVP::PackedPairs::Room;
-  int take_neighbors(const Scene &, int i, const int *neighbors, int nneighbors, const Room &);
-  void fill(const Scene &, int i, int n, const Room &, const EVP::PackedPairs &, Found &) const;
-  void pack_row(const Scene &, int i, EVP::PairList &, Found &);
+  struct View;
+  int pack_row(const Input &, const View &, int i, const Room &, const EVP::PackedPairs &, Found &);
   void stop_where_centres_coincide(int i, int j) const;
   void count_overlap(int i, int j, double deq, const EVP::Law &, Overlaps &) const;
 };

@@ -57,7 +57,7 @@ const EVP::PairList &PairNetwork::packed_pairs() const
 
 std::vector<double> PairNetwork::rest_distances() const
 {
-  std::vector<double> distances(list.pairs.size());
+  std::vector<double> distances(packed_pairs().pairs.size());
   EVP::for_each_pair(list, rows(atom->x), [&](const EVP::PlacedPair &p) {
     distances[p.index] = p.is_bond() ? store->of(p.i)[p.slot].deq
                                      : atom->radius[p.i] + atom->radius[p.j];
@@ -207,6 +207,12 @@ void PairNetwork::pack(const NeighList *neighbors, bool collective)
     check_weights();
     list.common_build++;
   }
+  // at a neighbor build fix evp/bonds has looked
+  if (bonds() && neighbor->ago != 0 && store->find_misplaced(atom->tag, atom->nlocal))
+    error->one(
+        FLERR,
+        "Pair evp/lj: IDs of atoms have changed since the last neighbor build, so that bonds "
+        "would go to other atoms: use 'run' with 'pre yes'");
   cuts.check_radii();
   snapshot.take_atoms(!atom->avec->comm_x_only);
   list.nlocal = atom->nlocal;

@@ -140,7 +140,10 @@ class PairNetwork : protected Pointers {
   }
   void set_recorder(const std::string &id) { bonds_id = id; }
 
-  double memory_usage() const { return list.memory_usage() + builder.memory_usage() + snapshot.memory_usage(); }
+  double memory_usage() const
+  {
+    return list.memory_usage() + builder.memory_usage() + snapshot.memory_usage();
+  }
 
  private:
   EVP::Coefficients &coefficients;

@@ -149,3 +149,31 @@ def test_a_second_recording_warns(lmp, again):
     kept = lmp(text + "unfix bonds\nfix again all evp/bonds file s.bonds\n" + thermo).ok()
     assert not kept.warnings() and kept.thermo()["Fmax"][0] == pytest.approx(before, rel=1e-7)
     assert not lmp(text.replace("run 0\nwrite_evp_bonds s.bonds", "unfix bonds\n" + FIX)).ok().warnings(), "nothing was recorded before"
+
+
+def test_bonds_of_a_restart_file_are_dropped_before_any_run(lmp):
+    """unfix drops them as it does after a run: the body goes on without bonds, is recorded anew with a warning, or restored."""
+    start = row() + FIX + END + "run 0\nwrite_restart r.bin\nclear\nread_restart r.bin\nneighbor 0.06 bin\n"
+    anew = "the bonds that fix bonds had recorded are gone"
+    run = {again: lmp(start + FIX + "unfix bonds\n" + again + "fix move all nve\nrun 0\n").ok() for again in ("", FIX, FIX.replace("bonds", "again", 1))}
+    without, same, other = run.values()
+    assert [any(anew in line for line in one.warnings()) for one in run.values()] == [False, False, True]
+    assert "no fix evp/bonds: every pair has deq = R_i + R_j" in without.stdout
+    assert "deq of bonds from fix bonds" in same.stdout.rpartition("read_restart")[2] and "fix evp/bonds again: recorded" in other.stdout
+    refused(lmp(start + "fix move all nve\nrun 0\n"), "the bonds were recorded by fix bonds, whose records are not here")
+
+
+def test_ids_exchanged_without_a_new_neighbor_list(tmp_path):
+    """New coefficients pack the pairs again, with the IDs that atoms have now."""
+    said = run_program(f"""
+tell({row()!r}, {FIX!r}, {END.replace('fix move all nve', '')!r}, "run 0")
+lammps.lammps_extract_atom.restype = ctypes.POINTER(ctypes.c_int)
+ids = lammps.lammps_extract_atom(handle, b"id")
+ids[0], ids[1] = ids[1], ids[0]
+say("exchanged", tell("pair_coeff * * 50 6 3 2 6 3 0.004 0 2.1", "run 0 pre no"))
+ids[0], ids[1] = ids[1], ids[0]
+say("mended", tell("run 0"), bonds())
+""", tmp_path).stdout
+    lines = dict(line.split(" ", 1) for line in said.splitlines())
+    assert "IDs of atoms have changed since the last neighbor build" in lines["exchanged"], said
+    assert lines["mended"] == f"ok {BONDS:.1f}", said

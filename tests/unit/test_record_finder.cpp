@@ -28,16 +28,16 @@ Bonds bonds_with(std::vector<int64_t> partners)
   return bonds;
 }
 
-/// The hints must outlive the finder.
+/// The hints end with NO_SLOT, and must outlive the finder.
 EVP::RecordFinder finder_of(const Bonds &bonds, const std::vector<int> &hints)
 {
-  return {bonds, {hints.data(), hints.data() + hints.size()}};
+  return {bonds, {hints.data(), hints.data() + hints.size() - 1}};
 }
 
 TEST(RecordFinder, NothingIsFoundWithoutRecords)
 {
   const Bonds none;
-  const std::vector<int> hints = {0, 3, -1};
+  const std::vector<int> hints = {0, 3, EVP::RecordFinder::NO_SLOT};
   EVP::RecordFinder finder = finder_of(none, hints);
   for (const int partner : {0, 1, 7}) EXPECT_EQ(finder.find(partner), -1);
 }
@@ -57,6 +57,7 @@ TEST(RecordFinder, FindsWhatAPlainSearchFindsWhateverTheHints)
 
     std::vector<int> hints;
     for (int k = 0; k < 30 && trial % 2; k++) hints.push_back((int) (random() % 50) - 5);
+    hints.push_back(EVP::RecordFinder::NO_SLOT);
     for (int build = 0; build < 3; build++) {
       if (build != 2) std::shuffle(ids.begin(), ids.end(), random);
       EVP::RecordFinder finder = finder_of(bonds, hints);
@@ -67,6 +68,7 @@ TEST(RecordFinder, FindsWhatAPlainSearchFindsWhateverTheHints)
         ASSERT_EQ(finder.find(id), slots.back()) << "another image of the same partner";
       }
       hints = slots;
+      hints.push_back(EVP::RecordFinder::NO_SLOT);
     }
   }
 }
@@ -75,7 +77,7 @@ TEST(RecordFinder, FindsWhatAPlainSearchFindsWhateverTheHints)
 TEST(RecordFinder, HintsAreTakenUpAgainBehindAChange)
 {
   const Bonds bonds = bonds_with({10, 20, 30, 40, 50});
-  const std::vector<int> hints = {4, -1, 0, 2, 1, 3};
+  const std::vector<int> hints = {4, 0, 2, 1, 3, EVP::RecordFinder::NO_SLOT};
   EVP::RecordFinder finder = finder_of(bonds, hints);
   const std::vector<std::pair<int64_t, int>> asked = {{50, 4}, {30, 2}, {7, -1},
                                                       {20, 1}, {40, 3}, {10, 0}};
