@@ -207,8 +207,8 @@ void PairNetwork::pack(const NeighList *neighbors, bool collective)
     check_weights();
     list.common_build++;
   }
-  // at a neighbor build fix evp/bonds has looked
-  if (bonds() && neighbor->ago != 0 && store->find_misplaced(atom->tag, atom->nlocal))
+  // with a new neighbor list fix evp/bonds has looked
+  if (bonds() && snapshot.matches_list() && store->find_misplaced(atom->tag, atom->nlocal))
     error->one(
         FLERR,
         "Pair evp/lj: IDs of atoms have changed since the last neighbor build, so that bonds "
