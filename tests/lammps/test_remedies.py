@@ -170,7 +170,7 @@ tell({row()!r}, {FIX!r}, {END.replace('fix move all nve', '')!r}, "run 0")
 lammps.lammps_extract_atom.restype = ctypes.POINTER(ctypes.c_int)
 ids = lammps.lammps_extract_atom(handle, b"id")
 ids[0], ids[1] = ids[1], ids[0]
-say("exchanged", tell("pair_coeff * * 50 6 3 2 6 3 0.004 0 2.1", "run 0 pre no"))
+say("exchanged", tell("pair_coeff * * 50 6 3 2 6 3 0.004 0 2.1", "run 1 pre no"))
 ids[0], ids[1] = ids[1], ids[0]
 say("mended", tell("run 0"), bonds())
 """, tmp_path).stdout
