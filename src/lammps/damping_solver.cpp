@@ -39,6 +39,7 @@ int DampingSolver::solve(double h_in, int groupbit, const Nodal &prescribed_in, 
   }
   for (size_t k = 0; k < n; k++)
     if (mobility[k] > 0.0) applied[k] = (undamped[k] + change[k] - v[k]) / (h * mobility[k]) - f[k];
+  prescribed = nullptr;
   return iterations;
 }
 

@@ -7,6 +7,7 @@
 
 #include "neigh_list.h"
 
+#include <algorithm>
 #include <cmath>
 
 using namespace LAMMPS_NS;
@@ -16,7 +17,8 @@ static constexpr int AHEAD = 4;    // rows: records are prefetched that much ear
 /// What does not change from row to row, at hand.
 struct PairListBuilder::View {
   const double (*x)[3];
-  const double *radius, *special;
+  const double *radius;
+  int excluded;    // bit k: special_bonds has weight 0 for neighbors of kind k
   const int *type, *mask;
   const tagint *tag;
   const int *numneigh, *const *firstneigh;
@@ -31,14 +33,16 @@ PairListBuilder::Found PairListBuilder::build(const Input &input, EVP::PairList 
   list.clear(input.new_pair_margin);
 
   Found found{};
-  const View view = {EVP::scene::rows(atom->x),
-                     atom->radius,
-                     force->special_lj,
-                     atom->type,
-                     atom->mask,
-                     atom->tag,
-                     input.neighbors->numneigh,
-                     input.neighbors->firstneigh};
+  View view = {EVP::scene::rows(atom->x),
+               atom->radius,
+               0,
+               atom->type,
+               atom->mask,
+               atom->tag,
+               input.neighbors->numneigh,
+               input.neighbors->firstneigh};
+  for (int kind = 0; kind < 4; kind++)
+    if (force->special_lj[kind] == 0.0) view.excluded |= 1 << kind;
   const int *const ilist = input.neighbors->ilist, inum = input.neighbors->inum;
   for (int ii = 0; ii < inum; ii++) {
     const int i = ilist[ii];
@@ -80,12 +84,11 @@ EVP_INLINE int PairListBuilder::pack_row(const Input &input, const View &view, i
   const bool with_new_pairs = input.new_pairs.contact != EVP::Contact::NONE;
   const bool new_repel_only = input.new_pairs.contact == EVP::Contact::REPULSIVE;
   const int implicit_bit = input.implicit_groupbit;
-  const double closest = 1.0 - input.new_pairs.overlap;
-  constexpr double coincident = EVP::COINCIDENT * EVP::COINCIDENT;
+  const double closest = std::max(1.0 - input.new_pairs.overlap, EVP::COINCIDENT);
 
   int n = 0, nfound = 0;
   for (int jj = 0; jj < nneighbors; jj++) {
-    if (view.special[neighbors[jj] >> SBBITS & 3] == 0.0) continue;
+    if (view.excluded >> (neighbors[jj] >> SBBITS & 3) & 1) continue;
     const int j = neighbors[jj] & NEIGHMASK;
     const int slot = finder.find(view.tag[j]);
     const bool is_bond = slot >= 0;
@@ -98,7 +101,6 @@ EVP_INLINE int PairListBuilder::pack_row(const Input &input, const View &view, i
                  dz = own_x[2] - view.x[j][2];
     const double dsq = dx * dx + dy * dy + dz * dz;
     const double sum_radii = own_radius + view.radius[j];
-    if (!(dsq > coincident * (sum_radii * sum_radii))) stop_where_centres_coincide(i, j);
 
     const int type = view.type[j];
     const EVP::Row &row = laws[type].parameters();
@@ -114,8 +116,8 @@ EVP_INLINE int PairListBuilder::pack_row(const Input &input, const View &view, i
     n++;
     if (!implicit && row.gamma > 0.0) found.damped = true;
 
-    if (dsq < closest * sum_radii * (closest * sum_radii))
-      count_overlap(i, j, deq, laws[type], found.overlaps);
+    if (!(dsq >= closest * sum_radii * (closest * sum_radii)))
+      count_overlap(i, j, dsq, deq, laws[type], found.overlaps);
   }
   slots[nfound] = EVP::RecordFinder::NO_SLOT;
   now.rows[i] = {now.size, now.size + nfound};
@@ -123,20 +125,18 @@ EVP_INLINE int PairListBuilder::pack_row(const Input &input, const View &view, i
   return n;
 }
 
-void PairListBuilder::stop_where_centres_coincide(int i, int j) const
-{
-  error->one(FLERR,
-             "Pair evp/lj: atoms {} and {} coincide, the force has no direction there: move one or "
-             "delete it (delete_atoms overlap)",
-             atom->tag[i], atom->tag[j]);
-}
-
 // without newton both owners of a pair across MPI ranks hold it; one of them counts it
-void PairListBuilder::count_overlap(int i, int j, double deq, const EVP::Law &law,
+void PairListBuilder::count_overlap(int i, int j, double dsq, double deq, const EVP::Law &law,
                                     Overlaps &overlaps) const
 {
+  const double coincident = EVP::COINCIDENT * (atom->radius[i] + atom->radius[j]);
+  if (!(dsq > coincident * coincident))
+    error->one(FLERR,
+               "Pair evp/lj: atoms {} and {} coincide, the force has no direction there: move one "
+               "or delete it (delete_atoms overlap)",
+               atom->tag[i], atom->tag[j]);
   if (!force->newton_pair && j >= atom->nlocal && atom->tag[i] > atom->tag[j]) return;
   if (overlaps.count++) return;
-  const double d = std::sqrt(EVP::PairGeometry(EVP::scene::rows(atom->x), i, j).dsq);
+  const double d = std::sqrt(dsq);
   overlaps = {1, atom->tag[i], atom->tag[j], d, deq, law.regime(d, deq)};
 }

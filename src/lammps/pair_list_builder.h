@@ -83,8 +83,7 @@ class PairListBuilder : protected Pointers {
   using Room = EVP::PackedPairs::Room;
   struct View;
   int pack_row(const Input &, const View &, int i, const Room &, const EVP::PackedPairs &, Found &);
-  void stop_where_centres_coincide(int i, int j) const;
-  void count_overlap(int i, int j, double deq, const EVP::Law &, Overlaps &) const;
+  void count_overlap(int i, int j, double dsq, double deq, const EVP::Law &, Overlaps &) const;
 };
 
 }    // namespace LAMMPS_NS

@@ -50,5 +50,5 @@ MUTATIONS = [
     Mutation("turning taken from the last step only", ("spinning top",), "damping_solver.cpp", "MOST_PASSES = 20;", "MOST_PASSES = 1;"),
     Mutation("no implicit damping", ("hold at constant strain",), "pair_network.h", "return any_gamma && implicit_groupbit;", "return false;"),
     Mutation("a gamma of 1e-6 that nobody asked for", ("free vibration",), "coefficients.h", "= Law(row);\n    row.gamma = 0.0;", "= Law((row.gamma += 1e-6, row));\n    row.gamma = 0.0;"),
-    Mutation("no check for coincident centres", ("coincident centres",), "pair_list_builder.cpp", "if (!(dsq > coincident * (sum_radii * sum_radii))) stop_where_centres_coincide(i, j);", ""),
+    Mutation("no check for coincident centres", ("coincident centres",), "pair_list_builder.cpp", "if (!(dsq > coincident * coincident))", "if (dsq < 0.0)"),
 ]
