@@ -23,15 +23,15 @@ static double root_of(double a, double b)
 }
 
 ComputeEVPDt::ComputeEVPDt(LAMMPS *lmp, int narg, char **arg) :
-    NodalExchange(lmp, narg, arg), network({[this](auto &values) {
-                                              to_ghosts(values);
-                                            },
-                                            [this](auto &values) {
-                                              to_owners(values);
-                                            },
-                                            [this](double here) {
-                                              return EVP::reduce_all(here, MPI_SUM, world);
-                                            }})
+    NodalExchange(lmp, narg, arg), linear({[this](auto &values) {
+                                             to_ghosts(values);
+                                           },
+                                           [this](auto &values) {
+                                             to_owners(values);
+                                           },
+                                           [this](double here) {
+                                             return EVP::reduce_all(here, MPI_SUM, world);
+                                           }})
 {
   if (narg != 3) error->all(FLERR, "{}: unexpected argument '{}'", who, arg[3]);
   scalar_flag = vector_flag = 1;
@@ -101,41 +101,40 @@ void ComputeEVPDt::compute_vector()
 // second one, within a step
 void ComputeEVPDt::linearise()
 {
-  const auto *pair = PairNetwork::find_present(force);
-  if (!pair)
+  const auto *network = PairNetwork::find_present(force);
+  if (!network)
     error->all(FLERR,
                "{} needs the pairs of the present positions: print c_{} with thermo_style in a "
                "'run 0' first",
                who, id);
 
   const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
-  network.links.clear();
-  network.nreact = force->newton_pair ? nall : nlocal;
-  network.inverse_mass.assign(nall, 0.0);
+  linear.links.clear();
+  linear.nreact = force->newton_pair ? nall : nlocal;
+  linear.inverse_mass.assign(nall, 0.0);
   for (int i = 0; i < nall; i++)
-    if (atom->mask[i] & groupbit)
-      network.inverse_mass[i] = EVP::scene::inverse_mass(atom, force, i);
+    if (atom->mask[i] & groupbit) linear.inverse_mass[i] = EVP::scene::inverse_mass(atom, force, i);
   // any start will do; this one is the same on every number of MPI ranks
-  network.start.assign((size_t) 3 * nlocal, 0.0);
+  linear.start.assign((size_t) 3 * nlocal, 0.0);
   for (int i = 0; i < nlocal; i++)
-    for (int c = 0; c < 3 && network.is_free(i); c++) {
+    for (int c = 0; c < 3 && linear.is_free(i); c++) {
       uint64_t z = 0x9e3779b97f4a7c15ULL * (3 * (uint64_t) atom->tag[i] + c + 1);
       z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
-      network.start[(size_t) 3 * i + c] = (double) ((z ^ (z >> 27)) >> 11) * 0x1.0p-53 - 0.5;
+      linear.start[(size_t) 3 * i + c] = (double) ((z ^ (z >> 27)) >> 11) * 0x1.0p-53 - 0.5;
     }
 
   double shortest = NO_LIMIT;
   EVP::for_each_pair(
-      pair->packed_pairs(), EVP::scene::rows(atom->x), [&](const EVP::PlacedPair &p) {
-        if ((!network.is_free(p.i) && !network.is_free(p.j)) || p.is_beyond()) return;
-        const EVP::Law &law = pair->law_of(p);
+      network->packed_pairs(), EVP::scene::rows(atom->x), [&](const EVP::PlacedPair &p) {
+        if ((!linear.is_free(p.i) && !linear.is_free(p.j)) || p.is_beyond()) return;
+        const EVP::Law &law = network->law_of(p);
         const double d = p.distance(), deq = 1.0 / p.inv_deq;
-        network.links.push_back({p.i,
-                                 p.j,
-                                 {p.g.dx / d, p.g.dy / d, p.g.dz / d},
-                                 law.stiffness_ahead(d, deq),
-                                 std::max(0.0, -law.force(d, deq) / d),
-                                 law.parameters().gamma + pair->implicit_gamma(p)});
+        linear.links.push_back({p.i,
+                                p.j,
+                                {p.g.dx / d, p.g.dy / d, p.g.dz / d},
+                                law.stiffness_ahead(d, deq),
+                                std::max(0.0, -law.force(d, deq) / d),
+                                law.parameters().gamma + network->implicit_gamma(p)});
 
         // eqs. 6 and 7: overlap of 0.3, deq = R_i + R_j; knows neither coordination nor gamma
         const double k = law.first_stiffness(0.7, atom->radius[p.i] + atom->radius[p.j]);
@@ -148,7 +147,7 @@ void ComputeEVPDt::linearise()
 
 double ComputeEVPDt::largest_eigenvalue(const EVP::LinearNetwork::Mix &mix)
 {
-  const EVP::LanczosResult found = network.largest_eigenvalue(mix, TOLERANCE, MAX_ITERATIONS);
+  const EVP::LanczosResult found = linear.largest_eigenvalue(mix, TOLERANCE, MAX_ITERATIONS);
   if (!found.converged && !lanczos_warned) {
     lanczos_warned = true;
     if (comm->me == 0)
@@ -166,9 +165,9 @@ bool ComputeEVPDt::all_implicit() const
   const Fix *implicit = EVP::scene::find_fix(modify, "nve/evp");
   const int bit = implicit ? implicit->groupbit : 0;
   bool outside = false;
-  for (const auto &link : network.links)
+  for (const auto &link : linear.links)
     for (const int i : {link.i, link.j})
-      if (network.is_free(i) && !(atom->mask[i] & bit)) outside = true;
+      if (linear.is_free(i) && !(atom->mask[i] & bit)) outside = true;
   return !EVP::on_any(outside, world) && implicit;
 }
 
@@ -195,7 +194,7 @@ double ComputeEVPDt::explicit_dt(double lambda_k, double lambda_c)
 double ComputeEVPDt::implicit_dt(double lambda_axial, double lambda_across) const
 {
   double here = NO_LIMIT;
-  for (const auto &link : network.links)
+  for (const auto &link : linear.links)
     if (link.axial > 0.0) here = std::min(here, link.damping / link.axial);
   const double a = EVP::reduce_all(here, MPI_MIN, world);
 
@@ -208,8 +207,8 @@ double ComputeEVPDt::implicit_dt(double lambda_axial, double lambda_across) cons
 
 double ComputeEVPDt::row_sum_dt() const
 {
-  const std::vector<double> k = network.row_sums({1.0, 1.0, 0.0});
-  const std::vector<double> c = network.row_sums({0.0, 0.0, 1.0});
+  const std::vector<double> k = linear.row_sums({1.0, 1.0, 0.0});
+  const std::vector<double> c = linear.row_sums({0.0, 0.0, 1.0});
   double here = NO_LIMIT;
   for (size_t n = 0; n < k.size(); n++) here = std::min(here, root_of(k[n], c[n]));
   return EVP::reduce_all(here, MPI_MIN, world);

@@ -22,13 +22,13 @@ class ComputeEVPDt : public NodalExchange<Compute> {
   void setup() override;
   double compute_scalar() override;
   void compute_vector() override;
-  double memory_usage() override { return network.memory_usage(); }
+  double memory_usage() override { return linear.memory_usage(); }
 
   /// Collective, in a run. Warns once if the timestep is above the limit.
   void warn_of_timestep();
 
  private:
-  EVP::LinearNetwork network;
+  EVP::LinearNetwork linear;
   double paper_dt = NO_LIMIT;     // eqs. 6 and 7
   bigint computed_step = -1;      // of what vector holds, -1 if it must not be used again
   bool limit_warned = false;      // in this run: of dt

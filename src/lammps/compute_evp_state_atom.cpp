@@ -36,17 +36,17 @@ void ComputeEVPStateAtom::compute_peratom()
     memory->grow(array_atom, nmax, size_peratom_cols, "evp/state/atom:array_atom");
   }
 
-  const auto *pair = PairNetwork::find_present(force);
-  if (!pair)
+  const auto *network = PairNetwork::find_present(force);
+  if (!network)
     error->all(FLERR,
                "{} needs the pairs of the present positions: use it in a run, or after 'run 0'",
                who);
-  const EVP::PairList &list = pair->packed_pairs();
+  const EVP::PairList &list = network->packed_pairs();
   const int nreact = force->newton_pair ? list.nall : list.nlocal;
   counts.assign((size_t) NCOUNTS * list.nall, 0.0);
   EVP::for_each_pair(list, EVP::scene::rows(atom->x), [&](const EVP::PlacedPair &p) {
     if (p.is_beyond()) return;
-    const bool second = pair->law_of(p).regime(p.distance(), 1.0 / p.inv_deq) == 2;
+    const bool second = network->law_of(p).regime(p.distance(), 1.0 / p.inv_deq) == 2;
     for (const int owner : {p.i, p.j}) {
       if (owner == p.j && p.j >= nreact) continue;
       double *count = &counts[(size_t) NCOUNTS * owner];
@@ -56,7 +56,7 @@ void ComputeEVPStateAtom::compute_peratom()
   });
   to_owners(counts);
 
-  const EVP::BondStore *bonds = pair->bonds();
+  const EVP::BondStore *bonds = network->bonds();
   for (int i = 0; i < atom->nlocal; i++) {
     double *state = array_atom[i];
     const double *count = &counts[(size_t) NCOUNTS * i];

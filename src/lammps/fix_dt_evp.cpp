@@ -59,7 +59,7 @@ void FixDtEVP::post_constructor()
 
 void FixDtEVP::init()
 {
-  pair = PairNetwork::require(force, error, who);
+  network = PairNetwork::require(force, error, who);
   compute = dynamic_cast<ComputeEVPDt *>(modify->get_compute_by_id(compute_id));
   if (!compute)
     error->all(FLERR, "{}: its compute {} was deleted; define the fix anew", who, compute_id);
@@ -142,7 +142,7 @@ bool FixDtEVP::find_fastest(double dt)
   fastest = {NO_LIMIT, 0.0, 0.0, 0.0};
   bool meets = false;
   EVP::for_each_pair(
-      pair->packed_pairs(), EVP::scene::rows(atom->x), [&](const EVP::PlacedPair &p) {
+      network->packed_pairs(), EVP::scene::rows(atom->x), [&](const EVP::PlacedPair &p) {
         if (!((atom->mask[p.i] | atom->mask[p.j]) & groupbit)) return;
         const double *vi = &velocity[(size_t) 3 * p.i], *vj = &velocity[(size_t) 3 * p.j];
         const double v[] = {vi[0] - vj[0], vi[1] - vj[1], vi[2] - vj[2]};
@@ -156,9 +156,9 @@ bool FixDtEVP::find_fastest(double dt)
           if (allowed < fastest.dt)
             fastest = {allowed, (double) atom->tag[p.i], (double) atom->tag[p.j], turns};
         };
-        const double xi_s = pair->law_of(p).parameters().xi_s;
+        const double xi_s = network->law_of(p).parameters().xi_s;
         if (opening != 0.0) allow(STRAIN_PER_STEP * xi_s / (p.inv_deq * std::fabs(opening)), 0.0);
-        if (gap > 0.0 || pair->implicit_gamma(p) == 0.0) return;
+        if (gap > 0.0 || network->implicit_gamma(p) == 0.0) return;
         const double across_sq = v[0] * v[0] + v[1] * v[1] + v[2] * v[2] - opening * opening;
         if (across_sq > 0.0) allow(TURN_PER_STEP * d / std::sqrt(across_sq), 1.0);
       });

@@ -53,7 +53,7 @@ class FixDtEVP : public NodalExchange<Fix> {
   double maximum = NO_LIMIT;    // of dt [time]
   std::string compute_id;
   ComputeEVPDt *compute = nullptr;
-  class PairNetwork *pair = nullptr;
+  class PairNetwork *network = nullptr;
 
   Nodal velocity;    // with ghosts
   double stable_dt = NO_LIMIT;

@@ -27,7 +27,7 @@ FixEVPEnergy::FixEVPEnergy(LAMMPS *lmp, int narg, char **arg) : AtomRecords(lmp,
 
 void FixEVPEnergy::init()
 {
-  pair = PairNetwork::require(force, error, who);
+  network = PairNetwork::require(force, error, who);
   EVP::scene::refuse_respa(update, error, who);
   if (domain->deform_vremap)
     error->all(FLERR,
@@ -44,7 +44,7 @@ void FixEVPEnergy::init()
 void FixEVPEnergy::setup(int /*vflag*/)
 {
   if (update->whichflag != 1) return;
-  pair_work.stored.assign(*pair);    // the pair style may be another than in the last run
+  pair_work.stored.assign(*network);    // the pair style may be another than in the last run
   if (!started) {
     // for all instants that are compared with the start
     pair_work.stored.set_largest_depth(
@@ -79,7 +79,7 @@ double FixEVPEnergy::half_kick(int i) const
 // does fix nve/evp solve for the damping?
 bool FixEVPEnergy::is_solved() const
 {
-  return implicit && pair->damps_implicitly();
+  return implicit && network->damps_implicitly();
 }
 
 // last, and the forces of the pairs on local atoms.
@@ -88,8 +88,8 @@ bool FixEVPEnergy::is_solved() const
 // the depth that is missing
 void FixEVPEnergy::evaluate(bool at_setup)
 {
-  const EVP::PairList &list = pair->packed_pairs();
-  const bool damps = pair->damps_explicitly();
+  const EVP::PairList &list = network->packed_pairs();
+  const bool damps = network->damps_explicitly();
 
   Instant here{};    // of this MPI rank
   pair_work.velocity.resize((size_t) 3 * list.nall);
@@ -105,7 +105,7 @@ void FixEVPEnergy::evaluate(bool at_setup)
   if (damps) to_ghosts(pair_work.velocity);
 
   const int nreact = force->newton_pair ? list.nall : list.nlocal;
-  here.pairs = pair_work.evaluate(*pair, EVP::scene::rows(atom->x), nreact);
+  here.pairs = pair_work.evaluate(*network, EVP::scene::rows(atom->x), nreact);
   to_owners(pair_work.force);
   if (damps) to_owners(pair_work.damping);
   static_assert(sizeof(Instant) % sizeof(double) == 0, "an Instant is a row of numbers");

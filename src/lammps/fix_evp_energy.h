@@ -53,7 +53,7 @@ class FixEVPEnergy : public AtomRecords<NodalExchange<Fix>, EVP::AtomPast> {
     EVP::StoredEnergy::Sums pairs;
   };
 
-  class PairNetwork *pair = nullptr;
+  class PairNetwork *network = nullptr;
   const class FixNVEEVP *implicit = nullptr;    // if there is one
   int driven_groupbits = 0;                     // groups of the fixes that move atoms by forces
   bool started = false;

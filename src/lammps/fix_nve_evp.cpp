@@ -44,7 +44,7 @@ FixNVEEVP::FixNVEEVP(LAMMPS *lmp, int narg, char **arg) :
 
 void FixNVEEVP::init()
 {
-  pair = PairNetwork::require(force, error, who);
+  network = PairNetwork::require(force, error, who);
   EVP::scene::refuse_respa(update, error, who);
 
   others_groupbits = 0;
@@ -140,10 +140,10 @@ void FixNVEEVP::final_integrate()
 void FixNVEEVP::collect_dampers()
 {
   dampers.clear();
-  if (!pair->damps_implicitly()) return;
-  const EVP::PairList &list = pair->packed_pairs();
+  if (!network->damps_implicitly()) return;
+  const EVP::PairList &list = network->packed_pairs();
   const auto gamma_of = [this](const EVP::PackedPair &p) {
-    return pair->implicit_gamma(p);
+    return network->implicit_gamma(p);
   };
   if (bodies.are_due(list)) {
     warn_of_turning();
@@ -183,7 +183,7 @@ template <class F> void FixNVEEVP::for_each_mean_velocity(double dt, F &&f) cons
 // Opening rates over the last timestep dt, or now with dt = 0, from the velocities that atoms hold.
 void FixNVEEVP::find_rates(double dt)
 {
-  if (!pair->damps_implicitly()) return;
+  if (!network->damps_implicitly()) return;
   velocities.resize((size_t) 3 * (atom->nlocal + atom->nghost));
   std::copy_n(atom->v[0], (size_t) 3 * atom->nlocal, velocities.begin());
   if (dt > 0.0)
@@ -224,7 +224,7 @@ void FixNVEEVP::solve_and_apply(double h)
   dt_applied = update->dt;
   applied.clear();
   v_init(vflag_now);
-  if (!pair->damps_implicitly()) return;
+  if (!network->damps_implicitly()) return;
 
   prescribed.assign(atom->v[0], atom->v[0] + (size_t) 3 * atom->nlocal);
   if (h == update->dt)

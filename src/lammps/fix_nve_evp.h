@@ -81,7 +81,7 @@ class FixNVEEVP : public AtomRecords<NodalExchange<Fix>, EVP::LastPosition> {
   }
 
  private:
-  class PairNetwork *pair = nullptr;
+  class PairNetwork *network = nullptr;
   int others_groupbits = 0;       // groups of the other fixes that move atoms by forces
   bool forces_follow = false;     // fixes defined later add forces, at set-up after its solve
   bool balance_wanted = false;    // a fix evp/energy asks for the power of the dampers

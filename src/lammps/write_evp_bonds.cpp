@@ -64,7 +64,7 @@ const FixEVPBonds *WriteEVPBonds::find_recorded() const
 std::string WriteEVPBonds::own_lines(std::array<bigint, 2> &counts) const
 {
   const FixEVPBonds *bonds = find_recorded();
-  const PairNetwork *pair = PairNetwork::find(force);
+  const PairNetwork *network = PairNetwork::find(force);
   std::vector<tagint> partners;
   for (int i = 0; i < atom->nlocal; i++)
     for (const auto &bond : bonds->records().of(i))
@@ -79,8 +79,8 @@ std::string WriteEVPBonds::own_lines(std::array<bigint, 2> &counts) const
       if (partner.type == 0) continue;
       text += EVP::bond_text({atom->tag[i], bond.partner, bond.deq});
       counts[0]++;
-      if (!pair) continue;
-      const double alpha = pair->alpha_given(atom->type[i], partner.type);
+      if (!network) continue;
+      const double alpha = network->alpha_given(atom->type[i], partner.type);
       const double dlim = alpha * (atom->radius[i] + partner.radius);
       if (bond.deq > dlim * (1.0 + EVP::BOND_MARGIN)) counts[1]++;
     }
