@@ -3,7 +3,7 @@
 #ifndef EVP_CORE_BODIES_H
 #define EVP_CORE_BODIES_H
 
-#include "core/memory.h"
+#include "core/bytes.h"
 
 #include <algorithm>
 #include <cstddef>

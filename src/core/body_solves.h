@@ -4,8 +4,8 @@
 #define EVP_CORE_BODY_SOLVES_H
 
 #include "core/bodies.h"
+#include "core/bytes.h"
 #include "core/levels.h"
-#include "core/memory.h"
 
 #include <cstddef>
 #include <vector>

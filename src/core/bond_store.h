@@ -3,7 +3,7 @@
 #ifndef EVP_CORE_BOND_STORE_H
 #define EVP_CORE_BOND_STORE_H
 
-#include "core/memory.h"
+#include "core/bytes.h"
 
 #include <algorithm>
 #include <array>

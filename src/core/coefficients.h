@@ -4,7 +4,7 @@
 #define EVP_CORE_COEFFICIENTS_H
 
 #include "core/block_law.h"
-#include "core/memory.h"
+#include "core/bytes.h"
 
 #include <algorithm>
 #include <array>

@@ -3,7 +3,7 @@
 #ifndef EVP_CORE_DAMPERS_H
 #define EVP_CORE_DAMPERS_H
 
-#include "core/memory.h"
+#include "core/bytes.h"
 #include "core/pair_list.h"
 
 #include <algorithm>

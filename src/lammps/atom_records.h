@@ -3,7 +3,7 @@
 #ifndef LMP_EVP_ATOM_RECORDS_H
 #define LMP_EVP_ATOM_RECORDS_H
 
-#include "core/memory.h"
+#include "core/bytes.h"
 
 #include "atom.h"
 #include "fix.h"

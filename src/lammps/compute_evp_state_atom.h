@@ -4,7 +4,7 @@
 #define LMP_COMPUTE_EVP_STATE_ATOM_H
 
 #include "compute.h"
-#include "core/memory.h"
+#include "core/bytes.h"
 #include "nodal_exchange.h"
 
 namespace LAMMPS_NS {

@@ -4,7 +4,7 @@
 #define LMP_FIX_DT_EVP_H
 
 #include "compute_evp_dt.h"
-#include "core/memory.h"
+#include "core/bytes.h"
 #include "fix.h"
 #include "nodal_exchange.h"
 #include "update.h"

@@ -5,7 +5,7 @@
 #include "atom_directory.h"
 #include "bond_file_reader.h"
 #include "collective.h"
-#include "core/memory.h"
+#include "core/bytes.h"
 #include "keywords.h"
 #include "pair_network.h"
 #include "scene.h"

@@ -2,8 +2,8 @@
 
 #include "pair_evp_lj.h"
 
+#include "core/bytes.h"
 #include "core/force_loop.h"
-#include "core/memory.h"
 #include "core/potential_file.h"
 #include "keywords.h"
 #include "scene.h"

@@ -39,6 +39,7 @@ Direct leak of 8 byte(s) in 1 object(s) allocated from:
 
 ==9== Invalid read of size 8
 ==9==    at 0x4: LAMMPS_NS::PairLJCut::compute(int, int) (src/pair_lj_cut.cpp:70)
+==9==    by 0x5: double* LAMMPS_NS::Memory::create<double>(double*&, int, char const*) (memory.h:60)
 ==9==
 The plugin /build/evpplugin.so was loaded: law.h is no part of any report here.
 """

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 
-#ifndef EVP_CORE_MEMORY_H
-#define EVP_CORE_MEMORY_H
+#ifndef EVP_CORE_BYTES_H
+#define EVP_CORE_BYTES_H
 
 #include <cstddef>
 #include <cstdint>
