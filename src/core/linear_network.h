@@ -3,7 +3,7 @@
 #ifndef EVP_CORE_LINEAR_NETWORK_H
 #define EVP_CORE_LINEAR_NETWORK_H
 
-#include "core/memory.h"
+#include "core/bytes.h"
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 #define LMP_EVP_LIST_SNAPSHOT_H
 
 #include "collective.h"
-#include "core/memory.h"
+#include "core/bytes.h"
 
 #include "atom.h"
 #include "comm.h"

@@ -4,8 +4,8 @@
 #define LMP_EVP_PAIR_LIST_BUILDER_H
 
 #include "core/bond_store.h"
+#include "core/bytes.h"
 #include "core/coefficients.h"
-#include "core/memory.h"
 #include "core/pair_list.h"
 
 #include "pointers.h"
