@@ -102,7 +102,7 @@ class Coefficients {
   /// some of them take the twin, which matters only beside others that have their gamma.
   template <class Handles> void choose_block_law(Handles &&handles, bool twins)
   {
-    std::vector<int> used;    // indices of those that pairs can have
+    used.clear();    // keeps its room: packing allocates nothing
     for (int i = 1; i < n; i++)
       for (int j = i; j < n; j++) {
         if (!handles(i, j)) continue;
@@ -113,13 +113,14 @@ class Coefficients {
   }
   const BlockLaw &block_law() const { return block; }
 
-  double memory_usage() const { return bytes_of(values, laws, block.constants); }
+  double memory_usage() const { return bytes_of(values, laws, used, block.constants); }
 
  private:
   int n = 0;                                             // atom types and one more
   std::vector<double> values;                            // of all members
   std::array<std::vector<double *>, NMEMBERS> tables;    // [type][type] of each
   std::vector<Law> laws;                                 // of all pairs of types, then their twins
+  std::vector<int> used;                                 // indices of the laws that pairs can have
   BlockLaw block;
 };
 
