@@ -18,7 +18,7 @@ namespace EVP {
 enum class Contact : int { LITERAL, REPULSIVE, NONE };
 constexpr const char *CONTACTS[] = {"literal", "repulsive", "none"};    ///< for users
 
-/// Of pairs that were not recorded.
+/// Settings for pairs that were not recorded.
 struct NewPairs {
   Contact contact;
   double overlap;    ///< warn below d = (1 - overlap) (R_i + R_j)
