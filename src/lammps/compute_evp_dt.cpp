@@ -123,18 +123,21 @@ void ComputeEVPDt::linearise()
       linear.start[(size_t) 3 * i + c] = (double) ((z ^ (z >> 27)) >> 11) * 0x1.0p-53 - 0.5;
     }
 
+  const bool flows = network->rules.flows;
   double shortest = NO_LIMIT;
   EVP::for_each_pair(
       network->packed_pairs(), EVP::scene::rows(atom->x), [&](const EVP::PlacedPair &p) {
         if ((!linear.is_free(p.i) && !linear.is_free(p.j)) || p.is_beyond()) return;
         const EVP::Law &law = network->law_of(p);
         const double d = p.distance(), deq = 1.0 / p.inv_deq;
-        linear.links.push_back({p.i,
-                                p.j,
-                                {p.g.dx / d, p.g.dy / d, p.g.dz / d},
-                                law.stiffness_ahead(d, deq),
-                                std::max(0.0, -law.force(d, deq) / d),
-                                law.parameters().gamma + network->implicit_gamma(p)});
+        const double push = flows ? law.force(d, deq, p.offset) : law.force(d, deq);
+        linear.links.push_back(
+            {p.i,
+             p.j,
+             {p.g.dx / d, p.g.dy / d, p.g.dz / d},
+             flows ? law.stiffness_ahead(d, deq, p.offset) : law.stiffness_ahead(d, deq),
+             std::max(0.0, -push / d),
+             law.parameters().gamma + network->implicit_gamma(p)});
 
         // eqs. 6 and 7: overlap of 0.3, deq = R_i + R_j; knows neither coordination nor gamma
         const double k = law.first_stiffness(0.7, atom->radius[p.i] + atom->radius[p.j]);
