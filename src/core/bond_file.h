@@ -35,7 +35,7 @@ inline std::string bond_header(int64_t count, const std::string &units, int64_t 
 }
 
 /// One line of the file with its end; 17 digits bring deq back to the last bit.
-inline std::string bond_text(const BondLine &bond, bool with_history)
+inline std::string bond_text(const BondLine &bond, bool with_history = false)
 {
   char text[192];
   int n = snprintf(text, sizeof(text), "%lld %lld %.17g", (long long) bond.id_i,
