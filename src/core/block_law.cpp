@@ -44,14 +44,14 @@ namespace {
       const Law::Constants &c = Many ? *own[k] : only;
       const double x = block.xy[2 * k], y = block.xy[2 * k + 1], z = block.z[k];
       const double dsq = x * x + y * y + z * z;
-      const double d = std::sqrt(dsq);
+      const bool is_bond = kind[k] & 1, is_beyond = dsq > cutsq[k];
+      const double d = std::sqrt(is_beyond ? cutsq[k] : dsq);    // so far a bond flows
       const double p = offset[k];
       const double flowed = c.flowed(d * inv_deq[k], p);
       const double e = d * inv_deq[k] - flowed;
       const Reciprocals one_over(d, e, 1.0 + flowed);
       const PowerPair q = powers(one_over.s), q_flow = powers(one_over.s_flow);
 
-      const bool is_bond = kind[k] & 1, is_beyond = dsq > cutsq[k];
       const bool repels_only = !is_bond && only_repels(cutsq[k], inv_deq[k]);
       double f = c.force(one_over.s, q, one_over.s_flow, q_flow);
       f = repels_only && f < 0.0 ? 0.0 : f;
@@ -60,7 +60,7 @@ namespace {
       block.force[k] = is_beyond ? 0.0 : f;
 
       const double kept = c.kept(flowed, p, is_bond, repels_only);
-      next_offset[k] = is_beyond ? (is_bond ? p : CONTACT_ENDED) : kept;
+      next_offset[k] = is_beyond && !is_bond ? CONTACT_ENDED : kept;
     }
     if constexpr (Energy)
       for (int k = 0; k < n; k++) block.energy[k] = law.flow_energy(block, k);
@@ -115,19 +115,19 @@ namespace {
     for (int k = 0; k < block.n; k++) {
       const double dsq = block.distance_squared(k), p = block.offset[k];
       const bool is_bond = block.kind[k] & 1;
-      block.force[k] = 0.0;
-      block.next_offset[k] = is_bond ? p : CONTACT_ENDED;
-      if constexpr (Energy) block.energy[k] = law.flow_energy(block, k);
-      if (dsq > block.cutsq[k]) continue;
-
+      const bool is_beyond = dsq > block.cutsq[k];
       const Law &own = law.laws[block.kind[k] >> 1];
-      const double d = std::sqrt(dsq), inv_deq = block.inv_deq[k];
+      const double d = std::sqrt(is_beyond ? block.cutsq[k] : dsq), inv_deq = block.inv_deq[k];
       const bool repels_only = !is_bond && only_repels(block.cutsq[k], inv_deq);
       const double flowed = own.flowed(d * inv_deq, 1.0, p);
+      block.next_offset[k] = is_beyond && !is_bond ? CONTACT_ENDED
+                                                   : own.kept(flowed, p, is_bond, repels_only);
+      block.force[k] = 0.0;
+      if constexpr (Energy) block.energy[k] = law.flow_energy(block, k);
+      if (is_beyond) continue;
       const double f = own.flow_force(d * inv_deq, 1.0, flowed);
       if (!(repels_only && f < 0.0)) block.force[k] = f * inv_deq / d;
       if constexpr (Damping) block.force[k] -= own.parameters().gamma * block.approach[k] / dsq;
-      block.next_offset[k] = own.kept(flowed, p, is_bond, repels_only);
     }
   }
 
@@ -179,13 +179,13 @@ namespace {
 double BlockLaw::flow_energy(const Block &block, int k) const
 {
   const double dsq = block.distance_squared(k);
-  if (dsq > block.cutsq[k]) return 0.0;
+  if (dsq > block.cutsq[k] && !block.incremental) return 0.0;
   const int bond = block.kind[k] & 1;
   const double inv_deq = block.inv_deq[k];
   const double rc = std::sqrt(block.cutsq[k]) * inv_deq * block.margin_removed[bond];
-  return laws[block.kind[k] >> 1].flow_energy(std::sqrt(dsq) * inv_deq, 1.0, block.offset[k], rc,
-                                              bond, !bond && only_repels(block.cutsq[k], inv_deq),
-                                              block.incremental);
+  return laws[block.kind[k] >> 1].flow_energy(
+      std::min(std::sqrt(dsq) * inv_deq, rc), 1.0, block.offset[k], rc, bond,
+      !bond && only_repels(block.cutsq[k], inv_deq), block.incremental);
 }
 
 void BlockLaw::assign(const std::vector<Law> &laws_in, const std::vector<int> &used, bool flows,

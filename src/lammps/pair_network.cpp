@@ -254,10 +254,10 @@ void PairNetwork::commit(bool at_rest)
       if (!rules.flows) return;
       const EVP::Law &law = law_of(p);
       double &next = list.pairs.next_offset[p.index];
-      next = p.is_bond() ? p.offset : EVP::CONTACT_ENDED;
-      if (!p.is_beyond())
-        next = law.kept(law.flowed(p.distance() * p.inv_deq, 1.0, p.offset), p.offset, p.is_bond(),
-                        only_repels(p));
+      const double d = std::min(p.distance(), p.cut);    // so far a bond flows
+      next = p.is_beyond() && !p.is_bond() ? EVP::CONTACT_ENDED
+                                           : law.kept(law.flowed(d * p.inv_deq, 1.0, p.offset),
+                                                      p.offset, p.is_bond(), only_repels(p));
     });
   }
   if (rules.flows) take_next_offsets();
