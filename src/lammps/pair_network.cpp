@@ -70,8 +70,8 @@ bool PairNetwork::is_packed() const
   if (!snapshot.matches_list()) return false;
   if (update->whichflag != 0) return true;
   const long version = store ? store->version() : 0;
-  return !repack_due && version == store_version && snapshot.matches_atoms() &&
-      !(store && store->find_misplaced(atom->tag, atom->nlocal));
+  return !repack_due && version == store_version && volume() == VolumeForces::find(modify).get() &&
+      snapshot.matches_atoms() && !(store && store->find_misplaced(atom->tag, atom->nlocal));
 }
 
 bool PairNetwork::is_present()

@@ -43,7 +43,6 @@ void VolumeForces::pack(const EVP::PairList &list, const EVP::BondStore &store,
     version = store.version();
   }
   energies.pack(list);
-  build = list.build;
 }
 
 static double sum_of_deq(const EVP::BondStore::Bonds &bonds)

@@ -81,9 +81,6 @@ class VolumeForces : protected Pointers {
 
   // its stiffness sum_i K_i b_i b_i^T, with b_i the derivative of the sum of atom i
 
-  /// Do weights belong to this list?
-  bool is_packed(const EVP::PairList &list) const { return build == list.build; }
-
   /// Derivative of the sums of both atoms by the length of their pair [1/length].
   double opening_of(const EVP::PlacedPair &p) const
   {
@@ -109,7 +106,6 @@ class VolumeForces : protected Pointers {
   EVP::GhostExchange &exchange;
 
   EVP::VolumeEnergy energies;
-  long build = -1;      // of the list that the weights are of
   long version = -1;    // of the store whose bonds the records are of
   bool may_keep =
       false;    // records came with a restart file, and are to be compared with the store
