@@ -80,7 +80,7 @@ def test_explicit_limits_are_those_of_the_matrices(lmp, tmp_path, stretch, gamma
 @pytest.mark.parametrize("kv", [300.0, 3000.0, 30000.0])
 @pytest.mark.parametrize("gamma", [0.0, 100.0, 1000.0, 30000.0])
 def test_every_implicit_step_up_to_the_bound_is_stable(lmp, tmp_path, gamma, kv, stretch):
-    """dt^2 K <= 4 M + 2 dt C in a dense eigensolver, below the bound as well: no damper is sure to resist a change of volume."""
+    """dt^2 K <= 4 M + 2 dt C in a dense eigensolver, below the bound as well: each bond damps its share of the volume."""
     row = law.TABLE1._replace(gamma=gamma)
     body, x = state(tmp_path, stretch)
     stiff, viscous, _ = matrices(x, body, row, kv)
@@ -90,5 +90,58 @@ def test_every_implicit_step_up_to_the_bound_is_stable(lmp, tmp_path, gamma, kv,
     for part in (0.05, 0.3, 0.7, 1.0):
         step = part * bound
         assert np.linalg.eigvalsh(step**2 * stiff - 2.0 * step * viscous)[-1] <= 4.0 * (1.0 + SETTLED), part
+    if gamma == 30000.0:
+        assert bound > 4.0 * found["c_dt[1]"], "control: damping helps"
     if gamma == 0.0:
         assert bound == pytest.approx(found["c_dt[1]"], rel=1e-9)
+
+
+SWING = """
+variable vx atom 1e-4*sin(1.1*id)
+variable vy atom 1e-4*cos(2.3*id)
+velocity all set v_vx v_vy 0
+velocity all zero linear
+fix move all {style}
+compute dt all evp/dt
+""" + thermo("ke pe c_dt") + """
+run 0
+variable dt equal {fraction}*$(c_dt:%.17g)
+timestep $(v_dt:%.17g)
+uncompute dt
+thermo_style custom step ke pe
+thermo 50
+run {steps}
+"""
+
+
+def grows(lmp, gamma, fraction, style="nve", steps=2000):
+    text = head(boundary="s s s") + pair(law.TABLE1._replace(gamma=gamma), "none", "fix bonds all evp/bonds zone 1.4")
+    run = lmp(text + "fix volume all evp/volume 3000\n" + SWING.format(style=style, fraction=fraction, steps=steps))
+    return run.returncode != 0 or run.thermo()["KinEng"].max() > 2.0 * run.thermo()["KinEng"][0]
+
+
+@pytest.mark.parametrize("gamma", [0.0, 300.0])
+def test_bisection_finds_the_explicit_limit(lmp, tmp_path, gamma):
+    """The largest step at which nothing grows: never below that of compute evp/dt, nor above it by more than 2 %."""
+    write_body(tmp_path / "body.data", lattice_body(CELLS))
+    low, high = 0.9, 1.1
+    assert not grows(lmp, gamma, low) and grows(lmp, gamma, high)
+    while high - low > 0.01:
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if grows(lmp, gamma, middle) else (middle, high)
+    assert 0.99 < low <= high < 1.02
+
+
+@pytest.mark.parametrize("gamma", [0.0, 100.0, 3000.0])
+def test_the_implicit_bound_holds_in_runs(lmp, tmp_path, gamma):
+    write_body(tmp_path / "body.data", lattice_body(CELLS))
+    assert not grows(lmp, gamma, 0.98, "nve/evp tol 1e-6")
+
+
+def test_fix_dt_evp_follows_the_volume_energy(lmp, tmp_path):
+    write_body(tmp_path / "body.data", lattice_body(CELLS))
+    text = head() + pair() + "fix volume all evp/volume {}\nfix move all nve\nfix step all dt/evp 10 0.4\ncompute dt all evp/dt\n"
+    steps = [lmp(text.format(kv) + thermo("dt c_dt") + "run 10\n").ok().thermo() for kv in (0, 3000)]
+    for table in steps:
+        assert table["Dt"][0] == pytest.approx(0.4 * table["c_dt"][0], rel=1e-9)
+    assert steps[1]["Dt"][0] < 0.8 * steps[0]["Dt"][0]
