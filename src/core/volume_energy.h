@@ -26,6 +26,8 @@ namespace EVP {
 /// times 3/W, an energy. Pass two, in the force loop, adds -w_ij (g_i + g_j)/deq_ij to each pair.
 class VolumeEnergy {
  public:
+  explicit VolumeEnergy(Level level_in = best_level()) : level(level_in) {}
+
   /// Of a bond: it fades as deq nears dlim [both lengths], so that none enters or leaves with a jump at
   /// rest.
   static double weight(double deq, double dlim)
@@ -120,7 +122,7 @@ class VolumeEnergy {
   double memory_usage() const { return bytes_of(weights, slopes); }
 
  private:
-  Level level = best_level();
+  Level level;
   std::vector<double> weights;    // of the packed pairs, 0 where none was recorded
   std::vector<double> slopes;     // w/(deq d) of each within its cut-off, else 0 [1/length^2]
 

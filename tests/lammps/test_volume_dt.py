@@ -115,7 +115,7 @@ run {steps}
 
 
 def grows(lmp, gamma, fraction, style="nve", steps=2000):
-    text = head(boundary="s s s") + pair(law.TABLE1._replace(gamma=gamma), "none", "fix bonds all evp/bonds zone 1.4")
+    text = head() + pair(law.TABLE1._replace(gamma=gamma), "none", "fix bonds all evp/bonds zone 1.4")
     run = lmp(text + "fix volume all evp/volume 3000\n" + SWING.format(style=style, fraction=fraction, steps=steps))
     return run.returncode != 0 or run.thermo()["KinEng"].max() > 2.0 * run.thermo()["KinEng"][0]
 
