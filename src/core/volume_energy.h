@@ -68,6 +68,9 @@ class VolumeEnergy {
     }
   }
 
+  /// Pair k is no bond any more.
+  void drop(int k) { weights[k] = 0.0; }
+
   double weight_of(int k) const { return weights[k]; }
 
   /// Adds w (d/deq - 1) of each pair within its cut-off to sums of both particles, those below

@@ -47,6 +47,9 @@ class VolumeForces : protected Pointers {
   void pack(const EVP::PairList &, const EVP::BondStore &, const EVP::Coefficients &,
             bool collective);
 
+  /// Packed pair k is no bond any more; its weight stays in W.
+  void drop(int k) { energies.drop(k); }
+
   /// Collective. Strains and energies at the present positions.
   void evaluate(const EVP::PairList &, const EVP::ParticleView &);
 

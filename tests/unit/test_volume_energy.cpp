@@ -106,6 +106,8 @@ TEST(VolumeEnergy, TwoParticles)
   EXPECT_EQ(volume.sums[2], 0.0);
   EXPECT_EQ(volume.sums[3], 0.0);
   EXPECT_NEAR(energy, 0.5 * 7.0 * (0.03 * 0.03 + 0.06 * 0.06), 1e-14);
+  volume.energies.drop(0);
+  EXPECT_EQ(volume.evaluate(cloud.x), 0.0);
 }
 
 TEST(VolumeEnergy, ForcesAreTheSlopeOfTheEnergy)
