@@ -8,6 +8,7 @@
 #include "core/volume_energy.h"
 #include "nodal_exchange.h"
 
+#include "atom.h"
 #include "pointers.h"
 
 #include <memory>
@@ -117,7 +118,8 @@ class VolumeForces : protected Pointers {
   std::vector<double> strains;
   double energy_here = 0.0;
 
-  double kv_of(int i) const;
+  // atoms outside the group have no volume energy, but are neighbors of those that do
+  double kv_of(int i) const { return atom->mask[i] & groupbit ? kv[atom->type[i]] : 0.0; }
   void take_records(const EVP::BondStore &, const EVP::Coefficients &);
   bool are_of(const EVP::BondStore &) const;
 };
