@@ -5,9 +5,10 @@ import itertools
 
 import numpy as np
 import pytest
+from conftest import REFERENCE
 from evp import brute, law, volume
 from hostile import SECONDS, refused, scene
-from lammps_run import write_data
+from lammps_run import DECKS, read_csv, read_dump, slope, write_data
 from small_bodies import (ANOTHER_ORDER, MOVE, STIR, assert_eventful, assert_same_curve, dump, head, lattice_body, pair,
                           thermo, words, write_body)
 
@@ -396,6 +397,40 @@ def test_moduli_of_a_periodic_body(lmp, tmp_path):
         assert g == pytest.approx(expected.shear, rel=0.02)
         assert g == pytest.approx(g0, rel=0.01)
         assert (3.0 * k - 2.0 * g) / (2.0 * (3.0 * k + g)) == pytest.approx(expected.poisson, abs=0.005)
+
+
+# ---- the reference specimen, by an independent prototype: origin in tests/data/reference_500/ORIGIN.md
+
+PROTOTYPE = {  # kv [J]: E [GPa], nu, stress [MPa] at 0.002, 0.005 and 0.01, volume strain of the middle at 0.01
+    300: (21.524, 0.30294, (43.207, 106.19, 162.22), 0.0036835),
+    1000: (23.08, 0.35436, (46.296, 114.13, 178.3), 0.0028579),
+    3000: (25.715, 0.42357, (51.539, 127.29, 201.78), 0.0016132),
+}
+
+
+def pulled(lmp, folder, kv, strain, reference):
+    """Curve of in.quasistatic with the fix, axial and lateral strain of the middle at its end."""
+    deck = (DECKS / "in.quasistatic").read_text(encoding="utf-8")
+    line = next(line for line in deck.splitlines() if line.startswith("fix") and "evp/bonds" in line)
+    variables = {"specimen": REFERENCE, "contact": "none", "strain": strain, "out": "pulled"}
+    lmp(deck.replace(line, f"{line}\nfix volume all evp/volume {kv}", 1), 1, variables).ok()
+    x = vectors(read_dump(folder / "pulled_state.dump")[-1], "")
+    length = np.ptp(reference.x[:, 0])
+    middle = np.abs(reference.x[:, 0] - 0.025) <= 0.2 * length
+    gradient = [np.polyfit(reference.x[middle, axis], (x - reference.x)[middle, axis], 1)[0] for axis in range(3)]
+    return read_csv(folder / "pulled.csv"), gradient[0], 0.5 * (gradient[1] + gradient[2])
+
+
+@pytest.mark.parametrize("kv", PROTOTYPE)
+def test_the_reference_specimen(lmp, tmp_path, reference, kv):
+    young, nu, stresses, swelling = PROTOTYPE[kv]
+    curve, axial, lateral = pulled(lmp, tmp_path, kv, 0.003, reference)
+    assert slope(curve["strain"], curve["stress_virial"]) == pytest.approx(1e9 * young, rel=0.01)
+    assert -lateral / axial == pytest.approx(nu, abs=0.005)
+    curve, axial, lateral = pulled(lmp, tmp_path, kv, 0.01, reference)
+    found = np.interp([0.002, 0.005, 0.01], curve["strain"], curve["stress_virial"])
+    assert found == pytest.approx(1e6 * np.array(stresses), rel=0.01)
+    assert axial + 2.0 * lateral == pytest.approx(swelling, rel=0.03)
 
 
 # ---- hostile
