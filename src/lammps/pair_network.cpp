@@ -71,8 +71,8 @@ bool PairNetwork::is_packed() const
   if (!snapshot.matches_list()) return false;
   if (update->whichflag != 0) return true;
   const long version = store ? store->version() : 0;
-  return !repack_due && version == store_version && snapshot.matches_atoms() &&
-      !(store && store->find_misplaced(atom->tag, atom->nlocal));
+  return !repack_due && version == store_version && volume() == VolumeForces::find(modify).get() &&
+      snapshot.matches_atoms() && !(store && store->find_misplaced(atom->tag, atom->nlocal));
 }
 
 bool PairNetwork::is_present()
@@ -109,6 +109,7 @@ void PairNetwork::begin_run()
   find_bonds();
   const Fix *implicit = EVP::scene::find_fix(modify, "nve/evp");
   implicit_groupbit = implicit ? implicit->groupbit : 0;
+  volume_ = VolumeForces::find(modify);
   any_gamma = scene_checked = overlap_warned = false;
   repack_due = true;
   snapshot.forget();
@@ -176,6 +177,9 @@ void PairNetwork::report()
       : ", no fix evp/bonds: every pair has deq = R_i + R_j";
   if (rules.flows) line += ", unload elastic (kinematic hardening)";
   if (rules.breaks()) line += fmt::format(", bonds break beyond {} deq", 1.0 + rules.break_strain);
+  if (volume())
+    line +=
+        fmt::format(", volume energy from fix {}", EVP::scene::find_fix(modify, "evp/volume")->id);
   line += fmt::format(", overlap warned of beyond {} (R_i + R_j)\n", rules.overlap);
 
   if (line == last_report) return;
@@ -233,8 +237,10 @@ void PairNetwork::pack(const NeighList *neighbors, bool collective)
   const EVP::PairList before = carries ? list : EVP::PairList();
   const PairListBuilder::Found found = builder.build(
       {neighbors, &coefficients, bonds(), rules, new_pair_margin(), implicit_groupbit}, list);
-  if (carries) carry_histories(before);
   snapshot.finish();
+  if (!bonds()) volume_.reset();    // they went since the last set-up
+  if (volume()) volume()->pack(list, *bonds(), coefficients, collective);
+  if (carries) carry_histories(before);
   if (collective) agree_on_pairs(found);
 
   coefficients.choose_block_law(
@@ -306,6 +312,7 @@ void PairNetwork::turn_into_contact(int i, int k)
 {
   const double sum_radii = atom->radius[i] + atom->radius[list.pairs.j[k]];
   list.pairs.turn_into_contact(k, rules.contact == Contact::NONE ? 0.0 : sum_radii);
+  if (volume()) volume()->drop(k);
 }
 
 // from the list that was packed before from the same neighbor list
