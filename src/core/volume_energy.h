@@ -54,22 +54,27 @@ class VolumeEnergy {
     return weight_sum > 0.0 ? 9.0 * kv / (weight_sum * weight_sum) : 0.0;
   }
 
-  /// Takes the weights of a list that was just packed.
-  void pack(const PairList &list)
+  /// Takes the weights of a list that was just packed. dlim(i, j): of two particles [length], which may be
+  /// beyond the cut-off of their bond.
+  template <class Dlim> void pack(const PairList &list, Dlim &&dlim)
   {
     const size_t n = list.pairs.size();
     if (weights.size() < n) {
       weights.resize(n + n / 4);
       slopes.resize(weights.size());
     }
-    for (size_t k = 0; k < n; k++) {
-      const PackedPair pair = list.pairs[k];
-      weights[k] = pair.is_bond() ? weight(1.0 / pair.inv_deq, pair.cut) : 0.0;
-    }
+    for (const PackedRow &row : list.rows)
+      for (int k = row.first; k < row.last; k++) {
+        const PackedPair pair = list.pairs[k];
+        weights[k] = pair.is_bond() ? weight(1.0 / pair.inv_deq, dlim(row.i, pair.j)) : 0.0;
+      }
   }
 
   /// Pair k is no bond any more.
-  void drop(int k) { weights[k] = 0.0; }
+  void drop(size_t k)
+  {
+    if (k < weights.size()) weights[k] = 0.0;    // else the list is being packed
+  }
 
   double weight_of(int k) const { return weights[k]; }
 

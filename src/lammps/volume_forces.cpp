@@ -36,7 +36,10 @@ void VolumeForces::pack(const EVP::PairList &list, const EVP::BondStore &store,
     may_keep = false;
     version = store.version();
   }
-  energies.pack(list);
+  energies.pack(list, [&](int i, int j) {
+    return coefficients.row(atom->type[i], atom->type[j]).alpha *
+        (atom->radius[i] + atom->radius[j]);
+  });
 }
 
 static double sum_of_deq(const EVP::BondStore::Bonds &bonds)
