@@ -54,8 +54,7 @@ class VolumeEnergy {
     return weight_sum > 0.0 ? 9.0 * kv / (weight_sum * weight_sum) : 0.0;
   }
 
-  /// Takes the weights of a list that was just packed. dlim(i, j): of two particles [length], which may be
-  /// beyond the cut-off of their bond.
+  /// Takes the weights of a list that was just packed. dlim(i, pair): of a bond [length].
   template <class Dlim> void pack(const PairList &list, Dlim &&dlim)
   {
     const size_t n = list.pairs.size();
@@ -66,7 +65,7 @@ class VolumeEnergy {
     for (const PackedRow &row : list.rows)
       for (int k = row.first; k < row.last; k++) {
         const PackedPair pair = list.pairs[k];
-        weights[k] = pair.is_bond() ? weight(1.0 / pair.inv_deq, dlim(row.i, pair.j)) : 0.0;
+        weights[k] = pair.is_bond() ? weight(1.0 / pair.inv_deq, dlim(row.i, pair)) : 0.0;
       }
   }
 

@@ -36,9 +36,8 @@ void VolumeForces::pack(const EVP::PairList &list, const EVP::BondStore &store,
     may_keep = false;
     version = store.version();
   }
-  energies.pack(list, [&](int i, int j) {
-    return coefficients.row(atom->type[i], atom->type[j]).alpha *
-        (atom->radius[i] + atom->radius[j]);
+  energies.pack(list, [&](int i, const EVP::PackedPair &pair) {
+    return coefficients.law(pair.law).parameters().alpha * (atom->radius[i] + atom->radius[pair.j]);
   });
 }
 

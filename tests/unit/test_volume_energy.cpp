@@ -15,12 +15,6 @@ using namespace kernel_cases;
 
 namespace {
 
-/// dlim of all pairs of a cloud: that of a pair is not its cut-off.
-double far(int, int)
-{
-  return 3.0;
-}
-
 /// Sums of the weights and energies of all particles of a cloud; volumes as fix evp/volume has them.
 struct Volume {
   const Cloud &cloud;
@@ -30,7 +24,9 @@ struct Volume {
 
   Volume(const Cloud &cloud_in, double kv_in) : cloud(cloud_in), kv(kv_in)
   {
-    energies.pack(cloud.list, far);
+    energies.pack(cloud.list, [](int, const EVP::PackedPair &pair) {
+      return pair.cut;
+    });
     weight_sums.assign(cloud.x.size(), 0.0);
     EVP::for_each_pair(cloud.list, positions(cloud.x), [&](const EVP::PlacedPair &p) {
       weight_sums[p.i] += energies.weight_of(p.index);
@@ -104,7 +100,7 @@ TEST(VolumeEnergy, TwoParticles)
   push_back(cloud.list.pairs, 1.0, 1.5, 3, 0, true);     // beyond its cut-off: in W only
   cloud.list.rows = {{0, 0, 3}};
   Volume volume(cloud, 7.0);
-  const double w = VolumeEnergy::weight(1.0, 3.0);
+  const double w = VolumeEnergy::weight(1.0, 1.5);
   EXPECT_DOUBLE_EQ(volume.weight_sums[0], 2.0 * w);
   const double energy = volume.evaluate(cloud.x);
   EXPECT_NEAR(volume.sums[0], w * 0.02, 1e-15);
@@ -154,7 +150,9 @@ TEST(VolumeEnergy, TheSameBitsOnEveryInstructionSet)
   for (const EVP::Level level : {EVP::Level::BASE, EVP::Level::AVX2, EVP::Level::AVX512}) {
     if (level > EVP::best_level()) break;
     VolumeEnergy energies(level);
-    energies.pack(cloud.list, far);
+    energies.pack(cloud.list, [](int, const EVP::PackedPair &pair) {
+      return pair.cut;
+    });
     std::vector<double> sums(cloud.x.size(), 0.0);
     energies.add_strains(cloud.list, view, sums.data());
     found.push_back(sums);
