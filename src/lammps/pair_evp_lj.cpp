@@ -317,8 +317,7 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
 
   if (!acts) return 0.0;
   fforce = law.force(d, deq) / d;
-  if (is_bond && network.volume())
-    fforce += network.volume()->force(i, j, deq, law.parameters().alpha * sum_radii) / d;
+  if (is_bond && network.volume()) fforce += network.volume()->force(i, j, deq, cut) / d;
   if (network.damping_acts() && (comm->ghost_velocity || velocities_sent) &&
       !network.is_implicit(i, j)) {
     const EVP::PairGeometry g(rows(atom->x), i, j);
