@@ -88,9 +88,10 @@ void gather(const PairList &list, const ParticleView &view, const PairRange &ran
   });
 }
 
-/// Adds the forces of a block to its particles; those of i are summed apart, row by row.
+/// Adds the forces of a block to its particles; those of i are summed apart, row by row. force: over
+/// distance, of each pair.
 inline void scatter(const PairList &list, const ParticleView &view, const PairRange &range,
-                    const Block &block)
+                    const Block &block, const double *force)
 {
   const int *const partner = list.pairs.j.data();
   auto *const f = view.f;
@@ -100,9 +101,9 @@ inline void scatter(const PairList &list, const ParticleView &view, const PairRa
     EVP_UNROLL
     for (int k = first; k < last; k++) {
       const int j = partner[k], b = k - range.first;
-      const double px = block.xy[2 * b] * block.force[b];
-      const double py = block.xy[2 * b + 1] * block.force[b];
-      const double pz = block.z[b] * block.force[b];
+      const double px = block.xy[2 * b] * force[b];
+      const double py = block.xy[2 * b + 1] * force[b];
+      const double pz = block.z[b] * force[b];
       fx += px;
       fy += py;
       fz += pz;
@@ -137,7 +138,7 @@ void accumulate_forces(const PairList &list, const BlockLaw &law, const Particle
     gather<Damping>(list, view, range, block);
     law(block, Damping, tally.energy);
     tally(range, block);
-    scatter(list, view, range, block);
+    scatter(list, view, range, block, block.force);
   }
 }
 

@@ -106,10 +106,11 @@ class Law {
     return reduced_energy(d / deq) - reduced_energy(dcut / deq);
   }
 
-  /// What a pair holds above its energy at deq [energy], up to xi_s and beyond it.
+  /// What a pair holds above its energy at deq [energy], up to xi_s and beyond it, or by hardening.
   struct Stored {
     double first, second;
-    double total() const { return first + second; }
+    double hardening = 0.0;
+    double total() const { return first + second + hardening; }
   };
 
   /// energy(d, deq, deq) in two parts, accurate to 1e-11 of each at any strain: d - deq is exact, and 1
@@ -123,6 +124,86 @@ class Law {
     const double rest = std::fma(-t.offset, deq, opened) / deq;
     return {t.stored, second.stored(rest) + t.stored_slope * rest};
   }
+
+  /// The same of a pair with the offset p = q/deq after its return map: with e = d - q,
+  /// Phi_I(e) - Phi_I(deq), and as hardening Phi_II(deq + q) - Phi_II(deq) - F_II(deq + q) (e - deq).
+  Stored stored(double d, double deq, double p) const
+  {
+    const double elastic = (d - deq) / deq - p;
+    return {first.stored(elastic), 0.0, second.stored(p) + second.stored_slope(p) * elastic};
+  }
+
+  /// Dissipated as the offset flows from p0 to p1 [energy], on the side ds = (1 + s xi_s) deq with s the
+  /// sign of p1 - p0: -F_I(ds) (q1 - q0) + [F_II(deq + q1) - F_II(deq + q0)] (ds - deq). Never negative:
+  /// 0 where the second regime is so much the stiffer that a flow would set energy free.
+  double dissipated(double p0, double p1) const
+  {
+    const Threshold &t = beyond(p1 - p0);
+    return std::max(0.0,
+                    t.stored_slope * (p1 - p0) - second.slope_change(p0, p1) * t.offset);
+  }
+
+  /// stored() and dissipated() for a loop over blocks of pairs, of a law whose exponents are (2 N, N) in
+  /// both regimes. Then a regime stores e (1 - s^N)^2, with the slope a s^(N+1) (1 - s^N), s = deq/d: no
+  /// difference of large numbers is left, and no transcendental function.
+  struct StoredForm {
+    struct Side {
+      double stored, slope;    ///< E(ds) - E(deq), dE/dd(ds) deq
+    };
+    double xi_s, gamma, e1, e2, a2;
+    Side stretched, compressed;
+
+    /// 1 - s^N at s = 1/(1 + strain).
+    template <int N> EVP_INLINE static double opened(double strain, double s)
+    {
+      return power_minus_1<N>(strain) * FixedPowers<2 * N, N>::template power<N>(s);
+    }
+
+    /// stored(d, deq) at the strain xi.
+    template <int N> EVP_INLINE Stored stored(double xi) const
+    {
+      const bool is_first = std::fabs(xi) <= xi_s;
+      const double strain = is_first ? xi : xi - std::copysign(xi_s, xi);
+      const double q = opened<N>(strain, 1.0 / (1.0 + strain));
+      const double energy = (is_first ? e1 : e2) * q * q;
+      const double carried = xi > 0.0 ? stretched.stored : compressed.stored;
+      const double slope = xi > 0.0 ? stretched.slope : compressed.slope;
+      return {is_first ? energy : carried, is_first ? 0.0 : energy + slope * strain};
+    }
+
+    /// stored(d, deq, p); elastic: xi - p.
+    template <int N> EVP_INLINE Stored stored(double elastic, double p) const
+    {
+      const double q1 = opened<N>(elastic, 1.0 / (1.0 + elastic));
+      const double s = 1.0 / (1.0 + p), q2 = opened<N>(p, s);
+      const double slope = a2 * s * FixedPowers<2 * N, N>::template power<N>(s) * q2;
+      return {e1 * q1 * q1, 0.0, e2 * q2 * q2 + slope * elastic};
+    }
+
+    /// dissipated(p0, p1).
+    template <int N> EVP_INLINE double dissipated(double p0, double p1) const
+    {
+      const double s0 = 1.0 / (1.0 + p0), s1 = 1.0 / (1.0 + p1), flow = p1 - p0;
+      const double stiffness =
+          a2 * s0 * s1 * (power_quotient<2 * N + 1>(s0, s1) - power_quotient<N + 1>(s0, s1));
+      const double slope = flow > 0.0 ? stretched.slope : compressed.slope;
+      const double back = stiffness * std::copysign(xi_s, flow);
+      return std::max(0.0, flow * (slope - back));
+    }
+  };
+  StoredForm stored_form() const
+  {
+    return {row.xi_s,
+            row.gamma,
+            row.e1,
+            row.e2,
+            second.a,
+            {stretched.stored, stretched.stored_slope},
+            {compressed.stored, compressed.stored_slope}};
+  }
+
+  /// N of the stored_form(), 0 where the law has none.
+  int stored_power() const { return first.square == second.square ? first.square : 0; }
 
   /// -dF/dd [energy/length^2], positive at rest; jumps at xi_s, where the first regime's is given.
   double stiffness(double d, double deq) const
@@ -187,6 +268,13 @@ class Law {
     {
       const double log_s = -std::log1p(strain);
       return -a * std::exp((n + 1.0) * log_s) * std::expm1((m - n) * log_s);
+    }
+    double slope_change(double p0, double p1) const    // stored_slope(p1) - stored_slope(p0)
+    {
+      const double log_s = -std::log1p(p0), turn = -std::log1p((p1 - p0) / (1.0 + p0));
+      return -a *
+          (std::exp((m + 1.0) * log_s) * std::expm1((m + 1.0) * turn) -
+           std::exp((n + 1.0) * log_s) * std::expm1((n + 1.0) * turn));
     }
     double stiffness(double s) const
     {

@@ -44,13 +44,11 @@ void FixEVPEnergy::init()
 void FixEVPEnergy::setup(int /*vflag*/)
 {
   if (update->whichflag != 1) return;
-  pair_work.stored.assign(*network);    // the pair style may be another than in the last run
-  if (!started) {
-    // for all instants that are compared with the start
-    pair_work.stored.set_largest_depth(
-        EVP::reduce_all(pair_work.stored.total_depth(), MPI_SUM, world));
-  }
-  evaluate(true);
+  if (!started)    // for all instants that are compared with the start
+    work->stored.set_largest_depth(
+        EVP::reduce_all(work->stored.total_depth(), MPI_SUM, world), network->packed_pairs());
+  take_work();
+  last = over_all_ranks({instant_here(), {}}).instant;
   if (!started) start = last;
   started = true;
   end_instant();
@@ -59,15 +57,33 @@ void FixEVPEnergy::setup(int /*vflag*/)
 void FixEVPEnergy::post_integrate()
 {
   dt_step = update->dt;
-  dissipated_at_begin = dissipated_in_half_step(true);
-  for (int i = 0; i < atom->nlocal; i++) records[i].forces = forces_on(i);
+  const double *const solved = solved_damping();
+  for (int i = 0; i < atom->nlocal; i++) records[i].forces = forces_on(i, solved);
+  dissipated_at_begin = dissipated_in_half_step();
+  if (solved) dissipated_at_begin += 0.5 * dt_step * implicit->power_after();
 }
 
+// What damping gives back where a velocity turns within a step is deducted from what it takes next
 void FixEVPEnergy::end_of_step()
 {
-  evaluate(false);
-  advance();
+  take_work();
+  const Totals now = over_all_ranks({instant_here(), works_of_step()});
+  last = now.instant;
+  taken += now.works.dissipated;
+  entries[DISSIPATED] = std::max(entries[DISSIPATED], taken);
+  entries[MOVERS] += now.works.movers;
+  entries[OTHERS] += now.works.others;
+  entries[PLASTIC] += now.instant.pairs.plastic;
+  entries[BROKEN] += now.works.broken;
   end_instant();
+}
+
+// where the force loop went over the pairs since; not so where rerun ends its step right after set-up
+void FixEVPEnergy::take_work()
+{
+  if (!work->take()) return;
+  to_owners(work->force);
+  if (!work->damping.empty()) to_owners(work->damping);
 }
 
 // velocity per force in half a step; none where forces do not move the atom
@@ -76,99 +92,115 @@ double FixEVPEnergy::half_kick(int i) const
   return is_driven(i) ? 0.5 * dt_step * EVP::scene::inverse_mass(atom, force, i) : 0.0;
 }
 
-// does fix nve/evp solve for the damping?
-bool FixEVPEnergy::is_solved() const
+// what fix nve/evp adds to f, nullptr where it damps nothing
+const double *FixEVPEnergy::solved_damping() const
 {
-  return implicit && network->damps_implicitly();
+  return implicit && network->damps_implicitly() ? implicit->applied_damping().data() : nullptr;
 }
 
-// last, and the forces of the pairs on local atoms.
-// Within a run the pair style saw the half-step velocities, at set-up those of the atoms.
+// on this MPI rank.
 // A bond's energy counts from its rest; what it cost to take one beyond dlim stays in the balance as
 // the depth that is missing
-void FixEVPEnergy::evaluate(bool at_setup)
+FixEVPEnergy::Instant FixEVPEnergy::instant_here() const
 {
-  const EVP::PairList &list = network->packed_pairs();
-  const bool damps = network->damps_explicitly();
-
-  Instant here{};    // of this MPI rank
-  pair_work.velocity.resize((size_t) 3 * list.nall);
+  double kinetic = 0.0;
   for (int i = 0; i < atom->nlocal; i++) {
-    const double half = at_setup ? 0.0 : half_kick(i);
-    const double weight = is_driven(i) ? 0.5 * force->mvv2e * EVP::scene::mass(atom, i) : 0.0;
-    for (int c = 0; c < 3; c++) {
-      const double v = atom->v[i][c];
-      pair_work.velocity[(size_t) 3 * i + c] = v - half * atom->f[i][c];
-      here.kinetic += weight * v * v;    // movers enter by their work only
-    }
+    if (!is_driven(i)) continue;    // movers enter by their work only
+    const double weight = 0.5 * force->mvv2e * EVP::scene::mass(atom, i);
+    const double *const v = atom->v[i];
+    kinetic += weight * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
   }
-  if (damps) to_ghosts(pair_work.velocity);
-
-  const int nreact = force->newton_pair ? list.nall : list.nlocal;
-  here.pairs = pair_work.evaluate(*network, EVP::scene::rows(atom->x), nreact);
-  to_owners(pair_work.force);
-  if (damps) to_owners(pair_work.damping);
-  static_assert(sizeof(Instant) % sizeof(double) == 0, "an Instant is a row of numbers");
-  MPI_Allreduce(&here, &last, sizeof(Instant) / sizeof(double), MPI_DOUBLE, MPI_SUM, world);
+  return {kinetic, volume_energy(), work->stored.sums()};
 }
 
-EVP::AtomForces FixEVPEnergy::forces_on(int i) const
+// energy that atoms hold by the change of their volume, on this MPI rank: there is none yet
+double FixEVPEnergy::volume_energy() const
 {
+  return 0.0;
+}
+
+// what bonds stored that broke in the step under way, on this MPI rank: none breaks yet
+double FixEVPEnergy::released_by_broken_bonds() const
+{
+  return 0.0;
+}
+
+FixEVPEnergy::Totals FixEVPEnergy::over_all_ranks(Totals totals) const
+{
+  static_assert(sizeof(Totals) % sizeof(double) == 0, "Totals are a row of numbers");
+  MPI_Allreduce(MPI_IN_PLACE, &totals, sizeof(Totals) / sizeof(double), MPI_DOUBLE, MPI_SUM, world);
+  return totals;
+}
+
+EVP::AtomForces FixEVPEnergy::forces_on(int i, const double *solved) const
+{
+  const size_t first = (size_t) 3 * i;
+  const double *const damping = work->damping.empty() ? nullptr : &work->damping[first];
+  const double *const pairs = &work->force[first];    // damping included
+  const bool driven = is_driven(i);
   EVP::AtomForces now;
   for (int c = 0; c < 3; c++) {
-    const size_t k = (size_t) 3 * i + c;
-    const double of_pairs =
-        pair_work.force[k] + (is_solved() ? implicit->applied_damping()[k] : 0.0);
-    now.damping[c] = pair_work.damping[k];
-    now.working[c] = is_driven(i) ? atom->f[i][c] - now.damping[c] - of_pairs : of_pairs;
+    now.damping[c] = damping ? damping[c] : 0.0;
+    const double by_fix = solved ? solved[first + c] : 0.0;
+    now.working[c] =
+        driven ? atom->f[i][c] - pairs[c] - by_fix : pairs[c] - now.damping[c] + by_fix;
   }
   return now;
 }
 
-// on this MPI rank, by the damping of driven atoms over the half step before or after the present positions.
-// At the beginning of a step atoms hold the half-step velocity by now, at its end that of the full step:
-// of either the mean over the half step is half of its kick away
-double FixEVPEnergy::dissipated_in_half_step(bool at_begin) const
+// on this MPI rank, by the explicit damping of driven atoms over the half step before or after the present
+// positions. At the beginning of a step atoms hold the half-step velocity by now, at its end that of the full
+// step: of either the mean over the half step is half of its kick away
+double FixEVPEnergy::dissipated_in_half_step() const
 {
   double sum = 0.0;
+  if (work->damping.empty()) return sum;
   for (int i = 0; i < atom->nlocal; i++) {
     if (!is_driven(i)) continue;
     const double half = half_kick(i);
     for (int c = 0; c < 3; c++)
-      sum -= pair_work.damping[(size_t) 3 * i + c] * (atom->v[i][c] - 0.5 * half * atom->f[i][c]);
+      sum -= work->damping[(size_t) 3 * i + c] * (atom->v[i][c] - 0.5 * half * atom->f[i][c]);
   }
-  if (is_solved()) sum += at_begin ? implicit->power_after() : implicit->power_before();
   return 0.5 * dt_step * sum;
 }
 
-// Works and dissipation of the step that ends. What damping gives back where a velocity turns within a
-// step is deducted from what it takes next
-void FixEVPEnergy::advance()
+// of the step that ends, on this MPI rank
+FixEVPEnergy::Works FixEVPEnergy::works_of_step() const
 {
-  double dissipated = dissipated_at_begin + dissipated_in_half_step(false);
-  double movers = 0.0, others = 0.0;    // on this MPI rank, as dissipated
+  const double *const solved = solved_damping();
+  Works works{};
+  works.broken = released_by_broken_bonds();
+  works.dissipated = dissipated_at_begin + dissipated_in_half_step();
+  if (solved) works.dissipated += 0.5 * dt_step * implicit->power_before();
   for (int i = 0; i < atom->nlocal; i++) {
     const EVP::AtomPast &then = records[i];
-    const EVP::AtomForces now = forces_on(i);
-    double x[3];
-    domain->unmap(atom->x[i], atom->image[i], x);
+    const EVP::AtomForces now = forces_on(i, solved);
+    double x[3], work_done = 0.0, damped = 0.0;
+    unwrap(i, x);
     for (int c = 0; c < 3; c++) {
       const double dx = x[c] - then.x[c];
-      const double work = 0.5 * (then.forces.working[c] + now.working[c]) * dx;
-      if (is_driven(i))
-        others += work;
-      else {
-        const double damped = 0.5 * (then.forces.damping[c] + now.damping[c]) * dx;
-        dissipated -= damped;
-        movers -= work + damped;
-      }
+      work_done += 0.5 * (then.forces.working[c] + now.working[c]) * dx;
+      damped += 0.5 * (then.forces.damping[c] + now.damping[c]) * dx;
+    }
+    if (is_driven(i))
+      works.others += work_done;
+    else {
+      works.dissipated -= damped;
+      works.movers -= work_done + damped;
     }
   }
-  const auto all = EVP::reduce_all(std::array{dissipated, movers, others}, MPI_SUM, world);
-  taken += all[0];
-  entries[DISSIPATED] = std::max(entries[DISSIPATED], taken);
-  entries[MOVERS] += all[1];
-  entries[OTHERS] += all[2];
+  return works;
+}
+
+// as Domain::unmap, which most atoms have no need of
+void FixEVPEnergy::unwrap(int i, double *x) const
+{
+  constexpr imageint HOME =
+      ((imageint) IMGMAX << IMG2BITS) | ((imageint) IMGMAX << IMGBITS) | IMGMAX;
+  if (atom->image[i] == HOME)
+    std::copy_n(atom->x[i], 3, x);
+  else
+    domain->unmap(atom->x[i], atom->image[i], x);
 }
 
 // what is held at the end of a step, and where the next one begins
@@ -179,16 +211,19 @@ void FixEVPEnergy::end_instant()
   entries[SECOND] = last.pairs.second - start.pairs.second;
   entries[LOST] = EVP::StoredEnergy::lost(start.pairs, last.pairs);
   entries[CONTACTS] = EVP::StoredEnergy::of_contacts(start.pairs, last.pairs);
-  for (int i = 0; i < atom->nlocal; i++) domain->unmap(atom->x[i], atom->image[i], records[i].x);
+  entries[HARDENING] = last.pairs.hardening - start.pairs.hardening;
+  entries[VOLUME] = last.volume - start.volume;
+  for (int i = 0; i < atom->nlocal; i++) unwrap(i, records[i].x);
 }
 
-// f_ID: energy imbalance. f_ID[1..8], changes since the start: kinetic, stored in bonds up to xi_s
+// f_ID: energy imbalance. f_ID[1..12], changes since the start: kinetic, stored in bonds up to xi_s
 // and beyond it, spent on lost bonds, new contacts; dissipated by gamma; work of the movers, of all
-// other forces
+// other forces; dissipated by flow, stored by hardening, released by broken bonds, volume energy
 double FixEVPEnergy::compute_scalar()
 {
   double imbalance = 0.0;
-  for (const Entry entry : {KINETIC, FIRST, SECOND, LOST, CONTACTS, DISSIPATED})
+  for (const Entry entry : {KINETIC, FIRST, SECOND, LOST, CONTACTS, DISSIPATED, PLASTIC, HARDENING,
+                            BROKEN, VOLUME})
     imbalance += entries[entry];
   return imbalance - entries[MOVERS] - entries[OTHERS];
 }
@@ -197,5 +232,5 @@ double FixEVPEnergy::compute_scalar()
 void FixEVPEnergy::set_arrays(int i)
 {
   records[i] = {};
-  domain->unmap(atom->x[i], atom->image[i], records[i].x);
+  unwrap(i, records[i].x);
 }

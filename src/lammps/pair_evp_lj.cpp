@@ -255,7 +255,8 @@ void PairEVPLJ::stop_at_blow_up() const
 template <bool Damping> void PairEVPLJ::compute_forces()
 {
   const EVP::PairList &pairs = network.packed_pairs();
-  if (pairs.rows.empty()) return;
+  EVP::PairWork *const work = network.wanted_work();
+  if (pairs.rows.empty() && !work) return;
 
   const int newton = force->newton_pair;
   const EVP::ParticleView view = {rows(atom->x), rows(atom->v),
@@ -263,13 +264,21 @@ template <bool Damping> void PairEVPLJ::compute_forces()
                                   newton ? pairs.nall : pairs.nlocal};
   const EVP::BlockLaw &law = coefficients.block_law();
   const bool energy = eflag_either != 0;
+  const auto accumulate = [&](auto &&tally) {
+    if (work)
+      work->accumulate_forces<Damping>(pairs, law, view, EVP::FlowView(), tally, [this] {
+        return network.rest_distances();
+      });
+    else
+      EVP::accumulate_forces<Damping>(pairs, law, view, tally);
+  };
   if (!evflag)
-    EVP::accumulate_forces<Damping>(pairs, law, view, EVP::NoTally());
+    accumulate(EVP::NoTally());
   else if (eflag_atom || vflag_atom || cvflag_atom || num_tally_compute > 0)
-    EVP::accumulate_forces<Damping>(pairs, law, view, PairTally(this, pairs, newton, energy));
+    accumulate(PairTally(this, pairs, newton, energy));
   else {
     EVP::SumTally sums(pairs, view.nreact, energy, vflag_global != 0);
-    EVP::accumulate_forces<Damping>(pairs, law, view, sums);
+    accumulate(sums);
     eng_vdwl += sums.total_energy();
     for (int k = 0; k < 6; k++) virial[k] += sums.total_virial(k);
   }

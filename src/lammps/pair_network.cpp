@@ -105,6 +105,7 @@ void PairNetwork::begin_run()
 {
   cuts.begin_run();
   find_bonds();
+  find_work();
   const Fix *implicit = EVP::scene::find_fix(modify, "nve/evp");
   implicit_groupbit = implicit ? implicit->groupbit : 0;
   any_gamma = scene_checked = overlap_warned = false;
@@ -127,6 +128,15 @@ void PairNetwork::find_bonds()
                "with 'pair_style none' and 'pair_style evp/lj'",
                bonds_id, bonds_id);
   if (kept) bonds_id = fix->id;
+}
+
+// a minimization has no energy balance
+void PairNetwork::find_work()
+{
+  int dim;
+  Fix *fix = update->whichflag == 1 ? EVP::scene::find_fix(modify, "evp/energy") : nullptr;
+  work = fix ? *(std::shared_ptr<EVP::PairWork> *) fix->extract("work", dim) : nullptr;
+  if (work) work->forget();
 }
 
 // records are new, or closed since their fix is gone: then this style goes on without bonds

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+#ifndef EVP_CORE_WORK_TALLY_H
+#define EVP_CORE_WORK_TALLY_H
+
+#include "core/stored_energy.h"
+
+#include <algorithm>
+#include <vector>
+
+namespace EVP {
+
+/// The pairs of one rank in the energy balance, as the force loop finds them: what they store, and the
+/// forces from which works and dissipation follow. Forces are those of the evaluation itself, at the
+/// velocities that it saw.
+class PairWork {
+ public:
+  StoredEnergy stored;
+
+  /// Three values per particle and ghost [force], on ghosts reactions: of the pairs, damping included,
+  /// and of the damping of their laws alone, which is empty where none acts.
+  std::vector<double> force, damping;
+
+  /// At the beginning of a run, whose pairs may be those of another pair style.
+  void forget()
+  {
+    fresh = false;
+    stored.forget();
+  }
+
+  /// Whether there was an evaluation since the last call. Until then the first one counts: others at
+  /// the same step are of commands that try out positions or coefficients.
+  bool take()
+  {
+    const bool found = fresh;
+    fresh = false;
+    return found;
+  }
+
+  /// accumulate_forces() and what this holds. rest_distances(): deq of each pair of the list.
+  template <bool Damping, class Tally, class Distances>
+  void accumulate_forces(const PairList &list, const BlockLaw &law, const ParticleView &view,
+                         const FlowView &flow, Tally &&tally, Distances &&rest_distances)
+  {
+    if (fresh) return EVP::accumulate_forces<Damping>(list, law, view, tally);
+    const bool flows = flow.offset != nullptr;
+    if (stored.is_due(list, flows))
+      stored.assign(list, law, rest_distances(), view.nreact, flows);
+    begin(list, view, Damping);
+    EVP::accumulate_forces<Damping>(list, law, view,
+                                    WorkTally<Damping, Tally>{*this, list, view, flow, tally});
+    end(view);
+  }
+
+  double memory_usage() const { return stored.memory_usage() + bytes_of(force, damping); }
+
+ private:
+  bool fresh = false;
+  double over_d[Block::SIZE];    // damping of the pairs of a block over distance [force/length]
+
+  /// Beside the tally of the pair style.
+  template <bool Damping, class Tally> struct WorkTally {
+    PairWork &work;
+    const PairList &list;
+    const ParticleView &view;
+    const FlowView &flow;
+    Tally &other;
+    const bool energy = other.energy;
+
+    void operator()(const PairRange &range, const Block &block)
+    {
+      other(range, block);
+      const StoredEnergy::Values &values = work.stored.add(range, block, flow);
+      if constexpr (Damping) {
+        work.find_damping(block, values);
+        scatter(list, {nullptr, nullptr, rows(work.damping), view.nreact}, range, block,
+                work.over_d);
+      }
+    }
+  };
+
+  static double (*rows(std::vector<double> &values))[3]
+  {
+    return reinterpret_cast<double(*)[3]>(values.data());
+  }
+
+  // other styles may have added to f: what the loop adds is the difference, and no bit of f is another
+  void begin(const PairList &list, const ParticleView &view, bool damps)
+  {
+    force.resize((size_t) 3 * list.nall);
+    if (view.nreact > 0) std::copy_n(view.f[0], (size_t) 3 * view.nreact, force.begin());
+    damping.assign(damps ? (size_t) 3 * list.nall : 0, 0.0);
+    stored.begin();
+  }
+
+  void end(const ParticleView &view)
+  {
+    const double *const f = view.nreact > 0 ? view.f[0] : nullptr;
+    double *const own = force.data();
+    EVP_INDEPENDENT
+    for (int k = 0; k < 3 * view.nreact; k++) own[k] = f[k] - own[k];
+    fresh = true;
+  }
+
+  void find_damping(const Block &block, const StoredEnergy::Values &values)
+  {
+    EVP_INDEPENDENT
+    for (int k = 0; k < block.n; k++) {
+      const double damping = -stored.gamma(block.kind[k]) * block.approach[k] / values.dsq[k];
+      over_d[k] = values.dsq[k] > block.cutsq[k] ? 0.0 : damping;
+    }
+  }
+};
+
+}    // namespace EVP
+
+#endif
