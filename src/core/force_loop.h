@@ -146,15 +146,15 @@ void accumulate_forces(const PairList &list, const BlockLaw &law, const Particle
 class LaneSum {
  public:
   static constexpr int LANES = 8;
-  template <class Term> void add(int n, Term &&term)
+  template <class Term> EVP_INLINE void add(int n, Term &&term)
   {
     double sums[LANES];    // apart from what term reads, so that they stay in registers
-    std::copy(lanes, lanes + LANES, sums);
+    for (int lane = 0; lane < LANES; lane++) sums[lane] = lanes[lane];
     int k = 0;
     for (; k + LANES <= n; k += LANES)
       for (int lane = 0; lane < LANES; lane++) sums[lane] += term(k + lane);
     for (int lane = 0; k + lane < n; lane++) sums[lane] += term(k + lane);
-    std::copy(sums, sums + LANES, lanes);
+    for (int lane = 0; lane < LANES; lane++) lanes[lane] = sums[lane];
   }
   double total() const
   {

@@ -9,79 +9,83 @@
 
 namespace EVP {
 
-namespace {
+/// The loops over pairs. N: power of all laws, see Law::stored_power(); Many: of several laws; Flows:
+/// with offsets; Damps: damping is asked for.
+struct StoredBlocks {
+  using Form = Law::StoredForm;
+  using Pairs = StoredEnergy::Pairs;
 
-  /// The offset that the force of a pair is evaluated with: that of its elastic part within xi_s.
-  EVP_INLINE double mapped(double p, double xi, double xi_s)
+  static constexpr double BEYOND = 2.0;    // added to the weight of a pair that was beyond its cut-off
+
+  /// A weight as it is kept.
+  struct Weight {
+    bool is_bond, was_beyond;
+    double size;
+    EVP_INLINE explicit Weight(double kept) :
+        is_bond(kept > 0.0), was_beyond(std::fabs(kept) >= BEYOND),
+        size(was_beyond ? std::fabs(kept) - BEYOND : std::fabs(kept))
+    {
+    }
+  };
+
+  /// The offset that the force of a pair is evaluated with: its elastic part is within xi_s.
+  EVP_INLINE static double mapped(double p, double xi, double xi_s)
   {
     return std::min(std::max(p, xi - xi_s), xi + xi_s);
   }
 
-  /// Weight of a pair: without newton both owners of a pair across MPI ranks hold it.
-  EVP_INLINE double weight_of(int j, int nreact)
-  {
-    return j < nreact ? 1.0 : 0.5;
-  }
-
-}    // namespace
-
-/// The loops over pairs, N: power of all laws, see Law::stored_power(), 0 where they have none in common.
-struct StoredBlocks {
-  using Form = Law::StoredForm;
-
   /// Pairs one by one, laws with any exponents.
-  static void evaluate_any(const StoredEnergy &own, const Block &block,
-                           const StoredEnergy::Pairs &pairs, StoredEnergy::Values &values)
+  static void evaluate_any(StoredEnergy &own, const Block &block, const Pairs &pairs, bool damps)
   {
+    StoredEnergy::Values &values = own.values;
     for (int k = 0; k < block.n; k++) {
       const double x = block.xy[2 * k], y = block.xy[2 * k + 1], z = block.z[k];
-      const double dsq = values.dsq[k] = x * x + y * y + z * z;
+      const double dsq = x * x + y * y + z * z;
+      const bool beyond = dsq > block.cutsq[k];
+      const Weight weight(pairs.weight[k]);
       values.first[k] = values.second[k] = values.contacts[k] = 0.0;
-      values.hardening[k] = values.plastic[k] = 0.0;
-      values.beyond[k] = dsq > block.cutsq[k];
-      if (values.beyond[k]) continue;
+      values.hardening[k] = values.plastic[k] = values.damping[k] = 0.0;
+      values.passes[k] = beyond == weight.was_beyond ? 0.0 : 1.0;
+      if (beyond) continue;
       const Law &law = own.laws[block.kind[k] >> 1];
-      const bool is_bond = block.kind[k] & 1;
-      const double d = std::sqrt(dsq), deq = pairs.deq[k], w = weight_of(pairs.j[k], own.nreact);
+      const double d = std::sqrt(dsq), deq = pairs.deq[k], w = weight.size;
+      if (damps) values.damping[k] = -law.parameters().gamma * block.approach[k] / dsq;
       if (!own.flows) {
         const Law::Stored now = law.stored(d, deq);
-        if (is_bond) {
+        if (weight.is_bond) {
           values.first[k] = w * now.first;
           values.second[k] = w * now.second;
         } else
           values.contacts[k] = w * now.total();
         continue;
       }
-      const double xi = (d - deq) / deq, xi_s = law.parameters().xi_s;
-      const double p = pairs.flow.offset[k], next = pairs.flow.next[k];
-      const double at = mapped(p, xi, xi_s);
-      if (is_bond) {
-        const Law::Stored now = law.stored(d, deq, at);
+      const double before = pairs.flow.offset[k], next = pairs.flow.next[k];
+      const double p = mapped(before, (d - deq) / deq, law.parameters().xi_s);
+      if (weight.is_bond) {
+        const Law::Stored now = law.stored(d, deq, p);
         values.first[k] = w * now.first;
         values.hardening[k] = w * now.hardening;
-      } else    // stretched it has followed eq. 8 from an offset of 0
-        values.contacts[k] = w * (at > 0.0 ? law.stored(d, deq) : law.stored(d, deq, at)).total();
-      if (next != p) values.plastic[k] = w * law.dissipated(p, next);
+      } else    // a stretched one has followed eq. 8 from an offset of 0
+        values.contacts[k] = w * (p > 0.0 ? law.stored(d, deq) : law.stored(d, deq, p)).total();
+      if (next != before) values.plastic[k] = w * law.dissipated(before, next);
     }
   }
 
-  /// All pairs of a block; Many: of several laws; Flows: with offsets.
-  template <int N, bool Many, bool Flows>
-  EVP_INLINE static void evaluate(const StoredEnergy &own, const Block &block,
-                                  const StoredEnergy::Pairs &pairs, StoredEnergy::Values &values)
+  template <int N, bool Many, bool Flows, bool Damps>
+  EVP_INLINE static void evaluate(StoredEnergy &own, const Block &block, const Pairs &pairs)
   {
-    const int n = block.n, nreact = own.nreact;
+    StoredEnergy::Values &values = own.values;
+    const int n = block.n;
     const double *const inv_deq = block.inv_deq;
     const double *const cutsq = block.cutsq;
-    const int *const kind = block.kind;
     const double *const deq = pairs.deq;
-    const int *const j = pairs.j;
+    const double *const kept = pairs.weight;
     const double *const offset = pairs.flow.offset;
     const double *const next = pairs.flow.next;
     const Form only = own.forms[0];
     const Form *form[Many ? Block::SIZE : 1];
     if constexpr (Many)
-      for (int k = 0; k < n; k++) form[k] = &own.forms[kind[k] >> 1];
+      for (int k = 0; k < n; k++) form[k] = &own.forms[block.kind[k] >> 1];
 
     EVP_INDEPENDENT
     for (int k = 0; k < n; k++) {
@@ -89,9 +93,13 @@ struct StoredBlocks {
       const double x = block.xy[2 * k], y = block.xy[2 * k + 1], z = block.z[k];
       const double dsq = x * x + y * y + z * z;
       const double xi = (std::sqrt(dsq) - deq[k]) * inv_deq[k];
-      const double w = dsq > cutsq[k] ? 0.0 : weight_of(j[k], nreact);
-      const double of_bond = kind[k] & 1 ? w : 0.0;
-      values.dsq[k] = dsq;
+      const bool beyond = dsq > cutsq[k];
+      const Weight weight(kept[k]);
+      values.passes[k] = std::fabs((beyond ? 1.0 : 0.0) - (weight.was_beyond ? 1.0 : 0.0));
+      const double w = beyond ? 0.0 : weight.size;
+      const double of_bond = weight.is_bond ? w : 0.0;
+      if constexpr (Damps)
+        values.damping[k] = beyond ? 0.0 : -c.gamma * block.approach[k] * (1.0 / dsq);
       if constexpr (!Flows) {
         const Law::Stored now = c.template stored<N>(xi);
         values.first[k] = of_bond * now.first;
@@ -107,29 +115,50 @@ struct StoredBlocks {
         values.contacts[k] = (w - of_bond) * contact;
       }
     }
-    EVP_INDEPENDENT
-    for (int k = 0; k < n; k++) values.beyond[k] = values.dsq[k] > cutsq[k];
 
     if constexpr (Flows) {
-      if (std::memcmp(offset, next, n * sizeof(double)) == 0) {
+      if (std::memcmp(offset, next, n * sizeof(double)) == 0)
         std::fill_n(values.plastic, n, 0.0);
-        return;
-      }
-      EVP_INDEPENDENT
-      for (int k = 0; k < n; k++) {
-        const Form &c = Many ? *form[k] : only;
-        const double w = values.dsq[k] > cutsq[k] ? 0.0 : weight_of(j[k], nreact);
-        values.plastic[k] = w * c.template dissipated<N>(offset[k], next[k]);
+      else {
+        EVP_INDEPENDENT
+        for (int k = 0; k < n; k++) {
+          const Form &c = Many ? *form[k] : only;
+          const double x = block.xy[2 * k], y = block.xy[2 * k + 1], z = block.z[k];
+          const bool beyond = x * x + y * y + z * z > cutsq[k];
+          const double w = beyond ? 0.0 : Weight(kept[k]).size;
+          values.plastic[k] = w * c.template dissipated<N>(offset[k], next[k]);
+        }
       }
     }
   }
 
+  EVP_INLINE static void add_up(StoredEnergy::LaneSums &found, const StoredEnergy::Values &values,
+                                int n, bool flows)
+  {
+    add_to(found.first, n, values.first);
+    add_to(found.contacts, n, values.contacts);
+    found.passes = {};
+    add_to(found.passes, n, values.passes);
+    if (flows) {
+      add_to(found.hardening, n, values.hardening);
+      add_to(found.plastic, n, values.plastic);
+    } else
+      add_to(found.second, n, values.second);
+  }
+  EVP_INLINE static void add_to(LaneSum &sum, int n, const double *values)
+  {
+    sum.add(n, [values](int k) EVP_KERNEL { return values[k]; });
+  }
+
   template <int N, bool Many, bool Flows>
-  static void evaluate_at_level(const StoredEnergy &own, const Block &block,
-                                const StoredEnergy::Pairs &pairs, StoredEnergy::Values &values)
+  static void evaluate_at_level(StoredEnergy &own, const Block &block, const Pairs &pairs,
+                                bool damps)
   {
     call_at(own.level, [&]() EVP_KERNEL {
-      evaluate<N, Many, Flows>(own, block, pairs, values);
+      if (damps)
+        evaluate<N, Many, Flows, true>(own, block, pairs);
+      else
+        evaluate<N, Many, Flows, false>(own, block, pairs);
     });
   }
 
@@ -140,7 +169,7 @@ struct StoredBlocks {
       const Law &law = own.laws[pair.law];
       const double flown = (pair.cut - own.deq[n]) / own.deq[n] - law.parameters().xi_s;
       const bool has_flown = own.flows && pair.is_bond() && flown > 0.0;
-      own.depth[n] = weight_of(pair.j, own.nreact) *
+      own.depth[n] = Weight(own.weight[n]).size *
           (has_flown ? law.stored(pair.cut, own.deq[n], flown) : law.stored(pair.cut, own.deq[n]))
               .total();
     }
@@ -149,12 +178,12 @@ struct StoredBlocks {
   /// What a pair has stored where it passes its cut-off.
   template <int N, bool Many> EVP_INLINE static void depth(StoredEnergy &own, const PairList &list)
   {
-    const int n = (int) own.deq.size(), nreact = own.nreact;
+    const int n = (int) own.deq.size();
     const double *const inv_deq = list.pairs.inv_deq.data();
     const double *const cutsq = list.pairs.cutsq.data();
     const int *const kind = list.pairs.kind.data();
-    const int *const j = list.pairs.j.data();
     const double *const deq = own.deq.data();
+    const double *const kept = own.weight.data();
     double *const out = own.depth.data();
     const double of_new = list.pairs.margin_removed[0], of_bond = list.pairs.margin_removed[1];
     const bool flows = own.flows;
@@ -164,13 +193,13 @@ struct StoredBlocks {
     EVP_INDEPENDENT
     for (int k = 0; k < n; k++) {
       const Form &c = Many ? forms[kind[k] >> 1] : only;
-      const double cut = std::sqrt(cutsq[k]) * (kind[k] & 1 ? of_bond : of_new);
+      const Weight weight(kept[k]);
+      const double cut = std::sqrt(cutsq[k]) * (weight.is_bond ? of_bond : of_new);
       const double xi = (cut - deq[k]) * inv_deq[k];
       const Law::Stored all = c.template stored<N>(xi);
       const double flown = std::max(xi - c.xi_s, 0.0);
-      const double kept = c.template stored<N>(xi - flown, flown).total();
-      out[k] = weight_of(j[k], nreact) *
-          (flows && (kind[k] & 1) ? kept : all.first + all.second);
+      const double after_flow = c.template stored<N>(xi - flown, flown).total();
+      out[k] = weight.size * (flows && weight.is_bond ? after_flow : all.total());
     }
   }
 
@@ -194,25 +223,26 @@ struct StoredBlocks {
 };
 
 void StoredEnergy::assign(const PairList &list, const BlockLaw &law, std::vector<double> deq_in,
-                          int nreact_in, bool flows_in)
+                          int nreact, bool flows_in)
 {
   build = list.build;
-  deq = std::move(deq_in);
-  nreact = nreact_in;
   flows = flows_in;
+  deq = std::move(deq_in);
+  // none is within its cut-off yet: the next evaluation adds the depths of those that are
+  weight.resize(deq.size());
+  for (size_t k = 0; k < deq.size(); k++)
+    weight[k] = std::copysign((list.pairs.j[k] < nreact ? 1.0 : 0.5) + StoredBlocks::BEYOND,
+                              list.pairs.kind[k] & 1 ? 1.0 : -1.0);
+  bonds_depth = contacts_depth = {};
   choose(law, list);
   depth.resize(deq.size());
   find_depth(*this, list);
-  // nothing is within its cut-off yet: the next evaluation adds what is
-  beyond.assign(deq.size(), 1);
-  bonds_depth = contacts_depth = {};
 }
 
 // the loops for the laws that the pairs have
 void StoredEnergy::choose(const BlockLaw &law, const PairList &list)
 {
   laws = law.laws;
-  partner = list.pairs.j.data();
   level = law.level;
   forms.clear();
   evaluate = StoredBlocks::evaluate_any;
@@ -244,39 +274,35 @@ void StoredEnergy::choose(const BlockLaw &law, const PairList &list)
   if (power == 6) StoredBlocks::choose<6>(*this, many);
 }
 
-void StoredEnergy::set_largest_depth(double sum, const PairList &list)
+void StoredEnergy::set_largest_depth(double sum)
 {
   int exponent;
   std::frexp(sum, &exponent);
   unit = sum > 0.0 ? std::ldexp(1.0, exponent + 1) : 0.0;
   bonds_depth = contacts_depth = {};
-  for (size_t k = 0; k < beyond.size(); k++)
-    if (!beyond[k]) add_depth(list.pairs.kind[k] & 1, depth[k]);
+  for (size_t k = 0; k < weight.size(); k++) {
+    const StoredBlocks::Weight own(weight[k]);
+    if (!own.was_beyond) add_depth(own.is_bond, depth[k], false);
+  }
 }
 
 const StoredEnergy::Values &StoredEnergy::add(const PairRange &range, const Block &block,
-                                              const FlowView &flow)
+                                              const FlowView &flow, bool damps)
 {
-  const int n = block.n;
   FlowView here;
   if (flows) here = {flow.offset + range.first, flow.next + range.first};
-  evaluate(*this, block, {deq.data() + range.first, partner + range.first, here}, values);
-  first.add(n, [&](int k) { return values.first[k]; });
-  contacts.add(n, [&](int k) { return values.contacts[k]; });
-  if (flows) {
-    hardening.add(n, [&](int k) { return values.hardening[k]; });
-    plastic.add(n, [&](int k) { return values.plastic[k]; });
-  } else
-    second.add(n, [&](int k) { return values.second[k]; });
-
-  unsigned char *const was = beyond.data() + range.first;
-  if (std::memcmp(values.beyond, was, n) != 0)
-    for (int k = 0; k < n; k++)
-      if (values.beyond[k] != was[k]) {
-        was[k] = values.beyond[k];
-        const double held = depth[range.first + k];
-        add_depth(block.kind[k] & 1, was[k] ? -held : held);
-      }
+  double *const kept = weight.data() + range.first;
+  evaluate(*this, block, {deq.data() + range.first, kept, here}, damps);
+  call_at(level, [&]() EVP_KERNEL {
+    StoredBlocks::add_up(found, values, block.n, flows);
+  });
+  if (found.passes.total() != 0.0)
+    for (int k = 0; k < block.n; k++) {
+      if (values.passes[k] == 0.0) continue;
+      const StoredBlocks::Weight own(kept[k]);
+      add_depth(own.is_bond, depth[range.first + k], !own.was_beyond);
+      kept[k] += std::copysign(StoredBlocks::BEYOND, own.was_beyond ? -kept[k] : kept[k]);
+    }
   return values;
 }
 

@@ -44,12 +44,12 @@ class StoredEnergy {
     Depth bonds_depth, contacts_depth;
   };
 
-  /// What a block's pairs hold, each times its weight, 0 beyond the cut-off [energy].
+  /// What the pairs of a block hold, each times its weight, 0 beyond the cut-off [energy].
   struct Values {
-    alignas(64) double dsq[Block::SIZE];    ///< [length^2]
     alignas(64) double first[Block::SIZE], second[Block::SIZE], contacts[Block::SIZE];
     alignas(64) double hardening[Block::SIZE], plastic[Block::SIZE];    ///< with offsets only
-    unsigned char beyond[Block::SIZE];
+    alignas(64) double damping[Block::SIZE];    ///< force/d of it, where asked for [force/length]
+    alignas(64) double passes[Block::SIZE];     ///< 1 where a pair has passed its cut-off, else 0
   };
 
   /// The next list may have the number of the last one.
@@ -70,19 +70,21 @@ class StoredEnergy {
   double total_depth() const { return std::accumulate(depth.begin(), depth.end(), 0.0); }
 
   /// The total over all MPI ranks that sums are to be exact up to, from now on.
-  void set_largest_depth(double sum, const PairList &list);
+  void set_largest_depth(double sum);
 
   /// Before the first block of an evaluation.
-  void begin() { first = second = contacts = hardening = plastic = LaneSum(); }
+  void begin() { found = {}; }
 
-  /// Adds the pairs of a block. Returns what each holds, until the next call.
-  const Values &add(const PairRange &range, const Block &block, const FlowView &flow);
+  /// Adds the pairs of a block. damps: their damping is asked for, at Block::approach. Returns what
+  /// each holds, until the next call.
+  const Values &add(const PairRange &range, const Block &block, const FlowView &flow, bool damps);
 
   /// After the last block.
   Sums sums() const
   {
-    return {first.total(),   second.total(), contacts.total(), hardening.total(),
-            plastic.total(), bonds_depth,    contacts_depth};
+    return {found.first.total(),   found.second.total(), found.contacts.total(),
+            found.hardening.total(), found.plastic.total(),  bonds_depth,
+            contacts_depth};
   }
 
   /// Spent on bonds that have left since: what it took to pull them from deq to their cut-off.
@@ -97,44 +99,45 @@ class StoredEnergy {
     return (now.contacts - start.contacts) - (now.contacts_depth - start.contacts_depth);
   }
 
-  /// gamma of a pair of that kind [force/velocity].
-  double gamma(int kind) const { return forms[forms.size() > 1 ? kind >> 1 : 0].gamma; }
-
-  double memory_usage() const { return bytes_of(deq, depth, beyond, forms); }
+  double memory_usage() const { return bytes_of(deq, depth, weight, forms); }
 
  private:
+  friend struct StoredBlocks;    // the loops over pairs
+
   /// What a loop reads of a block's pairs beside the block.
   struct Pairs {
-    const double *deq;
-    const int *j;
+    const double *deq, *weight;
     FlowView flow;
   };
-  friend struct StoredBlocks;    // the loops over them
+  struct LaneSums {
+    LaneSum first, second, contacts, hardening, plastic, passes;
+  };
+  using Evaluate = void(StoredEnergy &, const Block &, const Pairs &, bool damps);
 
   long build = -1;
   double unit = 0.0;    // a power of two above any sum of depths
-  int nreact = 0;
   bool flows = false;
   const Law *laws = nullptr;
-  const int *partner = nullptr;    // of each pair
   Level level = Level::BASE;
   std::vector<Law::StoredForm> forms;    // of each law, or one entry if all are alike
-  void (*evaluate)(const StoredEnergy &, const Block &, const Pairs &, Values &) = nullptr;
+  Evaluate *evaluate = nullptr;
   void (*find_depth)(StoredEnergy &, const PairList &) = nullptr;
 
-  std::vector<double> deq, depth;       // of each pair, depth times its weight
-  std::vector<unsigned char> beyond;    // was it beyond its cut-off?
+  // Of each pair: depth is times its weight. Weights are 1 or 1/2, without newton, when both owners of a
+  // pair across MPI ranks hold it; 2 more for a pair that was beyond its cut-off; negative for a new pair
+  std::vector<double> deq, depth, weight;
   Depth bonds_depth{}, contacts_depth{};
-  LaneSum first, second, contacts, hardening, plastic;
+  LaneSums found;
   Values values;
 
   void choose(const BlockLaw &law, const PairList &list);
-  void add_depth(bool is_bond, double x)
+  // back: takes it out again
+  void add_depth(bool is_bond, double x, bool back)
   {
     Depth &sum = is_bond ? bonds_depth : contacts_depth;
-    const double whole = x > 0.0 ? (x + unit) - unit : (x - unit) + unit;
-    sum.rounded += whole;
-    sum.rest += x - whole;
+    const double rounded = (x + unit) - unit;
+    sum.rounded += back ? -rounded : rounded;
+    sum.rest += back ? rounded - x : x - rounded;
   }
 };
 

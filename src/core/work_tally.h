@@ -56,7 +56,6 @@ class PairWork {
 
  private:
   bool fresh = false;
-  double over_d[Block::SIZE];    // damping of the pairs of a block over distance [force/length]
 
   /// Beside the tally of the pair style.
   template <bool Damping, class Tally> struct WorkTally {
@@ -70,12 +69,10 @@ class PairWork {
     void operator()(const PairRange &range, const Block &block)
     {
       other(range, block);
-      const StoredEnergy::Values &values = work.stored.add(range, block, flow);
-      if constexpr (Damping) {
-        work.find_damping(block, values);
+      const StoredEnergy::Values &values = work.stored.add(range, block, flow, Damping);
+      if constexpr (Damping)
         scatter(list, {nullptr, nullptr, rows(work.damping), view.nreact}, range, block,
-                work.over_d);
-      }
+                values.damping);
     }
   };
 
@@ -100,15 +97,6 @@ class PairWork {
     EVP_INDEPENDENT
     for (int k = 0; k < 3 * view.nreact; k++) own[k] = f[k] - own[k];
     fresh = true;
-  }
-
-  void find_damping(const Block &block, const StoredEnergy::Values &values)
-  {
-    EVP_INDEPENDENT
-    for (int k = 0; k < block.n; k++) {
-      const double damping = -stored.gamma(block.kind[k]) * block.approach[k] / values.dsq[k];
-      over_d[k] = values.dsq[k] > block.cutsq[k] ? 0.0 : damping;
-    }
   }
 };
 

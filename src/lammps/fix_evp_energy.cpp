@@ -46,36 +46,13 @@ void FixEVPEnergy::setup(int /*vflag*/)
   if (update->whichflag != 1) return;
   if (!started)    // for all instants that are compared with the start
     work->stored.set_largest_depth(
-        EVP::reduce_all(work->stored.total_depth(), MPI_SUM, world), network->packed_pairs());
+        EVP::reduce_all(work->stored.total_depth(), MPI_SUM, world));
   take_work();
   last = over_all_ranks({instant_here(), {}}).instant;
   if (!started) start = last;
   started = true;
   end_instant();
-}
-
-void FixEVPEnergy::post_integrate()
-{
-  dt_step = update->dt;
-  const double *const solved = solved_damping();
-  for (int i = 0; i < atom->nlocal; i++) records[i].forces = forces_on(i, solved);
-  dissipated_at_begin = dissipated_in_half_step();
-  if (solved) dissipated_at_begin += 0.5 * dt_step * implicit->power_after();
-}
-
-// What damping gives back where a velocity turns within a step is deducted from what it takes next
-void FixEVPEnergy::end_of_step()
-{
-  take_work();
-  const Totals now = over_all_ranks({instant_here(), works_of_step()});
-  last = now.instant;
-  taken += now.works.dissipated;
-  entries[DISSIPATED] = std::max(entries[DISSIPATED], taken);
-  entries[MOVERS] += now.works.movers;
-  entries[OTHERS] += now.works.others;
-  entries[PLASTIC] += now.instant.pairs.plastic;
-  entries[BROKEN] += now.works.broken;
-  end_instant();
+  for (int i = 0; i < atom->nlocal; i++) unwrap(i, records[i].x);
 }
 
 // where the force loop went over the pairs since; not so where rerun ends its step right after set-up
@@ -86,16 +63,71 @@ void FixEVPEnergy::take_work()
   if (!work->damping.empty()) to_owners(work->damping);
 }
 
-// velocity per force in half a step; none where forces do not move the atom
-double FixEVPEnergy::half_kick(int i) const
+// as Domain::unmap, which most atoms have no need of
+inline void FixEVPEnergy::unwrap(int i, double *x) const
 {
-  return is_driven(i) ? 0.5 * dt_step * EVP::scene::inverse_mass(atom, force, i) : 0.0;
+  constexpr imageint HOME =
+      ((imageint) IMGMAX << IMG2BITS) | ((imageint) IMGMAX << IMGBITS) | IMGMAX;
+  if (atom->image[i] == HOME)
+    std::copy_n(atom->x[i], 3, x);
+  else
+    domain->unmap(atom->x[i], atom->image[i], x);
 }
 
-// what fix nve/evp adds to f, nullptr where it damps nothing
-const double *FixEVPEnergy::solved_damping() const
+// does fix nve/evp solve for the damping?
+bool FixEVPEnergy::is_solved() const
 {
-  return implicit && network->damps_implicitly() ? implicit->applied_damping().data() : nullptr;
+  return implicit && network->damps_implicitly();
+}
+
+// What acts on local atoms: of the pairs, with explicit damping, that damping, what fix nve/evp added.
+// Damps, Solved: these two act
+template <bool Damps, bool Solved> struct FixEVPEnergy::Forces {
+  const double *whole, *of_pairs, *damping, *solved;
+
+  EVP_INLINE void find(int i, bool driven, EVP::AtomForces &now) const
+  {
+    const size_t first = (size_t) 3 * i;
+    for (int c = 0; c < 3; c++) {
+      double of_pairs_here = of_pairs[first + c];
+      if constexpr (Solved) of_pairs_here += solved[first + c];
+      if (driven)
+        now.working[c] = whole[first + c] - of_pairs_here;
+      else {
+        now.damping[c] = Damps ? damping[first + c] : 0.0;
+        now.working[c] = of_pairs_here - now.damping[c];
+      }
+    }
+  }
+};
+
+// calls f(forces) with the Forces of this step
+template <class F> void FixEVPEnergy::with_forces(F &&f) const
+{
+  const double *const whole = atom->f[0], *const of_pairs = work->force.data();
+  const double *const damping = work->damping.data();
+  const double *const solved = is_solved() ? implicit->applied_damping().data() : nullptr;
+  if (work->damping.empty())
+    solved ? f(Forces<false, true>{whole, of_pairs, damping, solved})
+           : f(Forces<false, false>{whole, of_pairs, damping, solved});
+  else
+    solved ? f(Forces<true, true>{whole, of_pairs, damping, solved})
+           : f(Forces<true, false>{whole, of_pairs, damping, solved});
+}
+
+// by the explicit damping of a driven atom over the half step before or after the present positions, in the mean
+// [energy/time]. At the beginning of a step atoms hold the half-step velocity by now, at its end that of the full
+// step: of either the mean over the half step is half of its kick away
+template <bool Damps, bool Solved>
+double FixEVPEnergy::dissipated_in_half_step(int i, const Forces<Damps, Solved> &forces) const
+{
+  if constexpr (!Damps) return 0.0;
+  const double half_kick = 0.5 * dt_step * EVP::scene::inverse_mass(atom, force, i);
+  const double *const v = atom->v[i], *const f = atom->f[i];
+  const double *const damping = forces.damping + (size_t) 3 * i;
+  double sum = 0.0;
+  for (int c = 0; c < 3; c++) sum -= damping[c] * (v[c] - 0.5 * half_kick * f[c]);
+  return sum;
 }
 
 // on this MPI rank.
@@ -132,78 +164,68 @@ FixEVPEnergy::Totals FixEVPEnergy::over_all_ranks(Totals totals) const
   return totals;
 }
 
-EVP::AtomForces FixEVPEnergy::forces_on(int i, const double *solved) const
+// of the step that ends, on this MPI rank; puts the records on to the positions where the next one begins
+FixEVPEnergy::Works FixEVPEnergy::works_of_step()
 {
-  const size_t first = (size_t) 3 * i;
-  const double *const damping = work->damping.empty() ? nullptr : &work->damping[first];
-  const double *const pairs = &work->force[first];    // damping included
-  const bool driven = is_driven(i);
-  EVP::AtomForces now;
-  for (int c = 0; c < 3; c++) {
-    now.damping[c] = damping ? damping[c] : 0.0;
-    const double by_fix = solved ? solved[first + c] : 0.0;
-    now.working[c] =
-        driven ? atom->f[i][c] - pairs[c] - by_fix : pairs[c] - now.damping[c] + by_fix;
-  }
-  return now;
-}
-
-// on this MPI rank, by the explicit damping of driven atoms over the half step before or after the present
-// positions. At the beginning of a step atoms hold the half-step velocity by now, at its end that of the full
-// step: of either the mean over the half step is half of its kick away
-double FixEVPEnergy::dissipated_in_half_step() const
-{
-  double sum = 0.0;
-  if (work->damping.empty()) return sum;
-  for (int i = 0; i < atom->nlocal; i++) {
-    if (!is_driven(i)) continue;
-    const double half = half_kick(i);
-    for (int c = 0; c < 3; c++)
-      sum -= work->damping[(size_t) 3 * i + c] * (atom->v[i][c] - 0.5 * half * atom->f[i][c]);
-  }
-  return 0.5 * dt_step * sum;
-}
-
-// of the step that ends, on this MPI rank
-FixEVPEnergy::Works FixEVPEnergy::works_of_step() const
-{
-  const double *const solved = solved_damping();
-  Works works{};
-  works.broken = released_by_broken_bonds();
-  works.dissipated = dissipated_at_begin + dissipated_in_half_step();
-  if (solved) works.dissipated += 0.5 * dt_step * implicit->power_before();
-  for (int i = 0; i < atom->nlocal; i++) {
-    const EVP::AtomPast &then = records[i];
-    const EVP::AtomForces now = forces_on(i, solved);
-    double x[3], work_done = 0.0, damped = 0.0;
-    unwrap(i, x);
-    for (int c = 0; c < 3; c++) {
-      const double dx = x[c] - then.x[c];
-      work_done += 0.5 * (then.forces.working[c] + now.working[c]) * dx;
-      damped += 0.5 * (then.forces.damping[c] + now.damping[c]) * dx;
+  double dissipated = 0.0, damped = 0.0, movers = 0.0, others = 0.0;
+  with_forces([&](const auto &forces) {
+    for (int i = 0; i < atom->nlocal; i++) {
+      EVP::AtomPast &then = records[i];
+      const bool driven = is_driven(i);
+      EVP::AtomForces now;
+      double x[3], done = 0.0;
+      forces.find(i, driven, now);
+      unwrap(i, x);
+      for (int c = 0; c < 3; c++)
+        done += 0.5 * (then.forces.working[c] + now.working[c]) * (x[c] - then.x[c]);
+      if (driven) {
+        others += done;
+        dissipated += dissipated_in_half_step(i, forces);
+      } else {
+        movers -= done;
+        for (int c = 0; c < 3; c++)
+          damped -= 0.5 * (then.forces.damping[c] + now.damping[c]) * (x[c] - then.x[c]);
+      }
+      std::copy_n(x, 3, then.x);
     }
-    if (is_driven(i))
-      works.others += work_done;
-    else {
-      works.dissipated -= damped;
-      works.movers -= work_done + damped;
-    }
-  }
-  return works;
+  });
+  dissipated *= 0.5 * dt_step;
+  if (is_solved()) dissipated += 0.5 * dt_step * implicit->power_before();
+  return {dissipated_at_begin + dissipated + damped, movers + damped, others,
+          released_by_broken_bonds()};
 }
 
-// as Domain::unmap, which most atoms have no need of
-void FixEVPEnergy::unwrap(int i, double *x) const
+void FixEVPEnergy::post_integrate()
 {
-  constexpr imageint HOME =
-      ((imageint) IMGMAX << IMG2BITS) | ((imageint) IMGMAX << IMGBITS) | IMGMAX;
-  if (atom->image[i] == HOME)
-    std::copy_n(atom->x[i], 3, x);
-  else
-    domain->unmap(atom->x[i], atom->image[i], x);
+  dt_step = update->dt;
+  with_forces([this](const auto &forces) {
+    dissipated_at_begin = 0.0;
+    for (int i = 0; i < atom->nlocal; i++) {
+      const bool driven = is_driven(i);
+      forces.find(i, driven, records[i].forces);
+      if (driven) dissipated_at_begin += dissipated_in_half_step(i, forces);
+    }
+  });
+  dissipated_at_begin *= 0.5 * dt_step;
+  if (is_solved()) dissipated_at_begin += 0.5 * dt_step * implicit->power_after();
 }
 
-// what is held at the end of a step, and where the next one begins
+// What damping gives back where a velocity turns within a step is deducted from what it takes next
+void FixEVPEnergy::end_of_step()
+{
+  take_work();
+  const Totals now = over_all_ranks({instant_here(), works_of_step()});
+  last = now.instant;
+  taken += now.works.dissipated;
+  entries[DISSIPATED] = std::max(entries[DISSIPATED], taken);
+  entries[MOVERS] += now.works.movers;
+  entries[OTHERS] += now.works.others;
+  entries[PLASTIC] += now.instant.pairs.plastic;
+  entries[BROKEN] += now.works.broken;
+  end_instant();
+}
+
+// what is held at the end of a step
 void FixEVPEnergy::end_instant()
 {
   entries[KINETIC] = last.kinetic - start.kinetic;
@@ -213,7 +235,6 @@ void FixEVPEnergy::end_instant()
   entries[CONTACTS] = EVP::StoredEnergy::of_contacts(start.pairs, last.pairs);
   entries[HARDENING] = last.pairs.hardening - start.pairs.hardening;
   entries[VOLUME] = last.volume - start.volume;
-  for (int i = 0; i < atom->nlocal; i++) unwrap(i, records[i].x);
 }
 
 // f_ID: energy imbalance. f_ID[1..12], changes since the start: kinetic, stored in bonds up to xi_s

@@ -100,16 +100,17 @@ class FixEVPEnergy : public AtomRecords<NodalExchange<Fix>, EVP::AtomPast> {
   std::shared_ptr<EVP::PairWork> work = std::make_shared<EVP::PairWork>();
 
   bool is_driven(int i) const { return atom->mask[i] & driven_groupbits; }
-  double half_kick(int i) const;
-  const double *solved_damping() const;
+  template <bool Damps, bool Solved> struct Forces;
+  template <class F> void with_forces(F &&f) const;
+  template <bool Damps, bool Solved>
+  double dissipated_in_half_step(int i, const Forces<Damps, Solved> &forces) const;
+  bool is_solved() const;
   void take_work();
   Instant instant_here() const;
   double volume_energy() const;
   double released_by_broken_bonds() const;
   Totals over_all_ranks(Totals totals) const;
-  EVP::AtomForces forces_on(int i, const double *solved) const;
-  double dissipated_in_half_step() const;
-  Works works_of_step() const;
+  Works works_of_step();
   void unwrap(int i, double *x) const;
   void end_instant();
 };
