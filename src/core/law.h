@@ -159,20 +159,38 @@ class Law {
       return power_minus_1<N>(strain) * FixedPowers<2 * N, N>::template power<N>(s);
     }
 
-    /// stored(d, deq) at the strain xi.
+    /// Where on the law a pair is at the strain xi. 0 or 1 where others have a condition: of those, selects
+    /// between results, compilers make branches here.
+    struct Point {
+      double is_second, is_stretched;
+      double strain;    ///< in its regime
+    };
+    EVP_INLINE Point point(double xi) const
+    {
+      const double rest = xi - std::min(std::max(xi, -xi_s), xi_s);
+      const double is_second = rest != 0.0 ? 1.0 : 0.0;
+      return {is_second, xi > 0.0 ? 1.0 : 0.0, rest + (1.0 - is_second) * xi};
+    }
+
+    /// stored(d, deq) there. s: 1/(1 + strain).
+    template <int N> EVP_INLINE Stored stored(const Point &at, double s) const
+    {
+      const double second = at.is_second, first = 1.0 - second;
+      const double in_tension = at.is_stretched, pressed = 1.0 - in_tension;
+      const double q = opened<N>(at.strain, s);
+      const double energy = (first * e1 + second * e2) * q * q;
+      const double carried = in_tension * stretched.stored + pressed * compressed.stored;
+      const double slope = in_tension * stretched.slope + pressed * compressed.slope;
+      return {first * energy + second * carried, second * (energy + slope * at.strain)};
+    }
     template <int N> EVP_INLINE Stored stored(double xi) const
     {
-      const bool is_first = std::fabs(xi) <= xi_s;
-      const double strain = is_first ? xi : xi - std::copysign(xi_s, xi);
-      const double q = opened<N>(strain, 1.0 / (1.0 + strain));
-      const double energy = (is_first ? e1 : e2) * q * q;
-      const double carried = xi > 0.0 ? stretched.stored : compressed.stored;
-      const double slope = xi > 0.0 ? stretched.slope : compressed.slope;
-      return {is_first ? energy : carried, is_first ? 0.0 : energy + slope * strain};
+      const Point at = point(xi);
+      return stored<N>(at, 1.0 / (1.0 + at.strain));
     }
 
     /// stored(d, deq, p); elastic: xi - p.
-    template <int N> EVP_INLINE Stored stored(double elastic, double p) const
+    template <int N> EVP_INLINE Stored stored_after_flow(double elastic, double p) const
     {
       const double q1 = opened<N>(elastic, 1.0 / (1.0 + elastic));
       const double s = 1.0 / (1.0 + p), q2 = opened<N>(p, s);

@@ -93,23 +93,32 @@ struct StoredBlocks {
       const double x = block.xy[2 * k], y = block.xy[2 * k + 1], z = block.z[k];
       const double dsq = x * x + y * y + z * z;
       const double xi = (std::sqrt(dsq) - deq[k]) * inv_deq[k];
-      const bool beyond = dsq > cutsq[k];
-      const Weight weight(kept[k]);
-      values.passes[k] = std::fabs((beyond ? 1.0 : 0.0) - (weight.was_beyond ? 1.0 : 0.0));
-      const double w = beyond ? 0.0 : weight.size;
-      const double of_bond = weight.is_bond ? w : 0.0;
-      if constexpr (Damps)
-        values.damping[k] = beyond ? 0.0 : -c.gamma * block.approach[k] * (1.0 / dsq);
+      // selects of constants, and arithmetic: compilers make branches of others
+      const double size = std::fabs(kept[k]);
+      const double inside = dsq > cutsq[k] ? 0.0 : 1.0, was_beyond = size >= BEYOND ? 1.0 : 0.0;
+      values.passes[k] = std::fabs(1.0 - inside - was_beyond);
+      const double w = inside * (size - BEYOND * was_beyond);
+      const double of_bond = std::max(std::copysign(w, kept[k]), 0.0);
       if constexpr (!Flows) {
-        const Law::Stored now = c.template stored<N>(xi);
+        const auto at = c.point(xi);
+        // 1/(1 + strain) and 1/d^2 from one division
+        const double both = 1.0 / ((1.0 + at.strain) * (Damps ? dsq : 1.0));
+        if constexpr (Damps)
+          values.damping[k] = -inside * c.gamma * block.approach[k] * (both * (1.0 + at.strain));
+        const Law::Stored now = c.template stored<N>(at, Damps ? both * dsq : both);
         values.first[k] = of_bond * now.first;
         values.second[k] = of_bond * now.second;
         values.contacts[k] = (w - of_bond) * (now.first + now.second);
       } else {
+        if constexpr (Damps)
+          values.damping[k] = -inside * c.gamma * block.approach[k] / dsq;
         const double p = mapped(offset[k], xi, c.xi_s);
         const double elastic = std::min(std::max(xi - offset[k], -c.xi_s), c.xi_s);
-        const Law::Stored now = c.template stored<N>(elastic, p);
-        const double contact = p > 0.0 ? c.template stored<N>(xi).total() : now.total();
+        const Law::Stored now = c.template stored_after_flow<N>(elastic, p);
+        // a stretched contact has followed eq. 8 from an offset of 0
+        const double is_stretched = p > 0.0 ? 1.0 : 0.0;
+        const double contact = is_stretched * c.template stored<N>(xi).total() +
+            (1.0 - is_stretched) * now.total();
         values.first[k] = of_bond * now.first;
         values.hardening[k] = of_bond * now.hardening;
         values.contacts[k] = (w - of_bond) * contact;
@@ -186,20 +195,22 @@ struct StoredBlocks {
     const double *const kept = own.weight.data();
     double *const out = own.depth.data();
     const double of_new = list.pairs.margin_removed[0], of_bond = list.pairs.margin_removed[1];
-    const bool flows = own.flows;
+    const double flows = own.flows ? 1.0 : 0.0;
     const Form *const forms = own.forms.data();
     const Form only = forms[0];
 
     EVP_INDEPENDENT
     for (int k = 0; k < n; k++) {
       const Form &c = Many ? forms[kind[k] >> 1] : only;
-      const Weight weight(kept[k]);
-      const double cut = std::sqrt(cutsq[k]) * (weight.is_bond ? of_bond : of_new);
+      const double is_bond = kept[k] > 0.0 ? 1.0 : 0.0, is_new = 1.0 - is_bond;
+      const double cut = std::sqrt(cutsq[k]) * (is_bond * of_bond + is_new * of_new);
       const double xi = (cut - deq[k]) * inv_deq[k];
       const Law::Stored all = c.template stored<N>(xi);
       const double flown = std::max(xi - c.xi_s, 0.0);
-      const double after_flow = c.template stored<N>(xi - flown, flown).total();
-      out[k] = weight.size * (flows && weight.is_bond ? after_flow : all.total());
+      const double after_flow = c.template stored_after_flow<N>(xi - flown, flown).total();
+      const double flowing = flows * is_bond;
+      out[k] = (std::fabs(kept[k]) - BEYOND) *
+          (flowing * after_flow + (1.0 - flowing) * all.total());
     }
   }
 

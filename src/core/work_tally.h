@@ -18,8 +18,11 @@ class PairWork {
   StoredEnergy stored;
 
   /// Three values per particle and ghost [force], on ghosts reactions: of the pairs, damping included,
-  /// and of the damping of their laws alone, which is empty where none acts.
+  /// which is empty without `separates`; and of the damping of their laws alone, empty where none acts.
   std::vector<double> force, damping;
+
+  /// Is `force` wanted? Not where nothing else acts, and ParticleView::f will hold the same.
+  bool separates = true;
 
   /// At the beginning of a run, whose pairs may be those of another pair style.
   void forget()
@@ -84,19 +87,20 @@ class PairWork {
   // other styles may have added to f: what the loop adds is the difference, and no bit of f is another
   void begin(const PairList &list, const ParticleView &view, bool damps)
   {
-    force.resize((size_t) 3 * list.nall);
-    if (view.nreact > 0) std::copy_n(view.f[0], (size_t) 3 * view.nreact, force.begin());
+    force.resize(separates ? (size_t) 3 * list.nall : 0);
+    if (separates && view.nreact > 0) std::copy_n(view.f[0], (size_t) 3 * view.nreact, force.begin());
     damping.assign(damps ? (size_t) 3 * list.nall : 0, 0.0);
     stored.begin();
   }
 
   void end(const ParticleView &view)
   {
-    const double *const f = view.nreact > 0 ? view.f[0] : nullptr;
+    fresh = true;
+    if (!separates || view.nreact == 0) return;
+    const double *const f = view.f[0];
     double *const own = force.data();
     EVP_INDEPENDENT
     for (int k = 0; k < 3 * view.nreact; k++) own[k] = f[k] - own[k];
-    fresh = true;
   }
 };
 

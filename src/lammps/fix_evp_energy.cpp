@@ -37,6 +37,23 @@ void FixEVPEnergy::init()
   driven_groupbits = 0;
   for (const Fix *other : modify->get_fix_list())
     if (EVP::scene::moves_by_forces(other)) driven_groupbits |= other->groupbit;
+  work->separates = others_act();
+}
+
+// May anything but this pair style and fix nve/evp add to f?
+bool FixEVPEnergy::others_act() const
+{
+  using namespace FixConst;
+  if (force->pair_match("evp/lj", 1) != force->pair) return true;    // one of several
+  if (force->bond || force->angle || force->dihedral || force->improper || force->kspace)
+    return true;
+  for (int k = 0; k < modify->nfix; k++) {
+    const char *const other = modify->fix[k]->style;
+    const bool known = utils::strmatch(other, "/evp$|^evp/");
+    if (!known && (modify->fmask[k] & (PRE_FORCE | PRE_REVERSE | POST_FORCE))) return true;
+    if (utils::strmatch(other, "^python")) return true;    // at any time
+  }
+  return false;
 }
 
 // what acts in the first half step is not known yet: fixes that are defined after this one may add
@@ -59,7 +76,7 @@ void FixEVPEnergy::setup(int /*vflag*/)
 void FixEVPEnergy::take_work()
 {
   if (!work->take()) return;
-  to_owners(work->force);
+  if (!work->force.empty()) to_owners(work->force);
   if (!work->damping.empty()) to_owners(work->damping);
 }
 
@@ -80,22 +97,22 @@ bool FixEVPEnergy::is_solved() const
   return implicit && network->damps_implicitly();
 }
 
-// What acts on local atoms: of the pairs, with explicit damping, that damping, what fix nve/evp added.
-// Damps, Solved: these two act
-template <bool Damps, bool Solved> struct FixEVPEnergy::Forces {
+// What acts on local atoms: all, of the pairs with explicit damping, that damping, what fix nve/evp added.
+// Damps: there is explicit damping. Others: there may be more than these
+template <bool Damps, bool Others> struct FixEVPEnergy::Forces {
   const double *whole, *of_pairs, *damping, *solved;
 
   EVP_INLINE void find(int i, bool driven, EVP::AtomForces &now) const
   {
     const size_t first = (size_t) 3 * i;
     for (int c = 0; c < 3; c++) {
-      double of_pairs_here = of_pairs[first + c];
-      if constexpr (Solved) of_pairs_here += solved[first + c];
+      double of_network = whole[first + c];
+      if constexpr (Others) of_network = of_pairs[first + c] + (solved ? solved[first + c] : 0.0);
       if (driven)
-        now.working[c] = whole[first + c] - of_pairs_here;
+        now.working[c] = Others ? whole[first + c] - of_network : 0.0;
       else {
         now.damping[c] = Damps ? damping[first + c] : 0.0;
-        now.working[c] = of_pairs_here - now.damping[c];
+        now.working[c] = of_network - now.damping[c];
       }
     }
   }
@@ -107,19 +124,21 @@ template <class F> void FixEVPEnergy::with_forces(F &&f) const
   const double *const whole = atom->f[0], *const of_pairs = work->force.data();
   const double *const damping = work->damping.data();
   const double *const solved = is_solved() ? implicit->applied_damping().data() : nullptr;
+  const auto call = [&](auto damps, auto others) {
+    f(Forces<damps, others>{whole, of_pairs, damping, solved});
+  };
+  using std::false_type, std::true_type;
   if (work->damping.empty())
-    solved ? f(Forces<false, true>{whole, of_pairs, damping, solved})
-           : f(Forces<false, false>{whole, of_pairs, damping, solved});
+    work->separates ? call(false_type(), true_type()) : call(false_type(), false_type());
   else
-    solved ? f(Forces<true, true>{whole, of_pairs, damping, solved})
-           : f(Forces<true, false>{whole, of_pairs, damping, solved});
+    work->separates ? call(true_type(), true_type()) : call(true_type(), false_type());
 }
 
 // by the explicit damping of a driven atom over the half step before or after the present positions, in the mean
 // [energy/time]. At the beginning of a step atoms hold the half-step velocity by now, at its end that of the full
 // step: of either the mean over the half step is half of its kick away
-template <bool Damps, bool Solved>
-double FixEVPEnergy::dissipated_in_half_step(int i, const Forces<Damps, Solved> &forces) const
+template <bool Damps, bool Others>
+double FixEVPEnergy::dissipated_in_half_step(int i, const Forces<Damps, Others> &forces) const
 {
   if constexpr (!Damps) return 0.0;
   const double half_kick = 0.5 * dt_step * EVP::scene::inverse_mass(atom, force, i);

@@ -100,11 +100,12 @@ class FixEVPEnergy : public AtomRecords<NodalExchange<Fix>, EVP::AtomPast> {
   std::shared_ptr<EVP::PairWork> work = std::make_shared<EVP::PairWork>();
 
   bool is_driven(int i) const { return atom->mask[i] & driven_groupbits; }
-  template <bool Damps, bool Solved> struct Forces;
+  template <bool Damps, bool Others> struct Forces;
   template <class F> void with_forces(F &&f) const;
-  template <bool Damps, bool Solved>
-  double dissipated_in_half_step(int i, const Forces<Damps, Solved> &forces) const;
+  template <bool Damps, bool Others>
+  double dissipated_in_half_step(int i, const Forces<Damps, Others> &forces) const;
   bool is_solved() const;
+  bool others_act() const;
   void take_work();
   Instant instant_here() const;
   double volume_energy() const;
