@@ -49,7 +49,7 @@ bool FixEVPEnergy::others_act() const
     return true;
   for (int k = 0; k < modify->nfix; k++) {
     const char *const other = modify->fix[k]->style;
-    const bool known = utils::strmatch(other, "/evp$|^evp/");
+    const bool known = utils::strmatch(other, "/evp$") || utils::strmatch(other, "^evp/");
     if (!known && (modify->fmask[k] & (PRE_FORCE | PRE_REVERSE | POST_FORCE))) return true;
     if (utils::strmatch(other, "^python")) return true;    // at any time
   }
