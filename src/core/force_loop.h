@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 // Rows are short: the overhead of the loop counts.
 #if defined(__clang__)
@@ -88,10 +89,9 @@ void gather(const PairList &list, const ParticleView &view, const PairRange &ran
   });
 }
 
-/// Adds the forces of a block to its particles; those of i are summed apart, row by row. force: over
-/// distance, of each pair.
+/// Adds the forces of a block to its particles; those of i are summed apart, row by row.
 inline void scatter(const PairList &list, const ParticleView &view, const PairRange &range,
-                    const Block &block, const double *force)
+                    const Block &block)
 {
   const int *const partner = list.pairs.j.data();
   auto *const f = view.f;
@@ -101,9 +101,9 @@ inline void scatter(const PairList &list, const ParticleView &view, const PairRa
     EVP_UNROLL
     for (int k = first; k < last; k++) {
       const int j = partner[k], b = k - range.first;
-      const double px = block.xy[2 * b] * force[b];
-      const double py = block.xy[2 * b + 1] * force[b];
-      const double pz = block.z[b] * force[b];
+      const double px = block.xy[2 * b] * block.force[b];
+      const double py = block.xy[2 * b + 1] * block.force[b];
+      const double pz = block.z[b] * block.force[b];
       fx += px;
       fy += py;
       fz += pz;
@@ -118,6 +118,11 @@ inline void scatter(const PairList &list, const ParticleView &view, const PairRa
     f[i][2] += fz;
   });
 }
+
+/// True for a tally that adds the forces of its block to ParticleView::f itself, beside what it keeps.
+template <class Tally, class = void> constexpr bool scatters = false;
+template <class Tally>
+constexpr bool scatters<Tally, std::void_t<decltype(Tally::scatters)>> = Tally::scatters;
 
 /// Adds the forces of all interacting pairs (d <= cut) to view.f: what one time step does, and nothing
 /// else. Everything a pair needs was looked up when the list was packed. Pairs are gathered in blocks,
@@ -138,7 +143,7 @@ void accumulate_forces(const PairList &list, const BlockLaw &law, const Particle
     gather<Damping>(list, view, range, block);
     law(block, Damping, tally.energy);
     tally(range, block);
-    scatter(list, view, range, block, block.force);
+    if constexpr (!scatters<std::decay_t<Tally>>) scatter(list, view, range, block);
   }
 }
 

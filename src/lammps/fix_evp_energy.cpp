@@ -8,6 +8,7 @@
 #include "scene.h"
 
 #include "domain.h"
+#include "group.h"
 
 #include <algorithm>
 
@@ -40,7 +41,7 @@ void FixEVPEnergy::init()
   work->separates = others_act();
 }
 
-// May anything but this pair style and fix nve/evp add to f?
+// May anything but this pair style and fix nve/evp add to f, or atoms become movers during the run?
 bool FixEVPEnergy::others_act() const
 {
   using namespace FixConst;
@@ -52,6 +53,7 @@ bool FixEVPEnergy::others_act() const
     const bool known = utils::strmatch(other, "/evp$") || utils::strmatch(other, "^evp/");
     if (!known && (modify->fmask[k] & (PRE_FORCE | PRE_REVERSE | POST_FORCE))) return true;
     if (utils::strmatch(other, "^python")) return true;    // at any time
+    if (group->dynamic[modify->fix[k]->igroup]) return true;
   }
   return false;
 }
@@ -102,6 +104,9 @@ bool FixEVPEnergy::is_solved() const
 template <bool Damps, bool Others> struct FixEVPEnergy::Forces {
   const double *whole, *of_pairs, *damping, *solved;
 
+  /// Can anything do work on the atom that is an entry of the balance?
+  bool work_on(bool driven) const { return Others || !driven; }
+
   EVP_INLINE void find(int i, bool driven, EVP::AtomForces &now) const
   {
     const size_t first = (size_t) 3 * i;
@@ -109,7 +114,7 @@ template <bool Damps, bool Others> struct FixEVPEnergy::Forces {
       double of_network = whole[first + c];
       if constexpr (Others) of_network = of_pairs[first + c] + (solved ? solved[first + c] : 0.0);
       if (driven)
-        now.working[c] = Others ? whole[first + c] - of_network : 0.0;
+        now.working[c] = whole[first + c] - of_network;
       else {
         now.damping[c] = Damps ? damping[first + c] : 0.0;
         now.working[c] = of_network - now.damping[c];
@@ -141,11 +146,12 @@ template <bool Damps, bool Others>
 double FixEVPEnergy::dissipated_in_half_step(int i, const Forces<Damps, Others> &forces) const
 {
   if constexpr (!Damps) return 0.0;
-  const double half_kick = 0.5 * dt_step * EVP::scene::inverse_mass(atom, force, i);
-  const double *const v = atom->v[i], *const f = atom->f[i];
-  const double *const damping = forces.damping + (size_t) 3 * i;
+  const double quarter = 0.25 * dt_step * EVP::scene::inverse_mass(atom, force, i);
+  const size_t first = (size_t) 3 * i;
+  const double *const v = atom->v[0] + first, *const f = forces.whole + first;
+  const double *const damping = forces.damping + first;
   double sum = 0.0;
-  for (int c = 0; c < 3; c++) sum -= damping[c] * (v[c] - 0.5 * half_kick * f[c]);
+  for (int c = 0; c < 3; c++) sum -= damping[c] * (v[c] - quarter * f[c]);
   return sum;
 }
 
@@ -189,18 +195,19 @@ FixEVPEnergy::Works FixEVPEnergy::works_of_step()
   double dissipated = 0.0, damped = 0.0, movers = 0.0, others = 0.0;
   with_forces([&](const auto &forces) {
     for (int i = 0; i < atom->nlocal; i++) {
-      EVP::AtomPast &then = records[i];
       const bool driven = is_driven(i);
-      EVP::AtomForces now;
+      if (driven) dissipated += dissipated_in_half_step(i, forces);
+      if (!forces.work_on(driven)) continue;
+      EVP::AtomPast &then = records[i];
+      EVP::AtomForces now{};
       double x[3], done = 0.0;
       forces.find(i, driven, now);
       unwrap(i, x);
       for (int c = 0; c < 3; c++)
         done += 0.5 * (then.forces.working[c] + now.working[c]) * (x[c] - then.x[c]);
-      if (driven) {
+      if (driven)
         others += done;
-        dissipated += dissipated_in_half_step(i, forces);
-      } else {
+      else {
         movers -= done;
         for (int c = 0; c < 3; c++)
           damped -= 0.5 * (then.forces.damping[c] + now.damping[c]) * (x[c] - then.x[c]);
@@ -221,8 +228,8 @@ void FixEVPEnergy::post_integrate()
     dissipated_at_begin = 0.0;
     for (int i = 0; i < atom->nlocal; i++) {
       const bool driven = is_driven(i);
-      forces.find(i, driven, records[i].forces);
       if (driven) dissipated_at_begin += dissipated_in_half_step(i, forces);
+      if (forces.work_on(driven)) forces.find(i, driven, records[i].forces);
     }
   });
   dissipated_at_begin *= 0.5 * dt_step;
