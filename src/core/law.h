@@ -139,8 +139,7 @@ class Law {
   double dissipated(double p0, double p1) const
   {
     const Threshold &t = beyond(p1 - p0);
-    return std::max(0.0,
-                    t.stored_slope * (p1 - p0) - second.slope_change(p0, p1) * t.offset);
+    return std::max(0.0, t.stored_slope * (p1 - p0) - second.slope_change(p0, p1) * t.offset);
   }
 
   /// stored() and dissipated() for a loop over blocks of pairs, of a law whose exponents are (2 N, N) in

@@ -15,7 +15,8 @@ struct StoredBlocks {
   using Form = Law::StoredForm;
   using Pairs = StoredEnergy::Pairs;
 
-  static constexpr double BEYOND = 2.0;    // added to the weight of a pair that was beyond its cut-off
+  static constexpr double BEYOND =
+      2.0;    // added to the weight of a pair that was beyond its cut-off
 
   /// A weight as it is kept.
   struct Weight {
@@ -110,15 +111,14 @@ struct StoredBlocks {
         values.second[k] = of_bond * now.second;
         values.contacts[k] = (w - of_bond) * (now.first + now.second);
       } else {
-        if constexpr (Damps)
-          values.damping[k] = -inside * c.gamma * block.approach[k] / dsq;
+        if constexpr (Damps) values.damping[k] = -inside * c.gamma * block.approach[k] / dsq;
         const double p = mapped(offset[k], xi, c.xi_s);
         const double elastic = std::min(std::max(xi - offset[k], -c.xi_s), c.xi_s);
         const Law::Stored now = c.template stored_after_flow<N>(elastic, p);
         // a stretched contact has followed eq. 8 from an offset of 0
         const double is_stretched = p > 0.0 ? 1.0 : 0.0;
-        const double contact = is_stretched * c.template stored<N>(xi).total() +
-            (1.0 - is_stretched) * now.total();
+        const double contact =
+            is_stretched * c.template stored<N>(xi).total() + (1.0 - is_stretched) * now.total();
         values.first[k] = of_bond * now.first;
         values.hardening[k] = of_bond * now.hardening;
         values.contacts[k] = (w - of_bond) * contact;
@@ -156,7 +156,9 @@ struct StoredBlocks {
   }
   EVP_INLINE static void add_to(LaneSum &sum, int n, const double *values)
   {
-    sum.add(n, [values](int k) EVP_KERNEL { return values[k]; });
+    sum.add(n, [values](int k) EVP_KERNEL {
+      return values[k];
+    });
   }
 
   template <int N, bool Many, bool Flows>
@@ -209,8 +211,8 @@ struct StoredBlocks {
       const double flown = std::max(xi - c.xi_s, 0.0);
       const double after_flow = c.template stored_after_flow<N>(xi - flown, flown).total();
       const double flowing = flows * is_bond;
-      out[k] = (std::fabs(kept[k]) - BEYOND) *
-          (flowing * after_flow + (1.0 - flowing) * all.total());
+      out[k] =
+          (std::fabs(kept[k]) - BEYOND) * (flowing * after_flow + (1.0 - flowing) * all.total());
     }
   }
 
@@ -224,11 +226,9 @@ struct StoredBlocks {
   template <int N> static void choose(StoredEnergy &own, bool many)
   {
     if (own.flows)
-      own.evaluate =
-          many ? evaluate_at_level<N, true, true> : evaluate_at_level<N, false, true>;
+      own.evaluate = many ? evaluate_at_level<N, true, true> : evaluate_at_level<N, false, true>;
     else
-      own.evaluate =
-          many ? evaluate_at_level<N, true, false> : evaluate_at_level<N, false, false>;
+      own.evaluate = many ? evaluate_at_level<N, true, false> : evaluate_at_level<N, false, false>;
     own.find_depth = many ? depth_at_level<N, true> : depth_at_level<N, false>;
   }
 };

@@ -82,8 +82,8 @@ class StoredEnergy {
   /// After the last block.
   Sums sums() const
   {
-    return {found.first.total(),   found.second.total(), found.contacts.total(),
-            found.hardening.total(), found.plastic.total(),  bonds_depth,
+    return {found.first.total(),     found.second.total(),  found.contacts.total(),
+            found.hardening.total(), found.plastic.total(), bonds_depth,
             contacts_depth};
   }
 

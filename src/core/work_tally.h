@@ -47,8 +47,7 @@ class PairWork {
   {
     if (fresh) return EVP::accumulate_forces<Damping>(list, law, view, tally);
     const bool flows = flow.offset != nullptr;
-    if (stored.is_due(list, flows))
-      stored.assign(list, law, rest_distances(), view.nreact, flows);
+    if (stored.is_due(list, flows)) stored.assign(list, law, rest_distances(), view.nreact, flows);
     begin(list, view, Damping);
     EVP::accumulate_forces<Damping>(list, law, view,
                                     WorkTally<Damping, Tally>{*this, list, view, flow, tally});
@@ -125,7 +124,8 @@ class PairWork {
   void begin(const PairList &list, const ParticleView &view, bool damps)
   {
     force.resize(separates ? (size_t) 3 * list.nall : 0);
-    if (separates && view.nreact > 0) std::copy_n(view.f[0], (size_t) 3 * view.nreact, force.begin());
+    if (separates && view.nreact > 0)
+      std::copy_n(view.f[0], (size_t) 3 * view.nreact, force.begin());
     damping.assign(damps ? (size_t) 3 * list.nall : 0, 0.0);
     stored.begin();
   }

@@ -64,8 +64,7 @@ void FixEVPEnergy::setup(int /*vflag*/)
 {
   if (update->whichflag != 1) return;
   if (!started)    // for all instants that are compared with the start
-    work->stored.set_largest_depth(
-        EVP::reduce_all(work->stored.total_depth(), MPI_SUM, world));
+    work->stored.set_largest_depth(EVP::reduce_all(work->stored.total_depth(), MPI_SUM, world));
   take_work();
   last = over_all_ranks({instant_here(), {}}).instant;
   if (!started) start = last;
@@ -269,8 +268,8 @@ void FixEVPEnergy::end_instant()
 double FixEVPEnergy::compute_scalar()
 {
   double imbalance = 0.0;
-  for (const Entry entry : {KINETIC, FIRST, SECOND, LOST, CONTACTS, DISSIPATED, PLASTIC, HARDENING,
-                            BROKEN, VOLUME})
+  for (const Entry entry :
+       {KINETIC, FIRST, SECOND, LOST, CONTACTS, DISSIPATED, PLASTIC, HARDENING, BROKEN, VOLUME})
     imbalance += entries[entry];
   return imbalance - entries[MOVERS] - entries[OTHERS];
 }

@@ -21,9 +21,9 @@ using Exact = long double;
 namespace {
 
 const std::vector<Row> ROWS = {
-    {80, 8, 4, 3, 8, 4, 0.005, 1000, 1.5},  {80, 6, 3, 3, 6, 3, 0.005, 7, 1.5},
-    {80, 4, 2, 3, 4, 2, 0.012, 7, 1.5},      {80, 2, 1, 3, 2, 1, 0.005, 7, 1.5},
-    {80, 12, 6, 3, 12, 6, 0.005, 7, 1.5},   {80, 7.5, 3.2, 3, 7.5, 3.2, 0.005, 7, 1.5},
+    {80, 8, 4, 3, 8, 4, 0.005, 1000, 1.5}, {80, 6, 3, 3, 6, 3, 0.005, 7, 1.5},
+    {80, 4, 2, 3, 4, 2, 0.012, 7, 1.5},    {80, 2, 1, 3, 2, 1, 0.005, 7, 1.5},
+    {80, 12, 6, 3, 12, 6, 0.005, 7, 1.5},  {80, 7.5, 3.2, 3, 7.5, 3.2, 0.005, 7, 1.5},
     {80, 8, 4, 3, 6, 3, 0.012, 7, 2.0},
 };
 
@@ -86,7 +86,9 @@ struct Flowing {
     Vectors f(cloud.x.size(), {0.5, 0.25, 1.0});
     EVP::FlowView flow;
     if (flows) flow = {offset.data(), next.data()};
-    const auto distances = [this] { return deq; };
+    const auto distances = [this] {
+      return deq;
+    };
     const EVP::BlockLaw law = kernel_cases::block_law(cloud, level);
     const EVP::ParticleView view = cloud.view(f, nreact);
     work.forget();
@@ -132,8 +134,10 @@ TEST(Flow, StoresAndDissipatesWhatIsDefined)
         const Law::Stored found = law.stored(d, deq, p);
         const Exact elastic = ((Exact) d - deq) / deq - p;
         EXPECT_NEAR(found.first, (double) psi_first(row, elastic), 1e-12 * found.first);
-        const double scale = (double) phi_2(row, p) + std::fabs((double) (force_2(row, p) * elastic));
-        EXPECT_NEAR(found.hardening, (double) psi_hardening(row, elastic, p), 1e-12 * scale + 1e-17);
+        const double scale =
+            (double) phi_2(row, p) + std::fabs((double) (force_2(row, p) * elastic));
+        EXPECT_NEAR(found.hardening, (double) psi_hardening(row, elastic, p),
+                    1e-12 * scale + 1e-17);
         EXPECT_EQ(found.second, 0.0);
         for (const double flow : {1e-13, 1e-7, 1e-3, 0.05}) {
           const double next = p + flow * (share > 0 ? 1 : -1);
@@ -290,8 +294,9 @@ TEST(PairWork, TheFirstEvaluationOfAStepCounts)
                                   reinterpret_cast<double(*)[3]>(f.data()), nreact};
   const EVP::BlockLaw law = kernel_cases::block_law(bodies.cloud);
   const auto evaluate = [&] {
-    bodies.work.accumulate_forces<false>(bodies.cloud.list, law, view, {}, EVP::NoTally(),
-                                         [&] { return bodies.deq; });
+    bodies.work.accumulate_forces<false>(bodies.cloud.list, law, view, {}, EVP::NoTally(), [&] {
+      return bodies.deq;
+    });
   };
   evaluate();
   EXPECT_EQ(bodies.work.stored.sums().first, first);
