@@ -188,21 +188,33 @@ class Law {
       return stored<N>(at, 1.0 / (1.0 + at.strain));
     }
 
-    /// stored(d, deq, p); elastic: xi - p.
-    template <int N> EVP_INLINE Stored stored_after_flow(double elastic, double p) const
+    /// stored(d, deq, p), and what a new pair holds there: it flows in compression only, and stretched it
+    /// has followed eq. 8 from an offset of 0.
+    struct AfterFlow {
+      double first, hardening, contact;
+    };
+    /// elastic: xi - p.
+    template <int N> EVP_INLINE AfterFlow stored_after_flow(double elastic, double p) const
     {
-      const double q1 = opened<N>(elastic, 1.0 / (1.0 + elastic));
-      const double s = 1.0 / (1.0 + p), q2 = opened<N>(p, s);
+      const double both = 1.0 / ((1.0 + elastic) * (1.0 + p));
+      const double q1 = opened<N>(elastic, both * (1.0 + p));
+      const double s = both * (1.0 + elastic), q2 = opened<N>(p, s);
       const double slope = a2 * s * FixedPowers<2 * N, N>::template power<N>(s) * q2;
-      return {e1 * q1 * q1, 0.0, e2 * q2 * q2 + slope * elastic};
+      const double in_first = e1 * q1 * q1, in_second = e2 * q2 * q2;
+      const double hardening = in_second + slope * elastic;
+      const double is_stretched = p > 0.0 ? 1.0 : 0.0;
+      const double reversible = in_second + stretched.slope * p;
+      return {in_first, hardening,
+              in_first + is_stretched * reversible + (1.0 - is_stretched) * hardening};
     }
 
     /// dissipated(p0, p1).
     template <int N> EVP_INLINE double dissipated(double p0, double p1) const
     {
-      const double s0 = 1.0 / (1.0 + p0), s1 = 1.0 / (1.0 + p1), flow = p1 - p0;
+      const double both = 1.0 / ((1.0 + p0) * (1.0 + p1)), flow = p1 - p0;
+      const double s0 = both * (1.0 + p1), s1 = both * (1.0 + p0);
       const double stiffness =
-          a2 * s0 * s1 * (power_quotient<2 * N + 1>(s0, s1) - power_quotient<N + 1>(s0, s1));
+          a2 * both * (power_quotient<2 * N + 1>(s0, s1) - power_quotient<N + 1>(s0, s1));
       const double slope = flow > 0.0 ? stretched.slope : compressed.slope;
       const double back = stiffness * std::copysign(xi_s, flow);
       return std::max(0.0, flow * (slope - back));

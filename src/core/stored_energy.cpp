@@ -114,14 +114,10 @@ struct StoredBlocks {
         if constexpr (Damps) values.damping[k] = -inside * c.gamma * block.approach[k] / dsq;
         const double p = mapped(offset[k], xi, c.xi_s);
         const double elastic = std::min(std::max(xi - offset[k], -c.xi_s), c.xi_s);
-        const Law::Stored now = c.template stored_after_flow<N>(elastic, p);
-        // a stretched contact has followed eq. 8 from an offset of 0
-        const double is_stretched = p > 0.0 ? 1.0 : 0.0;
-        const double contact =
-            is_stretched * c.template stored<N>(xi).total() + (1.0 - is_stretched) * now.total();
+        const auto now = c.template stored_after_flow<N>(elastic, p);
         values.first[k] = of_bond * now.first;
         values.hardening[k] = of_bond * now.hardening;
-        values.contacts[k] = (w - of_bond) * contact;
+        values.contacts[k] = (w - of_bond) * now.contact;
       }
     }
 
@@ -209,10 +205,10 @@ struct StoredBlocks {
       const double xi = (cut - deq[k]) * inv_deq[k];
       const Law::Stored all = c.template stored<N>(xi);
       const double flown = std::max(xi - c.xi_s, 0.0);
-      const double after_flow = c.template stored_after_flow<N>(xi - flown, flown).total();
+      const auto after_flow = c.template stored_after_flow<N>(xi - flown, flown);
       const double flowing = flows * is_bond;
-      out[k] =
-          (std::fabs(kept[k]) - BEYOND) * (flowing * after_flow + (1.0 - flowing) * all.total());
+      out[k] = (std::fabs(kept[k]) - BEYOND) *
+          (flowing * (after_flow.first + after_flow.hardening) + (1.0 - flowing) * all.total());
     }
   }
 
