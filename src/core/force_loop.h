@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 // Rows are short: the overhead of the loop counts.
 #if defined(__clang__)
@@ -149,6 +150,11 @@ inline void note_beyond(const PairRange &range, const Block &block, std::vector<
       beyond.push_back(range.first + k);
 }
 
+/// True for a tally that adds the forces of its block to ParticleView::f itself, beside what it keeps.
+template <class Tally, class = void> constexpr bool scatters = false;
+template <class Tally>
+constexpr bool scatters<Tally, std::void_t<decltype(Tally::scatters)>> = Tally::scatters;
+
 /// Adds the forces of all interacting pairs (d <= cut) to view.f: what one time step does, and nothing
 /// else. Everything a pair needs was looked up when the list was packed. Pairs are gathered in blocks,
 /// the law goes over a block at once, the forces are scattered.
@@ -171,7 +177,7 @@ void accumulate_forces(const PairList &list, const BlockLaw &law, const Particle
     if (view.histories.beyond) note_beyond(range, block, *view.histories.beyond);
     more(range, block);
     tally(range, block);
-    scatter(list, view, range, block);
+    if constexpr (!scatters<std::decay_t<Tally>>) scatter(list, view, range, block);
   }
 }
 
@@ -179,15 +185,15 @@ void accumulate_forces(const PairList &list, const BlockLaw &law, const Particle
 class LaneSum {
  public:
   static constexpr int LANES = 8;
-  template <class Term> void add(int n, Term &&term)
+  template <class Term> EVP_INLINE void add(int n, Term &&term)
   {
     double sums[LANES];    // apart from what term reads, so that they stay in registers
-    std::copy(lanes, lanes + LANES, sums);
+    for (int lane = 0; lane < LANES; lane++) sums[lane] = lanes[lane];
     int k = 0;
     for (; k + LANES <= n; k += LANES)
       for (int lane = 0; lane < LANES; lane++) sums[lane] += term(k + lane);
     for (int lane = 0; k + lane < n; lane++) sums[lane] += term(k + lane);
-    std::copy(sums, sums + LANES, lanes);
+    for (int lane = 0; lane < LANES; lane++) lanes[lane] = sums[lane];
   }
   double total() const
   {

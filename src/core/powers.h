@@ -3,6 +3,8 @@
 #ifndef EVP_CORE_POWERS_H
 #define EVP_CORE_POWERS_H
 
+#include "core/levels.h"
+
 #include <cmath>
 
 namespace EVP {
@@ -30,11 +32,24 @@ constexpr double integer_power_minus_1(double x, int k)
   return result;
 }
 
+/// The same with an exponent known to the compiler.
+template <int K> EVP_INLINE double power_minus_1(double x)
+{
+  if constexpr (K == 1)
+    return x;
+  else if constexpr (K % 2 == 0) {
+    const double half = power_minus_1<K / 2>(x);
+    return half * (2.0 + half);
+  } else {
+    const double lower = power_minus_1<K - 1>(x);
+    return x + lower * (1.0 + x);
+  }
+}
+
 /// Exponents known to the compiler: straight multiplications, no loop, no branch.
 template <int M, int N> struct FixedPowers {
   PowerPair operator()(double s) const { return {power<M>(s), power<N>(s)}; }
 
- private:
   template <int K> static double power(double s)
   {
     if constexpr (K == 1)
@@ -46,6 +61,19 @@ template <int M, int N> struct FixedPowers {
       return s * power<K - 1>(s);
   }
 };
+
+/// (b^K - a^K)/(b - a), to the last digits where a and b are close.
+template <int K> EVP_INLINE double power_quotient(double a, double b)
+{
+  using Powers = FixedPowers<K, K>;
+  if constexpr (K == 1)
+    return 1.0;
+  else if constexpr (K % 2 == 0)
+    return power_quotient<K / 2>(a, b) *
+        (Powers::template power<K / 2>(a) + Powers::template power<K / 2>(b));
+  else
+    return b * power_quotient<K - 1>(a, b) + Powers::template power<K - 1>(a);
+}
 
 /// Any real m > n > 0; integers are multiplied out, others take pow().
 struct AnyPowers {

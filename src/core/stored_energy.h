@@ -5,18 +5,24 @@
 
 #include "core/force_loop.h"
 
-#include <cmath>
 #include <numeric>
 #include <vector>
 
 namespace EVP {
 
-/// Energies of the pairs of one list, summed so that the change between two instants keeps its digits
-/// however small it is beside the depth of the pairs.
+/// Offsets p = q/deq of the packed pairs before an evaluation of the forces, and those kept after it.
+/// nullptr where the pairs have none.
+struct FlowView {
+  const double *offset = nullptr, *next = nullptr;
+};
+
+/// Energies of the pairs of one list, found block by block in the force loop, and summed so that the
+/// change between two instants keeps its digits however small it is beside the depth of the pairs.
 ///
 /// Each pair counts from its rest at deq. What it takes from there to its cut-off, the depth, is
 /// thousands of times what a working body stores. So depths are summed apart, each in two parts: one
-/// rounded to a unit that makes any sum of them exact, in any order, and what is left of it.
+/// rounded to a unit that makes any sum of them exact, in any order, and what is left of it. That sum
+/// is touched only where a pair passes its cut-off.
 class StoredEnergy {
  public:
   /// A sum of depths [energy].
@@ -28,55 +34,57 @@ class StoredEnergy {
     }
   };
 
-  /// Over the pairs within their cut-off; doubles only, to be added over MPI ranks [energy].
+  /// Over the pairs within their cut-off, those with a partner that takes no reaction by half; doubles
+  /// only, to be added over MPI ranks [energy].
   struct Sums {
     double first, second;    ///< of bonds, up to xi_s and beyond
     double contacts;         ///< of new pairs
+    double hardening;        ///< of bonds, by their offset
+    double plastic;          ///< dissipated as offsets move on to the next ones
     Depth bonds_depth, contacts_depth;
   };
 
-  /// Has the list changed since assign()?
-  bool is_due(const PairList &list) const { return build != list.build; }
+  /// What the pairs of a block hold, each times its weight, 0 beyond the cut-off [energy].
+  struct Values {
+    alignas(64) double first[Block::SIZE], second[Block::SIZE], contacts[Block::SIZE];
+    alignas(64) double hardening[Block::SIZE], plastic[Block::SIZE];    ///< with offsets only
+    alignas(64) double damping[Block::SIZE];    ///< force/d of it, where asked for [force/length]
+    alignas(64) double passes[Block::SIZE];     ///< 1 where a pair has passed its cut-off, else 0
+  };
 
-  /// pairs: what has packed_pairs(), rest_distances() and law_of(pair), as the pair style does.
-  template <class Pairs> void assign(const Pairs &pairs)
+  /// The next list may have the number of the last one.
+  void forget() { build = -1; }
+
+  /// Has the list changed since assign()? flows: see there.
+  bool is_due(const PairList &list, bool flows_now) const
   {
-    const PairList &list = pairs.packed_pairs();
-    build = list.build;
-    deq = pairs.rest_distances();
-    depth.resize(deq.size());
-    for (size_t n = 0; n < deq.size(); n++) {
-      const PackedPair pair = list.pairs[n];
-      depth[n] = pairs.law_of(pair).stored(pair.cut, deq[n]).total();
-    }
+    return build != list.build || flows != flows_now;
   }
+
+  /// A new list. deq: of its pairs, as recorded [length]: 1/deq of the list has lost its last bit.
+  /// law: of its pairs. nreact: see ParticleView. flows: pairs have offsets, see add().
+  void assign(const PairList &list, const BlockLaw &law, std::vector<double> deq, int nreact,
+              bool flows);
 
   /// Of all pairs of the list, those beyond their cut-off too [energy].
   double total_depth() const { return std::accumulate(depth.begin(), depth.end(), 0.0); }
 
-  /// The total over all MPI ranks that sums are to be exact up to.
-  void set_largest_depth(double sum)
-  {
-    int exponent;
-    std::frexp(sum, &exponent);
-    unit = sum > 0.0 ? std::ldexp(1.0, exponent + 1) : 0.0;
-  }
+  /// The total over all MPI ranks that sums are to be exact up to, from now on.
+  void set_largest_depth(double sum);
 
-  double deq_of(size_t n) const { return deq[n]; }
+  /// Before the first block of an evaluation.
+  void begin() { found = {}; }
 
-  /// Adds pair n of the list, at d within its cut-off. weight: 1 or 1/2.
-  void add(Sums &sums, size_t n, const PackedPair &pair, const Law &law, double d,
-           double weight) const
+  /// Adds the pairs of a block. damps: their damping is asked for, at Block::approach. Returns what
+  /// each holds, until the next call.
+  const Values &add(const PairRange &range, const Block &block, const FlowView &flow, bool damps);
+
+  /// After the last block.
+  Sums sums() const
   {
-    const Law::Stored now = law.stored(d, deq[n]);
-    if (pair.is_bond()) {
-      sums.first += weight * now.first;
-      sums.second += weight * now.second;
-      add(sums.bonds_depth, weight * depth[n]);
-    } else {
-      sums.contacts += weight * now.total();
-      add(sums.contacts_depth, weight * depth[n]);
-    }
+    return {found.first.total(),     found.second.total(),  found.contacts.total(),
+            found.hardening.total(), found.plastic.total(), bonds_depth,
+            contacts_depth};
   }
 
   /// Spent on bonds that have left since: what it took to pull them from deq to their cut-off.
@@ -91,67 +99,46 @@ class StoredEnergy {
     return (now.contacts - start.contacts) - (now.contacts_depth - start.contacts_depth);
   }
 
-  double memory_usage() const { return bytes_of(deq, depth); }
+  double memory_usage() const { return bytes_of(deq, depth, weight, forms); }
 
  private:
+  friend struct StoredBlocks;    // the loops over pairs
+
+  /// What a loop reads of a block's pairs beside the block.
+  struct Pairs {
+    const double *deq, *weight;
+    FlowView flow;
+  };
+  struct LaneSums {
+    LaneSum first, second, contacts, hardening, plastic, passes;
+  };
+  using Evaluate = void(StoredEnergy &, const Block &, const Pairs &, bool damps);
+
   long build = -1;
   double unit = 0.0;    // a power of two above any sum of depths
-  std::vector<double> deq, depth;
+  bool flows = false;
+  const Law *laws = nullptr;
+  Level level = Level::BASE;
+  std::vector<Law::StoredForm> forms;    // of each law, or one entry if all are alike
+  Evaluate *evaluate = nullptr;
+  void (*find_depth)(StoredEnergy &, const PairList &) = nullptr;
 
-  void add(Depth &sum, double x) const
+  // Of each pair: depth is times its weight. Weights are 1 or 1/2, without newton, when both owners of a
+  // pair across MPI ranks hold it; 2 more for a pair that was beyond its cut-off; negative for a new pair
+  std::vector<double> deq, depth, weight;
+  Depth bonds_depth{}, contacts_depth{};
+  LaneSums found;
+  Values values;
+
+  void choose(const BlockLaw &law, const PairList &list);
+  // back: takes it out again
+  void add_depth(bool is_bond, double x, bool back)
   {
+    Depth &sum = is_bond ? bonds_depth : contacts_depth;
     const double rounded = (x + unit) - unit;
-    sum.rounded += rounded;
-    sum.rest += x - rounded;
+    sum.rounded += back ? -rounded : rounded;
+    sum.rest += back ? rounded - x : x - rounded;
   }
-};
-
-/// The pairs of one rank in the energy balance: the sums of what they store, and the forces from which
-/// works and dissipation follow.
-struct PairWork {
-  StoredEnergy stored;
-
-  /// Three values per particle and ghost: that the damping of the laws sees, to be set by the caller.
-  std::vector<double> velocity;
-  /// What evaluate() finds, on ghosts reactions [force]: of the laws, and of their damping.
-  std::vector<double> force, damping;
-
-  /// Returns the sums of this rank. pairs: see StoredEnergy::assign(), which is called where it is due.
-  /// nreact: particles below this index take the reaction.
-  template <class Pairs>
-  StoredEnergy::Sums evaluate(const Pairs &pairs, const double (*x)[3], int nreact)
-  {
-    const PairList &list = pairs.packed_pairs();
-    if (stored.is_due(list)) stored.assign(pairs);
-    force.assign((size_t) 3 * list.nall, 0.0);
-    damping.assign((size_t) 3 * list.nall, 0.0);
-    StoredEnergy::Sums sums{};
-    for_each_pair(list, x, [&](const PlacedPair &p) {
-      if (p.is_beyond()) return;
-      const bool reacts = p.j < nreact;
-      const double d = p.distance();
-      const Law &law = pairs.law_of(p);
-      // without newton both owners of a pair across MPI ranks hold it
-      stored.add(sums, p.index, p, law, d, reacts ? 1.0 : 0.5);
-
-      const auto add = [&](std::vector<double> &forces, double over_d) {
-        const double f[] = {over_d * p.g.dx, over_d * p.g.dy, over_d * p.g.dz};
-        for (int c = 0; c < 3; c++) {
-          forces[(size_t) 3 * p.i + c] += f[c];
-          if (reacts) forces[(size_t) 3 * p.j + c] -= f[c];
-        }
-      };
-      add(force, law.force(d, stored.deq_of(p.index)) / d);
-      const double gamma = law.parameters().gamma;
-      if (gamma > 0.0)
-        add(damping,
-            damping_over_distance(gamma, p.g, &velocity[(size_t) 3 * p.i],
-                                  &velocity[(size_t) 3 * p.j]));
-    });
-    return sums;
-  }
-
-  double memory_usage() const { return stored.memory_usage() + bytes_of(velocity, force, damping); }
 };
 
 }    // namespace EVP

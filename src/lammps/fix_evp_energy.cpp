@@ -8,6 +8,7 @@
 #include "scene.h"
 
 #include "domain.h"
+#include "group.h"
 
 #include <algorithm>
 
@@ -37,6 +38,24 @@ void FixEVPEnergy::init()
   driven_groupbits = 0;
   for (const Fix *other : modify->get_fix_list())
     if (EVP::scene::moves_by_forces(other)) driven_groupbits |= other->groupbit;
+  work->separates = others_act();
+}
+
+// May anything but this pair style and fix nve/evp add to f, or atoms become movers during the run?
+bool FixEVPEnergy::others_act() const
+{
+  using namespace FixConst;
+  if (force->pair_match("evp/lj", 1) != force->pair) return true;    // one of several
+  if (force->bond || force->angle || force->dihedral || force->improper || force->kspace)
+    return true;
+  for (int k = 0; k < modify->nfix; k++) {
+    const char *const other = modify->fix[k]->style;
+    const bool known = utils::strmatch(other, "/evp$") || utils::strmatch(other, "^evp/");
+    if (!known && (modify->fmask[k] & (PRE_FORCE | PRE_REVERSE | POST_FORCE))) return true;
+    if (utils::strmatch(other, "^python")) return true;    // at any time
+    if (group->dynamic[modify->fix[k]->igroup]) return true;
+  }
+  return false;
 }
 
 // what acts in the first half step is not known yet: fixes that are defined after this one may add
@@ -44,36 +63,33 @@ void FixEVPEnergy::init()
 void FixEVPEnergy::setup(int /*vflag*/)
 {
   if (update->whichflag != 1) return;
-  pair_work.stored.assign(*network);    // the pair style may be another than in the last run
-  if (!started) {
-    // for all instants that are compared with the start
-    pair_work.stored.set_largest_depth(
-        EVP::reduce_all(pair_work.stored.total_depth(), MPI_SUM, world));
-  }
-  evaluate(true);
+  if (!started)    // for all instants that are compared with the start
+    work->stored.set_largest_depth(EVP::reduce_all(work->stored.total_depth(), MPI_SUM, world));
+  take_work();
+  last = over_all_ranks({instant_here(), {}}).instant;
   if (!started) start = last;
   started = true;
   end_instant();
+  for (int i = 0; i < atom->nlocal; i++) unwrap(i, records[i].x);
 }
 
-void FixEVPEnergy::post_integrate()
+// where the force loop went over the pairs since; not so where rerun ends its step right after set-up
+void FixEVPEnergy::take_work()
 {
-  dt_step = update->dt;
-  dissipated_at_begin = dissipated_in_half_step(true);
-  for (int i = 0; i < atom->nlocal; i++) records[i].forces = forces_on(i);
+  if (!work->take()) return;
+  if (!work->force.empty()) to_owners(work->force);
+  if (!work->damping.empty()) to_owners(work->damping);
 }
 
-void FixEVPEnergy::end_of_step()
+// as Domain::unmap, which most atoms have no need of
+inline void FixEVPEnergy::unwrap(int i, double *x) const
 {
-  evaluate(false);
-  advance();
-  end_instant();
-}
-
-// velocity per force in half a step; none where forces do not move the atom
-double FixEVPEnergy::half_kick(int i) const
-{
-  return is_driven(i) ? 0.5 * dt_step * EVP::scene::inverse_mass(atom, force, i) : 0.0;
+  constexpr imageint HOME =
+      ((imageint) IMGMAX << IMG2BITS) | ((imageint) IMGMAX << IMGBITS) | IMGMAX;
+  if (atom->image[i] == HOME)
+    std::copy_n(atom->x[i], 3, x);
+  else
+    domain->unmap(atom->x[i], atom->image[i], x);
 }
 
 // does fix nve/evp solve for the damping?
@@ -82,96 +98,159 @@ bool FixEVPEnergy::is_solved() const
   return implicit && network->damps_implicitly();
 }
 
-// last, and the forces of the pairs on local atoms.
-// Within a run the pair style saw the half-step velocities, at set-up those of the atoms.
-// A bond's energy counts from its rest; what it cost to take one beyond dlim stays in the balance as
-// the depth that is missing
-void FixEVPEnergy::evaluate(bool at_setup)
-{
-  const EVP::PairList &list = network->packed_pairs();
-  const bool damps = network->damps_explicitly();
+// What acts on local atoms: all, of the pairs with explicit damping, that damping, what fix nve/evp added.
+// Damps: there is explicit damping. Others: there may be more than these
+template <bool Damps, bool Others> struct FixEVPEnergy::Forces {
+  const double *whole, *of_pairs, *damping, *solved;
 
-  Instant here{};    // of this MPI rank
-  pair_work.velocity.resize((size_t) 3 * list.nall);
-  for (int i = 0; i < atom->nlocal; i++) {
-    const double half = at_setup ? 0.0 : half_kick(i);
-    const double weight = is_driven(i) ? 0.5 * force->mvv2e * EVP::scene::mass(atom, i) : 0.0;
+  /// Can anything do work on the atom that is an entry of the balance?
+  bool work_on(bool driven) const { return Others || !driven; }
+
+  EVP_INLINE void find(int i, bool driven, EVP::AtomForces &now) const
+  {
+    const size_t first = (size_t) 3 * i;
     for (int c = 0; c < 3; c++) {
-      const double v = atom->v[i][c];
-      pair_work.velocity[(size_t) 3 * i + c] = v - half * atom->f[i][c];
-      here.kinetic += weight * v * v;    // movers enter by their work only
-    }
-  }
-  if (damps) to_ghosts(pair_work.velocity);
-
-  const int nreact = force->newton_pair ? list.nall : list.nlocal;
-  here.pairs = pair_work.evaluate(*network, EVP::scene::rows(atom->x), nreact);
-  to_owners(pair_work.force);
-  if (damps) to_owners(pair_work.damping);
-  static_assert(sizeof(Instant) % sizeof(double) == 0, "an Instant is a row of numbers");
-  MPI_Allreduce(&here, &last, sizeof(Instant) / sizeof(double), MPI_DOUBLE, MPI_SUM, world);
-}
-
-EVP::AtomForces FixEVPEnergy::forces_on(int i) const
-{
-  EVP::AtomForces now;
-  for (int c = 0; c < 3; c++) {
-    const size_t k = (size_t) 3 * i + c;
-    const double of_pairs =
-        pair_work.force[k] + (is_solved() ? implicit->applied_damping()[k] : 0.0);
-    now.damping[c] = pair_work.damping[k];
-    now.working[c] = is_driven(i) ? atom->f[i][c] - now.damping[c] - of_pairs : of_pairs;
-  }
-  return now;
-}
-
-// on this MPI rank, by the damping of driven atoms over the half step before or after the present positions.
-// At the beginning of a step atoms hold the half-step velocity by now, at its end that of the full step:
-// of either the mean over the half step is half of its kick away
-double FixEVPEnergy::dissipated_in_half_step(bool at_begin) const
-{
-  double sum = 0.0;
-  for (int i = 0; i < atom->nlocal; i++) {
-    if (!is_driven(i)) continue;
-    const double half = half_kick(i);
-    for (int c = 0; c < 3; c++)
-      sum -= pair_work.damping[(size_t) 3 * i + c] * (atom->v[i][c] - 0.5 * half * atom->f[i][c]);
-  }
-  if (is_solved()) sum += at_begin ? implicit->power_after() : implicit->power_before();
-  return 0.5 * dt_step * sum;
-}
-
-// Works and dissipation of the step that ends. What damping gives back where a velocity turns within a
-// step is deducted from what it takes next
-void FixEVPEnergy::advance()
-{
-  double dissipated = dissipated_at_begin + dissipated_in_half_step(false);
-  double movers = 0.0, others = 0.0;    // on this MPI rank, as dissipated
-  for (int i = 0; i < atom->nlocal; i++) {
-    const EVP::AtomPast &then = records[i];
-    const EVP::AtomForces now = forces_on(i);
-    double x[3];
-    domain->unmap(atom->x[i], atom->image[i], x);
-    for (int c = 0; c < 3; c++) {
-      const double dx = x[c] - then.x[c];
-      const double work = 0.5 * (then.forces.working[c] + now.working[c]) * dx;
-      if (is_driven(i))
-        others += work;
+      double of_network = whole[first + c];
+      if constexpr (Others) of_network = of_pairs[first + c] + (solved ? solved[first + c] : 0.0);
+      if (driven)
+        now.working[c] = whole[first + c] - of_network;
       else {
-        const double damped = 0.5 * (then.forces.damping[c] + now.damping[c]) * dx;
-        dissipated -= damped;
-        movers -= work + damped;
+        now.damping[c] = Damps ? damping[first + c] : 0.0;
+        now.working[c] = of_network - now.damping[c];
       }
     }
   }
-  const auto all = EVP::reduce_all(std::array{dissipated, movers, others}, MPI_SUM, world);
-  taken += all[0];
-  entries[DISSIPATED] = std::max(entries[DISSIPATED], taken);
-  entries[MOVERS] += all[1];
-  entries[OTHERS] += all[2];
+};
+
+// calls f(forces) with the Forces of this step
+template <class F> void FixEVPEnergy::with_forces(F &&f) const
+{
+  const double *const whole = atom->f[0], *const of_pairs = work->force.data();
+  const double *const damping = work->damping.data();
+  const double *const solved = is_solved() ? implicit->applied_damping().data() : nullptr;
+  const auto call = [&](auto damps, auto others) {
+    f(Forces<damps, others>{whole, of_pairs, damping, solved});
+  };
+  using std::false_type, std::true_type;
+  if (work->damping.empty())
+    work->separates ? call(false_type(), true_type()) : call(false_type(), false_type());
+  else
+    work->separates ? call(true_type(), true_type()) : call(true_type(), false_type());
 }
 
-// what is held at the end of a step, and where the next one begins
+// by the explicit damping of a driven atom over the half step before or after the present positions, in the mean
+// [energy/time]. At the beginning of a step atoms hold the half-step velocity by now, at its end that of the full
+// step: of either the mean over the half step is half of its kick away
+template <bool Damps, bool Others>
+double FixEVPEnergy::dissipated_in_half_step(int i, const Forces<Damps, Others> &forces) const
+{
+  if constexpr (!Damps) return 0.0;
+  const double quarter = 0.25 * dt_step * EVP::scene::inverse_mass(atom, force, i);
+  const size_t first = (size_t) 3 * i;
+  const double *const v = atom->v[0] + first, *const f = forces.whole + first;
+  const double *const damping = forces.damping + first;
+  double sum = 0.0;
+  for (int c = 0; c < 3; c++) sum -= damping[c] * (v[c] - quarter * f[c]);
+  return sum;
+}
+
+// on this MPI rank.
+// A bond's energy counts from its rest; what it cost to take one beyond dlim stays in the balance as
+// the depth that is missing
+FixEVPEnergy::Instant FixEVPEnergy::instant_here() const
+{
+  double kinetic = 0.0;
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (!is_driven(i)) continue;    // movers enter by their work only
+    const double weight = 0.5 * force->mvv2e * EVP::scene::mass(atom, i);
+    const double *const v = atom->v[i];
+    kinetic += weight * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+  }
+  return {kinetic, volume_energy(), work->stored.sums()};
+}
+
+// energy that atoms hold by the change of their volume, on this MPI rank: there is none yet
+double FixEVPEnergy::volume_energy() const
+{
+  return 0.0;
+}
+
+// what bonds stored that broke in the step under way, on this MPI rank: none breaks yet
+double FixEVPEnergy::released_by_broken_bonds() const
+{
+  return 0.0;
+}
+
+FixEVPEnergy::Totals FixEVPEnergy::over_all_ranks(Totals totals) const
+{
+  static_assert(sizeof(Totals) % sizeof(double) == 0, "Totals are a row of numbers");
+  MPI_Allreduce(MPI_IN_PLACE, &totals, sizeof(Totals) / sizeof(double), MPI_DOUBLE, MPI_SUM, world);
+  return totals;
+}
+
+// of the step that ends, on this MPI rank; puts the records on to the positions where the next one begins
+FixEVPEnergy::Works FixEVPEnergy::works_of_step()
+{
+  double dissipated = 0.0, damped = 0.0, movers = 0.0, others = 0.0;
+  with_forces([&](const auto &forces) {
+    for (int i = 0; i < atom->nlocal; i++) {
+      const bool driven = is_driven(i);
+      if (driven) dissipated += dissipated_in_half_step(i, forces);
+      if (!forces.work_on(driven)) continue;
+      EVP::AtomPast &then = records[i];
+      EVP::AtomForces now{};
+      double x[3], done = 0.0;
+      forces.find(i, driven, now);
+      unwrap(i, x);
+      for (int c = 0; c < 3; c++)
+        done += 0.5 * (then.forces.working[c] + now.working[c]) * (x[c] - then.x[c]);
+      if (driven)
+        others += done;
+      else {
+        movers -= done;
+        for (int c = 0; c < 3; c++)
+          damped -= 0.5 * (then.forces.damping[c] + now.damping[c]) * (x[c] - then.x[c]);
+      }
+      std::copy_n(x, 3, then.x);
+    }
+  });
+  dissipated *= 0.5 * dt_step;
+  if (is_solved()) dissipated += 0.5 * dt_step * implicit->power_before();
+  return {dissipated_at_begin + dissipated + damped, movers + damped, others,
+          released_by_broken_bonds()};
+}
+
+void FixEVPEnergy::post_integrate()
+{
+  dt_step = update->dt;
+  with_forces([this](const auto &forces) {
+    dissipated_at_begin = 0.0;
+    for (int i = 0; i < atom->nlocal; i++) {
+      const bool driven = is_driven(i);
+      if (driven) dissipated_at_begin += dissipated_in_half_step(i, forces);
+      if (forces.work_on(driven)) forces.find(i, driven, records[i].forces);
+    }
+  });
+  dissipated_at_begin *= 0.5 * dt_step;
+  if (is_solved()) dissipated_at_begin += 0.5 * dt_step * implicit->power_after();
+}
+
+// What damping gives back where a velocity turns within a step is deducted from what it takes next
+void FixEVPEnergy::end_of_step()
+{
+  take_work();
+  const Totals now = over_all_ranks({instant_here(), works_of_step()});
+  last = now.instant;
+  taken += now.works.dissipated;
+  entries[DISSIPATED] = std::max(entries[DISSIPATED], taken);
+  entries[MOVERS] += now.works.movers;
+  entries[OTHERS] += now.works.others;
+  entries[PLASTIC] += now.instant.pairs.plastic;
+  entries[BROKEN] += now.works.broken;
+  end_instant();
+}
+
+// what is held at the end of a step
 void FixEVPEnergy::end_instant()
 {
   entries[KINETIC] = last.kinetic - start.kinetic;
@@ -179,16 +258,18 @@ void FixEVPEnergy::end_instant()
   entries[SECOND] = last.pairs.second - start.pairs.second;
   entries[LOST] = EVP::StoredEnergy::lost(start.pairs, last.pairs);
   entries[CONTACTS] = EVP::StoredEnergy::of_contacts(start.pairs, last.pairs);
-  for (int i = 0; i < atom->nlocal; i++) domain->unmap(atom->x[i], atom->image[i], records[i].x);
+  entries[HARDENING] = last.pairs.hardening - start.pairs.hardening;
+  entries[VOLUME] = last.volume - start.volume;
 }
 
-// f_ID: energy imbalance. f_ID[1..8], changes since the start: kinetic, stored in bonds up to xi_s
+// f_ID: energy imbalance. f_ID[1..12], changes since the start: kinetic, stored in bonds up to xi_s
 // and beyond it, spent on lost bonds, new contacts; dissipated by gamma; work of the movers, of all
-// other forces
+// other forces; dissipated by flow, stored by hardening, released by broken bonds, volume energy
 double FixEVPEnergy::compute_scalar()
 {
   double imbalance = 0.0;
-  for (const Entry entry : {KINETIC, FIRST, SECOND, LOST, CONTACTS, DISSIPATED})
+  for (const Entry entry :
+       {KINETIC, FIRST, SECOND, LOST, CONTACTS, DISSIPATED, PLASTIC, HARDENING, BROKEN, VOLUME})
     imbalance += entries[entry];
   return imbalance - entries[MOVERS] - entries[OTHERS];
 }
@@ -197,5 +278,5 @@ double FixEVPEnergy::compute_scalar()
 void FixEVPEnergy::set_arrays(int i)
 {
   records[i] = {};
-  domain->unmap(atom->x[i], atom->image[i], records[i].x);
+  unwrap(i, records[i].x);
 }

@@ -4,8 +4,10 @@
 #define LMP_FIX_EVP_ENERGY_H
 
 #include "atom_records.h"
-#include "core/stored_energy.h"
+#include "core/work_tally.h"
 #include "nodal_exchange.h"
+
+#include <memory>
 
 namespace EVP {
 
@@ -29,6 +31,7 @@ namespace LAMMPS_NS {
 ///
 /// Exact for the leapfrog but for the trapezoid of the pair forces. Each step is taken from its own half
 /// kicks, with its own dt and the damping that was applied in it, whichever fix changed them before.
+/// What pairs hold, and their forces, the pair style's force loop leaves in `work`.
 class FixEVPEnergy : public AtomRecords<NodalExchange<Fix>, EVP::AtomPast> {
  public:
   FixEVPEnergy(class LAMMPS *, int, char **);
@@ -41,16 +44,48 @@ class FixEVPEnergy : public AtomRecords<NodalExchange<Fix>, EVP::AtomPast> {
 
   double compute_scalar() override;
   double compute_vector(int n) override { return entries[n]; }
-  double memory_usage() override { return AtomRecords::memory_usage() + pair_work.memory_usage(); }
+  double memory_usage() override { return AtomRecords::memory_usage() + work->memory_usage(); }
   void set_arrays(int) override;
 
- private:
-  enum Entry { KINETIC, FIRST, SECOND, LOST, CONTACTS, DISSIPATED, MOVERS, OTHERS, NENTRIES };
+  /// "work": std::shared_ptr<EVP::PairWork>, for the pair style.
+  void *extract(const char *name, int &dim) override
+  {
+    dim = 0;
+    return strcmp(name, "work") == 0 ? &work : nullptr;
+  }
 
-  /// What atoms and pairs hold at one instant, over all MPI ranks [energy].
+ private:
+  enum Entry {
+    KINETIC,
+    FIRST,
+    SECOND,
+    LOST,
+    CONTACTS,
+    DISSIPATED,
+    MOVERS,
+    OTHERS,
+    PLASTIC,
+    HARDENING,
+    BROKEN,
+    VOLUME,
+    NENTRIES
+  };
+
+  /// What atoms and pairs hold at one instant [energy].
   struct Instant {
-    double kinetic;
+    double kinetic, volume;
     EVP::StoredEnergy::Sums pairs;
+  };
+
+  /// What happens in a step [energy].
+  struct Works {
+    double dissipated, movers, others, broken;
+  };
+
+  /// Of an MPI rank, then of all.
+  struct Totals {
+    Instant instant;
+    Works works;
   };
 
   class PairNetwork *network = nullptr;
@@ -62,16 +97,23 @@ class FixEVPEnergy : public AtomRecords<NodalExchange<Fix>, EVP::AtomPast> {
   double dissipated_at_begin = 0.0;    // of the step under way, on this MPI rank
   double taken = 0.0;                  // by damping; DISSIPATED is the most that it was so far
   double entries[NENTRIES] = {};
-  EVP::PairWork pair_work;
+  std::shared_ptr<EVP::PairWork> work = std::make_shared<EVP::PairWork>();
 
   bool is_driven(int i) const { return atom->mask[i] & driven_groupbits; }
-  double half_kick(int i) const;
+  template <bool Damps, bool Others> struct Forces;
+  template <class F> void with_forces(F &&f) const;
+  template <bool Damps, bool Others>
+  double dissipated_in_half_step(int i, const Forces<Damps, Others> &forces) const;
   bool is_solved() const;
-  EVP::AtomForces forces_on(int i) const;
-  double dissipated_in_half_step(bool at_begin) const;
-  void evaluate(bool at_setup);
+  bool others_act() const;
+  void take_work();
+  Instant instant_here() const;
+  double volume_energy() const;
+  double released_by_broken_bonds() const;
+  Totals over_all_ranks(Totals totals) const;
+  Works works_of_step();
+  void unwrap(int i, double *x) const;
   void end_instant();
-  void advance();
 };
 
 }    // namespace LAMMPS_NS

@@ -269,14 +269,15 @@ template <bool Damping> void PairEVPLJ::compute_forces()
 {
   const EVP::PairList &pairs = network.packed_pairs();
   VolumeForces *const volume = network.volume();
-  if (pairs.rows.empty() && !volume) return;
+  if (pairs.rows.empty() && !volume && !network.wanted_work()) return;
 
   const EVP::ParticleView view = {
       rows(atom->x), rows(atom->v), reinterpret_cast<double(*)[3]>(atom->f ? atom->f[0] : nullptr),
       force->newton_pair ? pairs.nall : pairs.nlocal, network.histories()};
   if (!volume) return sum_forces<Damping>(view);
   volume->evaluate(pairs, view);
-  if (!pairs.rows.empty()) sum_forces<Damping>(view, volume->forces(pairs));
+  if (!pairs.rows.empty() || network.wanted_work())
+    sum_forces<Damping>(view, volume->forces(pairs));
 }
 
 // more: what adds to the forces of the law, see EVP::accumulate_forces()
@@ -287,14 +288,26 @@ void PairEVPLJ::sum_forces(const EVP::ParticleView &view, const More &...more)
   const int newton = force->newton_pair;
   const EVP::BlockLaw &law = coefficients.block_law();
   const bool energy = eflag_either != 0;
+  EVP::PairWork *const work = network.wanted_work();
+  const EVP::FlowArrays &flow = view.histories.flow;
+  const auto accumulate = [&](auto &&tally) {
+    if (work)
+      work->accumulate_forces<Damping>(
+          pairs, law, view, {flow.offset, flow.next_offset}, tally,
+          [this] {
+            return network.rest_distances();
+          },
+          more...);
+    else
+      EVP::accumulate_forces<Damping>(pairs, law, view, tally, more...);
+  };
   if (!evflag)
-    EVP::accumulate_forces<Damping>(pairs, law, view, EVP::NoTally(), more...);
+    accumulate(EVP::NoTally());
   else if (eflag_atom || vflag_atom || cvflag_atom || num_tally_compute > 0)
-    EVP::accumulate_forces<Damping>(pairs, law, view, PairTally(this, pairs, newton, energy),
-                                    more...);
+    accumulate(PairTally(this, pairs, newton, energy));
   else {
     EVP::SumTally sums(pairs, view.nreact, energy, vflag_global != 0);
-    EVP::accumulate_forces<Damping>(pairs, law, view, sums, more...);
+    accumulate(sums);
     eng_vdwl += sums.total_energy();
     for (int k = 0; k < 6; k++) virial[k] += sums.total_virial(k);
   }

@@ -107,6 +107,7 @@ void PairNetwork::begin_run()
   flow_warned = false;
   cuts.begin_run();
   find_bonds();
+  find_work();
   const Fix *implicit = EVP::scene::find_fix(modify, "nve/evp");
   implicit_groupbit = implicit ? implicit->groupbit : 0;
   volume_ = VolumeForces::find(modify);
@@ -134,6 +135,15 @@ void PairNetwork::find_bonds()
     error->all(FLERR,
                "Pair evp/lj: {} needs fix evp/bonds, which keeps what bonds have gone through",
                rules.flows ? "unload elastic" : "break");
+}
+
+// a minimization has no energy balance
+void PairNetwork::find_work()
+{
+  int dim;
+  Fix *fix = update->whichflag == 1 ? EVP::scene::find_fix(modify, "evp/energy") : nullptr;
+  work = fix ? *(std::shared_ptr<EVP::PairWork> *) fix->extract("work", dim) : nullptr;
+  if (work) work->forget();
 }
 
 // records are new, or closed since their fix is gone: then this style goes on without bonds

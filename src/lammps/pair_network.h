@@ -7,6 +7,7 @@
 #include "core/coefficients.h"
 #include "core/force_loop.h"
 #include "core/pair_list.h"
+#include "core/work_tally.h"
 #include "cut_offs.h"
 #include "ghost_update.h"
 #include "list_snapshot.h"
@@ -148,7 +149,10 @@ class PairNetwork : protected Pointers {
   /// Offset of the pair (i, j) of the packed list, or of the records where it is not there.
   EVP::PairHistory history_of(int i, int j) const;
 
-  /// At init_style(): radii, bonds and fix nve/evp of the run to come.
+  /// What the force loop has to find for fix evp/energy in this run, nullptr without that fix.
+  EVP::PairWork *wanted_work() const { return work.get(); }
+
+  /// At init_style(): radii, bonds and the other fixes of the run to come.
   void begin_run();
 
   /// At init_one(): this style acts between two types. Returns the cut-off for the neighbor list.
@@ -190,6 +194,7 @@ class PairNetwork : protected Pointers {
   std::shared_ptr<VolumeForces> volume_;          // of fix evp/volume, nullptr without
   std::shared_ptr<const EVP::BondStore> store;    // of fix evp/bonds, nullptr without
   long store_version = 0;                         // at the last packing
+  std::shared_ptr<EVP::PairWork> work;            // of fix evp/energy, nullptr without
   std::string bonds_id;                           // fix that recorded the bonds; empty: none did
   std::string dropped_bonds_id;                   // fix that had recorded and was unfixed
 
@@ -209,6 +214,7 @@ class PairNetwork : protected Pointers {
   void warn_of_low_offsets();
   void find_bonds();
   void note_bonds();
+  void find_work();
   void report();
   void pack(const class NeighList *, bool collective);
   void agree_on_pairs(const PairListBuilder::Found &);

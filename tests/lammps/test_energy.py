@@ -218,6 +218,35 @@ def test_closes_with_the_square_of_the_step(lmp, tmp_path, body, style, gamma, s
     assert opened[0] > SECOND_ORDER * opened[1] > SECOND_ORDER**2 * opened[2]
 
 
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off"), (2, "on")])
+@pytest.mark.parametrize("style, gamma", [("nve", 100.0), ("nve/evp tol 1e-12", 1000.0)])
+def test_forces_kept_apart_or_not(lmp, tmp_path, body, style, gamma, ranks, newton):
+    """A fix that may add forces has those of the pairs kept apart; one that adds none changes no entry."""
+    write_body(tmp_path / "body.data", body)
+    text = stirred(style, gamma, 1e-7, 60, newton, "literal", "zone 1.48", "0 0 0", 8000)
+    text = text.replace("fix move all", "group held id 1:20\ngroup free subtract all held\nfix hold held nve/noforce\nfix move free")
+    apart, together = (books(lmp(each, ranks).ok().thermo()) for each in (text, re.sub(r"fix push.*\n", "", text)))
+    scale = max(abs(value) for value in apart.values())
+    assert abs(apart["movers"]) > 1e-3 * scale and apart["dissipated"] > 1e-3 * scale, "control"
+    assert abs(apart["others"]) < CLOSED * scale and together["others"] == 0.0
+    assert all(abs(apart[name] - together[name]) < CLOSED * scale for name in ENTRIES)
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("hybrid", [False, True])
+def test_the_balance_changes_no_bit(lmp, tmp_path, body, hybrid, ranks):
+    """Positions, velocities and forces, of one style in hybrid too, where f is not zero before the pairs add to it."""
+    write_body(tmp_path / "body.data", body)
+    text = stirred("nve", 100.0, 1e-7, 60, "on", "literal", "zone 1.48", "30 0 0", 8000)
+    if hybrid:
+        text = re.sub(r"pair_style (.*)", r"pair_style hybrid/overlay lj/cut 0.012 \1\npair_coeff * * lj/cut 1e-3 0.009", text)
+        text = text.replace("pair_coeff * * 80", "pair_coeff * * evp/lj 80")
+    without = re.sub(r"fix energy.*\n", "", text).replace("f_energy[*]", "").replace("f_energy", "")
+    with_it, plain = (lmp(each, ranks).ok().dump("all.dump")[-1] for each in (text, without))
+    for names in (("x", "y", "z"), ("vx", "vy", "vz"), ("fx", "fy", "fz")):
+        assert np.array_equal(with_it.vectors(*names), plain.vectors(*names)), names
+
+
 # ---- any order of fixes, set-ups, timestep sizes ----
 
 SHAKE = """

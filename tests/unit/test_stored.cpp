@@ -2,7 +2,7 @@
 //
 // Sums of what pairs hold: their changes keep their digits, whatever the order of the pairs.
 
-#include "core/stored_energy.h"
+#include "core/work_tally.h"
 #include "kernel_cases.h"
 
 #include <algorithm>
@@ -14,7 +14,6 @@
 #include <vector>
 
 using EVP::Law;
-using EVP::PackedPair;
 using EVP::PairList;
 using EVP::StoredEnergy;
 
@@ -42,38 +41,41 @@ std::vector<Pair> pairs_of(int n, double largest)
   return pairs;
 }
 
-/// What the pair style offers.
-struct Packed {
-  PairList list;
-  std::vector<double> deq;
-  const PairList &packed_pairs() const { return list; }
-  const std::vector<double> &rest_distances() const { return deq; }
-  const Law &law_of(const PackedPair &) const { return LAW; }
-};
-
+/// The sums over pairs in the order given; every other one has a partner that takes no reaction.
 class Sums {
  public:
-  StoredEnergy stored;
+  EVP::PairWork work;
 
   StoredEnergy::Sums of(const std::vector<Pair> &pairs)
   {
-    Packed packed;
-    PairList &list = packed.list;
+    const int n = (int) pairs.size();
+    kernel_cases::Cloud cloud;
+    PairList &list = cloud.list;
     for (int k = 0; k < builds; k++) list.clear();
     builds++;
-    for (const Pair &pair : pairs) {
-      kernel_cases::push_back(list.pairs, pair.deq, pair.cut, 0, 0, pair.is_bond);
-      packed.deq.push_back(pair.deq);
+    cloud.laws.push_back(LAW);
+    // pair k is k and 2n + k, or without a reaction 3n + k
+    cloud.x.assign(4 * n, {0.0, 0.0, 0.0});
+    std::vector<double> deq;
+    for (int k = 0; k < n; k++) {
+      const int j = (k % 2 ? 3 : 2) * n + k;
+      kernel_cases::push_back(list.pairs, pairs[k].deq, pairs[k].cut, j, 0, pairs[k].is_bond);
+      list.rows.push_back({k, k, k + 1});
+      cloud.x[k][0] = pairs[k].d();
+      deq.push_back(pairs[k].deq);
     }
-    EXPECT_TRUE(stored.is_due(list));
-    stored.assign(packed);
-    EXPECT_FALSE(stored.is_due(list));
-    if (builds == 1) stored.set_largest_depth(stored.total_depth());
-    StoredEnergy::Sums sums{};
-    for (size_t n = 0; n < pairs.size(); n++)
-      if (pairs[n].d() <= pairs[n].cut)
-        stored.add(sums, n, list.pairs[n], LAW, pairs[n].d(), n % 2 ? 0.5 : 1.0);
-    return sums;
+    list.nall = 4 * n;
+    kernel_cases::Vectors f(4 * n);
+    const EVP::ParticleView view = cloud.view(f, 3 * n);
+    EXPECT_TRUE(work.stored.is_due(list, false));
+    work.accumulate_forces<false>(list, kernel_cases::block_law(cloud), view, {}, EVP::NoTally(),
+                                  [&] {
+                                    return deq;
+                                  });
+    EXPECT_FALSE(work.stored.is_due(list, false));
+    EXPECT_TRUE(work.take());
+    if (builds == 1) work.stored.set_largest_depth(work.stored.total_depth());
+    return work.stored.sums();
   }
 
  private:

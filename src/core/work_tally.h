@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+#ifndef EVP_CORE_WORK_TALLY_H
+#define EVP_CORE_WORK_TALLY_H
+
+#include "core/stored_energy.h"
+
+#include <algorithm>
+#include <vector>
+
+namespace EVP {
+
+/// The pairs of one rank in the energy balance, as the force loop finds them: what they store, and the
+/// forces from which works and dissipation follow. Forces are those of the evaluation itself, at the
+/// velocities that it saw.
+class PairWork {
+ public:
+  StoredEnergy stored;
+
+  /// Three values per particle and ghost [force], on ghosts reactions: of the pairs, damping included,
+  /// which is empty without `separates`; and of the damping of their laws alone, empty where none acts.
+  std::vector<double> force, damping;
+
+  /// Is `force` wanted? Not where nothing else acts, and ParticleView::f will hold the same.
+  bool separates = true;
+
+  /// At the beginning of a run, whose pairs may be those of another pair style.
+  void forget()
+  {
+    fresh = false;
+    stored.forget();
+  }
+
+  /// Whether there was an evaluation since the last call. Until then the first one counts: others at
+  /// the same step are of commands that try out positions or coefficients.
+  bool take()
+  {
+    const bool found = fresh;
+    fresh = false;
+    return found;
+  }
+
+  /// accumulate_forces() and what this holds. rest_distances(): deq of each pair of the list.
+  template <bool Damping, class Tally, class Distances, class... More>
+  void accumulate_forces(const PairList &list, const BlockLaw &law, const ParticleView &view,
+                         const FlowView &flow, Tally &&tally, Distances &&rest_distances,
+                         const More &...more)
+  {
+    if (fresh) return EVP::accumulate_forces<Damping>(list, law, view, tally, more...);
+    const bool flows = flow.offset != nullptr;
+    if (stored.is_due(list, flows)) stored.assign(list, law, rest_distances(), view.nreact, flows);
+    begin(list, view, Damping);
+    EVP::accumulate_forces<Damping>(
+        list, law, view, WorkTally<Damping, Tally>{*this, list, view, flow, tally}, more...);
+    end(view);
+  }
+
+  double memory_usage() const { return stored.memory_usage() + bytes_of(force, damping); }
+
+ private:
+  bool fresh = false;
+
+  /// Beside the tally of the pair style.
+  template <bool Damping, class Tally> struct WorkTally {
+    PairWork &work;
+    const PairList &list;
+    const ParticleView &view;
+    const FlowView &flow;
+    Tally &other;
+    const bool energy = other.energy;
+
+    void operator()(const PairRange &range, const Block &block)
+    {
+      other(range, block);
+      const StoredEnergy::Values &values = work.stored.add(range, block, flow, Damping);
+      if constexpr (Damping) scatter_both(range, block, values.damping);
+    }
+
+    // as scatter(), in the same order, of the whole forces and of their damping
+    static constexpr bool scatters = Damping;
+    void scatter_both(const PairRange &range, const Block &block, const double *damping)
+    {
+      const int *const partner = list.pairs.j.data();
+      auto *const f = view.f, *const own = rows(work.damping);
+      const int nreact = view.nreact;
+      range.for_each_row([&](int i, int first, int last) {
+        double fx = 0.0, fy = 0.0, fz = 0.0, gx = 0.0, gy = 0.0, gz = 0.0;
+        EVP_UNROLL
+        for (int k = first; k < last; k++) {
+          const int j = partner[k], b = k - range.first;
+          const double x = block.xy[2 * b], y = block.xy[2 * b + 1], z = block.z[b];
+          const double px = x * block.force[b], py = y * block.force[b], pz = z * block.force[b];
+          const double qx = x * damping[b], qy = y * damping[b], qz = z * damping[b];
+          fx += px;
+          fy += py;
+          fz += pz;
+          gx += qx;
+          gy += qy;
+          gz += qz;
+          if (j < nreact) {
+            f[j][0] -= px;
+            f[j][1] -= py;
+            f[j][2] -= pz;
+            own[j][0] -= qx;
+            own[j][1] -= qy;
+            own[j][2] -= qz;
+          }
+        }
+        f[i][0] += fx;
+        f[i][1] += fy;
+        f[i][2] += fz;
+        own[i][0] += gx;
+        own[i][1] += gy;
+        own[i][2] += gz;
+      });
+    }
+  };
+
+  static double (*rows(std::vector<double> &values))[3]
+  {
+    return reinterpret_cast<double(*)[3]>(values.data());
+  }
+
+  // other styles may have added to f: what the loop adds is the difference, and no bit of f is another
+  void begin(const PairList &list, const ParticleView &view, bool damps)
+  {
+    force.resize(separates ? (size_t) 3 * list.nall : 0);
+    if (separates && view.nreact > 0)
+      std::copy_n(view.f[0], (size_t) 3 * view.nreact, force.begin());
+    damping.assign(damps ? (size_t) 3 * list.nall : 0, 0.0);
+    stored.begin();
+  }
+
+  void end(const ParticleView &view)
+  {
+    fresh = true;
+    if (!separates || view.nreact == 0) return;
+    const double *const f = view.f[0];
+    double *const own = force.data();
+    EVP_INDEPENDENT
+    for (int k = 0; k < 3 * view.nreact; k++) own[k] = f[k] - own[k];
+  }
+};
+
+}    // namespace EVP
+
+#endif
