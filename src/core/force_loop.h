@@ -60,6 +60,11 @@ struct NoTally {
   void operator()(const PairRange &, const Block &) const {}
 };
 
+/// No forces but those of the law.
+struct NoMoreForces {
+  void operator()(const PairRange &, Block &) const {}
+};
+
 /// Relative positions of the pairs of a range; with damping how fast they part, times distance.
 template <bool Damping>
 void gather(const PairList &list, const ParticleView &view, const PairRange &range, Block &block)
@@ -122,10 +127,11 @@ inline void scatter(const PairList &list, const ParticleView &view, const PairRa
 /// else. Everything a pair needs was looked up when the list was packed. Pairs are gathered in blocks,
 /// the law goes over a block at once, the forces are scattered.
 ///
-/// tally(range, block) is called per block, before the forces are scattered.
-template <bool Damping, class Tally>
+/// more(range, block) may add to the block's forces; tally(range, block) is called with them, before
+/// they are scattered.
+template <bool Damping, class Tally, class More = NoMoreForces>
 void accumulate_forces(const PairList &list, const BlockLaw &law, const ParticleView &view,
-                       Tally &&tally)
+                       Tally &&tally, const More &more = More())
 {
   const int npairs = (int) list.pairs.size();
   Block block;
@@ -136,6 +142,7 @@ void accumulate_forces(const PairList &list, const BlockLaw &law, const Particle
     if (npairs > CACHED_PAIRS) list.pairs.prefetch(range.first + 4 * Block::SIZE, Block::SIZE);
     gather<Damping>(list, view, range, block);
     law(block, Damping, tally.energy);
+    more(range, block);
     tally(range, block);
     scatter(list, view, range, block);
   }

@@ -99,7 +99,8 @@ struct RankExchange {
 /// The matrices K and C of the pairs that interact, linearised at the present positions.
 class LinearNetwork {
  public:
-  /// Weights of axial stiffness, transverse stiffness and damping in a matrix.
+  /// Weights of axial stiffness, transverse stiffness and damping in a matrix; that of the volume
+  /// stiffness is the transverse one, as no damper is sure to resist it.
   struct Mix {
     double axial, across, damping;
   };
@@ -121,6 +122,12 @@ class LinearNetwork {
   };
 
   std::vector<Link> links;
+
+  // of the volume energy: sum_i K_i b_i b_i^T, with b_i the derivative of the sum of i
+  bool with_volume = false;                ///< the same on all ranks; without, the others are empty
+  std::vector<double> openings;            ///< of that sum by the length of each link [1/length]
+  std::vector<double> volume_stiffness;    ///< K_i of own particles [energy]
+
   std::vector<double> inverse_mass;    ///< of own particles and ghosts, 0 where held
   std::vector<double> start;           ///< of Lanczos, three values per own particle, 0 where held
   int nreact = 0;                      ///< particles below this index take the reaction
@@ -136,6 +143,7 @@ class LinearNetwork {
     double here = 0.0;
     for (const Link &link : links)
       here += mix.axial * link.axial + mix.across * link.across + mix.damping * link.damping;
+    for (const double stiffness : volume_stiffness) here += mix.across * stiffness;
     if (exchange.sum(here) == 0.0) return {0.0, 0, true};
 
     std::vector<double> vector = start;
@@ -177,22 +185,29 @@ class LinearNetwork {
       if (link.j < nreact) add(link.j, link.i);
     }
     for (std::vector<double> *values : {&diagonal, &off, &partners}) exchange.to_owners(*values);
+    const std::vector<double> volume = volume_row_sums(mix.across);
 
     std::vector<double> sums(start.size());
     for (size_t n = 0; n < sums.size(); n++) {
       const double *b = &off[n - n % 3];
       const double xy = std::fabs(b[0]), xz = std::fabs(b[1]), yz = std::fabs(b[2]);
       const double beside[] = {xy + xz, xy + yz, xz + yz};
-      sums[n] = inverse_mass[n / 3] * (std::fabs(diagonal[n]) + beside[n % 3] + partners[n]);
+      double sum = std::fabs(diagonal[n]) + beside[n % 3] + partners[n];
+      if (!volume.empty()) sum += volume[n];
+      sums[n] = inverse_mass[n / 3] * sum;
     }
     return sums;
   }
 
-  double memory_usage() const { return bytes_of(links, inverse_mass, start, motion, reaction); }
+  double memory_usage() const
+  {
+    return bytes_of(links, openings, volume_stiffness, inverse_mass, start, motion, reaction,
+                    change);
+  }
 
  private:
   RankExchange exchange;
-  std::vector<double> motion, reaction;    // with ghosts
+  std::vector<double> motion, reaction, change;    // with ghosts
 
   void apply(const Mix &mix, const std::vector<double> &in, std::vector<double> &out)
   {
@@ -218,8 +233,82 @@ class LinearNetwork {
         if (link.j < nreact) reaction[(size_t) 3 * link.j + c] -= y;
       }
     }
+    if (with_volume && mix.across > 0.0) apply_volume(mix.across);
     exchange.to_owners(reaction);
     scale(reaction, out);
+  }
+
+  double opening_rate(const Link &link) const
+  {
+    const double *vi = &motion[(size_t) 3 * link.i], *vj = &motion[(size_t) 3 * link.j];
+    return link.u[0] * (vi[0] - vj[0]) + link.u[1] * (vi[1] - vj[1]) + link.u[2] * (vi[2] - vj[2]);
+  }
+
+  // adds sum_i K_i b_i b_i^T motion to reaction; exchanges have three values per particle, of which the
+  // first is used
+  void apply_volume(double weight)
+  {
+    change.assign(motion.size(), 0.0);
+    for (size_t k = 0; k < links.size(); k++) {
+      const Link &link = links[k];
+      const double rate = openings[k] * opening_rate(link);
+      change[(size_t) 3 * link.i] += rate;
+      if (link.j < nreact) change[(size_t) 3 * link.j] += rate;
+    }
+    exchange.to_owners(change);
+    for (size_t i = 0; i < volume_stiffness.size(); i++)
+      change[3 * i] *= weight * volume_stiffness[i];
+    exchange.to_ghosts(change);
+    for (size_t k = 0; k < links.size(); k++) {
+      const Link &link = links[k];
+      const double pull = openings[k] * (change[(size_t) 3 * link.i] + change[(size_t) 3 * link.j]);
+      for (int c = 0; c < 3; c++) {
+        reaction[(size_t) 3 * link.i + c] += pull * link.u[c];
+        if (link.j < nreact) reaction[(size_t) 3 * link.j + c] -= pull * link.u[c];
+      }
+    }
+  }
+
+  // sums of absolute values along each row of the volume stiffness, at most: those of its terms added up
+  std::vector<double> volume_row_sums(double weight) const
+  {
+    if (!with_volume) return {};
+    const size_t n = 3 * inverse_mass.size();
+    const auto for_each_side =
+        [&](auto &&f) {    // f(particle, other, derivative of the link's length)
+          for (size_t k = 0; k < links.size(); k++) {
+            const Link &link = links[k];
+            f(link, link.i, link.j, openings[k]);
+            if (link.j < nreact) f(link, link.j, link.i, -openings[k]);
+          }
+        };
+
+    // of b_i: its part at i itself, and the absolute values of that at the neighbors
+    std::vector<double> own(n, 0.0), norms(n, 0.0);
+    for_each_side([&](const Link &link, int i, int j, double opening) {
+      for (int c = 0; c < 3; c++) {
+        own[(size_t) 3 * i + c] += opening * link.u[c];
+        if (is_free(j)) norms[(size_t) 3 * i] += std::fabs(opening * link.u[c]);
+      }
+    });
+    exchange.to_owners(own);
+    exchange.to_owners(norms);
+    for (size_t i = 0; i < volume_stiffness.size(); i++) {
+      if (is_free((int) i))
+        for (int c = 0; c < 3; c++) norms[3 * i] += std::fabs(own[3 * i + c]);
+      norms[3 * i] *= weight * volume_stiffness[i];
+    }
+    exchange.to_ghosts(norms);
+
+    std::vector<double> rows(n, 0.0);
+    for_each_side([&](const Link &link, int i, int j, double opening) {
+      for (int c = 0; c < 3; c++)
+        rows[(size_t) 3 * i + c] += norms[(size_t) 3 * j] * std::fabs(opening * link.u[c]);
+    });
+    exchange.to_owners(rows);
+    for (size_t i = 0; i < volume_stiffness.size(); i++)
+      for (int c = 0; c < 3; c++) rows[3 * i + c] += norms[3 * i] * std::fabs(own[3 * i + c]);
+    return rows;
   }
 };
 

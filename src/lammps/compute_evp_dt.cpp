@@ -92,6 +92,8 @@ void ComputeEVPDt::compute_vector()
   vector[0] = root_of(lambda_k, 0.0);
   vector[1] = explicit_dt(lambda_k, lambda_c);
   vector[2] = implicit_dt(lambda_axial, lambda_across);
+  // the volume stiffness and that of the pairs peak in different modes; damping only helps
+  if (linear.with_volume) vector[2] = std::max(vector[2], vector[0]);
   vector[3] = paper_dt;
   vector[4] = row_sum_dt();
 }
@@ -108,8 +110,14 @@ void ComputeEVPDt::linearise()
                "'run 0' first",
                who, id);
 
+  const VolumeForces *const volume = network->volume();
   const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
   linear.links.clear();
+  linear.with_volume = volume != nullptr;
+  linear.openings.clear();
+  linear.volume_stiffness.clear();
+  for (int i = 0; volume && i < nlocal; i++)
+    linear.volume_stiffness.push_back(volume->stiffness(i));
   linear.nreact = force->newton_pair ? nall : nlocal;
   linear.inverse_mass.assign(nall, 0.0);
   for (int i = 0; i < nall; i++)
@@ -129,12 +137,14 @@ void ComputeEVPDt::linearise()
         if ((!linear.is_free(p.i) && !linear.is_free(p.j)) || p.is_beyond()) return;
         const EVP::Law &law = network->law_of(p);
         const double d = p.distance(), deq = 1.0 / p.inv_deq;
+        const double of_volume = volume ? volume->force(p) : 0.0;
         linear.links.push_back({p.i,
                                 p.j,
                                 {p.g.dx / d, p.g.dy / d, p.g.dz / d},
                                 law.stiffness_ahead(d, deq),
-                                std::max(0.0, -law.force(d, deq) / d),
+                                std::max(0.0, -(law.force(d, deq) + of_volume) / d),
                                 law.parameters().gamma + network->implicit_gamma(p)});
+        if (volume) linear.openings.push_back(volume->opening_of(p));
 
         // eqs. 6 and 7: overlap of 0.3, deq = R_i + R_j; knows neither coordination nor gamma
         const double k = law.first_stiffness(0.7, atom->radius[p.i] + atom->radius[p.j]);

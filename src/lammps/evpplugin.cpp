@@ -8,6 +8,7 @@
 #include "fix_dt_evp.h"
 #include "fix_evp_bonds.h"
 #include "fix_evp_energy.h"
+#include "fix_evp_volume.h"
 #include "fix_nve_evp.h"
 #include "pair_evp_lj.h"
 #include "write_evp_bonds.h"
@@ -53,6 +54,8 @@ extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
   add("fix", "dt/evp", "EVP timestep size as a fraction of the largest stable one");
   plugin.creator.v2 = &create_with_arguments<FixEVPEnergy>;
   add("fix", "evp/energy", "EVP energy balance");
+  plugin.creator.v2 = &create_with_arguments<FixEVPVolume>;
+  add("fix", "evp/volume", "EVP volume energy");
   plugin.creator.v2 = &create_with_arguments<ComputeEVPDt>;
   add("compute", "evp/dt", "EVP largest stable timestep size");
   plugin.creator.v2 = &create_with_arguments<ComputeEVPStateAtom>;

@@ -255,21 +255,33 @@ void PairEVPLJ::stop_at_blow_up() const
 template <bool Damping> void PairEVPLJ::compute_forces()
 {
   const EVP::PairList &pairs = network.packed_pairs();
-  if (pairs.rows.empty()) return;
+  VolumeForces *const volume = network.volume();
+  if (pairs.rows.empty() && !volume) return;
 
-  const int newton = force->newton_pair;
   const EVP::ParticleView view = {rows(atom->x), rows(atom->v),
-                                  reinterpret_cast<double(*)[3]>(atom->f[0]),
-                                  newton ? pairs.nall : pairs.nlocal};
+                                  reinterpret_cast<double(*)[3]>(atom->f ? atom->f[0] : nullptr),
+                                  force->newton_pair ? pairs.nall : pairs.nlocal};
+  if (!volume) return sum_forces<Damping>(view);
+  volume->evaluate(pairs, view);
+  if (!pairs.rows.empty()) sum_forces<Damping>(view, volume->forces(pairs));
+}
+
+// more: what adds to the forces of the law, see EVP::accumulate_forces()
+template <bool Damping, class... More>
+void PairEVPLJ::sum_forces(const EVP::ParticleView &view, const More &...more)
+{
+  const EVP::PairList &pairs = network.packed_pairs();
+  const int newton = force->newton_pair;
   const EVP::BlockLaw &law = coefficients.block_law();
   const bool energy = eflag_either != 0;
   if (!evflag)
-    EVP::accumulate_forces<Damping>(pairs, law, view, EVP::NoTally());
+    EVP::accumulate_forces<Damping>(pairs, law, view, EVP::NoTally(), more...);
   else if (eflag_atom || vflag_atom || cvflag_atom || num_tally_compute > 0)
-    EVP::accumulate_forces<Damping>(pairs, law, view, PairTally(this, pairs, newton, energy));
+    EVP::accumulate_forces<Damping>(pairs, law, view, PairTally(this, pairs, newton, energy),
+                                    more...);
   else {
     EVP::SumTally sums(pairs, view.nreact, energy, vflag_global != 0);
-    EVP::accumulate_forces<Damping>(pairs, law, view, sums);
+    EVP::accumulate_forces<Damping>(pairs, law, view, sums, more...);
     eng_vdwl += sums.total_energy();
     for (int k = 0; k < 6; k++) virial[k] += sums.total_virial(k);
   }
@@ -305,6 +317,7 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
 
   if (!acts) return 0.0;
   fforce = law.force(d, deq) / d;
+  if (is_bond && network.volume()) fforce += network.volume()->force(i, j, deq, cut) / d;
   if (network.damping_acts() && (comm->ghost_velocity || velocities_sent) &&
       !network.is_implicit(i, j)) {
     const EVP::PairGeometry g(rows(atom->x), i, j);

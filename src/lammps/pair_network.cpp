@@ -70,8 +70,8 @@ bool PairNetwork::is_packed() const
   if (!snapshot.matches_list()) return false;
   if (update->whichflag != 0) return true;
   const long version = store ? store->version() : 0;
-  return !repack_due && version == store_version && snapshot.matches_atoms() &&
-      !(store && store->find_misplaced(atom->tag, atom->nlocal));
+  return !repack_due && version == store_version && volume() == VolumeForces::find(modify).get() &&
+      snapshot.matches_atoms() && !(store && store->find_misplaced(atom->tag, atom->nlocal));
 }
 
 bool PairNetwork::is_present()
@@ -107,6 +107,7 @@ void PairNetwork::begin_run()
   find_bonds();
   const Fix *implicit = EVP::scene::find_fix(modify, "nve/evp");
   implicit_groupbit = implicit ? implicit->groupbit : 0;
+  volume_ = VolumeForces::find(modify);
   any_gamma = scene_checked = overlap_warned = false;
   repack_due = true;
   snapshot.forget();
@@ -167,6 +168,9 @@ void PairNetwork::report()
   line += store
       ? fmt::format(", deq of bonds from fix {}", EVP::scene::find_fix(modify, "evp/bonds")->id)
       : ", no fix evp/bonds: every pair has deq = R_i + R_j";
+  if (volume())
+    line +=
+        fmt::format(", volume energy from fix {}", EVP::scene::find_fix(modify, "evp/volume")->id);
   line += fmt::format(", overlap warned of beyond {} (R_i + R_j)\n", new_pairs.overlap);
 
   if (line == last_report) return;
@@ -222,6 +226,8 @@ void PairNetwork::pack(const NeighList *neighbors, bool collective)
   const PairListBuilder::Found found = builder.build(
       {neighbors, &coefficients, bonds(), new_pairs, new_pair_margin(), implicit_groupbit}, list);
   snapshot.finish();
+  if (!bonds()) volume_.reset();    // they went since the last set-up
+  if (volume()) volume()->pack(list, *bonds(), coefficients, collective);
   if (collective) agree_on_pairs(found);
 
   coefficients.choose_block_law(

@@ -10,6 +10,7 @@
 #include "ghost_update.h"
 #include "list_snapshot.h"
 #include "pair_list_builder.h"
+#include "volume_forces.h"
 
 #include "atom.h"
 #include "pointers.h"
@@ -81,6 +82,12 @@ class PairNetwork : protected Pointers {
   const EVP::BondStore *bonds() const
   {
     return store && store->has_recorded() ? store.get() : nullptr;
+  }
+
+  /// The volume energy of fix evp/volume, nullptr without.
+  VolumeForces *volume() const
+  {
+    return volume_ && !volume_->is_closed() ? volume_.get() : nullptr;
   }
 
   /// The last fix whose records of this body are gone, empty if there was none.
@@ -156,6 +163,7 @@ class PairNetwork : protected Pointers {
   int implicit_groupbit = 0;    // of fix nve/evp
   std::string last_report;
 
+  std::shared_ptr<VolumeForces> volume_;          // of fix evp/volume, nullptr without
   std::shared_ptr<const EVP::BondStore> store;    // of fix evp/bonds, nullptr without
   long store_version = 0;                         // at the last packing
   std::string bonds_id;                           // fix that recorded the bonds; empty: none did

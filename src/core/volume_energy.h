@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+#ifndef EVP_CORE_VOLUME_ENERGY_H
+#define EVP_CORE_VOLUME_ENERGY_H
+
+#include "core/bytes.h"
+#include "core/force_loop.h"
+#include "core/levels.h"
+#include "core/pair_list.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace EVP {
+
+/// Energy of the volume strain of each particle over its bonds, and the forces that follow from it.
+///
+///     U = 1/2 sum_i kv_i theta_i^2,   theta_i = 3/W_i sum_j w_ij (d_ij/deq_ij - 1),
+///     w_ij = 1 - (deq_ij/dlim_ij)^2,   W_i = sum_j w_ij over all bonds that were recorded
+///
+/// theta is the trace of the strain where a body deforms alike everywhere. A pair beyond its cut-off
+/// leaves the sum, not W_i. kv is an energy per particle, all else here has no dimension.
+///
+/// Pass one adds up the strains of each particle. Between the passes their owners make g = dU/dtheta
+/// times 3/W, an energy. Pass two, in the force loop, adds -w_ij (g_i + g_j)/deq_ij to each pair.
+class VolumeEnergy {
+ public:
+  /// Of a bond: it fades as deq nears dlim [both lengths], so that none enters or leaves with a jump at
+  /// rest.
+  static double weight(double deq, double dlim)
+  {
+    const double ratio = deq / dlim;
+    return std::max(0.0, 1.0 - ratio * ratio);
+  }
+
+  /// Volume strain of a particle from the sum over its pairs; 0 where it has no bond.
+  static double strain(double sum, double weight_sum)
+  {
+    return weight_sum > 0.0 ? 3.0 * sum / weight_sum : 0.0;
+  }
+
+  /// What its pairs see of a particle [energy].
+  static double pull(double kv, double strain, double weight_sum)
+  {
+    return weight_sum > 0.0 ? 3.0 * kv * strain / weight_sum : 0.0;
+  }
+
+  /// Second derivative of its energy by the sum over its pairs [energy].
+  static double stiffness(double kv, double weight_sum)
+  {
+    return weight_sum > 0.0 ? 9.0 * kv / (weight_sum * weight_sum) : 0.0;
+  }
+
+  /// Takes the weights of a list that was just packed.
+  void pack(const PairList &list)
+  {
+    const size_t n = list.pairs.size();
+    if (weights.size() < n) {
+      weights.resize(n + n / 4);
+      slopes.resize(weights.size());
+    }
+    for (size_t k = 0; k < n; k++) {
+      const PackedPair pair = list.pairs[k];
+      weights[k] = pair.is_bond() ? weight(1.0 / pair.inv_deq, pair.cut) : 0.0;
+    }
+  }
+
+  double weight_of(int k) const { return weights[k]; }
+
+  /// Adds w (d/deq - 1) of each pair within its cut-off to sums of both particles, those below
+  /// view.nreact; keeps what pass two needs of the pair.
+  void add_strains(const PairList &list, const ParticleView &view, double *sums)
+  {
+    const int npairs = (int) list.pairs.size();
+    Block block;
+    PairRange range = {list.rows.data(), 0, 0};
+    for (; range.first < npairs; range.first = range.last) {
+      range.last = std::min(range.first + Block::SIZE, npairs);
+      while (range.row->last <= range.first) range.row++;
+      if (npairs > CACHED_PAIRS) prefetch(list, range.first + 4 * Block::SIZE);
+      gather<false>(list, view, range, block);
+      call_at(level, [&]() EVP_KERNEL {
+        evaluate(block, &weights[range.first], &slopes[range.first]);
+      });
+      scatter(list, view.nreact, range, block, sums);
+    }
+  }
+
+  /// Pass two: called by the force loop with each block, at the positions of pass one.
+  class Forces {
+   public:
+    Forces(const PairList &list_in, const double *slopes_in, const double *pulls_in) :
+        list(list_in), slopes(slopes_in), pulls(pulls_in)
+    {
+    }
+    void operator()(const PairRange &range, Block &block) const
+    {
+      const int *const partner = list.pairs.j.data();
+      const double *const slope = slopes, *const pull = pulls;
+      range.for_each_row([&](int i, int first, int last) {
+        const double own = pull[i];
+        EVP_UNROLL
+        for (int k = first; k < last; k++)
+          block.force[k - range.first] -= (own + pull[partner[k]]) * slope[k];
+      });
+    }
+
+   private:
+    const PairList &list;
+    const double *slopes, *pulls;
+  };
+
+  /// pulls: g of all particles and ghosts.
+  Forces forces(const PairList &list, const double *pulls) const
+  {
+    return {list, slopes.data(), pulls};
+  }
+
+  double memory_usage() const { return bytes_of(weights, slopes); }
+
+ private:
+  Level level = best_level();
+  std::vector<double> weights;    // of the packed pairs, 0 where none was recorded
+  std::vector<double> slopes;     // w/(deq d) of each within its cut-off, else 0 [1/length^2]
+
+  void prefetch(const PairList &list, size_t first) const
+  {
+    list.pairs.prefetch(first, Block::SIZE);
+    if (first >= list.pairs.size()) return;
+    const size_t n = std::min<size_t>(Block::SIZE, list.pairs.size() - first);
+    EVP::prefetch(&weights[first], n * sizeof(double));
+  }
+
+  // the strains go to block.energy, which the force loop fills anew
+  static EVP_INLINE void evaluate(Block &block, const double *weight, double *slope)
+  {
+    const double *const inv_deq = block.inv_deq;
+    const double *const cutsq = block.cutsq;
+    const int n = block.n;
+    EVP_INDEPENDENT
+    for (int k = 0; k < n; k++) {
+      const double x = block.xy[2 * k], y = block.xy[2 * k + 1], z = block.z[k];
+      const double dsq = x * x + y * y + z * z;
+      const double d = std::sqrt(dsq);
+      const double w = dsq > cutsq[k] ? 0.0 : weight[k];
+      block.energy[k] = w * (d * inv_deq[k] - 1.0);
+      slope[k] = w * inv_deq[k] / d;
+    }
+  }
+
+  static void scatter(const PairList &list, int nreact, const PairRange &range, const Block &block,
+                      double *sums)
+  {
+    const int *const partner = list.pairs.j.data();
+    range.for_each_row([&](int i, int first, int last) {
+      double own = 0.0;
+      EVP_UNROLL
+      for (int k = first; k < last; k++) {
+        const int j = partner[k];
+        const double strain = block.energy[k - range.first];
+        own += strain;
+        if (j < nreact) sums[j] += strain;
+      }
+      sums[i] += own;
+    });
+  }
+};
+
+}    // namespace EVP
+
+#endif

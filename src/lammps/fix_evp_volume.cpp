@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+#include "fix_evp_volume.h"
+
+#include "collective.h"
+#include "keywords.h"
+#include "pair_network.h"
+#include "scene.h"
+
+#include "force.h"
+
+#include <algorithm>
+#include <cmath>
+
+using namespace LAMMPS_NS;
+
+static constexpr double HIGHEST = 1.0e100;    // KV whose squares and forces are finite
+
+// fix ID group evp/volume KV [KV ...]
+FixEVPVolume::FixEVPVolume(LAMMPS *lmp, int narg, char **arg) : AtomRecords(lmp, narg, arg)
+{
+  const int given = narg - 3, ntypes = atom->ntypes;
+  if (given != 1 && given != ntypes)
+    error->all(FLERR, "{}: expected one KV, or one for each of the {} atom types, got {}", who,
+               ntypes, given);
+  std::vector<double> kv(ntypes + 1, 0.0);
+  EVP::stop_at_bad_input(error, who, [&] {
+    for (int type = 1; type <= ntypes; type++) {
+      const EVP::Keyword word = {"KV", arg[given == 1 ? 3 : 2 + type]};
+      kv[type] = word.number();
+      word.demand(kv[type] >= 0.0 && kv[type] <= HIGHEST,
+                  "must lie between 0 and 1e100 (an energy per atom)");
+    }
+  });
+  if (const Fix *other = EVP::scene::find_fix(modify, style))
+    error->all(FLERR,
+               "{}: fix {} is one already, and an atom has one volume energy: give one fix "
+               "evp/volume a KV for each atom type, or 'unfix {}' first",
+               who, other->id, other->id);
+
+  comm_forward = comm_reverse = 1;
+  restart_peratom = 1;
+  energy_global_flag = energy_peratom_flag = thermo_energy = 1;
+  EVP::scene::offer_values(this, (int) strains.size());
+  peratom_flag = peratom_freq = 1;
+  size_peratom_cols = 0;
+
+  forces = std::make_shared<VolumeForces>(lmp, who, groupbit, kv, records, *this);
+  follow_atoms();
+  atom->add_callback(Atom::RESTART);
+  keep_records();
+}
+
+FixEVPVolume::~FixEVPVolume()
+{
+  if (!forces) return;
+  atom->delete_callback(id, Atom::RESTART);
+  forces->close();
+}
+
+void *FixEVPVolume::extract(const char *name, int &dim)
+{
+  dim = -1;    // nothing that fix adapt could write
+  return strcmp(name, "volume") == 0 ? &forces : nullptr;
+}
+
+void FixEVPVolume::init()
+{
+  PairNetwork::require(force, error, who);
+  EVP::scene::refuse_respa(update, error, who);
+  if (!EVP::scene::find_fix(modify, "evp/bonds"))
+    error->all(FLERR,
+               "{} needs fix evp/bonds, whose bonds the volume strain is taken over: define one "
+               "before the run",
+               who);
+  strains_step = -1;
+}
+
+void FixEVPVolume::post_force(int /*vflag*/)
+{
+  strains_step = -1;
+  vector_atom = const_cast<double *>(forces->all_strains());
+  const bool per_atom = update->eflag_atom == update->ntimestep;
+  ev_init(per_atom ? ENERGY_ATOM : ENERGY_NONE, VIRIAL_NONE);
+  for (int i = 0; eflag_atom && i < atom->nlocal; i++) eatom[i] = forces->energy(i);
+}
+
+double FixEVPVolume::compute_scalar()
+{
+  return EVP::reduce_all(forces->energy(), MPI_SUM, world);
+}
+
+double FixEVPVolume::compute_vector(int n)
+{
+  if (strains_step == update->ntimestep) return strains[n];
+  double sum = 0.0, count = 0.0;
+  std::array<double, 2> extremes = {-HUGE_VAL, -HUGE_VAL};    // of minus theta and theta
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (!(atom->mask[i] & groupbit) || records[i].weight_sum == 0.0) continue;
+    const double theta = forces->strain(i);
+    sum += theta;
+    count += 1.0;
+    extremes = {std::max(extremes[0], -theta), std::max(extremes[1], theta)};
+  }
+  const auto all = EVP::reduce_all(std::array{sum, count}, MPI_SUM, world);
+  extremes = EVP::reduce_all(extremes, MPI_MAX, world);
+  strains = {0.0, 0.0, 0.0};
+  if (all[1] > 0.0) strains = {all[0] / all[1], -extremes[0], extremes[1]};
+  strains_step = update->ntimestep;
+  return strains[n];
+}
+
+// restart files carry no check of their own
+int FixEVPVolume::pack_restart(int i, double *buf)
+{
+  buf[0] = WORDS;
+  buf[1] = records[i].weight_sum;
+  buf[2] = records[i].sum_deq;
+  buf[3] = EVP::checksum(buf, WORDS - 1);
+  return WORDS;
+}
+
+void FixEVPVolume::unpack_restart(int nlocal, int nth)
+{
+  const double *extra = atom->extra[nlocal];
+  const int stored = atom->nextra_store;
+  int m = 0;
+  for (int k = 0; k < nth && m < stored && extra[m] >= 1.0; k++) m += (int) extra[m];
+  if (m > stored - WORDS || extra[m] != WORDS ||
+      extra[m + WORDS - 1] != EVP::checksum(extra + m, WORDS - 1))
+    error->one(FLERR,
+               "{}: the sums of atom {} in the restart file are damaged, or the atom is not from "
+               "that file: define the fix right after read_restart",
+               who, atom->tag[nlocal]);
+  records[nlocal] = {extra[m + 1], extra[m + 2]};
+  forces->restored();
+}

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+#ifndef LMP_FIX_EVP_VOLUME_H
+#define LMP_FIX_EVP_VOLUME_H
+
+#include "atom_records.h"
+#include "nodal_exchange.h"
+#include "volume_forces.h"
+
+#include <array>
+#include <memory>
+
+namespace LAMMPS_NS {
+
+/// An energy of the volume strain of each atom over its bonds. Its forces are in those of the pair style,
+/// its energy is here.
+class FixEVPVolume : public AtomRecords<NodalExchange<Fix>, VolumeForces::Record> {
+ public:
+  FixEVPVolume(class LAMMPS *, int, char **);
+  ~FixEVPVolume() override;
+
+  int setmask() override { return FixConst::POST_FORCE | FixConst::MIN_POST_FORCE; }
+  void init() override;
+  void setup(int vflag) override { post_force(vflag); }
+  void min_setup(int vflag) override { post_force(vflag); }
+  void post_force(int) override;
+  void min_post_force(int vflag) override { post_force(vflag); }
+
+  // f_ID: energy. f_ID[1..3]: mean, lowest and highest volume strain of the atoms of the group that
+  // have bonds. Per atom: volume strain
+  double compute_scalar() override;
+  double compute_vector(int) override;
+
+  /// "volume": the std::shared_ptr<VolumeForces>, closed when the fix goes.
+  void *extract(const char *, int &) override;
+
+  double memory_usage() override { return AtomRecords::memory_usage() + forces->memory_usage(); }
+  void set_arrays(int i) override { records[i] = {0.0, 0.0}; }
+
+  int pack_restart(int, double *) override;
+  void unpack_restart(int, int) override;
+  int size_restart(int) override { return WORDS; }
+  int maxsize_restart() override { return WORDS; }
+
+ private:
+  static constexpr int WORDS = 4;    // of an atom in restart files: their number, record, checksum
+
+  std::shared_ptr<VolumeForces> forces;
+  std::array<double, 3> strains{};    // f_ID[1..3], as of the last evaluation
+  bigint strains_step = -1;           // step of that, -1 if it must not be used again
+};
+
+}    // namespace LAMMPS_NS
+
+#endif

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+#include "volume_forces.h"
+
+#include "atom_directory.h"
+#include "collective.h"
+#include "keywords.h"
+#include "scene.h"
+
+#include <algorithm>
+
+using namespace LAMMPS_NS;
+using EVP::VolumeEnergy;
+
+VolumeForces::VolumeForces(LAMMPS *lmp, const std::string &who_in, int groupbit_in,
+                           const std::vector<double> &kv_in, std::vector<Record> &records_in,
+                           EVP::GhostExchange &exchange_in) :
+    Pointers(lmp),
+    who(who_in), groupbit(groupbit_in), kv(kv_in), records(records_in), exchange(exchange_in)
+{
+}
+
+std::shared_ptr<VolumeForces> VolumeForces::find(const Modify *modify)
+{
+  int dim;
+  Fix *fix = EVP::scene::find_fix(modify, "evp/volume");
+  return fix ? *(std::shared_ptr<VolumeForces> *) fix->extract("volume", dim) : nullptr;
+}
+
+// atoms outside the group have no volume energy, but are neighbors of those that do
+double VolumeForces::kv_of(int i) const
+{
+  return atom->mask[i] & groupbit ? kv[atom->type[i]] : 0.0;
+}
+
+void VolumeForces::pack(const EVP::PairList &list, const EVP::BondStore &store,
+                        const EVP::Coefficients &coefficients, bool collective)
+{
+  if (collective && store.version() != version) {
+    const bool restored = EVP::on_any(may_keep, world);
+    if (!restored || !EVP::on_all(are_of(store), world)) take_records(store, coefficients);
+    may_keep = false;
+    version = store.version();
+  }
+  energies.pack(list);
+}
+
+static double sum_of_deq(const EVP::BondStore::Bonds &bonds)
+{
+  double sum = 0.0;
+  for (const EVP::Bond &bond : bonds) sum += bond.deq;
+  return sum;
+}
+
+bool VolumeForces::are_of(const EVP::BondStore &store) const
+{
+  for (int i = 0; i < atom->nlocal; i++)
+    if (records[i].sum_deq != sum_of_deq(store.of(i))) return false;
+  return true;
+}
+
+// partners may be on any MPI rank
+void VolumeForces::take_records(const EVP::BondStore &store, const EVP::Coefficients &coefficients)
+{
+  std::vector<tagint> partners;
+  for (int i = 0; i < atom->nlocal; i++)
+    for (const EVP::Bond &bond : store.of(i)) partners.push_back((tagint) bond.partner);
+  const AtomDirectory directory(lmp, partners);
+
+  std::vector<Record> taken(records.size(), Record{0.0, 0.0});
+  std::string complaint;
+  for (int i = 0; i < atom->nlocal; i++) {
+    taken[i].sum_deq = sum_of_deq(store.of(i));
+    for (const EVP::Bond &bond : store.of(i)) {
+      const AtomDirectory::Entry &partner = directory.entries.at((tagint) bond.partner);
+      if (partner.type == 0) {
+        complaint =
+            fmt::format("atom {} has a bond with atom {}, which is gone, so that its weight "
+                        "is not known: define the fix before atoms are deleted",
+                        atom->tag[i], bond.partner);
+        continue;
+      }
+      const double dlim =
+          coefficients.row(atom->type[i], partner.type).alpha * (atom->radius[i] + partner.radius);
+      taken[i].weight_sum += VolumeEnergy::weight(bond.deq, dlim);
+    }
+  }
+  EVP::stop_at_bad_input(error, who, [&] {
+    EVP::throw_together(complaint, world);
+  });
+  records.swap(taken);
+}
+
+void VolumeForces::evaluate(const EVP::PairList &list, const EVP::ParticleView &view)
+{
+  sums.assign(list.nall, 0.0);
+  if (!list.rows.empty()) energies.add_strains(list, view, sums.data());
+  exchange.to_owners(sums);
+
+  pulls.resize(list.nall);
+  strains.resize(atom->nmax);
+  energy_here = 0.0;
+  for (int i = 0; i < list.nlocal; i++) {
+    const double weight_sum = records[i].weight_sum;
+    strains[i] = VolumeEnergy::strain(sums[i], weight_sum);
+    pulls[i] = VolumeEnergy::pull(kv_of(i), strains[i], weight_sum);
+    energy_here += energy(i);
+  }
+  exchange.to_ghosts(pulls);
+}

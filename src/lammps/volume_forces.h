@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+#ifndef LMP_EVP_VOLUME_FORCES_H
+#define LMP_EVP_VOLUME_FORCES_H
+
+#include "core/bond_store.h"
+#include "core/coefficients.h"
+#include "core/volume_energy.h"
+#include "nodal_exchange.h"
+
+#include "pointers.h"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace LAMMPS_NS {
+
+/// The volume energy of fix evp/volume on this MPI rank, which the pair style adds to its forces.
+class VolumeForces : protected Pointers {
+ public:
+  /// What goes with an atom, into restart files too. Both 0 where it has no bond.
+  struct Record {
+    double weight_sum;    ///< W of core/volume_energy.h, taken when the bonds were first seen
+    double sum_deq;       ///< of these bonds [length]: tells whether they are those of the store
+  };
+
+  using Nodal = EVP::GhostExchange::Nodal;
+
+  /// kv: by atom type, from 1 [energy]; records and exchange of one value per atom are those of the fix.
+  VolumeForces(LAMMPS *, const std::string &who, int groupbit, const std::vector<double> &kv,
+               std::vector<Record> &records, EVP::GhostExchange &);
+
+  /// Of the fix there is, nullptr without.
+  static std::shared_ptr<VolumeForces> find(const class Modify *);
+
+  /// The fix goes: it must not be asked any more.
+  void close() { closed = true; }
+  bool is_closed() const { return closed; }
+
+  /// The records of all local atoms came with a restart file.
+  void restored() { may_keep = true; }
+
+  // what the pairs call
+
+  /// Takes the weights of a list that was just packed; where all MPI ranks do, of new bonds too.
+  void pack(const EVP::PairList &, const EVP::BondStore &, const EVP::Coefficients &,
+            bool collective);
+
+  /// Collective. Strains and energies at the present positions.
+  void evaluate(const EVP::PairList &, const EVP::ParticleView &);
+
+  /// For the force loop, after evaluate().
+  EVP::VolumeEnergy::Forces forces(const EVP::PairList &list) const
+  {
+    return energies.forces(list, pulls.data());
+  }
+
+  // what others read, as of the last evaluate()
+
+  /// Force of a bond between particles with these indices [force], positive repels.
+  double force(int i, int j, double deq, double dlim) const
+  {
+    if ((size_t) std::max(i, j) >= pulls.size()) return 0.0;
+    return -EVP::VolumeEnergy::weight(deq, dlim) * (pulls[i] + pulls[j]) / deq;
+  }
+
+  /// The same of a packed pair within its cut-off.
+  double force(const EVP::PlacedPair &p) const
+  {
+    return -opening_of(p) * (pulls[p.i] + pulls[p.j]);
+  }
+
+  /// Volume strain of a local atom, over its recorded bonds.
+  double strain(int i) const { return (size_t) i < strains.size() ? strains[i] : 0.0; }
+  const double *all_strains() const { return strains.data(); }
+
+  /// Energy of a local atom, of all of them.
+  double energy(int i) const { return 0.5 * kv_of(i) * strain(i) * strain(i); }
+  double energy() const { return energy_here; }
+
+  // its stiffness sum_i K_i b_i b_i^T, with b_i the derivative of the sum of atom i
+
+  /// Derivative of the sums of both atoms by the length of their pair [1/length].
+  double opening_of(const EVP::PlacedPair &p) const
+  {
+    return energies.weight_of(p.index) * p.inv_deq;
+  }
+
+  /// K_i of a local atom [energy].
+  double stiffness(int i) const
+  {
+    return EVP::VolumeEnergy::stiffness(kv_of(i), records[i].weight_sum);
+  }
+
+  double memory_usage() const
+  {
+    return energies.memory_usage() + EVP::bytes_of(pulls, strains, sums);
+  }
+
+ private:
+  const std::string who;
+  const int groupbit;
+  const std::vector<double> kv;
+  std::vector<Record> &records;
+  EVP::GhostExchange &exchange;
+
+  EVP::VolumeEnergy energies;
+  long version = -1;    // of the store whose bonds the records are of
+  bool may_keep =
+      false;    // records came with a restart file, and are to be compared with the store
+  bool closed = false;
+  Nodal sums, pulls;    // of all atoms and ghosts
+  std::vector<double> strains;
+  double energy_here = 0.0;
+
+  double kv_of(int i) const;
+  void take_records(const EVP::BondStore &, const EVP::Coefficients &);
+  bool are_of(const EVP::BondStore &) const;
+};
+
+}    // namespace LAMMPS_NS
+
+#endif
