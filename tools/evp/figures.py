@@ -99,6 +99,11 @@ def stress_strain(panels, path, column="virial"):
         return save(figure, path, ("panel", "curve", "strain_percent", "stress_MPa"), rows)
 
 
+def percent_left(strain):
+    """A residual strain as text, without the sign of a zero."""
+    return f"{round(100 * strain, 2) + 0.0:.2f} %"
+
+
 def unloading(curves, path, column="virial"):
     """Curves that turn back: curves is {label: curves.Curve}; the residual strain is told behind each label, and marked.
 
@@ -109,10 +114,10 @@ def unloading(curves, path, column="virial"):
         figure, axis = plt.subplots(figsize=(6.4, 4.2))
         for k, (label, curve) in enumerate(curves.items()):
             percent, stress = 100 * curve.strain, 1e-6 * getattr(curve, column)
-            left = 100 * cycles.residual_strain(curve.strain, getattr(curve, column))
-            name = f"{label}: residual strain {left:.2f} %".replace("-0.00", "0.00")
+            left = cycles.residual_strain(curve.strain, getattr(curve, column))
+            name = f"{label}: residual strain {percent_left(left)}"
             axis.plot(percent, stress, label=name, **line_style(k))
-            axis.plot([left], [0.0], "o", color=_COLORS[k], markeredgecolor="#333333", markeredgewidth=0.5, markersize=6, zorder=3)
+            axis.plot([100 * left], [0.0], "o", color=_COLORS[k], markeredgecolor="#333333", markeredgewidth=0.5, markersize=6, zorder=3)
             rows += [(name, f"{a:.6g}", f"{b:.6g}") for a, b in zip(percent, stress)]
         axis.axhline(0, color="#333333", linewidth=0.8)
         axis.set(xlabel="nominal strain [%]", ylabel="nominal stress [MPa]")
