@@ -10,25 +10,18 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from conftest import REFERENCE
+from evp import specimen
 from lammps_run import read_csv, read_dump, run_lammps, slope
 
 PUBLISHED = json.loads(REFERENCE.with_name("specimen_500_metal.json").read_text())
 INCREMENT = 5e-4
 STOPS = (0.003, 0.01, 0.02, 0.05)  # the strains at which the middle is measured
-LENGTH = 0.05
 MPA = 1e6
 
 
 class Pull(NamedTuple):
     curve: dict
     middle: dict  # {strain: (axial, lateral) strain of the middle}
-
-
-def middle_strains(body, x):
-    """Axial and mean lateral strain: displacements between 0.3 and 0.7 L over starting positions, by straight lines."""
-    inside = (body.x[:, 0] > 0.3 * LENGTH) & (body.x[:, 0] < 0.7 * LENGTH)
-    strains = [np.polyfit(body.x[inside, axis], (x - body.x)[inside, axis], 1)[0] for axis in range(3)]
-    return strains[0], 0.5 * (strains[1] + strains[2])
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +35,7 @@ def pulled(reference, tmp_path_factory):
             choices = {"specimen": REFERENCE, "contact": "none", "kv": kv, "unload": unload}
             for stop in STOPS:
                 run_lammps("in.quasistatic", 1, {**choices, "strain": stop, "out": "rest"}, folder).ok()
-                middle[stop] = middle_strains(reference, read_dump(folder / "rest_state.dump")[-1].vectors("x", "y", "z"))
+                middle[stop] = specimen.middle_strains(reference, read_dump(folder / "rest_state.dump")[-1].vectors("x", "y", "z"))
                 choices = {"resume": round(stop / INCREMENT)}
             known[kv, unload] = Pull(read_csv(folder / "rest.csv"), middle)
         return known[kv, unload]
