@@ -37,13 +37,13 @@ def evaluate(x, bonds, row, q):
     r = x[bonds.i] - x[bonds.j]
     d = np.linalg.norm(r, axis=1)
     acts = d <= bonds.dlim
-    now = flow.step(d, bonds.deq, row, q)
+    now = flow.step(np.minimum(d, bonds.dlim), bonds.deq, row, q)  # what left dlim has flowed up to it
     pull = (np.where(acts, now.force, 0.0) / d)[:, None] * r
     force = np.zeros_like(x)
     np.add.at(force, bonds.i, pull)
     np.add.at(force, bonds.j, -pull)
     energy = flow.work_since(d, bonds.deq, row, q) - flow.work_since(bonds.dlim, bonds.deq, row, q)
-    return float(np.sum(energy[acts])), force, np.where(acts, now.q, q)
+    return float(np.sum(energy[acts])), force, now.q
 
 
 def relax(x, free, bonds, row, q, left):
