@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """fix evp/volume on the reference specimen, quasi-static, Table 1, contact none, against an independent prototype.
 
-Numbers and what they mean: tests/data/reference_500. The prototype lets flow stay; on the way up that moves the stresses by less than the
-tolerances, so both ways of unloading meet its figures."""
+Numbers and what they mean: tests/data/reference_500. The prototype lets flow stay, and with `unload elastic` its stresses are met to
+five digits; eq. 8, from which single pairs that turn back differ, meets them within 1 %."""
 
 import json
 from typing import NamedTuple
@@ -53,7 +53,7 @@ def test_stress_of_the_prototype(pulled, kv, unload):
     for strain, stress in PUBLISHED[f"kv_{kv}_J"]["stress_MPa"].items():
         row = int(np.argmin(np.abs(curve["strain"] - float(strain))))
         assert curve["strain"][row] == pytest.approx(float(strain), rel=1e-6)
-        assert curve["stress_virial"][row] / MPA == pytest.approx(stress, rel=0.01), strain
+        assert curve["stress_virial"][row] / MPA == pytest.approx(stress, rel=1e-3 if unload == "elastic" else 0.01), strain
 
 
 @EVERY
