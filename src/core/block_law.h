@@ -20,25 +20,41 @@ struct Block {
   const double *margin_removed;    ///< see PackedPairs
   const int *kind;                 ///< 2 law + is_bond
 
+  // with flow that stays, see PackedPairs
+  const double *offset;
+  double *next_offset;
+  bool incremental;    ///< energies hold what flow from `offset` dissipates
+
   alignas(64) double xy[2 * SIZE];      ///< relative position: x and y side by side [length]
   alignas(64) double z[SIZE];           ///< [length]
   alignas(64) double approach[SIZE];    ///< (x_i - x_j).(v_i - v_j), read with damping only
   alignas(64) double force[SIZE];       ///< result: force/d [force/length], 0 beyond the cut
   alignas(64) double energy[SIZE];      ///< result where asked for [energy], 0 beyond the cut
 
+  double distance_squared(int k) const
+  {
+    return xy[2 * k] * xy[2 * k] + xy[2 * k + 1] * xy[2 * k + 1] + z[k] * z[k];
+  }
   template <int Component> double relative(int k) const
   {
     return Component < 2 ? xy[2 * k + Component] : z[k];
   }
 };
 
+/// Does a pair that is no bond end where it is at rest, so that it only repels?
+EVP_INLINE bool only_repels(double cutsq, double inv_deq)
+{
+  return cutsq * (inv_deq * inv_deq) < 1.0 + 1e-6;    // literal ones end at alpha > 1
+}
+
 /// The laws of all pairs of a list, and the fastest way through a block of these pairs on the machine
 /// that runs. The numbers are the same on every instruction set: no step of a sum is fused or moved.
 class BlockLaw {
  public:
   /// laws: indexed by PackedPair::law; owned by the caller, who must not move them. used: indices of
-  /// those that the pairs have. Where these are alike, one set of constants is for all pairs.
-  void assign(const std::vector<Law> &laws, const std::vector<int> &used,
+  /// those that the pairs have. Where these are alike, one set of constants is for all pairs. flows:
+  /// by the return map from block.offset.
+  void assign(const std::vector<Law> &laws, const std::vector<int> &used, bool flows = false,
               Level level = best_level());
 
   /// Fills block.force, and block.energy where asked for.
@@ -46,6 +62,9 @@ class BlockLaw {
   {
     function(*this, block, damping, energy);
   }
+
+  /// Energy of pair k of a block whose flow stays, 0 beyond its cut.
+  double flow_energy(const Block &block, int k) const;
 
   const Law *laws = nullptr;
   std::vector<Law::Constants> constants;    ///< of each law, or one entry if all are alike

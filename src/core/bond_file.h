@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The text file of recorded bonds: one header line, then `id_i id_j deq` a line.
+// The text file of recorded bonds: one header line, then `id_i id_j deq` a line, or, where bonds flow
+// or break, `id_i id_j deq q work broken` with broken 0 of a bond, 1 of one that broke for good, 2 of a
+// contact that was no bond and has flowed.
 //
 //     # EVP bonds COUNT: 2975 UNITS: si
 //     1 17 0.0101234
@@ -8,6 +10,7 @@
 #ifndef EVP_CORE_BOND_FILE_H
 #define EVP_CORE_BOND_FILE_H
 
+#include "core/pair_list.h"
 #include "core/text.h"
 
 #include <cstdint>
@@ -15,10 +18,12 @@
 
 namespace EVP {
 
-/// One recorded pair: IDs of its atoms and equilibrium distance [length].
+/// One recorded pair: IDs of its atoms, equilibrium distance [length], and what of it has changed.
 struct BondLine {
   int64_t id_i, id_j;
   double deq;
+  PairHistory history = {};
+  bool is_contact = false;    ///< no bond, but a contact that has flowed
 };
 
 /// The header line, without its end. beyond: bonds whose deq exceeds dlim, since alpha or radii have
@@ -30,12 +35,15 @@ inline std::string bond_header(int64_t count, const std::string &units, int64_t 
 }
 
 /// One line of the file with its end; 17 digits bring deq back to the last bit.
-inline std::string bond_text(const BondLine &bond)
+inline std::string bond_text(const BondLine &bond, bool with_history = false)
 {
-  char text[96];
-  snprintf(text, sizeof(text), "%lld %lld %.17g\n", (long long) bond.id_i, (long long) bond.id_j,
-           bond.deq);
-  return text;
+  char text[192];
+  int n = snprintf(text, sizeof(text), "%lld %lld %.17g", (long long) bond.id_i,
+                   (long long) bond.id_j, bond.deq);
+  if (with_history)
+    snprintf(text + n, sizeof(text) - n, " %.17g %.17g %d", bond.history.offset * bond.deq,
+             bond.history.work, bond.is_contact ? 2 : (int) bond.history.broken);
+  return text + std::string("\n");
 }
 
 /// Reads a bond file from an open stream, which stays the caller's.
@@ -84,11 +92,14 @@ class BondReader {
         }
         words = split_words(line);
       }
-      if (words.size() != 3)
-        refuse("expected 3 values, got " + std::to_string(words.size()) +
-               " (a bond is id_i id_j deq)");
-      const BondLine bond = {parse_integer("id_i", words[0], 1), parse_integer("id_j", words[1], 1),
-                             parse_deq(words[2])};
+      if (columns == 0) columns = words.size() == 6 ? 6 : 3;
+      if (words.size() != columns)
+        refuse("expected " + std::to_string(columns) + " values, got " +
+               std::to_string(words.size()) +
+               " (a bond is id_i id_j deq, or id_i id_j deq q work broken)");
+      BondLine bond = {parse_integer("id_i", words[0], 1), parse_integer("id_j", words[1], 1),
+                       parse_deq(words[2])};
+      if (columns == 6) parse_history(bond, words);
       if (bond.id_i == bond.id_j) refuse("atom " + shown(words[0]) + " is bonded to itself");
       if (++seen > declared)
         refuse("more bonds than the " + std::to_string(declared) + " that the header says");
@@ -103,6 +114,7 @@ class BondReader {
   FILE *in;
   std::string file;
   int64_t declared = 0, declared_beyond = 0, seen = 0, line_number = 0;
+  size_t columns = 0;    // of all lines
 
   // the cause stands first: a path may be longer than what a host program shows of a message
   [[noreturn]] void refuse(const std::string &why) const
@@ -143,14 +155,32 @@ class BondReader {
     return value;
   }
 
-  double parse_deq(const std::string &word) const
+  double parse(const std::string &key, const std::string &word) const
   {
-    double deq = 0.0;
     try {
-      deq = parse_number("deq", word);
+      return parse_number(key, word);
     } catch (const BadInput &bad) {
       refuse(bad.what());
     }
+  }
+
+  void parse_history(BondLine &bond, const std::vector<std::string> &words) const
+  {
+    const double q = parse("q", words[3]), work = parse("work", words[4]);
+    if (!(q > -bond.deq && q < 1e3 * bond.deq))
+      refuse("q must be above -deq and below 1000 deq, got " + shown(words[3]));
+    if (words[5] != "0" && words[5] != "1" && words[5] != "2")
+      refuse("broken must be 0 (a bond), 1 (broken for good) or 2 (a contact), got " +
+             shown(words[5]));
+    if (words[5] != "0" && q > 0.0)
+      refuse("q must not be above 0 where there is no bond: contacts flow in compression only");
+    bond.history = {q / bond.deq, work, words[5] == "1" ? 1.0 : 0.0};
+    bond.is_contact = words[5] == "2";
+  }
+
+  double parse_deq(const std::string &word) const
+  {
+    const double deq = parse("deq", word);
     if (!(deq > 0.0)) refuse("deq must be positive, got " + shown(word));
     if (!std::isfinite(1.0 / (deq * deq)))
       refuse("deq is too small to be a distance, got " + shown(word));

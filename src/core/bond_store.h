@@ -4,6 +4,7 @@
 #define EVP_CORE_BOND_STORE_H
 
 #include "core/bytes.h"
+#include "core/pair_list.h"
 
 #include <algorithm>
 #include <array>
@@ -20,11 +21,26 @@ struct Bond {
   double deq;         ///< distance at recording [length]
 };
 
+/// The history of a pair on its way to the atom with local index i.
+struct HistoryOfPair {
+  int i;
+  bool is_record;    ///< of a bond, broken or not; else of a contact
+  int64_t partner;
+  PairHistory history;
+};
+
+/// A pair that is no bond, but has flowed: as one of its atoms keeps it.
+struct FlowedContact {
+  int64_t partner;
+  double offset, work;    ///< see PairHistory
+};
+
 /// The records of the bonds: those of each local atom, in the order of the partners' IDs.
 ///
 /// A pair is kept on both of its atoms, equal to the last bit, so that whichever MPI rank meets it
-/// finds deq without communication. A deq never changes (paper 2.2). Values that do change, a fixed
-/// number per bond and 0 at first, are kept beside them and travel with them.
+/// finds deq without communication. A deq never changes (paper 2.2). What does change, a PairHistory
+/// per bond and the contacts that have flowed, is kept beside them where asked for, and travels with
+/// them.
 ///
 /// The index of a bond among the records of its atom is its slot, valid until that atom moves to
 /// another local index.
@@ -32,7 +48,7 @@ class BondStore {
  public:
   using Bonds = std::vector<Bond>;
 
-  explicit BondStore(int nvalues_in = 0) : nvalues(nvalues_in) { changed(); }
+  explicit BondStore(bool with_history_in = false) : with_history(with_history_in) { changed(); }
 
   /// Differs between all states of all stores: once it has changed, what was looked up is void. Atoms
   /// that come and go do not change it, as new neighbor lists follow.
@@ -46,8 +62,32 @@ class BondStore {
   /// Of all atoms at the recording: atoms that came later have higher IDs.
   int64_t highest_id() const { return highest; }
 
-  /// Most records that an atom of this MPI rank had so far.
-  int most() const { return most_bonds; }
+  /// Most words that an atom of this MPI rank had so far.
+  int most_words() const { return most; }
+
+  /// Is there a history? Starts or drops one; what was recorded then has none yet.
+  bool has_history() const { return with_history; }
+  void keep_history(bool keep)
+  {
+    if (keep == with_history) return;
+    with_history = keep;
+    histories.clear();
+    flowed_contacts.clear();
+    grow((int) bonds.size());
+    changed();
+  }
+
+  /// Has any pair of a local atom flowed or broken?
+  bool has_changed() const
+  {
+    const PairHistory none = {};
+    for (const auto &own : histories)
+      for (const PairHistory &history : own)
+        if (!(history == none)) return true;
+    return std::any_of(flowed_contacts.begin(), flowed_contacts.end(), [](const auto &own) {
+      return !own.empty();
+    });
+  }
 
   /// Takes the records of the local atoms, which may be in any order, all or none.
   template <class Tag>
@@ -57,8 +97,11 @@ class BondStore {
       recorded_as[i] = ids[i];
       bonds[i].swap(made[i]);
       std::sort(bonds[i].begin(), bonds[i].end(), precedes);
-      if (nvalues) values[i].assign(bonds[i].size() * nvalues, 0.0);
-      need_room((int) bonds[i].size());
+      if (with_history) {
+        histories[i].assign(bonds[i].size(), PairHistory{});
+        flowed_contacts[i].clear();
+      }
+      need_room((int) words_of(i));
     }
     restore(true, npairs_in, highest_in);
   }
@@ -75,15 +118,49 @@ class BondStore {
   /// Forgets all, as its owner goes: readers that hold on to the store see so.
   void close()
   {
-    *this = BondStore(nvalues);
+    *this = BondStore(with_history);
     closed = true;
   }
   bool is_closed() const { return closed; }
 
   const Bonds &of(int i) const { return bonds[i]; }
 
-  /// Values of the bonds of an atom, by slot.
-  double *values_of(int i) { return values[i].data(); }
+  /// History of the bonds of an atom, by slot; nullptr without.
+  PairHistory *histories_of(int i) { return with_history ? histories[i].data() : nullptr; }
+  const PairHistory *histories_of(int i) const
+  {
+    return with_history ? histories[i].data() : nullptr;
+  }
+
+  /// Contacts of an atom that have flowed; with history only.
+  std::vector<FlowedContact> &contacts_of(int i) { return flowed_contacts[i]; }
+  const std::vector<FlowedContact> &contacts_of(int i) const { return flowed_contacts[i]; }
+
+  /// Forgets the contacts of all atoms.
+  void clear_contacts()
+  {
+    for (auto &own : flowed_contacts) own.clear();
+  }
+
+  /// Takes the history of a pair of atom i: of a record, or of a contact that has flowed. What is left
+  /// of a broken bond may flow as a contact.
+  void take(const HistoryOfPair &pair)
+  {
+    const auto &[i, is_record, partner, history] = pair;
+    const int slot = is_record ? slot_of(i, partner) : -1;
+    const bool is_broken = history.broken != 0.0;
+    if (slot >= 0) histories[i][slot] = is_broken ? PairHistory{0.0, history.work, 1.0} : history;
+    if (is_record ? is_broken && history.offset != 0.0
+                  : history.offset != 0.0 || history.work != 0.0)
+      flowed_contacts[i].push_back({partner, history.offset, history.work});
+  }
+
+  /// Slot of the bond with a partner, -1 if there is none.
+  int slot_of(int i, int64_t partner) const
+  {
+    const Bond *const bond = find(i, partner);
+    return bond ? (int) (bond - bonds[i].data()) : -1;
+  }
 
   /// The bond of a local atom with a partner, nullptr if they were not recorded.
   const Bond *find(int i, int64_t partner) const
@@ -129,7 +206,11 @@ class BondStore {
   {
     recorded_as.resize(natoms, 0);
     bonds.resize(natoms);
-    if (nvalues) values.resize(natoms);
+    if (!with_history) return;
+    const size_t had = histories.size();
+    histories.resize(natoms);
+    flowed_contacts.resize(natoms);
+    for (size_t i = had; i < histories.size(); i++) histories[i].assign(bonds[i].size(), {});
   }
   void copy(int from, int to)
   {
@@ -137,7 +218,9 @@ class BondStore {
     recorded_as[to] = recorded_as[from];
     give_back_room(to, bonds[from].size());
     bonds[to] = bonds[from];
-    if (nvalues) values[to] = values[from];
+    if (!with_history) return;
+    histories[to] = histories[from];
+    flowed_contacts[to] = flowed_contacts[from];
   }
 
   /// A new atom has no records.
@@ -146,11 +229,18 @@ class BondStore {
     recorded_as[i] = 0;
     bonds[i].clear();
     give_back_room(i, 0);
-    if (nvalues) values[i].clear();
+    if (!with_history) return;
+    histories[i].clear();
+    flowed_contacts[i].clear();
   }
 
-  /// Words of an atom with n records: own ID, n, then partner, deq and values of each.
-  size_t words(size_t n) const { return 2 + (2 + nvalues) * n; }
+  /// Words of an atom: own ID, number of records, then partner, deq and history of each, then the
+  /// number of contacts, and partner, offset and work of each; without history no words of it.
+  size_t words_of(int i) const
+  {
+    const size_t words = 2 + 2 * bonds[i].size();
+    return with_history ? words + 3 * bonds[i].size() + 1 + 3 * flowed_contacts[i].size() : words;
+  }
 
   /// The same words for migration and restart; integers travel as bits. Returns their number.
   int pack(int i, double *buf) const
@@ -161,7 +251,19 @@ class BondStore {
     for (size_t slot = 0; slot < bonds[i].size(); slot++) {
       *at++ = bits_as<double>(bonds[i][slot].partner);
       *at++ = bonds[i][slot].deq;
-      if (nvalues) at = std::copy_n(&values[i][slot * nvalues], nvalues, at);
+      if (!with_history) continue;
+      const PairHistory &history = histories[i][slot];
+      *at++ = history.offset;
+      *at++ = history.work;
+      *at++ = history.broken;
+    }
+    if (with_history) {
+      *at++ = bits_as<double>((int64_t) flowed_contacts[i].size());
+      for (const FlowedContact &contact : flowed_contacts[i]) {
+        *at++ = bits_as<double>(contact.partner);
+        *at++ = contact.offset;
+        *at++ = contact.work;
+      }
     }
     return (int) (at - buf);
   }
@@ -172,41 +274,51 @@ class BondStore {
     const auto n = (size_t) bits_as<int64_t>(*at++);
     give_back_room(i, n);
     bonds[i].resize(n);
-    if (nvalues) values[i].resize(n * nvalues);
+    if (with_history) histories[i].resize(n);
     for (size_t slot = 0; slot < n; slot++) {
       bonds[i][slot] = {bits_as<int64_t>(at[0]), at[1]};
-      if (nvalues) std::copy_n(at + 2, nvalues, &values[i][slot * nvalues]);
-      at += 2 + nvalues;
+      at += 2;
+      if (!with_history) continue;
+      histories[i][slot] = {at[0], at[1], at[2]};
+      at += 3;
     }
-    if (nvalues == 0 && !std::is_sorted(bonds[i].begin(), bonds[i].end(), precedes))
+    if (with_history) {
+      flowed_contacts[i].resize((size_t) bits_as<int64_t>(*at++));
+      for (FlowedContact &contact : flowed_contacts[i]) {
+        contact = {bits_as<int64_t>(at[0]), at[1], at[2]};
+        at += 3;
+      }
+    } else if (!std::is_sorted(bonds[i].begin(), bonds[i].end(), precedes))
       std::sort(bonds[i].begin(), bonds[i].end(),
                 precedes);    // early restart files are not sorted
-    need_room((int) n);
+    need_room((int) words_of(i));
     return (int) (at - buf);
   }
 
-  /// All MPI ranks need the room of the one with most records.
-  void need_room(int n) { most_bonds = std::max(most_bonds, n); }
+  /// All MPI ranks need the room of the one with most words.
+  void need_room(int words) { most = std::max(most, words); }
 
   double memory_usage() const
   {
-    double bytes = bytes_of(bonds, recorded_as, values);
+    double bytes = bytes_of(bonds, recorded_as, histories, flowed_contacts);
     for (const Bonds &own : bonds) bytes += bytes_of(own);
-    for (const auto &own : values) bytes += bytes_of(own);
+    for (const auto &own : histories) bytes += bytes_of(own);
+    for (const auto &own : flowed_contacts) bytes += bytes_of(own);
     return bytes;
   }
 
  private:
-  int nvalues;
+  bool with_history;
   long version_now;
   bool recorded = false, closed = false;
   int64_t npairs = 0, highest = 0;
-  int most_bonds = 1;
+  int most = 4;
 
   // per atom
   std::vector<int64_t> recorded_as;
   std::vector<Bonds> bonds;
-  std::vector<std::vector<double>> values;    // empty where bonds have none
+  std::vector<std::vector<PairHistory>> histories;            // with history only
+  std::vector<std::vector<FlowedContact>> flowed_contacts;    // with history only
 
   static bool precedes(const Bond &a, const Bond &b) { return a.partner < b.partner; }
 

@@ -99,8 +99,9 @@ class Coefficients {
   }
 
   /// Chooses the loop over blocks of pairs. handles(i, j): are there pairs of these types? twins:
-  /// some of them take the twin, which matters only beside others that have their gamma.
-  template <class Handles> void choose_block_law(Handles &&handles, bool twins)
+  /// some of them take the twin, which matters only beside others that have their gamma. flows: see
+  /// BlockLaw::assign().
+  template <class Handles> void choose_block_law(Handles &&handles, bool twins, bool flows)
   {
     used.clear();    // keeps its room: packing allocates nothing
     for (int i = 1; i < n; i++)
@@ -109,7 +110,7 @@ class Coefficients {
         used.push_back(index(i, j));
         if (twins) used.push_back(undamped(index(i, j)));
       }
-    block.assign(laws, used);
+    block.assign(laws, used, flows);
   }
   const BlockLaw &block_law() const { return block; }
 

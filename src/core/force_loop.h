@@ -20,12 +20,20 @@
 
 namespace EVP {
 
+/// Where the force loop puts what it finds of flow and breaking.
+struct HistoryView {
+  double *next_offset = nullptr;         ///< of each pair, see PackedPairs; unused without flow
+  std::vector<int> *beyond = nullptr;    ///< if given: bonds beyond their cut are appended
+  bool incremental = false;              ///< see Block
+};
+
 /// Particle data of one MPI rank, as [n][3] arrays. v is read with damping only, f is added to.
 struct ParticleView {
   const double (*x)[3];
   const double (*v)[3];
   double (*f)[3];
   int nreact;    ///< particles below this index take the reaction: all with newton on, else own
+  HistoryView histories = {};
 };
 
 /// Damping force over distance [force/length]: F_D = -gamma (u.(v_i - v_j)) u (eq. 4).
@@ -75,6 +83,9 @@ void gather(const PairList &list, const ParticleView &view, const PairRange &ran
   block.cutsq = list.pairs.cutsq.data() + range.first;
   block.margin_removed = list.pairs.margin_removed;
   block.kind = list.pairs.kind.data() + range.first;
+  block.offset = list.pairs.offset.data() + range.first;
+  block.next_offset = view.histories.next_offset + range.first;
+  block.incremental = view.histories.incremental;
   const auto *const x = view.x;
   const auto *const v = Damping ? view.v : view.x;    // read only if needed
   range.for_each_row([&](int i, int first, int last) {
@@ -123,6 +134,17 @@ inline void scatter(const PairList &list, const ParticleView &view, const PairRa
   });
 }
 
+/// Appends the indices of the bonds of a block that are beyond their cut: mostly none is.
+inline void note_beyond(const PairRange &range, const Block &block, std::vector<int> &beyond)
+{
+  bool any = false;
+  for (int k = 0; k < block.n; k++)
+    any |= (block.kind[k] & 1) & (block.distance_squared(k) > block.cutsq[k]);
+  for (int k = 0; any && k < block.n; k++)
+    if (block.kind[k] & 1 && block.distance_squared(k) > block.cutsq[k])
+      beyond.push_back(range.first + k);
+}
+
 /// Adds the forces of all interacting pairs (d <= cut) to view.f: what one time step does, and nothing
 /// else. Everything a pair needs was looked up when the list was packed. Pairs are gathered in blocks,
 /// the law goes over a block at once, the forces are scattered.
@@ -142,6 +164,7 @@ void accumulate_forces(const PairList &list, const BlockLaw &law, const Particle
     if (npairs > CACHED_PAIRS) list.pairs.prefetch(range.first + 4 * Block::SIZE, Block::SIZE);
     gather<Damping>(list, view, range, block);
     law(block, Damping, tally.energy);
+    if (view.histories.beyond) note_beyond(range, block, *view.histories.beyond);
     more(range, block);
     tally(range, block);
     scatter(list, view, range, block);

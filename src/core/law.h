@@ -36,6 +36,7 @@ class Law {
     double xi_s, gamma;
     OfRegime first, second;
     Carried stretched, compressed;
+    double repelled;    ///< see Law::kept()
 
     /// Where on the law a pair is.
     struct Point {
@@ -68,6 +69,49 @@ class Law {
       const double slope = at.is_stretched ? stretched.force : compressed.force;
       return em * q.sm - en * q.sn + (at.is_first ? 0.0 : constant - slope * at.r);
     }
+
+    // with flow that stays (model of `unload elastic`): p = q/deq is the offset of a pair, e = r - p
+    // its elastic part
+
+    /// The return map: the offset that a pair with p has at r.
+    EVP_INLINE double flowed(double r, double p) const
+    {
+      const double low = r - (1.0 + xi_s), high = r - (1.0 - xi_s);
+      return p < low ? low : (p > high ? high : p);
+    }
+
+    /// What is kept of it, see Law::kept().
+    EVP_INLINE double kept(double flowed, double p, bool is_bond, bool repels_only) const
+    {
+      const double cap = repels_only ? repelled : 0.0;
+      const double most = p > cap ? p : cap;
+      return is_bond || flowed < most ? flowed : most;
+    }
+
+    /// F deq [energy], from s = 1/e and 1/(1 + p) and their powers.
+    EVP_INLINE double force(double s, PowerPair q, double s_flow, PowerPair q_flow) const
+    {
+      return first.a * s * (q.sm - q.sn) + second.a * s_flow * (q_flow.sm - q_flow.sn);
+    }
+
+    /// Stored energy up to a constant [energy].
+    EVP_INLINE double energy(double e, PowerPair q, double s_flow, PowerPair q_flow) const
+    {
+      return first.em * q.sm - first.en * q.sn + second.em * q_flow.sm - second.en * q_flow.sn -
+          second.a * s_flow * (q_flow.sm - q_flow.sn) * (e - 1.0);
+    }
+
+    /// Dissipated from p0 to p1 [energy], f_flow: forces of the second regime at 1 + p there, times deq.
+    EVP_INLINE double dissipated(double p0, double f_flow0, double p1, double f_flow1) const
+    {
+      const bool is_stretched = p1 > p0;
+      const double f = is_stretched ? stretched.force : compressed.force;
+      return (is_stretched ? xi_s : -xi_s) * (f_flow1 - f_flow0) - f * (p1 - p0);
+    }
+    EVP_INLINE double flow_force(double s, PowerPair q) const
+    {
+      return second.a * s * (q.sm - q.sn);
+    }
   };
 
   /// Of a pair of types without a row: no force.
@@ -80,8 +124,8 @@ class Law {
     for (const Member &member : MEMBERS) member.check(row, &member);
     stretched = threshold(row.xi_s);
     compressed = threshold(-row.xi_s);
-    loop = {row.xi_s,           row.gamma,         first.constants(),
-            second.constants(), stretched.carried, compressed.carried};
+    loop = {row.xi_s,          row.gamma,          first.constants(), second.constants(),
+            stretched.carried, compressed.carried, repelled_offset()};
     check_range();
   }
 
@@ -138,6 +182,96 @@ class Law {
   {
     const double begin = std::max(row.m1 * row.n1 * row.e1, row.m2 * row.n2 * row.e2);
     return std::max(stiffness(d, deq), begin / (deq * deq));
+  }
+
+  // With flow that stays: q = p deq is the offset of a pair, e = d - q its elastic part, within
+  // (1 +- xi_s) deq; F = F_I(e) + F_II(deq + q)
+
+  /// Throws BadInput where flow of this law would create energy from the start.
+  void check_flow() const
+  {
+    const double least = std::min(compressed.carried.force, -stretched.carried.force);
+    if (row.e1 > 0.0 && !(row.xi_s * row.m2 * row.n2 * row.e2 < least))
+      throw BadInput("unload elastic needs a second regime less stiff than the first, got m2 n2 e2 "
+                     "= " +
+                     rule::text(row.m2 * row.n2 * row.e2) + " against m1 n1 e1 = " +
+                     rule::text(row.m1 * row.n1 * row.e1) + ": flow would create energy");
+  }
+
+  /// Lowest offset/deq to which flow dissipates: below, the second regime is the stiffer.
+  double lowest_offset() const
+  {
+    return bisect(-1.0, 0.0, [this](double p) {
+      return row.xi_s * second.stiffness(1.0 / (1.0 + p)) > compressed.carried.force;
+    });
+  }
+
+  /// Offset/deq at d of a pair that had p before.
+  double flowed(double d, double deq, double p) const { return loop.flowed(d / deq, p); }
+
+  /// What a pair keeps of flowed(). A bond keeps all of it. A new contact flows in compression only:
+  /// back to 0 at most, or where it only repels to where its force vanishes.
+  double kept(double flowed, double p, bool is_bond, bool repels_only) const
+  {
+    return loop.kept(flowed, p, is_bond, repels_only);
+  }
+
+  /// 1 or 2: is a pair that had p before in the first regime and has never flowed?
+  int regime(double d, double deq, double p) const
+  {
+    return p == 0.0 && loop.point(d / deq).is_first ? 1 : 2;
+  }
+
+  /// Force at d of a pair that had p before [energy/length].
+  double force(double d, double deq, double p) const
+  {
+    return flow_force(d, deq, flowed(d, deq, p));
+  }
+
+  /// Force at d of a pair that has flowed to p there [energy/length].
+  double flow_force(double d, double deq, double p) const
+  {
+    return (first.force(1.0 / (d / deq - p)) + second.force(1.0 / (1.0 + p))) / deq;
+  }
+
+  /// Dissipated by a flow from p0 to p1 in one direction [energy].
+  double dissipated(double p0, double p1) const
+  {
+    return loop.dissipated(p0, second.force(1.0 / (1.0 + p0)), p1, second.force(1.0 / (1.0 + p1)));
+  }
+
+  /// Stored at d by a pair that has flowed to p there, up to a constant [energy].
+  double flow_energy(double d, double deq, double p) const
+  {
+    const double e = d / deq - p, s_flow = 1.0 / (1.0 + p);
+    return first.energy(1.0 / e) + second.energy(s_flow) - second.force(s_flow) * (e - 1.0);
+  }
+
+  /// Energy of a pair that has p before, at d within its cut, above that at its cut [energy].
+  /// incremental: with what flow from p dissipates, which makes it a potential of d.
+  double flow_energy(double d, double deq, double p, double dcut, bool is_bond, bool repels_only,
+                     bool incremental) const
+  {
+    const double now = flowed(d, deq, p), keeps = kept(now, p, is_bond, repels_only);
+    double energy = incremental ? dissipated(p, keeps) : 0.0;
+    if (repels_only) {
+      const double slack = slack_strain(keeps);    // no force and no work beyond
+      return energy + flow_energy(std::min(d / deq, slack + keeps), 1.0, keeps) -
+          flow_energy(1.0, 1.0, 0.0);
+    }
+    energy += flow_energy(d, deq, now) + dissipated(keeps, now);
+    const double at_cut = flowed(dcut, deq, now), keeps_there = kept(at_cut, now, is_bond, false);
+    return energy - flow_energy(dcut, deq, at_cut) - dissipated(keeps_there, at_cut);
+  }
+
+  /// -dF/dd of the flowing law [energy/length^2], see stiffness_ahead().
+  double stiffness_ahead(double d, double deq, double p) const
+  {
+    const double now = flowed(d, deq, p);
+    const double begin = std::max(row.m1 * row.n1 * row.e1, row.m2 * row.n2 * row.e2);
+    return std::max({first.stiffness(1.0 / (d / deq - now)), second.stiffness(1.0 / (1.0 + now)),
+                     begin}) /
+        (deq * deq);
   }
 
   /// |K_I(r deq)| with the first regime carried on to any r (what eq. 6 asks for) [energy/length^2].
@@ -217,6 +351,33 @@ class Law {
             {f, first.energy(s) + second.e + f * r},
             first.stored(offset),
             first.stored_slope(offset)};
+  }
+
+  /// Where `above` turns from true to false between low and high; low if it is false everywhere.
+  template <class F> static double bisect(double low, double high, F &&above)
+  {
+    for (int k = 0; k < 60; k++) {
+      const double middle = 0.5 * (low + high);
+      (above(middle) ? low : high) = middle;
+    }
+    return low;
+  }
+
+  /// Offset at which a pair that only repels and flows back has no force left.
+  double repelled_offset() const
+  {
+    return bisect(-1.0, 0.0, [this](double p) {
+      return second.force(1.0 / (1.0 + p)) > -stretched.carried.force;
+    });
+  }
+
+  /// e/deq from 1 on at which the force of a pair with offset p vanishes; 1 + xi_s where it does not.
+  double slack_strain(double p) const
+  {
+    const double pushes = second.force(1.0 / (1.0 + p));
+    return bisect(1.0, 1.0 + row.xi_s, [&](double e) {
+      return first.force(1.0 / e) + pushes > 0.0;
+    });
   }
 
   double reduced_energy(double r) const

@@ -99,10 +99,9 @@ struct RankExchange {
 /// The matrices K and C of the pairs that interact, linearised at the present positions.
 class LinearNetwork {
  public:
-  /// Weights of axial stiffness, transverse stiffness and damping in a matrix; that of the volume
-  /// stiffness is the transverse one, as no damper is sure to resist it.
+  /// Weights of axial stiffness, transverse stiffness, damping and volume stiffness in a matrix.
   struct Mix {
-    double axial, across, damping;
+    double axial, across, damping, volume = 0.0;
   };
 
   /// A pair with at least one free particle. Forces on i are
@@ -143,7 +142,7 @@ class LinearNetwork {
     double here = 0.0;
     for (const Link &link : links)
       here += mix.axial * link.axial + mix.across * link.across + mix.damping * link.damping;
-    for (const double stiffness : volume_stiffness) here += mix.across * stiffness;
+    for (const double stiffness : volume_stiffness) here += mix.volume * stiffness;
     if (exchange.sum(here) == 0.0) return {0.0, 0, true};
 
     std::vector<double> vector = start;
@@ -185,7 +184,8 @@ class LinearNetwork {
       if (link.j < nreact) add(link.j, link.i);
     }
     for (std::vector<double> *values : {&diagonal, &off, &partners}) exchange.to_owners(*values);
-    const std::vector<double> volume = volume_row_sums(mix.across);
+    const std::vector<double> volume = mix.volume > 0.0 ? volume_row_sums(mix.volume)
+                                                        : std::vector<double>();
 
     std::vector<double> sums(start.size());
     for (size_t n = 0; n < sums.size(); n++) {
@@ -197,6 +197,29 @@ class LinearNetwork {
       sums[n] = inverse_mass[n / 3] * sum;
     }
     return sums;
+  }
+
+  /// Collective. Axial stiffness of each link, such that these links together are at least as stiff as
+  /// the volume energy is in any motion [force/length]. By Cauchy and Schwarz
+  /// (sum_j w e_j/deq)^2 <= (sum_j w) (sum_j w e_j^2/deq^2).
+  ///
+  /// inv_deq: of each link [1/length]
+  std::vector<double> stiffness_above_volume(const std::vector<double> &inv_deq)
+  {
+    change.assign(3 * inverse_mass.size(), 0.0);
+    for (size_t k = 0; k < links.size(); k++) {
+      const double weight = openings[k] / inv_deq[k];
+      change[(size_t) 3 * links[k].i] += weight;
+      if (links[k].j < nreact) change[(size_t) 3 * links[k].j] += weight;
+    }
+    exchange.to_owners(change);
+    for (size_t i = 0; i < volume_stiffness.size(); i++) change[3 * i] *= volume_stiffness[i];
+    exchange.to_ghosts(change);
+    std::vector<double> bound(links.size());
+    for (size_t k = 0; k < links.size(); k++)
+      bound[k] = openings[k] * inv_deq[k] *
+          (change[(size_t) 3 * links[k].i] + change[(size_t) 3 * links[k].j]);
+    return bound;
   }
 
   double memory_usage() const
@@ -233,7 +256,7 @@ class LinearNetwork {
         if (link.j < nreact) reaction[(size_t) 3 * link.j + c] -= y;
       }
     }
-    if (with_volume && mix.across > 0.0) apply_volume(mix.across);
+    if (with_volume && mix.volume > 0.0) apply_volume(mix.volume);
     exchange.to_owners(reaction);
     scale(reaction, out);
   }

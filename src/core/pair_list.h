@@ -42,6 +42,25 @@ struct PairGeometry {
   }
 };
 
+/// What changes with a pair.
+struct PairHistory {
+  double offset;    ///< q/deq of flow that stays
+  double work;      ///< dissipated by flow so far [energy]
+  double broken;    ///< 1 once a bond has broken for good, else 0
+
+  friend bool operator==(const PairHistory &a, const PairHistory &b)
+  {
+    return a.offset == b.offset && a.work == b.work && a.broken == b.broken;
+  }
+};
+
+/// Next offset of a contact that has ended: 0 as of one that has flowed back, but for the sign.
+constexpr double CONTACT_ENDED = -0.0;
+inline bool has_ended(double next_offset)
+{
+  return next_offset == 0.0 && std::signbit(next_offset);
+}
+
 /// One pair of the neighbor list, ready for the time-step loop. Its i is that of its PackedRow.
 struct PackedPair {
   double inv_deq;    ///< 1/deq [1/length]
@@ -49,9 +68,16 @@ struct PackedPair {
   double cut;        ///< that distance without the margin: there the energy is zero [length]
   int j;             ///< partner, local or ghost
   int law;           ///< index of the pair type's Law
-  int slot;          ///< of its record at i, see BondStore; below 0 where none was recorded
+  int slot;          ///< of its record at i, see BondStore; below 0 where it is no bond
+  double offset;     ///< q/deq of a pair whose flow stays, else 0
 
   bool is_bond() const { return slot >= 0; }
+
+  /// A bond that broke is no bond any more, but has a record.
+  static constexpr int slot_of_broken(int record) { return -2 - record; }
+  bool has_record() const { return slot != NO_SLOT; }
+  int record() const { return slot >= 0 ? slot : slot_of_broken(slot); }
+  static constexpr int NO_SLOT = -1;
 };
 
 /// Packed pairs as one array per quantity, so that a step reads no more than it uses. Room is kept
@@ -69,13 +95,21 @@ class PackedPairs {
   double
       margin_removed[2];    ///< factors that take the margin out of a cut: of new pairs, of bonds
 
+  // with flow that stays; empty without. Plastic work of breaking bonds, too
+  std::vector<double> offset;         ///< q/deq that is in force
+  std::vector<double> next_offset;    ///< where the last force evaluation would move it
+  std::vector<double> work;           ///< dissipated by flow so far [energy]
+
   PackedPairs() { clear(); }
   size_t size() const { return count; }
 
-  /// new_pair_margin: of the cuts of pairs that were not recorded.
-  void clear(double new_pair_margin = NEW_PAIR_MARGIN)
+  /// new_pair_margin: of the cuts of pairs that were not recorded. flows: pairs have an offset.
+  void clear(double new_pair_margin = NEW_PAIR_MARGIN, bool flows_in = false)
   {
     count = 0;
+    flows = flows_in;
+    if (!flows)
+      for (auto *values : {&offset, &next_offset, &work}) std::vector<double>().swap(*values);
     margins[0] = new_pair_margin;
     for (int k = 0; k < 2; k++) margin_removed[k] = 1.0 / (1.0 + margins[k]);
   }
@@ -84,6 +118,7 @@ class PackedPairs {
   struct Room {
     double *inv_deq, *cutsq;
     int *j, *kind, *slot;
+    double *offset, *work;    // nullptr without
   };
 
   /// Room for n more pairs; those that are there stay.
@@ -94,8 +129,15 @@ class PackedPairs {
       for (auto *values : {&inv_deq, &cutsq}) values->resize(larger);
       for (auto *values : {&j, &kind, &slot}) values->resize(larger);
     }
-    return {inv_deq.data() + count, cutsq.data() + count, j.data() + count, kind.data() + count,
-            slot.data() + count};
+    if (flows && count + n > offset.size())
+      for (auto *values : {&offset, &next_offset, &work}) values->resize(j.size());
+    return {inv_deq.data() + count,
+            cutsq.data() + count,
+            j.data() + count,
+            kind.data() + count,
+            slot.data() + count,
+            flows ? offset.data() + count : nullptr,
+            flows ? work.data() + count : nullptr};
   }
 
   /// Takes n pairs that were written to the room.
@@ -104,7 +146,23 @@ class PackedPairs {
   PackedPair operator[](size_t k) const
   {
     const double cut = std::sqrt(cutsq[k]) * margin_removed[kind[k] & 1];
-    return {inv_deq[k], cutsq[k], cut, j[k], kind[k] / 2, slot[k]};
+    return {inv_deq[k], cutsq[k], cut, j[k], kind[k] / 2, slot[k], flows ? offset[k] : 0.0};
+  }
+
+  PairHistory history_of(size_t k) const
+  {
+    return {flows ? offset[k] : 0.0, flows ? work[k] : 0.0,
+            slot[k] < PackedPair::NO_SLOT ? 1.0 : 0.0};
+  }
+
+  /// Pair k is no bond any more: from now on it repels below a sum of radii, or does nothing at 0.
+  void turn_into_contact(size_t k, double sum_radii)
+  {
+    slot[k] = PackedPair::slot_of_broken(slot[k]);
+    kind[k] &= ~1;
+    cutsq[k] = sum_radii > 0.0 ? reach_squared(sum_radii, false) : 0.0;
+    if (sum_radii > 0.0) inv_deq[k] = 1.0 / sum_radii;
+    if (flows) offset[k] = next_offset[k] = 0.0;
   }
 
   /// Square of a cut with the margin of new pairs or of bonds.
@@ -123,10 +181,14 @@ class PackedPairs {
     EVP::prefetch(&j[first], n * sizeof(int));
   }
 
-  double memory_usage() const { return bytes_of(inv_deq, cutsq, j, kind, slot); }
+  double memory_usage() const
+  {
+    return bytes_of(inv_deq, cutsq, j, kind, slot, offset, next_offset, work);
+  }
 
  private:
   size_t count = 0;
+  bool flows = false;
   double margins[2] = {NEW_PAIR_MARGIN, BOND_MARGIN};    // of new pairs, of bonds
 };
 
@@ -145,14 +207,23 @@ struct PairList {
   int nlocal = 0;           ///< particles that the list was built for: own,
   int nall = 0;             ///< and with ghosts
 
-  void clear(double new_pair_margin = NEW_PAIR_MARGIN)
+  void clear(double new_pair_margin = NEW_PAIR_MARGIN, bool flows = false)
   {
     build++;
     rows.clear();
-    pairs.clear(new_pair_margin);
+    pairs.clear(new_pair_margin, flows);
   }
   double memory_usage() const { return bytes_of(rows) + pairs.memory_usage(); }
 };
+
+/// Index of the pair of an atom with a row and a partner, -1 if the list does not have it.
+template <class IsPartner>
+int find_pair(const PairList &list, const PackedRow &row, IsPartner &&is_partner)
+{
+  for (int k = row.first; k < row.last; k++)
+    if (is_partner(list.pairs.j[k])) return k;
+  return -1;
+}
 
 /// A packed pair at given positions.
 struct PlacedPair : PackedPair {

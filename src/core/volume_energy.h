@@ -26,6 +26,8 @@ namespace EVP {
 /// times 3/W, an energy. Pass two, in the force loop, adds -w_ij (g_i + g_j)/deq_ij to each pair.
 class VolumeEnergy {
  public:
+  explicit VolumeEnergy(Level level_in = best_level()) : level(level_in) {}
+
   /// Of a bond: it fades as deq nears dlim [both lengths], so that none enters or leaves with a jump at
   /// rest.
   static double weight(double deq, double dlim)
@@ -52,19 +54,23 @@ class VolumeEnergy {
     return weight_sum > 0.0 ? 9.0 * kv / (weight_sum * weight_sum) : 0.0;
   }
 
-  /// Takes the weights of a list that was just packed.
-  void pack(const PairList &list)
+  /// Takes the weights of a list that was just packed. dlim(i, pair): of a bond [length].
+  template <class Dlim> void pack(const PairList &list, Dlim &&dlim)
   {
     const size_t n = list.pairs.size();
     if (weights.size() < n) {
       weights.resize(n + n / 4);
       slopes.resize(weights.size());
     }
-    for (size_t k = 0; k < n; k++) {
-      const PackedPair pair = list.pairs[k];
-      weights[k] = pair.is_bond() ? weight(1.0 / pair.inv_deq, pair.cut) : 0.0;
-    }
+    for (const PackedRow &row : list.rows)
+      for (int k = row.first; k < row.last; k++) {
+        const PackedPair pair = list.pairs[k];
+        weights[k] = pair.is_bond() ? weight(1.0 / pair.inv_deq, dlim(row.i, pair)) : 0.0;
+      }
   }
+
+  /// Pair k is no bond any more.
+  void drop(int k) { weights[k] = 0.0; }
 
   double weight_of(int k) const { return weights[k]; }
 
@@ -120,7 +126,7 @@ class VolumeEnergy {
   double memory_usage() const { return bytes_of(weights, slopes); }
 
  private:
-  Level level = best_level();
+  Level level;
   std::vector<double> weights;    // of the packed pairs, 0 where none was recorded
   std::vector<double> slopes;     // w/(deq d) of each within its cut-off, else 0 [1/length^2]
 

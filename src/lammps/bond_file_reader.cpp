@@ -37,7 +37,8 @@ struct CloseFile {
 }    // namespace
 
 std::vector<BondStore::Bonds> LAMMPS_NS::read_bond_file(const LAMMPS *lmp, const std::string &name,
-                                                        int groupbit, const PairNetwork *network)
+                                                        int groupbit, const PairNetwork *network,
+                                                        std::vector<HistoryOfPair> &histories)
 {
   const Atom *atom = lmp->atom;
   const int me = lmp->comm->me;
@@ -79,7 +80,10 @@ std::vector<BondStore::Bonds> LAMMPS_NS::read_bond_file(const LAMMPS *lmp, const
       const int i = at->second;
       ends_here[k] = {(double) atom->type[i], atom->mask[i] & groupbit ? 1.0 : 0.0,
                       atom->radius[i]};
-      bonds[i].push_back({k % 2 ? line.id_i : line.id_j, line.deq});
+      const int64_t partner = k % 2 ? line.id_i : line.id_j;
+      if (!line.is_contact) bonds[i].push_back({partner, line.deq});
+      if (!(line.history == PairHistory{}))
+        histories.push_back({i, !line.is_contact, partner, line.history});
     }
     MPI_Allreduce(ends_here.data(), ends.data(), (int) (3 * ends.size()), MPI_DOUBLE, MPI_SUM,
                   world);
@@ -96,6 +100,12 @@ std::vector<BondStore::Bonds> LAMMPS_NS::read_bond_file(const LAMMPS *lmp, const
       if (ends[k].in_group == 0.0)
         refuse(line, fmt::format("atom {} is not in the fix's group, bond file {}", id, name));
       if (k % 2 == 0) continue;
+      if (!(line.history == PairHistory{}) && !network->rules.has_history())
+        refuse(line,
+               fmt::format("it has flowed or broken, bond file {}: use pair_style evp/lj with "
+                           "'unload elastic' or 'break', as when the file was written",
+                           name));
+      if (line.is_contact) continue;
 
       // the margin is wider than that of the recording, which has rounded deq since
       const End &a = ends[k - 1], &b = ends[k];

@@ -13,13 +13,15 @@
 namespace LAMMPS_NS {
 
 /// Collective. The bonds of a file in the format of core/bond_file.h, for each of this rank's own atoms,
-/// in the order of the file; each bond is with both of its atoms.
+/// in the order of the file; each bond is with both of its atoms. histories: what has changed of these
+/// and of contacts, to be taken by the store after the bonds.
 ///
 /// Throws BadInput, the same on all ranks, if the file cannot be read, is in other units, names an atom
 /// that does not exist or is not in the group, or holds more bonds than it admits with
 /// deq > alpha (R_i + R_j) of the network. No two atoms may have the same ID.
 std::vector<EVP::BondStore::Bonds> read_bond_file(const LAMMPS *, const std::string &name,
-                                                  int groupbit, const class PairNetwork *);
+                                                  int groupbit, const class PairNetwork *,
+                                                  std::vector<EVP::HistoryOfPair> &histories);
 
 }    // namespace LAMMPS_NS
 

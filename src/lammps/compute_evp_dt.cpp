@@ -84,15 +84,16 @@ void ComputeEVPDt::compute_vector()
   invoked_vector = update->ntimestep;
   linearise();
 
-  const double lambda_k = largest_eigenvalue({1.0, 1.0, 0.0});
+  const double lambda_k = largest_eigenvalue({1.0, 1.0, 0.0, 1.0});
   const double lambda_c = largest_eigenvalue({0.0, 0.0, 1.0});
   const double lambda_across = largest_eigenvalue({0.0, 1.0, 0.0});
-  const double lambda_axial = lambda_across > 0.0 ? largest_eigenvalue({1.0, 0.0, 0.0}) : lambda_k;
+  const double lambda_axial = lambda_across > 0.0 ? largest_eigenvalue({1.0, 0.0, 0.0, 1.0})
+                                                  : lambda_k;
 
   vector[0] = root_of(lambda_k, 0.0);
   vector[1] = explicit_dt(lambda_k, lambda_c);
   vector[2] = implicit_dt(lambda_axial, lambda_across);
-  // the volume stiffness and that of the pairs peak in different modes; damping only helps
+  // where damping is weak the bound falls below the limit without any
   if (linear.with_volume) vector[2] = std::max(vector[2], vector[0]);
   vector[3] = paper_dt;
   vector[4] = row_sum_dt();
@@ -116,6 +117,7 @@ void ComputeEVPDt::linearise()
   linear.with_volume = volume != nullptr;
   linear.openings.clear();
   linear.volume_stiffness.clear();
+  std::vector<double> inv_deq;    // of the links
   for (int i = 0; volume && i < nlocal; i++)
     linear.volume_stiffness.push_back(volume->stiffness(i));
   linear.nreact = force->newton_pair ? nall : nlocal;
@@ -131,20 +133,26 @@ void ComputeEVPDt::linearise()
       linear.start[(size_t) 3 * i + c] = (double) ((z ^ (z >> 27)) >> 11) * 0x1.0p-53 - 0.5;
     }
 
+  const bool flows = network->rules.flows;
   double shortest = NO_LIMIT;
   EVP::for_each_pair(
       network->packed_pairs(), EVP::scene::rows(atom->x), [&](const EVP::PlacedPair &p) {
         if ((!linear.is_free(p.i) && !linear.is_free(p.j)) || p.is_beyond()) return;
         const EVP::Law &law = network->law_of(p);
         const double d = p.distance(), deq = 1.0 / p.inv_deq;
+        const double push = flows ? law.force(d, deq, p.offset) : law.force(d, deq);
         const double of_volume = volume ? volume->force(p) : 0.0;
-        linear.links.push_back({p.i,
-                                p.j,
-                                {p.g.dx / d, p.g.dy / d, p.g.dz / d},
-                                law.stiffness_ahead(d, deq),
-                                std::max(0.0, -(law.force(d, deq) + of_volume) / d),
-                                law.parameters().gamma + network->implicit_gamma(p)});
-        if (volume) linear.openings.push_back(volume->opening_of(p));
+        linear.links.push_back(
+            {p.i,
+             p.j,
+             {p.g.dx / d, p.g.dy / d, p.g.dz / d},
+             flows ? law.stiffness_ahead(d, deq, p.offset) : law.stiffness_ahead(d, deq),
+             std::max(0.0, -(push + of_volume) / d),
+             law.parameters().gamma + network->implicit_gamma(p)});
+        if (volume) {
+          linear.openings.push_back(volume->opening_of(p));
+          inv_deq.push_back(p.inv_deq);
+        }
 
         // eqs. 6 and 7: overlap of 0.3, deq = R_i + R_j; knows neither coordination nor gamma
         const double k = law.first_stiffness(0.7, atom->radius[p.i] + atom->radius[p.j]);
@@ -153,6 +161,8 @@ void ComputeEVPDt::linearise()
         if (k > 0.0) shortest = std::min(shortest, 1.0 / std::sqrt(k * w));
       });
   paper_dt = EVP::reduce_all(shortest, MPI_MIN, world);
+  above_volume.clear();
+  if (volume) above_volume = linear.stiffness_above_volume(inv_deq);
 }
 
 double ComputeEVPDt::largest_eigenvalue(const EVP::LinearNetwork::Mix &mix)
@@ -190,7 +200,7 @@ double ComputeEVPDt::explicit_dt(double lambda_k, double lambda_c)
   if (lambda_c == 0.0) return dt;
   for (int it = 0; it < 10; it++) {
     const double stiff = dt * dt * lambda_k, viscous = 2.0 * dt * lambda_c;
-    const double value = largest_eigenvalue({dt * dt, dt * dt, 2.0 * dt});
+    const double value = largest_eigenvalue({dt * dt, dt * dt, 2.0 * dt, dt * dt});
     const double power = (2.0 * stiff + viscous) / (stiff + viscous);
     dt *= std::pow(4.0 / value, 1.0 / power);
     if (std::fabs(value / 4.0 - 1.0) < 10.0 * TOLERANCE) return dt;
@@ -198,14 +208,17 @@ double ComputeEVPDt::explicit_dt(double lambda_k, double lambda_c)
   return root_of(lambda_k, lambda_c);    // below the limit in any case
 }
 
-// sufficient for dt^2 K <= 4 M + 2 dt C: with C >= a K_axial,
+// sufficient for dt^2 K <= 4 M + 2 dt C: with C >= a K_axial, the volume energy included,
 // (dt^2 - 2 a dt) lambda_axial + dt^2 lambda_across <= 4 where dt >= 2 a, and dt^2 lambda_across <= 4
 // below, where the damping outweighs the axial stiffness
 double ComputeEVPDt::implicit_dt(double lambda_axial, double lambda_across) const
 {
   double here = NO_LIMIT;
-  for (const auto &link : linear.links)
-    if (link.axial > 0.0) here = std::min(here, link.damping / link.axial);
+  for (size_t k = 0; k < linear.links.size(); k++) {
+    const auto &link = linear.links[k];
+    const double axial = link.axial + (above_volume.empty() ? 0.0 : above_volume[k]);
+    if (axial > 0.0) here = std::min(here, link.damping / axial);
+  }
   const double a = EVP::reduce_all(here, MPI_MIN, world);
 
   const double sum = lambda_axial + lambda_across;
@@ -217,7 +230,7 @@ double ComputeEVPDt::implicit_dt(double lambda_axial, double lambda_across) cons
 
 double ComputeEVPDt::row_sum_dt() const
 {
-  const std::vector<double> k = linear.row_sums({1.0, 1.0, 0.0});
+  const std::vector<double> k = linear.row_sums({1.0, 1.0, 0.0, 1.0});
   const std::vector<double> c = linear.row_sums({0.0, 0.0, 1.0});
   double here = NO_LIMIT;
   for (size_t n = 0; n < k.size(); n++) here = std::min(here, root_of(k[n], c[n]));

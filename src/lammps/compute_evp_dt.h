@@ -7,6 +7,8 @@
 #include "core/linear_network.h"
 #include "nodal_exchange.h"
 
+#include <vector>
+
 namespace LAMMPS_NS {
 
 /// Largest stable timesteps of the network of pairs that interact now, its atoms outside the group
@@ -29,6 +31,8 @@ class ComputeEVPDt : public NodalExchange<Compute> {
 
  private:
   EVP::LinearNetwork linear;
+  std::vector<double>
+      above_volume;               // axial stiffness that is not below the volume energy's, by link
   double paper_dt = NO_LIMIT;     // eqs. 6 and 7
   bigint computed_step = -1;      // of what vector holds, -1 if it must not be used again
   bool limit_warned = false;      // in this run: of dt

@@ -46,7 +46,7 @@ void ComputeEVPStateAtom::compute_peratom()
   counts.assign((size_t) NCOUNTS * list.nall, 0.0);
   EVP::for_each_pair(list, EVP::scene::rows(atom->x), [&](const EVP::PlacedPair &p) {
     if (p.is_beyond()) return;
-    const bool second = network->law_of(p).regime(p.distance(), 1.0 / p.inv_deq) == 2;
+    const bool second = network->law_of(p).regime(p.distance(), 1.0 / p.inv_deq, p.offset) == 2;
     for (const int owner : {p.i, p.j}) {
       if (owner == p.j && p.j >= nreact) continue;
       double *count = &counts[(size_t) NCOUNTS * owner];

@@ -13,6 +13,7 @@
 
 #include "comm.h"
 #include "domain.h"
+#include "min.h"
 #include "neighbor.h"
 
 #include <algorithm>
@@ -21,7 +22,8 @@
 using namespace LAMMPS_NS;
 using EVP::BondStore;
 
-static constexpr double FORMAT = 1001.0;    // of the words in restart files; no zone is that large
+// of the words in restart files; no zone is that large
+static constexpr double FORMAT = 1001.0, FORMAT_WITH_HISTORY = 1002.0;
 
 // fix ID group evp/bonds [zone Z | file FILE]
 FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
@@ -49,10 +51,11 @@ FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
   create_attribute = 1;
   stores_ids = 1;
   maxexchange_dynamic = 1;
-  EVP::scene::offer_values(this, 4);
+  EVP::scene::offer_values(this, 5);
+  nevery = 1;
 
   FixEVPBonds::grow_arrays(atom->nmax);
-  set_exchange_room();
+  maxexchange = bonds->most_words();
   atom->add_callback(Atom::GROW);
   atom->add_callback(Atom::RESTART);
 }
@@ -72,10 +75,11 @@ void *FixEVPBonds::extract(const char *name, int &dim)
 
 void FixEVPBonds::init()
 {
-  const PairNetwork *network = PairNetwork::require(force, error, who);
+  network = PairNetwork::require(force, error, who);
   EVP::scene::refuse_respa(update, error, who);
 
-  bonds->need_room(EVP::reduce_all(bonds->most(), MPI_MAX, world));
+  check_history();
+  bonds->keep_history(network->rules.has_history());
   set_exchange_room();
 
   check_restored();
@@ -86,6 +90,63 @@ void FixEVPBonds::init()
     check_zone(network);
     neighbor->add_request(this, NeighConst::REQ_FULL | NeighConst::REQ_OCCASIONAL);
   }
+}
+
+// the first rank says in restart files how long the longest record is, so that all must agree
+void FixEVPBonds::set_exchange_room()
+{
+  bonds->need_room(EVP::reduce_all(bonds->most_words(), MPI_MAX, world));
+  maxexchange = bonds->most_words();
+}
+
+// flow and breaking are known to the pair style in force only
+void FixEVPBonds::check_history() const
+{
+  const auto &rules = network->rules;
+  if (!rules.has_history() && EVP::on_any(bonds->has_changed(), world))
+    error->all(FLERR,
+               "{}: bonds have flowed or broken, which pair_style evp/lj with 'unload reversible' "
+               "and 'break none' would forget: give it 'unload elastic' or 'break'",
+               who);
+  if (!rules.has_history()) return;
+  for (const Fix *other : modify->get_fix_list()) {
+    if (other == this) return;
+    if (other->pre_exchange_migrate)
+      error->all(FLERR,
+                 "{} must be defined before fix {} {}, which moves atoms to other MPI ranks, where "
+                 "bonds flow or break",
+                 who, other->id, other->style);
+  }
+}
+
+void FixEVPBonds::return_histories()
+{
+  if (!bonds->has_history()) return;
+  if (PairNetwork *now = PairNetwork::find(force)) now->return_histories(*bonds, *this);
+  set_exchange_room();
+}
+
+void FixEVPBonds::end_of_step()
+{
+  if (!bonds->has_history()) return;
+  if (!stepping)
+    error->all(FLERR,
+               "{}: rerun does not know how bonds have flowed or broken: use 'unload reversible' "
+               "and 'break none', or dumps of the values in the run itself",
+               who);
+  stepping = false;
+  network->commit(false);
+}
+
+// a minimizer tries many places, of which only the last one is a state of the body, and that only
+// where it came to rest
+void FixEVPBonds::post_run()
+{
+  if (!bonds->has_history()) return;
+  stepping = false;
+  const int stop = update->whichflag == 2 ? update->minimize->stop_condition : -1;
+  if (stop == Min::ETOL || stop == Min::FTOL || stop == Min::ZEROFORCE) network->commit(true);
+  return_histories();
 }
 
 // the neighbor list ends at alpha (R_i + R_j) plus a skin that must not matter
@@ -162,13 +223,14 @@ void FixEVPBonds::setup_pre_force(int /*vflag*/)
 // records are made aside: an error leaves the fix as it was
 void FixEVPBonds::record()
 {
-  const PairNetwork *network = PairNetwork::find(force);
   if (const tagint twice = AtomDirectory(lmp).twice)
     error->all(FLERR, "{}: atom ID {} is given twice: use 'reset_atoms id' or mend the data file",
                who, twice);
   std::vector<BondStore::Bonds> made;
+  std::vector<EVP::HistoryOfPair> histories;
   EVP::stop_at_bad_input(error, who, [&] {
-    made = file.empty() ? bonds_in_zone(network) : read_bond_file(lmp, file, groupbit, network);
+    made = file.empty() ? bonds_in_zone(network)
+                        : read_bond_file(lmp, file, groupbit, network, histories);
     EVP::throw_together(twice_given(made), world);
   });
   check_box(network);
@@ -185,7 +247,7 @@ void FixEVPBonds::record()
 
   // from here on nothing can fail
   bonds->record(made, atom->tag, sides / 2, highest);
-  bonds->need_room((int) most);
+  for (const EVP::HistoryOfPair &pair : histories) bonds->take(pair);
   set_exchange_room();
 
   if (comm->me) return;
@@ -236,28 +298,42 @@ std::string FixEVPBonds::twice_given(const std::vector<BondStore::Bonds> &made) 
 
 double FixEVPBonds::compute_vector(int n)
 {
+  if (n == 4) return count_broken();
   if (update->whichflag != 0 && counted_step == update->ntimestep) return pair_counts[n];
 
-  const PairNetwork *network = PairNetwork::find_present(force);
-  if (!network && update->whichflag == 0)
+  const PairNetwork *present = PairNetwork::find_present(force);
+  if (!present && update->whichflag == 0)
     error->all(FLERR,
                "{}: f_{}[{}] needs the pairs of the present atoms: use 'run 0' first (since the "
                "last run atoms moved by more than half the skin, were changed, added or removed, "
                "or a command such as write_data rebuilt the lists of LAMMPS)",
                who, id, n + 1);
-  if (network) {
-    const PairNetwork::Counts counts = network->count_pairs();
-    pair_counts = {(double) bonds->count() - counts.bonds_within, counts.bonds_second,
-                   counts.new_pairs, counts.lowest_ratio};
+  if (present) {
+    const PairNetwork::Counts counts = present->count_pairs();
+    pair_counts = {(double) bonds->count() - counts.bonds_within - count_broken(),
+                   counts.bonds_second, counts.new_pairs, counts.lowest_ratio};
     counted_step = update->ntimestep;
   }
   return pair_counts[n];
 }
 
+// both atoms of a pair have its record
+double FixEVPBonds::count_broken() const
+{
+  if (!bonds->has_history()) return 0.0;
+  int64_t records = 0;
+  for (int i = 0; i < atom->nlocal; i++)
+    for (size_t slot = 0; slot < bonds->of(i).size(); slot++)
+      records += bonds->histories_of(i)[slot].broken != 0.0;
+  const PairNetwork *now = PairNetwork::find(force);
+  return 0.5 * (double) EVP::reduce_all(records, MPI_SUM, world) +
+      (now ? now->broken_since() : 0.0);
+}
+
 int FixEVPBonds::unpack(int i, const double *buf)
 {
   const int words = bonds->unpack(i, buf);
-  set_exchange_room();
+  maxexchange = bonds->most_words();
   return words;
 }
 
@@ -265,7 +341,9 @@ int FixEVPBonds::unpack(int i, const double *buf)
 // of ours ends with a checksum
 void FixEVPBonds::write_restart(FILE *fp)
 {
-  double state[6] = {FORMAT, zone, (double) bonds->has_recorded(), (double) bonds->count(),
+  return_histories();
+  double state[6] = {bonds->has_history() ? FORMAT_WITH_HISTORY : FORMAT, zone,
+                     (double) bonds->has_recorded(), (double) bonds->count(),
                      (double) bonds->highest_id()};
   state[5] = EVP::checksum(state, 5);
   const int size = sizeof(state);
@@ -279,13 +357,15 @@ void FixEVPBonds::restart(char *buf)
 {
   double state[6];
   memcpy(state, buf, sizeof(double));
-  if (state[0] == FORMAT) memcpy(state, buf, sizeof(state));
-  if (state[0] != FORMAT || state[5] != EVP::checksum(state, 5))
+  const bool known = state[0] == FORMAT || state[0] == FORMAT_WITH_HISTORY;
+  if (known) memcpy(state, buf, sizeof(state));
+  if (!known || state[5] != EVP::checksum(state, 5))
     error->all(FLERR,
                "{}: its section of the restart file is damaged, or from a version of this package "
                "that wrote another format",
                who);
   after_restart = false;    // this is the fix that the file knows
+  bonds->keep_history(state[0] == FORMAT_WITH_HISTORY);
   bonds->restore(state[2] != 0.0, (int64_t) state[3], (int64_t) state[4]);
   if (bonds->has_recorded() && comm->me == 0 && (!file.empty() || (zone > 0.0 && zone != state[1])))
     utils::logmesg(

@@ -24,7 +24,7 @@ class FixEVPBonds : public NodalExchange<Fix> {
   int setmask() override
   {
     using namespace FixConst;
-    return PRE_NEIGHBOR | MIN_PRE_NEIGHBOR | PRE_FORCE | MIN_PRE_FORCE;
+    return PRE_EXCHANGE | PRE_NEIGHBOR | MIN_PRE_NEIGHBOR | PRE_FORCE | MIN_PRE_FORCE | END_OF_STEP;
   }
   void init() override;
   void init_list(int, class NeighList *list_in) override { list = list_in; }
@@ -33,8 +33,14 @@ class FixEVPBonds : public NodalExchange<Fix> {
   void min_pre_neighbor() override { pre_neighbor(); }
   void setup_pre_force(int) override;
 
+  // flow and breaking, see PairNetwork::commit()
+  void pre_exchange() override { return_histories(); }
+  void pre_force(int) override { stepping = true; }
+  void end_of_step() override;
+  void post_run() override;
+
   // f_ID: pairs recorded. f_ID[1..4]: beyond dlim, in the second regime, new pairs that interact,
-  // lowest d/(R_i + R_j)
+  // lowest d/(R_i + R_j), broken for good
   double compute_scalar() override { return (double) bonds->count(); }
   double compute_vector(int) override;
 
@@ -53,8 +59,8 @@ class FixEVPBonds : public NodalExchange<Fix> {
   void restart(char *) override;
   int pack_restart(int, double *) override;
   void unpack_restart(int, int) override;
-  int size_restart(int i) override { return 2 + (int) bonds->words(bonds->of(i).size()); }
-  int maxsize_restart() override { return 2 + (int) bonds->words(bonds->most()); }
+  int size_restart(int i) override { return 2 + (int) bonds->words_of(i); }
+  int maxsize_restart() override { return 2 + bonds->most_words(); }
 
   const EVP::BondStore &records() const { return *bonds; }
 
@@ -72,11 +78,17 @@ class FixEVPBonds : public NodalExchange<Fix> {
   std::shared_ptr<EVP::BondStore> bonds = std::make_shared<EVP::BondStore>();
   std::shared_ptr<const EVP::BondStore> shown = bonds;    // for readers
 
+  class PairNetwork *network = nullptr;    // of the run; the pair style in force has it
+  bool stepping = false;                   // in a step of a run, not in its set-up
   class NeighList *list = nullptr;
   std::array<double, 4> pair_counts{};    // f_ID[1..4], as of the last evaluation
   bigint counted_step = -1;               // step of that, -1 if it must not be used again
 
   void record();
+  void keep_history();
+  void return_histories();
+  void check_history() const;
+  double count_broken() const;
   std::vector<EVP::BondStore::Bonds> bonds_in_zone(const class PairNetwork *);
   void check_restored();
   void check_zone(const class PairNetwork *) const;
@@ -89,7 +101,7 @@ class FixEVPBonds : public NodalExchange<Fix> {
   }
   // LAMMPS' buffers for one atom must hold the longest record of any MPI rank: the first rank says in
   // restart files how long that is
-  void set_exchange_room() { maxexchange = (int) bonds->words(bonds->most()); }
+  void set_exchange_room();
   int unpack(int i, const double *buf);
 };
 

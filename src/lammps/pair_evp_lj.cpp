@@ -23,8 +23,8 @@ using EVP::Contact;
 using EVP::scene::rows;
 
 static constexpr int MAX_FILE_SIZE = 1 << 20;
-static constexpr double FORMAT = 1003.0;    // of the words of the settings in restart files
-static constexpr int NSETTINGS = 4;         // format, contact, overlap, length of the fix's ID
+static constexpr double FORMAT = 1004.0;    // of the words of the settings in restart files
+static constexpr int NSETTINGS = 6;         // see write_restart_settings()
 static constexpr double LONGEST_ID = 1000;
 
 namespace {
@@ -84,12 +84,13 @@ void PairEVPLJ::allocate()
   network.cuts.set_types(atom->ntypes);
 }
 
-// pair_style evp/lj [contact literal|repulsive|none] [overlap 0.3]
+// pair_style evp/lj [contact literal|repulsive|none] [overlap 0.3] [unload reversible|elastic]
+//                   [break none|XI]
 void PairEVPLJ::settings(int narg, char **arg)
 {
-  EVP::NewPairs chosen = {Contact::LITERAL, 0.3};
+  EVP::PairRules chosen;
   EVP::for_each_keyword(
-      error, "Pair style evp/lj", narg, arg, {"contact", "overlap"}, " and ",
+      error, "Pair style evp/lj", narg, arg, {"contact", "overlap", "unload", "break"}, " and ",
       [&](const EVP::Keyword &word) {
         if (word.is("contact")) {
           const auto *found =
@@ -98,13 +99,25 @@ void PairEVPLJ::settings(int narg, char **arg)
             throw EVP::BadInput("contact must be literal, repulsive or none, got '" + word.value +
                                 "'");
           chosen.contact = (Contact) (found - EVP::CONTACTS);
+        } else if (word.is("unload")) {
+          word.demand(word.value == "reversible" || word.value == "elastic",
+                      "must be reversible (the paper's law) or elastic (flow stays)");
+          chosen.flows = word.value == "elastic";
+        } else if (word.is("break")) {
+          if (word.value == "none") {
+            chosen.break_strain = 0.0;
+            return;
+          }
+          chosen.break_strain = word.number();
+          word.demand(chosen.break_strain > 0.0 && std::isfinite(chosen.break_strain),
+                      "must be none or a positive strain of a bond, at which it breaks for good");
         } else {
           chosen.overlap = word.number();
           word.demand(chosen.overlap > 0.0 && chosen.overlap <= 1.0,
                       "must lie in (0, 1] (a share of R_i + R_j that is warned of)");
         }
       });
-  network.new_pairs = chosen;
+  network.rules = chosen;
   network.repack();
   offer_pair_values();
 }
@@ -258,9 +271,9 @@ template <bool Damping> void PairEVPLJ::compute_forces()
   VolumeForces *const volume = network.volume();
   if (pairs.rows.empty() && !volume) return;
 
-  const EVP::ParticleView view = {rows(atom->x), rows(atom->v),
-                                  reinterpret_cast<double(*)[3]>(atom->f ? atom->f[0] : nullptr),
-                                  force->newton_pair ? pairs.nall : pairs.nlocal};
+  const EVP::ParticleView view = {
+      rows(atom->x), rows(atom->v), reinterpret_cast<double(*)[3]>(atom->f ? atom->f[0] : nullptr),
+      force->newton_pair ? pairs.nall : pairs.nlocal, network.histories()};
   if (!volume) return sum_forces<Damping>(view);
   volume->evaluate(pairs, view);
   if (!pairs.rows.empty()) sum_forces<Damping>(view, volume->forces(pairs));
@@ -299,30 +312,41 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
     for (const auto &[own, other] : {std::pair(i, j), std::pair(j, i)})
       if (const EVP::Bond *bond = own < atom->nlocal ? bonds->find(own, atom->tag[other]) : nullptr)
         deq = bond->deq;
-  const bool is_bond = deq > 0.0;
+  const EVP::PairHistory history = network.history_of(i, j);
+  const bool broken = history.broken != 0.0, is_bond = deq > 0.0 && !broken;
 
   const EVP::Law &law = coefficients.law(coefficients.index(itype, jtype));
   const double sum_radii = atom->radius[i] + atom->radius[j];
   if (!is_bond) deq = sum_radii;
-  const bool repels_only = !is_bond && network.new_pairs.contact == Contact::REPULSIVE;
-  const double cut = repels_only ? sum_radii : law.parameters().alpha * sum_radii;
+  const bool repels_only = broken || (!is_bond && network.rules.contact == Contact::REPULSIVE);
+  double cut = repels_only ? sum_radii : law.parameters().alpha * sum_radii;
+  if (is_bond && network.rules.breaks())
+    cut = std::min(cut, (1.0 + network.rules.break_strain) * deq);
 
   const double d = std::sqrt(rsq);
   const bool acts =
       rsq <= EVP::reach_squared(cut, is_bond ? EVP::BOND_MARGIN : network.new_pair_margin()) &&
-      factor_lj != 0.0 && (is_bond || network.new_pairs.contact != Contact::NONE);
+      factor_lj != 0.0 && (is_bond || network.rules.contact != Contact::NONE);
   svector[0] = deq;
   svector[1] = (d - deq) / deq;
-  svector[2] = acts ? law.regime(d, deq) : 0.0;
+  svector[2] = acts ? law.regime(d, deq, history.offset) : 0.0;
+  svector[3] = history.offset;
+  svector[4] = history.work;
 
   if (!acts) return 0.0;
-  fforce = law.force(d, deq) / d;
-  if (is_bond && network.volume()) fforce += network.volume()->force(i, j, deq, cut) / d;
+  const bool flows = network.rules.flows;
+  fforce = flows ? law.force(d, deq, history.offset) / d : law.force(d, deq) / d;
+  if (flows && repels_only && fforce < 0.0) fforce = 0.0;
+  if (is_bond && network.volume())
+    fforce += network.volume()->force(i, j, deq, law.parameters().alpha * sum_radii) / d;
   if (network.damping_acts() && (comm->ghost_velocity || velocities_sent) &&
       !network.is_implicit(i, j)) {
     const EVP::PairGeometry g(rows(atom->x), i, j);
     fforce += EVP::damping_over_distance(law.parameters().gamma, g, atom->v[i], atom->v[j]);
   }
+  if (flows)
+    return law.flow_energy(d, deq, history.offset, cut, is_bond, repels_only,
+                           network.is_incremental());
   return law.energy(d, deq, cut);
 }
 
@@ -363,8 +387,13 @@ void PairEVPLJ::read_restart(FILE *fp)
 void PairEVPLJ::write_restart_settings(FILE *fp)
 {
   const std::string recorder = network.recorder();
-  std::vector<double> words = {FORMAT, (double) (int) network.new_pairs.contact,
-                               network.new_pairs.overlap, (double) recorder.size()};
+  const EVP::PairRules &rules = network.rules;
+  std::vector<double> words = {FORMAT,
+                               (double) (int) rules.contact,
+                               rules.overlap,
+                               (double) rules.flows,
+                               rules.break_strain,
+                               (double) recorder.size()};
   words.insert(words.end(), recorder.begin(), recorder.end());
   words.push_back(EVP::checksum(words.data(), (int) words.size()));
   fwrite(words.data(), sizeof(double), words.size(), fp);
@@ -374,9 +403,10 @@ void PairEVPLJ::read_restart_settings(FILE *fp)
 {
   std::vector<double> words(NSETTINGS);
   read_together(fp, words.data(), NSETTINGS * sizeof(double));
-  bool whole = words[0] == FORMAT && words[3] >= 0.0 && words[3] <= LONGEST_ID;
+  const double id_size = words.back();
+  bool whole = words[0] == FORMAT && id_size >= 0.0 && id_size <= LONGEST_ID;
   if (whole) {
-    const size_t more = (size_t) words[3] + 1;
+    const size_t more = (size_t) id_size + 1;
     words.resize(NSETTINGS + more);
     read_together(fp, &words[NSETTINGS], more * sizeof(double));
     whole = words.back() == EVP::checksum(words.data(), (int) words.size() - 1);
@@ -385,7 +415,7 @@ void PairEVPLJ::read_restart_settings(FILE *fp)
     error->all(FLERR,
                "Pair evp/lj: the restart file is damaged in the settings, or from a version of "
                "this package that wrote another format");
-  network.new_pairs = {(Contact) (int) words[1], words[2]};
+  network.rules = {(Contact) (int) words[1], words[2], words[3] != 0.0, words[4]};
   network.set_recorder({words.begin() + NSETTINGS, words.end() - 1});
   offer_pair_values();
 }

@@ -30,7 +30,7 @@ PairListBuilder::Found PairListBuilder::build(const Input &input, EVP::PairList 
   now.size = 0;
   last.rows.resize(atom->nlocal, {0, 0});
   now.rows.assign(atom->nlocal, {0, 0});
-  list.clear(input.new_pair_margin);
+  list.clear(input.new_pair_margin, input.rules.flows);
 
   Found found{};
   View view = {EVP::scene::rows(atom->x),
@@ -81,21 +81,22 @@ EVP_INLINE int PairListBuilder::pack_row(const Input &input, const View &view, i
   const double own_radius = view.radius[i], own_x[3] = {view.x[i][0], view.x[i][1], view.x[i][2]};
   const int first_law = input.coefficients->index(view.type[i], 0);
   const EVP::Law *const laws = &input.coefficients->law(first_law);
-  const bool with_new_pairs = input.new_pairs.contact != EVP::Contact::NONE;
-  const bool new_repel_only = input.new_pairs.contact == EVP::Contact::REPULSIVE;
+  const EVP::PairHistory *const histories = input.bonds ? input.bonds->histories_of(i) : nullptr;
+  const bool with_new_pairs = input.rules.contact != EVP::Contact::NONE;
+  const bool new_repel_only = input.rules.contact == EVP::Contact::REPULSIVE;
+  const double break_at = input.rules.breaks() ? 1.0 + input.rules.break_strain : 0.0;
   const int implicit_bit = input.implicit_groupbit;
-  const double closest = std::max(1.0 - input.new_pairs.overlap, EVP::COINCIDENT);
+  const double closest = std::max(1.0 - input.rules.overlap, EVP::COINCIDENT);
 
   int n = 0, nfound = 0;
   for (int jj = 0; jj < nneighbors; jj++) {
     if (view.excluded >> (neighbors[jj] >> SBBITS & 3) & 1) continue;
     const int j = neighbors[jj] & NEIGHMASK;
-    const int slot = finder.find(view.tag[j]);
-    const bool is_bond = slot >= 0;
-    if (is_bond)
-      slots[nfound++] = slot;
-    else if (!with_new_pairs)
-      continue;
+    const int record = finder.find(view.tag[j]);
+    if (record >= 0) slots[nfound++] = record;
+    const bool broken = record >= 0 && histories && histories[record].broken != 0.0;
+    const bool is_bond = record >= 0 && !broken;
+    if (!is_bond && !with_new_pairs) continue;
 
     const double dx = own_x[0] - view.x[j][0], dy = own_x[1] - view.x[j][1],
                  dz = own_x[2] - view.x[j][2];
@@ -104,25 +105,53 @@ EVP_INLINE int PairListBuilder::pack_row(const Input &input, const View &view, i
 
     const int type = view.type[j];
     const EVP::Row &row = laws[type].parameters();
-    const double deq = is_bond ? records[slot].deq : sum_radii;
-    const double cut = !is_bond && new_repel_only ? sum_radii : row.alpha * sum_radii;
+    const double deq = is_bond ? records[record].deq : sum_radii;
+    double cut = broken || (!is_bond && new_repel_only) ? sum_radii : row.alpha * sum_radii;
+    if (is_bond && break_at > 0.0) cut = std::min(cut, break_at * deq);
     const bool implicit = implicit_bit && ((view.mask[i] | view.mask[j]) & implicit_bit);
     const int own = first_law + type, law = implicit ? input.coefficients->undamped(own) : own;
     room.inv_deq[n] = 1.0 / deq;
     room.cutsq[n] = pairs.reach_squared(cut, is_bond);
     room.j[n] = j;
     room.kind[n] = 2 * law + is_bond;
-    room.slot[n] = slot;
+    room.slot[n] = broken ? EVP::PackedPair::slot_of_broken(record) : record;
     n++;
     if (!implicit && row.gamma > 0.0) found.damped = true;
 
     if (!(dsq >= closest * sum_radii * (closest * sum_radii)))
       count_overlap(i, j, dsq, deq, laws[type], found.overlaps);
   }
+  if (room.offset) fill_history(input, view, i, room, n);
   slots[nfound] = EVP::RecordFinder::NO_SLOT;
   now.rows[i] = {now.size, now.size + nfound};
   now.size += nfound + 1;
   return n;
+}
+
+// contacts that have flowed are few
+void PairListBuilder::fill_history(const Input &input, const View &view, int i, const Room &room,
+                                   int n)
+{
+  for (int k = 0; k < n; k++) room.offset[k] = room.work[k] = 0.0;
+  if (!input.bonds) return;
+  const EVP::PairHistory *const histories = input.bonds->histories_of(i);
+  const auto &contacts = input.bonds->contacts_of(i);
+  for (int k = 0; k < n; k++) {
+    if (room.slot[k] >= 0) {
+      room.offset[k] = histories[room.slot[k]].offset;
+      room.work[k] = histories[room.slot[k]].work;
+      continue;
+    }
+    for (const EVP::FlowedContact &contact : contacts)
+      if (contact.partner == view.tag[room.j[k]]) {
+        room.offset[k] = contact.offset;
+        room.work[k] = contact.work;
+        break;
+      }
+    const int slot = room.slot[k];
+    if (slot != EVP::PackedPair::NO_SLOT)
+      room.work[k] = histories[EVP::PackedPair::slot_of_broken(slot)].work;
+  }
 }
 
 // without newton both owners of a pair across MPI ranks hold it; one of them counts it

@@ -7,24 +7,11 @@
 #include "core/bytes.h"
 #include "core/coefficients.h"
 #include "core/pair_list.h"
+#include "core/pair_rules.h"
 
 #include "pointers.h"
 
 #include <vector>
-
-namespace EVP {
-
-/// What acts between two particles that were not recorded as a pair.
-enum class Contact : int { LITERAL, REPULSIVE, NONE };
-constexpr const char *CONTACTS[] = {"literal", "repulsive", "none"};    ///< for users
-
-/// Settings for pairs that were not recorded.
-struct NewPairs {
-  Contact contact;
-  double overlap;    ///< warn below d = (1 - overlap) (R_i + R_j)
-};
-
-}    // namespace EVP
 
 namespace LAMMPS_NS {
 
@@ -35,7 +22,7 @@ class PairListBuilder : protected Pointers {
     const class NeighList *neighbors;
     const EVP::Coefficients *coefficients;
     const EVP::BondStore *bonds;    ///< nullptr without
-    EVP::NewPairs new_pairs;
+    EVP::PairRules rules;
     double new_pair_margin;    ///< of their cuts, see core/pair_list.h
     int implicit_groupbit;     ///< pairs with an atom of it have the law without gamma
   };
@@ -83,6 +70,7 @@ class PairListBuilder : protected Pointers {
   using Room = EVP::PackedPairs::Room;
   struct View;
   int pack_row(const Input &, const View &, int i, const Room &, const EVP::PackedPairs &, Found &);
+  static void fill_history(const Input &, const View &, int i, const Room &, int n);
   void count_overlap(int i, int j, double dsq, double deq, const EVP::Law &, Overlaps &) const;
 };
 

@@ -3,6 +3,7 @@
 #include "pair_network.h"
 
 #include "collective.h"
+#include "history_return.h"
 #include "keywords.h"
 #include "scene.h"
 
@@ -93,7 +94,7 @@ PairNetwork::Counts PairNetwork::count_pairs() const
     // without newton both owners of a pair across MPI ranks hold it
     const double weight = (!force->newton_pair && p.j >= list.nlocal) ? 0.5 : 1.0;
     sums[p.is_bond() ? 0 : 2] += weight;
-    if (p.is_bond() && law_of(p).regime(d, 1.0 / p.inv_deq) == 2) sums[1] += weight;
+    if (p.is_bond() && law_of(p).regime(d, 1.0 / p.inv_deq, p.offset) == 2) sums[1] += weight;
   });
 
   sums = EVP::reduce_all(sums, MPI_SUM, world);
@@ -103,6 +104,7 @@ PairNetwork::Counts PairNetwork::count_pairs() const
 
 void PairNetwork::begin_run()
 {
+  flow_warned = false;
   cuts.begin_run();
   find_bonds();
   const Fix *implicit = EVP::scene::find_fix(modify, "nve/evp");
@@ -128,6 +130,10 @@ void PairNetwork::find_bonds()
                "with 'pair_style none' and 'pair_style evp/lj'",
                bonds_id, bonds_id);
   if (kept) bonds_id = fix->id;
+  if (rules.has_history() && !fix)
+    error->all(FLERR,
+               "Pair evp/lj: {} needs fix evp/bonds, which keeps what bonds have gone through",
+               rules.flows ? "unload elastic" : "break");
 }
 
 // records are new, or closed since their fix is gone: then this style goes on without bonds
@@ -148,6 +154,7 @@ double PairNetwork::handle(int i, int j)
   EVP::Row row;
   EVP::stop_at_bad_input(error, fmt::format("Pair evp/lj, types {} and {}", i, j), [&] {
     row = coefficients.make_law(i, j);
+    if (rules.flows) coefficients.law(coefficients.index(i, j)).check_flow();
   });
   repack();
   if (row.gamma > 0.0) any_gamma = true;    // fix adapt may have switched it on
@@ -164,25 +171,27 @@ void PairNetwork::report()
     line += !damping_acts()  ? "damping off (minimization)"
         : damps_implicitly() ? "damping by fix nve/evp"
                              : "damping on";
-  line += fmt::format(", new contacts {}", EVP::CONTACTS[(int) new_pairs.contact]);
+  line += fmt::format(", new contacts {}", EVP::CONTACTS[(int) rules.contact]);
   line += store
       ? fmt::format(", deq of bonds from fix {}", EVP::scene::find_fix(modify, "evp/bonds")->id)
       : ", no fix evp/bonds: every pair has deq = R_i + R_j";
+  if (rules.flows) line += ", unload elastic (kinematic hardening)";
+  if (rules.breaks()) line += fmt::format(", bonds break beyond {} deq", 1.0 + rules.break_strain);
   if (volume())
     line +=
         fmt::format(", volume energy from fix {}", EVP::scene::find_fix(modify, "evp/volume")->id);
-  line += fmt::format(", overlap warned of beyond {} (R_i + R_j)\n", new_pairs.overlap);
+  line += fmt::format(", overlap warned of beyond {} (R_i + R_j)\n", rules.overlap);
 
   if (line == last_report) return;
   last_report = line;
   if (comm->me) return;
   utils::logmesg(lmp, line);
-  if (!store && new_pairs.contact == Contact::NONE)
+  if (!store && rules.contact == Contact::NONE)
     error->warning(FLERR,
                    "Pair evp/lj with contact none and without fix evp/bonds: nothing acts at all");
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++)
-      if (cuts.handles(i, j) && alpha_of(i, j) < 1.4 && new_pairs.contact == Contact::LITERAL)
+      if (cuts.handles(i, j) && alpha_of(i, j) < 1.4 && rules.contact == Contact::LITERAL)
         error->warning(FLERR,
                        "Pair evp/lj, types {} and {}: alpha = {} is below 1.4, where literal new "
                        "contacts can pull the body together; use contact repulsive or none",
@@ -218,29 +227,157 @@ void PairNetwork::pack(const NeighList *neighbors, bool collective)
         "Pair evp/lj: IDs of atoms have changed since the last neighbor build, so that bonds "
         "would go to other atoms: use 'run' with 'pre yes'");
   cuts.check_radii();
+  const bool carries = histories_due && snapshot.matches_list();
   snapshot.take_atoms(!atom->avec->comm_x_only);
   list.nlocal = atom->nlocal;
   list.nall = atom->nlocal + atom->nghost;
   repack_due = false;
   store_version = store ? store->version() : 0;
+  // with the same neighbor list the records have not been told of what changed
+  const EVP::PairList before = carries ? list : EVP::PairList();
   const PairListBuilder::Found found = builder.build(
-      {neighbors, &coefficients, bonds(), new_pairs, new_pair_margin(), implicit_groupbit}, list);
+      {neighbors, &coefficients, bonds(), rules, new_pair_margin(), implicit_groupbit}, list);
   snapshot.finish();
   if (!bonds()) volume_.reset();    // they went since the last set-up
   if (volume()) volume()->pack(list, *bonds(), coefficients, collective);
+  if (carries) carry_histories(before);
   if (collective) agree_on_pairs(found);
 
   coefficients.choose_block_law(
       [this](int i, int j) {
         return cuts.handles(i, j);
       },
-      explicit_damping && implicit_groupbit);
+      explicit_damping && implicit_groupbit, rules.flows);
+}
+
+void PairNetwork::commit(bool at_rest)
+{
+  histories_due = true;
+  if (at_rest) {
+    beyond.clear();
+    EVP::for_each_pair(list, rows(atom->x), [&](const EVP::PlacedPair &p) {
+      if (rules.breaks() && p.is_bond() && p.is_beyond()) beyond.push_back(p.index);
+      if (!rules.flows) return;
+      const EVP::Law &law = law_of(p);
+      double &next = list.pairs.next_offset[p.index];
+      const double d = std::min(p.distance(), p.cut);    // so far a bond flows
+      next = p.is_beyond() && !p.is_bond() ? EVP::CONTACT_ENDED
+                                           : law.kept(law.flowed(d * p.inv_deq, 1.0, p.offset),
+                                                      p.offset, p.is_bond(), only_repels(p));
+    });
+  }
+  if (rules.flows) take_next_offsets();
+  if (rules.breaks()) break_bonds();
+}
+
+// few pairs flow in a step, but for a body at yield
+void PairNetwork::take_next_offsets()
+{
+  EVP::PackedPairs &pairs = list.pairs;
+  bool too_low = false;
+  for (size_t k = 0; k < pairs.size(); k++) {
+    const double before = pairs.offset[k], now = pairs.next_offset[k];
+    if (now == before) continue;
+    const EVP::Law &law = coefficients.law(pairs.kind[k] / 2);
+    pairs.offset[k] = now + 0.0;    // without its sign
+    if (EVP::has_ended(now))
+      pairs.work[k] = pairs.slot[k] == EVP::PackedPair::NO_SLOT ? 0.0 : pairs.work[k];
+    else
+      pairs.work[k] += law.dissipated(before, now);
+    too_low = too_low || now < law.lowest_offset();
+  }
+  if (!too_low || flow_warned) return;
+  flow_warned = true;
+  error->warning(FLERR,
+                 "Pair evp/lj: bonds have flowed in compression so far that the second regime is "
+                 "the stiffer: further flow creates energy; check load and overlap");
+}
+
+void PairNetwork::break_bonds()
+{
+  for (const int k : beyond) {
+    const EVP::PackedPair pair = list.pairs[k];
+    if (!pair.is_bond()) continue;
+    const auto row = std::upper_bound(list.rows.begin(), list.rows.end(), k,
+                                      [](int index, const EVP::PackedRow &r) {
+                                        return index < r.last;
+                                      });
+    turn_into_contact(row->i, k);
+    newly_broken += !force->newton_pair && pair.j >= list.nlocal ? 0.5 : 1.0;
+  }
+  beyond.clear();
+}
+
+void PairNetwork::turn_into_contact(int i, int k)
+{
+  const double sum_radii = atom->radius[i] + atom->radius[list.pairs.j[k]];
+  list.pairs.turn_into_contact(k, rules.contact == Contact::NONE ? 0.0 : sum_radii);
+  if (volume()) volume()->drop(k);
+}
+
+// from the list that was packed before from the same neighbor list
+void PairNetwork::carry_histories(const EVP::PairList &before)
+{
+  std::vector<const EVP::PackedRow *> row_of(list.nlocal, nullptr);
+  for (const EVP::PackedRow &row : before.rows) row_of[row.i] = &row;
+  for (const EVP::PackedRow &row : list.rows)
+    for (int k = row.first; row_of[row.i] && k < row.last; k++) {
+      const int old = EVP::find_pair(before, *row_of[row.i], [&](int j) {
+        return j == list.pairs.j[k];
+      });
+      if (old < 0) continue;
+      const EVP::PairHistory history = before.pairs.history_of(old);
+      if (history.broken != 0.0 && list.pairs[k].is_bond()) turn_into_contact(row.i, k);
+      if (!rules.flows) continue;
+      list.pairs.offset[k] = history.offset;
+      list.pairs.work[k] = history.work;
+    }
+}
+
+void PairNetwork::return_histories(EVP::BondStore &records, EVP::GhostExchange &exchange)
+{
+  if (!histories_due) return;
+  histories_due = false;
+  LAMMPS_NS::return_histories(lmp, list, records, exchange);
+  newly_broken = 0.0;
+}
+
+double PairNetwork::broken_since() const
+{
+  return EVP::reduce_all(newly_broken, MPI_SUM, world);
+}
+
+EVP::PairHistory PairNetwork::history_of(int i, int j) const
+{
+  if (!rules.has_history()) return {};
+  if (snapshot.matches_list()) {
+    if (row_index_build != list.build) {
+      row_index_build = list.build;
+      row_index.assign(list.nlocal, -1);
+      for (size_t r = 0; r < list.rows.size(); r++) row_index[list.rows[r].i] = (int) r;
+    }
+    for (const auto &[own, other] : {std::pair(i, j), std::pair(j, i)}) {
+      if (own >= list.nlocal || row_index[own] < 0) continue;
+      const tagint partner = atom->tag[other];
+      const int k = EVP::find_pair(list, list.rows[row_index[own]], [&](int at) {
+        return atom->tag[at] == partner;
+      });
+      if (k >= 0) return list.pairs.history_of(k);
+    }
+  }
+  if (store && store->has_history())
+    for (const auto &[own, other] : {std::pair(i, j), std::pair(j, i)}) {
+      if (own >= atom->nlocal) continue;
+      const int slot = store->slot_of(own, atom->tag[other]);
+      if (slot >= 0) return store->histories_of(own)[slot];
+    }
+  return {};
 }
 
 // one that only repels has no force at its cut but that of damping: spheres that touch do not interact
 double PairNetwork::new_pair_margin() const
 {
-  if (new_pairs.contact != Contact::REPULSIVE) return EVP::NEW_PAIR_MARGIN;
+  if (rules.contact != Contact::REPULSIVE) return EVP::NEW_PAIR_MARGIN;
   return any_gamma ? -EVP::NEW_PAIR_MARGIN : 0.0;
 }
 
@@ -262,7 +399,7 @@ void PairNetwork::agree_on_pairs(const PairListBuilder::Found &found)
         "Pair evp/lj: {} pairs overlap by more than {} (R_i + R_j), first atoms {} and {} "
         "at d = {:.6g}, deq = {:.6g}, {} regime, at step {} with timestep {:.6g}: the law has no "
         "hard core, so check timestep, speed and load",
-        all[1], new_pairs.overlap, overlaps.id_i, overlaps.id_j, overlaps.d, overlaps.deq,
+        all[1], rules.overlap, overlaps.id_i, overlaps.id_j, overlaps.d, overlaps.deq,
         overlaps.regime == 1 ? "first" : "second", update->ntimestep, update->dt);
 }
 

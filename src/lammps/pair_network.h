@@ -5,10 +5,12 @@
 
 #include "core/bond_store.h"
 #include "core/coefficients.h"
+#include "core/force_loop.h"
 #include "core/pair_list.h"
 #include "cut_offs.h"
 #include "ghost_update.h"
 #include "list_snapshot.h"
+#include "nodal_exchange.h"
 #include "pair_list_builder.h"
 #include "volume_forces.h"
 
@@ -120,9 +122,33 @@ class PairNetwork : protected Pointers {
 
   // what the pair style sets and calls
 
-  EVP::NewPairs new_pairs{EVP::Contact::LITERAL, 0.3};
+  EVP::PairRules rules;
   GhostUpdate ghosts;
   CutOffs cuts;
+
+  /// Of flow and breaking, at the end of each step and when a minimization is at rest: what the last
+  /// forces found comes into force. at_rest: found anew, as a minimizer may have tried other places last.
+  void commit(bool at_rest);
+
+  /// Collective, where commit() was called since: the histories of the pairs go to the records of their
+  /// atoms. Called before atoms migrate, and before others read the records.
+  void return_histories(EVP::BondStore &, EVP::GhostExchange &);
+
+  /// Bonds that broke since then, over all MPI ranks. Collective.
+  double broken_since() const;
+
+  /// In a minimization the energy of a pair is the work since its last state of rest.
+  bool is_incremental() const { return update->whichflag == 2; }
+
+  /// What the force loop takes beside positions and velocities.
+  EVP::HistoryView histories()
+  {
+    beyond.clear();
+    return {list.pairs.next_offset.data(), rules.breaks() ? &beyond : nullptr, is_incremental()};
+  }
+
+  /// Offset of the pair (i, j) of the packed list, or of the records where it is not there.
+  EVP::PairHistory history_of(int i, int j) const;
 
   /// At init_style(): radii, bonds and fix nve/evp of the run to come.
   void begin_run();
@@ -169,6 +195,23 @@ class PairNetwork : protected Pointers {
   std::string bonds_id;                           // fix that recorded the bonds; empty: none did
   std::string dropped_bonds_id;                   // fix that had recorded and was unfixed
 
+  std::vector<int>
+      beyond;    // bonds that the last forces found beyond their cut, where bonds break
+  bool histories_due = false;    // commit() was called since they were returned
+  double newly_broken = 0.0;     // bonds of this MPI rank since then
+  bool flow_warned = false;
+
+  mutable std::vector<int> row_index;    // of the rows of the atoms, for history_of()
+  mutable long row_index_build = -1;
+
+  void turn_into_contact(int i, int k);
+  void carry_histories(const EVP::PairList &before);
+  void take_next_offsets();
+  void break_bonds();
+  bool only_repels(const EVP::PackedPair &pair) const
+  {
+    return !pair.is_bond() && EVP::only_repels(pair.cutsq, pair.inv_deq);
+  }
   void find_bonds();
   void note_bonds();
   void report();

@@ -27,12 +27,6 @@ std::shared_ptr<VolumeForces> VolumeForces::find(const Modify *modify)
   return fix ? *(std::shared_ptr<VolumeForces> *) fix->extract("volume", dim) : nullptr;
 }
 
-// atoms outside the group have no volume energy, but are neighbors of those that do
-double VolumeForces::kv_of(int i) const
-{
-  return atom->mask[i] & groupbit ? kv[atom->type[i]] : 0.0;
-}
-
 void VolumeForces::pack(const EVP::PairList &list, const EVP::BondStore &store,
                         const EVP::Coefficients &coefficients, bool collective)
 {
@@ -42,7 +36,9 @@ void VolumeForces::pack(const EVP::PairList &list, const EVP::BondStore &store,
     may_keep = false;
     version = store.version();
   }
-  energies.pack(list);
+  energies.pack(list, [&](int i, const EVP::PackedPair &pair) {
+    return coefficients.law(pair.law).parameters().alpha * (atom->radius[i] + atom->radius[pair.j]);
+  });
 }
 
 static double sum_of_deq(const EVP::BondStore::Bonds &bonds)
@@ -101,10 +97,11 @@ void VolumeForces::evaluate(const EVP::PairList &list, const EVP::ParticleView &
   strains.resize(atom->nmax);
   energy_here = 0.0;
   for (int i = 0; i < list.nlocal; i++) {
-    const double weight_sum = records[i].weight_sum;
-    strains[i] = VolumeEnergy::strain(sums[i], weight_sum);
-    pulls[i] = VolumeEnergy::pull(kv_of(i), strains[i], weight_sum);
-    energy_here += energy(i);
+    const double weight_sum = records[i].weight_sum, stiffness = kv_of(i);
+    const double theta = VolumeEnergy::strain(sums[i], weight_sum);
+    strains[i] = theta;
+    pulls[i] = VolumeEnergy::pull(stiffness, theta, weight_sum);
+    energy_here += 0.5 * stiffness * theta * theta;
   }
   exchange.to_ghosts(pulls);
 }

@@ -8,6 +8,7 @@
 #include "core/volume_energy.h"
 #include "nodal_exchange.h"
 
+#include "atom.h"
 #include "pointers.h"
 
 #include <memory>
@@ -46,6 +47,9 @@ class VolumeForces : protected Pointers {
   /// Takes the weights of a list that was just packed; where all MPI ranks do, of new bonds too.
   void pack(const EVP::PairList &, const EVP::BondStore &, const EVP::Coefficients &,
             bool collective);
+
+  /// Packed pair k is no bond any more; its weight stays in W.
+  void drop(int k) { energies.drop(k); }
 
   /// Collective. Strains and energies at the present positions.
   void evaluate(const EVP::PairList &, const EVP::ParticleView &);
@@ -114,7 +118,8 @@ class VolumeForces : protected Pointers {
   std::vector<double> strains;
   double energy_here = 0.0;
 
-  double kv_of(int i) const;
+  // atoms outside the group have no volume energy, but are neighbors of those that do
+  double kv_of(int i) const { return atom->mask[i] & groupbit ? kv[atom->type[i]] : 0.0; }
   void take_records(const EVP::BondStore &, const EVP::Coefficients &);
   bool are_of(const EVP::BondStore &) const;
 };

@@ -69,6 +69,10 @@ std::string WriteEVPBonds::own_lines(std::array<bigint, 2> &counts) const
   for (int i = 0; i < atom->nlocal; i++)
     for (const auto &bond : bonds->records().of(i))
       if (atom->tag[i] < bond.partner) partners.push_back((tagint) bond.partner);
+  if (bonds->records().has_history())
+    for (int i = 0; i < atom->nlocal; i++)
+      for (const auto &contact : bonds->records().contacts_of(i))
+        if (atom->tag[i] < contact.partner) partners.push_back((tagint) contact.partner);
   const AtomDirectory directory(lmp, partners);
 
   std::string text;
@@ -77,12 +81,31 @@ std::string WriteEVPBonds::own_lines(std::array<bigint, 2> &counts) const
       if (atom->tag[i] > bond.partner) continue;
       const AtomDirectory::Entry &partner = directory.entries.at((tagint) bond.partner);
       if (partner.type == 0) continue;
-      text += EVP::bond_text({atom->tag[i], bond.partner, bond.deq});
+      const EVP::PairHistory *const histories = bonds->records().histories_of(i);
+      const auto slot = &bond - bonds->records().of(i).data();
+      text += EVP::bond_text(
+          {atom->tag[i], bond.partner, bond.deq, histories ? histories[slot] : EVP::PairHistory{}},
+          histories);
       counts[0]++;
       if (!network) continue;
       const double alpha = network->alpha_given(atom->type[i], partner.type);
       const double dlim = alpha * (atom->radius[i] + partner.radius);
       if (bond.deq > dlim * (1.0 + EVP::BOND_MARGIN)) counts[1]++;
+    }
+  if (!bonds->records().has_history()) return text;
+
+  for (int i = 0; i < atom->nlocal; i++)
+    for (const EVP::FlowedContact &contact : bonds->records().contacts_of(i)) {
+      if (atom->tag[i] > contact.partner) continue;
+      const AtomDirectory::Entry &partner = directory.entries.at((tagint) contact.partner);
+      if (partner.type == 0) continue;
+      text += EVP::bond_text({atom->tag[i],
+                              contact.partner,
+                              atom->radius[i] + partner.radius,
+                              {contact.offset, contact.work, 0.0},
+                              true},
+                             true);
+      counts[0]++;
     }
   return text;
 }

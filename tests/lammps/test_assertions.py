@@ -45,10 +45,11 @@ atom_modify map yes
 read_restart all.restart
 neighbor 0.0008 bin
 fix bonds all evp/bonds
+fix volume all evp/volume 300
 fix move all nve
 run 2
 """
-DAMPED = "pair_style evp/lj\npair_coeff * * 80 8 4 3 8 4 0.005 1000 1.5\nfix bonds all evp/bonds\n"
+DAMPED = "pair_style evp/lj\npair_coeff * * 80 8 4 3 8 4 0.005 1000 1.5\nfix bonds all evp/bonds\nfix volume all evp/volume 300\n"
 
 
 @pytest.fixture(scope="module")

@@ -54,6 +54,7 @@ LONGER = {
     "values per atom at every step": {"fixes": "compute e all pe/atom\ncompute s all stress/atom NULL\ncompute es all reduce sum c_e c_s[1]\n",
                                       "columns": "c_es[1] c_es[2]", "every": 1},
     "the ledger": {"fixes": "fix ledger all evp/energy"},
+    "a volume energy of no stiffness": {"fixes": "fix volume all evp/volume 0"},
     "stable steps at every tenth step": {"fixes": "compute dt all evp/dt", "columns": "c_dt", "every": 10},
     "a list that is built at every step": {"lists": "every 1 delay 0 check no"},
 }

@@ -77,7 +77,7 @@ inline EVP::BlockLaw block_law(const Cloud &cloud, EVP::Level level = EVP::best_
   std::vector<int> used;
   for (size_t k = 0; k < cloud.laws.size(); k++) used.push_back((int) k);
   EVP::BlockLaw law;
-  law.assign(cloud.laws, used, level);
+  law.assign(cloud.laws, used, false, level);
   return law;
 }
 

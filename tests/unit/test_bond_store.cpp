@@ -10,11 +10,12 @@ namespace {
 
 using EVP::Bond;
 using EVP::BondStore;
+using EVP::PairHistory;
 
 /// Three atoms of the IDs 7, 5, 9, each bonded to both others.
-BondStore recorded(int nvalues)
+BondStore recorded(bool with_history = false)
 {
-  BondStore store(nvalues);
+  BondStore store(with_history);
   store.grow(4);
   std::vector<BondStore::Bonds> made = {
       {{9, 1.25}, {5, 1.5}}, {{7, 1.5}, {9, 1.75}}, {{7, 1.25}, {5, 1.75}}};
@@ -34,54 +35,76 @@ void expect_same(const BondStore::Bonds &a, const BondStore::Bonds &b)
 
 TEST(BondStore, KeepsRecordsInTheOrderOfThePartners)
 {
-  const BondStore store = recorded(0);
+  const BondStore store = recorded();
   EXPECT_TRUE(store.has_recorded());
   EXPECT_EQ(store.count(), 3);
   EXPECT_EQ(store.highest_id(), 9);
-  EXPECT_EQ(store.most(), 2);
+  EXPECT_EQ(store.most_words(), 6);
   expect_same(store.of(0), {{5, 1.5}, {9, 1.25}});
   EXPECT_EQ(store.find(0, 9)->deq, 1.25);
   EXPECT_EQ(store.find(2, 7)->deq, store.find(0, 9)->deq);
   for (const int stranger : {4, 6, 7, 10}) EXPECT_EQ(store.find(0, stranger), nullptr);
 }
 
-// An atom that leaves an MPI rank and comes to another brings bonds and values to the last bit.
-TEST(BondStore, WordsBringRecordsAndValuesToAnotherPlace)
+// An atom that leaves an MPI rank and comes to another brings bonds and history to the last bit.
+TEST(BondStore, WordsBringRecordsAndHistoryToAnotherPlace)
 {
-  for (const int nvalues : {0, 1, 3}) {
-    BondStore store = recorded(nvalues);
-    for (int k = 0; k < 2 * nvalues; k++) store.values_of(2)[k] = 0.1 + k;
-    std::vector<double> words(store.words(2));
+  for (const bool with_history : {false, true}) {
+    BondStore store = recorded(with_history);
+    if (with_history) {
+      store.take({2, true, 5, {0.1, 0.3, 0.0}});
+      store.take({2, true, 7, {0.0, 0.7, 1.0}});
+      store.take({2, false, 12, {-0.2, 1.1, 0.0}});
+    }
+    std::vector<double> words(store.words_of(2));
     ASSERT_EQ(store.pack(2, words.data()), (int) words.size());
 
-    BondStore other(nvalues);
+    BondStore other(with_history);
     other.grow(2);
     ASSERT_EQ(other.unpack(1, words.data()), (int) words.size());
     EXPECT_EQ(other.recorded_id(1), 9);
     EXPECT_EQ(other.recorded_id(0), 0);
-    expect_same(other.of(1), store.of(2));
-    for (int k = 0; k < 2 * nvalues; k++) EXPECT_EQ(other.values_of(1)[k], 0.1 + k);
-
     other.copy(1, 0);
     other.clear(1);
-    expect_same(other.of(0), store.of(2));
     EXPECT_TRUE(other.of(1).empty());
-    for (int k = 0; k < 2 * nvalues; k++) EXPECT_EQ(other.values_of(0)[k], 0.1 + k);
+    expect_same(other.of(0), store.of(2));
+    EXPECT_EQ(other.has_changed(), with_history);
+    if (!with_history) continue;
+    EXPECT_EQ(other.histories_of(0)[0], (PairHistory{0.1, 0.3, 0.0}));
+    EXPECT_EQ(other.histories_of(0)[1], (PairHistory{0.0, 0.7, 1.0}));
+    ASSERT_EQ(other.contacts_of(0).size(), 1u);
+    EXPECT_EQ(other.contacts_of(0)[0].partner, 12);
+    EXPECT_EQ(other.contacts_of(0)[0].offset, -0.2);
+    EXPECT_TRUE(other.contacts_of(1).empty());
   }
 }
 
-TEST(BondStore, ValuesCostNothingWhereBondsHaveNone)
+// What is left of a broken bond may flow as a contact does; its record keeps the work of both.
+TEST(BondStore, ABrokenBondThatFlowsIsAContactToo)
 {
-  EXPECT_EQ(recorded(0).words(2), 2 + 2 * 2u);
-  EXPECT_EQ(recorded(2).words(2), 2 + 4 * 2u);
-  EXPECT_LT(recorded(0).memory_usage(), recorded(1).memory_usage());
+  BondStore store = recorded(true);
+  store.take({0, true, 9, {-0.1, 0.4, 1.0}});
+  EXPECT_EQ(store.histories_of(0)[1], (PairHistory{0.0, 0.4, 1.0}));
+  ASSERT_EQ(store.contacts_of(0).size(), 1u);
+  EXPECT_EQ(store.contacts_of(0)[0].offset, -0.1);
+  store.clear_contacts();
+  EXPECT_TRUE(store.has_changed());
+  store.keep_history(false);
+  EXPECT_FALSE(store.has_changed());
+}
+
+TEST(BondStore, HistoryCostsNothingWhereThereIsNone)
+{
+  EXPECT_EQ(recorded().words_of(0), 2 + 2 * 2u);
+  EXPECT_EQ(recorded(true).words_of(0), 2 + 5 * 2u + 1);
+  EXPECT_LT(recorded().memory_usage(), recorded(true).memory_usage());
 }
 
 // Restart files of early versions hold the records of an atom in another order.
 TEST(BondStore, WordsInAnyOrderAreSorted)
 {
-  const BondStore store = recorded(0);
-  std::vector<double> words(store.words(2));
+  const BondStore store = recorded();
+  std::vector<double> words(store.words_of(0));
   store.pack(0, words.data());
   std::swap_ranges(words.begin() + 2, words.begin() + 4, words.begin() + 4);
   BondStore other;
@@ -92,7 +115,7 @@ TEST(BondStore, WordsInAnyOrderAreSorted)
 
 TEST(BondStore, EveryOtherStateHasAVersionOfItsOwn)
 {
-  BondStore store = recorded(0), another = recorded(0);
+  BondStore store = recorded(), another = recorded();
   const long version = store.version();
   EXPECT_NE(version, another.version());
   store.copy(0, 1);    // atoms that come and go
@@ -105,7 +128,7 @@ TEST(BondStore, EveryOtherStateHasAVersionOfItsOwn)
 
 TEST(BondStore, FindsAtomsUnderTheIDsOfOthers)
 {
-  const BondStore store = recorded(0);
+  const BondStore store = recorded();
   const int same[] = {7, 5, 9, 12}, renumbered[] = {7, 6, 9, 12}, newcomer[] = {7, 5, 9, 8};
   EXPECT_FALSE(store.find_misplaced(same, 4));
   EXPECT_EQ(store.find_misplaced(renumbered, 4).renumbered, 6);

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+#ifndef EVP_CORE_PAIR_RULES_H
+#define EVP_CORE_PAIR_RULES_H
+
+namespace EVP {
+
+/// What acts between two particles that were not recorded as a pair.
+enum class Contact : int { LITERAL, REPULSIVE, NONE };
+constexpr const char *CONTACTS[] = {"literal", "repulsive", "none"};    ///< for users
+
+/// What the pair style was told of all its pairs.
+struct PairRules {
+  Contact contact = Contact::LITERAL;
+  double overlap = 0.3;         ///< warn below d = (1 - overlap) (R_i + R_j)
+  bool flows = false;           ///< unload elastic: flow beyond xi_s stays
+  double break_strain = 0.0;    ///< bonds break for good beyond (1 + this) deq; 0: never
+
+  bool breaks() const { return break_strain > 0.0; }
+
+  /// Do bonds have values that change?
+  bool has_history() const { return flows || breaks(); }
+};
+
+}    // namespace EVP
+
+#endif

@@ -1,0 +1,479 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""fix evp/volume: forces, energies and virial against tools/evp/volume.py, which was written apart, and closed forms."""
+
+import itertools
+
+import numpy as np
+import pytest
+from conftest import REFERENCE
+from evp import brute, law, volume
+from hostile import SECONDS, refused, scene
+from lammps_run import DECKS, read_csv, read_dump, slope, write_data
+from small_bodies import (ANOTHER_ORDER, MOVE, STIR, assert_eventful, assert_same_curve, dump, head, lattice_body, pair,
+                          thermo, words, write_body)
+
+BY_HAND = 1e-12  # a dozen roundings; the strains themselves are exact to 1e-16 of 1
+KV = 1000.0
+ROW = law.TABLE1
+QUIET = "fix move all nve\n"
+STRAIN = "f_volume f_volume[1] f_volume[2] f_volume[3]"
+
+
+def fix(kv=KV, group="all"):
+    return f"fix volume {group} evp/volume {kv}\n"
+
+
+def truth(x, body, kv, alpha=ROW.alpha, lost=()):
+    """volume.evaluate of an open body, IDs 1..N."""
+    i, j = np.array(list(body.bonds)).T - 1
+    deq = np.array(list(body.bonds.values()))
+    gone = np.array([pair in lost for pair in body.bonds])
+    return volume.evaluate(x, i, j, deq, alpha * (body.radius[i] + body.radius[j]), kv, gone)
+
+
+def vectors(snapshot, name):
+    return snapshot.vectors(*(name + axis for axis in "xyz")) if name else snapshot.vectors("x", "y", "z")
+
+
+NO_FORCE = ROW._replace(e1=1e-30, e2=1e-31)  # a network whose own forces are below the round-off of those of the volume
+
+
+def place(x):
+    """Puts the atoms 1..N there."""
+    return "".join(f"set atom {k} x {p[0]:.17g} y {p[1]:.17g} z {p[2]:.17g}\n" for k, p in enumerate(x, 1))
+
+
+def show(columns, name="all.dump"):
+    return f"dump all all custom 1 {name} id {columns}\ndump_modify all format float %.17g\n"
+
+
+# ---- by hand
+
+
+def test_one_pair(lmp, tmp_path):
+    """w cancels for one bond: theta = 3 (d/deq - 1), U = kv theta^2, F = -6 kv theta/deq."""
+    deq, strain, kv = 0.011, 0.004, 50.0
+    d, theta = deq * (1.0 + strain), 3.0 * strain
+    force = 6.0 * kv * theta / deq
+    write_data(tmp_path / "body.data", np.array([[0, 0, 0], [deq, 0, 0]]), [0.005, 0.005], [[-0.2, 0.2]] * 3)
+    text = head(skin=0.002) + pair(NO_FORCE, "none") + fix(kv) + QUIET + "run 0\n" + place([[0, 0, 0], [d, 0, 0]])
+    text += "compute pe all pe/atom\ncompute stress all stress/atom NULL\ncompute pairs all pair/local dist force\n"
+    text += thermo(f"pe pxx vol {STRAIN}") + show("c_pe c_stress[1] f_volume fx")
+    text += "dump pairs all local 1 pairs.dump c_pairs[1] c_pairs[2]\ndump_modify pairs format float %.17g\nrun 0\n"
+    run = lmp(text).ok()
+    table, snapshot, local = run.thermo(), run.dump("all.dump")[-1], run.dump("pairs.dump")[-1]
+    # d/deq - 1 is known to 1e-16 of 1, hence to 3e-14 of the strain
+    assert table["f_volume[1]"][0] == pytest.approx(theta, rel=BY_HAND)
+    assert table["f_volume"][0] == pytest.approx(kv * theta**2, rel=BY_HAND)
+    assert table["PotEng"][0] == pytest.approx(kv * theta**2, rel=BY_HAND)
+    assert table["Pxx"][0] * table["Volume"][0] == pytest.approx(-force * d, rel=BY_HAND)
+    assert snapshot["fx"] == pytest.approx([force, -force], rel=BY_HAND)
+    assert snapshot["c_pe"] == pytest.approx([0.5 * kv * theta**2] * 2, rel=BY_HAND)
+    assert snapshot["c_stress[1]"] == pytest.approx([0.5 * force * d] * 2, rel=BY_HAND)
+    assert snapshot["f_volume"] == pytest.approx([theta] * 2, rel=BY_HAND)
+    assert local["c_pairs[2]"] == pytest.approx([-force], rel=BY_HAND)
+
+
+def test_one_tetrahedron(lmp, tmp_path):
+    """Six equal bonds, of which 1-2 alone is stretched by s: theta_1 = theta_2 = s and theta_3 = theta_4 = 0, as W = 3 w."""
+    a, strain, kv = 0.011, 0.02, 70.0
+    corner = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]) * a / (2.0 * np.sqrt(2.0))
+    write_data(tmp_path / "body.data", corner, [0.005] * 4, [[-0.2, 0.2]] * 3)
+    half = 0.5 * a * (1.0 + strain)
+    height = np.sqrt(0.75 * a * a - half * half)  # of the edge 3-4 above the edge 1-2
+    moved = np.array([[0.0, half, 0.0], [0.0, -half, 0.0], [height, 0.0, 0.5 * a], [height, 0.0, -0.5 * a]])
+    text = head(skin=0.002) + pair(NO_FORCE, "none") + fix(kv) + QUIET + thermo(f"pe {STRAIN}") + "run 0\n"
+    run = lmp(text + place(moved) + show("fx fy fz f_volume") + "run 0\n").ok()
+    snapshot, table = run.dump("all.dump")[-1], run.thermo()
+    assert snapshot["f_volume"] == pytest.approx([strain, strain, 0.0, 0.0], rel=BY_HAND, abs=BY_HAND * strain)
+    assert table["f_volume"][0] == pytest.approx(kv * strain**2, rel=BY_HAND)
+    assert [table[f"f_volume[{k}]"][0] for k in (1, 2, 3)] == pytest.approx([strain / 2, 0.0, strain], abs=BY_HAND * strain)
+    # g = 3 kv s/(3 w) of 1 and 2: edge 1-2 pulls with 2 kv s/a, edges with one of them with half of it, edge 3-4 with none
+    expected = np.zeros((4, 3))
+    for i, j, share in ((0, 1, 2.0), (0, 2, 1.0), (0, 3, 1.0), (1, 2, 1.0), (1, 3, 1.0)):
+        pull = share * kv * strain / a * (moved[j] - moved[i]) / np.linalg.norm(moved[j] - moved[i])
+        expected[i] += pull
+        expected[j] -= pull
+    assert np.abs(vectors(snapshot, "f") - expected).max() <= BY_HAND * 2.0 * kv * strain / a
+
+
+# ---- bodies
+
+
+def stretched(body, seed=3):
+    """Strained by some percent and shaken; a corner is pulled off, so that bonds are beyond dlim."""
+    x = body.x @ (np.eye(3) + np.array([[0.05, 0.01, 0], [0, -0.02, 0.02], [0, 0, 0.03]]))
+    x += np.random.default_rng(seed).uniform(-2e-4, 2e-4, x.shape)
+    x[0] -= 0.004
+    return x
+
+
+def state_deck(x, kv_lines, newton="on"):
+    columns, strain = ("fx fy fz c_pe c_stress[1] f_volume", STRAIN) if kv_lines else ("fx fy fz c_pe c_stress[1]", "")
+    text = head(newton) + pair(ROW, "none") + kv_lines + QUIET + "run 0\n" + place(x)
+    text += "compute pe all pe/atom\ncompute stress all stress/atom NULL\n" + show(columns)
+    return text + thermo(f"pe pxx pyy pxy vol {strain}") + "run 0\n"
+
+
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (1, "off"), (2, "on"), (4, "off")])
+@pytest.mark.parametrize("case", ["one", "types", "group"])
+def test_a_body_against_the_second_writing(lmp, tmp_path, ranks, newton, case):
+    """What the fix adds to a run without it: forces, energy, virial, per atom too. kv of an atom's own type; none outside the group."""
+    body = lattice_body((5, 4, 4))
+    write_body(tmp_path / "body.data", body)
+    x = stretched(body)
+    kv = {"one": np.full(len(x), KV), "types": np.where(body.types == 1, 300.0, 2000.0),
+          "group": np.where(body.types == 1, KV, 0.0)}[case]
+    lines = {"one": fix(), "types": fix("300 2000"), "group": "group some type 1\n" + fix(group="some")}[case]
+    expected = truth(x, body, kv)
+    lost = len(body.bonds) - np.count_nonzero(truth(x, body, KV).pair_force)
+    assert 0 < lost < 0.1 * len(body.bonds), "control: some bonds are beyond dlim"
+
+    def state(text):
+        run = lmp(state_deck(x, text, newton), ranks).ok()
+        return run.dump("all.dump")[-1], run.thermo()
+
+    (before, plain), (after, table) = state(""), state(lines)
+    scale = np.zeros(len(x))
+    i, j = np.array(list(body.bonds)).T - 1
+    for atoms in (i, j):
+        np.add.at(scale, atoms, np.abs(expected.pair_force))
+    own = np.linalg.norm(vectors(before, "f"), axis=1)
+    added = vectors(after, "f") - vectors(before, "f")
+    assert np.all(np.linalg.norm(added - expected.force, axis=1) <= BY_HAND * (scale + own))
+    assert np.abs(vectors(after, "f").sum(axis=0)).max() <= BY_HAND * scale.sum(), "momentum"
+    assert np.abs(after["f_volume"] - expected.theta).max() <= BY_HAND
+    # the energy of the network is that of dlim, thousands of times the strain energy
+    assert after["c_pe"] - before["c_pe"] == pytest.approx(expected.energy, abs=BY_HAND * np.abs(before["c_pe"]).max())
+    assert table["f_volume"][0] == pytest.approx(expected.energy.sum(), rel=BY_HAND)
+    assert table["PotEng"][0] - plain["PotEng"][0] == pytest.approx(expected.energy.sum(), rel=1e-9)
+    counted = expected.theta[kv > 0.0]
+    assert [table[f"f_volume[{k}]"][0] for k in (1, 2, 3)] == pytest.approx([counted.mean(), counted.min(), counted.max()], abs=BY_HAND)
+    for name, (a, b) in {"Pxx": (0, 0), "Pyy": (1, 1), "Pxy": (0, 1)}.items():
+        got = (table[name] - plain[name])[0] * table["Volume"][0]
+        assert got == pytest.approx(expected.virial[a, b], abs=1e-10 * np.abs(expected.virial).max()), name
+    assert -(after["c_stress[1]"] - before["c_stress[1]"]).sum() == pytest.approx(expected.virial[0, 0], rel=1e-9)
+
+
+@pytest.mark.parametrize("row, tolerance", [(NO_FORCE, 1e-8), (ROW, 1e-8)], ids=["volume alone", "with the network"])
+def test_forces_are_the_slope_of_the_energy(lmp, tmp_path, row, tolerance):
+    """Central differences of fourth order of the energy that thermo prints, network included."""
+    body = lattice_body((2, 2, 2))
+    write_body(tmp_path / "body.data", body)
+    x = body.x @ (np.eye(3) + np.array([[0.02, 0.005, 0], [0, -0.01, 0.01], [0, 0, 0.015]]))
+    step, weights = 4e-6, {-2: 1.0, -1: -8.0, 1: 8.0, 2: -1.0}
+    text = head() + pair(row, "none") + fix() + QUIET + "run 0\n" + place(x) + show("fx fy fz") + thermo("pe")
+    text += "run 0\nundump all\n"
+    atoms = (1, 4, 8)
+    for atom, axis in itertools.product(atoms, range(3)):
+        for shift in weights:
+            at = x[atom - 1, axis] + shift * step
+            text += f"set atom {atom} {'xyz'[axis]} {at:.17g}\nrun 0\n"
+        text += f"set atom {atom} {'xyz'[axis]} {x[atom - 1, axis]:.17g}\n"
+    run = lmp(text).ok()
+    force = vectors(run.dump("all.dump")[-1], "f")
+    energies = np.array([run.thermo(2 + k)["PotEng"][0] for k in range(4 * 3 * len(atoms))]).reshape(len(atoms), 3, 4)
+    slopes = energies @ np.array(list(weights.values())) / (12.0 * step)
+    expected = force[np.array(atoms) - 1]
+    assert np.abs(-slopes - expected).max() <= tolerance * np.abs(expected).max()
+
+
+def test_a_rotated_body_has_the_same_energy(lmp, tmp_path):
+    body = lattice_body((4, 3, 3))
+    write_body(tmp_path / "body.data", body._replace(box=np.array([[-0.1, 0.1]] * 3)))
+    middle = body.x.mean(axis=0)
+    x = stretched(body) - middle
+    angle, axis = 1.1, np.array([1.0, 2.0, -0.5]) / np.linalg.norm([1.0, 2.0, -0.5])
+    cross = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
+    turn = np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
+    states = []
+    for places in (x, x @ turn.T + [0.01, -0.02, 0.005]):
+        run = lmp(state_deck(places, fix())).ok()
+        states.append((run.thermo()["f_volume"][0], vectors(run.dump("all.dump")[-1], "f")))
+    (energy, force), (turned_energy, turned_force) = states
+    assert turned_energy == pytest.approx(energy, rel=1e-11)
+    assert np.abs(turned_force - force @ turn.T).max() <= 1e-11 * np.abs(force).max()
+
+
+def test_a_rigid_body_and_a_body_at_rest_feel_nothing(lmp, tmp_path):
+    body = lattice_body((3, 3, 3))
+    write_body(tmp_path / "body.data", body)
+    table = lmp(head() + pair() + fix() + QUIET + thermo(STRAIN) + "run 0\n").ok().thermo()
+    assert abs(table["f_volume[2]"][0]) < 1e-14 and abs(table["f_volume[3]"][0]) < 1e-14
+    assert table["f_volume"][0] < 1e-24
+
+
+# ---- ranks, newton, restart, data and bond file
+
+ROUTES = ("straight", "restart", "data")
+HALF, STEPS = 50, 100
+LAST = f"run {STEPS - HALF}\n"
+MOVED = MOVE.replace("pe ke", f"pe ke {STRAIN}")
+
+
+@pytest.fixture(scope="module")
+def bar():
+    return lattice_body()
+
+
+@pytest.mark.parametrize("ranks", [1, 2, 4, 8])
+def test_matrix(lmp, tmp_path, bar, ranks):
+    """newton, decomposition and the way that the state came; the bonds of partners that are far away by then are in W too."""
+    write_body(tmp_path / "body.data", bar)
+    kv = fix("2000 300")
+    whole = lmp(head() + pair() + kv + STIR + MOVED + f"run {HALF}\nwrite_restart half.restart\nwrite_data half.data\n"
+                "write_evp_bonds half.bonds\n" + dump("whole.dump") + LAST, ranks=3 - ranks if ranks < 3 else 2).ok()
+    curve, end = whole.thermo(-1), whole.dump("whole.dump")[-1]
+    assert_eventful(curve)
+    assert curve["f_volume"][-1] > 0.05 * curve["f_volume"][0] > 0.0
+    ways = list(itertools.product(("on", "off"), ("brick", "tiled"), ROUTES))
+    decks = []
+    for number, (newton, comm, route) in enumerate(ways):
+        split = "comm_style tiled\nbalance 1.0 rcb\n" if comm == "tiled" else ""
+        rest = split + MOVED + dump(f"{number}.dump") + LAST
+        if route == "straight":
+            decks.append(head(newton) + pair() + kv + STIR + split + MOVED + f"run {HALF}\n" + dump(f"{number}.dump") + LAST)
+        elif route == "restart":
+            decks.append(head(newton, start="read_restart half.restart") + "fix bonds all evp/bonds\n" + kv + rest)
+        else:
+            start = f"read_data half.data nocoeff\nreset_timestep {HALF}"
+            decks.append(head(newton, start=start) + pair(fix="fix bonds all evp/bonds file half.bonds") + kv + rest)
+    run = lmp("clear\n".join(decks), ranks=ranks, seconds=100).ok()
+    tables = [table for table in map(run.thermo, range(run.stdout.count("Loop time"))) if table["Step"][-1] == STEPS]
+    assert len(tables) == len(ways)
+    for number, (choice, table) in enumerate(zip(ways, tables)):
+        last = run.dump(f"{number}.dump")[-1]
+        for name in ("x", "vx", "fy"):
+            assert np.abs(last[name] - end[name]).max() <= ANOTHER_ORDER * np.abs(end[name]).max(), (choice, name)
+        assert_same_curve(table, curve)
+
+
+@pytest.mark.parametrize("order", ["before evp/bonds", "after the first run", "unfixed and defined again"])
+def test_whenever_it_is_defined(lmp, tmp_path, order):
+    """W is a sum over the bonds at the recording, not over those that are near now."""
+    body = lattice_body((4, 3, 3))
+    write_body(tmp_path / "body.data", body)
+    x = stretched(body)
+    bonds, move = "fix bonds all evp/bonds\n", place(x)
+    lines = {"before evp/bonds": fix() + bonds + QUIET + "run 0\n" + move,
+             "after the first run": bonds + QUIET + "run 0\n" + move + "run 0\n" + fix(),
+             "unfixed and defined again": bonds + fix() + QUIET + "run 0\n" + move + "run 0\nunfix volume\nrun 0\n" + fix()}[order]
+    run = lmp(head() + pair(fix="") + lines + thermo(STRAIN) + show("f_volume") + "run 0\n", ranks=2).ok()
+    expected = truth(x, body, KV)
+    assert np.abs(run.dump("all.dump")[-1]["f_volume"] - expected.theta).max() <= BY_HAND
+
+
+def test_bonds_recorded_anew_have_new_sums(lmp, tmp_path):
+    body = lattice_body((4, 3, 3))
+    write_body(tmp_path / "body.data", body)
+    text = head() + pair() + fix() + QUIET + "run 0\nunfix bonds\nfix bonds all evp/bonds zone 1.2\n" + thermo(f"f_bonds {STRAIN}")
+    x = body.x * 1.002
+    run = lmp(text + "run 0\n" + place(x) + show("f_volume") + "run 0\n", ranks=2).ok()
+    fewer = body._replace(bonds=brute.record_bonds(body.x, body.radius, 1.2))
+    assert run.thermo()["f_bonds"][0] == len(fewer.bonds) < len(body.bonds)
+    assert np.abs(run.dump("all.dump")[-1]["f_volume"] - truth(x, fewer, KV).theta).max() <= BY_HAND
+
+
+def test_deleted_partners_stay_in_the_sums(lmp, tmp_path):
+    """Also after a restart, where nobody knows their radii any more; defined only then, the fix stops."""
+    body = lattice_body((4, 3, 3))
+    write_body(tmp_path / "body.data", body)
+    x = body.x * 1.002
+    gone = {pair for pair in body.bonds if 1 in pair or 20 in pair}
+    cut = "group gone id 1 20\ndelete_atoms group gone compress no\n"
+    first = head() + pair() + fix() + QUIET + "run 0\n" + place(x) + "run 0\n" + cut + "run 0\nwrite_restart cut.restart\n"
+    lmp(first).ok()
+    again = head(start="read_restart cut.restart") + "fix bonds all evp/bonds\n"
+    run = lmp(again + fix() + QUIET + show("f_volume") + "run 0\n", ranks=2).ok()
+    kept = np.delete(truth(x, body, KV, lost=gone).theta, [0, 19])
+    assert np.abs(run.dump("all.dump")[-1]["f_volume"] - kept).max() <= BY_HAND
+    late = lmp(again + "run 0\n" + fix() + QUIET + "run 0\n", ranks=2)
+    refused(late, "Fix volume evp/volume: atom", "has a bond with atom", "which is gone", "define the fix before atoms are deleted")
+
+
+def test_new_atoms_and_new_contacts_have_no_volume(lmp, tmp_path):
+    body = lattice_body((3, 3, 3))
+    write_body(tmp_path / "body.data", body)
+    text = head() + pair() + fix() + QUIET + "run 0\ncreate_atoms 1 single 0.035 0.015 0.015\nset atom 28 diameter 0.01 density 2700\n"
+    snapshot = lmp(text + show("f_volume fx") + "run 0\n").ok().dump("all.dump")[-1]
+    assert snapshot["f_volume"][-1] == 0.0 and snapshot["fx"][-1] != 0.0
+    assert np.abs(snapshot["f_volume"]).max() < 1e-14
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_minimization_ends_where_the_forces_vanish(lmp, tmp_path, ranks):
+    """The line search sees the energy of the fix; without it, it would stop far from rest."""
+    body = lattice_body((4, 3, 3))
+    write_body(tmp_path / "body.data", body)
+    text = head() + pair(contact="none") + fix() + "run 0\n" + place(body.x * [1.001, 1.0, 1.0])
+    text += "min_style cg\nmin_modify line quadratic dmax 1e-4\n" + thermo("pe fnorm f_volume") + "minimize 0 1e-4 5000 20000\n"
+    table = lmp(text, ranks).ok().thermo()
+    assert table["Fnorm"][0] > 1e3 and table["Fnorm"][-1] < 1e-3
+    assert table["f_volume"][-1] < 1e-8 * table["f_volume"][0]
+
+
+def test_energy_is_conserved(lmp, tmp_path):
+    body = lattice_body((4, 3, 3))
+    write_body(tmp_path / "body.data", body)
+    text = head(boundary="s s s") + pair(contact="none") + fix(3000) + "fix move all nve\ncompute dt all evp/dt\nrun 0\n"
+    text = text.replace("run 0\n", thermo("c_dt") + "run 0\ntimestep $(0.1*c_dt:%.17g)\nuncompute dt\n")
+    text += "variable vx atom 2*sin(1.1*id)\nvariable vy atom 2*cos(2.3*id)\nvelocity all set v_vx v_vy 0\nthermo 10\n"
+    table = lmp(text + thermo("ke pe etotal f_volume") + "thermo 10\nrun 1000\n").ok().thermo()
+    drift = np.abs(table["TotEng"] - table["TotEng"][0]).max()
+    assert table["f_volume"].max() > 0.02 * table["KinEng"][0], "control"
+    assert drift < 5e-3 * table["KinEng"][0]
+
+
+def test_beside_another_style_in_hybrid(lmp, tmp_path):
+    """Atoms of type 2 interact by another style only: no bonds, no volume."""
+    body = lattice_body((4, 3, 3))
+    write_body(tmp_path / "body.data", body)
+    i, j = np.array(list(body.bonds)).T - 1
+    ones = body.types == 1
+    fewer = body._replace(bonds={pair: d for pair, d in body.bonds.items() if ones[pair[0] - 1] and ones[pair[1] - 1]})
+    style = f"pair_style hybrid evp/lj contact none zero 0.01\npair_coeff 1 1 evp/lj {words(ROW)}\npair_coeff * 2 zero\n"
+    x = body.x * 1.002
+    text = head() + style + "fix bonds all evp/bonds\n" + fix() + QUIET + "run 0\n" + place(x) + show("f_volume") + "run 0\n"
+    theta = lmp(text, ranks=2).ok().dump("all.dump")[-1]["f_volume"]
+    assert len(fewer.bonds) > 10 and np.all(theta[~ones] == 0.0)
+    assert np.abs(theta - truth(x, fewer, KV).theta).max() <= BY_HAND
+
+
+def test_rerun_gives_the_same_strains(lmp, tmp_path):
+    body = lattice_body((4, 3, 3))
+    write_body(tmp_path / "body.data", body)
+    start = head() + pair() + fix() + STIR + MOVED.replace("thermo 10", "thermo 50")
+    once = lmp(start + dump("all.dump") + "run 100\n").ok().thermo()
+    again = lmp(start.replace("fix move all nve\n", "") + "run 0\nrerun all.dump dump x y z vx vy vz\n").ok().thermo()
+    assert again["f_volume[1]"] == pytest.approx(once["f_volume[1]"], rel=1e-9)
+    assert again["f_volume"] == pytest.approx(once["f_volume"], rel=1e-9)
+
+
+# ---- moduli
+
+
+def packing(lmp, folder, count=300, fraction=0.62):
+    """A dense random packing in a periodic cube, as packed.data; its side."""
+    rng = np.random.default_rng(1)
+    radius = rng.uniform(0.0045, 0.0055, count)
+    side = (4.0 / 3.0 * np.pi * np.sum(radius**3) / fraction) ** (1.0 / 3.0)
+    write_data(folder / "random.data", rng.uniform(0.0, side, (count, 3)), radius, [[0.0, side]] * 3)
+    text = head(boundary="p p p", start="read_data random.data", skin=0.002) + "pair_style soft 0.01\npair_coeff * * 1000\n"
+    text += "min_modify dmax 1e-3 line quadratic\nminimize 0 1e-6 2000 20000\npair_style none\n" + pair(contact="repulsive", fix="")
+    lmp(text + "min_modify dmax 1e-4\nminimize 0 1e-3 5000 50000\nwrite_data packed.data nocoeff\n").ok()
+    return side
+
+
+def modulus(lmp, change, stress, strain, kv):
+    """Slope of a stress over strains of either sign, relaxed."""
+    values = []
+    for sign in (-1, 1):
+        text = head(boundary="p p p", start="read_data packed.data", skin=0.001) + "change_box all triclinic\n" + pair(contact="none")
+        text += fix(kv) if kv else ""
+        text += "run 0\nchange_box all " + change(sign * strain) + " remap units box\n" + thermo("press pxy fnorm")
+        table = lmp(text + "min_modify line quadratic dmax 1e-5\nminimize 0 1e-6 3000 30000\n").ok().thermo()
+        assert table["Fnorm"][-1] < 1e-6 * table["Fnorm"][0]
+        values.append(table[stress][-1])
+    return (values[0] - values[1]) / (2.0 * strain)
+
+
+def test_moduli_of_a_periodic_body(lmp, tmp_path):
+    """K = E0/1.5 + kv N/V and G = 0.4 E0, with E0 that of the network alone; nu follows."""
+    count = 300
+    side = packing(lmp, tmp_path, count)
+
+    def bulk(kv):
+        return modulus(lmp, lambda e: " ".join(f"{axis} scale {1.0 + e:.17g}" for axis in "xyz"), "Press", 1e-5, kv) / 3.0
+
+    def shear(kv):
+        return modulus(lmp, lambda e: f"xy delta {e * side:.17g}", "Pxy", 1e-5, kv)
+
+    k0, g0 = bulk(0), shear(0)
+    young = 9.0 * k0 * g0 / (3.0 * k0 + g0)
+    for kv in (300.0, 1000.0):
+        expected = volume.moduli(young, kv, count / side**3)
+        k, g = bulk(kv), shear(kv)
+        assert k == pytest.approx(expected.bulk, rel=0.02)
+        assert g == pytest.approx(expected.shear, rel=0.02)
+        assert g == pytest.approx(g0, rel=0.01)
+        assert (3.0 * k - 2.0 * g) / (2.0 * (3.0 * k + g)) == pytest.approx(expected.poisson, abs=0.005)
+
+
+# ---- the reference specimen, by an independent prototype: origin in tests/data/reference_500/ORIGIN.md
+
+PROTOTYPE = {  # kv [J]: E [GPa], nu, stress [MPa] at 0.002, 0.005 and 0.01, volume strain of the middle at 0.01
+    300: (21.524, 0.30294, (43.207, 106.19, 162.22), 0.0036835),
+    1000: (23.08, 0.35436, (46.296, 114.13, 178.3), 0.0028579),
+    3000: (25.715, 0.42357, (51.539, 127.29, 201.78), 0.0016132),
+}
+
+
+def pulled(lmp, folder, kv, strain, reference):
+    """Curve of in.quasistatic with the fix, axial and lateral strain of the middle at its end."""
+    deck = (DECKS / "in.quasistatic").read_text(encoding="utf-8")
+    line = next(line for line in deck.splitlines() if line.startswith("fix") and "evp/bonds" in line)
+    variables = {"specimen": REFERENCE, "contact": "none", "strain": strain, "out": "pulled"}
+    lmp(deck.replace(line, f"{line}\nfix volume all evp/volume {kv}", 1), 1, variables).ok()
+    x = vectors(read_dump(folder / "pulled_state.dump")[-1], "")
+    length = np.ptp(reference.x[:, 0])
+    middle = np.abs(reference.x[:, 0] - 0.025) <= 0.2 * length
+    gradient = [np.polyfit(reference.x[middle, axis], (x - reference.x)[middle, axis], 1)[0] for axis in range(3)]
+    return read_csv(folder / "pulled.csv"), gradient[0], 0.5 * (gradient[1] + gradient[2])
+
+
+@pytest.mark.parametrize("kv", PROTOTYPE)
+def test_the_reference_specimen(lmp, tmp_path, reference, kv):
+    young, nu, stresses, swelling = PROTOTYPE[kv]
+    curve, axial, lateral = pulled(lmp, tmp_path, kv, 0.003, reference)
+    assert slope(curve["strain"], curve["stress_virial"]) == pytest.approx(1e9 * young, rel=0.01)
+    assert -lateral / axial == pytest.approx(nu, abs=0.005)
+    curve, axial, lateral = pulled(lmp, tmp_path, kv, 0.01, reference)
+    found = np.interp([0.002, 0.005, 0.01], curve["strain"], curve["stress_virial"])
+    assert found == pytest.approx(1e6 * np.array(stresses), rel=0.01)
+    assert axial + 2.0 * lateral == pytest.approx(swelling, rel=0.03)
+
+
+# ---- hostile
+
+F = "fix bonds all evp/bonds\nfix volume all evp/volume "
+CASES = [
+    (dict(fix=F), "Fix volume evp/volume: expected one KV, or one for each of the 1 atom types, got 0"),
+    (dict(fix=F + "1 2"), "expected one KV, or one for each of the 1 atom types, got 2"),
+    (dict(fix=F + "-1"), "KV must lie between 0 and 1e100 (an energy per atom), got -1"),
+    (dict(fix=F + "nan"), "KV must be a finite decimal number, got 'nan'"),
+    (dict(fix=F + "inf"), "KV must be a finite decimal number, got 'inf'"),
+    (dict(fix=F + "1e200"), "KV must lie between 0 and 1e100"),
+    (dict(fix=F + "ten"), "KV must be a finite decimal number, got 'ten'"),
+    (dict(fix=F + "1e3x"), "KV must be a finite decimal number, got '1e3x'"),
+    (dict(fix=F + '""'), "KV must be a finite decimal number, got ''"),
+    (dict(fix=F + "v_kv"), "KV must be a finite decimal number, got 'v_kv'"),
+    (dict(fix=F + "10\nfix more all evp/volume 20"), "Fix more evp/volume: fix volume is one already"),
+    (dict(fix="fix bonds nobody evp/volume 10"), "Could not find fix group ID nobody"),
+    (dict(fix="fix bonds all evp/volume 10", thermo=""), "Fix bonds evp/volume needs fix evp/bonds"),
+    (dict(fix=F + "10\nunfix bonds", thermo=""), "Fix volume evp/volume needs fix evp/bonds"),
+    (dict(units="units si\nfix volume all evp/volume 10"), "before simulation box is defined"),
+    (dict(style="pair_style zero 0.015", coeff="pair_coeff * *", fix="fix volume all evp/volume 10", thermo=""),
+     "Fix volume evp/volume needs pair style evp/lj, found 'zero'"),
+    (dict(fix="fix volume all evp/volume 10\nfix bonds all evp/bonds", then="run_style respa 2 2 pair 1"), "Fix volume evp/volume does not work with run_style respa"),
+    (dict(fix=F + "10", thermo="thermo_style custom step f_volume[4]"), "out-of-range"),
+    (dict(fix=F + "10", then="dump s all custom 1 s.dump id f_volume[1]"), "f"),
+]
+
+
+@pytest.mark.parametrize("parts, says", CASES, ids=range(len(CASES)))
+def test_hostile(lmp, parts, says):
+    refused(lmp(scene(**parts), seconds=SECONDS), says)
+
+
+def test_a_damaged_restart_file_is_refused(lmp, tmp_path):
+    text = scene(fix=F + "10", after="write_restart whole.restart")
+    lmp(text).ok()
+    data = (tmp_path / "whole.restart").read_bytes()
+    words = np.frombuffer(data[: len(data) // 8 * 8], dtype=np.float64)
+    places = [k for k in range(0, len(data) - 32) if np.frombuffer(data[k:k + 8], dtype=np.float64)[0] == 4.0]
+    assert len(words) and places
+    at = places[-1] + 8  # the weight of the last atom
+    (tmp_path / "damaged.restart").write_bytes(data[:at] + bytes([data[at] ^ 1]) + data[at + 1:])
+    again = "read_restart {}\nneighbor 0.001 bin\nfix bonds all evp/bonds\nfix volume all evp/volume 10\nfix move all nve\nrun 0\n"
+    lmp(again.format("whole.restart")).ok()
+    refused(lmp(again.format("damaged.restart")), "Fix volume evp/volume: the sums of atom", "in the restart file are damaged")
