@@ -105,6 +105,14 @@ def test_lost_pair_leaves_the_sum_but_not_the_weight():
     assert theta == pytest.approx([3 * strain, 1.5 * strain, 0.0], rel=1e-12)
 
 
+def test_weights_by_hand():
+    """Bonds of 1 and 1.2 with dlim 1.5 and 1.6, the first stretched by s: the atom between sees 3 s w1/(w1 + w2)."""
+    s, w1, w2 = 0.01, 1 - 1 / 2.25, 1 - 1.44 / 2.56
+    x = np.array([[-(1 + s), 0, 0], [0, 0, 0], [1.2, 0, 0]])
+    pairs = np.array([0, 1]), np.array([1, 2]), np.array([1.0, 1.2]), np.array([1.5, 1.6])
+    assert volume.evaluate(x, *pairs, 1.0).theta == pytest.approx([3 * s, 3 * s * w1 / (w1 + w2), 0.0], rel=1e-12)
+
+
 def test_closed_form_of_the_moduli():
     """Without kv nu is 1/4 and E that of the network; more kv leaves G and tends to nu = 1/2."""
     alone = volume.moduli(21e9, 0.0, 8e6)
