@@ -11,18 +11,6 @@ namespace EVP {
 
 namespace {
 
-  /// 1/d, s = 1/e and 1/(1 + p) from one division.
-  struct Reciprocals {
-    double inv_d, s, s_flow;
-    EVP_INLINE Reciprocals(double d, double e, double flow)
-    {
-      const double w = 1.0 / (e * flow * d);
-      s = w * (flow * d);
-      s_flow = w * (e * d);
-      inv_d = w * (e * flow);
-    }
-  };
-
   /// Pairs whose flow stays, of laws that share the powers P.
   template <class P, bool Many, bool Damping, bool Energy>
   EVP_INLINE void evaluate_flow(const BlockLaw &law, Block &block)
@@ -31,9 +19,9 @@ namespace {
     const double *const inv_deq = block.inv_deq;
     const double *const cutsq = block.cutsq;
     const int *const kind = block.kind;
-    const double *const offset = block.offset;
-    double *const next_offset = block.next_offset;
+    const FlowArrays flow = block.flow;
     const int n = block.n;
+    const double incremental = block.incremental, of_bond = block.margin_removed[1];
     const Law::Constants only = law.constants[0];
     const Law::Constants *own[Many ? Block::SIZE : 1];
     if constexpr (Many)
@@ -44,26 +32,47 @@ namespace {
       const Law::Constants &c = Many ? *own[k] : only;
       const double x = block.xy[2 * k], y = block.xy[2 * k + 1], z = block.z[k];
       const double dsq = x * x + y * y + z * z;
-      const bool is_bond = kind[k] & 1, is_beyond = dsq > cutsq[k];
-      const double d = std::sqrt(is_beyond ? cutsq[k] : dsq);    // so far a bond flows
-      const double p = offset[k];
-      const double flowed = c.flowed(d * inv_deq[k], p);
-      const double e = d * inv_deq[k] - flowed;
-      const Reciprocals one_over(d, e, 1.0 + flowed);
-      const PowerPair q = powers(one_over.s), q_flow = powers(one_over.s_flow);
+      const double d = std::sqrt(dsq > cutsq[k] ? cutsq[k] : dsq);    // so far a bond flows
+      const double before = 1.0 + flow.offset[k], cap = flow.cap[k];
+      const double r = d * inv_deq[k];
+      const double flowed = c.flowed(r, flow.offset[k]), after = 1.0 + flowed;
+      const double e = r - flowed;
 
-      const bool repels_only = !is_bond && only_repels(cutsq[k], inv_deq[k]);
-      double f = c.force(one_over.s, q, one_over.s_flow, q_flow);
-      f = repels_only && f < 0.0 ? 0.0 : f;
-      f *= inv_deq[k] * one_over.inv_d;
-      if constexpr (Damping) f -= c.gamma * block.approach[k] * (one_over.inv_d * one_over.inv_d);
-      block.force[k] = is_beyond ? 0.0 : f;
+      // all reciprocals from one division
+      const double ed = e * d, flows = before * after;
+      const double w = 1.0 / (ed * flows);
+      const double of_d = w * ed, s = w * d * flows, inv_d = w * e * flows;
+      const double s_after = of_d * before, s_before = of_d * after;
+      const PowerPair q = powers(s), q_after = powers(s_after);
+      const double f_after = c.flow_force(s_after, q_after);
 
-      const double kept = c.kept(flowed, p, is_bond, repels_only);
-      next_offset[k] = is_beyond && !is_bond ? CONTACT_ENDED : kept;
+      double f = c.first_force(s, q) + f_after;
+      f = cap < 0.0 ? (f < 0.0 ? 0.0 : f) : f;
+      f *= inv_deq[k] * inv_d;
+      if constexpr (Damping) f -= c.gamma * block.approach[k] * (inv_d * inv_d);
+      block.force[k] = dsq > cutsq[k] ? 0.0 : f;
+
+      const double kept = c.kept(flowed, flow.offset[k], cap);
+      const double ended = cap < BOND_CAP ? CONTACT_ENDED : kept;
+      flow.next_offset[k] = dsq > cutsq[k] ? ended : kept;
+
+      // of a contact, whose flow may have been capped, that to flowed: mended below
+      const double dissipated =
+          c.dissipated(flow.offset[k], c.flow_force(s_before, powers(s_before)), flowed, f_after);
+      flow.next_work[k] = flow.work[k] + dissipated;
+
+      if constexpr (Energy) {
+        const double rc = std::sqrt(cutsq[k]) * inv_deq[k] * of_bond;
+        const double at_cut = c.flowed(rc, flowed), s_cut = 1.0 / (rc - at_cut);
+        const double s_flow = 1.0 / (1.0 + at_cut);
+        const double stored = c.energy(e, q, s_after, q_after) -
+            c.energy(rc - at_cut, powers(s_cut), s_flow, powers(s_flow));
+        block.energy[k] = (dsq > cutsq[k] ? 0.0 : stored) + incremental * dissipated;
+      }
     }
-    if constexpr (Energy)
-      for (int k = 0; k < n; k++) block.energy[k] = law.flow_energy(block, k);
+    if (block.all_bonds) return;
+    for (int k = 0; k < n; k++)
+      if (!(kind[k] & 1)) law.mend_contact<Energy>(block, k);
   }
 
   /// All pairs of a block whose laws share the powers P.
@@ -112,22 +121,23 @@ namespace {
   /// Pairs whose flow stays, of any laws, one by one.
   template <bool Damping, bool Energy> void evaluate_any_flow(const BlockLaw &law, Block &block)
   {
+    const FlowArrays &flow = block.flow;
     for (int k = 0; k < block.n; k++) {
-      const double dsq = block.distance_squared(k), p = block.offset[k];
-      const bool is_bond = block.kind[k] & 1;
-      const bool is_beyond = dsq > block.cutsq[k];
+      const bool is_bond = block.kind[k] & 1,
+                 is_beyond = block.distance_squared(k) > block.cutsq[k];
       const Law &own = law.laws[block.kind[k] >> 1];
-      const double d = std::sqrt(is_beyond ? block.cutsq[k] : dsq), inv_deq = block.inv_deq[k];
-      const bool repels_only = !is_bond && only_repels(block.cutsq[k], inv_deq);
+      const double p = flow.offset[k], inv_deq = block.inv_deq[k];
+      const double d = std::sqrt(std::min(block.distance_squared(k), block.cutsq[k]));
       const double flowed = own.flowed(d * inv_deq, 1.0, p);
-      block.next_offset[k] = is_beyond && !is_bond ? CONTACT_ENDED
-                                                   : own.kept(flowed, p, is_bond, repels_only);
-      block.force[k] = 0.0;
+      const double kept = own.kept(flowed, p, flow.cap[k]);
+      flow.next_offset[k] = is_beyond && !is_bond ? CONTACT_ENDED : kept;
+      flow.next_work[k] = is_beyond && !is_bond ? 0.0 : flow.work[k] + own.dissipated(p, kept);
       if constexpr (Energy) block.energy[k] = law.flow_energy(block, k);
+      block.force[k] = 0.0;
       if (is_beyond) continue;
       const double f = own.flow_force(d * inv_deq, 1.0, flowed);
-      if (!(repels_only && f < 0.0)) block.force[k] = f * inv_deq / d;
-      if constexpr (Damping) block.force[k] -= own.parameters().gamma * block.approach[k] / dsq;
+      if (!(flow.cap[k] < 0.0 && f < 0.0)) block.force[k] = f * inv_deq / d;
+      if constexpr (Damping) block.force[k] -= own.parameters().gamma * block.approach[k] / (d * d);
     }
   }
 
@@ -178,14 +188,26 @@ namespace {
 
 double BlockLaw::flow_energy(const Block &block, int k) const
 {
-  const double dsq = block.distance_squared(k);
-  if (dsq > block.cutsq[k] && !block.incremental) return 0.0;
+  const double d = std::sqrt(block.distance_squared(k)), inv_deq = block.inv_deq[k];
   const int bond = block.kind[k] & 1;
-  const double inv_deq = block.inv_deq[k];
+  if (d * d > block.cutsq[k] && !block.incremental) return 0.0;
   const double rc = std::sqrt(block.cutsq[k]) * inv_deq * block.margin_removed[bond];
-  return laws[block.kind[k] >> 1].flow_energy(
-      std::min(std::sqrt(dsq) * inv_deq, rc), 1.0, block.offset[k], rc, bond,
-      !bond && only_repels(block.cutsq[k], inv_deq), block.incremental);
+  return laws[block.kind[k] >> 1].flow_energy(std::min(d * inv_deq, rc), 1.0, block.flow.offset[k],
+                                              rc, block.flow.cap[k], block.incremental);
+}
+
+// a contact dissipates up to what it keeps only, and has an energy of its own
+template <bool Energy> void BlockLaw::mend_contact(Block &block, int k) const
+{
+  const FlowArrays &flow = block.flow;
+  if constexpr (Energy) block.energy[k] = flow_energy(block, k);
+  if (has_ended(flow.next_offset[k]))
+    flow.next_work[k] = 0.0;
+  else if (flow.next_offset[k] == flow.offset[k])
+    flow.next_work[k] = flow.work[k];
+  else
+    flow.next_work[k] =
+        flow.work[k] + laws[block.kind[k] >> 1].dissipated(flow.offset[k], flow.next_offset[k]);
 }
 
 void BlockLaw::assign(const std::vector<Law> &laws_in, const std::vector<int> &used, bool flows,

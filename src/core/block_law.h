@@ -5,6 +5,7 @@
 
 #include "core/law.h"
 #include "core/levels.h"
+#include "core/pair_list.h"
 
 #include <vector>
 
@@ -20,9 +21,9 @@ struct Block {
   const double *margin_removed;    ///< see PackedPairs
   const int *kind;                 ///< 2 law + is_bond
 
-  // with flow that stays, see PackedPairs
-  const double *offset;
-  double *next_offset;
+  // with flow that stays
+  FlowArrays flow;
+  bool all_bonds;      ///< no pair is a contact
   bool incremental;    ///< energies hold what flow from `offset` dissipates
 
   alignas(64) double xy[2 * SIZE];      ///< relative position: x and y side by side [length]
@@ -40,12 +41,6 @@ struct Block {
     return Component < 2 ? xy[2 * k + Component] : z[k];
   }
 };
-
-/// Does a pair that is no bond end where it is at rest, so that it only repels?
-EVP_INLINE bool only_repels(double cutsq, double inv_deq)
-{
-  return cutsq * (inv_deq * inv_deq) < 1.0 + 1e-6;    // literal ones end at alpha > 1
-}
 
 /// The laws of all pairs of a list, and the fastest way through a block of these pairs on the machine
 /// that runs. The numbers are the same on every instruction set: no step of a sum is fused or moved.
@@ -65,6 +60,7 @@ class BlockLaw {
 
   /// Energy of pair k of a block whose flow stays, 0 beyond its cut.
   double flow_energy(const Block &block, int k) const;
+  template <bool Energy> void mend_contact(Block &block, int k) const;
 
   const Law *laws = nullptr;
   std::vector<Law::Constants> constants;    ///< of each law, or one entry if all are alike

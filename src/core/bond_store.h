@@ -29,6 +29,12 @@ struct HistoryOfPair {
   PairHistory history;
 };
 
+/// A bond of the packed list that broke, with the work of its flow [energy].
+struct BrokenBond {
+  int i, j;
+  double work;
+};
+
 /// A pair that is no bond, but has flowed: as one of its atoms keeps it.
 struct FlowedContact {
   int64_t partner;
@@ -142,17 +148,14 @@ class BondStore {
     for (auto &own : flowed_contacts) own.clear();
   }
 
-  /// Takes the history of a pair of atom i: of a record, or of a contact that has flowed. What is left
-  /// of a broken bond may flow as a contact.
+  /// Takes the history of a pair of atom i: of a record, or of a contact that has flowed, as what is
+  /// left of a broken bond may, too.
   void take(const HistoryOfPair &pair)
   {
     const auto &[i, is_record, partner, history] = pair;
     const int slot = is_record ? slot_of(i, partner) : -1;
-    const bool is_broken = history.broken != 0.0;
-    if (slot >= 0) histories[i][slot] = is_broken ? PairHistory{0.0, history.work, 1.0} : history;
-    if (is_record ? is_broken && history.offset != 0.0
-                  : history.offset != 0.0 || history.work != 0.0)
-      flowed_contacts[i].push_back({partner, history.offset, history.work});
+    if (slot >= 0) histories[i][slot] = history;
+    if (!is_record) flowed_contacts[i].push_back({partner, history.offset, history.work});
   }
 
   /// Slot of the bond with a partner, -1 if there is none.

@@ -114,6 +114,9 @@ class Coefficients {
   }
   const BlockLaw &block_law() const { return block; }
 
+  /// Indices of the laws that pairs can have, since choose_block_law().
+  const std::vector<int> &laws_in_use() const { return used; }
+
   double memory_usage() const { return bytes_of(values, laws, used, block.constants); }
 
  private:

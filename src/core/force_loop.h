@@ -22,9 +22,9 @@ namespace EVP {
 
 /// Where the force loop puts what it finds of flow and breaking.
 struct HistoryView {
-  double *next_offset = nullptr;         ///< of each pair, see PackedPairs; unused without flow
-  std::vector<int> *beyond = nullptr;    ///< if given: bonds beyond their cut are appended
-  bool incremental = false;              ///< see Block
+  FlowArrays flow = {};                           ///< of the list; unused without flow
+  std::vector<int> *beyond = nullptr;             ///< if given: bonds beyond their cut are appended
+  bool all_bonds = false, incremental = false;    ///< see Block
 };
 
 /// Particle data of one MPI rank, as [n][3] arrays. v is read with damping only, f is added to.
@@ -83,8 +83,12 @@ void gather(const PairList &list, const ParticleView &view, const PairRange &ran
   block.cutsq = list.pairs.cutsq.data() + range.first;
   block.margin_removed = list.pairs.margin_removed;
   block.kind = list.pairs.kind.data() + range.first;
-  block.offset = list.pairs.offset.data() + range.first;
-  block.next_offset = view.histories.next_offset + range.first;
+  const FlowArrays &flow = view.histories.flow;
+  const auto first = range.first;
+  if (flow.offset)
+    block.flow = {flow.offset + first, flow.work + first, flow.cap + first,
+                  flow.next_offset + first, flow.next_work + first};
+  block.all_bonds = view.histories.all_bonds;
   block.incremental = view.histories.incremental;
   const auto *const x = view.x;
   const auto *const v = Damping ? view.v : view.x;    // read only if needed
@@ -137,10 +141,10 @@ inline void scatter(const PairList &list, const ParticleView &view, const PairRa
 /// Appends the indices of the bonds of a block that are beyond their cut: mostly none is.
 inline void note_beyond(const PairRange &range, const Block &block, std::vector<int> &beyond)
 {
-  bool any = false;
+  int count = 0;
   for (int k = 0; k < block.n; k++)
-    any |= (block.kind[k] & 1) & (block.distance_squared(k) > block.cutsq[k]);
-  for (int k = 0; any && k < block.n; k++)
+    count += (int) (block.distance_squared(k) > block.cutsq[k]) & block.kind[k];
+  for (int k = 0; count && k < block.n; k++)
     if (block.kind[k] & 1 && block.distance_squared(k) > block.cutsq[k])
       beyond.push_back(range.first + k);
 }

@@ -12,6 +12,9 @@
 
 namespace EVP {
 
+/// Most offset/deq that a bond keeps, see Law::cap(): there is no limit.
+constexpr double BOND_CAP = 1e300;
+
 /// The two-regime Lennard-Jones law of Gado, Charles, Iordanoff, Coupard (CSMA 2017): force, energy and
 /// stiffness of one pair type. A value type, built once per row.
 ///
@@ -81,17 +84,20 @@ class Law {
     }
 
     /// What is kept of it, see Law::kept().
-    EVP_INLINE double kept(double flowed, double p, bool is_bond, bool repels_only) const
+    EVP_INLINE double kept(double flowed, double p, double cap) const
     {
-      const double cap = repels_only ? repelled : 0.0;
       const double most = p > cap ? p : cap;
-      return is_bond || flowed < most ? flowed : most;
+      return flowed < most ? flowed : most;
     }
 
-    /// F deq [energy], from s = 1/e and 1/(1 + p) and their powers.
-    EVP_INLINE double force(double s, PowerPair q, double s_flow, PowerPair q_flow) const
+    /// Both parts of F deq [energy], from s = 1/e and 1/(1 + p) and their powers.
+    EVP_INLINE double first_force(double s, PowerPair q) const
     {
-      return first.a * s * (q.sm - q.sn) + second.a * s_flow * (q_flow.sm - q_flow.sn);
+      return first.a * s * (q.sm - q.sn);
+    }
+    EVP_INLINE double flow_force(double s, PowerPair q) const
+    {
+      return second.a * s * (q.sm - q.sn);
     }
 
     /// Stored energy up to a constant [energy].
@@ -107,10 +113,6 @@ class Law {
       const bool is_stretched = p1 > p0;
       const double f = is_stretched ? stretched.force : compressed.force;
       return (is_stretched ? xi_s : -xi_s) * (f_flow1 - f_flow0) - f * (p1 - p0);
-    }
-    EVP_INLINE double flow_force(double s, PowerPair q) const
-    {
-      return second.a * s * (q.sm - q.sn);
     }
   };
 
@@ -198,7 +200,7 @@ class Law {
                      rule::text(row.m1 * row.n1 * row.e1) + ": flow would create energy");
   }
 
-  /// Lowest offset/deq to which flow dissipates: below, the second regime is the stiffer.
+  /// Lowest offset/deq to which flow dissipates: below, the second regime is the stiffer. Slow.
   double lowest_offset() const
   {
     return bisect(-1.0, 0.0, [this](double p) {
@@ -209,11 +211,14 @@ class Law {
   /// Offset/deq at d of a pair that had p before.
   double flowed(double d, double deq, double p) const { return loop.flowed(d / deq, p); }
 
-  /// What a pair keeps of flowed(). A bond keeps all of it. A new contact flows in compression only:
-  /// back to 0 at most, or where it only repels to where its force vanishes.
-  double kept(double flowed, double p, bool is_bond, bool repels_only) const
+  /// What a pair keeps of flowed(), no more than cap, or than p where that is more.
+  double kept(double flowed, double p, double cap) const { return loop.kept(flowed, p, cap); }
+
+  /// A bond keeps all. A new contact flows in compression only: back to 0 at most, or where it only
+  /// repels to where its force vanishes.
+  double cap(bool is_bond, bool repels_only) const
   {
-    return loop.kept(flowed, p, is_bond, repels_only);
+    return is_bond ? BOND_CAP : (repels_only ? loop.repelled : 0.0);
   }
 
   /// 1 or 2: is a pair that had p before in the first regime and has never flowed?
@@ -249,18 +254,18 @@ class Law {
 
   /// Energy of a pair that has p before, at d within its cut, above that at its cut [energy].
   /// incremental: with what flow from p dissipates, which makes it a potential of d.
-  double flow_energy(double d, double deq, double p, double dcut, bool is_bond, bool repels_only,
+  double flow_energy(double d, double deq, double p, double dcut, double cap,
                      bool incremental) const
   {
-    const double now = flowed(d, deq, p), keeps = kept(now, p, is_bond, repels_only);
+    const double now = flowed(d, deq, p), keeps = kept(now, p, cap);
     double energy = incremental ? dissipated(p, keeps) : 0.0;
-    if (repels_only) {
+    if (cap < 0.0) {
       const double slack = slack_strain(keeps);    // no force and no work beyond
       return energy + flow_energy(std::min(d / deq, slack + keeps), 1.0, keeps) -
           flow_energy(1.0, 1.0, 0.0);
     }
     energy += flow_energy(d, deq, now) + dissipated(keeps, now);
-    const double at_cut = flowed(dcut, deq, now), keeps_there = kept(at_cut, now, is_bond, false);
+    const double at_cut = flowed(dcut, deq, now), keeps_there = kept(at_cut, now, cap);
     return energy - flow_energy(dcut, deq, at_cut) - dissipated(keeps_there, at_cut);
   }
 

@@ -61,6 +61,21 @@ inline bool has_ended(double next_offset)
   return next_offset == 0.0 && std::signbit(next_offset);
 }
 
+/// Does a pair that is no bond end where it is at rest, so that it only repels?
+inline bool only_repels(double cutsq, double inv_deq)
+{
+  return cutsq * (inv_deq * inv_deq) < 1.0 + 1e-6;    // literal ones end at alpha > 1
+}
+
+/// What a force evaluation reads and writes of pairs whose flow stays, one entry per pair.
+struct FlowArrays {
+  const double *offset = nullptr;    ///< q/deq in force
+  const double *work = nullptr;      ///< dissipated by flow so far [energy]
+  const double *cap = nullptr;       ///< see Law::cap()
+  double *next_offset = nullptr;     ///< where the pair would move them: taken over by commit()
+  double *next_work = nullptr;
+};
+
 /// One pair of the neighbor list, ready for the time-step loop. Its i is that of its PackedRow.
 struct PackedPair {
   double inv_deq;    ///< 1/deq [1/length]
@@ -95,10 +110,8 @@ class PackedPairs {
   double
       margin_removed[2];    ///< factors that take the margin out of a cut: of new pairs, of bonds
 
-  // with flow that stays; empty without. Plastic work of breaking bonds, too
-  std::vector<double> offset;         ///< q/deq that is in force
-  std::vector<double> next_offset;    ///< where the last force evaluation would move it
-  std::vector<double> work;           ///< dissipated by flow so far [energy]
+  // with flow that stays, empty without: see FlowArrays
+  std::vector<double> offset, next_offset, work, next_work, cap;
 
   PackedPairs() { clear(); }
   size_t size() const { return count; }
@@ -109,7 +122,8 @@ class PackedPairs {
     count = 0;
     flows = flows_in;
     if (!flows)
-      for (auto *values : {&offset, &next_offset, &work}) std::vector<double>().swap(*values);
+      for (auto *values : {&offset, &next_offset, &work, &next_work, &cap})
+        std::vector<double>().swap(*values);
     margins[0] = new_pair_margin;
     for (int k = 0; k < 2; k++) margin_removed[k] = 1.0 / (1.0 + margins[k]);
   }
@@ -118,7 +132,7 @@ class PackedPairs {
   struct Room {
     double *inv_deq, *cutsq;
     int *j, *kind, *slot;
-    double *offset, *work;    // nullptr without
+    double *offset, *work, *cap;    // nullptr without
   };
 
   /// Room for n more pairs; those that are there stay.
@@ -130,14 +144,16 @@ class PackedPairs {
       for (auto *values : {&j, &kind, &slot}) values->resize(larger);
     }
     if (flows && count + n > offset.size())
-      for (auto *values : {&offset, &next_offset, &work}) values->resize(j.size());
+      for (auto *values : {&offset, &next_offset, &work, &next_work, &cap})
+        values->resize(j.size());
     return {inv_deq.data() + count,
             cutsq.data() + count,
             j.data() + count,
             kind.data() + count,
             slot.data() + count,
             flows ? offset.data() + count : nullptr,
-            flows ? work.data() + count : nullptr};
+            flows ? work.data() + count : nullptr,
+            flows ? cap.data() + count : nullptr};
   }
 
   /// Takes n pairs that were written to the room.
@@ -155,14 +171,32 @@ class PackedPairs {
             slot[k] < PackedPair::NO_SLOT ? 1.0 : 0.0};
   }
 
+  /// What the last force evaluation would change comes into force.
+  void commit()
+  {
+    offset.swap(next_offset);
+    work.swap(next_work);
+  }
+
+  /// Those of pair k and the ones that follow it; all nullptr without.
+  FlowArrays flow(size_t k)
+  {
+    if (!flows) return {};
+    return {&offset[k], &work[k], &cap[k], &next_offset[k], &next_work[k]};
+  }
+  bool has_flow() const { return flows; }
+
   /// Pair k is no bond any more: from now on it repels below a sum of radii, or does nothing at 0.
-  void turn_into_contact(size_t k, double sum_radii)
+  /// cap_of_contact: see Law::cap().
+  void turn_into_contact(size_t k, double sum_radii, double cap_of_contact)
   {
     slot[k] = PackedPair::slot_of_broken(slot[k]);
     kind[k] &= ~1;
     cutsq[k] = sum_radii > 0.0 ? reach_squared(sum_radii, false) : 0.0;
     if (sum_radii > 0.0) inv_deq[k] = 1.0 / sum_radii;
-    if (flows) offset[k] = next_offset[k] = 0.0;
+    if (!flows) return;
+    offset[k] = next_offset[k] = work[k] = next_work[k] = 0.0;
+    cap[k] = cap_of_contact;
   }
 
   /// Square of a cut with the margin of new pairs or of bonds.
@@ -183,7 +217,7 @@ class PackedPairs {
 
   double memory_usage() const
   {
-    return bytes_of(inv_deq, cutsq, j, kind, slot, offset, next_offset, work);
+    return bytes_of(inv_deq, cutsq, j, kind, slot, offset, next_offset, work, next_work, cap);
   }
 
  private:

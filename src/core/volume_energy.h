@@ -70,7 +70,10 @@ class VolumeEnergy {
   }
 
   /// Pair k is no bond any more.
-  void drop(int k) { weights[k] = 0.0; }
+  void drop(size_t k)
+  {
+    if (k < weights.size()) weights[k] = 0.0;    // else the list is being packed
+  }
 
   double weight_of(int k) const { return weights[k]; }
 

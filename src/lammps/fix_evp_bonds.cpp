@@ -318,16 +318,15 @@ double FixEVPBonds::compute_vector(int n)
 }
 
 // both atoms of a pair have its record
-double FixEVPBonds::count_broken() const
+double FixEVPBonds::count_broken()
 {
   if (!bonds->has_history()) return 0.0;
-  int64_t records = 0;
+  return_histories();
+  int64_t broken = 0;
   for (int i = 0; i < atom->nlocal; i++)
     for (size_t slot = 0; slot < bonds->of(i).size(); slot++)
-      records += bonds->histories_of(i)[slot].broken != 0.0;
-  const PairNetwork *now = PairNetwork::find(force);
-  return 0.5 * (double) EVP::reduce_all(records, MPI_SUM, world) +
-      (now ? now->broken_since() : 0.0);
+      broken += bonds->histories_of(i)[slot].broken != 0.0;
+  return 0.5 * (double) EVP::reduce_all(broken, MPI_SUM, world);
 }
 
 int FixEVPBonds::unpack(int i, const double *buf)

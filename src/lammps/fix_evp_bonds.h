@@ -88,7 +88,7 @@ class FixEVPBonds : public NodalExchange<Fix> {
   void keep_history();
   void return_histories();
   void check_history() const;
-  double count_broken() const;
+  double count_broken();
   std::vector<EVP::BondStore::Bonds> bonds_in_zone(const class PairNetwork *);
   void check_restored();
   void check_zone(const class PairNetwork *) const;

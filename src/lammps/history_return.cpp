@@ -14,20 +14,23 @@ using EVP::BondStore;
 
 namespace {
 
+/// Calls f(i, j, is_record, history) for the pairs of the list that have one.
 template <class F> void for_each_changed(const EVP::PairList &list, F &&f)
 {
   const EVP::PackedPairs &pairs = list.pairs;
   for (const EVP::PackedRow &row : list.rows)
-    for (int k = row.first; k < row.last; k++) {
-      const EVP::PairHistory h = pairs.history_of(k);
-      if (!(h == EVP::PairHistory{}))
-        f(row.i, pairs.j[k], pairs.slot[k] != EVP::PackedPair::NO_SLOT, h);
+    for (int k = row.first; pairs.has_flow() && k < row.last; k++) {
+      const bool is_bond = pairs.slot[k] >= 0;
+      const EVP::PairHistory h = {pairs.offset[k], pairs.work[k], 0.0};
+      if ((h.offset != 0.0 || h.work != 0.0) && (is_bond || !EVP::has_ended(h.offset)))
+        f(row.i, pairs.j[k], is_bond, h);
     }
 }
 
 }    // namespace
 
-void LAMMPS_NS::return_histories(LAMMPS *lmp, const EVP::PairList &list, BondStore &store,
+void LAMMPS_NS::return_histories(LAMMPS *lmp, const EVP::PairList &list,
+                                 const std::vector<EVP::BrokenBond> &broken, BondStore &store,
                                  EVP::GhostExchange &exchange)
 {
   const Atom *atom = lmp->atom;
@@ -45,7 +48,7 @@ void LAMMPS_NS::return_histories(LAMMPS *lmp, const EVP::PairList &list, BondSto
   store.clear_contacts();
   std::vector<EVP::HistoryOfPair> messages;
   std::vector<int> ranks;
-  for_each_changed(list, [&](int i, int j, bool is_record, const EVP::PairHistory &h) {
+  const auto send = [&](int i, int j, bool is_record, const EVP::PairHistory &h) {
     if (j < nlocal) {
       store.take({i, is_record, tag[j], h});
       store.take({j, is_record, tag[i], h});
@@ -54,7 +57,9 @@ void LAMMPS_NS::return_histories(LAMMPS *lmp, const EVP::PairList &list, BondSto
       ranks.push_back((int) owner[(size_t) 3 * j]);
       messages.push_back({(int) owner[(size_t) 3 * j + 1], is_record, tag[i], h});
     }
-  });
+  };
+  for (const EVP::BrokenBond &bond : broken) send(bond.i, bond.j, true, {0.0, bond.work, 1.0});
+  for_each_changed(list, send);
 
   Irregular irregular(lmp);
   const int n = irregular.create_data((int) messages.size(), ranks.data(), 1);

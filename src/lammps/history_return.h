@@ -13,7 +13,8 @@ namespace LAMMPS_NS {
 /// wherever these are owned, and the contacts that have flowed. Atoms and ghosts must be those that the
 /// list was packed for. Without newton both owners of a pair across MPI ranks, or across a periodic
 /// boundary, hold a copy: that of the atom with the lower ID is taken for both.
-void return_histories(class LAMMPS *, const EVP::PairList &, EVP::BondStore &,
+void return_histories(class LAMMPS *, const EVP::PairList &,
+                      const std::vector<EVP::BrokenBond> &broken, EVP::BondStore &,
                       EVP::GhostExchange &);
 
 }    // namespace LAMMPS_NS

@@ -345,7 +345,7 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
     fforce += EVP::damping_over_distance(law.parameters().gamma, g, atom->v[i], atom->v[j]);
   }
   if (flows)
-    return law.flow_energy(d, deq, history.offset, cut, is_bond, repels_only,
+    return law.flow_energy(d, deq, history.offset, cut, law.cap(is_bond, repels_only),
                            network.is_incremental());
   return law.energy(d, deq, cut);
 }

@@ -132,7 +132,12 @@ EVP_INLINE int PairListBuilder::pack_row(const Input &input, const View &view, i
 void PairListBuilder::fill_history(const Input &input, const View &view, int i, const Room &room,
                                    int n)
 {
-  for (int k = 0; k < n; k++) room.offset[k] = room.work[k] = 0.0;
+  for (int k = 0; k < n; k++) {
+    room.offset[k] = room.work[k] = 0.0;
+    const bool is_bond = room.kind[k] & 1;
+    room.cap[k] = input.coefficients->law(room.kind[k] / 2)
+                      .cap(is_bond, !is_bond && EVP::only_repels(room.cutsq[k], room.inv_deq[k]));
+  }
   if (!input.bonds) return;
   const EVP::PairHistory *const histories = input.bonds->histories_of(i);
   const auto &contacts = input.bonds->contacts_of(i);
@@ -148,9 +153,6 @@ void PairListBuilder::fill_history(const Input &input, const View &view, int i, 
         room.work[k] = contact.work;
         break;
       }
-    const int slot = room.slot[k];
-    if (slot != EVP::PackedPair::NO_SLOT)
-      room.work[k] = histories[EVP::PackedPair::slot_of_broken(slot)].work;
   }
 }
 

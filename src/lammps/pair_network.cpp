@@ -253,44 +253,26 @@ void PairNetwork::pack(const NeighList *neighbors, bool collective)
 void PairNetwork::commit(bool at_rest)
 {
   histories_due = true;
-  if (at_rest) {
-    beyond.clear();
-    EVP::for_each_pair(list, rows(atom->x), [&](const EVP::PlacedPair &p) {
-      if (rules.breaks() && p.is_bond() && p.is_beyond()) beyond.push_back(p.index);
-      if (!rules.flows) return;
-      const EVP::Law &law = law_of(p);
-      double &next = list.pairs.next_offset[p.index];
-      const double d = std::min(p.distance(), p.cut);    // so far a bond flows
-      next = p.is_beyond() && !p.is_bond() ? EVP::CONTACT_ENDED
-                                           : law.kept(law.flowed(d * p.inv_deq, 1.0, p.offset),
-                                                      p.offset, p.is_bond(), only_repels(p));
-    });
-  }
-  if (rules.flows) take_next_offsets();
+  if (at_rest) find_histories();
+  if (rules.flows) list.pairs.commit();
   if (rules.breaks()) break_bonds();
 }
 
-// few pairs flow in a step, but for a body at yield
-void PairNetwork::take_next_offsets()
+// what the force loop finds, at the present positions
+void PairNetwork::find_histories()
 {
+  beyond.clear();
   EVP::PackedPairs &pairs = list.pairs;
-  bool too_low = false;
-  for (size_t k = 0; k < pairs.size(); k++) {
-    const double before = pairs.offset[k], now = pairs.next_offset[k];
-    if (now == before) continue;
-    const EVP::Law &law = coefficients.law(pairs.kind[k] / 2);
-    pairs.offset[k] = now + 0.0;    // without its sign
-    if (EVP::has_ended(now))
-      pairs.work[k] = pairs.slot[k] == EVP::PackedPair::NO_SLOT ? 0.0 : pairs.work[k];
-    else
-      pairs.work[k] += law.dissipated(before, now);
-    too_low = too_low || now < law.lowest_offset();
-  }
-  if (!too_low || flow_warned) return;
-  flow_warned = true;
-  error->warning(FLERR,
-                 "Pair evp/lj: bonds have flowed in compression so far that the second regime is "
-                 "the stiffer: further flow creates energy; check load and overlap");
+  EVP::for_each_pair(list, rows(atom->x), [&](const EVP::PlacedPair &p) {
+    if (rules.breaks() && p.is_bond() && p.is_beyond()) beyond.push_back(p.index);
+    if (!rules.flows) return;
+    const EVP::Law &law = law_of(p);
+    const double r = std::min(p.distance(), p.cut) * p.inv_deq;    // so far a bond flows
+    const bool ended = p.is_beyond() && !p.is_bond();
+    const double kept = law.kept(law.flowed(r, 1.0, p.offset), p.offset, pairs.cap[p.index]);
+    pairs.next_offset[p.index] = ended ? EVP::CONTACT_ENDED : kept;
+    pairs.next_work[p.index] = ended ? 0.0 : pairs.work[p.index] + law.dissipated(p.offset, kept);
+  });
 }
 
 void PairNetwork::break_bonds()
@@ -302,8 +284,8 @@ void PairNetwork::break_bonds()
                                       [](int index, const EVP::PackedRow &r) {
                                         return index < r.last;
                                       });
+    newly_broken.push_back({row->i, pair.j, list.pairs.history_of(k).work});
     turn_into_contact(row->i, k);
-    newly_broken += !force->newton_pair && pair.j >= list.nlocal ? 0.5 : 1.0;
   }
   beyond.clear();
 }
@@ -311,7 +293,8 @@ void PairNetwork::break_bonds()
 void PairNetwork::turn_into_contact(int i, int k)
 {
   const double sum_radii = atom->radius[i] + atom->radius[list.pairs.j[k]];
-  list.pairs.turn_into_contact(k, rules.contact == Contact::NONE ? 0.0 : sum_radii);
+  list.pairs.turn_into_contact(k, rules.contact == Contact::NONE ? 0.0 : sum_radii,
+                               law_of(list.pairs[k]).cap(false, true));
   if (volume()) volume()->drop(k);
 }
 
@@ -338,13 +321,27 @@ void PairNetwork::return_histories(EVP::BondStore &records, EVP::GhostExchange &
 {
   if (!histories_due) return;
   histories_due = false;
-  LAMMPS_NS::return_histories(lmp, list, records, exchange);
-  newly_broken = 0.0;
+  LAMMPS_NS::return_histories(lmp, list, newly_broken, records, exchange);
+  newly_broken.clear();
+  warn_of_low_offsets();
 }
 
-double PairNetwork::broken_since() const
+// once per run
+void PairNetwork::warn_of_low_offsets()
 {
-  return EVP::reduce_all(newly_broken, MPI_SUM, world);
+  if (!rules.flows || flow_warned) return;
+  double lowest = -1.0;
+  for (const int law : coefficients.laws_in_use())
+    lowest = std::max(lowest, coefficients.law(law).lowest_offset());
+  bool too_low = false;
+  for (size_t k = 0; k < list.pairs.size(); k++) too_low = too_low || list.pairs.offset[k] < lowest;
+  flow_warned = EVP::on_any(too_low, world);
+  if (flow_warned && comm->me == 0)
+    error->warning(FLERR,
+                   "Pair evp/lj: pairs have flowed in compression to q below {:.3g} deq, where the "
+                   "second regime is the stiffer, so that further flow creates energy: check load "
+                   "and overlap",
+                   lowest);
 }
 
 EVP::PairHistory PairNetwork::history_of(int i, int j) const

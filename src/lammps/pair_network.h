@@ -134,9 +134,6 @@ class PairNetwork : protected Pointers {
   /// atoms. Called before atoms migrate, and before others read the records.
   void return_histories(EVP::BondStore &, EVP::GhostExchange &);
 
-  /// Bonds that broke since then, over all MPI ranks. Collective.
-  double broken_since() const;
-
   /// In a minimization the energy of a pair is the work since its last state of rest.
   bool is_incremental() const { return update->whichflag == 2; }
 
@@ -144,7 +141,8 @@ class PairNetwork : protected Pointers {
   EVP::HistoryView histories()
   {
     beyond.clear();
-    return {list.pairs.next_offset.data(), rules.breaks() ? &beyond : nullptr, is_incremental()};
+    return {list.pairs.flow(0), rules.breaks() ? &beyond : nullptr,
+            rules.contact == EVP::Contact::NONE, is_incremental()};
   }
 
   /// Offset of the pair (i, j) of the packed list, or of the records where it is not there.
@@ -197,8 +195,8 @@ class PairNetwork : protected Pointers {
 
   std::vector<int>
       beyond;    // bonds that the last forces found beyond their cut, where bonds break
-  bool histories_due = false;    // commit() was called since they were returned
-  double newly_broken = 0.0;     // bonds of this MPI rank since then
+  bool histories_due = false;                   // commit() was called since they were returned
+  std::vector<EVP::BrokenBond> newly_broken;    // of this MPI rank since then
   bool flow_warned = false;
 
   mutable std::vector<int> row_index;    // of the rows of the atoms, for history_of()
@@ -206,12 +204,9 @@ class PairNetwork : protected Pointers {
 
   void turn_into_contact(int i, int k);
   void carry_histories(const EVP::PairList &before);
-  void take_next_offsets();
+  void find_histories();
   void break_bonds();
-  bool only_repels(const EVP::PackedPair &pair) const
-  {
-    return !pair.is_bond() && EVP::only_repels(pair.cutsq, pair.inv_deq);
-  }
+  void warn_of_low_offsets();
   void find_bonds();
   void note_bonds();
   void report();

@@ -49,7 +49,7 @@ class VolumeForces : protected Pointers {
             bool collective);
 
   /// Packed pair k is no bond any more; its weight stays in W.
-  void drop(int k) { energies.drop(k); }
+  void drop(size_t k) { energies.drop(k); }
 
   /// Collective. Strains and energies at the present positions.
   void evaluate(const EVP::PairList &, const EVP::ParticleView &);

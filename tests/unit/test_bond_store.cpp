@@ -79,11 +79,12 @@ TEST(BondStore, WordsBringRecordsAndHistoryToAnotherPlace)
   }
 }
 
-// What is left of a broken bond may flow as a contact does; its record keeps the work of both.
+// What is left of a broken bond may flow as a contact does: its record stays that of the bond.
 TEST(BondStore, ABrokenBondThatFlowsIsAContactToo)
 {
   BondStore store = recorded(true);
-  store.take({0, true, 9, {-0.1, 0.4, 1.0}});
+  store.take({0, true, 9, {0.0, 0.4, 1.0}});
+  store.take({0, false, 9, {-0.1, 0.2, 0.0}});
   EXPECT_EQ(store.histories_of(0)[1], (PairHistory{0.0, 0.4, 1.0}));
   ASSERT_EQ(store.contacts_of(0).size(), 1u);
   EXPECT_EQ(store.contacts_of(0)[0].offset, -0.1);
