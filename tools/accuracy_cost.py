@@ -5,6 +5,7 @@
     tools/accuracy_cost.py [--budget 30] [--work FOLDER] [--fresh] [--out doc/accuracy_cost.md]
     tools/accuracy_cost.py --table doc/accuracy_cost.csv --out page.md        only writes the page again
     tools/accuracy_cost.py --quick --out page.md                              a few short runs
+    tools/accuracy_cost.py --unloading [--out doc/accuracy_unloading.md]      instead: unload elastic and fix evp/volume
 
 Runs the decks with the lmp of this checkout (EVP_LMP and EVP_MPIRUN as for the tests) and writes the page, beside it a CSV of
 the same name with one row per run, and figures/NAME.png. An interrupted sweep goes on where it was when the command is
@@ -16,6 +17,7 @@ import sys
 import time
 
 from evp import accuracy_cases as cases
+from evp import accuracy_unloading as unloading
 from evp.accuracy_figure import pareto
 from evp.accuracy_report import Results, page
 from evp.accuracy_run import COLUMNS, Laboratory, describe, read_results, run_plan, within_budget
@@ -46,6 +48,15 @@ def sweep(options):
     return rows
 
 
+def sweep_unloading(options):
+    """Runs the plan of accuracy_unloading in a folder of its own and writes its page."""
+    folder = options.work.with_name(options.work.name + "_unloading")
+    folder.mkdir(parents=True, exist_ok=True)
+    unloading.write(unloading.run_plan(folder, unloading.all_cases(options.quick)), options.out)
+    print(options.out, flush=True)
+    return 0
+
+
 def write(rows, options):
     """CSV, picture and page. True unless a promise was not kept."""
     quick = ("implicit", "1e-5 s")
@@ -67,6 +78,8 @@ def main(words=None):
     parser.add_argument("--work", type=pathlib.Path, default=CHECKOUT / "build" / "accuracy_cost", help="specimens and results (default: %(default)s)")
     parser.add_argument("--fresh", action="store_true", help="forget the results that --work holds")
     parser.add_argument("--quick", action="store_true", help="a few short runs, to see that all of it works; needs --out")
+    parser.add_argument("--unloading", action="store_true",
+                        help="step, increment and number of spheres against residual strain, unloading modulus, loop area and volume strain")
     parser.add_argument("--table", type=pathlib.Path, metavar="CSV", help="write the page from these results, without any run; needs --out")
     parser.add_argument("--out", type=pathlib.Path, help="a .md file (default: doc/accuracy_cost.md)")
     options = parser.parse_args(words)
@@ -74,11 +87,13 @@ def main(words=None):
         parser.error("--budget must be positive")
     if (options.quick or options.table) and not options.out:
         parser.error("--quick and --table need --out: doc/ is for whole sweeps")
-    options.out = options.out or CHECKOUT / "doc" / "accuracy_cost.md"
+    options.out = options.out or CHECKOUT / "doc" / ("accuracy_unloading.md" if options.unloading else "accuracy_cost.md")
     if options.out.suffix != ".md" or not options.out.parent.is_dir():
         parser.error(f"--out must be a .md file in a folder that is there, got {options.out}")
     try:
         with errors_in_one_line("accuracy_cost.py"):
+            if options.unloading:
+                return sweep_unloading(options)
             rows = list((read_results(options.table) if options.table else sweep(options)).values())
             kept = write(rows, options)
     except KeyboardInterrupt:

@@ -4,6 +4,7 @@
 
   curves.py numbers  results/a.csv results/b.csv [--fit 0 0.002]
   curves.py plot     results/a.csv results/b.csv --labels "1 /s" "10 /s" --out curves.png
+  curves.py cycle    results/a.csv results/b.csv [--out unloading.png]
   curves.py law      --coeff "80 8 4 3 8 4 0.005 0 1.5" --measured two_spheres.csv --out law.png
   curves.py specimen results/a_state.dump --out specimen.png
   curves.py rate     damped.csv --twin undamped.csv --rate 10 --specimen specimen.data
@@ -13,6 +14,8 @@ PREFIX_state.dump, or a CSV with the columns x,y,z,radius,share. Every PNG gets 
 `numbers` fits E to the elastic part and prints the range: from strain 0 to 0.003, or to 3/4 of the
 longest range in which the slope over the second half is at least 90 % of that over the first, where
 this ends before strain 0.004. `--fit LO HI` gives another range.
+`cycle` gives the numbers of curves that turn back, as in.cyclic writes them: strain and stress at the first turn, the strain
+left at zero stress, the slope over the first 0.004 of unloading, and the area of the last loop.
 `rate` says which share of the stress of a damped run is viscous and which inertial. Its twin is the
 same run at the same rate with gamma = 0; with --rate and --specimen it also gives what E tau rate
 and rho c L rate expect.
@@ -23,7 +26,7 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 
-from evp import curves, law  # noqa: E402
+from evp import curves, cycles, law  # noqa: E402
 from evp.report import command_line  # noqa: E402
 
 ELASTIC_END = 0.004  # strain at which the first pairs of Table 1 come to the second regime
@@ -34,6 +37,13 @@ COLUMNS = {
     "stress_1pc_MPa": "stress at 1 % [MPa]",
     "stress_2pc_MPa": "at 1.95 % [MPa]",
     "departure_strain": "tangent < 0.9 E at",
+}
+CYCLE_COLUMNS = {
+    "turn_strain": "turn at strain",
+    "turn_MPa": "stress there [MPa]",
+    "residual_strain": "residual strain",
+    "unloading_GPa": "unloading modulus [GPa]",
+    "area_MJ_per_m3": "loop area [MJ/m3]",
 }
 
 
@@ -57,6 +67,22 @@ def show_numbers(args):
         if found["jump_share"] > curves.JUMP_SHARE:
             print(f"NOTE: {path}: the line that E is the slope of has {found['jump_MPa']:.4g} MPa at "
                   "strain 0. Unless strong damping did it, the elastic part ends before the first rows")
+
+
+def show_cycles(args):
+    """Print one line of numbers for each curve that turns back, and draw them where a picture is asked for."""
+    if args.out:
+        keep_inputs(args.out, args.curves)
+    read = {path: curves.read_curve(path, args.column) for path in args.curves}
+    width = max(len(path) for path in args.curves)
+    print(" " * width, *CYCLE_COLUMNS.values(), sep="  ")
+    for path, curve in read.items():
+        found = cycles.numbers(curve, args.column)
+        print(path.ljust(width), *(f"{found[name]:{len(title)}.4g}" for name, title in CYCLE_COLUMNS.items()), sep="  ")
+    if args.out:
+        from evp import figures
+
+        print(figures.unloading(dict(zip(figures.short_names(args.curves), read.values())), args.out, args.column))
 
 
 def plot_curves(args):
@@ -139,6 +165,10 @@ def parser():
     sub.add_argument("curves", nargs="+", metavar="CSV")
     sub.add_argument("--fit", nargs=2, type=float, metavar=("LO", "HI"),
                      help="range of strain that E is fitted to (default: the elastic part)")
+    column(sub)
+    sub = command("cycle", show_cycles, "residual strain, unloading modulus and loop area")
+    sub.add_argument("curves", nargs="+", metavar="CSV")
+    sub.add_argument("--out", metavar="PNG", help="a picture of the curves")
     column(sub)
     sub = command("plot", plot_curves, "stress-strain curves")
     sub.add_argument("curves", nargs="+", metavar="CSV")

@@ -222,7 +222,10 @@ def test_radii_that_grow_in_a_run(run):
 @pytest.mark.parametrize("key, value, text", [
     ("integrator", "euler", "integrator must be explicit or implicit, got euler"),
     ("scale", "maybe", "scale must be yes or no, got maybe"),
-    ("rate", "-10", "rate, strain, row and samples must be positive"),
+    ("rate", "0", "rate and strain must not be 0"),
+    ("row", "0", "row and samples must be positive"),
+    ("unload", "plastic", "unload must be reversible or elastic, got plastic"),
+    ("kv", "-1", "kv must be 0 or positive, got -1"),
     ("contact", "soft", "contact must be literal, repulsive or none, got 'soft'"),
     ("specimen", "missing.data", "missing.data"),
     ("coeff", "80 4 8 3 8 4 0.005 0 1.5", "m1 > n1 > 0, got m1 = 4 and n1 = 8"),

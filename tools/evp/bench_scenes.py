@@ -65,10 +65,11 @@ run {steps}
 """
 
 
-def ours(name, cells, steps, gamma=0.0, contact="literal", row=ROW, ranks=1, neigh="", move="nve", long=None, types=1, more="", velocities=False, **stir):
-    """Pair style evp/lj on the lattice, all pairs within 1.5 diameters recorded. types: 2 have laws of their own; more: commands."""
+def ours(name, cells, steps, gamma=0.0, contact="literal", row=ROW, ranks=1, neigh="", move="nve", long=None, types=1, rules="", more="", velocities=False, **stir):
+    """Pair style evp/lj on the lattice, all pairs within 1.5 diameters recorded. types: 2 have laws of their own; rules: more words
+    of the pair style; more: commands."""
     deck = lattice(cells, long=long, types=types, velocities=velocities) + f"""
-pair_style evp/lj contact {contact}
+pair_style evp/lj contact {contact} {rules}
 pair_coeff * * {row} {gamma} {REACH}
 {"set group all type/fraction 2 0.5 1234" if types == 2 else ""}
 {f"pair_coeff 2 2 {row.replace('80', '90', 1)} {gamma} {REACH}" if types == 2 else ""}
@@ -116,6 +117,8 @@ bond_coeff 1 {coefficients}
     return Scene("bond " + style, style, deck, steps, 4 * cells**3, HALF_PAIRS, "Bond")
 
 
+ELASTIC = "unload elastic"
+VOLUME = "fix volume all evp/volume 1000"  # [energy] 12 times e1, as 1000 J are with Table 1
 LENNARD_JONES = "1 0.8908987181403393"  # minimum at one diameter
 
 
@@ -145,6 +148,9 @@ def variants(cells, steps):
         ours("evp/lj, energy and virial each step", cells, steps, output="step pe press", every=1),
         ours("evp/lj, pairs crossing xi_s", cells, steps, row=crossing, speed=0.1, output="step f_bonds[2]"),
         ours("evp/lj, exponents 8.5 4.5", cells, steps, row="80 8.5 4.5 3 8.5 4.5 0.005"),
+        ours("evp/lj, unload elastic", cells, steps, rules=ELASTIC),
+        ours("evp/lj, unload elastic, pairs that flow", cells, steps, row=crossing, speed=0.1, rules=ELASTIC),
+        ours("evp/lj, fix evp/volume", cells, steps, more=VOLUME),
     ]
 
 
@@ -163,6 +169,13 @@ def effects(cells, steps, data):
         ("a look at each step whether the neighbor list still holds", ours("watched", cells, steps, neigh=watched), plain),
         ("fix evp/energy at each step", ours("ledger", cells, steps, more="fix ledger all evp/energy"), plain),
         ("fix dt/evp, every 100 steps", ours("dt/evp", cells, steps, more="fix step all dt/evp 100 0.4 max 1e-3"), plain),
+        ("flow that stays: unload elastic, no pair flows", ours("elastic", cells, steps, rules=ELASTIC), plain),
+        ("unload elastic, pairs flow each step", ours("flowing", cells, steps, row=crossing, speed=0.1, rules=ELASTIC),
+         ours("crossing", cells, steps, row=crossing, speed=0.1)),
+        ("bonds that break: break 0.4", ours("breaking", cells, steps, rules="break 0.4"), plain),
+        ("volume that is kept: fix evp/volume", ours("volume", cells, steps, more=VOLUME), plain),
+        ("fix evp/energy at each step, with unload elastic and fix evp/volume",
+         ours("all with ledger", cells, steps, rules=ELASTIC, more=VOLUME + "\nfix ledger all evp/energy"), ours("all", cells, steps, rules=ELASTIC, more=VOLUME)),
         ("new contacts (random specimen): pairs outside the zone", random_body("literal", "evp/lj", data, steps, neigh=NEVER),
          random_body("none", "evp/lj", data, steps, neigh=NEVER, contact="none")),
     ]

@@ -17,7 +17,7 @@ import numpy as np  # noqa: E402
 from matplotlib.collections import PatchCollection  # noqa: E402
 from matplotlib.patches import Circle  # noqa: E402
 
-from . import law  # noqa: E402
+from . import cycles, law  # noqa: E402
 from .report import write_csv  # noqa: E402
 
 MEASURED = ("strain", "distance", "force")  # [1], [m], [N]
@@ -97,6 +97,32 @@ def stress_strain(panels, path, column="virial"):
             axis.set_ylim(bottom=0)
         axes[0][0].set_ylabel("nominal stress [MPa]")
         return save(figure, path, ("panel", "curve", "strain_percent", "stress_MPa"), rows)
+
+
+def percent_left(strain):
+    """A residual strain as text, without the sign of a zero."""
+    return f"{round(100 * strain, 2) + 0.0:.2f} %"
+
+
+def unloading(curves, path, column="virial"):
+    """Curves that turn back: curves is {label: curves.Curve}; the residual strain is told behind each label, and marked.
+
+    Writes path and its CSV: curve, strain_percent, stress_MPa.
+    """
+    rows = []
+    with plt.rc_context(LOOK):
+        figure, axis = plt.subplots(figsize=(6.4, 4.2))
+        for k, (label, curve) in enumerate(curves.items()):
+            percent, stress = 100 * curve.strain, 1e-6 * getattr(curve, column)
+            left = cycles.residual_strain(curve.strain, getattr(curve, column))
+            name = f"{label}: residual strain {percent_left(left)}"
+            axis.plot(percent, stress, label=name, **line_style(k))
+            axis.plot([100 * left], [0.0], "o", color=_COLORS[k], markeredgecolor="#333333", markeredgewidth=0.5, markersize=6, zorder=3)
+            rows += [(name, f"{a:.6g}", f"{b:.6g}") for a, b in zip(percent, stress)]
+        axis.axhline(0, color="#333333", linewidth=0.8)
+        axis.set(xlabel="nominal strain [%]", ylabel="nominal stress [MPa]")
+        legend_below(axis, 1, handlelength=3.0)
+        return save(figure, path, ("curve", "strain_percent", "stress_MPa"), rows)
 
 
 def force_law(row, path, measured=None, deq=0.01, reach=0.03):

@@ -4,20 +4,23 @@
 Runs in.two_spheres (the force law, figure 2), in.specimen (500 spheres) and in.traction for Tables
 1 and 2 (figures 3 and 4); writes CSV and PNG files and prints E, 0.2 % yield stress, stress at 1 %
 and the strain of the first bond in the second regime. Table 2 is also pulled at 100 /s, where its
-damping can be seen. About a minute and a half on two cores.
+damping can be seen. in.cyclic loads and unloads the body with eq. 8 and with `unload elastic`: its
+residual strain. About a minute and a half on two cores.
 """
 
 import argparse
 import pathlib
 import sys
 
-from . import curves, figures, law, run
+from . import curves, cycles, figures, law, run
 from .report import command_line, write_csv
 
 TABLES = {
     "table1": ("Table 1, no damping", "80 8 4 3 8 4 0.005 0 1.5", (1.0, 10.0)),
     "table2": ("Table 2, damping 1000 N s/m", "80 8 4 3 8 4 0.005 1000 1.5", (1.0, 10.0, 100.0)),
 }
+UNLOADING = {"reversible": "eq. 8, the paper's law", "elastic": "unload elastic"}
+UNLOADING_RATE = 10.0
 STRAIN = 0.02
 DT_FRACTION = 0.8
 # Largest stable steps of such a specimen [s], only to share out the progress line.
@@ -62,6 +65,13 @@ def traction_job(out, table, rate, ranks):
                    done=lambda: run.last_strain(out / f"{name}.csv") / STRAIN)
 
 
+def unloading_job(out, unload, ranks):
+    """One sweep to STRAIN and back."""
+    name = f"unload_{unload}"
+    variables = {"specimen": "specimen.data", "coeff": TABLES["table1"][1], "unload": unload, "rate": f"{UNLOADING_RATE:g}", "strain": STRAIN, "out": name}
+    return run.Job(name, "in.cyclic", variables, out, ranks, cost=2 * STRAIN / UNLOADING_RATE / (0.4 * _TYPICAL_STEP["table1"]))
+
+
 def first_second_regime_strain(path):
     """Strain of the first row of PREFIX_bonds.csv with a bond in the second regime, or 'none'."""
     found = figures.read_columns(path, ("strain", "second_regime"))
@@ -85,6 +95,8 @@ def draw(out, pulled):
     state = figures.read_state(out / f"{pulled[table, rate].name}_state.dump")
     title = f"{TABLES[table][0]}, {rate:g} /s, strain {100 * STRAIN:g} %"
     paths.append(figures.specimen(state, out / "specimen.png", title))
+    sweeps = {label: curves.read_curve(out / f"unload_{unload}.csv") for unload, label in UNLOADING.items()}
+    paths.append(figures.unloading(sweeps, out / "unloading.png"))
     return paths
 
 
@@ -104,6 +116,9 @@ def report(out, pulled):
     print("  ".join(titles))
     for row in rows:
         print("  ".join(cell.rjust(len(title)) for cell, title in zip(row, titles)))
+    for unload, label in UNLOADING.items():
+        left = cycles.numbers(curves.read_curve(out / f"unload_{unload}.csv"))
+        print(f"{label}: back from {100 * STRAIN:g} %, residual strain {figures.percent_left(left['residual_strain'])}")
     print("E is the slope over strain " + ", or ".join(sorted(ranges)))
 
 
@@ -113,13 +128,14 @@ def main(argv=None):
     out = args.out.absolute()
     wanted = {(t, r) for t in TABLES for r in (args.rates or TABLES[t][2])}
     pulled = {key: traction_job(out, *key, args.ranks) for key in sorted(wanted)}
+    sweeps = [unloading_job(out, unload, args.ranks) for unload in UNLOADING]
     try:
         out.mkdir(parents=True, exist_ok=True)
-        for name in ["two_spheres", *(job.name for job in pulled.values())]:
+        for name in ["two_spheres", *(job.name for job in (*pulled.values(), *sweeps))]:
             # An old curve would be taken for progress of the new run.
             (out / f"{name}.csv").unlink(missing_ok=True)
         run.run_jobs(prepare_jobs(out), title="packing and force law:")
-        longest_first = sorted(pulled.values(), key=lambda job: -job.cost)
+        longest_first = sorted((*pulled.values(), *sweeps), key=lambda job: -job.cost)
         run.run_jobs(longest_first, title="traction:")
         paths = draw(out, pulled)
         report(out, pulled)

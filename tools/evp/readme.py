@@ -24,7 +24,7 @@ TITLES = {
     "stress_1pc_MPa": "stress at 1 % [MPa]",
     "first_second_regime": "strain of the first bond in the second regime",
 }
-PICTURES = ("force_law", "stress_strain", "specimen")
+PICTURES = ("force_law", "stress_strain", "specimen", "unloading")
 
 
 def table_lines(summary):

@@ -55,6 +55,16 @@ def read_data(path):
     return Specimen(ids, types, radius, mass, table[:, 4:7], box)
 
 
+def middle_strains(specimen, x, length=0.05):
+    """Axial and mean lateral strain of the middle of a specimen that has gone to positions x (N,3), by ID.
+
+    Displacements of the spheres that started between 0.3 and 0.7 of the length over their starting positions, by straight lines.
+    """
+    inside = (specimen.x[:, 0] > 0.3 * length) & (specimen.x[:, 0] < 0.7 * length)
+    strains = [np.polyfit(specimen.x[inside, axis], (x - specimen.x)[inside, axis], 1)[0] for axis in range(3)]
+    return strains[0], 0.5 * (strains[1] + strains[2])
+
+
 class Measures(NamedTuple):
     """A packing in a cylinder along x from x = 0; distances of pairs are in units of R_i + R_j."""
 

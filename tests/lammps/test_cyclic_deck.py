@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""in.cyclic, the way back of in.quasistatic, and compression: which rows they write, and that eq. 8 retraces its curve."""
+
+import numpy as np
+import pytest
+from conftest import REFERENCE
+from evp import curves, cycles
+from lammps_run import read_csv, run_lammps
+
+E = 20.65e9  # of the reference specimen, contact none [Pa]
+TABLE2 = "80 8 4 3 8 4 0.005 1000 1.5"
+
+
+def run(deck, folder, ranks=1, **choices):
+    """A run of the reference specimen, its curve and what it printed."""
+    found = run_lammps(deck, ranks, {"specimen": REFERENCE, "contact": "none", "out": "run", **choices}, folder)
+    return curves.read_curve(folder / "run.csv"), found.ok()
+
+
+def test_by_default_one_sweep(tmp_path):
+    """To 2 % and back: 200 rows each way, none twice, and the states at both ends. It retraces its curve."""
+    curve, _ = run("in.cyclic", tmp_path)
+    counts = read_csv(tmp_path / "run_bonds.csv")
+    assert len(curve.strain) == 1 + 2 * 200 + 2 and len(counts["strain"]) == 1 + 2 * 200
+    assert curve.strain.max() == pytest.approx(0.02, rel=1e-9) and abs(curve.strain[-1]) < 1e-9
+    assert np.abs(np.diff(curve.strain)).max() <= 1e-4 * (1 + 1e-6) and np.abs(np.diff(counts["strain"])).max() <= 1e-4 * (1 + 1e-6)
+    found = cycles.numbers(curve)
+    assert abs(found["residual_strain"]) < 2e-4 and found["turn_MPa"] == pytest.approx(179.0, rel=0.01)
+    assert (tmp_path / "run_state.dump").is_file()
+
+
+def test_first_way_is_in_traction(tmp_path):
+    """Up to the first turn the same bits."""
+    there, _ = run("in.cyclic", tmp_path, strain=0.006)
+    pulled, _ = run("in.traction", tmp_path, strain=0.006)
+    assert np.array_equal(there.strain[:61], pulled.strain) and np.array_equal(there.virial[:61], pulled.virial)
+
+
+@pytest.mark.parametrize("ranks, choices", [
+    (1, {"strain": 0.004, "lower": -0.002, "cycles": 2}), (2, {"strain": -0.004, "lower": 0.002, "cycles": 2, "row": 0.0005}),
+    (1, {"strain": 0.004, "lower": 0.0011, "cycles": 2, "row": 0.0007})])
+def test_turns(tmp_path, ranks, choices):
+    """At strain and lower, by turns, on them also where rows do not divide the way; below the second regime on the one line."""
+    curve, _ = run("in.cyclic", tmp_path, ranks, **choices)
+    at = curve.strain[[*cycles.turns(curve.strain), -1]]
+    assert at == pytest.approx([choices["strain"], choices["lower"]] * 2, abs=1e-9)
+    assert np.abs(np.diff(curve.strain)).max() <= choices.get("row", 1e-4) * (1 + 1e-6)
+    assert np.abs(curve.virial / E - curve.strain).max() < 1.5e-4
+
+
+def test_timestep_of_the_user_turns_less_than_a_row_beyond(tmp_path):
+    curve, found = run("in.cyclic", tmp_path, coeff=TABLE2, integrator="implicit", timestep=3e-6, strain=0.005, row=0.0007)
+    at = curve.strain[[*cycles.turns(curve.strain), -1]]
+    assert 0.005 <= at[0] < 0.005 + 0.0007 and -0.0007 < at[1] <= 1e-9
+    assert "fix dt/evp" not in found.stdout
+
+
+@pytest.mark.parametrize("choices", [{"strain": -0.01}, {"rate": -10, "strain": 0.01}, {"rate": -10, "strain": -0.01, "row": 0.0003}])
+def test_compression(tmp_path, choices):
+    """A negative rate, strain or both; with rows that do not divide the strain too. At rest the same stress."""
+    curve, _ = run("in.traction", tmp_path, **choices)
+    rest, _ = run("in.quasistatic", tmp_path, strain=-0.01)
+    assert curve.strain.min() < -0.0099 and np.all(curve.strain <= 0.0)
+    assert np.interp(0.0098, -curve.strain, -curve.virial) == pytest.approx(np.interp(0.0098, -rest.strain, -rest.virial), rel=5e-3)
+    at_start = [np.polyfit(c.strain[c.strain > -0.002], c.virial[c.strain > -0.002], 1)[0] for c in (curve, rest)]
+    assert at_start[0] == pytest.approx(at_start[1], rel=5e-3)
+    assert E < at_start[1] < 1.04 * E, "pairs are stiffer in compression"
+
+
+def test_at_rest_and_back(tmp_path):
+    """Without a rate eq. 8 comes back to no stress, and an interrupted run goes on in the middle of the way."""
+    curve, _ = run("in.quasistatic", tmp_path, cycles=1, strain=0.01, restart=5)
+    assert len(curve.strain) == 41 and curve.strain.max() == pytest.approx(0.01, abs=1e-12)
+    assert abs(cycles.residual_strain(curve.strain, curve.virial)) < 1e-5
+    assert abs(curve.virial[-1]) < 0.5e6 < 100e6 < curve.virial[-15]
+    for start in (10, 20, 25):
+        again, _ = run("in.quasistatic", tmp_path, resume=start, cycles=1, strain=0.01)
+        assert np.allclose(again.virial, curve.virial, rtol=1e-8, atol=1.0) and np.allclose(again.strain, curve.strain, atol=1e-12)
+    further, _ = run("in.quasistatic", tmp_path, resume=40, cycles=2, strain=0.002, lower=-0.001)
+    assert further.strain[[42, 48, 54]] == pytest.approx([-0.001, 0.002, -0.001], abs=1e-12) and len(further.strain) == 55
+
+
+@pytest.mark.parametrize("choices, message", [
+    ({"rate": -10}, "rate, row and samples must be positive; for compression give a negative strain"),
+    ({"strain": 0}, "strain must not be 0"),
+    ({"lower": 0.02}, "lower = 0.02 is strain: there is no way between them"),
+    ({"cycles": 0}, "cycles must be a positive integer, got 0"),
+    ({"cycles": 1.5}, "cycles must be a positive integer, got 1.5"),
+    ({"unload": "plastic"}, "unload must be reversible or elastic, got plastic"),
+    ({"kv": -1}, "kv must be 0 or positive, got -1"),
+    ({"row": 0.01, "lower": 0.015}, "row = 0.01 is more than strain - lower = 0.005: give -var row 0.005 or less")])
+def test_bad_choices_are_named(tmp_path, choices, message):
+    found = run_lammps("in.cyclic", 1, {"specimen": REFERENCE, "out": "run", **choices}, tmp_path)
+    assert found.returncode != 0 and f"\nERROR: {message}\n" in found.stdout, found.stdout[-1000:]
+    assert not (tmp_path / "run.csv").exists()
+
+
+def test_clock_that_stops_a_run_is_told(tmp_path):
+    (tmp_path / "clock.lmp").write_text("timer timeout 0:00:01\n")
+    _, found = run("in.cyclic", tmp_path, rate=0.1, row=1e-6, samples=1, also="clock.lmp")
+    assert "WARNING: the run ended at a strain of" in found.stdout and "way 2 of 2" not in found.stdout

@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""The pairs of a body that was pulled, pushed and pulled again with `unload elastic`: offset, force and plastic work of each, against
+tools/evp/flow.py, which was written apart."""
+
+import numpy as np
+import pytest
+from conftest import REFERENCE
+from evp import flow, law
+from lammps_run import read_dump
+
+ROW = law.TABLE1
+FORCE = ROW.m1 * ROW.n1 * ROW.e1 * ROW.xi_s / 0.01  # of a pair at its threshold [N]
+NAMES = {"d": "c_own[1]", "force": "c_own[2]", "deq": "c_own[3]", "strain": "c_own[4]", "regime": "c_own[5]", "offset": "c_own[6]",
+         "work": "c_own[7]", "i": "c_who[1]", "j": "c_who[2]"}
+
+
+@pytest.fixture(scope="module")
+def states(tmp_path_factory):
+    """{contact: states in the order of the way}, each a dict of arrays by pair that acts, sorted by the IDs of its atoms."""
+    from lammps_run import run_lammps
+    known = {}
+
+    def get(contact):
+        if contact not in known:
+            folder = tmp_path_factory.mktemp("pairs")
+            (folder / "pairs.lmp").write_text(
+                "compute own all pair/local dist force p1 p2 p3 p4 p5\ncompute who all property/local patom1 patom2 cutoff type\n"
+                "dump own all local $(v_steps_per_row) pairs.dump c_own[*] c_who[*]\ndump_modify own format float %.17g\n")
+            choices = {"specimen": REFERENCE, "contact": contact, "unload": "elastic", "strain": 0.015, "lower": -0.01, "row": 0.001,
+                       "rate": 20, "dtfraction": 0.8, "also": "pairs.lmp", "out": "run"}
+            run_lammps("in.cyclic", 1, choices, folder).ok()
+            known[contact] = [sorted_pairs(snapshot) for snapshot in read_dump(folder / "pairs.dump")]
+        return known[contact]
+
+    return get
+
+
+def sorted_pairs(snapshot):
+    """Columns by name, one row per pair, lower ID first."""
+    found = {name: snapshot[column] for name, column in NAMES.items()}
+    low, high = np.minimum(found["i"], found["j"]), np.maximum(found["i"], found["j"])
+    order = np.lexsort((high, low))
+    order = order[found["regime"][order] > 0]  # those that act
+    return {**{name: values[order] for name, values in found.items()}, "key": 1e6 * low[order] + high[order]}
+
+
+@pytest.mark.parametrize("contact", ["none", "literal"])
+def test_force_of_each_pair(states, contact):
+    """That of the return map from its offset; bonds have their elastic part within the first regime."""
+    flowed, beyond = 0, 0
+    for state in states(contact):
+        q = state["offset"] * state["deq"]
+        after = flow.return_map(state["d"], state["deq"], ROW, q)
+        force = flow.elastic_force(state["d"], state["deq"], ROW, after)
+        assert np.abs(state["force"] - force).max() < 1e-10 * FORCE
+        moved = np.abs(after - q) > 1e-12 * state["deq"]
+        flowed, beyond = flowed + np.sum(np.abs(q) > 1e-4 * state["deq"]), beyond + np.sum(moved)
+        if contact == "none":
+            assert not moved.any()
+    assert flowed > 1000 and (contact == "none") == (beyond == 0), "control: new contacts that are stretched keep no offset"
+
+
+def test_plastic_work_is_the_dissipation_of_the_flow(states):
+    """Of pairs that went one way between two rows; it never falls."""
+    before, compared = None, 0
+    for state in states("none"):
+        if before is not None:
+            _, old, new = np.intersect1d(before["key"], state["key"], return_indices=True)
+            q0, q1, deq = before["offset"][old] * before["deq"][old], state["offset"][new] * state["deq"][new], state["deq"][new]
+            done = state["work"][new] - before["work"][old]
+            assert done.min() >= 0.0
+            least = flow.dissipated(q0, q1, deq, ROW)
+            scale = FORCE * 0.01 * ROW.xi_s
+            assert np.all(done >= least - 1e-9 * scale), "what a vibration dissipated besides is never negative"
+            same = np.abs(done - least) < 1e-7 * scale + 1e-6 * least
+            assert same[q0 == q1].mean() > 0.9
+            compared += np.sum(same & (q0 != q1))
+        before = state
+    assert compared > 1000

@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""tools/evp/cycles.py and curves.py cycle: numbers of curves that turn back, known in closed form."""
+
+import curves as tool
+import numpy as np
+import pytest
+from evp import curves, cycles
+from in_process import call
+
+E, YIELD = 20e9, 100e6  # elastic and ideally plastic
+
+
+def way(turns, step=1e-4):
+    """Strains along 0 and all turns, rows `step` apart."""
+    ends = (0.0, *turns)
+    legs = [np.linspace(a, b, 1 + round(abs(b - a) / step))[1:] for a, b in zip(ends, ends[1:])]
+    return np.concatenate([[0.0], *legs])
+
+
+def plastic(strain):
+    """Stress of the elastic, ideally plastic body along a way."""
+    stress, flow = [], 0.0
+    for value in strain:
+        trial = E * (value - flow)
+        flow += (trial - np.clip(trial, -YIELD, YIELD)) / E
+        stress.append(np.clip(trial, -YIELD, YIELD))
+    return np.array(stress)
+
+
+def test_one_sweep():
+    strain = way((0.02, 0.0))
+    stress = plastic(strain)
+    assert cycles.turns(strain).tolist() == [200]
+    assert cycles.residual_strain(strain, stress) == pytest.approx(0.02 - YIELD / E, rel=1e-12)
+    assert cycles.unloading_modulus(strain, stress) == pytest.approx(E, rel=1e-9)
+    assert cycles.stress_back_at(strain, stress) == -YIELD
+    dissipated = YIELD * ((0.02 - YIELD / E) + (0.02 - 2 * YIELD / E)) + 0.5 * YIELD**2 / E  # the last part is held at -YIELD
+    assert cycles.loop_areas(strain, stress)[0] == pytest.approx(dissipated, rel=1e-9)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_loops(sign):
+    """Three loops between -1 and 1 %: each 2 YIELD (range - 2 YIELD/E); pushed first, the same."""
+    strain = sign * way((0.01, -0.01) * 3 + (0.01,))
+    stress = plastic(strain)
+    assert len(cycles.turns(strain)) == 6
+    assert cycles.residual_strain(strain, stress) == pytest.approx(sign * 0.005, rel=1e-12)
+    assert cycles.loop_areas(strain, stress) == pytest.approx([2 * YIELD * (0.02 - 2 * YIELD / E)] * 2, rel=1e-9)
+
+
+def test_a_body_that_retraces_its_curve_leaves_nothing():
+    strain = way((0.01, 0.0))
+    stress = E * strain - 3e11 * strain**2
+    assert abs(cycles.residual_strain(strain, stress)) < 1e-15
+    assert abs(cycles.residual_strain(strain, stress + 1000.0)) < 1e-7, "the last row just misses zero"
+    assert np.isnan(cycles.residual_strain(strain, stress + 1e8))
+    assert abs(cycles.loop_areas(strain, stress)[0]) < 1e-9 * E
+
+
+def test_rows_of_equal_strain_are_no_turns():
+    strain = np.array([0.0, 0.001, 0.002, 0.002, 0.003, 0.003, 0.002, 0.001])
+    assert cycles.turns(strain).tolist() == [5]
+
+
+def test_curves_that_do_not_turn_or_end_too_soon():
+    strain = way((0.02,))
+    for number in (cycles.residual_strain, cycles.loop_areas, cycles.unloading_modulus):
+        with pytest.raises(curves.CurveError, match="does not turn back"):
+            number(strain, plastic(strain))
+    short = way((0.02, 0.018))
+    with pytest.raises(curves.CurveError, match="too few rows"):
+        cycles.unloading_modulus(short, plastic(short))
+    with pytest.raises(curves.CurveError, match="ends at strain 0.018"):
+        cycles.stress_back_at(short, plastic(short))
+
+
+def test_command(tmp_path):
+    strain = way((0.02, 0.0))
+    for name, stress in (("flow", plastic(strain)), ("none", E * strain)):
+        lines = [",".join(curves.HEADER), *(f"{a:.17g},{b:.17g},{b:.17g}" for a, b in zip(strain, stress))]
+        (tmp_path / f"{name}.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    shown = call(tool.main, "cycle", tmp_path / "flow.csv", "--out", tmp_path / "picture.png")
+    assert shown.returncode == 0, shown.stderr
+    assert shown.stdout.splitlines()[1].split()[1:5] == ["0.02", "100", "0.015", "20"]
+    assert (tmp_path / "picture.png").read_bytes()[:4] == b"\x89PNG"
+    assert "residual strain 1.50 %" in (tmp_path / "picture.csv").read_text()
+    refused = call(tool.main, "cycle", tmp_path / "flow.csv", "--out", tmp_path / "flow.png")
+    assert refused.returncode == 1 and "would write its numbers over" in refused.stderr

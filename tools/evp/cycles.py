@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Numbers of a curve that turns back, as in.cyclic and in.quasistatic with cycles write it: residual strain, unloading
+modulus, area of loops. The rows are in the order of the way; the strain goes one way between two turns.
+"""
+
+import numpy as np
+
+from .curves import ROUNDING, CurveError
+
+UNLOADING_RANGE = 0.004  # of strain after the turn: the unloading modulus is the slope over it
+
+
+def turns(strain):
+    """Rows at which the strain turns back (indices)."""
+    moved = np.nonzero(np.abs(np.diff(strain)) > ROUNDING)[0]
+    ways = np.sign(np.diff(strain)[moved])
+    return moved[1:][ways[1:] != ways[:-1]]
+
+
+def unloading(strain, stress):
+    """(strain, stress) of the way back from the first turn, which is its first row. CurveError where there is none."""
+    found = turns(strain)
+    if len(found) == 0:
+        raise CurveError(f"the curve does not turn back; it ends at strain {strain[-1]:g}")
+    end = found[1] + 1 if len(found) > 1 else len(strain)
+    return strain[found[0] : end], stress[found[0] : end]
+
+
+def residual_strain(strain, stress):
+    """Strain at which the stress is zero on the way back from the first turn.
+
+    Between the rows on both sides of zero, or beyond the last row by no more than the distance of the last two; nan where it
+    is farther.
+    """
+    back, held = unloading(strain, stress)
+    after = np.nonzero(held[:-1] * held[1:] <= 0.0)[0]
+    k = int(after[0]) if len(after) else len(back) - 2
+    if held[k] == held[k + 1]:
+        return float("nan")
+    part = held[k] / (held[k] - held[k + 1])
+    return float(back[k] + part * (back[k + 1] - back[k])) if 0.0 <= part <= 2.0 else float("nan")
+
+
+def stress_back_at(strain, stress, at=0.0):
+    """Stress at a strain on the way back from the first turn [unit of stress]; CurveError where it ends before."""
+    back, held = unloading(strain, stress)
+    order = np.argsort(back, kind="stable")
+    if not back[order[0]] - 1e-6 <= at <= back[order[-1]] + 1e-6:
+        raise CurveError(f"the way back ends at strain {back[-1]:g}")
+    return float(np.interp(at, back[order], held[order]))
+
+
+def unloading_modulus(strain, stress, reach=UNLOADING_RANGE):
+    """Slope over the first `reach` of strain after the first turn [unit of stress]."""
+    back, held = unloading(strain, stress)
+    near = np.abs(back - back[0]) <= reach + ROUNDING
+    if np.sum(near) < 3 or np.abs(back[-1] - back[0]) < reach - ROUNDING:
+        raise CurveError(f"the way back has too few rows for a slope over {reach:g}: it ends at strain {back[-1]:g}")
+    return float(np.polyfit(back[near] - back[0], held[near], 1)[0])
+
+
+def work(strain, stress):
+    """Integral of the stress over the strain along the way, by trapezoids [unit of stress]: what is left of it in a loop was
+    dissipated, per volume."""
+    return float(np.sum(0.5 * (stress[1:] + stress[:-1]) * np.diff(strain)))
+
+
+def loop_areas(strain, stress):
+    """Areas of the loops from each first turn back to it, the third and so on [unit of stress]; one sweep: that of the sweep.
+
+    A loop is closed where the material is steady: what a first loop has not closed is in its area.
+    """
+    found = turns(strain)
+    if len(found) == 0:
+        raise CurveError(f"the curve does not turn back; it ends at strain {strain[-1]:g}")
+    if len(found) < 3:
+        return [work(strain, stress)]
+    return [work(strain[a : b + 1], stress[a : b + 1]) for a, b in zip(found[:-2:2], found[2::2])]
+
+
+def numbers(curve, column="virial"):
+    """What is reported of a way there and back, in a dict: turn_strain, turn_MPa, residual_strain, unloading_GPa,
+    area_MJ_per_m3 of the last loop (one sweep: of the sweep)."""
+    strain, stress = curve.strain, getattr(curve, column)
+    back, held = unloading(strain, stress)
+    return {
+        "turn_strain": float(back[0]),
+        "turn_MPa": 1e-6 * float(held[0]),
+        "residual_strain": residual_strain(strain, stress),
+        "unloading_GPa": 1e-9 * unloading_modulus(strain, stress),
+        "area_MJ_per_m3": 1e-6 * loop_areas(strain, stress)[-1],
+    }
