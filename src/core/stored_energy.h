@@ -11,9 +11,9 @@
 namespace EVP {
 
 /// Offsets p = q/deq of the packed pairs before an evaluation of the forces, and those kept after it.
-/// nullptr where the pairs have none.
+/// nullptr where the pairs have none. cap: see Law::cap(); nullptr where no contact only repels.
 struct FlowView {
-  const double *offset = nullptr, *next = nullptr;
+  const double *offset = nullptr, *next = nullptr, *cap = nullptr;
 };
 
 /// Energies of the pairs of one list, found block by block in the force loop, and summed so that the
@@ -41,7 +41,10 @@ class StoredEnergy {
     double contacts;         ///< of new pairs
     double hardening;        ///< of bonds, by their offset
     double plastic;          ///< dissipated as offsets move on to the next ones
+    double ended;            ///< by hardening, of contacts that end as offsets move on
+    double born;             ///< of contacts that bonds became which broke, since the start
     Depth bonds_depth, contacts_depth;
+    Depth broken;    ///< of bonds that broke, since the start
   };
 
   /// What the pairs of a block hold, each times its weight, 0 beyond the cut-off [energy].
@@ -73,24 +76,51 @@ class StoredEnergy {
   void set_largest_depth(double sum);
 
   /// Before the first block of an evaluation.
-  void begin() { found = {}; }
+  void begin()
+  {
+    found = {};
+    ended = coming = 0.0;
+    changed = is_new;
+    is_new = false;
+  }
+
+  /// May pairs be beyond their cut-off that were within it at the evaluation before, or the reverse?
+  bool has_changed() const { return changed; }
 
   /// Adds the pairs of a block. damps: their damping is asked for, at Block::approach. Returns what
   /// each holds, until the next call.
   const Values &add(const PairRange &range, const Block &block, const FlowView &flow, bool damps);
 
+  /// Pair k of the list was a bond and is a contact of particles with this sum of radii now, at the
+  /// distance d [lengths].
+  void note_broken(const PairList &list, size_t k, double sum_radii, double d);
+
   /// After the last block.
   Sums sums() const
   {
-    return {found.first.total(),     found.second.total(),  found.contacts.total(),
-            found.hardening.total(), found.plastic.total(), bonds_depth,
-            contacts_depth};
+    return {found.first.total(),
+            found.second.total(),
+            found.contacts.total() + coming,
+            found.hardening.total(),
+            found.plastic.total(),
+            ended,
+            born,
+            bonds_depth,
+            contacts_depth,
+            broken};
   }
 
-  /// Spent on bonds that have left since: what it took to pull them from deq to their cut-off.
+  /// Spent on bonds that have left since, but did not break: what it took to pull them from deq to
+  /// their cut-off.
   static double lost(const Sums &start, const Sums &now)
   {
-    return start.bonds_depth - now.bonds_depth;
+    return (start.bonds_depth - now.bonds_depth) - (now.broken - start.broken);
+  }
+
+  /// The same of those that broke, less what the contacts hold that they became.
+  static double of_broken(const Sums &start, const Sums &now)
+  {
+    return (now.broken - start.broken) - (now.born - start.born);
   }
 
   /// Change of the energy of new pairs, which is zero at the cut-off.
@@ -126,7 +156,10 @@ class StoredEnergy {
   // Of each pair: depth is times its weight. Weights are 1 or 1/2, without newton, when both owners of a
   // pair across MPI ranks hold it; 2 more for a pair that was beyond its cut-off; negative for a new pair
   std::vector<double> deq, depth, weight;
-  Depth bonds_depth{}, contacts_depth{};
+  Depth bonds_depth{}, contacts_depth{}, broken{};
+  double ended = 0.0, born = 0.0;
+  double coming = 0.0;                     // held by contacts that the next evaluation finds
+  bool changed = false, is_new = false;    // see has_changed(); was the list assigned since?
   LaneSums found;
   Values values;
 
@@ -134,7 +167,10 @@ class StoredEnergy {
   // back: takes it out again
   void add_depth(bool is_bond, double x, bool back)
   {
-    Depth &sum = is_bond ? bonds_depth : contacts_depth;
+    add_depth(is_bond ? bonds_depth : contacts_depth, x, back);
+  }
+  void add_depth(Depth &sum, double x, bool back)
+  {
     const double rounded = (x + unit) - unit;
     sum.rounded += back ? -rounded : rounded;
     sum.rest += back ? rounded - x : x - rounded;

@@ -21,6 +21,7 @@ struct AtomForces {
 struct AtomPast {
   double x[3];    ///< unwrapped
   AtomForces forces;
+  double inside;    ///< what its bonds within their cut-offs would add to its volume sum at these
 };
 
 }    // namespace EVP
@@ -79,7 +80,8 @@ class FixEVPEnergy : public AtomRecords<NodalExchange<Fix>, EVP::AtomPast> {
 
   /// What happens in a step [energy].
   struct Works {
-    double dissipated, movers, others, broken;
+    double dissipated, movers, others;
+    double changed;    ///< MPI ranks where pairs may have passed their cut-offs
   };
 
   /// Of an MPI rank, then of all.
@@ -96,6 +98,7 @@ class FixEVPEnergy : public AtomRecords<NodalExchange<Fix>, EVP::AtomPast> {
   Instant start{}, last{};
   double dissipated_at_begin = 0.0;    // of the step under way, on this MPI rank
   double taken = 0.0;                  // by damping; DISSIPATED is the most that it was so far
+  double left = 0.0;                   // lost where contacts ended or volume strains jumped
   double entries[NENTRIES] = {};
   std::shared_ptr<EVP::PairWork> work = std::make_shared<EVP::PairWork>();
 
@@ -109,7 +112,7 @@ class FixEVPEnergy : public AtomRecords<NodalExchange<Fix>, EVP::AtomPast> {
   void take_work();
   Instant instant_here() const;
   double volume_energy() const;
-  double released_by_broken_bonds() const;
+  double volume_jump();
   Totals over_all_ranks(Totals totals) const;
   Works works_of_step();
   void unwrap(int i, double *x) const;

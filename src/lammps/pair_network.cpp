@@ -296,6 +296,9 @@ void PairNetwork::break_bonds()
                                       });
     newly_broken.push_back({row->i, pair.j, list.pairs.history_of(k).work});
     turn_into_contact(row->i, k);
+    if (work)
+      work->stored.note_broken(list, k, atom->radius[row->i] + atom->radius[pair.j],
+                               std::sqrt(EVP::PairGeometry(rows(atom->x), row->i, pair.j).dsq));
   }
   beyond.clear();
 }
