@@ -259,8 +259,9 @@ struct StoredBlocks {
 };
 
 void StoredEnergy::assign(const PairList &list, const BlockLaw &law, std::vector<double> deq_in,
-                          int nreact, bool flows_in)
+                          int nreact, bool flows_in, bool breaks_in)
 {
+  breaks = breaks_in;
   build = list.build;
   is_new = true;
   flows = flows_in;
@@ -323,8 +324,26 @@ void StoredEnergy::set_largest_depth(double sum)
   }
 }
 
-const StoredEnergy::Values &StoredEnergy::add(const PairRange &range, const Block &block,
-                                              const FlowView &flow, bool damps)
+double StoredEnergy::beside_depth(const PackedPair &pair, double p) const
+{
+  const Law &law = laws[pair.law];
+  const double r = pair.cut * pair.inv_deq;
+  if (!flows || r - 1.0 >= law.parameters().xi_s) return 0.0;
+  return law.stored(r, 1.0, law.flowed(r, 1.0, p)).total() - law.stored(r, 1.0).total();
+}
+
+void StoredEnergy::note_passed(const PairList &list, const double (*x)[3])
+{
+  if (!flows || breaks || is_due(list, flows)) return;
+  for_each_pair(list, x, [&](const PlacedPair &p) {
+    const StoredBlocks::Weight own(weight[p.index]);
+    if (own.is_bond && p.is_beyond() != own.was_beyond)
+      passed += (own.was_beyond ? -own.size : own.size) * beside_depth(p, p.offset);
+  });
+}
+
+const StoredEnergy::Values &StoredEnergy::add(const PairList &list, const PairRange &range,
+                                              const Block &block, const FlowView &flow, bool damps)
 {
   FlowView here;
   if (flows)
@@ -339,9 +358,14 @@ const StoredEnergy::Values &StoredEnergy::add(const PairRange &range, const Bloc
   });
   if (found.passes.total() != 0.0) {
     changed = true;
+    const bool counts = flows && !breaks && !finds_anew;
     for (int k = 0; k < block.n; k++) {
       if (values.passes[k] == 0.0) continue;
       const StoredBlocks::Weight own(kept[k]);
+      const size_t at = range.first + k;
+      if (counts && own.is_bond)    // an offset stays as it is beyond the cut-off
+        ended += own.was_beyond ? -own.size * beside_depth(list.pairs[at], flow.offset[at])
+                                : own.size * beside_depth(list.pairs[at], flow.next[at]);
       add_depth(own.is_bond, depth[range.first + k], !own.was_beyond);
       kept[k] += std::copysign(StoredBlocks::BEYOND, own.was_beyond ? -kept[k] : kept[k]);
     }
@@ -349,21 +373,21 @@ const StoredEnergy::Values &StoredEnergy::add(const PairRange &range, const Bloc
   return values;
 }
 
-void StoredEnergy::note_broken(const PairList &list, size_t k, double sum_radii, double d)
+void StoredEnergy::note_broken(const PairList &list, size_t k, double p, double sum_radii, double d)
 {
   if (is_due(list, flows)) return;    // the next evaluation begins with the list as it is then
   const StoredBlocks::Weight own(weight[k]);
   if (!own.was_beyond) add_depth(true, depth[k], true);
   add_depth(broken, depth[k], false);
+  const PackedPair pair = list.pairs[k];
+  born -= own.size * beside_depth(pair, p);
   weight[k] = -(own.size + StoredBlocks::BEYOND);
   depth[k] = 0.0;
-  const PackedPair pair = list.pairs[k];
-  if (pair.cutsq == 0.0) return;    // nothing is left
+  if (sum_radii == 0.0) return;
   const Law &law = laws[pair.law];
   deq[k] = sum_radii;
-  depth[k] = own.size * law.stored(pair.cut, sum_radii).total();
-  if (d > pair.cut) return;
-  const double held = own.size * law.stored(d, sum_radii).total() - depth[k];
+  if (d > sum_radii) return;
+  const double held = own.size * law.stored(d, sum_radii).total();
   born += held;
   coming += held;
 }

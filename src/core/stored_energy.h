@@ -41,8 +41,8 @@ class StoredEnergy {
     double contacts;         ///< of new pairs
     double hardening;        ///< of bonds, by their offset
     double plastic;          ///< dissipated as offsets move on to the next ones
-    double ended;            ///< by hardening, of contacts that end as offsets move on
-    double born;             ///< of contacts that bonds became which broke, since the start
+    double ended;            ///< beside their depths, of pairs that passed their cut-offs since
+    double born;             ///< of contacts that bonds became which broke, less the like of these
     Depth bonds_depth, contacts_depth;
     Depth broken;    ///< of bonds that broke, since the start
   };
@@ -65,9 +65,10 @@ class StoredEnergy {
   }
 
   /// A new list. deq: of its pairs, as recorded [length]: 1/deq of the list has lost its last bit.
-  /// law: of its pairs. nreact: see ParticleView. flows: pairs have offsets, see add().
+  /// law: of its pairs. nreact: see ParticleView. flows: pairs have offsets, see add(). breaks: bonds
+  /// beyond their cut-off break.
   void assign(const PairList &list, const BlockLaw &law, std::vector<double> deq, int nreact,
-              bool flows);
+              bool flows, bool breaks = false);
 
   /// Of all pairs of the list, those beyond their cut-off too [energy].
   double total_depth() const { return std::accumulate(depth.begin(), depth.end(), 0.0); }
@@ -79,8 +80,9 @@ class StoredEnergy {
   void begin()
   {
     found = {};
-    ended = coming = 0.0;
-    changed = is_new;
+    ended = passed;
+    passed = coming = 0.0;
+    changed = finds_anew = is_new;
     is_new = false;
   }
 
@@ -89,11 +91,16 @@ class StoredEnergy {
 
   /// Adds the pairs of a block. damps: their damping is asked for, at Block::approach. Returns what
   /// each holds, until the next call.
-  const Values &add(const PairRange &range, const Block &block, const FlowView &flow, bool damps);
+  const Values &add(const PairList &list, const PairRange &range, const Block &block,
+                    const FlowView &flow, bool damps);
 
-  /// Pair k of the list was a bond and is a contact of particles with this sum of radii now, at the
-  /// distance d [lengths].
-  void note_broken(const PairList &list, size_t k, double sum_radii, double d);
+  /// Before the list is built anew, at the positions of the next evaluation: which bonds have passed
+  /// their cut-offs since the last one, that evaluation does not know.
+  void note_passed(const PairList &list, const double (*x)[3]);
+
+  /// Pair k of the list is a bond that has broken, with the offset p, and will be a contact of particles
+  /// with this sum of radii, 0 where none is left. d: their distance [lengths].
+  void note_broken(const PairList &list, size_t k, double p, double sum_radii, double d);
 
   /// After the last block.
   Sums sums() const
@@ -159,11 +166,17 @@ class StoredEnergy {
   Depth bonds_depth{}, contacts_depth{}, broken{};
   double ended = 0.0, born = 0.0;
   double coming = 0.0;                     // held by contacts that the next evaluation finds
+  double passed = 0.0;                     // what `ended` of the next evaluation begins with
+  bool breaks = false;                     // do bonds break where they pass their cut-off?
   bool changed = false, is_new = false;    // see has_changed(); was the list assigned since?
+  bool finds_anew = false;                 // which pairs are beyond their cut-offs?
   LaneSums found;
   Values values;
 
   void choose(const BlockLaw &law, const PairList &list);
+  // what a bond with the offset p holds where it passes its cut-off, less its depth: one whose cut-off is
+  // near deq may have flowed in compression only, and so is not at the threshold there
+  double beside_depth(const PackedPair &pair, double p) const;
   // back: takes it out again
   void add_depth(bool is_bond, double x, bool back)
   {

@@ -258,6 +258,14 @@ void FixEVPEnergy::post_integrate()
   if (is_solved()) dissipated_at_begin += 0.5 * dt_step * implicit->power_after();
 }
 
+// a bond that passes its cut-off in a step with a neighbor build is not seen to pass by the force loop
+void FixEVPEnergy::pre_exchange()
+{
+  if (!network->rules.flows || network->rules.breaks() || !network->is_packed()) return;
+  comm->forward_comm();
+  work->stored.note_passed(network->packed_pairs(), EVP::scene::rows(atom->x));
+}
+
 // What damping gives back where a velocity turns within a step is deducted from what it takes next
 void FixEVPEnergy::end_of_step()
 {

@@ -37,10 +37,14 @@ class FixEVPEnergy : public AtomRecords<NodalExchange<Fix>, EVP::AtomPast> {
  public:
   FixEVPEnergy(class LAMMPS *, int, char **);
 
-  int setmask() override { return FixConst::POST_INTEGRATE | FixConst::END_OF_STEP; }
+  int setmask() override
+  {
+    return FixConst::POST_INTEGRATE | FixConst::PRE_EXCHANGE | FixConst::END_OF_STEP;
+  }
   void init() override;
   void setup(int) override;
   void post_integrate() override;
+  void pre_exchange() override;
   void end_of_step() override;
 
   double compute_scalar() override;

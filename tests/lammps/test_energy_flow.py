@@ -75,6 +75,24 @@ def test_a_flowed_bond_that_leaves(lmp, tmp_path, breaks, ranks):
     assert abs(found["open"]) < 2e-4 * found["movers"]
 
 
+@pytest.mark.parametrize("breaks", ["none", "0.1"])
+@pytest.mark.parametrize("builds", ["yes", "no"])
+def test_a_bond_recorded_next_to_its_cut_off(lmp, tmp_path, breaks, builds):
+    """Pressed until it flows, and pulled out: it is not at its threshold there, so that what is lost depends on its offset. It comes
+    back with that. builds: only where they are due, or at each step."""
+    deq, low = 0.01499, 0.0145
+    pairs = style(ROW, "none", breaks=breaks) + f"neigh_modify every 1 delay 0 check {builds}\n"
+    pressed, out, back = moved(lmp, tmp_path, pairs, (low - deq, 0.0151 - low, -0.0002), 20000, gap=deq)
+    q = low - 0.995 * deq
+    depth = flow.stored(DLIM, deq, ROW, flow.return_map(DLIM, deq, ROW, q))
+    gone = "lost" if breaks == "none" else "broken"
+    assert depth > 2.0 * law.energy(DLIM, deq, ROW, deq), "control"
+    assert entries(out)[gone] == pytest.approx(depth, rel=1e-6)
+    assert entries(back)[gone] == pytest.approx(0.0 if breaks == "none" else depth, rel=1e-6, abs=1e-6 * depth)
+    for table in (pressed, out, back):
+        assert np.abs(table["f_energy"]).max() < 1e-3 * entries(out)["movers"]
+
+
 @pytest.mark.parametrize("unload", ["elastic", "reversible"])
 def test_a_bond_that_breaks_where_its_particles_overlap(lmp, tmp_path, unload):
     """At once a contact repels below the sum of the radii: what it holds there comes out of what the bond releases. Where it
@@ -192,7 +210,7 @@ def test_plastic_never_falls_in_any_step(lmp, tmp_path, body, gamma, style_name)
 
 # ---- loops of a specimen ----
 
-@pytest.mark.parametrize("choices", [{"rate": 10, "dtfraction": 0.8}, {"rate": 1, "coeff": "80 8 4 3 8 4 0.005 1000 1.5", "integrator": "implicit"}],
+@pytest.mark.parametrize("choices", [{"rate": 10, "dtfraction": 0.8}, {"rate": 1, "coeff": "80 8 4 3 8 4 0.005 1000 1.5", "integrator": "implicit", "timestep": 1e-5}],
                          ids=["gamma_0", "gamma_1000"])
 def test_loop_area_is_what_is_dissipated(tmp_path, choices):
     """Three loops between -1 and 1 %: the work of the grips is the plastic entry, and what gamma takes, within 0.5 %."""
