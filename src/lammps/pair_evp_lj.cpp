@@ -294,7 +294,7 @@ void PairEVPLJ::sum_forces(const EVP::ParticleView &view, const More &...more)
   const auto accumulate = [&](auto &&tally) {
     if (work)
       work->accumulate_forces<Damping>(
-          pairs, law, view, {flow.offset, flow.next_offset}, tally,
+          pairs, law, view, {flow.offset, flow.next_offset, flow.cap}, tally,
           [this] {
             return network.rest_distances();
           },

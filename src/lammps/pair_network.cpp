@@ -299,6 +299,12 @@ void PairNetwork::break_bonds()
                                         return index < r.last;
                                       });
     newly_broken.push_back({row->i, pair.j, list.pairs.history_of(k).work});
+    if (work) {
+      const double sum_radii = atom->radius[row->i] + atom->radius[pair.j];
+      work->stored.note_broken(list, k, pair.offset,
+                               rules.contact == Contact::NONE ? 0.0 : sum_radii,
+                               std::sqrt(EVP::PairGeometry(rows(atom->x), row->i, pair.j).dsq));
+    }
     turn_into_contact(row->i, k);
   }
   beyond.clear();
