@@ -23,15 +23,7 @@ static double root_of(double a, double b)
 }
 
 ComputeEVPDt::ComputeEVPDt(LAMMPS *lmp, int narg, char **arg) :
-    NodalExchange(lmp, narg, arg), linear({[this](auto &values) {
-                                             to_ghosts(values);
-                                           },
-                                           [this](auto &values) {
-                                             to_owners(values);
-                                           },
-                                           [this](double here) {
-                                             return EVP::reduce_all(here, MPI_SUM, world);
-                                           }})
+    NodalExchange(lmp, narg, arg), linear(*this)
 {
   if (narg != 3) error->all(FLERR, "{}: unexpected argument '{}'", who, arg[3]);
   scalar_flag = vector_flag = 1;
