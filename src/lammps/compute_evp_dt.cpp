@@ -112,7 +112,7 @@ void ComputeEVPDt::linearise()
   std::vector<double> inv_deq;    // of the links
   for (int i = 0; volume && i < nlocal; i++)
     linear.volume_stiffness.push_back(volume->stiffness(i));
-  linear.nreact = force->newton_pair ? nall : nlocal;
+  linear.nreact = network->packed_pairs().nreact(force->newton_pair);
   linear.inverse_mass.assign(nall, 0.0);
   for (int i = 0; i < nall; i++)
     if (atom->mask[i] & groupbit) linear.inverse_mass[i] = EVP::scene::inverse_mass(atom, force, i);
