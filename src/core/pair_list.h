@@ -48,11 +48,15 @@ struct PairHistory {
   double work;      ///< dissipated by flow so far [energy]
   double broken;    ///< 1 once a bond has broken for good, else 0
 
+  /// As so many doubles it migrates, and is in restart files.
+  static constexpr int WORDS = 3;
+
   friend bool operator==(const PairHistory &a, const PairHistory &b)
   {
     return a.offset == b.offset && a.work == b.work && a.broken == b.broken;
   }
 };
+static_assert(sizeof(PairHistory) == PairHistory::WORDS * sizeof(double), "doubles only");
 
 /// Next offset of a contact that has ended: 0 as of one that has flowed back, but for the sign.
 constexpr double CONTACT_ENDED = -0.0;
@@ -133,6 +137,12 @@ class PackedPairs {
     double *inv_deq, *cutsq;
     int *j, *kind, *slot;
     double *offset, *work, *cap;    // nullptr without
+
+    void take_history(size_t k, const PairHistory &history) const
+    {
+      offset[k] = history.offset;
+      work[k] = history.work;
+    }
   };
 
   /// Room for n more pairs; those that are there stay.
@@ -163,6 +173,13 @@ class PackedPairs {
   {
     const double cut = std::sqrt(cutsq[k]) * margin_removed[kind[k] & 1];
     return {inv_deq[k], cutsq[k], cut, j[k], kind[k] / 2, slot[k], flows ? offset[k] : 0.0};
+  }
+
+  /// With flow only.
+  void take_history(size_t k, const PairHistory &history)
+  {
+    offset[k] = history.offset;
+    work[k] = history.work;
   }
 
   PairHistory history_of(size_t k) const

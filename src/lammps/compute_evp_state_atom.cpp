@@ -164,7 +164,7 @@ double ComputeEVPStateAtom::plastic_work(int i, const PairNetwork *network) cons
   double work = 0.0;
   for (size_t slot = 0; slot < bonds->of(i).size(); slot++)
     work += bonds->histories_of(i)[slot].work;
-  for (const EVP::FlowedContact &contact : bonds->contacts_of(i)) work += contact.work;
+  for (const EVP::FlowedContact &contact : bonds->contacts_of(i)) work += contact.history.work;
   return 0.5 * work;
 }
 

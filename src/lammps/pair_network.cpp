@@ -325,8 +325,7 @@ void PairNetwork::carry_histories(const EVP::PairList &before)
       const EVP::PairHistory history = before.pairs.history_of(old);
       if (history.broken != 0.0 && list.pairs[k].is_bond()) turn_into_contact(row.i, k);
       if (!rules.flows) continue;
-      list.pairs.offset[k] = history.offset;
-      list.pairs.work[k] = history.work;
+      list.pairs.take_history(k, history);
     }
 }
 
