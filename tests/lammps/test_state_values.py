@@ -124,8 +124,8 @@ def test_a_uniform_plastic_strain_is_found_exactly(lmp, tmp_path, periodic, rank
     lines = [f"{a + 1} {b + 1} {x:.17g} {y:.17g} 0 0\n" for a, b, x, y in zip(i, j, deq, q)]
     (tmp_path / "body.bonds").write_text(f"# EVP bonds COUNT: {len(lines)} UNITS: si\n" + "".join(lines))
     run = lmp(head(newton, "p p p") + elastic(fix="fix bonds all evp/bonds file body.bonds") + "fix hold all nve/noforce\n" + STATE
-              + "group few id <= 20\ncompute few few evp/state/atom plastic_strain\n" + DUMP.format("state.dump").replace("c_state", "c_few[*] c_state")
-              + "run 0\n", ranks=ranks).ok()
+              + "group few id <= 20\ncompute few few evp/state/atom plastic_strain\n"
+              + DUMP.format("state.dump").replace("c_state", "c_few[*] c_state") + "run 0\n", ranks=ranks).ok()
     snapshot = run.dump("state.dump")[-1]
     found = columns(snapshot)
     assert np.allclose(found["plastic_strain"], equivalent(strain), rtol=1e-6)
