@@ -221,7 +221,7 @@ class SumTally {
   void operator()(const PairRange &range, const Block &block)
   {
     const int *const j = list.pairs.j.data() + range.first;
-    for (int k = 0; k < block.n; k++) weight[k] = j[k] < nreact ? 1.0 : 0.5;
+    for (int k = 0; k < block.n; k++) weight[k] = rank_share(j[k], nreact);
     if (energy)
       energies.add(block.n, [&](int k) {
         return weight[k] * block.energy[k];

@@ -249,6 +249,13 @@ struct PackedRow {
   int first, last;
 };
 
+/// Weight of a pair with partner j in sums over all MPI ranks: where a ghost takes no reaction, its
+/// owner holds the pair too.
+inline double rank_share(int j, int nreact)
+{
+  return j < nreact ? 1.0 : 0.5;
+}
+
 /// All pairs of one MPI rank, row by row, rebuilt with the neighbor list.
 struct PairList {
   std::vector<PackedRow> rows;
@@ -257,6 +264,9 @@ struct PairList {
   long common_build = 0;    ///< counts those that were collective
   int nlocal = 0;           ///< particles that the list was built for: own,
   int nall = 0;             ///< and with ghosts
+
+  /// Particles below this index take reactions: ghosts do where newton is on.
+  int nreact(bool newton) const { return newton ? nall : nlocal; }
 
   void clear(double new_pair_margin = NEW_PAIR_MARGIN, bool flows = false)
   {

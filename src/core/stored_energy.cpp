@@ -269,7 +269,7 @@ void StoredEnergy::assign(const PairList &list, const BlockLaw &law, std::vector
   // none is within its cut-off yet: the next evaluation adds the depths of those that are
   weight.resize(deq.size());
   for (size_t k = 0; k < deq.size(); k++)
-    weight[k] = std::copysign((list.pairs.j[k] < nreact ? 1.0 : 0.5) + StoredBlocks::BEYOND,
+    weight[k] = std::copysign(rank_share(list.pairs.j[k], nreact) + StoredBlocks::BEYOND,
                               list.pairs.kind[k] & 1 ? 1.0 : -1.0);
   bonds_depth = contacts_depth = {};
   choose(law, list);

@@ -128,7 +128,7 @@ void ComputeEVPStateAtom::compute_peratom()
 void ComputeEVPStateAtom::add_pairs(const PairNetwork *network)
 {
   const EVP::PairList &list = network->packed_pairs();
-  const int nreact = force->newton_pair ? list.nall : list.nlocal;
+  const int nreact = list.nreact(force->newton_pair);
   sums.assign((size_t) comm_reverse * list.nall, 0.0);
   EVP::for_each_pair(list, EVP::scene::rows(atom->x), [&](const EVP::PlacedPair &p) {
     if (p.is_beyond()) return;

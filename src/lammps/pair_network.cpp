@@ -91,8 +91,7 @@ PairNetwork::Counts PairNetwork::count_pairs() const
     lowest = std::min(lowest, d / (atom->radius[p.i] + atom->radius[p.j]));
     if (p.is_beyond()) return;
 
-    // without newton both owners of a pair across MPI ranks hold it
-    const double weight = (!force->newton_pair && p.j >= list.nlocal) ? 0.5 : 1.0;
+    const double weight = EVP::rank_share(p.j, list.nreact(force->newton_pair));
     sums[p.is_bond() ? 0 : 2] += weight;
     if (p.is_bond() && law_of(p).regime(d, 1.0 / p.inv_deq, p.offset) == 2) sums[1] += weight;
   });
