@@ -51,7 +51,7 @@ def all_cases(quick=False):
     """The plan; quick: three choices of each knob on one body."""
     seeds = (1,) if quick else (1, 2, 3)
     steps = ("0.8", "0.4", "0.1") if quick else ("0.9", "0.8", "0.6", "0.4", "0.2", "0.1")
-    increments = ("0.002", "0.0005", "0.0001") if quick else ("0.004", "0.002", "0.001", "0.0005", "0.00025", "0.0001")
+    increments = ("0.002", "0.0005", "0.0001") if quick else ("0.002", "0.001", "0.0005", "0.00025", "0.0001")
     sizes = ((250, seeds), (500, seeds)) if quick else ((500, (1, 2, 3, 4)), (1000, (1, 2, 3)), (2000, (1, 2)), (4000, (1, 2)))
     cases = [Case("step", word, "in.cyclic", {"rate": 10, "dtfraction": word}, seed=seed) for word in steps for seed in seeds]
     cases += [Case("increment", word, "in.quasistatic", {"increment": word}, seed=seed) for word in increments for seed in seeds]
