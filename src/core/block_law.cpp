@@ -191,6 +191,7 @@ double BlockLaw::flow_energy(const Block &block, int k) const
   const double d = std::sqrt(block.distance_squared(k)), inv_deq = block.inv_deq[k];
   const int bond = block.kind[k] & 1;
   if (d * d > block.cutsq[k] && !block.incremental) return 0.0;
+  if (block.cutsq[k] == 0.0) return 0.0;    // broken, and no contacts act
   const double rc = std::sqrt(block.cutsq[k]) * inv_deq * block.margin_removed[bond];
   return laws[block.kind[k] >> 1].flow_energy(std::min(d * inv_deq, rc), 1.0, block.flow.offset[k],
                                               rc, block.flow.cap[k], block.incremental);

@@ -80,6 +80,7 @@ class BondStore {
     histories.clear();
     flowed_contacts.clear();
     grow((int) bonds.size());
+    for (size_t i = 0; i < bonds.size(); i++) need_room((int) words_of(i));
     changed();
   }
 
@@ -155,7 +156,9 @@ class BondStore {
     const auto &[i, is_record, partner, history] = pair;
     const int slot = is_record ? slot_of(i, partner) : -1;
     if (slot >= 0) histories[i][slot] = history;
-    if (!is_record) flowed_contacts[i].push_back({partner, history.offset, history.work});
+    if (is_record) return;
+    flowed_contacts[i].push_back({partner, history.offset, history.work});
+    need_room((int) words_of(i));
   }
 
   /// Slot of the bond with a partner, -1 if there is none.

@@ -2,20 +2,77 @@
 
 #include "compute_evp_state_atom.h"
 
+#include "core/strain_fit.h"
+#include "core/text.h"
+#include "core/volume_energy.h"
+#include "fix_evp_bonds.h"
+#include "keywords.h"
 #include "pair_network.h"
 #include "scene.h"
 
+#include "compute_stress_atom.h"
+#include "group.h"
+#include "math_const.h"
 #include "memory.h"
 
-using namespace LAMMPS_NS;
+#include <algorithm>
 
+using namespace LAMMPS_NS;
+using EVP::StrainFit;
+
+// in the order of Value
+static const std::vector<std::string> VALUES = {"plastic_work", "plastic_strain", "volume_strain",
+                                                "von_mises", "triaxiality"};
+
+// compute ID group evp/state/atom [value ...] [fraction PHI]
 ComputeEVPStateAtom::ComputeEVPStateAtom(LAMMPS *lmp, int narg, char **arg) :
     NodalExchange(lmp, narg, arg)
 {
-  if (narg != 3) error->all(FLERR, "{}: unexpected argument '{}'", who, arg[3]);
+  for (int iarg = 3; iarg < narg; iarg++) {
+    const auto at = std::find(VALUES.begin(), VALUES.end(), arg[iarg]);
+    if (at != VALUES.end()) {
+      const auto value = (Value) (at - VALUES.begin());
+      if (has(value)) error->all(FLERR, "{}: {} is asked for twice", who, arg[iarg]);
+      values.push_back(value);
+    } else if (strcmp(arg[iarg], "fraction") == 0) {
+      EVP::for_each_keyword(error, who, std::min(2, narg - iarg), arg + iarg, {"fraction"}, "",
+                            [this](const EVP::Keyword &given) {
+                              fraction = given.number();
+                              given.demand(fraction > 0.0 && fraction <= 1.0,
+                                           "must be above 0 and at most 1");
+                            });
+      iarg++;
+    } else
+      error->all(FLERR, "{}: unknown keyword '{}'; it takes {}, fraction", who, arg[iarg],
+                 utils::join_words(VALUES, ", "));
+  }
+  if (has(Value::VON_MISES) && fraction == 0.0)
+    error->all(FLERR,
+               "{}: von_mises needs 'fraction', the volume of all spheres divided by that of the "
+               "body: a stress is a force per area of the body",
+               who);
+
   peratom_flag = 1;
-  size_peratom_cols = 4;
+  size_peratom_cols = NCOLUMNS + (int) values.size();
   comm_reverse = NCOUNTS;
+  if (has(Value::VOLUME_STRAIN)) {
+    volume_at = comm_reverse;
+    comm_reverse += 2;
+  }
+  if (has(Value::PLASTIC_STRAIN)) {
+    plastic_at = comm_reverse;
+    comm_reverse += StrainFit::NSUMS;
+  }
+  if (!has(Value::VON_MISES) && !has(Value::TRIAXIALITY)) return;
+
+  // LAMMPS does not know this one: the buffers and the flags are those of this compute
+  std::vector<std::string> words = {id, group->names[igroup], "stress/atom", "NULL", "virial"};
+  std::vector<char *> args;
+  for (std::string &word : words) args.push_back(word.data());
+  stress = std::make_unique<ComputeStressAtom>(lmp, (int) args.size(), args.data());
+  comm_reverse = std::max(comm_reverse, stress->comm_reverse);
+  pressatomflag = stress->pressatomflag;
+  timeflag = stress->timeflag;
 }
 
 ComputeEVPStateAtom::~ComputeEVPStateAtom()
@@ -23,9 +80,15 @@ ComputeEVPStateAtom::~ComputeEVPStateAtom()
   memory->destroy(array_atom);
 }
 
+bool ComputeEVPStateAtom::has(Value value) const
+{
+  return std::find(values.begin(), values.end(), value) != values.end();
+}
+
 void ComputeEVPStateAtom::init()
 {
   PairNetwork::require(force, error, who);
+  if (stress) stress->init();
 }
 
 void ComputeEVPStateAtom::compute_peratom()
@@ -41,30 +104,93 @@ void ComputeEVPStateAtom::compute_peratom()
     error->all(FLERR,
                "{} needs the pairs of the present positions: use it in a run, or after 'run 0'",
                who);
-  const EVP::PairList &list = network->packed_pairs();
-  const int nreact = force->newton_pair ? list.nall : list.nlocal;
-  counts.assign((size_t) NCOUNTS * list.nall, 0.0);
-  EVP::for_each_pair(list, EVP::scene::rows(atom->x), [&](const EVP::PlacedPair &p) {
-    if (p.is_beyond()) return;
-    const bool second = network->law_of(p).regime(p.distance(), 1.0 / p.inv_deq, p.offset) == 2;
-    for (const int owner : {p.i, p.j}) {
-      if (owner == p.j && p.j >= nreact) continue;
-      double *count = &counts[(size_t) NCOUNTS * owner];
-      count[p.is_bond() ? WITHIN : FRESH] += 1.0;
-      if (p.is_bond() && second) count[SECOND] += 1.0;
-    }
-  });
-  to_owners(counts);
+  add_pairs(network);
+  to_owners(sums);
+  if (stress) stress->compute_peratom();
+  if (has(Value::PLASTIC_WORK) && network->bonds())
+    dynamic_cast<FixEVPBonds *>(EVP::scene::find_fix(modify, "evp/bonds"))->return_histories();
 
   const EVP::BondStore *bonds = network->bonds();
   for (int i = 0; i < atom->nlocal; i++) {
     double *state = array_atom[i];
-    const double *count = &counts[(size_t) NCOUNTS * i];
+    const double *count = &sums[(size_t) comm_reverse * i];
     const bool in_group = atom->mask[i] & groupbit;
     const double recorded = (in_group && bonds) ? (double) bonds->of(i).size() : 0.0;
     state[0] = recorded;
     state[1] = recorded > 0.0 ? count[SECOND] / recorded : 0.0;
     state[2] = recorded > 0.0 ? 1.0 - count[WITHIN] / recorded : 0.0;
     state[3] = in_group ? count[FRESH] : 0.0;
+    for (size_t k = 0; k < values.size(); k++)
+      state[NCOLUMNS + k] = in_group ? value_of(values[k], i, network) : 0.0;
   }
+}
+
+void ComputeEVPStateAtom::add_pairs(const PairNetwork *network)
+{
+  const EVP::PairList &list = network->packed_pairs();
+  const int nreact = force->newton_pair ? list.nall : list.nlocal;
+  sums.assign((size_t) comm_reverse * list.nall, 0.0);
+  EVP::for_each_pair(list, EVP::scene::rows(atom->x), [&](const EVP::PlacedPair &p) {
+    if (p.is_beyond()) return;
+    const bool second = network->law_of(p).regime(p.distance(), 1.0 / p.inv_deq, p.offset) == 2;
+    const bool fits = p.is_bond() && (volume_at >= 0 || plastic_at >= 0);
+    const double weight = !fits
+        ? 0.0
+        : EVP::VolumeEnergy::weight(1.0 / p.inv_deq,
+                                    network->law_of(p).parameters().alpha *
+                                        (atom->radius[p.i] + atom->radius[p.j]));
+    for (const int owner : {p.i, p.j}) {
+      if (owner == p.j && p.j >= nreact) continue;
+      double *sum = &sums[(size_t) comm_reverse * owner];
+      sum[p.is_bond() ? WITHIN : FRESH] += 1.0;
+      if (p.is_bond() && second) sum[SECOND] += 1.0;
+      if (fits && volume_at >= 0) {
+        sum[volume_at] += weight * (p.distance() * p.inv_deq - 1.0);
+        sum[volume_at + 1] += weight;
+      }
+      if (fits && plastic_at >= 0) {
+        const double r[3] = {p.g.dx, p.g.dy, p.g.dz};
+        StrainFit::add(r, p.g.dsq, weight, p.offset, sum + plastic_at);
+      }
+    }
+  });
+}
+
+// each pair is kept by both of its atoms
+double ComputeEVPStateAtom::plastic_work(int i, const PairNetwork *network) const
+{
+  const EVP::BondStore *bonds = network->bonds();
+  if (!bonds || !bonds->has_history()) return 0.0;
+  double work = 0.0;
+  for (size_t slot = 0; slot < bonds->of(i).size(); slot++)
+    work += bonds->histories_of(i)[slot].work;
+  for (const EVP::FlowedContact &contact : bonds->contacts_of(i)) work += contact.work;
+  return 0.5 * work;
+}
+
+double ComputeEVPStateAtom::value_of(Value value, int i, const PairNetwork *network) const
+{
+  const double *sum = &sums[(size_t) comm_reverse * i];
+  switch (value) {
+    case Value::PLASTIC_WORK:
+      return plastic_work(i, network);
+    case Value::PLASTIC_STRAIN:
+      return EVP::equivalent_strain(StrainFit::solve(sum + plastic_at));
+    case Value::VOLUME_STRAIN:
+      return EVP::VolumeEnergy::strain(sum[volume_at], sum[volume_at + 1]);
+    default:
+      break;
+  }
+  EVP::SymmetricTensor of_volume;
+  std::copy_n(stress->array_atom[i], 6, of_volume.begin());
+  const double mises = EVP::von_mises(of_volume);
+  if (value == Value::TRIAXIALITY) return mises > 0.0 ? EVP::mean_of(of_volume) / mises : 0.0;
+  const double radius = atom->radius[i];
+  return mises * fraction / (MathConst::MY_4PI3 * radius * radius * radius);
+}
+
+double ComputeEVPStateAtom::memory_usage()
+{
+  return (double) nmax * size_peratom_cols * sizeof(double) + EVP::bytes_of(sums) +
+      (stress ? stress->memory_usage() : 0.0);
 }

@@ -7,9 +7,13 @@
 #include "core/bytes.h"
 #include "nodal_exchange.h"
 
+#include <memory>
+#include <vector>
+
 namespace LAMMPS_NS {
 
-/// Per atom: pairs recorded, share of them in the second regime, share beyond dlim, new pairs.
+/// Per atom: pairs recorded, share of them in the second regime, share beyond dlim, new pairs; behind
+/// them what else was asked for.
 class ComputeEVPStateAtom : public NodalExchange<Compute> {
  public:
   ComputeEVPStateAtom(class LAMMPS *, int, char **);
@@ -17,17 +21,29 @@ class ComputeEVPStateAtom : public NodalExchange<Compute> {
 
   void init() override;
   void compute_peratom() override;
-  double memory_usage() override
-  {
-    return (double) nmax * size_peratom_cols * sizeof(double) + EVP::bytes_of(counts);
-  }
+  double memory_usage() override;
 
  private:
-  /// Of an atom: bonds within dlim, of these in the second regime; new pairs.
-  enum Count { WITHIN, SECOND, FRESH, NCOUNTS };
+  static constexpr int NCOLUMNS = 4;    // that are always there
 
-  Nodal counts;    // NCOUNTS per atom and ghost
+  enum class Value { PLASTIC_WORK, PLASTIC_STRAIN, VOLUME_STRAIN, VON_MISES, TRIAXIALITY };
+  std::vector<Value> values;    // of the further columns
+  double fraction = 0.0;        // volume of the spheres over that of the body
+
+  /// Sums of an atom over its pairs: bonds within dlim, of these in the second regime; new pairs.
+  /// Further ones follow where they are needed: they begin at these places, -1 if they are not there.
+  enum Count { WITHIN, SECOND, FRESH, NCOUNTS };
+  int volume_at = -1;     // w (d/deq - 1), w
+  int plastic_at = -1;    // StrainFit of q/deq
+
+  Nodal sums;    // comm_reverse of them per atom and ghost
   int nmax = 0;
+  std::unique_ptr<Compute> stress;    // stress times volume of each atom, where needed
+
+  bool has(Value) const;
+  void add_pairs(const class PairNetwork *);
+  double plastic_work(int i, const class PairNetwork *) const;
+  double value_of(Value, int i, const class PairNetwork *) const;
 };
 
 }    // namespace LAMMPS_NS

@@ -67,6 +67,9 @@ class FixEVPBonds : public NodalExchange<Fix> {
   /// Collective. Stops if an atom of any MPI rank is not the one recorded under its ID.
   void check_ids() const;
 
+  /// Collective. Brings the histories in records() up to the last commit() of the pairs.
+  void return_histories();
+
  private:
   double zone =
       0.0;    // pairs with d <= zone (R_i + R_j) are recorded; 0: zone = alpha of the types
@@ -85,8 +88,6 @@ class FixEVPBonds : public NodalExchange<Fix> {
   bigint counted_step = -1;               // step of that, -1 if it must not be used again
 
   void record();
-  void keep_history();
-  void return_histories();
   void check_history() const;
   double count_broken();
   std::vector<EVP::BondStore::Bonds> bonds_in_zone(const class PairNetwork *);

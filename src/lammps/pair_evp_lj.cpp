@@ -23,8 +23,9 @@ using EVP::Contact;
 using EVP::scene::rows;
 
 static constexpr int MAX_FILE_SIZE = 1 << 20;
-static constexpr double FORMAT = 1004.0;    // of the words of the settings in restart files
-static constexpr int NSETTINGS = 6;         // see write_restart_settings()
+// of the words of the settings in restart files
+static constexpr double FORMAT = 1003.0, FORMAT_WITH_HISTORY = 1004.0;
+static constexpr int NSETTINGS = 4;    // those of a length that is known
 static constexpr double LONGEST_ID = 1000;
 
 namespace {
@@ -397,17 +398,16 @@ void PairEVPLJ::read_restart(FILE *fp)
     }
 }
 
+// format, contact, overlap, length of the fix's ID, its ID, and where bonds flow or break how; checksum
 void PairEVPLJ::write_restart_settings(FILE *fp)
 {
   const std::string recorder = network.recorder();
   const EVP::PairRules &rules = network.rules;
-  std::vector<double> words = {FORMAT,
-                               (double) (int) rules.contact,
-                               rules.overlap,
-                               (double) rules.flows,
-                               rules.break_strain,
+  std::vector<double> words = {rules.has_history() ? FORMAT_WITH_HISTORY : FORMAT,
+                               (double) (int) rules.contact, rules.overlap,
                                (double) recorder.size()};
   words.insert(words.end(), recorder.begin(), recorder.end());
+  if (rules.has_history()) words.insert(words.end(), {(double) rules.flows, rules.break_strain});
   words.push_back(EVP::checksum(words.data(), (int) words.size()));
   fwrite(words.data(), sizeof(double), words.size(), fp);
 }
@@ -416,20 +416,24 @@ void PairEVPLJ::read_restart_settings(FILE *fp)
 {
   std::vector<double> words(NSETTINGS);
   read_together(fp, words.data(), NSETTINGS * sizeof(double));
-  const double id_size = words.back();
-  bool whole = words[0] == FORMAT && id_size >= 0.0 && id_size <= LONGEST_ID;
+  const bool has_history = words[0] == FORMAT_WITH_HISTORY;
+  bool whole = (words[0] == FORMAT || has_history) && words[3] >= 0.0 && words[3] <= LONGEST_ID;
+  const size_t id_end = NSETTINGS + (whole ? (size_t) words[3] : 0);
   if (whole) {
-    const size_t more = (size_t) id_size + 1;
-    words.resize(NSETTINGS + more);
-    read_together(fp, &words[NSETTINGS], more * sizeof(double));
+    words.resize(id_end + (has_history ? 3 : 1));
+    read_together(fp, &words[NSETTINGS], (words.size() - NSETTINGS) * sizeof(double));
     whole = words.back() == EVP::checksum(words.data(), (int) words.size() - 1);
   }
   if (!whole)
     error->all(FLERR,
                "Pair evp/lj: the restart file is damaged in the settings, or from a version of "
                "this package that wrote another format");
-  network.rules = {(Contact) (int) words[1], words[2], words[3] != 0.0, words[4]};
-  network.set_recorder({words.begin() + NSETTINGS, words.end() - 1});
+  network.rules = {(Contact) (int) words[1], words[2]};
+  if (has_history) {
+    network.rules.flows = words[id_end] != 0.0;
+    network.rules.break_strain = words[id_end + 1];
+  }
+  network.set_recorder({words.begin() + NSETTINGS, words.begin() + (ptrdiff_t) id_end});
   offer_pair_values();
 }
 

@@ -143,7 +143,7 @@ class PairNetwork : protected Pointers {
   {
     beyond.clear();
     return {list.pairs.flow(0), rules.breaks() ? &beyond : nullptr,
-            rules.contact == EVP::Contact::NONE, is_incremental()};
+            rules.contact == EVP::Contact::NONE && !rules.breaks(), is_incremental()};
   }
 
   /// Offset of the pair (i, j) of the packed list, or of the records where it is not there.

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from conftest import REFERENCE
 from evp import curves, cycles
-from lammps_run import read_csv, run_lammps
+from lammps_run import read_csv, read_dump, run_lammps
 
 E = 20.65e9  # of the reference specimen, contact none [Pa]
 TABLE2 = "80 8 4 3 8 4 0.005 1000 1.5"
@@ -99,3 +99,16 @@ def test_clock_that_stops_a_run_is_told(tmp_path):
     (tmp_path / "clock.lmp").write_text("timer timeout 0:00:01\n")
     _, found = run("in.cyclic", tmp_path, rate=0.1, row=1e-6, samples=1, also="clock.lmp")
     assert "WARNING: the run ended at a strain of" in found.stdout and "way 2 of 2" not in found.stdout
+
+
+@pytest.mark.parametrize("deck", ["in.cyclic", "in.traction", "in.quasistatic"])
+@pytest.mark.parametrize("choices", [{}, {"unload": "elastic"}, {"break": 0.05}, {"kv": 300}])
+def test_columns_of_the_state(tmp_path, deck, choices):
+    """Named where flow, breaking or a volume energy is on; else the four columns as they were."""
+    run(deck, tmp_path, strain=0.008, **({} if deck == "in.quasistatic" else {"row": 0.004, "rate": 50}), **choices)
+    state = read_dump(tmp_path / "run_state.dump")[-1]
+    first, names = ["id", "x", "y", "z", "radius"], ["bonds", "share_second", "share_lost", "new_pairs", "plastic_work", "plastic_strain", "volume_strain"]
+    assert list(state.columns) == first + (names if choices else [f"c_pairs[{k}]" for k in range(1, 5)])
+    if choices:
+        assert np.abs(state["volume_strain"]).max() > 0.0 and state["bonds"].sum() == 2 * 2975
+        assert ("unload" in choices) == (state["plastic_work"].max() > 0.0) == (state["plastic_strain"].max() > 0.0)

@@ -94,6 +94,19 @@ TEST(BondStore, ABrokenBondThatFlowsIsAContactToo)
   EXPECT_FALSE(store.has_changed());
 }
 
+// Buffers of migration and of restart files are made for the longest record.
+TEST(BondStore, RoomGrowsWithTheHistory)
+{
+  BondStore store = recorded(true);
+  for (int64_t partner = 100; partner < 120; partner++) {
+    store.take({0, false, partner, {-0.1, 0.2, 0.0}});
+    EXPECT_GE(store.most_words(), (int) store.words_of(0)) << partner;
+  }
+  BondStore late = recorded();
+  late.keep_history(true);
+  for (int i = 0; i < 2; i++) EXPECT_GE(late.most_words(), (int) late.words_of(i));
+}
+
 TEST(BondStore, HistoryCostsNothingWhereThereIsNone)
 {
   EXPECT_EQ(recorded().words_of(0), 2 + 2 * 2u);

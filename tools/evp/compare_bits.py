@@ -57,7 +57,7 @@ compute dt free evp/dt
 compute pairs all evp/state/atom
 timestep 3e-7
 thermo 20
-thermo_style custom step pe ke press f_bonds f_bonds[*] f_ledger f_ledger[*] c_dt c_dt[*]
+thermo_style custom step pe ke press f_bonds f_bonds[1] f_bonds[2] f_bonds[3] f_bonds[4] c_dt c_dt[*]
 thermo_modify format float %.17g
 dump all all custom 50 {name}.dump id type x y z vx vy vz fx fy fz c_pairs[*]
 dump_modify all format float %.17g

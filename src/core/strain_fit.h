@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+#ifndef EVP_CORE_STRAIN_FIT_H
+#define EVP_CORE_STRAIN_FIT_H
+
+#include <array>
+#include <cmath>
+
+namespace EVP {
+
+/// A symmetric tensor: xx, yy, zz, xy, xz, yz.
+using SymmetricTensor = std::array<double, 6>;
+
+inline double mean_of(const SymmetricTensor &t)
+{
+  return (t[0] + t[1] + t[2]) / 3.0;
+}
+
+/// Square of the norm of the deviator, s:s.
+inline double deviator_squared(const SymmetricTensor &t)
+{
+  const double mean = mean_of(t);
+  double sum = 0.0;
+  for (int c = 0; c < 3; c++) sum += (t[c] - mean) * (t[c] - mean) + 2.0 * t[c + 3] * t[c + 3];
+  return sum;
+}
+
+/// Of a stress: sqrt(3/2 s:s).
+inline double von_mises(const SymmetricTensor &stress)
+{
+  return std::sqrt(1.5 * deviator_squared(stress));
+}
+
+/// Of a strain: sqrt(2/3 e:e) of its deviator e.
+inline double equivalent_strain(const SymmetricTensor &strain)
+{
+  return std::sqrt(deviator_squared(strain) / 1.5);
+}
+
+/// The strain of a particle that fits those of its bonds best: minimizes sum_j w_j (u_j.E.u_j - p_j)^2 over
+/// the tensors E, with u the direction of a bond, p its strain, w its weight. It is E itself where p = u.E.u
+/// for all bonds and these have six independent directions. Where they have fewer, it is the smallest of
+/// the best ones.
+///
+/// The sums can be added up in any order, and on several MPI ranks.
+class StrainFit {
+ public:
+  static constexpr int NSUMS = 27;    ///< of w v v^T, its lower half, and of w p v
+
+  /// Adds a bond to sums [NSUMS]. u need not have length 1, with its square given: d = sqrt(dsq).
+  static void add(const double u[3], double dsq, double weight, double strain, double *sums)
+  {
+    // v.e = u.E.u with the off-diagonal entries of E times sqrt(2) in e, which keeps its norm
+    const double root = std::sqrt(2.0);
+    const double v[6] = {u[0] * u[0] / dsq,        u[1] * u[1] / dsq,
+                         u[2] * u[2] / dsq,        root * u[0] * u[1] / dsq,
+                         root * u[0] * u[2] / dsq, root * u[1] * u[2] / dsq};
+    for (int a = 0; a < 6; a++) {
+      for (int b = 0; b <= a; b++) *sums++ += weight * v[a] * v[b];
+    }
+    for (const double component : v) *sums++ += weight * strain * component;
+  }
+
+  /// The strain from the sums, 0 where there is no bond.
+  static SymmetricTensor solve(const double *sums)
+  {
+    double l[6][6];
+    for (int a = 0; a < 6; a++)
+      for (int b = 0; b <= a; b++) l[a][b] = *sums++;
+    // a small share of the trace, which is the sum of the weights, decides where bonds do not
+    double trace = 0.0;
+    for (int a = 0; a < 6; a++) trace += l[a][a];
+    if (!(trace > 0.0)) return {};
+    for (int a = 0; a < 6; a++) l[a][a] += RIDGE * trace;
+
+    // Cholesky decomposition, then substitution forth and back
+    SymmetricTensor e;
+    for (int a = 0; a < 6; a++) {
+      for (int b = 0; b <= a; b++) {
+        double left = l[a][b];
+        for (int c = 0; c < b; c++) left -= l[a][c] * l[b][c];
+        l[a][b] = a == b ? std::sqrt(left) : left / l[b][b];
+      }
+      e[a] = sums[a];
+      for (int c = 0; c < a; c++) e[a] -= l[a][c] * e[c];
+      e[a] /= l[a][a];
+    }
+    for (int a = 5; a >= 0; a--) {
+      for (int c = a + 1; c < 6; c++) e[a] -= l[c][a] * e[c];
+      e[a] /= l[a][a];
+    }
+    for (int a = 3; a < 6; a++) e[a] /= std::sqrt(2.0);
+    return e;
+  }
+
+ private:
+  static constexpr double RIDGE = 1e-10;
+};
+
+}    // namespace EVP
+
+#endif

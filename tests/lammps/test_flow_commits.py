@@ -1,0 +1,216 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Where the offsets of pairs may move, and what flow keeps: cycles below yield, frames, momenta."""
+
+import numpy as np
+import pytest
+from flowing import (BONDS, BREAK, MOVE, ROW, SHAKE, SUMS, assert_flowed, flowing_pair, largest_difference, read_pairs, rules)
+from hostile import refused
+from lammps_run import write_state
+from small_bodies import dump, head, lattice_body, mass_of, words, write_body
+
+START = head() + flowing_pair() + SHAKE + MOVE + "run 60\nwrite_evp_bonds before.bonds\n"
+AFTER = "write_evp_bonds after.bonds\n"
+# the next forces of many pairs are beyond their threshold
+PUSH = """
+variable px atom x+2e-4*sin(1.7*id)
+variable py atom y+2e-4*cos(2.9*id)
+set group all x v_px y v_py
+"""
+NOTHING = "velocity all set 0 0 0\n"
+EVALUATE = """compute dt all evp/dt
+compute own all pair/local dist force eng p1 p2 p3 p4 p5
+compute biggest all reduce max c_own[2] inputs local
+thermo_style custom step pe c_dt c_biggest f_bonds[2] f_bonds[5]
+run 0
+"""
+
+QUIET = {
+    "run 0": "run 0\n",
+    "run 0 twice, pre no": "run 0\nrun 0 pre no\n",
+    "compute evp/dt, pair/local, counts": EVALUATE,
+    "write_data": "run 0\nwrite_data some.data\nwrite_restart some.restart\n",
+    "minimization stopped by its count": "min_style cg\nmin_modify dmax 1e-5\nminimize 0 0 4 100\n",
+    "minimization stopped by its evaluations": "min_style cg\nmin_modify dmax 1e-5\nminimize 0 0 100 3\n",
+    "fire stopped by its count": "min_style fire\nminimize 0 0 5 1000\n",
+    "sd of no step": "min_style sd\nminimize 0 0 0 0\n",
+    "set-up of a run that does not start": "thermo_style custom step pe\nrun 0\nreset_timestep 0\nrun 0 post no\n",
+    "no forces": "neighbor 0.001 bin\nrun 0\n",
+}
+MOVING = {
+    "a step": NOTHING + "run 1\n",
+    "minimization to its tolerance": "min_style cg\nmin_modify dmax 1e-4\nminimize 0 1e6 1000 10000\n",
+}
+
+
+@pytest.fixture
+def bar(tmp_path):
+    body = lattice_body((6, 4, 4))
+    write_body(tmp_path / "body.data", body)
+    return body
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("name", [*QUIET, *MOVING])
+def test_offsets_move_in_steps_only(lmp, tmp_path, bar, ranks, name):
+    """Atoms are moved so that pairs are beyond their thresholds: forces are those of the return map, but bond files are the same text."""
+    lmp(START + PUSH + {**QUIET, **MOVING}[name] + AFTER, ranks).ok()
+    before, after = (read_pairs(tmp_path / f"{when}.bonds") for when in ("before", "after"))
+    assert_flowed(before)
+    if name in QUIET:
+        assert before == after
+    else:
+        moved = [abs(after.offset[key] - before.offset[key]) > 1e-5 * before.deq[key] for key in before.of(0)]
+        assert sum(moved) > 20, "control"
+
+
+def test_a_watched_run_is_the_same(lmp, tmp_path, bar):
+    """What is asked at every step changes no bit of the run."""
+    watch = EVALUATE.replace("run 0\n", "thermo 1\n") + """
+fix watch all print 1 "$(c_biggest) $(f_bonds[5])" file watched.txt screen no
+dump own all local 1 own.dump c_own[2] c_own[7]
+fix mean all ave/time 1 1 1 c_dt file mean.txt
+"""
+    for name, lines in (("plain", ""), ("watched", watch)):
+        lmp(START + lines + f"run 60\nwrite_evp_bonds {name}.bonds\n").ok()
+    plain, watched = ((tmp_path / f"{name}.bonds").read_text() for name in ("plain", "watched"))
+    assert plain == watched
+    assert plain != (tmp_path / "before.bonds").read_text(), "control"
+
+
+@pytest.mark.parametrize("rule", ["unload elastic", f"break {BREAK}"])
+def test_rerun_is_refused(lmp, tmp_path, bar, rule):
+    start = head() + f"pair_style evp/lj {rule}\npair_coeff * * {words(ROW)}\n{BONDS}\n"
+    lmp(start + SHAKE + "fix move all nve\ntimestep 3e-7\ndump all all custom 5 all.dump id x y z vx vy vz\nrun 10\n").ok()
+    refused(lmp(start + "rerun all.dump dump x y z vx vy vz\n"), "rerun does not know how bonds have flowed or broken", stepped=True)
+
+
+# ---- below yield
+
+FREE = "region left block INF 0.01 INF INF INF INF\nregion right block 0.05 INF INF INF INF INF\ngroup left region left\ngroup right region right\n" \
+       "group ends union left right\ngroup free subtract all ends\n"
+
+
+def cycles(amplitude, fraction, count=100, steps=100, gamma=300.0, start=""):
+    """The right end wiggles along x; timestep from compute evp/dt."""
+    row = ROW._replace(gamma=gamma)
+    return (head() + flowing_pair("none", 0, row, fix="fix bonds all evp/bonds") + FREE + start + "fix move free nve\n"
+            "compute dt all evp/dt\nthermo_style custom step pe ke c_dt\nrun 0\n"
+            f"timestep $({fraction}*c_dt)\nvelocity all set 0 0 0\n"
+            f"fix left left move linear 0 0 0\nfix right right move wiggle {amplitude} 0 0 $({steps}*dt)\n"
+            "write_evp_bonds before.bonds\nthermo 1000\n" + SUMS + "thermo_style custom step pe c_flow[1] c_flow[2]\n"
+            "thermo_modify format float %.17g\n"
+            f"run {count * steps}\nwrite_evp_bonds after.bonds\nunfix right\nfix right right move linear 0 0 0\n"
+            "compute own all pair/local p2 p4\ncompute most all reduce maxabs c_own[1] c_own[2] inputs local\n"
+            "thermo_style custom step pe ke c_most[1]\nthermo_modify format float %.17g\nrun 0\n")
+
+
+@pytest.mark.parametrize("fraction", [0.1, 0.4, 0.9])
+def test_a_hundred_cycles_below_yield_leave_nothing(lmp, tmp_path, bar, fraction):
+    lmp(cycles(3e-6, fraction)).ok()
+    before, after = (read_pairs(tmp_path / f"{when}.bonds") for when in ("before", "after"))
+    assert before == after and set(after.offset.values()) == {0.0} and set(after.work.values()) == {0.0}
+    lmp(cycles(3e-4, fraction, count=3)).ok()
+    assert max(map(abs, read_pairs(tmp_path / "after.bonds").offset.values())) > 1e-5, "control: a hundred times as far it yields"
+
+
+def test_cycles_within_the_elastic_range_after_flow(lmp, tmp_path, bar):
+    """Flowed by 2 % and unloaded a little, the body goes to and fro without another bit of flow, once the first cycles
+    have taken what rested at a threshold off it."""
+    pull = """
+fix first free nve
+fix l left move linear 0 0 0
+fix r right move linear 40 0 0
+timestep 2e-7
+run 150
+unfix r
+fix r right move linear -4 0 0
+run 100
+unfix r
+fix r right move linear 0 0 0
+fix drag free viscous 1e2
+run 4000
+unfix drag
+unfix first
+unfix l
+unfix r
+"""
+    table = lmp(cycles(1e-6, 0.4, count=200, start=pull)).ok().thermo(-2)
+    before = read_pairs(tmp_path / "before.bonds")
+    offsets = np.array(list(before.offset.values())) / np.array(list(before.deq.values()))
+    assert np.sum(offsets > 1e-3) > 50, "control: it has flowed"
+    for name in ("c_flow[1]", "c_flow[2]"):
+        settled = table[name][-10:]
+        assert len(set(settled)) == 1 and settled[0] != 0.0, name
+
+
+# ---- frames and momenta
+
+
+def turn_about(angle):
+    axis = np.array([1.0, 2.0, -2.0]) / 3.0
+    cross = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
+    return np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
+
+
+CALM = SHAKE + "velocity all zero linear\n"
+LARGE = [[-0.2, 0.3]] * 3
+
+
+def test_turned_and_moving_frames(lmp, tmp_path, bar):
+    """The state after flow turned by up to 2 pi, or given a velocity, goes on as before, turned or moved: flow, breaks, energies."""
+    write_body(tmp_path / "body.data", bar._replace(box=np.array(LARGE)))
+    move = MOVE.replace("pxx pyz", "")
+    first = lmp(head() + flowing_pair() + CALM + move + dump("all.dump", 60) + "run 60\nwrite_restart half.restart\nrun 60\nwrite_evp_bonds whole.bonds\n").ok()
+    half, end = (snapshot for snapshot in first.dump("all.dump") if snapshot.step > 0)
+    table = first.thermo()
+    assert_flowed(read_pairs(tmp_path / "whole.bonds"), contacts=False)
+    x, v = (half.vectors(*names) for names in (("x", "y", "z"), ("vx", "vy", "vz")))
+    centre = np.array([0.03, 0.02, 0.02])
+    frames = [(0.0, 0.0), (0.7, 0.0), (2.1, 0.0), (np.pi, 0.0), (5.0, 0.0), (2.0 * np.pi, 0.0), (0.0, 300.0), (1.3, 300.0)]
+    for angle, speed in frames:
+        turn = turn_about(angle)
+        write_state(tmp_path / "state.dump", centre + (x - centre) @ turn.T, v @ turn.T + [speed, -0.5 * speed, 0.0], half.box, half["id"].astype(int))
+        run = lmp(head(start="read_restart half.restart") + BONDS + "\nfix volume all evp/volume 500\n"
+                  "read_dump state.dump 0 x y z vx vy vz box no replace yes\nreset_timestep 60\n" + move + dump("turned.dump", 60)
+                  + "run 60\nwrite_evp_bonds turned.bonds\n").ok()
+        last = run.dump("turned.dump")[-1]
+        drift = 60 * 3e-7 * np.array([speed, -0.5 * speed, 0.0])
+        expected = centre + (end.vectors("x", "y", "z") - centre) @ turn.T + drift
+        assert np.abs(last.vectors("x", "y", "z") - expected).max() < 1e-10 * 0.08, (angle, speed)
+        force = end.vectors("fx", "fy", "fz") @ turn.T
+        assert np.abs(last.vectors("fx", "fy", "fz") - force).max() < 1e-8 * np.abs(force).max(), (angle, speed)
+        assert largest_difference(read_pairs(tmp_path / "turned.bonds"), read_pairs(tmp_path / "whole.bonds")) < 1e-8, (angle, speed)
+        for name in ("PotEng", "f_volume", "c_flow[2]"):
+            assert np.abs(run.thermo()[name] - table[name]).max() <= 1e-8 * np.abs(table[name]).max(), (angle, speed, name)
+
+
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (1, "off"), (2, "on"), (2, "off"), (4, "on"), (4, "off")])
+@pytest.mark.parametrize("contact", ["literal", "none"])
+def test_momenta_are_exact(lmp, tmp_path, bar, ranks, newton, contact):
+    run = lmp(head(newton) + flowing_pair(contact, 0.04, ROW._replace(gamma=30.0)) + SHAKE + MOVE + dump(every=120) + "run 120\nwrite_evp_bonds all.bonds\n", ranks).ok()
+    assert_flowed(read_pairs(tmp_path / "all.bonds"), contacts=False)
+    mass, found = mass_of(bar.radius)[:, None], []
+    for snapshot in run.dump("all.dump"):
+        x, v = snapshot.vectors("x", "y", "z"), snapshot.vectors("vx", "vy", "vz")
+        found.append((mass * v, np.cross(x, mass * v)))
+    for one, other in zip(*found):
+        assert np.linalg.norm(one.sum(axis=0) - other.sum(axis=0)) < 1e-12 * np.abs(one).sum()
+
+
+def test_a_hold_relaxes(lmp, tmp_path, bar):
+    """Pulled to 2 % and held, with damping: the kinetic energy dies, and then the stress does not move."""
+    row = ROW._replace(gamma=1000.0)
+    deck = (head() + f"pair_style evp/lj {rules('none', 0)}\npair_coeff * * {words(row)}\nfix bonds all evp/bonds\nfix volume all evp/volume 500\n" + FREE
+            + "fix move free nve\ncompute dt all evp/dt\nthermo_style custom step c_dt\nrun 0\ntimestep $(0.5*c_dt)\nfix left left move linear 0 0 0\n"
+            "variable steps equal round(8e-4/(20*dt))\nfix right right move linear 20 0 0\n"
+            "compute ke free ke\nthermo_style custom step c_ke f_left f_pull[1]\nthermo_modify format float %.17g\n"
+            .replace(" f_left f_pull[1]", " pxx c_flow")
+            + "compute own all pair/local p4\ncompute flow all reduce maxabs c_own inputs local\n")
+    deck = deck.replace("thermo_style custom step c_ke pxx c_flow\nthermo_modify format float %.17g\n", "")
+    deck += ("thermo_style custom step c_ke pxx c_flow\nthermo_modify format float %.17g\nthermo 1000\n"
+             "run ${steps}\nunfix right\nfix right right move linear 0 0 0\nvelocity right set 0 0 0\nrun 20000\n")
+    table = lmp(deck).ok().thermo()
+    energy, stress = table["c_ke"], table["Pxx"]
+    assert energy[-1] < 1e-12 * energy[0]
+    assert np.abs(stress[-5:] / stress[-1] - 1.0).max() < 1e-6
+    assert table["c_flow"][-1] > 0.01, "control: it has flowed"

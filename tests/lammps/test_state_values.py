@@ -1,0 +1,185 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""The further columns of compute evp/state/atom against numpy: plastic work and strain by tools/evp/flow.py, which was written apart,
+the strain tensor by a general least-squares solver, stresses from the forces of all pairs."""
+
+import numpy as np
+import pytest
+from evp import brute, flow, law
+from hostile import refused
+from small_bodies import ANOTHER_ORDER, MOVE, STIR, head, lattice_body, pair, with_images, words, write_body
+
+ROW = law.TABLE1
+NAMES = ("plastic_work", "plastic_strain", "volume_strain", "von_mises", "triaxiality")
+FRACTION = 0.55
+STATE = f"compute state all evp/state/atom {' '.join(NAMES)} fraction {FRACTION}\n"
+DUMP = """dump state all custom 1 {} id x y z c_state[*]
+dump_modify state format float %.17g
+"""
+WAYS = [(1, "on"), (1, "off"), (2, "off"), (4, "on")]
+STRETCH = np.array([1.03, 0.99, 1.0])
+
+
+@pytest.fixture
+def periodic(tmp_path):
+    body = lattice_body((5, 4, 4), periodic="xyz")
+    write_body(tmp_path / "body.data", body)
+    return body
+
+
+def elastic(row=ROW, more="", fix="fix bonds all evp/bonds"):
+    return f"pair_style evp/lj contact none unload elastic {more}\npair_coeff * * {words(row)}\n{fix}\n"
+
+
+def columns(snapshot):
+    return {name: snapshot[f"c_state[{k}]"] for k, name in enumerate(NAMES, start=5)}
+
+
+def bonds_of(body, x, cell):
+    """i, j, deq and the vector from j to i of all bonds at positions x, each once."""
+    places, owner = with_images(x, 4.0 * body.radius.max(), cell)
+    near = brute.find_pairs(places, body.radius[owner], 1.7)
+    low, high = np.minimum(owner[near.i], owner[near.j]), np.maximum(owner[near.i], owner[near.j])
+    wanted = ((near.i < len(x)) | (near.j < len(x))) & np.array([(a + 1, b + 1) in body.bonds for a, b in zip(low, high)])
+    _, first = np.unique(low[wanted] * len(x) + high[wanted], return_index=True)
+    i, j = owner[near.i][wanted][first], owner[near.j][wanted][first]
+    deq = np.array([body.bonds[min(a, b) + 1, max(a, b) + 1] for a, b in zip(i, j)])
+    assert len(i) == len(body.bonds)
+    return i, j, deq, near.r[wanted][first]
+
+
+def sums(i, j, values, n):
+    """Of each atom, over its bonds."""
+    total = np.zeros((n, *values.shape[1:]))
+    np.add.at(total, i, values)
+    np.add.at(total, j, values)
+    return total
+
+
+def equivalent(tensors):
+    deviator = tensors - np.trace(tensors, axis1=-2, axis2=-1)[..., None, None] / 3.0 * np.eye(3)
+    return np.sqrt(2.0 / 3.0 * np.sum(deviator**2, axis=(-2, -1)))
+
+
+def fitted(i, j, weight, unit, strain, n):
+    """The strain tensor of each atom from its bonds by numpy's least squares."""
+    found = np.zeros((n, 3, 3))
+    rows = np.stack([unit[:, a] * unit[:, b] * (1.0 if a == b else 2.0) for a, b in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))], axis=1)
+    for atom in range(n):
+        own = (i == atom) | (j == atom)
+        root = np.sqrt(weight[own])
+        xx, yy, zz, xy, xz, yz = np.linalg.lstsq(root[:, None] * rows[own], root * strain[own], rcond=None)[0]
+        found[atom] = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
+    return found
+
+
+@pytest.mark.parametrize("ranks, newton", WAYS)
+def test_a_body_that_was_stretched_and_flowed(lmp, periodic, ranks, newton):
+    """All bonds flow once, as the return map is exact for any increment. The same after a restart."""
+    n = len(periodic.x)
+    scale = " ".join(f"{axis} scale {factor}" for axis, factor in zip("xyz", STRETCH))
+    run = lmp(head(newton, "p p p") + elastic() + f"run 0\nchange_box all {scale} remap\nfix hold all nve/noforce\ntimestep 1e-30\n"
+              + STATE + DUMP.format("state.dump") + "run 1\nwrite_restart body.restart\n", ranks=ranks).ok()
+    snapshot = run.dump("state.dump")[-1]
+    i, j, deq, r = bonds_of(periodic, snapshot.vectors("x", "y", "z"), periodic.cell * STRETCH[:, None])
+    d = np.linalg.norm(r, axis=1)
+    dlim = ROW.alpha * (periodic.radius[i] + periodic.radius[j])
+    unit, acts, weight = r / d[:, None], d <= dlim, np.maximum(1.0 - (deq / dlim)**2, 0.0)
+    flowed = flow.step(np.minimum(d, dlim), deq, ROW, 0.0)
+    found = columns(snapshot)
+
+    work = 0.5 * sums(i, j, flowed.dissipated, n)
+    whole = sums(i, j, ~acts, n) == 0.0  # else a bond flowed up to its cut-off, which has a margin of 2e-9
+    assert np.allclose(found["plastic_work"][whole], work[whole], rtol=1e-11) and 10 < whole.sum() < n and work.min() > 0.0
+    assert np.allclose(found["plastic_work"], work, rtol=1e-7)
+
+    i, j, deq, d, r, unit, weight = (values[acts] for values in (i, j, deq, d, r, unit, weight))
+    tensors = fitted(i, j, weight, unit, flowed.q[acts] / deq, n)
+    assert np.allclose(found["plastic_strain"], equivalent(tensors), rtol=1e-6, atol=1e-9)
+    assert 0.5 < np.mean(found["plastic_strain"]) / equivalent(np.diag(STRETCH - 1.0)) < 1.0, "the elastic part is the threshold"
+    volume = 3.0 * sums(i, j, weight * (d / deq - 1.0), n) / sums(i, j, weight, n)
+    assert np.allclose(found["volume_strain"], volume, rtol=0.0, atol=1e-13)
+
+    stress = -0.5 * sums(i, j, flowed.force[acts, None, None] * r[:, :, None] * unit[:, None, :], n)  # times volume, positive in tension
+    mean = np.trace(stress, axis1=1, axis2=2) / 3.0
+    mises = np.sqrt(1.5 * np.sum((stress - mean[:, None, None] * np.eye(3))**2, axis=(1, 2)))
+    share = 4.0 / 3.0 * np.pi * periodic.radius**3 / FRACTION
+    assert np.allclose(found["von_mises"], mises / share, rtol=1e-10)
+    assert np.allclose(found["triaxiality"], mean / mises, rtol=1e-9, atol=1e-9)
+    assert mean.mean() > 0.0, "control: a body that is pulled"
+
+    again = lmp(head(newton, start="read_restart body.restart") + "fix bonds all evp/bonds\nfix hold all nve/noforce\n" + STATE
+                + DUMP.format("again.dump") + "run 0\n", ranks=3 - min(ranks, 2)).ok()
+    for name, values in columns(again.dump("again.dump")[-1]).items():
+        assert np.allclose(values, found[name], rtol=1e-9, atol=1e-9 * np.abs(found[name]).max()), name
+
+
+@pytest.mark.parametrize("ranks, newton", WAYS)
+def test_a_uniform_plastic_strain_is_found_exactly(lmp, tmp_path, periodic, ranks, newton):
+    """q = deq u.E.u for all bonds, given by a bond file: each atom, whatever its neighbors, has the equivalent strain of E."""
+    n, strain = len(periodic.x), np.array([[0.010, 0.002, 0.0], [0.002, -0.003, 0.004], [0.0, 0.004, -0.005]])
+    i, j, deq, r = bonds_of(periodic, periodic.x, periodic.cell)
+    q = np.einsum("ka,ab,kb->k", r, strain, r) / deq
+    lines = [f"{a + 1} {b + 1} {x:.17g} {y:.17g} 0 0\n" for a, b, x, y in zip(i, j, deq, q)]
+    (tmp_path / "body.bonds").write_text(f"# EVP bonds COUNT: {len(lines)} UNITS: si\n" + "".join(lines))
+    run = lmp(head(newton, "p p p") + elastic(fix="fix bonds all evp/bonds file body.bonds") + "fix hold all nve/noforce\n" + STATE
+              + "group few id <= 20\ncompute few few evp/state/atom plastic_strain\n" + DUMP.format("state.dump").replace("c_state", "c_few[*] c_state")
+              + "run 0\n", ranks=ranks).ok()
+    snapshot = run.dump("state.dump")[-1]
+    found = columns(snapshot)
+    assert np.allclose(found["plastic_strain"], equivalent(strain), rtol=1e-6)
+    assert np.array_equal(snapshot["c_few[5]"], np.where(np.arange(n) < 20, found["plastic_strain"], 0.0))
+    assert not np.any(found["plastic_work"])
+
+
+@pytest.mark.parametrize("factor", [0.99, 1.02])
+def test_a_body_that_swells(lmp, periodic, factor):
+    """Volume strain 3 (factor - 1) of each atom, the trace; with fix evp/volume it is that of the fix."""
+    scale = " ".join(f"{axis} scale {factor}" for axis in "xyz")
+    run = lmp(head(boundary="p p p") + pair() + f"fix volume all evp/volume 500\nrun 0\nchange_box all {scale} remap\n"
+              "fix hold all nve/noforce\ncompute state all evp/state/atom volume_strain\n"
+              + DUMP.format("state.dump").replace("c_state", "f_volume c_state") + "run 0\n").ok()
+    snapshot = run.dump("state.dump")[-1]
+    whole = snapshot["c_state[3]"] == 0.0  # no bond beyond dlim
+    assert whole.sum() > 5
+    assert np.allclose(snapshot["c_state[5]"], 3.0 * (factor - 1.0), rtol=1e-11)
+    assert np.allclose(snapshot["f_volume"][whole], snapshot["c_state[5]"][whole], rtol=1e-11)
+
+
+@pytest.mark.parametrize("ranks, newton", WAYS)
+def test_work_of_broken_bonds_and_contacts(lmp, bar, ranks, newton):
+    """In a run with flow, breaking and new contacts: half the work of all lines of the bond file that name the atom, at each row."""
+    rules = elastic(more="break 0.05").replace("none", "literal")
+    writes = "".join(f"run 100\nwrite_evp_bonds {step}.bonds\n" for step in (100, 200))
+    run = lmp(head(newton) + rules + STIR.replace("15*", "40*") + MOVE + STATE + DUMP.format("state.dump").replace("custom 1", "custom 100") + writes,
+              ranks=ranks).ok()
+    snapshots = {snapshot.step: columns(snapshot)["plastic_work"] for snapshot in run.dump("state.dump")}
+    for step in (100, 200):
+        table = np.loadtxt(run.folder / f"{step}.bonds")
+        expected = 0.5 * sums(table[:, 0].astype(int) - 1, table[:, 1].astype(int) - 1, table[:, 4], len(bar.x))
+        assert np.allclose(snapshots[step], expected, rtol=ANOTHER_ORDER, atol=ANOTHER_ORDER * expected.max())
+    kinds, work = table[:, 5], table[:, 4]
+    assert all(np.any(work[kinds == kind] > 0.0) for kind in (0, 1, 2)), "control: bonds, broken ones and contacts"
+
+
+def test_atoms_with_few_bonds(lmp, tmp_path):
+    """A pair and an atom alone: the smallest strain that fits, that along the bond; nothing where there is no bond."""
+    from lammps_run import write_data
+    x = np.array([[0.0, 0.0, 0.0], [0.006, 0.008, 0.0], [0.1, 0.0, 0.0]])
+    write_data(tmp_path / "body.data", x, [0.005] * 3, [[-0.2, 0.2]] * 3)
+    (tmp_path / "body.bonds").write_text("# EVP bonds COUNT: 1 UNITS: si\n1 2 0.01 0.00003 0.5 0\n")
+    run = lmp(head() + elastic(fix="fix bonds all evp/bonds file body.bonds") + "fix hold all nve/noforce\n" + STATE + DUMP.format("state.dump")
+              + "run 0\n").ok()
+    found = columns(run.dump("state.dump")[-1])
+    unit = np.array([0.6, 0.8, 0.0])
+    assert np.allclose(found["plastic_strain"], [equivalent(0.003 * np.outer(unit, unit))] * 2 + [0.0], rtol=1e-5)
+    assert np.allclose(found["plastic_work"], [0.25, 0.25, 0.0])
+    assert abs(found["triaxiality"][0]) == pytest.approx(1.0 / 3.0) and found["triaxiality"][2] == 0.0
+    assert all(values[2] == 0.0 for values in found.values())
+
+
+@pytest.mark.parametrize("given, message", [
+    ("plastic", "unknown keyword 'plastic'; it takes plastic_work"), ("von_mises", "von_mises needs 'fraction'"),
+    ("von_mises fraction", "keyword fraction needs a value"), ("von_mises fraction 0", "fraction must be above 0 and at most 1"),
+    ("von_mises fraction 1.1", "fraction must be above 0 and at most 1"), ("plastic_work plastic_work", "is asked for twice")])
+def test_what_is_refused(lmp, bar, given, message):
+    refused(lmp(head() + pair() + f"compute state all evp/state/atom {given}\nrun 0\n"), message)
