@@ -200,8 +200,10 @@ HEAD = """# Flow at large strain
 
 {answer}
 
-Written by `tools/large_strain.py`: a random packing of solid fraction 0.62 in a periodic box of {volume:.3g} m3, Table 1 with gamma 100, e and gamma scaled with N, simple shear
-at {rate}/s and a fixed volume by fix deform with *remap x*, explicit damping, energies by fix evp/energy. The box flips whenever its tilt passes one half. Stresses are those of the pairs.
+Written by `tools/large_strain.py`: a random packing of solid fraction 0.62 in a periodic box of {volume:.3g} m3, Table 1 with gamma 100,
+e and gamma scaled with N, simple shear
+at {rate}/s and fixed volume by fix deform with *remap x*, explicit damping, energies by fix evp/energy.
+The box flips whenever its tilt passes one half. Stresses are those of the pairs.
 
 ![shear stress and plastic dissipation](figures/{stem}.png)
 
@@ -211,10 +213,11 @@ HEADER = ("contact", "N", "unload", "largest stress [MPa]", "at strain", *(f"str
           "stress, last 1", "lowest, last 1", "pressure, last 1", "plastic", "viscous", "with lost pairs", "stored", "bonds beyond dlim [%]",
           "new pairs per sphere", "closest d/(Ri + Rj)", "energy balance less work [%]")
 NOTES = """
-*Last 1*: over the last unit of strain. *Stress*: mean; *lowest*: smallest mean over 0.1 of strain. *Plastic*, *viscous*, *with lost pairs*, *stored*: growth of these energies per volume and
-strain [MPa], of which the work of the shear stress is the sum; stored: bonds, hardening and new pairs, negative where new pairs attract. *Bonds beyond dlim*: share at the end. *Energy
-balance less work*: the sum of all energies over the work of the shear stress, less 1. With *remap x* dampers see velocities relative to the affine motion; the work of their forces over the affine
-displacement is in the stress and in no energy, and that is what is left, most where the body slides in a band.
+*Last 1*: over the last unit of strain. *Stress*: mean; *lowest*: smallest mean over 0.1 of strain. *Plastic*, *viscous*, *with lost pairs*,
+*stored*: growth of these energies per volume and strain [MPa] over the last unit of strain; their sum is the work of the shear stress. *Stored* is that
+of bonds, hardening and new pairs, negative where new pairs attract. *Bonds beyond dlim*: share at the end. *Energy balance less work*: the sum of all
+energies over the work of the shear stress, less 1. With *remap x* dampers see velocities relative to the affine motion. The work of their forces over the
+affine displacement is in the stress and in no energy; it is what is left, and most where the body slides in a band.
 """
 
 
@@ -230,7 +233,8 @@ def row(case, found, bonds):
     late = (end - 1.0, end)
     return [case.contact, case.spheres, case.unload, f"{found['shear_stress'][top] / MPA:.0f}", f"{found['strain'][top]:.2f}",
             *(f"{mean(found, *span, 'shear_stress') / MPA:.0f}" for span in (*SPANS, late)), f"{lowest(found, *late):.0f}",
-            f"{mean(found, *late, 'pressure') / MPA:.0f}", *(f"{rates(found, *late, name):.0f}" for name in ("plastic", "viscous", "lost", "stored")),
+            f"{mean(found, *late, 'pressure') / MPA:.0f}",
+            *(f"{rates(found, *late, name):.0f}" for name in ("plastic", "viscous", "lost", "stored")),
             f"{100.0 * found['bonds_beyond_dlim'][-1] / bonds:.0f}", f"{found['new_pairs'][-1] / case.spheres:.1f}",
             f"{found['lowest_ratio'].min():.2f}", f"{100 * work_misfit(found):+.1f}"]
 
@@ -249,24 +253,29 @@ def answer(results):
     def both(found):
         return " and ".join(f"{value:.0f}" for value in found)
 
-    sizes = " and ".join(str(case.spheres) for case in cases("literal"))
-    eq8, none, repulsive = cases("literal", "reversible")[0], cases("none")[0], cases("repulsive")[0]
+    literal, eq8, none, repulsive = cases("literal"), cases("literal", "reversible")[0], cases("none")[0], cases("repulsive")[0]
     end = results[none]["strain"][-1]
+    spent = [sum(late(case, name) for name in ("plastic", "viscous", "lost")) for case in literal]
+    pressure = mean(results[repulsive], end - 1.0, end, "pressure") / MPA
     return "\n".join((
-        f"With *contact literal* flow stress and dissipation persist up to a shear strain of {end:g}: over the last unit of strain the stress is {both(map(late, cases('literal')))} MPa"
-        f" for {sizes} spheres, and {both(late(case, 'plastic') for case in cases('literal'))} MPa of plastic",
-        f"dissipation per strain (eq. 8, which dissipates nothing itself: {late(eq8):.0f} MPa of stress).",
+        f"With *contact literal* flow stress and plastic dissipation persist up to a shear strain of {end:g}. Means over the last unit of strain, for"
+        f" {both(case.spheres for case in literal)} spheres:",
+        f"stress {both(map(late, literal))} MPa, plastic dissipation per strain {both(late(case, 'plastic') for case in literal)} MPa."
+        f" With eq. 8 the stress is {late(eq8):.0f} MPa.",
         "",
         "What does not hold:",
         "",
-        "- The stress is not steady: it still falls slowly at the end, where it is lower than that of eq. 8. There is one body of each size, so that its dependence on N cannot be told from scatter.",
-        f"- The dissipation is not the work. With *contact literal* new pairs attract as soon as they meet, and this energy is spent too: plastic, viscous and lost energy grow by"
-        f" {both(sum(late(case, name) for name in ('plastic', 'viscous', 'lost')) for case in cases('literal'))} MPa where the work is {both(map(late, cases('literal')))} MPa."
-        " A temperature made of it would be too high by as much.",
-        f"- With *contact none* there is no steady flow. The body parts in a band at a strain of about a half, and its stress falls to {lowest(results[none], end - 1.0, end):.0f} MPa. What comes afterwards are the same bonds again,"
-        " whose partners come back by the periodic box after each unit of strain.",
-        f"- *contact repulsive* carries {late(repulsive):.0f} MPa, under a pressure of {mean(results[repulsive], end - 1.0, end, 'pressure') / MPA:.0f} MPa at this fixed volume, rising and falling as bonds come back, with {late(repulsive, 'plastic'):.0f} MPa of plastic dissipation.",
-        "- Under all three the bonds of the start that come back by the periodic box act again, the paper's rule. `break` prevents it.",
+        "- The stress is not steady: it still falls slowly at the end, where it is lower than that of eq. 8. There is one body of each size,"
+        " so that a dependence on N cannot be told from scatter.",
+        "- More is dissipated than the shear puts in. With *contact literal* new pairs attract as soon as they meet, and this energy is dissipated"
+        f" too: plastic, viscous and lost energy grow by {both(spent)} MPa, the work by {both(map(late, literal))} MPa."
+        " A temperature computed from the dissipation would be too high.",
+        "- With *contact none* there is no steady flow. The body parts in a band at a strain of about one half, and its stress falls to"
+        f" {lowest(results[none], end - 1.0, end):.0f} MPa. The peaks that follow are the bonds of the start: their partners come back by the"
+        " periodic box after each unit of strain.",
+        f"- With *contact repulsive* the stress is {late(repulsive):.0f} MPa under a pressure of {pressure:.0f} MPa at this fixed volume, with"
+        f" {late(repulsive, 'plastic'):.0f} MPa of plastic dissipation. It rises and falls as bonds come back.",
+        "- Under all three the bonds of the start act again where their partners come back, the paper's rule. *break* prevents it.",
     ))
 
 
@@ -289,7 +298,8 @@ def main(words=None):
             results[case] = measure(case, options.strain, options.work)
         stem = options.out.stem
         write_csv(options.out.with_suffix(".csv"), ("run", *COLUMNS),
-                  [(case.name, *(f"{found[name][k]:.6g}" for name in COLUMNS)) for case, found in results.items() for k in range(len(found["strain"]))])
+                  [(case.name, *(f"{found[name][k]:.6g}" for name in COLUMNS))
+                   for case, found in results.items() for k in range(len(found["strain"]))])
         picture = draw(results, options.out.parent / "figures" / f"{stem}.png")
         bonds = {case.spheres: bonds_at_start(options.work / case.data) for case in results}
         lines = table(HEADER, [row(case, found, bonds[case.spheres]) for case, found in results.items()])
