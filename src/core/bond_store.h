@@ -85,6 +85,17 @@ class BondStore {
     changed();
   }
 
+  /// Has any pair of a local atom flowed?
+  bool has_flowed() const
+  {
+    for (const auto &own : histories)
+      for (const PairHistory &history : own)
+        if (history.offset != 0.0) return true;
+    return std::any_of(flowed_contacts.begin(), flowed_contacts.end(), [](const auto &own) {
+      return !own.empty();
+    });
+  }
+
   /// Has any pair of a local atom flowed or broken?
   bool has_changed() const
   {

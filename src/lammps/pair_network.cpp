@@ -384,7 +384,10 @@ EVP::PairHistory PairNetwork::history_of(int i, int j) const
     for (const auto &[own, other] : {std::pair(i, j), std::pair(j, i)}) {
       if (own >= atom->nlocal) continue;
       const int slot = store->slot_of(own, atom->tag[other]);
-      if (slot >= 0) return store->histories_of(own)[slot];
+      if (slot < 0) continue;
+      const EVP::PairHistory history = store->histories_of(own)[slot];
+      if (history.broken != 0.0) return {0.0, 0.0, 1.0};    // as of what is left in the list
+      return history;
     }
   return {};
 }
