@@ -96,7 +96,7 @@ struct Pairs {
     block.flow = {offset.data(), work.data(), cap.data(), next_offset.data(), next_work.data()};
     block.all_bonds = false;
     block.incremental = incremental;
-    law(block, damping, energy);
+    law(block, {damping, energy, false});
   }
 };
 
