@@ -5,7 +5,7 @@ tools/evp/flow.py, which was written apart."""
 import numpy as np
 import pytest
 from conftest import REFERENCE
-from evp import flow, law
+from evp import brute, flow, law
 from lammps_run import read_dump
 
 ROW = law.TABLE1
@@ -16,21 +16,21 @@ NAMES = {"d": "c_own[1]", "force": "c_own[2]", "deq": "c_own[3]", "strain": "c_o
 
 @pytest.fixture(scope="module")
 def states(tmp_path_factory):
-    """{contact: states in the order of the way}, each a dict of arrays by pair that acts, sorted by the IDs of its atoms."""
+    """{(contact, strain of breaking): states in the order of the way}, each a dict of arrays by pair that acts, sorted by the IDs of its atoms."""
     from lammps_run import run_lammps
     known = {}
 
-    def get(contact):
-        if contact not in known:
+    def get(contact, broken="none"):
+        if (contact, broken) not in known:
             folder = tmp_path_factory.mktemp("pairs")
             (folder / "pairs.lmp").write_text(
                 "compute own all pair/local dist force p1 p2 p3 p4 p5\ncompute who all property/local patom1 patom2 cutoff type\n"
                 "dump own all local $(v_steps_per_row) pairs.dump c_own[*] c_who[*]\ndump_modify own format float %.17g\n")
-            choices = {"specimen": REFERENCE, "contact": contact, "unload": "elastic", "strain": 0.015, "lower": -0.01, "row": 0.001,
+            choices = {"specimen": REFERENCE, "contact": contact, "unload": "elastic", "strain": 0.015, "lower": -0.01, "row": 0.001, "break": broken,
                        "rate": 20, "dtfraction": 0.8, "also": "pairs.lmp", "out": "run"}
             run_lammps("in.cyclic", 1, choices, folder).ok()
-            known[contact] = [sorted_pairs(snapshot) for snapshot in read_dump(folder / "pairs.dump")]
-        return known[contact]
+            known[contact, broken] = [sorted_pairs(snapshot) for snapshot in read_dump(folder / "pairs.dump")]
+        return known[contact, broken]
 
     return get
 
@@ -58,6 +58,33 @@ def test_force_of_each_pair(states, contact):
         if contact == "none":
             assert not moved.any()
     assert flowed > 1000 and (contact == "none") == (beyond == 0), "control: new contacts that are stretched keep no offset"
+
+
+@pytest.mark.parametrize("contact, broken", [("literal", "none"), ("repulsive", 0.012), ("none", 0.012)])
+def test_force_of_contacts_and_of_broken_bonds(states, reference, contact, broken):
+    """New contacts keep compression only, repulsive ones and what is left of broken bonds push only; the others are bonds within their strain
+    of breaking."""
+    bonds = {1e6 * i + j: deq for (i, j), deq in brute.record_bonds(reference.x, reference.radius, ROW.alpha).items()}
+    contacts, left, torn = 0, 0, set()
+    for state in states(contact, broken):
+        deq = np.array([bonds.get(key, 0.0) for key in state["key"]])
+        known, is_bond = deq > 0.0, np.abs(state["deq"] - deq) < 1e-15
+        is_new, is_left = ~known, known & ~is_bond
+        q = state["offset"] * state["deq"]
+        of_bond = flow.step(state["d"], state["deq"], ROW, q).force
+        pushing = flow.contact_step(state["d"], state["deq"], ROW, q, state["deq"], repulsive=True).force
+        of_new = pushing if contact == "repulsive" else flow.contact_step(state["d"], state["deq"], ROW, q, ROW.alpha * state["deq"]).force
+        force = np.where(is_bond, of_bond, np.where(is_new, of_new, pushing))
+        assert np.abs(state["force"] - force).max() < 1e-10 * FORCE
+        assert np.all(q[~is_bond] <= 0.0)
+        if broken != "none":
+            assert np.all(state["d"][is_bond] <= (1.0 + broken) * state["deq"][is_bond] * (1.0 + 1e-8))
+            assert not torn & set(state["key"][is_bond]), "a broken bond is none again"
+            torn |= set(bonds) - set(state["key"][is_bond])
+        contacts, left = contacts + is_new.sum(), left + is_left.sum()
+    assert contacts > 50 or contact != "literal"
+    assert len(torn) > 20 or broken == "none"
+    assert (left > 0) == (broken != "none" and contact != "none"), "control: what is left of broken bonds is pushed"
 
 
 def test_plastic_work_is_the_dissipation_of_the_flow(states):
