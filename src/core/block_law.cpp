@@ -62,10 +62,8 @@ namespace {
 
       double f = c.first_force(s, q) + c.flow_force(s_after, q_after);
       f = cap < 0.0 ? (f < 0.0 ? 0.0 : f) : f;
-      if constexpr (Axial)
-        f = (f * inv_deq[k] + block.axial[k]) * inv_d;
-      else
-        f *= inv_deq[k] * inv_d;
+      f *= inv_deq[k] * inv_d;
+      if constexpr (Axial) f += block.axial[k] * inv_d;
       if constexpr (Damping) f -= c.gamma * block.approach[k] * (inv_d * inv_d);
       block.force[k] = dsq > cutsq[k] ? 0.0 : f;
 
@@ -132,11 +130,8 @@ namespace {
       const double inv_d = w * at.shifted;
       const PowerPair q = powers(s);
 
-      double f = c.force(at, s, q);
-      if constexpr (Axial)
-        f = (f * inv_deq[k] + block.axial[k]) * inv_d;
-      else
-        f *= inv_deq[k] * inv_d;
+      double f = c.force(at, s, q) * (inv_deq[k] * inv_d);
+      if constexpr (Axial) f += block.axial[k] * inv_d;
       if constexpr (Damping) f -= c.gamma * block.approach[k] * (inv_d * inv_d);
       block.force[k] = dsq > cutsq[k] ? 0.0 : f;
 
