@@ -5,13 +5,28 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <type_traits>
 
 namespace EVP {
 
 namespace {
 
-  /// Pairs whose flow stays, of laws that share the powers P.
+  /// Caps of a block of bonds, which need not be read from the list.
+  struct BondCaps {
+    double values[Block::SIZE];
+    BondCaps() { std::fill_n(values, Block::SIZE, BOND_CAP); }
+  };
+  const BondCaps BOND_CAPS;
+
+  bool only_bonds(const Block &block)
+  {
+    int bonds = 0;
+    for (int k = 0; k < block.n; k++) bonds += block.kind[k] & 1;
+    return bonds == block.n;
+  }
+
+  /// Pairs whose flow stays, of laws that share the powers P. Mostly none flows: what is spent comes last.
   template <class P, bool Many, bool Damping, bool Energy, bool Axial>
   EVP_INLINE void evaluate_flow(const BlockLaw &law, Block &block)
   {
@@ -22,6 +37,8 @@ namespace {
     const FlowArrays flow = block.flow;
     const int n = block.n;
     const double incremental = block.incremental, of_bond = block.margin_removed[1];
+    const bool has_contacts = !only_bonds(block);
+    const double *const caps = has_contacts ? flow.cap : BOND_CAPS.values;
     const Law::Constants only = law.constants[0];
     const Law::Constants *own[Many ? Block::SIZE : 1];
     if constexpr (Many)
@@ -33,25 +50,20 @@ namespace {
       const double x = block.xy[2 * k], y = block.xy[2 * k + 1], z = block.z[k];
       const double dsq = x * x + y * y + z * z;
       const double d = std::sqrt(dsq > cutsq[k] ? cutsq[k] : dsq);    // so far a bond flows
-      const double before = 1.0 + flow.offset[k], cap = flow.cap[k];
+      const double cap = caps[k];
       const double r = d * inv_deq[k];
-      const double flowed = c.flowed(r, flow.offset[k]), after = 1.0 + flowed;
-      const double e = r - flowed;
+      const double flowed = c.flowed(r, flow.offset[k]);
+      const double after = 1.0 + flowed, e = r - flowed;
 
       // all reciprocals from one division
-      const double ed = e * d, flows = before * after;
-      const double w = 1.0 / (ed * flows);
-      const double of_d = w * ed, s = w * d * flows, inv_d = w * e * flows;
-      const double s_after = of_d * before, s_before = of_d * after;
+      const double ed = e * d, w = 1.0 / (ed * after);
+      const double s = w * d * after, inv_d = w * e * after, s_after = w * ed;
       const PowerPair q = powers(s), q_after = powers(s_after);
-      const double f_after = c.flow_force(s_after, q_after);
 
-      double f = c.first_force(s, q) + f_after;
+      double f = c.first_force(s, q) + c.flow_force(s_after, q_after);
       f = cap < 0.0 ? (f < 0.0 ? 0.0 : f) : f;
-      if constexpr (Axial)
-        f = (f * inv_deq[k] + block.axial[k]) * inv_d;
-      else
-        f *= inv_deq[k] * inv_d;
+      f *= inv_deq[k] * inv_d;
+      if constexpr (Axial) f += block.axial[k] * inv_d;
       if constexpr (Damping) f -= c.gamma * block.approach[k] * (inv_d * inv_d);
       block.force[k] = dsq > cutsq[k] ? 0.0 : f;
 
@@ -59,21 +71,31 @@ namespace {
       const double ended = cap < BOND_CAP ? CONTACT_ENDED : kept;
       flow.next_offset[k] = dsq > cutsq[k] ? ended : kept;
 
-      // of a contact, whose flow may have been capped, that to flowed: mended below
-      const double dissipated =
-          c.dissipated(flow.offset[k], c.flow_force(s_before, powers(s_before)), flowed, f_after);
-      flow.next_work[k] = flow.work[k] + dissipated;
-
       if constexpr (Energy) {
         const double rc = std::sqrt(cutsq[k]) * inv_deq[k] * of_bond;
         const double at_cut = c.flowed(rc, flowed), s_cut = 1.0 / (rc - at_cut);
         const double s_flow = 1.0 / (1.0 + at_cut);
         const double stored = c.energy(e, q, s_after, q_after) -
             c.energy(rc - at_cut, powers(s_cut), s_flow, powers(s_flow));
-        block.energy[k] = (dsq > cutsq[k] ? 0.0 : stored) + incremental * dissipated;
+        block.energy[k] = dsq > cutsq[k] ? 0.0 : stored;
       }
     }
-    if (block.all_bonds) return;
+
+    const bool moves = std::memcmp(flow.offset, flow.next_offset, n * sizeof(double)) != 0;
+    *flow.moves = moves;
+    if (moves) {
+      EVP_INDEPENDENT
+      for (int k = 0; k < n; k++) {
+        const Law::Constants &c = Many ? *own[k] : only;
+        const double p0 = flow.offset[k], p1 = flow.next_offset[k];
+        const double both = 1.0 / ((1.0 + p0) * (1.0 + p1));
+        const double s0 = both * (1.0 + p1), s1 = both * (1.0 + p0);
+        flow.spent[k] =
+            c.dissipated(p0, c.flow_force(s0, powers(s0)), p1, c.flow_force(s1, powers(s1)));
+        if constexpr (Energy) block.energy[k] += incremental * flow.spent[k];
+      }
+    }
+    if (!has_contacts) return;
     for (int k = 0; k < n; k++)
       if (!(kind[k] & 1)) law.mend_contact<Energy>(block, k);
   }
@@ -108,11 +130,8 @@ namespace {
       const double inv_d = w * at.shifted;
       const PowerPair q = powers(s);
 
-      double f = c.force(at, s, q);
-      if constexpr (Axial)
-        f = (f * inv_deq[k] + block.axial[k]) * inv_d;
-      else
-        f *= inv_deq[k] * inv_d;
+      double f = c.force(at, s, q) * (inv_deq[k] * inv_d);
+      if constexpr (Axial) f += block.axial[k] * inv_d;
       if constexpr (Damping) f -= c.gamma * block.approach[k] * (inv_d * inv_d);
       block.force[k] = dsq > cutsq[k] ? 0.0 : f;
 
@@ -139,7 +158,8 @@ namespace {
       const double flowed = own.flowed(d * inv_deq, 1.0, p);
       const double kept = own.kept(flowed, p, flow.cap[k]);
       flow.next_offset[k] = is_beyond && !is_bond ? CONTACT_ENDED : kept;
-      flow.next_work[k] = is_beyond && !is_bond ? 0.0 : flow.work[k] + own.dissipated(p, kept);
+      flow.spent[k] = is_beyond && !is_bond ? -flow.work[k] : own.dissipated(p, kept);
+      *flow.moves = true;
       if constexpr (Energy) block.energy[k] = law.flow_energy(block, k);
       block.force[k] = 0.0;
       if (is_beyond) continue;
@@ -212,18 +232,12 @@ double BlockLaw::flow_energy(const Block &block, int k) const
                                               rc, block.flow.cap[k], block.incremental);
 }
 
-// a contact dissipates up to what it keeps only, and has an energy of its own
+// a contact ends, or has an energy of its own
 template <bool Energy> void BlockLaw::mend_contact(Block &block, int k) const
 {
   const FlowArrays &flow = block.flow;
   if constexpr (Energy) block.energy[k] = flow_energy(block, k);
-  if (has_ended(flow.next_offset[k]))
-    flow.next_work[k] = 0.0;
-  else if (flow.next_offset[k] == flow.offset[k])
-    flow.next_work[k] = flow.work[k];
-  else
-    flow.next_work[k] =
-        flow.work[k] + laws[block.kind[k] >> 1].dissipated(flow.offset[k], flow.next_offset[k]);
+  if (*flow.moves && has_ended(flow.next_offset[k])) flow.spent[k] = -flow.work[k];
 }
 
 void BlockLaw::assign(const std::vector<Law> &laws_in, const std::vector<int> &used, bool flows,

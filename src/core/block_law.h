@@ -13,7 +13,7 @@ namespace EVP {
 
 /// Up to SIZE pairs between gathering and scattering. Relative positions are from j to i.
 struct Block {
-  static constexpr int SIZE = 256;
+  static constexpr int SIZE = BLOCK_SIZE;
 
   int n;                    ///< pairs in this block
   const double *inv_deq;    ///< of each pair, see PackedPair

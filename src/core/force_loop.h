@@ -88,8 +88,8 @@ void gather(const PairList &list, const ParticleView &view, const PairRange &ran
   const FlowArrays &flow = view.histories.flow;
   const auto first = range.first;
   if (flow.offset)
-    block.flow = {flow.offset + first, flow.work + first, flow.cap + first,
-                  flow.next_offset + first, flow.next_work + first};
+    block.flow = {flow.offset + first,      flow.work + first,  flow.cap + first,
+                  flow.next_offset + first, flow.spent + first, flow.moves + first / BLOCK_SIZE};
   block.all_bonds = view.histories.all_bonds;
   block.incremental = view.histories.incremental;
   const auto *const x = view.x;

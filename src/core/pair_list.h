@@ -71,13 +71,18 @@ inline bool only_repels(double cutsq, double inv_deq)
   return cutsq * (inv_deq * inv_deq) < 1.0 + 1e-6;    // literal ones end at alpha > 1
 }
 
+/// The force loop takes so many pairs at once.
+constexpr int BLOCK_SIZE = 256;
+
 /// What a force evaluation reads and writes of pairs whose flow stays, one entry per pair.
 struct FlowArrays {
   const double *offset = nullptr;    ///< q/deq in force
   const double *work = nullptr;      ///< dissipated by flow so far [energy]
   const double *cap = nullptr;       ///< see Law::cap()
   double *next_offset = nullptr;     ///< where the pair would move them: taken over by commit()
-  double *next_work = nullptr;
+  double *spent = nullptr;           ///< dissipated on the way there [energy]
+  char *moves =
+      nullptr;    ///< of each block of pairs: is any on its way? If not, spent is not written
 };
 
 /// One pair of the neighbor list, ready for the time-step loop. Its i is that of its PackedRow.
@@ -115,7 +120,8 @@ class PackedPairs {
       margin_removed[2];    ///< factors that take the margin out of a cut: of new pairs, of bonds
 
   // with flow that stays, empty without: see FlowArrays
-  std::vector<double> offset, next_offset, work, next_work, cap;
+  std::vector<double> offset, next_offset, work, spent, cap;
+  std::vector<char> moves;
 
   PackedPairs() { clear(); }
   size_t size() const { return count; }
@@ -125,9 +131,12 @@ class PackedPairs {
   {
     count = 0;
     flows = flows_in;
-    if (!flows)
-      for (auto *values : {&offset, &next_offset, &work, &next_work, &cap})
+    if (flows) std::fill(moves.begin(), moves.end(), 0);
+    if (!flows) {
+      std::vector<char>().swap(moves);
+      for (auto *values : {&offset, &next_offset, &work, &spent, &cap})
         std::vector<double>().swap(*values);
+    }
     margins[0] = new_pair_margin;
     for (int k = 0; k < 2; k++) margin_removed[k] = 1.0 / (1.0 + margins[k]);
   }
@@ -153,9 +162,10 @@ class PackedPairs {
       for (auto *values : {&inv_deq, &cutsq}) values->resize(larger);
       for (auto *values : {&j, &kind, &slot}) values->resize(larger);
     }
-    if (flows && count + n > offset.size())
-      for (auto *values : {&offset, &next_offset, &work, &next_work, &cap})
-        values->resize(j.size());
+    if (flows && count + n > offset.size()) {
+      for (auto *values : {&offset, &next_offset, &work, &spent, &cap}) values->resize(j.size());
+      moves.resize(j.size() / BLOCK_SIZE + 1);
+    }
     return {inv_deq.data() + count,
             cutsq.data() + count,
             j.data() + count,
@@ -192,14 +202,19 @@ class PackedPairs {
   void commit()
   {
     offset.swap(next_offset);
-    work.swap(next_work);
+    for (size_t block = 0; block * BLOCK_SIZE < count; block++) {
+      if (!moves[block]) continue;
+      moves[block] = 0;
+      const size_t first = block * BLOCK_SIZE, last = std::min(first + BLOCK_SIZE, count);
+      for (size_t k = first; k < last; k++) work[k] += spent[k];
+    }
   }
 
-  /// Those of pair k and the ones that follow it; all nullptr without.
+  /// Those of pair k, where a block begins, and the ones that follow it; all nullptr without.
   FlowArrays flow(size_t k)
   {
     if (!flows) return {};
-    return {&offset[k], &work[k], &cap[k], &next_offset[k], &next_work[k]};
+    return {&offset[k], &work[k], &cap[k], &next_offset[k], &spent[k], &moves[k / BLOCK_SIZE]};
   }
   bool has_flow() const { return flows; }
 
@@ -212,7 +227,7 @@ class PackedPairs {
     cutsq[k] = sum_radii > 0.0 ? reach_squared(sum_radii, false) : 0.0;
     if (sum_radii > 0.0) inv_deq[k] = 1.0 / sum_radii;
     if (!flows) return;
-    offset[k] = next_offset[k] = work[k] = next_work[k] = 0.0;
+    offset[k] = next_offset[k] = work[k] = spent[k] = 0.0;
     cap[k] = cap_of_contact;
   }
 
@@ -234,7 +249,7 @@ class PackedPairs {
 
   double memory_usage() const
   {
-    return bytes_of(inv_deq, cutsq, j, kind, slot, offset, next_offset, work, next_work, cap);
+    return bytes_of(inv_deq, cutsq, j, kind, slot, offset, next_offset, work, spent, cap, moves);
   }
 
  private:

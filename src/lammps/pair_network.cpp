@@ -276,6 +276,7 @@ void PairNetwork::find_histories()
 {
   beyond.clear();
   EVP::PackedPairs &pairs = list.pairs;
+  std::fill(pairs.moves.begin(), pairs.moves.end(), 1);
   EVP::for_each_pair(list, rows(atom->x), [&](const EVP::PlacedPair &p) {
     if (rules.breaks() && p.is_bond() && p.is_beyond()) beyond.push_back(p.index);
     if (!rules.flows) return;
@@ -284,7 +285,7 @@ void PairNetwork::find_histories()
     const bool ended = p.is_beyond() && !p.is_bond();
     const double kept = law.kept(law.flowed(r, 1.0, p.offset), p.offset, pairs.cap[p.index]);
     pairs.next_offset[p.index] = ended ? EVP::CONTACT_ENDED : kept;
-    pairs.next_work[p.index] = ended ? 0.0 : pairs.work[p.index] + law.dissipated(p.offset, kept);
+    pairs.spent[p.index] = ended ? -pairs.work[p.index] : law.dissipated(p.offset, kept);
   });
 }
 

@@ -119,6 +119,7 @@ bond_coeff 1 {coefficients}
 
 ELASTIC = "unload elastic"
 VOLUME = "fix volume all evp/volume 1000"  # [energy] 12 times e1, as 1000 J are with Table 1
+PUSH = "fix push all addforce 1e-6 0 0"
 LENNARD_JONES = "1 0.8908987181403393"  # minimum at one diameter
 
 
@@ -168,6 +169,8 @@ def effects(cells, steps, data):
         ("laws of their own for two types", ours("two types", cells, steps, types=2), plain),
         ("a look at each step whether the neighbor list still holds", ours("watched", cells, steps, neigh=watched), plain),
         ("fix evp/energy at each step", ours("ledger", cells, steps, more="fix ledger all evp/energy"), plain),
+        ("fix evp/energy at each step, with explicit damping and fix addforce", ours("damped, pushed, ledger", cells, steps, gamma=0.1, more=f"{PUSH}\nfix ledger all evp/energy"),
+         ours("damped, pushed", cells, steps, gamma=0.1, more=PUSH)),
         ("fix dt/evp, every 100 steps", ours("dt/evp", cells, steps, more="fix step all dt/evp 100 0.4 max 1e-3"), plain),
         ("flow that stays: unload elastic, no pair flows", ours("elastic", cells, steps, rules=ELASTIC), plain),
         ("unload elastic, pairs flow each step", ours("flowing", cells, steps, row=crossing, speed=0.1, rules=ELASTIC),
