@@ -12,7 +12,7 @@ namespace EVP {
 namespace {
 
   /// Pairs whose flow stays, of laws that share the powers P.
-  template <class P, bool Many, bool Damping, bool Energy>
+  template <class P, bool Many, bool Damping, bool Energy, bool Axial>
   EVP_INLINE void evaluate_flow(const BlockLaw &law, Block &block)
   {
     const P powers;
@@ -48,7 +48,10 @@ namespace {
 
       double f = c.first_force(s, q) + f_after;
       f = cap < 0.0 ? (f < 0.0 ? 0.0 : f) : f;
-      f *= inv_deq[k] * inv_d;
+      if constexpr (Axial)
+        f = (f * inv_deq[k] + block.axial[k]) * inv_d;
+      else
+        f *= inv_deq[k] * inv_d;
       if constexpr (Damping) f -= c.gamma * block.approach[k] * (inv_d * inv_d);
       block.force[k] = dsq > cutsq[k] ? 0.0 : f;
 
@@ -76,7 +79,7 @@ namespace {
   }
 
   /// All pairs of a block whose laws share the powers P.
-  template <class P, bool Many, bool Damping, bool Energy>
+  template <class P, bool Many, bool Damping, bool Energy, bool Axial>
   EVP_INLINE void evaluate(const BlockLaw &law, Block &block)
   {
     const P powers;
@@ -105,7 +108,11 @@ namespace {
       const double inv_d = w * at.shifted;
       const PowerPair q = powers(s);
 
-      double f = c.force(at, s, q) * (inv_deq[k] * inv_d);
+      double f = c.force(at, s, q);
+      if constexpr (Axial)
+        f = (f * inv_deq[k] + block.axial[k]) * inv_d;
+      else
+        f *= inv_deq[k] * inv_d;
       if constexpr (Damping) f -= c.gamma * block.approach[k] * (inv_d * inv_d);
       block.force[k] = dsq > cutsq[k] ? 0.0 : f;
 
@@ -119,7 +126,8 @@ namespace {
   }
 
   /// Pairs whose flow stays, of any laws, one by one.
-  template <bool Damping, bool Energy> void evaluate_any_flow(const BlockLaw &law, Block &block)
+  template <bool Damping, bool Energy, bool Axial>
+  void evaluate_any_flow(const BlockLaw &law, Block &block)
   {
     const FlowArrays &flow = block.flow;
     for (int k = 0; k < block.n; k++) {
@@ -137,12 +145,14 @@ namespace {
       if (is_beyond) continue;
       const double f = own.flow_force(d * inv_deq, 1.0, flowed);
       if (!(flow.cap[k] < 0.0 && f < 0.0)) block.force[k] = f * inv_deq / d;
+      if constexpr (Axial) block.force[k] += block.axial[k] / d;
       if constexpr (Damping) block.force[k] -= own.parameters().gamma * block.approach[k] / (d * d);
     }
   }
 
   /// Laws with exponents of their own, or others than the fixed ones: pair by pair.
-  template <bool Damping, bool Energy> void evaluate_any(const BlockLaw &law, Block &block)
+  template <bool Damping, bool Energy, bool Axial>
+  void evaluate_any(const BlockLaw &law, Block &block)
   {
     for (int k = 0; k < block.n; k++) {
       const double dsq = block.distance_squared(k);
@@ -151,6 +161,7 @@ namespace {
       const Law &own = law.laws[block.kind[k] >> 1];
       const double d = std::sqrt(dsq), inv_deq = block.inv_deq[k];
       block.force[k] = own.force(d * inv_deq, 1.0) * inv_deq / d;
+      if constexpr (Axial) block.force[k] += block.axial[k] / d;
       if constexpr (Damping) block.force[k] -= own.parameters().gamma * block.approach[k] / dsq;
       if constexpr (Energy)
         block.energy[k] = own.energy(d * inv_deq, 1.0,
@@ -159,29 +170,33 @@ namespace {
     }
   }
 
-  template <class P, bool Many, bool Flow, bool Damping, bool Energy>
+  template <class P, bool Many, bool Flow, bool Damping, bool Energy, bool Axial>
   void evaluate_at_level(const BlockLaw &law, Block &block)
   {
     if constexpr (std::is_same_v<P, AnyPowers>)
-      (Flow ? evaluate_any_flow<Damping, Energy> : evaluate_any<Damping, Energy>) (law, block);
+      (Flow ? evaluate_any_flow<Damping, Energy, Axial>
+            : evaluate_any<Damping, Energy, Axial>) (law, block);
     else
       call_at(law.level, [&]() EVP_KERNEL {
         if constexpr (Flow)
-          evaluate_flow<P, Many, Damping, Energy>(law, block);
+          evaluate_flow<P, Many, Damping, Energy, Axial>(law, block);
         else
-          evaluate<P, Many, Damping, Energy>(law, block);
+          evaluate<P, Many, Damping, Energy, Axial>(law, block);
       });
   }
 
   template <class P, bool Many, bool Flow>
-  void choose(const BlockLaw &law, Block &block, bool damping, bool energy)
+  void choose(const BlockLaw &law, Block &block, const BlockLaw::Asked &asked)
   {
-    if (damping)
-      (energy ? evaluate_at_level<P, Many, Flow, true, true>
-              : evaluate_at_level<P, Many, Flow, true, false>) (law, block);
+    const auto with = [&](auto damping, auto energy) {
+      (asked.axial ? evaluate_at_level<P, Many, Flow, damping, energy, true>
+                   : evaluate_at_level<P, Many, Flow, damping, energy, false>) (law, block);
+    };
+    using std::true_type, std::false_type;
+    if (asked.damping)
+      asked.energy ? with(true_type(), true_type()) : with(true_type(), false_type());
     else
-      (energy ? evaluate_at_level<P, Many, Flow, false, true>
-              : evaluate_at_level<P, Many, Flow, false, false>) (law, block);
+      asked.energy ? with(false_type(), true_type()) : with(false_type(), false_type());
   }
 
 }    // namespace

@@ -29,6 +29,7 @@ struct Block {
   alignas(64) double xy[2 * SIZE];      ///< relative position: x and y side by side [length]
   alignas(64) double z[SIZE];           ///< [length]
   alignas(64) double approach[SIZE];    ///< (x_i - x_j).(v_i - v_j), read with damping only
+  alignas(64) double axial[SIZE];       ///< force added to that of the law, where asked for [force]
   alignas(64) double force[SIZE];       ///< result: force/d [force/length], 0 beyond the cut
   alignas(64) double energy[SIZE];      ///< result where asked for [energy], 0 beyond the cut
 
@@ -52,11 +53,13 @@ class BlockLaw {
   void assign(const std::vector<Law> &laws, const std::vector<int> &used, bool flows = false,
               Level level = best_level());
 
+  /// What else than the forces of the law is asked for: those of its damping and Block::axial, energies.
+  struct Asked {
+    bool damping, energy, axial;
+  };
+
   /// Fills block.force, and block.energy where asked for.
-  void operator()(Block &block, bool damping, bool energy) const
-  {
-    function(*this, block, damping, energy);
-  }
+  void operator()(Block &block, const Asked &asked) const { function(*this, block, asked); }
 
   /// Energy of pair k of a block whose flow stays, 0 beyond its cut.
   double flow_energy(const Block &block, int k) const;
@@ -67,7 +70,7 @@ class BlockLaw {
   Level level = Level::BASE;
 
  private:
-  void (*function)(const BlockLaw &, Block &, bool damping, bool energy) = nullptr;
+  void (*function)(const BlockLaw &, Block &, const Asked &) = nullptr;
 };
 
 }    // namespace EVP

@@ -10,6 +10,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <utility>
 #include <vector>
 
@@ -38,7 +39,7 @@ struct BrokenBond {
 /// A pair that is no bond, but has flowed: as one of its atoms keeps it.
 struct FlowedContact {
   int64_t partner;
-  double offset, work;    ///< see PairHistory
+  PairHistory history;
 };
 
 /// The records of the bonds: those of each local atom, in the order of the partners' IDs.
@@ -82,6 +83,17 @@ class BondStore {
     grow((int) bonds.size());
     for (size_t i = 0; i < bonds.size(); i++) need_room((int) words_of(i));
     changed();
+  }
+
+  /// Has any pair of a local atom flowed?
+  bool has_flowed() const
+  {
+    for (const auto &own : histories)
+      for (const PairHistory &history : own)
+        if (history.offset != 0.0) return true;
+    return std::any_of(flowed_contacts.begin(), flowed_contacts.end(), [](const auto &own) {
+      return !own.empty();
+    });
   }
 
   /// Has any pair of a local atom flowed or broken?
@@ -157,7 +169,7 @@ class BondStore {
     const int slot = is_record ? slot_of(i, partner) : -1;
     if (slot >= 0) histories[i][slot] = history;
     if (is_record) return;
-    flowed_contacts[i].push_back({partner, history.offset, history.work});
+    flowed_contacts[i].push_back({partner, history});
     need_room((int) words_of(i));
   }
 
@@ -241,11 +253,13 @@ class BondStore {
   }
 
   /// Words of an atom: own ID, number of records, then partner, deq and history of each, then the
-  /// number of contacts, and partner, offset and work of each; without history no words of it.
+  /// number of contacts, and partner and history of each; without history no words of it.
   size_t words_of(int i) const
   {
     const size_t words = 2 + 2 * bonds[i].size();
-    return with_history ? words + 3 * bonds[i].size() + 1 + 3 * flowed_contacts[i].size() : words;
+    return with_history ? words + PairHistory::WORDS * bonds[i].size() + 1 +
+            (1 + PairHistory::WORDS) * flowed_contacts[i].size()
+                        : words;
   }
 
   /// The same words for migration and restart; integers travel as bits. Returns their number.
@@ -258,17 +272,13 @@ class BondStore {
       *at++ = bits_as<double>(bonds[i][slot].partner);
       *at++ = bonds[i][slot].deq;
       if (!with_history) continue;
-      const PairHistory &history = histories[i][slot];
-      *at++ = history.offset;
-      *at++ = history.work;
-      *at++ = history.broken;
+      at = put(histories[i][slot], at);
     }
     if (with_history) {
       *at++ = bits_as<double>((int64_t) flowed_contacts[i].size());
       for (const FlowedContact &contact : flowed_contacts[i]) {
         *at++ = bits_as<double>(contact.partner);
-        *at++ = contact.offset;
-        *at++ = contact.work;
+        at = put(contact.history, at);
       }
     }
     return (int) (at - buf);
@@ -285,14 +295,13 @@ class BondStore {
       bonds[i][slot] = {bits_as<int64_t>(at[0]), at[1]};
       at += 2;
       if (!with_history) continue;
-      histories[i][slot] = {at[0], at[1], at[2]};
-      at += 3;
+      at = take(at, histories[i][slot]);
     }
     if (with_history) {
       flowed_contacts[i].resize((size_t) bits_as<int64_t>(*at++));
       for (FlowedContact &contact : flowed_contacts[i]) {
-        contact = {bits_as<int64_t>(at[0]), at[1], at[2]};
-        at += 3;
+        contact.partner = bits_as<int64_t>(*at++);
+        at = take(at, contact.history);
       }
     } else if (!std::is_sorted(bonds[i].begin(), bonds[i].end(), precedes))
       std::sort(bonds[i].begin(), bonds[i].end(),
@@ -325,6 +334,17 @@ class BondStore {
   std::vector<Bonds> bonds;
   std::vector<std::vector<PairHistory>> histories;            // with history only
   std::vector<std::vector<FlowedContact>> flowed_contacts;    // with history only
+
+  static double *put(const PairHistory &history, double *words)
+  {
+    memcpy(words, &history, sizeof(history));
+    return words + PairHistory::WORDS;
+  }
+  static const double *take(const double *words, PairHistory &history)
+  {
+    memcpy(&history, words, sizeof(history));
+    return words + PairHistory::WORDS;
+  }
 
   static bool precedes(const Bond &a, const Bond &b) { return a.partner < b.partner; }
 

@@ -92,7 +92,7 @@ class Dampers {
     if (list.build != last_build)
       for (Nodal *of_pairs : {&last_force, &last_turning}) of_pairs->assign(most, 0.0);
     last_build = list.build;
-    nreact = newton_pair ? list.nall : list.nlocal;
+    nreact = list.nreact(newton_pair);
     rows.clear();
     dampers.resize(most);
     scale.resize(most);
@@ -121,7 +121,7 @@ class Dampers {
   }
 
   /// Part of a pair that this rank holds: without newton both owners of a pair across ranks hold it.
-  double share(const Damper &damper) const { return takes_reaction(damper) ? 1.0 : 0.5; }
+  double share(const Damper &damper) const { return rank_share(damper.j, nreact); }
   bool takes_reaction(const Damper &damper) const { return damper.j < nreact; }
 
   /// Adds the forces of the last timestep along the present directions.

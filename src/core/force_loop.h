@@ -71,6 +71,7 @@ struct NoTally {
 
 /// No forces but those of the law.
 struct NoMoreForces {
+  static constexpr bool axial = false;
   void operator()(const PairRange &, Block &) const {}
 };
 
@@ -159,8 +160,8 @@ constexpr bool scatters<Tally, std::void_t<decltype(Tally::scatters)>> = Tally::
 /// else. Everything a pair needs was looked up when the list was packed. Pairs are gathered in blocks,
 /// the law goes over a block at once, the forces are scattered.
 ///
-/// more(range, block) may add to the block's forces; tally(range, block) is called with them, before
-/// they are scattered.
+/// more(range, block) fills Block::axial where More::axial says so; tally(range, block) is called with
+/// the forces, before they are scattered.
 template <bool Damping, class Tally, class More = NoMoreForces>
 void accumulate_forces(const PairList &list, const BlockLaw &law, const ParticleView &view,
                        Tally &&tally, const More &more = More())
@@ -173,9 +174,9 @@ void accumulate_forces(const PairList &list, const BlockLaw &law, const Particle
     while (range.row->last <= range.first) range.row++;
     if (npairs > CACHED_PAIRS) list.pairs.prefetch(range.first + 4 * Block::SIZE, Block::SIZE);
     gather<Damping>(list, view, range, block);
-    law(block, Damping, tally.energy);
-    if (view.histories.beyond) note_beyond(range, block, *view.histories.beyond);
     more(range, block);
+    law(block, {Damping, tally.energy, More::axial});
+    if (view.histories.beyond) note_beyond(range, block, *view.histories.beyond);
     tally(range, block);
     if constexpr (!scatters<std::decay_t<Tally>>) scatter(list, view, range, block);
   }
@@ -220,7 +221,7 @@ class SumTally {
   void operator()(const PairRange &range, const Block &block)
   {
     const int *const j = list.pairs.j.data() + range.first;
-    for (int k = 0; k < block.n; k++) weight[k] = j[k] < nreact ? 1.0 : 0.5;
+    for (int k = 0; k < block.n; k++) weight[k] = rank_share(j[k], nreact);
     if (energy)
       energies.add(block.n, [&](int k) {
         return weight[k] * block.energy[k];

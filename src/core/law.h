@@ -373,6 +373,10 @@ class Law {
     return energy - flow_energy(dcut, deq, at_cut) - dissipated(keeps_there, at_cut);
   }
 
+  /// Held above rest at deq without an offset by a pair with the offset p that only repels, where its
+  /// force has vanished [energy].
+  double locked(double p) const { return stored(p + slack_strain(p), 1.0, p).total(); }
+
   /// -dF/dd of the flowing law [energy/length^2], see stiffness_ahead().
   double stiffness_ahead(double d, double deq, double p) const
   {

@@ -4,12 +4,11 @@
 #define EVP_CORE_LINEAR_NETWORK_H
 
 #include "core/bytes.h"
+#include "core/ghost_exchange.h"
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <numeric>
-#include <utility>
 #include <vector>
 
 namespace EVP {
@@ -89,13 +88,6 @@ LanczosResult largest_eigenvalue(std::vector<double> &start, Apply &&apply, Dot 
   return {history.empty() ? 0.0 : history.back(), max_iterations, false};
 }
 
-/// What one rank needs of the others, collective. Vectors hold three values per particle and ghost.
-struct RankExchange {
-  std::function<void(std::vector<double> &)> to_ghosts;    ///< ghosts take their owners' values
-  std::function<void(std::vector<double> &)> to_owners;    ///< owners add what their ghosts hold
-  std::function<double(double)> sum;
-};
-
 /// The matrices K and C of the pairs that interact, linearised at the present positions.
 class LinearNetwork {
  public:
@@ -131,7 +123,8 @@ class LinearNetwork {
   std::vector<double> start;           ///< of Lanczos, three values per own particle, 0 where held
   int nreact = 0;                      ///< particles below this index take the reaction
 
-  explicit LinearNetwork(RankExchange exchange_in) : exchange(std::move(exchange_in)) {}
+  /// exchange_in: of three values per particle and ghost.
+  explicit LinearNetwork(GhostExchange &exchange_in) : exchange(exchange_in) {}
 
   bool is_free(int i) const { return inverse_mass[i] > 0.0; }
 
@@ -229,7 +222,7 @@ class LinearNetwork {
   }
 
  private:
-  RankExchange exchange;
+  GhostExchange &exchange;
   std::vector<double> motion, reaction, change;    // with ghosts
 
   void apply(const Mix &mix, const std::vector<double> &in, std::vector<double> &out)

@@ -48,11 +48,15 @@ struct PairHistory {
   double work;      ///< dissipated by flow so far [energy]
   double broken;    ///< 1 once a bond has broken for good, else 0
 
+  /// As so many doubles it migrates, and is in restart files.
+  static constexpr int WORDS = 3;
+
   friend bool operator==(const PairHistory &a, const PairHistory &b)
   {
     return a.offset == b.offset && a.work == b.work && a.broken == b.broken;
   }
 };
+static_assert(sizeof(PairHistory) == PairHistory::WORDS * sizeof(double), "doubles only");
 
 /// Next offset of a contact that has ended: 0 as of one that has flowed back, but for the sign.
 constexpr double CONTACT_ENDED = -0.0;
@@ -133,6 +137,12 @@ class PackedPairs {
     double *inv_deq, *cutsq;
     int *j, *kind, *slot;
     double *offset, *work, *cap;    // nullptr without
+
+    void take_history(size_t k, const PairHistory &history) const
+    {
+      offset[k] = history.offset;
+      work[k] = history.work;
+    }
   };
 
   /// Room for n more pairs; those that are there stay.
@@ -163,6 +173,13 @@ class PackedPairs {
   {
     const double cut = std::sqrt(cutsq[k]) * margin_removed[kind[k] & 1];
     return {inv_deq[k], cutsq[k], cut, j[k], kind[k] / 2, slot[k], flows ? offset[k] : 0.0};
+  }
+
+  /// With flow only.
+  void take_history(size_t k, const PairHistory &history)
+  {
+    offset[k] = history.offset;
+    work[k] = history.work;
   }
 
   PairHistory history_of(size_t k) const
@@ -232,6 +249,13 @@ struct PackedRow {
   int first, last;
 };
 
+/// Weight of a pair with partner j in sums over all MPI ranks: where a ghost takes no reaction, its
+/// owner holds the pair too.
+inline double rank_share(int j, int nreact)
+{
+  return j < nreact ? 1.0 : 0.5;
+}
+
 /// All pairs of one MPI rank, row by row, rebuilt with the neighbor list.
 struct PairList {
   std::vector<PackedRow> rows;
@@ -240,6 +264,9 @@ struct PairList {
   long common_build = 0;    ///< counts those that were collective
   int nlocal = 0;           ///< particles that the list was built for: own,
   int nall = 0;             ///< and with ghosts
+
+  /// Particles below this index take reactions: ghosts do where newton is on.
+  int nreact(bool newton) const { return newton ? nall : nlocal; }
 
   void clear(double new_pair_margin = NEW_PAIR_MARGIN, bool flows = false)
   {

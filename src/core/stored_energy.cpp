@@ -139,6 +139,33 @@ struct StoredBlocks {
     }
   }
 
+  /// Contacts that have flowed, which are few, pair by pair: one that only repels holds what it has
+  /// where its force vanishes from there to its end, where that is lost; up to its end it flows back.
+  static void mend_contacts(StoredEnergy &own, const Block &block, const Pairs &pairs)
+  {
+    const double *const kept = pairs.weight;
+    const double *const offset = pairs.flow.offset;
+    int count = 0;
+    for (int k = 0; k < block.n; k++) count += (int) (kept[k] < 0.0) & (int) (offset[k] != 0.0);
+    for (int k = 0; count && k < block.n; k++) {
+      if (kept[k] > 0.0 || offset[k] == 0.0) continue;
+      const Law &law = own.laws[block.kind[k] >> 1];
+      const double cap = pairs.flow.cap[k], xi_s = law.parameters().xi_s;
+      const double w = Weight(kept[k]).size, deq = pairs.deq[k];
+      const bool has_ended = block.distance_squared(k) > block.cutsq[k];
+      const double d = has_ended ? std::sqrt(block.cutsq[k]) * block.margin_removed[0]
+                                 : std::sqrt(block.distance_squared(k));
+      const double xi = (d - deq) / deq, flowed = mapped(offset[k], xi, xi_s);
+      const double p = law.kept(flowed, offset[k], cap);
+      if (has_ended) own.values.plastic[k] = w * std::max(0.0, law.dissipated(offset[k], p));
+      if (cap >= 0.0) continue;
+      if (has_ended)
+        own.ended += w * law.locked(p);
+      else if (law.flow_force(1.0 + xi, 1.0, flowed) < 0.0)
+        own.values.contacts[k] = w * law.locked(p);
+    }
+  }
+
   EVP_INLINE static void add_up(StoredEnergy::LaneSums &found, const StoredEnergy::Values &values,
                                 int n, bool flows)
   {
@@ -232,15 +259,17 @@ struct StoredBlocks {
 };
 
 void StoredEnergy::assign(const PairList &list, const BlockLaw &law, std::vector<double> deq_in,
-                          int nreact, bool flows_in)
+                          int nreact, bool flows_in, bool breaks_in)
 {
+  breaks = breaks_in;
   build = list.build;
+  is_new = true;
   flows = flows_in;
   deq = std::move(deq_in);
   // none is within its cut-off yet: the next evaluation adds the depths of those that are
   weight.resize(deq.size());
   for (size_t k = 0; k < deq.size(); k++)
-    weight[k] = std::copysign((list.pairs.j[k] < nreact ? 1.0 : 0.5) + StoredBlocks::BEYOND,
+    weight[k] = std::copysign(rank_share(list.pairs.j[k], nreact) + StoredBlocks::BEYOND,
                               list.pairs.kind[k] & 1 ? 1.0 : -1.0);
   bonds_depth = contacts_depth = {};
   choose(law, list);
@@ -295,24 +324,72 @@ void StoredEnergy::set_largest_depth(double sum)
   }
 }
 
-const StoredEnergy::Values &StoredEnergy::add(const PairRange &range, const Block &block,
-                                              const FlowView &flow, bool damps)
+double StoredEnergy::beside_depth(const PackedPair &pair, double p) const
+{
+  const Law &law = laws[pair.law];
+  const double r = pair.cut * pair.inv_deq;
+  if (!flows || r - 1.0 >= law.parameters().xi_s) return 0.0;
+  return law.stored(r, 1.0, law.flowed(r, 1.0, p)).total() - law.stored(r, 1.0).total();
+}
+
+void StoredEnergy::note_passed(const PairList &list, const double (*x)[3])
+{
+  if (!flows || breaks || is_due(list, flows)) return;
+  for_each_pair(list, x, [&](const PlacedPair &p) {
+    const StoredBlocks::Weight own(weight[p.index]);
+    if (own.is_bond && p.is_beyond() != own.was_beyond)
+      passed += (own.was_beyond ? -own.size : own.size) * beside_depth(p, p.offset);
+  });
+}
+
+const StoredEnergy::Values &StoredEnergy::add(const PairList &list, const PairRange &range,
+                                              const Block &block, const FlowView &flow, bool damps)
 {
   FlowView here;
-  if (flows) here = {flow.offset + range.first, flow.next + range.first};
+  if (flows)
+    here = {flow.offset + range.first, flow.next + range.first,
+            flow.cap ? flow.cap + range.first : nullptr};
   double *const kept = weight.data() + range.first;
-  evaluate(*this, block, {deq.data() + range.first, kept, here}, damps);
+  const Pairs pairs = {deq.data() + range.first, kept, here};
+  evaluate(*this, block, pairs, damps);
+  if (here.cap && !block.all_bonds) StoredBlocks::mend_contacts(*this, block, pairs);
   call_at(level, [&]() EVP_KERNEL {
     StoredBlocks::add_up(found, values, block.n, flows);
   });
-  if (found.passes.total() != 0.0)
+  if (found.passes.total() != 0.0) {
+    changed = true;
+    const bool counts = flows && !breaks && !finds_anew;
     for (int k = 0; k < block.n; k++) {
       if (values.passes[k] == 0.0) continue;
       const StoredBlocks::Weight own(kept[k]);
+      const size_t at = range.first + k;
+      if (counts && own.is_bond)    // an offset stays as it is beyond the cut-off
+        ended += own.was_beyond ? -own.size * beside_depth(list.pairs[at], flow.offset[at])
+                                : own.size * beside_depth(list.pairs[at], flow.next[at]);
       add_depth(own.is_bond, depth[range.first + k], !own.was_beyond);
       kept[k] += std::copysign(StoredBlocks::BEYOND, own.was_beyond ? -kept[k] : kept[k]);
     }
+  }
   return values;
+}
+
+void StoredEnergy::note_broken(const PairList &list, size_t k, double p, double sum_radii, double d)
+{
+  if (is_due(list, flows)) return;    // the next evaluation begins with the list as it is then
+  const StoredBlocks::Weight own(weight[k]);
+  if (!own.was_beyond) add_depth(true, depth[k], true);
+  add_depth(broken, depth[k], false);
+  const PackedPair pair = list.pairs[k];
+  born -= own.size * beside_depth(pair, p);
+  weight[k] = -(own.size + StoredBlocks::BEYOND);
+  depth[k] = 0.0;
+  if (sum_radii == 0.0) return;
+  const Law &law = laws[pair.law];
+  deq[k] = sum_radii;
+  if (d > sum_radii) return;
+  const double held = own.size * law.stored(d, sum_radii).total();
+  born += held;
+  coming += held;
 }
 
 }    // namespace EVP

@@ -11,9 +11,9 @@
 namespace EVP {
 
 /// Offsets p = q/deq of the packed pairs before an evaluation of the forces, and those kept after it.
-/// nullptr where the pairs have none.
+/// nullptr where the pairs have none. cap: see Law::cap(); nullptr where no contact only repels.
 struct FlowView {
-  const double *offset = nullptr, *next = nullptr;
+  const double *offset = nullptr, *next = nullptr, *cap = nullptr;
 };
 
 /// Energies of the pairs of one list, found block by block in the force loop, and summed so that the
@@ -41,7 +41,10 @@ class StoredEnergy {
     double contacts;         ///< of new pairs
     double hardening;        ///< of bonds, by their offset
     double plastic;          ///< dissipated as offsets move on to the next ones
+    double ended;            ///< beside their depths, of pairs that passed their cut-offs since
+    double born;             ///< of contacts that bonds became which broke, less the like of these
     Depth bonds_depth, contacts_depth;
+    Depth broken;    ///< of bonds that broke, since the start
   };
 
   /// What the pairs of a block hold, each times its weight, 0 beyond the cut-off [energy].
@@ -62,9 +65,10 @@ class StoredEnergy {
   }
 
   /// A new list. deq: of its pairs, as recorded [length]: 1/deq of the list has lost its last bit.
-  /// law: of its pairs. nreact: see ParticleView. flows: pairs have offsets, see add().
+  /// law: of its pairs. nreact: see ParticleView. flows: pairs have offsets, see add(). breaks: bonds
+  /// beyond their cut-off break.
   void assign(const PairList &list, const BlockLaw &law, std::vector<double> deq, int nreact,
-              bool flows);
+              bool flows, bool breaks = false);
 
   /// Of all pairs of the list, those beyond their cut-off too [energy].
   double total_depth() const { return std::accumulate(depth.begin(), depth.end(), 0.0); }
@@ -73,24 +77,57 @@ class StoredEnergy {
   void set_largest_depth(double sum);
 
   /// Before the first block of an evaluation.
-  void begin() { found = {}; }
+  void begin()
+  {
+    found = {};
+    ended = passed;
+    passed = coming = 0.0;
+    changed = finds_anew = is_new;
+    is_new = false;
+  }
+
+  /// May pairs be beyond their cut-off that were within it at the evaluation before, or the reverse?
+  bool has_changed() const { return changed; }
 
   /// Adds the pairs of a block. damps: their damping is asked for, at Block::approach. Returns what
   /// each holds, until the next call.
-  const Values &add(const PairRange &range, const Block &block, const FlowView &flow, bool damps);
+  const Values &add(const PairList &list, const PairRange &range, const Block &block,
+                    const FlowView &flow, bool damps);
+
+  /// Before the list is built anew, at the positions of the next evaluation: which bonds have passed
+  /// their cut-offs since the last one, that evaluation does not know.
+  void note_passed(const PairList &list, const double (*x)[3]);
+
+  /// Pair k of the list is a bond that has broken, with the offset p, and will be a contact of particles
+  /// with this sum of radii, 0 where none is left. d: their distance [lengths].
+  void note_broken(const PairList &list, size_t k, double p, double sum_radii, double d);
 
   /// After the last block.
   Sums sums() const
   {
-    return {found.first.total(),     found.second.total(),  found.contacts.total(),
-            found.hardening.total(), found.plastic.total(), bonds_depth,
-            contacts_depth};
+    return {found.first.total(),
+            found.second.total(),
+            found.contacts.total() + coming,
+            found.hardening.total(),
+            found.plastic.total(),
+            ended,
+            born,
+            bonds_depth,
+            contacts_depth,
+            broken};
   }
 
-  /// Spent on bonds that have left since: what it took to pull them from deq to their cut-off.
+  /// Spent on bonds that have left since, but did not break: what it took to pull them from deq to
+  /// their cut-off.
   static double lost(const Sums &start, const Sums &now)
   {
-    return start.bonds_depth - now.bonds_depth;
+    return (start.bonds_depth - now.bonds_depth) - (now.broken - start.broken);
+  }
+
+  /// The same of those that broke, less what the contacts hold that they became.
+  static double of_broken(const Sums &start, const Sums &now)
+  {
+    return (now.broken - start.broken) - (now.born - start.born);
   }
 
   /// Change of the energy of new pairs, which is zero at the cut-off.
@@ -126,15 +163,27 @@ class StoredEnergy {
   // Of each pair: depth is times its weight. Weights are 1 or 1/2, without newton, when both owners of a
   // pair across MPI ranks hold it; 2 more for a pair that was beyond its cut-off; negative for a new pair
   std::vector<double> deq, depth, weight;
-  Depth bonds_depth{}, contacts_depth{};
+  Depth bonds_depth{}, contacts_depth{}, broken{};
+  double ended = 0.0, born = 0.0;
+  double coming = 0.0;                     // held by contacts that the next evaluation finds
+  double passed = 0.0;                     // what `ended` of the next evaluation begins with
+  bool breaks = false;                     // do bonds break where they pass their cut-off?
+  bool changed = false, is_new = false;    // see has_changed(); was the list assigned since?
+  bool finds_anew = false;                 // which pairs are beyond their cut-offs?
   LaneSums found;
   Values values;
 
   void choose(const BlockLaw &law, const PairList &list);
+  // what a bond with the offset p holds where it passes its cut-off, less its depth: one whose cut-off is
+  // near deq may have flowed in compression only, and so is not at the threshold there
+  double beside_depth(const PackedPair &pair, double p) const;
   // back: takes it out again
   void add_depth(bool is_bond, double x, bool back)
   {
-    Depth &sum = is_bond ? bonds_depth : contacts_depth;
+    add_depth(is_bond ? bonds_depth : contacts_depth, x, back);
+  }
+  void add_depth(Depth &sum, double x, bool back)
+  {
     const double rounded = (x + unit) - unit;
     sum.rounded += back ? -rounded : rounded;
     sum.rest += back ? rounded - x : x - rounded;

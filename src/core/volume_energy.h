@@ -60,25 +60,26 @@ class VolumeEnergy {
     const size_t n = list.pairs.size();
     if (weights.size() < n) {
       weights.resize(n + n / 4);
-      slopes.resize(weights.size());
+      openings.resize(weights.size());
     }
     for (const PackedRow &row : list.rows)
       for (int k = row.first; k < row.last; k++) {
         const PackedPair pair = list.pairs[k];
         weights[k] = pair.is_bond() ? weight(1.0 / pair.inv_deq, dlim(row.i, pair)) : 0.0;
+        openings[k] = weights[k] * pair.inv_deq;
       }
   }
 
   /// Pair k is no bond any more.
   void drop(size_t k)
   {
-    if (k < weights.size()) weights[k] = 0.0;    // else the list is being packed
+    if (k < weights.size()) weights[k] = openings[k] = 0.0;    // else the list is being packed
   }
 
   double weight_of(int k) const { return weights[k]; }
 
   /// Adds w (d/deq - 1) of each pair within its cut-off to sums of both particles, those below
-  /// view.nreact; keeps what pass two needs of the pair.
+  /// view.nreact.
   void add_strains(const PairList &list, const ParticleView &view, double *sums)
   {
     const int npairs = (int) list.pairs.size();
@@ -90,48 +91,49 @@ class VolumeEnergy {
       if (npairs > CACHED_PAIRS) prefetch(list, range.first + 4 * Block::SIZE);
       gather<false>(list, view, range, block);
       call_at(level, [&]() EVP_KERNEL {
-        evaluate(block, &weights[range.first], &slopes[range.first]);
+        evaluate(block, &weights[range.first], &openings[range.first]);
       });
       scatter(list, view.nreact, range, block, sums);
     }
   }
 
-  /// Pass two: called by the force loop with each block, at the positions of pass one.
+  /// Pass two: called by the force loop with each block.
   class Forces {
    public:
-    Forces(const PairList &list_in, const double *slopes_in, const double *pulls_in) :
-        list(list_in), slopes(slopes_in), pulls(pulls_in)
+    static constexpr bool axial = true;
+    Forces(const PairList &list_in, const double *openings_in, const double *pulls_in) :
+        list(list_in), openings(openings_in), pulls(pulls_in)
     {
     }
     void operator()(const PairRange &range, Block &block) const
     {
       const int *const partner = list.pairs.j.data();
-      const double *const slope = slopes, *const pull = pulls;
+      const double *const opening = openings, *const pull = pulls;
       range.for_each_row([&](int i, int first, int last) {
         const double own = pull[i];
         EVP_UNROLL
         for (int k = first; k < last; k++)
-          block.force[k - range.first] -= (own + pull[partner[k]]) * slope[k];
+          block.axial[k - range.first] = -(own + pull[partner[k]]) * opening[k];
       });
     }
 
    private:
     const PairList &list;
-    const double *slopes, *pulls;
+    const double *openings, *pulls;
   };
 
   /// pulls: g of all particles and ghosts.
   Forces forces(const PairList &list, const double *pulls) const
   {
-    return {list, slopes.data(), pulls};
+    return {list, openings.data(), pulls};
   }
 
-  double memory_usage() const { return bytes_of(weights, slopes); }
+  double memory_usage() const { return bytes_of(weights, openings); }
 
  private:
   Level level;
-  std::vector<double> weights;    // of the packed pairs, 0 where none was recorded
-  std::vector<double> slopes;     // w/(deq d) of each within its cut-off, else 0 [1/length^2]
+  std::vector<double> weights;     // of the packed pairs, 0 where none was recorded
+  std::vector<double> openings;    // of each, w/deq [1/length]
 
   void prefetch(const PairList &list, size_t first) const
   {
@@ -139,22 +141,20 @@ class VolumeEnergy {
     if (first >= list.pairs.size()) return;
     const size_t n = std::min<size_t>(Block::SIZE, list.pairs.size() - first);
     EVP::prefetch(&weights[first], n * sizeof(double));
+    EVP::prefetch(&openings[first], n * sizeof(double));
   }
 
   // the strains go to block.energy, which the force loop fills anew
-  static EVP_INLINE void evaluate(Block &block, const double *weight, double *slope)
+  static EVP_INLINE void evaluate(Block &block, const double *weight, const double *opening)
   {
-    const double *const inv_deq = block.inv_deq;
     const double *const cutsq = block.cutsq;
     const int n = block.n;
     EVP_INDEPENDENT
     for (int k = 0; k < n; k++) {
       const double x = block.xy[2 * k], y = block.xy[2 * k + 1], z = block.z[k];
       const double dsq = x * x + y * y + z * z;
-      const double d = std::sqrt(dsq);
-      const double w = dsq > cutsq[k] ? 0.0 : weight[k];
-      block.energy[k] = w * (d * inv_deq[k] - 1.0);
-      slope[k] = w * inv_deq[k] / d;
+      const double strain = opening[k] * std::sqrt(dsq) - weight[k];
+      block.energy[k] = dsq > cutsq[k] ? 0.0 : strain;
     }
   }
 

@@ -48,7 +48,8 @@ class PairWork {
   {
     if (fresh) return EVP::accumulate_forces<Damping>(list, law, view, tally, more...);
     const bool flows = flow.offset != nullptr;
-    if (stored.is_due(list, flows)) stored.assign(list, law, rest_distances(), view.nreact, flows);
+    if (stored.is_due(list, flows))
+      stored.assign(list, law, rest_distances(), view.nreact, flows, view.histories.beyond);
     begin(list, view, Damping);
     EVP::accumulate_forces<Damping>(
         list, law, view, WorkTally<Damping, Tally>{*this, list, view, flow, tally}, more...);
@@ -72,7 +73,7 @@ class PairWork {
     void operator()(const PairRange &range, const Block &block)
     {
       other(range, block);
-      const StoredEnergy::Values &values = work.stored.add(range, block, flow, Damping);
+      const StoredEnergy::Values &values = work.stored.add(list, range, block, flow, Damping);
       if constexpr (Damping) scatter_both(range, block, values.damping);
     }
 

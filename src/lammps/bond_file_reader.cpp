@@ -105,6 +105,11 @@ std::vector<BondStore::Bonds> LAMMPS_NS::read_bond_file(const LAMMPS *lmp, const
                fmt::format("it has flowed or broken, bond file {}: use pair_style evp/lj with "
                            "'unload elastic' or 'break', as when the file was written",
                            name));
+      if ((line.history.offset != 0.0 || line.is_contact) && !network->rules.flows)
+        refuse(line,
+               fmt::format("it has flowed, bond file {}: use pair_style evp/lj with 'unload "
+                           "elastic', as when the file was written",
+                           name));
       if (line.is_contact) continue;
 
       // the margin is wider than that of the recording, which has rounded deq since

@@ -23,15 +23,7 @@ static double root_of(double a, double b)
 }
 
 ComputeEVPDt::ComputeEVPDt(LAMMPS *lmp, int narg, char **arg) :
-    NodalExchange(lmp, narg, arg), linear({[this](auto &values) {
-                                             to_ghosts(values);
-                                           },
-                                           [this](auto &values) {
-                                             to_owners(values);
-                                           },
-                                           [this](double here) {
-                                             return EVP::reduce_all(here, MPI_SUM, world);
-                                           }})
+    NodalExchange(lmp, narg, arg), linear(*this)
 {
   if (narg != 3) error->all(FLERR, "{}: unexpected argument '{}'", who, arg[3]);
   scalar_flag = vector_flag = 1;
@@ -120,7 +112,7 @@ void ComputeEVPDt::linearise()
   std::vector<double> inv_deq;    // of the links
   for (int i = 0; volume && i < nlocal; i++)
     linear.volume_stiffness.push_back(volume->stiffness(i));
-  linear.nreact = force->newton_pair ? nall : nlocal;
+  linear.nreact = network->packed_pairs().nreact(force->newton_pair);
   linear.inverse_mass.assign(nall, 0.0);
   for (int i = 0; i < nall; i++)
     if (atom->mask[i] & groupbit) linear.inverse_mass[i] = EVP::scene::inverse_mass(atom, force, i);

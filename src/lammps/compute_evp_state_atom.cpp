@@ -128,7 +128,7 @@ void ComputeEVPStateAtom::compute_peratom()
 void ComputeEVPStateAtom::add_pairs(const PairNetwork *network)
 {
   const EVP::PairList &list = network->packed_pairs();
-  const int nreact = force->newton_pair ? list.nall : list.nlocal;
+  const int nreact = list.nreact(force->newton_pair);
   sums.assign((size_t) comm_reverse * list.nall, 0.0);
   EVP::for_each_pair(list, EVP::scene::rows(atom->x), [&](const EVP::PlacedPair &p) {
     if (p.is_beyond()) return;
@@ -164,7 +164,7 @@ double ComputeEVPStateAtom::plastic_work(int i, const PairNetwork *network) cons
   double work = 0.0;
   for (size_t slot = 0; slot < bonds->of(i).size(); slot++)
     work += bonds->histories_of(i)[slot].work;
-  for (const EVP::FlowedContact &contact : bonds->contacts_of(i)) work += contact.work;
+  for (const EVP::FlowedContact &contact : bonds->contacts_of(i)) work += contact.history.work;
   return 0.5 * work;
 }
 

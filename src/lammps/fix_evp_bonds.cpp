@@ -17,6 +17,7 @@
 #include "neighbor.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 using namespace LAMMPS_NS;
@@ -107,6 +108,11 @@ void FixEVPBonds::check_history() const
     error->all(FLERR,
                "{}: bonds have flowed or broken, which pair_style evp/lj with 'unload reversible' "
                "and 'break none' would forget: give it 'unload elastic' or 'break'",
+               who);
+  if (!rules.flows && EVP::on_any(bonds->has_flowed(), world))
+    error->all(FLERR,
+               "{}: bonds have flowed, which pair_style evp/lj with 'unload reversible' would "
+               "forget: give it 'unload elastic'",
                who);
   if (!rules.has_history()) return;
   for (const Fix *other : modify->get_fix_list()) {
@@ -231,7 +237,7 @@ void FixEVPBonds::record()
   EVP::stop_at_bad_input(error, who, [&] {
     made = file.empty() ? bonds_in_zone(network)
                         : read_bond_file(lmp, file, groupbit, network, histories);
-    EVP::throw_together(twice_given(made), world);
+    EVP::throw_together(twice_given(made, histories), world);
   });
   check_box(network);
 
@@ -279,8 +285,28 @@ std::vector<BondStore::Bonds> FixEVPBonds::bonds_in_zone(const PairNetwork *netw
 }
 
 // a partner that is there twice has two deq
-std::string FixEVPBonds::twice_given(const std::vector<BondStore::Bonds> &made) const
+std::string FixEVPBonds::twice_given(const std::vector<BondStore::Bonds> &made,
+                                     const std::vector<EVP::HistoryOfPair> &histories) const
 {
+  // what is left of a broken bond may have flowed as a contact does
+  std::vector<std::array<int64_t, 2>> contacts, broken;
+  for (const EVP::HistoryOfPair &pair : histories) {
+    if (!pair.is_record) contacts.push_back({pair.i, pair.partner});
+    if (pair.history.broken != 0.0) broken.push_back({pair.i, pair.partner});
+  }
+  std::sort(contacts.begin(), contacts.end());
+  std::sort(broken.begin(), broken.end());
+  const auto named = [&](const std::array<int64_t, 2> &contact) {
+    const int64_t own = atom->tag[contact[0]];
+    return fmt::format("contact {} {} is", std::min(own, contact[1]), std::max(own, contact[1]));
+  };
+  const auto again = std::adjacent_find(contacts.begin(), contacts.end());
+  if (again != contacts.end()) return fmt::format("{} given twice in file {}", named(*again), file);
+  for (const auto &contact : contacts)
+    for (const EVP::Bond &bond : made[contact[0]])
+      if (bond.partner == contact[1] && !std::binary_search(broken.begin(), broken.end(), contact))
+        return fmt::format("{} a bond too in file {}", named(contact), file);
+
   for (int i = 0; i < atom->nlocal; i++) {
     std::vector<int64_t> partners;
     for (const EVP::Bond &bond : made[i]) partners.push_back(bond.partner);

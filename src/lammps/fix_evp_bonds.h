@@ -94,7 +94,8 @@ class FixEVPBonds : public NodalExchange<Fix> {
   void check_restored();
   void check_zone(const class PairNetwork *) const;
   void check_box(const class PairNetwork *) const;
-  std::string twice_given(const std::vector<EVP::BondStore::Bonds> &) const;
+  std::string twice_given(const std::vector<EVP::BondStore::Bonds> &,
+                          const std::vector<EVP::HistoryOfPair> &) const;
   std::string misplaced_message(EVP::BondStore::Misplaced) const;
   std::string how_to_replicate() const
   {

@@ -69,6 +69,7 @@ void FixEVPEnergy::setup(int /*vflag*/)
   last = over_all_ranks({instant_here(), {}}).instant;
   if (!started) start = last;
   started = true;
+  volume_jump();
   end_instant();
   for (int i = 0; i < atom->nlocal; i++) unwrap(i, records[i].x);
 }
@@ -169,16 +170,38 @@ FixEVPEnergy::Instant FixEVPEnergy::instant_here() const
   return {kinetic, volume_energy(), work->stored.sums()};
 }
 
-// energy that atoms hold by the change of their volume, on this MPI rank: there is none yet
+// that atoms hold by their volume strain, on this MPI rank
 double FixEVPEnergy::volume_energy() const
 {
-  return 0.0;
+  const VolumeForces *const volume = network->volume();
+  return volume ? volume->energy() : 0.0;
 }
 
-// what bonds stored that broke in the step under way, on this MPI rank: none breaks yet
-double FixEVPEnergy::released_by_broken_bonds() const
+// Collective. What it lost since the last call where pairs passed their cut-offs: the volume strain
+// jumps there. Shares are rounded so that their sums are exact in any order: what did not pass leaves none
+double FixEVPEnergy::volume_jump()
 {
-  return 0.0;
+  const VolumeForces *const volume = network->volume();
+  if (!volume) return 0.0;
+  const EVP::PairList &list = network->packed_pairs();
+  const int nreact = force->newton_pair ? list.nall : list.nlocal;
+  Nodal inside((size_t) 3 * list.nall, 0.0);
+  EVP::for_each_pair(list, EVP::scene::rows(atom->x), [&](const EVP::PlacedPair &p) {
+    if (!p.is_bond() || p.is_beyond()) return;
+    constexpr double UNIT = 4096.0;
+    const double share = (volume->share_at_cut(p, p.index) + UNIT) - UNIT;
+    inside[(size_t) 3 * p.i] += share;
+    if (p.j < nreact) inside[(size_t) 3 * p.j] += share;
+  });
+  to_owners(inside);
+
+  double lost = 0.0;
+  for (int i = 0; i < atom->nlocal; i++) {
+    const double now = inside[(size_t) 3 * i];
+    lost += volume->jump(i, records[i].inside - now);
+    records[i].inside = now;
+  }
+  return EVP::reduce_all(lost, MPI_SUM, world);
 }
 
 FixEVPEnergy::Totals FixEVPEnergy::over_all_ranks(Totals totals) const
@@ -217,7 +240,7 @@ FixEVPEnergy::Works FixEVPEnergy::works_of_step()
   dissipated *= 0.5 * dt_step;
   if (is_solved()) dissipated += 0.5 * dt_step * implicit->power_before();
   return {dissipated_at_begin + dissipated + damped, movers + damped, others,
-          released_by_broken_bonds()};
+          work->stored.has_changed() ? 1.0 : 0.0};
 }
 
 void FixEVPEnergy::post_integrate()
@@ -235,6 +258,14 @@ void FixEVPEnergy::post_integrate()
   if (is_solved()) dissipated_at_begin += 0.5 * dt_step * implicit->power_after();
 }
 
+// a bond that passes its cut-off in a step with a neighbor build is not seen to pass by the force loop
+void FixEVPEnergy::pre_exchange()
+{
+  if (!network->rules.flows || network->rules.breaks() || !network->is_packed()) return;
+  comm->forward_comm();
+  work->stored.note_passed(network->packed_pairs(), EVP::scene::rows(atom->x));
+}
+
 // What damping gives back where a velocity turns within a step is deducted from what it takes next
 void FixEVPEnergy::end_of_step()
 {
@@ -246,7 +277,8 @@ void FixEVPEnergy::end_of_step()
   entries[MOVERS] += now.works.movers;
   entries[OTHERS] += now.works.others;
   entries[PLASTIC] += now.instant.pairs.plastic;
-  entries[BROKEN] += now.works.broken;
+  left += now.instant.pairs.ended;
+  if (now.works.changed > 0.0) left += volume_jump();
   end_instant();
 }
 
@@ -256,8 +288,9 @@ void FixEVPEnergy::end_instant()
   entries[KINETIC] = last.kinetic - start.kinetic;
   entries[FIRST] = last.pairs.first - start.pairs.first;
   entries[SECOND] = last.pairs.second - start.pairs.second;
-  entries[LOST] = EVP::StoredEnergy::lost(start.pairs, last.pairs);
+  entries[LOST] = left + EVP::StoredEnergy::lost(start.pairs, last.pairs);
   entries[CONTACTS] = EVP::StoredEnergy::of_contacts(start.pairs, last.pairs);
+  entries[BROKEN] = EVP::StoredEnergy::of_broken(start.pairs, last.pairs);
   entries[HARDENING] = last.pairs.hardening - start.pairs.hardening;
   entries[VOLUME] = last.volume - start.volume;
 }

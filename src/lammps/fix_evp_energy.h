@@ -21,6 +21,7 @@ struct AtomForces {
 struct AtomPast {
   double x[3];    ///< unwrapped
   AtomForces forces;
+  double inside;    ///< what its bonds within their cut-offs would add to its volume sum at these
 };
 
 }    // namespace EVP
@@ -36,10 +37,14 @@ class FixEVPEnergy : public AtomRecords<NodalExchange<Fix>, EVP::AtomPast> {
  public:
   FixEVPEnergy(class LAMMPS *, int, char **);
 
-  int setmask() override { return FixConst::POST_INTEGRATE | FixConst::END_OF_STEP; }
+  int setmask() override
+  {
+    return FixConst::POST_INTEGRATE | FixConst::PRE_EXCHANGE | FixConst::END_OF_STEP;
+  }
   void init() override;
   void setup(int) override;
   void post_integrate() override;
+  void pre_exchange() override;
   void end_of_step() override;
 
   double compute_scalar() override;
@@ -79,7 +84,8 @@ class FixEVPEnergy : public AtomRecords<NodalExchange<Fix>, EVP::AtomPast> {
 
   /// What happens in a step [energy].
   struct Works {
-    double dissipated, movers, others, broken;
+    double dissipated, movers, others;
+    double changed;    ///< MPI ranks where pairs may have passed their cut-offs
   };
 
   /// Of an MPI rank, then of all.
@@ -96,6 +102,7 @@ class FixEVPEnergy : public AtomRecords<NodalExchange<Fix>, EVP::AtomPast> {
   Instant start{}, last{};
   double dissipated_at_begin = 0.0;    // of the step under way, on this MPI rank
   double taken = 0.0;                  // by damping; DISSIPATED is the most that it was so far
+  double left = 0.0;                   // lost where contacts ended or volume strains jumped
   double entries[NENTRIES] = {};
   std::shared_ptr<EVP::PairWork> work = std::make_shared<EVP::PairWork>();
 
@@ -109,7 +116,7 @@ class FixEVPEnergy : public AtomRecords<NodalExchange<Fix>, EVP::AtomPast> {
   void take_work();
   Instant instant_here() const;
   double volume_energy() const;
-  double released_by_broken_bonds() const;
+  double volume_jump();
   Totals over_all_ranks(Totals totals) const;
   Works works_of_step();
   void unwrap(int i, double *x) const;

@@ -21,8 +21,9 @@ template <class F> void for_each_changed(const EVP::PairList &list, F &&f)
   for (const EVP::PackedRow &row : list.rows)
     for (int k = row.first; pairs.has_flow() && k < row.last; k++) {
       const bool is_bond = pairs.slot[k] >= 0;
-      const EVP::PairHistory h = {pairs.offset[k], pairs.work[k], 0.0};
-      if ((h.offset != 0.0 || h.work != 0.0) && (is_bond || !EVP::has_ended(h.offset)))
+      EVP::PairHistory h = pairs.history_of(k);
+      h.broken = 0.0;    // of what is left of such a bond
+      if (!(h == EVP::PairHistory{}) && (is_bond || !EVP::has_ended(h.offset)))
         f(row.i, pairs.j[k], is_bond, h);
     }
 }

@@ -5,7 +5,9 @@
 #ifndef LMP_EVP_NODAL_EXCHANGE_H
 #define LMP_EVP_NODAL_EXCHANGE_H
 
+#include "collective.h"
 #include "core/bodies.h"
+#include "core/ghost_exchange.h"
 
 #include "comm.h"
 #include "compute.h"
@@ -16,29 +18,6 @@
 #include <string>
 #include <type_traits>
 #include <vector>
-
-namespace EVP {
-
-/// Exchanges values of atoms and their ghosts between MPI ranks. Collective.
-class GhostExchange {
- public:
-  using Nodal = std::vector<double>;    ///< a fixed number of values per atom and ghost
-
-  /// Ghosts take the values of their owners.
-  virtual void to_ghosts(Nodal &) = 0;
-
-  /// Owners add what their ghosts hold; nothing where ghosts take no reactions.
-  virtual void to_owners(Nodal &) = 0;
-
-  /// Owners take the lowest of their values and those of their ghosts, whether ghosts take reactions or
-  /// not. Returns whether a value on this MPI rank fell.
-  virtual bool lower_owners(Nodal &) = 0;
-
- protected:
-  ~GhostExchange() = default;
-};
-
-}    // namespace EVP
 
 namespace LAMMPS_NS {
 
@@ -75,6 +54,8 @@ template <class Base> class NodalExchange : public Base, public EVP::GhostExchan
     lowest = false;
     return fell;
   }
+
+  double sum(double here) override { return EVP::reduce_all(here, MPI_SUM, this->world); }
 
   int pack_forward_comm(int n, int *indices, double *buf, int /*pbc_flag*/, int * /*pbc*/) override
   {

@@ -272,9 +272,9 @@ template <bool Damping> void PairEVPLJ::compute_forces()
   VolumeForces *const volume = network.volume();
   if (pairs.rows.empty() && !volume && !network.wanted_work()) return;
 
-  const EVP::ParticleView view = {
-      rows(atom->x), rows(atom->v), reinterpret_cast<double(*)[3]>(atom->f ? atom->f[0] : nullptr),
-      force->newton_pair ? pairs.nall : pairs.nlocal, network.histories()};
+  const EVP::ParticleView view = {rows(atom->x), rows(atom->v),
+                                  reinterpret_cast<double(*)[3]>(atom->f ? atom->f[0] : nullptr),
+                                  pairs.nreact(force->newton_pair), network.histories()};
   if (!volume) return sum_forces<Damping>(view);
   volume->evaluate(pairs, view);
   if (!pairs.rows.empty() || network.wanted_work())
@@ -294,7 +294,7 @@ void PairEVPLJ::sum_forces(const EVP::ParticleView &view, const More &...more)
   const auto accumulate = [&](auto &&tally) {
     if (work)
       work->accumulate_forces<Damping>(
-          pairs, law, view, {flow.offset, flow.next_offset}, tally,
+          pairs, law, view, {flow.offset, flow.next_offset, flow.cap}, tally,
           [this] {
             return network.rest_distances();
           },

@@ -133,7 +133,7 @@ void PairListBuilder::fill_history(const Input &input, const View &view, int i, 
                                    int n)
 {
   for (int k = 0; k < n; k++) {
-    room.offset[k] = room.work[k] = 0.0;
+    room.take_history(k, {});
     const bool is_bond = room.kind[k] & 1;
     room.cap[k] = input.coefficients->law(room.kind[k] / 2)
                       .cap(is_bond, !is_bond && EVP::only_repels(room.cutsq[k], room.inv_deq[k]));
@@ -143,14 +143,12 @@ void PairListBuilder::fill_history(const Input &input, const View &view, int i, 
   const auto &contacts = input.bonds->contacts_of(i);
   for (int k = 0; k < n; k++) {
     if (room.slot[k] >= 0) {
-      room.offset[k] = histories[room.slot[k]].offset;
-      room.work[k] = histories[room.slot[k]].work;
+      room.take_history(k, histories[room.slot[k]]);
       continue;
     }
     for (const EVP::FlowedContact &contact : contacts)
       if (contact.partner == view.tag[room.j[k]]) {
-        room.offset[k] = contact.offset;
-        room.work[k] = contact.work;
+        room.take_history(k, contact.history);
         break;
       }
   }

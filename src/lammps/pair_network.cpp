@@ -91,8 +91,7 @@ PairNetwork::Counts PairNetwork::count_pairs() const
     lowest = std::min(lowest, d / (atom->radius[p.i] + atom->radius[p.j]));
     if (p.is_beyond()) return;
 
-    // without newton both owners of a pair across MPI ranks hold it
-    const double weight = (!force->newton_pair && p.j >= list.nlocal) ? 0.5 : 1.0;
+    const double weight = EVP::rank_share(p.j, list.nreact(force->newton_pair));
     sums[p.is_bond() ? 0 : 2] += weight;
     if (p.is_bond() && law_of(p).regime(d, 1.0 / p.inv_deq, p.offset) == 2) sums[1] += weight;
   });
@@ -299,6 +298,12 @@ void PairNetwork::break_bonds()
                                         return index < r.last;
                                       });
     newly_broken.push_back({row->i, pair.j, list.pairs.history_of(k).work});
+    if (work) {
+      const double sum_radii = atom->radius[row->i] + atom->radius[pair.j];
+      work->stored.note_broken(list, k, pair.offset,
+                               rules.contact == Contact::NONE ? 0.0 : sum_radii,
+                               std::sqrt(EVP::PairGeometry(rows(atom->x), row->i, pair.j).dsq));
+    }
     turn_into_contact(row->i, k);
   }
   beyond.clear();
@@ -326,8 +331,7 @@ void PairNetwork::carry_histories(const EVP::PairList &before)
       const EVP::PairHistory history = before.pairs.history_of(old);
       if (history.broken != 0.0 && list.pairs[k].is_bond()) turn_into_contact(row.i, k);
       if (!rules.flows) continue;
-      list.pairs.offset[k] = history.offset;
-      list.pairs.work[k] = history.work;
+      list.pairs.take_history(k, history);
     }
 }
 
@@ -380,7 +384,10 @@ EVP::PairHistory PairNetwork::history_of(int i, int j) const
     for (const auto &[own, other] : {std::pair(i, j), std::pair(j, i)}) {
       if (own >= atom->nlocal) continue;
       const int slot = store->slot_of(own, atom->tag[other]);
-      if (slot >= 0) return store->histories_of(own)[slot];
+      if (slot < 0) continue;
+      const EVP::PairHistory history = store->histories_of(own)[slot];
+      if (history.broken != 0.0) return {0.0, 0.0, 1.0};    // as of what is left in the list
+      return history;
     }
   return {};
 }

@@ -83,6 +83,19 @@ class VolumeForces : protected Pointers {
   double energy(int i) const { return 0.5 * kv_of(i) * strain(i) * strain(i); }
   double energy() const { return energy_here; }
 
+  /// Energy that a local atom loses as pairs leave the sum whose shares add up to this.
+  double jump(int i, double left) const
+  {
+    const double theta = EVP::VolumeEnergy::strain(left, records[i].weight_sum);
+    return kv_of(i) * theta * (strain(i) + 0.5 * theta);
+  }
+
+  /// Share of the sums of both atoms that a packed pair has at its cut-off.
+  double share_at_cut(const EVP::PackedPair &pair, size_t index) const
+  {
+    return energies.weight_of((int) index) * (pair.cut * pair.inv_deq - 1.0);
+  }
+
   // its stiffness sum_i K_i b_i b_i^T, with b_i the derivative of the sum of atom i
 
   /// Derivative of the sums of both atoms by the length of their pair [1/length].

@@ -99,12 +99,9 @@ std::string WriteEVPBonds::own_lines(std::array<bigint, 2> &counts) const
       if (atom->tag[i] > contact.partner) continue;
       const AtomDirectory::Entry &partner = directory.entries.at((tagint) contact.partner);
       if (partner.type == 0) continue;
-      text += EVP::bond_text({atom->tag[i],
-                              contact.partner,
-                              atom->radius[i] + partner.radius,
-                              {contact.offset, contact.work, 0.0},
-                              true},
-                             true);
+      text += EVP::bond_text(
+          {atom->tag[i], contact.partner, atom->radius[i] + partner.radius, contact.history, true},
+          true);
       counts[0]++;
     }
   return text;

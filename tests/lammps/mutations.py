@@ -51,4 +51,10 @@ MUTATIONS = [
     Mutation("no implicit damping", ("hold at constant strain",), "pair_network.h", "return any_gamma && implicit_groupbit;", "return false;"),
     Mutation("a gamma of 1e-6 that nobody asked for", ("free vibration",), "coefficients.h", "= Law(row);\n    row.gamma = 0.0;", "= Law((row.gamma += 1e-6, row));\n    row.gamma = 0.0;"),
     Mutation("no check for coincident centres", ("coincident centres",), "pair_list_builder.cpp", "if (!(dsq > coincident * coincident))", "if (dsq < 0.0)"),
+    Mutation("no flow back", ("pair cycled far",), "law.h", "return p < low ? low : (p > high ? high : p);", "return p < low ? low : p;"),
+    Mutation("contacts keep what they flow in tension", ("contact pulled and pushed",), "law.h", "(repels_only ? loop.repelled : 0.0)", "(repels_only ? loop.repelled : BOND_CAP)"),
+    Mutation("no bond breaks", ("bond torn and pushed",), "pair_network.cpp", "if (rules.breaks()) break_bonds();", ""),
+    Mutation("the second atom of a pair is not told of its history", ("flow of a body that is sorted",), "history_return.cpp", "store.take({j, is_record, tag[i], h});", ""),
+    Mutation("every search leaves its flow", ("search that did not end",), "fix_evp_bonds.cpp", "if (stop == Min::ETOL || stop == Min::FTOL || stop == Min::ZEROFORCE)", "if (stop >= 0)"),
+    Mutation("half of the pull of the volume energy", ("volume energy of a free body",), "volume_energy.h", "3.0 * kv * strain / weight_sum", "1.5 * kv * strain / weight_sum"),
 ]

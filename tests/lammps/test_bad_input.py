@@ -115,7 +115,7 @@ CASES = [
     ("contact literal", "contact sticky", "contact must be literal, repulsive or none, got 'sticky'"),
     ("contact literal", "contact", "Pair style evp/lj: keyword contact needs a value"),
     ("contact literal", "colour red", "Pair style evp/lj: unknown keyword 'colour'; it takes contact and overlap"),
-    ("contact literal", "unload elastic", "Pair style evp/lj: unknown keyword 'unload'"),
+    ("contact literal", "unload plastic", "unload must be reversible (the paper's law) or elastic (flow stays), got plastic"),
     ("contact literal", "overlap", "Pair style evp/lj: keyword overlap needs a value"),
     ("contact literal", "overlap nan", "Pair style evp/lj: overlap must be a finite decimal number, got 'nan'"),
     ("contact literal", "overlap 0", "overlap must lie in (0, 1]"),
@@ -167,7 +167,7 @@ CASES = [
     ("fix move", "run 0\ngroup gone id 2 4\ndelete_atoms group gone\nfix move", "Fix bonds evp/bonds: atom ID"),
     # computes
     ("fix move", "compute dt all evp/dt 3\nfix move", "Compute dt evp/dt: unexpected argument '3'"),
-    ("fix move", "compute s all evp/state/atom x\nfix move", "Compute s evp/state/atom: unexpected argument 'x'"),
+    ("fix move", "compute s all evp/state/atom x\nfix move", "Compute s evp/state/atom: unknown keyword 'x'"),
     ("fix bonds all evp/bonds", "pair_style zero 0.02\npair_coeff * *\ncompute dt all evp/dt",
      "Compute dt evp/dt needs pair style evp/lj, found 'zero'"),
     ("fix bonds all evp/bonds", "pair_style zero 0.02\npair_coeff * *\ncompute s all evp/state/atom",

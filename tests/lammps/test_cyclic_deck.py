@@ -107,7 +107,8 @@ def test_columns_of_the_state(tmp_path, deck, choices):
     """Named where flow, breaking or a volume energy is on; else the four columns as they were."""
     run(deck, tmp_path, strain=0.008, **({} if deck == "in.quasistatic" else {"row": 0.004, "rate": 50}), **choices)
     state = read_dump(tmp_path / "run_state.dump")[-1]
-    first, names = ["id", "x", "y", "z", "radius"], ["bonds", "share_second", "share_lost", "new_pairs", "plastic_work", "plastic_strain", "volume_strain"]
+    first = ["id", "x", "y", "z", "radius"]
+    names = ["bonds", "share_second", "share_lost", "new_pairs", "plastic_work", "plastic_strain", "volume_strain"]
     assert list(state.columns) == first + (names if choices else [f"c_pairs[{k}]" for k in range(1, 5)])
     if choices:
         assert np.abs(state["volume_strain"]).max() > 0.0 and state["bonds"].sum() == 2 * 2975

@@ -140,7 +140,7 @@ unfix r
     assert np.sum(offsets > 1e-3) > 50, "control: it has flowed"
     for name in ("c_flow[1]", "c_flow[2]"):
         settled = table[name][-10:]
-        assert len(set(settled)) == 1 and settled[0] != 0.0, name
+        assert np.ptp(settled) <= 1e-14 * abs(settled[0]) and settled[0] != 0.0, name  # a sum in another order
 
 
 # ---- frames and momenta

@@ -90,7 +90,7 @@ CASES = [
      Words("Thermo compute does not compute scalar", in_2026="Thermo custom compute s does not compute a scalar")),
     ("thermo", "compute s all evp/state/atom\ndump s all custom 1 s.dump id c_s[5]", "out-of-range"),
     ("thermo", "compute s all evp/state/atom\ndump s all custom 1 s.dump id c_s", "compute s does not calculate"),
-    ("thermo", "thermo_style custom step f_bonds[5]", "out-of-range"),
+    ("thermo", "thermo_style custom step f_bonds[6]", "out-of-range"),
     # write_evp_bonds
     ("units", "units si\nwrite_evp_bonds b.bonds", "there is no fix evp/bonds, hence no bonds to write"),
     ("then", "write_evp_bonds", "write_evp_bonds: expected one argument, the file to write"),

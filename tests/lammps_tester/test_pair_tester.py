@@ -22,7 +22,7 @@ FOLDER = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(FOLDER.parents[1] / "tools"))
 
 import make_input  # noqa: E402
-from evp import brute, law  # noqa: E402
+from evp import brute, flow, law  # noqa: E402
 
 YAML = sorted(path.name for path in FOLDER.glob("pair-*.yaml"))
 # `single` needs atom_style full, whose atoms have no radius (our own test_single.py has it);
@@ -34,7 +34,7 @@ ROUND_OFF = 1e-11
 
 
 def test_every_yaml_file_is_here():
-    assert YAML == ["pair-evp_lj-file.yaml", "pair-evp_lj-zone.yaml"]
+    assert YAML == ["pair-evp_lj-file.yaml", "pair-evp_lj-flow.yaml", "pair-evp_lj-zone.yaml"]
 
 
 @pytest.mark.parametrize("name", YAML)
@@ -66,6 +66,7 @@ class Case(NamedTuple):
     contact: str
     zone: float  # 0: bonds from the file
     dt: float
+    flows: bool  # unload elastic: the bond file has offsets
     numbers: dict  # init_vdwl, init_stress (6,), init_forces (N, 3), run_...
 
 
@@ -94,12 +95,37 @@ def read_case(name):
         numbers[f"{when}_forces"] = table[:, 1:]
     contact = re.search(r"contact (\w+)", blocks["pair_style"][0])[1]
     zone = float(fix[fix.index("zone") + 1]) if "zone" in fix else 0.0
-    return Case(rows, contact, zone, float(commands["timestep"][1]), numbers)
+    flows = "unload elastic" in blocks["pair_style"][0]
+    return Case(rows, contact, zone, float(commands["timestep"][1]), flows, numbers)
 
 
 class Truth(NamedTuple):
     found: dict  # of brute.brute_force
     bonds: int
+
+
+def with_flow(found, case, scene, offsets):
+    """What brute_force found, with the forces of pairs that flow; "offsets" are those that the pairs keep, {(id_i, id_j): q}."""
+    x, v, radius, types, bonds, box = scene
+    pairs, deq, cut, bonded, row = brute.interactions(x, radius, case.rows, bonds, case.contact, types, box)
+    i, j, r, d = pairs.i, pairs.j, pairs[2], pairs.d
+    ids = [(min(a, b) + 1, max(a, b) + 1) for a, b in zip(i.tolist(), j.tolist())]
+    q = np.array([offsets.get(pair, 0.0) for pair in ids])
+
+    def kept(after, before):
+        return np.where(bonded, after, np.minimum(after, np.maximum(before, 0.0)))
+
+    after = flow.return_map(d, deq, row, q)
+    at_cut = flow.return_map(cut, deq, row, after)
+    unit = r / d[:, None]
+    f = flow.elastic_force(d, deq, row, after)[:, None] * unit + law.damping_force(unit, v[i], v[j], row)
+    total = np.zeros_like(x)
+    np.add.at(total, i, f)
+    np.add.at(total, j, -f)
+    energy = flow.stored(d, deq, row, after) - flow.stored(cut, deq, row, at_cut)
+    energy += flow.dissipated(kept(after, q), after, deq, row) - flow.dissipated(kept(at_cut, after), at_cut, deq, row)
+    return {**found, "force": total, "energy": float(energy.sum()), "virial": r.T @ f, "offsets": dict(zip(ids, kept(after, q))),
+            "bonds_second": int(np.sum(bonded & (after != 0.0)))}
 
 
 def computed(case):
@@ -109,17 +135,21 @@ def computed(case):
     if case.zone:
         bonds = brute.record_bonds(x, radius, case.zone, box)
     else:
-        lines = (FOLDER / "evp_lj.bonds").read_text(encoding="utf-8").splitlines()[1:]
-        bonds = {(int(i), int(j)): float(deq) for i, j, deq in map(str.split, lines)}
+        file = "evp_lj_flow.bonds" if case.flows else "evp_lj.bonds"
+        lines = [line.split() for line in (FOLDER / file).read_text(encoding="utf-8").splitlines()[1:]]
+        bonds = {(int(words[0]), int(words[1])): float(words[2]) for words in lines}
+    offsets = {(int(words[0]), int(words[1])): float(words[3]) for words in lines} if case.flows else {}
 
     def forces(velocity):
-        return brute.brute_force(x, velocity, radius, types, case.rows, bonds, case.contact, box)
+        found = brute.brute_force(x, velocity, radius, types, case.rows, bonds, case.contact, box)
+        return with_flow(found, case, (x, velocity, radius, types, bonds, box), offsets) if case.flows else found
 
     start = now = forces(v)
     for _ in range(STEPS):
         v = v + 0.5 * case.dt * now["force"] / mass
         x = x + case.dt * v
         now = forces(v)
+        offsets.update(now.get("offsets", {}))
         v = v + 0.5 * case.dt * now["force"] / mass
     return {"init": Truth(start, len(bonds)), "run": Truth(now, len(bonds))}
 

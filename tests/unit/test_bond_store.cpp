@@ -74,7 +74,7 @@ TEST(BondStore, WordsBringRecordsAndHistoryToAnotherPlace)
     EXPECT_EQ(other.histories_of(0)[1], (PairHistory{0.0, 0.7, 1.0}));
     ASSERT_EQ(other.contacts_of(0).size(), 1u);
     EXPECT_EQ(other.contacts_of(0)[0].partner, 12);
-    EXPECT_EQ(other.contacts_of(0)[0].offset, -0.2);
+    EXPECT_EQ(other.contacts_of(0)[0].history.offset, -0.2);
     EXPECT_TRUE(other.contacts_of(1).empty());
   }
 }
@@ -87,7 +87,7 @@ TEST(BondStore, ABrokenBondThatFlowsIsAContactToo)
   store.take({0, false, 9, {-0.1, 0.2, 0.0}});
   EXPECT_EQ(store.histories_of(0)[1], (PairHistory{0.0, 0.4, 1.0}));
   ASSERT_EQ(store.contacts_of(0).size(), 1u);
-  EXPECT_EQ(store.contacts_of(0)[0].offset, -0.1);
+  EXPECT_EQ(store.contacts_of(0)[0].history.offset, -0.1);
   store.clear_contacts();
   EXPECT_TRUE(store.has_changed());
   store.keep_history(false);

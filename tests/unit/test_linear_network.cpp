@@ -2,6 +2,7 @@
 // Matrices of small networks against closed forms.
 
 #include "core/linear_network.h"
+#include "one_rank.h"
 
 #include <algorithm>
 #include <array>
@@ -29,11 +30,8 @@ double largest(const std::vector<double> &values)
 /// Two particles, the pair along u; the second one is free or held.
 LinearNetwork pair_of(bool both_free, const std::array<double, 3> &u)
 {
-  const auto nothing = [](std::vector<double> &) {
-  };
-  LinearNetwork network({nothing, nothing, [](double here) {
-                           return here;
-                         }});
+  static OneRank alone;
+  LinearNetwork network(alone);
   network.nreact = 2;
   network.inverse_mass = {1.0 / MASS, both_free ? 1.0 / MASS : 0.0};
   network.start = {0.3, -0.2, 0.9, 0.5, 0.1, -0.4};

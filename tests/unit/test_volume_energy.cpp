@@ -4,6 +4,7 @@
 #include "core/linear_network.h"
 #include "core/volume_energy.h"
 #include "kernel_cases.h"
+#include "one_rank.h"
 
 #include <algorithm>
 #include <cmath>
@@ -181,19 +182,12 @@ TEST(VolumeEnergy, ReactionsOfOthersAreLeftOut)
 
 namespace {
 
-EVP::RankExchange alone()
-{
-  const auto nothing = [](std::vector<double> &) {
-  };
-  return {nothing, nothing, [](double here) {
-            return here;
-          }};
-}
+OneRank alone;
 
 /// A chain of three along x, springs k, its middle with volume energy: K (x3 - x1)^2 v^2 / 2.
 EVP::LinearNetwork chain(double v, double stiffness)
 {
-  EVP::LinearNetwork network(alone());
+  EVP::LinearNetwork network(alone);
   network.nreact = 3;
   network.inverse_mass = {1.0, 1.0, 1.0};
   network.start = {0.3, 0.1, 0.2, -0.5, 0.4, 0.1, 0.6, -0.2, 0.7};

@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""The hard cases of flow that stays, of bonds that break and of the volume energy; see hard_cases.py, whose list CASES they join."""
+
+import numpy as np
+from evp import flow, law
+from flowing import MOVE, SHAKE, assert_flowed, flowing_pair, largest_difference, read_pairs
+from hard_cases import DEQ, MOMENTUM, RADIUS, TABLE1, case, momenta
+from small_bodies import dump, head, lattice_body, mass_of, thermo, two_groups, words, write_body, write_two
+
+FORCE = TABLE1.m1 * TABLE1.n1 * TABLE1.e1 * TABLE1.xi_s / DEQ  # at the threshold
+ROUND_OFF = 1e-9
+TOUCHING = 2.0 * RADIUS
+
+
+def two(bench, style, way, gap=DEQ, fix="fix bonds all evp/bonds", steps=100):
+    """Distances and forces of each step of two spheres, of which the second is led along x: F > 0 pushes them apart."""
+    write_two(bench.folder / "body.data", gap)
+    text = head(skin=0.002) + f"pair_style evp/lj {style}\npair_coeff * * {words(TABLE1)}\n{fix}\n" + two_groups(0.0, 0.0)
+    text += f"timestep 1e-6\nrun 0\nfix lead two move {way}\nfix hold one move linear 0 0 0\n"
+    text += "compute f two reduce sum fx\nvariable d equal x[2]-x[1]\nthermo 1\n" + thermo("v_d c_f") + f"run {steps}\n"
+    table = bench.run(text).ok().thermo()
+    return table["v_d"], table["c_f"]
+
+
+@case("each force is that of the return map along the whole way, five times from 4 % of tension to 4 % of compression",
+      "the loop is open: the pair flows both ways")
+def pair_cycled_far_beyond_xi_s(bench):
+    d, force = two(bench, "contact none unload elastic", f"wiggle {0.04 * DEQ} 0 0 1e-4", steps=500)
+    q, expected, flowed = 0.0, [], []
+    for distance in d:
+        step = flow.step(distance, DEQ, TABLE1, q)
+        q = float(step.q)
+        expected.append(float(step.force))
+        flowed.append(q)
+    off = np.abs(force - expected).max() / FORCE
+    assert off < ROUND_OFF
+    assert max(flowed) > 0.03 * DEQ and min(flowed) < -0.03 * DEQ
+    return f"force off by {off:.0e} of the threshold's, offsets from {min(flowed) / DEQ:.3f} to {max(flowed) / DEQ:.3f} deq"
+
+
+@case("a new contact that is stretched follows eq. 8 each time; what it has flowed in compression stays",
+      "pushed before, it is another curve")
+def contact_pulled_and_pushed(bench):
+    (bench.folder / "none.bonds").write_text("# EVP bonds COUNT: 0 UNITS: si\n")
+    no_bonds = "fix bonds all evp/bonds file none.bonds"
+    d, force = two(bench, "contact literal unload elastic", f"wiggle {0.05 * TOUCHING} 0 0 1e-4", TOUCHING, no_bonds, steps=300)
+    q, expected = 0.0, []
+    for distance in d:
+        step = flow.contact_step(distance, TOUCHING, TABLE1, q, TABLE1.alpha * TOUCHING)
+        q = float(step.q)
+        expected.append(float(step.force))
+    off = np.abs(force - expected).max() / FORCE
+    assert off < ROUND_OFF
+    first = np.abs(force[:26] - law.force(d[:26], TOUCHING, TABLE1)).max() / FORCE
+    again = np.abs(force[100:126] - law.force(d[100:126], TOUCHING, TABLE1)).max() / FORCE
+    assert first < ROUND_OFF and again > 0.1
+    return f"force off by {off:.0e} of the threshold's; eq. 8 in the first stretch to {first:.0e}, left by {again:.1f} in the second"
+
+
+@case("a bond pulled past its strain of breaking is gone for good: no force until the spheres touch, then repulsion as of a new contact",
+      "pulled less far it comes back as a bond", "reversible", "elastic")
+def bond_torn_and_pushed_together(bench, unload):
+    way = f"wiggle {0.25 * DEQ} 0 0 2e-4"
+    d, force = two(bench, f"contact repulsive unload {unload} break 0.1", way, steps=200)
+    torn = int(np.argmax(d > 1.1 * DEQ))
+    apart, touching = d[torn:] > TOUCHING, d[torn:] < TOUCHING
+    assert np.all(force[torn:][apart] == 0.0) and apart.sum() > 50
+    assert np.all(force[torn:][touching] >= 0.0) and force[torn:][touching].max() > FORCE and touching.sum() > 30
+    kept, again = two(bench, f"contact repulsive unload {unload} break 0.5", way, steps=200)
+    assert np.any(again[torn:][kept[torn:] > TOUCHING] < -0.5 * FORCE)
+    return f"no force over {apart.sum()} steps, {force[torn:].max() / FORCE:.1f} of the threshold's where they touch"
+
+
+@case("offsets and broken bonds follow their pairs when atoms are sorted and packed anew at each step", "bonds have flowed both ways and broken")
+def flow_of_a_body_that_is_sorted(bench):
+    write_body(bench.folder / "body.data", lattice_body((6, 4, 4)))
+    text = flowing_pair("none") + SHAKE + MOVE + "{}run 100\nwrite_evp_bonds {}.bonds\n"
+    bench.run(head(sort="sort 0 0") + text.format("", "rare")).ok()
+    bench.run(head(sort="sort 1 0.004") + text.format("neigh_modify every 1 delay 0 check no\n", "often")).ok()
+    rare, often = (read_pairs(bench.folder / f"{name}.bonds") for name in ("rare", "often"))
+    assert_flowed(rare, contacts=False)
+    difference = largest_difference(often, rare)
+    assert difference < 1e-10
+    return f"offsets and work agree to {difference:.0e}, {len(rare.of(1))} bonds broken"
+
+
+@case("a minimization that is stopped by its count leaves no flow behind", "one that came to rest does")
+def search_that_did_not_end(bench):
+    write_body(bench.folder / "body.data", lattice_body((4, 3, 3)))
+    text = head() + flowing_pair("none", 0) + "fix move all nve\ntimestep 3e-7\n" + "run 0\nvariable px atom x+3e-4*sin(1.7*id)\nset group all x v_px\n"
+    found = {}
+    for name, search in (("stopped", "minimize 0 0 6 100"), ("rest", "minimize 0 1e4 1000 10000")):
+        bench.run(text + f"min_style cg\nmin_modify dmax 1e-5\n{search}\nwrite_evp_bonds {name}.bonds\n").ok()
+        found[name] = np.abs(list(read_pairs(bench.folder / f"{name}.bonds").offset.values())).max()
+    assert found["stopped"] == 0.0 and found["rest"] > 1e-5
+    return f"largest offset {found['stopped']:.0e} m stopped, {found['rest']:.0e} m at rest"
+
+
+@case("energy is kept to 2e-3 of what the volume energy trades, momenta to 1e-12, while a soft network with a stiff volume energy vibrates",
+      "the volume energy takes part")
+def volume_energy_of_a_free_body(bench):
+    body = lattice_body((4, 4, 4))
+    write_body(bench.folder / "body.data", body)
+    text = head() + flowing_pair("none", 0, TABLE1._replace(xi_s=0.3), 3000.0, unload="reversible") + "fix move all nve\n"
+    text += "variable vx atom 0.5*(x-0.02)/0.02\nvariable vy atom 0.5*(y-0.02)/0.02\nvariable vz atom 0.5*(z-0.02)/0.02\nvelocity all set v_vx v_vy v_vz\n"
+    text += "compute dt all evp/dt\nthermo 5\n" + thermo("pe ke etotal f_volume c_dt") + "run 0\ntimestep $(0.05*c_dt)\n" + dump(every=600) + "run 600\n"
+    run = bench.run(text).ok()
+    table, mass = run.thermo(), mass_of(body.radius)
+    energy, traded = table["TotEng"], np.ptp(table["f_volume"])
+    open_by = np.ptp(energy) / traded
+    assert traded > 0.1 * table["KinEng"][0] and open_by < 2e-3
+    first, last = run.dump("all.dump")
+    before, after = momenta(first, mass), momenta(last, mass)
+    off = max(np.linalg.norm(after[0] - before[0]) / before[2], np.linalg.norm(after[1] - before[1]) / (before[2] * 0.04))
+    assert off < MOMENTUM
+    return f"energy open by {open_by:.0e} of what is traded, momentum by {off:.0e}"

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: GPL-2.0-only
+// The strain of a particle from those of its bonds: exact where it is uniform, the smallest where bonds leave a choice.
+
+#include "core/strain_fit.h"
+
+#include <gtest/gtest.h>
+#include <random>
+#include <vector>
+
+using EVP::StrainFit;
+using EVP::SymmetricTensor;
+
+namespace {
+
+struct Bond {
+  double r[3], weight, strain;
+};
+
+double along(const SymmetricTensor &e, const double r[3])
+{
+  const double sum = e[0] * r[0] * r[0] + e[1] * r[1] * r[1] + e[2] * r[2] * r[2] +
+      2.0 * (e[3] * r[0] * r[1] + e[4] * r[0] * r[2] + e[5] * r[1] * r[2]);
+  return sum / (r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);
+}
+
+SymmetricTensor fit(const std::vector<Bond> &bonds)
+{
+  double sums[StrainFit::NSUMS] = {};
+  for (const Bond &b : bonds)
+    StrainFit::add(b.r, b.r[0] * b.r[0] + b.r[1] * b.r[1] + b.r[2] * b.r[2], b.weight, b.strain,
+                   sums);
+  return StrainFit::solve(sums);
+}
+
+std::vector<Bond> random_bonds(int n, const SymmetricTensor &strain)
+{
+  std::mt19937 generator(7);
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  std::vector<Bond> bonds(n);
+  for (Bond &b : bonds) {
+    for (double &c : b.r) c = uniform(generator);
+    b.weight = 1.1 + uniform(generator);
+    b.strain = along(strain, b.r);
+  }
+  return bonds;
+}
+
+const SymmetricTensor STRAIN = {0.01, -0.004, 0.002, 0.003, -0.007, 0.005};
+
+}    // namespace
+
+TEST(StrainFit, UniformStrainIsExact)
+{
+  const SymmetricTensor found = fit(random_bonds(8, STRAIN));
+  for (int c = 0; c < 6; c++) EXPECT_NEAR(found[c], STRAIN[c], 1e-8);
+}
+
+TEST(StrainFit, FirstShellOfFccIsEnough)
+{
+  std::vector<Bond> bonds;
+  for (const auto &[x, y, z] :
+       {std::array{1, 1, 0}, {1, -1, 0}, {1, 0, 1}, {1, 0, -1}, {0, 1, 1}, {0, 1, -1}}) {
+    Bond b = {{(double) x, (double) y, (double) z}, 0.5, 0.0};
+    b.strain = along(STRAIN, b.r);
+    bonds.push_back(b);
+  }
+  const SymmetricTensor found = fit(bonds);
+  for (int c = 0; c < 6; c++) EXPECT_NEAR(found[c], STRAIN[c], 1e-8);
+}
+
+TEST(StrainFit, OneBondStrainsAlongItself)
+{
+  const SymmetricTensor found = fit({{{0.0, 3.0, 4.0}, 0.7, 0.01}});
+  const SymmetricTensor expected = {0.0, 0.0036, 0.0064, 0.0, 0.0, 0.0048};
+  for (int c = 0; c < 6; c++) EXPECT_NEAR(found[c], expected[c], 1e-8);
+}
+
+TEST(StrainFit, FewerThanSixBondsAreFittedBySmallest)
+{
+  const std::vector<Bond> bonds = random_bonds(4, STRAIN);
+  const SymmetricTensor found = fit(bonds);
+  double size = 0.0, given = 0.0;
+  for (int c = 0; c < 6; c++) {
+    size += (c < 3 ? 1.0 : 2.0) * found[c] * found[c];
+    given += (c < 3 ? 1.0 : 2.0) * STRAIN[c] * STRAIN[c];
+  }
+  EXPECT_LT(size, given);
+  for (const Bond &b : bonds) EXPECT_NEAR(along(found, b.r), b.strain, 1e-8);
+}
+
+TEST(StrainFit, NothingWithoutBonds)
+{
+  for (const double component : fit({})) EXPECT_EQ(component, 0.0);
+  const SymmetricTensor found = fit({{{1.0, 0.0, 0.0}, 0.0, 0.1}});
+  for (const double component : found) EXPECT_EQ(component, 0.0);
+}
+
+TEST(StrainFit, EquivalentValuesOfOneAxis)
+{
+  EXPECT_NEAR(EVP::von_mises({200.0, 0.0, 0.0, 0.0, 0.0, 0.0}), 200.0, 1e-12);
+  EXPECT_NEAR(EVP::von_mises({5.0, 5.0, 5.0, 10.0, 0.0, 0.0}), 10.0 * std::sqrt(3.0), 1e-12);
+  EXPECT_NEAR(EVP::equivalent_strain({0.02, -0.01, -0.01, 0.0, 0.0, 0.0}), 0.02, 1e-16);
+  EXPECT_DOUBLE_EQ(EVP::mean_of({1.0, 2.0, 6.0, 9.0, 9.0, 9.0}), 3.0);
+}
