@@ -218,14 +218,14 @@ class PackedPairs {
   }
   bool has_flow() const { return flows; }
 
-  /// Pair k is no bond any more: from now on it repels below a sum of radii, or does nothing at 0.
+  /// Pair k is no bond any more: from now on it repels below rest [length], or does nothing at 0.
   /// cap_of_contact: see Law::cap().
-  void turn_into_contact(size_t k, double sum_radii, double cap_of_contact)
+  void turn_into_contact(size_t k, double rest, double cap_of_contact)
   {
     slot[k] = PackedPair::slot_of_broken(slot[k]);
     kind[k] &= ~1;
-    cutsq[k] = sum_radii > 0.0 ? reach_squared(sum_radii, false) : 0.0;
-    if (sum_radii > 0.0) inv_deq[k] = 1.0 / sum_radii;
+    cutsq[k] = rest > 0.0 ? reach_squared(rest, false) : 0.0;
+    if (rest > 0.0) inv_deq[k] = 1.0 / rest;
     if (!flows) return;
     offset[k] = next_offset[k] = work[k] = spent[k] = 0.0;
     cap[k] = cap_of_contact;

@@ -3,6 +3,8 @@
 #ifndef EVP_CORE_PAIR_RULES_H
 #define EVP_CORE_PAIR_RULES_H
 
+#include <algorithm>
+
 namespace EVP {
 
 /// What acts between two particles that were not recorded as a pair.
@@ -17,6 +19,14 @@ struct PairRules {
   double break_strain = 0.0;    ///< bonds break for good beyond (1 + this) deq; 0: never
 
   bool breaks() const { return break_strain > 0.0; }
+
+  /// Distance below which what is left of a broken bond repels [all: length]: the sum of the radii, or,
+  /// where the spheres still overlap when it breaks, where it broke. So breaking makes no force and no
+  /// energy.
+  double rest_of_broken(double sum_radii, double deq) const
+  {
+    return breaks() ? std::min(sum_radii, (1.0 + break_strain) * deq) : sum_radii;
+  }
 
   /// Do bonds have values that change?
   bool has_history() const { return flows || breaks(); }

@@ -373,7 +373,7 @@ const StoredEnergy::Values &StoredEnergy::add(const PairList &list, const PairRa
   return values;
 }
 
-void StoredEnergy::note_broken(const PairList &list, size_t k, double p, double sum_radii, double d)
+void StoredEnergy::note_broken(const PairList &list, size_t k, double p, double rest)
 {
   if (is_due(list, flows)) return;    // the next evaluation begins with the list as it is then
   const StoredBlocks::Weight own(weight[k]);
@@ -383,13 +383,7 @@ void StoredEnergy::note_broken(const PairList &list, size_t k, double p, double 
   born -= own.size * beside_depth(pair, p);
   weight[k] = -(own.size + StoredBlocks::BEYOND);
   depth[k] = 0.0;
-  if (sum_radii == 0.0) return;
-  const Law &law = laws[pair.law];
-  deq[k] = sum_radii;
-  if (d > sum_radii) return;
-  const double held = own.size * law.stored(d, sum_radii).total();
-  born += held;
-  coming += held;
+  if (rest > 0.0) deq[k] = rest;
 }
 
 }    // namespace EVP

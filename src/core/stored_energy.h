@@ -42,7 +42,7 @@ class StoredEnergy {
     double hardening;        ///< of bonds, by their offset
     double plastic;          ///< dissipated as offsets move on to the next ones
     double ended;            ///< beside their depths, of pairs that passed their cut-offs since
-    double born;             ///< of contacts that bonds became which broke, less the like of these
+    double born;             ///< less what their offsets made of the depth of bonds that broke
     Depth bonds_depth, contacts_depth;
     Depth broken;    ///< of bonds that broke, since the start
   };
@@ -81,7 +81,7 @@ class StoredEnergy {
   {
     found = {};
     ended = passed;
-    passed = coming = 0.0;
+    passed = 0.0;
     changed = finds_anew = is_new;
     is_new = false;
   }
@@ -98,16 +98,16 @@ class StoredEnergy {
   /// their cut-offs since the last one, that evaluation does not know.
   void note_passed(const PairList &list, const double (*x)[3]);
 
-  /// Pair k of the list is a bond that has broken, with the offset p, and will be a contact of particles
-  /// with this sum of radii, 0 where none is left. d: their distance [lengths].
-  void note_broken(const PairList &list, size_t k, double p, double sum_radii, double d);
+  /// Pair k of the list is a bond that has broken, with the offset p, and will be a contact that is at
+  /// rest at this distance [length], 0 where none is left.
+  void note_broken(const PairList &list, size_t k, double p, double rest);
 
   /// After the last block.
   Sums sums() const
   {
     return {found.first.total(),
             found.second.total(),
-            found.contacts.total() + coming,
+            found.contacts.total(),
             found.hardening.total(),
             found.plastic.total(),
             ended,
@@ -165,7 +165,6 @@ class StoredEnergy {
   std::vector<double> deq, depth, weight;
   Depth bonds_depth{}, contacts_depth{}, broken{};
   double ended = 0.0, born = 0.0;
-  double coming = 0.0;                     // held by contacts that the next evaluation finds
   double passed = 0.0;                     // what `ended` of the next evaluation begins with
   bool breaks = false;                     // do bonds break where they pass their cut-off?
   bool changed = false, is_new = false;    // see has_changed(); was the list assigned since?

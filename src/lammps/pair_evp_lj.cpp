@@ -331,9 +331,9 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
 
   const EVP::Law &law = coefficients.law(coefficients.index(itype, jtype));
   const double sum_radii = atom->radius[i] + atom->radius[j];
-  if (!is_bond) deq = sum_radii;
+  if (!is_bond) deq = broken ? network.rules.rest_of_broken(sum_radii, deq) : sum_radii;
   const bool repels_only = broken || (!is_bond && network.rules.contact == Contact::REPULSIVE);
-  double cut = repels_only ? sum_radii : law.parameters().alpha * sum_radii;
+  double cut = repels_only ? deq : law.parameters().alpha * sum_radii;
   if (is_bond && network.rules.breaks())
     cut = std::min(cut, (1.0 + network.rules.break_strain) * deq);
 

@@ -105,8 +105,9 @@ EVP_INLINE int PairListBuilder::pack_row(const Input &input, const View &view, i
 
     const int type = view.type[j];
     const EVP::Row &row = laws[type].parameters();
-    const double deq = is_bond ? records[record].deq : sum_radii;
-    double cut = broken || (!is_bond && new_repel_only) ? sum_radii : row.alpha * sum_radii;
+    double deq = is_bond ? records[record].deq : sum_radii;
+    if (broken) deq = input.rules.rest_of_broken(sum_radii, records[record].deq);
+    double cut = broken || (!is_bond && new_repel_only) ? deq : row.alpha * sum_radii;
     if (is_bond && break_at > 0.0) cut = std::min(cut, break_at * deq);
     const bool implicit = implicit_bit && ((view.mask[i] | view.mask[j]) & implicit_bit);
     const int own = first_law + type, law = implicit ? input.coefficients->undamped(own) : own;

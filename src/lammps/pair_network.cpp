@@ -60,8 +60,11 @@ std::vector<double> PairNetwork::rest_distances() const
 {
   std::vector<double> distances(packed_pairs().pairs.size());
   EVP::for_each_pair(list, rows(atom->x), [&](const EVP::PlacedPair &p) {
-    distances[p.index] = p.is_bond() ? store->of(p.i)[p.slot].deq
-                                     : atom->radius[p.i] + atom->radius[p.j];
+    const double recorded = p.has_record() ? store->of(p.i)[p.record()].deq : 0.0;
+    const double sum_radii = atom->radius[p.i] + atom->radius[p.j];
+    distances[p.index] = p.is_bond() ? recorded
+        : p.has_record()             ? rules.rest_of_broken(sum_radii, recorded)
+                                     : sum_radii;
   });
   return distances;
 }
@@ -299,22 +302,23 @@ void PairNetwork::break_bonds()
                                         return index < r.last;
                                       });
     newly_broken.push_back({row->i, pair.j, list.pairs.history_of(k).work});
-    if (work) {
-      const double sum_radii = atom->radius[row->i] + atom->radius[pair.j];
-      work->stored.note_broken(list, k, pair.offset,
-                               rules.contact == Contact::NONE ? 0.0 : sum_radii,
-                               std::sqrt(EVP::PairGeometry(rows(atom->x), row->i, pair.j).dsq));
-    }
+    if (work) work->stored.note_broken(list, k, pair.offset, rest_of_broken(row->i, pair));
     turn_into_contact(row->i, k);
   }
   beyond.clear();
 }
 
+// 0 where nothing is left
+double PairNetwork::rest_of_broken(int i, const EVP::PackedPair &bond) const
+{
+  if (rules.contact == Contact::NONE) return 0.0;
+  return rules.rest_of_broken(atom->radius[i] + atom->radius[bond.j], 1.0 / bond.inv_deq);
+}
+
 void PairNetwork::turn_into_contact(int i, int k)
 {
-  const double sum_radii = atom->radius[i] + atom->radius[list.pairs.j[k]];
-  list.pairs.turn_into_contact(k, rules.contact == Contact::NONE ? 0.0 : sum_radii,
-                               law_of(list.pairs[k]).cap(false, true));
+  const EVP::PackedPair pair = list.pairs[k];
+  list.pairs.turn_into_contact(k, rest_of_broken(i, pair), law_of(pair).cap(false, true));
   if (volume()) volume()->drop(k);
 }
 

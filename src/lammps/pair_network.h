@@ -207,6 +207,7 @@ class PairNetwork : protected Pointers {
   mutable std::vector<int> row_index;    // of the rows of the atoms, for history_of()
   mutable long row_index_build = -1;
 
+  double rest_of_broken(int i, const EVP::PackedPair &bond) const;
   void turn_into_contact(int i, int k);
   void carry_histories(const EVP::PairList &before);
   void find_histories();

@@ -47,7 +47,8 @@ enum Kind { BOND, LITERAL, REPULSIVE, LEFT_OF_A_BOND, NOTHING_LEFT, KINDS };
 /// Pairs of all kinds that have flowed either way, within their cuts and beyond.
 struct Pairs {
   std::vector<Law> laws;
-  std::vector<double> inv_deq, cutsq, cut, offset, work, cap, next_offset, next_work;
+  std::vector<double> inv_deq, cutsq, cut, offset, work, cap, next_offset, spent, next_work;
+  char moves = 0;
   std::vector<int> kind, sort;
   double margin_removed[2] = {1.0 / (1.0 + NEW_PAIR_MARGIN), 1.0 / (1.0 + BOND_MARGIN)};
   Block block;
@@ -80,7 +81,7 @@ struct Pairs {
       block.approach[k] = unit(random) - 0.5;
     }
     next_offset.resize(n);
-    next_work.resize(n);
+    spent.resize(n);
   }
 
   void run(Level level, bool damping, bool energy, bool incremental)
@@ -93,10 +94,13 @@ struct Pairs {
     block.cutsq = cutsq.data();
     block.margin_removed = margin_removed;
     block.kind = kind.data();
-    block.flow = {offset.data(), work.data(), cap.data(), next_offset.data(), next_work.data()};
+    block.flow = {offset.data(), work.data(), cap.data(), next_offset.data(), spent.data(),
+                  &moves};
     block.all_bonds = false;
     block.incremental = incremental;
     law(block, {damping, energy, false});
+    next_work = work;
+    for (int k = 0; moves && k < block.n; k++) next_work[k] += spent[k];
   }
 };
 
