@@ -95,19 +95,20 @@ def test_a_bond_recorded_next_to_its_cut_off(lmp, tmp_path, breaks, builds):
 
 @pytest.mark.parametrize("unload", ["elastic", "reversible"])
 def test_a_bond_that_breaks_where_its_particles_overlap(lmp, tmp_path, unload):
-    """At once a contact repels below the sum of the radii: what it holds there comes out of what the bond releases. Where it
-    flows at once, it keeps hardening, which is lost as it ends."""
+    """What is left rests where the bond broke, not at the larger sum of the radii: it has no force and no energy there, so that all
+    that the bond stored is released."""
     deq, cut = 0.0095, 1.03 * 0.0095
-    out, = moved(lmp, tmp_path, style(ROW, "repulsive", unload, "0.03"), (0.0007,), 20000, gap=deq)
+    out, back = moved(lmp, tmp_path, style(ROW, "repulsive", unload, "0.03"), (0.0007, -0.0006), 20000, gap=deq)
     q = cut - 1.005 * deq if unload == "elastic" else 0.0
     depth = flow.stored(cut, deq, ROW, q) if q else law.energy(cut, deq, ROW, deq)
-    contact = law.energy(cut, SUM_RADII, ROW, SUM_RADII)
+    assert law.energy(cut, SUM_RADII, ROW, SUM_RADII) > 0.1 * depth, "control: at the sum of the radii it would have energy"
     found = entries(out)
-    assert contact > 0.1 * depth, "control"
-    assert found["broken"] == pytest.approx(depth - contact, rel=1e-3), "it breaks up to a step beyond its cut"
-    assert found["contacts"] == pytest.approx(0.0, abs=CLOSED)
-    assert found["lost"] > 0.01 * contact if unload == "elastic" else found["lost"] == 0.0
-    assert np.abs(out["f_energy"]).max() < 1e-3 * (depth + entries(out)["plastic"])
+    assert found["broken"] == pytest.approx(depth, rel=1e-6)
+    assert found["contacts"] == pytest.approx(0.0, abs=CLOSED) and found["lost"] == 0.0
+    pushed = entries(back)
+    assert pushed["contacts"] > 0.01 * depth, "control: it repels"
+    for table in (out, back):
+        assert np.abs(table["f_energy"]).max() < 1e-3 * (depth + entries(out)["plastic"])
 
 
 @pytest.mark.parametrize("ranks", [1, 2])

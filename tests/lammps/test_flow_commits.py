@@ -77,6 +77,20 @@ fix mean all ave/time 1 1 1 c_dt file mean.txt
     assert plain != (tmp_path / "before.bonds").read_text(), "control"
 
 
+@pytest.mark.parametrize("contact", ["literal", "repulsive"])
+def test_a_run_in_parts_is_the_same(lmp, tmp_path, bar, contact):
+    """Set-up finds the forces of the step before, also where bonds have just broken while their particles overlap."""
+    start = f"{head()}{flowing_pair(contact, broken=0.04)}{SHAKE}fix move all nve\ntimestep 3e-7\n"
+    ends = "thermo_style custom step pe ke f_bonds[5]\nthermo_modify norm no format float %.17g\nthermo 1\n"
+    whole = lmp(start + ends + "run 90\nwrite_evp_bonds whole.bonds\n", 1).ok().thermo()
+    parts = lmp(start + ends + 15 * "run 6\n" + "write_evp_bonds parts.bonds\n", 1).ok()
+    broke = np.diff(whole["f_bonds[5]"])
+    assert np.count_nonzero(broke[5::6]) > 3, "control: bonds break at steps where a part ends"
+    # each part builds neighbor lists, in which the pairs of an atom stand in another order
+    assert largest_difference(*(read_pairs(tmp_path / f"{name}.bonds") for name in ("parts", "whole"))) < 1e-10
+    assert parts.thermo()["KinEng"][-1] == pytest.approx(whole["KinEng"][-1], rel=1e-11)
+
+
 @pytest.mark.parametrize("rule", ["unload elastic", f"break {BREAK}"])
 def test_rerun_is_refused(lmp, tmp_path, bar, rule):
     start = head() + f"pair_style evp/lj {rule}\npair_coeff * * {words(ROW)}\n{BONDS}\n"
