@@ -108,6 +108,15 @@ class BondStore {
     });
   }
 
+  /// Records of the first atoms whose bonds have broken; both atoms of a bond have one.
+  int64_t count_broken(int natoms) const
+  {
+    int64_t count = 0;
+    for (int i = 0; with_history && i < natoms; i++)
+      for (const PairHistory &history : histories[i]) count += history.broken != 0.0;
+    return count;
+  }
+
   /// Takes the records of the local atoms, which may be in any order, all or none.
   template <class Tag>
   void record(std::vector<Bonds> &made, const Tag *ids, int64_t npairs_in, int64_t highest_in)
@@ -162,12 +171,12 @@ class BondStore {
   }
 
   /// Takes the history of a pair of atom i: of a record, or of a contact that has flowed, as what is
-  /// left of a broken bond may, too.
+  /// left of a broken bond may, too. A broken bond stays as it is.
   void take(const HistoryOfPair &pair)
   {
     const auto &[i, is_record, partner, history] = pair;
     const int slot = is_record ? slot_of(i, partner) : -1;
-    if (slot >= 0) histories[i][slot] = history;
+    if (slot >= 0 && histories[i][slot].broken == 0.0) histories[i][slot] = history;
     if (is_record) return;
     flowed_contacts[i].push_back({partner, history});
     need_room((int) words_of(i));

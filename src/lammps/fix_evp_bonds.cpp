@@ -7,6 +7,7 @@
 #include "collective.h"
 #include "core/bytes.h"
 #include "keywords.h"
+#include "missing_bonds.h"
 #include "pair_network.h"
 #include "scene.h"
 #include "zone_bonds.h"
@@ -79,6 +80,7 @@ void FixEVPBonds::init()
   network = PairNetwork::require(force, error, who);
   EVP::scene::refuse_respa(update, error, who);
 
+  stepping = false;
   check_history();
   bonds->keep_history(network->rules.has_history());
   set_exchange_room();
@@ -115,13 +117,16 @@ void FixEVPBonds::check_history() const
                "forget: give it 'unload elastic'",
                who);
   if (!rules.has_history()) return;
-  for (const Fix *other : modify->get_fix_list()) {
-    if (other == this) return;
-    if (other->pre_exchange_migrate)
-      error->all(FLERR,
-                 "{} must be defined before fix {} {}, which moves atoms to other MPI ranks, where "
-                 "bonds flow or break",
-                 who, other->id, other->style);
+  for (int k = 0; k < modify->nfix && modify->fix[k] != this; k++) {
+    const Fix *other = modify->fix[k];
+    const bool ours = utils::strmatch(other->style, "^evp/") ||
+        utils::strmatch(other->style, "/evp$");
+    if (!ours && (modify->fmask[k] & FixConst::PRE_EXCHANGE))
+      error->all(
+          FLERR,
+          "{} must be defined before fix {} {}, which may move, add or delete atoms before it "
+          "has kept how bonds have flowed or broken",
+          who, other->id, other->style);
   }
 }
 
@@ -141,7 +146,15 @@ void FixEVPBonds::end_of_step()
                "and 'break none', or dumps of the values in the run itself",
                who);
   stepping = false;
-  network->commit(false);
+  commit(false);
+}
+
+void FixEVPBonds::commit(bool at_rest)
+{
+  network->commit(at_rest);
+  if (!network->misses_bonds()) return;
+  return_histories();
+  break_missing_bonds(lmp, network, *bonds);
 }
 
 // a minimizer tries many places, of which only the last one is a state of the body, and that only
@@ -151,7 +164,7 @@ void FixEVPBonds::post_run()
   if (!bonds->has_history()) return;
   stepping = false;
   const int stop = update->whichflag == 2 ? update->minimize->stop_condition : -1;
-  if (stop == Min::ETOL || stop == Min::FTOL || stop == Min::ZEROFORCE) network->commit(true);
+  if (stop == Min::ETOL || stop == Min::FTOL || stop == Min::ZEROFORCE) commit(true);
   return_histories();
 }
 
@@ -348,11 +361,7 @@ double FixEVPBonds::count_broken()
 {
   if (!bonds->has_history()) return 0.0;
   return_histories();
-  int64_t broken = 0;
-  for (int i = 0; i < atom->nlocal; i++)
-    for (size_t slot = 0; slot < bonds->of(i).size(); slot++)
-      broken += bonds->histories_of(i)[slot].broken != 0.0;
-  return 0.5 * (double) EVP::reduce_all(broken, MPI_SUM, world);
+  return 0.5 * (double) EVP::reduce_all(bonds->count_broken(atom->nlocal), MPI_SUM, world);
 }
 
 int FixEVPBonds::unpack(int i, const double *buf)

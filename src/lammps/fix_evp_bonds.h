@@ -39,7 +39,7 @@ class FixEVPBonds : public NodalExchange<Fix> {
   void end_of_step() override;
   void post_run() override;
 
-  // f_ID: pairs recorded. f_ID[1..4]: beyond dlim, in the second regime, new pairs that interact,
+  // f_ID: pairs recorded. f_ID[1..5]: beyond dlim, in the second regime, new pairs that interact,
   // lowest d/(R_i + R_j), broken for good
   double compute_scalar() override { return (double) bonds->count(); }
   double compute_vector(int) override;
@@ -84,10 +84,11 @@ class FixEVPBonds : public NodalExchange<Fix> {
   class PairNetwork *network = nullptr;    // of the run; the pair style in force has it
   bool stepping = false;                   // in a step of a run, not in its set-up
   class NeighList *list = nullptr;
-  std::array<double, 4> pair_counts{};    // f_ID[1..4], as of the last evaluation
+  std::array<double, 4> pair_counts{};    // f_ID[1..5], as of the last evaluation
   bigint counted_step = -1;               // step of that, -1 if it must not be used again
 
   void record();
+  void commit(bool at_rest);
   void check_history() const;
   double count_broken();
   std::vector<EVP::BondStore::Bonds> bonds_in_zone(const class PairNetwork *);

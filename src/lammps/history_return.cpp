@@ -23,8 +23,7 @@ template <class F> void for_each_changed(const EVP::PairList &list, F &&f)
       const bool is_bond = pairs.slot[k] >= 0;
       EVP::PairHistory h = pairs.history_of(k);
       h.broken = 0.0;    // of what is left of such a bond
-      if (!(h == EVP::PairHistory{}) && (is_bond || !EVP::has_ended(h.offset)))
-        f(row.i, pairs.j[k], is_bond, h);
+      if (!(h == EVP::PairHistory{})) f(row.i, pairs.j[k], is_bond, h);
     }
 }
 
@@ -59,7 +58,18 @@ void LAMMPS_NS::return_histories(LAMMPS *lmp, const EVP::PairList &list,
       messages.push_back({(int) owner[(size_t) 3 * j + 1], is_record, tag[i], h});
     }
   };
-  for (const EVP::BrokenBond &bond : broken) send(bond.i, bond.j, true, {0.0, bond.work, 1.0});
+  // either copy of a bond may have met its cut-off alone, by round-off: that breaks both
+  std::vector<EVP::HistoryOfPair> deferred;
+  for (const EVP::BrokenBond &bond : broken) {
+    const EVP::PairHistory h = {0.0, bond.work, 1.0};
+    if (bond.j < nlocal || newton || tag[bond.i] < tag[bond.j]) {
+      send(bond.i, bond.j, true, h);
+      continue;
+    }
+    ranks.push_back((int) owner[(size_t) 3 * bond.j]);
+    messages.push_back({(int) owner[(size_t) 3 * bond.j + 1], true, tag[bond.i], h});
+    deferred.push_back({bond.i, true, tag[bond.j], h});
+  }
   for_each_changed(list, send);
 
   Irregular irregular(lmp);
@@ -69,4 +79,5 @@ void LAMMPS_NS::return_histories(LAMMPS *lmp, const EVP::PairList &list,
                           (char *) received.data());
   irregular.destroy_data();
   for (const EVP::HistoryOfPair &m : received) store.take(m);
+  for (const EVP::HistoryOfPair &m : deferred) store.take(m);
 }

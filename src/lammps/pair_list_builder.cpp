@@ -86,6 +86,7 @@ EVP_INLINE int PairListBuilder::pack_row(const Input &input, const View &view, i
   const bool new_repel_only = input.rules.contact == EVP::Contact::REPULSIVE;
   const double break_at = input.rules.breaks() ? 1.0 + input.rules.break_strain : 0.0;
   const int implicit_bit = input.implicit_groupbit;
+  const int nreact = force->newton_pair ? atom->nlocal + atom->nghost : atom->nlocal;
   const double closest = std::max(1.0 - input.rules.overlap, EVP::COINCIDENT);
 
   int n = 0, nfound = 0;
@@ -118,6 +119,7 @@ EVP_INLINE int PairListBuilder::pack_row(const Input &input, const View &view, i
     room.slot[n] = broken ? EVP::PackedPair::slot_of_broken(record) : record;
     n++;
     if (!implicit && row.gamma > 0.0) found.damped = true;
+    if (is_bond) found.bond_sides += j < nreact ? 2 : 1;
 
     if (!(dsq >= closest * sum_radii * (closest * sum_radii)))
       count_overlap(i, j, dsq, deq, laws[type], found.overlaps);

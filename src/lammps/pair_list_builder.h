@@ -36,7 +36,8 @@ class PairListBuilder : protected Pointers {
   };
 
   struct Found {
-    bool damped;    ///< a pair has damping of its own
+    bool damped;          ///< a pair has damping of its own
+    bigint bond_sides;    ///< atoms of bonds whose pairs this rank has, each once over all ranks
     Overlaps overlaps;
   };
 

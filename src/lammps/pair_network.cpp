@@ -106,6 +106,15 @@ PairNetwork::Counts PairNetwork::count_pairs() const
 
 void PairNetwork::begin_run()
 {
+  rules_of_run = rules;
+  if (EVP::on_any(histories_due, world)) {
+    histories_due = false;
+    newly_broken.clear();
+    error->all(
+        FLERR,
+        "Pair evp/lj: the last run ended in an error, so that flow and broken bonds since its "
+        "last neighbor build are lost: go back to a restart file");
+  }
   flow_warned = false;
   cuts.begin_run();
   find_bonds();
@@ -143,7 +152,7 @@ void PairNetwork::find_bonds()
 void PairNetwork::find_work()
 {
   int dim;
-  Fix *fix = update->whichflag == 1 ? EVP::scene::find_fix(modify, "evp/energy") : nullptr;
+  Fix *fix = update->whichflag == 2 ? nullptr : EVP::scene::find_fix(modify, "evp/energy");
   work = fix ? *(std::shared_ptr<EVP::PairWork> *) fix->extract("work", dim) : nullptr;
   if (work) work->forget();
 }
@@ -234,6 +243,7 @@ void PairNetwork::pack(const NeighList *neighbors, bool collective)
       cuts.admit_all_radii_elsewhere();
     }
     check_weights();
+    check_rules();
     list.common_build++;
   }
   // with a new neighbor list fix evp/bonds has looked
@@ -253,11 +263,12 @@ void PairNetwork::pack(const NeighList *neighbors, bool collective)
   const EVP::PairList before = carries ? list : EVP::PairList();
   const PairListBuilder::Found found = builder.build(
       {neighbors, &coefficients, bonds(), rules, new_pair_margin(), implicit_groupbit}, list);
+  beyond.clear();
   snapshot.finish();
   if (!bonds()) volume_.reset();    // they went since the last set-up
   if (volume()) volume()->pack(list, *bonds(), coefficients, collective);
   if (carries) carry_histories(before);
-  if (collective) agree_on_pairs(found);
+  if (collective) agree_on_pairs(found, !carries);
 
   coefficients.choose_block_law(
       [this](int i, int j) {
@@ -315,6 +326,12 @@ double PairNetwork::rest_of_broken(int i, const EVP::PackedPair &bond) const
   return rules.rest_of_broken(atom->radius[i] + atom->radius[bond.j], 1.0 / bond.inv_deq);
 }
 
+double PairNetwork::cut_of_bond(int i, int j, double deq) const
+{
+  const double dlim = alpha_of(atom->type[i], atom->type[j]) * (atom->radius[i] + atom->radius[j]);
+  return rules.breaks() ? std::min(dlim, (1.0 + rules.break_strain) * deq) : dlim;
+}
+
 void PairNetwork::turn_into_contact(int i, int k)
 {
   const EVP::PackedPair pair = list.pairs[k];
@@ -344,6 +361,11 @@ void PairNetwork::return_histories(EVP::BondStore &records, EVP::GhostExchange &
 {
   if (!histories_due) return;
   histories_due = false;
+  if (!EVP::on_all(snapshot.matches_list(), world))
+    error->all(
+        FLERR,
+        "Pair evp/lj: atoms were added or deleted before it could keep how bonds have flowed "
+        "or broken: define fix evp/bonds before all fixes that do so");
   LAMMPS_NS::return_histories(lmp, list, newly_broken, records, exchange);
   newly_broken.clear();
   warn_of_low_offsets();
@@ -405,11 +427,14 @@ double PairNetwork::new_pair_margin() const
 }
 
 // what the pairs of any MPI rank ask of all; overlaps are warned of once per run
-void PairNetwork::agree_on_pairs(const PairListBuilder::Found &found)
+void PairNetwork::agree_on_pairs(const PairListBuilder::Found &found, bool records_are_current)
 {
-  const auto all =
-      EVP::reduce_all(std::array{(bigint) found.damped, found.overlaps.count}, MPI_SUM, world);
+  const bigint sides =
+      rules.breaks() && bonds() ? found.bond_sides + bonds()->count_broken(atom->nlocal) : 0;
+  const auto all = EVP::reduce_all(std::array{(bigint) found.damped, found.overlaps.count, sides},
+                                   MPI_SUM, world);
   explicit_damping = all[0] > 0;
+  bonds_missing = rules.breaks() && bonds() && records_are_current && all[2] < 2 * bonds()->count();
   if (all[1] == 0 || overlap_warned) return;
   overlap_warned = true;
 
@@ -424,6 +449,17 @@ void PairNetwork::agree_on_pairs(const PairListBuilder::Found &found)
         "hard core, so check timestep, speed and load",
         all[1], rules.overlap, overlaps.id_i, overlaps.id_j, overlaps.d, overlaps.deq,
         overlaps.regime == 1 ? "first" : "second", update->ntimestep, update->dt);
+}
+
+// with 'pre no' nobody has looked since at what a new pair_style command says
+void PairNetwork::check_rules() const
+{
+  const bool same =
+      rules.flows == rules_of_run.flows && rules.break_strain == rules_of_run.break_strain;
+  if (!same || (store && store->has_history() != rules.has_history()))
+    error->all(FLERR,
+               "Pair evp/lj: 'unload' or 'break' has changed since the last set-up: use 'run' with "
+               "'pre yes'");
 }
 
 // of special_bonds, or of the pair special option of this sub-style of pair_style hybrid

@@ -22,6 +22,7 @@
 #include <algorithm>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace LAMMPS_NS {
@@ -131,6 +132,13 @@ class PairNetwork : protected Pointers {
   /// forces found comes into force. at_rest: found anew, as a minimizer may have tried other places last.
   void commit(bool at_rest);
 
+  /// Where bonds break: are there bonds that are neither broken nor in the packed list? The same on all
+  /// MPI ranks, once for each packing.
+  bool misses_bonds() { return std::exchange(bonds_missing, false); }
+
+  /// Cut-off of a bond between atoms with these indices [both: length].
+  double cut_of_bond(int i, int j, double deq) const;
+
   /// Collective, where commit() was called since: the histories of the pairs go to the records of their
   /// atoms. Called before atoms migrate, and before others read the records.
   void return_histories(EVP::BondStore &, EVP::GhostExchange &);
@@ -202,6 +210,8 @@ class PairNetwork : protected Pointers {
       beyond;    // bonds that the last forces found beyond their cut, where bonds break
   bool histories_due = false;                   // commit() was called since they were returned
   std::vector<EVP::BrokenBond> newly_broken;    // of this MPI rank since then
+  bool bonds_missing = false;                   // from the list, see misses_bonds()
+  EVP::PairRules rules_of_run;
   bool flow_warned = false;
 
   mutable std::vector<int> row_index;    // of the rows of the atoms, for history_of()
@@ -218,7 +228,8 @@ class PairNetwork : protected Pointers {
   void find_work();
   void report();
   void pack(const class NeighList *, bool collective);
-  void agree_on_pairs(const PairListBuilder::Found &);
+  void agree_on_pairs(const PairListBuilder::Found &, bool records_are_current);
+  void check_rules() const;
   void check_weights() const;
 };
 

@@ -47,7 +47,7 @@ void WriteEVPBonds::command(int narg, char **arg)
 
 const FixEVPBonds *WriteEVPBonds::find_recorded() const
 {
-  const auto *bonds = dynamic_cast<FixEVPBonds *>(EVP::scene::find_fix(modify, "evp/bonds"));
+  auto *bonds = dynamic_cast<FixEVPBonds *>(EVP::scene::find_fix(modify, "evp/bonds"));
   if (!bonds)
     error->all(FLERR, "write_evp_bonds: there is no fix evp/bonds, hence no bonds to write");
   if (!bonds->records().has_recorded())
@@ -55,6 +55,7 @@ const FixEVPBonds *WriteEVPBonds::find_recorded() const
                "write_evp_bonds: fix {} has not recorded yet, it does so at the first set-up: use "
                "'run 0' before",
                bonds->id);
+  bonds->return_histories();    // a command may be called from within a run
   bonds->check_ids();
   return bonds;
 }

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+#include "missing_bonds.h"
+
+#include "atom_directory.h"
+#include "pair_network.h"
+#include "scene.h"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+using namespace LAMMPS_NS;
+
+void LAMMPS_NS::break_missing_bonds(LAMMPS *lmp, const PairNetwork *network, EVP::BondStore &store)
+{
+  const Atom *atom = lmp->atom;
+  const auto *x = EVP::scene::rows(atom->x);
+  std::vector<std::pair<tagint, int>> atoms;    // own and ghosts: of an ID there may be many
+  for (int k = 0; k < atom->nlocal + atom->nghost; k++) atoms.emplace_back(atom->tag[k], k);
+  std::sort(atoms.begin(), atoms.end());
+
+  // a partner that is not even a ghost is far away, or was deleted
+  std::vector<std::pair<int, int>> far_away;    // atom and slot
+  std::vector<tagint> partners;
+  for (int i = 0; i < atom->nlocal; i++)
+    for (int slot = 0; slot < (int) store.of(i).size(); slot++) {
+      const EVP::Bond &bond = store.of(i)[slot];
+      EVP::PairHistory &history = store.histories_of(i)[slot];
+      if (history.broken != 0.0) continue;
+      const auto partner = (tagint) bond.partner;
+      auto at = std::lower_bound(atoms.begin(), atoms.end(), std::pair(partner, 0));
+      if (at == atoms.end() || at->first != partner) {
+        far_away.emplace_back(i, slot);
+        partners.push_back(partner);
+        continue;
+      }
+      bool within = false;
+      for (; at != atoms.end() && at->first == partner; ++at) {
+        const double cut = network->cut_of_bond(i, at->second, bond.deq);
+        const double dsq = EVP::PairGeometry(x, i, at->second).dsq;
+        within = within || dsq <= EVP::reach_squared(cut, EVP::BOND_MARGIN);
+      }
+      if (!within) history = {0.0, history.work, 1.0};
+    }
+
+  const AtomDirectory directory(lmp, partners);
+  for (size_t k = 0; k < partners.size(); k++) {
+    if (directory.entries.at(partners[k]).type == 0) continue;
+    EVP::PairHistory &history = store.histories_of(far_away[k].first)[far_away[k].second];
+    history = {0.0, history.work, 1.0};
+  }
+}
