@@ -78,7 +78,7 @@ def flow_of_a_body_that_is_sorted(bench):
     bench.run(head(sort="sort 0 0") + text.format("", "rare")).ok()
     bench.run(head(sort="sort 1 0.004") + text.format("neigh_modify every 1 delay 0 check no\n", "often")).ok()
     rare, often = (read_pairs(bench.folder / f"{name}.bonds") for name in ("rare", "often"))
-    assert_flowed(rare, contacts=False)
+    assert_flowed(rare, contacts=0)
     difference = largest_difference(often, rare)
     assert difference < 1e-10
     return f"offsets and work agree to {difference:.0e}, {len(rare.of(1))} bonds broken"

@@ -26,7 +26,7 @@ MUTATIONS = [
     Mutation("new contacts not in the energy balance", ("head on impact: 1", "head on impact: 30"), "stored_energy.h",
              "return (now.contacts - start.contacts) - (now.contacts_depth - start.contacts_depth);", "return 0.0;"),
     Mutation("depth of lost bonds not in the energy balance", ("table 2 pulled to 50 percent",), "stored_energy.h",
-             "return start.bonds_depth - now.bonds_depth;", "return 0.0;"),
+             "return (start.bonds_depth - now.bonds_depth) - (now.broken - start.broken);", "return 0.0;"),
     Mutation("no warning of overlaps", ("overlap to one half",), "pair_network.cpp", "if (all[1] == 0 || overlap_warned) return;", "return;"),
     Mutation("half of the force carried into the second regime", ("pair swings across xi s", "pair passes dlim to and fro"), "law.h",
              "at.is_first ? 0.0 : side;", "at.is_first ? 0.0 : 0.5 * side;"),

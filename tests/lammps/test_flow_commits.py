@@ -177,7 +177,7 @@ def test_turned_and_moving_frames(lmp, tmp_path, bar):
     first = lmp(head() + flowing_pair() + CALM + move + dump("all.dump", 60) + "run 60\nwrite_restart half.restart\nrun 60\nwrite_evp_bonds whole.bonds\n").ok()
     half, end = (snapshot for snapshot in first.dump("all.dump") if snapshot.step > 0)
     table = first.thermo()
-    assert_flowed(read_pairs(tmp_path / "whole.bonds"), contacts=False)
+    assert_flowed(read_pairs(tmp_path / "whole.bonds"), contacts=0)
     x, v = (half.vectors(*names) for names in (("x", "y", "z"), ("vx", "vy", "vz")))
     centre = np.array([0.03, 0.02, 0.02])
     frames = [(0.0, 0.0), (0.7, 0.0), (2.1, 0.0), (np.pi, 0.0), (5.0, 0.0), (2.0 * np.pi, 0.0), (0.0, 300.0), (1.3, 300.0)]
@@ -202,7 +202,7 @@ def test_turned_and_moving_frames(lmp, tmp_path, bar):
 @pytest.mark.parametrize("contact", ["literal", "none"])
 def test_momenta_are_exact(lmp, tmp_path, bar, ranks, newton, contact):
     run = lmp(head(newton) + flowing_pair(contact, 0.04, ROW._replace(gamma=30.0)) + SHAKE + MOVE + dump(every=120) + "run 120\nwrite_evp_bonds all.bonds\n", ranks).ok()
-    assert_flowed(read_pairs(tmp_path / "all.bonds"), contacts=False)
+    assert_flowed(read_pairs(tmp_path / "all.bonds"), contacts=0)
     mass, found = mass_of(bar.radius)[:, None], []
     for snapshot in run.dump("all.dump"):
         x, v = snapshot.vectors("x", "y", "z"), snapshot.vectors("vx", "vy", "vz")

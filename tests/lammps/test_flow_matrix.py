@@ -59,7 +59,7 @@ def test_matrix(lmp, tmp_path, ranks, contact):
     whole = lmp(whole_deck(contact), ranks=3 - ranks if ranks < 3 else 2).ok()
     curve = whole.thermo(-1)
     for file in ("half", "whole"):
-        assert_flowed(read_pairs(tmp_path / f"{file}.bonds"), contacts=contact != "none")
+        assert_flowed(read_pairs(tmp_path / f"{file}.bonds"), contacts={"literal": 4, "repulsive": 1, "none": 0}[contact])
     assert curve["f_bonds[5]"][-1] > curve["f_bonds[5]"][0], "control: bonds break after the restart, too"
 
     run = lmp("clear\n".join(way(*choice, contact, str(number)) for number, choice in enumerate(WAYS)), ranks=ranks, seconds=140).ok()

@@ -134,7 +134,7 @@ def test_killed_runs_with_flow_resume(tmp_path, ranks, seed):
     (tmp_path / "in.whole").write_text(deck)
     whole = run_lammps(deck + last.format("whole"), ranks, cwd=tmp_path).ok()
     table = whole.thermo()
-    assert_flowed(read_pairs(tmp_path / "whole.bonds"), contacts=False)
+    assert_flowed(read_pairs(tmp_path / "whole.bonds"), contacts=0)
     assert np.all(np.diff(table["f_bonds[5]"][[3, 20, 60, -1]]) > 0), "control: bonds break all the way"
 
     moments = random.Random(seed)

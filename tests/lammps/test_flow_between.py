@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Flow and breaking where the packed list does not see all: bonds that leave it, atoms that change first, words that change."""
+
+import pytest
+from hostile import refused
+
+TWO = """
+units si
+atom_style sphere
+atom_modify map yes
+newton {newton}
+boundary f f f
+region box block -0.01 0.03 -0.01 0.01 -0.01 0.01
+create_box 1 box
+create_atoms 1 single 0 0 0
+create_atoms 1 single 0.002 0 0
+set group all diameter 0.002 density 2700
+neighbor 0.0001 bin
+neigh_modify delay 0 every 1 check yes
+comm_modify cutoff {ghosts}
+timestep 1e-8
+group one id 1
+group two id 2
+pair_style evp/lj contact literal break 0.02
+pair_coeff * * 80 8 4 3 8 4 0.005 0 1.5
+fix b all evp/bonds
+thermo_style custom step pe f_b[1] f_b[5]
+thermo_modify norm no
+"""
+PULL = """
+fix hold one setforce 0 0 0
+fix pull two spring tether 3e9 {away} 0 0 0
+fix_modify pull energy yes
+min_style cg
+min_modify dmax 0.0002
+minimize 0 1e-3 1000 10000
+unfix pull
+unfix hold
+fix n all nve
+"""
+# in one step, and in a minimization that rebuilds the lists on the way: the neighbor list is 0.0031 wide
+WAYS = {
+    "moved": "fix n all nve\nrun 1\ndisplace_atoms two move 0.006 0 0\nrun 2\n",
+    "moved where there are no ghosts": "fix n all nve\nrun 1\ndisplace_atoms two move 0.02 0 0\nrun 2\n",
+    "fast": "fix n all nve\nrun 1\nvelocity two set 6e5 0 0\nneigh_modify check no\nrun 3\nvelocity two set 0 0 0\n",
+    "minimized": PULL.format(away=0.008),
+}
+
+
+@pytest.mark.parametrize("newton, ranks", [("on", 1), ("on", 2), ("off", 2)])
+@pytest.mark.parametrize("name", WAYS)
+def test_a_bond_that_leaves_the_list_is_broken(lmp, name, newton, ranks):
+    """And stays so: back within its cut-off the atoms only repel."""
+    text = TWO.format(newton=newton, ghosts=0.004 if "ghosts" in name else 0.03) + WAYS[name]
+    run = lmp(text + """
+print "broken $(f_b[5]) beyond $(f_b[1])"
+variable back atom 0.00203*(id==2)
+set group all x v_back vx 0 vy 0 vz 0
+run 2
+print "back: pe $(pe) broken $(f_b[5])"
+""", ranks).ok()
+    assert "broken 1 beyond 0\n" in run.stdout
+    assert "back: pe 0 broken 1\n" in run.stdout
+
+
+def test_a_deleted_partner_breaks_no_bond(lmp):
+    run = lmp(TWO.format(newton="on", ghosts=0.03) + "fix n all nve\nrun 1\ndelete_atoms group two compress no\nrun 2\nprint \"broken $(f_b[5])\"\n").ok()
+    assert "broken 0\n" in run.stdout
+
+
+@pytest.mark.parametrize("fix", ["evaporate 10 1 all 1", "deposit 1 1 10 1 region all", "balance 10 1.0 shift x 5 1.1", "deform 10 xy erate 1"])
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_fixes_that_change_atoms_stand_after(lmp, fix, ranks):
+    text = TWO.format(newton="on", ghosts=0.03).replace("fix b all", f"region all block 0.01 0.02 -0.005 0.005 -0.005 0.005\nfix early all {fix}\nfix b all")
+    if "deform" in fix:
+        text = text.replace("region box block", "region box prism").replace("-0.01 0.01\ncreate_box", "-0.01 0.01 0 0 0\ncreate_box").replace("f f f", "p p p")
+    refused(lmp(text + "run 1\n", ranks), "must be defined before fix early")
+
+
+@pytest.mark.parametrize("before, after", [("break 0.02", "unload elastic"), ("unload elastic", "unload reversible"), ("break 0.02", "break 0.03")])
+def test_other_rules_need_a_set_up(lmp, before, after):
+    text = TWO.format(newton="on", ghosts=0.03).replace("break 0.02", before)
+    row = "pair_coeff * * 80 8 4 3 8 4 0.005 0 1.5\n"
+    refused(lmp(f"{text}fix n all nve\nrun 1\npair_style evp/lj {after}\n{row}run 1 pre no\n"), "use 'run' with 'pre yes'", stepped=True)
