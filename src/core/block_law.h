@@ -61,10 +61,6 @@ class BlockLaw {
   /// Fills block.force, and block.energy where asked for.
   void operator()(Block &block, const Asked &asked) const { function(*this, block, asked); }
 
-  /// Energy of pair k of a block whose flow stays, 0 beyond its cut.
-  double flow_energy(const Block &block, int k) const;
-  template <bool Energy> void mend_contact(Block &block, int k) const;
-
   const Law *laws = nullptr;
   std::vector<Law::Constants> constants;    ///< of each law, or one entry if all are alike
   Level level = Level::BASE;
