@@ -19,13 +19,6 @@ namespace {
   };
   const BondCaps BOND_CAPS;
 
-  bool only_bonds(const Block &block)
-  {
-    int bonds = 0;
-    for (int k = 0; k < block.n; k++) bonds += block.kind[k] & 1;
-    return bonds == block.n;
-  }
-
   /// Energy of pair k of a block whose flow stays, 0 beyond its cut.
   double flow_energy(const BlockLaw &law, const Block &block, int k)
   {
@@ -58,7 +51,7 @@ namespace {
     const FlowArrays flow = block.flow;
     const int n = block.n;
     const double incremental = block.incremental, of_bond = block.margin_removed[1];
-    const bool has_contacts = !only_bonds(block);
+    const bool has_contacts = !block.only_bonds();
     const double *const caps = has_contacts ? flow.cap : BOND_CAPS.values;
     const Law::Constants only = law.constants[0];
     const Law::Constants *own[Many ? Block::SIZE : 1];

@@ -23,7 +23,6 @@ struct Block {
 
   // with flow that stays
   FlowArrays flow;
-  bool all_bonds;      ///< no pair is a contact
   bool incremental;    ///< energies hold what flow from `offset` dissipates
 
   alignas(64) double xy[2 * SIZE];      ///< relative position: x and y side by side [length]
@@ -36,6 +35,12 @@ struct Block {
   double distance_squared(int k) const
   {
     return xy[2 * k] * xy[2 * k] + xy[2 * k + 1] * xy[2 * k + 1] + z[k] * z[k];
+  }
+  bool only_bonds() const
+  {
+    int bonds = 0;
+    for (int k = 0; k < n; k++) bonds += kind[k] & 1;
+    return bonds == n;
   }
   template <int Component> double relative(int k) const
   {
