@@ -19,11 +19,25 @@ namespace {
   };
   const BondCaps BOND_CAPS;
 
-  bool only_bonds(const Block &block)
+  /// Energy of pair k of a block whose flow stays, 0 beyond its cut.
+  double flow_energy(const BlockLaw &law, const Block &block, int k)
   {
-    int bonds = 0;
-    for (int k = 0; k < block.n; k++) bonds += block.kind[k] & 1;
-    return bonds == block.n;
+    const double d = std::sqrt(block.distance_squared(k)), inv_deq = block.inv_deq[k];
+    const int bond = block.kind[k] & 1;
+    if (d * d > block.cutsq[k] && !block.incremental) return 0.0;
+    if (block.cutsq[k] == 0.0) return 0.0;    // broken, and no contacts act
+    const double rc = std::sqrt(block.cutsq[k]) * inv_deq * block.margin_removed[bond];
+    return law.laws[block.kind[k] >> 1].flow_energy(std::min(d * inv_deq, rc), 1.0,
+                                                    block.flow.offset[k], rc, block.flow.cap[k],
+                                                    block.incremental);
+  }
+
+  // a contact ends, or has an energy of its own
+  template <bool Energy> void mend_contact(const BlockLaw &law, Block &block, int k)
+  {
+    const FlowArrays &flow = block.flow;
+    if constexpr (Energy) block.energy[k] = flow_energy(law, block, k);
+    if (*flow.moves && has_ended(flow.next_offset[k])) flow.spent[k] = -flow.work[k];
   }
 
   /// Pairs whose flow stays, of laws that share the powers P. Mostly none flows: what is spent comes last.
@@ -37,7 +51,7 @@ namespace {
     const FlowArrays flow = block.flow;
     const int n = block.n;
     const double incremental = block.incremental, of_bond = block.margin_removed[1];
-    const bool has_contacts = !only_bonds(block);
+    const bool has_contacts = !block.only_bonds();
     const double *const caps = has_contacts ? flow.cap : BOND_CAPS.values;
     const Law::Constants only = law.constants[0];
     const Law::Constants *own[Many ? Block::SIZE : 1];
@@ -97,7 +111,7 @@ namespace {
     }
     if (!has_contacts) return;
     for (int k = 0; k < n; k++)
-      if (!(kind[k] & 1)) law.mend_contact<Energy>(block, k);
+      if (!(kind[k] & 1)) mend_contact<Energy>(law, block, k);
   }
 
   /// All pairs of a block whose laws share the powers P.
@@ -160,7 +174,7 @@ namespace {
       flow.next_offset[k] = is_beyond && !is_bond ? CONTACT_ENDED : kept;
       flow.spent[k] = is_beyond && !is_bond ? -flow.work[k] : own.dissipated(p, kept);
       *flow.moves = true;
-      if constexpr (Energy) block.energy[k] = law.flow_energy(block, k);
+      if constexpr (Energy) block.energy[k] = flow_energy(law, block, k);
       block.force[k] = 0.0;
       if (is_beyond) continue;
       const double f = own.flow_force(d * inv_deq, 1.0, flowed);
@@ -220,25 +234,6 @@ namespace {
   }
 
 }    // namespace
-
-double BlockLaw::flow_energy(const Block &block, int k) const
-{
-  const double d = std::sqrt(block.distance_squared(k)), inv_deq = block.inv_deq[k];
-  const int bond = block.kind[k] & 1;
-  if (d * d > block.cutsq[k] && !block.incremental) return 0.0;
-  if (block.cutsq[k] == 0.0) return 0.0;    // broken, and no contacts act
-  const double rc = std::sqrt(block.cutsq[k]) * inv_deq * block.margin_removed[bond];
-  return laws[block.kind[k] >> 1].flow_energy(std::min(d * inv_deq, rc), 1.0, block.flow.offset[k],
-                                              rc, block.flow.cap[k], block.incremental);
-}
-
-// a contact ends, or has an energy of its own
-template <bool Energy> void BlockLaw::mend_contact(Block &block, int k) const
-{
-  const FlowArrays &flow = block.flow;
-  if constexpr (Energy) block.energy[k] = flow_energy(block, k);
-  if (*flow.moves && has_ended(flow.next_offset[k])) flow.spent[k] = -flow.work[k];
-}
 
 void BlockLaw::assign(const std::vector<Law> &laws_in, const std::vector<int> &used, bool flows,
                       Level level_in)

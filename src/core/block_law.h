@@ -23,7 +23,6 @@ struct Block {
 
   // with flow that stays
   FlowArrays flow;
-  bool all_bonds;      ///< no pair is a contact
   bool incremental;    ///< energies hold what flow from `offset` dissipates
 
   alignas(64) double xy[2 * SIZE];      ///< relative position: x and y side by side [length]
@@ -36,6 +35,12 @@ struct Block {
   double distance_squared(int k) const
   {
     return xy[2 * k] * xy[2 * k] + xy[2 * k + 1] * xy[2 * k + 1] + z[k] * z[k];
+  }
+  bool only_bonds() const
+  {
+    int bonds = 0;
+    for (int k = 0; k < n; k++) bonds += kind[k] & 1;
+    return bonds == n;
   }
   template <int Component> double relative(int k) const
   {
@@ -60,10 +65,6 @@ class BlockLaw {
 
   /// Fills block.force, and block.energy where asked for.
   void operator()(Block &block, const Asked &asked) const { function(*this, block, asked); }
-
-  /// Energy of pair k of a block whose flow stays, 0 beyond its cut.
-  double flow_energy(const Block &block, int k) const;
-  template <bool Energy> void mend_contact(Block &block, int k) const;
 
   const Law *laws = nullptr;
   std::vector<Law::Constants> constants;    ///< of each law, or one entry if all are alike

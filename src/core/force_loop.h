@@ -23,9 +23,9 @@ namespace EVP {
 
 /// Where the force loop puts what it finds of flow and breaking.
 struct HistoryView {
-  FlowArrays flow = {};                           ///< of the list; unused without flow
-  std::vector<int> *beyond = nullptr;             ///< if given: bonds beyond their cut are appended
-  bool all_bonds = false, incremental = false;    ///< see Block
+  FlowArrays flow = {};                  ///< of the list; unused without flow
+  std::vector<int> *beyond = nullptr;    ///< if given: bonds beyond their cut are appended
+  bool incremental = false;              ///< see Block
 };
 
 /// Particle data of one MPI rank, as [n][3] arrays. v is read with damping only, f is added to.
@@ -90,7 +90,6 @@ void gather(const PairList &list, const ParticleView &view, const PairRange &ran
   if (flow.offset)
     block.flow = {flow.offset + first,      flow.work + first,  flow.cap + first,
                   flow.next_offset + first, flow.spent + first, flow.moves + first / BLOCK_SIZE};
-  block.all_bonds = view.histories.all_bonds;
   block.incremental = view.histories.incremental;
   const auto *const x = view.x;
   const auto *const v = Damping ? view.v : view.x;    // read only if needed

@@ -15,6 +15,16 @@ namespace EVP {
 /// Most offset/deq that a bond keeps, see Law::cap(): there is no limit.
 constexpr double BOND_CAP = 1e300;
 
+/// Where flow stays, alpha is above this: the cuts of pairs that only repel are at 1 but for a margin of
+/// 0.5e-9, and must not be taken for those of others.
+constexpr double LEAST_FLOW_ALPHA = 1.0 + 1e-8;
+
+/// Does a pair that is no bond end where it is at rest, so that it only repels?
+inline bool only_repels(double cutsq, double inv_deq)
+{
+  return cutsq * (inv_deq * inv_deq) < LEAST_FLOW_ALPHA;
+}
+
 /// The two-regime Lennard-Jones law of Gado, Charles, Iordanoff, Coupard (CSMA 2017): force, energy and
 /// stiffness of one pair type. A value type, built once per row.
 ///
@@ -128,6 +138,7 @@ class Law {
     compressed = threshold(-row.xi_s);
     loop = {row.xi_s,          row.gamma,          first.constants(), second.constants(),
             stretched.carried, compressed.carried, repelled_offset()};
+    lowest = stiffer_offset();
     check_range();
   }
 
@@ -299,24 +310,23 @@ class Law {
   // With flow that stays: q = p deq is the offset of a pair, e = d - q its elastic part, within
   // (1 +- xi_s) deq; F = F_I(e) + F_II(deq + q)
 
-  /// Throws BadInput where flow of this law would create energy from the start.
+  /// Throws BadInput where flow of this law would create energy from the start, or contacts that only
+  /// repel would look like others.
   void check_flow() const
   {
     const double least = std::min(compressed.carried.force, -stretched.carried.force);
-    if (row.e1 > 0.0 && !(row.xi_s * row.m2 * row.n2 * row.e2 < least))
+    if (row.e2 > 0.0 && !(row.xi_s * row.m2 * row.n2 * row.e2 < least))
       throw BadInput("unload elastic needs a second regime less stiff than the first, got m2 n2 e2 "
                      "= " +
                      rule::text(row.m2 * row.n2 * row.e2) + " against m1 n1 e1 = " +
                      rule::text(row.m1 * row.n1 * row.e1) + ": flow would create energy");
+    if (!(row.alpha > LEAST_FLOW_ALPHA))
+      throw BadInput("unload elastic needs an alpha above 1 + 1e-8, got 1 + " +
+                     rule::text(row.alpha - 1.0) + ": bonds and contacts would end at rest");
   }
 
-  /// Lowest offset/deq to which flow dissipates: below, the second regime is the stiffer. Slow.
-  double lowest_offset() const
-  {
-    return bisect(-1.0, 0.0, [this](double p) {
-      return row.xi_s * second.stiffness(1.0 / (1.0 + p)) > compressed.carried.force;
-    });
-  }
+  /// Lowest offset/deq to which flow dissipates: below, the second regime is the stiffer.
+  double lowest_offset() const { return lowest; }
 
   /// Offset/deq at d of a pair that had p before.
   double flowed(double d, double deq, double p) const { return loop.flowed(d / deq, p); }
@@ -461,6 +471,7 @@ class Law {
   Regime first, second;
   Threshold stretched, compressed;
   Constants loop;
+  double lowest;    // see lowest_offset()
 
   const Threshold &beyond(double xi) const { return xi > 0.0 ? stretched : compressed; }
 
@@ -486,8 +497,17 @@ class Law {
   /// Offset at which a pair that only repels and flows back has no force left.
   double repelled_offset() const
   {
+    if (row.e2 == 0.0) return -1.0;    // of pairs of types without a row too, which may be many
     return bisect(-1.0, 0.0, [this](double p) {
       return second.force(1.0 / (1.0 + p)) > -stretched.carried.force;
+    });
+  }
+
+  double stiffer_offset() const
+  {
+    if (row.e2 == 0.0) return -1.0;
+    return bisect(-1.0, 0.0, [this](double p) {
+      return row.xi_s * second.stiffness(1.0 / (1.0 + p)) > compressed.carried.force;
     });
   }
 

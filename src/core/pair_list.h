@@ -65,12 +65,6 @@ inline bool has_ended(double next_offset)
   return next_offset == 0.0 && std::signbit(next_offset);
 }
 
-/// Does a pair that is no bond end where it is at rest, so that it only repels?
-inline bool only_repels(double cutsq, double inv_deq)
-{
-  return cutsq * (inv_deq * inv_deq) < 1.0 + 1e-6;    // literal ones end at alpha > 1
-}
-
 /// The force loop takes so many pairs at once.
 constexpr int BLOCK_SIZE = 256;
 
@@ -214,7 +208,8 @@ class PackedPairs {
   FlowArrays flow(size_t k)
   {
     if (!flows) return {};
-    return {&offset[k], &work[k], &cap[k], &next_offset[k], &spent[k], &moves[k / BLOCK_SIZE]};
+    return {offset.data() + k,      work.data() + k,  cap.data() + k,
+            next_offset.data() + k, spent.data() + k, moves.data() + k / BLOCK_SIZE};
   }
   bool has_flow() const { return flows; }
 

@@ -352,7 +352,7 @@ const StoredEnergy::Values &StoredEnergy::add(const PairList &list, const PairRa
   double *const kept = weight.data() + range.first;
   const Pairs pairs = {deq.data() + range.first, kept, here};
   evaluate(*this, block, pairs, damps);
-  if (here.cap && !block.all_bonds) StoredBlocks::mend_contacts(*this, block, pairs);
+  if (here.cap && !block.only_bonds()) StoredBlocks::mend_contacts(*this, block, pairs);
   call_at(level, [&]() EVP_KERNEL {
     StoredBlocks::add_up(found, values, block.n, flows);
   });

@@ -39,6 +39,28 @@ void FixEVPEnergy::init()
   for (const Fix *other : modify->get_fix_list())
     if (EVP::scene::moves_by_forces(other)) driven_groupbits |= other->groupbit;
   work->separates = others_act();
+  refuse_early_changes();
+}
+
+static bool is_ours(const char *style)
+{
+  return utils::strmatch(style, "/evp$") || utils::strmatch(style, "^evp/");
+}
+
+// pre_exchange() and the volume strains need the atoms of the last forces
+void FixEVPEnergy::refuse_early_changes() const
+{
+  if (!network->rules.has_history() && !network->volume()) return;
+  for (int k = 0; modify->fix[k] != this; k++) {
+    const Fix *const other = modify->fix[k];
+    if (!(modify->fmask[k] & FixConst::PRE_EXCHANGE) || is_ours(other->style)) continue;
+    if (utils::strmatch(other->style, "_HISTORY$")) continue;    // granular styles': moves none
+    error->all(
+        FLERR,
+        "{} must be defined before fix {} {}, which may add, delete or move atoms before the "
+        "balance of the step is taken, where bonds flow or break or fix evp/volume is used",
+        who, other->id, other->style);
+  }
 }
 
 // May anything but this pair style and fix nve/evp add to f, or atoms become movers during the run?
@@ -50,8 +72,7 @@ bool FixEVPEnergy::others_act() const
     return true;
   for (int k = 0; k < modify->nfix; k++) {
     const char *const other = modify->fix[k]->style;
-    const bool known = utils::strmatch(other, "/evp$") || utils::strmatch(other, "^evp/");
-    if (!known && (modify->fmask[k] & (PRE_FORCE | PRE_REVERSE | POST_FORCE))) return true;
+    if (!is_ours(other) && (modify->fmask[k] & (PRE_FORCE | PRE_REVERSE | POST_FORCE))) return true;
     if (utils::strmatch(other, "^python")) return true;    // at any time
     if (group->dynamic[modify->fix[k]->igroup]) return true;
   }
@@ -67,6 +88,9 @@ void FixEVPEnergy::setup(int /*vflag*/)
     work->stored.set_largest_depth(EVP::reduce_all(work->stored.total_depth(), MPI_SUM, world));
   take_work();
   last = over_all_ranks({instant_here(), {}}).instant;
+  // flow that is due is in no offset yet, and the stored energies are those after it: what it will
+  // dissipate in the first step, pairs still hold
+  last.pairs.first += last.pairs.plastic;
   if (!started) start = last;
   started = true;
   volume_jump();
@@ -261,7 +285,12 @@ void FixEVPEnergy::post_integrate()
 // a bond that passes its cut-off in a step with a neighbor build is not seen to pass by the force loop
 void FixEVPEnergy::pre_exchange()
 {
-  if (!network->rules.flows || network->rules.breaks() || !network->is_packed()) return;
+  if (!network->rules.flows || network->rules.breaks()) return;
+  if (!EVP::on_all(network->is_packed(), world))
+    error->all(FLERR,
+               "{}: atoms came or went since the last forces, so that it is not known which bonds "
+               "passed their cut-offs: let no other fix add or delete atoms before this one",
+               who);
   comm->forward_comm();
   work->stored.note_passed(network->packed_pairs(), EVP::scene::rows(atom->x));
 }

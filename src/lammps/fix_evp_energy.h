@@ -113,6 +113,7 @@ class FixEVPEnergy : public AtomRecords<NodalExchange<Fix>, EVP::AtomPast> {
   double dissipated_in_half_step(int i, const Forces<Damps, Others> &forces) const;
   bool is_solved() const;
   bool others_act() const;
+  void refuse_early_changes() const;
   void take_work();
   Instant instant_here() const;
   double volume_energy() const;

@@ -33,10 +33,11 @@ FixEVPVolume::FixEVPVolume(LAMMPS *lmp, int narg, char **arg) : AtomRecords(lmp,
     }
   });
   if (const Fix *other = EVP::scene::find_fix(modify, style))
-    error->all(FLERR,
-               "{}: fix {} is one already, and an atom has one volume energy: give one fix "
-               "evp/volume a KV for each atom type, or 'unfix {}' first",
-               who, other->id, other->id);
+    error->all(
+        FLERR,
+        "{}: fix {} is of this style too, but only one is allowed: give it a KV for each atom "
+        "type, or 'unfix {}' first",
+        who, other->id, other->id);
 
   comm_forward = comm_reverse = 1;
   restart_peratom = 1;
@@ -79,10 +80,36 @@ void FixEVPVolume::init()
 void FixEVPVolume::post_force(int /*vflag*/)
 {
   strains_step = -1;
-  vector_atom = const_cast<double *>(forces->all_strains());
+  for (int i = 0; i < atom->nlocal; i++) shown[i] = forces->strain(i);
   const bool per_atom = update->eflag_atom == update->ntimestep;
   ev_init(per_atom ? ENERGY_ATOM : ENERGY_NONE, VIRIAL_NONE);
   for (int i = 0; eflag_atom && i < atom->nlocal; i++) eatom[i] = forces->energy(i);
+}
+
+void FixEVPVolume::grow_arrays(int nmax)
+{
+  AtomRecords::grow_arrays(nmax);
+  shown.resize(nmax);
+  vector_atom = shown.data();
+}
+
+void FixEVPVolume::set_arrays(int i)
+{
+  records[i] = {};
+  shown[i] = 0.0;
+}
+
+void FixEVPVolume::copy_arrays(int i, int j, int delflag)
+{
+  AtomRecords::copy_arrays(i, j, delflag);
+  shown[j] = shown[i];
+}
+
+int FixEVPVolume::unpack_exchange(int i, double *buf)
+{
+  const int n = AtomRecords::unpack_exchange(i, buf);
+  shown[i] = records[i].strain;
+  return n;
 }
 
 double FixEVPVolume::compute_scalar()
@@ -132,6 +159,5 @@ void FixEVPVolume::unpack_restart(int nlocal, int nth)
                "{}: the sums of atom {} in the restart file are damaged, or the atom is not from "
                "that file: define the fix right after read_restart",
                who, atom->tag[nlocal]);
-  records[nlocal] = {extra[m + 1], extra[m + 2]};
-  forces->restored();
+  records[nlocal] = {extra[m + 1], extra[m + 2], 0.0};
 }

@@ -9,6 +9,7 @@
 
 #include <array>
 #include <memory>
+#include <vector>
 
 namespace LAMMPS_NS {
 
@@ -34,8 +35,14 @@ class FixEVPVolume : public AtomRecords<NodalExchange<Fix>, VolumeForces::Record
   /// "volume": the std::shared_ptr<VolumeForces>, closed when the fix goes.
   void *extract(const char *, int &) override;
 
-  double memory_usage() override { return AtomRecords::memory_usage() + forces->memory_usage(); }
-  void set_arrays(int i) override { records[i] = {0.0, 0.0}; }
+  double memory_usage() override
+  {
+    return AtomRecords::memory_usage() + forces->memory_usage() + EVP::bytes_of(shown);
+  }
+  void grow_arrays(int) override;
+  void set_arrays(int) override;
+  void copy_arrays(int, int, int) override;
+  int unpack_exchange(int, double *) override;
 
   int pack_restart(int, double *) override;
   void unpack_restart(int, int) override;
@@ -46,6 +53,7 @@ class FixEVPVolume : public AtomRecords<NodalExchange<Fix>, VolumeForces::Record
   static constexpr int WORDS = 4;    // of an atom in restart files: their number, record, checksum
 
   std::shared_ptr<VolumeForces> forces;
+  std::vector<double> shown;    // strains of the records, side by side for those who read f_ID
   std::array<double, 3> strains{};    // f_ID[1..3], as of the last evaluation
   bigint strains_step = -1;           // step of that, -1 if it must not be used again
 };

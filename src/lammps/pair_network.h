@@ -150,8 +150,7 @@ class PairNetwork : protected Pointers {
   EVP::HistoryView histories()
   {
     beyond.clear();
-    return {list.pairs.flow(0), rules.breaks() ? &beyond : nullptr,
-            rules.contact == EVP::Contact::NONE && !rules.breaks(), is_incremental()};
+    return {list.pairs.flow(0), rules.breaks() ? &beyond : nullptr, is_incremental()};
   }
 
   /// Offset of the pair (i, j) of the packed list, or of the records where it is not there.

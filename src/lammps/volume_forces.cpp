@@ -31,9 +31,8 @@ void VolumeForces::pack(const EVP::PairList &list, const EVP::BondStore &store,
                         const EVP::Coefficients &coefficients, bool collective)
 {
   if (collective && store.version() != version) {
-    const bool restored = EVP::on_any(may_keep, world);
-    if (!restored || !EVP::on_all(are_of(store), world)) take_records(store, coefficients);
-    may_keep = false;
+    // the records may have come with a restart file, or the store may be another of the same bonds
+    if (!EVP::on_all(are_of(store), world)) take_records(store, coefficients);
     version = store.version();
   }
   energies.pack(list, [&](int i, const EVP::PackedPair &pair) {
@@ -63,7 +62,7 @@ void VolumeForces::take_records(const EVP::BondStore &store, const EVP::Coeffici
     for (const EVP::Bond &bond : store.of(i)) partners.push_back((tagint) bond.partner);
   const AtomDirectory directory(lmp, partners);
 
-  std::vector<Record> taken(records.size(), Record{0.0, 0.0});
+  std::vector<Record> taken(records.size(), Record{});
   std::string complaint;
   for (int i = 0; i < atom->nlocal; i++) {
     taken[i].sum_deq = sum_of_deq(store.of(i));
@@ -94,12 +93,11 @@ void VolumeForces::evaluate(const EVP::PairList &list, const EVP::ParticleView &
   exchange.to_owners(sums);
 
   pulls.resize(list.nall);
-  strains.resize(atom->nmax);
   energy_here = 0.0;
   for (int i = 0; i < list.nlocal; i++) {
     const double weight_sum = records[i].weight_sum, stiffness = kv_of(i);
     const double theta = VolumeEnergy::strain(sums[i], weight_sum);
-    strains[i] = theta;
+    records[i].strain = theta;
     pulls[i] = VolumeEnergy::pull(stiffness, theta, weight_sum);
     energy_here += 0.5 * stiffness * theta * theta;
   }

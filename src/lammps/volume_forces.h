@@ -20,10 +20,11 @@ namespace LAMMPS_NS {
 /// The volume energy of fix evp/volume on this MPI rank, which the pair style adds to its forces.
 class VolumeForces : protected Pointers {
  public:
-  /// What goes with an atom, into restart files too. Both 0 where it has no bond.
+  /// What goes with an atom, into restart files too but for the strain. All 0 where it has no bond.
   struct Record {
     double weight_sum;    ///< W of core/volume_energy.h, taken when the bonds were first seen
     double sum_deq;       ///< of these bonds [length]: tells whether they are those of the store
+    double strain;        ///< as of the last evaluate()
   };
 
   using Nodal = EVP::GhostExchange::Nodal;
@@ -38,9 +39,6 @@ class VolumeForces : protected Pointers {
   /// The fix goes: it must not be asked any more.
   void close() { closed = true; }
   bool is_closed() const { return closed; }
-
-  /// The records of all local atoms came with a restart file.
-  void restored() { may_keep = true; }
 
   // what the pairs call
 
@@ -76,8 +74,7 @@ class VolumeForces : protected Pointers {
   }
 
   /// Volume strain of a local atom, over its recorded bonds.
-  double strain(int i) const { return (size_t) i < strains.size() ? strains[i] : 0.0; }
-  const double *all_strains() const { return strains.data(); }
+  double strain(int i) const { return records[i].strain; }
 
   /// Energy of a local atom, of all of them.
   double energy(int i) const { return 0.5 * kv_of(i) * strain(i) * strain(i); }
@@ -110,10 +107,7 @@ class VolumeForces : protected Pointers {
     return EVP::VolumeEnergy::stiffness(kv_of(i), records[i].weight_sum);
   }
 
-  double memory_usage() const
-  {
-    return energies.memory_usage() + EVP::bytes_of(pulls, strains, sums);
-  }
+  double memory_usage() const { return energies.memory_usage() + EVP::bytes_of(pulls, sums); }
 
  private:
   const std::string who;
@@ -124,11 +118,8 @@ class VolumeForces : protected Pointers {
 
   EVP::VolumeEnergy energies;
   long version = -1;    // of the store whose bonds the records are of
-  bool may_keep =
-      false;    // records came with a restart file, and are to be compared with the store
   bool closed = false;
   Nodal sums, pulls;    // of all atoms and ghosts
-  std::vector<double> strains;
   double energy_here = 0.0;
 
   // atoms outside the group have no volume energy, but are neighbors of those that do

@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 from conftest import REFERENCE
 from evp import curves, cycles, flow, law
+from hostile import refused
 from lammps_run import read_csv, run_lammps
-from small_bodies import head, lattice_body, pair, thermo, two_groups, write_body, write_two
+from small_bodies import STIR, head, lattice_body, pair, thermo, two_groups, write_body, write_two
 
 ENTRIES = ("open", "kinetic", "first", "second", "lost", "contacts", "dissipated", "movers", "others", "plastic", "hardening", "broken", "volume")
 ROW = law.TABLE1
@@ -152,6 +153,51 @@ def test_a_contact_that_only_repels_keeps_what_it_hardened(lmp, tmp_path):
         opened.append(np.abs(table["f_energy"]).max() / found["plastic"])
     assert shares == pytest.approx([shares[-1]] * 4, rel=1e-3) and shares[0] > 0.1
     assert opened[-1] < opened[0] / 16.0 and opened[0] < 1e-3
+
+
+@pytest.mark.parametrize("contact", ["none", "literal"])
+def test_flow_that_is_due_at_set_up(lmp, tmp_path, contact):
+    """Atoms that were displaced beyond the threshold flow in the first step: until then the pair holds what that dissipates."""
+    write_two(tmp_path / "body.data")
+    text = head(skin=0.008) + style(ROW, contact) + "fix move all nve/noforce\nrun 0\n"
+    text += f"set atom 2 x {0.5 * DEQ + 0.0004}\n" + ledger(1) + "run 0\nrun 2\n"
+    text += f"set atom 2 x {0.5 * DEQ - 0.0002}\nrun 0\nrun 2\n"
+    run = lmp(text).ok()
+    waiting, flowed, back, again = (entries(run.thermo(k), None) for k in range(1, 5))
+    q = 0.0004 - 0.005 * DEQ
+    spent = flow.dissipated(0.0, q, DEQ, ROW)
+    assert [waiting[name][0] for name in ENTRIES] == [0.0] * len(ENTRIES)
+    assert flowed["plastic"] == pytest.approx([0.0, spent, spent], rel=1e-9)
+    assert flowed["first"] == pytest.approx([0.0, -spent, -spent], rel=1e-9)
+    assert np.abs(flowed["open"]).max() <= CLOSED * spent
+    more = flow.dissipated(q, -0.0002 + 0.005 * DEQ, DEQ, ROW)
+    assert np.diff(again["plastic"]) == pytest.approx([more, 0.0], rel=1e-9, abs=CLOSED * spent)
+    assert again["open"] == pytest.approx([back["open"][0]] * 3, abs=CLOSED * spent), "the displacement is no work"
+    assert abs(back["open"][0]) > 0.01 * spent, "control"
+
+
+# ---- fixes that change atoms before the balance sees them ----
+
+EARLY = {"evaporate": "region all block INF INF INF INF INF INF\nfix early all evaporate 7 3 all 49892\n",
+         "balance": "fix early all balance 10 1.0 shift x 10 1.01\n"}
+
+
+@pytest.mark.parametrize("early, breaks, unload, kv", [("evaporate", "none", "elastic", 0), ("balance", "none", "elastic", 0),
+                                                       ("evaporate", "0.1", "reversible", 0), ("evaporate", "none", "reversible", 100)])
+def test_a_fix_that_changes_atoms_early_comes_after_it(lmp, tmp_path, body, early, breaks, unload, kv):
+    write_body(tmp_path / "body.data", body)
+    fix = "fix bonds all evp/bonds zone 1.1" + (f"\nfix volume all evp/volume {kv}" if kv else "")
+    start = head() + style(ROW, "literal", unload, breaks, fix) + STIR + "fix move all nve\n"
+    rest = "timestep 1e-7\nrun 60\n"
+    refused(lmp(start + EARLY[early] + ledger(30) + rest, ranks=2), f"Fix energy evp/energy must be defined before fix early {early}", "add, delete or move atoms")
+    table = lmp(start + ledger(30) + EARLY[early] + rest, ranks=2).ok().thermo()
+    assert np.all(np.isfinite(table["f_energy"]))
+
+
+def test_any_order_where_nothing_flows(lmp, tmp_path, body):
+    write_body(tmp_path / "body.data", body)
+    text = head() + pair(ROW) + STIR + "fix move all nve\n" + EARLY["evaporate"] + ledger(30)
+    lmp(text + "timestep 1e-7\nrun 60\n", ranks=2).ok()
 
 
 # ---- bodies that fly apart ----

@@ -291,6 +291,38 @@ def test_deleted_partners_stay_in_the_sums(lmp, tmp_path):
     refused(late, "Fix volume evp/volume: atom", "has a bond with atom", "which is gone", "define the fix before atoms are deleted")
 
 
+def test_deleted_partners_stay_where_the_style_is_defined_again(lmp, tmp_path):
+    """It remakes the records of the bonds, but they are the same bonds."""
+    body = lattice_body((4, 3, 3))
+    write_body(tmp_path / "body.data", body)
+    x = body.x * 1.002
+    gone = {pair for pair in body.bonds if 1 in pair or 20 in pair}
+    cut = "group gone id 1 20\ndelete_atoms group gone compress no\nrun 0\n"
+    text = head() + pair(NO_FORCE, "none") + fix() + QUIET + "run 0\n" + cut
+    text += f"pair_style evp/lj contact none unload elastic\npair_coeff * * {words(NO_FORCE)}\n"
+    run = lmp(text + place(x).replace("set atom 1 ", "# ").replace("set atom 20 ", "# ") + show("f_volume") + "run 0\n", ranks=2).ok()
+    kept = np.delete(truth(x, body, KV, lost=gone).theta, [0, 19])
+    assert np.abs(run.dump("all.dump")[-1]["f_volume"] - kept).max() <= BY_HAND
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_strains_are_there_at_any_time(lmp, tmp_path, ranks):
+    """0 before the first forces and of new atoms; between runs each atom keeps its own."""
+    body = lattice_body((4, 3, 3))
+    write_body(tmp_path / "body.data", body)
+    write = "write_dump all custom {}.dump id f_volume modify format float %.17g\n"
+    text = head() + pair() + fix() + QUIET + write.format("before") + "run 0\n" + place(stretched(body)) + "run 0\n" + write.format("after")
+    text += "group gone id 1 5 20\ndelete_atoms group gone compress no\n"
+    text += "".join(f"create_atoms 1 single 0.0{k}5 0.015 -0.015\n" for k in range(3)) + write.format("changed")
+    run = lmp(text, ranks).ok()
+    before, after, changed = ({int(number): value for number, value in zip(snapshot["id"], snapshot["f_volume"])}
+                              for snapshot in (run.dump(f"{name}.dump")[-1] for name in ("before", "after", "changed")))
+    assert before == dict.fromkeys(range(1, len(body.x) + 1), 0.0)
+    assert min(map(abs, after.values())) > 0.0, "control"
+    assert changed == {**{number: after[number] for number in after if number not in (1, 5, 20)},
+                       **dict.fromkeys(range(len(body.x) + 1, len(body.x) + 4), 0.0)}
+
+
 def test_new_atoms_and_new_contacts_have_no_volume(lmp, tmp_path):
     body = lattice_body((3, 3, 3))
     write_body(tmp_path / "body.data", body)
@@ -447,7 +479,7 @@ CASES = [
     (dict(fix=F + "1e3x"), "KV must be a finite decimal number, got '1e3x'"),
     (dict(fix=F + '""'), "KV must be a finite decimal number, got ''"),
     (dict(fix=F + "v_kv"), "KV must be a finite decimal number, got 'v_kv'"),
-    (dict(fix=F + "10\nfix more all evp/volume 20"), "Fix more evp/volume: fix volume is one already"),
+    (dict(fix=F + "10\nfix more all evp/volume 20"), "Fix more evp/volume: fix volume is of this style too, but only one is allowed"),
     (dict(fix="fix bonds nobody evp/volume 10"), "Could not find fix group ID nobody"),
     (dict(fix="fix bonds all evp/volume 10", thermo=""), "Fix bonds evp/volume needs fix evp/bonds"),
     (dict(fix=F + "10\nunfix bonds", thermo=""), "Fix volume evp/volume needs fix evp/bonds"),

@@ -96,7 +96,6 @@ struct Pairs {
     block.kind = kind.data();
     block.flow = {offset.data(), work.data(), cap.data(), next_offset.data(), spent.data(),
                   &moves};
-    block.all_bonds = false;
     block.incremental = incremental;
     law(block, {damping, energy, false});
     next_work = work;

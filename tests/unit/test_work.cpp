@@ -173,6 +173,38 @@ TEST(Flow, DissipatesAboveTheLowestOffset)
   EXPECT_THROW(stiffer.check_flow(), EVP::BadInput);
 }
 
+// Nothing holds a second regime that has no first; without either no force acts.
+TEST(Flow, NeedsAFirstRegimeWhereThereIsASecond)
+{
+  EXPECT_THROW(Law({0, 8, 4, 3, 8, 4, 0.005, 0, 1.5}).check_flow(), EVP::BadInput);
+  EXPECT_NO_THROW(Law({0, 8, 4, 0, 8, 4, 0.005, 0, 1.5}).check_flow());
+  EXPECT_NO_THROW(Law({80, 8, 4, 0, 8, 4, 0.005, 0, 1.5}).check_flow());
+  EXPECT_EQ(Law().lowest_offset(), -1.0);
+}
+
+// At any alpha at which pairs may flow, a contact to dlim is none that ends at rest.
+TEST(Flow, TellsContactsThatOnlyRepel)
+{
+  const double sum_radii = 0.01, inv_deq = 1.0 / sum_radii;
+  const auto cutsq = [&](double alpha, double margin) {
+    return EVP::reach_squared(alpha * sum_radii, margin);
+  };
+  for (const double margin : {-EVP::NEW_PAIR_MARGIN, 0.0, EVP::NEW_PAIR_MARGIN}) {
+    EXPECT_TRUE(EVP::only_repels(cutsq(1.0, margin), inv_deq));
+    for (const double above : {2e-16, 1e-9, 9e-9, 1.1e-8, 1e-7, 4e-7, 1e-3}) {
+      const double alpha = 1.0 + above;
+      const Law law({80, 8, 4, 3, 8, 4, 0.005, 0, alpha});
+      SCOPED_TRACE(above);
+      if (above < 1e-8)
+        EXPECT_THROW(law.check_flow(), EVP::BadInput);
+      else {
+        EXPECT_NO_THROW(law.check_flow());
+        EXPECT_FALSE(EVP::only_repels(cutsq(alpha, margin), inv_deq));
+      }
+    }
+  }
+}
+
 // -F dd = dPsi + D along eight reversals, by parts that are elastic or flow.
 TEST(Flow, WorkIsStoredOrDissipated)
 {
