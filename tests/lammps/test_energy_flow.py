@@ -7,7 +7,7 @@ from conftest import REFERENCE
 from evp import curves, cycles, flow, law
 from hostile import refused
 from lammps_run import read_csv, run_lammps
-from small_bodies import STIR, head, lattice_body, pair, thermo, two_groups, write_body, write_two
+from small_bodies import STIR, head, pair, thermo, two_groups, write_body, write_two
 
 ENTRIES = ("open", "kinetic", "first", "second", "lost", "contacts", "dissipated", "movers", "others", "plastic", "hardening", "broken", "volume")
 ROW = law.TABLE1
