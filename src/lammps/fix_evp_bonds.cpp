@@ -496,8 +496,8 @@ void FixEVPBonds::restore_within(Within kept, bool recorded)
   if (given != Within::ALL && given != kept && recorded)
     error->all(FLERR,
                "{}: 'within {}' is not what the bonds of the restart file were recorded with, "
-               "which is {}: leave it out, or, to change it, write the bonds by write_evp_bonds, "
-               "unfix, and define the fix with 'file' and 'within'",
+               "which is {}: leave it out; or, to change it, leave it out, write the bonds by "
+               "write_evp_bonds, unfix, and define a fix of another ID with 'file' and 'within'",
                who, EVP::WITHINS[(int) given],
                kept == Within::ALL ? "none" : fmt::format("'within {}'", EVP::WITHINS[(int) kept]));
   if (given != Within::ALL) return;
