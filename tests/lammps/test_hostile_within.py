@@ -26,7 +26,7 @@ CASES = {
     "all of molecule 0": (dict(fix=MOL.format("yes") + FIX + "within molecule"), "Fix bonds evp/bonds: within molecule records pairs of one molecule ID "
                           "above 0, but all atoms of the group have 0: give those of each body one, e.g. 'set group ID mol 1'"),
     "molecules that go": (dict(fix=KNOWN + FIX + "within molecule", run="run 0\nunfix molecules\nrun 1"), "within molecule needs atoms with molecule IDs"),
-    "molecules that go, pre no": (dict(fix=KNOWN + FIX + "within molecule", after="unfix molecules", neighbor="neighbor 0.001 bin\nneigh_modify every 1 check no",
+    "molecules that go, pre no": (dict(fix=KNOWN + FIX + "within molecule", neighbor="neighbor 0.001 bin\nneigh_modify every 1 check no",
                                        run="run 0\nunfix molecules\nrun 1 pre no"), "Pair evp/lj: fix evp/bonds within molecule needs atoms with molecule IDs"),
 }
 
@@ -54,7 +54,6 @@ def test_ghosts_that_know_other_molecules(lmp, ghost):
 
 
 HEADER = "# EVP bonds COUNT: 1{} UNITS: si\n"
-TWO_TYPES = "create_box 2 box"
 
 
 @pytest.mark.parametrize("ranks", [1, 2])

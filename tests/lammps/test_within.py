@@ -3,13 +3,15 @@
 
 Words that are refused are in test_hostile_within.py, what restart and bond files keep in test_within_restart.py."""
 
+import textwrap
+
 import numpy as np
 import pytest
 from boxes import BOXES
 from evp import law
 from flowing import BREAK, MOVE as FLOW_MOVE, SHAKE, assert_flowed, flowing_pair, largest_difference, read_pairs
-from lammps_run import write_data
-from small_bodies import MOVE, ROUND_OFF, STIR, check_forces, dump, head, lattice_body, pair, thermo, two_groups, words, write_body
+from lammps_run import REPOSITORY, write_data
+from small_bodies import MOVE, ROUND_OFF, STIR, check_forces, dump, head, lattice_body, mass_of, pair, thermo, two_groups, words, write_body
 
 RADIUS, TOUCH = 0.005, 0.01
 APART = 1.1 * TOUCH  # within alpha (R_i + R_j) = 1.5 TOUCH
@@ -303,3 +305,27 @@ def test_values_between_runs_follow_molecules(lmp, tmp_path):
     assert run.returncode == 1 and "needs the pairs of the present atoms: use 'run 0' first" in run.stdout
     assert lmp(text + change + "run 0\n").ok().thermo()["f_bonds[3]"][0] == 1
     lmp(text + "print '$(f_bonds[3])'\n").ok()
+
+
+# ---- the page ----
+
+PAGE = REPOSITORY / "doc" / "fix_evp_bonds.rst"
+
+
+def test_the_example_of_the_page(lmp_decks):
+    """The ball and the slab of doc/fix_evp_bonds.rst, with the numbers that it says, and without the keyword."""
+    text = PAGE.read_text(encoding="utf-8")
+    block, = (part for part in text.split(".. code-block:: LAMMPS") if "group/group slab" in part)
+    lines = block.split("\n----")[0].splitlines(keepends=True)
+    deck = textwrap.dedent("".join(line for line in lines if line.startswith("   ")))
+    said = " ".join(" ".join(line for line in lines if not line.startswith("   ")).split())
+    runs = lmp_decks({"as it is": deck, "glued": deck.replace(" within type", "")})
+    table, glued = (run.thermo() for run in runs.values())
+    more = glued["f_bonds"][0] - table["f_bonds"][0]
+    assert f"records {table['f_bonds'][0]:.0f} pairs" in said and f"{more:.0f} pairs more are recorded" in said
+    touched = table["Step"][np.flatnonzero(table["v_ball"] != -5.0)[0] - 1]
+    assert f"flies at 5 m/s, with no force on it, until it touches the slab after step {touched:.0f}" in said
+    assert f"leaves it at {table['v_ball'][-1]:.2f} m/s" in said and table["v_ball"][-1] > 0.0
+    assert np.all(table["c_push[3]"] >= 0.0) and table["f_bonds[3]"][-1] == 0.0
+    assert np.ptp(table["TotEng"]) < 0.01 * 0.5 * mass_of(0.00707 / 2) * 43 * 25.0
+    assert glued["c_push[3]"].min() < -1000.0 and glued["v_ball"][-1] < 2.0
