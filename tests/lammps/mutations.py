@@ -57,7 +57,7 @@ MUTATIONS = [
     Mutation("the second atom of a pair is not told of its history", ("flow of a body that is sorted",), "history_return.cpp", "store.take({j, is_record, tag[i], h});", ""),
     Mutation("every search leaves its flow", ("search that did not end",), "fix_evp_bonds.cpp", "if (stop == Min::ETOL || stop == Min::FTOL || stop == Min::ZEROFORCE)", "if (stop >= 0)"),
     Mutation("half of the pull of the volume energy", ("volume energy of a free body",), "volume_energy.h", "3.0 * kv * strain / weight_sum", "1.5 * kv * strain / weight_sum"),
-    Mutation("periodic images that stand still for implicit damping", ("sheared box",), "damping_solver.cpp", "exchange.velocities_to_ghosts(velocities);", "exchange.to_ghosts(velocities);"),
-    Mutation("kinetic energy of wrapped atoms not in the energy balance", ("sheared box",), "fix_evp_energy.cpp", "deform.carried += kinetic_here() - deform.kinetic;", ""),
-    Mutation("no work of the box by implicit damping", ("sheared box",), "fix_nve_evp.cpp", "sum += dampers.share(damper) * along *", "sum += 0.0 * along *"),
+    Mutation("remap v: images stand still for implicit damping", ("sheared box",), "damping_solver.cpp", "exchange.velocities_to_ghosts(velocities);", "exchange.to_ghosts(velocities);"),
+    Mutation("remap v: kinetic energy of wrapped atoms not in the energy balance", ("sheared box",), "fix_evp_energy.cpp", "deform.carried += kinetic_here() - deform.kinetic;", ""),
+    Mutation("remap v: no work of the box by implicit damping", ("sheared box",), "fix_nve_evp.cpp", "sum += dampers.share(damper) * along *", "sum += 0.0 * along *"),
 ]
