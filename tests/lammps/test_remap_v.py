@@ -225,8 +225,9 @@ def test_any_number_of_ranks(lmp, tmp_path, name):
     write_periodic(tmp_path, FLIPPED)
     first = lmp(deck(4e-7, IMPLICIT, **WAYS[name])).ok().thermo()
     assert first["Xy"][-1] < 0.0, "control: the box flips"
-    for ranks, newton in ((1, "off"), (2, "on"), (2, "off"), (4, "on"), (4, "off")):
-        table = lmp(deck(4e-7, IMPLICIT, newton=newton, **WAYS[name]), ranks).ok().thermo()
+    for ranks, newton, layout in ((1, "off", "brick"), (2, "on", "brick"), (2, "off", "tiled"), (4, "on", "tiled"), (4, "off", "brick")):
+        text = deck(4e-7, IMPLICIT, newton=newton, **WAYS[name]).replace("read_data", f"comm_style {layout}\nread_data")
+        table = lmp(text, ranks).ok().thermo()
         imbalance, others = table.pop("f_energy"), {key: value for key, value in first.items() if key != "f_energy"}
         assert_same_curve(table, others)
         assert np.abs(imbalance - first["f_energy"]).max() < ANOTHER_ORDER * np.abs(first["f_energy[13]"]).max()
