@@ -123,10 +123,8 @@ class Scene:
 
     def pictures(self, snapshot):
         """One for each view."""
-        import numpy as np
-
         found = self.spheres(snapshot)
-        shares = self.scale.share(self.factor * found.values) if self.scale else np.zeros(len(found.x))
+        shares = self.scale.share(self.factor * found.values) if self.scale else 0.0 * found.radius
         return spheres.draw(found.x, found.radius, shares, self.colors, self.cameras)
 
     def figure(self, rows, titles, heads, note=""):

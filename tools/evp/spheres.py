@@ -21,7 +21,7 @@ VIEWS = {
 }
 SHADES = 65  # colors that a map is sampled to; LAMMPS interpolates between them
 _TILT = 1e-3  # [rad] between a camera and z, where LAMMPS puts one that looks along z (image.cpp, EPSILON)
-_DEEP = 1.6  # depth of what is drawn over the height of LAMMPS' picture: beyond this its camera stands inside
+_DEEP = 1.6  # depth of what is drawn over the side of LAMMPS' picture: beyond this its camera stands inside
 _MARGIN = 6  # [pixels] around the spheres
 
 
@@ -102,28 +102,21 @@ def read_ppm(path):
     return np.frombuffer(content, dtype=np.uint8, offset=len(content) - 3 * width * height).reshape(height, width, 3)
 
 
-def draw(x, radius, value, colors, views):
-    """Pictures of the spheres, (height, width, 3) bytes for each Camera of views.
-
-    x (N, 3), radius (N,) [length]; value (N,) from 0 to 1 takes its color from colors (SHADES, 3), 0 to 1 each.
-    RunError where LAMMPS does not start or fails.
-    """
+def _draw(x, radius, value, colors, views):
+    """draw() of spheres that all views hold in front of LAMMPS' camera."""
     corner = np.array([(x - radius[:, None]).min(axis=0), (x + radius[:, None]).max(axis=0)])
     origin, unit = corner.mean(axis=0), float((corner[1] - corner[0]).max())
     edge = 1.01  # of the cube, in which the longest side of the body is 1
-    x, radius = (x - origin) / unit, radius / unit
     with tempfile.TemporaryDirectory(prefix="evp_view_") as folder:
         folder = pathlib.Path(folder)
-        (folder / "spheres.data").write_text(_data(x, radius, value, edge), encoding="ascii")
+        (folder / "spheres.data").write_text(_data((x - origin) / unit, radius / unit, value, edge), encoding="ascii")
         script, cuts = "units lj\natom_style sphere\nboundary f f f\nread_data spheres.data\n", []
         for k, camera in enumerate(views):
             right, up, _ = axes(camera.theta, camera.phi)
             flat = camera.middle - np.array([right @ origin, up @ origin])
-            center = (flat[0] * right + flat[1] * up) / unit
-            scaled = camera._replace(per_pixel=camera.per_pixel / unit)
-            canvas = max(camera.width, camera.height, int(np.ceil(np.sqrt(3.0) * edge / _DEEP / scaled.per_pixel)))
+            canvas = max(camera.width, camera.height)
             canvas += canvas % 2
-            script += _script(scaled, colors, center, edge, canvas, f"view{k}.ppm")
+            script += _script(camera._replace(per_pixel=camera.per_pixel / unit), colors, (flat[0] * right + flat[1] * up) / unit, edge, canvas, f"view{k}.ppm")
             top, left = (canvas - camera.height) // 2, (canvas - camera.width) // 2
             cuts.append(np.s_[top : top + camera.height, left : left + camera.width])
         (folder / "in.view").write_text(script, encoding="ascii")
@@ -135,3 +128,30 @@ def draw(x, radius, value, colors, views):
                 log.write(ended.stdout)
             raise run.RunError(f"LAMMPS could not draw the spheres: {run.lammps_error(folder / 'view.log')}")
         return [read_ppm(folder / f"view{k}.ppm")[cut] for k, cut in enumerate(cuts)]
+
+
+def _slabs(x, radius, camera):
+    """Masks of the spheres, the farthest first, of no more depth each than LAMMPS' camera has in front of it."""
+    depth = x @ axes(camera.theta, camera.phi)[2]
+    room = _DEEP * camera.per_pixel * max(camera.width, camera.height) - 2.0 * radius.max()
+    number = np.floor((depth - depth.min()) / room)
+    return [number == k for k in np.unique(number)]
+
+
+def draw(x, radius, value, colors, views):
+    """Pictures of the spheres, (height, width, 3) bytes for each Camera of views.
+
+    x (N, 3), radius (N,) [length]; value (N,) from 0 to 1 takes its color from colors (SHADES, 3), 0 to 1 each.
+    RunError where LAMMPS does not start or fails.
+    """
+    slabs = [_slabs(x, radius, camera) for camera in views]
+    flat = [k for k, parts in enumerate(slabs) if len(parts) == 1]
+    found = dict(zip(flat, _draw(x, radius, value, colors, [views[k] for k in flat]))) if flat else {}
+    for k, parts in enumerate(slabs):
+        if k not in found:
+            layers = [_draw(x[part], radius[part], value[part], colors, [views[k]])[0] for part in parts]
+            found[k] = layers[0].copy()
+            for layer in layers[1:]:
+                drawn = layer.min(axis=2) < 255  # the background is white
+                found[k][drawn] = layer[drawn]
+    return [found[k] for k in range(len(views))]

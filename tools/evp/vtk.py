@@ -50,7 +50,7 @@ def write_points(path, x, columns):
 
 def write_series(path, files):
     """A .pvd; files: (time, name of a .vtu beside it)."""
-    rows = "".join(f"<DataSet timestep=\"{time:.15g}\" file={quoteattr(name)}/>\n" for time, name in files)
+    rows = "".join(f"<DataSet timestep=\"{time!r}\" file={quoteattr(name)}/>\n" for time, name in files)
     with open(path, "w", encoding="utf-8") as target:
         target.write(f"<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n{rows}</Collection>\n</VTKFile>\n")
 
