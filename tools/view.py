@@ -187,7 +187,7 @@ def parser():
     top.add_argument("dumps", nargs="+", type=pathlib.Path, metavar="DUMP")
     top.add_argument("--color", "--colour", metavar="COLUMN", help="column that colors the spheres (default: one color)")
     top.add_argument("--range", nargs=2, type=float, metavar=("LOW", "HIGH"), help="of the color bar, in its unit (default: all values drawn)")
-    top.add_argument("--map", help="color map of matplotlib (default: viridis; coolwarm around 0 where values have both signs)")
+    top.add_argument("--map", help="color map of matplotlib (default: YlOrRd; coolwarm around 0 where values have both signs)")
     top.add_argument("--label", metavar="TEXT", help="beside the color bar, in place of the column's")
     top.add_argument("--view", nargs="+", default=["iso"], metavar="VIEW",
                      help=f"{', '.join(spheres.VIEWS)}, or THETA,PHI in degrees: direction to the camera as in dump image (default: iso)")
@@ -228,7 +228,7 @@ def check(args):
         import matplotlib
 
         if args.map not in matplotlib.colormaps:
-            raise ValueError(f"--map {args.map}: no color map of matplotlib, such as viridis, cividis, magma, coolwarm")
+            raise ValueError(f"--map {args.map}: no color map of matplotlib, such as viridis, YlOrRd, magma, coolwarm")
     if not 100 <= args.pixels <= 6000:
         raise ValueError(f"--pixels {args.pixels}: give 100 to 6000")
     for option, value in (("--radius", args.radius), ("--rate", args.rate), ("--strip", args.strip)):

@@ -2,6 +2,7 @@
 """tools/view.py: spheres are where the projection puts them, snapshots and misuse; files for others are read by others."""
 
 import base64
+import os
 import pathlib
 import re
 import subprocess
@@ -198,6 +199,22 @@ def test_frames_of_a_run(pulled, tmp_path):
         film.seek(3)
         assert np.abs(np.asarray(film.convert("RGB")).astype(int) - first).max() > 50, "it moves"
     assert sorted(path.name for path in tmp_path.iterdir()) == ["film.gif", "strip.png"]
+
+
+def test_film_by_ffmpeg(one, tmp_path, monkeypatch):
+    """ffmpeg gets every picture, in the size that it is told, and the name of its own kind of file; its complaint is passed on."""
+    program = tmp_path / "bin" / "ffmpeg"
+    program.parent.mkdir()
+    program.write_text('#!/bin/sh\nfor last; do :; done\necho "$@" >"$last"\nwc -c >>"$last"\n', encoding="utf-8")
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{program.parent}:{os.environ['PATH']}")
+    done = show(one, one, "--film", tmp_path / "film.mp4", "--pixels", 150, "--rate", 5)
+    assert done.returncode == 0, done.stderr
+    words, size = (tmp_path / "film.mp4").read_text().splitlines()
+    width, height = (int(word) for word in words.split()[words.split().index("-s") + 1].split("x"))
+    assert int(size) == 2 * 3 * width * height and "-r 5 " in words and "-f mp4" in words
+    program.write_text("#!/bin/sh\ncat >/dev/null\necho no such codec\nexit 1\n", encoding="utf-8")
+    assert "ffmpeg failed: no such codec" in refused(tmp_path, one, "--film", tmp_path / "other.mkv", "--pixels", 150)
 
 
 def test_several_dumps_are_beside_each_other(pulled, one, tmp_path):

@@ -80,7 +80,7 @@ def _script(camera, colors, center, edge, canvas, target):
     define = " ".join(f"color {name} {r:.4f} {g:.4f} {b:.4f}" for name, (r, g, b) in zip(names, colors))
     where = " ".join(f"{value:.15g}" for value in center / edge + 0.5)
     return (f"write_dump all image {target} vx diameter size {canvas} {canvas} view {camera.theta:.9g} {camera.phi:.9g} zoom {zoom:.15g} "
-            f"center s {where} box no 0 shiny 0.15 ssao no 1 0.5 fsaa yes modify backcolor white {define} "
+            f"center s {where} box no 0 shiny 0 ssao no 1 0.5 fsaa yes modify backcolor white {define} "
             f"amap 0 1 ca 0.0 {len(names)} {' '.join(steps)}\n")
 
 

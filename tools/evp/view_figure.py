@@ -30,7 +30,7 @@ class ColorScale:
         """values: lowest and highest that are drawn; the bar shows where they are beyond the limits. name: of a map of matplotlib
         (default: one with white in the middle where the values have both signs)."""
         signs = low < 0.0 < high
-        self.map = plt.get_cmap(name or ("coolwarm" if signs else "viridis"))
+        self.map = plt.get_cmap(name or ("coolwarm" if signs else "YlOrRd"))
         if high <= low:
             low, high = low - 0.5, low + 0.5
         self.low, self.high, self.label = low, high, label
