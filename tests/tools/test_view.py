@@ -124,7 +124,7 @@ def test_scale_bar_and_pictures_of_a_figure():
     """The pictures are in the PNG pixel by pixel; the bar is as long as its text says."""
     pictures = [[np.full((200, 300, 3), 90, dtype=np.uint8), np.full((120, 300, 3), 150, dtype=np.uint8)]]
     scale = view_figure.ColorScale(0.0, 1.0, (0.0, 2.0))
-    pixels = view_figure.to_pixels(view_figure.compose(pictures, ["a", "b"], [""], 1e-4, "si", scale))
+    pixels = view_figure.to_pixels(view_figure.compose(pictures, ["a", "b"], [""], 1e-4, "si", scale))  # 0.1 mm per pixel
     gray = np.all(pixels == pixels[:, :, :1], axis=2)
     assert np.sum(gray & (pixels[:, :, 0] == 90)) >= 60000 and np.sum(gray & (pixels[:, :, 0] == 150)) >= 36000
     line = max((np.all(row < 60, axis=1).sum() for row in pixels[-60:]), default=0)
@@ -132,7 +132,8 @@ def test_scale_bar_and_pictures_of_a_figure():
     assert scale.extend == "max"
 
 
-@pytest.mark.parametrize("length, units, text", [(0.02, "si", "20 mm"), (5e-6, "si", "5 um"), (2e3, "si", "2 km"), (2.0, "lj", "2 length units (lj)")])
+@pytest.mark.parametrize("length, units, text", [(0.02, "si", "20 mm"), (5e-6, "si", "5 um"), (2e3, "si", "2 km"),
+                                                 (2.0, "lj", "2 length units (lj)")])
 def test_text_of_lengths(length, units, text):
     assert view_figure.length_text(length, units) == text
 
@@ -215,6 +216,16 @@ def test_film_by_ffmpeg(one, tmp_path, monkeypatch):
     assert int(size) == 2 * 3 * width * height and "-r 5 " in words and "-f mp4" in words
     program.write_text("#!/bin/sh\ncat >/dev/null\necho no such codec\nexit 1\n", encoding="utf-8")
     assert "ffmpeg failed: no such codec" in refused(tmp_path, one, "--film", tmp_path / "other.mkv", "--pixels", 150)
+
+
+def test_frames_of_a_way_there_and_back(tmp_path):
+    """in.cyclic runs longer than strain/rate: `duration` says how long; a choice that is none is refused."""
+    variables = {"specimen": BODY, "rate": 100, "strain": 0.002, "out": "back", "also": run.DECKS / "frames.lmp", "frames": 4, "duration": 4e-5}
+    run.output_of(run.deck_command(run.DECKS / "in.cyclic", variables), tmp_path, "in.cyclic")
+    assert [s.time for s in dump.index([tmp_path / "back_frames.dump"])] == pytest.approx([0, 1e-5, 2e-5, 3e-5, 4e-5], abs=1e-7)
+    for name, value in (("frames", 0), ("duration", -1)):
+        with pytest.raises(run.RunError, match="ERROR: frames must be 1 or more and duration positive, got .*" + str(value)):
+            run.output_of(run.deck_command(run.DECKS / "in.cyclic", {**variables, name: value}), tmp_path, "in.cyclic")
 
 
 def test_several_dumps_are_beside_each_other(pulled, one, tmp_path):

@@ -102,7 +102,8 @@ def _snapshots(path, source):
             time = float(header["TIME"][0][0]) if "TIME" in header else None
             units = header["UNITS"][0][0] if "UNITS" in header else units
         except (KeyError, IndexError, ValueError) as error:
-            raise DumpError(f"{path} is no dump of LAMMPS: the header of a snapshot lacks TIMESTEP, NUMBER OF ATOMS, BOX BOUNDS or their values") from error
+            raise DumpError(f"{path} is no dump of LAMMPS: the header of a snapshot lacks TIMESTEP, NUMBER OF ATOMS, BOX BOUNDS "
+                            "or their values") from error
         start, rows, last = place, 0, b"\n"
         for last in islice(lines, count):
             rows += not last.startswith(b"ITEM:")

@@ -116,7 +116,8 @@ def _draw(x, radius, value, colors, views):
             flat = camera.middle - np.array([right @ origin, up @ origin])
             canvas = max(camera.width, camera.height)
             canvas += canvas % 2
-            script += _script(camera._replace(per_pixel=camera.per_pixel / unit), colors, (flat[0] * right + flat[1] * up) / unit, edge, canvas, f"view{k}.ppm")
+            center = (flat[0] * right + flat[1] * up) / unit
+            script += _script(camera._replace(per_pixel=camera.per_pixel / unit), colors, center, edge, canvas, f"view{k}.ppm")
             top, left = (canvas - camera.height) // 2, (canvas - camera.width) // 2
             cuts.append(np.s_[top : top + camera.height, left : left + camera.width])
         (folder / "in.view").write_text(script, encoding="ascii")

@@ -156,6 +156,7 @@ def _write_by_ffmpeg(frames, path, rate, kind):
     command = ["ffmpeg", "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", f"{rate:g}",
                "-i", "-", "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white", "-pix_fmt", "yuv420p",
                "-f", {".mp4": "mp4", ".mkv": "matroska", ".webm": "webm"}[kind], str(path)]
-    ended = subprocess.run(command, input=b"".join(frame.tobytes() for frame in frames), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
+    content = b"".join(frame.tobytes() for frame in frames)
+    ended = subprocess.run(command, input=content, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
     if ended.returncode:
         raise ValueError(f"ffmpeg failed: {ended.stdout.decode(errors='replace').strip()}")
