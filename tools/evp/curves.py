@@ -185,13 +185,13 @@ def numbers(curve, column="virial", fit=None):
         "yield_MPa": 1e-6 * yield_stress(strain, stress, elastic_modulus),
     }
     for name, at in STRAINS_REPORTED.items():
-        found[name + "_MPa"] = 1e-6 * _or_nan(stress_at, strain, stress, at)
+        found[name + "_MPa"] = 1e-6 * or_nan(stress_at, strain, stress, at)
     middle = 0.5 * (low + high)
-    found["departure_strain"] = _or_nan(departure_strain, strain, stress, elastic_modulus, middle)
+    found["departure_strain"] = or_nan(departure_strain, strain, stress, elastic_modulus, middle)
     return found
 
 
-def _or_nan(number, *arguments):
+def or_nan(number, *arguments):
     """number(*arguments), or nan where the curve is too short or too coarse for it."""
     try:
         return number(*arguments)
