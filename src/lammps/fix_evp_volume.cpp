@@ -19,10 +19,11 @@ FixEVPVolume::FixEVPVolume(LAMMPS *lmp, int narg, char **arg) : AtomRecords(lmp,
 {
   const int given = narg - 3, ntypes = atom->ntypes;
   if (given != 1 && given != ntypes)
-    error->all(FLERR,
-               "{}: expected one KV, or one for each of the {} atom types, or the word row for "
-               "those of the pair style, got {}",
-               who, ntypes, given);
+    error->all(
+        FLERR,
+        "{}: expected one KV, or one for each of the {} atom types, got {}; or the word row, "
+        "where they are those of the rows of the pair style",
+        who, ntypes, given);
   const bool from_rows = given == 1 && strcmp(arg[3], "row") == 0;
   std::vector<double> kv(from_rows ? 0 : ntypes + 1, 0.0);
   EVP::stop_at_bad_input(error, who, [&] {
