@@ -27,8 +27,7 @@ using EVP::BondStore;
 
 // of the words in restart files; no zone is that large
 static constexpr double FORMAT = 1001.0, FORMAT_WITH_HISTORY = 1002.0;
-static constexpr int NSTATE = 6;           // words of the fix, the last one their checksum
-static constexpr double MEASURED = 2.0;    // more where the measures of the bonds follow
+static constexpr double MEASURED = 4.0;    // on top, where measures follow the checksum
 
 // fix ID group evp/bonds [zone Z | file FILE]
 FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
@@ -389,11 +388,11 @@ void FixEVPBonds::write_restart(FILE *fp)
 {
   return_histories();
   const EVP::BondMeasures &measures = bonds->measures();
-  double format = bonds->has_history() ? FORMAT_WITH_HISTORY : FORMAT;
-  if (!measures.empty()) format += MEASURED;
-  std::vector<double> state = {format, zone, (double) bonds->has_recorded(),
-                               (double) bonds->count(), (double) bonds->highest_id()};
-  state.push_back(EVP::checksum(state.data(), NSTATE - 1));
+  std::vector<double> state = {bonds->has_history() ? FORMAT_WITH_HISTORY : FORMAT, zone,
+                               (double) bonds->has_recorded(), (double) bonds->count(),
+                               (double) bonds->highest_id()};
+  if (!measures.empty()) state[0] += MEASURED;
+  state.push_back(EVP::checksum(state.data(), (int) state.size()));
   if (!measures.empty()) {
     const std::vector<double> words = measures.words();
     state.insert(state.end(), words.begin(), words.end());
@@ -407,16 +406,14 @@ void FixEVPBonds::write_restart(FILE *fp)
 
 void FixEVPBonds::restart(char *buf)
 {
-  double state[NSTATE];
+  double state[6];
   memcpy(state, buf, sizeof(double));
-  const bool is_measured = state[0] == FORMAT + MEASURED ||
-      state[0] == FORMAT_WITH_HISTORY + MEASURED;
-  const double format = is_measured ? state[0] - MEASURED : state[0];
-  bool whole = format == FORMAT || format == FORMAT_WITH_HISTORY;
-  if (whole) {
-    memcpy(state, buf, sizeof(state));
-    whole = state[NSTATE - 1] == EVP::checksum(state, NSTATE - 1);
-  }
+  const bool is_measured = state[0] >= FORMAT + MEASURED;
+  if (is_measured) state[0] -= MEASURED;
+  const double format = state[0];
+  const bool known = format == FORMAT || format == FORMAT_WITH_HISTORY;
+  if (known) memcpy(state, buf, sizeof(state));
+  bool whole = known && state[5] == EVP::checksum(state, 5);
   EVP::BondMeasures measures;
   if (whole && is_measured) {
     std::vector<double> words(EVP::BondMeasures(atom->ntypes).words().size());

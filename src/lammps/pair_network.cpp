@@ -194,7 +194,8 @@ double PairNetwork::handle(int i, int j)
 
 bool PairNetwork::take_measures()
 {
-  return coefficients.take_measures(bonds() ? bonds()->measures() : EVP::BondMeasures());
+  static const EVP::BondMeasures none;    // a packing allocates nothing
+  return coefficients.take_measures(bonds() ? bonds()->measures() : none);
 }
 
 // the bonds were recorded, or went, after init_one() made the laws

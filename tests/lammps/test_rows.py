@@ -265,7 +265,7 @@ def test_hybrid_and_its_restart(lmp, bar):
 def section(path, ntypes):
     """Of fix evp/bonds in a restart file: words of the measures; None where there are none."""
     data = path.read_bytes()
-    starts = [k for k in range(len(data) - 48) if data[k:k + 8] == struct.pack("<d", 1003.0)
+    starts = [k for k in range(len(data) - 48) if data[k:k + 8] == struct.pack("<d", 1005.0)
               and data[k + 16:k + 24] == struct.pack("<d", 1.0)]
     assert len(starts) <= 1
     count = ntypes * (ntypes + 1)
