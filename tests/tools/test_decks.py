@@ -34,5 +34,15 @@ def test_choices_are_the_same():
     assert set(cyclic) - set(traction) == {"lower", "cycles"} and not set(traction) - set(cyclic)
     same = set(traction) - {"rate", "strain", "out"}
     assert {name: cyclic[name] for name in same} == {name: traction[name] for name in same}
-    for name in ("unload", "break", "kv", "scale", "length", "radius", "specimen", "contact"):
+    for name in ("unload", "break", "kv", "scale", "length", "radius", "area", "extensometer", "specimen", "contact"):
         assert rest[name] == traction[name], name
+
+
+def test_in_quasistatic_takes_body_and_material_as_in_traction_does():
+    """Line by line; what stands between them in in.traction is the zone, the volume energy and the text of the readings."""
+    rest, traction = (sections(name)["material"].splitlines() for name in ("in.quasistatic", "in.traction"))
+    assert len(rest) > 15 and [line for line in rest if line.strip() and line not in traction] == []
+    decks = [(DECKS / name).read_text(encoding="utf-8") for name in ("in.quasistatic", "in.traction")]
+    for command in ("read_evp_body ", "neighbor ", "neigh_modify ", 'if "${kv} > 0" then', 'if "${kv} == 0 &&'):
+        lines = [re.findall(f"^{re.escape(command)}.*$", deck, flags=re.M) for deck in decks]
+        assert lines[0] == lines[1] and len(lines[0]) == 1, command
