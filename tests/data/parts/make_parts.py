@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Writes the parts of this folder: dog_bone.stl (binary) and plate_with_hole.stl (ASCII), both in mm, to be pulled along z and x.
 
-    PYTHONPATH=tools python3 tests/data/make_parts.py [FOLDER]
+    PYTHONPATH=tools python3 tests/data/parts/make_parts.py [FOLDER]
 
 Own geometry: a round tension bar after the proportions of ISO 6892 (gauge length of five diameters, filleted grips), made by turning a profile,
 and a plate with a round hole, made of quadrilaterals between the hole and the edge.
@@ -28,7 +28,7 @@ def turned(profile, facets):
     return np.array(triangles, dtype=float)
 
 
-def dog_bone(grip=6.0, gauge=4.0, grip_length=12.0, half_gauge=15.0, fillet=8.0, facets=48):
+def dog_bone(grip=6.0, gauge=4.0, grip_length=12.0, half_gauge=15.0, fillet=8.0, facets=32):
     """A bar with grips of radius grip, a gauge of radius gauge, and fillets between them [mm]."""
     drop = grip - gauge
     run = np.sqrt(fillet**2 - (fillet - drop) ** 2)  # along z, of an arc tangent to the gauge
@@ -38,7 +38,7 @@ def dog_bone(grip=6.0, gauge=4.0, grip_length=12.0, half_gauge=15.0, fillet=8.0,
     return turned(lower + [(r, 2.0 * middle - z) for r, z in reversed(lower)], facets)
 
 
-def plate_with_hole(length=60.0, width=24.0, thickness=8.0, radius=5.0, facets=64):
+def plate_with_hole(length=60.0, width=24.0, thickness=8.0, radius=5.0, facets=32):
     """A plate along x with a hole through its middle along z [mm]; its outline is met by the same number of rays from the middle."""
     half = 0.5 * np.array([length, width])
     angle = np.sort(np.append(2.0 * np.pi * (np.arange(facets) + 0.5) / facets - np.pi, np.arctan2([half[1], half[1], -half[1], -half[1]], [half[0], -half[0], half[0], -half[0]])))
