@@ -82,7 +82,7 @@ def show_numbers(args):
     width = max(len(path) for path in args.curves)
     print(" " * width, *COLUMNS.values(), sep="  ")
     for path in args.curves:
-        found = curves.numbers(curves.read_curve(path, args.column), args.column, args.fit)
+        found = curves.numbers(curves.read_curve(path, args.column, args.strain), args.column, args.fit)
         found["range"] = f"{found['E_from']:g}..{found['E_to']:.3g}"
         cells = [found[name].rjust(len(title)) if name == "range" else f"{found[name]:{len(title)}.5g}" for name, title in COLUMNS.items()]
         print(path.ljust(width), *cells, sep="  ")
@@ -252,6 +252,8 @@ def parser():
     sub.add_argument("curves", nargs="+", metavar="CSV")
     sub.add_argument("--fit", nargs=2, type=float, metavar=("LO", "HI"),
                      help="range of strain that E is fitted to (default: the elastic part)")
+    sub.add_argument("--strain", choices=("strain", "strain_gauge"), default="strain",
+                     help="of the grips, or of the extensometer (-var extensometer yes)")
     column(sub)
     sub = command("cycle", show_cycles, "residual strain, unloading modulus and loop area")
     sub.add_argument("curves", nargs="+", metavar="CSV")
