@@ -4,7 +4,9 @@
 #define EVP_CORE_COEFFICIENTS_H
 
 #include "core/block_law.h"
+#include "core/bond_measures.h"
 #include "core/bytes.h"
+#include "core/row_keywords.h"
 
 #include <algorithm>
 #include <array>
@@ -14,7 +16,8 @@
 namespace EVP {
 
 /// A Row per pair of atom types, which count from 1, and two laws made of it: the law itself, and its
-/// twin without gamma for pairs whose damping fix nve/evp takes over.
+/// twin without gamma for pairs whose damping fix nve/evp takes over. A row that names the bodies it
+/// holds for is kept as given; its laws are those of the body whose bonds were measured.
 class Coefficients {
  public:
   Coefficients() = default;
@@ -30,11 +33,17 @@ class Coefficients {
       for (int i = 0; i < n; i++) tables[k][i] = &values[((size_t) k * n + i) * n];
     }
     laws.assign((size_t) 2 * n * n, Law());
+    notes.clear();
   }
 
   void set(int i, int j, const Row &row)
   {
     for (int k = 0; k < NMEMBERS; k++) tables[k][i][j] = tables[k][j][i] = row.*MEMBERS[k].value;
+  }
+  void set(int i, int j, const GivenRow &given)
+  {
+    set(i, j, given.row);
+    set(i, j, given.keywords);
   }
 
   /// What pair_coeff or fix adapt wrote, which goes over i <= j only.
@@ -44,6 +53,12 @@ class Coefficients {
     for (int k = 0; k < NMEMBERS; k++)
       row.*MEMBERS[k].value = tables[k][std::min(i, j)][std::max(i, j)];
     return row;
+  }
+
+  /// What the row's keywords say.
+  RowKeywords keywords(int i, int j) const
+  {
+    return notes.empty() ? RowKeywords{} : notes[index(std::min(i, j), std::max(i, j))];
   }
 
   /// The [type][type] table of a member for fix adapt to write into, nullptr if there is none of
@@ -73,12 +88,82 @@ class Coefficients {
     return true;
   }
 
-  /// Makes both laws of a pair of types from its row as it is now; throws BadInput. They stay
-  /// until the next call, whatever becomes of the row.
+  /// The same of its keywords, for a row that has any.
+  using KeywordWords = std::array<double, NKEYWORDS + 1>;
+  KeywordWords keyword_words(int i, int j) const
+  {
+    const RowKeywords given = keywords(i, j);
+    KeywordWords words;
+    for (int k = 0; k < NKEYWORDS; k++) words[k] = given.*KEYWORDS[k].value;
+    words[NKEYWORDS] = checksum(words.data(), NKEYWORDS);
+    return words;
+  }
+  bool set(int i, int j, const KeywordWords &words)
+  {
+    if (words[NKEYWORDS] != checksum(words.data(), NKEYWORDS)) return false;
+    RowKeywords given{};
+    for (int k = 0; k < NKEYWORDS; k++) given.*KEYWORDS[k].value = words[k];
+    set(i, j, given);
+    return true;
+  }
+
+  // the body that laws are made for
+
+  /// Does any row name the bodies that it holds for?
+  bool any_scaled() const
+  {
+    return std::any_of(notes.begin(), notes.end(), [](const RowKeywords &given) {
+      return given.is_scaled();
+    });
+  }
+
+  /// Takes the measures of the bonds, empty ones where there are none. True where they differ from those
+  /// that laws were made with: the laws of all pairs of types must be made anew.
+  bool take_measures(const BondMeasures &now)
+  {
+    if (!(measures != now)) return false;
+    measures = now;
+    return true;
+  }
+  const BondMeasures &measured() const { return measures; }
+
+  /// Where the factors of a pair of types come from.
+  enum class Source { AS_GIVEN, OWN_BONDS, LIKE_TYPES };
+  struct Scaling {
+    Source source = Source::AS_GIVEN;
+    Factors factors;
+  };
+
+  /// What the row of a pair of types is multiplied by. One without bonds between its types takes the
+  /// geometric mean of the factors of its like types, or of the one that has factors; throws BadInput.
+  Scaling scaling(int i, int j) const
+  {
+    if (notes.empty() || measures.empty() || !keywords(i, j).is_scaled()) return {};
+    const Scaling own = own_scaling(i, j);
+    if (i == j || own.source == Source::OWN_BONDS) return own;
+    const Scaling a = own_scaling(i, i), b = own_scaling(j, j);
+    if (a.source == Source::AS_GIVEN && b.source == Source::AS_GIVEN) return {};
+    if (a.source == Source::AS_GIVEN) return {Source::LIKE_TYPES, b.factors};
+    if (b.source == Source::AS_GIVEN) return {Source::LIKE_TYPES, a.factors};
+    return {Source::LIKE_TYPES, geometric_mean(a.factors, b.factors)};
+  }
+
+  /// KV of the atoms of a type in the body [energy]; throws BadInput.
+  double kv(int type) const { return keywords(type, type).kv * scaling(type, type).factors.kv; }
+
+  /// Makes both laws of a pair of types from its row and the measures as they are now; throws BadInput.
+  /// They stay until the next call, whatever becomes of both.
   const Row &make_law(int i, int j)
   {
     Row row = this->row(i, j);
     set(i, j, row);
+    const Scaling scale = scaling(i, j);
+    if (scale.source != Source::AS_GIVEN) {
+      (void) Law(row);    // the rules are those of the numbers as given
+      row.e1 *= scale.factors.energies;
+      row.e2 *= scale.factors.energies;
+      row.gamma *= scale.factors.gamma;
+    }
     laws[index(i, j)] = laws[index(j, i)] = Law(row);
     row.gamma = 0.0;
     laws[undamped(index(i, j))] = laws[undamped(index(j, i))] = Law(row);
@@ -117,15 +202,34 @@ class Coefficients {
   /// Indices of the laws that pairs can have, since choose_block_law().
   const std::vector<int> &laws_in_use() const { return used; }
 
-  double memory_usage() const { return bytes_of(values, laws, used, block.constants); }
+  double memory_usage() const { return bytes_of(values, laws, notes, used, block.constants); }
 
  private:
   int n = 0;                                             // atom types and one more
   std::vector<double> values;                            // of all members
   std::array<std::vector<double *>, NMEMBERS> tables;    // [type][type] of each
+  std::vector<RowKeywords> notes;                        // of i <= j; empty where no row has any
+  BondMeasures measures;                                 // of the body
   std::vector<Law> laws;                                 // of all pairs of types, then their twins
   std::vector<int> used;                                 // indices of the laws that pairs can have
   BlockLaw block;
+
+  void set(int i, int j, const RowKeywords &given)
+  {
+    if (notes.empty()) {
+      if (given == RowKeywords{}) return;
+      notes.assign((size_t) n * n, RowKeywords{});
+    }
+    notes[index(std::min(i, j), std::max(i, j))] = given;
+  }
+
+  Scaling own_scaling(int i, int j) const
+  {
+    const RowKeywords given = keywords(i, j);
+    const BondMeasure body = measures.of(i, j);
+    if (!given.is_scaled() || body.spacing == 0.0) return {};
+    return {Source::OWN_BONDS, factors_of(given, body)};
+  }
 };
 
 }    // namespace EVP

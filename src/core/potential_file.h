@@ -4,31 +4,71 @@
 #define EVP_CORE_POTENTIAL_FILE_H
 
 #include "core/law.h"
+#include "core/row_keywords.h"
 
+#include <algorithm>
+#include <array>
+#include <iterator>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace EVP {
 
-/// The numbers of a row, checked; throws BadInput.
-inline Row parse_row(const std::vector<std::string> &words)
+/// The numbers of a row and its keywords, checked; throws BadInput.
+inline GivenRow parse_row(const std::vector<std::string> &words)
 {
-  if (words.size() != NMEMBERS)
+  const bool has_keywords = words.size() > NMEMBERS && !looks_like_number(words[NMEMBERS]);
+  if (words.size() < NMEMBERS || (words.size() > NMEMBERS && !has_keywords))
     throw BadInput("expected " + std::to_string(NMEMBERS) + " values, got " +
                    std::to_string(words.size()) + " (a row has " + row_keys() + ")");
-  Row row{};
-  for (int k = 0; k < NMEMBERS; k++) row.*MEMBERS[k].value = parse_number(MEMBERS[k].key, words[k]);
-  return Law(row).parameters();
+  GivenRow given{};
+  for (int k = 0; k < NMEMBERS; k++)
+    given.row.*MEMBERS[k].value = parse_number(MEMBERS[k].key, words[k]);
+  given.row = Law(given.row).parameters();
+
+  std::array<bool, NKEYWORDS> taken{};
+  for (size_t at = NMEMBERS; at < words.size(); at += 2) {
+    const auto *const member =
+        std::find_if(std::begin(KEYWORDS), std::end(KEYWORDS), [&](const KeywordMember &m) {
+          return words[at] == m.key;
+        });
+    if (member == std::end(KEYWORDS))
+      throw BadInput("unknown keyword '" + shown(words[at]) + "' of a row: after its " +
+                     std::to_string(NMEMBERS) + " values it may have " + row_keywords());
+    const std::string key = member->key;
+    if (at + 1 == words.size()) throw BadInput("keyword " + key + " needs a value");
+    if (std::exchange(taken[member - KEYWORDS], true))
+      throw BadInput("keyword " + key + " is given twice");
+    const double value = parse_number(key, words[at + 1]);
+    if (!member->holds(value))
+      throw BadInput(key + " " + member->rule + ", got " + shown(words[at + 1]));
+    given.keywords.*member->value = value;
+  }
+  if ((given.keywords.spacing > 0.0) != (given.keywords.coordination > 0.0))
+    throw BadInput("spacing and coordination are given together or not at all: both say which "
+                   "bodies the row holds for");
+  return given;
+}
+
+/// FILE and ROW of the word FILE:ROW; throws BadInput. The last colon counts, as a path may have some.
+inline std::array<std::string, 2> split_file_and_row(const std::string &word)
+{
+  const size_t colon = word.rfind(':');
+  if (colon == std::string::npos || colon == 0 || colon + 1 == word.size())
+    throw BadInput("expected FILE:ROW, a potential file and the name of a row, got '" +
+                   shown(word) + "'");
+  return {word.substr(0, colon), word.substr(colon + 1)};
 }
 
 /// The row called name of a potential file's text.
 ///
 /// The first line is a comment that holds `UNITS: style`; every other line that is not empty or a
-/// comment is `NAME` and the nine numbers. All lines are checked, so that a damaged file is noticed
-/// whichever row is asked for. file is for messages, units the unit style in force.
-inline Row row_from_text(const std::string &text, const std::string &file, const std::string &name,
-                         const std::string &units)
+/// comment is `NAME`, the nine numbers and keywords. All lines are checked, so that a damaged file is
+/// noticed whichever row is asked for. file is for messages, units the unit style in force.
+inline GivenRow row_from_text(const std::string &text, const std::string &file,
+                              const std::string &name, const std::string &units)
 {
   if (text.find('\0') != std::string::npos)
     throw BadInput("file " + file + " is not a text file (it holds a NUL byte)");
@@ -52,7 +92,7 @@ inline Row row_from_text(const std::string &text, const std::string &file, const
                      "' is in force: convert the file or change the units command");
   }
 
-  Row found{};
+  GivenRow found{};
   bool is_found = false;
   constexpr int MOST_NAMED = 20;
   int rows = 0;
@@ -62,7 +102,7 @@ inline Row row_from_text(const std::string &text, const std::string &file, const
     const std::string row_name = words.front();
     words.erase(words.begin());
     try {
-      const Row row = parse_row(words);
+      const GivenRow row = parse_row(words);
       if (row_name == name) {
         if (is_found) throw BadInput("row '" + shown(name) + "' is given twice");
         found = row;

@@ -13,7 +13,7 @@
 
 namespace EVP {
 
-/// The coefficients of a pair of types (Tables 1 and 2).
+/// The coefficients of a pair of types (Tables 1 and 2). What a row may have beside them: row_keywords.h.
 struct Row {
   double e1, m1, n1;    ///< first regime: potential depth [energy], exponents m1 > n1 > 0
   double e2, m2, n2;    ///< second regime

@@ -4,6 +4,7 @@
 #define EVP_CORE_TEXT_H
 
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <sstream>
 #include <stdexcept>
@@ -42,6 +43,23 @@ inline double parse_number(const std::string &key, const std::string &word)
   if (word.empty() || !decimal || *end != '\0' || !std::isfinite(value))
     throw BadInput(key + " must be a finite decimal number, got '" + shown(word) + "'");
   return value;
+}
+
+/// Was a number meant by the word, whether or not it is a good one?
+inline bool looks_like_number(const std::string &word)
+{
+  return !word.empty() && std::string("+-.0123456789").find(word[0]) != std::string::npos;
+}
+
+/// 15 digits, or as many more as it takes to read back to the same number.
+inline std::string shortest_text(double value)
+{
+  char text[32];
+  for (int digits = 15; digits <= 17; digits++) {
+    std::snprintf(text, sizeof(text), "%.*g", digits, value);
+    if (std::strtod(text, nullptr) == value) break;
+  }
+  return text;
 }
 
 /// The words of one line up to a '#'.

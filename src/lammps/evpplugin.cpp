@@ -11,6 +11,7 @@
 #include "fix_evp_volume.h"
 #include "fix_nve_evp.h"
 #include "pair_evp_lj.h"
+#include "read_evp_row.h"
 #include "write_evp_bonds.h"
 
 #include "lammpsplugin.h"
@@ -46,6 +47,8 @@ extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
   add("pair", "evp/lj", "EVP two-regime pair style, Gado et al. 2017");
   plugin.creator.v1 = &create<WriteEVPBonds>;
   add("command", "write_evp_bonds", "EVP bonds as a text file");
+  plugin.creator.v1 = &create<ReadEVPRow>;
+  add("command", "read_evp_row", "EVP row of a potential file as variables");
   plugin.creator.v2 = &create_with_arguments<FixEVPBonds>;
   add("fix", "evp/bonds", "EVP equilibrium distances of the initial pairs");
   plugin.creator.v2 = &create_with_arguments<FixNVEEVP>;

@@ -6,6 +6,7 @@
 #include "core/force_loop.h"
 #include "core/potential_file.h"
 #include "keywords.h"
+#include "row_reader.h"
 #include "scene.h"
 
 #include "comm.h"
@@ -22,11 +23,12 @@ using namespace LAMMPS_NS;
 using EVP::Contact;
 using EVP::scene::rows;
 
-static constexpr int MAX_FILE_SIZE = 1 << 20;
 // of the words of the settings in restart files
 static constexpr double FORMAT = 1003.0, FORMAT_WITH_HISTORY = 1004.0;
 static constexpr int NSETTINGS = 4;    // those of a length that is known
 static constexpr double LONGEST_ID = 1000;
+static constexpr int ROW_WITH_KEYWORDS = 2;    // in restart files, where a plain row has a 1
+static constexpr size_t LONGEST_LINE = 254;    // that read_data takes
 
 namespace {
 
@@ -123,13 +125,15 @@ void PairEVPLJ::settings(int narg, char **arg)
   offer_pair_values();
 }
 
-// pair_coeff I J e1 m1 n1 e2 m2 n2 xi_s gamma alpha, or pair_coeff I J FILE NAME
+// pair_coeff I J e1 m1 n1 e2 m2 n2 xi_s gamma alpha [keyword value ...], or pair_coeff I J FILE ROW,
+// or pair_coeff I J FILE:ROW
 void PairEVPLJ::coeff(int narg, char **arg)
 {
-  if (narg < 4)
+  const bool is_file_and_row = narg == 3 && strchr(arg[2], ':');
+  if (narg < 4 && !is_file_and_row)
     error->all(FLERR,
                "Pair evp/lj: pair_coeff needs two atom types and a row: the {} numbers {}, or FILE "
-               "NAME with the name of a row in the file",
+               "NAME with the name of a row in the file, or FILE:NAME",
                EVP::NMEMBERS, EVP::row_keys());
   if (!allocated) allocate();
 
@@ -137,9 +141,13 @@ void PairEVPLJ::coeff(int narg, char **arg)
   utils::bounds(FLERR, arg[0], 1, atom->ntypes, ilo, ihi, error);
   utils::bounds(FLERR, arg[1], 1, atom->ntypes, jlo, jhi, error);
 
-  EVP::Row row;
+  EVP::GivenRow row;
   EVP::stop_at_bad_input(error, "Pair evp/lj", [&] {
-    row = narg == 4 ? row_from_file(arg[2], arg[3]) : EVP::parse_row({arg + 2, arg + narg});
+    if (is_file_and_row) {
+      const auto [file, name] = EVP::split_file_and_row(arg[2]);
+      row = read_row(lmp, file, name);
+    } else
+      row = narg == 4 ? read_row(lmp, arg[2], arg[3]) : EVP::parse_row({arg + 2, arg + narg});
   });
 
   bool any = false;
@@ -153,33 +161,6 @@ void PairEVPLJ::coeff(int narg, char **arg)
   if (!any)
     error->all(FLERR, "Pair evp/lj: pair_coeff {} {} names no pair of types I <= J", arg[0],
                arg[1]);
-}
-
-// rank 0 reads the file, all MPI ranks check it and stop together
-EVP::Row PairEVPLJ::row_from_file(const char *file, const char *name) const
-{
-  std::string text;
-  int size = -1;
-  if (comm->me == 0) {
-    const std::string path = utils::get_potential_file_path(file);
-    FILE *fp = path.empty() ? nullptr : fopen(path.c_str(), "rb");
-    if (fp) {
-      text.resize(MAX_FILE_SIZE + 1);
-      text.resize(fread(&text[0], 1, text.size(), fp));
-      size = ferror(fp) ? -1 : (int) text.size();
-      fclose(fp);
-    }
-  }
-  MPI_Bcast(&size, 1, MPI_INT, 0, world);
-  if (size < 0)
-    throw EVP::BadInput(std::string("cannot read the potential file '") + file +
-                        "': give its path, or put its folder into LAMMPS_POTENTIALS");
-  if (size > MAX_FILE_SIZE)
-    throw EVP::BadInput(std::string("file ") + file +
-                        " is larger than 1 MiB: not a potential file");
-  text.resize(size);
-  MPI_Bcast(&text[0], size, MPI_CHAR, 0, world);
-  return EVP::row_from_text(text, file, name, update->unit_style);
 }
 
 void PairEVPLJ::init_style()
@@ -364,15 +345,20 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
   return law.energy(d, deq, cut);
 }
 
-// restart files hold settings, the fix that recorded, and one Row per pair of types
+// restart files hold settings, the fix that recorded, and one Row per pair of types: a number that says
+// whether there is one, the row, its keywords where it has any
 void PairEVPLJ::write_restart(FILE *fp)
 {
   write_restart_settings(fp);
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++) {
-      fwrite(&setflag[i][j], sizeof(int), 1, fp);
+      const bool has_keywords = !(coefficients.keywords(i, j) == EVP::RowKeywords{});
+      const int kind = setflag[i][j] && has_keywords ? ROW_WITH_KEYWORDS : setflag[i][j];
+      fwrite(&kind, sizeof(int), 1, fp);
       const auto words = coefficients.words(i, j);
-      if (setflag[i][j]) fwrite(words.data(), sizeof(words), 1, fp);
+      if (kind) fwrite(words.data(), sizeof(words), 1, fp);
+      const auto more = coefficients.keyword_words(i, j);
+      if (kind == ROW_WITH_KEYWORDS) fwrite(more.data(), sizeof(more), 1, fp);
     }
 }
 
@@ -388,11 +374,19 @@ void PairEVPLJ::read_restart(FILE *fp)
   allocate();
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++) {
-      read_together(fp, &setflag[i][j], sizeof(int));
-      if (!setflag[i][j]) continue;
+      int kind;
+      read_together(fp, &kind, sizeof(int));
+      setflag[i][j] = kind != 0;
+      if (!kind) continue;
       EVP::Coefficients::Words words;
       read_together(fp, words.data(), sizeof(words));
-      if (!coefficients.set(i, j, words))
+      bool whole = coefficients.set(i, j, words);
+      if (whole && kind == ROW_WITH_KEYWORDS) {
+        EVP::Coefficients::KeywordWords more;
+        read_together(fp, more.data(), sizeof(more));
+        whole = coefficients.set(i, j, more);
+      }
+      if (!whole)
         error->all(FLERR, "Pair evp/lj: the restart file is damaged in the row of types {} and {}",
                    i, j);
     }
@@ -437,23 +431,41 @@ void PairEVPLJ::read_restart_settings(FILE *fp)
   offer_pair_values();
 }
 
-static void print_row(FILE *fp, const std::string &types, const EVP::Row &row)
+static std::string row_text(const std::string &types, const EVP::Row &row,
+                            const EVP::RowKeywords &keywords)
 {
-  fputs(types.c_str(), fp);
-  for (const EVP::Member &member : EVP::MEMBERS) fprintf(fp, " %.17g", row.*member.value);
-  fputs("\n", fp);
+  const bool has_keywords = !(keywords == EVP::RowKeywords{});
+  std::string text = types;
+  for (const EVP::Member &member : EVP::MEMBERS) {
+    const double value = row.*member.value;
+    text += ' ' + (has_keywords ? EVP::shortest_text(value) : fmt::format("{:.17g}", value));
+  }
+  for (const EVP::KeywordMember &member : EVP::KEYWORDS)
+    if (keywords.*member.value != 0.0)
+      text += fmt::format(" {} {}", member.key, EVP::shortest_text(keywords.*member.value));
+  return text;
+}
+
+void PairEVPLJ::print_row(FILE *fp, const std::string &types, int i, int j) const
+{
+  const std::string text = row_text(types, coefficients.row(i, j), coefficients.keywords(i, j));
+  if (text.size() > LONGEST_LINE)
+    error->warning(FLERR,
+                   "Pair evp/lj: the row of types {} and {} is longer than {} characters, of which "
+                   "read_data would read no more: use write_data with nocoeff, or fewer digits",
+                   i, j, LONGEST_LINE);
+  fputs((text + "\n").c_str(), fp);
 }
 
 void PairEVPLJ::write_data(FILE *fp)
 {
-  for (int i = 1; i <= atom->ntypes; i++) print_row(fp, std::to_string(i), coefficients.row(i, i));
+  for (int i = 1; i <= atom->ntypes; i++) print_row(fp, std::to_string(i), i, i);
 }
 
 void PairEVPLJ::write_data_all(FILE *fp)
 {
   for (int i = 1; i <= atom->ntypes; i++)
-    for (int j = i; j <= atom->ntypes; j++)
-      print_row(fp, fmt::format("{} {}", i, j), coefficients.row(i, j));
+    for (int j = i; j <= atom->ntypes; j++) print_row(fp, fmt::format("{} {}", i, j), i, j);
 }
 
 void *PairEVPLJ::extract(const char *name, int &dim)

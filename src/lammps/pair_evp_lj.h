@@ -59,12 +59,12 @@ class PairEVPLJ : public Pair {
   {
     single_extra = strcmp(force->pair_style, "hybrid") == 0 ? 0 : NVALUES;
   }
-  EVP::Row row_from_file(const char *file, const char *name) const;
   void check_host_settings() const;
   template <bool Damping> void compute_forces();
   template <bool Damping, class... More>
   void sum_forces(const EVP::ParticleView &, const More &...);
   void stop_at_blow_up() const;
+  void print_row(FILE *, const std::string &types, int i, int j) const;
   void read_together(FILE *, void *data, size_t size) const;
 };
 

@@ -229,7 +229,7 @@ def test_radii_that_grow_in_a_run(run):
     ("contact", "soft", "contact must be literal, repulsive or none, got 'soft'"),
     ("specimen", "missing.data", "missing.data"),
     ("coeff", "80 4 8 3 8 4 0.005 0 1.5", "m1 > n1 > 0, got m1 = 4 and n1 = 8"),
-    ("length", "50", "no particle within 0.1 L of an end")])
+    ("length", "50", "not from 0 to length = 50 m; correct what -var gives")])
 def test_traction_deck(lmp, tmp_path, key, value, text):
     from conftest import REFERENCE
     result = lmp("in.traction", variables={"specimen": REFERENCE, key: value})

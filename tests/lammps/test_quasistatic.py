@@ -191,7 +191,7 @@ def test_rows_are_no_farther_apart_than_asked(tmp_path):
     ({"row": 0.3}, "row = 0.3 is more than strain = 0.02: give -var row 0.02 or less$"),
     ({"increment": 0.003, "strain": 0.002}, "increment = 0.003 is more than strain = 0.002: give -var increment 0.002 or less$"),
     ({"resume": 3}, r"cannot resume: rest_choices.lmp or rest.3.restart is missing"),
-    ({"length": 5}, "no particle within 0.1 L of an end"),
+    ({"length": 5}, "the centres lie from 0.002327 to 0.04765 m along x, not from 0 to length = 5 m; correct what -var gives"),
     ({"evaluations": 5, "strain": 0.001}, "increment 1 is not at rest: .* N is left, allowed are .* N; resume with"),
 ])
 def test_bad_choices_are_named(tmp_path, choices, message):

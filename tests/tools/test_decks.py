@@ -8,7 +8,9 @@ import re
 import pytest
 
 DECKS = pathlib.Path(__file__).resolve().parents[2] / "lammps_inputs"
-SHARED = ("specimen", "material", "grips and start: linear velocity profile", "strain and the two stresses")
+MEASURES = "measures of the body: those given, else those of SPECIMEN.body, else the paper's"
+FIT = "do the centres fit these measures?"
+SHARED = ("specimen", MEASURES, FIT, "material", "grips and start: linear velocity profile", "strain and the two stresses")
 
 
 def sections(name):
@@ -34,5 +36,13 @@ def test_choices_are_the_same():
     assert set(cyclic) - set(traction) == {"lower", "cycles"} and not set(traction) - set(cyclic)
     same = set(traction) - {"rate", "strain", "out"}
     assert {name: cyclic[name] for name in same} == {name: traction[name] for name in same}
-    for name in ("unload", "break", "kv", "scale", "length", "radius", "specimen", "contact"):
+    for name in ("unload", "break", "kv", "scale", "length", "radius", "area", "extensometer", "specimen", "contact"):
         assert rest[name] == traction[name], name
+
+
+@pytest.mark.parametrize("section", (MEASURES, FIT))
+def test_in_quasistatic_takes_its_measures_as_in_traction_does(section):
+    """But for what follows them there: a resumed run, the neighbor list."""
+    rest, traction = (sections(name)[section].strip() for name in ("in.quasistatic", "in.traction"))
+    shorter = min(rest, traction, key=len)
+    assert shorter.splitlines()[:10] and max(rest, traction, key=len).startswith(shorter)

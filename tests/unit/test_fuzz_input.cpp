@@ -170,15 +170,22 @@ template <class F> void fuzz(const std::string &good, F one)
 
 TEST(Fuzz, ParameterFileGivesALawOrARefusal)
 {
-  const std::string good = "# DATE: 2017-05-15 UNITS: si CITATION: hal-01899324\n"
-                           "# name e1 m1 n1 e2 m2 n2 xi_s gamma alpha\n\n"
-                           "table1 80 8 4 3 8 4 0.005 0 1.5\n"
-                           "table2 80 8 4 3 7.5 3.2 0.005 1000 1.5 # damped\n"
-                           "soft 0 2 1 1e-3 12 6 0.1 0 2\n";
-  const std::vector<std::string> names = {"table1", "table2", "soft", "absent", ""};
+  const std::string good =
+      "# DATE: 2017-05-15 UNITS: si CITATION: hal-01899324\n"
+      "# name e1 m1 n1 e2 m2 n2 xi_s gamma alpha\n\n"
+      "table1 80 8 4 3 8 4 0.005 0 1.5\n"
+      "table2 80 8 4 3 7.5 3.2 0.005 1000 1.5 # damped\n"
+      "soft 0 2 1 1e-3 12 6 0.1 0 2\n"
+      "metal 80 8 4 3 8 4 0.005 0 1.5 spacing 4.42e-3 coordination 11.9 kv 1e3 density 2700\n";
+  const std::vector<std::string> names = {"table1", "table2", "soft", "metal", "absent", ""};
   fuzz(good, [&](const std::string &text, Vandal &vandal) {
-    const EVP::Row row =
+    const auto [row, keywords] =
         EVP::row_from_text(text, "fuzz.evp", names[vandal.below(names.size())], "si");
+    for (const EVP::KeywordMember &member : EVP::KEYWORDS) {
+      const double value = keywords.*member.value;
+      EXPECT_TRUE(value == 0.0 || (member.holds(value) && std::isfinite(value))) << member.key;
+    }
+    EXPECT_EQ(keywords.spacing > 0.0, keywords.coordination > 0.0);
     const EVP::Law law(row);
     const double deq = 0.01;
     for (const double r : {0.7, 1.0 - row.xi_s, 1.0, 1.0 + row.xi_s, row.alpha}) {

@@ -4,6 +4,7 @@
 
 #include "core/potential_file.h"
 
+#include <cstdlib>
 #include <gtest/gtest.h>
 #include <string>
 #include <vector>
@@ -30,7 +31,7 @@ template <class F> void expect_refusal(F action, const std::vector<std::string> 
 
 Row row_of(const std::string &line)
 {
-  return EVP::parse_row(EVP::split_words(line));
+  return EVP::parse_row(EVP::split_words(line)).row;
 }
 
 void expect_bad_row(const std::string &line, const std::vector<std::string> &parts)
@@ -52,7 +53,7 @@ const std::string FILE_TEXT = HEADER +
 Row from_file(const std::string &text, const std::string &name = "table1",
               const std::string &units = "si")
 {
-  return EVP::row_from_text(text, "gado.evp", name, units);
+  return EVP::row_from_text(text, "gado.evp", name, units).row;
 }
 
 void expect_bad_file(const std::string &text, const std::vector<std::string> &parts)
@@ -168,6 +169,74 @@ TEST(ParseRow, RefusesALawThatOverflows)
   expect_bad_row("1e308 8 4 3 8 4 0.005 0 1.5", {"overflow"});
 }
 
+TEST(ParseRow, TakesKeywordsInAnyOrder)
+{
+  const auto keywords = [](const std::string &words) {
+    const EVP::GivenRow given = EVP::parse_row(EVP::split_words(TABLE1 + words));
+    EXPECT_EQ(given.row.e1, 80.0);
+    EXPECT_EQ(given.row.alpha, 1.5);
+    return given.keywords;
+  };
+  EXPECT_EQ(keywords(""), (EVP::RowKeywords{0.0, 0.0, 0.0, 0.0}));
+  EXPECT_FALSE(keywords(" kv 3 density 2700").is_scaled());
+  const EVP::RowKeywords all = {0.00442, 11.9, 1000.0, 2700.0};
+  EXPECT_EQ(keywords(" spacing 0.00442 coordination 11.9 kv 1e3 density 2700"), all);
+  EXPECT_EQ(keywords(" density 2700 coordination 11.9 kv 1000 spacing 4.42e-3"), all);
+  EXPECT_TRUE(keywords(" coordination 11.9 spacing 1").is_scaled());
+  EXPECT_EQ(keywords(" kv 0"), (EVP::RowKeywords{0.0, 0.0, 0.0, 0.0}));
+  EXPECT_EQ(keywords(" kv 1e100").kv, 1e100);
+}
+
+TEST(ParseRow, RefusesKeywordsThatSayNothing)
+{
+  const std::string both = " spacing 1 coordination 2";
+  expect_bad_row(
+      TABLE1 + " pitch 1",
+      {"unknown keyword 'pitch'", "after its 9 values", "spacing, coordination, kv, density"});
+  expect_bad_row(TABLE1 + " Spacing 1 coordination 2", {"unknown keyword 'Spacing'"});
+  expect_bad_row(TABLE1 + both + " 3", {"unknown keyword '3'"});
+  expect_bad_row(TABLE1 + both + " kv", {"keyword kv needs a value"});
+  expect_bad_row(TABLE1 + both + " kv 1 kv 1", {"keyword kv is given twice"});
+  expect_bad_row(TABLE1 + both + " spacing 1", {"keyword spacing is given twice"});
+  expect_bad_row(TABLE1 + " spacing 1", {"spacing and coordination are given together"});
+  expect_bad_row(TABLE1 + " coordination 1 kv 4", {"spacing and coordination are given together"});
+}
+
+TEST(ParseRow, RefusesValuesOfKeywordsOutOfRange)
+{
+  const std::string finite = "must be a finite decimal number";
+  for (const std::string value : {"0", "-1", "-0"})
+    for (const std::string key : {"spacing", "coordination", "density"})
+      expect_bad_row(TABLE1 + " " + key + " " + value, {key + " must be positive", "got " + value});
+  for (const std::string value : {"nan", "inf", "1e999", "0x1", "1,5", "kv"})
+    for (const EVP::KeywordMember &member : EVP::KEYWORDS)
+      expect_bad_row(TABLE1 + " " + member.key + " " + value, {member.key, finite, value});
+  expect_bad_row(TABLE1 + " kv -1", {"kv must lie between 0 and 1e100", "got -1"});
+  expect_bad_row(TABLE1 + " kv 1e101", {"kv must lie between 0 and 1e100", "got 1e101"});
+}
+
+TEST(SplitFileAndRow, TakesTheLastColon)
+{
+  using Pair = std::array<std::string, 2>;
+  EXPECT_EQ(EVP::split_file_and_row("metals.evp:copper"), (Pair{"metals.evp", "copper"}));
+  EXPECT_EQ(EVP::split_file_and_row("/a:b/m.evp:c"), (Pair{"/a:b/m.evp", "c"}));
+  for (const std::string word : {"", ":", "metals.evp", "metals.evp:", ":copper"})
+    expect_refusal(
+        [&] {
+          EVP::split_file_and_row(word);
+        },
+        {"expected FILE:ROW", "'" + word + "'"});
+}
+
+TEST(ShortestText, ReadsBackToTheSameNumber)
+{
+  EXPECT_EQ(EVP::shortest_text(0.005), "0.005");
+  EXPECT_EQ(EVP::shortest_text(80.0), "80");
+  EXPECT_EQ(EVP::shortest_text(0.0), "0");
+  for (const double value : {1.0 / 3.0, 4.9406564584124654e-324, 1.7976931348623157e308, -0.1})
+    EXPECT_EQ(std::strtod(EVP::shortest_text(value).c_str(), nullptr), value);
+}
+
 TEST(SplitWords, EndsAtAComment)
 {
   EXPECT_EQ(EVP::split_words("  a\tb c # d e"), (std::vector<std::string>{"a", "b", "c"}));
@@ -180,6 +249,19 @@ TEST(RowFromText, FindsTheRowByItsName)
   EXPECT_EQ(from_file(FILE_TEXT, "table1").gamma, 0.0);
   EXPECT_EQ(from_file(FILE_TEXT, "table2").gamma, 1000.0);
   EXPECT_EQ(from_file(FILE_TEXT, "table2").e1, 80.0);
+}
+
+TEST(RowFromText, TakesKeywordsOfItsRowsOnly)
+{
+  const std::string text =
+      FILE_TEXT + "metal " + TABLE1 + " kv 7 spacing 1e-3 coordination 12 # c\n";
+  const auto keywords = [&](const std::string &name) {
+    return EVP::row_from_text(text, "gado.evp", name, "si").keywords;
+  };
+  EXPECT_EQ(keywords("metal"), (EVP::RowKeywords{1e-3, 12.0, 7.0, 0.0}));
+  EXPECT_EQ(keywords("table1"), EVP::RowKeywords{});
+  expect_bad_file(text + "bad " + TABLE1 + " spacing 2\n",
+                  {"gado.evp line 7", "spacing and coordination are given together"});
 }
 
 TEST(RowFromText, TakesOtherLineEnds)

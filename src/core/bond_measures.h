@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+#ifndef EVP_CORE_BOND_MEASURES_H
+#define EVP_CORE_BOND_MEASURES_H
+
+#include "core/bytes.h"
+#include "core/row_keywords.h"
+#include "core/text.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+namespace EVP {
+
+/// What the recorded bonds of a body say of a pair of atom types; both 0 where no bond joins the two.
+struct BondMeasure {
+  double spacing;         ///< mean deq of the bonds between the types [length]
+  double coordination;    ///< bonds per particle of the types that has any, with whatever types
+};
+
+/// The measures of all pairs of types, which count from 1; empty before the bonds are measured.
+class BondMeasures {
+ public:
+  BondMeasures() = default;
+  explicit BondMeasures(int ntypes_in) :
+      ntypes(ntypes_in), values((size_t) ntypes * (ntypes + 1) / 2, BondMeasure{})
+  {
+  }
+
+  bool empty() const { return ntypes == 0; }
+  bool any_bonds() const
+  {
+    return std::any_of(values.begin(), values.end(), [](const BondMeasure &measure) {
+      return measure.spacing > 0.0;
+    });
+  }
+  BondMeasure &of(int i, int j) { return values[place(i, j)]; }
+  BondMeasure of(int i, int j) const { return values[place(i, j)]; }
+
+  bool operator==(const BondMeasures &other) const
+  {
+    return ntypes == other.ntypes &&
+        std::equal(values.begin(), values.end(), other.values.begin(), other.values.end(),
+                   [](const BondMeasure &a, const BondMeasure &b) {
+                     return a.spacing == b.spacing && a.coordination == b.coordination;
+                   });
+  }
+  bool operator!=(const BondMeasures &other) const { return !(*this == other); }
+
+  /// For restart files: number of types, the measures, checksum.
+  std::vector<double> words() const
+  {
+    std::vector<double> words = {(double) ntypes};
+    for (const BondMeasure &measure : values)
+      words.insert(words.end(), {measure.spacing, measure.coordination});
+    words.push_back(checksum(words.data(), (int) words.size()));
+    return words;
+  }
+
+  /// Takes the words of a body of that many types; false where they are damaged or of another number.
+  bool take(const double *words, int ntypes_in)
+  {
+    BondMeasures taken(ntypes_in);
+    const size_t n = 1 + 2 * taken.values.size();
+    if (words[0] != (double) ntypes_in || words[n] != checksum(words, (int) n)) return false;
+    for (BondMeasure &measure : taken.values) {
+      measure = {words[1], words[2]};
+      words += 2;
+    }
+    *this = taken;
+    return true;
+  }
+
+ private:
+  int ntypes = 0;
+  std::vector<BondMeasure> values;    // of i <= j
+
+  static size_t place(int i, int j)
+  {
+    const size_t low = std::min(i, j) - 1, high = std::max(i, j) - 1;
+    return high * (high + 1) / 2 + low;
+  }
+};
+
+/// Counts particles and bonds in whole numbers, which MPI ranks add up: the measures are the same bits
+/// whatever the order, and on any number of ranks.
+class BondCensus {
+ public:
+  /// longest: largest deq of the whole body [length].
+  BondCensus(int ntypes_in, double longest) :
+      sums((size_t) 2 * ntypes_in + (size_t) 3 * ntypes_in * (ntypes_in + 1) / 2, 0),
+      ntypes(ntypes_in), unit(longest > 0.0 ? std::ldexp(1.0, std::ilogb(longest) + 1) : 1.0)
+  {
+  }
+
+  /// A particle that has bonds, and their number.
+  void add_particle(int type, int64_t bonds)
+  {
+    sums[2 * (type - 1)]++;
+    sums[2 * (type - 1) + 1] += bonds;
+  }
+
+  /// A bond of a particle of type i with one of type j; each bond is added from both sides.
+  void add_bond(int i, int j, double deq)
+  {
+    const double share = std::ldexp(deq / unit, DIGITS), high = std::floor(share);
+    int64_t *const sum = of_pair(i, j);
+    sum[0]++;
+    sum[1] += (int64_t) high;
+    sum[2] += (int64_t) std::ldexp(share - high, DIGITS);
+  }
+
+  /// To be added up over all MPI ranks, in place.
+  std::vector<int64_t> sums;
+
+  BondMeasures measures()
+  {
+    BondMeasures measures(ntypes);
+    for (int i = 1; i <= ntypes; i++)
+      for (int j = i; j <= ntypes; j++) {
+        const int64_t *const sum = of_pair(i, j), *const a = &sums[2 * (i - 1)],
+                             *const b = &sums[2 * (j - 1)];
+        if (sum[0] == 0) continue;
+        const double total =
+            std::ldexp((double) sum[1], -DIGITS) + std::ldexp((double) sum[2], -2 * DIGITS);
+        const int64_t particles = i == j ? a[0] : a[0] + b[0];
+        const int64_t bonds = i == j ? a[1] : a[1] + b[1];
+        measures.of(i, j) = {unit * (total / (double) sum[0]), (double) bonds / (double) particles};
+      }
+    return measures;
+  }
+
+ private:
+  static constexpr int DIGITS = 30;    // binary ones of each of two words: room for 2^33 bonds
+  int ntypes;
+  double unit;    // a power of 2 above every deq
+
+  int64_t *of_pair(int i, int j)
+  {
+    const size_t low = std::min(i, j) - 1, high = std::max(i, j) - 1;
+    return &sums[2 * (size_t) ntypes + 3 * (high * (high + 1) / 2 + low)];
+  }
+};
+
+/// What coefficients of a row are multiplied by in a body with other bonds than those it holds for.
+struct Factors {
+  double energies = 1.0;    ///< e1 and e2
+  double gamma = 1.0;
+  double kv = 1.0;
+};
+
+/// Of a row that names its spacing S and coordination Z, in a body that has s and z: the same material,
+/// whatever the body. An isotropic body has E = m n e1 (Nb/V)/6 with Nb/V ~ z/s^3; its over-stress at a
+/// rate is gamma s^2 (Nb/V)/6; its bulk modulus gains kv N/V ~ kv/s^3. Throws BadInput where a factor
+/// has no value in double precision.
+inline Factors factors_of(const RowKeywords &row, const BondMeasure &body)
+{
+  const double stretch = body.spacing / row.spacing, share = row.coordination / body.coordination;
+  const double cubed = stretch * stretch * stretch;
+  const Factors factors = {cubed * share, stretch * share, cubed};
+  for (const double factor : {factors.energies, factors.gamma, factors.kv})
+    if (!std::isnormal(factor))
+      throw BadInput("the row holds for spacing " + shortest_text(row.spacing) +
+                     " and coordination " + shortest_text(row.coordination) +
+                     ", the body has bonds of " + rule::text(body.spacing) + " and " +
+                     rule::text(body.coordination) +
+                     " per particle: a factor between them is too large or too small; are the "
+                     "spacing and the body in the same unit?");
+  return factors;
+}
+
+/// Of a pair of types without bonds.
+inline Factors geometric_mean(const Factors &a, const Factors &b)
+{
+  return {std::sqrt(a.energies * b.energies), std::sqrt(a.gamma * b.gamma), std::sqrt(a.kv * b.kv)};
+}
+
+}    // namespace EVP
+
+#endif
