@@ -66,6 +66,7 @@ def make_body(folder, count, seed, density, timeout):
         with attempt_folder(folder, "body") as work:
             call("in.specimen", {"n": count, "seed": seed, "density": f"{density / POROUS:.9g}", "out": "body.data"}, 1, work, timeout,
                  f"packing of {count} spheres")
+            os.replace(work / "body.data.body", path.with_name(path.name + ".body"))
             os.replace(work / "body.data", path)
     return measure(path)
 
