@@ -66,7 +66,9 @@ def make_body(folder, count, seed, density, timeout):
         with attempt_folder(folder, "body") as work:
             call("in.specimen", {"n": count, "seed": seed, "density": f"{density / POROUS:.9g}", "out": "body.data"}, 1, work, timeout,
                  f"packing of {count} spheres")
-            os.replace(work / "body.data.body", path.with_name(path.name + ".body"))
+            measures = work / "body.data.body"
+            if measures.exists():
+                os.replace(measures, path.with_name(path.name + ".body"))
             os.replace(work / "body.data", path)
     return measure(path)
 
@@ -127,13 +129,13 @@ class Quiet(Progress):
         super().__exit__(KeyboardInterrupt, value, trace)
 
 
-def legs(row, targets, finer):
+def legs(xi_s, targets, finer):
     """[(strain at the end, strain per increment)] of a pull; finer: 1, or less for shorter increments."""
     sign = math.copysign(1.0, targets.strain)
-    elastic = ELASTIC * row.xi_s
+    elastic = ELASTIC * xi_s
     yielded = YIELDED * (targets.yield_strain + affine.YIELD_OFFSET)
     last = max(abs(targets.strain), yielded)
-    fine, coarse = min(row.xi_s / 6.0, 3e-4), min(2e-3, abs(targets.strain) / 20.0)
+    fine, coarse = min(xi_s / 6.0, 3e-4), min(2e-3, abs(targets.strain) / 20.0)
     ends = [(elastic, elastic / 4.0), (yielded, fine)] + ([(last, coarse)] if last > yielded * 1.0001 else [])
     return [(sign * end, finer * size) for end, size in ends]
 
@@ -143,21 +145,33 @@ def coefficients(row):
     return " ".join(f"{value:.9g}" for value in row)
 
 
+def typed(row, kv):
+    """What in.quasistatic is told of a row that holds for the body as it is."""
+    return {"coeff": coefficients(row), "scale": "no", "kv": f"{kv:.9g}"}
+
+
 def pull(body, row, kv, targets, finer, ranks, folder, timeout, title):
-    """(found, curve) of a quasi-static run: E, yield, stress2 [Pa], nu; strain and stress [Pa] as sizes. Failed, with the reason."""
-    ends = legs(row, targets, finer)
-    done, begin, state = 0, time.monotonic(), None
+    """(found, curve) of a quasi-static run of a row on its body, as of pull_material."""
+    return pull_material(body, typed(row, kv), row.xi_s, targets, finer, ranks, folder, timeout, title)
+
+
+def pull_material(body, material, xi_s, targets, finer, ranks, folder, timeout, title):
+    """(found, curve) of a quasi-static run: E, yield, stress2 [Pa], nu; strain and stress [Pa] as sizes. Failed, with the reason.
+
+    material: the deck's variables that choose it.
+    """
+    ends = legs(xi_s, targets, finer)
+    done, begin = 0, time.monotonic()
     with attempt_folder(folder, "pull") as work:
         for number, (end, increment) in enumerate(ends):
-            variables = {"specimen": body.path, "coeff": coefficients(row), "scale": "no", "contact": CONTACT, "kv": f"{kv:.9g}",
-                         "strain": f"{end:.9g}", "increment": f"{increment:.9g}", "restart": 1000000, "resume": done, "out": "pull"}
+            variables = {"specimen": body.path, **material, "contact": CONTACT, "strain": f"{end:.9g}", "increment": f"{increment:.9g}",
+                         "restart": 1000000, "resume": done, "out": "pull"}
             left = timeout - (time.monotonic() - begin)
             call("in.quasistatic", variables, ranks, work, left, title, lambda: last_share(work / "pull.csv", ends[-1][0]))
             done = max(int(path.name.split(".")[1]) for path in work.glob("pull.*.restart"))
             if number == 0:
                 state = read_dump(work / "pull_state.dump")
-        curve = read_curve(work / "pull.csv")
-    strain, stress = curve
+        strain, stress = read_curve(work / "pull.csv")
     try:
         modulus = curves.modulus(strain, stress)
         offset = curves.yield_stress(strain, stress, modulus)
@@ -166,7 +180,8 @@ def pull(body, row, kv, targets, finer, ranks, folder, timeout, title):
     if not math.isfinite(offset):
         raise Failed("the curve does not meet the line of the 0.2 % offset")
     axial, lateral = specimen.middle_strains(specimen.read_data(body.path), state, LENGTH)
-    return {"E": modulus, "yield": offset, "stress2": float(np.interp(abs(targets.strain), strain, stress)), "nu": float(-lateral / axial)}, curve
+    found = {"E": modulus, "yield": offset, "stress2": float(np.interp(abs(targets.strain), strain, stress)), "nu": float(-lateral / axial)}
+    return found, (strain, stress)
 
 
 def last_share(path, end):
