@@ -45,7 +45,7 @@ def parser():
     top.add_argument("--density", type=float, required=True, help="of the solid [kg/m3]")
     top.add_argument("--name", required=True, help="of the row")
     top.add_argument("--out", type=pathlib.Path, required=True, metavar="FILE", help="potential file to append to; made where there is none")
-    top.add_argument("--spheres", type=int, default=4000, metavar="N", help="of the body (default 4000)")
+    top.add_argument("--spheres", type=int, default=2000, metavar="N", help="of the body (default 2000)")
     top.add_argument("--seed", type=int, default=1, help="of the body (default 1)")
     top.add_argument("--ranks", type=int, default=2, help="MPI ranks of each run (default 2)")
     top.add_argument("--within", type=float, default=0.005, help="every target is met within this, at best; 0.01 at worst (default 0.005)")

@@ -5,7 +5,7 @@ import os
 import pathlib
 import tempfile
 
-HEAD = """# UNITS: si; rows of calibrated materials, appended by tools/calibrate.py
+HEAD = """# UNITS: si CONTRIBUTOR: tools/calibrate.py, which appends the rows
 # NAME e1 m1 n1 e2 m2 n2 xi_s gamma alpha, then spacing [m] and coordination of the body that it was found on, kv [J], density of the solid [kg/m3]
 """
 

@@ -22,7 +22,6 @@ from .run import DECKS, RunError, deck_command, environment, lammps_error, last_
 
 LENGTH, RADIUS = 0.05, 0.02  # of the cylinder [m]
 CONTACT = "repulsive"  # new pairs that attract at once tear a body apart that hardens little
-POROUS = 0.6  # solid fraction: spheres of density/POROUS give the body about its mass
 ELASTIC = 0.4  # of xi_s: strain of the first leg, whose end gives Poisson's ratio
 YIELDED = 1.3  # of the strain at the offset yield stress: end of the second leg
 POLL = 0.05  # [s]
@@ -60,12 +59,19 @@ def measure(path):
 
 
 def make_body(folder, count, seed, density, timeout):
-    """The Body of in.specimen, kept in the folder; made on one rank, as another number of ranks gives another packing."""
+    """The Body of in.specimen, kept in the folder; made on one rank, as another number of ranks gives another packing. density: of the solid."""
     path = pathlib.Path(folder) / f"body_{count}_{seed}.data"
-    if not path.exists():
+    for attempt in range(2):
+        if path.exists():
+            break
         with attempt_folder(folder, "body") as work:
-            call("in.specimen", {"n": count, "seed": seed, "density": f"{density / POROUS:.9g}", "out": "body.data"}, 1, work, timeout,
-                 f"packing of {count} spheres")
+            try:
+                call("in.specimen", {"n": count, "seed": seed, "density": f"{density:.9g}", "out": "body.data"}, 1, work, timeout,
+                     f"packing of {count} spheres")
+            except Failed:
+                if attempt == 0:
+                    continue
+                raise
             measures = work / "body.data.body"
             if measures.exists():
                 os.replace(measures, path.with_name(path.name + ".body"))

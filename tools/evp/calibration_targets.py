@@ -146,7 +146,7 @@ def check_file(path, name):
     if not path.exists():
         return
     lines = path.read_text(encoding="utf-8").splitlines()
-    if not lines or not re.match(r"#.*\bUNITS:\s*si\b", lines[0]):
+    if not lines or not re.match(r"#.*\bUNITS:\s*si(\s|$)", lines[0]):
         raise Refused(f"--out: {path} is no potential file in SI units: its first line must be a comment with 'UNITS: si'")
     for line in lines:
         words = line.partition("#")[0].split()
