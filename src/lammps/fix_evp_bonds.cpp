@@ -7,6 +7,7 @@
 #include "collective.h"
 #include "core/bytes.h"
 #include "keywords.h"
+#include "measure_bonds.h"
 #include "missing_bonds.h"
 #include "pair_network.h"
 #include "scene.h"
@@ -26,6 +27,7 @@ using EVP::BondStore;
 
 // of the words in restart files; no zone is that large
 static constexpr double FORMAT = 1001.0, FORMAT_WITH_HISTORY = 1002.0;
+static constexpr double MEASURED = 4.0;    // on top, where measures follow the checksum
 
 // fix ID group evp/bonds [zone Z | file FILE]
 FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
@@ -87,9 +89,10 @@ void FixEVPBonds::init()
 
   check_restored();
   counted_step = -1;
-  if (bonds->has_recorded())
+  if (bonds->has_recorded()) {
     check_ids();
-  else if (file.empty()) {
+    measure();
+  } else if (file.empty()) {
     check_zone(network);
     neighbor->add_request(this, NeighConst::REQ_FULL | NeighConst::REQ_OCCASIONAL);
   }
@@ -268,6 +271,7 @@ void FixEVPBonds::record()
   bonds->record(made, atom->tag, sides / 2, highest);
   for (const EVP::HistoryOfPair &pair : histories) bonds->take(pair);
   set_exchange_room();
+  measure();
 
   if (comm->me) return;
   if (after_restart && file.empty())
@@ -286,6 +290,13 @@ void FixEVPBonds::record()
     source = zone > 0.0 ? fmt::format("within {} (R_i + R_j)", zone) : "within alpha (R_i + R_j)";
   utils::logmesg(lmp, "fix evp/bonds {}: recorded {} pairs {}, at most {} per atom\n", id,
                  bonds->count(), source, most);
+}
+
+// once, where a row of the pair style needs it
+void FixEVPBonds::measure()
+{
+  if (network->wants_measures() && bonds->measures().empty())
+    bonds->take(measure_bonds(lmp, *bonds));
 }
 
 std::vector<BondStore::Bonds> FixEVPBonds::bonds_in_zone(const PairNetwork *network)
@@ -376,14 +387,20 @@ int FixEVPBonds::unpack(int i, const double *buf)
 void FixEVPBonds::write_restart(FILE *fp)
 {
   return_histories();
-  double state[6] = {bonds->has_history() ? FORMAT_WITH_HISTORY : FORMAT, zone,
-                     (double) bonds->has_recorded(), (double) bonds->count(),
-                     (double) bonds->highest_id()};
-  state[5] = EVP::checksum(state, 5);
-  const int size = sizeof(state);
+  const EVP::BondMeasures &measures = bonds->measures();
+  std::vector<double> state = {bonds->has_history() ? FORMAT_WITH_HISTORY : FORMAT, zone,
+                               (double) bonds->has_recorded(), (double) bonds->count(),
+                               (double) bonds->highest_id()};
+  if (!measures.empty()) state[0] += MEASURED;
+  state.push_back(EVP::checksum(state.data(), (int) state.size()));
+  if (!measures.empty()) {
+    const std::vector<double> words = measures.words();
+    state.insert(state.end(), words.begin(), words.end());
+  }
+  const int size = (int) (state.size() * sizeof(double));
   if (comm->me == 0) {
     fwrite(&size, sizeof(int), 1, fp);
-    fwrite(state, size, 1, fp);
+    fwrite(state.data(), size, 1, fp);
   }
 }
 
@@ -391,16 +408,27 @@ void FixEVPBonds::restart(char *buf)
 {
   double state[6];
   memcpy(state, buf, sizeof(double));
-  const bool known = state[0] == FORMAT || state[0] == FORMAT_WITH_HISTORY;
+  const bool is_measured = state[0] >= FORMAT + MEASURED;
+  if (is_measured) state[0] -= MEASURED;
+  const double format = state[0];
+  const bool known = format == FORMAT || format == FORMAT_WITH_HISTORY;
   if (known) memcpy(state, buf, sizeof(state));
-  if (!known || state[5] != EVP::checksum(state, 5))
+  bool whole = known && state[5] == EVP::checksum(state, 5);
+  EVP::BondMeasures measures;
+  if (whole && is_measured) {
+    std::vector<double> words(EVP::BondMeasures(atom->ntypes).words().size());
+    memcpy(words.data(), buf + sizeof(state), words.size() * sizeof(double));
+    whole = measures.take(words.data(), atom->ntypes);
+  }
+  if (!whole)
     error->all(FLERR,
                "{}: its section of the restart file is damaged, or from a version of this package "
                "that wrote another format",
                who);
   after_restart = false;    // this is the fix that the file knows
-  bonds->keep_history(state[0] == FORMAT_WITH_HISTORY);
+  bonds->keep_history(format == FORMAT_WITH_HISTORY);
   bonds->restore(state[2] != 0.0, (int64_t) state[3], (int64_t) state[4]);
+  bonds->take(measures);
   if (bonds->has_recorded() && comm->me == 0 && (!file.empty() || (zone > 0.0 && zone != state[1])))
     utils::logmesg(
         lmp,

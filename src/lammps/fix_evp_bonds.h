@@ -88,6 +88,7 @@ class FixEVPBonds : public NodalExchange<Fix> {
   bigint counted_step = -1;               // step of that, -1 if it must not be used again
 
   void record();
+  void measure();
   void commit(bool at_rest);
   void check_history() const;
   double count_broken();

@@ -19,6 +19,8 @@ using namespace LAMMPS_NS;
 using EVP::Contact;
 using EVP::scene::rows;
 
+static constexpr int MOST_SCALING_LINES = 20;
+
 PairNetwork::PairNetwork(LAMMPS *lmp, Pair *style, EVP::Coefficients &coefficients_in) :
     Pointers(lmp), ghosts(lmp, style), cuts(lmp), coefficients(coefficients_in), builder(lmp),
     snapshot(lmp)
@@ -118,9 +120,11 @@ void PairNetwork::begin_run()
   flow_warned = false;
   cuts.begin_run();
   find_bonds();
+  take_measures();    // for the laws of init_one()
   find_work();
   const Fix *implicit = EVP::scene::find_fix(modify, "nve/evp");
   implicit_groupbit = implicit ? implicit->groupbit : 0;
+  take_kv();
   volume_ = VolumeForces::find(modify);
   any_gamma = scene_checked = overlap_warned = false;
   repack_due = true;
@@ -170,16 +174,96 @@ void PairNetwork::note_bonds()
     bonds_id = EVP::scene::find_fix(modify, "evp/bonds")->id;
 }
 
-double PairNetwork::handle(int i, int j)
+EVP::Row PairNetwork::make_law(int i, int j)
 {
   EVP::Row row;
   EVP::stop_at_bad_input(error, fmt::format("Pair evp/lj, types {} and {}", i, j), [&] {
     row = coefficients.make_law(i, j);
     if (rules.flows) coefficients.law(coefficients.index(i, j)).check_flow();
   });
+  return row;
+}
+
+double PairNetwork::handle(int i, int j)
+{
+  const EVP::Row row = make_law(i, j);
   repack();
   if (row.gamma > 0.0) any_gamma = true;    // fix adapt may have switched it on
   return cuts.handle(i, j, row.alpha);
+}
+
+bool PairNetwork::take_measures()
+{
+  static const EVP::BondMeasures none;    // a packing allocates nothing
+  return coefficients.take_measures(bonds() ? bonds()->measures() : none);
+}
+
+// the bonds were recorded, or went, after init_one() made the laws
+void PairNetwork::scale_laws()
+{
+  if (!take_measures()) return;
+  for (int i = 1; i <= atom->ntypes; i++)
+    for (int j = i; j <= atom->ntypes; j++)
+      if (cuts.handles(i, j)) make_law(i, j);
+  take_kv();
+}
+
+void PairNetwork::take_kv()
+{
+  VolumeForces::take_kv(modify, [this](int type) {
+    double kv = 0.0;
+    EVP::stop_at_bad_input(error, fmt::format("Pair evp/lj, types {} and {}", type, type), [&] {
+      kv = coefficients.kv(type);
+    });
+    return kv;
+  });
+}
+
+// one line for each row that holds for other bodies, again only when it changes
+void PairNetwork::report_scaling()
+{
+  if (!wants_measures()) return;
+  const bool any_bonds = coefficients.measured().any_bonds();
+  std::string lines;
+  int left_out = 0, said = 0;
+  for (int i = 1; i <= atom->ntypes; i++)
+    for (int j = i; j <= atom->ntypes; j++) {
+      const EVP::RowKeywords row = coefficients.keywords(i, j);
+      if (!cuts.handles(i, j) || !row.is_scaled()) continue;
+      if (++said > MOST_SCALING_LINES) {
+        left_out++;
+        continue;
+      }
+      lines += fmt::format("pair evp/lj: types {} {}: ", i, j);
+      const EVP::BondMeasure body = any_bonds ? coefficients.measured().of(i, j)
+                                              : EVP::BondMeasure{};
+      const auto [source, factors] = coefficients.scaling(i, j);
+      if (source == EVP::Coefficients::Source::OWN_BONDS)
+        lines += fmt::format(
+            "spacing {:.6g} (row {:.6g}), bonds per particle {:.4g} (row {:.4g}): ", body.spacing,
+            row.spacing, body.coordination, row.coordination);
+      else
+        lines += "no bonds between them: ";
+      if (source == EVP::Coefficients::Source::AS_GIVEN)
+        lines += "coefficients as given";
+      else
+        lines += fmt::format("e1 e2 x {:.6g}, gamma x {:.6g}", factors.energies, factors.gamma);
+      if (i == j && row.kv > 0.0 && source != EVP::Coefficients::Source::AS_GIVEN)
+        lines += fmt::format(", kv x {:.6g}", factors.kv);
+      if (source == EVP::Coefficients::Source::LIKE_TYPES) lines += ", as of the like types";
+      lines += "\n";
+    }
+  if (left_out) lines += fmt::format("pair evp/lj: and {} more pairs of types\n", left_out);
+  if (lines == last_scaling) return;
+  last_scaling = lines;
+  if (comm->me) return;
+  if (any_bonds)
+    utils::logmesg(lmp, lines);
+  else
+    error->warning(FLERR,
+                   "Pair evp/lj: a row names the spacing and coordination that it holds for, but "
+                   "there are no bonds to compare with: coefficients are taken as given; define "
+                   "fix evp/bonds to scale them");
 }
 
 // one line of the active effects, again only when it changes
@@ -237,9 +321,11 @@ void PairNetwork::pack(const NeighList *neighbors, bool collective)
 {
   if (collective) {
     note_bonds();
+    scale_laws();
     if (!scene_checked) {    // now that all pairs of types are known
       scene_checked = true;
       report();
+      report_scaling();
       cuts.admit_all_radii_elsewhere();
     }
     check_weights();
