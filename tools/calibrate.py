@@ -39,9 +39,11 @@ def parser():
     top.prog = "calibrate.py"
     top.add_argument("--E", type=float, required=True, help="Young's modulus [Pa]")
     top.add_argument("--yield", dest="yield_stress", type=float, required=True, help="0.2 %% offset yield stress, nominal [Pa]")
-    top.add_argument("--stress2", required=True, metavar="STRESS@STRAIN", help="nominal stress [Pa] at a nominal strain beyond yield; negative strain: compression")
+    top.add_argument("--stress2", required=True, metavar="STRESS@STRAIN",
+                     help="nominal stress [Pa] at a nominal strain beyond yield; negative strain: compression")
     top.add_argument("--nu", type=float, help="Poisson's ratio, 0.25 to 0.42 (default: that of the network, about 0.27)")
-    top.add_argument("--rate", action="append", default=[], metavar="OVERSTRESS@RATE", help="stress above the rate-independent one [Pa] at a strain rate [1/s]")
+    top.add_argument("--rate", action="append", default=[], metavar="OVERSTRESS@RATE",
+                     help="stress above the rate-independent one [Pa] at a strain rate [1/s]")
     top.add_argument("--density", type=float, required=True, help="of the solid [kg/m3]")
     top.add_argument("--name", required=True, help="of the row")
     top.add_argument("--out", type=pathlib.Path, required=True, metavar="FILE", help="potential file to append to; made where there is none")
@@ -114,7 +116,8 @@ def calibrate(options, words):
             print(f"going on after {len(table.runs)} runs of {table_path}", flush=True)
         work.mkdir(exist_ok=True)
         body = runs.make_body(work, options.spheres, options.seed, targets.density, options.timeout)
-        search = calibration.Search(targets, body, table, options.ranks, work, options.timeout, options.within, lambda text: print(text, flush=True))
+        search = calibration.Search(targets, body, table, options.ranks, work, options.timeout, options.within,
+                                    lambda text: print(text, flush=True))
         result = search.pull()
         over = 0.0
         row = result.row

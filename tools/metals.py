@@ -39,7 +39,8 @@ FRACTION_LEFT = 0.5  # of the second stress: a body that carries less has parted
 def targets_of(metal):
     """Targets of a metal: E, 0.2 % yield and a second stress of Johnson-Cook's curve, nominal."""
     sign = np.sign(metal.strain)
-    return Targets(metal.law.modulus, float(f"{metal.law.offset_yield(sign):.6g}"), float(f"{metal.law.nominal(metal.strain)[0]:.6g}"), metal.strain, metal.density)
+    offset, second = metal.law.offset_yield(sign), metal.law.nominal(metal.strain)[0]
+    return Targets(metal.law.modulus, float(f"{offset:.6g}"), float(f"{second:.6g}"), metal.strain, metal.density)
 
 
 def calibrated(name, metal, options):
@@ -50,9 +51,9 @@ def calibrated(name, metal, options):
     if options.only and name not in options.only:
         raise RunError(f"{options.work} holds no row of {name}: run without --only")
     aims = targets_of(metal)
-    words = ["--E", f"{aims.modulus:g}", "--yield", f"{aims.yield_stress:g}", "--stress2", f"{aims.stress2:g}@{aims.strain:g}", "--density", f"{aims.density:g}",
-             "--name", name, "--out", str(out), "--spheres", str(options.spheres), "--seed", str(SEED), "--ranks", str(options.ranks), "--table", str(runs_of),
-             "--timeout", f"{TIMEOUT:g}", "--source", f"{metal.title}: {metal.source}"]
+    words = ["--E", f"{aims.modulus:g}", "--yield", f"{aims.yield_stress:g}", "--stress2", f"{aims.stress2:g}@{aims.strain:g}",
+             "--density", f"{aims.density:g}", "--name", name, "--out", str(out), "--spheres", str(options.spheres), "--seed", str(SEED),
+             "--ranks", str(options.ranks), "--table", str(runs_of), "--timeout", f"{TIMEOUT:g}", "--source", f"{metal.title}: {metal.source}"]
     if calibrate.main(words):
         raise RunError(f"no row for {name}")
     return out, runs_of
@@ -65,10 +66,10 @@ class Kept:
         self.path = path
         self.known = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
 
-    def get(self, name, make):
-        """The result called name; made and kept where it is not known."""
+    def get(self, name, make, *arguments):
+        """The result called name; make(*arguments), which is kept, where it is not known."""
         if name not in self.known:
-            self.known[name] = make()
+            self.known[name] = make(*arguments)
             aside = self.path.with_suffix(".new")
             aside.write_text(json.dumps(self.known), encoding="utf-8")
             aside.replace(self.path)
@@ -113,12 +114,13 @@ def draw(curves, path):
                 curve = curves[name][side]
                 at = np.linspace(0.0, END, 201)
                 reference = metal.law.nominal(sign * at)
-                axis.plot(100.0 * at, reference / MPA, color="#555555", linewidth=1.2, linestyle="-" if sign > 0 else (0, (4, 2)), label=f"Johnson-Cook, {side}")
+                dashes = "-" if sign > 0 else (0, (4, 2))
+                axis.plot(100.0 * at, reference / MPA, color="#555555", linewidth=1.2, linestyle=dashes, label=f"Johnson-Cook, {side}")
                 rows += [(name, f"Johnson-Cook, {side}", f"{100.0 * a:.6g}", f"{b / MPA:.6g}") for a, b in zip(at, reference)]
                 if "failed" in curve:
                     continue
                 strain, stress = np.array(curve["strain"]), np.array(curve["stress"]) / MPA
-                axis.plot(100.0 * strain, stress, label=f"row, {side}", **(figures.line_style(k) | {"linestyle": "-" if sign > 0 else (0, (4, 2))}))
+                axis.plot(100.0 * strain, stress, label=f"row, {side}", **{**figures.line_style(k), "linestyle": dashes})
                 rows += [(name, f"row, {side}", f"{100.0 * a:.6g}", f"{b:.6g}") for a, b in zip(strain, stress)]
             aims = targets_of(metal)
             points = ((100.0 * (aims.yield_strain + affine.YIELD_OFFSET), aims.yield_stress / MPA), (100.0 * abs(aims.strain), aims.stress2 / MPA))
@@ -156,9 +158,10 @@ def percent(value):
 def page(results, stem):
     """Text of the page. results: by name, what main() collected."""
     lines = [HEAD.format(stem=stem), "## Targets, and what the rows give beside them\n"]
-    lines += table(("row", "metal", "E [GPa]", "off [%]", "0.2 % yield [MPa]", "off [%]", "second stress [MPa]", "at strain", "off [%]", "runs", "nu of the row", "nu of the metal"), [
-        (name, metal.title, f"{aims.modulus / 1e9:.4g}", percent(off["E"]), f"{aims.yield_stress / MPA:.1f}", percent(off["yield"]), f"{aims.stress2 / MPA:.1f}",
-         f"{aims.strain:g}", percent(off["stress2"]), one["runs"], f"{one['found']['nu']:.3f}", f"{metal.poisson:g}")
+    lines += table(("row", "metal", "E [GPa]", "off [%]", "0.2 % yield [MPa]", "off [%]", "second stress [MPa]", "at strain", "off [%]", "runs",
+                    "nu of the row", "nu of the metal"), [
+        (name, metal.title, f"{aims.modulus / 1e9:.4g}", percent(off["E"]), f"{aims.yield_stress / MPA:.1f}", percent(off["yield"]),
+         f"{aims.stress2 / MPA:.1f}", f"{aims.strain:g}", percent(off["stress2"]), one["runs"], f"{one['found']['nu']:.3f}", f"{metal.poisson:g}")
         for name, metal in METALS.items() for one in [results[name]] for aims, off in [(targets_of(metal), one["off"])]])
     lines += ["", f"Bodies of {SPHERES} spheres. A negative strain is compression; yield and second stress are then those of a compression.\n",
               "## Largest departure from Johnson-Cook's curve, from the yield strain to 10 %\n"]
@@ -220,9 +223,9 @@ def main(words=None):
             best = min((one for one in last if one["state"] == "done"), key=lambda one: max(map(abs, off_target(one["found"], targets_of(metal)).values())))
             one = {"found": best["found"], "off": off_target(best["found"], targets_of(metal)), "runs": len(last), "checks": {}}
             for spheres, seed in CHECKS:
-                one["checks"][f"{spheres}, {seed}"] = kept.get(f"check {spheres} {seed}", lambda: pulled(out, name, metal, metal.strain, spheres, seed, options))
+                one["checks"][f"{spheres}, {seed}"] = kept.get(f"check {spheres} {seed}", pulled, out, name, metal, metal.strain, spheres, seed, options)
             for side, sign in (("tension", 1.0), ("compression", -1.0)):
-                one[side] = kept.get(side, lambda: pulled(out, name, metal, sign * END, *CHECKS[0], options))
+                one[side] = kept.get(side, pulled, out, name, metal, sign * END, *CHECKS[0], options)
             results[name] = one
             head = head or out.read_text(encoding="utf-8").splitlines()[:2]
         rows = [line for name in METALS for line in (options.work / f"{name}.evp").read_text(encoding="utf-8").splitlines()[2:]]

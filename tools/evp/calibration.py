@@ -73,7 +73,8 @@ class Search:
 
     def start(self):
         """First unknowns and slopes (results, unknowns)."""
-        self.first = affine.first_guess(self.targets.yield_strain, self.targets.stress2 / self.targets.yield_stress, self.targets.volume, abs(self.targets.strain))
+        aims = self.targets
+        self.first = affine.first_guess(aims.yield_strain, aims.stress2 / aims.yield_stress, aims.volume, abs(aims.strain))
         body, (m, n) = self.body, affine.EXPONENTS
         network = self.targets.modulus / affine.stiffening(self.first.volume)
         e1 = 6.0 * network * body.volume / (m * n * body.bonds)
@@ -156,7 +157,10 @@ class Search:
         change = -np.linalg.lstsq(slopes, results, rcond=None)[0]
         change[1] = np.clip(change[1], -0.6, 0.6)
         after = unknowns + change
-        after[2] = np.clip(after[2], max(LEAST_SOFTENING / self.unit[0], 0.2 * unknowns[2] if unknowns[2] * self.unit[0] > 1e-3 else 0.0), min(5.0 * unknowns[2] + 1.0, affine.STIFFEST / self.unit[0]))
+        least = LEAST_SOFTENING / self.unit[0]
+        if unknowns[2] * self.unit[0] > affine.LEAST_GUESS:
+            least = 0.2 * unknowns[2]  # not to the floor at once
+        after[2] = np.clip(after[2], least, min(5.0 * unknowns[2] + 1.0, affine.STIFFEST / self.unit[0]))
         if len(after) > 3:
             after[3] = np.clip(after[3], 0.0, 3.0 * unknowns[3] + 0.5)
         after[1] = np.clip(after[1], *np.log(affine.XI_RANGE))
@@ -168,9 +172,9 @@ class Search:
         self.say(f"run {number}: {off} ({record['seconds']:.0f} s)")
 
     def gamma(self, result):
-        """(gamma, [(over-stress found, rate)]) for the rates asked for."""
+        """(gamma, over-stress/rate found [Pa s]); where several rates are asked for, of the geometric mean of their points."""
         rates = self.targets.rates
-        over, rate = rates[len(rates) // 2] if len(rates) != 2 else (math.sqrt(rates[0][0] * rates[1][0]), math.sqrt(rates[0][1] * rates[1][1]))
+        over, rate = (math.exp(sum(math.log(pair[k]) for pair in rates) / len(rates)) for k in (0, 1))
         m, n = affine.EXPONENTS
         gamma = rounded(0.5 * over / (result.found["E"] * rate) * m * n * result.row.e1 / self.body.square)  # in flow twice E tau rate
         for number in range(1, RATE_RUNS + 1):

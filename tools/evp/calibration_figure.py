@@ -17,7 +17,7 @@ def draw(name, targets, curve, path):
     with figures.plt.rc_context(figures.LOOK):
         figure, axes = figures.plt.subplots(1, 2, figsize=(10.0, 4.2))
         for axis, end in zip(axes, (2.0 * at, strain[-1] * 1.04)):
-            axis.plot(strain, stress, label=f"row {name}", **figures.line_style(1) | {"linestyle": "-"})
+            axis.plot(strain, stress, label=f"row {name}", **{**figures.line_style(1), "linestyle": "-"})
             line = np.array([0.2, at])
             axis.plot(line, targets.modulus / MPA * 0.01 * (line - 0.2), color="#888888", linewidth=1.2, linestyle=(0, (2, 2)), label="E (strain - 0.2 %)")
             for k, (x, y, label) in enumerate(points):

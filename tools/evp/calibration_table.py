@@ -46,7 +46,8 @@ class Table:
         if lines[0].get("inputs") != self.inputs:
             before = lines[0].get("inputs") or {}
             other = [key for key in {**before, **self.inputs} if before.get(key) != self.inputs.get(key)]
-            raise Refused(f"{self.path} holds the runs of a calibration with another {', '.join(sorted(other))}: --fresh begins anew, --table names another file")
+            raise Refused(f"{self.path} holds the runs of a calibration with another {', '.join(sorted(other))}: "
+                          "--fresh begins anew, --table names another file")
         self.runs = lines[1:]
 
     def _write(self, record):
