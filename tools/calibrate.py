@@ -92,8 +92,19 @@ def comments(options, targets, result, over, words):
         lines.append(f"#   source: {' '.join(options.source.split())}")
     lines.append(f"#   DATE: {datetime.date.today().isoformat()}, {result.runs} runs of in.quasistatic, contact {runs.CONTACT}, "
                  f"{options.spheres} spheres, seed {options.seed}, {options.ranks} ranks")
-    lines.append("#   by: calibrate.py " + " ".join(map(shlex.quote, words)))
+    lines.append("#   by: calibrate.py " + " ".join(map(shlex.quote, shown_words(words))))
     return lines
+
+
+def shown_words(words):
+    """The words of the command, files without their folders; the source has a line of its own."""
+    shown, leave = [], False
+    for word in words:
+        if leave or word == "--source" or word.startswith("--source="):
+            leave = word == "--source"
+        else:
+            shown.append(pathlib.PurePath(word).name if "/" in word and not word.startswith("-") else word)
+    return shown
 
 
 def calibrate(options, words):

@@ -161,6 +161,17 @@ def test_over_stress(tmp_path):
     assert rates[max(rates)] - rates[0] == pytest.approx(10e6, rel=0.01)
 
 
+def test_a_shipped_metal_on_a_body_of_another_size(tmp_path):
+    """2024-T351 on 1500 spheres in a cylinder of 80 x 15 mm: E within 6 %."""
+    from evp import curves
+
+    run_lammps("in.specimen", 1, {"n": 1500, "seed": 5, "length": 0.08, "radius": 0.015, "out": "body.data"}, tmp_path).ok()
+    run = run_lammps("in.quasistatic", 1, {"specimen": "body.data", "material": f"{REPOSITORY / 'potentials' / 'metals.evp'}:aluminium_2024T351",
+                                           "contact": "repulsive", "strain": 0.003, "increment": 0.0005, "out": "pull"}, tmp_path).ok()
+    curve = curves.read_curve(tmp_path / "pull.csv")
+    assert curves.modulus(curve.strain, curve.virial) == pytest.approx(73e9, rel=0.06), run.stdout[-2000:]
+
+
 def test_walk_of_the_howto_page(tmp_path):
     """Its commands run as they stand, and the numbers that it prints come out."""
     page = (REPOSITORY / "doc" / "Howto_evp_metal.rst").read_text(encoding="utf-8")

@@ -2,6 +2,7 @@
 """Targets of a calibration: what the user asks for, and what is refused before anything runs."""
 
 import math
+import os
 import pathlib
 import re
 from typing import NamedTuple, Optional, Tuple
@@ -133,8 +134,6 @@ def check_name(name):
 
 def check_file(path, name):
     """Refused where the row cannot be appended to the potential file. Writes nothing."""
-    import os
-
     path = pathlib.Path(path)
     folder = path.parent
     if path.is_dir():

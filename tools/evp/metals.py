@@ -27,6 +27,6 @@ METALS = {
     "copper_OFHC": Metal("OFHC copper", JohnsonCook(124e9, 90e6, 292e6, 0.31), 8960.0, 0.34, 0.05, BALLISTICS),
     "copper_taylor": Metal(
         "copper of the Taylor benchmark", JohnsonCook(117e9, 400e6, 100e6, 1.0), 8930.0, 0.35, -0.1,
-        "the usual benchmark of a copper bar of 32.4 x 6.4 mm at 227 m/s: yield 400 MPa, linear hardening 100 MPa"),
+        "The usual benchmark of a copper bar of 32.4 x 6.4 mm at 227 m/s: yield 400 MPa, linear hardening 100 MPa"),
     "steel_4340": Metal("4340 steel", JohnsonCook(205e9, 792e6, 510e6, 0.26), 7830.0, 0.29, -0.1, BALLISTICS + "; E of handbooks"),
 }
