@@ -34,7 +34,7 @@ EVP::BondMeasures LAMMPS_NS::measure_bonds(LAMMPS *lmp, const EVP::BondStore &st
       if (type) census.add_bond(atom->type[i], type, bond.deq);
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, census.sums.data(), (int) census.sums.size(), MPI_INT64_T, MPI_SUM,
+  MPI_Allreduce(MPI_IN_PLACE, census.sums.data(), (int) census.sums.size(), MPI_LL, MPI_SUM,
                 lmp->world);
   return census.measures();
 }

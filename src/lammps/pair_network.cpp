@@ -5,6 +5,7 @@
 #include "collective.h"
 #include "history_return.h"
 #include "keywords.h"
+#include "scaling_report.h"
 #include "scene.h"
 
 #include "atom_vec.h"
@@ -18,8 +19,6 @@
 using namespace LAMMPS_NS;
 using EVP::Contact;
 using EVP::scene::rows;
-
-static constexpr int MOST_SCALING_LINES = 20;
 
 PairNetwork::PairNetwork(LAMMPS *lmp, Pair *style, EVP::Coefficients &coefficients_in) :
     Pointers(lmp), ghosts(lmp, style), cuts(lmp), coefficients(coefficients_in), builder(lmp),
@@ -219,45 +218,15 @@ void PairNetwork::take_kv()
   });
 }
 
-// one line for each row that holds for other bodies, again only when it changes
+// again only when it changes
 void PairNetwork::report_scaling()
 {
   if (!wants_measures()) return;
-  const bool any_bonds = coefficients.measured().any_bonds();
-  std::string lines;
-  int left_out = 0, said = 0;
-  for (int i = 1; i <= atom->ntypes; i++)
-    for (int j = i; j <= atom->ntypes; j++) {
-      const EVP::RowKeywords row = coefficients.keywords(i, j);
-      if (!cuts.handles(i, j) || !row.is_scaled()) continue;
-      if (++said > MOST_SCALING_LINES) {
-        left_out++;
-        continue;
-      }
-      lines += fmt::format("pair evp/lj: types {} {}: ", i, j);
-      const EVP::BondMeasure body = any_bonds ? coefficients.measured().of(i, j)
-                                              : EVP::BondMeasure{};
-      const auto [source, factors] = coefficients.scaling(i, j);
-      if (source == EVP::Coefficients::Source::OWN_BONDS)
-        lines += fmt::format(
-            "spacing {:.6g} (row {:.6g}), bonds per particle {:.4g} (row {:.4g}): ", body.spacing,
-            row.spacing, body.coordination, row.coordination);
-      else
-        lines += "no bonds between them: ";
-      if (source == EVP::Coefficients::Source::AS_GIVEN)
-        lines += "coefficients as given";
-      else
-        lines += fmt::format("e1 e2 x {:.6g}, gamma x {:.6g}", factors.energies, factors.gamma);
-      if (i == j && row.kv > 0.0 && source != EVP::Coefficients::Source::AS_GIVEN)
-        lines += fmt::format(", kv x {:.6g}", factors.kv);
-      if (source == EVP::Coefficients::Source::LIKE_TYPES) lines += ", as of the like types";
-      lines += "\n";
-    }
-  if (left_out) lines += fmt::format("pair evp/lj: and {} more pairs of types\n", left_out);
+  const std::string lines = describe_scaling(coefficients, cuts, atom->ntypes);
   if (lines == last_scaling) return;
   last_scaling = lines;
   if (comm->me) return;
-  if (any_bonds)
+  if (coefficients.measured().any_bonds())
     utils::logmesg(lmp, lines);
   else
     error->warning(FLERR,
