@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
 # Sourced by setup.sh: the packages we need, by what they provide, so that a machine that has
 # everything from elsewhere is left alone.
-# shellcheck shell=bash
+# shellcheck shell=bash disable=SC2154
 
 has_command() { command -v "$1" >/dev/null; }
 has_header() { has_command g++ && printf '#include <%s>\n' "$1" | g++ -x c++ -E - >/dev/null 2>&1; }
@@ -27,6 +27,19 @@ missing_packages() {
   fi
 }
 
+# Of tools/body.py alone: who cannot have it does without that tool.
+install_open3d() {
+  local sudo=()
+  evp_find_python || return 0
+  [ -n "$(EVP_PYTHON_MODULES=open3d evp_missing_modules "$PYTHON")" ] || return 0
+  if has_command apt-get && [ "$PYTHON" = /usr/bin/python3 ] && [[ $(apt-cache policy python3-open3d 2>/dev/null) == *Candidate:\ [0-9]* ]]; then
+    if [ "$(id -u)" -ne 0 ] && has_command sudo; then sudo=(sudo -n); fi
+    (run_logged "apt-get install python3-open3d" ${sudo[@]+"${sudo[@]}"} env DEBIAN_FRONTEND=noninteractive \
+      apt-get install -q -y --no-install-recommends -o Dpkg::Use-Pty=0 python3-open3d) 2>>"$log" && return 0
+  fi
+  say "tools/body.py (parts as STL) will not work: $PYTHON has no open3d; pip install open3d"
+}
+
 install_missing_packages() {
   local packages sudo=()
   mapfile -t packages < <(missing_packages)
@@ -46,6 +59,7 @@ install_missing_packages() {
     mapfile -t packages < <(missing_packages)
     [ ${#packages[@]} -eq 0 ] || die "still missing after the installation: ${packages[*]}"
   fi
+  install_open3d
   evp_find_python || die "no Python with $EVP_PYTHON_MODULES found; give one: PYTHON=/path/to/python3 tools/setup.sh"
   say "Python: $PYTHON"
 }

@@ -171,7 +171,8 @@ def specimen(state, path, title=""):
     millimetres = {name: 1e3 * state[name][order] for name in ("x", "z", "radius")}
     share = 100 * state["share"][order]
     with plt.rc_context({**LOOK, "axes.grid": False}):
-        figure, axis = plt.subplots(figsize=(7.2, 4.6))
+        slender = np.ptp(millimetres["z"]) < 0.4 * np.ptp(millimetres["x"])
+        figure, axis = plt.subplots(figsize=(7.2, 3.4 if slender else 4.6))
         circles = [Circle((x, z), r) for x, z, r in zip(millimetres["x"], millimetres["z"], millimetres["radius"])]
         drawn = PatchCollection(circles, cmap="cividis", edgecolor="#222222", linewidth=0.4)
         drawn.set_array(share)
@@ -180,7 +181,7 @@ def specimen(state, path, title=""):
         axis.set_aspect("equal")
         axis.autoscale_view()
         axis.set(xlabel="x [mm]", ylabel="z [mm]", title=title)
-        bar = figure.colorbar(drawn, ax=axis, shrink=0.85)
+        bar = figure.colorbar(drawn, ax=axis, shrink=0.6, orientation="horizontal", pad=0.25) if slender else figure.colorbar(drawn, ax=axis, shrink=0.85)
         bar.set_label("second-regime bonds [% of each sphere's]")
         rows = zip(*([f"{v:.9g}" for v in state[name]] for name in STATE))
         return save(figure, path, STATE, rows)

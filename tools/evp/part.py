@@ -14,8 +14,8 @@ from .specimen import read_data
 
 FILL = 0.57  # about what the spheres fill of a part: for the first guess of their radius
 SPACING = 0.25  # of the points of the surface, over the mean radius: a sphere sinks in by 1 % of its radius in the mean, 4 % at most
-ACROSS = 2.0  # spheres at least, side by side in the thinnest section
-TOUCHING = 0.1  # over the mean radius: spheres nearer to the surface than that make it
+ACROSS = 3.0  # spheres at least, side by side in the thinnest section
+TOUCHING = 0.02  # over the mean radius: spheres nearer to the surface than that are held by it
 LOST = 0.2  # a sphere this share of its radius beyond the surface is no part of the body
 AXES = {"x": (0, 1, 2), "y": (1, 2, 0), "z": (2, 0, 1)}  # of the file, that become x, y and z; all are rotations
 
@@ -42,7 +42,7 @@ def guessed_radius(volume, spheres):
 
 
 def check_thickness(surface, spheres, random):
-    """ValueError where a twentieth of the surface has no room for two spheres beneath it; says how many spheres would do."""
+    """ValueError where a twentieth of the surface has no room for three spheres beneath it; says how many spheres would do."""
     thin = float(np.quantile(surface.thickness(random), 0.05))
     diameter = 2.0 * guessed_radius(surface.volume(), spheres)
     if thin < ACROSS * diameter:

@@ -1,0 +1,196 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""in.specimen in other shapes than the cylinder: blocks, regions with holes and notches, crystals; their FILE.body."""
+
+import re
+
+import numpy as np
+import pytest
+from evp import specimen as evp_specimen
+from lammps_run import run_lammps
+
+PLATE = """region plate block 0 0.05 -0.01 0.01 -0.005 0.005
+region hole cylinder z 0.025 0.002 0.004 INF INF side out
+region body intersect 2 plate hole
+"""
+NOTCHED = """region bar block 0 0.05 -0.01 0.01 -0.005 0.005
+region notch block 0.022 0.028 0.004 0.02 INF INF side out
+region body intersect 2 bar notch
+"""
+TUBE = """region outer cylinder x 0 0 0.01 0 0.05
+region bore cylinder x 0 0 0.004 INF INF side out
+region body intersect 2 outer bore
+"""
+BEYOND_WALL = 0.01      # mean radii, as of the cylinder: jammed to 0.0005
+MEASURED = 5e-4         # relative, of volumes and areas that are counted: Roberts' points reach 1e-4
+
+
+def box_gaps(x, r, low, high):
+    """(N,) how far each sphere sticks out of a box."""
+    return np.max(np.maximum(np.asarray(low) - x, x - np.asarray(high)), axis=1) + r
+
+
+def block_gaps(x, r, width=0.02, height=0.01):
+    return box_gaps(x, r, (0, -width / 2, -height / 2), (0.05, width / 2, height / 2))
+
+
+def notch_gaps(x, r):
+    """Into the notch: its two walls, its bottom and the two edges between."""
+    beside = np.maximum(np.abs(x[:, 0] - 0.025) - 0.003, 0.0)
+    below = np.maximum(0.004 - x[:, 1], 0.0)
+    return np.maximum(block_gaps(x, r), r - np.hypot(beside, below))
+
+
+SHAPES = {  # variables, text of the region, what sticks out, volume, area at mid-length
+    "block": ({"shape": "block", "width": 0.012, "height": 0.008}, None, lambda x, r: block_gaps(x, r, 0.012, 0.008), 4.8e-6, 9.6e-5),
+    "plate": ({"shape": "region"}, PLATE,
+              lambda x, r: np.maximum(block_gaps(x, r), r + 0.004 - np.hypot(x[:, 0] - 0.025, x[:, 1] - 0.002)),
+              1e-5 - np.pi * 0.004**2 * 0.01, (0.02 - 0.008) * 0.01),
+    "notched": ({"shape": "region"}, NOTCHED, notch_gaps, 1e-5 - 0.006 * 0.006 * 0.01, 0.014 * 0.01),
+    "tube": ({"shape": "region"}, TUBE,
+             lambda x, r: np.maximum(np.abs(np.hypot(x[:, 1], x[:, 2]) - 0.007) - 0.003 + r, box_gaps(x, r, (0, -1, -1), (0.05, 1, 1))),
+             np.pi * (0.01**2 - 0.004**2) * 0.05, np.pi * (0.01**2 - 0.004**2)),
+}
+
+
+def read_body(path):
+    """{name: value} of a FILE.body."""
+    return {name: float(value) for name, value in re.findall(r"^variable (\w+) +index +(\S+)", path.read_text(), re.M)}
+
+
+def make(folder, ranks=1, region=None, **variables):
+    """The deck's output and its packing."""
+    if region is not None:
+        (folder / "body.region").write_text(region)
+        variables["region"] = "body.region"
+    run = run_lammps("in.specimen", ranks, {"n": 700, "out": "body.data", **variables}, folder).ok()
+    return run, evp_specimen.read_data(folder / "body.data")
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """Each shape, made once: output, packing, FILE.body, folder."""
+    known = {}
+
+    def get(shape):
+        if shape not in known:
+            folder = tmp_path_factory.mktemp(shape)
+            run, packing = make(folder, region=SHAPES[shape][1], **SHAPES[shape][0])
+            known[shape] = run, packing, read_body(folder / "body.data.body"), folder
+        return known[shape]
+
+    return get
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_spheres_stay_within_and_reach_the_walls(made, shape):
+    run, packing, _, _ = made(shape)
+    beyond = SHAPES[shape][2](packing.x, packing.radius) / packing.radius.mean()
+    assert len(packing.x) == 700 and not run.warnings()
+    assert beyond.max() < BEYOND_WALL
+    near = beyond[beyond > -0.01]  # the wall is smooth: who is near touches it
+    assert len(near) > 150 and np.sqrt(np.mean(near**2)) < 0.004
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_packing_is_jammed_and_dense(made, shape):
+    _, packing, body, _ = made(shape)
+    pairs, ratio = evp_specimen.pairs_within(packing, 1.5)
+    assert 2 * np.sum(ratio < evp_specimen.TOUCHING) / 700 == pytest.approx(4.5, abs=0.5)
+    assert ratio.min() > 0.99
+    assert body["solid_fraction"] == pytest.approx(0.535 if shape == "tube" else 0.57, abs=0.015)  # a tube is all walls
+    spheres = packing.radius / packing.radius.mean()
+    assert (spheres.min(), spheres.max()) == pytest.approx((0.9, 1.1), abs=0.01)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_measures_of_the_body(made, shape):
+    """Against closed forms. The density of the spheres gives the body the mass of its volume."""
+    _, packing, body, _ = made(shape)
+    volume, area = SHAPES[shape][3:]
+    assert body["volume"] == pytest.approx(volume, rel=MEASURED) and body["area"] == pytest.approx(area, rel=MEASURED)
+    assert body["length"] == 0.05 and "radius" not in body
+    spheres = np.sum(4 / 3 * np.pi * packing.radius**3)
+    assert body["solid_fraction"] == pytest.approx(spheres / body["volume"], rel=1e-6)
+    assert body["density"] * spheres == pytest.approx(2700 * body["volume"], rel=1e-6)
+
+
+def test_measures_of_the_cylinder(tmp_path):
+    _, packing = make(tmp_path, n=200, radius=0.015, length=0.06)
+    body = read_body(tmp_path / "body.data.body")
+    assert (body["length"], body["radius"]) == (0.06, 0.015) and "area" not in body
+    assert body["volume"] == pytest.approx(np.pi * 0.015**2 * 0.06, rel=1e-9)
+    assert body["solid_fraction"] == pytest.approx(np.sum(4 / 3 * np.pi * packing.radius**3) / body["volume"], rel=1e-6)
+
+
+def test_same_seed_same_file(made, tmp_path):
+    make(tmp_path, region=PLATE, **SHAPES["plate"][0])
+    folder = made("plate")[3]
+    for name in ("body.data", "body.data.body"):
+        assert (tmp_path / name).read_bytes() == (folder / name).read_bytes()
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3, 4, 5, 6])
+def test_no_sphere_leaves_a_region_while_the_points_part(tmp_path, seed):
+    """LAMMPS stops a run in which a sphere's centre passes the wall of a region: few spheres, a thin wall, two ranks."""
+    _, packing = make(tmp_path, ranks=1 + seed % 2, region=TUBE, shape="region", n=300, seed=seed, steps=4, iterations=60)
+    assert SHAPES["tube"][2](packing.x, packing.radius).max() < 0.2 * packing.radius.mean()
+
+
+def test_progress_with_the_time_left(made):
+    assert len(re.findall(r"^Specimen of 700 spheres: \d+ % done, about \d+ s left,", made("block")[0].stdout, re.M)) == 22
+
+
+@pytest.mark.parametrize("lattice, partners", [("fcc", 12), ("bcc", 8), ("hcp", 12), ("sc", 6)])
+@pytest.mark.parametrize("shape", ["cylinder", "plate"])
+def test_crystals(tmp_path, lattice, partners, shape):
+    """Whole, equal spheres on the sites: all near pairs touch exactly, inner ones have all their partners."""
+    variables, region, gaps = ({}, None, None) if shape == "cylinder" else SHAPES[shape][:3]
+    run, packing = make(tmp_path, region=region, lattice=lattice, **variables)
+    count, radius = len(packing.x), packing.radius[0]
+    assert count == pytest.approx(700, rel=0.12) and np.ptp(packing.radius) < 1e-12 * radius
+    pairs, ratio = evp_specimen.pairs_within(packing, 1.1)
+    assert ratio.min() > 1 - 1e-9 and ratio.max() < 1 + 1e-9
+    touching = np.bincount(pairs.ravel(), minlength=count)
+    assert touching.max() == partners and np.sum(touching == partners) > 0.2 * count
+    beyond = evp_specimen.measure(packing).beyond_wall * radius if gaps is None else gaps(packing.x, packing.radius).max()
+    assert beyond < 1e-5 * radius
+    body = read_body(tmp_path / "body.data.body")
+    assert body["solid_fraction"] == pytest.approx(count * 4 / 3 * np.pi * radius**3 / body["volume"], rel=1e-6)
+
+
+def test_union_of_regions_is_warned_of(tmp_path):
+    """LAMMPS sees no inner edges of a union: spheres there hold nothing, and the body is not jammed."""
+    bone = """region left cylinder x 0 0 0.01 0 0.015001
+region gauge cylinder x 0 0 0.006 0 0.05
+region cone1 cone x 0 0 0.01 0.006 0.015 0.02
+region cone2 cone x 0 0 0.006 0.01 0.03 0.035
+region right cylinder x 0 0 0.01 0.034999 0.05
+region body union 5 left cone1 gauge cone2 right
+"""
+    (tmp_path / "body.region").write_text(bone)
+    run = run_lammps("in.specimen", 1, {"shape": "region", "region": "body.region", "n": 700}, tmp_path)
+    assert run.returncode != 0 or any("not see: make it by intersect" in line for line in run.warnings())
+
+
+@pytest.mark.parametrize("region, variables, message", [
+    (None, {"shape": "ball"}, "shape must be cylinder, block, region or mesh, got ball"),
+    (None, {"lattice": "diamond"}, "lattice must be none, fcc, bcc, hcp or sc, got diamond"),
+    (None, {"shape": "block"}, "width and height must be positive: a block needs -var width and -var height, got 0 and 0"),
+    (None, {"shape": "block", "width": 0.01, "height": -1}, "width and height must be positive: .* got 0.01 and -1"),
+    (None, {"shape": "block", "width": 0.01, "height": 0.001}, "500 spheres of radius 0.00[0-9]+ are too few for a body of 0.05 x 0.01 x 0.001 m: give a larger"),
+    (None, {"shape": "region"}, "no file none: shape region needs -var region FILE"),
+    (None, {"shape": "mesh"}, "shape mesh is what tools/body.py calls"),
+    ("region body block 1 2 1 2 1 2\n", {}, "the region body of body.region holds 0 of 300000 points in the box of x -0.005 to 0.055"),
+    ("region body block 0 50 -10 10 -5 5\n", {"width": 30, "height": 30},
+     "the region body of body.region reaches from x = -?[0-9.e-]+ to 0.0577[0-9]* m, not from 0 to length = 0.05: move it or give -var length"),
+    ("region body block 0 0.04 -0.01 0.01 -0.01 0.01\n", {}, "reaches from x = [0-9.e-]+ to 0.04 m, not from 0 to length = 0.05"),
+    ("region body block 0 0.05 -0.2 0.2 -0.01 0.01\n", {}, "reaches beyond y = 0.05 or z = 0.05 m: give -var width and -var height"),
+    ("region body cylinder x 0 0 0.02 0 0.05\n", {"lattice": "fcc", "n": 50, "length": 0.05, "spread": 0.4}, "spread must lie between 0 and 0.3"),
+    ("region other block 0 0.05 -0.01 0.01 -0.01 0.01\n", {}, "body")])
+def test_shapes_that_cannot_be_are_named(tmp_path, region, variables, message):
+    if region is not None:
+        (tmp_path / "body.region").write_text(region)
+        variables = {"shape": "region", "region": "body.region", **variables}
+    run = run_lammps("in.specimen", 1, {"out": "body.data", **variables}, tmp_path)
+    assert run.returncode != 0 and re.search(r"^ERROR.*" + message, run.stdout, re.M), run.stdout[-1500:]
+    assert not (tmp_path / "body.data").exists() and not (tmp_path / "body.data.body").exists()
