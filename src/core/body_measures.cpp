@@ -45,14 +45,6 @@ namespace {
     return "there is no " + source.body_file() + ": give length, and radius or area";
   }
 
-  std::string measure_keys()
-  {
-    std::string keys;
-    for (const MeasureMember &member : MEASURES)
-      keys += (keys.empty() ? std::string() : ", ") + member.key;
-    return keys;
-  }
-
   void parse_line(const std::vector<std::string> &words, BodyMeasures &measures)
   {
     if (words.size() != 4 || words[0] != "variable" || words[2] != "index") {
@@ -66,7 +58,7 @@ namespace {
         });
     if (member == std::end(MEASURES))
       throw BadInput("unknown measure '" + shown(words[1]) + "': a body may have " +
-                     measure_keys());
+                     keys_of(MEASURES, ", "));
     const double value = parse_number(member->key, words[3]);
     if (!(value > 0.0))
       throw BadInput(std::string(member->key) + " must be positive, got " + shown(words[3]));
@@ -82,12 +74,7 @@ namespace {
 
 BodyMeasures measures_from_text(const std::string &text, const std::string &file)
 {
-  if (text.find('\0') != std::string::npos)
-    throw BadInput("file " + file + " is not a text file (it holds a NUL byte)");
-  if (has_byte_order_mark(text))
-    throw BadInput("file " + file +
-                   " starts with a byte-order mark: save it without (plain ASCII or UTF-8)");
-
+  demand_plain_text(text, file);
   BodyMeasures measures{};
   std::istringstream in(text);
   std::string line;
@@ -149,7 +136,7 @@ void check_centres(const BodyMeasures &body, const Centres &centres, const Measu
 {
   const auto &low = centres.lowest, &high = centres.highest;
   // a lattice leaves up to a layer more free
-  const double near = source.is_described ? 2.0 * body.diameter : body.diameter;
+  const double near = source.is_described ? 2.0 * centres.diameter : centres.diameter;
   const double slack = BEYOND * body.length;
   const bool fits_length = low[0] >= -slack && low[0] <= near && high[0] <= body.length + slack &&
       high[0] >= body.length - near;
@@ -166,7 +153,8 @@ void check_centres(const BodyMeasures &body, const Centres &centres, const Measu
       throw BadInput(wide + "which is no cylinder of radius " + rounded(body.radius, 6) +
                      " m about the x axis; " + remedy(source));
   } else {
-    const double box = (high[1] - low[1] + body.diameter) * (high[2] - low[2] + body.diameter);
+    const double box =
+        (high[1] - low[1] + centres.diameter) * (high[2] - low[2] + centres.diameter);
     if (!(body.area <= ROUGH_AREA * box))
       throw BadInput(wide + "too little for area = " + rounded(body.area, 6) + " m2; " +
                      remedy(source));

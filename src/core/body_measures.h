@@ -44,6 +44,7 @@ struct Centres {
   int64_t count;
   std::array<double, 3> lowest, highest;    ///< coordinates of the centres [m]
   double farthest;                          ///< from the x axis [m]
+  double diameter;                          ///< of the largest sphere [m]
 };
 
 /// What the particles fill.

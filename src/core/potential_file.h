@@ -70,12 +70,7 @@ inline std::array<std::string, 2> split_file_and_row(const std::string &word)
 inline GivenRow row_from_text(const std::string &text, const std::string &file,
                               const std::string &name, const std::string &units)
 {
-  if (text.find('\0') != std::string::npos)
-    throw BadInput("file " + file + " is not a text file (it holds a NUL byte)");
-  if (has_byte_order_mark(text))
-    throw BadInput("file " + file +
-                   " starts with a byte-order mark: save it without (plain ASCII or UTF-8)");
-
+  demand_plain_text(text, file);
   std::istringstream in(text);
   std::string line, known;
   if (std::getline(in, line)) {

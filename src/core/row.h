@@ -102,12 +102,7 @@ inline bool operator==(const Row &a, const Row &b)
 /// "e1 m1 ... alpha", for messages.
 inline std::string row_keys()
 {
-  std::string keys;
-  for (const Member &member : MEMBERS) {
-    if (!keys.empty()) keys += ' ';
-    keys += member.key;
-  }
-  return keys;
+  return keys_of(MEMBERS, " ");
 }
 
 }    // namespace EVP

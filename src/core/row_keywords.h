@@ -13,10 +13,9 @@ namespace EVP {
 
 /// What a row may go on with, by keyword; 0 where it does not.
 struct RowKeywords {
-  double spacing,
-      coordination;    ///< of the bodies that the row holds for, see core/bond_measures.h
-  double kv;           ///< of fix evp/volume [energy]
-  double density;      ///< of the solid [mass/volume]
+  double spacing, coordination;    ///< of the bodies that it holds for: core/bond_measures.h
+  double kv;                       ///< of fix evp/volume [energy]
+  double density;                  ///< of the solid [mass/volume]
 
   /// Does the row name the bodies that it holds for? Both or none: parse_row() sees to that.
   bool is_scaled() const { return spacing > 0.0; }
@@ -70,10 +69,7 @@ inline bool operator==(const RowKeywords &a, const RowKeywords &b)
 /// "spacing, coordination, kv, density", for messages.
 inline std::string row_keywords()
 {
-  std::string keys;
-  for (const KeywordMember &member : KEYWORDS)
-    keys += (keys.empty() ? std::string() : ", ") + member.key;
-  return keys;
+  return keys_of(KEYWORDS, ", ");
 }
 
 }    // namespace EVP

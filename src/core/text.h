@@ -34,6 +34,16 @@ inline bool has_byte_order_mark(const std::string &text)
   return text.compare(0, 3, "\xEF\xBB\xBF") == 0;
 }
 
+/// Throws BadInput that names the file where its whole text is not plain.
+inline void demand_plain_text(const std::string &text, const std::string &file)
+{
+  if (text.find('\0') != std::string::npos)
+    throw BadInput("file " + file + " is not a text file (it holds a NUL byte)");
+  if (has_byte_order_mark(text))
+    throw BadInput("file " + file +
+                   " starts with a byte-order mark: save it without (plain ASCII or UTF-8)");
+}
+
 /// A decimal number that fills the whole word and is finite; hexadecimal, nan and inf are refused.
 inline double parse_number(const std::string &key, const std::string &word)
 {
@@ -60,6 +70,15 @@ inline std::string shortest_text(double value)
     if (std::strtod(text, nullptr) == value) break;
   }
   return text;
+}
+
+/// The keys of a table of members, for messages.
+template <class Members> std::string keys_of(const Members &members, const char *between)
+{
+  std::string keys;
+  for (const auto &member : members)
+    keys += (keys.empty() ? "" : between) + std::string(member.key);
+  return keys;
 }
 
 /// The words of one line up to a '#'.

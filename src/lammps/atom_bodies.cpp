@@ -8,7 +8,6 @@
 #include "modify.h"
 
 #include <algorithm>
-#include <cstring>
 
 using namespace LAMMPS_NS;
 
@@ -23,6 +22,6 @@ std::string LAMMPS_NS::missing_molecules(const LAMMPS *lmp)
   const auto &sent = lmp->atom->avec->fields_border;
   if (std::find(sent.begin(), sent.end(), "molecule") != sent.end()) return "";
   for (const Fix *fix : lmp->modify->get_fix_list())
-    if (strcmp(fix->style, "property/atom") == 0 && fix->comm_border > 0) return "";
+    if (utils::strmatch(fix->style, "^property/atom") && fix->comm_border > 0) return "";
   return "within molecule needs ghost atoms that know their molecule IDs: use " + remedy;
 }

@@ -86,7 +86,8 @@ void FixEVPVolume::init()
 void FixEVPVolume::post_force(int /*vflag*/)
 {
   strains_step = -1;
-  for (int i = 0; forces->acts() && i < atom->nlocal; i++) shown[i] = forces->strain(i);
+  const int nlocal = forces->acts() ? atom->nlocal : 0;
+  for (int i = 0; i < nlocal; i++) shown[i] = forces->strain(i);
   const bool per_atom = update->eflag_atom == update->ntimestep;
   ev_init(per_atom ? ENERGY_ATOM : ENERGY_NONE, VIRIAL_NONE);
   for (int i = 0; eflag_atom && i < atom->nlocal; i++) eatom[i] = forces->energy(i);

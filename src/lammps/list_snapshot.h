@@ -60,7 +60,8 @@ class ListSnapshot : protected Pointers {
         nall == atom->nlocal + atom->nghost;
   }
 
-  /// Own atoms, their types, radii and, where they matter, molecules: some may have gone and as many come, under the same IDs even.
+  /// Own atoms, their types, radii and, where they matter, molecules: some may have gone and as many come, under the
+  /// same IDs even.
   bool matches_atoms() const { return atoms == fingerprint(); }
 
   /// Of own atoms and ghosts, where they were kept.

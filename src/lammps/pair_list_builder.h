@@ -24,11 +24,10 @@ class PairListBuilder : protected Pointers {
     const EVP::Coefficients *coefficients;
     const EVP::BondStore *bonds;    ///< nullptr without
     EVP::PairRules rules;
-    EVP::Within within;        ///< see fix evp/bonds
-    double new_pair_margin;    ///< of their cuts, see core/pair_list.h
-    double
-        repulsive_margin;    ///< the same of those that only repel as their atoms are of two bodies
-    int implicit_groupbit;    ///< pairs with an atom of it have the law without gamma
+    EVP::Within within;         ///< see fix evp/bonds
+    double new_pair_margin;     ///< of their cuts, see core/pair_list.h
+    double repulsive_margin;    ///< the same of pairs of two bodies, which only repel
+    int implicit_groupbit;      ///< pairs with an atom of it have the law without gamma
   };
 
   /// Pairs that overlap beyond the limit; the first of them.

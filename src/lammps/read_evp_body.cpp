@@ -85,7 +85,8 @@ EVP::BodyMeasures ReadEVPBody::read_description(EVP::MeasureSource &source) cons
 EVP::Centres ReadEVPBody::find_centres() const
 {
   constexpr double FAR = std::numeric_limits<double>::max();
-  std::array<double, 7> most;    // of -x, -y, -z, x, y, z and the distance from the axis squared
+  // of -x, -y, -z, x, y, z, the distance from the axis squared and the radius
+  std::array<double, 8> most;
   most.fill(-FAR);
   for (int i = 0; i < atom->nlocal; i++) {
     const double *x = atom->x[i];
@@ -94,13 +95,15 @@ EVP::Centres ReadEVPBody::find_centres() const
       most[k + 3] = std::max(most[k + 3], x[k]);
     }
     most[6] = std::max(most[6], x[1] * x[1] + x[2] * x[2]);
+    most[7] = std::max(most[7], atom->radius[i]);
   }
   most = EVP::reduce_all(most, MPI_MAX, world);
   const bigint count = EVP::reduce_all((bigint) atom->nlocal, MPI_SUM, world);
   return {count,
           {-most[0], -most[1], -most[2]},
           {most[3], most[4], most[5]},
-          std::sqrt(std::max(most[6], 0.0))};
+          std::sqrt(std::max(most[6], 0.0)),
+          2.0 * most[7]};
 }
 
 EVP::FilledVolume ReadEVPBody::sum_spheres(double length) const

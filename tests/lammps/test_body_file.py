@@ -67,14 +67,14 @@ def test_area_of_the_body_divides_the_force(tmp_path, deck):
 
 @pytest.mark.parametrize("deck", DECKS)
 @pytest.mark.parametrize("measures, variables, message", [
-    ({}, {"radius": 0.025}, "y from -0.01769 to 0.01751 m and z from -0.01746 to 0.01762 m, which is no cylinder of radius 0.025 m .*; correct what -var gives"),
-    ({}, {"radius": 0.01}, "no cylinder of radius 0.01 m about the x axis; correct what -var gives"),
-    ({}, {"length": 0.06}, "the centres lie from 0.002327 to 0.04765 m along x, not from 0 to length = 0.06 m; correct what -var gives"),
+    ({}, {"radius": 0.025}, "y from -0.01769 to 0.01751 m and z from -0.01746 to 0.01762 m, which is no cylinder of radius 0.025 m .*; correct the given length, radius or area"),
+    ({}, {"radius": 0.01}, "no cylinder of radius 0.01 m about the x axis; correct the given length, radius or area"),
+    ({}, {"length": 0.06}, "the centres lie from 0.002327 to 0.04765 m along x, not from 0 to length = 0.06 m; correct the given length, radius or area"),
     ({}, {"length": 0.04}, "not from 0 to length = 0.04 m"),
-    ({}, {"area": 0.01}, "too little for area = 0.01 m2; correct what -var gives"),
-    ({}, {"area": 1e-4}, "the spheres fill 7.46 of area = 0.0001 m2 times length; correct what -var gives"),
+    ({}, {"area": 0.01}, "too little for area = 0.01 m2; correct the given length, radius or area"),
+    ({}, {"area": 1e-4}, "the spheres fill 7.46 of area = 0.0001 m2 times length; correct the given length, radius or area"),
     ({}, {"radius": 0.02, "area": 0.00125}, "radius and area are both given"),
-    ({}, {"length": -0.05}, "length, radius and area must be 0 or positive, got -0.05, 0 and 0"),
+    ({}, {"length": -0.05}, "length must be positive, or 0 where it is not given, got -0.05"),
     ({**CYLINDER, "length": 0.08}, {}, "not from 0 to length = 0.08 m; make body.data and body.data.body anew"),
     ({**CYLINDER, "radius": 0.04}, {}, "no cylinder of radius 0.04 m about the x axis; make body.data and body.data.body anew"),
     ({**CYLINDER, "volume": 7e-5}, {}, r"body.data.body is of another body: the spheres have 3.654e-05 m3, it says 4.071e-05 m3; make both anew")])
@@ -97,7 +97,7 @@ def test_another_body_without_a_file_is_not_taken_for_the_paper_s(tmp_path, deck
         lines[k] = " ".join(words)
     text = "\n".join(lines) + "\n"
     (tmp_path / "body.data").write_text(text.replace("-0.02 0.07 xlo xhi", "-0.02 0.7 xlo xhi"))
-    refused(pull(tmp_path, deck), what + ", not from 0 to length = 0.05 m; there is no body.data.body: give -var length, and -var radius or -var area")
+    refused(pull(tmp_path, deck), what + ", not from 0 to length = 0.05 m; there is no body.data.body: give length, and radius or area")
 
 
 @pytest.mark.parametrize("deck", DECKS)
@@ -112,6 +112,19 @@ def test_a_row_that_names_its_bodies_is_that_of_coeff_on_its_own_body(tmp_path, 
         stress[key] = read_csv(tmp_path / "pull.csv")["stress_virial"]
     assert stress["own"] == pytest.approx(stress["coeff"], rel=1e-5, abs=1e3) and np.array_equal(stress["plain"], stress["coeff"])
     assert np.abs(stress["other"]).max() < 0.2 * np.abs(stress["coeff"]).max(), "control"
+
+
+@pytest.mark.parametrize("deck", DECKS)
+@pytest.mark.parametrize("choices, contact", [({}, "literal"), ({"material": "rows.evp:plain"}, "repulsive"),
+                                              ({"material": "rows.evp:plain", "contact": "literal"}, "literal")])
+def test_contact_is_repulsive_with_a_row_unless_given(tmp_path, deck, choices, contact):
+    """The paper's default stays. One line says that it is another."""
+    write_body(tmp_path)
+    (tmp_path / "rows.evp").write_text(ROWS)
+    text = run_lammps(deck, 1, {"specimen": "body.data", "out": "pull", "strain": 0.001, "row": 0.0005, **choices}, tmp_path, seconds=60).ok().stdout
+    assert f"new contacts {contact}" in text
+    told = re.findall(r"^contact repulsive, .*-var material$", text, re.M)
+    assert len(told) == (contact == "repulsive")
 
 
 @pytest.mark.parametrize("deck", DECKS)
@@ -131,8 +144,8 @@ def test_density_of_a_row_gives_the_body_the_mass_of_its_solid(tmp_path):
     text = pull(tmp_path, material="rows.evp:heavy", also="more.lmp").ok().stdout
     assert float(re.search(r"^mass (\S+)$", text, re.M)[1]) == pytest.approx(2700 * CYLINDER["volume"], rel=1e-4)
     (tmp_path / "body.data.body").unlink()
-    text = pull(tmp_path, material="rows.evp:heavy", also="more.lmp", solid_fraction=0.5).ok().stdout
-    assert float(re.search(r"^mass (\S+)$", text, re.M)[1]) == pytest.approx(5400 * 3.654065e-5, rel=1e-4)
+    text = pull(tmp_path, material="rows.evp:heavy", also="more.lmp", radius=0.021).ok().stdout
+    assert float(re.search(r"^mass (\S+)$", text, re.M)[1]) == pytest.approx(2700 * np.pi * 0.021**2 * 0.05, rel=1e-9), "a cylinder has a volume without a file"
 
 
 @pytest.mark.parametrize("deck", DECKS)
@@ -140,8 +153,8 @@ def test_density_of_a_row_gives_the_body_the_mass_of_its_solid(tmp_path):
     ({"material": "rows.evp:plain", "coeff": ROW}, "material and coeff are both given: give one of them"),
     ({"material": "rows.evp:none"}, "read_evp_row: file rows.evp has no row 'none'; its rows: own, plain, heavy, stiff"),
     ({"material": "absent.evp:own"}, "read_evp_row: cannot read the potential file 'absent.evp'"),
-    ({"material": "rows.evp:heavy"}, "rows.evp:heavy gives the density of the solid, but no body.data.body the share of the body that the spheres fill: "
-                                     "make it by in.specimen, or give -var solid_fraction")])
+    ({"material": "rows.evp:heavy", "area": 0.00125}, "rows.evp:heavy gives the density of the solid, but body.data.body does not say which share of the body "
+                                                      "the spheres fill: make it by in.specimen, or add its volume there")])
 def test_materials_that_cannot_be(tmp_path, deck, variables, message):
     write_body(tmp_path)
     refused(pull(tmp_path, deck, **variables), message)

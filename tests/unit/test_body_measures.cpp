@@ -67,7 +67,7 @@ void expect_bad_line(const std::string &line, const std::vector<std::string> &pa
 /// Centres of a cylinder 0.06 x 0.018 m that just fits, of spheres of 4 mm.
 Centres centres_of_cylinder()
 {
-  return {800, {0.002, -0.016, -0.0158}, {0.058, 0.0159, 0.016}, 0.016};
+  return {800, {0.002, -0.016, -0.0158}, {0.058, 0.0159, 0.016}, 0.016, 0.0044};
 }
 
 }    // namespace
@@ -241,6 +241,8 @@ TEST(BodyMeasures, CentresMustFit)
                   "is no cylinder of radius 0.0159 m about the x axis"});
   expect_refusal(check(shape(0.06, 0.024, 0), GIVEN, none), {"no cylinder of radius 0.024 m"});
   expect_refusal(check(shape(0.06, 0, 1.6e-3), GIVEN, none), {"too little for area = 0.0016 m2"});
+  // given measures that are far off do not widen what fits
+  expect_refusal(check(shape(0.065, 0.1, 0), GIVEN, none), {"not from 0 to length = 0.065 m"});
   expect_refusal(check({}, NOTHING, none),
                  {"not from 0 to length = 0.05 m",
                   "there is no part.data.body: give length, and radius or area"});
@@ -252,7 +254,7 @@ TEST(BodyMeasures, ALatticeMayLeaveALayerMoreFree)
   centres.lowest[0] = 0.0055;
   const BodyMeasures described =
       EVP::find_measures({}, shape(0.06, 0.018, 0), DESCRIBED, centres.count);
-  EXPECT_GT(centres.lowest[0], described.diameter) << "control";
+  EXPECT_GT(centres.lowest[0], centres.diameter) << "control";
   EVP::check_centres(described, centres, DESCRIBED);
   EXPECT_THROW(EVP::check_centres(described, centres, GIVEN), BadInput);
 }
