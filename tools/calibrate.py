@@ -41,7 +41,7 @@ def parser():
     top.add_argument("--yield", dest="yield_stress", type=float, required=True, help="0.2 %% offset yield stress, nominal [Pa]")
     top.add_argument("--stress2", required=True, metavar="STRESS@STRAIN",
                      help="nominal stress [Pa] at a nominal strain beyond yield; negative strain: compression")
-    top.add_argument("--nu", type=float, help="Poisson's ratio, 0.25 to 0.42 (default: that of the network, about 0.27)")
+    top.add_argument("--nu", type=float, help="Poisson's ratio, 0.25 to 0.42 (default: that of the network, about 1/4)")
     top.add_argument("--rate", action="append", default=[], metavar="OVERSTRESS@RATE",
                      help="stress above the rate-independent one [Pa] at a strain rate [1/s]")
     top.add_argument("--density", type=float, required=True, help="of the solid [kg/m3]")

@@ -67,8 +67,7 @@ class Search:
         values = [slope, affine.offset_stress(shape), affine.stress([abs(self.targets.strain)], shape)[0]]
         found = [unknowns[0] + math.log(value) for value in values]
         if len(unknowns) > 3:
-            bulk, shear = 1.0 / 1.5 + volume, 0.4
-            found.append((3.0 * bulk - 2.0 * shear) / (2.0 * (3.0 * bulk + shear)) / self.targets.nu)
+            found.append(affine.poisson(volume) / self.targets.nu)
         return np.array(found)
 
     def start(self):

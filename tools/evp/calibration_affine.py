@@ -40,16 +40,24 @@ def row_of(shape, e1=1.0):
     return law.Row(e1, m, n, shape.softening * e1, m, n, shape.xi_s, 0.0, ALPHA)
 
 
+BULK, SHEAR = 1.0 / 1.5, 0.4  # K/E0 without the volume energy, which adds x; G/E0
+
+
 def volume_ratio(nu):
-    """x that gives Poisson's ratio nu: K/E0 = 1/1.5 + x, G/E0 = 0.4."""
-    shear = 0.4
-    return 2.0 * shear * (1.0 + nu) / (3.0 * (1.0 - 2.0 * nu)) - 1.0 / 1.5
+    """x that gives Poisson's ratio nu."""
+    return 2.0 * SHEAR * (1.0 + nu) / (3.0 * (1.0 - 2.0 * nu)) - BULK
+
+
+def poisson(volume):
+    """Poisson's ratio with the volume energy, the inverse of volume_ratio()."""
+    bulk = BULK + volume
+    return (3.0 * bulk - 2.0 * SHEAR) / (2.0 * (3.0 * bulk + SHEAR))
 
 
 def stiffening(volume):
     """E/E0 with the volume energy."""
-    bulk, shear = 1.0 / 1.5 + volume, 0.4
-    return 9.0 * bulk * shear / (3.0 * bulk + shear)
+    bulk = BULK + volume
+    return 9.0 * bulk * SHEAR / (3.0 * bulk + SHEAR)
 
 
 def stress(strains, shape):

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from . import calibration_affine as affine
-from . import curves, specimen
+from . import curves, dump, specimen
 from .progress import Progress
 from .run import DECKS, RunError, deck_command, environment, lammps_error, last_strain
 
@@ -206,16 +206,12 @@ def read_curve(path):
 
 
 def read_dump(path):
-    """Positions (N,3) by ID of a dump with the columns id x y z."""
-    with open(path, encoding="utf-8") as source:
-        lines = source.read().splitlines()
-    start = next(number for number, line in enumerate(lines) if line.startswith("ITEM: ATOMS"))
-    names = lines[start].split()[2:]
-    table = np.array([line.split() for line in lines[start + 1:]], dtype=float)
-    table = table[np.argsort(table[:, names.index("id")])]
-    if not np.all(np.isfinite(table)):
+    """Positions (N,3) by ID of the last snapshot of a dump; Failed where one is not finite."""
+    columns = dump.index([path])[-1].read()
+    x = np.stack([columns[axis] for axis in "xyz"], axis=1)
+    if not np.all(np.isfinite(x)):
         raise Failed("a position is not finite")
-    return table[:, [names.index(axis) for axis in "xyz"]]
+    return x
 
 
 def rate_strain(targets):

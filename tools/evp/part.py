@@ -13,7 +13,7 @@ from .run import Job, RunError, run_jobs
 from .specimen import read_data
 
 FILL = 0.57  # about what the spheres fill of a part: for the first guess of their radius
-SPACING = 0.25  # of the points of the surface, over the mean radius: a sphere sinks in by 1 % of its radius in the mean, 4 % at most
+SPACING = 0.25  # of the points of the surface, over the mean radius: a sphere sinks in by 1 to 2 % of its radius in the mean, 5 % at most
 ACROSS = 3.0  # spheres at least, side by side in the thinnest section
 TOUCHING = 0.02  # over the mean radius: spheres nearer to the surface than that are held by it
 LOST = 0.2  # a sphere this share of its radius beyond the surface is no part of the body
