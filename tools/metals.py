@@ -27,6 +27,7 @@ from evp.metals import METALS
 from evp.progress import watched
 from evp.report import add_out, command_line, errors_in_one_line, table, write_csv
 from evp.run import CHECKOUT, RunError
+from evp.whole import write_whole
 
 MPA = 1e6
 END = 0.1  # strain of the curves
@@ -71,9 +72,7 @@ class Kept:
         """The result called name; make(*arguments), which is kept, where it is not known."""
         if name not in self.known:
             self.known[name] = make(*arguments)
-            aside = self.path.with_suffix(".new")
-            aside.write_text(json.dumps(self.known), encoding="utf-8")
-            aside.replace(self.path)
+            write_whole(self.path, json.dumps(self.known))
         return self.known[name]
 
 
@@ -241,9 +240,7 @@ def main(words=None):
             results[name] = one
             head = head or out.read_text(encoding="utf-8").splitlines()[:2]
         rows = [line for name in METALS for line in (options.work / f"{name}.evp").read_text(encoding="utf-8").splitlines()[2:]]
-        aside = options.potentials.with_suffix(".new")
-        aside.write_text("\n".join([*head, *rows]) + "\n", encoding="utf-8")
-        aside.replace(options.potentials)
+        write_whole(options.potentials, "\n".join([*head, *rows]) + "\n")
         stem = options.out.stem
         draw(results, options.out.parent / "figures" / f"{stem}.png")
         write_csv(options.out.with_suffix(".csv"), ("row", "body", "E_GPa", "yield_MPa", "stress2_MPa"), [

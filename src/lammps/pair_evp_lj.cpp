@@ -132,7 +132,7 @@ void PairEVPLJ::coeff(int narg, char **arg)
   if (narg < 4 && !is_file_and_row)
     error->all(FLERR,
                "Pair evp/lj: pair_coeff needs two atom types and a row: the {} numbers {}, or FILE "
-               "NAME with the name of a row in the file, or FILE:NAME",
+               "ROW with the name of a row in the file, or FILE:ROW",
                EVP::NMEMBERS, EVP::row_keys());
   if (!allocated) allocate();
 

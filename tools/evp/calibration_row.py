@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """A calibrated row as text, and its way into a potential file: whole or not at all."""
 
-import os
 import pathlib
-import tempfile
+
+from .whole import write_whole
 
 HEAD = """# UNITS: si CONTRIBUTOR: tools/calibrate.py, which appends the rows
 # NAME e1 m1 n1 e2 m2 n2 xi_s gamma alpha, then spacing [m] and coordination of the body that it was found on, kv [J], density of the solid [kg/m3]
@@ -28,14 +28,4 @@ def append(path, lines):
     text = path.read_text(encoding="utf-8") if path.exists() else HEAD
     if not text.endswith("\n"):
         text += "\n"
-    handle, aside = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as target:
-            target.write(text + "\n".join(lines) + "\n")
-            target.flush()
-            os.fsync(target.fileno())
-        os.chmod(aside, path.stat().st_mode & 0o777 if path.exists() else 0o644)
-        os.replace(aside, path)
-    except BaseException:
-        os.unlink(aside)
-        raise
+    write_whole(path, text + "\n".join(lines) + "\n")

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """A packing of spheres within a closed surface: in.specimen between points of the surface, and how smooth it came out."""
 
-import os
 import pathlib
 import re
 import tempfile
@@ -11,6 +10,7 @@ import numpy as np
 
 from .run import Job, RunError, run_jobs
 from .specimen import read_data
+from .whole import write_whole
 
 FILL = 0.57  # about what the spheres fill of a part: for the first guess of their radius
 SPACING = 0.25  # of the points of the surface, over the mean radius: a sphere sinks in by 1 to 2 % of its radius in the mean, 5 % at most
@@ -106,19 +106,9 @@ def pack(surface, spheres, seed, density, out, cores=None):
         smooth = smoothness(surface, packing)
         text = (folder / "packed.data").read_text(encoding="utf-8").replace("2 atom types", "1 atom types", 1)
         body = (folder / "packed.data.body").read_text(encoding="utf-8").replace("packed.data", out.name)
-        replace(out, text)
-        replace(out.with_name(out.name + ".body"), body)
+        write_whole(out, text)
+        write_whole(out.with_name(out.name + ".body"), body)
     return packing, smooth
-
-
-def replace(path, text):
-    """Writes a file whole or not at all."""
-    part = path.with_name(path.name + ".part")
-    try:
-        part.write_text(text, encoding="utf-8")
-        os.replace(part, path)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def smoothness(surface, packing):
