@@ -17,6 +17,7 @@ from typing import NamedTuple
 import evp  # noqa: F401  before numpy
 import numpy as np
 from evp import figures, loads, specimen
+from evp.accuracy_unloading import read_positions
 from evp.progress import watched
 from evp.report import add_out, command_line, errors_in_one_line, table
 from evp.run import CHECKOUT, DECKS, deck_command, output_of
@@ -27,6 +28,7 @@ SPAN = 0.8 * BAR["length"]
 FREE_LENGTH = 0.8 * ROUND["length"]  # between the grips
 STRAIN = 2e-4  # of the farthest fibre at the end: the tangent at no strain is extrapolated
 AT_REST = {"contact": "none", "tolerance": 1e-5}
+WITHIN = 0.05  # of the closed form: wanted
 ZONE = 1.5  # bonds are pairs within this times R_i + R_j: alpha of in.quasistatic's coefficients
 
 
@@ -39,6 +41,7 @@ class Found(NamedTuple):
     bar_modulus: float
     bending: float
     bending_bonds: float
+    nu: float  # of the round bar in tension
 
 
 def slope(folder, name, x, y):
@@ -80,6 +83,8 @@ def measure(spheres, seed, folder):
     name = f"round_{spheres}_{seed}"
     data = pack(folder, name, spheres, seed, ROUND)
     round_modulus = young(folder, name, data)
+    at_end = read_positions(folder / f"new_{name}_pulled_state.dump")
+    axial, lateral = specimen.middle_strains(specimen.read_data(folder / data), at_end, ROUND["length"])
     angle = STRAIN * FREE_LENGTH / ROUND["radius"]
     run(folder, "in.torsion", f"{name}_twisted", data, angle=angle, increment=angle / 2)
     twisted = slope(folder, f"{name}_twisted", "angle", "torque_grip") / loads.torque(round_modulus, ROUND["radius"], FREE_LENGTH, 1.0)
@@ -92,7 +97,8 @@ def measure(spheres, seed, folder):
     beam = loads.Beam(bar_modulus, BAR["width"], BAR["height"], SPAN)
     bent = slope(folder, f"{name}_bent", "deflection", "force") * beam.deflection(1.0)
     inertia = loads.bending_share(bonds_of(folder, data, BAR["length"]), BAR["height"])
-    return Found(round_modulus, twisted, turning, bar_modulus, bent, beam.deflection(1.0) / beam.deflection(1.0, inertia))
+    return Found(round_modulus, twisted, turning, bar_modulus, bent, beam.deflection(1.0) / beam.deflection(1.0, inertia),
+                 -lateral / axial)
 
 
 def trend(results, member):
@@ -100,6 +106,13 @@ def trend(results, member):
     points = [(spheres ** (-1.0 / 3.0), getattr(found, member)) for spheres, bodies in results.items() for found in bodies]
     slope_, limit = np.polyfit(*zip(*points), 1)
     return limit, slope_
+
+
+def needed(kind, limit, slope_):
+    """Sentence: from which N on a line through the ratios is within 5 %."""
+    if limit <= 1.0 - WITHIN:
+        return f"By the line below {kind} does not come within {100 * WITHIN:.0f} %."
+    return f"By the line below {kind} is within {100 * WITHIN:.0f} % from about {round((slope_ / (1.0 - WITHIN - limit)) ** 3, -3):.0f} spheres on."
 
 
 def cell(bodies, member):
@@ -111,16 +124,16 @@ def cell(bodies, member):
 
 HEAD = """# Torsion and bending against closed forms
 
-Stiffness of bars of random packings over the closed form, G = 0.4 E with E of the same body in tension. Within 5 % is {most} spheres:
-torsion {torsion:.3f}, bending {bending:.3f}. Both tend to 1 with N^(-1/3): what departs is the surface.
+Stiffness of bars of random packings over that of the closed form, with E of the same body in tension and G = 0.4 E. With {most} spheres:
+torsion {torsion:.3f}, bending {bending:.3f}.
+{within}
+What departs is mostly the surface, and goes with N^(-1/3):
 
-- **Surface.** No bond reaches the surface: the stiffness ends a part of a diameter below it. In tension this takes from the area, radius^2;
-  in torsion from the polar moment, radius^4, in bending from height^3. E of the body holds the first part only. *Of the bonds* is the
-  ratio that follows from the places and directions of the bonds alone, by the energy of an affine strain; no number is fitted.
-- **What is left** beyond the surface, *measured/bonds*: the rest of the strain is not affine, and grips hinder the lateral contraction
-  in tension, which makes E too large.
-- For E I or G J of a body within a few percent, take its stiffness from these decks and not from E and the nominal section, or divide
-  by the ratio of the bonds.
+- No bond reaches the surface: the body is stiff up to a part of a diameter below it. In tension this takes from the area, radius^2, and is in
+  E; in torsion from radius^4, in bending from height^3. *Of the bonds* is the ratio that the places and directions of the bonds
+  give, by the energy of an affine strain; no number is fitted.
+- *Measured/bonds* is what is left: the strain is not affine, most of all at the surface. Of this nu = {nu:.3f} in place of 1/4 makes {by_nu:.1f} % in torsion.
+- Where G J or E I is needed within a few percent, multiply the closed form by the ratio of the bonds (`tools/evp/loads.py`), or measure with these decks.
 
 """
 
@@ -128,7 +141,7 @@ TAIL = """
 Written by `{command}`. Table 1 without damping, e scaled with N, *contact none*. Torsion: a cylinder of length {length} m and radius {radius} m,
 in.torsion, `torque_grip`, G J angle/free length. Bending: a block of {bar} m, in.bending, span {span:g} m, deflection
 F S^3/(48 E I) + F S/(4 kappa G A) with kappa = {kappa:.3f}. E: in.quasistatic, `stress_grip`. Tangents at no strain, from strains of the farthest fibre
-up to {strain:g}. *+-*: largest departure of {seeds} packings from their mean. Last line: a straight line over N^(-1/3) through all bodies.
+up to {strain:g}. *+-*: largest departure of {seeds} packings from their mean. *line*: a straight line over N^(-1/3) through all bodies.
 """
 
 
@@ -139,12 +152,14 @@ def page(results, seeds):
         left = [statistics.mean(getattr(found, kind) / getattr(found, f"{kind}_bonds") for found in bodies) for kind in ("torsion", "bending")]
         rows.append([spheres, cell(bodies, "torsion"), cell(bodies, "torsion_bonds"), f"{left[0]:.3f}",
                      cell(bodies, "bending"), cell(bodies, "bending_bonds"), f"{left[1]:.3f}"])
-    ends = {kind: trend(results, kind) if len(results) > 1 else (float("nan"), float("nan")) for kind in Found._fields}
+    ends = {kind: trend(results, kind) for kind in Found._fields} if len(results) > 1 else {}
     lines = {kind: f"{limit:.3f} - {-slope_:.2f} N^(-1/3)" for kind, (limit, slope_) in ends.items()}
-    rows.append(["line", lines["torsion"], lines["torsion_bonds"], "", lines["bending"], lines["bending_bonds"], ""])
+    if lines:
+        rows.append(["line", lines["torsion"], lines["torsion_bonds"], "", lines["bending"], lines["bending_bonds"], ""])
     most = max(results)
-    head = HEAD.format(most=most, torsion=statistics.mean(found.torsion for found in results[most]),
-                       bending=statistics.mean(found.bending for found in results[most]))
+    at_most = {kind: statistics.mean(getattr(found, kind) for found in results[most]) for kind in ("torsion", "bending", "nu")}
+    head = HEAD.format(most=most, within=" ".join(needed(kind, *ends[kind]) for kind in ("torsion", "bending") if ends), **at_most,
+                       by_nu=100.0 * (1.0 - (1.0 + loads.NU) / (1.0 + at_most["nu"])))
     command = f"tools/closed_form_loads.py --spheres {' '.join(map(str, results))} --seeds {seeds}"
     bar = " x ".join(f"{BAR[key]:g}" for key in ("length", "width", "height"))
     tail = TAIL.format(command=command, bar=bar, span=SPAN, kappa=loads.KAPPA, strain=STRAIN, seeds=seeds, **ROUND)
@@ -169,7 +184,8 @@ def main(words=None):
     results = {}
     with errors_in_one_line("closed_form_loads.py"):
         plan = [(spheres, seed) for spheres in sorted(set(options.spheres)) for seed in range(1, options.seeds + 1)]
-        for spheres, seed in watched("closed_form_loads.py:", plan, lambda case: f"{case[0]} spheres, seed {case[1]}", lambda case: case[0] ** (4.0 / 3.0)):
+        for spheres, seed in watched("closed_form_loads.py:", plan, lambda case: f"{case[0]} spheres, seed {case[1]}",
+                                     lambda case: case[0] ** (4.0 / 3.0)):
             results.setdefault(spheres, []).append(measure(spheres, seed, options.work))
         text = page(results, options.seeds)
         options.out.write_text(text, encoding="utf-8")
