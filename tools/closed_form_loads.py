@@ -132,16 +132,18 @@ What departs is mostly the surface, and goes with N^(-1/3):
 - No bond reaches the surface: the body is stiff up to a part of a diameter below it. In tension this takes from the area, radius^2, and is in
   E; in torsion from radius^4, in bending from height^3. *Of the bonds* is the ratio that the places and directions of the bonds
   give, by the energy of an affine strain; no number is fitted.
-- *Measured/bonds* is what is left: the strain is not affine, most of all at the surface. Of this nu = {nu:.3f} in place of 1/4 makes {by_nu:.1f} % in torsion.
-- Where G J or E I is needed within a few percent, multiply the closed form by the ratio of the bonds (`tools/evp/loads.py`), or measure with these decks.
+- *Measured/bonds* is what is left: the strain is not affine, most of all at the surface. Of this nu = {nu:.3f} in place of 1/4
+  makes {by_nu:.1f} % in torsion.
+- Where G J or E I is needed within a few percent, multiply the closed form by the ratio of the bonds (`tools/evp/loads.py`), or
+  measure with these decks.
 
 """
 
 TAIL = """
 Written by `{command}`. Table 1 without damping, e scaled with N, *contact none*. Torsion: a cylinder of length {length} m and radius {radius} m,
 in.torsion, `torque_grip`, G J angle/free length. Bending: a block of {bar} m, in.bending, span {span:g} m, deflection
-F S^3/(48 E I) + F S/(4 kappa G A) with kappa = {kappa:.3f}. E: in.quasistatic, `stress_grip`. Tangents at no strain, from strains of the farthest fibre
-up to {strain:g}. *+-*: largest departure of {seeds} packings from their mean. *line*: a straight line over N^(-1/3) through all bodies.
+F S^3/(48 E I) + F S/(4 kappa G A) with kappa = {kappa:.3f}. E: in.quasistatic, `stress_grip`. Tangents at no strain, from strains of the
+farthest fibre up to {strain:g}. *+-*: largest departure of {seeds} packings from their mean. *line*: a straight line over N^(-1/3) through all bodies.
 """
 
 
