@@ -14,9 +14,9 @@ void ReadEVPRow::command(int narg, char **arg)
 {
   if (narg < 2)
     error->all(FLERR,
-               "read_evp_row: expected a row, FILE:ROW or its numbers, and the prefix of the "
-               "variables, got {} argument{}",
-               narg, narg == 1 ? "" : "s");
+               "read_evp_row: expected two arguments at least, a row (FILE:ROW or its numbers) "
+               "and the prefix of the variables, got {}",
+               narg);
   const PrefixedVariables variables(lmp, "read_evp_row", arg[narg - 1]);
 
   std::vector<std::string> words = {arg, arg + narg - 1};

@@ -162,7 +162,7 @@ def test_rows_from_a_file_and_typed_are_one(lmp, tmp_path, ranks):
     (f'"{TABLE1.replace("0.005", "5")}"', "read_evp_row: xi_s must lie between 0 and 1"),
     ("good.evp", "read_evp_row: expected FILE:ROW, a potential file and the name of a row, got 'good.evp'"),
     ('""', "read_evp_row: expected 9 values, got 0"),
-    ("", "read_evp_row: expected a row, FILE:ROW or its numbers, and the prefix of the variables, got 1 argument"),
+    ("", "read_evp_row: expected two arguments at least, a row (FILE:ROW or its numbers) and the prefix of the variables, got 1"),
     ("absent.evp:a", "read_evp_row: cannot read the potential file 'absent.evp'")])
 def test_bad_rows(lmp, words, text):
     run = lmp(row_deck(words), seconds=30)

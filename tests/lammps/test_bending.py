@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""in.bending: the force in itself, over its way, on other ranks; what the sections do; what it refuses. Its stiffness:
+test_closed_form_loads.py."""
+
+import numpy as np
+import pytest
+from conftest import REFERENCE
+from lammps_run import read_csv, read_dump, run_lammps
+
+LENGTH, WIDTH, HEIGHT, SPAN = 0.1, 0.01, 0.02, 0.08  # [m]
+SMALL = {"strain": 2e-4, "increment": 1e-4, "tolerance": 1e-6}  # of the outer fibre: elastic
+
+
+@pytest.fixture(scope="module")
+def bar(tmp_path_factory):
+    """A bar of 1000 spheres."""
+    folder = tmp_path_factory.mktemp("bar")
+    block = {"shape": "block", "length": LENGTH, "width": WIDTH, "height": HEIGHT}
+    run_lammps("in.specimen", 1, {"n": 1000, "out": "bar.data", **block}, folder).ok()
+    return folder / "bar.data"
+
+
+@pytest.fixture(scope="module")
+def bend(bar, tmp_path_factory):
+    """The curve of a run and its folder, each made once."""
+    known = {}
+
+    def get(ranks=1, **choices):
+        key = (ranks, *choices.items())
+        if key not in known:
+            folder = tmp_path_factory.mktemp("bent")
+            run_lammps("in.bending", ranks, {"specimen": bar, "contact": "none", "out": "bent", **choices}, folder).ok()
+            known[key] = read_csv(folder / "bent.csv"), folder
+        return known[key]
+
+    return get
+
+
+def test_rows(bend):
+    """Columns are those of beams; the springs yield two thousandths of the deflection at most."""
+    curve = bend(**SMALL)[0]
+    assert list(curve) == ["strain", "stress", "deflection", "force", "reaction"]
+    assert curve["strain"] == pytest.approx([0.0, 1e-4, 2e-4], rel=2e-3)
+    assert curve["deflection"] == pytest.approx(curve["strain"] * SPAN**2 / (6.0 * HEIGHT), rel=0.01)  # the span is that of whole spheres
+    assert curve["stress"] == pytest.approx(1.5 * curve["force"] * SPAN / (WIDTH * HEIGHT**2), rel=0.01)
+
+
+def test_supports_carry_the_load(bend):
+    curve = bend(**SMALL)[0]
+    assert curve["reaction"][1:] == pytest.approx(curve["force"][1:], rel=1e-4)
+    assert curve["force"][2] > 300.0, "control"
+
+
+def test_other_ranks_and_the_other_way(bend):
+    """Two ranks find the same rest, and bent up the bar has minus the force."""
+    force = bend(**SMALL)[0]["force"][1:]
+    assert bend(2, **SMALL)[0]["force"][1:] == pytest.approx(force, rel=1e-4)
+    assert bend(**{**SMALL, "strain": -2e-4})[0]["force"][1:] == pytest.approx(-force, rel=5e-3)
+
+
+def test_sections_turn_and_are_not_dented(bend):
+    """Sections at the supports turn by the slope of a beam, most of it 3 deflection/span; the height at the load stays; no roll."""
+    curve, folder = bend(**{**SMALL, "tolerance": 1e-5}, frames=1)
+    start, end = (frame.vectors("x", "y", "z") for frame in read_dump(folder / "bent_frames.dump"))
+    moved, deflection = end - start, curve["deflection"][-1]
+    for at, sign in ((0.5 * (LENGTH - SPAN), 1.0), (0.5 * (LENGTH + SPAN), -1.0)):
+        near = np.abs(start[:, 0] - at) < 0.004
+        slope = np.polyfit(start[near, 2], moved[near, 0], 1)[0]
+        assert 0.75 < sign * slope / (3.0 * deflection / SPAN) < 1.0
+    middle = np.abs(start[:, 0] - 0.5 * LENGTH) < 0.004
+    assert abs(np.polyfit(start[middle, 2], moved[middle, 2], 1)[0]) * HEIGHT < 0.03 * deflection
+    assert abs(np.polyfit(start[:, 1], moved[:, 2], 1)[0]) * HEIGHT < 0.03 * deflection
+    assert np.mean(moved[middle, 2]) < -0.8 * deflection, "control"
+
+
+def test_reversible_law_comes_back_to_no_force(bend):
+    curve = bend(strain=0.02, increment=0.001, cycles=1)[0]
+    assert len(curve["strain"]) == 41 and np.argmax(curve["strain"]) == 20
+    assert abs(curve["force"][-1]) < 2e-3 * curve["force"].max()
+    assert curve["stress"][20] < 0.8 * 20 * curve["stress"][1], "control: it has yielded"
+
+
+def test_flow_stays_with_unload_elastic(bend):
+    """It unloads with the first stiffness, and a deflection is left where the force is gone."""
+    curve = bend(strain=0.02, increment=0.001, cycles=1, unload="elastic")[0]
+    strain, stress = curve["strain"], curve["stress"]
+    first = stress[1] / strain[1]
+    assert (stress[20] - stress[22]) / (strain[20] - strain[22]) == pytest.approx(first, rel=0.1)
+    left = np.interp(0.0, stress[:19:-1], strain[:19:-1])
+    assert left == pytest.approx(strain[20] - stress[20] / first, rel=0.1) and 0.004 < left < 0.01
+
+
+@pytest.mark.parametrize("choices, message", [
+    ({"strain": 0}, "strain must not be 0"),
+    ({"span": 0.0995}, "span = 0.0995 m leaves no sphere beyond the supports: give -var span 0.097"),
+    ({"span": 0.03}, "span = 0.03 m is less than two heights of 0.02 m"),
+    ({"specimen": REFERENCE}, "span = 0.04 m is less than two heights"),
+    ({"cycles": -1}, "cycles must be 0 or a positive integer, got -1"),
+    ({"cycles": 1, "lower": 0.02}, "lower = 0.02 is strain"),
+    ({"tolerance": 0}, "increment, tolerance and evaluations must be positive, got 0.0005, 0 "),
+    ({"frames": 0.5}, "frames must be 0 or a positive integer, got 0.5"),
+    ({"evaluations": 3, "increment": 0.02}, "increment 1 is not at rest"),
+])
+def test_one_message_for_each_wrong_choice(bar, tmp_path, choices, message):
+    run = run_lammps("in.bending", 1, {"specimen": bar, **choices}, tmp_path)
+    lines = [line for line in run.stdout.splitlines() if line.startswith("ERROR")]
+    assert run.returncode == 1 and len(lines) == 1 and message in lines[0], run.stdout[-600:]
+
+
+def test_a_round_bar(tmp_path):
+    """Its stress is force span / 4 over PI radius^3 / 4; the slender bar bends as E of tension says, but for its surface."""
+    run_lammps("in.specimen", 1, {"n": 1000, "length": 0.2, "radius": 0.012, "out": "round.data"}, tmp_path).ok()
+    choices = {"specimen": "round.data", "contact": "none", "tolerance": 1e-5}
+    run_lammps("in.bending", 1, {**choices, "strain": 2e-4, "increment": 1e-4, "out": "bent"}, tmp_path).ok()
+    curve = read_csv(tmp_path / "bent.csv")
+    assert curve["stress"][2] == pytest.approx(curve["force"][2] * 0.16 / 4.0 / (np.pi * 0.012**3 / 4.0), rel=0.01)
+    run_lammps("in.quasistatic", 1, {**choices, "strain": 2e-4, "increment": 1e-4, "restart": 0, "out": "pulled"}, tmp_path).ok()
+    tension = read_csv(tmp_path / "pulled.csv")["stress_grip"][2] / 2e-4
+    shear = 12.0 * 2.5 * (np.pi * 0.012**4 / 4.0) / (0.882 * np.pi * 0.012**2 * 0.16**2)  # of the deflection, over that by bending
+    assert 0.75 < curve["stress"][2] / 2e-4 / (tension / (1.0 + shear)) < 0.95
