@@ -114,14 +114,15 @@ def test_a_row_that_names_its_bodies_is_that_of_coeff_on_its_own_body(tmp_path, 
     assert np.abs(stress["other"]).max() < 0.2 * np.abs(stress["coeff"]).max(), "control"
 
 
-@pytest.mark.parametrize("deck", DECKS)
+@pytest.mark.parametrize("deck", [*DECKS, "in.torsion"])
 @pytest.mark.parametrize("choices, contact", [({}, "literal"), ({"material": "rows.evp:plain"}, "repulsive"),
                                               ({"material": "rows.evp:plain", "contact": "literal"}, "literal")])
 def test_contact_is_repulsive_with_a_row_unless_given(tmp_path, deck, choices, contact):
     """The paper's default stays. One line says that it is another."""
     write_body(tmp_path)
     (tmp_path / "rows.evp").write_text(ROWS)
-    text = run_lammps(deck, 1, {"specimen": "body.data", "out": "pull", "strain": 0.001, "row": 0.0005, **choices}, tmp_path, seconds=60).ok().stdout
+    load = {"angle": 0.001} if deck == "in.torsion" else {"strain": 0.001, "row": 0.0005}
+    text = run_lammps(deck, 1, {"specimen": "body.data", "out": "pull", **load, **choices}, tmp_path, seconds=60).ok().stdout
     assert f"new contacts {contact}" in text
     told = re.findall(r"^contact repulsive, .*-var material$", text, re.M)
     assert len(told) == (contact == "repulsive")

@@ -31,6 +31,8 @@ def test_choices_are_those_of_in_quasistatic(name):
     own, rest = choices(name), choices("quasistatic")
     for choice in ("coeff", "material", "scale", "contact", "unload", "break", "kv", "tolerance", "evaluations"):
         assert own[choice] == rest[choice], choice
+    contact = [re.findall(r"^.*contact_given.*(?:\n  .*)?$", TEXT[deck], flags=re.M) for deck in (name, "quasistatic")]
+    assert contact[0] == contact[1] and len(contact[0]) == 2
 
 
 def test_both_rest_and_write_alike():
