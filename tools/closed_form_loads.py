@@ -16,8 +16,7 @@ from typing import NamedTuple
 
 import evp  # noqa: F401  before numpy
 import numpy as np
-from evp import figures, loads, specimen
-from evp.accuracy_unloading import read_positions
+from evp import dump, figures, loads, specimen
 from evp.progress import watched
 from evp.report import add_out, command_line, errors_in_one_line, table
 from evp.run import CHECKOUT, DECKS, deck_command, output_of
@@ -75,7 +74,7 @@ def young(folder, name, data):
 def bonds_of(folder, data, length):
     """The bonds of a body, its ends left out."""
     body = specimen.read_data(folder / data)
-    return loads.find_bonds(body.x, body.radius, ZONE, 0.15 * length, 0.85 * length)
+    return loads.find_bonds(body, ZONE, 0.15 * length, 0.85 * length)
 
 
 def measure(spheres, seed, folder):
@@ -83,7 +82,7 @@ def measure(spheres, seed, folder):
     name = f"round_{spheres}_{seed}"
     data = pack(folder, name, spheres, seed, ROUND)
     round_modulus = young(folder, name, data)
-    at_end = read_positions(folder / f"new_{name}_pulled_state.dump")
+    at_end = dump.last_positions(folder / f"new_{name}_pulled_state.dump")
     axial, lateral = specimen.middle_strains(specimen.read_data(folder / data), at_end, ROUND["length"])
     angle = STRAIN * FREE_LENGTH / ROUND["radius"]
     run(folder, "in.torsion", f"{name}_twisted", data, angle=angle, increment=angle / 2)

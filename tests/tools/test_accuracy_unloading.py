@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 from evp import accuracy_unloading as unloading
-from evp import specimen
+from evp import dump, specimen
 
 
 def row(knob, choice, seed, residual):
@@ -34,8 +34,9 @@ def test_page_compares_with_the_reference_on_the_same_body():
 
 
 def test_positions_are_sorted_by_id(tmp_path):
-    (tmp_path / "state.dump").write_text("ITEM: TIMESTEP\n9\nITEM: ATOMS id x y z radius\n2 4 5 6 1\n1 1 2 3 1\n", encoding="utf-8")
-    assert unloading.read_positions(tmp_path / "state.dump").tolist() == [[1, 2, 3], [4, 5, 6]]
+    head = "ITEM: TIMESTEP\n9\nITEM: NUMBER OF ATOMS\n2\nITEM: BOX BOUNDS ss ss ss\n0 9\n0 9\n0 9\n"
+    (tmp_path / "state.dump").write_text(head + "ITEM: ATOMS id x y z radius\n2 4 5 6 1\n1 1 2 3 1\n", encoding="utf-8")
+    assert dump.last_positions(tmp_path / "state.dump").tolist() == [[1, 2, 3], [4, 5, 6]]
 
 
 def test_middle_strains_of_an_affine_body():

@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 from evp import loads
+from evp.specimen import Specimen
 
 RADIUS, HEIGHT = 0.02, 0.02
 
@@ -45,7 +46,8 @@ def test_shares_of_isotropic_bonds_that_fill_the_section_up_to_below_the_surface
 
 def test_bonds_are_pairs_in_the_zone_with_their_middle_in_the_part():
     x = np.array([[0.0, 0.0, 0.0], [1.4, 0.0, 0.0], [3.0, 0.0, 0.0], [4.12, 0.0, 0.84]])
-    found = loads.find_bonds(x, np.full(4, 0.5), 1.5, 0.0, 5.0)
+    body = Specimen(None, None, np.full(4, 0.5), None, x, None)
+    found = loads.find_bonds(body, 1.5, 0.0, 5.0)
     assert found.middle == pytest.approx(np.array([[0.7, 0.0, 0.0], [3.56, 0.0, 0.42]]))
     assert found.direction == pytest.approx(np.array([[1.0, 0.0, 0.0], [0.8, 0.0, 0.6]]))
-    assert len(loads.find_bonds(x, np.full(4, 0.5), 1.5, 1.0, 5.0).middle) == 1
+    assert len(loads.find_bonds(body, 1.5, 1.0, 5.0).middle) == 1

@@ -10,9 +10,7 @@ import pathlib
 import statistics
 from typing import NamedTuple
 
-import numpy as np
-
-from . import curves, cycles, specimen
+from . import curves, cycles, dump, specimen
 from .accuracy_run import processor_seconds
 from .progress import watched
 from .report import spread, table, write_csv
@@ -62,14 +60,6 @@ def all_cases(quick=False):
     return cases
 
 
-def read_positions(path):
-    """Positions (N,3) by ID of the state that a deck writes at its end."""
-    lines = pathlib.Path(path).read_text(encoding="utf-8").splitlines()
-    start = next(k for k, line in enumerate(lines) if line.startswith("ITEM: ATOMS id x y z"))
-    rows = np.array([line.split()[:4] for line in lines[start + 1 :]], dtype=float)
-    return rows[np.argsort(rows[:, 0]), 1:]
-
-
 class Runner:
     """Runs cases in a folder, with the specimens that it makes there."""
 
@@ -94,7 +84,7 @@ class Runner:
         found = cycles.numbers(curves.read_curve(self.folder / "case.csv"))
         pull = "in.traction" if case.deck == "in.cyclic" else case.deck
         self.deck(pull, {**words, "kv": KV})
-        axial, lateral = specimen.middle_strains(specimen.read_data(self.folder / body), read_positions(self.folder / "case_state.dump"))
+        axial, lateral = specimen.middle_strains(specimen.read_data(self.folder / body), dump.last_positions(self.folder / "case_state.dump"))
         found["volume_strain"] = axial + 2.0 * lateral
         numbers = {name: f"{found[name]:.6g}" for name in MEASURES}
         return {"knob": case.knob, "choice": case.choice, "spheres": case.spheres, "seed": case.seed, "seconds": f"{seconds:.3g}", **numbers}

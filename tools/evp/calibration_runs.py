@@ -176,7 +176,7 @@ def pull_material(body, material, xi_s, targets, finer, ranks, folder, timeout, 
             call("in.quasistatic", variables, ranks, work, left, title, lambda: last_share(work / "pull.csv", ends[-1][0]))
             done = max(int(path.name.split(".")[1]) for path in work.glob("pull.*.restart"))
             if number == 0:
-                state = read_dump(work / "pull_state.dump")
+                state = read_positions(work / "pull_state.dump")
         strain, stress = read_curve(work / "pull.csv")
     try:
         modulus = curves.modulus(strain, stress)
@@ -205,10 +205,9 @@ def read_curve(path):
     return sign * curve.strain, sign * curve.virial
 
 
-def read_dump(path):
+def read_positions(path):
     """Positions (N,3) by ID of the last snapshot of a dump; Failed where one is not finite."""
-    columns = dump.index([path])[-1].read()
-    x = np.stack([columns[axis] for axis in "xyz"], axis=1)
+    x = dump.last_positions(path)
     if not np.all(np.isfinite(x)):
         raise Failed("a position is not finite")
     return x

@@ -141,3 +141,11 @@ def need(columns, wanted, where):
     missing = [name for name in wanted if name not in columns]
     if missing:
         raise DumpError(f"{where} has no column {missing[0]}; it has {' '.join(columns)}")
+
+
+def last_positions(path):
+    """Positions (N,3) by ID of the last snapshot of a dump, as the decks write it at their end."""
+    snapshot = index([path])[-1]
+    columns = snapshot.read()
+    need(columns, ("id", "x", "y", "z"), snapshot)
+    return np.stack([columns[axis] for axis in "xyz"], axis=1)

@@ -8,7 +8,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial import cKDTree
+
+from .specimen import pairs_within
 
 NU = 0.25
 SHEAR = 0.5 / (1.0 + NU)  # G/E
@@ -50,14 +51,12 @@ class Bonds(NamedTuple):
     direction: np.ndarray
 
 
-def find_bonds(x, radius, zone, low, high):
-    """The Bonds, pairs within zone (R_i + R_j), whose middle has low < x < high."""
-    pairs = cKDTree(x).query_pairs(2.0 * zone * radius.max(), output_type="ndarray")
-    apart = x[pairs[:, 1]] - x[pairs[:, 0]]
-    distance = np.linalg.norm(apart, axis=1)
-    middle = 0.5 * (x[pairs[:, 0]] + x[pairs[:, 1]])
-    kept = (distance < zone * (radius[pairs[:, 0]] + radius[pairs[:, 1]])) & (low < middle[:, 0]) & (middle[:, 0] < high)
-    return Bonds(middle[kept], apart[kept] / distance[kept, None])
+def find_bonds(packing, zone, low, high):
+    """The Bonds of a Specimen, pairs within zone (R_i + R_j), whose middle has low < x < high."""
+    a, b = np.moveaxis(packing.x[pairs_within(packing, zone)[0]], 1, 0)
+    apart, middle = b - a, 0.5 * (a + b)
+    kept = (low < middle[:, 0]) & (middle[:, 0] < high)
+    return Bonds(middle[kept], apart[kept] / np.linalg.norm(apart[kept], axis=1)[:, None])
 
 
 def torsion_share(bonds, radius):
