@@ -16,12 +16,12 @@ import numpy as np
 import scipy.optimize
 
 from . import law
+from .curves import YIELD_OFFSET
 
 EXPONENTS = (8.0, 4.0)  # of both regimes, as in Table 1
 ALPHA = 1.5
 LEAST_NU, LARGEST_NU = 0.25, 0.42  # of central forces alone; where lateral stiffness leaves the closed form (doc/fix_evp_volume.rst)
 XI_RANGE = (2e-5, 0.05)  # of xi_s: below, round-off of positions shows; above, the first regime itself is bent
-YIELD_OFFSET = 0.002
 LEAST_GUESS = 1e-3
 _COS, _WEIGHTS = (lambda nodes: (0.5 * (nodes[0] + 1.0), 0.5 * nodes[1]))(np.polynomial.legendre.leggauss(100))  # on (0, 1)
 

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from . import calibration_affine as affine
-from . import curves, dump, specimen
+from . import curves, cycles, dump, specimen
 from .progress import Progress
 from .run import DECKS, RunError, deck_command, environment, lammps_error, last_strain
 
@@ -229,4 +229,4 @@ def flow_stress(body, row, kv, targets, rate, ranks, folder, timeout, title):
         strain, stress = read_curve(work / "rate.csv")
     late = strain > 0.5 * strain[-1]
     strain, stress = strain[late], stress[late]
-    return float(np.sum(0.5 * (stress[1:] + stress[:-1]) * np.diff(strain)) / (strain[-1] - strain[0]))
+    return cycles.work(strain, stress) / float(strain[-1] - strain[0])

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy.optimize
 
-OFFSET = 0.002
+from .curves import YIELD_OFFSET
 
 
 class JohnsonCook(NamedTuple):
@@ -42,10 +42,10 @@ class JohnsonCook(NamedTuple):
     def offset_yield(self, sign=1.0):
         """0.2 % offset yield stress [Pa], nominal: where the nominal curve meets E (strain - 0.002)."""
         def above(size):
-            return self._at(sign * size) - self.modulus * (size - OFFSET)
+            return self._at(sign * size) - self.modulus * (size - YIELD_OFFSET)
 
-        at = scipy.optimize.brentq(above, OFFSET, 0.2, xtol=1e-14)
-        return self.modulus * (at - OFFSET)
+        at = scipy.optimize.brentq(above, YIELD_OFFSET, 0.2, xtol=1e-14)
+        return self.modulus * (at - YIELD_OFFSET)
 
 
 def from_handbook(modulus, offset_yield, ultimate):
@@ -55,5 +55,5 @@ def from_handbook(modulus, offset_yield, ultimate):
     ultimate = B n^n exp(-n), elastic strain left out; yield = B 0.002^n.
     """
     ratio = np.log(ultimate / offset_yield)
-    n = scipy.optimize.brentq(lambda n: n * np.log(n / OFFSET) - n - ratio, 2.0 * OFFSET, 1.0)
-    return JohnsonCook(modulus, 0.0, offset_yield / OFFSET**n, float(n))
+    n = scipy.optimize.brentq(lambda n: n * np.log(n / YIELD_OFFSET) - n - ratio, 2.0 * YIELD_OFFSET, 1.0)
+    return JohnsonCook(modulus, 0.0, offset_yield / YIELD_OFFSET**n, float(n))
