@@ -26,7 +26,7 @@ from rupture_work import PARTED, number, read_pull
 
 BAR = {"shape": "region", "region": DECKS / "regions" / "notched.lmp", "width": 0.022, "height": 0.012}
 PULL = {"coeff": "80 8 4 3 8 4 0.005 20 1.5 spacing 0.00585189 coordination 11.9", "contact": "repulsive", "unload": "elastic", "rate": 100,
-        "strain": 0.04, "row": 0.00025, "samples": 5, "dtfraction": 0.8}
+        "strain": 0.02, "row": 0.00025, "samples": 5, "dtfraction": 0.8}
 VOLUME = 9.814e-6  # [m3] of the bar
 NOTCH = 1.0  # radius of the end of a notch [mm]
 
@@ -93,8 +93,8 @@ def kept_exponent(sizes, works):
 
 
 def measured(cases, seeds, folder):
-    """{Case: [Found of each seed]}."""
-    plan, results = [(case, seed) for case in cases for seed in range(1, seeds + 1)], {}
+    """{Case: [Found of each seed]}; seeds: {spheres: number of bars}."""
+    plan, results = [(case, seed) for case in cases for seed in range(1, seeds[case.spheres] + 1)], {}
     for case, seed in watched("notched_tension.py:", plan, lambda run: f"{run[0].spheres} spheres, XI {run[0].xi:.3g}, seed {run[1]}",
                               lambda run: run[0].spheres ** (5.0 / 3.0)):
         results.setdefault(case, []).append(pull(case.spheres, seed, case.xi, folder))
@@ -127,16 +127,21 @@ def draw(results, folder, path):
         return figures.save(figure, path, ("curve", "strain_percent", "stress_MPa"), rows)
 
 
-HEADER = ("spheres", "spacing [mm]", "XI", "rule", "largest stress [MPa]", "strain at it [%]", "rupture strain [%]", "work of rupture [kJ/m2]",
+HEADER = ("spheres", "bars", "spacing [mm]", "XI", "rule", "largest stress [MPa]", "strain at it [%]", "rupture strain [%]", "work of rupture [kJ/m2]",
           "bonds broken")
+
+
+def number_of(values, form):
+    """Mean, and of several bars the largest departure of one."""
+    return number(values, form) if len(values) > 1 else f"{values[0]:{form}}"
 
 
 def rows(results):
     """Of the table."""
     for case, found in results.items():
-        yield [case.spheres, f"{spacing(case.spheres):.2f}", f"{case.xi:.3g}", case.rule, number([one.peak for one in found], ".0f"),
-               *(number([100 * value for value in values], ".2f") for values in ([one.at for one in found], [one.rupture for one in found])),
-               number([one.work for one in found], ".1f"), number([one.broken for one in found], ".0f")]
+        yield [case.spheres, len(found), f"{spacing(case.spheres):.2f}", f"{case.xi:.3g}", case.rule, number_of([one.peak for one in found], ".0f"),
+               *(number_of([100 * value for value in values], ".2f") for values in ([one.at for one in found], [one.rupture for one in found])),
+               number_of([one.work for one in found], ".1f"), number_of([one.broken for one in found], ".0f")]
 
 
 PAGE = """# Notched tension to rupture
@@ -154,7 +159,7 @@ What to do:
 Written by `tools/notched_tension.py`: a bar of 50 x 20 x 10 mm with two notches, 5 mm deep with round ends of a radius of {notch:g} mm
 (`lammps_inputs/regions/notched.lmp`), Table 1 scaled with the spacing, gamma 20, *unload elastic*, *contact repulsive*, *break XI*, pulled at
 {rate}/s by in.traction. Stress and work are per net cross-section, 10 x 10 mm. Rupture: the stress of the grips falls below a tenth
-of its largest value. Mean of {seeds} packing{s}{spread}.
+of its largest value. Means, +- the largest departure of one bar.
 
 ![stress against strain](figures/{stem}.png)
 
@@ -168,7 +173,7 @@ One of these bars:
     build/lmp -in lammps_inputs/in.specimen -var n 4000 -var shape region -var region lammps_inputs/regions/notched.lmp \\
               -var width 0.022 -var height 0.012 -var out notched.data
     build/lmp -in lammps_inputs/in.traction -var specimen notched.data -var coeff "{coeff}" \\
-              -var contact repulsive -var unload elastic -var break {xi:g} -var extensometer yes -var rate {rate} -var strain 0.04 -var out notched
+              -var contact repulsive -var unload elastic -var break {xi:g} -var extensometer yes -var rate {rate} -var row 0.00025 -var out notched
 """
 
 
@@ -191,14 +196,16 @@ def main(words=None):
     parser = command_line(__doc__)
     parser.add_argument("--spheres", type=int, nargs="+", default=[4000, 16000], help="numbers of spheres, two at least, growing (default: 4000 16000)")
     parser.add_argument("--xi", type=float, default=0.05, help="XI of the fewest spheres (default 0.05)")
-    parser.add_argument("--seeds", type=int, default=2, help="bars of each size (default 2)")
+    parser.add_argument("--seeds", type=int, nargs="+", default=[2], help="bars, of each size or of all (default 2)")
     parser.add_argument("--work", type=pathlib.Path, default=CHECKOUT / "build" / "notched_tension", help="bars and runs (default: %(default)s)")
     parser.add_argument("--fresh", action="store_true", help="repeat the runs that --work holds")
     add_out(parser, "notched_tension.md")
     options = parser.parse_args(words)
     spheres = options.spheres
-    if options.xi <= 0.0 or options.seeds < 1:
+    if options.xi <= 0.0 or min(options.seeds) < 1:
         parser.error("--xi must be positive and --seeds 1 at least")
+    if len(options.seeds) not in (1, len(spheres)):
+        parser.error("--seeds must be one number, or one for each of --spheres")
     if len(spheres) < 2 or sorted(set(spheres)) != spheres:
         parser.error("--spheres must be two numbers or more, growing")
     options.work.mkdir(parents=True, exist_ok=True)
@@ -206,12 +213,11 @@ def main(words=None):
         for old in options.work.glob("*.broken"):
             old.unlink()
     with errors_in_one_line("notched_tension.py"):
-        results, p = study(spheres, options.xi, options.seeds, options.work)
+        seeds = options.seeds if len(options.seeds) > 1 else options.seeds * len(spheres)
+        results, p = study(spheres, options.xi, dict(zip(spheres, seeds)), options.work)
         stem = options.out.stem
         picture = draw(results, options.work, options.out.parent / "figures" / f"{stem}.png")
-        text = PAGE.format(answer=answer(results, p, spheres), p=p, notch=NOTCH, rate=PULL["rate"], seeds=options.seeds,
-                           s="s" if options.seeds > 1 else "", spread=", +- the largest departure of one" if options.seeds > 1 else "",
-                           stem=stem, table="\n".join(table(HEADER, rows(results))), more=spheres[1], coeff=PULL["coeff"], xi=options.xi)
+        text = PAGE.format(answer=answer(results, p, spheres), p=p, notch=NOTCH, rate=PULL["rate"], stem=stem, table="\n".join(table(HEADER, rows(results))), more=spheres[1], coeff=PULL["coeff"], xi=options.xi)
         options.out.write_text(text, encoding="utf-8")
     print(text)
     print(picture)
