@@ -34,6 +34,7 @@ def load_scenes():
     import hard_cases_bodies  # noqa: F401  joins the list
     import hard_cases_flow  # noqa: F401  joins the list
     import hard_cases_spin  # noqa: F401  joins the list
+    import hard_cases_within  # noqa: F401  joins the list
 
     return hard_cases
 

@@ -5,6 +5,9 @@
 //
 //     # EVP bonds COUNT: 2975 UNITS: si
 //     1 17 0.0101234
+//
+// With `within` of fix evp/bonds the header has WITHIN: and its word before UNITS:, so that versions that do
+// not know it refuse the file.
 // Reads in pieces, whatever the size; every refusal is a BadInput that names the line.
 
 #ifndef EVP_CORE_BOND_FILE_H
@@ -12,6 +15,7 @@
 
 #include "core/pair_list.h"
 #include "core/text.h"
+#include "core/within.h"
 
 #include <cstdint>
 #include <cstdio>
@@ -28,9 +32,12 @@ struct BondLine {
 
 /// The header line, without its end. beyond: bonds whose deq exceeds dlim, since alpha or radii have
 /// shrunk; a reader that meets more of them has another alpha or other radii.
-inline std::string bond_header(int64_t count, const std::string &units, int64_t beyond = 0)
+inline std::string bond_header(int64_t count, const std::string &units, int64_t beyond = 0,
+                               Within within = Within::ALL)
 {
-  const std::string header = "# EVP bonds COUNT: " + std::to_string(count) + " UNITS: " + units;
+  std::string header = "# EVP bonds COUNT: " + std::to_string(count);
+  if (within != Within::ALL) header += std::string(" WITHIN: ") + WITHINS[(int) within];
+  header += " UNITS: " + units;
   return beyond ? header + " BEYOND: " + std::to_string(beyond) : header;
 }
 
@@ -60,8 +67,14 @@ class BondReader {
     if (has_byte_order_mark(line))
       refuse("the file starts with a byte-order mark: save it without (plain ASCII or UTF-8)");
     std::istringstream words(line);
-    std::string word[9];    // # EVP bonds COUNT: 2975 UNITS: si BEYOND: 12
-    for (std::string &next : word) words >> next;
+    std::string word[9];    // # EVP bonds COUNT: 2975 [WITHIN: type] UNITS: si BEYOND: 12
+    for (int k = 0; k < 9; k++) {
+      words >> word[k];
+      if (k != 5 || word[k] != "WITHIN:") continue;
+      words >> word[k];
+      declared_within = parse_within_here(word[k]);
+      words >> word[k];
+    }
     if (word[0] != "#" || word[1] != "EVP" || word[2] != "bonds" || word[3] != "COUNT:" ||
         word[5] != "UNITS:")
       refuse(expected);
@@ -74,6 +87,9 @@ class BondReader {
 
   /// Bonds that the header announces.
   int64_t count() const { return declared; }
+
+  /// Which atoms were one body when the file was written.
+  Within within() const { return declared_within; }
 
   /// Of these, bonds whose deq exceeded dlim when the file was written.
   int64_t beyond() const { return declared_beyond; }
@@ -114,6 +130,7 @@ class BondReader {
   FILE *in;
   std::string file;
   int64_t declared = 0, declared_beyond = 0, seen = 0, line_number = 0;
+  Within declared_within = Within::ALL;
   size_t columns = 0;    // of all lines
 
   // the cause stands first: a path may be longer than what a host program shows of a message
@@ -159,6 +176,15 @@ class BondReader {
   {
     try {
       return parse_number(key, word);
+    } catch (const BadInput &bad) {
+      refuse(bad.what());
+    }
+  }
+
+  Within parse_within_here(const std::string &word) const
+  {
+    try {
+      return parse_within(word);
     } catch (const BadInput &bad) {
       refuse(bad.what());
     }

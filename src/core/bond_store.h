@@ -5,6 +5,7 @@
 
 #include "core/bytes.h"
 #include "core/pair_list.h"
+#include "core/within.h"
 
 #include <algorithm>
 #include <array>
@@ -71,6 +72,15 @@ class BondStore {
 
   /// Most words that an atom of this MPI rank had so far.
   int most_words() const { return most; }
+
+  /// Which atoms are one body: pairs of two bodies have no bonds.
+  Within within() const { return bodies; }
+  void keep_within(Within one)
+  {
+    if (one == bodies) return;
+    bodies = one;
+    changed();
+  }
 
   /// Is there a history? Starts or drops one; what was recorded then has none yet.
   bool has_history() const { return with_history; }
@@ -333,6 +343,7 @@ class BondStore {
 
  private:
   bool with_history;
+  Within bodies = Within::ALL;
   long version_now;
   bool recorded = false, closed = false;
   int64_t npairs = 0, highest = 0;

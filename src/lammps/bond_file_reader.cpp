@@ -2,6 +2,7 @@
 
 #include "bond_file_reader.h"
 
+#include "atom_bodies.h"
 #include "collective.h"
 #include "core/bond_file.h"
 #include "core/pair_list.h"
@@ -22,7 +23,7 @@ constexpr int LINES_PER_MESSAGE = 10000;
 
 /// An atom of a line, all zero where another rank owns it: their sum over the ranks is the atom.
 struct End {
-  double type, in_group, radius;
+  double type, in_group, radius, molecule;
 };
 
 struct CloseFile {
@@ -34,10 +35,28 @@ struct CloseFile {
   throw BadInput(fmt::format("bond {} {}: {}", line.id_i, line.id_j, why));
 }
 
+void check_bodies(const BondLine &line, const End &a, const End &b, Within within,
+                  const std::string &file)
+{
+  const bool of_types = within == Within::TYPE;
+  if (within == Within::ALL || (of_types && a.type == b.type) ||
+      (!of_types && a.molecule == b.molecule && a.molecule != 0.0))
+    return;
+  refuse(
+      line,
+      fmt::format("its atoms are of {}s {} and {}, but with 'within {}' only atoms of one {} are "
+                  "bonded, bond file {}: give them the {}s that they had when it was written, or "
+                  "leave 'within' out here and WITHIN: in its header",
+                  WITHINS[(int) within], (bigint) (of_types ? a.type : a.molecule),
+                  (bigint) (of_types ? b.type : b.molecule), WITHINS[(int) within],
+                  WITHINS[(int) within], file, WITHINS[(int) within]));
+}
+
 }    // namespace
 
 std::vector<BondStore::Bonds> LAMMPS_NS::read_bond_file(const LAMMPS *lmp, const std::string &name,
                                                         int groupbit, const PairNetwork *network,
+                                                        Within &within,
                                                         std::vector<HistoryOfPair> &histories)
 {
   const Atom *atom = lmp->atom;
@@ -50,8 +69,9 @@ std::vector<BondStore::Bonds> LAMMPS_NS::read_bond_file(const LAMMPS *lmp, const
 
   std::vector<BondStore::Bonds> bonds(atom->nlocal);
   std::vector<BondLine> lines;
-  bigint beyond = 0;             // bonds with deq beyond dlim, so far
-  bigint state[] = {1, 0, 0};    // more to come, lines of this message, bonds admitted beyond dlim
+  bigint beyond = 0;    // bonds with deq beyond dlim, so far
+  // more to come, lines of this message, bonds admitted beyond dlim, bodies of the file
+  bigint state[] = {1, 0, 0, 0};
   while (state[0]) {
     lines.clear();
     std::string complaint;
@@ -61,6 +81,7 @@ std::vector<BondStore::Bonds> LAMMPS_NS::read_bond_file(const LAMMPS *lmp, const
         if (!stream) throw BadInput("cannot read the bond file '" + name + "': give its path");
         reader = std::make_unique<BondReader>(stream.get(), name, lmp->update->unit_style);
         state[2] = reader->beyond();
+        state[3] = (bigint) reader->within();
       }
       if (me == 0) state[0] = reader->read(lines, LINES_PER_MESSAGE);
     } catch (const BadInput &bad) {
@@ -68,7 +89,12 @@ std::vector<BondStore::Bonds> LAMMPS_NS::read_bond_file(const LAMMPS *lmp, const
     }
     state[1] = (bigint) lines.size();
     throw_together(complaint, world);
-    MPI_Bcast(state, 3, MPI_LMP_BIGINT, 0, world);
+    MPI_Bcast(state, 4, MPI_LMP_BIGINT, 0, world);
+    if (within == Within::ALL) within = (Within) state[3];
+    if (within == Within::MOLECULE) {
+      const std::string missing = missing_molecules(lmp);
+      if (!missing.empty()) throw BadInput(missing);
+    }
     lines.resize(state[1]);
     MPI_Bcast(lines.data(), (int) (lines.size() * sizeof(BondLine)), MPI_BYTE, 0, world);
 
@@ -78,14 +104,14 @@ std::vector<BondStore::Bonds> LAMMPS_NS::read_bond_file(const LAMMPS *lmp, const
       const auto at = own.find(k % 2 ? line.id_j : line.id_i);
       if (at == own.end()) continue;
       const int i = at->second;
-      ends_here[k] = {(double) atom->type[i], atom->mask[i] & groupbit ? 1.0 : 0.0,
-                      atom->radius[i]};
+      ends_here[k] = {(double) atom->type[i], atom->mask[i] & groupbit ? 1.0 : 0.0, atom->radius[i],
+                      atom->molecule ? (double) atom->molecule[i] : 0.0};
       const int64_t partner = k % 2 ? line.id_i : line.id_j;
       if (!line.is_contact) bonds[i].push_back({partner, line.deq});
       if (!(line.history == PairHistory{}))
         histories.push_back({i, !line.is_contact, partner, line.history});
     }
-    MPI_Allreduce(ends_here.data(), ends.data(), (int) (3 * ends.size()), MPI_DOUBLE, MPI_SUM,
+    MPI_Allreduce(ends_here.data(), ends.data(), (int) (4 * ends.size()), MPI_DOUBLE, MPI_SUM,
                   world);
 
     // all ranks check all lines, and throw together
@@ -114,6 +140,7 @@ std::vector<BondStore::Bonds> LAMMPS_NS::read_bond_file(const LAMMPS *lmp, const
 
       // the margin is wider than that of the recording, which has rounded deq since
       const End &a = ends[k - 1], &b = ends[k];
+      if (line.history.broken == 0.0) check_bodies(line, a, b, within, name);
       const double dlim = network->alpha_of((int) a.type, (int) b.type) * (a.radius + b.radius);
       if (line.deq > dlim * (1.0 + BOND_MARGIN) && ++beyond > state[2])
         refuse(line,

@@ -18,9 +18,11 @@ namespace LAMMPS_NS {
 ///
 /// Throws BadInput, the same on all ranks, if the file cannot be read, is in other units, names an atom
 /// that does not exist or is not in the group, or holds more bonds than it admits with
-/// deq > alpha (R_i + R_j) of the network. No two atoms may have the same ID.
+/// deq > alpha (R_i + R_j) of the network, or a bond between two bodies. No two atoms may have the same ID.
+/// within: which atoms are one body, if that is given; else what the file says of it is put there.
 std::vector<EVP::BondStore::Bonds> read_bond_file(const LAMMPS *, const std::string &name,
                                                   int groupbit, const class PairNetwork *,
+                                                  EVP::Within &within,
                                                   std::vector<EVP::HistoryOfPair> &histories);
 
 }    // namespace LAMMPS_NS

@@ -2,6 +2,7 @@
 
 #include "fix_evp_bonds.h"
 
+#include "atom_bodies.h"
 #include "atom_directory.h"
 #include "bond_file_reader.h"
 #include "collective.h"
@@ -23,17 +24,23 @@
 
 using namespace LAMMPS_NS;
 using EVP::BondStore;
+using EVP::Within;
 
 // of the words in restart files; no zone is that large
 static constexpr double FORMAT = 1001.0, FORMAT_WITH_HISTORY = 1002.0;
+static constexpr double WITH_BODIES = 2.0;    // on top, where 'within' follows
 
-// fix ID group evp/bonds [zone Z | file FILE]
+// fix ID group evp/bonds [zone Z | file FILE] [within type|molecule]
 FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
     NodalExchange(lmp, narg, arg), after_restart(modify->nfix_restart_global > 0)
 {
   EVP::for_each_keyword(
-      error, who, narg - 3, arg + 3, {"zone", "file"}, " or ", [this](const EVP::Keyword &word) {
-        if (word.is("zone")) {
+      error, who, narg - 3, arg + 3, {"zone", "file", "within"}, " or ",
+      [this](const EVP::Keyword &word) {
+        if (word.is("within")) {
+          if (bonds->within() != Within::ALL) throw EVP::BadInput("within is given twice");
+          bonds->keep_within(EVP::parse_within(word.value));
+        } else if (word.is("zone")) {
           zone = word.number();
           word.demand(zone > 1.0,
                       "must be greater than 1 (pairs with d <= zone (R_i + R_j) are recorded)");
@@ -86,6 +93,10 @@ void FixEVPBonds::init()
   set_exchange_room();
 
   check_restored();
+  if (bonds->within() == Within::MOLECULE) {
+    const std::string missing = missing_molecules(lmp);
+    if (!missing.empty()) error->all(FLERR, "{}: {}", who, missing);
+  }
   counted_step = -1;
   if (bonds->has_recorded())
     check_ids();
@@ -236,7 +247,45 @@ std::string FixEVPBonds::misplaced_message(BondStore::Misplaced atoms) const
 
 void FixEVPBonds::setup_pre_force(int /*vflag*/)
 {
-  if (!bonds->has_recorded()) record();
+  if (!bonds->has_recorded())
+    record();
+  else if (bonds->within() == Within::MOLECULE)
+    check_ghost_molecules();
+}
+
+// a fix property/atom without 'ghost yes' leaves those of ghosts as they happen to be
+void FixEVPBonds::check_ghost_molecules()
+{
+  const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
+  Nodal owners((size_t) 3 * nall);
+  for (int i = 0; i < nlocal; i++) owners[(size_t) 3 * i] = (double) atom->molecule[i];
+  to_ghosts(owners);
+  bool differ = false;
+  for (int i = nlocal; i < nall; i++)
+    differ = differ || owners[(size_t) 3 * i] != (double) atom->molecule[i];
+  if (EVP::on_any(differ, world))
+    error->all(FLERR,
+               "{}: ghost atoms have other molecule IDs than their owners: give fix property/atom "
+               "'mol ghost yes'",
+               who);
+}
+
+// atoms of the group without a molecule; stops where none has one
+bigint FixEVPBonds::count_loose() const
+{
+  std::array<bigint, 2> counts{};    // atoms of the group, of these without
+  for (int i = 0; i < atom->nlocal; i++)
+    if (atom->mask[i] & groupbit) {
+      counts[0]++;
+      counts[1] += atom->molecule[i] == 0;
+    }
+  counts = EVP::reduce_all(counts, MPI_SUM, world);
+  if (counts[0] > 0 && counts[0] == counts[1])
+    error->all(FLERR,
+               "{}: within molecule records pairs of one molecule ID above 0, but all atoms of the "
+               "group have 0: give those of each body one, e.g. 'set group ID mol 1'",
+               who);
+  return counts[1];
 }
 
 // records are made aside: an error leaves the fix as it was
@@ -247,12 +296,18 @@ void FixEVPBonds::record()
                who, twice);
   std::vector<BondStore::Bonds> made;
   std::vector<EVP::HistoryOfPair> histories;
+  Within within = bonds->within();
+  bigint overlaps = 0, loose = 0;
   EVP::stop_at_bad_input(error, who, [&] {
-    made = file.empty() ? bonds_in_zone(network)
-                        : read_bond_file(lmp, file, groupbit, network, histories);
+    made = file.empty() ? bonds_in_zone(network, overlaps)
+                        : read_bond_file(lmp, file, groupbit, network, within, histories);
     EVP::throw_together(twice_given(made, histories), world);
   });
   check_box(network);
+  if (within == Within::MOLECULE) {
+    check_ghost_molecules();
+    loose = count_loose();
+  }
 
   int64_t highest = 0, most = 0, sides = 0;    // ID, records of an atom, records of all
   for (int i = 0; i < atom->nlocal; i++) {
@@ -265,6 +320,7 @@ void FixEVPBonds::record()
   sides = EVP::reduce_all(sides, MPI_SUM, world);
 
   // from here on nothing can fail
+  bonds->keep_within(within);
   bonds->record(made, atom->tag, sides / 2, highest);
   for (const EVP::HistoryOfPair &pair : histories) bonds->take(pair);
   set_exchange_room();
@@ -281,20 +337,31 @@ void FixEVPBonds::record()
                    "that fix {} had recorded are gone; to keep bonds use write_evp_bonds before "
                    "unfix, and the keyword file",
                    who, network->bonds_dropped_by());
+  if (overlaps && network->rules.contact != EVP::Contact::NONE)
+    error->warning(FLERR,
+                   "{}: {} pairs of two bodies overlap at the start, and repel each other from the "
+                   "first step on: move the bodies apart if that is not meant",
+                   who, overlaps);
   std::string source = "from file " + file;
   if (file.empty())
     source = zone > 0.0 ? fmt::format("within {} (R_i + R_j)", zone) : "within alpha (R_i + R_j)";
+  if (within != Within::ALL) source += fmt::format(" and within {}", EVP::WITHINS[(int) within]);
   utils::logmesg(lmp, "fix evp/bonds {}: recorded {} pairs {}, at most {} per atom\n", id,
                  bonds->count(), source, most);
+  if (loose)
+    utils::logmesg(lmp, "fix evp/bonds {}: {} atoms of molecule ID 0 belong to no body\n", id,
+                   loose);
 }
 
-std::vector<BondStore::Bonds> FixEVPBonds::bonds_in_zone(const PairNetwork *network)
+std::vector<BondStore::Bonds> FixEVPBonds::bonds_in_zone(const PairNetwork *network,
+                                                         bigint &overlaps)
 {
   neighbor->build_one(list);
   Nodal owner_x((size_t) 3 * (atom->nlocal + atom->nghost));
   for (int i = 0; i < atom->nlocal; i++) std::copy_n(atom->x[i], 3, &owner_x[(size_t) 3 * i]);
   to_ghosts(owner_x);
-  return find_zone_bonds(lmp, list, owner_x, zone, groupbit, network);
+  return find_zone_bonds(lmp, list, owner_x, zone, groupbit, {atom, bonds->within()}, network,
+                         overlaps);
 }
 
 // a partner that is there twice has two deq
@@ -376,30 +443,39 @@ int FixEVPBonds::unpack(int i, const double *buf)
 void FixEVPBonds::write_restart(FILE *fp)
 {
   return_histories();
-  double state[6] = {bonds->has_history() ? FORMAT_WITH_HISTORY : FORMAT, zone,
-                     (double) bonds->has_recorded(), (double) bonds->count(),
-                     (double) bonds->highest_id()};
-  state[5] = EVP::checksum(state, 5);
-  const int size = sizeof(state);
+  std::vector<double> state = {bonds->has_history() ? FORMAT_WITH_HISTORY : FORMAT, zone,
+                               (double) bonds->has_recorded(), (double) bonds->count(),
+                               (double) bonds->highest_id()};
+  if (bonds->within() != Within::ALL) {
+    state[0] += WITH_BODIES;
+    state.push_back((double) (int) bonds->within());
+  }
+  state.push_back(EVP::checksum(state.data(), (int) state.size()));
+  const int size = (int) (state.size() * sizeof(double));
   if (comm->me == 0) {
     fwrite(&size, sizeof(int), 1, fp);
-    fwrite(state, size, 1, fp);
+    fwrite(state.data(), size, 1, fp);
   }
 }
 
 void FixEVPBonds::restart(char *buf)
 {
-  double state[6];
+  double state[7];
   memcpy(state, buf, sizeof(double));
+  const bool divided = state[0] > FORMAT_WITH_HISTORY;
+  if (divided) state[0] -= WITH_BODIES;
   const bool known = state[0] == FORMAT || state[0] == FORMAT_WITH_HISTORY;
-  if (known) memcpy(state, buf, sizeof(state));
-  if (!known || state[5] != EVP::checksum(state, 5))
+  const int n = divided ? 6 : 5;
+  const double format = state[0];
+  if (known) memcpy(state, buf, (n + 1) * sizeof(double));
+  if (!known || state[n] != EVP::checksum(state, n))
     error->all(FLERR,
                "{}: its section of the restart file is damaged, or from a version of this package "
                "that wrote another format",
                who);
   after_restart = false;    // this is the fix that the file knows
-  bonds->keep_history(state[0] == FORMAT_WITH_HISTORY);
+  bonds->keep_history(format == FORMAT_WITH_HISTORY);
+  restore_within(divided ? (Within) (int) state[5] : Within::ALL, state[2] != 0.0);
   bonds->restore(state[2] != 0.0, (int64_t) state[3], (int64_t) state[4]);
   if (bonds->has_recorded() && comm->me == 0 && (!file.empty() || (zone > 0.0 && zone != state[1])))
     utils::logmesg(
@@ -411,6 +487,24 @@ void FixEVPBonds::restart(char *buf)
   records_due = bonds->has_recorded() && bonds->count() > 0;
   PairNetwork *network = PairNetwork::find(force);
   if (network && bonds->has_recorded()) network->hold(shown);
+}
+
+// the bodies of a restart file go with its bonds; where nothing was recorded they may be others
+void FixEVPBonds::restore_within(Within kept, bool recorded)
+{
+  const Within given = bonds->within();
+  if (given != Within::ALL && given != kept && recorded)
+    error->all(FLERR,
+               "{}: 'within {}' is not what the bonds of the restart file were recorded with, "
+               "which is {}: leave it out; or, to change it, leave it out, write the bonds by "
+               "write_evp_bonds, unfix, and define a fix of another ID with 'file' and 'within'",
+               who, EVP::WITHINS[(int) given],
+               kept == Within::ALL ? "none" : fmt::format("'within {}'", EVP::WITHINS[(int) kept]));
+  if (given != Within::ALL) return;
+  bonds->keep_within(kept);
+  if (kept != Within::ALL && comm->me == 0)
+    utils::logmesg(lmp, "fix evp/bonds {}: within {}, as in the restart file\n", id,
+                   EVP::WITHINS[(int) kept]);
 }
 
 int FixEVPBonds::pack_restart(int i, double *buf)

@@ -88,11 +88,14 @@ class FixEVPBonds : public NodalExchange<Fix> {
   bigint counted_step = -1;               // step of that, -1 if it must not be used again
 
   void record();
+  void check_ghost_molecules();
+  bigint count_loose() const;
   void commit(bool at_rest);
   void check_history() const;
   double count_broken();
-  std::vector<EVP::BondStore::Bonds> bonds_in_zone(const class PairNetwork *);
+  std::vector<EVP::BondStore::Bonds> bonds_in_zone(const class PairNetwork *, bigint &overlaps);
   void check_restored();
+  void restore_within(EVP::Within kept, bool recorded);
   void check_zone(const class PairNetwork *) const;
   void check_box(const class PairNetwork *) const;
   std::string twice_given(const std::vector<EVP::BondStore::Bonds> &,

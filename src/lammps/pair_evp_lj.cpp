@@ -313,15 +313,16 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
   const EVP::Law &law = coefficients.law(coefficients.index(itype, jtype));
   const double sum_radii = atom->radius[i] + atom->radius[j];
   if (!is_bond) deq = broken ? network.rules.rest_of_broken(sum_radii, deq) : sum_radii;
-  const bool repels_only = broken || (!is_bond && network.rules.contact == Contact::REPULSIVE);
+  const Contact contact = is_bond || broken ? network.rules.contact : network.contact_between(i, j);
+  const bool repels_only = broken || (!is_bond && contact == Contact::REPULSIVE);
   double cut = repels_only ? deq : law.parameters().alpha * sum_radii;
   if (is_bond && network.rules.breaks())
     cut = std::min(cut, (1.0 + network.rules.break_strain) * deq);
 
   const double d = std::sqrt(rsq);
-  const bool acts =
-      rsq <= EVP::reach_squared(cut, is_bond ? EVP::BOND_MARGIN : network.new_pair_margin()) &&
-      factor_lj != 0.0 && (is_bond || network.rules.contact != Contact::NONE);
+  const bool acts = rsq <=
+          EVP::reach_squared(cut, is_bond ? EVP::BOND_MARGIN : network.new_pair_margin(contact)) &&
+      factor_lj != 0.0 && (is_bond || contact != Contact::NONE);
   svector[0] = deq;
   svector[1] = (d - deq) / deq;
   svector[2] = acts ? law.regime(d, deq, history.offset) : 0.0;

@@ -2,6 +2,7 @@
 
 #include "pair_list_builder.h"
 
+#include "atom_bodies.h"
 #include "core/levels.h"
 #include "scene.h"
 
@@ -22,9 +23,18 @@ struct PairListBuilder::View {
   const int *type, *mask;
   const tagint *tag;
   const int *numneigh, *const *firstneigh;
+  AtomBodies bodies;
 };
 
 PairListBuilder::Found PairListBuilder::build(const Input &input, EVP::PairList &list)
+{
+  return input.within == EVP::Within::ALL ? pack_rows<false>(input, list)
+                                          : pack_rows<true>(input, list);
+}
+
+// Divided: there are pairs of two bodies
+template <bool Divided>
+PairListBuilder::Found PairListBuilder::pack_rows(const Input &input, EVP::PairList &list)
 {
   std::swap(last, now);
   now.size = 0;
@@ -40,7 +50,8 @@ PairListBuilder::Found PairListBuilder::build(const Input &input, EVP::PairList 
                atom->mask,
                atom->tag,
                input.neighbors->numneigh,
-               input.neighbors->firstneigh};
+               input.neighbors->firstneigh,
+               {atom, input.within}};
   for (int kind = 0; kind < 4; kind++)
     if (force->special_lj[kind] == 0.0) view.excluded |= 1 << kind;
   const int *const ilist = input.neighbors->ilist, inum = input.neighbors->inum;
@@ -51,7 +62,7 @@ PairListBuilder::Found PairListBuilder::build(const Input &input, EVP::PairList 
       error->one(FLERR, "Pair evp/lj: more than {} pairs on one MPI rank: use more ranks",
                  EVP::PackedPairs::MOST);
     const Room room = list.pairs.room(view.numneigh[i]);
-    const int n = pack_row(input, view, i, room, list.pairs, found);
+    const int n = pack_row<Divided>(input, view, i, room, list.pairs, found);
     if (n == 0) continue;
 
     const int first = (int) list.pairs.size();
@@ -66,6 +77,7 @@ PairListBuilder::Found PairListBuilder::build(const Input &input, EVP::PairList 
 }
 
 // returns the number of pairs
+template <bool Divided>
 EVP_INLINE int PairListBuilder::pack_row(const Input &input, const View &view, int i,
                                          const Room &room, const EVP::PackedPairs &pairs,
                                          Found &found)
@@ -98,6 +110,7 @@ EVP_INLINE int PairListBuilder::pack_row(const Input &input, const View &view, i
     const bool broken = record >= 0 && histories && histories[record].broken != 0.0;
     const bool is_bond = record >= 0 && !broken;
     if (!is_bond && !with_new_pairs) continue;
+    const bool apart = Divided && record < 0 && view.bodies.apart(i, j);
 
     const double dx = own_x[0] - view.x[j][0], dy = own_x[1] - view.x[j][1],
                  dz = own_x[2] - view.x[j][2];
@@ -108,12 +121,13 @@ EVP_INLINE int PairListBuilder::pack_row(const Input &input, const View &view, i
     const EVP::Row &row = laws[type].parameters();
     double deq = is_bond ? records[record].deq : sum_radii;
     if (broken) deq = input.rules.rest_of_broken(sum_radii, records[record].deq);
-    double cut = broken || (!is_bond && new_repel_only) ? deq : row.alpha * sum_radii;
+    double cut = broken || (!is_bond && (new_repel_only || apart)) ? deq : row.alpha * sum_radii;
     if (is_bond && break_at > 0.0) cut = std::min(cut, break_at * deq);
     const bool implicit = implicit_bit && ((view.mask[i] | view.mask[j]) & implicit_bit);
     const int own = first_law + type, law = implicit ? input.coefficients->undamped(own) : own;
     room.inv_deq[n] = 1.0 / deq;
-    room.cutsq[n] = pairs.reach_squared(cut, is_bond);
+    room.cutsq[n] = apart ? EVP::reach_squared(cut, input.repulsive_margin)
+                          : pairs.reach_squared(cut, is_bond);
     room.j[n] = j;
     room.kind[n] = 2 * law + is_bond;
     room.slot[n] = broken ? EVP::PackedPair::slot_of_broken(record) : record;

@@ -8,6 +8,7 @@
 #include "core/coefficients.h"
 #include "core/pair_list.h"
 #include "core/pair_rules.h"
+#include "core/within.h"
 
 #include "pointers.h"
 
@@ -23,8 +24,11 @@ class PairListBuilder : protected Pointers {
     const EVP::Coefficients *coefficients;
     const EVP::BondStore *bonds;    ///< nullptr without
     EVP::PairRules rules;
+    EVP::Within within;        ///< see fix evp/bonds
     double new_pair_margin;    ///< of their cuts, see core/pair_list.h
-    int implicit_groupbit;     ///< pairs with an atom of it have the law without gamma
+    double
+        repulsive_margin;    ///< the same of those that only repel as their atoms are of two bodies
+    int implicit_groupbit;    ///< pairs with an atom of it have the law without gamma
   };
 
   /// Pairs that overlap beyond the limit; the first of them.
@@ -70,6 +74,8 @@ class PairListBuilder : protected Pointers {
 
   using Room = EVP::PackedPairs::Room;
   struct View;
+  template <bool Divided> Found pack_rows(const Input &, EVP::PairList &);
+  template <bool Divided>
   int pack_row(const Input &, const View &, int i, const Room &, const EVP::PackedPairs &, Found &);
   static void fill_history(const Input &, const View &, int i, const Room &, int n);
   void count_overlap(int i, int j, double dsq, double deq, const EVP::Law &, Overlaps &) const;

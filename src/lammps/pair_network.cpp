@@ -2,6 +2,7 @@
 
 #include "pair_network.h"
 
+#include "atom_bodies.h"
 #include "collective.h"
 #include "history_return.h"
 #include "keywords.h"
@@ -182,6 +183,14 @@ double PairNetwork::handle(int i, int j)
   return cuts.handle(i, j, row.alpha);
 }
 
+// of the atoms into bodies, for report()
+std::string PairNetwork::division() const
+{
+  if (within() == EVP::Within::ALL) return "";
+  return fmt::format(" within {} (bodies {})", EVP::WITHINS[(int) within()],
+                     rules.contact == Contact::NONE ? "do not interact" : "only repel each other");
+}
+
 // one line of the active effects, again only when it changes
 void PairNetwork::report()
 {
@@ -193,9 +202,9 @@ void PairNetwork::report()
         : damps_implicitly() ? "damping by fix nve/evp"
                              : "damping on";
   line += fmt::format(", new contacts {}", EVP::CONTACTS[(int) rules.contact]);
-  line += store
-      ? fmt::format(", deq of bonds from fix {}", EVP::scene::find_fix(modify, "evp/bonds")->id)
-      : ", no fix evp/bonds: every pair has deq = R_i + R_j";
+  line += store ? fmt::format(", deq of bonds from fix {}{}",
+                              EVP::scene::find_fix(modify, "evp/bonds")->id, division())
+                : ", no fix evp/bonds: every pair has deq = R_i + R_j";
   if (rules.flows) line += ", unload elastic (kinematic hardening)";
   if (rules.breaks()) line += fmt::format(", bonds break beyond {} deq", 1.0 + rules.break_strain);
   if (volume())
@@ -244,6 +253,8 @@ void PairNetwork::pack(const NeighList *neighbors, bool collective)
     }
     check_weights();
     check_rules();
+    if (within() == EVP::Within::MOLECULE && !atom->molecule)
+      error->all(FLERR, "Pair evp/lj: fix evp/bonds {}", missing_molecules(lmp));
     list.common_build++;
   }
   // with a new neighbor list fix evp/bonds has looked
@@ -254,7 +265,7 @@ void PairNetwork::pack(const NeighList *neighbors, bool collective)
         "would go to other atoms: use 'run' with 'pre yes'");
   cuts.check_radii();
   const bool carries = histories_due && snapshot.matches_list();
-  snapshot.take_atoms(!atom->avec->comm_x_only);
+  snapshot.take_atoms(!atom->avec->comm_x_only, within() == EVP::Within::MOLECULE);
   list.nlocal = atom->nlocal;
   list.nall = atom->nlocal + atom->nghost;
   repack_due = false;
@@ -262,7 +273,9 @@ void PairNetwork::pack(const NeighList *neighbors, bool collective)
   // with the same neighbor list the records have not been told of what changed
   const EVP::PairList before = carries ? list : EVP::PairList();
   const PairListBuilder::Found found = builder.build(
-      {neighbors, &coefficients, bonds(), rules, new_pair_margin(), implicit_groupbit}, list);
+      {neighbors, &coefficients, bonds(), rules, within(), new_pair_margin(rules.contact),
+       new_pair_margin(Contact::REPULSIVE), implicit_groupbit},
+      list);
   beyond.clear();
   snapshot.finish();
   if (!bonds()) volume_.reset();    // they went since the last set-up
@@ -419,10 +432,16 @@ EVP::PairHistory PairNetwork::history_of(int i, int j) const
   return {};
 }
 
-// one that only repels has no force at its cut but that of damping: spheres that touch do not interact
-double PairNetwork::new_pair_margin() const
+Contact PairNetwork::contact_between(int i, int j) const
 {
-  if (rules.contact != Contact::REPULSIVE) return EVP::NEW_PAIR_MARGIN;
+  const bool repel = rules.contact != Contact::NONE && AtomBodies(atom, within()).apart(i, j);
+  return repel ? Contact::REPULSIVE : rules.contact;
+}
+
+// one that only repels has no force at its cut but that of damping: spheres that touch do not interact
+double PairNetwork::new_pair_margin(Contact contact) const
+{
+  if (contact != Contact::REPULSIVE) return EVP::NEW_PAIR_MARGIN;
   return any_gamma ? -EVP::NEW_PAIR_MARGIN : 0.0;
 }
 

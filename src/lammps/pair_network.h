@@ -88,6 +88,12 @@ class PairNetwork : protected Pointers {
     return store && store->has_recorded() ? store.get() : nullptr;
   }
 
+  /// Which atoms are one body, by fix evp/bonds.
+  EVP::Within within() const { return store ? store->within() : EVP::Within::ALL; }
+
+  /// What acts between two atoms that were not recorded as a pair.
+  EVP::Contact contact_between(int i, int j) const;
+
   /// The volume energy of fix evp/volume, nullptr without.
   VolumeForces *volume() const
   {
@@ -171,8 +177,8 @@ class PairNetwork : protected Pointers {
   /// Before the forces: packs the pairs if the neighbor list, the bonds or radii have changed.
   void pack_if_due(const class NeighList *);
 
-  /// Positive margin of the cuts of new pairs, see core/pair_list.h.
-  double new_pair_margin() const;
+  /// Margin of the cuts of new pairs between which that acts, see core/pair_list.h.
+  double new_pair_margin(EVP::Contact) const;
 
   /// ID of the fix that recorded, for restart files; empty without.
   const std::string &recorder()
@@ -225,6 +231,7 @@ class PairNetwork : protected Pointers {
   void find_bonds();
   void note_bonds();
   void find_work();
+  std::string division() const;
   void report();
   void pack(const class NeighList *, bool collective);
   void agree_on_pairs(const PairListBuilder::Found &, bool records_are_current);

@@ -2,6 +2,7 @@
 
 #include "zone_bonds.h"
 
+#include "atom_bodies.h"
 #include "collective.h"
 #include "core/pair_list.h"
 #include "pair_network.h"
@@ -40,12 +41,12 @@ static double symmetric_dsq(const Atom *atom, const Domain *domain,
   return dsq;
 }
 
-std::vector<EVP::BondStore::Bonds> LAMMPS_NS::find_zone_bonds(const LAMMPS *lmp,
-                                                              const NeighList *list,
-                                                              const std::vector<double> &owner_x,
-                                                              double zone, int groupbit,
-                                                              const PairNetwork *network)
+std::vector<EVP::BondStore::Bonds>
+LAMMPS_NS::find_zone_bonds(const LAMMPS *lmp, const NeighList *list,
+                           const std::vector<double> &owner_x, double zone, int groupbit,
+                           const AtomBodies &bodies, const PairNetwork *network, bigint &overlaps)
 {
+  bigint overlap_sides = 0;    // both atoms see a pair
   std::vector<EVP::BondStore::Bonds> made(lmp->atom->nlocal);
   std::string complaint;
   const Atom *atom = lmp->atom;
@@ -62,6 +63,10 @@ std::vector<EVP::BondStore::Bonds> LAMMPS_NS::find_zone_bonds(const LAMMPS *lmp,
       const double sum_radii = atom->radius[i] + atom->radius[j];
       const double reach = (zone > 0.0 ? zone : alpha) * sum_radii;
       if (dsq > EVP::reach_squared(reach, EVP::RECORD_MARGIN)) continue;
+      if (bodies.apart(i, j)) {
+        if (dsq < EVP::reach_squared(sum_radii, -EVP::RECORD_MARGIN)) overlap_sides++;
+        continue;
+      }
       const double coincident = EVP::COINCIDENT * sum_radii;
       if (!(dsq > coincident * coincident) && complaint.empty())
         complaint = fmt::format("atoms {} and {} coincide: move one or delete it (delete_atoms "
@@ -71,5 +76,6 @@ std::vector<EVP::BondStore::Bonds> LAMMPS_NS::find_zone_bonds(const LAMMPS *lmp,
     }
   }
   EVP::throw_together(complaint, lmp->world);
+  overlaps = EVP::reduce_all(overlap_sides, MPI_SUM, lmp->world) / 2;
   return made;
 }

@@ -11,15 +11,17 @@
 
 namespace LAMMPS_NS {
 
-/// Collective. For each local atom of the group its bonds: partners in the group and within the zone,
-/// from a full neighbor list.
+/// Collective. For each local atom of the group its bonds: partners in the group, within the zone and of
+/// the same body, from a full neighbor list.
 ///
 /// owner_x: positions of the owners of all atoms and ghosts, three values each [length].
-/// zone: reach over R_i + R_j, 0 for alpha of the pair of types.
+/// zone: reach over R_i + R_j, 0 for alpha of the pair of types. bodies: of atoms and ghosts.
+/// overlaps: number of the pairs of two bodies whose spheres overlap, over all ranks.
 /// Throws BadInput, the same on all ranks, where two atoms coincide.
 std::vector<EVP::BondStore::Bonds> find_zone_bonds(const LAMMPS *, const class NeighList *,
                                                    const std::vector<double> &owner_x, double zone,
-                                                   int groupbit, const class PairNetwork *);
+                                                   int groupbit, const class AtomBodies &bodies,
+                                                   const class PairNetwork *, bigint &overlaps);
 
 }    // namespace LAMMPS_NS
 

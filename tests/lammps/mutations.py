@@ -56,5 +56,9 @@ MUTATIONS = [
     Mutation("no bond breaks", ("bond torn and pushed",), "pair_network.cpp", "if (rules.breaks()) break_bonds();", ""),
     Mutation("the second atom of a pair is not told of its history", ("flow of a body that is sorted",), "history_return.cpp", "store.take({j, is_record, tag[i], h});", ""),
     Mutation("every search leaves its flow", ("search that did not end",), "fix_evp_bonds.cpp", "if (stop == Min::ETOL || stop == Min::FTOL || stop == Min::ZEROFORCE)", "if (stop >= 0)"),
+    Mutation("two bodies are bonded where they are close at the start", ("two bodies led together", "ball hits block"), "zone_bonds.cpp",
+             "if (bodies.apart(i, j)) {", "if (bodies.apart(i, j) && false) {"),
+    Mutation("the whole law between two bodies", ("two bodies led together: literal", "ball hits block"), "pair_list_builder.cpp",
+             "record < 0 && view.bodies.apart(i, j)", "record < 0 && false && view.bodies.apart(i, j)"),
     Mutation("half of the pull of the volume energy", ("volume energy of a free body",), "volume_energy.h", "3.0 * kv * strain / weight_sum", "1.5 * kv * strain / weight_sum"),
 ]

@@ -71,21 +71,22 @@ def record(x, radius, zone, cell):
     return dict(zip(zip(low[own].tolist(), high[own].tolist()), pairs.d[own].tolist()))
 
 
-def truth(x, v, body, rows=law.TABLE1, contact="literal", ids=None, step=0.0):
+def truth(x, v, body, rows=law.TABLE1, contact="literal", ids=None, step=0.0, bodies=None):
     """brute.brute_force of a body in its box; "force" and "abs_force" are those of the atoms themselves."""
     widest = max(row.alpha for row in ([rows] if isinstance(rows, law.Row) else rows.values()))
     places, owner = with_images(x, 2.0 * widest * body.radius.max(), body.cell)
     ids = np.arange(1, len(x) + 1) if ids is None else np.asarray(ids)
-    found = brute.brute_force(places, v[owner], body.radius[owner], body.types[owner], rows, body.bonds, contact, ids=ids[owner], step=step)
+    found = brute.brute_force(places, v[owner], body.radius[owner], body.types[owner], rows, body.bonds, contact, ids=ids[owner], step=step,
+                              bodies=None if bodies is None else bodies[owner])
     return {**found, "force": found["force"][: len(x)], "abs_force": found["abs_force"][: len(x)]}
 
 
-def check_forces(snapshot, body, rows=law.TABLE1, contact="literal", added=0.0, at_rest=False):
+def check_forces(snapshot, body, rows=law.TABLE1, contact="literal", added=0.0, at_rest=False, bodies=None):
     """The forces of a dump are those of the sum over all pairs, plus what else acts; returns that sum.
 
     at_rest: pairs at d = deq have no force to measure round-off by, so each counts with its yield force at least."""
     ids = snapshot["id"].astype(int)
-    found = truth(snapshot.vectors("x", "y", "z"), snapshot.vectors("vx", "vy", "vz"), body, rows, contact, ids)
+    found = truth(snapshot.vectors("x", "y", "z"), snapshot.vectors("vx", "vy", "vz"), body, rows, contact, ids, bodies=bodies)
     error = np.linalg.norm(snapshot.vectors("fx", "fy", "fz") - found["force"] - added, axis=1)
     scale = found["abs_force"] + np.linalg.norm(np.broadcast_to(added, found["force"].shape), axis=1)
     if at_rest:

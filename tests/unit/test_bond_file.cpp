@@ -179,6 +179,27 @@ TEST(BondReader, TellsHowManyBondsWereBeyondDlim)
                    {"bond file line 1: BEYOND must be a positive integer"});
 }
 
+// Versions that do not know the word must not read on.
+TEST(BondReader, TellsWhichAtomsWereOneBody)
+{
+  using EVP::Within;
+  const std::string types = EVP::bond_header(3, "si", 2, Within::TYPE);
+  EXPECT_EQ(types, "# EVP bonds COUNT: 3 WITHIN: type UNITS: si BEYOND: 2");
+  for (const auto &[text, within] :
+       {std::pair<std::string, Within>{types, Within::TYPE},
+        {EVP::bond_header(3, "si", 0, Within::MOLECULE), Within::MOLECULE},
+        {EVP::bond_header(3, "si", 2), Within::ALL}}) {
+    const auto stream = stream_of(text + "\n");
+    const BondReader reader(stream.get(), "body.bonds", "si");
+    EXPECT_EQ(reader.within(), within) << text;
+    EXPECT_EQ(reader.count(), 3) << text;
+    EXPECT_EQ(reader.beyond(), within == Within::MOLECULE ? 0 : 2) << text;
+  }
+  for (const std::string word : {"all", "Type", "types", ""})
+    expect_refusal("# EVP bonds COUNT: 3 WITHIN: " + word + " UNITS: si\n",
+                   {"bond file line 1: within must be type or molecule"});
+}
+
 // A host program may show the first 99 characters of a message, and a path can be longer.
 TEST(BondReader, NamesTheCauseBeforeTheFile)
 {

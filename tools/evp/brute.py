@@ -103,7 +103,7 @@ def _bond_lengths(pairs, bonds, ids):
     return np.array(deq, dtype=float)
 
 
-def interactions(x, radius, rows, bonds, contact, types=None, box=None, ids=None):
+def interactions(x, radius, rows, bonds, contact, types=None, box=None, ids=None, bodies=None):
     """The interacting pairs now, as Interactions; arguments as in brute_force."""
     count = len(radius)
     types = np.ones(count, dtype=int) if types is None else np.asarray(types)
@@ -115,18 +115,23 @@ def interactions(x, radius, rows, bonds, contact, types=None, box=None, ids=None
     bonded = ~np.isnan(deq)
     deq = np.where(bonded, deq, pairs.contact_distance)
     cut = law.pair_cut(pairs.contact_distance, bonded, row, contact)
+    if bodies is not None:
+        bodies = np.asarray(bodies)
+        apart = ~bonded & (bodies[pairs.i] != bodies[pairs.j])
+        cut = np.where(apart, np.minimum(cut, pairs.contact_distance), cut)
     acts = pairs.d <= cut
     kept = Pairs(*(column[acts] for column in pairs))
     return Interactions(kept, deq[acts], cut[acts], bonded[acts], law.Row(*(f[acts] for f in row)))
 
 
-def brute_force(x, v, radius, types, rows, bonds, contact, box=None, ids=None, step=0.0):
+def brute_force(x, v, radius, types, rows, bonds, contact, box=None, ids=None, step=0.0, bodies=None):
     """Forces, energies and counts of one configuration, by a sum over all pairs.
 
     x, v (N,3) positions [length] and velocities; radius (N,); types (N,) int, or None for one type;
     rows: one Row, or {(type_i, type_j): Row}; bonds: {(id_i, id_j): deq}, either order;
     contact: 'literal', 'repulsive' or 'none' for pairs outside bonds (deq = R_i + R_j);
     box: None, or 3 periodic lengths (None or 0 for an open direction); ids (N,), default 1..N;
+    bodies (N,): pairs of two bodies outside bonds only repel (within of fix evp/bonds), None: all are one body;
     step: above 0, dampers see the mean opening rate over a step of that size with these velocities, as under fix nve/evp.
 
     Returns a dict:
@@ -145,7 +150,7 @@ def brute_force(x, v, radius, types, rows, bonds, contact, box=None, ids=None, s
     Raises ValueError for coincident atoms, a bad contact mode, or a box below two reaches.
     """
     v = np.asarray(v, dtype=float)
-    pairs, deq, cut, bonded, row = interactions(x, radius, rows, bonds, contact, types, box, ids)
+    pairs, deq, cut, bonded, row = interactions(x, radius, rows, bonds, contact, types, box, ids, bodies)
     i, j, r, d, sums = pairs
     unit = r / d[:, None]
     pair_force = law.force(d, deq, row)

@@ -1,0 +1,331 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""fix evp/bonds ... within type|molecule: no bonds between two bodies, which repel each other where they touch and do nothing before.
+
+Words that are refused are in test_hostile_within.py, what restart and bond files keep in test_within_restart.py."""
+
+import textwrap
+
+import numpy as np
+import pytest
+from boxes import BOXES
+from evp import law
+from flowing import BREAK, MOVE as FLOW_MOVE, SHAKE, assert_flowed, flowing_pair, largest_difference, read_pairs
+from lammps_run import REPOSITORY, write_data
+from small_bodies import MOVE, ROUND_OFF, STIR, check_forces, dump, head, lattice_body, mass_of, pair, thermo, two_groups, words, write_body
+
+RADIUS, TOUCH = 0.005, 0.01
+APART = 1.1 * TOUCH  # within alpha (R_i + R_j) = 1.5 TOUCH
+MOLECULES = "fix molecules all property/atom mol ghost yes\n"
+FOUR_MOLECULES = MOLECULES + "variable m atom (7*id+id*id)%4\nset group all mol v_m\n"  # of which 0 is none
+FIX = "fix bonds all evp/bonds within "
+
+
+def bodies_of(body, word):
+    """A number per atom, the same for atoms of one body; those without a molecule are alone."""
+    if word == "type":
+        return body.types
+    ids = np.arange(1, len(body.x) + 1)
+    molecules = (7 * ids + ids * ids) % 4
+    return np.where(molecules == 0, -ids, molecules)
+
+
+def divided(body, word):
+    """The body with the bonds that are left."""
+    of = bodies_of(body, word)
+    return body._replace(bonds={ids: deq for ids, deq in body.bonds.items() if of[ids[0] - 1] == of[ids[1] - 1]})
+
+
+def setup(word):
+    return FOUR_MOLECULES if word == "molecule" else ""
+
+
+# ---- two spheres ----
+
+
+def two(path, gap=APART):
+    write_data(path / "body.data", np.array([[-0.5 * gap, 0, 0], [0.5 * gap, 0, 0]]), [RADIUS] * 2, [[-0.2, 0.2]] * 3, [1, 2])
+
+
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (1, "off"), (2, "on"), (4, "off")])
+def test_two_spheres_that_are_apart_do_not_interact(lmp_decks, tmp_path, ranks, newton):
+    """1.1 diameters: not a single bit of force or energy, whatever `contact` says. Control: without `within` they are bonded, and
+    pulled once they are led apart."""
+    two(tmp_path)
+    end = "displace_atoms all ramp x 0 0.0005 x 0 0.011 units box\n" + thermo("pe fmax f_bonds f_bonds[3]") + "run 0\n"
+    molecules = MOLECULES + "set atom 1 mol 1\nset atom 2 mol 2\n"
+    decks = {}
+    for contact in ("literal", "repulsive", "none"):
+        for word in ("type", "molecule", ""):
+            decks[contact, word] = (head(newton, before=f"processors {ranks} 1 1") + (molecules if word == "molecule" else "")
+                                    + pair(contact=contact, fix=FIX + word if word else FIX[:-7]) + "run 0\n" + end)
+    for (contact, word), run in lmp_decks(decks, ranks).items():
+        table = run.thermo()
+        values = [table[name][0] for name in ("PotEng", "Fmax", "f_bonds", "f_bonds[3]")]
+        if word:
+            assert values == [0.0, 0.0, 0.0, 0.0], (contact, word)
+        else:
+            assert values[1] > 100.0 and values[2] == 1.0, contact
+
+
+@pytest.mark.parametrize("contact, acts", [("literal", True), ("repulsive", True), ("none", False)])
+@pytest.mark.parametrize("unload", ["reversible", "elastic"])
+def test_from_where_they_touch_they_repel(lmp, tmp_path, contact, acts, unload):
+    """Led from 1.1 diameters to 0.95: the law with deq = R_i + R_j below that distance, its energy zero there. In the first
+    loading both ways of unloading are the same."""
+    two(tmp_path)
+    text = head(skin=0.002) + pair(contact=f"{contact} unload {unload}", fix=FIX + "type") + two_groups(0, 0)
+    text += "fix lead two move linear -15 0 0\nfix hold one move linear 0 0 0\ntimestep 1e-6\ncompute f two reduce sum fx\n"
+    text += "compute own all pair/local force eng p1 p2 p3\ncompute at all reduce sum " + " ".join(f"c_own[{k}]" for k in range(1, 6)) + " inputs local\n"
+    table = lmp(text + "variable d equal x[2]-x[1]\nthermo 1\n" + thermo("v_d c_f pe c_at[*] f_bonds[3]") + "run 100\n").ok().thermo()
+    d = table["v_d"]
+    assert d[0] > 1.09 * TOUCH and d[-1] < 0.96 * TOUCH, "control"
+    touch = (d <= TOUCH) & acts
+    force = np.where(touch, law.force(d, TOUCH, law.TABLE1), 0.0)
+    energy = np.where(touch, law.energy(d, TOUCH, law.TABLE1, TOUCH), 0.0)
+    scale = np.abs(force).max() + 1.0
+    for name in ("c_f", "c_at[1]"):
+        assert np.abs(table[name] - force).max() <= 1e-9 * scale, name
+        assert not np.any(table[name][~touch]), "not a bit before they touch"
+    if unload == "reversible":
+        for name in ("PotEng", "c_at[2]"):
+            assert np.abs(table[name] - energy).max() <= 1e-11 * law.TABLE1.e1, name
+    assert not np.any(table["PotEng"][~touch])
+    assert np.allclose(table["c_at[3]"], TOUCH, rtol=1e-15) and np.allclose(table["c_at[4]"], d / TOUCH - 1.0, atol=1e-14)
+    assert np.array_equal(table["c_at[5]"] > 0, touch) and np.array_equal(table["f_bonds[3]"], touch)
+
+
+BOUNCES = {
+    "reversible": ("", 0.0, "nve"),
+    "elastic": ("unload elastic", 0.0, "nve"),
+    "elastic, break": ("unload elastic break 0.05", 0.0, "nve"),
+    "damped": ("", 200.0, "nve"),
+    "damped, elastic": ("unload elastic", 20.0, "nve"),
+    "damped by nve/evp": ("", 200.0, "nve/evp"),
+}
+SAME, ROUNDED = "v_d v_f c_dt[*] c_own[*] f_bonds[1] f_bonds[3] f_bonds[4] c_state[*]", "pe ke f_energy[*]"
+
+
+@pytest.mark.parametrize("name", BOUNCES)
+def test_two_bodies_are_those_of_contact_repulsive(lmp_decks, tmp_path, name):
+    """Two spheres meet and part, with `contact literal` and `within`, and with `contact repulsive` and no bonds: the same bits of
+    forces, stable timesteps, counts and pair values; energies but for the cut of a pair, which has another margin."""
+    two(tmp_path)
+    (tmp_path / "none.bonds").write_text("# EVP bonds COUNT: 0 UNITS: si\n", encoding="utf-8")
+    style, gamma, move = BOUNCES[name]
+    rest = two_groups(20.0, -20.0) + f"fix move all {move}\nfix energy all evp/energy\ntimestep 2e-7\ncompute dt all evp/dt\n"
+    rest += "compute pairs all pair/local force p1 p2 p3 p4 p5\ncompute own all reduce sum " + " ".join(f"c_pairs[{k}]" for k in range(1, 7)) + " inputs local\n"
+    rest += "compute atoms all evp/state/atom\ncompute state all reduce sum c_atoms[*]\n"
+    rest += "variable d equal x[2]-x[1]\nvariable f equal fx[2]\nthermo 2\n" + thermo(f"{SAME} {ROUNDED}") + "run 600\n"
+    decks = {}
+    for contact, fix in (("literal", FIX + "type"), ("repulsive", "fix bonds all evp/bonds file none.bonds")):
+        decks[contact] = head(skin=0.001) + pair(law.TABLE1._replace(gamma=gamma), f"{contact} {style}", fix) + rest
+    tables = {contact: run.thermo() for contact, run in lmp_decks(decks).items()}
+    ours, repulsive = tables.values()
+    force = repulsive["v_f"]
+    assert np.sum(force != 0.0) > 30 and force[0] == force[-1] == 0.0 and force.max() > 1000.0, "control: they meet and part"
+    for column, values in repulsive.items():
+        if column in ("PotEng", "KinEng") or column.startswith("f_energy"):
+            assert np.abs(ours[column] - values).max() <= 1e-12 * law.TABLE1.e1, column
+        else:
+            assert np.array_equal(ours[column], values), column
+
+
+def test_a_bond_within_a_body_does_not_end_where_spheres_touch(lmp, tmp_path):
+    """Control of the above: two spheres of one type have a bond; two that meet later a contact with the whole law."""
+    write_data(tmp_path / "body.data", [[0, 0, 0], [0.0104, 0, 0], [0.05, 0, 0]], [RADIUS] * 3, [[-0.2, 0.2]] * 3, [1, 1, 2])
+    text = head() + pair(fix=FIX + "type") + "run 0\nset atom 3 x 0.0208 type 1\n" + thermo("f_bonds f_bonds[3] fmax") + "run 0\n"
+    table = lmp(text).ok().thermo()
+    assert (table["f_bonds"][0], table["f_bonds[3]"][0]) == (1, 1)
+    assert table["Fmax"][0] == pytest.approx(-law.force(0.0104, TOUCH, law.TABLE1), rel=1e-9)
+
+
+# ---- many spheres ----
+
+WATCH = "compute own all pair/local eng\ncompute sum all reduce sum c_own inputs local\n"
+
+
+def stirred(word, contact="literal", newton="on", lines="", zone="zone 1.4 ", **options):
+    text = head(newton, **options) + setup(word) + pair(contact=contact, fix=f"fix bonds all evp/bonds {zone}within {word}") + STIR + MOVE + lines
+    return text + WATCH + thermo("pe c_sum f_bonds f_bonds[1] f_bonds[2] f_bonds[3]") + dump(every=40) + "run 80\n"
+
+
+def check(run, body, word, contact):
+    """Every force and count against the sum over all pairs; body: with its bonds of the zone."""
+    body, bodies = divided(body, word), bodies_of(body, word)
+    table, snapshots = run.thermo(), run.dump("all.dump")
+    for snapshot in snapshots[::2]:
+        found = check_forces(snapshot, body, contact=contact, bodies=bodies, at_rest=True)
+        row = table["Step"] == snapshot.step
+        expected = {"f_bonds": len(body.bonds), "f_bonds[2]": found["bonds_second"], "f_bonds[3]": found["new_contacts"]}
+        if not body.cell.any():
+            expected["f_bonds[1]"] = found["bonds_beyond"]
+            scale = np.abs(found["pair_energy"]).sum() + len(found["d"]) * law.TABLE1.e1
+            for name in ("PotEng", "c_sum"):
+                assert abs(table[name][row][0] - found["energy"]) <= ROUND_OFF * scale, name
+            for name, value in expected.items():
+                assert table[name][row][0] == value, (name, snapshot.step)
+    assert table["f_bonds"][0] == len(body.bonds) > 50
+    assert contact == "none" or table["f_bonds[3]"][-1] > 20, "control: bodies touch"
+    i, j = found["i"], found["j"]
+    own = bodies[np.minimum(i, len(bodies) - 1)] if not body.cell.any() else None
+    if own is not None and contact != "none":
+        assert np.sum(bodies[i] != bodies[j]) > 20, "control"
+
+
+LAYOUTS = [("type", 1, "on"), ("type", 2, "off"), ("type", 4, "on"), ("molecule", 1, "off"), ("molecule", 2, "on"), ("molecule", 4, "off")]
+
+
+@pytest.mark.parametrize("word, ranks, newton", LAYOUTS)
+def test_forces_are_those_of_the_sum_over_all_pairs(lmp_decks, tmp_path, word, ranks, newton):
+    """A lattice whose types, or molecules, are at random: half of all neighbors are of another body. It drifts, so that atoms
+    and their molecules go from rank to rank."""
+    body = lattice_body(zone=1.4)
+    write_body(tmp_path / "body.data", body)
+    runs = lmp_decks({contact: stirred(word, contact, newton) for contact in ("literal", "repulsive", "none")}, ranks)
+    for contact, run in runs.items():
+        check(run, body, word, contact)
+
+
+@pytest.mark.parametrize("name", ["fix balance rcb", "sorted often", "periodic, tiled", "triclinic, newton off"])
+@pytest.mark.parametrize("word", ["type", "molecule"])
+def test_boxes(lmp, tmp_path, name, word):
+    box = BOXES[name]
+    body = lattice_body(zone=1.4, **box["body"])
+    write_body(tmp_path / "body.data", body, box.get("tilt"))
+    run = lmp(stirred(word, lines=box["lines"], **box["options"]), 4).ok()
+    check(run, body, word, "literal")
+
+
+@pytest.mark.parametrize("style", ["hybrid sphere molecular", "hybrid sphere bond", "hybrid molecular sphere", "bpm/sphere"])
+def test_atom_styles_with_molecules(lmp_decks, tmp_path, style):
+    """The same numbers as with fix property/atom; special_bonds of a style that knows bonds has nothing to exclude."""
+    rows = "\n".join(f"create_atoms 1 single {x} {y} 0\n" for x in (0, 0.0102, 0.0204) for y in (0, 0.0104))
+    rest = f"""
+{rows}
+set group all diameter 0.01
+set group all density 2700
+{{molecules}}
+set atom 1*4 mol 3
+set atom 5*6 mol 8
+neighbor 0.001 bin
+{pair(fix=FIX + "molecule")}
+run 0
+displace_atoms all ramp y 0 0.0003 x 0 0.03 units box
+displace_atoms all ramp x 0 -0.002 x 0.0102 0.0204 units box
+{thermo("pe fmax f_bonds f_bonds[3]")}
+run 0
+"""
+    start = "units si\natom_style {}\natom_modify map yes\nboundary f f f\nregion box block -0.1 0.1 -0.1 0.1 -0.1 0.1\ncreate_box 1 box\n"
+    runs = lmp_decks({kind: start.format(kind) + rest.format(molecules="" if kind == style else MOLECULES) for kind in (style, "sphere")}, 2)
+    ours, sphere = (run.thermo() for run in runs.values())
+    assert ours == pytest.approx(sphere, rel=1e-12) and sphere["Fmax"][0] > 100.0
+    assert sphere["f_bonds"][0] == 6 + 1 and sphere["f_bonds[3]"][0] == 2
+
+
+def test_as_a_part_of_pair_style_hybrid(lmp, tmp_path):
+    """Types 1 and 2 have this style, type 3 another."""
+    x = np.array([[0, 0, 0], [0.0102, 0, 0], [0.0211, 0, 0], [0.05, 0, 0], [0.0603, 0, 0]])
+    write_data(tmp_path / "body.data", x, [RADIUS] * 5, [[-0.2, 0.2]] * 3, [1, 1, 2, 3, 3])
+    style = f"""pair_style hybrid evp/lj contact literal lj/cut 0.02
+pair_coeff * 3 lj/cut 1 0.01
+pair_coeff 1*2 1*2 evp/lj {words(law.TABLE1)}
+{FIX}type
+"""
+    table = thermo("f_bonds f_bonds[3] v_f")
+    run = lmp(head() + style + "variable f equal fx[3]\n" + table + "run 0\nset atom 3 x 0.0201\nrun 0\n").ok()
+    assert [run.thermo(k)[name][0] for k in (0, 1) for name in ("f_bonds", "f_bonds[3]")] == [1, 0, 1, 1]
+    assert run.thermo(0)["v_f"][0] == 0.0
+    assert run.thermo(1)["v_f"][0] == pytest.approx(law.force(0.0201 - 0.0102, TOUCH, law.TABLE1), rel=1e-9)
+    assert "within type (bodies only repel each other)" in run.stdout
+
+
+@pytest.mark.parametrize("word", ["type", "molecule"])
+def test_flow_and_breaking_on_any_ranks(lmp, tmp_path, word):
+    """Bonds flow and break, contacts between bodies flow in compression: offsets and broken bonds are the same on 1, 2 and 4 ranks."""
+    write_body(tmp_path / "body.data", lattice_body())
+    fix = f"fix bonds all evp/bonds zone 1.4 within {word}"
+    found = []
+    for ranks, newton in ((1, "on"), (2, "off"), (4, "on")):
+        text = head(newton) + setup(word) + flowing_pair(kv=0, fix=fix) + SHAKE + FLOW_MOVE.replace("thermo_style", "#")
+        lmp(text + f"run 60\nwrite_evp_bonds {ranks}.bonds\n", ranks).ok()
+        found.append(read_pairs(tmp_path / f"{ranks}.bonds"))
+    bodies = bodies_of(lattice_body(), word)
+    assert_flowed(found[0], broken=BREAK > 0)
+    of_two = [key for key in found[0].of(2) if bodies[key[0] - 1] != bodies[key[1] - 1]]
+    assert len(of_two) > 10 and all(found[0].offset[key] <= 0.0 for key in of_two), "control"
+    assert all(bodies[i - 1] == bodies[j - 1] for i, j, contact in found[0].deq if not contact)
+    for other in found[1:]:
+        assert largest_difference(other, found[0]) < 1e-9
+
+
+# ---- what is said ----
+
+
+def test_one_line_says_so(lmp_decks, tmp_path):
+    two(tmp_path)
+    decks = {contact: head() + pair(contact=contact, fix=FIX + "type") + "run 0\n" for contact in ("literal", "repulsive", "none")}
+    decks["without"] = head() + pair() + "run 0\n"
+    for contact, run in lmp_decks(decks).items():
+        line, = (line for line in run.stdout.splitlines() if line.startswith("evp/lj: "))
+        recorded, = (line for line in run.stdout.splitlines() if line.startswith("fix evp/bonds bonds: "))
+        if contact == "without":
+            assert "within" not in line and "within type" not in recorded
+            continue
+        does = "do not interact" if contact == "none" else "only repel each other"
+        assert f"new contacts {contact}, deq of bonds from fix bonds within type (bodies {does})" in line
+        assert "recorded 0 pairs within alpha (R_i + R_j) and within type" in recorded
+
+
+@pytest.mark.parametrize("contact, warned", [("literal", True), ("repulsive", True), ("none", False)])
+@pytest.mark.parametrize("gap, overlap", [(0.99 * TOUCH, True), (TOUCH, False)])
+def test_bodies_that_overlap_at_the_start_are_warned_of(lmp, tmp_path, contact, warned, gap, overlap):
+    two(tmp_path, gap)
+    text = "1 pairs of two bodies overlap at the start, and repel each other from the first step on"
+    run = lmp(head() + pair(contact=contact, fix=FIX + "type") + "run 0\n", 2).ok()
+    assert any(text in line for line in run.warnings()) == (warned and overlap)
+
+
+def test_atoms_of_no_molecule_are_alone(lmp, tmp_path):
+    """Molecule ID 0: no bonds, not even among themselves, and repulsion only."""
+    x = TOUCH * np.array([[0, 0, 0], [1.02, 0, 0], [2.04, 0, 0], [3.06, 0, 0]])
+    write_data(tmp_path / "body.data", x, [RADIUS] * 4, [[-0.2, 0.2]] * 3)
+    text = head() + MOLECULES + "set atom 1*2 mol 5\n" + pair(fix=FIX + "molecule") + thermo("fmax f_bonds f_bonds[3]") + "run 0\n"
+    run = lmp(text + f"displace_atoms all ramp x 0 {-0.12 * TOUCH} x 0 {3.06 * TOUCH} units box\nrun 0\n", 2).ok()
+    assert "fix evp/bonds bonds: 2 atoms of molecule ID 0 belong to no body" in run.stdout
+    assert [run.thermo(0)[name][0] for name in ("f_bonds", "f_bonds[3]")] == [1, 0]
+    assert run.thermo(1)["f_bonds[3]"][0] == 2, "2-3 and 3-4, which now overlap by 2 %"
+
+
+def test_values_between_runs_follow_molecules(lmp, tmp_path):
+    """f_ID[3] of pairs packed with other molecules is refused until they are packed anew."""
+    two(tmp_path)
+    text = head() + MOLECULES + "set atom 1 mol 1\nset atom 2 mol 2\n" + pair(fix=FIX + "molecule") + thermo("f_bonds[3]") + "run 0\n"
+    change = "set atom 2 mol 1\n"
+    run = lmp(text + change + "print '$(f_bonds[3])'\n")
+    assert run.returncode == 1 and "needs the pairs of the present atoms: use 'run 0' first" in run.stdout
+    assert lmp(text + change + "run 0\n").ok().thermo()["f_bonds[3]"][0] == 1
+    lmp(text + "print '$(f_bonds[3])'\n").ok()
+
+
+# ---- the page ----
+
+PAGE = REPOSITORY / "doc" / "fix_evp_bonds.rst"
+
+
+def test_the_example_of_the_page(lmp_decks):
+    """The ball and the slab of doc/fix_evp_bonds.rst, with the numbers that it says, and without the keyword."""
+    text = PAGE.read_text(encoding="utf-8")
+    block, = (part for part in text.split(".. code-block:: LAMMPS") if "group/group slab" in part)
+    lines = block.split("\n----")[0].splitlines(keepends=True)
+    deck = textwrap.dedent("".join(line for line in lines if line.startswith("   ")))
+    said = " ".join(" ".join(line for line in lines if not line.startswith("   ")).split())
+    runs = lmp_decks({"as it is": deck, "glued": deck.replace(" within type", "")})
+    table, glued = (run.thermo() for run in runs.values())
+    more = glued["f_bonds"][0] - table["f_bonds"][0]
+    assert f"records {table['f_bonds'][0]:.0f} pairs" in said and f"{more:.0f} pairs more are recorded" in said
+    touched = table["Step"][np.flatnonzero(table["v_ball"] != -5.0)[0] - 1]
+    assert f"flies at 5 m/s, with no force on it, until it touches the slab after step {touched:.0f}" in said
+    assert f"leaves it at {table['v_ball'][-1]:.2f} m/s" in said and table["v_ball"][-1] > 0.0
+    assert np.all(table["c_push[3]"] >= 0.0) and table["f_bonds[3]"][-1] == 0.0
+    assert np.ptp(table["TotEng"]) < 0.01 * 0.5 * mass_of(0.00707 / 2) * 43 * 25.0
+    assert glued["c_push[3]"].min() < -1000.0 and glued["v_ball"][-1] < 2.0
