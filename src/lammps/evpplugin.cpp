@@ -11,6 +11,7 @@
 #include "fix_evp_volume.h"
 #include "fix_nve_evp.h"
 #include "pair_evp_lj.h"
+#include "read_evp_body.h"
 #include "read_evp_row.h"
 #include "write_evp_bonds.h"
 
@@ -48,7 +49,9 @@ extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
   plugin.creator.v1 = &create<WriteEVPBonds>;
   add("command", "write_evp_bonds", "EVP bonds as a text file");
   plugin.creator.v1 = &create<ReadEVPRow>;
-  add("command", "read_evp_row", "EVP row of a potential file as variables");
+  add("command", "read_evp_row", "EVP row of coefficients as variables");
+  plugin.creator.v1 = &create<ReadEVPBody>;
+  add("command", "read_evp_body", "EVP measures of a body as variables");
   plugin.creator.v2 = &create_with_arguments<FixEVPBonds>;
   add("fix", "evp/bonds", "EVP equilibrium distances of the initial pairs");
   plugin.creator.v2 = &create_with_arguments<FixNVEEVP>;

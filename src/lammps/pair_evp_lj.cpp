@@ -4,7 +4,6 @@
 
 #include "core/bytes.h"
 #include "core/force_loop.h"
-#include "core/potential_file.h"
 #include "keywords.h"
 #include "row_reader.h"
 #include "scene.h"
@@ -143,11 +142,7 @@ void PairEVPLJ::coeff(int narg, char **arg)
 
   EVP::GivenRow row;
   EVP::stop_at_bad_input(error, "Pair evp/lj", [&] {
-    if (is_file_and_row) {
-      const auto [file, name] = EVP::split_file_and_row(arg[2]);
-      row = read_row(lmp, file, name);
-    } else
-      row = narg == 4 ? read_row(lmp, arg[2], arg[3]) : EVP::parse_row({arg + 2, arg + narg});
+    row = read_row(lmp, {arg + 2, arg + narg});
   });
 
   bool any = false;

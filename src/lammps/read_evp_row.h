@@ -5,18 +5,13 @@
 
 #include "command.h"
 
-#include <string>
-
 namespace LAMMPS_NS {
 
-/// read_evp_row FILE:ROW PREFIX: the numbers of a row as variables of the input script.
+/// read_evp_row ROW PREFIX: the numbers of a row, given as in pair_coeff, as variables of the input script.
 class ReadEVPRow : public Command {
  public:
   ReadEVPRow(class LAMMPS *lmp) : Command(lmp) {}
   void command(int, char **) override;
-
- private:
-  void set_variable(const std::string &name, double value) const;
 };
 
 }    // namespace LAMMPS_NS

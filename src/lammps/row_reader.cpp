@@ -3,40 +3,37 @@
 #include "row_reader.h"
 
 #include "core/potential_file.h"
+#include "text_reader.h"
 
 #include "comm.h"
 #include "lammps.h"
 #include "update.h"
 #include "utils.h"
 
-#include <mpi.h>
-
 using namespace LAMMPS_NS;
+using EVP::BadInput;
+using EVP::Reading;
 
 static constexpr int MAX_FILE_SIZE = 1 << 20;
 
-// rank 0 reads the file, all MPI ranks check it and stop together
-EVP::GivenRow LAMMPS_NS::read_row(LAMMPS *lmp, const std::string &file, const std::string &name)
+static EVP::GivenRow read_file(LAMMPS *lmp, const std::string &file, const std::string &name)
 {
+  const std::string path = lmp->comm->me == 0 ? utils::get_potential_file_path(file) : "";
   std::string text;
-  int size = -1;
-  if (lmp->comm->me == 0) {
-    const std::string path = utils::get_potential_file_path(file);
-    FILE *fp = path.empty() ? nullptr : fopen(path.c_str(), "rb");
-    if (fp) {
-      text.resize(MAX_FILE_SIZE + 1);
-      text.resize(fread(&text[0], 1, text.size(), fp));
-      size = ferror(fp) ? -1 : (int) text.size();
-      fclose(fp);
-    }
-  }
-  MPI_Bcast(&size, 1, MPI_INT, 0, lmp->world);
-  if (size < 0)
-    throw EVP::BadInput("cannot read the potential file '" + file +
-                        "': give its path, or put its folder into LAMMPS_POTENTIALS");
-  if (size > MAX_FILE_SIZE)
-    throw EVP::BadInput("file " + file + " is larger than 1 MiB: not a potential file");
-  text.resize(size);
-  MPI_Bcast(&text[0], size, MPI_CHAR, 0, lmp->world);
+  const Reading reading = EVP::read_text(path, MAX_FILE_SIZE, text, lmp->world);
+  if (reading == Reading::TOO_LARGE)
+    throw BadInput("file " + file + " is larger than 1 MiB: not a potential file");
+  if (reading != Reading::DONE)
+    throw BadInput("cannot read the potential file '" + file +
+                   "': give its path, or put its folder into LAMMPS_POTENTIALS");
   return EVP::row_from_text(text, file, name, lmp->update->unit_style);
+}
+
+EVP::GivenRow LAMMPS_NS::read_row(LAMMPS *lmp, const std::vector<std::string> &words)
+{
+  if (words.size() == 1) {
+    const auto [file, name] = EVP::split_file_and_row(words[0]);
+    return read_file(lmp, file, name);
+  }
+  return words.size() == 2 ? read_file(lmp, words[0], words[1]) : EVP::parse_row(words);
 }

@@ -224,12 +224,15 @@ def test_radii_that_grow_in_a_run(run):
     ("scale", "maybe", "scale must be yes or no, got maybe"),
     ("rate", "0", "rate and strain must not be 0"),
     ("row", "0", "row and samples must be positive"),
-    ("unload", "plastic", "unload must be reversible or elastic, got plastic"),
+    ("unload", "plastic", "unload must be reversible (the paper's law) or elastic (flow stays), got plastic"),
+    ("break", "far", "break must be a finite decimal number, got 'far'"),
     ("kv", "-1", "kv must be 0 or positive, got -1"),
     ("contact", "soft", "contact must be literal, repulsive or none, got 'soft'"),
     ("specimen", "missing.data", "missing.data"),
     ("coeff", "80 4 8 3 8 4 0.005 0 1.5", "m1 > n1 > 0, got m1 = 4 and n1 = 8"),
-    ("length", "50", "not from 0 to length = 50 m; correct what -var gives")])
+    ("length", "50", "not from 0 to length = 50 m; correct the given length, radius or area"),
+    ("radius", "-1", "read_evp_body: radius must be positive, or 0 where it is not given, got -1"),
+    ("coeff", "80 8 4 3 8 4 0.005 0", "read_evp_row: expected 9 values, got 8")])
 def test_traction_deck(lmp, tmp_path, key, value, text):
     from conftest import REFERENCE
     result = lmp("in.traction", variables={"specimen": REFERENCE, key: value})

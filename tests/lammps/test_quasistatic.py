@@ -183,7 +183,7 @@ def test_rows_are_no_farther_apart_than_asked(tmp_path):
     ({"increment": 0}, "increment, row, tolerance and evaluations must be positive"),
     ({"row": -1e-4}, "increment, row, tolerance and evaluations must be positive"),
     ({"strain": 0}, "strain must not be 0"),
-    ({"unload": "plastic"}, "unload must be reversible or elastic, got plastic"),
+    ({"unload": "plastic"}, r"Pair style evp/lj: unload must be reversible \(the paper's law\) or elastic \(flow stays\), got plastic"),
     ({"kv": -1}, "kv must be 0 or positive, got -1"),
     ({"cycles": 0.5}, "cycles must be 0 or a positive integer, got 0.5"),
     ({"cycles": 1, "lower": 0.02}, "lower = 0.02 is strain: there is no way between them"),
@@ -191,7 +191,7 @@ def test_rows_are_no_farther_apart_than_asked(tmp_path):
     ({"row": 0.3}, "row = 0.3 is more than strain = 0.02: give -var row 0.02 or less$"),
     ({"increment": 0.003, "strain": 0.002}, "increment = 0.003 is more than strain = 0.002: give -var increment 0.002 or less$"),
     ({"resume": 3}, r"cannot resume: rest_choices.lmp or rest.3.restart is missing"),
-    ({"length": 5}, "the centres lie from 0.002327 to 0.04765 m along x, not from 0 to length = 5 m; correct what -var gives"),
+    ({"length": 5}, "read_evp_body: the centres lie from 0.002327 to 0.04765 m along x, not from 0 to length = 5 m; correct the given length"),
     ({"evaluations": 5, "strain": 0.001}, "increment 1 is not at rest: .* N is left, allowed are .* N; resume with"),
 ])
 def test_bad_choices_are_named(tmp_path, choices, message):
