@@ -5,6 +5,7 @@
   curves.py numbers  results/a.csv results/b.csv [--fit 0 0.002]
   curves.py plot     results/a.csv results/b.csv --labels "1 /s" "10 /s" --out curves.png
   curves.py cycle    results/a.csv results/b.csv [--out unloading.png]
+  curves.py table    results/*.csv [--at 0.002,0.01] [--target metal.csv] [--csv table.csv]
   curves.py law      --coeff "80 8 4 3 8 4 0.005 0 1.5" --measured two_spheres.csv --out law.png
   curves.py specimen results/a_state.dump --out specimen.png
   curves.py rate     damped.csv --twin undamped.csv --rate 10 --specimen specimen.data
@@ -16,6 +17,10 @@ longest range in which the slope over the second half is at least 90 % of that o
 this ends before strain 0.004. `--fit LO HI` gives another range.
 `cycle` gives the numbers of curves that turn back, as in.cyclic writes them: strain and stress at the first turn, the strain
 left at zero stress, the slope over the first 0.004 of unloading, and the area of the last loop.
+`table` gives one line for each of any number of curves, also of such that turn back or are pushed: E and yield of the first way, the
+stress at strains of it, residual strain, unloading modulus, the area of each loop; '-' where a curve has no such number. Stresses are
+fitted over +-0.0006 of strain, or interpolated where the rows are farther apart. A target has rows strain,stress in Pa, or a first line
+with strain or strain_percent, and stress or stress_MPa; the curves' departures from it, on their first way, are taken at its rows.
 `rate` says which share of the stress of a damped run is viscous and which inertial. Its twin is the
 same run at the same rate with gamma = 0; with --rate and --specimen it also gives what E tau rate
 and rho c L rate expect.
@@ -26,8 +31,8 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 
-from evp import curves, cycles, law  # noqa: E402
-from evp.report import command_line  # noqa: E402
+from evp import curve_table, curves, cycles, law  # noqa: E402
+from evp.report import command_line, write_csv  # noqa: E402
 
 ELASTIC_END = 0.004  # strain at which the first pairs of Table 1 come to the second regime
 COLUMNS = {
@@ -46,6 +51,16 @@ CYCLE_COLUMNS = {
     "area_MJ_per_m3": "loop area [MJ/m3]",
 }
 
+TABLE_COLUMNS = {
+    "E_GPa": "E [GPa]",
+    "range": "over strain",
+    "yield_MPa": "0.2 % yield [MPa]",
+    "turn_strain": "turn at strain",
+    "residual_strain": "residual strain",
+    "unloading_GPa": "unloading modulus [GPa]",
+    "areas": "loop areas [MJ/m3]",
+}
+
 
 def keep_inputs(out, paths):
     """ValueError where the CSV beside the picture `out` would be one of the files read."""
@@ -55,18 +70,23 @@ def keep_inputs(out, paths):
             raise ValueError(f"--out {out} would write its numbers over {path}: give another name")
 
 
+def tell_jump(path, found):
+    """A note where the line of E does not begin at zero."""
+    if found["jump_share"] > curves.JUMP_SHARE:
+        print(f"NOTE: {path}: the line that E is the slope of has {found['jump_MPa']:.4g} MPa at "
+              "strain 0. Unless strong damping did it, the elastic part ends before the first rows")
+
+
 def show_numbers(args):
     """Print one line of numbers for each curve."""
     width = max(len(path) for path in args.curves)
     print(" " * width, *COLUMNS.values(), sep="  ")
     for path in args.curves:
-        found = curves.numbers(curves.read_curve(path, args.column), args.column, args.fit)
+        found = curves.numbers(curves.read_curve(path, args.column, args.strain), args.column, args.fit)
         found["range"] = f"{found['E_from']:g}..{found['E_to']:.3g}"
         cells = [found[name].rjust(len(title)) if name == "range" else f"{found[name]:{len(title)}.5g}" for name, title in COLUMNS.items()]
         print(path.ljust(width), *cells, sep="  ")
-        if found["jump_share"] > curves.JUMP_SHARE:
-            print(f"NOTE: {path}: the line that E is the slope of has {found['jump_MPa']:.4g} MPa at "
-                  "strain 0. Unless strong damping did it, the elastic part ends before the first rows")
+        tell_jump(path, found)
 
 
 def show_cycles(args):
@@ -83,6 +103,73 @@ def show_cycles(args):
         from evp import figures
 
         print(figures.unloading(dict(zip(figures.short_names(args.curves), read.values())), args.out, args.column))
+
+
+def strains_of(words):
+    """Strains of words such as '0.002,0.01'; ValueError where one is no positive number."""
+    try:
+        strains = [float(part) for word in words for part in word.split(",") if part]
+    except ValueError as error:
+        raise ValueError(f"--at: {error}") from error
+    if not strains or not all(0.0 < strain < float("inf") for strain in strains):
+        raise ValueError(f"--at {' '.join(words)}: give positive strains, such as 0.002,0.01 (of compression, too)")
+    return list(dict.fromkeys(strains))
+
+
+def cell(value):
+    """A number as text, '-' for none."""
+    return value if isinstance(value, str) else "-" if value != value else f"{value:.5g}"
+
+
+def print_table(titles, rows):
+    """Lines with columns as wide as they must be; the first to the left."""
+    widths = [max(len(line[k]) for line in (titles, *rows)) for k in range(len(titles))]
+    for line in (titles, *rows):
+        print(*(text.rjust(width) if k else text.ljust(width) for k, (text, width) in enumerate(zip(line, widths))), sep="  ")
+
+
+def show_table(args):
+    """Print one line for each curve, the departures from a target below, and write a CSV of both."""
+    strains = strains_of(args.at) if args.at else curve_table.STRAINS
+    read = {path: curves.read_curve(path, args.column) for path in args.curves}
+    target = curve_table.read_target(args.target) if args.target else None
+    if args.csv and pathlib.Path(args.csv).resolve() in [pathlib.Path(path).resolve() for path in (*args.curves, args.target or "")]:
+        raise ValueError(f"--csv {args.csv} would be written over a file that is read: give another name")
+    found, apart = {}, {}
+    for path, curve in read.items():
+        try:
+            found[path] = curve_table.numbers(curve, args.column, args.fit, strains)
+            if target:
+                apart[path] = curve_table.departure(curve, target, args.column)
+        except curves.CurveError as error:
+            raise curves.CurveError(f"{path}: {error}") from error
+    titles = {**TABLE_COLUMNS}
+    for at in strains:
+        titles[f"stress_at_{at:g}_MPa"] = f"at {at:g} [MPa]"
+    order = ["E_GPa", "range", "yield_MPa", *(f"stress_at_{at:g}_MPa" for at in strains),
+             "turn_strain", "residual_strain", "unloading_GPa", "areas"]
+    areas = list(dict.fromkeys(name for line in found.values() for name in line if name.startswith("area_")))
+    lines = []
+    for path, line in found.items():
+        line = {**line, "range": f"{line['E_from']:g}..{line['E_to']:.3g}"}
+        line["areas"] = " ".join(cell(line[name]) for name in areas if name in line) or "-"
+        lines.append([path, *(cell(line[name]) for name in order)])
+    print_table(["", *(titles[name] for name in order)], lines)
+    if target:
+        print(f"\ndeparture from {args.target}, curve minus target, at its rows")
+        print_table(["", "largest [MPa]", "at strain", "mean of sizes [MPa]", "mean [% of largest stress]", "rows"],
+                    [[path, cell(1e-6 * d.largest), cell(d.at), cell(1e-6 * d.mean), cell(100 * d.relative), f"{d.rows} of {len(target.strain)}"]
+                     for path, d in apart.items()])
+    if args.csv:
+        header = ["curve", "E_GPa", "E_from", "E_to", *order[2:-3], "turn_MPa", *order[-3:-1], *areas]
+        rows = [{"curve": path, **{name: f"{value:.9g}" for name, value in line.items() if value == value}} for path, line in found.items()]
+        if target:
+            header += ["departure_largest_MPa", "departure_at_strain", "departure_mean_MPa", "departure_mean_percent", "departure_rows"]
+            for row, d in zip(rows, apart.values()):
+                row.update(zip(header[-5:], (f"{1e-6 * d.largest:.9g}", f"{d.at:.9g}", f"{1e-6 * d.mean:.9g}", f"{100 * d.relative:.9g}", d.rows)))
+        write_csv(args.csv, header, rows)
+    for path, line in found.items():
+        tell_jump(path, line)
 
 
 def plot_curves(args):
@@ -165,10 +252,19 @@ def parser():
     sub.add_argument("curves", nargs="+", metavar="CSV")
     sub.add_argument("--fit", nargs=2, type=float, metavar=("LO", "HI"),
                      help="range of strain that E is fitted to (default: the elastic part)")
+    sub.add_argument("--strain", choices=("strain", "strain_gauge"), default="strain",
+                     help="of the grips, or of the extensometer (-var extensometer yes)")
     column(sub)
     sub = command("cycle", show_cycles, "residual strain, unloading modulus and loop area")
     sub.add_argument("curves", nargs="+", metavar="CSV")
     sub.add_argument("--out", metavar="PNG", help="a picture of the curves")
+    column(sub)
+    sub = command("table", show_table, "all of these for any number of curves, and how far they are from a target")
+    sub.add_argument("curves", nargs="+", metavar="CSV")
+    sub.add_argument("--at", nargs="+", metavar="STRAIN", help="strains that the stress is given at, with commas or blanks (default: 0.002,0.01)")
+    sub.add_argument("--fit", nargs=2, type=float, metavar=("LO", "HI"), help="range of strain that E is fitted to (default: the elastic part)")
+    sub.add_argument("--target", metavar="FILE", help="rows strain,stress to compare with")
+    sub.add_argument("--csv", metavar="FILE", help="the table as a file")
     column(sub)
     sub = command("plot", plot_curves, "stress-strain curves")
     sub.add_argument("curves", nargs="+", metavar="CSV")

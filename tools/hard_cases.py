@@ -32,6 +32,7 @@ def load_scenes():
     sys.modules.pop("hard_cases", None)
     import hard_cases
     import hard_cases_bodies  # noqa: F401  joins the list
+    import hard_cases_box  # noqa: F401  joins the list
     import hard_cases_flow  # noqa: F401  joins the list
     import hard_cases_spin  # noqa: F401  joins the list
     import hard_cases_within  # noqa: F401  joins the list

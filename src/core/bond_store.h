@@ -3,6 +3,7 @@
 #ifndef EVP_CORE_BOND_STORE_H
 #define EVP_CORE_BOND_STORE_H
 
+#include "core/bond_measures.h"
 #include "core/bytes.h"
 #include "core/pair_list.h"
 #include "core/within.h"
@@ -69,6 +70,11 @@ class BondStore {
 
   /// Of all atoms at the recording: atoms that came later have higher IDs.
   int64_t highest_id() const { return highest; }
+
+  /// What the records say of the pairs of types, empty where nobody needed it. Taken once: types and
+  /// atoms that change later do not change it.
+  const BondMeasures &measures() const { return measured; }
+  void take(const BondMeasures &measures) { measured = measures; }
 
   /// Most words that an atom of this MPI rank had so far.
   int most_words() const { return most; }
@@ -347,6 +353,7 @@ class BondStore {
   long version_now;
   bool recorded = false, closed = false;
   int64_t npairs = 0, highest = 0;
+  BondMeasures measured;
   int most = 4;
 
   // per atom

@@ -149,7 +149,15 @@ class Coefficients {
   }
 
   /// KV of the atoms of a type in the body [energy]; throws BadInput.
-  double kv(int type) const { return keywords(type, type).kv * scaling(type, type).factors.kv; }
+  double kv(int type) const
+  {
+    const double given = keywords(type, type).kv;
+    if (given == 0.0) return 0.0;
+    const double kv = given * scaling(type, type).factors.kv;
+    if (!(kv <= HIGHEST_KV))
+      throw BadInput("kv must not exceed 1e100 in the body, got " + rule::text(kv));
+    return kv;
+  }
 
   /// Makes both laws of a pair of types from its row and the measures as they are now; throws BadInput.
   /// They stay until the next call, whatever becomes of both.

@@ -15,6 +15,9 @@ class GhostExchange {
   /// Ghosts take the values of their owners.
   virtual void to_ghosts(Nodal &) = 0;
 
+  /// The same for velocities: periodic images may move against their owners.
+  virtual void velocities_to_ghosts(Nodal &velocities) { to_ghosts(velocities); }
+
   /// Owners add what their ghosts hold; nothing where ghosts take no reactions.
   virtual void to_owners(Nodal &) = 0;
 

@@ -6,6 +6,7 @@
 #include "core/stored_energy.h"
 
 #include <algorithm>
+#include <array>
 #include <vector>
 
 namespace EVP {
@@ -20,6 +21,16 @@ class PairWork {
   /// Three values per particle and ghost [force], on ghosts reactions: of the pairs, damping included,
   /// which is empty without `separates`; and of the damping of their laws alone, empty where none acts.
   std::vector<double> force, damping;
+
+  /// Three counts per particle and ghost: by how many boxes it is away from its owner. Empty where the
+  /// box does no work on images.
+  std::vector<double> images;
+
+  /// Sums over the pairs of components of the force on i [force] times the count of j: xx, yy, zz, yz, xz
+  /// and xy, the force being named first. `whole` with the damping of laws, `damping` that alone.
+  struct {
+    std::array<double, 6> whole, damping;
+  } through{};
 
   /// Is `force` wanted? Not where nothing else acts, and ParticleView::f will hold the same.
   bool separates = true;
@@ -56,7 +67,7 @@ class PairWork {
     end(view);
   }
 
-  double memory_usage() const { return stored.memory_usage() + bytes_of(force, damping); }
+  double memory_usage() const { return stored.memory_usage() + bytes_of(force, damping, images); }
 
  private:
   bool fresh = false;
@@ -74,7 +85,26 @@ class PairWork {
     {
       other(range, block);
       const StoredEnergy::Values &values = work.stored.add(list, range, block, flow, Damping);
+      if (!work.images.empty()) {
+        add_through(range, block, block.force, work.through.whole);
+        if constexpr (Damping) add_through(range, block, values.damping, work.through.damping);
+      }
       if constexpr (Damping) scatter_both(range, block, values.damping);
+    }
+
+    void add_through(const PairRange &range, const Block &block, const double *force,
+                     std::array<double, 6> &sums) const
+    {
+      for (int k = 0; k < block.n; k++) {
+        const int j = list.pairs.j[range.first + k];
+        const double *const n = &work.images[(size_t) 3 * j];
+        if (n[0] == 0.0 && n[1] == 0.0 && n[2] == 0.0) continue;
+        const double scale = rank_share(j, view.nreact) * force[k];
+        const double x = scale * block.xy[2 * k], y = scale * block.xy[2 * k + 1];
+        const double z = scale * block.z[k];
+        const double terms[6] = {x * n[0], y * n[1], z * n[2], y * n[2], x * n[2], x * n[1]};
+        for (int c = 0; c < 6; c++) sums[c] += terms[c];
+      }
     }
 
     // as scatter(), in the same order, of the whole forces and of their damping
@@ -129,6 +159,7 @@ class PairWork {
     if (separates && view.nreact > 0)
       std::copy_n(view.f[0], (size_t) 3 * view.nreact, force.begin());
     damping.assign(damps ? (size_t) 3 * list.nall : 0, 0.0);
+    through = {};
     stored.begin();
   }
 

@@ -129,7 +129,7 @@ void DampingSolver::exchange_velocities()
 {
   for (size_t k = 0; k < change.size(); k++)
     velocities[k] = mobility[k] > 0.0 ? undamped[k] + change[k] : (*prescribed)[k];
-  exchange.to_ghosts(velocities);
+  exchange.velocities_to_ghosts(velocities);
 }
 
 double DampingSolver::take_largest_turn()

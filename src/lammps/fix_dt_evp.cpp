@@ -65,7 +65,7 @@ void FixDtEVP::init()
     error->all(FLERR, "{}: its compute {} was deleted; define the fix anew", who, compute_id);
   EVP::scene::refuse_respa(update, error, who);
   for (const Fix *other : modify->get_fix_list()) {
-    if (strcmp(other->style, "move") == 0 || strcmp(other->style, "deform") == 0)
+    if (strcmp(other->style, "move") == 0 || utils::strmatch(other->style, "^deform"))
       error->all(FLERR,
                  "{}: fix {} of style {} cannot follow a changing timestep: drive atoms by "
                  "'velocity set' and fix nve/noforce",
@@ -137,7 +137,7 @@ bool FixDtEVP::find_fastest(double dt)
   const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
   velocity.resize((size_t) 3 * nall);
   std::copy_n(atom->v[0], (size_t) 3 * nlocal, velocity.begin());
-  to_ghosts(velocity);
+  velocities_to_ghosts(velocity);
 
   fastest = {NO_LIMIT, 0.0, 0.0, 0.0};
   bool meets = false;

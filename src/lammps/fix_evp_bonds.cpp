@@ -8,6 +8,7 @@
 #include "collective.h"
 #include "core/bytes.h"
 #include "keywords.h"
+#include "measure_bonds.h"
 #include "missing_bonds.h"
 #include "pair_network.h"
 #include "scene.h"
@@ -29,6 +30,7 @@ using EVP::Within;
 // of the words in restart files; no zone is that large
 static constexpr double FORMAT = 1001.0, FORMAT_WITH_HISTORY = 1002.0;
 static constexpr double WITH_BODIES = 2.0;    // on top, where 'within' follows
+static constexpr double MEASURED = 4.0;       // on top, where measures follow the checksum
 
 // fix ID group evp/bonds [zone Z | file FILE] [within type|molecule]
 FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
@@ -98,9 +100,10 @@ void FixEVPBonds::init()
     if (!missing.empty()) error->all(FLERR, "{}: {}", who, missing);
   }
   counted_step = -1;
-  if (bonds->has_recorded())
+  if (bonds->has_recorded()) {
     check_ids();
-  else if (file.empty()) {
+    measure();
+  } else if (file.empty()) {
     check_zone(network);
     neighbor->add_request(this, NeighConst::REQ_FULL | NeighConst::REQ_OCCASIONAL);
   }
@@ -324,6 +327,7 @@ void FixEVPBonds::record()
   bonds->record(made, atom->tag, sides / 2, highest);
   for (const EVP::HistoryOfPair &pair : histories) bonds->take(pair);
   set_exchange_room();
+  measure();
 
   if (comm->me) return;
   if (after_restart && file.empty())
@@ -351,6 +355,13 @@ void FixEVPBonds::record()
   if (loose)
     utils::logmesg(lmp, "fix evp/bonds {}: {} atoms of molecule ID 0 belong to no body\n", id,
                    loose);
+}
+
+// once, where a row of the pair style needs it
+void FixEVPBonds::measure()
+{
+  if (network->wants_measures() && bonds->measures().empty())
+    bonds->take(measure_bonds(lmp, *bonds));
 }
 
 std::vector<BondStore::Bonds> FixEVPBonds::bonds_in_zone(const PairNetwork *network,
@@ -443,14 +454,20 @@ int FixEVPBonds::unpack(int i, const double *buf)
 void FixEVPBonds::write_restart(FILE *fp)
 {
   return_histories();
+  const EVP::BondMeasures &measures = bonds->measures();
   std::vector<double> state = {bonds->has_history() ? FORMAT_WITH_HISTORY : FORMAT, zone,
                                (double) bonds->has_recorded(), (double) bonds->count(),
                                (double) bonds->highest_id()};
+  if (!measures.empty()) state[0] += MEASURED;
   if (bonds->within() != Within::ALL) {
     state[0] += WITH_BODIES;
     state.push_back((double) (int) bonds->within());
   }
   state.push_back(EVP::checksum(state.data(), (int) state.size()));
+  if (!measures.empty()) {
+    const std::vector<double> words = measures.words();
+    state.insert(state.end(), words.begin(), words.end());
+  }
   const int size = (int) (state.size() * sizeof(double));
   if (comm->me == 0) {
     fwrite(&size, sizeof(int), 1, fp);
@@ -462,13 +479,22 @@ void FixEVPBonds::restart(char *buf)
 {
   double state[7];
   memcpy(state, buf, sizeof(double));
-  const bool divided = state[0] > FORMAT_WITH_HISTORY;
+  const bool is_measured = state[0] >= FORMAT + MEASURED;
+  if (is_measured) state[0] -= MEASURED;
+  const bool divided = state[0] >= FORMAT + WITH_BODIES;
   if (divided) state[0] -= WITH_BODIES;
-  const bool known = state[0] == FORMAT || state[0] == FORMAT_WITH_HISTORY;
-  const int n = divided ? 6 : 5;
   const double format = state[0];
+  const bool known = format == FORMAT || format == FORMAT_WITH_HISTORY;
+  const int n = divided ? 6 : 5;
   if (known) memcpy(state, buf, (n + 1) * sizeof(double));
-  if (!known || state[n] != EVP::checksum(state, n))
+  bool whole = known && state[n] == EVP::checksum(state, n);
+  EVP::BondMeasures measures;
+  if (whole && is_measured) {
+    std::vector<double> words(EVP::BondMeasures(atom->ntypes).words().size());
+    memcpy(words.data(), buf + (n + 1) * sizeof(double), words.size() * sizeof(double));
+    whole = measures.take(words.data(), atom->ntypes);
+  }
+  if (!whole)
     error->all(FLERR,
                "{}: its section of the restart file is damaged, or from a version of this package "
                "that wrote another format",
@@ -477,6 +503,7 @@ void FixEVPBonds::restart(char *buf)
   bonds->keep_history(format == FORMAT_WITH_HISTORY);
   restore_within(divided ? (Within) (int) state[5] : Within::ALL, state[2] != 0.0);
   bonds->restore(state[2] != 0.0, (int64_t) state[3], (int64_t) state[4]);
+  bonds->take(measures);
   if (bonds->has_recorded() && comm->me == 0 && (!file.empty() || (zone > 0.0 && zone != state[1])))
     utils::logmesg(
         lmp,

@@ -90,6 +90,7 @@ class FixEVPBonds : public NodalExchange<Fix> {
   void record();
   void check_ghost_molecules();
   bigint count_loose() const;
+  void measure();
   void commit(bool at_rest);
   void check_history() const;
   double count_broken();

@@ -30,16 +30,20 @@ void FixEVPEnergy::init()
 {
   network = PairNetwork::require(force, error, who);
   EVP::scene::refuse_respa(update, error, who);
-  if (domain->deform_vremap)
-    error->all(FLERR,
-               "{} does not know the velocity of a deforming box: use fix deform without 'remap v'",
-               who);
+  EVP::scene::demand_images_that_move(domain, modify, error, who);
   implicit = dynamic_cast<const FixNVEEVP *>(EVP::scene::find_fix(modify, "nve/evp"));
   driven_groupbits = 0;
   for (const Fix *other : modify->get_fix_list())
     if (EVP::scene::moves_by_forces(other)) driven_groupbits |= other->groupbit;
   work->separates = others_act();
   refuse_early_changes();
+  deform.acts = domain->deform_vremap;
+  if (deform.acts)
+    deform.kinetic = kinetic_here();    // set-up wraps atoms
+  else {
+    work->images = {};
+    deform.before = false;
+  }
 }
 
 static bool is_ours(const char *style)
@@ -87,6 +91,7 @@ void FixEVPEnergy::setup(int /*vflag*/)
   if (!started)    // for all instants that are compared with the start
     work->stored.set_largest_depth(EVP::reduce_all(work->stored.total_depth(), MPI_SUM, world));
   take_work();
+  if (deform.acts) begin_deforming();
   last = over_all_ranks({instant_here(), {}}).instant;
   // flow that is due is in no offset yet, and the stored energies are those after it: what it will
   // dissipate in the first step, pairs still hold
@@ -96,6 +101,18 @@ void FixEVPEnergy::setup(int /*vflag*/)
   volume_jump();
   end_instant();
   for (int i = 0; i < atom->nlocal; i++) unwrap(i, records[i].x);
+}
+
+// LAMMPS moves the box after the last forces of a run, hence at once at the next set-up
+void FixEVPEnergy::begin_deforming()
+{
+  deform.box.go_on(domain);
+  double done = deform.carried + 0.5 * EVP::work_of(deform.through, deform.box.moved);
+  deform.through = through_undamped();
+  done += 0.5 * EVP::work_of(deform.through, deform.box.moved);
+  deform.carried = 0.0;
+  if (started && deform.before) entries[BOX] += EVP::reduce_all(done, MPI_SUM, world);
+  deform.before = true;
 }
 
 // where the force loop went over the pairs since; not so where rerun ends its step right after set-up
@@ -113,7 +130,10 @@ inline void FixEVPEnergy::unwrap(int i, double *x) const
       ((imageint) IMGMAX << IMG2BITS) | ((imageint) IMGMAX << IMGBITS) | IMGMAX;
   if (atom->image[i] == HOME)
     std::copy_n(atom->x[i], 3, x);
-  else
+  else if (deform.acts) {
+    const auto shift = EVP::unwrapping(deform.box.edges, atom->image[i]);
+    for (int c = 0; c < 3; c++) x[c] = atom->x[i][c] + shift[c];
+  } else
     domain->unmap(atom->x[i], atom->image[i], x);
 }
 
@@ -179,10 +199,29 @@ double FixEVPEnergy::dissipated_in_half_step(int i, const Forces<Damps, Others> 
   return sum;
 }
 
-// on this MPI rank.
-// A bond's energy counts from its rest; what it cost to take one beyond dlim stays in the balance as
-// the depth that is missing
-FixEVPEnergy::Instant FixEVPEnergy::instant_here() const
+// of the pairs on this MPI rank, without damping
+EVP::Edges FixEVPEnergy::through_undamped() const
+{
+  EVP::Edges sums = work->through.whole;
+  for (int c = 0; c < 6; c++) sums[c] -= work->through.damping[c];
+  return sums;
+}
+
+// Work of a box by damping forces across its boundary over half a step dt. They act at the rates of the box that
+// dampers see, which in single steps are not those at which LAMMPS moves it.
+double FixEVPEnergy::damping_of_box(double dt) const
+{
+  return 0.5 * dt * EVP::work_of(work->through.damping, deform.box.rates);
+}
+
+// Half of what a force would do on an atom along with its unwrapped position: atoms move without.
+double FixEVPEnergy::carried_with_box(int i, const double *f) const
+{
+  const auto shift = EVP::unwrapping(deform.box.moved, atom->image[i]);
+  return 0.5 * (f[0] * shift[0] + f[1] * shift[1] + f[2] * shift[2]);
+}
+
+double FixEVPEnergy::kinetic_here() const
 {
   double kinetic = 0.0;
   for (int i = 0; i < atom->nlocal; i++) {
@@ -191,7 +230,15 @@ FixEVPEnergy::Instant FixEVPEnergy::instant_here() const
     const double *const v = atom->v[i];
     kinetic += weight * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
   }
-  return {kinetic, volume_energy(), work->stored.sums()};
+  return kinetic;
+}
+
+// on this MPI rank.
+// A bond's energy counts from its rest; what it cost to take one beyond dlim stays in the balance as
+// the depth that is missing
+FixEVPEnergy::Instant FixEVPEnergy::instant_here() const
+{
+  return {kinetic_here(), volume_energy(), work->stored.sums()};
 }
 
 // that atoms hold by their volume strain, on this MPI rank
@@ -251,6 +298,10 @@ FixEVPEnergy::Works FixEVPEnergy::works_of_step()
       unwrap(i, x);
       for (int c = 0; c < 3; c++)
         done += 0.5 * (then.forces.working[c] + now.working[c]) * (x[c] - then.x[c]);
+      if (deform.acts) {
+        done -= carried_with_box(i, now.working);
+        damped += carried_with_box(i, now.damping);
+      }
       if (driven)
         others += done;
       else {
@@ -263,29 +314,83 @@ FixEVPEnergy::Works FixEVPEnergy::works_of_step()
   });
   dissipated *= 0.5 * dt_step;
   if (is_solved()) dissipated += 0.5 * dt_step * implicit->power_before();
-  return {dissipated_at_begin + dissipated + damped, movers + damped, others,
+
+  double box = 0.0;
+  if (deform.acts) {
+    const double by_damping = damping_of_box(dt_step);
+    dissipated += by_damping;
+    movers += deform.movers;
+    others += deform.others;
+    deform.through = through_undamped();
+    box = deform.done + deform.carried + by_damping +
+        0.5 * EVP::work_of(deform.through, deform.box.moved);
+    if (is_solved()) box += 0.5 * dt_step * implicit->power_of_box();
+    deform.carried = 0.0;
+  }
+  return {dissipated_at_begin + dissipated + damped, movers + damped, others, box,
           work->stored.has_changed() ? 1.0 : 0.0};
 }
 
 void FixEVPEnergy::post_integrate()
 {
   dt_step = update->dt;
-  with_forces([this](const auto &forces) {
+  double by_damping = 0.0,
+         damped = 0.0;    // of a moving box: by pairs across its boundary, of movers
+  if (deform.acts) {
+    by_damping = damping_of_box(dt_step);    // at the rates of these forces
+    deform.box.go_on(domain);
+    deform.done = by_damping + 0.5 * EVP::work_of(deform.through, deform.box.moved);
+    if (is_solved()) deform.done += 0.5 * dt_step * implicit->power_of_box();
+    deform.movers = deform.others = 0.0;
+  }
+  with_forces([&](const auto &forces) {
     dissipated_at_begin = 0.0;
     for (int i = 0; i < atom->nlocal; i++) {
       const bool driven = is_driven(i);
       if (driven) dissipated_at_begin += dissipated_in_half_step(i, forces);
-      if (forces.work_on(driven)) forces.find(i, driven, records[i].forces);
+      if (!forces.work_on(driven)) continue;
+      EVP::AtomForces &now = records[i].forces;
+      forces.find(i, driven, now);
+      if (!deform.acts) continue;
+      const double carried = carried_with_box(i, now.working);
+      if (driven) {
+        deform.others -= carried;
+        continue;
+      }
+      const double of_damping = carried_with_box(i, now.damping);
+      deform.movers += carried + of_damping;
+      damped += of_damping;
     }
   });
-  dissipated_at_begin *= 0.5 * dt_step;
+  dissipated_at_begin = 0.5 * dt_step * dissipated_at_begin + by_damping + damped;
   if (is_solved()) dissipated_at_begin += 0.5 * dt_step * implicit->power_after();
 }
 
-// a bond that passes its cut-off in a step with a neighbor build is not seen to pass by the force loop
 void FixEVPEnergy::pre_exchange()
 {
-  if (!network->rules.flows || network->rules.breaks()) return;
+  if (network->rules.flows && !network->rules.breaks()) note_passed();
+  if (deform.acts) deform.kinetic = kinetic_here();
+}
+
+void FixEVPEnergy::pre_neighbor()
+{
+  if (!deform.acts) return;
+  deform.box.note_flip(domain);
+  note_images();
+}
+
+// atoms have been wrapped, which changes their velocity, and ghosts are those of the forces to come
+void FixEVPEnergy::note_images()
+{
+  if (!deform.acts) return;
+  deform.carried += kinetic_here() - deform.kinetic;
+  work->images.assign((size_t) 3 * (atom->nlocal + atom->nghost), 0.0);
+  to_images(work->images, EVP::COUNT_OF_BOXES.data());
+}
+
+// a bond that passes its cut-off in a step with a neighbor build is not seen to pass by the force loop
+void FixEVPEnergy::note_passed()
+{
   if (!EVP::on_all(network->is_packed(), world))
     error->all(FLERR,
                "{}: atoms came or went since the last forces, so that it is not known which bonds "
@@ -305,6 +410,7 @@ void FixEVPEnergy::end_of_step()
   entries[DISSIPATED] = std::max(entries[DISSIPATED], taken);
   entries[MOVERS] += now.works.movers;
   entries[OTHERS] += now.works.others;
+  entries[BOX] += now.works.box;
   entries[PLASTIC] += now.instant.pairs.plastic;
   left += now.instant.pairs.ended;
   if (now.works.changed > 0.0) left += volume_jump();
@@ -324,16 +430,17 @@ void FixEVPEnergy::end_instant()
   entries[VOLUME] = last.volume - start.volume;
 }
 
-// f_ID: energy imbalance. f_ID[1..12], changes since the start: kinetic, stored in bonds up to xi_s
+// f_ID: energy imbalance. f_ID[1..13], changes since the start: kinetic, stored in bonds up to xi_s
 // and beyond it, spent on lost bonds, new contacts; dissipated by gamma; work of the movers, of all
-// other forces; dissipated by flow, stored by hardening, released by broken bonds, volume energy
+// other forces; dissipated by flow, stored by hardening, released by broken bonds, volume energy; work of
+// a box that deforms
 double FixEVPEnergy::compute_scalar()
 {
   double imbalance = 0.0;
   for (const Entry entry :
        {KINETIC, FIRST, SECOND, LOST, CONTACTS, DISSIPATED, PLASTIC, HARDENING, BROKEN, VOLUME})
     imbalance += entries[entry];
-  return imbalance - entries[MOVERS] - entries[OTHERS];
+  return imbalance - entries[MOVERS] - entries[OTHERS] - entries[BOX];
 }
 
 // an atom that comes during a run brings no work with it

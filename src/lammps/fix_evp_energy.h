@@ -4,6 +4,7 @@
 #define LMP_FIX_EVP_ENERGY_H
 
 #include "atom_records.h"
+#include "box_motion.h"
 #include "core/work_tally.h"
 #include "nodal_exchange.h"
 
@@ -39,12 +40,15 @@ class FixEVPEnergy : public AtomRecords<NodalExchange<Fix>, EVP::AtomPast> {
 
   int setmask() override
   {
-    return FixConst::POST_INTEGRATE | FixConst::PRE_EXCHANGE | FixConst::END_OF_STEP;
+    using namespace FixConst;
+    return POST_INTEGRATE | PRE_EXCHANGE | PRE_NEIGHBOR | END_OF_STEP;
   }
   void init() override;
   void setup(int) override;
   void post_integrate() override;
   void pre_exchange() override;
+  void setup_pre_neighbor() override { note_images(); }
+  void pre_neighbor() override;
   void end_of_step() override;
 
   double compute_scalar() override;
@@ -73,6 +77,7 @@ class FixEVPEnergy : public AtomRecords<NodalExchange<Fix>, EVP::AtomPast> {
     HARDENING,
     BROKEN,
     VOLUME,
+    BOX,
     NENTRIES
   };
 
@@ -84,7 +89,7 @@ class FixEVPEnergy : public AtomRecords<NodalExchange<Fix>, EVP::AtomPast> {
 
   /// What happens in a step [energy].
   struct Works {
-    double dissipated, movers, others;
+    double dissipated, movers, others, box;
     double changed;    ///< MPI ranks where pairs may have passed their cut-offs
   };
 
@@ -101,8 +106,20 @@ class FixEVPEnergy : public AtomRecords<NodalExchange<Fix>, EVP::AtomPast> {
   double dt_step = 0.0;    // of the step under way: at its end another fix may have changed it
   Instant start{}, last{};
   double dissipated_at_begin = 0.0;    // of the step under way, on this MPI rank
-  double taken = 0.0;                  // by damping; DISSIPATED is the most that it was so far
-  double left = 0.0;                   // lost where contacts ended or volume strains jumped
+
+  /// Of a box that deforms with 'remap v'; sums of this MPI rank.
+  struct {
+    bool acts = false, before = false;    // in this run, at the last forces
+    EVP::MovingBox box;
+    EVP::Edges through{};                 // without damping, of the last forces
+    double kinetic = 0.0;                 // before atoms were wrapped
+    double carried = 0.0;                 // what kinetic energy gained by that, since the last step
+    double done = 0.0;                    // so far, in the step under way
+    double movers = 0.0, others = 0.0;    // the same, what images add to these
+  } deform;
+
+  double taken = 0.0;    // by damping; DISSIPATED is the most that it was so far
+  double left = 0.0;     // lost where contacts ended or volume strains jumped
   double entries[NENTRIES] = {};
   std::shared_ptr<EVP::PairWork> work = std::make_shared<EVP::PairWork>();
 
@@ -116,6 +133,13 @@ class FixEVPEnergy : public AtomRecords<NodalExchange<Fix>, EVP::AtomPast> {
   void refuse_early_changes() const;
   void take_work();
   Instant instant_here() const;
+  double kinetic_here() const;
+  EVP::Edges through_undamped() const;
+  double damping_of_box(double dt) const;
+  double carried_with_box(int i, const double *f) const;
+  void begin_deforming();
+  void note_images();
+  void note_passed();
   double volume_energy() const;
   double volume_jump();
   Totals over_all_ranks(Totals totals) const;

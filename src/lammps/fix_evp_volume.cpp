@@ -14,21 +14,23 @@
 
 using namespace LAMMPS_NS;
 
-static constexpr double HIGHEST = 1.0e100;    // KV whose squares and forces are finite
-
-// fix ID group evp/volume KV [KV ...]
+// fix ID group evp/volume KV [KV ...], or fix ID group evp/volume row
 FixEVPVolume::FixEVPVolume(LAMMPS *lmp, int narg, char **arg) : AtomRecords(lmp, narg, arg)
 {
   const int given = narg - 3, ntypes = atom->ntypes;
   if (given != 1 && given != ntypes)
-    error->all(FLERR, "{}: expected one KV, or one for each of the {} atom types, got {}", who,
-               ntypes, given);
-  std::vector<double> kv(ntypes + 1, 0.0);
+    error->all(
+        FLERR,
+        "{}: expected one KV, or one for each of the {} atom types, got {}; or the word row, "
+        "where they are those of the rows of the pair style",
+        who, ntypes, given);
+  const bool from_rows = given == 1 && strcmp(arg[3], "row") == 0;
+  std::vector<double> kv(from_rows ? 0 : ntypes + 1, 0.0);
   EVP::stop_at_bad_input(error, who, [&] {
-    for (int type = 1; type <= ntypes; type++) {
+    for (int type = 1; !from_rows && type <= ntypes; type++) {
       const EVP::Keyword word = {"KV", arg[given == 1 ? 3 : 2 + type]};
       kv[type] = word.number();
-      word.demand(kv[type] >= 0.0 && kv[type] <= HIGHEST,
+      word.demand(kv[type] >= 0.0 && kv[type] <= EVP::HIGHEST_KV,
                   "must lie between 0 and 1e100 (an energy per atom)");
     }
   });
@@ -69,18 +71,22 @@ void FixEVPVolume::init()
 {
   PairNetwork::require(force, error, who);
   EVP::scene::refuse_respa(update, error, who);
+  strains_step = -1;
+  if (!forces->acts()) {
+    std::fill(shown.begin(), shown.end(), 0.0);
+    return;
+  }
   if (!EVP::scene::find_fix(modify, "evp/bonds"))
     error->all(FLERR,
                "{} needs fix evp/bonds, whose bonds the volume strain is taken over: define one "
                "before the run",
                who);
-  strains_step = -1;
 }
 
 void FixEVPVolume::post_force(int /*vflag*/)
 {
   strains_step = -1;
-  for (int i = 0; i < atom->nlocal; i++) shown[i] = forces->strain(i);
+  for (int i = 0; forces->acts() && i < atom->nlocal; i++) shown[i] = forces->strain(i);
   const bool per_atom = update->eflag_atom == update->ntimestep;
   ev_init(per_atom ? ENERGY_ATOM : ENERGY_NONE, VIRIAL_NONE);
   for (int i = 0; eflag_atom && i < atom->nlocal; i++) eatom[i] = forces->energy(i);

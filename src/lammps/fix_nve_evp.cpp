@@ -66,9 +66,11 @@ void FixNVEEVP::init()
     path = path || strcmp(other->style, "move") == 0;
     if (EVP::scene::moves_by_forces(other)) others_groupbits |= other->groupbit;
   }
-  if (domain->deform_vremap)
+  EVP::scene::demand_images_that_move(domain, modify, error, who);
+  if (path && domain->deform_vremap)
     error->all(FLERR,
-               "{} does not know the velocity of a deforming box: use fix deform without 'remap v'",
+               "{}: fix move does not know the velocity of a box that deforms with 'remap v': move "
+               "atoms by fix nve/noforce, or use fix deform without 'remap v'",
                who);
   check_groups();
   positions_known = false;
@@ -190,8 +192,22 @@ void FixNVEEVP::find_rates(double dt)
     for_each_mean_velocity(dt, [this](int i, int c, double mean) {
       if (!in_group(i)) velocities[(size_t) 3 * i + c] = mean;
     });
-  to_ghosts(velocities);
+  velocities_to_ghosts(velocities);
   dampers.find_rates(velocities, dt);
+
+  image_velocities.assign(domain->deform_vremap ? velocities.size() : 0, 0.0);
+  if (domain->deform_vremap) velocities_to_ghosts(image_velocities);
+}
+
+double FixNVEEVP::power_of_box() const
+{
+  double sum = 0.0;
+  if (image_velocities.empty()) return sum;
+  dampers.for_each([&](int, const EVP::Dampers::Damper &damper, double along) {
+    const double *const v = &image_velocities[(size_t) 3 * damper.j], *const w = damper.w;
+    sum += dampers.share(damper) * along * (w[0] * v[0] + w[1] * v[1] + w[2] * v[2]);
+  });
+  return sum;
 }
 
 // Collective, once per neighbor build and at the end of a run: fast turning leads to builds.

@@ -62,6 +62,10 @@ class FixNVEEVP : public AtomRecords<NodalExchange<Fix>, EVP::LastPosition> {
   double power_before() const { return dampers.power(false); }
   double power_after() const { return dampers.power(true); }
 
+  /// Power that a box which deforms with 'remap v' puts in by the dampers across its boundary, at the
+  /// present positions, on this MPI rank [energy/time]; where power_before() is known.
+  double power_of_box() const;
+
   // f_ID: iterations of the last solve; f_ID[1], f_ID[2]: their mean and maximum in this run
   double compute_scalar() override { return last_iterations; }
   double compute_vector(int n) override
@@ -73,7 +77,8 @@ class FixNVEEVP : public AtomRecords<NodalExchange<Fix>, EVP::LastPosition> {
   double memory_usage() override
   {
     return dampers.memory_usage() + bodies.memory_usage() + solver.memory_usage() +
-        AtomRecords::memory_usage() + EVP::bytes_of(velocities, prescribed, applied);
+        AtomRecords::memory_usage() +
+        EVP::bytes_of(velocities, image_velocities, prescribed, applied);
   }
   void set_arrays(int i) override
   {
@@ -91,9 +96,10 @@ class FixNVEEVP : public AtomRecords<NodalExchange<Fix>, EVP::LastPosition> {
   EVP::Dampers dampers;
   EVP::DampedBodies bodies;
   EVP::DampingSolver solver;
-  Nodal velocities;    // with ghosts: mean ones over the last step; where balance_wanted
-  Nodal prescribed;    // velocities after the step, used outside the group
-  Nodal applied;       // damping force that f holds, from one solve to the kick after it; or empty
+  Nodal velocities;          // with ghosts: mean ones over the last step; where balance_wanted
+  Nodal image_velocities;    // of periodic images against their owners; where balance_wanted
+  Nodal prescribed;          // velocities after the step, used outside the group
+  Nodal applied;    // damping force that f holds, from one solve to the kick after it; or empty
   double dt_applied = 0.0;    // timestep that it was solved for, 0 if it must be solved anew
   int vflag_now = 0;
 

@@ -3,6 +3,7 @@
 #ifndef LMP_EVP_GHOST_UPDATE_H
 #define LMP_EVP_GHOST_UPDATE_H
 
+#include "box_motion.h"
 #include "collective.h"
 
 #include "atom.h"
@@ -55,15 +56,12 @@ class GhostUpdate : protected Pointers {
 inline int GhostUpdate::pack(int n, const int *indices, double *buf, int pbc_flag,
                              const int *pbc) const
 {
-  double image[3] = {0.0, 0.0, 0.0};
+  std::array<double, 3> image{};
   const bool moves = !positions && domain->deform_vremap;
   if (pbc_flag && (positions || moves)) {
     const double size[6] = {domain->xprd, domain->yprd, domain->zprd,
                             domain->yz,   domain->xz,   domain->xy};
-    const double *h = moves ? domain->h_rate : size;
-    image[0] = pbc[0] * h[0] + pbc[5] * h[5] + pbc[4] * h[4];
-    image[1] = pbc[1] * h[1] + pbc[3] * h[3];
-    image[2] = pbc[2] * h[2];
+    image = EVP::image_shift(moves ? domain->h_rate : size, pbc);
   }
   double **values = positions ? atom->x : atom->v;
   for (int k = 0; k < n; k++) {

@@ -5,12 +5,14 @@
 #ifndef LMP_EVP_NODAL_EXCHANGE_H
 #define LMP_EVP_NODAL_EXCHANGE_H
 
+#include "box_motion.h"
 #include "collective.h"
 #include "core/bodies.h"
 #include "core/ghost_exchange.h"
 
 #include "comm.h"
 #include "compute.h"
+#include "domain.h"
 #include "fix.h"
 #include "force.h"
 
@@ -38,6 +40,24 @@ template <class Base> class NodalExchange : public Base, public EVP::GhostExchan
     this->comm->forward_comm(this);
   }
 
+  /// Periodic images move with a box that deforms with 'remap v', all atoms being in its group.
+  void velocities_to_ghosts(Nodal &velocities) override
+  {
+    if (this->domain->deform_vremap)
+      to_images(velocities, this->domain->h_rate);
+    else
+      to_ghosts(velocities);
+  }
+
+  /// Collective. Ghosts take the values of their owners and, periodic images, what is between them and
+  /// their owners in a box of these edges.
+  void to_images(Nodal &values, const double *edges)
+  {
+    shifted_by = edges;
+    to_ghosts(values);
+    shifted_by = nullptr;
+  }
+
   void to_owners(Nodal &values) override
   {
     if (!this->force->newton_pair) return;
@@ -57,10 +77,15 @@ template <class Base> class NodalExchange : public Base, public EVP::GhostExchan
 
   double sum(double here) override { return EVP::reduce_all(here, MPI_SUM, this->world); }
 
-  int pack_forward_comm(int n, int *indices, double *buf, int /*pbc_flag*/, int * /*pbc*/) override
+  int pack_forward_comm(int n, int *indices, double *buf, int pbc_flag, int *pbc) override
   {
     const int width = this->comm_forward;
-    for (int k = 0; k < n; k++, buf += width) std::copy_n(values_of(indices[k], width), width, buf);
+    for (int k = 0; k < n; k++) std::copy_n(values_of(indices[k], width), width, buf + k * width);
+    if (shifted_by && pbc_flag) {
+      const auto shift = EVP::image_shift(shifted_by, pbc);
+      for (int k = 0; k < n; k++)
+        for (int c = 0; c < 3; c++) buf[k * width + c] += shift[c];
+    }
     return n * width;
   }
 
@@ -94,6 +119,7 @@ template <class Base> class NodalExchange : public Base, public EVP::GhostExchan
 
  private:
   Nodal *exchanged = nullptr;
+  const double *shifted_by = nullptr;    // edges, for periodic images
   bool lowest = false, fell = false;
 
   /// Where those of an atom begin; first may be behind the last one where nothing is sent.

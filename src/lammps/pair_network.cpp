@@ -6,6 +6,7 @@
 #include "collective.h"
 #include "history_return.h"
 #include "keywords.h"
+#include "scaling_report.h"
 #include "scene.h"
 
 #include "atom_vec.h"
@@ -119,9 +120,11 @@ void PairNetwork::begin_run()
   flow_warned = false;
   cuts.begin_run();
   find_bonds();
+  take_measures();    // for the laws of init_one()
   find_work();
   const Fix *implicit = EVP::scene::find_fix(modify, "nve/evp");
   implicit_groupbit = implicit ? implicit->groupbit : 0;
+  take_kv();
   volume_ = VolumeForces::find(modify);
   any_gamma = scene_checked = overlap_warned = false;
   repack_due = true;
@@ -171,13 +174,19 @@ void PairNetwork::note_bonds()
     bonds_id = EVP::scene::find_fix(modify, "evp/bonds")->id;
 }
 
-double PairNetwork::handle(int i, int j)
+EVP::Row PairNetwork::make_law(int i, int j)
 {
   EVP::Row row;
   EVP::stop_at_bad_input(error, fmt::format("Pair evp/lj, types {} and {}", i, j), [&] {
     row = coefficients.make_law(i, j);
     if (rules.flows) coefficients.law(coefficients.index(i, j)).check_flow();
   });
+  return row;
+}
+
+double PairNetwork::handle(int i, int j)
+{
+  const EVP::Row row = make_law(i, j);
   repack();
   if (row.gamma > 0.0) any_gamma = true;    // fix adapt may have switched it on
   return cuts.handle(i, j, row.alpha);
@@ -189,6 +198,50 @@ std::string PairNetwork::division() const
   if (within() == EVP::Within::ALL) return "";
   return fmt::format(" within {} (bodies {})", EVP::WITHINS[(int) within()],
                      rules.contact == Contact::NONE ? "do not interact" : "only repel each other");
+}
+
+bool PairNetwork::take_measures()
+{
+  static const EVP::BondMeasures none;    // a packing allocates nothing
+  return coefficients.take_measures(bonds() ? bonds()->measures() : none);
+}
+
+// the bonds were recorded, or went, after init_one() made the laws
+void PairNetwork::scale_laws()
+{
+  if (!take_measures()) return;
+  for (int i = 1; i <= atom->ntypes; i++)
+    for (int j = i; j <= atom->ntypes; j++)
+      if (cuts.handles(i, j)) make_law(i, j);
+  take_kv();
+}
+
+void PairNetwork::take_kv()
+{
+  VolumeForces::take_kv(modify, [this](int type) {
+    double kv = 0.0;
+    EVP::stop_at_bad_input(error, fmt::format("Pair evp/lj, types {} and {}", type, type), [&] {
+      kv = coefficients.kv(type);
+    });
+    return kv;
+  });
+}
+
+// again only when it changes
+void PairNetwork::report_scaling()
+{
+  if (!wants_measures()) return;
+  const std::string lines = describe_scaling(coefficients, cuts, atom->ntypes);
+  if (lines == last_scaling) return;
+  last_scaling = lines;
+  if (comm->me) return;
+  if (coefficients.measured().any_bonds())
+    utils::logmesg(lmp, lines);
+  else
+    error->warning(FLERR,
+                   "Pair evp/lj: a row names the spacing and coordination that it holds for, but "
+                   "there are no bonds to compare with: coefficients are taken as given; define "
+                   "fix evp/bonds to scale them");
 }
 
 // one line of the active effects, again only when it changes
@@ -246,9 +299,11 @@ void PairNetwork::pack(const NeighList *neighbors, bool collective)
 {
   if (collective) {
     note_bonds();
+    scale_laws();
     if (!scene_checked) {    // now that all pairs of types are known
       scene_checked = true;
       report();
+      report_scaling();
       cuts.admit_all_radii_elsewhere();
     }
     check_weights();

@@ -94,6 +94,9 @@ class PairNetwork : protected Pointers {
   /// What acts between two atoms that were not recorded as a pair.
   EVP::Contact contact_between(int i, int j) const;
 
+  /// Does any row name the bodies that it holds for, so that the bonds must be measured?
+  bool wants_measures() const { return coefficients.any_scaled(); }
+
   /// The volume energy of fix evp/volume, nullptr without.
   VolumeForces *volume() const
   {
@@ -202,7 +205,7 @@ class PairNetwork : protected Pointers {
   bool any_gamma = false, explicit_damping = false;
   bool scene_checked = false, overlap_warned = false, repack_due = true;
   int implicit_groupbit = 0;    // of fix nve/evp
-  std::string last_report;
+  std::string last_report, last_scaling;
 
   std::shared_ptr<VolumeForces> volume_;          // of fix evp/volume, nullptr without
   std::shared_ptr<const EVP::BondStore> store;    // of fix evp/bonds, nullptr without
@@ -233,6 +236,11 @@ class PairNetwork : protected Pointers {
   void find_work();
   std::string division() const;
   void report();
+  bool take_measures();
+  void scale_laws();
+  void take_kv();
+  void report_scaling();
+  EVP::Row make_law(int i, int j);
   void pack(const class NeighList *, bool collective);
   void agree_on_pairs(const PairListBuilder::Found &, bool records_are_current);
   void check_rules() const;

@@ -6,6 +6,7 @@
 #define LMP_EVP_SCENE_H
 
 #include "atom.h"
+#include "domain.h"
 #include "error.h"
 #include "fix.h"
 #include "force.h"
@@ -67,6 +68,21 @@ namespace scene {
   {
     if (utils::strmatch(update->integrate_style, "^respa"))
       error->all(FLERR, "{} does not work with run_style respa: use run_style verlet", who);
+  }
+
+  /// Stops, naming `who`, where a box deforms with 'remap v' and moves the images of some atoms only: the
+  /// two atoms of a pair would then see different velocities of each other.
+  inline void demand_images_that_move(const Domain *domain, Modify *modify, Error *error,
+                                      const std::string &who)
+  {
+    if (!domain->deform_vremap || domain->deform_groupbit == 1) return;
+    for (const Fix *fix : modify->get_fix_list())
+      if (utils::strmatch(fix->style, "^deform"))
+        error->all(
+            FLERR,
+            "{}: fix {} of style {} has 'remap v' for a part of the atoms, and pairs with the "
+            "others would differ in their velocity across the boundary: give it group all",
+            who, fix->id, fix->style);
   }
 
 }    // namespace scene

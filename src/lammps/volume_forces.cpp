@@ -16,11 +16,19 @@ VolumeForces::VolumeForces(LAMMPS *lmp, const std::string &who_in, int groupbit_
                            const std::vector<double> &kv_in, std::vector<Record> &records_in,
                            EVP::GhostExchange &exchange_in) :
     Pointers(lmp),
-    who(who_in), groupbit(groupbit_in), kv(kv_in), records(records_in), exchange(exchange_in)
+    who(who_in), groupbit(groupbit_in), from_rows(kv_in.empty()), kv(kv_in), records(records_in),
+    exchange(exchange_in)
 {
+  if (from_rows) kv.assign(lmp->atom->ntypes + 1, 0.0);
 }
 
 std::shared_ptr<VolumeForces> VolumeForces::find(const Modify *modify)
+{
+  const std::shared_ptr<VolumeForces> forces = of_fix(modify);
+  return forces && forces->acts() ? forces : nullptr;
+}
+
+std::shared_ptr<VolumeForces> VolumeForces::of_fix(const Modify *modify)
 {
   int dim;
   Fix *fix = EVP::scene::find_fix(modify, "evp/volume");

@@ -11,6 +11,7 @@
 #include "atom.h"
 #include "pointers.h"
 
+#include <algorithm>
 #include <memory>
 #include <string>
 #include <vector>
@@ -29,12 +30,30 @@ class VolumeForces : protected Pointers {
 
   using Nodal = EVP::GhostExchange::Nodal;
 
-  /// kv: by atom type, from 1 [energy]; records and exchange of one value per atom are those of the fix.
+  /// kv: by atom type, from 1 [energy], or empty: those of the rows of the pair style, by take_kv().
+  /// Records and exchange of one value per atom are those of the fix.
   VolumeForces(LAMMPS *, const std::string &who, int groupbit, const std::vector<double> &kv,
                std::vector<Record> &records, EVP::GhostExchange &);
 
-  /// Of the fix there is, nullptr without.
+  /// Of the fix there is, nullptr without, and where it has nothing to do.
   static std::shared_ptr<VolumeForces> find(const class Modify *);
+
+  /// Calls kv(type) for all types where KV is that of the rows of the pair style.
+  template <class KV> static void take_kv(const class Modify *modify, KV &&kv)
+  {
+    const std::shared_ptr<VolumeForces> forces = of_fix(modify);
+    if (!forces || !forces->from_rows) return;
+    for (int type = 1; type < (int) forces->kv.size(); type++) forces->kv[type] = kv(type);
+    if (!forces->acts()) forces->forget();
+  }
+
+  /// False where no row of the pair style has a kv: it costs no time then.
+  bool acts() const
+  {
+    return !from_rows || std::any_of(kv.begin(), kv.end(), [](double value) {
+      return value > 0.0;
+    });
+  }
 
   /// The fix goes: it must not be asked any more.
   void close() { closed = true; }
@@ -112,7 +131,8 @@ class VolumeForces : protected Pointers {
  private:
   const std::string who;
   const int groupbit;
-  const std::vector<double> kv;
+  const bool from_rows;
+  std::vector<double> kv;
   std::vector<Record> &records;
   EVP::GhostExchange &exchange;
 
@@ -121,6 +141,15 @@ class VolumeForces : protected Pointers {
   bool closed = false;
   Nodal sums, pulls;    // of all atoms and ghosts
   double energy_here = 0.0;
+
+  static std::shared_ptr<VolumeForces> of_fix(const class Modify *);
+
+  // what evaluate() found last
+  void forget()
+  {
+    for (Record &record : records) record.strain = 0.0;
+    energy_here = 0.0;
+  }
 
   // atoms outside the group have no volume energy, but are neighbors of those that do
   double kv_of(int i) const { return atom->mask[i] & groupbit ? kv[atom->type[i]] : 0.0; }

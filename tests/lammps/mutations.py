@@ -61,4 +61,7 @@ MUTATIONS = [
     Mutation("the whole law between two bodies", ("two bodies led together: literal", "ball hits block"), "pair_list_builder.cpp",
              "record < 0 && view.bodies.apart(i, j)", "record < 0 && false && view.bodies.apart(i, j)"),
     Mutation("half of the pull of the volume energy", ("volume energy of a free body",), "volume_energy.h", "3.0 * kv * strain / weight_sum", "1.5 * kv * strain / weight_sum"),
+    Mutation("remap v: images stand still for implicit damping", ("sheared box",), "damping_solver.cpp", "exchange.velocities_to_ghosts(velocities);", "exchange.to_ghosts(velocities);"),
+    Mutation("remap v: kinetic energy of wrapped atoms not in the energy balance", ("sheared box",), "fix_evp_energy.cpp", "deform.carried += kinetic_here() - deform.kinetic;", ""),
+    Mutation("remap v: no work of the box by implicit damping", ("sheared box",), "fix_nve_evp.cpp", "sum += dampers.share(damper) * along *", "sum += 0.0 * along *"),
 ]

@@ -127,7 +127,7 @@ def test_command_prints_the_numbers_and_draws(tmp_path):
     assert drawn.returncode == 0, drawn.stderr
     dump = tmp_path / "state.dump"
     dump.write_text(
-        "ITEM: TIMESTEP\n9\nITEM: ATOMS id x y z radius c_pairs[1] c_pairs[2]\n"
+        "ITEM: TIMESTEP\n9\nITEM: NUMBER OF ATOMS\n2\nITEM: BOX BOUNDS ss ss ss\n0 1\n0 1\n0 1\nITEM: ATOMS id x y z radius c_pairs[1] c_pairs[2]\n"
         "1 0 0 0 0.005 2 0.5\n2 0.01 0 0 0.005 1 0\n",
         encoding="utf-8",
     )

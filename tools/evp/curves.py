@@ -36,20 +36,22 @@ class CurveError(ValueError):
     """A file holds no usable curve, or a curve is too short for the number asked."""
 
 
-def read_curve(path, column=None):
+def read_curve(path, column=None, strain="strain"):
     """Curve from a CSV file with the header strain,stress_grip,stress_virial (more may follow).
 
     column: 'virial' or 'grip' where only that stress is needed; the other one is then nan.
+    strain: the column of the strain, strain_gauge for that of an extensometer.
     CurveError names the file and what is missing; OSError if it cannot be read.
     """
-    wanted = [name for name in HEADER if column is None or name in ("strain", "stress_" + column)]
+    wanted = [strain if name == "strain" else name for name in HEADER if column is None or name in ("strain", "stress_" + column)]
     with open(path, encoding="utf-8") as source:
         lines = [line.strip() for line in source if line.strip()]
     names = [name.strip() for name in lines[0].split(",")] if lines else []
     missing = [name for name in wanted if name not in names]
     if missing:
         first_line = ",".join(wanted)
-        raise CurveError(f"{path} has no column {missing[0]}; its first line must be {first_line}")
+        remedy = "run the deck with -var extensometer yes" if missing[0] == "strain_gauge" else f"its first line must be {first_line}"
+        raise CurveError(f"{path} has no column {missing[0]}; {remedy}")
     places = [names.index(name) for name in wanted]
     try:
         words = [line.split(",") for line in lines[1:]]
@@ -61,6 +63,7 @@ def read_curve(path, column=None):
     if not np.all(np.isfinite(table)):
         raise CurveError(f"{path} holds a number that is not finite: the run was unstable")
     found = dict(zip(wanted, table.T))
+    found["strain"] = found[strain]
     return Curve(*(found.get(name, np.full(len(table), np.nan)) for name in HEADER))
 
 
@@ -185,13 +188,13 @@ def numbers(curve, column="virial", fit=None):
         "yield_MPa": 1e-6 * yield_stress(strain, stress, elastic_modulus),
     }
     for name, at in STRAINS_REPORTED.items():
-        found[name + "_MPa"] = 1e-6 * _or_nan(stress_at, strain, stress, at)
+        found[name + "_MPa"] = 1e-6 * or_nan(stress_at, strain, stress, at)
     middle = 0.5 * (low + high)
-    found["departure_strain"] = _or_nan(departure_strain, strain, stress, elastic_modulus, middle)
+    found["departure_strain"] = or_nan(departure_strain, strain, stress, elastic_modulus, middle)
     return found
 
 
-def _or_nan(number, *arguments):
+def or_nan(number, *arguments):
     """number(*arguments), or nan where the curve is too short or too coarse for it."""
     try:
         return number(*arguments)

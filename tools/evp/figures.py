@@ -17,7 +17,7 @@ import numpy as np  # noqa: E402
 from matplotlib.collections import PatchCollection  # noqa: E402
 from matplotlib.patches import Circle  # noqa: E402
 
-from . import cycles, law  # noqa: E402
+from . import cycles, dump, law  # noqa: E402
 from .report import write_csv  # noqa: E402
 
 MEASURED = ("strain", "distance", "force")  # [1], [m], [N]
@@ -187,26 +187,21 @@ def specimen(state, path, title=""):
 
 
 def read_state(path):
-    """The columns STATE as a dict of arrays, from a CSV or from the text dump of in.traction.
+    """The columns STATE as a dict of arrays, from a CSV or from the last snapshot of a dump of the decks.
 
-    In a dump the share is the second value of compute evp/state/atom. ValueError names the file and
-    what it lacks.
+    In a dump the share is share_second, or the second value of a compute evp/state/atom. ValueError names the file and what it lacks.
     """
-    with open(path, encoding="utf-8") as source:
-        lines = source.read().splitlines()
-    if not lines or not lines[0].startswith("ITEM:"):
-        return read_columns(path, STATE)
-    start = max((k for k, line in enumerate(lines) if line.startswith("ITEM: ATOMS")), default=None)
-    names = lines[start].split()[2:] if start is not None else []
-    share = [name for name in names if name == "share" or name.endswith("[2]")]
-    missing = [name for name in STATE[:4] if name not in names]
-    if not share:
-        missing.append("c_ID[2]")
+    with open(path, "rb") as source:
+        if not source.read(5) == b"ITEM:":
+            return read_columns(path, STATE)
+    columns = dump.index([path])[-1].read()
+    share = next((name for name in columns if name in ("share", "share_second") or name.endswith("[2]")), None)
+    if share is not None:
+        columns["share"] = columns[share]
+    missing = [name for name in STATE if name not in columns]
     if missing:
-        raise ValueError(f"{path} is no dump with the column {missing[0]}")
-    table = np.array([line.split() for line in lines[start + 1 :]], dtype=float)
-    places = [names.index(name) for name in (*STATE[:4], share[0])]
-    return dict(zip(STATE, table[:, places].T))
+        raise ValueError(f"{path} is no dump with the column {missing[0] if missing[0] != 'share' else 'share_second'}")
+    return {name: columns[name] for name in STATE}
 
 
 def read_columns(path, wanted):

@@ -48,7 +48,7 @@ def words_to_start_again():
     return list(sys.argv) if script.parent == TOOLS and script.is_file() else None
 
 
-def require(*modules):
+def require(*modules, remedy="run tools/setup.sh, which finds or installs a Python that has"):
     """Returns where this Python has the modules; else goes on in one that has, or exits with one line."""
     lacking = [name for name in modules if importlib.util.find_spec(name) is None]
     if not lacking:
@@ -56,7 +56,7 @@ def require(*modules):
     lack = f"error: {sys.executable} has no {', '.join(lacking)}"
     python = next((path for path in candidates(os.environ) if has_modules(path, modules)), None)
     if python is None:
-        sys.exit(f"{lack}: run tools/setup.sh, which finds or installs a Python that has, or give one: PYTHON=/path/to/python3")
+        sys.exit(f"{lack}: {remedy}, or give one: PYTHON=/path/to/python3")
     words = words_to_start_again()
     if words is None or os.environ.get(_STARTED_AGAIN) == str(os.getpid()):
         sys.exit(f"{lack}: use {python}")

@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Writes the parts of this folder: dog_bone.stl (binary) and plate_with_hole.stl (ASCII), both in mm, to be pulled along z and x.
+
+    PYTHONPATH=tools python3 tests/data/parts/make_parts.py [FOLDER]
+
+Own geometry: a round tension bar after the proportions of ISO 6892 (gauge length of five diameters, filleted grips), made by turning a profile,
+and a plate with a round hole, made of quadrilaterals between the hole and the edge.
+"""
+
+import pathlib
+import sys
+
+import numpy as np
+from evp.stl import write_ascii_stl, write_stl
+
+
+def turned(profile, facets):
+    """Triangles (T,3,3) of the body of revolution about z of a profile (P,2) of radius and z from bottom to top, closed by flat ends."""
+    angle = 2.0 * np.pi * np.arange(facets) / facets
+    rings = np.stack([np.stack([r * np.cos(angle), r * np.sin(angle), np.full(facets, z)], axis=1) for r, z in profile])
+    triangles = []
+    for lower, upper in zip(rings, rings[1:]):
+        for a, b, c, d in zip(lower, np.roll(lower, -1, axis=0), np.roll(upper, -1, axis=0), upper):
+            triangles += [(a, b, c), (a, c, d)]
+    for ring, (_, z), turn in ((rings[0], profile[0], -1), (rings[-1], profile[-1], 1)):
+        for a, b in zip(ring, np.roll(ring, -1, axis=0)):
+            triangles.append(((0.0, 0.0, z), a, b)[::1] if turn > 0 else ((0.0, 0.0, z), b, a))
+    return np.array(triangles, dtype=float)
+
+
+def dog_bone(grip=6.0, gauge=4.0, grip_length=12.0, half_gauge=15.0, fillet=8.0, facets=32):
+    """A bar with grips of radius grip, a gauge of radius gauge, and fillets between them [mm]."""
+    drop = grip - gauge
+    run = np.sqrt(fillet**2 - (fillet - drop) ** 2)  # along z, of an arc tangent to the gauge
+    arc = [(gauge + fillet - np.sqrt(fillet**2 - s**2), s) for s in np.linspace(run, 0.0, 7)]
+    middle = grip_length + run + half_gauge
+    lower = [(grip, 0.0), (grip, 0.5 * grip_length)] + [(r, grip_length + run - s) for r, s in arc]
+    return turned(lower + [(r, 2.0 * middle - z) for r, z in reversed(lower)], facets)
+
+
+def plate_with_hole(length=60.0, width=24.0, thickness=8.0, radius=5.0, facets=32):
+    """A plate along x with a hole through its middle along z [mm]; its outline is met by the same number of rays from the middle."""
+    half = 0.5 * np.array([length, width])
+    angle = np.sort(np.append(2.0 * np.pi * (np.arange(facets) + 0.5) / facets - np.pi, np.arctan2([half[1], half[1], -half[1], -half[1]], [half[0], -half[0], half[0], -half[0]])))
+    ray = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    hole, edge = radius * ray, ray * np.min(half / np.maximum(np.abs(ray), 1e-12), axis=1)[:, None]
+    up, down = 0.5 * thickness, -0.5 * thickness
+
+    def at(point, z):
+        return (point[0], point[1], z)
+
+    triangles = []
+    for k in range(len(angle)):
+        a, b, c, d = hole[k], edge[k], edge[(k + 1) % len(angle)], hole[(k + 1) % len(angle)]
+        triangles += [(at(a, up), at(b, up), at(c, up)), (at(a, up), at(c, up), at(d, up))]
+        triangles += [(at(a, down), at(c, down), at(b, down)), (at(a, down), at(d, down), at(c, down))]
+        triangles += [(at(b, down), at(c, down), at(c, up)), (at(b, down), at(c, up), at(b, up))]
+        triangles += [(at(a, down), at(d, up), at(d, down)), (at(a, down), at(a, up), at(d, up))]
+    return np.array(triangles, dtype=float)
+
+
+def main(folder):
+    write_stl(folder / "dog_bone.stl", dog_bone())
+    write_ascii_stl(folder / "plate_with_hole.stl", plate_with_hole())
+
+
+if __name__ == "__main__":
+    main(pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else pathlib.Path(__file__).parent)

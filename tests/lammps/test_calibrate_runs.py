@@ -1,0 +1,197 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""tools/calibrate.py with lmp on a small body: killed and gone on with, failures on the way, the row in a deck, the walk of the Howto page."""
+
+import json
+import os
+import pathlib
+import re
+import shlex
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from lammps_run import LMP, REPOSITORY, run_lammps
+
+sys.path.insert(0, str(REPOSITORY / "tools"))
+
+CALIBRATE = REPOSITORY / "tools" / "calibrate.py"
+TARGETS = {"E": 70e9, "yield": 95e6, "stress2": 150e6, "nu": 0.33}
+WORDS = ["--E", "70e9", "--yield", "95e6", "--stress2", "150e6@0.04", "--nu", "0.33", "--density", "2700", "--name", "mine", "--spheres", "150", "--ranks", "1"]
+SECONDS = 120
+
+# Stands for lmp: counts its calls, spoils one of in.quasistatic on the way, and tells that it started.
+STAND_IN = """#!{python}
+import os, subprocess, sys
+folder, deck = {folder!r}, sys.argv[sys.argv.index("-in") + 1]
+with open(folder + "/calls", "a") as target:
+    target.write(os.path.basename(deck) + "\\n")
+calls = open(folder + "/calls").read().split().count("in.quasistatic")
+code = subprocess.call([{lmp!r}, *sys.argv[1:]])
+if deck.endswith("in.quasistatic"):
+    {spoil}
+sys.exit(code)
+"""
+
+
+def stand_in(folder, spoil="pass"):
+    """An environment whose lmp is the stand-in."""
+    path = folder / "lmp"
+    path.write_text(STAND_IN.format(python=sys.executable, folder=str(folder), lmp=str(LMP), spoil=spoil), encoding="utf-8")
+    path.chmod(0o755)
+    return {**os.environ, "EVP_LMP": str(path)}
+
+
+def start(folder, environment=None, words=()):
+    return subprocess.Popen([sys.executable, CALIBRATE, *WORDS, "--out", "my.evp", *words], cwd=folder, stdin=subprocess.DEVNULL,
+                            env=environment or {**os.environ, "EVP_LMP": str(LMP)}, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+
+
+def calibrate(folder, environment=None, words=()):
+    """(exit code, output) of a calibration to its end."""
+    process = start(folder, environment, words)
+    output, _ = process.communicate(timeout=SECONDS)
+    return process.returncode, output
+
+
+def row_of(folder):
+    return [line for line in (folder / "my.evp").read_text(encoding="utf-8").splitlines() if line.startswith("mine ")][0]
+
+
+def table_of(folder):
+    return [json.loads(line) for line in (folder / "my.mine.jsonl").read_text(encoding="utf-8").splitlines()][1:]
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """A calibration that nothing disturbed."""
+    folder = tmp_path_factory.mktemp("whole")
+    code, output = calibrate(folder)
+    assert code == 0, output
+    return folder
+
+
+def test_targets_are_met_and_told(whole):
+    runs = table_of(whole)
+    assert len(runs) <= 8 and all(run["state"] == "done" for run in runs)
+    for name, value in TARGETS.items():
+        assert runs[-1]["found"][name] == pytest.approx(value, rel=0.01), name
+    text = (whole / "my.evp").read_text(encoding="utf-8")
+    assert "E 7e+10 Pa (" in text and "DATE: 20" in text and "by: calibrate.py --E 70e9" in text
+    assert sorted(path.name for path in whole.iterdir()) == ["my.evp", "my.mine.csv", "my.mine.jsonl", "my.mine.png"]
+    assert (whole / "my.mine.png").stat().st_size > 10000
+
+
+def test_row_gives_its_stress_in_a_deck(whole, tmp_path):
+    """By -var material on the body that it was found on, and by pair_coeff with the file's row: E within 1 %."""
+    from evp import curves
+
+    run_lammps("in.specimen", 1, {"n": 150, "seed": 1, "out": "body.data"}, tmp_path).ok()
+    run_lammps("in.quasistatic", 1, {"specimen": "body.data", "material": f"{whole / 'my.evp'}:mine", "contact": "repulsive", "strain": 0.004,
+                                     "increment": 0.0001, "out": "pull"}, tmp_path).ok()
+    curve = curves.read_curve(tmp_path / "pull.csv")
+    modulus = curves.modulus(curve.strain, curve.virial)
+    assert modulus == pytest.approx(70e9, rel=0.01)
+    assert curves.yield_stress(curve.strain, curve.virial, modulus) == pytest.approx(95e6, rel=0.015)
+
+
+def test_a_name_is_taken_once(whole):
+    before = (whole / "my.evp").read_bytes()
+    code, output = calibrate(whole)
+    assert code == 1 and "holds a row 'mine' already" in output
+    assert (whole / "my.evp").read_bytes() == before
+
+
+@pytest.mark.parametrize("end, code", [(signal.SIGKILL, -9), (signal.SIGINT, 130)])
+def test_stopped_in_a_run_and_gone_on_with(whole, tmp_path, end, code):
+    """After two runs; the same row comes, and only the runs that were not finished are made."""
+    environment = stand_in(tmp_path)
+    process, table = start(tmp_path, environment), tmp_path / "my.mine.jsonl"
+    limit = time.monotonic() + SECONDS
+    while not (table.exists() and table.read_text(encoding="utf-8").count("\n") >= 3):
+        assert process.poll() is None and time.monotonic() < limit
+        time.sleep(0.01)
+    process.send_signal(end)
+    output = process.communicate(timeout=SECONDS)[0]
+    assert process.returncode == code, output
+    assert not (tmp_path / "my.evp").exists()
+    time.sleep(1.0)  # what a killed calibration left running ends
+    kept = len(table.read_text(encoding="utf-8").splitlines()) - 1
+    (tmp_path / "calls").unlink()
+    code, output = calibrate(tmp_path, environment)
+    assert code == 0 and f"going on after {kept} runs" in output
+    assert row_of(tmp_path) == row_of(whole)
+    calls = (tmp_path / "calls").read_text(encoding="utf-8").split()
+    assert calls.count("in.quasistatic") == 3 * (len(table_of(whole)) - kept) and "in.specimen" not in calls
+    assert [run["found"] for run in table_of(tmp_path)] == [run["found"] for run in table_of(whole)]
+
+
+def test_failures_are_told_and_tried_again_smaller(tmp_path):
+    """The first run loses its curve to NaN, its second attempt ends badly, the third is done with a quarter of the increments."""
+    spoil = """if calls == 3:
+        text = open("pull.csv").read().splitlines()
+        open("pull.csv", "w").write("\\n".join(text[:-1] + ["0.05,nan,nan"]) + "\\n")
+    if calls == 4:
+        code = 1"""
+    code, output = calibrate(tmp_path, stand_in(tmp_path, spoil))
+    assert code == 0, output
+    runs = table_of(tmp_path)
+    assert [(run["number"], run["state"], run["increments"]) for run in runs[:3]] == [(1, "failed", 1.0), (1, "failed", 0.5), (1, "done", 0.25)]
+    assert "not finite" in runs[0]["reason"] and "in.quasistatic failed" in runs[1]["reason"]
+    assert "again with 0.25 of the increments" in output
+    for name, value in TARGETS.items():
+        assert runs[-1]["found"][name] == pytest.approx(value, rel=0.01), name
+
+
+def test_too_little_hardening_is_refused_after_the_runs(tmp_path):
+    """The nearest is what the runs measured; no row is written."""
+    code, output = calibrate(tmp_path, None, ["--stress2", "97e6@0.04"])
+    assert code == 1 and "Too little" in output and "the nearest is" in output
+    assert not (tmp_path / "my.evp").exists() and not (tmp_path / "my.mine.work").exists()
+
+
+def test_over_stress(tmp_path):
+    """gamma is in the row; the over-stress of the damped run over its twin is the one asked for."""
+    words = ["--rate", "10e6@200"]
+    code, output = calibrate(tmp_path, None, words)
+    assert code == 0, output
+    assert float(row_of(tmp_path).split()[8]) > 0.0
+    rates = {run["number"]: run["found"] for run in table_of(tmp_path) if run["kind"] == "rate"}
+    assert rates[max(rates)] - rates[0] == pytest.approx(10e6, rel=0.01)
+
+
+def test_a_shipped_metal_on_a_body_of_another_size(tmp_path):
+    """2024-T351 on 1500 spheres in a cylinder of 80 x 15 mm: E within 6 %."""
+    from evp import curves
+
+    run_lammps("in.specimen", 1, {"n": 1500, "seed": 5, "length": 0.08, "radius": 0.015, "out": "body.data"}, tmp_path).ok()
+    run = run_lammps("in.quasistatic", 1, {"specimen": "body.data", "material": f"{REPOSITORY / 'potentials' / 'metals.evp'}:aluminium_2024T351",
+                                           "contact": "repulsive", "strain": 0.003, "increment": 0.0005, "out": "pull"}, tmp_path).ok()
+    curve = curves.read_curve(tmp_path / "pull.csv")
+    assert curves.modulus(curve.strain, curve.virial) == pytest.approx(73e9, rel=0.06), run.stdout[-2000:]
+
+
+def test_walk_of_the_howto_page(tmp_path):
+    """Its commands run as they stand, and the numbers that it prints come out."""
+    page = (REPOSITORY / "doc" / "Howto_evp_metal.rst").read_text(encoding="utf-8")
+    commands = [" ".join(line.strip().rstrip("\\") for line in block.strip().splitlines())
+                for block in re.findall(r"\.\. code-block:: bash\n\n((?:   .*\n)+)", page)]
+    assert len(commands) >= 3
+    environment = {**os.environ, "EVP_LMP": str(LMP), "PATH": f"{pathlib.Path(LMP).parent}:{os.environ['PATH']}"}
+    printed = ""
+    for command in commands:
+        words = shlex.split(command)
+        words = [str(REPOSITORY / word) if (REPOSITORY / word).is_file() else word for word in words]
+        if words[0].endswith(".py"):
+            words = [sys.executable, *words]
+        run = subprocess.run(words, cwd=tmp_path, env=environment, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=SECONDS, check=False)
+        assert run.returncode == 0, run.stdout[-800:] + run.stderr[-800:]
+        printed += run.stdout
+    row = re.search(r"^   (mymetal \S.*)$", page, re.M).group(1).split()
+    found = re.search(r"^(mymetal \S.*)$", printed, re.M).group(1).split()
+    assert [word for word in found if word.isalpha()] == [word for word in row if word.isalpha()]
+    numbers = [[float(word) for word in words if not word.isalpha()] for words in (row[1:], found[1:])]
+    assert numbers[1] == pytest.approx(numbers[0], rel=0.02)
+    modulus, again = (float(re.search(r"^ *pull\.csv +([\d.]+)", text, re.M).group(1)) for text in (page, printed))
+    assert again == pytest.approx(modulus, rel=0.01)

@@ -1,0 +1,511 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Rows that name the bodies they hold for: the same as numbers multiplied by hand, with numpy's own measure of the bonds."""
+
+import math
+import struct
+
+import numpy as np
+import pytest
+from evp import law
+from hostile import ROW as WORDS
+from hostile import SECONDS, refused, scene
+from lammps_run import REPOSITORY, write_data
+from small_bodies import (ANOTHER_ORDER, MOVE, ROUND_OFF, SPACING, STIR, assert_same_curve, dump, head, lattice_body,
+                          record, words, write_body)
+
+ONE = law.TABLE1._replace(gamma=50.0)
+TWO = law.TABLE1._replace(e1=60.0, e2=5.0, gamma=20.0)
+MIXED = law.TABLE1._replace(e1=70.0, gamma=35.0)
+METAL = {"spacing": 0.009, "coordination": 12.0, "kv": 700.0}
+OTHER = {"spacing": 0.02, "coordination": 9.0}
+BONDS = "fix bonds all evp/bonds\n"
+STEPS = "run 100\n"
+
+
+def said(row, more):
+    """A row with its keywords, as pair_coeff takes it."""
+    return words(row) + "".join(f" {key} {value:.17g}" for key, value in more.items())
+
+
+def measure(body):
+    """{(type, type): (mean deq, bonds per particle)} of a body's bonds, and {type: number of particles with bonds}."""
+    count, sums, deq = np.zeros(len(body.x) + 1, dtype=int), {}, {}
+    for (i, j), distance in body.bonds.items():
+        count[[i, j]] += 1
+        types = tuple(sorted((body.types[i - 1], body.types[j - 1])))
+        deq.setdefault(types, []).append(distance)
+    for types in deq:
+        of_types = count[1:][np.isin(body.types, types)]
+        sums[types] = (math.fsum(deq[types]) / len(deq[types]), np.mean(of_types[of_types > 0]))
+    return sums
+
+
+def factors(measured, more):
+    """Of e1 and e2, of gamma, of kv."""
+    s, z = measured
+    stretch, share = s / more["spacing"], more["coordination"] / z
+    return stretch**3 * share, stretch * share, stretch**3
+
+
+def scaled(row, measured, more):
+    energies, gamma, _ = factors(measured, more)
+    return row._replace(e1=row.e1 * energies, e2=row.e2 * energies, gamma=row.gamma * gamma)
+
+
+def coeffs(rows, style="pair_style evp/lj\n", sub=""):
+    """rows: {"I J": words of a row}."""
+    return style + "".join(f"pair_coeff {types} {sub}{row}\n" for types, row in rows.items())
+
+
+def vectors(snapshot, name="f"):
+    return snapshot.vectors(*(name + axis for axis in "xyz"))
+
+
+def same_forces(run, other, tolerance=ROUND_OFF):
+    """All snapshots of all.dump; the forces themselves are of the size of their parts here."""
+    snapshots = list(zip(run.dump("all.dump"), other.dump("all.dump")))
+    for one, two in snapshots:
+        assert np.abs(vectors(one) - vectors(two)).max() <= tolerance * np.abs(vectors(two)).max(), f"step {two.step}"
+    assert np.abs(vectors(snapshots[-1][1])).max() > 100.0, "control: there are forces"
+
+
+def scaling_lines(run):
+    return [line for line in run.stdout.splitlines() if line.startswith("pair evp/lj: types")]
+
+
+@pytest.fixture
+def two_types(bar):
+    """Rows as given, and the same multiplied by hand, of a body of two types."""
+    measured = measure(bar)
+    given = {"1 1": (ONE, METAL), "2 2": (TWO, OTHER), "1 2": (MIXED, METAL)}
+    keys = {types: tuple(map(int, types.split())) for types in given}
+    assert len(measured) == 3
+    by_hand = {types: words(scaled(row, measured[keys[types]], more)) for types, (row, more) in given.items()}
+    assert all(not 0.9 < factors(measured[keys[types]], more)[0] < 1.1 for types, (_, more) in given.items())
+    return {types: said(*both) for types, both in given.items()}, by_hand
+
+
+# ---- forces
+
+
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off"), (4, "on")])
+def test_forces_are_those_of_numbers_multiplied_by_hand(lmp_decks, two_types, ranks, newton):
+    given, by_hand = two_types
+    rest = BONDS + STIR + MOVE + dump() + STEPS
+    runs = lmp_decks({name: head(newton) + coeffs(rows) + rest
+                      for name, rows in {"given": given, "by hand": by_hand}.items()}, ranks)
+    same_forces(runs["given"], runs["by hand"], ANOTHER_ORDER)  # a hundred steps from the same start
+    first = [runs[name].dump("all.dump")[0] for name in ("given", "by hand")]
+    assert np.abs(vectors(first[0]) - vectors(first[1])).max() <= ROUND_OFF * np.abs(vectors(first[1])).max()
+    assert_same_curve(runs["given"].thermo(), runs["by hand"].thermo())
+    assert not scaling_lines(runs["by hand"])
+
+
+def test_what_it_prints(lmp, bar, two_types):
+    """Once, with six digits of what numpy measures."""
+    run = lmp(head() + coeffs(two_types[0]) + BONDS + "fix move all nve\nrun 1\nrun 1\n", ranks=2).ok()
+    lines, measured = scaling_lines(run), measure(bar)
+    assert len(lines) == 3
+    for line, types, more in zip(lines, ((1, 1), (1, 2), (2, 2)), (METAL, METAL, OTHER)):
+        s, z = measured[types]
+        energies, gamma, kv = factors((s, z), more)
+        expected = f"pair evp/lj: types {types[0]} {types[1]}: spacing {s:.6g} (row {more['spacing']:.6g}), "
+        expected += f"bonds per particle {z:.4g} (row {more['coordination']:.4g}): e1 e2 x {energies:.6g}, gamma x {gamma:.6g}"
+        assert line == expected + (f", kv x {kv:.6g}" if types == (1, 1) else "")
+
+
+def test_one_row_is_one_material(lmp_decks, tmp_path):
+    """A body ten times smaller, at the same strains and strain rates: stress is the same, hence forces go with the area."""
+    small, body = 0.1, lattice_body((5, 4, 4))
+    more = {"spacing": 0.0123, "coordination": 10.0}
+    write_body(tmp_path / "body.data", body)
+    write_data(tmp_path / "small.data", small * body.x, small * body.radius, small * body.box, body.types)
+
+    def deck(start, size, rows):
+        text = head(start=f"read_data {start}.data", skin=0.0008 * size) + coeffs(rows) + BONDS
+        for axis, rate in zip("xyz", (40.0, -9.0, -11.0)):
+            text += f"variable v{axis} atom {rate}*{axis}\n"
+        text += "velocity all set v_vx v_vy v_vz\nfix move all nve/noforce\ntimestep 2e-4\nrun 4\n"
+        return text + dump(every=1) + "run 1\n"
+
+    rows = {"* *": said(ONE, more)}
+    runs = lmp_decks({"body": deck("body", 1.0, rows), "small": deck("small", small, rows),
+                      "typed": deck("small", small, {"* *": words(ONE)})})
+    forces = {name: vectors(run.dump("all.dump")[-1]) for name, run in runs.items()}
+    largest = np.abs(forces["body"]).max()
+    # a strain of 0.01 is the difference of numbers of 1, and a step of 1e-3 of it is that of lengths
+    assert np.abs(forces["small"] / small**2 - forces["body"]).max() <= 1e-11 * largest
+    assert np.abs(forces["typed"] / small**2 - forces["body"]).max() > largest, "control: not without spacing"
+
+
+def test_types_without_bonds_between_them(lmp_decks, tmp_path):
+    """Two blocks, recorded apart and pushed into each other: their contacts take the geometric mean, or the factor of the
+    one that has bonds."""
+    block = lattice_body((3, 3, 3)).x
+    count, far = len(block), np.array([0.08, 0.0, 0.0])
+    x = np.concatenate([block, block[:, ::-1] * 0.9 + far, [[0.2, 0.0, 0.0]]])
+    radius = np.concatenate([np.full(count, 0.005), np.full(count, 0.0045), [0.005]])
+    types = np.repeat([1, 2, 3], [count, count, 1])
+    write_data(tmp_path / "body.data", x, radius, [[-0.05, 0.3]] * 3, types)
+    bonds = record(x, radius, 1.5, np.zeros((3, 3)))
+    count_of = np.zeros(len(x) + 1)
+    for pair in bonds:
+        count_of[list(pair)] += 1
+    measured = {}
+    for kind in (1, 2):
+        own = [deq for (i, _), deq in bonds.items() if types[i - 1] == kind]
+        measured[kind] = (math.fsum(own) / len(own), np.mean(count_of[1:][types == kind]))
+    assert all(types[i - 1] == types[j - 1] for i, j in bonds) and count_of[-1] == 0
+    of = {kind: np.array(factors(measured[kind], METAL)) for kind in (1, 2)}
+    mean = np.sqrt(of[1] * of[2])
+    assert abs(of[1][0] / of[2][0] - 1.0) > 0.2
+
+    def times(factor):
+        return words(ONE._replace(e1=ONE.e1 * factor[0], e2=ONE.e2 * factor[0], gamma=ONE.gamma * factor[1]))
+
+    by_hand = {"1 1": times(of[1]), "2 2": times(of[2]), "1 2": times(mean), "1 3": times(of[1]), "2 3": times(of[2]),
+               "3 3": words(ONE)}
+    meet = "group two type 2\ngroup three type 3\ndisplace_atoms two move -0.049 0 0\ndisplace_atoms three move -0.208 0.005 0.005\n"
+    rest = BONDS + MOVE + "run 0\n" + meet + dump(every=1) + "run 0\n"
+    runs = lmp_decks({name: head() + coeffs(rows) + rest
+                      for name, rows in {"given": {"* *": said(ONE, METAL)}, "by hand": by_hand}.items()})
+    same_forces(runs["given"], runs["by hand"])
+    between = np.abs(vectors(runs["given"].dump("all.dump")[-1]))
+    assert between[-1].max() > 1.0, "control: the sphere of type 3 touches a block"
+    assert runs["given"].thermo()["f_bonds[3]"][0] > 5, "control: contacts between the types"
+    lines = scaling_lines(runs["given"])
+    assert f"types 1 2: no bonds between them: e1 e2 x {mean[0]:.6g}, gamma x {mean[1]:.6g}, as of the like types" in lines[1]
+    assert f"types 1 3: no bonds between them: e1 e2 x {of[1][0]:.6g}" in lines[2]
+    assert lines[-1] == "pair evp/lj: types 3 3: no bonds between them: coefficients as given"
+
+
+def test_all_that_read_the_law(lmp_decks, bar, two_types):
+    """Stable timestep, pair/local, rerun, minimization, fix nve/evp, energies, in a run beside numbers multiplied by hand."""
+    given, by_hand = two_types
+    rest = BONDS + STIR + """
+fix move all nve/evp tol 1e-12
+fix energy all evp/energy
+compute dt all evp/dt
+compute pairs all pair/local dist force eng
+timestep 3e-7
+fix dt all dt/evp 10 0.5
+variable s equal dt
+thermo 10
+thermo_style custom step v_s pe ke pxx f_bonds[2] f_energy c_dt c_dt[1] c_dt[2] c_dt[3]
+thermo_modify norm no format float %.17g
+""" + dump(every=30) + """
+dump pairs all local 30 pairs.dump c_pairs[1] c_pairs[2] c_pairs[3]
+dump_modify pairs format float %.17g
+run 60
+unfix dt
+unfix energy
+unfix move
+undump all
+undump pairs
+thermo_style custom step pe ke pxx f_bonds[2] c_dt
+thermo_modify norm no format float %.17g
+rerun all.dump first 30 dump x y z vx vy vz
+min_style cg
+min_modify dmax 1e-5
+minimize 1e-8 0 20 100
+"""
+    runs = lmp_decks({name: head() + coeffs(rows) + rest
+                      for name, rows in {"given": given, "by hand": by_hand}.items()})
+    same_forces(runs["given"], runs["by hand"], ANOTHER_ORDER)
+    blocks = [runs["given"].thermo(k) for k in range(3)]  # run, rerun, minimization
+    for block in range(3):
+        assert_same_curve(runs["given"].thermo(block), runs["by hand"].thermo(block), 1e-8)  # that of the Lanczos numbers
+    assert blocks[0]["c_dt"][0] > 0.0
+    for one, two in zip(runs["given"].dump("pairs.dump"), runs["by hand"].dump("pairs.dump")):
+        for column in ("c_pairs[2]", "c_pairs[3]"):
+            assert np.abs(np.sort(one[column]) - np.sort(two[column])).max() <= ANOTHER_ORDER * np.abs(two[column]).max()
+
+
+def test_flow(lmp_decks, bar, two_types):
+    """unload elastic: return map, threshold and check of the row are those of the scaled law."""
+    style = "pair_style evp/lj unload elastic break 0.3\n"
+    rest = BONDS + STIR + MOVE + dump() + STEPS
+    runs = lmp_decks({name: head() + coeffs(rows, style) + rest
+                      for name, rows in {"given": two_types[0], "by hand": two_types[1]}.items()})
+    same_forces(runs["given"], runs["by hand"], ANOTHER_ORDER)
+
+
+def test_fix_adapt_writes_numbers_as_typed(lmp_decks, bar, two_types):
+    """e1 of 40 is 40 in the row: the law is made of it times the factor."""
+    measured = measure(bar)
+    rest = BONDS + "variable e equal {e1:.17g}\nfix adapt all adapt 1 pair evp/lj e1 1 1 v_e\n" + STIR + MOVE + dump() + STEPS
+    e1 = {"given": 40.0, "by hand": 40.0 * factors(measured[1, 1], METAL)[0]}
+    rows = {"given": two_types[0], "by hand": two_types[1]}
+    runs = lmp_decks({**{name: head() + coeffs(rows[name]) + rest.format(e1=e1[name]) for name in rows},
+                      "plain": head() + coeffs(two_types[0]) + BONDS + STIR + MOVE + dump() + STEPS})
+    same_forces(runs["given"], runs["by hand"], ANOTHER_ORDER)
+    change = vectors(runs["given"].dump("all.dump")[-1]) - vectors(runs["plain"].dump("all.dump")[-1])
+    assert np.abs(change).max() > 100.0, "control: fix adapt acts"
+
+
+def test_hybrid_and_its_restart(lmp, bar):
+    """pair_style hybrid keeps no rows in restart files: the measures are those of the recording all the same."""
+    style = "pair_style hybrid evp/lj lj/cut 0.012\n"
+    rows = coeffs({"1 1": said(ONE, METAL)}, style, "evp/lj ") + "pair_coeff * 2 lj/cut 0 0.009\n"
+    whole = lmp(head() + rows + BONDS + STIR + MOVE + dump() + "run 50\nwrite_restart half.restart\nrun 50\n").ok()
+    own = {pair: deq for pair, deq in bar.bonds.items() if all(bar.types[k - 1] == 1 for k in pair)}
+    s, z = measure(bar._replace(bonds=own))[1, 1]
+    assert scaling_lines(whole) == [
+        f"pair evp/lj: types 1 1: spacing {s:.6g} (row 0.009), bonds per particle {z:.4g} (row 12): "
+        + "e1 e2 x {:.6g}, gamma x {:.6g}, kv x {:.6g}".format(*factors((s, z), METAL))]
+    again = lmp(head(start="read_restart half.restart") + rows + BONDS + MOVE + dump() + "run 50\n", ranks=2).ok()
+    assert scaling_lines(again) == scaling_lines(whole)
+    last = [run.dump("all.dump")[-1] for run in (whole, again)]
+    assert np.abs(vectors(last[0]) - vectors(last[1])).max() <= ANOTHER_ORDER * np.abs(vectors(last[0])).max()
+
+
+# ---- where the measures are kept
+
+
+def section(path, ntypes):
+    """Of fix evp/bonds in a restart file: words of the measures; None where there are none."""
+    data = path.read_bytes()
+    starts = [k for k in range(len(data) - 48) if data[k:k + 8] == struct.pack("<d", 1005.0)
+              and data[k + 16:k + 24] == struct.pack("<d", 1.0)]
+    assert len(starts) <= 1
+    count = ntypes * (ntypes + 1)
+    return struct.unpack(f"<{count}d", data[starts[0] + 56:starts[0] + 56 + 8 * count]) if starts else None
+
+
+@pytest.mark.parametrize("ranks", [2, 4])
+def test_measures_are_the_same_bits_on_any_number_of_ranks(lmp, bar, tmp_path, two_types, ranks):
+    """And those of numpy, but for the last bit of the mean."""
+    text = head() + coeffs(two_types[0]) + BONDS + "fix move all nve\nrun 0\nwrite_restart {}.restart\n"
+    for number in (1, ranks):
+        lmp(text.format(f"on{number}"), ranks=number).ok()
+    one, other = section(tmp_path / "on1.restart", 2), section(tmp_path / f"on{ranks}.restart", 2)
+    assert one == other
+    expected = [value for types in ((1, 1), (1, 2), (2, 2)) for value in measure(bar)[types]]
+    assert np.array(one) == pytest.approx(expected, rel=5e-16)
+
+
+@pytest.mark.parametrize("ranks", [1, 2, 4])
+def test_restart(lmp, bar, tmp_path, two_types, ranks):
+    """Measures are those of the recording, to the last bit, though atoms are gone and types have changed since."""
+    begin = head() + coeffs(two_types[0]) + BONDS + STIR + MOVE + dump() + "run 50\n"
+    begin += "group gone id 1:5\ndelete_atoms group gone compress no\nset atom 30*40 type 1\nrun 0\nwrite_restart half.restart\n"
+    whole = lmp(begin + "run 50\n").ok()
+    start = head(start="read_restart half.restart") + BONDS + MOVE + dump()
+    again = lmp(start + "write_restart at_once.restart\nrun 50\nwrite_restart later.restart\n", ranks=ranks).ok()
+    assert section(tmp_path / "half.restart", 2) == section(tmp_path / "later.restart", 2) is not None
+    assert scaling_lines(again) == scaling_lines(whole)
+    last = [run.dump("all.dump")[-1] for run in (whole, again)]
+    assert np.abs(vectors(last[0]) - vectors(last[1])).max() <= ANOTHER_ORDER * np.abs(vectors(last[0])).max()
+    # control: measured anew it would be another
+    anew = lmp(head(start="read_restart half.restart") + "pair_style none\n" + coeffs(two_types[0])
+               + "fix other all evp/bonds\nfix move all nve\nrun 0\n").ok()
+    assert scaling_lines(anew) != scaling_lines(whole)
+
+
+def test_a_new_pair_style_takes_the_measures_that_there_are(lmp, bar, tmp_path, two_types):
+    """As the bonds are the same: rows typed again, after the bonds and types have changed."""
+    text = head() + coeffs(two_types[0]) + BONDS + "fix move all nve\nrun 0\nwrite_restart a.restart\nset atom 1*60 type 1\n"
+    text += coeffs({types: row for types, row in two_types[0].items()}) + "run 0\nwrite_restart b.restart\n"
+    lmp(text).ok()
+    assert section(tmp_path / "a.restart", 2) == section(tmp_path / "b.restart", 2) is not None
+
+
+def test_rows_that_come_after_the_recording(lmp_decks, bar, two_types):
+    given, by_hand = two_types
+    begin = head() + coeffs({"* *": words(TWO)}) + BONDS + STIR + MOVE + "run 20\n"
+    runs = lmp_decks({name: begin + coeffs(rows, "") + dump() + STEPS
+                      for name, rows in {"given": given, "by hand": by_hand}.items()})
+    same_forces(runs["given"], runs["by hand"], ANOTHER_ORDER)
+
+
+def test_data_file_and_bond_file(lmp, bar, two_types):
+    """Rows come with the data file, bonds with theirs: measured again, on another number of ranks."""
+    text = head() + coeffs(two_types[0]) + BONDS + STIR + MOVE + dump() + "run 50\n"
+    whole = lmp(text + "write_data half.data pair ij\nwrite_evp_bonds half.bonds\nrun 50\n").ok()
+    data = (whole.folder / "half.data").read_text(encoding="utf-8")
+    assert "PairIJ Coeffs" in data and "spacing 0.009 coordination 12 kv 700\n" in data
+    start = head(before="pair_style evp/lj", start="read_data half.data")
+    again = lmp(start + "fix bonds all evp/bonds file half.bonds\n" + MOVE + dump() + "run 50\n", ranks=2).ok()
+    assert scaling_lines(again) == scaling_lines(whole)
+    last = [run.dump("all.dump")[-1] for run in (whole, again)]
+    assert np.abs(vectors(last[0]) - vectors(last[1])).max() <= ANOTHER_ORDER * np.abs(vectors(last[0])).max()
+
+
+def test_a_new_fix_measures_again(lmp, bar):
+    """The body was stretched by 1 % in between; without bonds the numbers are those of the row."""
+    grow = "change_box all x scale 1.01 y scale 1.01 z scale 1.01 remap\n"
+    text = head() + coeffs({"* *": said(ONE, METAL)}) + BONDS + "fix move all nve\nrun 0\n" + grow
+    run = lmp(text + "unfix bonds\nrun 0\nfix bonds all evp/bonds\nrun 0\n").ok()
+    first, last = (float(line.split("spacing ")[1].split()[0]) for line in (scaling_lines(run)[0], scaling_lines(run)[-1]))
+    before = measure(bar._replace(types=np.ones(len(bar.x), dtype=int)))[1, 1][0]
+    assert abs(first / measure(bar)[1, 1][0] - 1.0) < 1e-5 and abs(before / SPACING - 1.0) < 0.3
+    bonds = record(1.01 * bar.x, bar.radius, 1.5, bar.cell)
+    assert last == pytest.approx(measure(bar._replace(bonds=bonds))[2, 2][0], rel=1e-5)
+    assert sum("there are no bonds to compare with" in line for line in run.warnings()) == 1
+
+
+def test_files_without_keywords_are_what_they_were(lmp, bar, tmp_path):
+    """Sections of restart files keep their formats, and lines of data files theirs: keywords add what they need."""
+    made = {}
+    for name, more in (("plain", {}), ("density", {"density": 2700.0}), ("metal", METAL)):
+        text = head() + coeffs({"* *": said(ONE, more)}) + BONDS + "fix move all nve\nrun 0\n"
+        lmp(text + f"write_restart {name}.restart\nwrite_data {name}.data pair ij\n").ok()
+        made[name] = (tmp_path / f"{name}.restart").read_bytes()
+    assert f"1 1 {words(ONE)}\n" in (tmp_path / "plain.data").read_text(encoding="utf-8")
+    assert struct.pack("<d", 1001.0) in made["plain"] and struct.pack("<d", 1003.0) in made["plain"]
+    rows, keywords, checksum, measures = 3, 4, 1, 2 * 3 + 2
+    more = 8 * rows * (keywords + checksum)
+    assert len(made["density"]) == len(made["plain"]) + more
+    assert len(made["metal"]) == len(made["plain"]) + more + 8 * measures
+    assert section(tmp_path / "plain.restart", 2) is None
+
+
+# ---- fix evp/volume row
+
+
+def test_volume_by_rows(lmp_decks, bar):
+    """The KV of each type is that of its row times spacing cubed; compute evp/dt and fix evp/energy know it."""
+    more = {1: METAL, 2: {**OTHER, "kv": 300.0}}
+    measured = measure(bar)
+    rows = {"1 1": said(ONE, more[1]), "2 2": said(TWO, more[2]), "1 2": words(MIXED)}
+    kv = [f"{more[k]['kv'] * factors(measured[k, k], more[k])[2]:.17g}" for k in (1, 2)]
+    rest = STIR + MOVE.replace("f_bonds[4]", "f_bonds[4] f_volume f_volume[1] f_energy c_dt")
+    rest = BONDS + "fix energy all evp/energy\ncompute dt all evp/dt\n{volume}" + rest + dump() + STEPS
+    runs = lmp_decks({name: head() + coeffs(rows) + rest.format(volume=f"fix volume all evp/volume {kind}\n")
+                      for name, kind in {"row": "row", "typed": " ".join(kv), "zero": "0"}.items()}, ranks=2)
+    same_forces(runs["row"], runs["typed"], ANOTHER_ORDER)
+    assert_same_curve(runs["row"].thermo(), runs["typed"].thermo(), 1e-8)
+    assert runs["row"].thermo()["c_dt"][0] < 0.99 * runs["zero"].thermo()["c_dt"][0], "control: kv counts in dt"
+    assert ", kv x" in scaling_lines(runs["row"])[0]
+
+
+def test_volume_by_rows_without_kv_is_off(lmp_decks, bar):
+    """The same bits as without the fix, and nothing is asked for; also after rows that had one."""
+    rest = STIR + MOVE + dump() + STEPS
+    rows = coeffs({"* *": words(ONE)})
+    fix = "fix volume all evp/volume row\n"
+    runs = lmp_decks({"off": head() + rows + fix + BONDS + rest, "without": head() + rows + BONDS + rest,
+                      "no bonds": head() + rows + fix + "fix move all nve\nrun 10\n",
+                      "was on": head() + coeffs({"* *": said(ONE, {"kv": 1000.0})}) + fix + BONDS + STIR + MOVE + "run 50\n"
+                      + coeffs({"* *": words(ONE)}, "") + "compute pe all pe/atom\n"
+                      + "thermo_style custom step f_volume f_volume[1] f_volume[3]\ndump pe all custom 1 pe.dump id c_pe f_volume\n"
+                      + "run 1\n"})
+    for one, two in zip(runs["off"].dump("all.dump"), runs["without"].dump("all.dump")):
+        assert np.array_equal(vectors(one), vectors(two))
+    assert "volume energy from fix" not in runs["off"].stdout
+    assert "volume energy from fix" in runs["was on"].stdout
+    assert all(np.all(values == 0.0) for name, values in runs["was on"].thermo().items() if name != "Step")
+    assert np.all(runs["was on"].dump("pe.dump")[-1]["f_volume"] == 0.0)
+
+
+# ---- read_evp_row, FILE:ROW
+
+POTENTIAL = f"""# UNITS: si
+metal {said(ONE, METAL)} density 2700
+plain {words(TWO)}
+"""
+
+
+def test_a_row_as_variables(lmp, bar, tmp_path):
+    """All digits, zero where the row has none; a second row replaces the first. pair_coeff takes the same word."""
+    (tmp_path / "p.evp").write_text(POTENTIAL.replace("80 8", "79.999999999999986 8"), encoding="utf-8")
+    shown = " ".join(f"${{m_{key}}}" for key in (*law.Row._fields, "spacing", "coordination", "kv", "density"))
+    text = "units si\n" + "".join(f'read_evp_row p.evp:{name} m\nprint "row {shown}"\n' for name in ("metal", "plain"))
+    text += head() + coeffs({"* *": "p.evp:metal"}) + BONDS + "fix move all nve\nvariable twice equal 2*v_m_e1\n"
+    text += 'print "twice ${twice}"\nrun 0\nwrite_data both.data pair ij\n'
+    run = lmp(text, ranks=2).ok()
+    lines = [list(map(float, line.split()[1:])) for line in run.stdout.splitlines() if line.startswith("row ")]
+    assert lines == [[79.999999999999986, *ONE[1:], 0.009, 12.0, 700.0, 2700.0], [*TWO, 0.0, 0.0, 0.0, 0.0]]
+    assert "twice 120" in run.stdout
+    assert len(scaling_lines(run)) == 3
+    assert "1 2 79.99999999999999 8 4 3 8 4 0.005 50 1.5 spacing 0.009 coordination 12 kv 700 density 2700\n" in (
+        tmp_path / "both.data").read_text(encoding="utf-8")
+
+
+# ---- the pages
+
+
+def blocks(page):
+    """Complete inputs of a page, those that begin with units, each with the text up to the next one."""
+    text = (REPOSITORY / "doc" / f"{page}.rst").read_text(encoding="utf-8")
+    parts = text.split(".. code-block:: LAMMPS\n\n")[1:]
+    found = []
+    for part in parts:
+        lines = part.split("\n")
+        end = next(k for k, line in enumerate(lines) if line and not line.startswith("   "))
+        if lines[0].split()[:1] == ["units"]:
+            found.append(("\n".join(line[3:] for line in lines[:end]) + "\n", " ".join("\n".join(lines[end:]).split())))
+    return found
+
+
+def test_input_of_the_pair_page(lmp):
+    text, after = next(block for block in blocks("pair_evp_lj") if "spacing" in block[0])
+    line, = scaling_lines(lmp(text).ok())
+    assert f".. parsed-literal:: {line} " in after
+
+
+def test_input_of_the_page_of_read_evp_row(lmp):
+    (text, after), = blocks("read_evp_row")
+    run = lmp(text.replace("..", str(REPOSITORY))).ok()
+    line = next(line for line in run.stdout.splitlines() if line.startswith("K deq^2"))
+    assert f"It prints *{line}*." in after
+
+
+# ---- refusals
+
+BOTH = " spacing 0.01 coordination 12"
+REFUSED = {
+    "unknown keyword": ({"coeff": f"pair_coeff * * {WORDS} pitch 1"}, "unknown keyword 'pitch' of a row",
+                        "spacing, coordination, kv, density"),
+    "half": ({"coeff": f"pair_coeff * * {WORDS} spacing 1"}, "spacing and coordination are given together"),
+    "no value": ({"coeff": f"pair_coeff * * {WORDS} spacing"}, "keyword spacing needs a value"),
+    "twice": ({"coeff": f"pair_coeff * * {WORDS} kv 1 kv 2"}, "keyword kv is given twice"),
+    "negative": ({"coeff": f"pair_coeff * * {WORDS} spacing -1 coordination 2"}, "spacing must be positive", "got -1"),
+    "nan": ({"coeff": f"pair_coeff * * {WORDS} density nan"}, "density must be a finite decimal number"),
+    "another unit": ({"coeff": f"pair_coeff * * {WORDS} spacing 1e200 coordination 12"}, "types 1 and 1",
+                     "the row holds for spacing 1e+200", "in the same unit?"),
+    "too stiff": ({"coeff": f"pair_coeff * * 1e150 8 4 3 8 4 0.005 0 1.5 spacing 1e-60 coordination 12"},
+                  "types 1 and 1", "overflow"),
+    "kv too large": ({"coeff": f"pair_coeff * * {WORDS} kv 1e99 spacing 1e-5 coordination 12", "then": "fix v all evp/volume row"},
+                     "types 1 and 1", "kv must not exceed 1e100 in the body"),
+    "kv without bonds": ({"coeff": f"pair_coeff * * {WORDS} kv 1", "fix": "fix v all evp/volume row", "thermo": ""}, "needs fix evp/bonds"),
+    "row and more": ({"then": "fix v all evp/volume row 3"}, "or the word row"),
+    "row misspelt": ({"then": "fix v all evp/volume rows"}, "KV must be a finite decimal number, got 'rows'"),
+    "no file": ({"coeff": "pair_coeff * * absent.evp:metal"}, "cannot read the potential file 'absent.evp'"),
+    "no row": ({"coeff": "pair_coeff * * p.evp:tin"}, "has no row 'tin'; its rows: metal, plain"),
+    "no name": ({"coeff": "pair_coeff * * p.evp:"}, "expected FILE:ROW"),
+    "a bad line": ({"coeff": "pair_coeff * * bad.evp:metal"}, "file bad.evp line 4: coordination must be positive"),
+    "command without prefix": ({"units": "units si\nread_evp_row p.evp:metal"}, "read_evp_row: expected two arguments", "got 1"),
+    "command without row": ({"units": "units si\nread_evp_row p.evp m"}, "read_evp_row: expected FILE:ROW", "got 'p.evp'"),
+    "bad prefix": ({"units": "units si\nread_evp_row p.evp:metal m-1"}, "letters, digits and underscores", "got 'm-1'"),
+    "other units": ({"units": "read_evp_row p.evp:metal m\nunits si"}, "is in UNITS: si, but 'units lj' is in force"),
+    "taken": ({"units": "units si\nvariable m_kv index 3\nread_evp_row p.evp:metal m"}, "there is a variable m_kv of another style"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_refusals(lmp, tmp_path, case):
+    (tmp_path / "p.evp").write_text(POTENTIAL, encoding="utf-8")
+    (tmp_path / "bad.evp").write_text(POTENTIAL + f"bad {WORDS} coordination 0\n", encoding="utf-8")
+    parts, *texts = REFUSED[case]
+    refused(lmp(scene(**parts), seconds=SECONDS), *texts)
+
+
+def test_a_damaged_restart_file_is_refused(lmp, bar, tmp_path):
+    """A changed bit of a keyword, of a measure."""
+    text = head() + coeffs({"* *": said(ONE, METAL)}) + BONDS + "fix move all nve\nrun 0\nwrite_restart whole.restart\n"
+    lmp(text).ok()
+    whole = (tmp_path / "whole.restart").read_bytes()
+    measured = struct.pack("<d", section(tmp_path / "whole.restart", 2)[0])
+    for word, message in ((struct.pack("<d", 700.0), "damaged in the row of types"), (measured, "its section of the restart file")):
+        at = whole.index(word)
+        (tmp_path / "bad.restart").write_bytes(whole[:at] + bytes([whole[at] ^ 1]) + whole[at + 1:])
+        refused(lmp(head(start="read_restart bad.restart") + BONDS + "fix move all nve\nrun 0\n"), message)
+
+
+def test_long_lines_are_told_of(lmp, bar):
+    """read_data cuts lines at 255 characters in silence."""
+    third = law.Row(*(value + 1.0 / 3.0 for value in ONE[:6]), 1.0 / 300.0, 100.0 / 3.0, 1.5 + 1.0 / 3.0)
+    more = {key: 1.0 / 3.0 for key in ("spacing", "coordination", "kv", "density")}
+    run = lmp(head() + coeffs({"* *": said(third, more)}) + BONDS + "fix move all nve\nrun 0\nwrite_data long.data\n").ok()
+    assert sum("longer than 254 characters" in line for line in run.warnings()) == 2

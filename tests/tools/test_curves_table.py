@@ -1,0 +1,177 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""`curves.py table`: the numbers of many curves against closed forms, departures from a target, and its refusals."""
+
+import csv
+
+import curves as tool
+import numpy as np
+import pytest
+from evp import curve_table, curves
+from in_process import call
+
+E, YIELD = 20e9, 100e6  # elastic and ideally plastic
+EXACT = 1e-9
+
+
+def way(turns, step=1e-4):
+    """Strains along 0 and all turns, rows `step` apart."""
+    ends = (0.0, *turns)
+    return np.concatenate([[0.0], *(np.linspace(a, b, 1 + round(abs(b - a) / step))[1:] for a, b in zip(ends, ends[1:]))])
+
+
+def plastic(strain):
+    """Curve of the elastic, ideally plastic body along a way."""
+    stress, flow = [], 0.0
+    for value in strain:
+        held = np.clip(E * (value - flow), -YIELD, YIELD)
+        flow = value - held / E
+        stress.append(held)
+    return curves.Curve(strain, 1.01 * np.array(stress), np.array(stress))
+
+
+def write(path, curve):
+    lines = [",".join(curves.HEADER), *(",".join(f"{value:.17g}" for value in row) for row in zip(*curve))]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_way_there_and_back(sign):
+    """E, yield, stresses, residual strain, unloading modulus and area of the sweep; compression gives the same with its signs."""
+    found = curve_table.numbers(plastic(sign * way((0.02, 0.0))), strains=(0.002, 0.01, 0.02, 0.05))
+    assert found["E_GPa"] == pytest.approx(20.0, rel=EXACT) and found["unloading_GPa"] == pytest.approx(20.0, rel=EXACT)
+    assert found["yield_MPa"] == pytest.approx(sign * 100.0, rel=EXACT)
+    stresses = [found[f"stress_at_{at:g}_MPa"] for at in (0.002, 0.01, 0.02, 0.05)]
+    assert stresses[:3] == pytest.approx([sign * 40.0, sign * 100.0, sign * 100.0], rel=EXACT) and np.isnan(stresses[3])
+    assert found["turn_strain"] == pytest.approx(sign * 0.02) and found["turn_MPa"] == pytest.approx(sign * 100.0)
+    assert found["residual_strain"] == pytest.approx(sign * (0.02 - YIELD / E), rel=EXACT)
+    area = YIELD * ((0.02 - YIELD / E) + (0.02 - 2 * YIELD / E)) + 0.5 * YIELD**2 / E
+    assert found["area_1_MJ_per_m3"] == pytest.approx(1e-6 * area, rel=EXACT) and "area_2_MJ_per_m3" not in found
+
+
+def test_loops_one_by_one():
+    found = curve_table.numbers(plastic(way((0.01, -0.01, 0.012, -0.01, 0.012, 0.0))))
+    areas = [found[f"area_{k}_MJ_per_m3"] for k in (1, 2)]
+    # The first loop ends farther than it began: what is held on the way there is in its area.
+    first = 2 * YIELD * (0.02 - 2 * YIELD / E) + YIELD * 0.002
+    assert areas == pytest.approx([1e-6 * first, 1e-6 * 2 * YIELD * (0.022 - 2 * YIELD / E)], rel=1e-6)
+
+
+def test_numbers_of_the_first_way_do_not_see_the_way_back():
+    """Control: the whole curve taken as one way gives another E."""
+    there, back = plastic(way((0.004, 0.0))), plastic(way((0.012, 0.0)))
+    assert curve_table.numbers(there)["E_GPa"] == pytest.approx(20.0, rel=EXACT)
+    assert curve_table.numbers(back)["E_GPa"] == pytest.approx(20.0, rel=EXACT)
+    assert abs(curves.numbers(back, fit=(0.0, 0.003))["E_GPa"] - 20.0) > 0.5
+
+
+def test_a_curve_that_does_not_turn_has_no_numbers_of_unloading():
+    found = curve_table.numbers(plastic(way((0.02,))))
+    assert all(np.isnan(found[name]) for name in ("turn_strain", "turn_MPa", "residual_strain", "unloading_GPa"))
+    assert not [name for name in found if name.startswith("area")]
+
+
+def test_rows_far_apart_are_interpolated():
+    """In rows of 0.001 no window of +-0.0006 has three; vibration in dense rows is averaged out."""
+    strain = way((0.02,), 1e-3)
+    coarse = curves.Curve(strain, E * strain, E * strain)
+    assert curve_table.numbers(coarse, strains=(0.0123,))["stress_at_0.0123_MPa"] == pytest.approx(246.0, rel=EXACT)
+    strain = way((0.02,), 2e-5)
+    shaken = E * strain + 2e6 * np.sin(2 * np.pi * strain / 1.2e-4)
+    assert curve_table.stress_on(strain, shaken, 0.01) == pytest.approx(200e6, abs=0.2e6)
+    assert np.abs(shaken - E * strain).max() > 1.7e6, "control"
+
+
+TARGETS = {
+    "0,0\n0.002,44e6\n0.01,90e6\n": "Pa, no header",
+    "# a metal\nstrain,stress\n0,0\n0.002,44e6\n0.01,90e6\n": "Pa",
+    "strain_percent,stress_MPa,note\n0,0,a\n0.2,44,b\n1,90,c\n": "percent and MPa",
+    "strain stress_Pa\n0.01 90e6\n0.002 44e6\n0 0\n": "blanks, downwards",
+}
+
+
+@pytest.mark.parametrize("text", TARGETS, ids=TARGETS.get)
+def test_departure_from_a_target(tmp_path, text):
+    """40 against 44 MPa and 100 against 90 MPa: largest 10 MPa at 0.01, mean of 0, 4 and 10."""
+    (tmp_path / "target.csv").write_text(text, encoding="utf-8")
+    found = curve_table.departure(plastic(way((0.02, 0.0))), curve_table.read_target(tmp_path / "target.csv"))
+    assert found.largest == pytest.approx(10e6, rel=EXACT) and found.at == pytest.approx(0.01) and found.rows == 3
+    assert found.mean == pytest.approx(14e6 / 3, rel=EXACT) and found.relative == pytest.approx(14 / 3 / 90, rel=EXACT)
+
+
+def test_departure_in_compression_and_beyond_the_end():
+    target = curve_table.Target(np.array([-0.002, -0.01, -0.03]), np.array([-44e6, -90e6, -95e6]))
+    found = curve_table.departure(plastic(-way((0.02,))), target)
+    assert (found.rows, found.largest) == (2, pytest.approx(-10e6, rel=EXACT)) and found.at == -0.01
+    with pytest.raises(curves.CurveError, match="goes from strain 0 to 0.02 and reaches no row of the target"):
+        curve_table.departure(plastic(way((0.02,))), target)
+
+
+# ---- the command ----
+
+
+def table(*words):
+    return call(tool.main, "table", *words)
+
+
+def test_command_prints_and_writes_all_curves(tmp_path):
+    paths = [write(tmp_path / f"{name}.csv", plastic(sign * way(turns))) for name, sign, turns in
+             (("pull", 1, (0.02,)), ("sweep", 1, (0.02, 0.0)), ("push", -1, (0.02, 0.0)), ("loops", 1, (0.01, -0.01) * 3))]
+    (tmp_path / "target.csv").write_text("0.002,44e6\n0.01,90e6\n", encoding="utf-8")
+    shown = table(*paths[:2], paths[3], "--at", "0.002,0.01", "0.05", "--target", tmp_path / "target.csv", "--csv", tmp_path / "all.csv")
+    assert shown.returncode == 0, shown.stderr
+    lines = shown.stdout.splitlines()
+    assert lines[1].split()[1:] == ["20", "0..0.003", "100", "40", "100", "-", "-", "-", "-", "-"]
+    assert lines[2].split()[1:] == ["20", "0..0.003", "100", "40", "100", "-", "0.02", "0.015", "20", "2.75"]
+    assert lines[3].split()[-2:] == ["2", "2"] and lines[5].startswith("departure from ")
+    assert lines[7].split()[1:] == ["10", "0.01", "7", "7.7778", "2", "of", "2"]
+    with open(tmp_path / "all.csv", encoding="utf-8", newline="") as source:
+        rows = list(csv.DictReader(source))
+    assert [row["curve"] for row in rows] == [str(path) for path in (*paths[:2], paths[3])]
+    assert rows[0]["residual_strain"] == rows[0]["area_1_MJ_per_m3"] == rows[0]["stress_at_0.05_MPa"] == ""
+    assert float(rows[1]["turn_MPa"]) == pytest.approx(100)
+    assert [float(rows[2][f"area_{k}_MJ_per_m3"]) for k in (1, 2)] == pytest.approx([2.0, 2.0]) and rows[1]["area_2_MJ_per_m3"] == ""
+    assert [float(row["departure_mean_percent"]) for row in rows] == pytest.approx(3 * [700 / 90])
+    pushed = table(paths[2])
+    assert pushed.returncode == 0 and pushed.stdout.splitlines()[1].split()[3:6] == ["-100", "-40", "-100"], pushed.stderr
+
+
+def test_the_other_column(tmp_path):
+    path = write(tmp_path / "pull.csv", plastic(way((0.02,))))
+    assert table(path, "--column", "grip").stdout.splitlines()[1].split()[1] == "20.2"
+    assert table(path, "--fit", 0.006, 0.012).stdout.splitlines()[1].split()[2] == "0.006..0.012"
+
+
+BAD = {
+    ("--at", "0.01,x"): "--at: could not convert string to float: 'x'",
+    ("--at", "-0.01"): "--at -0.01: give positive strains",
+    ("--at", "0.01,nan"): "give positive strains",
+    ("--target", "absent.csv"): "absent.csv",
+    ("--target", "empty.csv"): "empty.csv is empty: a target has rows strain,stress",
+    ("--target", "names.csv"): "names.csv: the first line must name a column of strain strain_percent and one of stress stress_Pa",
+    ("--target", "word.csv"): "word.csv holds a damaged line",
+    ("--target", "short.csv"): "short.csv holds a damaged line",
+    ("--target", "head.csv"): "head.csv holds no row",
+    ("--target", "nan.csv"): "nan.csv holds no row, or a number that is not finite",
+    ("--target", "back.csv"): "back.csv: the strains of a target must go one way, each once",
+    ("--target", "far.csv"): "pull.csv: the curve goes from strain 0 to 0.02 and reaches no row of the target",
+    ("--csv", "pull.csv"): "--csv pull.csv would be written over a file that is read",
+    ("--target", "good.csv", "--csv", "good.csv"): "--csv good.csv would be written over a file that is read",
+    ("short_curve.csv",): "short_curve.csv: the curve has too few rows",
+}
+FILES = {"empty.csv": "\n", "names.csv": "a,b\n1,2\n", "word.csv": "0,0\n0.1,x\n", "short.csv": "0,0\n0.1\n", "head.csv": "strain,stress\n",
+         "nan.csv": "0,nan\n", "back.csv": "0,0\n0.1,1\n0.05,1\n", "far.csv": "0.5,1\n", "good.csv": "0.01,1e8\n"}
+
+
+@pytest.mark.parametrize("words", BAD, ids=" ".join)
+def test_misuse_gets_one_line(tmp_path, monkeypatch, words):
+    monkeypatch.chdir(tmp_path)
+    write(tmp_path / "pull.csv", plastic(way((0.02,))))
+    write(tmp_path / "short_curve.csv", plastic(way((0.0005,))))
+    for name, text in FILES.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    failed = table("pull.csv", *words)
+    assert failed.returncode == 1 and failed.stderr.startswith("ERROR: ") and len(failed.stderr.splitlines()) == 1, failed.stderr
+    assert BAD[words] in failed.stderr and failed.stdout == ""
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before

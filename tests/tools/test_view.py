@@ -1,0 +1,406 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""tools/view.py: spheres are where the projection puts them, snapshots and misuse; files for others are read by others."""
+
+import base64
+import os
+import pathlib
+import re
+import subprocess
+import xml.etree.ElementTree as ElementTree
+
+import matplotlib.image
+import numpy as np
+import pytest
+import view as tool
+from evp import columns, dump, run, spheres, view_figure, view_scene
+from in_process import call
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+BODY = REPOSITORY / "tests" / "data" / "reference_500" / "specimen_500.data"
+RED, GREEN, BLUE = np.eye(3)
+WORDS = "id type x y z radius bonds share_second share_lost new_pairs"
+
+
+def show(*words):
+    return call(tool.main, *words)
+
+
+def text_of(names, rows, step=0, head=""):
+    """A snapshot as LAMMPS writes it."""
+    lines = [*head.splitlines(), "ITEM: TIMESTEP", str(step), "ITEM: NUMBER OF ATOMS", str(len(rows)), "ITEM: BOX BOUNDS ss ss ss", *3 * ["-1 1"],
+             f"ITEM: ATOMS {names}", *(" ".join(f"{value:.9g}" for value in row) for row in rows)]
+    return "\n".join(lines) + "\n"
+
+
+def some_spheres(count=20, seed=1):
+    """Rows x y z radius, apart from each other, sizes of 1 to 2 mm in a body of 4 cm."""
+    random = np.random.default_rng(seed)
+    return np.column_stack([random.uniform(-0.02, 0.02, (count, 3)), random.uniform(1e-3, 2e-3, count)])
+
+
+@pytest.fixture
+def one(tmp_path):
+    """A dump of one snapshot, IDs not in order."""
+    rows = [(20 - k, *row, k / 20) for k, row in enumerate(some_spheres())]
+    path = tmp_path / "one.dump"
+    path.write_text(text_of("id x y z radius share_second", rows), encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def pulled(tmp_path_factory):
+    """A folder with pull_frames.dump, by a short run of the traction deck with frames."""
+    folder = tmp_path_factory.mktemp("pulled")
+    variables = {"specimen": BODY, "rate": 100, "strain": 0.005, "out": "pull", "also": run.DECKS / "frames.lmp", "frames": 5}
+    run.output_of(run.deck_command(run.DECKS / "in.traction", variables), folder, "in.traction")
+    return folder
+
+
+# ---- where spheres are ----
+
+
+def shades(*colors):
+    """Colors of a map with these at equal distances."""
+    return np.stack([np.interp(np.linspace(0, 1, spheres.SHADES), np.linspace(0, 1, len(colors)), part) for part in np.array(colors).T], axis=1)
+
+
+def blob(picture, color):
+    """(column, row, pixels) of what has the hue of this color: middle and size."""
+    picture = picture.astype(float)
+    lit = picture.max(axis=2) - picture.min(axis=2) > 20
+    rows, cols = np.nonzero(lit & (picture.argmax(axis=2) == np.argmax(color)))
+    return cols.mean() + 0.5, rows.mean() + 0.5, len(rows)
+
+
+# To the right and up in each view, for a body whose axis is x.
+SIDES = {"front": ("x", "z"), "back": ("-x", "z"), "right": ("y", "z"), "left": ("-y", "z"), "top": ("x", "y"), "bottom": ("x", "-y")}
+PLACES = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1), "-x": (-1, 0, 0), "-y": (0, -1, 0)}
+THREE = np.array([[0.3, 0.1, 0.2], [-0.4, -0.3, 0.1], [0.1, 0.4, -0.5]]), np.array([0.05, 0.08, 0.1])
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-6, 1e3])
+@pytest.mark.parametrize("shift", [0.0, 7.0])
+def test_spheres_are_where_the_projection_puts_them(unit, shift):
+    """Three spheres in all six views, and in a slanted one by the angles of the manual of dump image: middle within 0.7 of a pixel,
+    area within 3 percent; whatever the unit of length, and wherever the body is."""
+    x, radius = unit * (THREE[0] + shift), unit * THREE[1]
+    a, b = np.radians((65.0, -60.0))
+    slanted = np.array([[-np.sin(b), np.cos(b), 0], [-np.cos(a) * np.cos(b), -np.cos(a) * np.sin(b), np.sin(a)]])
+    flat = {name: np.array([PLACES[side] for side in sides], dtype=float) for name, sides in SIDES.items()}
+    flat["iso"] = slanted
+    views = [spheres.VIEWS[name] for name in flat]
+    cameras = spheres.cameras([spheres.extents(x, radius, *angles) for angles in views], views, 400)
+    drawn = spheres.draw(x, radius, np.array([0.0, 0.5, 1.0]), shades(RED, GREEN, BLUE), cameras)
+    for (name, plane), camera, picture in zip(flat.items(), cameras, drawn):
+        assert picture.shape == (camera.height, camera.width, 3) and max(picture.shape) <= 402
+        found = np.array([blob(picture, color) for color in (RED, GREEN, BLUE)])
+        expected = (x - x[0]) @ plane.T / camera.per_pixel * (1, -1)
+        assert found[:, :2] - found[0, :2] == pytest.approx(expected, abs=1.4), name
+        assert found[:, :2] == pytest.approx(camera.pixels(x), abs=0.9), name
+        assert found[:, 2] == pytest.approx(np.pi * (radius / camera.per_pixel) ** 2, rel=0.03), name
+
+
+def test_the_nearer_sphere_hides_the_other():
+    x, radius = np.array([[0.0, -1.0, 0.0], [0.0, 1.0, 0.0]]), np.array([0.5, 0.5])
+    views = [spheres.VIEWS[name] for name in ("front", "back")]
+    cameras = spheres.cameras([spheres.extents(x, radius, *angles) for angles in views], views, 200)
+    front, back = spheres.draw(x, radius, np.array([0.0, 1.0]), shades(RED, BLUE), cameras)
+    for picture, color, other in ((front, 0, 2), (back, 2, 0)):
+        hue = picture[:, :, color].astype(int) - picture[:, :, other]
+        assert np.sum(hue > 20) > 20000 and not np.any(hue < -20)
+
+
+def test_a_long_rod_is_whole_from_its_end():
+    """The camera of LAMMPS would stand inside of it."""
+    x = np.array([[k, 0.0, 0.1 * (k == 100)] for k in range(101)])
+    radius = np.full(101, 0.5)
+    angles = spheres.VIEWS["right"]
+    (camera,) = spheres.cameras([spheres.extents(x, radius, *angles)], [angles], 200)
+    (picture,) = spheres.draw(x, radius, (x[:, 0] == 100).astype(float), shades(RED, BLUE), [camera])
+    assert blob(picture, BLUE)[2] == pytest.approx(np.pi * (0.5 / camera.per_pixel) ** 2, rel=0.05)
+
+
+def test_scale_bar_and_pictures_of_a_figure():
+    """The pictures are in the PNG pixel by pixel; the bar is as long as its text says."""
+    pictures = [[np.full((200, 300, 3), 90, dtype=np.uint8), np.full((120, 300, 3), 150, dtype=np.uint8)]]
+    scale = view_figure.ColorScale(0.0, 1.0, (0.0, 2.0))
+    pixels = view_figure.to_pixels(view_figure.compose(pictures, ["a", "b"], [""], 1e-4, "si", scale))  # 0.1 mm per pixel
+    gray = np.all(pixels == pixels[:, :, :1], axis=2)
+    assert np.sum(gray & (pixels[:, :, 0] == 90)) >= 60000 and np.sum(gray & (pixels[:, :, 0] == 150)) >= 36000
+    line = max((np.all(row < 60, axis=1).sum() for row in pixels[-60:]), default=0)
+    assert view_figure.round_length(0.35 * 300 * 1e-4) == pytest.approx(0.01) and line == pytest.approx(100, abs=2)
+    assert scale.extend == "max"
+
+
+@pytest.mark.parametrize("length, units, text", [(0.02, "si", "20 mm"), (5e-6, "si", "5 um"), (2e3, "si", "2 km"),
+                                                 (2.0, "lj", "2 length units (lj)")])
+def test_text_of_lengths(length, units, text):
+    assert view_figure.length_text(length, units) == text
+
+
+def test_limits_of_the_colors():
+    assert view_figure.limits(0.1, 3.0) == (0.1, 3.0) and view_figure.limits(-1.0, 3.0) == (-3.0, 3.0)
+    assert view_figure.ColorScale(2.0, 2.0, (2.0, 2.0)).share(np.array([2.0])) == [0.5], "all values the same"
+    assert np.array_equal(view_figure.ColorScale(0, 4, (0, 8)).share(np.array([-1.0, 2.0, 8.0])), [0.0, 0.5, 1.0])
+
+
+def test_columns_have_words_and_units():
+    assert [columns.word(f"c_pairs[{k}]") for k in (1, 2, 3, 4, 5)] == [*WORDS.split()[6:], "c_pairs[5]"]
+    assert columns.word("c_stress[1]") == "c_stress[1]" and columns.described("mine").label() == "mine"
+    assert columns.described("plastic_work").label() == "plastic work of each sphere [J]"
+    assert columns.described("plastic_work", "lj").label() == "plastic work of each sphere"
+    assert columns.described("share_second", "lj").factor == 100.0
+
+
+# ---- the command ----
+
+
+def test_picture_of_a_dump(one, tmp_path):
+    """A column colors; what is cut is gone."""
+    pictures = {}
+    for name, words in (("plain", ()), ("cut", ("--cut", "x>0")), ("colored", ("--color", "share_second"))):
+        done = show(one, "--view", "front", "--pixels", 300, "--out", tmp_path / f"{name}.png", *words)
+        assert done.returncode == 0, done.stderr
+        pictures[name] = matplotlib.image.imread(tmp_path / f"{name}.png")[:, :, :3]
+    hues = {name: len(np.unique((picture[picture.std(axis=2) > 0.1] * 8).astype(int), axis=0)) for name, picture in pictures.items()}
+    assert hues["colored"] > 3 * hues["plain"]
+    assert pictures["cut"].shape != pictures["plain"].shape, "what is left fills the picture"
+    x = some_spheres()
+    snapshot = dump.index([one])[0]
+    kept = view_scene.spheres_of(snapshot, cuts=[[view_scene.condition("x>0"), view_scene.condition("z>0")], [view_scene.condition("x<-0.01")]])
+    assert len(kept.x) == np.sum(~((x[:, 0] > 0) & (x[:, 2] > 0)) & (x[:, 0] >= -0.01)) < 20
+
+
+def test_values_stay_with_their_spheres(one):
+    """Rows are sorted by ID; radius and value of each sphere are those of its row."""
+    found = view_scene.spheres_of(dump.index([one])[0], "share_second")
+    expected = some_spheres()[::-1]
+    assert found.x == pytest.approx(expected[:, :3], rel=1e-8) and found.radius == pytest.approx(expected[:, 3], rel=1e-8)
+    assert found.values == pytest.approx(np.arange(19, -1, -1) / 20)
+
+
+def test_frames_of_a_run(pulled, tmp_path):
+    """`frames` and the first, at equal times to the end; names are words; strip, views and film take as many as they are told."""
+    series = dump.index([pulled / "pull_frames.dump"])
+    assert [s.time for s in series] == pytest.approx(5e-5 * np.arange(6) / 5, abs=1e-7)
+    assert all(s.names == tuple(WORDS.split()) and s.units == "si" and s.count == 500 for s in series)
+    assert [s.time for s in view_scene.evenly(series, 3)] == [series[k].time for k in (0, 2, 5)] and view_scene.evenly(series, 1) == series[-1:]
+    for words in (("--strip", 3), ("--frames", "all", "--view", "front", "right", "--cut", "y<0")):
+        done = show(pulled / "pull_frames.dump", "--color", "share_second", *words, "--pixels", 120, "--out", tmp_path / "strip.png")
+        assert done.returncode == 0 and done.stdout.split() == [str(tmp_path / "strip.png")], done.stderr
+    strip = matplotlib.image.imread(tmp_path / "strip.png")
+    assert strip.shape[0] > 6 * 100, "six rows"
+    done = show(pulled / "pull_frames.dump", "--film", tmp_path / "film.gif", "--pixels", 120, "--frames", 4)
+    assert done.returncode == 0, done.stderr
+    from PIL import Image
+
+    with Image.open(tmp_path / "film.gif") as film:
+        assert film.n_frames == 4 and film.info["duration"] == 100
+        first = np.asarray(film.convert("RGB")).astype(int)
+        film.seek(3)
+        assert np.abs(np.asarray(film.convert("RGB")).astype(int) - first).max() > 50, "it moves"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["film.gif", "strip.png"]
+
+
+def test_film_by_ffmpeg(one, tmp_path, monkeypatch):
+    """ffmpeg gets every picture, in the size that it is told, and the name of its own kind of file; its complaint is passed on."""
+    program = tmp_path / "bin" / "ffmpeg"
+    program.parent.mkdir()
+    program.write_text('#!/bin/sh\nfor last; do :; done\necho "$@" >"$last"\nwc -c >>"$last"\n', encoding="utf-8")
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{program.parent}:{os.environ['PATH']}")
+    done = show(one, one, "--film", tmp_path / "film.mp4", "--pixels", 150, "--rate", 5)
+    assert done.returncode == 0, done.stderr
+    words, size = (tmp_path / "film.mp4").read_text().splitlines()
+    width, height = (int(word) for word in words.split()[words.split().index("-s") + 1].split("x"))
+    assert int(size) == 2 * 3 * width * height and "-r 5 " in words and "-f mp4" in words
+    program.write_text("#!/bin/sh\ncat >/dev/null\necho no such codec\nexit 1\n", encoding="utf-8")
+    assert "ffmpeg failed: no such codec" in refused(tmp_path, one, "--film", tmp_path / "other.mkv", "--pixels", 150)
+
+
+def test_frames_of_a_way_there_and_back(tmp_path):
+    """in.cyclic runs longer than strain/rate: `duration` says how long; a choice that is none is refused."""
+    variables = {"specimen": BODY, "rate": 100, "strain": 0.002, "out": "back", "also": run.DECKS / "frames.lmp", "frames": 4, "duration": 4e-5}
+    run.output_of(run.deck_command(run.DECKS / "in.cyclic", variables), tmp_path, "in.cyclic")
+    assert [s.time for s in dump.index([tmp_path / "back_frames.dump"])] == pytest.approx([0, 1e-5, 2e-5, 3e-5, 4e-5], abs=1e-7)
+    for name, value in (("frames", 0), ("duration", -1)):
+        with pytest.raises(run.RunError, match="ERROR: frames must be 1 or more and duration positive, got .*" + str(value)):
+            run.output_of(run.deck_command(run.DECKS / "in.cyclic", {**variables, name: value}), tmp_path, "in.cyclic")
+
+
+def test_several_dumps_are_beside_each_other(pulled, one, tmp_path):
+    done = show(pulled / "pull_frames.dump", one, "--out", tmp_path / "two.png", "--pixels", 200)
+    assert done.returncode == 0, done.stderr
+    single = show(one, "--out", tmp_path / "one.png", "--pixels", 200)
+    assert single.returncode == 0 and matplotlib.image.imread(tmp_path / "two.png").shape[1] > matplotlib.image.imread(tmp_path / "one.png").shape[1]
+    assert tool.names_of(dump.index([one]), dump.index([pulled / "pull_frames.dump", one])) == ["one, step 0"]
+
+
+def test_dumps_without_radius_and_in_other_units(tmp_path):
+    rows = [(k + 1, *row[:3]) for k, row in enumerate(some_spheres())]
+    path = tmp_path / "lj.dump"
+    path.write_text(text_of("id xu yu zu", rows, head="ITEM: UNITS\nlj") + text_of("id xu yu zu", rows, step=5), encoding="utf-8")
+    assert [s.units for s in dump.index([path])] == ["lj", "lj"], "LAMMPS writes them once"
+    assert show(path, "--radius", 0.002, "--out", tmp_path / "lj.png", "--pixels", 200).returncode == 0
+    snapshot = dump.index([path])[1]
+    found = view_scene.spheres_of(snapshot, radius=0.002)
+    assert np.all(found.radius == 0.002) and found.x == pytest.approx(some_spheres()[:, :3], rel=1e-8)
+
+
+# ---- for others ----
+
+
+def read_vtu(path):
+    """(points, {name: array}) by a second reading of the format: base64 of a count of bytes and the bytes."""
+    kinds = {"Float64": "<f8", "Int64": "<i8", "UInt8": "u1"}
+    root = ElementTree.parse(path).getroot()
+    assert root.attrib["type"] == "UnstructuredGrid" and root.attrib["header_type"] == "UInt64"
+    arrays = {}
+    for element in root.iter("DataArray"):
+        content = base64.b64decode(element.text)
+        assert int.from_bytes(content[:8], "little") == len(content) - 8
+        values = np.frombuffer(content[8:], dtype=kinds[element.attrib["type"]])
+        arrays[element.attrib["Name"]] = values.reshape(-1, int(element.attrib.get("NumberOfComponents", 1))).squeeze()
+    piece = next(root.iter("Piece"))
+    assert int(piece.attrib["NumberOfPoints"]) == int(piece.attrib["NumberOfCells"]) == len(arrays["Points"])
+    assert np.array_equal(arrays.pop("connectivity"), np.arange(len(arrays["Points"]))) and np.all(arrays.pop("types") == 1)
+    assert np.array_equal(arrays.pop("offsets"), 1 + np.arange(len(arrays["Points"])))
+    return arrays.pop("Points"), arrays
+
+
+def test_vtk_holds_the_numbers_of_the_dump(pulled, tmp_path):
+    done = show(pulled / "pull_frames.dump", "--vtk", tmp_path / "vtk" / "pull")
+    assert done.returncode == 0, done.stderr
+    sets = list(ElementTree.parse(tmp_path / "vtk" / "pull.pvd").getroot().iter("DataSet"))
+    series = dump.index([pulled / "pull_frames.dump"])
+    assert [float(one.attrib["timestep"]) for one in sets] == [s.time for s in series] and not (tmp_path / "view.png").exists()
+    assert sorted(path.name for path in (tmp_path / "vtk").iterdir()) == sorted(["pull.pvd", *(one.attrib["file"] for one in sets)])
+    for one, snapshot in zip(sets, series):
+        points, arrays = read_vtu(tmp_path / "vtk" / one.attrib["file"])
+        lines = snapshot.path.read_bytes()[snapshot.start : snapshot.end].split(b"\n")[:-1]
+        table = np.array([line.split() for line in lines], dtype=float)  # this dump is sorted by ID
+        assert list(arrays) == WORDS.split() and arrays["id"].dtype == np.int64
+        assert all(np.array_equal(arrays[name], table[:, k]) for k, name in enumerate(WORDS.split()))
+        assert np.array_equal(points, table[:, 2:5])
+
+
+def test_vectors_and_names_in_vtk(tmp_path):
+    names = "id x y z radius vx vy vz c_stress[1]"
+    (tmp_path / "v.dump").write_text(text_of(names, [(2, 0, 0, 1, 0.5, 1, 2, 3, 7), (1, 1, 0, 0, 0.5, 4, 5, 6, 8)]), encoding="utf-8")
+    assert show(tmp_path / "v.dump", "--vtk", tmp_path / "v.vtu").returncode == 0
+    _, arrays = read_vtu(tmp_path / "v_0.vtu")
+    assert np.array_equal(arrays["velocity"], [[4, 5, 6], [1, 2, 3]]) and np.array_equal(arrays["c_stress_1"], [8, 7])
+
+
+def test_frames_are_read_by_another_library(pulled):
+    """ASE reads the dump as OVITO does, by the names of its columns: as many snapshots, atoms, places and types."""
+    from ase.io import read
+
+    path = pulled / "pull_frames.dump"
+    series = dump.index([path])
+    found = read(path, index=":", format="lammps-dump-text")
+    assert len(found) == len(series) == 6
+    for atoms, snapshot in zip(found, series):
+        columns_read = snapshot.read()
+        assert atoms.positions == pytest.approx(view_scene.places(columns_read, snapshot), abs=0.0)
+        assert np.array_equal(atoms.numbers, columns_read["type"])
+
+
+# ---- misuse ----
+
+ROWS = "id x y z radius"
+GOOD = text_of(ROWS, [(1, 0, 0, 0, 0.5), (2, 1, 0, 0, 0.5)])
+BAD_DUMPS = {
+    "empty": ("", "is empty: no snapshot has been written"),
+    "binary": ("ITEM:\0\1\2", "is no text dump of LAMMPS"),
+    "other": ("strain,stress\n0,0\n", "is no text dump of LAMMPS: its first line is not 'ITEM: ...'"),
+    "cut in a row": (GOOD + GOOD[:-8], "ends in the middle of a snapshot, after that of step 0.*--unfinished"),
+    "cut in the head": (GOOD + "ITEM: TIMESTEP\n9\nITEM: NUMB", "ends in the middle of a snapshot, after that of step 0"),
+    "cut in the bounds": (GOOD + "ITEM: TIMESTEP\n9\nITEM: NUMBER OF ATOMS\n2\nITEM: BOX BOUNDS ss ss ss\n0 1\n0", "ends in the middle"),
+    "cut at once": (GOOD[:-8], "ends before its first whole snapshot"),
+    "rows missing": (GOOD.replace("ATOMS\n2", "ATOMS\n3") + GOOD, "is no dump of LAMMPS|ends"),
+    "pairs": (GOOD.replace("NUMBER OF ATOMS", "NUMBER OF ENTRIES").replace("ITEM: ATOMS", "ITEM: ENTRIES"), r"dump of pairs \(dump local\)"),
+    "short row": (GOOD.replace("2 1 0 0 0.5", "2 1 0 0"), "a row has not 5 words"),
+    "no count": ("ITEM: TIMESTEP\n0\nITEM: ATOMS id x\n", "lacks TIMESTEP, NUMBER OF ATOMS"),
+    "no atoms": (text_of(ROWS, []), "has no atoms"),
+    "no radius": (text_of("id x y z mass", [(1, 0, 0, 0, 1)]), "has no column radius; it has id x y z mass: add radius .* --radius"),
+    "no place": (text_of("id xs ys zs radius", [(1, 0, 0, 0, 1)]), "has no column x; it has id xs ys zs radius"),
+    "not finite": (GOOD.replace("2 1 0", "2 nan 0"), "position or radius that is not finite"),
+    "no size": (GOOD.replace("0 0.5", "0 0"), "radius that is not positive: 0"),
+}
+
+
+def refused(folder, *words):
+    """The message of a refusal, which left the folder as it was."""
+    before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    failed = show(*words)
+    assert failed.returncode == 1 and failed.stderr.startswith("view.py: error: ") and len(failed.stderr.splitlines()) == 1, failed.stderr
+    assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == before
+    return failed.stderr
+
+
+@pytest.mark.parametrize("name", BAD_DUMPS)
+@pytest.mark.parametrize("output", [("--out", "a.png"), ("--vtk", "a"), ("--film", "a.gif")], ids=lambda words: words[0])
+def test_bad_dumps_are_refused_by_name(tmp_path, monkeypatch, name, output):
+    monkeypatch.chdir(tmp_path)
+    text, rule = BAD_DUMPS[name]
+    (tmp_path / "bad.dump").write_text(text, encoding="utf-8")
+    (tmp_path / "good.dump").write_text(GOOD, encoding="utf-8")
+    message = refused(tmp_path, "good.dump", "bad.dump", *output, *(() if output[0] == "--vtk" else ("--frames", "all")))
+    assert "bad.dump" in message and re.search(rule, message), message
+
+
+BAD_CHOICES = {
+    ("--color", "heat"): "one.dump, step 0 has no column heat; it has id x y z radius share_second",
+    ("--cut", "w>0"): "one.dump, step 0 has no column w; it has",
+    ("--cut", "y=0"): "--cut 'y=0' is no condition: give COLUMN>NUMBER or COLUMN<NUMBER",
+    ("--cut", "y>-9"): "--cut leaves no sphere",
+    ("--view", "above"): "--view above: give iso front back right left top bottom, or THETA,PHI",
+    ("--view", "190,0"): "--view 190,0: give",
+    ("--frames", "0"): "--frames 0: give all, last, or a positive number",
+    ("--frames", "few"): "--frames few: give",
+    ("--range", "1", "0", "--color", "share_second"): "--range 1 0: the first must be less",
+    ("--range", "0", "1"): "--range needs --color",
+    ("--map", "rainbows", "--color", "x"): "--map rainbows: no color map of matplotlib",
+    ("--out", "one.dump"): "--out one.dump: the name of a picture ends in .png",
+    ("--film", "one.avi"): "--film one.avi: the name of a film ends in .gif",
+    ("--pixels", "9"): "--pixels 9: give 100 to 6000",
+    ("--radius", "0"): "--radius 0: give a positive number",
+    ("--strip", "0"): "--strip 0: give a positive number",
+}
+
+
+@pytest.mark.parametrize("words", BAD_CHOICES, ids=" ".join)
+def test_bad_choices_are_refused(one, tmp_path, monkeypatch, words):
+    monkeypatch.chdir(tmp_path)
+    assert BAD_CHOICES[words] in refused(tmp_path, "one.dump", *words)
+
+
+def test_missing_programs_and_files_are_named(one, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert "absent.dump" in refused(tmp_path, "absent.dump")
+    monkeypatch.setattr(view_figure.shutil, "which", lambda name: None)
+    assert "needs the program ffmpeg, which is not here; a name that ends in .gif does not" in refused(tmp_path, "one.dump", "--film", "a.mp4")
+    monkeypatch.undo()
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("EVP_LMP", "/no/such/lmp")
+    assert "no program /no/such/lmp: run tools/setup.sh first, or set EVP_LMP" in refused(tmp_path, "one.dump")
+
+
+def test_errors_of_lammps_are_passed_on(one, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(spheres, "_script", lambda *_: "no_such_command\n")
+    assert "LAMMPS could not draw the spheres: ERROR: Unknown command: no_such_command" in refused(tmp_path, "one.dump")
+
+
+def test_a_run_that_goes_on(tmp_path, monkeypatch):
+    """--unfinished takes what is whole."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "run.dump").write_text(GOOD + GOOD.replace("STEP\n0", "STEP\n5") + GOOD[:-5], encoding="utf-8")
+    assert "after that of step 5" in refused(tmp_path, "run.dump")
+    assert show("run.dump", "--unfinished", "--vtk", "whole").stdout.strip() == "whole.pvd: 2 snapshots"
+
+
+def test_started_by_its_own_name(one, tmp_path):
+    done = subprocess.run([REPOSITORY / "tools" / "view.py", one.name, "--pixels", "150"], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0 and done.stdout == "view.png\n" and (tmp_path / "view.png").is_file(), done.stderr

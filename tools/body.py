@@ -1,0 +1,66 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
+"""A body of your own part: packs spheres into a closed surface of a CAD program (STL), for in.traction and the other decks.
+
+    tools/body.py part.stl --n 2000 --unit mm --axis z --out part.data
+
+Writes the data file --out (atom_style sphere, SI) with the part's axis along x from x = 0, and beside it OUT.body, from which the
+decks take length, cross-section at mid-length, volume and density. Prints the part's measures and how smooth its surface came out.
+The spheres are packed by lammps_inputs/in.specimen between frozen points of the surface. EVP_LMP: the lmp to run.
+Needs Open3D: apt-get install python3-open3d (Debian), or pip install open3d. No other tool does.
+"""
+
+import pathlib
+import sys
+
+import evp  # noqa: F401  before numpy
+import numpy as np
+from evp.part import AXES, guessed_radius, pack, placed
+from evp.report import command_line, errors_in_one_line
+from evp.stl import read_stl
+from evp.surface import closed_surface
+
+UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "in": 0.0254}
+USUAL = 1e-4, 10.0  # [m] longest extent of a part: beyond it the unit is asked about
+
+
+def extents_in_words(extents):
+    return " x ".join(f"{value:.4g}" for value in extents) + " m"
+
+
+def main(arguments=None):
+    parser = command_line(__doc__)
+    parser.add_argument("part", type=pathlib.Path, metavar="PART.stl", help="closed surface, ASCII or binary STL")
+    parser.add_argument("--n", type=int, required=True, help="number of spheres, 50 or more")
+    parser.add_argument("--out", type=pathlib.Path, required=True, metavar="FILE", help="data file to write; FILE.body is written beside it")
+    parser.add_argument("--unit", choices=UNITS, default="mm", help="of the file: STL holds none (%(default)s)")
+    parser.add_argument("--axis", choices=AXES, default="x", help="of the file: where the part is to be pulled along (%(default)s)")
+    parser.add_argument("--seed", type=int, default=1, help="of the random starting points (%(default)s)")
+    parser.add_argument("--density", type=float, default=2700.0, help="of the solid [kg/m3]: that of the spheres in FILE, as in.specimen has it (%(default)g)")
+    options = parser.parse_args(arguments)
+    if options.n < 50:
+        parser.error(f"--n must be 50 at least, got {options.n}: fewer spheres are no packing")
+    if options.seed < 1:
+        parser.error(f"--seed must be a positive integer, got {options.seed}")
+    if not options.density > 0.0:
+        parser.error(f"--density must be positive, got {options.density:g}")
+    if not options.out.absolute().parent.is_dir():
+        parser.error(f"--out {options.out}: there is no folder {options.out.absolute().parent}")
+    with errors_in_one_line("body.py"):
+        soup = placed(read_stl(options.part), options.axis, UNITS[options.unit])
+        extents = np.ptp(soup.reshape(-1, 3), axis=0)
+        if not USUAL[0] <= extents.max() <= USUAL[1]:
+            print(f"WARNING: with --unit {options.unit} the part is {extents_in_words(extents)}: is that its unit?", file=sys.stderr)
+        surface = closed_surface(soup, str(options.part))
+        print(f"{options.part}: {len(surface.triangles)} triangles, {extents_in_words(surface.extents)}, volume {surface.volume():.5g} m3, "
+              f"cross-section at mid-length {surface.section_area(0.5 * surface.extents[0]):.5g} m2")
+        print(f"{options.n} spheres of a diameter of about {2 * guessed_radius(surface.volume(), options.n):.3g} m", flush=True)
+        packing, smooth = pack(surface, options.n, options.seed, options.density, options.out)
+        filled = np.sum(4.0 / 3.0 * np.pi * packing.radius**3) / surface.volume()
+        print(f"solid fraction {filled:.4f}; {smooth.touching} spheres touch the surface, {100 * smooth.rms:.2f} % of a radius off it (rms), "
+              f"from {100 * smooth.lowest:.1f} to {100 * smooth.highest:.1f} %")
+        print(f"written: {options.out} and {options.out}.body")
+
+
+if __name__ == "__main__":
+    main()

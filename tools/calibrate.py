@@ -1,0 +1,176 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
+"""The row of a material from its E, 0.2 % yield stress and the stress at a second strain, appended to a potential file.
+
+  calibrate.py --E 70e9 --yield 95e6 --stress2 150e6@0.05 --density 2700 --name mine --out mine.evp
+  calibrate.py ... --nu 0.33                       and Poisson's ratio, by fix evp/volume (kv in the row)
+  calibrate.py ... --rate 5e6@100                  and an over-stress of 5 MPa at 100/s, by damping (gamma in the row)
+
+SI units. Stresses and strains are nominal (force over the first cross-section), as the decks report them; a true stress s at a
+true strain e is s exp(-e) at exp(e) - 1 in tension. --yield is the 0.2 % offset yield stress. A negative strain of --stress2
+means that yield and second stress are those of a compression; stresses stay positive. The over-stress is the mean over the flow
+between about 1.2 and 2.5 times the strain at yield. It is linear in the rate; --rate twice, within a decade, takes a mean.
+
+A packing is made, then pulled without a rate until every target is met, in at most 8 runs. Beside FILE stay FILE.NAME.jsonl, the run
+table, and FILE.NAME.png with its CSV: targets and curve. A calibration that was interrupted or killed goes on where it was with the
+same command; a run that fails is repeated with smaller increments. Use the row with *contact repulsive*, as it was found.
+EVP_LMP, EVP_MPIRUN as for the tests.
+"""
+
+import datetime
+import pathlib
+import shlex
+import shutil
+import signal
+import sys
+
+import evp  # noqa: F401  before numpy
+from evp import calibration, calibration_figure, calibration_row
+from evp import calibration_runs as runs
+from evp.calibration_table import Table
+from evp.calibration_targets import Refused, Targets, check, check_file, check_name, parse_at
+from evp.report import command_line
+from evp.run import RunError, lammps_command
+
+
+def parser():
+    """The command line."""
+    top = command_line(__doc__)
+    top.prog = "calibrate.py"
+    top.add_argument("--E", type=float, required=True, help="Young's modulus [Pa]")
+    top.add_argument("--yield", dest="yield_stress", type=float, required=True, help="0.2 %% offset yield stress, nominal [Pa]")
+    top.add_argument("--stress2", required=True, metavar="STRESS@STRAIN",
+                     help="nominal stress [Pa] at a nominal strain beyond yield; negative strain: compression")
+    top.add_argument("--nu", type=float, help="Poisson's ratio, 0.25 to 0.42 (default: that of the network, about 0.27)")
+    top.add_argument("--rate", action="append", default=[], metavar="OVERSTRESS@RATE",
+                     help="stress above the rate-independent one [Pa] at a strain rate [1/s]")
+    top.add_argument("--density", type=float, required=True, help="of the solid [kg/m3]")
+    top.add_argument("--name", required=True, help="of the row")
+    top.add_argument("--out", type=pathlib.Path, required=True, metavar="FILE", help="potential file to append to; made where there is none")
+    top.add_argument("--spheres", type=int, default=2000, metavar="N", help="of the body (default 2000)")
+    top.add_argument("--seed", type=int, default=1, help="of the body (default 1)")
+    top.add_argument("--ranks", type=int, default=2, help="MPI ranks of each run (default 2)")
+    top.add_argument("--within", type=float, default=0.005, help="every target is met within this, at best; 0.01 at worst (default 0.005)")
+    top.add_argument("--timeout", type=float, default=900.0, help="seconds after which a run has failed (default 900)")
+    top.add_argument("--table", type=pathlib.Path, metavar="FILE", help="the run table (default: OUT.NAME.jsonl)")
+    top.add_argument("--source", default="", help="where the targets are from: a comment above the row")
+    top.add_argument("--fresh", action="store_true", help="forget the runs of the table")
+    return top
+
+
+def targets_of(options):
+    """Targets of the command line; Refused where the law cannot give them."""
+    stress2, strain = parse_at(options.stress2, "--stress2", "+-")
+    rates = tuple(parse_at(word, "--rate") for word in options.rate)
+    targets = Targets(options.E, options.yield_stress, stress2, strain, options.density, options.nu, rates)
+    check(targets)
+    return targets
+
+
+def check_options(options):
+    """Refused where an option has no meaning."""
+    if options.spheres < 100:
+        raise Refused(f"--spheres must be 100 at least, got {options.spheres}")
+    if options.seed < 1 or options.ranks < 1:
+        raise Refused("--seed and --ranks must be positive")
+    if not 0.0 < options.within <= calibration.WITHIN:
+        raise Refused(f"--within must lie between 0 and {calibration.WITHIN:g}, got {options.within:g}")
+    if not options.timeout > 0.0:
+        raise Refused("--timeout must be positive")
+
+
+def comments(options, targets, result, over, words):
+    """Comment lines above the row."""
+    names = {"E": ("E", targets.modulus, "Pa"), "yield": ("0.2 % yield", targets.yield_stress, "Pa"),
+             "stress2": (f"stress at {targets.strain:g}", targets.stress2, "Pa"), "nu": ("nu", targets.nu, "")}
+    aims = "; ".join(f"{label} {value:.6g} {unit}".rstrip() + f" ({100.0 * result.residuals[key]:+.2f} %)"
+                     for key, (label, value, unit) in names.items() if key in result.residuals)
+    lines = ["", f"# {options.name}: targets, nominal, and what the row gives beside them: {aims}"]
+    for stress, rate in targets.rates:
+        lines.append(f"#   over-stress {stress:.6g} Pa at {rate:g}/s ({100.0 * (over * rate / stress - 1.0):+.2f} %)")
+    if options.source:
+        lines.append(f"#   source: {' '.join(options.source.split())}")
+    lines.append(f"#   DATE: {datetime.date.today().isoformat()}, {result.runs} runs of in.quasistatic, contact {runs.CONTACT}, "
+                 f"{options.spheres} spheres, seed {options.seed}, {options.ranks} ranks")
+    lines.append("#   by: calibrate.py " + " ".join(map(shlex.quote, shown_words(words))))
+    return lines
+
+
+def shown_words(words):
+    """The words of the command, files without their folders; the source has a line of its own."""
+    shown, leave = [], False
+    for word in words:
+        if leave or word == "--source" or word.startswith("--source="):
+            leave = word == "--source"
+        else:
+            shown.append(pathlib.PurePath(word).name if "/" in word and not word.startswith("-") else word)
+    return shown
+
+
+def calibrate(options, words):
+    """Make the row; returns its line."""
+    check_options(options)
+    check_name(options.name)
+    targets = targets_of(options)
+    out = options.out.absolute()
+    check_file(out, options.name)
+    lammps_command(options.ranks)  # stops here where there is no lmp
+    table_path = (options.table or out.with_name(f"{out.stem}.{options.name}.jsonl")).absolute()
+    work = table_path.with_suffix(".work")
+    if options.fresh:
+        table_path.unlink(missing_ok=True)
+        shutil.rmtree(work, ignore_errors=True)
+    inputs = {**targets._asdict(), "spheres": options.spheres, "seed": options.seed, "ranks": options.ranks, "within": options.within}
+    table = Table(table_path, inputs)
+    try:
+        if table.runs:
+            print(f"going on after {len(table.runs)} runs of {table_path}", flush=True)
+        work.mkdir(exist_ok=True)
+        body = runs.make_body(work, options.spheres, options.seed, targets.density, options.timeout)
+        search = calibration.Search(targets, body, table, options.ranks, work, options.timeout, options.within,
+                                    lambda text: print(text, flush=True))
+        result = search.pull()
+        over = 0.0
+        row = result.row
+        if targets.rates:
+            gamma, over = search.gamma(result)
+            row = row._replace(gamma=gamma)
+        line = calibration_row.row_line(options.name, row, body.spacing, body.coordination, result.kv, targets.density)
+        picture = calibration_figure.draw(options.name, targets, result.curve, out.with_name(f"{out.stem}.{options.name}.png"))
+        check_file(out, options.name)
+        calibration_row.append(out, comments(options, targets, result, over, words) + [line])
+    except Refused:
+        shutil.rmtree(work, ignore_errors=True)
+        if not table.runs:
+            table_path.unlink()
+        raise
+    finally:
+        table.close()
+    shutil.rmtree(work, ignore_errors=True)
+    print(f"{line}\nappended to {options.out}; runs in {table_path.name}, picture {picture.name}")
+    return line
+
+
+def stop(*_):
+    """A request to end is an interrupt: runs are ended, finished ones kept."""
+    raise KeyboardInterrupt
+
+
+def main(words=None):
+    """0, or 1 after a message; 130 when interrupted."""
+    words = list(sys.argv[1:] if words is None else words)
+    options = parser().parse_args(words)
+    signal.signal(signal.SIGTERM, stop)
+    try:
+        calibrate(options, words)
+    except (Refused, RunError, runs.Failed, OSError, ValueError) as error:
+        print(f"calibrate.py: error: {error}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("calibrate.py: interrupted; finished runs are kept, the same command goes on", file=sys.stderr)
+        return 130
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

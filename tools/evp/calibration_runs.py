@@ -1,0 +1,236 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""The body and the runs of a calibration: in.specimen, in.quasistatic in three legs, in.traction for the over-stress.
+
+Each attempt works in a folder of its own, so that a process left behind by a killed calibration writes into nothing that is used.
+"""
+
+import math
+import os
+import pathlib
+import shutil
+import subprocess
+import tempfile
+import time
+from typing import NamedTuple
+
+import numpy as np
+
+from . import calibration_affine as affine
+from . import curves, specimen
+from .progress import Progress
+from .run import DECKS, RunError, deck_command, environment, lammps_error, last_strain
+
+LENGTH, RADIUS = 0.05, 0.02  # of the cylinder [m]
+CONTACT = "repulsive"  # new pairs that attract at once tear a body apart that hardens little
+ELASTIC = 0.4  # of xi_s: strain of the first leg, whose end gives Poisson's ratio
+YIELDED = 1.3  # of the strain at the offset yield stress: end of the second leg
+POLL = 0.05  # [s]
+
+
+class Body(NamedTuple):
+    """A packing in the default cylinder and what its bonds are."""
+
+    path: pathlib.Path
+    count: int
+    bonds: int
+    spacing: float  # mean deq [m]
+    square: float  # mean deq^2 [m2]
+
+    @property
+    def coordination(self):
+        return 2.0 * self.bonds / self.count
+
+    @property
+    def volume(self):
+        """[m3]"""
+        return math.pi * RADIUS**2 * LENGTH
+
+
+class Failed(RuntimeError):
+    """A run that gave no curve; the text says why."""
+
+
+def measure(path):
+    """The Body of a data file."""
+    read = specimen.read_data(path)
+    pairs, _ = specimen.pairs_within(read, affine.ALPHA)
+    lengths = np.linalg.norm(read.x[pairs[:, 0]] - read.x[pairs[:, 1]], axis=1)
+    return Body(pathlib.Path(path).absolute(), len(read.ids), len(pairs), float(lengths.mean()), float(np.mean(lengths**2)))
+
+
+def make_body(folder, count, seed, density, timeout):
+    """The Body of in.specimen, kept in the folder; made on one rank, as another number of ranks gives another packing. density: of the solid."""
+    path = pathlib.Path(folder) / f"body_{count}_{seed}.data"
+    for attempt in range(2):
+        if path.exists():
+            break
+        with attempt_folder(folder, "body") as work:
+            try:
+                call("in.specimen", {"n": count, "seed": seed, "density": f"{density:.9g}", "out": "body.data"}, 1, work, timeout,
+                     f"packing of {count} spheres")
+            except Failed:
+                if attempt == 0:
+                    continue
+                raise
+            measures = work / "body.data.body"
+            if measures.exists():
+                os.replace(measures, path.with_name(path.name + ".body"))
+            os.replace(work / "body.data", path)
+    return measure(path)
+
+
+class attempt_folder:
+    """A folder of its own for one attempt, gone afterwards."""
+
+    def __init__(self, folder, name):
+        self.path = pathlib.Path(tempfile.mkdtemp(dir=folder, prefix=f"{name}_"))
+
+    def __enter__(self):
+        return self.path
+
+    def __exit__(self, *_):
+        shutil.rmtree(self.path, ignore_errors=True)
+
+
+def call(deck, variables, ranks, folder, deadline, title, share=None):
+    """Run a deck in a folder; Failed where it ends badly or lasts beyond `deadline` seconds from now.
+
+    share: a function that gives 0..1 while it runs.
+    """
+    log = pathlib.Path(folder) / "log"
+    begin = time.monotonic()
+    with open(log, "w", encoding="utf-8") as output:
+        try:
+            process = subprocess.Popen(deck_command(DECKS / deck, variables, ranks), cwd=folder, env=environment(), stdin=subprocess.DEVNULL,
+                                       stdout=output, stderr=subprocess.STDOUT)
+        except OSError as error:
+            raise RunError(f"cannot start {deck}: {error}") from error
+    try:
+        with Quiet(title) as progress:
+            while process.poll() is None:
+                if time.monotonic() - begin > deadline:
+                    raise Failed(f"timed out after {deadline:.0f} s")
+                if share is not None:
+                    progress.show(share(), title)
+                time.sleep(POLL)
+    finally:
+        if process.poll() is None:
+            process.terminate()
+            try:
+                process.wait(5.0)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+    if process.returncode:
+        raise Failed(f"{deck} failed: {lammps_error(log)[:300]}")
+
+
+class Quiet(Progress):
+    """Progress whose end is not told: the line of the run's results follows."""
+
+    def __init__(self, title):
+        super().__init__("", 1.0, interval=5.0)
+
+    def __exit__(self, kind, value, trace):
+        super().__exit__(KeyboardInterrupt, value, trace)
+
+
+def legs(xi_s, targets, finer):
+    """[(strain at the end, strain per increment)] of a pull; finer: 1, or less for shorter increments."""
+    sign = math.copysign(1.0, targets.strain)
+    elastic = ELASTIC * xi_s
+    yielded = YIELDED * (targets.yield_strain + affine.YIELD_OFFSET)
+    last = max(abs(targets.strain), yielded)
+    fine, coarse = min(xi_s / 6.0, 3e-4), min(2e-3, abs(targets.strain) / 20.0)
+    ends = [(elastic, elastic / 4.0), (yielded, fine)] + ([(last, coarse)] if last > yielded * 1.0001 else [])
+    return [(sign * end, finer * size) for end, size in ends]
+
+
+def coefficients(row):
+    """A row as -var coeff takes it."""
+    return " ".join(f"{value:.9g}" for value in row)
+
+
+def typed(row, kv):
+    """What in.quasistatic is told of a row that holds for the body as it is."""
+    return {"coeff": coefficients(row), "scale": "no", "kv": f"{kv:.9g}"}
+
+
+def pull(body, row, kv, targets, finer, ranks, folder, timeout, title):
+    """(found, curve) of a quasi-static run of a row on its body, as of pull_material."""
+    return pull_material(body, typed(row, kv), row.xi_s, targets, finer, ranks, folder, timeout, title)
+
+
+def pull_material(body, material, xi_s, targets, finer, ranks, folder, timeout, title):
+    """(found, curve) of a quasi-static run: E, yield, stress2 [Pa], nu; strain and stress [Pa] as sizes. Failed, with the reason.
+
+    material: the deck's variables that choose it.
+    """
+    ends = legs(xi_s, targets, finer)
+    done, begin = 0, time.monotonic()
+    with attempt_folder(folder, "pull") as work:
+        for number, (end, increment) in enumerate(ends):
+            variables = {"specimen": body.path, **material, "contact": CONTACT, "strain": f"{end:.9g}", "increment": f"{increment:.9g}",
+                         "restart": 1000000, "resume": done, "out": "pull"}
+            left = timeout - (time.monotonic() - begin)
+            call("in.quasistatic", variables, ranks, work, left, title, lambda: last_share(work / "pull.csv", ends[-1][0]))
+            done = max(int(path.name.split(".")[1]) for path in work.glob("pull.*.restart"))
+            if number == 0:
+                state = read_dump(work / "pull_state.dump")
+        strain, stress = read_curve(work / "pull.csv")
+    try:
+        modulus = curves.modulus(strain, stress)
+        offset = curves.yield_stress(strain, stress, modulus)
+    except curves.CurveError as error:
+        raise Failed(str(error)) from error
+    if not math.isfinite(offset):
+        raise Failed("the curve does not meet the line of the 0.2 % offset")
+    axial, lateral = specimen.middle_strains(specimen.read_data(body.path), state, LENGTH)
+    found = {"E": modulus, "yield": offset, "stress2": float(np.interp(abs(targets.strain), strain, stress)), "nu": float(-lateral / axial)}
+    return found, (strain, stress)
+
+
+def last_share(path, end):
+    """Share of a pull done, from its growing CSV."""
+    return min(1.0, abs(last_strain(path) / end))
+
+
+def read_curve(path):
+    """(strain, stress through the cross-sections [Pa]) of a pull or push, both as sizes; Failed where a number is not finite."""
+    try:
+        curve = curves.read_curve(path, "virial")
+    except (curves.CurveError, OSError) as error:
+        raise Failed(str(error)) from error
+    sign = math.copysign(1.0, curve.strain[-1])
+    return sign * curve.strain, sign * curve.virial
+
+
+def read_dump(path):
+    """Positions (N,3) by ID of a dump with the columns id x y z."""
+    with open(path, encoding="utf-8") as source:
+        lines = source.read().splitlines()
+    start = next(number for number, line in enumerate(lines) if line.startswith("ITEM: ATOMS"))
+    names = lines[start].split()[2:]
+    table = np.array([line.split() for line in lines[start + 1:]], dtype=float)
+    table = table[np.argsort(table[:, names.index("id")])]
+    if not np.all(np.isfinite(table)):
+        raise Failed("a position is not finite")
+    return table[:, [names.index(axis) for axis in "xyz"]]
+
+
+def rate_strain(targets):
+    """Strain at the end of a run at a rate: the over-stress is the mean over its second half."""
+    return max(0.012, 2.5 * (targets.yield_strain + affine.YIELD_OFFSET))
+
+
+def flow_stress(body, row, kv, targets, rate, ranks, folder, timeout, title):
+    """Mean stress [Pa] over the second half of a run of in.traction at a rate. Failed, with the reason."""
+    end = math.copysign(rate_strain(targets), targets.strain)
+    variables = {"specimen": body.path, "coeff": coefficients(row), "scale": "no", "contact": CONTACT, "kv": f"{kv:.9g}", "strain": f"{abs(end):.9g}",
+                 "rate": f"{math.copysign(rate, end):.9g}", "integrator": "implicit" if row.gamma > 0.0 else "explicit", "out": "rate"}
+    with attempt_folder(folder, "rate") as work:
+        call("in.traction", variables, ranks, work, timeout, title, lambda: last_share(work / "rate.csv", end))
+        strain, stress = read_curve(work / "rate.csv")
+    late = strain > 0.5 * strain[-1]
+    strain, stress = strain[late], stress[late]
+    return float(np.sum(0.5 * (stress[1:] + stress[:-1]) * np.diff(strain)) / (strain[-1] - strain[0]))

@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""What the columns of the decks' dumps are called in pictures, and in which unit (SI)."""
+
+import re
+from typing import NamedTuple
+
+
+class Column(NamedTuple):
+    """text: as it stands in a picture; value of the column times factor is in unit."""
+
+    text: str
+    unit: str = ""
+    factor: float = 1.0
+
+    def label(self):
+        return f"{self.text} [{self.unit}]" if self.unit else self.text
+
+
+KNOWN = {
+    "bonds": Column("bonds of each sphere"),
+    "share_second": Column("bonds in the second regime", "% of each sphere's", 100.0),
+    "share_lost": Column("bonds lost", "% of each sphere's", 100.0),
+    "new_pairs": Column("new pairs of each sphere"),
+    "plastic_work": Column("plastic work of each sphere", "J"),
+    "plastic_strain": Column("equivalent plastic strain", "%", 100.0),
+    "volume_strain": Column("volume strain", "%", 100.0),
+    "von_mises": Column("von Mises stress", "MPa", 1e-6),
+    "triaxiality": Column("triaxiality"),
+    "temperature": Column("temperature", "K"),
+    "radius": Column("radius", "mm", 1e3),
+    "diameter": Column("diameter", "mm", 1e3),
+    **{name: Column(name, "mm", 1e3) for name in ("x", "y", "z", "xu", "yu", "zu")},
+    **{name: Column(name, "m/s") for name in ("vx", "vy", "vz")},
+    **{name: Column(name, "N") for name in ("fx", "fy", "fz")},
+}
+# Dumps without colname: the first values of compute evp/state/atom, under the IDs that the decks give it.
+STATE = ("bonds", "share_second", "share_lost", "new_pairs")
+_STATE_OF = re.compile(r"c_(?:pairs|state)\[([1-4])\]")
+
+
+def word(name):
+    """The word for a column of a dump: its name, or what c_pairs[k] of the decks stands for."""
+    found = _STATE_OF.fullmatch(name)
+    return STATE[int(found.group(1)) - 1] if found else name
+
+
+def described(name, units="si"):
+    """Column of a word. In units other than SI all but shares and counts are as they stand, without a unit."""
+    column = KNOWN.get(name, Column(name))
+    return column if units == "si" or column.unit.startswith("%") else Column(column.text)

@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Reads text dumps of atoms (dump custom, write_dump), a snapshot at a time.
+
+index() goes through whole files before anything is taken from them, so that a damaged file is noticed before a tool writes.
+"""
+
+import pathlib
+from itertools import islice
+from typing import NamedTuple, Optional, Tuple
+
+import numpy as np
+
+
+class DumpError(ValueError):
+    """A file is no dump of atoms, is damaged, or lacks a column; the text names the file, the fault and the remedy."""
+
+
+class Snapshot(NamedTuple):
+    """Where a snapshot is, and what its header says; read() gets its columns."""
+
+    path: pathlib.Path
+    step: int
+    time: Optional[float]  # where the dump has it (dump_modify time yes)
+    units: Optional[str]  # likewise (dump_modify units yes)
+    box: np.ndarray  # (3, 2) bounds
+    count: int
+    names: Tuple[str, ...]
+    start: int  # byte of the first row
+    end: int
+
+    def __str__(self):
+        return f"{self.path}, step {self.step}"
+
+    def read(self):
+        """{name: (N,) array} in the order of the IDs; columns of words are left out."""
+        with open(self.path, "rb") as source:
+            source.seek(self.start)
+            words = source.read(self.end - self.start).split()
+        if len(words) != self.count * len(self.names):
+            raise DumpError(f"{self}: a row has not {len(self.names)} words, as many as columns are named")
+        table = np.array(words).reshape(self.count, len(self.names)).T
+        columns = {}
+        for name, column in zip(self.names, table):
+            try:
+                columns[name] = column.astype(float)
+            except ValueError:
+                pass
+        if "id" in columns:
+            order = np.argsort(columns["id"], kind="stable")
+            columns = {name: column[order] for name, column in columns.items()}
+        return columns
+
+
+def _damaged(path, step, unfinished):
+    where = "before its first whole snapshot" if step is None else f"in the middle of a snapshot, after that of step {step}"
+    remedy = "the run was stopped or is not done" + ("" if unfinished or step is None else "; --unfinished takes the whole snapshots before that")
+    return DumpError(f"{path} ends {where}: {remedy}")
+
+
+def _header(path, source, line):
+    """Values of the header of a snapshot that begins with this line, as {item: [its rows]}; None where the file ends in it."""
+    found = {}
+    while not line.startswith(b"ITEM: ATOMS"):
+        if not line.endswith(b"\n"):
+            return None
+        if not line.startswith(b"ITEM:"):
+            raise DumpError(f"{path} is no dump of LAMMPS: '{line[:40].decode(errors='replace').strip()}' is in the place of an ITEM: line")
+        item = line[5:].strip().decode(errors="replace")
+        if item.startswith("ENTRIES"):
+            raise DumpError(f"{path} is a dump of pairs (dump local), not of atoms")
+        box = item.startswith("BOX BOUNDS")
+        rows = list(islice(source, 3 if box else 1))
+        if len(rows) < (3 if box else 1) or not rows[-1].endswith(b"\n"):
+            return None
+        found["BOX BOUNDS" if box else item] = [row.decode(errors="replace").split() for row in rows]
+        line = next(source, b"")
+    if not line.endswith(b"\n"):
+        return None
+    found["names"] = tuple(line.decode(errors="replace").split()[2:])
+    return found
+
+
+def _snapshots(path, source):
+    """All snapshots of a file, None last where it ends in the middle of one."""
+    place, units = 0, None  # counted, as a file that is iterated does not tell its place; LAMMPS writes the units once
+
+    def counted():
+        nonlocal place
+        for line in source:
+            place += len(line)
+            yield line
+
+    lines = counted()
+    for line in lines:
+        header = _header(path, lines, line)
+        if header is None:
+            yield None
+            return
+        try:
+            step, count = int(header["TIMESTEP"][0][0]), int(header["NUMBER OF ATOMS"][0][0])
+            box = np.array([row[:2] for row in header["BOX BOUNDS"]], dtype=float)
+            time = float(header["TIME"][0][0]) if "TIME" in header else None
+            units = header["UNITS"][0][0] if "UNITS" in header else units
+        except (KeyError, IndexError, ValueError) as error:
+            raise DumpError(f"{path} is no dump of LAMMPS: the header of a snapshot lacks TIMESTEP, NUMBER OF ATOMS, BOX BOUNDS "
+                            "or their values") from error
+        start, rows, last = place, 0, b"\n"
+        for last in islice(lines, count):
+            rows += not last.startswith(b"ITEM:")
+        if rows < count or not last.endswith(b"\n"):
+            yield None
+            return
+        yield Snapshot(pathlib.Path(path), step, time, units, box, count, header["names"], start, place)
+
+
+def index(paths, unfinished=False):
+    """All snapshots of the files, in their order. unfinished: a file may end in the middle of a snapshot, which is left out.
+
+    DumpError where a file is no dump of atoms, is empty or damaged; OSError where it cannot be read.
+    """
+    found = []
+    for path in paths:
+        with open(path, "rb") as source:
+            begin = source.read(4096)
+            if not begin:
+                raise DumpError(f"{path} is empty: no snapshot has been written")
+            if b"\0" in begin or not begin.startswith(b"ITEM:"):
+                raise DumpError(f"{path} is no text dump of LAMMPS: its first line is not 'ITEM: ...'")
+            source.seek(0)
+            own = list(_snapshots(path, source))
+        if own[-1] is None:
+            own.pop()
+            if not own or not unfinished:
+                raise _damaged(path, own[-1].step if own else None, unfinished)
+        found += own
+    return found
+
+
+def need(columns, wanted, where):
+    """DumpError where a column is missing: it names those that there are."""
+    missing = [name for name in wanted if name not in columns]
+    if missing:
+        raise DumpError(f"{where} has no column {missing[0]}; it has {' '.join(columns)}")

@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Puts pictures of spheres beside each other, with titles, one color bar and one scale bar; and a row of such pictures into a film."""
+
+import pathlib
+import shutil
+import subprocess
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt  # noqa: E402
+import numpy as np  # noqa: E402
+
+from . import spheres  # noqa: E402
+
+DPI = 100
+_GAP = 24  # [pixels] between pictures
+_BAR = 120  # of the color bar with its text
+_FOOT = 64  # of the scale bar with its text
+_HEAD = 34  # of a title
+_PREFIXES = ((1e3, "km"), (1.0, "m"), (1e-3, "mm"), (1e-6, "um"), (1e-9, "nm"))
+PLAIN = "#9fb4c8"  # spheres that no column colors
+
+
+class ColorScale:
+    """Which color a value has: limits [unit of the label], a matplotlib map, and the text beside the bar. None: plain spheres."""
+
+    def __init__(self, low, high, values, name=None, label=""):
+        """values: lowest and highest that are drawn; the bar shows where they are beyond the limits. name: of a map of matplotlib
+        (default: one with white in the middle where the values have both signs)."""
+        signs = low < 0.0 < high
+        self.map = plt.get_cmap(name or ("coolwarm" if signs else "YlOrRd"))
+        if high <= low:
+            low, high = low - 0.5, low + 0.5
+        self.low, self.high, self.label = low, high, label
+        below, above = values[0] < low, values[1] > high
+        self.extend = {(0, 0): "neither", (1, 0): "min", (0, 1): "max", (1, 1): "both"}[below, above]
+
+    def share(self, values):
+        """Values from 0 to 1 between the limits."""
+        return np.clip((values - self.low) / (self.high - self.low), 0.0, 1.0)
+
+    def colors(self):
+        return self.map(np.linspace(0.0, 1.0, spheres.SHADES))[:, :3]
+
+
+def limits(low, high):
+    """Limits of the bar for values from low to high: the same on both sides of zero where they have both signs."""
+    return (-max(-low, high), max(-low, high)) if low < 0.0 < high else (low, high)
+
+
+def hull(a, b):
+    """Ends that hold both (2, 2) ends."""
+    return np.array([np.minimum(a[0], b[0]), np.maximum(a[1], b[1])])
+
+
+def plain_colors():
+    return np.tile(matplotlib.colors.to_rgb(PLAIN), (spheres.SHADES, 1))
+
+
+def round_length(longest):
+    """The largest 1, 2 or 5 times a power of ten that is no more than this."""
+    power = 10.0 ** np.floor(np.log10(longest))
+    return max(k * power for k in (1.0, 2.0, 5.0) if k * power <= longest * (1.0 + 1e-9))
+
+
+def length_text(length, units):
+    """'5 mm'; in units other than SI '5 length units'."""
+    if units != "si":
+        return f"{length:g} length units ({units})"
+    size, unit = next(((a, b) for a, b in _PREFIXES if length >= a * (1.0 - 1e-9)), _PREFIXES[-1])
+    return f"{length / size:g} {unit}"
+
+
+def compose(pictures, titles, heads, per_pixel, units, scale=None, note=""):
+    """A figure: pictures[row][column] of bytes, titles of the columns, heads of the rows ('' for none), per_pixel [length]; note: in the
+    lower right corner."""
+    widths = [max(row[k].shape[1] for row in pictures) for k in range(len(pictures[0]))]
+    heights = [max(picture.shape[0] for picture in row) + (_HEAD if head else 0) for row, head in zip(pictures, heads)]
+    head = _HEAD if any(titles) else _GAP // 2
+    body = max(sum(widths) + _GAP * (len(widths) + 1), 320)
+    width, height = body + (_BAR if scale else 0), max(sum(heights) + _GAP * (len(heights) - 1) + head + _FOOT, 260)
+    # A hundredth of a pixel more, so that round-off takes none away.
+    figure = plt.figure(figsize=((width + 0.01) / DPI, (height + 0.01) / DPI), dpi=DPI, facecolor="white")
+    top = head
+    for row, high, name in zip(pictures, heights, heads):
+        left = _GAP
+        if name:
+            figure.text(0.5 * body / width, 1.0 - (top + 0.5 * _HEAD) / height, name, ha="center", va="center", fontsize=12)
+        down = _HEAD if name else 0
+        for picture, wide in zip(row, widths):
+            tall, broad = picture.shape[:2]
+            x, y = left + (wide - broad) // 2, top + down + (high - down - tall) // 2
+            figure.figimage(picture, x, height - y - tall, origin="upper")
+            left += wide + _GAP
+        top += high + _GAP
+    left = _GAP
+    for title, wide in zip(titles, widths):
+        figure.text((left + 0.5 * wide) / width, 1.0 - 0.55 * _HEAD / height, title, ha="center", va="center", fontsize=12)
+        left += wide + _GAP
+    length = round_length(0.35 * widths[0] * per_pixel)
+    line = figure.add_axes([_GAP / width, 0.0, body / width, _FOOT / height])
+    line.set(xlim=(0, body), ylim=(0, _FOOT))
+    line.set_axis_off()
+    line.plot([0.0, length / per_pixel], [40, 40], color="black", linewidth=3, solid_capstyle="butt")
+    line.text(0.0, 28, length_text(length, units), ha="left", va="top", fontsize=12)
+    line.text(body - 2 * _GAP, 28, note, ha="right", va="top", fontsize=12)
+    if scale:
+        tall = min(0.8 * height, 420)
+        axis = figure.add_axes([(body + 4) / width, 0.5 - 0.5 * tall / height, 18 / width, tall / height])
+        colors = matplotlib.cm.ScalarMappable(matplotlib.colors.Normalize(scale.low, scale.high), scale.map)
+        bar = figure.colorbar(colors, cax=axis, extend=scale.extend)
+        bar.set_label(scale.label, fontsize=12)
+        bar.ax.tick_params(labelsize=11)
+        bar.formatter.set_powerlimits((-3, 4))
+    return figure
+
+
+def to_png(figure, path):
+    figure.savefig(path, format="png", dpi=DPI)
+    plt.close(figure)
+
+
+def to_pixels(figure):
+    """(rows, columns, 3) bytes of a figure."""
+    figure.canvas.draw()
+    pixels = np.asarray(figure.canvas.buffer_rgba())[:, :, :3].copy()
+    plt.close(figure)
+    return pixels
+
+
+def film_writer(path):
+    """How a film of this name is written; ValueError where that cannot be done here."""
+    kind = pathlib.Path(path).suffix.lower()
+    if kind == ".gif":
+        return _write_gif
+    if kind not in (".mp4", ".mkv", ".webm"):
+        raise ValueError(f"--film {path}: the name of a film ends in .gif, .mp4, .mkv or .webm")
+    if shutil.which("ffmpeg") is None:
+        raise ValueError(f"--film {path}: a film of this kind needs the program ffmpeg, which is not here; a name that ends in .gif does not")
+    return lambda frames, target, rate: _write_by_ffmpeg(frames, target, rate, kind)
+
+
+def _write_gif(frames, path, rate):
+    from PIL import Image
+
+    some = [frames[k] for k in np.unique(np.linspace(0, len(frames) - 1, 4).astype(int))]
+    palette = Image.fromarray(np.concatenate(some)).quantize(256)  # one for all, so that nothing flickers
+    images = [Image.fromarray(frame).quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG) for frame in frames]
+    images[0].save(path, format="GIF", save_all=True, append_images=images[1:], duration=round(1000 / rate), loop=0, optimize=False)
+
+
+def _write_by_ffmpeg(frames, path, rate, kind):
+    height, width = frames[0].shape[:2]
+    command = ["ffmpeg", "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", f"{rate:g}",
+               "-i", "-", "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white", "-pix_fmt", "yuv420p",
+               "-f", {".mp4": "mp4", ".mkv": "matroska", ".webm": "webm"}[kind], str(path)]
+    content = b"".join(frame.tobytes() for frame in frames)
+    ended = subprocess.run(command, input=content, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
+    if ended.returncode:
+        raise ValueError(f"ffmpeg failed: {ended.stdout.decode(errors='replace').strip()}")

@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""From the snapshots of dumps to spheres that can be drawn: places, radii, the column that colors them, what is cut away."""
+
+import re
+from typing import NamedTuple
+
+import numpy as np
+
+from . import columns, dump
+
+_PLACES = (("x", "y", "z"), ("xu", "yu", "zu"))
+_CUT = re.compile(r"\s*([^<>=\s]+)\s*([<>])\s*(\S+)\s*")
+
+
+class Condition(NamedTuple):
+    """A column compared with a number, in the units of the dump."""
+
+    name: str
+    above: bool
+    limit: float
+
+    def holds(self, table, where):
+        dump.need(table, [self.name], where)
+        return table[self.name] > self.limit if self.above else table[self.name] < self.limit
+
+
+def condition(text):
+    """Condition of a text such as 'y>0.01'; ValueError where it is none."""
+    found = _CUT.fullmatch(text)
+    try:
+        return Condition(columns.word(found[1]), found[2] == ">", float(found[3]))
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"--cut '{text}' is no condition: give COLUMN>NUMBER or COLUMN<NUMBER, such as \"y>0\"") from error
+
+
+class Spheres(NamedTuple):
+    """x (N, 3) and radius (N,) [length], values (N,) [unit of the dump] of the column that colors them or None."""
+
+    x: np.ndarray
+    radius: np.ndarray
+    values: np.ndarray
+
+
+def read_table(snapshot, radius=None):
+    """{word: (N,) array} of a snapshot, with a radius. DumpError where it has none or a place is not finite.
+
+    radius: of all spheres [length], where the dump has none.
+    """
+    read = snapshot.read()
+    table = {columns.word(name) if columns.word(name) not in read else name: values for name, values in read.items()}
+    if snapshot.count == 0:
+        raise dump.DumpError(f"{snapshot} has no atoms")
+    if "radius" not in table:
+        if "diameter" in table:
+            table["radius"] = 0.5 * table["diameter"]
+        elif radius is not None:
+            table["radius"] = np.full(snapshot.count, radius)
+        else:
+            raise dump.DumpError(f"{snapshot} has no column radius; it has {' '.join(table)}: add radius to the dump command, "
+                                 "or give --radius, one for all spheres")
+    x = places(table, snapshot)
+    if not (np.all(np.isfinite(x)) and np.all(np.isfinite(table["radius"]))):
+        raise dump.DumpError(f"{snapshot} has a position or radius that is not finite: the run was unstable")
+    if np.any(table["radius"] <= 0.0):
+        raise dump.DumpError(f"{snapshot} has a radius that is not positive: {table['radius'].min():g}")
+    return table
+
+
+def places(table, where):
+    """(N, 3) from x y z or xu yu zu."""
+    names = next((names for names in _PLACES if all(name in table for name in names)), None)
+    if names is None:
+        dump.need(table, _PLACES[0], where)
+    return np.stack([table[name] for name in names], axis=1)
+
+
+def spheres_of(snapshot, color=None, cuts=(), radius=None):
+    """Spheres of a snapshot. cuts: groups of Condition; those for which all of a group hold are left out.
+
+    DumpError where a column is missing or not finite, or nothing is left.
+    """
+    table = read_table(snapshot, radius)
+    if color:
+        dump.need(table, [color], snapshot)
+        if not np.all(np.isfinite(table[color])):
+            raise dump.DumpError(f"{snapshot}: column {color} has values that are not finite")
+    kept = np.ones(snapshot.count, dtype=bool)
+    for group in cuts:
+        kept &= ~np.logical_and.reduce([one.holds(table, snapshot) for one in group])
+    if not kept.any():
+        raise dump.DumpError(f"{snapshot}: --cut leaves no sphere")
+    return Spheres(places(table, snapshot)[kept], table["radius"][kept], table[color][kept] if color else None)
+
+
+def evenly(items, count):
+    """`count` of the items, evenly spaced, the first and the last among them; all where there are no more. One: the last."""
+    if count >= len(items):
+        return list(items)
+    return [items[k] for k in np.unique(np.round(np.linspace(len(items) - 1, 0, count)).astype(int))]

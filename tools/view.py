@@ -1,0 +1,262 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
+"""Pictures and films of the spheres in LAMMPS dumps, and files for ParaView.
+
+  view.py end_state.dump                                               the last snapshot, spheres of one color
+  view.py end_state.dump --color share_second --view iso front         colored by a column, two views
+  view.py end_state.dump --color plastic_strain --cut "y<0"            what is inside
+  view.py run.dump --strip 5 --color volume_strain --out strip.png     snapshots beside each other
+  view.py run.dump --film run.gif --color share_lost --range 0 50
+  view.py run.dump --vtk run                                           run.pvd and a .vtu for each snapshot
+
+A dump is what `dump custom` or `write_dump all custom` writes as text, with x y z (or xu yu zu) and radius; OVITO reads the same
+files. Columns are called by the words of dump_modify colname; c_pairs[1] to c_pairs[4] of the decks are bonds, share_second,
+share_lost and new_pairs too. Several dumps are one series, in the order given; without --strip, --film and --frames the last snapshot
+of each is drawn. All snapshots and views of a picture have the same scale and the same colors. Units are those of the dump
+(dump_modify units yes) or of --units; no display is needed. Spheres are drawn by LAMMPS (build/lmp, or $EVP_LMP).
+"""
+
+import contextlib
+import os
+import pathlib
+import sys
+import tempfile
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+
+from evp import columns, dump, spheres, view_scene  # noqa: E402
+from evp.progress import Progress  # noqa: E402
+from evp.report import command_line, errors_in_one_line  # noqa: E402
+
+STRIP = 4  # snapshots of a strip, unless told otherwise
+WATCHED = 3  # more snapshots than this show progress
+INTERVAL = 5.0  # [s] between two lines of it where the output is no terminal
+BROAD = 1.6  # width over height of a view, beyond which the snapshots of a strip are below each other
+
+
+@contextlib.contextmanager
+def all_or_nothing(folder):
+    """A folder of its own in `folder`, whose files move there at the end: none of them where something failed."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=".view_", dir=folder) as place:
+        place = pathlib.Path(place)
+        yield place
+        for path in sorted(place.iterdir(), key=lambda path: path.suffix != ".vtu"):  # a .pvd after its .vtu
+            os.replace(path, folder / path.name)
+
+
+def view_angles(text):
+    """(theta, phi) of a name or of 'THETA,PHI'; ValueError names the choices."""
+    if text in spheres.VIEWS:
+        return spheres.VIEWS[text]
+    try:
+        theta, phi = (float(word) for word in text.split(","))
+        if 0.0 <= theta <= 180.0 and abs(phi) < 1e4:
+            return theta, phi
+    except ValueError:
+        pass
+    raise ValueError(f"--view {text}: give {' '.join(spheres.VIEWS)}, or THETA,PHI in degrees, THETA from 0 to 180")
+
+
+def chosen(snapshots, args, most):
+    """Snapshots that are shown: `most` evenly spaced (None: all) unless --frames says otherwise."""
+    count = {"all": len(snapshots), "last": 1, None: most or len(snapshots)}.get(args.frames, args.frames)
+    try:
+        if int(count) < 1:
+            raise ValueError
+    except ValueError:
+        raise ValueError(f"--frames {args.frames}: give all, last, or a positive number of snapshots") from None
+    return view_scene.evenly(snapshots, int(count))
+
+
+def names_of(snapshots, series):
+    """A title for each snapshot: its time or step, and its file where the series has several."""
+    from evp.figures import short_names
+
+    paths = list(dict.fromkeys(snapshot.path for snapshot in series))
+    files = dict(zip(paths, short_names(paths)))
+    when = [f"{s.time:.4g} {'s' if s.units == 'si' else 'time units'}" if s.time is not None else f"step {s.step}" for s in snapshots]
+    return [f"{files[s.path]}, {text}" if len(paths) > 1 else text for s, text in zip(snapshots, when)]
+
+
+def with_progress(snapshots):
+    """The snapshots, with progress where they are many."""
+    if len(snapshots) <= WATCHED:
+        yield from snapshots
+        return
+    with Progress("view", len(snapshots), interval=INTERVAL) as progress:
+        for number, snapshot in enumerate(snapshots):
+            progress.show(number, str(snapshot))
+            yield snapshot
+
+
+class Scene:
+    """What is the same in all pictures of a command: views, scale, colors."""
+
+    def __init__(self, args, snapshots, units):
+        """Reads all snapshots once."""
+        from evp import view_figure
+
+        self.cuts = [[view_scene.condition(text) for text in group] for group in args.cut or ()]
+        self.color, self.radius, self.units = columns.word(args.color) if args.color else None, args.radius, units
+        views = [view_angles(text) for text in args.view]
+        ends, values = [None] * len(views), []
+        for snapshot in snapshots:
+            found = self.spheres(snapshot)
+            for k, angles in enumerate(views):
+                own = spheres.extents(found.x, found.radius, *angles)
+                ends[k] = own if ends[k] is None else view_figure.hull(ends[k], own)
+            if self.color:
+                values += [found.values.min(), found.values.max()]
+        self.cameras = spheres.cameras(ends, views, args.pixels)
+        self.scale, self.colors, self.factor = None, view_figure.plain_colors(), 1.0
+        if self.color:
+            column = columns.described(self.color, units)
+            self.factor = column.factor
+            drawn = (column.factor * min(values), column.factor * max(values))
+            low, high = args.range or view_figure.limits(*drawn)
+            self.scale = view_figure.ColorScale(low, high, drawn, args.map, args.label or column.label())
+            self.colors = self.scale.colors()
+
+    def spheres(self, snapshot):
+        return view_scene.spheres_of(snapshot, self.color, self.cuts, self.radius)
+
+    def pictures(self, snapshot):
+        """One for each view."""
+        found = self.spheres(snapshot)
+        shares = self.scale.share(self.factor * found.values) if self.scale else 0.0 * found.radius
+        return spheres.draw(found.x, found.radius, shares, self.colors, self.cameras)
+
+    def figure(self, rows, titles, heads, note=""):
+        from evp import view_figure
+
+        return view_figure.compose(rows, titles, heads, self.cameras[0].per_pixel, self.units, self.scale, note)
+
+
+def draw_picture(args, scene, snapshots, series):
+    """One PNG: a snapshot in its views, or snapshots beside or below each other."""
+    from evp import view_figure
+
+    names = names_of(snapshots, series) if args.titles else [""] * len(snapshots)
+    drawn = [scene.pictures(snapshot) for snapshot in with_progress(snapshots)]
+    views = args.view if len(args.view) > 1 else [""]
+    first = scene.cameras[0]
+    if len(snapshots) == 1:
+        figure = scene.figure(drawn, views, [""], names[0])
+    elif len(args.view) > 1 or first.width > BROAD * first.height:
+        figure = scene.figure(drawn, views, names)
+    else:
+        figure = scene.figure([[pictures[0] for pictures in drawn]], names, [""])
+    with all_or_nothing(args.out.parent) as folder:
+        view_figure.to_png(figure, folder / args.out.name)
+    print(args.out)
+
+
+def draw_film(args, scene, snapshots, series):
+    """A film: a picture of all views for each snapshot."""
+    from evp import view_figure
+
+    write, names = view_figure.film_writer(args.film), names_of(snapshots, series)
+    views = args.view if len(args.view) > 1 else [""]
+    frames = [view_figure.to_pixels(scene.figure([scene.pictures(snapshot)], views, [""], name if args.titles else ""))
+              for snapshot, name in zip(with_progress(snapshots), names)]
+    with all_or_nothing(args.film.parent) as folder:
+        write(frames, folder / args.film.name, args.rate)
+    print(f"{args.film}: {len(frames)} pictures")
+
+
+def write_vtk(args, snapshots):
+    """A .vtu of all columns for each snapshot and a .pvd of the series."""
+    from evp import vtk
+
+    stem = args.vtk.name if args.vtk.suffix not in (".vtu", ".pvd") else args.vtk.stem
+    digits, files = len(str(len(snapshots) - 1)), []
+    with all_or_nothing(args.vtk.parent) as folder:
+        for k, snapshot in enumerate(with_progress(snapshots)):
+            table = view_scene.read_table(snapshot, args.radius)
+            name = f"{stem}_{k:0{digits}d}.vtu"
+            vtk.write_points(folder / name, view_scene.places(table, snapshot), {vtk.array_name(key): values for key, values in table.items()})
+            files.append((float(snapshot.step) if snapshot.time is None else snapshot.time, name))
+        vtk.write_series(folder / f"{stem}.pvd", files)
+    print(f"{args.vtk.parent / (stem + '.pvd')}: {len(files)} snapshots")
+
+
+def parser():
+    """The command line."""
+    top = command_line(__doc__)
+    top.add_argument("dumps", nargs="+", type=pathlib.Path, metavar="DUMP")
+    top.add_argument("--color", "--colour", metavar="COLUMN", help="column that colors the spheres (default: one color)")
+    top.add_argument("--range", nargs=2, type=float, metavar=("LOW", "HIGH"), help="of the color bar, in its unit (default: all values drawn)")
+    top.add_argument("--map", help="color map of matplotlib (default: YlOrRd; coolwarm around 0 where values have both signs)")
+    top.add_argument("--label", metavar="TEXT", help="beside the color bar, in place of the column's")
+    top.add_argument("--view", nargs="+", default=["iso"], metavar="VIEW",
+                     help=f"{', '.join(spheres.VIEWS)}, or THETA,PHI in degrees: direction to the camera as in dump image (default: iso)")
+    top.add_argument("--cut", nargs="+", action="append", metavar="CONDITION",
+                     help='leaves out spheres whose centers meet all conditions, such as "y<0" "z>0" (units of the dump); may be given again. '
+                     "Not for --vtk")
+    top.add_argument("--frames", metavar="all|last|N", help="snapshots to take, N evenly spaced (default: last; strip: 4; film and vtk: all)")
+    top.add_argument("--strip", nargs="?", type=int, const=STRIP, metavar="N", help=f"N snapshots of the series in one picture (default: {STRIP})")
+    top.add_argument("--film", type=pathlib.Path, metavar="FILE", help="a film, .gif, or .mp4, .mkv, .webm where ffmpeg is installed")
+    top.add_argument("--rate", type=float, default=10.0, metavar="N", help="pictures per second of the film (default: 10)")
+    top.add_argument("--vtk", type=pathlib.Path, metavar="PREFIX", help="PREFIX.pvd and PREFIX_K.vtu for ParaView, all columns as named arrays")
+    top.add_argument("--out", type=pathlib.Path, metavar="PNG", help="(default: view.png where no film and no VTK is asked for)")
+    top.add_argument("--pixels", type=int, default=700, metavar="N", help="longest side of a view (default: 700)")
+    top.add_argument("--radius", type=float, metavar="R", help="of all spheres, for dumps without radius and diameter [length]")
+    top.add_argument("--units", choices=("si", "cgs", "lj", "metal", "real", "micro", "nano"), default="si",
+                     help="of dumps that do not say it (default: si, as the decks)")
+    top.add_argument("--no-titles", dest="titles", action="store_false", help="no step or time above the pictures")
+    top.add_argument("--unfinished", action="store_true", help="leave out a last snapshot that ends in the middle: the run goes on, or was stopped")
+    return top
+
+
+def check(args):
+    """ValueError where choices cannot be met; before anything is read."""
+    for option, path, kinds in (("--out", args.out, (".png",)), ("--film", args.film, None)):
+        if path and kinds and path.suffix.lower() not in kinds:
+            raise ValueError(f"{option} {path}: the name of a picture ends in .png")
+        if path and any(path.resolve() == other.resolve() for other in args.dumps):
+            raise ValueError(f"{option} {path} would be written over a dump that is read")
+    if args.film:
+        from evp import view_figure
+
+        view_figure.film_writer(args.film)
+    if args.range and not args.range[0] < args.range[1]:
+        raise ValueError(f"--range {args.range[0]:g} {args.range[1]:g}: the first must be less than the second")
+    if args.range and not args.color:
+        raise ValueError("--range needs --color COLUMN")
+    if args.map:
+        import matplotlib
+
+        if args.map not in matplotlib.colormaps:
+            raise ValueError(f"--map {args.map}: no color map of matplotlib, such as viridis, YlOrRd, magma, coolwarm")
+    if not 100 <= args.pixels <= 6000:
+        raise ValueError(f"--pixels {args.pixels}: give 100 to 6000")
+    for option, value in (("--radius", args.radius), ("--rate", args.rate), ("--strip", args.strip)):
+        if value is not None and not 0 < value < float("inf"):
+            raise ValueError(f"{option} {value:g}: give a positive number")
+
+
+def main(argv=None):
+    """Writes what is asked for; ends with one message on bad input, before anything is written."""
+    args = parser().parse_args(argv)
+    with errors_in_one_line("view.py"):
+        check(args)
+        series = dump.index(args.dumps, args.unfinished)
+        units = series[0].units or args.units
+        if args.film or args.vtk:
+            films = chosen(series, args, None)
+        if args.film:
+            draw_film(args, Scene(args, films, units), films, series)
+        if args.vtk:
+            write_vtk(args, films)
+        if args.out or args.strip or not (args.film or args.vtk):
+            args.out = args.out or pathlib.Path("view.png")
+            if args.strip or args.frames:
+                shown = chosen(series, args, args.strip)
+            else:
+                shown = list({snapshot.path: snapshot for snapshot in series}.values())
+            draw_picture(args, Scene(args, shown, units), shown, series)
+
+
+if __name__ == "__main__":
+    main()
