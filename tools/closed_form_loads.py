@@ -16,10 +16,11 @@ from typing import NamedTuple
 
 import evp  # noqa: F401  before numpy
 import numpy as np
-from evp import dump, figures, loads, specimen
+from evp import dump, loads, specimen
+from evp.kept_runs import pack, run, slope
 from evp.progress import watched
 from evp.report import add_out, command_line, errors_in_one_line, table
-from evp.run import CHECKOUT, DECKS, deck_command, output_of
+from evp.run import CHECKOUT
 
 ROUND = {"length": 0.1, "radius": 0.02}  # [m]
 BAR = {"shape": "block", "length": 0.1, "width": 0.01, "height": 0.02}
@@ -43,31 +44,9 @@ class Found(NamedTuple):
     nu: float  # of the round bar in tension
 
 
-def slope(folder, name, x, y):
-    """dy/dx at the start of a curve of three rows, the second at half the way."""
-    curve = figures.read_columns(folder / f"{name}.csv", (x, y))
-    secant = curve[y][1:3] / curve[x][1:3]
-    return 2.0 * secant[0] - secant[1]
-
-
-def run(folder, deck, out, data, **choices):
-    """Makes out.csv by a deck where the folder does not hold it."""
-    if not (folder / f"{out}.csv").exists():
-        output_of(deck_command(DECKS / deck, {**AT_REST, "specimen": data, "out": f"new_{out}", **choices}), folder, out)
-        (folder / f"new_{out}.csv").replace(folder / f"{out}.csv")
-
-
-def pack(folder, name, spheres, seed, choices):
-    """The data file of a body, made where the folder does not hold it."""
-    data = f"{name}.data"
-    if not (folder / f"{data}.body").exists():
-        output_of(deck_command(DECKS / "in.specimen", {"n": spheres, "seed": seed, "out": data, **choices}), folder, f"packing of {name}")
-    return data
-
-
 def young(folder, name, data):
     """Young's modulus of a body [Pa]."""
-    run(folder, "in.quasistatic", f"{name}_pulled", data, strain=STRAIN, increment=STRAIN / 2, restart=0)
+    run(folder, "in.quasistatic", f"{name}_pulled", data, **AT_REST, strain=STRAIN, increment=STRAIN / 2, restart=0)
     return slope(folder, f"{name}_pulled", "strain", "stress_grip")
 
 
@@ -85,14 +64,14 @@ def measure(spheres, seed, folder):
     at_end = dump.last_positions(folder / f"new_{name}_pulled_state.dump")
     axial, lateral = specimen.middle_strains(specimen.read_data(folder / data), at_end, ROUND["length"])
     angle = STRAIN * FREE_LENGTH / ROUND["radius"]
-    run(folder, "in.torsion", f"{name}_twisted", data, angle=angle, increment=angle / 2)
+    run(folder, "in.torsion", f"{name}_twisted", data, **AT_REST, angle=angle, increment=angle / 2)
     twisted = slope(folder, f"{name}_twisted", "angle", "torque_grip") / loads.torque(round_modulus, ROUND["radius"], FREE_LENGTH, 1.0)
     turning = loads.torsion_share(bonds_of(folder, data, ROUND["length"]), ROUND["radius"])
 
     name = f"bar_{spheres}_{seed}"
     data = pack(folder, name, spheres, seed, BAR)
     bar_modulus = young(folder, name, data)
-    run(folder, "in.bending", f"{name}_bent", data, strain=STRAIN, increment=STRAIN / 2)
+    run(folder, "in.bending", f"{name}_bent", data, **AT_REST, strain=STRAIN, increment=STRAIN / 2)
     beam = loads.Beam(bar_modulus, BAR["width"], BAR["height"], SPAN)
     bent = slope(folder, f"{name}_bent", "deflection", "force") * beam.deflection(1.0)
     inertia = loads.bending_share(bonds_of(folder, data, BAR["length"]), BAR["height"])

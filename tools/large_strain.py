@@ -4,8 +4,7 @@
 
     tools/large_strain.py [--strain 3] [--work FOLDER] [--fresh] [--out doc/large_strain.md]
 
-A random packing of solid fraction 0.62 in a periodic box is sheared at a fixed volume with `unload elastic`; fix deform flips the
-box. Writes the page, beside it a CSV of the same name, and figures/NAME.png. Runs that are in --work already are not repeated.
+A random packing in a periodic box, by in.specimen, is sheared by in.shear at a fixed volume with `unload elastic`. Writes the page, beside it a CSV of the same name, and figures/NAME.png. Runs that are in --work already are not repeated.
 EVP_LMP as for the tests.
 """
 
@@ -18,75 +17,22 @@ import numpy as np
 from evp import figures, specimen
 from evp.progress import watched
 from evp.report import add_out, command_line, errors_in_one_line, table, write_csv
-from evp.run import CHECKOUT, deck_command, output_of
+from evp.run import CHECKOUT, DECKS, deck_command, output_of
 from scipy.spatial import cKDTree
 
 MPA = 1e6
 RATE = 200  # of shear strain [1/s]
 ROWS_PER_STRAIN = 100
+VOLUME = np.pi * 0.02**2 * 0.05  # [m3] of the box, that of the paper's cylinder
+EDGE = VOLUME ** (1.0 / 3.0)
 
-PACK = """
-units           si
-atom_style      sphere
-atom_modify     map yes
-boundary        p p p
-variable        edge equal (PI*0.02^2*0.05)^(1/3)       # a cube with the volume of the paper's cylinder
-variable        mean equal (0.62*v_edge^3/(4/3*PI*{n}*1.01))^(1/3)
-region          box prism 0 ${{edge}} 0 ${{edge}} 0 ${{edge}} 0 0 0
-create_box      1 box
-create_atoms    1 random {n} {seed} NULL
-variable        size atom 2*v_mean*(0.9+0.2*((id*0.6180339887498949)%1))
-set             group all diameter v_size
-set             group all density 2700
-neighbor        $(0.1*v_mean) bin
-neigh_modify    every 1 delay 0 check yes
-min_style       fire
-min_modify      dmax $(0.1*v_mean) norm max
-timestep        $(0.05*v_mean*sqrt(2*2700*4/3*PI*v_mean^3))
-pair_style      soft $(2*v_mean)
-pair_coeff      * * 1.0
-minimize        0 0 300 100000
-pair_style      evp/lj contact repulsive overlap 1
-pair_coeff      * * 1 2 1 1 2 1 0.3 0 1.1
-minimize        0 $(1e-7/v_mean) 5000 100000
-velocity        all set 0 0 0                           # the minimiser leaves some
-write_data      {data} nocoeff
-"""
-
-# e ~ 1/N and gamma ~ N^(-1/3): the same material for any N
-SHEAR = """
-units           si
-atom_style      sphere
-atom_modify     map yes
-boundary        p p p
-read_data       {data}
-variable        finer equal count(all)/500
-neighbor        $(0.04*(vol/count(all))^(1/3)) bin
-neigh_modify    every 1 delay 0 check yes
-pair_style      evp/lj contact {contact} unload {unload}
-pair_coeff      * * $(80/v_finer:%.15g) 8 4 $(3/v_finer:%.15g) 8 4 0.005 $({gamma}/v_finer^(1/3):%.15g) 1.5
-fix             bonds all evp/bonds
-fix             move all nve
-compute         dt all evp/dt
-thermo_style    custom step c_dt
-run             0
-variable        every equal $(ceil({strain}/{rows}/{rate}/({dtfraction}*c_dt)/{samples}))
-variable        row equal {samples}*v_every
-timestep        $({strain}/{rows}/{rate}/v_row:%.15g)
+# Taken in by in.shear: every row with its energies.
+ALSO = """
 fix             energy all evp/energy
-fix             shear all deform 1 xy erate {rate} flip {flip}
-compute         press all pressure NULL pair
-variable        now equal {rate}*step*dt
-variable        shear equal -c_press[4]
-variable        pressure equal c_press
-fix             rows all ave/time ${{every}} {samples} $(v_row) v_shear v_pressure
-fix             csv all print $(v_row) "$(v_now:%.9g),$(f_rows[1]:%.9g),$(f_rows[2]:%.9g),$(f_energy:%.9g),$(f_energy[1]:%.9g),&
-$(f_energy[2]+f_energy[3]+f_energy[5]+f_energy[10]:%.9g),$(f_energy[4]:%.9g),$(f_energy[6]:%.9g),$(f_energy[9]:%.9g),&
-$(f_bonds[1]),$(f_bonds[3]),$(f_bonds[4]:%.9g)" file {out}.csv screen no title {columns}
-{also}
-thermo          $(v_row*100)
-thermo_style    custom step v_now f_rows[1] f_rows[2] f_energy[9] f_bonds[1] f_bonds[3] c_dt
-run             $({rows}*v_row)
+print           "{columns}" file ${{out}}_energies.csv screen no
+fix             energies all print v_next_row "$(v_strain_now:%.9g),$(f_rows[2]:%.9g),$(f_rows[3]:%.9g),$(f_energy+f_energy[13]:%.9g),&
+$(f_energy[1]:%.9g),$(f_energy[2]+f_energy[3]+f_energy[5]+f_energy[10]:%.9g),$(f_energy[4]:%.9g),$(f_energy[6]:%.9g),$(f_energy[9]:%.9g),&
+$(f_bonds[1]),$(f_bonds[3]),$(f_bonds[4]:%.9g)" append ${{out}}_energies.csv screen no title 0,0,0,0,0,0,0,0,0,0,0,1
 """
 COLUMNS = ("strain", "shear_stress", "pressure", "spent", "kinetic", "stored", "lost", "viscous", "plastic", "bonds_beyond_dlim", "new_pairs",
            "lowest_ratio")
@@ -116,33 +62,29 @@ class Case(NamedTuple):
 PLAN = (Case(1000, "literal"), Case(2000, "literal"), Case(1000, "repulsive"), Case(1000, "none"), Case(1000, "literal", "reversible"))
 
 
-def shear_deck(data, out, strain, contact="literal", unload="elastic", rows=None, rate=RATE, gamma=100, dtfraction=0.7, flip="yes", samples=50, also=""):
-    """Text of the deck that shears a periodic body. also: further lines before the run."""
-    rows = rows or round(ROWS_PER_STRAIN * strain)
-    return SHEAR.format(data=data, out=out, strain=strain, contact=contact, unload=unload, rows=rows, rate=rate, gamma=gamma,
-                        dtfraction=dtfraction, flip=flip, samples=samples, also=also, columns=",".join(COLUMNS))
+def packing(case):
+    """Choices of in.specimen."""
+    return {"shape": "periodic", "n": case.spheres, "seed": case.seed, "length": f"{EDGE:.12g}", "out": case.data}
 
 
-def run_text(text, folder, what):
-    """Runs a deck given as text in a folder."""
-    (folder / "in.large_strain").write_text(text, encoding="utf-8")
-    return output_of(deck_command("in.large_strain", {}), folder, what)
+def shear(case, strain, folder):
+    """Choices of in.shear; writes the commands that it takes in."""
+    (folder / "energies.lmp").write_text(ALSO.format(columns=",".join(COLUMNS)), encoding="utf-8")
+    return {"specimen": case.data, "contact": case.contact, "unload": case.unload, "rate": RATE, "strain": strain, "row": 1.0 / ROWS_PER_STRAIN,
+            "samples": 50, "dtfraction": 0.7, "also": "energies.lmp", "out": case.name}
 
 
 def measure(case, strain, folder):
     """The columns of a run, by COLUMNS; it is made where the folder holds none of that strain."""
-    path, data = folder / f"{case.name}.csv", case.data
+    path = folder / f"{case.name}_energies.csv"
     if path.exists():
         found = figures.read_columns(path, COLUMNS)
-        if abs(found["strain"][-1] - strain) < 1e-6:
+        if abs(found["strain"][-1] - strain) < 0.1 / ROWS_PER_STRAIN:
             return found
-    if not (folder / data).exists():
-        run_text(PACK.format(n=case.spheres, seed=case.seed, data=data), folder, f"packing of {case.spheres}")
-    run_text(shear_deck(data, case.name, strain, case.contact, case.unload), folder, case.label)
+    if not (folder / f"{case.data}.body").exists():
+        output_of(deck_command(DECKS / "in.specimen", packing(case)), folder, f"packing of {case.spheres}")
+    output_of(deck_command(DECKS / "in.shear", shear(case, strain, folder)), folder, case.label)
     return figures.read_columns(path, COLUMNS)
-
-
-VOLUME = np.pi * 0.02**2 * 0.05  # [m3] of the box
 
 
 def bonds_at_start(path, alpha=1.5):
@@ -200,10 +142,9 @@ HEAD = """# Flow at large strain
 
 {answer}
 
-Written by `tools/large_strain.py`: a random packing of solid fraction 0.62 in a periodic box of {volume:.3g} m3, Table 1 with gamma 100,
-e and gamma scaled with N, simple shear
-at {rate}/s and fixed volume by fix deform with *remap x*, explicit damping, energies by fix evp/energy.
-The box flips whenever its tilt passes one half. Stresses are those of the pairs.
+Written by `tools/large_strain.py`: a jammed random packing in a periodic box of {volume:.3g} m3 (in.specimen), Table 1 with gamma 100,
+e and gamma scaled with N, simple shear at {rate}/s and fixed volume (in.shear: fix deform with *remap v*), explicit damping, energies by fix
+evp/energy. The box flips whenever its tilt passes one half. Stresses are those of the pairs.
 
 ![shear stress and plastic dissipation](figures/{stem}.png)
 
@@ -216,8 +157,8 @@ NOTES = """
 *Last 1*: over the last unit of strain. *Stress*: mean; *lowest*: smallest mean over 0.1 of strain. *Plastic*, *viscous*, *with lost pairs*,
 *stored*: growth of these energies per volume and strain [MPa] over the last unit of strain; their sum is the work of the shear stress. *Stored* is that
 of bonds, hardening and new pairs, negative where new pairs attract. *Bonds beyond dlim*: share at the end. *Energy balance less work*: the sum of all
-energies over the work of the shear stress, less 1. With *remap x* dampers see velocities relative to the affine motion. The work of their forces over the
-affine displacement is in the stress and in no energy; it is what is left, and most where the body slides in a band.
+energies over the work of the shear stress, less 1. The energies take the work of the moving box from the forces of each timestep, the work
+of the shear stress is that of its means in rows.
 """
 
 

@@ -164,6 +164,9 @@ void check_centres(const BodyMeasures &body, const Centres &centres, const Measu
 void check_filled_volume(BodyMeasures &body, const FilledVolume &filled,
                          const MeasureSource &source)
 {
+  const bool
+      of_file =    // whose area may be that of a notch, then, less than the mean of the middle
+      source.is_described && !source.is_given && body.volume > 0.0 && body.solid_fraction > 0.0;
   if (!(body.volume > 0.0) && body.radius > 0.0) body.volume = body.area * body.length;
   if (!(body.solid_fraction > 0.0)) {
     if (body.volume > 0.0) body.solid_fraction = filled.whole / body.volume;
@@ -176,7 +179,7 @@ void check_filled_volume(BodyMeasures &body, const FilledVolume &filled,
                      " and give length, and radius or area");
   }
   const double share = filled.middle / ((MIDDLE_TO - MIDDLE_FROM) * body.length * body.area);
-  if (!(share >= LEAST_FILLED && share <= 1.0))
+  if (!(share >= LEAST_FILLED && (share <= 1.0 || of_file)))
     throw BadInput("between " + rounded(MIDDLE_FROM, 2) + " and " + rounded(MIDDLE_TO, 2) +
                    " of the length the spheres fill " + rounded(share, 3) +
                    " of area = " + rounded(body.area, 6) + " m2 times length; " + remedy(source));

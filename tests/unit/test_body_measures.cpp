@@ -297,3 +297,19 @@ TEST(BodyMeasures, SpheresMustBeThoseOfTheMeasures)
         {"between 0.4 and 0.6 of the length the spheres fill ",
          "of area = 0.001 m2 times length; "});
 }
+
+TEST(BodyMeasures, ANotchAtMidLengthMayFillMoreThanItsAreaTimesLength)
+{
+  const auto check = [](const std::string &lines, const MeasureSource &source) {
+    BodyMeasures body = EVP::find_measures({}, read(lines), source, 800);
+    EVP::check_filled_volume(body, {6e-6, 1.1 * 0.2 * 0.05 * 1e-4}, source);
+  };
+  const std::string shape_lines = "variable length index 0.05\nvariable area index 1e-4\n";
+  const std::string whole =
+      shape_lines + "variable volume index 1e-5\nvariable solid_fraction index 0.6\n";
+  check(whole, DESCRIBED);
+  MeasureSource changed = DESCRIBED;
+  changed.is_given = true;
+  EXPECT_THROW(check(whole, changed), BadInput);
+  EXPECT_THROW(check(shape_lines, DESCRIBED), BadInput);
+}

@@ -149,6 +149,7 @@ class Laboratory:
         if not (self.folder / name).exists():
             self.lammps(2 if spheres >= 8000 and self.two_ranks else 1, DECKS / "in.specimen", {"n": spheres, "seed": seed, "out": "new.data"})
             (self.inside / "new.data").replace(self.folder / name)
+            (self.inside / "new.data.body").replace(self.folder / (name + ".body"))
         return f"../{name}"
 
     def baseline(self):

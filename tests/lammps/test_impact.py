@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""in.impact: with flow that stays the plate keeps a crater and the ball comes back slower than with the reversible law."""
+
+import re
+
+import numpy as np
+import pytest
+from lammps_run import read_csv, read_dump, run_lammps
+
+LINE = re.compile(r"^crater depth (\S+) m, rebound speed (\S+) m/s$", re.M)
+SPEED = 60.0
+
+
+@pytest.fixture(scope="module")
+def bodies(tmp_path_factory):
+    """A plate of 700 spheres and a ball of 90, of about the same size."""
+    folder = tmp_path_factory.mktemp("bodies")
+    (folder / "ball.region").write_text("region body sphere 0.004 0 0 0.004\n")
+    run_lammps("in.specimen", 1, {"n": 700, "shape": "block", "length": 0.006, "width": 0.016, "height": 0.016, "out": "plate.data"}, folder).ok()
+    run_lammps("in.specimen", 1, {"n": 120, "shape": "region", "region": "ball.region", "length": 0.008, "out": "ball.data"}, folder).ok()
+    return {"plate": folder / "plate.data", "ball": folder / "ball.data"}
+
+
+def run(folder, bodies, ranks=1, **choices):
+    """(crater, rebound speed), rows, energy imbalance, what was printed."""
+    folder.mkdir(exist_ok=True)
+    found = run_lammps("in.impact", ranks, {**bodies, "out": "run", "speed": SPEED, **choices}, folder).ok()
+    imbalance = float(re.search(r"energy imbalance over impact energy: (\S+)", found.stdout)[1])
+    return [float(word) for word in LINE.search(found.stdout).groups()], read_csv(folder / "run.csv"), imbalance, found
+
+
+def test_crater_and_rebound(tmp_path, bodies):
+    """Within 1e-3 of the impact energy; the wall's force is the change of the ball's momentum; the reversible law leaves no crater."""
+    (crater, rebound), rows, imbalance, found = run(tmp_path, bodies)
+    assert crater > 4e-5 and 0.0 < rebound < 0.6 * SPEED and abs(imbalance) < 1e-3
+    assert "WARNING" not in found.stdout
+    energy = rows["kinetic_energy"][0]
+    mass = 2.0 * energy / SPEED**2
+    assert np.sum(rows["force"][1:] * np.diff(rows["time"])) == pytest.approx(mass * (rebound + SPEED), rel=2e-3)
+    assert 0.3 * energy < rows["plastic_work"][-1] < energy and np.all(np.diff(rows["plastic_work"]) >= 0.0)
+    state = read_dump(tmp_path / "run_state.dump")[-1]
+    assert set(state["type"]) == {1, 2} and state["plastic_strain"].max() > 0.01
+
+    (none, twin), _, balance, _ = run(tmp_path / "twin", bodies, unload="reversible")
+    assert abs(none) < 0.2 * crater and twin > 1.3 * rebound and abs(balance) < 5e-3
+
+
+def test_ranks_differ_as_chaos_does(tmp_path, bodies):
+    """Two ranks depart no farther than ten times what a speed by 1e-12 larger does, or round-off of the nine digits."""
+    (crater, rebound), rows, _, _ = run(tmp_path, bodies)
+    chaos = [np.abs(run(tmp_path / f"run{k}", bodies, speed=SPEED * (1 + k * 1e-12))[1]["speed"] - rows["speed"]).max() for k in (1, 2)]
+    ((other, speed), other_rows, _, _) = run(tmp_path / "two", bodies, 2)
+    assert np.abs(other_rows["speed"] - rows["speed"]).max() <= 10.0 * max(chaos) + 1e-8 * SPEED
+    assert max(chaos) < 1e-3 * SPEED, "else this test says nothing"
+    assert other == pytest.approx(crater, rel=1e-3) and speed == pytest.approx(rebound, rel=1e-3)
+
+
+def test_rim_is_held(tmp_path, bodies):
+    """Frames show the held spheres at rest and the others not."""
+    run(tmp_path, bodies, held="rim", frames=2)
+    first, *_, last = read_dump(tmp_path / "run_frames.dump")
+    moved = np.abs(last.vectors("x", "y", "z") - first.vectors("x", "y", "z")).max(axis=1)
+    rest = moved < 1e-12
+    far = np.maximum(np.abs(first["y"]), np.abs(first["z"]))
+    assert rest.sum() > 100 and not np.any(rest & (first["type"] == 2)) and far[rest].min() > 0.5 * far.max()
+
+
+@pytest.mark.parametrize("choices, message", [
+    ({"speed": 0}, "speed must be positive, towards the plate, got 0"),
+    ({"held": "top"}, "held must be bottom or rim, got top"),
+    ({"integrator": "verlet"}, "integrator must be explicit or implicit, got verlet"),
+    ({"material": "x:y", "coeff": "80 8 4 3 8 4 0.005 0 1.5"}, "material and coeff are both given: give one of them"),
+    ({"row": -1}, "time, row and frames must be 0 or positive, got 0, -1 and 0"),
+    ({"dtfraction": 0}, "dtfraction must lie between 0 and 1, got 0")])
+def test_bad_choices_are_named(tmp_path, choices, message):
+    found = run_lammps("in.impact", 1, {"out": "run", **choices}, tmp_path)
+    assert found.returncode != 0 and f"\nERROR: {message}\n" in found.stdout, found.stdout[-1000:]
+    assert not (tmp_path / "run.csv").exists()

@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""regions/notched.lmp, packed by in.specimen and pulled apart by in.traction: geometry, net section, where it breaks."""
+
+import re
+
+import notched_tension
+import numpy as np
+import pytest
+from evp import specimen
+from lammps_run import DECKS, read_dump, run_lammps
+
+NET, GROSS = 1e-4, 2e-4  # cross-sections [m2]
+NOTCHES = 2 * (0.002 * 0.004 + np.pi * 0.001**2 / 2) * 0.01  # two slots with round ends [m3]
+
+
+@pytest.fixture(scope="module")
+def bar(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("notched")
+    run_lammps("in.specimen", 1, {**notched_tension.BAR, "n": 2000, "out": "notched.data"}, folder).ok()
+    return folder / "notched.data"
+
+
+def test_measures_are_those_of_the_drawing(bar):
+    lines = dict(re.findall(r"^variable (\w+) index (\S+)", (bar.parent / "notched.data.body").read_text(encoding="utf-8"), re.M))
+    assert float(lines["length"]) == 0.05 and float(lines["area"]) == pytest.approx(NET, rel=0.01)
+    assert float(lines["volume"]) == pytest.approx(GROSS * 0.05 - NOTCHES, rel=0.003)
+    assert notched_tension.VOLUME == pytest.approx(GROSS * 0.05 - NOTCHES, rel=0.003)
+    assert float(lines["solid_fraction"]) == pytest.approx(0.60, abs=0.015)
+    body = specimen.read_data(bar)
+    in_slot = (np.abs(body.x[:, 0] - 0.025) < 0.001) & (np.abs(body.x[:, 1]) > 0.0055)
+    assert not in_slot.any()
+
+
+def test_it_breaks_at_the_notches(bar, tmp_path):
+    """It parts, and what has flowed most and the atoms that lost bonds are near mid-length; stress is that of the net section."""
+    choices = {**notched_tension.PULL, "specimen": bar, "strain": 0.03, "break": 0.05, "out": "pull"}
+    found = run_lammps("in.traction", 1, choices, tmp_path).ok()
+    assert f"cross-section {NET:.6g}"[:17] in found.stdout
+    (tmp_path / "pull.broken").write_text(re.search(r"bonds broken: (\d+)", found.stdout)[1], encoding="utf-8")
+    read = notched_tension.read_rupture(tmp_path, "pull")
+    assert 150.0 < read.peak < 230.0 and 0.005 < read.at < read.rupture < 0.025 and 20.0 < read.work < 150.0
+    state = read_dump(tmp_path / "pull_state.dump")[-1]
+    before = specimen.read_data(bar).x[:, 0]
+    lost = state["share_lost"] > 0.0
+    assert lost.sum() > 50 and np.median(np.abs(before[lost] - 0.025)) < 0.003, "the body is 0.05 m long"
+
+
+def test_a_region_that_is_not_there_is_named(lmp):
+    found = lmp("in.specimen", variables={**notched_tension.BAR, "region": "absent.lmp"})
+    assert found.returncode != 0 and re.search("^ERROR: in.specimen: no file absent.lmp: shape region needs", found.stdout, re.M)
+    assert (DECKS / "regions" / "notched.lmp").is_file()

@@ -1,0 +1,227 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
+"""How the rupture of a notched bar depends on the spacing of the spheres, and which XI of `break XI` makes up for it: measured.
+
+    tools/notched_tension.py [--spheres 4000 16000] [--xi 0.05] [--seeds 2] [--work FOLDER] [--fresh] [--out doc/notched_tension.md]
+
+The bar of lammps_inputs/regions/notched.lmp is pulled apart by in.traction, of more and more spheres: with one XI, with XI times the
+spacing kept, and with the XI in between for which the work of rupture is that of the fewest spheres. Writes the page, and beside it
+figures/NAME.png and its CSV. Runs that are in --work already are not repeated. EVP_LMP as for the tests.
+"""
+
+import math
+import pathlib
+import re
+import statistics
+import sys
+from typing import NamedTuple
+
+import evp  # noqa: F401  before numpy
+import numpy as np
+from evp import curves, figures
+from evp.progress import watched
+from evp.report import add_out, command_line, errors_in_one_line, table
+from evp.run import CHECKOUT, DECKS, deck_command, output_of
+from rupture_work import PARTED, number, read_pull
+
+BAR = {"shape": "region", "region": DECKS / "regions" / "notched.lmp", "width": 0.022, "height": 0.012}
+PULL = {"coeff": "80 8 4 3 8 4 0.005 20 1.5 spacing 0.00585189 coordination 11.9", "contact": "repulsive", "unload": "elastic", "rate": 100,
+        "strain": 0.02, "row": 0.00025, "samples": 5, "dtfraction": 0.8}
+VOLUME = 9.814e-6  # [m3] of the bar
+NOTCH = 1.0  # radius of the end of a notch [mm]
+
+
+class Found(NamedTuple):
+    """Of a pull: largest stress [MPa], strain at it, strain of rupture, work of the grips per net cross-section [kJ/m2], bonds that broke."""
+
+    peak: float
+    at: float
+    rupture: float
+    work: float
+    broken: int
+
+
+class Case(NamedTuple):
+    """Pulls of several bodies: spheres, XI, and why this XI."""
+
+    spheres: int
+    xi: float
+    rule: str
+
+
+def spacing(spheres):
+    """Of the bar [mm]: edge of the cube that a sphere has of the volume."""
+    return 1e3 * (VOLUME / spheres) ** (1.0 / 3.0)
+
+
+def read_rupture(folder, name):
+    """The Found of a pull. RunError where it has not parted."""
+    whole, curve = read_pull(folder, name), curves.read_curve(folder / f"{name}.csv")
+    top = int(np.argmax(curve.grip))
+    parted = top + int(np.argmax(curve.grip[top:] < PARTED * curve.grip[top]))
+    return Found(whole.peak, curve.strain[top], curve.strain[parted], whole.before + whole.after, whole.broken)
+
+
+def names(spheres, seed, xi):
+    """Of the data file and of the pull."""
+    return f"notched_{spheres}_{seed}.data", f"pull_{spheres}_{seed}_{xi:.4g}"
+
+
+def pull(spheres, seed, xi, folder):
+    """The Found of a bar; the run is made where the folder does not hold it."""
+    data, name = names(spheres, seed, xi)
+    if not (folder / f"{name}.broken").exists():
+        if not (folder / f"{data}.body").exists():
+            output_of(deck_command(DECKS / "in.specimen", {**BAR, "n": spheres, "seed": seed, "out": data}), folder, f"packing of {spheres}")
+        text = output_of(deck_command(DECKS / "in.traction", {**PULL, "specimen": data, "break": f"{xi:.6g}", "out": name}), folder, name)
+        (folder / f"{name}.broken").write_text(re.search(r"bonds broken: (\d+)", text).group(1), encoding="utf-8")
+    return read_rupture(folder, name)
+
+
+def mean_work(found):
+    return statistics.mean(one.work for one in found)
+
+
+def kept_exponent(sizes, works):
+    """p of XI ~ spacing^-p that keeps the work, from the (spheres, xi): work of the fewest spheres and of two XI of others.
+
+    sizes: (fewest, more); works: {(fewest, xi): W, (more, xi): W, (more, larger xi): W}. The work is taken for a power of XI.
+    """
+    (few, xi), (more, _), (_, larger) = sorted(works)
+    grown = math.log(works[more, larger] / works[more, xi]) / math.log(larger / xi)
+    return math.log(works[few, xi] / works[more, xi]) / grown / math.log(spacing(sizes[0]) / spacing(sizes[1]))
+
+
+def measured(cases, seeds, folder):
+    """{Case: [Found of each seed]}; seeds: {spheres: number of bars}."""
+    plan, results = [(case, seed) for case in cases for seed in range(1, seeds[case.spheres] + 1)], {}
+    for case, seed in watched("notched_tension.py:", plan, lambda run: f"{run[0].spheres} spheres, XI {run[0].xi:.3g}, seed {run[1]}",
+                              lambda run: run[0].spheres ** (5.0 / 3.0)):
+        results.setdefault(case, []).append(pull(case.spheres, seed, case.xi, folder))
+    return results
+
+
+def study(spheres, xi, seeds, folder):
+    """The results, and p of XI ~ spacing^-p that keeps the work of the fewest spheres, from the next size."""
+    few, more = spheres[:2]
+    first = [Case(n, xi, "one XI") for n in spheres] + [Case(more, xi * spacing(few) / spacing(more), "XI times spacing")]
+    results = measured(first, seeds, folder)
+    p = kept_exponent((few, more), {(case.spheres, case.xi): mean_work(found) for case, found in results.items() if case.spheres in (few, more)})
+    kept = [Case(n, xi * (spacing(few) / spacing(n)) ** p, "work kept") for n in spheres[1:]]
+    results.update(measured(kept, seeds, folder))
+    return results, p
+
+
+def draw(results, folder, path):
+    """Stress against strain of the first body of each case."""
+    with figures.plt.rc_context(figures.LOOK):
+        figure, axis = figures.plt.subplots(figsize=(7.2, 4.6))
+        rows = []
+        for k, case in enumerate(results):
+            curve = curves.read_curve(folder / f"{names(case.spheres, 1, case.xi)[1]}.csv")
+            label = f"N = {case.spheres}, XI = {case.xi:.3g}"
+            axis.plot(100 * curve.strain, curve.grip / 1e6, label=label, **figures.line_style(k))
+            rows += [(label, f"{100 * a:.6g}", f"{b / 1e6:.6g}") for a, b in zip(curve.strain, curve.grip)]
+        axis.set(xlabel="strain [%]", ylabel="stress of the net section [MPa]", xlim=(0, None))
+        axis.legend(frameon=False)
+        return figures.save(figure, path, ("curve", "strain_percent", "stress_MPa"), rows)
+
+
+HEADER = ("spheres", "bars", "spacing [mm]", "XI", "rule", "largest stress [MPa]", "strain at it [%]", "rupture strain [%]", "work of rupture [kJ/m2]",
+          "bonds broken")
+
+
+def number_of(values, form):
+    """Mean, and of several bars the largest departure of one."""
+    return number(values, form) if len(values) > 1 else f"{values[0]:{form}}"
+
+
+def rows(results):
+    """Of the table."""
+    for case, found in results.items():
+        yield [case.spheres, len(found), f"{spacing(case.spheres):.2f}", f"{case.xi:.3g}", case.rule, number_of([one.peak for one in found], ".0f"),
+               *(number_of([100 * value for value in values], ".2f") for values in ([one.at for one in found], [one.rupture for one in found])),
+               number_of([one.work for one in found], ".1f"), number_of([one.broken for one in found], ".0f")]
+
+
+PAGE = """# Notched tension to rupture
+
+{answer}
+
+What to do:
+
+- Choose the number of spheres first. Then choose XI so that the work of rupture, or the opening at rupture, of one test is the measured one, and keep both.
+- To change the spacing afterwards, take XI times (old spacing / new spacing)^{p:.2f} here. The exponent is that of this bar and of this range of
+  spacings: measure it anew for another notch, by two values of XI as this tool does.
+- Do not refine only near a notch: bonds of one XI break first where the spacing is smallest.
+- Stress and strain up to the largest stress depend less on the spacing than what follows.
+
+Written by `tools/notched_tension.py`: a bar of 50 x 20 x 10 mm with two notches, 5 mm deep with round ends of a radius of {notch:g} mm
+(`lammps_inputs/regions/notched.lmp`), Table 1 scaled with the spacing, gamma 20, *unload elastic*, *contact repulsive*, *break XI*, pulled at
+{rate}/s by in.traction. Stress and work are per net cross-section, 10 x 10 mm. Rupture: the stress of the grips falls below a tenth
+of its largest value. Means, +- the largest departure of one bar.
+
+![stress against strain](figures/{stem}.png)
+
+{table}
+
+*One XI*: the same for every spacing. *XI times spacing*: so that a crack of one spacing opens by the same length. *Work kept*: XI in between,
+interpolated from the two at {more} spheres; the work that it gives is measured, not fitted.
+
+One of these bars:
+
+    build/lmp -in lammps_inputs/in.specimen -var n 4000 -var shape region -var region lammps_inputs/regions/notched.lmp \\
+              -var width 0.022 -var height 0.012 -var out notched.data
+    build/lmp -in lammps_inputs/in.traction -var specimen notched.data -var coeff "{coeff}" \\
+              -var contact repulsive -var unload elastic -var break {xi:g} -var extensometer yes -var rate {rate} -var row 0.00025 -var out notched
+"""
+
+
+def answer(results, p, spheres):
+    """The first lines of the page."""
+    one = {case.spheres: found for case, found in results.items() if case.rule == "one XI"}
+    few, most = spheres[0], spheres[-1]
+    strain = {n: statistics.mean(found.rupture for found in one[n]) for n in one}
+    work = {n: mean_work(one[n]) for n in one}
+    scaled = next(found for case, found in results.items() if case.rule == "XI times spacing")
+    lines = [f"With one XI, rupture strain and work of a notched bar fall as the spheres get smaller: from {few} to {most} spheres the strain of rupture",
+             f"goes from {100 * strain[few]:.2f} to {100 * strain[most]:.2f} % and the work from {work[few]:.1f} to {work[most]:.1f} kJ/m2.",
+             f"With XI times the spacing kept they rise: {mean_work(scaled):.1f} kJ/m2 at {spheres[1]} spheres.",
+             f"The work is kept where XI grows as spacing^-{p:.2f}:"]
+    kept = [f"{mean_work(found):.1f} kJ/m2 at {case.spheres} spheres" for case, found in results.items() if case.rule == "work kept"]
+    return "\n".join(lines) + " " + ", ".join(kept) + "."
+
+
+def main(words=None):
+    parser = command_line(__doc__)
+    parser.add_argument("--spheres", type=int, nargs="+", default=[4000, 16000], help="numbers of spheres, two at least, growing (default: 4000 16000)")
+    parser.add_argument("--xi", type=float, default=0.05, help="XI of the fewest spheres (default 0.05)")
+    parser.add_argument("--seeds", type=int, nargs="+", default=[2], help="bars, of each size or of all (default 2)")
+    parser.add_argument("--work", type=pathlib.Path, default=CHECKOUT / "build" / "notched_tension", help="bars and runs (default: %(default)s)")
+    parser.add_argument("--fresh", action="store_true", help="repeat the runs that --work holds")
+    add_out(parser, "notched_tension.md")
+    options = parser.parse_args(words)
+    spheres = options.spheres
+    if options.xi <= 0.0 or min(options.seeds) < 1:
+        parser.error("--xi must be positive and --seeds 1 at least")
+    if len(options.seeds) not in (1, len(spheres)):
+        parser.error("--seeds must be one number, or one for each of --spheres")
+    if len(spheres) < 2 or sorted(set(spheres)) != spheres:
+        parser.error("--spheres must be two numbers or more, growing")
+    options.work.mkdir(parents=True, exist_ok=True)
+    if options.fresh:
+        for old in options.work.glob("*.broken"):
+            old.unlink()
+    with errors_in_one_line("notched_tension.py"):
+        seeds = options.seeds if len(options.seeds) > 1 else options.seeds * len(spheres)
+        results, p = study(spheres, options.xi, dict(zip(spheres, seeds)), options.work)
+        stem = options.out.stem
+        picture = draw(results, options.work, options.out.parent / "figures" / f"{stem}.png")
+        text = PAGE.format(answer=answer(results, p, spheres), p=p, notch=NOTCH, rate=PULL["rate"], stem=stem, table="\n".join(table(HEADER, rows(results))), more=spheres[1], coeff=PULL["coeff"], xi=options.xi)
+        options.out.write_text(text, encoding="utf-8")
+    print(text)
+    print(picture)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
