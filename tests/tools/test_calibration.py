@@ -73,6 +73,7 @@ def test_power_law_of_handbook_values():
     ({"--yield": "1000", "--stress2": "1500@0.05"}, "xi_s outside", "nearest is"),
     ({"--density": "0"}, "--density must be", ""),
     ({"--name": "two words"}, "cannot be the name of a row", ""),
+    ({"--name": "two\n"}, "cannot be the name of a row", ""),
     ({"--name": "taken"}, "holds a row 'taken' already", ""),
     ({"--spheres": "10"}, "--spheres", "100"),
     ({"--within": "0.1"}, "--within", "0.01"),
