@@ -255,13 +255,14 @@ void PairNetwork::check_scaling() const
       unknown[(size_t) i * n + j] = coefficients.keywords(i, j).is_scaled() &&
           coefficients.scaling(i, j).source == EVP::Coefficients::Source::AS_GIVEN;
 
+  const bool has_kv = volume() && volume()->is_of_rows();
   int first = 0;    // type, of the pair of types or of the KV
   EVP::for_each_pair(list, rows(atom->x), [&](const EVP::PlacedPair &p) {
     if (!p.is_bond()) return;
     const int a = atom->type[p.i], b = atom->type[p.j];
     if (unknown[(size_t) a * n + b]) first = std::max(a, b);
     for (const int type : {a, b})
-      if (unknown[(size_t) type * n + type] && coefficients.keywords(type, type).kv > 0.0)
+      if (has_kv && unknown[(size_t) type * n + type] && coefficients.keywords(type, type).kv > 0.0)
         first = type;
   });
   first = EVP::reduce_all(first, MPI_MAX, world);

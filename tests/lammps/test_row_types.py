@@ -55,13 +55,13 @@ def test_a_type_set_after_the_recording_is_refused(lmp, tmp_path, ranks, atoms, 
 
 
 def test_a_type_set_later_that_has_its_measure(lmp_decks, tmp_path):
-    """A single atom without kv, whose bonds are of types 1 2: the factor of type 1, the bits of before; likewise a row that does not scale."""
+    """A single atom whose bonds are of types 1 2: the factor of type 1, the bits of before; likewise a row that does not scale. No kv is used."""
     one_type(tmp_path)
     free = SCALED.replace(" kv 700", "")
     later = "group marked id 3\nset group marked type 2\n"
     rest = STIR + MOVE + "run 20\n"
     plain = f"pair_coeff 2 2 {words(ROW)}\n"
     runs = lmp_decks({name: head(start=LATER) + text + BONDS + "fix hold all nve/noforce\nrun 0\nunfix hold\n" + more + rest for name, text, more in
-                      (("before", free, ""), ("later", free, later), ("plain", free + plain, later))})
-    for name in ("later", "plain"):
+                      (("before", free, ""), ("later", free, later), ("kv without fix evp/volume", SCALED, later), ("plain", free + plain, later))})
+    for name in ("later", "kv without fix evp/volume", "plain"):
         assert_same_curve(runs["before"].thermo(), runs[name].thermo(), 0.0)
