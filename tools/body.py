@@ -54,8 +54,10 @@ def main(arguments=None):
     folder = options.out.absolute().parent
     if not folder.is_dir():
         parser.error(f"--out {options.out}: there is no folder {folder}")
-    if options.out.is_dir() or not os.access(folder, os.W_OK):
-        parser.error(f"--out {options.out}: {'this is a folder' if options.out.is_dir() else 'no file can be written there'}: give the name of a file")
+    if options.out.is_dir():
+        parser.error(f"--out {options.out}: this is a folder: give the name of a file in it")
+    if not os.access(folder, os.W_OK):
+        parser.error(f"--out {options.out}: no file can be written in {folder}")
     signal.signal(signal.SIGTERM, stop)
     with errors_in_one_line("body.py"):
         soup = placed(read_stl(options.part), options.axis, UNITS[options.unit])
