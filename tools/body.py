@@ -10,7 +10,9 @@ The spheres are packed by lammps_inputs/in.specimen between frozen points of the
 Needs Open3D: apt-get install python3-open3d (Debian), or pip install open3d. No other tool does.
 """
 
+import os
 import pathlib
+import signal
 import sys
 
 import evp  # noqa: F401  before numpy
@@ -26,6 +28,11 @@ USUAL = 1e-4, 10.0  # [m] longest extent of a part: beyond it the unit is asked 
 
 def extents_in_words(extents):
     return " x ".join(f"{value:.4g}" for value in extents) + " m"
+
+
+def stop(*_):
+    """A request to end is an interrupt: the packing is ended, its folder removed."""
+    raise KeyboardInterrupt
 
 
 def main(arguments=None):
@@ -44,8 +51,14 @@ def main(arguments=None):
         parser.error(f"--seed must be a positive integer, got {options.seed}")
     if not options.density > 0.0:
         parser.error(f"--density must be positive, got {options.density:g}")
-    if not options.out.absolute().parent.is_dir():
-        parser.error(f"--out {options.out}: there is no folder {options.out.absolute().parent}")
+    folder = options.out.absolute().parent
+    if not folder.is_dir():
+        parser.error(f"--out {options.out}: there is no folder {folder}")
+    if options.out.is_dir():
+        parser.error(f"--out {options.out}: this is a folder: give the name of a file in it")
+    if not os.access(folder, os.W_OK):
+        parser.error(f"--out {options.out}: no file can be written in {folder}")
+    signal.signal(signal.SIGTERM, stop)
     with errors_in_one_line("body.py"):
         soup = placed(read_stl(options.part), options.axis, UNITS[options.unit])
         extents = np.ptp(soup.reshape(-1, 3), axis=0)
@@ -63,4 +76,7 @@ def main(arguments=None):
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except KeyboardInterrupt:
+        sys.exit("body.py: interrupted; nothing was written")

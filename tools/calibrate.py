@@ -117,12 +117,11 @@ def calibrate(options, words):
     lammps_command(options.ranks)  # stops here where there is no lmp
     table_path = (options.table or out.with_name(f"{out.stem}.{options.name}.jsonl")).absolute()
     work = table_path.with_suffix(".work")
-    if options.fresh:
-        table_path.unlink(missing_ok=True)
-        shutil.rmtree(work, ignore_errors=True)
     inputs = {**targets._asdict(), "spheres": options.spheres, "seed": options.seed, "ranks": options.ranks, "within": options.within}
-    table = Table(table_path, inputs)
+    table = Table(table_path, inputs, options.fresh)
     try:
+        if options.fresh:
+            shutil.rmtree(work, ignore_errors=True)
         if table.runs:
             print(f"going on after {len(table.runs)} runs of {table_path}", flush=True)
         work.mkdir(exist_ok=True)

@@ -8,13 +8,15 @@
 #include "core/text.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <vector>
 
 namespace EVP {
 
-/// What the recorded bonds of a body say of a pair of atom types; both 0 where no bond joins the two.
+/// What the recorded bonds of a body say of a pair of atom types; both 0 where no bond joins the two. A type
+/// whose particles are bonded with those of other types only has the measures of these bonds.
 struct BondMeasure {
   double spacing;         ///< mean deq of the bonds between the types [length]
   double coordination;    ///< bonds per particle of the types that has any, with whatever types
@@ -106,7 +108,7 @@ class BondCensus {
   void add_bond(int i, int j, double deq)
   {
     const double share = std::ldexp(deq / unit, DIGITS), high = std::floor(share);
-    int64_t *const sum = of_pair(i, j);
+    int64_t *const sum = &sums[place(i, j)];
     sum[0]++;
     sum[1] += (int64_t) high;
     sum[2] += (int64_t) std::ldexp(share - high, DIGITS);
@@ -115,13 +117,14 @@ class BondCensus {
   /// To be added up over all MPI ranks, in place.
   std::vector<int64_t> sums;
 
-  BondMeasures measures()
+  BondMeasures measures() const
   {
     BondMeasures measures(ntypes);
     for (int i = 1; i <= ntypes; i++)
       for (int j = i; j <= ntypes; j++) {
-        const int64_t *const sum = of_pair(i, j), *const a = &sums[2 * (i - 1)],
-                             *const b = &sums[2 * (j - 1)];
+        const int64_t *const a = &sums[2 * (i - 1)], *const b = &sums[2 * (j - 1)];
+        std::array<int64_t, 3> sum = of_pair(i, j);
+        if (i == j && sum[0] == 0) sum = with_any(i);
         if (sum[0] == 0) continue;
         const double total =
             std::ldexp((double) sum[1], -DIGITS) + std::ldexp((double) sum[2], -2 * DIGITS);
@@ -137,10 +140,26 @@ class BondCensus {
   int ntypes;
   double unit;    // a power of 2 above every deq
 
-  int64_t *of_pair(int i, int j)
+  size_t place(int i, int j) const
   {
     const size_t low = std::min(i, j) - 1, high = std::max(i, j) - 1;
-    return &sums[2 * (size_t) ntypes + 3 * (high * (high + 1) / 2 + low)];
+    return 2 * (size_t) ntypes + 3 * (high * (high + 1) / 2 + low);
+  }
+
+  /// Number of bonds and both words of the sum of their deq.
+  std::array<int64_t, 3> of_pair(int i, int j) const
+  {
+    const int64_t *const sum = &sums[place(i, j)];
+    return {sum[0], sum[1], sum[2]};
+  }
+
+  /// Of a type with whatever types.
+  std::array<int64_t, 3> with_any(int i) const
+  {
+    std::array<int64_t, 3> all{};
+    for (int j = 1; j <= ntypes; j++)
+      for (int k = 0; k < 3; k++) all[k] += of_pair(i, j)[k];
+    return all;
   }
 };
 

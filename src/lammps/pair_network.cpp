@@ -244,6 +244,37 @@ void PairNetwork::report_scaling()
                    "fix evp/bonds to scale them");
 }
 
+// types may have been set since the bonds were recorded
+void PairNetwork::check_scaling() const
+{
+  if (!bonds() || !wants_measures()) return;
+  const int n = atom->ntypes + 1;
+  std::vector<char> unknown((size_t) n * n, 0);
+  for (int i = 1; i < n; i++)
+    for (int j = 1; j < n; j++)
+      unknown[(size_t) i * n + j] = coefficients.keywords(i, j).is_scaled() &&
+          coefficients.scaling(i, j).source == EVP::Coefficients::Source::AS_GIVEN;
+
+  const bool has_kv = volume() && volume()->is_of_rows();
+  int first = 0;    // type, of the pair of types or of the KV
+  EVP::for_each_pair(list, rows(atom->x), [&](const EVP::PlacedPair &p) {
+    if (!p.is_bond()) return;
+    const int a = atom->type[p.i], b = atom->type[p.j];
+    if (unknown[(size_t) a * n + b]) first = std::max(a, b);
+    for (const int type : {a, b})
+      if (has_kv && unknown[(size_t) type * n + type] && coefficients.keywords(type, type).kv > 0.0)
+        first = type;
+  });
+  first = EVP::reduce_all(first, MPI_MAX, world);
+  if (first)
+    error->all(FLERR,
+               "Pair evp/lj: atoms of type {} have bonds, but had another type when the bonds were "
+               "measured, so that nothing says what the row of this type is to be multiplied by: "
+               "set types before the bonds are recorded, or give type {} a row without spacing and "
+               "coordination",
+               first, first);
+}
+
 // one line of the active effects, again only when it changes
 void PairNetwork::report()
 {
@@ -297,6 +328,7 @@ void PairNetwork::pack_if_due(const NeighList *neighbors)
 
 void PairNetwork::pack(const NeighList *neighbors, bool collective)
 {
+  const bool is_first = collective && !scene_checked;
   if (collective) {
     note_bonds();
     scale_laws();
@@ -332,6 +364,7 @@ void PairNetwork::pack(const NeighList *neighbors, bool collective)
        new_pair_margin(Contact::REPULSIVE), implicit_groupbit},
       list);
   beyond.clear();
+  if (is_first) check_scaling();
   snapshot.finish();
   if (!bonds()) volume_.reset();    // they went since the last set-up
   if (volume()) volume()->pack(list, *bonds(), coefficients, collective);

@@ -240,6 +240,7 @@ class PairNetwork : protected Pointers {
   void scale_laws();
   void take_kv();
   void report_scaling();
+  void check_scaling() const;
   EVP::Row make_law(int i, int j);
   void pack(const class NeighList *, bool collective);
   void agree_on_pairs(const PairListBuilder::Found &, bool records_are_current);

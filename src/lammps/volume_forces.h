@@ -47,6 +47,9 @@ class VolumeForces : protected Pointers {
     if (!forces->acts()) forces->forget();
   }
 
+  /// Is KV that of the rows of the pair style?
+  bool is_of_rows() const { return from_rows; }
+
   /// False where no row of the pair style has a kv: it costs no time then.
   bool acts() const
   {

@@ -6,6 +6,7 @@ import os
 import pathlib
 import re
 import shlex
+import shutil
 import signal
 import subprocess
 import sys
@@ -66,7 +67,8 @@ def table_of(folder):
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
     """A calibration that nothing disturbed."""
-    folder = tmp_path_factory.mktemp("whole")
+    folder = tmp_path_factory.mktemp("whole") / "in a folder:with spaces"
+    folder.mkdir()
     code, output = calibrate(folder)
     assert code == 0, output
     return folder
@@ -88,7 +90,8 @@ def test_row_gives_its_stress_in_a_deck(whole, tmp_path):
     from evp import curves
 
     run_lammps("in.specimen", 1, {"n": 150, "seed": 1, "out": "body.data"}, tmp_path).ok()
-    run_lammps("in.quasistatic", 1, {"specimen": "body.data", "material": f"{whole / 'my.evp'}:mine", "contact": "repulsive", "strain": 0.004,
+    shutil.copy(whole / "my.evp", tmp_path)
+    run_lammps("in.quasistatic", 1, {"specimen": "body.data", "material": "my.evp:mine", "contact": "repulsive", "strain": 0.004,
                                      "increment": 0.0001, "out": "pull"}, tmp_path).ok()
     curve = curves.read_curve(tmp_path / "pull.csv")
     modulus = curves.modulus(curve.strain, curve.virial)
@@ -153,6 +156,8 @@ def test_too_little_hardening_is_refused_after_the_runs(tmp_path):
 
 def test_over_stress(tmp_path):
     """gamma is in the row; the over-stress of the damped run over its twin is the one asked for."""
+    tmp_path = tmp_path / "a b"
+    tmp_path.mkdir()
     words = ["--rate", "10e6@200"]
     code, output = calibrate(tmp_path, None, words)
     assert code == 0, output

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """tools/calibrate.py without LAMMPS: closed forms, refusals, run table, row, search on a body that is the closed form itself."""
 
+import concurrent.futures
 import json
 import math
 
@@ -73,6 +74,7 @@ def test_power_law_of_handbook_values():
     ({"--yield": "1000", "--stress2": "1500@0.05"}, "xi_s outside", "nearest is"),
     ({"--density": "0"}, "--density must be", ""),
     ({"--name": "two words"}, "cannot be the name of a row", ""),
+    ({"--name": "two\n"}, "cannot be the name of a row", ""),
     ({"--name": "taken"}, "holds a row 'taken' already", ""),
     ({"--spheres": "10"}, "--spheres", "100"),
     ({"--within": "0.1"}, "--within", "0.01"),
@@ -140,6 +142,33 @@ def test_one_writer_at_a_time(tmp_path):
     with pytest.raises(Refused, match="another calibration"):
         Table(tmp_path / "t.jsonl", {})
     table.close()
+
+
+def test_a_fresh_calibration_leaves_one_that_is_running(tmp_path, monkeypatch):
+    """Neither its runs nor its folder; alone it forgets both."""
+    monkeypatch.setenv("EVP_LMP", "/bin/true")
+    table, body = Table(tmp_path / "t.jsonl", {}), tmp_path / "t.work" / "body.data"
+    table.add({"number": 1})
+    body.parent.mkdir()
+    body.touch()
+    words = [word for pair in GOOD.items() for word in pair] + ["--out", str(tmp_path / "m.evp"), "--table", str(table.path), "--ranks", "1", "--fresh"]
+    options = calibrate.parser().parse_args(words)
+    with pytest.raises(Refused, match="another calibration"):
+        calibrate.calibrate(options, words)
+    assert body.exists() and len(table.path.read_text(encoding="utf-8").splitlines()) == 2
+    table.close()
+    monkeypatch.setattr(calibration_runs, "make_body", lambda folder, *_: (_ for _ in ()).throw(calibration_runs.Failed(str(list(folder.iterdir())))))
+    with pytest.raises(calibration_runs.Failed, match=r"^\[\]$"):
+        calibrate.calibrate(options, words)
+    assert len(table.path.read_text(encoding="utf-8").splitlines()) == 1
+
+
+def test_rows_appended_at_once_are_all_there(tmp_path):
+    path, count = tmp_path / "m.evp", 12
+    with concurrent.futures.ThreadPoolExecutor(count) as pool:
+        list(pool.map(lambda number: calibration_row.append(path, [f"row{number} 1"]), range(count)))
+    lines = path.read_text(encoding="utf-8").splitlines()
+    assert sorted(line for line in lines if line.startswith("row")) == sorted(f"row{number} 1" for number in range(count))
 
 
 BODY = calibration_runs.Body(None, 4000, 26000, 0.003, 1e-5)

@@ -59,10 +59,12 @@ TEST(BondCensus, CountsByTypes)
   EXPECT_DOUBLE_EQ(found.of(2, 3).spacing, 0.03);
   EXPECT_EQ(found.of(3, 2).coordination, 1.5);
   EXPECT_TRUE(found.any_bonds());
-  for (const auto &[i, j] : {std::pair(2, 2), std::pair(3, 3), std::pair(1, 3)}) {
-    EXPECT_EQ(found.of(i, j).spacing, 0.0);
-    EXPECT_EQ(found.of(i, j).coordination, 0.0);
-  }
+  EXPECT_DOUBLE_EQ(found.of(2, 2).spacing, 0.025);    // none of its own: those with other types
+  EXPECT_EQ(found.of(2, 2).coordination, 2.0);
+  EXPECT_DOUBLE_EQ(found.of(3, 3).spacing, 0.03);
+  EXPECT_EQ(found.of(3, 3).coordination, 1.0);
+  EXPECT_EQ(found.of(1, 3).spacing, 0.0);
+  EXPECT_EQ(found.of(1, 3).coordination, 0.0);
   EXPECT_FALSE(BondCensus(3, 0.0).measures().any_bonds());
 }
 

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """A calibrated row as text, and its way into a potential file: whole or not at all."""
 
+import fcntl
+import os
 import pathlib
 
 from .whole import write_whole
@@ -23,8 +25,17 @@ def row_line(name, row, spacing, coordination, kv, density):
 
 
 def append(path, lines):
-    """Append lines to a potential file, which is made where there is none. The file is replaced in one move."""
+    """Append lines to a potential file, which is made where there is none. The file is replaced in one move; others who append wait."""
     path = pathlib.Path(path)
+    folder = os.open(path.parent, os.O_RDONLY)
+    try:
+        fcntl.flock(folder, fcntl.LOCK_EX)
+        _append(path, lines)
+    finally:
+        os.close(folder)
+
+
+def _append(path, lines):
     text = path.read_text(encoding="utf-8") if path.exists() else HEAD
     if not text.endswith("\n"):
         text += "\n"

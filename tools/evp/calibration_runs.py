@@ -92,6 +92,11 @@ class attempt_folder:
         shutil.rmtree(self.path, ignore_errors=True)
 
 
+def relative(path, folder):
+    """A file as a deck run in the folder is told of it: folders above both may have spaces, which read_data takes for the end of a name."""
+    return os.path.relpath(pathlib.Path(path).resolve(), pathlib.Path(folder).resolve())
+
+
 def call(deck, variables, ranks, folder, deadline, title, share=None):
     """Run a deck in a folder; Failed where it ends badly or lasts beyond `deadline` seconds from now.
 
@@ -170,7 +175,7 @@ def pull_material(body, material, xi_s, targets, finer, ranks, folder, timeout, 
     done, begin = 0, time.monotonic()
     with attempt_folder(folder, "pull") as work:
         for number, (end, increment) in enumerate(ends):
-            variables = {"specimen": body.path, **material, "contact": CONTACT, "strain": f"{end:.9g}", "increment": f"{increment:.9g}",
+            variables = {"specimen": relative(body.path, work), **material, "contact": CONTACT, "strain": f"{end:.9g}", "increment": f"{increment:.9g}",
                          "restart": 1000000, "resume": done, "out": "pull"}
             left = timeout - (time.monotonic() - begin)
             call("in.quasistatic", variables, ranks, work, left, title, lambda: last_share(work / "pull.csv", ends[-1][0]))
@@ -221,10 +226,10 @@ def rate_strain(targets):
 def flow_stress(body, row, kv, targets, rate, ranks, folder, timeout, title):
     """Mean stress [Pa] over the second half of a run of in.traction at a rate. Failed, with the reason."""
     end = math.copysign(rate_strain(targets), targets.strain)
-    variables = {"specimen": body.path, "coeff": coefficients(row), "scale": "no", "contact": CONTACT, "kv": f"{kv:.9g}", "strain": f"{abs(end):.9g}",
+    variables = {"coeff": coefficients(row), "scale": "no", "contact": CONTACT, "kv": f"{kv:.9g}", "strain": f"{abs(end):.9g}",
                  "rate": f"{math.copysign(rate, end):.9g}", "integrator": "implicit" if row.gamma > 0.0 else "explicit", "out": "rate"}
     with attempt_folder(folder, "rate") as work:
-        call("in.traction", variables, ranks, work, timeout, title, lambda: last_share(work / "rate.csv", end))
+        call("in.traction", {"specimen": relative(body.path, work), **variables}, ranks, work, timeout, title, lambda: last_share(work / "rate.csv", end))
         strain, stress = read_curve(work / "rate.csv")
     late = strain > 0.5 * strain[-1]
     strain, stress = strain[late], stress[late]

@@ -14,9 +14,9 @@ from .calibration_targets import Refused
 
 
 class Table:
-    """inputs: a dict that decides everything else; the same inputs give the same runs."""
+    """inputs: a dict that decides everything else; the same inputs give the same runs. fresh: forget what is there."""
 
-    def __init__(self, path, inputs):
+    def __init__(self, path, inputs, fresh=False):
         self.path, self.inputs = pathlib.Path(path), json.loads(json.dumps(inputs))
         self.file = open(self.path, "a+", encoding="utf-8")
         try:
@@ -25,6 +25,8 @@ class Table:
             self.file.close()
             raise Refused(f"another calibration is writing {self.path}: wait for it, or give another --table") from None
         try:
+            if fresh:
+                self.file.truncate(0)
             self._read()
         except BaseException:
             self.file.close()

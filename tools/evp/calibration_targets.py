@@ -12,7 +12,7 @@ from . import calibration_affine as affine
 LARGEST_STRAIN = 0.15  # the force of the second regime has its peak at a bond strain of 0.158
 DECADE = 10.0
 LINEAR = 0.01  # over-stresses are linear in the rate within this
-NAME = re.compile(r"[A-Za-z0-9_.+-]+$")
+NAME = re.compile(r"[A-Za-z0-9_.+-]+")
 
 
 class Refused(ValueError):
@@ -128,7 +128,7 @@ def check_rates(rates):
 
 def check_name(name):
     """Refused where the name cannot be a row's."""
-    if not NAME.match(name):
+    if not NAME.fullmatch(name):
         raise Refused(f"--name: '{name}' cannot be the name of a row: letters, digits and _ . + - only")
 
 

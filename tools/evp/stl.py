@@ -31,7 +31,7 @@ def read_stl(path):
 
 
 def _read_ascii(path, raw):
-    words = raw.decode("ascii", "replace").split()
+    words = raw.decode("ascii", "replace").lower().split()  # some programs write all in capitals
     at = np.flatnonzero(np.array(words, dtype=object) == "vertex") if words else np.zeros(0, int)
     try:
         numbers = np.array([words[k + 1:k + 4] for k in at], dtype=float)
