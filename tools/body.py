@@ -60,11 +60,16 @@ def main(arguments=None):
         parser.error(f"--out {options.out}: no file can be written in {folder}")
     signal.signal(signal.SIGTERM, stop)
     with errors_in_one_line("body.py"):
-        soup = placed(read_stl(options.part), options.axis, UNITS[options.unit])
+        of_file = read_stl(options.part)
+        soup = placed(of_file, options.axis, UNITS[options.unit])
         extents = np.ptp(soup.reshape(-1, 3), axis=0)
         if not USUAL[0] <= extents.max() <= USUAL[1]:
             print(f"WARNING: with --unit {options.unit} the part is {extents_in_words(extents)}: is that its unit?", file=sys.stderr)
-        surface = closed_surface(soup, str(options.part))
+        try:
+            surface = closed_surface(soup, str(options.part))
+        except ValueError:
+            closed_surface(of_file, str(options.part))  # says the same with places in the axes and the unit of the file
+            raise
         print(f"{options.part}: {len(surface.triangles)} triangles, {extents_in_words(surface.extents)}, volume {surface.volume():.5g} m3, "
               f"cross-section at mid-length {surface.section_area(0.5 * surface.extents[0]):.5g} m2")
         print(f"{options.n} spheres of a diameter of about {2 * guessed_radius(surface.volume(), options.n):.3g} m", flush=True)

@@ -82,11 +82,17 @@ def show_numbers(args):
     width = max(len(path) for path in args.curves)
     print(" " * width, *COLUMNS.values(), sep="  ")
     for path in args.curves:
-        found = curves.numbers(curves.read_curve(path, args.column, args.strain), args.column, args.fit)
+        curve = curves.read_curve(path, args.column, args.strain)
+        found = curves.numbers(curve, args.column, args.fit)
         found["range"] = f"{found['E_from']:g}..{found['E_to']:.3g}"
         cells = [found[name].rjust(len(title)) if name == "range" else f"{found[name]:{len(title)}.5g}" for name, title in COLUMNS.items()]
         print(path.ljust(width), *cells, sep="  ")
-        tell_jump(path, found)
+        curve_turns = cycles.turns(curve.strain)
+        if len(curve_turns):
+            print(f"NOTE: {path} turns back at strain {curve.strain[curve_turns[0]]:g}: the numbers above mix loading and unloading. "
+                  "Take curves.py table, which gives those of the loading and of the unloading")
+        else:
+            tell_jump(path, found)
 
 
 def show_cycles(args):

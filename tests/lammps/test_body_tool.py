@@ -113,7 +113,7 @@ def test_parts_are_what_their_script_writes(tmp_path):
 
 @pytest.mark.parametrize("change, options, message", [
     (None, {"--n": 100}, "--n 100 is too small: the thinnest section is 0.0079. m, and 100 spheres have a diameter of 0.00377 m; 3 must fit side by side: give --n "),
-    (lambda soup: soup[5:], {}, "part.stl is open: "), (lambda soup: soup[:, ::-1], {}, "part.stl is inside out"),
+    (lambda soup: soup[5:] + [0.0, 0.0, 1000.0], {}, r"part.stl is open: .* 10\d\d\S* of the file;"), (lambda soup: soup[:, ::-1], {}, "part.stl is inside out"),
     (lambda soup: np.concatenate([soup, soup + 100.0]), {}, "part.stl has 2 separate shells"),
     (lambda soup: soup[:0], {}, "part.stl holds no triangle"),
     (lambda soup: np.concatenate([soup, soup + [0.0, 7.0, 9.0]]), {}, "part.stl has 2 separate shells"),

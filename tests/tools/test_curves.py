@@ -211,6 +211,24 @@ def test_a_line_that_does_not_begin_at_zero_is_told(tmp_path):
     assert "beyond.csv" in notes[0] and "MPa at strain 0" in notes[0]
 
 
+def test_a_curve_that_turns_back_is_told(tmp_path):
+    strain, grip, stress = bilinear()
+    there_and_back = curves.Curve(*(np.concatenate([row, row[-2::-1]]) for row in (strain, grip, stress)))
+    shown = command("numbers", write(tmp_path / "back.csv", there_and_back))
+    notes = [line for line in shown.stdout.splitlines() if line.startswith("NOTE")]
+    assert shown.returncode == 0 and len(notes) == 1, shown.stdout + shown.stderr
+    assert f"back.csv turns back at strain {strain[-1]:g}" in notes[0] and "curves.py table" in notes[0]
+
+
+@pytest.mark.parametrize("deck, columns", [("in.torsion", "angle,shear_strain,torque_grip,torque_virial"),
+                                           ("in.bending", "strain,stress,deflection,force,reaction")])
+def test_curves_of_torsion_and_bending_are_refused_by_name(tmp_path, deck, columns):
+    path = tmp_path / "other.csv"
+    path.write_text(columns + "\n" + "0," * columns.count(",") + "0\n", encoding="utf-8")
+    shown = command("numbers", path)
+    assert shown.returncode == 1 and deck in shown.stderr and columns.split(",")[-1] in shown.stderr
+
+
 def test_command_prints_the_range(tmp_path):
     path = write(tmp_path / "stiff.csv", rounded(70e9, 90e6))
     shown = command("numbers", path)

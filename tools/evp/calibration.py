@@ -137,10 +137,13 @@ class Search:
         found = result.found
         if at_floor:
             ratio = found["stress2"] / found["yield"]
-            because = " with the volume energy that nu asks for, which hardens by itself (leave --nu out)" if result.kv > 0.0 else ""
+            because = ", as the volume energy for nu hardens it, too" if result.kv > 0.0 else ""
+            others = ", leave --nu out" if result.kv > 0.0 else ""
+            if self.targets.strain > 0.0:
+                others += ", or give the values of a compression (negative strain)"
             raise Refused(f"--stress2: {self.targets.stress2:.6g} Pa is {self.targets.stress2 / self.targets.yield_stress:.4g} of the yield stress. Too "
                           f"little: without any force in its second regime the body still hardens to {ratio:.4g} of it at {self.targets.strain:g}"
-                          f"{because}; the nearest is {ratio * self.targets.yield_stress:.4g} Pa")
+                          f"{because}. Give a stress a few percent above {ratio * self.targets.yield_stress:.4g} Pa{others}")
         raise Refused(f"--nu: {self.targets.nu:g} cannot be had: the body has {found['nu']:.4g} without any volume energy, the nearest")
 
     def step(self, unknowns, slopes, before, residuals):

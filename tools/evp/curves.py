@@ -50,7 +50,11 @@ def read_curve(path, column=None, strain="strain"):
     missing = [name for name in wanted if name not in names]
     if missing:
         first_line = ",".join(wanted)
-        remedy = "run the deck with -var extensometer yes" if missing[0] == "strain_gauge" else f"its first line must be {first_line}"
+        remedy = f"its first line must be {first_line}"
+        if missing[0] == "strain_gauge":
+            remedy = "run the deck with -var extensometer yes"
+        elif "torque_grip" in names or "deflection" in names:
+            remedy = f"curves.py does not read curves of in.torsion and in.bending; its columns are {', '.join(names)}"
         raise CurveError(f"{path} has no column {missing[0]}; {remedy}")
     places = [names.index(name) for name in wanted]
     try:
