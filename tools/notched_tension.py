@@ -92,6 +92,13 @@ def kept_exponent(sizes, works):
     return math.log(works[few, xi] / works[more, xi]) / grown / math.log(spacing(sizes[0]) / spacing(sizes[1]))
 
 
+def exponent_of(results, spheres, bars=slice(None)):
+    """kept_exponent of the two smallest numbers of spheres, over some of the bars."""
+    works = {(case.spheres, case.xi): mean_work(found[bars]) for case, found in results.items()
+             if case.spheres in spheres[:2] and case.rule != "work kept"}
+    return kept_exponent(spheres[:2], works)
+
+
 def measured(cases, seeds, folder):
     """{Case: [Found of each seed]}; seeds: {spheres: number of bars}."""
     plan, results = [(case, seed) for case in cases for seed in range(1, seeds[case.spheres] + 1)], {}
@@ -106,7 +113,7 @@ def study(spheres, xi, seeds, folder):
     few, more = spheres[:2]
     first = [Case(n, xi, "one XI") for n in spheres] + [Case(more, xi * spacing(few) / spacing(more), "XI times spacing")]
     results = measured(first, seeds, folder)
-    p = kept_exponent((few, more), {(case.spheres, case.xi): mean_work(found) for case, found in results.items() if case.spheres in (few, more)})
+    p = exponent_of(results, spheres)
     kept = [Case(n, xi * (spacing(few) / spacing(n)) ** p, "work kept") for n in spheres[1:]]
     results.update(measured(kept, seeds, folder))
     return results, p
@@ -150,9 +157,10 @@ PAGE = """# Notched tension to rupture
 
 What to do:
 
-- Choose the number of spheres first. Then choose XI so that the work of rupture, or the opening at rupture, of one test is the measured one, and keep both.
+- Choose the number of spheres first. Then choose XI so that the work of rupture, or the opening at rupture, of one test is the measured one,
+  and keep both.
 - To change the spacing afterwards, take XI times (old spacing / new spacing)^{p:.2f} here. The exponent is that of this bar and of this range of
-  spacings: measure it anew for another notch, by two values of XI as this tool does.
+  spacings{scatter}: measure it anew for another notch, by two values of XI as this tool does.
 - Do not refine only near a notch: bonds of one XI break first where the spacing is smallest.
 - Stress and strain up to the largest stress depend less on the spacing than what follows.
 
@@ -217,7 +225,10 @@ def main(words=None):
         results, p = study(spheres, options.xi, dict(zip(spheres, seeds)), options.work)
         stem = options.out.stem
         picture = draw(results, options.work, options.out.parent / "figures" / f"{stem}.png")
-        text = PAGE.format(answer=answer(results, p, spheres), p=p, notch=NOTCH, rate=PULL["rate"], stem=stem, table="\n".join(table(HEADER, rows(results))), more=spheres[1], coeff=PULL["coeff"], xi=options.xi)
+        alone = [exponent_of(results, spheres, slice(k, k + 1)) for k in range(min(seeds[:2]))]
+        scatter = f" ({min(alone):.2f} to {max(alone):.2f} from single bars)" if len(alone) > 1 else ""
+        text = PAGE.format(answer=answer(results, p, spheres), p=p, scatter=scatter, notch=NOTCH, rate=PULL["rate"],
+                           stem=stem, table="\n".join(table(HEADER, rows(results))), more=spheres[1], coeff=PULL["coeff"], xi=options.xi)
         options.out.write_text(text, encoding="utf-8")
     print(text)
     print(picture)
