@@ -21,6 +21,7 @@ left at zero stress, the slope over the first 0.004 of unloading, and the area o
 stress at strains of it, residual strain, unloading modulus, the area of each loop; '-' where a curve has no such number. Stresses are
 fitted over +-0.0006 of strain, or interpolated where the rows are farther apart. A target has rows strain,stress in Pa, or a first line
 with strain or strain_percent, and stress or stress_MPa; the curves' departures from it, on their first way, are taken at its rows.
+`columns` plots any two columns of CSV files of the decks, such as time and force of in.taylor.
 `rate` says which share of the stress of a damped run is viscous and which inertial. Its twin is the
 same run at the same rate with gamma = 0; with --rate and --specimen it also gives what E tau rate
 and rho c L rate expect.
@@ -109,6 +110,14 @@ def show_cycles(args):
         from evp import figures
 
         print(figures.unloading(dict(zip(figures.short_names(args.curves), read.values())), args.out, args.column))
+
+
+def plot_columns(args):
+    """One column over another, a curve for each file."""
+    from evp import figures
+
+    read = {path: figures.read_columns(path, (args.x, args.y)) for path in args.files}
+    print(figures.two_columns(dict(zip(figures.short_names(read), read.values())), args.x, args.y, args.out, args.title))
 
 
 def strains_of(words):
@@ -279,6 +288,12 @@ def parser():
     sub.add_argument("--title", default="Traction")
     sub.add_argument("--out", default="curves.png", metavar="PNG")
     column(sub)
+    sub = command("columns", plot_columns, "one column of CSV files over another")
+    sub.add_argument("files", nargs="+", metavar="CSV")
+    sub.add_argument("--x", required=True, metavar="NAME", help="column, such as time")
+    sub.add_argument("--y", required=True, metavar="NAME", help="column, such as force")
+    sub.add_argument("--title", default="")
+    sub.add_argument("--out", default="columns.png", metavar="PNG")
     sub = command("law", plot_law, "force against distance of one pair (the paper's figure 2)")
     sub.add_argument("--coeff", default="80 8 4 3 8 4 0.005 0 1.5",
                      help="e1 m1 n1 e2 m2 n2 xi_s gamma alpha (default: Table 1)")

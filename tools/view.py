@@ -72,10 +72,11 @@ def chosen(snapshots, args, most):
 def names_of(snapshots, series):
     """A title for each snapshot: its time or step, and its file where the series has several."""
     from evp.figures import short_names
+    from evp.view_figure import time_text
 
     paths = list(dict.fromkeys(snapshot.path for snapshot in series))
     files = dict(zip(paths, short_names(paths)))
-    when = [f"{s.time:.4g} {'s' if s.units == 'si' else 'time units'}" if s.time is not None else f"step {s.step}" for s in snapshots]
+    when = [f"step {s.step}" if s.time is None else time_text(s.time) if s.units == "si" else f"{s.time:.4g} time units" for s in snapshots]
     return [f"{files[s.path]}, {text}" if len(paths) > 1 else text for s, text in zip(snapshots, when)]
 
 
@@ -100,22 +101,25 @@ class Scene:
         self.cuts = [[view_scene.condition(text) for text in group] for group in args.cut or ()]
         self.color, self.radius, self.units = columns.word(args.color) if args.color else None, args.radius, units
         views = [view_angles(text) for text in args.view]
-        ends, values = [None] * len(views), []
+        ends, drawn, inner = [None] * len(views), [], []
         for snapshot in snapshots:
             found = self.spheres(snapshot)
             for k, angles in enumerate(views):
                 own = spheres.extents(found.x, found.radius, *angles)
                 ends[k] = own if ends[k] is None else view_figure.hull(ends[k], own)
             if self.color:
-                values += [found.values.min(), found.values.max()]
+                drawn += [found.values.min(), found.values.max()]
+                inner += view_figure.bulk(found.values)
         self.cameras = spheres.cameras(ends, views, args.pixels)
         self.scale, self.colors, self.factor = None, view_figure.plain_colors(), 1.0
         if self.color:
             column = columns.described(self.color, units)
             self.factor = column.factor
-            drawn = (column.factor * min(values), column.factor * max(values))
-            low, high = args.range or view_figure.limits(*drawn)
-            self.scale = view_figure.ColorScale(low, high, drawn, args.map, args.label or column.label())
+            drawn, inner = ((column.factor * min(values), column.factor * max(values)) for values in (drawn, inner))
+            low, high = args.range or view_figure.limits(*inner)
+            note = "" if args.range else view_figure.note_of_outer(drawn, (low, high))
+            label = "\n".join(filter(None, (args.label or column.label(), note)))
+            self.scale = view_figure.ColorScale(low, high, drawn, args.map, label)
             self.colors = self.scale.colors()
 
     def spheres(self, snapshot):
@@ -137,7 +141,9 @@ def draw_picture(args, scene, snapshots, series):
     """One PNG: a snapshot in its views, or snapshots beside or below each other."""
     from evp import view_figure
 
-    names = names_of(snapshots, series) if args.titles else [""] * len(snapshots)
+    names = args.captions or (names_of(snapshots, series) if args.titles else [""] * len(snapshots))
+    if len(names) != len(snapshots):
+        raise ValueError(f"--captions: {len(names)} for {len(snapshots)} snapshots: give one for each")
     drawn = [scene.pictures(snapshot) for snapshot in with_progress(snapshots)]
     views = args.view if len(args.view) > 1 else [""]
     first = scene.cameras[0]
@@ -186,7 +192,8 @@ def parser():
     top = command_line(__doc__)
     top.add_argument("dumps", nargs="+", type=pathlib.Path, metavar="DUMP")
     top.add_argument("--color", "--colour", metavar="COLUMN", help="column that colors the spheres (default: one color)")
-    top.add_argument("--range", nargs=2, type=float, metavar=("LOW", "HIGH"), help="of the color bar, in its unit (default: all values drawn)")
+    top.add_argument("--range", nargs=2, type=float, metavar=("LOW", "HIGH"), help="of the color bar, in its unit (default: all values drawn; without the "
+                     "outermost half percent of a snapshot where these alone would take up half of the bar, which then names the highest)")
     top.add_argument("--map", help="color map of matplotlib (default: YlOrRd; coolwarm around 0 where values have both signs)")
     top.add_argument("--label", metavar="TEXT", help="beside the color bar, in place of the column's")
     top.add_argument("--view", nargs="+", default=["iso"], metavar="VIEW",
@@ -205,6 +212,7 @@ def parser():
     top.add_argument("--units", choices=("si", "cgs", "lj", "metal", "real", "micro", "nano"), default="si",
                      help="of dumps that do not say it (default: si, as the decks)")
     top.add_argument("--no-titles", dest="titles", action="store_false", help="no step or time above the pictures")
+    top.add_argument("--captions", nargs="+", metavar="TEXT", help="above the pictures of a PNG, one for each snapshot, in place of step or time")
     top.add_argument("--unfinished", action="store_true", help="leave out a last snapshot that ends in the middle: the run goes on, or was stopped")
     return top
 

@@ -3,6 +3,7 @@
 #ifndef EVP_CORE_STRAIN_FIT_H
 #define EVP_CORE_STRAIN_FIT_H
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -39,8 +40,8 @@ inline double equivalent_strain(const SymmetricTensor &strain)
 
 /// The strain of a particle that fits those of its bonds best: minimizes sum_j w_j (u_j.E.u_j - p_j)^2 over
 /// the tensors E, with u the direction of a bond, p its strain, w its weight. It is E itself where p = u.E.u
-/// for all bonds and these have six independent directions. Where they have fewer, it is the smallest of
-/// the best ones.
+/// for all bonds and these have six directions that are independent enough. Where they have fewer, it is the
+/// smallest of the best ones.
 ///
 /// The sums can be added up in any order, and on several MPI ranks.
 class StrainFit {
@@ -64,37 +65,64 @@ class StrainFit {
   /// The strain from the sums, 0 where there is no bond.
   static SymmetricTensor solve(const double *sums)
   {
-    double l[6][6];
+    Matrix m;
     for (int a = 0; a < 6; a++)
-      for (int b = 0; b <= a; b++) l[a][b] = *sums++;
-    // a small share of the trace, which is the sum of the weights, decides where bonds do not
-    double trace = 0.0;
-    for (int a = 0; a < 6; a++) trace += l[a][a];
-    if (!(trace > 0.0)) return {};
-    for (int a = 0; a < 6; a++) l[a][a] += RIDGE * trace;
-
-    // Cholesky decomposition, then substitution forth and back
-    SymmetricTensor e;
-    for (int a = 0; a < 6; a++) {
-      for (int b = 0; b <= a; b++) {
-        double left = l[a][b];
-        for (int c = 0; c < b; c++) left -= l[a][c] * l[b][c];
-        l[a][b] = a == b ? std::sqrt(left) : left / l[b][b];
-      }
-      e[a] = sums[a];
-      for (int c = 0; c < a; c++) e[a] -= l[a][c] * e[c];
-      e[a] /= l[a][a];
-    }
-    for (int a = 5; a >= 0; a--) {
-      for (int c = a + 1; c < 6; c++) e[a] -= l[c][a] * e[c];
-      e[a] /= l[a][a];
+      for (int b = 0; b <= a; b++) m[a][b] = m[b][a] = *sums++;
+    Matrix axes = diagonalize(m);    // the eigenvalues are on the diagonal of m then
+    double largest = 0.0;
+    for (int a = 0; a < 6; a++) largest = std::max(largest, m[a][a]);
+    SymmetricTensor e = {};
+    for (int k = 0; k < 6; k++) {
+      if (!(m[k][k] > RANK * largest)) continue;
+      double along = 0.0;
+      for (int a = 0; a < 6; a++) along += axes[a][k] * sums[a];
+      for (int a = 0; a < 6; a++) e[a] += axes[a][k] * along / m[k][k];
     }
     for (int a = 3; a < 6; a++) e[a] /= std::sqrt(2.0);
     return e;
   }
 
  private:
-  static constexpr double RIDGE = 1e-10;
+  using Matrix = std::array<std::array<double, 6>, 6>;
+
+  // Directions that the bonds determine less, compared with the best, are left out: there the strain would be
+  // the scatter of the bonds' own, many times enlarged, as in a sphere at an edge of the body.
+  static constexpr double RANK = 0.01;
+  static constexpr int MOST_SWEEPS = 20;
+
+  /// Jacobi's rotations: m becomes diagonal; returns its eigenvectors, in columns.
+  static Matrix diagonalize(Matrix &m)
+  {
+    Matrix axes = {};
+    double norm = 0.0;
+    for (int a = 0; a < 6; a++) {
+      axes[a][a] = 1.0;
+      for (int b = 0; b < 6; b++) norm += m[a][b] * m[a][b];
+    }
+    for (int sweep = 0; sweep < MOST_SWEEPS; sweep++) {
+      double off = 0.0;
+      for (int a = 0; a < 6; a++)
+        for (int b = 0; b < a; b++) off += m[a][b] * m[a][b];
+      if (!(off > 1e-30 * norm)) break;
+      for (int p = 0; p < 5; p++)
+        for (int q = p + 1; q < 6; q++) {
+          if (m[p][q] == 0.0) continue;
+          const double theta = 0.5 * (m[q][q] - m[p][p]) / m[p][q];
+          const double t = std::copysign(1.0, theta) / (std::abs(theta) + std::hypot(theta, 1.0));
+          const double c = 1.0 / std::hypot(t, 1.0), s = t * c;
+          for (int a = 0; a < 6; a++) rotate(m[a][p], m[a][q], c, s);
+          for (int a = 0; a < 6; a++) rotate(m[p][a], m[q][a], c, s);
+          for (int a = 0; a < 6; a++) rotate(axes[a][p], axes[a][q], c, s);
+        }
+    }
+    return axes;
+  }
+  static void rotate(double &x, double &y, double c, double s)
+  {
+    const double before = x;
+    x = c * x - s * y;
+    y = s * before + c * y;
+  }
 };
 
 }    // namespace EVP

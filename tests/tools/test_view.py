@@ -138,6 +138,29 @@ def test_text_of_lengths(length, units, text):
     assert view_figure.length_text(length, units) == text
 
 
+def test_single_spheres_do_not_stretch_the_colors():
+    values = np.append(np.linspace(0.0, 2.0, 999), 250.0)
+    shown = view_figure.bulk(values)
+    assert 1.9 < shown[1] < 2.0 and view_figure.note_of_outer((0.0, 250.0), (0.0, shown[1])) == "highest 250"
+    assert view_figure.bulk(values[:-1]) == (0.0, 2.0) and view_figure.note_of_outer((0.0, 2.0), (0.0, 2.0)) == ""
+    assert view_figure.bulk(np.append(np.zeros(999), 1.0)) == (0.0, 1.0), "what is all the same leaves no bar"
+
+
+def test_label_of_the_bar_fits_a_flat_picture():
+    """Wrapped, so that all of it lies within the figure."""
+    scale = view_figure.ColorScale(0.0, 100.0, (0.0, 100.0), None, "bonds in the second regime [% of each sphere's]\nhighest 100")
+    figure = view_figure.compose([[np.zeros((60, 900, 3), dtype=np.uint8)]], [""], [""], 1e-4, "si", scale)
+    figure.canvas.draw()
+    label = figure.axes[-1].yaxis.label
+    box, page = label.get_window_extent(), figure.bbox
+    assert label.get_text().count("\n") == 2
+    assert page.x0 <= box.x0 and box.x1 <= page.x1 and page.y0 <= box.y0 and box.y1 <= page.y1
+
+
+def test_times_are_given_with_a_prefix():
+    assert [view_figure.time_text(t) for t in (0.0, 3.7e-5, 1e-3, 2.5, 1e-12)] == ["0 s", "37 us", "1 ms", "2.5 s", "1e-12 s"]
+
+
 def test_limits_of_the_colors():
     assert view_figure.limits(0.1, 3.0) == (0.1, 3.0) and view_figure.limits(-1.0, 3.0) == (-3.0, 3.0)
     assert view_figure.ColorScale(2.0, 2.0, (2.0, 2.0)).share(np.array([2.0])) == [0.5], "all values the same"

@@ -3,6 +3,7 @@
 
 #include "core/strain_fit.h"
 
+#include <cmath>
 #include <gtest/gtest.h>
 #include <random>
 #include <vector>
@@ -86,6 +87,18 @@ TEST(StrainFit, FewerThanSixBondsAreFittedBySmallest)
   }
   EXPECT_LT(size, given);
   for (const Bond &b : bonds) EXPECT_NEAR(along(found, b.r), b.strain, 1e-8);
+}
+
+TEST(StrainFit, BondsNearlyInAPlaneDoNotEnlargeTheirScatter)
+{
+  std::vector<Bond> bonds;
+  for (int k = 0; k < 6; k++)
+    bonds.push_back(
+        {{std::cos(0.7 * k), std::sin(0.7 * k), 1e-3 * (k % 3)}, 1.0, 0.01 + 0.001 * (k % 2)});
+  const SymmetricTensor found = fit(bonds);
+  EXPECT_LT(EVP::equivalent_strain(found), 0.02);
+  EXPECT_NEAR(found[0], 0.0105, 1e-3);
+  EXPECT_NEAR(found[1], 0.0105, 1e-3);
 }
 
 TEST(StrainFit, NothingWithoutBonds)

@@ -99,6 +99,27 @@ def stress_strain(panels, path, column="virial"):
         return save(figure, path, ("panel", "curve", "strain_percent", "stress_MPa"), rows)
 
 
+UNITS = {"time": "s", "force": "N", "reaction": "N", "speed": "m/s", "length": "m", "deflection": "m", "angle": "rad", "torque_grip": "N m",
+         "torque_virial": "N m", "distance": "m", "energy": "J", "kinetic_energy": "J", "plastic_work": "J", "imbalance": "J", "stress": "Pa",
+         "stress_grip": "Pa", "stress_virial": "Pa", "shear_stress": "Pa", "pressure": "Pa"}  # of the columns of the decks
+
+
+def two_columns(curves, x, y, path, title=""):
+    """Column y over column x: curves is {label: {name: values}}. Writes path and its CSV: curve, x, y."""
+    rows = []
+    with plt.rc_context(LOOK):
+        figure, axis = plt.subplots(figsize=(6.4, 3.6))
+        for k, (label, columns) in enumerate(curves.items()):
+            axis.plot(columns[x], columns[y], label=label, **line_style(k))
+            rows += [(label, f"{a:.6g}", f"{b:.6g}") for a, b in zip(columns[x], columns[y])]
+        names = [name.replace("_", " ") + (f" [{UNITS[name]}]" if name in UNITS else "") for name in (x, y)]
+        axis.set(xlabel=names[0], ylabel=names[1], title=title)
+        axis.ticklabel_format(scilimits=(-3, 4))
+        if len(curves) > 1:
+            axis.legend(frameon=False)
+        return save(figure, path, ("curve", x, y), rows)
+
+
 def percent_left(strain):
     """A residual strain as text, without the sign of a zero."""
     return f"{round(100 * strain, 2) + 0.0:.2f} %"

@@ -4,6 +4,7 @@
 import pathlib
 import shutil
 import subprocess
+import textwrap
 
 import matplotlib
 
@@ -16,10 +17,14 @@ from . import spheres  # noqa: E402
 
 DPI = 100
 _GAP = 24  # [pixels] between pictures
-_BAR = 120  # of the color bar with its text
+_BAR = 120  # of the color bar with its text, one line
+_LINE = 20  # of each further line of this text
+_LETTER = 9  # of a letter there, on average
 _FOOT = 64  # of the scale bar with its text
 _HEAD = 34  # of a title
 _PREFIXES = ((1e3, "km"), (1.0, "m"), (1e-3, "mm"), (1e-6, "um"), (1e-9, "nm"))
+OUTER = 0.5  # percent of the values
+_TIMES = ((1.0, "s"), (1e-3, "ms"), (1e-6, "us"), (1e-9, "ns"))
 PLAIN = "#9fb4c8"  # spheres that no column colors
 
 
@@ -50,6 +55,19 @@ def limits(low, high):
     return (-max(-low, high), max(-low, high)) if low < 0.0 < high else (low, high)
 
 
+def bulk(values):
+    """(low, high) of the values without the outermost half percent of either side, where these alone would take up half of the bar or more;
+    else their ends."""
+    ends, inner = (values.min(), values.max()), np.percentile(values, (OUTER, 100.0 - OUTER))
+    return tuple(inner) if 0.0 < inner[1] - inner[0] < 0.5 * (ends[1] - ends[0]) else ends
+
+
+def note_of_outer(drawn, shown):
+    """Words for the label where the bar ends (shown) before the values (drawn) do, '' where it does not."""
+    below, above = drawn[0] < shown[0], drawn[1] > shown[1]
+    return ", ".join(f"{name} {value:.3g}" for name, value, left in (("lowest", drawn[0], below), ("highest", drawn[1], above)) if left)
+
+
 def hull(a, b):
     """Ends that hold both (2, 2) ends."""
     return np.array([np.minimum(a[0], b[0]), np.maximum(a[1], b[1])])
@@ -63,6 +81,12 @@ def round_length(longest):
     """The largest 1, 2 or 5 times a power of ten that is no more than this."""
     power = 10.0 ** np.floor(np.log10(longest))
     return max(k * power for k in (1.0, 2.0, 5.0) if k * power <= longest * (1.0 + 1e-9))
+
+
+def time_text(seconds):
+    """'37.1 us'."""
+    size, unit = next(((a, b) for a, b in _TIMES if abs(seconds) >= a * (1.0 - 1e-9)), (1.0, "s"))
+    return f"{seconds / size:.3g} {unit}"
 
 
 def length_text(length, units):
@@ -80,7 +104,9 @@ def compose(pictures, titles, heads, per_pixel, units, scale=None, note=""):
     heights = [max(picture.shape[0] for picture in row) + (_HEAD if head else 0) for row, head in zip(pictures, heads)]
     head = _HEAD if any(titles) else _GAP // 2
     body = max(sum(widths) + _GAP * (len(widths) + 1), 320)
-    width, height = body + (_BAR if scale else 0), max(sum(heights) + _GAP * (len(heights) - 1) + head + _FOOT, 260)
+    height = max(sum(heights) + _GAP * (len(heights) - 1) + head + _FOOT, 260)
+    lines = [line for text in scale.label.split("\n") for line in textwrap.wrap(text, int(0.95 * height / _LETTER))] if scale else []
+    width = body + (_BAR + _LINE * (len(lines) - 1) if scale else 0)
     # A hundredth of a pixel more, so that round-off takes none away.
     figure = plt.figure(figsize=((width + 0.01) / DPI, (height + 0.01) / DPI), dpi=DPI, facecolor="white")
     top = head
@@ -111,7 +137,7 @@ def compose(pictures, titles, heads, per_pixel, units, scale=None, note=""):
         axis = figure.add_axes([(body + 4) / width, 0.5 - 0.5 * tall / height, 18 / width, tall / height])
         colors = matplotlib.cm.ScalarMappable(matplotlib.colors.Normalize(scale.low, scale.high), scale.map)
         bar = figure.colorbar(colors, cax=axis, extend=scale.extend)
-        bar.set_label(scale.label, fontsize=12)
+        bar.set_label("\n".join(lines), fontsize=12)
         bar.ax.tick_params(labelsize=11)
         bar.formatter.set_powerlimits((-3, 4))
     return figure

@@ -1,0 +1,237 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""The scenes of doc/gallery.md: the commands of each, its picture, and what its numbers are and should be.
+
+A scene's numbers are read from the files that its commands leave in a folder, and from what the commands printed. SI units.
+"""
+
+import math
+import re
+from typing import Callable, NamedTuple
+
+import numpy as np
+
+from . import brute, curves, cycles, figures, law, loads, specimen
+
+ROW = "80 8 4 3 8 4 0.005 0 1.5 spacing 0.00585189 coordination 11.9"  # Table 1 for any body, as table1_any
+TABLE = law.Row(80.0, 8.0, 4.0, 3.0, 8.0, 4.0, 0.005, 0.0, 1.5)
+BENCHMARK = (0.0214, 0.0071)  # final length and foot radius of the Taylor bar [m], README.md of the decks
+LMP = "build/lmp -log none -in lammps_inputs/"
+
+
+class Number(NamedTuple):
+    """what; value and expected in `unit` ('' for a ratio), expected a number or None; source: where the expectation is from."""
+
+    what: str
+    unit: str
+    value: float
+    expected: object
+    source: str
+
+
+class Scene(NamedTuple):
+    key: str
+    title: str
+    shows: str  # what the picture shows
+    commands: tuple
+    picture: str
+    numbers: Callable  # (folder, printed text) -> [Number]
+
+
+def body_of(folder, data):
+    """{name: number} of DATA.body."""
+    text = (folder / f"{data}.body").read_text(encoding="utf-8")
+    return {name: float(value) for name, value in re.findall(r"^variable (\w+) index (\S+)", text, re.M)}
+
+
+def affine_modulus(bonds, volume, e=TABLE.e1):
+    """E [Pa] of so many bonds in a volume [m3], m n e Nb/(6 V), where the strain is affine."""
+    return TABLE.m1 * TABLE.n1 * e * bonds / volume / 6.0
+
+
+def slope(folder, name, x, y):
+    """dy/dx of the first two rows of a curve."""
+    curve = figures.read_columns(folder / f"{name}.csv", (x, y))
+    return (curve[y][1] - curve[y][0]) / (curve[x][1] - curve[x][0])
+
+
+def bonds_between(folder, data, low, high):
+    """loads.Bonds of a data file whose middle has low < x < high [m]."""
+    body = specimen.read_data(folder / data)
+    return loads.find_bonds(body.x, body.radius, TABLE.alpha, low, high)
+
+
+def two_spheres(folder, _):
+    read = figures.read_columns(folder / "two_spheres.csv", ("strain", "force"))
+    return [Number(f"force at a pair strain of {strain:+g}", "N", float(np.interp(strain, read["strain"], read["force"])),
+                   float(law.force(0.0102 * (1.0 + strain), 0.0102, TABLE)), "eq. 8: [Howto](Howto_evp.rst)") for strain in (-0.02, 0.02)]
+
+
+def pull(folder, _):
+    slow, fast, rest = (curves.read_curve(folder / f"{name}.csv") for name in ("table1", "table2", "rest"))
+    cylinder, volume = specimen.read_data(folder / "cylinder.data"), math.pi * 0.02**2 * 0.05
+    deq = np.array(list(brute.record_bonds(cylinder.x, cylinder.radius, TABLE.alpha).values()))
+    modulus = affine_modulus(len(deq), volume)
+    at_one = [curves.stress_at(curve.strain, curve.virial, 0.01) for curve in (slow, fast, rest)]
+    viscous = modulus * 1000.0 * np.mean(deq**2) / (TABLE.m1 * TABLE.n1 * TABLE.e1) * 100.0
+    ours = "affine strain: [pair_style evp/lj](pair_evp_lj.rst)"
+    return [Number("Young's modulus at rest", "GPa", curves.modulus(rest.strain, rest.virial) / 1e9, modulus / 1e9, "m n e1 Nb/(6 V), " + ours),
+            Number("stress at 1 %, Table 1 at 10 /s over at rest", "", at_one[0] / at_one[2], 1.0, "10 /s is slow: [accuracy](accuracy_cost.md)"),
+            Number("over-stress of Table 2 at 100 /s, at 1 %", "MPa", (at_one[1] - at_one[2]) / 1e6, viscous / 1e6, "E tau rate, " + ours)]
+
+
+def cyclic(folder, _):
+    curve = curves.read_curve(folder / "cycles.csv")
+    found = cycles.numbers(curve)
+    left = found["turn_strain"] - 1e-3 * found["turn_MPa"] / found["unloading_GPa"]
+    return [Number("residual strain", "%", 100.0 * found["residual_strain"], 100.0 * left, "strain - stress/unloading modulus, at the first turn"),
+            Number("unloading modulus over the first one", "", 1e9 * found["unloading_GPa"] / curves.modulus(curve.strain[:40], curve.virial[:40]), 1.0,
+                   "*unload elastic*: [Howto](Howto_evp.rst)")]
+
+
+def dog_bone(folder, _):
+    curve = figures.read_columns(folder / "bone.csv", ("strain_gauge", "stress_virial"))
+    body = body_of(folder, "bone.data")
+    rest = curves.modulus(curve["strain_gauge"][:5], curve["stress_virial"][:5])
+    return [Number("Young's modulus over the extensometer", "GPa", rest / 1e9, 21.0, "the material's: [your own part](Howto_evp_part.rst)"),
+            Number("solid fraction", "", body["solid_fraction"], 0.58, "0.57 to 0.6: [decks](../lammps_inputs/README.md)")]
+
+
+def torsion(folder, _):
+    modulus = slope(folder, "shaft_pulled", "strain", "stress_grip")
+    curve = figures.read_columns(folder / "twisted.csv", ("angle", "torque_grip"))
+    share = loads.torsion_share(bonds_between(folder, "shaft.data", 0.015, 0.085), 0.02)
+    return [Number("torque at 0.002 rad", "N m", curve["torque_grip"][1], share * loads.torque(modulus, 0.02, 0.08, curve["angle"][1]),
+                   "G J/L, G = 0.4 E, times the share of the bonds: [closed forms](closed_form_loads.md)")]
+
+
+def bending(folder, _):
+    modulus = slope(folder, "bar_pulled", "strain", "stress_grip")
+    curve = figures.read_columns(folder / "bent.csv", ("strain", "deflection", "force"))
+    beam = loads.Beam(modulus, 0.01, 0.02, 0.08)
+    share = loads.bending_share(bonds_between(folder, "bar.data", 0.015, 0.085), 0.02)
+    deflection = curve["deflection"][1]
+    back = cycles.residual_strain(curve["strain"], curve["force"])
+    turn = int(np.argmax(curve["strain"]))
+    elastic = curve["force"][turn] * curve["strain"][1] / curve["force"][1]
+    return [Number("force at a strain of 0.0005", "N", curve["force"][1], deflection / beam.deflection(1.0, share),
+                   "Timoshenko, with the share of the bonds: [closed forms](closed_form_loads.md)"),
+            Number("strain left without force", "%", 100.0 * back, 100.0 * (curve["strain"][turn] - elastic), "strain at the turn - its elastic part")]
+
+
+def shear(folder, _):
+    body = specimen.read_data(folder / "periodic.data")
+    bonds = brute.record_bonds(body.x, body.radius, TABLE.alpha, body.box[:, 1] - body.box[:, 0])
+    volume = float(np.prod(body.box[:, 1] - body.box[:, 0]))
+    scaled = TABLE.e1 * 500 / len(body.radius) * volume / (math.pi * 0.02**2 * 0.05)  # as in.shear does
+    curve = figures.read_columns(folder / "sheared.csv", ("strain", "shear_stress"))
+    small = figures.read_columns(folder / "shear_elastic.csv", ("strain", "shear_stress"))
+    late = small["strain"] > 0.001  # the viscous part is constant by then
+    return [Number("shear modulus", "GPa", np.polyfit(small["strain"][late], small["shear_stress"][late], 1)[0] / 1e9,
+                   0.4 * affine_modulus(len(bonds), volume, scaled) / 1e9, "0.4 m n e1 Nb/(6 V): [pair_style evp/lj](pair_evp_lj.rst)"),
+            Number("largest stress", "MPa", curve["shear_stress"].max() / 1e6, 175.0, "1000 spheres: [large strain](large_strain.md)")]
+
+
+def notched(folder, text):
+    curve = curves.read_curve(folder / "notched.csv")
+    return [Number("largest stress of the net section", "MPa", curve.grip.max() / 1e6, 191.0, "the same bar: [decks](../lammps_inputs/README.md)"),
+            Number("bonds broken", "", float(re.search(r"bonds broken: (\d+)", text)[1]), None, "depends on the spacing: [notched tension](notched_tension.md)")]
+
+
+def impact(_, text):
+    depth, speed = map(float, re.search(r"crater depth (\S+) m, rebound speed (\S+) m/s", text).groups())
+    return [Number("crater depth", "mm", 1e3 * depth, 0.215, "twice as many spheres: [decks](../lammps_inputs/README.md)"),
+            Number("rebound speed", "m/s", speed, 33.9, "likewise"),
+            Number("energy imbalance over impact energy", "", float(re.search(r"over impact energy: (\S+)", text)[1]), 0.0,
+                   "[fix evp/energy](fix_evp_energy.rst)")]
+
+
+def taylor(_, text):
+    length, foot = map(float, re.search(r"final length (\S+) m, foot radius (\S+) m", text).groups())
+    return [Number("final length", "mm", 1e3 * length, 1e3 * BENCHMARK[0], "benchmark, copper at 227 m/s: [decks](../lammps_inputs/README.md)"),
+            Number("foot radius", "mm", 1e3 * foot, 1e3 * BENCHMARK[1], "likewise")]
+
+
+def rod(folder, text):
+    body = body_of(folder, "rod.data")
+    modulus = slope(folder, "rod_pulled", "strain", "stress_grip")
+    sound = math.sqrt(modulus / (body["solid_fraction"] * 2700.0))
+    rebound, contact = map(float, re.search(r"rebound speed (\S+) m/s, contact time (\S+) s", text).groups())
+    read = figures.read_columns(folder / "rod.csv", ("time", "force"))
+    plateau = read["force"][(read["time"] > 0.2 * contact) & (read["time"] < 0.8 * contact)].mean()
+    return [Number("contact time", "us", 1e6 * contact, 2e6 * body["length"] / sound, "2 L/c, from E of the same rod; short waves are slower"),
+            Number("force of the wall on the way", "N", plateau, math.pi * body["radius"] ** 2 * modulus / sound, "E A v/c"),
+            Number("rebound speed", "m/s", rebound, 1.0, "as it came")]
+
+
+SCENES = (
+    Scene("two_spheres", "The force law", "Force between two spheres over their distance: measured in LAMMPS and by the formula.",
+          (LMP + "in.two_spheres -var out two_spheres", "tools/curves.py law --measured two_spheres.csv --out force_law.png"),
+          "force_law.png", two_spheres),
+    Scene("traction", "Tension, at rates and at rest",
+          "The paper's cylinder of 500 spheres: Table 1 at 10 /s, Table 2 at 100 /s, and without any rate.",
+          (LMP + "in.specimen -var out cylinder.data",
+           LMP + "in.traction -var specimen cylinder.data -var contact none -var out table1",
+           LMP + 'in.traction -var specimen cylinder.data -var contact none -var coeff "80 8 4 3 8 4 0.005 1000 1.5" -var rate 100 '
+           "-var integrator implicit -var out table2",
+           LMP + "in.quasistatic -var specimen cylinder.data -var contact none -var restart 0 -var out rest",
+           'tools/curves.py plot table1.csv table2.csv rest.csv --labels "Table 1, 10 /s" "Table 2, 100 /s" "Table 1, at rest" --title "Tension" '
+           "--out traction.png"),
+          "traction.png", pull),
+    Scene("cyclic", "Tension and compression in cycles", "Two cycles between 2 % and -2 % with *unload elastic*; the dot is the residual strain of the first.",
+          (LMP + "in.specimen -var out cylinder.data",
+           LMP + "in.cyclic -var specimen cylinder.data -var contact none -var unload elastic -var lower -0.02 -var cycles 2 -var rate 50 -var out cycles",
+           "tools/curves.py cycle cycles.csv --out cyclic.png"),
+          "cyclic.png", cyclic),
+    Scene("dog_bone", "A part from a CAD program", "Half of a round tension bar after 1 % of strain of its grips and unloading: flow is in the thin part alone.",
+          ("tools/body.py tests/data/parts/dog_bone.stl --axis z --unit mm --n 800 --out bone.data",
+           LMP + "in.quasistatic -var specimen bone.data -var material potentials/gado2017.evp:table1_any -var strain 0.01 -var unload elastic -var cycles 1 "
+           "-var restart 0 -var extensometer yes -var out bone",
+           'tools/view.py bone_state.dump --color plastic_strain --cut "y<0" --pixels 450 --captions unloaded --out dog_bone.png'),
+          "dog_bone.png", dog_bone),
+    Scene("torsion", "Torsion", "A shaft, cut open over half of its length: the surface flows, the core and the grips do not.",
+          (LMP + "in.specimen -var n 2000 -var length 0.1 -var out shaft.data",
+           LMP + "in.quasistatic -var specimen shaft.data -var contact none -var strain 0.0002 -var increment 0.0001 -var restart 0 -var out shaft_pulled",
+           LMP + "in.torsion -var specimen shaft.data -var contact none -var unload elastic -var angle 0.12 -var increment 0.002 -var frames 1 -var out twisted",
+           'tools/view.py twisted_frames.dump --color plastic_strain --range 0 1.5 --cut "y<0" "x>0.05" --pixels 420 --captions "twisted by 0.12 rad" '
+           "--out torsion.png"),
+          "torsion.png", torsion),
+    Scene("bending", "Three-point bending", "A bar before, at a strain of 2 % of the outer fibre, and bent back: flow above and below, none on the axis.",
+          (LMP + "in.specimen -var n 2000 -var shape block -var length 0.1 -var width 0.01 -var height 0.02 -var out bar.data",
+           LMP + "in.quasistatic -var specimen bar.data -var contact none -var strain 0.0002 -var increment 0.0001 -var restart 0 -var out bar_pulled",
+           LMP + "in.bending -var specimen bar.data -var contact none -var unload elastic -var cycles 1 -var frames 2 -var out bent",
+           'tools/view.py bent_frames.dump --strip 3 --color plastic_strain --view front --pixels 380 --captions before "strain of 2 %" "bent back" '
+           "--out bending.png"),
+          "bending.png", bending),
+    Scene("shear", "Simple shear of a periodic body", "A periodic body of 500 spheres, sheared to 45 %: nearly all of its bonds flow.",
+          (LMP + "in.specimen -var n 500 -var shape periodic -var length 0.03 -var out periodic.data",
+           LMP + "in.shear -var specimen periodic.data -var strain 0.003 -var row 0.0001 -var rate 10 -var out shear_elastic",
+           LMP + "in.shear -var specimen periodic.data -var unload elastic -var strain 0.45 -var also lammps_inputs/frames.lmp -var frames 3 -var out sheared",
+           'tools/view.py sheared_frames.dump --strip 4 --color share_second --view top --pixels 200 --captions 0 "15 %" "30 %" "45 %" --out shear.png'),
+          "shear.png", shear),
+    Scene("notched", "Notched tension to rupture", "A bar with two notches: bonds break between them.",
+          (LMP + "in.specimen -var n 4000 -var shape region -var region lammps_inputs/regions/notched.lmp -var width 0.022 -var height 0.012 -var out notched.data",
+           LMP + f'in.traction -var specimen notched.data -var coeff "{ROW.replace(" 0 1.5", " 20 1.5")}" -var contact repulsive -var unload elastic '
+           "-var break 0.05 -var rate 100 -var row 0.00025 -var also lammps_inputs/frames.lmp -var frames 8 -var out notched",
+           'tools/view.py notched_frames.dump --strip 2 --color share_lost --view top --pixels 330 --captions before "strain of 2 %" --out notched.png'),
+          "notched.png", notched),
+    Scene("impact", "A ball on a plate", "Half of a copper ball and plate before, during and after an impact at 100 m/s: a crater is left.",
+          (LMP + "in.specimen -var n 1500 -var shape block -var length 0.008 -var width 0.025 -var height 0.025 -var out plate.data",
+           'echo "region body sphere 0.005 0 0 0.005" > ball.region',
+           LMP + "in.specimen -var n 158 -var shape region -var region ball.region -var length 0.01 -var out ball.data",
+           LMP + "in.impact -var plate plate.data -var ball ball.data -var frames 20 -var out impact",
+           'tools/view.py impact_frames.dump --strip 3 --color plastic_strain --cut "y<0" --view front --pixels 230 --captions before "in contact" after '
+           "--out impact.png"),
+          "impact.png", impact),
+    Scene("taylor", "Taylor bar", "Half of a copper bar that flies to the left onto a rigid wall at 227 m/s.",
+          (LMP + "in.specimen -var n 3000 -var length 0.0324 -var radius 0.0032 -var out taylor_bar.data",
+           LMP + "in.taylor -var specimen taylor_bar.data -var frames 24 -var out taylor",
+           'tools/view.py taylor_frames.dump --film taylor.gif --color plastic_strain --range 0 100 --cut "y<0" --view front --pixels 300'),
+          "taylor.gif", taylor),
+    Scene("rod", "An elastic rod on a wall", "Force of the wall on a rod that flies onto it at 1 m/s and leaves when the wave has come back from its end.",
+          (LMP + "in.specimen -var n 2000 -var length 0.12 -var radius 0.0012 -var out rod.data",
+           LMP + f'in.quasistatic -var specimen rod.data -var coeff "{ROW}" -var contact none -var strain 0.0002 -var increment 0.0001 -var restart 0 '
+           "-var out rod_pulled",
+           LMP + f'in.taylor -var specimen rod.data -var coeff "{ROW}" -var contact none -var unload reversible -var speed 1 -var out rod',
+           'tools/curves.py columns rod.csv --x time --y force --title "Force of the wall" --out wall_force.png'),
+          "wall_force.png", rod),
+)
