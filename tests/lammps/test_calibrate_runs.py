@@ -148,9 +148,9 @@ def test_failures_are_told_and_tried_again_smaller(tmp_path):
 
 
 def test_too_little_hardening_is_refused_after_the_runs(tmp_path):
-    """The nearest is what the runs measured; no row is written."""
+    """The stress of the message is what the runs measured; no row is written."""
     code, output = calibrate(tmp_path, None, ["--stress2", "97e6@0.04"])
-    assert code == 1 and "Too little" in output and "the nearest is" in output
+    assert code == 1 and "Too little" in output and "Give a stress a few percent above" in output
     assert not (tmp_path / "my.evp").exists() and not (tmp_path / "my.mine.work").exists()
 
 
