@@ -87,7 +87,7 @@ class StrainFit {
 
   // Directions that the bonds determine less, compared with the best, are left out: there the strain would be
   // the scatter of the bonds' own, many times enlarged, as in a sphere at an edge of the body.
-  static constexpr double RANK = 0.01;
+  static constexpr double RANK = 1e-3;
   static constexpr int MOST_SWEEPS = 20;
 
   /// Jacobi's rotations: m becomes diagonal; returns its eigenvectors, in columns.
