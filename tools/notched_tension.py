@@ -5,8 +5,8 @@
     tools/notched_tension.py [--spheres 4000 16000] [--xi 0.05] [--seeds 2] [--work FOLDER] [--fresh] [--out doc/notched_tension.md]
 
 The bar of lammps_inputs/regions/notched.lmp is pulled apart by in.traction, of more and more spheres: with one XI, with XI times the
-spacing kept, and with the XI in between for which the work of rupture is that of the fewest spheres. Writes the page, and beside it
-figures/NAME.png and its CSV. Runs that are in --work already are not repeated. EVP_LMP as for the tests.
+spacing kept, and with the power of the spacing in between that keeps the work of rupture from the first size to the second.
+Writes the page, and beside it figures/NAME.png and its CSV. Runs that are in --work already are not repeated. EVP_LMP as for the tests.
 """
 
 import math
@@ -82,21 +82,26 @@ def mean_work(found):
     return statistics.mean(one.work for one in found)
 
 
-def kept_exponent(sizes, works):
-    """p of XI ~ spacing^-p that keeps the work, from the (spheres, xi): work of the fewest spheres and of two XI of others.
+def kept_xi(work, one, other):
+    """XI of that work, where the work is a power of XI through two (XI, work)."""
+    grown = math.log(other[1] / one[1]) / math.log(other[0] / one[0])
+    return one[0] * (work / one[1]) ** (1.0 / grown)
 
-    sizes: (fewest, more); works: {(fewest, xi): W, (more, xi): W, (more, larger xi): W}. The work is taken for a power of XI.
-    """
-    (few, xi), (more, _), (_, larger) = sorted(works)
-    grown = math.log(works[more, larger] / works[more, xi]) / math.log(larger / xi)
-    return math.log(works[few, xi] / works[more, xi]) / grown / math.log(spacing(sizes[0]) / spacing(sizes[1]))
+
+def works_of(results, bars=slice(None)):
+    """{spheres: [(XI, work) of each of its cases]}, over some of the bars."""
+    works = {}
+    for case, found in results.items():
+        works.setdefault(case.spheres, []).append((case.xi, mean_work(found[bars])))
+    return works
 
 
 def exponent_of(results, spheres, bars=slice(None)):
-    """kept_exponent of the two smallest numbers of spheres, over some of the bars."""
-    works = {(case.spheres, case.xi): mean_work(found[bars]) for case, found in results.items()
-             if case.spheres in spheres[:2] and case.rule != "work kept"}
-    return kept_exponent(spheres[:2], works)
+    """p of XI ~ spacing^-p that keeps the work of the fewest spheres, from the next size."""
+    few, more = spheres[:2]
+    works = works_of({case: found for case, found in results.items() if case.spheres in (few, more)}, bars)
+    xi, work = works[few][0]
+    return math.log(kept_xi(work, *works[more][:2]) / xi) / math.log(spacing(few) / spacing(more))
 
 
 def measured(cases, seeds, folder):
@@ -109,12 +114,12 @@ def measured(cases, seeds, folder):
 
 
 def study(spheres, xi, seeds, folder):
-    """The results, and p of XI ~ spacing^-p that keeps the work of the fewest spheres, from the next size."""
+    """The results, and the exponent_of() them."""
     few, more = spheres[:2]
     first = [Case(n, xi, "one XI") for n in spheres] + [Case(more, xi * spacing(few) / spacing(more), "XI times spacing")]
     results = measured(first, seeds, folder)
     p = exponent_of(results, spheres)
-    kept = [Case(n, xi * (spacing(few) / spacing(n)) ** p, "work kept") for n in spheres[1:]]
+    kept = [Case(n, xi * (spacing(few) / spacing(n)) ** p, "power of spacing") for n in spheres[1:]]
     results.update(measured(kept, seeds, folder))
     return results, p
 
@@ -159,12 +164,13 @@ What to do:
 
 - Choose the number of spheres first. Then choose XI so that the work of rupture, or the opening at rupture, of one test is the measured one,
   and keep both.
-- To change the spacing afterwards, take XI times (old spacing / new spacing)^{p:.2f} here. The exponent is that of this bar and of this range of
-  spacings{scatter}: measure it anew for another notch, by two values of XI as this tool does.
-- Do not refine only near a notch: bonds of one XI break first where the spacing is smallest.
+- Where the spacing is to change afterwards, calibrate XI anew: pull with two values of XI and interpolate the work, as this tool does.
+  XI times (old spacing / new spacing)^{p:.2f} is a first guess{scatter}. The exponent is of this bar and of
+  spacings near the radius of the notch; it gets smaller where the spacing resolves the notch.
+- Neither keep XI times the spacing, nor refine only near a notch: bonds of one XI break first where the spacing is smallest.
 - Stress and strain up to the largest stress depend less on the spacing than what follows.
 
-Written by `tools/notched_tension.py`: a bar of 50 x 20 x 10 mm with two notches, 5 mm deep with round ends of a radius of {notch:g} mm
+Written by `{command}`: a bar of 50 x 20 x 10 mm with two notches, 5 mm deep with round ends of a radius of {notch:g} mm
 (`lammps_inputs/regions/notched.lmp`), Table 1 scaled with the spacing, gamma 20, *unload elastic*, *contact repulsive*, *break XI*, pulled at
 {rate}/s by in.traction. Stress and work are per net cross-section, 10 x 10 mm. Rupture: the stress of the grips falls below a tenth
 of its largest value. Means, +- the largest departure of one bar.
@@ -173,8 +179,8 @@ of its largest value. Means, +- the largest departure of one bar.
 
 {table}
 
-*One XI*: the same for every spacing. *XI times spacing*: so that a crack of one spacing opens by the same length. *Work kept*: XI in between,
-interpolated from the two at {more} spheres; the work that it gives is measured, not fitted.
+*One XI*: the same for every spacing. *XI times spacing*: so that a crack of one spacing opens by the same length. *Power of
+spacing*: XI ~ spacing^-{p:.2f}, interpolated from the two at {more} spheres; the works that it gives are measured, not fitted.
 
 One of these bars:
 
@@ -188,16 +194,22 @@ One of these bars:
 def answer(results, p, spheres):
     """The first lines of the page."""
     one = {case.spheres: found for case, found in results.items() if case.rule == "one XI"}
-    few, most = spheres[0], spheres[-1]
-    strain = {n: statistics.mean(found.rupture for found in one[n]) for n in one}
-    work = {n: mean_work(one[n]) for n in one}
+    power = {case.spheres: found for case, found in results.items() if case.rule == "power of spacing"}
     scaled = next(found for case, found in results.items() if case.rule == "XI times spacing")
-    lines = [f"With one XI, rupture strain and work of a notched bar fall as the spheres get smaller: from {few} to {most} spheres the strain of rupture",
-             f"goes from {100 * strain[few]:.2f} to {100 * strain[most]:.2f} % and the work from {work[few]:.1f} to {work[most]:.1f} kJ/m2.",
-             f"With XI times the spacing kept they rise: {mean_work(scaled):.1f} kJ/m2 at {spheres[1]} spheres.",
-             f"The work is kept where XI grows as spacing^-{p:.2f}:"]
-    kept = [f"{mean_work(found):.1f} kJ/m2 at {case.spheres} spheres" for case, found in results.items() if case.rule == "work kept"]
-    return "\n".join(lines) + " " + ", ".join(kept) + "."
+    works, few = works_of(results), spheres[0]
+    xi = [works[few][0][0]] + [kept_xi(works[few][0][1], *works[n][:2]) for n in spheres[1:]]
+
+    def listed(values, form):
+        return ", ".join(f"{value:{form}}" for value in values)
+
+    strains = listed((100.0 * statistics.mean(bar.rupture for bar in one[n]) for n in spheres), ".2f")
+    return "\n".join((
+        "With one XI, rupture strain and work of a notched bar depend on the spacing of the spheres. For"
+        f" {listed(spheres, 'd')} spheres, spacings of {listed(map(spacing, spheres), '.2f')} mm",
+        f"about a notch with a radius of {NOTCH:g} mm, they are {strains} % and {listed((mean_work(one[n]) for n in spheres), '.1f')} kJ/m2.",
+        f"With XI times the spacing kept, the work is {mean_work(scaled):.1f} kJ/m2 at {spheres[1]} spheres.",
+        f"XI = {listed(xi, '.3g')} keep it. From the first size to the second that is XI ~ spacing^-{p:.2f}, which gives"
+        f" {listed((mean_work(power[n]) for n in spheres[1:]), '.1f')} kJ/m2 at {listed(spheres[1:], 'd')} spheres."))
 
 
 def main(words=None):
@@ -226,9 +238,10 @@ def main(words=None):
         stem = options.out.stem
         picture = draw(results, options.work, options.out.parent / "figures" / f"{stem}.png")
         alone = [exponent_of(results, spheres, slice(k, k + 1)) for k in range(min(seeds[:2]))]
-        scatter = f" ({min(alone):.2f} to {max(alone):.2f} from single bars)" if len(alone) > 1 else ""
-        text = PAGE.format(answer=answer(results, p, spheres), p=p, scatter=scatter, notch=NOTCH, rate=PULL["rate"],
-                           stem=stem, table="\n".join(table(HEADER, rows(results))), more=spheres[1], coeff=PULL["coeff"], xi=options.xi)
+        scatter = f" (exponents from single bars: {min(alone):.2f} to {max(alone):.2f})" if len(alone) > 1 else ""
+        command = f"tools/notched_tension.py --spheres {' '.join(map(str, spheres))} --seeds {' '.join(map(str, options.seeds))}"
+        text = PAGE.format(command=command, answer=answer(results, p, spheres), p=p, scatter=scatter, notch=NOTCH,
+                           rate=PULL["rate"], stem=stem, table="\n".join(table(HEADER, rows(results))), more=spheres[1], coeff=PULL["coeff"], xi=options.xi)
         options.out.write_text(text, encoding="utf-8")
     print(text)
     print(picture)
