@@ -22,7 +22,7 @@ from evp.report import add_out, command_line, errors_in_one_line, table
 from evp.run import CHECKOUT, RunError, environment, lammps_command
 
 HEADER = ("number", "measured", "to expect", "source")
-COLORS = 64  # of the stored PNG files, which are a third as large for it
+COLORS = 256  # of the stored PNG files, which are half as large for it
 
 PAGE = """# Gallery
 

@@ -173,7 +173,7 @@ region body union 5 left cone1 gauge cone2 right
 
 
 @pytest.mark.parametrize("region, variables, message", [
-    (None, {"shape": "ball"}, "shape must be cylinder, block, region or mesh, got ball"),
+    (None, {"shape": "ball"}, "shape must be cylinder, block, region, periodic or mesh, got ball"),
     (None, {"lattice": "diamond"}, "lattice must be none, fcc, bcc, hcp or sc, got diamond"),
     (None, {"shape": "block"}, "width and height must be positive: a block needs -var width and -var height, got 0 and 0"),
     (None, {"shape": "block", "width": 0.01, "height": -1}, "width and height must be positive: .* got 0.01 and -1"),

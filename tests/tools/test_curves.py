@@ -290,3 +290,15 @@ def test_numbers_of_a_picture_do_not_overwrite_its_input(tmp_path):
         refused = command(*words, "--out", words[-1].with_suffix(".png"))
         assert refused.returncode == 1 and words[-1].read_text() == before
         assert f"would write its numbers over {words[-1]}" in refused.stderr and not words[-1].with_suffix(".png").exists()
+
+
+def test_columns_of_any_file(tmp_path):
+    """The picture's CSV holds the two columns; a column that is not there is named."""
+    (tmp_path / "rod.csv").write_text("time,force,speed\n0,1,2\n1e-6,3,4\n", encoding="utf-8")
+    done = call(tool.main, "columns", tmp_path / "rod.csv", "--x", "time", "--y", "speed", "--out", tmp_path / "wall.png")
+    assert done.returncode == 0 and (tmp_path / "wall.png").stat().st_size > 5000
+    assert (tmp_path / "wall.csv").read_text(encoding="utf-8").split() == ["curve,time,speed", "rod,0,2", "rod,1e-06,4"]
+    done = call(tool.main, "columns", tmp_path / "rod.csv", "--x", "time", "--y", "length")
+    assert done.returncode == 1 and "has no column length; wanted are time, length" in done.stderr
+    done = call(tool.main, "columns", tmp_path / "rod.csv", "--x", "time", "--y", "speed", "--out", tmp_path / "rod.png")
+    assert done.returncode == 1 and "write" in done.stderr and (tmp_path / "rod.csv").read_text(encoding="utf-8").startswith("time,force")

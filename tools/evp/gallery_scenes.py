@@ -206,7 +206,7 @@ SCENES = (
           (LMP + "in.specimen -var n 500 -var shape periodic -var length 0.03 -var out periodic.data",
            LMP + "in.shear -var specimen periodic.data -var strain 0.003 -var row 0.0001 -var rate 10 -var out shear_elastic",
            LMP + "in.shear -var specimen periodic.data -var unload elastic -var strain 0.45 -var also lammps_inputs/frames.lmp -var frames 3 -var out sheared",
-           'tools/view.py sheared_frames.dump --strip 4 --color share_second --view top --pixels 200 --captions 0 "15 %" "30 %" "45 %" --out shear.png'),
+           'tools/view.py sheared_frames.dump --strip 4 --color share_second --view top --pixels 200 --captions "0 %" "15 %" "30 %" "45 %" --out shear.png'),
           "shear.png", shear),
     Scene("notched", "Notched tension to rupture", "A bar with two notches: bonds break between them.",
           (LMP + "in.specimen -var n 4000 -var shape region -var region lammps_inputs/regions/notched.lmp -var width 0.022 -var height 0.012 -var out notched.data",
@@ -222,7 +222,7 @@ SCENES = (
            'tools/view.py impact_frames.dump --strip 3 --color plastic_strain --cut "y<0" --view front --pixels 230 --captions before "in contact" after '
            "--out impact.png"),
           "impact.png", impact),
-    Scene("taylor", "Taylor bar", "Half of a copper bar that flies to the left onto a rigid wall at 227 m/s.",
+    Scene("taylor", "Taylor bar", "Half of a copper bar that flies to the left at 227 m/s onto a rigid wall, which is not drawn.",
           (LMP + "in.specimen -var n 3000 -var length 0.0324 -var radius 0.0032 -var out taylor_bar.data",
            LMP + "in.taylor -var specimen taylor_bar.data -var frames 24 -var out taylor",
            'tools/view.py taylor_frames.dump --film taylor.gif --color plastic_strain --range 0 100 --cut "y<0" --view front --pixels 300'),
