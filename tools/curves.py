@@ -116,6 +116,7 @@ def plot_columns(args):
     """One column over another, a curve for each file."""
     from evp import figures
 
+    keep_inputs(args.out, args.files)
     read = {path: figures.read_columns(path, (args.x, args.y)) for path in args.files}
     print(figures.two_columns(dict(zip(figures.short_names(read), read.values())), args.x, args.y, args.out, args.title))
 

@@ -2,6 +2,7 @@
 """Puts pictures of spheres beside each other, with titles, one color bar and one scale bar; and a row of such pictures into a film."""
 
 import pathlib
+import re
 import shutil
 import subprocess
 import textwrap
@@ -97,6 +98,12 @@ def length_text(length, units):
     return f"{length / size:g} {unit}"
 
 
+def label_lines(label, letters):
+    """Lines of no more letters than that; a unit in brackets stays in one line where it can."""
+    whole = re.sub(r"\[[^]]*\]", lambda unit: unit[0].replace(" ", "\u00a0"), label)
+    return [line for text in whole.split("\n") for line in textwrap.wrap(text, letters)]
+
+
 def compose(pictures, titles, heads, per_pixel, units, scale=None, note=""):
     """A figure: pictures[row][column] of bytes, titles of the columns, heads of the rows ('' for none), per_pixel [length]; note: in the
     lower right corner."""
@@ -105,7 +112,7 @@ def compose(pictures, titles, heads, per_pixel, units, scale=None, note=""):
     head = _HEAD if any(titles) else _GAP // 2
     body = max(sum(widths) + _GAP * (len(widths) + 1), 320)
     height = max(sum(heights) + _GAP * (len(heights) - 1) + head + _FOOT, 260)
-    lines = [line for text in scale.label.split("\n") for line in textwrap.wrap(text, int(0.95 * height / _LETTER))] if scale else []
+    lines = label_lines(scale.label, int(0.95 * height / _LETTER)) if scale else []
     width = body + (_BAR + _LINE * (len(lines) - 1) if scale else 0)
     # A hundredth of a pixel more, so that round-off takes none away.
     figure = plt.figure(figsize=((width + 0.01) / DPI, (height + 0.01) / DPI), dpi=DPI, facecolor="white")
