@@ -56,8 +56,7 @@ def slope(folder, name, x, y):
 
 def bonds_between(folder, data, low, high):
     """loads.Bonds of a data file whose middle has low < x < high [m]."""
-    body = specimen.read_data(folder / data)
-    return loads.find_bonds(body.x, body.radius, TABLE.alpha, low, high)
+    return loads.find_bonds(specimen.read_data(folder / data), TABLE.alpha, low, high)
 
 
 def two_spheres(folder, _):
