@@ -11,7 +11,7 @@ from lammps_run import REPOSITORY
 
 PAGE = REPOSITORY / "doc" / "gallery.md"
 QUICK = 5.5  # processor time on the page [s]
-TOTAL = 20.0  # of the scenes that are run, the quickest first
+TOTAL = 9.0  # of the scenes that are run, the quickest first
 SAME = 0.02  # of the numbers, on another machine
 PARTS = {part.partition("\n")[0]: part for part in PAGE.read_text(encoding="utf-8").split("\n## ")[1:]}
 SCENES = {scene.key: scene for scene in gallery_scenes.SCENES}
