@@ -94,8 +94,7 @@ struct Pairs {
     block.cutsq = cutsq.data();
     block.margin_removed = margin_removed;
     block.kind = kind.data();
-    block.flow = {offset.data(), work.data(), cap.data(), next_offset.data(), spent.data(),
-                  &moves};
+    block.flow = {offset.data(), work.data(), cap.data(), next_offset.data(), spent.data(), &moves};
     block.incremental = incremental;
     law(block, {damping, energy, false});
     next_work = work;
