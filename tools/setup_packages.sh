@@ -27,17 +27,38 @@ missing_packages() {
   fi
 }
 
-# Of tools/body.py alone: who cannot have it does without that tool.
-install_open3d() {
-  local sudo=()
+# Python modules of single tools and tests: who cannot have one does without it.
+install_optional_modules() {
+  local module missing=() packages=() sudo=()
   evp_find_python || return 0
-  [ -n "$(EVP_PYTHON_MODULES=open3d evp_missing_modules "$PYTHON")" ] || return 0
-  if has_command apt-get && [ "$PYTHON" = /usr/bin/python3 ] && [[ $(apt-cache policy python3-open3d 2>/dev/null) == *Candidate:\ [0-9]* ]]; then
-    if [ "$(id -u)" -ne 0 ] && has_command sudo; then sudo=(sudo -n); fi
-    (run_logged "apt-get install python3-open3d" ${sudo[@]+"${sudo[@]}"} env DEBIAN_FRONTEND=noninteractive \
-      apt-get install -q -y --no-install-recommends -o Dpkg::Use-Pty=0 python3-open3d) 2>>"$log" && return 0
+  for module in open3d ase; do
+    [ -z "$(EVP_PYTHON_MODULES=$module evp_missing_modules "$PYTHON")" ] || missing+=("$module")
+  done
+  [ ${#missing[@]} -gt 0 ] || return 0
+  if has_command apt-get && [ "$PYTHON" = /usr/bin/python3 ]; then
+    if [ "$(id -u)" -ne 0 ]; then sudo=(sudo -n); fi
+    has_candidates "${missing[@]}" || (run_logged "apt-get update" ${sudo[@]+"${sudo[@]}"} apt-get update -q) 2>>"$log" || true
+    for module in "${missing[@]}"; do has_candidates "$module" && packages+=("python3-$module"); done
+    if [ ${#packages[@]} -gt 0 ]; then
+      (run_logged "apt-get install ${packages[*]}" ${sudo[@]+"${sudo[@]}"} env DEBIAN_FRONTEND=noninteractive \
+        apt-get install -q -y --no-install-recommends -o Dpkg::Use-Pty=0 "${packages[@]}") 2>>"$log" || true
+    fi
   fi
-  say "tools/body.py (parts as STL) will not work: $PYTHON has no open3d; pip install open3d"
+  for module in "${missing[@]}"; do
+    [ -n "$(EVP_PYTHON_MODULES=$module evp_missing_modules "$PYTHON")" ] || continue
+    case $module in
+      open3d) say "tools/body.py (parts as STL) will not work: $PYTHON has no open3d; pip install open3d" ;;
+      ase) say "a test of dumps will be left out: $PYTHON has no ase; pip install ase" ;;
+    esac
+  done
+}
+
+# Does apt know a package for each of these modules?
+has_candidates() {
+  local module
+  for module in "$@"; do
+    [[ $(apt-cache policy "python3-$module" 2>/dev/null) == *Candidate:\ [0-9]* ]] || return 1
+  done
 }
 
 install_missing_packages() {
@@ -59,7 +80,7 @@ install_missing_packages() {
     mapfile -t packages < <(missing_packages)
     [ ${#packages[@]} -eq 0 ] || die "still missing after the installation: ${packages[*]}"
   fi
-  install_open3d
+  install_optional_modules
   evp_find_python || die "no Python with $EVP_PYTHON_MODULES found; give one: PYTHON=/path/to/python3 tools/setup.sh"
   say "Python: $PYTHON"
 }
