@@ -146,7 +146,7 @@ def impact(_, text):
 
 def taylor(_, text):
     length, foot = map(float, re.search(r"final length (\S+) m, foot radius (\S+) m", text).groups())
-    return [Number("final length", "mm", 1e3 * length, 1e3 * BENCHMARK[0], "benchmark, copper at 227 m/s: [decks](../lammps_inputs/README.md)"),
+    return [Number("final length", "mm", 1e3 * length, 1e3 * BENCHMARK[0], "benchmark, copper at 227 m/s; e2 was fitted to it: [decks](../lammps_inputs/README.md)"),
             Number("foot radius", "mm", 1e3 * foot, 1e3 * BENCHMARK[1], "likewise")]
 
 
