@@ -2,6 +2,9 @@
 # Before the first file is installed: sets EVP_THERE, the folders that are there and were not made by an
 # earlier installation of this build. EVP_RECORD lists what those made.
 cmake_policy(VERSION 3.20)
+if(NOT EXISTS "${EVP_BUILD_FOLDER}/evpplugin.so")
+  message(FATAL_ERROR "The plugin is not built yet. Run first: cmake --build ${EVP_BUILD_FOLDER}")
+endif()
 if(DEFINED ENV{EVP_RECORD})    # of the tests, which leave the user's own installation alone
   set(EVP_RECORD "$ENV{EVP_RECORD}")
 endif()

@@ -31,7 +31,8 @@ template <class Style> static void *create_with_arguments(void *lmp, int narg, c
   return new Style((LAMMPS *) lmp, narg, arg);
 }
 
-extern "C" __attribute__((visibility("default"))) void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
+extern "C" __attribute__((visibility("default"))) void lammpsplugin_init(void *lmp, void *handle,
+                                                                         void *regfunc)
 {
   refuse_wrong_host(lmp);
   if (((LAMMPS *) lmp)->comm->me == 0)

@@ -18,7 +18,8 @@ REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 BUILD = pathlib.Path(os.environ.get("EVP_LMP") or REPOSITORY / "build" / "lmp").parent
 PREFIX = "/opt/evp of mine"
 PLUGINS = "lib/lammps/plugins"
-KEPT = {name: value for name, value in os.environ.items() if not name.startswith(("EVP_", "LAMMPS_")) and name not in ("DESTDIR", "PYTHON", "PYTHONPATH", "PYTHONDONTWRITEBYTECODE")}
+LEFT_OUT = ("EVP_", "LAMMPS_", "DESTDIR", "PYTHON")  # of the environment: what would change where things are found
+KEPT = {name: value for name, value in os.environ.items() if not name.startswith(LEFT_OUT)}
 
 
 def start(*words, folder=None, status=0, **environment):
@@ -94,6 +95,9 @@ def test_deck_without_plugin_load(prefix, evp, tmp_path):
 def test_lammps_by_the_command(evp, tmp_path):
     (tmp_path / "in.lmp").write_text("pair_style evp/lj\n", encoding="utf-8")
     assert f"EVP {__version__} for LAMMPS " in start(evp, "lmp", "-in", "in.lmp", "-log", "none", folder=tmp_path)
+    lammps = pathlib.Path(cache_entry("LAMMPS_BUILD_DIR"))
+    said = start(evp, "lmp", "-in", "in.lmp", "-log", "none", folder=tmp_path, EVP_LMP=lammps / "lmp", LD_LIBRARY_PATH=lammps)
+    assert f"EVP {__version__} for LAMMPS " in said
 
 
 def test_plugin_load_names_the_version(prefix, tmp_path):
@@ -136,13 +140,15 @@ def test_a_tool_finds_lammps(evp, tmp_path):
 def test_missing_modules_are_named_with_their_packages(prefix, monkeypatch):
     monkeypatch.setattr(interpreter, "TOOLS", prefix / "share" / "evp" / "tools")
     monkeypatch.setattr(interpreter, "candidates", lambda environment: [])
-    with pytest.raises(SystemExit, match="has no no_such, nor_this: install them .Debian: apt-get install python3-no_such python3-nor_this., or give one: PYTHON="):
+    packages = "Debian: apt-get install python3-no_such python3-nor_this"
+    with pytest.raises(SystemExit, match=rf"has no no_such, nor_this: install them \({packages}\), or give one: PYTHON="):
         interpreter.require("numpy", "no_such", "nor_this")
 
 
 @pytest.mark.parametrize("release, packages, words", [
-    ("2 Aug 2023", "BPM PLUGIN", "is LAMMPS 2 Aug 2023, but the plugin was built for LAMMPS {release}. Put the folder of a LAMMPS {release} with the PLUGIN package first in PATH"),
-    ("{release}", "BPM", "was built without the PLUGIN package"), ("{release}", "BPM PLUGIN", "runs"), (None, "", "no lmp found: the plugin was built for LAMMPS {release}")])
+    ("2 Aug 2023", "BPM PLUGIN", "is LAMMPS 2 Aug 2023, but the plugin was built for LAMMPS {release}. Put the folder of a LAMMPS {release} with the PLUGIN"),
+    ("{release}", "BPM", "was built without the PLUGIN package"), ("{release}", "BPM PLUGIN", "runs"),
+    (None, "", "no lmp found: the plugin was built for LAMMPS {release}")], ids=["release", "packages", "right", "none"])
 def test_lmp_of_the_path(prefix, tmp_path, release, packages, words):
     """Where the LAMMPS that the plugin was built for is gone."""
     text = (prefix / "libexec" / "evp" / "lmp").read_text(encoding="utf-8")
@@ -198,6 +204,8 @@ def test_source_archive_without_git(tmp_path):
     same = [f"-D{name}={cache_entry(name)}" for name in ("LAMMPS_SOURCE_DIR", "LAMMPS_BUILD_DIR", "CMAKE_CXX_COMPILER")]
     said = start("cmake", "-S", source, "-B", build, "-G", cache_entry("CMAKE_GENERATOR"), "-DBUILD_TESTING=off", *same, PATH=path)
     assert f"EVP {__version__}: LAMMPS " in said
+    early = start("cmake", "--install", build, "--prefix", tmp_path / "prefix", status=1)
+    assert f"The plugin is not built yet. Run first: cmake --build {build}" in " ".join(early.split()) and not (tmp_path / "prefix").exists()
     shutil.copy(BUILD / "evpplugin.so", build)  # as if it had been compiled
     start("cmake", "--install", build, "--prefix", tmp_path / "prefix", PATH=path)
     assert start(tmp_path / "prefix" / "bin" / "evp", "--version") == f"EVP {__version__}\n"
