@@ -11,6 +11,7 @@ Starts lmp and mpirun with decks of a few lines; changes nothing. One line per c
 one command. Exit status: 0 healthy, 1 a fault, 2 wrong use. Paste the output into an issue: beside versions it holds paths only.
 """
 
+import os
 import pathlib
 import re
 import sys
@@ -28,7 +29,11 @@ if "evp" not in sys.modules:
 from evp import doctor_checks as checks  # noqa: E402
 from evp import doctor_host as hosts  # noqa: E402
 from evp import doctor_log, doctor_report  # noqa: E402
+from evp import doctor_plugin as plugins  # noqa: E402
 from evp.report import command_line  # noqa: E402
+
+
+AFTER = "first mend the fault above"
 
 
 def version():
@@ -46,14 +51,16 @@ def parser():
     return top
 
 
-def check_plugin(report, host, plugin, args):
-    """All checks of a plugin that there is, up to the first that fails."""
+def check_plugin(report, host, plugin, given):
+    """All checks of a plugin that there is; those that would only repeat an earlier fault are left out."""
     found = checks.check_file(report, host, plugin)
     if found is None or not host or not host.sound:
-        return
-    if checks.check_facts(report, host, plugin) and checks.check_symbols(report, host, plugin, found):
-        checks.check_load(report, host, plugin, args.plugin)
+        report.not_checked("load", AFTER)
+    elif checks.check_facts(report, host, plugin) and checks.check_symbols(report, host, plugin, found):
+        checks.check_load(report, host, plugin, given)
         checks.check_age(report, host, plugin)
+    else:
+        report.not_checked("load", AFTER)
 
 
 def examine(args, log):
@@ -62,11 +69,12 @@ def examine(args, log):
     hosts.check_python(report)
     host = hosts.find_lmp(args.lmp)
     hosts.check_lmp(report, host)
-    plugin = checks.find_plugin(host, args.plugin, log)
+    given = args.plugin or (log and log.plugin())
+    plugin = checks.find_plugin(host, given)
     if host and host.sound:
-        checks.check_path(report, host, plugin, args.plugin)
+        checks.check_path(report, host, plugin, given)
     if plugin:
-        check_plugin(report, host, plugin, args)
+        check_plugin(report, host, plugin, given)
     else:
         report.fault("plugin file", "none found", "there is no evpplugin.so: it has not been built yet.", checks.remedies.get_lammps())
     if host and host.sound:
@@ -87,6 +95,7 @@ def main(argv=None):
         log = doctor_log.read(args.log) if args.log else None
     except (OSError, ValueError) as error:
         top.error(f"--log: {error}")
+    plugins.as_the_shell_has_it(os.environ)
     print(f"evp doctor: EVP {version()} on {hosts.system_words()}", flush=True)
     report = examine(args, log)
     print("\n" + report.verdict())

@@ -20,12 +20,11 @@ def _path_text(host):
     return seen.get("LAMMPS_PLUGIN_PATH", os.environ.get("LAMMPS_PLUGIN_PATH", ""))
 
 
-def find_plugin(host, given, log):
-    """The plugin file to look at: --plugin, of LAMMPS_PLUGIN_PATH, of the log, EVP's own; None where there is none."""
+def find_plugin(host, given):
+    """The plugin file to look at: that of --plugin or of the log, of LAMMPS_PLUGIN_PATH, EVP's own; None where there is none."""
     if given:
         return pathlib.Path(os.path.abspath(given))
     found = [path for entry in plugins.path_entries(_path_text(host)) for path in plugins.plugins_in(entry)]
-    found += [pathlib.Path(file) for file in (log.loads_of_deck() if log else []) if os.path.isfile(file)]
     beside = [host.path.parent / "evpplugin.so"] if host else []
     found += [path for path in [*beside, *plugins.own_plugins()] if path.is_file()]
     return pathlib.Path(os.path.abspath(found[0])) if found else None
@@ -43,8 +42,10 @@ def check_path(report, host, plugin, given):
                      f"export LAMMPS_PLUGIN_PATH={remedies.quoted(found[0].parent)}")
     elif found:
         report.ok(_PATH, f"LAMMPS_PLUGIN_PATH={text}")
-    elif given and not entries:
-        report.ok(_PATH, f"not set: a deck must begin with: plugin load {plugin}")
+    elif given:
+        report.ok(_PATH, f"without EVP's plugin: a deck must begin with: plugin load {plugin}")
+    elif host.trial.exe is None:
+        report.not_checked(_PATH, "lmp ends before it can say what it has loaded")
     else:
         what = "; ".join(faults) if entries else "LAMMPS_PLUGIN_PATH is not set"
         good = host and host.sound and plugin and remedies.fits(plugin, host.help)
@@ -89,9 +90,8 @@ def check_facts(report, host, plugin):
     if not differences:
         report.ok("built for", facts.words())
         return True
-    names = ", ".join(f"{what} {own}, not {other}" for what, own, other in differences)
-    what = " and ".join(f"another {name}" for name, _, _ in differences)
-    report.fault("built for", f"{facts.words()}: {names}", f"{plugin} was built for {what}: {names} as this lmp.", _mend(host, plugin))
+    text = " and ".join(differences)
+    report.fault("built for", facts.words(), f"{plugin} was built for {text}.", _mend(host, plugin))
     return False
 
 
@@ -119,22 +119,22 @@ def check_symbols(report, host, plugin, found):
 
 
 def check_load(report, host, plugin, given):
-    """Does lmp load it and know the style? By LAMMPS_PLUGIN_PATH where it does so by itself, else by `plugin load`."""
-    by_itself = [path for path in host.trial.plugins() if plugins.is_evp(path)]
-    same = plugin is not None and any(path.resolve() == plugin.resolve() for path in by_itself)
-    if host.trial.knows() and (same or not by_itself):
-        report.ok("load", "lmp loads it by itself and knows pair_style evp/lj")
-        return
-    if host.trial.knows() and given and _digest(by_itself[0]) != _digest(plugin):
-        report.fault("load", f"lmp has loaded {by_itself[0]} first and ignores {plugin}",
-                     f"the plugin is loaded twice: lmp takes {by_itself[0]} from LAMMPS_PLUGIN_PATH, and a later `plugin load {plugin}` is ignored.",
+    """Does lmp load it and know the style? By itself where LAMMPS_PLUGIN_PATH has a plugin, else by `plugin load`."""
+    own, first = host.trial.output, [path for path in host.trial.plugins() if plugins.is_evp(path)]
+    if plugins.refusal(own.text) or (own.status is not None and own.status < 0):
+        _does_not_load(report, host, plugin, own)
+    elif first and given and _digest(first[0]) != _digest(plugin):
+        report.fault("load", f"lmp has loaded {first[0]} first and ignores {plugin}",
+                     f"the plugin is loaded twice: lmp takes {first[0]} from LAMMPS_PLUGIN_PATH, and ignores a later `plugin load {plugin}`.",
                      f"export LAMMPS_PLUGIN_PATH={remedies.quoted(plugin.parent)}")
-        return
-    trial = lammps.try_deck(host.path, plugin, apart=True)
-    if trial.knows():
-        report.ok("load", "lmp loads it and knows pair_style evp/lj")
-        return
-    _does_not_load(report, host, plugin, trial.output)
+    elif host.trial.knows():
+        report.ok("load", "lmp loads it by itself and knows pair_style evp/lj")
+    else:
+        trial = lammps.try_deck(host.path, plugin, apart=True)
+        if trial.knows():
+            report.ok("load", "by `plugin load` lmp knows pair_style evp/lj")
+        else:
+            _does_not_load(report, host, plugin, trial.output)
 
 
 def _does_not_load(report, host, plugin, output):
@@ -192,7 +192,22 @@ def check_packages(report, host, log):
                      f"cmake -DPKG_{name}=on {remedies.quoted(build)} && cmake --build {remedies.quoted(build)}")
         return
     absent = [f"{name} is absent ({use})" for name, use in WANTED.items() if name not in packages]
-    report.ok("packages", "; ".join(absent) or f"{', '.join(WANTED)} for decks that need them")
+    report.ok("packages", "; ".join(absent) or f"{', '.join(WANTED)}, which some decks need")
+
+
+def _take(report, host, plugin):
+    """Command that has LAMMPS load a plugin in which no check found a fault."""
+    return f"export LAMMPS_PLUGIN_PATH={remedies.quoted(plugin.parent)}" if plugin and not report.faults() else _mend(host, plugin)
+
+
+def _log_of_failure(report, host, plugin, file, text):
+    """The line of a log in which a plugin did not open."""
+    if plugins.kind_of_failure(text) == "absent" and not os.path.isfile(file):
+        hint = "" if "/" in file else " (a name without / is looked for in the folders of libraries only)"
+        cause = f"the deck says `plugin load {file}`, and there is no such file{hint}. Without that line LAMMPS takes the plugin of LAMMPS_PLUGIN_PATH."
+        report.fault("log", f"{file}: no such file", cause, _take(report, host, plugin))
+    else:
+        report.fault("log", f"{file} did not open: {text}", explained(file, text), _take(report, host, plugin))
 
 
 def check_log(report, host, plugin, log):
@@ -208,21 +223,17 @@ def check_log(report, host, plugin, log):
         report.fault("log", f"the plugin refused that LAMMPS: {log.refusal}", f"the plugin of that run was built for another LAMMPS: {log.refusal}.",
                      _mend(host, plugin))
     elif log.failures:
-        file, text = log.failures[0]
-        folder = f"export LAMMPS_PLUGIN_PATH={remedies.quoted(plugin.parent)}" if plugin and not report.faults() else _mend(host, plugin)
-        if plugins.kind_of_failure(text) == "absent" and not os.path.isfile(file):
-            cause = f"the deck says `plugin load {file}`, and there is no such file" + (" (a name without / is looked for in the library path only)." if "/" not in file else ".")
-            report.fault("log", f"{file}: no such file", cause + " Without that line LAMMPS takes the plugin of LAMMPS_PLUGIN_PATH.", folder)
-        else:
-            report.fault("log", f"{file} did not open: {text}", explained(file, text), folder)
+        _log_of_failure(report, host, plugin, *log.failures[0])
     elif log.unknown and not log.loaded:
-        command = f"export LAMMPS_PLUGIN_PATH={remedies.quoted(plugin.parent)}" if plugin else _mend(host, plugin)
         report.fault("log", f"no plugin was loaded, so that {log.unknown} was not known",
-                     f"the run of this log loaded no plugin: LAMMPS_PLUGIN_PATH was not set in its shell or job script, and the deck has no `plugin load`.", command)
+                     "the run of this log loaded no plugin: LAMMPS_PLUGIN_PATH was not set in its shell or job script, and the deck has no "
+                     "`plugin load`.", _take(report, host, plugin))
     elif log.unknown:
-        report.fault("log", f"a plugin was loaded, but {log.unknown} is not known", f"the plugin of that run does not have {log.unknown}: it is older than the deck.",
-                     _mend(host, plugin))
+        report.fault("log", f"a plugin was loaded, but {log.unknown} is not known",
+                     f"the plugin of that run does not have {log.unknown}: it is older than the deck.", _mend(host, plugin))
     elif log.twice:
         report.ok("log", "the plugin was loaded twice, and LAMMPS ignored the second: leave out `plugin load` or LAMMPS_PLUGIN_PATH")
+    elif not log.ended:
+        report.not_checked("log", "it breaks off without an error: lmp crashed or was stopped. If that was at `plugin load FILE`, give --plugin FILE")
     else:
         report.ok("log", f"no fault of the installation; it ends with: {log.error}" if log.error and not log.package else "no fault of the installation")

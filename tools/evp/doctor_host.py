@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 from . import doctor_elf as elf
 from . import doctor_lammps as lammps
+from . import doctor_plugin as plugins
 from . import doctor_remedies as remedies
 from . import interpreter
 
@@ -55,7 +56,7 @@ def check_python(report):
         return
     words = remedies.quoted(own, "-m", "pip", "install", *lacking)
     if shutil.which("apt-get") and os.path.exists("/usr/bin/python3"):
-        words = "sudo apt-get install " + " ".join(f"python3-{name}" for name in lacking)
+        words = remedies.apt(*(f"python3-{name}" for name in lacking))
     report.fault("Python", f"{version} ({own}) lacks {', '.join(lacking)}",
                  f"no Python here has the modules {', '.join(lacking)}, which the tools need. LAMMPS and the plugin do without.", words)
 
@@ -68,8 +69,7 @@ def find_lmp(given):
             return Host(pathlib.Path(os.path.abspath(shutil.which(word))), found_by)
         if word and found_by != "PATH":
             return Host(pathlib.Path(word), found_by)
-    own = [path.parent / "lmp" for path in remedies.plugins.own_plugins()]
-    return next((Host(path, "EVP's build; no lmp on PATH") for path in own if path.exists()), None)
+    return next((Host(path, "EVP's own; there is none on PATH") for path in plugins.own_lmps()), None)
 
 
 def check_lmp(report, host):
@@ -95,7 +95,7 @@ def check_lmp(report, host):
     lacks = host.help.lacks()
     if lacks:
         first = f"the first lmp on PATH is {host.path}" if host.found_by == "PATH" else f"this lmp is {host.path}"
-        report.fault("LAMMPS", host.help.words(), f"{first}, the wrong LAMMPS: {lacks}, so that it cannot load evpplugin.so.", _other(host))
+        report.fault("LAMMPS", host.help.words(), f"{first}, and that is the wrong one: {lacks}.", _other(host))
         return
     report.ok("LAMMPS", host.help.words())
     host.sound = True
@@ -146,7 +146,7 @@ def check_library(report, host):
 def check_mpirun(report, host):
     """Do two ranks start as one run?"""
     if not host or not host.sound:
-        report.not_checked("mpirun", "first the fault above")
+        report.not_checked("mpirun", "first mend the fault above")
         return
     kind = lammps.mpi_kind(host.help.mpi)
     if kind == "none":

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """What a log.lammps, or the output of a run that was kept, says of how the plugin was loaded."""
 
+import pathlib
 import re
 from dataclasses import dataclass
 
@@ -11,19 +12,23 @@ OWN_STYLES = re.compile(r"Unrecognized \w+ style '([\w/]*evp[\w/]*)'|Unknown com
 
 @dataclass(frozen=True)
 class Log:
-    """Of the last run in the file: LAMMPS appends none, but a job's output may hold several."""
+    """Of the last run in the file: the kept output of a job may hold several."""
 
+    folder: pathlib.Path  # of the file
     release: str  # '4 Feb 2025'; empty where it does not say
     loaded: bool  # any plugin was loaded
+    loads: list  # files of `plugin load` lines of the deck
     failures: list  # [(file, what dlopen said)]
     refusal: str  # by the plugin itself
     unknown: str  # EVP's style that LAMMPS did not know
     package: tuple  # (style, package) that this LAMMPS lacks
     twice: bool  # LAMMPS ignored a second load
     error: str  # the first one
+    ended: bool  # with an error, or as a run ends
 
-    def loads_of_deck(self):
-        return [file for file, _ in self.failures]
+    def plugin(self):
+        """The first file of a `plugin load` line that is there, as seen from the folder of the log; None without."""
+        return next((self.folder / file for file in self.loads if "/" in file and (self.folder / file).is_file()), None)
 
 
 def read(path):
@@ -35,10 +40,12 @@ def read(path):
         raise ValueError(f"{path} is no log of LAMMPS: no line begins with 'LAMMPS ('")
     text = text[starts[-1]:]
     banner = re.match(r"LAMMPS \((\d+ [A-Z][a-z]{2} \d{4})", text)
-    counts = [int(count) for count in re.findall(r"^Loaded (\d+) plugins from", text, re.M)]
+    loaded = bool(re.search(r"^Loaded [1-9]\d* plugins from|^Loading plugin: ", text, re.M))
     package = re.search(r"Unrecognized \w+ style '(\S+)' is part of the (\S+) package", text)
     unknown = OWN_STYLES.search(text)
+    unknown = unknown[1] or unknown[2] if unknown else ""
     error = re.search(r"^ERROR\b.*", text, re.M)
-    return Log(banner[1] if banner else "", any(counts) or bool(re.search(r"^Loading plugin: ", text, re.M)), plugins.open_failures(text),
-               plugins.refusal(text), next((word for word in unknown.groups() if word), "") if unknown else "", package.groups() if package else (),
-               "Ignoring load of pair style evp/lj" in text, error[0] if error else "")
+    loads = [word.strip("\"'") for line in re.findall(r"^plugin\s+load\s+(.+)$", text, re.M) for word in line.split()]
+    return Log(pathlib.Path(path).absolute().parent, banner[1] if banner else "", loaded, loads,
+               plugins.open_failures(text), plugins.refusal(text), unknown, package.groups() if package else (),
+               "Ignoring load of pair style evp/lj" in text, error[0] if error else "", bool(error) or "Total wall time" in text)

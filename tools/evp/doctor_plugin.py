@@ -28,12 +28,16 @@ class Facts:
         return f"EVP {self.version} for LAMMPS {release_name(self.lammps)}, {self.integers}, {mpi}, compiled by {self.compiler}"
 
     def differences(self, host):
-        """[(what, of the plugin, of LAMMPS)] where it was not built for the LAMMPS of this Help."""
-        rows = [("release", release_name(self.lammps), release_name(host.number)), ("integer size", self.integers, host.integers)]
+        """Texts where it was not built for the LAMMPS of this Help: 'another MPI (MPICH 4.0.2, and this lmp has Open MPI 4.1.4)'."""
+        found = []
+        if self.lammps != host.number:
+            found.append(f"another release of LAMMPS ({release_name(self.lammps)}, and this lmp is {release_name(host.number)})")
         kinds = mpi_kind(self.mpi), mpi_kind(host.mpi)
         if "unknown" not in kinds and kinds[0] != kinds[1]:
-            rows.append(("MPI", *("no MPI" if text == "none" else text for text in (self.mpi, host.mpi))))
-        return [row for row in rows if row[1] != row[2]]
+            found.append("another MPI ({}, and this lmp has {})".format(*("no MPI" if text == "none" else text for text in (self.mpi, host.mpi))))
+        if self.integers != host.integers:
+            found.append(f"another integer size ({self.integers}, and this lmp has {host.integers})")
+        return found
 
 
 def read_facts(path):
@@ -76,14 +80,39 @@ def fault_of_entry(folder):
     return "" if plugins_in(folder) else f"{folder} holds other plugins only"
 
 
+def own_folders():
+    """Where the plugin of these tools may be: of the command evp, of this checkout's builds, of the installation that they are part of."""
+    root, places = TOOLS.parent, [pathlib.Path(os.environ[name]) for name in ("EVP_PLUGINS", "EVP_BUILD") if os.environ.get(name)]
+    if (root / "CMakeLists.txt").exists():
+        places += [root / "build", *sorted(root.glob("build-*"))]
+    elif root.parent.name == "share":
+        prefix = root.parent.parent
+        places += [folder / "lammps" / "plugins" for folder in (prefix / "lib", prefix / "lib64", *sorted(prefix.glob("lib/*-linux-*")))]
+    return list(dict.fromkeys(places))
+
+
 def own_plugins():
-    """Of this checkout's build, or of the installation that the tools are part of."""
-    root = TOOLS.parent
-    places = [root / "build", *sorted(root.glob("build-*"))] if (root / "CMakeLists.txt").exists() else []
-    prefix = root.parent.parent
-    if root.name == "evp" and root.parent.name == "share":
-        places += [folder / "lammps" / "plugins" for folder in (prefix / "lib", *sorted(prefix.glob("lib64")), *sorted(prefix.glob("lib/*-linux-*")))]
-    return [place / _NAME for place in places if (place / _NAME).is_file()]
+    """EVP's plugins that belong to these tools."""
+    return [place / _NAME for place in own_folders() if (place / _NAME).is_file()]
+
+
+def own_lmps():
+    """EVP's scripts that start LAMMPS with the plugin loaded."""
+    places = [*own_folders(), TOOLS.parent.parent.parent / "libexec" / "evp"]
+    return [place / "lmp" for place in places if os.access(place / "lmp", os.X_OK)]
+
+
+def as_the_shell_has_it(environment):
+    """Takes out what the command evp has put there: its own lmp and plugin would hide those that the user's shell takes."""
+    if not environment.get("EVP_COMMAND"):
+        return
+    lmp, own = environment.get("EVP_LMP", ""), environment.get("EVP_PLUGINS", "")
+    if lmp and any(os.path.exists(lmp) and path.samefile(lmp) for path in own_lmps()):
+        del environment["EVP_LMP"]
+        return
+    entries = environment.get("LAMMPS_PLUGIN_PATH", "").split(os.pathsep)
+    if own and entries[-1] == own:
+        environment["LAMMPS_PLUGIN_PATH"] = os.pathsep.join(entries[:-1])
 
 
 # What dlopen says, and what it means: (pattern, kind).

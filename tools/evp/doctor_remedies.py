@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """The command that mends a fault, with the paths of this machine."""
 
+import os
 import pathlib
 import re
 import shlex
@@ -71,14 +72,14 @@ def fits(plugin, host):
 def another_plugin(wrong, host, exe):
     """Folder of an EVP plugin that this LAMMPS loads, or None."""
     for plugin in plugins.own_plugins():
-        if (not wrong or plugin.resolve() != wrong.resolve()) and fits(plugin, host) and exe and lammps.try_deck(exe, plugin, apart=True).knows():
+        if (not wrong or plugin.resolve() != wrong.resolve()) and fits(plugin, host) and lammps.try_deck(exe, plugin, apart=True).knows():
             return plugin.parent
     return None
 
 
 def mend_plugin(wrong, host, exe):
     """Another plugin that fits where there is one, else a new build."""
-    folder = another_plugin(wrong, host, exe)
+    folder = another_plugin(wrong, host, exe) if exe else None
     return f"export LAMMPS_PLUGIN_PATH={quoted(folder)}" if folder else rebuild(wrong, exe, host)
 
 
@@ -89,13 +90,17 @@ def get_lammps():
 
 def another_lmp(wrong, found_by):
     """Command that takes another lmp of this machine that can load plugins, or builds one."""
-    own = [path.parent / "lmp" for path in plugins.own_plugins()]
-    for path in [*lammps.programs("lmp"), *own]:
-        if path.exists() and path.resolve() != wrong.resolve():
+    for path in [*lammps.programs("lmp"), *plugins.own_lmps()]:
+        if path.resolve() != wrong.resolve():
             found, _ = lammps.ask_help(path)
             if found and not found.lacks():
                 return f"export EVP_LMP={quoted(path)}" if found_by == "EVP_LMP" else in_front("PATH", path.parent)
     return get_lammps()
+
+
+def apt(*packages):
+    """Installs packages of Debian."""
+    return " ".join([*(["sudo"] if os.geteuid() else []), "apt-get install", *packages])
 
 
 def another_mpirun(kind):
@@ -106,4 +111,4 @@ def another_mpirun(kind):
             if lammps.mpi_kind(lammps.run([path, "--version"]).text) == kind:
                 return in_front("PATH", path.parent) if name == "mpirun" else f"export EVP_MPIRUN={quoted(path)}"
     package = {"Open MPI": "openmpi-bin", "MPICH": "mpich"}.get(kind)
-    return f"sudo apt-get install {package}" if package and shutil.which("apt-get") else f"export EVP_MPIRUN=/path/to/mpirun   # of {kind}"
+    return apt(package) if package and shutil.which("apt-get") else f"export EVP_MPIRUN=/path/to/mpirun   # of {kind}"

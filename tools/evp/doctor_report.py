@@ -44,7 +44,7 @@ class Report:
         faults = self.faults()
         if not faults:
             open_checks = [line.name for line in self.lines if line.state == NOT_CHECKED]
-            return "Healthy: this lmp knows pair_style evp/lj." + (f" Not checked: {', '.join(open_checks)}." if open_checks else "")
+            return "Healthy: lmp loads the plugin and knows pair_style evp/lj." + (f" Not checked: {', '.join(open_checks)}." if open_checks else "")
         others = [line.name for line in faults[1:]]
         text = textwrap.fill("Cause: " + faults[0].cause, _WIDTH, break_long_words=False, break_on_hyphens=False)
         text += f"\nRun:   {faults[0].command}"
