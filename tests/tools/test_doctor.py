@@ -25,6 +25,7 @@ PLUGIN = BUILD / "evpplugin.so"
 BUILT = doctor_remedies.cache_entry(BUILD, "LAMMPS_BUILD_DIR")
 LMP = pathlib.Path(BUILT) / "lmp"
 NO_MPIRUN = "no_mpirun_here"  # where mpirun is not looked at: a start takes as long as all the rest
+CHECK = r"^ *(?:ok|FAULT|not checked)  +(\S.*?)  "  # name of the check of a line
 KEPT = {name: value for name, value in os.environ.items()
         if name not in ("EVP_LMP", "EVP_COMMAND", "EVP_PLUGINS", "EVP_PLUGIN_DIR", "LAMMPS_PLUGIN_PATH", "LD_LIBRARY_PATH")}
 
@@ -48,6 +49,9 @@ class Answer:
 
     def faults(self):
         return re.findall(r"^FAULT +(\S.*?)  ", self.text, re.M)
+
+    def checks(self):
+        return re.findall(CHECK, self.text, re.M)
 
     def cause(self):
         return " ".join(re.search(r"^Cause: (.+?)\nRun:", self.text, re.S | re.M)[1].split())
@@ -169,6 +173,10 @@ def test_path(case, cause):
     assert found.command() == f"export LAMMPS_PLUGIN_PATH={BUILD}" and found.faults() == ["plugin path"]
     if case == "file":
         found.is_mended()
+        return
+    page = (REPOSITORY / "doc" / "Howto_evp_doctor.rst").read_text(encoding="utf-8").split(".. fault:")[1].split(".. end of fault")[0]
+    assert found.checks() == re.findall(CHECK, page, re.M) and len(found.checks()) == 13, "run PYTHONPATH=tools python3 -m evp.doctor_page"
+    assert "\n   Run:   export LAMMPS_PLUGIN_PATH=~/evp/build\n" in page
 
 
 def test_folders_of_the_path(tmp_path):
