@@ -32,12 +32,18 @@
 #define EVP_MPI "unknown"
 #endif
 
+#ifdef __clang__
+#define EVP_COMPILER "clang++ " __clang_version__
+#else
+#define EVP_COMPILER "g++ " __VERSION__
+#endif
+
 namespace {
 
 [[gnu::used]] const char plugin_facts[] =
     "EVP plugin facts: version=" EVP_VERSION
     ";lammps=" EVP_TEXT(EVP_LAMMPS_VERSION) ";integers=" EVP_INTEGERS ";mpi=" EVP_MPI
-                                            ";compiler=" __VERSION__;
+                                            ";compiler=" EVP_COMPILER;
 
 }    // namespace
 

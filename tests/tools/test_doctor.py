@@ -7,6 +7,7 @@ plugins of other LAMMPS are compiled with the guard and the facts of the real on
 import os
 import pathlib
 import re
+import shutil
 import stat
 import subprocess
 import sys
@@ -276,6 +277,26 @@ def test_plugin_twice(tmp_path):
     other.write_bytes(PLUGIN.read_bytes() + b"\n")
     raw("--plugin", other, LAMMPS_PLUGIN_PATH=BUILD).names("load", f"loaded twice: lmp takes {PLUGIN}").is_mended()
     raw(LAMMPS_PLUGIN_PATH=f"{BUILD}:{tmp_path}").names("plugin path", f"two EVP plugins that differ; LAMMPS takes {PLUGIN}")
+
+
+def test_age(tmp_path):
+    """A LAMMPS that was built after the plugin may differ from the one that the plugin was built for."""
+    library, path = LMP.parent / "liblammps.so.0", tmp_path / "evpplugin.so"
+    path.touch()
+    for age, text in ((-9, "older than liblammps: where LAMMPS was built again"), (9, "not older")):
+        os.utime(path, (0, library.stat().st_mtime + age))
+        report = doctor_report.Report()
+        doctor_checks.check_age(report, doctor_host.Host(LMP, "PATH", libraries=(library,)), path)
+        assert report.lines[0].text.startswith(text)
+
+
+def test_lammps_without_shared_library():
+    """Linked into one program that shows no symbols: here a program without any."""
+    report = doctor_report.Report()
+    host = doctor_host.Host(LMP, "PATH", exe=LMP, libraries=(pathlib.Path(shutil.which("true")),))
+    assert not doctor_checks.check_symbols(report, host, PLUGIN, doctor_elf.read(PLUGIN))
+    assert "plugins need the shared library" in report.faults()[0].cause
+    assert report.faults()[0].command == f"cmake -DBUILD_SHARED_LIBS=on {BUILT} && cmake --build {BUILT}"
 
 
 FOREIGN = """#!/bin/sh

@@ -110,6 +110,10 @@ def check_symbols(report, host, plugin, found):
         report.ok("symbols", f"all {len(found.undefined)} that the plugin needs are in lmp")
         return True
     names = sorted(left)
+    if not any(path.name.startswith("liblammps") for path in host.libraries):
+        report.fault("symbols", f"missing in lmp: {len(names)}", f"LAMMPS is linked into {host.exe}, and does not show plugins its symbols: plugins need "
+                     "the shared library.", remedies.with_option(host.exe, "BUILD_SHARED_LIBS"))
+        return False
     owner = "MPI" if re.match(r"P?MPI_|ompi_", names[0]) else "LAMMPS"
     shown = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
     report.fault("symbols", f"missing in lmp: {shown}",
@@ -187,9 +191,8 @@ def check_packages(report, host, log):
     packages = host.help.packages
     if log and log.package and log.package[1] not in packages:
         style, name = log.package
-        build = host.exe.parent if host.exe and remedies.cache_entry(host.exe.parent, "CMAKE_HOME_DIRECTORY") else "/path/to/the/build/of/LAMMPS"
         report.fault("packages", f"{name} is absent", f"the deck uses {style} of LAMMPS' package {name}, which this lmp was built without.",
-                     f"cmake -DPKG_{name}=on {remedies.quoted(build)} && cmake --build {remedies.quoted(build)}")
+                     remedies.with_option(host.exe, f"PKG_{name}"))
         return
     absent = [f"{name} is absent ({use})" for name, use in WANTED.items() if name not in packages]
     report.ok("packages", "; ".join(absent) or f"{', '.join(WANTED)}, which some decks need")

@@ -128,7 +128,7 @@ def check_library(report, host):
     """Is the liblammps that runs the one that lmp was linked to? All releases have one name for it. True where it is not."""
     loaded = next((path for path in host.libraries if path.name.startswith("liblammps")), None)
     if loaded is None:
-        report.not_checked("liblammps", "lmp has no liblammps of its own file" if host.libraries else "no /proc that shows what lmp loads")
+        report.not_checked("liblammps", "lmp loads none: LAMMPS is linked into it" if host.libraries else "no /proc that shows what lmp loads")
         return False
     try:
         right = lammps.needed_library(host.exe, elf.read(host.exe))

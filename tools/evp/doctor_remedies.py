@@ -60,6 +60,12 @@ def rebuild(plugin, exe, host):
             f"cmake --build {quoted(folder)} --target evpplugin && export LAMMPS_PLUGIN_PATH={quoted(folder)}")
 
 
+def with_option(exe, option):
+    """Builds the LAMMPS of this program again with an option of its CMake switched on."""
+    build = exe.parent if exe and cache_entry(exe.parent, "CMAKE_HOME_DIRECTORY") else "/path/to/the/build/of/LAMMPS"
+    return f"cmake -D{option}=on {quoted(build)} && cmake --build {quoted(build)}"
+
+
 def fits(plugin, host):
     """Is that file whole, and built for the LAMMPS of this Help?"""
     try:
