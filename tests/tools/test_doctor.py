@@ -110,8 +110,8 @@ def real():
 def older(real, tmp_path_factory):
     """Folder of a LAMMPS of another release."""
     folder = tmp_path_factory.mktemp("older")
-    date = f"{real.number % 100} {real.release.split()[1]}".encode()
-    replaced(LMP.parent / "liblammps.so.0", folder / "liblammps.so.0", (real.release.encode(), date + b" 2021"))
+    name = doctor_lammps.release_name(real.number)
+    replaced(LMP.parent / "liblammps.so.0", folder / "liblammps.so.0", (name.encode(), (name[:-4] + "2021").encode()))
     copy_of_lmp(folder / "lmp", "$ORIGIN")
     return folder
 

@@ -82,7 +82,7 @@ def fault_of_entry(folder):
 
 def own_folders():
     """Where the plugin of these tools may be: of the command evp, of this checkout's builds, of the installation that they are part of."""
-    root, places = TOOLS.parent, [pathlib.Path(os.environ[name]) for name in ("EVP_PLUGINS", "EVP_BUILD") if os.environ.get(name)]
+    root, places = TOOLS.parent, [pathlib.Path(os.path.abspath(os.environ[name])) for name in ("EVP_PLUGINS", "EVP_BUILD") if os.environ.get(name)]
     if (root / "CMakeLists.txt").exists():
         places += [root / "build", *sorted(root.glob("build-*"))]
     elif root.parent.name == "share":
