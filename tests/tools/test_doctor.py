@@ -312,6 +312,14 @@ def test_mpirun_of_another_mpi(tmp_path):
     (tmp_path / "mpirun").chmod(0o755)
     found = doctor(EVP_LMP=WRAPPER, EVP_MPIRUN="mpirun", PATH=f"{tmp_path}:{surroundings()['PATH']}")
     found.names("mpirun", r"mpirun is of another MPI .MPICH. than lmp .Open MPI").is_mended()
+    found = doctor(EVP_LMP=WRAPPER, EVP_MPIRUN=tmp_path / "mpirun").names("mpirun", "is of another MPI")
+    assert found.command() == f"export EVP_MPIRUN={shutil.which('mpirun')}"
+
+
+def test_mpirun_that_does_not_start(tmp_path):
+    (tmp_path / "mpirun").write_text("#!/bin/sh\necho mpiexec.hydra: no libslurm >&2\nexit 127\n", encoding="utf-8")
+    (tmp_path / "mpirun").chmod(0o755)
+    doctor(EVP_LMP=WRAPPER, EVP_MPIRUN=tmp_path / "mpirun").names("mpirun", "mpirun does not start: mpiexec.hydra: no libslurm").is_mended()
 
 
 def test_mpirun_as_root():

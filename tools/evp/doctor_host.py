@@ -157,10 +157,11 @@ def check_mpirun(report, host):
     if not shutil.which(words[0]):
         report.not_checked("mpirun", f"no {words[0]} on PATH: runs have one rank until you run: {remedies.another_mpirun(kind)}")
         return
-    version = lammps.run([words[0], "--version"]).text
+    asked = lammps.run([words[0], "--version"])
+    version = "" if asked.status else asked.text
     own = lammps.mpi_kind(version)
     number = re.search(r"\d+(\.\d+)+", version)
-    name = f"{shutil.which(words[0])}: {own}" + (f" {number[0]}" if number else "")
+    name = f"{shutil.which(words[0])}: {own if version else 'it'}" + (f" {number[0]}" if number else "")
     output = lammps.try_deck(host.path, apart=True, launcher=[*words, "-np", "2"]).output
     grids = re.findall(r"(\d+) by (\d+) by (\d+) MPI processor grid", output.text)
     ranks = [int(a) * int(b) * int(c) for a, b, c in grids]
@@ -180,4 +181,4 @@ def check_mpirun(report, host):
     else:
         last = [line.strip("- ") for line in output.text.splitlines() if line.strip("- ")][:1]
         report.fault("mpirun", f"{name} does not start two ranks: {''.join(last)}", f"mpirun does not start: {''.join(last)}.",
-                     remedies.quoted(*words, "-np", "2", host.path, "-h"))
+                     remedies.quoted(*words, "-np", "2", host.path, "-h") if version else remedies.another_mpirun(kind))

@@ -111,10 +111,11 @@ def apt(*packages):
 
 def another_mpirun(kind):
     """Command that takes the mpirun of that MPI."""
+    chosen = os.environ.get("EVP_MPIRUN", "mpirun").split()[:1] != ["mpirun"]  # PATH does not count then
     names = ("mpirun", "mpirun.openmpi", "mpiexec.openmpi", "mpirun.mpich", "mpiexec.hydra", "mpiexec")
     for name in names:
         for path in lammps.programs(name):
             if lammps.mpi_kind(lammps.run([path, "--version"]).text) == kind:
-                return in_front("PATH", path.parent) if name == "mpirun" else f"export EVP_MPIRUN={quoted(path)}"
+                return in_front("PATH", path.parent) if name == "mpirun" and not chosen else f"export EVP_MPIRUN={quoted(path)}"
     package = {"Open MPI": "openmpi-bin", "MPICH": "mpich"}.get(kind)
     return apt(package) if package and shutil.which("apt-get") else f"export EVP_MPIRUN=/path/to/mpirun   # of {kind}"
