@@ -2,6 +2,7 @@
 // Registration of the styles, and nothing else.
 
 #include "host_guard.h"
+#include "plugin_facts.h"
 
 #include "compute_evp_dt.h"
 #include "compute_evp_state_atom.h"

@@ -1,0 +1,442 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""evp doctor names the cause of each fault that is planted here, and its command mends it.
+
+The faults are real files: LAMMPS of another release or without PLUGIN is a copy of the real one with other bytes in its library, the
+plugins of other LAMMPS are compiled with the guard and the facts of the real one, and lmp refuses them."""
+
+import os
+import pathlib
+import re
+import shutil
+import stat
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+
+import doctor as doctor_tool
+import in_process
+import pytest
+from evp import doctor_checks, doctor_elf, doctor_host, doctor_lammps, doctor_log, doctor_plugin, doctor_remedies, doctor_report
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+DOCTOR = REPOSITORY / "tools" / "doctor.py"
+WRAPPER = pathlib.Path(os.environ.get("EVP_LMP", REPOSITORY / "build" / "lmp")).absolute()
+BUILD = WRAPPER.parent
+PLUGIN = BUILD / "evpplugin.so"
+BUILT = doctor_remedies.cache_entry(BUILD, "LAMMPS_BUILD_DIR")
+LMP = pathlib.Path(BUILT) / "lmp"
+NO_MPIRUN = "no_mpirun_here"  # where mpirun is not looked at: a start takes as long as all the rest
+CHECK = r"^ *(?:ok|FAULT|not checked)  +(\S.*?)  "  # name of the check of a line
+KEPT = {name: value for name, value in os.environ.items()
+        if name not in ("EVP_LMP", "EVP_COMMAND", "EVP_PLUGINS", "EVP_PLUGIN_DIR", "LAMMPS_PLUGIN_PATH", "LD_LIBRARY_PATH")}
+
+
+def surroundings(**changes):
+    """Environment of a user's shell, PATH without any lmp."""
+    folders = [folder for folder in KEPT["PATH"].split(":") if not os.path.exists(os.path.join(folder, "lmp"))]
+    return {**KEPT, "PATH": ":".join(folders), "EVP_BUILD": str(BUILD), "EVP_MPIRUN": NO_MPIRUN, "OMPI_MCA_ess_singleton_isolated": "1",
+            "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1",
+            **{name: str(value) for name, value in changes.items()}}
+
+
+class Answer:
+    """What the doctor printed and its exit status."""
+
+    def __init__(self, words, environment, first="true"):
+        self.words, self.environment = [str(word) for word in words], environment
+        done = subprocess.run(["bash", "-c", f'{first} && exec "$@"', "bash", sys.executable, str(DOCTOR), *self.words], env=environment, text=True,
+                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, stdin=subprocess.DEVNULL, check=False)
+        self.status, self.text, self.errors = done.returncode, done.stdout, done.stderr
+
+    def faults(self):
+        return re.findall(r"^FAULT +(\S.*?)  ", self.text, re.M)
+
+    def checks(self):
+        return re.findall(CHECK, self.text, re.M)
+
+    def cause(self):
+        return " ".join(re.search(r"^Cause: (.+?)\nRun:", self.text, re.S | re.M)[1].split())
+
+    def command(self):
+        return re.search(r"^Run:   (.+)$", self.text, re.M)[1]
+
+    def names(self, fault, cause):
+        """Self, whose first fault is the one of this line, with these words for the cause."""
+        assert self.status == 1 and self.faults()[:1] == [fault], self.text + self.errors
+        assert re.search(cause, self.cause()), self.text
+        return self
+
+    def is_mended(self):
+        """The command runs in the same shell, and the doctor finds no fault then."""
+        after = Answer(self.words, self.environment, self.command())
+        assert after.status == 0 and "\nHealthy: " in after.text and not after.faults(), f"{self.text}\n{after.text}{after.errors}"
+
+
+def doctor(*words, **changes):
+    return Answer(words, surroundings(**changes))
+
+
+def raw(*words, **changes):
+    """With the lmp behind build/lmp, which loads a plugin of LAMMPS_PLUGIN_PATH only."""
+    return doctor("--lmp", LMP, *words, **changes)
+
+
+def replaced(source, target, *pairs):
+    """A copy with other bytes of the same number; each must be there."""
+    data = source.read_bytes()
+    for old, new in pairs:
+        assert len(old) == len(new) and old in data, f"{source} has no {old}"
+        data = data.replace(old, new)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    target.write_bytes(data)
+    target.chmod(0o755)
+    return target
+
+
+def copy_of_lmp(target, folder):
+    """lmp, which looks for its library in a folder that is no longer to write than the real one."""
+    return replaced(LMP, target, (BUILT.encode(), folder.encode() + b"/" * (len(BUILT) - len(folder))))
+
+
+@pytest.fixture(scope="module")
+def real():
+    """Help of the LAMMPS of the build."""
+    found, output = doctor_lammps.ask_help(LMP)
+    assert found, output.text
+    return found
+
+
+@pytest.fixture(scope="module")
+def older(real, tmp_path_factory):
+    """Folder of a LAMMPS of another release."""
+    folder = tmp_path_factory.mktemp("older")
+    name = doctor_lammps.release_name(real.number)
+    replaced(LMP.parent / "liblammps.so.0", folder / "liblammps.so.0", (name.encode(), (name[:-4] + "2021").encode()))
+    copy_of_lmp(folder / "lmp", "$ORIGIN")
+    return folder
+
+
+STRANGER = """
+#include "host_guard.h"
+{include}
+extern "C" void lammpsplugin_init(void *lmp, void *, void *)
+{{
+  refuse_wrong_host(lmp);
+}}
+"""
+
+
+@pytest.fixture(scope="module")
+def strangers(real, tmp_path_factory):
+    """{name: plugin} built for another release, MPI or integer size; `silent` is of another release and has no facts."""
+    headers = pathlib.Path(doctor_remedies.cache_entry(BUILT, "CMAKE_HOME_DIRECTORY")).parent / "src"
+    wrapper = doctor_remedies.cache_entry(BUILT, "MPI_CXX_COMPILER")
+    shown = subprocess.run([wrapper, "-show"], stdout=subprocess.PIPE, text=True, check=True).stdout
+    mpi = [word for word in shown.split() if word.startswith("-I")]
+    release, other = f"-DEVP_LAMMPS_VERSION={real.number}", "-DEVP_LAMMPS_VERSION=20240829"
+    same, others = ("-DLAMMPS_BIGBIG", "-DLAMMPS_SMALLBIG")[:: 1 if real.integers == "bigbig" else -1]
+    flags = {
+        "release": [*mpi, same, other],
+        "silent": [*mpi, same, other, "-DNO_FACTS"],
+        "serial": [f"-I{headers / 'STUBS'}", same, release],
+        "mpich": [*mpi, same, release, '-DMPICH_VERSION="4.0.2"', "-DEVP_MPI_COMM_BYTES=4"],
+        "integers": [*mpi, others, release],
+    }
+
+    def compile_one(name):
+        folder = tmp_path_factory.mktemp(name)
+        text = STRANGER.format(include="" if name == "silent" else '#include "plugin_facts.h"')
+        (folder / "stranger.cpp").write_text(text, encoding="utf-8")
+        subprocess.run([os.environ.get("CXX", "g++"), "-std=c++17", "-O0", "-shared", "-fPIC", "-DOMPI_SKIP_MPICXX", *flags[name],
+                        f"-I{REPOSITORY / 'src' / 'lammps'}", f"-I{headers}", "stranger.cpp", "-o", "evpplugin.so"], cwd=folder, check=True)
+        return folder / "evpplugin.so"
+
+    with ThreadPoolExecutor(2) as pool:
+        return dict(zip(flags, pool.map(compile_one, flags)))
+
+
+def test_healthy_with_two_ranks():
+    found = doctor(EVP_LMP=WRAPPER, EVP_MPIRUN="mpirun")
+    assert found.status == 0 and not found.faults() and not found.errors, found.text + found.errors
+    assert "\nHealthy: lmp loads the plugin and knows pair_style evp/lj. Not checked: log.\n" in found.text
+    assert re.search(r"^ok +mpirun .*two ranks$", found.text, re.M) and str(LMP) in found.text
+    assert re.search(r"^ok +symbols +all \d{3} that the plugin needs are in lmp$", found.text, re.M), found.text
+
+
+def test_healthy_by_plugin_load():
+    found = raw("--plugin", PLUGIN)
+    assert found.status == 0 and f"a deck must begin with: plugin load {PLUGIN}" in found.text and "by `plugin load` lmp knows" in found.text, found.text
+
+
+@pytest.mark.parametrize("case, cause", [("unset", "LAMMPS_PLUGIN_PATH is not set: "), ("file", "is a file, and must be the folder")])
+def test_path(case, cause):
+    found = raw(LAMMPS_PLUGIN_PATH={"unset": "", "file": PLUGIN}[case]).names("plugin path", cause)
+    assert found.command() == f"export LAMMPS_PLUGIN_PATH={BUILD}" and found.faults() == ["plugin path"]
+    if case == "file":
+        found.is_mended()
+        return
+    page = (REPOSITORY / "doc" / "Howto_evp_doctor.rst").read_text(encoding="utf-8").split(".. fault:")[1].split(".. end of fault")[0]
+    assert found.checks() == re.findall(CHECK, page, re.M) and len(found.checks()) == 13, "run PYTHONPATH=tools python3 -m evp.doctor_page"
+    assert "\n   Run:   export LAMMPS_PLUGIN_PATH=~/evp/build\n" in page
+
+
+def test_folders_of_the_path(tmp_path):
+    """What is said of each."""
+    assert "does not exist" in doctor_plugin.fault_of_entry(tmp_path / "absent")
+    assert "holds no file that ends in plugin.so" in doctor_plugin.fault_of_entry(tmp_path)
+    (tmp_path / "moreplugin.so").write_bytes(b"")
+    assert "holds other plugins only" in doctor_plugin.fault_of_entry(tmp_path)
+    assert not doctor_plugin.fault_of_entry(BUILD), "control"
+
+
+@pytest.mark.parametrize("name, cause", [
+    ("release", "another release of LAMMPS .29 Aug 2024, and this lmp is "), ("serial", "another MPI .no MPI, and this lmp has "),
+    ("mpich", "another MPI .MPICH 4.0.2, and this lmp has "), ("integers", "another integer size .(bigbig, .* smallbig|smallbig, .* bigbig).")])
+def test_plugin_for_another_lammps(strangers, name, cause):
+    path = strangers[name]
+    found = raw(LAMMPS_PLUGIN_PATH=path.parent).names("built for", cause)
+    assert " and another" not in found.cause(), "one difference is planted"
+    assert "was built for another LAMMPS" in doctor_lammps.try_deck(LMP, path).output.text, "control: the real lmp refuses it"
+    assert found.command() == f"export LAMMPS_PLUGIN_PATH={BUILD}"
+    if name == "integers":
+        found.is_mended()
+
+
+def test_plugin_without_facts(strangers):
+    """An EVP older than its facts: its guard says what differs, also where it ends lmp at the start."""
+    found = raw(LAMMPS_PLUGIN_PATH=strangers["silent"].parent).names("load", r"was built for another LAMMPS: release 20240829, not 20\d{6}\.")
+    assert re.search(r"^not checked +built for", found.text, re.M), found.text
+
+
+def test_missing_symbol(tmp_path):
+    needed = sorted(name for name in doctor_elf.read(PLUGIN).undefined if name.startswith("_ZN9LAMMPS_NS5Error"))
+    new = needed[0].replace("LAMMPS_NS", "LAMMPS_XX")
+    replaced(PLUGIN, tmp_path / "evpplugin.so", (b"\0" + needed[0].encode() + b"\0", b"\0" + new.encode() + b"\0"))
+    assert f"undefined symbol: {new}" in doctor_lammps.try_deck(LMP, tmp_path / "evpplugin.so").output.text, "control"
+    found = raw(LAMMPS_PLUGIN_PATH=tmp_path).names("symbols", rf"are missing in this lmp .{new}.: it was built with other headers of LAMMPS")
+    found.is_mended()
+
+
+def test_broken_file(tmp_path):
+    data, path = PLUGIN.read_bytes(), tmp_path / "evpplugin.so"
+    path.write_bytes(data[:len(data) // 2])
+    raw(LAMMPS_PLUGIN_PATH=tmp_path).names("plugin file", "is not whole: it ends after").is_mended()
+    for content, cause in ((b"", "is empty"), (b"no library", "is no shared library or program"), (data[:60], "is not whole"),
+                           (data[:18] + b"\x16\0" + data[20:], "was built for s390, and this machine is"),
+                           (data.replace(b"lammpsplugin_init", b"lammpsplugin_exit"), "no plugin of LAMMPS"), (data, None)):
+        path.write_bytes(content)
+        report = doctor_report.Report()
+        doctor_checks.check_file(report, None, path)
+        causes = [line.cause for line in report.faults()]
+        assert len(causes) == 1 and cause in causes[0] if cause else not causes, causes
+
+
+def test_wrong_lmp_first_on_path(older):
+    found = doctor(PATH=f"{older}:{BUILD}:{surroundings()['PATH']}").names("LAMMPS", f"the first lmp on PATH is {older}/lmp, .* it is LAMMPS .* 2021")
+    assert found.command().startswith(f"export PATH={BUILD}")
+    found.is_mended()
+
+
+def test_wrong_lmp_beside_the_command_evp(older):
+    """`evp` sets EVP_LMP to its own lmp: the user's shell has another."""
+    changes = {"EVP_COMMAND": "evp", "EVP_LMP": WRAPPER, "EVP_PLUGINS": BUILD}
+    found = doctor(PATH=f"{older}:{surroundings()['PATH']}", **changes).names("LAMMPS", f"the first lmp on PATH is {older}/lmp")
+    assert found.command().startswith(f"export PATH={BUILD}")
+    doctor(**{**changes, "EVP_LMP": LMP, "LAMMPS_PLUGIN_PATH": BUILD}).names("plugin path", "is not set")
+
+
+def test_lmp_without_plugin_package(tmp_path):
+    replaced(LMP.parent / "liblammps.so.0", tmp_path / "liblammps.so.0", (b"\0PLUGIN\0", b"\0PLUMED\0"))
+    copy_of_lmp(tmp_path / "lmp", "$ORIGIN")
+    doctor(EVP_LMP=tmp_path / "lmp", PATH=f"{BUILD}:{surroundings()['PATH']}").names("LAMMPS", "built without the PLUGIN package").is_mended()
+
+
+def test_library_of_another_release(older):
+    """All releases have liblammps.so.0, and LD_LIBRARY_PATH comes before the folder that lmp was linked for."""
+    found = raw("--plugin", PLUGIN, LD_LIBRARY_PATH=older).names("liblammps", f"library of another LAMMPS: {older}/liblammps.so.0 .* in place of {BUILT}")
+    found.is_mended()
+
+
+def test_library_is_not_found(tmp_path):
+    """As in an installation outside of the system's folders."""
+    (tmp_path / "lib").mkdir()
+    os.symlink(LMP.parent / "liblammps.so.0", tmp_path / "lib" / "liblammps.so.0")
+    lmp = copy_of_lmp(tmp_path / "bin" / "lmp", "/no")
+    doctor("--lmp", lmp, "--plugin", PLUGIN).names("lmp", f"does not find its own library liblammps.so.0.* its own is {tmp_path}/lib/").is_mended()
+
+
+def test_lmp_is_no_program(tmp_path):
+    doctor(EVP_LMP=tmp_path / "lmp").names("lmp", "which is no program").is_mended()
+    (tmp_path / "lmp").write_text("#!/bin/sh\nexit 3\n", encoding="utf-8")
+    (tmp_path / "lmp").chmod(0o755)
+    doctor(EVP_LMP=tmp_path / "lmp").names("lmp", "is no LAMMPS that starts")
+
+
+def test_plugin_twice(tmp_path):
+    other = tmp_path / "evpplugin.so"
+    other.write_bytes(PLUGIN.read_bytes() + b"\n")
+    raw("--plugin", other, LAMMPS_PLUGIN_PATH=BUILD).names("load", f"loaded twice: lmp takes {PLUGIN}").is_mended()
+    raw(LAMMPS_PLUGIN_PATH=f"{BUILD}:{tmp_path}").names("plugin path", f"two EVP plugins that differ; LAMMPS takes {PLUGIN}")
+
+
+def test_age(tmp_path):
+    """A LAMMPS that was built after the plugin may differ from the one that the plugin was built for."""
+    library, path = LMP.parent / "liblammps.so.0", tmp_path / "evpplugin.so"
+    path.touch()
+    for age, text in ((-9, "older than liblammps: where LAMMPS was built again"), (9, "not older")):
+        os.utime(path, (0, library.stat().st_mtime + age))
+        report = doctor_report.Report()
+        doctor_checks.check_age(report, doctor_host.Host(LMP, "PATH", libraries=(library,)), path)
+        assert report.lines[0].text.startswith(text)
+
+
+def test_lammps_without_shared_library():
+    """Linked into one program that shows no symbols: here a program without any."""
+    report = doctor_report.Report()
+    host = doctor_host.Host(LMP, "PATH", exe=LMP, libraries=(pathlib.Path(shutil.which("true")),))
+    assert not doctor_checks.check_symbols(report, host, PLUGIN, doctor_elf.read(PLUGIN))
+    assert "plugins need the shared library" in report.faults()[0].cause
+    assert report.faults()[0].command == f"cmake -DBUILD_SHARED_LIBS=on {BUILT} && cmake --build {BUILT}"
+
+
+FOREIGN = """#!/bin/sh
+# What the mpirun of another MPI does, as MPICH's with an lmp of Open MPI: each rank runs alone.
+[ "$1" = --version ] && { echo 'HYDRA build details:'; echo '    Version: 4.0.2'; exit; }
+shift 2
+"$@"; "$@"
+"""
+
+
+def test_mpirun_of_another_mpi(tmp_path):
+    (tmp_path / "mpirun").write_text(FOREIGN, encoding="utf-8")
+    (tmp_path / "mpirun").chmod(0o755)
+    found = doctor(EVP_LMP=WRAPPER, EVP_MPIRUN="mpirun", PATH=f"{tmp_path}:{surroundings()['PATH']}")
+    found.names("mpirun", r"mpirun is of another MPI .MPICH. than lmp .Open MPI").is_mended()
+    found = doctor(EVP_LMP=WRAPPER, EVP_MPIRUN=tmp_path / "mpirun").names("mpirun", "is of another MPI")
+    assert found.command() == f"export EVP_MPIRUN={shutil.which('mpirun')}"
+
+
+def test_mpirun_that_does_not_start(tmp_path):
+    (tmp_path / "mpirun").write_text("#!/bin/sh\necho mpiexec.hydra: no libslurm >&2\nexit 127\n", encoding="utf-8")
+    (tmp_path / "mpirun").chmod(0o755)
+    doctor(EVP_LMP=WRAPPER, EVP_MPIRUN=tmp_path / "mpirun").names("mpirun", "mpirun does not start: mpiexec.hydra: no libslurm").is_mended()
+
+
+def test_mpirun_as_root():
+    """Open MPI refuses root, and nobody else."""
+    environment = {name: value for name, value in surroundings(EVP_LMP=WRAPPER, EVP_MPIRUN="mpirun").items() if not name.startswith("OMPI_ALLOW")}
+    found = Answer([], environment)
+    if os.geteuid():
+        assert found.status == 0, found.text
+    else:
+        found.names("mpirun", "does not run as root").is_mended()
+
+
+def run_of(tmp_path, deck):
+    """log.lammps of the real lmp, without any plugin on its path."""
+    (tmp_path / "in.lmp").write_text(deck, encoding="utf-8")
+    subprocess.run([LMP, "-in", "in.lmp"], cwd=tmp_path, env=surroundings(), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
+    return tmp_path / "log.lammps"
+
+
+@pytest.mark.parametrize("deck, cause", [
+    ("pair_style evp/lj\n", "the run of this log loaded no plugin: LAMMPS_PLUGIN_PATH was not set"),
+    ("plugin load evpplugin.so\npair_style evp/lj\n", "`plugin load evpplugin.so`, and there is no such file .a name without /"),
+    ("plugin load /no/evpplugin.so\nfix 1 all evp/bonds\n", "`plugin load /no/evpplugin.so`, and there is no such file")])
+def test_log(tmp_path, deck, cause):
+    found = raw("--log", run_of(tmp_path, deck), LAMMPS_PLUGIN_PATH=BUILD).names("log", cause)
+    assert found.faults() == ["log"] and found.command() == f"export LAMMPS_PLUGIN_PATH={BUILD}"
+
+
+def test_log_names_the_plugin(tmp_path):
+    """The doctor looks at the file of the deck. Where lmp crashes at it, LAMMPS leaves nothing of that in the log."""
+    path = tmp_path / "my_plugin.so"
+    path.write_bytes(b"no library, though longer than the head of one" * 9)
+    found = raw("--log", run_of(tmp_path, f"plugin load {path}\npair_style evp/lj\n")).names("plugin file", f"the file {path} is no shared library")
+    assert found.faults() == ["plugin file", "log"] and f"{path} did not open: {path}: invalid ELF header" in found.text, found.text
+    path.write_bytes(PLUGIN.read_bytes()[:5000])
+    found = raw("--log", run_of(tmp_path, f"plugin load {path}\n"), LAMMPS_PLUGIN_PATH=BUILD)
+    assert "it breaks off without an error: lmp crashed or was stopped" in found.text and "give --plugin FILE" in found.text, found.text
+    raw("--plugin", path).names("plugin file", "is not whole")
+
+
+def test_log_of_another_lmp(tmp_path, older):
+    log = run_of(tmp_path, "pair_style evp/lj\n")
+    text = log.read_text(encoding="utf-8")
+    log.write_text(re.sub(r"^LAMMPS \(.*", "LAMMPS (29 Sep 2021 - Update 2)", text), encoding="utf-8")
+    raw("--log", log, LAMMPS_PLUGIN_PATH=BUILD).names("log", r"by another lmp .LAMMPS 29 Sep 2021.")
+
+
+def test_package_that_a_deck_needs(real, tmp_path):
+    """A style of a package that this build leaves out."""
+    assert "PERI" not in real.packages, "control"
+    found = raw("--log", run_of(tmp_path, "pair_style peri/pmb\n"), LAMMPS_PLUGIN_PATH=BUILD).names("packages", "uses peri/pmb of LAMMPS' package PERI")
+    assert found.faults() == ["packages"] and found.command() == f"cmake -DPKG_PERI=on {BUILT} && cmake --build {BUILT}"
+
+
+def test_log_without_fault(tmp_path):
+    log = run_of(tmp_path, "no_such_command\n")
+    found = raw("--log", log, LAMMPS_PLUGIN_PATH=BUILD)
+    assert found.status == 0 and "no fault of the installation; it ends with: ERROR: Unknown command" in found.text, found.text
+    assert doctor_log.read(log).error, "control"
+
+
+def test_python_modules(monkeypatch):
+    """No Python of this machine has them: the doctor speaks all the same, and without numpy."""
+    monkeypatch.setattr(doctor_host, "MODULES", ("numpy", "no_such_module"))
+    report = doctor_report.Report()
+    doctor_host.check_python(report)
+    assert [line.name for line in report.faults()] == ["Python"] and "no_such_module" in report.faults()[0].command
+    bare = subprocess.run([sys.executable, "-S", DOCTOR, "--lmp", LMP, "--plugin", PLUGIN], env=surroundings(), stdout=subprocess.PIPE, text=True, check=False)
+    assert bare.returncode == 0 and "lacks numpy, scipy, matplotlib; the tools go on in " in bare.stdout, bare.stdout
+
+
+def test_rebuild_configures(real, tmp_path):
+    """The command for a LAMMPS that no plugin here fits, as far as it is quick."""
+    command = doctor_remedies.rebuild(tmp_path / "evpplugin.so", LMP, real)
+    configure, build, take = command.split(" && ")
+    folder = re.search(r" -B (\S+)", configure)[1]
+    assert build == f"cmake --build {folder} --target evpplugin" and take == f"export LAMMPS_PLUGIN_PATH={folder}"
+    done = subprocess.run(configure.replace(folder, str(tmp_path / "build")), shell=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
+    assert done.returncode == 0 and f"EVP: LAMMPS {doctor_lammps.release_name(real.number)}" in done.stdout, done.stdout
+    again = doctor_remedies.rebuild(tmp_path / "build" / "evpplugin.so", LMP, real)
+    assert again.startswith(f"cmake -S {REPOSITORY} -B {tmp_path / 'build'} && cmake --build {tmp_path / 'build'} --clean-first"), again
+
+
+def test_wrong_use():
+    for words in (["--lmp", "/no/lmp"], ["--plugin", "/no/evpplugin.so"], ["--log", "/no/log.lammps"], ["--log", DOCTOR], ["--no-such"]):
+        found = in_process.call(doctor_tool.main, *words)
+        assert found.returncode == 2 and not found.stdout and len(found.stderr.splitlines()) <= 3, found.stderr
+
+
+def test_doctor_is_a_program():
+    assert DOCTOR.stat().st_mode & stat.S_IXUSR
+
+
+# The first lines of Debian's own lmp, and others that name their MPI in other ways.
+DEBIAN = """
+Large-scale Atomic/Molecular Massively Parallel Simulator - 29 Sep 2021 - Update 2
+
+Compiler: GNU C++ 12.2.0 with OpenMP 4.5
+MPI v3.1: Open MPI v4.1.4, package: Debian OpenMPI, ident: 4.1.4, repo rev: v4.1.4, May 26, 2022
+
+-DLAMMPS_SMALLBIG
+sizeof(tagint):   32-bit
+
+Installed packages:
+
+ASPHERE GRANULAR KIM
+SHOCK SRD VORONOI
+
+List of individual style options included in this LAMMPS executable
+"""
+
+
+def test_help_of_other_builds():
+    found = doctor_lammps.parse_help(DEBIAN)
+    assert found.number == 20210929 and found.mpi == "Open MPI 4.1.4" and found.packages == ("ASPHERE", "GRANULAR", "KIM", "SHOCK", "SRD", "VORONOI")
+    assert found.lacks() == "it is LAMMPS 29 Sep 2021 - Update 2, and EVP needs 4 Feb 2025 or later"
+    serial = DEBIAN.replace("MPI v3.1: Open MPI v4.1.4, package: Debian OpenMPI", "MPI v1.0: LAMMPS MPI STUBS for LAMMPS version 4 Feb 2025")
+    assert doctor_lammps.parse_help(serial.replace("SMALLBIG", "BIGBIG")).words() == "LAMMPS 29 Sep 2021 - Update 2, bigbig, no MPI, GNU C++ 12.2.0"
+    assert doctor_lammps.mpi_kind("Intel(R) MPI Library 2021.9 for Linux* OS") == "MPICH" and doctor_lammps.mpi_kind("a new one") == "unknown"
+    assert doctor_lammps.parse_help("lmp: not found") is None
