@@ -155,7 +155,7 @@ def test_optional_modules_that_are_missing_are_told(tmp_path):
     python = tmp_path / "python3"
     python.write_text("""#!/bin/bash
 shift
-for module in $1; do case $module in sphinx|open3d) echo $module ;; esac; done
+for module in $1; do case $module in sphinx|open3d) echo -n "$module " ;; esac; done
 """)
     python.chmod(0o755)
     script = (f"source {REPOSITORY}/tools/env.sh; log={tmp_path}/log; source {REPOSITORY}/tools/setup_common.sh; "
