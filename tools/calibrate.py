@@ -29,14 +29,14 @@ from evp import calibration, calibration_figure, calibration_row
 from evp import calibration_runs as runs
 from evp.calibration_table import Table
 from evp.calibration_targets import Refused, Targets, check, check_file, check_name, parse_at
-from evp.report import command_line
+from evp.report import command_line, typed
 from evp.run import RunError, lammps_command
 
 
 def parser():
     """The command line."""
     top = command_line(__doc__)
-    top.prog = "calibrate.py"
+    top.prog = typed("calibrate.py")
     top.add_argument("--E", type=float, required=True, help="Young's modulus [Pa]")
     top.add_argument("--yield", dest="yield_stress", type=float, required=True, help="0.2 %% offset yield stress, nominal [Pa]")
     top.add_argument("--stress2", required=True, metavar="STRESS@STRAIN",

@@ -15,6 +15,7 @@
 #include "read_evp_row.h"
 #include "write_evp_bonds.h"
 
+#include "comm.h"
 #include "lammpsplugin.h"
 #include "version.h"
 
@@ -30,13 +31,16 @@ template <class Style> static void *create_with_arguments(void *lmp, int narg, c
   return new Style((LAMMPS *) lmp, narg, arg);
 }
 
-extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
+extern "C" __attribute__((visibility("default"))) void lammpsplugin_init(void *lmp, void *handle,
+                                                                         void *regfunc)
 {
   refuse_wrong_host(lmp);
+  if (((LAMMPS *) lmp)->comm->me == 0)
+    utils::logmesg((LAMMPS *) lmp, "EVP " EVP_VERSION " for LAMMPS " LAMMPS_VERSION "\n");
 
   lammpsplugin_t plugin = {};
   plugin.version = LAMMPS_VERSION;
-  plugin.author = "the EVP authors";
+  plugin.author = "the authors of EVP " EVP_VERSION;
   plugin.handle = handle;
   const auto add = [&](const char *kind, const char *name, const char *info) {
     plugin.style = kind;

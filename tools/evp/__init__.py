@@ -7,4 +7,6 @@ this package before numpy: it takes them to a Python that has it.
 
 from .interpreter import require
 
+__version__ = "1.0.0"  # the only place: CMake, the plugin and `evp --version` read it here
+
 require("numpy", "scipy", "matplotlib")

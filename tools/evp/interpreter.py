@@ -43,12 +43,19 @@ def words_to_start_again():
     if sys.argv[0] == "-m":  # of a package that is still being imported
         words = getattr(sys, "orig_argv", [])
         module = next((after for word, after in zip(words, words[1:]) if word == "-m"), "")
-        return ["-m", module, *sys.argv[1:]] if module.startswith("evp.") else None
+        return ["-m", module, *sys.argv[1:]] if module.split(".")[0] == "evp" else None
     script = pathlib.Path(sys.argv[0]).resolve()
     return list(sys.argv) if script.parent == TOOLS and script.is_file() else None
 
 
-def require(*modules, remedy="run tools/setup.sh, which finds or installs a Python that has"):
+def how_to_get(modules):
+    """By set-up, which an installation has not."""
+    if (TOOLS / "setup.sh").exists():
+        return "run tools/setup.sh, which finds or installs a Python that has"
+    return f"install {'them' if len(modules) > 1 else 'it'} (Debian: apt-get install {' '.join('python3-' + name for name in modules)})"
+
+
+def require(*modules, remedy=""):
     """Returns where this Python has the modules; else goes on in one that has, or exits with one line."""
     lacking = [name for name in modules if importlib.util.find_spec(name) is None]
     if not lacking:
@@ -56,7 +63,7 @@ def require(*modules, remedy="run tools/setup.sh, which finds or installs a Pyth
     lack = f"error: {sys.executable} has no {', '.join(lacking)}"
     python = next((path for path in candidates(os.environ) if has_modules(path, modules)), None)
     if python is None:
-        sys.exit(f"{lack}: {remedy}, or give one: PYTHON=/path/to/python3")
+        sys.exit(f"{lack}: {remedy or how_to_get(lacking)}, or give one: PYTHON=/path/to/python3")
     words = words_to_start_again()
     if words is None or os.environ.get(_STARTED_AGAIN) == str(os.getpid()):
         sys.exit(f"{lack}: use {python}")

@@ -4,16 +4,27 @@
 import argparse
 import contextlib
 import csv
+import os
 import pathlib
+import re
 import statistics
 import sys
 
 from .run import CHECKOUT, RunError
 
 
+def typed(program):
+    """The name of a tool as the user typed it: curves.py, or evp curves."""
+    return "evp " + program[:-len(".py")] if os.environ.get("EVP_COMMAND") and program.endswith(".py") else program
+
+
 def command_line(text):
-    """The parser of a tool, its help as it was written."""
-    return argparse.ArgumentParser(description=text, formatter_class=argparse.RawDescriptionHelpFormatter)
+    """The parser of a tool, its help as it was written, but for the name that the user typed."""
+    program = os.path.basename(sys.argv[0])
+    name = typed(program)
+    if name != program:
+        text = re.sub(r"(?<![\w/])(tools/)?" + re.escape(program), name, text)
+    return argparse.ArgumentParser(prog=name, description=text, formatter_class=argparse.RawDescriptionHelpFormatter)
 
 
 def add_out(parser, page):
@@ -27,7 +38,7 @@ def errors_in_one_line(tool):
     try:
         yield
     except (RunError, OSError, ValueError) as error:
-        sys.exit(f"{tool}: error: {error}")
+        sys.exit(f"{typed(tool)}: error: {error}")
 
 
 def spread(values, form="{:.2f}".format):

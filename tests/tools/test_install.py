@@ -1,0 +1,221 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""What `cmake --install` makes runs from any folder, also when moved; uninstall leaves only what was there before.
+
+The plugin is that of the build under test: nothing is compiled here."""
+
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+
+import pytest
+from evp import __main__ as command
+from evp import __version__, interpreter
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+BUILD = pathlib.Path(os.environ.get("EVP_LMP") or REPOSITORY / "build" / "lmp").parent
+PREFIX = "/opt/evp of mine"
+PLUGINS = "lib/lammps/plugins"
+LEFT_OUT = ("EVP_", "LAMMPS_", "DESTDIR", "PYTHON")  # of the environment: what would change where things are found
+KEPT = {name: value for name, value in os.environ.items() if not name.startswith(LEFT_OUT)}
+
+
+def start(*words, folder=None, status=0, **environment):
+    """All that a command printed; it must end with this status."""
+    words = [str(word) for word in words]
+    done = subprocess.run(words, cwd=folder, env={**KEPT, **{name: str(value) for name, value in environment.items()}}, stdin=subprocess.DEVNULL,
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace", timeout=120, check=False)
+    assert done.returncode == status, f"{words}: exit {done.returncode}\n{done.stdout}"
+    return done.stdout
+
+
+def cache_entry(name):
+    return re.search(rf"^{name}:\w+=(.*)$", (BUILD / "CMakeCache.txt").read_text(encoding="utf-8"), re.M)[1]
+
+
+def everything(folder):
+    return sorted(str(path.relative_to(folder)) for path in folder.rglob("*"))
+
+
+def program(path, text):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text("#!/bin/sh\n" + text, encoding="utf-8")
+    path.chmod(0o755)
+    return path
+
+
+@pytest.fixture(scope="module")
+def prefix(tmp_path_factory):
+    """An installation that was staged by DESTDIR, then moved."""
+    folder = tmp_path_factory.mktemp("install")
+    text = start("cmake", "--install", BUILD, "--prefix", PREFIX, DESTDIR=folder / "stage", EVP_RECORD=folder / "record")
+    assert f"cmake --build {BUILD} --target uninstall" in text
+    assert os.listdir(folder / "stage") == ["opt"]
+    return shutil.move(str(folder / "stage") + PREFIX, folder / "moved")
+
+
+@pytest.fixture(scope="module")
+def evp(prefix):
+    link = prefix.parent / "link"
+    link.symlink_to(prefix / "bin" / "evp")
+    return link
+
+
+def test_what_is_installed(prefix):
+    assert sorted(os.listdir(prefix)) == ["bin", "lib", "libexec", "share"]
+    assert everything(prefix / "lib") == ["lammps", "lammps/plugins", "lammps/plugins/evpplugin.so"]
+    share = prefix / "share" / "evp"
+    assert {"LICENSE", "README.md", "doc", "lammps_inputs", "potentials", "tools"} <= set(os.listdir(share))
+    assert (share / "tools" / "curves.py").read_bytes() == (REPOSITORY / "tools" / "curves.py").read_bytes()
+    for kind, suffix in (("lammps_inputs", ""), ("potentials", ""), ("doc", ".rst"), ("doc", ".md"), ("tools/evp", ".py")):
+        there = {path.name for path in (REPOSITORY / kind).iterdir() if path.is_file() and path.name.endswith(suffix) and not path.name.startswith((".", "log."))}
+        assert there - set(os.listdir(share / kind)) == set(), kind
+    tools = {path.stem for path in (share / "tools").glob("*.py")}
+    assert tools == {name for name in command.FOR_USERS if (REPOSITORY / "tools" / f"{name}.py").exists()} and "curves" in tools
+
+
+def test_only_one_symbol_is_seen_by_lammps():
+    lines = start("nm", "-D", "--defined-only", BUILD / "evpplugin.so").splitlines()
+    assert [line.split()[-1] for line in lines] == ["lammpsplugin_init"]
+
+
+def test_deck_without_plugin_load(prefix, evp, tmp_path):
+    """By LAMMPS_PLUGIN_PATH and the host's own lmp, from a folder elsewhere."""
+    lammps = pathlib.Path(cache_entry("LAMMPS_BUILD_DIR"))
+    decks, plugins = (start(evp, "path", name).strip() for name in ("decks", "plugin"))
+    assert plugins == str(prefix / PLUGINS)
+    start(lammps / "lmp", "-in", f"{decks}/in.two_spheres", folder=tmp_path, LAMMPS_PLUGIN_PATH=plugins, LD_LIBRARY_PATH=lammps)
+    log = (tmp_path / "log.lammps").read_text(encoding="utf-8")
+    assert log.count(f"EVP {__version__} for LAMMPS ") == 1 and f"Loaded 1 plugins from {plugins}\n" in log
+    assert list(tmp_path.glob("*.csv"))
+
+
+def test_lammps_by_the_command(evp, tmp_path):
+    (tmp_path / "in.lmp").write_text("pair_style evp/lj\n", encoding="utf-8")
+    assert f"EVP {__version__} for LAMMPS " in start(evp, "lmp", "-in", "in.lmp", "-log", "none", folder=tmp_path)
+    lammps = pathlib.Path(cache_entry("LAMMPS_BUILD_DIR"))
+    said = start(evp, "lmp", "-in", "in.lmp", "-log", "none", folder=tmp_path, EVP_LMP=lammps / "lmp", LD_LIBRARY_PATH=lammps)
+    assert f"EVP {__version__} for LAMMPS " in said
+
+
+def test_plugin_load_names_the_version(prefix, tmp_path):
+    lammps = pathlib.Path(cache_entry("LAMMPS_BUILD_DIR"))
+    (tmp_path / "in.lmp").write_text(f"plugin load '{prefix / PLUGINS}/evpplugin.so'\n", encoding="utf-8")
+    text = start(lammps / "lmp", "-in", "in.lmp", "-log", "none", folder=tmp_path, LD_LIBRARY_PATH=lammps)
+    assert re.search(rf"^Loading plugin: .* by the authors of EVP {re.escape(__version__)}$", text, re.M), text
+
+
+def test_the_command(prefix, evp, tmp_path):
+    assert start(evp, "--version") == f"EVP {__version__}\n"
+    assert start(sys.executable, "-m", "evp", "--version", PYTHONPATH=REPOSITORY / "tools") == f"EVP {__version__}\n"
+    assert start(evp, "path").strip() == str(prefix / "share" / "evp")
+    listed = start(evp, "--help")
+    assert re.search(r"^  curves +\S+", listed, re.M) and "of the source tree" not in listed
+    assert "of the source tree" in start(BUILD / "evp", "--help") and start(BUILD / "evp", "path", "plugin").strip() == str(BUILD)
+    assert "evp: error: no tool 'bench'; the tools here are " in start(evp, "bench", status=2)
+    assert "path takes one of decks, potentials" in start(evp, "path", "nowhere", status=2)
+
+
+def test_a_tool_is_the_same_by_both_names(evp, tmp_path):
+    """With its arguments, its exit code and, where the first python3 has no numpy, another Python."""
+    rows = "".join(f"{1e-4 * k:g},{2e6 * k:g},{2e6 * k:g}\n" for k in range(60))
+    (tmp_path / "a b.csv").write_text("strain,stress_grip,stress_virial\n" + rows, encoding="utf-8")
+    bare = program(tmp_path / "bin" / "python3", f'exec {sys.executable} -S "$@"\n')
+    shown = start(evp, "curves", "numbers", "a b.csv", folder=tmp_path, PYTHON=bare)
+    assert shown == start(REPOSITORY / "tools" / "curves.py", "numbers", "a b.csv", folder=tmp_path) and "a b.csv       20" in shown
+    assert "usage: evp curves " in start(evp, "curves", "--help") and "usage: curves.py " in start(REPOSITORY / "tools" / "curves.py", "--help")
+    start(evp, "curves", "numbers", "absent.csv", folder=tmp_path, status=1)
+
+
+def test_a_tool_finds_lammps(evp, tmp_path):
+    """view.py draws with it."""
+    (tmp_path / "a.dump").write_text("ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n1\nITEM: BOX BOUNDS ff ff ff\n0 1\n0 1\n0 1\n"
+                                     "ITEM: ATOMS id type x y z radius\n1 1 0.5 0.5 0.5 0.4\n", encoding="utf-8")
+    start(evp, "view", "a.dump", "--pixels", 100, "--out", "a.png", folder=tmp_path)
+    assert (tmp_path / "a.png").stat().st_size > 0
+
+
+def test_missing_modules_are_named_with_their_packages(prefix, monkeypatch):
+    monkeypatch.setattr(interpreter, "TOOLS", prefix / "share" / "evp" / "tools")
+    monkeypatch.setattr(interpreter, "candidates", lambda environment: [])
+    packages = "Debian: apt-get install python3-no_such python3-nor_this"
+    with pytest.raises(SystemExit, match=rf"has no no_such, nor_this: install them \({packages}\), or give one: PYTHON="):
+        interpreter.require("numpy", "no_such", "nor_this")
+
+
+@pytest.mark.parametrize("release, packages, words", [
+    ("2 Aug 2023", "BPM PLUGIN", "is LAMMPS 2 Aug 2023, but the plugin was built for LAMMPS {release}. Put the folder of a LAMMPS {release} with the PLUGIN"),
+    ("{release}", "BPM", "was built without the PLUGIN package"), ("{release}", "BPM PLUGIN", "runs"),
+    (None, "", "no lmp found: the plugin was built for LAMMPS {release}")], ids=["release", "packages", "right", "none"])
+def test_lmp_of_the_path(prefix, tmp_path, release, packages, words):
+    """Where the LAMMPS that the plugin was built for is gone."""
+    text = (prefix / "libexec" / "evp" / "lmp").read_text(encoding="utf-8")
+    own = re.search(r"^release='(.+)'$", text, re.M)[1]
+    wrapper = program(prefix / "libexec" / "evp" / f"lmp_of_{tmp_path.name}", re.sub("^lmp='.+'$", "lmp=''", text, flags=re.M))
+    if release:
+        program(tmp_path / "bin" / "lmp", f"""if [ "$*" = -h ]; then
+printf '\\nLarge-scale Atomic/Molecular Massively Parallel Simulator - {release.format(release=own)}\\n\\nUsage\\nInstalled packages:\\n\\n{packages} \\n'
+else echo "runs with $LAMMPS_PLUGIN_PATH, $*"; fi
+""")
+    runs = words == "runs"
+    said = start(wrapper, "-in", "a b", status=0 if runs else 1, PATH=f"{tmp_path}/bin:/usr/bin:/bin" if release else without_lmp(tmp_path))
+    assert said.startswith(f"runs with {prefix / PLUGINS}, -in a b" if runs else "ERROR: ") and words.format(release=own) in said
+
+
+def without_lmp(folder):
+    """A PATH with the programs that the script calls, and no lmp."""
+    (folder / "few").mkdir()
+    for name in ("sh", "dirname", "readlink", "env", "tr"):
+        (folder / "few" / name).symlink_to(shutil.which(name))
+    return folder / "few"
+
+
+def test_uninstall_leaves_what_was_there(tmp_path):
+    place, record = tmp_path / "a prefix", tmp_path / "record"
+    program(place / "bin" / "other", "")
+    (place / "share").mkdir()
+    before = everything(place)
+    for _ in range(2):  # an update knows what the first installation made
+        start("cmake", "--install", BUILD, "--prefix", place, EVP_RECORD=record)
+    start("cmake", "--install", BUILD, "--prefix", "/usr", EVP_RECORD=record, DESTDIR=tmp_path / "stage")
+    start(place / "bin" / "evp", "curves", "--help")
+    assert list((place / "share" / "evp" / "tools" / "evp").glob("__pycache__/*")) and (tmp_path / "stage" / "usr" / "bin" / "evp").exists(), "control"
+    (place / "share" / "evp" / "potentials" / ".mine").write_text("", encoding="utf-8")
+    said = start("cmake", "--build", BUILD, "--target", "uninstall", EVP_RECORD=record)
+    assert f"left in place, since it has other files: {place}/share/evp/potentials" in said
+    assert everything(place) == sorted([*before, "share/evp", "share/evp/potentials", "share/evp/potentials/.mine"])
+    assert sorted(os.listdir(tmp_path)) == ["a prefix"], "neither the stage nor the record stays"
+    assert "nothing is installed from this build folder" in start("cmake", "--build", BUILD, "--target", "uninstall", EVP_RECORD=record)
+
+
+def test_source_archive_without_git(tmp_path):
+    """Configures and installs where git fails."""
+    source, build = tmp_path / "evp", tmp_path / "build"
+    for name in ("cmake", "doc", "lammps_inputs", "potentials", "src", "tools"):
+        shutil.copytree(REPOSITORY / name, source / name, ignore=shutil.ignore_patterns("__pycache__"))
+    for path in REPOSITORY.glob("*.*"):
+        if path.is_file():
+            shutil.copy(path, source)
+    shutil.copy(REPOSITORY / "LICENSE", source)
+    program(tmp_path / "bin" / "git", f"touch '{tmp_path}/asked'\nexit 1\n")
+    path = f"{tmp_path}/bin:{os.environ['PATH']}"
+    same = [f"-D{name}={cache_entry(name)}" for name in ("LAMMPS_SOURCE_DIR", "LAMMPS_BUILD_DIR", "CMAKE_CXX_COMPILER")]
+    said = start("cmake", "-S", source, "-B", build, "-G", cache_entry("CMAKE_GENERATOR"), "-DBUILD_TESTING=off", *same, PATH=path)
+    assert f"EVP {__version__}: LAMMPS " in said
+    early = start("cmake", "--install", build, "--prefix", tmp_path / "prefix", status=1)
+    assert f"The plugin is not built yet. Run first: cmake --build {build}" in " ".join(early.split()) and not (tmp_path / "prefix").exists()
+    shutil.copy(BUILD / "evpplugin.so", build)  # as if it had been compiled
+    start("cmake", "--install", build, "--prefix", tmp_path / "prefix", PATH=path)
+    assert start(tmp_path / "prefix" / "bin" / "evp", "--version") == f"EVP {__version__}\n"
+    assert not (tmp_path / "asked").exists()
+
+
+def test_version_is_the_same_everywhere():
+    pages = {"CITATION.cff": r'^version: "?([^"\s]+)"?$', "CHANGELOG.md": r"^## \[?v?(\d+\.\d+\.\d+)"}
+    for name, form in pages.items():
+        page = REPOSITORY / name
+        if page.exists():
+            found = re.findall(form, page.read_text(encoding="utf-8"), re.M)
+            assert found[:1] == [__version__], f"{name} must begin with version {__version__} of tools/evp/__init__.py"
