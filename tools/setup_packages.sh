@@ -28,36 +28,52 @@ missing_packages() {
 }
 
 # Python modules of single tools and tests: who cannot have one does without it.
-install_optional_modules() {
-  local module missing=() packages=() sudo=()
-  evp_find_python || return 0
-  for module in open3d ase; do
-    [ -z "$(EVP_PYTHON_MODULES=$module evp_missing_modules "$PYTHON")" ] || missing+=("$module")
+# module, Debian package, name for pip, what will not work without it
+optional_modules() {
+  cat <<'END'
+open3d python3-open3d open3d tools/body.py (parts as STL) will not work
+ase python3-ase ase a test of dumps will be left out
+xdist python3-pytest-xdist pytest-xdist tests can only run one after another
+sphinx python3-sphinx sphinx the site of the documentation cannot be built, nor its tests run
+myst_parser python3-myst-parser myst-parser the site of the documentation cannot be built, nor its tests run
+sphinx_rtd_theme python3-sphinx-rtd-theme sphinx-rtd-theme the site of the documentation cannot be built, nor its tests run
+flake8 python3-flake8 flake8 the test of the Python style cannot be run
+END
+}
+
+# The lines of optional_modules whose module is missing.
+missing_optional_modules() {
+  local missing
+  missing=$(EVP_PYTHON_MODULES=$(optional_modules | cut -d ' ' -f 1 | paste -s -d ' ') evp_missing_modules "$PYTHON")
+  optional_modules | while read -r module rest; do
+    [[ " $missing " != *" $module "* ]] || printf '%s %s\n' "$module" "$rest"
   done
+}
+
+install_optional_modules() {
+  local module package pip lost missing packages=() sudo=()
+  evp_find_python || return 0
+  mapfile -t missing < <(missing_optional_modules | cut -d ' ' -f 2)
   [ ${#missing[@]} -gt 0 ] || return 0
   if has_command apt-get && [ "$PYTHON" = /usr/bin/python3 ]; then
     if [ "$(id -u)" -ne 0 ]; then sudo=(sudo -n); fi
     has_candidates "${missing[@]}" || (run_logged "apt-get update" ${sudo[@]+"${sudo[@]}"} apt-get update -q) 2>>"$log" || true
-    for module in "${missing[@]}"; do has_candidates "$module" && packages+=("python3-$module"); done
+    for package in "${missing[@]}"; do has_candidates "$package" && packages+=("$package"); done
     if [ ${#packages[@]} -gt 0 ]; then
       (run_logged "apt-get install ${packages[*]}" ${sudo[@]+"${sudo[@]}"} env DEBIAN_FRONTEND=noninteractive \
         apt-get install -q -y --no-install-recommends -o Dpkg::Use-Pty=0 "${packages[@]}") 2>>"$log" || true
     fi
   fi
-  for module in "${missing[@]}"; do
-    [ -n "$(EVP_PYTHON_MODULES=$module evp_missing_modules "$PYTHON")" ] || continue
-    case $module in
-      open3d) say "tools/body.py (parts as STL) will not work: $PYTHON has no open3d; pip install open3d" ;;
-      ase) say "a test of dumps will be left out: $PYTHON has no ase; pip install ase" ;;
-    esac
-  done
+  while read -r module package pip lost; do
+    say "$lost: $PYTHON has no $module; pip install $pip"
+  done < <(missing_optional_modules)
 }
 
-# Does apt know a package for each of these modules?
+# Does apt know each of these packages?
 has_candidates() {
-  local module
-  for module in "$@"; do
-    [[ $(apt-cache policy "python3-$module" 2>/dev/null) == *Candidate:\ [0-9]* ]] || return 1
+  local package
+  for package in "$@"; do
+    [[ $(apt-cache policy "$package" 2>/dev/null) == *Candidate:\ [0-9]* ]] || return 1
   done
 }
 

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Each wrong way to configure ends in one clear CMake error; the right ways succeed."""
+import datetime
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 
@@ -134,7 +136,47 @@ def test_package_with_too_few_headers(lammps, tmp_path):
     text = refuses(tmp_path / "b", f"-DCMAKE_PREFIX_PATH={tmp_path}/usr")
     assert f"The LAMMPS headers in {include} are too few to build a plugin: " in text
     assert "fmt/format.h" in text.split("too few")[1].split(" missing")[0]
+    assert "Add the unpacked source tree of the same release (lmp -h prints which): -DLAMMPS_SOURCE_DIR=" in text
     assert "Debian's liblammps-dev" in text
+
+
+def installed(lammps, prefix, release=None, library=None):
+    """What an installed LAMMPS is for CMake: package file with its version in the newer form, library, lmp."""
+    if release is None:
+        release = re.search(r'"(.*)"', (lammps[0] / "src" / "version.h").read_text()).group(1)
+    date = datetime.datetime.strptime(release, "%d %b %Y")
+    package = prefix / "lib" / "cmake" / "LAMMPS"
+    package.mkdir(parents=True)
+    (package / "LAMMPSConfig.cmake").write_text(f"""set(LAMMPS_VERSION {date.year}.{date.month}.{date.day}.0)
+add_library(LAMMPS::lammps SHARED IMPORTED)
+set_target_properties(LAMMPS::lammps PROPERTIES IMPORTED_LOCATION {library or lammps[1] / "liblammps.so"}
+  INTERFACE_COMPILE_DEFINITIONS LAMMPS_{cache_entry(lammps[1], "LAMMPS_SIZES").upper()}
+  INTERFACE_LINK_LIBRARIES MPI::MPI_CXX)
+""")
+    (prefix / "bin").mkdir()
+    (prefix / "bin" / "lmp").symlink_to(lammps[1] / "lmp")
+    return [f"-DCMAKE_PREFIX_PATH={prefix}", f"-DLAMMPS_SOURCE_DIR={lammps[0]}"]
+
+
+def test_installed_lammps_with_the_headers_of_its_tree(lammps, tmp_path):
+    status, text = configure(tmp_path / "b", *installed(lammps, tmp_path / "usr"))
+    assert status == 0, text
+    assert f"EVP: headers from {lammps[0].resolve()}/src" in text
+    assert f"{cache_entry(lammps[1], 'LAMMPS_SIZES')}, MPI from" in text
+    lmp = (tmp_path / "b" / "lmp").read_text()
+    assert f"lmp='{lammps[1].resolve()}/lmp'" in lmp and f"libdir='{lammps[1]}'" in lmp
+
+
+def test_installed_lammps_of_another_release(lammps, tmp_path):
+    text = refuses(tmp_path / "b", *installed(lammps, tmp_path / "usr", release="1 Apr 2099"))
+    assert "Give the source tree of LAMMPS 1 Apr 2099." in text
+
+
+def test_installed_lammps_without_plugins(lammps, tmp_path):
+    (tmp_path / "liblammps.so").write_text("a library without the package")
+    text = refuses(tmp_path / "b", *installed(lammps, tmp_path / "usr", library=tmp_path / "liblammps.so"))
+    assert f"The installed LAMMPS {tmp_path}/liblammps.so was built without the PLUGIN package" in text
+    assert "-DPKG_PLUGIN=on -DBUILD_SHARED_LIBS=on" in text
 
 
 @pytest.mark.parametrize("subfolder", ["", "src"])

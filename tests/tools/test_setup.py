@@ -148,3 +148,20 @@ def test_no_debian_entry_is_told(tmp_path):
     (tmp_path / "os-release").write_text("VERSION_CODENAME=bookworm\n")
     script = f"apt_etc={tmp_path}; source {REPOSITORY}/tools/setup_source.sh; debian_source_entry trixie"
     assert subprocess.run(["bash", "-uc", script], check=False).returncode == 1
+
+
+def test_optional_modules_that_are_missing_are_told(tmp_path):
+    """A Python without two of them, that no apt can mend: what will not work, and how to get it; no other line."""
+    python = tmp_path / "python3"
+    python.write_text("""#!/bin/bash
+shift
+for module in $1; do case $module in sphinx|open3d) echo -n "$module " ;; esac; done
+""")
+    python.chmod(0o755)
+    script = (f"source {REPOSITORY}/tools/env.sh; log={tmp_path}/log; source {REPOSITORY}/tools/setup_common.sh; "
+              f"source {REPOSITORY}/tools/setup_packages.sh; install_optional_modules")
+    text = subprocess.run(["bash", "-euc", script], stdout=subprocess.PIPE, text=True, check=True,
+                          env={**os.environ, "PYTHON": str(python)}).stdout
+    assert text.splitlines() == [
+        f"    tools/body.py (parts as STL) will not work: {python} has no open3d; pip install open3d",
+        f"    the site of the documentation cannot be built, nor its tests run: {python} has no sphinx; pip install sphinx"]
