@@ -1,0 +1,70 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
+"""Builds the site of the manual from doc/, README.md, lammps_inputs/README.md and the tools' own help.
+
+    tools/website.py                    into build/site; open build/site/index.html in any browser
+    tools/website.py --out FOLDER
+
+The folder can be copied to any static host as it is: links are relative, and nothing is loaded from elsewhere. A warning of
+Sphinx is an error: a dead link, a missing picture, a page that no table of contents names.
+"""
+
+import contextlib
+import pathlib
+import shutil
+import subprocess
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+
+from evp.interpreter import require  # noqa: E402
+
+require("sphinx", "sphinx_rtd_theme", "myst_parser", "sphinx_copybutton", remedy="call apt-get install python3-sphinx "
+        "python3-sphinx-rtd-theme python3-myst-parser python3-sphinx-copybutton (other systems: pip install sphinx sphinx-rtd-theme "
+        "myst-parser sphinx-copybutton)")
+
+from evp.report import command_line, errors_in_one_line  # noqa: E402
+from evp.run import CHECKOUT  # noqa: E402
+from evp.site_pages import put_together  # noqa: E402
+
+REMEDIES = {"isn't included in any toctree": "name the page in a toctree of doc/index.rst",
+            "contains reference to nonexisting document": "write the page, or take its line out of the toctree of doc/index.rst",
+            "formula that docutils cannot convert": "write it with commands that docutils' latex2mathml knows"}
+
+
+def messages(text, sources):
+    """Lines of Sphinx with the paths of the repository, each with a remedy where there is a known one."""
+    for file, path in sources.items():
+        text = text.replace(str(file), path)
+    for line in text.splitlines():
+        yield line + "".join(f"\n    remedy: {remedy}" for sign, remedy in REMEDIES.items() if sign in line)
+
+
+def main(argv=None):
+    parser = command_line(__doc__)
+    parser.add_argument("--out", type=pathlib.Path, default=CHECKOUT / "build" / "site", help="the folder to write (build/site)")
+    parser.add_argument("--fresh", action="store_true", help="write every page anew, not only those that have changed")
+    chosen = parser.parse_args(argv)
+    with errors_in_one_line("website.py"):
+        out = chosen.out.resolve()
+        if out.exists() and any(out.iterdir()) and not (out / "objects.inv").exists():
+            raise ValueError(f"{out} is not empty and holds no site: give another folder by --out")
+        work = out.with_name(out.name + "-work")
+        if chosen.fresh:
+            for folder in (out, work):
+                with contextlib.suppress(FileNotFoundError):
+                    shutil.rmtree(folder)
+        sources = put_together(CHECKOUT, work / "pages")
+        words = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-n", "-q", "-b", "html", "-c", CHECKOUT / "doc",
+                 "-d", work / "doctrees", work / "pages", out]
+        done = subprocess.run([str(word) for word in words], stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, check=False)
+        for line in messages(done.stderr, sources):
+            print(line, file=sys.stderr)
+        if done.returncode:
+            raise ValueError("the site has errors, see above")
+    print(f"{out / 'index.html'}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
