@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Set-up of Sphinx; tools/website.py calls it, which puts the pages of doc/ and those of other folders together first."""
 
+import hashlib
 import pathlib
 import sys
 
@@ -34,3 +35,9 @@ html_css_files = ["site.css"]
 html_copy_source = False
 html_show_sphinx = False
 copybutton_selector = "div.highlight-bash pre, div.highlight-LAMMPS pre, div.highlight-lammps pre, div.highlight-python pre"
+
+
+def setup(app):
+    """Sphinx reads a page again when the page or the set-up has changed; our extensions are part of the set-up."""
+    sources = b"".join(path.read_bytes() for path in sorted((ROOT / "doc" / "_ext").glob("*.py")))
+    app.add_config_value("extension_sources", hashlib.sha256(sources).hexdigest(), "env")

@@ -6,7 +6,7 @@
     tools/website.py --out FOLDER
 
 The folder can be copied to any static host as it is: links are relative, and nothing is loaded from elsewhere. A warning of
-Sphinx is an error: a dead link, a missing picture, a page that no table of contents names.
+Sphinx is an error: a dead link or anchor, a missing picture, a page that no table of contents names.
 """
 
 import contextlib
@@ -25,6 +25,7 @@ require("sphinx", "sphinx_rtd_theme", "myst_parser", "sphinx_copybutton", remedy
 
 from evp.report import command_line, errors_in_one_line  # noqa: E402
 from evp.run import CHECKOUT  # noqa: E402
+from evp.site_check import faults  # noqa: E402
 from evp.site_pages import put_together  # noqa: E402
 
 REMEDIES = {"isn't included in any toctree": "name the page in a toctree of doc/index.rst",
@@ -60,9 +61,12 @@ def main(argv=None):
         done = subprocess.run([str(word) for word in words], stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, check=False)
         for line in messages(done.stderr, sources):
             print(line, file=sys.stderr)
-        if done.returncode:
-            raise ValueError("the site has errors, see above")
-    print(f"{out / 'index.html'}")
+        dead = faults(out) if done.returncode in (0, 1) else []
+        for fault in dead:
+            print(f"{out.name}/{fault}", file=sys.stderr)
+        if done.returncode or dead:
+            raise ValueError("the site is not as it should be: mend what is named above and call again")
+    print(out / "index.html")
     return 0
 
 

@@ -55,20 +55,20 @@ def language_of(text):
     """'bash', 'LAMMPS' or 'text' by the first words of the lines; a line that goes on is one with those that follow."""
     lines = [line for line in re.sub(r"[&\\]\s*\n", " ", text).splitlines() if line.strip() and not line.lstrip().startswith("#")]
     shell = sum(bool(_SHELL.match(line.strip())) for line in lines)
-    commands = sum(line.split()[0] in COMMANDS and line.split()[0] == line.strip().split()[0] for line in lines)
+    commands = sum(line.split()[0] in COMMANDS for line in lines)
     if lines and max(shell, commands) * 2 > len(lines):
         return "bash" if shell >= commands else "LAMMPS"
     return "text"
 
 
 class LanguageOfBlocks(SphinxTransform):
-    """Before Sphinx gives such blocks the default language."""
+    """Before Sphinx gives such blocks the default language; MyST has called theirs 'none' already."""
 
     default_priority = 390
 
     def apply(self, **_):
         for block in self.document.findall(nodes.literal_block):
-            if block.get("language", "default") == "default" and block.rawsource == block.astext():
+            if block.get("language", "none") in ("default", "none") and block.rawsource == block.astext():
                 block["language"] = language_of(block.astext())
 
 

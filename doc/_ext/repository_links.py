@@ -2,7 +2,7 @@
 """Links and pictures as a view of the repository's files resolves them: relative to the file that holds them.
 
 A link to a file that is a page leads to the page, one to any other file to a copy of it. A link to a folder becomes its text.
-A target that does not exist is a warning.
+A target that does not exist is a warning, and its link becomes text.
 """
 
 import os
@@ -43,8 +43,9 @@ class RepositoryLinks(SphinxTransform):
         path, _, anchor = target.partition("#")
         path = posixpath.normpath(posixpath.join(self.folder, path))
         if path.startswith("../") or not (self.root / path).exists():
-            _LOG.warning("no file '%s' in the repository: links and pictures are relative to the file that holds them, here '%s'",
-                         target, posixpath.join(self.folder, "..." if not self.folder else ""), location=node)
+            _LOG.warning("no file '%s' in the repository; links and pictures are relative to the folder of the file that holds them",
+                         target, location=node)
+            node.replace_self(nodes.inline("", "", *node.children))
             return
         from_sources = "/" + os.path.relpath(self.root / path, self.env.srcdir)
         if isinstance(node, nodes.image):
@@ -52,7 +53,7 @@ class RepositoryLinks(SphinxTransform):
             return
         if (self.root / path).is_dir():
             path = next((name for name in (f"{path}/README.md", f"{path}/index.rst") if name in self.pages), path)
-        children = [child for child in node.children]
+        children = list(node.children)
         if path in self.pages:
             uri = self.app.builder.get_relative_uri(self.env.docname, self.pages[path]) + ("#" + anchor if anchor else "")
             new = nodes.reference("", "", *children, refuri=uri, internal=True)

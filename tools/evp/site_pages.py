@@ -56,7 +56,7 @@ def _is_script_with_help(path):
 
 
 def _literal(text):
-    return [".. code-block:: none", "", *(f"   {line}".rstrip() for line in text.splitlines()), ""]
+    return [".. code-block:: text", "", *(f"   {line}".rstrip() for line in text.splitlines()), ""]
 
 
 def _commands(tool):
@@ -83,4 +83,4 @@ def _help(tool, words):
             os.environ["COLUMNS"] = columns
     if not out.getvalue().startswith("usage: "):
         raise RuntimeError(f"{tool} {' '.join(words)} --help prints no usage")
-    return out.getvalue()
+    return out.getvalue().replace(f"{tool.parents[1]}/", "")
