@@ -2,6 +2,7 @@
 """Set-up of Sphinx; tools/website.py calls it, which puts the pages of doc/ and those of other folders together first."""
 
 import hashlib
+import importlib.util
 import pathlib
 import sys
 
@@ -17,7 +18,9 @@ copyright = "the authors of EVP, GPL-2.0"  # noqa: A001  Sphinx' name
 version = release = getattr(evp, "__version__", "")
 root_doc = "index"
 language = "en"
-extensions = ["myst_parser", "sphinx_rtd_theme", "sphinx_copybutton", "sphinx.ext.githubpages", "lammps_lexer", "mathml", "repository_links"]
+extensions = ["myst_parser", "sphinx_rtd_theme", "sphinx.ext.githubpages", "lammps_lexer", "mathml", "repository_links"]
+if importlib.util.find_spec("sphinx_copybutton"):  # a button at each block of commands; who does not have it does without
+    extensions.append("sphinx_copybutton")
 repository_root = str(ROOT)
 repository_pages = pages(ROOT)
 source_suffix = {".rst": "restructuredtext", ".md": "markdown"}

@@ -19,9 +19,8 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 
 from evp.interpreter import require  # noqa: E402
 
-require("sphinx", "sphinx_rtd_theme", "myst_parser", "sphinx_copybutton", remedy="call apt-get install python3-sphinx "
-        "python3-sphinx-rtd-theme python3-myst-parser python3-sphinx-copybutton (other systems: pip install sphinx sphinx-rtd-theme "
-        "myst-parser sphinx-copybutton)")
+require("sphinx", "sphinx_rtd_theme", "myst_parser", remedy="call apt-get install python3-sphinx python3-sphinx-rtd-theme "
+        "python3-myst-parser python3-sphinx-copybutton (other systems: pip install sphinx sphinx-rtd-theme myst-parser sphinx-copybutton)")
 
 from evp.report import command_line, errors_in_one_line  # noqa: E402
 from evp.run import CHECKOUT  # noqa: E402
@@ -47,6 +46,8 @@ def main(argv=None):
     parser.add_argument("--fresh", action="store_true", help="write every page anew, not only those that have changed")
     chosen = parser.parse_args(argv)
     with errors_in_one_line("website.py"):
+        if not (CHECKOUT / "doc" / "conf.py").exists():
+            raise ValueError(f"{CHECKOUT} has no pages: call it in the source tree")
         out = chosen.out.resolve()
         if out.exists() and any(out.iterdir()) and not (out / "objects.inv").exists():
             raise ValueError(f"{out} is not empty and holds no site: give another folder by --out")

@@ -40,7 +40,10 @@ def put_together(root, folder):
 def help_page(root):
     """The page with what each tool says to --help, and its commands to theirs."""
     tools = sorted(path for path in (root / "tools").iterdir() if path.suffix == ".py" or _is_script_with_help(path))
-    lines = ["Tools", "=====", "", "What each tool says to ``--help``.  All are started from the root of the checkout.", ""]
+    lines = ["Tools", "=====", "", "What each tool says to ``--help``.  Paths are those of the checkout, from its root; after an installation",
+             "``evp NAME`` runs ``tools/NAME.py``.", ""]
+    if (root / "tools" / "evp" / "__main__.py").exists():
+        lines += ["evp", "---", "", *_literal(_run([sys.executable, "-m", "evp", "--help"], PYTHONPATH=str(root / "tools")))]
     for tool in tools:
         name = f"tools/{tool.name}"
         lines += [name, "-" * len(name), "", *_literal(_help(tool, []))]
@@ -66,21 +69,25 @@ def _commands(tool):
     return re.search(r"\{([\w,-]+)\}", _help(tool, []))[1].split(",")
 
 
+def _run(words, **environment):
+    return subprocess.run(words, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=True, env={**os.environ, **environment}).stdout
+
+
 def _help(tool, words):
     """Standard output of the tool's help, of a fixed width; Python tools run here, as a start of each takes a second."""
     if tool.suffix != ".py":
-        return subprocess.run([str(tool), *words, "--help"], stdin=subprocess.DEVNULL, capture_output=True, text=True, check=True).stdout
-    out, arguments, columns, path = io.StringIO(), sys.argv, os.environ.get("COLUMNS"), list(sys.path)
+        return _run([str(tool), *words, "--help"])
+    out, arguments, path, environment = io.StringIO(), sys.argv, list(sys.path), dict(os.environ)
     try:
-        sys.argv, os.environ["COLUMNS"] = [str(tool), *words, "--help"], "110"
+        sys.argv = [str(tool), *words, "--help"]
+        os.environ["COLUMNS"] = "110"
+        os.environ.pop("EVP_COMMAND", None)  # by which a tool calls itself as it was called
         with contextlib.redirect_stdout(out), contextlib.suppress(SystemExit):
             runpy.run_path(str(tool), run_name="__main__")
     finally:
         sys.argv, sys.path[:] = arguments, path
-        if columns is None:
-            del os.environ["COLUMNS"]
-        else:
-            os.environ["COLUMNS"] = columns
+        os.environ.clear()
+        os.environ.update(environment)
     if not out.getvalue().startswith("usage: "):
         raise RuntimeError(f"{tool} {' '.join(words)} --help prints no usage")
     return out.getvalue().replace(f"{tool.parents[1]}/", "")
