@@ -14,7 +14,7 @@ _BLOCK = {"as_block": True} if "as_block" in inspect.signature(latex2mathml.tex2
 
 def _convert(writer, node, options):
     """MathML of a node; a formula that the converter does not know is a warning, and shown as it was typed."""
-    text = node.astext().strip()
+    text = " ".join(node.astext().split())
     try:
         return latex2mathml.tex2mathml(text, **options).strip()
     except (SyntaxError, ValueError, AttributeError, IndexError, KeyError) as error:
