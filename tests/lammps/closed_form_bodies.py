@@ -87,4 +87,3 @@ def mode_of(a, interval):
     """Angular frequency and decay rate of a sampled mode: a = exp(-rate t) cos(omega t + phase)."""
     p, r = recursion(a)
     return float(np.arccos(np.clip(p / (2.0 * np.sqrt(r)), -1.0, 1.0)) / interval), float(-np.log(r) / (2.0 * interval))
-

@@ -202,8 +202,8 @@ def test_implicit_and_explicit_damping_meet(lmp_decks, tmp_path):
 def test_momentum(lmp, tmp_path, ranks, newton):
     """The forces, damping among them, have no sum; the momentum of the unwrapped body, sum of m (v + rate times boxes), stays."""
     body = write_periodic(tmp_path)
-    text = deck(4e-7, IMPLICIT, newton=newton).replace("run ", "dump all all custom 20 all.dump id vx vy vz fx fy fz ix iy iz\n"
-                                                "dump_modify all format float %.17g pbc yes\nrun ")
+    dump = "dump all all custom 20 all.dump id vx vy vz fx fy fz ix iy iz\ndump_modify all format float %.17g pbc yes\n"
+    text = deck(4e-7, IMPLICIT, newton=newton).replace("run ", f"{dump}run ")
     snapshots = lmp(text, ranks).ok().dump("all.dump")
     mass, momenta = mass_of(body.radius), []
     for snapshot in snapshots:

@@ -464,7 +464,7 @@ REFUSED = {
     "nan": ({"coeff": f"pair_coeff * * {WORDS} density nan"}, "density must be a finite decimal number"),
     "another unit": ({"coeff": f"pair_coeff * * {WORDS} spacing 1e200 coordination 12"}, "types 1 and 1",
                      "the row holds for spacing 1e+200", "in the same unit?"),
-    "too stiff": ({"coeff": f"pair_coeff * * 1e150 8 4 3 8 4 0.005 0 1.5 spacing 1e-60 coordination 12"},
+    "too stiff": ({"coeff": "pair_coeff * * 1e150 8 4 3 8 4 0.005 0 1.5 spacing 1e-60 coordination 12"},
                   "types 1 and 1", "overflow"),
     "kv too large": ({"coeff": f"pair_coeff * * {WORDS} kv 1e99 spacing 1e-5 coordination 12", "then": "fix v all evp/volume row"},
                      "types 1 and 1", "kv must not exceed 1e100 in the body"),

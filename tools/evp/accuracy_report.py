@@ -224,7 +224,8 @@ def recommendation(results):
     recipe = results.recipe
     lines = ["## Recommended settings\n",
              f"The question: the stresses at {AT} strain of Table 2 at 1/s (figure 4 of the paper), of a body that is given. The paper's own way is {KNOBS[recipe.knob].title};",
-             f"made stable by a step of {recipe.name} it takes {number(recipe.time)} pulls of the baseline. The cheapest choice that keeps each promise with a margin of {MARGIN} on every body of the sweep,",
+             f"made stable by a step of {recipe.name} it takes {number(recipe.time)} pulls of the baseline. "
+             f"The cheapest choice that keeps each promise with a margin of {MARGIN} on every body of the sweep,",
              f"and its errors on a body that the sweep never saw (seed {cases.CHECK_SEED}):\n"]
     target, rows = results.checks.get(results.target_key), []
     for promise, choice in results.recommended().items():
@@ -253,11 +254,15 @@ def front(points):
 def page(results, table, picture):
     """The text of the page; table and picture: the names of its CSV and its picture."""
     machines = "; ".join(f"LAMMPS {lammps}, {processor}" for lammps, processor in results.machine)
-    lines = ["# Accuracy versus run time\n", f"Written by `tools/accuracy_cost.py`; its runs stand in `{table}` ({machines}). One unit of work is a pull to {100 * cases.STRAIN:g} % strain. Times are processor",
-             f"times without the start of the program, over that of the baseline, which ran beside each: Table 1, 500 spheres, {cases.BASELINE['rate']}/s, explicit, `-var dtfraction {cases.BASELINE['dtfraction']}`.\n"]
+    lines = ["# Accuracy versus run time\n",
+             f"Written by `tools/accuracy_cost.py`; its runs stand in `{table}` ({machines}). One unit of work is a pull to {100 * cases.STRAIN:g} % strain. Times are processor",
+             "times without the start of the program, over that of the baseline, which ran beside each: "
+             f"Table 1, 500 spheres, {cases.BASELINE['rate']}/s, explicit, `-var dtfraction {cases.BASELINE['dtfraction']}`.\n"]
     if results.target and results.recipe:
         lines += recommendation(results) + [f"![error against time]({picture})\n",
-                                            "Left: every choice on bodies of 500 spheres, largest error of all stresses and bodies against the target; errors below 0.001 % are drawn there, the front is",
-                                            "circled. Choices that change the model (open marks) are not comparable with the target. Right: the number of particles, an error of its own.\n"] + reference_table(results)
+                                            "Left: every choice on bodies of 500 spheres, largest error of all stresses and bodies against the target; "
+                                            "errors below 0.001 % are drawn there, the front is",
+                                            "circled. Choices that change the model (open marks) are not comparable with the target. "
+                                            "Right: the number of particles, an error of its own.\n"] + reference_table(results)
     lines += size_table(results) + knob_tables(results)
     return "\n".join(lines).rstrip() + "\n"

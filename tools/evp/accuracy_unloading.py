@@ -94,7 +94,7 @@ def run_plan(folder, plan):
     """All rows, by COLUMNS."""
     runner = Runner(folder)
     return [runner.run(case) for case in watched("unloading:", plan, lambda case: f"{case.knob} {case.choice}, {case.spheres} spheres, seed {case.seed}",
-                                                  lambda case: case.spheres / 500)]
+                                                 lambda case: case.spheres / 500)]
 
 
 def departures(rows, references, name):
@@ -138,7 +138,8 @@ def page(rows, name):
     """The text of the page; name: of its CSV."""
     lines = ["# Accuracy of unloading, and of the volume\n", *answer(rows),
              f"Written by `tools/accuracy_cost.py --unloading`; its runs stand in `{name}`. Table 1, contact none, `unload elastic`: one sweep to {100 * STRAIN:g} % and back, and a pull to",
-             f"{100 * STRAIN:g} % with {KV} J of fix evp/volume per sphere (at 500), whose volume strain is that of the middle. Departures from the reference in percent, median over bodies (smallest to largest);",
+             f"{100 * STRAIN:g} % with {KV} J of fix evp/volume per sphere (at 500), whose volume strain is that of the middle. "
+             "Departures from the reference in percent, median over bodies (smallest to largest);",
              "time: processor seconds of the sweep.\n"]
     for knob, about in KNOBS.items():
         own = [row for row in rows if row["knob"] == knob]

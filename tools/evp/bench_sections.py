@@ -181,9 +181,12 @@ def many_ranks(scene, timings):
     copy = median([timing.parts["Comm"] / scene.steps / timing.ghosts for timing in timings])
     looks = 2.0 * math.log2(RANKS) * LATENCY
     lines = ["#### Many ranks, on paper\n",
-             f"Measured on one rank, lattice of {scene.atoms}: {1e9 * work:.0f} ns of forces and time integration per particle and step, {1e9 * copy:.1f} ns of copies per ghost; {ghosts:.0f} ghosts, a cube by the formula has {ghosts_of(scene.atoms):.0f}.",
-             f"Assumed: {RANKS} ranks, cubes, equal work, the cost per particle that of this number; {MESSAGES} messages a step one after the other at {1e6 * LATENCY:g} us; {BYTES} bytes per ghost (gamma > 0: {BYTES + VELOCITY_BYTES}, and {MESSAGES // 2} messages more),",
-             f"all of which leave the node, the worst case, where {RANKS_PER_NODE} ranks share {1e-9 * NODE_BANDWIDTH:g} GB/s; a look whether the list holds, one reduction over a tree; no overlap of work and messages; no neighbor builds.",
+             f"Measured on one rank, lattice of {scene.atoms}: {1e9 * work:.0f} ns of forces and time integration per particle and step, "
+             f"{1e9 * copy:.1f} ns of copies per ghost; {ghosts:.0f} ghosts, a cube by the formula has {ghosts_of(scene.atoms):.0f}.",
+             f"Assumed: {RANKS} ranks, cubes, equal work, the cost per particle that of this number; {MESSAGES} messages a step one after the other at "
+             f"{1e6 * LATENCY:g} us; {BYTES} bytes per ghost (gamma > 0: {BYTES + VELOCITY_BYTES}, and {MESSAGES // 2} messages more),",
+             f"all of which leave the node, the worst case, where {RANKS_PER_NODE} ranks share {1e-9 * NODE_BANDWIDTH:g} GB/s; "
+             "a look whether the list holds, one reduction over a tree; no overlap of work and messages; no neighbor builds.",
              "Efficiency is work over all.\n"]
     rows = []
     for n in (100000, 30000, 10000, 3000, 1000):
