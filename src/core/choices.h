@@ -15,14 +15,15 @@
 
 namespace EVP {
 
-/// NAME of each line `variable NAME index ...` of an input script, in their order.
+/// NAME of each line `variable NAME index ...` of an input script, in their order, each once.
 inline std::vector<std::string> index_variables(const std::string &script)
 {
   std::vector<std::string> names;
   std::istringstream in(script);
   for (std::string line; std::getline(in, line);) {
     const std::vector<std::string> words = split_words(line);
-    if (words.size() > 2 && words[0] == "variable" && words[2] == "index")
+    if (words.size() > 2 && words[0] == "variable" && words[2] == "index" &&
+        std::find(names.begin(), names.end(), words[1]) == names.end())
       names.push_back(words[1]);
   }
   return names;

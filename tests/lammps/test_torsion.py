@@ -92,7 +92,7 @@ def test_frames_have_words_and_rigid_grips(tmp_path):
         y, z = start[grip, 1], start[grip, 2]
         turned = np.stack([start[grip, 0], y * np.cos(angle) - z * np.sin(angle), y * np.sin(angle) + z * np.cos(angle)], axis=1)
         assert np.allclose(end[grip], turned, atol=1e-9) and len(y) > 20
-    assert [np.unique(frame["angle"]).tolist() for frame in frames] == [[0.0], [0.04], [0.1], [0.14], [0.2]]
+    assert [np.unique(frame["angle"]).tolist() for frame in frames] == [[0.0], [0.06], [0.1], [0.16], [0.2]]
     assert frames[-1]["share_second"].max() > 0.5 and frames[0]["share_second"].max() == 0.0
 
 
