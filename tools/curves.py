@@ -12,6 +12,8 @@
 
 The curves are PREFIX.csv of in.traction (strain,stress_grip,stress_virial; Pa), the state is its
 PREFIX_state.dump, or a CSV with the columns x,y,z,radius,share. Every PNG gets a CSV beside it.
+PREFIX.csv of in.torsion (shear strain and stress of the surface; the modulus is G), in.bending (outer fibre) and in.shear are
+curves too. Of a curve that turns back, `numbers` are those of the way to the first turn.
 `numbers` fits E to the elastic part and prints the range: from strain 0 to 0.003, or to 3/4 of the
 longest range in which the slope over the second half is at least 90 % of that over the first, where
 this ends before strain 0.004. `--fit LO HI` gives another range.
@@ -78,38 +80,68 @@ def tell_jump(path, found):
               "strain 0. Unless strong damping did it, the elastic part ends before the first rows")
 
 
+def tell_load(path):
+    """A note where a curve is of another load than tension."""
+    load = curves.load_of(path)
+    if load != curves.TENSION:
+        under = "" if load.modulus == "E" else f"{load.modulus} stands under E; "
+        print(f"NOTE: {path} is of {load.deck}: {under}{load.strain}, {load.stress}")
+
+
+def one_load(paths):
+    """The load of all curves of a picture; ValueError where they have several."""
+    loads = {path: curves.load_of(path) for path in paths}
+    first, load = next(iter(loads.items()))
+    for path, other in loads.items():
+        if other != load:
+            raise ValueError(f"{first} is of {load.deck} and {path} of {other.deck}: their axes are not the same; draw each load apart")
+    return load
+
+
 def show_numbers(args):
     """Print one line of numbers for each curve."""
     width = max(len(path) for path in args.curves)
     print(" " * width, *COLUMNS.values(), sep="  ")
     for path in args.curves:
         curve = curves.read_curve(path, args.column, args.strain)
-        found = curves.numbers(curve, args.column, args.fit)
+        strain, stress, sign = curve_table.first_way(curve.strain, getattr(curve, args.column))
+        try:
+            found = curves.numbers(curves.Curve(strain, stress, stress), "virial", args.fit)
+        except curves.CurveError as error:
+            raise curves.CurveError(f"{path}: {error}") from error
+        found.update({name: sign * value for name, value in found.items() if name.endswith("_MPa")})
         found["range"] = f"{found['E_from']:g}..{found['E_to']:.3g}"
         cells = [found[name].rjust(len(title)) if name == "range" else f"{found[name]:{len(title)}.5g}" for name, title in COLUMNS.items()]
         print(path.ljust(width), *cells, sep="  ")
         curve_turns = cycles.turns(curve.strain)
         if len(curve_turns):
-            print(f"NOTE: {path} turns back at strain {curve.strain[curve_turns[0]]:g}: the numbers above mix loading and unloading. "
-                  "Take curves.py table, which gives those of the loading and of the unloading")
-        else:
-            tell_jump(path, found)
+            print(f"NOTE: {path} turns back at strain {curve.strain[curve_turns[0]]:g}: the numbers above are those of the way there. "
+                  "curves.py cycle and curves.py table give those of the way back, too")
+        tell_jump(path, found)
+        tell_load(path)
 
 
 def show_cycles(args):
     """Print one line of numbers for each curve that turns back, and draw them where a picture is asked for."""
+    load = None
     if args.out:
         keep_inputs(args.out, args.curves)
+        load = one_load(args.curves)
     read = {path: curves.read_curve(path, args.column) for path in args.curves}
     width = max(len(path) for path in args.curves)
     print(" " * width, *CYCLE_COLUMNS.values(), sep="  ")
     for path, curve in read.items():
-        found = cycles.numbers(curve, args.column)
+        try:
+            found = cycles.numbers(curve, args.column)
+        except curves.CurveError as error:
+            raise curves.CurveError(f"{path}: {error}") from error
         print(path.ljust(width), *(f"{found[name]:{len(title)}.4g}" for name, title in CYCLE_COLUMNS.items()), sep="  ")
+    for path in read:
+        tell_load(path)
     if args.out:
         from evp import figures
 
-        print(figures.unloading(dict(zip(figures.short_names(args.curves), read.values())), args.out, args.column))
+        print(figures.unloading(dict(zip(figures.short_names(args.curves), read.values())), args.out, args.column, load))
 
 
 def plot_columns(args):
@@ -186,6 +218,7 @@ def show_table(args):
         write_csv(args.csv, header, rows)
     for path, line in found.items():
         tell_jump(path, line)
+        tell_load(path)
 
 
 def plot_curves(args):
@@ -193,12 +226,13 @@ def plot_curves(args):
     from evp import figures
 
     keep_inputs(args.out, args.curves)
-    labels = args.labels or figures.short_names(args.curves)
+    load, labels = one_load(args.curves), args.labels or figures.short_names(args.curves)
     if len(labels) != len(args.curves):
         raise ValueError(f"--labels must give {len(args.curves)} words, one per curve")
     read = [curves.read_curve(path, args.column) for path in args.curves]
     drawn = list(zip(labels, read))
-    print(figures.stress_strain({args.title: drawn}, args.out, args.column))
+    title = load.deck.replace("in.", "").capitalize() if args.title is None else args.title
+    print(figures.stress_strain({title: drawn}, args.out, args.column, load))
 
 
 def plot_law(args):
@@ -286,7 +320,7 @@ def parser():
     sub.add_argument("curves", nargs="+", metavar="CSV")
     sub.add_argument("--labels", nargs="+", help="one per curve (default: the files' names, "
                      "with as many folders as tell them apart)")
-    sub.add_argument("--title", default="Traction")
+    sub.add_argument("--title", help="(default: the load)")
     sub.add_argument("--out", default="curves.png", metavar="PNG")
     column(sub)
     sub = command("columns", plot_columns, "one column of CSV files over another")

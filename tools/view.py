@@ -12,8 +12,9 @@
 A dump is what `dump custom` or `write_dump all custom` writes as text, with x y z (or xu yu zu) and radius; OVITO reads the same
 files. Columns are called by the words of dump_modify colname; c_pairs[1] to c_pairs[4] of the decks are bonds, share_second,
 share_lost and new_pairs too. Several dumps are one series, in the order given; without --strip, --film and --frames the last snapshot
-of each is drawn. All snapshots and views of a picture have the same scale and the same colors. Units are those of the dump
-(dump_modify units yes) or of --units; no display is needed. Spheres are drawn by LAMMPS (build/lmp, or $EVP_LMP).
+of each is drawn. Titles are the load where a column strain or angle is the same for all atoms, else time or step. All snapshots and
+views of a picture have the same scale and the same colors. Units are those of the dump (dump_modify units yes) or of --units; no
+display is needed. Spheres are drawn by LAMMPS (build/lmp, or $EVP_LMP).
 """
 
 import contextlib
@@ -69,15 +70,26 @@ def chosen(snapshots, args, most):
     return view_scene.evenly(snapshots, int(count))
 
 
-def names_of(snapshots, series):
-    """A title for each snapshot: its time or step, and its file where the series has several."""
-    from evp.figures import short_names
+def when_of(snapshot):
+    """Where a snapshot is on its way, as text: the load where the dump has it, else time, else step."""
     from evp.view_figure import time_text
+
+    for name in columns.LOADS:
+        load = snapshot.common(name)
+        if load is not None:
+            return columns.load_text(name, load)
+    if snapshot.time is None:
+        return f"step {snapshot.step}"
+    return time_text(snapshot.time) if snapshot.units == "si" else f"{snapshot.time:.4g} time units"
+
+
+def names_of(snapshots, series):
+    """A title for each snapshot, with its file where the series has several."""
+    from evp.figures import short_names
 
     paths = list(dict.fromkeys(snapshot.path for snapshot in series))
     files = dict(zip(paths, short_names(paths)))
-    when = [f"step {s.step}" if s.time is None else time_text(s.time) if s.units == "si" else f"{s.time:.4g} time units" for s in snapshots]
-    return [f"{files[s.path]}, {text}" if len(paths) > 1 else text for s, text in zip(snapshots, when)]
+    return [f"{files[s.path]}, {when_of(s)}" if len(paths) > 1 else when_of(s) for s in snapshots]
 
 
 def with_progress(snapshots):
@@ -211,8 +223,8 @@ def parser():
     top.add_argument("--radius", type=float, metavar="R", help="of all spheres, for dumps without radius and diameter [length]")
     top.add_argument("--units", choices=("si", "cgs", "lj", "metal", "real", "micro", "nano"), default="si",
                      help="of dumps that do not say it (default: si, as the decks)")
-    top.add_argument("--no-titles", dest="titles", action="store_false", help="no step or time above the pictures")
-    top.add_argument("--captions", nargs="+", metavar="TEXT", help="above the pictures of a PNG, one for each snapshot, in place of step or time")
+    top.add_argument("--no-titles", dest="titles", action="store_false", help="no load, time or step above the pictures")
+    top.add_argument("--captions", nargs="+", metavar="TEXT", help="above the pictures of a PNG, one for each snapshot, in place of load, time or step")
     top.add_argument("--unfinished", action="store_true", help="leave out a last snapshot that ends in the middle: the run goes on, or was stopped")
     return top
 

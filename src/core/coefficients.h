@@ -172,7 +172,16 @@ class Coefficients {
       row.e2 *= scale.factors.energies;
       row.gamma *= scale.factors.gamma;
     }
-    laws[index(i, j)] = laws[index(j, i)] = Law(row);
+    try {
+      laws[index(i, j)] = laws[index(j, i)] = Law(row);
+    } catch (const BadInput &) {
+      if (scale.source == Source::AS_GIVEN) throw;
+      throw BadInput("for the spacing of the body e1 and e2 of the row are multiplied by " +
+                     shortest_text(scale.factors.energies) + " and gamma by " +
+                     shortest_text(scale.factors.gamma) +
+                     ", and overflow double precision: is the spacing of the row in the unit of "
+                     "the input script?");
+    }
     row.gamma = 0.0;
     laws[undamped(index(i, j))] = laws[undamped(index(j, i))] = Law(row);
     return law(index(i, j)).parameters();

@@ -66,9 +66,11 @@ inline std::array<std::string, 2> split_file_and_row(const std::string &word)
 ///
 /// The first line is a comment that holds `UNITS: style`; every other line that is not empty or a
 /// comment is `NAME`, the nine numbers and keywords. All lines are checked, so that a damaged file is
-/// noticed whichever row is asked for. file is for messages, units the unit style in force.
+/// noticed whichever row is asked for. file is for messages, units the unit style in force. is_last: whether the row
+/// stands in a last line without a line end, whose last number is incomplete if the file was cut there.
 inline GivenRow row_from_text(const std::string &text, const std::string &file,
-                              const std::string &name, const std::string &units)
+                              const std::string &name, const std::string &units,
+                              bool *is_last = nullptr)
 {
   demand_plain_text(text, file);
   std::istringstream in(text);
@@ -102,9 +104,11 @@ inline GivenRow row_from_text(const std::string &text, const std::string &file,
         if (is_found) throw BadInput("row '" + shown(name) + "' is given twice");
         found = row;
         is_found = true;
+        if (is_last) *is_last = in.eof();
       }
     } catch (const BadInput &bad) {
-      throw BadInput("file " + file + " line " + std::to_string(number) + ": " + bad.what());
+      throw BadInput("file " + file + " line " + std::to_string(number) + ": " + bad.what() +
+                     (in.eof() ? "; this last line has no line end: the file may be cut" : ""));
     }
     if (++rows <= MOST_NAMED) known += (known.empty() ? "" : ", ") + shown(row_name);
     if (rows == MOST_NAMED + 1) known += ", ...";

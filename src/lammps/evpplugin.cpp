@@ -4,6 +4,7 @@
 #include "host_guard.h"
 #include "plugin_facts.h"
 
+#include "check_evp_variables.h"
 #include "compute_evp_dt.h"
 #include "compute_evp_state_atom.h"
 #include "fix_dt_evp.h"
@@ -57,6 +58,8 @@ extern "C" __attribute__((visibility("default"))) void lammpsplugin_init(void *l
   add("command", "read_evp_row", "EVP row of coefficients as variables");
   plugin.creator.v1 = &create<ReadEVPBody>;
   add("command", "read_evp_body", "EVP measures of a body as variables");
+  plugin.creator.v1 = &create<CheckEVPVariables>;
+  add("command", "check_evp_variables", "EVP names of variables set by -var");
   plugin.creator.v2 = &create_with_arguments<FixEVPBonds>;
   add("fix", "evp/bonds", "EVP equilibrium distances of the initial pairs");
   plugin.creator.v2 = &create_with_arguments<FixNVEEVP>;

@@ -6,6 +6,7 @@
 #include "text_reader.h"
 
 #include "comm.h"
+#include "error.h"
 #include "lammps.h"
 #include "update.h"
 #include "utils.h"
@@ -26,7 +27,14 @@ static EVP::GivenRow read_file(LAMMPS *lmp, const std::string &file, const std::
   if (reading != Reading::DONE)
     throw BadInput("cannot read the potential file '" + file +
                    "': give its path, or put its folder into LAMMPS_POTENTIALS");
-  return EVP::row_from_text(text, file, name, lmp->update->unit_style);
+  bool is_last = false;
+  const EVP::GivenRow row = EVP::row_from_text(text, file, name, lmp->update->unit_style, &is_last);
+  if (is_last && lmp->comm->me == 0)
+    lmp->error->warning(FLERR,
+                        "file {}: the line of row '{}', the last one, has no line end: if the file "
+                        "was cut, its last number is incomplete; add a line end",
+                        file, name);
+  return row;
 }
 
 EVP::GivenRow LAMMPS_NS::read_row(LAMMPS *lmp, const std::vector<std::string> &words)

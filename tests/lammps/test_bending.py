@@ -5,7 +5,7 @@ test_closed_form_loads.py."""
 import numpy as np
 import pytest
 from conftest import REFERENCE
-from lammps_run import read_csv, read_dump, run_lammps
+from lammps_run import read_csv, read_dump, run_lammps, write_data
 
 LENGTH, WIDTH, HEIGHT, SPAN = 0.1, 0.01, 0.02, 0.08  # [m]
 SMALL = {"strain": 2e-4, "increment": 1e-4, "tolerance": 1e-6}  # of the outer fibre: elastic
@@ -103,6 +103,34 @@ def test_flow_stays_with_unload_elastic(bend):
 ])
 def test_one_message_for_each_wrong_choice(bar, tmp_path, choices, message):
     run = run_lammps("in.bending", 1, {"specimen": bar, **choices}, tmp_path)
+    lines = [line for line in run.stdout.splitlines() if line.startswith("ERROR")]
+    assert run.returncode == 1 and len(lines) == 1 and message in lines[0], run.stdout[-600:]
+
+
+SIDE = 0.004  # of the cells of a body, one sphere in each
+SHAPES = {  # which cells (x, y, z) it has of 25 x 6 x 6, and what is said
+    "bar": (lambda x, y, z: z >= 0, None),
+    "slender bar": (lambda x, y, z: z < 3, None),
+    "L along x": (lambda x, y, z: (z < 3) | (x < 8), "is no bar: its volume is 1.32 times its length times the cross-section at mid-length"),
+    "L across": (lambda x, y, z: (z < 3) | (y < 3), "m2, is 0.75 of its height times its width: it must be a rectangle, or a circle"),
+}
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_a_bracket_is_no_bar(tmp_path, shape):
+    """Neither a body whose section changes along x, nor a section that is no rectangle."""
+    has, message = SHAPES[shape]
+    cells = np.indices((25, 6, 6)).reshape(3, -1).T
+    cells = cells[has(*cells.T)]
+    middle = np.mean([cells.min(axis=0), cells.max(axis=0)], axis=0) + 0.5
+    x = SIDE * (cells + 0.5 - [0.0, *middle[1:]])
+    write_data(tmp_path / "a.data", x, np.full(len(x), 0.5 * SIDE), [[-0.01, 0.12], [-0.03, 0.03], [-0.03, 0.03]])
+    values = {"length": 25 * SIDE, "area": np.sum(cells[:, 0] == 12) * SIDE**2, "volume": len(x) * SIDE**3, "solid_fraction": np.pi / 6}
+    (tmp_path / "a.data.body").write_text("".join(f"variable {name} index {value:.9g}\n" for name, value in values.items()), encoding="utf-8")
+    run = run_lammps("in.bending", 1, {"specimen": "a.data", "strain": 1e-4, "increment": 1e-4, "restart": 0}, tmp_path)
+    if message is None:
+        run.ok()
+        return
     lines = [line for line in run.stdout.splitlines() if line.startswith("ERROR")]
     assert run.returncode == 1 and len(lines) == 1 and message in lines[0], run.stdout[-600:]
 

@@ -465,7 +465,7 @@ REFUSED = {
     "another unit": ({"coeff": f"pair_coeff * * {WORDS} spacing 1e200 coordination 12"}, "types 1 and 1",
                      "the row holds for spacing 1e+200", "in the same unit?"),
     "too stiff": ({"coeff": "pair_coeff * * 1e150 8 4 3 8 4 0.005 0 1.5 spacing 1e-60 coordination 12"},
-                  "types 1 and 1", "overflow"),
+                  "types 1 and 1", "for the spacing of the body e1 and e2 of the row are multiplied by", "overflow", "is the spacing of the row in the unit"),
     "kv too large": ({"coeff": f"pair_coeff * * {WORDS} kv 1e99 spacing 1e-5 coordination 12", "then": "fix v all evp/volume row"},
                      "types 1 and 1", "kv must not exceed 1e100 in the body"),
     "kv without bonds": ({"coeff": f"pair_coeff * * {WORDS} kv 1", "fix": "fix v all evp/volume row", "thermo": ""}, "needs fix evp/bonds"),
@@ -474,6 +474,7 @@ REFUSED = {
     "no file": ({"coeff": "pair_coeff * * absent.evp:metal"}, "cannot read the potential file 'absent.evp'"),
     "no row": ({"coeff": "pair_coeff * * p.evp:tin"}, "has no row 'tin'; its rows: metal, plain"),
     "no name": ({"coeff": "pair_coeff * * p.evp:"}, "expected FILE:ROW"),
+    "cut in a row": ({"coeff": "pair_coeff * * cut.evp:metal"}, "file cut.evp line 2: expected 9 values, got 8", "this last line has no line end: the file may be cut"),
     "a bad line": ({"coeff": "pair_coeff * * bad.evp:metal"}, "file bad.evp line 4: coordination must be positive"),
     "command without prefix": ({"units": "units si\nread_evp_row p.evp:metal"}, "read_evp_row: expected two arguments", "got 1"),
     "command without row": ({"units": "units si\nread_evp_row p.evp m"}, "read_evp_row: expected FILE:ROW", "got 'p.evp'"),
@@ -487,8 +488,18 @@ REFUSED = {
 def test_refusals(lmp, tmp_path, case):
     (tmp_path / "p.evp").write_text(POTENTIAL, encoding="utf-8")
     (tmp_path / "bad.evp").write_text(POTENTIAL + f"bad {WORDS} coordination 0\n", encoding="utf-8")
+    (tmp_path / "cut.evp").write_text(POTENTIAL.partition("\n")[0] + "\nmetal " + WORDS.rpartition(" ")[0], encoding="utf-8")
     parts, *texts = REFUSED[case]
     refused(lmp(scene(**parts), seconds=SECONDS), *texts)
+
+
+@pytest.mark.parametrize("end, asked, warns", [("", "last", True), ("\n", "last", False), ("", "first", False), ("\n# end", "last", False)])
+def test_a_file_that_may_be_cut_in_its_last_number(lmp, tmp_path, end, asked, warns):
+    """By hand one may leave the last line end out: a warning, of the row in question only."""
+    (tmp_path / "p.evp").write_text(f"# UNITS: si\nfirst {WORDS}\nlast {WORDS}{end}", encoding="utf-8")
+    run = lmp(f"units si\nread_evp_row p.evp:{asked} m\nprint 'alpha ${{m_alpha}}'\n").ok()
+    found = [line for line in run.warnings() if "the line of row 'last', the last one, has no line end: if the file was cut" in line]
+    assert len(found) == warns and f"alpha {WORDS.split()[-1]}\n" in run.stdout
 
 
 def test_a_damaged_restart_file_is_refused(lmp, bar, tmp_path):

@@ -30,7 +30,9 @@ def there_and_back(tmp_path_factory):
 
 
 def test_rows(small):
-    assert list(small) == ["angle", "shear_strain", "torque_grip", "torque_virial"]
+    assert list(small) == ["angle", "shear_strain", "torque_grip", "torque_virial", "shear_stress_grip", "shear_stress_virial"]
+    for name in ("grip", "virial"):
+        assert small[f"shear_stress_{name}"] == pytest.approx(small[f"torque_{name}"] * 2 / (np.pi * 0.02**3), rel=1e-8)
     assert np.allclose(small["angle"], [0.0, 0.0002, 0.0004])
     assert np.allclose(small["shear_strain"], small["angle"] * 0.02 / 0.04)
 
@@ -90,6 +92,7 @@ def test_frames_have_words_and_rigid_grips(tmp_path):
         y, z = start[grip, 1], start[grip, 2]
         turned = np.stack([start[grip, 0], y * np.cos(angle) - z * np.sin(angle), y * np.sin(angle) + z * np.cos(angle)], axis=1)
         assert np.allclose(end[grip], turned, atol=1e-9) and len(y) > 20
+    assert [np.unique(frame["angle"]).tolist() for frame in frames] == [[0.0], [0.06], [0.1], [0.16], [0.2]]
     assert frames[-1]["share_second"].max() > 0.5 and frames[0]["share_second"].max() == 0.0
 
 

@@ -211,22 +211,66 @@ def test_a_line_that_does_not_begin_at_zero_is_told(tmp_path):
     assert "beyond.csv" in notes[0] and "MPa at strain 0" in notes[0]
 
 
-def test_a_curve_that_turns_back_is_told(tmp_path):
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_numbers_of_a_curve_that_turns_back_are_those_of_the_way_there(tmp_path, sign):
+    """Also of compression, whose stresses are negative; where the way back is another one."""
     strain, grip, stress = bilinear()
-    there_and_back = curves.Curve(*(np.concatenate([row, row[-2::-1]]) for row in (strain, grip, stress)))
-    shown = command("numbers", write(tmp_path / "back.csv", there_and_back))
+    back = curves.Curve(*(sign * np.concatenate([row, other]) for row, other in
+                          ((strain, strain[-2::-1]), (grip, 0.3 * grip[-2::-1]), (stress, 0.3 * stress[-2::-1]))))
+    there, shown = (command("numbers", write(tmp_path / "a.csv", curve)) for curve in (bilinear(), back))
     notes = [line for line in shown.stdout.splitlines() if line.startswith("NOTE")]
     assert shown.returncode == 0 and len(notes) == 1, shown.stdout + shown.stderr
-    assert f"back.csv turns back at strain {strain[-1]:g}" in notes[0] and "curves.py table" in notes[0]
+    assert f"a.csv turns back at strain {sign * strain[-1]:g}: the numbers above are those of the way there" in notes[0]
+    numbers, expected = (run.stdout.splitlines()[1].split()[1:] for run in (shown, there))
+    assert numbers[:2] == expected[:2] and numbers[-1] == expected[-1]
+    assert [float(word) for word in numbers[2:-1]] == pytest.approx([sign * float(word) for word in expected[2:-1]])
 
 
-@pytest.mark.parametrize("deck, columns", [("in.torsion", "angle,shear_strain,torque_grip,torque_virial"),
-                                           ("in.bending", "strain,stress,deflection,force,reaction")])
-def test_curves_of_torsion_and_bending_are_refused_by_name(tmp_path, deck, columns):
+# ---- curves of other loads ----
+
+OTHERS = {
+    "in.torsion": ("angle,shear_strain,torque_grip,torque_virial,shear_stress_grip,shear_stress_virial", lambda s, a, b: (2 * s, s, 1e-5 * a, 1e-5 * b, a, b)),
+    "in.bending": ("strain,stress,deflection,force,reaction", lambda s, a, b: (s, b, 0.1 * s, b, b)),
+    "in.shear": ("strain,shear_stress,pressure,share_second", lambda s, a, b: (s, b, 0.0, 0.5)),
+}
+
+
+def write_other(path, deck, curve):
+    header, row = OTHERS[deck]
+    path.write_text("\n".join([header, *(",".join(f"{value:.17g}" for value in row(*values)) for values in zip(*curve))]) + "\n", encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("deck", OTHERS)
+def test_curves_of_other_loads_have_the_same_numbers(tmp_path, deck):
+    """numbers, table, cycle and plot, of a way and back; a line says what E, strain and stress are."""
+    both = [bilinear(), curves.Curve(*(np.concatenate([row, row[-2::-1]]) for row in bilinear()))]
+    for words, curve in ((("numbers",), both[0]), (("table",), both[0]), (("table",), both[1]), (("cycle",), both[1])):
+        plain, other = command(*words, write(tmp_path / "a.csv", curve)), command(*words, write_other(tmp_path / "a.csv", deck, curve))
+        assert other.returncode == 0, other.stderr
+        assert other.stdout.startswith(plain.stdout), words
+        note = other.stdout[len(plain.stdout):]
+        assert f"is of {deck}: " in note and ("G stands under E" in note) == (deck != "in.bending")
+    for kind in ("plot", "cycle"):
+        drawn = command(kind, write_other(tmp_path / "b.csv", deck, both[1]), "--out", tmp_path / f"{kind}.png")
+        assert drawn.returncode == 0 and (tmp_path / f"{kind}.png").is_file(), drawn.stderr
+
+
+def test_curves_of_two_loads_are_not_drawn_into_one_picture(tmp_path):
+    paths = write(tmp_path / "pulled.csv", bilinear()), write_other(tmp_path / "twisted.csv", "in.torsion", bilinear())
+    shown = command("plot", *paths, "--out", tmp_path / "both.png")
+    assert shown.returncode == 1 and "pulled.csv is of in.traction and" in shown.stderr and "twisted.csv of in.torsion" in shown.stderr
+    assert command("table", *paths).returncode == 0
+
+
+@pytest.mark.parametrize("columns, remedy", [("time,force,speed,length", "curves.py columns --x time --y NAME, NAME one of force, speed, length"),
+                                             ("angle,shear_strain,torque_grip,torque_virial", "of an older in.torsion: run the deck again"),
+                                             ("a,b", "its first line must be strain,stress_virial")])
+def test_files_that_hold_no_curve(tmp_path, columns, remedy):
     path = tmp_path / "other.csv"
     path.write_text(columns + "\n" + "0," * columns.count(",") + "0\n", encoding="utf-8")
     shown = command("numbers", path)
-    assert shown.returncode == 1 and deck in shown.stderr and columns.split(",")[-1] in shown.stderr
+    assert shown.returncode == 1 and remedy in shown.stderr, shown.stderr
 
 
 def test_command_prints_the_range(tmp_path):

@@ -48,6 +48,18 @@ def test_what_is_no_stl(tmp_path, raw, message):
         stl.read_stl(tmp_path / "a.stl")
 
 
+@pytest.mark.parametrize("away, kept", [(1e3, True), (1e4, True), (1e5, False), (1e8, False)])
+def test_binary_file_of_a_part_far_from_the_origin(tmp_path, away, kept):
+    """A box of 1: kept to a thousandth, or refused; as text it keeps its digits."""
+    shifted = box() + away
+    stl.write_stl(tmp_path / "box.stl", shifted)
+    if kept:
+        assert np.ptp(stl.read_stl(tmp_path / "box.stl"), axis=(0, 1)) == pytest.approx(np.ptp(box(), axis=(0, 1)), rel=2e-3)
+    else:
+        with pytest.raises(ValueError, match="from the origin of the file, where the 7 digits of binary STL round coordinates"):
+            stl.read_stl(tmp_path / "box.stl")
+
+
 def test_cut_binary_file(tmp_path):
     stl.write_stl(tmp_path / "box.stl", box())
     (tmp_path / "box.stl").write_bytes((tmp_path / "box.stl").read_bytes()[:-7])

@@ -18,7 +18,7 @@ from in_process import call
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 BODY = REPOSITORY / "tests" / "data" / "reference_500" / "specimen_500.data"
 RED, GREEN, BLUE = np.eye(3)
-WORDS = "id type x y z radius bonds share_second share_lost new_pairs"
+WORDS = "id type x y z radius bonds share_second share_lost new_pairs strain"
 
 
 def show(*words):
@@ -168,7 +168,7 @@ def test_limits_of_the_colors():
 
 
 def test_columns_have_words_and_units():
-    assert [columns.word(f"c_pairs[{k}]") for k in (1, 2, 3, 4, 5)] == [*WORDS.split()[6:], "c_pairs[5]"]
+    assert [columns.word(f"c_pairs[{k}]") for k in (1, 2, 3, 4, 5)] == [*WORDS.split()[6:-1], "c_pairs[5]"]
     assert columns.word("c_stress[1]") == "c_stress[1]" and columns.described("mine").label() == "mine"
     assert columns.described("plastic_work").label() == "plastic work of each sphere [J]"
     assert columns.described("plastic_work", "lj").label() == "plastic work of each sphere"
@@ -242,10 +242,15 @@ def test_film_by_ffmpeg(one, tmp_path, monkeypatch):
 
 
 def test_frames_of_a_way_there_and_back(tmp_path):
-    """in.cyclic runs longer than strain/rate: `duration` says how long; a choice that is none is refused."""
-    variables = {"specimen": BODY, "rate": 100, "strain": 0.002, "out": "back", "also": run.DECKS / "frames.lmp", "frames": 4, "duration": 4e-5}
+    """The run of in.cyclic is longer than strain/rate: frames.lmp knows it; `duration` says otherwise; a choice that is none is refused."""
+    variables = {"specimen": BODY, "rate": 100, "strain": -0.002, "lower": 0.001, "out": "back", "also": run.DECKS / "frames.lmp", "frames": 5}
     run.output_of(run.deck_command(run.DECKS / "in.cyclic", variables), tmp_path, "in.cyclic")
-    assert [s.time for s in dump.index([tmp_path / "back_frames.dump"])] == pytest.approx([0, 1e-5, 2e-5, 3e-5, 4e-5], abs=1e-7)
+    series = dump.index([tmp_path / "back_frames.dump"])
+    assert [s.time for s in series] == pytest.approx(1e-5 * np.arange(6), abs=1e-7)
+    assert [s.common("strain") for s in series] == pytest.approx([0, -0.001, -0.002, -0.001, 0, 0.001], abs=2e-5)
+    variables["duration"] = 2e-5
+    run.output_of(run.deck_command(run.DECKS / "in.cyclic", variables), tmp_path, "in.cyclic")
+    assert [s.time for s in dump.index([tmp_path / "back_frames.dump"])][:6] == pytest.approx(4e-6 * np.arange(6), abs=1e-7)
     for name, value in (("frames", 0), ("duration", -1)):
         with pytest.raises(run.RunError, match="ERROR: frames must be 1 or more and duration positive, got .*" + str(value)):
             run.output_of(run.deck_command(run.DECKS / "in.cyclic", {**variables, name: value}), tmp_path, "in.cyclic")
@@ -427,3 +432,29 @@ def test_a_run_that_goes_on(tmp_path, monkeypatch):
 def test_started_by_its_own_name(one, tmp_path):
     done = subprocess.run([REPOSITORY / "tools" / "view.py", one.name, "--pixels", "150"], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0 and done.stdout == "view.png\n" and (tmp_path / "view.png").is_file(), done.stderr
+
+
+# ---- titles ----
+
+
+def loaded(path, name, values, steps=(0, 700), head="ITEM: TIME\n0.25"):
+    """A dump of two snapshots with a column of a load, of which `values` are those of all atoms or of each."""
+    rows = some_spheres()
+    path.write_text("".join(text_of(f"id x y z radius {name}", [(k + 1, *row, value if np.isscalar(value) else value[k]) for k, row in enumerate(rows)], step, head)
+                            for step, value in zip(steps, values)), encoding="utf-8")
+    return dump.index([path])
+
+
+@pytest.mark.parametrize("name, values, titles", [
+    ("strain", (0.0, -0.0123), ["strain 0 %", "strain -1.23 %"]), ("strain", (1e-12, 0.5), ["strain 0 %", "strain 50 %"]),
+    ("angle", (0.002, 0.1), ["angle 0.002 rad", "angle 0.1 rad"]), ("length", (0.1, 0.2), ["0.25 time units"] * 2),
+    ("strain", (np.linspace(0, 1, 20), np.linspace(0, 1, 20)), ["0.25 time units"] * 2)])
+def test_snapshots_are_titled_by_the_load_of_the_body(tmp_path, name, values, titles):
+    """Not by a column that each atom has a value of its own in: then by the time."""
+    series = loaded(tmp_path / "a.dump", name, values)
+    assert tool.names_of(series, series) == titles
+
+
+def test_frames_of_the_decks_have_titles(pulled):
+    series = dump.index([pulled / "pull_frames.dump"])
+    assert tool.names_of(series, series) == [f"strain {k / 10:g} %" for k in range(6)]

@@ -27,12 +27,15 @@ KNOWN = {
     "von_mises": Column("von Mises stress", "MPa", 1e-6),
     "triaxiality": Column("triaxiality"),
     "temperature": Column("temperature", "K"),
+    "strain": Column("strain", "%", 100.0),
+    "angle": Column("angle", "rad"),
     "radius": Column("radius", "mm", 1e3),
     "diameter": Column("diameter", "mm", 1e3),
     **{name: Column(name, "mm", 1e3) for name in ("x", "y", "z", "xu", "yu", "zu")},
     **{name: Column(name, "m/s") for name in ("vx", "vy", "vz")},
     **{name: Column(name, "N") for name in ("fx", "fy", "fz")},
 }
+LOADS = ("strain", "angle")  # of a whole body, in a dump the same for all its atoms
 # Dumps without colname: the first values of compute evp/state/atom, under the IDs that the decks give it.
 STATE = ("bonds", "share_second", "share_lost", "new_pairs")
 _STATE_OF = re.compile(r"c_(?:pairs|state)\[([1-4])\]")
@@ -42,6 +45,12 @@ def word(name):
     """The word for a column of a dump: its name, or what c_pairs[k] of the decks stands for."""
     found = _STATE_OF.fullmatch(name)
     return STATE[int(found.group(1)) - 1] if found else name
+
+
+def load_text(name, value):
+    """A load as a title: strain 2 %."""
+    column = KNOWN[name]
+    return f"{column.text} {round(column.factor * value, 5) + 0.0:.3g} {column.unit}"
 
 
 def described(name, units="si"):

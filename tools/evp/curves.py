@@ -2,7 +2,8 @@
 """Numbers read off a stress-strain curve: E, 0.2 % yield stress, stress at a strain, tangent.
 
 A curve is what in.traction writes: strain, stress from the grips' reaction, stress from the virial
-of the cross-sections [Pa]. Straight-line fits over the windows below average vibration out.
+of the cross-sections [Pa]; or what the decks of LOADS write of other loads. Straight-line fits over the windows below average
+vibration out.
 """
 
 from typing import NamedTuple
@@ -32,30 +33,71 @@ class Curve(NamedTuple):
     virial: np.ndarray
 
 
+class Load(NamedTuple):
+    """Columns of what the deck writes: strain, stress from the grips, stress from the virial; and what they are."""
+
+    deck: str
+    mark: str  # a column that the files of no other load have
+    columns: tuple
+    modulus: str
+    strain: str
+    stress: str
+
+
+TENSION = Load("in.traction", "stress_virial", HEADER, "E", "nominal strain", "nominal stress")
+LOADS = (
+    TENSION,
+    Load("in.torsion", "torque_grip", ("shear_strain", "shear_stress_grip", "shear_stress_virial"), "G", "shear strain of the surface",
+         "shear stress of the surface, 2 T/(pi R^3)"),
+    Load("in.bending", "deflection", ("strain", "stress", "stress"), "E", "strain of the outer fibre", "stress of the outer fibre, of elastic beams"),
+    Load("in.shear", "shear_stress", ("strain", "shear_stress", "shear_stress"), "G", "shear strain", "shear stress"),
+)
+
+
 class CurveError(ValueError):
     """A file holds no usable curve, or a curve is too short for the number asked."""
 
 
+def names_in(lines):
+    """Names of the columns of a CSV file."""
+    return [name.strip() for name in lines[0].split(",")] if lines else []
+
+
+def load_of(path):
+    """The Load whose columns a CSV file has, TENSION where it has those of none. OSError if it cannot be read."""
+    with open(path, encoding="utf-8") as source:
+        names = names_in([source.readline()])
+    return next((load for load in LOADS if load.mark in names), TENSION)
+
+
+def _remedy(missing, names, wanted):
+    """What to do about a file without the columns wanted."""
+    if missing == "strain_gauge":
+        return "run in.traction, in.cyclic or in.quasistatic with -var extensometer yes"
+    if "torque_grip" in names:
+        return "it is of an older in.torsion: run the deck again"
+    if "time" in names and "force" in names:
+        return f"a curve over time has no modulus: take curves.py columns --x time --y NAME, NAME one of {', '.join(names[1:])}"
+    return f"its first line must be {','.join(wanted)}"
+
+
 def read_curve(path, column=None, strain="strain"):
-    """Curve from a CSV file with the header strain,stress_grip,stress_virial (more may follow).
+    """Curve from a CSV file with the columns of one of LOADS, such as strain,stress_grip,stress_virial (more may follow).
 
     column: 'virial' or 'grip' where only that stress is needed; the other one is then nan.
     strain: the column of the strain, strain_gauge for that of an extensometer.
     CurveError names the file and what is missing; OSError if it cannot be read.
     """
-    wanted = [strain if name == "strain" else name for name in HEADER if column is None or name in ("strain", "stress_" + column)]
+    load = load_of(path)
+    places_of = dict(zip(HEADER, load.columns if strain == "strain" else (strain, *load.columns[1:])))
+    needed = [name for name in HEADER if column is None or name in ("strain", "stress_" + column)]
+    wanted = [places_of[name] for name in needed]
     with open(path, encoding="utf-8") as source:
         lines = [line.strip() for line in source if line.strip()]
-    names = [name.strip() for name in lines[0].split(",")] if lines else []
+    names = names_in(lines)
     missing = [name for name in wanted if name not in names]
     if missing:
-        first_line = ",".join(wanted)
-        remedy = f"its first line must be {first_line}"
-        if missing[0] == "strain_gauge":
-            remedy = "run the deck with -var extensometer yes"
-        elif "torque_grip" in names or "deflection" in names:
-            remedy = f"curves.py does not read curves of in.torsion and in.bending; its columns are {', '.join(names)}"
-        raise CurveError(f"{path} has no column {missing[0]}; {remedy}")
+        raise CurveError(f"{path} has no column {missing[0]}; {_remedy(missing[0], names, wanted)}")
     places = [names.index(name) for name in wanted]
     try:
         words = [line.split(",") for line in lines[1:]]
@@ -66,8 +108,7 @@ def read_curve(path, column=None, strain="strain"):
         raise CurveError(f"{path} holds {len(table)} rows: no curve")
     if not np.all(np.isfinite(table)):
         raise CurveError(f"{path} holds a number that is not finite: the run was unstable")
-    found = dict(zip(wanted, table.T))
-    found["strain"] = found[strain]
+    found = dict(zip(needed, table.T))
     return Curve(*(found.get(name, np.full(len(table), np.nan)) for name in HEADER))
 
 

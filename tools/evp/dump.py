@@ -31,6 +31,21 @@ class Snapshot(NamedTuple):
     def __str__(self):
         return f"{self.path}, step {self.step}"
 
+    def common(self, name):
+        """The value of a column that is the same in the first and the last row, such as the strain of the body; None of any other."""
+        if name not in self.names or self.count == 0:
+            return None
+        with open(self.path, "rb") as source:
+            source.seek(self.start)
+            first = source.readline()
+            source.seek(max(self.start, self.end - len(first) - 4096))
+            last = source.read(min(len(first) + 4096, self.end - self.start)).splitlines()[-1]
+        words = [line.split()[self.names.index(name):][:1] for line in (first, last)]
+        try:
+            return float(words[0][0]) if words[0] == words[1] else None
+        except (IndexError, ValueError):
+            return None
+
     def read(self):
         """{name: (N,) array} in the order of the IDs; columns of words are left out."""
         with open(self.path, "rb") as source:

@@ -7,6 +7,7 @@ apart by their dashes as well.
 
 import csv
 import pathlib
+import textwrap
 
 import matplotlib
 
@@ -18,6 +19,7 @@ from matplotlib.collections import PatchCollection  # noqa: E402
 from matplotlib.patches import Circle  # noqa: E402
 
 from . import cycles, dump, law  # noqa: E402
+from .curves import TENSION  # noqa: E402
 from .report import write_csv  # noqa: E402
 
 MEASURED = ("strain", "distance", "force")  # [1], [m], [N]
@@ -73,10 +75,10 @@ def short_names(paths):
     return ["/".join(words[-count:]) for words, count in zip(every, counts)]
 
 
-def stress_strain(panels, path, column="virial"):
+def stress_strain(panels, path, column="virial", load=TENSION):
     """Stress-strain curves: panels is {title: [(label, curves.Curve), ...]}, side by side.
 
-    column: 'virial' or 'grip'. Writes path and its CSV: panel, curve, strain_percent, stress_MPa.
+    column: 'virial' or 'grip'; load: curves.Load of all curves. Writes path and its CSV: panel, curve, strain_percent, stress_MPa.
     A label means the same line in every panel; within a panel no two curves share one.
     """
     rows, styles = [], {}
@@ -90,12 +92,14 @@ def stress_strain(panels, path, column="virial"):
                 percent, stress = 100 * curve.strain, 1e-6 * getattr(curve, column)
                 axis.plot(percent, stress, label=label, **style)
                 rows += [(title, label, f"{a:.6g}", f"{b:.6g}") for a, b in zip(percent, stress)]
-            axis.set(title=title, xlabel="nominal strain [%]")
+            axis.set(title=title, xlabel=f"{load.strain} [%]")
             legend_below(axis, min(3, len(curves)), handlelength=3.0, columnspacing=1.4)
         for axis in axes[0]:  # once all is drawn: the panels share their scale
-            axis.set_xlim(left=0)
-            axis.set_ylim(bottom=0)
-        axes[0][0].set_ylabel("nominal stress [MPa]")
+            if not any(float(strain) < 0.0 for _, _, strain, _ in rows):
+                axis.set_xlim(left=0)
+            if not any(float(stress) < 0.0 for *_, stress in rows):
+                axis.set_ylim(bottom=0)
+        axes[0][0].set_ylabel(textwrap.fill(f"{load.stress} [MPa]", 36))
         return save(figure, path, ("panel", "curve", "strain_percent", "stress_MPa"), rows)
 
 
@@ -125,7 +129,7 @@ def percent_left(strain):
     return f"{round(100 * strain, 2) + 0.0:.2f} %"
 
 
-def unloading(curves, path, column="virial"):
+def unloading(curves, path, column="virial", load=TENSION):
     """Curves that turn back: curves is {label: curves.Curve}; the residual strain is told behind each label, and marked.
 
     Writes path and its CSV: curve, strain_percent, stress_MPa.
@@ -141,7 +145,7 @@ def unloading(curves, path, column="virial"):
             axis.plot([100 * left], [0.0], "o", color=_COLORS[k], markeredgecolor="#333333", markeredgewidth=0.5, markersize=6, zorder=3)
             rows += [(name, f"{a:.6g}", f"{b:.6g}") for a, b in zip(percent, stress)]
         axis.axhline(0, color="#333333", linewidth=0.8)
-        axis.set(xlabel="nominal strain [%]", ylabel="nominal stress [MPa]")
+        axis.set(xlabel=f"{load.strain} [%]", ylabel=textwrap.fill(f"{load.stress} [MPa]", 36))
         legend_below(axis, 1, handlelength=3.0)
         return save(figure, path, ("curve", "strain_percent", "stress_MPa"), rows)
 

@@ -6,6 +6,8 @@ import pathlib
 import numpy as np
 
 _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+_DIGITS = 2.0**-24  # relative rounding of the coordinates of a binary file
+_ROUNDED = 1e-3  # over the least extent of a part: coarser coordinates are no shape
 _HEAD = 84  # bytes before the triangles of a binary file: a title, and their number
 
 
@@ -16,7 +18,8 @@ def read_stl(path):
     """
     raw = pathlib.Path(path).read_bytes()
     count = int.from_bytes(raw[80:_HEAD], "little")
-    if len(raw) >= _HEAD and len(raw) == _HEAD + count * _RECORD.itemsize:
+    is_binary = len(raw) >= _HEAD and len(raw) == _HEAD + count * _RECORD.itemsize
+    if is_binary:
         triangles = np.frombuffer(raw, _RECORD, count, _HEAD)["corners"].astype(float)
     elif raw.lstrip()[:5].lower() == b"solid":
         triangles = _read_ascii(path, raw)
@@ -27,7 +30,19 @@ def read_stl(path):
         raise ValueError(f"{path} holds no triangle: export the part as STL again")
     if not np.isfinite(triangles).all():
         raise ValueError(f"{path} holds a coordinate that is no finite number: export the part as STL again")
+    if is_binary:
+        _check_digits(path, triangles)
     return triangles
+
+
+def _check_digits(path, triangles):
+    """ValueError where a part is so far from the origin that the digits of a binary file do not hold its shape."""
+    corners = triangles.reshape(-1, 3)
+    extents = np.ptp(corners, axis=0)
+    far, least = float(np.abs(corners).max()), float(extents.min() or extents.max())  # a sheet is refused elsewhere
+    if _DIGITS * far > _ROUNDED * least:
+        raise ValueError(f"{path}: the part is {least:.3g} thin and {far:.3g} from the origin of the file, where the 7 digits of binary STL round "
+                         f"coordinates to {2 * _DIGITS * far:.2g}: move the part to the origin in the CAD program and export it again")
 
 
 def _read_ascii(path, raw):

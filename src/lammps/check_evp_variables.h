@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+#ifndef LMP_CHECK_EVP_VARIABLES_H
+#define LMP_CHECK_EVP_VARIABLES_H
+
+#include "command.h"
+
+#include <string>
+#include <vector>
+
+namespace LAMMPS_NS {
+
+/// check_evp_variables [path NAME ...] [include NAME ...]: stops where -var set a variable that the input script does not know, or a
+/// path with a blank.
+class CheckEVPVariables : public Command {
+ public:
+  CheckEVPVariables(class LAMMPS *lmp) : Command(lmp) {}
+  void command(int, char **) override;
+
+ private:
+  std::string path_of(const std::string &name) const;
+  std::vector<std::string> defined_by_index() const;
+  bool read_script(std::string &text) const;
+};
+
+}    // namespace LAMMPS_NS
+
+#endif
