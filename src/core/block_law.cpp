@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 
 #include "core/block_law.h"
-#include "core/pair_list.h"
 
 #include <algorithm>
 #include <cmath>
@@ -53,14 +52,14 @@ namespace {
     const double incremental = block.incremental, of_bond = block.margin_removed[1];
     const bool has_contacts = !block.only_bonds();
     const double *const caps = has_contacts ? flow.cap : BOND_CAPS.values;
-    const Law::Constants only = law.constants[0];
-    const Law::Constants *own[Many ? Block::SIZE : 1];
+    const LawConstants only = law.constants[0];
+    const LawConstants *own[Many ? Block::SIZE : 1];
     if constexpr (Many)
       for (int k = 0; k < n; k++) own[k] = &law.constants[kind[k] >> 1];
 
     EVP_INDEPENDENT
     for (int k = 0; k < n; k++) {
-      const Law::Constants &c = Many ? *own[k] : only;
+      const LawConstants &c = Many ? *own[k] : only;
       const double x = block.xy[2 * k], y = block.xy[2 * k + 1], z = block.z[k];
       const double dsq = x * x + y * y + z * z;
       const double d = std::sqrt(dsq > cutsq[k] ? cutsq[k] : dsq);    // so far a bond flows
@@ -100,7 +99,7 @@ namespace {
     if (moves) {
       EVP_INDEPENDENT
       for (int k = 0; k < n; k++) {
-        const Law::Constants &c = Many ? *own[k] : only;
+        const LawConstants &c = Many ? *own[k] : only;
         const double p0 = flow.offset[k], p1 = flow.next_offset[k];
         const double both = 1.0 / ((1.0 + p0) * (1.0 + p1));
         const double s0 = both * (1.0 + p1), s1 = both * (1.0 + p0);
@@ -124,14 +123,14 @@ namespace {
     const int *const kind = block.kind;
     const double of_new = block.margin_removed[0], of_bond = block.margin_removed[1];
     const int n = block.n;
-    const Law::Constants only = law.constants[0];
-    const Law::Constants *own[Many ? Block::SIZE : 1];    // apart: up to 8 % quicker
+    const LawConstants only = law.constants[0];
+    const LawConstants *own[Many ? Block::SIZE : 1];    // apart: up to 8 % quicker
     if constexpr (Many)
       for (int k = 0; k < n; k++) own[k] = &law.constants[kind[k] >> 1];
 
     EVP_INDEPENDENT
     for (int k = 0; k < n; k++) {
-      const Law::Constants &c = Many ? *own[k] : only;
+      const LawConstants &c = Many ? *own[k] : only;
       const double x = block.xy[2 * k], y = block.xy[2 * k + 1], z = block.z[k];
       const double dsq = x * x + y * y + z * z;
       const double d = std::sqrt(dsq);

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef EVP_CORE_BLOCK_LAW_H
-#define EVP_CORE_BLOCK_LAW_H
+#pragma once
 
 #include "core/law.h"
 #include "core/levels.h"
@@ -67,7 +65,7 @@ class BlockLaw {
   void operator()(Block &block, const Asked &asked) const { function(*this, block, asked); }
 
   const Law *laws = nullptr;
-  std::vector<Law::Constants> constants;    ///< of each law, or one entry if all are alike
+  std::vector<LawConstants> constants;    ///< of each law, or one entry if all are alike
   Level level = Level::BASE;
 
  private:
@@ -75,5 +73,3 @@ class BlockLaw {
 };
 
 }    // namespace EVP
-
-#endif

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef EVP_CORE_BODIES_H
-#define EVP_CORE_BODIES_H
+#pragma once
 
 #include "core/bytes.h"
 
@@ -159,5 +157,3 @@ class Bodies {
 };
 
 }    // namespace EVP
-
-#endif

@@ -2,9 +2,7 @@
 //
 // Measures of a body along x from x = 0, as the file FILE.body beside its data file FILE gives them: lines
 // `variable NAME index VALUE` in SI units, which are a LAMMPS script too, but are read here as data.
-
-#ifndef EVP_CORE_BODY_MEASURES_H
-#define EVP_CORE_BODY_MEASURES_H
+#pragma once
 
 #include "core/text.h"
 
@@ -80,5 +78,3 @@ void check_filled_volume(BodyMeasures &body, const FilledVolume &filled,
                          const MeasureSource &source);
 
 }    // namespace EVP
-
-#endif

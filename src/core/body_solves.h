@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef EVP_CORE_BODY_SOLVES_H
-#define EVP_CORE_BODY_SOLVES_H
+#pragma once
 
 #include "core/bodies.h"
 #include "core/bytes.h"
@@ -125,5 +123,3 @@ class BodySolves {
 };
 
 }    // namespace EVP
-
-#endif

@@ -9,9 +9,7 @@
 // With `within` of fix evp/bonds the header has WITHIN: and its word before UNITS:, so that versions that do
 // not know it refuse the file.
 // Reads in pieces, whatever the size; every refusal is a BadInput that names the line.
-
-#ifndef EVP_CORE_BOND_FILE_H
-#define EVP_CORE_BOND_FILE_H
+#pragma once
 
 #include "core/pair_list.h"
 #include "core/text.h"
@@ -215,5 +213,3 @@ class BondReader {
 };
 
 }    // namespace EVP
-
-#endif

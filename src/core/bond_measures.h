@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef EVP_CORE_BOND_MEASURES_H
-#define EVP_CORE_BOND_MEASURES_H
+#pragma once
 
 #include "core/bytes.h"
 #include "core/row_keywords.h"
@@ -197,5 +195,3 @@ inline Factors geometric_mean(const Factors &a, const Factors &b)
 }
 
 }    // namespace EVP
-
-#endif

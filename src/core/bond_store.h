@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef EVP_CORE_BOND_STORE_H
-#define EVP_CORE_BOND_STORE_H
+#pragma once
 
 #include "core/bond_measures.h"
 #include "core/bytes.h"
@@ -13,7 +11,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <utility>
 #include <vector>
 
 namespace EVP {
@@ -456,5 +453,3 @@ class RecordFinder {
 };
 
 }    // namespace EVP
-
-#endif

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef EVP_CORE_BYTES_H
-#define EVP_CORE_BYTES_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -48,5 +46,3 @@ inline void prefetch([[maybe_unused]] const void *begin, [[maybe_unused]] size_t
 }
 
 }    // namespace EVP
-
-#endif

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef EVP_CORE_COEFFICIENTS_H
-#define EVP_CORE_COEFFICIENTS_H
+#pragma once
 
 #include "core/block_law.h"
 #include "core/bond_measures.h"
@@ -250,5 +248,3 @@ class Coefficients {
 };
 
 }    // namespace EVP
-
-#endif

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef EVP_CORE_DAMPERS_H
-#define EVP_CORE_DAMPERS_H
+#pragma once
 
 #include "core/bytes.h"
 #include "core/pair_list.h"
@@ -259,5 +257,3 @@ class Dampers {
 };
 
 }    // namespace EVP
-
-#endif

@@ -1,14 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef EVP_CORE_FORCE_LOOP_H
-#define EVP_CORE_FORCE_LOOP_H
+#pragma once
 
 #include "core/block_law.h"
 #include "core/pair_list.h"
 
 #include <algorithm>
-#include <cmath>
-#include <type_traits>
 
 // Rows are short: the overhead of the loop counts.
 #if defined(__clang__)
@@ -109,21 +105,20 @@ void gather(const PairList &list, const ParticleView &view, const PairRange &ran
   });
 }
 
-/// Adds the forces of a block to its particles; those of i are summed apart, row by row.
-inline void scatter(const PairList &list, const ParticleView &view, const PairRange &range,
-                    const Block &block)
+/// Adds force/d of a block times its positions to f of its particles, on those below nreact as reactions; those of i are
+/// summed apart, row by row.
+inline void scatter(const PairList &list, const PairRange &range, const Block &block,
+                    const double *force, int nreact, double (*f)[3])
 {
   const int *const partner = list.pairs.j.data();
-  auto *const f = view.f;
-  const int nreact = view.nreact;
   range.for_each_row([&](int i, int first, int last) {
     double fx = 0.0, fy = 0.0, fz = 0.0;
     EVP_UNROLL
     for (int k = first; k < last; k++) {
       const int j = partner[k], b = k - range.first;
-      const double px = block.xy[2 * b] * block.force[b];
-      const double py = block.xy[2 * b + 1] * block.force[b];
-      const double pz = block.z[b] * block.force[b];
+      const double px = block.xy[2 * b] * force[b];
+      const double py = block.xy[2 * b + 1] * force[b];
+      const double pz = block.z[b] * force[b];
       fx += px;
       fy += py;
       fz += pz;
@@ -150,11 +145,6 @@ inline void note_beyond(const PairRange &range, const Block &block, std::vector<
       beyond.push_back(range.first + k);
 }
 
-/// True for a tally that adds the forces of its block to ParticleView::f itself, beside what it keeps.
-template <class Tally, class = void> constexpr bool scatters = false;
-template <class Tally>
-constexpr bool scatters<Tally, std::void_t<decltype(Tally::scatters)>> = Tally::scatters;
-
 /// Adds the forces of all interacting pairs (d <= cut) to view.f: what one time step does, and nothing
 /// else. Everything a pair needs was looked up when the list was packed. Pairs are gathered in blocks,
 /// the law goes over a block at once, the forces are scattered.
@@ -177,7 +167,7 @@ void accumulate_forces(const PairList &list, const BlockLaw &law, const Particle
     law(block, {Damping, tally.energy, More::axial});
     if (view.histories.beyond) note_beyond(range, block, *view.histories.beyond);
     tally(range, block);
-    if constexpr (!scatters<std::decay_t<Tally>>) scatter(list, view, range, block);
+    scatter(list, range, block, block.force, view.nreact, view.f);
   }
 }
 
@@ -254,5 +244,3 @@ class SumTally {
 };
 
 }    // namespace EVP
-
-#endif

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef EVP_CORE_GHOST_EXCHANGE_H
-#define EVP_CORE_GHOST_EXCHANGE_H
+#pragma once
 
 #include <vector>
 
@@ -33,5 +31,3 @@ class GhostExchange {
 };
 
 }    // namespace EVP
-
-#endif

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-only
+#pragma once
 
-#ifndef EVP_CORE_LAW_H
-#define EVP_CORE_LAW_H
-
-#include "core/levels.h"
-#include "core/powers.h"
+#include "core/law_constants.h"
+#include "core/regime.h"
 #include "core/row.h"
+#include "core/stored_form.h"
 
 #include <algorithm>
 #include <cmath>
@@ -32,100 +31,6 @@ inline bool only_repels(double cutsq, double inv_deq)
 /// force F > 0 repels [energy/length], xi = |r - 1| (eq. 8).
 class Law {
  public:
-  /// The law for a loop over blocks of pairs, which has selects where force() and energy() have
-  /// branches: on the base instruction set a select of doubles is a branch too, one that is often
-  /// mispredicted, and pairs one by one take 1.3 times their time with it.
-  ///
-  /// With s = 1/(r - offset) and offset 0 in the first regime, +xi_s or -xi_s in the second,
-  /// F deq = a s (s^m - s^n) + force, E = em s^m - en s^n + energy - force r. All but xi_s and gamma
-  /// are energies.
-  struct Constants {
-    struct OfRegime {
-      double a, em, en;
-    };
-    struct Carried {
-      double force, energy;    ///< added in the second regime only
-    };
-    double xi_s, gamma;
-    OfRegime first, second;
-    Carried stretched, compressed;
-    double repelled;    ///< see Law::kept()
-
-    /// Where on the law a pair is.
-    struct Point {
-      bool is_first, is_stretched;
-      double r, shifted;    ///< d/deq; 1/s
-    };
-    EVP_INLINE Point point(double r) const
-    {
-      const double xi = r - 1.0;
-      const bool is_first = std::fabs(xi) <= xi_s;
-      return {is_first, xi > 0.0, r, r - (is_first ? 0.0 : std::copysign(xi_s, xi))};
-    }
-
-    /// F deq [energy], from s and its powers there.
-    EVP_INLINE double force(const Point &at, double s, PowerPair q) const
-    {
-      // in this order: the other one costs g++ 12 a tenth of the loop
-      const double side = at.is_stretched ? stretched.force : compressed.force;
-      const double a = at.is_first ? first.a : second.a;
-      const double carried = at.is_first ? 0.0 : side;
-      return a * s * (q.sm - q.sn) + carried;
-    }
-
-    /// E up to a constant [energy], from the powers of s there.
-    EVP_INLINE double energy(const Point &at, PowerPair q) const
-    {
-      const double em = at.is_first ? first.em : second.em;
-      const double en = at.is_first ? first.en : second.en;
-      const double constant = at.is_stretched ? stretched.energy : compressed.energy;
-      const double slope = at.is_stretched ? stretched.force : compressed.force;
-      return em * q.sm - en * q.sn + (at.is_first ? 0.0 : constant - slope * at.r);
-    }
-
-    // with flow that stays (model of `unload elastic`): p = q/deq is the offset of a pair, e = r - p
-    // its elastic part
-
-    /// The return map: the offset that a pair with p has at r.
-    EVP_INLINE double flowed(double r, double p) const
-    {
-      const double low = r - (1.0 + xi_s), high = r - (1.0 - xi_s);
-      return p < low ? low : (p > high ? high : p);
-    }
-
-    /// What is kept of it, see Law::kept().
-    EVP_INLINE double kept(double flowed, double p, double cap) const
-    {
-      const double most = p > cap ? p : cap;
-      return flowed < most ? flowed : most;
-    }
-
-    /// Both parts of F deq [energy], from s = 1/e and 1/(1 + p) and their powers.
-    EVP_INLINE double first_force(double s, PowerPair q) const
-    {
-      return first.a * s * (q.sm - q.sn);
-    }
-    EVP_INLINE double flow_force(double s, PowerPair q) const
-    {
-      return second.a * s * (q.sm - q.sn);
-    }
-
-    /// Stored energy up to a constant [energy].
-    EVP_INLINE double energy(double e, PowerPair q, double s_flow, PowerPair q_flow) const
-    {
-      return first.em * q.sm - first.en * q.sn + second.em * q_flow.sm - second.en * q_flow.sn -
-          second.a * s_flow * (q_flow.sm - q_flow.sn) * (e - 1.0);
-    }
-
-    /// Dissipated from p0 to p1 [energy], f_flow: forces of the second regime at 1 + p there, times deq.
-    EVP_INLINE double dissipated(double p0, double f_flow0, double p1, double f_flow1) const
-    {
-      const bool is_stretched = p1 > p0;
-      const double f = is_stretched ? stretched.force : compressed.force;
-      return (is_stretched ? xi_s : -xi_s) * (f_flow1 - f_flow0) - f * (p1 - p0);
-    }
-  };
-
   /// Of a pair of types without a row: no force.
   Law() : Law(Row{0.0, 2.0, 1.0, 0.0, 2.0, 1.0, 0.5, 0.0, 1.5}) {}
 
@@ -143,10 +48,14 @@ class Law {
   }
 
   const Row &parameters() const { return row; }
-  const Constants &constants() const { return loop; }
+  const LawConstants &constants() const { return loop; }
 
-  /// 1 or 2: the regime of a pair at d (eq. 8). [d], [deq]: length.
-  int regime(double d, double deq) const { return loop.point(d / deq).is_first ? 1 : 2; }
+  /// 1 or 2: the regime of a pair at d (eq. 8), or, with p = q/deq before, whether it is in the first and has
+  /// never flowed. [d], [deq]: length.
+  int regime(double d, double deq, double p = 0.0) const
+  {
+    return p == 0.0 && loop.point(d / deq).is_first ? 1 : 2;
+  }
 
   /// Force at distance d [energy/length], positive when repulsive; zero at d = deq (eqs. 1, 8).
   double force(double d, double deq) const
@@ -162,13 +71,6 @@ class Law {
   {
     return reduced_energy(d / deq) - reduced_energy(dcut / deq);
   }
-
-  /// What a pair holds above its energy at deq [energy], up to xi_s and beyond it, or by hardening.
-  struct Stored {
-    double first, second;
-    double hardening = 0.0;
-    double total() const { return first + second + hardening; }
-  };
 
   /// energy(d, deq, deq) in two parts, accurate to 1e-11 of each at any strain: d - deq is exact, and 1
   /// and the slope are taken out of each power before the powers are subtracted.
@@ -199,84 +101,6 @@ class Law {
     return t.stored_slope * (p1 - p0) - second.slope_change(p0, p1) * t.offset;
   }
 
-  /// stored() and dissipated() for a loop over blocks of pairs, of a law whose exponents are (2 N, N) in
-  /// both regimes. Then a regime stores e (1 - s^N)^2, with the slope a s^(N+1) (1 - s^N), s = deq/d: no
-  /// difference of large numbers is left, and no transcendental function.
-  struct StoredForm {
-    struct Side {
-      double stored, slope;    ///< E(ds) - E(deq), dE/dd(ds) deq
-    };
-    double xi_s, gamma, e1, e2, a2;
-    Side stretched, compressed;
-
-    /// 1 - s^N at s = 1/(1 + strain).
-    template <int N> EVP_INLINE static double opened(double strain, double s)
-    {
-      return power_minus_1<N>(strain) * FixedPowers<2 * N, N>::template power<N>(s);
-    }
-
-    /// Where on the law a pair is at the strain xi. 0 or 1 where others have a condition: of those, selects
-    /// between results, compilers make branches here.
-    struct Point {
-      double is_second, is_stretched;
-      double strain;    ///< in its regime
-    };
-    EVP_INLINE Point point(double xi) const
-    {
-      const double rest = xi - std::min(std::max(xi, -xi_s), xi_s);
-      const double is_second = rest != 0.0 ? 1.0 : 0.0;
-      return {is_second, xi > 0.0 ? 1.0 : 0.0, rest + (1.0 - is_second) * xi};
-    }
-
-    /// stored(d, deq) there. s: 1/(1 + strain).
-    template <int N> EVP_INLINE Stored stored(const Point &at, double s) const
-    {
-      const double second = at.is_second, first = 1.0 - second;
-      const double in_tension = at.is_stretched, pressed = 1.0 - in_tension;
-      const double q = opened<N>(at.strain, s);
-      const double energy = (first * e1 + second * e2) * q * q;
-      const double carried = in_tension * stretched.stored + pressed * compressed.stored;
-      const double slope = in_tension * stretched.slope + pressed * compressed.slope;
-      return {first * energy + second * carried, second * (energy + slope * at.strain)};
-    }
-    template <int N> EVP_INLINE Stored stored(double xi) const
-    {
-      const Point at = point(xi);
-      return stored<N>(at, 1.0 / (1.0 + at.strain));
-    }
-
-    /// stored(d, deq, p), and what a new pair holds there: it flows in compression only, and stretched it
-    /// has followed eq. 8 from an offset of 0.
-    struct AfterFlow {
-      double first, hardening, contact;
-    };
-    /// elastic: xi - p.
-    template <int N> EVP_INLINE AfterFlow stored_after_flow(double elastic, double p) const
-    {
-      const double both = 1.0 / ((1.0 + elastic) * (1.0 + p));
-      const double q1 = opened<N>(elastic, both * (1.0 + p));
-      const double s = both * (1.0 + elastic), q2 = opened<N>(p, s);
-      const double slope = a2 * s * FixedPowers<2 * N, N>::template power<N>(s) * q2;
-      const double in_first = e1 * q1 * q1, in_second = e2 * q2 * q2;
-      const double hardening = in_second + slope * elastic;
-      const double is_stretched = p > 0.0 ? 1.0 : 0.0;
-      const double reversible = in_second + stretched.slope * p;
-      return {in_first, hardening,
-              in_first + is_stretched * reversible + (1.0 - is_stretched) * hardening};
-    }
-
-    /// dissipated(p0, p1), 0 where that is negative.
-    template <int N> EVP_INLINE double dissipated(double p0, double p1) const
-    {
-      const double both = 1.0 / ((1.0 + p0) * (1.0 + p1)), flow = p1 - p0;
-      const double s0 = both * (1.0 + p1), s1 = both * (1.0 + p0);
-      const double stiffness =
-          a2 * both * (power_quotient<2 * N + 1>(s0, s1) - power_quotient<N + 1>(s0, s1));
-      const double slope = flow > 0.0 ? stretched.slope : compressed.slope;
-      const double back = stiffness * std::copysign(xi_s, flow);
-      return std::max(0.0, flow * (slope - back));
-    }
-  };
   StoredForm stored_form() const
   {
     return {row.xi_s,
@@ -303,8 +127,7 @@ class Law {
   /// d, and those where either regime begins, m1 n1 e1/deq^2 at rest and m2 n2 e2/deq^2 at xi_s.
   double stiffness_ahead(double d, double deq) const
   {
-    const double begin = std::max(row.m1 * row.n1 * row.e1, row.m2 * row.n2 * row.e2);
-    return std::max(stiffness(d, deq), begin / (deq * deq));
+    return std::max(stiffness(d, deq), stiffness_at_begin() / (deq * deq));
   }
 
   // With flow that stays: q = p deq is the offset of a pair, e = d - q its elastic part, within
@@ -339,12 +162,6 @@ class Law {
   double cap(bool is_bond, bool repels_only) const
   {
     return is_bond ? BOND_CAP : (repels_only ? loop.repelled : 0.0);
-  }
-
-  /// 1 or 2: is a pair that had p before in the first regime and has never flowed?
-  int regime(double d, double deq, double p) const
-  {
-    return p == 0.0 && loop.point(d / deq).is_first ? 1 : 2;
   }
 
   /// Force at d of a pair that had p before [energy/length].
@@ -391,9 +208,8 @@ class Law {
   double stiffness_ahead(double d, double deq, double p) const
   {
     const double now = flowed(d, deq, p);
-    const double begin = std::max(row.m1 * row.n1 * row.e1, row.m2 * row.n2 * row.e2);
     return std::max({first.stiffness(1.0 / (d / deq - now)), second.stiffness(1.0 / (1.0 + now)),
-                     begin}) /
+                     stiffness_at_begin()}) /
         (deq * deq);
   }
 
@@ -404,74 +220,24 @@ class Law {
   }
 
  private:
-  /// One regime: F deq = a s (s^m - s^n), Phi = e (n s^m - m s^n)/(m - n) at s = deq/d.
-  struct Regime {
-    double e, m, n, a;
-    int square;    // n where Phi + e is the square below, else 0
-    Regime(double e_in, double m_in, double n_in) :
-        e(e_in), m(m_in), n(n_in), a(m_in * n_in * e_in / (m_in - n_in)),
-        square(m_in == 2.0 * n_in && n_in <= 8.0 && n_in == std::floor(n_in) ? (int) n_in : 0)
-    {
-    }
-    Constants::OfRegime constants() const { return {a, e * n / (m - n), e * m / (m - n)}; }
-    PowerPair powers(double s) const
-    {
-      return with_powers(m, n, [s](auto p) {
-        return p(s);
-      });
-    }
-    double force(double s) const    // times deq
-    {
-      const PowerPair q = powers(s);
-      return a * s * (q.sm - q.sn);
-    }
-    double energy(double s) const
-    {
-      const PowerPair q = powers(s);
-      return e * (n * q.sm - m * q.sn) / (m - n);
-    }
-    double stored(double strain) const    // energy above that at deq, d = (1 + strain) deq
-    {
-      // e (1 - s^n)^2, without a transcendental function
-      if (square && std::fabs(strain) <= 0.25) {
-        const double p = integer_power_minus_1(strain, square), q = p / (1.0 + p);
-        return e * q * q;
-      }
-      const double log_s = -std::log1p(strain);
-      return e * (n * expm1_minus_x(m * log_s) - m * expm1_minus_x(n * log_s)) / (m - n);
-    }
-    double stored_slope(double strain) const
-    {
-      const double log_s = -std::log1p(strain);
-      return -a * std::exp((n + 1.0) * log_s) * std::expm1((m - n) * log_s);
-    }
-    double slope_change(double p0, double p1) const    // stored_slope(p1) - stored_slope(p0)
-    {
-      const double log_s = -std::log1p(p0), turn = -std::log1p((p1 - p0) / (1.0 + p0));
-      return -a *
-          (std::exp((m + 1.0) * log_s) * std::expm1((m + 1.0) * turn) -
-           std::exp((n + 1.0) * log_s) * std::expm1((n + 1.0) * turn));
-    }
-    double stiffness(double s) const
-    {
-      const PowerPair q = powers(s);
-      return a * s * s * ((m + 1.0) * q.sm - (n + 1.0) * q.sn);
-    }
-  };
-
   /// What the second regime carries over from the first at ds, on one side of deq: F_I(ds) deq, and
   /// what makes E continuous there, Phi_I(ds) - Phi_II(deq) + F_I(ds) ds.
   struct Threshold {
     double offset;    ///< ds/deq - 1: +xi_s or -xi_s
-    Constants::Carried carried;
+    LawConstants::Carried carried;
     double stored, stored_slope;    ///< E(ds) - E(deq), dE/dd(ds) deq, to the last digits
   };
 
   Row row;
   Regime first, second;
   Threshold stretched, compressed;
-  Constants loop;
+  LawConstants loop;
   double lowest;    // see lowest_offset()
+
+  double stiffness_at_begin() const    // of either regime, the larger, times deq^2
+  {
+    return std::max(row.m1 * row.n1 * row.e1, row.m2 * row.n2 * row.e2);
+  }
 
   const Threshold &beyond(double xi) const { return xi > 0.0 ? stretched : compressed; }
 
@@ -542,5 +308,3 @@ class Law {
 };
 
 }    // namespace EVP
-
-#endif

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Files that use the macros must be compiled with -ffp-contract=off: a fused multiply-add on one
 // machine only would give it other numbers.
-
-#ifndef EVP_CORE_LEVELS_H
-#define EVP_CORE_LEVELS_H
+#pragma once
 
 // Compilers and machines without a choice of instruction set at run time use the base.
 #if defined(__GNUC__) && defined(__x86_64__)
@@ -62,5 +60,3 @@ template <class F> auto call_at(Level level, const F &f)
 }
 
 }    // namespace EVP
-
-#endif

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef EVP_CORE_LINEAR_NETWORK_H
-#define EVP_CORE_LINEAR_NETWORK_H
+#pragma once
 
 #include "core/bytes.h"
 #include "core/ghost_exchange.h"
@@ -199,15 +197,9 @@ class LinearNetwork {
   /// inv_deq: of each link [1/length]
   std::vector<double> stiffness_above_volume(const std::vector<double> &inv_deq)
   {
-    change.assign(3 * inverse_mass.size(), 0.0);
-    for (size_t k = 0; k < links.size(); k++) {
-      const double weight = openings[k] / inv_deq[k];
-      change[(size_t) 3 * links[k].i] += weight;
-      if (links[k].j < nreact) change[(size_t) 3 * links[k].j] += weight;
-    }
-    exchange.to_owners(change);
-    for (size_t i = 0; i < volume_stiffness.size(); i++) change[3 * i] *= volume_stiffness[i];
-    exchange.to_ghosts(change);
+    find_pulls(1.0, [&](size_t k) {
+      return openings[k] / inv_deq[k];
+    });
     std::vector<double> bound(links.size());
     for (size_t k = 0; k < links.size(); k++)
       bound[k] = openings[k] * inv_deq[k] *
@@ -254,27 +246,31 @@ class LinearNetwork {
     scale(reaction, out);
   }
 
-  double opening_rate(const Link &link) const
+  // change: weight K_i of each particle times the sum of share(link) over its links. Exchanges have three values per
+  // particle, of which the first is used
+  template <class Share> void find_pulls(double weight, Share &&share)
   {
-    const double *vi = &motion[(size_t) 3 * link.i], *vj = &motion[(size_t) 3 * link.j];
-    return link.u[0] * (vi[0] - vj[0]) + link.u[1] * (vi[1] - vj[1]) + link.u[2] * (vi[2] - vj[2]);
-  }
-
-  // adds sum_i K_i b_i b_i^T motion to reaction; exchanges have three values per particle, of which the
-  // first is used
-  void apply_volume(double weight)
-  {
-    change.assign(motion.size(), 0.0);
+    change.assign(3 * inverse_mass.size(), 0.0);
     for (size_t k = 0; k < links.size(); k++) {
-      const Link &link = links[k];
-      const double rate = openings[k] * opening_rate(link);
-      change[(size_t) 3 * link.i] += rate;
-      if (link.j < nreact) change[(size_t) 3 * link.j] += rate;
+      const double value = share(k);
+      change[(size_t) 3 * links[k].i] += value;
+      if (links[k].j < nreact) change[(size_t) 3 * links[k].j] += value;
     }
     exchange.to_owners(change);
     for (size_t i = 0; i < volume_stiffness.size(); i++)
       change[3 * i] *= weight * volume_stiffness[i];
     exchange.to_ghosts(change);
+  }
+
+  // adds sum_i K_i b_i b_i^T motion to reaction
+  void apply_volume(double weight)
+  {
+    find_pulls(weight, [this](size_t k) {
+      const Link &link = links[k];
+      const double *vi = &motion[(size_t) 3 * link.i], *vj = &motion[(size_t) 3 * link.j];
+      return openings[k] *
+          (link.u[0] * (vi[0] - vj[0]) + link.u[1] * (vi[1] - vj[1]) + link.u[2] * (vi[2] - vj[2]));
+    });
     for (size_t k = 0; k < links.size(); k++) {
       const Link &link = links[k];
       const double pull = openings[k] * (change[(size_t) 3 * link.i] + change[(size_t) 3 * link.j]);
@@ -329,5 +325,3 @@ class LinearNetwork {
 };
 
 }    // namespace EVP
-
-#endif

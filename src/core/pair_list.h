@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef EVP_CORE_PAIR_LIST_H
-#define EVP_CORE_PAIR_LIST_H
+#pragma once
 
 #include "core/bytes.h"
 
@@ -317,5 +315,3 @@ template <class F> void for_each_pair(const PairList &list, const double (*x)[3]
 }
 
 }    // namespace EVP
-
-#endif

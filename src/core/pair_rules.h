@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef EVP_CORE_PAIR_RULES_H
-#define EVP_CORE_PAIR_RULES_H
+#pragma once
 
 #include <algorithm>
 
@@ -33,5 +31,3 @@ struct PairRules {
 };
 
 }    // namespace EVP
-
-#endif

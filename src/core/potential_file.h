@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef EVP_CORE_POTENTIAL_FILE_H
-#define EVP_CORE_POTENTIAL_FILE_H
+#pragma once
 
 #include "core/law.h"
 #include "core/row_keywords.h"
@@ -120,5 +118,3 @@ inline GivenRow row_from_text(const std::string &text, const std::string &file,
 }
 
 }    // namespace EVP
-
-#endif

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef EVP_CORE_POWERS_H
-#define EVP_CORE_POWERS_H
+#pragma once
 
 #include "core/levels.h"
 
@@ -117,5 +115,3 @@ inline double expm1_minus_x(double x)
 }
 
 }    // namespace EVP
-
-#endif

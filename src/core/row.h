@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef EVP_CORE_ROW_H
-#define EVP_CORE_ROW_H
+#pragma once
 
 #include "core/text.h"
 
@@ -9,7 +7,6 @@
 #include <iterator>
 #include <sstream>
 #include <string>
-#include <vector>
 
 namespace EVP {
 
@@ -106,5 +103,3 @@ inline std::string row_keys()
 }
 
 }    // namespace EVP
-
-#endif

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef EVP_CORE_ROW_KEYWORDS_H
-#define EVP_CORE_ROW_KEYWORDS_H
+#pragma once
 
 #include "core/row.h"
 
@@ -73,5 +71,3 @@ inline std::string row_keywords()
 }
 
 }    // namespace EVP
-
-#endif

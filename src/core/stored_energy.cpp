@@ -12,7 +12,7 @@ namespace EVP {
 /// The loops over pairs. N: power of all laws, see Law::stored_power(); Many: of several laws; Flows:
 /// with offsets; Damps: damping is asked for.
 struct StoredBlocks {
-  using Form = Law::StoredForm;
+  using Form = StoredForm;
   using Pairs = StoredEnergy::Pairs;
 
   static constexpr double BEYOND =
@@ -56,7 +56,7 @@ struct StoredBlocks {
       const double d = std::sqrt(dsq), deq = pairs.deq[k], w = weight.size;
       if (damps) values.damping[k] = -law.parameters().gamma * block.approach[k] / dsq;
       if (!own.flows) {
-        const Law::Stored now = law.stored(d, deq);
+        const Stored now = law.stored(d, deq);
         if (weight.is_bond) {
           values.first[k] = w * now.first;
           values.second[k] = w * now.second;
@@ -66,7 +66,7 @@ struct StoredBlocks {
       }
       const double p = mapped(pairs.flow.offset[k], (d - deq) / deq, law.parameters().xi_s);
       if (weight.is_bond) {
-        const Law::Stored now = law.stored(d, deq, p);
+        const Stored now = law.stored(d, deq, p);
         values.first[k] = w * now.first;
         values.hardening[k] = w * now.hardening;
       } else    // a stretched one has followed eq. 8 from an offset of 0
@@ -108,7 +108,7 @@ struct StoredBlocks {
         const double both = 1.0 / ((1.0 + at.strain) * (Damps ? dsq : 1.0));
         if constexpr (Damps)
           values.damping[k] = -inside * c.gamma * block.approach[k] * (both * (1.0 + at.strain));
-        const Law::Stored now = c.template stored<N>(at, Damps ? both * dsq : both);
+        const Stored now = c.template stored<N>(at, Damps ? both * dsq : both);
         values.first[k] = of_bond * now.first;
         values.second[k] = of_bond * now.second;
         values.contacts[k] = (w - of_bond) * (now.first + now.second);
@@ -232,7 +232,7 @@ struct StoredBlocks {
       const double is_bond = kept[k] > 0.0 ? 1.0 : 0.0, is_new = 1.0 - is_bond;
       const double cut = std::sqrt(cutsq[k]) * (is_bond * of_bond + is_new * of_new);
       const double xi = (cut - deq[k]) * inv_deq[k];
-      const Law::Stored all = c.template stored<N>(xi);
+      const Stored all = c.template stored<N>(xi);
       const double flown = std::max(xi - c.xi_s, 0.0);
       const auto after_flow = c.template stored_after_flow<N>(xi - flown, flown);
       const double flowing = flows * is_bond;

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef EVP_CORE_STORED_ENERGY_H
-#define EVP_CORE_STORED_ENERGY_H
+#pragma once
 
 #include "core/force_loop.h"
 
@@ -156,7 +154,7 @@ class StoredEnergy {
   bool flows = false;
   const Law *laws = nullptr;
   Level level = Level::BASE;
-  std::vector<Law::StoredForm> forms;    // of each law, or one entry if all are alike
+  std::vector<StoredForm> forms;    // of each law, or one entry if all are alike
   Evaluate *evaluate = nullptr;
   void (*find_depth)(StoredEnergy &, const PairList &) = nullptr;
 
@@ -190,5 +188,3 @@ class StoredEnergy {
 };
 
 }    // namespace EVP
-
-#endif

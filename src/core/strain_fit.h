@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef EVP_CORE_STRAIN_FIT_H
-#define EVP_CORE_STRAIN_FIT_H
+#pragma once
 
 #include <algorithm>
 #include <array>
@@ -126,5 +124,3 @@ class StrainFit {
 };
 
 }    // namespace EVP
-
-#endif

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef EVP_CORE_TEXT_H
-#define EVP_CORE_TEXT_H
+#pragma once
 
 #include <cmath>
 #include <cstdio>
@@ -91,5 +89,3 @@ inline std::vector<std::string> split_words(const std::string &line)
 }
 
 }    // namespace EVP
-
-#endif

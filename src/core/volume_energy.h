@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef EVP_CORE_VOLUME_ENERGY_H
-#define EVP_CORE_VOLUME_ENERGY_H
+#pragma once
 
 #include "core/bytes.h"
 #include "core/force_loop.h"
@@ -177,5 +175,3 @@ class VolumeEnergy {
 };
 
 }    // namespace EVP
-
-#endif

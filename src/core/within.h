@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef EVP_CORE_WITHIN_H
-#define EVP_CORE_WITHIN_H
+#pragma once
 
 #include "core/text.h"
 
@@ -23,5 +21,3 @@ inline Within parse_within(const std::string &word)
 }
 
 }    // namespace EVP
-
-#endif

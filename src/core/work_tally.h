@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef EVP_CORE_WORK_TALLY_H
-#define EVP_CORE_WORK_TALLY_H
+#pragma once
 
 #include "core/stored_energy.h"
 
@@ -89,7 +87,8 @@ class PairWork {
         add_through(range, block, block.force, work.through.whole);
         if constexpr (Damping) add_through(range, block, values.damping, work.through.damping);
       }
-      if constexpr (Damping) scatter_both(range, block, values.damping);
+      if constexpr (Damping)
+        scatter(list, range, block, values.damping, view.nreact, rows(work.damping));
     }
 
     void add_through(const PairRange &range, const Block &block, const double *force,
@@ -105,45 +104,6 @@ class PairWork {
         const double terms[6] = {x * n[0], y * n[1], z * n[2], y * n[2], x * n[2], x * n[1]};
         for (int c = 0; c < 6; c++) sums[c] += terms[c];
       }
-    }
-
-    // as scatter(), in the same order, of the whole forces and of their damping
-    static constexpr bool scatters = Damping;
-    void scatter_both(const PairRange &range, const Block &block, const double *damping)
-    {
-      const int *const partner = list.pairs.j.data();
-      auto *const f = view.f, *const own = rows(work.damping);
-      const int nreact = view.nreact;
-      range.for_each_row([&](int i, int first, int last) {
-        double fx = 0.0, fy = 0.0, fz = 0.0, gx = 0.0, gy = 0.0, gz = 0.0;
-        EVP_UNROLL
-        for (int k = first; k < last; k++) {
-          const int j = partner[k], b = k - range.first;
-          const double x = block.xy[2 * b], y = block.xy[2 * b + 1], z = block.z[b];
-          const double px = x * block.force[b], py = y * block.force[b], pz = z * block.force[b];
-          const double qx = x * damping[b], qy = y * damping[b], qz = z * damping[b];
-          fx += px;
-          fy += py;
-          fz += pz;
-          gx += qx;
-          gy += qy;
-          gz += qz;
-          if (j < nreact) {
-            f[j][0] -= px;
-            f[j][1] -= py;
-            f[j][2] -= pz;
-            own[j][0] -= qx;
-            own[j][1] -= qy;
-            own[j][2] -= qz;
-          }
-        }
-        f[i][0] += fx;
-        f[i][1] += fy;
-        f[i][2] += fz;
-        own[i][0] += gx;
-        own[i][1] += gy;
-        own[i][2] += gz;
-      });
     }
   };
 
@@ -175,5 +135,3 @@ class PairWork {
 };
 
 }    // namespace EVP
-
-#endif

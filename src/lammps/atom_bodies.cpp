@@ -2,16 +2,19 @@
 
 #include "atom_bodies.h"
 
+#include "collective.h"
+
 #include "atom_vec.h"
+#include "error.h"
 #include "fix.h"
 #include "lammps.h"
 #include "modify.h"
 
 #include <algorithm>
 
-using namespace LAMMPS_NS;
+namespace EVP {
 
-std::string LAMMPS_NS::missing_molecules(const LAMMPS *lmp)
+std::string missing_molecules(const LAMMPS *lmp)
 {
   const std::string remedy = "'fix ID all property/atom mol ghost yes'";
   if (!lmp->atom->molecule)
@@ -25,3 +28,22 @@ std::string LAMMPS_NS::missing_molecules(const LAMMPS *lmp)
     if (utils::strmatch(fix->style, "^property/atom") && fix->comm_border > 0) return "";
   return "within molecule needs ghost atoms that know their molecule IDs: use " + remedy;
 }
+
+void demand_molecules_of_ghosts(const LAMMPS *lmp, const std::string &who, GhostExchange &exchange)
+{
+  const Atom *atom = lmp->atom;
+  const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
+  GhostExchange::Nodal owners((size_t) 3 * nall);
+  for (int i = 0; i < nlocal; i++) owners[(size_t) 3 * i] = (double) atom->molecule[i];
+  exchange.to_ghosts(owners);
+  bool differ = false;
+  for (int i = nlocal; i < nall; i++)
+    differ = differ || owners[(size_t) 3 * i] != (double) atom->molecule[i];
+  if (on_any(differ, lmp->world))
+    lmp->error->all(FLERR,
+                    "{}: ghost atoms have other molecule IDs than their owners: give fix "
+                    "property/atom 'mol ghost yes'",
+                    who);
+}
+
+}    // namespace EVP

@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: GPL-2.0-only
+#pragma once
 
-#ifndef LMP_EVP_ATOM_BODIES_H
-#define LMP_EVP_ATOM_BODIES_H
-
+#include "core/ghost_exchange.h"
 #include "core/within.h"
+#include "lammps_names.h"
 
 #include "atom.h"
 
 #include <string>
 
-namespace LAMMPS_NS {
+namespace EVP {
 
 /// The bodies of atoms and ghosts by their types or molecules, as these are now.
 class AtomBodies {
  public:
-  AtomBodies(const Atom *atom, EVP::Within within) :
-      type(within == EVP::Within::TYPE ? atom->type : nullptr),
-      molecule(within == EVP::Within::MOLECULE ? atom->molecule : nullptr)
+  AtomBodies(const Atom *atom, Within within) :
+      type(within == Within::TYPE ? atom->type : nullptr),
+      molecule(within == Within::MOLECULE ? atom->molecule : nullptr)
   {
   }
 
@@ -33,8 +33,10 @@ class AtomBodies {
 };
 
 /// What is missing where atoms and ghosts must have molecule IDs, with the remedy; empty if they have.
-std::string missing_molecules(const class LAMMPS *);
+std::string missing_molecules(const LAMMPS *);
 
-}    // namespace LAMMPS_NS
+/// Collective. Stops, naming `who`, where ghosts have other molecule IDs than their owners: a fix property/atom without
+/// 'ghost yes' leaves those of ghosts as they happen to be. exchange: of three values.
+void demand_molecules_of_ghosts(const LAMMPS *, const std::string &who, GhostExchange &exchange);
 
-#endif
+}    // namespace EVP

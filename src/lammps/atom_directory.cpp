@@ -10,43 +10,43 @@
 
 #include <cstdint>
 
-using namespace LAMMPS_NS;
+namespace EVP {
 
 namespace {
 
-/// An atom, or the question for one, which has type 0.
-struct Message {
-  tagint id;
-  int sender;
-  AtomDirectory::Entry atom;
-};
+  /// An atom, or the question for one, which has type 0.
+  struct Message {
+    tagint id;
+    int sender;
+    AtomDirectory::Entry atom;
+  };
 
-struct Answering {
-  Memory *memory;
-  tagint twice;
-};
+  struct Answering {
+    Memory *memory;
+    tagint twice;
+  };
 
-// Called by LAMMPS on the rank that answers for these IDs: returns the questions, with the atoms, to the senders.
-int answer(int n, char *received, int &flag, int *&ranks, char *&sent, void *ptr)
-{
-  auto *self = (Answering *) ptr;
-  auto *messages = (Message *) received;
-  std::unordered_map<tagint, AtomDirectory::Entry> atoms;
-  for (const Message *m = messages; m != messages + n; m++)
-    if (m->atom.type && !atoms.insert({m->id, m->atom}).second) self->twice = m->id;
+  // Called by LAMMPS on the rank that answers for these IDs: returns the questions, with the atoms, to the senders.
+  int answer(int n, char *received, int &flag, int *&ranks, char *&sent, void *ptr)
+  {
+    auto *self = (Answering *) ptr;
+    auto *messages = (Message *) received;
+    std::unordered_map<tagint, AtomDirectory::Entry> atoms;
+    for (const Message *m = messages; m != messages + n; m++)
+      if (m->atom.type && !atoms.insert({m->id, m->atom}).second) self->twice = m->id;
 
-  self->memory->create(ranks, n, "evp/bonds:ranks");
-  int answers = 0;
-  for (const Message *m = messages; m != messages + n; m++) {
-    const auto at = atoms.find(m->id);
-    if (m->atom.type || at == atoms.end()) continue;
-    ranks[answers] = m->sender;
-    messages[answers++] = {m->id, m->sender, at->second};
+    self->memory->create(ranks, n, "evp/bonds:ranks");
+    int answers = 0;
+    for (const Message *m = messages; m != messages + n; m++) {
+      const auto at = atoms.find(m->id);
+      if (m->atom.type || at == atoms.end()) continue;
+      ranks[answers] = m->sender;
+      messages[answers++] = {m->id, m->sender, at->second};
+    }
+    flag = 1;    // the answers are in the memory of what was received
+    sent = received;
+    return answers;
   }
-  flag = 1;    // the answers are in the memory of what was received
-  sent = received;
-  return answers;
-}
 
 }    // namespace
 
@@ -73,5 +73,7 @@ AtomDirectory::AtomDirectory(LAMMPS *lmp, const std::vector<tagint> &ids)
   const auto *answers = (Message *) buffer;
   for (int k = 0; k < n; k++) entries[answers[k].id] = answers[k].atom;
   lmp->memory->sfree(buffer);
-  twice = EVP::reduce_all(answering.twice, MPI_MAX, lmp->world);
+  twice = reduce_all(answering.twice, MPI_MAX, lmp->world);
 }
+
+}    // namespace EVP

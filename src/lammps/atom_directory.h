@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-only
+#pragma once
 
-#ifndef LMP_EVP_ATOM_DIRECTORY_H
-#define LMP_EVP_ATOM_DIRECTORY_H
-
-#include "pointers.h"
+#include "lammps_names.h"
 
 #include <unordered_map>
 #include <vector>
 
-namespace LAMMPS_NS {
+namespace EVP {
 
 /// Atoms by ID, on whichever MPI rank they are now. A rank that is chosen by a hash of the ID keeps the
 /// atom and answers for it (Comm::rendezvous): memory grows with the atoms of a rank, not with the
@@ -26,6 +24,4 @@ class AtomDirectory {
   explicit AtomDirectory(LAMMPS *, const std::vector<tagint> &ids = {});
 };
 
-}    // namespace LAMMPS_NS
-
-#endif
+}    // namespace EVP

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef LMP_EVP_ATOM_RECORDS_H
-#define LMP_EVP_ATOM_RECORDS_H
+#pragma once
 
 #include "core/bytes.h"
+#include "lammps_names.h"
 
 #include "atom.h"
 #include "fix.h"
@@ -11,7 +10,7 @@
 #include <cstring>
 #include <vector>
 
-namespace LAMMPS_NS {
+namespace EVP {
 
 /// A Fix with one record per local atom, which goes where its atom goes; set_arrays(i) makes a new one.
 /// None is kept, and nothing done, before keep_records().
@@ -39,7 +38,7 @@ template <class Base, class Record> class AtomRecords : public Base {
     if (kept) memcpy(&records[i], buf, sizeof(Record));
     return kept ? SIZE : 0;
   }
-  double memory_usage() override { return EVP::bytes_of(records); }
+  double memory_usage() override { return bytes_of(records); }
 
  protected:
   std::vector<Record> records;
@@ -68,6 +67,4 @@ template <class Base, class Record> class AtomRecords : public Base {
   bool following = false, kept = false;
 };
 
-}    // namespace LAMMPS_NS
-
-#endif
+}    // namespace EVP

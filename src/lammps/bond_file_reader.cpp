@@ -14,50 +14,48 @@
 #include <memory>
 #include <unordered_map>
 
-using namespace LAMMPS_NS;
-using namespace EVP;
+namespace EVP {
 
 namespace {
 
-constexpr int LINES_PER_MESSAGE = 10000;
+  constexpr int LINES_PER_MESSAGE = 10000;
 
-/// An atom of a line, all zero where another rank owns it: their sum over the ranks is the atom.
-struct End {
-  double type, in_group, radius, molecule;
-};
+  /// An atom of a line, all zero where another rank owns it: their sum over the ranks is the atom.
+  struct End {
+    double type, in_group, radius, molecule;
+  };
 
-struct CloseFile {
-  void operator()(FILE *stream) const { fclose(stream); }
-};
+  struct CloseFile {
+    void operator()(FILE *stream) const { fclose(stream); }
+  };
 
-[[noreturn]] void refuse(const BondLine &line, const std::string &why)
-{
-  throw BadInput(fmt::format("bond {} {}: {}", line.id_i, line.id_j, why));
-}
+  [[noreturn]] void refuse(const BondLine &line, const std::string &why)
+  {
+    throw BadInput(fmt::format("bond {} {}: {}", line.id_i, line.id_j, why));
+  }
 
-void check_bodies(const BondLine &line, const End &a, const End &b, Within within,
-                  const std::string &file)
-{
-  const bool of_types = within == Within::TYPE;
-  if (within == Within::ALL || (of_types && a.type == b.type) ||
-      (!of_types && a.molecule == b.molecule && a.molecule != 0.0))
-    return;
-  refuse(
-      line,
-      fmt::format("its atoms are of {}s {} and {}, but with 'within {}' only atoms of one {} are "
-                  "bonded, bond file {}: give them the {}s that they had when it was written, or "
-                  "leave 'within' out here and WITHIN: in its header",
-                  WITHINS[(int) within], (bigint) (of_types ? a.type : a.molecule),
-                  (bigint) (of_types ? b.type : b.molecule), WITHINS[(int) within],
-                  WITHINS[(int) within], file, WITHINS[(int) within]));
-}
+  void check_bodies(const BondLine &line, const End &a, const End &b, Within within,
+                    const std::string &file)
+  {
+    const bool of_types = within == Within::TYPE;
+    if (within == Within::ALL || (of_types && a.type == b.type) ||
+        (!of_types && a.molecule == b.molecule && a.molecule != 0.0))
+      return;
+    refuse(
+        line,
+        fmt::format("its atoms are of {}s {} and {}, but with 'within {}' only atoms of one {} are "
+                    "bonded, bond file {}: give them the {}s that they had when it was written, or "
+                    "leave 'within' out here and WITHIN: in its header",
+                    WITHINS[(int) within], (bigint) (of_types ? a.type : a.molecule),
+                    (bigint) (of_types ? b.type : b.molecule), WITHINS[(int) within],
+                    WITHINS[(int) within], file, WITHINS[(int) within]));
+  }
 
 }    // namespace
 
-std::vector<BondStore::Bonds> LAMMPS_NS::read_bond_file(const LAMMPS *lmp, const std::string &name,
-                                                        int groupbit, const PairNetwork *network,
-                                                        Within &within,
-                                                        std::vector<HistoryOfPair> &histories)
+std::vector<BondStore::Bonds> read_bond_file(const LAMMPS *lmp, const std::string &name,
+                                             int groupbit, const PairNetwork *network,
+                                             Within &within, std::vector<HistoryOfPair> &histories)
 {
   const Atom *atom = lmp->atom;
   const int me = lmp->comm->me;
@@ -152,3 +150,5 @@ std::vector<BondStore::Bonds> LAMMPS_NS::read_bond_file(const LAMMPS *lmp, const
   }
   return bonds;
 }
+
+}    // namespace EVP

@@ -1,16 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef LMP_EVP_BOND_FILE_READER_H
-#define LMP_EVP_BOND_FILE_READER_H
+#pragma once
 
 #include "core/bond_store.h"
-
-#include "pointers.h"
+#include "lammps_names.h"
 
 #include <string>
 #include <vector>
 
-namespace LAMMPS_NS {
+namespace EVP {
 
 /// Collective. The bonds of a file in the format of core/bond_file.h, for each of this rank's own atoms,
 /// in the order of the file; each bond is with both of its atoms. histories: what has changed of these
@@ -20,11 +17,8 @@ namespace LAMMPS_NS {
 /// that does not exist or is not in the group, or holds more bonds than it admits with
 /// deq > alpha (R_i + R_j) of the network, or a bond between two bodies. No two atoms may have the same ID.
 /// within: which atoms are one body, if that is given; else what the file says of it is put there.
-std::vector<EVP::BondStore::Bonds> read_bond_file(const LAMMPS *, const std::string &name,
-                                                  int groupbit, const class PairNetwork *,
-                                                  EVP::Within &within,
-                                                  std::vector<EVP::HistoryOfPair> &histories);
+std::vector<BondStore::Bonds> read_bond_file(const LAMMPS *, const std::string &name, int groupbit,
+                                             const class PairNetwork *, Within &within,
+                                             std::vector<HistoryOfPair> &histories);
 
-}    // namespace LAMMPS_NS
-
-#endif
+}    // namespace EVP

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
+#pragma once
 
-#ifndef LMP_EVP_BOX_MOTION_H
-#define LMP_EVP_BOX_MOTION_H
+#include "lammps_names.h"
 
 #include "domain.h"
 #include "lmptype.h"
@@ -26,15 +26,14 @@ inline std::array<double, 3> image_shift(const double *edges, const int *pbc)
 constexpr Edges COUNT_OF_BOXES = {1.0, 1.0, 1.0, 0.0, 0.0, 0.0};
 
 /// By how many boxes the unwrapped position of an atom is away.
-inline std::array<int, 3> boxes_away(LAMMPS_NS::imageint image)
+inline std::array<int, 3> boxes_away(imageint image)
 {
-  using namespace LAMMPS_NS;
   return {(int) (image & IMGMASK) - IMGMAX, (int) (image >> IMGBITS & IMGMASK) - IMGMAX,
           (int) (image >> IMG2BITS) - IMGMAX};
 }
 
 /// The same as a vector, in a box of these edges.
-inline std::array<double, 3> unwrapping(const Edges &edges, LAMMPS_NS::imageint image)
+inline std::array<double, 3> unwrapping(const Edges &edges, imageint image)
 {
   const std::array<int, 3> n = boxes_away(image);
   const int pbc[6] = {n[0], n[1], n[2], n[2], n[2], n[1]};
@@ -47,7 +46,7 @@ struct MovingBox {
   Edges moved{};             ///< since the forces before
 
   /// At a set-up, or where the box is about to be that of the next forces.
-  void go_on(const LAMMPS_NS::Domain *domain)
+  void go_on(const Domain *domain)
   {
     for (int c = 0; c < 6; c++) moved[c] = domain->h[c] - edges[c];
     std::copy_n(domain->h_rate, 6, rates.begin());
@@ -55,7 +54,7 @@ struct MovingBox {
   }
 
   /// The same box with other edges: how these have moved is the same, too, as LAMMPS flips tilts only.
-  void note_flip(const LAMMPS_NS::Domain *domain) { std::copy_n(domain->h, 6, edges.begin()); }
+  void note_flip(const Domain *domain) { std::copy_n(domain->h, 6, edges.begin()); }
 };
 
 /// Of forces times counts of boxes, see PairWork::through.
@@ -67,5 +66,3 @@ inline double work_of(const Edges &through, const Edges &moved)
 }
 
 }    // namespace EVP
-
-#endif

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //
 // What all MPI ranks decide together. All of these are collective.
-
-#ifndef LMP_EVP_COLLECTIVE_H
-#define LMP_EVP_COLLECTIVE_H
+#pragma once
 
 #include "core/text.h"
 #include "lmptype.h"
@@ -57,5 +55,3 @@ inline void throw_together(std::string complaint, MPI_Comm world)
 }
 
 }    // namespace EVP
-
-#endif

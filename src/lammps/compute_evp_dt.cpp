@@ -35,7 +35,7 @@ ComputeEVPDt::ComputeEVPDt(LAMMPS *lmp, int narg, char **arg) :
 
 void ComputeEVPDt::init()
 {
-  PairNetwork::require(force, error, who);
+  EVP::PairNetwork::require(force, error, who);
   limit_warned = lanczos_warned = false;
   computed_step = -1;
 }
@@ -96,14 +96,14 @@ void ComputeEVPDt::compute_vector()
 // second one, within a step
 void ComputeEVPDt::linearise()
 {
-  const auto *network = PairNetwork::find_present(force);
+  const auto *network = EVP::PairNetwork::find_present(force);
   if (!network)
     error->all(FLERR,
                "{} needs the pairs of the present positions: print c_{} with thermo_style in a "
                "'run 0' first",
                who, id);
 
-  const VolumeForces *const volume = network->volume();
+  const EVP::VolumeForces *const volume = network->volume();
   const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
   linear.links.clear();
   linear.with_volume = volume != nullptr;

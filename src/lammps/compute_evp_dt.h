@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef LMP_COMPUTE_EVP_DT_H
-#define LMP_COMPUTE_EVP_DT_H
+#pragma once
 
 #include "compute.h"
 #include "core/linear_network.h"
@@ -13,7 +11,7 @@ namespace LAMMPS_NS {
 
 /// Largest stable timesteps of the network of pairs that interact now, its atoms outside the group
 /// held.
-class ComputeEVPDt : public NodalExchange<Compute> {
+class ComputeEVPDt : public EVP::NodalExchange<Compute> {
  public:
   static constexpr double NO_LIMIT = 1.0e20;    ///< nothing interacts: any timestep is stable
 
@@ -47,5 +45,3 @@ class ComputeEVPDt : public NodalExchange<Compute> {
 };
 
 }    // namespace LAMMPS_NS
-
-#endif

@@ -7,7 +7,6 @@
 #include "core/volume_energy.h"
 #include "fix_evp_bonds.h"
 #include "keywords.h"
-#include "pair_network.h"
 #include "scene.h"
 
 #include "compute_stress_atom.h"
@@ -87,7 +86,7 @@ bool ComputeEVPStateAtom::has(Value value) const
 
 void ComputeEVPStateAtom::init()
 {
-  PairNetwork::require(force, error, who);
+  EVP::PairNetwork::require(force, error, who);
   if (stress) stress->init();
 }
 
@@ -99,7 +98,7 @@ void ComputeEVPStateAtom::compute_peratom()
     memory->grow(array_atom, nmax, size_peratom_cols, "evp/state/atom:array_atom");
   }
 
-  const auto *network = PairNetwork::find_present(force);
+  const auto *network = EVP::PairNetwork::find_present(force);
   if (!network)
     error->all(FLERR,
                "{} needs the pairs of the present positions: use it in a run, or after 'run 0'",
@@ -125,7 +124,7 @@ void ComputeEVPStateAtom::compute_peratom()
   }
 }
 
-void ComputeEVPStateAtom::add_pairs(const PairNetwork *network)
+void ComputeEVPStateAtom::add_pairs(const EVP::PairNetwork *network)
 {
   const EVP::PairList &list = network->packed_pairs();
   const int nreact = list.nreact(force->newton_pair);
@@ -157,7 +156,7 @@ void ComputeEVPStateAtom::add_pairs(const PairNetwork *network)
 }
 
 // each pair is kept by both of its atoms
-double ComputeEVPStateAtom::plastic_work(int i, const PairNetwork *network) const
+double ComputeEVPStateAtom::plastic_work(int i, const EVP::PairNetwork *network) const
 {
   const EVP::BondStore *bonds = network->bonds();
   if (!bonds || !bonds->has_history()) return 0.0;
@@ -168,7 +167,7 @@ double ComputeEVPStateAtom::plastic_work(int i, const PairNetwork *network) cons
   return 0.5 * work;
 }
 
-double ComputeEVPStateAtom::value_of(Value value, int i, const PairNetwork *network) const
+double ComputeEVPStateAtom::value_of(Value value, int i, const EVP::PairNetwork *network) const
 {
   const double *sum = &sums[(size_t) comm_reverse * i];
   switch (value) {

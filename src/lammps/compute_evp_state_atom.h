@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef LMP_COMPUTE_EVP_STATE_ATOM_H
-#define LMP_COMPUTE_EVP_STATE_ATOM_H
+#pragma once
 
 #include "compute.h"
 #include "core/bytes.h"
 #include "nodal_exchange.h"
+#include "pair_network.h"
 
 #include <memory>
 #include <vector>
@@ -14,7 +13,7 @@ namespace LAMMPS_NS {
 
 /// Per atom: pairs recorded, share of them in the second regime, share beyond dlim, new pairs; behind
 /// them what else was asked for.
-class ComputeEVPStateAtom : public NodalExchange<Compute> {
+class ComputeEVPStateAtom : public EVP::NodalExchange<Compute> {
  public:
   ComputeEVPStateAtom(class LAMMPS *, int, char **);
   ~ComputeEVPStateAtom() override;
@@ -41,11 +40,9 @@ class ComputeEVPStateAtom : public NodalExchange<Compute> {
   std::unique_ptr<Compute> stress;    // stress times volume of each atom, where needed
 
   bool has(Value) const;
-  void add_pairs(const class PairNetwork *);
-  double plastic_work(int i, const class PairNetwork *) const;
-  double value_of(Value, int i, const class PairNetwork *) const;
+  void add_pairs(const EVP::PairNetwork *);
+  double plastic_work(int i, const EVP::PairNetwork *) const;
+  double value_of(Value, int i, const EVP::PairNetwork *) const;
 };
 
 }    // namespace LAMMPS_NS
-
-#endif

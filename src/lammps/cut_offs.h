@@ -1,18 +1,15 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef LMP_EVP_CUT_OFFS_H
-#define LMP_EVP_CUT_OFFS_H
+#pragma once
 
 #include "core/pair_list.h"
+#include "lammps_names.h"
 #include "scene.h"
-
-#include "pointers.h"
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
-namespace LAMMPS_NS {
+namespace EVP {
 
 /// The pairs of atom types that pair style evp/lj handles, and how far these reach: alpha (R_i + R_j) with
 /// the largest radii at the start of a run, as the neighbor list does not reach further.
@@ -67,7 +64,7 @@ class CutOffs : protected Pointers {
           "Pair evp/lj needs particles with a radius above zero, and finite, found {} in types {} "
           "and {}: use 'set ... diameter'",
           smallest, i, j);
-    const double cut = alpha * (max_radius[i] + max_radius[j]) * (1.0 + EVP::LIST_MARGIN);
+    const double cut = alpha * (max_radius[i] + max_radius[j]) * (1.0 + LIST_MARGIN);
     double &longest = reach[index(i, j)];
     if (longest < 0.0) longest = cut;
     if (cut > longest * (1.0 + 1.0e-12))
@@ -118,6 +115,4 @@ class CutOffs : protected Pointers {
   size_t index(int i, int j) const { return std::min(i, j) * max_radius.size() + std::max(i, j); }
 };
 
-}    // namespace LAMMPS_NS
-
-#endif
+}    // namespace EVP

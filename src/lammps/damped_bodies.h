@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef LMP_EVP_DAMPED_BODIES_H
-#define LMP_EVP_DAMPED_BODIES_H
+#pragma once
 
 #include "core/bodies.h"
 #include "core/pair_list.h"
+#include "lammps_names.h"
 #include "nodal_exchange.h"
-
-#include "pointers.h"
 
 #include <functional>
 #include <vector>
@@ -17,12 +14,9 @@ namespace EVP {
 /// The bodies that the damped pairs of a group connect over all MPI ranks, valid until the next
 /// collective build of the list: pairs count within their cut-offs or not. Atoms outside the group
 /// connect nothing: their velocity is prescribed.
-class DampedBodies : protected LAMMPS_NS::Pointers {
+class DampedBodies : protected Pointers {
  public:
-  DampedBodies(LAMMPS_NS::LAMMPS *lmp, GhostExchange &exchange_in) :
-      Pointers(lmp), exchange(exchange_in)
-  {
-  }
+  DampedBodies(LAMMPS *lmp, GhostExchange &exchange_in) : Pointers(lmp), exchange(exchange_in) {}
 
   const Bodies &found() const { return bodies; }
 
@@ -52,5 +46,3 @@ class DampedBodies : protected LAMMPS_NS::Pointers {
 };
 
 }    // namespace EVP
-
-#endif

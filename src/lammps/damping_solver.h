@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef LMP_EVP_DAMPING_SOLVER_H
-#define LMP_EVP_DAMPING_SOLVER_H
+#pragma once
 
 #include "core/body_solves.h"
 #include "core/dampers.h"
+#include "lammps_names.h"
 #include "nodal_exchange.h"
-
-#include "pointers.h"
 
 #include <string>
 
@@ -24,7 +21,7 @@ namespace EVP {
 /// M v + h F. The tolerance is against what the damping does, M (v - v*), v* = v + h M^-1 F: this is
 /// Galilean invariant, so that a body in flight is not solved worse than one at rest, and does not grow
 /// with h C, as h C v* would (it exceeds the motion itself where damping is strong).
-class DampingSolver : protected LAMMPS_NS::Pointers {
+class DampingSolver : protected Pointers {
  public:
   using Nodal = GhostExchange::Nodal;
 
@@ -32,7 +29,7 @@ class DampingSolver : protected LAMMPS_NS::Pointers {
   int max_iterations = 500;
 
   /// who: the owner, in error messages.
-  DampingSolver(LAMMPS_NS::LAMMPS *lmp, const std::string &who_in, GhostExchange &exchange_in,
+  DampingSolver(LAMMPS *lmp, const std::string &who_in, GhostExchange &exchange_in,
                 Dampers &dampers_in, const Bodies &bodies_in) :
       Pointers(lmp),
       who(who_in), exchange(exchange_in), dampers(dampers_in), bodies(bodies_in)
@@ -80,5 +77,3 @@ class DampingSolver : protected LAMMPS_NS::Pointers {
 };
 
 }    // namespace EVP
-
-#endif

@@ -3,9 +3,7 @@
 #include "fix_dt_evp.h"
 
 #include "collective.h"
-#include "compute_evp_dt.h"
 #include "keywords.h"
-#include "pair_network.h"
 #include "scene.h"
 
 #include "group.h"
@@ -59,7 +57,7 @@ void FixDtEVP::post_constructor()
 
 void FixDtEVP::init()
 {
-  network = PairNetwork::require(force, error, who);
+  network = EVP::PairNetwork::require(force, error, who);
   compute = dynamic_cast<ComputeEVPDt *>(modify->get_compute_by_id(compute_id));
   if (!compute)
     error->all(FLERR, "{}: its compute {} was deleted; define the fix anew", who, compute_id);

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef LMP_FIX_DT_EVP_H
-#define LMP_FIX_DT_EVP_H
+#pragma once
 
 #include "compute_evp_dt.h"
 #include "core/bytes.h"
 #include "fix.h"
 #include "nodal_exchange.h"
+#include "pair_network.h"
 #include "update.h"
 
 #include <array>
@@ -16,7 +15,7 @@ namespace LAMMPS_NS {
 
 /// Keeps dt at a fraction of the largest stable timestep, and short enough that no pair is carried
 /// through its threshold strain unresolved, and that none turns by much that fix nve/evp damps.
-class FixDtEVP : public NodalExchange<Fix> {
+class FixDtEVP : public EVP::NodalExchange<Fix> {
  public:
   FixDtEVP(class LAMMPS *, int, char **);
   ~FixDtEVP() override;
@@ -53,7 +52,7 @@ class FixDtEVP : public NodalExchange<Fix> {
   double maximum = NO_LIMIT;    // of dt [time]
   std::string compute_id;
   ComputeEVPDt *compute = nullptr;
-  class PairNetwork *network = nullptr;
+  EVP::PairNetwork *network = nullptr;
 
   Nodal velocity;    // with ghosts
   double stable_dt = NO_LIMIT;
@@ -67,5 +66,3 @@ class FixDtEVP : public NodalExchange<Fix> {
 };
 
 }    // namespace LAMMPS_NS
-
-#endif

@@ -4,33 +4,25 @@
 
 #include "atom_bodies.h"
 #include "atom_directory.h"
-#include "bond_file_reader.h"
+#include "bond_recording.h"
 #include "collective.h"
+#include "core/bond_section.h"
 #include "core/bytes.h"
 #include "keywords.h"
 #include "measure_bonds.h"
 #include "missing_bonds.h"
-#include "pair_network.h"
 #include "scene.h"
-#include "zone_bonds.h"
 
 #include "comm.h"
 #include "domain.h"
 #include "min.h"
 #include "neighbor.h"
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 
 using namespace LAMMPS_NS;
 using EVP::BondStore;
 using EVP::Within;
-
-// of the words in restart files; no zone is that large
-static constexpr double FORMAT = 1001.0, FORMAT_WITH_HISTORY = 1002.0;
-static constexpr double WITH_BODIES = 2.0;    // on top, where 'within' follows
-static constexpr double MEASURED = 4.0;       // on top, where measures follow the checksum
 
 // fix ID group evp/bonds [zone Z | file FILE] [within type|molecule]
 FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
@@ -86,7 +78,7 @@ void *FixEVPBonds::extract(const char *name, int &dim)
 
 void FixEVPBonds::init()
 {
-  network = PairNetwork::require(force, error, who);
+  network = EVP::PairNetwork::require(force, error, who);
   EVP::scene::refuse_respa(update, error, who);
 
   stepping = false;
@@ -96,7 +88,7 @@ void FixEVPBonds::init()
 
   check_restored();
   if (bonds->within() == Within::MOLECULE) {
-    const std::string missing = missing_molecules(lmp);
+    const std::string missing = EVP::missing_molecules(lmp);
     if (!missing.empty()) error->all(FLERR, "{}: {}", who, missing);
   }
   counted_step = -1;
@@ -131,23 +123,17 @@ void FixEVPBonds::check_history() const
                "forget: give it 'unload elastic'",
                who);
   if (!rules.has_history()) return;
-  for (int k = 0; k < modify->nfix && modify->fix[k] != this; k++) {
-    const Fix *other = modify->fix[k];
-    const bool ours = utils::strmatch(other->style, "^evp/") ||
-        utils::strmatch(other->style, "/evp$");
-    if (!ours && (modify->fmask[k] & FixConst::PRE_EXCHANGE))
-      error->all(
-          FLERR,
-          "{} must be defined before fix {} {}, which may move, add or delete atoms before it "
-          "has kept how bonds have flowed or broken",
-          who, other->id, other->style);
-  }
+  if (const Fix *other = EVP::scene::find_earlier_mover(modify, this))
+    error->all(FLERR,
+               "{} must be defined before fix {} {}, which may move, add or delete atoms before it "
+               "has kept how bonds have flowed or broken",
+               who, other->id, other->style);
 }
 
 void FixEVPBonds::return_histories()
 {
   if (!bonds->has_history()) return;
-  if (PairNetwork *now = PairNetwork::find(force)) now->return_histories(*bonds, *this);
+  if (EVP::PairNetwork *now = EVP::PairNetwork::find(force)) now->return_histories(*bonds, *this);
   set_exchange_room();
 }
 
@@ -168,7 +154,7 @@ void FixEVPBonds::commit(bool at_rest)
   network->commit(at_rest);
   if (!network->misses_bonds()) return;
   return_histories();
-  break_missing_bonds(lmp, network, *bonds);
+  EVP::break_missing_bonds(lmp, network, *bonds);
 }
 
 // a minimizer tries many places, of which only the last one is a state of the body, and that only
@@ -183,7 +169,7 @@ void FixEVPBonds::post_run()
 }
 
 // the neighbor list ends at alpha (R_i + R_j) plus a skin that must not matter
-void FixEVPBonds::check_zone(const PairNetwork *network) const
+void FixEVPBonds::check_zone(const EVP::PairNetwork *network) const
 {
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++) {
@@ -202,10 +188,10 @@ void FixEVPBonds::pre_neighbor()
   if (!bonds->has_recorded()) return;
   if (const auto misplaced = bonds->find_misplaced(atom->tag, atom->nlocal))
     error->one(FLERR, misplaced_message(misplaced));
-  if (const PairNetwork *network = PairNetwork::find(force)) check_box(network);
+  if (const EVP::PairNetwork *network = EVP::PairNetwork::find(force)) check_box(network);
 }
 
-void FixEVPBonds::check_box(const PairNetwork *network) const
+void FixEVPBonds::check_box(const EVP::PairNetwork *network) const
 {
   // a box of two cut-offs but for round-off will do
   const double longest = network->longest_cut() * (1.0 - 2.0 * EVP::LIST_MARGIN);
@@ -216,9 +202,8 @@ void FixEVPBonds::check_box(const PairNetwork *network) const
     if (domain->periodicity[c] && height[c] < 2.0 * longest)
       error->all(FLERR,
                  "{}: the periodic box is {:.6g} high along {}, less than two cut-offs of {:.6g}, "
-                 "so that a bond could meet its atom in two images: reduce alpha, or enlarge the "
-                 "box: {}",
-                 who, height[c], "xyz"[c], longest, how_to_replicate());
+                 "so that a bond could meet its atom in two images: {}",
+                 who, height[c], "xyz"[c], longest, EVP::remedy_of_images(this));
 }
 
 void FixEVPBonds::check_ids() const
@@ -253,164 +238,45 @@ void FixEVPBonds::setup_pre_force(int /*vflag*/)
   if (!bonds->has_recorded())
     record();
   else if (bonds->within() == Within::MOLECULE)
-    check_ghost_molecules();
+    EVP::demand_molecules_of_ghosts(lmp, who, *this);
 }
 
-// a fix property/atom without 'ghost yes' leaves those of ghosts as they happen to be
-void FixEVPBonds::check_ghost_molecules()
-{
-  const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
-  Nodal owners((size_t) 3 * nall);
-  for (int i = 0; i < nlocal; i++) owners[(size_t) 3 * i] = (double) atom->molecule[i];
-  to_ghosts(owners);
-  bool differ = false;
-  for (int i = nlocal; i < nall; i++)
-    differ = differ || owners[(size_t) 3 * i] != (double) atom->molecule[i];
-  if (EVP::on_any(differ, world))
-    error->all(FLERR,
-               "{}: ghost atoms have other molecule IDs than their owners: give fix property/atom "
-               "'mol ghost yes'",
-               who);
-}
-
-// atoms of the group without a molecule; stops where none has one
-bigint FixEVPBonds::count_loose() const
-{
-  std::array<bigint, 2> counts{};    // atoms of the group, of these without
-  for (int i = 0; i < atom->nlocal; i++)
-    if (atom->mask[i] & groupbit) {
-      counts[0]++;
-      counts[1] += atom->molecule[i] == 0;
-    }
-  counts = EVP::reduce_all(counts, MPI_SUM, world);
-  if (counts[0] > 0 && counts[0] == counts[1])
-    error->all(FLERR,
-               "{}: within molecule records pairs of one molecule ID above 0, but all atoms of the "
-               "group have 0: give those of each body one, e.g. 'set group ID mol 1'",
-               who);
-  return counts[1];
-}
-
-// records are made aside: an error leaves the fix as it was
 void FixEVPBonds::record()
 {
-  if (const tagint twice = AtomDirectory(lmp).twice)
+  if (const tagint twice = EVP::AtomDirectory(lmp).twice)
     error->all(FLERR, "{}: atom ID {} is given twice: use 'reset_atoms id' or mend the data file",
                who, twice);
-  std::vector<BondStore::Bonds> made;
-  std::vector<EVP::HistoryOfPair> histories;
-  Within within = bonds->within();
-  bigint overlaps = 0, loose = 0;
+  EVP::BondRecording recording(lmp, this, who, bonds->within());
   EVP::stop_at_bad_input(error, who, [&] {
-    made = file.empty() ? bonds_in_zone(network, overlaps)
-                        : read_bond_file(lmp, file, groupbit, network, within, histories);
-    EVP::throw_together(twice_given(made, histories), world);
+    if (!file.empty()) return recording.take_file(file, network);
+    neighbor->build_one(list);
+    recording.take_zone(list, zone, network, *this);
   });
   check_box(network);
-  if (within == Within::MOLECULE) {
-    check_ghost_molecules();
-    loose = count_loose();
-  }
-
-  int64_t highest = 0, most = 0, sides = 0;    // ID, records of an atom, records of all
-  for (int i = 0; i < atom->nlocal; i++) {
-    highest = std::max(highest, (int64_t) atom->tag[i]);
-    most = std::max(most, (int64_t) made[i].size());
-    sides += (int64_t) made[i].size();
-  }
-  most = EVP::reduce_all(most, MPI_MAX, world);
-  highest = EVP::reduce_all(highest, MPI_MAX, world);
-  sides = EVP::reduce_all(sides, MPI_SUM, world);
-
-  // from here on nothing can fail
-  bonds->keep_within(within);
-  bonds->record(made, atom->tag, sides / 2, highest);
-  for (const EVP::HistoryOfPair &pair : histories) bonds->take(pair);
+  recording.check_molecules(*this);
+  recording.give_to(*bonds);
   set_exchange_room();
   measure();
 
-  if (comm->me) return;
-  if (after_restart && file.empty())
+  if (comm->me == 0 && after_restart && file.empty())
     error->warning(FLERR,
                    "{} takes the body as it is now for undeformed, though a restart file was read: "
                    "if that held records, give the fix the ID that it had",
                    who);
-  if (!network->bonds_dropped_by().empty() && file.empty())
+  if (comm->me == 0 && !network->source.dropped.empty() && file.empty())
     error->warning(FLERR,
                    "{} takes the body as it is now for undeformed and free of stress: the bonds "
                    "that fix {} had recorded are gone; to keep bonds use write_evp_bonds before "
                    "unfix, and the keyword file",
-                   who, network->bonds_dropped_by());
-  if (overlaps && network->rules.contact != EVP::Contact::NONE)
-    error->warning(FLERR,
-                   "{}: {} pairs of two bodies overlap at the start, and repel each other from the "
-                   "first step on: move the bodies apart if that is not meant",
-                   who, overlaps);
-  std::string source = "from file " + file;
-  if (file.empty())
-    source = zone > 0.0 ? fmt::format("within {} (R_i + R_j)", zone) : "within alpha (R_i + R_j)";
-  if (within != Within::ALL) source += fmt::format(" and within {}", EVP::WITHINS[(int) within]);
-  utils::logmesg(lmp, "fix evp/bonds {}: recorded {} pairs {}, at most {} per atom\n", id,
-                 bonds->count(), source, most);
-  if (loose)
-    utils::logmesg(lmp, "fix evp/bonds {}: {} atoms of molecule ID 0 belong to no body\n", id,
-                   loose);
+                   who, network->source.dropped);
+  recording.report(*bonds, network->rules.contact != EVP::Contact::NONE);
 }
 
 // once, where a row of the pair style needs it
 void FixEVPBonds::measure()
 {
   if (network->wants_measures() && bonds->measures().empty())
-    bonds->take(measure_bonds(lmp, *bonds));
-}
-
-std::vector<BondStore::Bonds> FixEVPBonds::bonds_in_zone(const PairNetwork *network,
-                                                         bigint &overlaps)
-{
-  neighbor->build_one(list);
-  Nodal owner_x((size_t) 3 * (atom->nlocal + atom->nghost));
-  for (int i = 0; i < atom->nlocal; i++) std::copy_n(atom->x[i], 3, &owner_x[(size_t) 3 * i]);
-  to_ghosts(owner_x);
-  return find_zone_bonds(lmp, list, owner_x, zone, groupbit, {atom, bonds->within()}, network,
-                         overlaps);
-}
-
-// a partner that is there twice has two deq
-std::string FixEVPBonds::twice_given(const std::vector<BondStore::Bonds> &made,
-                                     const std::vector<EVP::HistoryOfPair> &histories) const
-{
-  // what is left of a broken bond may have flowed as a contact does
-  std::vector<std::array<int64_t, 2>> contacts, broken;
-  for (const EVP::HistoryOfPair &pair : histories) {
-    if (!pair.is_record) contacts.push_back({pair.i, pair.partner});
-    if (pair.history.broken != 0.0) broken.push_back({pair.i, pair.partner});
-  }
-  std::sort(contacts.begin(), contacts.end());
-  std::sort(broken.begin(), broken.end());
-  const auto named = [&](const std::array<int64_t, 2> &contact) {
-    const int64_t own = atom->tag[contact[0]];
-    return fmt::format("contact {} {} is", std::min(own, contact[1]), std::max(own, contact[1]));
-  };
-  const auto again = std::adjacent_find(contacts.begin(), contacts.end());
-  if (again != contacts.end()) return fmt::format("{} given twice in file {}", named(*again), file);
-  for (const auto &contact : contacts)
-    for (const EVP::Bond &bond : made[contact[0]])
-      if (bond.partner == contact[1] && !std::binary_search(broken.begin(), broken.end(), contact))
-        return fmt::format("{} a bond too in file {}", named(contact), file);
-
-  for (int i = 0; i < atom->nlocal; i++) {
-    std::vector<int64_t> partners;
-    for (const EVP::Bond &bond : made[i]) partners.push_back(bond.partner);
-    std::sort(partners.begin(), partners.end());
-    const auto twice = std::adjacent_find(partners.begin(), partners.end());
-    if (twice == partners.end()) continue;
-    const int64_t own = atom->tag[i], low = std::min(own, *twice), high = std::max(own, *twice);
-    if (!file.empty()) return fmt::format("bond {} {} is given twice in file {}", low, high, file);
-    return fmt::format("it meets atoms {} and {} in two periodic images: the box must be longer "
-                       "than two cut-offs: reduce alpha, or enlarge the box: {}",
-                       low, high, how_to_replicate());
-  }
-  return "";
+    bonds->take(EVP::measure_bonds(lmp, *bonds));
 }
 
 double FixEVPBonds::compute_vector(int n)
@@ -418,7 +284,7 @@ double FixEVPBonds::compute_vector(int n)
   if (n == 4) return count_broken();
   if (update->whichflag != 0 && counted_step == update->ntimestep) return pair_counts[n];
 
-  const PairNetwork *present = PairNetwork::find_present(force);
+  const EVP::PairNetwork *present = EVP::PairNetwork::find_present(force);
   if (!present && update->whichflag == 0)
     error->all(FLERR,
                "{}: f_{}[{}] needs the pairs of the present atoms: use 'run 0' first (since the "
@@ -426,7 +292,7 @@ double FixEVPBonds::compute_vector(int n)
                "or a command such as write_data rebuilt the lists of LAMMPS)",
                who, id, n + 1);
   if (present) {
-    const PairNetwork::Counts counts = present->count_pairs();
+    const EVP::PairNetwork::Counts counts = present->count_pairs();
     pair_counts = {(double) bonds->count() - counts.bonds_within - count_broken(),
                    counts.bonds_second, counts.new_pairs, counts.lowest_ratio};
     counted_step = update->ntimestep;
@@ -449,71 +315,40 @@ int FixEVPBonds::unpack(int i, const double *buf)
   return words;
 }
 
-// restart files carry no check of their own, and a changed bit is another material: every section
-// of ours ends with a checksum
 void FixEVPBonds::write_restart(FILE *fp)
 {
   return_histories();
-  const EVP::BondMeasures &measures = bonds->measures();
-  std::vector<double> state = {bonds->has_history() ? FORMAT_WITH_HISTORY : FORMAT, zone,
-                               (double) bonds->has_recorded(), (double) bonds->count(),
-                               (double) bonds->highest_id()};
-  if (!measures.empty()) state[0] += MEASURED;
-  if (bonds->within() != Within::ALL) {
-    state[0] += WITH_BODIES;
-    state.push_back((double) (int) bonds->within());
-  }
-  state.push_back(EVP::checksum(state.data(), (int) state.size()));
-  if (!measures.empty()) {
-    const std::vector<double> words = measures.words();
-    state.insert(state.end(), words.begin(), words.end());
-  }
-  const int size = (int) (state.size() * sizeof(double));
+  const std::vector<double> words = EVP::BondSection(*bonds, zone).words();
+  const int size = (int) (words.size() * sizeof(double));
   if (comm->me == 0) {
     fwrite(&size, sizeof(int), 1, fp);
-    fwrite(state.data(), size, 1, fp);
+    fwrite(words.data(), size, 1, fp);
   }
 }
 
 void FixEVPBonds::restart(char *buf)
 {
-  double state[7];
-  memcpy(state, buf, sizeof(double));
-  const bool is_measured = state[0] >= FORMAT + MEASURED;
-  if (is_measured) state[0] -= MEASURED;
-  const bool divided = state[0] >= FORMAT + WITH_BODIES;
-  if (divided) state[0] -= WITH_BODIES;
-  const double format = state[0];
-  const bool known = format == FORMAT || format == FORMAT_WITH_HISTORY;
-  const int n = divided ? 6 : 5;
-  if (known) memcpy(state, buf, (n + 1) * sizeof(double));
-  bool whole = known && state[n] == EVP::checksum(state, n);
-  EVP::BondMeasures measures;
-  if (whole && is_measured) {
-    std::vector<double> words(EVP::BondMeasures(atom->ntypes).words().size());
-    memcpy(words.data(), buf + (n + 1) * sizeof(double), words.size() * sizeof(double));
-    whole = measures.take(words.data(), atom->ntypes);
-  }
-  if (!whole)
+  EVP::BondSection section;
+  if (!section.take(buf, atom->ntypes))
     error->all(FLERR,
                "{}: its section of the restart file is damaged, or from a version of this package "
                "that wrote another format",
                who);
   after_restart = false;    // this is the fix that the file knows
-  bonds->keep_history(format == FORMAT_WITH_HISTORY);
-  restore_within(divided ? (Within) (int) state[5] : Within::ALL, state[2] != 0.0);
-  bonds->restore(state[2] != 0.0, (int64_t) state[3], (int64_t) state[4]);
-  bonds->take(measures);
-  if (bonds->has_recorded() && comm->me == 0 && (!file.empty() || (zone > 0.0 && zone != state[1])))
+  bonds->keep_history(section.with_history);
+  restore_within(section.within, section.recorded);
+  bonds->restore(section.recorded, section.count, section.highest);
+  bonds->take(section.measures);
+  if (section.recorded && comm->me == 0 && (!file.empty() || (zone > 0.0 && zone != section.zone)))
     utils::logmesg(
         lmp,
         "fix evp/bonds {}: the bonds come from the restart file, not from the zone or file "
         "given here\n",
         id);
-  zone = state[1];
-  records_due = bonds->has_recorded() && bonds->count() > 0;
-  PairNetwork *network = PairNetwork::find(force);
-  if (network && bonds->has_recorded()) network->hold(shown);
+  zone = section.zone;
+  records_due = section.recorded && section.count > 0;
+  EVP::PairNetwork *network = EVP::PairNetwork::find(force);
+  if (network && section.recorded) network->source.hold(shown);
 }
 
 // the bodies of a restart file go with its bonds; where nothing was recorded they may be others
@@ -545,21 +380,13 @@ int FixEVPBonds::pack_restart(int i, double *buf)
 
 void FixEVPBonds::unpack_restart(int nlocal, int nth)
 {
-  const double *extra = atom->extra[nlocal];
-  const int stored = atom->nextra_store;
-  int m = 0, size = 0;
-  bool whole = true;
-  for (int k = 0; whole && k <= nth; k++) {
-    m += size;
-    whole = m < stored && extra[m] >= 1.0 && extra[m] <= stored - m;
-    size = whole ? (int) extra[m] : 0;
-  }
-  if (!whole || size < 4 || extra[m + size - 1] != EVP::checksum(extra + m, size - 1))
+  const double *record = EVP::scene::find_restored(atom, nlocal, nth);
+  if (!record || record[0] < 4.0)
     error->one(FLERR,
                "{}: the bonds of atom {} in the restart file are damaged, or the atom is not from "
                "that file: define the fix right after read_restart",
                who, atom->tag[nlocal]);
-  unpack(nlocal, extra + m + 1);
+  unpack(nlocal, record + 1);
   // LAMMPS keeps what it read in the order of that moment
   const int64_t recorded_id = bonds->recorded_id(nlocal);
   if (recorded_id && recorded_id != atom->tag[nlocal]) restored_late = true;

@@ -1,22 +1,20 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef LMP_FIX_EVP_BONDS_H
-#define LMP_FIX_EVP_BONDS_H
+#pragma once
 
 #include "core/bond_store.h"
 #include "fix.h"
 #include "nodal_exchange.h"
+#include "pair_network.h"
 
 #include <array>
 #include <memory>
 #include <string>
-#include <vector>
 
 namespace LAMMPS_NS {
 
 /// Records the bonds of a body at the first set-up, and owns the records: their life with the atoms,
 /// in restart files, and what users read of them.
-class FixEVPBonds : public NodalExchange<Fix> {
+class FixEVPBonds : public EVP::NodalExchange<Fix> {
  public:
   FixEVPBonds(class LAMMPS *, int, char **);
   ~FixEVPBonds() override;
@@ -81,31 +79,22 @@ class FixEVPBonds : public NodalExchange<Fix> {
   std::shared_ptr<EVP::BondStore> bonds = std::make_shared<EVP::BondStore>();
   std::shared_ptr<const EVP::BondStore> shown = bonds;    // for readers
 
-  class PairNetwork *network = nullptr;    // of the run; the pair style in force has it
-  bool stepping = false;                   // in a step of a run, not in its set-up
+  EVP::PairNetwork *network = nullptr;    // of the run; the pair style in force has it
+  bool stepping = false;                  // in a step of a run, not in its set-up
   class NeighList *list = nullptr;
   std::array<double, 4> pair_counts{};    // f_ID[1..5], as of the last evaluation
   bigint counted_step = -1;               // step of that, -1 if it must not be used again
 
   void record();
-  void check_ghost_molecules();
-  bigint count_loose() const;
   void measure();
   void commit(bool at_rest);
   void check_history() const;
   double count_broken();
-  std::vector<EVP::BondStore::Bonds> bonds_in_zone(const class PairNetwork *, bigint &overlaps);
   void check_restored();
   void restore_within(EVP::Within kept, bool recorded);
-  void check_zone(const class PairNetwork *) const;
-  void check_box(const class PairNetwork *) const;
-  std::string twice_given(const std::vector<EVP::BondStore::Bonds> &,
-                          const std::vector<EVP::HistoryOfPair> &) const;
+  void check_zone(const EVP::PairNetwork *) const;
+  void check_box(const EVP::PairNetwork *) const;
   std::string misplaced_message(EVP::BondStore::Misplaced) const;
-  std::string how_to_replicate() const
-  {
-    return "'unfix " + std::string(id) + "', replicate, and define the fix again";
-  }
   // LAMMPS' buffers for one atom must hold the longest record of any MPI rank: the first rank says in
   // restart files how long that is
   void set_exchange_room();
@@ -113,5 +102,3 @@ class FixEVPBonds : public NodalExchange<Fix> {
 };
 
 }    // namespace LAMMPS_NS
-
-#endif

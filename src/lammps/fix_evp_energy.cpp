@@ -4,7 +4,6 @@
 
 #include "collective.h"
 #include "fix_nve_evp.h"
-#include "pair_network.h"
 #include "scene.h"
 
 #include "domain.h"
@@ -28,7 +27,7 @@ FixEVPEnergy::FixEVPEnergy(LAMMPS *lmp, int narg, char **arg) : AtomRecords(lmp,
 
 void FixEVPEnergy::init()
 {
-  network = PairNetwork::require(force, error, who);
+  network = EVP::PairNetwork::require(force, error, who);
   EVP::scene::refuse_respa(update, error, who);
   EVP::scene::demand_images_that_move(domain, modify, error, who);
   implicit = dynamic_cast<const FixNVEEVP *>(EVP::scene::find_fix(modify, "nve/evp"));
@@ -37,34 +36,23 @@ void FixEVPEnergy::init()
     if (EVP::scene::moves_by_forces(other)) driven_groupbits |= other->groupbit;
   work->separates = others_act();
   refuse_early_changes();
-  deform.acts = domain->deform_vremap;
-  if (deform.acts)
-    deform.kinetic = kinetic_here();    // set-up wraps atoms
-  else {
+  box.begin_run(domain->deform_vremap);
+  if (box.acts)
+    box.kinetic = kinetic_here();    // set-up wraps atoms
+  else
     work->images = {};
-    deform.before = false;
-  }
-}
-
-static bool is_ours(const char *style)
-{
-  return utils::strmatch(style, "/evp$") || utils::strmatch(style, "^evp/");
 }
 
 // pre_exchange() and the volume strains need the atoms of the last forces
 void FixEVPEnergy::refuse_early_changes() const
 {
   if (!network->rules.has_history() && !network->volume()) return;
-  for (int k = 0; modify->fix[k] != this; k++) {
-    const Fix *const other = modify->fix[k];
-    if (!(modify->fmask[k] & FixConst::PRE_EXCHANGE) || is_ours(other->style)) continue;
-    if (utils::strmatch(other->style, "_HISTORY$")) continue;    // granular styles': moves none
+  if (const Fix *other = EVP::scene::find_earlier_mover(modify, this))
     error->all(
         FLERR,
         "{} must be defined before fix {} {}, which may add, delete or move atoms before the "
         "balance of the step is taken, where bonds flow or break or fix evp/volume is used",
         who, other->id, other->style);
-  }
 }
 
 // May anything but this pair style and fix nve/evp add to f, or atoms become movers during the run?
@@ -76,7 +64,8 @@ bool FixEVPEnergy::others_act() const
     return true;
   for (int k = 0; k < modify->nfix; k++) {
     const char *const other = modify->fix[k]->style;
-    if (!is_ours(other) && (modify->fmask[k] & (PRE_FORCE | PRE_REVERSE | POST_FORCE))) return true;
+    if (!EVP::scene::is_ours(other) && (modify->fmask[k] & (PRE_FORCE | PRE_REVERSE | POST_FORCE)))
+      return true;
     if (utils::strmatch(other, "^python")) return true;    // at any time
     if (group->dynamic[modify->fix[k]->igroup]) return true;
   }
@@ -91,7 +80,10 @@ void FixEVPEnergy::setup(int /*vflag*/)
   if (!started)    // for all instants that are compared with the start
     work->stored.set_largest_depth(EVP::reduce_all(work->stored.total_depth(), MPI_SUM, world));
   take_work();
-  if (deform.acts) begin_deforming();
+  if (box.acts) {
+    const double done = box.begin(domain);
+    if (started) entries[BOX] += EVP::reduce_all(done, MPI_SUM, world);
+  }
   last = over_all_ranks({instant_here(), {}}).instant;
   // flow that is due is in no offset yet, and the stored energies are those after it: what it will
   // dissipate in the first step, pairs still hold
@@ -101,18 +93,6 @@ void FixEVPEnergy::setup(int /*vflag*/)
   volume_jump();
   end_instant();
   for (int i = 0; i < atom->nlocal; i++) unwrap(i, records[i].x);
-}
-
-// LAMMPS moves the box after the last forces of a run, hence at once at the next set-up
-void FixEVPEnergy::begin_deforming()
-{
-  deform.box.go_on(domain);
-  double done = deform.carried + 0.5 * EVP::work_of(deform.through, deform.box.moved);
-  deform.through = through_undamped();
-  done += 0.5 * EVP::work_of(deform.through, deform.box.moved);
-  deform.carried = 0.0;
-  if (started && deform.before) entries[BOX] += EVP::reduce_all(done, MPI_SUM, world);
-  deform.before = true;
 }
 
 // where the force loop went over the pairs since; not so where rerun ends its step right after set-up
@@ -130,8 +110,8 @@ inline void FixEVPEnergy::unwrap(int i, double *x) const
       ((imageint) IMGMAX << IMG2BITS) | ((imageint) IMGMAX << IMGBITS) | IMGMAX;
   if (atom->image[i] == HOME)
     std::copy_n(atom->x[i], 3, x);
-  else if (deform.acts) {
-    const auto shift = EVP::unwrapping(deform.box.edges, atom->image[i]);
+  else if (box.acts) {
+    const auto shift = EVP::unwrapping(box.edges(), atom->image[i]);
     for (int c = 0; c < 3; c++) x[c] = atom->x[i][c] + shift[c];
   } else
     domain->unmap(atom->x[i], atom->image[i], x);
@@ -143,82 +123,17 @@ bool FixEVPEnergy::is_solved() const
   return implicit && network->damps_implicitly();
 }
 
-// What acts on local atoms: all, of the pairs with explicit damping, that damping, what fix nve/evp added.
-// Damps: there is explicit damping. Others: there may be more than these
-template <bool Damps, bool Others> struct FixEVPEnergy::Forces {
-  const double *whole, *of_pairs, *damping, *solved;
-
-  /// Can anything do work on the atom that is an entry of the balance?
-  bool work_on(bool driven) const { return Others || !driven; }
-
-  EVP_INLINE void find(int i, bool driven, EVP::AtomForces &now) const
-  {
-    const size_t first = (size_t) 3 * i;
-    for (int c = 0; c < 3; c++) {
-      double of_network = whole[first + c];
-      if constexpr (Others) of_network = of_pairs[first + c] + (solved ? solved[first + c] : 0.0);
-      if (driven)
-        now.working[c] = whole[first + c] - of_network;
-      else {
-        now.damping[c] = Damps ? damping[first + c] : 0.0;
-        now.working[c] = of_network - now.damping[c];
-      }
-    }
-  }
-};
-
-// calls f(forces) with the Forces of this step
+// calls f(EVP::ActingForces) with those of this step
 template <class F> void FixEVPEnergy::with_forces(F &&f) const
 {
-  const double *const whole = atom->f[0], *const of_pairs = work->force.data();
-  const double *const damping = work->damping.data();
-  const double *const solved = is_solved() ? implicit->applied_damping().data() : nullptr;
-  const auto call = [&](auto damps, auto others) {
-    f(Forces<damps, others>{whole, of_pairs, damping, solved});
-  };
-  using std::false_type, std::true_type;
-  if (work->damping.empty())
-    work->separates ? call(false_type(), true_type()) : call(false_type(), false_type());
-  else
-    work->separates ? call(true_type(), true_type()) : call(true_type(), false_type());
+  EVP::with_acting_forces(*work, atom->f[0],
+                          is_solved() ? implicit->applied_damping().data() : nullptr, f);
 }
 
-// by the explicit damping of a driven atom over the half step before or after the present positions, in the mean
-// [energy/time]. At the beginning of a step atoms hold the half-step velocity by now, at its end that of the full
-// step: of either the mean over the half step is half of its kick away
-template <bool Damps, bool Others>
-double FixEVPEnergy::dissipated_in_half_step(int i, const Forces<Damps, Others> &forces) const
+// by which a box that deforms does work on what fix nve/evp damps, over half a step
+double FixEVPEnergy::damping_of_box() const
 {
-  if constexpr (!Damps) return 0.0;
-  const double quarter = 0.25 * dt_step * EVP::scene::inverse_mass(atom, force, i);
-  const size_t first = (size_t) 3 * i;
-  const double *const v = atom->v[0] + first, *const f = forces.whole + first;
-  const double *const damping = forces.damping + first;
-  double sum = 0.0;
-  for (int c = 0; c < 3; c++) sum -= damping[c] * (v[c] - quarter * f[c]);
-  return sum;
-}
-
-// of the pairs on this MPI rank, without damping
-EVP::Edges FixEVPEnergy::through_undamped() const
-{
-  EVP::Edges sums = work->through.whole;
-  for (int c = 0; c < 6; c++) sums[c] -= work->through.damping[c];
-  return sums;
-}
-
-// Work of a box by damping forces across its boundary over half a step dt. They act at the rates of the box that
-// dampers see, which in single steps are not those at which LAMMPS moves it.
-double FixEVPEnergy::damping_of_box(double dt) const
-{
-  return 0.5 * dt * EVP::work_of(work->through.damping, deform.box.rates);
-}
-
-// Half of what a force would do on an atom along with its unwrapped position: atoms move without.
-double FixEVPEnergy::carried_with_box(int i, const double *f) const
-{
-  const auto shift = EVP::unwrapping(deform.box.moved, atom->image[i]);
-  return 0.5 * (f[0] * shift[0] + f[1] * shift[1] + f[2] * shift[2]);
+  return is_solved() ? 0.5 * dt_step * implicit->power_of_box() : 0.0;
 }
 
 double FixEVPEnergy::kinetic_here() const
@@ -244,7 +159,7 @@ FixEVPEnergy::Instant FixEVPEnergy::instant_here() const
 // that atoms hold by their volume strain, on this MPI rank
 double FixEVPEnergy::volume_energy() const
 {
-  const VolumeForces *const volume = network->volume();
+  const EVP::VolumeForces *const volume = network->volume();
   return volume ? volume->energy() : 0.0;
 }
 
@@ -252,7 +167,7 @@ double FixEVPEnergy::volume_energy() const
 // jumps there. Shares are rounded so that their sums are exact in any order: what did not pass leaves none
 double FixEVPEnergy::volume_jump()
 {
-  const VolumeForces *const volume = network->volume();
+  const EVP::VolumeForces *const volume = network->volume();
   if (!volume) return 0.0;
   const EVP::PairList &list = network->packed_pairs();
   const int nreact = force->newton_pair ? list.nall : list.nlocal;
@@ -289,7 +204,7 @@ FixEVPEnergy::Works FixEVPEnergy::works_of_step()
   with_forces([&](const auto &forces) {
     for (int i = 0; i < atom->nlocal; i++) {
       const bool driven = is_driven(i);
-      if (driven) dissipated += dissipated_in_half_step(i, forces);
+      if (driven) dissipated += forces.dissipated(atom, force, dt_step, i);
       if (!forces.work_on(driven)) continue;
       EVP::AtomPast &then = records[i];
       EVP::AtomForces now{};
@@ -298,9 +213,9 @@ FixEVPEnergy::Works FixEVPEnergy::works_of_step()
       unwrap(i, x);
       for (int c = 0; c < 3; c++)
         done += 0.5 * (then.forces.working[c] + now.working[c]) * (x[c] - then.x[c]);
-      if (deform.acts) {
-        done -= carried_with_box(i, now.working);
-        damped += carried_with_box(i, now.damping);
+      if (box.acts) {
+        done -= box.along(atom->image[i], now.working);
+        damped += box.along(atom->image[i], now.damping);
       }
       if (driven)
         others += done;
@@ -315,19 +230,15 @@ FixEVPEnergy::Works FixEVPEnergy::works_of_step()
   dissipated *= 0.5 * dt_step;
   if (is_solved()) dissipated += 0.5 * dt_step * implicit->power_before();
 
-  double box = 0.0;
-  if (deform.acts) {
-    const double by_damping = damping_of_box(dt_step);
+  double of_box = 0.0;
+  if (box.acts) {
+    const double by_damping = box.by_damping(dt_step);
     dissipated += by_damping;
-    movers += deform.movers;
-    others += deform.others;
-    deform.through = through_undamped();
-    box = deform.done + deform.carried + by_damping +
-        0.5 * EVP::work_of(deform.through, deform.box.moved);
-    if (is_solved()) box += 0.5 * dt_step * implicit->power_of_box();
-    deform.carried = 0.0;
+    movers += box.movers;
+    others += box.others;
+    of_box = box.end_step(by_damping) + damping_of_box();
   }
-  return {dissipated_at_begin + dissipated + damped, movers + damped, others, box,
+  return {dissipated_at_begin + dissipated + damped, movers + damped, others, of_box,
           work->stored.has_changed() ? 1.0 : 0.0};
 }
 
@@ -336,30 +247,19 @@ void FixEVPEnergy::post_integrate()
   dt_step = update->dt;
   double by_damping = 0.0,
          damped = 0.0;    // of a moving box: by pairs across its boundary, of movers
-  if (deform.acts) {
-    by_damping = damping_of_box(dt_step);    // at the rates of these forces
-    deform.box.go_on(domain);
-    deform.done = by_damping + 0.5 * EVP::work_of(deform.through, deform.box.moved);
-    if (is_solved()) deform.done += 0.5 * dt_step * implicit->power_of_box();
-    deform.movers = deform.others = 0.0;
+  if (box.acts) {
+    by_damping = box.by_damping(dt_step);    // at the rates of these forces
+    box.begin_step(domain, by_damping, damping_of_box());
   }
   with_forces([&](const auto &forces) {
     dissipated_at_begin = 0.0;
     for (int i = 0; i < atom->nlocal; i++) {
       const bool driven = is_driven(i);
-      if (driven) dissipated_at_begin += dissipated_in_half_step(i, forces);
+      if (driven) dissipated_at_begin += forces.dissipated(atom, force, dt_step, i);
       if (!forces.work_on(driven)) continue;
       EVP::AtomForces &now = records[i].forces;
       forces.find(i, driven, now);
-      if (!deform.acts) continue;
-      const double carried = carried_with_box(i, now.working);
-      if (driven) {
-        deform.others -= carried;
-        continue;
-      }
-      const double of_damping = carried_with_box(i, now.damping);
-      deform.movers += carried + of_damping;
-      damped += of_damping;
+      if (box.acts) damped += box.add(atom->image[i], driven, now);
     }
   });
   dissipated_at_begin = 0.5 * dt_step * dissipated_at_begin + by_damping + damped;
@@ -369,21 +269,21 @@ void FixEVPEnergy::post_integrate()
 void FixEVPEnergy::pre_exchange()
 {
   if (network->rules.flows && !network->rules.breaks()) note_passed();
-  if (deform.acts) deform.kinetic = kinetic_here();
+  if (box.acts) box.kinetic = kinetic_here();
 }
 
 void FixEVPEnergy::pre_neighbor()
 {
-  if (!deform.acts) return;
-  deform.box.note_flip(domain);
+  if (!box.acts) return;
+  box.note_flip(domain);
   note_images();
 }
 
 // atoms have been wrapped, which changes their velocity, and ghosts are those of the forces to come
 void FixEVPEnergy::note_images()
 {
-  if (!deform.acts) return;
-  deform.carried += kinetic_here() - deform.kinetic;
+  if (!box.acts) return;
+  box.note_wrapped(kinetic_here());
   work->images.assign((size_t) 3 * (atom->nlocal + atom->nghost), 0.0);
   to_images(work->images, EVP::COUNT_OF_BOXES.data());
 }

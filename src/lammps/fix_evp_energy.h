@@ -1,22 +1,15 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef LMP_FIX_EVP_ENERGY_H
-#define LMP_FIX_EVP_ENERGY_H
+#pragma once
 
 #include "atom_records.h"
-#include "box_motion.h"
+#include "box_work.h"
 #include "core/work_tally.h"
 #include "nodal_exchange.h"
+#include "pair_network.h"
 
 #include <memory>
 
 namespace EVP {
-
-/// What acts on an atom at an end of a step [force].
-struct AtomForces {
-  double working[3];    ///< on a mover the forces of pairs; else all forces but those
-  double damping[3];    ///< explicit one, which is in neither
-};
 
 /// An atom at the beginning of a step.
 struct AtomPast {
@@ -34,7 +27,7 @@ namespace LAMMPS_NS {
 /// Exact for the leapfrog but for the trapezoid of the pair forces. Each step is taken from its own half
 /// kicks, with its own dt and the damping that was applied in it, whichever fix changed them before.
 /// What pairs hold, and their forces, the pair style's force loop leaves in `work`.
-class FixEVPEnergy : public AtomRecords<NodalExchange<Fix>, EVP::AtomPast> {
+class FixEVPEnergy : public EVP::AtomRecords<EVP::NodalExchange<Fix>, EVP::AtomPast> {
  public:
   FixEVPEnergy(class LAMMPS *, int, char **);
 
@@ -99,7 +92,7 @@ class FixEVPEnergy : public AtomRecords<NodalExchange<Fix>, EVP::AtomPast> {
     Works works;
   };
 
-  class PairNetwork *network = nullptr;
+  EVP::PairNetwork *network = nullptr;
   const class FixNVEEVP *implicit = nullptr;    // if there is one
   int driven_groupbits = 0;                     // groups of the fixes that move atoms by forces
   bool started = false;
@@ -107,37 +100,21 @@ class FixEVPEnergy : public AtomRecords<NodalExchange<Fix>, EVP::AtomPast> {
   Instant start{}, last{};
   double dissipated_at_begin = 0.0;    // of the step under way, on this MPI rank
 
-  /// Of a box that deforms with 'remap v'; sums of this MPI rank.
-  struct {
-    bool acts = false, before = false;    // in this run, at the last forces
-    EVP::MovingBox box;
-    EVP::Edges through{};                 // without damping, of the last forces
-    double kinetic = 0.0;                 // before atoms were wrapped
-    double carried = 0.0;                 // what kinetic energy gained by that, since the last step
-    double done = 0.0;                    // so far, in the step under way
-    double movers = 0.0, others = 0.0;    // the same, what images add to these
-  } deform;
-
   double taken = 0.0;    // by damping; DISSIPATED is the most that it was so far
   double left = 0.0;     // lost where contacts ended or volume strains jumped
   double entries[NENTRIES] = {};
   std::shared_ptr<EVP::PairWork> work = std::make_shared<EVP::PairWork>();
+  EVP::BoxWork box{*work};
 
   bool is_driven(int i) const { return atom->mask[i] & driven_groupbits; }
-  template <bool Damps, bool Others> struct Forces;
   template <class F> void with_forces(F &&f) const;
-  template <bool Damps, bool Others>
-  double dissipated_in_half_step(int i, const Forces<Damps, Others> &forces) const;
   bool is_solved() const;
   bool others_act() const;
   void refuse_early_changes() const;
   void take_work();
   Instant instant_here() const;
   double kinetic_here() const;
-  EVP::Edges through_undamped() const;
-  double damping_of_box(double dt) const;
-  double carried_with_box(int i, const double *f) const;
-  void begin_deforming();
+  double damping_of_box() const;
   void note_images();
   void note_passed();
   double volume_energy() const;
@@ -149,5 +126,3 @@ class FixEVPEnergy : public AtomRecords<NodalExchange<Fix>, EVP::AtomPast> {
 };
 
 }    // namespace LAMMPS_NS
-
-#endif

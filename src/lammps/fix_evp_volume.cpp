@@ -48,7 +48,7 @@ FixEVPVolume::FixEVPVolume(LAMMPS *lmp, int narg, char **arg) : AtomRecords(lmp,
   peratom_flag = peratom_freq = 1;
   size_peratom_cols = 0;
 
-  forces = std::make_shared<VolumeForces>(lmp, who, groupbit, kv, records, *this);
+  forces = std::make_shared<EVP::VolumeForces>(lmp, who, groupbit, kv, records, *this);
   follow_atoms();
   atom->add_callback(Atom::RESTART);
   keep_records();
@@ -69,7 +69,7 @@ void *FixEVPVolume::extract(const char *name, int &dim)
 
 void FixEVPVolume::init()
 {
-  PairNetwork::require(force, error, who);
+  EVP::PairNetwork::require(force, error, who);
   EVP::scene::refuse_respa(update, error, who);
   strains_step = -1;
   if (!forces->acts()) {
@@ -156,15 +156,11 @@ int FixEVPVolume::pack_restart(int i, double *buf)
 
 void FixEVPVolume::unpack_restart(int nlocal, int nth)
 {
-  const double *extra = atom->extra[nlocal];
-  const int stored = atom->nextra_store;
-  int m = 0;
-  for (int k = 0; k < nth && m < stored && extra[m] >= 1.0; k++) m += (int) extra[m];
-  if (m > stored - WORDS || extra[m] != WORDS ||
-      extra[m + WORDS - 1] != EVP::checksum(extra + m, WORDS - 1))
+  const double *record = EVP::scene::find_restored(atom, nlocal, nth);
+  if (!record || record[0] != WORDS)
     error->one(FLERR,
                "{}: the sums of atom {} in the restart file are damaged, or the atom is not from "
                "that file: define the fix right after read_restart",
                who, atom->tag[nlocal]);
-  records[nlocal] = {extra[m + 1], extra[m + 2], 0.0};
+  records[nlocal] = {record[1], record[2], 0.0};
 }

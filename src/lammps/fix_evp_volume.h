@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef LMP_FIX_EVP_VOLUME_H
-#define LMP_FIX_EVP_VOLUME_H
+#pragma once
 
 #include "atom_records.h"
 #include "nodal_exchange.h"
@@ -15,7 +13,7 @@ namespace LAMMPS_NS {
 
 /// An energy of the volume strain of each atom over its bonds. Its forces are in those of the pair style,
 /// its energy is here.
-class FixEVPVolume : public AtomRecords<NodalExchange<Fix>, VolumeForces::Record> {
+class FixEVPVolume : public EVP::AtomRecords<EVP::NodalExchange<Fix>, EVP::VolumeForces::Record> {
  public:
   FixEVPVolume(class LAMMPS *, int, char **);
   ~FixEVPVolume() override;
@@ -52,12 +50,10 @@ class FixEVPVolume : public AtomRecords<NodalExchange<Fix>, VolumeForces::Record
  private:
   static constexpr int WORDS = 4;    // of an atom in restart files: their number, record, checksum
 
-  std::shared_ptr<VolumeForces> forces;
+  std::shared_ptr<EVP::VolumeForces> forces;
   std::vector<double> shown;    // strains of the records, side by side for those who read f_ID
   std::array<double, 3> strains{};    // f_ID[1..3], as of the last evaluation
   bigint strains_step = -1;           // step of that, -1 if it must not be used again
 };
 
 }    // namespace LAMMPS_NS
-
-#endif

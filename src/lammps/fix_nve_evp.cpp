@@ -4,7 +4,6 @@
 
 #include "collective.h"
 #include "keywords.h"
-#include "pair_network.h"
 #include "scene.h"
 
 #include "comm.h"
@@ -44,7 +43,7 @@ FixNVEEVP::FixNVEEVP(LAMMPS *lmp, int narg, char **arg) :
 
 void FixNVEEVP::init()
 {
-  network = PairNetwork::require(force, error, who);
+  network = EVP::PairNetwork::require(force, error, who);
   EVP::scene::refuse_respa(update, error, who);
 
   others_groupbits = 0;

@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef LMP_FIX_NVE_EVP_H
-#define LMP_FIX_NVE_EVP_H
+#pragma once
 
 #include "atom_records.h"
 #include "core/dampers.h"
 #include "damped_bodies.h"
 #include "damping_solver.h"
 #include "nodal_exchange.h"
+#include "pair_network.h"
 
 #include "domain.h"
 
-#include <string>
 #include <vector>
 
 namespace EVP {
@@ -33,7 +31,7 @@ namespace LAMMPS_NS {
 ///
 /// Between steps atoms hold v = (v- + v+)/2, and f holds F plus the damping force that took v- to v+,
 /// so that both half kicks are those of plain leapfrog and other fixes read the whole force.
-class FixNVEEVP : public AtomRecords<NodalExchange<Fix>, EVP::LastPosition> {
+class FixNVEEVP : public EVP::AtomRecords<EVP::NodalExchange<Fix>, EVP::LastPosition> {
  public:
   FixNVEEVP(class LAMMPS *, int, char **);
 
@@ -86,7 +84,7 @@ class FixNVEEVP : public AtomRecords<NodalExchange<Fix>, EVP::LastPosition> {
   }
 
  private:
-  class PairNetwork *network = nullptr;
+  EVP::PairNetwork *network = nullptr;
   int others_groupbits = 0;       // groups of the other fixes that move atoms by forces
   bool forces_follow = false;     // fixes defined later add forces, at set-up after its solve
   bool balance_wanted = false;    // a fix evp/energy asks for the power of the dampers
@@ -119,5 +117,3 @@ class FixNVEEVP : public AtomRecords<NodalExchange<Fix>, EVP::LastPosition> {
 };
 
 }    // namespace LAMMPS_NS
-
-#endif

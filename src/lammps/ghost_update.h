@@ -1,20 +1,18 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef LMP_EVP_GHOST_UPDATE_H
-#define LMP_EVP_GHOST_UPDATE_H
+#pragma once
 
 #include "box_motion.h"
 #include "collective.h"
+#include "lammps_names.h"
 
 #include "atom.h"
 #include "comm.h"
 #include "domain.h"
 #include "pair.h"
-#include "pointers.h"
 
 #include <algorithm>
 
-namespace LAMMPS_NS {
+namespace EVP {
 
 /// Brings velocities or positions of ghosts up to date, by the forward communication of a pair style,
 /// which hands pack() and unpack() on.
@@ -35,10 +33,27 @@ class GhostUpdate : protected Pointers {
     positions = true;
     comm->forward_comm(style);
     positions = false;
-    return EVP::on_all(updated == atom->nghost, world);
+    return on_all(updated == atom->nghost, world);
   }
 
-  int pack(int n, const int *indices, double *buf, int pbc_flag, const int *pbc) const;
+  /// Periodic images are a box away, and move with a box that deforms with 'remap v'.
+  int pack(int n, const int *indices, double *buf, int pbc_flag, const int *pbc) const
+  {
+    std::array<double, 3> image{};
+    const bool moves = !positions && domain->deform_vremap;
+    if (pbc_flag && (positions || moves)) {
+      const double size[6] = {domain->xprd, domain->yprd, domain->zprd,
+                              domain->yz,   domain->xz,   domain->xy};
+      image = image_shift(moves ? domain->h_rate : size, pbc);
+    }
+    double **values = positions ? atom->x : atom->v;
+    for (int k = 0; k < n; k++) {
+      const int i = indices[k];
+      const bool with_image = pbc_flag && (!moves || (atom->mask[i] & domain->deform_groupbit));
+      for (int c = 0; c < 3; c++) buf[3 * k + c] = values[i][c] + (with_image ? image[c] : 0.0);
+    }
+    return 3 * n;
+  }
   void unpack(int n, int first, const double *buf)
   {
     if (n == 0) return;
@@ -52,26 +67,4 @@ class GhostUpdate : protected Pointers {
   int updated = 0;           // ghosts, by the last exchange of positions
 };
 
-// periodic images are a box away, and move with a box that deforms with 'remap v'
-inline int GhostUpdate::pack(int n, const int *indices, double *buf, int pbc_flag,
-                             const int *pbc) const
-{
-  std::array<double, 3> image{};
-  const bool moves = !positions && domain->deform_vremap;
-  if (pbc_flag && (positions || moves)) {
-    const double size[6] = {domain->xprd, domain->yprd, domain->zprd,
-                            domain->yz,   domain->xz,   domain->xy};
-    image = EVP::image_shift(moves ? domain->h_rate : size, pbc);
-  }
-  double **values = positions ? atom->x : atom->v;
-  for (int k = 0; k < n; k++) {
-    const int i = indices[k];
-    const bool with_image = pbc_flag && (!moves || (atom->mask[i] & domain->deform_groupbit));
-    for (int c = 0; c < 3; c++) buf[3 * k + c] = values[i][c] + (with_image ? image[c] : 0.0);
-  }
-  return 3 * n;
-}
-
-}    // namespace LAMMPS_NS
-
-#endif
+}    // namespace EVP

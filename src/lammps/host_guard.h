@@ -2,8 +2,7 @@
 /// Refuses a LAMMPS that this plugin was not built for. LAMMPS itself does not: a plugin of another
 /// release, integer size or kind of MPI loads and then misreads memory. Only LAMMPS' C library API is called,
 /// because the layout of every C++ class may differ, and MPI not at all.
-#ifndef LMP_EVP_HOST_GUARD_H
-#define LMP_EVP_HOST_GUARD_H
+#pragma once
 
 #include "exceptions.h"
 #include "library.h"
@@ -75,5 +74,3 @@ void refuse_wrong_host(void *lmp)
 }
 
 }    // namespace
-
-#endif

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //
 // What commands are given: keyword value keyword value ..., and errors where they are not.
-
-#ifndef LMP_EVP_KEYWORDS_H
-#define LMP_EVP_KEYWORDS_H
+#pragma once
 
 #include "core/text.h"
+#include "lammps_names.h"
 
 #include "error.h"
 #include "utils.h"
@@ -17,7 +16,7 @@
 namespace EVP {
 
 /// Calls f. Stops, naming `who`, where it throws BadInput, which all MPI ranks must do together.
-template <class F> void stop_at_bad_input(LAMMPS_NS::Error *error, const std::string &who, F &&f)
+template <class F> void stop_at_bad_input(Error *error, const std::string &who, F &&f)
 {
   try {
     f();
@@ -42,14 +41,14 @@ struct Keyword {
 /// of the list, which are joined by `joint` in the message, where a value is missing, and where f throws
 /// BadInput.
 template <class F>
-void for_each_keyword(LAMMPS_NS::Error *error, const std::string &who, int narg, char **arg,
+void for_each_keyword(Error *error, const std::string &who, int narg, char **arg,
                       const std::vector<std::string> &keys, const char *joint, F &&f)
 {
   for (int iarg = 0; iarg < narg; iarg += 2) {
     const std::string key = arg[iarg];
     if (std::find(keys.begin(), keys.end(), key) == keys.end())
       error->all(FLERR, "{}: unknown keyword '{}'; it takes {}", who, key,
-                 LAMMPS_NS::utils::join_words(keys, joint));
+                 utils::join_words(keys, joint));
     if (iarg + 1 == narg) error->all(FLERR, "{}: keyword {} needs a value", who, key);
     stop_at_bad_input(error, who, [&] {
       f(Keyword{key, arg[iarg + 1]});
@@ -58,5 +57,3 @@ void for_each_keyword(LAMMPS_NS::Error *error, const std::string &who, int narg,
 }
 
 }    // namespace EVP
-
-#endif

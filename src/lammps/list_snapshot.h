@@ -1,22 +1,20 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef LMP_EVP_LIST_SNAPSHOT_H
-#define LMP_EVP_LIST_SNAPSHOT_H
+#pragma once
 
 #include "collective.h"
 #include "core/bytes.h"
+#include "lammps_names.h"
 
 #include "atom.h"
 #include "comm.h"
 #include "neighbor.h"
-#include "pointers.h"
 
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <vector>
 
-namespace LAMMPS_NS {
+namespace EVP {
 
 /// Notes of the neighbor list that pairs were packed from, and of its atoms. Between runs anything may
 /// have happened: commands and programs that use LAMMPS as a library change own atoms and leave ghosts
@@ -86,10 +84,10 @@ class ListSnapshot : protected Pointers {
       const double dx = x[0] - then[0], dy = x[1] - then[1], dz = x[2] - then[2];
       if (dx * dx + dy * dy + dz * dz > 0.25 * skin * skin) far = true;
     }
-    return EVP::on_any(far, world);
+    return on_any(far, world);
   }
 
-  double memory_usage() const { return EVP::bytes_of(list_x, radii); }
+  double memory_usage() const { return bytes_of(list_x, radii); }
 
  private:
   bigint call = -1, step = -1;    // of the neighbor list
@@ -119,6 +117,4 @@ class ListSnapshot : protected Pointers {
   }
 };
 
-}    // namespace LAMMPS_NS
-
-#endif
+}    // namespace EVP

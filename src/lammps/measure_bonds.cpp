@@ -10,26 +10,26 @@
 #include <algorithm>
 #include <vector>
 
-using namespace LAMMPS_NS;
+namespace EVP {
 
-EVP::BondMeasures LAMMPS_NS::measure_bonds(LAMMPS *lmp, const EVP::BondStore &store)
+BondMeasures measure_bonds(LAMMPS *lmp, const BondStore &store)
 {
   const Atom *atom = lmp->atom;
   std::vector<tagint> partners;
   double longest = 0.0;
   for (int i = 0; i < atom->nlocal; i++)
-    for (const EVP::Bond &bond : store.of(i)) {
+    for (const Bond &bond : store.of(i)) {
       partners.push_back((tagint) bond.partner);
       longest = std::max(longest, bond.deq);
     }
   const AtomDirectory directory(lmp, partners);
 
-  EVP::BondCensus census(atom->ntypes, EVP::reduce_all(longest, MPI_MAX, lmp->world));
+  BondCensus census(atom->ntypes, reduce_all(longest, MPI_MAX, lmp->world));
   for (int i = 0; i < atom->nlocal; i++) {
-    const EVP::BondStore::Bonds &bonds = store.of(i);
+    const BondStore::Bonds &bonds = store.of(i);
     if (bonds.empty()) continue;
     census.add_particle(atom->type[i], (int64_t) bonds.size());
-    for (const EVP::Bond &bond : bonds) {
+    for (const Bond &bond : bonds) {
       const int type = directory.entries.at((tagint) bond.partner).type;
       if (type) census.add_bond(atom->type[i], type, bond.deq);
     }
@@ -38,3 +38,5 @@ EVP::BondMeasures LAMMPS_NS::measure_bonds(LAMMPS *lmp, const EVP::BondStore &st
                 lmp->world);
   return census.measures();
 }
+
+}    // namespace EVP

@@ -1,17 +1,14 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef LMP_EVP_MEASURE_BONDS_H
-#define LMP_EVP_MEASURE_BONDS_H
+#pragma once
 
 #include "core/bond_measures.h"
 #include "core/bond_store.h"
+#include "lammps_names.h"
 
-namespace LAMMPS_NS {
+namespace EVP {
 
 /// Collective. Of the records of all MPI ranks, the same bits on any number of them. A bond whose partner
 /// was deleted counts for its atom, and for no pair of types.
-EVP::BondMeasures measure_bonds(class LAMMPS *, const EVP::BondStore &);
+BondMeasures measure_bonds(LAMMPS *, const BondStore &);
 
-}    // namespace LAMMPS_NS
-
-#endif
+}    // namespace EVP

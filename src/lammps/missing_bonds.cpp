@@ -10,12 +10,12 @@
 #include <utility>
 #include <vector>
 
-using namespace LAMMPS_NS;
+namespace EVP {
 
-void LAMMPS_NS::break_missing_bonds(LAMMPS *lmp, const PairNetwork *network, EVP::BondStore &store)
+void break_missing_bonds(LAMMPS *lmp, const PairNetwork *network, BondStore &store)
 {
   const Atom *atom = lmp->atom;
-  const auto *x = EVP::scene::rows(atom->x);
+  const auto *x = scene::rows(atom->x);
   std::vector<std::pair<tagint, int>> atoms;    // own and ghosts: of an ID there may be many
   for (int k = 0; k < atom->nlocal + atom->nghost; k++) atoms.emplace_back(atom->tag[k], k);
   std::sort(atoms.begin(), atoms.end());
@@ -25,8 +25,8 @@ void LAMMPS_NS::break_missing_bonds(LAMMPS *lmp, const PairNetwork *network, EVP
   std::vector<tagint> partners;
   for (int i = 0; i < atom->nlocal; i++)
     for (int slot = 0; slot < (int) store.of(i).size(); slot++) {
-      const EVP::Bond &bond = store.of(i)[slot];
-      EVP::PairHistory &history = store.histories_of(i)[slot];
+      const Bond &bond = store.of(i)[slot];
+      PairHistory &history = store.histories_of(i)[slot];
       if (history.broken != 0.0) continue;
       const auto partner = (tagint) bond.partner;
       auto at = std::lower_bound(atoms.begin(), atoms.end(), std::pair(partner, 0));
@@ -38,8 +38,8 @@ void LAMMPS_NS::break_missing_bonds(LAMMPS *lmp, const PairNetwork *network, EVP
       bool within = false;
       for (; at != atoms.end() && at->first == partner; ++at) {
         const double cut = network->cut_of_bond(i, at->second, bond.deq);
-        const double dsq = EVP::PairGeometry(x, i, at->second).dsq;
-        within = within || dsq <= EVP::reach_squared(cut, EVP::BOND_MARGIN);
+        const double dsq = PairGeometry(x, i, at->second).dsq;
+        within = within || dsq <= reach_squared(cut, BOND_MARGIN);
       }
       if (!within) history = {0.0, history.work, 1.0};
     }
@@ -47,7 +47,9 @@ void LAMMPS_NS::break_missing_bonds(LAMMPS *lmp, const PairNetwork *network, EVP
   const AtomDirectory directory(lmp, partners);
   for (size_t k = 0; k < partners.size(); k++) {
     if (directory.entries.at(partners[k]).type == 0) continue;
-    EVP::PairHistory &history = store.histories_of(far_away[k].first)[far_away[k].second];
+    PairHistory &history = store.histories_of(far_away[k].first)[far_away[k].second];
     history = {0.0, history.work, 1.0};
   }
 }
+
+}    // namespace EVP

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //
 // Values per atom between MPI ranks, for the fixes and computes of this package and their companions.
-
-#ifndef LMP_EVP_NODAL_EXCHANGE_H
-#define LMP_EVP_NODAL_EXCHANGE_H
+#pragma once
 
 #include "box_motion.h"
 #include "collective.h"
 #include "core/bodies.h"
 #include "core/ghost_exchange.h"
+#include "lammps_names.h"
 
 #include "comm.h"
 #include "compute.h"
@@ -19,13 +18,12 @@
 #include <algorithm>
 #include <string>
 #include <type_traits>
-#include <vector>
 
-namespace LAMMPS_NS {
+namespace EVP {
 
 /// A Fix or Compute that exchanges values of atoms and ghosts: comm_forward of them per atom from
 /// owners to ghosts, comm_reverse of them from ghosts to owners; three by default.
-template <class Base> class NodalExchange : public Base, public EVP::GhostExchange {
+template <class Base> class NodalExchange : public Base, public GhostExchange {
  public:
   NodalExchange(LAMMPS *lmp, int narg, char **arg) :
       Base(lmp, narg, arg), who(std::string(std::is_same_v<Base, Fix> ? "Fix " : "Compute ") +
@@ -75,14 +73,14 @@ template <class Base> class NodalExchange : public Base, public EVP::GhostExchan
     return fell;
   }
 
-  double sum(double here) override { return EVP::reduce_all(here, MPI_SUM, this->world); }
+  double sum(double here) override { return reduce_all(here, MPI_SUM, this->world); }
 
   int pack_forward_comm(int n, int *indices, double *buf, int pbc_flag, int *pbc) override
   {
     const int width = this->comm_forward;
     for (int k = 0; k < n; k++) std::copy_n(values_of(indices[k], width), width, buf + k * width);
     if (shifted_by && pbc_flag) {
-      const auto shift = EVP::image_shift(shifted_by, pbc);
+      const auto shift = image_shift(shifted_by, pbc);
       for (int k = 0; k < n; k++)
         for (int c = 0; c < 3; c++) buf[k * width + c] += shift[c];
     }
@@ -108,7 +106,7 @@ template <class Base> class NodalExchange : public Base, public EVP::GhostExchan
     for (int k = 0; k < n; k++, buf += width) {
       double *const own = values_of(indices[k], width);
       if (lowest)
-        fell = EVP::NodeSets::lower(own, buf, width) || fell;
+        fell = NodeSets::lower(own, buf, width) || fell;
       else
         for (int c = 0; c < width; c++) own[c] += buf[c];
     }
@@ -129,6 +127,4 @@ template <class Base> class NodalExchange : public Base, public EVP::GhostExchan
   }
 };
 
-}    // namespace LAMMPS_NS
-
-#endif
+}    // namespace EVP

@@ -142,7 +142,7 @@ void PairEVPLJ::coeff(int narg, char **arg)
 
   EVP::GivenRow row;
   EVP::stop_at_bad_input(error, "Pair evp/lj", [&] {
-    row = read_row(lmp, {arg + 2, arg + narg});
+    row = EVP::read_row(lmp, {arg + 2, arg + narg});
   });
 
   bool any = false;
@@ -169,7 +169,7 @@ void PairEVPLJ::check_host_settings() const
 {
   if (!atom->radius_flag)
     error->all(FLERR, "Pair evp/lj needs particles with a radius: use 'atom_style sphere'");
-  if (PairNetwork::find(force) != &network)
+  if (EVP::PairNetwork::find(force) != &network)
     error->all(FLERR,
                "Pair evp/lj can be one sub-style of pair_style hybrid only, as a pair has one deq: "
                "give its types rows of their own instead");
@@ -245,7 +245,7 @@ void PairEVPLJ::stop_at_blow_up() const
 template <bool Damping> void PairEVPLJ::compute_forces()
 {
   const EVP::PairList &pairs = network.packed_pairs();
-  VolumeForces *const volume = network.volume();
+  EVP::VolumeForces *const volume = network.volume();
   if (pairs.rows.empty() && !volume && !network.wanted_work()) return;
 
   const EVP::ParticleView view = {rows(atom->x), rows(atom->v),
@@ -423,7 +423,7 @@ void PairEVPLJ::read_restart_settings(FILE *fp)
     network.rules.flows = words[id_end] != 0.0;
     network.rules.break_strain = words[id_end + 1];
   }
-  network.set_recorder({words.begin() + NSETTINGS, words.begin() + (ptrdiff_t) id_end});
+  network.source.recorder = {words.begin() + NSETTINGS, words.begin() + (ptrdiff_t) id_end};
   offer_pair_values();
 }
 

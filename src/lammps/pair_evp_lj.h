@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef LMP_PAIR_EVP_LJ_H
-#define LMP_PAIR_EVP_LJ_H
+#pragma once
 
 #include "core/coefficients.h"
 #include "pair.h"
@@ -49,7 +47,7 @@ class PairEVPLJ : public Pair {
   static constexpr int NVALUES = 5;    // p1 ... p5 of compute pair/local
 
   EVP::Coefficients coefficients;
-  PairNetwork network;
+  EVP::PairNetwork network;
   bool velocities_sent = false;    // to ghosts, for the last forces
 
   void allocate();
@@ -69,5 +67,3 @@ class PairEVPLJ : public Pair {
 };
 
 }    // namespace LAMMPS_NS
-
-#endif

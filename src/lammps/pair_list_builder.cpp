@@ -11,7 +11,7 @@
 #include <algorithm>
 #include <cmath>
 
-using namespace LAMMPS_NS;
+namespace EVP {
 
 static constexpr int AHEAD = 4;    // rows: records are prefetched that much earlier
 
@@ -26,15 +26,14 @@ struct PairListBuilder::View {
   AtomBodies bodies;
 };
 
-PairListBuilder::Found PairListBuilder::build(const Input &input, EVP::PairList &list)
+PairListBuilder::Found PairListBuilder::build(const Input &input, PairList &list)
 {
-  return input.within == EVP::Within::ALL ? pack_rows<false>(input, list)
-                                          : pack_rows<true>(input, list);
+  return input.within == Within::ALL ? pack_rows<false>(input, list) : pack_rows<true>(input, list);
 }
 
 // Divided: there are pairs of two bodies
 template <bool Divided>
-PairListBuilder::Found PairListBuilder::pack_rows(const Input &input, EVP::PairList &list)
+PairListBuilder::Found PairListBuilder::pack_rows(const Input &input, PairList &list)
 {
   std::swap(last, now);
   now.size = 0;
@@ -43,7 +42,7 @@ PairListBuilder::Found PairListBuilder::pack_rows(const Input &input, EVP::PairL
   list.clear(input.new_pair_margin, input.rules.flows);
 
   Found found{};
-  View view = {EVP::scene::rows(atom->x),
+  View view = {scene::rows(atom->x),
                atom->radius,
                0,
                atom->type,
@@ -58,9 +57,9 @@ PairListBuilder::Found PairListBuilder::pack_rows(const Input &input, EVP::PairL
   for (int ii = 0; ii < inum; ii++) {
     const int i = ilist[ii];
     if (input.bonds && ii + AHEAD < inum) input.bonds->prefetch(ilist[ii + AHEAD]);
-    if (!EVP::PackedPairs::fits(list.pairs.size(), view.numneigh[i]))
+    if (!PackedPairs::fits(list.pairs.size(), view.numneigh[i]))
       error->one(FLERR, "Pair evp/lj: more than {} pairs on one MPI rank: use more ranks",
-                 EVP::PackedPairs::MOST);
+                 PackedPairs::MOST);
     const Room room = list.pairs.room(view.numneigh[i]);
     const int n = pack_row<Divided>(input, view, i, room, list.pairs, found);
     if (n == 0) continue;
@@ -68,7 +67,7 @@ PairListBuilder::Found PairListBuilder::pack_rows(const Input &input, EVP::PairL
     const int first = (int) list.pairs.size();
     list.pairs.add(n);
     list.rows.emplace_back();
-    EVP::PackedRow &row = list.rows.back();    // copying a whole row would wait for its members
+    PackedRow &row = list.rows.back();    // copying a whole row would wait for its members
     row.i = i;
     row.first = first;
     row.last = first + n;
@@ -79,27 +78,26 @@ PairListBuilder::Found PairListBuilder::pack_rows(const Input &input, EVP::PairL
 // returns the number of pairs
 template <bool Divided>
 EVP_INLINE int PairListBuilder::pack_row(const Input &input, const View &view, int i,
-                                         const Room &room, const EVP::PackedPairs &pairs,
-                                         Found &found)
+                                         const Room &room, const PackedPairs &pairs, Found &found)
 {
-  static const EVP::BondStore::Bonds none;
-  const EVP::BondStore::Bonds &own_records = input.bonds ? input.bonds->of(i) : none;
-  const EVP::Bond *const records = own_records.data();
+  static const BondStore::Bonds none;
+  const BondStore::Bonds &own_records = input.bonds ? input.bonds->of(i) : none;
+  const Bond *const records = own_records.data();
   const Range hints = last.rows[i];
-  EVP::RecordFinder finder(own_records,
-                           {last.slots.data() + hints.first, last.slots.data() + hints.last});
+  RecordFinder finder(own_records,
+                      {last.slots.data() + hints.first, last.slots.data() + hints.last});
   const int *const neighbors = view.firstneigh[i], nneighbors = view.numneigh[i];
   int *const slots = now.room(nneighbors + 1);
   const double own_radius = view.radius[i], own_x[3] = {view.x[i][0], view.x[i][1], view.x[i][2]};
   const int first_law = input.coefficients->index(view.type[i], 0);
-  const EVP::Law *const laws = &input.coefficients->law(first_law);
-  const EVP::PairHistory *const histories = input.bonds ? input.bonds->histories_of(i) : nullptr;
-  const bool with_new_pairs = input.rules.contact != EVP::Contact::NONE;
-  const bool new_repel_only = input.rules.contact == EVP::Contact::REPULSIVE;
+  const Law *const laws = &input.coefficients->law(first_law);
+  const PairHistory *const histories = input.bonds ? input.bonds->histories_of(i) : nullptr;
+  const bool with_new_pairs = input.rules.contact != Contact::NONE;
+  const bool new_repel_only = input.rules.contact == Contact::REPULSIVE;
   const double break_at = input.rules.breaks() ? 1.0 + input.rules.break_strain : 0.0;
   const int implicit_bit = input.implicit_groupbit;
   const int nreact = force->newton_pair ? atom->nlocal + atom->nghost : atom->nlocal;
-  const double closest = std::max(1.0 - input.rules.overlap, EVP::COINCIDENT);
+  const double closest = std::max(1.0 - input.rules.overlap, COINCIDENT);
 
   int n = 0, nfound = 0;
   for (int jj = 0; jj < nneighbors; jj++) {
@@ -118,7 +116,7 @@ EVP_INLINE int PairListBuilder::pack_row(const Input &input, const View &view, i
     const double sum_radii = own_radius + view.radius[j];
 
     const int type = view.type[j];
-    const EVP::Row &row = laws[type].parameters();
+    const Row &row = laws[type].parameters();
     double deq = is_bond ? records[record].deq : sum_radii;
     if (broken) deq = input.rules.rest_of_broken(sum_radii, records[record].deq);
     double cut = broken || (!is_bond && (new_repel_only || apart)) ? deq : row.alpha * sum_radii;
@@ -126,11 +124,11 @@ EVP_INLINE int PairListBuilder::pack_row(const Input &input, const View &view, i
     const bool implicit = implicit_bit && ((view.mask[i] | view.mask[j]) & implicit_bit);
     const int own = first_law + type, law = implicit ? input.coefficients->undamped(own) : own;
     room.inv_deq[n] = 1.0 / deq;
-    room.cutsq[n] = apart ? EVP::reach_squared(cut, input.repulsive_margin)
+    room.cutsq[n] = apart ? reach_squared(cut, input.repulsive_margin)
                           : pairs.reach_squared(cut, is_bond);
     room.j[n] = j;
     room.kind[n] = 2 * law + is_bond;
-    room.slot[n] = broken ? EVP::PackedPair::slot_of_broken(record) : record;
+    room.slot[n] = broken ? PackedPair::slot_of_broken(record) : record;
     n++;
     if (!implicit && row.gamma > 0.0) found.damped = true;
     if (is_bond) found.bond_sides += j < nreact ? 2 : 1;
@@ -139,7 +137,7 @@ EVP_INLINE int PairListBuilder::pack_row(const Input &input, const View &view, i
       count_overlap(i, j, dsq, deq, laws[type], found.overlaps);
   }
   if (room.offset) fill_history(input, view, i, room, n);
-  slots[nfound] = EVP::RecordFinder::NO_SLOT;
+  slots[nfound] = RecordFinder::NO_SLOT;
   now.rows[i] = {now.size, now.size + nfound};
   now.size += nfound + 1;
   return n;
@@ -153,17 +151,17 @@ void PairListBuilder::fill_history(const Input &input, const View &view, int i, 
     room.take_history(k, {});
     const bool is_bond = room.kind[k] & 1;
     room.cap[k] = input.coefficients->law(room.kind[k] / 2)
-                      .cap(is_bond, !is_bond && EVP::only_repels(room.cutsq[k], room.inv_deq[k]));
+                      .cap(is_bond, !is_bond && only_repels(room.cutsq[k], room.inv_deq[k]));
   }
   if (!input.bonds) return;
-  const EVP::PairHistory *const histories = input.bonds->histories_of(i);
+  const PairHistory *const histories = input.bonds->histories_of(i);
   const auto &contacts = input.bonds->contacts_of(i);
   for (int k = 0; k < n; k++) {
     if (room.slot[k] >= 0) {
       room.take_history(k, histories[room.slot[k]]);
       continue;
     }
-    for (const EVP::FlowedContact &contact : contacts)
+    for (const FlowedContact &contact : contacts)
       if (contact.partner == view.tag[room.j[k]]) {
         room.take_history(k, contact.history);
         break;
@@ -172,10 +170,10 @@ void PairListBuilder::fill_history(const Input &input, const View &view, int i, 
 }
 
 // without newton both owners of a pair across MPI ranks hold it; one of them counts it
-void PairListBuilder::count_overlap(int i, int j, double dsq, double deq, const EVP::Law &law,
+void PairListBuilder::count_overlap(int i, int j, double dsq, double deq, const Law &law,
                                     Overlaps &overlaps) const
 {
-  const double coincident = EVP::COINCIDENT * (atom->radius[i] + atom->radius[j]);
+  const double coincident = COINCIDENT * (atom->radius[i] + atom->radius[j]);
   if (!(dsq > coincident * coincident))
     error->one(FLERR,
                "Pair evp/lj: atoms {} and {} coincide, the force has no direction there: move one "
@@ -186,3 +184,5 @@ void PairListBuilder::count_overlap(int i, int j, double dsq, double deq, const 
   const double d = std::sqrt(dsq);
   overlaps = {1, atom->tag[i], atom->tag[j], d, deq, law.regime(d, deq)};
 }
+
+}    // namespace EVP

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef LMP_EVP_PAIR_LIST_BUILDER_H
-#define LMP_EVP_PAIR_LIST_BUILDER_H
+#pragma once
 
 #include "core/bond_store.h"
 #include "core/bytes.h"
@@ -9,22 +7,21 @@
 #include "core/pair_list.h"
 #include "core/pair_rules.h"
 #include "core/within.h"
-
-#include "pointers.h"
+#include "lammps_names.h"
 
 #include <vector>
 
-namespace LAMMPS_NS {
+namespace EVP {
 
 /// Packs the pairs of a neighbor list: from (i, j) to deq of the record, cut-off and law.
 class PairListBuilder : protected Pointers {
  public:
   struct Input {
-    const class NeighList *neighbors;
-    const EVP::Coefficients *coefficients;
-    const EVP::BondStore *bonds;    ///< nullptr without
-    EVP::PairRules rules;
-    EVP::Within within;         ///< see fix evp/bonds
+    const NeighList *neighbors;
+    const Coefficients *coefficients;
+    const BondStore *bonds;    ///< nullptr without
+    PairRules rules;
+    Within within;              ///< see fix evp/bonds
     double new_pair_margin;     ///< of their cuts, see core/pair_list.h
     double repulsive_margin;    ///< the same of pairs of two bodies, which only repel
     int implicit_groupbit;      ///< pairs with an atom of it have the law without gamma
@@ -48,9 +45,9 @@ class PairListBuilder : protected Pointers {
 
   /// Fills the list in time linear in the neighbors. Periodic images of a partner share its ID and
   /// have its deq; fix evp/bonds ensures that no two of them are within dlim.
-  Found build(const Input &, EVP::PairList &);
+  Found build(const Input &, PairList &);
 
-  double memory_usage() const { return EVP::bytes_of(last.slots, now.slots, last.rows, now.rows); }
+  double memory_usage() const { return bytes_of(last.slots, now.slots, last.rows, now.rows); }
 
  private:
   struct Range {
@@ -60,7 +57,7 @@ class PairListBuilder : protected Pointers {
   /// Slots of the records found, row by row of the local atoms, NO_SLOT behind each: mostly found there
   /// again. Atoms without a row share the first.
   struct Slots {
-    std::vector<int> slots = {EVP::RecordFinder::NO_SLOT};
+    std::vector<int> slots = {RecordFinder::NO_SLOT};
     std::vector<Range> rows;
     int size = 0;
 
@@ -71,15 +68,13 @@ class PairListBuilder : protected Pointers {
     }
   } last, now;
 
-  using Room = EVP::PackedPairs::Room;
+  using Room = PackedPairs::Room;
   struct View;
-  template <bool Divided> Found pack_rows(const Input &, EVP::PairList &);
+  template <bool Divided> Found pack_rows(const Input &, PairList &);
   template <bool Divided>
-  int pack_row(const Input &, const View &, int i, const Room &, const EVP::PackedPairs &, Found &);
+  int pack_row(const Input &, const View &, int i, const Room &, const PackedPairs &, Found &);
   static void fill_history(const Input &, const View &, int i, const Room &, int n);
-  void count_overlap(int i, int j, double dsq, double deq, const EVP::Law &, Overlaps &) const;
+  void count_overlap(int i, int j, double dsq, double deq, const Law &, Overlaps &) const;
 };
 
-}    // namespace LAMMPS_NS
-
-#endif
+}    // namespace EVP

@@ -1,31 +1,25 @@
 // SPDX-License-Identifier: GPL-2.0-only
+#pragma once
 
-#ifndef LMP_EVP_PAIR_NETWORK_H
-#define LMP_EVP_PAIR_NETWORK_H
-
-#include "core/bond_store.h"
+#include "bond_source.h"
 #include "core/coefficients.h"
-#include "core/force_loop.h"
 #include "core/pair_list.h"
-#include "core/work_tally.h"
 #include "cut_offs.h"
 #include "ghost_update.h"
 #include "list_snapshot.h"
-#include "nodal_exchange.h"
+#include "pair_histories.h"
 #include "pair_list_builder.h"
-#include "volume_forces.h"
+#include "row_laws.h"
 
 #include "atom.h"
-#include "pointers.h"
 #include "update.h"
 
-#include <algorithm>
 #include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
-namespace LAMMPS_NS {
+namespace EVP {
 
 /// The pairs of pair style evp/lj on this MPI rank, their laws and their bonds: packed from each new
 /// neighbor list for the time-step loop, read by the fixes and computes of this package.
@@ -39,29 +33,29 @@ class PairNetwork : protected Pointers {
     double lowest_ratio;    ///< smallest d/(R_i + R_j) of the packed pairs; 0 if there are none
   };
 
-  PairNetwork(LAMMPS *, class Pair *style, EVP::Coefficients &);
+  PairNetwork(LAMMPS *, Pair *style, Coefficients &);
 
   /// Of the pair style evp/lj in force, alone or in pair_style hybrid; nullptr if it is another. A
   /// pair_style command deletes it, so what may be asked between runs must look again.
-  static PairNetwork *find(class Force *);
+  static PairNetwork *find(Force *);
 
   /// The same; stops, naming `who`, if the pair style is another.
-  static PairNetwork *require(class Force *, class Error *, const std::string &who);
+  static PairNetwork *require(Force *, Error *, const std::string &who);
 
   /// Collective. The same if the packed pairs are those of the present positions, else nullptr.
-  static PairNetwork *find_present(class Force *);
+  static PairNetwork *find_present(Force *);
 
   // what fixes and computes read
 
   /// The packed pairs. Stops unless is_packed(), so take it out of loops.
-  const EVP::PairList &packed_pairs() const;
-  const EVP::Law &law_of(const EVP::PackedPair &pair) const { return coefficients.law(pair.law); }
+  const PairList &packed_pairs() const;
+  const Law &law_of(const PackedPair &pair) const { return coefficients.law(pair.law); }
 
   /// deq of each packed pair as it was recorded [length]: 1/deq of the list has lost its last bit.
   std::vector<double> rest_distances() const;
 
   /// gamma of a pair that fix nve/evp damps [force/velocity], 0 for the others. Its law has none.
-  double implicit_gamma(const EVP::PackedPair &pair) const
+  double implicit_gamma(const PackedPair &pair) const
   {
     return coefficients.gamma_elsewhere(pair.law);
   }
@@ -79,20 +73,14 @@ class PairNetwork : protected Pointers {
   /// Damping takes part in dynamics only: a minimizer has no velocities to damp.
   bool damping_acts() const { return any_gamma && update->whichflag != 2; }
 
-  /// Records came with a restart file: should their fix go before the next run, this network learns it.
-  void hold(const std::shared_ptr<const EVP::BondStore> &restored) { store = restored; }
-
   /// The records, nullptr before the recording and without fix evp/bonds.
-  const EVP::BondStore *bonds() const
-  {
-    return store && store->has_recorded() ? store.get() : nullptr;
-  }
+  const BondStore *bonds() const { return source.records(); }
 
   /// Which atoms are one body, by fix evp/bonds.
-  EVP::Within within() const { return store ? store->within() : EVP::Within::ALL; }
+  Within within() const { return source.within(); }
 
   /// What acts between two atoms that were not recorded as a pair.
-  EVP::Contact contact_between(int i, int j) const;
+  Contact contact_between(int i, int j) const;
 
   /// Does any row name the bodies that it holds for, so that the bonds must be measured?
   bool wants_measures() const { return coefficients.any_scaled(); }
@@ -102,9 +90,6 @@ class PairNetwork : protected Pointers {
   {
     return volume_ && !volume_->is_closed() ? volume_.get() : nullptr;
   }
-
-  /// The last fix whose records of this body are gone, empty if there was none.
-  const std::string &bonds_dropped_by() const { return dropped_bonds_id; }
 
   /// dlim/(R_i + R_j) of a pair of atom types, 0 where this style does not act. Known after init().
   double alpha_of(int itype, int jtype) const
@@ -133,13 +118,13 @@ class PairNetwork : protected Pointers {
 
   // what the pair style sets and calls
 
-  EVP::PairRules rules;
+  PairRules rules;
   GhostUpdate ghosts;
   CutOffs cuts;
+  BondSource source;
 
-  /// Of flow and breaking, at the end of each step and when a minimization is at rest: what the last
-  /// forces found comes into force. at_rest: found anew, as a minimizer may have tried other places last.
-  void commit(bool at_rest);
+  /// See PairHistories.
+  void commit(bool at_rest) { pair_histories.commit(at_rest, volume(), work.get()); }
 
   /// Where bonds break: are there bonds that are neither broken nor in the packed list? The same on all
   /// MPI ranks, once for each packing.
@@ -150,23 +135,22 @@ class PairNetwork : protected Pointers {
 
   /// Collective, where commit() was called since: the histories of the pairs go to the records of their
   /// atoms. Called before atoms migrate, and before others read the records.
-  void return_histories(EVP::BondStore &, EVP::GhostExchange &);
+  void return_histories(BondStore &records, GhostExchange &exchange)
+  {
+    pair_histories.return_to(records, snapshot.matches_list(), exchange);
+  }
 
   /// In a minimization the energy of a pair is the work since its last state of rest.
   bool is_incremental() const { return update->whichflag == 2; }
 
   /// What the force loop takes beside positions and velocities.
-  EVP::HistoryView histories()
-  {
-    beyond.clear();
-    return {list.pairs.flow(0), rules.breaks() ? &beyond : nullptr, is_incremental()};
-  }
+  HistoryView histories() { return pair_histories.view(is_incremental()); }
 
   /// Offset of the pair (i, j) of the packed list, or of the records where it is not there.
-  EVP::PairHistory history_of(int i, int j) const;
+  PairHistory history_of(int i, int j) const;
 
   /// What the force loop has to find for fix evp/energy in this run, nullptr without that fix.
-  EVP::PairWork *wanted_work() const { return work.get(); }
+  PairWork *wanted_work() const { return work.get(); }
 
   /// At init_style(): radii, bonds and the other fixes of the run to come.
   void begin_run();
@@ -178,76 +162,55 @@ class PairNetwork : protected Pointers {
   void repack() { repack_due = true; }
 
   /// Before the forces: packs the pairs if the neighbor list, the bonds or radii have changed.
-  void pack_if_due(const class NeighList *);
+  void pack_if_due(const NeighList *);
 
   /// Margin of the cuts of new pairs between which that acts, see core/pair_list.h.
-  double new_pair_margin(EVP::Contact) const;
+  double new_pair_margin(Contact) const;
 
   /// ID of the fix that recorded, for restart files; empty without.
   const std::string &recorder()
   {
     note_bonds();
-    return bonds_id;
+    return source.recorder;
   }
-  void set_recorder(const std::string &id) { bonds_id = id; }
 
   double memory_usage() const
   {
-    return list.memory_usage() + builder.memory_usage() + snapshot.memory_usage();
+    return list.memory_usage() + builder.memory_usage() + snapshot.memory_usage() +
+        pair_histories.memory_usage();
   }
 
  private:
-  EVP::Coefficients &coefficients;
-  EVP::PairList list;
+  Coefficients &coefficients;
+  RowLaws laws;
+  PairList list;
   PairListBuilder builder;
   ListSnapshot snapshot;
+  PairHistories pair_histories;
 
   bool any_gamma = false, explicit_damping = false;
   bool scene_checked = false, overlap_warned = false, repack_due = true;
   int implicit_groupbit = 0;    // of fix nve/evp
-  std::string last_report, last_scaling;
+  std::string last_report;
 
-  std::shared_ptr<VolumeForces> volume_;          // of fix evp/volume, nullptr without
-  std::shared_ptr<const EVP::BondStore> store;    // of fix evp/bonds, nullptr without
-  long store_version = 0;                         // at the last packing
-  std::shared_ptr<EVP::PairWork> work;            // of fix evp/energy, nullptr without
-  std::string bonds_id;                           // fix that recorded the bonds; empty: none did
-  std::string dropped_bonds_id;                   // fix that had recorded and was unfixed
+  std::shared_ptr<VolumeForces> volume_;    // of fix evp/volume, nullptr without
+  std::shared_ptr<PairWork> work;           // of fix evp/energy, nullptr without
+  long source_version = 0;                  // of the bonds, at the last packing
+  bool bonds_missing = false;               // from the list, see misses_bonds()
+  PairRules rules_of_run;
 
-  std::vector<int>
-      beyond;    // bonds that the last forces found beyond their cut, where bonds break
-  bool histories_due = false;                   // commit() was called since they were returned
-  std::vector<EVP::BrokenBond> newly_broken;    // of this MPI rank since then
-  bool bonds_missing = false;                   // from the list, see misses_bonds()
-  EVP::PairRules rules_of_run;
-  bool flow_warned = false;
-
-  mutable std::vector<int> row_index;    // of the rows of the atoms, for history_of()
-  mutable long row_index_build = -1;
-
-  double rest_of_broken(int i, const EVP::PackedPair &bond) const;
-  void turn_into_contact(int i, int k);
-  void carry_histories(const EVP::PairList &before);
-  void find_histories();
-  void break_bonds();
-  void warn_of_low_offsets();
-  void find_bonds();
-  void note_bonds();
+  // where bonds are gone, all pairs are new ones
+  void note_bonds()
+  {
+    if (source.note()) repack_due = true;
+  }
   void find_work();
   std::string division() const;
   void report();
-  bool take_measures();
-  void scale_laws();
-  void take_kv();
-  void report_scaling();
-  void check_scaling() const;
-  EVP::Row make_law(int i, int j);
-  void pack(const class NeighList *, bool collective);
+  void pack(const NeighList *, bool collective);
   void agree_on_pairs(const PairListBuilder::Found &, bool records_are_current);
   void check_rules() const;
   void check_weights() const;
 };
 
-}    // namespace LAMMPS_NS
-
-#endif
+}    // namespace EVP

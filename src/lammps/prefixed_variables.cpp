@@ -11,7 +11,7 @@
 #include <algorithm>
 #include <cctype>
 
-using namespace LAMMPS_NS;
+namespace EVP {
 
 PrefixedVariables::PrefixedVariables(LAMMPS *lmp, const std::string &command_in,
                                      const std::string &prefix_in) :
@@ -25,12 +25,12 @@ PrefixedVariables::PrefixedVariables(LAMMPS *lmp, const std::string &command_in,
     error->all(FLERR,
                "{}: the prefix must consist of letters, digits and underscores, as names of "
                "variables do, got '{}'",
-               command, EVP::shown(prefix));
+               command, shown(prefix));
 }
 
 void PrefixedVariables::set(const std::string &name, double value) const
 {
-  const std::string full = prefix + "_" + name, text = EVP::shortest_text(value);
+  const std::string full = prefix + "_" + name, text = shortest_text(value);
   Variable *const variable = input->variable;
   if (variable->find(full.c_str()) < 0)
     variable->set(full + " string " + text);
@@ -39,3 +39,5 @@ void PrefixedVariables::set(const std::string &name, double value) const
                "{}: there is a variable {} of another style: delete it, or choose another prefix",
                command, full);
 }
+
+}    // namespace EVP

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-only
+#pragma once
 
-#ifndef LMP_EVP_PREFIXED_VARIABLES_H
-#define LMP_EVP_PREFIXED_VARIABLES_H
-
-#include "pointers.h"
+#include "lammps_names.h"
 
 #include <string>
 
-namespace LAMMPS_NS {
+namespace EVP {
 
 /// Variables PREFIX_NAME of the input script that a command sets. They are of style string, which keeps all digits
 /// where ${PREFIX_NAME} is replaced. Stops where the prefix is no name, or a variable has another style.
@@ -20,6 +18,4 @@ class PrefixedVariables : protected Pointers {
   std::string command, prefix;
 };
 
-}    // namespace LAMMPS_NS
-
-#endif
+}    // namespace EVP

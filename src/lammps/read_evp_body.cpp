@@ -31,7 +31,7 @@ void ReadEVPBody::command(int narg, char **arg)
                "read_evp_body: expected a data file and the prefix of the variables, got {} "
                "argument{}",
                narg, narg == 1 ? "" : "s");
-  const PrefixedVariables variables(lmp, who, arg[1]);
+  const EVP::PrefixedVariables variables(lmp, who, arg[1]);
   EVP::BodyMeasures given{};
   EVP::for_each_keyword(error, who, narg - 2, arg + 2, {"length", "radius", "area"}, ", ",
                         [&](const EVP::Keyword &word) {

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef LMP_READ_EVP_BODY_H
-#define LMP_READ_EVP_BODY_H
+#pragma once
 
 #include "core/body_measures.h"
 
@@ -24,5 +22,3 @@ class ReadEVPBody : public Command {
 };
 
 }    // namespace LAMMPS_NS
-
-#endif

@@ -17,7 +17,7 @@ void ReadEVPRow::command(int narg, char **arg)
                "read_evp_row: expected two arguments at least, a row (FILE:ROW or its numbers) "
                "and the prefix of the variables, got {}",
                narg);
-  const PrefixedVariables variables(lmp, "read_evp_row", arg[narg - 1]);
+  const EVP::PrefixedVariables variables(lmp, "read_evp_row", arg[narg - 1]);
 
   std::vector<std::string> words = {arg, arg + narg - 1};
   if (words.size() == 1 && words[0].find(':') == std::string::npos)
@@ -25,7 +25,7 @@ void ReadEVPRow::command(int narg, char **arg)
 
   EVP::GivenRow given;
   EVP::stop_at_bad_input(error, "read_evp_row", [&] {
-    given = read_row(lmp, words);
+    given = EVP::read_row(lmp, words);
   });
   for (const EVP::Member &member : EVP::MEMBERS) variables.set(member.key, given.row.*member.value);
   for (const EVP::KeywordMember &member : EVP::KEYWORDS)

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef LMP_READ_EVP_ROW_H
-#define LMP_READ_EVP_ROW_H
+#pragma once
 
 #include "command.h"
 
@@ -15,5 +13,3 @@ class ReadEVPRow : public Command {
 };
 
 }    // namespace LAMMPS_NS
-
-#endif

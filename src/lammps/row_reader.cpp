@@ -11,24 +11,22 @@
 #include "update.h"
 #include "utils.h"
 
-using namespace LAMMPS_NS;
-using EVP::BadInput;
-using EVP::Reading;
+namespace EVP {
 
 static constexpr int MAX_FILE_SIZE = 1 << 20;
 
-static EVP::GivenRow read_file(LAMMPS *lmp, const std::string &file, const std::string &name)
+static GivenRow read_file(LAMMPS *lmp, const std::string &file, const std::string &name)
 {
   const std::string path = lmp->comm->me == 0 ? utils::get_potential_file_path(file) : "";
   std::string text;
-  const Reading reading = EVP::read_text(path, MAX_FILE_SIZE, text, lmp->world);
+  const Reading reading = read_text(path, MAX_FILE_SIZE, text, lmp->world);
   if (reading == Reading::TOO_LARGE)
     throw BadInput("file " + file + " is larger than 1 MiB: not a potential file");
   if (reading != Reading::DONE)
     throw BadInput("cannot read the potential file '" + file +
                    "': give its path, or put its folder into LAMMPS_POTENTIALS");
   bool is_last = false;
-  const EVP::GivenRow row = EVP::row_from_text(text, file, name, lmp->update->unit_style, &is_last);
+  const GivenRow row = row_from_text(text, file, name, lmp->update->unit_style, &is_last);
   if (is_last && lmp->comm->me == 0)
     lmp->error->warning(FLERR,
                         "file {}: the line of row '{}', the last one, has no line end: if the file "
@@ -37,11 +35,13 @@ static EVP::GivenRow read_file(LAMMPS *lmp, const std::string &file, const std::
   return row;
 }
 
-EVP::GivenRow LAMMPS_NS::read_row(LAMMPS *lmp, const std::vector<std::string> &words)
+GivenRow read_row(LAMMPS *lmp, const std::vector<std::string> &words)
 {
   if (words.size() == 1) {
-    const auto [file, name] = EVP::split_file_and_row(words[0]);
+    const auto [file, name] = split_file_and_row(words[0]);
     return read_file(lmp, file, name);
   }
-  return words.size() == 2 ? read_file(lmp, words[0], words[1]) : EVP::parse_row(words);
+  return words.size() == 2 ? read_file(lmp, words[0], words[1]) : parse_row(words);
 }
+
+}    // namespace EVP

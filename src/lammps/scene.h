@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: GPL-2.0-only
 
    What the styles of this package ask of the scene that they are part of, and LAMMPS' headers of it. */
+#pragma once
 
-#ifndef LMP_EVP_SCENE_H
-#define LMP_EVP_SCENE_H
+#include "core/bytes.h"
+#include "lammps_names.h"
 
 #include "atom.h"
 #include "domain.h"
@@ -20,13 +21,30 @@
 namespace EVP {
 namespace scene {
 
-  using namespace LAMMPS_NS;
-
   /// The fix of that style, nullptr if there is none. Of each style of ours there is one at most.
   inline Fix *find_fix(const Modify *modify, const char *style)
   {
     for (int k = 0; k < modify->nfix; k++)
       if (modify->fix[k] && strcmp(modify->fix[k]->style, style) == 0) return modify->fix[k];
+    return nullptr;
+  }
+
+  /// Is that the name of a fix of ours?
+  inline bool is_ours(const char *style)
+  {
+    return utils::strmatch(style, "/evp$") || utils::strmatch(style, "^evp/");
+  }
+
+  /// A fix that was defined before this one and may add, delete or move atoms before it at a neighbor build, nullptr if
+  /// there is none: ours do not, nor do those that keep the history of granular styles.
+  inline const Fix *find_earlier_mover(const Modify *modify, const Fix *self)
+  {
+    for (int k = 0; k < modify->nfix && modify->fix[k] != self; k++) {
+      const Fix *const other = modify->fix[k];
+      if ((modify->fmask[k] & FixConst::PRE_EXCHANGE) && !is_ours(other->style) &&
+          !utils::strmatch(other->style, "_HISTORY$"))
+        return other;
+    }
     return nullptr;
   }
 
@@ -47,6 +65,20 @@ namespace scene {
   inline double inverse_mass(const Atom *atom, const Force *force, int i)
   {
     return force->ftm2v / mass(atom, i);
+  }
+
+  /// The nth record of an atom that a restart file brought: its number of words, the words, their checksum. nullptr where
+  /// it is damaged or missing.
+  inline const double *find_restored(const Atom *atom, int i, int nth)
+  {
+    const double *record = atom->extra[i], *const end = record + atom->nextra_store;
+    const auto fits = [&] {
+      return record < end && record[0] >= 1.0 && record[0] <= (double) (end - record);
+    };
+    for (int k = 0; k < nth && fits(); k++) record += (int) record[0];
+    if (!fits()) return nullptr;
+    const int last = (int) record[0] - 1;
+    return record[last] == checksum(record, last) ? record : nullptr;
   }
 
   /// LAMMPS' rows of x, v or f as the one block that they are.
@@ -87,5 +119,3 @@ namespace scene {
 
 }    // namespace scene
 }    // namespace EVP
-
-#endif

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef LMP_EVP_TEXT_READER_H
-#define LMP_EVP_TEXT_READER_H
+#pragma once
 
 #include <mpi.h>
 #include <string>
@@ -15,5 +13,3 @@ enum class Reading : int { DONE, MISSING, FAILED, TOO_LARGE };
 Reading read_text(const std::string &path, int most, std::string &text, MPI_Comm world);
 
 }    // namespace EVP
-
-#endif

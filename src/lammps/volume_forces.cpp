@@ -7,14 +7,11 @@
 #include "keywords.h"
 #include "scene.h"
 
-#include <algorithm>
-
-using namespace LAMMPS_NS;
-using EVP::VolumeEnergy;
+namespace EVP {
 
 VolumeForces::VolumeForces(LAMMPS *lmp, const std::string &who_in, int groupbit_in,
                            const std::vector<double> &kv_in, std::vector<Record> &records_in,
-                           EVP::GhostExchange &exchange_in) :
+                           GhostExchange &exchange_in) :
     Pointers(lmp),
     who(who_in), groupbit(groupbit_in), from_rows(kv_in.empty()), kv(kv_in), records(records_in),
     exchange(exchange_in)
@@ -31,31 +28,31 @@ std::shared_ptr<VolumeForces> VolumeForces::find(const Modify *modify)
 std::shared_ptr<VolumeForces> VolumeForces::of_fix(const Modify *modify)
 {
   int dim;
-  Fix *fix = EVP::scene::find_fix(modify, "evp/volume");
+  Fix *fix = scene::find_fix(modify, "evp/volume");
   return fix ? *(std::shared_ptr<VolumeForces> *) fix->extract("volume", dim) : nullptr;
 }
 
-void VolumeForces::pack(const EVP::PairList &list, const EVP::BondStore &store,
-                        const EVP::Coefficients &coefficients, bool collective)
+void VolumeForces::pack(const PairList &list, const BondStore &store,
+                        const Coefficients &coefficients, bool collective)
 {
   if (collective && store.version() != version) {
     // the records may have come with a restart file, or the store may be another of the same bonds
-    if (!EVP::on_all(are_of(store), world)) take_records(store, coefficients);
+    if (!on_all(are_of(store), world)) take_records(store, coefficients);
     version = store.version();
   }
-  energies.pack(list, [&](int i, const EVP::PackedPair &pair) {
+  energies.pack(list, [&](int i, const PackedPair &pair) {
     return coefficients.law(pair.law).parameters().alpha * (atom->radius[i] + atom->radius[pair.j]);
   });
 }
 
-static double sum_of_deq(const EVP::BondStore::Bonds &bonds)
+static double sum_of_deq(const BondStore::Bonds &bonds)
 {
   double sum = 0.0;
-  for (const EVP::Bond &bond : bonds) sum += bond.deq;
+  for (const Bond &bond : bonds) sum += bond.deq;
   return sum;
 }
 
-bool VolumeForces::are_of(const EVP::BondStore &store) const
+bool VolumeForces::are_of(const BondStore &store) const
 {
   for (int i = 0; i < atom->nlocal; i++)
     if (records[i].sum_deq != sum_of_deq(store.of(i))) return false;
@@ -63,18 +60,18 @@ bool VolumeForces::are_of(const EVP::BondStore &store) const
 }
 
 // partners may be on any MPI rank
-void VolumeForces::take_records(const EVP::BondStore &store, const EVP::Coefficients &coefficients)
+void VolumeForces::take_records(const BondStore &store, const Coefficients &coefficients)
 {
   std::vector<tagint> partners;
   for (int i = 0; i < atom->nlocal; i++)
-    for (const EVP::Bond &bond : store.of(i)) partners.push_back((tagint) bond.partner);
+    for (const Bond &bond : store.of(i)) partners.push_back((tagint) bond.partner);
   const AtomDirectory directory(lmp, partners);
 
   std::vector<Record> taken(records.size(), Record{});
   std::string complaint;
   for (int i = 0; i < atom->nlocal; i++) {
     taken[i].sum_deq = sum_of_deq(store.of(i));
-    for (const EVP::Bond &bond : store.of(i)) {
+    for (const Bond &bond : store.of(i)) {
       const AtomDirectory::Entry &partner = directory.entries.at((tagint) bond.partner);
       if (partner.type == 0) {
         complaint =
@@ -88,13 +85,13 @@ void VolumeForces::take_records(const EVP::BondStore &store, const EVP::Coeffici
       taken[i].weight_sum += VolumeEnergy::weight(bond.deq, dlim);
     }
   }
-  EVP::stop_at_bad_input(error, who, [&] {
-    EVP::throw_together(complaint, world);
+  stop_at_bad_input(error, who, [&] {
+    throw_together(complaint, world);
   });
   records.swap(taken);
 }
 
-void VolumeForces::evaluate(const EVP::PairList &list, const EVP::ParticleView &view)
+void VolumeForces::evaluate(const PairList &list, const ParticleView &view)
 {
   sums.assign(list.nall, 0.0);
   if (!list.rows.empty()) energies.add_strains(list, view, sums.data());
@@ -111,3 +108,5 @@ void VolumeForces::evaluate(const EVP::PairList &list, const EVP::ParticleView &
   }
   exchange.to_ghosts(pulls);
 }
+
+}    // namespace EVP

@@ -1,22 +1,20 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef LMP_EVP_VOLUME_FORCES_H
-#define LMP_EVP_VOLUME_FORCES_H
+#pragma once
 
 #include "core/bond_store.h"
 #include "core/coefficients.h"
 #include "core/volume_energy.h"
+#include "lammps_names.h"
 #include "nodal_exchange.h"
 
 #include "atom.h"
-#include "pointers.h"
 
 #include <algorithm>
 #include <memory>
 #include <string>
 #include <vector>
 
-namespace LAMMPS_NS {
+namespace EVP {
 
 /// The volume energy of fix evp/volume on this MPI rank, which the pair style adds to its forces.
 class VolumeForces : protected Pointers {
@@ -28,18 +26,18 @@ class VolumeForces : protected Pointers {
     double strain;        ///< as of the last evaluate()
   };
 
-  using Nodal = EVP::GhostExchange::Nodal;
+  using Nodal = GhostExchange::Nodal;
 
   /// kv: by atom type, from 1 [energy], or empty: those of the rows of the pair style, by take_kv().
   /// Records and exchange of one value per atom are those of the fix.
   VolumeForces(LAMMPS *, const std::string &who, int groupbit, const std::vector<double> &kv,
-               std::vector<Record> &records, EVP::GhostExchange &);
+               std::vector<Record> &records, GhostExchange &);
 
   /// Of the fix there is, nullptr without, and where it has nothing to do.
-  static std::shared_ptr<VolumeForces> find(const class Modify *);
+  static std::shared_ptr<VolumeForces> find(const Modify *);
 
   /// Calls kv(type) for all types where KV is that of the rows of the pair style.
-  template <class KV> static void take_kv(const class Modify *modify, KV &&kv)
+  template <class KV> static void take_kv(const Modify *modify, KV &&kv)
   {
     const std::shared_ptr<VolumeForces> forces = of_fix(modify);
     if (!forces || !forces->from_rows) return;
@@ -65,17 +63,16 @@ class VolumeForces : protected Pointers {
   // what the pairs call
 
   /// Takes the weights of a list that was just packed; where all MPI ranks do, of new bonds too.
-  void pack(const EVP::PairList &, const EVP::BondStore &, const EVP::Coefficients &,
-            bool collective);
+  void pack(const PairList &, const BondStore &, const Coefficients &, bool collective);
 
   /// Packed pair k is no bond any more; its weight stays in W.
   void drop(size_t k) { energies.drop(k); }
 
   /// Collective. Strains and energies at the present positions.
-  void evaluate(const EVP::PairList &, const EVP::ParticleView &);
+  void evaluate(const PairList &, const ParticleView &);
 
   /// For the force loop, after evaluate().
-  EVP::VolumeEnergy::Forces forces(const EVP::PairList &list) const
+  VolumeEnergy::Forces forces(const PairList &list) const
   {
     return energies.forces(list, pulls.data());
   }
@@ -86,14 +83,11 @@ class VolumeForces : protected Pointers {
   double force(int i, int j, double deq, double dlim) const
   {
     if ((size_t) std::max(i, j) >= pulls.size()) return 0.0;
-    return -EVP::VolumeEnergy::weight(deq, dlim) * (pulls[i] + pulls[j]) / deq;
+    return -VolumeEnergy::weight(deq, dlim) * (pulls[i] + pulls[j]) / deq;
   }
 
   /// The same of a packed pair within its cut-off.
-  double force(const EVP::PlacedPair &p) const
-  {
-    return -opening_of(p) * (pulls[p.i] + pulls[p.j]);
-  }
+  double force(const PlacedPair &p) const { return -opening_of(p) * (pulls[p.i] + pulls[p.j]); }
 
   /// Volume strain of a local atom, over its recorded bonds.
   double strain(int i) const { return records[i].strain; }
@@ -105,12 +99,12 @@ class VolumeForces : protected Pointers {
   /// Energy that a local atom loses as pairs leave the sum whose shares add up to this.
   double jump(int i, double left) const
   {
-    const double theta = EVP::VolumeEnergy::strain(left, records[i].weight_sum);
+    const double theta = VolumeEnergy::strain(left, records[i].weight_sum);
     return kv_of(i) * theta * (strain(i) + 0.5 * theta);
   }
 
   /// Share of the sums of both atoms that a packed pair has at its cut-off.
-  double share_at_cut(const EVP::PackedPair &pair, size_t index) const
+  double share_at_cut(const PackedPair &pair, size_t index) const
   {
     return energies.weight_of((int) index) * (pair.cut * pair.inv_deq - 1.0);
   }
@@ -118,18 +112,12 @@ class VolumeForces : protected Pointers {
   // its stiffness sum_i K_i b_i b_i^T, with b_i the derivative of the sum of atom i
 
   /// Derivative of the sums of both atoms by the length of their pair [1/length].
-  double opening_of(const EVP::PlacedPair &p) const
-  {
-    return energies.weight_of(p.index) * p.inv_deq;
-  }
+  double opening_of(const PlacedPair &p) const { return energies.weight_of(p.index) * p.inv_deq; }
 
   /// K_i of a local atom [energy].
-  double stiffness(int i) const
-  {
-    return EVP::VolumeEnergy::stiffness(kv_of(i), records[i].weight_sum);
-  }
+  double stiffness(int i) const { return VolumeEnergy::stiffness(kv_of(i), records[i].weight_sum); }
 
-  double memory_usage() const { return energies.memory_usage() + EVP::bytes_of(pulls, sums); }
+  double memory_usage() const { return energies.memory_usage() + bytes_of(pulls, sums); }
 
  private:
   const std::string who;
@@ -137,15 +125,15 @@ class VolumeForces : protected Pointers {
   const bool from_rows;
   std::vector<double> kv;
   std::vector<Record> &records;
-  EVP::GhostExchange &exchange;
+  GhostExchange &exchange;
 
-  EVP::VolumeEnergy energies;
+  VolumeEnergy energies;
   long version = -1;    // of the store whose bonds the records are of
   bool closed = false;
   Nodal sums, pulls;    // of all atoms and ghosts
   double energy_here = 0.0;
 
-  static std::shared_ptr<VolumeForces> of_fix(const class Modify *);
+  static std::shared_ptr<VolumeForces> of_fix(const Modify *);
 
   // what evaluate() found last
   void forget()
@@ -156,10 +144,8 @@ class VolumeForces : protected Pointers {
 
   // atoms outside the group have no volume energy, but are neighbors of those that do
   double kv_of(int i) const { return atom->mask[i] & groupbit ? kv[atom->type[i]] : 0.0; }
-  void take_records(const EVP::BondStore &, const EVP::Coefficients &);
-  bool are_of(const EVP::BondStore &) const;
+  void take_records(const BondStore &, const Coefficients &);
+  bool are_of(const BondStore &) const;
 };
 
-}    // namespace LAMMPS_NS
-
-#endif
+}    // namespace EVP

@@ -67,7 +67,7 @@ const FixEVPBonds *WriteEVPBonds::find_recorded() const
 std::string WriteEVPBonds::own_lines(std::array<bigint, 2> &counts) const
 {
   const FixEVPBonds *bonds = find_recorded();
-  const PairNetwork *network = PairNetwork::find(force);
+  const EVP::PairNetwork *network = EVP::PairNetwork::find(force);
   std::vector<tagint> partners;
   for (int i = 0; i < atom->nlocal; i++)
     for (const auto &bond : bonds->records().of(i))
@@ -76,13 +76,13 @@ std::string WriteEVPBonds::own_lines(std::array<bigint, 2> &counts) const
     for (int i = 0; i < atom->nlocal; i++)
       for (const auto &contact : bonds->records().contacts_of(i))
         if (atom->tag[i] < contact.partner) partners.push_back((tagint) contact.partner);
-  const AtomDirectory directory(lmp, partners);
+  const EVP::AtomDirectory directory(lmp, partners);
 
   std::string text;
   for (int i = 0; i < atom->nlocal; i++)
     for (const auto &bond : bonds->records().of(i)) {
       if (atom->tag[i] > bond.partner) continue;
-      const AtomDirectory::Entry &partner = directory.entries.at((tagint) bond.partner);
+      const EVP::AtomDirectory::Entry &partner = directory.entries.at((tagint) bond.partner);
       if (partner.type == 0) continue;
       const EVP::PairHistory *const histories = bonds->records().histories_of(i);
       const auto slot = &bond - bonds->records().of(i).data();
@@ -100,7 +100,7 @@ std::string WriteEVPBonds::own_lines(std::array<bigint, 2> &counts) const
   for (int i = 0; i < atom->nlocal; i++)
     for (const EVP::FlowedContact &contact : bonds->records().contacts_of(i)) {
       if (atom->tag[i] > contact.partner) continue;
-      const AtomDirectory::Entry &partner = directory.entries.at((tagint) contact.partner);
+      const EVP::AtomDirectory::Entry &partner = directory.entries.at((tagint) contact.partner);
       if (partner.type == 0) continue;
       text += EVP::bond_text(
           {atom->tag[i], contact.partner, atom->radius[i] + partner.radius, contact.history, true},

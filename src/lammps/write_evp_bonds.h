@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef LMP_WRITE_EVP_BONDS_H
-#define LMP_WRITE_EVP_BONDS_H
+#pragma once
 
 #include "command.h"
 
@@ -23,5 +21,3 @@ class WriteEVPBonds : public Command {
 };
 
 }    // namespace LAMMPS_NS
-
-#endif

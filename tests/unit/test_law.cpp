@@ -279,7 +279,7 @@ TEST(Law, StoredIsTheEnergyAboveRest)
     EXPECT_EQ(law.stored(DEQ, DEQ).total(), 0.0);
     for (const double t : {-80.0, -2.0, -1.0, -0.6, 0.3, 1.0, 1.3, 80.0}) {
       const double d = (1 + t * row.xi_s / (1 + 90 * row.xi_s)) * DEQ;
-      const Law::Stored found = law.stored(d, DEQ);
+      const EVP::Stored found = law.stored(d, DEQ);
       EXPECT_NEAR(found.total(), law.energy(d, DEQ, DEQ), REFERENCE * energy_scale(row))
           << name_of(row) << ", d/deq = " << d / DEQ;
       EXPECT_EQ(found.second > 0.0, law.regime(d, DEQ) == 2);

@@ -136,7 +136,7 @@ TEST(StoredReference, HoldsToThirteenDigitsOfItself)
   for (const auto &v : table) {
     const Row row = {v[0], v[1], v[2], v[3], v[4], v[5], v[6], 0.0, 1.5};
     const double d = v[7], deq = v[8], true_first = v[9], true_second = v[10];
-    const EVP::Law::Stored found = Law(row).stored(d, deq);
+    const EVP::Stored found = Law(row).stored(d, deq);
     const double rounded = 1e-14 * std::max(row.m1 / (row.m1 - row.n1), row.m2 / (row.m2 - row.n2));
     std::ostringstream place;
     place.precision(17);

@@ -131,7 +131,7 @@ TEST(Flow, StoresAndDissipatesWhatIsDefined)
     for (const double p : {-0.1, -0.011, -1e-3, 0.0, 2e-3, 0.03, 0.4})
       for (const double share : {-1.0, -0.6, 0.3, 1.0}) {
         const double deq = 0.0117, d = deq * (1.0 + p + share * row.xi_s);
-        const Law::Stored found = law.stored(d, deq, p);
+        const EVP::Stored found = law.stored(d, deq, p);
         const Exact elastic = ((Exact) d - deq) / deq - p;
         EXPECT_NEAR(found.first, (double) psi_first(row, elastic), 1e-12 * found.first);
         const double scale =
@@ -252,7 +252,7 @@ TEST(PairWork, BlocksSumWhatTheLawSaysPairByPair)
         const double xi_s = law.parameters().xi_s, offset = bodies.offset[pair.index];
         const double p = std::clamp(offset, xi - xi_s, xi + xi_s);
         const bool is_eq_8 = !flows || (!pair.is_bond() && p > 0.0);
-        const Law::Stored now = is_eq_8 ? law.stored(d, deq) : law.stored(d, deq, p);
+        const EVP::Stored now = is_eq_8 ? law.stored(d, deq) : law.stored(d, deq, p);
         stretched_contacts += !pair.is_bond() && p > 0.0;
         (pair.is_bond() ? plain.first : plain.contacts) +=
             w * (pair.is_bond() ? now.first : now.total());

@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+#include "bond_recording.h"
+
+#include "atom_bodies.h"
+#include "bond_file_reader.h"
+#include "collective.h"
+#include "core/pair_list.h"
+#include "pair_network.h"
+
+#include "comm.h"
+#include "domain.h"
+#include "fix.h"
+#include "neigh_list.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace EVP {
+
+std::string remedy_of_images(const Fix *fix)
+{
+  return fmt::format(
+      "reduce alpha, or enlarge the box: 'unfix {}', replicate, and define the fix again", fix->id);
+}
+
+// Square of the distance of a neighbor, from either side the same to the last bit, so that both atoms
+// of a pair decide alike. The position of a ghost is that of its owner and whole periodic vectors, but
+// for round-off, which differs between the images of i and of j.
+static double symmetric_dsq(const Atom *atom, const Domain *domain,
+                            const std::vector<double> &owner_x, int i, int j)
+{
+  const double *const at = &owner_x[(size_t) 3 * i], *const other = &owner_x[(size_t) 3 * j];
+  double shift[3] = {0.0, 0.0, 0.0};
+  if (j >= atom->nlocal) {
+    for (int c = 0; c < 3; c++) shift[c] = atom->x[j][c] - other[c];
+    const double nz = std::round(shift[2] / domain->zprd);
+    const double ny = std::round((shift[1] - nz * domain->yz) / domain->yprd);
+    const double nx = std::round((shift[0] - ny * domain->xy - nz * domain->xz) / domain->xprd);
+    shift[0] = nx * domain->xprd + ny * domain->xy + nz * domain->xz;
+    shift[1] = ny * domain->yprd + nz * domain->yz;
+    shift[2] = nz * domain->zprd;
+  }
+  // the difference of the owners' positions is the same number, but for its sign
+  double dsq = 0.0;
+  for (int c = 0; c < 3; c++) {
+    const double d = (other[c] - at[c]) + shift[c];
+    dsq += d * d;
+  }
+  return dsq;
+}
+
+void BondRecording::take_zone(const NeighList *list, double zone, const PairNetwork *network,
+                              GhostExchange &exchange)
+{
+  source = zone > 0.0 ? fmt::format("within {} (R_i + R_j)", zone) : "within alpha (R_i + R_j)";
+  GhostExchange::Nodal owner_x((size_t) 3 * (atom->nlocal + atom->nghost));
+  for (int i = 0; i < atom->nlocal; i++) std::copy_n(atom->x[i], 3, &owner_x[(size_t) 3 * i]);
+  exchange.to_ghosts(owner_x);
+
+  const AtomBodies bodies(atom, within);
+  made.resize(atom->nlocal);
+  std::string complaint;
+  const int *mask = atom->mask;
+  for (int ii = 0; ii < list->inum; ii++) {
+    const int i = list->ilist[ii];
+    if (!(mask[i] & fix->groupbit)) continue;
+    for (int jj = 0; jj < list->numneigh[i]; jj++) {
+      const int j = list->firstneigh[i][jj] & NEIGHMASK;
+      const double alpha = network->alpha_of(atom->type[i], atom->type[j]);
+      if (!(mask[j] & fix->groupbit) || alpha == 0.0) continue;
+
+      const double dsq = symmetric_dsq(atom, domain, owner_x, i, j);
+      const double sum_radii = atom->radius[i] + atom->radius[j];
+      const double reach = (zone > 0.0 ? zone : alpha) * sum_radii;
+      if (dsq > reach_squared(reach, RECORD_MARGIN)) continue;
+      if (bodies.apart(i, j)) {
+        if (dsq < reach_squared(sum_radii, -RECORD_MARGIN)) overlaps++;
+        continue;
+      }
+      const double coincident = COINCIDENT * sum_radii;
+      if (!(dsq > coincident * coincident) && complaint.empty())
+        complaint = fmt::format("atoms {} and {} coincide: move one or delete it (delete_atoms "
+                                "overlap)",
+                                atom->tag[i], atom->tag[j]);
+      made[i].push_back({atom->tag[j], std::sqrt(dsq)});
+    }
+  }
+  throw_together(complaint, world);
+  overlaps = reduce_all(overlaps, MPI_SUM, world) / 2;    // both atoms see a pair
+  throw_together(find_bond_twice(""), world);
+}
+
+void BondRecording::take_file(const std::string &file, const PairNetwork *network)
+{
+  source = "from file " + file;
+  made = read_bond_file(lmp, file, fix->groupbit, network, within, histories);
+  const std::string contact = find_contact_twice(file);
+  throw_together(contact.empty() ? find_bond_twice(file) : contact, world);
+}
+
+// what is left of a broken bond may have flowed as a contact does
+std::string BondRecording::find_contact_twice(const std::string &file) const
+{
+  std::vector<std::array<int64_t, 2>> contacts, broken;
+  for (const HistoryOfPair &pair : histories) {
+    if (!pair.is_record) contacts.push_back({pair.i, pair.partner});
+    if (pair.history.broken != 0.0) broken.push_back({pair.i, pair.partner});
+  }
+  std::sort(contacts.begin(), contacts.end());
+  std::sort(broken.begin(), broken.end());
+  const auto named = [&](const std::array<int64_t, 2> &contact) {
+    const int64_t own = atom->tag[contact[0]];
+    return fmt::format("contact {} {} is", std::min(own, contact[1]), std::max(own, contact[1]));
+  };
+  const auto again = std::adjacent_find(contacts.begin(), contacts.end());
+  if (again != contacts.end()) return fmt::format("{} given twice in file {}", named(*again), file);
+  for (const auto &contact : contacts)
+    for (const Bond &bond : made[contact[0]])
+      if (bond.partner == contact[1] && !std::binary_search(broken.begin(), broken.end(), contact))
+        return fmt::format("{} a bond too in file {}", named(contact), file);
+  return "";
+}
+
+// a partner that is there twice has two deq
+std::string BondRecording::find_bond_twice(const std::string &file) const
+{
+  for (int i = 0; i < atom->nlocal; i++) {
+    std::vector<int64_t> partners;
+    for (const Bond &bond : made[i]) partners.push_back(bond.partner);
+    std::sort(partners.begin(), partners.end());
+    const auto twice = std::adjacent_find(partners.begin(), partners.end());
+    if (twice == partners.end()) continue;
+    const int64_t own = atom->tag[i], low = std::min(own, *twice), high = std::max(own, *twice);
+    if (!file.empty()) return fmt::format("bond {} {} is given twice in file {}", low, high, file);
+    return fmt::format("it meets atoms {} and {} in two periodic images: the box must be longer "
+                       "than two cut-offs: {}",
+                       low, high, remedy_of_images(fix));
+  }
+  return "";
+}
+
+void BondRecording::check_molecules(GhostExchange &exchange)
+{
+  if (within != Within::MOLECULE) return;
+  demand_molecules_of_ghosts(lmp, who, exchange);
+  std::array<bigint, 2> counts{};    // atoms of the group, of these without
+  for (int i = 0; i < atom->nlocal; i++)
+    if (atom->mask[i] & fix->groupbit) {
+      counts[0]++;
+      counts[1] += atom->molecule[i] == 0;
+    }
+  counts = reduce_all(counts, MPI_SUM, world);
+  loose = counts[1];
+  if (counts[0] > 0 && counts[0] == loose)
+    error->all(FLERR,
+               "{}: within molecule records pairs of one molecule ID above 0, but all atoms of the "
+               "group have 0: give those of each body one, e.g. 'set group ID mol 1'",
+               who);
+}
+
+void BondRecording::give_to(BondStore &store)
+{
+  int64_t highest = 0, sides = 0;    // ID, records of all
+  for (int i = 0; i < atom->nlocal; i++) {
+    highest = std::max(highest, (int64_t) atom->tag[i]);
+    most = std::max(most, (int64_t) made[i].size());
+    sides += (int64_t) made[i].size();
+  }
+  most = reduce_all(most, MPI_MAX, world);
+  highest = reduce_all(highest, MPI_MAX, world);
+  sides = reduce_all(sides, MPI_SUM, world);
+
+  store.keep_within(within);
+  store.record(made, atom->tag, sides / 2, highest);
+  for (const HistoryOfPair &pair : histories) store.take(pair);
+}
+
+void BondRecording::report(const BondStore &store, bool bodies_repel) const
+{
+  if (comm->me) return;
+  if (overlaps && bodies_repel)
+    error->warning(FLERR,
+                   "{}: {} pairs of two bodies overlap at the start, and repel each other from the "
+                   "first step on: move the bodies apart if that is not meant",
+                   who, overlaps);
+  const std::string bodies =
+      within == Within::ALL ? "" : fmt::format(" and within {}", WITHINS[(int) within]);
+  utils::logmesg(lmp, "fix evp/bonds {}: recorded {} pairs {}{}, at most {} per atom\n", fix->id,
+                 store.count(), source, bodies, most);
+  if (loose)
+    utils::logmesg(lmp, "fix evp/bonds {}: {} atoms of molecule ID 0 belong to no body\n", fix->id,
+                   loose);
+}
+
+}    // namespace EVP

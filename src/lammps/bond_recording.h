@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: GPL-2.0-only
+#pragma once
+
+#include "core/bond_store.h"
+#include "core/ghost_exchange.h"
+#include "lammps_names.h"
+
+#include <string>
+#include <vector>
+
+namespace EVP {
+
+/// What to do where the two atoms of a bond could meet in two periodic images.
+std::string remedy_of_images(const Fix *);
+
+/// A recording of bonds for fix evp/bonds, made aside: where it fails, the store is as it was.
+class BondRecording : protected Pointers {
+ public:
+  /// who: the fix, in messages. within: which atoms are one body, if that is given.
+  BondRecording(LAMMPS *lmp, const Fix *fix_in, const std::string &who_in, Within within_in) :
+      Pointers(lmp), fix(fix_in), who(who_in), within(within_in)
+  {
+  }
+
+  /// Collective. The pairs of a full neighbor list within zone (R_i + R_j), or within alpha where zone is 0. Throws
+  /// BadInput on all MPI ranks.
+  void take_zone(const NeighList *, double zone, const class PairNetwork *, GhostExchange &);
+
+  /// The same of the bonds of a file, which may say what within is.
+  void take_file(const std::string &file, const class PairNetwork *);
+
+  /// Collective. With molecules: stops where ghosts have others than their owners, or no atom of the group has one.
+  void check_molecules(GhostExchange &);
+
+  /// Collective. Cannot fail.
+  void give_to(BondStore &);
+
+  /// What users should know of it once it was given. bodies_repel: each other.
+  void report(const BondStore &, bool bodies_repel) const;
+
+ private:
+  const Fix *const fix;
+  const std::string who;
+  Within within;
+  std::vector<BondStore::Bonds> made;    // of each local atom
+  std::vector<HistoryOfPair> histories;
+  std::string source;                // for users
+  bigint overlaps = 0, loose = 0;    // pairs of two bodies; atoms of the group without a molecule
+  int64_t most = 0;                  // records of an atom
+
+  std::string find_contact_twice(const std::string &file) const;
+  std::string find_bond_twice(const std::string &file) const;
+};
+
+}    // namespace EVP

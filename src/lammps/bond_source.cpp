@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+#include "bond_source.h"
+
+#include "scene.h"
+
+namespace EVP {
+
+void BondSource::begin_run(const PairRules &rules)
+{
+  note();
+  int dim;
+  Fix *fix = scene::find_fix(modify, "evp/bonds");
+  store = fix ? *(std::shared_ptr<const BondStore> *) fix->extract("bonds", dim) : nullptr;
+  if (!recorder.empty() && (!records() || recorder != fix->id))
+    error->all(FLERR,
+               "Pair evp/lj: the bonds were recorded by fix {}, whose records are not here: define "
+               "'fix {} all evp/bonds' right after read_restart and before the run, or start anew "
+               "with 'pair_style none' and 'pair_style evp/lj'",
+               recorder, recorder);
+  if (records()) recorder = fix->id;
+  if (rules.has_history() && !fix)
+    error->all(FLERR,
+               "Pair evp/lj: {} needs fix evp/bonds, which keeps what bonds have gone through",
+               rules.flows ? "unload elastic" : "break");
+}
+
+bool BondSource::note()
+{
+  if (!store) return false;
+  if (store->is_closed()) {
+    if (!recorder.empty()) dropped = recorder;
+    recorder.clear();
+    store.reset();
+    return true;
+  }
+  if (store->has_recorded() && recorder.empty())
+    recorder = scene::find_fix(modify, "evp/bonds")->id;
+  return false;
+}
+
+}    // namespace EVP

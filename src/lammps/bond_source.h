@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: GPL-2.0-only
+#pragma once
+
+#include "core/bond_store.h"
+#include "core/pair_rules.h"
+#include "lammps_names.h"
+
+#include <memory>
+#include <string>
+
+namespace EVP {
+
+/// Where the pair style has the records of its bonds from: the fix evp/bonds of the run, and no other than the one that
+/// recorded, as going on without records that there were would silently change the material.
+class BondSource : protected Pointers {
+ public:
+  using Pointers::Pointers;
+
+  /// At set-up: those of the fix there is. Stops where another one recorded, or where the rules need one.
+  void begin_run(const PairRules &);
+
+  /// Takes note of records that are new, or gone with their fix: returns true where they are gone.
+  bool note();
+
+  /// Records came with a restart file: should their fix go before the next run, note() learns it.
+  void hold(const std::shared_ptr<const BondStore> &restored) { store = restored; }
+
+  /// The records, nullptr before the recording and without fix evp/bonds.
+  const BondStore *records() const
+  {
+    return store && store->has_recorded() ? store.get() : nullptr;
+  }
+
+  /// Is there a fix evp/bonds?
+  bool has_fix() const { return store != nullptr; }
+
+  Within within() const { return store ? store->within() : Within::ALL; }
+
+  /// See BondStore::version(), 0 without.
+  long version() const { return store ? store->version() : 0; }
+
+  /// Do the records have histories just where the rules ask for these?
+  bool suits(const PairRules &rules) const
+  {
+    return !store || store->has_history() == rules.has_history();
+  }
+
+  /// ID of the fix that recorded, for restart files; empty without.
+  std::string recorder;
+
+  /// The last fix whose records of this body are gone, empty if there was none.
+  std::string dropped;
+
+ private:
+  std::shared_ptr<const BondStore> store;
+};
+
+}    // namespace EVP

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+#include "row_laws.h"
+
+#include "collective.h"
+#include "keywords.h"
+#include "scene.h"
+
+#include "comm.h"
+
+#include <algorithm>
+
+namespace EVP {
+
+using Source = Coefficients::Source;
+
+static constexpr int MOST_LINES = 20;
+
+template <class F> void RowLaws::stop_at_bad_row(int i, int j, F &&f) const
+{
+  stop_at_bad_input(error, fmt::format("Pair evp/lj, types {} and {}", i, j), f);
+}
+
+Row RowLaws::make(int i, int j, bool flows)
+{
+  Row row;
+  stop_at_bad_row(i, j, [&] {
+    row = coefficients.make_law(i, j);
+    if (flows) coefficients.law(coefficients.index(i, j)).check_flow();
+  });
+  return row;
+}
+
+bool RowLaws::take_measures(const BondStore *bonds)
+{
+  static const BondMeasures none;    // a packing allocates nothing
+  return coefficients.take_measures(bonds ? bonds->measures() : none);
+}
+
+void RowLaws::take_kv()
+{
+  VolumeForces::take_kv(modify, [this](int type) {
+    double kv = 0.0;
+    stop_at_bad_row(type, type, [&] {
+      kv = coefficients.kv(type);
+    });
+    return kv;
+  });
+}
+
+void RowLaws::follow(const BondStore *bonds, bool flows)
+{
+  if (!take_measures(bonds)) return;
+  for (int i = 1; i <= atom->ntypes; i++)
+    for (int j = i; j <= atom->ntypes; j++)
+      if (cuts.handles(i, j)) make(i, j, flows);
+  take_kv();
+}
+
+std::string RowLaws::describe(int i, int j) const
+{
+  const RowKeywords row = coefficients.keywords(i, j);
+  const auto [source, factors] = coefficients.scaling(i, j);
+  std::string line = fmt::format("pair evp/lj: types {} {}: ", i, j);
+  if (source == Source::OWN_BONDS) {
+    const BondMeasure body = coefficients.measured().of(i, j);
+    line += fmt::format("spacing {:.6g} (row {:.6g}), bonds per particle {:.4g} (row {:.4g}): ",
+                        body.spacing, row.spacing, body.coordination, row.coordination);
+  } else
+    line += "no bonds between them: ";
+  if (source == Source::AS_GIVEN) return line + "coefficients as given\n";
+
+  line += fmt::format("e1 e2 x {:.6g}, gamma x {:.6g}", factors.energies, factors.gamma);
+  if (i == j && row.kv > 0.0) line += fmt::format(", kv x {:.6g}", factors.kv);
+  return line + (source == Source::LIKE_TYPES ? ", as of the like types\n" : "\n");
+}
+
+std::string RowLaws::describe() const
+{
+  std::string lines;
+  int count = 0;
+  for (int i = 1; i <= atom->ntypes; i++)
+    for (int j = i; j <= atom->ntypes; j++)
+      if (cuts.handles(i, j) && coefficients.keywords(i, j).is_scaled() && ++count <= MOST_LINES)
+        lines += describe(i, j);
+  if (count > MOST_LINES)
+    lines += fmt::format("pair evp/lj: and {} more pairs of types\n", count - MOST_LINES);
+  return lines;
+}
+
+void RowLaws::report()
+{
+  if (!coefficients.any_scaled()) return;
+  const std::string lines = describe();
+  if (lines == last_report) return;
+  last_report = lines;
+  if (comm->me) return;
+  if (coefficients.measured().any_bonds())
+    utils::logmesg(lmp, lines);
+  else
+    error->warning(FLERR,
+                   "Pair evp/lj: a row names the spacing and coordination that it holds for, but "
+                   "there are no bonds to compare with: coefficients are taken as given; define "
+                   "fix evp/bonds to scale them");
+}
+
+void RowLaws::check(const PairList &list, const VolumeForces *volume) const
+{
+  if (!coefficients.any_scaled()) return;
+  const int n = atom->ntypes + 1;
+  std::vector<char> unknown((size_t) n * n, 0);
+  for (int i = 1; i < n; i++)
+    for (int j = 1; j < n; j++)
+      unknown[(size_t) i * n + j] = coefficients.keywords(i, j).is_scaled() &&
+          coefficients.scaling(i, j).source == Source::AS_GIVEN;
+
+  const bool has_kv = volume && volume->is_of_rows();
+  int first = 0;    // type, of the pair of types or of the KV
+  for_each_pair(list, scene::rows(atom->x), [&](const PlacedPair &p) {
+    if (!p.is_bond()) return;
+    const int a = atom->type[p.i], b = atom->type[p.j];
+    if (unknown[(size_t) a * n + b]) first = std::max(a, b);
+    for (const int type : {a, b})
+      if (has_kv && unknown[(size_t) type * n + type] && coefficients.keywords(type, type).kv > 0.0)
+        first = type;
+  });
+  first = reduce_all(first, MPI_MAX, world);
+  if (first)
+    error->all(FLERR,
+               "Pair evp/lj: atoms of type {} have bonds, but had another type when the bonds were "
+               "measured, so that nothing says what the row of this type is to be multiplied by: "
+               "set types before the bonds are recorded, or give type {} a row without spacing and "
+               "coordination",
+               first, first);
+}
+
+}    // namespace EVP

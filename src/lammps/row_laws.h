@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: GPL-2.0-only
+#pragma once
+
+#include "core/coefficients.h"
+#include "cut_offs.h"
+#include "volume_forces.h"
+
+#include <string>
+
+namespace EVP {
+
+/// Makes the laws of the rows for the body whose bonds were measured, and tells users what the rows that name the
+/// bodies they hold for are multiplied by in this one.
+class RowLaws : protected Pointers {
+ public:
+  RowLaws(LAMMPS *lmp, Coefficients &coefficients_in, const CutOffs &cuts_in) :
+      Pointers(lmp), coefficients(coefficients_in), cuts(cuts_in)
+  {
+  }
+
+  /// At set-up, for the laws to come. bonds: nullptr without.
+  void begin_run(const BondStore *bonds)
+  {
+    take_measures(bonds);
+    take_kv();
+  }
+
+  /// Makes both laws of two types and returns the row that they are of. flows: it must be able to flow.
+  Row make(int i, int j, bool flows);
+
+  /// At a packing: the bonds were recorded, or went, after the laws were made.
+  void follow(const BondStore *bonds, bool flows);
+
+  /// Again only when it changes.
+  void report();
+
+  /// Collective. Stops where bonds join types that had none when they were measured: types may have been set since.
+  void check(const PairList &, const VolumeForces *) const;
+
+ private:
+  Coefficients &coefficients;
+  const CutOffs &cuts;
+  std::string last_report;
+
+  bool take_measures(const BondStore *);
+  void take_kv();
+  template <class F> void stop_at_bad_row(int i, int j, F &&f) const;
+  std::string describe() const;
+  std::string describe(int i, int j) const;
+};
+
+}    // namespace EVP
