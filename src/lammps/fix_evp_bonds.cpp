@@ -135,7 +135,7 @@ void FixEVPBonds::check_history() const
     const Fix *other = modify->fix[k];
     const bool ours = utils::strmatch(other->style, "^evp/") ||
         utils::strmatch(other->style, "/evp$");
-    if (!ours && (modify->fmask[k] & FixConst::PRE_EXCHANGE))
+    if (!ours && (modify->fmask[k] & FixConst::PRE_EXCHANGE) && !EVP::scene::keeps_contacts(other))
       error->all(
           FLERR,
           "{} must be defined before fix {} {}, which may move, add or delete atoms before it "

@@ -58,7 +58,7 @@ void FixEVPEnergy::refuse_early_changes() const
   for (int k = 0; modify->fix[k] != this; k++) {
     const Fix *const other = modify->fix[k];
     if (!(modify->fmask[k] & FixConst::PRE_EXCHANGE) || is_ours(other->style)) continue;
-    if (utils::strmatch(other->style, "_HISTORY$")) continue;    // granular styles': moves none
+    if (EVP::scene::keeps_contacts(other)) continue;
     error->all(
         FLERR,
         "{} must be defined before fix {} {}, which may add, delete or move atoms before the "

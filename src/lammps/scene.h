@@ -37,6 +37,12 @@ namespace scene {
         strcmp(fix->style, "move") != 0;
   }
 
+  /// Does the fix keep the contacts of a granular pair style? It acts before atoms migrate, but moves none.
+  inline bool keeps_contacts(const Fix *fix)
+  {
+    return utils::strmatch(fix->style, "_HISTORY$");
+  }
+
   /// Mass of an atom [mass].
   inline double mass(const Atom *atom, int i)
   {
