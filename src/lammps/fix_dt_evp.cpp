@@ -76,6 +76,20 @@ void FixDtEVP::init()
                  who, other->id, other->style);
   }
   speed_reported = false;
+  if (maximum >= NO_LIMIT) warn_of_contacts();
+}
+
+// compute evp/dt sees the pairs of our pair style only
+void FixDtEVP::warn_of_contacts() const
+{
+  bool granular = force->pair_match("^gran", 0) != nullptr;
+  for (const Fix *other : modify->get_fix_list())
+    granular = granular || utils::strmatch(other->style, "^wall/gran");
+  if (granular && comm->me == 0)
+    error->warning(FLERR,
+                   "{}: the stiffness of granular contacts is not in the stable timestep: give "
+                   "'max DT', see doc/Howto_evp_friction.rst",
+                   who);
 }
 
 void FixDtEVP::setup(int /*vflag*/)

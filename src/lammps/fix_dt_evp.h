@@ -60,6 +60,7 @@ class FixDtEVP : public EVP::NodalExchange<Fix> {
   Limit limit = NOTHING;
   bool speed_reported = false;
 
+  void warn_of_contacts() const;
   void set_dt(bool at_setup);
   bool find_fastest(double dt);
   void change_dt(double dt);

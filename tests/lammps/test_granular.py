@@ -1,0 +1,217 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Friction between bodies by LAMMPS' package GRANULAR in pair_style hybrid: evp/lj within a body, granular between two.
+
+A block of spheres slides on a rigid plate, rails of spheres or the plane of fix wall/gran: it loses mu g of its speed per time and
+stops after v^2/(2 mu g). Spheres do not turn: the torques on them that are dropped are what the angular momentum changes by.
+"""
+
+import re
+
+import numpy as np
+import pytest
+from lammps_run import read_csv, read_dump, run_lammps, slope, write_data
+from small_bodies import head, thermo, words
+from evp import law
+
+RADIUS, STIFFNESS = 0.005, 2.5e7  # STIFFNESS [N/m] is about that of a bond
+MU, GRAVITY, SPEED = 0.3, 1000.0, 1.0
+SHAPE = (4, 3, 2)  # spheres of the block
+DISTANCE, TIME = SPEED**2 / (2 * MU * GRAVITY), SPEED / (MU * GRAVITY)
+DAMPED = law.TABLE1._replace(gamma=100.0)
+HOOKE = f"hooke {STIFFNESS} 0.5 tangential linear_history {2 / 7 * STIFFNESS} 1 {MU} damping tsuji"
+HERTZ = f"hertz/material 2.1e10 0.5 0.25 tangential mindlin NULL 1 {MU} damping tsuji"
+
+
+def block(low=(0.0, 0.0, 0.0)):
+    """Centers of touching spheres on a simple cubic lattice from `low`."""
+    return np.stack(np.meshgrid(*(2 * RADIUS * np.arange(n) for n in SHAPE), indexing="ij"), axis=-1).reshape(-1, 3) + low
+
+
+def write_scene(folder, gap=0.0):
+    """A block, type 1, on rails along x, type 2: one below each of its rows, of spheres so close together that they are as good as flat."""
+    rails = [[x, 2 * RADIUS * row, -2 * RADIUS - gap] for row in range(SHAPE[1]) for x in np.arange(-0.005, 0.042, 2.2e-4)]
+    x = np.concatenate([block(), rails])
+    write_data(folder / "body.data", x, [RADIUS] * len(x), [[-0.03, 0.08]] * 3, [1] * len(block()) + [2] * len(rails))
+
+
+def style(contact=HOOKE, row=law.TABLE1, unload="elastic"):
+    return f"""comm_modify vel yes
+pair_style hybrid evp/lj contact repulsive unload {unload} granular
+pair_coeff 1 1 evp/lj {words(row)}
+pair_coeff 2 2 none
+pair_coeff 1 2 granular {contact}
+neigh_modify exclude type 2 2
+"""
+
+
+def slide(plate="rails", contact=HOOKE, integrator="nve"):
+    """After head() and style(): what moves the block, and what is written each 10 steps."""
+    wall = f"fix wall block wall/gran granular {contact} zplane {-RADIUS} NULL\n" if plate == "wall" else ""
+    return f"""group block type 1
+fix bonds block evp/bonds
+fix integrate block {integrator}
+fix gravity block gravity {GRAVITY} vector 0 0 -1
+{wall}fix energy all evp/energy
+compute spin block property/atom omegax omegay omegaz tqy
+compute omega block reduce sumsq c_spin[1] c_spin[2] c_spin[3]
+compute turns block reduce sumabs c_spin[4]
+variable v equal vcm(block,x)
+variable x equal xcm(block,x)
+timestep 1e-6
+thermo 10
+{thermo("time v_v v_x c_omega[*] c_turns ke f_energy f_energy[8] f_bonds[2]")}"""
+
+
+START = f"velocity block set {SPEED} 0 0 units box\n"
+
+
+def assert_slides(table, tolerance=0.02):
+    """The speed falls by mu g per time, in the mean and in each half, and the block stops where it should."""
+    moving = table["v_v"] > 0.05 * SPEED
+    for part in (slice(None), slice(0, moving.sum() // 2), slice(moving.sum() // 2, None)):
+        assert slope(table["Time"][moving][part], table["v_v"][moving][part]) == pytest.approx(-MU * GRAVITY, rel=tolerance)
+    assert np.max(table["v_x"]) - table["v_x"][0] == pytest.approx(DISTANCE, rel=tolerance)
+    assert np.all(np.abs(table["v_v"][table["Time"] > 1.05 * TIME]) < 0.02 * SPEED)
+
+
+STEPS = int(1.2 * TIME / 1e-6)
+
+
+@pytest.mark.parametrize("plate", ["rails", "wall"])
+def test_the_block_stops_where_it_should(lmp, tmp_path, plate):
+    """Newton on and off, one rank and two, and no sphere ever turns, though torques act; the balance holds what friction took."""
+    write_scene(tmp_path, 0.0 if plate == "rails" else 0.01)
+    tables = []
+    for ranks, newton in ((1, "on"), (2, "off"), (2, "on")):
+        run = lmp(head(newton) + style() + slide(plate) + START + f"run {STEPS}\n", ranks).ok()
+        table = run.thermo()
+        assert_slides(table)
+        assert all(np.all(table[f"c_omega[{k}]"] == 0.0) for k in (1, 2, 3)) and np.median(table["c_turns"]) > 1e-3
+        energy = 0.5 * SPEED**2 * 24 * 2700 * 4 / 3 * np.pi * RADIUS**3
+        assert np.all(np.abs(table["f_energy"]) < 1e-3 * energy)
+        assert table["f_energy[8]"][-1] == pytest.approx(-energy, rel=0.02)
+        tables.append(table)
+    for other in tables[1:]:
+        assert np.abs(other["v_x"] - tables[0]["v_x"]).max() < 1e-3 * DISTANCE
+
+
+@pytest.mark.parametrize("what", ["hertz", "implicit", "reversible", "dt/evp"])
+def test_other_contacts_and_integrators(lmp, tmp_path, what):
+    """mindlin over hertz; fix nve/evp with gamma > 0; the law without flow; fix dt/evp, which tells granular of each new timestep."""
+    write_scene(tmp_path)
+    contact = HERTZ if what == "hertz" else HOOKE
+    text = head() + style(contact, DAMPED if what == "implicit" else law.TABLE1, "reversible" if what == "reversible" else "elastic")
+    text += slide(contact=contact, integrator="nve/evp" if what == "implicit" else "nve")
+    if what == "dt/evp":
+        text += "fix dt block dt/evp 50 0.4 max 1.5e-6\n"
+    run = lmp(text + START + f"run {STEPS}\n", 2).ok()
+    assert_slides(run.thermo())
+
+
+def test_friction_goes_on_after_a_restart(lmp, tmp_path):
+    """Half of the way, a restart file, the rest: the same numbers as in two runs without one, and on two ranks, too."""
+    write_scene(tmp_path)
+    half = f"run {STEPS // 2}\n"
+    rest = lmp(head() + style() + slide() + START + half + "write_restart half.restart\n" + half).ok().thermo()
+    text = head(start="read_restart half.restart") + style() + slide() + half
+    same, again = (lmp(text, ranks).ok().thermo() for ranks in (1, 2))
+    assert np.abs(same["v_x"] - rest["v_x"]).max() < 1e-10 * DISTANCE
+    moving = again["v_v"] > 0.05
+    assert moving.sum() > 50 and slope(again["Time"][moving], again["v_v"][moving]) == pytest.approx(-MU * GRAVITY, rel=0.02)
+
+
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off")])
+def test_within_a_body_hybrid_changes_no_force(lmp, tmp_path, ranks, newton):
+    """Bodies apart, a block that rings: positions, velocities and forces are those of evp/lj alone, to the last bit."""
+    write_scene(tmp_path, gap=0.001)
+    alone = f"pair_style evp/lj contact repulsive unload elastic\npair_coeff * * {words(law.TABLE1)}\nneigh_modify exclude type 2 2\n"
+    move = """group block type 1
+fix bonds block evp/bonds
+fix integrate block nve
+variable vx atom 40*sin(1.1*id)
+variable vz atom 40*abs(cos(2.3*id))
+velocity block set v_vx NULL v_vz
+timestep 1e-6
+dump all block custom 50 NAME id x y z vx vy vz fx fy fz
+dump_modify all format float %.17g
+run 100
+"""
+    lmp(head(newton) + style() + move.replace("NAME", "hybrid.dump"), ranks).ok()
+    lmp(head(newton) + alone + move.replace("NAME", "alone.dump"), ranks).ok()
+    for one, other in zip(read_dump(tmp_path / "hybrid.dump"), read_dump(tmp_path / "alone.dump")):
+        yields = 32 * 80 * 0.005 / (2 * RADIUS)
+        assert np.abs(one.vectors("fx", "fy", "fz") - other.vectors("fx", "fy", "fz")).max() < 1e-9 * yields
+    assert np.abs(one.vectors("fx", "fy", "fz")).max() > yields, "control"
+
+
+@pytest.mark.parametrize("mu", [0.0, MU])
+def test_what_the_torques_would_have_kept(lmp, tmp_path, mu):
+    """Two free blocks meet obliquely: dL/dt = sum over the contacts of (x_i - x_j) x F_t = -sum of LAMMPS' torques; none without friction."""
+    x = np.concatenate([block(), block((0.4 * RADIUS, 0.6 * RADIUS, 2 * RADIUS * (SHAPE[2] - 1) + 1.87 * RADIUS))])
+    write_data(tmp_path / "body.data", x, [RADIUS] * len(x), [[-0.05, 0.1]] * 3, [1] * 24 + [2] * 24)
+    text = head() + f"""comm_modify vel yes
+pair_style hybrid evp/lj contact repulsive granular
+pair_coeff 1 1 evp/lj {words(law.TABLE1)}
+pair_coeff 2 2 evp/lj {words(law.TABLE1)}
+pair_coeff 1 2 granular {HOOKE.replace(f" {MU} ", f" {mu} ")}
+fix bonds all evp/bonds within type
+fix integrate all nve
+group upper type 2
+velocity upper set 3 1 -2 units box
+compute torque all property/atom tqx tqy tqz
+compute sum all reduce sum c_torque[*]
+variable lx equal angmom(all,x)
+variable ly equal angmom(all,y)
+timestep 1e-6
+thermo 1
+{thermo("v_lx v_ly c_sum[*]")}run 600
+"""
+    table = lmp(text, 2).ok().thermo()
+    for axis, name in ((1, "v_lx"), (2, "v_ly")):
+        change, torque = table[name] - table[name][0], table[f"c_sum[{axis}]"]
+        dropped = 1e-6 * np.concatenate([[0.0], np.cumsum(0.5 * (torque[1:] + torque[:-1]))])
+        largest = np.abs(table[name]).max()
+        assert np.abs(change + dropped).max() < 1e-8 * largest
+        assert (np.abs(change[-1]) > 1e-3 * largest) if mu else (np.abs(change).max() < 1e-10 * largest)
+
+
+def test_contacts_that_no_bound_knows_are_warned_of(lmp, tmp_path):
+    """compute evp/dt is that of evp/lj; fix dt/evp says so where granular contacts may ask for less, unless a largest dt is given."""
+    write_scene(tmp_path)
+    for more, warned in (("", True), (" max 1e-6", False)):
+        run = lmp(head() + style() + slide() + f"fix dt block dt/evp 50 0.4{more}\nrun 1\n").ok()
+        assert ("the stiffness of granular contacts is not in the stable timestep: give 'max DT'" in run.stdout) == warned
+
+
+# ---- decks ----
+
+
+def test_the_deck(tmp_path):
+    """in.sliding stops within 2 % on both plates, and writes what friction and load were."""
+    run_lammps("in.specimen", 1, {"n": 150, "shape": "block", "length": 0.02, "width": 0.01, "height": 0.01, "out": "block.data"}, tmp_path).ok()
+    for plate in ("wall", "spheres"):
+        choices = {"block": "block.data", "plate": plate, "friction": 0.5, "out": plate, "normal": "hertz" if plate == "wall" else "hooke", "frames": 2, "speed": 2, "gravity": 4000}
+        found = run_lammps("in.sliding", 2, choices, tmp_path).ok()
+        ratios = [float(word) for word in re.findall(r"ratio (\S+)", found.stdout)]
+        assert len(ratios) == 2 and np.allclose(ratios, 1.0, atol=0.02), ratios
+        rows = read_csv(tmp_path / f"{plate}.csv")
+        moving = rows["speed"] > 0.2
+        assert np.sum(rows["friction"][moving]) == pytest.approx(0.5 * np.sum(rows["normal"][moving]), rel=0.02)
+        assert np.abs(rows["imbalance"]).max() < 1e-4
+        assert len(read_dump(tmp_path / f"{plate}_frames.dump")) == 3
+
+
+@pytest.mark.parametrize("choices, message", [
+    ({"plate": "ice"}, "plate must be spheres or wall, got ice"),
+    ({"normal": "jkr"}, "normal must be hooke or hertz, got jkr"),
+    ({"friction": 0}, "friction, speed and gravity must be positive, or the block does not stop, got 0, 1 and 1000"),
+    ({"stiffness": -1}, "stiffness, settle and frames must be 0 or positive, got -1, 0 and 0"),
+    ({"nu": 0.6}, "young must be positive and nu lie between 0 and 0.5, got 21e9 and 0.6"),
+    ({"restitution": 1}, "restitution must lie between 0 and 1, got 1"),
+    ({"dtfraction": 0.7}, "dtfraction must lie between 0 and 0.5, got 0.7"),
+    ({"rows": 1}, "rows must be 10 or more, got 1"),
+    ({"integrator": "verlet"}, "integrator must be explicit or implicit, got verlet"),
+    ({"material": "x:y", "coeff": "80 8 4 3 8 4 0.005 0 1.5"}, "material and coeff are both given: give one of them")])
+def test_bad_choices_are_named(tmp_path, choices, message):
+    found = run_lammps("in.sliding", 1, {"out": "run", **choices}, tmp_path)
+    assert found.returncode != 0 and f"\nERROR: {message}\n" in found.stdout, found.stdout[-1000:]
