@@ -190,7 +190,8 @@ def test_the_deck(tmp_path):
     """in.sliding stops within 2 % on both plates, and writes what friction and load were."""
     run_lammps("in.specimen", 1, {"n": 150, "shape": "block", "length": 0.02, "width": 0.01, "height": 0.01, "out": "block.data"}, tmp_path).ok()
     for plate in ("wall", "spheres"):
-        choices = {"block": "block.data", "plate": plate, "friction": 0.5, "out": plate, "normal": "hertz" if plate == "wall" else "hooke", "frames": 2, "speed": 2, "gravity": 4000}
+        choices = {"block": "block.data", "plate": plate, "friction": 0.5, "speed": 2, "gravity": 4000, "frames": 2, "out": plate}
+        choices["normal"] = "hertz" if plate == "wall" else "hooke"
         found = run_lammps("in.sliding", 2, choices, tmp_path).ok()
         ratios = [float(word) for word in re.findall(r"ratio (\S+)", found.stdout)]
         assert len(ratios) == 2 and np.allclose(ratios, 1.0, atol=0.02), ratios
@@ -215,3 +216,21 @@ def test_the_deck(tmp_path):
 def test_bad_choices_are_named(tmp_path, choices, message):
     found = run_lammps("in.sliding", 1, {"out": "run", **choices}, tmp_path)
     assert found.returncode != 0 and f"\nERROR: {message}\n" in found.stdout, found.stdout[-1000:]
+
+
+def test_the_ball_of_in_impact(tmp_path):
+    """A ball that flies obliquely loses more of its speed along the plate with friction, and the balance closes; off needs no package."""
+    (tmp_path / "ball.region").write_text("region body sphere 0.004 0 0 0.004\n")
+    plate = {"shape": "block", "length": 0.006, "width": 0.016, "height": 0.016}
+    run_lammps("in.specimen", 1, {"n": 400, "out": "plate.data", **plate}, tmp_path).ok()
+    run_lammps("in.specimen", 1, {"n": 60, "shape": "region", "region": "ball.region", "length": 0.008, "out": "ball.data"}, tmp_path).ok()
+    left = {}
+    for friction in ("off", 0, 0.4):
+        found = run_lammps("in.impact", 2, {"speed": 50, "sideways": 50, "time": 8e-5, "friction": friction, "out": "run"}, tmp_path).ok()
+        left[friction] = float(re.search(r"^speed along the plate (\S+) m/s", found.stdout, re.M)[1])
+        imbalance = abs(float(re.search(r"over impact energy: (\S+)", found.stdout)[1]))
+        assert imbalance < 1e-3 or friction == "off", "without friction test_impact.py has it"
+        assert ("granular" in found.stdout) == (friction != "off")
+    assert left[0.4] < min(left["off"], left[0]) - 3.0, left
+    found = run_lammps("in.impact", 1, {"friction": -1}, tmp_path)
+    assert "\nERROR: friction must be off, 0 or positive, got -1\n" in found.stdout and found.returncode != 0
