@@ -27,16 +27,17 @@ fix torques all ave/time 1 1 1 c_torques file torque.txt
 """
 HEAD = """# Friction, measured
 
-**A block of {spheres} spheres on a rigid plate.** Distance and time to the stop over v^2/(2 mu g) and v/(mu g). *Wall* is the plane of fix wall/gran, *spheres*
-are held, overlapping spheres in pair_style hybrid. The time is that of 95 % of the speed, over 0.95.
+**A block of {spheres} spheres on a rigid plate.** Distance and time to the stop over v^2/(2 mu g) and v/(mu g).
+*Wall* is the plane of fix wall/gran, *spheres* are held, overlapping spheres in pair_style hybrid. The time is that of 95 % of the speed, over 0.95.
 
 """
 MIDDLE = """
-**A ball of {ball} spheres that hits a plate obliquely**, at {speed:g} m/s across and along it. Both are rough on the scale of their spheres. *Along/across*: what the ball
-loses of its speed along the plate, over the change of its speed across. With friction off or 0 it is what the rough surfaces take. On a smooth plate
+**A ball of {ball} spheres that hits a plate obliquely**, at {speed:g} m/s across and along it. Both are rough on the scale of their spheres.
+*Along/across*: what the ball loses of its speed along the plate, over the change of its speed across. With friction off or 0 it is what the rough surfaces take. On a smooth plate
 it is mu as long as the ball slides; friction ends where it rolls, which leaves it 5/7 of the speed along the plate. *Torque dropped*: time
 integral of the torques on the spheres of the ball, which fix nve does not act upon, over m R dv of the whole ball with its speed dv lost along the plate.
-It is at most the radius of a sphere over that of the ball, {share:.2f}, and less as the rough surfaces take a part of dv. *Imbalance* is that of fix evp/energy, over the kinetic energy of the ball.
+It is at most the radius of a sphere over that of the ball, {share:.2f}, and less as the rough surfaces take a part of dv.
+*Imbalance* is that of fix evp/energy, over the kinetic energy of the ball.
 
 """
 TAIL = "\nWritten by `tools/friction.py --spheres {spheres}`; what the numbers mean: [Howto_evp_friction](Howto_evp_friction.rst).\n"

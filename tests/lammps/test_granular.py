@@ -108,6 +108,13 @@ def test_other_contacts_and_integrators(lmp, tmp_path, what):
     assert_slides(run.thermo())
 
 
+def test_spheres_that_turn_roll(lmp, tmp_path):
+    """Under fix nve/sphere the block rolls on its spheres and keeps most of its speed, as doc/Howto_evp_friction.rst says."""
+    write_scene(tmp_path)
+    table = lmp(head() + style() + slide(integrator="nve/sphere") + START + f"run {STEPS // 2}\n").ok().thermo()
+    assert table["v_v"][-1] > 0.8 * SPEED and table["c_omega[2]"][-1] > 0.0
+
+
 def test_friction_goes_on_after_a_restart(lmp, tmp_path):
     """Half of the way, a restart file, the rest: the same numbers as in two runs without one, and on two ranks, too."""
     write_scene(tmp_path)

@@ -230,7 +230,8 @@ SCENES = (
     Scene("sliding", "A block slides until friction stops it", "A block on a rigid plate, colored by its speed.",
           (LMP + "in.specimen -var n 200 -var shape block -var length 0.02 -var width 0.01 -var height 0.01 -var out block.data",
            LMP + "in.sliding -var block block.data -var friction 0.5 -var speed 3 -var frames 10 -var out sliding",
-           'tools/view.py sliding_frames.dump --strip 3 --color speed --range 0 3 --label "speed [m/s]" --view front --pixels 300 --captions "at the start" "on the way" "at rest" --out sliding.png'),
+           'tools/view.py sliding_frames.dump --strip 3 --color speed --range 0 3 --label "speed [m/s]" --view front --pixels 300 '
+           '--captions "at the start" "on the way" "at rest" --out sliding.png'),
           "sliding.png", sliding),
     Scene("taylor", "Taylor bar", "Half of a copper bar that flies to the left at 227 m/s onto a rigid wall, which is not drawn.",
           (LMP + "in.specimen -var n 3000 -var length 0.0324 -var radius 0.0032 -var out taylor_bar.data",
