@@ -237,7 +237,7 @@ def test_the_ball_of_in_impact(tmp_path):
         left[friction] = float(re.search(r"^speed along the plate (\S+) m/s", found.stdout, re.M)[1])
         imbalance = abs(float(re.search(r"over impact energy: (\S+)", found.stdout)[1]))
         assert imbalance < 1e-3 or friction == "off", "without friction test_impact.py has it"
-        assert ("granular" in found.stdout) == (friction != "off")
+        assert ("pair granular, perpetual" in found.stdout) == (friction != "off")
     assert left[0.4] < min(left["off"], left[0]) - 3.0, left
     found = run_lammps("in.impact", 1, {"friction": -1}, tmp_path)
     assert "\nERROR: friction must be off, 0 or positive, got -1\n" in found.stdout and found.returncode != 0
