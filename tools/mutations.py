@@ -46,7 +46,7 @@ def main(words=None):
     bad = []
     with errors_in_one_line("mutations.py"), tempfile.TemporaryDirectory() as name:
         copy = pathlib.Path(name)
-        for part in ("src", "cmake", "CMakeLists.txt"):
+        for part in ("src", "cmake", "tools", "CMakeLists.txt"):
             source = CHECKOUT / part
             (shutil.copytree if source.is_dir() else shutil.copy)(source, copy / part)
         rebuild.configure(copy, copy / "build")
