@@ -57,7 +57,7 @@ def main(words=None):
     parser.add_argument("--out", type=pathlib.Path, help="default: doc/performance.md")
     options = parser.parse_args(words)
     if options.repeats < 1:
-        parser.error("--repeats must be 1 at least")
+        parser.error("--repeats must be at least 1")
     sizes = Sizes(options.quick, options.million)
     out = options.out or (None if options.quick else CHECKOUT / "doc" / "performance.md")
     parts, rows = {}, []
