@@ -31,7 +31,7 @@ def test_quick_bench_writes_its_tables(page):
     assert run.returncode == 0, run.stderr[-2000:]
     text = page.read_text(encoding="utf-8")
     assert text.startswith("before\n") and text.endswith("after\n") and "\nold\n" not in text
-    for title in ("Pair loop", "Neighbor build", "What leaving an effect out saves", "Whole step", "Scale", "Ranks"):
+    for title in ("Pair loop", "Neighbor build", "Cost of each effect", "Whole step", "Scale", "Ranks"):
         assert f"### {title}" in text, title
     with open(page.with_suffix(".csv"), encoding="utf-8") as source:
         times = {row["name"]: float(row["value"]) for row in csv.DictReader(source) if row["section"] == "lattice"}
