@@ -1,16 +1,18 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Writes doc/gallery.md: of each deck a picture, the commands that make it, and its numbers beside what they should be.
+"""Writes doc/gallery.md: of each deck a picture, the commands that make it, and its numbers beside what they should be; and these
+numbers into the table of lammps_inputs/README.md.
 
     tools/gallery.py [--only traction rod] [--work FOLDER] [--out doc/gallery.md]
 
 Runs the commands of tools/evp/gallery_scenes.py in --work, one after the other, and copies the pictures to gallery/ beside the page.
-With --only the page is not written: the numbers are printed, and the pictures stay in --work. EVP_LMP as for the tests.
+With --only neither is written: the numbers are printed, and the pictures stay in --work. EVP_LMP as for the tests.
 """
 
 import os
 import pathlib
 import platform
+import re
 import resource
 import shutil
 import subprocess
@@ -18,10 +20,12 @@ import sys
 
 from evp import gallery_scenes
 from evp.progress import watched
-from evp.report import add_out, command_line, errors_in_one_line, table
-from evp.run import CHECKOUT, RunError, environment, lammps_command
+from evp.report import add_out, command_line, errors_in_one_line, split_at_marks, table
+from evp.run import CHECKOUT, DECKS, RunError, environment, lammps_command
 
 HEADER = ("number", "measured", "to expect", "source")
+MARKS = "<!-- table: tools/gallery.py -->", "<!-- end of table -->"
+NUMBERS = ("deck", "number", "measured", "to expect", "source, commands")
 COLORS = 256  # of the stored PNG files, which are half as large for it
 
 PAGE = """# Gallery
@@ -76,6 +80,21 @@ def rows(numbers):
     return [(one.what, with_unit(one.value, one.unit), with_unit(one.expected, one.unit), one.source) for one in numbers]
 
 
+def anchor(title):
+    """Of a heading of the page."""
+    return re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-")
+
+
+def readme_rows(scene, numbers):
+    """Of the table of lammps_inputs/README.md, whose links are from there."""
+    link = f"[{scene.title}](../doc/gallery.md#{anchor(scene.title)})"
+    found = []
+    for one, cells in zip(numbers, rows(numbers)):
+        source = re.sub(r"\]\((?!\.\./)", "](../doc/", one.source)
+        found.append((f"`{one.deck or scene.deck}`", *cells[:3], f"{source}; {link}"))
+    return found
+
+
 def store(picture, folder):
     """Copies a picture, a PNG with fewer colors."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -96,12 +115,15 @@ def main(words=None):
     add_out(parser, "gallery.md")
     options = parser.parse_args(words)
     chosen = [scene for scene in gallery_scenes.SCENES if scene.key in (options.only or names)]
-    texts, total = [], 0.0
+    texts, lines, total, readme = [], [], 0.0, DECKS / "README.md"
     with errors_in_one_line("gallery.py"):
+        head, _, tail = split_at_marks(readme, *MARKS)
         prepare(options.work)
         for scene in watched("gallery.py:", chosen, lambda scene: scene.key):
             text, seconds = run(scene.commands, options.work)
-            found = table(HEADER, rows(scene.numbers(options.work, text)))
+            numbers = scene.numbers(options.work, text)
+            found = table(HEADER, rows(numbers))
+            lines += readme_rows(scene, numbers)
             total += seconds
             texts.append(SCENE.format(scene=scene, commands="\n    ".join(scene.commands), time=f"{seconds:.1f} s", table="\n".join(found)))
             if options.only:
@@ -111,7 +133,8 @@ def main(words=None):
         if not options.only:
             machine = f"{platform.machine()}, LAMMPS on 1 rank"
             options.out.write_text(PAGE.format(total=total, machine=machine, scenes="\n".join(texts)), encoding="utf-8")
-            print(options.out)
+            readme.write_text("\n".join([head + MARKS[0], *table(NUMBERS, lines), MARKS[1] + tail]), encoding="utf-8")
+            print(options.out, readme, sep="\n")
 
 
 if __name__ == "__main__":

@@ -17,14 +17,6 @@ struct BondSection {
   Within within;
   BondMeasures measures;    ///< empty where the bonds were not measured
 
-  BondSection() = default;
-  BondSection(const BondStore &store, double zone_in) :
-      zone(zone_in), recorded(store.has_recorded()), count(store.count()),
-      highest(store.highest_id()), with_history(store.has_history()), within(store.within()),
-      measures(store.measures())
-  {
-  }
-
   /// Restart files carry no check of their own, and a changed bit is another material: every section of ours ends with
   /// a checksum.
   std::vector<double> words() const

@@ -286,14 +286,14 @@ class LinearNetwork {
   {
     if (!with_volume) return {};
     const size_t n = 3 * inverse_mass.size();
-    const auto for_each_side =
-        [&](auto &&f) {    // f(particle, other, derivative of the link's length)
-          for (size_t k = 0; k < links.size(); k++) {
-            const Link &link = links[k];
-            f(link, link.i, link.j, openings[k]);
-            if (link.j < nreact) f(link, link.j, link.i, -openings[k]);
-          }
-        };
+    // calls f(link, particle, other, derivative of the link's length)
+    const auto for_each_side = [&](auto &&f) {
+      for (size_t k = 0; k < links.size(); k++) {
+        const Link &link = links[k];
+        f(link, link.i, link.j, openings[k]);
+        if (link.j < nreact) f(link, link.j, link.i, -openings[k]);
+      }
+    };
 
     // of b_i: its part at i itself, and the absolute values of that at the neighbors
     std::vector<double> own(n, 0.0), norms(n, 0.0);

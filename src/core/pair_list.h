@@ -73,8 +73,7 @@ struct FlowArrays {
   const double *cap = nullptr;       ///< see Law::cap()
   double *next_offset = nullptr;     ///< where the pair would move them: taken over by commit()
   double *spent = nullptr;           ///< dissipated on the way there [energy]
-  char *moves =
-      nullptr;    ///< of each block of pairs: is any on its way? If not, spent is not written
+  char *moves = nullptr;    ///< of each block: is any pair on its way? If not, spent is not written
 };
 
 /// One pair of the neighbor list, ready for the time-step loop. Its i is that of its PackedRow.
@@ -108,8 +107,7 @@ class PackedPairs {
 
   std::vector<double> inv_deq, cutsq;    ///< see PackedPair
   std::vector<int> j, kind, slot;        ///< kind: 2 law + is_bond
-  double
-      margin_removed[2];    ///< factors that take the margin out of a cut: of new pairs, of bonds
+  double margin_removed[2];              ///< take the margin out of a cut: of new pairs, of bonds
 
   // with flow that stays, empty without: see FlowArrays
   std::vector<double> offset, next_offset, work, spent, cap;

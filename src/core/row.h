@@ -26,8 +26,7 @@ constexpr double EXPONENTS_APART = 1e-4;
 struct Member {
   const char *key;    ///< in messages, and for fix adapt
   double Row::*value;
-  void (*check)(const Row &row,
-                const Member *self);    ///< throws BadInput where its rule is broken
+  void (*check)(const Row &row, const Member *self);    ///< throws BadInput
 };
 
 /// The rules of the members.

@@ -15,8 +15,8 @@ struct StoredBlocks {
   using Form = StoredForm;
   using Pairs = StoredEnergy::Pairs;
 
-  static constexpr double BEYOND =
-      2.0;    // added to the weight of a pair that was beyond its cut-off
+  // added to the weight of a pair that was beyond its cut-off
+  static constexpr double BEYOND = 2.0;
 
   /// A weight as it is kept.
   struct Weight {

@@ -8,8 +8,7 @@ namespace EVP {
 /// Which atoms are one body: all, those of one type, or those of one molecule. Pairs of two bodies are
 /// not recorded, and only repel.
 enum class Within : int { ALL, TYPE, MOLECULE };
-constexpr const char *WITHINS[] = {"all", "type",
-                                   "molecule"};    ///< for users, who give the last two
+constexpr const char *WITHINS[] = {"all", "type", "molecule"};    ///< users give the last two
 
 /// Throws BadInput.
 inline Within parse_within(const std::string &word)

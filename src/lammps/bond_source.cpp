@@ -9,9 +9,8 @@ namespace EVP {
 void BondSource::begin_run(const PairRules &rules)
 {
   note();
-  int dim;
-  Fix *fix = scene::find_fix(modify, "evp/bonds");
-  store = fix ? *(std::shared_ptr<const BondStore> *) fix->extract("bonds", dim) : nullptr;
+  const Fix *fix = scene::find_fix(modify, "evp/bonds");
+  store = scene::find_shared<const BondStore>(modify, "evp/bonds", "bonds");
   if (!recorder.empty() && (!records() || recorder != fix->id))
     error->all(FLERR,
                "Pair evp/lj: the bonds were recorded by fix {}, whose records are not here: define "

@@ -89,10 +89,9 @@ class BoxWork {
   const PairWork &pairs;
   bool before = false;    // at the last forces?
   MovingBox box;
-  Edges through{};    // without damping, of the last forces
-  double carried =
-      0.0;              // what kinetic energy gained where atoms were wrapped, since the last step
-  double done = 0.0;    // so far, in the step under way
+  Edges through{};         // without damping, of the last forces
+  double carried = 0.0;    // kinetic energy gained where atoms were wrapped, since the last step
+  double done = 0.0;       // so far, in the step under way
 
   double through_moved() const { return 0.5 * work_of(through, box.moved); }
   void take_forces()

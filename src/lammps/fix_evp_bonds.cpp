@@ -318,7 +318,14 @@ int FixEVPBonds::unpack(int i, const double *buf)
 void FixEVPBonds::write_restart(FILE *fp)
 {
   return_histories();
-  const std::vector<double> words = EVP::BondSection(*bonds, zone).words();
+  const EVP::BondSection section = {zone,
+                                    bonds->has_recorded(),
+                                    bonds->count(),
+                                    bonds->highest_id(),
+                                    bonds->has_history(),
+                                    bonds->within(),
+                                    bonds->measures()};
+  const std::vector<double> words = section.words();
   const int size = (int) (words.size() * sizeof(double));
   if (comm->me == 0) {
     fwrite(&size, sizeof(int), 1, fp);

@@ -69,9 +69,8 @@ class FixEVPBonds : public EVP::NodalExchange<Fix> {
   void return_histories();
 
  private:
-  double zone =
-      0.0;    // pairs with d <= zone (R_i + R_j) are recorded; 0: zone = alpha of the types
-  std::string file;            // take the records from this file; empty: from the zone
+  double zone = 0.0;    // pairs with d <= zone (R_i + R_j) are recorded; 0: alpha of the types
+  std::string file;     // take the records from this file; empty: from the zone
   bool records_due = false;    // the fix's section of a restart file was read, no atom's record yet
   bool after_restart;          // a restart file with fixes was read before this fix was defined
   bool restored_late = false;    // atoms were deleted or renumbered before their records were read

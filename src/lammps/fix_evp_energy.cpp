@@ -153,14 +153,8 @@ double FixEVPEnergy::kinetic_here() const
 // the depth that is missing
 FixEVPEnergy::Instant FixEVPEnergy::instant_here() const
 {
-  return {kinetic_here(), volume_energy(), work->stored.sums()};
-}
-
-// that atoms hold by their volume strain, on this MPI rank
-double FixEVPEnergy::volume_energy() const
-{
   const EVP::VolumeForces *const volume = network->volume();
-  return volume ? volume->energy() : 0.0;
+  return {kinetic_here(), volume ? volume->energy() : 0.0, work->stored.sums()};
 }
 
 // Collective. What it lost since the last call where pairs passed their cut-offs: the volume strain

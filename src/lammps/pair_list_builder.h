@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
-#include "core/bond_store.h"
 #include "core/bytes.h"
 #include "core/coefficients.h"
-#include "core/pair_list.h"
 #include "core/pair_rules.h"
-#include "core/within.h"
+#include "core/record_finder.h"
 #include "lammps_names.h"
 
 #include <vector>

@@ -109,8 +109,10 @@ void PairNetwork::begin_run()
   pair_histories.begin_run();
   cuts.begin_run();
   source.begin_run(rules);
-  laws.begin_run(bonds());    // for init_one()
-  find_work();
+  laws.begin_run(bonds());                         // for init_one()
+  const bool balances = update->whichflag != 2;    // a minimization has no energy balance
+  work = balances ? scene::find_shared<PairWork>(modify, "evp/energy", "work") : nullptr;
+  if (work) work->forget();
   const Fix *implicit = scene::find_fix(modify, "nve/evp");
   implicit_groupbit = implicit ? implicit->groupbit : 0;
   volume_ = VolumeForces::find(modify);
@@ -119,29 +121,12 @@ void PairNetwork::begin_run()
   snapshot.forget();
 }
 
-// a minimization has no energy balance
-void PairNetwork::find_work()
-{
-  int dim;
-  Fix *fix = update->whichflag == 2 ? nullptr : scene::find_fix(modify, "evp/energy");
-  work = fix ? *(std::shared_ptr<PairWork> *) fix->extract("work", dim) : nullptr;
-  if (work) work->forget();
-}
-
 double PairNetwork::handle(int i, int j)
 {
   const Row row = laws.make(i, j, rules.flows);
   repack();
   if (row.gamma > 0.0) any_gamma = true;    // fix adapt may have switched it on
   return cuts.handle(i, j, row.alpha);
-}
-
-// of the atoms into bodies, for report()
-std::string PairNetwork::division() const
-{
-  if (within() == Within::ALL) return "";
-  return fmt::format(" within {} (bodies {})", WITHINS[(int) within()],
-                     rules.contact == Contact::NONE ? "do not interact" : "only repel each other");
 }
 
 // one line of the active effects, again only when it changes
@@ -155,9 +140,13 @@ void PairNetwork::report()
         : damps_implicitly() ? "damping by fix nve/evp"
                              : "damping on";
   line += fmt::format(", new contacts {}", CONTACTS[(int) rules.contact]);
-  line += source.has_fix() ? fmt::format(", deq of bonds from fix {}{}",
-                                         scene::find_fix(modify, "evp/bonds")->id, division())
-                           : ", no fix evp/bonds: every pair has deq = R_i + R_j";
+  line += source.has_fix()
+      ? fmt::format(", deq of bonds from fix {}", scene::find_fix(modify, "evp/bonds")->id)
+      : ", no fix evp/bonds: every pair has deq = R_i + R_j";
+  if (within() != Within::ALL)
+    line +=
+        fmt::format(" within {} (bodies {})", WITHINS[(int) within()],
+                    rules.contact == Contact::NONE ? "do not interact" : "only repel each other");
   if (rules.flows) line += ", unload elastic (kinematic hardening)";
   if (rules.breaks()) line += fmt::format(", bonds break beyond {} deq", 1.0 + rules.break_strain);
   if (volume())

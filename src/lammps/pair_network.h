@@ -204,8 +204,6 @@ class PairNetwork : protected Pointers {
   {
     if (source.note()) repack_due = true;
   }
-  void find_work();
-  std::string division() const;
   void report();
   void pack(const NeighList *, bool collective);
   void agree_on_pairs(const PairListBuilder::Found &, bool records_are_current);

@@ -16,6 +16,7 @@
 #include "utils.h"
 
 #include <cstring>
+#include <memory>
 #include <string>
 
 namespace EVP {
@@ -27,6 +28,15 @@ namespace scene {
     for (int k = 0; k < modify->nfix; k++)
       if (modify->fix[k] && strcmp(modify->fix[k]->style, style) == 0) return modify->fix[k];
     return nullptr;
+  }
+
+  /// The object of that name which the fix of that style shares, nullptr without the fix.
+  template <class T>
+  std::shared_ptr<T> find_shared(const Modify *modify, const char *style, const char *name)
+  {
+    int dim;
+    Fix *const fix = find_fix(modify, style);
+    return fix ? *(std::shared_ptr<T> *) fix->extract(name, dim) : nullptr;
   }
 
   /// Is that the name of a fix of ours?

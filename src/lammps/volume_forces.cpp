@@ -5,7 +5,6 @@
 #include "atom_directory.h"
 #include "collective.h"
 #include "keywords.h"
-#include "scene.h"
 
 namespace EVP {
 
@@ -21,15 +20,8 @@ VolumeForces::VolumeForces(LAMMPS *lmp, const std::string &who_in, int groupbit_
 
 std::shared_ptr<VolumeForces> VolumeForces::find(const Modify *modify)
 {
-  const std::shared_ptr<VolumeForces> forces = of_fix(modify);
+  const auto forces = scene::find_shared<VolumeForces>(modify, "evp/volume", "volume");
   return forces && forces->acts() ? forces : nullptr;
-}
-
-std::shared_ptr<VolumeForces> VolumeForces::of_fix(const Modify *modify)
-{
-  int dim;
-  Fix *fix = scene::find_fix(modify, "evp/volume");
-  return fix ? *(std::shared_ptr<VolumeForces> *) fix->extract("volume", dim) : nullptr;
 }
 
 void VolumeForces::pack(const PairList &list, const BondStore &store,

@@ -6,6 +6,7 @@
 #include "core/volume_energy.h"
 #include "lammps_names.h"
 #include "nodal_exchange.h"
+#include "scene.h"
 
 #include "atom.h"
 
@@ -39,7 +40,7 @@ class VolumeForces : protected Pointers {
   /// Calls kv(type) for all types where KV is that of the rows of the pair style.
   template <class KV> static void take_kv(const Modify *modify, KV &&kv)
   {
-    const std::shared_ptr<VolumeForces> forces = of_fix(modify);
+    const auto forces = scene::find_shared<VolumeForces>(modify, "evp/volume", "volume");
     if (!forces || !forces->from_rows) return;
     for (int type = 1; type < (int) forces->kv.size(); type++) forces->kv[type] = kv(type);
     if (!forces->acts()) forces->forget();
@@ -132,8 +133,6 @@ class VolumeForces : protected Pointers {
   bool closed = false;
   Nodal sums, pulls;    // of all atoms and ghosts
   double energy_here = 0.0;
-
-  static std::shared_ptr<VolumeForces> of_fix(const Modify *);
 
   // what evaluate() found last
   void forget()

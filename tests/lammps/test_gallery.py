@@ -7,11 +7,11 @@ import gallery
 import matplotlib.image
 import pytest
 from evp import gallery_scenes
-from lammps_run import REPOSITORY
+from lammps_run import DECKS, REPOSITORY
 
 PAGE = REPOSITORY / "doc" / "gallery.md"
 QUICK = 5.5  # processor time on the page [s]
-TOTAL = 9.0  # of the scenes that are run, the quickest first
+TOTAL = 11.5  # of the scenes that are run, the quickest first
 SAME = 0.02  # of the numbers, on another machine
 PARTS = {part.partition("\n")[0]: part for part in PAGE.read_text(encoding="utf-8").split("\n## ")[1:]}
 SCENES = {scene.key: scene for scene in gallery_scenes.SCENES}
@@ -35,6 +35,11 @@ def quick():
     return found
 
 
+def cells_of(line):
+    """Of a row of a table; [] of other lines."""
+    return [cell.strip() for cell in line.strip("| ").split(" | ")] if line.startswith("| ") else []
+
+
 def numbers_of(rows):
     """{what: number} of rows of cells."""
     return {row[0]: float(row[1].split()[0]) for row in rows}
@@ -51,12 +56,25 @@ def test_page_is_of_these_scenes():
         assert (PAGE.parent / link).is_file(), link
 
 
+def test_numbers_of_the_decks_are_those_of_the_page():
+    """The table of lammps_inputs/README.md has each number of the page, by deck, and each deck but in.local_output."""
+    _, table, _ = gallery.split_at_marks(DECKS / "README.md", *gallery.MARKS)
+    listed = [cells_of(line) for line in table.splitlines()[3:] if line]
+    shown = [row for part in PARTS.values() for row in map(cells_of, part.splitlines()) if len(row) == 4]
+    shown = [row for row in shown if row[0] != "number" and not row[0].startswith("---")]
+    assert [row[1:4] for row in listed] == [row[:3] for row in shown], "run tools/gallery.py"
+    decks = {row[0].strip("`") for row in listed}
+    assert {path.name for path in DECKS.glob("in.*")} - decks == {"in.local_output"}
+    for link, place in re.findall(r"\]\(([^)#]+)#?([^)]*)\)", table):
+        assert (DECKS / link).is_file() and (not place or place in map(gallery.anchor, PARTS)), (link, place)
+
+
 @pytest.mark.parametrize("key", quick())
 def test_commands_of_the_page(tmp_path, key):
     scene = SCENES[key]
     gallery.prepare(tmp_path)
     text, _ = gallery.run(commands(PARTS[scene.title]), tmp_path)
-    cells = [[cell.strip() for cell in line.strip("| ").split(" | ")] for line in PARTS[scene.title].splitlines() if line.startswith("| ")]
+    cells = [cells_of(line) for line in PARTS[scene.title].splitlines() if line.startswith("| ")]
     found, printed = numbers_of(gallery.rows(scene.numbers(tmp_path, text))), numbers_of(cells[1:])
     assert found.keys() == printed.keys()
     exact = {name: value for name, value in printed.items() if "imbalance" not in name}

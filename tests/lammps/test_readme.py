@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The README's commands for a specimen of one's own and the input script below them, run as they stand."""
+"""The README: its input script, run as it stands; its first screen; its links."""
 
 import re
 import shlex
 
+import doc_blocks
 import pytest
 from lammps_run import REPOSITORY, run_lammps
 
-README = (REPOSITORY / "README.md").read_text(encoding="utf-8")
-SECTION = README.partition("## Your own specimen, your own deck")[2].partition("\n## ")[0]
+README = doc_blocks.read("README.md")
 E_OF_2000 = 23.2e9  # [Pa], on packings of 2000 spheres, by the prototype of doc/Howto_evp.rst
 
 # The free part of the body between two grips, stretched by 0.001 and brought to rest.
@@ -28,16 +28,21 @@ print "modulus $((f_hold_left[1]-f_hold_right[1])/2/(PI*0.02^2)/0.001)"
 """
 
 
-def blocks():
-    """Indented blocks of the section: the commands, and the input script."""
-    return ["\n".join(line[4:] for line in block.splitlines()) + "\n" for block in re.findall(r"(?:^    .*\n)+", SECTION, re.M)]
+def block_with(words):
+    """The one block of the README that has these words."""
+    found = [block.text for block in doc_blocks.blocks("README.md") if words in block.text]
+    assert len(found) == 1
+    return found[0]
+
+
+SCRIPT = block_with("fix             bonds all evp/bonds")
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """Where the README's first command has written its specimen."""
     folder = tmp_path_factory.mktemp("readme")
-    words = shlex.split(blocks()[0].splitlines()[0], comments=True)
+    words = shlex.split(block_with("-var seed 7").splitlines()[0], comments=True)
     assert words[:3] == ["build/lmp", "-in", "lammps_inputs/in.specimen"]
     variables = dict(zip(words[4::3], words[5::3]))
     run_lammps("in.specimen", 1, variables, folder).ok()
@@ -47,7 +52,7 @@ def folder(tmp_path_factory):
 @pytest.mark.parametrize("ranks", [1, 2])
 def test_input_script_runs_as_it_stands(folder, ranks):
     """Without a warning; what is stretched springs back, and the energy stays."""
-    run = run_lammps(blocks()[1], ranks, {}, folder).ok()
+    run = run_lammps(SCRIPT, ranks, {}, folder).ok()
     assert not run.warnings()
     thermo = run.thermo()
     assert len(thermo["Step"]) > 5 and thermo["KinEng"].min() < 0.6 * thermo["KinEng"][0], "control: it springs"
@@ -56,12 +61,26 @@ def test_input_script_runs_as_it_stands(folder, ranks):
 
 def test_input_script_is_of_the_material_of_the_tables(folder):
     """E of that many spheres, as of any number: the row of the tables taken for 2000 spheres would be four times as stiff."""
-    script = blocks()[1].partition("fix             integrate")[0]
+    script = SCRIPT.partition("fix             integrate")[0]
     run = run_lammps(script + AT_REST, 1, {}, folder).ok()
     assert float(run.stdout.rpartition("\nmodulus ")[2].split()[0]) == pytest.approx(E_OF_2000, rel=0.05)
 
 
-def test_second_sentence_says_that_the_law_is_reversible():
+def test_first_paragraph_says_that_the_law_is_reversible_and_what_makes_flow_stay():
     paragraph = README.split("\n\n")[1].replace("\n", " ")
-    second = re.split(r"(?<=\.) (?=[A-Z])", paragraph)[1]
+    second, third = re.split(r"(?<=\.) (?=[A-Z])", paragraph)[1:3]
     assert "reversible" in second and "permanent strain" in second and "non-linear elastic" in second
+    assert "`unload elastic`" in third and "stay" in third
+
+
+def test_first_screen():
+    """One picture, which its command has written with the curves beside it; the two commands; short."""
+    pictures = re.findall(r"!\[.+?\]\((.+?)\)", README)
+    assert pictures == ["doc/figures/first_look.png"] and (REPOSITORY / pictures[0]).with_suffix(".csv").is_file()
+    assert len(README.splitlines()) < 150 and README.index(pictures[0]) < README.index("tools/quickstart.sh") < 2500
+
+
+def test_every_link_leads_to_a_file():
+    for page in ("README.md", "CONTRIBUTING.md", "doc/comparison.md", "CHANGELOG.md"):
+        for link in re.findall(r"\]\(([^)#\s]+)\)", doc_blocks.read(page)):
+            assert "://" in link or (REPOSITORY / page).parent.joinpath(link).exists(), f"{page}: {link}"

@@ -75,6 +75,11 @@ def short_names(paths):
     return ["/".join(words[-count:]) for words, count in zip(every, counts)]
 
 
+def _is_positive(values):
+    """But for round-off and a little vibration."""
+    return min(values) > -0.01 * max(map(abs, values))
+
+
 def stress_strain(panels, path, column="virial", load=TENSION):
     """Stress-strain curves: panels is {title: [(label, curves.Curve), ...]}, side by side.
 
@@ -95,9 +100,9 @@ def stress_strain(panels, path, column="virial", load=TENSION):
             axis.set(title=title, xlabel=f"{load.strain} [%]")
             legend_below(axis, min(3, len(curves)), handlelength=3.0, columnspacing=1.4)
         for axis in axes[0]:  # once all is drawn: the panels share their scale
-            if not any(float(strain) < 0.0 for _, _, strain, _ in rows):
+            if _is_positive([float(strain) for *_, strain, _ in rows]):
                 axis.set_xlim(left=0)
-            if not any(float(stress) < 0.0 for *_, stress in rows):
+            if _is_positive([float(stress) for *_, stress in rows]):
                 axis.set_ylim(bottom=0)
         axes[0][0].set_ylabel(textwrap.fill(f"{load.stress} [MPa]", 36))
         return save(figure, path, ("panel", "curve", "strain_percent", "stress_MPa"), rows)

@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""The files of a public project: workflows whose commands exist and accept their options, issue forms, citation, the claims of doc/comparison.md."""
+
+import itertools
+import os
+import pathlib
+import re
+import shlex
+import subprocess
+
+import pytest
+import yaml
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+WORKFLOWS = sorted(REPOSITORY.glob(".github/workflows/*.yml"))
+FORMS = sorted(REPOSITORY.glob(".github/ISSUE_TEMPLATE/*.yml"))
+OF_SETUP = {"tools/test.sh"}  # hands its options on to tools/setup.sh
+
+
+def load(path):
+    return yaml.safe_load(path.read_text(encoding="utf-8"))
+
+
+def steps(path):
+    """(job, step) of a workflow."""
+    return [(job, step) for job in load(path)["jobs"].values() for step in job["steps"]]
+
+
+def expanded(command, job):
+    """The command for each row of the matrix of its job."""
+    matrix = job.get("strategy", {}).get("matrix", {})
+    names = [name for name in matrix if f"matrix.{name} " in command]
+    for values in itertools.product(*(matrix[name] for name in names)):
+        text = command
+        for name, value in zip(names, values):
+            text = text.replace(f"${{{{ matrix.{name} }}}}", str(value))
+        yield text
+
+
+def help_of(program):
+    path = REPOSITORY / program
+    assert path.is_file() and os.access(path, os.X_OK), f"{program} is not there or cannot be run"
+    environment = {**os.environ, "PYTHONPATH": str(REPOSITORY / "tools")}
+    words = ["python3", "-m", "evp.quickstart"] if program == "tools/quickstart.sh" else [str(path)]
+    words = [os.environ.get("PYTHON", "/usr/bin/python3") if word == "python3" else word for word in words]
+    if program.endswith(".py"):
+        words = [os.environ.get("PYTHON", "/usr/bin/python3"), *words]
+    done = subprocess.run([*words, "--help"], capture_output=True, text=True, env=environment, check=False, timeout=60)
+    assert done.returncode == 0, f"{program} --help: {done.stderr}"
+    return done.stdout
+
+
+def own_programs(text):
+    """(program, options) of the lines of a script that start programs of this repository."""
+    for line in text.replace("\\\n", " ").splitlines():
+        words = shlex.split(line, comments=True)
+        if words and re.match(r"(tools|\.ci)/", words[0]) and "*" not in words[0]:
+            yield words[0], [word for word in words[1:] if word.startswith("--")], words[1:]
+
+
+def check_options(program, options, words):
+    """The program is there, its help has the options, and those values that are choices."""
+    assert os.access(REPOSITORY / program, os.X_OK), f"{program} is not there or cannot be run"
+    text = help_of("tools/setup.sh" if program in OF_SETUP else program) if options else ""
+    for option in options:
+        assert re.search(re.escape(option) + r"\b", text), f"{program} knows no {option}"
+        value = words[words.index(option) + 1]
+        if option in ("--release", "--compiler", "--sizes", "--tests"):
+            assert re.search(re.escape(value) + r"(?!\w)", text), f"{program} {option} knows no {value}"
+
+
+@pytest.mark.parametrize("path", WORKFLOWS, ids=lambda path: path.name)
+def test_workflow(path):
+    """Jobs run on the Debian of the README, steps do one thing, and each command of ours exists with its options and choices."""
+    flow = load(path)
+    assert flow["name"] == path.stem and (flow.get("on") or flow[True]), "YAML reads a bare on as true"
+    checked = 0
+    for job, step in steps(path):
+        assert ("run" in step) != ("uses" in step), step
+        assert "run" not in step or job.get("container") == "debian:12"
+        for command in expanded(step.get("run", ""), job):
+            assert "${{" not in command, f"nothing stands for it: {command}"
+            for program, options, words in own_programs(command):
+                check_options(program, options, words)
+                checked += 1
+    assert checked or path.name == "site.yml"
+
+
+def test_commands_of_contributing():
+    """Of its blocks, which take too long to be run here."""
+    text = "".join(re.findall(r"(?:^    .*\n)+", (REPOSITORY / "CONTRIBUTING.md").read_text(encoding="utf-8"), re.M))
+    found = list(own_programs(text.replace("    ", "")))
+    for program, options, words in found:
+        check_options(program, options, words)
+    assert {"tools/setup.sh", "tools/test.sh", "tools/test_releases.sh", "tools/compare_builds.py"} <= {program for program, _, _ in found}
+    assert all((REPOSITORY / path).is_file() for path in re.findall(r"tests/\w+/\w+\.py", text))
+
+
+def test_matrix_has_every_release_compiler_and_integer_size():
+    text = (REPOSITORY / "tools" / "test_releases.sh").read_text(encoding="utf-8")
+    matrix = load(REPOSITORY / ".github" / "workflows" / "ci.yml")["jobs"]["releases"]["strategy"]["matrix"]
+    for option, name in (("--release", "release"), ("--compiler", "compiler"), ("--sizes", "sizes")):
+        assert re.search(rf'{option}\) one_of "\$1" "\$2" ([^;]+);', text)[1].split() == matrix[name]
+
+
+def test_an_unknown_option_is_noticed():
+    """Control of the test above."""
+    assert "--release" in help_of("tools/test_releases.sh") and not re.search(r"--colour\b", help_of("tools/test_releases.sh"))
+    assert list(expanded("a ${{ matrix.x }} b", {"strategy": {"matrix": {"x": [1, 2]}}})) == ["a 1 b", "a 2 b"]
+
+
+def test_issue_forms_ask_for_the_doctor():
+    forms = {path.stem: load(path) for path in FORMS}
+    assert set(forms) == {"bug_report", "question", "config"} and forms["config"]["blank_issues_enabled"] is False
+    for name in ("bug_report", "question"):
+        form = forms[name]
+        assert form["name"] and form["description"] and "evp doctor" in str(form["body"])
+        assert all(one["type"] in ("textarea", "input", "markdown", "dropdown", "checkboxes") and one["attributes"]["label"] for one in form["body"])
+        assert len({one["id"] for one in form["body"]}) == len(form["body"])
+    asked = next(one for one in forms["bug_report"]["body"] if one["id"] == "doctor")
+    assert asked["validations"]["required"] is True
+
+
+def test_citation():
+    cited = load(REPOSITORY / "CITATION.cff")
+    assert {"cff-version", "message", "title", "version", "license", "authors", "references"} <= cited.keys()
+    assert cited["authors"] == [{"name": "EVP contributors"}]
+    paper = cited["references"][0]
+    assert "hal-01899324" in paper["url"] and [one["family-names"] for one in paper["authors"]] == ["Gado", "Charles", "Iordanoff", "Coupard"]
+
+
+COMPARISON = (REPOSITORY / "doc" / "comparison.md").read_text(encoding="utf-8")
+CLAIMS = re.findall(r"^\| (.+?) \| `((?:build|tools)/.+?)` \|$", COMPARISON.partition("\n## EVP\n")[2].partition("\n## ")[0], re.M)
+
+
+@pytest.mark.parametrize("statement, command", CLAIMS, ids=[one[0][:40] for one in CLAIMS])
+def test_claim_about_evp_has_a_command(statement, command):
+    """Its input script declares each -var, its tool knows each option, its files are there."""
+    words = shlex.split(command)
+    if words[0] == "build/lmp":
+        deck = (REPOSITORY / words[2]).read_text(encoding="utf-8")
+        chosen = words[4::3]
+        assert words[1] == "-in" and words[3::3] == ["-var"] * len(chosen)
+        assert all(re.search(rf"^variable {name} +index ", deck, re.M) for name in chosen), statement
+    else:
+        text = help_of(words[0])
+        assert all(re.search(re.escape(word) + r"\b", text) for word in words if word.startswith("--")), statement
+
+
+def test_every_statement_about_another_code_has_a_source():
+    """A link that is defined, or 'not found'; and each link is used."""
+    assert len(CLAIMS) >= 10
+    defined = set(re.findall(r"^\[(\d+)\]: https://", COMPARISON, re.M))
+    others = COMPARISON.partition("\n## LAMMPS bpm")[2].partition("\n[1]: ")[0]
+    rows = [row for row in re.findall(r"^\| (.+) \|$", others, re.M) if not row.startswith("statement")]
+    assert len(rows) > 25
+    used = set()
+    for row in rows:
+        source = row.rpartition(" | ")[2]
+        found = re.findall(r"\[(\d+)\]", source)
+        assert found or source == "not found", row
+        used.update(found)
+    assert used == defined, used ^ defined
+
+
+def test_readme_table_says_what_the_page_says():
+    """Codes as on the page; what EVP has is named by a style, an option or a tool that exists."""
+    readme = (REPOSITORY / "README.md").read_text(encoding="utf-8")
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in readme.partition("## Which code")[2].partition("\n\n*Not found*")[0].splitlines() if line.startswith("| ")]
+    assert [cell.split()[-1].strip("`") for cell in rows[0][1:]] == ["EVP", "bpm/spring/plastic", "peri/eps", "YADE", "MUSEN"]
+    assert len(rows) > 8 and all(len(row) == 6 for row in rows) and all(all(row) for row in rows[1:])
+    sources = "".join(path.read_text(encoding="utf-8") for path in REPOSITORY.glob("src/*/*.cpp"))
+    for row in rows[1:]:
+        for name in re.findall(r"`(.+?)`", row[1]):
+            tool, word = REPOSITORY / name, name.split()[-1]
+            assert tool.is_file() or f'"{word}"' in sources or word in (REPOSITORY / "src" / "core" / "row.h").read_text(encoding="utf-8"), name

@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""The first picture of the README, from runs of the decks.
+
+    PYTHONPATH=tools python3 -m evp.first_look
+
+A tension bar of a CAD program is pulled and pushed back without any rate, with eq. 8 and with `unload elastic`; a copper ball flies onto a
+copper plate. Writes first_look.png and first_look.csv (the curves) to --out; the runs are in --work. About four minutes on one core.
+"""
+
+import pathlib
+import sys
+
+import numpy as np
+
+from . import columns, cycles, dump, figures, run, spheres, view_figure, view_scene
+from .progress import watched
+from .report import command_line, errors_in_one_line, write_csv
+
+PART = run.CHECKOUT / "tests" / "data" / "parts" / "dog_bone.stl"
+MATERIAL = f"{run.CHECKOUT / 'potentials' / 'gado2017.evp'}:table1_any"
+STRAIN = 0.016  # of the grips, where the bar turns
+SPEED = 150.0  # of the ball [m/s]
+BALL_OVER_PLATE = 0.1047  # volumes, so that the spheres of both are of one size
+SWEEPS = {"reversible": "eq. 8, the paper's law", "elastic": "unload elastic"}
+COLOR, PIXELS, DPI = "plastic_strain", 620, 130
+COLORS = 256  # of the stored picture, a third as large for it
+BAR_VIEW, BALL_VIEW = (75.0, -75.0), (70.0, -60.0)
+CUT = [[view_scene.condition("y<0")]]  # what is inside
+
+
+def commands(bar, plate):
+    """[(name, words)] of the runs, for so many spheres; the ball has as many per volume as the plate."""
+    pull = {"specimen": "bar.data", "material": MATERIAL, "strain": STRAIN, "cycles": 1, "restart": 0, "extensometer": "yes"}
+    block = {"shape": "block", "length": 0.008, "width": 0.025, "height": 0.025}
+    ball = {"shape": "region", "region": "ball.region", "length": 0.01}
+    fill = [sys.executable, str(run.CHECKOUT / "tools" / "body.py"), str(PART), "--axis", "z", "--unit", "mm", "--n", str(bar), "--out", "bar.data"]
+    decks = [
+        *((unload, "in.quasistatic", {**pull, "unload": unload, "out": unload}) for unload in SWEEPS),
+        ("plate", "in.specimen", {**block, "n": plate, "out": "plate.data"}),
+        ("ball", "in.specimen", {**ball, "n": round(BALL_OVER_PLATE * plate), "out": "ball.data"}),
+        ("impact", "in.impact", {"plate": "plate.data", "ball": "ball.data", "speed": SPEED, "frames": 1, "out": "impact"}),
+    ]
+    return [("bar", fill), *((name, run.deck_command(run.DECKS / deck, choices)) for name, deck, choices in decks)]
+
+
+def curve_of(path):
+    """(strain, stress [Pa]) of the extensometer and of the grips."""
+    read = figures.read_columns(path, ("strain_gauge", "stress_grip"))
+    return read["strain_gauge"], read["stress_grip"]
+
+
+def drawn(path, view):
+    """(whole body in one color, first snapshot, last snapshot, scale): pictures of a dump; the latter two are cut open and colored."""
+    series = dump.index([path])
+    whole = view_scene.spheres_of(series[0], COLOR)
+    first, last = (view_scene.spheres_of(snapshot, COLOR, CUT) for snapshot in (series[0], series[-1]))
+    ends = view_figure.hull(*(spheres.extents(one.x, one.radius, *view) for one in (whole, last)))
+    cameras = spheres.cameras([ends], [view], PIXELS)
+    factor = columns.described(COLOR).factor
+    scale = view_figure.ColorScale(0.0, factor * np.percentile(last.values, 99.5), (0.0, factor * last.values.max()))
+    plain = spheres.draw(whole.x, whole.radius, 0.0 * whole.radius, view_figure.plain_colors(), cameras)[0]
+    return (plain, *(spheres.draw(one.x, one.radius, scale.share(factor * one.values), scale.colors(), cameras)[0] for one in (first, last)), scale)
+
+
+def show(figure, place, picture, title=""):
+    """A picture of spheres in a part of the figure."""
+    axis = figure.add_subplot(place)
+    axis.imshow(picture, interpolation="antialiased")
+    axis.set_axis_off()
+    axis.set_title(title)
+    return axis
+
+
+def color_bar(figure, axes, scale):
+    import matplotlib
+
+    colors = matplotlib.cm.ScalarMappable(matplotlib.colors.Normalize(scale.low, scale.high), scale.map)
+    figure.colorbar(colors, ax=axes, orientation="horizontal", shrink=0.6, aspect=25, pad=0.04, extend=scale.extend, label="plastic strain [%]")
+
+
+def compose(work, target):
+    """first_look.png and .csv in the folder target, from the files of the runs in work."""
+    from matplotlib import pyplot as plt
+    from PIL import Image
+
+    rows = []
+    part, _, flowed, bar_scale = drawn(work / "elastic_state.dump", BAR_VIEW)
+    _, before, after, ball_scale = drawn(work / "impact_frames.dump", BALL_VIEW)
+    with plt.rc_context(figures.LOOK):
+        figure = plt.figure(figsize=(13.6, 4.3), dpi=DPI, layout="constrained")
+        left, middle, right = figure.subfigures(1, 3, width_ratios=(1.05, 1.1, 1.2))
+        axis = left.add_subplot()
+        for k, (unload, label) in enumerate(SWEEPS.items()):
+            strain, stress = curve_of(work / f"{unload}.csv")
+            remains = cycles.residual_strain(strain, stress)
+            name = f"{label}: {figures.percent_left(remains)} of strain stays"
+            axis.plot(100 * strain, 1e-6 * stress, label=name, **figures.line_style(k))
+            axis.plot([100 * remains], [0.0], "o", color=figures.line_style(k)["color"], markeredgecolor="#333333", zorder=3)
+            rows += [(label, f"{100 * a:.6g}", f"{1e-6 * b:.6g}") for a, b in zip(strain, stress)]
+        axis.axhline(0, color="#333333", linewidth=0.8)
+        axis.set(xlabel="strain of the thin part [%]", ylabel="stress [MPa]", title="A part is pulled and pushed back")
+        axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), handlelength=3.0)
+        panels = [show(middle, 211, part, "The part: a CAD file filled with spheres"), show(middle, 212, flowed, "After the test, cut open: where it has flowed")]
+        color_bar(middle, panels, bar_scale)
+        panels = [show(right, 121, before, "A copper ball and plate"), show(right, 122, after, f"Crater at {SPEED:g} m/s")]
+        color_bar(right, panels, ball_scale)
+        target.mkdir(parents=True, exist_ok=True)
+        figure.canvas.draw()
+        pixels = np.asarray(figure.canvas.buffer_rgba())[:, :, :3]
+        plt.close(figure)
+    Image.fromarray(pixels).quantize(COLORS, dither=Image.Dither.NONE).save(target / "first_look.png", optimize=True)
+    write_csv(target / "first_look.csv", ("curve", "strain_percent", "stress_MPa"), rows)
+    return target / "first_look.png"
+
+
+def main(argv=None):
+    """Runs all that has not been run, and draws."""
+    parser = command_line(__doc__)
+    parser.prog = "evp.first_look"
+    parser.add_argument("--bar", type=int, default=2500, metavar="N", help="spheres of the tension bar (default: %(default)s)")
+    parser.add_argument("--plate", type=int, default=5000, metavar="N", help="spheres of the plate (default: %(default)s)")
+    parser.add_argument("--work", type=pathlib.Path, default=run.CHECKOUT / "results" / "first_look", metavar="DIR", help="where the runs are")
+    parser.add_argument("--out", type=pathlib.Path, default=run.CHECKOUT / "doc" / "figures", metavar="DIR", help="where the picture goes")
+    parser.add_argument("--draw", action="store_true", help="draw again from the files in --work, without a run")
+    args = parser.parse_args(argv)
+    with errors_in_one_line("first_look"):
+        if not args.draw:
+            args.work.mkdir(parents=True, exist_ok=True)
+            (args.work / "ball.region").write_text("region body sphere 0.005 0 0 0.005\n", encoding="utf-8")
+            for name, command in watched("first_look:", commands(args.bar, args.plate), lambda job: job[0]):
+                run.output_of(command, args.work, name)
+        print(compose(args.work, args.out))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
