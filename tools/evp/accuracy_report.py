@@ -336,7 +336,7 @@ def page(results, table, picture):
     """The text of the page; table and picture: the names of its CSV and its picture."""
     machines = "; ".join(f"LAMMPS {lammps}, {processor}" for lammps, processor in results.machine)
     written = [f"Written by `tools/accuracy_cost.py` from the runs in `{table}` ({machines}). *Time*: processor time without the start of LAMMPS, in units of a *baseline run*,",
-               f"a tension test to {100 * cases.STRAIN:g} % strain that ran beside each: Table 1, 500 spheres, {cases.BASELINE['rate']}/s, explicit, "
+               f"a tension test to {100 * cases.STRAIN:g} % strain run directly before each: Table 1, 500 spheres, {cases.BASELINE['rate']}/s, explicit, "
                f"`-var dtfraction {cases.BASELINE['dtfraction']}` ({number(results.unit)} s).\n"]
     lines = ["# Accuracy versus run time\n"]
     if results.target and results.recipe:
