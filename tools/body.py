@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""A body of your own part: packs spheres into a closed surface of a CAD program (STL), for in.traction and the other decks.
+"""Packs spheres into your own part, a closed surface from a CAD program (STL), for in.traction and the other decks.
 
     tools/body.py part.stl --n 2000 --unit mm --axis z --out part.data
 
 Writes the data file --out (atom_style sphere, SI) with the part's axis along x from x = 0, and beside it OUT.body, from which the
-decks take length, cross-section at mid-length, volume and density. Prints the part's measures and how smooth its surface came out.
-The spheres are packed by lammps_inputs/in.specimen between frozen points of the surface. EVP_LMP: the lmp to run.
-Needs Open3D: apt-get install python3-open3d (Debian), or pip install open3d. No other tool does.
+decks read length, cross-section at mid-length, volume and density. Prints the measures of the part and the roughness of the packed surface.
+lammps_inputs/in.specimen packs the spheres between fixed points of the surface. LAMMPS is the lmp of this checkout, or EVP_LMP.
+Needs Open3D: apt-get install python3-open3d (Debian), or pip install open3d. No other tool needs it.
 """
 
 import os
@@ -40,9 +40,9 @@ def main(arguments=None):
     parser.add_argument("part", type=pathlib.Path, metavar="PART.stl", help="closed surface, ASCII or binary STL")
     parser.add_argument("--n", type=int, required=True, help="number of spheres, 50 or more")
     parser.add_argument("--out", type=pathlib.Path, required=True, metavar="FILE", help="data file to write; FILE.body is written beside it")
-    parser.add_argument("--unit", choices=UNITS, default="mm", help="of the file: STL holds none (%(default)s)")
-    parser.add_argument("--axis", choices=AXES, default="x", help="of the file: where the part is to be pulled along (%(default)s)")
-    parser.add_argument("--seed", type=int, default=1, help="of the random starting points (%(default)s)")
+    parser.add_argument("--unit", choices=UNITS, default="mm", help="length unit of the file, which STL does not state (default: %(default)s)")
+    parser.add_argument("--axis", choices=AXES, default="x", help="axis of the file along which the part is loaded (default: %(default)s)")
+    parser.add_argument("--seed", type=int, default=1, help="of the random initial positions (default: %(default)s)")
     parser.add_argument("--density", type=float, default=2700.0, help="of the solid [kg/m3]: that of the spheres in FILE, as in.specimen has it (%(default)g)")
     options = parser.parse_args(arguments)
     if options.n < 50:

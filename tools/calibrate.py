@@ -1,20 +1,20 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""The row of a material from its E, 0.2 % yield stress and the stress at a second strain, appended to a potential file.
+"""Fits the row of a material to its E, 0.2 % yield stress and the stress at a second strain; appends it to a potential file.
 
   calibrate.py --E 70e9 --yield 95e6 --stress2 150e6@0.05 --density 2700 --name mine --out mine.evp
   calibrate.py ... --nu 0.33                       and Poisson's ratio, by fix evp/volume (kv in the row)
   calibrate.py ... --rate 5e6@100                  and an over-stress of 5 MPa at 100/s, by damping (gamma in the row)
 
-SI units. Stresses and strains are nominal (force over the first cross-section), as the decks report them; a true stress s at a
+SI units. Stresses and strains are nominal (force over the initial cross-section), as in the output of the decks; a true stress s at a
 true strain e is s exp(-e) at exp(e) - 1 in tension. --yield is the 0.2 % offset yield stress. A negative strain of --stress2
-means that yield and second stress are those of a compression; stresses stay positive. The over-stress is the mean over the flow
-between about 1.2 and 2.5 times the strain at yield. It is linear in the rate; --rate twice, within a decade, takes a mean.
+means that yield stress and second stress are those of compression; give stresses as positive numbers. The over-stress is the mean over
+plastic flow between about 1.2 and 2.5 times the strain at yield. It is linear in the rate; --rate twice, within a decade, takes a mean.
 
-A packing is made, then pulled without a rate until every target is met, in at most 8 runs. Beside FILE stay FILE.NAME.jsonl, the run
-table, and FILE.NAME.png with its CSV: targets and curve. A calibration that was interrupted or killed goes on where it was with the
-same command; a run that fails is repeated with smaller increments. Use the row with *contact repulsive*, as it was found.
-EVP_LMP, EVP_MPIRUN as for the tests.
+Packs a specimen and loads it quasi-statically until every target is met, in at most 8 runs. Also writes FILE.NAME.jsonl, the table of
+runs, and FILE.NAME.png with its CSV: targets and curve. The same command resumes an interrupted calibration; a run that fails is
+repeated with smaller increments. Use the row with *contact repulsive*, for which it is fitted. LAMMPS is the lmp of this checkout, or
+EVP_LMP and EVP_MPIRUN.
 """
 
 import datetime

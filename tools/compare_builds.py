@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Compares two builds of the plugin: whether they give the same bits, and which is faster.
+"""Compares two builds of the plugin: bits of the results, and speed.
 
     tools/compare_builds.py --old DIR [--new DIR] [--only CASE,...] [bits | speed]
 
 bits runs the decks of this checkout with both builds and compares every CSV, dump, data, bond and thermo table byte by byte;
-restart files are compared by what follows from them, also where the new build continues the file of the old one.
+restart files are compared by runs that continue from them, also of the new build from a file of the old one.
 speed starts both builds side by side in each round and lets them run a scene in turn, old, new, old, new ..., a tenth of a second
-each. It compares LAMMPS' loop time and the user time in the loop. The ratio new/old of a round is the median of its turns; given
-are the median and the quartiles over the rounds. Judged is the time whose quartiles lie closer together. A verdict is uncertain
-where the limit lies between the quartiles: more --rounds help, or a quiet machine.
+each. It compares LAMMPS' loop time and the user time in the loop. The ratio new/old of a round is the median of its turns; the output
+has the median and the quartiles over the rounds. The time with the smaller distance of quartiles decides. The result is uncertain
+where the limit lies between the quartiles: give more --rounds, or use an idle machine.
 Exit status: 1 where a file differs or a median exceeds --limit, 2 where a run fails.
 EVP_LMP is the lmp of both builds (default: build/lmp of this checkout), which has to take EVP_PLUGIN_DIR.
 """

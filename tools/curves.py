@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Numbers and pictures from what the decks write.
+"""Moduli, stresses and figures from the output of the decks.
 
   curves.py numbers  results/a.csv results/b.csv [--fit 0 0.002]
   curves.py plot     results/a.csv results/b.csv --labels "1 /s" "10 /s" --out curves.png
@@ -10,23 +10,23 @@
   curves.py specimen results/a_state.dump --out specimen.png
   curves.py rate     damped.csv --twin undamped.csv --rate 10 --specimen specimen.data
 
-The curves are PREFIX.csv of in.traction (strain,stress_grip,stress_virial; Pa), the state is its
-PREFIX_state.dump, or a CSV with the columns x,y,z,radius,share. Every PNG gets a CSV beside it.
+Curves are PREFIX.csv of in.traction (strain,stress_grip,stress_virial; Pa), the state is its
+PREFIX_state.dump, or a CSV with the columns x,y,z,radius,share. With every PNG a CSV of its data is written.
 PREFIX.csv of in.torsion (shear strain and stress of the surface; the modulus is G), in.bending (outer fibre) and in.shear are
-curves too. Of a curve that turns back, `numbers` are those of the way to the first turn.
+curves, too. For a curve that unloads, `numbers` uses the part before the first reversal.
 `numbers` fits E to the elastic part and prints the range: from strain 0 to 0.003, or to 3/4 of the
 longest range in which the slope over the second half is at least 90 % of that over the first, where
 this ends before strain 0.004. `--fit LO HI` gives another range.
-`cycle` gives the numbers of curves that turn back, as in.cyclic writes them: strain and stress at the first turn, the strain
-left at zero stress, the slope over the first 0.004 of unloading, and the area of the last loop.
-`table` gives one line for each of any number of curves, also of such that turn back or are pushed: E and yield of the first way, the
-stress at strains of it, residual strain, unloading modulus, the area of each loop; '-' where a curve has no such number. Stresses are
+`cycle` evaluates curves that unload, as of in.cyclic: strain and stress at the first reversal, residual strain
+at zero stress, slope over the first 0.004 of unloading, and area of the last loop.
+`table` prints one line per curve, also in compression or with unloading: E, yield stress and stresses of the first loading, residual
+strain, unloading modulus, the area of each loop; '-' where a curve has no such number. Stresses are
 fitted over +-0.0006 of strain, or interpolated where the rows are farther apart. A target has rows strain,stress in Pa, or a first line
-with strain or strain_percent, and stress or stress_MPa; the curves' departures from it, on their first way, are taken at its rows.
+with strain or strain_percent, and stress or stress_MPa; the differences of the first loading from it are taken at its rows.
 `columns` plots any two columns of CSV files of the decks, such as time and force of in.taylor.
-`rate` says which share of the stress of a damped run is viscous and which inertial. Its twin is the
-same run at the same rate with gamma = 0; with --rate and --specimen it also gives what E tau rate
-and rho c L rate expect.
+`rate` separates the viscous and the inertial share of the stress of a damped run. Its twin is the
+same run at the same rate with gamma = 0; with --rate and --specimen it also prints the estimates E tau rate
+and rho c L rate.
 """
 
 import pathlib

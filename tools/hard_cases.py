@@ -27,7 +27,7 @@ Written by `tools/hard_cases.py`, with `--ranks` and `--only`; the tests are in 
 
 - *Requirement*: what the test asserts.
 - *Result*: what was measured, for each number of MPI ranks.
-- *Fails without*: the safeguards that `tools/mutations.py` removes. *Control*: what the test asserts beside, so that it cannot pass without effect.
+- *Fails without*: the safeguards that `tools/mutations.py` removes. *Control*: what the test asserts in addition, so that it cannot pass without the effect.
 
 """
 HEADER = ("test", "requirement", "result", "fails without")

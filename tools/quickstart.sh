@@ -6,7 +6,7 @@ set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 # shellcheck source=tools/env.sh
 source "$here/env.sh"
-"$here/setup.sh"
+[[ " $* " == *" --help "* || " $* " == *" -h "* ]] || "$here/setup.sh"
 evp_find_python
 cd "$EVP_REPOSITORY"
 echo "== quick start: the paper's traction test"

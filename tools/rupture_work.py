@@ -1,12 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""How the work of rupture depends on the spacing of the spheres, with `break XI`: measured, and written into the Howto.
+"""Work of rupture against the spacing of the spheres, with `break XI`; writes the table of the Howto.
 
     tools/rupture_work.py [--xi 0.05] [--seeds 2] [--work FOLDER] [--fresh] [--out doc/Howto_evp.rst]
 
-Cylinders of the same size with more and more spheres are pulled apart by in.traction, once with the same XI and once with XI scaled
-by the spacing. Writes the table between the two marks of --out. Runs that are in --work already are not repeated. EVP_LMP as for
-the tests.
+in.traction pulls cylinders of the same size with increasing numbers of spheres to rupture, with constant XI and with XI ~ 1/spacing.
+Writes the table between the two marks of --out. Runs that --work has already are not repeated. Uses the lmp of this checkout, or EVP_LMP.
 """
 
 import pathlib
@@ -94,11 +93,11 @@ def main(words=None):
     parser.add_argument("--xi", type=float, default=0.05, help="XI of the bodies of 500 spheres (default 0.05)")
     parser.add_argument("--seeds", type=int, default=2, help="bodies of each size (default 2)")
     parser.add_argument("--work", type=pathlib.Path, default=CHECKOUT / "build" / "rupture_work", help="specimens and runs (default: %(default)s)")
-    parser.add_argument("--fresh", action="store_true", help="repeat the runs that --work holds")
+    parser.add_argument("--fresh", action="store_true", help="repeat the runs that --work has already")
     add_out(parser, "Howto_evp.rst")
     options = parser.parse_args(words)
     if options.xi <= 0.0 or options.seeds < 1:
-        parser.error("--xi must be positive and --seeds 1 at least")
+        parser.error("--xi must be positive and --seeds at least 1")
     options.work.mkdir(parents=True, exist_ok=True)
     if options.fresh:
         for old in options.work.glob("*.broken"):

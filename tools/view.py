@@ -9,8 +9,8 @@
   view.py run.dump --film run.gif --color share_lost --range 0 50
   view.py run.dump --vtk run                                           run.pvd and a .vtu for each snapshot
 
-A dump is what `dump custom` or `write_dump all custom` writes as text, with x y z (or xu yu zu) and radius; OVITO reads the same
-files. Columns are called by the words of dump_modify colname; c_pairs[1] to c_pairs[4] of the decks are bonds, share_second,
+DUMP is a text file of `dump custom` or `write_dump all custom` with x y z (or xu yu zu) and radius; OVITO reads the same
+files. Columns have the names of dump_modify colname; c_pairs[1] to c_pairs[4] of the decks are bonds, share_second,
 share_lost and new_pairs too. Several dumps are one series, in the order given; without --strip, --film and --frames the last snapshot
 of each is drawn. Titles are the load where a column strain or angle is the same for all atoms, else time or step. All snapshots and
 views of a picture have the same scale and the same colors. Units are those of the dump (dump_modify units yes) or of --units; no

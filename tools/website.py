@@ -5,8 +5,8 @@
     tools/website.py                    into build/site; open build/site/index.html in any browser
     tools/website.py --out FOLDER
 
-The folder can be copied to any static host as it is: links are relative, and nothing is loaded from elsewhere. A warning of
-Sphinx is an error: a dead link or anchor, a missing picture, a page that no table of contents names.
+The folder can be copied to any static host: links are relative, and nothing is loaded from other hosts. Warnings of Sphinx are
+errors: a dead link or anchor, a missing picture, a page in no table of contents.
 """
 
 import contextlib

@@ -35,7 +35,8 @@ def all_pairs_at_dlim(bench):
     return f"error of the momentum {change:.0e}, energy imbalance {share:.1e} of the energy of the contacts"
 
 
-@case("largest stable timestep = that of the assembled matrices; momentum conserved to 1e-12; energy imbalance below 1e-3", "with a mean mass the limit would be wrong by more than ten times", "10 in size", "1e4 in mass")
+@case("largest stable timestep = that of the assembled matrices; momentum conserved to 1e-12; energy imbalance below 1e-3",
+      "with a mean mass the limit would be wrong by more than ten times", "10 in size", "1e4 in mass")
 def ratio_of(bench, what):
     rng = np.random.default_rng(5)
     if what == "10 in size":

@@ -214,7 +214,7 @@ def reference_table(results):
     """Convergence of the target: what other settings give for the same curve."""
     target = results.target
     lines = ["## Convergence of the target\n",
-             f"The target is the curve of Table 2 by {METHODS.get(target.knob, KNOBS[target.knob].title)}, dt = {target.name}, of each specimen. "
+             f"The target is the curve of Table 2 by {method(target)}, dt = {target.name}, of each specimen. "
              "Differences from it of the same curve by other settings, in percent:\n"]
     ways = [results.choices[key] for key in (("explicit", "0.2 of the limit"), ("explicit", "0.8 of the limit"), ("explicit", "0.9 of the limit"),
                                              ("implicit", "1e-6 s"), ("implicit", "2e-6 s")) if key in results.choices]
@@ -262,8 +262,9 @@ def summary(results):
     lines, recipe = ["## Recommended settings\n"], results.recipe
     quick, exact = (results.recommended()[promise] for promise in (max(PROMISES), min(PROMISES)))
     if quick and exact and quick is not exact:
-        lines.append(f"For a stress-strain curve at a low strain rate, within {max(PROMISES):g} %, take {METHODS[quick.knob]}: {number(results.cheaper(quick)[0])} times faster than {METHODS[recipe.knob]}.")
-        lines.append(f"Where {min(PROMISES):g} % is needed, or the effect of the strain rate, take {METHODS[exact.knob]}: {number(results.cheaper(exact)[0])} times faster.")
+        lines.append(f"For a stress-strain curve at a low strain rate, within {max(PROMISES):g} %, take {method(quick)}: "
+                     f"{number(results.cheaper(quick)[0])} times faster than {method(recipe)}.")
+        lines.append(f"Where {min(PROMISES):g} % is needed, or the effect of the strain rate, take {method(exact)}: {number(results.cheaper(exact)[0])} times faster.")
         if exact.knob == "tol" and DEFAULT_TOL in results.choices:
             lines.append(f"With the default *tol* it takes {results.choices[DEFAULT_TOL].time / exact.time:.1f} times as long.")
     own = [choice for choice in results.choices.values() if choice.knob == "step"]
@@ -278,10 +279,10 @@ def summary(results):
         few, many = min(results.sizes), max(results.sizes)
         off = {n: 100 * (statistics.mean(numbers[STRESS] for numbers in results.sizes[n].by_seed.values()) / limit[0] - 1) for n in (few, many)}
         lines.append(f"The number of spheres matters more than all of these: the stress at 1 % strain is off by {off[few]:+.0f} % with {few} spheres and by {off[many]:+.0f} % with {many}.")
-    return [*lines, ""] + settings_table(results) + ["",
-        f"Errors: of the stresses at {AT} strain against the damped curve of Table 2 at 1/s, the largest of all specimens of 500 spheres in the sweep.",
-        "Those of in.quasistatic and of gamma = 0 include the viscous stress, which these do not have. Time: one tension test of 500 spheres to 2 % strain on one core,",
-        "LAMMPS' start included. To each run belong `-var specimen FILE` and `-var coeff` or `-var material`.", ""]
+    notes = [f"Errors: of the stresses at {AT} strain against the damped curve of Table 2 at 1/s, the largest of all specimens of 500 spheres in the sweep.",
+             "Those of in.quasistatic and of gamma = 0 include the viscous stress, which these do not have. Time: one tension test of 500 spheres to 2 % strain on one core,",
+             "LAMMPS' start included. To each run belong `-var specimen FILE` and `-var coeff` or `-var material`."]
+    return [*lines, "", *settings_table(results), "", *notes, ""]
 
 
 def share_of(choice):
@@ -293,14 +294,20 @@ METHODS = {"increment": "quasi-static loading by energy minimization", "rest": "
            "tol": "implicit damping", "implicit": "implicit damping", "damped rate": "implicit damping", "explicit": "explicit damping at 1/s"}
 
 
+def method(choice):
+    """What a Choice integrates by, in words."""
+    return METHODS.get(choice.knob, KNOBS[choice.knob].title)
+
+
 def recommendation(results):
     """How the settings were chosen: how much faster each is, and its errors on a specimen that is no part of the sweep."""
     recipe = results.recipe
     lines = ["## How they were chosen\n",
-             f"The test: the stresses at {AT} strain of Table 2 at 1/s (figure 4 of the paper), of a given specimen. The paper's method is {METHODS.get(recipe.knob, KNOBS[recipe.knob].title)};",
+             f"The test: the stresses at {AT} strain of Table 2 at 1/s (figure 4 of the paper), of a given specimen. The paper's method is {method(recipe)};",
              f"with a stable timestep size, {recipe.name}, it takes {number(recipe.time)} baseline runs. "
              f"For each error bound the table has the fastest setting whose error is below the bound over {MARGIN} on",
-             f"every specimen of the sweep, and its errors on a specimen that is no part of the sweep (*unseen*, seed {cases.CHECK_SEED}). *Limit*: the largest stable timestep size, by compute evp/dt.\n"]
+             f"every specimen of the sweep, and its errors on a specimen that is no part of the sweep (*unseen*, seed {cases.CHECK_SEED}). "
+             "*Limit*: the largest stable timestep size, by compute evp/dt.\n"]
     target, rows = results.checks.get(results.target_key), []
     for promise, choice in results.recommended().items():
         if choice is None:
@@ -329,7 +336,7 @@ def page(results, table, picture):
     """The text of the page; table and picture: the names of its CSV and its picture."""
     machines = "; ".join(f"LAMMPS {lammps}, {processor}" for lammps, processor in results.machine)
     written = [f"Written by `tools/accuracy_cost.py` from the runs in `{table}` ({machines}). *Time*: processor time without the start of LAMMPS, in units of a *baseline run*,",
-               f"a tension test to {100 * cases.STRAIN:g} % strain that ran beside each: Table 1, 500 spheres, {cases.BASELINE['rate']}/s, explicit, "
+               f"a tension test to {100 * cases.STRAIN:g} % strain run directly before each: Table 1, 500 spheres, {cases.BASELINE['rate']}/s, explicit, "
                f"`-var dtfraction {cases.BASELINE['dtfraction']}` ({number(results.unit)} s).\n"]
     lines = ["# Accuracy versus run time\n"]
     if results.target and results.recipe:
