@@ -135,7 +135,7 @@ def show_cycles(args):
     load = None
     if args.out:
         keep_inputs(args.out, args.curves)
-        load, labels = one_load(args.curves), labels_of(args.labels, args.curves)
+        load, labels = one_load(args.curves), labels_of(args.labels, list(dict.fromkeys(args.curves)))
     read = {path: curves.read_curve(path, args.column) for path in args.curves}
     width = max(len(path) for path in args.curves)
     print(" " * width, *CYCLE_COLUMNS.values(), sep="  ")

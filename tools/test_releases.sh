@@ -157,6 +157,7 @@ run_case() {
   say "the curve"
   (cd "$build" && "$build/lmp" -log none -in "$EVP_REPOSITORY/lammps_inputs/in.traction" -var rate 50 -var strain 0.01 \
     -var specimen "$EVP_REPOSITORY/tests/data/reference_500/specimen_500.data" -var out curve) >"$build/curve.log" 2>&1 || failed=1
+  "$EVP_REPOSITORY/packaging/check_install.sh" "$build/lmp" >"$build/check.log" 2>&1 || { cat "$build/check.log" >&2; failed=1; }
   printf '%s|%s|%s %s|%s|%s|%s|%s|%s|%s|%s|%s\n' "$checksum" "$date" "$compiler" "$version" "$size" "$type" "$unit" "$tester" \
     "$lammps ($tests)" "$((SECONDS - begin))" "$failed" "$name" >"$work/rows/$name"
   return "$failed"

@@ -5,6 +5,7 @@
 #include "core/pair_list.h"
 
 #include <algorithm>
+#include <type_traits>
 
 // Rows are short: the overhead of the loop counts.
 #if defined(__clang__)
@@ -105,32 +106,50 @@ void gather(const PairList &list, const ParticleView &view, const PairRange &ran
   });
 }
 
-/// Adds force/d of a block times its positions to f of its particles, on those below nreact as reactions; those of i are
-/// summed apart, row by row.
-inline void scatter(const PairList &list, const PairRange &range, const Block &block,
-                    const double *force, int nreact, double (*f)[3])
+/// Adds the forces of a block to view.f of its particles; those of i are summed apart, row by row. Both: in the same order
+/// also those of another force/d to g, at once.
+template <bool Both>
+void scatter(const PairList &list, const ParticleView &view, const PairRange &range,
+             const Block &block, const double *other = nullptr, double (*g)[3] = nullptr)
 {
   const int *const partner = list.pairs.j.data();
+  auto *const f = view.f;
+  const int nreact = view.nreact;
   range.for_each_row([&](int i, int first, int last) {
-    double fx = 0.0, fy = 0.0, fz = 0.0;
+    double fx = 0.0, fy = 0.0, fz = 0.0, gx = 0.0, gy = 0.0, gz = 0.0;
     EVP_UNROLL
     for (int k = first; k < last; k++) {
       const int j = partner[k], b = k - range.first;
-      const double px = block.xy[2 * b] * force[b];
-      const double py = block.xy[2 * b + 1] * force[b];
-      const double pz = block.z[b] * force[b];
+      const double x = block.xy[2 * b], y = block.xy[2 * b + 1], z = block.z[b];
+      const double px = x * block.force[b], py = y * block.force[b], pz = z * block.force[b];
+      double qx = 0.0, qy = 0.0, qz = 0.0;
+      if constexpr (Both) {
+        qx = x * other[b];
+        qy = y * other[b];
+        qz = z * other[b];
+        gx += qx;
+        gy += qy;
+        gz += qz;
+      }
       fx += px;
       fy += py;
       fz += pz;
-      if (j < nreact) {
-        f[j][0] -= px;
-        f[j][1] -= py;
-        f[j][2] -= pz;
-      }
+      if (j >= nreact) continue;
+      f[j][0] -= px;
+      f[j][1] -= py;
+      f[j][2] -= pz;
+      if constexpr (!Both) continue;
+      g[j][0] -= qx;
+      g[j][1] -= qy;
+      g[j][2] -= qz;
     }
     f[i][0] += fx;
     f[i][1] += fy;
     f[i][2] += fz;
+    if constexpr (!Both) return;
+    g[i][0] += gx;
+    g[i][1] += gy;
+    g[i][2] += gz;
   });
 }
 
@@ -144,6 +163,11 @@ inline void note_beyond(const PairRange &range, const Block &block, std::vector<
     if (block.kind[k] & 1 && block.distance_squared(k) > block.cutsq[k])
       beyond.push_back(range.first + k);
 }
+
+/// True for a tally that adds the forces of its block to ParticleView::f itself, beside what it keeps.
+template <class Tally, class = void> constexpr bool scatters = false;
+template <class Tally>
+constexpr bool scatters<Tally, std::void_t<decltype(Tally::scatters)>> = Tally::scatters;
 
 /// Adds the forces of all interacting pairs (d <= cut) to view.f: what one time step does, and nothing
 /// else. Everything a pair needs was looked up when the list was packed. Pairs are gathered in blocks,
@@ -167,7 +191,7 @@ void accumulate_forces(const PairList &list, const BlockLaw &law, const Particle
     law(block, {Damping, tally.energy, More::axial});
     if (view.histories.beyond) note_beyond(range, block, *view.histories.beyond);
     tally(range, block);
-    scatter(list, range, block, block.force, view.nreact, view.f);
+    if constexpr (!scatters<std::decay_t<Tally>>) scatter<false>(list, view, range, block);
   }
 }
 

@@ -78,6 +78,7 @@ class PairWork {
     const FlowView &flow;
     Tally &other;
     const bool energy = other.energy;
+    static constexpr bool scatters = Damping;
 
     void operator()(const PairRange &range, const Block &block)
     {
@@ -88,7 +89,7 @@ class PairWork {
         if constexpr (Damping) add_through(range, block, values.damping, work.through.damping);
       }
       if constexpr (Damping)
-        scatter(list, range, block, values.damping, view.nreact, rows(work.damping));
+        scatter<true>(list, view, range, block, values.damping, rows(work.damping));
     }
 
     void add_through(const PairRange &range, const Block &block, const double *force,

@@ -24,18 +24,15 @@ void BondSource::begin_run(const PairRules &rules)
                rules.flows ? "unload elastic" : "break");
 }
 
-bool BondSource::note()
+void BondSource::note()
 {
-  if (!store) return false;
+  if (!store) return;
   if (store->is_closed()) {
     if (!recorder.empty()) dropped = recorder;
     recorder.clear();
     store.reset();
-    return true;
-  }
-  if (store->has_recorded() && recorder.empty())
+  } else if (store->has_recorded() && recorder.empty())
     recorder = scene::find_fix(modify, "evp/bonds")->id;
-  return false;
 }
 
 }    // namespace EVP

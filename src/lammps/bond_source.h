@@ -19,8 +19,8 @@ class BondSource : protected Pointers {
   /// At set-up: those of the fix there is. Stops where another one recorded, or where the rules need one.
   void begin_run(const PairRules &);
 
-  /// Takes note of records that are new, or gone with their fix: returns true where they are gone.
-  bool note();
+  /// Takes note of records that are new, or gone with their fix.
+  void note();
 
   /// Records came with a restart file: should their fix go before the next run, note() learns it.
   void hold(const std::shared_ptr<const BondStore> &restored) { store = restored; }
@@ -45,7 +45,7 @@ class BondSource : protected Pointers {
     return !store || store->has_history() == rules.has_history();
   }
 
-  /// ID of the fix that recorded, for restart files; empty without.
+  /// ID of the fix that recorded, as of the last note(); empty without.
   std::string recorder;
 
   /// The last fix whose records of this body are gone, empty if there was none.

@@ -9,7 +9,6 @@
 #include "core/bond_section.h"
 #include "core/bytes.h"
 #include "keywords.h"
-#include "measure_bonds.h"
 #include "missing_bonds.h"
 #include "scene.h"
 

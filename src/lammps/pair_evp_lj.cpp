@@ -391,7 +391,8 @@ void PairEVPLJ::read_restart(FILE *fp)
 // format, contact, overlap, length of the fix's ID, its ID, and where bonds flow or break how; checksum
 void PairEVPLJ::write_restart_settings(FILE *fp)
 {
-  const std::string recorder = network.recorder();
+  network.source.note();
+  const std::string recorder = network.source.recorder;
   const EVP::PairRules &rules = network.rules;
   std::vector<double> words = {rules.has_history() ? FORMAT_WITH_HISTORY : FORMAT,
                                (double) (int) rules.contact, rules.overlap,

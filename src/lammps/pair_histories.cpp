@@ -110,8 +110,8 @@ void PairHistories::return_to(BondStore &records, bool list_matches, GhostExchan
   warn_of_low_offsets();
 }
 
-// Atoms and ghosts are those that the list was packed for. Without newton both owners of a pair across MPI ranks, or across a
-// periodic boundary, hold a copy: that of the atom with the lower ID is taken for both
+// Atoms and ghosts are those that the list was packed for. Without newton both owners of a pair across MPI ranks, or
+// across a periodic boundary, hold a copy: that of the atom with the lower ID is taken for both
 void PairHistories::send_to_owners(BondStore &records, GhostExchange &exchange)
 {
   const tagint *tag = atom->tag;

@@ -187,7 +187,7 @@ void PairNetwork::pack(const NeighList *neighbors, bool collective)
 {
   const bool is_first = collective && !scene_checked;
   if (collective) {
-    note_bonds();
+    source.note();
     laws.follow(bonds(), rules.flows);
     if (!scene_checked) {    // now that all pairs of types are known
       scene_checked = true;

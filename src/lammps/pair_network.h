@@ -167,13 +167,6 @@ class PairNetwork : protected Pointers {
   /// Margin of the cuts of new pairs between which that acts, see core/pair_list.h.
   double new_pair_margin(Contact) const;
 
-  /// ID of the fix that recorded, for restart files; empty without.
-  const std::string &recorder()
-  {
-    note_bonds();
-    return source.recorder;
-  }
-
   double memory_usage() const
   {
     return list.memory_usage() + builder.memory_usage() + snapshot.memory_usage() +
@@ -199,11 +192,6 @@ class PairNetwork : protected Pointers {
   bool bonds_missing = false;               // from the list, see misses_bonds()
   PairRules rules_of_run;
 
-  // where bonds are gone, all pairs are new ones
-  void note_bonds()
-  {
-    if (source.note()) repack_due = true;
-  }
   void report();
   void pack(const NeighList *, bool collective);
   void agree_on_pairs(const PairListBuilder::Found &, bool records_are_current);

@@ -27,7 +27,7 @@ def tool(folder, *words, name="body.py"):
 
 def blocks(kind):
     """Code blocks or printed blocks of the section of the walk."""
-    section = PAGE.partition("**The walk**")[2].partition("\n----------")[0]
+    section = PAGE.partition("**Example**")[2].partition("\n----------")[0]
     found = re.findall(rf"^\.\. {kind}\n\n((?:   .*\n|\n)+)", section, re.M)
     return ["\n".join(line[3:] for line in text.splitlines()).strip() for text in found]
 

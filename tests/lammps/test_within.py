@@ -322,10 +322,10 @@ def test_the_example_of_the_page(lmp_decks):
     runs = lmp_decks({"as it is": deck, "glued": deck.replace(" within type", "")})
     table, glued = (run.thermo() for run in runs.values())
     more = glued["f_bonds"][0] - table["f_bonds"][0]
-    assert f"records {table['f_bonds'][0]:.0f} pairs" in said and f"{more:.0f} pairs more are recorded" in said
+    assert f"records {table['f_bonds'][0]:.0f} bonds" in said and f"{more:.0f} more bonds are recorded" in said
     touched = table["Step"][np.flatnonzero(table["v_ball"] != -5.0)[0] - 1]
-    assert f"flies at 5 m/s, with no force on it, until it touches the slab after step {touched:.0f}" in said
-    assert f"leaves it at {table['v_ball'][-1]:.2f} m/s" in said and table["v_ball"][-1] > 0.0
+    assert f"moves at 5 m/s without any force until it touches the slab after step {touched:.0f}" in said
+    assert f"rebounds at {table['v_ball'][-1]:.2f} m/s" in said and table["v_ball"][-1] > 0.0
     assert np.all(table["c_push[3]"] >= 0.0) and table["f_bonds[3]"][-1] == 0.0
     assert np.ptp(table["TotEng"]) < 0.01 * 0.5 * mass_of(0.00707 / 2) * 43 * 25.0
     assert glued["c_push[3]"].min() < -1000.0 and glued["v_ball"][-1] < 2.0

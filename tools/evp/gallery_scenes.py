@@ -158,6 +158,12 @@ def notched(folder, text):
             Number("bonds broken", "", float(re.search(r"bonds broken: (\d+)", text)[1]), None, "depends on the spacing: [notched tension](notched_tension.md)")]
 
 
+def sliding(_, text):
+    kinds = (("distance to the stop", "mm", "v^2/(2 mu g): [friction](Howto_evp_friction.rst)"), ("time to the stop", "ms", "v/(mu g), likewise"))
+    found = re.findall(r"^(?:distance|time) (\S+) .* = (\S+) m?s?, ratio", text, re.M)
+    return [Number(what, unit, 1e3 * float(value), 1e3 * float(expected), source) for (what, unit, source), (value, expected) in zip(kinds, found)]
+
+
 def impact(_, text):
     (depth, speed), (fine_depth, fine_speed), (no_depth, no_speed) = (map(float, found) for found in re.findall(
         r"crater depth (\S+) m, rebound speed (\S+) m/s", text))
@@ -264,6 +270,12 @@ SCENES = (
            '"on its way back" '
            "--out impact.png"),
           "impact.png", impact),
+    Scene("sliding", "in.sliding", "A block slides until friction stops it", "A block on a rigid plate, colored by its speed.",
+          (LMP + "in.specimen -var n 200 -var shape block -var length 0.02 -var width 0.01 -var height 0.01 -var out block.data",
+           LMP + "in.sliding -var block block.data -var friction 0.5 -var speed 3 -var frames 10 -var out sliding",
+           'tools/view.py sliding_frames.dump --strip 3 --color speed --range 0 3 --label "speed [m/s]" --view front --pixels 300 '
+           '--captions "at the start" "on the way" "at rest" --out sliding.png'),
+          "sliding.png", sliding),
     Scene("taylor", "in.taylor", "Taylor bar", "A copper bar, cut open, flies to the left at 227 m/s onto a rigid wall, which is not drawn; its foot spreads, and it bounces back.",
           (LMP + "in.specimen -var n 3000 -var length 0.0324 -var radius 0.0032 -var out taylor_bar.data",
            LMP + "in.taylor -var specimen taylor_bar.data -var frames 24 -var out taylor",

@@ -67,8 +67,9 @@ Test columns: passed / failed. `unit`: GoogleTest on the pure headers. `pair tes
 YAML files and the check of their numbers; `-` where it cannot be compiled. `LAMMPS tests`:
 `all` of `tests/lammps`, or `short`, the tests of forces, bonds, restart, ghost velocities, time step, bad input and memory. `curve`: largest difference of the
 traction curve (`in.traction`, 500 spheres, strain 0.01 at 50 1/s, one rank) from that of the first row, over the largest
-value of the column; at most {TOLERANCE:g}, one unit of the last of the nine digits of the CSV file. Compiler and build
-type are the plugin's; LAMMPS itself is built with the system's MPI compiler, Release.
+value of the column; at most {TOLERANCE:g}, one unit of the last of the nine digits of the CSV file. A row has
+passed if nothing failed and `packaging/check_install.sh` found its numbers too. Compiler and build type are the plugin's; LAMMPS
+itself is built with the system's MPI compiler, Release.
 """, encoding="utf-8")
     print(f"written to {document}")
     return 0 if good else 1
