@@ -88,6 +88,15 @@ def tell_load(path):
         print(f"NOTE: {path} is of {load.deck}: {under}{load.strain}, {load.stress}")
 
 
+def labels_of(words, paths):
+    """Of the curves of a picture: `words`, or short names of their files where none are given. ValueError where they do not tell the curves apart."""
+    from evp import figures
+
+    if words and (len(words) != len(paths) or len(set(words)) != len(words)):
+        raise ValueError(f"--labels must give {len(paths)} words, one per curve, and no two the same")
+    return words or figures.short_names(paths)
+
+
 def one_load(paths):
     """The load of all curves of a picture; ValueError where they have several."""
     loads = {path: curves.load_of(path) for path in paths}
@@ -126,7 +135,7 @@ def show_cycles(args):
     load = None
     if args.out:
         keep_inputs(args.out, args.curves)
-        load = one_load(args.curves)
+        load, labels = one_load(args.curves), labels_of(args.labels, list(dict.fromkeys(args.curves)))
     read = {path: curves.read_curve(path, args.column) for path in args.curves}
     width = max(len(path) for path in args.curves)
     print(" " * width, *CYCLE_COLUMNS.values(), sep="  ")
@@ -141,7 +150,7 @@ def show_cycles(args):
     if args.out:
         from evp import figures
 
-        print(figures.unloading(dict(zip(figures.short_names(args.curves), read.values())), args.out, args.column, load))
+        print(figures.unloading(dict(zip(labels, read.values())), args.out, args.column, load))
 
 
 def plot_columns(args):
@@ -226,9 +235,7 @@ def plot_curves(args):
     from evp import figures
 
     keep_inputs(args.out, args.curves)
-    load, labels = one_load(args.curves), args.labels or figures.short_names(args.curves)
-    if len(labels) != len(args.curves):
-        raise ValueError(f"--labels must give {len(args.curves)} words, one per curve")
+    load, labels = one_load(args.curves), labels_of(args.labels, args.curves)
     read = [curves.read_curve(path, args.column) for path in args.curves]
     drawn = list(zip(labels, read))
     title = load.deck.replace("in.", "").capitalize() if args.title is None else args.title
@@ -308,6 +315,7 @@ def parser():
     sub = command("cycle", show_cycles, "residual strain, unloading modulus and loop area")
     sub.add_argument("curves", nargs="+", metavar="CSV")
     sub.add_argument("--out", metavar="PNG", help="a picture of the curves")
+    sub.add_argument("--labels", nargs="+", help="of the curves in the picture, one each (default: the files' names)")
     column(sub)
     sub = command("table", show_table, "all of these for any number of curves, and how far they are from a target")
     sub.add_argument("curves", nargs="+", metavar="CSV")

@@ -34,6 +34,9 @@ One picture or film of each deck, the commands that make it from the root of the
 numbers. Written by `tools/gallery.py`, which runs these commands and reads the numbers from their files. In all {total:.0f} s of processor time
 on one core ({machine}). The files go to the current folder. All choices of the decks: [lammps_inputs/README.md](../lammps_inputs/README.md).
 
+Bodies are drawn to scale: displacements are not magnified. Plastic strain is that of each sphere now, not the accumulated one, so that reverse flow
+reduces it: [compute evp/state/atom](compute_evp_state_atom.rst).
+
 {scenes}"""
 
 SCENE = """## {scene.title}

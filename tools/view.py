@@ -70,8 +70,8 @@ def chosen(snapshots, args, most):
     return view_scene.evenly(snapshots, int(count))
 
 
-def when_of(snapshot):
-    """Where a snapshot is on its way, as text: the load where the dump has it, else time, else step."""
+def when_of(snapshot, longest=None):
+    """Where a snapshot is on its way, as text: the load where the dump has it, else time, in the unit for the longest [s], else step."""
     from evp.view_figure import time_text
 
     for name in columns.LOADS:
@@ -80,7 +80,7 @@ def when_of(snapshot):
             return columns.load_text(name, load)
     if snapshot.time is None:
         return f"step {snapshot.step}"
-    return time_text(snapshot.time) if snapshot.units == "si" else f"{snapshot.time:.4g} time units"
+    return time_text(snapshot.time, longest) if snapshot.units == "si" else f"{snapshot.time:.4g} time units"
 
 
 def names_of(snapshots, series):
@@ -89,7 +89,8 @@ def names_of(snapshots, series):
 
     paths = list(dict.fromkeys(snapshot.path for snapshot in series))
     files = dict(zip(paths, short_names(paths)))
-    return [f"{files[s.path]}, {when_of(s)}" if len(paths) > 1 else when_of(s) for s in snapshots]
+    longest = max((abs(s.time) for s in snapshots if s.time is not None), default=None)
+    return [f"{files[s.path]}, {when_of(s, longest)}" if len(paths) > 1 else when_of(s, longest) for s in snapshots]
 
 
 def with_progress(snapshots):
@@ -129,7 +130,7 @@ class Scene:
             self.factor = column.factor
             drawn, inner = ((column.factor * min(values), column.factor * max(values)) for values in (drawn, inner))
             low, high = args.range or view_figure.limits(*inner)
-            note = "" if args.range else view_figure.note_of_outer(drawn, (low, high))
+            note = "" if args.range else view_figure.note_of_outer(drawn, (low, high), column.unit)
             label = "\n".join(filter(None, (args.label or column.label(), note)))
             self.scale = view_figure.ColorScale(low, high, drawn, args.map, label)
             self.colors = self.scale.colors()

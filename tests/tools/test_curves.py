@@ -4,7 +4,7 @@
 import curves as tool
 import numpy as np
 import pytest
-from evp import curves
+from evp import curves, figures
 from in_process import call
 
 # A bilinear curve: slope E to the strain BEND, slope H beyond. The line offset by 0.2 % meets it
@@ -334,6 +334,14 @@ def test_numbers_of_a_picture_do_not_overwrite_its_input(tmp_path):
         refused = command(*words, "--out", words[-1].with_suffix(".png"))
         assert refused.returncode == 1 and words[-1].read_text() == before
         assert f"would write its numbers over {words[-1]}" in refused.stderr and not words[-1].with_suffix(".png").exists()
+
+
+@pytest.mark.parametrize("name, values, label, factor", [
+    ("time", [0.0, 8.5e-5], "time [\u00b5s]", 1e6), ("force", [-26.0, 3.0], "force [N]", 1.0), ("stress_grip", [1e3, 1.8e8], "stress grip [MPa]", 1e-6),
+    ("length", [0.001], "length [mm]", 1e3), ("angle", [0.002], "angle [rad]", 1.0), ("time", [0.0], "time [s]", 1.0), ("spheres", [1e6], "spheres", 1.0)])
+def test_units_of_an_axis_suit_its_numbers(name, values, label, factor):
+    found = figures.axis_unit(name, np.array(values))
+    assert found == (label, pytest.approx(factor, rel=1e-12))
 
 
 def test_columns_of_any_file(tmp_path):

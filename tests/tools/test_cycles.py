@@ -84,5 +84,10 @@ def test_command(tmp_path):
     assert shown.stdout.splitlines()[1].split()[1:5] == ["0.02", "100", "0.015", "20"]
     assert (tmp_path / "picture.png").read_bytes()[:4] == b"\x89PNG"
     assert "residual strain 1.50 %" in (tmp_path / "picture.csv").read_text()
+    both = call(tool.main, "cycle", tmp_path / "none.csv", tmp_path / "flow.csv", "--labels", "this", "that", "--out", tmp_path / "picture.png")
+    assert both.returncode == 0 and "\nthat: residual strain 1.50 %," in (tmp_path / "picture.csv").read_text(), both.stderr
+    for labels in (("this",), ("this", "this")):
+        wrong = call(tool.main, "cycle", tmp_path / "none.csv", tmp_path / "flow.csv", "--labels", *labels, "--out", tmp_path / "wrong.png")
+        assert wrong.returncode == 1 and "--labels must give 2 words, one per curve" in wrong.stderr and not (tmp_path / "wrong.png").exists()
     refused = call(tool.main, "cycle", tmp_path / "flow.csv", "--out", tmp_path / "flow.png")
     assert refused.returncode == 1 and "would write its numbers over" in refused.stderr

@@ -132,7 +132,7 @@ def test_scale_bar_and_pictures_of_a_figure():
     assert scale.extend == "max"
 
 
-@pytest.mark.parametrize("length, units, text", [(0.02, "si", "20 mm"), (5e-6, "si", "5 um"), (2e3, "si", "2 km"),
+@pytest.mark.parametrize("length, units, text", [(0.02, "si", "20 mm"), (5e-6, "si", "5 \u00b5m"), (2e3, "si", "2 km"),
                                                  (2.0, "lj", "2 length units (lj)")])
 def test_text_of_lengths(length, units, text):
     assert view_figure.length_text(length, units) == text
@@ -141,7 +141,7 @@ def test_text_of_lengths(length, units, text):
 def test_single_spheres_do_not_stretch_the_colors():
     values = np.append(np.linspace(0.0, 2.0, 999), 250.0)
     shown = view_figure.bulk(values)
-    assert 1.9 < shown[1] < 2.0 and view_figure.note_of_outer((0.0, 250.0), (0.0, shown[1])) == "highest 250"
+    assert 1.9 < shown[1] < 2.0 and view_figure.note_of_outer((0.0, 250.0), (0.0, shown[1]), "%") == "highest 250 %"
     assert view_figure.bulk(values[:-1]) == (0.0, 2.0) and view_figure.note_of_outer((0.0, 2.0), (0.0, 2.0)) == ""
     assert view_figure.bulk(np.append(np.zeros(999), 1.0)) == (0.0, 1.0), "what is all the same leaves no bar"
 
@@ -158,7 +158,16 @@ def test_label_of_the_bar_fits_a_flat_picture():
 
 
 def test_times_are_given_with_a_prefix():
-    assert [view_figure.time_text(t) for t in (0.0, 3.7e-5, 1e-3, 2.5, 1e-12)] == ["0 s", "37 us", "1 ms", "2.5 s", "1e-12 s"]
+    assert [view_figure.time_text(t) for t in (0.0, 3.7e-5, 1e-3, 2.5, 1e-12)] == ["0 s", "37 \u00b5s", "1 ms", "2.5 s", "1e-12 s"]
+    assert [view_figure.time_text(t, 3e-3) for t in (0.0, 9e-4, 3e-3)] == ["0 ms", "0.9 ms", "3 ms"], "of a series: in one unit"
+
+
+def test_a_small_picture_is_in_the_middle_of_its_figure():
+    """As much white above it, below the title, as between it and the scale bar; the page is no smaller than before."""
+    pixels = view_figure.to_pixels(view_figure.compose([[np.full((60, 100, 3), 90, dtype=np.uint8)]], [""], [""], 1e-4, "si"))
+    rows, cols = np.nonzero(np.all(pixels == 90, axis=2)[: -view_figure._FOOT])
+    assert pixels.shape == (260, 320, 3) and (cols.min(), 319 - cols.max()) == (110, 110)
+    assert abs((rows.min() - view_figure._GAP // 2) - (260 - view_figure._FOOT - 1 - rows.max())) <= 1
 
 
 def test_limits_of_the_colors():
@@ -220,6 +229,7 @@ def test_frames_of_a_run(pulled, tmp_path):
     with Image.open(tmp_path / "film.gif") as film:
         assert film.n_frames == 4 and film.info["duration"] == 100
         first = np.asarray(film.convert("RGB")).astype(int)
+        assert np.all(first[:10] == 255), "the page is white"
         film.seek(3)
         assert np.abs(np.asarray(film.convert("RGB")).astype(int) - first).max() > 50, "it moves"
     assert sorted(path.name for path in tmp_path.iterdir()) == ["film.gif", "strip.png"]

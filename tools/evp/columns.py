@@ -22,7 +22,7 @@ KNOWN = {
     "share_lost": Column("bonds lost", "% of each sphere's", 100.0),
     "new_pairs": Column("new pairs of each sphere"),
     "plastic_work": Column("plastic work of each sphere", "J"),
-    "plastic_strain": Column("equivalent plastic strain", "%", 100.0),
+    "plastic_strain": Column("plastic strain magnitude", "%", 100.0),
     "volume_strain": Column("volume strain", "%", 100.0),
     "von_mises": Column("von Mises stress", "MPa", 1e-6),
     "triaxiality": Column("triaxiality"),

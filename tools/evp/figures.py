@@ -19,6 +19,7 @@ from matplotlib.collections import PatchCollection  # noqa: E402
 from matplotlib.patches import Circle  # noqa: E402
 
 from . import cycles, dump, law  # noqa: E402
+from .columns import KNOWN  # noqa: E402
 from .curves import TENSION  # noqa: E402
 from .report import write_csv  # noqa: E402
 
@@ -111,18 +112,30 @@ def stress_strain(panels, path, column="virial", load=TENSION):
 UNITS = {"time": "s", "force": "N", "reaction": "N", "speed": "m/s", "length": "m", "deflection": "m", "angle": "rad", "torque_grip": "N m",
          "torque_virial": "N m", "distance": "m", "energy": "J", "kinetic_energy": "J", "plastic_work": "J", "imbalance": "J", "stress": "Pa",
          "stress_grip": "Pa", "stress_virial": "Pa", "shear_stress": "Pa", "pressure": "Pa"}  # of the columns of the decks
+_PREFIXES = {-9: "n", -6: "\u00b5", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
+
+
+def axis_unit(name, values):
+    """(label of an axis for a column of the decks, factor to the unit there): the prefix leaves the largest value between 1 and 1000."""
+    text, unit = name.replace("_", " "), UNITS.get(name)
+    largest = np.max(np.abs(values))
+    if unit in (None, "rad") or not 0.0 < largest < np.inf:
+        return text + (f" [{unit}]" if unit else ""), 1.0
+    power = min(9, max(-9, 3 * int(np.floor(np.log10(largest) / 3.0 + 1e-9))))
+    return f"{text} [{_PREFIXES[power]}{unit}]", 10.0**-power
 
 
 def two_columns(curves, x, y, path, title=""):
-    """Column y over column x: curves is {label: {name: values}}. Writes path and its CSV: curve, x, y."""
+    """Column y over column x: curves is {label: {name: values}}. Writes path and its CSV: curve, x, y, in the units of the decks."""
     rows = []
+    (x_text, x_factor), (y_text, y_factor) = (
+        axis_unit(name, np.concatenate([columns[name] for columns in curves.values()])) for name in (x, y))
     with plt.rc_context(LOOK):
         figure, axis = plt.subplots(figsize=(6.4, 3.6))
         for k, (label, columns) in enumerate(curves.items()):
-            axis.plot(columns[x], columns[y], label=label, **line_style(k))
+            axis.plot(x_factor * columns[x], y_factor * columns[y], label=label, **line_style(k))
             rows += [(label, f"{a:.6g}", f"{b:.6g}") for a, b in zip(columns[x], columns[y])]
-        names = [name.replace("_", " ") + (f" [{UNITS[name]}]" if name in UNITS else "") for name in (x, y)]
-        axis.set(xlabel=names[0], ylabel=names[1], title=title)
+        axis.set(xlabel=x_text, ylabel=y_text, title=title)
         axis.ticklabel_format(scilimits=(-3, 4))
         if len(curves) > 1:
             axis.legend(frameon=False)
@@ -176,7 +189,7 @@ def force_law(row, path, measured=None, deq=0.01, reach=0.03):
         figure, axis = plt.subplots(figsize=(6.4, 4.2))
         axis.axvspan(-100 * row.xi_s, 100 * row.xi_s, color="#eeeeee", linewidth=0)
         axis.plot(100 * strain, 1e-3 * np.where(np.abs(first) <= 1.05 * shown, first, np.nan),
-                  color="#888888", linestyle=(0, (4, 2)), linewidth=1.2, label="first regime carried on")
+                  color="#888888", linestyle=(0, (4, 2)), linewidth=1.2, label="first regime, extended")
         axis.plot(100 * strain, 1e-3 * force, color="#0072B2", linewidth=2, label="eq. 8")
         if measured is not None:
             thin = np.unique(np.linspace(0, len(points) - 1, 60).astype(int))
@@ -185,8 +198,10 @@ def force_law(row, path, measured=None, deq=0.01, reach=0.03):
             rows += [(f"{100 * s:.6g}", f"{f:.9g}", "", "LAMMPS") for s, f in zip(points, measured["force"])]
         axis.axhline(0, color="#333333", linewidth=0.8)
         axis.set(xlim=(102 * ends[0], 102 * ends[1]), ylim=(-1e-3 * shown, 1e-3 * shown),
-                 xlabel="strain of the pair, (d - deq)/deq [%]", ylabel="force [kN], positive repels")
-        axis.text(0, 1.01, "first\nregime", transform=axis.get_xaxis_transform(), ha="center", va="bottom", fontsize=9, color="#555555")
+                 xlabel=r"strain of the pair, $(d - d_{eq})/d_{eq}$ [%]", ylabel="force [kN], repulsion positive")
+        for middle, name in ((0.0, "first\nregime"), (0.5 * (row.xi_s + ends[1]), "second regime"), (0.5 * (ends[0] - row.xi_s), "second regime")):
+            if ends[0] < middle < ends[1]:
+                axis.text(100 * middle, 1.01, name, transform=axis.get_xaxis_transform(), ha="center", va="bottom", fontsize=9, color="#555555")
         legend_below(axis, 3)
         header = ("strain_percent", "force_N", "first_regime_N", "source")
         return save(figure, path, header, rows)
@@ -204,7 +219,7 @@ def specimen(state, path, title=""):
         slender = np.ptp(millimetres["z"]) < 0.4 * np.ptp(millimetres["x"])
         figure, axis = plt.subplots(figsize=(7.2, 3.4 if slender else 4.6))
         circles = [Circle((x, z), r) for x, z, r in zip(millimetres["x"], millimetres["z"], millimetres["radius"])]
-        drawn = PatchCollection(circles, cmap="cividis", edgecolor="#222222", linewidth=0.4)
+        drawn = PatchCollection(circles, cmap="YlOrRd", edgecolor="#222222", linewidth=0.4)
         drawn.set_array(share)
         drawn.set_clim(0, max(10.0, share.max()))
         axis.add_collection(drawn)
@@ -212,7 +227,7 @@ def specimen(state, path, title=""):
         axis.autoscale_view()
         axis.set(xlabel="x [mm]", ylabel="z [mm]", title=title)
         bar = figure.colorbar(drawn, ax=axis, shrink=0.6, orientation="horizontal", pad=0.25) if slender else figure.colorbar(drawn, ax=axis, shrink=0.85)
-        bar.set_label("second-regime bonds [% of each sphere's]")
+        bar.set_label(KNOWN["share_second"].label())
         rows = zip(*([f"{v:.9g}" for v in state[name]] for name in STATE))
         return save(figure, path, STATE, rows)
 

@@ -50,7 +50,7 @@ def curve_of(path):
 
 
 def drawn(path, view):
-    """(whole body in one color, first snapshot, last snapshot, scale): pictures of a dump; the latter two are cut open and colored."""
+    """(whole body in one color, first snapshot, last snapshot, scale, length of a pixel [m]): pictures of a dump; the latter two are cut open and colored."""
     series = dump.index([path])
     whole = view_scene.spheres_of(series[0], COLOR)
     first, last = (view_scene.spheres_of(snapshot, COLOR, CUT) for snapshot in (series[0], series[-1]))
@@ -59,7 +59,7 @@ def drawn(path, view):
     factor = columns.described(COLOR).factor
     scale = view_figure.ColorScale(0.0, factor * np.percentile(last.values, 99.5), (0.0, factor * last.values.max()))
     plain = spheres.draw(whole.x, whole.radius, 0.0 * whole.radius, view_figure.plain_colors(), cameras)[0]
-    return (plain, *(spheres.draw(one.x, one.radius, scale.share(factor * one.values), scale.colors(), cameras)[0] for one in (first, last)), scale)
+    return (plain, *(spheres.draw(one.x, one.radius, scale.share(factor * one.values), scale.colors(), cameras)[0] for one in (first, last)), scale, cameras[0].per_pixel)
 
 
 def show(figure, place, picture, title=""):
@@ -71,11 +71,20 @@ def show(figure, place, picture, title=""):
     return axis
 
 
+def length_bar(axis, picture, per_pixel, right):
+    """The scale of the pictures beside this one, too, in its lower left or right corner."""
+    tall, broad = picture.shape[:2]
+    length = view_figure.round_length(0.25 * broad * per_pixel)
+    ends = np.array([0.0, length / per_pixel]) + (broad - length / per_pixel if right else 0.0)
+    axis.plot(ends, [tall, tall], color="black", linewidth=2.5, solid_capstyle="butt", clip_on=False, scalex=False, scaley=False)
+    axis.text(ends.mean(), 0.98 * tall, view_figure.length_text(length, "si"), ha="center", va="bottom")
+
+
 def color_bar(figure, axes, scale):
     import matplotlib
 
     colors = matplotlib.cm.ScalarMappable(matplotlib.colors.Normalize(scale.low, scale.high), scale.map)
-    figure.colorbar(colors, ax=axes, orientation="horizontal", shrink=0.6, aspect=25, pad=0.04, extend=scale.extend, label="plastic strain [%]")
+    figure.colorbar(colors, ax=axes, orientation="horizontal", shrink=0.6, aspect=25, pad=0.04, extend=scale.extend, label=columns.described(COLOR).label())
 
 
 def compose(work, target):
@@ -84,8 +93,8 @@ def compose(work, target):
     from PIL import Image
 
     rows = []
-    part, _, flowed, bar_scale = drawn(work / "elastic_state.dump", BAR_VIEW)
-    _, before, after, ball_scale = drawn(work / "impact_frames.dump", BALL_VIEW)
+    part, _, flowed, bar_scale, bar_pixel = drawn(work / "elastic_state.dump", BAR_VIEW)
+    _, before, after, ball_scale, ball_pixel = drawn(work / "impact_frames.dump", BALL_VIEW)
     with plt.rc_context(figures.LOOK):
         figure = plt.figure(figsize=(13.6, 4.3), dpi=DPI, layout="constrained")
         left, middle, right = figure.subfigures(1, 3, width_ratios=(1.05, 1.1, 1.2))
@@ -101,8 +110,10 @@ def compose(work, target):
         axis.set(xlabel="strain of the thin part [%]", ylabel="stress [MPa]", title="A part is pulled and pushed back")
         axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), handlelength=3.0)
         panels = [show(middle, 211, part, "The part: a CAD file filled with spheres"), show(middle, 212, flowed, "After the test, cut open: where it has flowed")]
+        length_bar(panels[0], part, bar_pixel, right=False)
         color_bar(middle, panels, bar_scale)
-        panels = [show(right, 121, before, "A copper ball and plate"), show(right, 122, after, f"Crater at {SPEED:g} m/s")]
+        panels = [show(right, 121, before, "Ball and plate, cut open"), show(right, 122, after, f"after impact at {SPEED:g} m/s")]
+        length_bar(panels[0], before, ball_pixel, right=True)
         color_bar(right, panels, ball_scale)
         target.mkdir(parents=True, exist_ok=True)
         figure.canvas.draw()

@@ -23,9 +23,9 @@ _LINE = 20  # of each further line of this text
 _LETTER = 8  # of a letter there, on average
 _FOOT = 64  # of the scale bar with its text
 _HEAD = 34  # of a title
-_PREFIXES = ((1e3, "km"), (1.0, "m"), (1e-3, "mm"), (1e-6, "um"), (1e-9, "nm"))
+_PREFIXES = ((1e3, "km"), (1.0, "m"), (1e-3, "mm"), (1e-6, "\u00b5m"), (1e-9, "nm"))
 OUTER = 0.5  # percent of the values
-_TIMES = ((1.0, "s"), (1e-3, "ms"), (1e-6, "us"), (1e-9, "ns"))
+_TIMES = ((1.0, "s"), (1e-3, "ms"), (1e-6, "\u00b5s"), (1e-9, "ns"))
 PLAIN = "#9fb4c8"  # spheres that no column colors
 
 
@@ -63,10 +63,11 @@ def bulk(values):
     return tuple(inner) if 0.0 < inner[1] - inner[0] < 0.5 * (ends[1] - ends[0]) else ends
 
 
-def note_of_outer(drawn, shown):
-    """Words for the label where the bar ends (shown) before the values (drawn) do, '' where it does not."""
+def note_of_outer(drawn, shown, unit=""):
+    """Words for the label where the bar ends (shown) before the values (drawn) do, '' where it does not; unit: '%' or other, of both."""
+    unit = "" if unit == "" or " " in unit else f" {unit}"  # a unit of several words is in the label already
     below, above = drawn[0] < shown[0], drawn[1] > shown[1]
-    return ", ".join(f"{name} {value:.3g}" for name, value, left in (("lowest", drawn[0], below), ("highest", drawn[1], above)) if left)
+    return ", ".join(f"{name} {value:.3g}{unit}" for name, value, left in (("lowest", drawn[0], below), ("highest", drawn[1], above)) if left)
 
 
 def hull(a, b):
@@ -84,9 +85,10 @@ def round_length(longest):
     return max(k * power for k in (1.0, 2.0, 5.0) if k * power <= longest * (1.0 + 1e-9))
 
 
-def time_text(seconds):
-    """'37.1 us'."""
-    size, unit = next(((a, b) for a, b in _TIMES if abs(seconds) >= a * (1.0 - 1e-9)), (1.0, "s"))
+def time_text(seconds, longest=None):
+    """'37.1 \u00b5s', in the unit that suits the longest time of a series (default: this one)."""
+    reach = abs(seconds) if longest is None else longest
+    size, unit = next(((a, b) for a, b in _TIMES if reach >= a * (1.0 - 1e-9)), (1.0, "s"))
     return f"{seconds / size:.3g} {unit}"
 
 
@@ -110,15 +112,16 @@ def compose(pictures, titles, heads, per_pixel, units, scale=None, note=""):
     widths = [max(row[k].shape[1] for row in pictures) for k in range(len(pictures[0]))]
     heights = [max(picture.shape[0] for picture in row) + (_HEAD if head else 0) for row, head in zip(pictures, heads)]
     head = _HEAD if any(titles) else _GAP // 2
-    body = max(sum(widths) + _GAP * (len(widths) + 1), 320)
-    height = max(sum(heights) + _GAP * (len(heights) - 1) + head + _FOOT, 260)
+    needed = sum(widths) + _GAP * (len(widths) + 1), sum(heights) + _GAP * (len(heights) - 1) + head + _FOOT
+    body, height = max(needed[0], 320), max(needed[1], 260)
+    first, spare = _GAP + (body - needed[0]) // 2, (height - needed[1]) // 2  # small pictures are in the middle
     lines = label_lines(scale.label, int(0.95 * height / _LETTER)) if scale else []
     width = body + (_BAR + _LINE * (len(lines) - 1) if scale else 0)
     # A hundredth of a pixel more, so that round-off takes none away.
     figure = plt.figure(figsize=((width + 0.01) / DPI, (height + 0.01) / DPI), dpi=DPI, facecolor="white")
-    top = head
+    top = head + spare
     for row, high, name in zip(pictures, heights, heads):
-        left = _GAP
+        left = first
         if name:
             figure.text(0.5 * body / width, 1.0 - (top + 0.5 * _HEAD) / height, name, ha="center", va="center", fontsize=12)
         down = _HEAD if name else 0
@@ -128,9 +131,9 @@ def compose(pictures, titles, heads, per_pixel, units, scale=None, note=""):
             figure.figimage(picture, x, height - y - tall, origin="upper")
             left += wide + _GAP
         top += high + _GAP
-    left = _GAP
+    left = first
     for title, wide in zip(titles, widths):
-        figure.text((left + 0.5 * wide) / width, 1.0 - 0.55 * _HEAD / height, title, ha="center", va="center", fontsize=12)
+        figure.text((left + 0.5 * wide) / width, 1.0 - (spare + 0.55 * _HEAD) / height, title, ha="center", va="center", fontsize=12)
         left += wide + _GAP
     length = round_length(0.35 * widths[0] * per_pixel)
     line = figure.add_axes([_GAP / width, 0.0, body / width, _FOOT / height])
@@ -179,8 +182,21 @@ def _write_gif(frames, path, rate):
     from PIL import Image
 
     some = [frames[k] for k in np.unique(np.linspace(0, len(frames) - 1, 4).astype(int))]
-    palette = Image.fromarray(np.concatenate(some)).quantize(256)  # one for all, so that nothing flickers
-    images = [Image.fromarray(frame).quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG) for frame in frames]
+    colors = Image.fromarray(np.concatenate(some)).quantize(256).getpalette()  # one palette for all, so that nothing flickers
+    white = int(np.argmax(np.reshape(colors, (-1, 3)).sum(axis=1)))
+    colors[3 * white : 3 * white + 3] = 3 * [255]
+    palette = Image.new("P", (1, 1))
+    palette.putpalette(colors)
+
+    def quantized(frame):
+        """Pillow takes a neighbor of white for white: white pixels are set apart."""
+        found = np.array(Image.fromarray(frame).quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG))
+        found[np.all(frame == 255, axis=2)] = white
+        image = Image.fromarray(found, mode="P")
+        image.putpalette(colors)
+        return image
+
+    images = [quantized(frame) for frame in frames]
     images[0].save(path, format="GIF", save_all=True, append_images=images[1:], duration=round(1000 / rate), loop=0, optimize=False)
 
 
