@@ -183,5 +183,5 @@ def test_bad_choices_stop_before_the_work(lmp, tmp_path, variables, message):
     result = lmp(DECK, variables={"out": "specimen.data", **variables}, cwd=tmp_path)
     assert result.returncode != 0
     assert re.search(r"^ERROR.*" + message, result.stdout, re.M), result.stdout
-    assert "random points parted" not in result.stdout
+    assert "random points separated" not in result.stdout
     assert kept.read_text() == "mine"

@@ -105,8 +105,8 @@ def test_frames_have_words_and_rigid_grips(tmp_path):
     ({"kv": -1}, "kv must be 0 or positive, got -1"),
     ({"scale": "maybe"}, "scale must be yes or no, got maybe"),
     ({"material": "a:b", "coeff": "1 2 3"}, "material and coeff are both given"),
-    ({"specimen": "block.data"}, "block.data is no cylinder"),
-    ({"evaluations": 3, "increment": 0.02}, "increment 1 is not at rest"),
+    ({"specimen": "block.data"}, "block.data is not a cylinder"),
+    ({"evaluations": 3, "increment": 0.02}, "increment 1 did not converge"),
 ])
 def test_one_message_for_each_wrong_choice(tmp_path, choices, message):
     bar = lattice_body((12, 5, 5))
