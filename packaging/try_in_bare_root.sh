@@ -54,7 +54,7 @@ cp -L /etc/resolv.conf "$root/etc/resolv.conf"
 export root
 # shellcheck disable=SC2016
 exec unshare --mount bash -euc '
-  for folder in proc dev; do mount --rbind "/$folder" "$root/$folder"; done
+  for folder in proc sys dev; do mount --rbind "/$folder" "$root/$folder"; done
   cd "$root"
   exec chroot "$root" /usr/bin/env -i HOME=/root TERM=dumb PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin \
     bash -c "cd /root/evp && exec \"\$@\"" bash "$@"' bash "${@:-tools/quickstart.sh}"

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Young's modulus of one row on bodies of many numbers of spheres, sizes and shapes.
+"""Young's modulus of one row on bodies with different numbers of spheres, sizes and shapes.
 
     tools/any_body.py [--row potentials/gado2017.evp:table1_any] [--spheres 500 2000 8000] [--work FOLDER] [--fresh] [--out doc/any_body.md]
 
-Bodies are packed by in.specimen and, the dog bone, by tools/body.py, and pulled by in.quasistatic within the elastic range. Runs that are
-in --work already are not repeated. EVP_LMP as for the tests.
+in.specimen packs the bodies, tools/body.py the dog bone; in.quasistatic measures Young's modulus within the elastic range. Runs that
+--work has already are not repeated. Uses the lmp of this checkout, or EVP_LMP.
 """
 
 import pathlib
@@ -64,19 +64,21 @@ def young(folder, kind, spheres, row):
     return slope(folder, out, strain, "stress_virial")
 
 
-HEAD = """# One row, any body
+HEAD = """# One row for any body
 
-Young's modulus [GPa] of the row `{row}` on bodies packed with other numbers of
-spheres, sizes and shapes, and its departure from that of the cylinder of {most} spheres. From {fewest} spheres on the largest is {worst:.1f} %; {verdict}
+One row of coefficients gives nearly the same Young's modulus on bodies with other numbers of spheres, sizes and shapes: from {fewest} spheres on the largest
+difference from the cylinder of {most} spheres is {worst:.1f} %; {verdict}
 
-A row with *spacing* and *coordination* scales with the body, see [pair_style evp/lj](pair_evp_lj.rst). What is left is the share of the
-volume that the spheres fill, lower beside walls and in few spheres, which the row does not know.
+A row with *spacing* and *coordination* scales with the body, see [pair_style evp/lj](pair_evp_lj.rst). The remaining difference is that of the
+solid fraction, which is lower at walls and with few spheres. The row does not contain it.
+
+Young's modulus [GPa] of the row `{row}`, and its difference from that of the cylinder of {most} spheres:
 
 """
 
 TAIL = """
-Written by `{command}`. Random packings of seed 1; in.quasistatic, contact none, tangent at no strain, stress by the virial. The dog bone is
-tests/data/parts/dog_bone.stl by tools/body.py, its strain that of the extensometer.
+Written by `{command}`. Random packings of seed 1; in.quasistatic, contact none, tangent at zero strain, stress by the virial. The dog bone is
+tests/data/parts/dog_bone.stl packed by tools/body.py; its strain is that of the extensometer. *Limit*: the difference that is accepted.
 """
 
 
@@ -90,9 +92,9 @@ def page(found, row, command):
     rows = [[kind.name, f"{100 * kind.within:.0f} %",
              *(f"{found[kind, n] / 1e9:.2f} ({100 * off[kind, n]:+.1f} %)" for n in sizes)] for kind in KINDS]
     missed = [f"{kind.name} with {spheres} spheres" for (kind, spheres), share in judged.items() if share > kind.within]
-    verdict = "all are within what is allowed." if not missed else f"more than allowed: {', '.join(missed)}."
+    verdict = "all are within their limits." if not missed else f"beyond their limits: {', '.join(missed)}."
     head = HEAD.format(row=row, most=most, verdict=verdict, worst=100 * max(judged.values()), fewest=min(spheres for _, spheres in judged))
-    return head + "\n".join(table(["body", "allowed", *(f"N = {n}" for n in sizes)], rows)) + "\n" + TAIL.format(command=command)
+    return head + "\n".join(table(["body", "limit", *(f"N = {n}" for n in sizes)], rows)) + "\n" + TAIL.format(command=command)
 
 
 def main(words=None):
@@ -100,11 +102,11 @@ def main(words=None):
     parser.add_argument("--row", default="potentials/gado2017.evp:table1_any", help="FILE:ROW with spacing and coordination (default: %(default)s)")
     parser.add_argument("--spheres", type=int, nargs="+", default=[500, 2000, 8000], help="numbers of spheres (default 500 2000 8000)")
     parser.add_argument("--work", type=pathlib.Path, default=CHECKOUT / "build" / "any_body", help="bodies and runs (default: %(default)s)")
-    parser.add_argument("--fresh", action="store_true", help="make everything anew")
+    parser.add_argument("--fresh", action="store_true", help="delete --work first: repeat everything")
     add_out(parser, "any_body.md")
     options = parser.parse_args(words)
     if min(options.spheres) < 500:
-        parser.error("--spheres must be 500 at least")
+        parser.error("--spheres must be at least 500")
     file, _, name = options.row.rpartition(":")
     if not file or not name:
         parser.error(f"--row must be FILE:ROW, got '{options.row}'")

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Torsion and three-point bending against G J/L and Timoshenko's beam, with more and more spheres.
+"""Torsion and three-point bending against G J/L and Timoshenko's beam, over the number of spheres.
 
     tools/closed_form_loads.py [--spheres 2000 4000 16000] [--seeds 2] [--work FOLDER] [--fresh] [--out doc/closed_form_loads.md]
 
-Round and rectangular bars of the same size with more and more spheres are pulled by in.quasistatic, for Young's modulus, twisted by
-in.torsion and bent by in.bending, all within the elastic range. Runs that are in --work already are not repeated. EVP_LMP as for
-the tests.
+Round and rectangular bars of constant size with increasing numbers of spheres: Young's modulus by in.quasistatic, torsion by
+in.torsion, bending by in.bending, all within the elastic range. Runs that --work has already are not repeated. Uses the lmp of this
+checkout, or EVP_LMP.
 """
 
 import pathlib
@@ -89,8 +89,8 @@ def trend(results, member):
 def needed(kind, limit, slope_):
     """Sentence: from which N on a line through the ratios is within 5 %."""
     if limit <= 1.0 - WITHIN:
-        return f"By the line below {kind} does not come within {100 * WITHIN:.0f} %."
-    return f"By the line below {kind} is within {100 * WITHIN:.0f} % from about {round((slope_ / (1.0 - WITHIN - limit)) ** 3, -3):.0f} spheres on."
+        return f"By the fitted line {kind} does not come within {100 * WITHIN:.0f} %."
+    return f"By the fitted line {kind} is within {100 * WITHIN:.0f} % from about {round((slope_ / (1.0 - WITHIN - limit)) ** 3, -3):.0f} spheres on."
 
 
 def cell(bodies, member):
@@ -102,26 +102,25 @@ def cell(bodies, member):
 
 HEAD = """# Torsion and bending against closed forms
 
-Stiffness of bars of random packings over that of the closed form, with E of the same body in tension and G = 0.4 E. With {most} spheres:
-torsion {torsion:.3f}, bending {bending:.3f}.
+With {most} spheres the measured stiffness is {torsion:.3f} of the closed form in torsion and {bending:.3f} in bending, with E of the same body in tension and G = 0.4 E.
 {within}
-What departs is mostly the surface, and goes with N^(-1/3):
+Where G J or E I is needed within a few percent, multiply the closed form by the ratio of the bonds (`tools/evp/loads.py`), or measure with these decks.
 
-- No bond reaches the surface: the body is stiff up to a part of a diameter below it. In tension this takes from the area, radius^2, and is in
-  E; in torsion from radius^4, in bending from height^3. *Of the bonds* is the ratio that the places and directions of the bonds
-  give, by the energy of an affine strain; no number is fitted.
-- *Measured/bonds* is what is left: the strain is not affine, most of all at the surface. Of this nu = {nu:.3f} in place of 1/4
+The difference is mostly due to the surface and goes as N^(-1/3):
+
+- Bonds do not reach the surface: a layer of a fraction of a diameter carries no load. In tension this reduces the area, hence radius^2, and is part of
+  E; in torsion it reduces radius^4, in bending height^3. *Of the bonds* is the ratio computed from positions and directions of the bonds
+  by the energy of an affine strain, without a fitted number.
+- *Measured/bonds* is the rest: the strain is not affine, mostly at the surface. Of this, nu = {nu:.3f} in place of 1/4
   makes {by_nu:.1f} % in torsion.
-- Where G J or E I is needed within a few percent, multiply the closed form by the ratio of the bonds (`tools/evp/loads.py`), or
-  measure with these decks.
 
 """
 
 TAIL = """
 Written by `{command}`. Table 1 without damping, e scaled with N, *contact none*. Torsion: a cylinder of length {length} m and radius {radius} m,
 in.torsion, `torque_grip`, G J angle/free length. Bending: a block of {bar} m, in.bending, span {span:g} m, deflection
-F S^3/(48 E I) + F S/(4 kappa G A) with kappa = {kappa:.3f}. E: in.quasistatic, `stress_grip`. Tangents at no strain, from strains of the
-farthest fibre up to {strain:g}. *+-*: largest departure of {seeds} packings from their mean. *line*: a straight line over N^(-1/3) through all bodies.
+F S^3/(48 E I) + F S/(4 kappa G A) with kappa = {kappa:.3f}. E: in.quasistatic, `stress_grip`. Tangents at zero strain, from strains of the
+outermost fibre up to {strain:g}. *+-*: largest difference of {seeds} packings from their mean. *Fitted line*: over N^(-1/3), through all bodies.
 """
 
 
@@ -135,7 +134,7 @@ def page(results, seeds):
     ends = {kind: trend(results, kind) for kind in Found._fields} if len(results) > 1 else {}
     lines = {kind: f"{limit:.3f} - {-slope_:.2f} N^(-1/3)" for kind, (limit, slope_) in ends.items()}
     if lines:
-        rows.append(["line", lines["torsion"], lines["torsion_bonds"], "", lines["bending"], lines["bending_bonds"], ""])
+        rows.append(["fitted line", lines["torsion"], lines["torsion_bonds"], "", lines["bending"], lines["bending_bonds"], ""])
     most = max(results)
     at_most = {kind: statistics.mean(getattr(found, kind) for found in results[most]) for kind in ("torsion", "bending", "nu")}
     head = HEAD.format(most=most, within=" ".join(needed(kind, *ends[kind]) for kind in ("torsion", "bending") if ends), **at_most,
@@ -143,20 +142,20 @@ def page(results, seeds):
     command = f"tools/closed_form_loads.py --spheres {' '.join(map(str, results))} --seeds {seeds}"
     bar = " x ".join(f"{BAR[key]:g}" for key in ("length", "width", "height"))
     tail = TAIL.format(command=command, bar=bar, span=SPAN, kappa=loads.KAPPA, strain=STRAIN, seeds=seeds, **ROUND)
-    header = ("N", "torsion, measured", "of the bonds", "measured/bonds", "bending, measured", "of the bonds", "measured/bonds")
+    header = ("N", "torsion, measured", "torsion, of the bonds", "measured/bonds", "bending, measured", "bending, of the bonds", "measured/bonds")
     return head + "\n".join(table(header, rows)) + "\n" + tail
 
 
 def main(words=None):
     parser = command_line(__doc__)
     parser.add_argument("--spheres", type=int, nargs="+", default=[2000, 4000, 16000], help="numbers of spheres (default 2000 4000 16000)")
-    parser.add_argument("--seeds", type=int, default=2, help="packings of each size (default 2)")
+    parser.add_argument("--seeds", type=int, default=2, help="packings of each number of spheres (default 2)")
     parser.add_argument("--work", type=pathlib.Path, default=CHECKOUT / "build" / "closed_form_loads", help="bodies and runs (default: %(default)s)")
-    parser.add_argument("--fresh", action="store_true", help="repeat the runs that --work holds")
+    parser.add_argument("--fresh", action="store_true", help="repeat the runs that --work has already")
     add_out(parser, "closed_form_loads.md")
     options = parser.parse_args(words)
     if min(options.spheres) < 500 or options.seeds < 1:
-        parser.error("--spheres must be 500 at least and --seeds 1")
+        parser.error("--spheres must be at least 500 and --seeds at least 1")
     options.work.mkdir(parents=True, exist_ok=True)
     if options.fresh:
         for old in [*options.work.glob("*.csv"), *options.work.glob("*.body")]:

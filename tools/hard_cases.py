@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Runs the robustness tests of tests/lammps and writes what each showed to doc/hard_cases.md.
+"""Runs the robustness tests of tests/lammps and writes their results to doc/hard_cases.md.
 
     tools/hard_cases.py [--only WORDS] [--ranks 1 4] [--out doc/hard_cases.md]
 
-EVP_LMP and EVP_MPIRUN as for the tests. Exit code 1 if a case failed; the table then says so.
+Rows of tests that are not run keep their results. LAMMPS is the lmp of this checkout, or EVP_LMP and EVP_MPIRUN. Exit code 1 if a
+test failed; its row says so.
 """
 
 import pathlib
+import re
 import sys
 import tempfile
 
@@ -18,12 +20,43 @@ from evp.run import CHECKOUT
 
 HEAD = """# Robustness tests
 
-Written by `tools/hard_cases.py`; the scenes are in `tests/lammps/hard_cases*.py`, and are part of the test suite.
-*Right* is what the case asserts. *Must fail with* are the safeguards that `tools/mutations.py` removes from the sources, one at a time, checking
-that the case then fails; after them the control that the case itself holds.
+{answer}
+Each test loses one safeguard at a time: `tools/mutations.py` removes it from the sources and checks that the test then fails.
+
+Written by `tools/hard_cases.py`, with `--ranks` and `--only`; the tests are in `tests/lammps/hard_cases*.py` and are part of the test suite.
+
+- *Requirement*: what the test asserts.
+- *Result*: what was measured, for each number of MPI ranks.
+- *Fails without*: the safeguards that `tools/mutations.py` removes. *Control*: what the test asserts beside, so that it cannot pass without effect.
 
 """
-HEADER = ("case", "right", "showed", "must fail with; control")
+HEADER = ("test", "requirement", "result", "fails without")
+FAILED = "FAILED: "
+SHOWN = {"paper s": "paper's", "xi s": "xi_s", "off centre": "off-centre", "to 50 percent": "to 50 %"}  # in names, which are those of functions
+
+
+def shown_name(case):
+    """Name of a test as a person reads it."""
+    name = case.name
+    for words, better in SHOWN.items():
+        name = name.replace(words, better)
+    return name
+
+
+def known_results(page):
+    """{name: result} of the rows of a page; empty where there is none."""
+    if not page.exists():
+        return {}
+    rows = [line.strip("|").split(" | ") for line in page.read_text(encoding="utf-8").splitlines() if line.startswith("| ")]
+    return {row[0].strip(): row[2] for row in rows if len(row) == len(HEADER)}
+
+
+def answer(results):
+    """The first sentence of the page. results: of all rows."""
+    failed = sum(FAILED in text for text in results)
+    ranks = sorted({int(n) for text in results for n in re.findall(r"(?:^|<br>)(\d+) ranks?: ", text)})
+    on = f" on {', '.join(map(str, ranks))} MPI ranks" if ranks else ""
+    return f"{len(results)} tests: " + (f"{failed} FAILED." if failed else f"all pass{on}.")
 
 
 def load_scenes():
@@ -45,7 +78,7 @@ def proof(case):
     from mutations import MUTATIONS
 
     seen = [mutation.what for mutation in MUTATIONS if any(words in case.name for words in mutation.cases)]
-    return "; ".join(seen) + (f". Control: {case.control}" if case.control else "")
+    return "; ".join(seen) + (f". *Control*: {case.control}" if case.control else "")
 
 
 def run_case(scenes, case, ranks):
@@ -57,13 +90,13 @@ def run_case(scenes, case, ranks):
         try:
             return case.check(bench), True
         except AssertionError as error:
-            return f"FAILED: {str(error).splitlines()[0] if str(error) else 'its assertion'}", False
+            return FAILED + (str(error).splitlines()[0] if str(error) else "its assertion"), False
 
 
 def main(words=None):
     parser = command_line(__doc__)
-    parser.add_argument("--only", default="", help="cases whose name holds these words")
-    parser.add_argument("--ranks", type=int, nargs="+", default=[1], help="numbers of ranks (default 1)")
+    parser.add_argument("--only", default="", help="run only the tests whose name contains these words")
+    parser.add_argument("--ranks", type=int, nargs="+", default=[1], help="numbers of MPI ranks (default 1)")
     add_out(parser, "hard_cases.md")
     options = parser.parse_args(words)
     if min(options.ranks) < 1:
@@ -72,17 +105,19 @@ def main(words=None):
     scenes = load_scenes()
     chosen = [case for case in scenes.CASES if options.only in case.name]
     if not chosen:
-        parser.error(f"no case holds '{options.only}'")
-    rows, failed = [], 0
+        parser.error(f"no test has '{options.only}' in its name")
+    results, failed = known_results(options.out), 0
     for case in watched("robustness tests", chosen, lambda case: case.name):
         shown = []
         for ranks in options.ranks:
             text, right = run_case(scenes, case, ranks)
             failed += not right
             shown.append(text if len(options.ranks) == 1 else f"{ranks} rank{'s' * (ranks > 1)}: {text}")
-        rows.append([cell.replace("|", "/") for cell in (case.name, case.right, "<br>".join(shown), proof(case))])
-    options.out.write_text(HEAD + "\n".join(table(HEADER, rows)) + "\n", encoding="utf-8")
-    print(f"{len(chosen)} cases, {f'{failed} runs FAILED' if failed else 'all right'}: {options.out}")
+        results[shown_name(case)] = "<br>".join(shown).replace("|", "/")
+    rows = [[shown_name(case), case.right, results[shown_name(case)], proof(case)] for case in scenes.CASES if shown_name(case) in results]
+    text = HEAD.format(answer=answer([row[2] for row in rows])) + "\n".join(table(HEADER, rows)) + "\n"
+    options.out.write_text(text, encoding="utf-8")
+    print(f"{len(chosen)} tests, {f'{failed} runs FAILED' if failed else 'all passed'}: {options.out}")
     return 1 if failed else 0
 
 

@@ -1,18 +1,19 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""What a physical second of Table 2 at 1/s costs with explicit and with implicit damping, and on two ranks.
+"""Run time of Table 2 at 1/s with explicit and with implicit damping, and on one and two MPI ranks.
 
     tools/implicit_cost.py [--repeats 9] [--strain 0.01] [--large 8000] [--out doc/implicit_cost.md]
 
-Pulls the specimen of 500 spheres in tests/data by in.traction, the ways in turn, several times over, and one of --large
-spheres made by in.specimen. Times are LAMMPS' own loop times. So that the runs of a round are as short as each other,
-explicit ones, whose steps all cost the same, go to a twentieth of the strain only; the stresses are those of whole runs. EVP_LMP and EVP_MPIRUN as for the tests.
+in.traction on the specimen of 500 spheres in tests/data with each integrator in turn, several rounds, and on one of --large spheres by
+in.specimen. Times are LAMMPS' loop times. Explicit runs are timed to a twentieth of the strain, as each of their steps costs the
+same; stresses are those of complete runs. Uses the lmp of this checkout, or EVP_LMP and EVP_MPIRUN.
 """
 
 import csv
 import pathlib
 import re
 import tempfile
+from statistics import median
 from typing import NamedTuple
 
 import evp  # noqa: F401  before numpy
@@ -29,10 +30,13 @@ ROWS = 20  # of the CSV file, per run at most, each with one sample of the stres
 SHARE = 0.95  # of the strain where stresses are compared
 LOOP = re.compile(r"Loop time of (\S+) on \d+ procs for (\d+) steps with \d+ atoms")
 
-HEAD = """# The cost of implicit damping
+HEAD = """# Run time of implicit damping
 
-Written by `tools/implicit_cost.py`: Table 2 pulled at {rate:g}/s by in.traction, LAMMPS' loop times, medians of {repeats}
-(smallest to largest), the ways run in turn; ratios within a round.
+Implicit damping at dt = {step:g} s is {faster:.0f} times faster than explicit damping at 0.8 of the largest stable timestep size, for Table 2 at {rate:g}/s; the stresses
+agree within {apart:.1g} %. On two MPI ranks it runs {ranks:.2g} times faster than on one, with {large} spheres.
+
+Written by `tools/implicit_cost.py`: Table 2 at {rate:g}/s, in.traction, LAMMPS' loop times, medians of {repeats} rounds
+(smallest to largest). All integrators run in turn; ratios are taken within a round.
 
 """
 
@@ -54,7 +58,7 @@ def loop_of(ranks, deck, variables, folder):
 
 def pull(folder, specimen, strain, ranks=1, **variables):
     """A Pull of in.traction to that strain."""
-    row = max(strain / ROWS, RATE * variables.get("timestep", 0.0))  # a row is a timestep at least
+    row = max(strain / ROWS, RATE * variables.get("timestep", 0.0))  # a row is at least a timestep
     settings = {"specimen": specimen, "coeff": TABLE2, "rate": RATE, "strain": strain, "row": row, "samples": 1, "out": "pull", **variables}
     seconds, steps = loop_of(ranks, "in.traction", settings, folder)
     with open(folder / "pull.csv", encoding="utf-8") as source:
@@ -69,8 +73,8 @@ def pull_part(folder, strain, words):
 
 
 def lines_of(results, stress):
-    """A line per way; the ratios are those within each round, to the first way."""
-    header = ("way", "steps per physical second", "computing per physical second [s]", "of the first, times cheaper",
+    """A line per integrator; the ratios are those within each round, to the first."""
+    header = ("integrator", "steps per second of simulated time", "run time per second of simulated time [s]", "times faster than the first",
               f"grip stress at {SHARE:g} of the strain [MPa]")
     costs = {name: [run.cost for run in runs] for name, runs in results.items()}
     first = next(iter(costs.values()))
@@ -82,27 +86,29 @@ def lines_of(results, stress):
 def main(words=None):
     parser = command_line(__doc__)
     parser.add_argument("--repeats", type=int, default=9, help="rounds (default 9)")
-    parser.add_argument("--strain", type=float, default=0.01, help="strain that the 500 spheres are pulled to (default 0.01)")
-    parser.add_argument("--large", type=int, default=8000, help="spheres of the specimen for one and two ranks (default 8000)")
+    parser.add_argument("--strain", type=float, default=0.01, help="final strain of the 500 spheres (default 0.01)")
+    parser.add_argument("--large", type=int, default=8000, help="spheres of the specimen for one and two MPI ranks (default 8000)")
     add_out(parser, "implicit_cost.md")
     options = parser.parse_args(words)
     if options.repeats < 1 or options.strain <= 0.0 or options.large < 50:
-        parser.error("--repeats must be 1 at least, --strain positive and --large 50 at least")
+        parser.error("--repeats must be at least 1, --strain positive and --large at least 50")
 
     with errors_in_one_line("implicit_cost.py"), tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         implicit = {"integrator": "implicit", "timestep": IMPLICIT_STEP}
-        ways = {f"explicit at {share} of its limit": {"dtfraction": share} for share in (0.8, 0.4)}
-        ways[f"implicit at {IMPLICIT_STEP:g} s"] = implicit
+        ways = {f"explicit, {share} of the largest stable dt": {"dtfraction": share} for share in (0.8, 0.4)}
+        ways[f"implicit, dt = {IMPLICIT_STEP:g} s"] = implicit
         parts = {name: pull_part(folder, options.strain, words) for name, words in ways.items()}
         damping = in_turn(parts, options.repeats, "damping")
         stress = {name: pull(folder, SPECIMEN, options.strain, **words).stress for name, words in ways.items()}
         loop_of(2, "in.specimen", {"n": options.large, "out": "large.data"}, folder)
-        ranks = {f"{n} rank{'s' * (n > 1)}": lambda n=n: pull(folder, "large.data", 0.1 * options.strain, n, **implicit) for n in (1, 2)}
+        ranks = {f"{n} MPI rank{'s' * (n > 1)}": lambda n=n: pull(folder, "large.data", 0.1 * options.strain, n, **implicit) for n in (1, 2)}
         scaling = in_turn(ranks, options.repeats, "ranks")
-    text = HEAD.format(rate=RATE, repeats=options.repeats)
+    runs = [[run.cost for run in found] for found in (*damping.values(), *scaling.values())]
+    text = HEAD.format(rate=RATE, repeats=options.repeats, step=IMPLICIT_STEP, large=options.large, faster=median(ratios(runs[0], runs[2])),
+                       apart=100.0 * abs(stress[list(ways)[2]] / stress[list(ways)[0]] - 1.0), ranks=median(ratios(runs[3], runs[4])))
     text += f"500 spheres of tests/data/reference_500 to a strain of {options.strain:g}:\n\n" + lines_of(damping, stress)
-    text += (f"\n{options.large} spheres of in.specimen to {0.1 * options.strain:g}, the material scaled to their number, implicit at "
+    text += (f"\n{options.large} spheres of in.specimen to a strain of {0.1 * options.strain:g}, the material kept (e and gamma scaled with N), implicit, dt = "
              f"{IMPLICIT_STEP:g} s:\n\n") + lines_of(scaling, {name: runs[0].stress for name, runs in scaling.items()})
     options.out.write_text(text, encoding="utf-8")
     print(text, end="")

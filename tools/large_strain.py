@@ -1,12 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Do flow stress and dissipation persist at large strain? A periodic body in simple shear, measured for each rule of new contacts.
+"""Plastic flow at large strain: simple shear of a periodic packing, with each rule for new contacts.
 
     tools/large_strain.py [--strain 3] [--work FOLDER] [--fresh] [--out doc/large_strain.md]
 
-A random packing in a periodic box, by in.specimen, is sheared by in.shear at a fixed volume with `unload elastic`. Writes the page,
-beside it a CSV of the same name, and figures/NAME.png. Runs that are in --work already are not repeated.
-EVP_LMP as for the tests.
+in.specimen packs the spheres in a periodic box, in.shear shears them at constant volume with `unload elastic`. Writes the page,
+a CSV of the same name and figures/NAME.png. Runs that --work has already are not repeated. Uses the lmp of this checkout, or EVP_LMP.
 """
 
 import pathlib
@@ -49,7 +48,7 @@ class Case(NamedTuple):
 
     @property
     def label(self):
-        return f"{self.contact}, N = {self.spheres}" + ("" if self.unload == "elastic" else ", eq. 8")
+        return f"contact {self.contact}, N = {self.spheres}" + ("" if self.unload == "elastic" else ", unload reversible")
 
     @property
     def data(self):
@@ -116,7 +115,7 @@ def work_misfit(found):
 
 
 def draw(results, path):
-    """Stress, and plastic dissipation per strain, against strain; both of every case."""
+    """Stress and plastic dissipation per strain, against strain, of every case."""
     with figures.plt.rc_context(figures.LOOK):
         figure, axes = figures.plt.subplots(1, 2, sharey=True, figsize=(10.4, 4.4))
         rows = []
@@ -129,37 +128,40 @@ def draw(results, path):
             axes[1].plot(middle, grown, label=case.label, **figures.line_style(k))
             rows += [("shear_stress_MPa", case.label, f"{a:.6g}", f"{b:.6g}") for a, b in zip(strain, found["shear_stress"] / MPA)]
             rows += [("plastic_dissipation_MPa", case.label, f"{a:.6g}", f"{b:.6g}") for a, b in zip(middle, grown)]
-        axes[0].set(xlabel="shear strain", ylabel="[MPa]", title="shear stress")
-        axes[1].set(xlabel="shear strain", title="plastic dissipation per volume and strain")
+        axes[0].set(xlabel="shear strain", ylabel="shear stress [MPa]", title="shear stress")
+        axes[1].set(xlabel="shear strain", ylabel="dissipation per volume and strain [MPa]", title="plastic dissipation")
+        axes[1].tick_params(labelleft=True)
         for axis in axes:
             axis.set_xlim(left=0)
             axis.axhline(0, color="#333333", linewidth=0.8)
         handles, labels = axes[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="upper center", bbox_to_anchor=(0.5, 0.0), ncol=3, handlelength=3.0)
+        figure.legend(handles, labels, loc="upper center", bbox_to_anchor=(0.5, 0.0), ncol=2, handlelength=3.0)
         return figures.save(figure, path, ("panel", "curve", "strain", "value"), rows)
 
 
-HEAD = """# Flow at large strain
+HEAD = """# Plastic flow at large strain
 
 {answer}
 
-Written by `tools/large_strain.py`: a jammed random packing in a periodic box of {volume:.3g} m3 (in.specimen), Table 1 with gamma 100,
-e and gamma scaled with N, simple shear at {rate}/s and fixed volume (in.shear: fix deform with *remap v*), explicit damping, energies by fix
-evp/energy. The box flips whenever its tilt passes one half. Stresses are those of the pairs.
-
 ![shear stress and plastic dissipation](figures/{stem}.png)
+
+Written by `tools/large_strain.py`: a random packing in a periodic box of {volume:.3g} m3 (in.specimen), Table 1 with gamma 100,
+e and gamma scaled with N, simple shear at {rate}/s and constant volume (in.shear: fix deform with *remap v*), explicit damping. The box flips
+whenever its tilt exceeds one half. Stresses are those of the pairs, energies those of fix evp/energy.
 
 """
 SPANS = ((0.5, 1.0), (1.0, 2.0))  # of strain, before the last unit of it
-HEADER = ("contact", "N", "unload", "largest stress [MPa]", "at strain", *(f"stress [MPa], {a:g} to {b:g}" for a, b in SPANS),
-          "stress, last 1", "lowest, last 1", "pressure, last 1", "plastic", "viscous", "with lost pairs", "stored", "bonds beyond dlim [%]",
-          "new pairs per sphere", "closest d/(Ri + Rj)", "energy balance less work [%]")
+HEADER = ("contact", "N", "unload", "largest stress [MPa]", "at strain", *(f"mean stress [MPa], {a:g} to {b:g}" for a, b in SPANS),
+          "mean stress, last 1 [MPa]", "smallest stress, last 1 [MPa]", "pressure, last 1 [MPa]", "plastic [MPa]", "viscous [MPa]", "lost pairs [MPa]", "stored [MPa]",
+          "bonds beyond dlim [%]", "new pairs per sphere", "smallest d/(Ri + Rj)", "energies over work, less 1 [%]")
 NOTES = """
-*Last 1*: over the last unit of strain. *Stress*: mean; *lowest*: smallest mean over 0.1 of strain. *Plastic*, *viscous*, *with lost pairs*,
-*stored*: growth of these energies per volume and strain [MPa] over the last unit of strain; their sum is the work of the shear stress. *Stored* is that
-of bonds, hardening and new pairs, negative where new pairs attract. *Bonds beyond dlim*: share at the end. *Energy balance less work*: the sum of all
-energies over the work of the shear stress, less 1. The energies take the work of the moving box from the forces of each timestep, the work
-of the shear stress is that of its means in rows.
+- *last 1*: over the last unit of strain.
+- *smallest stress*: smallest mean over 0.1 of strain.
+- *plastic*, *viscous*, *lost pairs*, *stored*: increase of these energies per volume and strain over the last unit of strain. Their sum is the
+  work of the shear stress. *stored* is the energy of bonds, of hardening and of new pairs, negative where new pairs attract.
+- *bonds beyond dlim*: share at the end of the run.
+- *energies over work*: sum of all energies over the work of the shear stress. The energies include the work of the box by the forces of each
+  timestep; the work of the shear stress is that of its mean values in the rows.
 """
 
 
@@ -178,7 +180,7 @@ def row(case, found, bonds):
             f"{mean(found, *late, 'pressure') / MPA:.0f}",
             *(f"{rates(found, *late, name):.0f}" for name in ("plastic", "viscous", "lost", "stored")),
             f"{100.0 * found['bonds_beyond_dlim'][-1] / bonds:.0f}", f"{found['new_pairs'][-1] / case.spheres:.1f}",
-            f"{found['lowest_ratio'].min():.2f}", f"{100 * work_misfit(found):+.1f}"]
+            f"{found['lowest_ratio'].min():.2f}", f"{round(100 * work_misfit(found), 1) + 0.0:+.1f}"]  # + 0.0: no -0.0
 
 
 def answer(results):
@@ -200,36 +202,37 @@ def answer(results):
     spent = [sum(late(case, name) for name in ("plastic", "viscous", "lost")) for case in literal]
     pressure = mean(results[repulsive], end - 1.0, end, "pressure") / MPA
     return "\n".join((
-        f"With *contact literal* flow stress and plastic dissipation persist up to a shear strain of {end:.3g}. Means over the last unit of strain, for"
-        f" {both(case.spheres for case in literal)} spheres:",
-        f"stress {both(map(late, literal))} MPa, plastic dissipation per strain {both(late(case, 'plastic') for case in literal)} MPa."
-        f" With eq. 8 the stress is {late(eq8):.0f} MPa.",
+        f"With *contact literal* the body flows plastically up to a shear strain of {end:.3g}: over the last unit of strain the mean stress is"
+        f" {both(map(late, literal))} MPa and the",
+        f"plastic dissipation per strain {both(late(case, 'plastic') for case in literal)} MPa, for"
+        f" {both(case.spheres for case in literal)} spheres. With *unload reversible* (eq. 8) the stress is {late(eq8):.0f} MPa.",
         "",
-        "What does not hold:",
+        "Limits:",
         "",
-        f"- The stress is not steady: its mean from 1 to 2 is {both(mean(results[case], 1.0, 2.0, 'shear_stress') / MPA for case in literal)} MPa."
-        " There is one body of each size, so that a dependence on N cannot be told from scatter.",
-        "- More is dissipated than the shear puts in. With *contact literal* new pairs attract as soon as they meet, and this energy is dissipated"
-        f" too: plastic, viscous and lost energy grow by {both(spent)} MPa, the work by {both(map(late, literal))} MPa."
+        f"- The stress is not steady: its mean from a strain of 1 to 2 is {both(mean(results[case], 1.0, 2.0, 'shear_stress') / MPA for case in literal)} MPa."
+        " There is one packing of each size, so that a dependence on N cannot be separated from scatter.",
+        "- With *contact literal* more energy is dissipated than the shear stress supplies, as new pairs attract each other from the distance at"
+        " which they form: the plastic, viscous and lost",
+        f"  energies increase by {both(spent)} MPa, the work by {both(map(late, literal))} MPa."
         " A temperature computed from the dissipation would be too high.",
-        "- With *contact none* there is no steady flow. The body parts in a band at a strain of about one half, and its stress falls to"
-        f" {lowest(results[none], end - 1.0, end):.0f} MPa. The peaks that follow are the bonds of the start: their partners come back by the"
-        " periodic box after each unit of strain.",
-        f"- With *contact repulsive* the stress is {late(repulsive):.0f} MPa under a pressure of {pressure:.0f} MPa at this fixed volume, with"
-        f" {late(repulsive, 'plastic'):.0f} MPa of plastic dissipation. It rises and falls as bonds come back.",
-        "- Under all three the bonds of the start act again where their partners come back, the paper's rule. *break* prevents it.",
+        "- With *contact none* there is no steady flow: the body separates in a shear band at a strain of about one half, and its stress falls to"
+        f" {lowest(results[none], end - 1.0, end):.0f} MPa. The later peaks are those of",
+        "  initial bonds whose partners return through the periodic boundary after each unit of strain.",
+        f"- With *contact repulsive* the stress is {late(repulsive):.0f} MPa, under a pressure of {pressure:.0f} MPa at this constant volume, and the plastic dissipation"
+        f" {late(repulsive, 'plastic'):.0f} MPa. Both vary as bonds return.",
+        "- With all three rules the initial bonds act again when their partners return, as in the paper. The keyword *break* prevents this.",
     ))
 
 
 def main(words=None):
     parser = command_line(__doc__)
-    parser.add_argument("--strain", type=float, default=3.0, help="shear strain at the end (default 3, at least 2)")
+    parser.add_argument("--strain", type=float, default=3.0, help="final shear strain (default 3, at least 2)")
     parser.add_argument("--work", type=pathlib.Path, default=CHECKOUT / "build" / "large_strain", help="packings and runs (default: %(default)s)")
-    parser.add_argument("--fresh", action="store_true", help="repeat the runs that --work holds")
+    parser.add_argument("--fresh", action="store_true", help="repeat the runs that --work has already")
     add_out(parser, "large_strain.md")
     options = parser.parse_args(words)
     if options.strain < 2.0:
-        parser.error("--strain must be 2 at least")
+        parser.error("--strain must be at least 2")
     options.work.mkdir(parents=True, exist_ok=True)
     if options.fresh:
         for old in options.work.glob("*.csv"):

@@ -1,14 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Calibrates the metals of potentials/metals.evp and writes doc/metals.md: targets, residuals, other bodies, curves beside Johnson-Cook's.
+"""Calibrates the metals of potentials/metals.evp and writes doc/metals.md: targets, errors, other specimens, curves beside Johnson-Cook's.
 
-  metals.py                     everything; runs that --work holds are not repeated
+  metals.py                     everything; runs that --work has already are not repeated
   metals.py --only steel_4340   calibrates these only; the others must be in --work already
 
-Each row is found by tools/calibrate.py. It is then run by -var material on bodies that it was not found on, one of another seed and
-one of 4000 spheres, and pulled and pushed to a strain of 10 %. Beside the page, its name with .csv holds the values measured; the picture and
-a CSV of its curves are in figures. About ten minutes on two cores.
-EVP_LMP as for the tests.
+tools/calibrate.py fits each row. The row is then tested with -var material on specimens that it was not fitted to, one of another
+seed and one of 4000 spheres, in tension and in compression to a strain of 10 %. Writes the page, a CSV of the same name with the
+measured values, and figures/NAME.png with its CSV. About ten minutes on two cores. Uses the lmp of this checkout, or EVP_LMP.
 """
 
 import json
@@ -31,8 +30,8 @@ from evp.whole import write_whole
 
 MPA = 1e6
 END = 0.1  # strain of the curves
-SPHERES, SEED = 2000, 1  # of the bodies that rows are found on
-CHECKS = ((2000, 2), (4000, 3))  # spheres and seed of bodies that they were not found on
+SPHERES, SEED = 2000, 1  # of the specimens that rows are fitted to
+CHECKS = ((2000, 2), (4000, 3))  # spheres and seed of specimens that they were not fitted to
 TIMEOUT = 1800.0
 PARTED = 0.8  # of the largest stress, both over Johnson-Cook's: a body that carries less has parted
 MIDDLE = 0.05  # strain to which departures are told too
@@ -51,7 +50,7 @@ def calibrated(name, metal, options):
     if out.exists():
         return out, runs_of
     if options.only and name not in options.only:
-        raise RunError(f"{options.work} holds no row of {name}: run without --only")
+        raise RunError(f"{options.work} has no row of {name}: run without --only")
     aims = targets_of(metal)
     words = ["--E", f"{aims.modulus:g}", "--yield", f"{aims.yield_stress:g}", "--stress2", f"{aims.stress2:g}@{aims.strain:g}",
              "--density", f"{aims.density:g}", "--name", name, "--out", str(out), "--spheres", str(options.spheres), "--seed", str(SEED),
@@ -107,11 +106,11 @@ def largest(metal, curve, sign, end):
     off = stress[beyond] / reference[beyond] - 1.0
     k = int(np.argmax(np.abs(off)))
     text = f"{100.0 * off[k]:+.1f} % at {100.0 * strain[beyond][k]:.1f} %"
-    return text if apart is None or apart > end else f"{text}; has parted at {100.0 * apart:.1f} %"
+    return text if apart is None or apart > end else f"{text}; broken at {100.0 * apart:.1f} %"
 
 
 def draw(curves, path):
-    """Five panels: tension and compression of each row beside Johnson-Cook's, and the targets."""
+    """A panel for each metal: tension and compression of its row beside Johnson-Cook's, and the targets."""
     rows = []
     with figures.plt.rc_context(figures.LOOK):
         figure, axes = figures.plt.subplots(2, 3, figsize=(13.5, 8.0))
@@ -126,11 +125,11 @@ def draw(curves, path):
                 if "failed" in curve:
                     continue
                 strain, stress = np.array(curve["strain"]), np.array(curve["stress"]) / MPA
-                axis.plot(100.0 * strain, stress, label=f"row, {side}", **{**figures.line_style(k), "linestyle": dashes})
-                rows += [(name, f"row, {side}", f"{100.0 * a:.6g}", f"{b:.6g}") for a, b in zip(strain, stress)]
+                axis.plot(100.0 * strain, stress, label=f"evp/lj, {side}", **{**figures.line_style(k), "linestyle": dashes})
+                rows += [(name, f"evp/lj, {side}", f"{100.0 * a:.6g}", f"{b:.6g}") for a, b in zip(strain, stress)]
             aims = targets_of(metal)
             points = ((100.0 * (aims.yield_strain + affine.YIELD_OFFSET), aims.yield_stress / MPA), (100.0 * abs(aims.strain), aims.stress2 / MPA))
-            axis.plot(*zip(*points), "o", color="#CC3311", label="targets", zorder=5)
+            axis.plot(*zip(*points), "o", color="black", label="targets of the fit", zorder=5)
             axis.set(title=metal.title, xlim=(0, 100.0 * END * 1.03), xlabel="nominal strain [%]")
             axis.set_ylim(0, 1.3 * max(metal.law.nominal(END)[0], metal.law.nominal(-END)[0]) / MPA)
         for axis in axes[:, 0]:
@@ -144,12 +143,13 @@ def draw(curves, path):
 
 HEAD = """# Metals
 
-Rows of [potentials/metals.evp](../potentials/metals.evp), found by `tools/calibrate.py`; this page was written by `tools/metals.py`.
+{answer}
 
     pair_style evp/lj contact repulsive
     pair_coeff * * potentials/metals.evp copper_OFHC
 
-Targets are nominal values of Johnson-Cook's curve (A + B ep^n) at rest and room temperature: a true stress s at the true strain s/E + ep is
+Written by `tools/metals.py`, which calls `tools/calibrate.py` for each row of [potentials/metals.evp](../potentials/metals.evp). Targets are nominal
+values of Johnson-Cook's curve (A + B ep^n) in quasi-static loading at room temperature: a true stress s at the true strain s/E + ep is
 s exp(-strain) at exp(strain) - 1, in compression with negative strains.
 
 ![curves of the rows and of Johnson-Cook](figures/{stem}.png)
@@ -163,24 +163,22 @@ def percent(value):
 
 def page(results, stem):
     """Text of the page. results: by name, what main() collected."""
-    lines = [HEAD.format(stem=stem), "## Targets, and what the rows give beside them\n"]
-    lines += table(("row", "metal", "E [GPa]", "off [%]", "0.2 % yield [MPa]", "off [%]", "second stress [MPa]", "at strain", "off [%]", "runs",
-                    "nu of the row", "nu of the metal"), [
+    lines = [HEAD.format(stem=stem, answer=answer(results)), "## Targets and errors\n"]
+    lines += table(("row", "metal", "E [GPa]", "error of E [%]", "0.2 % yield stress [MPa]", "error of the yield stress [%]", "second stress [MPa]", "at strain",
+                    "error of the second stress [%]", "runs", "nu of the row", "nu of the metal"), [
         (name, metal.title, f"{aims.modulus / 1e9:.4g}", percent(off["E"]), f"{aims.yield_stress / MPA:.1f}", percent(off["yield"]),
          f"{aims.stress2 / MPA:.1f}", f"{aims.strain:g}", percent(off["stress2"]), one["runs"], f"{one['found']['nu']:.3f}", f"{metal.poisson:g}")
         for name, metal in METALS.items() for one in [results[name]] for aims, off in [(targets_of(metal), one["off"])]])
-    lines += ["", f"Bodies of {SPHERES} spheres. A negative strain is compression; yield and second stress are then those of a compression.\n",
-              "## Largest departure from Johnson-Cook's curve, from the yield strain to 10 %\n"]
-    lines += table(("row", "tension, to 5 %", "to 10 %", "compression, to 5 %", "to 10 %"), [
+    lines += ["", f"Specimens of {SPHERES} spheres. A negative strain is compression; yield stress and second stress are then those of compression. *Runs*: of the fit.\n",
+              "## Largest difference from Johnson-Cook's curve, from the yield strain on\n"]
+    lines += table(("row", "tension, to 5 %", "tension, to 10 %", "compression, to 5 %", "compression, to 10 %"), [
         (name, *(largest(METALS[name], one[side], sign, end) for side, sign in (("tension", 1.0), ("compression", -1.0)) for end in (MIDDLE, END)))
         for name, one in results.items()])
-    lines += ["", WHY, "## On bodies that they were not found on\n"]
-    lines += table(("row", "spheres", "seed", "E, off [%]", "0.2 % yield, off [%]", "second stress, off [%]"), [
+    lines += ["", WHY, "## Specimens that they were not fitted to\n"]
+    lines += table(("row", "spheres", "seed", "error of E [%]", "error of the yield stress [%]", "error of the second stress [%]"), [
         (name, spheres, seed, *checked(one["checks"][f"{spheres}, {seed}"], targets_of(METALS[name])))
         for name, one in results.items() for spheres, seed in CHECKS])
-    worst = max((abs(value) for name, one in results.items() for check in one["checks"].values() if "found" in check
-                 for value in off_target(check["found"], targets_of(METALS[name])).values()), default=float("nan"))
-    lines += ["", f"The largest is {100.0 * worst:.1f} %.\n", "## Sources\n"]
+    lines += ["", f"The largest is {100.0 * largest_check(results):.1f} %.\n", "## Sources\n"]
     for name, metal in METALS.items():
         law = metal.law
         lines.append(f"- {name}: E {law.modulus / 1e9:g} GPa, A {law.a / MPA:.4g} MPa, B {law.b / MPA:.4g} MPa, n {law.n:.3g}, "
@@ -188,14 +186,28 @@ def page(results, stem):
     return "\n".join(lines) + "\n"
 
 
-WHY = """The slope of the law beyond yield falls slowly, Johnson-Cook's quickly: the more a metal hardens, the more the two differ between
-and beyond the targets. The law also hardens more in compression than in tension, Johnson-Cook's true stress is the same in both.
-Without any force in the second regime a body still hardens beyond its 0.2 % yield stress, as its bonds yield one after the other.
-The copper of the Taylor benchmark and the steel harden less than that in tension, where the cross-section shrinks, and were therefore fitted in
-compression. In tension bodies of these rows part where the table says so.
-No row has Poisson's ratio as a target: the volume energy of fix evp/volume hardens a body in tension by itself, more than the
-aluminium alloy, the steel and the copper of the Taylor benchmark do.
-"""
+def largest_check(results):
+    """Largest error on the specimens that rows were not fitted to."""
+    return max((abs(value) for name, one in results.items() for check in one["checks"].values() if "found" in check
+                for value in off_target(check["found"], targets_of(METALS[name])).values()), default=float("nan"))
+
+
+def answer(results):
+    """The first sentence of the page."""
+    fitted = max(abs(value) for one in results.values() for value in one["off"].values())
+    return (f"{len(results)} rows of [potentials/metals.evp](../potentials/metals.evp) meet Young's modulus, 0.2 % yield stress and a second stress of their metal within "
+            f"{100.0 * fitted:.1f} %, and within {100.0 * largest_check(results):.1f} %\non specimens that they were not fitted to. "
+            "Between and beyond these targets they differ more from Johnson-Cook's curve, as the tables show.")
+
+
+WHY = """The hardening slope of the law decreases slowly with strain, that of Johnson-Cook quickly: the more a metal hardens, the more the two differ
+between and beyond the targets. The law also hardens more in compression than in tension; Johnson-Cook's true stress is the same in both.
+Even with no force in the second regime a specimen hardens beyond its 0.2 % yield stress, as its bonds yield one after another.
+The copper of the Taylor benchmark and the steel harden less than that in tension, where the cross-section shrinks. They were therefore fitted in
+compression; in tension their specimens break at the strains in the table (*broken at*: the stress has fallen below {parted:g} of its largest value, both over Johnson-Cook's).
+Poisson's ratio is not a target: the volume energy of fix evp/volume hardens a specimen in tension by itself, more than the
+aluminium alloy, the steel and the copper of the Taylor benchmark harden.
+""".format(parted=PARTED)
 
 
 def off_target(found, aims):
@@ -216,9 +228,9 @@ def main(words=None):
     parser.add_argument("--potentials", type=pathlib.Path, default=CHECKOUT / "potentials" / "metals.evp",
                         help="the potential file to write (default: %(default)s)")
     parser.add_argument("--only", nargs="+", choices=METALS, metavar="NAME", help="calibrate these only")
-    parser.add_argument("--spheres", type=int, default=SPHERES, help="of the bodies that rows are found on (default: %(default)s)")
+    parser.add_argument("--spheres", type=int, default=SPHERES, help="of the specimens that rows are fitted to (default: %(default)s)")
     parser.add_argument("--ranks", type=int, default=2, help="MPI ranks of each run (default 2)")
-    parser.add_argument("--fresh", action="store_true", help="repeat everything")
+    parser.add_argument("--fresh", action="store_true", help="delete --work first: repeat everything")
     add_out(parser, "metals.md")
     options = parser.parse_args(words)
     if options.fresh:

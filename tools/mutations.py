@@ -4,8 +4,8 @@
 
     tools/mutations.py [--only WORDS]
 
-Works on a copy of the checkout, with the LAMMPS that build/ was configured for (tools/setup.sh). About ten seconds each.
-Exit code 1 if a test passes without its safeguard, or a line to change is no more there.
+Works on a copy of the checkout, with the LAMMPS that build/ was configured for (tools/setup.sh). About ten seconds per safeguard.
+Exit code 1 if a test passes without its safeguard, or if a line to change is no longer in the sources.
 """
 
 import os
@@ -34,7 +34,7 @@ def survivors(scenes, mutation, ranks):
 
 def main(words=None):
     parser = command_line(__doc__)
-    parser.add_argument("--only", default="", help="mutations whose text holds these words")
+    parser.add_argument("--only", default="", help="remove only the safeguards whose description contains these words")
     options = parser.parse_args(words)
     sys.path.insert(0, str(CHECKOUT / "tests" / "lammps"))
     sys.modules.pop("mutations", None)
@@ -42,11 +42,11 @@ def main(words=None):
 
     chosen = [mutation for mutation in MUTATIONS if options.only in mutation.what]
     if not chosen:
-        parser.error(f"no mutation holds '{options.only}'")
+        parser.error(f"no safeguard has '{options.only}' in its description")
     bad = []
     with errors_in_one_line("mutations.py"), tempfile.TemporaryDirectory() as name:
         copy = pathlib.Path(name)
-        for part in ("src", "cmake", "CMakeLists.txt"):
+        for part in ("src", "cmake", "tools", "CMakeLists.txt"):
             source = CHECKOUT / part
             (shutil.copytree if source.is_dir() else shutil.copy)(source, copy / part)
         rebuild.configure(copy, copy / "build")
@@ -56,19 +56,19 @@ def main(words=None):
             path = next((copy / "src").rglob(mutation.file))
             text = path.read_text(encoding="utf-8")
             if text.count(mutation.old) != mutation.times:
-                bad.append(f"{mutation.file} holds '{mutation.old}' {text.count(mutation.old)} times, not {mutation.times}")
+                bad.append(f"{mutation.file} has '{mutation.old}' {text.count(mutation.old)} times, not {mutation.times}")
                 continue
             path.write_text(text.replace(mutation.old, mutation.new), encoding="utf-8")
             rebuild.build(copy / "build")
             passed, shown = survivors(scenes, mutation, 1)
             path.write_text(text, encoding="utf-8")
-            print(mutation.what, *shown, sep="\n    failed, as it must: ", flush=True)
+            print(mutation.what, *shown, sep="\n    failed, as expected: ", flush=True)
             bad += [f"'{case}' passes without its safeguard: {mutation.what}" for case in passed]
             if not passed and not shown:
                 bad.append(f"no test for: {mutation.what}")
     for line in bad:
-        print("NOT SEEN TO FAIL: " + line)
-    print(f"{len(chosen)} mutations, {f'{len(bad)} NOT SEEN' if bad else 'all seen'}")
+        print("DID NOT FAIL: " + line)
+    print(f"{len(chosen)} safeguards removed, {f'{len(bad)} times NO test failed' if bad else 'each time its tests failed'}")
     return 1 if bad else 0
 
 

@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""How the rupture of a notched bar depends on the spacing of the spheres, and which XI of `break XI` makes up for it: measured.
+"""Rupture of a notched bar against the spacing of the spheres, and the XI of `break XI` that keeps the work of rupture.
 
     tools/notched_tension.py [--spheres 4000 16000] [--xi 0.05] [--seeds 2] [--work FOLDER] [--fresh] [--out doc/notched_tension.md]
 
-The bar of lammps_inputs/regions/notched.lmp is pulled apart by in.traction, of more and more spheres: with one XI, with XI times the
-spacing kept, and with the power of the spacing in between that keeps the work of rupture from the first size to the second.
-Writes the page, and beside it figures/NAME.png and its CSV. Runs that are in --work already are not repeated. EVP_LMP as for the tests.
+in.traction pulls the bar of lammps_inputs/regions/notched.lmp to rupture, with increasing numbers of spheres: with constant XI, with
+XI proportional to 1/spacing, and with the power of the spacing in between that keeps the work of rupture from the first size to the
+second. Writes the page, figures/NAME.png and its CSV. Runs that --work has already are not repeated. Uses the lmp of this checkout,
+or EVP_LMP.
 """
 
 import math
@@ -55,7 +56,7 @@ def spacing(spheres):
 
 
 def read_rupture(folder, name):
-    """The Found of a pull. RunError where it has not parted."""
+    """The Found of a tension test. RunError where the bar has not ruptured."""
     whole, curve = read_pull(folder, name), curves.read_curve(folder / f"{name}.csv")
     top = int(np.argmax(curve.grip))
     parted = top + int(np.argmax(curve.grip[top:] < PARTED * curve.grip[top]))
@@ -116,30 +117,37 @@ def measured(cases, seeds, folder):
 def study(spheres, xi, seeds, folder):
     """The results, and the exponent_of() them."""
     few, more = spheres[:2]
-    first = [Case(n, xi, "one XI") for n in spheres] + [Case(more, xi * spacing(few) / spacing(more), "XI times spacing")]
+    first = [Case(n, xi, "constant XI") for n in spheres] + [Case(more, xi * spacing(few) / spacing(more), "XI ~ 1/spacing")]
     results = measured(first, seeds, folder)
     p = exponent_of(results, spheres)
-    kept = [Case(n, xi * (spacing(few) / spacing(n)) ** p, "power of spacing") for n in spheres[1:]]
+    kept = [Case(n, xi * (spacing(few) / spacing(n)) ** p, "power of the spacing") for n in spheres[1:]]
     results.update(measured(kept, seeds, folder))
     return results, p
 
 
-def draw(results, folder, path):
-    """Stress against strain of the first body of each case."""
+def first_curves(results, folder):
+    """{label: (strain [%], stress [MPa])} of the first bar of each case."""
+    lines = {}
+    for case in results:
+        curve = curves.read_curve(folder / f"{names(case.spheres, 1, case.xi)[1]}.csv")
+        lines[f"N = {case.spheres}, XI = {case.xi:.3g}"] = 100 * curve.strain, curve.grip / 1e6
+    return lines
+
+
+def draw(lines, path):
+    """Stress against strain, by first_curves()."""
     with figures.plt.rc_context(figures.LOOK):
         figure, axis = figures.plt.subplots(figsize=(7.2, 4.6))
         rows = []
-        for k, case in enumerate(results):
-            curve = curves.read_curve(folder / f"{names(case.spheres, 1, case.xi)[1]}.csv")
-            label = f"N = {case.spheres}, XI = {case.xi:.3g}"
-            axis.plot(100 * curve.strain, curve.grip / 1e6, label=label, **figures.line_style(k))
-            rows += [(label, f"{100 * a:.6g}", f"{b / 1e6:.6g}") for a, b in zip(curve.strain, curve.grip)]
-        axis.set(xlabel="strain [%]", ylabel="stress of the net section [MPa]", xlim=(0, None))
-        axis.legend(frameon=False)
+        for k, (label, (strain, stress)) in enumerate(lines.items()):
+            axis.plot(strain, stress, label=label, **figures.line_style(k))
+            rows += [(label, f"{a:.6g}", f"{b:.6g}") for a, b in zip(strain, stress)]
+        axis.set(xlabel="nominal strain [%]", ylabel="nominal stress, net section [MPa]", xlim=(0, None))
+        figures.legend_below(axis, 2, handlelength=3.0)
         return figures.save(figure, path, ("curve", "strain_percent", "stress_MPa"), rows)
 
 
-HEADER = ("spheres", "bars", "spacing [mm]", "XI", "rule", "largest stress [MPa]", "strain at it [%]", "rupture strain [%]", "work of rupture [kJ/m2]",
+HEADER = ("spheres", "specimens", "spacing [mm]", "XI", "rule", "largest stress [MPa]", "strain at it [%]", "rupture strain [%]", "work of rupture [kJ/m2]",
           "bonds broken")
 
 
@@ -156,33 +164,33 @@ def rows(results):
                number_of([one.work for one in found], ".1f"), number_of([one.broken for one in found], ".0f")]
 
 
-PAGE = """# Notched tension to rupture
+PAGE = """# Notched bar in tension to rupture
 
 {answer}
 
-What to do:
+Recommendations:
 
-- Choose the number of spheres first. Then choose XI so that the work of rupture, or the opening at rupture, of one test is the measured one,
+- Choose the number of spheres first. Then choose XI so that the measured work of rupture, or the measured opening at rupture, of one test is met,
   and keep both.
-- Where the spacing is to change afterwards, calibrate XI anew: pull with two values of XI and interpolate the work, as this tool does.
-  XI times (old spacing / new spacing)^{p:.2f} is a first guess{scatter}. The exponent is of this bar and of
-  spacings near the radius of the notch; it gets smaller where the spacing resolves the notch.
-- Neither keep XI times the spacing, nor refine only near a notch: bonds of one XI break first where the spacing is smallest.
-- Stress and strain up to the largest stress depend less on the spacing than what follows.
-
-Written by `{command}`: a bar of 50 x 20 x 10 mm with two notches, 5 mm deep with round ends of a radius of {notch:g} mm
-(`lammps_inputs/regions/notched.lmp`), Table 1 scaled with the spacing, gamma 20, *unload elastic*, *contact repulsive*, *break XI*, pulled at
-{rate}/s by in.traction. Stress and work are per net cross-section, 10 x 10 mm. Rupture: the stress of the grips falls below a tenth
-of its largest value. Means, +- the largest departure of one bar.
+- If the spacing changes afterwards, calibrate XI again: run the test with two values of XI and interpolate the work, as this tool does.
+  XI times (old spacing / new spacing)^{p:.2f} is a first guess{scatter}. The exponent holds for this bar and for
+  spacings near the radius of the notch; it is smaller where the spacing resolves the notch.
+- Do not take XI ~ 1/spacing, and do not refine only near a notch: with one XI bonds break first where the spacing is smallest.
+- Stress and strain up to the largest stress depend less on the spacing than those beyond.
 
 ![stress against strain](figures/{stem}.png)
 
+Written by `{command}`: a bar of 50 x 20 x 10 mm with two notches, 5 mm deep, their ends round with a radius of {notch:g} mm
+(`lammps_inputs/regions/notched.lmp`), Table 1 scaled with the spacing, gamma 20, *unload elastic*, *contact repulsive*, *break XI*, in.traction at
+{rate}/s. Stress and work are per net cross-section, 10 x 10 mm. Rupture: the stress on the grips falls below a tenth
+of its largest value. The table has means, +- the largest difference of one specimen.
+
 {table}
 
-*One XI*: the same for every spacing. *XI times spacing*: so that a crack of one spacing opens by the same length. *Power of
-spacing*: XI ~ spacing^-{p:.2f}, interpolated from the two at {more} spheres; the works that it gives are measured, not fitted.
+*Constant XI*: the same for every spacing. *XI ~ 1/spacing*: a crack in one layer of spheres opens by the same length. *Power of the
+spacing*: XI ~ spacing^-{p:.2f}, interpolated from the first two at {more} spheres; the works of its rows are measured, not fitted.
 
-One of these bars:
+Commands for the first specimen:
 
     build/lmp -in lammps_inputs/in.specimen -var n 4000 -var shape region -var region lammps_inputs/regions/notched.lmp \\
               -var width 0.022 -var height 0.012 -var out notched.data
@@ -193,9 +201,9 @@ One of these bars:
 
 def answer(results, p, spheres):
     """The first lines of the page."""
-    one = {case.spheres: found for case, found in results.items() if case.rule == "one XI"}
-    power = {case.spheres: found for case, found in results.items() if case.rule == "power of spacing"}
-    scaled = next(found for case, found in results.items() if case.rule == "XI times spacing")
+    one = {case.spheres: found for case, found in results.items() if case.rule == "constant XI"}
+    power = {case.spheres: found for case, found in results.items() if case.rule == "power of the spacing"}
+    scaled = next(found for case, found in results.items() if case.rule == "XI ~ 1/spacing")
     works, few = works_of(results), spheres[0]
     xi = [works[few][0][0]] + [kept_xi(works[few][0][1], *works[n][:2]) for n in spheres[1:]]
 
@@ -204,30 +212,29 @@ def answer(results, p, spheres):
 
     strains = listed((100.0 * statistics.mean(bar.rupture for bar in one[n]) for n in spheres), ".2f")
     return "\n".join((
-        "With one XI, rupture strain and work of a notched bar depend on the spacing of the spheres. For"
-        f" {listed(spheres, 'd')} spheres, spacings of {listed(map(spacing, spheres), '.2f')} mm",
-        f"about a notch with a radius of {NOTCH:g} mm, they are {strains} % and {listed((mean_work(one[n]) for n in spheres), '.1f')} kJ/m2.",
-        f"With XI times the spacing kept, the work is {mean_work(scaled):.1f} kJ/m2 at {spheres[1]} spheres.",
-        f"XI = {listed(xi, '.3g')} keep it. From the first size to the second that is XI ~ spacing^-{p:.2f}, which gives"
+        f"With constant XI the work of rupture depends on the spacing of the spheres: {listed((mean_work(one[n]) for n in spheres), '.1f')} kJ/m2 with"
+        f" {listed(spheres, 'd')} spheres (spacings of {listed(map(spacing, spheres), '.2f')} mm,",
+        f"notch radius {NOTCH:g} mm), and the rupture strain {strains} %. With XI ~ 1/spacing the work is {mean_work(scaled):.1f} kJ/m2 at {spheres[1]} spheres.",
+        f"XI = {listed(xi, '.3g')} keep the work of {few} spheres. From the first size to the second that is XI ~ spacing^-{p:.2f}, which gives"
         f" {listed((mean_work(power[n]) for n in spheres[1:]), '.1f')} kJ/m2 at {listed(spheres[1:], 'd')} spheres."))
 
 
 def main(words=None):
     parser = command_line(__doc__)
-    parser.add_argument("--spheres", type=int, nargs="+", default=[4000, 16000], help="numbers of spheres, two at least, growing (default: 4000 16000)")
-    parser.add_argument("--xi", type=float, default=0.05, help="XI of the fewest spheres (default 0.05)")
-    parser.add_argument("--seeds", type=int, nargs="+", default=[2], help="bars, of each size or of all (default 2)")
+    parser.add_argument("--spheres", type=int, nargs="+", default=[4000, 16000], help="at least two numbers of spheres, increasing (default: 4000 16000)")
+    parser.add_argument("--xi", type=float, default=0.05, help="XI of the smallest number of spheres (default 0.05)")
+    parser.add_argument("--seeds", type=int, nargs="+", default=[2], help="packings of each size: one number for all sizes, or one each (default 2)")
     parser.add_argument("--work", type=pathlib.Path, default=CHECKOUT / "build" / "notched_tension", help="bars and runs (default: %(default)s)")
-    parser.add_argument("--fresh", action="store_true", help="repeat the runs that --work holds")
+    parser.add_argument("--fresh", action="store_true", help="repeat the runs that --work has already")
     add_out(parser, "notched_tension.md")
     options = parser.parse_args(words)
     spheres = options.spheres
     if options.xi <= 0.0 or min(options.seeds) < 1:
-        parser.error("--xi must be positive and --seeds 1 at least")
+        parser.error("--xi must be positive and --seeds at least 1")
     if len(options.seeds) not in (1, len(spheres)):
         parser.error("--seeds must be one number, or one for each of --spheres")
     if len(spheres) < 2 or sorted(set(spheres)) != spheres:
-        parser.error("--spheres must be two numbers or more, growing")
+        parser.error("--spheres must be at least two numbers, increasing")
     options.work.mkdir(parents=True, exist_ok=True)
     if options.fresh:
         for old in options.work.glob("*.broken"):
@@ -236,7 +243,7 @@ def main(words=None):
         seeds = options.seeds if len(options.seeds) > 1 else options.seeds * len(spheres)
         results, p = study(spheres, options.xi, dict(zip(spheres, seeds)), options.work)
         stem = options.out.stem
-        picture = draw(results, options.work, options.out.parent / "figures" / f"{stem}.png")
+        picture = draw(first_curves(results, options.work), options.out.parent / "figures" / f"{stem}.png")
         alone = [exponent_of(results, spheres, slice(k, k + 1)) for k in range(min(seeds[:2]))]
         scatter = f" (exponents from single bars: {min(alone):.2f} to {max(alone):.2f})" if len(alone) > 1 else ""
         command = f"tools/notched_tension.py --spheres {' '.join(map(str, spheres))} --seeds {' '.join(map(str, options.seeds))}"

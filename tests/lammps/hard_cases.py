@@ -79,7 +79,7 @@ def momenta(snapshot, mass):
 CRITICAL = 2.0 * np.sqrt(8 * 4 * 80 / 0.01**2 * 0.5 * MASS)
 
 
-@case("stable at 0.98 of compute evp/dt, unstable at 1.02; the energy left agrees with a quarter of the step",
+@case("stable at 0.98 of the limit of compute evp/dt, unstable at 1.02; the remaining energy agrees with that of a quarter of the timestep size",
       "", 0.0, 1.0, 3.6, 30.0)
 def times_critical_damping(bench, factor):
     write_body(bench.folder / "body.data", lattice_body((4, 3, 3)))
@@ -98,12 +98,12 @@ def times_critical_damping(bench, factor):
         assert abs(left[0.98][1:].mean() / left[0.245][1:].mean() - 1.0) < 0.05
     else:
         assert left[0.98][-1] < start and left[0.245][-1] < start
-    return f"kinetic energy over its start: 0.98: {left[0.98].max() / start:.3g}, 1.02: {left[1.02].max() / start:.3g}"
+    return f"largest kinetic energy over the initial one: 0.98: {left[0.98].max() / start:.3g}, 1.02: {left[1.02].max() / start:.3g}"
 
 
-@case("warned of before the first step with the ratio; it does not run to its end, its atoms leave the box",
-      "at 0.98 of c_ID the first case keeps its energy")
-def table_2_at_the_paper_s_step(bench):
+@case("a warning with the ratio before the first step; the run does not end normally: atoms leave the box",
+      "at 0.98 of c_ID the first test conserves its energy")
+def table_2_at_the_paper_s_timestep(bench):
     write_body(bench.folder / "body.data", lattice_body((4, 3, 3)))
     text = head() + pair(TABLE2, "none") + "fix move all nve\nvariable vx atom 1e-3*sin(1.1*id)\nvelocity all set v_vx 0 0\n" + ledger(10)
     run = bench.run(text + "run 0\ntimestep $(c_dt[4]:%.17g)\nrun 100000\n")
@@ -111,7 +111,7 @@ def table_2_at_the_paper_s_step(bench):
     assert run.returncode != 0
     said = " ".join(run.stdout.split())
     assert "Lost atoms" in said or "non-finite forces" in said, said[-400:]
-    return "warned, and stopped"
+    return "warned, then stopped"
 
 
 # ---- pulled apart ----
@@ -135,20 +135,20 @@ def pull(bench, row, contact, style, strain):
     share = np.abs(table["f_energy"]).max() / np.abs(table["f_energy[7]"]).max()
     assert share < LEDGER_SHARE
     assert table["f_bonds[1]"][-1] > 20, "control: a section is torn"
-    return f"ledger open by {share:.1e} of the work, {table['f_bonds[1]'][-1]:.0f} bonds lost, {table['Step'][-1]:.0f} steps"
+    return f"energy imbalance {share:.1e} of the work, {table['f_bonds[1]'][-1]:.0f} bonds lost, {table['Step'][-1]:.0f} steps"
 
 
-@case("the ledger closes to 1e-3 of the grips' work", "", "literal", "repulsive", "none")
+@case("energy imbalance below 1e-3 of the work of the grips", "", "literal", "repulsive", "none")
 def table_1_pulled_to_rupture(bench, contact):
     return pull(bench, TABLE1, contact, "nve", 0.2)
 
 
-@case("the ledger closes to 1e-3 of the grips' work", "bonds of a section are lost")
+@case("energy imbalance below 1e-3 of the work of the grips", "bonds of a section are lost")
 def table_2_pulled_to_50_percent(bench):
     return pull(bench, TABLE2, "repulsive", "nve/evp", 0.5)
 
 
-@case("momentum to 1e-12, the ledger to 1e-3 of the kinetic energy, bodies bounce or break but do not pass", "they trade energy",
+@case("momentum conserved to 1e-12, energy imbalance below 1e-3 of the kinetic energy, bodies rebound or break and do not pass through each other", "kinetic energy is converted",
       1, 30, 500)
 def head_on_impact(bench, speed):
     a, b = lattice_body((3, 3, 3), seed=1), lattice_body((3, 3, 3), seed=2)
@@ -168,7 +168,7 @@ def head_on_impact(bench, speed):
     assert change < MOMENTUM
     assert share < LEDGER_SHARE
     assert traded > 0.2, "control: they met"
-    return f"{100 * traded:.0f} % of the kinetic energy traded, ledger open by {share:.1e}, momentum by {change:.0e}"
+    return f"{100 * traded:.0f} % of the kinetic energy converted, energy imbalance {share:.1e}, error of the momentum {change:.0e}"
 
 
 # ---- one pair ----
@@ -193,7 +193,7 @@ def follows_the_energy(table, d, row, deq=DEQ):
     return off
 
 
-@case("work = energy of the law, to d = 0.5 (R_i + R_j); one warning names the pair beyond 0.3", "the same to 0.75 gives no warning")
+@case("work = energy of the law, down to d = 0.5 (R_i + R_j); one warning names the pair that overlaps by more than 0.3", "down to d = 0.75 (R_i + R_j) there is no warning")
 def overlap_to_one_half(bench):
     shown = []
     for to, warned in ((0.0075, 0), (0.005, 1)):
@@ -201,14 +201,14 @@ def overlap_to_one_half(bench):
         named = [line for line in run.warnings() if "overlap by more than" in line and "atoms 1 and 2" in line.replace("atoms 2 and 1", "atoms 1 and 2")]
         assert len(named) == warned
         shown.append(follows_the_energy(table, d, TABLE1))
-    return f"work off by {max(shown):.1e}, warned once"
+    return f"error of the work {max(shown):.1e}, one warning"
 
 
 @case("work to beyond dlim = depth of the law", "", 1e-6, 1e-3, 0.05, 0.3)
 def threshold_strain(bench, xi_s):
     row = TABLE1._replace(xi_s=xi_s)
     _, table, d = work_of_movers(bench, row, 0.0155)
-    return f"work off by {follows_the_energy(table, d, row):.1e}"
+    return f"error of the work {follows_the_energy(table, d, row):.1e}"
 
 
 @case("work to beyond dlim = depth of the law", "a bond is lost at the end", 1.05, 1.5, 3.0)
@@ -217,7 +217,7 @@ def range_alpha(bench, alpha):
     gap = 0.5 * (1.0 + alpha) * 2.0 * RADIUS  # between contact and dlim
     _, table, d = work_of_movers(bench, row, 1.03 * alpha * 2.0 * RADIUS, 16000, gap)
     assert table["f_bonds[1]"][-1] == 1
-    return f"work off by {follows_the_energy(table, d, row, gap):.1e}"
+    return f"error of the work {follows_the_energy(table, d, row, gap):.1e}"
 
 
 @case("work to beyond dlim = depth of the law", "", "2 1", "8 4", "13.5 1.5", "24 12")
@@ -225,10 +225,10 @@ def exponents(bench, chosen):
     m, n = map(float, chosen.split())
     row = TABLE1._replace(m1=m, n1=n, m2=n + 1.0, n2=n)
     _, table, d = work_of_movers(bench, row, 0.0155)
-    return f"work off by {follows_the_energy(table, d, row):.1e}"
+    return f"error of the work {follows_the_energy(table, d, row):.1e}"
 
 
-@case("period = integral of dd/v over the law of two regimes; energy kept", "")
+@case("period = integral of dd/v over the law of both regimes; energy conserved", "")
 def pair_swings_across_xi_s(bench):
     write_two(bench.folder / "body.data", DEQ)
     mu, energy = 0.5 * MASS, law.energy(1.015 * DEQ, DEQ, TABLE1, DEQ)
@@ -257,11 +257,11 @@ def pair_swings_across_xi_s(bench):
     off = abs((zeros[-1] - zeros[0]) / (len(zeros) - 1) - 1.0)
     drift = np.abs(run.thermo()["f_energy"]).max() / energy
     assert len(zeros) >= 9 and off < SECOND_ORDER and drift < SECOND_ORDER
-    return f"period off by {off:.1e}, energy by {drift:.1e}"
+    return f"error of the period {off:.1e}, of the energy {drift:.1e}"
 
 
-@case("it leaves with sqrt(v^2 - 2 depth/mu), comes back with v, again and again", "one bond lost on each way out, none on the way back")
-def pair_passes_dlim_to_and_fro(bench):
+@case("leaves with the speed sqrt(v^2 - 2 depth/mu) and returns with v, at each of six passages", "one bond is lost on each way out, none on the way back")
+def pair_passes_dlim_back_and_forth(bench):
     write_two(bench.folder / "body.data", DEQ)
     depth = law.energy(0.015, DEQ, TABLE1, DEQ)
     mu = 0.5 * MASS
@@ -280,4 +280,4 @@ def pair_passes_dlim_to_and_fro(bench):
         assert lost == (1 if k % 2 == 0 else 0)
         worst = max(worst, abs(energy - expected) / whole)
         assert worst <= (k + 1) * allowed
-    return f"kinetic energy off by {worst:.1e} of the whole after six passages"
+    return f"error of the kinetic energy {worst:.1e} of the whole after six passages"

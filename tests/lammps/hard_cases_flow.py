@@ -22,8 +22,8 @@ def two(bench, style, way, gap=DEQ, fix="fix bonds all evp/bonds", steps=100):
     return table["v_d"], table["c_f"]
 
 
-@case("each force is that of the return map along the whole way, five times from 4 % of tension to 4 % of compression",
-      "the loop is open: the pair flows both ways")
+@case("each force is that of the return map, over five cycles between 4 % of tension and 4 % of compression",
+      "the pair flows in tension and in compression")
 def pair_cycled_far_beyond_xi_s(bench):
     d, force = two(bench, "contact none unload elastic", f"wiggle {0.04 * DEQ} 0 0 1e-4", steps=500)
     q, expected, flowed = 0.0, [], []
@@ -35,11 +35,11 @@ def pair_cycled_far_beyond_xi_s(bench):
     off = np.abs(force - expected).max() / FORCE
     assert off < ROUND_OFF
     assert max(flowed) > 0.03 * DEQ and min(flowed) < -0.03 * DEQ
-    return f"force off by {off:.0e} of the threshold's, offsets from {min(flowed) / DEQ:.3f} to {max(flowed) / DEQ:.3f} deq"
+    return f"error of the force {off:.0e} of that at xi_s, offsets from {min(flowed) / DEQ:.3f} to {max(flowed) / DEQ:.3f} deq"
 
 
-@case("a new contact that is stretched follows eq. 8 each time; what it has flowed in compression stays",
-      "pushed before, it is another curve")
+@case("a new contact follows eq. 8 in tension each time; its flow in compression stays",
+      "after compression the curve is different")
 def contact_pulled_and_pushed(bench):
     (bench.folder / "none.bonds").write_text("# EVP bonds COUNT: 0 UNITS: si\n")
     no_bonds = "fix bonds all evp/bonds file none.bonds"
@@ -54,11 +54,11 @@ def contact_pulled_and_pushed(bench):
     first = np.abs(force[:26] - law.force(d[:26], TOUCHING, TABLE1)).max() / FORCE
     again = np.abs(force[100:126] - law.force(d[100:126], TOUCHING, TABLE1)).max() / FORCE
     assert first < ROUND_OFF and again > 0.1
-    return f"force off by {off:.0e} of the threshold's; eq. 8 in the first stretch to {first:.0e}, left by {again:.1f} in the second"
+    return f"error of the force {off:.0e} of that at xi_s; eq. 8 in the first tension to {first:.0e}, different by {again:.1f} in the second"
 
 
-@case("a bond pulled past its strain of breaking is gone for good: no force until the spheres touch, then repulsion as of a new contact",
-      "pulled less far it comes back as a bond", "reversible", "elastic")
+@case("a bond stretched beyond XI is broken for good: no force until the spheres touch, then the repulsion of a new contact",
+      "stretched less it stays a bond", "reversible", "elastic")
 def bond_torn_and_pushed_together(bench, unload):
     way = f"wiggle {0.25 * DEQ} 0 0 2e-4"
     d, force = two(bench, f"contact repulsive unload {unload} break 0.1", way, steps=200)
@@ -68,11 +68,11 @@ def bond_torn_and_pushed_together(bench, unload):
     assert np.all(force[torn:][touching] >= 0.0) and force[torn:][touching].max() > FORCE and touching.sum() > 30
     kept, again = two(bench, f"contact repulsive unload {unload} break 0.5", way, steps=200)
     assert np.any(again[torn:][kept[torn:] > TOUCHING] < -0.5 * FORCE)
-    return f"no force over {apart.sum()} steps, {force[torn:].max() / FORCE:.1f} of the threshold's where they touch"
+    return f"no force over {apart.sum()} steps, {force[torn:].max() / FORCE:.1f} of the force at xi_s where they touch"
 
 
-@case("offsets and broken bonds follow their pairs when atoms are sorted and packed anew at each step", "bonds have flowed both ways and broken")
-def flow_of_a_body_that_is_sorted(bench):
+@case("offsets and broken bonds stay with their pairs when atoms are sorted and neighbor lists rebuilt at each step", "bonds have flowed in tension and in compression, and broken")
+def flow_in_a_body_whose_atoms_are_sorted(bench):
     write_body(bench.folder / "body.data", lattice_body((6, 4, 4)))
     text = flowing_pair("none") + SHAKE + MOVE + "{}run 100\nwrite_evp_bonds {}.bonds\n"
     bench.run(head(sort="sort 0 0") + text.format("", "rare")).ok()
@@ -84,8 +84,8 @@ def flow_of_a_body_that_is_sorted(bench):
     return f"offsets and work agree to {difference:.0e}, {len(rare.of(1))} bonds broken"
 
 
-@case("a minimization that is stopped by its count leaves no flow behind", "one that came to rest does")
-def search_that_did_not_end(bench):
+@case("a minimization that stops at its maximum number of iterations leaves no flow", "one that converges does")
+def minimization_that_stops_early(bench):
     write_body(bench.folder / "body.data", lattice_body((4, 3, 3)))
     text = head() + flowing_pair("none", 0) + "fix move all nve\ntimestep 3e-7\n" + "run 0\nvariable px atom x+3e-4*sin(1.7*id)\nset group all x v_px\n"
     found = {}
@@ -93,11 +93,11 @@ def search_that_did_not_end(bench):
         bench.run(text + f"min_style cg\nmin_modify dmax 1e-5\n{search}\nwrite_evp_bonds {name}.bonds\n").ok()
         found[name] = np.abs(list(read_pairs(bench.folder / f"{name}.bonds").offset.values())).max()
     assert found["stopped"] == 0.0 and found["rest"] > 1e-5
-    return f"largest offset {found['stopped']:.0e} m stopped, {found['rest']:.0e} m at rest"
+    return f"largest offset {found['stopped']:.0e} m stopped, {found['rest']:.0e} m converged"
 
 
-@case("energy is kept to 2e-3 of what the volume energy trades, momenta to 1e-12, while a soft network with a stiff volume energy vibrates",
-      "the volume energy takes part")
+@case("energy conserved to 2e-3 of the change of the volume energy, momentum and angular momentum to 1e-12, in vibrations of a soft network with a stiff volume energy",
+      "the volume energy changes")
 def volume_energy_of_a_free_body(bench):
     body = lattice_body((4, 4, 4))
     write_body(bench.folder / "body.data", body)
@@ -113,4 +113,4 @@ def volume_energy_of_a_free_body(bench):
     before, after = momenta(first, mass), momenta(last, mass)
     off = max(np.linalg.norm(after[0] - before[0]) / before[2], np.linalg.norm(after[1] - before[1]) / (before[2] * 0.04))
     assert off < MOMENTUM
-    return f"energy open by {open_by:.0e} of what is traded, momentum by {off:.0e}"
+    return f"energy imbalance {open_by:.0e} of the change of the volume energy, error of the momentum {off:.0e}"

@@ -16,9 +16,9 @@ SPEED = 1.0  # [m/s] of the ball
 BALANCE = 3e-5  # of the kinetic energy, at 0.05 of the largest stable timestep
 
 
-@case("not a bit of force before the spheres touch, then the repulsion of the law, and none again", "without bodies they are glued",
+@case("the force is exactly zero before the spheres touch, then the repulsion of the law, then zero again", "without *within* they are bonded",
       "literal", "repulsive")
-def two_bodies_led_together(bench, contact):
+def two_bodies_brought_together(bench, contact):
     forces = []
     for fix in (FIX, "fix bonds all evp/bonds"):
         write_data(bench.folder / "body.data", np.array([[0.0, 0, 0], [1.1 * TOUCHING, 0, 0]]), [RADIUS] * 2, [[-0.2, 0.2]] * 3, [1, 2])
@@ -32,7 +32,7 @@ def two_bodies_led_together(bench, contact):
     assert not np.any(ours[~touch]), "a force before they touch"
     assert off < ROUND_OFF and 10 < np.sum(touch) < 60
     assert glued.min() < -0.5 * ours.max(), "control"
-    return f"force off by {off:.0e} over {np.sum(touch)} steps, 0 over {np.sum(~touch)}"
+    return f"error of the force {off:.0e} of the largest over {np.sum(touch)} steps of contact, no force over {np.sum(~touch)} steps"
 
 
 def ball_and_block():
@@ -48,8 +48,8 @@ def ball_and_block():
     return np.concatenate([block.x, place]), np.concatenate([block.radius, ball.radius]), np.repeat([1, 2], [len(block.x), len(place)])
 
 
-@case("momentum to 1e-12, total energy to the accuracy of the step, which falls with its square; the bodies only push each other",
-      "the ball flies freely until it touches, and bounces off")
+@case("momentum conserved to 1e-12; the energy imbalance decreases with the square of the timestep size; the bodies only repel each other",
+      "the ball moves freely until contact, and rebounds")
 def ball_hits_block(bench):
     x, radius, types = ball_and_block()
     write_data(bench.folder / "body.data", x, radius, [[-0.2, 0.3]] * 3, types)
@@ -71,4 +71,4 @@ def ball_hits_block(bench):
         assert np.abs(table["v_way"][: touched[0]] / SPEED + 1.0).max() < 1e-12 and table["v_parting"][-1] > 0.2 * SPEED, "control"
     drift = np.ptp(table["PotEng"] + table["KinEng"]) / energy
     assert shares[1] < BALANCE and shares[1] < 0.35 * shares[0] and drift < 2.0 * BALANCE
-    return f"energy open by {shares[0]:.1e} and {shares[1]:.1e} of the kinetic energy at 0.1 and 0.05 of the limit, momentum by {change:.0e}"
+    return f"energy imbalance {shares[0]:.1e} and {shares[1]:.1e} of the kinetic energy at 0.1 and 0.05 of the limit, error of the momentum {change:.0e}"

@@ -80,7 +80,7 @@ def test_increments_at_rest_agree(rows):
 
 def test_page_and_picture(folder):
     text = (folder / "page.md").read_text(encoding="utf-8")
-    for word in ("Recommended settings", "How many particles", "Every choice by itself", "figures/page.png"):
+    for word in ("Recommended settings", "Number of spheres", "Every setting by itself", "figures/page.png"):
         assert word in text, word
     assert (folder / "figures" / "page.png").stat().st_size > 20000
 
@@ -88,7 +88,7 @@ def test_page_and_picture(folder):
 def test_results_that_are_there_are_not_run_again(folder):
     before = (folder / "page.csv").read_text(encoding="utf-8")
     run = quick(folder)
-    assert run.returncode == 0 and "runs are there already" in run.stderr
+    assert run.returncode == 0 and "runs are already done" in run.stderr
     assert (folder / "page.csv").read_text(encoding="utf-8") == before
 
 

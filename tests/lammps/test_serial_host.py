@@ -29,8 +29,8 @@ def test_sources_compile_without_mpi():
 
     def compile_one(source):
         words = [os.environ.get("CXX", "g++"), "-std=c++17", "-fsyntax-only", "-Wall", "-Wextra", "-Werror", "-DLAMMPS_SMALLBIG",
-                     "-DEVP_LAMMPS_VERSION=1", '-DEVP_VERSION="1"',
-                     f"-I{REPOSITORY / 'src'}", "-isystem", str(headers / "STUBS"), "-isystem", str(headers), str(source)]
+                 "-DEVP_LAMMPS_VERSION=1", '-DEVP_VERSION="1"',
+                 f"-I{REPOSITORY / 'src'}", "-isystem", str(headers / "STUBS"), "-isystem", str(headers), str(source)]
         return subprocess.run(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
 
     sources = sorted((REPOSITORY / "src").glob("*/*.cpp"))

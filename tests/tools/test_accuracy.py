@@ -182,9 +182,9 @@ def test_promises_of_the_page_were_kept_on_the_unseen_body():
     (("--quick",), "need --out"),
     (("--table", "some.csv"), "need --out"),
     (("--quick", "--out", "page.csv"), "must be a .md file"),
-    (("--quick", "--out", "absent/page.md"), "must be a .md file in a folder that is there"),
+    (("--quick", "--out", "absent/page.md"), "must be a .md file in an existing folder"),
     (("--table", "absent.csv", "--out", "page.md"), "absent.csv"),
-    (("--table", __file__, "--out", "page.md"), "no table of results"),
+    (("--table", __file__, "--out", "page.md"), "not a table of results"),
 ])
 def test_misuse(words, message):
     run = tool(*words)

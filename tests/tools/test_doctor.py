@@ -398,7 +398,7 @@ def test_rebuild_configures(real, tmp_path):
     folder = re.search(r" -B (\S+)", configure)[1]
     assert build == f"cmake --build {folder} --target evpplugin" and take == f"export LAMMPS_PLUGIN_PATH={folder}"
     done = subprocess.run(configure.replace(folder, str(tmp_path / "build")), shell=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
-    assert done.returncode == 0 and f"EVP: LAMMPS {doctor_lammps.release_name(real.number)}" in done.stdout, done.stdout
+    assert done.returncode == 0 and f"LAMMPS {doctor_lammps.release_name(real.number)} (" in done.stdout, done.stdout
     again = doctor_remedies.rebuild(tmp_path / "build" / "evpplugin.so", LMP, real)
     assert again.startswith(f"cmake -S {REPOSITORY} -B {tmp_path / 'build'} && cmake --build {tmp_path / 'build'} --clean-first"), again
 

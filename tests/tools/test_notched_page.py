@@ -44,11 +44,11 @@ def test_page_of_known_runs(tmp_path, monkeypatch, capsys):
     capsys.readouterr()
     text = page.read_text(encoding="utf-8")
     assert "XI ~ spacing^-0.33, which gives" in text
-    kept = [float(word) for word in text.partition("\nXI = ")[2].partition(" keep it")[0].split(", ")]
+    kept = [float(word) for word in text.partition("\nXI = ")[2].partition(" keep the work")[0].split(", ")]
     assert kept == pytest.approx([0.05 * (notched_tension.spacing(FEW) / notched_tension.spacing(n)) ** (1 / 3) for n in (FEW, MORE, MOST)], rel=0.01)
     rows = [line.split(" | ") for line in text.splitlines() if line.startswith("| ")][1:]
     assert [row[0].strip("| ") + " " + row[1] + " " + row[4] for row in rows] == [
-        f"{FEW} 2 one XI", f"{MORE} 2 one XI", f"{MOST} 1 one XI", f"{MORE} 2 XI times spacing", f"{MORE} 2 power of spacing", f"{MOST} 1 power of spacing"]
+        f"{FEW} 2 constant XI", f"{MORE} 2 constant XI", f"{MOST} 1 constant XI", f"{MORE} 2 XI ~ 1/spacing", f"{MORE} 2 power of the spacing", f"{MOST} 1 power of the spacing"]
     works = [float(row[8].split()[0]) for row in rows]
     assert works[4] == pytest.approx(works[0], rel=0.01) and works[5] == pytest.approx(works[0], rel=0.01) and works[3] > works[0] > works[1] > works[2]
     assert (tmp_path / "figures" / "page.png").stat().st_size > 10000

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The runs of tools/accuracy_cost.py: every choice that a user of the decks makes, varied one at a time.
+"""The runs of tools/accuracy_cost.py: every setting that a user of the decks chooses, varied one at a time.
 
-The unit of work is one pull to a strain of 2 %. Each knob has a reference choice of its own, against which its error is
-that of the choice alone; the routes among them lead to one target as well, the damped curve at 1/s (figure 4 of the paper).
+The unit of work is one tension test to a strain of 2 %. Each knob has a reference setting of its own, against which its error is
+that of the setting alone; the routes among them aim at one target as well, the damped curve at 1/s (figure 4 of the paper).
 """
 
 from typing import NamedTuple
@@ -17,10 +17,10 @@ ZONES = (1.2, 1.3, 1.4, 1.5)  # with contact none: the literal rule would pull a
 
 
 class Case(NamedTuple):
-    """One choice of one knob.
+    """One setting of one knob.
 
     guess: processor time over that of the baseline; priority: 1 is always run, others as the budget allows. hook: commands
-    taken in before the pull. ledger: the energy balance is read instead of the time. keep_modulus: e is changed with the
+    included before the test. ledger: the energy balance is read instead of the time. keep_modulus: e is changed with the
     number of bonds, so that the affine E stays.
     """
 
@@ -44,44 +44,44 @@ class Case(NamedTuple):
 
 
 class Knob(NamedTuple):
-    """What a knob is about. route: its choices answer the target's question, by the same model on the same body.
-    converges: its choices tend to the reference, in their order."""
+    """What a knob is about. route: its settings compute the target's curve, by the same model on the same specimen.
+    converges: its settings tend to the reference, in their order."""
 
     title: str
-    reference: str  # choice that its others are compared with
+    reference: str  # setting that its others are compared with
     route: bool
     colour: str
     converges: bool = False
 
 
 KNOBS = {
-    "explicit": Knob("step, explicit damping, 1/s", "0.4 of the limit", True, "#CC3311", True),
-    "implicit": Knob("step, implicit damping, 1/s", "1e-6 s", True, "#0072B2", True),
-    "tol": Knob("tol of fix nve/evp, 1e-5 s, 1/s", "1e-8", True, "#56B4E9", True),
-    "damped rate": Knob("rate, implicit damping", "1/s", True, "#009E73"),
-    "rate": Knob("rate, no damping", "1/s", True, "#E69F00", True),
-    "start": Knob("start, no damping, 10/s", "linear profile", True, "#A0522D"),
-    "step": Knob("step, no damping, 10/s", "0.05 of the limit", True, "#6F4A8E", True),
-    "increment": Knob("increment at rest", "0.0001", True, "#111111", True),
-    "rest": Knob("tolerance at rest", "3e-5", True, "#777777", True),
-    "rows": Knob("averaging of the stress, no damping, 10/s", "14 stresses per 1e-4", True, "#CC79A7", True),
-    "contact": Knob("pairs that meet later, no damping, 10/s", "literal", False, "#882255"),
-    "alpha": Knob("alpha, E kept, no damping, 10/s", "1.5", False, "#999933"),
-    "zone": Knob("zone of the bonds, E kept, contact none, no damping, 10/s", "1.5", False, "#DDCC77"),
-    "output": Knob("energy and virial, no damping, 10/s", "where printed", True, "#44AA99"),
+    "explicit": Knob("timestep size, explicit damping, 1/s", "0.4 of the limit", True, "#CC3311", True),
+    "implicit": Knob("timestep size, implicit damping, 1/s", "1e-6 s", True, "#0072B2", True),
+    "tol": Knob("tol of fix nve/evp, implicit damping, dt = 1e-5 s, 1/s", "1e-8", True, "#56B4E9", True),
+    "damped rate": Knob("strain rate, implicit damping", "1/s", True, "#009E73"),
+    "rate": Knob("strain rate, no damping", "1/s", True, "#E69F00", True),
+    "start": Knob("initial velocities, no damping, 10/s", "linear profile", True, "#A0522D"),
+    "step": Knob("timestep size, no damping, 10/s", "0.05 of the limit", True, "#6F4A8E", True),
+    "increment": Knob("strain increment, quasi-static", "0.0001", True, "#111111", True),
+    "rest": Knob("tolerance of the minimization, quasi-static", "3e-5", True, "#777777", True),
+    "rows": Knob("number of averaged stresses, no damping, 10/s", "14 stresses per 1e-4", True, "#CC79A7", True),
+    "contact": Knob("rule for new contacts, no damping, 10/s", "literal", False, "#882255"),
+    "alpha": Knob("range alpha with E kept, no damping, 10/s", "1.5", False, "#999933"),
+    "zone": Knob("range of the bonds with E kept, contact none, no damping, 10/s", "1.5", False, "#DDCC77"),
+    "output": Knob("output of energy and virial, no damping, 10/s", "where printed", True, "#44AA99"),
     "exponents": Knob("exponents, no damping, 10/s", "8 4", True, "#332288"),
-    "code": Knob("machine code, no damping, 10/s", "portable", True, "#AA4499"),
-    "particles": Knob("number of particles, no damping, 10/s", "", False, "#117733"),
+    "code": Knob("compiled for, no damping, 10/s", "portable", True, "#AA4499"),
+    "particles": Knob("number of spheres, no damping, 10/s", "", False, "#117733"),
 }
 TARGET = ("explicit", KNOBS["explicit"].reference)
-RECIPE = ("explicit", "0.8 of the limit")  # the paper's way, with a step that is stable
-CHECK_SEED = 20261  # of a body that the sweep never sees
+RECIPE = ("explicit", "0.8 of the limit")  # the paper's method, with a stable timestep size
+CHECK_SEED = 20261  # of a specimen that is no part of the sweep
 BASELINE = {"rate": 10, "dtfraction": 0.4}  # of in.traction: the unit of time
 EVERY_STEP = """compute each_e all pe
 compute each_p all pressure NULL virial
 fix each all ave/time 1 1000 1000 c_each_e c_each_p
 """
-UNDAMPED_STEP = 7e-7  # [s], some 0.77 of the limit of 500 spheres: one step where the knob is another
+UNDAMPED_STEP = 7e-7  # [s], some 0.77 of the limit of 500 spheres: one timestep size where the knob is another
 AT_REST = "velocity free set 0 0 0\n"
 LEDGER = """fix ledger all evp/energy
 variable open equal f_ledger
@@ -91,7 +91,7 @@ fix balance all print $(v_steps_per_row) "${now},${open},${work}" file balance.c
 
 
 def body_cases():
-    """Cases of one body of 500 spheres, those that matter most first."""
+    """Cases of one specimen of 500 spheres, those that matter most first."""
 
     def pull(knob, choice, guess, priority=2, hook="", coeff=TABLE1, **variables):
         strained = float(f"{variables.get('timestep', 0) * variables['rate']:.6g}")  # in a timestep: no row is shorter
@@ -136,13 +136,13 @@ def body_cases():
 
 
 def ledger_cases():
-    """Energy balances: of the steps."""
+    """Energy balances: of the timestep sizes."""
     wanted = [case for case in body_cases() if case.knob in ("step", "implicit")]
     return [case._replace(ledger=True, hook=case.hook + LEDGER, guess=2 * case.guess, priority=3) for case in wanted]
 
 
 def size_cases(sizes):
-    """Bodies of more spheres, at the same material; those of 8000 and more on two ranks."""
+    """Specimens of more spheres, of the same material; those of 8000 and more on two ranks."""
     made = []
     for spheres, seeds, priority in sizes:
         for seed in seeds:
@@ -161,7 +161,7 @@ def all_cases(seeds=(1, 2, 3, 4)):
 
 
 def check_cases(chosen):
-    """The target and the recommended choices, (knob, choice) each, on the body that the sweep never saw."""
+    """The target and the recommended settings, (knob, choice) each, on the specimen that is no part of the sweep."""
     return [case._replace(seed=CHECK_SEED, priority=1) for case in body_cases() if (case.knob, case.choice) in {TARGET, *chosen}]
 
 

@@ -13,23 +13,23 @@ FLOOR = 1e-3  # [%]: smaller errors are drawn here
 
 
 def pareto(results, path):
-    """Left: error of the stresses against time over the paper's way; right: number of particles. Writes path and its CSV."""
+    """Left: error of the stresses against time over that of the paper's method; right: number of spheres. Writes path and its CSV."""
     rows = []
     with plt.rc_context(LOOK):
         figure, (left, right) = plt.subplots(1, 2, figsize=(13, 6), gridspec_kw={"width_ratios": (2.2, 1)})
         kept = [(time, max(error, FLOOR)) for time, error in front(draw_choices(left, results, rows))]
         left.plot(*zip(*kept), color="black", linewidth=0.8, zorder=1)
-        left.plot(*zip(*kept), "o", markersize=13, markerfacecolor="none", markeredgecolor="black", linestyle="none", label="front")
-        left.set(xscale="log", yscale="log", xlabel=f"processor time over that of the paper's way ({results.recipe.name})",
-                 ylabel="largest error of the stresses [%]", title="Table 2 at 1/s, bodies of 500 spheres")
-        left.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.12), ncol=3)
+        left.plot(*zip(*kept), "o", markersize=13, markerfacecolor="none", markeredgecolor="black", linestyle="none", label="Pareto front")
+        left.set(xscale="log", yscale="log", xlabel=f"processor time / that of the paper's method (dt = {results.recipe.name})",
+                 ylabel="largest error of the stresses [%]", title="Settings: Table 2 at 1/s, 500 spheres")
         draw_sizes(right, results, rows)
         figure.tight_layout()
+        figure.legend(*left.get_legend_handles_labels(), fontsize=9, loc="upper center", bbox_to_anchor=(0.5, 0.0), ncol=3)
         return save(figure, path, ("panel", "knob", "choice", "time", "error_percent"), rows)
 
 
 def draw_choices(axis, results, rows):
-    """Marks of all choices but the target itself; the (time, error) of the routes that were run on every body."""
+    """Marks of all settings but the target itself; the (time, error) of the routes that were run on every specimen."""
     routes = []
     for name, knob in KNOBS.items():
         points = []
@@ -49,7 +49,7 @@ def draw_choices(axis, results, rows):
 
 
 def draw_sizes(axis, results, rows):
-    """Departure from infinitely many spheres against time, with the scatter of one body."""
+    """Departure from infinitely many spheres against time, with the scatter of one specimen."""
     limit = extrapolate(results.sizes, STRESS)
     if limit is None:
         axis.set_visible(False)
@@ -60,8 +60,8 @@ def draw_sizes(axis, results, rows):
                       color=KNOBS["particles"].colour, capsize=3)
         axis.annotate(f" {count}", (choice.time, abs(statistics.mean(values))), fontsize=9)
         rows.append(("particles", "particles", count, f"{choice.time:.5g}", f"{abs(statistics.mean(values)):.5g}"))
-    axis.set(xscale="log", yscale="log", xlabel="processor time over that of the baseline",
-             ylabel="error of the stress at 1 % [%]", title="Number of particles, Table 1 at 10/s")
+    axis.set(xscale="log", yscale="log", xlabel="processor time / that of the baseline",
+             ylabel="error of the stress at 1 % strain [%]", title="Number of spheres: Table 1 at 10/s")
     axis.yaxis.set_major_formatter("{x:g}")
     axis.yaxis.set_minor_formatter("{x:g}")
     axis.margins(x=0.2)

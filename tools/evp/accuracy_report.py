@@ -13,17 +13,20 @@ from .report import spread, table
 
 STRESS = "stress_1pc_MPa"
 MEASURES = {"stress_0.5pc_MPa": "stress at 0.5 %", STRESS: "at 1 %", "stress_2pc_MPa": "at 1.95 %", "E_GPa": "E",
-            "first_yield_strain": "first yield", "yield_MPa": "0.2 % yield"}
+            "first_yield_strain": "first yield strain", "yield_MPa": "0.2 % yield"}
 NUMBERS = (*STRESSES, "E_GPa", "first_yield_strain", "yield_MPa")
 AT = ", ".join(f"{100 * strain:g}" for strain in STRESSES.values()) + " %"
 PROMISES = (1.0, 0.5, 0.1)  # [%] of these stresses
-MARGIN = 1.5  # a choice is recommended where its largest error in the sweep is that much smaller than the promise
+MARGIN = 1.5  # a setting is recommended where its largest error in the sweep is that much smaller than the promise
 LARGE = 2000  # spheres from which on the limit of infinitely many is looked for
 POWERS = (-1 / 3, -1 / 4, -1 / 2)  # of N in that: the share of the surface, and what else it might be
+UNDAMPED = ("step", "0.8 of the limit")
+DEFAULT_TOL = ("implicit", "1e-5 s")
+LEFT_OUT = ("coeff", "strain", "restart", "samples", "row")  # variables of a deck that do not belong to a recommended setting
 
 
 class Choice(NamedTuple):
-    """All seeds of one choice: {seed: {measure: number}}, {seed: time in units of the baseline}, without and with the
+    """All seeds of one setting: {seed: {measure: number}}, {seed: time in units of the baseline}, without and with the
     start of LAMMPS."""
 
     knob: str
@@ -39,7 +42,7 @@ class Choice(NamedTuple):
 
 
 class Results:
-    """The rows of a results file, by choice: of the sweep, of the unseen body (checks), and by the number of spheres (sizes)."""
+    """The rows of a results file, by setting: of the sweep, of the unseen specimen (checks), and by the number of spheres (sizes)."""
 
     def __init__(self, rows, target=TARGET, recipe=RECIPE):
         rows = list(rows)
@@ -47,6 +50,7 @@ class Results:
         self.energy = {(row["knob"], row["choice"]): float(row["energy_open"]) for row in rows if row["kind"] == "ledger"}
         timed = [row for row in rows if row["kind"] != "ledger"]
         self.machine = sorted({(row["lammps"], row["processor"]) for row in timed})
+        self.unit = statistics.median(float(row["baseline_seconds"]) for row in timed)  # of the baseline [s]
 
         def of(rows, key):
             grouped = {}
@@ -68,12 +72,12 @@ class Results:
         return self.choices.get(self.recipe_key)
 
     def cheaper(self, choice):
-        """Times cheaper than the paper's recipe: (without, with) the start of LAMMPS in both."""
+        """Times faster than the paper's method: (without, with) the start of LAMMPS in both."""
         recipe, own = (statistics.median(one.started.values()) for one in (self.recipe, choice))
         return self.recipe.time / choice.time, recipe / own
 
     def complete(self, choice):
-        """Was it run on every body of the target?"""
+        """Was it run on every specimen of the target?"""
         return set(choice.by_seed) >= set(self.target.by_seed)
 
     def recommended(self):
@@ -108,7 +112,7 @@ def largest(values):
 
 
 def worst_stress(choice, reference):
-    """Largest error of all stresses on any body [%]."""
+    """Largest error of all stresses on any specimen [%]."""
     return max(largest(errors(choice, reference, measure)) for measure in STRESSES)
 
 
@@ -126,11 +130,12 @@ def number(value):
 
 
 def knob_tables(results):
-    """A table for each knob: time, errors of the choice alone, error against the target, energy."""
-    lines = ["## Every choice by itself\n",
-             "Errors in percent, mean over the bodies (smallest to largest), against the choice that is marked *reference*; *target*: the largest error of the",
-             f"stresses at {AT} against the target. Time: pulls of the baseline, median of the bodies. Equal runs in several tables show what the times are worth.",
-             "Energy: largest energy imbalance in fix evp/energy, over the work, on one body.\n"]
+    """A table for each knob: time, errors of the setting alone, error against the target, energy."""
+    lines = ["## Every setting by itself\n",
+             "Errors in percent, mean over the specimens (smallest to largest), against the setting that is marked *reference*. *Target*: the largest error of the",
+             f"stresses at {AT} strain against the target. *Time*: in baseline runs, median over the specimens. The same run is in several tables; the spread of",
+             "its times is the uncertainty of the times. *First yield strain*: where the tangent modulus falls below 90 % of E; - where the rows are too far apart for it.",
+             "*Energy*: largest energy imbalance of fix evp/energy over the work, on one specimen.\n"]
     for name, knob in KNOBS.items():
         own = [choice for choice in results.choices.values() if choice.knob == name]
         reference = results.choices.get((name, knob.reference))
@@ -138,7 +143,7 @@ def knob_tables(results):
             continue
         balances = {choice.name: results.energy.get((name, choice.name)) for choice in own}
         known = any(balance is not None for balance in balances.values())
-        header, rows = ["choice", "time", *MEASURES.values(), "target"] + ["energy"] * known, []
+        header, rows = ["setting", "time", *MEASURES.values(), "target"] + ["energy"] * known, []
         for choice in own:
             row = [choice.name, spread(choice.times.values(), number)]
             if choice is reference:
@@ -153,16 +158,16 @@ def knob_tables(results):
         beside = [own[k] for k in (place - 1, place + 1) if 0 <= k < len(own)]
         if beside and knob.converges:
             closest = min(worst_stress(choice, reference) for choice in beside)
-            lines.append(f"\nThe choice next to the reference departs from it by at most {closest:.3f} % in the stresses: so far the reference can be trusted.")
+            lines.append(f"\nThe stresses of the setting next to the reference differ from those of the reference by at most {closest:.3f} %.")
         lines.append("")
     return lines
 
 
 def extrapolate(sizes, measure):
-    """Value for infinitely many spheres and what it is uncertain by, a pair; None with under four numbers of spheres.
+    """Value for infinitely many spheres and its uncertainty, a pair; None with under four numbers of spheres.
 
-    A line in N^(-1/3), the share of the surface, through the means of each N from LARGE on, weighted by what a mean is sure of.
-    Uncertain: the largest change by another power, or without one of the N.
+    A line in N^(-1/3), the share of the surface, through the means of each N from LARGE on, weighted by the certainty of a mean.
+    Uncertainty: the largest change by another power, or without one of the N.
     """
     large = sorted(n for n in sizes if n >= LARGE)
     if len(large) < 4:
@@ -181,12 +186,13 @@ def extrapolate(sizes, measure):
 
 
 def size_table(results):
-    """Number of particles: departure from the limit, scatter over seeds, time."""
+    """Number of spheres: departure from the limit, scatter over seeds, time."""
     if not results.sizes:
         return []
     limits = {measure: extrapolate(results.sizes, measure) for measure in ("E_GPa", STRESS)}
-    lines = ["## How many particles\n", f"Table 1 at 10/s, the material kept (e ~ 1/N). Errors in percent against infinitely many, from a line in N^(-1/3) through the means from {LARGE}",
-             "on. Scatter: standard deviation over bodies of other seeds. Times count all ranks, waiting included.\n"]
+    lines = ["## Number of spheres\n",
+             f"Table 1 at 10/s, the material kept (e ~ 1/N). Errors in percent against infinitely many spheres, by a line in N^(-1/3) through the means from {LARGE} spheres",
+             "on. *Scatter*: standard deviation over specimens of other seeds [%]. *Time*: in baseline runs, sum over all MPI ranks, waiting included.\n"]
     rows = []
     for count, choice in sorted(results.sizes.items()):
         row = [count, len(choice.by_seed), choice.ranks, spread(choice.times.values(), number)]
@@ -196,49 +202,117 @@ def size_table(results):
             scatter = f"{100 * statistics.stdev(values) / mean:.2f}" if len(values) > 1 else "-"
             row += [f"{mean:.4g}", f"{100 * (mean / limit[0] - 1):+.1f}" if limit else "-", scatter]
         rows.append(row)
-    lines += table(("spheres", "bodies", "ranks", "time", "E [GPa]", "error", "scatter", "stress at 1 % [MPa]", "error", "scatter"), rows)
+    lines += table(("spheres", "specimens", "MPI ranks", "time", "E [GPa]", "error of E", "scatter of E", "stress at 1 % [MPa]", "error of the stress", "scatter of the stress"), rows)
     if all(limits.values()):
-        shown = [f"{name} {limit:.4g} {unit} (uncertain by {100 * unsure / limit:.1f} %: other powers of N, one N left out)"
+        shown = [f"{name} {limit:.4g} {unit} (+- {100 * unsure / limit:.1f} %)"
                  for name, unit, (limit, unsure) in zip(("E", "stress at 1 %"), ("GPa", "MPa"), limits.values())]
-        lines.append(f"\nLimit: {', '.join(shown)}. Errors smaller than that say little.\n")
+        lines.append(f"\nInfinitely many spheres: {', '.join(shown)}. *+-*: largest change of the limit with another power of N, or without one of the numbers of spheres.\n")
     return lines
 
 
 def reference_table(results):
-    """Is the target converged? What other ways to the same curve give."""
+    """Convergence of the target: what other settings give for the same curve."""
     target = results.target
-    lines = ["## The target, and whether it is converged\n",
-             f"Target: Table 2 at 1/s, {KNOBS[target.knob].title}, {target.name}, of each body. What other small steps give for the same curve, departures in percent:\n"]
+    lines = ["## Convergence of the target\n",
+             f"The target is the curve of Table 2 by {METHODS.get(target.knob, KNOBS[target.knob].title)}, dt = {target.name}, of each specimen. "
+             "Differences from it of the same curve by other settings, in percent:\n"]
     ways = [results.choices[key] for key in (("explicit", "0.2 of the limit"), ("explicit", "0.8 of the limit"), ("explicit", "0.9 of the limit"),
                                              ("implicit", "1e-6 s"), ("implicit", "2e-6 s")) if key in results.choices]
-    lines += table(("way", "bodies", *MEASURES.values()), (
+    lines += table(("setting", "specimens", *MEASURES.values()), (
         (f"{KNOBS[choice.knob].title}: {choice.name}", len(choice.by_seed), *(percent(errors(choice, target, measure)) for measure in MEASURES))
         for choice in ways))
     if ways:
-        lines.append(f"\nLargest departure of a stress: {max(worst_stress(choice, target) for choice in ways):.3f} %; the smallest promise above is {min(PROMISES):g} %.")
+        lines.append(f"\nThe largest difference of a stress is {max(worst_stress(choice, target) for choice in ways):.3f} %; the smallest error bound above is {min(PROMISES):g} %.")
     return lines + [""]
 
 
+def commands(key):
+    """What a user types for the (knob, choice): deck and variables in Markdown."""
+    case = next(case for case in cases.body_cases() if (case.knob, case.choice) == key)
+    words = " ".join(f"-var {name} {value}".replace("e-0", "e-") for name, value in case.variables.items() if name not in LEFT_OUT and value)
+    return f"`{case.deck} {words}`" + (f", and `{case.hook.strip()}` in the file of `-var also`" if case.hook else "")
+
+
+def seconds_of(choice, unit):
+    """Processor time of a run on one core, the start of LAMMPS included [s]."""
+    return number(unit * statistics.median(choice.started.values()))
+
+
+def settings_table(results):
+    """The recommended settings, from the cheapest on, and the two of explicit time integration."""
+    target, rows, unit = results.checks.get(results.target_key), [], results.unit
+    by_choice = {}
+    for promise, choice in results.recommended().items():
+        if choice:
+            by_choice.setdefault((choice.knob, choice.name), []).append(promise)
+    lines = [(f"stress-strain curve within {' or '.join(f'{promise:g}' for promise in promises)} %", key)
+             for key, promises in by_choice.items()]
+    lines += [("stress-strain curve by the paper's method, explicit damping", results.recipe_key), ("dynamics without damping (gamma = 0), explicit", UNDAMPED)]
+    for purpose, key in lines:
+        if key not in results.choices:
+            continue
+        choice, check = results.choices[key], results.checks.get(key)
+        unseen = f"{worst_stress(check, target):.2g}" if check and target and key != results.target_key else "-"
+        rows.append((purpose, commands(key), f"{worst_stress(choice, results.target):.2g}", unseen, seconds_of(choice, unit)))
+    return table(("for", "run", "largest error of the stresses [%]", "on an unseen specimen [%]", "processor time [s]"), rows)
+
+
+def summary(results):
+    """The first lines of the page: what to run, what to expect of it and what limits the accuracy."""
+    lines, recipe = ["## Recommended settings\n"], results.recipe
+    quick, exact = (results.recommended()[promise] for promise in (max(PROMISES), min(PROMISES)))
+    if quick and exact and quick is not exact:
+        lines.append(f"For a stress-strain curve at a low strain rate, within {max(PROMISES):g} %, take {METHODS[quick.knob]}: {number(results.cheaper(quick)[0])} times faster than {METHODS[recipe.knob]}.")
+        lines.append(f"Where {min(PROMISES):g} % is needed, or the effect of the strain rate, take {METHODS[exact.knob]}: {number(results.cheaper(exact)[0])} times faster.")
+        if exact.knob == "tol" and DEFAULT_TOL in results.choices:
+            lines.append(f"With the default *tol* it takes {results.choices[DEFAULT_TOL].time / exact.time:.1f} times as long.")
+    own = [choice for choice in results.choices.values() if choice.knob == "step"]
+    reference = results.choices.get(("step", KNOBS["step"].reference))
+    if reference and UNDAMPED in results.choices:
+        worst = max(worst_stress(choice, reference) for choice in own)
+        lines.append(f"For dynamic problems take explicit time integration with `dtfraction` {UNDAMPED[1].split()[0]}: between {min(share_of(choice) for choice in own):g} and "
+                     f"{max(share_of(choice) for choice in own):g} of the largest")
+        lines.append(f"stable timestep size the stresses differ by {worst:.1f} % at most.")
+    limit = extrapolate(results.sizes, STRESS)
+    if limit:
+        few, many = min(results.sizes), max(results.sizes)
+        off = {n: 100 * (statistics.mean(numbers[STRESS] for numbers in results.sizes[n].by_seed.values()) / limit[0] - 1) for n in (few, many)}
+        lines.append(f"The number of spheres matters more than all of these: the stress at 1 % strain is off by {off[few]:+.0f} % with {few} spheres and by {off[many]:+.0f} % with {many}.")
+    return [*lines, ""] + settings_table(results) + ["",
+        f"Errors: of the stresses at {AT} strain against the damped curve of Table 2 at 1/s, the largest of all specimens of 500 spheres in the sweep.",
+        "Those of in.quasistatic and of gamma = 0 include the viscous stress, which these do not have. Time: one tension test of 500 spheres to 2 % strain on one core,",
+        "LAMMPS' start included. To each run belong `-var specimen FILE` and `-var coeff` or `-var material`.", ""]
+
+
+def share_of(choice):
+    """0.8 of '0.8 of the limit'."""
+    return float(choice.name.split()[0])
+
+
+METHODS = {"increment": "quasi-static loading by energy minimization", "rest": "quasi-static loading by energy minimization",
+           "tol": "implicit damping", "implicit": "implicit damping", "damped rate": "implicit damping", "explicit": "explicit damping at 1/s"}
+
+
 def recommendation(results):
-    """The recommended setting for each error, how much cheaper it is, and what it gave on a body that the sweep never saw."""
+    """How the settings were chosen: how much faster each is, and its errors on a specimen that is no part of the sweep."""
     recipe = results.recipe
-    lines = ["## Recommended settings\n",
-             f"The question: the stresses at {AT} strain of Table 2 at 1/s (figure 4 of the paper), of a body that is given. The paper's own way is {KNOBS[recipe.knob].title};",
-             f"made stable by a step of {recipe.name} it takes {number(recipe.time)} pulls of the baseline. "
-             f"The cheapest choice that keeps each promise with a margin of {MARGIN} on every body of the sweep,",
-             f"and its errors on a body that the sweep never saw (seed {cases.CHECK_SEED}):\n"]
+    lines = ["## How they were chosen\n",
+             f"The test: the stresses at {AT} strain of Table 2 at 1/s (figure 4 of the paper), of a given specimen. The paper's method is {METHODS.get(recipe.knob, KNOBS[recipe.knob].title)};",
+             f"with a stable timestep size, {recipe.name}, it takes {number(recipe.time)} baseline runs. "
+             f"For each error bound the table has the fastest setting whose error is below the bound over {MARGIN} on",
+             f"every specimen of the sweep, and its errors on a specimen that is no part of the sweep (*unseen*, seed {cases.CHECK_SEED}). *Limit*: the largest stable timestep size, by compute evp/dt.\n"]
     target, rows = results.checks.get(results.target_key), []
     for promise, choice in results.recommended().items():
         if choice is None:
-            rows.append([f"{promise:g} %", "nothing in the sweep but the target"] + ["-"] * (4 + len(STRESSES)))
+            rows.append([f"{promise:g} %", "none but the target"] + ["-"] * (4 + len(STRESSES)))
             continue
         check = results.checks.get((choice.knob, choice.name))
         seen = [errors(check, target, measure) for measure in STRESSES] if check and target else [[]] * len(STRESSES)
         met = "-" if not seen[0] else "met" if worst_stress(check, target) <= promise else "NOT met"
         rows.append([f"{promise:g} %", f"{KNOBS[choice.knob].title}: {choice.name}", *map(number, results.cheaper(choice)),
                      f"{worst_stress(choice, results.target):.3f}", *map(percent, seen), met])
-    return lines + table(("for an error of", "take", "times cheaper than the paper's way", "with the start of LAMMPS", "largest error in the sweep [%]",
-                          *(f"unseen: at {100 * strain:g} % [%]" for strain in STRESSES.values()), "promise"), rows) + [""]
+    return lines + table(("error bound", "fastest setting", "times faster than the paper's method", "with the start of LAMMPS", "largest error in the sweep [%]",
+                          *(f"unseen: at {100 * strain:g} % [%]" for strain in STRESSES.values()), "bound on the unseen specimen"), rows) + [""]
 
 
 def front(points):
@@ -254,15 +328,17 @@ def front(points):
 def page(results, table, picture):
     """The text of the page; table and picture: the names of its CSV and its picture."""
     machines = "; ".join(f"LAMMPS {lammps}, {processor}" for lammps, processor in results.machine)
-    lines = ["# Accuracy versus run time\n",
-             f"Written by `tools/accuracy_cost.py`; its runs stand in `{table}` ({machines}). One unit of work is a pull to {100 * cases.STRAIN:g} % strain. Times are processor",
-             "times without the start of the program, over that of the baseline, which ran beside each: "
-             f"Table 1, 500 spheres, {cases.BASELINE['rate']}/s, explicit, `-var dtfraction {cases.BASELINE['dtfraction']}`.\n"]
+    written = [f"Written by `tools/accuracy_cost.py` from the runs in `{table}` ({machines}). *Time*: processor time without the start of LAMMPS, in units of a *baseline run*,",
+               f"a tension test to {100 * cases.STRAIN:g} % strain that ran beside each: Table 1, 500 spheres, {cases.BASELINE['rate']}/s, explicit, "
+               f"`-var dtfraction {cases.BASELINE['dtfraction']}` ({number(results.unit)} s).\n"]
+    lines = ["# Accuracy versus run time\n"]
     if results.target and results.recipe:
-        lines += recommendation(results) + [f"![error against time]({picture})\n",
-                                            "Left: every choice on bodies of 500 spheres, largest error of all stresses and bodies against the target; "
-                                            "errors below 0.001 % are drawn there, the front is",
-                                            "circled. Choices that change the model (open marks) are not comparable with the target. "
-                                            "Right: the number of particles, an error of its own.\n"] + reference_table(results)
+        lines += summary(results) + written + recommendation(results) + [
+            f"![error against time]({picture})\n",
+            "Left: every setting on specimens of 500 spheres, largest error of all stresses and specimens against the target; errors below 0.001 % are drawn at 0.001 %.",
+            "Circles: no other setting is both faster and more accurate (Pareto front). Open marks change the model and are not comparable with the target.",
+            "Right: error of the number of spheres, in addition to that of the setting.\n"] + reference_table(results)
+    else:
+        lines += written
     lines += size_table(results) + knob_tables(results)
     return "\n".join(lines).rstrip() + "\n"

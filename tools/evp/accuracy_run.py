@@ -46,7 +46,7 @@ def measures(curve):
     """
     strain, stress = curve.strain, curve.virial
     if strain.max() < WHOLE * max(STRESSES.values()):
-        raise RunError(f"the pull ended at a strain of {strain.max():g}")
+        raise RunError(f"the tension test ended at a strain of {strain.max():g}")
     found = {name: 1e-6 * stress_at(strain, stress, at) for name, at in STRESSES.items()}
     straight = (strain > 0.0) & (strain <= max(curves.MODULUS_END, np.sort(strain)[1]) + 1e-9)
     if np.sum(straight) >= 3:
@@ -103,7 +103,7 @@ class Laboratory:
     def own_or_refuse(self, fresh):
         """Takes a folder that is new, empty or ours; forgets what is ours where asked. RunError for any other folder."""
         if self.folder.exists() and any(self.folder.iterdir()) and not (self.folder / "stamp").exists():
-            raise RunError(f"{self.folder} holds files of others: give --work a folder of its own")
+            raise RunError(f"{self.folder} holds files of others: give --work an empty folder")
         if fresh and self.folder.exists():
             for name in OWN_NAMES:
                 for path in self.folder.glob(name):
@@ -121,7 +121,7 @@ class Laboratory:
             mark.update(path.read_bytes())
         stamp = self.folder / "stamp"
         if stamp.exists() and stamp.read_text(encoding="utf-8") != mark.hexdigest():
-            raise RunError(f"{self.folder} holds results of another program, deck or plan: start anew with --fresh, or take another --work")
+            raise RunError(f"{self.folder} holds results of another program, deck or plan: start over with --fresh, or give another --work")
         stamp.write_text(mark.hexdigest(), encoding="utf-8")
 
     def has_two_ranks(self):
@@ -130,7 +130,7 @@ class Laboratory:
             self.lammps(2, self.inside / "empty.lmp", {})
             return True
         except RunError as error:
-            print(f"no run on two ranks here, all go on one: {str(error).splitlines()[0]}", file=sys.stderr, flush=True)
+            print(f"mpirun does not start here, all runs are on one MPI rank: {str(error).splitlines()[0]}", file=sys.stderr, flush=True)
             return False
 
     def release(self):
@@ -215,7 +215,7 @@ def read_results(path):
     whole = text[:text.rfind("\n") + 1].splitlines()
     reader = csv.DictReader(whole)
     if tuple(reader.fieldnames or ()) != COLUMNS:
-        raise RunError(f"{path} is no table of results: its first line must be {','.join(COLUMNS)}")
+        raise RunError(f"{path} is not a table of results: its first line must be {','.join(COLUMNS)}")
     return {(row["knob"], row["choice"], row["spheres"], row["seed"], row["kind"]): row for row in reader}
 
 
@@ -250,7 +250,7 @@ def run_plan(laboratory, plan):
     write_csv(laboratory.results, COLUMNS, known.values())
     left = [case for case in plan if case.key not in known]
     if len(left) < len(plan):
-        print(f"{len(plan) - len(left)} of {len(plan)} runs are there already", file=sys.stderr, flush=True)
+        print(f"{len(plan) - len(left)} of {len(plan)} runs are already done", file=sys.stderr, flush=True)
     for case in watched("accuracy:", left, lambda case: f"{case.knob}: {case.choice}, {case.spheres} spheres, seed {case.seed}{', energy' * case.ledger}",
                         lambda case: expected_seconds(case, laboratory.baselines[-1])):
         try:
@@ -259,7 +259,7 @@ def run_plan(laboratory, plan):
             words = f"{case.knob}, {case.choice}, seed {case.seed}: {error}"
             if case.priority == 1:
                 raise RunError(words) from error
-            print(f"\nleft out, since it failed: {words}", file=sys.stderr, flush=True)
+            print(f"\nleft out because it failed: {words}", file=sys.stderr, flush=True)
             continue
         known[case.key] = {name: str(row.get(name, "")) for name in COLUMNS}
         with open(laboratory.results, "a", newline="", encoding="utf-8") as target:
@@ -270,4 +270,4 @@ def run_plan(laboratory, plan):
 def describe(plan, every, seconds):
     """A line that says what is going to be done."""
     left_out = len(every) - len(plan)
-    return f"{len(plan)} runs, about {format_seconds(seconds)}" + (f"; {left_out} left out for the budget" if left_out else "")
+    return f"{len(plan)} runs, about {format_seconds(seconds)}" + (f"; {left_out} left out to stay within the budget" if left_out else "")

@@ -2,10 +2,11 @@
 """The sweep of tools/accuracy_cost.py --unloading: what timestep size, strain increment and number of spheres do to residual
 strain, unloading modulus, loop area and volume strain.
 
-A case is two runs of a deck with `unload elastic` and contact none, Table 1: one sweep to 2 % and back, and a pull to 2 % with
-the volume energy KV, at whose end the volume strain of the middle is measured.
+A case is two runs of a deck with `unload elastic` and contact none, Table 1: one cycle to 2 % and back to no stress, and a tension
+test to 2 % with the volume energy KV, at whose end the volume strain of the middle is measured.
 """
 
+import csv
 import pathlib
 import statistics
 from typing import NamedTuple
@@ -14,7 +15,7 @@ from . import curves, cycles, dump, specimen
 from .accuracy_run import processor_seconds
 from .progress import watched
 from .report import spread, table, write_csv
-from .run import DECKS, deck_command
+from .run import DECKS, RunError, deck_command
 
 KV = 1000  # [J] of each of 500 spheres
 STRAIN = 0.02
@@ -112,9 +113,9 @@ def largest(rows, knob, measure):
 
 
 def answer(rows):
-    """The first lines of the page: what matters, and what does not."""
+    """The first lines of the page: what to take, and what each choice changes."""
     def departure(knob):
-        return ", ".join(f"{title} {largest(rows, knob, measure):.2f} %" for measure, title in MEASURES.items())
+        return [f"{largest(rows, knob, measure):.2f}" for measure in MEASURES]
 
     def values(knob, pick, measure):
         own = [row for row in rows if row["knob"] == knob]
@@ -127,20 +128,22 @@ def answer(rows):
     spheres = sorted({row["spheres"] for row in rows if row["knob"] == "particles"})
     if not spheres:
         return []
-    change = ", ".join(f"{title} {100.0 * (values('particles', max, measure) / values('particles', min, measure) - 1.0):+.1f} %"
-                       for measure, title in MEASURES.items())
-    return [f"The number of spheres matters most: from {spheres[0]} to {spheres[-1]} the means change by {change}.",
-            f"Largest departure of any body at any timestep size up to {coarsest('step')} of the largest stable one: {departure('step')}.",
-            f"At any strain increment up to {coarsest('increment')}: {departure('increment')}.\n"]
+    change = [f"{100.0 * (values('particles', max, measure) / values('particles', min, measure) - 1.0):+.1f}" for measure in MEASURES]
+    return ["Take `dtfraction` "
+            f"{coarsest('step')} in in.cyclic or in.traction, or `increment` {coarsest('increment')} in in.quasistatic: smaller ones change little. The number of spheres matters most.\n",
+            *table(("change", "compared with", *(f"{title} [%]" for title in MEASURES.values())), (
+                (f"{spheres[0]} spheres", f"{spheres[-1]} spheres, mean", *change),
+                (f"timestep size up to {coarsest('step')} of the largest stable one", f"{KNOBS['step'].reference} of it, largest difference of any specimen", *departure("step")),
+                (f"strain increment up to {coarsest('increment')}", f"{KNOBS['increment'].reference}, largest difference of any specimen", *departure("increment")))), ""]
 
 
 def page(rows, name):
     """The text of the page; name: of its CSV."""
-    lines = ["# Accuracy of unloading, and of the volume\n", *answer(rows),
-             f"Written by `tools/accuracy_cost.py --unloading`; its runs stand in `{name}`. Table 1, contact none, `unload elastic`: one sweep to {100 * STRAIN:g} % and back, and a pull to",
-             f"{100 * STRAIN:g} % with {KV} J of fix evp/volume per sphere (at 500), whose volume strain is that of the middle. "
-             "Departures from the reference in percent, median over bodies (smallest to largest);",
-             "time: processor seconds of the sweep.\n"]
+    lines = ["# Accuracy of unloading and of volume strain\n", *answer(rows),
+             f"Written by `tools/accuracy_cost.py --unloading` from the runs in `{name}`: Table 1, contact none, `unload elastic`, one cycle to {100 * STRAIN:g} % strain and back,",
+             f"and a tension test to {100 * STRAIN:g} % with *kv* {KV} J of fix evp/volume (for 500 spheres), whose volume strain is that of the middle. "
+             "Tables: differences from the reference in percent, median over",
+             "the specimens (smallest to largest); time: processor time of the cycle.\n"]
     for knob, about in KNOBS.items():
         own = [row for row in rows if row["knob"] == knob]
         choices = list(dict.fromkeys(row["choice"] for row in own))
@@ -157,10 +160,19 @@ def page(rows, name):
                     scatter = statistics.stdev(float(row[measure]) for row in these) / abs(values[measure]) if len(these) > 1 else None
                     cell.append(f"{values[measure]:.4g}" + (f" +- {100 * scatter:.1f} %" if scatter is not None else ""))
             cells.append(cell)
-        lines += [*table(("choice", "bodies", "time [s]", *MEASURES.values()), cells), ""]
-        lines.append((f"Reference: {about.reference}, with its values (unloading modulus in GPa, loop area in MJ/m3) and their standard deviation over bodies."
-                      if about.reference else "Means and standard deviations over bodies (unloading modulus in GPa, loop area in MJ/m3).") + "\n")
+        lines += [*table(("setting", "specimens", "time [s]", *MEASURES.values()), cells), ""]
+        lines.append((f"The reference is {about.reference}, with its values (unloading modulus in GPa, loop area in MJ/m3) and their standard deviation over the specimens."
+                      if about.reference else "Means and standard deviations over the specimens (unloading modulus in GPa, loop area in MJ/m3).") + "\n")
     return "\n".join(lines).rstrip() + "\n"
+
+
+def read(path):
+    """The rows of a CSV that write() wrote. RunError where it is not one."""
+    with open(path, newline="", encoding="utf-8") as source:
+        reader = csv.DictReader(source)
+        if tuple(reader.fieldnames or ()) != COLUMNS:
+            raise RunError(f"{path} is not a table of results: its first line must be {','.join(COLUMNS)}")
+        return [{**row, "spheres": int(row["spheres"])} for row in reader]
 
 
 def write(rows, out):

@@ -156,30 +156,30 @@ def variants(cells, steps):
 
 
 def effects(cells, steps, data):
-    """[(what is switched off, scene with it, scene without it)]."""
+    """[(effect, scene with it, scene without it)]."""
     crossing, watched = "80 8 4 3 8 4 0.0005", ALWAYS.replace("check no", "check yes")
     plain = ours("plain", cells, steps)
     damped, solved = ours("damped", cells, steps, gamma=0.1), ours("implicit", cells, steps, gamma=0.1, move="nve/evp")
     return [
-        ("damping, explicit: ghost velocities, velocities in the loop", damped, plain),
-        ("angular velocities of ghosts: comm_modify vel yes, so that LAMMPS sends all velocities", ours("all velocities", cells, steps, gamma=0.1, velocities=True), damped),
-        ("damping, implicit: iterations of fix nve/evp", solved, ours("nve/evp, gamma = 0", cells, steps, move="nve/evp")),
+        ("explicit damping (gamma > 0, fix nve)", damped, plain),
+        ("comm_modify vel yes, with explicit damping", ours("all velocities", cells, steps, gamma=0.1, velocities=True), damped),
+        ("implicit damping (gamma > 0, fix nve/evp)", solved, ours("nve/evp, gamma = 0", cells, steps, move="nve/evp")),
         ("energy and virial at each step", ours("energy", cells, steps, output="step pe press", every=1), plain),
-        ("nothing to leave out: pairs that cross xi_s or do not", ours("crossing", cells, steps, row=crossing, speed=0.1), ours("not crossing", cells, steps, speed=0.1)),
-        ("laws of their own for two types", ours("two types", cells, steps, types=2), plain),
-        ("a look at each step whether the neighbor list still holds", ours("watched", cells, steps, neigh=watched), plain),
+        ("pairs that cross xi_s", ours("crossing", cells, steps, row=crossing, speed=0.1), ours("not crossing", cells, steps, speed=0.1)),
+        ("different coefficients for two types", ours("two types", cells, steps, types=2), plain),
+        ("check of the neighbor list at each step", ours("watched", cells, steps, neigh=watched), plain),
         ("fix evp/energy at each step", ours("ledger", cells, steps, more="fix ledger all evp/energy"), plain),
         ("fix evp/energy at each step, with explicit damping and fix addforce", ours("damped, pushed, ledger", cells, steps, gamma=0.1, more=f"{PUSH}\nfix ledger all evp/energy"),
          ours("damped, pushed", cells, steps, gamma=0.1, more=PUSH)),
         ("fix dt/evp, every 100 steps", ours("dt/evp", cells, steps, more="fix step all dt/evp 100 0.4 max 1e-3"), plain),
-        ("flow that stays: unload elastic, no pair flows", ours("elastic", cells, steps, rules=ELASTIC), plain),
-        ("unload elastic, pairs flow each step", ours("flowing", cells, steps, row=crossing, speed=0.1, rules=ELASTIC),
+        ("unload elastic, no pair flows", ours("elastic", cells, steps, rules=ELASTIC), plain),
+        ("unload elastic, pairs flow at each step", ours("flowing", cells, steps, row=crossing, speed=0.1, rules=ELASTIC),
          ours("crossing", cells, steps, row=crossing, speed=0.1)),
-        ("bonds that break: break 0.4", ours("breaking", cells, steps, rules="break 0.4"), plain),
-        ("volume that is kept: fix evp/volume", ours("volume", cells, steps, more=VOLUME), plain),
+        ("break 0.4", ours("breaking", cells, steps, rules="break 0.4"), plain),
+        ("fix evp/volume", ours("volume", cells, steps, more=VOLUME), plain),
         ("fix evp/energy at each step, with unload elastic and fix evp/volume",
          ours("all with ledger", cells, steps, rules=ELASTIC, more=VOLUME + "\nfix ledger all evp/energy"), ours("all", cells, steps, rules=ELASTIC, more=VOLUME)),
-        ("new contacts (random specimen): pairs outside the zone", random_body("literal", "evp/lj", data, steps, neigh=NEVER),
+        ("new contacts: contact literal over none (random specimen)", random_body("literal", "evp/lj", data, steps, neigh=NEVER),
          random_body("none", "evp/lj", data, steps, neigh=NEVER, contact="none")),
     ]
 

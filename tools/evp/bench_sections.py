@@ -30,6 +30,27 @@ class Sizes:
             self.random_ranks += (256000,)
 
 
+def summary(rows):
+    """The first lines of the page, of medians: rows of its CSV. Empty where sections are missing."""
+    value = {(row["section"], row["name"], row["x"]): float(row["value"]) for row in rows}
+    scale = sorted((int(x), number) for (section, name, x), number in value.items() if section == "scale" and name == "evp/lj")
+    two_ranks = [number for (section, name, _), number in value.items() if section == "ranks" and name.startswith("strong: random") and "lj/cut" not in name]
+    factors = {name: number for (section, name, _), number in value.items() if section == "effects"}
+    if not (scale and two_ranks and factors and ("lattice", "evp/lj", "") in value):
+        return []
+
+    def factor(start):
+        return next((f"{number:.2f}" for name, number in factors.items() if name.startswith(start)), "-")
+
+    return [f"Pair style evp/lj takes {value['lattice', 'evp/lj', '']:.3g} ns per interaction and step on one core, lj/cut {value['lattice', 'lj/cut', '']:.3g} ns and bpm/spring "
+            f"{value.get(('lattice', 'bond bpm/spring', ''), float('nan')):.3g} ns on the same lattice.",
+            f"A step takes {min(number for _, number in scale):.0f} to {max(number for _, number in scale):.0f} ns per sphere from {scale[0][0]} to {scale[-1][0]} spheres. "
+            f"Two MPI ranks are {min(two_ranks):.1f} to {max(two_ranks):.1f} times faster than one on random specimens.",
+            f"Run time of a step with an effect over that without it: explicit damping {factor('explicit damping')}, implicit damping {factor('implicit damping')} "
+            "(with a much larger timestep size, see [implicit_cost.md](implicit_cost.md)),",
+            f"unload elastic {factor('unload elastic, no pair')} to {factor('unload elastic, pairs flow')}, break {factor('break')}, fix evp/volume {factor('fix evp/volume')}, fix evp/energy at each step {factor('fix evp/energy')}."]
+
+
 def lattice_section(bench, sizes):
     """Time per interaction and step."""
     every = scenes.variants(sizes.cells, sizes.steps) + scenes.peers(sizes.cells, sizes.steps)
@@ -47,13 +68,13 @@ def lattice_section(bench, sizes):
     share = float(last_row.split()[1]) / (scenes.HALF_PAIRS * 4 * sizes.cells**3)
     both = {name: [timing.parts["Pair"] + timing.parts["Comm"] for timing in results[name]] for name in cost if name.startswith("evp/lj")}
     own, sent = (spread(ratios(both["evp/lj, gamma > 0" + way], both["evp/lj"])) for way in ("", ", comm_modify vel yes"))
-    lines.append(f"\nIn *pairs crossing xi_s* {100 * share:.0f} % of the pairs are in the second regime after {sizes.steps + 5} steps, none at the start.")
-    lines.append(f"Pair and Comm together, *gamma > 0* costs {own} of gamma = 0, where Pair sends the velocities of ghosts, and {sent} with *comm_modify vel yes*, where LAMMPS does.\n")
+    lines.append(f"\nIn *pairs crossing xi_s* {100 * share:.0f} % of the pairs are in the second regime after {sizes.steps + 5} steps, and none at the start.")
+    lines.append(f"Pair and Comm together, gamma > 0 over gamma = 0: {own} where the pair style sends the velocities of ghosts, {sent} with *comm_modify vel yes*, where LAMMPS does.\n")
     return lines, {(name, ""): median(values) for name, values in cost.items()}
 
 
 def effects_section(bench, sizes):
-    """What leaving an effect out saves of a whole step."""
+    """What each effect adds to a whole step."""
     make_specimen(bench.folder, sizes.spheres)
     pairs = scenes.effects(sizes.cells, sizes.steps, "random.data")
     every = {scene.name: scene for _, *both in pairs for scene in both}
@@ -65,23 +86,23 @@ def effects_section(bench, sizes):
             raise RunError(f"effect '{title}': neighbor lists were built, which spoils the comparison")
         saved[title] = ratios(*([timing.loop for timing in timings] for timings in both))
         loops[title] = ratios(*([timing.parts["Pair"] for timing in timings] for timings in both))
-    return ["### What leaving an effect out saves\n\nThe same lattice (where no other body is named), one core; with the effect over without it.\n",
-            *table(("effect", "step", "LAMMPS' Pair"), ((title, spread(values), spread(loops[title])) for title, values in saved.items())), ""], {
+    return ["### Cost of each effect\n\nThe same lattice (unless another body is named), one core; run time with the effect over run time without it.\n",
+            *table(("effect", "whole step", "Pair"), ((title, spread(values), spread(loops[title])) for title, values in saved.items())), ""], {
                 (title, ""): median(values) for title, values in saved.items()}
 
 
 def build_section(bench, sizes):
-    """What a neighbor build costs the pair style, beside LAMMPS' own share."""
+    """Time of a neighbor build in the pair style, beside LAMMPS' own."""
     steps = max(20, sizes.steps // 4)
     pair = [scenes.ours("never", sizes.cells, steps), scenes.ours("every step", sizes.cells, steps, neigh=scenes.ALWAYS)]
     results = bench.rounds(pair, "build")
     extra = [(often.parts["Pair"] - never.parts["Pair"]) / often.builds for never, often in zip(results["never"], results["every step"])]
     neigh = [often.parts["Neigh"] / often.builds for often in results["every step"]]
     per = 1e-9 * pair[0].atoms * pair[0].interactions
-    return ["### Neighbor build\n\nThe same lattice with a build at every step; what packing with deq adds to Pair, per build.\n",
+    return ["### Neighbor build\n\nThe same lattice with a build at every step. The pair style packs its pairs with their deq at each build; this time is part of Pair.\n",
             *table(("", "ns per pair and build", "over LAMMPS' Neigh"), (
                 ("LAMMPS' Neigh", spread([value / per for value in neigh]), 1),
-                ("packing, pairs joined with their deq", spread([value / per for value in extra]), spread(ratios(extra, neigh))))), ""], {
+                ("packing of the pairs with their deq", spread([value / per for value in extra]), spread(ratios(extra, neigh))))), ""], {
                     ("packing over Neigh", ""): median(ratios(extra, neigh))}
 
 
@@ -93,7 +114,7 @@ def random_section(bench, sizes):
     if any(timing.builds for timings in results.values() for timing in timings):
         raise RunError("whole step: neighbor lists were built, which spoils the comparison")
     cost = {name: [timing.loop / sizes.steps / timing.atoms * 1e9 for timing in timings] for name, timings in results.items()}
-    return [f"### Whole step\n\nRandom specimen of {sizes.spheres} spheres by in.specimen, one core; a look at each step whether the neighbor list holds, which it does.\n",
+    return [f"### Whole step\n\nRandom specimen of {sizes.spheres} spheres by in.specimen, one core; the neighbor list is checked at each step and not rebuilt.\n",
             *table(("style", "ns per particle and step", "over lj/cut"), (
                 (name, spread(values, WHOLE), spread(ratios(values, cost["lj/cut"]))) for name, values in cost.items())), ""], {
                     (name, sizes.spheres): median(values) for name, values in cost.items()}
@@ -124,8 +145,8 @@ def scale_section(bench, sizes):
         growth = [spread(ratios(costs[scene.name], costs[base.name])) for scene, base in zip(pair, both[1])]
         rows.append((own.atoms, spread(costs[own.name], WHOLE), *growth, f"{results[own.name][-1].memory * 1024 / own.atoms:.2f}"))
         medians.update({(name, own.atoms): median(costs[scene.name]) for name, scene in zip(("evp/lj", "lj/cut"), pair)})
-    header = ("spheres", "ns per particle and step", f"over that of {both[1][0].atoms}", "the same of lj/cut", "memory per particle [kB]")
-    return ["### Scale\n\nThe same lattice, one core; whole steps. Memory as LAMMPS counts it.\n", *table(header, rows), ""], medians
+    header = ("spheres", "ns per particle and step", f"over that of {both[1][0].atoms} spheres", f"lj/cut: over that of {both[1][0].atoms} spheres", "memory per particle [kB]")
+    return ["### Scale\n\nThe same lattice, one core, whole steps. Memory as reported by LAMMPS.\n", *table(header, rows), ""], medians
 
 
 def ranks_section(bench, sizes):
@@ -145,7 +166,7 @@ def ranks_section(bench, sizes):
         name = "random.data" if spheres == sizes.spheres else f"random_{spheres}.data"
         took = make_specimen(bench.folder, spheres, name)
         if took:
-            lines.append(f"in.specimen made the random specimen of {spheres} spheres in {took:.0f} s on two ranks.\n")
+            lines.append(f"Packing of the random specimen of {spheres} spheres by in.specimen on two MPI ranks: {took:.0f} s.\n")
         for style, title in (("evp/lj", ""), ("lj/cut", ", lj/cut")):
             scaling[f"strong: random specimen of {spheres}{title}"] = [
                 scenes.random_body(f"random {spheres}, {n} rank{title}", style, name, steps(spheres), ranks=n) for n in (1, 2)]
@@ -155,8 +176,8 @@ def ranks_section(bench, sizes):
         share = [100.0 * timing.parts["Comm"] / timing.loop for timing in results[both[1].name]]
         rows.append((title, spread(ratios(one, two)), spread(share, WHOLE) + " %"))
         speed[title, 2] = median(ratios(one, two))
-    lines += ["A look at each step whether the neighbor list holds, which it does.\n",
-              *table(("body", "two ranks over one: speed (strong), efficiency (weak)", "Comm, share of the loop on two ranks"), rows)]
+    lines += ["The neighbor list is checked at each step and not rebuilt.\n",
+              *table(("body", "two MPI ranks over one: speed-up (strong), efficiency (weak)", "Comm, share of the loop on two MPI ranks"), rows)]
     weak = next(both[0] for title, both in scaling.items() if title.startswith("weak"))
     return lines + [""] + many_ranks(weak, results[weak.name]), speed
 
@@ -175,19 +196,19 @@ def ghosts_of(particles):
 
 
 def many_ranks(scene, timings):
-    """A model, on paper, of a step on many ranks from the surface of a rank's cube of particles; timings: of one rank."""
+    """An estimate of a step on many ranks from the surface of a rank's cube of particles; timings: of one rank."""
     ghosts = median([timing.ghosts for timing in timings])
     work = median([(timing.parts["Pair"] + timing.parts["Modify"]) / scene.steps / scene.atoms for timing in timings])
     copy = median([timing.parts["Comm"] / scene.steps / timing.ghosts for timing in timings])
     looks = 2.0 * math.log2(RANKS) * LATENCY
-    lines = ["#### Many ranks, on paper\n",
-             f"Measured on one rank, lattice of {scene.atoms}: {1e9 * work:.0f} ns of forces and time integration per particle and step, "
-             f"{1e9 * copy:.1f} ns of copies per ghost; {ghosts:.0f} ghosts, a cube by the formula has {ghosts_of(scene.atoms):.0f}.",
-             f"Assumed: {RANKS} ranks, cubes, equal work, the cost per particle that of this number; {MESSAGES} messages a step one after the other at "
-             f"{1e6 * LATENCY:g} us; {BYTES} bytes per ghost (gamma > 0: {BYTES + VELOCITY_BYTES}, and {MESSAGES // 2} messages more),",
-             f"all of which leave the node, the worst case, where {RANKS_PER_NODE} ranks share {1e-9 * NODE_BANDWIDTH:g} GB/s; "
-             "a look whether the list holds, one reduction over a tree; no overlap of work and messages; no neighbor builds.",
-             "Efficiency is work over all.\n"]
+    lines = ["#### Many MPI ranks, estimated\n",
+             f"Measured on one MPI rank, lattice of {scene.atoms}: {1e9 * work:.0f} ns of forces and time integration per particle and step, "
+             f"{1e9 * copy:.1f} ns of copies per ghost, {ghosts:.0f} ghosts (the formula for a cube gives {ghosts_of(scene.atoms):.0f}).",
+             f"Assumed: {RANKS} ranks, cubes, equal work, the cost per particle that of this number; {MESSAGES} messages per step, one after the other, "
+             f"{1e6 * LATENCY:g} us each; {BYTES} bytes per ghost (gamma > 0: {BYTES + VELOCITY_BYTES}, and {MESSAGES // 2} more messages),",
+             f"all of which leave the node (the worst case), where {RANKS_PER_NODE} ranks share {1e-9 * NODE_BANDWIDTH:g} GB/s; "
+             "one check of the neighbor list per step, a reduction over a tree; no overlap of work and messages; no neighbor builds.",
+             "Efficiency is work over the sum.\n"]
     rows = []
     for n in (100000, 30000, 10000, 3000, 1000):
         parts = (work * n, copy * ghosts_of(n), BYTES * ghosts_of(n) * RANKS_PER_NODE / NODE_BANDWIDTH, MESSAGES * LATENCY, looks)
