@@ -123,8 +123,8 @@ def test_contact_is_repulsive_with_a_row_unless_given(tmp_path, deck, choices, c
     (tmp_path / "rows.evp").write_text(ROWS)
     load = {"angle": 0.001} if deck == "in.torsion" else {"strain": 0.001, "row": 0.0005}
     text = run_lammps(deck, 1, {"specimen": "body.data", "out": "pull", **load, **choices}, tmp_path, seconds=60).ok().stdout
-    assert f"contact {contact}" in text
-    told = re.findall(r"^contact repulsive, .*-var material$", text, re.M)
+    assert f"evp/lj: damping off, contact {contact}, deq of bonds" in text
+    told = re.findall(r"^contact repulsive: the default with -var material, ", text, re.M)
     assert len(told) == (contact == "repulsive")
 
 

@@ -183,7 +183,7 @@ def test_rows_are_no_farther_apart_than_asked(tmp_path):
     ({"increment": 0}, "increment, row, tolerance and evaluations must be positive"),
     ({"row": -1e-4}, "increment, row, tolerance and evaluations must be positive"),
     ({"strain": 0}, "strain must not be 0"),
-    ({"unload": "plastic"}, r"Pair style evp/lj: unload must be reversible \(the paper's law\) or elastic \(flow stays\), got plastic"),
+    ({"unload": "plastic"}, r"Pair style evp/lj: unload must be reversible \(the paper's law\) or elastic \(permanent flow\), got plastic"),
     ({"kv": -1}, "kv must be 0 or positive, got -1"),
     ({"cycles": 0.5}, "cycles must be 0 or a positive integer, got 0.5"),
     ({"cycles": 1, "lower": 0.02}, "lower must differ from strain, got 0.02 for both"),

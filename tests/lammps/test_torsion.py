@@ -99,7 +99,7 @@ def test_frames_have_words_and_rigid_grips(tmp_path):
 @pytest.mark.parametrize("choices, message", [
     ({"angle": 0}, "angle must not be 0"),
     ({"cycles": 1.5}, "cycles must be 0 or a positive integer, got 1.5"),
-    ({"cycles": 1, "lower": 0.04}, "lower = 0.04 is angle"),
+    ({"cycles": 1, "lower": 0.04}, "lower must differ from angle, got 0.04 for both"),
     ({"increment": 0}, "increment, tolerance and evaluations must be positive, got 0, "),
     ({"frames": -1}, "frames must be 0 or a positive integer, got -1"),
     ({"kv": -1}, "kv must be 0 or positive, got -1"),

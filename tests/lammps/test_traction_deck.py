@@ -32,7 +32,7 @@ def test_pull_of_millions_of_steps(lmp, tmp_path):
     variables = {"specimen": REFERENCE, "coeff": TABLE2, "rate": 0.1, "strain": 0.02, "row": 1e-6, "samples": 1, "out": "pull", "also": "clock.lmp"}
     run = lmp("in.traction", variables=variables).ok()
     assert "WARNING: the run ended at a strain of" in run.stdout
-    steps = int(next(line for line in run.stdout.splitlines() if line.startswith("step ")).split(";")[1].split()[0])
+    steps = int(next(line for line in run.stdout.splitlines() if line.startswith("timestep ")).split(";")[1].split()[0])
     assert steps > 2**31 / 1000, "control: that many steps"
 
 
@@ -75,7 +75,7 @@ def test_pull_ends_on_a_strain_that_rows_do_not_divide(lmp, tmp_path, ranks, cho
     """Both files and the dump end less than a timestep beyond the strain asked for, and no row is longer."""
     strain, rate = 0.001, choices.get("rate", 10)
     strains, states, run = ends(tmp_path, lambda deck, variables: lmp(deck, ranks, variables), strain=strain, **choices)
-    printed = next(line for line in run.stdout.splitlines() if line.startswith("step "))
+    printed = next(line for line in run.stdout.splitlines() if line.startswith("timestep "))
     beyond = 1.0001 * rate * float(printed.split()[1])
     for found in (strains, states):
         assert -1e-9 < found[-1] - strain < beyond and np.diff(found).max() <= choices["row"] * (1 + 1e-6)

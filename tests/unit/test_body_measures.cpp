@@ -17,7 +17,7 @@ using EVP::MeasureSource;
 
 namespace {
 
-const std::string CYLINDER = "# measures of the body in part.data\n"
+const std::string CYLINDER = "# dimensions of the body in part.data\n"
                              "variable length index 0.06            # [m] along x, from x = 0\n"
                              "variable radius index 0.018\n"
                              "\n"
