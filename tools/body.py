@@ -46,7 +46,7 @@ def main(arguments=None):
     parser.add_argument("--density", type=float, default=2700.0, help="of the solid [kg/m3]: that of the spheres in FILE, as in.specimen has it (%(default)g)")
     options = parser.parse_args(arguments)
     if options.n < 50:
-        parser.error(f"--n must be 50 at least, got {options.n}: fewer spheres are no packing")
+        parser.error(f"--n must be at least 50, got {options.n}: fewer spheres do not make a packing")
     if options.seed < 1:
         parser.error(f"--seed must be a positive integer, got {options.seed}")
     if not options.density > 0.0:

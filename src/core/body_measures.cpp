@@ -41,7 +41,7 @@ namespace {
   {
     if (source.is_given) return "correct the given length, radius or area";
     if (source.is_described)
-      return "make " + source.data_file + " and " + source.body_file() + " anew";
+      return "make " + source.data_file + " and " + source.body_file() + " again";
     return "there is no " + source.body_file() + ": give length, and radius or area";
   }
 
@@ -57,7 +57,7 @@ namespace {
           return words[1] == m.key;
         });
     if (member == std::end(MEASURES))
-      throw BadInput("unknown measure '" + shown(words[1]) + "': a body may have " +
+      throw BadInput("unknown dimension '" + shown(words[1]) + "': a body may have " +
                      keys_of(MEASURES, ", "));
     const double value = parse_number(member->key, words[3]);
     if (!(value > 0.0))
@@ -141,11 +141,11 @@ void check_centres(const BodyMeasures &body, const Centres &centres, const Measu
   const bool fits_length = low[0] >= -slack && low[0] <= near && high[0] <= body.length + slack &&
       high[0] >= body.length - near;
   if (!fits_length)
-    throw BadInput("the centres lie " + interval(low[0], high[0]) +
+    throw BadInput("the centers lie " + interval(low[0], high[0]) +
                    " m along x, not from 0 to length = " + rounded(body.length, 6) + " m; " +
                    remedy(source));
 
-  const std::string wide = "the centres have y " + interval(low[1], high[1]) + " m and z " +
+  const std::string wide = "the centers have y " + interval(low[1], high[1]) + " m and z " +
       interval(low[2], high[2]) + " m, ";
   if (body.radius > 0.0) {
     const double core = std::max(body.radius - near, 0.0) + BEYOND * body.radius;
@@ -175,7 +175,7 @@ void check_filled_volume(BodyMeasures &body, const FilledVolume &filled,
     if (!(std::abs(filled.whole / claimed - 1.0) <= ROUGH_VOLUME))
       throw BadInput(source.body_file() + " is of another body: the spheres have " +
                      rounded(filled.whole, 4) + " m3, it says " + rounded(claimed, 4) +
-                     " m3; make both anew, or remove " + source.body_file() +
+                     " m3; make both again, or remove " + source.body_file() +
                      " and give length, and radius or area");
   }
   const double share = filled.middle / ((MIDDLE_TO - MIDDLE_FROM) * body.length * body.area);

@@ -194,10 +194,10 @@ class BondReader {
     if (!(q > -bond.deq && q < 1e3 * bond.deq))
       refuse("q must be above -deq and below 1000 deq, got " + shown(words[3]));
     if (words[5] != "0" && words[5] != "1" && words[5] != "2")
-      refuse("broken must be 0 (a bond), 1 (broken for good) or 2 (a contact), got " +
+      refuse("broken must be 0 (a bond), 1 (a broken bond) or 2 (a new pair), got " +
              shown(words[5]));
     if (words[5] != "0" && q > 0.0)
-      refuse("q must not be above 0 where there is no bond: contacts flow in compression only");
+      refuse("q must not be above 0 where there is no bond: new pairs flow in compression only");
     bond.history = {q / bond.deq, work, words[5] == "1" ? 1.0 : 0.0};
     bond.is_contact = words[5] == "2";
   }

@@ -135,7 +135,7 @@ std::string BondRecording::find_bond_twice(const std::string &file) const
     const int64_t own = atom->tag[i], low = std::min(own, *twice), high = std::max(own, *twice);
     if (!file.empty()) return fmt::format("bond {} {} is given twice in file {}", low, high, file);
     return fmt::format("it meets atoms {} and {} in two periodic images: the box must be longer "
-                       "than two cut-offs: {}",
+                       "than two cutoffs: {}",
                        low, high, remedy_of_images(fix));
   }
   return "";

@@ -14,13 +14,12 @@ void BondSource::begin_run(const PairRules &rules)
   if (!recorder.empty() && (!records() || recorder != fix->id))
     error->all(FLERR,
                "Pair evp/lj: the bonds were recorded by fix {}, whose records are not here: define "
-               "'fix {} all evp/bonds' right after read_restart and before the run, or start anew "
+               "'fix {} all evp/bonds' right after read_restart and before the run, or start again "
                "with 'pair_style none' and 'pair_style evp/lj'",
                recorder, recorder);
   if (records()) recorder = fix->id;
   if (rules.has_history() && !fix)
-    error->all(FLERR,
-               "Pair evp/lj: {} needs fix evp/bonds, which keeps what bonds have gone through",
+    error->all(FLERR, "Pair evp/lj: {} needs fix evp/bonds, which stores the history of the bonds",
                rules.flows ? "unload elastic" : "break");
 }
 

@@ -47,10 +47,10 @@ void CheckEVPVariables::command(int narg, char **arg)
     if (std::find(known.begin(), known.end(), name) != known.end()) continue;
     if (EVP::mentions(mentioned, name)) continue;
     const std::string nearest = EVP::nearest_name(name, known);
-    const std::string hint = nearest.empty() ? "its choices are " + utils::join_words(known, ", ")
+    const std::string hint = nearest.empty() ? "its variables are " + utils::join_words(known, ", ")
                                              : "did you mean " + nearest + "?";
-    error->all(FLERR, "{}: -var {}: the input script has no such choice; {}", WHO, EVP::shown(name),
-               hint);
+    error->all(FLERR, "{}: -var {}: the input script has no such variable; {}", WHO,
+               EVP::shown(name), hint);
   }
 }
 

@@ -99,7 +99,7 @@ void ComputeEVPDt::linearise()
   const auto *network = EVP::PairNetwork::find_present(force);
   if (!network)
     error->all(FLERR,
-               "{} needs the pairs of the present positions: print c_{} with thermo_style in a "
+               "{} needs the pairs of the current positions: print c_{} with thermo_style in a "
                "'run 0' first",
                who, id);
 

@@ -31,7 +31,7 @@ ComputeEVPStateAtom::ComputeEVPStateAtom(LAMMPS *lmp, int narg, char **arg) :
     const auto at = std::find(VALUES.begin(), VALUES.end(), arg[iarg]);
     if (at != VALUES.end()) {
       const auto value = (Value) (at - VALUES.begin());
-      if (has(value)) error->all(FLERR, "{}: {} is asked for twice", who, arg[iarg]);
+      if (has(value)) error->all(FLERR, "{}: {} is given twice", who, arg[iarg]);
       values.push_back(value);
     } else if (strcmp(arg[iarg], "fraction") == 0) {
       EVP::for_each_keyword(error, who, std::min(2, narg - iarg), arg + iarg, {"fraction"}, "",
@@ -101,7 +101,7 @@ void ComputeEVPStateAtom::compute_peratom()
   const auto *network = EVP::PairNetwork::find_present(force);
   if (!network)
     error->all(FLERR,
-               "{} needs the pairs of the present positions: use it in a run, or after 'run 0'",
+               "{} needs the pairs of the current positions: use it in a run, or after 'run 0'",
                who);
   add_pairs(network);
   to_owners(sums);

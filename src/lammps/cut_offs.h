@@ -102,7 +102,7 @@ class CutOffs : protected Pointers {
       if (atom->radius[i] > max_radius[atom->type[i]])
         error->one(
             FLERR,
-            "Pair evp/lj: the radius of atom {} is {:.8g}, but the cut-off was set for at most "
+            "Pair evp/lj: the radius of atom {} is {:.8g}, but the cutoff was set for at most "
             "{:.8g} in its type: radii must not grow past the largest at the start of the run; "
             "split the run there",
             atom->tag[i], atom->radius[i], max_radius[atom->type[i]]);

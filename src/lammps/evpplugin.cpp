@@ -57,7 +57,7 @@ extern "C" __attribute__((visibility("default"))) void lammpsplugin_init(void *l
   plugin.creator.v1 = &create<ReadEVPRow>;
   add("command", "read_evp_row", "EVP row of coefficients as variables");
   plugin.creator.v1 = &create<ReadEVPBody>;
-  add("command", "read_evp_body", "EVP measures of a body as variables");
+  add("command", "read_evp_body", "EVP dimensions of a body as variables");
   plugin.creator.v1 = &create<CheckEVPVariables>;
   add("command", "check_evp_variables", "EVP names of variables set by -var");
   plugin.creator.v2 = &create_with_arguments<FixEVPBonds>;

@@ -28,8 +28,7 @@ FixDtEVP::FixDtEVP(LAMMPS *lmp, int narg, char **arg) :
   EVP::stop_at_bad_input(error, who, [&] {
     const EVP::Keyword every = {"N", arg[3]}, of_stable = {"fraction", arg[4]};
     const double n = every.number();
-    every.demand(n >= 1.0 && n <= 1.0e9 && n == std::floor(n),
-                 "must be a whole number of steps from 1");
+    every.demand(n >= 1.0 && n <= 1.0e9 && n == std::floor(n), "must be a positive integer");
     nevery = (int) n;
     fraction = of_stable.number();
     of_stable.demand(
@@ -60,7 +59,7 @@ void FixDtEVP::init()
   network = EVP::PairNetwork::require(force, error, who);
   compute = dynamic_cast<ComputeEVPDt *>(modify->get_compute_by_id(compute_id));
   if (!compute)
-    error->all(FLERR, "{}: its compute {} was deleted; define the fix anew", who, compute_id);
+    error->all(FLERR, "{}: its compute {} was deleted; define the fix again", who, compute_id);
   EVP::scene::refuse_respa(update, error, who);
   for (const Fix *other : modify->get_fix_list()) {
     if (strcmp(other->style, "move") == 0 || utils::strmatch(other->style, "^deform"))
@@ -127,7 +126,7 @@ void FixDtEVP::set_dt(bool at_setup)
       error->warning(FLERR,
                      "{}: from step {} on the {} of pairs limits the timestep, now {:.4g} for "
                      "atoms {} and {}, {:.3g} of what stability allows",
-                     who, update->ntimestep, fastest.turns ? "turning" : "speed", dt,
+                     who, update->ntimestep, fastest.turns ? "rotation" : "velocity", dt,
                      (bigint) fastest.id_i, (bigint) fastest.id_j, dt / (fraction * stable_dt));
     speed_reported = true;
   }

@@ -200,7 +200,7 @@ void FixEVPBonds::check_box(const EVP::PairNetwork *network) const
   for (int c = 0; c < domain->dimension; c++)
     if (domain->periodicity[c] && height[c] < 2.0 * longest)
       error->all(FLERR,
-                 "{}: the periodic box is {:.6g} high along {}, less than two cut-offs of {:.6g}, "
+                 "{}: the periodic box is {:.6g} high along {}, less than two cutoffs of {:.6g}, "
                  "so that a bond could meet its atom in two images: {}",
                  who, height[c], "xyz"[c], longest, EVP::remedy_of_images(this));
 }
@@ -214,8 +214,10 @@ void FixEVPBonds::check_ids() const
 
 std::string FixEVPBonds::misplaced_message(BondStore::Misplaced atoms) const
 {
-  const std::string anew = fmt::format(
-      "or 'unfix {}' and define it again, which takes the body as it is now for undeformed", id);
+  const std::string anew =
+      fmt::format("or 'unfix {}' and define it again, which takes the current shape of the body as "
+                  "undeformed",
+                  id);
   if (atoms.renumbered && restored_late)
     return fmt::format("{}: atom ID {} was given the bonds of another atom: define the fix right "
                        "after read_restart, before atoms are deleted; if IDs had changed before "
@@ -243,8 +245,9 @@ void FixEVPBonds::setup_pre_force(int /*vflag*/)
 void FixEVPBonds::record()
 {
   if (const tagint twice = EVP::AtomDirectory(lmp).twice)
-    error->all(FLERR, "{}: atom ID {} is given twice: use 'reset_atoms id' or mend the data file",
-               who, twice);
+    error->all(FLERR,
+               "{}: atom ID {} is given twice: use 'reset_atoms id' or correct the data file", who,
+               twice);
   EVP::BondRecording recording(lmp, this, who, bonds->within());
   EVP::stop_at_bad_input(error, who, [&] {
     if (!file.empty()) return recording.take_file(file, network);
@@ -258,16 +261,18 @@ void FixEVPBonds::record()
   measure();
 
   if (comm->me == 0 && after_restart && file.empty())
-    error->warning(FLERR,
-                   "{} takes the body as it is now for undeformed, though a restart file was read: "
-                   "if that held records, give the fix the ID that it had",
-                   who);
+    error->warning(
+        FLERR,
+        "{} takes the current shape of the body as undeformed, though a restart file was "
+        "read: if that held records, give the fix the ID that it had",
+        who);
   if (comm->me == 0 && !network->source.dropped.empty() && file.empty())
-    error->warning(FLERR,
-                   "{} takes the body as it is now for undeformed and free of stress: the bonds "
-                   "that fix {} had recorded are gone; to keep bonds use write_evp_bonds before "
-                   "unfix, and the keyword file",
-                   who, network->source.dropped);
+    error->warning(
+        FLERR,
+        "{} takes the current shape of the body as undeformed and free of stress: the "
+        "bonds that fix {} had recorded are gone; to keep bonds use write_evp_bonds before "
+        "unfix, and the keyword file",
+        who, network->source.dropped);
   recording.report(*bonds, network->rules.contact != EVP::Contact::NONE);
 }
 
@@ -286,7 +291,7 @@ double FixEVPBonds::compute_vector(int n)
   const EVP::PairNetwork *present = EVP::PairNetwork::find_present(force);
   if (!present && update->whichflag == 0)
     error->all(FLERR,
-               "{}: f_{}[{}] needs the pairs of the present atoms: use 'run 0' first (since the "
+               "{}: f_{}[{}] needs the pairs of the current atoms: use 'run 0' first (since the "
                "last run atoms moved by more than half the skin, were changed, added or removed, "
                "or a command such as write_data rebuilt the lists of LAMMPS)",
                who, id, n + 1);

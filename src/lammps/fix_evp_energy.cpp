@@ -17,8 +17,8 @@ FixEVPEnergy::FixEVPEnergy(LAMMPS *lmp, int narg, char **arg) : AtomRecords(lmp,
 {
   if (narg != 3) error->all(FLERR, "{}: unexpected argument '{}'", who, arg[3]);
   if (igroup != 0)
-    error->all(FLERR, "{} needs group all: the balance of a part is not closed by its own entries",
-               who);
+    error->all(FLERR,
+               "{} needs group all: the energy balance of a part of the atoms does not close", who);
   nevery = 1;
   EVP::scene::offer_values(this, NENTRIES);
   follow_atoms();
@@ -286,10 +286,11 @@ void FixEVPEnergy::note_images()
 void FixEVPEnergy::note_passed()
 {
   if (!EVP::on_all(network->is_packed(), world))
-    error->all(FLERR,
-               "{}: atoms came or went since the last forces, so that it is not known which bonds "
-               "passed their cut-offs: let no other fix add or delete atoms before this one",
-               who);
+    error->all(
+        FLERR,
+        "{}: atoms were added or deleted since the last forces, so that it is not known which "
+        "bonds passed their cutoffs: let no other fix add or delete atoms before this one",
+        who);
   comm->forward_comm();
   work->stored.note_passed(network->packed_pairs(), EVP::scene::rows(atom->x));
 }

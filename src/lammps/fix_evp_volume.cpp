@@ -78,7 +78,7 @@ void FixEVPVolume::init()
   }
   if (!EVP::scene::find_fix(modify, "evp/bonds"))
     error->all(FLERR,
-               "{} needs fix evp/bonds, whose bonds the volume strain is taken over: define one "
+               "{} needs fix evp/bonds, from whose bonds the volume strain is computed: define one "
                "before the run",
                who);
 }

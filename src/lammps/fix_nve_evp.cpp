@@ -29,7 +29,7 @@ FixNVEEVP::FixNVEEVP(LAMMPS *lmp, int narg, char **arg) :
           solver.tolerance = value;
         } else {
           word.demand(value >= 1.0 && value <= 1.0e6 && value == std::floor(value),
-                      "must be a whole number from 1 to 1e6");
+                      "must be an integer from 1 to 1e6");
           solver.max_iterations = (int) value;
         }
       });
@@ -218,7 +218,7 @@ void FixNVEEVP::warn_of_turning()
   if (comm->me) return;
   error->warning(
       FLERR,
-      "{}: damped pairs turned by more than {} rad per step, {:.3g} rad before step {}, which the "
+      "{}: damped pairs rotated by more than {} rad per step, {:.3g} rad before step {}, which the "
       "damping does not resolve: reduce the timestep to {:.4g}, or use fix dt/evp",
       who, LARGEST_TURN, angle, update->ntimestep, update->dt * LARGEST_TURN / angle);
 }

@@ -103,7 +103,7 @@ void PairEVPLJ::settings(int narg, char **arg)
           chosen.contact = (Contact) (found - EVP::CONTACTS);
         } else if (word.is("unload")) {
           word.demand(word.value == "reversible" || word.value == "elastic",
-                      "must be reversible (the paper's law) or elastic (flow stays)");
+                      "must be reversible (the paper's law) or elastic (permanent flow)");
           chosen.flows = word.value == "elastic";
         } else if (word.is("break")) {
           if (word.value == "none") {
@@ -111,12 +111,14 @@ void PairEVPLJ::settings(int narg, char **arg)
             return;
           }
           chosen.break_strain = word.number();
-          word.demand(chosen.break_strain > 0.0 && std::isfinite(chosen.break_strain),
-                      "must be none or a positive strain of a bond, at which it breaks for good");
+          word.demand(
+              chosen.break_strain > 0.0 && std::isfinite(chosen.break_strain),
+              "must be none or a positive strain of a bond, at which it breaks permanently");
         } else {
           chosen.overlap = word.number();
           word.demand(chosen.overlap > 0.0 && chosen.overlap <= 1.0,
-                      "must lie in (0, 1] (a share of R_i + R_j that is warned of)");
+                      "must lie in (0, 1] (the fraction of R_i + R_j above which overlaps are "
+                      "warned of)");
         }
       });
   network.rules = chosen;

@@ -50,7 +50,7 @@ const PairList &PairNetwork::packed_pairs() const
 {
   if (!is_packed())
     error->one(FLERR,
-               "Pair evp/lj has not seen the present neighbor list yet: use its fixes and computes "
+               "Pair evp/lj has not seen the current neighbor list yet: use its fixes and computes "
                "in a run, after the forces of the step");
   return list;
 }
@@ -139,7 +139,7 @@ void PairNetwork::report()
     line += !damping_acts()  ? "damping off (minimization)"
         : damps_implicitly() ? "damping by fix nve/evp"
                              : "damping on";
-  line += fmt::format(", new contacts {}", CONTACTS[(int) rules.contact]);
+  line += fmt::format(", contact {}", CONTACTS[(int) rules.contact]);
   line += source.has_fix()
       ? fmt::format(", deq of bonds from fix {}", scene::find_fix(modify, "evp/bonds")->id)
       : ", no fix evp/bonds: every pair has deq = R_i + R_j";
@@ -151,7 +151,7 @@ void PairNetwork::report()
   if (rules.breaks()) line += fmt::format(", bonds break beyond {} deq", 1.0 + rules.break_strain);
   if (volume())
     line += fmt::format(", volume energy from fix {}", scene::find_fix(modify, "evp/volume")->id);
-  line += fmt::format(", overlap warned of beyond {} (R_i + R_j)\n", rules.overlap);
+  line += fmt::format(", overlap warning above {} (R_i + R_j)\n", rules.overlap);
 
   if (line == last_report) return;
   last_report = line;
@@ -159,7 +159,7 @@ void PairNetwork::report()
   utils::logmesg(lmp, line);
   if (!source.has_fix() && rules.contact == Contact::NONE)
     error->warning(FLERR,
-                   "Pair evp/lj with contact none and without fix evp/bonds: nothing acts at all");
+                   "Pair evp/lj with contact none and without fix evp/bonds: no pair interacts");
   if (rules.breaks() && rules.contact == Contact::NONE)
     error->warning(FLERR,
                    "Pair evp/lj with break and contact none: atoms whose bond broke pass through "
@@ -302,7 +302,7 @@ void PairNetwork::check_rules() const
       rules.flows == rules_of_run.flows && rules.break_strain == rules_of_run.break_strain;
   if (!same || !source.suits(rules))
     error->all(FLERR,
-               "Pair evp/lj: 'unload' or 'break' has changed since the last set-up: use 'run' with "
+               "Pair evp/lj: 'unload' or 'break' has changed since the last setup: use 'run' with "
                "'pre yes'");
 }
 
@@ -313,7 +313,7 @@ void PairNetwork::check_weights() const
     if (force->special_lj[k] != 0.0 && force->special_lj[k] != 1.0)
       error->all(FLERR,
                  "Pair evp/lj takes special_bonds weights 0 or 1 only, got {}: the force of a pair "
-                 "is whole or absent",
+                 "cannot be scaled",
                  force->special_lj[k]);
 }
 

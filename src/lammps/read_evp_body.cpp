@@ -42,7 +42,7 @@ void ReadEVPBody::command(int narg, char **arg)
   if (!domain->box_exist) error->all(FLERR, "read_evp_body: use the command after read_data");
   if (strcmp(update->unit_style, "si") != 0)
     error->all(FLERR,
-               "read_evp_body: measures of bodies are in SI units, but 'units {}' is in force",
+               "read_evp_body: dimensions of bodies are in SI units, but 'units {}' is in force",
                update->unit_style);
   if (!atom->radius_flag)
     error->all(FLERR, "read_evp_body needs particles with a radius: use 'atom_style sphere'");
@@ -74,7 +74,7 @@ EVP::BodyMeasures ReadEVPBody::read_description(EVP::MeasureSource &source) cons
     case Reading::FAILED:
       throw BadInput("cannot read " + file + ": check its permissions");
     case Reading::TOO_LARGE:
-      throw BadInput("file " + file + " is larger than 64 KiB: not the measures of a body");
+      throw BadInput("file " + file + " is larger than 64 KiB: not the dimensions of a body");
     case Reading::DONE:
       break;
   }

@@ -14,7 +14,7 @@ void ReadEVPRow::command(int narg, char **arg)
 {
   if (narg < 2)
     error->all(FLERR,
-               "read_evp_row: expected two arguments at least, a row (FILE:ROW or its numbers) "
+               "read_evp_row: expected at least two arguments, a row (FILE:ROW or its numbers) "
                "and the prefix of the variables, got {}",
                narg);
   const EVP::PrefixedVariables variables(lmp, "read_evp_row", arg[narg - 1]);

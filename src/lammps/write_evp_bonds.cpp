@@ -54,7 +54,7 @@ const FixEVPBonds *WriteEVPBonds::find_recorded() const
     error->all(FLERR, "write_evp_bonds: there is no fix evp/bonds, hence no bonds to write");
   if (!bonds->records().has_recorded())
     error->all(FLERR,
-               "write_evp_bonds: fix {} has not recorded yet, it does so at the first set-up: use "
+               "write_evp_bonds: fix {} has not recorded yet, it does so at the first setup: use "
                "'run 0' before",
                bonds->id);
   bonds->return_histories();    // a command may be called from within a run

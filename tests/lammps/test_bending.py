@@ -96,10 +96,10 @@ def test_flow_stays_with_unload_elastic(bend):
     ({"span": 0.03}, "span = 0.03 m is less than two heights of 0.02 m"),
     ({"specimen": REFERENCE}, "span = 0.04 m is less than two heights"),
     ({"cycles": -1}, "cycles must be 0 or a positive integer, got -1"),
-    ({"cycles": 1, "lower": 0.02}, "lower = 0.02 is strain"),
+    ({"cycles": 1, "lower": 0.02}, "lower must differ from strain, got 0.02 for both"),
     ({"tolerance": 0}, "increment, tolerance and evaluations must be positive, got 0.0005, 0 "),
     ({"frames": 0.5}, "frames must be 0 or a positive integer, got 0.5"),
-    ({"evaluations": 3, "increment": 0.02}, "increment 1 is not at rest"),
+    ({"evaluations": 3, "increment": 0.02}, "increment 1 did not converge"),
 ])
 def test_one_message_for_each_wrong_choice(bar, tmp_path, choices, message):
     run = run_lammps("in.bending", 1, {"specimen": bar, **choices}, tmp_path)
@@ -111,7 +111,7 @@ SIDE = 0.004  # of the cells of a body, one sphere in each
 SHAPES = {  # which cells (x, y, z) it has of 25 x 6 x 6, and what is said
     "bar": (lambda x, y, z: z >= 0, None),
     "slender bar": (lambda x, y, z: z < 3, None),
-    "L along x": (lambda x, y, z: (z < 3) | (x < 8), "is no bar: its volume is 1.32 times its length times the cross-section at mid-length"),
+    "L along x": (lambda x, y, z: (z < 3) | (x < 8), "is not a bar: its volume is 1.32 times its length times the cross-section at mid-length"),
     "L across": (lambda x, y, z: (z < 3) | (y < 3), "m2, is 0.75 of its height times its width: it must be a rectangle, or a circle"),
 }
 

@@ -68,7 +68,7 @@ scene = open("in.scene").read()
 for change in CHANGES:
     tell(program, f"clear\\nplugin load {plugin}\\n" + scene + change)
     said = complaint(program.extract_fix, "bonds", 0, 1, 2)
-    assert "Fix bonds evp/bonds: f_bonds[3] needs the pairs of the present atoms: use 'run 0'" in said, (change, said)
+    assert "Fix bonds evp/bonds: f_bonds[3] needs the pairs of the current atoms: use 'run 0'" in said, (change, said)
     program.command("run 0")
     program.extract_fix("bonds", 0, 1, 2)
     print("an error:", change)
@@ -95,7 +95,7 @@ def test_a_single_atom_that_moved_too_far_is_found(lmp, tmp_path, ranks, check):
     """In an open box of one rank there are no ghosts that could tell; the atom is on one rank of two."""
     write(tmp_path, "open")
     text = deck(more=f"neigh_modify check {check}\n") + FAR.format("atom 96")
-    assert "needs the pairs of the present atoms" in error_of(lmp(text + "print $(f_bonds[1])\n", ranks=ranks))
+    assert "needs the pairs of the current atoms" in error_of(lmp(text + "print $(f_bonds[1])\n", ranks=ranks))
     near = text.replace("y+", "y+0.9*")
     lmp(near + "print $(f_bonds[1])\n", ranks=ranks).ok()
 
@@ -139,7 +139,7 @@ assert after == truth != before, (before, after, truth)
 
 moved(20 * STEP)
 said = complaint(counts)
-assert "f_bonds[1] needs the pairs of the present atoms: use 'run 0'" in said, said
+assert "f_bonds[1] needs the pairs of the current atoms: use 'run 0'" in said, said
 program.command("run 0")
 assert counts() != truth
 print("as it should be")

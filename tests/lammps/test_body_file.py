@@ -69,15 +69,15 @@ def test_area_of_the_body_divides_the_force(tmp_path, deck):
 @pytest.mark.parametrize("measures, variables, message", [
     ({}, {"radius": 0.025}, "y from -0.01769 to 0.01751 m and z from -0.01746 to 0.01762 m, which is no cylinder of radius 0.025 m .*; correct the given length, radius or area"),
     ({}, {"radius": 0.01}, "no cylinder of radius 0.01 m about the x axis; correct the given length, radius or area"),
-    ({}, {"length": 0.06}, "the centres lie from 0.002327 to 0.04765 m along x, not from 0 to length = 0.06 m; correct the given length, radius or area"),
+    ({}, {"length": 0.06}, "the centers lie from 0.002327 to 0.04765 m along x, not from 0 to length = 0.06 m; correct the given length, radius or area"),
     ({}, {"length": 0.04}, "not from 0 to length = 0.04 m"),
     ({}, {"area": 0.01}, "too little for area = 0.01 m2; correct the given length, radius or area"),
     ({}, {"area": 1e-4}, "the spheres fill 7.46 of area = 0.0001 m2 times length; correct the given length, radius or area"),
     ({}, {"radius": 0.02, "area": 0.00125}, "radius and area are both given"),
     ({}, {"length": -0.05}, "length must be positive, or 0 where it is not given, got -0.05"),
-    ({**CYLINDER, "length": 0.08}, {}, "not from 0 to length = 0.08 m; make body.data and body.data.body anew"),
-    ({**CYLINDER, "radius": 0.04}, {}, "no cylinder of radius 0.04 m about the x axis; make body.data and body.data.body anew"),
-    ({**CYLINDER, "volume": 7e-5}, {}, r"body.data.body is of another body: the spheres have 3.654e-05 m3, it says 4.071e-05 m3; make both anew")])
+    ({**CYLINDER, "length": 0.08}, {}, "not from 0 to length = 0.08 m; make body.data and body.data.body again"),
+    ({**CYLINDER, "radius": 0.04}, {}, "no cylinder of radius 0.04 m about the x axis; make body.data and body.data.body again"),
+    ({**CYLINDER, "volume": 7e-5}, {}, r"body.data.body is of another body: the spheres have 3.654e-05 m3, it says 4.071e-05 m3; make both again")])
 def test_measures_that_cannot_be(tmp_path, deck, measures, variables, message):
     write_body(tmp_path, **measures)
     refused(pull(tmp_path, deck, **variables), message)
@@ -85,8 +85,8 @@ def test_measures_that_cannot_be(tmp_path, deck, measures, variables, message):
 
 @pytest.mark.parametrize("deck", DECKS)
 @pytest.mark.parametrize("shift, stretch, what", [
-    (0.02, 1.0, "the centres lie from 0.02233 to 0.06765 m along x"), (0.0, 10.0, "the centres lie from 0.02327 to 0.4765 m along x"),
-    (0.0, 0.1, "the centres lie from 0.0002327 to 0.004765 m along x")])
+    (0.02, 1.0, "the centers lie from 0.02233 to 0.06765 m along x"), (0.0, 10.0, "the centers lie from 0.02327 to 0.4765 m along x"),
+    (0.0, 0.1, "the centers lie from 0.0002327 to 0.004765 m along x")])
 def test_another_body_without_a_file_is_not_taken_for_the_paper_s(tmp_path, deck, shift, stretch, what):
     """Every other line of the data file moved or scaled along x."""
     lines = REFERENCE.read_text().splitlines()
@@ -123,8 +123,8 @@ def test_contact_is_repulsive_with_a_row_unless_given(tmp_path, deck, choices, c
     (tmp_path / "rows.evp").write_text(ROWS)
     load = {"angle": 0.001} if deck == "in.torsion" else {"strain": 0.001, "row": 0.0005}
     text = run_lammps(deck, 1, {"specimen": "body.data", "out": "pull", **load, **choices}, tmp_path, seconds=60).ok().stdout
-    assert f"new contacts {contact}" in text
-    told = re.findall(r"^contact repulsive, .*-var material$", text, re.M)
+    assert f"evp/lj: damping off, contact {contact}, deq of bonds" in text
+    told = re.findall(r"^contact repulsive: the default with -var material, ", text, re.M)
     assert len(told) == (contact == "repulsive")
 
 
@@ -154,8 +154,8 @@ def test_density_of_a_row_gives_the_body_the_mass_of_its_solid(tmp_path):
     ({"material": "rows.evp:plain", "coeff": ROW}, "material and coeff are both given: give one of them"),
     ({"material": "rows.evp:none"}, "read_evp_row: file rows.evp has no row 'none'; its rows: own, plain, heavy, stiff"),
     ({"material": "absent.evp:own"}, "read_evp_row: cannot read the potential file 'absent.evp'"),
-    ({"material": "rows.evp:heavy", "area": 0.00125}, "rows.evp:heavy gives the density of the solid, but body.data.body does not say which share of the body "
-                                                      "the spheres fill: make it by in.specimen, or add its volume there")])
+    ({"material": "rows.evp:heavy", "area": 0.00125}, "rows.evp:heavy gives the density of the solid, but body.data.body has no volume, so that the solid fraction "
+                                                      "is unknown: make the body by in.specimen, or add the volume there")])
 def test_materials_that_cannot_be(tmp_path, deck, variables, message):
     write_body(tmp_path)
     refused(pull(tmp_path, deck, **variables), message)

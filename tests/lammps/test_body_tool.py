@@ -117,7 +117,7 @@ def test_parts_are_what_their_script_writes(tmp_path):
     (lambda soup: np.concatenate([soup, soup + 100.0]), {}, "part.stl has 2 separate shells"),
     (lambda soup: soup[:0], {}, "part.stl holds no triangle"),
     (lambda soup: np.concatenate([soup, soup + [0.0, 7.0, 9.0]]), {}, "part.stl has 2 separate shells"),
-    (None, {"--n": 20}, "--n must be 50 at least, got 20"), (None, {"--seed": 0}, "--seed must be a positive integer, got 0"),
+    (None, {"--n": 20}, "--n must be at least 50, got 20"), (None, {"--seed": 0}, "--seed must be a positive integer, got 0"),
     (None, {"--density": 0}, "--density must be positive, got 0"), (None, {"--out": "no/folder/part.data"}, "--out no/folder/part.data: there is no folder"),
     (None, {"--unit": "km"}, "argument --unit: invalid choice: 'km'")])
 def test_faults_are_named_and_leave_no_file(tmp_path, change, options, message):

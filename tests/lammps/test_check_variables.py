@@ -31,9 +31,9 @@ def test_known_names_pass_and_the_script_goes_on_where_it_was(lmp, ranks):
 
 @pytest.mark.parametrize("name, ranks, hint", [
     ("streain", 2, "did you mean strain?"), ("Rate", 1, "did you mean rate?"), ("sratin", 1, "did you mean strain?"), ("ltaer", 1, "did you mean later?"),
-    ("temperature", 1, "its choices are strain, rate, also, later")])
+    ("temperature", 1, "its variables are strain, rate, also, later")])
 def test_another_name_stops_with_the_nearest(lmp, name, ranks, hint):
-    assert f"-var {name}: the input script has no such choice; {hint}" in error_of(run_script(lmp, ranks=ranks, **{name: 5}))
+    assert f"-var {name}: the input script has no such variable; {hint}" in error_of(run_script(lmp, ranks=ranks, **{name: 5}))
 
 
 def test_variables_of_other_styles_are_left_alone(lmp):
@@ -48,7 +48,7 @@ def test_names_of_an_included_file(lmp, tmp_path, text, accepted):
     if accepted:
         run.ok()
     else:
-        assert "-var count: the input script has no such choice" in error_of(run)
+        assert "-var count: the input script has no such variable" in error_of(run)
 
 
 def test_an_included_file_that_is_missing_has_no_names(lmp):
@@ -78,7 +78,7 @@ def test_a_script_from_a_pipe_is_not_checked(tmp_path):
 def test_each_deck_stops_at_a_misspelled_choice_and_at_a_blank(tmp_path, deck):
     """Before it reads anything, and leaves no file."""
     found = error_of(run_lammps(deck, 1, {"ouut": "x"}, tmp_path))
-    assert "-var ouut: the input script has no such choice; did you mean out?" in found
+    assert "-var ouut: the input script has no such variable; did you mean out?" in found
     assert "-var out 'my run'" in error_of(run_lammps(deck, 1, {"out": "my run"}, tmp_path))
     assert list(tmp_path.iterdir()) == []
 
@@ -86,7 +86,7 @@ def test_each_deck_stops_at_a_misspelled_choice_and_at_a_blank(tmp_path, deck):
 def test_choices_of_frames_are_known(tmp_path):
     variables = {"specimen": REFERENCE, "also": DECKS / "frames.lmp", "out": "a", "rate": 100, "strain": 0.0002}
     run_lammps("in.traction", 1, {**variables, "frames": 2}, tmp_path).ok()
-    assert "-var framse: the input script has no such choice; did you mean frames?" in error_of(run_lammps("in.traction", 1, {**variables, "framse": 2}, tmp_path))
+    assert "-var framse: the input script has no such variable; did you mean frames?" in error_of(run_lammps("in.traction", 1, {**variables, "framse": 2}, tmp_path))
 
 
 def test_example_of_the_page(lmp, tmp_path):

@@ -85,10 +85,10 @@ def test_at_rest_and_back(tmp_path):
 @pytest.mark.parametrize("choices, message", [
     ({"rate": -10}, "rate, row and samples must be positive; for compression give a negative strain"),
     ({"strain": 0}, "strain must not be 0"),
-    ({"lower": 0.02}, "lower = 0.02 is strain: there is no way between them"),
+    ({"lower": 0.02}, "lower must differ from strain, got 0.02 for both"),
     ({"cycles": 0}, "cycles must be a positive integer, got 0"),
     ({"cycles": 1.5}, "cycles must be a positive integer, got 1.5"),
-    ({"unload": "plastic"}, "Pair style evp/lj: unload must be reversible (the paper's law) or elastic (flow stays), got plastic"),
+    ({"unload": "plastic"}, "Pair style evp/lj: unload must be reversible (the paper's law) or elastic (permanent flow), got plastic"),
     ({"kv": -1}, "kv must be 0 or positive, got -1"),
     ({"row": 0.01, "lower": 0.015}, "row = 0.01 is more than strain - lower = 0.005: give -var row 0.005 or less")])
 def test_bad_choices_are_named(tmp_path, choices, message):
@@ -100,7 +100,7 @@ def test_bad_choices_are_named(tmp_path, choices, message):
 def test_clock_that_stops_a_run_is_told(tmp_path):
     (tmp_path / "clock.lmp").write_text("timer timeout 0:00:01\n")
     _, found = run("in.cyclic", tmp_path, rate=0.1, row=1e-6, samples=1, also="clock.lmp")
-    assert "WARNING: the run ended at a strain of" in found.stdout and "way 2 of 2" not in found.stdout
+    assert "WARNING: the run ended at a strain of" in found.stdout and "half cycle 2 of 2" not in found.stdout
 
 
 @pytest.mark.parametrize("deck", ["in.cyclic", "in.traction", "in.quasistatic"])

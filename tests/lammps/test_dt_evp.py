@@ -93,7 +93,7 @@ def test_speed_along_the_pair_limits_a_stirred_body(lmp, tmp_path, body, ranks, 
         assert {table["f_dt[4]"][row], table["f_dt[5]"][row]} == ids
         if row == 0:
             first = ids
-    warned = [line for line in run.warnings() if "the speed of pairs limits the timestep" in line]
+    warned = [line for line in run.warnings() if "the velocity of pairs limits the timestep" in line]
     assert len(warned) == 1
     assert {int(word) for word in re.search(r"for atoms (\d+) and (\d+)", warned[0]).groups()} == first
 
@@ -179,8 +179,8 @@ OURS = "fix move all nve\nfix step all dt/evp "
 MISUSE = {
     "few words": ({"move": OURS + "20"}, "expected N fraction [max DT], got 1 arguments"),
     "many words": ({"move": OURS + "20 0.4 max 1e-7 more"}, "expected N fraction [max DT], got 5 arguments"),
-    "N zero": ({"move": OURS + "0 0.4"}, "N must be a whole number"),
-    "N half": ({"move": OURS + "2.5 0.4"}, "N must be a whole number"),
+    "N zero": ({"move": OURS + "0 0.4"}, "N must be a positive integer"),
+    "N half": ({"move": OURS + "2.5 0.4"}, "N must be a positive integer"),
     "N word": ({"move": OURS + "often 0.4"}, "N"),
     "fraction zero": ({"move": OURS + "20 0"}, "fraction must lie between 0 and 1"),
     "fraction one": ({"move": OURS + "20 1"}, "fraction must lie between 0 and 1"),

@@ -112,8 +112,8 @@ def test_keywords_given_twice_take_the_last(lmp):
     text = scene(style="pair_style evp/lj contact none overlap 0.2 contact repulsive overlap 0.4", fix=FIX + "zone 1.4 zone 1.2",
                  coeff=row(gamma="1"))
     run = lmp(text, seconds=SECONDS).ok()
-    assert "damping on, new contacts repulsive" in run.stdout
-    assert "overlap warned of beyond 0.4" in run.stdout
+    assert "damping on, contact repulsive" in run.stdout
+    assert "overlap warning above 0.4" in run.stdout
     assert "recorded 20 pairs within 1.2" in run.stdout  # the edges alone
 
 

@@ -10,9 +10,9 @@ from hostile import BONDS, PARTS, ROW, SECONDS, refused, scene
 STYLE = "pair_style evp/lj contact literal "
 FLOWS, BREAKS = STYLE + "unload elastic", STYLE + "break 0.1"
 NUMBER = "must be a finite decimal number, got"
-UNLOAD = "unload must be reversible (the paper's law) or elastic (flow stays)"
-BREAK = "break must be none or a positive strain of a bond, at which it breaks for good"
-NEEDS = "needs fix evp/bonds, which keeps what bonds have gone through"
+UNLOAD = "unload must be reversible (the paper's law) or elastic (permanent flow)"
+BREAK = "break must be none or a positive strain of a bond, at which it breaks permanently"
+NEEDS = "needs fix evp/bonds, which stores the history of the bonds"
 STIFFER = "unload elastic needs a second regime less stiff than the first"
 FORGETS = "bonds have flowed or broken, which pair_style evp/lj with 'unload reversible' and 'break none' would forget"
 
@@ -76,9 +76,9 @@ def test_legal_words(lmp, style, ranks):
 
 HEADER = "# EVP bonds COUNT: {} UNITS: si\n"
 COLUMNS = "(a bond is id_i id_j deq, or id_i id_j deq q work broken)"
-FLAG = "broken must be 0 (a bond), 1 (broken for good) or 2 (a contact), got "
+FLAG = "broken must be 0 (a bond), 1 (a broken bond) or 2 (a new pair), got "
 RANGE = "q must be above -deq and below 1000 deq, got "
-NO_TENSION = "q must not be above 0 where there is no bond: contacts flow in compression only"
+NO_TENSION = "q must not be above 0 where there is no bond: new pairs flow in compression only"
 FORGOTTEN = "it has flowed or broken, bond file b.bonds: use pair_style evp/lj with 'unload elastic' or 'break', as when the file was written"
 WHOLE = "1 2 0.0101 0 0 0"
 

@@ -46,7 +46,7 @@ def test_a_compute_of_the_pairs_does_not_outlive_the_pair_style(lmp):
     deck += "compute state all evp/state/atom\nthermo_style custom step pe\nrun 0\n"
     deck += "pair_style lj/cut 0.01\npair_coeff * * 1 1 0.01\n"
     run = lmp(deck + "write_dump all custom state.dump id c_state[1]\n")
-    assert "Compute state evp/state/atom needs the pairs of the present positions" in error_of(run)
+    assert "Compute state evp/state/atom needs the pairs of the current positions" in error_of(run)
 
 
 def test_forces_that_are_not_numbers_stop_the_run(lmp):

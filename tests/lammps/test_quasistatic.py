@@ -183,16 +183,16 @@ def test_rows_are_no_farther_apart_than_asked(tmp_path):
     ({"increment": 0}, "increment, row, tolerance and evaluations must be positive"),
     ({"row": -1e-4}, "increment, row, tolerance and evaluations must be positive"),
     ({"strain": 0}, "strain must not be 0"),
-    ({"unload": "plastic"}, r"Pair style evp/lj: unload must be reversible \(the paper's law\) or elastic \(flow stays\), got plastic"),
+    ({"unload": "plastic"}, r"Pair style evp/lj: unload must be reversible \(the paper's law\) or elastic \(permanent flow\), got plastic"),
     ({"kv": -1}, "kv must be 0 or positive, got -1"),
     ({"cycles": 0.5}, "cycles must be 0 or a positive integer, got 0.5"),
-    ({"cycles": 1, "lower": 0.02}, "lower = 0.02 is strain: there is no way between them"),
+    ({"cycles": 1, "lower": 0.02}, "lower must differ from strain, got 0.02 for both"),
     ({"cycles": 1, "lower": 0.0199}, "increment = 0.0005 is more than strain - lower = 0.0001"),
     ({"row": 0.3}, "row = 0.3 is more than strain = 0.02: give -var row 0.02 or less$"),
     ({"increment": 0.003, "strain": 0.002}, "increment = 0.003 is more than strain = 0.002: give -var increment 0.002 or less$"),
     ({"resume": 3}, r"cannot resume: rest_choices.lmp or rest.3.restart is missing"),
-    ({"length": 5}, "read_evp_body: the centres lie from 0.002327 to 0.04765 m along x, not from 0 to length = 5 m; correct the given length"),
-    ({"evaluations": 5, "strain": 0.001}, "increment 1 is not at rest: .* N is left, allowed are .* N; resume with"),
+    ({"length": 5}, "read_evp_body: the centers lie from 0.002327 to 0.04765 m along x, not from 0 to length = 5 m; correct the given length"),
+    ({"evaluations": 5, "strain": 0.001}, "increment 1 did not converge: the largest force is .* N, allowed is .* N; resume with"),
 ])
 def test_bad_choices_are_named(tmp_path, choices, message):
     run = run_lammps("in.quasistatic", 1, {"specimen": REFERENCE, "out": "rest", **choices}, tmp_path)
@@ -215,6 +215,6 @@ def test_state_of_another_run_is_not_resumed(tmp_path, restart):
     _, curve, _ = pull(tmp_path, coeff="40 8 4 1.5 8 4 0.005 0 1.5", strain=0.002, restart=restart)
     (tmp_path / "rest.3.restart").write_bytes(stale)
     run = run_lammps("in.quasistatic", 1, {"out": "rest", "resume": 3}, tmp_path)
-    assert run.returncode != 0 and "rest.3.restart is not of the run that wrote rest_choices.lmp last" in run.stdout
+    assert run.returncode != 0 and "rest.3.restart was not written by the run that last wrote rest_choices.lmp" in run.stdout
     assert np.array_equal(read_csv(tmp_path / "rest.csv")["stress_grip"], curve["stress_grip"])
     assert not (tmp_path / "rest_before.csv").exists()

@@ -85,13 +85,13 @@ GIVEN = "there is no bar.data.body: give length, and radius or area"
 
 
 @pytest.mark.parametrize("body, command, text", [
-    (None, "read_evp_body bar.data b", f"the centres lie from 0.002 to 0.058 m along x, not from 0 to length = 0.05 m; {GIVEN}"),
+    (None, "read_evp_body bar.data b", f"the centers lie from 0.002 to 0.058 m along x, not from 0 to length = 0.05 m; {GIVEN}"),
     (None, "read_evp_body bar.data b length 0.06", "is no cylinder of radius 0.02 m about the x axis; correct the given length, radius or area"),
     (None, "read_evp_body bar.data b length 0.06 area 0.0005", "too little for area = 0.0005 m2; correct the given"),
     (None, "read_evp_body bar.data b length 0.06 area 0.0001", "the spheres fill 1.68 of area = 0.0001 m2 times length; correct the given"),
-    ({**WHOLE, "length": 0.08}, "read_evp_body bar.data b", "not from 0 to length = 0.08 m; make bar.data and bar.data.body anew"),
+    ({**WHOLE, "length": 0.08}, "read_evp_body bar.data b", "not from 0 to length = 0.08 m; make bar.data and bar.data.body again"),
     ({**WHOLE, "volume": 3e-5}, "read_evp_body bar.data b", "bar.data.body is of another body: the spheres have 1.005e-05 m3, it says 1.571e-05 m3"),
-    ({**WHOLE, "lenght": 1}, "read_evp_body bar.data b", "file bar.data.body line 7: unknown measure 'lenght'"),
+    ({**WHOLE, "lenght": 1}, "read_evp_body bar.data b", "file bar.data.body line 7: unknown dimension 'lenght'"),
     ({**WHOLE, "density": -1}, "read_evp_body bar.data b", "file bar.data.body line 6: density must be positive, got -1"),
     ({"length": 0.06}, "read_evp_body bar.data b", "file bar.data.body has no radius (of a cylinder) and no area"),
     ({"area": 0.0003}, "read_evp_body bar.data b", "file bar.data.body has no length"),
@@ -129,7 +129,7 @@ def test_damaged_file(lmp, bar_file, tmp_path, make, text):
 
 
 @pytest.mark.parametrize("old, new, text", [
-    ("units si", "units lj", "measures of bodies are in SI units, but 'units lj' is in force"),
+    ("units si", "units lj", "dimensions of bodies are in SI units, but 'units lj' is in force"),
     ("read_data bar.data", "", "use the command after read_data"),
     ("atom_style sphere", "atom_style atomic", "needs particles with a radius: use 'atom_style sphere'")])
 def test_scenes_that_it_cannot_take(lmp, bar_file, old, new, text):
@@ -162,7 +162,7 @@ def test_rows_from_a_file_and_typed_are_one(lmp, tmp_path, ranks):
     (f'"{TABLE1.replace("0.005", "5")}"', "read_evp_row: xi_s must lie between 0 and 1"),
     ("good.evp", "read_evp_row: expected FILE:ROW, a potential file and the name of a row, got 'good.evp'"),
     ('""', "read_evp_row: expected 9 values, got 0"),
-    ("", "read_evp_row: expected two arguments at least, a row (FILE:ROW or its numbers) and the prefix of the variables, got 1"),
+    ("", "read_evp_row: expected at least two arguments, a row (FILE:ROW or its numbers) and the prefix of the variables, got 1"),
     ("absent.evp:a", "read_evp_row: cannot read the potential file 'absent.evp'")])
 def test_bad_rows(lmp, words, text):
     run = lmp(row_deck(words), seconds=30)
@@ -204,7 +204,7 @@ def test_decks_take_the_measures_of_the_file(lmp, bar_file, tmp_path, deck):
     assert file.max() > 1e6 and given == pytest.approx(file / 0.75, rel=1e-5)
     (tmp_path / "rows.evp").write_text(f"# UNITS: si\nheavy {TABLE1} density 7800\n")
     run = lmp(deck, variables={**common, "material": "rows.evp:heavy"})
-    assert run.returncode != 0 and "ERROR: rows.evp:heavy gives the density of the solid, but bar.data.body does not say" in run.stdout
+    assert run.returncode != 0 and "ERROR: rows.evp:heavy gives the density of the solid, but bar.data.body has no volume" in run.stdout
     with open(bar_file.with_suffix(".data.body"), "a", encoding="utf-8") as out:
         out.write(f"variable volume index {BAR_LENGTH * BAR_AREA}\n")
     lmp(deck, variables={**common, "material": "rows.evp:heavy"}).ok()

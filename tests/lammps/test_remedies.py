@@ -97,8 +97,8 @@ def test_ids_that_changed(lmp):
     assert run.thermo()["f_bonds"][0] == BONDS - 4
 
 
-LOW = (4.3, "the periodic box is 4.3 high along y, less than two cut-offs")
-FLAT = (1, "it meets atoms 1 and 1 in two periodic images: the box must be longer than two cut-offs")  # for any alpha
+LOW = (4.3, "the periodic box is 4.3 high along y, less than two cutoffs")
+FLAT = (1, "it meets atoms 1 and 1 in two periodic images: the box must be longer than two cutoffs")  # for any alpha
 
 
 @pytest.mark.parametrize("box, remedy, ranks, bonds", [
@@ -141,7 +141,7 @@ def test_a_second_recording_warns(lmp, again):
     text = row() + FIX + END + "run 0\nwrite_evp_bonds s.bonds\n" + PULL + "run 0\n"
     before = lmp(text).ok().thermo()["Fmax"][0]
     assert before > 1.0
-    warning = "takes the body as it is now for undeformed and free of stress: the bonds that fix bonds had recorded are gone"
+    warning = "takes the current shape of the body as undeformed and free of stress: the bonds that fix bonds had recorded are gone"
     thermo = "thermo_style custom step fmax\nrun 0\n"
     run = lmp(text + again + thermo).ok()
     assert [warning in line for line in run.warnings()] == [True]

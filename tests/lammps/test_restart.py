@@ -96,7 +96,7 @@ def test_coefficients_come_back_from_restart_and_data(lmp, tmp_path, reference):
 
     again = lmp(head(start="read_restart two.restart") + show).ok()
     assert again.thermo()["PotEng"][0] == energy
-    assert "contacts repulsive" in again.stdout and "warned of beyond 0.45" in again.stdout
+    assert "contact repulsive" in again.stdout and "overlap warning above 0.45" in again.stdout
 
     again = lmp(head(start="pair_style evp/lj contact repulsive\nread_data all.data") + show).ok()
     assert again.thermo()["PotEng"][0] == pytest.approx(energy, rel=1e-14)  # %.15g of the coefficients

@@ -84,8 +84,8 @@ def test_what_is_not_resumed(tmp_path, bodies, deck):
     rows = (tmp_path / "run.csv").read_bytes()
     (tmp_path / "run.3.restart").write_bytes((tmp_path / "run.2.restart").read_bytes())
     for choices, message in (({"resume": 4}, "cannot resume: run_choices.lmp or run.4.restart is missing"),
-                             ({"resume": 3}, "cannot resume: run.3.restart is not of the run that wrote run_choices.lmp last"),
-                             ({"resume": 2}, "nothing to do: the way has 2 increments, and 2 are done"),
+                             ({"resume": 3}, "cannot resume: run.3.restart was not written by the run that last wrote run_choices.lmp"),
+                             ({"resume": 2}, "nothing to do: the load path has 2 increments, and 2 are done"),
                              ({"resume": 1, "increment": WAYS[deck]["increment"] / 2}, f"cannot resume: increment 1 was at an? {load} of "),
                              ({"resume": -1}, "restart and resume must be 0 or positive")):
         run = run_lammps(deck, 1, {**first, **choices}, tmp_path)

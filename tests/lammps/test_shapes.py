@@ -179,14 +179,14 @@ region body union 5 left cone1 gauge cone2 right
     (None, {"shape": "block", "width": 0.01, "height": -1}, "width and height must be positive: .* got 0.01 and -1"),
     (None, {"shape": "block", "width": 0.01, "height": 0.001}, "500 spheres of radius 0.00[0-9]+ are too few for a body of 0.05 x 0.01 x 0.001 m: give a larger"),
     (None, {"shape": "region"}, "no file none: shape region needs -var region FILE"),
-    (None, {"shape": "mesh"}, "shape mesh is what tools/body.py calls"),
+    (None, {"shape": "mesh"}, "shape mesh is for tools/body.py only"),
     ("region body block 1 2 1 2 1 2\n", {}, "the region body of body.region holds 0 of 300000 points in the box of x -0.005 to 0.055"),
     ("region body block 0 50 -10 10 -5 5\n", {"width": 30, "height": 30},
      "the region body of body.region reaches from x = -?[0-9.e-]+ to 0.0577[0-9]* m, not from 0 to length = 0.05: move it or give -var length"),
     ("region body block 0 0.04 -0.01 0.01 -0.01 0.01\n", {}, "reaches from x = [0-9.e-]+ to 0.04 m, not from 0 to length = 0.05"),
     ("region body block 0 0.05 -0.2 0.2 -0.01 0.01\n", {}, "reaches beyond y = 0.05 or z = 0.05 m: give -var width and -var height"),
     ("region body cylinder x 0 0 0.02 0 0.05\n", {"lattice": "fcc", "n": 50, "length": 0.05, "spread": 0.4}, "spread must lie between 0 and 0.3"),
-    ("region other block 0 0.05 -0.01 0.01 -0.01 0.01\n", {}, "body.region defines no region called body: call the whole body so")])
+    ("region other block 0 0.05 -0.01 0.01 -0.01 0.01\n", {}, "body.region defines no region with the ID body: give the region of the whole body this ID")])
 def test_shapes_that_cannot_be_are_named(tmp_path, region, variables, message):
     if region is not None:
         (tmp_path / "body.region").write_text(region)

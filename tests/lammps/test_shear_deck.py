@@ -72,7 +72,7 @@ def test_packing_is_dense_and_isotropic(packed):
 
 
 @pytest.mark.parametrize("choices, message", [
-    ({"n": 100, "width": 0.02}, "100 spheres of radius 0.0044[0-9]* are too few for a periodic body of 0.05 x 0.02 x 0.05 m: it must be two cut-offs"),
+    ({"n": 100, "width": 0.02}, "100 spheres of radius 0.0044[0-9]* are too few for a periodic body of 0.05 x 0.02 x 0.05 m: it must be two cutoffs"),
     ({"lattice": "fcc"}, "shape periodic is a random packing: lattice must be none, got fcc"),
     ({"shape": "cube"}, "shape must be cylinder, block, region, periodic or mesh, got cube")])
 def test_bad_choices_of_the_packing(lmp, tmp_path, choices, message):
@@ -189,11 +189,11 @@ def test_broken_bonds_and_columns_of_the_state(packed, tmp_path):
     ({"rate": -10}, "rate, strain, row and samples must be positive, got -10, 1, 0.001 and 10"),
     ({"strain": 0}, "rate, strain, row and samples must be positive, got 100, 0, 0.001 and 10"),
     ({"row": 2}, "row = 2 is more than strain = 1: give -var row 1 or less"),
-    ({"timestep": 1e-4}, "one timestep strains by 0.01, more than row = 0.001: give -var row 0.01, or -var timestep 1e-05 or less"),
+    ({"timestep": 1e-4}, "the strain per timestep is 0.01, more than row = 0.001: give -var row 0.01, or -var timestep 1e-05 or less"),
     ({"integrator": "verlet"}, "integrator must be explicit or implicit, got verlet"),
     ({"scale": "maybe"}, "scale must be yes or no, got maybe"),
     ({"kv": -1}, "kv must be 0 or positive, got -1"),
-    ({"unload": "plastic"}, "unload must be reversible (the paper's law) or elastic (flow stays), got plastic"),
+    ({"unload": "plastic"}, "unload must be reversible (the paper's law) or elastic (permanent flow), got plastic"),
     ({"material": "a.evp:b", "coeff": "80 8 4 3 8 4 0.005 100 1.5"}, "material and coeff are both given: give one of them")])
 def test_bad_choices_are_named(packed, lmp, tmp_path, choices, message):
     found = lmp("in.shear", variables={"specimen": packed[0], "out": "run", **choices})
@@ -204,4 +204,4 @@ def test_bad_choices_are_named(packed, lmp, tmp_path, choices, message):
 def test_clock_that_stops_a_run_is_told(packed, tmp_path):
     (tmp_path / "clock.lmp").write_text("timer timeout 0:00:01\n")
     _, found = run(packed, tmp_path, rate=1, also="clock.lmp")
-    assert "WARNING: the shear ended at a strain of" in found.stdout
+    assert "WARNING: the run ended at a strain of" in found.stdout

@@ -147,10 +147,10 @@ def test_bonds_that_a_hybrid_forgot(lmp):
     lmp(text + "run 0\nset atom 2 x 0.02\nrun 0\nwrite_restart half.restart\n").ok()
     again = "read_restart half.restart\nneighbor 0.0006 bin\n{style}" + coeff + "fix {id} all evp/bonds\nfix move all nve\nvariable f equal fx[1]\nthermo_style custom step v_f\nrun 0\n"
     right = lmp(again.format(style="", id="bonds")).ok()
-    assert "takes the body as it is now for undeformed" not in right.stdout and right.thermo()["v_f"][0] != 0.0
+    assert "takes the current shape of the body as undeformed" not in right.stdout and right.thermo()["v_f"][0] != 0.0
     assert "the bonds were recorded by fix bonds" in error_of(lmp(again.format(style="", id="other")))
     anew = lmp(again.format(style=style, id="other")).ok()
-    assert "takes the body as it is now for undeformed" in anew.stdout and anew.thermo()["v_f"][0] == 0.0
+    assert "takes the current shape of the body as undeformed" in anew.stdout and anew.thermo()["v_f"][0] == 0.0
 
 
 @pytest.mark.parametrize("ranks", [1, 2])
@@ -224,7 +224,7 @@ def test_a_restart_without_records_needs_no_warning(lmp):
     text = TWO_PAIRS.format(radii=0)
     lmp(text + "write_restart before.restart\n").ok()
     after = lmp("read_restart before.restart\nneighbor 0.0006 bin\nfix bonds all evp/bonds\nfix move all nve\nrun 0\n").ok()
-    assert "takes the body as it is now for undeformed" not in after.stdout
+    assert "takes the current shape of the body as undeformed" not in after.stdout
 
 
 def test_counts_between_runs_are_not_those_of_other_atoms(lmp):
@@ -232,4 +232,4 @@ def test_counts_between_runs_are_not_those_of_other_atoms(lmp):
     text = TWO_PAIRS.format(radii=0) + "thermo_style custom step f_bonds f_bonds[1] f_bonds[4]\nrun 0\nprint 'then $(f_bonds[1])'\n"
     text += "group last id 4\ndelete_atoms group last compress no\ncreate_atoms 2 single 0.0765 0.03 0.03\nprint 'now $(f_bonds[1]) $(f_bonds[4])'\n"
     run = lmp(text)
-    assert "f_bonds[1] needs the pairs of the present atoms: use 'run 0' first" in error_of(run) and "then 0" in run.stdout
+    assert "f_bonds[1] needs the pairs of the current atoms: use 'run 0' first" in error_of(run) and "then 0" in run.stdout

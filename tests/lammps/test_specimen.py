@@ -169,7 +169,7 @@ def test_choices_reach_the_packing(lmp, tmp_path):
 
 
 @pytest.mark.parametrize("variables, message", [
-    ({"n": 20}, "in.specimen: n must be 50 at least, got 20"),
+    ({"n": 20}, "in.specimen: n must be at least 50, got 20"),
     ({"seed": 0}, "in.specimen: seed must be a positive integer, got 0"),
     ({"spread": 0.5}, "in.specimen: spread must lie between 0 and 0.3, got 0.5"),
     ({"radius": -1}, "in.specimen: length, radius and density must be positive, got 0.05, -1 and 2700"),
@@ -183,5 +183,5 @@ def test_bad_choices_stop_before_the_work(lmp, tmp_path, variables, message):
     result = lmp(DECK, variables={"out": "specimen.data", **variables}, cwd=tmp_path)
     assert result.returncode != 0
     assert re.search(r"^ERROR.*" + message, result.stdout, re.M), result.stdout
-    assert "random points parted" not in result.stdout
+    assert "random points separated" not in result.stdout
     assert kept.read_text() == "mine"

@@ -90,7 +90,7 @@ def test_timestep_follows_the_turning(lmp, tmp_path):
     table = run.thermo()
     assert table["f_dt[3]"][-1] == 5
     assert table["Dt"][-1] * table["v_w"][-1] == pytest.approx(0.1, rel=0.01)
-    assert sum("the turning of pairs limits the timestep" in line for line in run.warnings()) == 1
+    assert sum("the rotation of pairs limits the timestep" in line for line in run.warnings()) == 1
     plain = spin_pair(lmp, tmp_path, 0.0, spin, 0.001, 0.001, "nve", more="fix dt all dt/evp 1 0.4\nthermo_style custom step dt f_dt[3]").thermo()
     assert plain["f_dt[3]"][-1] != 5
 
@@ -98,7 +98,7 @@ def test_timestep_follows_the_turning(lmp, tmp_path):
 @pytest.mark.parametrize("angle, warned", [(0.14, 0), (0.2, 1)])
 def test_turning_too_far_in_a_step_is_warned_of(lmp, tmp_path, angle, warned):
     run = spin_pair(lmp, tmp_path, 1e5, 400.0, angle, 0.02)
-    assert sum("turned by more than 0.15 rad per step" in line for line in run.warnings()) == warned
+    assert sum("rotated by more than 0.15 rad per step" in line for line in run.warnings()) == warned
 
 
 def test_change_of_timestep_and_restart_in_mid_spin(lmp, tmp_path):

@@ -99,14 +99,14 @@ def test_frames_have_words_and_rigid_grips(tmp_path):
 @pytest.mark.parametrize("choices, message", [
     ({"angle": 0}, "angle must not be 0"),
     ({"cycles": 1.5}, "cycles must be 0 or a positive integer, got 1.5"),
-    ({"cycles": 1, "lower": 0.04}, "lower = 0.04 is angle"),
+    ({"cycles": 1, "lower": 0.04}, "lower must differ from angle, got 0.04 for both"),
     ({"increment": 0}, "increment, tolerance and evaluations must be positive, got 0, "),
     ({"frames": -1}, "frames must be 0 or a positive integer, got -1"),
     ({"kv": -1}, "kv must be 0 or positive, got -1"),
     ({"scale": "maybe"}, "scale must be yes or no, got maybe"),
     ({"material": "a:b", "coeff": "1 2 3"}, "material and coeff are both given"),
-    ({"specimen": "block.data"}, "block.data is no cylinder"),
-    ({"evaluations": 3, "increment": 0.02}, "increment 1 is not at rest"),
+    ({"specimen": "block.data"}, "block.data is not a cylinder"),
+    ({"evaluations": 3, "increment": 0.02}, "increment 1 did not converge"),
 ])
 def test_one_message_for_each_wrong_choice(tmp_path, choices, message):
     bar = lattice_body((12, 5, 5))

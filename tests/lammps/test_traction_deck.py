@@ -31,14 +31,14 @@ def test_pull_of_millions_of_steps(lmp, tmp_path):
     (tmp_path / "clock.lmp").write_text("timer timeout 0:00:01\n")
     variables = {"specimen": REFERENCE, "coeff": TABLE2, "rate": 0.1, "strain": 0.02, "row": 1e-6, "samples": 1, "out": "pull", "also": "clock.lmp"}
     run = lmp("in.traction", variables=variables).ok()
-    assert "WARNING: the pull ended at a strain of" in run.stdout
-    steps = int(next(line for line in run.stdout.splitlines() if line.startswith("step ")).split(";")[1].split()[0])
+    assert "WARNING: the run ended at a strain of" in run.stdout
+    steps = int(next(line for line in run.stdout.splitlines() if line.startswith("timestep ")).split(";")[1].split()[0])
     assert steps > 2**31 / 1000, "control: that many steps"
 
 
 def test_pull_that_ends_on_strain_does_not_warn(lmp):
     run = lmp("in.traction", variables={"specimen": REFERENCE, "strain": 0.0005, "out": "pull"}).ok()
-    assert "WARNING: the pull ended" not in run.stdout
+    assert "WARNING: the run ended" not in run.stdout
 
 
 def test_zone_of_the_bonds(lmp):
@@ -75,7 +75,7 @@ def test_pull_ends_on_a_strain_that_rows_do_not_divide(lmp, tmp_path, ranks, cho
     """Both files and the dump end less than a timestep beyond the strain asked for, and no row is longer."""
     strain, rate = 0.001, choices.get("rate", 10)
     strains, states, run = ends(tmp_path, lambda deck, variables: lmp(deck, ranks, variables), strain=strain, **choices)
-    printed = next(line for line in run.stdout.splitlines() if line.startswith("step "))
+    printed = next(line for line in run.stdout.splitlines() if line.startswith("timestep "))
     beyond = 1.0001 * rate * float(printed.split()[1])
     for found in (strains, states):
         assert -1e-9 < found[-1] - strain < beyond and np.diff(found).max() <= choices["row"] * (1 + 1e-6)
@@ -108,7 +108,7 @@ def test_shorter_last_row_goes_on_from_the_others(lmp, tmp_path):
 @pytest.mark.parametrize("choices, message", [
     ({"row": 0.4}, "row = 0.4 is more than strain = 0.02: give -var row 0.02 or less"),
     ({"row": 0.0007, "strain": 0.0006}, "row = 0.0007 is more than strain = 0.0006: give -var row 0.0006 or less"),
-    ({"timestep": 1.3e-5, "rate": 20}, "one timestep strains by 0.00026, more than row = 0.0001: "
+    ({"timestep": 1.3e-5, "rate": 20}, "the strain per timestep is 0.00026, more than row = 0.0001: "
                                        "give -var row 0.00026, or -var timestep 5e-06 or less")])
 def test_rows_that_cannot_be_are_refused(lmp, tmp_path, choices, message):
     run = lmp("in.traction", variables={"specimen": REFERENCE, "out": "pull", **choices}, seconds=20)

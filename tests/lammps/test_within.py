@@ -272,7 +272,7 @@ def test_one_line_says_so(lmp_decks, tmp_path):
             assert "within" not in line and "within type" not in recorded
             continue
         does = "do not interact" if contact == "none" else "only repel each other"
-        assert f"new contacts {contact}, deq of bonds from fix bonds within type (bodies {does})" in line
+        assert f"contact {contact}, deq of bonds from fix bonds within type (bodies {does})" in line
         assert "recorded 0 pairs within alpha (R_i + R_j) and within type" in recorded
 
 
@@ -302,7 +302,7 @@ def test_values_between_runs_follow_molecules(lmp, tmp_path):
     text = head() + MOLECULES + "set atom 1 mol 1\nset atom 2 mol 2\n" + pair(fix=FIX + "molecule") + thermo("f_bonds[3]") + "run 0\n"
     change = "set atom 2 mol 1\n"
     run = lmp(text + change + "print '$(f_bonds[3])'\n")
-    assert run.returncode == 1 and "needs the pairs of the present atoms: use 'run 0' first" in run.stdout
+    assert run.returncode == 1 and "needs the pairs of the current atoms: use 'run 0' first" in run.stdout
     assert lmp(text + change + "run 0\n").ok().thermo()["f_bonds[3]"][0] == 1
     lmp(text + "print '$(f_bonds[3])'\n").ok()
 

@@ -17,7 +17,7 @@ using EVP::MeasureSource;
 
 namespace {
 
-const std::string CYLINDER = "# measures of the body in part.data\n"
+const std::string CYLINDER = "# dimensions of the body in part.data\n"
                              "variable length index 0.06            # [m] along x, from x = 0\n"
                              "variable radius index 0.018\n"
                              "\n"
@@ -111,9 +111,9 @@ TEST(BodyFile, DamagedLinesAreNamed)
   expect_bad_line("variable solid_fraction index 1.2",
                   {"solid_fraction must not exceed 1, got 1.2"});
   expect_bad_line("variable lenght index 0.06",
-                  {"unknown measure 'lenght': a body may have length, radius, area, volume, "
+                  {"unknown dimension 'lenght': a body may have length, radius, area, volume, "
                    "solid_fraction, density"});
-  expect_bad_line("variable diameter index 0.004", {"unknown measure 'diameter'"});
+  expect_bad_line("variable diameter index 0.004", {"unknown dimension 'diameter'"});
   expect_bad_line("variable length index 0.06", {"length is given twice"});
   expect_refusal(
       [] {
@@ -191,7 +191,7 @@ TEST(BodyMeasures, WhatCannotBeIsRefused)
                  {"radius and area are both given: give radius for a cylinder"});
   expect_refusal(find({}, {}, NOTHING, 0), {"there are no atoms"});
   expect_refusal(find({}, shape(0, 0.02, 0), DESCRIBED),
-                 {"file part.data.body has no length: make part.data and part.data.body anew"});
+                 {"file part.data.body has no length: make part.data and part.data.body again"});
   expect_refusal(find({}, shape(0.05, 0, 0), DESCRIBED),
                  {"has no radius (of a cylinder) and no area (of any other body)"});
   find(shape(0.05, 0, 0), shape(0, 0.02, 0), {"part.data", true, true})();
@@ -218,7 +218,7 @@ TEST(BodyMeasures, CentresMustFit)
   check(bar, GIVEN, none)();
 
   expect_refusal(check(shape(0.07, 0.018, 0), GIVEN, none),
-                 {"the centres lie from 0.002 to 0.058 m along x, not from 0 to length = 0.07 m; "
+                 {"the centers lie from 0.002 to 0.058 m along x, not from 0 to length = 0.07 m; "
                   "correct the given length, radius or area"});
   expect_refusal(check(shape(0.0579, 0.018, 0), GIVEN, none), {"not from 0 to length = 0.0579 m"});
   const std::vector<std::function<void(Centres &)>> moved = {[](Centres &c) {
@@ -235,9 +235,9 @@ TEST(BodyMeasures, CentresMustFit)
                                                              }};
   for (const auto &change : moved)
     expect_refusal(check(cylinder, DESCRIBED, change),
-                   {"m along x", "make part.data and part.data.body anew"});
+                   {"m along x", "make part.data and part.data.body again"});
   expect_refusal(check(shape(0.06, 0.0159, 0), GIVEN, none),
-                 {"the centres have y from -0.016 to 0.0159 m and z from -0.0158 to 0.016 m, which "
+                 {"the centers have y from -0.016 to 0.0159 m and z from -0.0158 to 0.016 m, which "
                   "is no cylinder of radius 0.0159 m about the x axis"});
   expect_refusal(check(shape(0.06, 0.024, 0), GIVEN, none), {"no cylinder of radius 0.024 m"});
   expect_refusal(check(shape(0.06, 0, 1.6e-3), GIVEN, none), {"too little for area = 0.0016 m2"});

@@ -225,7 +225,7 @@ TEST(Fuzz, BondFileGivesBondsOrARefusal)
 
 TEST(Fuzz, MeasuresOfABodyAreCheckedOrRefused)
 {
-  const std::string good = "# measures of the body in part.data\n"
+  const std::string good = "# dimensions of the body in part.data\n"
                            "variable length index 0.06   # [m]\n"
                            "variable radius index 0.018\n\n"
                            "variable volume index 6.107e-05\n"
