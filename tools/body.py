@@ -3,6 +3,7 @@
 """Packs spheres into your own part, a closed surface from a CAD program (STL), for in.traction and the other decks.
 
     tools/body.py part.stl --n 2000 --unit mm --axis z --out part.data
+    tools/body.py --example part.stl         writes a part to try this on: a tension bar along z, in mm
 
 Writes the data file --out (atom_style sphere, SI) with the part's axis along x from x = 0, and beside it OUT.body, from which the
 decks read length, cross-section at mid-length, volume and density. Prints the measures of the part and the roughness of the packed surface.
@@ -10,6 +11,7 @@ lammps_inputs/in.specimen packs the spheres between fixed points of the surface.
 Needs Open3D: apt-get install python3-open3d (Debian), or pip install open3d. No other tool needs it.
 """
 
+import argparse
 import os
 import pathlib
 import signal
@@ -17,9 +19,10 @@ import sys
 
 import evp  # noqa: F401  before numpy
 import numpy as np
+from evp.example_part import dog_bone
 from evp.part import AXES, guessed_radius, pack, placed
 from evp.report import command_line, errors_in_one_line
-from evp.stl import read_stl
+from evp.stl import read_stl, write_stl
 from evp.surface import closed_surface
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "in": 0.0254}
@@ -35,6 +38,20 @@ def stop(*_):
     raise KeyboardInterrupt
 
 
+class Example(argparse.Action):
+    """Writes the example and ends the program, as --help does: nothing else is needed then."""
+
+    def __call__(self, parser, namespace, values, option_string=None):
+        if values.exists():
+            parser.error(f"{option_string} {values}: there is such a file: give another name")
+        try:
+            write_stl(values, dog_bone())
+        except OSError as error:
+            parser.error(f"{option_string} {values}: {error.strerror}")
+        print(f"written: {values}, a tension bar along z in mm")
+        parser.exit()
+
+
 def main(arguments=None):
     parser = command_line(__doc__)
     parser.add_argument("part", type=pathlib.Path, metavar="PART.stl", help="closed surface, ASCII or binary STL")
@@ -44,6 +61,7 @@ def main(arguments=None):
     parser.add_argument("--axis", choices=AXES, default="x", help="axis of the file along which the part is loaded (default: %(default)s)")
     parser.add_argument("--seed", type=int, default=1, help="of the random initial positions (default: %(default)s)")
     parser.add_argument("--density", type=float, default=2700.0, help="of the solid [kg/m3]: that of the spheres in FILE, as in.specimen has it (%(default)g)")
+    parser.add_argument("--example", action=Example, type=pathlib.Path, metavar="FILE.stl", help="write a part to try this on, and end")
     options = parser.parse_args(arguments)
     if options.n < 50:
         parser.error(f"--n must be at least 50, got {options.n}: fewer spheres do not make a packing")

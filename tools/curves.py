@@ -18,7 +18,8 @@ curves, too. For a curve that unloads, `numbers` uses the part before the first 
 longest range in which the slope over the second half is at least 90 % of that over the first, where
 this ends before strain 0.004. `--fit LO HI` gives another range.
 `cycle` evaluates curves that unload, as of in.cyclic: strain and stress at the first reversal, residual strain
-at zero stress, slope over the first 0.004 of unloading, and area of the last loop.
+at zero stress, slope over the first 0.004 of unloading (less where the body flows back before), and area of the last loop.
+`--strain strain_gauge` takes the strain of the extensometer (-var extensometer yes of the decks) in place of that of the grips.
 `table` prints one line per curve, also in compression or with unloading: E, yield stress and stresses of the first loading, residual
 strain, unloading modulus, the area of each loop; '-' where a curve has no such number. Stresses are
 fitted over +-0.0006 of strain, or interpolated where the rows are farther apart. A target has rows strain,stress in Pa, or a first line
@@ -35,7 +36,7 @@ import sys
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 
 from evp import curve_table, curves, cycles, law  # noqa: E402
-from evp.report import command_line, write_csv  # noqa: E402
+from evp.report import command_line, typed, write_csv  # noqa: E402
 
 ELASTIC_END = 0.004  # strain at which the first pairs of Table 1 come to the second regime
 COLUMNS = {
@@ -97,14 +98,14 @@ def labels_of(words, paths):
     return words or figures.short_names(paths)
 
 
-def one_load(paths):
-    """The load of all curves of a picture; ValueError where they have several."""
+def one_load(paths, strain):
+    """The load of all curves of a picture over a column of strain; ValueError where they have several."""
     loads = {path: curves.load_of(path) for path in paths}
     first, load = next(iter(loads.items()))
     for path, other in loads.items():
         if other != load:
             raise ValueError(f"{first} is of {load.deck} and {path} of {other.deck}: their axes are not the same; draw each load apart")
-    return load
+    return load if strain == "strain" else load._replace(strain="nominal strain of the extensometer")
 
 
 def show_numbers(args):
@@ -125,7 +126,7 @@ def show_numbers(args):
         curve_turns = cycles.turns(curve.strain)
         if len(curve_turns):
             print(f"NOTE: {path} turns back at strain {curve.strain[curve_turns[0]]:g}: the numbers above are those of the way there. "
-                  "curves.py cycle and curves.py table give those of the way back, too")
+                  f"{typed('curves.py')} cycle and {typed('curves.py')} table give those of the way back, too")
         tell_jump(path, found)
         tell_load(path)
 
@@ -135,8 +136,8 @@ def show_cycles(args):
     load = None
     if args.out:
         keep_inputs(args.out, args.curves)
-        load, labels = one_load(args.curves), labels_of(args.labels, list(dict.fromkeys(args.curves)))
-    read = {path: curves.read_curve(path, args.column) for path in args.curves}
+        load, labels = one_load(args.curves, args.strain), labels_of(args.labels, list(dict.fromkeys(args.curves)))
+    read = {path: curves.read_curve(path, args.column, args.strain) for path in args.curves}
     width = max(len(path) for path in args.curves)
     print(" " * width, *CYCLE_COLUMNS.values(), sep="  ")
     for path, curve in read.items():
@@ -188,7 +189,7 @@ def print_table(titles, rows):
 def show_table(args):
     """Print one line for each curve, the departures from a target below, and write a CSV of both."""
     strains = strains_of(args.at) if args.at else curve_table.STRAINS
-    read = {path: curves.read_curve(path, args.column) for path in args.curves}
+    read = {path: curves.read_curve(path, args.column, args.strain) for path in args.curves}
     target = curve_table.read_target(args.target) if args.target else None
     if args.csv and pathlib.Path(args.csv).resolve() in [pathlib.Path(path).resolve() for path in (*args.curves, args.target or "")]:
         raise ValueError(f"--csv {args.csv} would be written over a file that is read: give another name")
@@ -235,8 +236,8 @@ def plot_curves(args):
     from evp import figures
 
     keep_inputs(args.out, args.curves)
-    load, labels = one_load(args.curves), labels_of(args.labels, args.curves)
-    read = [curves.read_curve(path, args.column) for path in args.curves]
+    load, labels = one_load(args.curves, args.strain), labels_of(args.labels, args.curves)
+    read = [curves.read_curve(path, args.column, args.strain) for path in args.curves]
     drawn = list(zip(labels, read))
     title = load.deck.replace("in.", "").capitalize() if args.title is None else args.title
     print(figures.stress_strain({title: drawn}, args.out, args.column, load))
@@ -304,13 +305,13 @@ def parser():
     def column(sub):
         sub.add_argument("--column", choices=("virial", "grip"), default="virial",
                          help="stress through the cross-sections, or the grips' reaction")
+        sub.add_argument("--strain", choices=("strain", "strain_gauge"), default="strain",
+                         help="of the grips, or of the extensometer (-var extensometer yes)")
 
     sub = command("numbers", show_numbers, "E, yield, stress at 1 and 2 percent, where it bends")
     sub.add_argument("curves", nargs="+", metavar="CSV")
     sub.add_argument("--fit", nargs=2, type=float, metavar=("LO", "HI"),
                      help="range of strain that E is fitted to (default: the elastic part)")
-    sub.add_argument("--strain", choices=("strain", "strain_gauge"), default="strain",
-                     help="of the grips, or of the extensometer (-var extensometer yes)")
     column(sub)
     sub = command("cycle", show_cycles, "residual strain, unloading modulus and loop area")
     sub.add_argument("curves", nargs="+", metavar="CSV")

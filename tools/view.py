@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Pictures and films of the spheres in LAMMPS dumps, and files for ParaView.
 
+  view.py body.data                                                    the body of a data file, before any run
   view.py end_state.dump                                               the last snapshot, spheres of one color
   view.py end_state.dump --color share_second --view iso front         colored by a column, two views
   view.py end_state.dump --color plastic_strain --cut "y<0"            what is inside
@@ -78,6 +79,8 @@ def when_of(snapshot, longest=None):
         load = snapshot.common(name)
         if load is not None:
             return columns.load_text(name, load)
+    if snapshot.step is None:
+        return f"{snapshot.count} spheres"
     if snapshot.time is None:
         return f"step {snapshot.step}"
     return time_text(snapshot.time, longest) if snapshot.units == "si" else f"{snapshot.time:.4g} time units"
@@ -195,7 +198,7 @@ def write_vtk(args, snapshots):
             table = view_scene.read_table(snapshot, args.radius)
             name = f"{stem}_{k:0{digits}d}.vtu"
             vtk.write_points(folder / name, view_scene.places(table, snapshot), {vtk.array_name(key): values for key, values in table.items()})
-            files.append((float(snapshot.step) if snapshot.time is None else snapshot.time, name))
+            files.append((float(snapshot.step or 0) if snapshot.time is None else snapshot.time, name))
         vtk.write_series(folder / f"{stem}.pvd", files)
     print(f"{args.vtk.parent / (stem + '.pvd')}: {len(files)} snapshots")
 

@@ -111,6 +111,15 @@ def test_parts_are_what_their_script_writes(tmp_path):
         assert stl.read_stl(tmp_path / name) == pytest.approx(stl.read_stl(PARTS / name), abs=1e-5)
 
 
+def test_example_is_the_bar_of_the_tests(tmp_path):
+    made = tool(tmp_path, "--example", "bar.stl")
+    assert made.returncode == 0 and made.stdout == "written: bar.stl, a tension bar along z in mm\n"
+    assert (tmp_path / "bar.stl").read_bytes() == (PARTS / "dog_bone.stl").read_bytes()
+    for name, words in (("bar.stl", "there is such a file: give another name"), ("no/bar.stl", "No such file or directory")):
+        refused = tool(tmp_path, "--example", name)
+        assert refused.returncode == 2 and f"--example {name}: {words}" in refused.stdout
+
+
 @pytest.mark.parametrize("change, options, message", [
     (None, {"--n": 100}, "--n 100 is too small: the thinnest section is 0.0079. m, and 100 spheres have a diameter of 0.00377 m; 3 must fit side by side: give --n "),
     (lambda soup: soup[5:] + [0.0, 0.0, 1000.0], {}, r"part.stl is open: .* 10\d\d\S* of the file;"), (lambda soup: soup[:, ::-1], {}, "part.stl is inside out"),

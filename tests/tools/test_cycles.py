@@ -38,6 +38,16 @@ def test_one_sweep():
     assert cycles.loop_areas(strain, stress)[0] == pytest.approx(dissipated, rel=1e-9)
 
 
+@pytest.mark.parametrize("end", [0.0, 0.017])
+def test_unloading_modulus_of_a_body_that_flows_back_early(end):
+    """Back stress: the elastic part of the way back, 0.001, is a fourth of the range that the slope is otherwise taken over."""
+    strain, early = way((0.02, end)), 10e6
+    back = np.maximum(np.abs(strain - 0.02) - 2 * early / E, 0.0)
+    stress = np.where(np.arange(len(strain)) <= 200, YIELD, YIELD - E * np.minimum(np.abs(strain - 0.02), 2 * early / E) - 0.1 * E * back)
+    assert cycles.unloading_modulus(strain, stress) == pytest.approx(E, rel=0.02)
+    assert np.polyfit(strain[200:231], stress[200:231], 1)[0] < 0.5 * E, "control: it does flow back"
+
+
 @pytest.mark.parametrize("sign", [1, -1])
 def test_loops(sign):
     """Three loops between -1 and 1 %: each 2 YIELD (range - 2 YIELD/E); pushed first, the same."""
@@ -89,5 +99,12 @@ def test_command(tmp_path):
     for labels in (("this",), ("this", "this")):
         wrong = call(tool.main, "cycle", tmp_path / "none.csv", tmp_path / "flow.csv", "--labels", *labels, "--out", tmp_path / "wrong.png")
         assert wrong.returncode == 1 and "--labels must give 2 words, one per curve" in wrong.stderr and not (tmp_path / "wrong.png").exists()
+    lines = ["strain,stress_grip,stress_virial,strain_gauge", *(f"{a:.17g},{b:.17g},{b:.17g},{2 * a:.17g}" for a, b in zip(strain, plastic(strain)))]
+    (tmp_path / "gauge.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    for command, place in (("cycle", 3), ("table", 7)):
+        shown = call(tool.main, command, tmp_path / "gauge.csv", "--strain", "strain_gauge")
+        assert shown.stdout.splitlines()[1].split()[place] == "0.03", "residual strain of the extensometer"
+    shown = call(tool.main, "plot", tmp_path / "gauge.csv", "--strain", "strain_gauge", "--out", tmp_path / "drawn.png")
+    assert shown.returncode == 0 and "\nTraction,gauge,4,100\n" in (tmp_path / "drawn.csv").read_text()
     refused = call(tool.main, "cycle", tmp_path / "flow.csv", "--out", tmp_path / "flow.png")
     assert refused.returncode == 1 and "would write its numbers over" in refused.stderr

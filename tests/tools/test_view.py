@@ -12,7 +12,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 import view as tool
-from evp import columns, dump, run, spheres, view_figure, view_scene
+from evp import columns, dump, run, specimen, spheres, view_figure, view_scene
 from in_process import call
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
@@ -209,6 +209,19 @@ def test_values_stay_with_their_spheres(one):
     expected = some_spheres()[::-1]
     assert found.x == pytest.approx(expected[:, :3], rel=1e-8) and found.radius == pytest.approx(expected[:, 3], rel=1e-8)
     assert found.values == pytest.approx(np.arange(19, -1, -1) / 20)
+
+
+def test_picture_of_a_data_file(tmp_path):
+    """The body before any run: its spheres as in a dump of them."""
+    out = tmp_path / "body.png"
+    made = show(BODY, "--pixels", 120, "--out", out)
+    assert made.returncode == 0 and out.stat().st_size > 0, made.stderr
+    own, read = specimen.read_data(BODY), view_scene.spheres_of(dump.index([BODY])[0])
+    assert np.array_equal(read.x, own.x) and np.array_equal(read.radius, own.radius)
+    assert tool.when_of(dump.index([BODY])[0]) == "500 spheres"
+    (tmp_path / "cut.data").write_text("\n".join(BODY.read_text(encoding="utf-8").splitlines()[:300]), encoding="utf-8")
+    refused = show(tmp_path / "cut.data", "--out", tmp_path / "cut.png")
+    assert refused.returncode == 1 and "does not hold the 500 atoms of the header" in refused.stderr and not (tmp_path / "cut.png").exists()
 
 
 def test_frames_of_a_run(pulled, tmp_path):

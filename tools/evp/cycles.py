@@ -5,9 +5,9 @@ modulus, area of loops. The rows are in the order of the way; the strain goes on
 
 import numpy as np
 
-from .curves import ROUNDING, CurveError
+from .curves import MODULUS_END, ROUNDING, CurveError, elastic_end, or_nan
 
-UNLOADING_RANGE = 0.004  # of strain after the turn: the unloading modulus is the slope over it
+UNLOADING_RANGE = 0.004  # of strain after the turn: the unloading modulus is the slope over it, or over the elastic part where this is shorter
 
 
 def turns(strain):
@@ -50,9 +50,12 @@ def stress_back_at(strain, stress, at=0.0):
     return float(np.interp(at, back[order], held[order]))
 
 
-def unloading_modulus(strain, stress, reach=UNLOADING_RANGE):
-    """Slope over the first `reach` of strain after the first turn [unit of stress]."""
+def unloading_modulus(strain, stress):
+    """Slope over the first UNLOADING_RANGE of strain after the first turn, or over the elastic part where the body flows back before
+    [unit of stress]. CurveError where either has too few rows."""
     back, held = unloading(strain, stress)
+    elastic = elastic_end(np.abs(back - back[0]), np.abs(held - held[0]))
+    reach = UNLOADING_RANGE if elastic >= MODULUS_END else elastic
     near = np.abs(back - back[0]) <= reach + ROUNDING
     if np.sum(near) < 3 or np.abs(back[-1] - back[0]) < reach - ROUNDING:
         raise CurveError(f"the way back has too few rows for a slope over {reach:g}: it ends at strain {back[-1]:g}")
@@ -79,14 +82,14 @@ def loop_areas(strain, stress):
 
 
 def numbers(curve, column="virial"):
-    """What is reported of a way there and back, in a dict: turn_strain, turn_MPa, residual_strain, unloading_GPa,
-    area_MJ_per_m3 of the last loop (one sweep: of the sweep)."""
+    """What is reported of a way there and back, in a dict: turn_strain, turn_MPa, residual_strain, unloading_GPa (nan where the way back
+    has too few rows), area_MJ_per_m3 of the last loop (one sweep: of the sweep)."""
     strain, stress = curve.strain, getattr(curve, column)
     back, held = unloading(strain, stress)
     return {
         "turn_strain": float(back[0]),
         "turn_MPa": 1e-6 * float(held[0]),
         "residual_strain": residual_strain(strain, stress),
-        "unloading_GPa": 1e-9 * unloading_modulus(strain, stress),
+        "unloading_GPa": 1e-9 * or_nan(unloading_modulus, strain, stress),
         "area_MJ_per_m3": 1e-6 * loop_areas(strain, stress)[-1],
     }

@@ -1,14 +1,19 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Reads text dumps of atoms (dump custom, write_dump), a snapshot at a time.
+"""Reads text dumps of atoms (dump custom, write_dump), a snapshot at a time; and data files of atom_style sphere, as one snapshot.
 
 index() goes through whole files before anything is taken from them, so that a damaged file is noticed before a tool writes.
 """
 
 import pathlib
+import re
 from itertools import islice
 from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
+
+from . import specimen
+
+_ATOMS = re.compile(rb"^\s*\d+\s+atoms\b", re.M)  # in the head of a data file
 
 
 class DumpError(ValueError):
@@ -19,7 +24,7 @@ class Snapshot(NamedTuple):
     """Where a snapshot is, and what its header says; read() gets its columns."""
 
     path: pathlib.Path
-    step: int
+    step: Optional[int]  # a data file has none
     time: Optional[float]  # where the dump has it (dump_modify time yes)
     units: Optional[str]  # likewise (dump_modify units yes)
     box: np.ndarray  # (3, 2) bounds
@@ -64,6 +69,24 @@ class Snapshot(NamedTuple):
             order = np.argsort(columns["id"], kind="stable")
             columns = {name: column[order] for name, column in columns.items()}
         return columns
+
+
+class DataFile(Snapshot):
+    """The spheres of a data file of atom_style sphere."""
+
+    def __str__(self):
+        return str(self.path)
+
+    def read(self):
+        """{name: (N,) array} in the order of the IDs."""
+        body = specimen.read_data(self.path)
+        return dict(zip(self.names, (body.ids, body.types, *body.x.T, body.radius)))
+
+
+def _data_file(path):
+    """The DataFile of a path; ValueError where its atoms are of another style or fewer than its head says."""
+    body = specimen.read_data(path)
+    return DataFile(pathlib.Path(path), None, None, None, body.box, len(body.ids), ("id", "type", "x", "y", "z", "radius"), 0, 0)
 
 
 def _damaged(path, step, unfinished):
@@ -131,7 +154,8 @@ def _snapshots(path, source):
 def index(paths, unfinished=False):
     """All snapshots of the files, in their order. unfinished: a file may end in the middle of a snapshot, which is left out.
 
-    DumpError where a file is no dump of atoms, is empty or damaged; OSError where it cannot be read.
+    DumpError where a file is neither a dump of atoms nor a data file, is empty or damaged; ValueError where a data file is; OSError where one
+    cannot be read.
     """
     found = []
     for path in paths:
@@ -139,6 +163,9 @@ def index(paths, unfinished=False):
             begin = source.read(4096)
             if not begin:
                 raise DumpError(f"{path} is empty: no snapshot has been written")
+            if b"\0" not in begin and _ATOMS.search(begin):
+                found.append(_data_file(path))
+                continue
             if b"\0" in begin or not begin.startswith(b"ITEM:"):
                 raise DumpError(f"{path} is no text dump of LAMMPS: its first line is not 'ITEM: ...'")
             source.seek(0)

@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Writes the outputs, pictures and times of doc/tutorial.rst, from a run of all commands of the page.
+
+    PYTHONPATH=tools python3 -m evp.tutorial_page [--work FOLDER]
+
+All blocks of commands run in one shell that starts in the root of the checkout, with --work as home. Between the marks '.. output: PATTERN' and
+'.. end of output' stand the lines of the last block before them that the pattern is found in. About four minutes on two cores.
+"""
+
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import tempfile
+import textwrap
+from typing import NamedTuple
+
+from .report import command_line, errors_in_one_line, split_at_marks
+from .run import CHECKOUT, RunError, environment
+
+PAGE = CHECKOUT / "doc" / "tutorial.rst"
+PICTURES = PAGE.parent / "tutorial"
+COLORS = 128  # of the stored PNG files
+COSTS = ".. costs: written by evp.tutorial_page\n", ".. end of costs"
+_END = "---- end of a block ----"
+_STEP = re.compile(r"^\*\*(\d+\. .+)\*\*$", re.M)
+_BLOCK = re.compile(r"^\.\. code-block:: bash\n\n((?:   .*\n|\n)+)", re.M)
+_OUTPUT = re.compile(r"^(\.\. output: (.+)\n\n)(.*?)(?=^\.\. end of output$)", re.M | re.S)
+
+
+class Step(NamedTuple):
+    """A block of commands: its heading, the commands, the pattern of the lines to show or None, the lines that the page shows."""
+
+    title: str
+    commands: str
+    pattern: str
+    shown: str
+
+
+class Result(NamedTuple):
+    """What a block printed, and its processor time [s]."""
+
+    text: str
+    seconds: float
+
+
+def steps(text):
+    """Steps of the page."""
+    found, parts = [], _STEP.split(text)
+    for title, part in zip(parts[1::2], parts[2::2]):
+        block, output = _BLOCK.search(part), _OUTPUT.search(part)
+        if len(_BLOCK.findall(part)) != 1 or not output or len(_OUTPUT.findall(part)) != 1 or output.start() < block.start():
+            raise ValueError(f"{PAGE}, '{title}': a step has one block of commands, and after it '.. output: PATTERN' and '.. end of output'")
+        found.append(Step(title, textwrap.dedent(block[1]).strip(), output[2], textwrap.dedent(output[3].partition("::")[2].partition("\n")[2]).strip("\n")))
+    return found
+
+
+def run(blocks, folder, home):
+    """Results of blocks of commands in one shell that starts in a folder. RunError with the end of the output where one failed."""
+    with tempfile.TemporaryDirectory(prefix="evp_tutorial_") as name:
+        times = pathlib.Path(name) / "times"
+        script = "".join(f"{block}\necho '{_END}'\ntimes >> {times}\n" for block in blocks)
+        with open(pathlib.Path(name) / "errors", "w+", encoding="utf-8") as errors:
+            done = subprocess.run(["bash", "-c", "set -eu\n" + script], cwd=folder, env={**os.environ, **environment(), "HOME": str(home)}, check=False,
+                                  stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=errors, encoding="utf-8", errors="replace")
+            if done.returncode:
+                errors.seek(0)
+                raise RunError(f"a command of the tutorial failed (exit {done.returncode}); it ends with\n{done.stdout[-1500:]}{errors.read()[-1500:]}")
+        spent = [sum(60 * float(minutes) + float(seconds) for minutes, seconds in re.findall(r"(\d+)m([\d.]+)s", line))
+                 for line in times.read_text(encoding="utf-8").splitlines()[1::2]]  # the first line of two is the shell's own
+    texts = done.stdout.split(_END + "\n")[:-1]
+    return [Result(text, after - before) for text, before, after in zip(texts, [0.0, *spent], spent)]
+
+
+def lines_shown(result, pattern):
+    """What the page shows of a Result; ValueError where it is nothing."""
+    found = [line.rstrip() for line in result.text.splitlines() if re.search(pattern, line)]
+    if not found:
+        raise ValueError(f"no line of the output has '{pattern}':\n{result.text[-1500:]}")
+    return "\n".join(found)
+
+
+def with_outputs(text, outputs):
+    """The page with these outputs, one for each step."""
+    left = iter(outputs)
+
+    def block(found):
+        return found[1] + ".. code-block:: text\n\n" + textwrap.indent(next(left), "   ") + "\n\n"
+
+    return _OUTPUT.sub(block, text)
+
+
+def cost_lines(found, results):
+    """Lines of the table of processor times."""
+    rows = [(step.title.partition(". ")[2], f"{result.seconds:.0f}") for step, result in zip(found, results)]
+    rows.append(("all", f"{sum(result.seconds for result in results):.0f}"))
+    lines = [".. list-table::", "   :header-rows: 1", "", "   * - step", "     - time [s]"]
+    return lines + [line for title, seconds in rows for line in (f"   * - {title}", f"     - {seconds}")]
+
+
+def store(name, folder):
+    """Copies a picture of a folder beside the page, a PNG with fewer colors, which makes it half as large."""
+    from PIL import Image
+
+    if name.endswith(".png"):
+        with Image.open(folder / name) as image:
+            image.convert("RGB").quantize(COLORS, dither=Image.Dither.NONE).save(PICTURES / name, optimize=True)
+    else:
+        shutil.copyfile(folder / name, PICTURES / name)
+
+
+def main(argv=None):
+    """Runs all, and rewrites the page."""
+    parser = command_line(__doc__)
+    parser.prog = "evp.tutorial_page"
+    parser.add_argument("--work", type=pathlib.Path, default=CHECKOUT / "results" / "tutorial", metavar="FOLDER", help="where the commands run (default: %(default)s)")
+    args = parser.parse_args(argv)
+    with errors_in_one_line("evp.tutorial_page"):
+        text = PAGE.read_text(encoding="utf-8")
+        found = steps(text)
+        shutil.rmtree(args.work, ignore_errors=True)  # a calibration would go on from an earlier one
+        args.work.mkdir(parents=True)
+        results = run([step.commands for step in found], CHECKOUT, args.work.resolve())
+        text = with_outputs(text, [lines_shown(result, step.pattern) for step, result in zip(found, results)])
+        PAGE.write_text(text.replace(str(CHECKOUT), "~/evp"), encoding="utf-8")
+        head, _, tail = split_at_marks(PAGE, *COSTS)
+        PAGE.write_text("\n".join([head + COSTS[0], *cost_lines(found, results), "", COSTS[1] + tail]), encoding="utf-8")
+        PICTURES.mkdir(exist_ok=True)
+        for name in re.findall(r"^\.\. image:: tutorial/(\S+)", text, re.M):
+            store(name, args.work / "bar")
+    print(f"updated {PAGE} and {PICTURES}")
+
+
+if __name__ == "__main__":
+    main()
