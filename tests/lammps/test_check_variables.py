@@ -31,9 +31,9 @@ def test_known_names_pass_and_the_script_goes_on_where_it_was(lmp, ranks):
 
 @pytest.mark.parametrize("name, ranks, hint", [
     ("streain", 2, "did you mean strain?"), ("Rate", 1, "did you mean rate?"), ("sratin", 1, "did you mean strain?"), ("ltaer", 1, "did you mean later?"),
-    ("temperature", 1, "its choices are strain, rate, also, later")])
+    ("temperature", 1, "its variables are strain, rate, also, later")])
 def test_another_name_stops_with_the_nearest(lmp, name, ranks, hint):
-    assert f"-var {name}: the input script has no such choice; {hint}" in error_of(run_script(lmp, ranks=ranks, **{name: 5}))
+    assert f"-var {name}: the input script has no such variable; {hint}" in error_of(run_script(lmp, ranks=ranks, **{name: 5}))
 
 
 def test_variables_of_other_styles_are_left_alone(lmp):
@@ -48,7 +48,41 @@ def test_names_of_an_included_file(lmp, tmp_path, text, accepted):
     if accepted:
         run.ok()
     else:
-        assert "-var count: the input script has no such choice" in error_of(run)
+        assert "-var count: the input script has no such variable" in error_of(run)
+
+
+OUTER = "variable seed index 1 2\nlabel again\n{}\ninclude in.inner\nnext seed\njump SELF again\n"
+INNER = "variable strain index 0.02\ncheck_evp_variables\nprint 'strain ${strain}, done'\n"
+
+
+@pytest.mark.parametrize("ranks, variables, line", [(1, {}, ""), (2, {"seed": 7}, ""), (1, {"tag": "a"}, "print ${tag}"), (2, {"strain": 1}, "")])
+def test_a_script_may_include_this_one(lmp, tmp_path, ranks, variables, line):
+    """Its own variables are known, those that -var sets too, and those that it defines are none of -var's."""
+    (tmp_path / "in.inner").write_text(INNER, encoding="utf-8")
+    run = lmp(OUTER.format(line), ranks, variables).ok()
+    assert run.stdout.count(f"strain {variables.get('strain', 0.02)}, done") == (1 if "seed" in variables else 2)
+
+
+def test_a_misspelled_name_is_found_below_a_script_that_includes_this_one(lmp, tmp_path):
+    (tmp_path / "in.inner").write_text(INNER, encoding="utf-8")
+    assert "-var sed: the input script has no such variable; did you mean" in error_of(lmp(OUTER.format(""), 1, {"sed": 3}))
+
+
+@pytest.mark.parametrize("script", [
+    "variable rate &\n  index 1\n", "variable rate loop 3\n", "variable rate world 5\n", "print ${rate}\n", "variable twice equal 2*v_rate\n",
+    "if $(is_defined(variable,rate)) then 'print given'\n", "if 1 then 'variable rate index 2'\n"])
+def test_other_ways_to_define_or_to_read_a_variable(lmp, script):
+    lmp(script + "check_evp_variables\nprint 'done'\n", variables={"rate": 4}).ok()
+
+
+def test_a_word_of_a_comment_is_no_variable(lmp):
+    message = error_of(lmp("variable cycles index 0    # a cycle is a load and its release\ncheck_evp_variables\n", variables={"cycle": 1}))
+    assert message.count("-var cycle: the input script has no such variable; did you mean cycles?") == 1
+
+
+def test_a_variable_that_the_script_defines_is_not_of_the_command_line(lmp, tmp_path):
+    (tmp_path / "in.next").write_text("check_evp_variables\nprint 'done'\n", encoding="utf-8")
+    lmp("variable late index 2\njump in.next\n").ok()
 
 
 def test_an_included_file_that_is_missing_has_no_names(lmp):
@@ -78,7 +112,7 @@ def test_a_script_from_a_pipe_is_not_checked(tmp_path):
 def test_each_deck_stops_at_a_misspelled_choice_and_at_a_blank(tmp_path, deck):
     """Before it reads anything, and leaves no file."""
     found = error_of(run_lammps(deck, 1, {"ouut": "x"}, tmp_path))
-    assert "-var ouut: the input script has no such choice; did you mean out?" in found
+    assert "-var ouut: the input script has no such variable; did you mean out?" in found
     assert "-var out 'my run'" in error_of(run_lammps(deck, 1, {"out": "my run"}, tmp_path))
     assert list(tmp_path.iterdir()) == []
 
@@ -86,7 +120,7 @@ def test_each_deck_stops_at_a_misspelled_choice_and_at_a_blank(tmp_path, deck):
 def test_choices_of_frames_are_known(tmp_path):
     variables = {"specimen": REFERENCE, "also": DECKS / "frames.lmp", "out": "a", "rate": 100, "strain": 0.0002}
     run_lammps("in.traction", 1, {**variables, "frames": 2}, tmp_path).ok()
-    assert "-var framse: the input script has no such choice; did you mean frames?" in error_of(run_lammps("in.traction", 1, {**variables, "framse": 2}, tmp_path))
+    assert "-var framse: the input script has no such variable; did you mean frames?" in error_of(run_lammps("in.traction", 1, {**variables, "framse": 2}, tmp_path))
 
 
 def test_example_of_the_page(lmp, tmp_path):
