@@ -45,6 +45,29 @@ inline bool mentions(const std::string &text, const std::string &name)
   return false;
 }
 
+/// Whether an input script defines or reads a variable: variable NAME, (variable,NAME), ${NAME}, $N or v_NAME. A word of
+/// another kind, as in a comment, does not count: it may be what a misspelled name is like.
+inline bool uses_variable(const std::string &script, const std::string &name)
+{
+  const auto ends_with = [](const std::string &text, const std::string &end) {
+    return text.size() >= end.size() &&
+        text.compare(text.size() - end.size(), end.size(), end) == 0;
+  };
+  const auto in_name = [](char c) {
+    return std::isalnum((unsigned char) c) || c == '_';
+  };
+  for (size_t at = script.find(name); at != std::string::npos; at = script.find(name, at + 1)) {
+    std::string before = script.substr(at < 32 ? 0 : at - 32, at < 32 ? at : 32);
+    const char after = at + name.size() < script.size() ? script[at + name.size()] : '\n';
+    if (name.size() == 1 && ends_with(before, "$")) return true;
+    if (in_name(after)) continue;
+    if ((ends_with(before, "${") && after == '}') || ends_with(before, "v_")) return true;
+    const size_t length = before.find_last_not_of(", \t&\n\r") + 1;
+    if (length < before.size() && ends_with(before.substr(0, length), "variable")) return true;
+  }
+  return false;
+}
+
 /// Characters to insert, delete, replace or swap with the next, so that one word becomes the other.
 inline int edit_distance(const std::string &a, const std::string &b)
 {

@@ -4,6 +4,7 @@
 
 #include "core/choices.h"
 #include "keywords.h"
+#include "own_process.h"
 #include "text_reader.h"
 
 #include "comm.h"
@@ -33,25 +34,40 @@ void CheckEVPVariables::command(int narg, char **arg)
       mentioned += text + "\n";
   });
 
+  std::string complaint = comm->me == 0 ? first_unknown(mentioned) : "";
+  int size = (int) complaint.size();
+  MPI_Bcast(&size, 1, MPI_INT, 0, world);
+  if (size == 0) return;
+  complaint.resize(size);
+  MPI_Bcast(&complaint[0], size, MPI_CHAR, 0, world);
+  error->all(FLERR, "{}: {}", WHO, complaint);
+}
+
+// What is wrong with the first name that no script knows; empty where all are known. Of rank 0.
+std::string CheckEVPVariables::first_unknown(const std::string &mentioned) const
+{
+  const std::vector<std::string> given = given_by_var();
+  if (given.empty()) return "";
   std::string script;
-  if (!read_script(script)) {
-    if (comm->me == 0)
-      error->warning(FLERR,
-                     "{}: the input script is not read from a file: names of variables are not "
-                     "checked",
-                     WHO);
-    return;
+  if (!infile || !EVP::text_of(fileno(infile), MAX_FILE_SIZE, script)) {
+    error->warning(FLERR,
+                   "{}: the input script is not read from a file: names of variables are not "
+                   "checked",
+                   WHO);
+    return "";
   }
-  const std::vector<std::string> known = EVP::index_variables(script + "\n" + mentioned);
-  for (const std::string &name : defined_by_index()) {
-    if (std::find(known.begin(), known.end(), name) != known.end()) continue;
-    if (EVP::mentions(mentioned, name)) continue;
+  // scripts that include this one, and files that it includes, have variables of their own
+  const std::string others = EVP::open_texts(MAX_FILE_SIZE, fileno(infile)) + mentioned;
+  const std::vector<std::string> known = EVP::index_variables(script + "\n" + others);
+  for (const std::string &name : given) {
+    if (EVP::uses_variable(script, name) || EVP::mentions(others, name)) continue;
     const std::string nearest = EVP::nearest_name(name, known);
-    const std::string hint = nearest.empty() ? "its variables are " + utils::join_words(known, ", ")
-                                             : "did you mean " + nearest + "?";
-    error->all(FLERR, "{}: -var {}: the input script has no such variable; {}", WHO,
-               EVP::shown(name), hint);
+    const std::string hint = known.empty() ? "it has none"
+        : nearest.empty()                  ? "its variables are " + utils::join_words(known, ", ")
+                                           : "did you mean " + nearest + "?";
+    return "-var " + EVP::shown(name) + ": the input script has no such variable; " + hint;
   }
+  return "";
 }
 
 // The value of a variable; throws BadInput unless it is one word.
@@ -70,37 +86,21 @@ std::string CheckEVPVariables::path_of(const std::string &name) const
   return path;
 }
 
-std::vector<std::string> CheckEVPVariables::defined_by_index() const
+// Those of style index that the command line names: others are of a script, or of a program that runs LAMMPS.
+std::vector<std::string> CheckEVPVariables::given_by_var() const
 {
+  const std::vector<std::string> words = EVP::command_line();
+  const auto after_var = [&](const std::string &name) {
+    for (size_t k = 1; k < words.size(); k++)
+      if ((words[k - 1] == "-var" || words[k - 1] == "-v") && words[k] == name) return true;
+    return false;
+  };
   std::vector<std::string> names;
   Info info(lmp);
   for (int i = 0; i < input->variable->nvar; i++)
     // the style itself is private to LAMMPS
-    if (info.get_variable_info(i).find("style = index") != std::string::npos)
+    if (info.get_variable_info(i).find("style = index") != std::string::npos &&
+        (words.empty() || after_var(input->variable->names[i])))
       names.emplace_back(input->variable->names[i]);
   return names;
-}
-
-// Collective; false where the script comes from a pipe or, line by line, from a program. LAMMPS reads on where it was.
-bool CheckEVPVariables::read_script(std::string &text) const
-{
-  text.clear();
-  int size = -1;
-  if (comm->me == 0 && infile) {
-    const long place = ftell(infile);
-    if (place >= 0 && fseek(infile, 0, SEEK_SET) == 0) {
-      char part[4096];
-      for (size_t count; (count = fread(part, 1, sizeof(part), infile)) > 0;)
-        text.append(part, count);
-      const bool whole = !ferror(infile) && text.size() <= (size_t) MAX_FILE_SIZE;
-      if (fseek(infile, place, SEEK_SET) != 0)
-        error->one(FLERR, "check_evp_variables: cannot go on reading the input script");
-      if (whole) size = (int) text.size();
-    }
-  }
-  MPI_Bcast(&size, 1, MPI_INT, 0, world);
-  if (size < 0) return false;
-  text.resize(size);
-  MPI_Bcast(&text[0], size, MPI_CHAR, 0, world);
-  return true;
 }

@@ -19,8 +19,8 @@ class CheckEVPVariables : public Command {
 
  private:
   std::string path_of(const std::string &name) const;
-  std::vector<std::string> defined_by_index() const;
-  bool read_script(std::string &text) const;
+  std::vector<std::string> given_by_var() const;
+  std::string first_unknown(const std::string &mentioned) const;
 };
 
 }    // namespace LAMMPS_NS

@@ -51,6 +51,40 @@ def test_names_of_an_included_file(lmp, tmp_path, text, accepted):
         assert "-var count: the input script has no such variable" in error_of(run)
 
 
+OUTER = "variable seed index 1 2\nlabel again\n{}\ninclude in.inner\nnext seed\njump SELF again\n"
+INNER = "variable strain index 0.02\ncheck_evp_variables\nprint 'strain ${strain}, done'\n"
+
+
+@pytest.mark.parametrize("ranks, variables, line", [(1, {}, ""), (2, {"seed": 7}, ""), (1, {"tag": "a"}, "print ${tag}"), (2, {"strain": 1}, "")])
+def test_a_script_may_include_this_one(lmp, tmp_path, ranks, variables, line):
+    """Its own variables are known, those that -var sets too, and those that it defines are none of -var's."""
+    (tmp_path / "in.inner").write_text(INNER, encoding="utf-8")
+    run = lmp(OUTER.format(line), ranks, variables).ok()
+    assert run.stdout.count(f"strain {variables.get('strain', 0.02)}, done") == (1 if "seed" in variables else 2)
+
+
+def test_a_misspelled_name_is_found_below_a_script_that_includes_this_one(lmp, tmp_path):
+    (tmp_path / "in.inner").write_text(INNER, encoding="utf-8")
+    assert "-var sed: the input script has no such variable; did you mean" in error_of(lmp(OUTER.format(""), 1, {"sed": 3}))
+
+
+@pytest.mark.parametrize("script", [
+    "variable rate &\n  index 1\n", "variable rate loop 3\n", "variable rate world 5\n", "print ${rate}\n", "variable twice equal 2*v_rate\n",
+    "if $(is_defined(variable,rate)) then 'print given'\n", "if 1 then 'variable rate index 2'\n"])
+def test_other_ways_to_define_or_to_read_a_variable(lmp, script):
+    lmp(script + "check_evp_variables\nprint 'done'\n", variables={"rate": 4}).ok()
+
+
+def test_a_word_of_a_comment_is_no_variable(lmp):
+    message = error_of(lmp("variable cycles index 0    # a cycle is a load and its release\ncheck_evp_variables\n", variables={"cycle": 1}))
+    assert message.count("-var cycle: the input script has no such variable; did you mean cycles?") == 1
+
+
+def test_a_variable_that_the_script_defines_is_not_of_the_command_line(lmp, tmp_path):
+    (tmp_path / "in.next").write_text("check_evp_variables\nprint 'done'\n", encoding="utf-8")
+    lmp("variable late index 2\njump in.next\n").ok()
+
+
 def test_an_included_file_that_is_missing_has_no_names(lmp):
     run_script(lmp, "check_evp_variables include also").ok()
 
