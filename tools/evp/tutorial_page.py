@@ -26,7 +26,7 @@ COSTS = ".. costs: written by evp.tutorial_page\n", ".. end of costs"
 _END = "---- end of a block ----"
 _STEP = re.compile(r"^\*\*(\d+\. .+)\*\*$", re.M)
 _BLOCK = re.compile(r"^\.\. code-block:: bash\n\n((?:   .*\n|\n)+)", re.M)
-_OUTPUT = re.compile(r"^(\.\. output: (.+)\n\n)(.*?)(?=^\.\. end of output$)", re.M | re.S)
+_OUTPUT = re.compile(r"^(\.\. output: ([^\n]+)\n\n)(.*?)(?=^\.\. end of output$)", re.M | re.S)
 
 
 class Step(NamedTuple):

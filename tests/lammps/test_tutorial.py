@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""doc/tutorial.rst: all its commands are run, with smaller bodies; what they print has the form and about the figures of the page."""
+
+import importlib.util
+import re
+
+import pytest
+from evp import surface, tutorial_page
+from lammps_run import LMP
+
+PAGE = tutorial_page.PAGE.read_text(encoding="utf-8")
+STEPS = tutorial_page.steps(PAGE)
+# What is smaller here than on the page: bodies, ranks, pictures; and a higher rate.
+SMALLER = (("--n 2000", "--n 500"), ("--name", "--spheres 300 --ranks 1 --name"), ("-var extensometer", "-var rate 40 -var extensometer"),
+           ("-var frames 20", "-var frames 3"), ("--pixels 400", "--pixels 150"))
+SAME = 0.12  # of the figures, for a fourth of the spheres and other packings
+NUMBER = re.compile(r"[-+]?\d[\d.]*(?:e[-+]?\d+)?")
+
+
+def form(text):
+    """Of an output: numbers are all the same, and so are blanks; lines of one form count once, as a calibration may take one run more."""
+    return list(dict.fromkeys(re.sub(r"\s+", " ", NUMBER.sub("#", line)).strip() for line in text.splitlines()))
+
+
+def row(text, name):
+    """Cells of a line of a table of evp curves, without its first."""
+    return [float(cell) if NUMBER.fullmatch(cell) and ".." not in cell else cell for cell in re.search(rf"^{name} +(.+)$", text, re.M)[1].split()]
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    if importlib.util.find_spec("open3d") is None:
+        pytest.skip("no open3d: " + surface.OPEN3D)
+    folder = tmp_path_factory.mktemp("tutorial")
+    blocks = "\x1e".join(step.commands for step in STEPS).replace("$PWD/build:", f"{LMP.parent}:")
+    for words, other in SMALLER:
+        assert words in blocks
+        blocks = blocks.replace(words, other)
+    return folder / "bar", tutorial_page.run(blocks.split("\x1e"), folder, folder)
+
+
+def test_outputs_are_those_of_the_commands(results):
+    folder, found = results
+    for step, result in zip(STEPS, found):
+        assert form(tutorial_page.lines_shown(result, step.pattern)) == form(step.shown), f"{step.title}: run python3 -m evp.tutorial_page"
+    for picture in re.findall(r"^\.\. image:: tutorial/(\S+)", PAGE, re.M):
+        assert (folder / picture).stat().st_size > 1000 and (tutorial_page.PICTURES / picture).stat().st_size < 7e5
+
+
+def test_figures_of_the_page(results):
+    """The curves of both rows: E, yield stress, stress at 1 %, and permanent strain."""
+    found = results[1]
+    for name, places in (("first.csv", (0, 2, 4)), ("pull.csv", (0, 2, 4, 5, 6, 7))):
+        own, page = (row(text, name) for text in (found[6].text, STEPS[6].shown))
+        assert [own[k] for k in places] == pytest.approx([page[k] for k in places], rel=SAME), name
+    pull = row(found[6].text, "pull.csv")
+    assert pull[7] == pytest.approx(pull[0], rel=0.05), "the body unloads with its first modulus"
+    assert pull[5] - pull[6] == pytest.approx(pull[2] / pull[0] * 1e-3 * 1.5, rel=0.4), "springback: about the stress over E"
+
+
+def test_row_of_the_bar_is_that_of_the_metal():
+    """On the page: the first row misses E and yield stress, targets changed by what it missed meet them."""
+    (modulus, held, second), aimed = ([float(re.search(rf"--{name} (\S+?)(?:@| )", STEPS[k].commands)[1]) for name in ("E", "yield", "stress2")] for k in (2, 4))
+    first, pull = (row(STEPS[6].shown, name) for name in ("first.csv", "pull.csv"))
+    factors = [modulus / (1e9 * first[0])] + 2 * [held / (1e6 * first[2])]
+    assert aimed == pytest.approx([factor * value for factor, value in zip(factors, (modulus, held, second))], rel=0.005)
+    assert min(factors) > 1.03, "control: there is something to mend"
+    assert [1e9 * pull[0], 1e6 * pull[2]] == pytest.approx([modulus, held], rel=0.01)
+
+
+def test_page_is_as_its_script_writes_it():
+    assert len(STEPS) == 8 and tutorial_page.with_outputs(PAGE, [step.shown for step in STEPS]) == PAGE
+    costs = PAGE.partition(tutorial_page.COSTS[0])[2]
+    assert re.findall(r"^   \* - (\w.+)$", costs, re.M) == ["step", *(step.title.partition(". ")[2] for step in STEPS), "all"]
+
+
+@pytest.mark.parametrize("change, message", [
+    (lambda text: text.replace("evp doctor", "evp doctors"), "no tool 'doctors'"), (lambda text: text.replace(".. output: ^Healthy", ""), "a step has one block")])
+def test_a_wrong_page_is_noticed(tmp_path, change, message):
+    with pytest.raises((ValueError, tutorial_page.RunError), match=message):
+        tutorial_page.run([tutorial_page.steps(change(PAGE))[0].commands.replace("$PWD/build:", f"{LMP.parent}:")], tmp_path, tmp_path)
