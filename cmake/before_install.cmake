@@ -5,6 +5,8 @@ cmake_policy(VERSION 3.20)
 if(NOT EXISTS "${EVP_BUILD_FOLDER}/evpplugin.so")
   message(FATAL_ERROR "The plugin is not built yet. Run first: cmake --build ${EVP_BUILD_FOLDER}")
 endif()
+# one such as `--prefix here` is meant from the folder of the command
+get_filename_component(CMAKE_INSTALL_PREFIX "${CMAKE_INSTALL_PREFIX}" ABSOLUTE)
 if(DEFINED ENV{EVP_RECORD})    # of the tests, which leave the user's own installation alone
   set(EVP_RECORD "$ENV{EVP_RECORD}")
 endif()

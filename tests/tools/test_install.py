@@ -190,6 +190,17 @@ def test_uninstall_leaves_what_was_there(tmp_path):
     assert "nothing is installed from this build folder" in start("cmake", "--build", BUILD, "--target", "uninstall", EVP_RECORD=record)
 
 
+def test_a_relative_prefix_is_below_the_folder_of_the_command(tmp_path):
+    """It once asked for memory without end. An installation that was moved is not claimed to be removed."""
+    record = tmp_path / "record"
+    start("cmake", "--install", BUILD, "--prefix", "mine/../here", folder=tmp_path, EVP_RECORD=record, PWD="/")
+    assert start("here/bin/evp", "path", "tools", folder=tmp_path).strip() == str(tmp_path / "here" / "share" / "evp" / "tools")
+    shutil.move(tmp_path / "here", tmp_path / "there")
+    said = start("cmake", "--build", BUILD, "--target", "uninstall", EVP_RECORD=record)
+    assert f"nothing to remove: {tmp_path}/here is not there any more" in said and (tmp_path / "there" / "bin" / "evp").exists()
+    assert not record.exists()
+
+
 def test_source_archive_without_git(tmp_path):
     """Configures and installs where git fails."""
     source, build = tmp_path / "evp", tmp_path / "build"
