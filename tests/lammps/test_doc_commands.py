@@ -11,6 +11,7 @@ from lammps_run import REPOSITORY
 
 PAGES = ("README.md", "CONTRIBUTING.md", *sorted(str(path.relative_to(REPOSITORY)) for path in REPOSITORY.glob("doc/Howto_evp*.rst")))
 HOWTO, PART, METAL = "doc/Howto_evp.rst", "doc/Howto_evp_part.rst", "doc/Howto_evp_metal.rst"
+DOCTOR, FRICTION = "doc/Howto_evp_doctor.rst", "doc/Howto_evp_friction.rst"
 BLOCKS = [block for page in PAGES for block in doc_blocks.blocks(page)]
 
 # Small bodies and short ways, since what is tested is that the commands work: choices that win over those of the page, by deck.
@@ -46,6 +47,7 @@ RUNS = (
     Run(HOWTO, "tools/curves.py rate", "twin.csv", (SPECIMEN,), {"in.traction": "-var strain 0.02 -var rate 100"}),
     Run(HOWTO, "-var integrator implicit", "table2.csv"),
     Run(PART, "-var lattice fcc", "crystal.data", ("@region",)),
+    Run(FRICTION, "in.sliding -var block block.data", "sliding.csv", short={"in.specimen": "-var n 100", "in.sliding": "-var speed 0.3"}),
 )
 WALK = "the walk of the page, as it stands"
 # (page, words that only this block has): (test file that uses it, or '' for none; what it does with it, or why there is none).
@@ -64,6 +66,11 @@ NAMED = {
     (PART, "tools/curves.py numbers bone.csv"): ("tests/lammps/test_body_tool.py", WALK),
     (PART, "bone.csv   20.868"): ("tests/lammps/test_body_tool.py", WALK),
     (PART, "region hole cylinder"): ("tests/lammps/test_doc_commands.py", "is the file plate.region of the commands above it"),
+    (FRICTION, "pair_style      hybrid evp/lj"): ("tests/lammps/test_granular.py", "runs it"),
+    (DOCTOR, "evp doctor --lmp /path/to/lmp"): ("tests/tools/test_doctor.py", "paths of the reader; each option is tested"),
+    (DOCTOR, "FAULT        plugin path"): ("tests/tools/test_doctor.py", "written by evp.doctor_page; compared with a run"),
+    (DOCTOR, "Healthy: lmp loads"): ("", "written by evp.doctor_page, like the block above it"),
+    (DOCTOR, "strings evpplugin.so"): ("", "binutils are no part of the setup; tests/tools/test_doctor.py reads the same text"),
     (METAL, "tools/calibrate.py --E 70e9"): ("tests/lammps/test_calibrate_runs.py", WALK),
     (METAL, "run 1: E "): ("tests/lammps/test_calibrate_runs.py", WALK),
     (METAL, "in.specimen -var n 300"): ("tests/lammps/test_calibrate_runs.py", WALK),

@@ -7,6 +7,7 @@ stops after v^2/(2 mu g). Spheres do not turn: the torques on them that are drop
 
 import re
 
+import doc_blocks
 import numpy as np
 import pytest
 from lammps_run import read_csv, read_dump, run_lammps, slope, write_data
@@ -241,3 +242,23 @@ def test_the_ball_of_in_impact(tmp_path):
     assert left[0.4] < min(left["off"], left[0]) - 3.0, left
     found = run_lammps("in.impact", 1, {"friction": -1}, tmp_path)
     assert "\nERROR: friction must be off, 0 or positive, got -1\n" in found.stdout and found.returncode != 0
+
+
+def test_the_script_of_the_page(lmp, tmp_path):
+    """doc/Howto_evp_friction.rst: a block on another one, pushed down and sideways, drags it along and keeps no momentum for itself."""
+    script = next(one.text for one in doc_blocks.blocks("doc/Howto_evp_friction.rst") if "hybrid evp/lj" in one.text)
+    x = np.concatenate([block(), block((0.0, 0.0, 2 * RADIUS * SHAPE[2]))])
+    write_data(tmp_path / "body.data", x, [RADIUS] * len(x), [[-0.05, 0.1]] * 3, [1] * 24 + [2] * 24)
+    motion = """group lower type 1
+group upper type 2
+velocity upper set 1 0 -0.5 units box
+variable below equal vcm(lower,x)
+variable above equal vcm(upper,x)
+timestep 1e-6
+thermo 50
+"""
+    table = lmp(head() + script + motion + thermo("v_below v_above f_bonds") + "run 300\n", 2).ok().thermo()
+    pairs = sum(np.linalg.norm(a - b) < 1.5 * 2 * RADIUS for body in (x[:24], x[24:]) for k, a in enumerate(body) for b in body[:k])
+    assert np.all(table["f_bonds"] == pairs), "none between the bodies"
+    assert table["v_below"][-1] > 0.05
+    assert table["v_below"] + table["v_above"] == pytest.approx(1.0, rel=1e-9), "of equal masses"

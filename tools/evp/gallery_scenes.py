@@ -235,8 +235,8 @@ SCENES = (
            'tools/view.py twisted_frames.dump --color plastic_strain --range 0 1.5 --cut "y<0" "x>0.05" --pixels 420 --captions "angle 0.12 rad, right half cut open" '
            "--out torsion.png"),
           "torsion.png", torsion),
-    Scene("bending", "in.bending", "Three-point bending", "A bar on two supports near its ends, seen from its side: before, pushed down at mid-span to a strain of 2 % of the outer fibre, and bent back\n"
-          "to no deflection. It has flowed above and below mid-span, not on its axis.",
+    Scene("bending", "in.bending", "Three-point bending", "A bar on two supports near its ends, seen from its side: before, pushed down at mid-span to a strain of 2 % of the outer fibre,\n"
+          "and bent back to no deflection. It has flowed above and below mid-span, not on its axis.",
           (LMP + "in.specimen -var n 2000 -var shape block -var length 0.1 -var width 0.01 -var height 0.02 -var out bar.data",
            LMP + "in.quasistatic -var specimen bar.data -var contact none -var strain 0.0002 -var increment 0.0001 -var restart 0 -var out bar_pulled",
            LMP + "in.bending -var specimen bar.data -var contact none -var unload elastic -var cycles 1 -var frames 2 -var out bent",

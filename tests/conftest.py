@@ -1,0 +1,25 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""What every process that runs tests sets up first, of tests/tools and of tests/lammps."""
+
+import os
+import shutil
+import signal
+import tempfile
+
+import pytest
+
+# A shell that starts the tests in the background has them ignore SIGINT, and what they start, too: tests send it.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def own_folder_of_mpi():
+    """Of tests side by side: Open MPI's programs of one user share a folder, which the last that ends removes while another one starts."""
+    if "PYTEST_XDIST_WORKER" not in os.environ:
+        yield
+        return
+    folder = tempfile.mkdtemp(prefix="evp-mpi-")
+    os.environ["OMPI_MCA_orte_tmpdir_base"] = folder
+    yield
+    shutil.rmtree(folder, ignore_errors=True)
