@@ -33,7 +33,6 @@ echo "== tests with LAMMPS and of the tools"
 report=$EVP_BUILD/pytest.log
 # Many tests run one rank, or only start a program. A file stays on one worker, for its fixtures.
 workers=$((EVP_CORES < 4 ? EVP_CORES : 4))
-# tests/lammps last: its tests import from its conftest.py, and of two with that name the last one loaded counts.
 "$PYTHON" -m pytest -n "$workers" --dist loadfile -rs -p no:cacheprovider tests/tools tests/lammps 2>&1 | tee "$report"
 if tail -n 1 "$report" | grep -Eq '[0-9]+ (skipped|xfailed|deselected)'; then
   echo "test.sh: error: tests were left out, see the list above" >&2

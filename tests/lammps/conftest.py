@@ -8,7 +8,6 @@ tests: nothing here skips.
 
 import pathlib
 import sys
-from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -16,40 +15,9 @@ import pytest
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
 
 from evp import brute, law, specimen  # noqa: E402
-from lammps_run import LMP, REPOSITORY, read_dump, run_decks, run_lammps  # noqa: E402
+from common_bodies import REFERENCE, Body, wavy_velocities  # noqa: E402
+from lammps_run import LMP, read_dump, run_decks, run_lammps  # noqa: E402
 from small_bodies import lattice_body, write_body  # noqa: E402
-
-REFERENCE = REPOSITORY / "tests" / "data" / "reference_500" / "specimen_500.data"
-
-
-class Body(NamedTuple):
-    """A body that has been deformed since its bonds were recorded."""
-
-    data: pathlib.Path  # LAMMPS data file of the state at recording
-    radius: np.ndarray
-    types: np.ndarray
-    bonds: dict  # {(id_i, id_j): deq}
-    x: np.ndarray  # now
-    v: np.ndarray
-    box: np.ndarray
-
-
-def wavy_velocities(x, speed):
-    """Velocities by formula, different for neighbors, of about this speed."""
-    n = np.arange(1, len(x) + 1)
-    return speed * np.stack([np.sin(1.1 * n), np.cos(2.3 * n), np.sin(3.7 * n + 1.0)], axis=1)
-
-
-def scattered(x, bonds, radius):
-    """Some atoms moved next to one that they have no bond with, so that such pairs overlap."""
-    moved = x.copy()
-    for i in range(10, len(x), 40):
-        distance = np.linalg.norm(x - x[i], axis=1) / (radius + radius[i])
-        partners = [a + b - i - 2 for a, b in bonds if i + 1 in (a, b)]
-        distance[[i, *partners]] = np.inf
-        j = int(np.argmin(distance))
-        moved[i] = x[j] + 0.95 * (radius[i] + radius[j]) * (x[i] - x[j]) / np.linalg.norm(x[i] - x[j])
-    return moved
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from conftest import REFERENCE
+from common_bodies import REFERENCE
 from evp import brute, law
 from hostile import refused
 from small_bodies import (MOVE, ROUND_OFF, STIR, assert_eventful, check_forces, dump, head, lattice_body, pair, truth, words,

@@ -6,7 +6,7 @@ import os
 import subprocess
 
 import pytest
-from conftest import REFERENCE
+from common_bodies import REFERENCE
 from lammps_run import LMP, REPOSITORY
 from small_bodies import head, lattice_body, write_body, write_two
 

@@ -234,7 +234,7 @@ def test_radii_that_grow_in_a_run(run):
     ("radius", "-1", "read_evp_body: radius must be positive, or 0 where it is not given, got -1"),
     ("coeff", "80 8 4 3 8 4 0.005 0", "read_evp_row: expected 9 values, got 8")])
 def test_traction_deck(lmp, tmp_path, key, value, text):
-    from conftest import REFERENCE
+    from common_bodies import REFERENCE
     result = lmp("in.traction", variables={"specimen": REFERENCE, key: value})
     assert result.returncode != 0 and text in result.stdout, result.stdout
     assert not (tmp_path / "traction.csv").exists()

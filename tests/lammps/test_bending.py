@@ -4,7 +4,7 @@ test_closed_form_loads.py."""
 
 import numpy as np
 import pytest
-from conftest import REFERENCE
+from common_bodies import REFERENCE
 from lammps_run import read_csv, read_dump, run_lammps, write_data
 
 LENGTH, WIDTH, HEIGHT, SPAN = 0.1, 0.01, 0.02, 0.08  # [m]

@@ -6,7 +6,7 @@ import shutil
 
 import numpy as np
 import pytest
-from conftest import REFERENCE
+from common_bodies import REFERENCE
 from lammps_run import read_csv, run_lammps, slope
 
 DECKS = ("in.traction", "in.cyclic", "in.quasistatic")

@@ -9,7 +9,7 @@ import subprocess
 import lammps_run
 import numpy as np
 import pytest
-from conftest import REFERENCE
+from common_bodies import REFERENCE
 from evp import brute, law
 from hostile import refused
 from lammps_run import write_data

@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 import pytest
-from conftest import REFERENCE
+from common_bodies import REFERENCE
 from evp import brute, law
 from lammps_run import write_state
 from small_bodies import ANOTHER_ORDER, head, pair, thermo, write_two

@@ -5,7 +5,7 @@ import re
 import subprocess
 
 import pytest
-from conftest import REFERENCE
+from common_bodies import REFERENCE
 from lammps_run import DECKS, LMP, REPOSITORY, run_lammps
 
 SCRIPT = "variable strain index 0.02\nvariable rate index 10\nvariable also index more.lmp\n{}\nvariable later index 1\nprint 'rate ${{rate}}, done'\n"

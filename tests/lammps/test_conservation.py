@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from conftest import REFERENCE
+from common_bodies import REFERENCE
 from evp import law
 from lammps_run import write_state
 from small_bodies import dump, head, mass_of, pair, thermo, two_groups, write_two

@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 import pytest
-from conftest import REFERENCE
+from common_bodies import REFERENCE
 from evp import curves, cycles
 from lammps_run import read_csv, read_dump, run_lammps
 

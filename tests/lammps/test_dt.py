@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 import pytest
-from conftest import REFERENCE
+from common_bodies import REFERENCE
 from evp import brute, law, network
 from lammps_run import write_state
 from small_bodies import grips, head, mass_of, pair, thermo, words, write_body, write_two

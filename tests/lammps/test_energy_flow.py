@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from conftest import REFERENCE
+from common_bodies import REFERENCE
 from evp import curves, cycles, flow, law
 from hostile import refused
 from lammps_run import read_csv, run_lammps

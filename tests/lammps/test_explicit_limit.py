@@ -5,7 +5,7 @@
 quarter of the limit. Pairs to 1.4 and contact none keep the network what it was linearised at."""
 
 import pytest
-from conftest import REFERENCE
+from common_bodies import REFERENCE
 from evp import law
 from small_bodies import head, pair, thermo
 

@@ -4,7 +4,7 @@ tools/evp/flow.py, which was written apart."""
 
 import numpy as np
 import pytest
-from conftest import REFERENCE
+from common_bodies import REFERENCE
 from evp import brute, flow, law
 from lammps_run import read_dump
 

@@ -7,7 +7,7 @@ import json
 
 import numpy as np
 import pytest
-from conftest import REFERENCE
+from common_bodies import REFERENCE
 from evp import at_rest, curves, cycles, law
 from lammps_run import read_csv, run_lammps
 

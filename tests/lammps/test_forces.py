@@ -8,7 +8,7 @@ import itertools
 
 import numpy as np
 import pytest
-from conftest import Body, scattered, wavy_velocities
+from common_bodies import Body, scattered, wavy_velocities
 from evp import brute, law
 from lammps_run import write_data, write_state
 from small_bodies import ROUND_OFF, head, thermo, words

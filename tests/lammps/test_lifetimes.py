@@ -6,7 +6,7 @@ Each case was once a stale pointer, a stale list or a check that never fired."""
 import re
 
 import pytest
-from conftest import REFERENCE
+from common_bodies import REFERENCE
 from small_bodies import head, thermo
 
 HEAD = head(boundary="s s s", start=f"read_data {REFERENCE}", skin=0.0003) + """

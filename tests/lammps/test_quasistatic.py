@@ -10,7 +10,7 @@ import shutil
 
 import numpy as np
 import pytest
-from conftest import REFERENCE
+from common_bodies import REFERENCE
 from evp import curves
 from lammps_run import line_at, read_csv, run_lammps, slope
 

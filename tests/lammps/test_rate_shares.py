@@ -11,7 +11,7 @@ import sys
 import numpy as np
 import pytest
 import scipy.sparse.linalg
-from conftest import REFERENCE
+from common_bodies import REFERENCE
 from evp import brute, curves, law, network, rates
 from lammps_run import REPOSITORY, run_lammps
 

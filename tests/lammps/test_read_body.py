@@ -8,7 +8,7 @@ import shutil
 
 import numpy as np
 import pytest
-from conftest import REFERENCE
+from common_bodies import REFERENCE
 from evp import specimen
 from lammps_run import REPOSITORY, read_csv, write_data
 

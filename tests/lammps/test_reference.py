@@ -7,7 +7,7 @@ import json
 
 import numpy as np
 import pytest
-from conftest import REFERENCE
+from common_bodies import REFERENCE
 from lammps_run import line_at, read_csv, run_lammps, slope
 from small_bodies import grips, head, pair, thermo
 

@@ -6,7 +6,7 @@ its bins the order of sums changes."""
 
 import numpy as np
 import pytest
-from conftest import REFERENCE
+from common_bodies import REFERENCE
 from lammps_run import write_data
 from small_bodies import ANOTHER_ORDER, grips, head, pair, thermo
 

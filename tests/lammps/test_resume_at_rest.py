@@ -9,7 +9,7 @@ import time
 
 import numpy as np
 import pytest
-from conftest import REFERENCE
+from common_bodies import REFERENCE
 from lammps_run import DECKS, LMP, SECONDS, read_csv, read_dump, run_lammps
 from lammps_run import _ENVIRONMENT as ENVIRONMENT
 

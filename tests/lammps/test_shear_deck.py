@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 import pytest
-from conftest import REFERENCE
+from common_bodies import REFERENCE
 from evp import specimen
 from evp.figures import read_columns
 from lammps_run import DECKS, read_csv, read_dump, run_lammps

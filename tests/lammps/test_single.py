@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from conftest import scattered
+from common_bodies import scattered
 from evp import brute, law
 from lammps_run import write_state
 from small_bodies import ROUND_OFF, head, mass_of, pair

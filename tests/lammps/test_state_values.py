@@ -4,7 +4,7 @@ the strain tensor by a general least-squares solver, stresses from the forces of
 
 import numpy as np
 import pytest
-from conftest import REFERENCE
+from common_bodies import REFERENCE
 from evp import brute, curves, flow, law
 from hostile import refused
 from lammps_run import write_data

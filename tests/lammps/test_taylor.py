@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 import pytest
-from conftest import REFERENCE
+from common_bodies import REFERENCE
 from lammps_run import read_csv, read_dump, run_lammps, write_data
 
 DENSITY = 2700.0  # of the spheres that write_data writes [kg/m3]

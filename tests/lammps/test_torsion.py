@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from conftest import REFERENCE
+from common_bodies import REFERENCE
 from lammps_run import read_csv, read_dump, run_lammps
 from small_bodies import lattice_body, write_body
 

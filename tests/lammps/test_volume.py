@@ -5,7 +5,7 @@ import itertools
 
 import numpy as np
 import pytest
-from conftest import REFERENCE
+from common_bodies import REFERENCE
 from evp import brute, law, volume
 from hostile import SECONDS, refused, scene
 from lammps_run import DECKS, read_csv, read_dump, slope, write_data

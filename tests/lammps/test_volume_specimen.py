@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from conftest import REFERENCE
+from common_bodies import REFERENCE
 from evp import specimen
 from lammps_run import read_csv, read_dump, run_lammps, slope
 
