@@ -14,6 +14,7 @@ one command. Exit status: 0 healthy, 1 a fault, 2 wrong use. Paste the output in
 import os
 import pathlib
 import re
+import signal
 import sys
 import types
 
@@ -103,4 +104,5 @@ def main(argv=None):
 
 
 if __name__ == "__main__":
+    signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # of `| head`
     sys.exit(main())

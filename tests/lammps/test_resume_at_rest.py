@@ -94,3 +94,24 @@ def test_what_is_not_resumed(tmp_path, bodies, deck):
         assert (tmp_path / "run.csv").read_bytes() == rows
     run_lammps(deck, 1, {**first, "resume": 2, load: 3 * WAYS[deck]["increment"]}, tmp_path).ok()
     assert (tmp_path / "run.csv").read_bytes().startswith(rows) and len(read_csv(tmp_path / "run.csv")[list(read_csv(tmp_path / "run.csv"))[0]]) == 4
+
+
+def test_rows_that_are_missing_are_told_and_none_is_lost(tmp_path):
+    """As after a crash of the machine."""
+    for folder in (tmp_path / "in.torsion", tmp_path / "in.quasistatic"):
+        folder.mkdir()
+        way_of = {"angle": 0.002} if folder.name == "in.torsion" else {"strain": 1e-3, "row": 5e-4}
+        run_lammps("in.specimen", 1, {"n": 60, "seed": 7, "out": "small.data"}, folder).ok()
+        run_lammps(folder.name, 1, {"specimen": "small.data", "out": "run", "restart": 2, **way_of}, folder).ok()
+        rows = (folder / "run.csv").read_bytes().splitlines(True)
+        (folder / "run.csv").write_bytes(b"".join(rows[:2]))
+        longer = {key: 2 * value if key != "row" else value for key, value in way_of.items()}
+        again = {"out": "run", "restart": 2, "resume": 2, **longer}
+        for _ in range(2):
+            run = run_lammps(folder.name, 1, again, folder)
+            assert run.returncode == 1 and re.search(r"^ERROR: cannot resume: run.csv .*has no row of increment 2: resume after an earlier one", run.stdout, re.M)
+            assert (folder / "run.csv").read_bytes() == b"".join(rows[:2])
+        (folder / "run.csv").write_bytes(b"".join(rows))
+        run_lammps(folder.name, 1, again, folder).ok()
+        assert (folder / "run.csv").read_bytes().startswith(b"".join(rows)) and (folder / "run_before.csv").read_bytes() == b"".join(rows)
+        assert not list(folder.glob("run_kept*"))

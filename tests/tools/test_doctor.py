@@ -11,6 +11,7 @@ import shutil
 import stat
 import subprocess
 import sys
+import time
 from concurrent.futures import ThreadPoolExecutor
 
 import doctor as doctor_tool
@@ -231,6 +232,38 @@ def test_broken_file(tmp_path):
         assert len(causes) == 1 and cause in causes[0] if cause else not causes, causes
 
 
+def test_what_is_no_file(tmp_path):
+    """A folder, a link that leads to itself, a pipe, 64 GiB of nothing: a fault, which is named without reading it."""
+    path = tmp_path / "evpplugin.so"
+    path.symlink_to("evpplugin.so")
+    raw(LAMMPS_PLUGIN_PATH=tmp_path).names("plugin file", "Too many levels of symbolic links").is_mended()
+    for make in (path.mkdir, lambda: os.mkfifo(path), lambda: (path.touch(), os.truncate(path, 1 << 36))):
+        path.rmdir() if path.is_dir() else path.unlink()
+        make()
+        report = doctor_report.Report()
+        assert doctor_checks.check_file(report, None, path) is None and report.faults()[0].name == "plugin file"
+        assert doctor_plugin.is_evp(path) and doctor_plugin.read_facts(path) is None
+
+
+def test_a_program_that_hangs_ends_with_all_that_it_has_started(tmp_path, monkeypatch):
+    (tmp_path / "lmp").write_text(f"#!/bin/sh\nsh -c 'echo $$ >{tmp_path}/child; exec sleep 50'\n", encoding="utf-8")
+    (tmp_path / "lmp").chmod(0o755)
+    monkeypatch.setattr(doctor_lammps, "_SECONDS", 1)
+    output = doctor_lammps.run([tmp_path / "lmp"])
+    assert output == doctor_lammps.Output(None, "no answer within 1 s")
+    state = pathlib.Path("/proc", (tmp_path / "child").read_text(encoding="utf-8").strip(), "stat")
+    deadline = time.monotonic() + 20  # of a kill on a busy machine
+    while time.monotonic() < deadline and state.exists() and state.read_text(encoding="utf-8").split()[2] != "Z":
+        time.sleep(0.05)
+    assert time.monotonic() < deadline
+
+
+def test_a_reader_that_leaves():
+    text = subprocess.run(["bash", "-c", f"{sys.executable} {DOCTOR} | head -1; echo ${{PIPESTATUS[0]}}"], env=surroundings(EVP_LMP=WRAPPER), text=True,
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=True).stdout
+    assert re.fullmatch(r"evp doctor: EVP .*\n141\n", text), text
+
+
 def test_wrong_lmp_first_on_path(older):
     found = doctor(PATH=f"{older}:{BUILD}:{surroundings()['PATH']}").names("LAMMPS", f"the first lmp on PATH is {older}/lmp, .* it is LAMMPS .* 2021")
     assert found.command().startswith(f"export PATH={BUILD}")
@@ -320,6 +353,12 @@ def test_mpirun_that_does_not_start(tmp_path):
     (tmp_path / "mpirun").write_text("#!/bin/sh\necho mpiexec.hydra: no libslurm >&2\nexit 127\n", encoding="utf-8")
     (tmp_path / "mpirun").chmod(0o755)
     doctor(EVP_LMP=WRAPPER, EVP_MPIRUN=tmp_path / "mpirun").names("mpirun", "mpirun does not start: mpiexec.hydra: no libslurm").is_mended()
+
+
+def test_mpirun_that_is_no_command(tmp_path):
+    found = doctor(EVP_LMP=WRAPPER, EVP_MPIRUN="it's").names("mpirun", "EVP_MPIRUN is no command of a shell: No closing quotation")
+    assert found.command() == "unset EVP_MPIRUN"
+    assert "mpirun does not start: no output, exit status 1" in doctor(EVP_LMP=WRAPPER, EVP_MPIRUN="false").cause()
 
 
 def test_mpirun_as_root():

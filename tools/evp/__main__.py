@@ -9,6 +9,7 @@ import ast
 import os
 import pathlib
 import re
+import signal
 import sys
 
 TOOLS = pathlib.Path(__file__).resolve().parents[1]
@@ -106,4 +107,5 @@ def main(words):
 
 
 if __name__ == "__main__":
+    signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # of `| head`
     sys.exit(main(sys.argv[1:]))

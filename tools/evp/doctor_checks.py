@@ -58,7 +58,7 @@ def _mend(host, plugin):
 
 
 def _digest(path):
-    return hashlib.sha256(path.read_bytes()).hexdigest()
+    return hashlib.sha256(plugins.content(path)).hexdigest()
 
 
 def check_file(report, host, plugin):

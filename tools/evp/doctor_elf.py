@@ -3,6 +3,7 @@
 
 import os
 import pathlib
+import stat
 import struct
 from dataclasses import dataclass
 
@@ -60,7 +61,10 @@ def _read(source, section):
 def read(path):
     """The Elf of a file; ElfError where it is none, OSError where it cannot be read."""
     path = pathlib.Path(path)
-    size = path.stat().st_size
+    state = path.stat()
+    if not stat.S_ISREG(state.st_mode):  # a pipe would be waited for
+        raise ElfError("is no file")
+    size = state.st_size
     with open(path, "rb") as source:
         head = source.read(64)
         if not head:

@@ -152,8 +152,13 @@ def check_mpirun(report, host):
     if kind == "none":
         report.not_checked("mpirun", "this lmp has no MPI: it runs on one rank, and mpirun would start copies of the same run")
         return
-    words = shlex.split(os.environ.get("EVP_MPIRUN") or "mpirun")
-    words = words[:-1] if words[-1] in ("-np", "-n") else words
+    chosen = os.environ.get("EVP_MPIRUN", "")
+    try:
+        words = shlex.split(chosen) or ["mpirun"]
+    except ValueError as error:
+        report.fault("mpirun", f"EVP_MPIRUN={chosen}: {error}", f"EVP_MPIRUN is no command of a shell: {error}.", "unset EVP_MPIRUN")
+        return
+    words = words[:-1] if len(words) > 1 and words[-1] in ("-np", "-n") else words
     if not shutil.which(words[0]):
         report.not_checked("mpirun", f"no {words[0]} on PATH: runs have one rank until you run: {remedies.another_mpirun(kind)}")
         return
@@ -179,6 +184,6 @@ def check_mpirun(report, host):
     elif output.status is None:
         report.not_checked("mpirun", f"{name}: {output.text}")
     else:
-        last = [line.strip("- ") for line in output.text.splitlines() if line.strip("- ")][:1]
-        report.fault("mpirun", f"{name} does not start two ranks: {''.join(last)}", f"mpirun does not start: {''.join(last)}.",
+        first = next((line.strip("- ") for line in output.text.splitlines() if line.strip("- ")), f"no output, exit status {output.status}")
+        report.fault("mpirun", f"{name} does not start two ranks: {first}", f"mpirun does not start: {first}.",
                      remedies.quoted(*words, "-np", "2", host.path, "-h") if version else remedies.another_mpirun(kind))

@@ -5,6 +5,7 @@ import os
 import pathlib
 import re
 import shutil
+import signal
 import subprocess
 import tempfile
 from dataclasses import dataclass, field
@@ -89,13 +90,20 @@ class Output:
 def run(words, environment=None, folder=None):
     """Output of a program that is given nothing to read."""
     try:
-        done = subprocess.run([str(word) for word in words], env=environment, cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                              stderr=subprocess.STDOUT, encoding="utf-8", errors="replace", check=False, timeout=_SECONDS)
-    except subprocess.TimeoutExpired:
-        return Output(None, f"no answer within {_SECONDS} s")
+        # a session of its own: what a wrapper script or mpirun has started ends with it
+        process = subprocess.Popen([str(word) for word in words], env=environment, cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                                   stderr=subprocess.STDOUT, encoding="utf-8", errors="replace", start_new_session=True)
     except OSError as error:
         return Output(127, f"{words[0]}: {error.strerror}")
-    return Output(done.returncode, done.stdout)
+    with process:
+        try:
+            text = process.communicate(timeout=_SECONDS)[0]
+        except subprocess.TimeoutExpired:
+            text = None
+        finally:
+            if process.returncode is None:
+                os.killpg(process.pid, signal.SIGKILL)
+    return Output(None, f"no answer within {_SECONDS} s") if text is None else Output(process.returncode, text)
 
 
 def ask_help(lmp):

@@ -4,6 +4,7 @@
 import os
 import pathlib
 import re
+import stat
 from dataclasses import dataclass
 
 from .doctor_lammps import mpi_kind, release_name
@@ -11,6 +12,7 @@ from .doctor_lammps import mpi_kind, release_name
 TOOLS = pathlib.Path(__file__).resolve().parents[1]
 _FACTS = re.compile(rb"EVP plugin facts: ([ -~]+)\0")
 _NAME = "evpplugin.so"
+_LARGEST = 1 << 30  # bytes
 
 
 @dataclass(frozen=True)
@@ -40,10 +42,18 @@ class Facts:
         return found
 
 
+def content(path):
+    """Bytes of a plugin file; none of what is larger than any plugin, or no file: a folder, a pipe, a link that leads nowhere, or not yours."""
+    try:
+        state = path.stat()
+        return path.read_bytes() if stat.S_ISREG(state.st_mode) and state.st_size < _LARGEST else b""
+    except OSError:
+        return b""
+
+
 def read_facts(path):
     """Facts of a plugin file; None where it has none (an EVP older than the doctor, or another plugin)."""
-    with open(path, "rb") as source:
-        found = _FACTS.search(source.read())
+    found = _FACTS.search(content(path))
     if not found:
         return None
     values = dict(entry.split("=", 1) for entry in found[1].decode("ascii").split(";") if "=" in entry)
@@ -58,10 +68,7 @@ def path_entries(text):
 
 def is_evp(path):
     """Is that file EVP's plugin, by name or by what is in it?"""
-    try:
-        return path.name == _NAME or read_facts(path) is not None
-    except OSError:
-        return False
+    return path.name == _NAME or read_facts(path) is not None
 
 
 def plugins_in(folder):

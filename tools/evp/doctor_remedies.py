@@ -75,10 +75,15 @@ def fits(plugin, host):
         return False
 
 
+def _same(first, second):
+    """Is it one file? Also where a link leads to itself, which has no Path.resolve()."""
+    return os.path.realpath(first) == os.path.realpath(second)
+
+
 def another_plugin(wrong, host, exe):
     """Folder of an EVP plugin that this LAMMPS loads, or None."""
     for plugin in plugins.own_plugins():
-        if (not wrong or plugin.resolve() != wrong.resolve()) and fits(plugin, host) and lammps.try_deck(exe, plugin, apart=True).knows():
+        if (not wrong or not _same(plugin, wrong)) and fits(plugin, host) and lammps.try_deck(exe, plugin, apart=True).knows():
             return plugin.parent
     return None
 
@@ -97,7 +102,7 @@ def get_lammps():
 def another_lmp(wrong, found_by):
     """Command that takes another lmp of this machine that can load plugins, or builds one."""
     for path in [*lammps.programs("lmp"), *plugins.own_lmps()]:
-        if path.resolve() != wrong.resolve():
+        if not _same(path, wrong):
             found, _ = lammps.ask_help(path)
             if found and not found.lacks():
                 return f"export EVP_LMP={quoted(path)}" if found_by == "EVP_LMP" else in_front("PATH", path.parent)
