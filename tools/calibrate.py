@@ -163,10 +163,10 @@ def main(words=None):
     try:
         calibrate(options, words)
     except (Refused, RunError, runs.Failed, OSError, ValueError) as error:
-        print(f"calibrate.py: error: {error}", file=sys.stderr)
+        print(f"{typed('calibrate.py')}: error: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
-        print("calibrate.py: interrupted; finished runs are kept, the same command goes on", file=sys.stderr)
+        print(f"{typed('calibrate.py')}: interrupted; finished runs are kept, the same command goes on", file=sys.stderr)
         return 130
     return 0
 

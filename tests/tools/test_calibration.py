@@ -68,6 +68,8 @@ def test_power_law_of_handbook_values():
     ({"--stress2": "150e6"}, "VALUE@PLACE", ""),
     ({"--stress2": "150e6@0"}, "above 0", ""),
     ({"--E": "0"}, "--E must be a finite number above 0", ""),
+    ({"--E": "70", "--yield": "95", "--stress2": "150@0.05"}, "70 Pa is softer than any metal", "70e9 for 70 GPa"),
+    ({"--E": "70000", "--yield": "95", "--stress2": "150@0.05"}, "70000 Pa is softer than any metal", "in Pa"),
     ({"--E": "nan"}, "--E must be a finite number above 0", ""),
     ({"--yield": "-95e6"}, "--yield must be", ""),
     ({"--yield": "10e9", "--stress2": "15e9@0.15"}, "xi_s outside", "nearest is"),

@@ -11,6 +11,7 @@ from . import calibration_affine as affine
 
 LARGEST_STRAIN = 0.15  # the force of the second regime has its peak at a bond strain of 0.158
 DECADE = 10.0
+SOFTEST = 1e6  # [Pa] Young's modulus below which the unit is in doubt
 LINEAR = 0.01  # over-stresses are linear in the rate within this
 NAME = re.compile(r"[A-Za-z0-9_.+-]+")
 
@@ -63,6 +64,8 @@ def check(targets):
     """Refused where the law cannot give the targets, whatever the row."""
     for value, what in ((targets.modulus, "--E"), (targets.yield_stress, "--yield"), (targets.stress2, "--stress2"), (targets.density, "--density")):
         positive(value, what)
+    if targets.modulus < SOFTEST:
+        raise Refused(f"--E: {targets.modulus:g} Pa is softer than any metal: give all moduli and stresses in Pa, such as 70e9 for 70 GPa")
     check_nu(targets.nu)
     strain, at_yield = abs(targets.strain), targets.yield_strain + affine.YIELD_OFFSET
     if not strain > at_yield:
