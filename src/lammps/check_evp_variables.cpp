@@ -90,17 +90,14 @@ std::string CheckEVPVariables::path_of(const std::string &name) const
 std::vector<std::string> CheckEVPVariables::given_by_var() const
 {
   const std::vector<std::string> words = EVP::command_line();
-  const auto after_var = [&](const std::string &name) {
-    for (size_t k = 1; k < words.size(); k++)
-      if ((words[k - 1] == "-var" || words[k - 1] == "-v") && words[k] == name) return true;
-    return false;
-  };
   std::vector<std::string> names;
   Info info(lmp);
-  for (int i = 0; i < input->variable->nvar; i++)
+  for (size_t k = 1; k < words.size(); k++) {
+    if (words[k - 1] != "-var" && words[k - 1] != "-v") continue;
+    const int i = input->variable->find(words[k].c_str());
     // the style itself is private to LAMMPS
-    if (info.get_variable_info(i).find("style = index") != std::string::npos &&
-        (words.empty() || after_var(input->variable->names[i])))
-      names.emplace_back(input->variable->names[i]);
+    if (i >= 0 && info.get_variable_info(i).find("style = index") != std::string::npos)
+      names.push_back(words[k]);
+  }
   return names;
 }
