@@ -2,6 +2,8 @@
 """in.bending: the force in itself, over its way, on other ranks; what the sections do; what it refuses. Its stiffness:
 test_closed_form_loads.py."""
 
+import re
+
 import numpy as np
 import pytest
 from common_bodies import REFERENCE
@@ -29,7 +31,8 @@ def bend(bar, tmp_path_factory):
         key = (ranks, *choices.items())
         if key not in known:
             folder = tmp_path_factory.mktemp("bent")
-            run_lammps("in.bending", ranks, {"specimen": bar, "contact": "none", "out": "bent", **choices}, folder).ok()
+            found = run_lammps("in.bending", ranks, {"specimen": bar, "contact": "none", "out": "bent", **choices}, folder).ok()
+            (folder / "printed.txt").write_text(found.stdout)
             known[key] = read_csv(folder / "bent.csv"), folder
         return known[key]
 
@@ -82,12 +85,15 @@ def test_reversible_law_comes_back_to_no_force(bend):
 
 def test_flow_stays_with_unload_elastic(bend):
     """It unloads with the first stiffness, and a deflection is left where the force is gone."""
-    curve = bend(strain=0.02, increment=0.001, cycles=1, unload="elastic")[0]
+    curve, folder = bend(strain=0.02, increment=0.001, cycles=1, unload="elastic")
     strain, stress = curve["strain"], curve["stress"]
     first = stress[1] / strain[1]
     assert (stress[20] - stress[22]) / (strain[20] - strain[22]) == pytest.approx(first, rel=0.1)
     left = np.interp(0.0, stress[:19:-1], strain[:19:-1])
     assert left == pytest.approx(strain[20] - stress[20] / first, rel=0.1) and 0.004 < left < 0.01
+    said = re.search(r"^the body ends at a force of (\S+) N, not unloaded: -var lower (\S+) ends at zero force$", (folder / "printed.txt").read_text(), re.M)
+    assert float(said[1]) == pytest.approx(curve["force"][-1], rel=1e-3) and float(said[2]) == pytest.approx(left, rel=0.02)
+    assert read_dump(folder / "bent_state.dump")[-1]["plastic_work"].max() > 0.0
 
 
 @pytest.mark.parametrize("choices, message", [

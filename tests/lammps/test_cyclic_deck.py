@@ -82,6 +82,21 @@ def test_at_rest_and_back(tmp_path):
     assert further.strain[[42, 48, 54]] == pytest.approx([-0.001, 0.002, -0.001], abs=1e-12) and len(further.strain) == 55
 
 
+@pytest.mark.parametrize("deck, choices", [("in.cyclic", {"rate": 50, "row": 0.0005}), ("in.quasistatic", {"cycles": 1, "increment": 0.001})])
+def test_body_that_is_not_unloaded_is_told_and_the_remedy_unloads_it(tmp_path, deck, choices):
+    """By default a body that has flowed is pushed back; lower as printed ends at no stress, without a word."""
+    choices = {"unload": "elastic", "strain": 0.015, **choices}
+    pushed, found = run(deck, tmp_path, **choices)
+    said = re.search(r"^the body ends at (\S+) MPa, not unloaded: -var lower (\S+) ends at zero stress$", found.stdout, re.M)
+    assert said and float(said[1]) == pytest.approx(pushed.virial[-1] / 1e6, rel=0.02) and pushed.virial[-1] < -100e6
+    assert float(said[2]) == pytest.approx(cycles.residual_strain(pushed.strain, pushed.virial), abs=1e-4)  # a fifth of a row: it vibrates
+    half, found = run(deck, tmp_path, **choices, lower=0.5 * (0.015 + float(said[2])))
+    again = re.search(r"^the body ends at (\S+) MPa, not unloaded: -var lower (\S+) ends near zero stress$", found.stdout, re.M)
+    assert again and half.virial[-1] > 50e6 and float(again[2]) == pytest.approx(float(said[2]), rel=0.1)
+    unloaded, found = run(deck, tmp_path, **choices, lower=said[2])
+    assert "not unloaded" not in found.stdout and abs(unloaded.virial[-1]) < 0.02 * unloaded.virial.max()
+
+
 @pytest.mark.parametrize("choices, message", [
     ({"rate": -10}, "rate, row and samples must be positive; for compression give a negative strain"),
     ({"strain": 0}, "strain must not be 0"),

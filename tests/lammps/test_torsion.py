@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """in.torsion: the torque in itself, over its way, on other ranks; the grips; what it refuses. Its stiffness: test_closed_form_loads.py."""
 
+import re
+
 import numpy as np
 import pytest
 from common_bodies import REFERENCE
@@ -94,6 +96,19 @@ def test_frames_have_words_and_rigid_grips(tmp_path):
         assert np.allclose(end[grip], turned, atol=1e-9) and len(y) > 20
     assert [np.unique(frame["angle"]).tolist() for frame in frames] == [[0.0], [0.06], [0.1], [0.16], [0.2]]
     assert frames[-1]["share_second"].max() > 0.5 and frames[0]["share_second"].max() == 0.0
+    state = read_dump(tmp_path / "twisted_state.dump")[-1]
+    assert list(state.columns) == [name for name in frames[-1].columns if name != "angle"]
+    assert all(np.array_equal(state[name], frames[-1][name]) for name in ("x", "share_second", "plastic_work"))
+
+
+def test_bar_that_is_not_unloaded_is_told_and_the_remedy_unloads_it(tmp_path):
+    choices = {"specimen": REFERENCE, "unload": "elastic", "cycles": 1, "increment": 0.005, "out": "twisted"}
+    told = r"^the body ends at a torque of (\S+) N m, not unloaded: -var lower (\S+) ends at zero torque$"
+    said = re.search(told, run_lammps("in.torsion", 1, choices, tmp_path).ok().stdout, re.M)
+    assert float(said[1]) == pytest.approx(read_csv(tmp_path / "twisted.csv")["torque_grip"][-1], rel=1e-3)
+    found = run_lammps("in.torsion", 1, {**choices, "lower": said[2]}, tmp_path).ok()
+    torque = read_csv(tmp_path / "twisted.csv")["torque_grip"]
+    assert "not unloaded" not in found.stdout and abs(torque[-1]) < 0.02 * torque.max()
 
 
 @pytest.mark.parametrize("choices, message", [

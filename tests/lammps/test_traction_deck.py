@@ -1,12 +1,16 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """What in.traction lets users add, its rows and its end, and very long pulls."""
 
+import pathlib
+import re
+
 import numpy as np
 import pytest
 from common_bodies import REFERENCE
 from evp import specimen
 from lammps_run import read_csv
 
+POTENTIALS = pathlib.Path(__file__).resolve().parents[2] / "potentials"
 LEDGER_SHARE = 1e-3  # of the work: what the hard cases allow
 TABLE2 = "80 8 4 3 8 4 0.005 1000 1.5"
 
@@ -108,12 +112,38 @@ def test_shorter_last_row_goes_on_from_the_others(lmp, tmp_path):
 @pytest.mark.parametrize("choices, message", [
     ({"row": 0.4}, "row = 0.4 is more than strain = 0.02: give -var row 0.02 or less"),
     ({"row": 0.0007, "strain": 0.0006}, "row = 0.0007 is more than strain = 0.0006: give -var row 0.0006 or less"),
-    ({"timestep": 1.3e-5, "rate": 20}, "the strain per timestep is 0.00026, more than row = 0.0001: "
-                                       "give -var row 0.00026, or -var timestep 5e-06 or less")])
+    ({"timestep": 1.3e-5, "rate": 20, "coeff": TABLE2, "integrator": "implicit"}, "the strain per timestep is 0.00026, more than row = 0.0001: "
+                                                                                  "give -var row 0.00026, or -var timestep 5e-06 or less")])
 def test_rows_that_cannot_be_are_refused(lmp, tmp_path, choices, message):
     run = lmp("in.traction", variables={"specimen": REFERENCE, "out": "pull", **choices}, seconds=20)
     assert run.returncode != 0 and f"\nERROR: {message}\n" in run.stdout, run.stdout[-1000:]
     assert not (tmp_path / "pull.csv").exists()
+
+
+@pytest.mark.parametrize("deck", ["in.traction", "in.cyclic"])
+def test_unstable_timestep_is_told_before_its_rows(lmp, tmp_path, deck):
+    """The remedy is the timestep, though the strain per timestep is more than a row as well; and the remedy works."""
+    choices = {"specimen": REFERENCE, "out": "pull", "strain": 0.0004, "row": 0.0002, "rate": 50}
+    run = lmp(deck, variables={**choices, "timestep": 1e-4})
+    found = re.search(r"^ERROR: the timestep 0.0001 s is (\S+) times the largest stable timestep .* give -var timestep (\S+) or less$", run.stdout, re.M)
+    assert run.returncode != 0 and found and float(found[1]) > 10.0, run.stdout[-1000:]
+    assert "strain per timestep" not in run.stdout and not (tmp_path / "pull.csv").exists()
+    lmp(deck, variables={**choices, "timestep": found[2]}).ok()
+
+
+def test_coefficients_of_the_paper_warn_on_a_body_of_another_size(lmp, tmp_path):
+    """E is that of the warning; a row with its spacing, as it says, gives that of the paper without a word."""
+    lmp("in.specimen", variables={"n": 300, "length": 0.03, "radius": 0.01, "out": "small.data"}).ok()
+    choices = {"specimen": "small.data", "strain": 2e-4, "increment": 1e-4, "restart": 0, "contact": "none"}
+    run = lmp("in.quasistatic", variables={**choices, "out": "paper"}).ok()
+    found = re.search(r"^WARNING: the volume of the body is 0.15 of that of the paper.*E is about (\S+) times as large; "
+                      r"give -var material potentials/gado2017.evp:table1_any", run.stdout, re.M)
+    row = POTENTIALS / "gado2017.evp:table1_any"
+    silent = lmp("in.quasistatic", variables={**choices, "out": "any", "material": row}).ok()
+    of_paper = lmp("in.quasistatic", variables={**choices, "out": "same", "specimen": REFERENCE}).ok()
+    assert "the volume of the body" not in silent.stdout + of_paper.stdout
+    stress = {name: read_csv(tmp_path / f"{name}.csv")["stress_grip"][-1] for name in ("paper", "any", "same")}
+    assert stress["paper"] / stress["any"] == pytest.approx(float(found[1]), rel=0.2)
 
 
 def test_remedies_for_refused_rows_work(lmp, tmp_path):
