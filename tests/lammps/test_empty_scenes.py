@@ -35,7 +35,7 @@ def test_radii_of_atoms_that_come_are_checked(lmp, ranks):
     """Cut-offs are set for the radii at set-up; a type without atoms then has a cut-off of zero, and says so when they come."""
     deck = BOX + TWO.format(2) + "pair_style hybrid/overlay evp/lj zero 0.0156\npair_coeff 1 1 evp/lj " + ROW.format(gamma=0)
     deck += "pair_coeff * * zero\nfix move all nve\nrun 2\nset group all type 1\n"
-    assert "the cut-off was set for at most 0" in error_of(lmp(deck + "run 2 pre no\n", ranks=ranks))
+    assert "the cutoff was set for at most 0" in error_of(lmp(deck + "run 2 pre no\n", ranks=ranks))
     energy = lmp(deck + "run 2\n", ranks=ranks).ok().thermo(1)["PotEng"]
     assert energy[0] < -1.0, "with a set-up of its own the run sees them"
 
@@ -46,7 +46,7 @@ def test_rerun_into_an_empty_box_is_refused(lmp, tmp_path):
     (tmp_path / "two.dump").write_text("ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n2\nITEM: BOX BOUNDS ff ff ff\n" + 3 * "-0.1 0.1\n"
                                        + "ITEM: ATOMS id type x y z\n" + atoms)
     deck = BOX + "pair_style evp/lj\npair_coeff * * " + ROW.format(gamma=0) + "rerun two.dump dump x y z add yes\n"
-    assert "the cut-off was set for at most 0" in error_of(lmp(deck))
+    assert "the cutoff was set for at most 0" in error_of(lmp(deck))
 
 
 @pytest.mark.parametrize("ranks", [1, 2])

@@ -476,7 +476,7 @@ REFUSED = {
     "no name": ({"coeff": "pair_coeff * * p.evp:"}, "expected FILE:ROW"),
     "cut in a row": ({"coeff": "pair_coeff * * cut.evp:metal"}, "file cut.evp line 2: expected 9 values, got 8", "this last line has no line end: the file may be cut"),
     "a bad line": ({"coeff": "pair_coeff * * bad.evp:metal"}, "file bad.evp line 4: coordination must be positive"),
-    "command without prefix": ({"units": "units si\nread_evp_row p.evp:metal"}, "read_evp_row: expected two arguments", "got 1"),
+    "command without prefix": ({"units": "units si\nread_evp_row p.evp:metal"}, "read_evp_row: expected at least two arguments", "got 1"),
     "command without row": ({"units": "units si\nread_evp_row p.evp m"}, "read_evp_row: expected FILE:ROW", "got 'p.evp'"),
     "bad prefix": ({"units": "units si\nread_evp_row p.evp:metal m-1"}, "letters, digits and underscores", "got 'm-1'"),
     "other units": ({"units": "read_evp_row p.evp:metal m\nunits si"}, "is in UNITS: si, but 'units lj' is in force"),
