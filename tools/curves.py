@@ -108,13 +108,20 @@ def one_load(paths, strain):
     return load if strain == "strain" else load._replace(strain="nominal strain of the extensometer")
 
 
+def read_with_turns(path, args):
+    """(curve, rows at which it turns back): those of the grips, as the strain of an extensometer jitters."""
+    curve = curves.read_curve(path, args.column, args.strain)
+    grips = curve if args.strain == "strain" else curves.read_curve(path, args.column)
+    return curve, cycles.turns(grips.strain)
+
+
 def show_numbers(args):
     """Print one line of numbers for each curve."""
     width = max(len(path) for path in args.curves)
     print(" " * width, *COLUMNS.values(), sep="  ")
     for path in args.curves:
-        curve = curves.read_curve(path, args.column, args.strain)
-        strain, stress, sign = curve_table.first_way(curve.strain, getattr(curve, args.column))
+        curve, turns = read_with_turns(path, args)
+        strain, stress, sign = curve_table.first_way(curve.strain, getattr(curve, args.column), turns)
         try:
             found = curves.numbers(curves.Curve(strain, stress, stress), "virial", args.fit)
         except curves.CurveError as error:
@@ -123,9 +130,8 @@ def show_numbers(args):
         found["range"] = f"{found['E_from']:g}..{found['E_to']:.3g}"
         cells = [found[name].rjust(len(title)) if name == "range" else f"{found[name]:{len(title)}.5g}" for name, title in COLUMNS.items()]
         print(path.ljust(width), *cells, sep="  ")
-        curve_turns = cycles.turns(curve.strain)
-        if len(curve_turns):
-            print(f"NOTE: {path} turns back at strain {curve.strain[curve_turns[0]]:g}: the numbers above are those of the way there. "
+        if len(turns):
+            print(f"NOTE: {path} turns back at strain {curve.strain[turns[0]]:g}: the numbers above are those of the way there. "
                   f"{typed('curves.py')} cycle and {typed('curves.py')} table give those of the way back, too")
         tell_jump(path, found)
         tell_load(path)
@@ -137,12 +143,12 @@ def show_cycles(args):
     if args.out:
         keep_inputs(args.out, args.curves)
         load, labels = one_load(args.curves, args.strain), labels_of(args.labels, list(dict.fromkeys(args.curves)))
-    read = {path: curves.read_curve(path, args.column, args.strain) for path in args.curves}
+    read = {path: read_with_turns(path, args) for path in args.curves}
     width = max(len(path) for path in args.curves)
     print(" " * width, *CYCLE_COLUMNS.values(), sep="  ")
-    for path, curve in read.items():
+    for path, (curve, turns) in read.items():
         try:
-            found = cycles.numbers(curve, args.column)
+            found = cycles.numbers(curve, args.column, turns)
         except curves.CurveError as error:
             raise curves.CurveError(f"{path}: {error}") from error
         print(path.ljust(width), *(f"{found[name]:{len(title)}.4g}" for name, title in CYCLE_COLUMNS.items()), sep="  ")
@@ -151,7 +157,8 @@ def show_cycles(args):
     if args.out:
         from evp import figures
 
-        print(figures.unloading(dict(zip(labels, read.values())), args.out, args.column, load))
+        drawn, turns = (dict(zip(labels, values)) for values in zip(*read.values()))
+        print(figures.unloading(drawn, args.out, args.column, load, turns))
 
 
 def plot_columns(args):
@@ -189,16 +196,16 @@ def print_table(titles, rows):
 def show_table(args):
     """Print one line for each curve, the departures from a target below, and write a CSV of both."""
     strains = strains_of(args.at) if args.at else curve_table.STRAINS
-    read = {path: curves.read_curve(path, args.column, args.strain) for path in args.curves}
+    read = {path: read_with_turns(path, args) for path in args.curves}
     target = curve_table.read_target(args.target) if args.target else None
     if args.csv and pathlib.Path(args.csv).resolve() in [pathlib.Path(path).resolve() for path in (*args.curves, args.target or "")]:
         raise ValueError(f"--csv {args.csv} would be written over a file that is read: give another name")
     found, apart = {}, {}
-    for path, curve in read.items():
+    for path, (curve, turns) in read.items():
         try:
-            found[path] = curve_table.numbers(curve, args.column, args.fit, strains)
+            found[path] = curve_table.numbers(curve, args.column, args.fit, strains, turns)
             if target:
-                apart[path] = curve_table.departure(curve, target, args.column)
+                apart[path] = curve_table.departure(curve, target, args.column, turns)
         except curves.CurveError as error:
             raise curves.CurveError(f"{path}: {error}") from error
     titles = {**TABLE_COLUMNS}

@@ -147,8 +147,8 @@ def percent_left(strain):
     return f"{round(100 * strain, 2) + 0.0:.2f} %"
 
 
-def unloading(curves, path, column="virial", load=TENSION):
-    """Curves that turn back: curves is {label: curves.Curve}; the residual strain is told behind each label, and marked.
+def unloading(curves, path, column="virial", load=TENSION, turns=None):
+    """Curves that turn back: curves is {label: curves.Curve}, turns {label: rows}, as `at` of cycles.py, or None; the residual strain is told behind each label, and marked.
 
     Writes path and its CSV: curve, strain_percent, stress_MPa.
     """
@@ -157,7 +157,7 @@ def unloading(curves, path, column="virial", load=TENSION):
         figure, axis = plt.subplots(figsize=(6.4, 4.2))
         for k, (label, curve) in enumerate(curves.items()):
             percent, stress = 100 * curve.strain, 1e-6 * getattr(curve, column)
-            left = cycles.residual_strain(curve.strain, getattr(curve, column))
+            left = cycles.residual_strain(curve.strain, getattr(curve, column), turns and turns[label])
             name = f"{label}: residual strain {percent_left(left)}"
             axis.plot(percent, stress, label=name, **line_style(k))
             axis.plot([100 * left], [0.0], "o", color=_COLORS[k], markeredgecolor="#333333", markeredgewidth=0.5, markersize=6, zorder=3)
