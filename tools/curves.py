@@ -39,13 +39,13 @@ from evp import curve_table, curves, cycles, law  # noqa: E402
 from evp.report import command_line, typed, write_csv  # noqa: E402
 
 ELASTIC_END = 0.004  # strain at which the first pairs of Table 1 come to the second regime
-COLUMNS = {
-    "E_GPa": "E [GPa]",
+COLUMNS = {  # E, G: put in by titled()
+    "E_GPa": "{E} [GPa]",
     "range": "over strain",
     "yield_MPa": "0.2 % yield [MPa]",
     "stress_1pc_MPa": "stress at 1 % [MPa]",
     "stress_2pc_MPa": "at 1.95 % [MPa]",
-    "departure_strain": "tangent < 0.9 E at",
+    "departure_strain": "tangent < 0.9 {E} at",
 }
 CYCLE_COLUMNS = {
     "turn_strain": "turn at strain",
@@ -56,7 +56,7 @@ CYCLE_COLUMNS = {
 }
 
 TABLE_COLUMNS = {
-    "E_GPa": "E [GPa]",
+    "E_GPa": "{E} [GPa]",
     "range": "over strain",
     "yield_MPa": "0.2 % yield [MPa]",
     "turn_strain": "turn at strain",
@@ -85,8 +85,17 @@ def tell_load(path):
     """A note where a curve is of another load than tension."""
     load = curves.load_of(path)
     if load != curves.TENSION:
-        under = "" if load.modulus == "E" else f"{load.modulus} stands under E; "
-        print(f"NOTE: {path} is of {load.deck}: {under}{load.strain}, {load.stress}")
+        print(f"NOTE: {path} is of {load.deck}: {load.strain}, {load.stress}; its modulus is {load.modulus}")
+
+
+def modulus_of(paths):
+    """What the modulus of these curves is called: E, G, or 'E or G' of several loads."""
+    return " or ".join(sorted({curves.load_of(path).modulus for path in paths}))
+
+
+def titled(columns, modulus):
+    """Titles of columns with the name of the modulus."""
+    return {name: title.format(E=modulus) for name, title in columns.items()}
 
 
 def labels_of(words, paths):
@@ -118,7 +127,8 @@ def read_with_turns(path, args):
 def show_numbers(args):
     """Print one line of numbers for each curve."""
     width = max(len(path) for path in args.curves)
-    print(" " * width, *COLUMNS.values(), sep="  ")
+    titles = titled(COLUMNS, modulus_of(args.curves))
+    print(" " * width, *titles.values(), sep="  ")
     for path in args.curves:
         curve, turns = read_with_turns(path, args)
         strain, stress, sign = curve_table.first_way(curve.strain, getattr(curve, args.column), turns)
@@ -128,7 +138,7 @@ def show_numbers(args):
             raise curves.CurveError(f"{path}: {error}") from error
         found.update({name: sign * value for name, value in found.items() if name.endswith("_MPa")})
         found["range"] = f"{found['E_from']:g}..{found['E_to']:.3g}"
-        cells = [found[name].rjust(len(title)) if name == "range" else f"{found[name]:{len(title)}.5g}" for name, title in COLUMNS.items()]
+        cells = [found[name].rjust(len(title)) if name == "range" else f"{found[name]:{len(title)}.5g}" for name, title in titles.items()]
         print(path.ljust(width), *cells, sep="  ")
         if len(turns):
             print(f"NOTE: {path} turns back at strain {curve.strain[turns[0]]:g}: the numbers above are those of the way there. "
@@ -208,7 +218,8 @@ def show_table(args):
                 apart[path] = curve_table.departure(curve, target, args.column, turns)
         except curves.CurveError as error:
             raise curves.CurveError(f"{path}: {error}") from error
-    titles = {**TABLE_COLUMNS}
+    modulus = modulus_of(args.curves)
+    titles = titled(TABLE_COLUMNS, modulus)
     for at in strains:
         titles[f"stress_at_{at:g}_MPa"] = f"at {at:g} [MPa]"
     order = ["E_GPa", "range", "yield_MPa", *(f"stress_at_{at:g}_MPa" for at in strains),
@@ -216,7 +227,7 @@ def show_table(args):
     areas = list(dict.fromkeys(name for line in found.values() for name in line if name.startswith("area_")))
     lines = []
     for path, line in found.items():
-        line = {**line, "range": f"{line['E_from']:g}..{line['E_to']:.3g}"}
+        line = {**line, "range": "-" if line["why_no_E"] else f"{line['E_from']:g}..{line['E_to']:.3g}"}
         line["areas"] = " ".join(cell(line[name]) for name in areas if name in line) or "-"
         lines.append([path, *(cell(line[name]) for name in order)])
     print_table(["", *(titles[name] for name in order)], lines)
@@ -226,14 +237,18 @@ def show_table(args):
                     [[path, cell(1e-6 * d.largest), cell(d.at), cell(1e-6 * d.mean), cell(100 * d.relative), f"{d.rows} of {len(target.strain)}"]
                      for path, d in apart.items()])
     if args.csv:
-        header = ["curve", "E_GPa", "E_from", "E_to", *order[2:-3], "turn_MPa", *order[-3:-1], *areas]
-        rows = [{"curve": path, **{name: f"{value:.9g}" for name, value in line.items() if value == value}} for path, line in found.items()]
+        names = {name: modulus.replace(" ", "_") + name[1:] for name in ("E_GPa", "E_from", "E_to")}
+        header = ["curve", *names.values(), *order[2:-3], "turn_MPa", *order[-3:-1], *areas]
+        rows = [{"curve": path, **{names.get(name, name): f"{value:.9g}" for name, value in line.items() if name != "why_no_E" and value == value}}
+                for path, line in found.items()]
         if target:
             header += ["departure_largest_MPa", "departure_at_strain", "departure_mean_MPa", "departure_mean_percent", "departure_rows"]
             for row, d in zip(rows, apart.values()):
                 row.update(zip(header[-5:], (f"{1e-6 * d.largest:.9g}", f"{d.at:.9g}", f"{1e-6 * d.mean:.9g}", f"{100 * d.relative:.9g}", d.rows)))
         write_csv(args.csv, header, rows)
     for path, line in found.items():
+        if line["why_no_E"]:
+            print(f"NOTE: {path} has no {curves.load_of(path).modulus}: {line['why_no_E']}")
         tell_jump(path, line)
         tell_load(path)
 

@@ -74,19 +74,24 @@ def stress_on(strain, stress, at):
 
 
 def numbers(curve, column="virial", fit=None, strains=STRAINS, turns=None):
-    """What is reported of a curve, in a dict; nan where it has no such number.
+    """What is reported of a curve, in a dict; nan where it has no such number; why_no_E: text, empty where there is E.
 
       E_GPa, E_from, E_to, yield_MPa  of the first way, from curves.numbers
       stress_at_S_MPa                 for each strain S of the first way
       turn_strain, turn_MPa, residual_strain, unloading_GPa, area_K_MJ_per_m3 for the loops K = 1, 2 ...  where the curve turns back
 
-    Strains of compression are given and reported as sizes; stresses of it are negative. turns: rows, as `at` of cycles.py. CurveError if the curve is too short for E.
+    Strains of compression are given and reported as sizes; stresses of it are negative. turns: rows, as `at` of cycles.py. CurveError where `fit` is no range.
     """
+    curves.check_fit(fit)
     whole_strain, whole_stress = curve.strain, getattr(curve, column)
     strain, stress, sign = first_way(whole_strain, whole_stress, turns)
-    elastic = curves.numbers(curves.Curve(strain, stress, stress), "virial", fit)
-    found = {name: elastic[name] for name in ("E_GPa", "E_from", "E_to", "jump_MPa", "jump_share")}
-    found["yield_MPa"] = sign * elastic["yield_MPa"]
+    names = ("E_GPa", "E_from", "E_to", "jump_MPa", "jump_share", "yield_MPa")
+    try:
+        elastic = {**curves.numbers(curves.Curve(strain, stress, stress), "virial", fit), "why_no_E": ""}
+    except curves.CurveError as error:
+        elastic = {**dict.fromkeys(names, NAN), "why_no_E": str(error)}
+    found = {name: elastic[name] for name in (*names, "why_no_E")}
+    found["yield_MPa"] *= sign
     for at in strains:
         found[f"stress_at_{at:g}_MPa"] = 1e-6 * sign * stress_on(strain, stress, at)
     found.update(turn_strain=NAN, turn_MPa=NAN, residual_strain=NAN, unloading_GPa=NAN)
