@@ -11,7 +11,8 @@
   curves.py rate     damped.csv --twin undamped.csv --rate 10 --specimen specimen.data
 
 Curves are PREFIX.csv of in.traction (strain,stress_grip,stress_virial; Pa), the state is its
-PREFIX_state.dump, or a CSV with the columns x,y,z,radius,share. With every PNG a CSV of its data is written.
+PREFIX_state.dump, or a CSV with the columns x,y,z,radius,share. With every PNG a CSV of its data is written
+(A.csv with A.png; A_plot.csv where A.csv is read).
 PREFIX.csv of in.torsion (shear strain and stress of the surface; the modulus is G), in.bending (outer fibre) and in.shear are
 curves, too. For a curve that unloads, `numbers` uses the part before the first reversal.
 `numbers` fits E to the elastic part and prints the range: from strain 0 to 0.003, or to 3/4 of the
@@ -66,12 +67,19 @@ TABLE_COLUMNS = {
 }
 
 
-def keep_inputs(out, paths):
-    """ValueError where the CSV beside the picture `out` would be one of the files read."""
-    beside = pathlib.Path(out).with_suffix(".csv").resolve()
-    for path in paths:
-        if pathlib.Path(path).resolve() == beside:
-            raise ValueError(f"--out {out} would write its numbers over {path}: give another name")
+def numbers_file(out, paths):
+    """The CSV of the picture `out`: beside it, of its name, but for an input of that name, which stays; then OUT_plot.csv, which is told.
+
+    ValueError where that is an input, too, or the picture itself is one.
+    """
+    out, read = pathlib.Path(out), [pathlib.Path(path).resolve() for path in paths]
+    beside, other = out.with_suffix(".csv"), out.with_name(out.stem + "_plot.csv")
+    if out.resolve() in read or (beside.resolve() in read and other.resolve() in read):
+        raise ValueError(f"--out {out} would write over a file that is read: give another name")
+    if beside.resolve() not in read:
+        return beside
+    print(f"NOTE: {beside} is read: the numbers of the picture go to {other}")
+    return other
 
 
 def tell_jump(path, found):
@@ -151,7 +159,7 @@ def show_cycles(args):
     """Print one line of numbers for each curve that turns back, and draw them where a picture is asked for."""
     load = None
     if args.out:
-        keep_inputs(args.out, args.curves)
+        numbers = numbers_file(args.out, args.curves)
         load, labels = one_load(args.curves, args.strain), labels_of(args.labels, list(dict.fromkeys(args.curves)))
     read = {path: read_with_turns(path, args) for path in args.curves}
     width = max(len(path) for path in args.curves)
@@ -168,16 +176,16 @@ def show_cycles(args):
         from evp import figures
 
         drawn, turns = (dict(zip(labels, values)) for values in zip(*read.values()))
-        print(figures.unloading(drawn, args.out, args.column, load, turns))
+        print(figures.unloading(drawn, args.out, args.column, load, turns, numbers))
 
 
 def plot_columns(args):
     """One column over another, a curve for each file."""
     from evp import figures
 
-    keep_inputs(args.out, args.files)
+    numbers = numbers_file(args.out, args.files)
     read = {path: figures.read_columns(path, (args.x, args.y)) for path in args.files}
-    print(figures.two_columns(dict(zip(figures.short_names(read), read.values())), args.x, args.y, args.out, args.title))
+    print(figures.two_columns(dict(zip(figures.short_names(read), read.values())), args.x, args.y, args.out, args.title, numbers))
 
 
 def strains_of(words):
@@ -257,30 +265,30 @@ def plot_curves(args):
     """Draw all curves into one picture."""
     from evp import figures
 
-    keep_inputs(args.out, args.curves)
+    numbers = numbers_file(args.out, args.curves)
     load, labels = one_load(args.curves, args.strain), labels_of(args.labels, args.curves)
     read = [curves.read_curve(path, args.column, args.strain) for path in args.curves]
     drawn = list(zip(labels, read))
     title = load.deck.replace("in.", "").capitalize() if args.title is None else args.title
-    print(figures.stress_strain({title: drawn}, args.out, args.column, load))
+    print(figures.stress_strain({title: drawn}, args.out, args.column, load, numbers))
 
 
 def plot_law(args):
     """Draw the force law of one row."""
     from evp import figures
 
-    keep_inputs(args.out, [args.measured] if args.measured else [])
+    numbers = numbers_file(args.out, [args.measured] if args.measured else [])
     measured = figures.read_columns(args.measured, figures.MEASURED) if args.measured else None
-    print(figures.force_law(law.Row.parse(args.coeff), args.out, measured, args.deq))
+    print(figures.force_law(law.Row.parse(args.coeff), args.out, measured, args.deq, numbers=numbers))
 
 
 def plot_specimen(args):
     """Draw the spheres of one state."""
     from evp import figures
 
-    keep_inputs(args.out, [args.state])
+    numbers = numbers_file(args.out, [args.state])
     state = figures.read_state(args.state)
-    print(figures.specimen(state, args.out, args.title))
+    print(figures.specimen(state, args.out, args.title, numbers))
 
 
 def show_rate_shares(args):

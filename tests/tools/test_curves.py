@@ -337,9 +337,15 @@ def test_numbers_of_a_picture_do_not_overwrite_its_input(tmp_path):
     measured.write_text("strain,distance,force\n0,0.01,0\n0.01,0.0101,-9\n", encoding="utf-8")
     for words in (("plot", path), ("specimen", state), ("law", "--measured", measured)):
         before = words[-1].read_text()
-        refused = command(*words, "--out", words[-1].with_suffix(".png"))
-        assert refused.returncode == 1 and words[-1].read_text() == before
-        assert f"would write its numbers over {words[-1]}" in refused.stderr and not words[-1].with_suffix(".png").exists()
+        beside = words[-1].with_name(words[-1].stem + "_plot.csv")
+        drawn = command(*words, "--out", words[-1].with_suffix(".png"))
+        assert drawn.returncode == 0 and words[-1].read_text() == before, drawn.stderr
+        assert f"NOTE: {words[-1]} is read: the numbers of the picture go to {beside}\n" in drawn.stdout
+        assert command(*words, "--out", tmp_path / "free.png").returncode == 0 and (tmp_path / "free.csv").read_text() == beside.read_text()
+    again = command("plot", path, tmp_path / "pull_plot.csv", "--out", tmp_path / "pull.png")
+    assert again.returncode == 1 and "would write over a file that is read" in again.stderr, "the other name is an input, too"
+    over = command("plot", path, "--out", path)
+    assert over.returncode == 1 and "would write over a file that is read" in over.stderr and path.read_text().startswith("strain,stress_grip")
 
 
 @pytest.mark.parametrize("name, values, label, factor", [
@@ -359,4 +365,5 @@ def test_columns_of_any_file(tmp_path):
     done = call(tool.main, "columns", tmp_path / "rod.csv", "--x", "time", "--y", "length")
     assert done.returncode == 1 and "has no column length; wanted are time, length" in done.stderr
     done = call(tool.main, "columns", tmp_path / "rod.csv", "--x", "time", "--y", "speed", "--out", tmp_path / "rod.png")
-    assert done.returncode == 1 and "write" in done.stderr and (tmp_path / "rod.csv").read_text(encoding="utf-8").startswith("time,force")
+    assert done.returncode == 0 and (tmp_path / "rod.csv").read_text(encoding="utf-8").startswith("time,force"), done.stderr
+    assert (tmp_path / "rod_plot.csv").read_text(encoding="utf-8").split() == ["curve,time,speed", "rod,0,2", "rod,1e-06,4"]

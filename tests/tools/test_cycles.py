@@ -108,8 +108,10 @@ def test_command(tmp_path):
         assert shown.stdout.splitlines()[1].split()[place] == "0.03", "residual strain of the extensometer"
     shown = call(tool.main, "plot", tmp_path / "gauge.csv", "--strain", "strain_gauge", "--out", tmp_path / "drawn.png")
     assert shown.returncode == 0 and "\nTraction,gauge,4,100\n" in (tmp_path / "drawn.csv").read_text()
-    refused = call(tool.main, "cycle", tmp_path / "flow.csv", "--out", tmp_path / "flow.png")
-    assert refused.returncode == 1 and "would write its numbers over" in refused.stderr
+    drawn, before = tmp_path / "flow.png", (tmp_path / "flow.csv").read_text()
+    shown = call(tool.main, "cycle", tmp_path / "flow.csv", "--out", drawn)
+    assert shown.returncode == 0 and "flow_plot.csv" in shown.stdout and (tmp_path / "flow.csv").read_text() == before
+    assert "residual strain 1.50 %" in (tmp_path / "flow_plot.csv").read_text()
 
 
 def test_loads_of_an_extensometer_turn_where_the_grips_do(tmp_path):
