@@ -37,7 +37,7 @@ import sys
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 
 from evp import curve_table, curves, cycles, law  # noqa: E402
-from evp.report import command_line, typed, write_csv  # noqa: E402
+from evp.report import command_line, typed, words_of, write_csv  # noqa: E402
 
 ELASTIC_END = 0.004  # strain at which the first pairs of Table 1 come to the second regime
 COLUMNS = {  # E, G: put in by titled()
@@ -401,7 +401,7 @@ def main(argv=None):
     try:
         args.action(args)
     except (OSError, ValueError) as error:
-        print(f"ERROR: {error}", file=sys.stderr)
+        print(f"ERROR: {words_of(error)}", file=sys.stderr)
         return 1
     return 0
 
