@@ -88,7 +88,7 @@ def main(arguments=None):
         except ValueError:
             closed_surface(of_file, str(options.part))  # says the same with places in the axes and the unit of the file
             raise
-        print(f"{options.part}: {len(surface.triangles)} triangles, {extents_in_words(surface.extents)}, volume {surface.volume():.5g} m3, "
+        print(f"{options.part}: {len(surface.triangles)} triangles, with --unit {options.unit} {extents_in_words(surface.extents)}, volume {surface.volume():.5g} m3, "
               f"cross-section at mid-length {surface.section_area(0.5 * surface.extents[0]):.5g} m2")
         print(f"{options.n} spheres of a diameter of about {2 * guessed_radius(surface.volume(), options.n):.3g} m", flush=True)
         packing, smooth = pack(surface, options.n, options.seed, options.density, options.out)

@@ -11,7 +11,8 @@
   curves.py rate     damped.csv --twin undamped.csv --rate 10 --specimen specimen.data
 
 Curves are PREFIX.csv of in.traction (strain,stress_grip,stress_virial; Pa), the state is its
-PREFIX_state.dump, or a CSV with the columns x,y,z,radius,share. With every PNG a CSV of its data is written.
+PREFIX_state.dump, or a CSV with the columns x,y,z,radius,share. With every PNG a CSV of its data is written
+(A.csv with A.png; A_plot.csv where A.csv is read).
 PREFIX.csv of in.torsion (shear strain and stress of the surface; the modulus is G), in.bending (outer fibre) and in.shear are
 curves, too. For a curve that unloads, `numbers` uses the part before the first reversal.
 `numbers` fits E to the elastic part and prints the range: from strain 0 to 0.003, or to 3/4 of the
@@ -36,16 +37,16 @@ import sys
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 
 from evp import curve_table, curves, cycles, law  # noqa: E402
-from evp.report import command_line, typed, write_csv  # noqa: E402
+from evp.report import command_line, typed, words_of, write_csv  # noqa: E402
 
 ELASTIC_END = 0.004  # strain at which the first pairs of Table 1 come to the second regime
-COLUMNS = {
-    "E_GPa": "E [GPa]",
+COLUMNS = {  # E, G: put in by titled()
+    "E_GPa": "{E} [GPa]",
     "range": "over strain",
     "yield_MPa": "0.2 % yield [MPa]",
     "stress_1pc_MPa": "stress at 1 % [MPa]",
     "stress_2pc_MPa": "at 1.95 % [MPa]",
-    "departure_strain": "tangent < 0.9 E at",
+    "departure_strain": "tangent < 0.9 {E} at",
 }
 CYCLE_COLUMNS = {
     "turn_strain": "turn at strain",
@@ -56,7 +57,7 @@ CYCLE_COLUMNS = {
 }
 
 TABLE_COLUMNS = {
-    "E_GPa": "E [GPa]",
+    "E_GPa": "{E} [GPa]",
     "range": "over strain",
     "yield_MPa": "0.2 % yield [MPa]",
     "turn_strain": "turn at strain",
@@ -66,12 +67,19 @@ TABLE_COLUMNS = {
 }
 
 
-def keep_inputs(out, paths):
-    """ValueError where the CSV beside the picture `out` would be one of the files read."""
-    beside = pathlib.Path(out).with_suffix(".csv").resolve()
-    for path in paths:
-        if pathlib.Path(path).resolve() == beside:
-            raise ValueError(f"--out {out} would write its numbers over {path}: give another name")
+def numbers_file(out, paths):
+    """The CSV of the picture `out`: beside it, of its name, but for an input of that name, which stays; then OUT_plot.csv, which is told.
+
+    ValueError where that is an input, too, or the picture itself is one.
+    """
+    out, read = pathlib.Path(out), [pathlib.Path(path).resolve() for path in paths]
+    beside, other = out.with_suffix(".csv"), out.with_name(out.stem + "_plot.csv")
+    if out.resolve() in read or (beside.resolve() in read and other.resolve() in read):
+        raise ValueError(f"--out {out} would write over a file that is read: give another name")
+    if beside.resolve() not in read:
+        return beside
+    print(f"NOTE: {beside} is read: the numbers of the picture go to {other}")
+    return other
 
 
 def tell_jump(path, found):
@@ -85,8 +93,17 @@ def tell_load(path):
     """A note where a curve is of another load than tension."""
     load = curves.load_of(path)
     if load != curves.TENSION:
-        under = "" if load.modulus == "E" else f"{load.modulus} stands under E; "
-        print(f"NOTE: {path} is of {load.deck}: {under}{load.strain}, {load.stress}")
+        print(f"NOTE: {path} is of {load.deck}: {load.strain}, {load.stress}; its modulus is {load.modulus}")
+
+
+def modulus_of(paths):
+    """What the modulus of these curves is called: E, G, or 'E or G' of several loads."""
+    return " or ".join(sorted({curves.load_of(path).modulus for path in paths}))
+
+
+def titled(columns, modulus):
+    """Titles of columns with the name of the modulus."""
+    return {name: title.format(E=modulus) for name, title in columns.items()}
 
 
 def labels_of(words, paths):
@@ -108,24 +125,31 @@ def one_load(paths, strain):
     return load if strain == "strain" else load._replace(strain="nominal strain of the extensometer")
 
 
+def read_with_turns(path, args):
+    """(curve, rows at which it turns back): those of the grips, as the strain of an extensometer jitters."""
+    curve = curves.read_curve(path, args.column, args.strain)
+    grips = curve if args.strain == "strain" else curves.read_curve(path, args.column)
+    return curve, cycles.turns(grips.strain)
+
+
 def show_numbers(args):
     """Print one line of numbers for each curve."""
     width = max(len(path) for path in args.curves)
-    print(" " * width, *COLUMNS.values(), sep="  ")
+    titles = titled(COLUMNS, modulus_of(args.curves))
+    print(" " * width, *titles.values(), sep="  ")
     for path in args.curves:
-        curve = curves.read_curve(path, args.column, args.strain)
-        strain, stress, sign = curve_table.first_way(curve.strain, getattr(curve, args.column))
+        curve, turns = read_with_turns(path, args)
+        strain, stress, sign = curve_table.first_way(curve.strain, getattr(curve, args.column), turns)
         try:
             found = curves.numbers(curves.Curve(strain, stress, stress), "virial", args.fit)
         except curves.CurveError as error:
             raise curves.CurveError(f"{path}: {error}") from error
         found.update({name: sign * value for name, value in found.items() if name.endswith("_MPa")})
         found["range"] = f"{found['E_from']:g}..{found['E_to']:.3g}"
-        cells = [found[name].rjust(len(title)) if name == "range" else f"{found[name]:{len(title)}.5g}" for name, title in COLUMNS.items()]
+        cells = [found[name].rjust(len(title)) if name == "range" else f"{found[name]:{len(title)}.5g}" for name, title in titles.items()]
         print(path.ljust(width), *cells, sep="  ")
-        curve_turns = cycles.turns(curve.strain)
-        if len(curve_turns):
-            print(f"NOTE: {path} turns back at strain {curve.strain[curve_turns[0]]:g}: the numbers above are those of the way there. "
+        if len(turns):
+            print(f"NOTE: {path} turns back at strain {curve.strain[turns[0]]:g}: the numbers above are those of the way there. "
                   f"{typed('curves.py')} cycle and {typed('curves.py')} table give those of the way back, too")
         tell_jump(path, found)
         tell_load(path)
@@ -135,14 +159,14 @@ def show_cycles(args):
     """Print one line of numbers for each curve that turns back, and draw them where a picture is asked for."""
     load = None
     if args.out:
-        keep_inputs(args.out, args.curves)
+        numbers = numbers_file(args.out, args.curves)
         load, labels = one_load(args.curves, args.strain), labels_of(args.labels, list(dict.fromkeys(args.curves)))
-    read = {path: curves.read_curve(path, args.column, args.strain) for path in args.curves}
+    read = {path: read_with_turns(path, args) for path in args.curves}
     width = max(len(path) for path in args.curves)
     print(" " * width, *CYCLE_COLUMNS.values(), sep="  ")
-    for path, curve in read.items():
+    for path, (curve, turns) in read.items():
         try:
-            found = cycles.numbers(curve, args.column)
+            found = cycles.numbers(curve, args.column, turns)
         except curves.CurveError as error:
             raise curves.CurveError(f"{path}: {error}") from error
         print(path.ljust(width), *(f"{found[name]:{len(title)}.4g}" for name, title in CYCLE_COLUMNS.items()), sep="  ")
@@ -151,16 +175,17 @@ def show_cycles(args):
     if args.out:
         from evp import figures
 
-        print(figures.unloading(dict(zip(labels, read.values())), args.out, args.column, load))
+        drawn, turns = (dict(zip(labels, values)) for values in zip(*read.values()))
+        print(figures.unloading(drawn, args.out, args.column, load, turns, numbers))
 
 
 def plot_columns(args):
     """One column over another, a curve for each file."""
     from evp import figures
 
-    keep_inputs(args.out, args.files)
+    numbers = numbers_file(args.out, args.files)
     read = {path: figures.read_columns(path, (args.x, args.y)) for path in args.files}
-    print(figures.two_columns(dict(zip(figures.short_names(read), read.values())), args.x, args.y, args.out, args.title))
+    print(figures.two_columns(dict(zip(figures.short_names(read), read.values())), args.x, args.y, args.out, args.title, numbers))
 
 
 def strains_of(words):
@@ -189,19 +214,20 @@ def print_table(titles, rows):
 def show_table(args):
     """Print one line for each curve, the departures from a target below, and write a CSV of both."""
     strains = strains_of(args.at) if args.at else curve_table.STRAINS
-    read = {path: curves.read_curve(path, args.column, args.strain) for path in args.curves}
+    read = {path: read_with_turns(path, args) for path in args.curves}
     target = curve_table.read_target(args.target) if args.target else None
     if args.csv and pathlib.Path(args.csv).resolve() in [pathlib.Path(path).resolve() for path in (*args.curves, args.target or "")]:
         raise ValueError(f"--csv {args.csv} would be written over a file that is read: give another name")
     found, apart = {}, {}
-    for path, curve in read.items():
+    for path, (curve, turns) in read.items():
         try:
-            found[path] = curve_table.numbers(curve, args.column, args.fit, strains)
+            found[path] = curve_table.numbers(curve, args.column, args.fit, strains, turns)
             if target:
-                apart[path] = curve_table.departure(curve, target, args.column)
+                apart[path] = curve_table.departure(curve, target, args.column, turns)
         except curves.CurveError as error:
             raise curves.CurveError(f"{path}: {error}") from error
-    titles = {**TABLE_COLUMNS}
+    modulus = modulus_of(args.curves)
+    titles = titled(TABLE_COLUMNS, modulus)
     for at in strains:
         titles[f"stress_at_{at:g}_MPa"] = f"at {at:g} [MPa]"
     order = ["E_GPa", "range", "yield_MPa", *(f"stress_at_{at:g}_MPa" for at in strains),
@@ -209,7 +235,7 @@ def show_table(args):
     areas = list(dict.fromkeys(name for line in found.values() for name in line if name.startswith("area_")))
     lines = []
     for path, line in found.items():
-        line = {**line, "range": f"{line['E_from']:g}..{line['E_to']:.3g}"}
+        line = {**line, "range": "-" if line["why_no_E"] else f"{line['E_from']:g}..{line['E_to']:.3g}"}
         line["areas"] = " ".join(cell(line[name]) for name in areas if name in line) or "-"
         lines.append([path, *(cell(line[name]) for name in order)])
     print_table(["", *(titles[name] for name in order)], lines)
@@ -219,14 +245,18 @@ def show_table(args):
                     [[path, cell(1e-6 * d.largest), cell(d.at), cell(1e-6 * d.mean), cell(100 * d.relative), f"{d.rows} of {len(target.strain)}"]
                      for path, d in apart.items()])
     if args.csv:
-        header = ["curve", "E_GPa", "E_from", "E_to", *order[2:-3], "turn_MPa", *order[-3:-1], *areas]
-        rows = [{"curve": path, **{name: f"{value:.9g}" for name, value in line.items() if value == value}} for path, line in found.items()]
+        names = {name: modulus.replace(" ", "_") + name[1:] for name in ("E_GPa", "E_from", "E_to")}
+        header = ["curve", *names.values(), *order[2:-3], "turn_MPa", *order[-3:-1], *areas]
+        rows = [{"curve": path, **{names.get(name, name): f"{value:.9g}" for name, value in line.items() if name != "why_no_E" and value == value}}
+                for path, line in found.items()]
         if target:
             header += ["departure_largest_MPa", "departure_at_strain", "departure_mean_MPa", "departure_mean_percent", "departure_rows"]
             for row, d in zip(rows, apart.values()):
                 row.update(zip(header[-5:], (f"{1e-6 * d.largest:.9g}", f"{d.at:.9g}", f"{1e-6 * d.mean:.9g}", f"{100 * d.relative:.9g}", d.rows)))
         write_csv(args.csv, header, rows)
     for path, line in found.items():
+        if line["why_no_E"]:
+            print(f"NOTE: {path} has no {curves.load_of(path).modulus}: {line['why_no_E']}")
         tell_jump(path, line)
         tell_load(path)
 
@@ -235,30 +265,30 @@ def plot_curves(args):
     """Draw all curves into one picture."""
     from evp import figures
 
-    keep_inputs(args.out, args.curves)
+    numbers = numbers_file(args.out, args.curves)
     load, labels = one_load(args.curves, args.strain), labels_of(args.labels, args.curves)
     read = [curves.read_curve(path, args.column, args.strain) for path in args.curves]
     drawn = list(zip(labels, read))
     title = load.deck.replace("in.", "").capitalize() if args.title is None else args.title
-    print(figures.stress_strain({title: drawn}, args.out, args.column, load))
+    print(figures.stress_strain({title: drawn}, args.out, args.column, load, numbers))
 
 
 def plot_law(args):
     """Draw the force law of one row."""
     from evp import figures
 
-    keep_inputs(args.out, [args.measured] if args.measured else [])
+    numbers = numbers_file(args.out, [args.measured] if args.measured else [])
     measured = figures.read_columns(args.measured, figures.MEASURED) if args.measured else None
-    print(figures.force_law(law.Row.parse(args.coeff), args.out, measured, args.deq))
+    print(figures.force_law(law.Row.parse(args.coeff), args.out, measured, args.deq, numbers=numbers))
 
 
 def plot_specimen(args):
     """Draw the spheres of one state."""
     from evp import figures
 
-    keep_inputs(args.out, [args.state])
+    numbers = numbers_file(args.out, [args.state])
     state = figures.read_state(args.state)
-    print(figures.specimen(state, args.out, args.title))
+    print(figures.specimen(state, args.out, args.title, numbers))
 
 
 def show_rate_shares(args):
@@ -371,7 +401,7 @@ def main(argv=None):
     try:
         args.action(args)
     except (OSError, ValueError) as error:
-        print(f"ERROR: {error}", file=sys.stderr)
+        print(f"ERROR: {words_of(error)}", file=sys.stderr)
         return 1
     return 0
 

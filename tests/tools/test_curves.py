@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """tools/curves.py: numbers of curves that are known in closed form, and its refusals."""
 
+import re
+
 import curves as tool
 import numpy as np
 import pytest
@@ -248,9 +250,13 @@ def test_curves_of_other_loads_have_the_same_numbers(tmp_path, deck):
     for words, curve in ((("numbers",), both[0]), (("table",), both[0]), (("table",), both[1]), (("cycle",), both[1])):
         plain, other = command(*words, write(tmp_path / "a.csv", curve)), command(*words, write_other(tmp_path / "a.csv", deck, curve))
         assert other.returncode == 0, other.stderr
-        assert other.stdout.startswith(plain.stdout), words
+        modulus = "E" if deck == "in.bending" else "G"
+        assert other.stdout.startswith(re.sub(r"\bE\b", modulus, plain.stdout)), words
         note = other.stdout[len(plain.stdout):]
-        assert f"is of {deck}: " in note and ("G stands under E" in note) == (deck != "in.bending")
+        assert f"is of {deck}: " in note and f"its modulus is {modulus}\n" in note
+    assert command("numbers", write_other(tmp_path / "a.csv", deck, both[0])).stdout.split()[:2] == [modulus, "[GPa]"]
+    written = command("table", tmp_path / "a.csv", "--csv", tmp_path / "table.csv")
+    assert written.returncode == 0 and (tmp_path / "table.csv").read_text().startswith(f"curve,{modulus}_GPa,{modulus}_from,{modulus}_to,yield_MPa")
     for kind in ("plot", "cycle"):
         drawn = command(kind, write_other(tmp_path / "b.csv", deck, both[1]), "--out", tmp_path / f"{kind}.png")
         assert drawn.returncode == 0 and (tmp_path / f"{kind}.png").is_file(), drawn.stderr
@@ -260,7 +266,7 @@ def test_curves_of_two_loads_are_not_drawn_into_one_picture(tmp_path):
     paths = write(tmp_path / "pulled.csv", bilinear()), write_other(tmp_path / "twisted.csv", "in.torsion", bilinear())
     shown = command("plot", *paths, "--out", tmp_path / "both.png")
     assert shown.returncode == 1 and "pulled.csv is of in.traction and" in shown.stderr and "twisted.csv of in.torsion" in shown.stderr
-    assert command("table", *paths).returncode == 0
+    assert command("table", *paths).stdout.split()[:4] == ["E", "or", "G", "[GPa]"]
 
 
 @pytest.mark.parametrize("columns, remedy", [("time,force,speed,length", "curves.py columns --x time --y NAME, NAME one of force, speed, length"),
@@ -331,9 +337,15 @@ def test_numbers_of_a_picture_do_not_overwrite_its_input(tmp_path):
     measured.write_text("strain,distance,force\n0,0.01,0\n0.01,0.0101,-9\n", encoding="utf-8")
     for words in (("plot", path), ("specimen", state), ("law", "--measured", measured)):
         before = words[-1].read_text()
-        refused = command(*words, "--out", words[-1].with_suffix(".png"))
-        assert refused.returncode == 1 and words[-1].read_text() == before
-        assert f"would write its numbers over {words[-1]}" in refused.stderr and not words[-1].with_suffix(".png").exists()
+        beside = words[-1].with_name(words[-1].stem + "_plot.csv")
+        drawn = command(*words, "--out", words[-1].with_suffix(".png"))
+        assert drawn.returncode == 0 and words[-1].read_text() == before, drawn.stderr
+        assert f"NOTE: {words[-1]} is read: the numbers of the picture go to {beside}\n" in drawn.stdout
+        assert command(*words, "--out", tmp_path / "free.png").returncode == 0 and (tmp_path / "free.csv").read_text() == beside.read_text()
+    again = command("plot", path, tmp_path / "pull_plot.csv", "--out", tmp_path / "pull.png")
+    assert again.returncode == 1 and "would write over a file that is read" in again.stderr, "the other name is an input, too"
+    over = command("plot", path, "--out", path)
+    assert over.returncode == 1 and "would write over a file that is read" in over.stderr and path.read_text().startswith("strain,stress_grip")
 
 
 @pytest.mark.parametrize("name, values, label, factor", [
@@ -353,4 +365,5 @@ def test_columns_of_any_file(tmp_path):
     done = call(tool.main, "columns", tmp_path / "rod.csv", "--x", "time", "--y", "length")
     assert done.returncode == 1 and "has no column length; wanted are time, length" in done.stderr
     done = call(tool.main, "columns", tmp_path / "rod.csv", "--x", "time", "--y", "speed", "--out", tmp_path / "rod.png")
-    assert done.returncode == 1 and "write" in done.stderr and (tmp_path / "rod.csv").read_text(encoding="utf-8").startswith("time,force")
+    assert done.returncode == 0 and (tmp_path / "rod.csv").read_text(encoding="utf-8").startswith("time,force"), done.stderr
+    assert (tmp_path / "rod_plot.csv").read_text(encoding="utf-8").split() == ["curve,time,speed", "rod,0,2", "rod,1e-06,4"]

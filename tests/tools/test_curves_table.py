@@ -142,6 +142,25 @@ def test_the_other_column(tmp_path):
     assert table(path, "--fit", 0.006, 0.012).stdout.splitlines()[1].split()[2] == "0.006..0.012"
 
 
+def test_a_curve_without_a_modulus_does_not_end_the_others(tmp_path):
+    """Three rows that bend at once, and a curve that ends early: '-' for E and yield, a NOTE with the reason; their other numbers stay."""
+    bent = np.array([0.0, 0.001, 0.002, 0.003, 0.004, 0.005, 0.01])
+    bent = curves.Curve(bent, *(1e6 * np.array([0.0, 40.0, 50.0, 55.0, 57.0, 58.0, 60.0]),) * 2)
+    paths = [write(tmp_path / f"{name}.csv", curve) for name, curve in
+             (("pull", plastic(way((0.02,)))), ("bent", bent), ("short", plastic(way((0.0005,)))), ("sweep", plastic(way((0.02, 0.0)))))]
+    shown = table(*paths, "--csv", tmp_path / "all.csv")
+    assert shown.returncode == 0, shown.stderr
+    lines = shown.stdout.splitlines()
+    assert lines[1].split()[1:4] == lines[4].split()[1:4] == ["20", "0..0.003", "100"]
+    assert lines[2].split()[1:6] == ["-", "-", "-", "50", "60"] and lines[3].split()[1:] == 9 * ["-"]
+    assert "bent.csv has no E: the elastic part has fewer than three rows" in lines[5] and "short.csv has no E: the curve has too few rows" in lines[6]
+    with open(tmp_path / "all.csv", encoding="utf-8", newline="") as source:
+        rows = list(csv.DictReader(source))
+    assert [row["E_GPa"] for row in rows] == ["20", "", "", "20"] and float(rows[1]["stress_at_0.01_MPa"]) == pytest.approx(60.0)
+    alone = call(tool.main, "numbers", *paths)
+    assert alone.returncode == 1 and "bent.csv: the elastic part has fewer than three rows" in alone.stderr
+
+
 BAD = {
     ("--at", "0.01,x"): "--at: could not convert string to float: 'x'",
     ("--at", "-0.01"): "--at -0.01: give positive strains",
@@ -157,7 +176,7 @@ BAD = {
     ("--target", "far.csv"): "pull.csv: the curve goes from strain 0 to 0.02 and reaches no row of the target",
     ("--csv", "pull.csv"): "--csv pull.csv would be written over a file that is read",
     ("--target", "good.csv", "--csv", "good.csv"): "--csv good.csv would be written over a file that is read",
-    ("short_curve.csv",): "short_curve.csv: the curve has too few rows",
+    ("--fit", "0.002", "0.001"): "the range of E must be 0 <= low < high, got 0.002 0.001",
 }
 FILES = {"empty.csv": "\n", "names.csv": "a,b\n1,2\n", "word.csv": "0,0\n0.1,x\n", "short.csv": "0,0\n0.1\n", "head.csv": "strain,stress\n",
          "nan.csv": "0,nan\n", "back.csv": "0,0\n0.1,1\n0.05,1\n", "far.csv": "0.5,1\n", "good.csv": "0.01,1e8\n"}
@@ -167,7 +186,6 @@ FILES = {"empty.csv": "\n", "names.csv": "a,b\n1,2\n", "word.csv": "0,0\n0.1,x\n
 def test_misuse_gets_one_line(tmp_path, monkeypatch, words):
     monkeypatch.chdir(tmp_path)
     write(tmp_path / "pull.csv", plastic(way((0.02,))))
-    write(tmp_path / "short_curve.csv", plastic(way((0.0005,))))
     for name, text in FILES.items():
         (tmp_path / name).write_text(text, encoding="utf-8")
     before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}

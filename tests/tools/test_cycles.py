@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """tools/evp/cycles.py and curves.py cycle: numbers of curves that turn back, known in closed form."""
 
+import re
+
 import curves as tool
 import numpy as np
 import pytest
@@ -106,5 +108,27 @@ def test_command(tmp_path):
         assert shown.stdout.splitlines()[1].split()[place] == "0.03", "residual strain of the extensometer"
     shown = call(tool.main, "plot", tmp_path / "gauge.csv", "--strain", "strain_gauge", "--out", tmp_path / "drawn.png")
     assert shown.returncode == 0 and "\nTraction,gauge,4,100\n" in (tmp_path / "drawn.csv").read_text()
-    refused = call(tool.main, "cycle", tmp_path / "flow.csv", "--out", tmp_path / "flow.png")
-    assert refused.returncode == 1 and "would write its numbers over" in refused.stderr
+    drawn, before = tmp_path / "flow.png", (tmp_path / "flow.csv").read_text()
+    shown = call(tool.main, "cycle", tmp_path / "flow.csv", "--out", drawn)
+    assert shown.returncode == 0 and "flow_plot.csv" in shown.stdout and (tmp_path / "flow.csv").read_text() == before
+    assert "residual strain 1.50 %" in (tmp_path / "flow_plot.csv").read_text()
+
+
+def test_loads_of_an_extensometer_turn_where_the_grips_do(tmp_path):
+    """Its strain jitters by more than it goes on between two rows: turns in it alone are many, and none of the body."""
+    strain = way((0.02, 0.0))
+    gauge = strain - 3e-4 * (np.arange(len(strain)) % 7 == 3)
+    lines = ["strain,stress_grip,stress_virial,strain_gauge", *(f"{a:.17g},{b:.17g},{b:.17g},{c:.17g}" for a, b, c in zip(strain, plastic(strain), gauge))]
+    (tmp_path / "gauge.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    assert len(cycles.turns(gauge)) > 50, "control"
+    shown = call(tool.main, "cycle", tmp_path / "gauge.csv", "--strain", "strain_gauge", "--out", tmp_path / "picture.png")
+    assert shown.returncode == 0, shown.stderr
+    turn, _, residual, unloading, area = map(float, shown.stdout.splitlines()[1].split()[1:])
+    assert turn == pytest.approx(0.02, abs=4e-4) and residual == pytest.approx(0.015, abs=4e-4) and unloading == pytest.approx(20.0, rel=0.05)
+    assert area == pytest.approx(2.75, rel=0.01) and re.search(r"residual strain 1\.[45]\d %", (tmp_path / "picture.csv").read_text())
+    shown = call(tool.main, "table", tmp_path / "gauge.csv", "--strain", "strain_gauge")
+    words = shown.stdout.splitlines()[1].split()
+    assert len(words) == 10 and float(words[9]) == pytest.approx(area, rel=1e-3), "one loop"
+    assert float(words[1]) == pytest.approx(20.0, rel=0.05) and float(words[7]) == pytest.approx(residual, rel=1e-3)
+    shown = call(tool.main, "numbers", tmp_path / "gauge.csv", "--strain", "strain_gauge")
+    assert shown.stdout.count("NOTE") == 1 and "turns back at strain 0.0" in shown.stdout, shown.stdout + shown.stderr

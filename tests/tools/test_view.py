@@ -403,6 +403,9 @@ def test_bad_dumps_are_refused_by_name(tmp_path, monkeypatch, name, output):
 
 BAD_CHOICES = {
     ("--color", "heat"): "one.dump, step 0 has no column heat; it has id x y z radius share_second",
+    ("--color", "plastic_strain"): "has no column plastic_strain; it has id x y z radius share_second; to write it: 'compute state all evp/state/atom "
+    "plastic_strain', c_state[5] among the columns of the dump command, and 'dump_modify ID colname c_state[5] plastic_strain'",
+    ("--cut", "share_lost>0"): "'compute state all evp/state/atom', c_state[3] among",
     ("--cut", "w>0"): "one.dump, step 0 has no column w; it has",
     ("--cut", "y=0"): "--cut 'y=0' is no condition: give COLUMN>NUMBER or COLUMN<NUMBER",
     ("--cut", "y>-9"): "--cut leaves no sphere",
@@ -429,13 +432,27 @@ def test_bad_choices_are_refused(one, tmp_path, monkeypatch, words):
 
 def test_missing_programs_and_files_are_named(one, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert "absent.dump" in refused(tmp_path, "absent.dump")
+    assert refused(tmp_path, "absent.dump") == "view.py: error: there is no file absent.dump\n"
+    assert "cannot use .: Is a directory" in refused(tmp_path, ".")
     monkeypatch.setattr(view_figure.shutil, "which", lambda name: None)
     assert "needs the program ffmpeg, which is not here; a name that ends in .gif does not" in refused(tmp_path, "one.dump", "--film", "a.mp4")
     monkeypatch.undo()
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("EVP_LMP", "/no/such/lmp")
     assert "no program /no/such/lmp: run tools/setup.sh first, or set EVP_LMP" in refused(tmp_path, "one.dump")
+
+
+def test_what_the_refusal_of_a_column_says_to_write(tmp_path, monkeypatch):
+    """The lines of the message, in a deck: the column is there."""
+    monkeypatch.chdir(tmp_path)
+    for name in (*columns.STATE, *columns.ON_REQUEST):
+        compute, modify = re.findall("'(.*?)'", columns.how_to_write(name))
+        place = re.search(r"c_state\[\d\]", modify)[0]
+        script = (f"units si\natom_style sphere\nread_data {BODY}\npair_style evp/lj\npair_coeff * * 80 8 4 3 8 4 0.005 0 1.5\nfix 1 all evp/bonds\n{compute}\n"
+                  f"dump ID all custom 1 {name}.dump id x y z radius {place}\n{modify}\nrun 0\n").replace("PHI", "0.6")
+        (tmp_path / "in.lmp").write_text(script, encoding="utf-8")
+        run.output_of([*run.lammps_command(), "-log", "none", "-in", "in.lmp"], tmp_path, name)
+        assert dump.index([tmp_path / f"{name}.dump"])[-1].names[-1] == name
 
 
 def test_errors_of_lammps_are_passed_on(one, tmp_path, monkeypatch):

@@ -18,7 +18,7 @@ import numpy as np
 from . import calibration_affine as affine
 from . import curves, cycles, dump, specimen
 from .progress import Progress
-from .run import DECKS, RunError, deck_command, environment, lammps_error, last_strain
+from .run import DECKS, RunError, check_start, deck_command, environment, lammps_error, last_strain
 
 LENGTH, RADIUS = 0.05, 0.02  # of the cylinder [m]
 CONTACT = "repulsive"  # new pairs that attract at once tear a body apart that hardens little
@@ -98,7 +98,8 @@ def relative(path, folder):
 
 
 def call(deck, variables, ranks, folder, deadline, title, share=None):
-    """Run a deck in a folder; Failed where it ends badly or lasts beyond `deadline` seconds from now.
+    """Run a deck in a folder; Failed where it ends badly or lasts beyond `deadline` seconds from now,
+    RunError where it does not even start.
 
     share: a function that gives 0..1 while it runs.
     """
@@ -127,6 +128,7 @@ def call(deck, variables, ranks, folder, deadline, title, share=None):
                 process.kill()
                 process.wait()
     if process.returncode:
+        check_start(deck, log, process.returncode, ranks)
         raise Failed(f"{deck} failed: {lammps_error(log)[:300]}")
 
 

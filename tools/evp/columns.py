@@ -36,6 +36,9 @@ KNOWN = {
     **{name: Column(name, "N") for name in ("fx", "fy", "fz")},
 }
 LOADS = ("strain", "angle")  # of a whole body, in a dump the same for all its atoms
+# Values that compute evp/state/atom has after the four of STATE where they are asked for; von_mises comes with fraction.
+ON_REQUEST = {name: name for name in ("plastic_work", "plastic_strain", "volume_strain", "triaxiality")}
+ON_REQUEST["von_mises"] = "von_mises fraction PHI"
 # Dumps without colname: the first values of compute evp/state/atom, under the IDs that the decks give it.
 STATE = ("bonds", "share_second", "share_lost", "new_pairs")
 _STATE_OF = re.compile(r"c_(?:pairs|state)\[([1-4])\]")
@@ -45,6 +48,16 @@ def word(name):
     """The word for a column of a dump: its name, or what c_pairs[k] of the decks stands for."""
     found = _STATE_OF.fullmatch(name)
     return STATE[int(found.group(1)) - 1] if found else name
+
+
+def how_to_write(name):
+    """What an input script needs for a value of compute evp/state/atom in a dump, as a sentence; empty for any other name."""
+    if name not in (*STATE, *ON_REQUEST):
+        return ""
+    value, place = ON_REQUEST.get(name, ""), STATE.index(name) + 1 if name in STATE else len(STATE) + 1
+    compute = f"compute state all evp/state/atom {value}".rstrip()
+    return (f"; to write it: '{compute}', c_state[{place}] among the columns of the dump command, and "
+            f"'dump_modify ID colname c_state[{place}] {name}'")
 
 
 def load_text(name, value):

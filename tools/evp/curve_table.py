@@ -52,9 +52,9 @@ def read_target(path):
     return Target(*table.T)
 
 
-def first_way(strain, stress):
-    """(strain, stress, sign) up to the first turn, both positive where the way is; sign -1: it was compression."""
-    found = cycles.turns(strain)
+def first_way(strain, stress, at=None):
+    """(strain, stress, sign) up to the first turn, both positive where the way is; sign -1: it was compression. at: of cycles.py."""
+    found = cycles.turns(strain) if at is None else at
     end = found[0] + 1 if len(found) else len(strain)
     sign = -1.0 if strain[end - 1] < strain[0] else 1.0
     return sign * strain[:end], sign * stress[:end], sign
@@ -62,38 +62,45 @@ def first_way(strain, stress):
 
 def stress_on(strain, stress, at):
     """Stress at a strain of a way [unit of stress]: fitted over +-STRESS_WINDOW, interpolated where that has too few rows; nan outside."""
-    if not strain[0] - curves.ROUNDING <= at <= strain[-1] + curves.ROUNDING:
+    if not strain.min() - curves.ROUNDING <= at <= strain.max() + curves.ROUNDING:
         return NAN
     try:
         if at >= curves.STRESS_WINDOW:  # the rows at strain 0 have no damping yet
             return curves.stress_at(strain, stress, at)
     except curves.CurveError:
         pass
-    return float(np.interp(at, strain, stress))
+    order = np.argsort(strain, kind="stable")  # an extensometer jitters
+    return float(np.interp(at, strain[order], stress[order]))
 
 
-def numbers(curve, column="virial", fit=None, strains=STRAINS):
-    """What is reported of a curve, in a dict; nan where it has no such number.
+def numbers(curve, column="virial", fit=None, strains=STRAINS, turns=None):
+    """What is reported of a curve, in a dict; nan where it has no such number; why_no_E: text, empty where there is E.
 
       E_GPa, E_from, E_to, yield_MPa  of the first way, from curves.numbers
       stress_at_S_MPa                 for each strain S of the first way
       turn_strain, turn_MPa, residual_strain, unloading_GPa, area_K_MJ_per_m3 for the loops K = 1, 2 ...  where the curve turns back
 
-    Strains of compression are given and reported as sizes; stresses of it are negative. CurveError if the curve is too short for E.
+    Strains of compression are given and reported as sizes; stresses of it are negative. turns: rows, as `at` of cycles.py. CurveError where `fit` is no range.
     """
+    curves.check_fit(fit)
     whole_strain, whole_stress = curve.strain, getattr(curve, column)
-    strain, stress, sign = first_way(whole_strain, whole_stress)
-    elastic = curves.numbers(curves.Curve(strain, stress, stress), "virial", fit)
-    found = {name: elastic[name] for name in ("E_GPa", "E_from", "E_to", "jump_MPa", "jump_share")}
-    found["yield_MPa"] = sign * elastic["yield_MPa"]
+    strain, stress, sign = first_way(whole_strain, whole_stress, turns)
+    names = ("E_GPa", "E_from", "E_to", "jump_MPa", "jump_share", "yield_MPa")
+    try:
+        elastic = {**curves.numbers(curves.Curve(strain, stress, stress), "virial", fit), "why_no_E": ""}
+    except curves.CurveError as error:
+        elastic = {**dict.fromkeys(names, NAN), "why_no_E": str(error)}
+    found = {name: elastic[name] for name in (*names, "why_no_E")}
+    found["yield_MPa"] *= sign
     for at in strains:
         found[f"stress_at_{at:g}_MPa"] = 1e-6 * sign * stress_on(strain, stress, at)
     found.update(turn_strain=NAN, turn_MPa=NAN, residual_strain=NAN, unloading_GPa=NAN)
-    if len(cycles.turns(whole_strain)):
+    turns = cycles.turns(whole_strain) if turns is None else turns
+    if len(turns):
         found["turn_strain"], found["turn_MPa"] = float(sign * strain[-1]), 1e-6 * float(sign * stress[-1])
-        found["residual_strain"] = cycles.residual_strain(whole_strain, whole_stress)
-        found["unloading_GPa"] = 1e-9 * curves.or_nan(cycles.unloading_modulus, whole_strain, whole_stress)
-        for k, area in enumerate(cycles.loop_areas(whole_strain, whole_stress), start=1):
+        found["residual_strain"] = cycles.residual_strain(whole_strain, whole_stress, turns)
+        found["unloading_GPa"] = 1e-9 * curves.or_nan(cycles.unloading_modulus, whole_strain, whole_stress, turns)
+        for k, area in enumerate(cycles.loop_areas(whole_strain, whole_stress, turns), start=1):
             found[f"area_{k}_MJ_per_m3"] = 1e-6 * area
     return found
 
@@ -108,9 +115,9 @@ class Departure(NamedTuple):
     rows: int
 
 
-def departure(curve, target, column="virial"):
+def departure(curve, target, column="virial", turns=None):
     """Departure of the first way of a curve. CurveError where it reaches no row of the target."""
-    strain, stress, sign = first_way(curve.strain, getattr(curve, column))
+    strain, stress, sign = first_way(curve.strain, getattr(curve, column), turns)
     own = np.array([sign * stress_on(strain, stress, sign * at) for at in target.strain])
     reached = np.isfinite(own)
     if not reached.any():

@@ -207,6 +207,12 @@ def departure_strain(strain, stress, elastic_modulus, start=0.5 * MODULUS_END, s
     return float("nan")
 
 
+def check_fit(fit):
+    """CurveError where a range of E, (low, high) or None, is none."""
+    if fit is not None and not 0.0 <= fit[0] < fit[1] < np.inf:
+        raise CurveError(f"the range of E must be 0 <= low < high, got {fit[0]:g} {fit[1]:g}")
+
+
 def numbers(curve, column="virial", fit=None):
     """What is reported of a curve, in a dict (nan where the curve is too short):
 
@@ -218,8 +224,7 @@ def numbers(curve, column="virial", fit=None):
     CurveError if the curve is too short for E.
     """
     strain, stress = curve.strain, getattr(curve, column)
-    if fit is not None and not 0.0 <= fit[0] < fit[1] < np.inf:
-        raise CurveError(f"the range of E must be 0 <= low < high, got {fit[0]:g} {fit[1]:g}")
+    check_fit(fit)
     low, high = fit or (0.0, elastic_end(strain, stress))
     moved = strain > 0.0
     elastic_modulus, value = _line_fit(strain[moved], stress[moved], low, high)

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Numbers of a curve that turns back, as in.cyclic and in.quasistatic with cycles write it: residual strain, unloading
 modulus, area of loops. The rows are in the order of the way; the strain goes one way between two turns.
+
+`at` of the functions: rows of the turns, where the strain itself does not tell them: that of an extensometer jitters. None: turns(strain).
 """
 
 import numpy as np
@@ -17,22 +19,22 @@ def turns(strain):
     return moved[1:][ways[1:] != ways[:-1]]
 
 
-def unloading(strain, stress):
+def unloading(strain, stress, at=None):
     """(strain, stress) of the way back from the first turn, which is its first row. CurveError where there is none."""
-    found = turns(strain)
+    found = turns(strain) if at is None else at
     if len(found) == 0:
         raise CurveError(f"the curve does not turn back; it ends at strain {strain[-1]:g}")
     end = found[1] + 1 if len(found) > 1 else len(strain)
     return strain[found[0] : end], stress[found[0] : end]
 
 
-def residual_strain(strain, stress):
+def residual_strain(strain, stress, at=None):
     """Strain at which the stress is zero on the way back from the first turn.
 
     Between the rows on both sides of zero, or beyond the last row by no more than the distance of the last two; nan where it
     is farther.
     """
-    back, held = unloading(strain, stress)
+    back, held = unloading(strain, stress, at)
     after = np.nonzero(held[:-1] * held[1:] <= 0.0)[0]
     k = int(after[0]) if len(after) else len(back) - 2
     if held[k] == held[k + 1]:
@@ -50,10 +52,10 @@ def stress_back_at(strain, stress, at=0.0):
     return float(np.interp(at, back[order], held[order]))
 
 
-def unloading_modulus(strain, stress):
+def unloading_modulus(strain, stress, at=None):
     """Slope over the first UNLOADING_RANGE of strain after the first turn, or over the elastic part where the body flows back before
     [unit of stress]. CurveError where either has too few rows."""
-    back, held = unloading(strain, stress)
+    back, held = unloading(strain, stress, at)
     elastic = elastic_end(np.abs(back - back[0]), np.abs(held - held[0]))
     reach = UNLOADING_RANGE if elastic >= MODULUS_END else elastic
     near = np.abs(back - back[0]) <= reach + ROUNDING
@@ -68,12 +70,12 @@ def work(strain, stress):
     return float(np.sum(0.5 * (stress[1:] + stress[:-1]) * np.diff(strain)))
 
 
-def loop_areas(strain, stress):
+def loop_areas(strain, stress, at=None):
     """Areas of the loops from each first turn back to it, the third and so on [unit of stress]; one sweep: that of the sweep.
 
     A loop is closed where the material is steady: what a first loop has not closed is in its area.
     """
-    found = turns(strain)
+    found = turns(strain) if at is None else at
     if len(found) == 0:
         raise CurveError(f"the curve does not turn back; it ends at strain {strain[-1]:g}")
     if len(found) < 3:
@@ -81,15 +83,15 @@ def loop_areas(strain, stress):
     return [work(strain[a : b + 1], stress[a : b + 1]) for a, b in zip(found[:-2:2], found[2::2])]
 
 
-def numbers(curve, column="virial"):
+def numbers(curve, column="virial", at=None):
     """What is reported of a way there and back, in a dict: turn_strain, turn_MPa, residual_strain, unloading_GPa (nan where the way back
     has too few rows), area_MJ_per_m3 of the last loop (one sweep: of the sweep)."""
     strain, stress = curve.strain, getattr(curve, column)
-    back, held = unloading(strain, stress)
+    back, held = unloading(strain, stress, at)
     return {
         "turn_strain": float(back[0]),
         "turn_MPa": 1e-6 * float(held[0]),
-        "residual_strain": residual_strain(strain, stress),
-        "unloading_GPa": 1e-9 * or_nan(unloading_modulus, strain, stress),
-        "area_MJ_per_m3": 1e-6 * loop_areas(strain, stress)[-1],
+        "residual_strain": residual_strain(strain, stress, at),
+        "unloading_GPa": 1e-9 * or_nan(unloading_modulus, strain, stress, at),
+        "area_MJ_per_m3": 1e-6 * loop_areas(strain, stress, at)[-1],
     }

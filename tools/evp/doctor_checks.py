@@ -239,4 +239,5 @@ def check_log(report, host, plugin, log):
     elif not log.ended:
         report.not_checked("log", "it breaks off without an error: lmp crashed or was stopped. If that was at `plugin load FILE`, give --plugin FILE")
     else:
-        report.ok("log", f"no fault of the installation; it ends with: {log.error}" if log.error and not log.package else "no fault of the installation")
+        told = f"; before that it warned: {log.warning}" if log.warning else ""
+        report.ok("log", f"no fault of the installation; it ends with: {log.error}{told}" if log.error and not log.package else "no fault of the installation")

@@ -24,11 +24,18 @@ class Log:
     package: tuple  # (style, package) that this LAMMPS lacks
     twice: bool  # LAMMPS ignored a second load
     error: str  # the first one
+    warning: str  # the last one that names the timestep
     ended: bool  # with an error, or as a run ends
 
     def plugin(self):
         """The first file of a `plugin load` line that is there, as seen from the folder of the log; None without."""
         return next((self.folder / file for file in self.loads if "/" in file and (self.folder / file).is_file()), None)
+
+
+def _last_of_timestep(text):
+    """The last WARNING that names the timestep, without its place in LAMMPS' sources; empty without one."""
+    found = re.findall(r"^WARNING: (.*timestep.*)", text, re.M | re.I)
+    return re.sub(r" \(src/\S+:\d+\)$| \(\S+\.(?:cpp|h):\d+\)$", "", found[-1]) if found else ""
 
 
 def read(path):
@@ -48,4 +55,4 @@ def read(path):
     loads = [word.strip("\"'") for line in re.findall(r"^plugin\s+load\s+(.+)$", text, re.M) for word in line.split()]
     return Log(pathlib.Path(path).absolute().parent, banner[1] if banner else "", loaded, loads,
                plugins.open_failures(text), plugins.refusal(text), unknown, package.groups() if package else (),
-               "Ignoring load of pair style evp/lj" in text, error[0] if error else "", bool(error) or "Total wall time" in text)
+               "Ignoring load of pair style evp/lj" in text, error[0] if error else "", _last_of_timestep(text), bool(error) or "Total wall time" in text)

@@ -44,13 +44,13 @@ LOOK = {
 }
 
 
-def save(figure, path, header, rows):
-    """Write figure to path (a .png) and rows under header to the .csv beside it."""
+def save(figure, path, header, rows, numbers=None):
+    """Write figure to path (a .png) and rows under header to the .csv beside it, or to the file `numbers`, as all pictures here take it."""
     path = pathlib.Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, bbox_inches="tight")
     plt.close(figure)
-    write_csv(path.with_suffix(".csv"), header, rows)
+    write_csv(numbers or path.with_suffix(".csv"), header, rows)
     return path
 
 
@@ -81,7 +81,7 @@ def _is_positive(values):
     return min(values) > -0.01 * max(map(abs, values))
 
 
-def stress_strain(panels, path, column="virial", load=TENSION):
+def stress_strain(panels, path, column="virial", load=TENSION, numbers=None):
     """Stress-strain curves: panels is {title: [(label, curves.Curve), ...]}, side by side.
 
     column: 'virial' or 'grip'; load: curves.Load of all curves. Writes path and its CSV: panel, curve, strain_percent, stress_MPa.
@@ -106,7 +106,7 @@ def stress_strain(panels, path, column="virial", load=TENSION):
             if _is_positive([float(stress) for *_, stress in rows]):
                 axis.set_ylim(bottom=0)
         axes[0][0].set_ylabel(textwrap.fill(f"{load.stress} [MPa]", 36))
-        return save(figure, path, ("panel", "curve", "strain_percent", "stress_MPa"), rows)
+        return save(figure, path, ("panel", "curve", "strain_percent", "stress_MPa"), rows, numbers)
 
 
 UNITS = {"time": "s", "force": "N", "reaction": "N", "speed": "m/s", "length": "m", "deflection": "m", "angle": "rad", "torque_grip": "N m",
@@ -125,7 +125,7 @@ def axis_unit(name, values):
     return f"{text} [{_PREFIXES[power]}{unit}]", 10.0**-power
 
 
-def two_columns(curves, x, y, path, title=""):
+def two_columns(curves, x, y, path, title="", numbers=None):
     """Column y over column x: curves is {label: {name: values}}. Writes path and its CSV: curve, x, y, in the units of the decks."""
     rows = []
     (x_text, x_factor), (y_text, y_factor) = (
@@ -139,7 +139,7 @@ def two_columns(curves, x, y, path, title=""):
         axis.ticklabel_format(scilimits=(-3, 4))
         if len(curves) > 1:
             axis.legend(frameon=False)
-        return save(figure, path, ("curve", x, y), rows)
+        return save(figure, path, ("curve", x, y), rows, numbers)
 
 
 def percent_left(strain):
@@ -147,8 +147,8 @@ def percent_left(strain):
     return f"{round(100 * strain, 2) + 0.0:.2f} %"
 
 
-def unloading(curves, path, column="virial", load=TENSION):
-    """Curves that turn back: curves is {label: curves.Curve}; the residual strain is told behind each label, and marked.
+def unloading(curves, path, column="virial", load=TENSION, turns=None, numbers=None):
+    """Curves that turn back: curves is {label: curves.Curve}, turns {label: rows}, as `at` of cycles.py, or None; the residual strain is told behind each label, and marked.
 
     Writes path and its CSV: curve, strain_percent, stress_MPa.
     """
@@ -157,7 +157,7 @@ def unloading(curves, path, column="virial", load=TENSION):
         figure, axis = plt.subplots(figsize=(6.4, 4.2))
         for k, (label, curve) in enumerate(curves.items()):
             percent, stress = 100 * curve.strain, 1e-6 * getattr(curve, column)
-            left = cycles.residual_strain(curve.strain, getattr(curve, column))
+            left = cycles.residual_strain(curve.strain, getattr(curve, column), turns and turns[label])
             name = f"{label}: residual strain {percent_left(left)}"
             axis.plot(percent, stress, label=name, **line_style(k))
             axis.plot([100 * left], [0.0], "o", color=_COLORS[k], markeredgecolor="#333333", markeredgewidth=0.5, markersize=6, zorder=3)
@@ -165,10 +165,10 @@ def unloading(curves, path, column="virial", load=TENSION):
         axis.axhline(0, color="#333333", linewidth=0.8)
         axis.set(xlabel=f"{load.strain} [%]", ylabel=textwrap.fill(f"{load.stress} [MPa]", 36))
         legend_below(axis, 1, handlelength=3.0)
-        return save(figure, path, ("curve", "strain_percent", "stress_MPa"), rows)
+        return save(figure, path, ("curve", "strain_percent", "stress_MPa"), rows, numbers)
 
 
-def force_law(row, path, measured=None, deq=0.01, reach=0.03):
+def force_law(row, path, measured=None, deq=0.01, reach=0.03, numbers=None):
     """Force of one pair against its strain (the paper's figure 2): lines from law.py.
 
     row: law.Row; deq [m]; reach: largest |strain| drawn where nothing was measured. measured: None,
@@ -204,10 +204,10 @@ def force_law(row, path, measured=None, deq=0.01, reach=0.03):
                 axis.text(100 * middle, 1.01, name, transform=axis.get_xaxis_transform(), ha="center", va="bottom", fontsize=9, color="#555555")
         legend_below(axis, 3)
         header = ("strain_percent", "force_N", "first_regime_N", "source")
-        return save(figure, path, header, rows)
+        return save(figure, path, header, rows, numbers)
 
 
-def specimen(state, path, title=""):
+def specimen(state, path, title="", numbers=None):
     """Side view of the spheres, coloured by the share of their bonds in the second regime.
 
     state: from read_state. Writes path and its CSV of these.
@@ -229,7 +229,7 @@ def specimen(state, path, title=""):
         bar = figure.colorbar(drawn, ax=axis, shrink=0.6, orientation="horizontal", pad=0.25) if slender else figure.colorbar(drawn, ax=axis, shrink=0.85)
         bar.set_label(KNOWN["share_second"].label())
         rows = zip(*([f"{v:.9g}" for v in state[name]] for name in STATE))
-        return save(figure, path, STATE, rows)
+        return save(figure, path, STATE, rows, numbers)
 
 
 def read_state(path):

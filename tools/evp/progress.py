@@ -4,6 +4,8 @@
 import sys
 import time
 
+KNOWN = 0.05  # share done from which the time left is told: before, it is off by a factor of ten
+
 
 def format_seconds(seconds):
     """'8 s' or '2 min 05 s'."""
@@ -28,7 +30,7 @@ class Progress:
         if now - self.shown < self.interval:
             return
         self.shown, share, spent = now, done / self.whole, now - self.begin
-        left = f"about {format_seconds(spent * (1 - share) / share)} left" if share > 0.02 else "time left not known yet"
+        left = f"about {format_seconds(spent * (1 - share) / share)} left" if share >= KNOWN else f"{format_seconds(spent)} so far"
         text = f"{self.title} {100 * share:3.0f} %, {left}: {name}"
         print(f"\r\x1b[K{text}" if self.terminal else text, end="" if self.terminal else "\n", file=sys.stderr, flush=True)
 

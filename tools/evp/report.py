@@ -32,13 +32,22 @@ def add_out(parser, page):
     parser.add_argument("--out", type=pathlib.Path, default=CHECKOUT / "doc" / page, help="the file to write")
 
 
+def words_of(error):
+    """An error as a sentence: of a file that cannot be opened, its name and why."""
+    if isinstance(error, FileNotFoundError) and error.filename:
+        return f"there is no file {error.filename}"
+    if isinstance(error, OSError) and error.filename and error.strerror:
+        return f"cannot use {error.filename}: {error.strerror}"
+    return str(error)
+
+
 @contextlib.contextmanager
 def errors_in_one_line(tool):
     """Ends the program with one message where a run failed, or a file or its content cannot be used."""
     try:
         yield
     except (RunError, OSError, ValueError) as error:
-        sys.exit(f"{typed(tool)}: error: {error}")
+        sys.exit(f"{typed(tool)}: error: {words_of(error)}")
 
 
 def spread(values, form="{:.2f}".format):

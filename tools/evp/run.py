@@ -57,6 +57,7 @@ class Job:
     def check(self):
         """Raise RunError with LAMMPS' own words if the ended process failed."""
         if self.process.returncode != 0:
+            check_start(self.name, self.log, self.process.returncode, self.ranks)
             raise RunError(
                 f"{self.name}: {self.deck} failed (exit {self.process.returncode}): "
                 f"{lammps_error(self.log)}\n  whole output: {self.log}"
@@ -86,8 +87,12 @@ def deck_command(deck, variables, ranks=1):
 
 
 def environment():
-    """Of a run: ranks that spin while they wait make it several times slower where cores are shared, or ranks are bound to one."""
-    return {"OMPI_MCA_mpi_yield_when_idle": "1", "OMPI_MCA_hwloc_base_binding_policy": "none", **os.environ}
+    """Of a run: ranks that spin while they wait make it several times slower where cores are shared, or ranks are bound to one.
+
+    Open MPI refuses root unless told otherwise, as in a container, where nobody else is.
+    """
+    root = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"} if os.geteuid() == 0 else {}
+    return {"OMPI_MCA_mpi_yield_when_idle": "1", "OMPI_MCA_hwloc_base_binding_policy": "none", **os.environ, **root}
 
 
 def output_of(command, folder, what):
@@ -97,6 +102,27 @@ def output_of(command, folder, what):
     if run.returncode:
         raise RunError(f"{what} failed (exit {run.returncode}); its output ends with\n{run.stdout[-1500:]}")
     return run.stdout
+
+
+def start_failure(text, code, ranks):
+    """What mpirun, or the loader of one rank, said where LAMMPS did not begin: another try would end as this one did. Empty where it began.
+
+    text, code: output and exit code of the run, which failed.
+    """
+    if code <= 0 or (ranks == 1 and code not in (126, 127)):
+        return ""
+    if "LAMMPS (" in text or re.search(r"\bsignal\b|BAD TERMINATION|^ERROR\b", text, re.M):
+        return ""  # a crash loses what was not written yet
+    paragraphs = re.split(r"\n\s*\n", re.sub(r"^-{20,}$", "\n", text.strip(), flags=re.M))
+    paragraphs = [" ".join(words.split()) for words in paragraphs if words.strip()]
+    return next((words for words in paragraphs if not words.startswith("WARNING")), "it printed nothing")[:300]
+
+
+def check_start(name, log, code, ranks):
+    """RunError where a run that failed, with its output in the log, had not even started."""
+    said = start_failure(pathlib.Path(log).read_text(encoding="utf-8", errors="replace"), code, ranks)
+    if said:
+        raise RunError(f"{name}: LAMMPS did not start (exit {code}): {said}\n  run evp doctor (tools/doctor.py): it names the cause and the command that mends it")
 
 
 def lammps_error(log):

@@ -12,6 +12,14 @@ _PLACES = (("x", "y", "z"), ("xu", "yu", "zu"))
 _CUT = re.compile(r"\s*([^<>=\s]+)\s*([<>])\s*(\S+)\s*")
 
 
+def need(table, name, where):
+    """DumpError where a column is missing: those that there are, and how that one gets into a dump."""
+    try:
+        dump.need(table, [name], where)
+    except dump.DumpError as error:
+        raise dump.DumpError(f"{error}{columns.how_to_write(name)}") from error
+
+
 class Condition(NamedTuple):
     """A column compared with a number, in the units of the dump."""
 
@@ -20,7 +28,7 @@ class Condition(NamedTuple):
     limit: float
 
     def holds(self, table, where):
-        dump.need(table, [self.name], where)
+        need(table, self.name, where)
         return table[self.name] > self.limit if self.above else table[self.name] < self.limit
 
 
@@ -81,7 +89,7 @@ def spheres_of(snapshot, color=None, cuts=(), radius=None):
     """
     table = read_table(snapshot, radius)
     if color:
-        dump.need(table, [color], snapshot)
+        need(table, color, snapshot)
         if not np.all(np.isfinite(table[color])):
             raise dump.DumpError(f"{snapshot}: column {color} has values that are not finite")
     kept = np.ones(snapshot.count, dtype=bool)

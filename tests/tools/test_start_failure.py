@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Runs that do not start: mpirun as root, an mpirun that refuses, an lmp without its libraries. The message is theirs, and nothing is tried again."""
+
+import os
+import subprocess
+
+import calibrate
+import pytest
+from evp import calibration, calibration_runs, run
+from evp.calibration_table import Table
+from evp.calibration_targets import Targets
+from evp.run import RunError
+from in_process import call
+
+SLOTS = f"""{74 * '-'}
+There are not enough slots available in the system to satisfy the 2
+slots that were requested by the application:
+
+  lmp
+
+Either request fewer slots, or make more available.
+{74 * '-'}"""
+SAID = "There are not enough slots available in the system to satisfy the 2 slots that were requested by the application:"
+
+
+@pytest.fixture
+def refusing(tmp_path, monkeypatch):
+    """An mpirun that counts its starts and refuses each; gives the file of the count."""
+    mpirun = tmp_path / "mpirun"
+    mpirun.write_text(f"#!/bin/sh\necho start >> {tmp_path}/starts\ncat >&2 <<'END'\n{SLOTS}\nEND\nexit 1\n", encoding="utf-8")
+    mpirun.chmod(0o755)
+    monkeypatch.setenv("EVP_MPIRUN", str(mpirun))
+    monkeypatch.setenv("EVP_LMP", "/bin/true")
+    return tmp_path / "starts"
+
+
+def test_root_may_start_ranks(monkeypatch):
+    """The variables are those of Open MPI, for root alone; without them the real mpirun refuses root."""
+    names = ("OMPI_ALLOW_RUN_AS_ROOT", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM")
+    for name in names:
+        monkeypatch.delenv(name, raising=False)
+    started = subprocess.run(["mpirun", "-np", "1", "true"], env=run.environment(), stdin=subprocess.DEVNULL, check=False)
+    assert started.returncode == 0
+    if os.geteuid() == 0:
+        assert subprocess.run(["mpirun", "-np", "1", "true"], stdin=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False).returncode, "control"
+    monkeypatch.setattr(os, "geteuid", lambda: 0)
+    assert [run.environment().get(name) for name in names] == ["1", "1"]
+    monkeypatch.setattr(os, "geteuid", lambda: 1000)
+    assert [run.environment().get(name) for name in names] == [None, None]
+
+
+def test_calibration_does_not_try_again(refusing, tmp_path):
+    """A search would halve the increments; the body would be packed twice."""
+    body = calibration_runs.Body(tmp_path / "body.data", 4000, 26000, 0.003, 1e-5)
+    table = Table(tmp_path / "t.jsonl", {})
+    try:
+        search = calibration.Search(Targets(70e9, 95e6, 150e6, 0.05, 2700.0), body, table, 2, tmp_path, 10.0, 0.005, print)
+        with pytest.raises(RunError, match=f"in.quasistatic: LAMMPS did not start .exit 1.: {SAID}\n.*run evp doctor"):
+            search.pull()
+        assert refusing.read_text().split() == ["start"] and not table.runs
+    finally:
+        table.close()
+
+
+def test_the_command_says_it(refusing, tmp_path, monkeypatch):
+    monkeypatch.setattr(calibration_runs, "make_body", lambda *_: calibration_runs.Body(tmp_path / "body.data", 4000, 26000, 0.003, 1e-5))
+    done = call(calibrate.main, "--E", "70e9", "--yield", "95e6", "--stress2", "150e6@0.05", "--density", "2700", "--name", "mine", "--ranks", 2,
+                "--out", tmp_path / "m.evp")
+    assert done.returncode == 1 and SAID in done.stderr and "run evp doctor" in done.stderr and not (tmp_path / "m.evp").exists()
+
+
+def test_jobs_say_it(refusing, tmp_path):
+    with pytest.raises(RunError, match=SAID):
+        run.run_jobs([run.Job("pull", "in.traction", {}, tmp_path, 2)])
+
+
+def test_an_lmp_without_its_library(tmp_path, monkeypatch):
+    """One rank: the loader's line. No second packing is tried."""
+    lmp = tmp_path / "lmp"
+    lmp.write_text(f"#!/bin/sh\necho start >> {tmp_path}/starts\necho 'lmp: error while loading shared libraries: liblammps.so.0' >&2\nexit 127\n",
+                   encoding="utf-8")
+    lmp.chmod(0o755)
+    monkeypatch.setenv("EVP_LMP", str(lmp))
+    with pytest.raises(RunError, match="exit 127.: lmp: error while loading shared libraries: liblammps.so.0\n"):
+        calibration_runs.make_body(tmp_path, 100, 1, 2700.0, 10.0)
+    assert (tmp_path / "starts").read_text().split() == ["start"]
+
+
+@pytest.mark.parametrize("text, code", [
+    ("LAMMPS (4 Feb 2025)\nERROR: Lost atoms", 1), ("mpirun noticed that process rank 1 exited on signal 11 (Segmentation fault).", 139),
+    ("BAD TERMINATION OF ONE OF YOUR APPLICATION PROCESSES", 11), ("", -11), ("ERROR: Invalid command-line argument", 1)])
+def test_runs_that_had_started(text, code):
+    """They are tried again, or told in LAMMPS' words."""
+    assert run.start_failure(text, code, 2) == "" and run.start_failure(f"{text}\n{SLOTS}", code, 1) == ""
+    assert run.start_failure(SLOTS, 1, 2), "control"
+
+
+def test_the_line_is_that_of_the_refusal():
+    text = f"{74 * '-'}\nWARNING: no such network\n{74 * '-'}\n{SLOTS}"
+    assert run.start_failure(text, 1, 2) == SAID
+    assert run.start_failure("", 1, 2) == "it printed nothing"
