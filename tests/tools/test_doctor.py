@@ -14,6 +14,7 @@ import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
 
+import evp  # noqa: F401, I001 before doctor, which puts a package without contents in its place
 import doctor as doctor_tool
 import in_process
 import pytest
