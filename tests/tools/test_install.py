@@ -72,8 +72,36 @@ def test_what_is_installed(prefix):
     for kind, suffix in (("lammps_inputs", ""), ("potentials", ""), ("doc", ".rst"), ("doc", ".md"), ("tools/evp", ".py")):
         there = {path.name for path in (REPOSITORY / kind).iterdir() if path.is_file() and path.name.endswith(suffix) and not path.name.startswith((".", "log."))}
         assert there - set(os.listdir(share / kind)) == set(), kind
+    source, build = (share / "installed_from.txt").read_text(encoding="utf-8").splitlines()
+    assert (source, build) == (f"source={cache_entry('CMAKE_HOME_DIRECTORY')}", f"build={cache_entry('CMAKE_CACHEFILE_DIR')}"), "for the doctor"
     tools = {path.stem for path in (share / "tools").glob("*.py")}
     assert tools == {name for name in command.FOR_USERS if (REPOSITORY / "tools" / f"{name}.py").exists()} and "curves" in tools
+
+
+@pytest.mark.parametrize("damage, plugin_path", [("truncated", True), ("missing", False)])
+def test_doctor_installs_a_broken_plugin_again(prefix, tmp_path, damage, plugin_path):
+    """From the build folder that it came from, which the installation knows."""
+    place = tmp_path / "my evp"
+    shutil.copytree(prefix, place)
+    plugin, lmp = place / PLUGINS / "evpplugin.so", pathlib.Path(cache_entry("LAMMPS_BUILD_DIR")) / "lmp"
+    plugin.write_bytes(plugin.read_bytes()[:5000])
+    if damage == "missing":
+        plugin.unlink()
+    shell = {"EVP_MPIRUN": "no_mpirun_here", "EVP_RECORD": tmp_path / "record", **({"LAMMPS_PLUGIN_PATH": plugin.parent} if plugin_path else {})}
+    said = start(place / "bin" / "evp", "doctor", "--lmp", lmp, status=1, **shell)
+    install = f"cmake --install {BUILD} --prefix '{place}'"
+    assert said.endswith(f"\nRun:   {install}" + ("" if plugin_path else f" && export LAMMPS_PLUGIN_PATH='{plugin.parent}'") + "\n"), said
+    start("bash", "-c", f'{said.split("Run:   ")[1].strip()} && exec "$@"', "bash", place / "bin" / "evp", "doctor", "--lmp", lmp, **shell)
+    assert plugin.read_bytes() == (BUILD / "evpplugin.so").read_bytes()
+
+
+def test_a_source_tree_that_was_moved(tmp_path):
+    text = (BUILD / "evp").read_text(encoding="utf-8")
+    moved = tmp_path / "evp"
+    moved.write_text(re.sub("^share=.+$", "share='/no/such/tree'", text, flags=re.M), encoding="utf-8")
+    moved.chmod(0o755)
+    assert start(moved, "--help", status=1) == ("evp: error: no /no/such/tree/tools: the source tree was moved: configure again in a new "
+                                                "build folder\n")
 
 
 def test_only_one_symbol_is_seen_by_lammps():

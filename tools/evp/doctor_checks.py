@@ -48,13 +48,16 @@ def check_path(report, host, plugin, given):
         report.not_checked(_PATH, "lmp ends before it can say what it has loaded")
     else:
         what = "; ".join(faults) if entries else "LAMMPS_PLUGIN_PATH is not set"
-        good = host and host.sound and plugin and remedies.fits(plugin, host.help)
-        command = f"export LAMMPS_PLUGIN_PATH={remedies.quoted(plugin.parent)}" if good else _mend(host, plugin)
-        report.fault(_PATH, what, f"{what}: LAMMPS loads no EVP plugin by itself, and a deck without `plugin load` knows no evp/lj.", command)
+        bad = remedies.fault_for(plugin, host.help)
+        command = _mend(host, plugin) if bad else remedies.take_plugin(plugin.parent)
+        cause = f"{what}{f', and {bad}' if bad else ''}: LAMMPS loads no EVP plugin by itself, and a deck without `plugin load` knows no evp/lj."
+        if bad and not command.startswith(("export LAMMPS_PLUGIN_PATH=", "cmake --install ")):
+            cause = f"there is no plugin for this lmp ({host.help.words()}): {bad}."
+        report.fault(_PATH, what, cause, command)
 
 
 def _mend(host, plugin):
-    return remedies.mend_plugin(plugin, host.help, host.exe) if host and host.sound else remedies.get_lammps()
+    return remedies.mend_plugin(plugin, host) if host and host.sound else remedies.get_lammps()
 
 
 def _digest(path):
@@ -227,6 +230,9 @@ def check_log(report, host, plugin, log):
                      _mend(host, plugin))
     elif log.failures:
         _log_of_failure(report, host, plugin, *log.failures[0])
+    elif log.unknown and not log.loaded and log.empty:
+        report.fault("log", log.empty[0], f"the log says '{log.empty[0]}': LAMMPS_PLUGIN_PATH was set in the shell or job script of that run, to a place "
+                     "where LAMMPS found no plugin, and the deck has no `plugin load`.", _take(report, host, plugin))
     elif log.unknown and not log.loaded:
         report.fault("log", f"no plugin was loaded, so that {log.unknown} was not known",
                      "the run of this log loaded no plugin: LAMMPS_PLUGIN_PATH was not set in its shell or job script, and the deck has no "

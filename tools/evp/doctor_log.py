@@ -17,6 +17,7 @@ class Log:
     folder: pathlib.Path  # of the file
     release: str  # '4 Feb 2025'; empty where it does not say
     loaded: bool  # any plugin was loaded
+    empty: list  # lines that say 'Loaded 0 plugins from FOLDER'
     loads: list  # files of `plugin load` lines of the deck
     failures: list  # [(file, what dlopen said)]
     refusal: str  # by the plugin itself
@@ -53,6 +54,6 @@ def read(path):
     unknown = unknown[1] or unknown[2] if unknown else ""
     error = re.search(r"^ERROR\b.*", text, re.M)
     loads = [word.strip("\"'") for line in re.findall(r"^plugin\s+load\s+(.+)$", text, re.M) for word in line.split()]
-    return Log(pathlib.Path(path).absolute().parent, banner[1] if banner else "", loaded, loads,
-               plugins.open_failures(text), plugins.refusal(text), unknown, package.groups() if package else (),
+    return Log(pathlib.Path(path).absolute().parent, banner[1] if banner else "", loaded,
+               re.findall(r"^Loaded 0 plugins from .*", text, re.M), loads, plugins.open_failures(text), plugins.refusal(text), unknown, package.groups() if package else (),
                "Ignoring load of pair style evp/lj" in text, error[0] if error else "", _last_of_timestep(text), bool(error) or "Total wall time" in text)

@@ -12,6 +12,7 @@ from .doctor_lammps import mpi_kind, release_name
 TOOLS = pathlib.Path(__file__).resolve().parents[1]
 _FACTS = re.compile(rb"EVP plugin facts: ([ -~]+)\0")
 _NAME = "evpplugin.so"
+RECORD = "installed_from.txt"  # written by cmake/EvpInstall.cmake
 _LARGEST = 1 << 30  # bytes
 
 
@@ -87,14 +88,38 @@ def fault_of_entry(folder):
     return "" if plugins_in(folder) else f"{folder} holds other plugins only"
 
 
-def own_folders():
-    """Where the plugin of these tools may be: of the command evp, of this checkout's builds, of the installation that they are part of."""
-    root, places = TOOLS.parent, [pathlib.Path(os.path.abspath(os.environ[name])) for name in ("EVP_PLUGINS", "EVP_BUILD") if os.environ.get(name)]
+def installed_prefix():
+    """Of the installation that these tools are part of; None in a source tree."""
+    root = TOOLS.parent
+    return root.parent.parent if root.parent.name == "share" and not (root / "CMakeLists.txt").exists() else None
+
+
+def came_from():
+    """(source tree, build folder) of these tools; None for what does not exist, or no longer belongs to the other."""
+    root = TOOLS.parent
     if (root / "CMakeLists.txt").exists():
-        places += [root / "build", *sorted(root.glob("build-*"))]
-    elif root.parent.name == "share":
-        prefix = root.parent.parent
+        return root, None
+    try:
+        lines = (root / RECORD).read_text(encoding="utf-8").splitlines()
+    except (OSError, ValueError):
+        return None, None
+    paths = dict(line.split("=", 1) for line in lines if "=" in line)
+    source, build = pathlib.Path(paths.get("source", "")), pathlib.Path(paths.get("build", ""))
+    if not (source.is_absolute() and (source / "cmake" / "EvpInstall.cmake").is_file()):
+        return None, None
+    return source, build if build.is_absolute() and (build / "cmake_install.cmake").is_file() else None
+
+
+def own_folders():
+    """Where the plugin of these tools may be: of the command evp, of the installation that they are part of, of their source tree's builds."""
+    places = [pathlib.Path(os.path.abspath(os.environ[name])) for name in ("EVP_PLUGINS", "EVP_BUILD") if os.environ.get(name)]
+    prefix, (source, build) = installed_prefix(), came_from()
+    if prefix:
         places += [folder / "lammps" / "plugins" for folder in (prefix / "lib", prefix / "lib64", *sorted(prefix.glob("lib/*-linux-*")))]
+    if build:
+        places.append(build)
+    if source:
+        places += [source / "build", *sorted(path.parent for path in source.glob(f"*/{_NAME}"))]
     return list(dict.fromkeys(places))
 
 
@@ -105,7 +130,8 @@ def own_plugins():
 
 def own_lmps():
     """EVP's scripts that start LAMMPS with the plugin loaded."""
-    places = [*own_folders(), TOOLS.parent.parent.parent / "libexec" / "evp"]
+    prefix = installed_prefix()
+    places = [*([prefix / "libexec" / "evp"] if prefix else []), *own_folders()]
     return [place / "lmp" for place in places if os.access(place / "lmp", os.X_OK)]
 
 

@@ -11,7 +11,7 @@ from . import doctor_elf as elf
 from . import doctor_lammps as lammps
 from . import doctor_plugin as plugins
 
-SOURCE = plugins.TOOLS.parent  # of EVP, where this is a checkout
+PLACEHOLDER = "/path/to/lammps"  # of the source tree of an installed LAMMPS
 
 
 def quoted(*words):
@@ -34,7 +34,7 @@ def cache_entry(folder, name):
 
 
 def own_source():
-    return SOURCE if (SOURCE / "CMakeLists.txt").exists() else pathlib.Path("/path/to/evp")
+    return plugins.came_from()[0] or pathlib.Path("/path/to/evp")
 
 
 def lammps_options(exe):
@@ -44,16 +44,18 @@ def lammps_options(exe):
         return [f"-DLAMMPS_SOURCE_DIR={pathlib.Path(home).parent}", f"-DLAMMPS_BUILD_DIR={exe.parent}"]
     prefix = exe.parent.parent if exe else pathlib.Path("/path/to/lammps")
     if any(prefix.glob("lib*/cmake/LAMMPS/LAMMPSConfig.cmake")) or any(prefix.glob("lib/*/cmake/LAMMPS/LAMMPSConfig.cmake")):
-        return [f"-DCMAKE_PREFIX_PATH={prefix}"]
+        return [f"-DCMAKE_PREFIX_PATH={prefix}", f"-DLAMMPS_SOURCE_DIR={PLACEHOLDER}"]
     return ["-DLAMMPS_SOURCE_DIR=/path/to/its/source", "-DLAMMPS_BUILD_DIR=/path/to/its/build"]
 
 
 def rebuild(plugin, exe, host):
     """Builds the plugin for that LAMMPS: in its own folder where that was made for it, else in a new one."""
     options, source = lammps_options(exe), own_source()
-    folder = plugin.parent if plugin else source / "build"
-    if cache_entry(folder, "CMAKE_HOME_DIRECTORY") == str(source) and f"-DLAMMPS_BUILD_DIR={cache_entry(folder, 'LAMMPS_BUILD_DIR')}" in options:
-        return f"cmake -S {quoted(source)} -B {quoted(folder)} && cmake --build {quoted(folder)} --clean-first --target evpplugin"
+    installed_from = plugins.came_from()[1]
+    for folder in (plugin.parent if plugin else source / "build", installed_from):
+        if folder and cache_entry(folder, "CMAKE_HOME_DIRECTORY") == str(source) and f"-DLAMMPS_BUILD_DIR={cache_entry(folder, 'LAMMPS_BUILD_DIR')}" in options:
+            command = f"cmake -S {quoted(source)} -B {quoted(folder)} && cmake --build {quoted(folder)} --clean-first --target evpplugin"
+            return f"{command} && {take_plugin(folder)}" if folder == installed_from else command
     kind = lammps.mpi_kind(host.mpi).replace(" ", "").lower().replace("none", "serial")
     folder = source / f"build-{lammps.release_name(host.number).replace(' ', '')}-{host.integers}-{kind}"
     return (f"cmake -S {quoted(source)} -B {quoted(folder)} -DCMAKE_BUILD_TYPE=Release -DBUILD_TESTING=off {quoted(*options)} && "
@@ -66,13 +68,26 @@ def with_option(exe, option):
     return f"cmake -D{option}=on {quoted(build)} && cmake --build {quoted(build)}"
 
 
+def fault_for(plugin, host):
+    """Why LAMMPS of this Help cannot take that file, as far as the file says; empty where it is whole and built for it."""
+    if not plugin:
+        return "there is no evpplugin.so"
+    try:
+        machine = elf.read(plugin).machine
+    except (OSError, ValueError) as error:
+        return f"{plugin} {error.strerror if isinstance(error, OSError) else error}"
+    if machine != elf.own_machine():
+        return f"{plugin} was built for {machine}"
+    facts = plugins.read_facts(plugin)
+    if facts is None:
+        return f"{plugin} does not say what it was built for"
+    differences = facts.differences(host)
+    return f"{plugin} was built for {' and '.join(differences)}" if differences else ""
+
+
 def fits(plugin, host):
     """Is that file whole, and built for the LAMMPS of this Help?"""
-    try:
-        facts = plugins.read_facts(plugin)
-        return elf.read(plugin).machine == elf.own_machine() and facts is not None and not facts.differences(host)
-    except (OSError, ValueError):
-        return False
+    return not fault_for(plugin, host)
 
 
 def _same(first, second):
@@ -88,25 +103,65 @@ def another_plugin(wrong, host, exe):
     return None
 
 
-def mend_plugin(wrong, host, exe):
-    """Another plugin that fits where there is one, else a new build."""
-    folder = another_plugin(wrong, host, exe) if exe else None
-    return f"export LAMMPS_PLUGIN_PATH={quoted(folder)}" if folder else rebuild(wrong, exe, host)
+def take_plugin(folder):
+    """Command by which LAMMPS loads the plugin of that folder: installs it first, where it is that of the build that these tools came from."""
+    source, build = plugins.came_from()
+    prefix = plugins.installed_prefix()
+    if not prefix or folder != build or cache_entry(build, "CMAKE_HOME_DIRECTORY") != str(source):
+        return f"export LAMMPS_PLUGIN_PATH={quoted(folder)}"
+    target = prefix / (cache_entry(build, "EVP_PLUGIN_FOLDER") or "lib/lammps/plugins")
+    named = os.environ.get("LAMMPS_PLUGIN_PATH", "")
+    command = f"cmake --install {quoted(build)} --prefix {quoted(prefix)}"
+    return command if named and _same(named, target) else f"{command} && export LAMMPS_PLUGIN_PATH={quoted(target)}"
+
+
+def take_lmp(path, found_by):
+    """Command by which that lmp is the one that was found before in this way."""
+    return f"export EVP_LMP={quoted(path)}" if found_by == "EVP_LMP" else in_front("PATH", path.parent)
+
+
+def lmp_of(plugin, wrong):
+    """The lmp of this machine that this plugin was built for, or None."""
+    for path in [*lammps.programs("lmp"), *plugins.own_lmps()]:
+        found = None if _same(path, wrong) else lammps.ask_help(path)[0]
+        if found and not found.lacks() and fits(plugin, found) and lammps.try_deck(path, plugin).knows():
+            return path
+    return None
+
+
+def mend_plugin(wrong, host):
+    """The cheapest first: another plugin that fits, the lmp that this one was built for (unless the user named an lmp), a new build."""
+    folder = another_plugin(wrong, host.help, host.exe) if host.exe else None
+    if folder:
+        return take_plugin(folder)
+    path = lmp_of(wrong, host.path) if wrong and host.found_by in ("PATH", "EVP_LMP") and not fits(wrong, host.help) else None
+    return take_lmp(path, host.found_by) if path else rebuild(wrong, host.exe, host.help)
+
+
+def meaning(command):
+    """A sentence for what a command leaves to the user; empty where it leaves nothing."""
+    if f"={PLACEHOLDER}" not in command:
+        return ""
+    return (f" {PLACEHOLDER} stands for the unpacked source tree of the same LAMMPS release, which need not be built: an installed LAMMPS has too few "
+            "headers to build a plugin.")
 
 
 def get_lammps():
     """Where no LAMMPS here will do."""
-    return quoted(SOURCE / "tools" / "setup.sh") if (SOURCE / "tools" / "setup.sh").exists() else "tools/setup.sh   # in EVP's source folder"
+    source = plugins.came_from()[0]
+    return quoted(source / "tools" / "setup.sh") if source and (source / "tools" / "setup.sh").exists() else "tools/setup.sh   # in EVP's source folder"
 
 
 def another_lmp(wrong, found_by):
-    """Command that takes another lmp of this machine that can load plugins, or builds one."""
+    """Command that takes another lmp of this machine that can load plugins, that of EVP's own plugin first, or builds one."""
+    able = []
     for path in [*lammps.programs("lmp"), *plugins.own_lmps()]:
-        if not _same(path, wrong):
-            found, _ = lammps.ask_help(path)
-            if found and not found.lacks():
-                return f"export EVP_LMP={quoted(path)}" if found_by == "EVP_LMP" else in_front("PATH", path.parent)
-    return get_lammps()
+        found = None if _same(path, wrong) else lammps.ask_help(path)[0]
+        if found and not found.lacks():
+            able.append((path, found))
+    own = plugins.own_plugins()
+    able.sort(key=lambda entry: not any(fits(plugin, entry[1]) for plugin in own))
+    return take_lmp(able[0][0], found_by) if able else get_lammps()
 
 
 def apt(*packages):

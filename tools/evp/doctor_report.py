@@ -4,6 +4,8 @@
 import textwrap
 from dataclasses import dataclass, field
 
+from .doctor_remedies import meaning
+
 OK, FAULT, NOT_CHECKED = "ok", "FAULT", "not checked"
 _WIDTH = 120
 
@@ -46,6 +48,6 @@ class Report:
             open_checks = [line.name for line in self.lines if line.state == NOT_CHECKED]
             return "Healthy: lmp loads the plugin and knows pair_style evp/lj." + (f" Not checked: {', '.join(open_checks)}." if open_checks else "")
         others = [line.name for line in faults[1:]]
-        text = textwrap.fill("Cause: " + faults[0].cause, _WIDTH, break_long_words=False, break_on_hyphens=False)
+        text = textwrap.fill("Cause: " + faults[0].cause + meaning(faults[0].command), _WIDTH, break_long_words=False, break_on_hyphens=False)
         text += f"\nRun:   {faults[0].command}"
         return text + (f"\nThen run evp doctor again; it found more: {', '.join(others)}." if others else "")
