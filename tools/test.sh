@@ -32,8 +32,13 @@ fi
 echo "== tests with LAMMPS and of the tools"
 report=$EVP_BUILD/pytest.log
 # Many tests run one rank, or only start a program. A file stays on one worker, for its fixtures.
-workers=$((EVP_CORES < 4 ? EVP_CORES : 4))
-"$PYTHON" -m pytest -n "$workers" --dist loadfile -rs -p no:cacheprovider tests/tools tests/lammps 2>&1 | tee "$report"
+side_by_side=()
+if "$PYTHON" -c "import xdist" 2>/dev/null; then
+  side_by_side=(-n "$((EVP_CORES < 4 ? EVP_CORES : 4))" --dist loadfile)
+else
+  echo "the tests run one after the other: $PYTHON has no xdist (Debian: python3-pytest-xdist)"
+fi
+"$PYTHON" -m pytest ${side_by_side[@]+"${side_by_side[@]}"} -rs -p no:cacheprovider tests/tools tests/lammps 2>&1 | tee "$report"
 if tail -n 1 "$report" | grep -Eq '[0-9]+ (skipped|xfailed|deselected)'; then
   echo "test.sh: error: tests were left out, see the list above" >&2
   exit 1
