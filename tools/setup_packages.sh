@@ -9,6 +9,7 @@ has_header() { has_command g++ && printf '#include <%s>\n' "$1" | g++ -x c++ -E 
 missing_packages() {
   has_command cmake || echo cmake
   has_command ninja || echo ninja-build
+  has_command make || echo make  # what cmake takes without -G: in the README, and in the commands of the doctor
   has_command g++ || echo g++
   has_command mpicxx || echo libopenmpi-dev
   has_command mpirun || echo openmpi-bin

@@ -58,7 +58,8 @@ def rebuild(plugin, exe, host):
             return f"{command} && {take_plugin(folder)}" if folder == installed_from else command
     kind = lammps.mpi_kind(host.mpi).replace(" ", "").lower().replace("none", "serial")
     folder = source / f"build-{lammps.release_name(host.number).replace(' ', '')}-{host.integers}-{kind}"
-    return (f"cmake -S {quoted(source)} -B {quoted(folder)} -DCMAKE_BUILD_TYPE=Release -DBUILD_TESTING=off {quoted(*options)} && "
+    generator = "-G Ninja " if shutil.which("ninja") and not shutil.which("make") else ""
+    return (f"cmake -S {quoted(source)} -B {quoted(folder)} {generator}-DCMAKE_BUILD_TYPE=Release -DBUILD_TESTING=off {quoted(*options)} && "
             f"cmake --build {quoted(folder)} --target evpplugin && export LAMMPS_PLUGIN_PATH={quoted(folder)}")
 
 
