@@ -108,24 +108,24 @@ def real():
     return found
 
 
+def lammps_of_year(year, real, folder):
+    """The folder, with the real LAMMPS in it whose release says this year."""
+    name = doctor_lammps.release_name(real.number)
+    replaced(LMP.parent / "liblammps.so.0", folder / "liblammps.so.0", (name.encode(), (name[:-4] + year).encode()))
+    copy_of_lmp(folder / "lmp", "$ORIGIN")
+    return folder
+
+
 @pytest.fixture(scope="module")
 def older(real, tmp_path_factory):
     """Folder of a LAMMPS of another release."""
-    folder = tmp_path_factory.mktemp("older")
-    name = doctor_lammps.release_name(real.number)
-    replaced(LMP.parent / "liblammps.so.0", folder / "liblammps.so.0", (name.encode(), (name[:-4] + "2021").encode()))
-    copy_of_lmp(folder / "lmp", "$ORIGIN")
-    return folder
+    return lammps_of_year("2021", real, tmp_path_factory.mktemp("older"))
 
 
 @pytest.fixture(scope="module")
 def newer(real, tmp_path_factory):
     """Folder of a LAMMPS of another release, which could load a plugin."""
-    folder = tmp_path_factory.mktemp("newer")
-    name = doctor_lammps.release_name(real.number)
-    replaced(LMP.parent / "liblammps.so.0", folder / "liblammps.so.0", (name.encode(), (name[:-4] + "2099").encode()))
-    copy_of_lmp(folder / "lmp", "$ORIGIN")
-    return folder
+    return lammps_of_year("2099", real, tmp_path_factory.mktemp("newer"))
 
 
 STRANGER = """

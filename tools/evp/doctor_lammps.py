@@ -90,7 +90,7 @@ class Output:
 def run(words, environment=None, folder=None):
     """Output of a program that is given nothing to read."""
     try:
-        # a session of its own: what a wrapper script or mpirun has started ends with it
+        # apart from our own processes: what a wrapper script or mpirun has started ends with it
         process = subprocess.Popen([str(word) for word in words], env=environment, cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                                    stderr=subprocess.STDOUT, encoding="utf-8", errors="replace", start_new_session=True)
     except OSError as error:
