@@ -49,6 +49,8 @@ echo "== clone of $(git -C "$here" log -1 --format='%h %s')"
 rm -rf "$root/root/evp"
 git clone -q "$here" "$root/root/evp"
 cp -L /etc/resolv.conf "$root/etc/resolv.conf"
+# An installed Debian has one; without it mpirun waits seconds for the name of this host at each start.
+[ -f "$root/etc/hosts" ] || printf '127.0.0.1 localhost\n127.0.1.1 %s\n' "$(uname -n)" >"$root/etc/hosts"
 
 # In a mount namespace of its own, so that nothing stays mounted.
 export root
