@@ -71,6 +71,7 @@ mkdir -p "$reports" "$work/run"
 failed=0
 specimen=$EVP_REPOSITORY/tests/data/reference_500/specimen_500.data
 deck=$EVP_REPOSITORY/tests/memory/in.memory
+row=$EVP_REPOSITORY/potentials/metals.evp:copper_OFHC
 
 echo "== build with AddressSanitizer, UBSan and the assertions of libstdc++ (up to 3 min)"
 configure "$work/sanitized" -DEVP_SANITIZE=address,undefined -DCMAKE_CXX_FLAGS=-D_GLIBCXX_ASSERTIONS
@@ -79,7 +80,7 @@ compile "$work/sanitized" all
 # pointers: without the slow unwinding a stack would end in its Memory class, and a leak of ours look like one of its own.
 export ASAN_OPTIONS="detect_leaks=1:fast_unwind_on_malloc=0:abort_on_error=1:exitcode=0:log_path=$reports/sanitizer:detect_stack_use_after_return=1"
 export UBSAN_OPTIONS="print_stacktrace=1:halt_on_error=1:abort_on_error=1:log_path=$reports/sanitizer"
-export LSAN_OPTIONS="suppressions=$EVP_REPOSITORY/tests/memory/mpi.lsan.supp:print_suppressions=0:log_path=$reports/sanitizer"
+export LSAN_OPTIONS="suppressions=$EVP_REPOSITORY/tests/memory/lsan.supp:print_suppressions=0:log_path=$reports/sanitizer"
 # Only lmp itself is preloaded, neither mpirun nor Python.
 cat >"$work/lmp" <<END
 #!/bin/bash
@@ -93,7 +94,7 @@ ASAN_OPTIONS=$ASAN_OPTIONS:fast_unwind_on_malloc=1 ctest --test-dir "$work/sanit
 
 echo "== every style once, 1 and 2 ranks"
 for ranks in 1 2; do
-  (cd "$work/run" && timeout 600 "$EVP_MPIRUN" -np "$ranks" "$work/lmp" -log none -in "$deck" -var specimen "$specimen") \
+  (cd "$work/run" && timeout 600 "$EVP_MPIRUN" -np "$ranks" "$work/lmp" -log none -in "$deck" -var specimen "$specimen" -var row "$row") \
     >"$reports/deck-$ranks.out" 2>&1 || { tail -n 20 "$reports/deck-$ranks.out"; failed=1; }
 done
 
@@ -108,7 +109,7 @@ if [ "$valgrind" = yes ]; then
   (cd "$work/run" && LD_LIBRARY_PATH=$libdir LAMMPS_PLUGIN_PATH=$work/plain timeout 1200 valgrind --quiet \
     --leak-check=full --show-leak-kinds=definite,indirect,possible --keep-debuginfo=yes --num-callers=30 \
     --track-origins=no --suppressions="$EVP_REPOSITORY/tests/memory/mpi.valgrind.supp" --log-file="$reports/valgrind" \
-    "$lmp" -log none -in "$deck" -var specimen "$specimen") >"$reports/deck-valgrind.out" 2>&1 ||
+    "$lmp" -log none -in "$deck" -var specimen "$specimen" -var row "$row") >"$reports/deck-valgrind.out" 2>&1 ||
     { tail -n 20 "$reports/deck-valgrind.out"; failed=1; }
   [ -f "$reports/valgrind" ] || die "valgrind wrote no log"
   grep -q "Total wall time" "$reports/deck-valgrind.out" || { echo "the deck did not end under valgrind"; failed=1; }

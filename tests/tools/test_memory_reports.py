@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""tests/memory/reports.py finds reports with our files in them, and no others."""
+"""tests/memory/reports.py finds reports with our files in them, and no others; its deck uses every style."""
 
 import pathlib
+import re
 import subprocess
 import sys
 
@@ -67,3 +68,14 @@ def test_reports_of_other_libraries_are_counted_only(tmp_path):
 
 def test_a_clean_log(tmp_path):
     assert run(tmp_path, "LAMMPS (4 Feb 2025)\nTotal wall time: 0:00:00\n").returncode == 0
+
+
+def test_the_deck_of_the_memory_tools_uses_every_style():
+    checkout = SCRIPT.parents[2]
+    registered = re.findall(r'add\("(\w+)", "([^"]+)"', (checkout / "src/lammps/evpplugin.cpp").read_text(encoding="utf-8"))
+    assert len(registered) > 5
+    deck = (checkout / "tests/memory/in.memory").read_text(encoding="utf-8")
+    # before the style: nothing (commands), 'pair_style', or 'fix ID group', 'compute ID group'
+    before = {"command": "", "pair": r"pair_style +", "fix": r"fix +\S+ +\S+ +", "compute": r"compute +\S+ +\S+ +"}
+    unused = [name for kind, name in registered if not re.search(rf"^{before[kind]}{name}\b", deck, re.MULTILINE)]
+    assert not unused, unused
