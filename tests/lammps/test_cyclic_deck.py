@@ -146,10 +146,11 @@ def test_release_of_a_body_that_broke_ends(tmp_path):
 
 @pytest.mark.parametrize("choices, message", [
     ({"lower": "release", "row": 0.003}, "row = 0.003 is more than a tenth of strain, too much to find zero stress: give -var row 0.002 or less"),
-    ({"rate": -10}, "rate, row and samples must be positive; for compression give a negative strain"),
+    ({"rate": -10}, "rate and row must be positive, got -10 and 0.0001; for compression give a negative strain"),
     ({"strain": 0}, "strain must not be 0"),
     ({"lower": 0.02}, "lower must differ from strain, got 0.02 for both"),
     ({"cycles": 0}, "cycles must be a positive integer, got 0"),
+    ({"samples": 0.5}, "samples must be a positive integer, got 0.5"),
     ({"cycles": 1.5}, "cycles must be a positive integer, got 1.5"),
     ({"unload": "plastic"}, "Pair style evp/lj: unload must be reversible (the paper's law) or elastic (permanent flow), got plastic"),
     ({"kv": -1}, "kv must be 0 or positive, got -1"),
