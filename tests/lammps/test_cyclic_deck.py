@@ -144,6 +144,37 @@ def test_release_of_a_body_that_broke_ends(tmp_path):
     assert "released: strain" in found.stdout and curve.strain[-1] > 0.08 and abs(curve.virial[-1]) < 0.1 * curve.virial.max()
 
 
+@pytest.mark.parametrize("unload, left", [("elastic", None), ("reversible", 0.0)])
+def test_release_at_rest(tmp_path, unload, left):
+    """in.quasistatic: at zero stress but for a thousandth, where the curve of a body that is pushed back crosses it; the same when resumed."""
+    choices = {"unload": unload, "increment": 0.001, "strain": 0.015, "cycles": 2, "lower": "release"}
+    curve, found = run("in.quasistatic", tmp_path, **choices)
+    ends = np.array([*cycles.turns(curve.strain), len(curve.strain) - 1])
+    assert len(ends) == 4 and found.stdout.count("released: strain") == 2 and np.abs(curve.virial[ends[1::2]]).max() < 0.0012 * curve.virial.max()
+    if left is None:
+        (tmp_path / "back").mkdir()
+        back, _ = run("in.quasistatic", tmp_path / "back", unload=unload, increment=0.0005, strain=0.015, cycles=1)
+        left = cycles.residual_strain(back.strain, back.virial)
+        assert left > 0.006 and back.virial[-1] < -100e6, "control"
+    assert curve.strain[ends[1::2]] == pytest.approx([left, left], abs=2e-5 if left == 0.0 else 1e-4)
+    for start in (20, int(ends[1])):
+        again, _ = run("in.quasistatic", tmp_path, resume=start, **choices)
+        assert np.allclose(again.strain, curve.strain, atol=1e-9) and np.allclose(again.virial, curve.virial, rtol=1e-8, atol=1.0)
+
+
+def test_frames_at_rest(tmp_path):
+    """At equal parts of the way, there and back; a resumed run writes those that are left."""
+    choices = {"increment": 0.001, "strain": 0.004, "cycles": 1, "lower": -0.004, "frames": 3, "restart": 1, "unload": "elastic"}
+    run("in.quasistatic", tmp_path, **choices)
+    frames = read_dump(tmp_path / "run_frames.dump")
+    assert [frame["strain"][0] for frame in frames] == pytest.approx([0.0, 0.004, 0.0, -0.004], abs=1e-9)
+    assert {"bonds", "share_second", "share_lost", "new_pairs", "plastic_work"} <= set(frames[-1].columns)
+    state = read_dump(tmp_path / "run_state.dump")[-1]
+    assert np.array_equal(frames[-1]["x"], state["x"]) and np.ptp(state["x"]) > 0.04
+    run("in.quasistatic", tmp_path, **choices, resume=4)
+    assert [frame["strain"][0] for frame in read_dump(tmp_path / "run_frames_4.dump")] == pytest.approx([0.0, -0.004], abs=1e-9)
+
+
 @pytest.mark.parametrize("choices, message", [
     ({"lower": "release", "row": 0.003}, "row = 0.003 is more than a tenth of strain, too much to find zero stress: give -var row 0.002 or less"),
     ({"rate": -10}, "rate and row must be positive, got -10 and 0.0001; for compression give a negative strain"),

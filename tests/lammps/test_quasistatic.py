@@ -182,6 +182,8 @@ def test_rows_are_no_farther_apart_than_asked(tmp_path):
     ({"minimiser": "hftn"}, "minimiser must be cg or fire, got hftn"),
     ({"increment": 0}, "increment, row and tolerance must be positive, got 0, "),
     ({"row": -1e-4}, "increment, row and tolerance must be positive, got 0.0005, -0.0001 and "),
+    ({"lower": "release"}, "lower release needs cycles: give -var cycles 1, or more"),
+    ({"frames": 2.5}, "frames must be 0 or a positive integer, got 2.5"),
     ({"restart": 2.5}, "restart must be 0 or a positive integer, got 2.5"),
     ({"strain": 0}, "strain must not be 0"),
     ({"unload": "plastic"}, r"Pair style evp/lj: unload must be reversible \(the paper's law\) or elastic \(permanent flow\), got plastic"),

@@ -122,7 +122,7 @@ def test_bar_that_is_not_unloaded_is_told_and_the_remedy_unloads_it(tmp_path):
     ({"material": "a:b", "coeff": "1 2 3"}, "material and coeff are both given"),
     ({"specimen": "block.data"}, "block.data is not a cylinder"),
     ({"evaluations": 2.5}, "evaluations must be a positive integer, got 2.5"),
-    ({"cycles": 1, "lower": "release"}, "lower must be a number: release is for in.cyclic only"),
+    ({"cycles": 1, "lower": "release"}, "lower must be a number: release is for in.cyclic and in.quasistatic"),
     ({"evaluations": 3, "increment": 0.02}, "increment 1 did not converge"),
 ])
 def test_one_message_for_each_wrong_choice(tmp_path, choices, message):
