@@ -60,7 +60,7 @@ NAMED = {
     ("CONTRIBUTING.md", "evp_find_python"): ("tests/tools/test_project_files.py", "starts tests, as tools/test.sh does; its paths are checked"),
     ("CONTRIBUTING.md", "tools/test_releases.sh"): ("tests/tools/test_project_files.py", "too long; its commands and options are checked"),
     (HOWTO, "tools/view.py torn_frames.dump"): ("tests/tools/test_view_page.py", "runs it as it stands"),
-    (HOWTO, "expected at 10 /s with E"): ("", "printed by curves.py rate for 500 spheres; tests/tools/test_rates.py tests the tool"),
+    (HOWTO, "expected at 10/s with E"): ("", "printed by curves.py rate for 500 spheres; tests/tools/test_rates.py tests the tool"),
     (PART, "tools/body.py tests/data/parts/dog_bone.stl"): ("tests/lammps/test_body_tool.py", WALK),
     (PART, "dog_bone.stl: 1152 triangles"): ("tests/lammps/test_body_tool.py", WALK),
     (PART, "in.quasistatic -var specimen bone.data"): ("tests/lammps/test_body_tool.py", WALK),
