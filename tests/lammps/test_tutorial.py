@@ -11,7 +11,8 @@ from lammps_run import LMP
 PAGE = tutorial_page.PAGE.read_text(encoding="utf-8")
 STEPS = tutorial_page.steps(PAGE)
 # What is smaller here than on the page: bodies, ranks, pictures; and a higher rate.
-SMALLER = (("--n 2000", "--n 500"), ("--name alloy --out", "--spheres 300 --ranks 1 --name alloy --out"), ("--body bar.data", "--body bar.data --ranks 1"), ("-var extensometer", "-var rate 40 -var extensometer"),
+SMALLER = (("--n 2000", "--n 500"), ("--name alloy --out", "--spheres 300 --ranks 1 --name alloy --out"), ("--body bar.data", "--body bar.data --ranks 1"),
+           ("-var extensometer", "-var rate 40 -var extensometer"),
            ("-var frames 20", "-var frames 3"), ("--pixels 400", "--pixels 150"))
 SAME = 0.12  # of the figures, for a fourth of the spheres and other packings
 NUMBER = re.compile(r"[-+]?\d[\d.]*(?:e[-+]?\d+)?")
