@@ -16,7 +16,7 @@ from typing import NamedTuple
 import evp  # noqa: F401  before numpy
 from evp.kept_runs import pack, run, slope
 from evp.progress import watched
-from evp.report import add_out, command_line, errors_in_one_line, table
+from evp.report import add_out, command_line, errors_in_one_line, table, write_page
 from evp.run import CHECKOUT, output_of
 
 STRAIN = 2e-4
@@ -120,9 +120,7 @@ def main(words=None):
         for kind, spheres in watched("any_body.py:", plan, lambda case: f"{case[0].name}, {case[1]} spheres", lambda case: case[1] ** (4.0 / 3.0)):
             found[kind, spheres] = young(options.work, kind, spheres, f"{path.resolve()}:{name}")
         command = f"tools/any_body.py --row {options.row} --spheres {' '.join(map(str, sorted(set(options.spheres))))}"
-        text = page(found, options.row, command)
-        options.out.write_text(text, encoding="utf-8")
-    print(text)
+        write_page(options.out, page(found, options.row, command))
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@
   calibrate.py --E 70e9 --yield 95e6 --stress2 150e6@0.05 --density 2700 --name mine --out mine.evp
   calibrate.py ... --nu 0.33                       and Poisson's ratio, by fix evp/volume (kv in the row)
   calibrate.py ... --rate 5e6@100                  and an over-stress of 5 MPa at 100/s, by damping (gamma in the row)
+  calibrate.py ... --body bar.data                 for this body instead of a cylinder of 2000 spheres: in it the row meets the targets
 
 SI units. Stresses and strains are nominal (force over the initial cross-section), as in the output of the decks; a true stress s at a
 true strain e is s exp(-e) at exp(e) - 1 in tension. --yield is the 0.2 % offset yield stress. A negative strain of --stress2
@@ -18,6 +19,7 @@ EVP_LMP and EVP_MPIRUN.
 """
 
 import datetime
+import hashlib
 import pathlib
 import shlex
 import shutil
@@ -47,8 +49,10 @@ def parser():
     top.add_argument("--density", type=float, required=True, help="of the solid [kg/m3]")
     top.add_argument("--name", required=True, help="of the row")
     top.add_argument("--out", type=pathlib.Path, required=True, metavar="FILE", help="potential file to append to; made where there is none")
-    top.add_argument("--spheres", type=int, default=2000, metavar="N", help="of the body (default 2000)")
-    top.add_argument("--seed", type=int, default=1, help="of the body (default 1)")
+    top.add_argument("--body", type=pathlib.Path, metavar="FILE",
+                     help="data file of the body, beside it FILE.body, by in.specimen or body.py; strains are those between 0.3 and 0.7 of its length")
+    top.add_argument("--spheres", type=int, metavar="N", help="of the body (default 2000)")
+    top.add_argument("--seed", type=int, help="of the body (default 1)")
     top.add_argument("--ranks", type=int, default=2, help="MPI ranks of each run (default 2)")
     top.add_argument("--within", type=float, default=0.005, help="every target is met within this, at best; 0.01 at worst (default 0.005)")
     top.add_argument("--timeout", type=float, default=900.0, help="seconds after which a run has failed (default 900)")
@@ -69,6 +73,11 @@ def targets_of(options):
 
 def check_options(options):
     """Refused where an option has no meaning."""
+    if options.body and (options.spheres is not None or options.seed is not None):
+        raise Refused("--body is a body that exists: leave --spheres and --seed out")
+    if options.body and options.rate:
+        raise Refused("--rate: not with --body, whose middle may be strained at another rate than its grips; take gamma of a calibration without --body")
+    options.spheres, options.seed = options.spheres if options.spheres is not None else 2000, options.seed if options.seed is not None else 1
     if options.spheres < 100:
         raise Refused(f"--spheres must be 100 at least, got {options.spheres}")
     if options.seed < 1 or options.ranks < 1:
@@ -91,7 +100,7 @@ def comments(options, targets, result, over, words):
     if options.source:
         lines.append(f"#   source: {' '.join(options.source.split())}")
     lines.append(f"#   DATE: {datetime.date.today().isoformat()}, {result.runs} runs of in.quasistatic, contact {runs.CONTACT}, "
-                 f"{options.spheres} spheres, seed {options.seed}, {options.ranks} ranks")
+                 + (f"body {options.body.name}" if options.body else f"{options.spheres} spheres, seed {options.seed}") + f", {options.ranks} ranks")
     lines.append("#   by: calibrate.py " + " ".join(map(shlex.quote, shown_words(words))))
     return lines
 
@@ -107,6 +116,12 @@ def shown_words(words):
     return shown
 
 
+def checksum(path):
+    """Of a body's data file and its FILE.body; empty where there is none."""
+    files = [file for file in (path, pathlib.Path(f"{path}.body")) if file.is_file()]
+    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:16] if files else ""
+
+
 def calibrate(options, words):
     """Make the row; returns its line."""
     check_options(options)
@@ -118,6 +133,8 @@ def calibrate(options, words):
     table_path = (options.table or out.with_name(f"{out.stem}.{options.name}.jsonl")).absolute()
     work = table_path.with_suffix(".work")
     inputs = {**targets._asdict(), "spheres": options.spheres, "seed": options.seed, "ranks": options.ranks, "within": options.within}
+    if options.body:
+        inputs = {**inputs, "spheres": None, "seed": None, "body": checksum(options.body)}
     table = Table(table_path, inputs, options.fresh)
     try:
         if options.fresh:
@@ -125,7 +142,10 @@ def calibrate(options, words):
         if table.runs:
             print(f"going on after {len(table.runs)} runs of {table_path}", flush=True)
         work.mkdir(exist_ok=True)
-        body = runs.make_body(work, options.spheres, options.seed, targets.density, options.timeout)
+        if options.body:
+            body = runs.given_body(options.body, work)
+        else:
+            body = runs.make_body(work, options.spheres, options.seed, targets.density, options.timeout)
         search = calibration.Search(targets, body, table, options.ranks, work, options.timeout, options.within,
                                     lambda text: print(text, flush=True))
         result = search.pull()

@@ -19,7 +19,7 @@ import numpy as np
 from evp import dump, loads, specimen
 from evp.kept_runs import pack, run, slope
 from evp.progress import watched
-from evp.report import add_out, command_line, errors_in_one_line, table
+from evp.report import add_out, command_line, errors_in_one_line, table, write_page
 from evp.run import CHECKOUT
 
 ROUND = {"length": 0.1, "radius": 0.02}  # [m]
@@ -166,9 +166,7 @@ def main(words=None):
         for spheres, seed in watched("closed_form_loads.py:", plan, lambda case: f"{case[0]} spheres, seed {case[1]}",
                                      lambda case: case[0] ** (4.0 / 3.0)):
             results.setdefault(spheres, []).append(measure(spheres, seed, options.work))
-        text = page(results, options.seeds)
-        options.out.write_text(text, encoding="utf-8")
-    print(text)
+        write_page(options.out, page(results, options.seeds))
 
 
 if __name__ == "__main__":

@@ -3,7 +3,7 @@
 """Moduli, stresses and figures from the output of the decks.
 
   curves.py numbers  results/a.csv results/b.csv [--fit 0 0.002]
-  curves.py plot     results/a.csv results/b.csv --labels "1 /s" "10 /s" --out curves.png
+  curves.py plot     results/a.csv results/b.csv --labels 1/s 10/s --out curves.png
   curves.py cycle    results/a.csv results/b.csv [--out unloading.png]
   curves.py table    results/*.csv [--at 0.002,0.01] [--target metal.csv] [--csv table.csv]
   curves.py law      --coeff "80 8 4 3 8 4 0.005 0 1.5" --measured two_spheres.csv --out law.png
@@ -309,7 +309,7 @@ def show_rate_shares(args):
             row = rates.scaled_row(row, len(body.ids))
         modulus = curves.modulus(twin.strain, twin.virial)
         theory = rates.expected(body, row, args.rate, modulus, args.length, args.radius)
-        print(f"expected at {args.rate:g} /s with E {1e-9 * modulus:.2f} GPa of the twin and "
+        print(f"expected at {args.rate:g}/s with E {1e-9 * modulus:.2f} GPa of the twin and "
               f"tau {theory.tau:.4g} s: E tau rate {1e-6 * theory.viscous:.3f} MPa viscous in the "
               f"elastic part; inertia below rho c L rate {1e-6 * theory.inertial:.3f} MPa")
     for s in found:

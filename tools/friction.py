@@ -15,7 +15,7 @@ import tempfile
 import evp  # noqa: F401  before numpy
 import numpy as np
 from evp.progress import watched
-from evp.report import add_out, command_line, errors_in_one_line, table
+from evp.report import add_out, command_line, errors_in_one_line, write_page
 from evp.run import DECKS, deck_command, output_of
 
 SLIDES = [(plate, normal, mu) for plate in ("wall", "spheres") for normal in ("hooke", "hertz") for mu in (0.3, 0.5)]
@@ -31,6 +31,8 @@ HEAD = """# Friction, measured
 *Wall* is the plane of fix wall/gran, *spheres* are held, overlapping spheres in pair_style hybrid. The time is that of 95 % of the speed, over 0.95.
 
 """
+SLIDE_HEADER = ("plate", "normal contact", "mu", "distance", "time")
+IMPACT_HEADER = ("friction", "along/across", "speed along, after [m/s]", "rebound speed [m/s]", "torque dropped", "imbalance")
 MIDDLE = """
 **A ball of {ball} spheres that hits a plate obliquely**, at {speed:g} m/s across and along it. Both are rough on the scale of their spheres.
 *Along/across*: what the ball loses of its speed along the plate, over the change of its speed across. With friction off or 0 it is what the rough surfaces take. On a smooth plate
@@ -92,13 +94,8 @@ def main(words=None):
                 slides.append([*case, *slide(folder, *case)])
             else:
                 impacts.append([case, *impact(folder, case)])
-    text = HEAD.format(spheres=options.spheres)
-    text += "\n".join(table(("plate", "normal contact", "mu", "distance", "time"), slides)) + "\n"
-    text += MIDDLE.format(ball=ball, speed=SPEED, share=radius / BALL)
-    text += "\n".join(table(("friction", "along/across", "speed along, after [m/s]", "rebound speed [m/s]", "torque dropped", "imbalance"), impacts))
-    text += "\n" + TAIL.format(spheres=options.spheres)
-    options.out.write_text(text, encoding="utf-8")
-    print(text, end="")
+        write_page(options.out, HEAD.format(spheres=options.spheres), (SLIDE_HEADER, slides),
+                   MIDDLE.format(ball=ball, speed=SPEED, share=radius / BALL), (IMPACT_HEADER, impacts), TAIL.format(spheres=options.spheres))
 
 
 if __name__ == "__main__":

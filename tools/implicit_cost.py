@@ -19,7 +19,7 @@ from typing import NamedTuple
 import evp  # noqa: F401  before numpy
 import numpy as np
 from evp.progress import in_turn
-from evp.report import add_out, command_line, errors_in_one_line, ratios, spread, table
+from evp.report import add_out, command_line, errors_in_one_line, ratios, spread, table, write_page
 from evp.run import CHECKOUT, DECKS, deck_command, output_of
 
 SPECIMEN = CHECKOUT / "tests" / "data" / "reference_500" / "specimen_500.data"
@@ -110,8 +110,7 @@ def main(words=None):
     text += f"500 spheres of tests/data/reference_500 to a strain of {options.strain:g}:\n\n" + lines_of(damping, stress)
     text += (f"\n{options.large} spheres of in.specimen to a strain of {0.1 * options.strain:g}, the material kept (e and gamma scaled with N), implicit, dt = "
              f"{IMPLICIT_STEP:g} s:\n\n") + lines_of(scaling, {name: runs[0].stress for name, runs in scaling.items()})
-    options.out.write_text(text, encoding="utf-8")
-    print(text, end="")
+    write_page(options.out, text)
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import evp  # noqa: F401  before numpy
 import numpy as np
 from evp.progress import watched
-from evp.report import add_out, command_line, errors_in_one_line, table
+from evp.report import add_out, command_line, errors_in_one_line, write_page
 from evp.run import deck_command, output_of
 
 TIME = 4.0e-5  # [s] about half a period of the bar
@@ -113,9 +113,7 @@ def main(words=None):
             differences, atoms = measure(way, options.halvings, pathlib.Path(name))
             found += rows(way, differences)
             orders[way] = float(np.log2(differences[-2][1] / differences[-1][1]))
-    text = HEAD.format(time=TIME, atoms=atoms, answer=answer(orders)) + "\n".join(table(HEADER, found)) + "\n"
-    options.out.write_text(text, encoding="utf-8")
-    print(text, end="")
+        write_page(options.out, HEAD.format(time=TIME, atoms=atoms, answer=answer(orders)), (HEADER, found))
 
 
 if __name__ == "__main__":

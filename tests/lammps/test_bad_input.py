@@ -223,7 +223,7 @@ def test_radii_that_grow_in_a_run(run):
     ("integrator", "euler", "integrator must be explicit or implicit, got euler"),
     ("scale", "maybe", "scale must be yes or no, got maybe"),
     ("rate", "0", "rate and strain must not be 0"),
-    ("row", "0", "row and samples must be positive"),
+    ("row", "0", "row must be positive, got 0"), ("samples", "2.5", "samples must be a positive integer, got 2.5"),
     ("unload", "plastic", "unload must be reversible (the paper's law) or elastic (permanent flow), got plastic"),
     ("break", "far", "break must be a finite decimal number, got 'far'"),
     ("kv", "-1", "kv must be 0 or positive, got -1"),

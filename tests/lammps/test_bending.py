@@ -103,7 +103,7 @@ def test_flow_stays_with_unload_elastic(bend):
     ({"specimen": REFERENCE}, "span = 0.04 m is less than two heights"),
     ({"cycles": -1}, "cycles must be 0 or a positive integer, got -1"),
     ({"cycles": 1, "lower": 0.02}, "lower must differ from strain, got 0.02 for both"),
-    ({"tolerance": 0}, "increment, tolerance and evaluations must be positive, got 0.0005, 0 "),
+    ({"tolerance": 0}, "increment and tolerance must be positive, got 0.0005 and 0"),
     ({"frames": 0.5}, "frames must be 0 or a positive integer, got 0.5"),
     ({"evaluations": 3, "increment": 0.02}, "increment 1 did not converge"),
 ])

@@ -97,11 +97,91 @@ def test_body_that_is_not_unloaded_is_told_and_the_remedy_unloads_it(tmp_path, d
     assert "not unloaded" not in found.stdout and abs(unloaded.virial[-1]) < 0.02 * unloaded.virial.max()
 
 
+DAMPED = {"coeff": TABLE2, "integrator": "implicit", "row": 0.0005}
+
+
+@pytest.mark.parametrize("choices", [{"rate": 50}, DAMPED, {**DAMPED, "strain": -0.015}, {**DAMPED, "timestep": 3e-6}])
+def test_release_ends_at_zero_stress(tmp_path, choices):
+    """At the strain where the curve of a body that is pushed back to 0 crosses zero: strain - stress/E, less the flow back."""
+    choices = {"unload": "elastic", "lower": "release", **choices}
+    curve, found = run("in.cyclic", tmp_path, **choices)
+    row, most = choices.get("row", 1e-4), np.abs(curve.virial).max()
+    end, top = curve.strain[-1], int(cycles.turns(curve.strain)[0])
+    said = re.search(r"^released: strain (\S+), stress (\S+) MPa$", found.stdout, re.M)
+    assert float(said[1]) == pytest.approx(end, rel=1e-5) and float(said[2]) == pytest.approx(1e-6 * curve.virial[-1], rel=1e-2, abs=1e-3)
+    assert len(cycles.turns(curve.strain)) == 1 and np.abs(np.diff(curve.strain)).max() <= row * (1 + 1e-6)
+    whole = 0.5 * row * E if "timestep" in choices else 0.0  # rows of a timestep size of the user's are not divided
+    assert abs(curve.virial[-1]) < 0.006 * most + whole, "0.1 MPa or so of 180 where nothing vibrates"
+    back, _ = run("in.cyclic", tmp_path, **{**choices, "lower": 0})
+    assert abs(end - cycles.residual_strain(back.strain, back.virial)) < 0.5 * row and back.virial[-1] / back.virial[top] < -0.5, "control"
+    first = np.abs(curve.strain[: top + 1]) <= 0.002
+    modulus = np.polyfit(curve.strain[: top + 1][first], curve.virial[: top + 1][first], 1)[0]
+    left = 1.0 - curve.virial[top] / modulus / curve.strain[top]
+    assert left - 0.03 < end / curve.strain[top] < left + 0.01, "of the strain at the turn; a few pairs flow back"
+
+
+def test_release_of_eq_8_leaves_no_strain(tmp_path):
+    curve, found = run("in.cyclic", tmp_path, lower="release", rate=50)
+    assert abs(curve.strain[-1]) < 1e-4 and "released: strain" in found.stdout and curve.virial.max() > 150e6
+
+
+def test_releases_in_cycles_on_any_ranks(tmp_path):
+    """Each cycle goes up to the strain and ends at zero stress; the timestep size of a way's last rows does not stay."""
+    choices = {**DAMPED, "unload": "elastic", "lower": "release", "cycles": 3, "strain": 0.01}
+    curve, found = run("in.cyclic", tmp_path, **choices)
+    ends = np.array([*cycles.turns(curve.strain), len(curve.strain) - 1])
+    assert len(ends) == 6 and curve.strain[ends[::2]] == pytest.approx([0.01] * 3, abs=1e-9)
+    assert np.abs(curve.virial[ends[1::2]]).max() < 0.01 * curve.virial.max() and found.stdout.count("released: strain") == 3
+    steps = [int(count) for count in re.findall(r"^half cycle [35] of 6: to a strain of 0.01, (\d+) rows of 10 steps$", found.stdout, re.M)]
+    assert len(steps) == 2 and max(steps) <= np.ceil((0.01 - curve.strain[ends[1::2]].min()) / 0.0005) + 1
+    two, _ = run("in.cyclic", tmp_path, 2, **choices)
+    assert two.strain == pytest.approx(curve.strain, abs=1e-9) and two.virial == pytest.approx(curve.virial, abs=2e-6 * curve.virial.max())
+
+
+def test_release_of_a_body_that_broke_ends(tmp_path):
+    """It carries no stress at the turn: the run ends there, within a few rows."""
+    curve, found = run("in.cyclic", tmp_path, unload="elastic", lower="release", rate=100, strain=0.1, row=0.001, **{"break": 0.01})
+    assert "released: strain" in found.stdout and curve.strain[-1] > 0.08 and abs(curve.virial[-1]) < 0.1 * curve.virial.max()
+
+
+@pytest.mark.parametrize("unload, left", [("elastic", None), ("reversible", 0.0)])
+def test_release_at_rest(tmp_path, unload, left):
+    """in.quasistatic: at zero stress but for a thousandth, where the curve of a body that is pushed back crosses it; the same when resumed."""
+    choices = {"unload": unload, "increment": 0.001, "strain": 0.015, "cycles": 2, "lower": "release"}
+    curve, found = run("in.quasistatic", tmp_path, **choices)
+    ends = np.array([*cycles.turns(curve.strain), len(curve.strain) - 1])
+    assert len(ends) == 4 and found.stdout.count("released: strain") == 2 and np.abs(curve.virial[ends[1::2]]).max() < 0.0012 * curve.virial.max()
+    if left is None:
+        (tmp_path / "back").mkdir()
+        back, _ = run("in.quasistatic", tmp_path / "back", unload=unload, increment=0.0005, strain=0.015, cycles=1)
+        left = cycles.residual_strain(back.strain, back.virial)
+        assert left > 0.006 and back.virial[-1] < -100e6, "control"
+    assert curve.strain[ends[1::2]] == pytest.approx([left, left], abs=2e-5 if left == 0.0 else 1e-4)
+    for start in (20, int(ends[1])):
+        again, _ = run("in.quasistatic", tmp_path, resume=start, **choices)
+        assert np.allclose(again.strain, curve.strain, atol=1e-9) and np.allclose(again.virial, curve.virial, rtol=1e-8, atol=1.0)
+
+
+def test_frames_at_rest(tmp_path):
+    """At equal parts of the way, there and back; a resumed run writes those that are left."""
+    choices = {"increment": 0.001, "strain": 0.004, "cycles": 1, "lower": -0.004, "frames": 3, "restart": 1, "unload": "elastic"}
+    run("in.quasistatic", tmp_path, **choices)
+    frames = read_dump(tmp_path / "run_frames.dump")
+    assert [frame["strain"][0] for frame in frames] == pytest.approx([0.0, 0.004, 0.0, -0.004], abs=1e-9)
+    assert {"bonds", "share_second", "share_lost", "new_pairs", "plastic_work"} <= set(frames[-1].columns)
+    state = read_dump(tmp_path / "run_state.dump")[-1]
+    assert np.array_equal(frames[-1]["x"], state["x"]) and np.ptp(state["x"]) > 0.04
+    run("in.quasistatic", tmp_path, **choices, resume=4)
+    assert [frame["strain"][0] for frame in read_dump(tmp_path / "run_frames_4.dump")] == pytest.approx([0.0, -0.004], abs=1e-9)
+
+
 @pytest.mark.parametrize("choices, message", [
-    ({"rate": -10}, "rate, row and samples must be positive; for compression give a negative strain"),
+    ({"lower": "release", "row": 0.003}, "row = 0.003 is more than a tenth of strain, too much to find zero stress: give -var row 0.002 or less"),
+    ({"rate": -10}, "rate and row must be positive, got -10 and 0.0001; for compression give a negative strain"),
     ({"strain": 0}, "strain must not be 0"),
     ({"lower": 0.02}, "lower must differ from strain, got 0.02 for both"),
     ({"cycles": 0}, "cycles must be a positive integer, got 0"),
+    ({"samples": 0.5}, "samples must be a positive integer, got 0.5"),
     ({"cycles": 1.5}, "cycles must be a positive integer, got 1.5"),
     ({"unload": "plastic"}, "Pair style evp/lj: unload must be reversible (the paper's law) or elastic (permanent flow), got plastic"),
     ({"kv": -1}, "kv must be 0 or positive, got -1"),

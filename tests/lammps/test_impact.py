@@ -70,7 +70,7 @@ def test_rim_is_held(tmp_path, bodies):
     ({"held": "top"}, "held must be bottom or rim, got top"),
     ({"integrator": "verlet"}, "integrator must be explicit or implicit, got verlet"),
     ({"material": "x:y", "coeff": "80 8 4 3 8 4 0.005 0 1.5"}, "material and coeff are both given: give one of them"),
-    ({"row": -1}, "time, row and frames must be 0 or positive, got 0, -1 and 0"),
+    ({"row": -1}, "time and row must be 0 or positive, got 0 and -1"),
     ({"dtfraction": 0}, "dtfraction must lie between 0 and 1, got 0")])
 def test_bad_choices_are_named(tmp_path, choices, message):
     found = run_lammps("in.impact", 1, {"out": "run", **choices}, tmp_path)

@@ -180,8 +180,11 @@ def test_rows_are_no_farther_apart_than_asked(tmp_path):
 @pytest.mark.parametrize("choices, message", [
     ({"guess": "none"}, "guess must be previous or affine, got none"),
     ({"minimiser": "hftn"}, "minimiser must be cg or fire, got hftn"),
-    ({"increment": 0}, "increment, row, tolerance and evaluations must be positive"),
-    ({"row": -1e-4}, "increment, row, tolerance and evaluations must be positive"),
+    ({"increment": 0}, "increment, row and tolerance must be positive, got 0, "),
+    ({"row": -1e-4}, "increment, row and tolerance must be positive, got 0.0005, -0.0001 and "),
+    ({"lower": "release"}, "lower release needs cycles: give -var cycles 1, or more"),
+    ({"frames": 2.5}, "frames must be 0 or a positive integer, got 2.5"),
+    ({"restart": 2.5}, "restart must be 0 or a positive integer, got 2.5"),
     ({"strain": 0}, "strain must not be 0"),
     ({"unload": "plastic"}, r"Pair style evp/lj: unload must be reversible \(the paper's law\) or elastic \(permanent flow\), got plastic"),
     ({"kv": -1}, "kv must be 0 or positive, got -1"),

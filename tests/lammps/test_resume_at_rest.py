@@ -87,7 +87,7 @@ def test_what_is_not_resumed(tmp_path, bodies, deck):
                              ({"resume": 3}, "cannot resume: run.3.restart was not written by the run that last wrote run_choices.lmp"),
                              ({"resume": 2}, "nothing to do: the load path has 2 increments, and 2 are done"),
                              ({"resume": 1, "increment": WAYS[deck]["increment"] / 2}, f"cannot resume: increment 1 was at an? {load} of "),
-                             ({"resume": -1}, "restart and resume must be 0 or positive")):
+                             ({"resume": -1}, "resume must be 0 or a positive integer, got -1")):
         run = run_lammps(deck, 1, {**first, **choices}, tmp_path)
         lines = [line for line in run.stdout.splitlines() if line.startswith("ERROR")]
         assert run.returncode == 1 and len(lines) == 1 and re.search(message, lines[0]), run.stdout[-800:]

@@ -169,7 +169,8 @@ def test_choices_reach_the_packing(lmp, tmp_path):
 
 
 @pytest.mark.parametrize("variables, message", [
-    ({"n": 20}, "in.specimen: n must be at least 50, got 20"),
+    ({"n": 20}, "in.specimen: n must be an integer of at least 50, got 20"),
+    ({"n": 500.5}, "in.specimen: n must be an integer of at least 50, got 500.5"),
     ({"seed": 0}, "in.specimen: seed must be a positive integer, got 0"),
     ({"spread": 0.5}, "in.specimen: spread must lie between 0 and 0.3, got 0.5"),
     ({"radius": -1}, "in.specimen: length, radius and density must be positive, got 0.05, -1 and 2700"),

@@ -86,7 +86,7 @@ def test_frames_and_state(tmp_path):
     ({"speed": -227}, "speed must be positive, towards the wall at x = 0, got -227"),
     ({"integrator": "verlet"}, "integrator must be explicit or implicit, got verlet"),
     ({"material": "x:y", "coeff": ROW}, "material and coeff are both given: give one of them"),
-    ({"frames": -1}, "kv, time, row and frames must be 0 or positive, got 0, 0, 0 and -1"),
+    ({"frames": -1}, "frames must be 0 or a positive integer, got -1"),
     ({"dtfraction": 2}, "dtfraction must lie between 0 and 1, got 2"),
     ({"time": 1e-06, "row": 1e-06}, "time = 1e-06 s is less than 3 rows of 1e-06 s: give a longer -var time or a shorter -var row")])
 def test_bad_choices_are_named(tmp_path, choices, message):

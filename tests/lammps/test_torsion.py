@@ -115,12 +115,14 @@ def test_bar_that_is_not_unloaded_is_told_and_the_remedy_unloads_it(tmp_path):
     ({"angle": 0}, "angle must not be 0"),
     ({"cycles": 1.5}, "cycles must be 0 or a positive integer, got 1.5"),
     ({"cycles": 1, "lower": 0.04}, "lower must differ from angle, got 0.04 for both"),
-    ({"increment": 0}, "increment, tolerance and evaluations must be positive, got 0, "),
+    ({"increment": 0}, "increment and tolerance must be positive, got 0 and "),
     ({"frames": -1}, "frames must be 0 or a positive integer, got -1"),
     ({"kv": -1}, "kv must be 0 or positive, got -1"),
     ({"scale": "maybe"}, "scale must be yes or no, got maybe"),
     ({"material": "a:b", "coeff": "1 2 3"}, "material and coeff are both given"),
     ({"specimen": "block.data"}, "block.data is not a cylinder"),
+    ({"evaluations": 2.5}, "evaluations must be a positive integer, got 2.5"),
+    ({"cycles": 1, "lower": "release"}, "lower must be a number: release is for in.cyclic and in.quasistatic"),
     ({"evaluations": 3, "increment": 0.02}, "increment 1 did not converge"),
 ])
 def test_one_message_for_each_wrong_choice(tmp_path, choices, message):

@@ -80,6 +80,8 @@ def test_power_law_of_handbook_values():
     ({"--name": "taken"}, "holds a row 'taken' already", ""),
     ({"--spheres": "10"}, "--spheres", "100"),
     ({"--within": "0.1"}, "--within", "0.01"),
+    ({"--body": "bar.data", "--spheres": "500"}, "--body is a body that exists", "leave --spheres and --seed out"),
+    ({"--body": "bar.data", "--rate": ["5e6@100"]}, "--rate: not with --body", "calibration without --body"),
     ({"--rate": ["5e6@100", "6e6@10000"]}, "not linear in the rate", "5e+06 Pa at 100/s and 6e+06 Pa at 10000/s"),
     ({"--rate": ["-5e6@100"]}, "--rate must be", ""),
 ])
@@ -96,6 +98,22 @@ def test_refusals(tmp_path, monkeypatch, capsys, change, reason, nearest):
     message = capsys.readouterr().err
     assert reason in message and nearest in message
     assert [path.name for path in tmp_path.iterdir()] == ["out.evp"] and out.read_text(encoding="utf-8") == before
+
+
+@pytest.mark.parametrize("body, measures, reason", [
+    (None, None, "there is no file bar.data; give the data file of a body"),
+    ("any", None, "there is no file bar.data.body; make the body by in.specimen or tools/body.py, which write both"),
+    ("any", "variable length index 0.05\n", "bar.data.body gives no length or no volume of the body"),
+    ("any", "variable length index 0.05\nvariable volume index 6e-5 # [m3]\n", "bar.data is no data file of atom_style sphere")])
+def test_bodies_that_are_refused(tmp_path, monkeypatch, body, measures, reason):
+    monkeypatch.chdir(tmp_path)
+    for name, text in (("bar.data", body), ("bar.data.body", measures)):
+        if text:
+            (tmp_path / name).write_text(text, encoding="utf-8")
+    (tmp_path / "work").mkdir()
+    with pytest.raises(Refused) as refused:
+        calibration_runs.given_body("bar.data", "work")
+    assert reason in str(refused.value)
 
 
 @pytest.mark.parametrize("text, reason", [("x", "'UNITS: si'"), ("# UNITS: lj\n", "'UNITS: si'"), (None, "is a folder")])

@@ -116,7 +116,7 @@ def test_command_prints_the_numbers_and_draws(tmp_path):
     shown = command("numbers", path)
     assert shown.returncode == 0, shown.stderr
     assert shown.stdout.splitlines()[1].split()[1] == "21"
-    drawn = command("plot", path, "--labels", "10 /s", "--out", tmp_path / "curves.png")
+    drawn = command("plot", path, "--labels", "10/s", "--out", tmp_path / "curves.png")
     assert drawn.returncode == 0, drawn.stderr
     assert (tmp_path / "curves.png").read_bytes()[:4] == b"\x89PNG"
     beside = (tmp_path / "curves.csv").read_text().splitlines()
@@ -309,7 +309,7 @@ def test_curves_of_a_picture_are_told_apart(tmp_path, monkeypatch):
         lines = figure.axes[0].get_lines()
         assert len({(line.get_color(), line._unscaled_dash_pattern) for line in lines}) == 7
         assert len({line.get_linewidth() for line in lines}) == 1
-    figures.stress_strain({"a": [("1 /s", bilinear())], "b": [("10 /s", bilinear()), ("1 /s", bilinear())]}, tmp_path / "two.png")
+    figures.stress_strain({"a": [("1/s", bilinear())], "b": [("10/s", bilinear()), ("1/s", bilinear())]}, tmp_path / "two.png")
     (first,), (_, again) = (axis.get_lines() for axis in drawn[-1].axes)
     assert first.get_color() == again.get_color(), "a label means one line in all panels"
     assert len({str(figures.line_style(k)) for k in range(40)}) == 40

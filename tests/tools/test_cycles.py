@@ -50,6 +50,15 @@ def test_unloading_modulus_of_a_body_that_flows_back_early(end):
     assert np.polyfit(strain[200:231], stress[200:231], 1)[0] < 0.5 * E, "control: it does flow back"
 
 
+def test_unloading_modulus_of_a_way_back_that_ends_unloaded():
+    """A release of a stiff metal is shorter than the range that the slope is otherwise taken over."""
+    strain = way((0.02, 0.018))
+    stress = np.where(np.arange(len(strain)) <= 200, YIELD, YIELD - 0.5 * YIELD * (0.02 - strain) / 0.001)
+    assert cycles.unloading_modulus(strain, stress) == pytest.approx(0.5 * YIELD / 0.001, rel=1e-9)
+    with pytest.raises(curves.CurveError, match="too few rows"):
+        cycles.unloading_modulus(strain[:-2], stress[:-2])
+
+
 @pytest.mark.parametrize("sign", [1, -1])
 def test_loops(sign):
     """Three loops between -1 and 1 %: each 2 YIELD (range - 2 YIELD/E); pushed first, the same."""

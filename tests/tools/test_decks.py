@@ -28,6 +28,15 @@ def test_in_cyclic_is_in_traction_up_to_the_way(section):
     assert sections("in.cyclic")[section] == sections("in.traction")[section]
 
 
+@pytest.mark.parametrize("deck", sorted(path.name for path in DECKS.glob("in.*")))
+def test_a_choice_that_is_no_number_is_named(deck):
+    """Each choice whose default is a number is in the formula at which LAMMPS names one that is none."""
+    text = (DECKS / deck).read_text(encoding="utf-8")
+    found = set(re.findall(r"^variable (\w+) +index -?[\d.]", text, flags=re.M))
+    summed = re.search(r"^variable +numbers equal \$\((.*)\) ", text, flags=re.M)[1]
+    assert found - {"resume"} <= {name[2:] for name in summed.split("+")} and ("resume" in found) == ('if "$(v_resume) < 0' in text)
+
+
 def test_choices_are_the_same():
     """By name and default, but for what the way is made of."""
     cyclic, traction, rest = map(choices, ("in.cyclic", "in.traction", "in.quasistatic"))

@@ -1,9 +1,18 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """The picture of tools/bench.py, from its CSV."""
 
+from matplotlib import ticker
+
 from .figures import LOOK, plt
 
 OWN, OTHER = "#0072B2", "#999999"
+
+
+def plain_log(axis, subs):
+    """A logarithmic axis whose ticks, at subs times powers of ten, read 20 and 10 000 instead of powers."""
+    axis.set_major_locator(ticker.LogLocator(subs=subs))
+    axis.set_major_formatter(ticker.FuncFormatter(lambda value, _: f"{value:,.0f}".replace(",", " ") if value >= 1000 else f"{value:g}"))
+    axis.set_minor_formatter(ticker.NullFormatter())
 
 
 def draw(rows, path):
@@ -19,6 +28,7 @@ def draw(rows, path):
             for place, value in enumerate(values):
                 left.text(value, place, f" {value:.3g}", va="center", fontsize=9)
             left.set(xscale="log", xlim=(0.6 * min(values), 1.6 * max(values)), xlabel="ns per interaction and step, one core", title="FCC lattice, 9 half pairs per sphere")
+            plain_log(left.xaxis, (1, 2, 5))
             left.grid(axis="y", visible=False)
         if scale["evp/lj"]:
             for (name, points), color in zip(scale.items(), (OWN, OTHER)):
@@ -27,6 +37,7 @@ def draw(rows, path):
             right.legend()
             right.set(xscale="log", ylim=(0, 1.25 * max(value for points in scale.values() for _, value in points)), xlabel="spheres", ylabel="ns per sphere and step, one core",
                       title="Cost per sphere")
+            plain_log(right.xaxis, (1,))
         figure.tight_layout()
         figure.savefig(path, bbox_inches="tight")
         plt.close(figure)

@@ -7,6 +7,7 @@ Each attempt works in a folder of its own, so that a process left behind by a ki
 import math
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import tempfile
@@ -17,33 +18,33 @@ import numpy as np
 
 from . import calibration_affine as affine
 from . import curves, cycles, dump, specimen
+from .calibration_targets import Refused
 from .progress import Progress
 from .run import DECKS, RunError, check_start, deck_command, environment, lammps_error, last_strain
 
 LENGTH, RADIUS = 0.05, 0.02  # of the cylinder [m]
 CONTACT = "repulsive"  # new pairs that attract at once tear a body apart that hardens little
 ELASTIC = 0.4  # of xi_s: strain of the first leg, whose end gives Poisson's ratio
+BEYOND = 1.1  # of the strain that the grips of a body with an extensometer need for that of the middle, if it stays in proportion
 YIELDED = 1.3  # of the strain at the offset yield stress: end of the second leg
 POLL = 0.05  # [s]
 
 
 class Body(NamedTuple):
-    """A packing in the default cylinder and what its bonds are."""
+    """A packing, by default in the default cylinder, and what its bonds are."""
 
     path: pathlib.Path
     count: int
     bonds: int
     spacing: float  # mean deq [m]
     square: float  # mean deq^2 [m2]
+    volume: float = math.pi * RADIUS**2 * LENGTH  # [m3]
+    length: float = LENGTH  # along x [m]
+    strain: str = "strain"  # column of the strain: that of the grips, or of an extensometer over the middle
 
     @property
     def coordination(self):
         return 2.0 * self.bonds / self.count
-
-    @property
-    def volume(self):
-        """[m3]"""
-        return math.pi * RADIUS**2 * LENGTH
 
 
 class Failed(RuntimeError):
@@ -77,6 +78,29 @@ def make_body(folder, count, seed, density, timeout):
                 os.replace(measures, path.with_name(path.name + ".body"))
             os.replace(work / "body.data", path)
     return measure(path)
+
+
+def given_body(path, folder):
+    """The Body of a data file of the user's with its FILE.body, copied into the folder; its strain is that between 0.3 and 0.7 of the length.
+
+    Refused where a file is missing or is none.
+    """
+    path, beside = pathlib.Path(path), pathlib.Path(f"{path}.body")
+    for file in (path, beside):
+        if not file.is_file():
+            made = "make the body by in.specimen or tools/body.py, which write both" if file == beside else "give the data file of a body"
+            raise Refused(f"--body: there is no file {file}; {made}")
+    found = {name: float(value) for name, value in re.findall(r"^variable\s+(\w+)\s+index\s+([-+.\deE]+)", beside.read_text(encoding="utf-8"), flags=re.M)}
+    if not min(found.get("length", 0.0), found.get("volume", 0.0)) > 0.0:
+        raise Refused(f"--body: {beside} gives no length or no volume of the body: make the body by in.specimen or tools/body.py")
+    kept = pathlib.Path(folder) / "given.data"
+    shutil.copy(path, kept)
+    shutil.copy(beside, f"{kept}.body")
+    try:
+        body = measure(kept)
+    except ValueError as error:
+        raise Refused(f"--body: {path} is no data file of atom_style sphere: {error}") from error
+    return body._replace(volume=found["volume"], length=found["length"], strain="strain_gauge")
 
 
 class attempt_folder:
@@ -173,18 +197,26 @@ def pull_material(body, material, xi_s, targets, finer, ranks, folder, timeout, 
 
     material: the deck's variables that choose it.
     """
+    gauged = body.strain != "strain"
     ends = legs(xi_s, targets, finer)
+    if gauged:  # the middle may be stretched twice as far as the grips say
+        ends[0] = tuple(0.5 * value for value in ends[0])
     done, begin = 0, time.monotonic()
     with attempt_folder(folder, "pull") as work:
         for number, (end, increment) in enumerate(ends):
             variables = {"specimen": relative(body.path, work), **material, "contact": CONTACT, "strain": f"{end:.9g}", "increment": f"{increment:.9g}",
-                         "restart": 1000000, "resume": done, "out": "pull"}
+                         "restart": 1000000, "resume": done, "out": "pull", "extensometer": "yes" if gauged else "no"}
             left = timeout - (time.monotonic() - begin)
             call("in.quasistatic", variables, ranks, work, left, title, lambda: last_share(work / "pull.csv", ends[-1][0]))
             done = max(int(path.name.split(".")[1]) for path in work.glob("pull.*.restart"))
             if number == 0:
                 state = read_positions(work / "pull_state.dump")
-        strain, stress = read_curve(work / "pull.csv")
+                if gauged:
+                    share = read_curve(work / "pull.csv")[0][-1] / read_curve(work / "pull.csv", body.strain)[0][-1]
+                    ends[1:] = [(BEYOND * share * end, share * size) for end, size in ends[1:]]
+        strain, stress = read_curve(work / "pull.csv", body.strain)
+    if strain[-1] < abs(targets.strain):
+        raise Failed(f"the middle of the body was stretched to {strain[-1]:.4g} only: it is no thinner than the ends")
     try:
         modulus = curves.modulus(strain, stress)
         offset = curves.yield_stress(strain, stress, modulus)
@@ -192,7 +224,7 @@ def pull_material(body, material, xi_s, targets, finer, ranks, folder, timeout, 
         raise Failed(str(error)) from error
     if not math.isfinite(offset):
         raise Failed("the curve does not meet the line of the 0.2 % offset")
-    axial, lateral = specimen.middle_strains(specimen.read_data(body.path), state, LENGTH)
+    axial, lateral = specimen.middle_strains(specimen.read_data(body.path), state, body.length)
     found = {"E": modulus, "yield": offset, "stress2": float(np.interp(abs(targets.strain), strain, stress)), "nu": float(-lateral / axial)}
     return found, (strain, stress)
 
@@ -202,10 +234,10 @@ def last_share(path, end):
     return min(1.0, abs(last_strain(path) / end))
 
 
-def read_curve(path):
-    """(strain, stress through the cross-sections [Pa]) of a pull or push, both as sizes; Failed where a number is not finite."""
+def read_curve(path, strain="strain"):
+    """(strain of this column, stress through the cross-sections [Pa]) of a pull or push, both as sizes; Failed where a number is not finite."""
     try:
-        curve = curves.read_curve(path, "virial")
+        curve = curves.read_curve(path, "virial", strain)
     except (curves.CurveError, OSError) as error:
         raise Failed(str(error)) from error
     sign = math.copysign(1.0, curve.strain[-1])

@@ -9,6 +9,7 @@ import numpy as np
 
 from .curves import MODULUS_END, ROUNDING, CurveError, elastic_end, or_nan
 
+UNLOADED = 0.05  # of the stress at the turn, at most: a way back that ends with it has ended unloaded
 UNLOADING_RANGE = 0.004  # of strain after the turn: the unloading modulus is the slope over it, or over the elastic part where this is shorter
 
 
@@ -53,11 +54,13 @@ def stress_back_at(strain, stress, at=0.0):
 
 
 def unloading_modulus(strain, stress, at=None):
-    """Slope over the first UNLOADING_RANGE of strain after the first turn, or over the elastic part where the body flows back before
-    [unit of stress]. CurveError where either has too few rows."""
+    """Slope over the first UNLOADING_RANGE of strain after the first turn, over the elastic part where the body flows back before, or over
+    the whole way back where it ends unloaded before [unit of stress]. CurveError where it has too few rows."""
     back, held = unloading(strain, stress, at)
     elastic = elastic_end(np.abs(back - back[0]), np.abs(held - held[0]))
     reach = UNLOADING_RANGE if elastic >= MODULUS_END else elastic
+    if abs(held[-1]) < UNLOADED * abs(held[0]):
+        reach = min(reach, np.abs(back[-1] - back[0]))
     near = np.abs(back - back[0]) <= reach + ROUNDING
     if np.sum(near) < 3 or np.abs(back[-1] - back[0]) < reach - ROUNDING:
         raise CurveError(f"the way back has too few rows for a slope over {reach:g}: it ends at strain {back[-1]:g}")

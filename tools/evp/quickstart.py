@@ -3,7 +3,7 @@
 
 Runs in.two_spheres (the force law, figure 2), in.specimen (500 spheres) and in.traction for Tables
 1 and 2 (figures 3 and 4); writes CSV and PNG files and prints E, 0.2 % yield stress, stress at 1 %
-and the strain of the first bond in the second regime. Table 2 is also pulled at 100 /s, where its
+and the strain of the first bond in the second regime. Table 2 is also pulled at 100/s, where its
 damping can be seen. in.cyclic loads and unloads the body with eq. 8 and with `unload elastic`: its
 residual strain. About a minute and a half on two cores.
 """
@@ -84,7 +84,7 @@ def draw(out, pulled):
     panels = {}
     for (table, rate), job in sorted(pulled.items()):
         curve = curves.read_curve(out / f"{job.name}.csv")
-        panels.setdefault(TABLES[table][0], []).append((f"{rate:g} /s", curve))
+        panels.setdefault(TABLES[table][0], []).append((f"{rate:g}/s", curve))
     measured = figures.read_columns(out / "two_spheres.csv", figures.MEASURED)
     table1 = law.Row.parse(TABLES["table1"][1])
     paths = [
@@ -93,7 +93,7 @@ def draw(out, pulled):
     ]
     table, rate = min(pulled, key=lambda key: (key[0], abs(key[1] - 10.0)))
     state = figures.read_state(out / f"{pulled[table, rate].name}_state.dump")
-    title = f"{TABLES[table][0]}, {rate:g} /s, strain {100 * STRAIN:g} %"
+    title = f"{TABLES[table][0]}, {rate:g}/s, strain {100 * STRAIN:g} %"
     paths.append(figures.specimen(state, out / "specimen.png", title))
     sweeps = {label: curves.read_curve(out / f"unload_{unload}.csv") for unload, label in UNLOADING.items()}
     paths.append(figures.unloading(sweeps, out / "unloading.png"))

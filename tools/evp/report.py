@@ -67,6 +67,13 @@ def table(header, rows):
     return [lines[0], "|" + "---|" * len(header), *lines[1:]]
 
 
+def write_page(path, *parts):
+    """Writes a page and prints it. parts: texts, and tables as (header, rows), which end with a line break."""
+    text = "".join(part if isinstance(part, str) else "\n".join(table(*part)) + "\n" for part in parts)
+    path.write_text(text, encoding="utf-8")
+    print(text, end="")
+
+
 def split_at_marks(path, start, end):
     """Texts before, between and after two marks of a file; ValueError unless each is there once."""
     text = path.read_text(encoding="utf-8")
