@@ -53,56 +53,19 @@ class Coefficients {
     return row;
   }
 
-  /// What the row's keywords say.
+  /// What the row's keywords say, and both.
   RowKeywords keywords(int i, int j) const
   {
     return notes.empty() ? RowKeywords{} : notes[index(std::min(i, j), std::max(i, j))];
   }
+  GivenRow given(int i, int j) const { return {row(i, j), keywords(i, j)}; }
 
   /// The [type][type] table of a member for fix adapt to write into, nullptr if there is none of
   /// this name.
   double **table(const std::string &key)
   {
-    for (int k = 0; k < NMEMBERS; k++)
-      if (key == MEMBERS[k].key) return tables[k].data();
-    return nullptr;
-  }
-
-  /// A row and its checksum, for restart files.
-  using Words = std::array<double, NMEMBERS + 1>;
-  Words words(int i, int j) const
-  {
-    Words words;
-    for (int k = 0; k < NMEMBERS; k++) words[k] = tables[k][i][j];
-    words[NMEMBERS] = checksum(words.data(), NMEMBERS);
-    return words;
-  }
-
-  /// False where the words are damaged.
-  bool set(int i, int j, const Words &words)
-  {
-    if (words[NMEMBERS] != checksum(words.data(), NMEMBERS)) return false;
-    for (int k = 0; k < NMEMBERS; k++) tables[k][i][j] = tables[k][j][i] = words[k];
-    return true;
-  }
-
-  /// The same of its keywords, for a row that has any.
-  using KeywordWords = std::array<double, NKEYWORDS + 1>;
-  KeywordWords keyword_words(int i, int j) const
-  {
-    const RowKeywords given = keywords(i, j);
-    KeywordWords words;
-    for (int k = 0; k < NKEYWORDS; k++) words[k] = given.*KEYWORDS[k].value;
-    words[NKEYWORDS] = checksum(words.data(), NKEYWORDS);
-    return words;
-  }
-  bool set(int i, int j, const KeywordWords &words)
-  {
-    if (words[NKEYWORDS] != checksum(words.data(), NKEYWORDS)) return false;
-    RowKeywords given{};
-    for (int k = 0; k < NKEYWORDS; k++) given.*KEYWORDS[k].value = words[k];
-    set(i, j, given);
-    return true;
+    const Member *const member = find_member(MEMBERS, key);
+    return member ? tables[member - MEMBERS].data() : nullptr;
   }
 
   // the body that laws are made for
@@ -119,7 +82,7 @@ class Coefficients {
   /// that laws were made with: the laws of all pairs of types must be made anew.
   bool take_measures(const BondMeasures &now)
   {
-    if (!(measures != now)) return false;
+    if (measures == now) return false;
     measures = now;
     return true;
   }
@@ -153,7 +116,7 @@ class Coefficients {
     if (given == 0.0) return 0.0;
     const double kv = given * scaling(type, type).factors.kv;
     if (!(kv <= HIGHEST_KV))
-      throw BadInput("kv must not exceed 1e100 in the body, got " + rule::text(kv));
+      throw BadInput("kv must not exceed 1e100 in the body, got " + rounded(kv));
     return kv;
   }
 
@@ -232,7 +195,7 @@ class Coefficients {
   void set(int i, int j, const RowKeywords &given)
   {
     if (notes.empty()) {
-      if (given == RowKeywords{}) return;
+      if (!has_any(given)) return;
       notes.assign((size_t) n * n, RowKeywords{});
     }
     notes[index(std::min(i, j), std::max(i, j))] = given;

@@ -80,19 +80,15 @@ class VolumeEnergy {
   /// view.nreact.
   void add_strains(const PairList &list, const ParticleView &view, double *sums)
   {
-    const int npairs = (int) list.pairs.size();
     Block block;
-    PairRange range = {list.rows.data(), 0, 0};
-    for (; range.first < npairs; range.first = range.last) {
-      range.last = std::min(range.first + Block::SIZE, npairs);
-      while (range.row->last <= range.first) range.row++;
-      if (npairs > CACHED_PAIRS) prefetch(list, range.first + 4 * Block::SIZE);
+    const auto add_block = [&](const PairRange &range) {
       gather<false>(list, view, range, block);
       call_at(level, [&]() EVP_KERNEL {
         evaluate(block, &weights[range.first], &openings[range.first]);
       });
       scatter(list, view.nreact, range, block, sums);
-    }
+    };
+    for_each_block(list, add_block, weights.data(), openings.data());
   }
 
   /// Pass two: called by the force loop with each block.
@@ -132,15 +128,6 @@ class VolumeEnergy {
   Level level;
   std::vector<double> weights;     // of the packed pairs, 0 where none was recorded
   std::vector<double> openings;    // of each, w/deq [1/length]
-
-  void prefetch(const PairList &list, size_t first) const
-  {
-    list.pairs.prefetch(first, Block::SIZE);
-    if (first >= list.pairs.size()) return;
-    const size_t n = std::min<size_t>(Block::SIZE, list.pairs.size() - first);
-    EVP::prefetch(&weights[first], n * sizeof(double));
-    EVP::prefetch(&openings[first], n * sizeof(double));
-  }
 
   // the strains go to block.energy, which the force loop fills anew
   static EVP_INLINE void evaluate(Block &block, const double *weight, const double *opening)

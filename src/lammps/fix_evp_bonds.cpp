@@ -95,7 +95,7 @@ void FixEVPBonds::init()
     check_ids();
     measure();
   } else if (file.empty()) {
-    check_zone(network);
+    check_zone();
     neighbor->add_request(this, NeighConst::REQ_FULL | NeighConst::REQ_OCCASIONAL);
   }
 }
@@ -168,7 +168,7 @@ void FixEVPBonds::post_run()
 }
 
 // the neighbor list ends at alpha (R_i + R_j) plus a skin that must not matter
-void FixEVPBonds::check_zone(const EVP::PairNetwork *network) const
+void FixEVPBonds::check_zone() const
 {
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++) {

@@ -164,7 +164,7 @@ double FixEVPEnergy::volume_jump()
   const EVP::VolumeForces *const volume = network->volume();
   if (!volume) return 0.0;
   const EVP::PairList &list = network->packed_pairs();
-  const int nreact = force->newton_pair ? list.nall : list.nlocal;
+  const int nreact = list.nreact(force->newton_pair);
   Nodal inside((size_t) 3 * list.nall, 0.0);
   EVP::for_each_pair(list, EVP::scene::rows(atom->x), [&](const EVP::PlacedPair &p) {
     if (!p.is_bond() || p.is_beyond()) return;

@@ -11,7 +11,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <cstring>
 #include <vector>
 
 namespace EVP {
@@ -106,10 +105,8 @@ class ListSnapshot : protected Pointers {
     constexpr uint64_t prime = 1099511628211ULL;
     uint64_t ids = 0, rest = 0;
     for (int i = 0; i < atom->nlocal; i++) {
-      uint64_t radius;
-      memcpy(&radius, &atom->radius[i], sizeof(radius));
       ids = prime * (ids ^ (uint64_t) atom->tag[i]);
-      rest = prime * (rest ^ (uint64_t) atom->type[i] ^ radius);
+      rest = prime * (rest ^ (uint64_t) atom->type[i] ^ bits_as<uint64_t>(atom->radius[i]));
     }
     for (int i = 0; with_molecules && atom->molecule && i < atom->nlocal; i++)
       rest = prime * (rest ^ (uint64_t) atom->molecule[i]);

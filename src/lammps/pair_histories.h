@@ -30,7 +30,7 @@ class PairHistories : protected Pointers {
   HistoryView view(bool incremental)
   {
     beyond.clear();
-    return {list.pairs.flow(0), rules.breaks() ? &beyond : nullptr, incremental};
+    return {list.pairs.flow(), rules.breaks() ? &beyond : nullptr, incremental};
   }
 
   /// At the end of each step and when a minimization is at rest: what the last forces found comes into force. at_rest:
