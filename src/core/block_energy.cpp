@@ -79,8 +79,7 @@ namespace {
     EVP_INDEPENDENT
     for (int k = 0; k < n; k++) {
       const Form &c = Many ? *form[k] : only;
-      const double x = block.xy[2 * k], y = block.xy[2 * k + 1], z = block.z[k];
-      const double dsq = x * x + y * y + z * z;
+      const double dsq = block.distance_squared(k);
       const double xi = (std::sqrt(dsq) - deq[k]) * inv_deq[k];
       // selects of constants, and arithmetic: compilers make branches of others
       const double size = std::fabs(kept[k]);
@@ -117,8 +116,7 @@ namespace {
         EVP_INDEPENDENT
         for (int k = 0; k < n; k++) {
           const Form &c = Many ? *form[k] : only;
-          const double x = block.xy[2 * k], y = block.xy[2 * k + 1], z = block.z[k];
-          const bool ended = x * x + y * y + z * z > cutsq[k] && kept[k] < 0.0;
+          const bool ended = block.distance_squared(k) > cutsq[k] && kept[k] < 0.0;
           const double w = ended ? 0.0
                                  : PairWeight(kept[k]).size;    // a bond flows up to its cut-off
           values.plastic[k] = w * c.template dissipated<N>(offset[k], next[k]);

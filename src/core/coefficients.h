@@ -31,7 +31,7 @@ class Coefficients {
       for (int i = 0; i < n; i++) tables[k][i] = &values[((size_t) k * n + i) * n];
     }
     laws.assign((size_t) 2 * n * n, Law());
-    notes.clear();
+    given_keywords.clear();
   }
 
   void set(int i, int j, const Row &row)
@@ -56,7 +56,8 @@ class Coefficients {
   /// What the row's keywords say, and both.
   RowKeywords keywords(int i, int j) const
   {
-    return notes.empty() ? RowKeywords{} : notes[index(std::min(i, j), std::max(i, j))];
+    return given_keywords.empty() ? RowKeywords{}
+                                  : given_keywords[index(std::min(i, j), std::max(i, j))];
   }
   GivenRow given(int i, int j) const { return {row(i, j), keywords(i, j)}; }
 
@@ -73,7 +74,7 @@ class Coefficients {
   /// Does any row name the bodies that it holds for?
   bool any_scaled() const
   {
-    return std::any_of(notes.begin(), notes.end(), [](const RowKeywords &given) {
+    return std::any_of(given_keywords.begin(), given_keywords.end(), [](const RowKeywords &given) {
       return given.is_scaled();
     });
   }
@@ -99,7 +100,7 @@ class Coefficients {
   /// geometric mean of the factors of its like types, or of the one that has factors; throws BadInput.
   Scaling scaling(int i, int j) const
   {
-    if (notes.empty() || measures.empty() || !keywords(i, j).is_scaled()) return {};
+    if (given_keywords.empty() || measures.empty() || !keywords(i, j).is_scaled()) return {};
     const Scaling own = own_scaling(i, j);
     if (i == j || own.source == Source::OWN_BONDS) return own;
     const Scaling a = own_scaling(i, i), b = own_scaling(j, j);
@@ -180,13 +181,16 @@ class Coefficients {
   /// Indices of the laws that pairs can have, since choose_block_law().
   const std::vector<int> &laws_in_use() const { return used; }
 
-  double memory_usage() const { return bytes_of(values, laws, notes, used, block.constants); }
+  double memory_usage() const
+  {
+    return bytes_of(values, laws, given_keywords, used, block.constants);
+  }
 
  private:
   int n = 0;                                             // atom types and one more
   std::vector<double> values;                            // of all members
   std::array<std::vector<double *>, NMEMBERS> tables;    // [type][type] of each
-  std::vector<RowKeywords> notes;                        // of i <= j; empty where no row has any
+  std::vector<RowKeywords> given_keywords;               // of i <= j; empty where no row has any
   BondMeasures measures;                                 // of the body
   std::vector<Law> laws;                                 // of all pairs of types, then their twins
   std::vector<int> used;                                 // indices of the laws that pairs can have
@@ -194,11 +198,11 @@ class Coefficients {
 
   void set(int i, int j, const RowKeywords &given)
   {
-    if (notes.empty()) {
+    if (given_keywords.empty()) {
       if (!has_any(given)) return;
-      notes.assign((size_t) n * n, RowKeywords{});
+      given_keywords.assign((size_t) n * n, RowKeywords{});
     }
-    notes[index(std::min(i, j), std::max(i, j))] = given;
+    given_keywords[index(std::min(i, j), std::max(i, j))] = given;
   }
 
   Scaling own_scaling(int i, int j) const

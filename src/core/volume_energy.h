@@ -92,13 +92,11 @@ class VolumeEnergy {
   }
 
   /// Pass two: called by the force loop with each block.
-  class Forces {
-   public:
+  struct Forces {
     static constexpr bool axial = true;
-    Forces(const PairList &list_in, const double *openings_in, const double *pulls_in) :
-        list(list_in), openings(openings_in), pulls(pulls_in)
-    {
-    }
+    const PairList &list;
+    const double *openings, *pulls;
+
     void operator()(const PairRange &range, Block &block) const
     {
       const int *const partner = list.pairs.j.data();
@@ -110,10 +108,6 @@ class VolumeEnergy {
           block.axial[k - range.first] = -(own + pull[partner[k]]) * opening[k];
       });
     }
-
-   private:
-    const PairList &list;
-    const double *openings, *pulls;
   };
 
   /// pulls: g of all particles and ghosts.
@@ -136,8 +130,7 @@ class VolumeEnergy {
     const int n = block.n;
     EVP_INDEPENDENT
     for (int k = 0; k < n; k++) {
-      const double x = block.xy[2 * k], y = block.xy[2 * k + 1], z = block.z[k];
-      const double dsq = x * x + y * y + z * z;
+      const double dsq = block.distance_squared(k);
       const double strain = opening[k] * std::sqrt(dsq) - weight[k];
       block.energy[k] = dsq > cutsq[k] ? 0.0 : strain;
     }

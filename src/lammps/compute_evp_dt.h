@@ -7,6 +7,11 @@
 
 #include <vector>
 
+namespace EVP {
+class PairNetwork;
+class VolumeForces;
+}    // namespace EVP
+
 namespace LAMMPS_NS {
 
 /// Largest stable timesteps of the network of pairs that interact now, its atoms outside the group
@@ -38,6 +43,8 @@ class ComputeEVPDt : public EVP::NodalExchange<Compute> {
 
   bool all_implicit() const;
   void linearise();
+  void take_atoms(const EVP::VolumeForces *);
+  std::vector<double> take_pairs(const EVP::PairNetwork *);
   double largest_eigenvalue(const EVP::LinearNetwork::Mix &);
   double explicit_dt(double lambda_k, double lambda_c);
   double implicit_dt(double lambda_axial, double lambda_across) const;

@@ -38,9 +38,9 @@ class ListSnapshot : protected Pointers {
 
     list_comm = comm;
     skin = neighbor->skin;
-    lammps_notes = neighbor->dist_check != 0;    // not so with 'neigh_modify check no'
+    lammps_keeps_x = neighbor->dist_check != 0;    // not so with 'neigh_modify check no'
     list_x.clear();
-    if (!lammps_notes && nall > 0) list_x.assign(atom->x[0], atom->x[0] + (size_t) 3 * nall);
+    if (!lammps_keeps_x && nall > 0) list_x.assign(atom->x[0], atom->x[0] + (size_t) 3 * nall);
   }
 
   /// When it is done.
@@ -70,7 +70,7 @@ class ListSnapshot : protected Pointers {
   /// Collective. The list holds all pairs as long as no atom moved by more than half the skin.
   bool moved_too_far() const
   {
-    if (lammps_notes) {
+    if (lammps_keeps_x) {
       const auto dangerous_builds = neighbor->ndanger;    // that a run has made
       const bool far = neighbor->check_distance() != 0;
       neighbor->ndanger = dangerous_builds;
@@ -95,7 +95,7 @@ class ListSnapshot : protected Pointers {
   const Comm *list_comm = nullptr;
   double skin = 0.0;
   bool with_molecules = false;
-  bool lammps_notes = false;    // LAMMPS keeps positions at the neighbor build, else list_x
+  bool lammps_keeps_x = false;    // LAMMPS keeps positions at the neighbor build, else list_x
   std::vector<double> list_x;
   std::vector<double> radii;
 

@@ -29,14 +29,12 @@ static constexpr size_t LONGEST_LINE = 254;    // that read_data takes
 namespace {
 
 /// Hands energies and forces to LAMMPS pair by pair: for per-atom values and compute */tally.
-class PairTally {
- public:
-  const bool energy;
+struct PairTally {
+  Pair *style;
+  const EVP::PairList &list;
+  int newton;
+  bool energy;
 
-  PairTally(Pair *style_in, const EVP::PairList &list_in, int newton_in, bool energy_in) :
-      energy(energy_in), style(style_in), list(list_in), newton(newton_in)
-  {
-  }
   void operator()(const EVP::PairRange &range, const EVP::Block &block) const
   {
     range.for_each_row([&](int i, int first, int last) {
@@ -47,11 +45,6 @@ class PairTally {
       }
     });
   }
-
- private:
-  Pair *style;
-  const EVP::PairList &list;
-  int newton;
 };
 
 }    // namespace
@@ -279,7 +272,7 @@ void PairEVPLJ::sum_forces(const EVP::ParticleView &view, const More &...more)
   if (!evflag)
     accumulate(EVP::NoTally());
   else if (eflag_atom || vflag_atom || cvflag_atom || num_tally_compute > 0)
-    accumulate(PairTally(this, pairs, newton, energy));
+    accumulate(PairTally{this, pairs, newton, energy});
   else {
     EVP::SumTally sums(pairs, view.nreact, energy, vflag_global != 0);
     accumulate(sums);
@@ -308,9 +301,8 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
   if (!is_bond) deq = broken ? network.rules.rest_of_broken(sum_radii, deq) : sum_radii;
   const Contact contact = is_bond || broken ? network.rules.contact : network.contact_between(i, j);
   const bool repels_only = broken || (!is_bond && contact == Contact::REPULSIVE);
-  double cut = repels_only ? deq : law.parameters().alpha * sum_radii;
-  if (is_bond && network.rules.breaks())
-    cut = std::min(cut, (1.0 + network.rules.break_strain) * deq);
+  const double dlim = law.parameters().alpha * sum_radii;
+  const double cut = is_bond ? network.rules.cut_of_bond(deq, dlim) : repels_only ? deq : dlim;
 
   const double d = std::sqrt(rsq);
   const bool acts = rsq <=
@@ -326,8 +318,7 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
   const bool flows = network.rules.flows;
   fforce = flows ? law.force(d, deq, history.offset) / d : law.force(d, deq) / d;
   if (flows && repels_only && fforce < 0.0) fforce = 0.0;
-  if (is_bond && network.volume())
-    fforce += network.volume()->force(i, j, deq, law.parameters().alpha * sum_radii) / d;
+  if (is_bond && network.volume()) fforce += network.volume()->force(i, j, deq, dlim) / d;
   if (network.damping_acts() && (comm->ghost_velocity || velocities_sent) &&
       !network.is_implicit(i, j)) {
     const EVP::PairGeometry g(rows(atom->x), i, j);

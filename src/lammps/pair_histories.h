@@ -60,6 +60,12 @@ class PairHistories : protected Pointers {
   const Coefficients &coefficients;
   const PairRules &rules;
 
+  /// A bond of the packed list that broke, with the work of its flow [energy].
+  struct BrokenBond {
+    int i, j;
+    double work;
+  };
+
   std::vector<int>
       beyond;    // bonds that the last forces found beyond their cut, where bonds break
   std::vector<BrokenBond> newly_broken;    // of this MPI rank, since histories were returned

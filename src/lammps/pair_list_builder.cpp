@@ -94,7 +94,6 @@ EVP_INLINE int PairListBuilder::pack_row(const Input &input, const View &view, i
   const PairHistory *const histories = input.bonds ? input.bonds->histories_of(i) : nullptr;
   const bool with_new_pairs = input.rules.contact != Contact::NONE;
   const bool new_repel_only = input.rules.contact == Contact::REPULSIVE;
-  const double break_at = input.rules.breaks() ? 1.0 + input.rules.break_strain : 0.0;
   const int implicit_bit = input.implicit_groupbit;
   const int nreact = force->newton_pair ? atom->nlocal + atom->nghost : atom->nlocal;
   const double closest = std::max(1.0 - input.rules.overlap, COINCIDENT);
@@ -119,8 +118,10 @@ EVP_INLINE int PairListBuilder::pack_row(const Input &input, const View &view, i
     const Row &row = laws[type].parameters();
     double deq = is_bond ? records[record].deq : sum_radii;
     if (broken) deq = input.rules.rest_of_broken(sum_radii, records[record].deq);
-    double cut = broken || (!is_bond && (new_repel_only || apart)) ? deq : row.alpha * sum_radii;
-    if (is_bond && break_at > 0.0) cut = std::min(cut, break_at * deq);
+    const double dlim = row.alpha * sum_radii;
+    const double cut = is_bond              ? input.rules.cut_of_bond(deq, dlim)
+        : broken || new_repel_only || apart ? deq
+                                            : dlim;
     const bool implicit = implicit_bit && ((view.mask[i] | view.mask[j]) & implicit_bit);
     const int own = first_law + type, law = implicit ? input.coefficients->undamped(own) : own;
     room.inv_deq[n] = 1.0 / deq;

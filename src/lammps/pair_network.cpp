@@ -238,7 +238,7 @@ void PairNetwork::pack(const NeighList *neighbors, bool collective)
 double PairNetwork::cut_of_bond(int i, int j, double deq) const
 {
   const double dlim = alpha_of(atom->type[i], atom->type[j]) * (atom->radius[i] + atom->radius[j]);
-  return rules.breaks() ? std::min(dlim, (1.0 + rules.break_strain) * deq) : dlim;
+  return rules.cut_of_bond(deq, dlim);
 }
 
 PairHistory PairNetwork::history_of(int i, int j) const
