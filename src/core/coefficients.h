@@ -44,7 +44,7 @@ class Coefficients {
     set(i, j, given.keywords);
   }
 
-  /// What pair_coeff or fix adapt wrote, which goes over i <= j only.
+  /// As pair_coeff or fix adapt wrote it; fix adapt writes for i <= j only.
   Row row(int i, int j) const
   {
     Row row{};
@@ -53,7 +53,7 @@ class Coefficients {
     return row;
   }
 
-  /// What the row's keywords say, and both.
+  /// Its keywords; row and keywords.
   RowKeywords keywords(int i, int j) const
   {
     return given_keywords.empty() ? RowKeywords{}

@@ -95,7 +95,7 @@ void FixEVPEnergy::setup(int /*vflag*/)
   for (int i = 0; i < atom->nlocal; i++) unwrap(i, records[i].x);
 }
 
-// where the force loop went over the pairs since; not so where rerun ends its step right after set-up
+// of the forces since the last call; there are none where rerun ends its step right after set-up
 void FixEVPEnergy::take_work()
 {
   if (!work->take()) return;
@@ -130,7 +130,7 @@ template <class F> void FixEVPEnergy::with_forces(F &&f) const
                           is_solved() ? implicit->applied_damping().data() : nullptr, f);
 }
 
-// by which a box that deforms does work on what fix nve/evp damps, over half a step
+// work of a box that deforms on the dampers of fix nve/evp, over half a step
 double FixEVPEnergy::damping_of_box() const
 {
   return is_solved() ? 0.5 * dt_step * implicit->power_of_box() : 0.0;

@@ -64,7 +64,7 @@ class ListSnapshot : protected Pointers {
   /// Of own atoms and ghosts, where they were kept.
   bool radii_changed() const { return !std::equal(radii.begin(), radii.end(), atom->radius); }
 
-  /// False where commands changed what makes ghosts and lists.
+  /// False where a command has replaced the communication or changed the skin.
   bool matches_commands() const { return list_comm == comm && skin == neighbor->skin; }
 
   /// Collective. The list holds all pairs as long as no atom moved by more than half the skin.

@@ -15,7 +15,7 @@ namespace EVP {
 
 static constexpr int AHEAD = 4;    // rows: records are prefetched that much earlier
 
-/// What does not change from row to row, at hand.
+/// What is the same for all rows.
 struct PairListBuilder::View {
   const double (*x)[3];
   const double *radius;
