@@ -3,7 +3,6 @@
 #include "compute_evp_dt.h"
 
 #include "collective.h"
-#include "pair_network.h"
 #include "scene.h"
 
 #include <algorithm>

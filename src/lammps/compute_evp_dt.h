@@ -4,13 +4,9 @@
 #include "compute.h"
 #include "core/linear_network.h"
 #include "nodal_exchange.h"
+#include "pair_network.h"
 
 #include <vector>
-
-namespace EVP {
-class PairNetwork;
-class VolumeForces;
-}    // namespace EVP
 
 namespace LAMMPS_NS {
 
