@@ -60,8 +60,7 @@ namespace {
     EVP_INDEPENDENT
     for (int k = 0; k < n; k++) {
       const LawConstants &c = Many ? *own[k] : only;
-      const double x = block.xy[2 * k], y = block.xy[2 * k + 1], z = block.z[k];
-      const double dsq = x * x + y * y + z * z;
+      const double dsq = block.distance_squared(k);
       const double d = std::sqrt(dsq > cutsq[k] ? cutsq[k] : dsq);    // so far a bond flows
       const double cap = caps[k];
       const double r = d * inv_deq[k];
@@ -131,8 +130,7 @@ namespace {
     EVP_INDEPENDENT
     for (int k = 0; k < n; k++) {
       const LawConstants &c = Many ? *own[k] : only;
-      const double x = block.xy[2 * k], y = block.xy[2 * k + 1], z = block.z[k];
-      const double dsq = x * x + y * y + z * z;
+      const double dsq = block.distance_squared(k);
       const double d = std::sqrt(dsq);
       const double r = d * inv_deq[k];
       const auto at = c.point(r);

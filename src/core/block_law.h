@@ -30,7 +30,7 @@ struct Block {
   alignas(64) double force[SIZE];       ///< result: force/d [force/length], 0 beyond the cut
   alignas(64) double energy[SIZE];      ///< result where asked for [energy], 0 beyond the cut
 
-  double distance_squared(int k) const
+  EVP_INLINE double distance_squared(int k) const
   {
     return xy[2 * k] * xy[2 * k] + xy[2 * k + 1] * xy[2 * k + 1] + z[k] * z[k];
   }

@@ -4,8 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <iterator>
+#include <cstdlib>
 #include <utility>
 
 namespace EVP {
@@ -17,13 +16,6 @@ namespace {
   constexpr double BEYOND = 1e-6;    // of length or radius, for round-off of data files
   constexpr double ROUGH_AREA = 1.05, ROUGH_VOLUME = 0.02;
   constexpr double LEAST_FILLED = 0.3;
-
-  std::string rounded(double value, int digits)
-  {
-    char text[32];
-    std::snprintf(text, sizeof(text), "%.*g", digits, value);
-    return text;
-  }
 
   /// Of 15 digits, as formulas of an input script take the value of another formula: so that decks that computed
   /// these numbers themselves keep their bits.
@@ -52,11 +44,8 @@ namespace {
       for (const std::string &word : words) line += (line.empty() ? "" : " ") + word;
       throw BadInput("expected 'variable NAME index VALUE', got '" + shown(line) + "'");
     }
-    const auto *const member =
-        std::find_if(std::begin(MEASURES), std::end(MEASURES), [&](const MeasureMember &m) {
-          return words[1] == m.key;
-        });
-    if (member == std::end(MEASURES))
+    const MeasureMember *const member = find_member(MEASURES, words[1]);
+    if (!member)
       throw BadInput("unknown dimension '" + shown(words[1]) + "': a body may have " +
                      keys_of(MEASURES, ", "));
     const double value = parse_number(member->key, words[3]);

@@ -47,7 +47,6 @@ class BondMeasures {
                      return a.spacing == b.spacing && a.coordination == b.coordination;
                    });
   }
-  bool operator!=(const BondMeasures &other) const { return !(*this == other); }
 
   /// For restart files: number of types, the measures, checksum.
   std::vector<double> words() const
@@ -181,8 +180,8 @@ inline Factors factors_of(const RowKeywords &row, const BondMeasure &body)
     if (!std::isnormal(factor))
       throw BadInput("the row holds for spacing " + shortest_text(row.spacing) +
                      " and coordination " + shortest_text(row.coordination) +
-                     ", the body has bonds of " + rule::text(body.spacing) + " and " +
-                     rule::text(body.coordination) +
+                     ", the body has bonds of " + rounded(body.spacing) + " and " +
+                     rounded(body.coordination) +
                      " per particle: a factor between them is too large or too small; are the "
                      "spacing and the body in the same unit?");
   return factors;

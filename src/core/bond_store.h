@@ -28,12 +28,6 @@ struct HistoryOfPair {
   PairHistory history;
 };
 
-/// A bond of the packed list that broke, with the work of its flow [energy].
-struct BrokenBond {
-  int i, j;
-  double work;
-};
-
 /// A pair that is no bond, but has flowed: as one of its atoms keeps it.
 struct FlowedContact {
   int64_t partner;

@@ -2,8 +2,7 @@
 //
 // Names of variables that an input script defines, and which of them a misspelled name may mean.
 
-#ifndef EVP_CORE_CHOICES_H
-#define EVP_CORE_CHOICES_H
+#pragma once
 
 #include "core/text.h"
 
@@ -29,12 +28,14 @@ inline std::vector<std::string> index_variables(const std::string &script)
   return names;
 }
 
+inline bool in_name(char c)
+{
+  return std::isalnum((unsigned char) c) || c == '_';
+}
+
 /// Whether a name stands in a text with no letter, digit or underscore beside it, where `v_` may be in front.
 inline bool mentions(const std::string &text, const std::string &name)
 {
-  const auto in_name = [](char c) {
-    return std::isalnum((unsigned char) c) || c == '_';
-  };
   for (size_t at = text.find(name); at != std::string::npos; at = text.find(name, at + 1)) {
     const size_t end = at + name.size();
     size_t start = at;
@@ -52,9 +53,6 @@ inline bool uses_variable(const std::string &script, const std::string &name)
   const auto ends_with = [](const std::string &text, const std::string &end) {
     return text.size() >= end.size() &&
         text.compare(text.size() - end.size(), end.size(), end) == 0;
-  };
-  const auto in_name = [](char c) {
-    return std::isalnum((unsigned char) c) || c == '_';
   };
   for (size_t at = script.find(name); at != std::string::npos; at = script.find(name, at + 1)) {
     std::string before = script.substr(at < 32 ? 0 : at - 32, at < 32 ? at : 32);
@@ -101,5 +99,3 @@ inline std::string nearest_name(const std::string &name, const std::vector<std::
 }
 
 }    // namespace EVP
-
-#endif

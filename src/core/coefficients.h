@@ -31,7 +31,7 @@ class Coefficients {
       for (int i = 0; i < n; i++) tables[k][i] = &values[((size_t) k * n + i) * n];
     }
     laws.assign((size_t) 2 * n * n, Law());
-    notes.clear();
+    given_keywords.clear();
   }
 
   void set(int i, int j, const Row &row)
@@ -44,7 +44,7 @@ class Coefficients {
     set(i, j, given.keywords);
   }
 
-  /// What pair_coeff or fix adapt wrote, which goes over i <= j only.
+  /// As pair_coeff or fix adapt wrote it; fix adapt writes for i <= j only.
   Row row(int i, int j) const
   {
     Row row{};
@@ -53,56 +53,20 @@ class Coefficients {
     return row;
   }
 
-  /// What the row's keywords say.
+  /// Its keywords; row and keywords.
   RowKeywords keywords(int i, int j) const
   {
-    return notes.empty() ? RowKeywords{} : notes[index(std::min(i, j), std::max(i, j))];
+    return given_keywords.empty() ? RowKeywords{}
+                                  : given_keywords[index(std::min(i, j), std::max(i, j))];
   }
+  GivenRow given(int i, int j) const { return {row(i, j), keywords(i, j)}; }
 
   /// The [type][type] table of a member for fix adapt to write into, nullptr if there is none of
   /// this name.
   double **table(const std::string &key)
   {
-    for (int k = 0; k < NMEMBERS; k++)
-      if (key == MEMBERS[k].key) return tables[k].data();
-    return nullptr;
-  }
-
-  /// A row and its checksum, for restart files.
-  using Words = std::array<double, NMEMBERS + 1>;
-  Words words(int i, int j) const
-  {
-    Words words;
-    for (int k = 0; k < NMEMBERS; k++) words[k] = tables[k][i][j];
-    words[NMEMBERS] = checksum(words.data(), NMEMBERS);
-    return words;
-  }
-
-  /// False where the words are damaged.
-  bool set(int i, int j, const Words &words)
-  {
-    if (words[NMEMBERS] != checksum(words.data(), NMEMBERS)) return false;
-    for (int k = 0; k < NMEMBERS; k++) tables[k][i][j] = tables[k][j][i] = words[k];
-    return true;
-  }
-
-  /// The same of its keywords, for a row that has any.
-  using KeywordWords = std::array<double, NKEYWORDS + 1>;
-  KeywordWords keyword_words(int i, int j) const
-  {
-    const RowKeywords given = keywords(i, j);
-    KeywordWords words;
-    for (int k = 0; k < NKEYWORDS; k++) words[k] = given.*KEYWORDS[k].value;
-    words[NKEYWORDS] = checksum(words.data(), NKEYWORDS);
-    return words;
-  }
-  bool set(int i, int j, const KeywordWords &words)
-  {
-    if (words[NKEYWORDS] != checksum(words.data(), NKEYWORDS)) return false;
-    RowKeywords given{};
-    for (int k = 0; k < NKEYWORDS; k++) given.*KEYWORDS[k].value = words[k];
-    set(i, j, given);
-    return true;
+    const Member *const member = find_member(MEMBERS, key);
+    return member ? tables[member - MEMBERS].data() : nullptr;
   }
 
   // the body that laws are made for
@@ -110,7 +74,7 @@ class Coefficients {
   /// Does any row name the bodies that it holds for?
   bool any_scaled() const
   {
-    return std::any_of(notes.begin(), notes.end(), [](const RowKeywords &given) {
+    return std::any_of(given_keywords.begin(), given_keywords.end(), [](const RowKeywords &given) {
       return given.is_scaled();
     });
   }
@@ -119,7 +83,7 @@ class Coefficients {
   /// that laws were made with: the laws of all pairs of types must be made anew.
   bool take_measures(const BondMeasures &now)
   {
-    if (!(measures != now)) return false;
+    if (measures == now) return false;
     measures = now;
     return true;
   }
@@ -136,7 +100,7 @@ class Coefficients {
   /// geometric mean of the factors of its like types, or of the one that has factors; throws BadInput.
   Scaling scaling(int i, int j) const
   {
-    if (notes.empty() || measures.empty() || !keywords(i, j).is_scaled()) return {};
+    if (given_keywords.empty() || measures.empty() || !keywords(i, j).is_scaled()) return {};
     const Scaling own = own_scaling(i, j);
     if (i == j || own.source == Source::OWN_BONDS) return own;
     const Scaling a = own_scaling(i, i), b = own_scaling(j, j);
@@ -153,7 +117,7 @@ class Coefficients {
     if (given == 0.0) return 0.0;
     const double kv = given * scaling(type, type).factors.kv;
     if (!(kv <= HIGHEST_KV))
-      throw BadInput("kv must not exceed 1e100 in the body, got " + rule::text(kv));
+      throw BadInput("kv must not exceed 1e100 in the body, got " + rounded(kv));
     return kv;
   }
 
@@ -217,13 +181,16 @@ class Coefficients {
   /// Indices of the laws that pairs can have, since choose_block_law().
   const std::vector<int> &laws_in_use() const { return used; }
 
-  double memory_usage() const { return bytes_of(values, laws, notes, used, block.constants); }
+  double memory_usage() const
+  {
+    return bytes_of(values, laws, given_keywords, used, block.constants);
+  }
 
  private:
   int n = 0;                                             // atom types and one more
   std::vector<double> values;                            // of all members
   std::array<std::vector<double *>, NMEMBERS> tables;    // [type][type] of each
-  std::vector<RowKeywords> notes;                        // of i <= j; empty where no row has any
+  std::vector<RowKeywords> given_keywords;               // of i <= j; empty where no row has any
   BondMeasures measures;                                 // of the body
   std::vector<Law> laws;                                 // of all pairs of types, then their twins
   std::vector<int> used;                                 // indices of the laws that pairs can have
@@ -231,11 +198,11 @@ class Coefficients {
 
   void set(int i, int j, const RowKeywords &given)
   {
-    if (notes.empty()) {
-      if (given == RowKeywords{}) return;
-      notes.assign((size_t) n * n, RowKeywords{});
+    if (given_keywords.empty()) {
+      if (!has_any(given)) return;
+      given_keywords.assign((size_t) n * n, RowKeywords{});
     }
-    notes[index(std::min(i, j), std::max(i, j))] = given;
+    given_keywords[index(std::min(i, j), std::max(i, j))] = given;
   }
 
   Scaling own_scaling(int i, int j) const

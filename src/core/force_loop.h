@@ -60,6 +60,19 @@ struct PairRange {
 /// Lists of more pairs do not stay in the caches: there prefetching pays, else it costs 4 %.
 constexpr int CACHED_PAIRS = 400000;
 
+/// Calls f(range) for all pairs of the list, Block::SIZE at once. further: arrays by pair that f reads beside the list.
+template <class F, class... T> void for_each_block(const PairList &list, F &&f, const T *...further)
+{
+  const int npairs = (int) list.pairs.size();
+  PairRange range = {list.rows.data(), 0, 0};
+  for (; range.first < npairs; range.first = range.last) {
+    range.last = std::min(range.first + Block::SIZE, npairs);
+    while (range.row->last <= range.first) range.row++;
+    if (npairs > CACHED_PAIRS) list.pairs.prefetch(range.first + 4 * Block::SIZE, further...);
+    f(range);
+  }
+}
+
 /// A tally that costs nothing.
 struct NoTally {
   static constexpr bool energy = false;
@@ -82,11 +95,7 @@ void gather(const PairList &list, const ParticleView &view, const PairRange &ran
   block.cutsq = list.pairs.cutsq.data() + range.first;
   block.margin_removed = list.pairs.margin_removed;
   block.kind = list.pairs.kind.data() + range.first;
-  const FlowArrays &flow = view.histories.flow;
-  const auto first = range.first;
-  if (flow.offset)
-    block.flow = {flow.offset + first,      flow.work + first,  flow.cap + first,
-                  flow.next_offset + first, flow.spent + first, flow.moves + first / BLOCK_SIZE};
+  block.flow = view.histories.flow.from(range.first);
   block.incremental = view.histories.incremental;
   const auto *const x = view.x;
   const auto *const v = Damping ? view.v : view.x;    // read only if needed
@@ -179,20 +188,15 @@ template <bool Damping, class Tally, class More = NoMoreForces>
 void accumulate_forces(const PairList &list, const BlockLaw &law, const ParticleView &view,
                        Tally &&tally, const More &more = More())
 {
-  const int npairs = (int) list.pairs.size();
   Block block;
-  PairRange range = {list.rows.data(), 0, 0};
-  for (; range.first < npairs; range.first = range.last) {
-    range.last = std::min(range.first + Block::SIZE, npairs);
-    while (range.row->last <= range.first) range.row++;
-    if (npairs > CACHED_PAIRS) list.pairs.prefetch(range.first + 4 * Block::SIZE, Block::SIZE);
+  for_each_block(list, [&](const PairRange &range) {
     gather<Damping>(list, view, range, block);
     more(range, block);
     law(block, {Damping, tally.energy, More::axial});
     if (view.histories.beyond) note_beyond(range, block, *view.histories.beyond);
     tally(range, block);
     if constexpr (!scatters<std::decay_t<Tally>>) scatter<false>(list, view, range, block);
-  }
+  });
 }
 
 /// A fixed number of partial sums: vectors of any width then add in the same order.

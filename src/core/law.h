@@ -141,11 +141,11 @@ class Law {
     if (row.e2 > 0.0 && !(row.xi_s * row.m2 * row.n2 * row.e2 < least))
       throw BadInput("unload elastic needs a second regime less stiff than the first, got m2 n2 e2 "
                      "= " +
-                     rule::text(row.m2 * row.n2 * row.e2) + " against m1 n1 e1 = " +
-                     rule::text(row.m1 * row.n1 * row.e1) + ": flow would create energy");
+                     rounded(row.m2 * row.n2 * row.e2) + " against m1 n1 e1 = " +
+                     rounded(row.m1 * row.n1 * row.e1) + ": flow would create energy");
     if (!(row.alpha > LEAST_FLOW_ALPHA))
       throw BadInput("unload elastic needs an alpha above 1 + 1e-8, got 1 + " +
-                     rule::text(row.alpha - 1.0) + ": bonds and contacts would end at rest");
+                     rounded(row.alpha - 1.0) + ": bonds and contacts would end at rest");
   }
 
   /// Lowest offset/deq to which flow dissipates: below, the second regime is the stiffer.

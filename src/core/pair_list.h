@@ -74,6 +74,13 @@ struct FlowArrays {
   double *next_offset = nullptr;     ///< where the pair would move them: taken over by commit()
   double *spent = nullptr;           ///< dissipated on the way there [energy]
   char *moves = nullptr;    ///< of each block: is any pair on its way? If not, spent is not written
+
+  /// Those of pair k, where a block begins, and the ones that follow it; all nullptr without.
+  FlowArrays from(size_t k) const
+  {
+    if (!offset) return {};
+    return {offset + k, work + k, cap + k, next_offset + k, spent + k, moves + k / BLOCK_SIZE};
+  }
 };
 
 /// One pair of the neighbor list, ready for the time-step loop. Its i is that of its PackedRow.
@@ -200,12 +207,11 @@ class PackedPairs {
     }
   }
 
-  /// Those of pair k, where a block begins, and the ones that follow it; all nullptr without.
-  FlowArrays flow(size_t k)
+  /// All nullptr without.
+  FlowArrays flow()
   {
     if (!flows) return {};
-    return {offset.data() + k,      work.data() + k,  cap.data() + k,
-            next_offset.data() + k, spent.data() + k, moves.data() + k / BLOCK_SIZE};
+    return {offset.data(), work.data(), cap.data(), next_offset.data(), spent.data(), moves.data()};
   }
   bool has_flow() const { return flows; }
 
@@ -228,14 +234,19 @@ class PackedPairs {
     return EVP::reach_squared(cut, margins[is_bond]);
   }
 
-  /// Prefetches what a step with one law reads of pairs [first, first + n), where they exist.
-  void prefetch(size_t first, size_t n) const
+  /// Prefetches what a step with one law reads of the block from pair `first` on, if there is one, and what further
+  /// arrays have for its pairs.
+  template <class... T> void prefetch(size_t first, const T *...further) const
   {
     if (first >= count) return;
-    n = std::min(n, count - first);
-    EVP::prefetch(&inv_deq[first], n * sizeof(double));
-    EVP::prefetch(&cutsq[first], n * sizeof(double));
-    EVP::prefetch(&j[first], n * sizeof(int));
+    const size_t n = std::min<size_t>(BLOCK_SIZE, count - first);
+    const auto one = [&](const auto *array) {
+      EVP::prefetch(array + first, n * sizeof(*array));
+    };
+    one(inv_deq.data());
+    one(cutsq.data());
+    one(j.data());
+    (one(further), ...);
   }
 
   double memory_usage() const

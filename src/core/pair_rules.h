@@ -18,6 +18,12 @@ struct PairRules {
 
   bool breaks() const { return break_strain > 0.0; }
 
+  /// Distance up to which a bond acts [all: length]. dlim: alpha (R_i + R_j).
+  double cut_of_bond(double deq, double dlim) const
+  {
+    return breaks() ? std::min(dlim, (1.0 + break_strain) * deq) : dlim;
+  }
+
   /// Distance below which what is left of a broken bond repels [all: length]: the sum of the radii, or,
   /// where the spheres still overlap when it breaks, where it broke. So breaking makes no force and no
   /// energy.

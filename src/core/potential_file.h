@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <array>
-#include <iterator>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -28,11 +27,8 @@ inline GivenRow parse_row(const std::vector<std::string> &words)
 
   std::array<bool, NKEYWORDS> taken{};
   for (size_t at = NMEMBERS; at < words.size(); at += 2) {
-    const auto *const member =
-        std::find_if(std::begin(KEYWORDS), std::end(KEYWORDS), [&](const KeywordMember &m) {
-          return words[at] == m.key;
-        });
-    if (member == std::end(KEYWORDS))
+    const KeywordMember *const member = find_member(KEYWORDS, words[at]);
+    if (!member)
       throw BadInput("unknown keyword '" + shown(words[at]) + "' of a row: after its " +
                      std::to_string(NMEMBERS) + " values it may have " + row_keywords());
     const std::string key = member->key;
@@ -48,6 +44,21 @@ inline GivenRow parse_row(const std::vector<std::string> &words)
     throw BadInput("spacing and coordination are given together or not at all: both say which "
                    "bodies the row holds for");
   return given;
+}
+
+/// The words that parse_row() reads: of a plain row its very bits, else numbers as short as they can be.
+inline std::string row_text(const GivenRow &given)
+{
+  const bool is_plain = !has_any(given.keywords);
+  std::string text;
+  for (const Member &member : MEMBERS) {
+    const double value = given.row.*member.value;
+    text += (text.empty() ? "" : " ") + (is_plain ? rounded(value, 17) : shortest_text(value));
+  }
+  for (const KeywordMember &member : KEYWORDS)
+    if (const double value = given.keywords.*member.value; value != 0.0)
+      text += std::string(" ") + member.key + " " + shortest_text(value);
+  return text;
 }
 
 /// FILE and ROW of the word FILE:ROW; throws BadInput. The last colon counts, as a path may have some.

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
+#include "core/members.h"
 #include "core/text.h"
 
 #include <algorithm>
 #include <iterator>
-#include <sstream>
 #include <string>
 
 namespace EVP {
@@ -31,15 +31,9 @@ struct Member {
 
 /// The rules of the members.
 namespace rule {
-  inline std::string text(double x)
-  {
-    std::ostringstream out;
-    out << x;
-    return out.str();
-  }
   inline void demand(bool holds, const Row &row, const Member *self, const std::string &rule)
   {
-    if (!holds) throw BadInput(self->key + (" " + rule) + ", got " + text(row.*self->value));
+    if (!holds) throw BadInput(self->key + (" " + rule) + ", got " + rounded(row.*self->value));
   }
   inline void not_negative(const Row &row, const Member *self)
   {
@@ -49,8 +43,8 @@ namespace rule {
   {
     const double m = row.*self->value;
     if (!(m <= 200.0))
-      throw BadInput(std::string("exponent ") + self->key + " must not exceed 200, got " + text(m) +
-                     ": steeper laws overflow; the paper uses 2 to 8");
+      throw BadInput(std::string("exponent ") + self->key + " must not exceed 200, got " +
+                     rounded(m) + ": steeper laws overflow; the paper uses 2 to 8");
   }
   inline void smaller_exponent(const Row &row, const Member *self)
   {
@@ -59,11 +53,11 @@ namespace rule {
     const double m = row.*larger->value, n = row.*self->value;
     if (!(m > n && n > 0.0))
       throw BadInput("exponents must satisfy " + m_key + " > " + n_key + " > 0, got " + m_key +
-                     " = " + text(m) + " and " + n_key + " = " + text(n));
+                     " = " + rounded(m) + " and " + n_key + " = " + rounded(n));
     const double least = EXPONENTS_APART * std::max(m, 1.0);
     if (m - n < least)
-      throw BadInput("exponents too close: " + m_key + " - " + n_key + " = " + text(m - n) +
-                     ", must be at least " + text(least) + " (0.0001, and 0.0001 of " + m_key +
+      throw BadInput("exponents too close: " + m_key + " - " + n_key + " = " + rounded(m - n) +
+                     ", must be at least " + rounded(least) + " (0.0001, and 0.0001 of " + m_key +
                      "): the force would be round-off");
   }
   inline void strain(const Row &row, const Member *self)
@@ -90,9 +84,7 @@ constexpr int NMEMBERS = (int) std::size(MEMBERS);
 
 inline bool operator==(const Row &a, const Row &b)
 {
-  return std::all_of(std::begin(MEMBERS), std::end(MEMBERS), [&](const Member &member) {
-    return a.*member.value == b.*member.value;
-  });
+  return are_same(MEMBERS, a, b);
 }
 
 /// "e1 m1 ... alpha", for messages.

@@ -3,7 +3,6 @@
 
 #include "core/row.h"
 
-#include <algorithm>
 #include <iterator>
 #include <string>
 
@@ -59,9 +58,12 @@ constexpr int NKEYWORDS = (int) std::size(KEYWORDS);
 
 inline bool operator==(const RowKeywords &a, const RowKeywords &b)
 {
-  return std::all_of(std::begin(KEYWORDS), std::end(KEYWORDS), [&](const KeywordMember &member) {
-    return a.*member.value == b.*member.value;
-  });
+  return are_same(KEYWORDS, a, b);
+}
+
+inline bool has_any(const RowKeywords &given)
+{
+  return !(given == RowKeywords{});
 }
 
 /// "spacing, coordination, kv, density", for messages.

@@ -1,18 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
+#include "core/block_energy.h"
 #include "core/force_loop.h"
 
 #include <numeric>
 #include <vector>
 
 namespace EVP {
-
-/// Offsets p = q/deq of the packed pairs before an evaluation of the forces, and those kept after it.
-/// nullptr where the pairs have none. cap: see Law::cap(); nullptr where no contact only repels.
-struct FlowView {
-  const double *offset = nullptr, *next = nullptr, *cap = nullptr;
-};
 
 /// Energies of the pairs of one list, found block by block in the force loop, and summed so that the
 /// change between two instants keeps its digits however small it is beside the depth of the pairs.
@@ -45,28 +40,20 @@ class StoredEnergy {
     Depth broken;    ///< of bonds that broke, since the start
   };
 
-  /// What the pairs of a block hold, each times its weight, 0 beyond the cut-off [energy].
-  struct Values {
-    alignas(64) double first[Block::SIZE], second[Block::SIZE], contacts[Block::SIZE];
-    alignas(64) double hardening[Block::SIZE], plastic[Block::SIZE];    ///< with offsets only
-    alignas(64) double damping[Block::SIZE];    ///< force/d of it, where asked for [force/length]
-    alignas(64) double passes[Block::SIZE];     ///< 1 where a pair has passed its cut-off, else 0
-  };
-
   /// The next list may have the number of the last one.
   void forget() { build = -1; }
 
   /// Has the list changed since assign()? flows: see there.
-  bool is_due(const PairList &list, bool flows_now) const
+  bool is_due(const PairList &list, bool flows) const
   {
-    return build != list.build || flows != flows_now;
+    return build != list.build || flows != energies.flows;
   }
 
   /// A new list. deq: of its pairs, as recorded [length]: 1/deq of the list has lost its last bit.
-  /// law: of its pairs. nreact: see ParticleView. flows: pairs have offsets, see add(). breaks: bonds
-  /// beyond their cut-off break.
+  /// law: of its pairs. nreact: see ParticleView. flows: pairs have offsets, at Block::flow.
+  /// breaks: bonds beyond their cut-off break.
   void assign(const PairList &list, const BlockLaw &law, std::vector<double> deq, int nreact,
-              bool flows, bool breaks = false);
+              bool flows, bool breaks);
 
   /// Of all pairs of the list, those beyond their cut-off too [energy].
   double total_depth() const { return std::accumulate(depth.begin(), depth.end(), 0.0); }
@@ -89,8 +76,8 @@ class StoredEnergy {
 
   /// Adds the pairs of a block. damps: their damping is asked for, at Block::approach. Returns what
   /// each holds, until the next call.
-  const Values &add(const PairList &list, const PairRange &range, const Block &block,
-                    const FlowView &flow, bool damps);
+  const BlockEnergy::Values &add(const PairList &list, const PairRange &range, const Block &block,
+                                 bool damps);
 
   /// Before the list is built anew, at the positions of the next evaluation: which bonds have passed
   /// their cut-offs since the last one, that evaluation does not know.
@@ -134,33 +121,17 @@ class StoredEnergy {
     return (now.contacts - start.contacts) - (now.contacts_depth - start.contacts_depth);
   }
 
-  double memory_usage() const { return bytes_of(deq, depth, weight, forms); }
+  double memory_usage() const { return bytes_of(deq, depth, weight, energies.forms); }
 
  private:
-  friend struct StoredBlocks;    // the loops over pairs
-
-  /// What a loop reads of a block's pairs beside the block.
-  struct Pairs {
-    const double *deq, *weight;
-    FlowView flow;
-  };
   struct LaneSums {
     LaneSum first, second, contacts, hardening, plastic, passes;
   };
-  using Evaluate = void(StoredEnergy &, const Block &, const Pairs &, bool damps);
 
   long build = -1;
   double unit = 0.0;    // a power of two above any sum of depths
-  bool flows = false;
-  const Law *laws = nullptr;
-  Level level = Level::BASE;
-  std::vector<StoredForm> forms;    // of each law, or one entry if all are alike
-  Evaluate *evaluate = nullptr;
-  void (*find_depth)(StoredEnergy &, const PairList &) = nullptr;
-
-  // Of each pair: depth is times its weight. Weights are 1 or 1/2, without newton, when both owners of a
-  // pair across MPI ranks hold it; 2 more for a pair that was beyond its cut-off; negative for a new pair
-  std::vector<double> deq, depth, weight;
+  BlockEnergy energies;
+  std::vector<double> deq, depth, weight;    // of each pair: depth is times its PairWeight
   Depth bonds_depth{}, contacts_depth{}, broken{};
   double ended = 0.0, born = 0.0;
   double passed = 0.0;                     // what `ended` of the next evaluation begins with
@@ -168,12 +139,9 @@ class StoredEnergy {
   bool changed = false, is_new = false;    // see has_changed(); was the list assigned since?
   bool finds_anew = false;                 // which pairs are beyond their cut-offs?
   LaneSums found;
-  Values values;
+  BlockEnergy::Values values;
 
-  void choose(const BlockLaw &law, const PairList &list);
-  // what a bond with the offset p holds where it passes its cut-off, less its depth: one whose cut-off is
-  // near deq may have flowed in compression only, and so is not at the threshold there
-  double beside_depth(const PackedPair &pair, double p) const;
+  void add_up(int n);    // the values of n pairs
   // back: takes it out again
   void add_depth(bool is_bond, double x, bool back)
   {

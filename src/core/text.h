@@ -59,24 +59,20 @@ inline bool looks_like_number(const std::string &word)
   return !word.empty() && std::string("+-.0123456789").find(word[0]) != std::string::npos;
 }
 
-/// 15 digits, or as many more as it takes to read back to the same number.
-inline std::string shortest_text(double value)
+/// A number with that many significant digits; with 17 it reads back to the same number.
+inline std::string rounded(double value, int digits = 6)
 {
   char text[32];
-  for (int digits = 15; digits <= 17; digits++) {
-    std::snprintf(text, sizeof(text), "%.*g", digits, value);
-    if (std::strtod(text, nullptr) == value) break;
-  }
+  std::snprintf(text, sizeof(text), "%.*g", digits, value);
   return text;
 }
 
-/// The keys of a table of members, for messages.
-template <class Members> std::string keys_of(const Members &members, const char *between)
+/// 15 digits, or as many more as it takes to read back to the same number.
+inline std::string shortest_text(double value)
 {
-  std::string keys;
-  for (const auto &member : members)
-    keys += (keys.empty() ? "" : between) + std::string(member.key);
-  return keys;
+  int digits = 15;
+  while (digits < 17 && std::strtod(rounded(value, digits).c_str(), nullptr) != value) digits++;
+  return rounded(value, digits);
 }
 
 /// The words of one line up to a '#'.

@@ -80,29 +80,23 @@ class VolumeEnergy {
   /// view.nreact.
   void add_strains(const PairList &list, const ParticleView &view, double *sums)
   {
-    const int npairs = (int) list.pairs.size();
     Block block;
-    PairRange range = {list.rows.data(), 0, 0};
-    for (; range.first < npairs; range.first = range.last) {
-      range.last = std::min(range.first + Block::SIZE, npairs);
-      while (range.row->last <= range.first) range.row++;
-      if (npairs > CACHED_PAIRS) prefetch(list, range.first + 4 * Block::SIZE);
+    const auto add_block = [&](const PairRange &range) {
       gather<false>(list, view, range, block);
       call_at(level, [&]() EVP_KERNEL {
         evaluate(block, &weights[range.first], &openings[range.first]);
       });
       scatter(list, view.nreact, range, block, sums);
-    }
+    };
+    for_each_block(list, add_block, weights.data(), openings.data());
   }
 
   /// Pass two: called by the force loop with each block.
-  class Forces {
-   public:
+  struct Forces {
     static constexpr bool axial = true;
-    Forces(const PairList &list_in, const double *openings_in, const double *pulls_in) :
-        list(list_in), openings(openings_in), pulls(pulls_in)
-    {
-    }
+    const PairList &list;
+    const double *openings, *pulls;
+
     void operator()(const PairRange &range, Block &block) const
     {
       const int *const partner = list.pairs.j.data();
@@ -114,10 +108,6 @@ class VolumeEnergy {
           block.axial[k - range.first] = -(own + pull[partner[k]]) * opening[k];
       });
     }
-
-   private:
-    const PairList &list;
-    const double *openings, *pulls;
   };
 
   /// pulls: g of all particles and ghosts.
@@ -133,15 +123,6 @@ class VolumeEnergy {
   std::vector<double> weights;     // of the packed pairs, 0 where none was recorded
   std::vector<double> openings;    // of each, w/deq [1/length]
 
-  void prefetch(const PairList &list, size_t first) const
-  {
-    list.pairs.prefetch(first, Block::SIZE);
-    if (first >= list.pairs.size()) return;
-    const size_t n = std::min<size_t>(Block::SIZE, list.pairs.size() - first);
-    EVP::prefetch(&weights[first], n * sizeof(double));
-    EVP::prefetch(&openings[first], n * sizeof(double));
-  }
-
   // the strains go to block.energy, which the force loop fills anew
   static EVP_INLINE void evaluate(Block &block, const double *weight, const double *opening)
   {
@@ -149,8 +130,7 @@ class VolumeEnergy {
     const int n = block.n;
     EVP_INDEPENDENT
     for (int k = 0; k < n; k++) {
-      const double x = block.xy[2 * k], y = block.xy[2 * k + 1], z = block.z[k];
-      const double dsq = x * x + y * y + z * z;
+      const double dsq = block.distance_squared(k);
       const double strain = opening[k] * std::sqrt(dsq) - weight[k];
       block.energy[k] = dsq > cutsq[k] ? 0.0 : strain;
     }

@@ -52,16 +52,15 @@ class PairWork {
   /// accumulate_forces() and what this holds. rest_distances(): deq of each pair of the list.
   template <bool Damping, class Tally, class Distances, class... More>
   void accumulate_forces(const PairList &list, const BlockLaw &law, const ParticleView &view,
-                         const FlowView &flow, Tally &&tally, Distances &&rest_distances,
-                         const More &...more)
+                         Tally &&tally, Distances &&rest_distances, const More &...more)
   {
     if (fresh) return EVP::accumulate_forces<Damping>(list, law, view, tally, more...);
-    const bool flows = flow.offset != nullptr;
+    const bool flows = view.histories.flow.offset != nullptr;
     if (stored.is_due(list, flows))
       stored.assign(list, law, rest_distances(), view.nreact, flows, view.histories.beyond);
     begin(list, view, Damping);
-    EVP::accumulate_forces<Damping>(
-        list, law, view, WorkTally<Damping, Tally>{*this, list, view, flow, tally}, more...);
+    EVP::accumulate_forces<Damping>(list, law, view,
+                                    WorkTally<Damping, Tally>{*this, list, view, tally}, more...);
     end(view);
   }
 
@@ -75,7 +74,6 @@ class PairWork {
     PairWork &work;
     const PairList &list;
     const ParticleView &view;
-    const FlowView &flow;
     Tally &other;
     const bool energy = other.energy;
     static constexpr bool scatters = Damping;
@@ -83,7 +81,7 @@ class PairWork {
     void operator()(const PairRange &range, const Block &block)
     {
       other(range, block);
-      const StoredEnergy::Values &values = work.stored.add(list, range, block, flow, Damping);
+      const BlockEnergy::Values &values = work.stored.add(list, range, block, Damping);
       if (!work.images.empty()) {
         add_through(range, block, block.force, work.through.whole);
         if constexpr (Damping) add_through(range, block, values.damping, work.through.damping);

@@ -14,8 +14,9 @@ struct AtomForces {
   double damping[3];    ///< explicit one, which is in neither
 };
 
-/// What acts on local atoms: all, of the pairs with explicit damping, that damping, what fix nve/evp added, nullptr
-/// without. Damps: there is explicit damping. Others: there may be more than these. driven: by forces, no mover.
+/// Forces on local atoms: all; those of the pairs, explicit damping included; that damping; that of fix nve/evp, nullptr
+/// without. Damps: there is explicit damping. Others: other forces may act beside these. An atom is driven if forces move
+/// it, else it is a mover.
 template <bool Damps, bool Others> struct ActingForces {
   const double *whole, *of_pairs, *damping, *solved;
 

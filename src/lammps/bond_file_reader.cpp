@@ -25,10 +25,6 @@ namespace {
     double type, in_group, radius, molecule;
   };
 
-  struct CloseFile {
-    void operator()(FILE *stream) const { fclose(stream); }
-  };
-
   [[noreturn]] void refuse(const BondLine &line, const std::string &why)
   {
     throw BadInput(fmt::format("bond {} {}: {}", line.id_i, line.id_j, why));
@@ -60,7 +56,7 @@ std::vector<BondStore::Bonds> read_bond_file(const LAMMPS *lmp, const std::strin
   const Atom *atom = lmp->atom;
   const int me = lmp->comm->me;
   const MPI_Comm world = lmp->world;
-  std::unique_ptr<FILE, CloseFile> stream;    // these two on the first rank
+  std::unique_ptr<FILE, int (*)(FILE *)> stream(nullptr, fclose);    // these two on the first rank
   std::unique_ptr<BondReader> reader;
   std::unordered_map<int64_t, int> own;    // local index by ID
   for (int i = 0; i < atom->nlocal; i++) own[atom->tag[i]] = i;

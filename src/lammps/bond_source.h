@@ -10,8 +10,8 @@
 
 namespace EVP {
 
-/// Where the pair style has the records of its bonds from: the fix evp/bonds of the run, and no other than the one that
-/// recorded, as going on without records that there were would silently change the material.
+/// Where the pair style gets the records of its bonds: from the fix evp/bonds that recorded them and no other, since to
+/// continue without them would change the material.
 class BondSource : protected Pointers {
  public:
   using Pointers::Pointers;

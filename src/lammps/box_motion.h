@@ -25,17 +25,11 @@ inline std::array<double, 3> image_shift(const double *edges, const int *pbc)
 /// Edges for which image_shift() is the number of boxes along each of them.
 constexpr Edges COUNT_OF_BOXES = {1.0, 1.0, 1.0, 0.0, 0.0, 0.0};
 
-/// By how many boxes the unwrapped position of an atom is away.
-inline std::array<int, 3> boxes_away(imageint image)
-{
-  return {(int) (image & IMGMASK) - IMGMAX, (int) (image >> IMGBITS & IMGMASK) - IMGMAX,
-          (int) (image >> IMG2BITS) - IMGMAX};
-}
-
-/// The same as a vector, in a box of these edges.
+/// How far the unwrapped position of an atom is away, in a box of these edges.
 inline std::array<double, 3> unwrapping(const Edges &edges, imageint image)
 {
-  const std::array<int, 3> n = boxes_away(image);
+  const int n[3] = {(int) (image & IMGMASK) - IMGMAX, (int) (image >> IMGBITS & IMGMASK) - IMGMAX,
+                    (int) (image >> IMG2BITS) - IMGMAX};
   const int pbc[6] = {n[0], n[1], n[2], n[2], n[2], n[1]};
   return image_shift(edges.data(), pbc);
 }

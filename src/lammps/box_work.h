@@ -8,9 +8,9 @@
 
 namespace EVP {
 
-/// The work of a box that deforms with 'remap v', from one force evaluation to the next: on pairs across its boundary,
-/// along with the unwrapped positions of atoms, which move without, and on atoms that are wrapped, whose velocity
-/// changes. Energies of this MPI rank.
+/// The work of a box that deforms with 'remap v', from one force evaluation to the next: on pairs across its boundary;
+/// by the forces on atoms whose unwrapped positions it shifts, though the atoms do not move; and on atoms that are
+/// wrapped, whose velocity changes. Energies of this MPI rank.
 class BoxWork {
  public:
   explicit BoxWork(const PairWork &pairs_in) : pairs(pairs_in) {}

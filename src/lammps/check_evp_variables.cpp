@@ -2,6 +2,7 @@
 
 #include "check_evp_variables.h"
 
+#include "collective.h"
 #include "core/choices.h"
 #include "keywords.h"
 #include "own_process.h"
@@ -34,13 +35,9 @@ void CheckEVPVariables::command(int narg, char **arg)
       mentioned += text + "\n";
   });
 
-  std::string complaint = comm->me == 0 ? first_unknown(mentioned) : "";
-  int size = (int) complaint.size();
-  MPI_Bcast(&size, 1, MPI_INT, 0, world);
-  if (size == 0) return;
-  complaint.resize(size);
-  MPI_Bcast(&complaint[0], size, MPI_CHAR, 0, world);
-  error->all(FLERR, "{}: {}", WHO, complaint);
+  EVP::stop_at_bad_input(error, WHO, [&] {
+    EVP::throw_together(comm->me == 0 ? first_unknown(mentioned) : "", world);
+  });
 }
 
 // What is wrong with the first name that no script knows; empty where all are known. Of rank 0.

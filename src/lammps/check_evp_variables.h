@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
-#ifndef LMP_CHECK_EVP_VARIABLES_H
-#define LMP_CHECK_EVP_VARIABLES_H
+#pragma once
 
 #include "command.h"
 
@@ -24,5 +22,3 @@ class CheckEVPVariables : public Command {
 };
 
 }    // namespace LAMMPS_NS
-
-#endif

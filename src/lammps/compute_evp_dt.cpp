@@ -3,7 +3,6 @@
 #include "compute_evp_dt.h"
 
 #include "collective.h"
-#include "pair_network.h"
 #include "scene.h"
 
 #include <algorithm>
@@ -91,9 +90,7 @@ void ComputeEVPDt::compute_vector()
   vector[4] = row_sum_dt();
 }
 
-// The network of the present positions, and the timestep of the paper. Stiffness from the law, never
-// below that where either regime begins: a pair may be back in the first regime, or in a stiffer
-// second one, within a step
+// The network of the present positions, and the timestep of the paper.
 void ComputeEVPDt::linearise()
 {
   const auto *network = EVP::PairNetwork::find_present(force);
@@ -103,16 +100,21 @@ void ComputeEVPDt::linearise()
                "'run 0' first",
                who, id);
 
-  const EVP::VolumeForces *const volume = network->volume();
+  take_atoms(network->volume());
+  linear.nreact = network->packed_pairs().nreact(force->newton_pair);
+  const std::vector<double> inv_deq = take_pairs(network);
+  above_volume.clear();
+  if (linear.with_volume) above_volume = linear.stiffness_above_volume(inv_deq);
+}
+
+// volume: nullptr without fix evp/volume
+void ComputeEVPDt::take_atoms(const EVP::VolumeForces *volume)
+{
   const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
-  linear.links.clear();
   linear.with_volume = volume != nullptr;
-  linear.openings.clear();
   linear.volume_stiffness.clear();
-  std::vector<double> inv_deq;    // of the links
   for (int i = 0; volume && i < nlocal; i++)
     linear.volume_stiffness.push_back(volume->stiffness(i));
-  linear.nreact = network->packed_pairs().nreact(force->newton_pair);
   linear.inverse_mass.assign(nall, 0.0);
   for (int i = 0; i < nall; i++)
     if (atom->mask[i] & groupbit) linear.inverse_mass[i] = EVP::scene::inverse_mass(atom, force, i);
@@ -124,8 +126,17 @@ void ComputeEVPDt::linearise()
       z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
       linear.start[(size_t) 3 * i + c] = (double) ((z ^ (z >> 27)) >> 11) * 0x1.0p-53 - 0.5;
     }
+}
 
+// Returns 1/deq of the links where there is a volume energy. Stiffness from the law, never below that where either
+// regime begins: a pair may be back in the first regime, or in a stiffer second one, within a step
+std::vector<double> ComputeEVPDt::take_pairs(const EVP::PairNetwork *network)
+{
+  const EVP::VolumeForces *const volume = network->volume();
   const bool flows = network->rules.flows;
+  linear.links.clear();
+  linear.openings.clear();
+  std::vector<double> inv_deq;
   double shortest = NO_LIMIT;
   EVP::for_each_pair(
       network->packed_pairs(), EVP::scene::rows(atom->x), [&](const EVP::PlacedPair &p) {
@@ -153,8 +164,7 @@ void ComputeEVPDt::linearise()
         if (k > 0.0) shortest = std::min(shortest, 1.0 / std::sqrt(k * w));
       });
   paper_dt = EVP::reduce_all(shortest, MPI_MIN, world);
-  above_volume.clear();
-  if (volume) above_volume = linear.stiffness_above_volume(inv_deq);
+  return inv_deq;
 }
 
 double ComputeEVPDt::largest_eigenvalue(const EVP::LinearNetwork::Mix &mix)

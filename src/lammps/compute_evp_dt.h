@@ -4,6 +4,7 @@
 #include "compute.h"
 #include "core/linear_network.h"
 #include "nodal_exchange.h"
+#include "pair_network.h"
 
 #include <vector>
 
@@ -38,6 +39,8 @@ class ComputeEVPDt : public EVP::NodalExchange<Compute> {
 
   bool all_implicit() const;
   void linearise();
+  void take_atoms(const EVP::VolumeForces *);
+  std::vector<double> take_pairs(const EVP::PairNetwork *);
   double largest_eigenvalue(const EVP::LinearNetwork::Mix &);
   double explicit_dt(double lambda_k, double lambda_c);
   double implicit_dt(double lambda_axial, double lambda_across) const;

@@ -21,6 +21,8 @@
 #include "lammpsplugin.h"
 #include "version.h"
 
+#include <type_traits>
+
 using namespace LAMMPS_NS;
 
 template <class Style> static void *create(void *lmp)
@@ -44,34 +46,31 @@ extern "C" __attribute__((visibility("default"))) void lammpsplugin_init(void *l
   plugin.version = LAMMPS_VERSION;
   plugin.author = "the authors of EVP " EVP_VERSION;
   plugin.handle = handle;
-  const auto add = [&](const char *kind, const char *name, const char *info) {
+  const auto add = [&](const char *kind, const char *name, auto *creator, const char *info) {
     plugin.style = kind;
     plugin.name = name;
+    if constexpr (std::is_same_v<decltype(creator), lammpsplugin_factory1 *>)
+      plugin.creator.v1 = creator;
+    else
+      plugin.creator.v2 = creator;
     plugin.info = info;
     ((lammpsplugin_regfunc) regfunc)(&plugin, lmp);
   };
-  plugin.creator.v1 = &create<PairEVPLJ>;
-  add("pair", "evp/lj", "EVP two-regime pair style, Gado et al. 2017");
-  plugin.creator.v1 = &create<WriteEVPBonds>;
-  add("command", "write_evp_bonds", "EVP bonds as a text file");
-  plugin.creator.v1 = &create<ReadEVPRow>;
-  add("command", "read_evp_row", "EVP row of coefficients as variables");
-  plugin.creator.v1 = &create<ReadEVPBody>;
-  add("command", "read_evp_body", "EVP dimensions of a body as variables");
-  plugin.creator.v1 = &create<CheckEVPVariables>;
-  add("command", "check_evp_variables", "EVP names of variables set by -var");
-  plugin.creator.v2 = &create_with_arguments<FixEVPBonds>;
-  add("fix", "evp/bonds", "EVP equilibrium distances of the initial pairs");
-  plugin.creator.v2 = &create_with_arguments<FixNVEEVP>;
-  add("fix", "nve/evp", "EVP time integration with implicit damping");
-  plugin.creator.v2 = &create_with_arguments<FixDtEVP>;
-  add("fix", "dt/evp", "EVP timestep size as a fraction of the largest stable one");
-  plugin.creator.v2 = &create_with_arguments<FixEVPEnergy>;
-  add("fix", "evp/energy", "EVP energy balance");
-  plugin.creator.v2 = &create_with_arguments<FixEVPVolume>;
-  add("fix", "evp/volume", "EVP volume energy");
-  plugin.creator.v2 = &create_with_arguments<ComputeEVPDt>;
-  add("compute", "evp/dt", "EVP largest stable timestep size");
-  plugin.creator.v2 = &create_with_arguments<ComputeEVPStateAtom>;
-  add("compute", "evp/state/atom", "EVP state of each atom's pairs");
+  add("pair", "evp/lj", create<PairEVPLJ>, "EVP two-regime pair style, Gado et al. 2017");
+  add("command", "write_evp_bonds", create<WriteEVPBonds>, "EVP bonds as a text file");
+  add("command", "read_evp_row", create<ReadEVPRow>, "EVP row of coefficients as variables");
+  add("command", "read_evp_body", create<ReadEVPBody>, "EVP dimensions of a body as variables");
+  add("command", "check_evp_variables", create<CheckEVPVariables>,
+      "EVP names of variables set by -var");
+  add("fix", "evp/bonds", create_with_arguments<FixEVPBonds>,
+      "EVP equilibrium distances of the initial pairs");
+  add("fix", "nve/evp", create_with_arguments<FixNVEEVP>,
+      "EVP time integration with implicit damping");
+  add("fix", "dt/evp", create_with_arguments<FixDtEVP>,
+      "EVP timestep size as a fraction of the largest stable one");
+  add("fix", "evp/energy", create_with_arguments<FixEVPEnergy>, "EVP energy balance");
+  add("fix", "evp/volume", create_with_arguments<FixEVPVolume>, "EVP volume energy");
+  add("compute", "evp/dt", create_with_arguments<ComputeEVPDt>, "EVP largest stable timestep size");
+  add("compute", "evp/state/atom", create_with_arguments<ComputeEVPStateAtom>,
+      "EVP state of each atom's pairs");
 }

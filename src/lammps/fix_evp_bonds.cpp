@@ -95,7 +95,7 @@ void FixEVPBonds::init()
     check_ids();
     measure();
   } else if (file.empty()) {
-    check_zone(network);
+    check_zone();
     neighbor->add_request(this, NeighConst::REQ_FULL | NeighConst::REQ_OCCASIONAL);
   }
 }
@@ -168,7 +168,7 @@ void FixEVPBonds::post_run()
 }
 
 // the neighbor list ends at alpha (R_i + R_j) plus a skin that must not matter
-void FixEVPBonds::check_zone(const EVP::PairNetwork *network) const
+void FixEVPBonds::check_zone() const
 {
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++) {
@@ -181,7 +181,7 @@ void FixEVPBonds::check_zone(const EVP::PairNetwork *network) const
     }
 }
 
-// at each neighbor build: what would hand a deq to another atom, or to a second image of the same
+// at each neighbor build: stops where a deq would go to another atom, or to a second image of its own
 void FixEVPBonds::pre_neighbor()
 {
   if (!bonds->has_recorded()) return;
@@ -362,7 +362,7 @@ void FixEVPBonds::restart(char *buf)
   if (network && section.recorded) network->source.hold(shown);
 }
 
-// the bodies of a restart file go with its bonds; where nothing was recorded they may be others
+// 'within' of a restart file belongs to its bonds: without bonds another one may be given
 void FixEVPBonds::restore_within(Within kept, bool recorded)
 {
   const Within given = bonds->within();

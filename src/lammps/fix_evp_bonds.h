@@ -91,7 +91,7 @@ class FixEVPBonds : public EVP::NodalExchange<Fix> {
   double count_broken();
   void check_restored();
   void restore_within(EVP::Within kept, bool recorded);
-  void check_zone(const EVP::PairNetwork *) const;
+  void check_zone() const;
   void check_box(const EVP::PairNetwork *) const;
   std::string misplaced_message(EVP::BondStore::Misplaced) const;
   // LAMMPS' buffers for one atom must hold the longest record of any MPI rank: the first rank says in

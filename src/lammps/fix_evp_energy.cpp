@@ -95,7 +95,7 @@ void FixEVPEnergy::setup(int /*vflag*/)
   for (int i = 0; i < atom->nlocal; i++) unwrap(i, records[i].x);
 }
 
-// where the force loop went over the pairs since; not so where rerun ends its step right after set-up
+// of the forces since the last call; there are none where rerun ends its step right after set-up
 void FixEVPEnergy::take_work()
 {
   if (!work->take()) return;
@@ -130,7 +130,7 @@ template <class F> void FixEVPEnergy::with_forces(F &&f) const
                           is_solved() ? implicit->applied_damping().data() : nullptr, f);
 }
 
-// by which a box that deforms does work on what fix nve/evp damps, over half a step
+// work of a box that deforms on the dampers of fix nve/evp, over half a step
 double FixEVPEnergy::damping_of_box() const
 {
   return is_solved() ? 0.5 * dt_step * implicit->power_of_box() : 0.0;
@@ -164,7 +164,7 @@ double FixEVPEnergy::volume_jump()
   const EVP::VolumeForces *const volume = network->volume();
   if (!volume) return 0.0;
   const EVP::PairList &list = network->packed_pairs();
-  const int nreact = force->newton_pair ? list.nall : list.nlocal;
+  const int nreact = list.nreact(force->newton_pair);
   Nodal inside((size_t) 3 * list.nall, 0.0);
   EVP::for_each_pair(list, EVP::scene::rows(atom->x), [&](const EVP::PlacedPair &p) {
     if (!p.is_bond() || p.is_beyond()) return;

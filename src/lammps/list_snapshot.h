@@ -11,7 +11,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <cstring>
 #include <vector>
 
 namespace EVP {
@@ -39,9 +38,9 @@ class ListSnapshot : protected Pointers {
 
     list_comm = comm;
     skin = neighbor->skin;
-    lammps_notes = neighbor->dist_check != 0;    // not so with 'neigh_modify check no'
+    lammps_keeps_x = neighbor->dist_check != 0;    // not so with 'neigh_modify check no'
     list_x.clear();
-    if (!lammps_notes && nall > 0) list_x.assign(atom->x[0], atom->x[0] + (size_t) 3 * nall);
+    if (!lammps_keeps_x && nall > 0) list_x.assign(atom->x[0], atom->x[0] + (size_t) 3 * nall);
   }
 
   /// When it is done.
@@ -65,13 +64,13 @@ class ListSnapshot : protected Pointers {
   /// Of own atoms and ghosts, where they were kept.
   bool radii_changed() const { return !std::equal(radii.begin(), radii.end(), atom->radius); }
 
-  /// False where commands changed what makes ghosts and lists.
+  /// False where a command has replaced the communication or changed the skin.
   bool matches_commands() const { return list_comm == comm && skin == neighbor->skin; }
 
   /// Collective. The list holds all pairs as long as no atom moved by more than half the skin.
   bool moved_too_far() const
   {
-    if (lammps_notes) {
+    if (lammps_keeps_x) {
       const auto dangerous_builds = neighbor->ndanger;    // that a run has made
       const bool far = neighbor->check_distance() != 0;
       neighbor->ndanger = dangerous_builds;
@@ -96,7 +95,7 @@ class ListSnapshot : protected Pointers {
   const Comm *list_comm = nullptr;
   double skin = 0.0;
   bool with_molecules = false;
-  bool lammps_notes = false;    // LAMMPS keeps positions at the neighbor build, else list_x
+  bool lammps_keeps_x = false;    // LAMMPS keeps positions at the neighbor build, else list_x
   std::vector<double> list_x;
   std::vector<double> radii;
 
@@ -106,10 +105,8 @@ class ListSnapshot : protected Pointers {
     constexpr uint64_t prime = 1099511628211ULL;
     uint64_t ids = 0, rest = 0;
     for (int i = 0; i < atom->nlocal; i++) {
-      uint64_t radius;
-      memcpy(&radius, &atom->radius[i], sizeof(radius));
       ids = prime * (ids ^ (uint64_t) atom->tag[i]);
-      rest = prime * (rest ^ (uint64_t) atom->type[i] ^ radius);
+      rest = prime * (rest ^ (uint64_t) atom->type[i] ^ bits_as<uint64_t>(atom->radius[i]));
     }
     for (int i = 0; with_molecules && atom->molecule && i < atom->nlocal; i++)
       rest = prime * (rest ^ (uint64_t) atom->molecule[i]);

@@ -2,8 +2,9 @@
 
 #include "pair_evp_lj.h"
 
-#include "core/bytes.h"
 #include "core/force_loop.h"
+#include "core/pair_section.h"
+#include "core/potential_file.h"
 #include "keywords.h"
 #include "row_reader.h"
 #include "scene.h"
@@ -22,24 +23,18 @@ using namespace LAMMPS_NS;
 using EVP::Contact;
 using EVP::scene::rows;
 
-// of the words of the settings in restart files
-static constexpr double FORMAT = 1003.0, FORMAT_WITH_HISTORY = 1004.0;
-static constexpr int NSETTINGS = 4;    // those of a length that is known
-static constexpr double LONGEST_ID = 1000;
-static constexpr int ROW_WITH_KEYWORDS = 2;    // in restart files, where a plain row has a 1
+enum { ROW = 1, ROW_WITH_KEYWORDS };           // in restart files; 0: there is no row
 static constexpr size_t LONGEST_LINE = 254;    // that read_data takes
 
 namespace {
 
 /// Hands energies and forces to LAMMPS pair by pair: for per-atom values and compute */tally.
-class PairTally {
- public:
-  const bool energy;
+struct PairTally {
+  Pair *style;
+  const EVP::PairList &list;
+  int newton;
+  bool energy;
 
-  PairTally(Pair *style_in, const EVP::PairList &list_in, int newton_in, bool energy_in) :
-      energy(energy_in), style(style_in), list(list_in), newton(newton_in)
-  {
-  }
   void operator()(const EVP::PairRange &range, const EVP::Block &block) const
   {
     range.for_each_row([&](int i, int first, int last) {
@@ -50,11 +45,6 @@ class PairTally {
       }
     });
   }
-
- private:
-  Pair *style;
-  const EVP::PairList &list;
-  int newton;
 };
 
 }    // namespace
@@ -268,11 +258,10 @@ void PairEVPLJ::sum_forces(const EVP::ParticleView &view, const More &...more)
   const EVP::BlockLaw &law = coefficients.block_law();
   const bool energy = eflag_either != 0;
   EVP::PairWork *const work = network.wanted_work();
-  const EVP::FlowArrays &flow = view.histories.flow;
   const auto accumulate = [&](auto &&tally) {
     if (work)
       work->accumulate_forces<Damping>(
-          pairs, law, view, {flow.offset, flow.next_offset, flow.cap}, tally,
+          pairs, law, view, tally,
           [this] {
             return network.rest_distances();
           },
@@ -283,7 +272,7 @@ void PairEVPLJ::sum_forces(const EVP::ParticleView &view, const More &...more)
   if (!evflag)
     accumulate(EVP::NoTally());
   else if (eflag_atom || vflag_atom || cvflag_atom || num_tally_compute > 0)
-    accumulate(PairTally(this, pairs, newton, energy));
+    accumulate(PairTally{this, pairs, newton, energy});
   else {
     EVP::SumTally sums(pairs, view.nreact, energy, vflag_global != 0);
     accumulate(sums);
@@ -312,9 +301,8 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
   if (!is_bond) deq = broken ? network.rules.rest_of_broken(sum_radii, deq) : sum_radii;
   const Contact contact = is_bond || broken ? network.rules.contact : network.contact_between(i, j);
   const bool repels_only = broken || (!is_bond && contact == Contact::REPULSIVE);
-  double cut = repels_only ? deq : law.parameters().alpha * sum_radii;
-  if (is_bond && network.rules.breaks())
-    cut = std::min(cut, (1.0 + network.rules.break_strain) * deq);
+  const double dlim = law.parameters().alpha * sum_radii;
+  const double cut = is_bond ? network.rules.cut_of_bond(deq, dlim) : repels_only ? deq : dlim;
 
   const double d = std::sqrt(rsq);
   const bool acts = rsq <=
@@ -330,8 +318,7 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
   const bool flows = network.rules.flows;
   fforce = flows ? law.force(d, deq, history.offset) / d : law.force(d, deq) / d;
   if (flows && repels_only && fforce < 0.0) fforce = 0.0;
-  if (is_bond && network.volume())
-    fforce += network.volume()->force(i, j, deq, law.parameters().alpha * sum_radii) / d;
+  if (is_bond && network.volume()) fforce += network.volume()->force(i, j, deq, dlim) / d;
   if (network.damping_acts() && (comm->ghost_velocity || velocities_sent) &&
       !network.is_implicit(i, j)) {
     const EVP::PairGeometry g(rows(atom->x), i, j);
@@ -350,12 +337,12 @@ void PairEVPLJ::write_restart(FILE *fp)
   write_restart_settings(fp);
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++) {
-      const bool has_keywords = !(coefficients.keywords(i, j) == EVP::RowKeywords{});
-      const int kind = setflag[i][j] && has_keywords ? ROW_WITH_KEYWORDS : setflag[i][j];
+      const EVP::GivenRow given = coefficients.given(i, j);
+      const int kind = !setflag[i][j] ? 0 : has_any(given.keywords) ? ROW_WITH_KEYWORDS : ROW;
       fwrite(&kind, sizeof(int), 1, fp);
-      const auto words = coefficients.words(i, j);
+      const auto words = words_of(EVP::MEMBERS, given.row);
+      const auto more = words_of(EVP::KEYWORDS, given.keywords);
       if (kind) fwrite(words.data(), sizeof(words), 1, fp);
-      const auto more = coefficients.keyword_words(i, j);
       if (kind == ROW_WITH_KEYWORDS) fwrite(more.data(), sizeof(more), 1, fp);
     }
 }
@@ -364,6 +351,15 @@ void PairEVPLJ::read_together(FILE *fp, void *data, size_t size) const
 {
   if (comm->me == 0) utils::sfread(FLERR, data, size, 1, fp, nullptr, error);
   MPI_Bcast(data, (int) size, MPI_BYTE, 0, world);
+}
+
+// false where the words are damaged
+template <class Members, class Struct>
+bool PairEVPLJ::read_members(FILE *fp, const Members &members, Struct &values) const
+{
+  auto words = words_of(members, values);
+  read_together(fp, words.data(), sizeof(words));
+  return take_words(members, words, values);
 }
 
 void PairEVPLJ::read_restart(FILE *fp)
@@ -376,78 +372,44 @@ void PairEVPLJ::read_restart(FILE *fp)
       read_together(fp, &kind, sizeof(int));
       setflag[i][j] = kind != 0;
       if (!kind) continue;
-      EVP::Coefficients::Words words;
-      read_together(fp, words.data(), sizeof(words));
-      bool whole = coefficients.set(i, j, words);
-      if (whole && kind == ROW_WITH_KEYWORDS) {
-        EVP::Coefficients::KeywordWords more;
-        read_together(fp, more.data(), sizeof(more));
-        whole = coefficients.set(i, j, more);
-      }
-      if (!whole)
+      EVP::GivenRow given{};
+      if (!read_members(fp, EVP::MEMBERS, given.row) ||
+          (kind == ROW_WITH_KEYWORDS && !read_members(fp, EVP::KEYWORDS, given.keywords)))
         error->all(FLERR, "Pair evp/lj: the restart file is damaged in the row of types {} and {}",
                    i, j);
+      coefficients.set(i, j, given);
     }
 }
 
-// format, contact, overlap, length of the fix's ID, its ID, and where bonds flow or break how; checksum
 void PairEVPLJ::write_restart_settings(FILE *fp)
 {
   network.source.note();
-  const std::string recorder = network.source.recorder;
-  const EVP::PairRules &rules = network.rules;
-  std::vector<double> words = {rules.has_history() ? FORMAT_WITH_HISTORY : FORMAT,
-                               (double) (int) rules.contact, rules.overlap,
-                               (double) recorder.size()};
-  words.insert(words.end(), recorder.begin(), recorder.end());
-  if (rules.has_history()) words.insert(words.end(), {(double) rules.flows, rules.break_strain});
-  words.push_back(EVP::checksum(words.data(), (int) words.size()));
+  const std::vector<double> words =
+      EVP::PairSection{network.rules, network.source.recorder}.words();
   fwrite(words.data(), sizeof(double), words.size(), fp);
 }
 
 void PairEVPLJ::read_restart_settings(FILE *fp)
 {
-  std::vector<double> words(NSETTINGS);
-  read_together(fp, words.data(), NSETTINGS * sizeof(double));
-  const bool has_history = words[0] == FORMAT_WITH_HISTORY;
-  bool whole = (words[0] == FORMAT || has_history) && words[3] >= 0.0 && words[3] <= LONGEST_ID;
-  const size_t id_end = NSETTINGS + (whole ? (size_t) words[3] : 0);
-  if (whole) {
-    words.resize(id_end + (has_history ? 3 : 1));
-    read_together(fp, &words[NSETTINGS], (words.size() - NSETTINGS) * sizeof(double));
-    whole = words.back() == EVP::checksum(words.data(), (int) words.size() - 1);
-  }
-  if (!whole)
+  constexpr size_t NFIRST = EVP::PairSection::NFIRST;
+  std::vector<double> words(NFIRST);
+  read_together(fp, words.data(), NFIRST * sizeof(double));
+  const size_t more = EVP::PairSection::count_more(words);
+  words.resize(NFIRST + more);
+  if (more) read_together(fp, &words[NFIRST], more * sizeof(double));
+  EVP::PairSection section;
+  if (!more || !section.take(words))
     error->all(FLERR,
                "Pair evp/lj: the restart file is damaged in the settings, or from a version of "
                "this package that wrote another format");
-  network.rules = {(Contact) (int) words[1], words[2]};
-  if (has_history) {
-    network.rules.flows = words[id_end] != 0.0;
-    network.rules.break_strain = words[id_end + 1];
-  }
-  network.source.recorder = {words.begin() + NSETTINGS, words.begin() + (ptrdiff_t) id_end};
+  network.rules = section.rules;
+  network.source.recorder = section.recorder;
   offer_pair_values();
-}
-
-static std::string row_text(const std::string &types, const EVP::Row &row,
-                            const EVP::RowKeywords &keywords)
-{
-  const bool has_keywords = !(keywords == EVP::RowKeywords{});
-  std::string text = types;
-  for (const EVP::Member &member : EVP::MEMBERS) {
-    const double value = row.*member.value;
-    text += ' ' + (has_keywords ? EVP::shortest_text(value) : fmt::format("{:.17g}", value));
-  }
-  for (const EVP::KeywordMember &member : EVP::KEYWORDS)
-    if (keywords.*member.value != 0.0)
-      text += fmt::format(" {} {}", member.key, EVP::shortest_text(keywords.*member.value));
-  return text;
 }
 
 void PairEVPLJ::print_row(FILE *fp, const std::string &types, int i, int j) const
 {
-  const std::string text = row_text(types, coefficients.row(i, j), coefficients.keywords(i, j));
+  const std::string text = types + ' ' + row_text(coefficients.given(i, j));
   if (text.size() > LONGEST_LINE)
     error->warning(FLERR,
                    "Pair evp/lj: the row of types {} and {} is longer than {} characters, of which "

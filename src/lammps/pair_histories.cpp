@@ -128,14 +128,17 @@ void PairHistories::send_to_owners(BondStore &records, GhostExchange &exchange)
   records.clear_contacts();
   std::vector<HistoryOfPair> messages;
   std::vector<int> ranks;
+  const auto post = [&](int ghost, int own, bool is_record, const PairHistory &h) {
+    ranks.push_back((int) owner[(size_t) 3 * ghost]);
+    messages.push_back({(int) owner[(size_t) 3 * ghost + 1], is_record, tag[own], h});
+  };
   const auto send = [&](int i, int j, bool is_record, const PairHistory &h) {
     if (j < nlocal) {
       records.take({i, is_record, tag[j], h});
       records.take({j, is_record, tag[i], h});
     } else if (newton || tag[i] < tag[j]) {
       records.take({i, is_record, tag[j], h});
-      ranks.push_back((int) owner[(size_t) 3 * j]);
-      messages.push_back({(int) owner[(size_t) 3 * j + 1], is_record, tag[i], h});
+      post(j, i, is_record, h);
     }
   };
   // either copy of a bond may have met its cut-off alone, by round-off: that breaks both
@@ -146,8 +149,7 @@ void PairHistories::send_to_owners(BondStore &records, GhostExchange &exchange)
       send(bond.i, bond.j, true, h);
       continue;
     }
-    ranks.push_back((int) owner[(size_t) 3 * bond.j]);
-    messages.push_back({(int) owner[(size_t) 3 * bond.j + 1], true, tag[bond.i], h});
+    post(bond.j, bond.i, true, h);
     deferred.push_back({bond.i, true, tag[bond.j], h});
   }
   const PackedPairs &pairs = list.pairs;

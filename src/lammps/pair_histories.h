@@ -30,7 +30,7 @@ class PairHistories : protected Pointers {
   HistoryView view(bool incremental)
   {
     beyond.clear();
-    return {list.pairs.flow(0), rules.breaks() ? &beyond : nullptr, incremental};
+    return {list.pairs.flow(), rules.breaks() ? &beyond : nullptr, incremental};
   }
 
   /// At the end of each step and when a minimization is at rest: what the last forces found comes into force. at_rest:
@@ -59,6 +59,12 @@ class PairHistories : protected Pointers {
   PairList &list;
   const Coefficients &coefficients;
   const PairRules &rules;
+
+  /// A bond of the packed list that broke, with the work of its flow [energy].
+  struct BrokenBond {
+    int i, j;
+    double work;
+  };
 
   std::vector<int>
       beyond;    // bonds that the last forces found beyond their cut, where bonds break

@@ -15,7 +15,7 @@ namespace EVP {
 
 static constexpr int AHEAD = 4;    // rows: records are prefetched that much earlier
 
-/// What does not change from row to row, at hand.
+/// What is the same for all rows.
 struct PairListBuilder::View {
   const double (*x)[3];
   const double *radius;
@@ -81,6 +81,7 @@ EVP_INLINE int PairListBuilder::pack_row(const Input &input, const View &view, i
                                          const Room &room, const PackedPairs &pairs, Found &found)
 {
   static const BondStore::Bonds none;
+  const PairRules rules = input.rules;    // apart from what is written
   const BondStore::Bonds &own_records = input.bonds ? input.bonds->of(i) : none;
   const Bond *const records = own_records.data();
   const Range hints = last.rows[i];
@@ -92,12 +93,11 @@ EVP_INLINE int PairListBuilder::pack_row(const Input &input, const View &view, i
   const int first_law = input.coefficients->index(view.type[i], 0);
   const Law *const laws = &input.coefficients->law(first_law);
   const PairHistory *const histories = input.bonds ? input.bonds->histories_of(i) : nullptr;
-  const bool with_new_pairs = input.rules.contact != Contact::NONE;
-  const bool new_repel_only = input.rules.contact == Contact::REPULSIVE;
-  const double break_at = input.rules.breaks() ? 1.0 + input.rules.break_strain : 0.0;
+  const bool with_new_pairs = rules.contact != Contact::NONE;
+  const bool new_repel_only = rules.contact == Contact::REPULSIVE;
   const int implicit_bit = input.implicit_groupbit;
   const int nreact = force->newton_pair ? atom->nlocal + atom->nghost : atom->nlocal;
-  const double closest = std::max(1.0 - input.rules.overlap, COINCIDENT);
+  const double closest = std::max(1.0 - rules.overlap, COINCIDENT);
 
   int n = 0, nfound = 0;
   for (int jj = 0; jj < nneighbors; jj++) {
@@ -118,9 +118,11 @@ EVP_INLINE int PairListBuilder::pack_row(const Input &input, const View &view, i
     const int type = view.type[j];
     const Row &row = laws[type].parameters();
     double deq = is_bond ? records[record].deq : sum_radii;
-    if (broken) deq = input.rules.rest_of_broken(sum_radii, records[record].deq);
-    double cut = broken || (!is_bond && (new_repel_only || apart)) ? deq : row.alpha * sum_radii;
-    if (is_bond && break_at > 0.0) cut = std::min(cut, break_at * deq);
+    if (broken) deq = rules.rest_of_broken(sum_radii, records[record].deq);
+    const double dlim = row.alpha * sum_radii;
+    const double cut = is_bond              ? rules.cut_of_bond(deq, dlim)
+        : broken || new_repel_only || apart ? deq
+                                            : dlim;
     const bool implicit = implicit_bit && ((view.mask[i] | view.mask[j]) & implicit_bit);
     const int own = first_law + type, law = implicit ? input.coefficients->undamped(own) : own;
     room.inv_deq[n] = 1.0 / deq;

@@ -223,7 +223,7 @@ void PairNetwork::pack(const NeighList *neighbors, bool collective)
   pair_histories.forget_forces();
   if (is_first && bonds()) laws.check(list, volume());
   snapshot.finish();
-  if (!bonds()) volume_.reset();    // they went since the last set-up
+  if (!bonds()) volume_.reset();    // the bonds have gone since the last set-up
   if (volume()) volume()->pack(list, *bonds(), coefficients, collective);
   if (carries) pair_histories.carry(before, volume());
   if (collective) agree_on_pairs(found, !carries);
@@ -238,7 +238,7 @@ void PairNetwork::pack(const NeighList *neighbors, bool collective)
 double PairNetwork::cut_of_bond(int i, int j, double deq) const
 {
   const double dlim = alpha_of(atom->type[i], atom->type[j]) * (atom->radius[i] + atom->radius[j]);
-  return rules.breaks() ? std::min(dlim, (1.0 + rules.break_strain) * deq) : dlim;
+  return rules.cut_of_bond(deq, dlim);
 }
 
 PairHistory PairNetwork::history_of(int i, int j) const
@@ -270,7 +270,7 @@ double PairNetwork::new_pair_margin(Contact contact) const
   return any_gamma ? -NEW_PAIR_MARGIN : 0.0;
 }
 
-// what the pairs of any MPI rank ask of all; overlaps are warned of once per run
+// Collective. All MPI ranks agree on what any of them has found in its pairs; warns of overlaps once per run
 void PairNetwork::agree_on_pairs(const PairListBuilder::Found &found, bool records_are_current)
 {
   const bigint sides =
@@ -295,7 +295,7 @@ void PairNetwork::agree_on_pairs(const PairListBuilder::Found &found, bool recor
         overlaps.regime == 1 ? "first" : "second", update->ntimestep, update->dt);
 }
 
-// with 'pre no' nobody has looked since at what a new pair_style command says
+// a new pair_style command is checked at set-up, which 'run' with 'pre no' leaves out
 void PairNetwork::check_rules() const
 {
   const bool same =

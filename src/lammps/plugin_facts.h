@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 /// What the plugin was built for, as text in its file: `evp doctor` reads it there, as a plugin that does not open cannot say it.
-#ifndef LMP_EVP_PLUGIN_FACTS_H
-#define LMP_EVP_PLUGIN_FACTS_H
+#pragma once
 
 #include "lmptype.h"
 
@@ -46,5 +45,3 @@ namespace {
                                             ";compiler=" EVP_COMPILER;
 
 }    // namespace
-
-#endif

@@ -21,8 +21,9 @@ static constexpr size_t CHUNK = 1 << 24;    // bytes of text per message
 void WriteEVPBonds::command(int narg, char **arg)
 {
   if (narg != 1) error->all(FLERR, "write_evp_bonds: expected one argument, the file to write");
+  const EVP::BondStore &records = find_records();
   std::array<bigint, 2> counts{};    // bonds, of these with deq beyond dlim
-  const std::string text = own_lines(counts);
+  const std::string text = own_lines(records, counts);
   counts = EVP::reduce_all(counts, MPI_SUM, world);
 
   std::string name = arg[0];
@@ -32,9 +33,8 @@ void WriteEVPBonds::command(int narg, char **arg)
   // the file appears under its name only when it is whole
   const std::string unfinished = name + ".part";
   FILE *fp = comm->me == 0 ? fopen(unfinished.c_str(), "wb") : nullptr;
-  const EVP::Within within = find_recorded()->records().within();
   const std::string header =
-      EVP::bond_header(counts[0], update->unit_style, counts[1], within) + "\n";
+      EVP::bond_header(counts[0], update->unit_style, counts[1], records.within()) + "\n";
   bool good = write_in_order_of_ranks(comm->me == 0 ? header + text : text, fp);
   if (fp) {
     good = fclose(fp) == 0 && good && rename(unfinished.c_str(), name.c_str()) == 0;
@@ -47,7 +47,7 @@ void WriteEVPBonds::command(int narg, char **arg)
     utils::logmesg(lmp, "write_evp_bonds: {} bonds written to {}\n", counts[0], name);
 }
 
-const FixEVPBonds *WriteEVPBonds::find_recorded() const
+const EVP::BondStore &WriteEVPBonds::find_records() const
 {
   auto *bonds = dynamic_cast<FixEVPBonds *>(EVP::scene::find_fix(modify, "evp/bonds"));
   if (!bonds)
@@ -59,54 +59,50 @@ const FixEVPBonds *WriteEVPBonds::find_recorded() const
                bonds->id);
   bonds->return_histories();    // a command may be called from within a run
   bonds->check_ids();
-  return bonds;
+  return bonds->records();
 }
 
 // Both atoms of a pair keep it: the one with the lower ID writes, unless its partner was deleted, whom a
 // reader could not find.
-std::string WriteEVPBonds::own_lines(std::array<bigint, 2> &counts) const
+std::string WriteEVPBonds::own_lines(const EVP::BondStore &records,
+                                     std::array<bigint, 2> &counts) const
 {
-  const FixEVPBonds *bonds = find_recorded();
-  const EVP::PairNetwork *network = EVP::PairNetwork::find(force);
+  struct Line {
+    int i;
+    EVP::BondLine bond;
+  };
+  std::vector<Line> lines;    // bonds, then contacts
   std::vector<tagint> partners;
-  for (int i = 0; i < atom->nlocal; i++)
-    for (const auto &bond : bonds->records().of(i))
-      if (atom->tag[i] < bond.partner) partners.push_back((tagint) bond.partner);
-  if (bonds->records().has_history())
-    for (int i = 0; i < atom->nlocal; i++)
-      for (const auto &contact : bonds->records().contacts_of(i))
-        if (atom->tag[i] < contact.partner) partners.push_back((tagint) contact.partner);
+  const auto add = [&](int i, const EVP::BondLine &bond) {
+    if (bond.id_i > bond.id_j) return;
+    lines.push_back({i, bond});
+    partners.push_back((tagint) bond.id_j);
+  };
+  for (int i = 0; i < atom->nlocal; i++) {
+    const EVP::PairHistory *history = records.histories_of(i);
+    for (const EVP::Bond &bond : records.of(i))
+      add(i, {atom->tag[i], bond.partner, bond.deq, history ? *history++ : EVP::PairHistory{}});
+  }
+  for (int i = 0; records.has_history() && i < atom->nlocal; i++)
+    for (const EVP::FlowedContact &contact : records.contacts_of(i))
+      add(i, {atom->tag[i], contact.partner, 0.0, contact.history, true});
   const EVP::AtomDirectory directory(lmp, partners);
 
+  const EVP::PairNetwork *network = EVP::PairNetwork::find(force);
   std::string text;
-  for (int i = 0; i < atom->nlocal; i++)
-    for (const auto &bond : bonds->records().of(i)) {
-      if (atom->tag[i] > bond.partner) continue;
-      const EVP::AtomDirectory::Entry &partner = directory.entries.at((tagint) bond.partner);
-      if (partner.type == 0) continue;
-      const EVP::PairHistory *const histories = bonds->records().histories_of(i);
-      const auto slot = &bond - bonds->records().of(i).data();
-      text += EVP::bond_text(
-          {atom->tag[i], bond.partner, bond.deq, histories ? histories[slot] : EVP::PairHistory{}},
-          histories);
-      counts[0]++;
-      if (!network) continue;
-      const double alpha = network->alpha_given(atom->type[i], partner.type);
-      const double dlim = alpha * (atom->radius[i] + partner.radius);
+  for (auto &[i, bond] : lines) {
+    const EVP::AtomDirectory::Entry &partner = directory.entries.at((tagint) bond.id_j);
+    if (partner.type == 0) continue;
+    const double sum_radii = atom->radius[i] + partner.radius;
+    if (bond.is_contact)
+      bond.deq = sum_radii;
+    else if (network) {
+      const double dlim = network->alpha_given(atom->type[i], partner.type) * sum_radii;
       if (bond.deq > dlim * (1.0 + EVP::BOND_MARGIN)) counts[1]++;
     }
-  if (!bonds->records().has_history()) return text;
-
-  for (int i = 0; i < atom->nlocal; i++)
-    for (const EVP::FlowedContact &contact : bonds->records().contacts_of(i)) {
-      if (atom->tag[i] > contact.partner) continue;
-      const EVP::AtomDirectory::Entry &partner = directory.entries.at((tagint) contact.partner);
-      if (partner.type == 0) continue;
-      text += EVP::bond_text(
-          {atom->tag[i], contact.partner, atom->radius[i] + partner.radius, contact.history, true},
-          true);
-      counts[0]++;
-    }
+    text += EVP::bond_text(bond, records.has_history());
+    counts[0]++;
+  }
   return text;
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
+#include "core/bond_store.h"
+
 #include "command.h"
 
 #include <array>
@@ -15,8 +17,8 @@ class WriteEVPBonds : public Command {
   void command(int, char **) override;
 
  private:
-  const class FixEVPBonds *find_recorded() const;
-  std::string own_lines(std::array<bigint, 2> &counts) const;
+  const EVP::BondStore &find_records() const;
+  std::string own_lines(const EVP::BondStore &, std::array<bigint, 2> &counts) const;
   bool write_in_order_of_ranks(const std::string &text, FILE *) const;
 };
 

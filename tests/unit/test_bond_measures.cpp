@@ -196,11 +196,12 @@ TEST(Coefficients, WithoutKeywordsHasNone)
   coefficients.set(2, 1, EVP::GivenRow{TABLE1, METAL});
   EXPECT_EQ(coefficients.keywords(1, 2), METAL);
   EXPECT_EQ(coefficients.keywords(1, 1), EVP::RowKeywords{});
-  auto words = coefficients.keyword_words(1, 2);
-  EXPECT_TRUE(coefficients.set(1, 1, words));
-  EXPECT_EQ(coefficients.keywords(1, 1), METAL);
+  auto words = words_of(EVP::KEYWORDS, METAL);
+  EVP::RowKeywords read{};
+  EXPECT_TRUE(take_words(EVP::KEYWORDS, words, read));
+  EXPECT_EQ(read, METAL);
   words[1] += 1.0;
-  EXPECT_FALSE(coefficients.set(1, 1, words));
+  EXPECT_FALSE(take_words(EVP::KEYWORDS, words, read));
   coefficients.set(1, 2, EVP::GivenRow{TABLE1, {}});    // typed anew without
   EXPECT_EQ(coefficients.keywords(1, 2), EVP::RowKeywords{});
 }

@@ -2,8 +2,10 @@
 //
 // From words to a checked row: what is taken, and the text that each refusal must give.
 
+#include "core/pair_section.h"
 #include "core/potential_file.h"
 
+#include <cmath>
 #include <cstdlib>
 #include <gtest/gtest.h>
 #include <string>
@@ -185,6 +187,44 @@ TEST(ParseRow, TakesKeywordsInAnyOrder)
   EXPECT_TRUE(keywords(" coordination 11.9 spacing 1").is_scaled());
   EXPECT_EQ(keywords(" kv 0"), (EVP::RowKeywords{0.0, 0.0, 0.0, 0.0}));
   EXPECT_EQ(keywords(" kv 1e100").kv, 1e100);
+}
+
+// a data file holds row_text(), of which read_data makes pair_coeff again
+TEST(RowText, IsReadAsTheSameRow)
+{
+  for (const std::string words :
+       {"", " kv 0.1", " spacing 0.00442 coordination 11.9 density 2700"}) {
+    const EVP::GivenRow given =
+        EVP::parse_row(EVP::split_words("0.1 8 4 3 8 4 0.005 0 1.5" + words));
+    const EVP::GivenRow read = EVP::parse_row(EVP::split_words(row_text(given)));
+    EXPECT_EQ(read.row, given.row);
+    EXPECT_EQ(read.keywords, given.keywords);
+  }
+}
+
+TEST(PairSection, GoesThroughRestartFiles)
+{
+  for (const EVP::PairRules &rules : {EVP::PairRules{EVP::Contact::NONE, 0.2},
+                                      EVP::PairRules{EVP::Contact::REPULSIVE, 0.4, true, 0.1}}) {
+    const std::vector<double> words = EVP::PairSection{rules, "bonds"}.words();
+    EXPECT_EQ(EVP::PairSection::NFIRST + EVP::PairSection::count_more(words), words.size());
+    EVP::PairSection read;
+    EXPECT_TRUE(read.take(words));
+    EXPECT_EQ(read.recorder, "bonds");
+    EXPECT_EQ(read.rules.contact, rules.contact);
+    EXPECT_EQ(read.rules.overlap, rules.overlap);
+    EXPECT_EQ(read.rules.flows, rules.flows);
+    EXPECT_EQ(read.rules.break_strain, rules.break_strain);
+    for (const size_t k : {(size_t) 1, (size_t) 2, words.size() - 1}) {
+      std::vector<double> damaged = words;
+      damaged[k] += 1.0;
+      EXPECT_FALSE(EVP::PairSection().take(damaged)) << k;
+    }
+    for (const double first : {1002.0, 1005.0})
+      EXPECT_EQ(EVP::PairSection::count_more({first, 0.0, 0.3, 5.0}), 0u);
+    for (const double length : {-1.0, 1001.0, std::nan("")})
+      EXPECT_EQ(EVP::PairSection::count_more({words[0], 0.0, 0.3, length}), 0u);
+  }
 }
 
 TEST(ParseRow, RefusesKeywordsThatSayNothing)

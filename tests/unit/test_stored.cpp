@@ -68,10 +68,9 @@ class Sums {
     kernel_cases::Vectors f(4 * n);
     const EVP::ParticleView view = cloud.view(f, 3 * n);
     EXPECT_TRUE(work.stored.is_due(list, false));
-    work.accumulate_forces<false>(list, kernel_cases::block_law(cloud), view, {}, EVP::NoTally(),
-                                  [&] {
-                                    return deq;
-                                  });
+    work.accumulate_forces<false>(list, kernel_cases::block_law(cloud), view, EVP::NoTally(), [&] {
+      return deq;
+    });
     EXPECT_FALSE(work.stored.is_due(list, false));
     EXPECT_TRUE(work.take());
     if (builds == 1) work.stored.set_largest_depth(work.stored.total_depth());

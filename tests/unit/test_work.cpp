@@ -63,7 +63,8 @@ Exact dissipated(const Row &r, Exact p0, Exact p1)
 /// A cloud whose pairs have offsets and their next ones after the return map.
 struct Flowing {
   Cloud cloud;
-  std::vector<double> deq, offset, next;
+  std::vector<double> deq, offset, next, cap, unused;
+  std::vector<char> moves;
   explicit Flowing(const std::vector<Row> &rows) : cloud(kernel_cases::make_cloud(rows, 700))
   {
     std::mt19937 random(3);
@@ -77,25 +78,29 @@ struct Flowing {
       offset.push_back(p.is_bond() ? q : std::min(q, 0.0));
       const double mapped = std::clamp(offset.back(), xi - xi_s, xi + xi_s);
       next.push_back(p.is_beyond() ? offset.back() : p.is_bond() ? mapped : std::min(mapped, 0.0));
+      cap.push_back(cloud.laws[p.law].cap(p.is_bond(), false));
     });
+    unused.resize(deq.size());
+    moves.resize(deq.size() / EVP::BLOCK_SIZE + 1);
   }
 
   EVP::PairWork work;
   Vectors run(EVP::Level level, bool flows, bool damps, int nreact)
   {
     Vectors f(cloud.x.size(), {0.5, 0.25, 1.0});
-    EVP::FlowView flow;
-    if (flows) flow = {offset.data(), next.data()};
     const auto distances = [this] {
       return deq;
     };
     const EVP::BlockLaw law = kernel_cases::block_law(cloud, level);
-    const EVP::ParticleView view = cloud.view(f, nreact);
+    EVP::ParticleView view = cloud.view(f, nreact);
+    if (flows)
+      view.histories.flow = {offset.data(), unused.data(), cap.data(),
+                             next.data(),   unused.data(), moves.data()};
     work.forget();
     if (damps)
-      work.accumulate_forces<true>(cloud.list, law, view, flow, EVP::NoTally(), distances);
+      work.accumulate_forces<true>(cloud.list, law, view, EVP::NoTally(), distances);
     else
-      work.accumulate_forces<false>(cloud.list, law, view, flow, EVP::NoTally(), distances);
+      work.accumulate_forces<false>(cloud.list, law, view, EVP::NoTally(), distances);
     return f;
   }
 };
@@ -245,12 +250,16 @@ TEST(PairWork, BlocksSumWhatTheLawSaysPairByPair)
       int flowing = 0, stretched_contacts = 0;
       const auto x = reinterpret_cast<const double(*)[3]>(bodies.cloud.x.data());
       EVP::for_each_pair(bodies.cloud.list, x, [&](const EVP::PlacedPair &pair) {
-        if (pair.is_beyond()) return;
         const Law &law = bodies.cloud.laws[pair.law];
-        const double w = pair.j < nreact ? 1.0 : 0.5, d = pair.distance();
+        const double w = pair.j < nreact ? 1.0 : 0.5, d = std::min(pair.distance(), pair.cut);
         const double deq = bodies.deq[pair.index], xi = (d - deq) / deq;
         const double xi_s = law.parameters().xi_s, offset = bodies.offset[pair.index];
         const double p = std::clamp(offset, xi - xi_s, xi + xi_s);
+        if (pair.is_beyond()) {    // a contact that has flowed does so up to its end
+          if (flows && !pair.is_bond() && offset < 0.0)
+            plain.plastic += w * std::max(0.0, law.dissipated(offset, std::min(p, 0.0)));
+          return;
+        }
         const bool is_eq_8 = !flows || (!pair.is_bond() && p > 0.0);
         const EVP::Stored now = is_eq_8 ? law.stored(d, deq) : law.stored(d, deq, p);
         stretched_contacts += !pair.is_bond() && p > 0.0;
@@ -330,7 +339,7 @@ TEST(PairWork, TheFirstEvaluationOfAStepCounts)
                                   reinterpret_cast<double(*)[3]>(f.data()), nreact};
   const EVP::BlockLaw law = kernel_cases::block_law(bodies.cloud);
   const auto evaluate = [&] {
-    bodies.work.accumulate_forces<false>(bodies.cloud.list, law, view, {}, EVP::NoTally(), [&] {
+    bodies.work.accumulate_forces<false>(bodies.cloud.list, law, view, EVP::NoTally(), [&] {
       return bodies.deq;
     });
   };
