@@ -65,6 +65,14 @@ namespace scene {
         strcmp(fix->style, "move") != 0;
   }
 
+  /// Does the fix prescribe forces on its atoms, so that they do not follow those of a pair style alone?
+  inline bool holds_atoms(const Fix *fix)
+  {
+    for (const char *pattern : {"^setforce", "^lineforce", "^planeforce", "^aveforce", "^freeze"})
+      if (utils::strmatch(fix->style, pattern)) return true;
+    return false;
+  }
+
   /// Mass of an atom [mass].
   inline double mass(const Atom *atom, int i)
   {
