@@ -5,6 +5,7 @@
 #include "core/coefficients.h"
 #include "core/pair_list.h"
 #include "cut_offs.h"
+#include "density_check.h"
 #include "ghost_sums.h"
 #include "ghost_update.h"
 #include "list_snapshot.h"
@@ -184,6 +185,7 @@ class PairNetwork : protected Pointers {
   ListSnapshot snapshot;
   PairHistories pair_histories;
   TimestepCheck timestep_check;
+  DensityCheck density_check;
 
   bool any_gamma = false, explicit_damping = false;
   bool scene_checked = false, overlap_warned = false, repack_due = true;

@@ -58,6 +58,13 @@ namespace scene {
     return nullptr;
   }
 
+  /// Is this a run? Not a minimization, a rerun of a dump or a 'run 0', with which timesteps are found.
+  inline bool makes_steps(const Update *update)
+  {
+    return update->whichflag == 1 && update->nsteps > 0 &&
+        update->laststep == update->firststep + update->nsteps;
+  }
+
   /// Does the fix move its atoms by the forces on them, not along a path of its own?
   inline bool moves_by_forces(const Fix *fix)
   {

@@ -14,13 +14,6 @@ namespace EVP {
 
 namespace {
 
-  // a run, and not a rerun of a dump or a 'run 0', with which the timestep is often found
-  bool makes_steps(const Update *update)
-  {
-    return update->whichflag == 1 && update->nsteps > 0 &&
-        update->laststep == update->firststep + update->nsteps;
-  }
-
   bool is_left_to_others(const Modify *modify)
   {
     for (int k = 0; k < modify->ncompute; k++)
@@ -122,7 +115,7 @@ SingleParticles TimestepCheck::linearise(bool damped) const
 
 void TimestepCheck::warn(bool damped)
 {
-  if (!makes_steps(update) || is_left_to_others(modify)) return;
+  if (!scene::makes_steps(update) || is_left_to_others(modify)) return;
   const Movers movers = find_movers(modify);
   if (!movers.free) return;
   const std::vector<double> inverse_mass = inverse_masses(atom, force, movers);
