@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """The warning at set-up of atoms whose density does not go with that of the solid in their row."""
 
-import pathlib
 import re
 
 import pytest
@@ -21,7 +20,7 @@ def found(run):
 def start(tmp_path):
     """Two spheres of a type each, up to their densities; the rows of type 1 and of the pair of types name a solid."""
     write_two(tmp_path / "body.data")
-    path = pathlib.Path(tmp_path / "body.data")
+    path = tmp_path / "body.data"
     path.write_text(path.read_text().replace("1 atom types", "2 atom types"), encoding="utf-8")
     rows = f"pair_style evp/lj contact none\npair_coeff * * {words(law.TABLE1)}\npair_coeff 1 * {ROW}\n"
     return head(skin=0.002) + "set atom 2 type 2\nset atom 2 diameter 0.008\n" + rows + "fix bonds all evp/bonds\nfix move all nve\ntimestep 1e-8\n"
