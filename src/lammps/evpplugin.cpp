@@ -2,6 +2,7 @@
 // Registration of the styles, and nothing else.
 
 #include "host_guard.h"
+#include "instance_styles.h"
 #include "plugin_facts.h"
 
 #include "check_evp_variables.h"
@@ -48,7 +49,8 @@ extern "C" __attribute__((visibility("default"))) void lammpsplugin_init(void *l
     plugin.style = kind;
     plugin.name = name;
     plugin.info = info;
-    ((lammpsplugin_regfunc) regfunc)(&plugin, lmp);
+    if (!is_listed(kind, name) || !make_known((LAMMPS *) lmp, plugin))
+      ((lammpsplugin_regfunc) regfunc)(&plugin, lmp);
   };
   plugin.creator.v1 = &create<PairEVPLJ>;
   add("pair", "evp/lj", "EVP two-regime pair style, Gado et al. 2017");
