@@ -79,6 +79,14 @@ class Coefficients {
     });
   }
 
+  /// Does any row name the density of its solid?
+  bool any_density() const
+  {
+    return std::any_of(notes.begin(), notes.end(), [](const RowKeywords &given) {
+      return given.density > 0.0;
+    });
+  }
+
   /// Takes the measures of the bonds, empty ones where there are none. True where they differ from those
   /// that laws were made with: the laws of all pairs of types must be made anew.
   bool take_measures(const BondMeasures &now)

@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -69,6 +71,21 @@ inline std::array<std::string, 2> split_file_and_row(const std::string &word)
     throw BadInput("expected FILE:ROW, a potential file and the name of a row, got '" +
                    shown(word) + "'");
   return {word.substr(0, colon), word.substr(colon + 1)};
+}
+
+/// FILE and ROW of the words of a command, FILE:ROW or both apart; nothing where they are the numbers and keywords of a
+/// row, be they too few. Throws BadInput.
+inline std::optional<std::array<std::string, 2>>
+find_file_and_row(const std::vector<std::string> &words)
+{
+  if (words.empty() || is_number(words[0])) return std::nullopt;
+  if (words.size() == 1) return split_file_and_row(words[0]);
+  if (words.size() == 2) return std::array{words[0], words[1]};
+  if (words.size() != NMEMBERS && !looks_like_number(words[0]))
+    throw BadInput("expected the " + std::to_string(NMEMBERS) + " numbers " + row_keys() +
+                   " and keywords, or FILE ROW or FILE:ROW with nothing behind it, got " +
+                   std::to_string(words.size()) + " words from '" + shown(words[0]) + "' on");
+  return std::nullopt;
 }
 
 /// The row called name of a potential file's text.

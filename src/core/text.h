@@ -42,13 +42,26 @@ inline void demand_plain_text(const std::string &text, const std::string &file)
                    " starts with a byte-order mark: save it without (plain ASCII or UTF-8)");
 }
 
-/// A decimal number that fills the whole word and is finite; hexadecimal, nan and inf are refused.
-inline double parse_number(const std::string &key, const std::string &word)
+/// Takes a decimal number that fills the whole word and is finite; hexadecimal, nan and inf are refused.
+inline bool take_number(const std::string &word, double &value)
 {
   char *end = nullptr;
-  const double value = std::strtod(word.c_str(), &end);
+  value = std::strtod(word.c_str(), &end);
   const bool decimal = word.find_first_not_of("0123456789+-.eE") == std::string::npos;
-  if (word.empty() || !decimal || *end != '\0' || !std::isfinite(value))
+  return !word.empty() && decimal && *end == '\0' && std::isfinite(value);
+}
+
+inline bool is_number(const std::string &word)
+{
+  double value;
+  return take_number(word, value);
+}
+
+/// The number that take_number() takes; throws BadInput.
+inline double parse_number(const std::string &key, const std::string &word)
+{
+  double value;
+  if (!take_number(word, value))
     throw BadInput(key + " must be a finite decimal number, got '" + shown(word) + "'");
   return value;
 }

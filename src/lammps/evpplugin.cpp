@@ -2,6 +2,7 @@
 // Registration of the styles, and nothing else.
 
 #include "host_guard.h"
+#include "instance_styles.h"
 #include "plugin_facts.h"
 
 #include "check_evp_variables.h"
@@ -54,7 +55,8 @@ extern "C" __attribute__((visibility("default"))) void lammpsplugin_init(void *l
     else
       plugin.creator.v2 = creator;
     plugin.info = info;
-    ((lammpsplugin_regfunc) regfunc)(&plugin, lmp);
+    if (!is_listed(kind, name) || !make_known((LAMMPS *) lmp, plugin))
+      ((lammpsplugin_regfunc) regfunc)(&plugin, lmp);
   };
   add("pair", "evp/lj", create<PairEVPLJ>, "EVP two-regime pair style, Gado et al. 2017");
   add("command", "write_evp_bonds", create<WriteEVPBonds>, "EVP bonds as a text file");

@@ -87,10 +87,7 @@ void FixNVEEVP::init()
 void FixNVEEVP::check_groups() const
 {
   for (const Fix *other : modify->get_fix_list()) {
-    bool holds = false;
-    for (const char *pattern : {"^setforce", "^lineforce", "^planeforce", "^aveforce", "^freeze"})
-      holds = holds || utils::strmatch(other->style, pattern);
-    if (other == this || (!holds && !other->time_integrate)) continue;
+    if (other == this || (!EVP::scene::holds_atoms(other) && !other->time_integrate)) continue;
     bool shared = false;
     for (int i = 0; i < atom->nlocal; i++)
       shared = shared || (in_group(i) && (atom->mask[i] & other->groupbit));

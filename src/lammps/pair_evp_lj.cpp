@@ -53,6 +53,7 @@ PairEVPLJ::PairEVPLJ(LAMMPS *lmp) : Pair(lmp), network(lmp, this, coefficients)
 {
   writedata = 1;
   comm_forward = 3;    // velocities or positions
+  comm_reverse = EVP::GhostSums::MOST;
   single_extra = NVALUES;
   svector = new double[NVALUES];
 }
@@ -128,14 +129,14 @@ void PairEVPLJ::coeff(int narg, char **arg)
                EVP::NMEMBERS, EVP::row_keys());
   if (!allocated) allocate();
 
-  int ilo, ihi, jlo, jhi;
-  utils::bounds(FLERR, arg[0], 1, atom->ntypes, ilo, ihi, error);
-  utils::bounds(FLERR, arg[1], 1, atom->ntypes, jlo, jhi, error);
-
+  // before the types, which are taken for numbers of the row where they are missing
   EVP::GivenRow row;
   EVP::stop_at_bad_input(error, "Pair evp/lj", [&] {
     row = EVP::read_row(lmp, {arg + 2, arg + narg});
   });
+  int ilo, ihi, jlo, jhi;
+  utils::bounds(FLERR, arg[0], 1, atom->ntypes, ilo, ihi, error);
+  utils::bounds(FLERR, arg[1], 1, atom->ntypes, jlo, jhi, error);
 
   bool any = false;
   for (int i = ilo; i <= ihi; i++)

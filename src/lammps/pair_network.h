@@ -5,11 +5,14 @@
 #include "core/coefficients.h"
 #include "core/pair_list.h"
 #include "cut_offs.h"
+#include "density_check.h"
+#include "ghost_sums.h"
 #include "ghost_update.h"
 #include "list_snapshot.h"
 #include "pair_histories.h"
 #include "pair_list_builder.h"
 #include "row_laws.h"
+#include "timestep_check.h"
 
 #include "atom.h"
 #include "update.h"
@@ -120,6 +123,7 @@ class PairNetwork : protected Pointers {
 
   PairRules rules;
   GhostUpdate ghosts;
+  GhostSums sums;
   CutOffs cuts;
   BondSource source;
 
@@ -180,6 +184,8 @@ class PairNetwork : protected Pointers {
   PairListBuilder builder;
   ListSnapshot snapshot;
   PairHistories pair_histories;
+  TimestepCheck timestep_check;
+  DensityCheck density_check;
 
   bool any_gamma = false, explicit_damping = false;
   bool scene_checked = false, overlap_warned = false, repack_due = true;

@@ -24,7 +24,8 @@ static GivenRow read_file(LAMMPS *lmp, const std::string &file, const std::strin
     throw BadInput("file " + file + " is larger than 1 MiB: not a potential file");
   if (reading != Reading::DONE)
     throw BadInput("cannot read the potential file '" + file +
-                   "': give its path, or put its folder into LAMMPS_POTENTIALS");
+                   "': give its path, or put its folder into LAMMPS_POTENTIALS" +
+                   (looks_like_number(file) ? "; a row of numbers has " + row_keys() : ""));
   bool is_last = false;
   const GivenRow row = row_from_text(text, file, name, lmp->update->unit_style, &is_last);
   if (is_last && lmp->comm->me == 0)
@@ -37,11 +38,8 @@ static GivenRow read_file(LAMMPS *lmp, const std::string &file, const std::strin
 
 GivenRow read_row(LAMMPS *lmp, const std::vector<std::string> &words)
 {
-  if (words.size() == 1) {
-    const auto [file, name] = split_file_and_row(words[0]);
-    return read_file(lmp, file, name);
-  }
-  return words.size() == 2 ? read_file(lmp, words[0], words[1]) : parse_row(words);
+  const auto found = find_file_and_row(words);
+  return found ? read_file(lmp, (*found)[0], (*found)[1]) : parse_row(words);
 }
 
 }    // namespace EVP

@@ -58,11 +58,26 @@ namespace scene {
     return nullptr;
   }
 
+  /// Is this a run? Not a minimization, a rerun of a dump or a 'run 0', with which timesteps are found.
+  inline bool makes_steps(const Update *update)
+  {
+    return update->whichflag == 1 && update->nsteps > 0 &&
+        update->laststep == update->firststep + update->nsteps;
+  }
+
   /// Does the fix move its atoms by the forces on them, not along a path of its own?
   inline bool moves_by_forces(const Fix *fix)
   {
     return fix->time_integrate && strcmp(fix->style, "nve/noforce") != 0 &&
         strcmp(fix->style, "move") != 0;
+  }
+
+  /// Does the fix prescribe forces on its atoms, so that they do not follow those of a pair style alone?
+  inline bool holds_atoms(const Fix *fix)
+  {
+    for (const char *pattern : {"^setforce", "^lineforce", "^planeforce", "^aveforce", "^freeze"})
+      if (utils::strmatch(fix->style, pattern)) return true;
+    return false;
   }
 
   /// Mass of an atom [mass].

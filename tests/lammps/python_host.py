@@ -31,7 +31,7 @@ plugin = os.environ["EVP_PLUGIN"]
 """
 
 
-def _plugin_folder():
+def plugin_folder():
     return os.environ.get("EVP_PLUGIN_DIR") or re.search(r"EVP_PLUGIN_DIR:-'?([^'}]+)", LMP.read_text(encoding="utf-8")).group(1)
 
 
@@ -41,7 +41,7 @@ def run_python(script, ranks=1, cwd=None, **environment):
     module = os.path.join(re.sub(r"/src/?$", "", settings["LAMMPS_SOURCE_DIR"]), "python")
     path = cwd / "host.py"
     path.write_text(START + script, encoding="utf-8")
-    paths = {"PYTHONPATH": module, "LD_LIBRARY_PATH": settings["LAMMPS_BUILD_DIR"], "EVP_PLUGIN": os.path.join(_plugin_folder(), "evpplugin.so"),
+    paths = {"PYTHONPATH": module, "LD_LIBRARY_PATH": settings["LAMMPS_BUILD_DIR"], "EVP_PLUGIN": os.path.join(plugin_folder(), "evpplugin.so"),
              "EVP_REPOSITORY": str(REPOSITORY)}
     launcher = [*MPIRUN, "-np", str(ranks)] if ranks > 1 else []
     done = subprocess.run([*launcher, sys.executable, str(path)], cwd=cwd, env={**os.environ, **_ENVIRONMENT, **paths, **environment},

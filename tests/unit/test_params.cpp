@@ -268,6 +268,26 @@ TEST(SplitFileAndRow, TakesTheLastColon)
         {"expected FILE:ROW", "'" + word + "'"});
 }
 
+TEST(FindFileAndRow, TellsThemFromNumbers)
+{
+  using Pair = std::array<std::string, 2>;
+  const Pair both = {"metals.evp", "304"};
+  EXPECT_EQ(EVP::find_file_and_row({"metals.evp", "304"}), both);
+  EXPECT_EQ(EVP::find_file_and_row({"metals.evp:304"}), both);
+  EXPECT_EQ(EVP::find_file_and_row({"3d.evp", "a"}), (Pair{"3d.evp", "a"}));
+  EXPECT_EQ(EVP::find_file_and_row({"./80", "8"}), (Pair{"./80", "8"}));
+  for (const char *numbers : {"", "80", "80 8", "-1e3 a", "80 8 4 3 8 4 0.005 0 1.5 kv 3",
+                              "nan 8 4 3 8 4 0.005 0 1.5", "8x 8 4"})
+    EXPECT_FALSE(EVP::find_file_and_row(EVP::split_words(numbers))) << numbers;
+  for (const char *neither :
+       {"metals.evp 304 kv", "metals.evp:304 kv 300", "evp/lj 80 8 4 3 8 4 5 0 1.5"})
+    expect_refusal(
+        [&] {
+          EVP::find_file_and_row(EVP::split_words(neither));
+        },
+        {"expected the 9 numbers", "FILE:ROW with nothing behind it", "e"});
+}
+
 TEST(ShortestText, ReadsBackToTheSameNumber)
 {
   EXPECT_EQ(EVP::shortest_text(0.005), "0.005");
