@@ -82,7 +82,7 @@ class Coefficients {
   /// Does any row name the density of its solid?
   bool any_density() const
   {
-    return std::any_of(notes.begin(), notes.end(), [](const RowKeywords &given) {
+    return std::any_of(given_keywords.begin(), given_keywords.end(), [](const RowKeywords &given) {
       return given.density > 0.0;
     });
   }
