@@ -85,7 +85,8 @@ namespace {
 
       if constexpr (Energy) {
         const double rc = std::sqrt(cutsq[k]) * inv_deq[k] * of_bond;
-        const double at_cut = c.flowed(rc, flowed), s_cut = 1.0 / (rc - at_cut);
+        const double from = flowed + incremental * (flow.offset[k] - flowed);
+        const double at_cut = c.flowed(rc, from), s_cut = 1.0 / (rc - at_cut);
         const double s_flow = 1.0 / (1.0 + at_cut);
         const double stored = c.energy(e, q, s_after, q_after) -
             c.energy(rc - at_cut, powers(s_cut), s_flow, powers(s_flow));

@@ -196,7 +196,8 @@ class Law {
           flow_energy(1.0, 1.0, 0.0);
     }
     energy += flow_energy(d, deq, now) + dissipated(keeps, now);
-    const double at_cut = flowed(dcut, deq, now), keeps_there = kept(at_cut, now, cap);
+    const double at_cut = flowed(dcut, deq, incremental ? p : now);
+    const double keeps_there = kept(at_cut, incremental ? p : keeps, cap);
     return energy - flow_energy(dcut, deq, at_cut) - dissipated(keeps_there, at_cut);
   }
 

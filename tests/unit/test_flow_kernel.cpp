@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <random>
 #include <string>
@@ -242,4 +243,50 @@ TEST(Flow, ForceIsContinuousOverRandomHistories)
     through_compression += compressed;
   }
   EXPECT_GT(through_compression, 1000);
+}
+
+// Energy and force of a pair belong together: in a minimization at any d, in a run where nothing is kept; 0 at the cut.
+// Some cuts are so near that no pair flows before them.
+TEST(Flow, ForceIsMinusTheSlopeOfTheEnergy)
+{
+  constexpr double STEP = 1e-6;
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  int stretched = 0, pushed = 0;
+  for (const auto &rows : LAWS)
+    for (int trial = 0; trial < 3000; trial++) {
+      const Law law(rows[0]);
+      const Row &row = law.parameters();
+      const int of = trial % 3;    // bond, literal, repulsive
+      const bool repels = of == REPULSIVE;
+      const double cut = repels ? 1.0 : std::array{1.5, 1.04, 1.003}[trial / 3 % 3];
+      const double cap = law.cap(of == BOND, repels);
+      const double p = trial / 9 % 3 ? std::min(0.12 * (unit(random) - 0.5), cap) : 0.0;
+      const double d = cut - (0.002 + 0.1 * unit(random));
+      const double scale = row.m1 * row.n1 * row.e1;
+      double force = law.force(d, 1.0, p);
+      if (repels) force = std::max(force, 0.0);
+      const double keeps = law.kept(law.flowed(d, 1.0, p), p, cap);
+      for (const bool incremental : {true, false}) {
+        if (!incremental && keeps != p) continue;
+        const auto energy = [&](double at) {
+          return law.flow_energy(at, 1.0, p, cut, cap, incremental);
+        };
+        // the slope has a kink where a pair begins to flow
+        EXPECT_NEAR((energy(d - STEP) - energy(d + STEP)) / (2.0 * STEP), force,
+                    2.0 * STEP * 20.0 * scale)
+            << "sort " << of << " d " << d << " cut " << cut << " p " << p << " " << incremental;
+        if (keeps != p) continue;
+        if (!repels && law.kept(law.flowed(cut, 1.0, p), p, cap) == p) {
+          EXPECT_NEAR(energy(cut), 0.0, 1e-13 * scale);
+        }
+        if (of == LITERAL && p == 0.0) {
+          EXPECT_NEAR(energy(d), law.energy(d, 1.0, cut), 1e-13 * scale) << d << " " << cut;
+        }
+      }
+      stretched += of == LITERAL && p == 0.0 && d > 1.01;
+      pushed += keeps < p;
+    }
+  EXPECT_GT(stretched, 200);
+  EXPECT_GT(pushed, 2000);
 }
