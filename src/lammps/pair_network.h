@@ -112,6 +112,10 @@ class PairNetwork : protected Pointers {
   /// Were the pairs packed from the neighbor list as it is now, and from the atoms here?
   bool is_packed() const;
 
+  /// Collective, in a run. Brings ghosts to their owners where a box moves its atoms after the forces,
+  /// else does nothing: at the end of a step ghosts are then still where the forces were found.
+  void place_ghosts();
+
   /// Collective. Are the packed pairs all pairs of the present positions? Between runs ghosts are
   /// brought to these, and atoms must not have moved further than the neighbor list allows.
   bool is_present();
