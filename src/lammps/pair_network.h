@@ -106,6 +106,13 @@ class PairNetwork : protected Pointers {
     return cuts.has_types() ? coefficients.row(itype, jtype).alpha : 0.0;
   }
 
+  /// The larger depth of the row of two atom types as given [energy].
+  double depth_given(int itype, int jtype) const
+  {
+    const Row row = coefficients.row(itype, jtype);
+    return std::max(row.e1, row.e2);
+  }
+
   /// Largest cut-off of the pairs of types that this style handles [length].
   double longest_cut() const { return cuts.longest(); }
 
