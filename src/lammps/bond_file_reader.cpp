@@ -47,6 +47,33 @@ namespace {
                     WITHINS[(int) within], file, WITHINS[(int) within]));
   }
 
+  /// Pairs on which flow has done negative work: it can, but only where pairs were pressed together so far that it
+  /// creates energy, so that such a file is read.
+  struct NegativeWork {
+    bigint count = 0;
+    BondLine first = {};
+
+    void note(const BondLine &line, double depth)
+    {
+      if (line.history.work >= -ROUND_OFF * depth) return;
+      if (count++ == 0) first = line;
+    }
+
+    void warn(const LAMMPS *lmp, const std::string &file) const
+    {
+      if (count == 0 || lmp->comm->me != 0) return;
+      lmp->error->warning(
+          FLERR,
+          "Fix evp/bonds: {} pairs have a negative plastic work, first {} {} with {:.6g}, bond "
+          "file "
+          "{}: they have flowed so far in compression that flow creates energy, or the file was "
+          "changed; check the run that wrote it",
+          count, first.id_i, first.id_j, first.history.work, file);
+    }
+
+    static constexpr double ROUND_OFF = 1e-9;
+  };
+
 }    // namespace
 
 std::vector<BondStore::Bonds> read_bond_file(const LAMMPS *lmp, const std::string &name,
@@ -64,6 +91,7 @@ std::vector<BondStore::Bonds> read_bond_file(const LAMMPS *lmp, const std::strin
   std::vector<BondStore::Bonds> bonds(atom->nlocal);
   std::vector<BondLine> lines;
   bigint beyond = 0;    // bonds with deq beyond dlim, so far
+  NegativeWork negative;
   // more to come, lines of this message, bonds admitted beyond dlim, bodies of the file
   bigint state[] = {1, 0, 0, 0};
   while (state[0]) {
@@ -130,6 +158,7 @@ std::vector<BondStore::Bonds> read_bond_file(const LAMMPS *lmp, const std::strin
                fmt::format("it has flowed, bond file {}: use pair_style evp/lj with 'unload "
                            "elastic', as when the file was written",
                            name));
+      negative.note(line, network->depth_given((int) ends[k - 1].type, (int) ends[k].type));
       if (line.is_contact) continue;
 
       // the margin is wider than that of the recording, which has rounded deq since
@@ -144,6 +173,7 @@ std::vector<BondStore::Bonds> read_bond_file(const LAMMPS *lmp, const std::strin
                            line.deq, dlim, name));
     }
   }
+  negative.warn(lmp, name);
   return bonds;
 }
 

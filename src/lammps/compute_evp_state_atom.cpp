@@ -32,6 +32,9 @@ ComputeEVPStateAtom::ComputeEVPStateAtom(LAMMPS *lmp, int narg, char **arg) :
     if (at != VALUES.end()) {
       const auto value = (Value) (at - VALUES.begin());
       if (has(value)) error->all(FLERR, "{}: {} is given twice", who, arg[iarg]);
+      if (value != Value::PLASTIC_WORK)
+        EVP::scene::demand_three_dimensions(domain, error, who, arg[iarg],
+                                            "use 'dimension 3', or leave the value out");
       values.push_back(value);
     } else if (strcmp(arg[iarg], "fraction") == 0) {
       EVP::for_each_keyword(error, who, std::min(2, narg - iarg), arg + iarg, {"fraction"}, "",

@@ -149,6 +149,7 @@ bool FixDtEVP::find_fastest(double dt)
   velocity.resize((size_t) 3 * nall);
   std::copy_n(atom->v[0], (size_t) 3 * nlocal, velocity.begin());
   velocities_to_ghosts(velocity);
+  network->place_ghosts();
 
   fastest = {NO_LIMIT, 0.0, 0.0, 0.0};
   bool meets = false;

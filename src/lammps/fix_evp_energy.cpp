@@ -163,6 +163,7 @@ double FixEVPEnergy::volume_jump()
 {
   const EVP::VolumeForces *const volume = network->volume();
   if (!volume) return 0.0;
+  network->place_ghosts();
   const EVP::PairList &list = network->packed_pairs();
   const int nreact = list.nreact(force->newton_pair);
   Nodal inside((size_t) 3 * list.nall, 0.0);

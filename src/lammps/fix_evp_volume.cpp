@@ -17,6 +17,8 @@ using namespace LAMMPS_NS;
 // fix ID group evp/volume KV [KV ...], or fix ID group evp/volume row
 FixEVPVolume::FixEVPVolume(LAMMPS *lmp, int narg, char **arg) : AtomRecords(lmp, narg, arg)
 {
+  EVP::scene::demand_three_dimensions(domain, error, who, "the volume strain",
+                                      "use 'dimension 3', or leave the fix out");
   const int given = narg - 3, ntypes = atom->ntypes;
   if (given != 1 && given != ntypes)
     error->all(

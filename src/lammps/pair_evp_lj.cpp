@@ -134,6 +134,10 @@ void PairEVPLJ::coeff(int narg, char **arg)
   EVP::stop_at_bad_input(error, "Pair evp/lj", [&] {
     row = EVP::read_row(lmp, {arg + 2, arg + narg});
   });
+  if (row.keywords.is_scaled())
+    EVP::scene::demand_three_dimensions(
+        domain, error, "Pair evp/lj", "the scaling of a row by 'spacing' and 'coordination'",
+        fmt::format("use 'dimension 3', or give the {} numbers of the row alone", EVP::NMEMBERS));
   int ilo, ihi, jlo, jhi;
   utils::bounds(FLERR, arg[0], 1, atom->ntypes, ilo, ihi, error);
   utils::bounds(FLERR, arg[1], 1, atom->ntypes, jlo, jhi, error);

@@ -8,6 +8,8 @@
 
 #include "atom_vec.h"
 #include "comm.h"
+#include "domain.h"
+#include "fix_deform.h"
 #include "neighbor.h"
 #include "pair.h"
 
@@ -78,10 +80,30 @@ bool PairNetwork::is_packed() const
       !(bonds() && bonds()->find_misplaced(atom->tag, atom->nlocal));
 }
 
+// at the end of a step, after their ghosts were placed
+static bool moves_atoms_with_box(const Modify *modify, const Domain *domain)
+{
+  for (int k = 0; domain->box_change && k < modify->nfix; k++) {
+    const Fix *const fix = modify->fix[k];
+    if (!fix->box_change || !(modify->fmask[k] & FixConst::END_OF_STEP)) continue;
+    const auto *const deform = dynamic_cast<const FixDeform *>(fix);
+    if (!deform || deform->remapflag == Domain::X_REMAP) return true;
+  }
+  return false;
+}
+
+void PairNetwork::place_ghosts()
+{
+  if (moves_atoms_with_box(modify, domain)) ghosts.send_positions();
+}
+
 bool PairNetwork::is_present()
 {
-  const bool all = on_all(is_packed(), world);
-  if (!all || update->whichflag != 0) return all;
+  if (!on_all(is_packed(), world)) return false;
+  if (update->whichflag != 0) {
+    place_ghosts();
+    return true;
+  }
   return snapshot.matches_commands() && ghosts.send_positions() && !snapshot.moved_too_far();
 }
 

@@ -106,11 +106,22 @@ class PairNetwork : protected Pointers {
     return cuts.has_types() ? coefficients.row(itype, jtype).alpha : 0.0;
   }
 
+  /// The larger depth of the row of two atom types as given [energy].
+  double depth_given(int itype, int jtype) const
+  {
+    const Row row = coefficients.row(itype, jtype);
+    return std::max(row.e1, row.e2);
+  }
+
   /// Largest cut-off of the pairs of types that this style handles [length].
   double longest_cut() const { return cuts.longest(); }
 
   /// Were the pairs packed from the neighbor list as it is now, and from the atoms here?
   bool is_packed() const;
+
+  /// Collective, in a run. Brings ghosts to their owners where a box moves its atoms after the forces,
+  /// else does nothing: at the end of a step ghosts are then still where the forces were found.
+  void place_ghosts();
 
   /// Collective. Are the packed pairs all pairs of the present positions? Between runs ghosts are
   /// brought to these, and atoms must not have moved further than the neighbor list allows.

@@ -127,6 +127,16 @@ namespace scene {
       error->all(FLERR, "{} does not work with run_style respa: use run_style verlet", who);
   }
 
+  /// Stops, naming `who`, in 'dimension 2', where `what` would be wrong in silence.
+  inline void demand_three_dimensions(const Domain *domain, Error *error, const std::string &who,
+                                      const std::string &what, const std::string &remedy)
+  {
+    if (domain->dimension == 2)
+      error->all(FLERR,
+                 "{}: {} holds for three-dimensional bodies, but 'dimension 2' is in force: {}",
+                 who, what, remedy);
+  }
+
   /// Stops, naming `who`, where a box deforms with 'remap v' and moves the images of some atoms only: the
   /// two atoms of a pair would then see different velocities of each other.
   inline void demand_images_that_move(const Domain *domain, Modify *modify, Error *error,

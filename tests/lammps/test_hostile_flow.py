@@ -129,6 +129,42 @@ def test_damaged_bond_file(lmp, tmp_path, name, ranks):
     refused(lmp(scene(style=FLOWS + " break 0.1", fix="fix bonds all evp/bonds file b.bonds"), ranks, seconds=SECONDS), text)
 
 
+NEGATIVE = "WARNING: Fix evp/bonds: {} pairs have a negative plastic work, first {}, bond file b.bonds: they have flowed so far in compression"
+
+
+@pytest.mark.parametrize("work, warned", [("-1e6", True), ("-1e-3", True), ("-1e-12", False), ("0", False), ("1e6", False)])
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_negative_plastic_work_is_read_and_named(lmp, tmp_path, work, warned, ranks):
+    """But for round-off: where flow creates energy, write_evp_bonds has such values."""
+    (tmp_path / "b.bonds").write_text(bonds(WHOLE, f"2 3 0.0101 1e-5 {work} 0", f"5 6 0.0101 1e-5 {work} 0"))
+    run = lmp(scene(style=FLOWS, fix="fix bonds all evp/bonds file b.bonds"), ranks, seconds=SECONDS).ok()
+    said = " ".join(run.stdout.split())
+    assert (NEGATIVE.format(2, f"2 3 with {float(work):.6g}") in said) == warned
+    assert ("negative plastic work" in said) == warned
+
+
+def test_the_program_reads_back_its_own_negative_plastic_work(lmp, tmp_path):
+    """A pair pressed to 0.6 deq, where the second regime is the stiffer."""
+    box = """boundary f f f
+region box block -0.05 0.05 -0.05 0.05 -0.05 0.05
+create_box 1 box
+create_atoms 1 single 0 0 0
+create_atoms 1 single 0.01 0 0
+set group all diameter 0.01
+set group all density 2700
+group second id 2"""
+    state = "compute state all evp/state/atom plastic_work\ncompute work all reduce sum c_state[5]"
+    thermo = "thermo_style custom step c_work\nthermo_modify norm no format float %.17g\nthermo 400"
+    lmp(scene(style=FLOWS, box=box, then=state, thermo=thermo, move="fix move second move linear -10 0 0", step="timestep 1e-6",
+              run="run 400\nwrite_evp_bonds b.bonds\nwrite_data b.data nocoeff"), seconds=SECONDS).ok()
+    value = float((tmp_path / "b.bonds").read_text().splitlines()[1].split()[4])
+    assert value < -1.0
+    run = lmp(scene(style=FLOWS, box="boundary f f f\nread_data b.data", then=state, thermo=thermo,
+                    fix="fix bonds all evp/bonds file b.bonds", run="run 0"), seconds=SECONDS).ok()
+    assert run.thermo()["c_work"][0] == value
+    assert NEGATIVE.format(1, f"1 2 with {value:.6g}") in " ".join(run.stdout.split())
+
+
 @pytest.mark.parametrize("style, lines, text", [
     (PARTS["style"], "1 2 0.0101 1e-5 1 0", FORGOTTEN), (PARTS["style"], "1 2 0.0101 0 1 0", FORGOTTEN), (PARTS["style"], "1 2 0.0101 0 0 1", FORGOTTEN),
     (PARTS["style"], "1 2 0.01 -1e-5 1 2", FORGOTTEN), (BREAKS, "1 2 0.0101 1e-5 1 0", "use pair_style evp/lj with 'unload elastic'"),
