@@ -3,7 +3,7 @@
 
     PYTHONPATH=tools python3 -m evp.first_look
 
-A tension bar of a CAD program is pulled and pushed back without any rate, with eq. 8 and with `unload elastic`; a copper ball flies onto a
+A tension bar of a CAD program is pulled and released without any rate, with eq. 8 and with `unload elastic`; a copper ball flies onto a
 copper plate. Writes first_look.png and first_look.csv (the curves) to --out; the runs are in --work. About four minutes on one core.
 """
 
@@ -30,7 +30,7 @@ CUT = [[view_scene.condition("y<0")]]  # what is inside
 
 def commands(bar, plate):
     """[(name, words)] of the runs, for so many spheres; the ball has as many per volume as the plate."""
-    pull = {"specimen": "bar.data", "material": MATERIAL, "strain": STRAIN, "cycles": 1, "restart": 0, "extensometer": "yes"}
+    pull = {"specimen": "bar.data", "material": MATERIAL, "strain": STRAIN, "cycles": 1, "lower": "release", "restart": 0, "extensometer": "yes"}
     block = {"shape": "block", "length": 0.008, "width": 0.025, "height": 0.025}
     ball = {"shape": "region", "region": "ball.region", "length": 0.01}
     fill = [sys.executable, str(run.CHECKOUT / "tools" / "body.py"), str(PART), "--axis", "z", "--unit", "mm", "--n", str(bar), "--out", "bar.data"]
@@ -107,7 +107,7 @@ def compose(work, target):
             axis.plot([100 * remains], [0.0], "o", color=figures.line_style(k)["color"], markeredgecolor="#333333", zorder=3)
             rows += [(label, f"{100 * a:.6g}", f"{1e-6 * b:.6g}") for a, b in zip(strain, stress)]
         axis.axhline(0, color="#333333", linewidth=0.8)
-        axis.set(xlabel="strain of the thin part [%]", ylabel="stress [MPa]", title="A part is pulled and pushed back")
+        axis.set(xlabel="strain of the thin part [%]", ylabel="stress [MPa]", title="A part is pulled and released")
         axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), handlelength=3.0)
         panels = [show(middle, 211, part, "The part: a CAD file filled with spheres"), show(middle, 212, flowed, "After the test, cut open: where it has flowed")]
         length_bar(panels[0], part, bar_pixel, right=False)

@@ -219,14 +219,14 @@ SCENES = (
            'tools/curves.py cycle cycles.csv eq8.csv --labels "unload elastic, two cycles" "eq. 8" --out cyclic.png'),
           "cyclic.png", cyclic),
     Scene("dog_bone", "tools/body.py", "A part from a CAD program",
-          "A round tension bar, cut open along its axis, pulled to a strain of 1 % of its grips and pushed back to 0: only the thin part has flowed.",
+          "A round tension bar, cut open along its axis, pulled to a strain of 1 % of its grips and released: only the thin part has flowed.",
           ("tools/body.py tests/data/parts/dog_bone.stl --axis z --unit mm --n 800 --out bone.data",
            LMP + "in.quasistatic -var specimen bone.data -var material potentials/gado2017.evp:table1_any -var strain 0.01 -var unload elastic -var cycles 1 "
-           "-var restart 0 -var extensometer yes -var out bone",
+           "-var lower release -var restart 0 -var extensometer yes -var out bone",
            LMP + "in.specimen -var out cylinder.data",
            LMP + "in.quasistatic -var specimen cylinder.data -var material potentials/gado2017.evp:table1_any -var strain 0.0002 -var increment 0.0001 "
            "-var restart 0 -var out bone_row",
-           'tools/view.py bone_state.dump --color plastic_strain --cut "y<0" --pixels 450 --captions "pulled and pushed back, cut open" --out dog_bone.png'),
+           'tools/view.py bone_state.dump --color plastic_strain --cut "y<0" --pixels 450 --captions "pulled and released, cut open" --out dog_bone.png'),
           "dog_bone.png", dog_bone),
     Scene("torsion", "in.torsion", "Torsion", "A shaft, twisted about its axis by its ends. On the right the near half is cut away: the surface has flowed, the core and the grips have not.",
           (LMP + "in.specimen -var n 2000 -var length 0.1 -var out shaft.data",
