@@ -85,7 +85,7 @@ namespace {
 
       if constexpr (Energy) {
         const double rc = std::sqrt(cutsq[k]) * inv_deq[k] * of_bond;
-        const double from = flowed + incremental * (flow.offset[k] - flowed);
+        const double from = incremental * flow.offset[k] + (1.0 - incremental) * flowed;
         const double at_cut = c.flowed(rc, from), s_cut = 1.0 / (rc - at_cut);
         const double s_flow = 1.0 / (1.0 + at_cut);
         const double stored = c.energy(e, q, s_after, q_after) -

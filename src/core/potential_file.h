@@ -83,8 +83,8 @@ find_file_and_row(const std::vector<std::string> &words)
   if (words.size() == 2) return std::array{words[0], words[1]};
   if (words.size() != NMEMBERS && !looks_like_number(words[0]))
     throw BadInput("expected the " + std::to_string(NMEMBERS) + " numbers " + row_keys() +
-                   " and keywords, or FILE ROW or FILE:ROW with nothing behind it, got " +
-                   std::to_string(words.size()) + " words from '" + shown(words[0]) + "' on");
+                   " and keywords, or FILE ROW or FILE:ROW without further arguments, got " +
+                   std::to_string(words.size()) + " words, the first '" + shown(words[0]) + "'");
   return std::nullopt;
 }
 

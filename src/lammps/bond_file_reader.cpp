@@ -65,8 +65,8 @@ namespace {
       lmp->error->warning(
           FLERR,
           "Fix evp/bonds: {} pairs have a negative plastic work, first {} {} with {:.6g}, bond "
-          "file "
-          "{}: they have flowed so far in compression that flow creates energy, or the file was "
+          "file {}: they have flowed so far in compression that flow creates energy, or the file "
+          "was "
           "changed; check the run that wrote it",
           count, first.id_i, first.id_j, first.history.work, file);
     }

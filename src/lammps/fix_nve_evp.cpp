@@ -239,9 +239,8 @@ void FixNVEEVP::solve_and_apply(double h)
   if (!network->damps_implicitly()) return;
   if (!(h > 0.0))
     error->all(FLERR,
-               "{}: the timestep must be positive, as damping is solved for over a step, got {} at "
-               "step {}: give one by the timestep command (compute evp/dt has the largest stable "
-               "one)",
+               "{}: with damping the timestep must be positive, got {} at step {}: set one by the "
+               "timestep command; compute evp/dt computes the largest stable one",
                who, update->dt, update->ntimestep);
 
   prescribed.assign(atom->v[0], atom->v[0] + (size_t) 3 * atom->nlocal);

@@ -23,8 +23,8 @@ using namespace LAMMPS_NS;
 using EVP::Contact;
 using EVP::scene::rows;
 
-enum { ROW = 1, ROW_WITH_KEYWORDS };           // in restart files; 0: there is no row
-static constexpr size_t LONGEST_LINE = 254;    // that read_data takes
+enum RowKind { NO_ROW, PLAIN_ROW, ROW_WITH_KEYWORDS };    // in restart files
+static constexpr size_t LONGEST_LINE = 254;               // that read_data takes
 
 namespace {
 
@@ -343,7 +343,9 @@ void PairEVPLJ::write_restart(FILE *fp)
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++) {
       const EVP::GivenRow given = coefficients.given(i, j);
-      const int kind = !setflag[i][j] ? 0 : has_any(given.keywords) ? ROW_WITH_KEYWORDS : ROW;
+      const int kind = !setflag[i][j] ? NO_ROW
+          : has_any(given.keywords)   ? ROW_WITH_KEYWORDS
+                                      : PLAIN_ROW;
       fwrite(&kind, sizeof(int), 1, fp);
       const auto words = words_of(EVP::MEMBERS, given.row);
       const auto more = words_of(EVP::KEYWORDS, given.keywords);

@@ -23,7 +23,7 @@ PairNetwork::PairNetwork(LAMMPS *lmp, Pair *style, Coefficients &coefficients_in
     Pointers(lmp), ghosts(lmp, style), sums(lmp, style), cuts(lmp), source(lmp),
     coefficients(coefficients_in), laws(lmp, coefficients, cuts), builder(lmp), snapshot(lmp),
     pair_histories(lmp, list, coefficients, rules),
-    timestep_check(lmp, list, coefficients, rules, sums), density_check(lmp, coefficients, cuts)
+    timestep_check(lmp, list, coefficients, rules, sums)
 {
 }
 
@@ -80,7 +80,7 @@ bool PairNetwork::is_packed() const
       !(bonds() && bonds()->find_misplaced(atom->tag, atom->nlocal));
 }
 
-// at the end of a step, after their ghosts were placed
+// Does a fix move atoms with the box at the end of a step, when ghosts are no longer updated?
 static bool moves_atoms_with_box(const Modify *modify, const Domain *domain)
 {
   for (int k = 0; domain->box_change && k < modify->nfix; k++) {
@@ -257,7 +257,7 @@ void PairNetwork::pack(const NeighList *neighbors, bool collective)
       },
       explicit_damping && implicit_groupbit, rules.flows);
   if (is_first) {
-    density_check.warn();
+    laws.warn_of_density();
     timestep_check.warn(damping_acts());
   }
 }

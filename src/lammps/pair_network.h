@@ -5,7 +5,6 @@
 #include "core/coefficients.h"
 #include "core/pair_list.h"
 #include "cut_offs.h"
-#include "density_check.h"
 #include "ghost_sums.h"
 #include "ghost_update.h"
 #include "list_snapshot.h"
@@ -119,8 +118,8 @@ class PairNetwork : protected Pointers {
   /// Were the pairs packed from the neighbor list as it is now, and from the atoms here?
   bool is_packed() const;
 
-  /// Collective, in a run. Brings ghosts to their owners where a box moves its atoms after the forces,
-  /// else does nothing: at the end of a step ghosts are then still where the forces were found.
+  /// Collective, in a run. Updates the positions of ghosts if a fix moves the atoms with the box at the end of
+  /// the step. Otherwise ghosts are at the positions of the last forces, and nothing is sent.
   void place_ghosts();
 
   /// Collective. Are the packed pairs all pairs of the present positions? Between runs ghosts are
@@ -196,7 +195,6 @@ class PairNetwork : protected Pointers {
   ListSnapshot snapshot;
   PairHistories pair_histories;
   TimestepCheck timestep_check;
-  DensityCheck density_check;
 
   bool any_gamma = false, explicit_damping = false;
   bool scene_checked = false, overlap_warned = false, repack_due = true;

@@ -11,6 +11,7 @@
 #include "error.h"
 #include "fix.h"
 #include "force.h"
+#include "input.h"
 #include "modify.h"
 #include "update.h"
 #include "utils.h"
@@ -58,11 +59,15 @@ namespace scene {
     return nullptr;
   }
 
-  /// Is this a run? Not a minimization, a rerun of a dump or a 'run 0', with which timesteps are found.
-  inline bool makes_steps(const Update *update)
+  /// Is this a run of at least one step? False for minimizations, 'run 0', and rerun, where LAMMPS keeps the steps
+  /// of the last run.
+  inline bool makes_steps(const LAMMPS *lmp)
   {
+    const Update *const update = lmp->update;
+    const char *const command = lmp->input->command;
     return update->whichflag == 1 && update->nsteps > 0 &&
-        update->laststep == update->firststep + update->nsteps;
+        update->laststep == update->firststep + update->nsteps &&
+        !(command && strcmp(command, "rerun") == 0);
   }
 
   /// Does the fix move its atoms by the forces on them, not along a path of its own?

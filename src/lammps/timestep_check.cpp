@@ -115,7 +115,7 @@ SingleParticles TimestepCheck::linearise(bool damped) const
 
 void TimestepCheck::warn(bool damped)
 {
-  if (!scene::makes_steps(update) || is_left_to_others(modify)) return;
+  if (!scene::makes_steps(lmp) || is_left_to_others(modify)) return;
   const Movers movers = find_movers(modify);
   if (!movers.free) return;
   const std::vector<double> inverse_mass = inverse_masses(atom, force, movers);

@@ -9,7 +9,7 @@ from small_bodies import head, words, write_two
 
 SOLID = 7830.0
 ROW = f"{words(law.TABLE1)} density {SOLID}"
-FOUND = re.compile(r"atoms of type (\d) have a density of ([0-9.e+-]+), but their row is of a solid of ([0-9.e+-]+)")
+FOUND = re.compile(r"atoms of type (\d) have a mean density of ([0-9.e+-]+), but the density in their row is ([0-9.e+-]+)")
 
 
 def found(run):

@@ -48,7 +48,7 @@ CASES = [
     ("coeff", "pair_coeff 1", "pair_coeff"),
     ("coeff", COEFF + "80 8", "expected 9 values, got 2 (a row has e1"),
     ("coeff", COEFF + "gado2017.evp", "9 numbers e1 m1 n1 e2 m2 n2 xi_s gamma alpha"),
-    ("coeff", COEFF + "gado2017.evp table1 table2", "FILE ROW or FILE:ROW with nothing behind it, got 3 words from 'gado2017.evp' on"),
+    ("coeff", COEFF + "gado2017.evp table1 table2", "FILE ROW or FILE:ROW without further arguments, got 3 words, the first 'gado2017.evp'"),
     ("coeff", row(gamma="inf"), f"gamma {NUMBER} 'inf'"),
     ("coeff", row(alpha="inf"), f"alpha {NUMBER} 'inf'"),
     ("coeff", row(m1="8..0"), f"m1 {NUMBER} '8..0'"),

@@ -162,7 +162,7 @@ def test_rows_from_a_file_and_typed_are_one(lmp, tmp_path, ranks):
     (f'"{TABLE1.replace("0.005", "5")}"', "read_evp_row: xi_s must lie between 0 and 1"),
     ("80", "read_evp_row: expected 9 values, got 1"),
     ("80 8", "read_evp_row: expected 9 values, got 2"),
-    ("good.evp:a kv 300", "FILE ROW or FILE:ROW with nothing behind it, got 3 words from 'good.evp:a' on"),
+    ("good.evp:a kv 300", "FILE ROW or FILE:ROW without further arguments, got 3 words, the first 'good.evp:a'"),
     ("good.evp", "read_evp_row: expected FILE:ROW, a potential file and the name of a row, got 'good.evp'"),
     ('""', "read_evp_row: expected 9 values, got 0"),
     ("", "read_evp_row: expected at least two arguments, a row (FILE:ROW or its numbers) and the prefix of the variables, got 1"),

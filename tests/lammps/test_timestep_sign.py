@@ -4,7 +4,7 @@
 import pytest
 from hostile import SECONDS, refused, scene
 
-POSITIVE = "Fix move nve/evp: the timestep must be positive, as damping is solved for over a step, got "
+POSITIVE = "Fix move nve/evp: with damping the timestep must be positive, got "
 DAMPED = {"coeff": "pair_coeff * * 80 8 4 3 8 4 0.005 100 1.5", "move": "fix move all nve/evp\nvelocity all create 1 1"}
 
 

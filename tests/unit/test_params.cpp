@@ -285,7 +285,7 @@ TEST(FindFileAndRow, TellsThemFromNumbers)
         [&] {
           EVP::find_file_and_row(EVP::split_words(neither));
         },
-        {"expected the 9 numbers", "FILE:ROW with nothing behind it", "e"});
+        {"expected the 9 numbers", "FILE:ROW without further arguments", "e"});
 }
 
 TEST(ShortestText, ReadsBackToTheSameNumber)
