@@ -39,3 +39,8 @@ def test_it_is_a_matter_of_runs_and_said_once(lmp, start):
     text = start + "run 0\nminimize 0 1e-9 2 5\nset type 1 density 2700\nrun 0\n" + "run 1\n" * 3 + "set type 1 density 2800\nrun 1\n"
     text += f"set type 1 density {SOLID}\nrun 1\nset type 1 density 2800\nrun 1\n"
     assert [density for _, density, _ in found(lmp(text, 2).ok())] == [2700.0, 2800.0, 2800.0]
+
+
+def test_a_rerun_is_no_run(lmp, start):
+    text = start + f"set type 1 density {SOLID}\ndump all all custom 1 all.dump id type x y z\nrun 2\nset type 1 density 2700\n"
+    assert found(lmp(text + "rerun all.dump first 0 last 2 dump x y z\n").ok()) == []

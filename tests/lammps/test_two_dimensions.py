@@ -44,3 +44,11 @@ REFUSED = {
 def test_what_counts_on_three_dimensions(lmp, name):
     parts, text = REFUSED[name]
     refused(lmp(sheet(**parts), seconds=SECONDS), text)
+
+
+def test_density_of_discs_is_not_compared_with_that_of_a_solid(lmp):
+    """LAMMPS takes the volume of a disc for their mass."""
+    row = "pair_coeff * * 80 8 4 3 8 4 0.005 0 1.2 density 2700"
+    discs = BOX.replace("set group all density", "set group all density/disc")
+    run = lmp(sheet(box=discs, coeff=row, move="fix flat all enforce2d\nfix move all nve/sphere disc", then="run 1"), seconds=SECONDS).ok()
+    assert not [text for text in run.warnings() if "density" in text]
