@@ -109,8 +109,8 @@ void RowLaws::report()
 
 void RowLaws::warn_of_density()
 {
-  // over that of the solid: one, or one over the solid fraction, which is above 0.5 in a packing
-  constexpr double LOWEST = 0.99, HIGHEST = 2.5;
+  // over that of the solid: one, or one over the solid fraction, which may be 0.2 in a lattice
+  constexpr double LOWEST = 0.99, HIGHEST = 10.0;
   if (domain->dimension == 2 || !coefficients.any_density() || !scene::makes_steps(lmp)) return;
 
   const int types = atom->ntypes;

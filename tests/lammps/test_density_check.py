@@ -28,7 +28,7 @@ def start(tmp_path):
 
 def test_what_goes_with_the_row_and_what_does_not(lmp_decks, start):
     """1.0 and 1/0.58 of the solid are the two ways that input scripts use; the row without a density counts for nothing."""
-    ratios = {0.345: 1, 0.985: 1, 0.995: 0, 1.0: 0, 1 / 0.58: 0, 1 / 0.42: 0, 2.6: 1, 100.0: 1}
+    ratios = {0.345: 1, 0.985: 1, 0.995: 0, 1.0: 0, 1 / 0.58: 0, 1 / 0.19: 0, 11.0: 1, 100.0: 1}
     decks = {ratio: start + f"set type 1 density {ratio * SOLID:.17g}\nset type 2 density 1\nrun 1\n" for ratio in ratios}
     for ratio, run in lmp_decks(decks).items():
         assert found(run) == [(1, pytest.approx(ratio * SOLID, rel=1e-5), SOLID)] * ratios[ratio]
