@@ -20,10 +20,10 @@ namespace EVP {
 using scene::rows;
 
 PairNetwork::PairNetwork(LAMMPS *lmp, Pair *style, Coefficients &coefficients_in) :
-    Pointers(lmp), ghosts(lmp, style), sums(lmp, style), cuts(lmp), source(lmp),
-    coefficients(coefficients_in), laws(lmp, coefficients, cuts), builder(lmp), snapshot(lmp),
-    pair_histories(lmp, list, coefficients, rules),
-    timestep_check(lmp, list, coefficients, rules, sums), density_check(lmp, coefficients, cuts)
+    Pointers(lmp), ghosts(lmp, style), cuts(lmp), source(lmp), coefficients(coefficients_in),
+    laws(lmp, coefficients, cuts), builder(lmp), snapshot(lmp),
+    pair_histories(lmp, list, coefficients, rules), timestep_check(lmp, *this, coefficients),
+    density_check(lmp, coefficients, cuts)
 {
 }
 
@@ -258,7 +258,7 @@ void PairNetwork::pack(const NeighList *neighbors, bool collective)
       explicit_damping && implicit_groupbit, rules.flows);
   if (is_first) {
     density_check.warn();
-    timestep_check.warn(damping_acts());
+    timestep_check.warn();
   }
 }
 

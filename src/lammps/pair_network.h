@@ -6,7 +6,6 @@
 #include "core/pair_list.h"
 #include "cut_offs.h"
 #include "density_check.h"
-#include "ghost_sums.h"
 #include "ghost_update.h"
 #include "list_snapshot.h"
 #include "pair_histories.h"
@@ -134,7 +133,6 @@ class PairNetwork : protected Pointers {
 
   PairRules rules;
   GhostUpdate ghosts;
-  GhostSums sums;
   CutOffs cuts;
   BondSource source;
 
