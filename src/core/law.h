@@ -214,15 +214,6 @@ class Law {
         (deq * deq);
   }
 
-  /// -dF/dd of a pair that had p before, of the softer side where it is about to flow [energy/length^2].
-  double stiffness(double d, double deq, double p) const
-  {
-    constexpr double ON_THE_SURFACE = 1.0 - 1e-6;
-    const double now = flowed(d, deq, p), e = d / deq - now;
-    const bool flows = std::fabs(e - 1.0) >= ON_THE_SURFACE * row.xi_s;
-    return (flows ? second.stiffness(1.0 / (1.0 + now)) : first.stiffness(1.0 / e)) / (deq * deq);
-  }
-
   /// |K_I(r deq)| with the first regime carried on to any r (what eq. 6 asks for) [energy/length^2].
   double first_stiffness(double r, double deq) const
   {

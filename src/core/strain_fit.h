@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
-#include "core/diagonalize.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -65,10 +63,10 @@ class StrainFit {
   /// The strain from the sums, 0 where there is no bond.
   static SymmetricTensor solve(const double *sums)
   {
-    SquareMatrix<6> m;
+    Matrix m;
     for (int a = 0; a < 6; a++)
       for (int b = 0; b <= a; b++) m[a][b] = m[b][a] = *sums++;
-    const SquareMatrix<6> axes = diagonalize(m);    // the eigenvalues are on the diagonal of m then
+    Matrix axes = diagonalize(m);    // the eigenvalues are on the diagonal of m then
     double largest = 0.0;
     for (int a = 0; a < 6; a++) largest = std::max(largest, m[a][a]);
     SymmetricTensor e = {};
@@ -83,9 +81,46 @@ class StrainFit {
   }
 
  private:
+  using Matrix = std::array<std::array<double, 6>, 6>;
+
   // Directions that the bonds determine less, compared with the best, are left out: there the strain would be
   // the scatter of the bonds' own, many times enlarged, as in a sphere at an edge of the body.
   static constexpr double RANK = 1e-3;
+  static constexpr int MOST_SWEEPS = 20;
+
+  /// Jacobi's rotations: m becomes diagonal; returns its eigenvectors, in columns.
+  static Matrix diagonalize(Matrix &m)
+  {
+    Matrix axes = {};
+    double norm = 0.0;
+    for (int a = 0; a < 6; a++) {
+      axes[a][a] = 1.0;
+      for (int b = 0; b < 6; b++) norm += m[a][b] * m[a][b];
+    }
+    for (int sweep = 0; sweep < MOST_SWEEPS; sweep++) {
+      double off = 0.0;
+      for (int a = 0; a < 6; a++)
+        for (int b = 0; b < a; b++) off += m[a][b] * m[a][b];
+      if (!(off > 1e-30 * norm)) break;
+      for (int p = 0; p < 5; p++)
+        for (int q = p + 1; q < 6; q++) {
+          if (m[p][q] == 0.0) continue;
+          const double theta = 0.5 * (m[q][q] - m[p][p]) / m[p][q];
+          const double t = std::copysign(1.0, theta) / (std::abs(theta) + std::hypot(theta, 1.0));
+          const double c = 1.0 / std::hypot(t, 1.0), s = t * c;
+          for (int a = 0; a < 6; a++) rotate(m[a][p], m[a][q], c, s);
+          for (int a = 0; a < 6; a++) rotate(m[p][a], m[q][a], c, s);
+          for (int a = 0; a < 6; a++) rotate(axes[a][p], axes[a][q], c, s);
+        }
+    }
+    return axes;
+  }
+  static void rotate(double &x, double &y, double c, double s)
+  {
+    const double before = x;
+    x = c * x - s * y;
+    y = s * before + c * y;
+  }
 };
 
 }    // namespace EVP

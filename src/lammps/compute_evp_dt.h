@@ -2,11 +2,8 @@
 #pragma once
 
 #include "compute.h"
-#include "core/linear_network.h"
 #include "nodal_exchange.h"
-#include "pair_network.h"
-
-#include <vector>
+#include "stable_timesteps.h"
 
 namespace LAMMPS_NS {
 
@@ -14,8 +11,6 @@ namespace LAMMPS_NS {
 /// held.
 class ComputeEVPDt : public EVP::NodalExchange<Compute> {
  public:
-  static constexpr double NO_LIMIT = 1.0e20;    ///< nothing interacts: any timestep is stable
-
   ComputeEVPDt(class LAMMPS *, int, char **);
   ~ComputeEVPDt() override { delete[] vector; }
 
@@ -23,28 +18,16 @@ class ComputeEVPDt : public EVP::NodalExchange<Compute> {
   void setup() override;
   double compute_scalar() override;
   void compute_vector() override;
-  double memory_usage() override { return linear.memory_usage(); }
+  double memory_usage() override { return limits.memory_usage(); }
 
   /// Collective, in a run. Warns once if the timestep is above the limit.
   void warn_of_timestep();
 
  private:
-  EVP::LinearNetwork linear;
-  std::vector<double>
-      above_volume;               // axial stiffness that is not below the volume energy's, by link
-  double paper_dt = NO_LIMIT;     // eqs. 6 and 7
+  EVP::StableTimesteps limits;
   bigint computed_step = -1;      // of what vector holds, -1 if it must not be used again
   bool limit_warned = false;      // in this run: of dt
   bool lanczos_warned = false;    // of an eigenvalue
-
-  bool all_implicit() const;
-  void linearise();
-  void take_atoms(const EVP::VolumeForces *);
-  std::vector<double> take_pairs(const EVP::PairNetwork *);
-  double largest_eigenvalue(const EVP::LinearNetwork::Mix &);
-  double explicit_dt(double lambda_k, double lambda_c);
-  double implicit_dt(double lambda_axial, double lambda_across) const;
-  double row_sum_dt() const;
 };
 
 }    // namespace LAMMPS_NS

@@ -46,7 +46,7 @@ class FixDtEVP : public EVP::NodalExchange<Fix> {
     double turns;    ///< 1 if it turns too fast, 0 if it opens or closes too fast
   };
 
-  static constexpr double NO_LIMIT = ComputeEVPDt::NO_LIMIT;
+  static constexpr double NO_LIMIT = EVP::StableTimesteps::NO_LIMIT;
 
   double fraction = 0.0;        // of the stable timestep
   double maximum = NO_LIMIT;    // of dt [time]

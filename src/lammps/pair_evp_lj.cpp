@@ -53,7 +53,6 @@ PairEVPLJ::PairEVPLJ(LAMMPS *lmp) : Pair(lmp), network(lmp, this, coefficients)
 {
   writedata = 1;
   comm_forward = 3;    // velocities or positions
-  comm_reverse = EVP::GhostSums::MOST;
   single_extra = NVALUES;
   svector = new double[NVALUES];
 }

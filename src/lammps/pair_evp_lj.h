@@ -38,14 +38,6 @@ class PairEVPLJ : public Pair {
   {
     network.ghosts.unpack(n, first, buf);
   }
-  int pack_reverse_comm(int n, int first, double *buf) override
-  {
-    return network.sums.pack(n, first, buf);
-  }
-  void unpack_reverse_comm(int n, int *indices, double *buf) override
-  {
-    network.sums.unpack(n, indices, buf);
-  }
   double memory_usage() override
   {
     return Pair::memory_usage() + network.memory_usage() + coefficients.memory_usage();

@@ -20,10 +20,9 @@ namespace EVP {
 using scene::rows;
 
 PairNetwork::PairNetwork(LAMMPS *lmp, Pair *style, Coefficients &coefficients_in) :
-    Pointers(lmp), ghosts(lmp, style), sums(lmp, style), cuts(lmp), source(lmp),
-    coefficients(coefficients_in), laws(lmp, coefficients, cuts), builder(lmp), snapshot(lmp),
-    pair_histories(lmp, list, coefficients, rules),
-    timestep_check(lmp, list, coefficients, rules, sums)
+    Pointers(lmp), ghosts(lmp, style), cuts(lmp), source(lmp), coefficients(coefficients_in),
+    laws(lmp, coefficients, cuts), builder(lmp), snapshot(lmp),
+    pair_histories(lmp, list, coefficients, rules), timestep_check(lmp, *this, coefficients)
 {
 }
 
@@ -258,7 +257,7 @@ void PairNetwork::pack(const NeighList *neighbors, bool collective)
       explicit_damping && implicit_groupbit, rules.flows);
   if (is_first) {
     laws.warn_of_density();
-    timestep_check.warn(damping_acts());
+    timestep_check.warn();
   }
 }
 

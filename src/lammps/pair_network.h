@@ -5,7 +5,6 @@
 #include "core/coefficients.h"
 #include "core/pair_list.h"
 #include "cut_offs.h"
-#include "ghost_sums.h"
 #include "ghost_update.h"
 #include "list_snapshot.h"
 #include "pair_histories.h"
@@ -133,7 +132,6 @@ class PairNetwork : protected Pointers {
 
   PairRules rules;
   GhostUpdate ghosts;
-  GhostSums sums;
   CutOffs cuts;
   BondSource source;
 

@@ -3,19 +3,24 @@
 #include "timestep_check.h"
 
 #include "collective.h"
+#include "nodal_exchange.h"
 #include "scene.h"
+#include "stable_timesteps.h"
 
 #include "comm.h"
 #include "compute.h"
 
-#include <vector>
+#include <algorithm>
+#include <cmath>
 
 namespace EVP {
 
 namespace {
 
-  bool is_left_to_others(const Modify *modify)
+  // With respa the pair style has a step of its own.
+  bool is_checked_elsewhere(const Modify *modify, const Update *update)
   {
+    if (utils::strmatch(update->integrate_style, "^respa")) return true;
     for (int k = 0; k < modify->ncompute; k++)
       if (strcmp(modify->compute[k]->style, "evp/dt") == 0) return true;
     return scene::find_fix(modify, "dt/evp") || scene::find_fix(modify, "dt/reset");
@@ -29,110 +34,128 @@ namespace {
     return false;
   }
 
-  // Bits of groups.
-  struct Movers {
-    int free = 0;      // their atoms follow the forces on them
-    int others = 0;    // theirs do not, or not alone
-  };
+}    // namespace
 
-  Movers find_movers(const Modify *modify)
+// Bits of groups.
+struct TimestepCheck::Movers {
+  int free = 0;      // their atoms follow the forces on them
+  int others = 0;    // theirs do not, or not alone
+
+  explicit Movers(const Modify *modify)
   {
-    Movers movers;
     for (int k = 0; k < modify->nfix; k++) {
       const Fix *const fix = modify->fix[k];
       if (moves_each_atom_freely(fix))
-        movers.free |= fix->groupbit;
+        free |= fix->groupbit;
       else if (fix->time_integrate || scene::holds_atoms(fix))
-        movers.others |= fix->groupbit;
+        others |= fix->groupbit;
     }
-    return movers;
   }
 
-  // Of own atoms, 0 for those that do not move freely.
-  std::vector<double> inverse_masses(const Atom *atom, const Force *force, const Movers &movers)
+  double inverse_mass(const Atom *atom, const Force *force, int i) const
   {
-    std::vector<double> inverse((size_t) atom->nlocal, 0.0);
-    for (int i = 0; i < atom->nlocal; i++)
-      if ((atom->mask[i] & movers.free) && !(atom->mask[i] & movers.others))
-        inverse[i] = scene::inverse_mass(atom, force, i);
-    return inverse;
+    const bool is_free = (atom->mask[i] & free) && !(atom->mask[i] & others);
+    return is_free ? scene::inverse_mass(atom, force, i) : 0.0;
+  }
+};
+
+namespace {
+
+  /// Exchanges values as compute evp/dt does, without being one of the computes of the input script.
+  struct Exchange : public NodalExchange<Compute> {
+    using NodalExchange::NodalExchange;
+    void init() override {}
+  };
+
+  // Gershgorin, without the volume energy. Spares most runs the links and the eigenvalues of the network.
+  template <class InverseMass>
+  bool may_be_unstable(const PairNetwork &network, const Atom *atom, double dt, int nreact,
+                       Exchange &exchange, InverseMass &&inverse_mass)
+  {
+    const PairList &list = network.packed_pairs();
+    std::vector<double> sums((size_t) list.nall, 0.0);
+    for_each_pair(list, scene::rows(atom->x), [&](const PlacedPair &p) {
+      if (p.is_beyond()) return;
+      const auto stiffness = StableTimesteps::stiffness_of(network, p);
+      const double gamma = network.law_of(p).parameters().gamma;
+      const double value = dt * (dt * (stiffness.axial + stiffness.across) + 2.0 * gamma);
+      sums[p.i] += value;
+      if (p.j < nreact) sums[p.j] += value;
+    });
+    exchange.comm_reverse = 1;
+    exchange.to_owners(sums);
+    exchange.comm_reverse = 3;
+    bool any = false;
+    for (int i = 0; i < atom->nlocal; i++) any = any || inverse_mass(i) * sums[i] > 2.0;
+    return any;
   }
 
-  // Of pairs of a law by its index: dt^2 k deq^2 at rest, and 2 dt gamma.
-  struct AtRest {
-    double stiff = -1.0, viscous = 0.0;
-  };
+  bool are_close(const std::vector<double> &a, const std::vector<double> &b)
+  {
+    constexpr double ROUND_OFF = 1e-9;    // sums in another order
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](double x, double y) {
+      return std::fabs(x - y) <= ROUND_OFF * std::fabs(x);
+    });
+  }
 
 }    // namespace
 
-// A screen at a tenth of the cost of the blocks, for most runs: no eigenvalue of the block of an atom is above
-// the sum of the stiffnesses of its pairs. Those at rest are taken, and half of the limit, which leaves room for
-// stiffening.
-bool TimestepCheck::may_be_unstable(const std::vector<double> &inverse_mass)
+// The same on all MPI ranks.
+std::vector<double> TimestepCheck::describe(const Movers &movers) const
 {
-  constexpr double HALF_OF_LIMIT = 2.0;
-  const int nreact = list.nreact(force->newton_pair);
-  const double dt = update->dt;
-  std::vector<AtRest> laws;
-  std::vector<double> values((size_t) list.nall, 0.0);
-  for_each_pair(list, scene::rows(atom->x), [&](const PlacedPair &p) {
-    if (p.law >= (int) laws.size()) laws.resize((size_t) p.law + 1);
-    AtRest &at_rest = laws[p.law];
-    if (at_rest.stiff < 0.0) {
-      const Law &law = coefficients.law(p.law);
-      at_rest = {dt * dt * law.stiffness_ahead(1.0, 1.0), 2.0 * dt * law.parameters().gamma};
-    }
-    const double value = at_rest.stiff * (p.inv_deq * p.inv_deq) + at_rest.viscous;
-    values[p.i] += value;
-    if (p.j < nreact) values[p.j] += value;
-  });
-  sums.to_owners(values, 1);
-  bool any = false;
-  for (size_t i = 0; i < inverse_mass.size(); i++)
-    any = any || inverse_mass[i] * values[i] > HALF_OF_LIMIT;
-  return on_any(any, world);
+  const VolumeForces *const volume = network.volume();
+  std::array<double, 2> sums = {};
+  for (int i = 0; i < atom->nlocal; i++) {
+    sums[0] += movers.inverse_mass(atom, force, i);
+    if (volume) sums[1] += volume->stiffness(i);
+  }
+  sums = reduce_all(sums, MPI_SUM, world);
+  const Fix *const implicit = scene::find_fix(modify, "nve/evp");
+  std::vector<double> values = {update->dt,
+                                (double) network.source.version(),
+                                (double) network.rules.flows,
+                                (double) (implicit ? implicit->groupbit : 0),
+                                sums[0],
+                                sums[1]};
+  for (const int index : coefficients.laws_in_use())
+    for (const Member &member : MEMBERS)
+      values.push_back(coefficients.law(index).parameters().*member.value);
+  return values;
 }
 
-SingleParticles TimestepCheck::linearise(bool damped) const
+void TimestepCheck::warn()
 {
-  SingleParticles particles((size_t) list.nall, damped);
-  const int nreact = list.nreact(force->newton_pair);
-  const bool flows = rules.flows;
-  for_each_pair(list, scene::rows(atom->x), [&](const PlacedPair &p) {
-    if (p.is_beyond() || atom->tag[p.i] == atom->tag[p.j]) return;
-    const Law &law = coefficients.law(p.law);
-    const double d = p.distance(), deq = 1.0 / p.inv_deq;
-    const double u[] = {p.g.dx / d, p.g.dy / d, p.g.dz / d};
-    const double push = flows ? law.force(d, deq, p.offset) : law.force(d, deq);
-    if (flows && push < 0.0 && only_repels(p.cutsq, p.inv_deq)) return;
-    const double axial = flows ? law.stiffness(d, deq, p.offset) : law.stiffness(d, deq);
-    const double viscous = law.parameters().gamma - coefficients.gamma_elsewhere(p.law);
-    particles.add(p.i, u, axial, -push / d, viscous);
-    if (p.j < nreact) particles.add(p.j, u, axial, -push / d, viscous);
-  });
-  return particles;
-}
-
-void TimestepCheck::warn(bool damped)
-{
-  if (!scene::makes_steps(lmp) || is_left_to_others(modify)) return;
-  const Movers movers = find_movers(modify);
+  if (!scene::makes_steps(lmp) || is_checked_elsewhere(modify, update)) return;
+  const Movers movers(modify);
   if (!movers.free) return;
-  const std::vector<double> inverse_mass = inverse_masses(atom, force, movers);
-  if (!may_be_unstable(inverse_mass)) return;
+  const std::vector<double> now = describe(movers);
+  if (are_close(now, checked)) return;
+  checked = now;
 
-  SingleParticles particles = linearise(damped);
-  sums.to_owners(particles.stiffness, SingleParticles::WIDTH);
-  if (damped) sums.to_owners(particles.damping, SingleParticles::WIDTH);
+  const int nreact = network.packed_pairs().nreact(force->newton_pair);
+  if (VolumeForces *const volume = network.volume())
+    volume->evaluate(network.packed_pairs(),
+                     {scene::rows(atom->x), scene::rows(atom->v), nullptr, nreact});
+  char words[][16] = {"timestep_check", "all", "evp/dt"};
+  char *arg[] = {words[0], words[1], words[2]};
+  Exchange exchange(lmp, 3, arg);
   const double dt = update->dt;
-  const double limit = reduce_all(particles.lowest_limit(inverse_mass, dt), MPI_MIN, world);
-  if (limit < dt && comm->me == 0)
+  const auto inverse_mass = [&](int i) {
+    return movers.inverse_mass(atom, force, i);
+  };
+  const bool screened = !network.volume() &&
+      !on_any(may_be_unstable(network, atom, dt, nreact, exchange, inverse_mass), world);
+  if (screened) return;
+
+  StableTimesteps limits(lmp, exchange);
+  limits.linearise(network, movers.free, movers.others);
+  const double limit = limits.present_dt();
+  if (dt > (1.0 + StableTimesteps::ACCURACY) * limit && comm->me == 0)
     error->warning(
         FLERR,
-        "Pair evp/lj: the timestep {:.6g} is {:.4g} times {:.6g}, an upper limit of the stable "
-        "timestep from the stiffness and damping around single atoms: the run is unstable, or "
-        "silently wrong; compute evp/dt gives the limit itself, which is lower, and fix dt/evp "
-        "sets the timestep",
+        "Pair evp/lj: the timestep {:.6g} is {:.4g} times the largest stable timestep "
+        "{:.6g}: the run is unstable, or silently wrong; fix dt/evp sets the timestep, "
+        "compute evp/dt shows the limit",
         dt, dt / limit, limit);
 }
 

@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+#include "stable_timesteps.h"
+
+#include "collective.h"
+#include "scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+namespace EVP {
+
+// positive root of dt^2 a + 2 dt b = 4 (velocity Verlet with damping at half-step velocities)
+double StableTimesteps::root_of(double a, double b)
+{
+  const double sum = b + std::sqrt(b * b + 4.0 * a);
+  return sum > 0.0 ? 4.0 / sum : NO_LIMIT;
+}
+
+void StableTimesteps::linearise(const PairNetwork &network, int free_bits, int held_bits)
+{
+  stiffest = -1.0;
+  all_converged = true;
+  take_atoms(network.volume(), free_bits, held_bits);
+  linear.nreact = network.packed_pairs().nreact(force->newton_pair);
+  const std::vector<double> inv_deq = take_pairs(network);
+  above_volume.clear();
+  if (linear.with_volume) above_volume = linear.stiffness_above_volume(inv_deq);
+}
+
+// volume: nullptr without fix evp/volume
+void StableTimesteps::take_atoms(const VolumeForces *volume, int free_bits, int held_bits)
+{
+  const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
+  linear.with_volume = volume != nullptr;
+  linear.volume_stiffness.clear();
+  for (int i = 0; volume && i < nlocal; i++)
+    linear.volume_stiffness.push_back(volume->stiffness(i));
+  linear.inverse_mass.assign(nall, 0.0);
+  for (int i = 0; i < nall; i++)
+    if ((atom->mask[i] & free_bits) && !(atom->mask[i] & held_bits))
+      linear.inverse_mass[i] = scene::inverse_mass(atom, force, i);
+  // any start will do; this one is the same on every number of MPI ranks
+  linear.start.assign((size_t) 3 * nlocal, 0.0);
+  for (int i = 0; i < nlocal; i++)
+    for (int c = 0; c < 3 && linear.is_free(i); c++) {
+      uint64_t z = 0x9e3779b97f4a7c15ULL * (3 * (uint64_t) atom->tag[i] + c + 1);
+      z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
+      linear.start[(size_t) 3 * i + c] = (double) ((z ^ (z >> 27)) >> 11) * 0x1.0p-53 - 0.5;
+    }
+}
+
+// From the law, never below that where either regime begins: a pair may be back in the first regime, or in a stiffer
+// second one, within a step
+StableTimesteps::Stiffness StableTimesteps::stiffness_of(const PairNetwork &network,
+                                                         const PlacedPair &p)
+{
+  const VolumeForces *const volume = network.volume();
+  const bool flows = network.rules.flows;
+  const Law &law = network.law_of(p);
+  const double d = p.distance(), deq = 1.0 / p.inv_deq;
+  const double push = flows ? law.force(d, deq, p.offset) : law.force(d, deq);
+  const double of_volume = volume ? volume->force(p) : 0.0;
+  return {flows ? law.stiffness_ahead(d, deq, p.offset) : law.stiffness_ahead(d, deq),
+          std::max(0.0, -(push + of_volume) / d)};
+}
+
+// Returns 1/deq of the links where there is a volume energy
+std::vector<double> StableTimesteps::take_pairs(const PairNetwork &network)
+{
+  const VolumeForces *const volume = network.volume();
+  linear.links.clear();
+  linear.openings.clear();
+  std::vector<double> inv_deq;
+  double shortest = NO_LIMIT;
+  for_each_pair(network.packed_pairs(), scene::rows(atom->x), [&](const PlacedPair &p) {
+    if ((!linear.is_free(p.i) && !linear.is_free(p.j)) || p.is_beyond()) return;
+    const Law &law = network.law_of(p);
+    const Stiffness stiffness = stiffness_of(network, p);
+    const double d = p.distance();
+    linear.links.push_back({p.i,
+                            p.j,
+                            {p.g.dx / d, p.g.dy / d, p.g.dz / d},
+                            stiffness.axial,
+                            stiffness.across,
+                            law.parameters().gamma + network.implicit_gamma(p)});
+    if (volume) {
+      linear.openings.push_back(volume->opening_of(p));
+      inv_deq.push_back(p.inv_deq);
+    }
+
+    // eqs. 6 and 7: overlap of 0.3, deq = R_i + R_j; knows neither coordination nor gamma
+    const double k = law.first_stiffness(0.7, atom->radius[p.i] + atom->radius[p.j]);
+    const double w =
+        std::max(scene::inverse_mass(atom, force, p.i), scene::inverse_mass(atom, force, p.j));
+    if (k > 0.0) shortest = std::min(shortest, 1.0 / std::sqrt(k * w));
+  });
+  paper = reduce_all(shortest, MPI_MIN, world);
+  return inv_deq;
+}
+
+double StableTimesteps::largest_eigenvalue(const LinearNetwork::Mix &mix)
+{
+  const LanczosResult found = linear.largest_eigenvalue(mix, TOLERANCE, MAX_ITERATIONS);
+  all_converged = all_converged && found.converged;
+  return found.eigenvalue;
+}
+
+double StableTimesteps::lambda_k()
+{
+  if (stiffest < 0.0) stiffest = largest_eigenvalue({1.0, 1.0, 0.0, 1.0});
+  return stiffest;
+}
+
+// does fix nve/evp integrate all the free atoms that interact?
+bool StableTimesteps::all_implicit() const
+{
+  const Fix *implicit = scene::find_fix(modify, "nve/evp");
+  const int bit = implicit ? implicit->groupbit : 0;
+  bool outside = false;
+  for (const auto &link : linear.links)
+    for (const int i : {link.i, link.j})
+      if (linear.is_free(i) && !(atom->mask[i] & bit)) outside = true;
+  return !on_any(outside, world) && implicit;
+}
+
+// dt with lambda_max(M^-1 (dt^2 K + 2 dt C)) = 4. The root with the two largest eigenvalues taken
+// apart is below it, and where damping and stiffness peak in different modes by much; each correction
+// lies between those of a pure stiffness and of a pure damper
+double StableTimesteps::explicit_dt()
+{
+  const double lambda_k = this->lambda_k();
+  const double lambda_c = largest_eigenvalue({0.0, 0.0, 1.0});
+  double dt = root_of(lambda_k, lambda_c);
+  if (lambda_c == 0.0) return dt;
+  for (int it = 0; it < 10; it++) {
+    const double stiff = dt * dt * lambda_k, viscous = 2.0 * dt * lambda_c;
+    const double value = largest_eigenvalue({dt * dt, dt * dt, 2.0 * dt, dt * dt});
+    const double power = (2.0 * stiff + viscous) / (stiff + viscous);
+    dt *= std::pow(4.0 / value, 1.0 / power);
+    if (std::fabs(value / 4.0 - 1.0) < ACCURACY) return dt;
+  }
+  return root_of(lambda_k, lambda_c);    // below the limit in any case
+}
+
+// sufficient for dt^2 K <= 4 M + 2 dt C: with C >= a K_axial, the volume energy included,
+// (dt^2 - 2 a dt) lambda_axial + dt^2 lambda_across <= 4 where dt >= 2 a, and dt^2 lambda_across <= 4
+// below, where the damping outweighs the axial stiffness
+double StableTimesteps::implicit_dt()
+{
+  const double lambda_across = largest_eigenvalue({0.0, 1.0, 0.0});
+  const double lambda_axial = lambda_across > 0.0 ? largest_eigenvalue({1.0, 0.0, 0.0, 1.0})
+                                                  : lambda_k();
+  double here = NO_LIMIT;
+  for (size_t k = 0; k < linear.links.size(); k++) {
+    const auto &link = linear.links[k];
+    const double axial = link.axial + (above_volume.empty() ? 0.0 : above_volume[k]);
+    if (axial > 0.0) here = std::min(here, link.damping / axial);
+  }
+  const double a = reduce_all(here, MPI_MIN, world);
+
+  // where damping is weak the bound falls below the limit without any
+  const double least = linear.with_volume ? undamped_dt() : 0.0;
+  const double sum = lambda_axial + lambda_across;
+  if (sum == 0.0) return NO_LIMIT;
+  if (a * a * lambda_across > 1.0) return std::max(least, root_of(lambda_across, 0.0));
+  const double b = a * lambda_axial;
+  return std::max(least, (b + std::sqrt(b * b + 4.0 * sum)) / sum);
+}
+
+double StableTimesteps::row_sum_dt() const
+{
+  const std::vector<double> k = linear.row_sums({1.0, 1.0, 0.0, 1.0});
+  const std::vector<double> c = linear.row_sums({0.0, 0.0, 1.0});
+  double here = NO_LIMIT;
+  for (size_t n = 0; n < k.size(); n++) here = std::min(here, root_of(k[n], c[n]));
+  return reduce_all(here, MPI_MIN, world);
+}
+
+}    // namespace EVP

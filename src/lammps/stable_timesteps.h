@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: GPL-2.0-only
+#pragma once
+
+#include "core/linear_network.h"
+#include "lammps_names.h"
+#include "pair_network.h"
+
+#include <vector>
+
+namespace EVP {
+
+/// Largest stable timesteps of the network of pairs that interact now, see doc/compute_evp_dt.rst.
+class StableTimesteps : protected Pointers {
+ public:
+  static constexpr double NO_LIMIT = 1.0e20;     ///< nothing interacts: any timestep is stable
+  static constexpr double TOLERANCE = 1.0e-4;    ///< of an eigenvalue; half of it in dt
+  static constexpr double ACCURACY = 1.0e-3;     ///< of what the explicit limit is corrected to
+  static constexpr int MAX_ITERATIONS = 500;
+
+  /// exchange: of three values per atom and ghost.
+  StableTimesteps(LAMMPS *lmp, GhostExchange &exchange) : Pointers(lmp), linear(exchange) {}
+
+  /// Collective. The network at the present positions. Free are the atoms with a bit of free_bits and none of
+  /// held_bits; the others are held. The pairs must be packed, and their volume energy evaluated.
+  void linearise(const PairNetwork &, int free_bits, int held_bits = 0);
+
+  // all collective, after linearise()
+
+  double undamped_dt() { return root_of(lambda_k(), 0.0); }    ///< velocity Verlet, no damping
+  double explicit_dt();                                        ///< velocity Verlet
+  double implicit_dt();                                        ///< a lower bound, fix nve/evp
+  double row_sum_dt() const;                                   ///< not above explicit_dt()
+
+  /// Of the integrator that there is: implicit_dt() if fix nve/evp integrates all the free atoms that interact.
+  double present_dt() { return all_implicit() ? implicit_dt() : explicit_dt(); }
+  bool all_implicit() const;
+
+  /// Of the paper, eqs. 6 and 7.
+  double paper_dt() const { return paper; }
+
+  /// Did all eigenvalues converge that were computed since linearise()?
+  bool converged() const { return all_converged; }
+
+  /// Of a pair in the network [force/length].
+  struct Stiffness {
+    double axial, across;
+  };
+  static Stiffness stiffness_of(const PairNetwork &, const PlacedPair &);
+
+  double memory_usage() const { return linear.memory_usage(); }
+
+ private:
+  LinearNetwork linear;
+  std::vector<double>
+      above_volume;           // axial stiffness that is not below the volume energy's, by link
+  double paper = NO_LIMIT;    // eqs. 6 and 7
+  double stiffest = -1.0;     // lambda_k(), negative before it is known
+  bool all_converged = true;
+
+  static double root_of(double a, double b);
+  void take_atoms(const VolumeForces *, int free_bits, int held_bits);
+  std::vector<double> take_pairs(const PairNetwork &);
+  double largest_eigenvalue(const LinearNetwork::Mix &);
+  double lambda_k();
+};
+
+}    // namespace EVP
