@@ -154,6 +154,13 @@ def test_too_little_hardening_is_refused_after_the_runs(tmp_path):
     assert not (tmp_path / "my.evp").exists() and not (tmp_path / "my.mine.work").exists()
 
 
+def test_a_strain_that_the_deck_rounds_down_is_reached(tmp_path):
+    """in.quasistatic gets nine digits of it: the curve of a cylinder ends a rounding before."""
+    code, output = calibrate(tmp_path, None, ["--spheres", "100", "--stress2", "130e6@0.0212345678312"])
+    assert code == 0 and "failed" not in output, output
+    assert table_of(tmp_path)[-1]["found"]["stress2"] == pytest.approx(130e6, rel=0.01)
+
+
 def test_over_stress(tmp_path):
     """gamma is in the row; the over-stress of the damped run over its twin is the one asked for."""
     tmp_path = tmp_path / "a b"

@@ -215,7 +215,7 @@ def pull_material(body, material, xi_s, targets, finer, ranks, folder, timeout, 
                     share = read_curve(work / "pull.csv")[0][-1] / read_curve(work / "pull.csv", body.strain)[0][-1]
                     ends[1:] = [(BEYOND * share * end, share * size) for end, size in ends[1:]]
         strain, stress = read_curve(work / "pull.csv", body.strain)
-    if strain[-1] < abs(targets.strain):
+    if gauged and strain[-1] < abs(targets.strain):  # the strain of the grips ends on the target, but for its nine digits
         raise Failed(f"the middle of the body was stretched to {strain[-1]:.4g} only: it is no thinner than the ends")
     try:
         modulus = curves.modulus(strain, stress)
