@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from common_bodies import REFERENCE
 from evp import curves, cycles
-from lammps_run import read_csv, read_dump, run_lammps
+from lammps_run import DECKS, read_csv, read_dump, run_lammps
 
 E = 20.65e9  # of the reference specimen, contact none [Pa]
 TABLE2 = "80 8 4 3 8 4 0.005 1000 1.5"
@@ -160,6 +160,23 @@ def test_release_at_rest(tmp_path, unload, left):
     for start in (20, int(ends[1])):
         again, _ = run("in.quasistatic", tmp_path, resume=start, **choices)
         assert np.allclose(again.strain, curve.strain, atol=1e-9) and np.allclose(again.virial, curve.virial, rtol=1e-8, atol=1.0)
+
+
+def test_frames_of_a_release_end_with_the_last_state(tmp_path):
+    """As many as asked for, and the unloaded body as the last one; once only where a snapshot is due in the last step anyway."""
+    choices = {"unload": "elastic", "lower": "release", "rate": 50, "also": DECKS / "frames.lmp", "frames": 4}
+    curve, _ = run("in.cyclic", tmp_path, **choices)
+    frames, state = read_dump(tmp_path / "run_frames.dump"), read_dump(tmp_path / "run_state.dump")[-1]
+    assert len(frames) == 5 and frames[-1].step == state.step and frames[-1]["strain"][0] == pytest.approx(curve.strain[-1], rel=1e-8)
+    assert all(np.array_equal(frames[-1][name], state[name]) for name in state.columns)
+    assert all(list(frame.columns) == list(frames[0].columns) for frame in frames) and {*state.columns, "type", "strain"} == set(frames[0].columns)
+    ends = re.findall(r"^ITEM: TIME\n(\S+)$", (tmp_path / "run_frames.dump").read_text(encoding="utf-8"), re.M)
+    assert len(ends) == 5
+    run("in.cyclic", tmp_path, **choices, duration=ends[-1])
+    assert [frame.step for frame in read_dump(tmp_path / "run_frames.dump")][-2:] == [pytest.approx(0.75 * state.step, rel=0.01), state.step]
+    run("in.quasistatic", tmp_path, **{"unload": "elastic", "lower": "release", "cycles": 1, "frames": 4, "increment": 0.001, "restart": 0})
+    rest = read_dump(tmp_path / "run_frames.dump")
+    assert len(rest) == 5 and rest[-1]["strain"][0] == pytest.approx(frames[-1]["strain"][0], abs=2e-4)
 
 
 def test_frames_at_rest(tmp_path):
