@@ -215,6 +215,16 @@ def test_clock_that_stops_a_run_is_told(tmp_path):
     assert "WARNING: the run ended at a strain of" in found.stdout and "half cycle 2 of 2" not in found.stdout
 
 
+def test_release_that_is_stopped_in_its_last_rows_is_told_as_such(tmp_path):
+    choices = {"unload": "elastic", "lower": "release", "rate": 50}
+    run("in.cyclic", tmp_path, **choices)
+    last = read_dump(tmp_path / "run_state.dump")[-1].step
+    (tmp_path / "early.lmp").write_text(f"variable early equal step>={last - 3}\nfix early all halt 1 v_early > 0 error continue\n", encoding="utf-8")
+    _, found = run("in.cyclic", tmp_path, **choices, also="early.lmp")
+    assert read_dump(tmp_path / "run_state.dump")[-1].step == last - 3
+    assert len(re.findall("^WARNING: the run ended at a strain of", found.stdout, re.M)) == 1 and "released: strain" not in found.stdout
+
+
 @pytest.mark.parametrize("deck", ["in.cyclic", "in.traction", "in.quasistatic"])
 @pytest.mark.parametrize("choices", [{}, {"unload": "elastic"}, {"break": 0.05}, {"kv": 300}])
 def test_columns_of_the_state(tmp_path, deck, choices):
