@@ -19,6 +19,20 @@ def run(deck, folder, ranks=1, **choices):
     return curves.read_curve(folder / "run.csv"), found.ok()
 
 
+@pytest.fixture(scope="module")
+def once(tmp_path_factory):
+    """run() of in.cyclic with unload elastic, made once per module for the same choices; found.folder is not to be written in."""
+    known = {}
+
+    def cyclic(**choices):
+        key = tuple(sorted(choices.items()))
+        if key not in known:
+            known[key] = run("in.cyclic", tmp_path_factory.mktemp("once"), unload="elastic", **choices)
+        return known[key]
+
+    return cyclic
+
+
 def test_by_default_one_sweep(tmp_path):
     """To 2 % and back: 200 rows each way, none twice, and the states at both ends. It retraces its curve."""
     curve, _ = run("in.cyclic", tmp_path)
@@ -101,10 +115,9 @@ DAMPED = {"coeff": TABLE2, "integrator": "implicit", "row": 0.0005}
 
 
 @pytest.mark.parametrize("choices", [{"rate": 50}, DAMPED, {**DAMPED, "strain": -0.015}, {**DAMPED, "timestep": 3e-6}])
-def test_release_ends_at_zero_stress(tmp_path, choices):
+def test_release_ends_at_zero_stress(once, choices):
     """At the strain where the curve of a body that is pushed back to 0 crosses zero: strain - stress/E, less the flow back."""
-    choices = {"unload": "elastic", "lower": "release", **choices}
-    curve, found = run("in.cyclic", tmp_path, **choices)
+    curve, found = once(lower="release", **choices)
     row, most = choices.get("row", 1e-4), np.abs(curve.virial).max()
     end, top = curve.strain[-1], int(cycles.turns(curve.strain)[0])
     said = re.search(r"^released: strain (\S+), stress (\S+) MPa$", found.stdout, re.M)
@@ -112,7 +125,7 @@ def test_release_ends_at_zero_stress(tmp_path, choices):
     assert len(cycles.turns(curve.strain)) == 1 and np.abs(np.diff(curve.strain)).max() <= row * (1 + 1e-6)
     whole = 0.5 * row * E if "timestep" in choices else 0.0  # rows of a timestep size of the user's are not divided
     assert abs(curve.virial[-1]) < 0.006 * most + whole, "0.1 MPa or so of 180 where nothing vibrates"
-    back, _ = run("in.cyclic", tmp_path, **{**choices, "lower": 0})
+    back, _ = once(lower=0, **choices)
     assert abs(end - cycles.residual_strain(back.strain, back.virial)) < 0.5 * row and back.virial[-1] / back.virial[top] < -0.5, "control"
     first = np.abs(curve.strain[: top + 1]) <= 0.002
     modulus = np.polyfit(curve.strain[: top + 1][first], curve.virial[: top + 1][first], 1)[0]
@@ -215,12 +228,11 @@ def test_clock_that_stops_a_run_is_told(tmp_path):
     assert "WARNING: the run ended at a strain of" in found.stdout and "half cycle 2 of 2" not in found.stdout
 
 
-def test_release_that_is_stopped_in_its_last_rows_is_told_as_such(tmp_path):
-    choices = {"unload": "elastic", "lower": "release", "rate": 50}
-    run("in.cyclic", tmp_path, **choices)
-    last = read_dump(tmp_path / "run_state.dump")[-1].step
+def test_release_that_is_stopped_in_its_last_rows_is_told_as_such(once, tmp_path):
+    _, whole = once(lower="release", rate=50)
+    last = read_dump(whole.folder / "run_state.dump")[-1].step
     (tmp_path / "early.lmp").write_text(f"variable early equal step>={last - 3}\nfix early all halt 1 v_early > 0 error continue\n", encoding="utf-8")
-    _, found = run("in.cyclic", tmp_path, **choices, also="early.lmp")
+    _, found = run("in.cyclic", tmp_path, unload="elastic", lower="release", rate=50, also="early.lmp")
     assert read_dump(tmp_path / "run_state.dump")[-1].step == last - 3
     assert len(re.findall("^WARNING: the run ended at a strain of", found.stdout, re.M)) == 1 and "released: strain" not in found.stdout
 
