@@ -49,10 +49,11 @@ def parser():
     top.add_argument("--density", type=float, required=True, help="of the solid [kg/m3]")
     top.add_argument("--name", required=True, help="of the row")
     top.add_argument("--out", type=pathlib.Path, required=True, metavar="FILE", help="potential file to append to; made where there is none")
-    top.add_argument("--body", type=pathlib.Path, metavar="FILE",
-                     help="data file of the body, beside it FILE.body, by in.specimen or body.py; strains are those between 0.3 and 0.7 of its length")
-    top.add_argument("--spheres", type=int, metavar="N", help="of the body (default 2000)")
-    top.add_argument("--seed", type=int, help="of the body (default 1)")
+    body = top.add_mutually_exclusive_group()
+    body.add_argument("--body", type=pathlib.Path, metavar="FILE",
+                      help="data file of the body, beside it FILE.body, by in.specimen or body.py; strains are those between 0.3 and 0.7 of its length")
+    body.add_argument("--spheres", type=int, default=2000, metavar="N", help="of the cylinder (default 2000)")
+    top.add_argument("--seed", type=int, default=1, help="of the cylinder (default 1)")
     top.add_argument("--ranks", type=int, default=2, help="MPI ranks of each run (default 2)")
     top.add_argument("--within", type=float, default=0.005, help="every target is met within this, at best; 0.01 at worst (default 0.005)")
     top.add_argument("--timeout", type=float, default=900.0, help="seconds after which a run has failed (default 900)")
@@ -73,11 +74,10 @@ def targets_of(options):
 
 def check_options(options):
     """Refused where an option has no meaning."""
-    if options.body and (options.spheres is not None or options.seed is not None):
-        raise Refused("--body is a body that exists: leave --spheres and --seed out")
+    if options.body and options.seed != parser().get_default("seed"):
+        raise Refused("--seed is that of the cylinder: leave it out with --body, which is a body that exists")
     if options.body and options.rate:
         raise Refused("--rate: not with --body, whose middle may be strained at another rate than its grips; take gamma of a calibration without --body")
-    options.spheres, options.seed = options.spheres if options.spheres is not None else 2000, options.seed if options.seed is not None else 1
     if options.spheres < 100:
         raise Refused(f"--spheres must be 100 at least, got {options.spheres}")
     if options.seed < 1 or options.ranks < 1:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from common_bodies import REFERENCE
 from evp import curves, cycles
-from lammps_run import read_csv, read_dump, run_lammps
+from lammps_run import DECKS, read_csv, read_dump, run_lammps
 
 E = 20.65e9  # of the reference specimen, contact none [Pa]
 TABLE2 = "80 8 4 3 8 4 0.005 1000 1.5"
@@ -17,6 +17,20 @@ def run(deck, folder, ranks=1, **choices):
     """A run of the reference specimen, its curve and what it printed."""
     found = run_lammps(deck, ranks, {"specimen": REFERENCE, "contact": "none", "out": "run", **choices}, folder)
     return curves.read_curve(folder / "run.csv"), found.ok()
+
+
+@pytest.fixture(scope="module")
+def once(tmp_path_factory):
+    """run() of in.cyclic with unload elastic, made once per module for the same choices; found.folder is not to be written in."""
+    known = {}
+
+    def cyclic(**choices):
+        key = tuple(sorted(choices.items()))
+        if key not in known:
+            known[key] = run("in.cyclic", tmp_path_factory.mktemp("once"), unload="elastic", **choices)
+        return known[key]
+
+    return cyclic
 
 
 def test_by_default_one_sweep(tmp_path):
@@ -101,10 +115,9 @@ DAMPED = {"coeff": TABLE2, "integrator": "implicit", "row": 0.0005}
 
 
 @pytest.mark.parametrize("choices", [{"rate": 50}, DAMPED, {**DAMPED, "strain": -0.015}, {**DAMPED, "timestep": 3e-6}])
-def test_release_ends_at_zero_stress(tmp_path, choices):
+def test_release_ends_at_zero_stress(once, choices):
     """At the strain where the curve of a body that is pushed back to 0 crosses zero: strain - stress/E, less the flow back."""
-    choices = {"unload": "elastic", "lower": "release", **choices}
-    curve, found = run("in.cyclic", tmp_path, **choices)
+    curve, found = once(lower="release", **choices)
     row, most = choices.get("row", 1e-4), np.abs(curve.virial).max()
     end, top = curve.strain[-1], int(cycles.turns(curve.strain)[0])
     said = re.search(r"^released: strain (\S+), stress (\S+) MPa$", found.stdout, re.M)
@@ -112,7 +125,7 @@ def test_release_ends_at_zero_stress(tmp_path, choices):
     assert len(cycles.turns(curve.strain)) == 1 and np.abs(np.diff(curve.strain)).max() <= row * (1 + 1e-6)
     whole = 0.5 * row * E if "timestep" in choices else 0.0  # rows of a timestep size of the user's are not divided
     assert abs(curve.virial[-1]) < 0.006 * most + whole, "0.1 MPa or so of 180 where nothing vibrates"
-    back, _ = run("in.cyclic", tmp_path, **{**choices, "lower": 0})
+    back, _ = once(lower=0, **choices)
     assert abs(end - cycles.residual_strain(back.strain, back.virial)) < 0.5 * row and back.virial[-1] / back.virial[top] < -0.5, "control"
     first = np.abs(curve.strain[: top + 1]) <= 0.002
     modulus = np.polyfit(curve.strain[: top + 1][first], curve.virial[: top + 1][first], 1)[0]
@@ -162,6 +175,23 @@ def test_release_at_rest(tmp_path, unload, left):
         assert np.allclose(again.strain, curve.strain, atol=1e-9) and np.allclose(again.virial, curve.virial, rtol=1e-8, atol=1.0)
 
 
+def test_frames_of_a_release_end_with_the_last_state(tmp_path):
+    """As many as asked for, and the unloaded body as the last one; once only where a snapshot is due in the last step anyway."""
+    choices = {"unload": "elastic", "lower": "release", "rate": 50, "also": DECKS / "frames.lmp", "frames": 4}
+    curve, _ = run("in.cyclic", tmp_path, **choices)
+    frames, state = read_dump(tmp_path / "run_frames.dump"), read_dump(tmp_path / "run_state.dump")[-1]
+    assert len(frames) == 5 and frames[-1].step == state.step and frames[-1]["strain"][0] == pytest.approx(curve.strain[-1], rel=1e-8)
+    assert all(np.array_equal(frames[-1][name], state[name]) for name in state.columns)
+    assert all(list(frame.columns) == list(frames[0].columns) for frame in frames) and {*state.columns, "type", "strain"} == set(frames[0].columns)
+    ends = re.findall(r"^ITEM: TIME\n(\S+)$", (tmp_path / "run_frames.dump").read_text(encoding="utf-8"), re.M)
+    assert len(ends) == 5
+    run("in.cyclic", tmp_path, **choices, duration=ends[-1])
+    assert [frame.step for frame in read_dump(tmp_path / "run_frames.dump")][-2:] == [pytest.approx(0.75 * state.step, rel=0.01), state.step]
+    run("in.quasistatic", tmp_path, **{"unload": "elastic", "lower": "release", "cycles": 1, "frames": 4, "increment": 0.001, "restart": 0})
+    rest = read_dump(tmp_path / "run_frames.dump")
+    assert len(rest) == 5 and rest[-1]["strain"][0] == pytest.approx(frames[-1]["strain"][0], abs=2e-4)
+
+
 def test_frames_at_rest(tmp_path):
     """At equal parts of the way, there and back; a resumed run writes those that are left."""
     choices = {"increment": 0.001, "strain": 0.004, "cycles": 1, "lower": -0.004, "frames": 3, "restart": 1, "unload": "elastic"}
@@ -196,6 +226,15 @@ def test_clock_that_stops_a_run_is_told(tmp_path):
     (tmp_path / "clock.lmp").write_text("timer timeout 0:00:01\n")
     _, found = run("in.cyclic", tmp_path, rate=0.1, row=1e-6, samples=1, also="clock.lmp")
     assert "WARNING: the run ended at a strain of" in found.stdout and "half cycle 2 of 2" not in found.stdout
+
+
+def test_release_that_is_stopped_in_its_last_rows_is_told_as_such(once, tmp_path):
+    _, whole = once(lower="release", rate=50)
+    last = read_dump(whole.folder / "run_state.dump")[-1].step
+    (tmp_path / "early.lmp").write_text(f"variable early equal step>={last - 3}\nfix early all halt 1 v_early > 0 error continue\n", encoding="utf-8")
+    _, found = run("in.cyclic", tmp_path, unload="elastic", lower="release", rate=50, also="early.lmp")
+    assert read_dump(tmp_path / "run_state.dump")[-1].step == last - 3
+    assert len(re.findall("^WARNING: the run ended at a strain of", found.stdout, re.M)) == 1 and "released: strain" not in found.stdout
 
 
 @pytest.mark.parametrize("deck", ["in.cyclic", "in.traction", "in.quasistatic"])

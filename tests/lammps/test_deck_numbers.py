@@ -8,13 +8,15 @@ from lammps_run import DECKS, run_lammps
 NAMED = {"in.traction": "samples", "in.cyclic": "lower", "in.quasistatic": "tolerance", "in.torsion": "frames", "in.bending": "span",
          "in.shear": "rate", "in.taylor": "frames", "in.impact": "friction", "in.sliding": "rows", "in.specimen": "n",
          "in.two_spheres": "rows", "in.local_output": "pictures"}
+OWN_BODIES = ("in.impact", "in.sliding", "in.specimen", "in.two_spheres")  # they have no -var specimen
+RESUMED = ("in.quasistatic", "in.torsion", "in.bending")
 
 
 @pytest.mark.parametrize("deck", sorted(path.name for path in DECKS.glob("in.*")))
 def test_choice_that_is_no_number_is_named(tmp_path, deck):
-    for name in {NAMED[deck], *(["resume"] if deck in ("in.quasistatic", "in.torsion", "in.bending") else [])}:
-        found = run_lammps(deck, 1, {"specimen": REFERENCE, "out": "run", name: "1e"} if deck not in ("in.impact", "in.sliding", "in.specimen", "in.two_spheres")
-                           else {"out": "run", name: "1e"}, tmp_path)
+    body = {} if deck in OWN_BODIES else {"specimen": REFERENCE}
+    for name in {NAMED[deck], *(["resume"] if deck in RESUMED else [])}:
+        found = run_lammps(deck, 1, {**body, "out": "run", name: "1e"}, tmp_path)
         assert found.returncode != 0 and f"ERROR: Variable {name}: Non-numeric variable value" in found.stdout, found.stdout[-800:]
         assert list(tmp_path.iterdir()) == []
 

@@ -2,6 +2,7 @@
 """Each block of README, CONTRIBUTING and the Howto pages is run here, or named here with the test that uses it, or with the reason why none does."""
 
 import importlib.util
+import re
 from typing import NamedTuple
 
 import doc_blocks
@@ -133,3 +134,16 @@ def test_commands_work(tmp_path, one):
     commands = [doc_blocks.shorter(command, short) for command in doc_blocks.Block(one.page, text).commands()]
     doc_blocks.run([*before, *commands], tmp_path)
     assert (tmp_path / one.written).stat().st_size > 50
+
+
+def test_lines_of_the_unloading_example(tmp_path):
+    """lammps_inputs/README.md shows what its two commands print, in numbers as far as compilers agree."""
+    page = "lammps_inputs/README.md"
+    block = [one for one in doc_blocks.blocks(page) if "-var lower release" in one.text]
+    assert len(block) == 1 and len(block[0].commands()) == 2
+    doc_blocks.prepare(tmp_path)
+    printed = doc_blocks.run(block[0].commands(), tmp_path)
+    for line in (r"the body ends at (\S+) MPa, not unloaded: -var lower (\S+) ends at zero stress", r"released: strain (\S+), stress (\S+) MPa"):
+        shown, found = re.findall(f"`{line}`", doc_blocks.read(page)), re.findall(f"^{line}$", printed, re.M)
+        assert len(shown) == len(found) == 1, line
+        assert [float(word) for word in shown[0]] == pytest.approx([float(word) for word in found[0]], rel=0.01), line

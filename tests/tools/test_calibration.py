@@ -80,7 +80,7 @@ def test_power_law_of_handbook_values():
     ({"--name": "taken"}, "holds a row 'taken' already", ""),
     ({"--spheres": "10"}, "--spheres", "100"),
     ({"--within": "0.1"}, "--within", "0.01"),
-    ({"--body": "bar.data", "--spheres": "500"}, "--body is a body that exists", "leave --spheres and --seed out"),
+    ({"--body": "bar.data", "--seed": "2"}, "--seed is that of the cylinder", "leave it out with --body"),
     ({"--body": "bar.data", "--rate": ["5e6@100"]}, "--rate: not with --body", "calibration without --body"),
     ({"--rate": ["5e6@100", "6e6@10000"]}, "not linear in the rate", "5e+06 Pa at 100/s and 6e+06 Pa at 10000/s"),
     ({"--rate": ["-5e6@100"]}, "--rate must be", ""),
@@ -98,6 +98,14 @@ def test_refusals(tmp_path, monkeypatch, capsys, change, reason, nearest):
     message = capsys.readouterr().err
     assert reason in message and nearest in message
     assert [path.name for path in tmp_path.iterdir()] == ["out.evp"] and out.read_text(encoding="utf-8") == before
+
+
+def test_body_and_spheres_exclude_each_other(capsys):
+    """Also where --spheres is the default in words."""
+    for spheres in ("500", "2000"):
+        with pytest.raises(SystemExit) as end:
+            calibrate.main([f"{key}={value}" for key, value in {**GOOD, "--body": "bar.data", "--spheres": spheres, "--out": "out.evp"}.items()])
+        assert end.value.code == 2 and "argument --spheres: not allowed with argument --body" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("body, measures, reason", [

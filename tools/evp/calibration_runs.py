@@ -25,7 +25,7 @@ from .run import DECKS, RunError, check_start, deck_command, environment, lammps
 LENGTH, RADIUS = 0.05, 0.02  # of the cylinder [m]
 CONTACT = "repulsive"  # new pairs that attract at once tear a body apart that hardens little
 ELASTIC = 0.4  # of xi_s: strain of the first leg, whose end gives Poisson's ratio
-BEYOND = 1.1  # of the strain that the grips of a body with an extensometer need for that of the middle, if it stays in proportion
+OVERSHOOT = 1.1  # grip strain at the end, over the one at which the middle would reach the target in proportion
 YIELDED = 1.3  # of the strain at the offset yield stress: end of the second leg
 POLL = 0.05  # [s]
 
@@ -213,9 +213,9 @@ def pull_material(body, material, xi_s, targets, finer, ranks, folder, timeout, 
                 state = read_positions(work / "pull_state.dump")
                 if gauged:
                     share = read_curve(work / "pull.csv")[0][-1] / read_curve(work / "pull.csv", body.strain)[0][-1]
-                    ends[1:] = [(BEYOND * share * end, share * size) for end, size in ends[1:]]
+                    ends[1:] = [(OVERSHOOT * share * end, share * size) for end, size in ends[1:]]
         strain, stress = read_curve(work / "pull.csv", body.strain)
-    if strain[-1] < abs(targets.strain):
+    if gauged and strain[-1] < abs(targets.strain):  # the strain of the grips ends on the target, but for its nine digits
         raise Failed(f"the middle of the body was stretched to {strain[-1]:.4g} only: it is no thinner than the ends")
     try:
         modulus = curves.modulus(strain, stress)
