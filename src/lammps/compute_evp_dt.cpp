@@ -64,7 +64,7 @@ void ComputeEVPDt::compute_vector()
                "{} needs the pairs of the current positions: print c_{} with thermo_style in a "
                "'run 0' first",
                who, id);
-  limits.linearise(*network, groupbit);
+  limits.linearise(*network, {groupbit});
 
   vector[0] = limits.undamped_dt();
   vector[1] = limits.explicit_dt();

@@ -49,7 +49,8 @@ struct PairTally {
 
 }    // namespace
 
-PairEVPLJ::PairEVPLJ(LAMMPS *lmp) : Pair(lmp), network(lmp, this, coefficients)
+PairEVPLJ::PairEVPLJ(LAMMPS *lmp) :
+    Pair(lmp), network(lmp, this, coefficients), timestep_check(lmp, network, coefficients)
 {
   writedata = 1;
   comm_forward = 3;    // velocities or positions
@@ -195,7 +196,7 @@ void PairEVPLJ::compute(int eflag, int vflag)
 {
   ev_init(eflag, vflag);
 
-  network.pack_if_due(list);
+  if (network.pack_if_due(list)) timestep_check.warn();
   const bool damps = network.damping_acts() && network.damps_explicitly();
   if (damps) network.ghosts.send_velocities();
   velocities_sent = damps;

@@ -4,6 +4,7 @@
 #include "core/coefficients.h"
 #include "pair.h"
 #include "pair_network.h"
+#include "timestep_check.h"
 
 namespace LAMMPS_NS {
 
@@ -48,6 +49,7 @@ class PairEVPLJ : public Pair {
 
   EVP::Coefficients coefficients;
   EVP::PairNetwork network;
+  EVP::TimestepCheck timestep_check;
   bool velocities_sent = false;    // to ghosts, for the last forces
 
   void allocate();

@@ -22,7 +22,7 @@ using scene::rows;
 PairNetwork::PairNetwork(LAMMPS *lmp, Pair *style, Coefficients &coefficients_in) :
     Pointers(lmp), ghosts(lmp, style), cuts(lmp), source(lmp), coefficients(coefficients_in),
     laws(lmp, coefficients, cuts), builder(lmp), snapshot(lmp),
-    pair_histories(lmp, list, coefficients, rules), timestep_check(lmp, *this, coefficients)
+    pair_histories(lmp, list, coefficients, rules)
 {
 }
 
@@ -197,15 +197,16 @@ void PairNetwork::report()
 
 // packing: by all MPI ranks with a new neighbor list, new bonds or new coefficients; where radii
 // may change at any step, a rank whose own did packs alone
-void PairNetwork::pack_if_due(const NeighList *neighbors)
+bool PairNetwork::pack_if_due(const NeighList *neighbors)
 {
   if (neighbor->ago == 0 || repack_due || source.version() != source_version)
-    pack(neighbors, true);
-  else if (!atom->avec->comm_x_only && snapshot.radii_changed())
-    pack(neighbors, false);
+    return pack(neighbors, true);
+  if (!atom->avec->comm_x_only && snapshot.radii_changed()) pack(neighbors, false);
+  return false;
 }
 
-void PairNetwork::pack(const NeighList *neighbors, bool collective)
+// Returns whether it is the first one of a run.
+bool PairNetwork::pack(const NeighList *neighbors, bool collective)
 {
   const bool is_first = collective && !scene_checked;
   if (collective) {
@@ -255,10 +256,8 @@ void PairNetwork::pack(const NeighList *neighbors, bool collective)
         return cuts.handles(i, j);
       },
       explicit_damping && implicit_groupbit, rules.flows);
-  if (is_first) {
-    laws.warn_of_density();
-    timestep_check.warn();
-  }
+  if (is_first) laws.warn_of_density();
+  return is_first;
 }
 
 double PairNetwork::cut_of_bond(int i, int j, double deq) const

@@ -10,7 +10,6 @@
 #include "pair_histories.h"
 #include "pair_list_builder.h"
 #include "row_laws.h"
-#include "timestep_check.h"
 
 #include "atom.h"
 #include "update.h"
@@ -173,8 +172,9 @@ class PairNetwork : protected Pointers {
   /// Types or coefficients have changed since the last packing.
   void repack() { repack_due = true; }
 
-  /// Before the forces: packs the pairs if the neighbor list, the bonds or radii have changed.
-  void pack_if_due(const NeighList *);
+  /// Before the forces: packs the pairs if the neighbor list, the bonds or radii have changed. Returns whether
+  /// this is the first packing of a run.
+  bool pack_if_due(const NeighList *);
 
   /// Margin of the cuts of new pairs between which that acts, see core/pair_list.h.
   double new_pair_margin(Contact) const;
@@ -192,7 +192,6 @@ class PairNetwork : protected Pointers {
   PairListBuilder builder;
   ListSnapshot snapshot;
   PairHistories pair_histories;
-  TimestepCheck timestep_check;
 
   bool any_gamma = false, explicit_damping = false;
   bool scene_checked = false, overlap_warned = false, repack_due = true;
@@ -206,7 +205,7 @@ class PairNetwork : protected Pointers {
   PairRules rules_of_run;
 
   void report();
-  void pack(const NeighList *, bool collective);
+  bool pack(const NeighList *, bool collective);
   void agree_on_pairs(const PairListBuilder::Found &, bool records_are_current);
   void check_rules() const;
   void check_weights() const;

@@ -18,11 +18,11 @@ double StableTimesteps::root_of(double a, double b)
   return sum > 0.0 ? 4.0 / sum : NO_LIMIT;
 }
 
-void StableTimesteps::linearise(const PairNetwork &network, int free_bits, int held_bits)
+void StableTimesteps::linearise(const PairNetwork &network, const FreeAtoms &free)
 {
   stiffest = -1.0;
   all_converged = true;
-  take_atoms(network.volume(), free_bits, held_bits);
+  take_atoms(network.volume(), free);
   linear.nreact = network.packed_pairs().nreact(force->newton_pair);
   const std::vector<double> inv_deq = take_pairs(network);
   above_volume.clear();
@@ -30,7 +30,7 @@ void StableTimesteps::linearise(const PairNetwork &network, int free_bits, int h
 }
 
 // volume: nullptr without fix evp/volume
-void StableTimesteps::take_atoms(const VolumeForces *volume, int free_bits, int held_bits)
+void StableTimesteps::take_atoms(const VolumeForces *volume, const FreeAtoms &free)
 {
   const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
   linear.with_volume = volume != nullptr;
@@ -39,8 +39,7 @@ void StableTimesteps::take_atoms(const VolumeForces *volume, int free_bits, int 
     linear.volume_stiffness.push_back(volume->stiffness(i));
   linear.inverse_mass.assign(nall, 0.0);
   for (int i = 0; i < nall; i++)
-    if ((atom->mask[i] & free_bits) && !(atom->mask[i] & held_bits))
-      linear.inverse_mass[i] = scene::inverse_mass(atom, force, i);
+    if (free.has(atom->mask[i])) linear.inverse_mass[i] = scene::inverse_mass(atom, force, i);
   // any start will do; this one is the same on every number of MPI ranks
   linear.start.assign((size_t) 3 * nlocal, 0.0);
   for (int i = 0; i < nlocal; i++)

@@ -20,9 +20,14 @@ class StableTimesteps : protected Pointers {
   /// exchange: of three values per atom and ghost.
   StableTimesteps(LAMMPS *lmp, GhostExchange &exchange) : Pointers(lmp), linear(exchange) {}
 
-  /// Collective. The network at the present positions. Free are the atoms with a bit of free_bits and none of
-  /// held_bits; the others are held. The pairs must be packed, and their volume energy evaluated.
-  void linearise(const PairNetwork &, int free_bits, int held_bits = 0);
+  /// Atoms of the first groups and of none of the others, as bits. The rest is held.
+  struct FreeAtoms {
+    int groups, held_groups = 0;
+    bool has(int mask) const { return (mask & groups) && !(mask & held_groups); }
+  };
+
+  /// Collective. The network at the present positions. The pairs must be packed, and their volume energy evaluated.
+  void linearise(const PairNetwork &, const FreeAtoms &);
 
   // all collective, after linearise()
 
@@ -58,7 +63,7 @@ class StableTimesteps : protected Pointers {
   bool all_converged = true;
 
   static double root_of(double a, double b);
-  void take_atoms(const VolumeForces *, int free_bits, int held_bits);
+  void take_atoms(const VolumeForces *, const FreeAtoms &);
   std::vector<double> take_pairs(const PairNetwork &);
   double largest_eigenvalue(const LinearNetwork::Mix &);
   double lambda_k();

@@ -34,32 +34,19 @@ namespace {
     return false;
   }
 
-}    // namespace
-
-// Bits of groups.
-struct TimestepCheck::Movers {
-  int free = 0;      // their atoms follow the forces on them
-  int others = 0;    // theirs do not, or not alone
-
-  explicit Movers(const Modify *modify)
+  // Those that follow the forces on them.
+  StableTimesteps::FreeAtoms find_free(const Modify *modify)
   {
+    StableTimesteps::FreeAtoms free = {0};
     for (int k = 0; k < modify->nfix; k++) {
       const Fix *const fix = modify->fix[k];
       if (moves_each_atom_freely(fix))
-        free |= fix->groupbit;
+        free.groups |= fix->groupbit;
       else if (fix->time_integrate || scene::holds_atoms(fix))
-        others |= fix->groupbit;
+        free.held_groups |= fix->groupbit;
     }
+    return free;
   }
-
-  double inverse_mass(const Atom *atom, const Force *force, int i) const
-  {
-    const bool is_free = (atom->mask[i] & free) && !(atom->mask[i] & others);
-    return is_free ? scene::inverse_mass(atom, force, i) : 0.0;
-  }
-};
-
-namespace {
 
   /// Exchanges values as compute evp/dt does, without being one of the computes of the input script.
   struct Exchange : public NodalExchange<Compute> {
@@ -68,9 +55,8 @@ namespace {
   };
 
   // Gershgorin, without the volume energy. Spares most runs the links and the eigenvalues of the network.
-  template <class InverseMass>
   bool may_be_unstable(const PairNetwork &network, const Atom *atom, double dt, int nreact,
-                       Exchange &exchange, InverseMass &&inverse_mass)
+                       Exchange &exchange, const std::vector<double> &inverse_mass)
   {
     const PairList &list = network.packed_pairs();
     std::vector<double> sums((size_t) list.nall, 0.0);
@@ -86,7 +72,7 @@ namespace {
     exchange.to_owners(sums);
     exchange.comm_reverse = 3;
     bool any = false;
-    for (int i = 0; i < atom->nlocal; i++) any = any || inverse_mass(i) * sums[i] > 2.0;
+    for (int i = 0; i < atom->nlocal; i++) any = any || inverse_mass[i] * sums[i] > 2.0;
     return any;
   }
 
@@ -101,12 +87,12 @@ namespace {
 }    // namespace
 
 // The same on all MPI ranks.
-std::vector<double> TimestepCheck::describe(const Movers &movers) const
+std::vector<double> TimestepCheck::describe(const std::vector<double> &inverse_mass) const
 {
   const VolumeForces *const volume = network.volume();
   std::array<double, 2> sums = {};
   for (int i = 0; i < atom->nlocal; i++) {
-    sums[0] += movers.inverse_mass(atom, force, i);
+    sums[0] += inverse_mass[i];
     if (volume) sums[1] += volume->stiffness(i);
   }
   sums = reduce_all(sums, MPI_SUM, world);
@@ -126,9 +112,12 @@ std::vector<double> TimestepCheck::describe(const Movers &movers) const
 void TimestepCheck::warn()
 {
   if (!scene::makes_steps(lmp) || is_checked_elsewhere(modify, update)) return;
-  const Movers movers(modify);
-  if (!movers.free) return;
-  const std::vector<double> now = describe(movers);
+  const StableTimesteps::FreeAtoms free = find_free(modify);
+  if (!free.groups) return;
+  std::vector<double> inverse_mass((size_t) atom->nlocal, 0.0);
+  for (int i = 0; i < atom->nlocal; i++)
+    if (free.has(atom->mask[i])) inverse_mass[i] = scene::inverse_mass(atom, force, i);
+  const std::vector<double> now = describe(inverse_mass);
   if (are_close(now, checked)) return;
   checked = now;
 
@@ -140,23 +129,19 @@ void TimestepCheck::warn()
   char *arg[] = {words[0], words[1], words[2]};
   Exchange exchange(lmp, 3, arg);
   const double dt = update->dt;
-  const auto inverse_mass = [&](int i) {
-    return movers.inverse_mass(atom, force, i);
-  };
   const bool screened = !network.volume() &&
       !on_any(may_be_unstable(network, atom, dt, nreact, exchange, inverse_mass), world);
   if (screened) return;
 
   StableTimesteps limits(lmp, exchange);
-  limits.linearise(network, movers.free, movers.others);
+  limits.linearise(network, free);
   const double limit = limits.present_dt();
   if (dt > (1.0 + StableTimesteps::ACCURACY) * limit && comm->me == 0)
-    error->warning(
-        FLERR,
-        "Pair evp/lj: the timestep {:.6g} is {:.4g} times the largest stable timestep "
-        "{:.6g}: the run is unstable, or silently wrong; fix dt/evp sets the timestep, "
-        "compute evp/dt shows the limit",
-        dt, dt / limit, limit);
+    error->warning(FLERR,
+                   "Pair evp/lj: the timestep {:.6g} is {:.4g} times the largest stable timestep "
+                   "{:.6g}: the run is unstable, or silently wrong; fix dt/evp sets the timestep, "
+                   "compute evp/dt shows the limit",
+                   dt, dt / limit, limit);
 }
 
 }    // namespace EVP

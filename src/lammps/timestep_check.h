@@ -28,8 +28,7 @@ class TimestepCheck : protected Pointers {
   const Coefficients &coefficients;
   std::vector<double> checked;    // what the last check depended on
 
-  struct Movers;
-  std::vector<double> describe(const Movers &) const;
+  std::vector<double> describe(const std::vector<double> &inverse_mass) const;
 };
 
 }    // namespace EVP
