@@ -105,14 +105,15 @@ def test_a_deck_without_a_word_on_the_timestep(lmp_decks):
 SILENT = {"nothing moves": "", "held": "fix move all nve\nfix hold all setforce 0 0 0\n", "prescribed": "fix move all nve/noforce\n",
           "fix dt/evp": "fix move all nve\nfix dt all dt/evp 10 0.4\n",
           "compute evp/dt": "fix move all nve\ncompute dt all evp/dt\n", "minimization": "fix move all nve\nmin_modify dmax 1e-5\n",
-          "run 0": "fix move all nve\n"}
+          "run 0": "fix move all nve\n", "rerun": "fix move all nve\n", "respa": "fix move all nve\nunfix bonds\nrun_style respa 2 10 pair 1\n"}
 
 
 def test_silent_where_it_does_not_apply(lmp_decks, tmp_path):
     """Control: the same body with fix nve alone is warned of."""
     write_two(tmp_path / "body.data")
     start = head(skin=0.002) + "comm_modify cutoff 0.05\n" + pair(law.TABLE1, "none") + "timestep 1\n"
-    last = {"minimization": "minimize 0 1e-9 3 10\n", "run 0": "run 0\n"}
+    last = {"minimization": "minimize 0 1e-9 3 10\n", "run 0": "run 0\n",
+            "rerun": "dump all all custom 1 all.dump id type x y z\ntimestep 1e-9\nrun 1\ntimestep 1\nrerun all.dump first 0 last 1 dump x y z\n"}
     decks = {name: start + fixes + last.get(name, "run 1\n") for name, fixes in {"control": "fix move all nve\n", **SILENT}.items()}
     runs = lmp_decks(decks)
     assert {name for name, run in runs.items() if found(run)} == {"control"}
@@ -133,3 +134,14 @@ def test_flowing_pairs(lmp_decks, tmp_path):
                       for name, deck in (("rest", start), ("flowed", flowed), ("back", back)) for factor in (0.98, 1.1)})
     for (name, factor), run in runs.items():
         assert found(run) == ([pytest.approx(limit, rel=0.05)] if factor > 1.0 else []), name
+
+
+def test_pairs_that_are_pressed_together(lmp_decks, tmp_path):
+    """Their stiffness is that of now, not that at rest."""
+    write_two(tmp_path / "body.data")
+    start = head(skin=0.002) + pair(law.TABLE1, "none") + "fix move all nve\nrun 0\ndisplace_atoms all ramp x 0.0022 -0.0022 x -0.006 0.006 units box\n"
+    text = start + "compute dt all evp/dt\n" + thermo("c_dt") + "run 0\nvariable limit equal $(c_dt:%.17g)\nuncompute dt\nthermo_style custom step\n"
+    runs = lmp_decks({factor: text + f"timestep $({factor}*v_limit:%.17g)\nrun 1\n" for factor in (0.98, 1.02)})
+    limit = runs[0.98].thermo(1)["c_dt"][0]
+    assert limit < 0.5 * np.sqrt(2.0 * mass_of(0.005) * 0.011**2 / (80 * 32)), "control: far below that at rest"
+    assert found(runs[0.98]) == [] and found(runs[1.02]) == [pytest.approx(limit, rel=ITERATED)]
