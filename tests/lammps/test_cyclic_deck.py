@@ -175,6 +175,19 @@ def test_release_at_rest(tmp_path, unload, left):
         assert np.allclose(again.strain, curve.strain, atol=1e-9) and np.allclose(again.virial, curve.virial, rtol=1e-8, atol=1.0)
 
 
+@pytest.mark.parametrize("deck, choices", [
+    ("in.cyclic", {"coeff": "80 8 4 3 8 4 0.001 0 1.5", "row": 0.002, "rate": 50}),
+    ("in.cyclic", {"coeff": "80 8 4 3 8 4 0.005 30000 1.5", "rate": 50, "integrator": "implicit"}),
+    ("in.quasistatic", {"coeff": "80 8 4 3 8 4 0.001 0 1.5", "increment": 0.005, "cycles": 1})], ids=["coarse rows", "strong damping", "coarse increments"])
+def test_release_that_misses_zero_stress_is_told(tmp_path, deck, choices):
+    """Not called released: the elastic strain is shorter than a row, or the viscous stress turns with the grips."""
+    curve, found = run(deck, tmp_path, unload="elastic", lower="release", strain=0.02, **choices)
+    ends = re.search(r"WARNING: the release to zero stress ends at (\S+) MPa, at a strain of (\S+): give a smaller -var (row|increment)", found.stdout)
+    assert float(ends[1]) == pytest.approx(1e-6 * curve.grip[-1], rel=0.1) and float(ends[2]) == pytest.approx(curve.strain[-1], rel=1e-4)
+    assert abs(curve.grip[-1]) > 0.05 * curve.grip.max()
+    assert "released:" not in found.stdout and "not unloaded" not in found.stdout
+
+
 def test_frames_of_a_release_end_with_the_last_state(tmp_path):
     """As many as asked for, and the unloaded body as the last one; once only where a snapshot is due in the last step anyway."""
     choices = {"unload": "elastic", "lower": "release", "rate": 50, "also": DECKS / "frames.lmp", "frames": 4}
