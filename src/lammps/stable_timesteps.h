@@ -40,6 +40,12 @@ class StableTimesteps : protected Pointers {
   double present_dt() { return all_implicit() ? implicit_dt() : explicit_dt(); }
   bool all_implicit() const;
 
+  /// Is a timestep below explicit_dt()? Takes one eigenvalue only.
+  bool is_stable_explicitly(double dt)
+  {
+    return largest_eigenvalue({dt * dt, dt * dt, 2.0 * dt, dt * dt}) <= 4.0;
+  }
+
   /// Of the paper, eqs. 6 and 7.
   double paper_dt() const { return paper; }
 

@@ -135,6 +135,7 @@ void TimestepCheck::warn()
 
   StableTimesteps limits(lmp, exchange);
   limits.linearise(network, free);
+  if (!limits.all_implicit() && limits.is_stable_explicitly(dt)) return;
   const double limit = limits.present_dt();
   if (dt > (1.0 + StableTimesteps::ACCURACY) * limit && comm->me == 0)
     error->warning(FLERR,
