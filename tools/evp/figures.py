@@ -149,7 +149,7 @@ def percent_left(strain):
 
 def residual_text(strain):
     """What is said of a residual strain of cycles.py, which is nan where the body is not unloaded."""
-    return f"residual strain {percent_left(strain)}" if np.isfinite(strain) else "not unloaded, no residual strain"
+    return f"residual strain {percent_left(strain)}" if np.isfinite(strain) else "no residual strain (not unloaded)"
 
 
 def unloading(curves, path, column="virial", load=TENSION, turns=None, numbers=None):
