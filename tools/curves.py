@@ -55,6 +55,10 @@ CYCLE_COLUMNS = {
     "unloading_GPa": "unloading modulus [GPa]",
     "area_MJ_per_m3": "loop area [MJ/m3]",
 }
+WHY_NONE = {  # notes where there is no such number
+    "residual_strain": "the way back ends before zero stress; -var lower release of in.cyclic and in.quasistatic goes there",
+    "unloading_GPa": "the way back has too few rows",
+}
 
 TABLE_COLUMNS = {
     "E_GPa": "{E} [GPa]",
@@ -162,14 +166,16 @@ def show_cycles(args):
         numbers = numbers_file(args.out, args.curves)
         load, labels = one_load(args.curves, args.strain), labels_of(args.labels, list(dict.fromkeys(args.curves)))
     read = {path: read_with_turns(path, args) for path in args.curves}
-    width = max(len(path) for path in args.curves)
+    width, missing = max(len(path) for path in args.curves), []
     print(" " * width, *CYCLE_COLUMNS.values(), sep="  ")
     for path, (curve, turns) in read.items():
         try:
             found = cycles.numbers(curve, args.column, turns)
         except curves.CurveError as error:
             raise curves.CurveError(f"{path}: {error}") from error
-        print(path.ljust(width), *(f"{found[name]:{len(title)}.4g}" for name, title in CYCLE_COLUMNS.items()), sep="  ")
+        print(path.ljust(width), *(cell(found[name], 4).rjust(len(title)) for name, title in CYCLE_COLUMNS.items()), sep="  ")
+        missing += [f"NOTE: {path} has no {CYCLE_COLUMNS[name].split(' [')[0]}: {why}" for name, why in WHY_NONE.items() if found[name] != found[name]]
+    print(*missing, sep="\n", end="\n" * bool(missing))
     for path in read:
         tell_load(path)
     if args.out:
@@ -199,9 +205,9 @@ def strains_of(words):
     return list(dict.fromkeys(strains))
 
 
-def cell(value):
+def cell(value, digits=5):
     """A number as text, '-' for none."""
-    return value if isinstance(value, str) else "-" if value != value else f"{value:.5g}"
+    return value if isinstance(value, str) else "-" if value != value else f"{value:.{digits}g}"
 
 
 def print_table(titles, rows):

@@ -7,7 +7,7 @@
   doctor.py --plugin evpplugin.so      this plugin, as decks with `plugin load` take it
   doctor.py --log log.lammps           also reads the log of the run that failed
 
-Starts lmp and mpirun with decks of a few lines; changes nothing. One line per check (ok, FAULT, not checked); at the end the cause and
+Starts lmp and mpirun with decks of a few lines; changes nothing. One line per check (ok, note, FAULT, not checked); at the end the cause and
 one command. Exit status: 0 healthy, 1 a fault, 2 wrong use. Paste the output into an issue: beside versions it holds paths only.
 """
 

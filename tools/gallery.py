@@ -18,7 +18,7 @@ import shutil
 import subprocess
 import sys
 
-from evp import gallery_scenes
+from evp import gallery_scenes, spheres
 from evp.progress import watched
 from evp.report import add_out, command_line, errors_in_one_line, split_at_marks, table
 from evp.run import CHECKOUT, DECKS, RunError, environment, lammps_command
@@ -121,6 +121,7 @@ def main(words=None):
     texts, lines, total, readme = [], [], 0.0, DECKS / "README.md"
     with errors_in_one_line("gallery.py"):
         head, _, tail = split_at_marks(readme, *MARKS)
+        spheres.check()
         prepare(options.work)
         for scene in watched("gallery.py:", chosen, lambda scene: scene.key):
             text, seconds = run(scene.commands, options.work)

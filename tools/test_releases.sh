@@ -19,7 +19,7 @@ usage() {
 usage: tools/test_releases.sh [--release R] [--compiler C] [--sizes S] [--build-type B] [--tests short|all]
                               [--work DIR] [--help]
 
-Gets and builds LAMMPS (core, PLUGIN, GRANULAR) where the cache has no build, builds the plugin for it in a folder of
+Gets and builds LAMMPS (core, PLUGIN, GRANULAR, GRAPHICS) where the cache has no build, builds the plugin for it in a folder of
 its own, runs the unit tests, LAMMPS' own pair tester, the tests with LAMMPS and one traction test whose curve must be
 the same everywhere. Prints a table and writes it to doc/releases.md. Exit status 1 when anything failed.
 
@@ -87,7 +87,8 @@ checksum=$(cat CMakeLists.txt cmake/*.* src/*/*.* | sha256sum | cut -c1-12)
 find_lammps_build() {
   local folder
   for folder in "$1"/build-*; do
-    if [ -f "$folder/evp-complete" ] && grep -q "^LAMMPS_SIZES:STRING=$2\$" "$folder/CMakeCache.txt"; then
+    if [ -f "$folder/evp-complete" ] && grep -q "^LAMMPS_SIZES:STRING=$2\$" "$folder/CMakeCache.txt" &&
+      { [ ! -d "$1/source/src/GRAPHICS" ] || grep -q "^PKG_GRAPHICS:BOOL=on" "$folder/CMakeCache.txt"; }; then
       lammps_build=$folder
       return 0
     fi
@@ -97,17 +98,18 @@ find_lammps_build() {
 
 # Sets tree and lammps_build of release $1 with integers $2; status 1 where the release cannot be had.
 get_lammps() {
-  local answer=$work/tree-$1
+  local answer=$work/tree-$1 graphics=
   exec 9>"$cache/lock"
   flock -w 1800 9 || die "a set-up has been at work in $cache for 30 min"
   # in a subshell, as it ends the process where there is no source
   (get_lammps_source "$1" && printf '%s\n' "$tree" >"$answer") || return 1
   tree=$(<"$answer")
+  [ ! -d "$tree/src/GRAPHICS" ] || graphics=-DPKG_GRAPHICS=on    # tools/view.py draws by it
   if ! find_lammps_build "$cache/lammps-$1" "$2"; then
     lammps_build=$cache/lammps-$1/build-core-$2
     run_logged "configuring LAMMPS $1, $2" cmake -S "$tree/cmake" -B "$lammps_build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
       -DBUILD_SHARED_LIBS=on -DBUILD_MPI=on -DPKG_PLUGIN=on -DPKG_GRANULAR=on \
-      -DLAMMPS_SIZES="$2"
+      ${graphics:+"$graphics"} -DLAMMPS_SIZES="$2"
     run_logged "building LAMMPS in $lammps_build (up to 7 min)" ninja -C "$lammps_build" lmp
     touch "$lammps_build/evp-complete"
   fi

@@ -114,14 +114,16 @@ def test_body_that_is_not_unloaded_is_told_and_the_remedy_unloads_it(tmp_path, d
 DAMPED = {"coeff": TABLE2, "integrator": "implicit", "row": 0.0005}
 
 
-@pytest.mark.parametrize("choices", [{"rate": 50}, DAMPED, {**DAMPED, "strain": -0.015}, {**DAMPED, "timestep": 3e-6}])
+@pytest.mark.parametrize("choices", [{"rate": 50}, DAMPED, {**DAMPED, "strain": -0.015, "extensometer": "yes"}, {**DAMPED, "timestep": 3e-6}])
 def test_release_ends_at_zero_stress(once, choices):
     """At the strain where the curve of a body that is pushed back to 0 crosses zero: strain - stress/E, less the flow back."""
     curve, found = once(lower="release", **choices)
     row, most = choices.get("row", 1e-4), np.abs(curve.virial).max()
     end, top = curve.strain[-1], int(cycles.turns(curve.strain)[0])
-    said = re.search(r"^released: strain (\S+), stress (\S+) MPa$", found.stdout, re.M)
+    said = re.search(r"^released: strain (\S+), stress (\S+) MPa(?:, strain_gauge (\S+))?$", found.stdout, re.M)
     assert float(said[1]) == pytest.approx(end, rel=1e-5) and float(said[2]) == pytest.approx(1e-6 * curve.virial[-1], rel=1e-2, abs=1e-3)
+    assert said[3] is None or float(said[3]) == pytest.approx(read_csv(found.folder / "run.csv")["strain_gauge"][-1], rel=1e-5)
+    assert (said[3] is None) == ("extensometer" not in choices)
     assert len(cycles.turns(curve.strain)) == 1 and np.abs(np.diff(curve.strain)).max() <= row * (1 + 1e-6)
     whole = 0.5 * row * E if "timestep" in choices else 0.0  # rows of a timestep size of the user's are not divided
     assert abs(curve.virial[-1]) < 0.006 * most + whole, "0.1 MPa or so of 180 where nothing vibrates"
@@ -160,10 +162,13 @@ def test_release_of_a_body_that_broke_ends(tmp_path):
 @pytest.mark.parametrize("unload, left", [("elastic", None), ("reversible", 0.0)])
 def test_release_at_rest(tmp_path, unload, left):
     """in.quasistatic: at zero stress but for a thousandth, where the curve of a body that is pushed back crosses it; the same when resumed."""
-    choices = {"unload": unload, "increment": 0.001, "strain": 0.015, "cycles": 2, "lower": "release"}
+    choices = {"unload": unload, "increment": 0.001, "strain": 0.015, "cycles": 2, "lower": "release", "extensometer": "yes"}
     curve, found = run("in.quasistatic", tmp_path, **choices)
     ends = np.array([*cycles.turns(curve.strain), len(curve.strain) - 1])
     assert len(ends) == 4 and found.stdout.count("released: strain") == 2 and np.abs(curve.virial[ends[1::2]]).max() < 0.0012 * curve.virial.max()
+    gauge = read_csv(tmp_path / "run.csv")["strain_gauge"]
+    said = [float(word) for word in re.findall(r"^released: .* MPa, strain_gauge (\S+)$", found.stdout, re.M)]
+    assert said == pytest.approx(list(gauge[ends[1::2]]), rel=1e-5, abs=1e-8)
     if left is None:
         (tmp_path / "back").mkdir()
         back, _ = run("in.quasistatic", tmp_path / "back", unload=unload, increment=0.0005, strain=0.015, cycles=1)

@@ -78,6 +78,31 @@ def test_a_body_that_retraces_its_curve_leaves_nothing():
     assert abs(cycles.loop_areas(strain, stress)[0]) < 1e-9 * E
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_a_body_that_vibrates_at_the_end(seed):
+    """The stress of a way back to zero stress vibrates by 1 MPa and never crosses zero: the line of its end does, where the curve without vibration does."""
+    strain = way((0.02, 0.015))
+    rows = np.arange(len(strain))
+    stress = plastic(strain) + np.where(rows > 200, 1.2e6 + 1e6 * np.sin(2.4 * rows + seed), 0.0)
+    stress[-1] = stress[-2] + 3e5
+    assert np.all(stress[201:] > 0.0), "control"
+    assert cycles.residual_strain(strain, stress) == pytest.approx(0.015 - 1.2e6 / E, abs=2e6 / E)
+    assert cycles.residual_strain(-strain, -stress) == -cycles.residual_strain(strain, stress)
+
+
+def test_a_body_that_is_not_unloaded_has_no_residual_strain(tmp_path):
+    strain = way((0.02, 0.017))
+    stress = plastic(strain)
+    stress[-1] = stress[-2]
+    assert np.isnan(cycles.residual_strain(strain, stress))
+    lines = [",".join(curves.HEADER), *(f"{a:.17g},{b:.17g},{b:.17g}" for a, b in zip(strain, stress))]
+    (tmp_path / "held.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    shown = call(tool.main, "cycle", tmp_path / "held.csv", "--out", tmp_path / "held.png")
+    assert shown.returncode == 0 and re.search(r"^\S*/held.csv +0.02 +100 +- +- ", shown.stdout, re.M), shown.stdout
+    assert "held.csv has no residual strain: the way back ends before zero stress; -var lower release" in shown.stdout and "nan" not in shown.stdout
+    assert "held: no residual strain (not unloaded)," in (tmp_path / "held_plot.csv").read_text()
+
+
 def test_rows_of_equal_strain_are_no_turns():
     strain = np.array([0.0, 0.001, 0.002, 0.002, 0.003, 0.003, 0.002, 0.001])
     assert cycles.turns(strain).tolist() == [5]

@@ -28,7 +28,7 @@ PLUGIN = BUILD / "evpplugin.so"
 BUILT = doctor_remedies.cache_entry(BUILD, "LAMMPS_BUILD_DIR")
 LMP = pathlib.Path(BUILT) / "lmp"
 NO_MPIRUN = "no_mpirun_here"  # where mpirun is not looked at: a start takes as long as all the rest
-CHECK = r"^ *(?:ok|FAULT|not checked)  +(\S.*?)  "  # name of the check of a line
+CHECK = r"^ *(?:ok|note|FAULT|not checked)  +(\S.*?)  "  # name of the check of a line
 KEPT = {name: value for name, value in os.environ.items()
         if name not in ("EVP_LMP", "EVP_COMMAND", "EVP_PLUGINS", "EVP_PLUGIN_DIR", "LAMMPS_PLUGIN_PATH", "LD_LIBRARY_PATH")}
 
@@ -403,6 +403,11 @@ def test_mpirun_as_root():
         assert found.status == 0, found.text
     else:
         found.names("mpirun", "does not run as root").is_mended()
+    del environment["EVP_MPIRUN"]
+    found = Answer([], environment)
+    assert found.status == 0 and not found.faults() and "\nHealthy: " in found.text, found.text
+    if not os.geteuid():
+        assert re.search(r"^note +mpirun .*export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1$", found.text, re.M), found.text
 
 
 def run_of(tmp_path, deck, **changes):
@@ -573,3 +578,16 @@ def test_help_of_other_builds():
     assert doctor_lammps.parse_help(serial.replace("SMALLBIG", "BIGBIG")).words() == "LAMMPS 29 Sep 2021 - Update 2, bigbig, no MPI, GNU C++ 12.2.0"
     assert doctor_lammps.mpi_kind("Intel(R) MPI Library 2021.9 for Linux* OS") == "MPICH" and doctor_lammps.mpi_kind("a new one") == "unknown"
     assert doctor_lammps.parse_help("lmp: not found") is None
+
+
+@pytest.mark.parametrize("release, packages, line", [
+    ("4 Feb 2025", "GRANULAR PLUGIN", "GRANULAR (friction and rigid tools by pair_style granular)"),
+    ("4 Feb 2025", "PLUGIN", "GRANULAR is absent (friction and rigid tools by pair_style granular): add it by -DPKG_GRANULAR=on of LAMMPS' CMake"),
+    ("11 Feb 2026", "GRANULAR PLUGIN", "GRAPHICS is absent (pictures by evp view): add it by -DPKG_GRAPHICS=on of LAMMPS' CMake"),
+    ("4 Jul 2026", "GRANULAR GRAPHICS PLUGIN", "GRANULAR (friction and rigid tools by pair_style granular); GRAPHICS (pictures by evp view)")])
+def test_packages_beside_plugin(release, packages, line):
+    """dump image belongs to GRAPHICS since 11 Feb 2026, before to no package."""
+    text = DEBIAN.replace("29 Sep 2021 - Update 2", release).replace("ASPHERE GRANULAR KIM\nSHOCK SRD VORONOI", packages)
+    report = doctor_report.Report()
+    doctor_checks.check_packages(report, doctor_host.Host(LMP, "PATH", help=doctor_lammps.parse_help(text)), None)
+    assert [(one.state, one.text) for one in report.lines] == [(doctor_report.OK, line)]

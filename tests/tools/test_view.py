@@ -461,6 +461,20 @@ def test_errors_of_lammps_are_passed_on(one, tmp_path, monkeypatch):
     assert "LAMMPS could not draw the spheres: ERROR: Unknown command: no_such_command" in refused(tmp_path, "one.dump")
 
 
+def test_a_lammps_without_graphics(one, tmp_path, monkeypatch):
+    """As an lmp of 11 Feb 2026 or later without that package answers: the remedy is named, and commands that draw after runs learn it before."""
+    monkeypatch.chdir(tmp_path)
+    spheres.check()
+    said = "ERROR: Unrecognized dump style 'image' is part of the GRAPHICS package which is not enabled in this LAMMPS binary."
+    (tmp_path / "lmp").write_text(f'#!/bin/sh\necho "{said}"\nexit 1\n', encoding="utf-8")
+    (tmp_path / "lmp").chmod(0o755)
+    monkeypatch.setenv("EVP_LMP", str(tmp_path / "lmp"))
+    text = refused(tmp_path, "one.dump")
+    assert f"{tmp_path / 'lmp'} was built without the package GRAPHICS" in text and "-DPKG_GRAPHICS=on" in text and said in text, text
+    with pytest.raises(run.RunError, match="-DPKG_GRAPHICS=on"):
+        spheres.check()
+
+
 def test_a_run_that_goes_on(tmp_path, monkeypatch):
     """--unfinished takes what is whole."""
     monkeypatch.chdir(tmp_path)

@@ -273,7 +273,8 @@ def summary(results):
         worst = max(worst_stress(choice, reference) for choice in own)
         lines.append(f"For dynamic problems take explicit time integration with `dtfraction` {UNDAMPED[1].split()[0]}: between {min(share_of(choice) for choice in own):g} and "
                      f"{max(share_of(choice) for choice in own):g} of the largest")
-        lines.append(f"stable timestep size the stresses differ by {worst:.1f} % at most.")
+        lines.append(f"stable timestep size the stresses differ by {worst:.1f} % at most in a tension test to 2 % strain.")
+        lines.append("Longer runs without damping are slowly heated at this size: take 0.4 or less there, and monitor the energy balance, see [fix dt/evp](fix_dt_evp.rst).")
     limit = extrapolate(results.sizes, STRESS)
     if limit:
         few, many = min(results.sizes), max(results.sizes)

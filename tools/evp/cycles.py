@@ -32,16 +32,23 @@ def unloading(strain, stress, at=None):
 def residual_strain(strain, stress, at=None):
     """Strain at which the stress is zero on the way back from the first turn.
 
-    Between the rows on both sides of zero, or beyond the last row by no more than the distance of the last two; nan where it
-    is farther.
+    Between the rows on both sides of zero, or beyond the last row by no more than the distance of the last two, or, where the way back has
+    ended unloaded but for vibrations, by the slope of its end; nan where the body is not unloaded.
     """
     back, held = unloading(strain, stress, at)
     after = np.nonzero(held[:-1] * held[1:] <= 0.0)[0]
     k = int(after[0]) if len(after) else len(back) - 2
-    if held[k] == held[k + 1]:
+    part = held[k] / (held[k] - held[k + 1]) if held[k] != held[k + 1] else -1.0
+    return float(back[k] + part * (back[k + 1] - back[k])) if 0.0 <= part <= 2.0 else _zero_beyond(back, held)
+
+
+def _zero_beyond(back, held):
+    """Strain at which the line through the end of a way back is zero; nan where that way has not ended unloaded, or no such line goes there."""
+    near = np.abs(back - back[-1]) <= min(UNLOADING_RANGE, 0.5 * np.abs(back[-1] - back[0])) + ROUNDING
+    if not abs(held[-1]) < UNLOADED * abs(held[0]) or np.sum(near) < 3:
         return float("nan")
-    part = held[k] / (held[k] - held[k + 1])
-    return float(back[k] + part * (back[k + 1] - back[k])) if 0.0 <= part <= 2.0 else float("nan")
+    slope, end = np.polyfit(back[near] - back[-1], held[near], 1)
+    return float(back[-1] - end / slope) if slope > 0.0 else float("nan")
 
 
 def stress_back_at(strain, stress, at=0.0):
@@ -87,8 +94,8 @@ def loop_areas(strain, stress, at=None):
 
 
 def numbers(curve, column="virial", at=None):
-    """What is reported of a way there and back, in a dict: turn_strain, turn_MPa, residual_strain, unloading_GPa (nan where the way back
-    has too few rows), area_MJ_per_m3 of the last loop (one sweep: of the sweep)."""
+    """What is reported of a way there and back, in a dict: turn_strain, turn_MPa, residual_strain (nan where it is not unloaded),
+    unloading_GPa (nan where the way back has too few rows), area_MJ_per_m3 of the last loop (one sweep: of the sweep)."""
     strain, stress = curve.strain, getattr(curve, column)
     back, held = unloading(strain, stress, at)
     return {

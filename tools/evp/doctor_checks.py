@@ -12,7 +12,8 @@ from . import doctor_plugin as plugins
 from . import doctor_remedies as remedies
 
 _PATH = "plugin path"
-WANTED = {"GRANULAR": "friction and rigid tools by pair_style granular"}  # packages that some decks need
+# Packages beside PLUGIN: what for, and the release that has them first.
+WANTED = {"GRANULAR": ("friction and rigid tools by pair_style granular", 0), "GRAPHICS": ("pictures by evp view", 20260211)}
 
 
 def _path_text(host):
@@ -190,15 +191,16 @@ def check_age(report, host, plugin):
 
 
 def check_packages(report, host, log):
-    """Does this LAMMPS have what decks need beside PLUGIN?"""
+    """Does this LAMMPS have what decks and pictures need beside PLUGIN?"""
     packages = host.help.packages
     if log and log.package and log.package[1] not in packages:
         style, name = log.package
         report.fault("packages", f"{name} is absent", f"the deck uses {style} of LAMMPS' package {name}, which this lmp was built without.",
                      remedies.with_option(host.exe, f"PKG_{name}"))
         return
-    absent = [f"{name} is absent ({use})" for name, use in WANTED.items() if name not in packages]
-    report.ok("packages", "; ".join(absent) or f"{', '.join(WANTED)}, which some decks need")
+    wanted = {name: use for name, (use, first) in WANTED.items() if host.help.number >= first}
+    absent = [f"{name} is absent ({use}): add it by -DPKG_{name}=on of LAMMPS' CMake" for name, use in wanted.items() if name not in packages]
+    report.ok("packages", "; ".join(absent) or "; ".join(f"{name} ({use})" for name, use in wanted.items()))
 
 
 def _take(report, host, plugin):

@@ -176,8 +176,11 @@ def check_mpirun(report, host):
         report.fault("mpirun", f"{name}; lmp has {host.help.mpi}",
                      f"mpirun is of another MPI ({own}) than lmp ({host.help.mpi}): each rank would be a run of its own.", remedies.another_mpirun(kind))
     elif "attempt to run as root" in output.text:
-        report.fault("mpirun", f"{name} refuses to run as root", "mpirun of Open MPI does not run as root unless told to.",
-                     "export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1")
+        text, command = f"{name} refuses to run as root", "export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1"
+        if chosen:
+            report.fault("mpirun", text, "mpirun of Open MPI does not run as root unless told to.", command)
+        else:  # runs on one rank do without, and the tools set both
+            report.note("mpirun", f"{text}; before runs on several ranks: {command}")
     elif "not enough slots" in output.text:
         report.fault("mpirun", f"{name}: fewer than two cores", "mpirun starts no more ranks than there are cores unless told to.",
                      "export OMPI_MCA_rmaps_base_oversubscribe=1 PRTE_MCA_rmaps_default_mapping_policy=:oversubscribe")

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from .doctor_remedies import meaning
 
-OK, FAULT, NOT_CHECKED = "ok", "FAULT", "not checked"
+OK, NOTE, FAULT, NOT_CHECKED = "ok", "note", "FAULT", "not checked"
 _WIDTH = 120
 
 
@@ -27,6 +27,10 @@ class Report:
 
     def ok(self, name, text):
         self._add(Line(name, OK, text))
+
+    def note(self, name, text):
+        """What is no fault, but to be known."""
+        self._add(Line(name, NOTE, text))
 
     def not_checked(self, name, text):
         self._add(Line(name, NOT_CHECKED, text))

@@ -147,6 +147,11 @@ def percent_left(strain):
     return f"{round(100 * strain, 2) + 0.0:.2f} %"
 
 
+def residual_text(strain):
+    """What is said of a residual strain of cycles.py, which is nan where the body is not unloaded."""
+    return f"residual strain {percent_left(strain)}" if np.isfinite(strain) else "no residual strain (not unloaded)"
+
+
 def unloading(curves, path, column="virial", load=TENSION, turns=None, numbers=None):
     """Curves that turn back: curves is {label: curves.Curve}, turns {label: rows}, as `at` of cycles.py, or None; the residual strain is told behind each label, and marked.
 
@@ -158,7 +163,7 @@ def unloading(curves, path, column="virial", load=TENSION, turns=None, numbers=N
         for k, (label, curve) in enumerate(curves.items()):
             percent, stress = 100 * curve.strain, 1e-6 * getattr(curve, column)
             left = cycles.residual_strain(curve.strain, getattr(curve, column), turns and turns[label])
-            name = f"{label}: residual strain {percent_left(left)}"
+            name = f"{label}: {residual_text(left)}"
             axis.plot(percent, stress, label=name, **line_style(k))
             axis.plot([100 * left], [0.0], "o", color=_COLORS[k], markeredgecolor="#333333", markeredgewidth=0.5, markersize=6, zorder=3)
             rows += [(name, f"{a:.6g}", f"{b:.6g}") for a, b in zip(percent, stress)]

@@ -135,6 +135,7 @@ def main(argv=None):
     parser.add_argument("--draw", action="store_true", help="draw again from the files in --work, without a run")
     args = parser.parse_args(argv)
     with errors_in_one_line("first_look"):
+        spheres.check()
         if not args.draw:
             args.work.mkdir(parents=True, exist_ok=True)
             (args.work / "ball.region").write_text("region body sphere 0.005 0 0 0.005\n", encoding="utf-8")

@@ -66,9 +66,9 @@ def traction_job(out, table, rate, ranks):
 
 
 def unloading_job(out, unload, ranks):
-    """One sweep to STRAIN and back."""
+    """One sweep to STRAIN and back to zero stress."""
     name = f"unload_{unload}"
-    variables = {"specimen": "specimen.data", "coeff": TABLES["table1"][1], "unload": unload, "rate": f"{UNLOADING_RATE:g}", "strain": STRAIN, "out": name}
+    variables = {"specimen": "specimen.data", "coeff": TABLES["table1"][1], "unload": unload, "rate": f"{UNLOADING_RATE:g}", "strain": STRAIN, "lower": "release", "out": name}
     return run.Job(name, "in.cyclic", variables, out, ranks, cost=2 * STRAIN / UNLOADING_RATE / (0.4 * _TYPICAL_STEP["table1"]))
 
 
@@ -118,7 +118,7 @@ def report(out, pulled):
         print("  ".join(cell.rjust(len(title)) for cell, title in zip(row, titles)))
     for unload, label in UNLOADING.items():
         left = cycles.numbers(curves.read_curve(out / f"unload_{unload}.csv"))
-        print(f"{label}: back from {100 * STRAIN:g} %, residual strain {figures.percent_left(left['residual_strain'])}")
+        print(f"{label}: back from {100 * STRAIN:g} %, {figures.residual_text(left['residual_strain'])}")
     print("E is the slope over strain " + ", or ".join(sorted(ranges)))
 
 

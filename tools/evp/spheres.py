@@ -102,6 +102,20 @@ def read_ppm(path):
     return np.frombuffer(content, dtype=np.uint8, offset=len(content) - 3 * width * height).reshape(height, width, 3)
 
 
+def _reason(error, lmp):
+    """What LAMMPS says, with the remedy where it was built without the package of dump image."""
+    if "part of the GRAPHICS package" not in error:
+        return error
+    return (f"{lmp} was built without the package GRAPHICS, to which dump image belongs since LAMMPS 11 Feb 2026. Run cmake "
+            f"-DPKG_GRAPHICS=on on the build folder of LAMMPS and build it again, or set EVP_LMP to an lmp that has it. LAMMPS says: {error}")
+
+
+def check():
+    """RunError where this LAMMPS draws no spheres: before runs whose pictures are wanted."""
+    view = cameras([extents(np.zeros((1, 3)), np.ones(1), *VIEWS["iso"])], [VIEWS["iso"]], 100)
+    draw(np.zeros((1, 3)), np.ones(1), np.zeros(1), np.full((SHADES, 3), 0.5), view)
+
+
 def _draw(x, radius, value, colors, views):
     """draw() of spheres that all views hold in front of LAMMPS' camera."""
     corner = np.array([(x - radius[:, None]).min(axis=0), (x + radius[:, None]).max(axis=0)])
@@ -127,7 +141,7 @@ def _draw(x, radius, value, colors, views):
         if ended.returncode:
             with open(folder / "view.log", "ab") as log:
                 log.write(ended.stdout)
-            raise run.RunError(f"LAMMPS could not draw the spheres: {run.lammps_error(folder / 'view.log')}")
+            raise run.RunError(f"LAMMPS could not draw the spheres: {_reason(run.lammps_error(folder / 'view.log'), command[0])}")
         return [read_ppm(folder / f"view{k}.ppm")[cut] for k, cut in enumerate(cuts)]
 
 

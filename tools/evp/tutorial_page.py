@@ -16,6 +16,7 @@ import tempfile
 import textwrap
 from typing import NamedTuple
 
+from . import spheres
 from .report import command_line, errors_in_one_line, split_at_marks
 from .run import CHECKOUT, RunError, environment
 
@@ -117,6 +118,7 @@ def main(argv=None):
     parser.add_argument("--work", type=pathlib.Path, default=CHECKOUT / "results" / "tutorial", metavar="FOLDER", help="where the commands run (default: %(default)s)")
     args = parser.parse_args(argv)
     with errors_in_one_line("evp.tutorial_page"):
+        spheres.check()
         text = PAGE.read_text(encoding="utf-8")
         found = steps(text)
         shutil.rmtree(args.work, ignore_errors=True)  # a calibration would go on from an earlier one
