@@ -123,8 +123,9 @@ def with_flow(found, case, scene, offsets):
     np.add.at(total, i, f)
     np.add.at(total, j, -f)
     energy = flow.stored(d, deq, row, after) - flow.stored(cut, deq, row, at_cut)
-    energy += flow.dissipated(kept(after, q), after, deq, row) - flow.dissipated(kept(at_cut, after), at_cut, deq, row)
-    return {**found, "force": total, "energy": float(energy.sum()), "virial": r.T @ f, "offsets": dict(zip(ids, kept(after, q))),
+    keeps = kept(after, q)
+    energy += flow.dissipated(keeps, after, deq, row) - flow.dissipated(kept(at_cut, keeps), at_cut, deq, row)
+    return {**found, "force": total, "energy": float(energy.sum()), "virial": r.T @ f, "offsets": dict(zip(ids, keeps)),
             "bonds_second": int(np.sum(bonded & (after != 0.0)))}
 
 
