@@ -15,12 +15,12 @@ class Mutation(NamedTuple):
     times: int = 1
 
 
-STIFFNESS = ("compute_evp_dt.cpp", "law.stiffness_ahead(d, deq)")
+STIFFNESS = ("stable_timesteps.cpp", "law.stiffness_ahead(d, deq)")
 
 MUTATIONS = [
     Mutation("a quarter of the stiffness in compute evp/dt", ("times critical damping: 0.0",), STIFFNESS[0], STIFFNESS[1], "0.25 * " + STIFFNESS[1]),
     Mutation("gamma left out of compute evp/dt", ("times critical damping: 1.0", "times critical damping: 3.6", "times critical damping: 30.0"),
-             "compute_evp_dt.cpp", "law.parameters().gamma + network->implicit_gamma(p)", "0.0"),
+             "stable_timesteps.cpp", "law.parameters().gamma + network.implicit_gamma(p)", "0.0"),
     Mutation("no warning of a timestep above the limit", ("table 2 at the paper s timestep",), "compute_evp_dt.cpp", "update->dt > limit &&", "update->dt > 1e3 * limit &&"),
     Mutation("no limit of displacement per step in fix dt/evp", ("table 1 pulled to rupture", "head on impact: 500"), "fix_dt_evp.cpp", "if (fastest.dt < dt)", "if (fastest.dt < 0.0)"),
     Mutation("new contacts not in the energy balance", ("head on impact: 1", "head on impact: 30"), "stored_energy.h",
@@ -40,8 +40,8 @@ MUTATIONS = [
     Mutation("exponents of the first regime in both regimes", ("exponents: 8 4", "exponents: 13.5", "exponents: 24"), "law.h",
              "second(row_in.e2, row_in.m2, row_in.n2)", "second(row_in.e2, row_in.m1, row_in.n1)"),
     Mutation("energy not zero at dlim", ("all pairs at dlim",), "block_law.cpp", "c.energy(cut, powers", "0.5 * c.energy(cut, powers"),
-    Mutation("one mass for all atoms in compute evp/dt", ("ratio of",), "compute_evp_dt.cpp", "linear.inverse_mass[i] = EVP::scene::inverse_mass(atom, force, i)",
-             "linear.inverse_mass[i] = EVP::scene::inverse_mass(atom, force, 0)"),
+    Mutation("one mass for all atoms in compute evp/dt", ("ratio of",), "stable_timesteps.cpp", "linear.inverse_mass[i] = scene::inverse_mass(atom, force, i)",
+             "linear.inverse_mass[i] = scene::inverse_mass(atom, force, 0)"),
     Mutation("damping by the velocity of one atom only", ("fragment moving and spinning: explicit",), "force_loop.h",
              "dx * (vx - v[j][0]) + dy * (vy - v[j][1]) + dz * (vz - v[j][2])", "dx * vx + dy * vy + dz * vz"),
     Mutation("damping along x", ("fragment moving and spinning: implicit",), "dampers.h", "over_d * p.g.dy,", "0.0,"),

@@ -78,4 +78,4 @@ def test_every_style_keeps_within_its_containers(lmp, tmp_path, monkeypatch, che
 
 def test_the_specimen_keeps_within_its_containers(lmp, monkeypatch, checked):
     monkeypatch.setenv("EVP_PLUGIN_DIR", str(checked))
-    lmp(REPOSITORY / "tests" / "memory" / "in.memory", ranks=2, variables={"specimen": REFERENCE}).ok()
+    lmp(REPOSITORY / "tests" / "memory" / "in.memory", ranks=2, variables={"specimen": REFERENCE, "row": f"{REPOSITORY / 'potentials' / 'metals.evp'}:copper_OFHC"}).ok()

@@ -131,8 +131,8 @@ CASES = [
     (ROW, "80 a", "Pair evp/lj: expected 9 values, got 2 (a row has e1 m1 n1 e2 m2 n2 xi_s gamma alpha)"),
     (ROW, "8O 8", "cannot read the potential file '8O': give its path, or put its folder into LAMMPS_POTENTIALS; a row of numbers has e1 m1"),
     (f"* * {ROW}", ROW, "Pair evp/lj: expected 9 values, got 7 (a row has e1 m1 n1 e2 m2 n2 xi_s gamma alpha)"),
-    (ROW, "good.evp a density 2700", "Pair evp/lj: expected the 9 numbers e1 m1 n1 e2 m2 n2 xi_s gamma alpha and keywords, or FILE ROW or FILE:ROW with "
-                                     "nothing behind it, got 4 words from 'good.evp' on"),
+    (ROW, "good.evp a density 2700", "Pair evp/lj: expected the 9 numbers e1 m1 n1 e2 m2 n2 xi_s gamma alpha and keywords, or FILE ROW or FILE:ROW "
+                                     "without further arguments, got 4 words, the first 'good.evp'"),
     (ROW, "evp/lj " + ROW, "without further arguments, got 10 words, the first 'evp/lj'"),
     (f"pair_coeff * * {ROW}", "", "pair coeffs are not set"),
     ("* * " + ROW, "2 2 " + ROW, "Numeric index 2 is out of bounds"),
