@@ -21,16 +21,7 @@ constexpr double integer_power(double s, int k)
   return result;
 }
 
-/// (1 + x)^k - 1 for x > -1, to the last digits where x is near 0.
-constexpr double integer_power_minus_1(double x, int k)
-{
-  double result = 0.0;
-  for (; k > 0; k >>= 1, x *= 2.0 + x)
-    if (k & 1) result += x * (1.0 + result);
-  return result;
-}
-
-/// The same with an exponent known to the compiler.
+/// (1 + x)^K - 1 for x > -1, to the last digits where x is near 0.
 template <int K> EVP_INLINE double power_minus_1(double x)
 {
   if constexpr (K == 1)
@@ -46,6 +37,9 @@ template <int K> EVP_INLINE double power_minus_1(double x)
 
 /// Exponents known to the compiler: straight multiplications, no loop, no branch.
 template <int M, int N> struct FixedPowers {
+  static constexpr bool are_fixed = true;
+  static constexpr int lower = N;
+  static_assert(M == 2 * N, "Regime::stored() is a square");
   PowerPair operator()(double s) const { return {power<M>(s), power<N>(s)}; }
 
   template <int K> static double power(double s)
@@ -63,7 +57,7 @@ template <int M, int N> struct FixedPowers {
 /// (b^K - a^K)/(b - a), to the last digits where a and b are close.
 template <int K> EVP_INLINE double power_quotient(double a, double b)
 {
-  using Powers = FixedPowers<K, K>;
+  using Powers = FixedPowers<2 * K, K>;
   if constexpr (K == 1)
     return 1.0;
   else if constexpr (K % 2 == 0)
@@ -73,10 +67,31 @@ template <int K> EVP_INLINE double power_quotient(double a, double b)
     return b * power_quotient<K - 1>(a, b) + Powers::template power<K - 1>(a);
 }
 
-/// Any real m > n > 0; integers are multiplied out, others take pow().
+/// Calls f with the powers for (m, n) that the compiler knows, or with `other`, so that every caller is written once.
+template <class Other, class F> auto with_powers(double m, double n, const Other &other, F &&f)
+{
+  if (m == 8.0 && n == 4.0) return f(FixedPowers<8, 4>{});
+  if (m == 6.0 && n == 3.0) return f(FixedPowers<6, 3>{});
+  if (m == 4.0 && n == 2.0) return f(FixedPowers<4, 2>{});
+  if (m == 2.0 && n == 1.0) return f(FixedPowers<2, 1>{});
+  if (m == 12.0 && n == 6.0) return f(FixedPowers<12, 6>{});
+  return f(other);
+}
+
+/// Any real m > n > 0; integers are multiplied out, others take pow(). The bits are those of FixedPowers where there
+/// are such.
 struct AnyPowers {
+  static constexpr bool are_fixed = false;
   double m, n;
-  PowerPair operator()(double s) const { return {power(s, m), power(s, n)}; }
+  PowerPair operator()(double s) const
+  {
+    const auto other = [this](double x) {
+      return PowerPair{power(x, m), power(x, n)};
+    };
+    return with_powers(m, n, other, [s](const auto &powers) -> PowerPair {
+      return powers(s);
+    });
+  }
 
  private:
   static double power(double s, double p)
@@ -84,17 +99,6 @@ struct AnyPowers {
     return p <= 1024.0 && p == std::floor(p) ? integer_power(s, (int) p) : std::pow(s, p);
   }
 };
-
-/// Calls f with the fastest powers for (m, n), so that every caller is written once.
-template <class F> auto with_powers(double m, double n, F &&f)
-{
-  if (m == 8.0 && n == 4.0) return f(FixedPowers<8, 4>{});
-  if (m == 6.0 && n == 3.0) return f(FixedPowers<6, 3>{});
-  if (m == 4.0 && n == 2.0) return f(FixedPowers<4, 2>{});
-  if (m == 2.0 && n == 1.0) return f(FixedPowers<2, 1>{});
-  if (m == 12.0 && n == 6.0) return f(FixedPowers<12, 6>{});
-  return f(AnyPowers{m, n});
-}
 
 /// e^x - 1 - x [1] to the last digits, where the difference would leave none of them near 0.
 inline double expm1_minus_x(double x)

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: GPL-2.0-only
+#pragma once
+
+#include "core/pairs.h"
+
+#include <algorithm>
+
+namespace EVP {
+
+/// What acts between two particles that were not recorded as a pair.
+enum class Contact : int { LITERAL, REPULSIVE, NONE };
+constexpr const char *CONTACTS[] = {"literal", "repulsive", "none"};    ///< for users
+
+/// Where a pair is at rest, and the distance up to which it acts; nothing where that is 0 [length].
+struct Span {
+  double deq, cutoff;
+};
+
+/// The settings of the pair style that hold for all pairs: what bonds do beyond their law, and what pairs do that are
+/// no bonds.
+struct PairRules {
+  Contact contact = Contact::LITERAL;
+  double overlap = 0.3;         ///< warn below d = (1 - overlap) (R_i + R_j)
+  bool plastic = false;         ///< plasticity isotropic: flow beyond the elastic limit stays
+  double break_strain = 0.0;    ///< bonds break for good beyond (1 + this) deq; 0: never
+
+  bool breaks() const { return break_strain > 0.0; }
+
+  /// Do bonds have values that change?
+  bool has_history() const { return plastic || breaks(); }
+
+  Flow flow_of_bonds() const { return plastic ? Flow::STAYS : Flow::FORGETS; }
+  Flow flow_of_contacts() const { return plastic ? Flow::COMPRESSES : Flow::FORGETS; }
+
+  /// dlim: alpha (R_i + R_j).
+  Span of_bond(double deq, double dlim) const
+  {
+    return {deq, breaks() ? std::min(dlim, (1.0 + break_strain) * deq) : dlim};
+  }
+
+  /// Of a pair that was never a bond. Those of two bodies only repel.
+  Span of_contact(double sum_radii, double dlim, bool in_different_bodies) const
+  {
+    if (contact == Contact::NONE) return {sum_radii, 0.0};
+    return {sum_radii, only_repels(in_different_bodies) ? sum_radii : dlim};
+  }
+  bool only_repels(bool in_different_bodies) const { return contact == Contact::REPULSIVE || in_different_bodies; }
+
+  /// What is left of a bond that broke repels below R_i + R_j, or, where the spheres still overlap when it breaks, below
+  /// where it broke: breaking makes no force and no energy.
+  Span of_broken(double sum_radii, double deq) const
+  {
+    const double rest = breaks() ? std::min(sum_radii, (1.0 + break_strain) * deq) : sum_radii;
+    return {rest, contact == Contact::NONE ? 0.0 : rest};
+  }
+
+  /// Margin of the cutoffs of contacts. One that only repels has no force there but that of damping: spheres that touch do
+  /// not interact.
+  double contact_margin(bool in_different_bodies, bool any_damping) const
+  {
+    if (!only_repels(in_different_bodies)) return NEW_PAIR_MARGIN;
+    return any_damping ? -NEW_PAIR_MARGIN : 0.0;
+  }
+};
+
+}    // namespace EVP

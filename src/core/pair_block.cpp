@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+#include "core/pair_block.h"
+
+#include <cstring>
+
+namespace EVP {
+
+namespace {
+
+  /// Those of the pairs of a list: one if all are alike, else by index.
+  template <class Powers> struct Laws {
+    std::vector<Law<Powers>> laws;
+    bool saturates;    ///< has any a saturation?
+  };
+
+  /// The law of each pair of a block. Many: of several laws; kept apart, which is up to 8 % quicker.
+  template <class Powers, bool Many> class LawsOfBlock {
+   public:
+    LawsOfBlock(const Laws<Powers> &all, const PairBlock &block) : only(all.laws[0])
+    {
+      if constexpr (Many)
+        for (int k = 0; k < block.n; k++) own[k] = &all.laws[block.law[k]];
+    }
+    EVP_INLINE const Law<Powers> &operator[](int k) const
+    {
+      if constexpr (Many)
+        return *own[k];
+      else
+        return only;
+    }
+
+   private:
+    const Law<Powers> only;
+    const Law<Powers> *own[Many ? PairBlock::SIZE : 1];
+  };
+
+  /// Puts force/d in its place, from F deq, 1/deq and 1/d.
+  template <bool Damping, bool Stored>
+  EVP_INLINE void put_force(PairBlock &block, int k, double f, double inv_deq, double inv_d, double gamma, bool acts)
+  {
+    f *= inv_deq * inv_d;
+    double damping = 0.0;
+    if constexpr (Damping) {
+      damping = gamma * block.approach[k] * (inv_d * inv_d);
+      f -= damping;
+    }
+    block.force[k] = acts ? f : 0.0;
+    if constexpr (Stored) block.damping[k] = acts ? -damping : 0.0;
+  }
+
+  /// Pairs that forget their flow (eq. 8).
+  template <class Powers, bool Many, bool Damping, bool Stored>
+  EVP_INLINE void evaluate_forgetting(const Laws<Powers> &all, PairBlock &block)
+  {
+    const double *const inv_deq = block.inv_deq, *const cutsq = block.cutsq;
+    const int n = block.n;
+    const LawsOfBlock<Powers, Many> laws(all, block);
+
+    EVP_INDEPENDENT
+    for (int k = 0; k < n; k++) {
+      const Law<Powers> &c = laws[k];
+      const double dsq = block.distance_squared(k);
+      const double d = std::sqrt(Stored && dsq > cutsq[k] ? cutsq[k] : dsq);
+      const double r = d * inv_deq[k];
+      const auto at = c.place(r);
+      // 1/d and s = 1/(r - offset) from one division
+      const double w = 1.0 / (at.shifted * d);
+      const double s = w * d;
+      put_force<Damping, Stored>(block, k, c.force(at, s), inv_deq[k], w * at.shifted, c.gamma, !(dsq > cutsq[k]));
+      if constexpr (Stored) {
+        const auto now = c.stored(at, r, s);
+        block.elastic[k] = now.elastic;
+        block.forgotten[k] = now.forgotten;
+      }
+    }
+  }
+
+  /// By how much each pair slips, with the sign of its strain.
+  template <bool Contact, class Powers, bool Many>
+  EVP_INLINE void find_slips(const LawsOfBlock<Powers, Many> &laws, bool saturates, const PairBlock &block, double *slip)
+  {
+    const double *const inv_deq = block.inv_deq, *const cutsq = block.cutsq;
+    const double *const q = block.flow.q, *const accumulated = block.flow.k;
+    const int n = block.n;
+    EVP_INDEPENDENT
+    for (int k = 0; k < n; k++) {
+      const double dsq = block.distance_squared(k);
+      const double d = std::sqrt(dsq > cutsq[k] ? cutsq[k] : dsq);    // so far a pair flows
+      const double strain = d * inv_deq[k] - 1.0 - q[k];
+      const double size = Contact ? -strain : std::fabs(strain);
+      slip[k] = std::copysign(laws[k].slip_linear(size, accumulated[k]), strain);
+    }
+    for (int k = 0; saturates && k < n; k++) {    // a saturating limit is below the linear one
+      const double dsq = block.distance_squared(k);
+      const double strain = std::sqrt(dsq > cutsq[k] ? cutsq[k] : dsq) * inv_deq[k] - 1.0 - q[k];
+      const double size = Contact ? -strain : std::fabs(strain);
+      if (size > laws[k].xi_s) slip[k] = std::copysign(laws[k].slip(size, accumulated[k]), strain);
+    }
+  }
+
+  /// What the slips dissipate.
+  template <bool Contact, class Powers, bool Many>
+  EVP_INLINE void find_spent(const LawsOfBlock<Powers, Many> &laws, bool saturates, const PairBlock &block,
+                             const double *slip)
+  {
+    const double *const accumulated = block.flow.k;
+    double *const spent = block.flow.spent;
+    if constexpr (Powers::are_fixed)
+      if (!saturates) {
+        EVP_INDEPENDENT
+        for (int k = 0; k < block.n; k++)
+          spent[k] = laws[k].dissipated_linear(std::copysign(1.0, slip[k]), accumulated[k], std::fabs(slip[k]));
+        return;
+      }
+    for (int k = 0; k < block.n; k++)
+      spent[k] = slip[k] == 0.0
+          ? 0.0
+          : laws[k].dissipated(std::copysign(1.0, slip[k]), accumulated[k], std::fabs(slip[k]));
+  }
+
+  /// Pairs whose flow stays; contacts only repel, and flow in compression.
+  template <class Powers, bool Many, bool Contact, bool Damping, bool Stored>
+  EVP_INLINE void evaluate_flowing(const Laws<Powers> &all, PairBlock &block)
+  {
+    const double *const inv_deq = block.inv_deq, *const cutsq = block.cutsq;
+    const FlowArrays flow = block.flow;
+    const int n = block.n;
+    const LawsOfBlock<Powers, Many> laws(all, block);
+    alignas(64) double slip[PairBlock::SIZE];
+    find_slips<Contact>(laws, all.saturates, block, slip);
+
+    EVP_INDEPENDENT
+    for (int k = 0; k < n; k++) {
+      const Law<Powers> &c = laws[k];
+      const double dsq = block.distance_squared(k);
+      const double d = std::sqrt(dsq > cutsq[k] ? cutsq[k] : dsq);
+      const double r = d * inv_deq[k];
+      const double q_new = flow.q[k] + slip[k];
+      double e = r - q_new;
+      if constexpr (Contact) e = e > 1.0 ? 1.0 : e;    // apart, nothing acts
+      const double w = 1.0 / (e * d);
+      const double s = w * d;
+      put_force<Damping, Stored>(block, k, c.first.force(s), inv_deq[k], w * e, c.gamma, !(dsq > cutsq[k]));
+      flow.q_new[k] = Contact && dsq > cutsq[k] ? 0.0 : q_new;
+      if constexpr (Stored) {
+        const double strain = r - 1.0 - q_new;
+        block.elastic[k] = c.first.stored(Contact && strain > 0.0 ? 0.0 : strain, s);
+        block.forgotten[k] = 0.0;
+      }
+    }
+    *flow.moves = std::memcmp(flow.q, flow.q_new, n * sizeof(double)) != 0;
+    if (*flow.moves) find_spent<Contact>(laws, all.saturates, block, slip);
+  }
+
+  /// Compiled for each instruction set; loops with pow() gain nothing from that.
+  template <class Powers, bool Many, Flow Kind, bool Damping, bool Stored>
+  void evaluate(const Laws<Powers> &all, PairBlock &block, Level level)
+  {
+    const auto run = [&]() EVP_KERNEL {
+      if constexpr (Kind == Flow::FORGETS)
+        evaluate_forgetting<Powers, Many, Damping, Stored>(all, block);
+      else
+        evaluate_flowing<Powers, Many, Kind == Flow::COMPRESSES, Damping, Stored>(all, block);
+    };
+    if constexpr (Powers::are_fixed)
+      call_at(level, run);
+    else
+      run();
+  }
+
+  /// Fills block.potential from what the pairs store. stored_at(block): fills elastic and forgotten.
+  template <Flow Kind, class F> void find_potential(PairBlock &block, bool incremental, F &&find_stored)
+  {
+    const auto is_past = [&block](int k) {
+      return block.distance_squared(k) > block.cutsq[k];
+    };
+    if constexpr (Kind != Flow::FORGETS) {
+      for (int k = 0; k < block.n; k++)
+        block.potential[k] = !incremental && is_past(k) ? 0.0 : block.elastic[k];
+      for (int k = 0; incremental && *block.flow.moves && k < block.n; k++) block.potential[k] += block.flow.spent[k];
+    } else {
+      PairBlock at_cutoff;
+      at_cutoff.n = block.n;
+      at_cutoff.inv_deq = block.inv_deq;
+      at_cutoff.cutsq = block.cutsq;
+      at_cutoff.law = block.law;
+      for (int k = 0; k < block.n; k++) {
+        at_cutoff.xy[2 * k] = std::sqrt(block.cutsq[k]) / (1.0 + block.margin);
+        at_cutoff.xy[2 * k + 1] = at_cutoff.z[k] = 0.0;
+      }
+      find_stored(at_cutoff);
+      for (int k = 0; k < block.n; k++)
+        block.potential[k] = is_past(k) ? 0.0
+                                        : (block.elastic[k] + block.forgotten[k]) -
+                (at_cutoff.elastic[k] + at_cutoff.forgotten[k]);
+    }
+  }
+
+  template <class Powers, bool Many, Flow Kind> struct Evaluation {
+    Laws<Powers> all;
+    Level level;
+
+    void operator()(PairBlock &block, const BlockLaw::Asked &asked) const
+    {
+      const bool stored = asked.stored || asked.potential;
+      if (asked.damping)
+        (stored ? evaluate<Powers, Many, Kind, true, true> : evaluate<Powers, Many, Kind, true, false>) (all, block, level);
+      else
+        (stored ? evaluate<Powers, Many, Kind, false, true> : evaluate<Powers, Many, Kind, false, false>) (all, block,
+                                                                                                         level);
+      if (!asked.potential) return;
+      find_potential<Kind>(block, asked.incremental, [this](PairBlock &other) {
+        evaluate<Powers, Many, Kind, false, true>(all, other, level);
+      });
+    }
+  };
+
+}    // namespace
+
+void BlockLaw::assign(const std::vector<PairLaw> &laws, const std::vector<int> &used, Flow flow, Level level)
+{
+  if (used.empty()) {    // no pair to go over
+    evaluate = nullptr;
+    return;
+  }
+  const Row &row = laws[used.front()].row;
+  bool alike = true, common_powers = true, saturates = false;
+  for (const int k : used) {
+    const Row &own = laws[k].row;
+    alike = alike && own == row;
+    common_powers = common_powers && own.m1 == row.m1 && own.n1 == row.n1 && own.m2 == row.m1 && own.n2 == row.n1;
+    saturates = saturates || own.saturation > 0.0;
+  }
+
+  const auto choose = [&](const auto &powers) {
+    using Powers = std::decay_t<decltype(powers)>;
+    Laws<Powers> all = {{}, saturates};
+    for (const PairLaw &law : laws) {
+      if (alike && !all.laws.empty()) break;
+      const Row &own = alike ? row : law.row;
+      if constexpr (Powers::are_fixed)
+        all.laws.push_back({own, powers, powers});
+      else
+        all.laws.push_back({own, AnyPowers{own.m1, own.n1}, AnyPowers{own.m2, own.n2}});
+    }
+    const auto take = [&](auto many, auto kind) {
+      evaluate = Evaluation<Powers, many, kind>{std::move(all), level};
+    };
+    using Many = std::true_type;
+    using One = std::false_type;
+    const auto with_flow = [&](auto kind) {
+      alike ? take(One(), kind) : take(Many(), kind);
+    };
+    if (flow == Flow::FORGETS) with_flow(std::integral_constant<Flow, Flow::FORGETS>());
+    if (flow == Flow::STAYS) with_flow(std::integral_constant<Flow, Flow::STAYS>());
+    if (flow == Flow::COMPRESSES) with_flow(std::integral_constant<Flow, Flow::COMPRESSES>());
+  };
+  with_powers(common_powers ? row.m1 : 0.0, row.n1, AnyPowers{0.0, 0.0}, choose);
+}
+
+}    // namespace EVP

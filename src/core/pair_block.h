@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: GPL-2.0-only
+#pragma once
+
+#include "core/law.h"
+#include "core/levels.h"
+#include "core/pairs.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <type_traits>
+#include <vector>
+
+// Rows are short: the overhead of the loop counts.
+#if defined(__clang__)
+#define EVP_UNROLL _Pragma("clang loop unroll_count(4)")
+#elif defined(__GNUC__)
+#define EVP_UNROLL _Pragma("GCC unroll 4")
+#else
+#define EVP_UNROLL
+#endif
+
+namespace EVP {
+
+/// Up to SIZE pairs of a list between gathering and scattering. Relative positions are from j to i.
+struct PairBlock {
+  static constexpr int SIZE = BLOCK_SIZE;
+
+  int n;                    ///< pairs in this block
+  const double *inv_deq;    ///< of each pair, see PackedPair
+  const double *cutsq;
+  const int *law;
+  FlowArrays flow;    ///< with flow that stays
+  double margin;      ///< of the cutoffs, see PairList
+
+  alignas(64) double xy[2 * SIZE];      ///< relative position: x and y side by side [length]
+  alignas(64) double z[SIZE];           ///< [length]
+  alignas(64) double approach[SIZE];    ///< (x_i - x_j).(v_i - v_j), with damping only
+  alignas(64) double force[SIZE];       ///< result: force/d [force/length], 0 past the cutoff
+
+  // results where energies are asked for
+  alignas(64) double elastic[SIZE], forgotten[SIZE];    ///< see Stored, past the cutoff those at it [energy]
+  alignas(64) double potential[SIZE];                   ///< what the force is the slope of [energy]
+  alignas(64) double damping[SIZE];                     ///< of the force the damping, 0 without
+
+  EVP_INLINE double distance_squared(int k) const
+  {
+    return xy[2 * k] * xy[2 * k] + xy[2 * k + 1] * xy[2 * k + 1] + z[k] * z[k];
+  }
+  template <int Component> double relative(int k) const
+  {
+    return Component < 2 ? xy[2 * k + Component] : z[k];
+  }
+};
+
+/// The laws of the pairs of a list, and the fastest way through a block of these on the machine that runs. The numbers are
+/// the same on every instruction set: no step of a sum is fused or moved.
+class BlockLaw {
+ public:
+  /// What else than forces is asked for.
+  struct Asked {
+    bool damping;        ///< the forces of the damping too
+    bool stored;         ///< what pairs hold
+    bool potential;      ///< stored as well; of each pair, zero at its cutoff where flow is forgotten
+    bool incremental;    ///< the potential holds what the flow from q dissipates, past the cutoff too
+  };
+
+  /// laws: indexed by PackedPair::law. used: indices of those that the pairs have; where these are alike, one is for all
+  /// pairs.
+  void assign(const std::vector<PairLaw> &laws, const std::vector<int> &used, Flow, Level = best_level());
+
+  /// Fills the results of a block of a list of this flow.
+  void operator()(PairBlock &block, const Asked &asked) const { evaluate(block, asked); }
+
+ private:
+  std::function<void(PairBlock &, const Asked &)> evaluate;
+};
+
+/// Particle data of one MPI rank, as [n][3] arrays. v is read with damping only, f is added to.
+struct ParticleView {
+  const double (*x)[3];
+  const double (*v)[3];
+  double (*f)[3];
+  int nreact;    ///< particles below this index take the reaction: all with newton on, else own
+};
+
+/// Damping force over distance [force/length]: F_D = -gamma (u.(v_i - v_j)) u (eq. 4).
+inline double damping_over_distance(double gamma, const PairGeometry &g, const double *vi, const double *vj)
+{
+  const double approach = g.dx * (vi[0] - vj[0]) + g.dy * (vi[1] - vj[1]) + g.dz * (vi[2] - vj[2]);
+  return -gamma * approach / g.dsq;
+}
+
+/// A run of pairs of a list, with the row where it begins.
+struct PairRange {
+  const PairList &list;
+  const PackedRow *row;
+  int first, last;
+
+  /// Calls f(i, first, last) for the pairs of each particle in the range.
+  template <class F> void for_each_row(F &&f) const
+  {
+    for (const PackedRow *r = row;; r++) {
+      f(r->i, std::max(r->first, first), std::min(r->last, last));
+      if (r->last >= last) break;
+    }
+  }
+};
+
+/// Lists of more pairs do not stay in the caches: there prefetching pays, else it costs 4 %.
+constexpr int CACHED_PAIRS = 400000;
+
+/// Calls f(range) for all pairs of the list, PairBlock::SIZE at once. further: arrays by pair that f reads beside the list.
+template <class F, class... T> void for_each_block(const PairList &list, F &&f, const T *...further)
+{
+  const int npairs = (int) list.size();
+  PairRange range = {list, list.rows.data(), 0, 0};
+  for (; range.first < npairs; range.first = range.last) {
+    range.last = std::min(range.first + PairBlock::SIZE, npairs);
+    while (range.row->last <= range.first) range.row++;
+    if (npairs > CACHED_PAIRS) list.prefetch(range.first + 4 * PairBlock::SIZE, further...);
+    f(range);
+  }
+}
+
+/// A tally that costs nothing.
+struct NoTally {
+  static constexpr bool stored = false, potential = false;
+  void operator()(const PairRange &, const PairBlock &) const {}
+};
+
+/// Relative positions of the pairs of a range; with damping how fast they part, times distance.
+template <bool Damping> void gather(const ParticleView &view, const PairRange &range, PairBlock &block)
+{
+  const PairList &list = range.list;
+  const int *const partner = list.j.data();
+  block.n = range.last - range.first;
+  block.inv_deq = list.inv_deq.data() + range.first;
+  block.cutsq = list.cutsq.data() + range.first;
+  block.law = list.law.data() + range.first;
+  block.margin = list.cutoff_margin();
+  const auto *const x = view.x;
+  const auto *const v = Damping ? view.v : view.x;    // read only if needed
+  range.for_each_row([&](int i, int first, int last) {
+    const double xi = x[i][0], yi = x[i][1], zi = x[i][2];
+    const double vx = v[i][0], vy = v[i][1], vz = v[i][2];
+    EVP_UNROLL
+    for (int k = first; k < last; k++) {
+      const int j = partner[k], b = k - range.first;
+      const double dx = xi - x[j][0], dy = yi - x[j][1], dz = zi - x[j][2];
+      block.xy[2 * b] = dx;
+      block.xy[2 * b + 1] = dy;
+      block.z[b] = dz;
+      if constexpr (Damping)
+        block.approach[b] = dx * (vx - v[j][0]) + dy * (vy - v[j][1]) + dz * (vz - v[j][2]);
+    }
+  });
+}
+
+/// Adds the forces of a block, force/d of each pair, to f of its particles; those of i are summed apart, row by row.
+inline void scatter(const PairRange &range, const PairBlock &block, const double *force, int nreact, double (*f)[3])
+{
+  const int *const partner = range.list.j.data();
+  range.for_each_row([&](int i, int first, int last) {
+    double fx = 0.0, fy = 0.0, fz = 0.0;
+    EVP_UNROLL
+    for (int k = first; k < last; k++) {
+      const int j = partner[k], b = k - range.first;
+      const double px = block.xy[2 * b] * force[b], py = block.xy[2 * b + 1] * force[b];
+      const double pz = block.z[b] * force[b];
+      fx += px;
+      fy += py;
+      fz += pz;
+      if (j >= nreact) continue;
+      f[j][0] -= px;
+      f[j][1] -= py;
+      f[j][2] -= pz;
+    }
+    f[i][0] += fx;
+    f[i][1] += fy;
+    f[i][2] += fz;
+  });
+}
+
+/// Appends the indices of the pairs of a block that are past their cutoff: mostly none is.
+inline void find_past_cutoff(const PairRange &range, const PairBlock &block, std::vector<int> &found)
+{
+  int count = 0;
+  for (int k = 0; k < block.n; k++) count += (int) (block.distance_squared(k) > block.cutsq[k]);
+  for (int k = 0; count && k < block.n; k++)
+    if (block.distance_squared(k) > block.cutsq[k]) found.push_back(range.first + k);
+}
+
+/// Adds the forces of all interacting pairs of a list to view.f: what one time step does, and nothing else. Everything a
+/// pair needs was looked up when the list was packed. Pairs are gathered in blocks, the law goes over a block at once, the
+/// forces are scattered.
+///
+/// tally(range, block) is called before they are scattered. past_cutoff: takes the indices of pairs past their cutoff.
+template <bool Damping, class Tally>
+void accumulate_forces(PairList &list, const BlockLaw &law, const ParticleView &view, Tally &&tally,
+                       bool incremental = false, std::vector<int> *past_cutoff = nullptr)
+{
+  PairBlock block;
+  const FlowArrays flow = list.flow_arrays();
+  for_each_block(list, [&](const PairRange &range) {
+    gather<Damping>(view, range, block);
+    block.flow = flow.from(range.first);
+    law(block, {Damping, tally.stored, tally.potential, incremental});
+    if (past_cutoff) find_past_cutoff(range, block, *past_cutoff);
+    tally(range, block);
+    scatter(range, block, block.force, view.nreact, view.f);
+  });
+}
+
+/// A fixed number of partial sums: vectors of any width then add in the same order.
+class LaneSum {
+ public:
+  static constexpr int LANES = 8;
+  template <class Term> EVP_INLINE void add(int n, Term &&term)
+  {
+    double sums[LANES];    // apart from what term reads, so that they stay in registers
+    for (int lane = 0; lane < LANES; lane++) sums[lane] = lanes[lane];
+    int k = 0;
+    for (; k + LANES <= n; k += LANES)
+      for (int lane = 0; lane < LANES; lane++) sums[lane] += term(k + lane);
+    for (int lane = 0; k + lane < n; lane++) sums[lane] += term(k + lane);
+    for (int lane = 0; lane < LANES; lane++) lanes[lane] = sums[lane];
+  }
+  double total() const
+  {
+    double sum = 0.0;
+    for (const double lane : lanes) sum += lane;
+    return sum;
+  }
+
+ private:
+  double lanes[LANES] = {};
+};
+
+/// Energy [energy] and virial (sum of r F as xx yy zz xy xz yz) [energy] of the pairs that it is called with.
+class SumTally {
+ public:
+  static constexpr bool stored = false;
+  const bool potential;    ///< energies are wanted
+
+  /// nreact: pairs with a partner beyond it count half, as the MPI rank that owns it has them too.
+  SumTally(int nreact_in, bool energy, bool virial_in) : potential(energy), nreact(nreact_in), virial(virial_in) {}
+
+  void operator()(const PairRange &range, const PairBlock &block)
+  {
+    const int *const j = range.list.j.data() + range.first;
+    for (int k = 0; k < block.n; k++) weight[k] = rank_share(j[k], nreact);
+    if (potential)
+      energies.add(block.n, [&](int k) {
+        return weight[k] * block.potential[k];
+      });
+    if (!virial) return;
+    for (int k = 0; k < block.n; k++) weight[k] *= block.force[k];
+    add_virial<0, 0>(0, block);
+    add_virial<1, 1>(1, block);
+    add_virial<2, 2>(2, block);
+    add_virial<0, 1>(3, block);
+    add_virial<0, 2>(4, block);
+    add_virial<1, 2>(5, block);
+  }
+
+  double total_energy() const { return energies.total(); }
+  double total_virial(int component) const { return virials[component].total(); }
+
+ private:
+  const int nreact;
+  const bool virial;
+  LaneSum energies, virials[6];
+  double weight[PairBlock::SIZE];    // of each pair of the block, for the virial times force/d
+
+  template <int A, int B> void add_virial(int component, const PairBlock &block)
+  {
+    virials[component].add(block.n, [&](int k) {
+      return weight[k] * (block.relative<A>(k) * block.relative<B>(k));
+    });
+  }
+};
+
+}    // namespace EVP

@@ -1,0 +1,323 @@
+// SPDX-License-Identifier: GPL-2.0-only
+#pragma once
+
+#include "core/bytes.h"
+#include "core/law.h"
+
+#include <algorithm>
+#include <climits>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+namespace EVP {
+
+// In a lattice whole shells of neighbors lie at a cutoff, and the round-off of a position must not
+// decide. A pair counts as within a distance up to these shares of it. They grow in this
+// order: what just misses the recording is no new pair, what is recorded acts at rest, and the
+// neighbor list holds all of them.
+constexpr double NEW_PAIR_MARGIN = 0.5e-9;
+constexpr double RECORD_MARGIN = 1.0e-9;
+constexpr double BOND_MARGIN = 2.0e-9;
+constexpr double LIST_MARGIN = 3.0e-9;
+
+// Two centres closer than this share of R_i + R_j coincide but for round-off: no direction is theirs.
+constexpr double COINCIDENT = 1.0e-9;
+
+/// Square of a cutoff with its margin.
+inline double cutoff_squared(double cutoff, double margin)
+{
+  const double edge = cutoff * (1.0 + margin);
+  return edge * edge;
+}
+
+/// Relative position of a pair, from j to i.
+struct PairGeometry {
+  double dx, dy, dz, dsq;
+  PairGeometry(const double (*x)[3], int i, int j) :
+      dx(x[i][0] - x[j][0]), dy(x[i][1] - x[j][1]), dz(x[i][2] - x[j][2]),
+      dsq(dx * dx + dy * dy + dz * dz)
+  {
+  }
+};
+
+/// What changes with a pair.
+struct PairHistory {
+  double q;         ///< offset of flow that stays, over deq
+  double k;         ///< its accumulated plastic strain, the sum of |dq|/deq
+  double work;      ///< dissipated by flow so far [energy]
+  double broken;    ///< 1 once a bond has broken for good, else 0
+
+  /// As so many doubles it migrates, and is in restart files.
+  static constexpr int WORDS = 4;
+
+  friend bool operator==(const PairHistory &a, const PairHistory &b)
+  {
+    return a.q == b.q && a.k == b.k && a.work == b.work && a.broken == b.broken;
+  }
+};
+static_assert(sizeof(PairHistory) == PairHistory::WORDS * sizeof(double), "doubles only");
+
+/// The force loop takes so many pairs at once.
+constexpr int BLOCK_SIZE = 256;
+
+/// One pair of a list. Its i is that of its PackedRow.
+struct PackedPair {
+  double inv_deq;    ///< 1/deq [1/length]
+  double cutsq;      ///< square of the distance beyond which nothing acts, its margin included
+  double cut;        ///< that distance without the margin: there the energy is zero [length]
+  int j;             ///< partner, local or ghost
+  int law;           ///< index of the pair type's law
+  int record;        ///< its record at i, see BondStore; -1 of a contact that was never a bond
+  bool is_bond;
+  Flow flow;
+  Offset offset;     ///< of a pair whose flow stays, else 0
+};
+
+/// The pairs of one particle: [first, last) of a PairList. A particle may have several rows.
+struct PackedRow {
+  int i;
+  int first, last;
+};
+
+/// What a force evaluation reads and writes of pairs whose flow stays, one entry per pair; nullptr without.
+struct FlowArrays {
+  const double *q = nullptr, *k = nullptr;    ///< in force
+  double *q_new = nullptr;                    ///< where the pair would move q: taken over by commit()
+  double *spent = nullptr;                    ///< dissipated on the way there [energy]
+  char *moves = nullptr;    ///< of each block: is any pair on its way? If not, spent is not written
+
+  /// Those of the block that begins at pair n.
+  FlowArrays from(size_t n) const
+  {
+    if (!q) return {};
+    return {q + n, k + n, q_new + n, spent + n, moves + n / BLOCK_SIZE};
+  }
+};
+
+/// Bonds or contacts of an MPI rank, row by row, ready for the time-step loop: one array per quantity, so that a step
+/// reads no more than it uses. Room is kept between builds: arrays may be longer than size().
+class PairList {
+ public:
+  /// Pairs are counted by int, and loops look a few blocks ahead.
+  static constexpr size_t MOST = INT_MAX - 4096;
+
+  std::vector<PackedRow> rows;
+  std::vector<double> inv_deq, cutsq;     ///< see PackedPair
+  std::vector<int> j, law, record;
+  std::vector<double> q, k, work;         ///< with flow that stays, else empty; see PairHistory
+  std::vector<double> q_new, spent;       ///< see FlowArrays
+  std::vector<char> moves;
+
+  explicit PairList(bool are_bonds_in) : are_bonds(are_bonds_in) {}
+  const bool are_bonds;
+
+  size_t size() const { return count; }
+  Flow flow() const { return flow_; }
+  double cutoff_margin() const { return margin; }
+  bool stays() const { return flow_ != Flow::FORGETS; }
+
+  /// margin: of the cutoffs of its pairs.
+  void clear(double margin_in, Flow flow_in)
+  {
+    count = 0;
+    rows.clear();
+    margin = margin_in;
+    flow_ = flow_in;
+    std::fill(moves.begin(), moves.end(), 0);
+    if (stays()) return;
+    std::vector<char>().swap(moves);
+    for (auto *values : {&q, &k, &work, &q_new, &spent}) std::vector<double>().swap(*values);
+  }
+
+  /// Room for n more pairs, [size(), size() + n); those that are there stay. False where there are too many.
+  bool make_room(size_t n)
+  {
+    if (n > MOST || count > MOST - n) return false;
+    if (count + n > j.size()) {
+      const size_t larger = std::max(count + n, j.size() + j.size() / 2);
+      for (auto *values : {&inv_deq, &cutsq}) values->resize(larger);
+      for (auto *values : {&j, &law, &record}) values->resize(larger);
+    }
+    if (stays() && count + n > q.size()) {
+      for (auto *values : {&q, &k, &work, &q_new, &spent}) values->resize(j.size());
+      moves.resize(j.size() / BLOCK_SIZE + 1);
+    }
+    return true;
+  }
+
+  /// Takes n pairs of particle i that were written to the room.
+  void add_row(int i, int n)
+  {
+    if (n == 0) return;
+    const int first = (int) count;
+    rows.emplace_back();
+    PackedRow &row = rows.back();    // copying a whole row would wait for its members
+    row.i = i;
+    row.first = first;
+    row.last = first + n;
+    count += n;
+  }
+
+  double cutoff_squared(double cutoff) const { return EVP::cutoff_squared(cutoff, margin); }
+
+  PackedPair operator[](size_t n) const
+  {
+    return {inv_deq[n], cutsq[n],  std::sqrt(cutsq[n]) / (1.0 + margin),
+            j[n],       law[n],    record[n],
+            are_bonds,  flow_,     stays() ? Offset{q[n], k[n]} : Offset{}};
+  }
+
+  void set_history(size_t n, const PairHistory &history)
+  {
+    q[n] = history.q;
+    k[n] = history.k;
+    work[n] = history.work;
+  }
+  PairHistory history_of(size_t n) const
+  {
+    const double broken = !are_bonds && record[n] >= 0 ? 1.0 : 0.0;
+    return stays() ? PairHistory{q[n], k[n], work[n], broken} : PairHistory{0.0, 0.0, 0.0, broken};
+  }
+
+  FlowArrays flow_arrays()
+  {
+    if (!stays()) return {};
+    return {q.data(), k.data(), q_new.data(), spent.data(), moves.data()};
+  }
+
+  /// What the last force evaluation would change comes into force. A contact that has parted is one that never flowed.
+  void commit()
+  {
+    if (!stays()) return;
+    for (size_t block = 0; block * BLOCK_SIZE < count; block++) {
+      if (!moves[block]) continue;
+      moves[block] = 0;
+      const size_t first = block * BLOCK_SIZE, last = std::min(first + BLOCK_SIZE, count);
+      for (size_t n = first; n < last; n++) {
+        k[n] += std::fabs(q_new[n] - q[n]);
+        work[n] += spent[n];
+        if (!are_bonds && q_new[n] == 0.0) k[n] = work[n] = 0.0;
+      }
+    }
+    q.swap(q_new);
+  }
+
+  /// Takes out the pairs with these indices, which ascend.
+  void remove(const std::vector<int> &out)
+  {
+    const auto keep = [&](auto &values) {
+      if (values.empty()) return;
+      size_t to = out.front(), next = 0;
+      for (size_t from = to; from < count; from++) {
+        if (next < out.size() && (size_t) out[next] == from)
+          next++;
+        else
+          values[to++] = values[from];
+      }
+    };
+    if (out.empty()) return;
+    for (auto *values : {&inv_deq, &cutsq, &q, &k, &work, &q_new, &spent}) keep(*values);
+    for (auto *values : {&j, &law, &record}) keep(*values);
+    count -= out.size();
+    const auto removed_before = [&](int n) {
+      return (int) (std::lower_bound(out.begin(), out.end(), n) - out.begin());
+    };
+    for (PackedRow &row : rows) {
+      row.first -= removed_before(row.first);
+      row.last -= removed_before(row.last);
+    }
+    rows.erase(std::remove_if(rows.begin(), rows.end(),
+                              [](const PackedRow &row) {
+                                return row.first == row.last;
+                              }),
+               rows.end());
+  }
+
+  /// The particle whose row has pair n.
+  int owner_of(int n) const
+  {
+    return std::upper_bound(rows.begin(), rows.end(), n, [](int index, const PackedRow &row) {
+             return index < row.last;
+           })->i;
+  }
+
+  /// Prefetches what a step with one law reads of the block from pair `first` on, if there is one, and what further
+  /// arrays have for its pairs.
+  template <class... T> void prefetch(size_t first, const T *...further) const
+  {
+    if (first >= count) return;
+    const size_t n = std::min<size_t>(BLOCK_SIZE, count - first);
+    const auto one = [&](const auto *array) {
+      EVP::prefetch(array + first, n * sizeof(*array));
+    };
+    one(inv_deq.data());
+    one(cutsq.data());
+    one(j.data());
+    (one(further), ...);
+  }
+
+  double memory_usage() const
+  {
+    return bytes_of(rows, inv_deq, cutsq, j, law, record, q, k, work, q_new, spent, moves);
+  }
+
+ private:
+  size_t count = 0;
+  double margin = 0.0;
+  Flow flow_ = Flow::FORGETS;
+};
+
+/// Weight of a pair with partner j in sums over all MPI ranks: where a ghost takes no reaction, its
+/// owner holds the pair too.
+inline double rank_share(int j, int nreact)
+{
+  return j < nreact ? 1.0 : 0.5;
+}
+
+/// All pairs of one MPI rank, rebuilt with the neighbor list.
+struct PairLists {
+  PairList bonds{true}, contacts{false};
+  long build = 0;           ///< counts the packings: indices of pairs hold as long as it does
+  long common_build = 0;    ///< counts those that were collective
+  int nlocal = 0;           ///< particles that the lists were built for: own,
+  int nall = 0;             ///< and with ghosts
+
+  size_t size() const { return bonds.size() + contacts.size(); }
+
+  /// Particles below this index take reactions: ghosts do where newton is on.
+  int nreact(bool newton) const { return newton ? nall : nlocal; }
+
+  double memory_usage() const { return bonds.memory_usage() + contacts.memory_usage(); }
+};
+
+/// A packed pair at given positions.
+struct PlacedPair : PackedPair {
+  int i;             ///< of its row
+  int index;         ///< in its list
+  int number;        ///< among all pairs of both lists
+  PairGeometry g;    ///< at the positions
+
+  bool is_past_cutoff() const { return g.dsq > cutsq; }
+  double distance() const { return std::sqrt(g.dsq); }
+};
+
+/// Calls f(PlacedPair) for all pairs of a list in its order, those past their cutoff too. first: number of the first.
+/// All loops over pairs but that of the timestep (pair_block.h) are this one.
+template <class F> void for_each_pair(const PairList &list, const double (*x)[3], F &&f, int first = 0)
+{
+  for (const PackedRow &row : list.rows)
+    for (int k = row.first; k < row.last; k++) {
+      const PackedPair pair = list[k];
+      f(PlacedPair{pair, row.i, k, first + k, PairGeometry(x, row.i, pair.j)});
+    }
+}
+
+/// The same for bonds, then contacts.
+template <class F> void for_each_pair(const PairLists &lists, const double (*x)[3], F &&f)
+{
+  for_each_pair(lists.bonds, x, f);
+  for_each_pair(lists.contacts, x, f, (int) lists.bonds.size());
+}
+
+}    // namespace EVP
