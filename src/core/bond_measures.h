@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/bytes.h"
-#include "core/row_keywords.h"
+#include "core/row.h"
 #include "core/text.h"
 
 #include <algorithm>
@@ -171,7 +171,7 @@ struct Factors {
 /// whatever the body. An isotropic body has E = m n e1 (Nb/V)/6 with Nb/V ~ z/s^3; its over-stress at a
 /// rate is gamma s^2 (Nb/V)/6; its bulk modulus gains kv N/V ~ kv/s^3. Throws BadInput where a factor
 /// has no value in double precision.
-inline Factors factors_of(const RowKeywords &row, const BondMeasure &body)
+inline Factors factors_of(const Row &row, const BondMeasure &body)
 {
   const double stretch = body.spacing / row.spacing, share = row.coordination / body.coordination;
   const double cubed = stretch * stretch * stretch;

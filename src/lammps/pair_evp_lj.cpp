@@ -23,8 +23,7 @@ using namespace LAMMPS_NS;
 using EVP::Contact;
 using EVP::scene::rows;
 
-enum RowKind { NO_ROW, PLAIN_ROW, ROW_WITH_KEYWORDS };    // in restart files
-static constexpr size_t LONGEST_LINE = 254;               // that read_data takes
+static constexpr size_t LONGEST_LINE = 254;    // that read_data takes
 
 namespace {
 
@@ -126,18 +125,18 @@ void PairEVPLJ::coeff(int narg, char **arg)
     error->all(FLERR,
                "Pair evp/lj: pair_coeff needs two atom types and a row: the {} numbers {}, or FILE "
                "ROW with the name of a row in the file, or FILE:ROW",
-               EVP::NMEMBERS, EVP::row_keys());
+               EVP::NREQUIRED, EVP::row_keys());
   if (!allocated) allocate();
 
   // before the types, which are taken for numbers of the row where they are missing
-  EVP::GivenRow row;
+  EVP::Row row;
   EVP::stop_at_bad_input(error, "Pair evp/lj", [&] {
     row = EVP::read_row(lmp, {arg + 2, arg + narg});
   });
-  if (row.keywords.is_scaled())
+  if (row.is_scaled())
     EVP::scene::demand_three_dimensions(
         domain, error, "Pair evp/lj", "the scaling of a row by 'spacing' and 'coordination'",
-        fmt::format("use 'dimension 3', or give the {} numbers of the row alone", EVP::NMEMBERS));
+        fmt::format("use 'dimension 3', or give the {} numbers of the row alone", EVP::NREQUIRED));
   int ilo, ihi, jlo, jhi;
   utils::bounds(FLERR, arg[0], 1, atom->ntypes, ilo, ihi, error);
   utils::bounds(FLERR, arg[1], 1, atom->ntypes, jlo, jhi, error);
@@ -335,22 +334,15 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
   return law.energy(d, deq, cut);
 }
 
-// restart files hold settings, the fix that recorded, and one Row per pair of types: a number that says
-// whether there is one, the row, its keywords where it has any
+// restart files hold settings, the fix that recorded, and per pair of types whether there is a row, and the row
 void PairEVPLJ::write_restart(FILE *fp)
 {
   write_restart_settings(fp);
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++) {
-      const EVP::GivenRow given = coefficients.given(i, j);
-      const int kind = !setflag[i][j] ? NO_ROW
-          : has_any(given.keywords)   ? ROW_WITH_KEYWORDS
-                                      : PLAIN_ROW;
-      fwrite(&kind, sizeof(int), 1, fp);
-      const auto words = words_of(EVP::MEMBERS, given.row);
-      const auto more = words_of(EVP::KEYWORDS, given.keywords);
-      if (kind) fwrite(words.data(), sizeof(words), 1, fp);
-      if (kind == ROW_WITH_KEYWORDS) fwrite(more.data(), sizeof(more), 1, fp);
+      fwrite(&setflag[i][j], sizeof(int), 1, fp);
+      const EVP::Row row = coefficients.row(i, j);
+      if (setflag[i][j]) fwrite(&row, sizeof(row), 1, fp);
     }
 }
 
@@ -360,31 +352,17 @@ void PairEVPLJ::read_together(FILE *fp, void *data, size_t size) const
   MPI_Bcast(data, (int) size, MPI_BYTE, 0, world);
 }
 
-// false where the words are damaged
-template <class Members, class Struct>
-bool PairEVPLJ::read_members(FILE *fp, const Members &members, Struct &values) const
-{
-  auto words = words_of(members, values);
-  read_together(fp, words.data(), sizeof(words));
-  return take_words(members, words, values);
-}
-
 void PairEVPLJ::read_restart(FILE *fp)
 {
   read_restart_settings(fp);
   allocate();
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++) {
-      int kind;
-      read_together(fp, &kind, sizeof(int));
-      setflag[i][j] = kind != 0;
-      if (!kind) continue;
-      EVP::GivenRow given{};
-      if (!read_members(fp, EVP::MEMBERS, given.row) ||
-          (kind == ROW_WITH_KEYWORDS && !read_members(fp, EVP::KEYWORDS, given.keywords)))
-        error->all(FLERR, "Pair evp/lj: the restart file is damaged in the row of types {} and {}",
-                   i, j);
-      coefficients.set(i, j, given);
+      read_together(fp, &setflag[i][j], sizeof(int));
+      if (!setflag[i][j]) continue;
+      EVP::Row row;
+      read_together(fp, &row, sizeof(row));
+      coefficients.set(i, j, row);
     }
 }
 
@@ -416,7 +394,7 @@ void PairEVPLJ::read_restart_settings(FILE *fp)
 
 void PairEVPLJ::print_row(FILE *fp, const std::string &types, int i, int j) const
 {
-  const std::string text = types + ' ' + row_text(coefficients.given(i, j));
+  const std::string text = types + ' ' + row_text(coefficients.row(i, j));
   if (text.size() > LONGEST_LINE)
     error->warning(FLERR,
                    "Pair evp/lj: the row of types {} and {} is longer than {} characters, of which "

@@ -62,7 +62,7 @@ void RowLaws::follow(const BondStore *bonds, bool flows)
 
 std::string RowLaws::describe(int i, int j) const
 {
-  const RowKeywords row = coefficients.keywords(i, j);
+  const Row row = coefficients.row(i, j);
   const auto [source, factors] = coefficients.scaling(i, j);
   std::string line = fmt::format("pair evp/lj: types {} {}: ", i, j);
   if (source == Source::OWN_BONDS) {
@@ -84,7 +84,7 @@ std::string RowLaws::describe() const
   int count = 0;
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++)
-      if (cuts.handles(i, j) && coefficients.keywords(i, j).is_scaled() && ++count <= MOST_LINES)
+      if (cuts.handles(i, j) && coefficients.row(i, j).is_scaled() && ++count <= MOST_LINES)
         lines += describe(i, j);
   if (count > MOST_LINES)
     lines += fmt::format("pair evp/lj: and {} more pairs of types\n", count - MOST_LINES);
@@ -125,7 +125,7 @@ void RowLaws::warn_of_density()
 
   std::string warning;
   for (int type = 1; type <= types && warning.empty(); type++) {
-    const double solid = coefficients.keywords(type, type).density;
+    const double solid = coefficients.row(type, type).density;
     const double mass = sums[(size_t) 2 * type], volume = sums[(size_t) 2 * type + 1];
     if (!cuts.handles(type, type) || solid == 0.0 || volume == 0.0) continue;
     const double ratio = mass / volume / solid;
@@ -148,7 +148,7 @@ void RowLaws::check(const PairList &list, const VolumeForces *volume) const
   std::vector<char> unknown((size_t) n * n, 0);
   for (int i = 1; i < n; i++)
     for (int j = 1; j < n; j++)
-      unknown[(size_t) i * n + j] = coefficients.keywords(i, j).is_scaled() &&
+      unknown[(size_t) i * n + j] = coefficients.row(i, j).is_scaled() &&
           coefficients.scaling(i, j).source == Source::AS_GIVEN;
 
   const bool has_kv = volume && volume->is_of_rows();
@@ -158,7 +158,7 @@ void RowLaws::check(const PairList &list, const VolumeForces *volume) const
     const int a = atom->type[p.i], b = atom->type[p.j];
     if (unknown[(size_t) a * n + b]) first = std::max(a, b);
     for (const int type : {a, b})
-      if (has_kv && unknown[(size_t) type * n + type] && coefficients.keywords(type, type).kv > 0.0)
+      if (has_kv && unknown[(size_t) type * n + type] && coefficients.row(type, type).kv > 0.0)
         first = type;
   });
   first = reduce_all(first, MPI_MAX, world);

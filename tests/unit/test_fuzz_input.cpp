@@ -180,13 +180,9 @@ TEST(Fuzz, ParameterFileGivesALawOrARefusal)
       "metal 80 8 4 3 8 4 0.005 0 1.5 spacing 4.42e-3 coordination 11.9 kv 1e3 density 2700\n";
   const std::vector<std::string> names = {"table1", "table2", "soft", "metal", "absent", ""};
   fuzz(good, [&](const std::string &text, Vandal &vandal) {
-    const auto [row, keywords] =
+    const EVP::Row row =
         EVP::row_from_text(text, "fuzz.evp", names[vandal.below(names.size())], "si");
-    for (const EVP::KeywordMember &member : EVP::KEYWORDS) {
-      const double value = keywords.*member.value;
-      EXPECT_TRUE(value == 0.0 || (member.holds(value) && std::isfinite(value))) << member.key;
-    }
-    EXPECT_EQ(keywords.spacing > 0.0, keywords.coordination > 0.0);
+    EXPECT_EQ(row.spacing > 0.0, row.coordination > 0.0);
     const EVP::Law law(row);
     const double deq = 0.01;
     for (const double r : {0.7, 1.0 - row.xi_s, 1.0, 1.0 + row.xi_s, row.alpha}) {
