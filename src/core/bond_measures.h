@@ -48,27 +48,24 @@ class BondMeasures {
                    });
   }
 
-  /// For restart files: number of types, the measures, checksum.
+  /// For restart files: number of types and the measures.
   std::vector<double> words() const
   {
     std::vector<double> words = {(double) ntypes};
     for (const BondMeasure &measure : values)
       words.insert(words.end(), {measure.spacing, measure.coordination});
-    words.push_back(checksum(words.data(), (int) words.size()));
     return words;
   }
 
-  /// Takes the words of a body of that many types; false where they are damaged or of another number.
+  /// Takes words(), empty or of a body of that many types; false if they are of another number.
   bool take(const double *words, int ntypes_in)
   {
-    BondMeasures taken(ntypes_in);
-    const size_t n = 1 + 2 * taken.values.size();
-    if (words[0] != (double) ntypes_in || words[n] != checksum(words, (int) n)) return false;
-    for (BondMeasure &measure : taken.values) {
+    if (words[0] != 0.0 && words[0] != ntypes_in) return false;
+    *this = BondMeasures((int) words[0]);
+    for (BondMeasure &measure : values) {
       measure = {words[1], words[2]};
       words += 2;
     }
-    *this = taken;
     return true;
   }
 

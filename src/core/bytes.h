@@ -22,16 +22,6 @@ template <class To, class From> To bits_as(const From &from)
   return to;
 }
 
-/// FNV-1a of the bytes of n words, as a whole number that a double holds exactly: tells whether words
-/// of a restart file are those that were written.
-inline double checksum(const double *words, int n)
-{
-  uint64_t sum = 14695981039346656037ULL;
-  const auto *bytes = reinterpret_cast<const unsigned char *>(words);
-  for (size_t k = 0; k < n * sizeof(double); k++) sum = (sum ^ bytes[k]) * 1099511628211ULL;
-  return (double) (sum >> 11);
-}
-
 /// Brings [begin, begin + bytes) nearer before it is needed. Never faults, wherever it points; does
 /// nothing with compilers other than g++ and clang++.
 inline void prefetch([[maybe_unused]] const void *begin, [[maybe_unused]] size_t bytes)

@@ -3,7 +3,6 @@
 #include "pair_evp_lj.h"
 
 #include "core/force_loop.h"
-#include "core/pair_section.h"
 #include "core/potential_file.h"
 #include "keywords.h"
 #include "row_reader.h"
@@ -23,7 +22,9 @@ using namespace LAMMPS_NS;
 using EVP::Contact;
 using EVP::scene::rows;
 
-static constexpr size_t LONGEST_LINE = 254;    // that read_data takes
+static constexpr size_t LONGEST_LINE = 254;       // that read_data takes
+static constexpr double RESTART_FORMAT = 2001;    // first word of our section in restart files
+static constexpr double LONGEST_ID = 1000;
 
 namespace {
 
@@ -369,26 +370,27 @@ void PairEVPLJ::read_restart(FILE *fp)
 void PairEVPLJ::write_restart_settings(FILE *fp)
 {
   network.source.note();
-  const std::vector<double> words =
-      EVP::PairSection{network.rules, network.source.recorder}.words();
-  fwrite(words.data(), sizeof(double), words.size(), fp);
+  const EVP::PairRules &rules = network.rules;
+  const std::string &recorder = network.source.recorder;
+  const double words[] = {RESTART_FORMAT,          EVP::NMEMBERS,        (double) rules.contact,
+                          rules.overlap,           (double) rules.flows, rules.break_strain,
+                          (double) recorder.size()};
+  fwrite(words, sizeof(words), 1, fp);
+  fwrite(recorder.data(), 1, recorder.size(), fp);
 }
 
 void PairEVPLJ::read_restart_settings(FILE *fp)
 {
-  constexpr size_t NFIRST = EVP::PairSection::NFIRST;
-  std::vector<double> words(NFIRST);
-  read_together(fp, words.data(), NFIRST * sizeof(double));
-  const size_t more = EVP::PairSection::count_more(words);
-  words.resize(NFIRST + more);
-  if (more) read_together(fp, &words[NFIRST], more * sizeof(double));
-  EVP::PairSection section;
-  if (!more || !section.take(words))
+  double words[7];
+  read_together(fp, words, sizeof(words));
+  if (words[0] != RESTART_FORMAT || words[1] != EVP::NMEMBERS || !(words[2] >= 0.0) ||
+      words[2] >= std::size(EVP::CONTACTS) || !(words[6] >= 0.0 && words[6] <= LONGEST_ID))
     error->all(FLERR,
                "Pair evp/lj: the restart file is damaged in the settings, or from a version of "
                "this package that wrote another format");
-  network.rules = section.rules;
-  network.source.recorder = section.recorder;
+  network.rules = {(Contact) (int) words[2], words[3], words[4] != 0.0, words[5]};
+  network.source.recorder.resize((size_t) words[6]);
+  if (words[6] > 0.0) read_together(fp, network.source.recorder.data(), (size_t) words[6]);
   offer_pair_values();
 }
 

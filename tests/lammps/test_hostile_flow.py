@@ -2,7 +2,6 @@
 """`unload elastic` and `break` with every word wrong, bond files and restart files with histories that are damaged or go to a style that would
 forget them: one clear error each, or a result that the pages promise."""
 
-import struct
 
 import pytest
 from hostile import BONDS, PARTS, ROW, SECONDS, refused, scene
@@ -241,38 +240,6 @@ def test_restarts_into_a_style_that_would_forget(saved, resume, name, lines, tex
 def test_restart_without_the_fix(saved, resume):
     refused(resume(saved["flows"], text=CONTINUE.replace("fix bonds all evp/bonds\n", "").replace(" f_bonds f_bonds[1]", "")),
             "Pair evp/lj: the bonds were recorded by fix bonds, whose records are not here")
-
-
-def after_name(content):
-    return content.index(b"evp/bonds\0") + len(b"evp/bonds\0") + 4
-
-
-def at_record(content):
-    """Where atom 1's record starts: its ID as recorded, and how many bonds it has."""
-    return min(k for k in (content.find(struct.pack("<qq", 1, count)) for count in range(5, 9)) if k >= 0)
-
-
-FIX_DAMAGED = "Fix bonds evp/bonds: its section of the restart file is damaged"
-ATOM_DAMAGED = "Fix bonds evp/bonds: the bonds of atom 1 in the restart file are damaged"
-
-
-@pytest.mark.parametrize("where, offset, bit, text", [
-    (after_name, 0, 3, FIX_DAMAGED), (after_name, 7, 6, FIX_DAMAGED), (after_name, 22, 3, FIX_DAMAGED),
-    (at_record, -8, 0, ATOM_DAMAGED), (at_record, 8, 1, ATOM_DAMAGED), (at_record, 32, 0, ATOM_DAMAGED), (at_record, 38, 6, ATOM_DAMAGED),
-    (at_record, 40, 0, ATOM_DAMAGED), (at_record, 47, 7, ATOM_DAMAGED), (at_record, 54, 4, ATOM_DAMAGED), (at_record, 55, 6, ATOM_DAMAGED)])
-def test_a_changed_bit(saved, resume, where, offset, bit, text):
-    """Of the format, of the number of bonds, and of offset, work and broken flag of a bond."""
-    content = bytearray(saved["flows"])
-    content[where(saved["flows"]) + offset] ^= 1 << bit
-    refused(resume(bytes(content)), text)
-
-
-@pytest.mark.parametrize("offset", range(0, 48, 5))
-def test_a_changed_bit_in_the_settings(saved, resume, offset):
-    """Format, contact, overlap, unload, break strain and the length of an ID."""
-    content = bytearray(saved["flows"])
-    content[saved["flows"].index(b"evp/lj\0") + len(b"evp/lj\0") + offset] ^= 8
-    refused(resume(bytes(content)), "Pair evp/lj: the restart file is damaged in the settings")
 
 
 # ---- fix evp/volume beside them

@@ -104,13 +104,9 @@ TEST(BondMeasures, GoThroughRestartFiles)
   ASSERT_TRUE(read.take(words.data(), 2));
   EXPECT_TRUE(read == written);
   EXPECT_EQ(read.of(2, 1).coordination, 1.0 / 3.0);
-  for (double &word : words) {
-    const double before = word;
-    word = std::nextafter(word, 1e300);
-    EXPECT_FALSE(BondMeasures().take(words.data(), 2));
-    word = before;
-  }
   EXPECT_FALSE(BondMeasures().take(words.data(), 1));
+  ASSERT_TRUE(read.take(BondMeasures().words().data(), 2));
+  EXPECT_TRUE(read.empty());
 }
 
 TEST(Factors, KeepTheMaterial)

@@ -114,17 +114,23 @@ TEST(BondStore, HistoryCostsNothingWhereThereIsNone)
   EXPECT_LT(recorded().memory_usage(), recorded(true).memory_usage());
 }
 
-// Restart files of early versions hold the records of an atom in another order.
-TEST(BondStore, WordsInAnyOrderAreSorted)
+// Restart files carry no check of their own: a wrong count would read beyond the words of the atom.
+TEST(BondStore, TellsWordsWithAWrongCount)
 {
-  const BondStore store = recorded();
-  std::vector<double> words(store.words_of(0));
-  store.pack(0, words.data());
-  std::swap_ranges(words.begin() + 2, words.begin() + 4, words.begin() + 4);
-  BondStore other;
-  other.grow(1);
-  other.unpack(0, words.data());
-  expect_same(other.of(0), store.of(0));
+  for (const bool with_history : {false, true}) {
+    BondStore store = recorded(with_history);
+    if (with_history) store.take({0, false, 12, {-0.2, 1.1, 0.0}});
+    std::vector<double> words(store.words_of(0));
+    const size_t n = store.pack(0, words.data());
+    EXPECT_TRUE(store.fits(words.data(), n));
+    for (const size_t other : {(size_t) 0, (size_t) 1, n - 1, n + 1})
+      EXPECT_FALSE(store.fits(words.data(), other));
+    EXPECT_FALSE(BondStore(!with_history).fits(words.data(), n));
+    for (const int64_t count : {-1l, 0l, 1l, 3l, 1l << 62}) {
+      words[1] = EVP::bits_as<double>(count);
+      EXPECT_FALSE(store.fits(words.data(), n)) << count;
+    }
+  }
 }
 
 TEST(BondStore, EveryOtherStateHasAVersionOfItsOwn)

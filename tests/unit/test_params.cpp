@@ -2,7 +2,6 @@
 //
 // From words to a checked row: what is taken, and the text that each refusal must give.
 
-#include "core/pair_section.h"
 #include "core/potential_file.h"
 
 #include <cmath>
@@ -200,31 +199,6 @@ TEST(RowText, IsReadAsTheSameRow)
        {"", " kv 0.1", " spacing 0.00442 coordination 11.9 density 2700 saturation 0.1"}) {
     const std::string text = "0.1 8 4 0.30000000000000004 8 4 0.005 0 1.5" + words;
     EXPECT_EQ(row_text(row_of(text)), text);
-  }
-}
-
-TEST(PairSection, GoesThroughRestartFiles)
-{
-  for (const EVP::PairRules &rules : {EVP::PairRules{EVP::Contact::NONE, 0.2},
-                                      EVP::PairRules{EVP::Contact::REPULSIVE, 0.4, true, 0.1}}) {
-    const std::vector<double> words = EVP::PairSection{rules, "bonds"}.words();
-    EXPECT_EQ(EVP::PairSection::NFIRST + EVP::PairSection::count_more(words), words.size());
-    EVP::PairSection read;
-    EXPECT_TRUE(read.take(words));
-    EXPECT_EQ(read.recorder, "bonds");
-    EXPECT_EQ(read.rules.contact, rules.contact);
-    EXPECT_EQ(read.rules.overlap, rules.overlap);
-    EXPECT_EQ(read.rules.flows, rules.flows);
-    EXPECT_EQ(read.rules.break_strain, rules.break_strain);
-    for (const size_t k : {(size_t) 1, (size_t) 2, words.size() - 1}) {
-      std::vector<double> damaged = words;
-      damaged[k] += 1.0;
-      EXPECT_FALSE(EVP::PairSection().take(damaged)) << k;
-    }
-    for (const double first : {1002.0, 1005.0})
-      EXPECT_EQ(EVP::PairSection::count_more({first, 0.0, 0.3, 5.0}), 0u);
-    for (const double length : {-1.0, 1001.0, std::nan("")})
-      EXPECT_EQ(EVP::PairSection::count_more({words[0], 0.0, 0.3, length}), 0u);
   }
 }
 
