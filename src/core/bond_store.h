@@ -95,7 +95,7 @@ class BondStore {
   bool has_flowed() const
   {
     return has_any([](const PairHistory &history) {
-      return history.offset != 0.0;
+      return history.q != 0.0;
     });
   }
 

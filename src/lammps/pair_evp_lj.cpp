@@ -315,13 +315,13 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
       factor_lj != 0.0 && (is_bond || contact != Contact::NONE);
   svector[0] = deq;
   svector[1] = (d - deq) / deq;
-  svector[2] = acts ? law.regime(d, deq, history.offset) : 0.0;
-  svector[3] = history.offset;
+  svector[2] = acts ? law.regime(d, deq, history.q) : 0.0;
+  svector[3] = history.q;
   svector[4] = history.work;
 
   if (!acts) return 0.0;
   const bool flows = network.rules.flows;
-  fforce = flows ? law.force(d, deq, history.offset) / d : law.force(d, deq) / d;
+  fforce = flows ? law.force(d, deq, history.q) / d : law.force(d, deq) / d;
   if (flows && repels_only && fforce < 0.0) fforce = 0.0;
   if (is_bond && network.volume()) fforce += network.volume()->force(i, j, deq, dlim) / d;
   if (network.damping_acts() && (comm->ghost_velocity || velocities_sent) &&
@@ -330,7 +330,7 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
     fforce += EVP::damping_over_distance(law.parameters().gamma, g, atom->v[i], atom->v[j]);
   }
   if (flows)
-    return law.flow_energy(d, deq, history.offset, cut, law.cap(is_bond, repels_only),
+    return law.flow_energy(d, deq, history.q, cut, law.cap(is_bond, repels_only),
                            network.is_incremental());
   return law.energy(d, deq, cut);
 }

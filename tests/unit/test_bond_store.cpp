@@ -52,9 +52,9 @@ TEST(BondStore, WordsBringRecordsAndHistoryToAnotherPlace)
   for (const bool with_history : {false, true}) {
     BondStore store = recorded(with_history);
     if (with_history) {
-      store.take({2, true, 5, {0.1, 0.3, 0.0}});
-      store.take({2, true, 7, {0.0, 0.7, 1.0}});
-      store.take({2, false, 12, {-0.2, 1.1, 0.0}});
+      store.take({2, true, 5, {0.1, 0.2, 0.3, 0.0}});
+      store.take({2, true, 7, {0.0, 0.0, 0.7, 1.0}});
+      store.take({2, false, 12, {-0.2, 0.5, 1.1, 0.0}});
     }
     std::vector<double> words(store.words_of(2));
     ASSERT_EQ(store.pack(2, words.data()), (int) words.size());
@@ -70,11 +70,11 @@ TEST(BondStore, WordsBringRecordsAndHistoryToAnotherPlace)
     expect_same(other.of(0), store.of(2));
     EXPECT_EQ(other.has_changed(), with_history);
     if (!with_history) continue;
-    EXPECT_EQ(other.histories_of(0)[0], (PairHistory{0.1, 0.3, 0.0}));
-    EXPECT_EQ(other.histories_of(0)[1], (PairHistory{0.0, 0.7, 1.0}));
+    EXPECT_EQ(other.histories_of(0)[0], (PairHistory{0.1, 0.2, 0.3, 0.0}));
+    EXPECT_EQ(other.histories_of(0)[1], (PairHistory{0.0, 0.0, 0.7, 1.0}));
     ASSERT_EQ(other.contacts_of(0).size(), 1u);
     EXPECT_EQ(other.contacts_of(0)[0].partner, 12);
-    EXPECT_EQ(other.contacts_of(0)[0].history.offset, -0.2);
+    EXPECT_EQ(other.contacts_of(0)[0].history.q, -0.2);
     EXPECT_TRUE(other.contacts_of(1).empty());
   }
 }
@@ -83,11 +83,11 @@ TEST(BondStore, WordsBringRecordsAndHistoryToAnotherPlace)
 TEST(BondStore, ABrokenBondThatFlowsIsAContactToo)
 {
   BondStore store = recorded(true);
-  store.take({0, true, 9, {0.0, 0.4, 1.0}});
-  store.take({0, false, 9, {-0.1, 0.2, 0.0}});
-  EXPECT_EQ(store.histories_of(0)[1], (PairHistory{0.0, 0.4, 1.0}));
+  store.take({0, true, 9, {0.0, 0.0, 0.4, 1.0}});
+  store.take({0, false, 9, {-0.1, 0.1, 0.2, 0.0}});
+  EXPECT_EQ(store.histories_of(0)[1], (PairHistory{0.0, 0.0, 0.4, 1.0}));
   ASSERT_EQ(store.contacts_of(0).size(), 1u);
-  EXPECT_EQ(store.contacts_of(0)[0].history.offset, -0.1);
+  EXPECT_EQ(store.contacts_of(0)[0].history.q, -0.1);
   store.clear_contacts();
   EXPECT_TRUE(store.has_changed());
   store.keep_history(false);
@@ -99,7 +99,7 @@ TEST(BondStore, RoomGrowsWithTheHistory)
 {
   BondStore store = recorded(true);
   for (int64_t partner = 100; partner < 120; partner++) {
-    store.take({0, false, partner, {-0.1, 0.2, 0.0}});
+    store.take({0, false, partner, {-0.1, 0.1, 0.2, 0.0}});
     EXPECT_GE(store.most_words(), (int) store.words_of(0)) << partner;
   }
   BondStore late = recorded();
@@ -110,7 +110,7 @@ TEST(BondStore, RoomGrowsWithTheHistory)
 TEST(BondStore, HistoryCostsNothingWhereThereIsNone)
 {
   EXPECT_EQ(recorded().words_of(0), 2 + 2 * 2u);
-  EXPECT_EQ(recorded(true).words_of(0), 2 + 5 * 2u + 1);
+  EXPECT_EQ(recorded(true).words_of(0), 2 + 6 * 2u + 1);
   EXPECT_LT(recorded().memory_usage(), recorded(true).memory_usage());
 }
 
@@ -119,7 +119,7 @@ TEST(BondStore, TellsWordsWithAWrongCount)
 {
   for (const bool with_history : {false, true}) {
     BondStore store = recorded(with_history);
-    if (with_history) store.take({0, false, 12, {-0.2, 1.1, 0.0}});
+    if (with_history) store.take({0, false, 12, {-0.2, 0.5, 1.1, 0.0}});
     std::vector<double> words(store.words_of(0));
     const size_t n = store.pack(0, words.data());
     EXPECT_TRUE(store.fits(words.data(), n));

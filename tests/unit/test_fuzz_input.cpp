@@ -11,10 +11,9 @@
 #include <algorithm>
 #include <chrono>
 #include <gtest/gtest.h>
-#include <memory>
 #include <random>
+#include <sstream>
 #include <string>
-#include <unistd.h>
 #include <vector>
 
 using EVP::BadInput;
@@ -198,23 +197,20 @@ TEST(Fuzz, ParameterFileGivesALawOrARefusal)
 TEST(Fuzz, BondFileGivesBondsOrARefusal)
 {
   std::string good = EVP::bond_header(6, "si") + "\n";
-  for (int k = 1; k <= 6; k++) good += EVP::bond_text({k, k + 1, 0.01 * (1.0 + k / 7.0)});
-  const auto stream = std::unique_ptr<FILE, int (*)(FILE *)>(tmpfile(), fclose);
+  for (int k = 1; k <= 6; k++)
+    good += EVP::bond_text({k, k + 1, 0.01 * (1.0 + k / 7.0), {0.1, 0.2, 0.3, 0.0}}, k > 3);
   fuzz(good, [&](const std::string &text, Vandal &vandal) {
-    rewind(stream.get());
-    ASSERT_EQ(ftruncate(fileno(stream.get()), 0), 0);
-    ASSERT_EQ(fwrite(text.data(), 1, text.size(), stream.get()), text.size());
-    rewind(stream.get());
-
-    EVP::BondReader reader(stream.get(), "fuzz.bonds", "si");
+    std::istringstream stream(text);
+    EVP::BondReader reader(stream, "fuzz.bonds", "si");
     const size_t most = 1 + vandal.below(8);
     std::vector<EVP::BondLine> bonds;
     for (size_t before = 0; reader.read(bonds, most); before = bonds.size())
       EXPECT_EQ(bonds.size(), before + most);
     EXPECT_EQ((int64_t) bonds.size(), reader.count());
     for (const auto &bond : bonds) {
-      EXPECT_TRUE(bond.id_i > 0 && bond.id_j > 0 && bond.id_i != bond.id_j);
-      EXPECT_TRUE(bond.deq > 0.0 && std::isfinite(1.0 / (bond.deq * bond.deq))) << bond.deq;
+      EXPECT_TRUE(bond.id_i > 0 && bond.id_j > 0);
+      EXPECT_TRUE(bond.deq > 0.0 && std::isfinite(bond.deq)) << bond.deq;
+      EXPECT_TRUE(bond.history.k >= 0.0 && std::isfinite(bond.history.k + bond.history.work));
     }
   });
 }
