@@ -11,8 +11,8 @@
 #pragma once
 
 #include "core/pair_list.h"
+#include "core/pair_rules.h"
 #include "core/text.h"
-#include "core/within.h"
 
 #include <cstdint>
 #include <cstdio>

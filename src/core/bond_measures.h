@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
-#include "core/bytes.h"
 #include "core/row.h"
+#include "core/simd.h"
 #include "core/text.h"
 
 #include <algorithm>

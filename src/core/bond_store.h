@@ -2,9 +2,9 @@
 #pragma once
 
 #include "core/bond_measures.h"
-#include "core/bytes.h"
 #include "core/pair_list.h"
-#include "core/within.h"
+#include "core/pair_rules.h"
+#include "core/simd.h"
 
 #include <algorithm>
 #include <cstddef>

@@ -3,7 +3,7 @@
 
 #include "core/block_law.h"
 #include "core/bond_measures.h"
-#include "core/bytes.h"
+#include "core/simd.h"
 
 #include <algorithm>
 #include <array>

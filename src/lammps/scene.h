@@ -3,7 +3,6 @@
    What the styles of this package ask of the scene that they are part of, and LAMMPS' headers of it. */
 #pragma once
 
-#include "core/bytes.h"
 #include "lammps_names.h"
 
 #include "atom.h"
