@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
-#include "core/block_law.h"
 #include "core/bond_measures.h"
-#include "core/bytes.h"
-#include "core/row_keywords.h"
+#include "core/pair_block.h"
+#include "core/simd.h"
 
 #include <algorithm>
 #include <array>
@@ -30,18 +29,13 @@ class Coefficients {
       tables[k].resize(n);
       for (int i = 0; i < n; i++) tables[k][i] = &values[((size_t) k * n + i) * n];
     }
-    laws.assign((size_t) 2 * n * n, Law());
-    given_keywords.clear();
+    laws.assign((size_t) 2 * n * n, PairLaw());
+    forget_choice();
   }
 
   void set(int i, int j, const Row &row)
   {
     for (int k = 0; k < NMEMBERS; k++) tables[k][i][j] = tables[k][j][i] = row.*MEMBERS[k].value;
-  }
-  void set(int i, int j, const GivenRow &given)
-  {
-    set(i, j, given.row);
-    set(i, j, given.keywords);
   }
 
   /// As pair_coeff or fix adapt wrote it; fix adapt writes for i <= j only.
@@ -53,39 +47,21 @@ class Coefficients {
     return row;
   }
 
-  /// Its keywords; row and keywords.
-  RowKeywords keywords(int i, int j) const
-  {
-    return given_keywords.empty() ? RowKeywords{}
-                                  : given_keywords[index(std::min(i, j), std::max(i, j))];
-  }
-  GivenRow given(int i, int j) const { return {row(i, j), keywords(i, j)}; }
-
-  /// The [type][type] table of a member for fix adapt to write into, nullptr if there is none of
+  /// The [type][type] table of a required member for fix adapt to write into, nullptr if there is none of
   /// this name.
   double **table(const std::string &key)
   {
-    const Member *const member = find_member(MEMBERS, key);
-    return member ? tables[member - MEMBERS].data() : nullptr;
+    const Member *const member = find_entry(MEMBERS, key);
+    return member && member < MEMBERS + NREQUIRED ? tables[member - MEMBERS].data() : nullptr;
   }
 
   // the body that laws are made for
 
   /// Does any row name the bodies that it holds for?
-  bool any_scaled() const
-  {
-    return std::any_of(given_keywords.begin(), given_keywords.end(), [](const RowKeywords &given) {
-      return given.is_scaled();
-    });
-  }
+  bool any_scaled() const { return any("spacing"); }
 
   /// Does any row name the density of its solid?
-  bool any_density() const
-  {
-    return std::any_of(given_keywords.begin(), given_keywords.end(), [](const RowKeywords &given) {
-      return given.density > 0.0;
-    });
-  }
+  bool any_density() const { return any("density"); }
 
   /// Takes the measures of the bonds, empty ones where there are none. True where they differ from those
   /// that laws were made with: the laws of all pairs of types must be made anew.
@@ -108,7 +84,7 @@ class Coefficients {
   /// geometric mean of the factors of its like types, or of the one that has factors; throws BadInput.
   Scaling scaling(int i, int j) const
   {
-    if (given_keywords.empty() || measures.empty() || !keywords(i, j).is_scaled()) return {};
+    if (measures.empty() || !row(i, j).is_scaled()) return {};
     const Scaling own = own_scaling(i, j);
     if (i == j || own.source == Source::OWN_BONDS) return own;
     const Scaling a = own_scaling(i, i), b = own_scaling(j, j);
@@ -121,7 +97,7 @@ class Coefficients {
   /// KV of the atoms of a type in the body [energy]; throws BadInput.
   double kv(int type) const
   {
-    const double given = keywords(type, type).kv;
+    const double given = row(type, type).kv;
     if (given == 0.0) return 0.0;
     const double kv = given * scaling(type, type).factors.kv;
     if (!(kv <= HIGHEST_KV))
@@ -137,13 +113,13 @@ class Coefficients {
     set(i, j, row);
     const Scaling scale = scaling(i, j);
     if (scale.source != Source::AS_GIVEN) {
-      (void) Law(row);    // the rules are those of the numbers as given
+      (void) PairLaw(row);    // the rules are those of the numbers as given
       row.e1 *= scale.factors.energies;
       row.e2 *= scale.factors.energies;
       row.gamma *= scale.factors.gamma;
     }
     try {
-      laws[index(i, j)] = laws[index(j, i)] = Law(row);
+      laws[index(i, j)] = laws[index(j, i)] = PairLaw(row);
     } catch (const BadInput &) {
       if (scale.source == Source::AS_GIVEN) throw;
       throw BadInput("for the spacing of the body e1 and e2 of the row are multiplied by " +
@@ -153,13 +129,14 @@ class Coefficients {
                      "the input script?");
     }
     row.gamma = 0.0;
-    laws[undamped(index(i, j))] = laws[undamped(index(j, i))] = Law(row);
-    return law(index(i, j)).parameters();
+    laws[undamped(index(i, j))] = laws[undamped(index(j, i))] = PairLaw(row);
+    forget_choice();
+    return law(index(i, j)).row;
   }
 
   /// Of a law: those of type i with all types j stand in a row.
   int index(int i, int j) const { return i * n + j; }
-  const Law &law(int index) const { return laws[index]; }
+  const PairLaw &law(int index) const { return laws[index]; }
 
   /// Index of the twin without gamma.
   int undamped(int index) const { return index + n * n; }
@@ -167,55 +144,60 @@ class Coefficients {
   /// gamma that a twin lacks [force/velocity], 0 for a law that has its own.
   double gamma_elsewhere(int index) const
   {
-    return index < n * n ? 0.0 : laws[index - n * n].parameters().gamma;
+    return index < n * n ? 0.0 : laws[index - n * n].gamma;
   }
 
-  /// Chooses the loop over blocks of pairs. handles(i, j): are there pairs of these types? twins:
-  /// some of them take the twin, which matters only beside others that have their gamma. flows: see
-  /// BlockLaw::assign().
-  template <class Handles> void choose_block_law(Handles &&handles, bool twins, bool flows)
+  /// Chooses the loops over blocks of bonds and of contacts. handles(i, j): are there pairs of these types? twins:
+  /// some of them take the twin, which matters only beside others that have their gamma.
+  template <class Handles>
+  void choose_block_laws(Handles &&handles, bool twins, Flow flow_of_bonds, Flow flow_of_contacts)
   {
-    used.clear();    // keeps its room: packing allocates nothing
+    std::swap(used, used_before);    // they keep their room: packing allocates nothing
+    used.clear();
     for (int i = 1; i < n; i++)
       for (int j = i; j < n; j++) {
         if (!handles(i, j)) continue;
         used.push_back(index(i, j));
         if (twins) used.push_back(undamped(index(i, j)));
       }
-    block.assign(laws, used, flows);
+    const std::array now = {flow_of_bonds, flow_of_contacts};
+    if (used == used_before && now == flows && has_chosen) return;
+    flows = now;
+    has_chosen = true;
+    for (int k = 0; k < 2; k++) blocks[k].assign(laws, used, flows[k]);
   }
-  const BlockLaw &block_law() const { return block; }
+  const BlockLaw &law_of_bonds() const { return blocks[0]; }
+  const BlockLaw &law_of_contacts() const { return blocks[1]; }
 
-  /// Indices of the laws that pairs can have, since choose_block_law().
+  /// Indices of the laws that pairs can have, since choose_block_laws().
   const std::vector<int> &laws_in_use() const { return used; }
 
-  double memory_usage() const
-  {
-    return bytes_of(values, laws, given_keywords, used, block.constants);
-  }
+  double memory_usage() const { return bytes_of(values, laws, used, used_before); }
 
  private:
   int n = 0;                                             // atom types and one more
   std::vector<double> values;                            // of all members
   std::array<std::vector<double *>, NMEMBERS> tables;    // [type][type] of each
-  std::vector<RowKeywords> given_keywords;               // of i <= j; empty where no row has any
   BondMeasures measures;                                 // of the body
-  std::vector<Law> laws;                                 // of all pairs of types, then their twins
-  std::vector<int> used;                                 // indices of the laws that pairs can have
-  BlockLaw block;
+  std::vector<PairLaw> laws;                             // of all pairs of types, then their twins
+  std::vector<int> used, used_before;                    // indices of the laws that pairs can have
+  std::array<Flow, 2> flows{};
+  std::array<BlockLaw, 2> blocks;    // of bonds, of contacts
+  bool has_chosen = false;
 
-  void set(int i, int j, const RowKeywords &given)
+  void forget_choice() { has_chosen = false; }
+
+  bool any(const char *key) const
   {
-    if (given_keywords.empty()) {
-      if (!has_any(given)) return;
-      given_keywords.assign((size_t) n * n, RowKeywords{});
-    }
-    given_keywords[index(std::min(i, j), std::max(i, j))] = given;
+    const auto first = values.begin() + (find_entry(MEMBERS, key) - MEMBERS) * n * n;
+    return std::any_of(first, first + n * n, [](double value) {
+      return value > 0.0;
+    });
   }
 
   Scaling own_scaling(int i, int j) const
   {
-    const RowKeywords given = keywords(i, j);
+    const Row given = row(i, j);
     const BondMeasure body = measures.of(i, j);
     if (!given.is_scaled() || body.spacing == 0.0) return {};
     return {Source::OWN_BONDS, factors_of(given, body)};

@@ -2,8 +2,10 @@
 #pragma once
 
 #include "core/pairs.h"
+#include "core/text.h"
 
 #include <algorithm>
+#include <string>
 
 namespace EVP {
 
@@ -62,5 +64,18 @@ struct PairRules {
     return any_damping ? -NEW_PAIR_MARGIN : 0.0;
   }
 };
+
+/// Which atoms are one body: all, those of one type, or those of one molecule. Pairs of two bodies are not recorded, and
+/// only repel.
+enum class BodyRule : int { ALL, TYPE, MOLECULE };
+constexpr const char *BODY_RULES[] = {"all", "type", "molecule"};    ///< users give the last two
+
+/// Throws BadInput.
+inline BodyRule parse_body_rule(const std::string &word)
+{
+  for (const BodyRule one : {BodyRule::TYPE, BodyRule::MOLECULE})
+    if (word == BODY_RULES[(int) one]) return one;
+  throw BadInput("within must be type or molecule (which atoms are one body), got '" + shown(word) + "'");
+}
 
 }    // namespace EVP

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
-#include "core/bytes.h"
-#include "core/pair_list.h"
+#include "core/pairs.h"
+#include "core/simd.h"
 
 #include <algorithm>
 #include <cmath>
@@ -69,7 +69,7 @@ class Dampers {
   struct Damper {
     double w[3];
     int j;       ///< partner, local or ghost
-    int pair;    ///< index in the packed list
+    int pair;    ///< its PlacedPair::number
   };
 
   void clear()
@@ -84,9 +84,9 @@ class Dampers {
   /// The damped pairs within their cut-offs. gamma_of(pair): 0 where it has no dashpot. newton_pair:
   /// whether ghosts take reactions.
   template <class F>
-  void collect(const PairList &list, const double (*x)[3], bool newton_pair, F &&gamma_of)
+  void collect(const PairLists &list, const double (*x)[3], bool newton_pair, F &&gamma_of)
   {
-    const size_t most = list.pairs.size();
+    const size_t most = list.size();
     if (list.build != last_build)
       for (Nodal *of_pairs : {&last_force, &last_turning}) of_pairs->assign(most, 0.0);
     last_build = list.build;
@@ -101,9 +101,9 @@ class Dampers {
         law = p.law;
         root = std::sqrt(gamma_of(p));
       }
-      if (root == 0.0 || p.is_beyond()) return;
+      if (root == 0.0 || p.is_past_cutoff()) return;
       const double over_d = root / p.distance();
-      dampers[n] = {{over_d * p.g.dx, over_d * p.g.dy, over_d * p.g.dz}, p.j, p.index};
+      dampers[n] = {{over_d * p.g.dx, over_d * p.g.dy, over_d * p.g.dz}, p.j, p.number};
       scale[n] = over_d;
       if (p.i != i) rows.push_back({i = p.i, n, n});
       rows.back().last = ++n;

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace EVP {
@@ -25,21 +27,32 @@ class PairWork {
     double past_cutoff;           ///< of bonds past theirs
     double broken;                ///< of those that broke, since the start
     double plastic;               ///< dissipated as offsets move on to the next ones
+    double plastic_of_missing;    ///< by bonds that have left the list, whose offsets have moved
   };
   Sums sums() const
   {
     return {found.elastic.total(), found.forgotten.total(), found.contacts.total(),
-            found.past_cutoff.total() + missing, broken, found.plastic.total()};
+            found.past_cutoff.total() + missing, broken, found.plastic.total(), dissipated_by_missing};
   }
 
-  /// Bonds that the list does not have, as they are past its end, hold this [energy].
-  double missing = 0.0;
+  /// Bonds that the list does not have, as they are past its end, hold this, and have dissipated this when they left it
+  /// [energy]. break: they have broken.
+  void take_missing(double held, double dissipated, bool breaks)
+  {
+    (breaks ? broken : missing) += held;
+    dissipated_by_missing += dissipated;
+  }
+  void forget_missing() { missing = 0.0; }
 
   /// A bond that held this at its cutoff has broken.
   void add_broken(double energy) { broken += energy; }
 
   /// Did any pair pass its cutoff since the evaluation before?
-  bool has_changed() const { return changed; }
+  bool has_changed()
+  {
+    const bool left = missing != std::exchange(last_missing, missing);
+    return changed || left;
+  }
 
   /// Three values per particle and ghost [force], on ghosts reactions: of the pairs, damping included,
   /// which is empty without `separates`; and of the damping of their laws alone, empty where none acts.
@@ -80,14 +93,14 @@ class PairWork {
     damping.assign(damps ? (size_t) 3 * nall : 0, 0.0);
     through = {};
     found = {};
-    count_past = 0;
+    past = 0;
+    dissipated_by_missing = 0.0;
   }
   void end(const ParticleView &view)
   {
     fresh = true;
-    changed = count_past != last_past || missing != last_missing;
-    last_past = count_past;
-    last_missing = missing;
+    changed = past != last_past;
+    last_past = past;
     if (!separates || view.nreact == 0) return;
     const double *const f = view.f[0];
     double *const own = force.data();
@@ -95,20 +108,28 @@ class PairWork {
     for (int k = 0; k < 3 * view.nreact; k++) own[k] = f[k] - own[k];
   }
 
-  /// For a loop over pairs: what this takes, beside the tally of the pair style. Energies: the pairs have some.
-  template <class Tally, bool Energies> struct Beside {
-    static constexpr bool stored = Energies;
-    PairWork &work;
-    Tally &other;
-    int nreact;
-    const bool potential = Energies && (other.potential || !work.is_quick);
+  /// The tally of a loop over pairs that fills this, and calls another one. holds_energy: the forces of this loop are
+  /// the slopes of the energies that pairs store.
+  template <class Tally> class Beside {
+   public:
+    const bool stored, potential;
 
+    Beside(PairWork &work_in, Tally &other_in, int nreact_in, bool are_bonds, bool holds_energy = true) :
+        stored(holds_energy), potential(holds_energy && (other_in.potential || !are_bonds)), work(work_in),
+        other(other_in), nreact(nreact_in)
+    {
+    }
     void operator()(const PairRange &range, const PairBlock &block)
     {
       other(range, block);
-      if constexpr (Energies) work.add(range, block, nreact);
-      work.add_forces(range, block, nreact);
+      if (stored) work.add_energies(range, block, nreact);
+      work.add_forces(range, block, nreact, stored);
     }
+
+   private:
+    PairWork &work;
+    Tally &other;
+    const int nreact;
   };
 
   double memory_usage() const { return bytes_of(force, damping, images); }
@@ -118,9 +139,65 @@ class PairWork {
     LaneSum elastic, forgotten, contacts, past_cutoff, plastic;
   };
   bool fresh = false, changed = false;
-  double broken = 0.0, last_missing = 0.0;
-  long count_past = 0, last_past = -1;
+  double broken = 0.0, missing = 0.0, last_missing = 0.0, dissipated_by_missing = 0.0;
+  uint64_t past = 0, last_past = 0;    // of the pairs past their cutoffs: other numbers where these are others
   LaneSums found;
+
+  void add_energies(const PairRange &range, const PairBlock &block, int nreact)
+  {
+    const bool are_bonds = range.list.are_bonds;
+    const int *const j = range.list.j.data() + range.first;
+    const int n = block.n;
+    double weight[PairBlock::SIZE], inside[PairBlock::SIZE];
+    int count = 0;
+    for (int k = 0; k < n; k++) {
+      const bool is_past = block.distance_squared(k) > block.cutsq[k];
+      weight[k] = rank_share(j[k], nreact);
+      inside[k] = is_past ? 0.0 : weight[k];
+      count += is_past;
+    }
+    const auto add = [n](LaneSum &sum, const double *weights, const double *terms) {
+      sum.add(n, [=](int k) {
+        return weights[k] * terms[k];
+      });
+    };
+    if (are_bonds) {
+      add(found.elastic, inside, block.elastic);
+      add(found.forgotten, inside, block.forgotten);
+    } else
+      add(found.contacts, inside, block.potential);
+    if (block.flow.moves && *block.flow.moves) add(found.plastic, weight, block.flow.spent);
+    if (!are_bonds || count == 0) return;
+    for (int k = 0; k < n; k++) {
+      if (inside[k] == 0.0) past = 31 * (past + range.first + k + 1);
+      weight[k] -= inside[k];
+    }
+    add(found.past_cutoff, weight, block.elastic);
+    add(found.past_cutoff, weight, block.forgotten);
+  }
+
+  void add_forces(const PairRange &range, const PairBlock &block, int nreact, bool with_damping)
+  {
+    if (!images.empty()) add_through(range, block, block.force, nreact, through.whole);
+    if (!with_damping || damping.empty()) return;
+    if (!images.empty()) add_through(range, block, block.damping, nreact, through.damping);
+    scatter(range, block, block.damping, nreact, reinterpret_cast<double(*)[3]>(damping.data()));
+  }
+
+  void add_through(const PairRange &range, const PairBlock &block, const double *force, int nreact,
+                   std::array<double, 6> &sums) const
+  {
+    for (int k = 0; k < block.n; k++) {
+      const int j = range.list.j[range.first + k];
+      const double *const n = &images[(size_t) 3 * j];
+      if (n[0] == 0.0 && n[1] == 0.0 && n[2] == 0.0) continue;
+      const double scale = rank_share(j, nreact) * force[k];
+      const double x = scale * block.xy[2 * k], y = scale * block.xy[2 * k + 1];
+      const double z = scale * block.z[k];
+      const double terms[6] = {x * n[0], y * n[1], z * n[2], y * n[2], x * n[2], x * n[1]};
+      for (int c = 0; c < 6; c++) sums[c] += terms[c];
+    }
+  }
 };
 
 }    // namespace EVP

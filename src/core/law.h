@@ -257,35 +257,13 @@ class PairLaw : public Law<AnyPowers> {
   /// Throws BadInput where a member breaks its rule, or numbers of this law would overflow.
   explicit PairLaw(const Row &row) : Law(checked(row), {row.m1, row.n1}, {row.m2, row.n2}) { check_range(); }
 
-  /// At distance d of a pair with the offset `before`.
-  PairState state(double d, double deq, Flow flow = Flow::FORGETS, const Offset &before = {}) const
+  /// At r = d/deq of a pair with the offset `before`.
+  PairState state(double r, double inv_deq, Flow flow = Flow::FORGETS, const Offset &before = {}) const
   {
-    PairState now{};
-    const double r = d / deq;
-    if (flow == Flow::FORGETS) {
-      const Place at = place(r);
-      const double s = 1.0 / at.shifted;
-      now.force = force(at, s) / deq;
-      now.stored = stored(at, r, s);
-      now.stiffness = (at.is_first ? first : second).stiffness(s) / (deq * deq);
-      now.stiffness_ahead = std::max(row.m1 * row.n1 * row.e1, row.m2 * row.n2 * row.e2);
-      now.regime = at.is_first ? 1 : 2;
-    } else {
-      const bool contact = flow == Flow::COMPRESSES;
-      const double strain = r - 1.0 - before.q;
-      const double by = slip(contact ? -strain : std::fabs(strain), before.k);
-      now.offset = {before.q + std::copysign(by, strain), before.k + by};
-      double elastic = r - 1.0 - now.offset.q;
-      if (contact) elastic = std::min(elastic, 0.0);    // apart, nothing acts
-      const double s = 1.0 / (1.0 + elastic);
-      now.force = first.force(s) / deq;
-      now.stored = {first.stored(elastic, s), 0.0};
-      now.dissipated = by > 0.0 ? dissipated(std::copysign(1.0, strain), before.k, by) : 0.0;
-      now.stiffness = first.stiffness(s) / (deq * deq);
-      now.stiffness_ahead = row.m1 * row.n1 * row.e1;
-      now.regime = now.offset.k > 0.0 ? 2 : 1;
-    }
-    now.stiffness_ahead = std::max(now.stiffness, now.stiffness_ahead / (deq * deq));
+    PairState now = flow == Flow::FORGETS ? state_forgetting(r) : state_flowing(r, flow == Flow::COMPRESSES, before);
+    now.stiffness_ahead = std::max(now.stiffness, now.stiffness_ahead) * inv_deq * inv_deq;
+    now.stiffness *= inv_deq * inv_deq;
+    now.force *= inv_deq;
     return now;
   }
 
@@ -312,6 +290,37 @@ class PairLaw : public Law<AnyPowers> {
   {
     check_members(row);
     return row;
+  }
+
+  PairState state_forgetting(double r) const
+  {
+    PairState now{};
+    const Place at = place(r);
+    const double s = 1.0 / at.shifted;
+    now.force = force(at, s);
+    now.stored = stored(at, r, s);
+    now.stiffness = (at.is_first ? first : second).stiffness(s);
+    now.stiffness_ahead = std::max(row.m1 * row.n1 * row.e1, row.m2 * row.n2 * row.e2);    // where regimes begin
+    now.regime = at.is_first ? 1 : 2;
+    return now;
+  }
+
+  PairState state_flowing(double r, bool is_contact, const Offset &before) const
+  {
+    PairState now{};
+    const double strain = r - 1.0 - before.q;
+    const double by = slip(is_contact ? -strain : std::fabs(strain), before.k);
+    now.offset = {before.q + std::copysign(by, strain), before.k + by};
+    const double elastic = r - 1.0 - now.offset.q;
+    const double acting = is_contact ? std::min(elastic, 0.0) : elastic;    // a contact apart does nothing
+    const double s = 1.0 / (1.0 + acting);
+    now.force = first.force(s);
+    now.stored = {first.stored(acting, s), 0.0};
+    now.dissipated = by > 0.0 ? dissipated(std::copysign(1.0, strain), before.k, by) : 0.0;
+    now.stiffness = first.stiffness(s);
+    now.stiffness_ahead = row.m1 * row.n1 * row.e1;
+    now.regime = now.offset.k > 0.0 ? 2 : 1;
+    return now;
   }
 
   /// Leaves room for distances far from deq and for products of forces.

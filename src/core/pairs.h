@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
-#include "core/bytes.h"
 #include "core/law.h"
+#include "core/simd.h"
 
 #include <algorithm>
 #include <climits>
@@ -300,6 +300,9 @@ struct PlacedPair : PackedPair {
 
   bool is_past_cutoff() const { return g.dsq > cutsq; }
   double distance() const { return std::sqrt(g.dsq); }
+
+  /// d/deq, past the cutoff that there: so far a bond flows.
+  double ratio() const { return std::sqrt(std::min(g.dsq, cutsq)) * inv_deq; }
 };
 
 /// Calls f(PlacedPair) for all pairs of a list in its order, those past their cutoff too. first: number of the first.

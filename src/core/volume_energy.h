@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
-#include "core/bytes.h"
-#include "core/force_loop.h"
-#include "core/levels.h"
-#include "core/pair_list.h"
+#include "core/pair_block.h"
+#include "core/pairs.h"
+#include "core/simd.h"
 
 #include <algorithm>
 #include <cmath>
@@ -21,7 +20,7 @@ namespace EVP {
 /// leaves the sum, not W_i. kv is an energy per particle, all else here has no dimension.
 ///
 /// Pass one adds up the strains of each particle. Between the passes their owners make g = dU/dtheta
-/// times 3/W, an energy. Pass two, in the force loop, adds -w_ij (g_i + g_j)/deq_ij to each pair.
+/// times 3/W, an energy. Pass two adds -w_ij (g_i + g_j)/deq_ij to the force of each pair.
 class VolumeEnergy {
  public:
   explicit VolumeEnergy(Level level_in = best_level()) : level(level_in) {}
@@ -52,68 +51,60 @@ class VolumeEnergy {
     return weight_sum > 0.0 ? 9.0 * kv / (weight_sum * weight_sum) : 0.0;
   }
 
-  /// Takes the weights of a list that was just packed. dlim(i, pair): of a bond [length].
-  template <class Dlim> void pack(const PairList &list, Dlim &&dlim)
+  /// Takes the weights of bonds that were just packed. dlim(i, pair): of a bond [length].
+  template <class Dlim> void pack(const PairList &bonds, Dlim &&dlim)
   {
-    const size_t n = list.pairs.size();
+    const size_t n = bonds.size();
     if (weights.size() < n) {
       weights.resize(n + n / 4);
       openings.resize(weights.size());
     }
-    for (const PackedRow &row : list.rows)
+    for (const PackedRow &row : bonds.rows)
       for (int k = row.first; k < row.last; k++) {
-        const PackedPair pair = list.pairs[k];
-        weights[k] = pair.is_bond() ? weight(1.0 / pair.inv_deq, dlim(row.i, pair)) : 0.0;
+        const PackedPair pair = bonds[k];
+        weights[k] = weight(1.0 / pair.inv_deq, dlim(row.i, pair));
         openings[k] = weights[k] * pair.inv_deq;
       }
   }
 
-  /// Pair k is no bond any more.
-  void drop(size_t k)
-  {
-    if (k < weights.size()) weights[k] = openings[k] = 0.0;    // else the list is being packed
-  }
-
   double weight_of(int k) const { return weights[k]; }
 
-  /// Adds w (d/deq - 1) of each pair within its cut-off to sums of both particles, those below
-  /// view.nreact.
-  void add_strains(const PairList &list, const ParticleView &view, double *sums)
+  /// Pass one: adds w (d/deq - 1) of each bond within its cutoff to sums of both particles, those below view.nreact.
+  void add_strains(const PairList &bonds, const ParticleView &view, double *sums)
   {
-    Block block;
+    PairBlock block;
     const auto add_block = [&](const PairRange &range) {
-      gather<false>(list, view, range, block);
+      gather<false>(view, range, block);
+      const double *const weight = &weights[range.first], *const opening = &openings[range.first];
       call_at(level, [&]() EVP_KERNEL {
-        evaluate(block, &weights[range.first], &openings[range.first]);
+        find_strains(block, weight, opening);
       });
-      scatter(list, view.nreact, range, block, sums);
+      add_to_both(range, block.elastic, view.nreact, sums);
     };
-    for_each_block(list, add_block, weights.data(), openings.data());
+    for_each_block(bonds, add_block, weights.data(), openings.data());
   }
 
-  /// Pass two: called by the force loop with each block.
-  struct Forces {
-    static constexpr bool axial = true;
-    const PairList &list;
-    const double *openings, *pulls;
-
-    void operator()(const PairRange &range, Block &block) const
-    {
-      const int *const partner = list.pairs.j.data();
-      const double *const opening = openings, *const pull = pulls;
-      range.for_each_row([&](int i, int first, int last) {
-        const double own = pull[i];
-        EVP_UNROLL
-        for (int k = first; k < last; k++)
-          block.axial[k - range.first] = -(own + pull[partner[k]]) * opening[k];
-      });
-    }
-  };
-
-  /// pulls: g of all particles and ghosts.
-  Forces forces(const PairList &list, const double *pulls) const
+  /// Pass two: adds the forces to view.f. pulls: g of all particles and ghosts. tally: as in accumulate_forces().
+  template <class Tally>
+  void add_forces(const PairList &bonds, const ParticleView &view, const double *pulls, Tally &&tally) const
   {
-    return {list, openings.data(), pulls};
+    PairBlock block;
+    const int *const partner = bonds.j.data();
+    const auto add_block = [&](const PairRange &range) {
+      gather<false>(view, range, block);
+      range.for_each_row([&](int i, int first, int last) {
+        const double own = pulls[i];
+        EVP_UNROLL
+        for (int k = first; k < last; k++) {
+          const int b = k - range.first;
+          const double dsq = block.distance_squared(b);
+          block.force[b] = dsq > block.cutsq[b] ? 0.0 : -(own + pulls[partner[k]]) * openings[k] / std::sqrt(dsq);
+        }
+      });
+      tally(range, block);
+      scatter(range, block, block.force, view.nreact, view.f);
+    };
+    for_each_block(bonds, add_block, openings.data());
   }
 
   double memory_usage() const { return bytes_of(weights, openings); }
@@ -123,8 +114,7 @@ class VolumeEnergy {
   std::vector<double> weights;     // of the packed pairs, 0 where none was recorded
   std::vector<double> openings;    // of each, w/deq [1/length]
 
-  // the strains go to block.energy, which the force loop fills anew
-  static EVP_INLINE void evaluate(Block &block, const double *weight, const double *opening)
+  static EVP_INLINE void find_strains(PairBlock &block, const double *weight, const double *opening)
   {
     const double *const cutsq = block.cutsq;
     const int n = block.n;
@@ -132,20 +122,19 @@ class VolumeEnergy {
     for (int k = 0; k < n; k++) {
       const double dsq = block.distance_squared(k);
       const double strain = opening[k] * std::sqrt(dsq) - weight[k];
-      block.energy[k] = dsq > cutsq[k] ? 0.0 : strain;
+      block.elastic[k] = dsq > cutsq[k] ? 0.0 : strain;
     }
   }
 
-  static void scatter(const PairList &list, int nreact, const PairRange &range, const Block &block,
-                      double *sums)
+  static void add_to_both(const PairRange &range, const double *of_block, int nreact, double *sums)
   {
-    const int *const partner = list.pairs.j.data();
+    const int *const partner = range.list.j.data();
     range.for_each_row([&](int i, int first, int last) {
       double own = 0.0;
       EVP_UNROLL
       for (int k = first; k < last; k++) {
         const int j = partner[k];
-        const double strain = block.energy[k - range.first];
+        const double strain = of_block[k - range.first];
         own += strain;
         if (j < nreact) sums[j] += strain;
       }

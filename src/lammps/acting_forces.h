@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
-#include "core/work_tally.h"
+#include "core/energy_balance.h"
 #include "scene.h"
 
 #include <type_traits>

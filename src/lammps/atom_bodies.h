@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/ghost_exchange.h"
-#include "core/within.h"
+#include "core/contacts.h"
 #include "lammps_names.h"
 
 #include "atom.h"
@@ -14,9 +14,9 @@ namespace EVP {
 /// The bodies of atoms and ghosts by their types or molecules, as these are now.
 class AtomBodies {
  public:
-  AtomBodies(const Atom *atom, Within within) :
-      type(within == Within::TYPE ? atom->type : nullptr),
-      molecule(within == Within::MOLECULE ? atom->molecule : nullptr)
+  AtomBodies(const Atom *atom, BodyRule within) :
+      type(within == BodyRule::TYPE ? atom->type : nullptr),
+      molecule(within == BodyRule::MOLECULE ? atom->molecule : nullptr)
   {
   }
 

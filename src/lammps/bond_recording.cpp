@@ -6,7 +6,7 @@
 #include "atom_directory.h"
 #include "bond_file_reader.h"
 #include "collective.h"
-#include "core/pair_list.h"
+#include "core/pairs.h"
 #include "pair_network.h"
 
 #include "comm.h"
@@ -74,9 +74,9 @@ void BondRecording::take_zone(const NeighList *list, double zone, const PairNetw
       const double dsq = symmetric_dsq(atom, domain, owner_x, i, j);
       const double sum_radii = atom->radius[i] + atom->radius[j];
       const double reach = (zone > 0.0 ? zone : alpha) * sum_radii;
-      if (dsq > reach_squared(reach, RECORD_MARGIN)) continue;
-      if (bodies.apart(i, j)) {
-        if (dsq < reach_squared(sum_radii, -RECORD_MARGIN)) overlaps++;
+      if (dsq > cutoff_squared(reach, RECORD_MARGIN)) continue;
+      if (bodies.in_different_bodies(i, j)) {
+        if (dsq < cutoff_squared(sum_radii, -RECORD_MARGIN)) overlaps++;
         continue;
       }
       const double coincident = COINCIDENT * sum_radii;
@@ -95,7 +95,7 @@ void BondRecording::take_zone(const NeighList *list, double zone, const PairNetw
 void BondRecording::take_file(const std::string &file, const PairNetwork *network)
 {
   source = "from file " + file;
-  made = read_bond_file(lmp, file, fix->groupbit, network, within, histories);
+  made = read_bond_file(lmp, file, fix->groupbit, network->rules, within, histories);
   const std::string contact = find_contact_twice(file);
   throw_together(contact.empty() ? find_bond_twice(file) : contact, world);
 }
@@ -143,7 +143,7 @@ std::string BondRecording::find_bond_twice(const std::string &file) const
 
 void BondRecording::check_molecules(GhostExchange &exchange)
 {
-  if (within != Within::MOLECULE) return;
+  if (within != BodyRule::MOLECULE) return;
   demand_molecules_of_ghosts(lmp, who, exchange);
   std::array<bigint, 2> counts{};    // atoms of the group, of these without
   for (int i = 0; i < atom->nlocal; i++)
@@ -186,7 +186,7 @@ void BondRecording::report(const BondStore &store, bool bodies_repel) const
                    "first step on: move the bodies apart if that is not meant",
                    who, overlaps);
   const std::string bodies =
-      within == Within::ALL ? "" : fmt::format(" and within {}", WITHINS[(int) within]);
+      within == BodyRule::ALL ? "" : fmt::format(" and within {}", BODY_RULES[(int) within]);
   utils::logmesg(lmp, "fix evp/bonds {}: recorded {} pairs {}{}, at most {} per atom\n", fix->id,
                  store.count(), source, bodies, most);
   if (loose)

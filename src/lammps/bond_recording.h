@@ -17,7 +17,7 @@ std::string remedy_of_images(const Fix *);
 class BondRecording : protected Pointers {
  public:
   /// who: the fix, in messages. within: which atoms are one body, if that is given.
-  BondRecording(LAMMPS *lmp, const Fix *fix_in, const std::string &who_in, Within within_in) :
+  BondRecording(LAMMPS *lmp, const Fix *fix_in, const std::string &who_in, BodyRule within_in) :
       Pointers(lmp), fix(fix_in), who(who_in), within(within_in)
   {
   }
@@ -41,7 +41,7 @@ class BondRecording : protected Pointers {
  private:
   const Fix *const fix;
   const std::string who;
-  Within within;
+  BodyRule within;
   std::vector<BondStore::Bonds> made;    // of each local atom
   std::vector<HistoryOfPair> histories;
   std::string source;                // for users

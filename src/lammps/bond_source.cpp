@@ -20,7 +20,7 @@ void BondSource::begin_run(const PairRules &rules)
   if (records()) recorder = fix->id;
   if (rules.has_history() && !fix)
     error->all(FLERR, "Pair evp/lj: {} needs fix evp/bonds, which stores the history of the bonds",
-               rules.flows ? "unload elastic" : "break");
+               rules.plastic ? "plasticity isotropic" : "break");
 }
 
 void BondSource::note()

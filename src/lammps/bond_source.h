@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/bond_store.h"
-#include "core/pair_rules.h"
+#include "core/contacts.h"
 #include "lammps_names.h"
 
 #include <memory>
@@ -34,7 +34,7 @@ class BondSource : protected Pointers {
   /// Is there a fix evp/bonds?
   bool has_fix() const { return store != nullptr; }
 
-  Within within() const { return store ? store->within() : Within::ALL; }
+  BodyRule within() const { return store ? store->within() : BodyRule::ALL; }
 
   /// See BondStore::version(), 0 without.
   long version() const { return store ? store->version() : 0; }

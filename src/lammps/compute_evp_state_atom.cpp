@@ -129,30 +129,30 @@ void ComputeEVPStateAtom::compute_peratom()
 
 void ComputeEVPStateAtom::add_pairs(const EVP::PairNetwork *network)
 {
-  const EVP::PairList &list = network->packed_pairs();
+  const EVP::PairLists &list = network->packed_pairs();
   const int nreact = list.nreact(force->newton_pair);
   sums.assign((size_t) comm_reverse * list.nall, 0.0);
   EVP::for_each_pair(list, EVP::scene::rows(atom->x), [&](const EVP::PlacedPair &p) {
-    if (p.is_beyond()) return;
-    const bool second = network->law_of(p).regime(p.distance(), 1.0 / p.inv_deq, p.offset) == 2;
-    const bool fits = p.is_bond() && (volume_at >= 0 || plastic_at >= 0);
+    if (p.is_past_cutoff()) return;
+    const bool second = network->state_of(p).regime == 2;
+    const bool fits = p.is_bond && (volume_at >= 0 || plastic_at >= 0);
     const double weight = !fits
         ? 0.0
         : EVP::VolumeEnergy::weight(1.0 / p.inv_deq,
-                                    network->law_of(p).parameters().alpha *
+                                    network->law_of(p).row.alpha *
                                         (atom->radius[p.i] + atom->radius[p.j]));
     for (const int owner : {p.i, p.j}) {
       if (owner == p.j && p.j >= nreact) continue;
       double *sum = &sums[(size_t) comm_reverse * owner];
-      sum[p.is_bond() ? WITHIN : FRESH] += 1.0;
-      if (p.is_bond() && second) sum[SECOND] += 1.0;
+      sum[p.is_bond ? WITHIN : FRESH] += 1.0;
+      if (p.is_bond && second) sum[SECOND] += 1.0;
       if (fits && volume_at >= 0) {
         sum[volume_at] += weight * (p.distance() * p.inv_deq - 1.0);
         sum[volume_at + 1] += weight;
       }
       if (fits && plastic_at >= 0) {
         const double r[3] = {p.g.dx, p.g.dy, p.g.dz};
-        StrainFit::add(r, p.g.dsq, weight, p.offset, sum + plastic_at);
+        StrainFit::add(r, p.g.dsq, weight, p.offset.q, sum + plastic_at);
       }
     }
   });

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
-#include "core/pair_list.h"
+#include "core/pairs.h"
 #include "lammps_names.h"
 #include "scene.h"
 

@@ -11,7 +11,7 @@
 
 namespace EVP {
 
-void DampedBodies::find(const PairList &list, int groupbit,
+void DampedBodies::find(const PairLists &list, int groupbit,
                         const std::function<double(const PackedPair &)> &gamma_of)
 {
   const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;

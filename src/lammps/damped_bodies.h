@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/bodies.h"
-#include "core/pair_list.h"
+#include "core/pairs.h"
 #include "lammps_names.h"
 #include "nodal_exchange.h"
 
@@ -21,11 +21,11 @@ class DampedBodies : protected Pointers {
   const Bodies &found() const { return bodies; }
 
   /// Must they be found anew for the list? The same on all ranks.
-  bool are_due(const PairList &list) const { return list.common_build != found_build; }
+  bool are_due(const PairLists &list) const { return list.common_build != found_build; }
   void forget() { found_build = -1; }
 
   /// Collective. gamma_of(pair): 0 of a pair that is not damped; the same for all pairs of a law.
-  void find(const PairList &list, int groupbit,
+  void find(const PairLists &list, int groupbit,
             const std::function<double(const PackedPair &)> &gamma_of);
 
   double memory_usage() const

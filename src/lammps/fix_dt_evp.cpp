@@ -159,7 +159,7 @@ bool FixDtEVP::find_fastest(double dt)
         const double *vi = &velocity[(size_t) 3 * p.i], *vj = &velocity[(size_t) 3 * p.j];
         const double v[] = {vi[0] - vj[0], vi[1] - vj[1], vi[2] - vj[2]};
         const double opening_times_d = p.g.dx * v[0] + p.g.dy * v[1] + p.g.dz * v[2];
-        if (!p.is_beyond() || opening_times_d < 0.0) meets = true;
+        if (!p.is_past_cutoff() || opening_times_d < 0.0) meets = true;
 
         const double d = p.distance(), opening = opening_times_d / d;
         const double gap = d - std::sqrt(p.cutsq);
@@ -168,7 +168,7 @@ bool FixDtEVP::find_fastest(double dt)
           if (allowed < fastest.dt)
             fastest = {allowed, (double) atom->tag[p.i], (double) atom->tag[p.j], turns};
         };
-        const double xi_s = network->law_of(p).parameters().xi_s;
+        const double xi_s = network->law_of(p).xi_s;
         if (opening != 0.0) allow(STRAIN_PER_STEP * xi_s / (p.inv_deq * std::fabs(opening)), 0.0);
         if (gap > 0.0 || network->implicit_gamma(p) == 0.0) return;
         const double across_sq = v[0] * v[0] + v[1] * v[1] + v[2] * v[2] - opening * opening;

@@ -6,8 +6,6 @@
 #include "atom_directory.h"
 #include "bond_recording.h"
 #include "collective.h"
-#include "core/bond_section.h"
-#include "core/bytes.h"
 #include "keywords.h"
 #include "missing_bonds.h"
 #include "scene.h"
@@ -21,7 +19,9 @@
 
 using namespace LAMMPS_NS;
 using EVP::BondStore;
-using EVP::Within;
+using EVP::BodyRule;
+
+static constexpr double RESTART_FORMAT = 2002;    // first word of our section in restart files
 
 // fix ID group evp/bonds [zone Z | file FILE] [within type|molecule]
 FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
@@ -31,8 +31,8 @@ FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
       error, who, narg - 3, arg + 3, {"zone", "file", "within"}, " or ",
       [this](const EVP::Keyword &word) {
         if (word.is("within")) {
-          if (bonds->within() != Within::ALL) throw EVP::BadInput("within is given twice");
-          bonds->keep_within(EVP::parse_within(word.value));
+          if (bonds->within() != BodyRule::ALL) throw EVP::BadInput("within is given twice");
+          bonds->keep_within(EVP::parse_body_rule(word.value));
         } else if (word.is("zone")) {
           zone = word.number();
           word.demand(zone > 1.0,
@@ -86,7 +86,7 @@ void FixEVPBonds::init()
   set_exchange_room();
 
   check_restored();
-  if (bonds->within() == Within::MOLECULE) {
+  if (bonds->within() == BodyRule::MOLECULE) {
     const std::string missing = EVP::missing_molecules(lmp);
     if (!missing.empty()) error->all(FLERR, "{}: {}", who, missing);
   }
@@ -113,13 +113,13 @@ void FixEVPBonds::check_history() const
   const auto &rules = network->rules;
   if (!rules.has_history() && EVP::on_any(bonds->has_changed(), world))
     error->all(FLERR,
-               "{}: bonds have flowed or broken, which pair_style evp/lj with 'unload reversible' "
-               "and 'break none' would forget: give it 'unload elastic' or 'break'",
+               "{}: bonds have flowed or broken, which pair_style evp/lj with 'plasticity none' "
+               "and 'break none' would forget: give it 'plasticity isotropic' or 'break'",
                who);
-  if (!rules.flows && EVP::on_any(bonds->has_flowed(), world))
+  if (!rules.plastic && EVP::on_any(bonds->has_flowed(), world))
     error->all(FLERR,
-               "{}: bonds have flowed, which pair_style evp/lj with 'unload reversible' would "
-               "forget: give it 'unload elastic'",
+               "{}: bonds have flowed, which pair_style evp/lj with 'plasticity none' would "
+               "forget: give it 'plasticity isotropic'",
                who);
   if (!rules.has_history()) return;
   if (const Fix *other = EVP::scene::find_earlier_mover(modify, this))
@@ -138,10 +138,10 @@ void FixEVPBonds::return_histories()
 
 void FixEVPBonds::end_of_step()
 {
-  if (!bonds->has_history()) return;
+  if (!bonds->has_history()) return settle_missing();
   if (!stepping)
     error->all(FLERR,
-               "{}: rerun does not know how bonds have flowed or broken: use 'unload reversible' "
+               "{}: rerun does not know how bonds have flowed or broken: use 'plasticity none' "
                "and 'break none', or dumps of the values in the run itself",
                who);
   stepping = false;
@@ -151,9 +151,12 @@ void FixEVPBonds::end_of_step()
 void FixEVPBonds::commit(bool at_rest)
 {
   network->commit(at_rest);
-  if (!network->misses_bonds()) return;
-  return_histories();
-  EVP::break_missing_bonds(lmp, network, *bonds);
+  settle_missing();
+}
+
+void FixEVPBonds::settle_missing()
+{
+  if (network->misses_bonds()) network->take_missing(EVP::settle_missing_bonds(lmp, network, *bonds));
 }
 
 // a minimizer tries many places, of which only the last one is a state of the body, and that only
@@ -238,7 +241,7 @@ void FixEVPBonds::setup_pre_force(int /*vflag*/)
 {
   if (!bonds->has_recorded())
     record();
-  else if (bonds->within() == Within::MOLECULE)
+  else if (bonds->within() == BodyRule::MOLECULE)
     EVP::demand_molecules_of_ghosts(lmp, who, *this);
 }
 
@@ -322,14 +325,15 @@ int FixEVPBonds::unpack(int i, const double *buf)
 void FixEVPBonds::write_restart(FILE *fp)
 {
   return_histories();
-  const EVP::BondSection section = {zone,
-                                    bonds->has_recorded(),
-                                    bonds->count(),
-                                    bonds->highest_id(),
-                                    bonds->has_history(),
-                                    bonds->within(),
-                                    bonds->measures()};
-  const std::vector<double> words = section.words();
+  std::vector<double> words = {RESTART_FORMAT,
+                               zone,
+                               (double) bonds->has_recorded(),
+                               (double) bonds->count(),
+                               (double) bonds->highest_id(),
+                               (double) bonds->has_history(),
+                               (double) (int) bonds->within()};
+  const std::vector<double> measures = bonds->measures().words();
+  words.insert(words.end(), measures.begin(), measures.end());
   const int size = (int) (words.size() * sizeof(double));
   if (comm->me == 0) {
     fwrite(&size, sizeof(int), 1, fp);
@@ -339,60 +343,61 @@ void FixEVPBonds::write_restart(FILE *fp)
 
 void FixEVPBonds::restart(char *buf)
 {
-  EVP::BondSection section;
-  if (!section.take(buf, atom->ntypes))
+  const auto *words = reinterpret_cast<const double *>(buf);
+  EVP::BondMeasures measures;
+  if (words[0] != RESTART_FORMAT || !measures.take(words + 7, atom->ntypes))
     error->all(FLERR,
                "{}: its section of the restart file is damaged, or from a version of this package "
                "that wrote another format",
                who);
   after_restart = false;    // this is the fix that the file knows
-  bonds->keep_history(section.with_history);
-  restore_within(section.within, section.recorded);
-  bonds->restore(section.recorded, section.count, section.highest);
-  bonds->take(section.measures);
-  if (section.recorded && comm->me == 0 && (!file.empty() || (zone > 0.0 && zone != section.zone)))
+  const bool recorded = words[2] != 0.0;
+  bonds->keep_history(words[5] != 0.0);
+  restore_within((BodyRule) (int) words[6], recorded);
+  bonds->restore(recorded, (int64_t) words[3], (int64_t) words[4]);
+  bonds->take(measures);
+  if (recorded && comm->me == 0 && (!file.empty() || (zone > 0.0 && zone != words[1])))
     utils::logmesg(
         lmp,
         "fix evp/bonds {}: the bonds come from the restart file, not from the zone or file "
         "given here\n",
         id);
-  zone = section.zone;
-  records_due = section.recorded && section.count > 0;
+  zone = words[1];
+  records_due = recorded && bonds->count() > 0;
   EVP::PairNetwork *network = EVP::PairNetwork::find(force);
-  if (network && section.recorded) network->source.hold(shown);
+  if (network && recorded) network->source.hold(shown);
 }
 
 // 'within' of a restart file belongs to its bonds: without bonds another one may be given
-void FixEVPBonds::restore_within(Within kept, bool recorded)
+void FixEVPBonds::restore_within(BodyRule kept, bool recorded)
 {
-  const Within given = bonds->within();
-  if (given != Within::ALL && given != kept && recorded)
+  const BodyRule given = bonds->within();
+  if (given != BodyRule::ALL && given != kept && recorded)
     error->all(FLERR,
                "{}: 'within {}' is not what the bonds of the restart file were recorded with, "
                "which is {}: leave it out; or, to change it, leave it out, write the bonds by "
                "write_evp_bonds, unfix, and define a fix of another ID with 'file' and 'within'",
-               who, EVP::WITHINS[(int) given],
-               kept == Within::ALL ? "none" : fmt::format("'within {}'", EVP::WITHINS[(int) kept]));
-  if (given != Within::ALL) return;
+               who, EVP::BODY_RULES[(int) given],
+               kept == BodyRule::ALL ? "none" : fmt::format("'within {}'", EVP::BODY_RULES[(int) kept]));
+  if (given != BodyRule::ALL) return;
   bonds->keep_within(kept);
-  if (kept != Within::ALL && comm->me == 0)
+  if (kept != BodyRule::ALL && comm->me == 0)
     utils::logmesg(lmp, "fix evp/bonds {}: within {}, as in the restart file\n", id,
-                   EVP::WITHINS[(int) kept]);
+                   EVP::BODY_RULES[(int) kept]);
 }
 
 int FixEVPBonds::pack_restart(int i, double *buf)
 {
   // the first word is read as a plain number by every fix that skips this record
   const int n = 1 + bonds->pack(i, buf + 1);
-  buf[0] = n + 1;
-  buf[n] = EVP::checksum(buf, n);
-  return n + 1;
+  buf[0] = n;
+  return n;
 }
 
 void FixEVPBonds::unpack_restart(int nlocal, int nth)
 {
   const double *record = EVP::scene::find_restored(atom, nlocal, nth);
-  if (!record || record[0] < 4.0)
+  if (!record || !bonds->fits(record + 1, (size_t) record[0] - 1))
     error->one(FLERR,
                "{}: the bonds of atom {} in the restart file are damaged, or the atom is not from "
                "that file: define the fix right after read_restart",

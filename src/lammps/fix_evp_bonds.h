@@ -57,8 +57,8 @@ class FixEVPBonds : public EVP::NodalExchange<Fix> {
   void restart(char *) override;
   int pack_restart(int, double *) override;
   void unpack_restart(int, int) override;
-  int size_restart(int i) override { return 2 + (int) bonds->words_of(i); }
-  int maxsize_restart() override { return 2 + bonds->most_words(); }
+  int size_restart(int i) override { return 1 + (int) bonds->words_of(i); }
+  int maxsize_restart() override { return 1 + bonds->most_words(); }
 
   const EVP::BondStore &records() const { return *bonds; }
 
@@ -67,6 +67,10 @@ class FixEVPBonds : public EVP::NodalExchange<Fix> {
 
   /// Collective. Brings the histories in records() up to the last commit() of the pairs.
   void return_histories();
+
+  /// Collective, after the forces of a step: bonds that have left the neighbor list have flowed, broken, or hold what they
+  /// had at their cutoffs. Again only with another list.
+  void settle_missing();
 
  private:
   double zone = 0.0;    // pairs with d <= zone (R_i + R_j) are recorded; 0: alpha of the types
@@ -90,7 +94,7 @@ class FixEVPBonds : public EVP::NodalExchange<Fix> {
   void check_history() const;
   double count_broken();
   void check_restored();
-  void restore_within(EVP::Within kept, bool recorded);
+  void restore_within(EVP::BodyRule kept, bool recorded);
   void check_zone() const;
   void check_box(const EVP::PairNetwork *) const;
   std::string misplaced_message(EVP::BondStore::Misplaced) const;

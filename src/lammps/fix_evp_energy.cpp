@@ -3,6 +3,7 @@
 #include "fix_evp_energy.h"
 
 #include "collective.h"
+#include "fix_evp_bonds.h"
 #include "fix_nve_evp.h"
 #include "scene.h"
 
@@ -30,6 +31,7 @@ void FixEVPEnergy::init()
   network = EVP::PairNetwork::require(force, error, who);
   EVP::scene::refuse_respa(update, error, who);
   EVP::scene::demand_images_that_move(domain, modify, error, who);
+  bonds = dynamic_cast<FixEVPBonds *>(EVP::scene::find_fix(modify, "evp/bonds"));
   implicit = dynamic_cast<const FixNVEEVP *>(EVP::scene::find_fix(modify, "nve/evp"));
   driven_groupbits = 0;
   for (const Fix *other : modify->get_fix_list())
@@ -77,8 +79,6 @@ bool FixEVPEnergy::others_act() const
 void FixEVPEnergy::setup(int /*vflag*/)
 {
   if (update->whichflag != 1) return;
-  if (!started)    // for all instants that are compared with the start
-    work->stored.set_largest_depth(EVP::reduce_all(work->stored.total_depth(), MPI_SUM, world));
   take_work();
   if (box.acts) {
     const double done = box.begin(domain);
@@ -87,7 +87,8 @@ void FixEVPEnergy::setup(int /*vflag*/)
   last = over_all_ranks({instant_here(), {}}).instant;
   // flow that is due is in no offset yet, and the stored energies are those after it: what it will
   // dissipate in the first step, pairs still hold
-  last.pairs.first += last.pairs.plastic;
+  last.pairs.elastic += last.pairs.plastic;
+  if (started) entries[PLASTIC] += last.pairs.plastic_of_missing;
   if (!started) start = last;
   started = true;
   volume_jump();
@@ -98,6 +99,7 @@ void FixEVPEnergy::setup(int /*vflag*/)
 // of the forces since the last call; there are none where rerun ends its step right after set-up
 void FixEVPEnergy::take_work()
 {
+  if (bonds) bonds->settle_missing();
   if (!work->take()) return;
   if (!work->force.empty()) to_owners(work->force);
   if (!work->damping.empty()) to_owners(work->damping);
@@ -154,7 +156,7 @@ double FixEVPEnergy::kinetic_here() const
 FixEVPEnergy::Instant FixEVPEnergy::instant_here() const
 {
   const EVP::VolumeForces *const volume = network->volume();
-  return {kinetic_here(), volume ? volume->energy() : 0.0, work->stored.sums()};
+  return {kinetic_here(), volume ? volume->energy() : 0.0, work->sums()};
 }
 
 // Collective. What it lost since the last call where pairs passed their cut-offs: the volume strain
@@ -164,11 +166,11 @@ double FixEVPEnergy::volume_jump()
   const EVP::VolumeForces *const volume = network->volume();
   if (!volume) return 0.0;
   network->place_ghosts();
-  const EVP::PairList &list = network->packed_pairs();
-  const int nreact = list.nreact(force->newton_pair);
-  Nodal inside((size_t) 3 * list.nall, 0.0);
-  EVP::for_each_pair(list, EVP::scene::rows(atom->x), [&](const EVP::PlacedPair &p) {
-    if (!p.is_bond() || p.is_beyond()) return;
+  const EVP::PairLists &lists = network->packed_pairs();
+  const int nreact = lists.nreact(force->newton_pair);
+  Nodal inside((size_t) 3 * lists.nall, 0.0);
+  EVP::for_each_pair(lists.bonds, EVP::scene::rows(atom->x), [&](const EVP::PlacedPair &p) {
+    if (p.is_past_cutoff()) return;
     constexpr double UNIT = 4096.0;
     const double share = (volume->share_at_cut(p, p.index) + UNIT) - UNIT;
     inside[(size_t) 3 * p.i] += share;
@@ -234,7 +236,7 @@ FixEVPEnergy::Works FixEVPEnergy::works_of_step()
     of_box = box.end_step(by_damping) + damping_of_box();
   }
   return {dissipated_at_begin + dissipated + damped, movers + damped, others, of_box,
-          work->stored.has_changed() ? 1.0 : 0.0};
+          work->has_changed() ? 1.0 : 0.0};
 }
 
 void FixEVPEnergy::post_integrate()
@@ -263,7 +265,6 @@ void FixEVPEnergy::post_integrate()
 
 void FixEVPEnergy::pre_exchange()
 {
-  if (network->rules.flows && !network->rules.breaks()) note_passed();
   if (box.acts) box.kinetic = kinetic_here();
 }
 
@@ -283,19 +284,6 @@ void FixEVPEnergy::note_images()
   to_images(work->images, EVP::COUNT_OF_BOXES.data());
 }
 
-// a bond that passes its cut-off in a step with a neighbor build is not seen to pass by the force loop
-void FixEVPEnergy::note_passed()
-{
-  if (!EVP::on_all(network->is_packed(), world))
-    error->all(
-        FLERR,
-        "{}: atoms were added or deleted since the last forces, so that it is not known which "
-        "bonds passed their cutoffs: let no other fix add or delete atoms before this one",
-        who);
-  comm->forward_comm();
-  work->stored.note_passed(network->packed_pairs(), EVP::scene::rows(atom->x));
-}
-
 // What damping gives back where a velocity turns within a step is deducted from what it takes next
 void FixEVPEnergy::end_of_step()
 {
@@ -307,22 +295,22 @@ void FixEVPEnergy::end_of_step()
   entries[MOVERS] += now.works.movers;
   entries[OTHERS] += now.works.others;
   entries[BOX] += now.works.box;
-  entries[PLASTIC] += now.instant.pairs.plastic;
-  left += now.instant.pairs.ended;
+  entries[PLASTIC] += now.instant.pairs.plastic + now.instant.pairs.plastic_of_missing;
   if (now.works.changed > 0.0) left += volume_jump();
   end_instant();
 }
 
-// what is held at the end of a step
+// what is held at the end of a step. A bond past its cutoff comes back to what it had, but for plasticity and where it breaks
 void FixEVPEnergy::end_instant()
 {
+  const double past = last.pairs.past_cutoff - start.pairs.past_cutoff, broken = last.pairs.broken - start.pairs.broken;
+  const bool ends = network->rules.has_history();
   entries[KINETIC] = last.kinetic - start.kinetic;
-  entries[FIRST] = last.pairs.first - start.pairs.first;
-  entries[SECOND] = last.pairs.second - start.pairs.second;
-  entries[LOST] = left + EVP::StoredEnergy::lost(start.pairs, last.pairs);
-  entries[CONTACTS] = EVP::StoredEnergy::of_contacts(start.pairs, last.pairs);
-  entries[BROKEN] = EVP::StoredEnergy::of_broken(start.pairs, last.pairs);
-  entries[HARDENING] = last.pairs.hardening - start.pairs.hardening;
+  entries[FIRST] = last.pairs.elastic - start.pairs.elastic;
+  entries[SECOND] = last.pairs.forgotten - start.pairs.forgotten;
+  entries[LOST] = left + (ends ? 0.0 : past + broken);
+  entries[BROKEN] = ends ? past + broken : 0.0;
+  entries[CONTACTS] = last.pairs.contacts - start.pairs.contacts;
   entries[VOLUME] = last.volume - start.volume;
 }
 

@@ -3,7 +3,7 @@
 
 #include "atom_records.h"
 #include "box_work.h"
-#include "core/work_tally.h"
+#include "core/energy_balance.h"
 #include "nodal_exchange.h"
 #include "pair_network.h"
 
@@ -77,7 +77,7 @@ class FixEVPEnergy : public EVP::AtomRecords<EVP::NodalExchange<Fix>, EVP::AtomP
   /// What atoms and pairs hold at one instant [energy].
   struct Instant {
     double kinetic, volume;
-    EVP::StoredEnergy::Sums pairs;
+    EVP::PairWork::Sums pairs;
   };
 
   /// What happens in a step [energy].
@@ -93,6 +93,7 @@ class FixEVPEnergy : public EVP::AtomRecords<EVP::NodalExchange<Fix>, EVP::AtomP
   };
 
   EVP::PairNetwork *network = nullptr;
+  class FixEVPBonds *bonds = nullptr;           // if there is one
   const class FixNVEEVP *implicit = nullptr;    // if there is one
   int driven_groupbits = 0;                     // groups of the fixes that move atoms by forces
   bool started = false;
@@ -101,7 +102,7 @@ class FixEVPEnergy : public EVP::AtomRecords<EVP::NodalExchange<Fix>, EVP::AtomP
   double dissipated_at_begin = 0.0;    // of the step under way, on this MPI rank
 
   double taken = 0.0;    // by damping; DISSIPATED is the most that it was so far
-  double left = 0.0;     // lost where contacts ended or volume strains jumped
+  double left = 0.0;     // lost where volume strains jumped
   double entries[NENTRIES] = {};
   std::shared_ptr<EVP::PairWork> work = std::make_shared<EVP::PairWork>();
   EVP::BoxWork box{*work};
@@ -116,7 +117,6 @@ class FixEVPEnergy : public EVP::AtomRecords<EVP::NodalExchange<Fix>, EVP::AtomP
   double kinetic_here() const;
   double damping_of_box() const;
   void note_images();
-  void note_passed();
   double volume_jump();
   Totals over_all_ranks(Totals totals) const;
   Works works_of_step();

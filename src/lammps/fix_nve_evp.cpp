@@ -139,7 +139,7 @@ void FixNVEEVP::collect_dampers()
 {
   dampers.clear();
   if (!network->damps_implicitly()) return;
-  const EVP::PairList &list = network->packed_pairs();
+  const EVP::PairLists &list = network->packed_pairs();
   const auto gamma_of = [this](const EVP::PackedPair &p) {
     return network->implicit_gamma(p);
   };

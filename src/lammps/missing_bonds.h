@@ -6,9 +6,14 @@
 
 namespace EVP {
 
-/// Collective. Breaks the bonds that are beyond their cut-off without having been seen there in the
-/// packed list: they left the neighbor list between two states of the body. Atoms and ghosts must be
-/// those of the list; histories must have been returned.
-void break_missing_bonds(LAMMPS *, const class PairNetwork *, BondStore &);
+/// What the bonds hold that left the neighbor list, as they are past its end, and what they dissipated on the way to their
+/// cutoffs; those of two atoms on two MPI ranks by half [energy].
+struct MissingBonds {
+  double held, dissipated;
+};
+
+/// Collective, where the list was just packed. Bonds that the list does not have have flowed up to their cutoffs, or have
+/// broken where bonds break, whether or not the list saw them pass.
+MissingBonds settle_missing_bonds(LAMMPS *, const class PairNetwork *, BondStore &);
 
 }    // namespace EVP

@@ -2,8 +2,7 @@
 
 #include "pair_evp_lj.h"
 
-#include "core/force_loop.h"
-#include "core/pair_section.h"
+#include "core/pair_block.h"
 #include "core/potential_file.h"
 #include "keywords.h"
 #include "row_reader.h"
@@ -23,31 +22,43 @@ using namespace LAMMPS_NS;
 using EVP::Contact;
 using EVP::scene::rows;
 
-enum RowKind { NO_ROW, PLAIN_ROW, ROW_WITH_KEYWORDS };    // in restart files
-static constexpr size_t LONGEST_LINE = 254;               // that read_data takes
+static constexpr size_t LONGEST_LINE = 254;       // that read_data takes
+static constexpr double RESTART_FORMAT = 2001;    // first word of our section in restart files
+static constexpr double LONGEST_ID = 1000;
 
 namespace {
 
 /// Hands energies and forces to LAMMPS pair by pair: for per-atom values and compute */tally.
 struct PairTally {
+  static constexpr bool stored = false;
+  const bool potential;
   Pair *style;
-  const EVP::PairList &list;
-  int newton;
-  bool energy;
+  int nlocal, newton;
 
-  void operator()(const EVP::PairRange &range, const EVP::Block &block) const
+  void operator()(const EVP::PairRange &range, const EVP::PairBlock &block) const
   {
     range.for_each_row([&](int i, int first, int last) {
       for (int k = first; k < last; k++) {
         const int b = k - range.first;
-        style->ev_tally(i, list.pairs.j[k], list.nlocal, newton, energy ? block.energy[b] : 0.0,
-                        0.0, block.force[b], block.xy[2 * b], block.xy[2 * b + 1], block.z[b]);
+        style->ev_tally(i, range.list.j[k], nlocal, newton, potential ? block.potential[b] : 0.0, 0.0, block.force[b],
+                        block.xy[2 * b], block.xy[2 * b + 1], block.z[b]);
       }
     });
   }
 };
 
 }    // namespace
+
+/// Sums over a list, which go to LAMMPS at its end.
+struct PairEVPLJ::SumForLAMMPS : EVP::SumTally {
+  PairEVPLJ &style;
+  SumForLAMMPS(const EVP::SumTally &sums, PairEVPLJ &style_in) : SumTally(sums), style(style_in) {}
+  ~SumForLAMMPS()
+  {
+    style.eng_vdwl += total_energy();
+    for (int k = 0; k < 6; k++) style.virial[k] += total_virial(k);
+  }
+};
 
 PairEVPLJ::PairEVPLJ(LAMMPS *lmp) :
     Pair(lmp), network(lmp, this, coefficients), timestep_check(lmp, network, coefficients)
@@ -77,13 +88,12 @@ void PairEVPLJ::allocate()
   network.cuts.set_types(atom->ntypes);
 }
 
-// pair_style evp/lj [contact literal|repulsive|none] [overlap 0.3] [unload reversible|elastic]
-//                   [break none|XI]
+// pair_style evp/lj [contact literal|repulsive|none] [overlap 0.3] [plasticity none|isotropic] [break none|XI]
 void PairEVPLJ::settings(int narg, char **arg)
 {
   EVP::PairRules chosen;
   EVP::for_each_keyword(
-      error, "Pair style evp/lj", narg, arg, {"contact", "overlap", "unload", "break"}, " and ",
+      error, "Pair style evp/lj", narg, arg, {"contact", "overlap", "plasticity", "break"}, " and ",
       [&](const EVP::Keyword &word) {
         if (word.is("contact")) {
           const auto *found =
@@ -92,10 +102,10 @@ void PairEVPLJ::settings(int narg, char **arg)
             throw EVP::BadInput("contact must be literal, repulsive or none, got '" + word.value +
                                 "'");
           chosen.contact = (Contact) (found - EVP::CONTACTS);
-        } else if (word.is("unload")) {
-          word.demand(word.value == "reversible" || word.value == "elastic",
-                      "must be reversible (the paper's law) or elastic (permanent flow)");
-          chosen.flows = word.value == "elastic";
+        } else if (word.is("plasticity")) {
+          word.demand(word.value == "none" || word.value == "isotropic",
+                      "must be none (the paper's law) or isotropic (permanent flow)");
+          chosen.plastic = word.value == "isotropic";
         } else if (word.is("break")) {
           if (word.value == "none") {
             chosen.break_strain = 0.0;
@@ -112,6 +122,10 @@ void PairEVPLJ::settings(int narg, char **arg)
                       "warned of)");
         }
       });
+  if (chosen.plastic && chosen.contact == Contact::LITERAL)
+    error->all(FLERR,
+               "Pair style evp/lj: 'plasticity isotropic' and 'contact literal' together create energy: add 'contact "
+               "repulsive' or 'contact none'");
   network.rules = chosen;
   network.repack();
   offer_pair_values();
@@ -126,18 +140,18 @@ void PairEVPLJ::coeff(int narg, char **arg)
     error->all(FLERR,
                "Pair evp/lj: pair_coeff needs two atom types and a row: the {} numbers {}, or FILE "
                "ROW with the name of a row in the file, or FILE:ROW",
-               EVP::NMEMBERS, EVP::row_keys());
+               EVP::NREQUIRED, EVP::row_keys());
   if (!allocated) allocate();
 
   // before the types, which are taken for numbers of the row where they are missing
-  EVP::GivenRow row;
+  EVP::Row row;
   EVP::stop_at_bad_input(error, "Pair evp/lj", [&] {
     row = EVP::read_row(lmp, {arg + 2, arg + narg});
   });
-  if (row.keywords.is_scaled())
+  if (row.is_scaled())
     EVP::scene::demand_three_dimensions(
         domain, error, "Pair evp/lj", "the scaling of a row by 'spacing' and 'coordination'",
-        fmt::format("use 'dimension 3', or give the {} numbers of the row alone", EVP::NMEMBERS));
+        fmt::format("use 'dimension 3', or give the {} numbers of the row alone", EVP::NREQUIRED));
   int ilo, ihi, jlo, jhi;
   utils::bounds(FLERR, arg[0], 1, atom->ntypes, ilo, ihi, error);
   utils::bounds(FLERR, arg[1], 1, atom->ntypes, jlo, jhi, error);
@@ -227,7 +241,7 @@ void PairEVPLJ::stop_at_blow_up() const
     const double d = p.distance(), deq = 1.0 / p.inv_deq;
     culprit = fmt::format("first atoms {} and {} at d = {:.6g}, deq = {:.6g}, {} regime",
                           atom->tag[p.i], atom->tag[p.j], d, deq,
-                          network.law_of(p).regime(d, deq) == 1 ? "first" : "second");
+                          network.state_of(p).regime == 1 ? "first" : "second");
   });
   if (culprit.empty()) culprit = "no pair of this MPI rank";
   const bigint saved = output ? output->last_restart : -1;
@@ -241,49 +255,52 @@ void PairEVPLJ::stop_at_blow_up() const
 
 template <bool Damping> void PairEVPLJ::compute_forces()
 {
-  const EVP::PairList &pairs = network.packed_pairs();
-  EVP::VolumeForces *const volume = network.volume();
-  if (pairs.rows.empty() && !volume && !network.wanted_work()) return;
-
+  EVP::PairLists &lists = network.lists_to_evaluate();
+  const bool energy = eflag_either != 0;
   const EVP::ParticleView view = {rows(atom->x), rows(atom->v),
                                   reinterpret_cast<double(*)[3]>(atom->f ? atom->f[0] : nullptr),
-                                  pairs.nreact(force->newton_pair), network.histories()};
-  if (!volume) return sum_forces<Damping>(view);
-  volume->evaluate(pairs, view);
-  if (!pairs.rows.empty() || network.wanted_work())
-    sum_forces<Damping>(view, volume->forces(pairs));
+                                  lists.nreact(force->newton_pair)};
+  if (EVP::VolumeForces *const volume = network.volume()) volume->evaluate(lists, view);
+  if (!evflag)
+    sum_forces<Damping>(lists, view, [](bool) {
+      return EVP::NoTally();
+    });
+  else if (eflag_atom || vflag_atom || cvflag_atom || num_tally_compute > 0)
+    sum_forces<Damping>(lists, view, [&](bool holds_energy) {
+      return PairTally{energy && holds_energy, this, lists.nlocal, force->newton_pair};
+    });
+  else
+    sum_forces<Damping>(lists, view, [&](bool holds_energy) {
+      return SumForLAMMPS{{view.nreact, energy && holds_energy, vflag_global != 0}, *this};
+    });
 }
 
-// more: what adds to the forces of the law, see EVP::accumulate_forces()
-template <bool Damping, class... More>
-void PairEVPLJ::sum_forces(const EVP::ParticleView &view, const More &...more)
+// make_tally(holds_energy): what LAMMPS asks for of one list; the volume energy is reported by its fix
+template <bool Damping, class MakeTally>
+void PairEVPLJ::sum_forces(EVP::PairLists &lists, const EVP::ParticleView &view, MakeTally &&make_tally)
 {
-  const EVP::PairList &pairs = network.packed_pairs();
-  const int newton = force->newton_pair;
-  const EVP::BlockLaw &law = coefficients.block_law();
-  const bool energy = eflag_either != 0;
-  EVP::PairWork *const work = network.wanted_work();
-  const auto accumulate = [&](auto &&tally) {
+  EVP::PairWork *work = network.wanted_work();
+  if (work && work->is_fresh()) work = nullptr;
+  if (work) work->begin(lists.nall, view, Damping);
+  std::vector<int> *past = network.bonds_past_cutoff();
+  const auto with_tally = [&](bool are_bonds, bool holds_energy, auto &&f) {
+    auto tally = make_tally(holds_energy);
     if (work)
-      work->accumulate_forces<Damping>(
-          pairs, law, view, tally,
-          [this] {
-            return network.rest_distances();
-          },
-          more...);
+      f(EVP::PairWork::Beside(*work, tally, view.nreact, are_bonds, holds_energy));
     else
-      EVP::accumulate_forces<Damping>(pairs, law, view, tally, more...);
+      f(tally);
   };
-  if (!evflag)
-    accumulate(EVP::NoTally());
-  else if (eflag_atom || vflag_atom || cvflag_atom || num_tally_compute > 0)
-    accumulate(PairTally{this, pairs, newton, energy});
-  else {
-    EVP::SumTally sums(pairs, view.nreact, energy, vflag_global != 0);
-    accumulate(sums);
-    eng_vdwl += sums.total_energy();
-    for (int k = 0; k < 6; k++) virial[k] += sums.total_virial(k);
+  for (EVP::PairList *list : {&lists.bonds, &lists.contacts}) {
+    const EVP::BlockLaw &law = list->are_bonds ? coefficients.law_of_bonds() : coefficients.law_of_contacts();
+    with_tally(list->are_bonds, true, [&](auto &&tally) {
+      EVP::accumulate_forces<Damping>(*list, law, view, tally, network.is_incremental(), list->are_bonds ? past : nullptr);
+    });
   }
+  if (const EVP::VolumeForces *const volume = network.volume())
+    with_tally(true, false, [&](auto &&tally) {
+      volume->add_forces(lists, view, tally);
+    });
+  if (work) work->end(view);
 }
 
 double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double /*factor_coul*/,
@@ -293,64 +310,39 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
   fforce = 0.0;
   if (std::max(i, j) >= atom->nlocal + atom->nghost) return 0.0;
 
-  double deq = 0.0;
-  if (const EVP::BondStore *bonds = network.bonds())
-    for (const auto &[own, other] : {std::pair(i, j), std::pair(j, i)})
-      if (const EVP::Bond *bond = own < atom->nlocal ? bonds->find(own, atom->tag[other]) : nullptr)
-        deq = bond->deq;
-  const EVP::PairHistory history = network.history_of(i, j);
-  const bool broken = history.broken != 0.0, is_bond = deq > 0.0 && !broken;
-
-  const EVP::Law &law = coefficients.law(coefficients.index(itype, jtype));
-  const double sum_radii = atom->radius[i] + atom->radius[j];
-  if (!is_bond) deq = broken ? network.rules.rest_of_broken(sum_radii, deq) : sum_radii;
-  const Contact contact = is_bond || broken ? network.rules.contact : network.contact_between(i, j);
-  const bool repels_only = broken || (!is_bond && contact == Contact::REPULSIVE);
-  const double dlim = law.parameters().alpha * sum_radii;
-  const double cut = is_bond ? network.rules.cut_of_bond(deq, dlim) : repels_only ? deq : dlim;
-
+  const auto [pair, deq, work] = network.pair_between(i, j, itype, jtype);
+  const EVP::PairLaw &law = network.law_of(pair);
   const double d = std::sqrt(rsq);
-  const bool acts = rsq <=
-          EVP::reach_squared(cut, is_bond ? EVP::BOND_MARGIN : network.new_pair_margin(contact)) &&
-      factor_lj != 0.0 && (is_bond || contact != Contact::NONE);
+  const EVP::PairState now = law.state(d * pair.inv_deq, pair.inv_deq, pair.flow, pair.offset);
+  const bool acts = rsq <= pair.cutsq && factor_lj != 0.0;
   svector[0] = deq;
   svector[1] = (d - deq) / deq;
-  svector[2] = acts ? law.regime(d, deq, history.offset) : 0.0;
-  svector[3] = history.offset;
-  svector[4] = history.work;
+  svector[2] = acts ? now.regime : 0.0;
+  svector[3] = pair.offset.q;
+  svector[4] = work;
 
   if (!acts) return 0.0;
-  const bool flows = network.rules.flows;
-  fforce = flows ? law.force(d, deq, history.offset) / d : law.force(d, deq) / d;
-  if (flows && repels_only && fforce < 0.0) fforce = 0.0;
-  if (is_bond && network.volume()) fforce += network.volume()->force(i, j, deq, dlim) / d;
-  if (network.damping_acts() && (comm->ghost_velocity || velocities_sent) &&
-      !network.is_implicit(i, j)) {
+  fforce = now.force / d;
+  if (pair.is_bond && network.volume())
+    fforce += network.volume()->force(i, j, deq, law.row.alpha * (atom->radius[i] + atom->radius[j])) / d;
+  if (network.damping_acts() && (comm->ghost_velocity || velocities_sent) && !network.is_implicit(i, j)) {
     const EVP::PairGeometry g(rows(atom->x), i, j);
-    fforce += EVP::damping_over_distance(law.parameters().gamma, g, atom->v[i], atom->v[j]);
+    fforce += EVP::damping_over_distance(law.gamma, g, atom->v[i], atom->v[j]);
   }
-  if (flows)
-    return law.flow_energy(d, deq, history.offset, cut, law.cap(is_bond, repels_only),
-                           network.is_incremental());
-  return law.energy(d, deq, cut);
+  if (pair.flow != EVP::Flow::FORGETS)
+    return now.stored.total() + (network.is_incremental() ? now.dissipated : 0.0);
+  return now.stored.total() - law.state(pair.cut * pair.inv_deq, pair.inv_deq).stored.total();
 }
 
-// restart files hold settings, the fix that recorded, and one Row per pair of types: a number that says
-// whether there is one, the row, its keywords where it has any
+// restart files hold settings, the fix that recorded, and per pair of types whether there is a row, and the row
 void PairEVPLJ::write_restart(FILE *fp)
 {
   write_restart_settings(fp);
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++) {
-      const EVP::GivenRow given = coefficients.given(i, j);
-      const int kind = !setflag[i][j] ? NO_ROW
-          : has_any(given.keywords)   ? ROW_WITH_KEYWORDS
-                                      : PLAIN_ROW;
-      fwrite(&kind, sizeof(int), 1, fp);
-      const auto words = words_of(EVP::MEMBERS, given.row);
-      const auto more = words_of(EVP::KEYWORDS, given.keywords);
-      if (kind) fwrite(words.data(), sizeof(words), 1, fp);
-      if (kind == ROW_WITH_KEYWORDS) fwrite(more.data(), sizeof(more), 1, fp);
+      fwrite(&setflag[i][j], sizeof(int), 1, fp);
+      const EVP::Row row = coefficients.row(i, j);
+      if (setflag[i][j]) fwrite(&row, sizeof(row), 1, fp);
     }
 }
 
@@ -360,63 +352,50 @@ void PairEVPLJ::read_together(FILE *fp, void *data, size_t size) const
   MPI_Bcast(data, (int) size, MPI_BYTE, 0, world);
 }
 
-// false where the words are damaged
-template <class Members, class Struct>
-bool PairEVPLJ::read_members(FILE *fp, const Members &members, Struct &values) const
-{
-  auto words = words_of(members, values);
-  read_together(fp, words.data(), sizeof(words));
-  return take_words(members, words, values);
-}
-
 void PairEVPLJ::read_restart(FILE *fp)
 {
   read_restart_settings(fp);
   allocate();
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++) {
-      int kind;
-      read_together(fp, &kind, sizeof(int));
-      setflag[i][j] = kind != 0;
-      if (!kind) continue;
-      EVP::GivenRow given{};
-      if (!read_members(fp, EVP::MEMBERS, given.row) ||
-          (kind == ROW_WITH_KEYWORDS && !read_members(fp, EVP::KEYWORDS, given.keywords)))
-        error->all(FLERR, "Pair evp/lj: the restart file is damaged in the row of types {} and {}",
-                   i, j);
-      coefficients.set(i, j, given);
+      read_together(fp, &setflag[i][j], sizeof(int));
+      if (!setflag[i][j]) continue;
+      EVP::Row row;
+      read_together(fp, &row, sizeof(row));
+      coefficients.set(i, j, row);
     }
 }
 
 void PairEVPLJ::write_restart_settings(FILE *fp)
 {
   network.source.note();
-  const std::vector<double> words =
-      EVP::PairSection{network.rules, network.source.recorder}.words();
-  fwrite(words.data(), sizeof(double), words.size(), fp);
+  const EVP::PairRules &rules = network.rules;
+  const std::string &recorder = network.source.recorder;
+  const double words[] = {RESTART_FORMAT,          EVP::NMEMBERS,        (double) rules.contact,
+                          rules.overlap,           (double) rules.plastic, rules.break_strain,
+                          (double) recorder.size()};
+  fwrite(words, sizeof(words), 1, fp);
+  fwrite(recorder.data(), 1, recorder.size(), fp);
 }
 
 void PairEVPLJ::read_restart_settings(FILE *fp)
 {
-  constexpr size_t NFIRST = EVP::PairSection::NFIRST;
-  std::vector<double> words(NFIRST);
-  read_together(fp, words.data(), NFIRST * sizeof(double));
-  const size_t more = EVP::PairSection::count_more(words);
-  words.resize(NFIRST + more);
-  if (more) read_together(fp, &words[NFIRST], more * sizeof(double));
-  EVP::PairSection section;
-  if (!more || !section.take(words))
+  double words[7];
+  read_together(fp, words, sizeof(words));
+  if (words[0] != RESTART_FORMAT || words[1] != EVP::NMEMBERS || !(words[2] >= 0.0) ||
+      words[2] >= std::size(EVP::CONTACTS) || !(words[6] >= 0.0 && words[6] <= LONGEST_ID))
     error->all(FLERR,
                "Pair evp/lj: the restart file is damaged in the settings, or from a version of "
                "this package that wrote another format");
-  network.rules = section.rules;
-  network.source.recorder = section.recorder;
+  network.rules = {(Contact) (int) words[2], words[3], words[4] != 0.0, words[5]};
+  network.source.recorder.resize((size_t) words[6]);
+  if (words[6] > 0.0) read_together(fp, network.source.recorder.data(), (size_t) words[6]);
   offer_pair_values();
 }
 
 void PairEVPLJ::print_row(FILE *fp, const std::string &types, int i, int j) const
 {
-  const std::string text = types + ' ' + row_text(coefficients.given(i, j));
+  const std::string text = types + ' ' + row_text(coefficients.row(i, j));
   if (text.size() > LONGEST_LINE)
     error->warning(FLERR,
                    "Pair evp/lj: the row of types {} and {} is longer than {} characters, of which "

@@ -60,13 +60,13 @@ class PairEVPLJ : public Pair {
     single_extra = strcmp(force->pair_style, "hybrid") == 0 ? 0 : NVALUES;
   }
   void check_host_settings() const;
+  struct SumForLAMMPS;
   template <bool Damping> void compute_forces();
-  template <bool Damping, class... More>
-  void sum_forces(const EVP::ParticleView &, const More &...);
+  template <bool Damping, class MakeTally>
+  void sum_forces(EVP::PairLists &, const EVP::ParticleView &, MakeTally &&);
   void stop_at_blow_up() const;
   void print_row(FILE *, const std::string &types, int i, int j) const;
   void read_together(FILE *, void *data, size_t size) const;
-  template <class Members, class Struct> bool read_members(FILE *, const Members &, Struct &) const;
 };
 
 }    // namespace LAMMPS_NS

@@ -14,7 +14,6 @@ namespace EVP {
 
 void PairHistories::begin_run()
 {
-  flow_warned = false;
   if (!on_any(due, world)) return;
   due = false;
   newly_broken.clear();
@@ -23,77 +22,93 @@ void PairHistories::begin_run()
              "last neighbor build are lost: go back to a restart file");
 }
 
-void PairHistories::commit(bool at_rest, VolumeForces *volume, PairWork *work)
+bool PairHistories::commit(bool at_rest, PairWork *work)
 {
   due = true;
-  if (at_rest) find_next();
-  if (rules.flows) list.pairs.commit();
-  if (rules.breaks()) break_bonds(volume, work);
+  if (at_rest) {
+    past.clear();
+    for (PairList *list : {&lists.bonds, &lists.contacts}) find_next(*list);
+  }
+  for (PairList *list : {&lists.bonds, &lists.contacts}) list->commit();
+  if (past.empty()) return false;
+  break_bonds(past, work);
+  past.clear();
+  return true;
 }
 
 // what the force loop finds, at the present positions
-void PairHistories::find_next()
+void PairHistories::find_next(PairList &list)
 {
-  beyond.clear();
-  PackedPairs &pairs = list.pairs;
-  std::fill(pairs.moves.begin(), pairs.moves.end(), 1);
+  std::fill(list.moves.begin(), list.moves.end(), 1);
   for_each_pair(list, scene::rows(atom->x), [&](const PlacedPair &p) {
-    if (rules.breaks() && p.is_bond() && p.is_beyond()) beyond.push_back(p.index);
-    if (!rules.flows) return;
-    const Law &law = coefficients.law(p.law);
-    const double r = std::min(p.distance(), p.cut) * p.inv_deq;    // so far a bond flows
-    const bool ended = p.is_beyond() && !p.is_bond();
-    const double kept = law.kept(law.flowed(r, 1.0, p.offset), p.offset, pairs.cap[p.index]);
-    pairs.next_offset[p.index] = ended ? CONTACT_ENDED : kept;
-    pairs.spent[p.index] = ended ? -pairs.work[p.index] : law.dissipated(p.offset, kept);
+    if (rules.breaks() && p.is_bond && p.is_past_cutoff()) past.push_back(p.index);
+    if (!list.stays()) return;
+    const PairState now = coefficients.law(p.law).state(p.ratio(), p.inv_deq, p.flow, p.offset);
+    const bool parted = p.is_past_cutoff() && !p.is_bond;
+    list.q_new[p.index] = parted ? 0.0 : now.offset.q;
+    list.spent[p.index] = parted ? 0.0 : now.dissipated;
   });
 }
 
-void PairHistories::break_bonds(VolumeForces *volume, PairWork *work)
+void PairHistories::break_bonds(const std::vector<int> &broken, PairWork *work)
 {
-  for (const int k : beyond) {
-    const PackedPair pair = list.pairs[k];
-    if (!pair.is_bond()) continue;
-    const auto row =
-        std::upper_bound(list.rows.begin(), list.rows.end(), k, [](int index, const PackedRow &r) {
-          return index < r.last;
-        });
-    newly_broken.push_back({row->i, pair.j, list.pairs.history_of(k).work});
-    if (work) work->stored.note_broken(list, k, pair.offset, rest_of_broken(row->i, pair));
-    turn_into_contact(row->i, k, volume);
-  }
-  beyond.clear();
-}
+  PairList &contacts = lists.contacts;
+  for (const int k : broken) {
+    const PackedPair bond = lists.bonds[k];
+    const int i = lists.bonds.owner_of(k);
+    newly_broken.push_back({i, bond.j, lists.bonds.history_of(k).work});
+    const double ratio = std::sqrt(bond.cutsq) * bond.inv_deq;
+    if (work)
+      work->add_broken(rank_share(bond.j, lists.nreact(force->newton_pair)) *
+                       coefficients.law(bond.law).state(ratio, bond.inv_deq, bond.flow, bond.offset).stored.total());
 
-// 0 where nothing is left
-double PairHistories::rest_of_broken(int i, const PackedPair &bond) const
-{
-  if (rules.contact == Contact::NONE) return 0.0;
-  return rules.rest_of_broken(atom->radius[i] + atom->radius[bond.j], 1.0 / bond.inv_deq);
-}
-
-void PairHistories::turn_into_contact(int i, int k, VolumeForces *volume)
-{
-  const PackedPair pair = list.pairs[k];
-  list.pairs.turn_into_contact(k, rest_of_broken(i, pair),
-                               coefficients.law(pair.law).cap(false, true));
-  if (volume) volume->drop(k);
-}
-
-void PairHistories::carry(const PairList &before, VolumeForces *volume)
-{
-  std::vector<const PackedRow *> row_of(list.nlocal, nullptr);
-  for (const PackedRow &row : before.rows) row_of[row.i] = &row;
-  for (const PackedRow &row : list.rows)
-    for (int k = row.first; row_of[row.i] && k < row.last; k++) {
-      const int old = find_pair(before, *row_of[row.i], [&](int j) {
-        return j == list.pairs.j[k];
-      });
-      if (old < 0) continue;
-      const PairHistory history = before.pairs.history_of(old);
-      if (history.broken != 0.0 && list.pairs[k].is_bond()) turn_into_contact(row.i, k, volume);
-      if (rules.flows) list.pairs.take_history(k, history);
+    const Span left = rules.of_broken(atom->radius[i] + atom->radius[bond.j], 1.0 / bond.inv_deq);
+    if (left.cutoff == 0.0 || !contacts.make_room(1)) continue;
+    const size_t n = contacts.size();
+    contacts.inv_deq[n] = 1.0 / left.deq;
+    contacts.cutsq[n] = contacts.cutoff_squared(left.cutoff);
+    contacts.j[n] = bond.j;
+    contacts.law[n] = bond.law;
+    contacts.record[n] = bond.record;
+    if (contacts.stays()) {
+      contacts.set_history(n, {});
+      contacts.q_new[n] = contacts.spent[n] = 0.0;
     }
+    contacts.add_row(i, 1);
+  }
+  lists.bonds.remove(broken);
+  lists.build++;
+}
+
+void PairHistories::carry(const PairLists &before)
+{
+  const auto rows_of = [this](const PairList &list) {
+    std::vector<std::vector<const PackedRow *>> rows(lists.nlocal);
+    for (const PackedRow &row : list.rows) rows[row.i].push_back(&row);
+    return rows;
+  };
+  const auto bond_rows = rows_of(before.bonds), contact_rows = rows_of(before.contacts);
+  const auto find_old = [](const PairList &list, const std::vector<const PackedRow *> &rows, int j) {
+    for (const PackedRow *row : rows)
+      for (int k = row->first; k < row->last; k++)
+        if (list.j[k] == j) return k;
+    return -1;
+  };
+  std::vector<int> broken;
+  for (PairList *list : {&lists.bonds, &lists.contacts})
+    for (const PackedRow &row : list->rows)
+      for (int k = row.first; k < row.last; k++) {
+        const int contact = find_old(before.contacts, contact_rows[row.i], list->j[k]);
+        const int bond = list->are_bonds ? find_old(before.bonds, bond_rows[row.i], list->j[k]) : -1;
+        if (list->are_bonds && bond < 0) broken.push_back(k);
+        if (!list->stays()) continue;
+        if (bond >= 0) list->set_history(k, before.bonds.history_of(bond));
+        if (!list->are_bonds && contact >= 0) list->set_history(k, before.contacts.history_of(contact));
+      }
+  if (broken.empty()) return;
+  const auto known = newly_broken;    // they broke before
+  break_bonds(broken, nullptr);
+  newly_broken = known;
 }
 
 void PairHistories::return_to(BondStore &records, bool list_matches, GhostExchange &exchange)
@@ -107,7 +122,6 @@ void PairHistories::return_to(BondStore &records, bool list_matches, GhostExchan
         "or broken: define fix evp/bonds before all fixes that do so");
   send_to_owners(records, exchange);
   newly_broken.clear();
-  warn_of_low_offsets();
 }
 
 // Atoms and ghosts are those that the list was packed for. Without newton both owners of a pair across MPI ranks, or
@@ -144,7 +158,7 @@ void PairHistories::send_to_owners(BondStore &records, GhostExchange &exchange)
   // either copy of a bond may have met its cut-off alone, by round-off: that breaks both
   std::vector<HistoryOfPair> deferred;
   for (const BrokenBond &bond : newly_broken) {
-    const PairHistory h = {0.0, bond.work, 1.0};
+    const PairHistory h = {0.0, 0.0, bond.work, 1.0};
     if (bond.j < nlocal || newton || tag[bond.i] < tag[bond.j]) {
       send(bond.i, bond.j, true, h);
       continue;
@@ -152,13 +166,13 @@ void PairHistories::send_to_owners(BondStore &records, GhostExchange &exchange)
     post(bond.j, bond.i, true, h);
     deferred.push_back({bond.i, true, tag[bond.j], h});
   }
-  const PackedPairs &pairs = list.pairs;
-  for (const PackedRow &row : list.rows)
-    for (int k = row.first; pairs.has_flow() && k < row.last; k++) {
-      PairHistory h = pairs.history_of(k);
-      h.broken = 0.0;    // of what is left of such a bond
-      if (!(h == PairHistory{})) send(row.i, pairs.j[k], pairs.slot[k] >= 0, h);
-    }
+  for (const PairList *list : {&lists.bonds, &lists.contacts})
+    for (const PackedRow &row : list->rows)
+      for (int k = row.first; list->stays() && k < row.last; k++) {
+        PairHistory h = list->history_of(k);
+        h.broken = 0.0;    // of what is left of such a bond
+        if (!(h == PairHistory{})) send(row.i, list->j[k], list->are_bonds, h);
+      }
 
   Irregular irregular(lmp);
   const int n = irregular.create_data((int) messages.size(), ranks.data(), 1);
@@ -170,41 +184,34 @@ void PairHistories::send_to_owners(BondStore &records, GhostExchange &exchange)
   for (const HistoryOfPair &m : deferred) records.take(m);
 }
 
-// once per run
-void PairHistories::warn_of_low_offsets()
+void PairHistories::index_rows() const
 {
-  if (!rules.flows || flow_warned) return;
-  double lowest = -1.0;
-  for (const int law : coefficients.laws_in_use())
-    lowest = std::max(lowest, coefficients.law(law).lowest_offset());
-  bool too_low = false;
-  for (size_t k = 0; k < list.pairs.size(); k++) too_low = too_low || list.pairs.offset[k] < lowest;
-  flow_warned = on_any(too_low, world);
-  if (flow_warned && comm->me == 0)
-    error->warning(FLERR,
-                   "Pair evp/lj: pairs have flowed in compression to q below {:.3g} deq, where the "
-                   "second regime is the stiffer, so that further flow creates energy: check load "
-                   "and overlap",
-                   lowest);
+  if (row_index_build == lists.build) return;
+  row_index_build = lists.build;
+  for (const PairList *list : {&lists.bonds, &lists.contacts}) {
+    auto &index = row_index[list->are_bonds ? 0 : 1];
+    index.clear();
+    for (size_t r = 0; r < list->rows.size(); r++) index.emplace_back(list->rows[r].i, (int) r);
+    std::sort(index.begin(), index.end());
+  }
 }
 
 bool PairHistories::find(int i, int j, PairHistory &found) const
 {
-  if (row_index_build != list.build) {
-    row_index_build = list.build;
-    row_index.assign(list.nlocal, -1);
-    for (size_t r = 0; r < list.rows.size(); r++) row_index[list.rows[r].i] = (int) r;
-  }
-  for (const auto &[own, other] : {std::pair(i, j), std::pair(j, i)}) {
-    if (own >= list.nlocal || row_index[own] < 0) continue;
-    const tagint partner = atom->tag[other];
-    const int k = find_pair(list, list.rows[row_index[own]], [&](int at) {
-      return atom->tag[at] == partner;
-    });
-    if (k < 0) continue;
-    found = list.pairs.history_of(k);
-    return true;
-  }
+  index_rows();
+  for (const auto &[own, other] : {std::pair(i, j), std::pair(j, i)})
+    for (const PairList *list : {&lists.bonds, &lists.contacts}) {
+      const auto &index = row_index[list->are_bonds ? 0 : 1];
+      auto at = std::lower_bound(index.begin(), index.end(), std::pair(own, 0));
+      for (; at != index.end() && at->first == own; ++at) {
+        const PackedRow &row = list->rows[at->second];
+        for (int k = row.first; k < row.last; k++)
+          if (atom->tag[list->j[k]] == atom->tag[other]) {
+            found = list->history_of(k);
+            return true;
+          }
+      }
+    }
   return false;
 }
 

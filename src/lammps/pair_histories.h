@@ -3,11 +3,12 @@
 
 #include "core/bond_store.h"
 #include "core/coefficients.h"
-#include "core/force_loop.h"
-#include "core/pair_rules.h"
-#include "core/work_tally.h"
+#include "core/contacts.h"
+#include "core/energy_balance.h"
+#include "core/ghost_exchange.h"
 #include "volume_forces.h"
 
+#include <utility>
 #include <vector>
 
 namespace EVP {
@@ -16,70 +17,64 @@ namespace EVP {
 /// the last forces found comes into force here, and nowhere else.
 class PairHistories : protected Pointers {
  public:
-  PairHistories(LAMMPS *lmp, PairList &list_in, const Coefficients &coefficients_in,
-                const PairRules &rules_in) :
-      Pointers(lmp),
-      list(list_in), coefficients(coefficients_in), rules(rules_in)
+  PairHistories(LAMMPS *lmp, PairLists &lists_in, const Coefficients &coefficients_in, const PairRules &rules_in) :
+      Pointers(lmp), lists(lists_in), coefficients(coefficients_in), rules(rules_in)
   {
   }
 
   /// Collective, at set-up. Stops where those of the last run were lost.
   void begin_run();
 
-  /// Where the force loop puts what it finds. incremental: see Block.
-  HistoryView view(bool incremental)
+  /// Where the force loop puts the bonds past their cutoffs, nullptr where bonds do not break.
+  std::vector<int> *past_cutoff()
   {
-    beyond.clear();
-    return {list.pairs.flow(), rules.breaks() ? &beyond : nullptr, incremental};
+    past.clear();
+    return rules.breaks() ? &past : nullptr;
   }
 
   /// At the end of each step and when a minimization is at rest: what the last forces found comes into force. at_rest:
-  /// found anew, as a minimizer may have tried other places last. Both others are told of bonds that break, nullptr
-  /// without.
-  void commit(bool at_rest, VolumeForces *, PairWork *);
+  /// found anew, as a minimizer may have tried other places last. work: is told of bonds that break, nullptr without.
+  /// Returns whether any bond broke, so that indices of bonds have changed.
+  bool commit(bool at_rest, PairWork *work);
 
   /// Are there any that the records have not been told of?
   bool are_due() const { return due; }
 
-  /// The list was packed anew: what the last forces found is void.
-  void forget_forces() { beyond.clear(); }
+  /// The lists were packed anew: what the last forces found is void.
+  void forget_forces() { past.clear(); }
 
-  /// It was packed from the same neighbor list as `before`, and the records have not been told: takes them from there.
-  void carry(const PairList &before, VolumeForces *);
+  /// They were packed from the same neighbor list as `before`, and the records have not been told: takes them from there.
+  void carry(const PairLists &before);
 
   /// Collective, where they are due: to the records of their atoms.
   void return_to(BondStore &, bool list_matches, GhostExchange &);
 
-  /// Of the pair (i, j) of the list, which must be that of the present atoms; false where it is not there.
+  /// Of the pair (i, j) of the lists, which must be those of the present atoms; false where it is not there.
   bool find(int i, int j, PairHistory &found) const;
 
-  double memory_usage() const { return bytes_of(beyond, newly_broken, row_index); }
+  double memory_usage() const { return bytes_of(past, newly_broken, row_index[0], row_index[1]); }
 
  private:
-  PairList &list;
+  PairLists &lists;
   const Coefficients &coefficients;
   const PairRules &rules;
 
-  /// A bond of the packed list that broke, with the work of its flow [energy].
+  /// A bond that broke, with the work of its flow [energy].
   struct BrokenBond {
     int i, j;
     double work;
   };
 
-  std::vector<int>
-      beyond;    // bonds that the last forces found beyond their cut, where bonds break
+  std::vector<int> past;                   // bonds that the last forces found past their cutoff, where bonds break
   std::vector<BrokenBond> newly_broken;    // of this MPI rank, since histories were returned
   bool due = false;
-  bool flow_warned = false;
-  mutable std::vector<int> row_index;    // of the rows of the atoms
+  mutable std::array<std::vector<std::pair<int, int>>, 2> row_index;    // atom and row, of bonds and contacts
   mutable long row_index_build = -1;
 
-  void find_next();
-  void break_bonds(VolumeForces *, PairWork *);
-  double rest_of_broken(int i, const PackedPair &bond) const;
-  void turn_into_contact(int i, int k, VolumeForces *);
+  void find_next(PairList &);
+  void break_bonds(const std::vector<int> &, PairWork *);
   void send_to_owners(BondStore &, GhostExchange &);
-  void warn_of_low_offsets();
+  void index_rows() const;
 };
 
 }    // namespace EVP

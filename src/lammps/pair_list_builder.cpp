@@ -3,7 +3,7 @@
 #include "pair_list_builder.h"
 
 #include "atom_bodies.h"
-#include "core/levels.h"
+#include "core/simd.h"
 #include "scene.h"
 
 #include "neigh_list.h"
@@ -26,20 +26,22 @@ struct PairListBuilder::View {
   AtomBodies bodies;
 };
 
-PairListBuilder::Found PairListBuilder::build(const Input &input, PairList &list)
+PairListBuilder::Found PairListBuilder::build(const Input &input, PairLists &lists)
 {
-  return input.within == Within::ALL ? pack_rows<false>(input, list) : pack_rows<true>(input, list);
+  return input.within == BodyRule::ALL ? pack_rows<false>(input, lists) : pack_rows<true>(input, lists);
 }
 
 // Divided: there are pairs of two bodies
 template <bool Divided>
-PairListBuilder::Found PairListBuilder::pack_rows(const Input &input, PairList &list)
+PairListBuilder::Found PairListBuilder::pack_rows(const Input &input, PairLists &lists)
 {
   std::swap(last, now);
   now.size = 0;
   last.rows.resize(atom->nlocal, {0, 0});
   now.rows.assign(atom->nlocal, {0, 0});
-  list.clear(input.new_pair_margin, input.rules.flows);
+  lists.build++;
+  lists.bonds.clear(BOND_MARGIN, input.rules.flow_of_bonds());
+  lists.contacts.clear(input.rules.contact_margin(false, input.any_damping), input.rules.flow_of_contacts());
 
   Found found{};
   View view = {scene::rows(atom->x),
@@ -57,28 +59,41 @@ PairListBuilder::Found PairListBuilder::pack_rows(const Input &input, PairList &
   for (int ii = 0; ii < inum; ii++) {
     const int i = ilist[ii];
     if (input.bonds && ii + AHEAD < inum) input.bonds->prefetch(ilist[ii + AHEAD]);
-    if (!PackedPairs::fits(list.pairs.size(), view.numneigh[i]))
-      error->one(FLERR, "Pair evp/lj: more than {} pairs on one MPI rank: use more ranks",
-                 PackedPairs::MOST);
-    const Room room = list.pairs.room(view.numneigh[i]);
-    const int n = pack_row<Divided>(input, view, i, room, list.pairs, found);
-    if (n == 0) continue;
-
-    const int first = (int) list.pairs.size();
-    list.pairs.add(n);
-    list.rows.emplace_back();
-    PackedRow &row = list.rows.back();    // copying a whole row would wait for its members
-    row.i = i;
-    row.first = first;
-    row.last = first + n;
+    if (!lists.bonds.make_room(view.numneigh[i]) || !lists.contacts.make_room(view.numneigh[i]))
+      error->one(FLERR, "Pair evp/lj: more than {} pairs on one MPI rank: use more ranks", PairList::MOST);
+    pack_row<Divided>(input, view, i, lists, found);
   }
   return found;
 }
 
-// returns the number of pairs
+namespace {
+
+  /// Where the pairs of a row go, apart from the list: the compiler need not read its pointers again.
+  struct Room {
+    double *inv_deq, *cutsq;
+    int *j, *law, *record;
+    int n = 0;
+
+    explicit Room(PairList &list) :
+        inv_deq(list.inv_deq.data() + list.size()), cutsq(list.cutsq.data() + list.size()), j(list.j.data() + list.size()),
+        law(list.law.data() + list.size()), record(list.record.data() + list.size())
+    {
+    }
+    EVP_INLINE void add(double deq, double cutsq_in, int j_in, int law_in, int record_in)
+    {
+      inv_deq[n] = 1.0 / deq;
+      cutsq[n] = cutsq_in;
+      j[n] = j_in;
+      law[n] = law_in;
+      record[n] = record_in;
+      n++;
+    }
+  };
+
+}    // namespace
+
 template <bool Divided>
-EVP_INLINE int PairListBuilder::pack_row(const Input &input, const View &view, int i,
-                                         const Room &room, const PackedPairs &pairs, Found &found)
+EVP_INLINE void PairListBuilder::pack_row(const Input &input, const View &view, int i, PairLists &lists, Found &found)
 {
   static const BondStore::Bonds none;
   const PairRules rules = input.rules;    // apart from what is written
@@ -91,15 +106,16 @@ EVP_INLINE int PairListBuilder::pack_row(const Input &input, const View &view, i
   int *const slots = now.room(nneighbors + 1);
   const double own_radius = view.radius[i], own_x[3] = {view.x[i][0], view.x[i][1], view.x[i][2]};
   const int first_law = input.coefficients->index(view.type[i], 0);
-  const Law *const laws = &input.coefficients->law(first_law);
+  const PairLaw *const laws = &input.coefficients->law(first_law);
   const PairHistory *const histories = input.bonds ? input.bonds->histories_of(i) : nullptr;
-  const bool with_new_pairs = rules.contact != Contact::NONE;
-  const bool new_repel_only = rules.contact == Contact::REPULSIVE;
+  const bool with_contacts = rules.contact != Contact::NONE;
+  const double margin_between_bodies = rules.contact_margin(true, input.any_damping);
   const int implicit_bit = input.implicit_groupbit;
   const int nreact = force->newton_pair ? atom->nlocal + atom->nghost : atom->nlocal;
   const double closest = std::max(1.0 - rules.overlap, COINCIDENT);
+  Room bonds(lists.bonds), contacts(lists.contacts);
 
-  int n = 0, nfound = 0;
+  int nfound = 0;
   for (int jj = 0; jj < nneighbors; jj++) {
     if (view.excluded >> (neighbors[jj] >> SBBITS & 3) & 1) continue;
     const int j = neighbors[jj] & NEIGHMASK;
@@ -107,8 +123,7 @@ EVP_INLINE int PairListBuilder::pack_row(const Input &input, const View &view, i
     if (record >= 0) slots[nfound++] = record;
     const bool broken = record >= 0 && histories && histories[record].broken != 0.0;
     const bool is_bond = record >= 0 && !broken;
-    if (!is_bond && !with_new_pairs) continue;
-    const bool apart = Divided && record < 0 && view.bodies.apart(i, j);
+    if (!is_bond && !with_contacts) continue;
 
     const double dx = own_x[0] - view.x[j][0], dy = own_x[1] - view.x[j][1],
                  dz = own_x[2] - view.x[j][2];
@@ -116,63 +131,58 @@ EVP_INLINE int PairListBuilder::pack_row(const Input &input, const View &view, i
     const double sum_radii = own_radius + view.radius[j];
 
     const int type = view.type[j];
-    const Row &row = laws[type].parameters();
-    double deq = is_bond ? records[record].deq : sum_radii;
-    if (broken) deq = rules.rest_of_broken(sum_radii, records[record].deq);
+    const Row &row = laws[type].row;
     const double dlim = row.alpha * sum_radii;
-    const double cut = is_bond              ? rules.cut_of_bond(deq, dlim)
-        : broken || new_repel_only || apart ? deq
-                                            : dlim;
     const bool implicit = implicit_bit && ((view.mask[i] | view.mask[j]) & implicit_bit);
     const int own = first_law + type, law = implicit ? input.coefficients->undamped(own) : own;
-    room.inv_deq[n] = 1.0 / deq;
-    room.cutsq[n] = apart ? reach_squared(cut, input.repulsive_margin)
-                          : pairs.reach_squared(cut, is_bond);
-    room.j[n] = j;
-    room.kind[n] = 2 * law + is_bond;
-    room.slot[n] = broken ? PackedPair::slot_of_broken(record) : record;
-    n++;
+    double deq;
+    if (is_bond) {
+      const Span span = rules.of_bond(records[record].deq, dlim);
+      deq = span.deq;
+      bonds.add(deq, lists.bonds.cutoff_squared(span.cutoff), j, law, record);
+      found.bond_sides += j < nreact ? 2 : 1;
+    } else {
+      const bool divided = Divided && !broken && view.bodies.in_different_bodies(i, j);
+      const Span span = broken ? rules.of_broken(sum_radii, records[record].deq)
+                               : rules.of_contact(sum_radii, dlim, divided);
+      deq = span.deq;
+      contacts.add(deq,
+                   divided ? cutoff_squared(span.cutoff, margin_between_bodies)
+                           : lists.contacts.cutoff_squared(span.cutoff),
+                   j, law, record);
+    }
     if (!implicit && row.gamma > 0.0) found.damped = true;
-    if (is_bond) found.bond_sides += j < nreact ? 2 : 1;
 
     if (!(dsq >= closest * sum_radii * (closest * sum_radii)))
       count_overlap(i, j, dsq, deq, laws[type], found.overlaps);
   }
-  if (room.offset) fill_history(input, view, i, room, n);
+  fill_history(input, view, i, lists.bonds, bonds.n);
+  fill_history(input, view, i, lists.contacts, contacts.n);
+  lists.bonds.add_row(i, bonds.n);
+  lists.contacts.add_row(i, contacts.n);
   slots[nfound] = RecordFinder::NO_SLOT;
   now.rows[i] = {now.size, now.size + nfound};
   now.size += nfound + 1;
-  return n;
 }
 
-// contacts that have flowed are few
-void PairListBuilder::fill_history(const Input &input, const View &view, int i, const Room &room,
-                                   int n)
+// of the n pairs behind the last ones of a list; contacts that have flowed are few
+void PairListBuilder::fill_history(const Input &input, const View &view, int i, PairList &list, int n)
 {
-  for (int k = 0; k < n; k++) {
-    room.take_history(k, {});
-    const bool is_bond = room.kind[k] & 1;
-    room.cap[k] = input.coefficients->law(room.kind[k] / 2)
-                      .cap(is_bond, !is_bond && only_repels(room.cutsq[k], room.inv_deq[k]));
-  }
-  if (!input.bonds) return;
-  const PairHistory *const histories = input.bonds->histories_of(i);
-  const auto &contacts = input.bonds->contacts_of(i);
-  for (int k = 0; k < n; k++) {
-    if (room.slot[k] >= 0) {
-      room.take_history(k, histories[room.slot[k]]);
-      continue;
-    }
-    for (const FlowedContact &contact : contacts)
-      if (contact.partner == view.tag[room.j[k]]) {
-        room.take_history(k, contact.history);
-        break;
-      }
+  if (!list.stays()) return;
+  const size_t first = list.size();
+  for (size_t k = first; k < first + n; k++) {
+    list.set_history(k, {});
+    if (!input.bonds) continue;
+    if (list.are_bonds)
+      list.set_history(k, input.bonds->histories_of(i)[list.record[k]]);
+    else
+      for (const FlowedContact &contact : input.bonds->contacts_of(i))
+        if (contact.partner == view.tag[list.j[k]]) list.set_history(k, contact.history);
   }
 }
 
 // without newton both owners of a pair across MPI ranks hold it; one of them counts it
-void PairListBuilder::count_overlap(int i, int j, double dsq, double deq, const Law &law,
+void PairListBuilder::count_overlap(int i, int j, double dsq, double deq, const PairLaw &law,
                                     Overlaps &overlaps) const
 {
   const double coincident = COINCIDENT * (atom->radius[i] + atom->radius[j]);
@@ -184,7 +194,7 @@ void PairListBuilder::count_overlap(int i, int j, double dsq, double deq, const 
   if (!force->newton_pair && j >= atom->nlocal && atom->tag[i] > atom->tag[j]) return;
   if (overlaps.count++) return;
   const double d = std::sqrt(dsq);
-  overlaps = {1, atom->tag[i], atom->tag[j], d, deq, law.regime(d, deq)};
+  overlaps = {1, atom->tag[i], atom->tag[j], d, deq, law.state(d / deq, 1.0 / deq).regime};
 }
 
 }    // namespace EVP

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
-#include "core/bytes.h"
 #include "core/coefficients.h"
-#include "core/pair_rules.h"
+#include "core/contacts.h"
 #include "core/record_finder.h"
+#include "core/simd.h"
 #include "lammps_names.h"
 
 #include <vector>
@@ -19,10 +19,9 @@ class PairListBuilder : protected Pointers {
     const Coefficients *coefficients;
     const BondStore *bonds;    ///< nullptr without
     PairRules rules;
-    Within within;              ///< see fix evp/bonds
-    double new_pair_margin;     ///< of their cuts, see core/pair_list.h
-    double repulsive_margin;    ///< the same of pairs of two bodies, which only repel
-    int implicit_groupbit;      ///< pairs with an atom of it have the law without gamma
+    BodyRule within;          ///< see fix evp/bonds
+    bool any_damping;
+    int implicit_groupbit;    ///< pairs with an atom of it have the law without gamma
   };
 
   /// Pairs that overlap beyond the limit; the first of them.
@@ -43,7 +42,7 @@ class PairListBuilder : protected Pointers {
 
   /// Fills the list in time linear in the neighbors. Periodic images of a partner share its ID and
   /// have its deq; fix evp/bonds ensures that no two of them are within dlim.
-  Found build(const Input &, PairList &);
+  Found build(const Input &, PairLists &);
 
   double memory_usage() const { return bytes_of(last.slots, now.slots, last.rows, now.rows); }
 
@@ -66,13 +65,11 @@ class PairListBuilder : protected Pointers {
     }
   } last, now;
 
-  using Room = PackedPairs::Room;
   struct View;
-  template <bool Divided> Found pack_rows(const Input &, PairList &);
-  template <bool Divided>
-  int pack_row(const Input &, const View &, int i, const Room &, const PackedPairs &, Found &);
-  static void fill_history(const Input &, const View &, int i, const Room &, int n);
-  void count_overlap(int i, int j, double dsq, double deq, const Law &, Overlaps &) const;
+  template <bool Divided> Found pack_rows(const Input &, PairLists &);
+  template <bool Divided> void pack_row(const Input &, const View &, int i, PairLists &, Found &);
+  static void fill_history(const Input &, const View &, int i, PairList &, int n);
+  void count_overlap(int i, int j, double dsq, double deq, const PairLaw &, Overlaps &) const;
 };
 
 }    // namespace EVP

@@ -22,7 +22,7 @@ using scene::rows;
 PairNetwork::PairNetwork(LAMMPS *lmp, Pair *style, Coefficients &coefficients_in) :
     Pointers(lmp), ghosts(lmp, style), cuts(lmp), source(lmp), coefficients(coefficients_in),
     laws(lmp, coefficients, cuts), builder(lmp), snapshot(lmp),
-    pair_histories(lmp, list, coefficients, rules)
+    pair_histories(lmp, lists, coefficients, rules)
 {
 }
 
@@ -48,26 +48,49 @@ PairNetwork *PairNetwork::find_present(Force *force)
   return network && network->is_present() ? network : nullptr;
 }
 
-const PairList &PairNetwork::packed_pairs() const
+const PairLists &PairNetwork::packed_pairs() const
 {
   if (!is_packed())
     error->one(FLERR,
                "Pair evp/lj has not seen the current neighbor list yet: use its fixes and computes "
                "in a run, after the forces of the step");
-  return list;
+  return lists;
 }
 
-std::vector<double> PairNetwork::rest_distances() const
+PairState PairNetwork::state_at_cutoff(int itype, int jtype, double sum_radii, double deq, const Offset &before) const
 {
-  std::vector<double> distances(packed_pairs().pairs.size());
-  for_each_pair(list, rows(atom->x), [&](const PlacedPair &p) {
-    const double recorded = p.has_record() ? bonds()->of(p.i)[p.record()].deq : 0.0;
-    const double sum_radii = atom->radius[p.i] + atom->radius[p.j];
-    distances[p.index] = p.is_bond() ? recorded
-        : p.has_record()             ? rules.rest_of_broken(sum_radii, recorded)
-                                     : sum_radii;
-  });
-  return distances;
+  const PairLaw &law = coefficients.law(coefficients.index(itype, jtype));
+  const Span span = rules.of_bond(deq, law.row.alpha * sum_radii);
+  return law.state(std::sqrt(cutoff_squared(span.cutoff, BOND_MARGIN)) / deq, 1.0 / deq, rules.flow_of_bonds(), before);
+}
+
+PairNetwork::AnyPair PairNetwork::pair_between(int i, int j, int itype, int jtype) const
+{
+  const Bond *bond = nullptr;
+  if (const BondStore *store = bonds())
+    for (const auto &[own, other] : {std::pair(i, j), std::pair(j, i)})
+      if (own < atom->nlocal && !bond) bond = store->find(own, atom->tag[other]);
+  const PairHistory history = history_of(i, j);
+  const bool broken = history.broken != 0.0, is_bond = bond && !broken;
+  const bool divided = !bond && AtomBodies(atom, within()).in_different_bodies(i, j);
+
+  const int law = coefficients.index(itype, jtype);
+  const double sum_radii = atom->radius[i] + atom->radius[j];
+  const double dlim = coefficients.law(law).row.alpha * sum_radii;
+  const Span span = is_bond ? rules.of_bond(bond->deq, dlim)
+      : broken              ? rules.of_broken(sum_radii, bond ? bond->deq : sum_radii)
+                            : rules.of_contact(sum_radii, dlim, divided);
+  const double margin = is_bond ? BOND_MARGIN : rules.contact_margin(divided, any_gamma);
+  const PackedPair pair = {1.0 / span.deq,
+                           span.cutoff > 0.0 ? cutoff_squared(span.cutoff, margin) : -1.0,
+                           span.cutoff,
+                           j,
+                           law,
+                           -1,
+                           is_bond,
+                           is_bond ? rules.flow_of_bonds() : rules.flow_of_contacts(),
+                           {history.q, history.k}};
+  return {pair, span.deq, history.work};
 }
 
 bool PairNetwork::is_packed() const
@@ -110,14 +133,14 @@ PairNetwork::Counts PairNetwork::count_pairs() const
 {
   std::array<double, 3> sums{};
   double lowest = HUGE_VAL;
-  for_each_pair(list, rows(atom->x), [&](const PlacedPair &p) {
+  for_each_pair(lists, rows(atom->x), [&](const PlacedPair &p) {
     const double d = p.distance();
     lowest = std::min(lowest, d / (atom->radius[p.i] + atom->radius[p.j]));
-    if (p.is_beyond()) return;
+    if (p.is_past_cutoff()) return;
 
-    const double weight = rank_share(p.j, list.nreact(force->newton_pair));
-    sums[p.is_bond() ? 0 : 2] += weight;
-    if (p.is_bond() && law_of(p).regime(d, 1.0 / p.inv_deq, p.offset) == 2) sums[1] += weight;
+    const double weight = rank_share(p.j, lists.nreact(force->newton_pair));
+    sums[p.is_bond ? 0 : 2] += weight;
+    if (p.is_bond && state_of(p).regime == 2) sums[1] += weight;
   });
 
   sums = reduce_all(sums, MPI_SUM, world);
@@ -145,7 +168,7 @@ void PairNetwork::begin_run()
 
 double PairNetwork::handle(int i, int j)
 {
-  const Row row = laws.make(i, j, rules.flows);
+  const Row row = laws.make(i, j, rules.plastic);
   repack();
   if (row.gamma > 0.0) any_gamma = true;    // fix adapt may have switched it on
   return cuts.handle(i, j, row.alpha);
@@ -165,11 +188,11 @@ void PairNetwork::report()
   line += source.has_fix()
       ? fmt::format(", deq of bonds from fix {}", scene::find_fix(modify, "evp/bonds")->id)
       : ", no fix evp/bonds: every pair has deq = R_i + R_j";
-  if (within() != Within::ALL)
+  if (within() != BodyRule::ALL)
     line +=
-        fmt::format(" within {} (bodies {})", WITHINS[(int) within()],
+        fmt::format(" within {} (bodies {})", BODY_RULES[(int) within()],
                     rules.contact == Contact::NONE ? "do not interact" : "only repel each other");
-  if (rules.flows) line += ", unload elastic (kinematic hardening)";
+  if (rules.plastic) line += ", plasticity isotropic";
   if (rules.breaks()) line += fmt::format(", bonds break beyond {} deq", 1.0 + rules.break_strain);
   if (volume())
     line += fmt::format(", volume energy from fix {}", scene::find_fix(modify, "evp/volume")->id);
@@ -211,7 +234,7 @@ bool PairNetwork::pack(const NeighList *neighbors, bool collective)
   const bool is_first = collective && !scene_checked;
   if (collective) {
     source.note();
-    laws.follow(bonds(), rules.flows);
+    laws.follow(bonds(), rules.plastic);
     if (!scene_checked) {    // now that all pairs of types are known
       scene_checked = true;
       report();
@@ -220,9 +243,9 @@ bool PairNetwork::pack(const NeighList *neighbors, bool collective)
     }
     check_weights();
     check_rules();
-    if (within() == Within::MOLECULE && !atom->molecule)
+    if (within() == BodyRule::MOLECULE && !atom->molecule)
       error->all(FLERR, "Pair evp/lj: fix evp/bonds {}", missing_molecules(lmp));
-    list.common_build++;
+    lists.common_build++;
   }
   // with a new neighbor list fix evp/bonds has looked
   if (bonds() && snapshot.matches_list() && bonds()->find_misplaced(atom->tag, atom->nlocal))
@@ -232,38 +255,35 @@ bool PairNetwork::pack(const NeighList *neighbors, bool collective)
         "would go to other atoms: use 'run' with 'pre yes'");
   cuts.check_radii();
   const bool carries = pair_histories.are_due() && snapshot.matches_list();
-  snapshot.take_atoms(!atom->avec->comm_x_only, within() == Within::MOLECULE);
-  list.nlocal = atom->nlocal;
-  list.nall = atom->nlocal + atom->nghost;
+  snapshot.take_atoms(!atom->avec->comm_x_only, within() == BodyRule::MOLECULE);
+  lists.nlocal = atom->nlocal;
+  lists.nall = atom->nlocal + atom->nghost;
   repack_due = false;
   source_version = source.version();
   // with the same neighbor list the records have not been told of what changed
-  const PairList before = carries ? list : PairList();
+  const PairLists before = carries ? lists : PairLists();
   const PairListBuilder::Found found = builder.build(
-      {neighbors, &coefficients, bonds(), rules, within(), new_pair_margin(rules.contact),
-       new_pair_margin(Contact::REPULSIVE), implicit_groupbit},
-      list);
+      {neighbors, &coefficients, bonds(), rules, within(), any_gamma, implicit_groupbit}, lists);
   pair_histories.forget_forces();
-  if (is_first && bonds()) laws.check(list, volume());
+  if (is_first && bonds()) laws.check(lists.bonds, volume());
   snapshot.finish();
   if (!bonds()) volume_.reset();    // the bonds have gone since the last set-up
-  if (volume()) volume()->pack(list, *bonds(), coefficients, collective);
-  if (carries) pair_histories.carry(before, volume());
+  if (carries) pair_histories.carry(before);
+  if (volume()) volume()->pack(lists.bonds, *bonds(), coefficients, collective);
   if (collective) agree_on_pairs(found, !carries);
 
-  coefficients.choose_block_law(
+  coefficients.choose_block_laws(
       [this](int i, int j) {
         return cuts.handles(i, j);
       },
-      explicit_damping && implicit_groupbit, rules.flows);
+      explicit_damping && implicit_groupbit, rules.flow_of_bonds(), rules.flow_of_contacts());
   if (is_first) laws.warn_of_density();
   return is_first;
 }
 
-double PairNetwork::cut_of_bond(int i, int j, double deq) const
+void PairNetwork::commit(bool at_rest)
 {
-  const double dlim = alpha_of(atom->type[i], atom->type[j]) * (atom->radius[i] + atom->radius[j]);
-  return rules.cut_of_bond(deq, dlim);
+  if (pair_histories.commit(at_rest, work.get()) && volume()) volume()->pack(lists.bonds, *bonds(), coefficients, false);
 }
 
 PairHistory PairNetwork::history_of(int i, int j) const
@@ -276,34 +296,22 @@ PairHistory PairNetwork::history_of(int i, int j) const
       const int slot = own < atom->nlocal ? bonds()->slot_of(own, atom->tag[other]) : -1;
       if (slot < 0) continue;
       found = bonds()->histories_of(own)[slot];
-      if (found.broken != 0.0) return {0.0, 0.0, 1.0};    // as of what is left in the list
+      if (found.broken != 0.0) return {0.0, 0.0, 0.0, 1.0};    // as of what is left in the list
       return found;
     }
   return found;
 }
 
-Contact PairNetwork::contact_between(int i, int j) const
-{
-  const bool repel = rules.contact != Contact::NONE && AtomBodies(atom, within()).apart(i, j);
-  return repel ? Contact::REPULSIVE : rules.contact;
-}
-
-// one that only repels has no force at its cut but that of damping: spheres that touch do not interact
-double PairNetwork::new_pair_margin(Contact contact) const
-{
-  if (contact != Contact::REPULSIVE) return NEW_PAIR_MARGIN;
-  return any_gamma ? -NEW_PAIR_MARGIN : 0.0;
-}
-
 // Collective. All MPI ranks agree on what any of them has found in its pairs; warns of overlaps once per run
 void PairNetwork::agree_on_pairs(const PairListBuilder::Found &found, bool records_are_current)
 {
-  const bigint sides =
-      rules.breaks() && bonds() ? found.bond_sides + bonds()->count_broken(atom->nlocal) : 0;
+  const bool asks = bonds() && (rules.has_history() || work);
+  const bigint sides = asks ? found.bond_sides + bonds()->count_broken(atom->nlocal) : 0;
   const auto all =
       reduce_all(std::array{(bigint) found.damped, found.overlaps.count, sides}, MPI_SUM, world);
   explicit_damping = all[0] > 0;
-  bonds_missing = rules.breaks() && bonds() && records_are_current && all[2] < 2 * bonds()->count();
+  bonds_missing = asks && records_are_current && all[2] < 2 * bonds()->count();
+  if (work) work->forget_missing();
   if (all[1] == 0 || overlap_warned) return;
   overlap_warned = true;
 
@@ -324,10 +332,10 @@ void PairNetwork::agree_on_pairs(const PairListBuilder::Found &found, bool recor
 void PairNetwork::check_rules() const
 {
   const bool same =
-      rules.flows == rules_of_run.flows && rules.break_strain == rules_of_run.break_strain;
+      rules.plastic == rules_of_run.plastic && rules.break_strain == rules_of_run.break_strain;
   if (!same || !source.suits(rules))
     error->all(FLERR,
-               "Pair evp/lj: 'unload' or 'break' has changed since the last setup: use 'run' with "
+               "Pair evp/lj: 'plasticity' or 'break' has changed since the last setup: use 'run' with "
                "'pre yes'");
 }
 

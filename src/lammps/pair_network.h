@@ -3,10 +3,11 @@
 
 #include "bond_source.h"
 #include "core/coefficients.h"
-#include "core/pair_list.h"
+#include "core/contacts.h"
 #include "cut_offs.h"
 #include "ghost_update.h"
 #include "list_snapshot.h"
+#include "missing_bonds.h"
 #include "pair_histories.h"
 #include "pair_list_builder.h"
 #include "row_laws.h"
@@ -47,12 +48,27 @@ class PairNetwork : protected Pointers {
 
   // what fixes and computes read
 
-  /// The packed pairs. Stops unless is_packed(), so take it out of loops.
-  const PairList &packed_pairs() const;
-  const Law &law_of(const PackedPair &pair) const { return coefficients.law(pair.law); }
+  /// The packed pairs. Stops unless is_packed(), so take them out of loops.
+  const PairLists &packed_pairs() const;
 
-  /// deq of each packed pair as it was recorded [length]: 1/deq of the list has lost its last bit.
-  std::vector<double> rest_distances() const;
+  /// The law with the coefficients of a pair.
+  const PairLaw &law_of(const PackedPair &pair) const { return coefficients.law(pair.law); }
+
+  /// All that the law says of a packed pair, past its cutoff of it there.
+  PairState state_of(const PlacedPair &pair) const
+  {
+    return law_of(pair).state(pair.ratio(), pair.inv_deq, pair.flow, pair.offset);
+  }
+
+  /// The same of a bond at its cutoff. types: of its atoms. sum_radii, deq [length].
+  PairState state_at_cutoff(int itype, int jtype, double sum_radii, double deq, const Offset &before) const;
+
+  /// The pair of two atoms of the present lists, packed or not, with its work of flow [energy]; as its law had no twin.
+  struct AnyPair {
+    PackedPair pair;
+    double deq, work;
+  };
+  AnyPair pair_between(int i, int j, int itype, int jtype) const;
 
   /// gamma of a pair that fix nve/evp damps [force/velocity], 0 for the others. Its law has none.
   double implicit_gamma(const PackedPair &pair) const
@@ -77,10 +93,7 @@ class PairNetwork : protected Pointers {
   const BondStore *bonds() const { return source.records(); }
 
   /// Which atoms are one body, by fix evp/bonds.
-  Within within() const { return source.within(); }
-
-  /// What acts between two atoms that were not recorded as a pair.
-  Contact contact_between(int i, int j) const;
+  BodyRule within() const { return source.within(); }
 
   /// Does any row name the bodies that it holds for, so that the bonds must be measured?
   bool wants_measures() const { return coefficients.any_scaled(); }
@@ -135,14 +148,17 @@ class PairNetwork : protected Pointers {
   BondSource source;
 
   /// See PairHistories.
-  void commit(bool at_rest) { pair_histories.commit(at_rest, volume(), work.get()); }
+  void commit(bool at_rest);
 
-  /// Where bonds break: are there bonds that are neither broken nor in the packed list? The same on all
+  /// Are there bonds that are neither broken nor in the packed list, where that matters? The same on all
   /// MPI ranks, once for each packing.
   bool misses_bonds() { return std::exchange(bonds_missing, false); }
 
-  /// Cut-off of a bond between atoms with these indices [both: length].
-  double cut_of_bond(int i, int j, double deq) const;
+  /// What those hold that it misses.
+  void take_missing(const MissingBonds &found)
+  {
+    if (work) work->take_missing(found.held, found.dissipated, rules.breaks());
+  }
 
   /// Collective, where commit() was called since: the histories of the pairs go to the records of their
   /// atoms. Called before atoms migrate, and before others read the records.
@@ -154,11 +170,9 @@ class PairNetwork : protected Pointers {
   /// In a minimization the energy of a pair is the work since its last state of rest.
   bool is_incremental() const { return update->whichflag == 2; }
 
-  /// What the force loop takes beside positions and velocities.
-  HistoryView histories() { return pair_histories.view(is_incremental()); }
-
-  /// Offset of the pair (i, j) of the packed list, or of the records where it is not there.
-  PairHistory history_of(int i, int j) const;
+  /// For the force loop, which fills what may change in them.
+  PairLists &lists_to_evaluate() { return lists; }
+  std::vector<int> *bonds_past_cutoff() { return pair_histories.past_cutoff(); }
 
   /// What the force loop has to find for fix evp/energy in this run, nullptr without that fix.
   PairWork *wanted_work() const { return work.get(); }
@@ -176,19 +190,16 @@ class PairNetwork : protected Pointers {
   /// this is the first packing of a run.
   bool pack_if_due(const NeighList *);
 
-  /// Margin of the cuts of new pairs between which that acts, see core/pair_list.h.
-  double new_pair_margin(Contact) const;
-
   double memory_usage() const
   {
-    return list.memory_usage() + builder.memory_usage() + snapshot.memory_usage() +
+    return lists.memory_usage() + builder.memory_usage() + snapshot.memory_usage() +
         pair_histories.memory_usage();
   }
 
  private:
   Coefficients &coefficients;
   RowLaws laws;
-  PairList list;
+  PairLists lists;
   PairListBuilder builder;
   ListSnapshot snapshot;
   PairHistories pair_histories;
@@ -205,6 +216,7 @@ class PairNetwork : protected Pointers {
   PairRules rules_of_run;
 
   void report();
+  PairHistory history_of(int i, int j) const;
   bool pack(const NeighList *, bool collective);
   void agree_on_pairs(const PairListBuilder::Found &, bool records_are_current);
   void check_rules() const;

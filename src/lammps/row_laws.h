@@ -25,11 +25,11 @@ class RowLaws : protected Pointers {
     take_kv();
   }
 
-  /// Makes both laws of two types and returns the row that they are of. flows: it must be able to flow.
-  Row make(int i, int j, bool flows);
+  /// Makes both laws of two types and returns the row that they are of. plastic: it must be able to flow.
+  Row make(int i, int j, bool plastic);
 
   /// At a packing: the bonds were recorded, or went, after the laws were made.
-  void follow(const BondStore *bonds, bool flows);
+  void follow(const BondStore *bonds, bool plastic);
 
   /// Again only when it changes.
   void report();

@@ -56,13 +56,9 @@ StableTimesteps::Stiffness StableTimesteps::stiffness_of(const PairNetwork &netw
                                                          const PlacedPair &p)
 {
   const VolumeForces *const volume = network.volume();
-  const bool flows = network.rules.flows;
-  const Law &law = network.law_of(p);
-  const double d = p.distance(), deq = 1.0 / p.inv_deq;
-  const double push = flows ? law.force(d, deq, p.offset) : law.force(d, deq);
-  const double of_volume = volume ? volume->force(p) : 0.0;
-  return {flows ? law.stiffness_ahead(d, deq, p.offset) : law.stiffness_ahead(d, deq),
-          std::max(0.0, -(push + of_volume) / d)};
+  const PairState state = network.state_of(p);
+  const double of_volume = volume && p.is_bond ? volume->force(p) : 0.0;
+  return {state.stiffness_ahead, std::max(0.0, -(state.force + of_volume) / p.distance())};
 }
 
 // Returns 1/deq of the links where there is a volume energy
@@ -74,8 +70,8 @@ std::vector<double> StableTimesteps::take_pairs(const PairNetwork &network)
   std::vector<double> inv_deq;
   double shortest = NO_LIMIT;
   for_each_pair(network.packed_pairs(), scene::rows(atom->x), [&](const PlacedPair &p) {
-    if ((!linear.is_free(p.i) && !linear.is_free(p.j)) || p.is_beyond()) return;
-    const Law &law = network.law_of(p);
+    if ((!linear.is_free(p.i) && !linear.is_free(p.j)) || p.is_past_cutoff()) return;
+    const PairLaw &law = network.law_of(p);
     const Stiffness stiffness = stiffness_of(network, p);
     const double d = p.distance();
     linear.links.push_back({p.i,
@@ -83,9 +79,9 @@ std::vector<double> StableTimesteps::take_pairs(const PairNetwork &network)
                             {p.g.dx / d, p.g.dy / d, p.g.dz / d},
                             stiffness.axial,
                             stiffness.across,
-                            law.parameters().gamma + network.implicit_gamma(p)});
+                            law.gamma + network.implicit_gamma(p)});
     if (volume) {
-      linear.openings.push_back(volume->opening_of(p));
+      linear.openings.push_back(p.is_bond ? volume->opening_of(p) : 0.0);
       inv_deq.push_back(p.inv_deq);
     }
 

@@ -58,12 +58,12 @@ namespace {
   bool may_be_unstable(const PairNetwork &network, const Atom *atom, double dt, int nreact,
                        Exchange &exchange, const std::vector<double> &inverse_mass)
   {
-    const PairList &list = network.packed_pairs();
+    const PairLists &list = network.packed_pairs();
     std::vector<double> sums((size_t) list.nall, 0.0);
     for_each_pair(list, scene::rows(atom->x), [&](const PlacedPair &p) {
-      if (p.is_beyond()) return;
+      if (p.is_past_cutoff()) return;
       const auto stiffness = StableTimesteps::stiffness_of(network, p);
-      const double gamma = network.law_of(p).parameters().gamma;
+      const double gamma = network.law_of(p).gamma;
       const double value = dt * (dt * (stiffness.axial + stiffness.across) + 2.0 * gamma);
       sums[p.i] += value;
       if (p.j < nreact) sums[p.j] += value;
@@ -99,13 +99,13 @@ std::vector<double> TimestepCheck::describe(const std::vector<double> &inverse_m
   const Fix *const implicit = scene::find_fix(modify, "nve/evp");
   std::vector<double> values = {update->dt,
                                 (double) network.source.version(),
-                                (double) network.rules.flows,
+                                (double) network.rules.plastic,
                                 (double) (implicit ? implicit->groupbit : 0),
                                 sums[0],
                                 sums[1]};
   for (const int index : coefficients.laws_in_use())
     for (const Member &member : MEMBERS)
-      values.push_back(coefficients.law(index).parameters().*member.value);
+      values.push_back(coefficients.law(index).row.*member.value);
   return values;
 }
 

@@ -24,7 +24,7 @@ std::shared_ptr<VolumeForces> VolumeForces::find(const Modify *modify)
   return forces && forces->acts() ? forces : nullptr;
 }
 
-void VolumeForces::pack(const PairList &list, const BondStore &store,
+void VolumeForces::pack(const PairList &bonds, const BondStore &store,
                         const Coefficients &coefficients, bool collective)
 {
   if (collective && store.version() != version) {
@@ -32,8 +32,8 @@ void VolumeForces::pack(const PairList &list, const BondStore &store,
     if (!on_all(are_of(store), world)) take_records(store, coefficients);
     version = store.version();
   }
-  energies.pack(list, [&](int i, const PackedPair &pair) {
-    return coefficients.law(pair.law).parameters().alpha * (atom->radius[i] + atom->radius[pair.j]);
+  energies.pack(bonds, [&](int i, const PackedPair &pair) {
+    return coefficients.law(pair.law).row.alpha * (atom->radius[i] + atom->radius[pair.j]);
   });
 }
 
@@ -83,15 +83,15 @@ void VolumeForces::take_records(const BondStore &store, const Coefficients &coef
   records.swap(taken);
 }
 
-void VolumeForces::evaluate(const PairList &list, const ParticleView &view)
+void VolumeForces::evaluate(const PairLists &lists, const ParticleView &view)
 {
-  sums.assign(list.nall, 0.0);
-  if (!list.rows.empty()) energies.add_strains(list, view, sums.data());
+  sums.assign(lists.nall, 0.0);
+  if (lists.bonds.size() > 0) energies.add_strains(lists.bonds, view, sums.data());
   exchange.to_owners(sums);
 
-  pulls.resize(list.nall);
+  pulls.resize(lists.nall);
   energy_here = 0.0;
-  for (int i = 0; i < list.nlocal; i++) {
+  for (int i = 0; i < lists.nlocal; i++) {
     const double weight_sum = records[i].weight_sum, stiffness = kv_of(i);
     const double theta = VolumeEnergy::strain(sums[i], weight_sum);
     records[i].strain = theta;

@@ -64,18 +64,15 @@ class VolumeForces : protected Pointers {
   // what the pairs call
 
   /// Takes the weights of a list that was just packed; where all MPI ranks do, of new bonds too.
-  void pack(const PairList &, const BondStore &, const Coefficients &, bool collective);
-
-  /// Packed pair k is no bond any more; its weight stays in W.
-  void drop(size_t k) { energies.drop(k); }
+  void pack(const PairList &bonds, const BondStore &, const Coefficients &, bool collective);
 
   /// Collective. Strains and energies at the present positions.
-  void evaluate(const PairList &, const ParticleView &);
+  void evaluate(const PairLists &, const ParticleView &);
 
-  /// For the force loop, after evaluate().
-  VolumeEnergy::Forces forces(const PairList &list) const
+  /// After evaluate(), see VolumeEnergy.
+  template <class Tally> void add_forces(const PairLists &lists, const ParticleView &view, Tally &&tally) const
   {
-    return energies.forces(list, pulls.data());
+    energies.add_forces(lists.bonds, view, pulls.data(), tally);
   }
 
   // what others read, as of the last evaluate()
