@@ -41,7 +41,7 @@ inline Row parse_row(const std::vector<std::string> &words)
   if ((row.spacing > 0.0) != (row.coordination > 0.0))
     throw BadInput("spacing and coordination are given together or not at all: both say which "
                    "bodies the row holds for");
-  (void) Law(row);
+  (void) PairLaw(row);
   return row;
 }
 

@@ -21,7 +21,7 @@ class AtomBodies {
   }
 
   /// Are two atoms of two bodies? One without a molecule, which has the ID 0, is of none.
-  bool apart(int i, int j) const
+  bool in_different_bodies(int i, int j) const
   {
     if (molecule) return molecule[i] != molecule[j] || molecule[i] == 0;
     return type && type[i] != type[j];
