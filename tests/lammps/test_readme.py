@@ -83,7 +83,7 @@ def test_first_paragraph_says_that_the_law_is_reversible_and_what_makes_flow_sta
     paragraph = README.split("\n\n")[1].replace("\n", " ")
     second, third = re.split(r"(?<=\.) (?=[A-Z])", paragraph)[1:3]
     assert "reversible" in second and "permanent strain" in second and "non-linear elastic" in second
-    assert "`unload elastic`" in third and "stay" in third
+    assert "`plasticity isotropic`" in third and "stay" in third
 
 
 def test_first_screen():
