@@ -266,4 +266,4 @@ def test_columns_of_the_state(tmp_path, deck, choices):
     assert list(state.columns) == first + (names if choices else [f"c_pairs[{k}]" for k in range(1, 5)])
     if choices:
         assert np.abs(state["volume_strain"]).max() > 0.0 and state["bonds"].sum() == 2 * 2975
-        assert ("unload" in choices) == (state["plastic_work"].max() > 0.0) == (state["plastic_strain"].max() > 0.0)
+        assert ("plasticity" in choices) == (state["plastic_work"].max() > 0.0) == (state["plastic_strain"].max() > 0.0)
