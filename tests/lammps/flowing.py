@@ -19,6 +19,7 @@ class Pairs(NamedTuple):
 
     deq: dict
     offset: dict  # q [length]
+    k: dict
     work: dict
     broken: dict
 
@@ -58,7 +59,7 @@ thermo_modify norm no format float %.17g
 
 def read_pairs(path):
     lines = [line.split() for line in path.read_text(encoding="utf-8").splitlines()[1:]]
-    keys = [(int(words[0]), int(words[1]), words[5] == "2") for words in lines]
+    keys = [(int(words[0]), int(words[1]), words[6] == "2") for words in lines]
     columns = np.array([words[2:] for words in lines], dtype=float).T
     found = Pairs(*(dict(zip(keys, column)) for column in columns))
     assert len(found.deq) == len(lines), "a pair is there twice"

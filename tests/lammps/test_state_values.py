@@ -121,7 +121,7 @@ def test_a_uniform_plastic_strain_is_found_exactly(lmp, tmp_path, periodic, rank
     n, strain = len(periodic.x), np.array([[0.010, 0.002, 0.0], [0.002, -0.003, 0.004], [0.0, 0.004, -0.005]])
     i, j, deq, r = bonds_of(periodic, periodic.x, periodic.cell)
     q = np.einsum("ka,ab,kb->k", r, strain, r) / deq
-    lines = [f"{a + 1} {b + 1} {x:.17g} {y:.17g} 0 0\n" for a, b, x, y in zip(i, j, deq, q)]
+    lines = [f"{a + 1} {b + 1} {x:.17g} {y:.17g} 0 0 0\n" for a, b, x, y in zip(i, j, deq, q)]
     (tmp_path / "body.bonds").write_text(f"# EVP bonds COUNT: {len(lines)} UNITS: si\n" + "".join(lines))
     run = lmp(head(newton, "p p p") + elastic(fix="fix bonds all evp/bonds file body.bonds") + "fix hold all nve/noforce\n" + STATE
               + "group few id <= 20\ncompute few few evp/state/atom plastic_strain\n"
