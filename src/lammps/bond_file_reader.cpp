@@ -42,8 +42,7 @@ namespace {
              "written";
     if (line.has_changed() && !rules.has_history())
       return "it has flowed or broken: use pair_style evp/lj with 'unload elastic' or 'break', as "
-             "when "
-             "the file was written";
+             "when the file was written";
     const bool are_one_body = within == Within::ALL ||
         (within == Within::TYPE && a.type == b.type) ||
         (within == Within::MOLECULE && a.molecule == b.molecule && a.molecule != 0.0);
