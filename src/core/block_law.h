@@ -2,8 +2,8 @@
 #pragma once
 
 #include "core/law.h"
-#include "core/levels.h"
 #include "core/pair_list.h"
+#include "core/simd.h"
 
 #include <vector>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
-#include "core/bytes.h"
+#include "core/simd.h"
 
 #include <algorithm>
 #include <cstddef>

@@ -44,10 +44,10 @@ namespace {
       for (const std::string &word : words) line += (line.empty() ? "" : " ") + word;
       throw BadInput("expected 'variable NAME index VALUE', got '" + shown(line) + "'");
     }
-    const MeasureMember *const member = find_member(MEASURES, words[1]);
+    const MeasureMember *const member = find_entry(MEASURES, words[1]);
     if (!member)
       throw BadInput("unknown dimension '" + shown(words[1]) + "': a body may have " +
-                     keys_of(MEASURES, ", "));
+                     keys_of(MEASURES, std::end(MEASURES), ", "));
     const double value = parse_number(member->key, words[3]);
     if (!(value > 0.0))
       throw BadInput(std::string(member->key) + " must be positive, got " + shown(words[3]));

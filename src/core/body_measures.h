@@ -4,7 +4,7 @@
 // `variable NAME index VALUE` in SI units, which are a LAMMPS script too, but are read here as data.
 #pragma once
 
-#include "core/members.h"
+#include "core/row.h"
 #include "core/text.h"
 
 #include <array>

@@ -2,8 +2,7 @@
 #pragma once
 
 #include "core/bodies.h"
-#include "core/bytes.h"
-#include "core/levels.h"
+#include "core/simd.h"
 
 #include <cstddef>
 #include <vector>

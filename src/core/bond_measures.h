@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
-#include "core/bytes.h"
-#include "core/row_keywords.h"
+#include "core/row.h"
+#include "core/simd.h"
 #include "core/text.h"
 
 #include <algorithm>
@@ -48,27 +48,24 @@ class BondMeasures {
                    });
   }
 
-  /// For restart files: number of types, the measures, checksum.
+  /// For restart files: number of types and the measures.
   std::vector<double> words() const
   {
     std::vector<double> words = {(double) ntypes};
     for (const BondMeasure &measure : values)
       words.insert(words.end(), {measure.spacing, measure.coordination});
-    words.push_back(checksum(words.data(), (int) words.size()));
     return words;
   }
 
-  /// Takes the words of a body of that many types; false where they are damaged or of another number.
+  /// Takes words(), empty or of a body of that many types; false if they are of another number.
   bool take(const double *words, int ntypes_in)
   {
-    BondMeasures taken(ntypes_in);
-    const size_t n = 1 + 2 * taken.values.size();
-    if (words[0] != (double) ntypes_in || words[n] != checksum(words, (int) n)) return false;
-    for (BondMeasure &measure : taken.values) {
+    if (words[0] != 0.0 && words[0] != ntypes_in) return false;
+    *this = BondMeasures((int) words[0]);
+    for (BondMeasure &measure : values) {
       measure = {words[1], words[2]};
       words += 2;
     }
-    *this = taken;
     return true;
   }
 
@@ -171,7 +168,7 @@ struct Factors {
 /// whatever the body. An isotropic body has E = m n e1 (Nb/V)/6 with Nb/V ~ z/s^3; its over-stress at a
 /// rate is gamma s^2 (Nb/V)/6; its bulk modulus gains kv N/V ~ kv/s^3. Throws BadInput where a factor
 /// has no value in double precision.
-inline Factors factors_of(const RowKeywords &row, const BondMeasure &body)
+inline Factors factors_of(const Row &row, const BondMeasure &body)
 {
   const double stretch = body.spacing / row.spacing, share = row.coordination / body.coordination;
   const double cubed = stretch * stretch * stretch;

@@ -2,9 +2,9 @@
 #pragma once
 
 #include "core/bond_measures.h"
-#include "core/bytes.h"
 #include "core/pair_list.h"
-#include "core/within.h"
+#include "core/pair_rules.h"
+#include "core/simd.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -95,7 +95,7 @@ class BondStore {
   bool has_flowed() const
   {
     return has_any([](const PairHistory &history) {
-      return history.offset != 0.0;
+      return history.q != 0.0;
     });
   }
 
@@ -291,6 +291,16 @@ class BondStore {
     }
     return (int) (at - buf);
   }
+  /// Do the counts among the words of an atom make n words?
+  bool fits(const double *words, size_t n) const
+  {
+    const size_t bonds = n > 1 ? (size_t) bits_as<uint64_t>(words[1]) : n;
+    if (bonds >= n) return false;
+    const size_t size = 2 + (with_history ? 2 + PairHistory::WORDS : 2) * bonds;
+    if (!with_history || size >= n) return !with_history && size == n;
+    const size_t contacts = (size_t) bits_as<uint64_t>(words[size]);
+    return contacts < n && size + 1 + (1 + PairHistory::WORDS) * contacts == n;
+  }
   int unpack(int i, const double *buf)
   {
     const double *at = buf;
@@ -311,9 +321,7 @@ class BondStore {
         contact.partner = bits_as<int64_t>(*at++);
         at = take(at, contact.history);
       }
-    } else if (!std::is_sorted(bonds[i].begin(), bonds[i].end(),
-                               precedes))    // early restart files
-      std::sort(bonds[i].begin(), bonds[i].end(), precedes);
+    }
     need_room((int) words_of(i));
     return (int) (at - buf);
   }

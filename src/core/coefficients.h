@@ -3,8 +3,7 @@
 
 #include "core/block_law.h"
 #include "core/bond_measures.h"
-#include "core/bytes.h"
-#include "core/row_keywords.h"
+#include "core/simd.h"
 
 #include <algorithm>
 #include <array>
@@ -31,17 +30,11 @@ class Coefficients {
       for (int i = 0; i < n; i++) tables[k][i] = &values[((size_t) k * n + i) * n];
     }
     laws.assign((size_t) 2 * n * n, Law());
-    given_keywords.clear();
   }
 
   void set(int i, int j, const Row &row)
   {
     for (int k = 0; k < NMEMBERS; k++) tables[k][i][j] = tables[k][j][i] = row.*MEMBERS[k].value;
-  }
-  void set(int i, int j, const GivenRow &given)
-  {
-    set(i, j, given.row);
-    set(i, j, given.keywords);
   }
 
   /// As pair_coeff or fix adapt wrote it; fix adapt writes for i <= j only.
@@ -53,39 +46,21 @@ class Coefficients {
     return row;
   }
 
-  /// Its keywords; row and keywords.
-  RowKeywords keywords(int i, int j) const
-  {
-    return given_keywords.empty() ? RowKeywords{}
-                                  : given_keywords[index(std::min(i, j), std::max(i, j))];
-  }
-  GivenRow given(int i, int j) const { return {row(i, j), keywords(i, j)}; }
-
-  /// The [type][type] table of a member for fix adapt to write into, nullptr if there is none of
+  /// The [type][type] table of a required member for fix adapt to write into, nullptr if there is none of
   /// this name.
   double **table(const std::string &key)
   {
-    const Member *const member = find_member(MEMBERS, key);
-    return member ? tables[member - MEMBERS].data() : nullptr;
+    const Member *const member = find_entry(MEMBERS, key);
+    return member && member < MEMBERS + NREQUIRED ? tables[member - MEMBERS].data() : nullptr;
   }
 
   // the body that laws are made for
 
   /// Does any row name the bodies that it holds for?
-  bool any_scaled() const
-  {
-    return std::any_of(given_keywords.begin(), given_keywords.end(), [](const RowKeywords &given) {
-      return given.is_scaled();
-    });
-  }
+  bool any_scaled() const { return any("spacing"); }
 
   /// Does any row name the density of its solid?
-  bool any_density() const
-  {
-    return std::any_of(given_keywords.begin(), given_keywords.end(), [](const RowKeywords &given) {
-      return given.density > 0.0;
-    });
-  }
+  bool any_density() const { return any("density"); }
 
   /// Takes the measures of the bonds, empty ones where there are none. True where they differ from those
   /// that laws were made with: the laws of all pairs of types must be made anew.
@@ -108,7 +83,7 @@ class Coefficients {
   /// geometric mean of the factors of its like types, or of the one that has factors; throws BadInput.
   Scaling scaling(int i, int j) const
   {
-    if (given_keywords.empty() || measures.empty() || !keywords(i, j).is_scaled()) return {};
+    if (measures.empty() || !row(i, j).is_scaled()) return {};
     const Scaling own = own_scaling(i, j);
     if (i == j || own.source == Source::OWN_BONDS) return own;
     const Scaling a = own_scaling(i, i), b = own_scaling(j, j);
@@ -121,7 +96,7 @@ class Coefficients {
   /// KV of the atoms of a type in the body [energy]; throws BadInput.
   double kv(int type) const
   {
-    const double given = keywords(type, type).kv;
+    const double given = row(type, type).kv;
     if (given == 0.0) return 0.0;
     const double kv = given * scaling(type, type).factors.kv;
     if (!(kv <= HIGHEST_KV))
@@ -189,33 +164,28 @@ class Coefficients {
   /// Indices of the laws that pairs can have, since choose_block_law().
   const std::vector<int> &laws_in_use() const { return used; }
 
-  double memory_usage() const
-  {
-    return bytes_of(values, laws, given_keywords, used, block.constants);
-  }
+  double memory_usage() const { return bytes_of(values, laws, used, block.constants); }
 
  private:
   int n = 0;                                             // atom types and one more
   std::vector<double> values;                            // of all members
   std::array<std::vector<double *>, NMEMBERS> tables;    // [type][type] of each
-  std::vector<RowKeywords> given_keywords;               // of i <= j; empty where no row has any
   BondMeasures measures;                                 // of the body
   std::vector<Law> laws;                                 // of all pairs of types, then their twins
   std::vector<int> used;                                 // indices of the laws that pairs can have
   BlockLaw block;
 
-  void set(int i, int j, const RowKeywords &given)
+  bool any(const char *key) const
   {
-    if (given_keywords.empty()) {
-      if (!has_any(given)) return;
-      given_keywords.assign((size_t) n * n, RowKeywords{});
-    }
-    given_keywords[index(std::min(i, j), std::max(i, j))] = given;
+    const auto first = values.begin() + (find_entry(MEMBERS, key) - MEMBERS) * n * n;
+    return std::any_of(first, first + n * n, [](double value) {
+      return value > 0.0;
+    });
   }
 
   Scaling own_scaling(int i, int j) const
   {
-    const RowKeywords given = keywords(i, j);
+    const Row given = row(i, j);
     const BondMeasure body = measures.of(i, j);
     if (!given.is_scaled() || body.spacing == 0.0) return {};
     return {Source::OWN_BONDS, factors_of(given, body)};

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
-#include "core/bytes.h"
 #include "core/pair_list.h"
+#include "core/simd.h"
 
 #include <algorithm>
 #include <cmath>

@@ -38,7 +38,7 @@ class Law {
   explicit Law(const Row &row_in) :
       row(row_in), first(row_in.e1, row_in.m1, row_in.n1), second(row_in.e2, row_in.m2, row_in.n2)
   {
-    for (const Member &member : MEMBERS) member.check(row, &member);
+    check_members(row);
     stretched = threshold(row.xi_s);
     compressed = threshold(-row.xi_s);
     loop = {row.xi_s,          row.gamma,          first.constants(), second.constants(),

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
-#include "core/bytes.h"
+#include "core/simd.h"
 
 #include <algorithm>
 #include <climits>
@@ -42,16 +42,17 @@ struct PairGeometry {
 
 /// What changes with a pair.
 struct PairHistory {
-  double offset;    ///< q/deq of flow that stays
+  double q;         ///< offset/deq of flow that stays
+  double k;         ///< accumulated plastic strain
   double work;      ///< dissipated by flow so far [energy]
   double broken;    ///< 1 once a bond has broken for good, else 0
 
   /// As so many doubles it migrates, and is in restart files.
-  static constexpr int WORDS = 3;
+  static constexpr int WORDS = 4;
 
   friend bool operator==(const PairHistory &a, const PairHistory &b)
   {
-    return a.offset == b.offset && a.work == b.work && a.broken == b.broken;
+    return a.q == b.q && a.k == b.k && a.work == b.work && a.broken == b.broken;
   }
 };
 static_assert(sizeof(PairHistory) == PairHistory::WORDS * sizeof(double), "doubles only");
@@ -146,7 +147,7 @@ class PackedPairs {
 
     void take_history(size_t k, const PairHistory &history) const
     {
-      offset[k] = history.offset;
+      offset[k] = history.q;
       work[k] = history.work;
     }
   };
@@ -185,13 +186,13 @@ class PackedPairs {
   /// With flow only.
   void take_history(size_t k, const PairHistory &history)
   {
-    offset[k] = history.offset;
+    offset[k] = history.q;
     work[k] = history.work;
   }
 
   PairHistory history_of(size_t k) const
   {
-    return {flows ? offset[k] : 0.0, flows ? work[k] : 0.0,
+    return {flows ? offset[k] : 0.0, 0.0, flows ? work[k] : 0.0,
             slot[k] < PackedPair::NO_SLOT ? 1.0 : 0.0};
   }
 

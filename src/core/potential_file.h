@@ -2,7 +2,6 @@
 #pragma once
 
 #include "core/law.h"
-#include "core/row_keywords.h"
 
 #include <algorithm>
 #include <array>
@@ -15,51 +14,46 @@
 
 namespace EVP {
 
-/// The numbers of a row and its keywords, checked; throws BadInput.
-inline GivenRow parse_row(const std::vector<std::string> &words)
+/// The numbers and keywords of a row, checked; throws BadInput.
+inline Row parse_row(const std::vector<std::string> &words)
 {
-  const bool has_keywords = words.size() > NMEMBERS && !looks_like_number(words[NMEMBERS]);
-  if (words.size() < NMEMBERS || (words.size() > NMEMBERS && !has_keywords))
-    throw BadInput("expected " + std::to_string(NMEMBERS) + " values, got " +
+  const bool has_keywords = words.size() > NREQUIRED && !looks_like_number(words[NREQUIRED]);
+  if (words.size() < NREQUIRED || (words.size() > NREQUIRED && !has_keywords))
+    throw BadInput("expected " + std::to_string(NREQUIRED) + " values, got " +
                    std::to_string(words.size()) + " (a row has " + row_keys() + ")");
-  GivenRow given{};
-  for (int k = 0; k < NMEMBERS; k++)
-    given.row.*MEMBERS[k].value = parse_number(MEMBERS[k].key, words[k]);
-  given.row = Law(given.row).parameters();
+  Row row{};
+  for (int k = 0; k < NREQUIRED; k++)
+    row.*MEMBERS[k].value = parse_number(MEMBERS[k].key, words[k]);
 
-  std::array<bool, NKEYWORDS> taken{};
-  for (size_t at = NMEMBERS; at < words.size(); at += 2) {
-    const KeywordMember *const member = find_member(KEYWORDS, words[at]);
-    if (!member)
+  std::array<bool, NMEMBERS> taken{};
+  for (size_t at = NREQUIRED; at < words.size(); at += 2) {
+    const Member *const member = find_entry(MEMBERS, words[at]);
+    if (!member || member < MEMBERS + NREQUIRED)
       throw BadInput("unknown keyword '" + shown(words[at]) + "' of a row: after its " +
-                     std::to_string(NMEMBERS) + " values it may have " + row_keywords());
+                     std::to_string(NREQUIRED) + " values it may have " + row_keywords());
     const std::string key = member->key;
     if (at + 1 == words.size()) throw BadInput("keyword " + key + " needs a value");
-    if (std::exchange(taken[member - KEYWORDS], true))
+    if (std::exchange(taken[member - MEMBERS], true))
       throw BadInput("keyword " + key + " is given twice");
-    const double value = parse_number(key, words[at + 1]);
-    if (!member->holds(value))
-      throw BadInput(key + " " + member->rule + ", got " + shown(words[at + 1]));
-    given.keywords.*member->value = value;
+    row.*member->value = parse_number(key, words[at + 1]);
+    member->check(row, member);    // 0 may be what stands for a keyword that is not given
   }
-  if ((given.keywords.spacing > 0.0) != (given.keywords.coordination > 0.0))
+  if ((row.spacing > 0.0) != (row.coordination > 0.0))
     throw BadInput("spacing and coordination are given together or not at all: both say which "
                    "bodies the row holds for");
-  return given;
+  (void) Law(row);
+  return row;
 }
 
-/// The words that parse_row() reads: of a plain row its very bits, else numbers as short as they can be.
-inline std::string row_text(const GivenRow &given)
+/// The words that parse_row() reads, each number as short as reads back to the same bits.
+inline std::string row_text(const Row &row)
 {
-  const bool is_plain = !has_any(given.keywords);
   std::string text;
-  for (const Member &member : MEMBERS) {
-    const double value = given.row.*member.value;
-    text += (text.empty() ? "" : " ") + (is_plain ? rounded(value, 17) : shortest_text(value));
-  }
-  for (const KeywordMember &member : KEYWORDS)
-    if (const double value = given.keywords.*member.value; value != 0.0)
-      text += std::string(" ") + member.key + " " + shortest_text(value);
+  for (const Member &member : MEMBERS)
+    if (is_given(row, member)) {
+      if (&member >= MEMBERS + NREQUIRED) text += std::string(" ") + member.key;
+      text += (text.empty() ? "" : " ") + shortest_text(row.*member.value);
+    }
   return text;
 }
 
@@ -81,8 +75,8 @@ find_file_and_row(const std::vector<std::string> &words)
   if (words.empty() || is_number(words[0])) return std::nullopt;
   if (words.size() == 1) return split_file_and_row(words[0]);
   if (words.size() == 2) return std::array{words[0], words[1]};
-  if (words.size() != NMEMBERS && !looks_like_number(words[0]))
-    throw BadInput("expected the " + std::to_string(NMEMBERS) + " numbers " + row_keys() +
+  if (words.size() != NREQUIRED && !looks_like_number(words[0]))
+    throw BadInput("expected the " + std::to_string(NREQUIRED) + " numbers " + row_keys() +
                    " and keywords, or FILE ROW or FILE:ROW without further arguments, got " +
                    std::to_string(words.size()) + " words, the first '" + shown(words[0]) + "'");
   return std::nullopt;
@@ -94,9 +88,8 @@ find_file_and_row(const std::vector<std::string> &words)
 /// comment is `NAME`, the nine numbers and keywords. All lines are checked, so that a damaged file is
 /// noticed whichever row is asked for. file is for messages, units the unit style in force. is_last: whether the row
 /// stands in a last line without a line end, whose last number is incomplete if the file was cut there.
-inline GivenRow row_from_text(const std::string &text, const std::string &file,
-                              const std::string &name, const std::string &units,
-                              bool *is_last = nullptr)
+inline Row row_from_text(const std::string &text, const std::string &file, const std::string &name,
+                         const std::string &units, bool *is_last = nullptr)
 {
   demand_plain_text(text, file);
   std::istringstream in(text);
@@ -115,7 +108,7 @@ inline GivenRow row_from_text(const std::string &text, const std::string &file,
                      "' is in force: convert the file or change the units command");
   }
 
-  GivenRow found{};
+  Row found{};
   bool is_found = false;
   constexpr int MOST_NAMED = 20;
   int rows = 0;
@@ -125,7 +118,7 @@ inline GivenRow row_from_text(const std::string &text, const std::string &file,
     const std::string row_name = words.front();
     words.erase(words.begin());
     try {
-      const GivenRow row = parse_row(words);
+      const Row row = parse_row(words);
       if (row_name == name) {
         if (is_found) throw BadInput("row '" + shown(name) + "' is given twice");
         found = row;

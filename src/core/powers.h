@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
-#include "core/levels.h"
+#include "core/simd.h"
 
 #include <cmath>
 

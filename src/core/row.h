@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
-#include "core/members.h"
 #include "core/text.h"
 
 #include <algorithm>
@@ -10,21 +9,32 @@
 
 namespace EVP {
 
-/// The coefficients of a pair of types (Tables 1 and 2). What a row may have beside them: row_keywords.h.
+/// The coefficients of a pair of types (Tables 1 and 2), and what a row may go on with, by keyword.
 struct Row {
   double e1, m1, n1;    ///< first regime: potential depth [energy], exponents m1 > n1 > 0
   double e2, m2, n2;    ///< second regime
   double xi_s;          ///< strain of a pair where the regimes meet, 0 < xi_s < 1
   double gamma;         ///< damping of eq. 4 [force/velocity]
   double alpha;         ///< dlim = alpha (R_i + R_j), alpha > 1
+
+  double spacing = 0.0,
+         coordination = 0.0;    ///< of the bodies that it holds for: core/bond_measures.h
+  double kv = 0.0;              ///< of fix evp/volume [energy]
+  double density = 0.0;         ///< of the solid [mass/volume]
+  double saturation = 0.0;      ///< K_S of Voce hardening; 0: hardening does not saturate
+
+  /// Does the row name the bodies that it holds for? Both or none: parse_row() sees to that.
+  bool is_scaled() const { return spacing > 0.0; }
 };
 
 /// m - n must be at least this, and this share of m: the force is a difference of s^m and s^n, which
 /// round-off then changes by less than 1e-8 of itself at a strain of 1e-3.
 constexpr double EXPONENTS_APART = 1e-4;
 
+constexpr double HIGHEST_KV = 1.0e100;    // whose squares and forces are finite
+
 struct Member {
-  const char *key;    ///< in messages, and for fix adapt
+  const char *key;    ///< in rows, messages, and for fix adapt
   double Row::*value;
   void (*check)(const Row &row, const Member *self);    ///< throws BadInput
 };
@@ -71,26 +81,85 @@ namespace rule {
     demand(row.*self->value > 1.0, row, self, "must be greater than 1" + what);
     demand(row.*self->value <= 100.0, row, self, "must not exceed 100" + what);
   }
+  inline void positive(const Row &row, const Member *self)
+  {
+    demand(row.*self->value > 0.0, row, self, "must be positive");
+  }
+  inline void volume_stiffness(const Row &row, const Member *self)
+  {
+    demand(row.*self->value >= 0.0 && row.*self->value <= HIGHEST_KV, row, self,
+           "must lie between 0 and 1e100 (an energy per atom, for fix evp/volume row)");
+  }
 }    // namespace rule
 
-/// All members, an m in front of its n, in the order of the paper's tables, which is that of files and commands.
-constexpr Member MEMBERS[] = {
-    {"e1", &Row::e1, rule::not_negative},     {"m1", &Row::m1, rule::larger_exponent},
-    {"n1", &Row::n1, rule::smaller_exponent}, {"e2", &Row::e2, rule::not_negative},
-    {"m2", &Row::m2, rule::larger_exponent},  {"n2", &Row::n2, rule::smaller_exponent},
-    {"xi_s", &Row::xi_s, rule::strain},       {"gamma", &Row::gamma, rule::not_negative},
-    {"alpha", &Row::alpha, rule::reach}};
+/// All members, an m in front of its n, in the order of the paper's tables, which is that of files and commands; then
+/// those that a keyword gives, with the default of Row where it does not.
+constexpr Member MEMBERS[] = {{"e1", &Row::e1, rule::not_negative},
+                              {"m1", &Row::m1, rule::larger_exponent},
+                              {"n1", &Row::n1, rule::smaller_exponent},
+                              {"e2", &Row::e2, rule::not_negative},
+                              {"m2", &Row::m2, rule::larger_exponent},
+                              {"n2", &Row::n2, rule::smaller_exponent},
+                              {"xi_s", &Row::xi_s, rule::strain},
+                              {"gamma", &Row::gamma, rule::not_negative},
+                              {"alpha", &Row::alpha, rule::reach},
+                              {"spacing", &Row::spacing, rule::positive},
+                              {"coordination", &Row::coordination, rule::positive},
+                              {"kv", &Row::kv, rule::volume_stiffness},
+                              {"density", &Row::density, rule::positive},
+                              {"saturation", &Row::saturation, rule::positive}};
 constexpr int NMEMBERS = (int) std::size(MEMBERS);
+constexpr int NREQUIRED = 9;    // those in front, without a keyword
+
+/// Is the member required, or another than its default?
+inline bool is_given(const Row &row, const Member &member)
+{
+  return &member < MEMBERS + NREQUIRED || row.*member.value != Row{}.*member.value;
+}
+
+/// Throws BadInput where a member breaks its rule.
+inline void check_members(const Row &row)
+{
+  for (const Member &member : MEMBERS)
+    if (is_given(row, member)) member.check(row, &member);
+}
 
 inline bool operator==(const Row &a, const Row &b)
 {
-  return are_same(MEMBERS, a, b);
+  return std::all_of(std::begin(MEMBERS), std::end(MEMBERS), [&](const Member &member) {
+    return a.*member.value == b.*member.value;
+  });
+}
+
+/// The entry of a table with that key, nullptr if there is none.
+template <class Entry, size_t N>
+const Entry *find_entry(const Entry (&table)[N], const std::string &key)
+{
+  const Entry *const found = std::find_if(table, table + N, [&](const Entry &entry) {
+    return key == entry.key;
+  });
+  return found == table + N ? nullptr : found;
+}
+
+/// The keys of some entries of a table, for messages.
+template <class Entry>
+std::string keys_of(const Entry *first, const Entry *last, const char *between)
+{
+  std::string keys;
+  for (; first != last; first++) keys += (keys.empty() ? "" : between) + std::string(first->key);
+  return keys;
 }
 
 /// "e1 m1 ... alpha", for messages.
 inline std::string row_keys()
 {
-  return keys_of(MEMBERS, " ");
+  return keys_of(MEMBERS, MEMBERS + NREQUIRED, " ");
+}
+
+/// "spacing, coordination, ...", for messages.
+inline std::string row_keywords()
+{
+  return keys_of(MEMBERS + NREQUIRED, std::end(MEMBERS), ", ");
 }
 
 }    // namespace EVP

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
-#include "core/levels.h"
 #include "core/powers.h"
+#include "core/simd.h"
 
 #include <algorithm>
 #include <cmath>

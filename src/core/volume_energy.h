@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
-#include "core/bytes.h"
 #include "core/force_loop.h"
-#include "core/levels.h"
 #include "core/pair_list.h"
+#include "core/simd.h"
 
 #include <algorithm>
 #include <cmath>

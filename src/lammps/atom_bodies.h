@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/ghost_exchange.h"
-#include "core/within.h"
+#include "core/pair_rules.h"
 #include "lammps_names.h"
 
 #include "atom.h"

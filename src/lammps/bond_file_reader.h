@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/bond_store.h"
+#include "core/pair_rules.h"
 #include "lammps_names.h"
 
 #include <string>
@@ -14,11 +15,11 @@ namespace EVP {
 /// and of contacts, to be taken by the store after the bonds.
 ///
 /// Throws BadInput, the same on all ranks, if the file cannot be read, is in other units, names an atom
-/// that does not exist or is not in the group, or holds more bonds than it admits with
-/// deq > alpha (R_i + R_j) of the network, or a bond between two bodies. No two atoms may have the same ID.
+/// that does not exist or is not in the group, a history that the rules would forget, or a bond between two bodies.
+/// No two atoms may have the same ID.
 /// within: which atoms are one body, if that is given; else what the file says of it is put there.
 std::vector<BondStore::Bonds> read_bond_file(const LAMMPS *, const std::string &name, int groupbit,
-                                             const class PairNetwork *, Within &within,
+                                             const PairRules &, Within &within,
                                              std::vector<HistoryOfPair> &histories);
 
 }    // namespace EVP

@@ -95,7 +95,7 @@ void BondRecording::take_zone(const NeighList *list, double zone, const PairNetw
 void BondRecording::take_file(const std::string &file, const PairNetwork *network)
 {
   source = "from file " + file;
-  made = read_bond_file(lmp, file, fix->groupbit, network, within, histories);
+  made = read_bond_file(lmp, file, fix->groupbit, network->rules, within, histories);
   const std::string contact = find_contact_twice(file);
   throw_together(contact.empty() ? find_bond_twice(file) : contact, world);
 }

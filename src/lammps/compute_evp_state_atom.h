@@ -2,7 +2,7 @@
 #pragma once
 
 #include "compute.h"
-#include "core/bytes.h"
+#include "core/simd.h"
 #include "nodal_exchange.h"
 #include "pair_network.h"
 

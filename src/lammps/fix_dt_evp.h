@@ -2,7 +2,7 @@
 #pragma once
 
 #include "compute_evp_dt.h"
-#include "core/bytes.h"
+#include "core/simd.h"
 #include "fix.h"
 #include "nodal_exchange.h"
 #include "pair_network.h"

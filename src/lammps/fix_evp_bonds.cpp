@@ -6,8 +6,6 @@
 #include "atom_directory.h"
 #include "bond_recording.h"
 #include "collective.h"
-#include "core/bond_section.h"
-#include "core/bytes.h"
 #include "keywords.h"
 #include "missing_bonds.h"
 #include "scene.h"
@@ -22,6 +20,8 @@
 using namespace LAMMPS_NS;
 using EVP::BondStore;
 using EVP::Within;
+
+static constexpr double RESTART_FORMAT = 2002;    // first word of our section in restart files
 
 // fix ID group evp/bonds [zone Z | file FILE] [within type|molecule]
 FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
@@ -322,14 +322,15 @@ int FixEVPBonds::unpack(int i, const double *buf)
 void FixEVPBonds::write_restart(FILE *fp)
 {
   return_histories();
-  const EVP::BondSection section = {zone,
-                                    bonds->has_recorded(),
-                                    bonds->count(),
-                                    bonds->highest_id(),
-                                    bonds->has_history(),
-                                    bonds->within(),
-                                    bonds->measures()};
-  const std::vector<double> words = section.words();
+  std::vector<double> words = {RESTART_FORMAT,
+                               zone,
+                               (double) bonds->has_recorded(),
+                               (double) bonds->count(),
+                               (double) bonds->highest_id(),
+                               (double) bonds->has_history(),
+                               (double) (int) bonds->within()};
+  const std::vector<double> measures = bonds->measures().words();
+  words.insert(words.end(), measures.begin(), measures.end());
   const int size = (int) (words.size() * sizeof(double));
   if (comm->me == 0) {
     fwrite(&size, sizeof(int), 1, fp);
@@ -339,27 +340,29 @@ void FixEVPBonds::write_restart(FILE *fp)
 
 void FixEVPBonds::restart(char *buf)
 {
-  EVP::BondSection section;
-  if (!section.take(buf, atom->ntypes))
+  const auto *words = reinterpret_cast<const double *>(buf);
+  EVP::BondMeasures measures;
+  if (words[0] != RESTART_FORMAT || !measures.take(words + 7, atom->ntypes))
     error->all(FLERR,
                "{}: its section of the restart file is damaged, or from a version of this package "
                "that wrote another format",
                who);
   after_restart = false;    // this is the fix that the file knows
-  bonds->keep_history(section.with_history);
-  restore_within(section.within, section.recorded);
-  bonds->restore(section.recorded, section.count, section.highest);
-  bonds->take(section.measures);
-  if (section.recorded && comm->me == 0 && (!file.empty() || (zone > 0.0 && zone != section.zone)))
+  const bool recorded = words[2] != 0.0;
+  bonds->keep_history(words[5] != 0.0);
+  restore_within((Within) (int) words[6], recorded);
+  bonds->restore(recorded, (int64_t) words[3], (int64_t) words[4]);
+  bonds->take(measures);
+  if (recorded && comm->me == 0 && (!file.empty() || (zone > 0.0 && zone != words[1])))
     utils::logmesg(
         lmp,
         "fix evp/bonds {}: the bonds come from the restart file, not from the zone or file "
         "given here\n",
         id);
-  zone = section.zone;
-  records_due = section.recorded && section.count > 0;
+  zone = words[1];
+  records_due = recorded && bonds->count() > 0;
   EVP::PairNetwork *network = EVP::PairNetwork::find(force);
-  if (network && section.recorded) network->source.hold(shown);
+  if (network && recorded) network->source.hold(shown);
 }
 
 // 'within' of a restart file belongs to its bonds: without bonds another one may be given
@@ -384,15 +387,14 @@ int FixEVPBonds::pack_restart(int i, double *buf)
 {
   // the first word is read as a plain number by every fix that skips this record
   const int n = 1 + bonds->pack(i, buf + 1);
-  buf[0] = n + 1;
-  buf[n] = EVP::checksum(buf, n);
-  return n + 1;
+  buf[0] = n;
+  return n;
 }
 
 void FixEVPBonds::unpack_restart(int nlocal, int nth)
 {
   const double *record = EVP::scene::find_restored(atom, nlocal, nth);
-  if (!record || record[0] < 4.0)
+  if (!record || !bonds->fits(record + 1, (size_t) record[0] - 1))
     error->one(FLERR,
                "{}: the bonds of atom {} in the restart file are damaged, or the atom is not from "
                "that file: define the fix right after read_restart",

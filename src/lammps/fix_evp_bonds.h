@@ -57,8 +57,8 @@ class FixEVPBonds : public EVP::NodalExchange<Fix> {
   void restart(char *) override;
   int pack_restart(int, double *) override;
   void unpack_restart(int, int) override;
-  int size_restart(int i) override { return 2 + (int) bonds->words_of(i); }
-  int maxsize_restart() override { return 2 + bonds->most_words(); }
+  int size_restart(int i) override { return 1 + (int) bonds->words_of(i); }
+  int maxsize_restart() override { return 1 + bonds->most_words(); }
 
   const EVP::BondStore &records() const { return *bonds; }
 

@@ -146,13 +146,11 @@ double FixEVPVolume::compute_vector(int n)
   return strains[n];
 }
 
-// restart files carry no check of their own
 int FixEVPVolume::pack_restart(int i, double *buf)
 {
   buf[0] = WORDS;
   buf[1] = records[i].weight_sum;
   buf[2] = records[i].sum_deq;
-  buf[3] = EVP::checksum(buf, WORDS - 1);
   return WORDS;
 }
 

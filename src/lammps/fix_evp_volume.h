@@ -48,7 +48,7 @@ class FixEVPVolume : public EVP::AtomRecords<EVP::NodalExchange<Fix>, EVP::Volum
   int maxsize_restart() override { return WORDS; }
 
  private:
-  static constexpr int WORDS = 4;    // of an atom in restart files: their number, record, checksum
+  static constexpr int WORDS = 3;    // of an atom in restart files: their number, record
 
   std::shared_ptr<EVP::VolumeForces> forces;
   std::vector<double> shown;    // strains of the records, side by side for those who read f_ID

@@ -15,6 +15,7 @@
 #include <cstdlib>
 #include <string>
 #include <thread>
+#include <utility>
 
 #ifndef EVP_MPI_COMM_BYTES    // the tests forge it
 #ifdef MPI_STUBS
@@ -27,37 +28,31 @@
 // Internal linkage: a second plugin in the process must run its own check, not the first one's.
 namespace {
 
-/// What the plugin was built for and LAMMPS instance `lmp` is not; empty if it was built for it.
-std::string host_differences(void *lmp)
+/// Returns if the plugin was built for the LAMMPS instance `lmp`; otherwise the first rank of this partition says what
+/// differs, and stops as an error of LAMMPS does: a program that uses LAMMPS as a library goes on.
+void refuse_wrong_host(void *lmp)
 {
   std::string text;
   const auto compare = [&text](const char *what, int built, int host, const char *unit) {
-    if (host == built) return;
-    if (!text.empty()) text += "; ";
-    text += what + std::to_string(built) + ", not " + std::to_string(host) + unit;
+    if (host != built)
+      text += (text.empty() ? "" : "; ") + (what + std::to_string(built)) + ", not " +
+          std::to_string(host) + unit;
   };
   // a development version of LAMMPS counts one day more than its version.h says
   const int version = lammps_version(lmp);
   if (version != EVP_LAMMPS_VERSION + 1) compare("release ", EVP_LAMMPS_VERSION, version, "");
-  compare("bigint of ", sizeof(LAMMPS_NS::bigint), lammps_extract_setting(lmp, "bigint"), " bytes");
-  compare("tagint of ", sizeof(LAMMPS_NS::tagint), lammps_extract_setting(lmp, "tagint"), " bytes");
+  for (const auto &[key, size] :
+       {std::pair("bigint", sizeof(LAMMPS_NS::bigint)), {"tagint", sizeof(LAMMPS_NS::tagint)}})
+    compare((key + std::string(" of ")).c_str(), (int) size, lammps_extract_setting(lmp, key),
+            " bytes");
   compare("MPI_Comm of ", EVP_MPI_COMM_BYTES, lammps_config_has_mpi_support(),
           " bytes (MPICH: 4, Open MPI: 8, no MPI: 0)");
-  return text;
-}
-
-/// Returns if the plugin was built for the LAMMPS instance `lmp`; otherwise the first rank of this partition says what differs and
-/// what to rebuild, and stops as an error of LAMMPS does: a program that uses LAMMPS as a library goes on.
-void refuse_wrong_host(void *lmp)
-{
-  const std::string what = host_differences(lmp);
-  if (what.empty()) return;
-  const std::string text = "ERROR: evpplugin.so was built for another LAMMPS: " + what +
+  if (text.empty()) return;
+  text = "ERROR: evpplugin.so was built for another LAMMPS: " + text +
       ". Rebuild the plugin for this LAMMPS: cmake -S . -B build "
       "-DLAMMPS_SOURCE_DIR=/path/to/its/source -DLAMMPS_BUILD_DIR=/path/to/its/build "
       "&& cmake --build build\n";
   const bool first = lammps_extract_setting(lmp, "world_rank") == 0;
-  std::fflush(stdout);
   if (first) std::fprintf(stderr, "\n%s", text.c_str());
 
   // Not by Error, whose layout may differ: this class consists of its text in every release. With several
@@ -65,9 +60,8 @@ void refuse_wrong_host(void *lmp)
   if (lammps_config_has_exceptions() &&
       lammps_extract_setting(lmp, "world_size") == lammps_extract_setting(lmp, "universe_size"))
     throw LAMMPS_NS::LAMMPSException(text);
-
-  // The other ranks leave a moment later: mpirun may end the job at the first exit, and the message must
-  // be out by then. Not by exit(): destructors of a library that does not fit are not to be run.
+  // the message must be out before mpirun ends the job at the first exit; destructors of a library that does not fit
+  // are not to be run
   if (!first) std::this_thread::sleep_for(std::chrono::seconds(1));
   std::fflush(nullptr);
   std::_Exit(EXIT_FAILURE);

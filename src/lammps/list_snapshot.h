@@ -2,7 +2,7 @@
 #pragma once
 
 #include "collective.h"
-#include "core/bytes.h"
+#include "core/simd.h"
 #include "lammps_names.h"
 
 #include "atom.h"

@@ -41,14 +41,14 @@ void break_missing_bonds(LAMMPS *lmp, const PairNetwork *network, BondStore &sto
         const double dsq = PairGeometry(x, i, at->second).dsq;
         within = within || dsq <= reach_squared(cut, BOND_MARGIN);
       }
-      if (!within) history = {0.0, history.work, 1.0};
+      if (!within) history = {0.0, 0.0, history.work, 1.0};
     }
 
   const AtomDirectory directory(lmp, partners);
   for (size_t k = 0; k < partners.size(); k++) {
     if (directory.entries.at(partners[k]).type == 0) continue;
     PairHistory &history = store.histories_of(far_away[k].first)[far_away[k].second];
-    history = {0.0, history.work, 1.0};
+    history = {0.0, 0.0, history.work, 1.0};
   }
 }
 

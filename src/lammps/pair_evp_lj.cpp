@@ -3,7 +3,6 @@
 #include "pair_evp_lj.h"
 
 #include "core/force_loop.h"
-#include "core/pair_section.h"
 #include "core/potential_file.h"
 #include "keywords.h"
 #include "row_reader.h"
@@ -23,8 +22,9 @@ using namespace LAMMPS_NS;
 using EVP::Contact;
 using EVP::scene::rows;
 
-enum RowKind { NO_ROW, PLAIN_ROW, ROW_WITH_KEYWORDS };    // in restart files
-static constexpr size_t LONGEST_LINE = 254;               // that read_data takes
+static constexpr size_t LONGEST_LINE = 254;       // that read_data takes
+static constexpr double RESTART_FORMAT = 2001;    // first word of our section in restart files
+static constexpr double LONGEST_ID = 1000;
 
 namespace {
 
@@ -126,18 +126,18 @@ void PairEVPLJ::coeff(int narg, char **arg)
     error->all(FLERR,
                "Pair evp/lj: pair_coeff needs two atom types and a row: the {} numbers {}, or FILE "
                "ROW with the name of a row in the file, or FILE:ROW",
-               EVP::NMEMBERS, EVP::row_keys());
+               EVP::NREQUIRED, EVP::row_keys());
   if (!allocated) allocate();
 
   // before the types, which are taken for numbers of the row where they are missing
-  EVP::GivenRow row;
+  EVP::Row row;
   EVP::stop_at_bad_input(error, "Pair evp/lj", [&] {
     row = EVP::read_row(lmp, {arg + 2, arg + narg});
   });
-  if (row.keywords.is_scaled())
+  if (row.is_scaled())
     EVP::scene::demand_three_dimensions(
         domain, error, "Pair evp/lj", "the scaling of a row by 'spacing' and 'coordination'",
-        fmt::format("use 'dimension 3', or give the {} numbers of the row alone", EVP::NMEMBERS));
+        fmt::format("use 'dimension 3', or give the {} numbers of the row alone", EVP::NREQUIRED));
   int ilo, ihi, jlo, jhi;
   utils::bounds(FLERR, arg[0], 1, atom->ntypes, ilo, ihi, error);
   utils::bounds(FLERR, arg[1], 1, atom->ntypes, jlo, jhi, error);
@@ -315,13 +315,13 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
       factor_lj != 0.0 && (is_bond || contact != Contact::NONE);
   svector[0] = deq;
   svector[1] = (d - deq) / deq;
-  svector[2] = acts ? law.regime(d, deq, history.offset) : 0.0;
-  svector[3] = history.offset;
+  svector[2] = acts ? law.regime(d, deq, history.q) : 0.0;
+  svector[3] = history.q;
   svector[4] = history.work;
 
   if (!acts) return 0.0;
   const bool flows = network.rules.flows;
-  fforce = flows ? law.force(d, deq, history.offset) / d : law.force(d, deq) / d;
+  fforce = flows ? law.force(d, deq, history.q) / d : law.force(d, deq) / d;
   if (flows && repels_only && fforce < 0.0) fforce = 0.0;
   if (is_bond && network.volume()) fforce += network.volume()->force(i, j, deq, dlim) / d;
   if (network.damping_acts() && (comm->ghost_velocity || velocities_sent) &&
@@ -330,27 +330,20 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
     fforce += EVP::damping_over_distance(law.parameters().gamma, g, atom->v[i], atom->v[j]);
   }
   if (flows)
-    return law.flow_energy(d, deq, history.offset, cut, law.cap(is_bond, repels_only),
+    return law.flow_energy(d, deq, history.q, cut, law.cap(is_bond, repels_only),
                            network.is_incremental());
   return law.energy(d, deq, cut);
 }
 
-// restart files hold settings, the fix that recorded, and one Row per pair of types: a number that says
-// whether there is one, the row, its keywords where it has any
+// restart files hold settings, the fix that recorded, and per pair of types whether there is a row, and the row
 void PairEVPLJ::write_restart(FILE *fp)
 {
   write_restart_settings(fp);
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++) {
-      const EVP::GivenRow given = coefficients.given(i, j);
-      const int kind = !setflag[i][j] ? NO_ROW
-          : has_any(given.keywords)   ? ROW_WITH_KEYWORDS
-                                      : PLAIN_ROW;
-      fwrite(&kind, sizeof(int), 1, fp);
-      const auto words = words_of(EVP::MEMBERS, given.row);
-      const auto more = words_of(EVP::KEYWORDS, given.keywords);
-      if (kind) fwrite(words.data(), sizeof(words), 1, fp);
-      if (kind == ROW_WITH_KEYWORDS) fwrite(more.data(), sizeof(more), 1, fp);
+      fwrite(&setflag[i][j], sizeof(int), 1, fp);
+      const EVP::Row row = coefficients.row(i, j);
+      if (setflag[i][j]) fwrite(&row, sizeof(row), 1, fp);
     }
 }
 
@@ -360,63 +353,50 @@ void PairEVPLJ::read_together(FILE *fp, void *data, size_t size) const
   MPI_Bcast(data, (int) size, MPI_BYTE, 0, world);
 }
 
-// false where the words are damaged
-template <class Members, class Struct>
-bool PairEVPLJ::read_members(FILE *fp, const Members &members, Struct &values) const
-{
-  auto words = words_of(members, values);
-  read_together(fp, words.data(), sizeof(words));
-  return take_words(members, words, values);
-}
-
 void PairEVPLJ::read_restart(FILE *fp)
 {
   read_restart_settings(fp);
   allocate();
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++) {
-      int kind;
-      read_together(fp, &kind, sizeof(int));
-      setflag[i][j] = kind != 0;
-      if (!kind) continue;
-      EVP::GivenRow given{};
-      if (!read_members(fp, EVP::MEMBERS, given.row) ||
-          (kind == ROW_WITH_KEYWORDS && !read_members(fp, EVP::KEYWORDS, given.keywords)))
-        error->all(FLERR, "Pair evp/lj: the restart file is damaged in the row of types {} and {}",
-                   i, j);
-      coefficients.set(i, j, given);
+      read_together(fp, &setflag[i][j], sizeof(int));
+      if (!setflag[i][j]) continue;
+      EVP::Row row;
+      read_together(fp, &row, sizeof(row));
+      coefficients.set(i, j, row);
     }
 }
 
 void PairEVPLJ::write_restart_settings(FILE *fp)
 {
   network.source.note();
-  const std::vector<double> words =
-      EVP::PairSection{network.rules, network.source.recorder}.words();
-  fwrite(words.data(), sizeof(double), words.size(), fp);
+  const EVP::PairRules &rules = network.rules;
+  const std::string &recorder = network.source.recorder;
+  const double words[] = {RESTART_FORMAT,          EVP::NMEMBERS,        (double) rules.contact,
+                          rules.overlap,           (double) rules.flows, rules.break_strain,
+                          (double) recorder.size()};
+  fwrite(words, sizeof(words), 1, fp);
+  fwrite(recorder.data(), 1, recorder.size(), fp);
 }
 
 void PairEVPLJ::read_restart_settings(FILE *fp)
 {
-  constexpr size_t NFIRST = EVP::PairSection::NFIRST;
-  std::vector<double> words(NFIRST);
-  read_together(fp, words.data(), NFIRST * sizeof(double));
-  const size_t more = EVP::PairSection::count_more(words);
-  words.resize(NFIRST + more);
-  if (more) read_together(fp, &words[NFIRST], more * sizeof(double));
-  EVP::PairSection section;
-  if (!more || !section.take(words))
+  double words[7];
+  read_together(fp, words, sizeof(words));
+  if (words[0] != RESTART_FORMAT || words[1] != EVP::NMEMBERS || !(words[2] >= 0.0) ||
+      words[2] >= std::size(EVP::CONTACTS) || !(words[6] >= 0.0 && words[6] <= LONGEST_ID))
     error->all(FLERR,
                "Pair evp/lj: the restart file is damaged in the settings, or from a version of "
                "this package that wrote another format");
-  network.rules = section.rules;
-  network.source.recorder = section.recorder;
+  network.rules = {(Contact) (int) words[2], words[3], words[4] != 0.0, words[5]};
+  network.source.recorder.resize((size_t) words[6]);
+  if (words[6] > 0.0) read_together(fp, network.source.recorder.data(), (size_t) words[6]);
   offer_pair_values();
 }
 
 void PairEVPLJ::print_row(FILE *fp, const std::string &types, int i, int j) const
 {
-  const std::string text = types + ' ' + row_text(coefficients.given(i, j));
+  const std::string text = types + ' ' + row_text(coefficients.row(i, j));
   if (text.size() > LONGEST_LINE)
     error->warning(FLERR,
                    "Pair evp/lj: the row of types {} and {} is longer than {} characters, of which "

@@ -66,7 +66,6 @@ class PairEVPLJ : public Pair {
   void stop_at_blow_up() const;
   void print_row(FILE *, const std::string &types, int i, int j) const;
   void read_together(FILE *, void *data, size_t size) const;
-  template <class Members, class Struct> bool read_members(FILE *, const Members &, Struct &) const;
 };
 
 }    // namespace LAMMPS_NS

@@ -144,7 +144,7 @@ void PairHistories::send_to_owners(BondStore &records, GhostExchange &exchange)
   // either copy of a bond may have met its cut-off alone, by round-off: that breaks both
   std::vector<HistoryOfPair> deferred;
   for (const BrokenBond &bond : newly_broken) {
-    const PairHistory h = {0.0, bond.work, 1.0};
+    const PairHistory h = {0.0, 0.0, bond.work, 1.0};
     if (bond.j < nlocal || newton || tag[bond.i] < tag[bond.j]) {
       send(bond.i, bond.j, true, h);
       continue;

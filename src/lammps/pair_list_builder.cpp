@@ -3,7 +3,7 @@
 #include "pair_list_builder.h"
 
 #include "atom_bodies.h"
-#include "core/levels.h"
+#include "core/simd.h"
 #include "scene.h"
 
 #include "neigh_list.h"

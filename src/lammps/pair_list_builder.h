@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
-#include "core/bytes.h"
 #include "core/coefficients.h"
 #include "core/pair_rules.h"
 #include "core/record_finder.h"
+#include "core/simd.h"
 #include "lammps_names.h"
 
 #include <vector>

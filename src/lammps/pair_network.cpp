@@ -276,7 +276,7 @@ PairHistory PairNetwork::history_of(int i, int j) const
       const int slot = own < atom->nlocal ? bonds()->slot_of(own, atom->tag[other]) : -1;
       if (slot < 0) continue;
       found = bonds()->histories_of(own)[slot];
-      if (found.broken != 0.0) return {0.0, 0.0, 1.0};    // as of what is left in the list
+      if (found.broken != 0.0) return {0.0, 0.0, 0.0, 1.0};    // as of what is left in the list
       return found;
     }
   return found;

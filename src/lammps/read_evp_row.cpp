@@ -23,11 +23,9 @@ void ReadEVPRow::command(int narg, char **arg)
   if (words.size() == 1 && words[0].find(':') == std::string::npos)
     words = EVP::split_words(words[0]);
 
-  EVP::GivenRow given;
+  EVP::Row row;
   EVP::stop_at_bad_input(error, "read_evp_row", [&] {
-    given = EVP::read_row(lmp, words);
+    row = EVP::read_row(lmp, words);
   });
-  for (const EVP::Member &member : EVP::MEMBERS) variables.set(member.key, given.row.*member.value);
-  for (const EVP::KeywordMember &member : EVP::KEYWORDS)
-    variables.set(member.key, given.keywords.*member.value);
+  for (const EVP::Member &member : EVP::MEMBERS) variables.set(member.key, row.*member.value);
 }

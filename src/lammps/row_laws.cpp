@@ -11,6 +11,7 @@
 #include "math_const.h"
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 namespace EVP {
@@ -62,7 +63,7 @@ void RowLaws::follow(const BondStore *bonds, bool flows)
 
 std::string RowLaws::describe(int i, int j) const
 {
-  const RowKeywords row = coefficients.keywords(i, j);
+  const Row row = coefficients.row(i, j);
   const auto [source, factors] = coefficients.scaling(i, j);
   std::string line = fmt::format("pair evp/lj: types {} {}: ", i, j);
   if (source == Source::OWN_BONDS) {
@@ -84,7 +85,7 @@ std::string RowLaws::describe() const
   int count = 0;
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++)
-      if (cuts.handles(i, j) && coefficients.keywords(i, j).is_scaled() && ++count <= MOST_LINES)
+      if (cuts.handles(i, j) && coefficients.row(i, j).is_scaled() && ++count <= MOST_LINES)
         lines += describe(i, j);
   if (count > MOST_LINES)
     lines += fmt::format("pair evp/lj: and {} more pairs of types\n", count - MOST_LINES);
@@ -109,36 +110,28 @@ void RowLaws::report()
 
 void RowLaws::warn_of_density()
 {
-  // over that of the solid: one, or one over the solid fraction, which may be 0.2 in a lattice
-  constexpr double LOWEST = 0.99, HIGHEST = 10.0;
   if (domain->dimension == 2 || !coefficients.any_density() || !scene::makes_steps(lmp)) return;
-
-  const int types = atom->ntypes;
-  std::vector<double> sums((size_t) 2 * (types + 1), 0.0);    // mass and volume of each type
+  std::vector<double> mass(atom->ntypes + 1, 0.0), volume = mass;    // of each type
   for (int i = 0; i < atom->nlocal; i++) {
-    const double r = atom->radius[i];
-    double *const of_type = &sums[(size_t) 2 * atom->type[i]];
-    of_type[0] += scene::mass(atom, i);
-    of_type[1] += 4.0 / 3.0 * MathConst::MY_PI * r * r * r;
+    mass[atom->type[i]] += scene::mass(atom, i);
+    volume[atom->type[i]] += 4.0 / 3.0 * MathConst::MY_PI * std::pow(atom->radius[i], 3.0);
   }
-  MPI_Allreduce(MPI_IN_PLACE, sums.data(), (int) sums.size(), MPI_DOUBLE, MPI_SUM, world);
+  for (auto *sums : {&mass, &volume})
+    MPI_Allreduce(MPI_IN_PLACE, sums->data(), atom->ntypes + 1, MPI_DOUBLE, MPI_SUM, world);
 
   std::string warning;
-  for (int type = 1; type <= types && warning.empty(); type++) {
-    const double solid = coefficients.keywords(type, type).density;
-    const double mass = sums[(size_t) 2 * type], volume = sums[(size_t) 2 * type + 1];
-    if (!cuts.handles(type, type) || solid == 0.0 || volume == 0.0) continue;
-    const double ratio = mass / volume / solid;
-    if (ratio < LOWEST || ratio > HIGHEST)
-      warning = fmt::format("Pair evp/lj: atoms of type {} have a mean density of {:.6g}, but the "
-                            "density in their row is {:.6g}: set it to that of the row divided by "
-                            "the solid fraction of the body; ignore this if masses are scaled on "
-                            "purpose",
-                            type, mass / volume, solid);
+  for (int type = atom->ntypes; type > 0; type--) {
+    const double solid = coefficients.row(type, type).density, mean = mass[type] / volume[type];
+    // that of the solid, or that over the solid fraction, which may be 0.2 in a lattice
+    if (cuts.handles(type, type) && solid > 0.0 && (mean < 0.99 * solid || mean > 10.0 * solid))
+      warning =
+          fmt::format("Pair evp/lj: atoms of type {} have a mean density of {:.6g}, but the "
+                      "density in their row is {:.6g}: set it to that of the row divided by the "
+                      "solid fraction of the body; ignore this if masses are scaled on purpose",
+                      type, mean, solid);
   }
-  if (warning == last_warning) return;
+  if (comm->me == 0 && !warning.empty() && warning != last_warning) error->warning(FLERR, warning);
   last_warning = warning;
-  if (!warning.empty() && comm->me == 0) error->warning(FLERR, warning);
 }
 
 void RowLaws::check(const PairList &list, const VolumeForces *volume) const
@@ -148,7 +141,7 @@ void RowLaws::check(const PairList &list, const VolumeForces *volume) const
   std::vector<char> unknown((size_t) n * n, 0);
   for (int i = 1; i < n; i++)
     for (int j = 1; j < n; j++)
-      unknown[(size_t) i * n + j] = coefficients.keywords(i, j).is_scaled() &&
+      unknown[(size_t) i * n + j] = coefficients.row(i, j).is_scaled() &&
           coefficients.scaling(i, j).source == Source::AS_GIVEN;
 
   const bool has_kv = volume && volume->is_of_rows();
@@ -158,7 +151,7 @@ void RowLaws::check(const PairList &list, const VolumeForces *volume) const
     const int a = atom->type[p.i], b = atom->type[p.j];
     if (unknown[(size_t) a * n + b]) first = std::max(a, b);
     for (const int type : {a, b})
-      if (has_kv && unknown[(size_t) type * n + type] && coefficients.keywords(type, type).kv > 0.0)
+      if (has_kv && unknown[(size_t) type * n + type] && coefficients.row(type, type).kv > 0.0)
         first = type;
   });
   first = reduce_all(first, MPI_MAX, world);

@@ -15,7 +15,7 @@ namespace EVP {
 
 static constexpr int MAX_FILE_SIZE = 1 << 20;
 
-static GivenRow read_file(LAMMPS *lmp, const std::string &file, const std::string &name)
+static Row read_file(LAMMPS *lmp, const std::string &file, const std::string &name)
 {
   const std::string path = lmp->comm->me == 0 ? utils::get_potential_file_path(file) : "";
   std::string text;
@@ -27,7 +27,7 @@ static GivenRow read_file(LAMMPS *lmp, const std::string &file, const std::strin
                    "': give its path, or put its folder into LAMMPS_POTENTIALS" +
                    (looks_like_number(file) ? "; a row of numbers has " + row_keys() : ""));
   bool is_last = false;
-  const GivenRow row = row_from_text(text, file, name, lmp->update->unit_style, &is_last);
+  const Row row = row_from_text(text, file, name, lmp->update->unit_style, &is_last);
   if (is_last && lmp->comm->me == 0)
     lmp->error->warning(FLERR,
                         "file {}: the line of row '{}', the last one, has no line end: if the file "
@@ -36,7 +36,7 @@ static GivenRow read_file(LAMMPS *lmp, const std::string &file, const std::strin
   return row;
 }
 
-GivenRow read_row(LAMMPS *lmp, const std::vector<std::string> &words)
+Row read_row(LAMMPS *lmp, const std::vector<std::string> &words)
 {
   const auto found = find_file_and_row(words);
   return found ? read_file(lmp, (*found)[0], (*found)[1]) : parse_row(words);

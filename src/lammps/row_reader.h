@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
-#include "core/row_keywords.h"
+#include "core/row.h"
 #include "lammps_names.h"
 
 #include <string>
@@ -11,6 +11,6 @@ namespace EVP {
 
 /// Collective. The row that the words of a command give: FILE:ROW, or FILE and ROW, of a potential file, which is
 /// looked for as LAMMPS does; or its numbers and keywords. Throws BadInput on all MPI ranks.
-GivenRow read_row(LAMMPS *, const std::vector<std::string> &words);
+Row read_row(LAMMPS *, const std::vector<std::string> &words);
 
 }    // namespace EVP

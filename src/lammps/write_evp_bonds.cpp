@@ -6,7 +6,6 @@
 #include "collective.h"
 #include "core/bond_file.h"
 #include "fix_evp_bonds.h"
-#include "pair_network.h"
 #include "scene.h"
 
 #include "comm.h"
@@ -22,9 +21,9 @@ void WriteEVPBonds::command(int narg, char **arg)
 {
   if (narg != 1) error->all(FLERR, "write_evp_bonds: expected one argument, the file to write");
   const EVP::BondStore &records = find_records();
-  std::array<bigint, 2> counts{};    // bonds, of these with deq beyond dlim
-  const std::string text = own_lines(records, counts);
-  counts = EVP::reduce_all(counts, MPI_SUM, world);
+  bigint count = 0;
+  const std::string text = own_lines(records, count);
+  count = EVP::reduce_all(count, MPI_SUM, world);
 
   std::string name = arg[0];
   const size_t star = name.find('*');
@@ -33,8 +32,7 @@ void WriteEVPBonds::command(int narg, char **arg)
   // the file appears under its name only when it is whole
   const std::string unfinished = name + ".part";
   FILE *fp = comm->me == 0 ? fopen(unfinished.c_str(), "wb") : nullptr;
-  const std::string header =
-      EVP::bond_header(counts[0], update->unit_style, counts[1], records.within()) + "\n";
+  const std::string header = EVP::bond_header(count, update->unit_style, records.within()) + "\n";
   bool good = write_in_order_of_ranks(comm->me == 0 ? header + text : text, fp);
   if (fp) {
     good = fclose(fp) == 0 && good && rename(unfinished.c_str(), name.c_str()) == 0;
@@ -43,8 +41,7 @@ void WriteEVPBonds::command(int narg, char **arg)
   if (!EVP::on_all(good, world))
     error->all(FLERR, "write_evp_bonds: cannot write '{}': check the folder and the free space",
                name);
-  if (comm->me == 0)
-    utils::logmesg(lmp, "write_evp_bonds: {} bonds written to {}\n", counts[0], name);
+  if (comm->me == 0) utils::logmesg(lmp, "write_evp_bonds: {} bonds written to {}\n", count, name);
 }
 
 const EVP::BondStore &WriteEVPBonds::find_records() const
@@ -64,8 +61,7 @@ const EVP::BondStore &WriteEVPBonds::find_records() const
 
 // Both atoms of a pair keep it: the one with the lower ID writes, unless its partner was deleted, whom a
 // reader could not find.
-std::string WriteEVPBonds::own_lines(const EVP::BondStore &records,
-                                     std::array<bigint, 2> &counts) const
+std::string WriteEVPBonds::own_lines(const EVP::BondStore &records, bigint &count) const
 {
   struct Line {
     int i;
@@ -88,20 +84,13 @@ std::string WriteEVPBonds::own_lines(const EVP::BondStore &records,
       add(i, {atom->tag[i], contact.partner, 0.0, contact.history, true});
   const EVP::AtomDirectory directory(lmp, partners);
 
-  const EVP::PairNetwork *network = EVP::PairNetwork::find(force);
   std::string text;
   for (auto &[i, bond] : lines) {
     const EVP::AtomDirectory::Entry &partner = directory.entries.at((tagint) bond.id_j);
     if (partner.type == 0) continue;
-    const double sum_radii = atom->radius[i] + partner.radius;
-    if (bond.is_contact)
-      bond.deq = sum_radii;
-    else if (network) {
-      const double dlim = network->alpha_given(atom->type[i], partner.type) * sum_radii;
-      if (bond.deq > dlim * (1.0 + EVP::BOND_MARGIN)) counts[1]++;
-    }
+    if (bond.is_contact) bond.deq = atom->radius[i] + partner.radius;
     text += EVP::bond_text(bond, records.has_history());
-    counts[0]++;
+    count++;
   }
   return text;
 }

@@ -5,7 +5,6 @@
 
 #include "command.h"
 
-#include <array>
 #include <string>
 
 namespace LAMMPS_NS {
@@ -18,7 +17,7 @@ class WriteEVPBonds : public Command {
 
  private:
   const EVP::BondStore &find_records() const;
-  std::string own_lines(const EVP::BondStore &, std::array<bigint, 2> &counts) const;
+  std::string own_lines(const EVP::BondStore &, bigint &count) const;
   bool write_in_order_of_ranks(const std::string &text, FILE *) const;
 };
 

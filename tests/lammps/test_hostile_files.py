@@ -14,27 +14,16 @@ GARBAGE = random.Random(20170515).randbytes(4000)
 
 DAMAGED = {
     "cut in a row": (GOOD[:-10], "file p.evp line 4: expected 9 values", "got 7"),
-    "cut in the header": (HEAD[:25], "file p.evp line 1: the first line must be a comment with 'UNITS: si'"),
     "cut after the header": (HEAD, "file p.evp has no row 'a'; its rows: none"),
     "NUL first": (b"\0" + GOOD, "file p.evp is not a text file (it holds a NUL byte)"),
     "binary garbage": (GARBAGE, "file p.evp"),
-    "garbage without NUL": (GARBAGE.replace(b"\0", b""), "file p.evp line 1: the first line must be a comment"),
     "garbage in a row": (HEAD + b"a \xff\xfe\x1b[31m 8 4 3 8 4 0.005 0 1.5\n", "line 2: e1 must be a finite decimal number, got '???[31m'"),
-    "UTF-16": (GOOD.decode().encode("utf-16"), "file p.evp is not a text file"),
     "byte-order mark": (b"\xef\xbb\xbf" + GOOD, "file p.evp starts with a byte-order mark: save it without"),
-    "carriage returns alone": (GOOD.replace(b"\n", b"\r"), "file p.evp has no row 'a'; its rows: none"),
-    "1e400": (GOOD.replace(b"80", b"1e400"), "file p.evp line 3: e1 must be a finite decimal number, got '1e400'"),
-    "decimal commas": (GOOD.replace(b"0.005", b"0,005"), "file p.evp line 3: xi_s must be a finite decimal number, got '0,005'"),
     "wrong row beside it": (GOOD.replace(b"50 6 3", b"50 3 6"), "file p.evp line 4: exponents must satisfy m1 > n1 > 0"),
     "a million columns": (HEAD + b"a" + b" 1" * 500_000 + b"\n", "line 2: expected 9 values", "got 500000"),
     "two million columns": (HEAD + b"a" + b" 1" * 1_000_000 + b"\n", "file p.evp is larger than 1 MiB: not a potential file"),
-    "a word of 900 kB": (HEAD + b"a " + b"7" * 900_000 + b"\n", "line 2: expected 9 values", "got 1"),
-    "number of 900 kB": (HEAD + b"a " + b"7" * 900_000 + ROW[2:].encode() + b"\n", f"e1 must be a finite decimal number, got '{'7' * 40}...'"),
-    "other case of the units": (GOOD.replace(b"si", b"SI", 1), "file p.evp is in UNITS: SI, but 'units si' is in force"),
-    "other case of the tag": (GOOD.replace(b"UNITS", b"units"), "the first line must be a comment with 'UNITS: si'"),
     "units of another style": (GOOD.replace(b"si", b"metal", 1), "is in UNITS: metal, but 'units si' is in force: convert the file"),
     "thousand other rows": (HEAD + b"".join(f"r{k} {ROW}\n".encode() for k in range(1000)), "no row 'a'; its rows: r0, r1,", "r19, ..."),
-    "words for numbers": (HEAD + b"a e1 m1 n1 e2 m2 n2 xi_s gamma alpha\n", "line 2: e1 must be a finite decimal number, got 'e1'"),
     "row twice": (GOOD + GOOD.splitlines()[2] + b"\n", "file p.evp line 5: row 'a' is given twice"),
 }
 

@@ -4,7 +4,7 @@
 import struct
 
 import pytest
-from hostile import BONDS, ROW, SECONDS, refused, scene
+from hostile import BONDS, SECONDS, refused, scene
 
 CONTINUE = """
 read_restart {}
@@ -80,47 +80,32 @@ def at_record(content):
     return min(k for k in found if k >= 0)
 
 
-def at_row(content):
-    return content.index(struct.pack("<9d", *map(float, ROW.split())))
-
-
 FIX_DAMAGED = "Fix bonds evp/bonds: its section of the restart file is damaged"
 ATOM_DAMAGED = "Fix bonds evp/bonds: the bonds of atom 1 in the restart file are damaged"
-ROW_DAMAGED = "Pair evp/lj: the restart file is damaged in the row of types 1 and 1"
 SETTINGS_DAMAGED = "Pair evp/lj: the restart file is damaged in the settings"
 
 
 @pytest.mark.parametrize("where, offset, bit, text", [
-    (after_name, 0, 5, FIX_DAMAGED), (after_name, 15, 6, FIX_DAMAGED), (after_name, 17, 0, FIX_DAMAGED), (after_name, 22, 3, FIX_DAMAGED),
-    (at_record, -8, 0, ATOM_DAMAGED), (at_record, -1, 6, ATOM_DAMAGED), (at_record, 0, 1, ATOM_DAMAGED), (at_record, 8, 1, ATOM_DAMAGED),
-    (at_record, 13, 7, ATOM_DAMAGED), (at_record, 16, 0, ATOM_DAMAGED), (at_record, 24, 0, ATOM_DAMAGED), (at_record, 31, 7, ATOM_DAMAGED),
-    (at_row, 0, 0, ROW_DAMAGED), (at_row, 15, 6, ROW_DAMAGED), (at_row, 54, 4, ROW_DAMAGED), (at_row, 71, 7, ROW_DAMAGED)])
-def test_a_changed_bit_in_our_sections(saved, resume, where, offset, bit, text):
-    """LAMMPS' own sections carry no check; ours end with a checksum, as a changed deq is another material."""
+    (after_name, 0, 5, FIX_DAMAGED), (after_name, 62, 6, FIX_DAMAGED),
+    (at_record, -2, 3, ATOM_DAMAGED), (at_record, 8, 1, ATOM_DAMAGED), (at_record, 13, 7, ATOM_DAMAGED)])
+def test_a_changed_size_or_flag_in_our_sections(saved, resume, where, offset, bit, text):
+    """Flag and number of types of the fix's section; number of words and of bonds of an atom."""
     content = bytearray((saved / "s.restart").read_bytes())
     content[where(bytes(content)) + offset] ^= 1 << bit
     refused(resume(bytes(content)), text)
 
 
-@pytest.mark.parametrize("offset", [0, 7, 8, 15])
-def test_a_changed_bit_in_the_settings(saved, resume, offset):
-    """Contact and overlap stand right behind the name of the pair style."""
+@pytest.mark.parametrize("word", [0, 1, 2, 6])
+def test_a_changed_size_or_flag_in_the_settings(saved, resume, word):
+    """Flag, coefficients of a row, contact and length of an ID stand right behind the name of the pair style."""
     content = bytearray((saved / "s.restart").read_bytes())
-    content[bytes(content).index(b"evp/lj\0") + len(b"evp/lj\0") + offset] ^= 8
-    refused(resume(bytes(content)), SETTINGS_DAMAGED)
+    content[bytes(content).index(b"evp/lj\0") + len(b"evp/lj\0") + 8 * word + 7] ^= 128 if word == 0 else 64
+    refused(resume(bytes(content)), SETTINGS_DAMAGED + ", or from a version of this package that wrote another format")
 
 
-def test_settings_of_an_older_version(saved, resume):
-    """Their first word is the format: until 1002 the settings had one more."""
-    content = (saved / "s.restart").read_bytes()
-    assert content.count(struct.pack("<d", 1003.0)) == 1
-    run = resume(content.replace(struct.pack("<d", 1003.0), struct.pack("<d", 1002.0)))
-    refused(run, SETTINGS_DAMAGED + ", or from a version of this package that wrote another format")
-
-
-def test_changed_bits_stop_all_ranks(saved, resume):
+def test_a_changed_size_stops_all_ranks(saved, resume):
     content = bytearray((saved / "s.restart").read_bytes())
-    content[at_record(bytes(content)) + 24] ^= 1
+    content[at_record(bytes(content)) + 8] ^= 1
     refused(resume(bytes(content), ranks=2), ATOM_DAMAGED)
 
 

@@ -65,11 +65,10 @@ def test_a_bond_between_two_bodies_is_refused(lmp, tmp_path, ranks, word, in_hea
     box = scene().partition("boundary")[2].partition("neighbor")[0].replace("create_box 1", "create_box 2")
     fix = "set atom 2 type 2\n" + MOL.format("yes") + "set atom 1 mol 7\nset atom 2 mol 12\n" + FIX + f"file b.bonds {word}"
     of = "molecule" if "molecule" in word + in_header else "type"
-    ids = {"type": "1 and 2", "molecule": "7 and 12"}[of] if line.startswith("1") else "0 and 0"
     deck = scene(box="boundary" + box, fix=fix)
     refused(lmp(deck, ranks=ranks, seconds=SECONDS),
-            f"Fix bonds evp/bonds: bond {line[:3]}: its atoms are of {of}s {ids}, but with 'within {of}' only atoms of one {of} are bonded, bond file b.bonds: "
-            f"give them the {of}s that they had when it was written, or leave 'within' out here and WITHIN: in its header")
+            f"Fix bonds evp/bonds: bond {line[:3]}: its atoms are not of one {of}, but 'within {of}' is in force: give them the {of}s that they had "
+            f"when the file was written, or leave 'within' out here and WITHIN: in the header (bond file b.bonds)")
     assert lmp(deck.replace("set atom 2 type 2\n", "").replace("mol 12", "mol 7").replace("set atom 1", "set atom 3*4 mol 9\nset atom 1"),
                ranks=ranks, seconds=SECONDS).ok().stdout.count("recorded 1 pairs from file b.bonds") == 1, "control"
 

@@ -14,7 +14,7 @@ from lammps_run import REPOSITORY, read_csv, write_data
 
 TABLE1 = "80 8 4 3 8 4 0.005 0 1.5"
 MEASURES = "length radius area volume solid_fraction density diameter".split()
-NUMBERS = "e1 m1 n1 e2 m2 n2 xi_s gamma alpha spacing coordination kv density".split()
+NUMBERS = "e1 m1 n1 e2 m2 n2 xi_s gamma alpha spacing coordination kv density saturation".split()
 HEAD = "units si\natom_style sphere\natom_modify map yes\nboundary s s s\n"
 SIDE = 0.004  # of the cells of the bar
 BAR = (15, 5, 4)  # its cells, one sphere in each

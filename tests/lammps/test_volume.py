@@ -495,17 +495,3 @@ CASES = [
 @pytest.mark.parametrize("parts, says", CASES, ids=range(len(CASES)))
 def test_hostile(lmp, parts, says):
     refused(lmp(scene(**parts), seconds=SECONDS), says)
-
-
-def test_a_damaged_restart_file_is_refused(lmp, tmp_path):
-    text = scene(fix=F + "10", after="write_restart whole.restart")
-    lmp(text).ok()
-    data = (tmp_path / "whole.restart").read_bytes()
-    words = np.frombuffer(data[: len(data) // 8 * 8], dtype=np.float64)
-    places = [k for k in range(0, len(data) - 32) if np.frombuffer(data[k:k + 8], dtype=np.float64)[0] == 4.0]
-    assert len(words) and places
-    at = places[-1] + 8  # the weight of the last atom
-    (tmp_path / "damaged.restart").write_bytes(data[:at] + bytes([data[at] ^ 1]) + data[at + 1:])
-    again = "read_restart {}\nneighbor 0.001 bin\nfix bonds all evp/bonds\nfix volume all evp/volume 10\nfix move all nve\nrun 0\n"
-    lmp(again.format("whole.restart")).ok()
-    refused(lmp(again.format("damaged.restart")), "Fix volume evp/volume: the sums of atom", "in the restart file are damaged")

@@ -52,9 +52,9 @@ TEST(BondStore, WordsBringRecordsAndHistoryToAnotherPlace)
   for (const bool with_history : {false, true}) {
     BondStore store = recorded(with_history);
     if (with_history) {
-      store.take({2, true, 5, {0.1, 0.3, 0.0}});
-      store.take({2, true, 7, {0.0, 0.7, 1.0}});
-      store.take({2, false, 12, {-0.2, 1.1, 0.0}});
+      store.take({2, true, 5, {0.1, 0.2, 0.3, 0.0}});
+      store.take({2, true, 7, {0.0, 0.0, 0.7, 1.0}});
+      store.take({2, false, 12, {-0.2, 0.5, 1.1, 0.0}});
     }
     std::vector<double> words(store.words_of(2));
     ASSERT_EQ(store.pack(2, words.data()), (int) words.size());
@@ -70,11 +70,11 @@ TEST(BondStore, WordsBringRecordsAndHistoryToAnotherPlace)
     expect_same(other.of(0), store.of(2));
     EXPECT_EQ(other.has_changed(), with_history);
     if (!with_history) continue;
-    EXPECT_EQ(other.histories_of(0)[0], (PairHistory{0.1, 0.3, 0.0}));
-    EXPECT_EQ(other.histories_of(0)[1], (PairHistory{0.0, 0.7, 1.0}));
+    EXPECT_EQ(other.histories_of(0)[0], (PairHistory{0.1, 0.2, 0.3, 0.0}));
+    EXPECT_EQ(other.histories_of(0)[1], (PairHistory{0.0, 0.0, 0.7, 1.0}));
     ASSERT_EQ(other.contacts_of(0).size(), 1u);
     EXPECT_EQ(other.contacts_of(0)[0].partner, 12);
-    EXPECT_EQ(other.contacts_of(0)[0].history.offset, -0.2);
+    EXPECT_EQ(other.contacts_of(0)[0].history.q, -0.2);
     EXPECT_TRUE(other.contacts_of(1).empty());
   }
 }
@@ -83,11 +83,11 @@ TEST(BondStore, WordsBringRecordsAndHistoryToAnotherPlace)
 TEST(BondStore, ABrokenBondThatFlowsIsAContactToo)
 {
   BondStore store = recorded(true);
-  store.take({0, true, 9, {0.0, 0.4, 1.0}});
-  store.take({0, false, 9, {-0.1, 0.2, 0.0}});
-  EXPECT_EQ(store.histories_of(0)[1], (PairHistory{0.0, 0.4, 1.0}));
+  store.take({0, true, 9, {0.0, 0.0, 0.4, 1.0}});
+  store.take({0, false, 9, {-0.1, 0.1, 0.2, 0.0}});
+  EXPECT_EQ(store.histories_of(0)[1], (PairHistory{0.0, 0.0, 0.4, 1.0}));
   ASSERT_EQ(store.contacts_of(0).size(), 1u);
-  EXPECT_EQ(store.contacts_of(0)[0].history.offset, -0.1);
+  EXPECT_EQ(store.contacts_of(0)[0].history.q, -0.1);
   store.clear_contacts();
   EXPECT_TRUE(store.has_changed());
   store.keep_history(false);
@@ -99,7 +99,7 @@ TEST(BondStore, RoomGrowsWithTheHistory)
 {
   BondStore store = recorded(true);
   for (int64_t partner = 100; partner < 120; partner++) {
-    store.take({0, false, partner, {-0.1, 0.2, 0.0}});
+    store.take({0, false, partner, {-0.1, 0.1, 0.2, 0.0}});
     EXPECT_GE(store.most_words(), (int) store.words_of(0)) << partner;
   }
   BondStore late = recorded();
@@ -110,21 +110,27 @@ TEST(BondStore, RoomGrowsWithTheHistory)
 TEST(BondStore, HistoryCostsNothingWhereThereIsNone)
 {
   EXPECT_EQ(recorded().words_of(0), 2 + 2 * 2u);
-  EXPECT_EQ(recorded(true).words_of(0), 2 + 5 * 2u + 1);
+  EXPECT_EQ(recorded(true).words_of(0), 2 + 6 * 2u + 1);
   EXPECT_LT(recorded().memory_usage(), recorded(true).memory_usage());
 }
 
-// Restart files of early versions hold the records of an atom in another order.
-TEST(BondStore, WordsInAnyOrderAreSorted)
+// Restart files carry no check of their own: a wrong count would read beyond the words of the atom.
+TEST(BondStore, TellsWordsWithAWrongCount)
 {
-  const BondStore store = recorded();
-  std::vector<double> words(store.words_of(0));
-  store.pack(0, words.data());
-  std::swap_ranges(words.begin() + 2, words.begin() + 4, words.begin() + 4);
-  BondStore other;
-  other.grow(1);
-  other.unpack(0, words.data());
-  expect_same(other.of(0), store.of(0));
+  for (const bool with_history : {false, true}) {
+    BondStore store = recorded(with_history);
+    if (with_history) store.take({0, false, 12, {-0.2, 0.5, 1.1, 0.0}});
+    std::vector<double> words(store.words_of(0));
+    const size_t n = store.pack(0, words.data());
+    EXPECT_TRUE(store.fits(words.data(), n));
+    for (const size_t other : {(size_t) 0, (size_t) 1, n - 1, n + 1})
+      EXPECT_FALSE(store.fits(words.data(), other));
+    EXPECT_FALSE(BondStore(!with_history).fits(words.data(), n));
+    for (const int64_t count : {-1l, 0l, 1l, 3l, 1l << 62}) {
+      words[1] = EVP::bits_as<double>(count);
+      EXPECT_FALSE(store.fits(words.data(), n)) << count;
+    }
+  }
 }
 
 TEST(BondStore, EveryOtherStateHasAVersionOfItsOwn)

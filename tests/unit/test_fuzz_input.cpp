@@ -11,10 +11,9 @@
 #include <algorithm>
 #include <chrono>
 #include <gtest/gtest.h>
-#include <memory>
 #include <random>
+#include <sstream>
 #include <string>
-#include <unistd.h>
 #include <vector>
 
 using EVP::BadInput;
@@ -180,13 +179,9 @@ TEST(Fuzz, ParameterFileGivesALawOrARefusal)
       "metal 80 8 4 3 8 4 0.005 0 1.5 spacing 4.42e-3 coordination 11.9 kv 1e3 density 2700\n";
   const std::vector<std::string> names = {"table1", "table2", "soft", "metal", "absent", ""};
   fuzz(good, [&](const std::string &text, Vandal &vandal) {
-    const auto [row, keywords] =
+    const EVP::Row row =
         EVP::row_from_text(text, "fuzz.evp", names[vandal.below(names.size())], "si");
-    for (const EVP::KeywordMember &member : EVP::KEYWORDS) {
-      const double value = keywords.*member.value;
-      EXPECT_TRUE(value == 0.0 || (member.holds(value) && std::isfinite(value))) << member.key;
-    }
-    EXPECT_EQ(keywords.spacing > 0.0, keywords.coordination > 0.0);
+    EXPECT_EQ(row.spacing > 0.0, row.coordination > 0.0);
     const EVP::Law law(row);
     const double deq = 0.01;
     for (const double r : {0.7, 1.0 - row.xi_s, 1.0, 1.0 + row.xi_s, row.alpha}) {
@@ -202,23 +197,20 @@ TEST(Fuzz, ParameterFileGivesALawOrARefusal)
 TEST(Fuzz, BondFileGivesBondsOrARefusal)
 {
   std::string good = EVP::bond_header(6, "si") + "\n";
-  for (int k = 1; k <= 6; k++) good += EVP::bond_text({k, k + 1, 0.01 * (1.0 + k / 7.0)});
-  const auto stream = std::unique_ptr<FILE, int (*)(FILE *)>(tmpfile(), fclose);
+  for (int k = 1; k <= 6; k++)
+    good += EVP::bond_text({k, k + 1, 0.01 * (1.0 + k / 7.0), {0.1, 0.2, 0.3, 0.0}}, k > 3);
   fuzz(good, [&](const std::string &text, Vandal &vandal) {
-    rewind(stream.get());
-    ASSERT_EQ(ftruncate(fileno(stream.get()), 0), 0);
-    ASSERT_EQ(fwrite(text.data(), 1, text.size(), stream.get()), text.size());
-    rewind(stream.get());
-
-    EVP::BondReader reader(stream.get(), "fuzz.bonds", "si");
+    std::istringstream stream(text);
+    EVP::BondReader reader(stream, "fuzz.bonds", "si");
     const size_t most = 1 + vandal.below(8);
     std::vector<EVP::BondLine> bonds;
     for (size_t before = 0; reader.read(bonds, most); before = bonds.size())
       EXPECT_EQ(bonds.size(), before + most);
     EXPECT_EQ((int64_t) bonds.size(), reader.count());
     for (const auto &bond : bonds) {
-      EXPECT_TRUE(bond.id_i > 0 && bond.id_j > 0 && bond.id_i != bond.id_j);
-      EXPECT_TRUE(bond.deq > 0.0 && std::isfinite(1.0 / (bond.deq * bond.deq))) << bond.deq;
+      EXPECT_TRUE(bond.id_i > 0 && bond.id_j > 0);
+      EXPECT_TRUE(bond.deq > 0.0 && std::isfinite(bond.deq)) << bond.deq;
+      EXPECT_TRUE(bond.history.k >= 0.0 && std::isfinite(bond.history.k + bond.history.work));
     }
   });
 }

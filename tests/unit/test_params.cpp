@@ -2,7 +2,6 @@
 //
 // From words to a checked row: what is taken, and the text that each refusal must give.
 
-#include "core/pair_section.h"
 #include "core/potential_file.h"
 
 #include <cmath>
@@ -33,7 +32,7 @@ template <class F> void expect_refusal(F action, const std::vector<std::string> 
 
 Row row_of(const std::string &line)
 {
-  return EVP::parse_row(EVP::split_words(line)).row;
+  return EVP::parse_row(EVP::split_words(line));
 }
 
 void expect_bad_row(const std::string &line, const std::vector<std::string> &parts)
@@ -55,7 +54,7 @@ const std::string FILE_TEXT = HEADER +
 Row from_file(const std::string &text, const std::string &name = "table1",
               const std::string &units = "si")
 {
-  return EVP::row_from_text(text, "gado.evp", name, units).row;
+  return EVP::row_from_text(text, "gado.evp", name, units);
 }
 
 void expect_bad_file(const std::string &text, const std::vector<std::string> &parts)
@@ -173,66 +172,43 @@ TEST(ParseRow, RefusesALawThatOverflows)
 
 TEST(ParseRow, TakesKeywordsInAnyOrder)
 {
-  const auto keywords = [](const std::string &words) {
-    const EVP::GivenRow given = EVP::parse_row(EVP::split_words(TABLE1 + words));
-    EXPECT_EQ(given.row.e1, 80.0);
-    EXPECT_EQ(given.row.alpha, 1.5);
-    return given.keywords;
-  };
-  EXPECT_EQ(keywords(""), (EVP::RowKeywords{0.0, 0.0, 0.0, 0.0}));
-  EXPECT_FALSE(keywords(" kv 3 density 2700").is_scaled());
-  const EVP::RowKeywords all = {0.00442, 11.9, 1000.0, 2700.0};
-  EXPECT_EQ(keywords(" spacing 0.00442 coordination 11.9 kv 1e3 density 2700"), all);
-  EXPECT_EQ(keywords(" density 2700 coordination 11.9 kv 1000 spacing 4.42e-3"), all);
-  EXPECT_TRUE(keywords(" coordination 11.9 spacing 1").is_scaled());
-  EXPECT_EQ(keywords(" kv 0"), (EVP::RowKeywords{0.0, 0.0, 0.0, 0.0}));
-  EXPECT_EQ(keywords(" kv 1e100").kv, 1e100);
+  Row row = row_of(TABLE1);
+  EXPECT_EQ(row, (Row{80, 8, 4, 3, 8, 4, 0.005, 0, 1.5, 0, 0, 0, 0, 0}));
+  EXPECT_FALSE(row_of(TABLE1 + " kv 3 density 2700 saturation 2").is_scaled());
+  row.spacing = 0.00442;
+  row.coordination = 11.9;
+  EXPECT_EQ(row_of(TABLE1 + " coordination 11.9 spacing 4.42e-3"), row);
+  EXPECT_TRUE(row.is_scaled());
+  row.kv = 1000.0;
+  row.density = 2700.0;
+  row.saturation = 0.3;
+  EXPECT_EQ(
+      row_of(TABLE1 + " spacing 0.00442 coordination 11.9 kv 1e3 density 2700 saturation 0.3"),
+      row);
+  EXPECT_EQ(
+      row_of(TABLE1 + " saturation 0.3 density 2700 coordination 11.9 kv 1000 spacing 4.42e-3"),
+      row);
+  EXPECT_EQ(row_of(TABLE1 + " kv 0"), row_of(TABLE1));
+  EXPECT_EQ(row_of(TABLE1 + " kv 1e100").kv, 1e100);
 }
 
 // a data file holds row_text(), of which read_data makes pair_coeff again
 TEST(RowText, IsReadAsTheSameRow)
 {
   for (const std::string words :
-       {"", " kv 0.1", " spacing 0.00442 coordination 11.9 density 2700"}) {
-    const EVP::GivenRow given =
-        EVP::parse_row(EVP::split_words("0.1 8 4 3 8 4 0.005 0 1.5" + words));
-    const EVP::GivenRow read = EVP::parse_row(EVP::split_words(row_text(given)));
-    EXPECT_EQ(read.row, given.row);
-    EXPECT_EQ(read.keywords, given.keywords);
-  }
-}
-
-TEST(PairSection, GoesThroughRestartFiles)
-{
-  for (const EVP::PairRules &rules : {EVP::PairRules{EVP::Contact::NONE, 0.2},
-                                      EVP::PairRules{EVP::Contact::REPULSIVE, 0.4, true, 0.1}}) {
-    const std::vector<double> words = EVP::PairSection{rules, "bonds"}.words();
-    EXPECT_EQ(EVP::PairSection::NFIRST + EVP::PairSection::count_more(words), words.size());
-    EVP::PairSection read;
-    EXPECT_TRUE(read.take(words));
-    EXPECT_EQ(read.recorder, "bonds");
-    EXPECT_EQ(read.rules.contact, rules.contact);
-    EXPECT_EQ(read.rules.overlap, rules.overlap);
-    EXPECT_EQ(read.rules.flows, rules.flows);
-    EXPECT_EQ(read.rules.break_strain, rules.break_strain);
-    for (const size_t k : {(size_t) 1, (size_t) 2, words.size() - 1}) {
-      std::vector<double> damaged = words;
-      damaged[k] += 1.0;
-      EXPECT_FALSE(EVP::PairSection().take(damaged)) << k;
-    }
-    for (const double first : {1002.0, 1005.0})
-      EXPECT_EQ(EVP::PairSection::count_more({first, 0.0, 0.3, 5.0}), 0u);
-    for (const double length : {-1.0, 1001.0, std::nan("")})
-      EXPECT_EQ(EVP::PairSection::count_more({words[0], 0.0, 0.3, length}), 0u);
+       {"", " kv 0.1", " spacing 0.00442 coordination 11.9 density 2700 saturation 0.1"}) {
+    const std::string text = "0.1 8 4 0.30000000000000004 8 4 0.005 0 1.5" + words;
+    EXPECT_EQ(row_text(row_of(text)), text);
   }
 }
 
 TEST(ParseRow, RefusesKeywordsThatSayNothing)
 {
   const std::string both = " spacing 1 coordination 2";
-  expect_bad_row(
-      TABLE1 + " pitch 1",
-      {"unknown keyword 'pitch'", "after its 9 values", "spacing, coordination, kv, density"});
+  expect_bad_row(TABLE1 + " pitch 1",
+                 {"unknown keyword 'pitch'", "after its 9 values",
+                  "spacing, coordination, kv, density, saturation"});
+  expect_bad_row(TABLE1 + " e1 1", {"unknown keyword 'e1'"});
   expect_bad_row(TABLE1 + " Spacing 1 coordination 2", {"unknown keyword 'Spacing'"});
   expect_bad_row(TABLE1 + both + " 3", {"unknown keyword '3'"});
   expect_bad_row(TABLE1 + both + " kv", {"keyword kv needs a value"});
@@ -246,13 +222,14 @@ TEST(ParseRow, RefusesValuesOfKeywordsOutOfRange)
 {
   const std::string finite = "must be a finite decimal number";
   for (const std::string value : {"0", "-1", "-0"})
-    for (const std::string key : {"spacing", "coordination", "density"})
+    for (const std::string key : {"spacing", "coordination", "density", "saturation"})
       expect_bad_row(TABLE1 + " " + key + " " + value, {key + " must be positive", "got " + value});
   for (const std::string value : {"nan", "inf", "1e999", "0x1", "1,5", "kv"})
-    for (const EVP::KeywordMember &member : EVP::KEYWORDS)
-      expect_bad_row(TABLE1 + " " + member.key + " " + value, {member.key, finite, value});
+    for (int k = EVP::NREQUIRED; k < EVP::NMEMBERS; k++)
+      expect_bad_row(TABLE1 + " " + EVP::MEMBERS[k].key + " " + value,
+                     {EVP::MEMBERS[k].key, finite, value});
   expect_bad_row(TABLE1 + " kv -1", {"kv must lie between 0 and 1e100", "got -1"});
-  expect_bad_row(TABLE1 + " kv 1e101", {"kv must lie between 0 and 1e100", "got 1e101"});
+  expect_bad_row(TABLE1 + " kv 1e101", {"kv must lie between 0 and 1e100", "got 1e+101"});
 }
 
 TEST(SplitFileAndRow, TakesTheLastColon)
@@ -315,11 +292,8 @@ TEST(RowFromText, TakesKeywordsOfItsRowsOnly)
 {
   const std::string text =
       FILE_TEXT + "metal " + TABLE1 + " kv 7 spacing 1e-3 coordination 12 # c\n";
-  const auto keywords = [&](const std::string &name) {
-    return EVP::row_from_text(text, "gado.evp", name, "si").keywords;
-  };
-  EXPECT_EQ(keywords("metal"), (EVP::RowKeywords{1e-3, 12.0, 7.0, 0.0}));
-  EXPECT_EQ(keywords("table1"), EVP::RowKeywords{});
+  EXPECT_EQ(from_file(text, "metal"), row_of(TABLE1 + " spacing 1e-3 coordination 12 kv 7"));
+  EXPECT_EQ(from_file(text, "table1"), row_of(TABLE1));
   expect_bad_file(text + "bad " + TABLE1 + " spacing 2\n",
                   {"gado.evp line 7", "spacing and coordination are given together"});
 }
