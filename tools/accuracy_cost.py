@@ -5,7 +5,7 @@
     tools/accuracy_cost.py [--budget 30] [--work FOLDER] [--fresh] [--out doc/accuracy_cost.md]
     tools/accuracy_cost.py --table doc/accuracy_cost.csv --out page.md        no runs: writes the page from a CSV
     tools/accuracy_cost.py --quick --out page.md                              a few short runs
-    tools/accuracy_cost.py --unloading [--out doc/accuracy_unloading.md]      unloading (unload elastic) and fix evp/volume instead
+    tools/accuracy_cost.py --unloading [--out doc/accuracy_unloading.md]      unloading (plasticity isotropic) and fix evp/volume instead
 
 Writes the page, a CSV of the same name with one row per run, and figures/NAME.png. Runs the decks with the lmp of this checkout,
 or with EVP_LMP and EVP_MPIRUN. An interrupted sweep resumes when the command is repeated. --budget is in minutes: the least

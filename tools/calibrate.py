@@ -14,7 +14,7 @@ plastic flow between about 1.2 and 2.5 times the strain at yield. It is linear i
 
 Packs a specimen and loads it quasi-statically until every target is met, in at most 8 runs. Also writes FILE.NAME.jsonl, the table of
 runs, and FILE.NAME.png with its CSV: targets and curve. The same command resumes an interrupted calibration; a run that fails is
-repeated with smaller increments. Use the row with *contact repulsive*, for which it is fitted. LAMMPS is the lmp of this checkout, or
+repeated with smaller increments. Use the row with *plasticity isotropic* and *contact repulsive*, for which it is fitted. LAMMPS is the lmp of this checkout, or
 EVP_LMP and EVP_MPIRUN.
 """
 
@@ -99,7 +99,7 @@ def comments(options, targets, result, over, words):
         lines.append(f"#   over-stress {stress:.6g} Pa at {rate:g}/s ({100.0 * (over * rate / stress - 1.0):+.2f} %)")
     if options.source:
         lines.append(f"#   source: {' '.join(options.source.split())}")
-    lines.append(f"#   DATE: {datetime.date.today().isoformat()}, {result.runs} runs of in.quasistatic, contact {runs.CONTACT}, "
+    lines.append(f"#   DATE: {datetime.date.today().isoformat()}, {result.runs} runs of in.quasistatic, plasticity isotropic, contact repulsive, "
                  + (f"body {options.body.name}" if options.body else f"{options.spheres} spheres, seed {options.seed}") + f", {options.ranks} ranks")
     lines.append("#   by: calibrate.py " + " ".join(map(shlex.quote, shown_words(words))))
     return lines

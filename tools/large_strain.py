@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Plastic flow at large strain: simple shear of a periodic packing, with each rule for new contacts.
+"""Plastic flow at large strain: simple shear of a periodic packing, with plasticity and with eq. 8.
 
     tools/large_strain.py [--strain 3] [--work FOLDER] [--fresh] [--out doc/large_strain.md]
 
-in.specimen packs the spheres in a periodic box, in.shear shears them at constant volume with `unload elastic`. Writes the page,
+in.specimen packs the spheres in a periodic box, in.shear shears them at constant volume. Writes the page,
 a CSV of the same name and figures/NAME.png. Runs that --work has already are not repeated. Uses the lmp of this checkout, or EVP_LMP.
 """
 
@@ -39,16 +39,16 @@ COLUMNS = ("strain", "shear_stress", "pressure", "spent", "kinetic", "stored", "
 
 
 class Case(NamedTuple):
-    """A run: spheres, rule of new contacts, unload, seed of the packing."""
+    """A run: spheres, rule of new contacts, plasticity, seed of the packing."""
 
     spheres: int
     contact: str
-    unload: str = "elastic"
+    plasticity: str = "isotropic"
     seed: int = 1
 
     @property
     def label(self):
-        return f"contact {self.contact}, N = {self.spheres}" + ("" if self.unload == "elastic" else ", unload reversible")
+        return f"contact {self.contact}, N = {self.spheres}" + ("" if self.plasticity == "isotropic" else ", plasticity none")
 
     @property
     def data(self):
@@ -56,10 +56,10 @@ class Case(NamedTuple):
 
     @property
     def name(self):
-        return f"{self.contact}_{self.unload}_{self.spheres}_{self.seed}"
+        return f"{self.contact}_{self.plasticity}_{self.spheres}_{self.seed}"
 
 
-PLAN = (Case(1000, "literal"), Case(2000, "literal"), Case(1000, "repulsive"), Case(1000, "none"), Case(1000, "literal", "reversible"))
+PLAN = (Case(1000, "repulsive"), Case(2000, "repulsive"), Case(1000, "none"), Case(1000, "literal", "none"))
 
 
 def packing(case):
@@ -70,7 +70,7 @@ def packing(case):
 def shear(case, strain, folder):
     """Choices of in.shear; writes the commands that it takes in."""
     (folder / "energies.lmp").write_text(ALSO.format(columns=",".join(COLUMNS)), encoding="utf-8")
-    return {"specimen": case.data, "contact": case.contact, "unload": case.unload, "rate": RATE, "strain": strain, "row": 1.0 / ROWS_PER_STRAIN,
+    return {"specimen": case.data, "contact": case.contact, "plasticity": case.plasticity, "rate": RATE, "strain": strain, "row": 1.0 / ROWS_PER_STRAIN,
             "samples": 50, "dtfraction": 0.7, "also": "energies.lmp", "out": case.name}
 
 
@@ -151,14 +151,14 @@ whenever its tilt exceeds one half. Stresses are those of the pairs, energies th
 
 """
 SPANS = ((0.5, 1.0), (1.0, 2.0))  # of strain, before the last unit of it
-HEADER = ("contact", "N", "unload", "largest stress [MPa]", "at strain", *(f"mean stress [MPa], {a:g} to {b:g}" for a, b in SPANS),
+HEADER = ("contact", "N", "plasticity", "largest stress [MPa]", "at strain", *(f"mean stress [MPa], {a:g} to {b:g}" for a, b in SPANS),
           "mean stress, last 1 [MPa]", "smallest stress, last 1 [MPa]", "pressure, last 1 [MPa]", "plastic [MPa]", "viscous [MPa]", "lost pairs [MPa]", "stored [MPa]",
           "bonds beyond dlim [%]", "new pairs per sphere", "smallest d/(Ri + Rj)", "energies over work, less 1 [%]")
 NOTES = """
 - *last 1*: over the last unit of strain.
 - *smallest stress*: smallest mean over 0.1 of strain.
 - *plastic*, *viscous*, *lost pairs*, *stored*: increase of these energies per volume and strain over the last unit of strain. Their sum is the
-  work of the shear stress. *stored* is the energy of bonds, of hardening and of new pairs, negative where new pairs attract.
+  work of the shear stress. *stored* is the energy of bonds and of new pairs, negative where new pairs attract.
 - *bonds beyond dlim*: share at the end of the run.
 - *energies over work*: sum of all energies over the work of the shear stress. The energies include the work of the box by the forces of each
   timestep; the work of the shear stress is that of its mean values in the rows.
@@ -175,7 +175,7 @@ def row(case, found, bonds):
     """Of the table. bonds: that the body had at the start."""
     top, end = int(np.argmax(found["shear_stress"])), found["strain"][-1]
     late = (end - 1.0, end)
-    return [case.contact, case.spheres, case.unload, f"{found['shear_stress'][top] / MPA:.0f}", f"{found['strain'][top]:.2f}",
+    return [case.contact, case.spheres, case.plasticity, f"{found['shear_stress'][top] / MPA:.0f}", f"{found['strain'][top]:.2f}",
             *(f"{mean(found, *span, 'shear_stress') / MPA:.0f}" for span in (*SPANS, late)), f"{lowest(found, *late):.0f}",
             f"{mean(found, *late, 'pressure') / MPA:.0f}",
             *(f"{rates(found, *late, name):.0f}" for name in ("plastic", "viscous", "lost", "stored")),
@@ -191,35 +191,30 @@ def answer(results):
             return mean(results[case], end - 1.0, end, name) / MPA
         return rates(results[case], end - 1.0, end, name)
 
-    def cases(contact, unload="elastic"):
-        return [case for case in results if case.contact == contact and case.unload == unload]
-
     def both(found):
         return " and ".join(f"{value:.0f}" for value in found)
 
-    literal, eq8, none, repulsive = cases("literal"), cases("literal", "reversible")[0], cases("none")[0], cases("repulsive")[0]
+    literal, none = (next(case for case in results if case.contact == contact) for contact in ("literal", "none"))
+    repulsive = [case for case in results if case.contact == "repulsive"]
     end = results[none]["strain"][-1]
-    spent = [sum(late(case, name) for name in ("plastic", "viscous", "lost")) for case in literal]
-    pressure = mean(results[repulsive], end - 1.0, end, "pressure") / MPA
+    pressures = [mean(results[case], end - 1.0, end, "pressure") / MPA for case in repulsive]
+    spent = late(literal, "viscous") + late(literal, "lost")
     return "\n".join((
-        f"With *contact literal* the body flows plastically up to a shear strain of {end:.3g}: over the last unit of strain the mean stress is"
-        f" {both(map(late, literal))} MPa and the",
-        f"plastic dissipation per strain {both(late(case, 'plastic') for case in literal)} MPa, for"
-        f" {both(case.spheres for case in literal)} spheres. With *unload reversible* (eq. 8) the stress is {late(eq8):.0f} MPa.",
+        f"With *plasticity isotropic* and *contact repulsive* the mean stress over the last unit of a shear strain of {end:.3g} is {both(map(late, repulsive))} MPa,"
+        f" under a pressure of {both(pressures)} MPa at this",
+        f"constant volume, and the plastic dissipation per strain {both(late(case, 'plastic') for case in repulsive)} MPa, for"
+        f" {both(case.spheres for case in repulsive)} spheres. With eq. 8 and *contact literal* the stress is {late(literal):.0f} MPa.",
         "",
         "Limits:",
         "",
-        f"- The stress is not steady: its mean from a strain of 1 to 2 is {both(mean(results[case], 1.0, 2.0, 'shear_stress') / MPA for case in literal)} MPa."
+        f"- The stress is not steady: its mean from a strain of 1 to 2 is {both(mean(results[case], 1.0, 2.0, 'shear_stress') / MPA for case in repulsive)} MPa."
         " There is one packing of each size, so that a dependence on N cannot be separated from scatter.",
-        "- With *contact literal* more energy is dissipated than the shear stress supplies, as new pairs attract each other from the distance at"
-        " which they form: the plastic, viscous and lost",
-        f"  energies increase by {both(spent)} MPa, the work by {both(map(late, literal))} MPa."
-        " A temperature computed from the dissipation would be too high.",
-        "- With *contact none* there is no steady flow: the body separates in a shear band at a strain of about one half, and its stress falls to"
+        "- With eq. 8 and *contact literal* more energy is dissipated than the shear stress supplies, as new pairs attract each other from the distance at"
+        " which they form: the viscous and lost",
+        f"  energies increase by {spent:.0f} MPa, the work by {late(literal):.0f} MPa. A temperature computed from the dissipation would be too high.",
+        "- With *contact none* there is no steady flow: the body separates in a shear band, and its stress falls to"
         f" {lowest(results[none], end - 1.0, end):.0f} MPa. The later peaks are those of",
         "  initial bonds whose partners return through the periodic boundary after each unit of strain.",
-        f"- With *contact repulsive* the stress is {late(repulsive):.0f} MPa, under a pressure of {pressure:.0f} MPa at this constant volume, and the plastic dissipation"
-        f" {late(repulsive, 'plastic'):.0f} MPa. Both vary as bonds return.",
         "- With all three rules the initial bonds act again when their partners return, as in the paper. The keyword *break* prevents this.",
     ))
 

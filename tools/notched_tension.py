@@ -26,7 +26,7 @@ from evp.run import CHECKOUT, DECKS, deck_command, output_of
 from rupture_work import PARTED, number, read_pull
 
 BAR = {"shape": "region", "region": DECKS / "regions" / "notched.lmp", "width": 0.022, "height": 0.012}
-PULL = {"coeff": "80 8 4 3 8 4 0.005 20 1.5 spacing 0.00585189 coordination 11.9", "contact": "repulsive", "unload": "elastic", "rate": 100,
+PULL = {"coeff": "80 8 4 3 8 4 0.005 20 1.5 spacing 0.00585189 coordination 11.9", "contact": "repulsive", "plasticity": "isotropic", "rate": 100,
         "strain": 0.02, "row": 0.00025, "samples": 5, "dtfraction": 0.8}
 VOLUME = 9.814e-6  # [m3] of the bar
 NOTCH = 1.0  # radius of the end of a notch [mm]
@@ -181,7 +181,7 @@ Recommendations:
 ![stress against strain](figures/{stem}.png)
 
 Written by `{command}`: a bar of 50 x 20 x 10 mm with two notches, 5 mm deep, their ends round with a radius of {notch:g} mm
-(`lammps_inputs/regions/notched.lmp`), Table 1 scaled with the spacing, gamma 20, *unload elastic*, *contact repulsive*, *break XI*, in.traction at
+(`lammps_inputs/regions/notched.lmp`), Table 1 scaled with the spacing, gamma 20, *plasticity isotropic*, *contact repulsive*, *break XI*, in.traction at
 {rate}/s. Stress and work are per net cross-section, 10 x 10 mm. Rupture: the stress on the grips falls below a tenth
 of its largest value. The table has means, +- the largest difference of one specimen.
 
@@ -195,7 +195,7 @@ Commands for the first specimen:
     build/lmp -in lammps_inputs/in.specimen -var n 4000 -var shape region -var region lammps_inputs/regions/notched.lmp \\
               -var width 0.022 -var height 0.012 -var out notched.data
     build/lmp -in lammps_inputs/in.traction -var specimen notched.data -var coeff "{coeff}" \\
-              -var contact repulsive -var unload elastic -var break {xi:g} -var extensometer yes -var rate {rate} -var row 0.00025 -var out notched
+              -var contact repulsive -var plasticity isotropic -var break {xi:g} -var extensometer yes -var rate {rate} -var row 0.00025 -var out notched
 """
 
 

@@ -25,7 +25,7 @@ SPHERES = (500, 1000, 2000, 4000)
 FREE_LENGTH = 0.04  # between the grips [m]
 PARTED = 0.1  # of the largest stress: below it the body has parted
 START, END = ".. rupture work: this table is written by tools/rupture_work.py\n", ".. end of rupture work\n"
-PULL = {"coeff": "80 8 4 3 8 4 0.005 100 1.5", "contact": "repulsive", "unload": "elastic", "rate": 100, "strain": 0.15, "row": 0.0005,
+PULL = {"coeff": "80 8 4 3 8 4 0.005 100 1.5", "contact": "repulsive", "plasticity": "isotropic", "rate": 100, "strain": 0.15, "row": 0.0005,
         "samples": 5, "dtfraction": 0.8}
 
 

@@ -96,19 +96,20 @@ template <class Powers> class Law {
   Regime<Powers> first, second;
   double xi_s, gamma;
   double hardening, saturation;    ///< h; k_s, 0 where linear
-  Row row;
 
   /// Throws BadInput where a member breaks its rule, or numbers of this law would overflow.
-  Law(const Row &row_in, const Powers &powers1, const Powers &powers2) :
-      first(row_in.e1, row_in.m1, row_in.n1, powers1), second(row_in.e2, row_in.m2, row_in.n2, powers2),
-      xi_s(row_in.xi_s), gamma(row_in.gamma), saturation(row_in.saturation), row(row_in)
+  Law(const Row &row, const Powers &powers1, const Powers &powers2) :
+      first(row.e1, row.m1, row.n1, powers1), second(row.e2, row.m2, row.n2, powers2), xi_s(row.xi_s), gamma(row.gamma),
+      saturation(row.saturation)
   {
     const double ratio = row.m2 * row.n2 * row.e2 / (row.m1 * row.n1 * row.e1);
-    hardening = ratio < 1.0 ? ratio / (1.0 - ratio) : 0.0;    // with plasticity check_flow() refuses others
-    for (const double sign : {1.0, -1.0}) {
-      const double strain = sign * xi_s, s = 1.0 / (1.0 + strain);
-      threshold[sign > 0.0] = {first.force(s), first.stored(strain, s)};
-    }
+    hardening = ratio < 1.0 ? ratio / (1.0 - ratio) : 0.0;    // with plasticity PairLaw::check_flow() refuses others
+    const auto at = [this](double strain) {
+      const double s = 1.0 / (1.0 + strain);
+      return Threshold{first.force(s), first.stored(strain, s)};
+    };
+    stretched = at(xi_s);
+    compressed = at(-xi_s);
   }
 
   // eq. 8
@@ -116,29 +117,29 @@ template <class Powers> class Law {
   /// The regime of a pair at r, and 1/s in it.
   struct Place {
     bool is_first, is_stretched;
-    double shifted;
+    double r, shifted;
   };
   EVP_INLINE Place place(double r) const
   {
     const double xi = r - 1.0;
     const bool is_first = std::fabs(xi) <= xi_s;
-    return {is_first, xi > 0.0, r - (is_first ? 0.0 : std::copysign(xi_s, xi))};
+    return {is_first, xi > 0.0, r, r - (is_first ? 0.0 : std::copysign(xi_s, xi))};
   }
 
   /// F deq.
   EVP_INLINE double force(const Place &at, double s) const
   {
     // in this order: the other one costs g++ 12 a tenth of the loop
-    const double side = at.is_stretched ? threshold[1].force : threshold[0].force;
+    const double side = at.is_stretched ? stretched.force : compressed.force;
     const double a = at.is_first ? first.a : second.a;
     const double carried = at.is_first ? 0.0 : side;
     return Regime<Powers>::force(a, s, powers_at(at, s)) + carried;
   }
 
   /// F_I and F_II integrated from deq.
-  EVP_INLINE Stored stored(const Place &at, double r, double s) const
+  EVP_INLINE Stored stored(const Place &at, double s) const
   {
-    const double xi = r - 1.0;
+    const double xi = at.r - 1.0;
     const double strain = at.is_first ? xi : xi - std::copysign(xi_s, xi);
     double own;
     if constexpr (Powers::are_fixed) {
@@ -146,8 +147,8 @@ template <class Powers> class Law {
       own = (at.is_first ? first.e : second.e) * open * open;
     } else
       own = (at.is_first ? first : second).stored(strain, s);
-    const double carried = at.is_stretched ? threshold[1].stored : threshold[0].stored;
-    const double force = at.is_stretched ? threshold[1].force : threshold[0].force;
+    const double carried = at.is_stretched ? stretched.stored : compressed.stored;
+    const double force = at.is_stretched ? stretched.force : compressed.force;
     return {at.is_first ? own : carried, at.is_first ? 0.0 : own - force * strain};
   }
 
@@ -213,20 +214,11 @@ template <class Powers> class Law {
     return 0.5 * slip * sum;
   }
 
-  /// Throws BadInput where the row cannot flow.
-  void check_flow() const
-  {
-    if (!(row.m2 * row.n2 * row.e2 < row.m1 * row.n1 * row.e1))
-      throw BadInput("plasticity isotropic needs a second regime less stiff than the first, got m2 n2 e2 = " +
-                     rounded(row.m2 * row.n2 * row.e2) + " and m1 n1 e1 = " + rounded(row.m1 * row.n1 * row.e1) +
-                     ": flow would not end");
-  }
-
  private:
   struct Threshold {
     double force, stored;    ///< F_I deq and Phi_I - Phi_I(deq) at ds
   };
-  Threshold threshold[2];    ///< compressed, stretched
+  Threshold stretched, compressed;
 
   EVP_INLINE PowerPair powers_at(const Place &at, double s) const
   {
@@ -251,11 +243,25 @@ struct PairState {
 /// The law of a pair for all but the time-step loop.
 class PairLaw : public Law<AnyPowers> {
  public:
+  Row row;
+
   /// Of a pair of types without a row: no force.
   PairLaw() : PairLaw(no_force()) {}
 
   /// Throws BadInput where a member breaks its rule, or numbers of this law would overflow.
-  explicit PairLaw(const Row &row) : Law(checked(row), {row.m1, row.n1}, {row.m2, row.n2}) { check_range(); }
+  explicit PairLaw(const Row &row_in) : Law(checked(row_in), {row_in.m1, row_in.n1}, {row_in.m2, row_in.n2}), row(row_in)
+  {
+    check_range();
+  }
+
+  /// Throws BadInput where the row cannot flow.
+  void check_flow() const
+  {
+    if (!(row.m2 * row.n2 * row.e2 < row.m1 * row.n1 * row.e1))
+      throw BadInput("plasticity isotropic needs a second regime less stiff than the first, got m2 n2 e2 = " +
+                     rounded(row.m2 * row.n2 * row.e2) + " and m1 n1 e1 = " + rounded(row.m1 * row.n1 * row.e1) +
+                     ": flow would not end");
+  }
 
   /// At r = d/deq of a pair with the offset `before`.
   PairState state(double r, double inv_deq, Flow flow = Flow::FORGETS, const Offset &before = {}) const
@@ -298,7 +304,7 @@ class PairLaw : public Law<AnyPowers> {
     const Place at = place(r);
     const double s = 1.0 / at.shifted;
     now.force = force(at, s);
-    now.stored = stored(at, r, s);
+    now.stored = stored(at, s);
     now.stiffness = (at.is_first ? first : second).stiffness(s);
     now.stiffness_ahead = std::max(row.m1 * row.n1 * row.e1, row.m2 * row.n2 * row.e2);    // where regimes begin
     now.regime = at.is_first ? 1 : 2;

@@ -27,11 +27,11 @@ class Pairs(NamedTuple):
         return [key for key, broken in self.broken.items() if broken == kind]
 
 
-def rules(contact="literal", broken=BREAK, unload="elastic"):
+def rules(contact="literal", broken=BREAK, plasticity="isotropic"):
     return f"contact {contact} unload {unload}" + (f" break {broken}" if broken else "")
 
 
-def flowing_pair(contact="literal", broken=BREAK, row=ROW, kv=KV, fix=BONDS, unload="elastic"):
+def flowing_pair(contact="literal", broken=BREAK, row=ROW, kv=KV, fix=BONDS, plasticity="isotropic"):
     """Pair style, bonds and volume energy."""
     text = f"pair_style evp/lj {rules(contact, broken, unload)}\npair_coeff * * {words(row)}\n{fix}\n"
     return text + (f"fix volume all evp/volume {kv}\n" if kv else "")

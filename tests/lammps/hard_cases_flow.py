@@ -25,7 +25,7 @@ def two(bench, style, way, gap=DEQ, fix="fix bonds all evp/bonds", steps=100):
 @case("each force is that of the return map, over five cycles between 4 % of tension and 4 % of compression",
       "the pair flows in tension and in compression")
 def pair_cycled_far_beyond_xi_s(bench):
-    d, force = two(bench, "contact none unload elastic", f"wiggle {0.04 * DEQ} 0 0 1e-4", steps=500)
+    d, force = two(bench, "contact none plasticity isotropic", f"wiggle {0.04 * DEQ} 0 0 1e-4", steps=500)
     q, expected, flowed = 0.0, [], []
     for distance in d:
         step = flow.step(distance, DEQ, TABLE1, q)
@@ -43,7 +43,7 @@ def pair_cycled_far_beyond_xi_s(bench):
 def contact_pulled_and_pushed(bench):
     (bench.folder / "none.bonds").write_text("# EVP bonds COUNT: 0 UNITS: si\n")
     no_bonds = "fix bonds all evp/bonds file none.bonds"
-    d, force = two(bench, "contact literal unload elastic", f"wiggle {0.05 * TOUCHING} 0 0 1e-4", TOUCHING, no_bonds, steps=300)
+    d, force = two(bench, "contact literal plasticity isotropic", f"wiggle {0.05 * TOUCHING} 0 0 1e-4", TOUCHING, no_bonds, steps=300)
     q, expected = 0.0, []
     for distance in d:
         step = flow.contact_step(distance, TOUCHING, TABLE1, q, TABLE1.alpha * TOUCHING)
@@ -101,7 +101,7 @@ def minimization_that_stops_early(bench):
 def volume_energy_of_a_free_body(bench):
     body = lattice_body((4, 4, 4))
     write_body(bench.folder / "body.data", body)
-    text = head() + flowing_pair("none", 0, TABLE1._replace(xi_s=0.3), 3000.0, unload="reversible") + "fix move all nve\n"
+    text = head() + flowing_pair("none", 0, TABLE1._replace(xi_s=0.3), 3000.0, plasticity="none") + "fix move all nve\n"
     text += "variable vx atom 0.5*(x-0.02)/0.02\nvariable vy atom 0.5*(y-0.02)/0.02\nvariable vz atom 0.5*(z-0.02)/0.02\nvelocity all set v_vx v_vy v_vz\n"
     text += "compute dt all evp/dt\nthermo 5\n" + thermo("pe ke etotal f_volume c_dt") + "run 0\ntimestep $(0.05*c_dt)\n" + dump(every=600) + "run 600\n"
     run = bench.run(text).ok()

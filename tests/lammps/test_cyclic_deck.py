@@ -21,13 +21,13 @@ def run(deck, folder, ranks=1, **choices):
 
 @pytest.fixture(scope="module")
 def once(tmp_path_factory):
-    """run() of in.cyclic with unload elastic, made once per module for the same choices; found.folder is not to be written in."""
+    """run() of in.cyclic with plasticity isotropic, made once per module for the same choices; found.folder is not to be written in."""
     known = {}
 
     def cyclic(**choices):
         key = tuple(sorted(choices.items()))
         if key not in known:
-            known[key] = run("in.cyclic", tmp_path_factory.mktemp("once"), unload="elastic", **choices)
+            known[key] = run("in.cyclic", tmp_path_factory.mktemp("once"), plasticity="isotropic", **choices)
         return known[key]
 
     return cyclic
@@ -99,7 +99,7 @@ def test_at_rest_and_back(tmp_path):
 @pytest.mark.parametrize("deck, choices", [("in.cyclic", {"rate": 50, "row": 0.0005}), ("in.quasistatic", {"cycles": 1, "increment": 0.001})])
 def test_body_that_is_not_unloaded_is_told_and_the_remedy_unloads_it(tmp_path, deck, choices):
     """By default a body that has flowed is pushed back; lower as printed ends at no stress, without a word."""
-    choices = {"unload": "elastic", "strain": 0.015, **choices}
+    choices = {"plasticity": "isotropic", "strain": 0.015, **choices}
     pushed, found = run(deck, tmp_path, **choices)
     said = re.search(r"^the body ends at (\S+) MPa, not unloaded: -var lower (\S+) ends at zero stress$", found.stdout, re.M)
     assert said and float(said[1]) == pytest.approx(pushed.virial[-1] / 1e6, rel=0.02) and pushed.virial[-1] < -100e6
@@ -142,7 +142,7 @@ def test_release_of_eq_8_leaves_no_strain(tmp_path):
 
 def test_releases_in_cycles_on_any_ranks(tmp_path):
     """Each cycle goes up to the strain and ends at zero stress; the timestep size of a way's last rows does not stay."""
-    choices = {**DAMPED, "unload": "elastic", "lower": "release", "cycles": 3, "strain": 0.01}
+    choices = {**DAMPED, "plasticity": "isotropic", "lower": "release", "cycles": 3, "strain": 0.01}
     curve, found = run("in.cyclic", tmp_path, **choices)
     ends = np.array([*cycles.turns(curve.strain), len(curve.strain) - 1])
     assert len(ends) == 6 and curve.strain[ends[::2]] == pytest.approx([0.01] * 3, abs=1e-9)
@@ -155,7 +155,7 @@ def test_releases_in_cycles_on_any_ranks(tmp_path):
 
 def test_release_of_a_body_that_broke_ends(tmp_path):
     """It carries no stress at the turn: the run ends there, within a few rows."""
-    curve, found = run("in.cyclic", tmp_path, unload="elastic", lower="release", rate=100, strain=0.1, row=0.001, **{"break": 0.01})
+    curve, found = run("in.cyclic", tmp_path, plasticity="isotropic", lower="release", rate=100, strain=0.1, row=0.001, **{"break": 0.01})
     assert "released: strain" in found.stdout and curve.strain[-1] > 0.08 and abs(curve.virial[-1]) < 0.1 * curve.virial.max()
 
 
@@ -186,7 +186,7 @@ def test_release_at_rest(tmp_path, unload, left):
     ("in.quasistatic", {"coeff": "80 8 4 3 8 4 0.001 0 1.5", "increment": 0.005, "cycles": 1})], ids=["coarse rows", "strong damping", "coarse increments"])
 def test_release_that_misses_zero_stress_is_told(tmp_path, deck, choices):
     """Not called released: the elastic strain is shorter than a row, or the viscous stress turns with the grips."""
-    curve, found = run(deck, tmp_path, unload="elastic", lower="release", strain=0.02, **choices)
+    curve, found = run(deck, tmp_path, plasticity="isotropic", lower="release", strain=0.02, **choices)
     ends = re.search(r"WARNING: the release to zero stress ends at (\S+) MPa, at a strain of (\S+): give a smaller -var (row|increment)", found.stdout)
     assert float(ends[1]) == pytest.approx(1e-6 * curve.grip[-1], rel=0.1) and float(ends[2]) == pytest.approx(curve.strain[-1], rel=1e-4)
     assert abs(curve.grip[-1]) > 0.05 * curve.grip.max()
@@ -195,7 +195,7 @@ def test_release_that_misses_zero_stress_is_told(tmp_path, deck, choices):
 
 def test_frames_of_a_release_end_with_the_last_state(tmp_path):
     """As many as asked for, and the unloaded body as the last one; once only where a snapshot is due in the last step anyway."""
-    choices = {"unload": "elastic", "lower": "release", "rate": 50, "also": DECKS / "frames.lmp", "frames": 4}
+    choices = {"plasticity": "isotropic", "lower": "release", "rate": 50, "also": DECKS / "frames.lmp", "frames": 4}
     curve, _ = run("in.cyclic", tmp_path, **choices)
     frames, state = read_dump(tmp_path / "run_frames.dump"), read_dump(tmp_path / "run_state.dump")[-1]
     assert len(frames) == 5 and frames[-1].step == state.step and frames[-1]["strain"][0] == pytest.approx(curve.strain[-1], rel=1e-8)
@@ -205,14 +205,14 @@ def test_frames_of_a_release_end_with_the_last_state(tmp_path):
     assert len(ends) == 5
     run("in.cyclic", tmp_path, **choices, duration=ends[-1])
     assert [frame.step for frame in read_dump(tmp_path / "run_frames.dump")][-2:] == [pytest.approx(0.75 * state.step, rel=0.01), state.step]
-    run("in.quasistatic", tmp_path, **{"unload": "elastic", "lower": "release", "cycles": 1, "frames": 4, "increment": 0.001, "restart": 0})
+    run("in.quasistatic", tmp_path, **{"plasticity": "isotropic", "lower": "release", "cycles": 1, "frames": 4, "increment": 0.001, "restart": 0})
     rest = read_dump(tmp_path / "run_frames.dump")
     assert len(rest) == 5 and rest[-1]["strain"][0] == pytest.approx(frames[-1]["strain"][0], abs=2e-4)
 
 
 def test_frames_at_rest(tmp_path):
     """At equal parts of the way, there and back; a resumed run writes those that are left."""
-    choices = {"increment": 0.001, "strain": 0.004, "cycles": 1, "lower": -0.004, "frames": 3, "restart": 1, "unload": "elastic"}
+    choices = {"increment": 0.001, "strain": 0.004, "cycles": 1, "lower": -0.004, "frames": 3, "restart": 1, "plasticity": "isotropic"}
     run("in.quasistatic", tmp_path, **choices)
     frames = read_dump(tmp_path / "run_frames.dump")
     assert [frame["strain"][0] for frame in frames] == pytest.approx([0.0, 0.004, 0.0, -0.004], abs=1e-9)
@@ -250,13 +250,13 @@ def test_release_that_is_stopped_in_its_last_rows_is_told_as_such(once, tmp_path
     _, whole = once(lower="release", rate=50)
     last = read_dump(whole.folder / "run_state.dump")[-1].step
     (tmp_path / "early.lmp").write_text(f"variable early equal step>={last - 3}\nfix early all halt 1 v_early > 0 error continue\n", encoding="utf-8")
-    _, found = run("in.cyclic", tmp_path, unload="elastic", lower="release", rate=50, also="early.lmp")
+    _, found = run("in.cyclic", tmp_path, plasticity="isotropic", lower="release", rate=50, also="early.lmp")
     assert read_dump(tmp_path / "run_state.dump")[-1].step == last - 3
     assert len(re.findall("^WARNING: the run ended at a strain of", found.stdout, re.M)) == 1 and "released: strain" not in found.stdout
 
 
 @pytest.mark.parametrize("deck", ["in.cyclic", "in.traction", "in.quasistatic"])
-@pytest.mark.parametrize("choices", [{}, {"unload": "elastic"}, {"break": 0.05}, {"kv": 300}])
+@pytest.mark.parametrize("choices", [{}, {"plasticity": "isotropic"}, {"break": 0.05}, {"kv": 300}])
 def test_columns_of_the_state(tmp_path, deck, choices):
     """Named where flow, breaking or a volume energy is on; else the four columns as they were."""
     run(deck, tmp_path, strain=0.008, **({} if deck == "in.quasistatic" else {"row": 0.004, "rate": 50}), **choices)
@@ -266,4 +266,4 @@ def test_columns_of_the_state(tmp_path, deck, choices):
     assert list(state.columns) == first + (names if choices else [f"c_pairs[{k}]" for k in range(1, 5)])
     if choices:
         assert np.abs(state["volume_strain"]).max() > 0.0 and state["bonds"].sum() == 2 * 2975
-        assert ("unload" in choices) == (state["plastic_work"].max() > 0.0) == (state["plastic_strain"].max() > 0.0)
+        assert ("plasticity" in choices) == (state["plastic_work"].max() > 0.0) == (state["plastic_strain"].max() > 0.0)

@@ -22,7 +22,7 @@ def entries(table, row=-1):
     return dict(zip(ENTRIES, (table[name][row] for name in ("f_energy", *(f"f_energy[{k}]" for k in range(1, 13))))))
 
 
-def style(row, contact, unload="elastic", breaks="none", fix="fix bonds all evp/bonds"):
+def style(row, contact, plasticity="isotropic", breaks="none", fix="fix bonds all evp/bonds"):
     return pair(row, contact, fix).replace(f"contact {contact}", f"contact {contact} unload {unload} break {breaks}")
 
 
@@ -266,7 +266,7 @@ def test_loop_area_is_what_is_dissipated(tmp_path, choices):
         "variable open equal f_energy\n"
         'fix work all print $(v_steps_per_row) "${now},$(v_plastic:%.12g),$(v_viscous:%.12g),$(v_open:%.12g)" '
         "file work.csv screen no title strain,plastic,viscous,open\n")
-    more = {"specimen": REFERENCE, "contact": "none", "unload": "elastic", "strain": 0.01, "lower": -0.01, "cycles": 4, "row": 0.0002}
+    more = {"specimen": REFERENCE, "contact": "none", "plasticity": "isotropic", "strain": 0.01, "lower": -0.01, "cycles": 4, "row": 0.0002}
     run_lammps("in.cyclic", 1, {**more, **choices, "out": "run", "also": "work.lmp"}, tmp_path).ok()
     curve, work = curves.read_curve(tmp_path / "run.csv"), read_csv(tmp_path / "work.csv")
     once = np.append(True, np.diff(work["strain"]) != 0.0)  # fix print writes a turn twice

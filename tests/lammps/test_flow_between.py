@@ -77,7 +77,7 @@ def test_fixes_that_change_atoms_stand_after(lmp, fix, ranks):
     refused(lmp(text + "run 1\n", ranks), "must be defined before fix early")
 
 
-@pytest.mark.parametrize("before, after", [("break 0.02", "unload elastic"), ("unload elastic", "unload reversible"), ("break 0.02", "break 0.03")])
+@pytest.mark.parametrize("before, after", [("break 0.02", "plasticity isotropic"), ("plasticity isotropic", "plasticity none"), ("break 0.02", "break 0.03")])
 def test_other_rules_need_a_set_up(lmp, before, after):
     text = TWO.format(newton="on", ghosts=0.03).replace("break 0.02", before)
     row = "pair_coeff * * 80 8 4 3 8 4 0.005 0 1.5\n"

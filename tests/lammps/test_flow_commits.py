@@ -91,7 +91,7 @@ def test_a_run_in_parts_is_the_same(lmp, tmp_path, bar, contact):
     assert parts.thermo()["KinEng"][-1] == pytest.approx(whole["KinEng"][-1], rel=1e-11)
 
 
-@pytest.mark.parametrize("rule", ["unload elastic", f"break {BREAK}"])
+@pytest.mark.parametrize("rule", ["plasticity isotropic", f"break {BREAK}"])
 def test_rerun_is_refused(lmp, tmp_path, bar, rule):
     start = head() + f"pair_style evp/lj {rule}\npair_coeff * * {words(ROW)}\n{BONDS}\n"
     lmp(start + SHAKE + "fix move all nve\ntimestep 3e-7\ndump all all custom 5 all.dump id x y z vx vy vz\nrun 10\n").ok()

@@ -162,5 +162,5 @@ def test_fixes_that_move_atoms_stand_after(lmp, tmp_path, style, lines):
     run = lmp(head() + lines + flowing_pair() + SHAKE + MOVE + "run 10\n")
     assert run.returncode == 1 and run.made_no_step()
     assert f"Fix bonds evp/bonds must be defined before fix even {style}" in " ".join(run.stdout.split())
-    text = lines + flowing_pair(unload="reversible", broken=0) + SHAKE + MOVE.replace("f_bonds[5]", "")
+    text = lines + flowing_pair(plasticity="none", broken=0) + SHAKE + MOVE.replace("f_bonds[5]", "")
     lmp(head() + text + "run 10\n").ok()

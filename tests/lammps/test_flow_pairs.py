@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The pairs of a body that was pulled, pushed and pulled again with `unload elastic`: offset, force and plastic work of each, against
+"""The pairs of a body that was pulled, pushed and pulled again with `plasticity isotropic`: offset, force and plastic work of each, against
 tools/evp/flow.py, which was written apart."""
 
 import re
@@ -29,7 +29,7 @@ def states(tmp_path_factory):
             (folder / "pairs.lmp").write_text(
                 "compute own all pair/local dist force p1 p2 p3 p4 p5 eng\ncompute who all property/local patom1 patom2 cutoff type\n"
                 "dump own all local $(v_steps_per_row) pairs.dump c_own[*] c_who[*]\ndump_modify own format float %.17g\n")
-            choices = {"specimen": REFERENCE, "contact": contact, "unload": "elastic", "strain": 0.015, "lower": -0.01, "row": 0.001, "break": broken,
+            choices = {"specimen": REFERENCE, "contact": contact, "plasticity": "isotropic", "strain": 0.015, "lower": -0.01, "row": 0.001, "break": broken,
                        "rate": 20, "dtfraction": 0.8, "also": "pairs.lmp", "out": "run"}
             run_lammps("in.cyclic", 1, choices, folder).ok()
             known[contact, broken] = [sorted_pairs(snapshot) for snapshot in read_dump(folder / "pairs.dump")]
@@ -149,7 +149,7 @@ set group all diameter 0.002 density 2700
 neighbor 0.0001 bin
 group one id 1
 group two id 2
-pair_style evp/lj contact literal unload elastic
+pair_style evp/lj contact literal plasticity isotropic
 pair_coeff * * 80 8 4 3 8 4 0.005 0 1.5
 fix b all evp/bonds zone 1.05
 fix hold one setforce 0 0 0

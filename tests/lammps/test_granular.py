@@ -35,7 +35,7 @@ def write_scene(folder, gap=0.0):
     write_data(folder / "body.data", x, [RADIUS] * len(x), [[-0.03, 0.08]] * 3, [1] * len(block()) + [2] * len(rails))
 
 
-def style(contact=HOOKE, row=law.TABLE1, unload="elastic"):
+def style(contact=HOOKE, row=law.TABLE1, plasticity="isotropic"):
     return f"""comm_modify vel yes
 pair_style hybrid evp/lj contact repulsive unload {unload} granular
 pair_coeff 1 1 evp/lj {words(row)}
@@ -132,7 +132,7 @@ def test_friction_goes_on_after_a_restart(lmp, tmp_path):
 def test_within_a_body_hybrid_changes_no_force(lmp, tmp_path, ranks, newton):
     """Bodies apart, a block that rings: positions, velocities and forces are those of evp/lj alone, but for round-off of sums in another order."""
     write_scene(tmp_path, gap=0.001)
-    alone = f"pair_style evp/lj contact repulsive unload elastic\npair_coeff * * {words(law.TABLE1)}\nneigh_modify exclude type 2 2\n"
+    alone = f"pair_style evp/lj contact repulsive plasticity isotropic\npair_coeff * * {words(law.TABLE1)}\nneigh_modify exclude type 2 2\n"
     move = """group block type 1
 fix bonds block evp/bonds
 fix integrate block nve

@@ -1,18 +1,18 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""`unload elastic` and `break` with every word wrong, bond files and restart files with histories that are damaged or go to a style that would
+"""`plasticity isotropic` and `break` with every word wrong, bond files and restart files with histories that are damaged or go to a style that would
 forget them: one clear error each, or a result that the pages promise."""
 
 import pytest
 from hostile import BONDS, PARTS, ROW, SECONDS, refused, scene
 
 STYLE = "pair_style evp/lj contact literal "
-FLOWS, BREAKS = STYLE + "unload elastic", STYLE + "break 0.1"
+FLOWS, BREAKS = STYLE + "plasticity isotropic", STYLE + "break 0.1"
 NUMBER = "must be a finite decimal number, got"
 UNLOAD = "unload must be reversible (the paper's law) or elastic (permanent flow)"
 BREAK = "break must be none or a positive strain of a bond, at which it breaks permanently"
 NEEDS = "needs fix evp/bonds, which stores the history of the bonds"
-STIFFER = "unload elastic needs a second regime less stiff than the first"
-FORGETS = "bonds have flowed or broken, which pair_style evp/lj with 'unload reversible' and 'break none' would forget"
+STIFFER = "plasticity isotropic needs a second regime less stiff than the first"
+FORGETS = "bonds have flowed or broken, which pair_style evp/lj with 'plasticity none' and 'break none' would forget"
 
 CASES = [
     ({"style": STYLE + "unload"}, "keyword unload needs a value"),
@@ -22,7 +22,7 @@ CASES = [
     ({"style": STYLE + 'unload ""'}, UNLOAD),
     ({"style": STYLE + "unloading elastic"}, "unknown keyword 'unloading'; it takes contact"),
     ({"style": STYLE + "elastic"}, "unknown keyword 'elastic'"),
-    ({"style": STYLE + "unload elastic break"}, "keyword break needs a value"),
+    ({"style": STYLE + "plasticity isotropic break"}, "keyword break needs a value"),
     ({"style": STYLE + "break 0"}, BREAK),
     ({"style": STYLE + "break -1"}, BREAK),
     ({"style": STYLE + "break -0.0"}, BREAK),
@@ -33,10 +33,10 @@ CASES = [
     ({"style": STYLE + "break None"}, f"break {NUMBER} 'None'"),
     ({"style": STYLE + "break 5%"}, f"break {NUMBER} '5%'"),
     ({"style": STYLE + "breaks 0.1"}, "unknown keyword 'breaks'"),
-    ({"style": FLOWS, "fix": "", "thermo": ""}, "unload elastic " + NEEDS),
+    ({"style": FLOWS, "fix": "", "thermo": ""}, "plasticity isotropic " + NEEDS),
     ({"style": BREAKS, "fix": "", "thermo": ""}, "break " + NEEDS),
-    ({"style": FLOWS, "fix": "", "thermo": "", "run": "minimize 0 1e-9 10 10"}, "unload elastic " + NEEDS),
-    ({"style": FLOWS, "fix": "fix bonds all evp/bonds\nrun 0\nunfix bonds", "thermo": ""}, "unload elastic " + NEEDS),
+    ({"style": FLOWS, "fix": "", "thermo": "", "run": "minimize 0 1e-9 10 10"}, "plasticity isotropic " + NEEDS),
+    ({"style": FLOWS, "fix": "fix bonds all evp/bonds\nrun 0\nunfix bonds", "thermo": ""}, "plasticity isotropic " + NEEDS),
     ({"style": FLOWS, "coeff": "pair_coeff * * 80 8 4 80 8 4 0.005 0 1.5"}, STIFFER),
     ({"style": FLOWS, "coeff": "pair_coeff * * 80 8 4 3 24 12 0.3 0 1.5"}, STIFFER),
     ({"style": FLOWS, "after": "pair_coeff * * 80 8 4 200 8 4 0.005 0 1.5\nrun 1"}, STIFFER),
@@ -45,8 +45,8 @@ CASES = [
     ({"style": BREAKS, "step": "timestep 1e-7\nrun_style respa 2 2"}, "respa"),
     ({"style": FLOWS, "fix": "fix even all balance 2 1.0 shift x 5 1.0\nfix bonds all evp/bonds"}, "must be defined before fix even balance"),
     ({"style": BREAKS, "fix": "fix even all balance 2 1.0 shift x 5 1.0\nfix bonds all evp/bonds"}, "must be defined before fix even balance"),
-    ({"style": "pair_style hybrid/scaled 0.5 evp/lj unload elastic", "coeff": "pair_coeff * * evp/lj " + ROW}, "does not work in pair_style hybrid/scaled"),
-    ({"style": "pair_style hybrid/overlay evp/lj unload elastic evp/lj break 0.1", "coeff": f"pair_coeff * * evp/lj 1 {ROW}\npair_coeff * * evp/lj 2 {ROW}"},
+    ({"style": "pair_style hybrid/scaled 0.5 evp/lj plasticity isotropic", "coeff": "pair_coeff * * evp/lj " + ROW}, "does not work in pair_style hybrid/scaled"),
+    ({"style": "pair_style hybrid/overlay evp/lj plasticity isotropic evp/lj break 0.1", "coeff": f"pair_coeff * * evp/lj 1 {ROW}\npair_coeff * * evp/lj 2 {ROW}"},
      "can be one sub-style of pair_style hybrid only"),
 ]
 
@@ -58,8 +58,8 @@ def test_one_clear_error(lmp, parts, text):
 
 
 @pytest.mark.parametrize("style", [
-    FLOWS, BREAKS, FLOWS + " break none", FLOWS + " break 1e-9", FLOWS + " break 1e9", STYLE + "unload elastic unload reversible", STYLE + "break 0.1 break none",
-    "pair_style evp/lj unload elastic break 0.02 contact none", "pair_style evp/lj overlap 1 break 0.02 unload reversible contact repulsive"])
+    FLOWS, BREAKS, FLOWS + " break none", FLOWS + " break 1e-9", FLOWS + " break 1e9", STYLE + "plasticity isotropic plasticity none", STYLE + "break 0.1 break none",
+    "pair_style evp/lj plasticity isotropic break 0.02 contact none", "pair_style evp/lj overlap 1 break 0.02 plasticity none contact repulsive"])
 @pytest.mark.parametrize("ranks", [1, 2])
 def test_legal_words(lmp, style, ranks):
     """At rest nothing flows or breaks; words that come later count."""
@@ -67,14 +67,14 @@ def test_legal_words(lmp, style, ranks):
     assert list(run.thermo()["f_bonds"]) == [BONDS] * 2 and list(run.thermo()["f_bonds[5]"]) == [0, 0]
     words = style.split()
     on = "elastic" in words and words[::-1].index("elastic") < (words[::-1].index("reversible") if "reversible" in words else 99)
-    assert ("unload elastic" in run.stdout.partition("evp/lj: damping")[2]) == on
+    assert ("plasticity isotropic" in run.stdout.partition("evp/lj: damping")[2]) == on
 
 
 # ---- bond files
 
 HEADER = "# EVP bonds COUNT: {} UNITS: si\n"
-FLOWED = "it has flowed: use pair_style evp/lj with 'unload elastic', as when the file was written (bond file b.bonds)"
-FORGOTTEN = "it has flowed or broken: use pair_style evp/lj with 'unload elastic' or 'break', as when the file was written (bond file b.bonds)"
+FLOWED = "it has flowed: use pair_style evp/lj with 'plasticity isotropic', as when the file was written (bond file b.bonds)"
+FORGOTTEN = "it has flowed or broken: use pair_style evp/lj with 'plasticity isotropic' or 'break', as when the file was written (bond file b.bonds)"
 WHOLE = "1 2 0.0101 0 0 0 0"
 
 
@@ -160,7 +160,7 @@ def resume(lmp, tmp_path):
 
 
 COEFFS = "\npair_coeff * * " + ROW
-PLASTIC = "pair_style evp/lj contact literal unload elastic" + COEFFS
+PLASTIC = "pair_style evp/lj contact literal plasticity isotropic" + COEFFS
 TEARING = "pair_style evp/lj contact literal break 0.02" + COEFFS
 FORGETFUL = "pair_style evp/lj contact literal" + COEFFS
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""A periodic body of `unload elastic` in simple shear: its box flips, and nothing of the body does. The decks are those of tools/large_strain.py."""
+"""A periodic body of `plasticity isotropic` in simple shear: its box flips, and nothing of the body does. The decks are those of tools/large_strain.py."""
 
 import large_strain
 import numpy as np
@@ -8,7 +8,7 @@ from evp import figures
 from lammps_run import DECKS, run_lammps
 
 STRAIN = 0.6  # the tilt passes one half, where fix deform flips the box
-CASE = large_strain.Case(216, "literal")
+CASE = large_strain.Case(216, "repulsive")
 RUN = {"row": STRAIN / 30, "rate": 4000, "samples": 5}
 ALSO = """
 compute         image all property/atom iy
@@ -27,7 +27,7 @@ def sheared(tmp_path_factory):
     run_lammps("in.specimen", 1, large_strain.packing(CASE), folder).ok()
     known = {}
 
-    def get(contact="literal", ranks=1, flip="yes"):
+    def get(contact="repulsive", ranks=1, flip="yes"):
         key = contact, ranks, flip
         if key not in known:
             name = "_".join(map(str, key))
@@ -48,9 +48,9 @@ def tilt(output):
     return float(output.rpartition(" tilt ")[2].split()[0])
 
 
-@pytest.mark.parametrize("contact, ranks", [("literal", 1), ("literal", 2), ("none", 1)])
+@pytest.mark.parametrize("contact, ranks", [("repulsive", 1), ("repulsive", 2), ("none", 1)])
 def test_offsets_survive_the_flip(sheared, contact, ranks):
-    """Stress and energies along the way, and offset and plastic work of each pair, are those of a box that never flips, on one rank."""
+    """Stress and energies along the way, and the plastic part of each pair, are those of a box that never flips, on one rank."""
     curve, bonds, output = sheared(contact, ranks)
     expected, kept, unflipped = sheared(contact, flip="no")
     assert tilt(output) == pytest.approx(STRAIN - 1.0, abs=0.002) and tilt(unflipped) == pytest.approx(STRAIN, abs=0.002), "control"

@@ -40,7 +40,7 @@ thermo 40
 @pytest.mark.parametrize("box", BOXES)
 def test_counts_are_those_of_the_atoms_as_they_are(lmp, box):
     """As a run of no steps finds them, which places all ghosts anew."""
-    text = deck(box, "contact repulsive unload elastic break 0.05",
+    text = deck(box, "contact repulsive plasticity isotropic break 0.05",
                 "compute state all evp/state/atom\ncompute second all reduce ave c_state[2]",
                 "f_bonds[1] f_bonds[2] f_bonds[4] c_second", "unfix box\nrun 0")
     one, two = lmp(text).ok(), lmp(text, ranks=2).ok()
@@ -52,7 +52,7 @@ def test_counts_are_those_of_the_atoms_as_they_are(lmp, box):
 
 def test_the_energy_of_lost_bonds_does_not_depend_on_the_ranks(lmp):
     """Where fix deform comes first: the volume energy jumps as bonds pass their cutoffs."""
-    text = deck("deform 1 x erate 3000 y erate 1000 flip no remap x", "contact none unload elastic break 0.1",
+    text = deck("deform 1 x erate 3000 y erate 1000 flip no remap x", "contact none plasticity isotropic break 0.1",
                 "fix volume all evp/volume 300\nfix energy all evp/energy", "f_energy[4] f_energy[11]")
     one, two = lmp(text).ok().thermo(), lmp(text, ranks=2).ok().thermo()
     assert one["f_energy[4]"][-1] > 1e3

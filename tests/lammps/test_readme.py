@@ -79,11 +79,11 @@ def test_input_script_is_of_the_metal_of_its_row(folder):
     assert float(values["mean_density"]) == pytest.approx(float(re.search(rf"^{name} .* density (\S+)$", doc_blocks.read("potentials/metals.evp"), re.M)[1]), rel=1e-3)
 
 
-def test_first_paragraph_says_that_the_law_is_reversible_and_what_makes_flow_stay():
+def test_first_paragraph_says_that_the_law_is_reversible_and_what_makes_it_plastic():
     paragraph = README.split("\n\n")[1].replace("\n", " ")
     second, third = re.split(r"(?<=\.) (?=[A-Z])", paragraph)[1:3]
     assert "reversible" in second and "permanent strain" in second and "non-linear elastic" in second
-    assert "`unload elastic`" in third and "stay" in third
+    assert "`plasticity isotropic`" in third and "plastically" in third
 
 
 def test_first_screen():

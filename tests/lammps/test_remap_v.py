@@ -126,8 +126,8 @@ SCENES = {  # arguments of deck(), an entry that must count
     "sheared": ({}, "second"),
     "at rest": ({"motion": ""}, "second"),
     "stretched": ({"box": f"1 x erate {RATE} y erate {-RATE}", "field": "stretch"}, "second"),
-    "flow": ({"contact": "repulsive unload elastic"}, "plastic"),
-    "breaking": ({"contact": "none unload elastic break 0.006"}, "broken"),
+    "flow": ({"contact": "repulsive plasticity isotropic"}, "plastic"),
+    "breaking": ({"contact": "none plasticity isotropic break 0.006"}, "broken"),
     "volume": ({"more": "fix volume all evp/volume 1000\n"}, "volume"),
     "gravity": ({"more": "fix pull all gravity 1e6 vector 1 2 3\n"}, "others"),
     "movers": ({"move": MOVERS}, "movers"),
@@ -158,7 +158,7 @@ def test_the_balance_closes(lmp_decks, tmp_path, name, style):
 def test_the_box_flips(lmp_decks, tmp_path):
     """The same body as without a flip; histories of bonds and the balance go through it."""
     write_periodic(tmp_path, FLIPPED)
-    keys = {"style": IMPLICIT, "contact": "repulsive unload elastic"}
+    keys = {"style": IMPLICIT, "contact": "repulsive plasticity isotropic"}
     plain = deck(2e-7, **keys)
     yes, no = (run.thermo() for run in lmp_decks({"yes": plain, "no": plain.replace("remap v\n", "remap v flip no\n")}).values())
     assert yes["Xy"][-1] < 0.0 < no["Xy"][-1]
@@ -217,7 +217,7 @@ def test_momentum(lmp, tmp_path, ranks, newton):
     assert np.abs(snapshots[-1]["iy"] - snapshots[0]["iy"]).sum() > 10, "control: atoms are wrapped"
 
 
-WAYS = {"sheared": {}, "volume and flow": {"more": "fix volume all evp/volume 1000\n", "contact": "repulsive unload elastic"}}
+WAYS = {"sheared": {}, "volume and flow": {"more": "fix volume all evp/volume 1000\n", "contact": "repulsive plasticity isotropic"}}
 
 
 @pytest.mark.parametrize("name", WAYS)

@@ -13,7 +13,7 @@ from common_bodies import REFERENCE
 from lammps_run import DECKS, LMP, SECONDS, read_csv, read_dump, run_lammps
 from lammps_run import _ENVIRONMENT as ENVIRONMENT
 
-BODY = {"contact": "none", "unload": "elastic"}
+BODY = {"contact": "none", "plasticity": "isotropic"}
 WAYS = {
     "in.torsion": {"angle": 0.05, "increment": 0.01, "tolerance": 1e-5},
     "in.bending": {"strain": 0.02, "increment": 0.004, "tolerance": 1e-5},

@@ -46,7 +46,7 @@ def test_elastic_rod(tmp_path):
     speed_of_sound = np.sqrt(stiffness * length / mass)
     speed = 0.05 * 0.005 * speed_of_sound
     (end, foot, rebound, contact), rows, imbalance, found = run(
-        tmp_path, specimen="rod.data", coeff=ROW, contact="none", unload="reversible", speed=speed, row=0.005 * length / speed_of_sound)
+        tmp_path, specimen="rod.data", coeff=ROW, contact="none", plasticity="none", speed=speed, row=0.005 * length / speed_of_sound)
     assert contact == pytest.approx(2.0 * length / speed_of_sound, rel=0.02)
     assert rebound == pytest.approx(speed, rel=0.02) and rebound < speed
     assert end == pytest.approx(length, rel=1e-5) and foot == pytest.approx(SPACING * np.sqrt(2.0) + SPACING / np.sqrt(8.0), rel=1e-3)
@@ -65,7 +65,7 @@ def test_bar_that_flows(tmp_path):
     (length, foot, rebound, contact), rows, imbalance, _ = run(tmp_path, **BAR)
     assert length < 0.0495 and foot > 0.0205 and 0.0 < rebound < 40.0 and abs(imbalance) < 1e-3
     assert contact < 1.9e-4 and rows["force"][-3:] == pytest.approx(0.0, abs=1e-9)
-    (there, _, twin, _), _, balance, _ = run(tmp_path, **BAR, unload="reversible")
+    (there, _, twin, _), _, balance, _ = run(tmp_path, **BAR, plasticity="none")
     assert there > length + 5e-4 and twin > 1.5 * rebound and abs(balance) < 5e-3
     folder = tmp_path / "two"
     folder.mkdir()

@@ -134,7 +134,7 @@ def test_flowing_pairs(lmp_decks, tmp_path):
     row, deq = law.TABLE1, 0.011
     write_two(tmp_path / "body.data", deq)
     pull = "displace_atoms all ramp x {0:.17g} {1:.17g} x -0.006 0.006 units box\n"
-    start = head(skin=0.002) + pair(row, "none").replace("contact none", "contact none unload elastic")
+    start = head(skin=0.002) + pair(row, "none").replace("contact none", "contact none plasticity isotropic")
     start += "fix move all nve\ntimestep 1e-9\nrun 0\n"
     flowed = start + pull.format(-0.01 * deq, 0.01 * deq) + "velocity all set 0 0 0\nrun 1\n"
     back = flowed + pull.format(0.001 * deq, -0.001 * deq) + "velocity all set 0 0 0\n"

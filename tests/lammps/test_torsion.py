@@ -86,7 +86,7 @@ def test_cycles_go_on_between_their_ends(tmp_path):
 
 
 def test_frames_have_words_and_rigid_grips(tmp_path):
-    twist(tmp_path, angle=0.2, increment=0.02, unload="elastic", frames=4)
+    twist(tmp_path, angle=0.2, increment=0.02, plasticity="isotropic", frames=4)
     frames = read_dump(tmp_path / "twisted_frames.dump")
     assert len(frames) == 5 and {"bonds", "share_second", "share_lost", "new_pairs", "plastic_work", "volume_strain"} <= set(frames[0].columns)
     start, end = (frame.vectors("x", "y", "z") for frame in (frames[0], frames[-1]))
@@ -102,7 +102,7 @@ def test_frames_have_words_and_rigid_grips(tmp_path):
 
 
 def test_bar_that_is_not_unloaded_is_told_and_the_remedy_unloads_it(tmp_path):
-    choices = {"specimen": REFERENCE, "unload": "elastic", "cycles": 1, "increment": 0.005, "out": "twisted"}
+    choices = {"specimen": REFERENCE, "plasticity": "isotropic", "cycles": 1, "increment": 0.005, "out": "twisted"}
     told = r"^the body ends at a torque of (\S+) N m, not unloaded: -var lower (\S+) ends at zero torque$"
     said = re.search(told, run_lammps("in.torsion", 1, choices, tmp_path).ok().stdout, re.M)
     assert float(said[1]) == pytest.approx(read_csv(tmp_path / "twisted.csv")["torque_grip"][-1], rel=1e-3)

@@ -299,7 +299,7 @@ def test_deleted_partners_stay_where_the_style_is_defined_again(lmp, tmp_path):
     gone = {pair for pair in body.bonds if 1 in pair or 20 in pair}
     cut = "group gone id 1 20\ndelete_atoms group gone compress no\nrun 0\n"
     text = head() + pair(NO_FORCE, "none") + fix() + QUIET + "run 0\n" + cut
-    text += f"pair_style evp/lj contact none unload elastic\npair_coeff * * {words(NO_FORCE)}\n"
+    text += f"pair_style evp/lj contact none plasticity isotropic\npair_coeff * * {words(NO_FORCE)}\n"
     run = lmp(text + place(x).replace("set atom 1 ", "# ").replace("set atom 20 ", "# ") + show("f_volume") + "run 0\n", ranks=2).ok()
     kept = np.delete(truth(x, body, KV, lost=gone).theta, [0, 19])
     assert np.abs(run.dump("all.dump")[-1]["f_volume"] - kept).max() <= BY_HAND

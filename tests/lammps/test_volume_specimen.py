@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """fix evp/volume on the reference specimen, quasi-static, Table 1, contact none, against an independent prototype.
 
-Numbers and what they mean: tests/data/reference_500. The prototype lets flow stay, and with `unload elastic` its stresses are met to
+Numbers and what they mean: tests/data/reference_500. The prototype lets flow stay, and with `plasticity isotropic` its stresses are met to
 five digits; eq. 8, from which single pairs that turn back differ, meets them within 1 %."""
 
 import json

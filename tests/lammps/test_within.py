@@ -96,10 +96,10 @@ def test_from_where_they_touch_they_repel(lmp, tmp_path, contact, acts, unload):
 
 BOUNCES = {
     "reversible": ("", 0.0, "nve"),
-    "elastic": ("unload elastic", 0.0, "nve"),
-    "elastic, break": ("unload elastic break 0.05", 0.0, "nve"),
+    "elastic": ("plasticity isotropic", 0.0, "nve"),
+    "elastic, break": ("plasticity isotropic break 0.05", 0.0, "nve"),
     "damped": ("", 200.0, "nve"),
-    "damped, elastic": ("unload elastic", 20.0, "nve"),
+    "damped, elastic": ("plasticity isotropic", 20.0, "nve"),
     "damped by nve/evp": ("", 200.0, "nve/evp"),
 }
 SAME, ROUNDED = "v_d v_f c_dt[*] c_own[*] f_bonds[1] f_bonds[3] f_bonds[4] c_state[*]", "pe ke f_energy[*]"

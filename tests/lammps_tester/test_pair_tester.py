@@ -66,7 +66,7 @@ class Case(NamedTuple):
     contact: str
     zone: float  # 0: bonds from the file
     dt: float
-    flows: bool  # unload elastic: the bond file has offsets
+    flows: bool  # plasticity isotropic: the bond file has offsets
     numbers: dict  # init_vdwl, init_stress (6,), init_forces (N, 3), run_...
 
 
@@ -95,7 +95,7 @@ def read_case(name):
         numbers[f"{when}_forces"] = table[:, 1:]
     contact = re.search(r"contact (\w+)", blocks["pair_style"][0])[1]
     zone = float(fix[fix.index("zone") + 1]) if "zone" in fix else 0.0
-    flows = "unload elastic" in blocks["pair_style"][0]
+    flows = "plasticity isotropic" in blocks["pair_style"][0]
     return Case(rows, contact, zone, float(commands["timestep"][1]), flows, numbers)
 
 

@@ -43,7 +43,7 @@ def test_choices_are_the_same():
     assert set(cyclic) - set(traction) == {"lower", "cycles"} and not set(traction) - set(cyclic)
     same = set(traction) - {"rate", "strain", "out"}
     assert {name: cyclic[name] for name in same} == {name: traction[name] for name in same}
-    for name in ("unload", "break", "kv", "scale", "length", "radius", "area", "extensometer", "specimen", "contact"):
+    for name in ("plasticity", "break", "kv", "scale", "length", "radius", "area", "extensometer", "specimen", "contact"):
         assert rest[name] == traction[name], name
 
 

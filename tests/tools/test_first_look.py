@@ -26,10 +26,10 @@ def test_choices_are_known():
             assert len(names) > 4 and all(re.search(rf"^variable {name} +index ", deck, re.M) for name in names)
 
 
-def test_picture_tells_that_eq_8_comes_back_and_unload_elastic_does_not():
+def test_picture_tells_that_eq_8_comes_back_and_plasticity_does_not():
     curves = stored_curves()
-    (back, elastic) = (cycles.residual_strain(*curves[first_look.SWEEPS[unload]]) for unload in ("reversible", "elastic"))
-    assert abs(back) < 1e-4 and elastic > 0.01
+    (back, flowed) = (cycles.residual_strain(*curves[first_look.SWEEPS[unload]]) for unload in ("reversible", "elastic"))
+    assert abs(back) < 1e-4 and flowed > 0.01
     loading = [curve[:, : np.argmax(curve[0])] for curve in curves.values()]
     assert np.interp(0.01, *loading[0]) == pytest.approx(np.interp(0.01, *loading[1]), rel=0.01)
 
@@ -48,10 +48,10 @@ def write_dump(path, *columns):
 def test_it_draws_what_the_runs_left(tmp_path):
     """A picture as large as that of the README, and the curves beside it."""
     strain = np.concatenate([np.linspace(0, 0.02, 21), np.linspace(0.02, 0, 21)])
-    for unload, stress in (("reversible", 1e10 * strain), ("elastic", 1e10 * (strain - 0.01 * (np.arange(42) > 20)))):
+    for plasticity, stress in (("none", 1e10 * strain), ("isotropic", 1e10 * (strain - 0.01 * (np.arange(42) > 20)))):
         rows = "".join(f"{a:.6g},{b:.6g},{b:.6g},{a:.6g}\n" for a, b in zip(strain, stress))
-        (tmp_path / f"{unload}.csv").write_text("strain,stress_grip,stress_virial,strain_gauge\n" + rows, encoding="utf-8")
-    write_dump(tmp_path / "elastic_state.dump", (0.0, 0.01, 0.02))
+        (tmp_path / f"{plasticity}.csv").write_text("strain,stress_grip,stress_virial,strain_gauge\n" + rows, encoding="utf-8")
+    write_dump(tmp_path / "isotropic_state.dump", (0.0, 0.01, 0.02))
     write_dump(tmp_path / "impact_frames.dump", (0.0, 0.0, 0.0), (0.0, 0.1, 0.2))
     drawn = matplotlib.image.imread(first_look.compose(tmp_path, tmp_path / "out"))
     stored = matplotlib.image.imread(FIGURES / "first_look.png")

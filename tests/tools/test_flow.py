@@ -1,170 +1,144 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""tools/evp/flow.py: return map, stored energy and dissipation of `unload elastic` against closed forms."""
+"""tools/evp/flow.py: return map, stored and dissipated energy of `plasticity isotropic` against closed forms."""
 
 import numpy as np
 import pytest
 from evp import flow, law
 
 DEQ = 0.01
-ROWS = {
-    "Table 1": law.TABLE1,
-    "other exponents": law.Row(60.0, 7.5, 3.2, 4.0, 6.0, 3.0, 0.01, 0.0, 1.4),
-    "no second regime": law.Row(90.0, 6.0, 3.0, 0.0, 2.0, 1.0, 0.004, 0.0, 1.6),
+LAWS = {  # row and saturation
+    "Table 1": (law.TABLE1, 0.0),
+    "Table 1, saturation": (law.TABLE1._replace(e2=9.0), 0.02),
+    "other exponents": (law.Row(60.0, 7.5, 3.2, 4.0, 6.0, 3.0, 0.01, 0.0, 1.4), 0.0),
+    "no second regime": (law.Row(90.0, 6.0, 3.0, 0.0, 2.0, 1.0, 0.004, 0.0, 1.6), 0.0),
 }
-REVERSALS = (0.06, -0.04, 0.06, -0.03, 0.02, -0.04, 0.01, 0.055, -0.02)  # eight turns between -4 and 6 %
 
 
-@pytest.fixture(params=ROWS.values(), ids=ROWS.keys())
-def row(request):
+@pytest.fixture(params=LAWS.values(), ids=LAWS.keys())
+def of_pair(request):
     return request.param
 
 
-def scale(row):
-    """Force at the threshold."""
-    return float(np.abs(law.potential_force((1 + row.xi_s) * DEQ, DEQ, row.e1, row.m1, row.n1)))
-
-
-def path(turns, steps):
-    """Strains from 0 over all turns, `steps` increments each."""
-    ends = (0.0, *turns)
-    return np.concatenate([[0.0], *(np.linspace(a, b, steps + 1)[1:] for a, b in zip(ends, ends[1:]))])
-
-
-def run(strains, row):
-    """d, q, force and dissipation of one pair along a path, one entry per state."""
-    q, found = 0.0, []
-    for d in (1 + strains) * DEQ:
-        now = flow.step(d, DEQ, row, q)
-        found.append((d, float(now.q), float(now.force), float(now.dissipated)))
-        q = float(now.q)
+def follow(strains, of_pair):
+    """d, q, k, force and dissipation of one pair along a path of strains, one entry per state."""
+    row, saturation = of_pair
+    q = k = 0.0
+    found = []
+    for d in (1 + np.asarray(strains)) * DEQ:
+        now = flow.step(d, DEQ, row, q, k, saturation)
+        q, k = float(now.q), float(now.k)
+        found.append((d, q, k, float(now.force), float(now.dissipated)))
     return np.array(found).T
 
 
-def work_done(d, q, row):
-    """Work on the pair, by Gauss points of the force on each increment's elastic part and flow; exact to round-off."""
-    nodes, weights = np.polynomial.legendre.leggauss(16)
-    total, before = 0.0, q[0]
-    for a, b, after in zip(d, d[1:], q[1:]):
-        begun = b if after == before else np.clip(before + (1 + np.sign(after - before) * row.xi_s) * DEQ, min(a, b), max(a, b))
+def yield_force(row):
+    return float(np.abs(law.potential_force((1 + row.xi_s) * DEQ, DEQ, row.e1, row.m1, row.n1)))
+
+
+def work_done(d, q, k, of_pair):
+    """Work on the pair along its states, by Gauss points on the elastic part and on the flow of each increment."""
+    row, saturation = of_pair
+    nodes, weights = np.polynomial.legendre.leggauss(24)
+    total = 0.0
+    for a, b, q0, q1, k0 in zip(d, d[1:], q, q[1:], k):
+        begun = b if q1 == q0 else q0 + (1 + np.sign(q1 - q0) * flow.limit(k0, row, saturation)[0]) * DEQ
         for start, end in ((a, begun), (begun, b)):
             at = 0.5 * (start + end) + 0.5 * (end - start) * nodes
-            total -= 0.5 * (end - start) * np.sum(weights * flow.step(at, DEQ, row, before).force)
-        before = after
+            total -= 0.5 * (end - start) * np.sum(weights * flow.step(at, DEQ, row, q0, k0, saturation).force)
     return total
 
 
-def test_one_pair_through_eight_reversals(row):
-    """Work = change of Psi + D, in steps of any size; no term may be left out."""
-    for steps in (7, 400):
-        d, q, _, heat = run(path(REVERSALS, steps), row)
-        stored = flow.stored(d[-1], DEQ, row, q[-1])
-        work = work_done(d, q, row)
-        assert np.ptp(q) > 0.08 * DEQ, "control: it flows both ways"
-        assert stored + heat.sum() == pytest.approx(work, rel=1e-8)
-        assert np.all(heat >= -1e-15 * work)
-        if row.e2 > 0:
-            d, q = d[-5], q[-5]
-            coupling = flow.elastic_force(d, DEQ, row, q) - law.potential_force(d - q, DEQ, row.e1, row.m1, row.n1)
-            assert abs(coupling * (d - q - DEQ)) > 1e-6 * work, "control: the coupling term is seen"
+def test_work_is_stored_and_dissipated_through_random_reversals(of_pair):
+    strains = np.concatenate([[0.0], np.random.default_rng(5).uniform(-0.03, 0.03, 2000)])
+    d, q, k, _, heat = follow(strains, of_pair)
+    work = work_done(d, q, k, of_pair)
+    assert work == pytest.approx(flow.stored(d[-1], DEQ, of_pair[0], q[-1]) + heat.sum(), rel=1e-10)
+    assert np.all(heat >= 0.0) and np.all(np.diff(k) >= 0.0)
+    assert k[1:] == pytest.approx(np.cumsum(np.abs(np.diff(q))) / DEQ, rel=1e-12)
+    assert np.ptp(q) > 0.002 * DEQ, "control: it flows both ways"
 
 
-def test_the_increment_makes_no_difference(row):
-    coarse, fine = run(path(REVERSALS, 1), row), run(path(REVERSALS, 1000), row)
-    assert coarse[1][-1] == pytest.approx(fine[1][-1], abs=1e-13 * DEQ)
-    assert coarse[3].sum() == pytest.approx(fine[3].sum(), rel=1e-10)
-
-
-def test_force_is_the_slope_of_the_stored_energy(row):
+def test_force_is_the_slope_of_the_incremental_energy(of_pair):
+    """-dE/dd = F with q and k of the last state of rest held, inside and beyond the limit; by a difference of sixth order."""
+    row, saturation = of_pair
     random = np.random.default_rng(3)
-    q = random.uniform(-0.05, 0.3, 400) * DEQ
-    d = DEQ + q + random.uniform(-0.999, 0.999, 400) * row.xi_s * DEQ
-    step = 1e-4 * row.xi_s * DEQ
-    ends = np.abs(d - q - DEQ) < (row.xi_s * DEQ - 2 * step)
-    d, q = d[ends], q[ends]
-    slope = (flow.stored(d + step, DEQ, row, q) - flow.stored(d - step, DEQ, row, q)) / (2 * step)
-    assert np.abs(slope + flow.elastic_force(d, DEQ, row, q)).max() < 2e-7 * scale(row)
+    q, k = random.uniform(-0.05, 0.05, 400) * DEQ, random.uniform(0.0, 0.1, 400)
+    strain, y = random.uniform(-0.1, 0.1, 400), flow.limit(k, row, saturation)[0]
+    d, step = DEQ + q + strain * DEQ, 1e-3 * row.xi_s * DEQ
+    d, q, k = (value[np.abs(np.abs(strain) - y) > 4 * step / DEQ] for value in (d, q, k))
+
+    def energy(n):
+        return flow.work_since(d + n * step, DEQ, row, q, k, saturation)
+
+    slope = (45 * (energy(1) - energy(-1)) - 9 * (energy(2) - energy(-2)) + energy(3) - energy(-3)) / (60 * step)
+    force = flow.step(d, DEQ, row, q, k, saturation).force
+    assert np.abs(slope + force).max() < 1e-9 * np.abs(force).max()
+    assert np.mean(flow.return_map(d, DEQ, row, q, k, saturation)[1] > k) > 0.3, "control: they flow"
 
 
-def test_force_is_the_slope_of_the_work_since_rest(row):
-    """What a line search needs: through the threshold too, with the offset of the last state of rest held."""
+@pytest.mark.parametrize("turn", (0.3, -0.2))
+def test_the_increment_makes_no_difference(of_pair, turn):
+    once, often = follow([turn], of_pair), follow(np.linspace(0.0, turn, 1000), of_pair)
+    for value in (1, 2, 3):
+        assert once[value][-1] == pytest.approx(often[value][-1], rel=1e-12), value
+    assert once[4].sum() == pytest.approx(often[4].sum(), rel=1e-10)
+
+
+def test_dissipation_in_closed_form():
+    """Linear hardening: the difference of Phi_I at the limit over h. None: the force at the limit, as it is."""
+    row, k, grown = law.TABLE1, 0.01, 0.3
+    for side in (1, -1):
+        def at_limit(k):
+            return law.potential((1 + side * flow.limit(k, row)[0]) * DEQ, DEQ, row.e1, row.m1, row.n1)
+
+        closed = (at_limit(k + grown) - at_limit(k)) / flow.hardening(row)
+        assert flow.dissipated(0.0, side * grown * DEQ, DEQ, row, k) == pytest.approx(closed, rel=1e-12)
+    ideal = row._replace(e2=0.0)
+    assert flow.dissipated(0.0, grown * DEQ, DEQ, ideal, k) == pytest.approx(yield_force(row) * grown * DEQ, rel=1e-13)
+
+
+def test_elastic_cycles_leave_nothing(of_pair):
+    """Before any flow, and after one: no q, no k, no work, and the force of the first regime."""
+    row = of_pair[0]
+    for mean in (0.0, 0.05, -0.05):
+        d, q, k, _, _ = follow([mean], of_pair)
+        y = flow.limit(k[-1], *of_pair)[0]
+        around = np.tile([0.999, -0.999], 50) * y + q[-1] / DEQ
+        again = follow([mean, *around], of_pair)
+        assert np.all(again[1] == q[-1]) and np.all(again[2] == k[-1]) and again[4][1:].sum() == 0.0
+        assert again[3][1:] == pytest.approx(law.potential_force(again[0][1:] - q[-1], DEQ, row.e1, row.m1, row.n1), rel=1e-13)
+
+
+@pytest.mark.parametrize("side", (1, -1))
+def test_the_second_regime_begins_with_the_slope_of_eq_8(side):
+    """m2 n2 e2/deq^2, as a share of the first stiffness there."""
+    row = law.TABLE1
     step = 1e-6 * DEQ
-    for q in (0.0, 0.02 * DEQ, -0.02 * DEQ):
-        d = np.linspace(0.93, 1.09, 333) * DEQ
-        edge = np.abs(np.abs(d - q - DEQ) - row.xi_s * DEQ) < 2 * step
-        d = d[~edge]
-        slope = (flow.work_since(d + step, DEQ, row, q) - flow.work_since(d - step, DEQ, row, q)) / (2 * step)
-        assert np.abs(slope + flow.step(d, DEQ, row, q).force).max() < 1e-6 * scale(row)
+    start = (1 + side * row.xi_s) * DEQ
+    slope = -side * (flow.step(start + side * step, DEQ, row, 0.0, 0.0).force - flow.elastic_force(start, DEQ, row, 0.0)) / step
+    assert slope / law.potential_stiffness(start, DEQ, row.e1, row.m1, row.n1) == pytest.approx(3.0 / 80.0, rel=1e-4)
 
 
-def test_monotonic_loading_is_eq_8(row):
-    for turn in (0.3, -0.2):
-        d, q, force, heat = run(path((turn,), 500), row)
-        assert np.abs(force - law.force(d, DEQ, row)).max() < 1e-12 * scale(row)
-        first, second = law.stored(d[-1], DEQ, row)
-        assert flow.stored(d[-1], DEQ, row, q[-1]) + heat.sum() == pytest.approx(first + second, rel=1e-11)
+def test_saturation_ends_the_hardening():
+    y, slope = flow.limit(np.array([0.0, 1e-9, 1.0]), law.TABLE1, 0.02)
+    h = flow.hardening(law.TABLE1)
+    assert h == pytest.approx(3.0 / 77.0, rel=1e-14)
+    assert y == pytest.approx([0.005, 0.005 + 1e-9 * h, 0.005 + 0.02 * h], rel=1e-9)
+    assert slope == pytest.approx([h, h, 0.0], rel=1e-6, abs=1e-15)
 
 
-def test_it_unloads_with_the_first_stiffness(row):
-    """From 3 % back by the width of the elastic range; Prager: reverse flow begins there, twice the threshold away."""
-    d, q, force, _ = run(path((0.03,), 30), row)
-    back = d[-1] - 2 * row.xi_s * DEQ
-    slope = -(flow.step(d[-1] - 1e-7 * DEQ, DEQ, row, q[-1]).force - force[-1]) / (-1e-7 * DEQ)
-    assert slope == pytest.approx(law.potential_stiffness((1 + row.xi_s) * DEQ, DEQ, row.e1, row.m1, row.n1), rel=1e-4)
-    assert flow.return_map(back + 1e-9 * DEQ, DEQ, row, q[-1]) == q[-1]
-    assert flow.return_map(back - 1e-6 * DEQ, DEQ, row, q[-1]) < q[-1]
+def test_a_stiffer_second_regime_is_refused():
+    with pytest.raises(ValueError, match="softer"):
+        flow.hardening(law.TABLE1._replace(e2=80.0))
 
 
-def test_force_is_continuous_over_random_histories(row):
-    """2000 histories that pass through compression, all at once; no jump above stiffness times increment."""
-    random = np.random.default_rng(11)
-    d, q = np.full(2000, DEQ), np.zeros(2000)
-    force, stiffest = np.zeros(2000), row.m1 * row.n1 * row.e1 / DEQ**2 * 1.3
-    lowest = np.full(2000, np.inf)
-    for _ in range(60):
-        goal = random.uniform(0.9, 1.1, 2000) * DEQ
-        for share in np.linspace(0.0, 1.0, 41)[1:]:
-            there = d + share * (goal - d)
-            now = flow.step(there, DEQ, row, q)
-            if share > 0.026:
-                assert np.all(np.abs(now.force - force) <= stiffest * np.abs(goal - d) / 40 * (1 + 1e-9))
-            assert np.all(now.dissipated >= 0.0)
-            q, force = now.q, now.force
-        lowest = np.minimum(lowest, goal)
-        d = goal
-    assert np.all(lowest < (1 - 2 * row.xi_s) * DEQ), "control"
-
-
-def test_dissipation_ends_deep_in_compression():
-    """Table 1: below q = -0.238 deq flow would give energy back; a stiffer second regime does at once."""
-    limit = flow.dissipation_limit(law.TABLE1)
-    assert limit == pytest.approx(-0.238, abs=5e-4)
-    above, below = (flow.dissipated((limit + a) * DEQ, (limit + a - 1e-4) * DEQ, DEQ, law.TABLE1) for a in (0.01, -0.01))
-    assert above > 0.0 > below
-    assert flow.dissipation_limit(law.TABLE1._replace(e2=90.0)) == 0.0
-    assert flow.dissipation_limit(law.TABLE1._replace(e2=0.0)) == -np.inf
-
-
-def test_new_contacts_keep_compression_only(row):
-    """First met at dlim they follow eq. 8 both ways; pushed in they keep that, and beyond the cut nothing."""
-    cut = row.alpha * DEQ
-    far, q = np.linspace(cut, 1.02 * DEQ, 50), 0.0
-    for d in (*far, *far[::-1]):
-        now = flow.contact_step(d, DEQ, row, q, cut)
-        assert now.q == 0.0 and now.dissipated == 0.0
-        assert now.force == pytest.approx(law.force(d, DEQ, row), rel=1e-12)
-    pushed = flow.contact_step(0.96 * DEQ, DEQ, row, 0.0, cut)
-    assert pushed.q == pytest.approx((-0.04 + row.xi_s) * DEQ, rel=1e-12) and pushed.dissipated > 0.0
-    assert flow.contact_step(0.965 * DEQ, DEQ, row, pushed.q, cut).force < pushed.force
-    assert flow.contact_step(cut * (1 + 1e-9), DEQ, row, pushed.q, cut) == (0.0, 0.0, 0.0)
-    assert flow.contact_step(0.999 * DEQ, DEQ, row, pushed.q, cut).force < 0.0, "control: it would pull"
-    assert flow.contact_step(0.999 * DEQ, DEQ, row, pushed.q, DEQ, repulsive=True).force == 0.0
-
-
-def test_break_rule():
-    d, deq, dlim = np.array([1.04, 1.06, 1.2, 0.5]) * DEQ, DEQ, np.array([1.5, 1.5, 1.1, 1.5]) * DEQ
-    assert flow.breaks(d, deq, dlim, 0.05).tolist() == [False, True, True, False]
-    assert flow.breaks(d, deq, dlim, 10.0).tolist() == [False, False, True, False]
-    assert not flow.breaks(d, deq, dlim).any()
-    left = {mode: flow.broken_force(np.array([0.98, 1.02]) * DEQ, DEQ, law.TABLE1, mode) for mode in law.CONTACT_MODES}
-    assert left["literal"][0] == left["repulsive"][0] == law.force(0.98 * DEQ, DEQ, law.TABLE1)
-    assert left["literal"][1] == 0.0 and not left["none"].any()
+def test_new_contacts_flow_in_compression_only():
+    row = law.TABLE1
+    pushed = flow.contact_step(0.96 * DEQ, DEQ, row, 0.0, 0.0)
+    bond = flow.step(0.96 * DEQ, DEQ, row, 0.0, 0.0)
+    assert pushed == bond and pushed.q < 0.0 < pushed.dissipated
+    opened = flow.contact_step(0.999 * DEQ, DEQ, row, pushed.q, pushed.k)
+    assert opened == (pushed.q, pushed.k, 0.0, 0.0) and flow.contact_stored(0.999 * DEQ, DEQ, row, pushed.q) == 0.0
+    assert flow.step(0.999 * DEQ, DEQ, row, pushed.q, pushed.k).force < 0.0, "control: a bond pulls"
+    assert flow.contact_step(1.001 * DEQ, DEQ, row, pushed.q, pushed.k) == (0.0, 0.0, 0.0, 0.0)
+    assert flow.contact_stored(0.96 * DEQ, DEQ, row, pushed.q) == flow.stored(0.96 * DEQ, DEQ, row, pushed.q) > 0.0

@@ -35,7 +35,7 @@ def test_page_of_known_runs(tmp_path, monkeypatch, capsys):
     capsys.readouterr()
     text = (tmp_path / "page.md").read_text(encoding="utf-8")
     flat = " ".join(text.split())
-    assert "mean stress is 50 and 60 MPa and the plastic dissipation per strain 60 and 60 MPa" in flat and "(eq. 8) the stress is 50 MPa." in flat
+    assert "is 50 and 60 MPa, under" in flat and "plastic dissipation per strain 60 and 60 MPa" in flat and "*contact literal* the stress is 50 MPa." in flat
     assert len([line for line in text.splitlines() if line.startswith("| ")]) == 1 + len(large_strain.PLAN)
     assert len((tmp_path / "page.csv").read_text(encoding="utf-8").splitlines()) == 1 + 301 * len(large_strain.PLAN)
     assert (tmp_path / "figures" / "page.png").stat().st_size > 10000

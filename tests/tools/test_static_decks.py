@@ -29,7 +29,7 @@ def test_material_is_that_of_in_quasistatic(name):
 @pytest.mark.parametrize("name", ["torsion", "bending"])
 def test_choices_are_those_of_in_quasistatic(name):
     own, rest = choices(name), choices("quasistatic")
-    for choice in ("coeff", "material", "scale", "contact", "unload", "break", "kv", "tolerance", "evaluations"):
+    for choice in ("coeff", "material", "scale", "contact", "plasticity", "break", "kv", "tolerance", "evaluations"):
         assert own[choice] == rest[choice], choice
     contact = [re.findall(r"^.*contact_given.*(?:\n  .*)?$", TEXT[deck], flags=re.M) for deck in (name, "quasistatic")]
     assert contact[0] == contact[1] and len(contact[0]) == 2

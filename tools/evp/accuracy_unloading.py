@@ -2,7 +2,7 @@
 """The sweep of tools/accuracy_cost.py --unloading: what timestep size, strain increment and number of spheres do to residual
 strain, unloading modulus, loop area and volume strain.
 
-A case is two runs of a deck with `unload elastic` and contact none, Table 1: one cycle to 2 % and back to no stress, and a tension
+A case is two runs of a deck with `plasticity isotropic` and contact none, Table 1: one cycle to 2 % and back to no stress, and a tension
 test to 2 % with the volume energy KV, at whose end the volume strain of the middle is measured.
 """
 
@@ -80,7 +80,7 @@ class Runner:
     def run(self, case):
         """The row of a case, by COLUMNS."""
         body = self.specimen(case.spheres, case.seed)
-        words = {"specimen": body, "contact": "none", "unload": "elastic", "strain": STRAIN, "out": "case", **case.more}
+        words = {"specimen": body, "contact": "none", "plasticity": "isotropic", "strain": STRAIN, "out": "case", **case.more}
         seconds = self.deck(case.deck, {**words, "cycles": 1})
         found = cycles.numbers(curves.read_curve(self.folder / "case.csv"))
         pull = "in.traction" if case.deck == "in.cyclic" else case.deck
@@ -140,7 +140,7 @@ def answer(rows):
 def page(rows, name):
     """The text of the page; name: of its CSV."""
     lines = ["# Accuracy of unloading and of volume strain\n", *answer(rows),
-             f"Written by `tools/accuracy_cost.py --unloading` from the runs in `{name}`: Table 1, contact none, `unload elastic`, one cycle to {100 * STRAIN:g} % strain and back,",
+             f"Written by `tools/accuracy_cost.py --unloading` from the runs in `{name}`: Table 1, contact none, `plasticity isotropic`, one cycle to {100 * STRAIN:g} % strain and back,",
              f"and a tension test to {100 * STRAIN:g} % with *kv* {KV} J of fix evp/volume (for 500 spheres), whose volume strain is that of the middle. "
              "Tables: differences from the reference in percent, median over",
              "the specimens (smallest to largest); time: processor time of the cycle.\n"]

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""A specimen pulled and pushed back without a rate, in numpy: the second writing of what in.quasistatic does with `unload elastic`.
+"""A specimen loaded and released without a rate, in numpy: the second writing of what in.quasistatic does with `plasticity isotropic`.
 
-The grips move by an increment of strain, then the energy of the pairs is minimised with the offsets of the last state of rest
-held; they move on once the body is at rest. Bonds only (contact none). For checks: a body of 500 takes 0.1 s per increment.
+The grips move by an increment of strain, then the energy stored and dissipated by the pairs is minimised with q and k of the last state of
+rest held; they move on once the body is at rest. Bonds only (contact none), with the volume energy where kv is given.
+For checks: a body of 500 takes 0.1 s per increment.
 """
 
 from typing import NamedTuple
@@ -10,11 +11,10 @@ from typing import NamedTuple
 import numpy as np
 import scipy.optimize
 
-from . import flow, specimen
+from . import flow, specimen, volume
 
 LENGTH, RADIUS = 0.05, 0.02  # of the cylinder [m]
 UNIT = 1e-3  # [m]: what the minimiser sees as 1
-TAPER = 1e-3  # of dlim, over which a force that repels ends where it would jump
 
 
 class Bonds(NamedTuple):
@@ -33,71 +33,79 @@ def record(body, row):
     return Bonds(i, j, deq, row.alpha * (body.radius[i] + body.radius[j]))
 
 
-def evaluate(x, bonds, row, q, outside="frozen"):
-    """(energy since the last state of rest, forces (N,3), offsets after the return map) of positions x.
+class Specimen:
+    """A body between its grips: x, q and k of the last state of rest, at the nominal `strain`."""
 
-    outside: what the offset of a pair beyond dlim does. frozen: it keeps the value of dlim; flowing: it goes on with the distance.
-    """
-    r = x[bonds.i] - x[bonds.j]
-    d = np.linalg.norm(r, axis=1)
-    acts = d <= bonds.dlim
-    within = np.minimum(d, bonds.dlim)
-    now = flow.step(within, bonds.deq, row, q)
-    energy = np.where(acts, flow.work_since(within, bonds.deq, row, q) - flow.work_since(bonds.dlim, bonds.deq, row, q), 0.0)
-    size, after = np.where(acts, now.force, 0.0), now.q
-    if outside == "flowing":  # a pair that comes back repels at once: a search has no state of rest where this force jumps
-        after = flow.return_map(d, bonds.deq, row, q)
-        last = np.maximum(flow.step(bonds.dlim, bonds.deq, row, q).force, 0.0)
-        share = np.clip(1.0 - (d / bonds.dlim - 1.0) / TAPER, 0.0, 1.0)
-        size = np.where(acts, size, last * share)
-        energy += 0.5 * TAPER * bonds.dlim * last * share**2
-    pull = (size / d)[:, None] * r
-    force = np.zeros_like(x)
-    np.add.at(force, bonds.i, pull)
-    np.add.at(force, bonds.j, -pull)
-    return float(np.sum(energy)), force, after
+    def __init__(self, body, row, saturation=0.0, kv=0.0, left=0.3):
+        """body: specimen.Specimen; kv of the volume energy [J]; left: largest force on a free atom at rest [N]."""
+        self.body, self.row, self.saturation, self.kv, self.left = body, row, saturation, kv, left
+        self.bonds = record(body, row)
+        self.x, self.strain = body.x.copy(), 0.0
+        self.q, self.k = np.zeros((2, len(self.bonds.deq)))
+        self.sides = (body.x[:, 0] < 0.1 * LENGTH, -1.0), (body.x[:, 0] > 0.9 * LENGTH, 1.0)
+        self.free = ~(self.sides[0][0] | self.sides[1][0])
+        self._last = None  # the last increment of strain, and what it did to x
 
+    def evaluate(self, x):
+        """(energy since the last state of rest, forces (N,3), q, k) at positions x. A bond beyond dlim has flowed up to dlim."""
+        bonds = self.bonds
+        r = x[bonds.i] - x[bonds.j]
+        d = np.linalg.norm(r, axis=1)
+        within = np.minimum(d, bonds.dlim)
+        q, k = flow.return_map(within, bonds.deq, self.row, self.q, self.k, self.saturation)
+        flowed = k > self.k
+        energy = np.sum(flow.stored(within, bonds.deq, self.row, q))
+        energy += np.sum(flow.dissipated(self.q[flowed], q[flowed], bonds.deq[flowed], self.row, self.k[flowed], self.saturation))
+        size = np.where(d <= bonds.dlim, flow.elastic_force(within, bonds.deq, self.row, q), 0.0)
+        pull = (size / d)[:, None] * r
+        force = np.column_stack([np.bincount(bonds.i, along, len(x)) - np.bincount(bonds.j, along, len(x)) for along in pull.T])
+        if self.kv > 0.0:
+            kept = volume.evaluate(x, *bonds, self.kv)
+            energy, force = energy + kept.energy.sum(), force + kept.force
+        return float(energy), force, q, k
 
-def relax(x, free, bonds, row, q, left, outside="frozen"):
-    """Positions at rest: no force on a free atom above `left`. RuntimeError where the search does not get there."""
+    def relax(self, start):
+        """Positions at rest: no force on a free atom above `left`. RuntimeError where the search does not get there."""
 
-    def place(z):
-        moved = x.copy()
-        moved[free] = UNIT * z.reshape(-1, 3)
-        return moved
+        def place(z):
+            moved = start.copy()
+            moved[self.free] = UNIT * z.reshape(-1, 3)
+            return moved
 
-    def goal(z):
-        energy, force, _ = evaluate(place(z), bonds, row, q, outside)
-        return energy, -UNIT * force[free].ravel()
+        def goal(z):
+            energy, force, _, _ = self.evaluate(place(z))
+            return energy, -UNIT * force[self.free].ravel()
 
-    z = x[free].ravel() / UNIT
-    for _ in range(8):
-        found = scipy.optimize.minimize(goal, z, jac=True, method="L-BFGS-B",
-                                        options={"maxiter": 4000, "maxfun": 8000, "maxcor": 30, "ftol": 0.0, "gtol": UNIT * left})
-        z = found.x
-        if np.abs(found.jac).max() <= UNIT * left:
-            return place(z)
-    raise RuntimeError(f"not at rest: {np.abs(found.jac).max() / UNIT:g} N is left")
+        z = start[self.free].ravel() / UNIT
+        for _ in range(8):
+            found = scipy.optimize.minimize(goal, z, jac=True, method="L-BFGS-B",
+                                            options={"maxiter": 4000, "maxfun": 8000, "maxcor": 30, "ftol": 0.0, "gtol": UNIT * self.left})
+            z = found.x
+            if np.abs(found.jac).max() <= UNIT * self.left:
+                return place(z)
+        raise RuntimeError(f"not at rest: {np.abs(found.jac).max() / UNIT:g} N is left")
 
-
-def drive(body, row, strains, left=0.3, outside="frozen"):
-    """(strains with 0 in front, stress of the grips [Pa] at rest) along the nominal strains. left: largest force on a free atom [N];
-    outside: as in evaluate."""
-    x, bonds = body.x.copy(), record(body, row)
-    q = np.zeros(len(bonds.deq))
-    sides = (x[:, 0] < 0.1 * LENGTH, -1.0), (x[:, 0] > 0.9 * LENGTH, 1.0)
-    free = ~(sides[0][0] | sides[1][0])
-    stresses, now, last = [0.0], 0.0, None
-    for strain in strains:
-        step, start = strain - now, x.copy()
-        if last is not None and last[1] * step > 0.0:
-            start += last[0] * step / last[1]
+    def move_to(self, strain):
+        """The stress of the grips [Pa] at rest at a nominal strain; the first guess goes on as the last increment did."""
+        step, start = strain - self.strain, self.x.copy()
+        if self._last is not None and self._last[0] * step > 0.0:
+            start += self._last[1] * step / self._last[0]
         else:
-            start[free, 0] += step * (x[free, 0] - 0.5 * LENGTH)
-        for grip, sign in sides:
-            start[grip] = x[grip] + [sign * 0.4 * LENGTH * step, 0.0, 0.0]
-        found = relax(start, free, bonds, row, q, left, outside)
-        last, x, now = (found - x, step), found, strain
-        _, force, q = evaluate(x, bonds, row, q, outside)
-        stresses.append(-sum(sign * force[grip, 0].sum() for grip, sign in sides) / 2 / (np.pi * RADIUS**2))
-    return np.concatenate([[0.0], strains]), np.array(stresses)
+            start[self.free, 0] += step * (self.x[self.free, 0] - 0.5 * LENGTH)
+        for grip, sign in self.sides:
+            start[grip] = self.x[grip] + [sign * 0.4 * LENGTH * step, 0.0, 0.0]
+        found = self.relax(start)
+        _, force, self.q, self.k = self.evaluate(found)
+        self._last, self.x, self.strain = (step, found - self.x), found, strain
+        return -sum(sign * force[grip, 0].sum() for grip, sign in self.sides) / 2 / (np.pi * RADIUS**2)
+
+    def lost(self):
+        """Bonds beyond dlim now."""
+        d = np.linalg.norm(self.x[self.bonds.i] - self.x[self.bonds.j], axis=1)
+        return int(np.sum(d > self.bonds.dlim))
+
+
+def drive(body, row, strains, **options):
+    """(strains with 0 in front, stress of the grips [Pa] at rest) along the nominal strains; options: those of Specimen."""
+    specimen_now = Specimen(body, row, **options)
+    return np.concatenate([[0.0], strains]), np.array([0.0, *(specimen_now.move_to(strain) for strain in strains)])

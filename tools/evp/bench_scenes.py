@@ -117,7 +117,7 @@ bond_coeff 1 {coefficients}
     return Scene("bond " + style, style, deck, steps, 4 * cells**3, HALF_PAIRS, "Bond")
 
 
-ELASTIC = "unload elastic"
+PLASTIC = "plasticity isotropic"
 VOLUME = "fix volume all evp/volume 1000"  # [energy] 12 times e1, as 1000 J are with Table 1
 PUSH = "fix push all addforce 1e-6 0 0"
 LENNARD_JONES = "1 0.8908987181403393"  # minimum at one diameter
@@ -149,8 +149,8 @@ def variants(cells, steps):
         ours("evp/lj, energy and virial each step", cells, steps, output="step pe press", every=1),
         ours("evp/lj, pairs crossing xi_s", cells, steps, row=crossing, speed=0.1, output="step f_bonds[2]"),
         ours("evp/lj, exponents 8.5 4.5", cells, steps, row="80 8.5 4.5 3 8.5 4.5 0.005"),
-        ours("evp/lj, unload elastic", cells, steps, rules=ELASTIC),
-        ours("evp/lj, unload elastic, pairs that flow", cells, steps, row=crossing, speed=0.1, rules=ELASTIC),
+        ours("evp/lj, plasticity isotropic", cells, steps, contact="repulsive", rules=PLASTIC),
+        ours("evp/lj, plasticity isotropic, pairs that flow", cells, steps, row=crossing, speed=0.1, contact="repulsive", rules=PLASTIC),
         ours("evp/lj, fix evp/volume", cells, steps, more=VOLUME),
     ]
 
@@ -172,13 +172,14 @@ def effects(cells, steps, data):
         ("fix evp/energy at each step, with explicit damping and fix addforce", ours("damped, pushed, ledger", cells, steps, gamma=0.1, more=f"{PUSH}\nfix ledger all evp/energy"),
          ours("damped, pushed", cells, steps, gamma=0.1, more=PUSH)),
         ("fix dt/evp, every 100 steps", ours("dt/evp", cells, steps, more="fix step all dt/evp 100 0.4 max 1e-3"), plain),
-        ("unload elastic, no pair flows", ours("elastic", cells, steps, rules=ELASTIC), plain),
-        ("unload elastic, pairs flow at each step", ours("flowing", cells, steps, row=crossing, speed=0.1, rules=ELASTIC),
-         ours("crossing", cells, steps, row=crossing, speed=0.1)),
+        ("plasticity isotropic, no pair flows", ours("isotropic", cells, steps, contact="repulsive", rules=PLASTIC), ours("repulsive", cells, steps, contact="repulsive")),
+        ("plasticity isotropic, pairs flow at each step", ours("flowing", cells, steps, row=crossing, speed=0.1, contact="repulsive", rules=PLASTIC),
+         ours("crossing", cells, steps, row=crossing, speed=0.1, contact="repulsive")),
         ("break 0.4", ours("breaking", cells, steps, rules="break 0.4"), plain),
         ("fix evp/volume", ours("volume", cells, steps, more=VOLUME), plain),
-        ("fix evp/energy at each step, with unload elastic and fix evp/volume",
-         ours("all with ledger", cells, steps, rules=ELASTIC, more=VOLUME + "\nfix ledger all evp/energy"), ours("all", cells, steps, rules=ELASTIC, more=VOLUME)),
+        ("fix evp/energy at each step, with plasticity isotropic and fix evp/volume",
+         ours("all with ledger", cells, steps, contact="repulsive", rules=PLASTIC, more=VOLUME + "\nfix ledger all evp/energy"),
+         ours("all", cells, steps, contact="repulsive", rules=PLASTIC, more=VOLUME)),
         ("new contacts: contact literal over none (random specimen)", random_body("literal", "evp/lj", data, steps, neigh=NEVER),
          random_body("none", "evp/lj", data, steps, neigh=NEVER, contact="none")),
     ]

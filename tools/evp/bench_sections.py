@@ -48,7 +48,7 @@ def summary(rows):
             f"Two MPI ranks are {min(two_ranks):.1f} to {max(two_ranks):.1f} times faster than one on random specimens.",
             f"Run time of a step with an effect over that without it: explicit damping {factor('explicit damping')}, implicit damping {factor('implicit damping')} "
             "(with a much larger timestep size, see [implicit_cost.md](implicit_cost.md)),",
-            f"unload elastic {factor('unload elastic, no pair')} to {factor('unload elastic, pairs flow')}, break {factor('break')}, "
+            f"plasticity isotropic {factor('plasticity isotropic, no pair')} to {factor('plasticity isotropic, pairs flow')}, break {factor('break')}, "
             f"fix evp/volume {factor('fix evp/volume')}, fix evp/energy at each step {factor('fix evp/energy')}."]
 
 

@@ -2,9 +2,9 @@
 """Closed forms of calibration: the tension curve of a body whose bonds all share one strain, and the row that gives two stresses.
 
 Bonds of every direction, free sideways (model of fix evp/volume included): a bond at the angle t to the axis is stretched by
-sqrt((1+a)^2 cos^2 t + (1+b)^2 sin^2 t), and b minimises the energy
+sqrt((1+a)^2 cos^2 t + (1+b)^2 sin^2 t) and has flowed (`plasticity isotropic`); b minimises the work
 
-    W/E0 = 6/(m1 n1) <phi/e1> + x/2 theta^2,   theta = 3 <stretch - 1>,   x = kv N/(V E0),   E0 = m1 n1 e1 Nb/(6 V)
+    W/E0 = 6/(m1 n1) <(Psi + D)/e1> + x/2 theta^2,   theta = 3 <stretch - 1>,   x = kv N/(V E0),   E0 = m1 n1 e1 Nb/(6 V)
 
 <> is the mean over directions, Nb/V bonds and N/V particles per volume. Nominal stress/E0 = dW/da. Real bodies differ from it by
 some per cent, and by more far beyond yield, where bonds leave: it is where calibration starts and what it refuses by.
@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy.optimize
 
-from . import law
+from . import flow, law
 from .curves import YIELD_OFFSET
 
 EXPONENTS = (8.0, 4.0)  # of both regimes, as in Table 1
@@ -69,7 +69,7 @@ def stress(strains, shape):
     def pull(a, b):
         """(axial, lateral) dW of a, b."""
         stretch = np.sqrt((1.0 + a) ** 2 * c2 + (1.0 + b) ** 2 * s2)
-        tension = -law.force(stretch, 1.0, row)
+        tension = -flow.elastic_force(stretch, 1.0, row, flow.return_map(stretch, 1.0, row, 0.0, 0.0)[0])
         theta = 3.0 * np.sum(_WEIGHTS * (stretch - 1.0))
         along = _WEIGHTS * (6.0 / (m * n) * tension + 3.0 * shape.volume * theta) / stretch
         return np.sum(along * c2) * (1.0 + a), np.sum(along * s2) * (1.0 + b)
@@ -86,7 +86,7 @@ def stress(strains, shape):
 def offset_stress(shape):
     """0.2 % offset yield stress/E0, of a curve whose straight part has the slope E."""
     slope = stiffening(shape.volume)
-    at = scipy.optimize.brentq(lambda a: stress([a], shape)[0] - slope * (a - YIELD_OFFSET), YIELD_OFFSET * (1.0 + 1e-9), 1.0, xtol=1e-12)
+    at = scipy.optimize.brentq(lambda a: stress([a], shape)[0] - slope * (a - YIELD_OFFSET), YIELD_OFFSET * (1.0 + 1e-9), 0.5, xtol=1e-12)
     return slope * (at - YIELD_OFFSET)
 
 

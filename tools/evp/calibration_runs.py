@@ -23,7 +23,7 @@ from .progress import Progress
 from .run import DECKS, RunError, check_start, deck_command, environment, lammps_error, last_strain
 
 LENGTH, RADIUS = 0.05, 0.02  # of the cylinder [m]
-CONTACT = "repulsive"  # new pairs that attract at once tear a body apart that hardens little
+RULES = {"plasticity": "isotropic", "contact": "repulsive"}
 ELASTIC = 0.4  # of xi_s: strain of the first leg, whose end gives Poisson's ratio
 OVERSHOOT = 1.1  # grip strain at the end, over the one at which the middle would reach the target in proportion
 YIELDED = 1.3  # of the strain at the offset yield stress: end of the second leg
@@ -204,7 +204,7 @@ def pull_material(body, material, xi_s, targets, finer, ranks, folder, timeout, 
     done, begin = 0, time.monotonic()
     with attempt_folder(folder, "pull") as work:
         for number, (end, increment) in enumerate(ends):
-            variables = {"specimen": relative(body.path, work), **material, "contact": CONTACT, "strain": f"{end:.9g}", "increment": f"{increment:.9g}",
+            variables = {"specimen": relative(body.path, work), **material, **RULES, "strain": f"{end:.9g}", "increment": f"{increment:.9g}",
                          "restart": 1000000, "resume": done, "out": "pull", "extensometer": "yes" if gauged else "no"}
             left = timeout - (time.monotonic() - begin)
             call("in.quasistatic", variables, ranks, work, left, title, lambda: last_share(work / "pull.csv", ends[-1][0]))
@@ -260,7 +260,7 @@ def rate_strain(targets):
 def flow_stress(body, row, kv, targets, rate, ranks, folder, timeout, title):
     """Mean stress [Pa] over the second half of a run of in.traction at a rate. Failed, with the reason."""
     end = math.copysign(rate_strain(targets), targets.strain)
-    variables = {"coeff": coefficients(row), "scale": "no", "contact": CONTACT, "kv": f"{kv:.9g}", "strain": f"{abs(end):.9g}",
+    variables = {"coeff": coefficients(row), "scale": "no", **RULES, "kv": f"{kv:.9g}", "strain": f"{abs(end):.9g}",
                  "rate": f"{math.copysign(rate, end):.9g}", "integrator": "implicit" if row.gamma > 0.0 else "explicit", "out": "rate"}
     with attempt_folder(folder, "rate") as work:
         call("in.traction", {"specimen": relative(body.path, work), **variables}, ranks, work, timeout, title, lambda: last_share(work / "rate.csv", end))

@@ -9,7 +9,7 @@ from typing import NamedTuple, Optional, Tuple
 
 from . import calibration_affine as affine
 
-LARGEST_STRAIN = 0.15  # the force of the second regime has its peak at a bond strain of 0.158
+LARGEST_STRAIN = 0.15  # the force of the second regime of eq. 8 has its peak at a bond strain of 0.158
 DECADE = 10.0
 SOFTEST = 1e6  # [Pa] Young's modulus below which the unit is in doubt
 LINEAR = 0.01  # over-stresses are linear in the rate within this

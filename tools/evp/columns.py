@@ -23,6 +23,7 @@ KNOWN = {
     "new_pairs": Column("new pairs of each sphere"),
     "plastic_work": Column("plastic work of each sphere", "J"),
     "plastic_strain": Column("plastic strain magnitude", "%", 100.0),
+    "plastic_strain_sum": Column("accumulated plastic strain, lower bound", "%", 100.0),
     "volume_strain": Column("volume strain", "%", 100.0),
     "von_mises": Column("von Mises stress", "MPa", 1e-6),
     "triaxiality": Column("triaxiality"),
@@ -37,7 +38,7 @@ KNOWN = {
 }
 LOADS = ("strain", "angle")  # of a whole body, in a dump the same for all its atoms
 # Values that compute evp/state/atom has after the four of STATE where they are asked for; von_mises comes with fraction.
-ON_REQUEST = {name: name for name in ("plastic_work", "plastic_strain", "volume_strain", "triaxiality")}
+ON_REQUEST = {name: name for name in ("plastic_work", "plastic_strain", "plastic_strain_sum", "volume_strain", "triaxiality")}
 ON_REQUEST["von_mises"] = "von_mises fraction PHI"
 # Dumps without colname: the first values of compute evp/state/atom, under the IDs that the decks give it.
 STATE = ("bonds", "share_second", "share_lost", "new_pairs")

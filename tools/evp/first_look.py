@@ -3,7 +3,7 @@
 
     PYTHONPATH=tools python3 -m evp.first_look
 
-A tension bar of a CAD program is pulled and released without any rate, with eq. 8 and with `unload elastic`; a copper ball flies onto a
+A tension bar of a CAD program is pulled and released without any rate, with eq. 8 and with `plasticity isotropic`; a copper ball flies onto a
 copper plate. Writes first_look.png and first_look.csv (the curves) to --out; the runs are in --work. About four minutes on one core.
 """
 
@@ -21,7 +21,7 @@ MATERIAL = f"{run.CHECKOUT / 'potentials' / 'gado2017.evp'}:table1_any"
 STRAIN = 0.016  # of the grips, where the bar turns
 SPEED = 150.0  # of the ball [m/s]
 BALL_OVER_PLATE = 0.1047  # volumes, so that the spheres of both are of one size
-SWEEPS = {"reversible": "eq. 8, the paper's law", "elastic": "unload elastic"}
+SWEEPS = {"none": "eq. 8, the paper's law", "isotropic": "plasticity isotropic"}
 COLOR, PIXELS, DPI = "plastic_strain", 620, 130
 COLORS = 256  # of the stored picture, a third as large for it
 BAR_VIEW, BALL_VIEW = (75.0, -75.0), (70.0, -60.0)
@@ -35,7 +35,7 @@ def commands(bar, plate):
     ball = {"shape": "region", "region": "ball.region", "length": 0.01}
     fill = [sys.executable, str(run.CHECKOUT / "tools" / "body.py"), str(PART), "--axis", "z", "--unit", "mm", "--n", str(bar), "--out", "bar.data"]
     decks = [
-        *((unload, "in.quasistatic", {**pull, "unload": unload, "out": unload}) for unload in SWEEPS),
+        *((plasticity, "in.quasistatic", {**pull, "plasticity": plasticity, "out": plasticity}) for plasticity in SWEEPS),
         ("plate", "in.specimen", {**block, "n": plate, "out": "plate.data"}),
         ("ball", "in.specimen", {**ball, "n": round(BALL_OVER_PLATE * plate), "out": "ball.data"}),
         ("impact", "in.impact", {"plate": "plate.data", "ball": "ball.data", "speed": SPEED, "frames": 1, "out": "impact"}),
@@ -93,14 +93,14 @@ def compose(work, target):
     from PIL import Image
 
     rows = []
-    part, _, flowed, bar_scale, bar_pixel = drawn(work / "elastic_state.dump", BAR_VIEW)
+    part, _, flowed, bar_scale, bar_pixel = drawn(work / "isotropic_state.dump", BAR_VIEW)
     _, before, after, ball_scale, ball_pixel = drawn(work / "impact_frames.dump", BALL_VIEW)
     with plt.rc_context(figures.LOOK):
         figure = plt.figure(figsize=(13.6, 4.3), dpi=DPI, layout="constrained")
         left, middle, right = figure.subfigures(1, 3, width_ratios=(1.05, 1.1, 1.2))
         axis = left.add_subplot()
-        for k, (unload, label) in enumerate(SWEEPS.items()):
-            strain, stress = curve_of(work / f"{unload}.csv")
+        for k, (plasticity, label) in enumerate(SWEEPS.items()):
+            strain, stress = curve_of(work / f"{plasticity}.csv")
             remains = cycles.residual_strain(strain, stress)
             name = f"{label}: {figures.percent_left(remains)} of strain stays"
             axis.plot(100 * strain, 1e-6 * stress, label=name, **figures.line_style(k))

@@ -1,15 +1,14 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Flow that stays (`unload elastic`) and bonds that break: one offset q per pair, for numpy arrays.
+"""Plasticity of pairs (`plasticity isotropic`): two values per pair, q [length] and k, for numpy arrays.
 
-With q the elastic part of a pair is e = d - q. It never leaves the first regime: what is beyond its threshold ds becomes
-flow (the return map), q = d - ds. Then
+q is the plastic part of a pair's distance, k = sum |dq|/deq its accumulated plastic strain; eps = (d - q)/deq - 1 is the
+elastic strain. It never leaves the limit y(k), what is beyond becomes flow (the return map, exact for any increment):
 
-    F   = F_I(d - q) + F_II(deq + q)
-    Psi = Phi_I(e) + Phi_II(deq + q) - F_II(deq + q) (e - deq)       stored, -dPsi/dd = F at fixed q
-    D   = -F_I(ds) (q1 - q0) + [F_II(deq + q1) - F_II(deq + q0)] (ds - deq)       dissipated by a flow from q0 to q1
+    r = m2 n2 e2/(m1 n1 e1),   h = r/(1 - r),   y(k) = xi_s + h K(k),   K(k) = k, or k_s (1 - exp(-k/k_s))   k_s: `saturation`
+    F = F_I(d - q),   Psi = Phi_I(d - q) - Phi_I(deq),   D = integral of |F_I((1 +- y(k)) deq)| deq dk
 
-Part of the second writing of the law, as law.py: it shares no expression with src/core. Distances, deq and q [length] may have
-any shapes that broadcast.
+Part of the second writing of the law, as law.py: it shares no expression with src/core. Distances, deq, q, k and saturation
+(0: linear) may have any shapes that broadcast.
 """
 
 from typing import NamedTuple
@@ -18,107 +17,96 @@ import numpy as np
 
 from . import law
 
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)  # on (-1, 1)
+
 
 class Step(NamedTuple):
-    """What an evaluation at d gives: q after the return map [length], force [positive repels], energy dissipated on the way."""
+    """What an evaluation at d gives: q [length] and k after the return map, force [positive repels], energy dissipated on the way."""
 
     q: np.ndarray
+    k: np.ndarray
     force: np.ndarray
     dissipated: np.ndarray
 
 
-def return_map(d, deq, row, q):
-    """The offset after d was reached [length]; q itself where the elastic part is in the first regime."""
-    elastic = np.asarray(d, dtype=float) - q
-    stretched, pushed = (1 + row.xi_s) * deq, (1 - row.xi_s) * deq
-    return np.where(elastic > stretched, d - stretched, np.where(elastic < pushed, d - pushed, q))
+def hardening(row):
+    """h of the limit, from r, the ratio of the two stiffnesses at rest. ValueError where r >= 1."""
+    ratio = row.m2 * row.n2 * np.asarray(row.e2, dtype=float) / (row.m1 * row.n1 * row.e1)
+    if np.any(ratio >= 1.0):
+        raise ValueError("plasticity isotropic needs m2 n2 e2 < m1 n1 e1: the second regime must be the softer one")
+    return ratio / (1.0 - ratio)
 
 
-def _first(x, deq, row):
-    return law.potential_force(x, deq, row.e1, row.m1, row.n1)
+def limit(k, row, saturation=0.0):
+    """(y, dy/dk): the largest elastic strain of a pair that has flowed by k, and its slope."""
+    k, saturation = np.broadcast_arrays(np.asarray(k, dtype=float), np.asarray(saturation, dtype=float))
+    scale = np.where(saturation > 0.0, saturation, 1.0)
+    grown = np.where(saturation > 0.0, -scale * np.expm1(-k / scale), k)
+    slope = np.where(saturation > 0.0, np.exp(-k / scale), 1.0)
+    h = hardening(row)
+    return row.xi_s + h * grown, h * slope
 
 
-def _second(x, deq, row):
-    return law.potential_force(x, deq, row.e2, row.m2, row.n2)
+def _increment(strain, row, k, saturation):
+    """Plastic strain that brings |elastic strain| to the limit: Newton, from below, on a function that is convex."""
+    y, slope = limit(k, row, saturation)
+    found = np.maximum(strain - y, 0.0) / (1.0 + slope)
+    for _ in range(100):
+        y, slope = limit(k + found, row, saturation)
+        more = np.where(found > 0.0, (strain - found - y) / (1.0 + slope), 0.0)
+        found = found + more
+        if np.all(np.abs(more) <= 1e-16 * (1.0 + found)):
+            break
+    return found
+
+
+def return_map(d, deq, row, q, k, saturation=0.0):
+    """(q, k) after d was reached; as they were where the elastic strain is within the limit."""
+    strain = (np.asarray(d, dtype=float) - q - deq) / deq
+    increment = _increment(np.abs(strain), row, k, saturation)
+    return q + np.sign(strain) * increment * deq, k + increment
 
 
 def elastic_force(d, deq, row, q):
-    """F [energy/length] with the offset as it is; d - q must be in the first regime."""
-    return _first(d - q, deq, row) + _second(deq + q, deq, row)
-
-
-def dissipated(q0, q1, deq, row):
-    """D of a flow from q0 to q1 [energy], which went on with the elastic part at the threshold on that side."""
-    beyond = np.where(np.asarray(q1) >= q0, row.xi_s, -np.asarray(row.xi_s)) * deq
-    return -_first(deq + beyond, deq, row) * (np.asarray(q1) - q0) + (_second(deq + q1, deq, row) - _second(deq + q0, deq, row)) * beyond
-
-
-def step(d, deq, row, q):
-    """The Step of bonds whose offset was q in the last state of rest, or at the last timestep."""
-    after = return_map(d, deq, row, q)
-    return Step(after, elastic_force(d, deq, row, after), dissipated(q, after, deq, row))
-
-
-def contact_step(d, deq, row, q, cut, repulsive=False):
-    """The Step of pairs that met later: the force of the return map, but only compression is kept, and nothing beyond the cut.
-
-    So a new pair that is stretched follows eq. 8. repulsive: it only pushes, its cut is deq.
-    """
-    mapped = step(d, deq, row, q)
-    acts = np.asarray(d) <= cut
-    force = np.where(acts, np.maximum(mapped.force, 0.0) if repulsive else mapped.force, 0.0)
-    kept = np.where(acts, np.minimum(mapped.q, 0.0), 0.0)
-    return Step(kept, force, np.where(acts, dissipated(q, kept, deq, row), 0.0))
-
-
-def hardening(deq, row, q):
-    """Phi_II(deq + q) above its minimum [energy]: what unloading to zero elastic part does not give back."""
-    return law.potential(deq + q, deq, row.e2, row.m2, row.n2) + row.e2
+    """F [energy/length] with q as it is."""
+    return law.potential_force(d - q, deq, row.e1, row.m1, row.n1)
 
 
 def stored(d, deq, row, q):
-    """Psi above that at rest [energy]; d - q must be in the first regime."""
-    elastic = d - q
-    coupling = _second(deq + q, deq, row) * (elastic - deq)
-    return law.potential(elastic, deq, row.e1, row.m1, row.n1) + row.e1 + hardening(deq, row, q) - coupling
+    """Psi [energy], zero at rest."""
+    log_s = np.log1p((deq + q - np.asarray(d, dtype=float)) / (d - q))
+    return row.e1 / (row.m1 - row.n1) * (row.n1 * np.expm1(row.m1 * log_s) - row.m1 * np.expm1(row.n1 * log_s))
 
 
-def work_since(d, deq, row, q):
-    """Psi + D at d for pairs whose offset was q [energy]: its slope is -F, so that a line search is consistent."""
-    after = return_map(d, deq, row, q)
-    return stored(d, deq, row, after) + dissipated(q, after, deq, row)
+def dissipated(q0, q1, deq, row, k0, saturation=0.0):
+    """D [energy] of a flow from q0 to q1, which began with k0; by Gauss points in k, so that nothing cancels."""
+    travel = (np.asarray(q1, dtype=float) - q0) / deq
+    half = 0.5 * np.abs(travel)
+    nodes, weights = (values.reshape(-1, *[1] * np.ndim(half + k0)) for values in (_NODES, _WEIGHTS))
+    y = limit(k0 + half * (1.0 + nodes), row, saturation)[0]
+    force = np.abs(law.potential_force((1.0 + np.sign(travel) * y) * deq, deq, row.e1, row.m1, row.n1))
+    return np.sum(weights * force, axis=0) * half * deq
 
 
-def dissipation_limit(row):
-    """q/deq below which flow in compression would give energy back, D < 0: -inf where it never does, 0 where it always does.
-
-    There the second regime has become the stiffer one: K_II(deq + q) (deq - ds) = F_I(ds).
-    """
-    held = float(_first(1.0 - row.xi_s, 1.0, row))
-
-    def gained(q):
-        return float(law.potential_stiffness(1.0 + q, 1.0, row.e2, row.m2, row.n2)) * row.xi_s - held
-
-    if gained(0.0) >= 0.0:
-        return 0.0
-    low, high = -1.0 + 1e-6, 0.0
-    if gained(low) < 0.0:
-        return -np.inf
-    for _ in range(80):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if gained(middle) > 0.0 else (low, middle)
-    return 0.5 * (low + high)
+def step(d, deq, row, q, k, saturation=0.0):
+    """The Step of bonds that had q and k in the last state of rest, or at the last timestep."""
+    after, grown = return_map(d, deq, row, q, k, saturation)
+    return Step(after, grown, elastic_force(d, deq, row, after), dissipated(q, after, deq, row, k, saturation))
 
 
-def breaks(d, deq, dlim, strain=None):
-    """Is the pair no bond any more? strain: XI of `break XI`, None for the paper's rule, where none breaks."""
-    d = np.asarray(d, dtype=float)
-    if strain is None:
-        return np.zeros(d.shape, dtype=bool)
-    return (d > (1 + strain) * deq) | (d > dlim)
+def contact_step(d, deq, row, q, k, saturation=0.0):
+    """The Step of pairs that met later, deq = R_i + R_j: they repel only, flow in compression only, and end beyond deq with q = k = 0."""
+    acts = np.asarray(d) <= deq
+    now = step(np.minimum(d, deq + q), deq, row, q, k, saturation)
+    return Step(*(np.where(acts, value, 0.0) for value in now))
 
 
-def broken_force(d, contact_distance, row, contact):
-    """Force of what is left of a broken bond [energy/length]: it repels below R_i + R_j as a new contact does; none: nothing."""
-    touching = (np.asarray(d) < contact_distance) & (contact != "none")
-    return np.where(touching, np.maximum(law.force(d, contact_distance, row), 0.0), 0.0)
+def contact_stored(d, deq, row, q):
+    """Psi [energy] of pairs that met later."""
+    return np.where(np.asarray(d) <= deq, stored(np.minimum(d, deq + q), deq, row, q), 0.0)
+
+
+def work_since(d, deq, row, q, k, saturation=0.0):
+    """Psi + D at d for bonds that had q and k [energy]: its slope is -F, so that a line search is consistent."""
+    now = step(d, deq, row, q, k, saturation)
+    return stored(d, deq, row, now.q) + now.dissipated

@@ -98,11 +98,11 @@ def cyclic(folder, _):
     found = cycles.numbers(curve)
     left = found["turn_strain"] - 1e-3 * found["turn_MPa"] / found["unloading_GPa"]
     reversible = cycles.numbers(curves.read_curve(folder / "eq8.csv"))
-    return [Number("residual strain after 2 %, *unload elastic*", "%", 100.0 * found["residual_strain"], 100.0 * left,
+    return [Number("residual strain after 2 %, *plasticity isotropic*", "%", 100.0 * found["residual_strain"], 100.0 * left,
                    "strain - stress/unloading modulus, at the first turn"),
             Number("residual strain after 2 %, eq. 8", "%", round(100.0 * reversible["residual_strain"], 1) + 0.0, 0.0, "eq. 8 is reversible: [Howto](Howto_evp.rst)"),
             Number("unloading modulus over the first one", "", 1e9 * found["unloading_GPa"] / curves.modulus(curve.strain[:40], curve.virial[:40]), 1.0,
-                   "*unload elastic*: [Howto](Howto_evp.rst)")]
+                   "*plasticity isotropic*: [Howto](Howto_evp.rst)")]
 
 
 def dog_bone(folder, _):
@@ -148,7 +148,7 @@ def shear(folder, _):
     return [Number("shear modulus", "GPa", np.polyfit(small["strain"][late], small["shear_stress"][late], 1)[0] / 1e9,
                    0.4 * affine_modulus(len(bonds), volume, scaled) / 1e9, "0.4 m n e1 Nb/(6 V): [pair_style evp/lj](pair_evp_lj.rst)"),
             Number("largest stress", "MPa", curve["shear_stress"].max() / 1e6,
-                   largest_in("large_strain.csv", "shear_stress", "run", "literal_elastic_1000_1") / 1e6, "1000 spheres: [large strain](large_strain.md)")]
+                   largest_in("large_strain.csv", "shear_stress", "run", "repulsive_isotropic_1000_1") / 1e6, "1000 spheres: [large strain](large_strain.md)")]
 
 
 def notched(folder, text):
@@ -170,8 +170,8 @@ def impact(_, text):
     imbalance = float(re.search(r"over impact energy: (\S+)", text)[1])
     return [Number("crater depth at 100 m/s", "mm", 1e3 * depth, 1e3 * fine_depth, "of twice as many spheres, another packing"),
             Number("rebound speed", "m/s", speed, fine_speed, "likewise"),
-            Number("crater depth, *unload reversible*", "mm", round(1e3 * no_depth, 3) + 0.0, 0.0, "eq. 8 leaves none, but the plate vibrates"),
-            Number("rebound speed, *unload reversible*", "m/s", no_speed, None, "above that with flow; the rest vibrates"),
+            Number("crater depth, *plasticity none*", "mm", round(1e3 * no_depth, 3) + 0.0, 0.0, "eq. 8 leaves none, but the plate vibrates"),
+            Number("rebound speed, *plasticity none*", "m/s", no_speed, None, "above that with flow; the rest vibrates"),
             Number("energy imbalance over impact energy", "", imbalance, 0.0, "[fix evp/energy](fix_evp_energy.rst)")]
 
 
@@ -210,18 +210,18 @@ SCENES = (
            "--out traction.png"),
           "traction.png", pull),
     Scene("cyclic", "in.cyclic", "Tension and compression in cycles",
-          "Two cycles between 2 % and -2 % with *unload elastic*, and one between 2 % and 0 with eq. 8, which goes back on its own curve but for\n"
+          "Two cycles between 2 % and -2 % with *plasticity isotropic*, and one between 2 % and 0 with eq. 8, which goes back on its own curve but for\n"
           "a little vibration at this rate.\n"
           "A dot is the residual strain of the first unloading.",
           (LMP + "in.specimen -var out cylinder.data",
-           LMP + "in.cyclic -var specimen cylinder.data -var contact none -var unload elastic -var lower -0.02 -var cycles 2 -var rate 50 -var out cycles",
+           LMP + "in.cyclic -var specimen cylinder.data -var contact none -var plasticity isotropic -var lower -0.02 -var cycles 2 -var rate 50 -var out cycles",
            LMP + "in.cyclic -var specimen cylinder.data -var contact none -var rate 50 -var out eq8",
-           'tools/curves.py cycle cycles.csv eq8.csv --labels "unload elastic, two cycles" "eq. 8" --out cyclic.png'),
+           'tools/curves.py cycle cycles.csv eq8.csv --labels "plasticity isotropic, two cycles" "eq. 8" --out cyclic.png'),
           "cyclic.png", cyclic),
     Scene("dog_bone", "tools/body.py", "A part from a CAD program",
           "A round tension bar, cut open along its axis, pulled to a strain of 1 % of its grips and released: only the thin part has flowed.",
           ("tools/body.py tests/data/parts/dog_bone.stl --axis z --unit mm --n 800 --out bone.data",
-           LMP + "in.quasistatic -var specimen bone.data -var material potentials/gado2017.evp:table1_any -var strain 0.01 -var unload elastic -var cycles 1 "
+           LMP + "in.quasistatic -var specimen bone.data -var material potentials/gado2017.evp:table1_any -var strain 0.01 -var plasticity isotropic -var cycles 1 "
            "-var lower release -var restart 0 -var extensometer yes -var out bone",
            LMP + "in.specimen -var out cylinder.data",
            LMP + "in.quasistatic -var specimen cylinder.data -var material potentials/gado2017.evp:table1_any -var strain 0.0002 -var increment 0.0001 "
@@ -231,7 +231,7 @@ SCENES = (
     Scene("torsion", "in.torsion", "Torsion", "A shaft, twisted about its axis by its ends. On the right the near half is cut away: the surface has flowed, the core and the grips have not.",
           (LMP + "in.specimen -var n 2000 -var length 0.1 -var out shaft.data",
            LMP + "in.quasistatic -var specimen shaft.data -var contact none -var strain 0.0002 -var increment 0.0001 -var restart 0 -var out shaft_pulled",
-           LMP + "in.torsion -var specimen shaft.data -var contact none -var unload elastic -var angle 0.12 -var increment 0.002 -var frames 1 -var out twisted",
+           LMP + "in.torsion -var specimen shaft.data -var contact none -var plasticity isotropic -var angle 0.12 -var increment 0.002 -var frames 1 -var out twisted",
            'tools/view.py twisted_frames.dump --color plastic_strain --range 0 1.5 --cut "y<0" "x>0.05" --pixels 420 --captions "angle 0.12 rad, right half cut open" '
            "--out torsion.png"),
           "torsion.png", torsion),
@@ -239,7 +239,7 @@ SCENES = (
           "and bent back to no deflection. It has flowed above and below mid-span, not on its axis.",
           (LMP + "in.specimen -var n 2000 -var shape block -var length 0.1 -var width 0.01 -var height 0.02 -var out bar.data",
            LMP + "in.quasistatic -var specimen bar.data -var contact none -var strain 0.0002 -var increment 0.0001 -var restart 0 -var out bar_pulled",
-           LMP + "in.bending -var specimen bar.data -var contact none -var unload elastic -var cycles 1 -var frames 2 -var out bent",
+           LMP + "in.bending -var specimen bar.data -var contact none -var plasticity isotropic -var cycles 1 -var frames 2 -var out bent",
            'tools/view.py bent_frames.dump --strip 3 --color plastic_strain --view front --pixels 380 --captions before "pushed down, strain 2 %" '
            '"bent back, strain 0 %" '
            "--out bending.png"),
@@ -247,12 +247,12 @@ SCENES = (
     Scene("shear", "in.shear", "Simple shear of a periodic body", "A periodic body of 500 spheres, sheared to 45 %: at first it flows everywhere, then most in a band.",
           (LMP + "in.specimen -var n 500 -var shape periodic -var length 0.03 -var out periodic.data",
            LMP + "in.shear -var specimen periodic.data -var strain 0.003 -var row 0.0001 -var rate 10 -var out shear_elastic",
-           LMP + "in.shear -var specimen periodic.data -var unload elastic -var strain 0.45 -var also lammps_inputs/frames.lmp -var frames 3 -var out sheared",
+           LMP + "in.shear -var specimen periodic.data -var plasticity isotropic -var strain 0.45 -var also lammps_inputs/frames.lmp -var frames 3 -var out sheared",
            'tools/view.py sheared_frames.dump --strip 4 --color plastic_strain --range 0 50 --view top --pixels 200 --out shear.png'),
           "shear.png", shear),
     Scene("notched", "in.traction", "Notched tension to rupture", "A bar with two notches, pulled along its length: bonds break between the notches.",
           (LMP + "in.specimen -var n 4000 -var shape region -var region lammps_inputs/regions/notched.lmp -var width 0.022 -var height 0.012 -var out notched.data",
-           LMP + f'in.traction -var specimen notched.data -var coeff "{ROW.replace(" 0 1.5", " 20 1.5")}" -var contact repulsive -var unload elastic '
+           LMP + f'in.traction -var specimen notched.data -var coeff "{ROW.replace(" 0 1.5", " 20 1.5")}" -var contact repulsive -var plasticity isotropic '
            "-var break 0.05 -var rate 100 -var row 0.00025 -var also lammps_inputs/frames.lmp -var frames 8 -var out notched",
            'tools/view.py notched_frames.dump --strip 2 --color share_lost --view top --pixels 330 --out notched.png'),
           "notched.png", notched),
@@ -265,7 +265,7 @@ SCENES = (
            LMP + "in.specimen -var n 3000 -var shape block -var length 0.008 -var width 0.025 -var height 0.025 -var out fine_plate.data",
            LMP + "in.specimen -var n 315 -var shape region -var region ball.region -var length 0.01 -var out fine_ball.data",
            LMP + "in.impact -var plate fine_plate.data -var ball fine_ball.data -var out fine_impact",
-           LMP + "in.impact -var plate plate.data -var ball ball.data -var unload reversible -var out elastic_impact",
+           LMP + "in.impact -var plate plate.data -var ball ball.data -var plasticity none -var out elastic_impact",
            'tools/view.py impact_frames.dump --strip 3 --color plastic_strain --cut "y<0" --view front --pixels 230 --captions "before, 100 m/s" "in contact" '
            '"on its way back" '
            "--out impact.png"),
@@ -285,7 +285,7 @@ SCENES = (
           (LMP + "in.specimen -var n 2000 -var length 0.12 -var radius 0.0012 -var out rod.data",
            LMP + f'in.quasistatic -var specimen rod.data -var coeff "{ROW}" -var contact none -var strain 0.0002 -var increment 0.0001 -var restart 0 '
            "-var out rod_pulled",
-           LMP + f'in.taylor -var specimen rod.data -var coeff "{ROW}" -var contact none -var unload reversible -var speed 1 -var out rod',
+           LMP + f'in.taylor -var specimen rod.data -var coeff "{ROW}" -var contact none -var plasticity none -var speed 1 -var out rod',
            'tools/curves.py columns rod.csv --x time --y force --title "Force of the wall on an elastic rod, 1 m/s" --out wall_force.png'),
           "wall_force.png", rod),
 )

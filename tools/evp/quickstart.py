@@ -4,7 +4,7 @@
 Runs in.two_spheres (the force law, figure 2), in.specimen (500 spheres) and in.traction for Tables
 1 and 2 (figures 3 and 4); writes CSV and PNG files and prints E, 0.2 % yield stress, stress at 1 %
 and the strain of the first bond in the second regime. Table 2 is also pulled at 100/s, where its
-damping can be seen. in.cyclic loads and unloads the body with eq. 8 and with `unload elastic`: its
+damping can be seen. in.cyclic loads and unloads the body with eq. 8 and with `plasticity isotropic`: its
 residual strain. About a minute and a half on two cores.
 """
 
@@ -19,7 +19,7 @@ TABLES = {
     "table1": ("Table 1, no damping", "80 8 4 3 8 4 0.005 0 1.5", (1.0, 10.0)),
     "table2": ("Table 2, damping 1000 N s/m", "80 8 4 3 8 4 0.005 1000 1.5", (1.0, 10.0, 100.0)),
 }
-UNLOADING = {"reversible": "eq. 8, the paper's law", "elastic": "unload elastic"}
+UNLOADING = {"none": "eq. 8, the paper's law", "isotropic": "plasticity isotropic"}
 UNLOADING_RATE = 10.0
 STRAIN = 0.02
 DT_FRACTION = 0.8
@@ -65,10 +65,10 @@ def traction_job(out, table, rate, ranks):
                    done=lambda: run.last_strain(out / f"{name}.csv") / STRAIN)
 
 
-def unloading_job(out, unload, ranks):
+def unloading_job(out, plasticity, ranks):
     """One sweep to STRAIN and back to zero stress."""
-    name = f"unload_{unload}"
-    variables = {"specimen": "specimen.data", "coeff": TABLES["table1"][1], "unload": unload, "rate": f"{UNLOADING_RATE:g}", "strain": STRAIN, "lower": "release", "out": name}
+    name = f"plasticity_{plasticity}"
+    variables = {"specimen": "specimen.data", "coeff": TABLES["table1"][1], "plasticity": plasticity, "rate": f"{UNLOADING_RATE:g}", "strain": STRAIN, "lower": "release", "out": name}
     return run.Job(name, "in.cyclic", variables, out, ranks, cost=2 * STRAIN / UNLOADING_RATE / (0.4 * _TYPICAL_STEP["table1"]))
 
 
@@ -95,7 +95,7 @@ def draw(out, pulled):
     state = figures.read_state(out / f"{pulled[table, rate].name}_state.dump")
     title = f"{TABLES[table][0]}, {rate:g}/s, strain {100 * STRAIN:g} %"
     paths.append(figures.specimen(state, out / "specimen.png", title))
-    sweeps = {label: curves.read_curve(out / f"unload_{unload}.csv") for unload, label in UNLOADING.items()}
+    sweeps = {label: curves.read_curve(out / f"plasticity_{plasticity}.csv") for plasticity, label in UNLOADING.items()}
     paths.append(figures.unloading(sweeps, out / "unloading.png"))
     return paths
 
@@ -116,8 +116,8 @@ def report(out, pulled):
     print("  ".join(titles))
     for row in rows:
         print("  ".join(cell.rjust(len(title)) for cell, title in zip(row, titles)))
-    for unload, label in UNLOADING.items():
-        left = cycles.numbers(curves.read_curve(out / f"unload_{unload}.csv"))
+    for plasticity, label in UNLOADING.items():
+        left = cycles.numbers(curves.read_curve(out / f"plasticity_{plasticity}.csv"))
         print(f"{label}: back from {100 * STRAIN:g} %, {figures.residual_text(left['residual_strain'])}")
     print("E is the slope over strain " + ", or ".join(sorted(ranges)))
 
@@ -128,7 +128,7 @@ def main(argv=None):
     out = args.out.absolute()
     wanted = {(t, r) for t in TABLES for r in (args.rates or TABLES[t][2])}
     pulled = {key: traction_job(out, *key, args.ranks) for key in sorted(wanted)}
-    sweeps = [unloading_job(out, unload, args.ranks) for unload in UNLOADING]
+    sweeps = [unloading_job(out, plasticity, args.ranks) for plasticity in UNLOADING]
     try:
         out.mkdir(parents=True, exist_ok=True)
         for name in ["two_spheres", *(job.name for job in (*pulled.values(), *sweeps))]:
