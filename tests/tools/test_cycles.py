@@ -70,7 +70,7 @@ def test_loops(sign):
 
 
 @pytest.mark.parametrize("sign", [1, -1])
-@pytest.mark.parametrize("end, turns, loop", [((0.01,), 3, True), ((0.01, 0.0), 3, True), ((0.0099,), 3, True), ((0.0095,), 2, False)])
+@pytest.mark.parametrize("end, turns, loop", [((0.01,), 3, True), ((0.01, 0.0), 3, True), ((0.01, -0.01), 3, True), ((0.0099,), 3, True), ((0.0095,), 2, False)])
 def test_a_loop_of_two_turns(sign, end, turns, loop):
     """It needs no third turn: it is closed where the strain is back, to within a row, with or without rows after it. A way that does not come
     back closes none: the area is that of the first loading and the way back."""

@@ -14,12 +14,12 @@ UNLOADING_RANGE = 0.004  # of strain after the turn: the unloading modulus is th
 
 
 def turns(strain):
-    """Rows at which the strain turns back (indices), and the last row where it ends a loop: back at the strain of the turn before the last
-    one to within the distance of two rows, or beyond."""
+    """Rows at which the strain turns back (indices), and the last row where it ends a loop of loop_areas: back at the strain that the loop
+    began with to within the distance of two rows, or beyond."""
     moved = np.nonzero(np.abs(np.diff(strain)) > ROUNDING)[0]
     ways = np.sign(np.diff(strain)[moved])
     found = moved[1:][ways[1:] != ways[:-1]]
-    if len(found) > 1 and ways[-1] * (strain[found[-2]] - strain[-1]) <= np.abs(strain[moved[-1] + 1] - strain[moved[-1]]) + ROUNDING:
+    if len(found) > 1 and len(found) % 2 == 0 and ways[-1] * (strain[found[-2]] - strain[-1]) <= np.abs(strain[moved[-1] + 1] - strain[moved[-1]]) + ROUNDING:
         found = np.append(found, len(strain) - 1)
     return found
 
