@@ -36,7 +36,10 @@ void CheckEVPVariables::command(int narg, char **arg)
   });
 
   EVP::stop_at_bad_input(error, WHO, [&] {
-    EVP::throw_together(comm->me == 0 ? first_unknown(mentioned) : "", world);
+    std::string wrong;
+    if (comm->me == 0) wrong = first_with_plus();
+    if (comm->me == 0 && wrong.empty()) wrong = first_unknown(mentioned);
+    EVP::throw_together(wrong, world);
   });
 }
 
@@ -63,6 +66,18 @@ std::string CheckEVPVariables::first_unknown(const std::string &mentioned) const
         : nearest.empty()                  ? "its variables are " + utils::join_words(known, ", ")
                                            : "did you mean " + nearest + "?";
     return "-var " + EVP::shown(name) + ": the input script has no such variable; " + hint;
+  }
+  return "";
+}
+
+// What is wrong with the first number that LAMMPS' command 'if' does not take for one; empty without. Of rank 0.
+std::string CheckEVPVariables::first_with_plus() const
+{
+  for (const std::string &name : given_by_var()) {
+    const std::string value = input->variable->retrieve(name.c_str());
+    if (value[0] == '+' && EVP::is_number(value))
+      return "-var " + EVP::shown(name) + ": a number must not begin with +, got " +
+          EVP::shown(value) + ": give " + EVP::shown(value.substr(1));
   }
   return "";
 }

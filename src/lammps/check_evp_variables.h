@@ -18,6 +18,7 @@ class CheckEVPVariables : public Command {
  private:
   std::string path_of(const std::string &name) const;
   std::vector<std::string> given_by_var() const;
+  std::string first_with_plus() const;
   std::string first_unknown(const std::string &mentioned) const;
 };
 

@@ -15,16 +15,18 @@
 
 using namespace LAMMPS_NS;
 
-static constexpr double STRAIN_PER_STEP = 0.1;    // of xi_s, at most, in any pair
+static constexpr double PASSES =
+    1.0;    // displacement per step with which a pair passes its first regime unseen
 static constexpr double TURN_PER_STEP = 0.1;    // rad, at most, of any pair that fix nve/evp damps
 static constexpr double GROWTH_PER_CHECK = 1.25;
 
-// fix ID group dt/evp N fraction [max DT]
+// fix ID group dt/evp N fraction [max DT] [displacement F]
 FixDtEVP::FixDtEVP(LAMMPS *lmp, int narg, char **arg) :
     NodalExchange(lmp, narg, arg), compute_id(std::string(id) + "_evp_dt")
 {
-  if (narg != 5 && narg != 7)
-    error->all(FLERR, "{}: expected N fraction [max DT], got {} arguments", who, narg - 3);
+  if (narg < 5)
+    error->all(FLERR, "{}: expected N fraction [max DT] [displacement F], got {} arguments", who,
+               narg - 3);
   EVP::stop_at_bad_input(error, who, [&] {
     const EVP::Keyword every = {"N", arg[3]}, of_stable = {"fraction", arg[4]};
     const double n = every.number();
@@ -35,10 +37,11 @@ FixDtEVP::FixDtEVP(LAMMPS *lmp, int narg, char **arg) :
         fraction > 0.0 && fraction < 1.0,
         "must lie between 0 and 1 (of the largest stable timestep; 0.4 is accurate, 0.8 is fast)");
   });
-  EVP::for_each_keyword(error, who, narg - 5, arg + 5, {"max"}, "",
+  EVP::for_each_keyword(error, who, narg - 5, arg + 5, {"max", "displacement"}, " and ",
                         [this](const EVP::Keyword &word) {
-                          maximum = word.number();
-                          word.demand(maximum > 0.0, "must be positive");
+                          double &value = word.is("max") ? maximum : displacement;
+                          value = word.number();
+                          word.demand(value > 0.0, "must be positive");
                         });
   time_depend = 1;
   EVP::scene::offer_values(this, 5);
@@ -74,7 +77,7 @@ void FixDtEVP::init()
                  "one fix dt/evp for the group union",
                  who, other->id, other->style);
   }
-  speed_reported = false;
+  displacement_reported = rotation_reported = false;
   if (maximum >= NO_LIMIT) warn_of_contacts();
 }
 
@@ -103,7 +106,7 @@ void FixDtEVP::setup(int /*vflag*/)
   }
 }
 
-// the smallest of what stability, speeds and the user allow; at set-up at once,
+// the smallest of what stability, rotation and the user allow; at set-up at once,
 // later it grows by little, since the state may be about to change back
 void FixDtEVP::set_dt(bool at_setup)
 {
@@ -118,19 +121,21 @@ void FixDtEVP::set_dt(bool at_setup)
     dt = GROWTH_PER_CHECK * update->dt;
     limit = GROWTH;
   }
+  const bool unlimited = stable_dt >= NO_LIMIT && maximum >= NO_LIMIT;
   const bool may_meet = find_fastest(dt);
-  if (fastest.dt < dt) {
-    dt = fastest.dt;
-    limit = fastest.turns ? TURNING : SPEED;
-    if (!speed_reported && comm->me == 0)
-      error->warning(FLERR,
-                     "{}: from step {} on the {} of pairs limits the timestep, now {:.4g} for "
-                     "atoms {} and {}, {:.3g} of what stability allows",
-                     who, update->ntimestep, fastest.turns ? "rotation" : "velocity", dt,
-                     (bigint) fastest.id_i, (bigint) fastest.id_j, dt / (fraction * stable_dt));
-    speed_reported = true;
+  if (is_resolved() || unlimited) {
+    if (opening.dt < dt) {
+      dt = opening.dt;
+      limit = DISPLACEMENT;
+    }
+  } else if (opening.dt < dt)
+    warn_of_displacement(dt);
+  if (turning.dt < dt) {
+    dt = turning.dt;
+    limit = ROTATION;
   }
-  if (stable_dt >= NO_LIMIT && fastest.dt >= NO_LIMIT && maximum >= NO_LIMIT &&
+  report_limit(dt);
+  if (unlimited && std::min(opening.dt, turning.dt) >= NO_LIMIT &&
       (at_setup || !EVP::on_any(may_meet, world)))
     error->all(FLERR,
                "{}: at step {} no pair interacts or approaches another, so nothing limits the "
@@ -139,10 +144,41 @@ void FixDtEVP::set_dt(bool at_setup)
   if (dt != update->dt) change_dt(dt);
 }
 
-// Sets fastest: |u.(v_i - v_j)| dt <= 0.1 xi_s deq, over the pairs that interact or can until the next
-// check; flight and spin do not count here. Fix nve/evp resolves the damping of a pair that turns by up
-// to 0.1 rad. Returns whether a pair of this MPI rank
-// interacts, or approaches and so may at a later check
+// once in a run each
+void FixDtEVP::report_limit(double dt)
+{
+  const bool rotates = limit == ROTATION;
+  if (!rotates && (limit != DISPLACEMENT || !is_resolved())) return;
+  bool &reported = rotates ? rotation_reported : displacement_reported;
+  const FastestPair &pair = rotates ? turning : opening;
+  if (!reported && comm->me == 0)
+    error->warning(FLERR,
+                   "{}: from step {} on the {} of pairs limits the timestep, now {:.4g} for atoms "
+                   "{} and {}, {:.3g} of what stability allows: {}",
+                   who, update->ntimestep, rotates ? "rotation" : "displacement", dt,
+                   (bigint) pair.id_i, (bigint) pair.id_j, dt / (fraction * stable_dt),
+                   rotates ? "fix nve/evp needs this where it damps pairs that rotate"
+                           : "the energy balance needs this after rupture and in impacts; a "
+                             "quasi-static load does not: omit 'displacement' there");
+  reported = true;
+}
+
+void FixDtEVP::warn_of_displacement(double dt)
+{
+  if (!displacement_reported && comm->me == 0)
+    error->warning(FLERR,
+                   "{}: at step {} the distance of atoms {} and {} changes by {:.3g} times their "
+                   "threshold strain per timestep: a few such pairs do not matter in a "
+                   "quasi-static load, but after rupture and in impacts they heat the body: add "
+                   "'displacement 0.1' there, or check the energy balance by fix evp/energy",
+                   who, update->ntimestep, (bigint) opening.id_i, (bigint) opening.id_j,
+                   PASSES * dt / opening.dt);
+  displacement_reported = true;
+}
+
+// Sets opening: |u.(v_i - v_j)| dt <= share xi_s deq, over the pairs that interact or can until the next
+// check; flight and spin do not count here. Sets turning: fix nve/evp resolves the damping of a pair that turns by up
+// to 0.1 rad. Returns whether a pair of this MPI rank interacts, or approaches and so may at a later check
 bool FixDtEVP::find_fastest(double dt)
 {
   const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
@@ -151,7 +187,8 @@ bool FixDtEVP::find_fastest(double dt)
   velocities_to_ghosts(velocity);
   network->place_ghosts();
 
-  fastest = {NO_LIMIT, 0.0, 0.0, 0.0};
+  const double share = is_resolved() ? displacement : PASSES;
+  opening = turning = {NO_LIMIT, 0.0, 0.0};
   bool meets = false;
   EVP::for_each_pair(
       network->packed_pairs(), EVP::scene::rows(atom->x), [&](const EVP::PlacedPair &p) {
@@ -161,26 +198,28 @@ bool FixDtEVP::find_fastest(double dt)
         const double opening_times_d = p.g.dx * v[0] + p.g.dy * v[1] + p.g.dz * v[2];
         if (!p.is_past_cutoff() || opening_times_d < 0.0) meets = true;
 
-        const double d = p.distance(), opening = opening_times_d / d;
+        const double d = p.distance(), speed = opening_times_d / d;
         const double gap = d - std::sqrt(p.cutsq);
-        if (gap > 0.0 && -opening * dt * nevery < gap) return;
-        const auto allow = [&](double allowed, double turns) {
+        if (gap > 0.0 && -speed * dt * nevery < gap) return;
+        const auto allow = [&](FastestPair &fastest, double allowed) {
           if (allowed < fastest.dt)
-            fastest = {allowed, (double) atom->tag[p.i], (double) atom->tag[p.j], turns};
+            fastest = {allowed, (double) atom->tag[p.i], (double) atom->tag[p.j]};
         };
         const double xi_s = network->law_of(p).xi_s;
-        if (opening != 0.0) allow(STRAIN_PER_STEP * xi_s / (p.inv_deq * std::fabs(opening)), 0.0);
+        if (speed != 0.0) allow(opening, share * xi_s / (p.inv_deq * std::fabs(speed)));
         if (gap > 0.0 || network->implicit_gamma(p) == 0.0) return;
-        const double across_sq = v[0] * v[0] + v[1] * v[1] + v[2] * v[2] - opening * opening;
-        if (across_sq > 0.0) allow(TURN_PER_STEP * d / std::sqrt(across_sq), 1.0);
+        const double across_sq = v[0] * v[0] + v[1] * v[1] + v[2] * v[2] - speed * speed;
+        if (across_sq > 0.0) allow(turning, TURN_PER_STEP * d / std::sqrt(across_sq));
       });
 
-  struct {
-    double dt;
-    int rank;
-  } mine = {fastest.dt, comm->me}, least;
-  MPI_Allreduce(&mine, &least, 1, MPI_DOUBLE_INT, MPI_MINLOC, world);
-  MPI_Bcast(&fastest, 4, MPI_DOUBLE, least.rank, world);
+  for (FastestPair *const pair : {&opening, &turning}) {
+    struct {
+      double dt;
+      int rank;
+    } mine = {pair->dt, comm->me}, least;
+    MPI_Allreduce(&mine, &least, 1, MPI_DOUBLE_INT, MPI_MINLOC, world);
+    MPI_Bcast(pair, 3, MPI_DOUBLE, least.rank, world);
+  }
   return meets;
 }
 

@@ -13,8 +13,8 @@
 
 namespace LAMMPS_NS {
 
-/// Keeps dt at a fraction of the largest stable timestep, and short enough that no pair is carried
-/// through its threshold strain unresolved, and that none turns by much that fix nve/evp damps.
+/// Keeps dt at a fraction of the largest stable timestep, and short enough that no pair turns by much that fix nve/evp
+/// damps, and, where the user asks for it, that none is carried through its threshold strain unresolved.
 class FixDtEVP : public EVP::NodalExchange<Fix> {
  public:
   FixDtEVP(class LAMMPS *, int, char **);
@@ -26,42 +26,46 @@ class FixDtEVP : public EVP::NodalExchange<Fix> {
   void setup(int) override;
   void end_of_step() override { set_dt(false); }
 
-  // f_ID: dt. f_ID[1..5]: largest stable dt, dt that the speeds allow, what limits dt
-  // (1 stability, 2 speed, 3 max, 4 growth, 5 turning), IDs of the fastest pair
+  // f_ID: dt. f_ID[1..5]: largest stable dt, dt that resolves the motion of all pairs, what limits dt
+  // (1 stability, 2 displacement, 3 max, 4 growth, 5 rotation), IDs of the fastest pair
   double compute_scalar() override { return update->dt; }
   double compute_vector(int n) override
   {
+    const FastestPair &fastest = turning.dt < opening.dt ? turning : opening;
     return std::array{stable_dt, fastest.dt, (double) limit, fastest.id_i, fastest.id_j}[n];
   }
   double memory_usage() override { return EVP::bytes_of(velocity); }
 
  private:
   /// What limits dt; the numbers are those of f_ID[3].
-  enum Limit { NOTHING, STABILITY, SPEED, MAXIMUM, GROWTH, TURNING };
+  enum Limit { NOTHING, STABILITY, DISPLACEMENT, MAXIMUM, GROWTH, ROTATION };
 
   /// The pair whose relative velocity allows the smallest timestep.
   struct FastestPair {
     double dt;
     double id_i, id_j;
-    double turns;    ///< 1 if it turns too fast, 0 if it opens or closes too fast
   };
 
   static constexpr double NO_LIMIT = EVP::StableTimesteps::NO_LIMIT;
 
-  double fraction = 0.0;        // of the stable timestep
-  double maximum = NO_LIMIT;    // of dt [time]
+  double fraction = 0.0;             // of the stable timestep
+  double maximum = NO_LIMIT;         // of dt [time]
+  double displacement = NO_LIMIT;    // of a pair along its axis in a step, over xi_s deq
   std::string compute_id;
   ComputeEVPDt *compute = nullptr;
   EVP::PairNetwork *network = nullptr;
 
   Nodal velocity;    // with ghosts
   double stable_dt = NO_LIMIT;
-  FastestPair fastest = {NO_LIMIT, 0.0, 0.0, 0.0};
+  FastestPair opening = {NO_LIMIT, 0.0, 0.0}, turning = opening;    // along and across its axis
   Limit limit = NOTHING;
-  bool speed_reported = false;
+  bool displacement_reported = false, rotation_reported = false;
 
   void warn_of_contacts() const;
+  bool is_resolved() const { return displacement < NO_LIMIT; }
   void set_dt(bool at_setup);
+  void report_limit(double dt);
+  void warn_of_displacement(double dt);
   bool find_fastest(double dt);
   void change_dt(double dt);
 };

@@ -61,7 +61,7 @@ void RowLaws::follow(const BondStore *bonds, bool plastic)
   take_kv();
 }
 
-std::string RowLaws::describe(int i, int j) const
+std::string RowLaws::describe(int i, int j, bool with_kv) const
 {
   const Row row = coefficients.row(i, j);
   const auto [source, factors] = coefficients.scaling(i, j);
@@ -75,25 +75,53 @@ std::string RowLaws::describe(int i, int j) const
   if (source == Source::AS_GIVEN) return line + "coefficients as given\n";
 
   line += fmt::format("e1 e2 x {:.6g}, gamma x {:.6g}", factors.energies, factors.gamma);
-  if (i == j && row.kv > 0.0) line += fmt::format(", kv x {:.6g}", factors.kv);
+  if (with_kv && i == j && row.kv > 0.0) line += fmt::format(", kv x {:.6g}", factors.kv);
   return line + (source == Source::LIKE_TYPES ? ", as of the like types\n" : "\n");
 }
 
 std::string RowLaws::describe() const
 {
+  const auto volume = VolumeForces::find(modify);
+  const bool with_kv = volume && volume->is_of_rows();
   std::string lines;
   int count = 0;
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++)
       if (cuts.handles(i, j) && coefficients.row(i, j).is_scaled() && ++count <= MOST_LINES)
-        lines += describe(i, j);
+        lines += describe(i, j, with_kv);
   if (count > MOST_LINES)
     lines += fmt::format("pair evp/lj: and {} more pairs of types\n", count - MOST_LINES);
   return lines;
 }
 
+// Empty where fix evp/volume decides on the KV, or could not be defined.
+std::string RowLaws::find_inactive_kv() const
+{
+  if (domain->dimension == 2 || scene::find_fix(modify, "evp/volume") ||
+      !scene::find_fix(modify, "evp/bonds"))
+    return "";
+  for (int type = 1; type <= atom->ntypes; type++)
+    if (const double kv = coefficients.row(type, type).kv;
+        kv > 0.0 && cuts.handles(type, type))
+      return fmt::format(
+          "Pair evp/lj: the row of type {} has kv {:.6g}, but without fix evp/volume "
+          "there is no volume energy, and stiffness and Poisson's ratio are not "
+          "those of the row; add: fix ID all evp/volume row",
+          type, kv);
+  return "";
+}
+
+// Again only when it changes.
+void RowLaws::warn(const std::string &warning, std::string &last) const
+{
+  if (warning == last) return;
+  last = warning;
+  if (!warning.empty() && comm->me == 0) error->warning(FLERR, warning);
+}
+
 void RowLaws::report()
 {
+  warn(find_inactive_kv(), last_kv_warning);
   if (!coefficients.any_scaled()) return;
   const std::string lines = describe();
   if (lines == last_report) return;
@@ -130,8 +158,7 @@ void RowLaws::warn_of_density()
                       "solid fraction of the body; ignore this if masses are scaled on purpose",
                       type, mean, solid);
   }
-  if (comm->me == 0 && !warning.empty() && warning != last_warning) error->warning(FLERR, warning);
-  last_warning = warning;
+  warn(warning, last_density_warning);
 }
 
 void RowLaws::check(const PairList &list, const VolumeForces *volume) const

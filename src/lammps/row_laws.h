@@ -31,7 +31,7 @@ class RowLaws : protected Pointers {
   /// At a packing: the bonds were recorded, or went, after the laws were made.
   void follow(const BondStore *bonds, bool plastic);
 
-  /// Again only when it changes.
+  /// At the set-up of a run. Warns where a row has a volume energy and there is no fix evp/volume. Again only when it changes.
   void report();
 
   /// Collective, at the set-up of a run. Warns where atoms have a density that does not match that of the solid in the row
@@ -45,13 +45,15 @@ class RowLaws : protected Pointers {
  private:
   Coefficients &coefficients;
   const CutOffs &cuts;
-  std::string last_report, last_warning;
+  std::string last_report, last_kv_warning, last_density_warning;
 
   bool take_measures(const BondStore *);
   void take_kv();
   template <class F> void stop_at_bad_row(int i, int j, F &&f) const;
   std::string describe() const;
-  std::string describe(int i, int j) const;
+  std::string describe(int i, int j, bool with_kv) const;
+  std::string find_inactive_kv() const;
+  void warn(const std::string &warning, std::string &last) const;
 };
 
 }    // namespace EVP

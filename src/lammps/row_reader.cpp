@@ -15,13 +15,18 @@ namespace EVP {
 
 static constexpr int MAX_FILE_SIZE = 1 << 20;
 
-static Row read_file(LAMMPS *lmp, const std::string &file, const std::string &name)
+// file, name: a word each, or both one word
+static Row read_file(LAMMPS *lmp, const std::string &file, const std::string &name, bool apart)
 {
   const std::string path = lmp->comm->me == 0 ? utils::get_potential_file_path(file) : "";
   std::string text;
   const Reading reading = read_text(path, MAX_FILE_SIZE, text, lmp->world);
   if (reading == Reading::TOO_LARGE)
     throw BadInput("file " + file + " is larger than 1 MiB: not a potential file");
+  if (reading != Reading::DONE && apart && file.find(':') != std::string::npos)
+    throw BadInput("unexpected argument '" + shown(name) + "' after '" + shown(file) +
+                   "', which is no file but FILE:ROW: a row of a file takes no further arguments, "
+                   "its keywords are in the file");
   if (reading != Reading::DONE)
     throw BadInput("cannot read the potential file '" + file +
                    "': give its path, or put its folder into LAMMPS_POTENTIALS" +
@@ -39,7 +44,7 @@ static Row read_file(LAMMPS *lmp, const std::string &file, const std::string &na
 Row read_row(LAMMPS *lmp, const std::vector<std::string> &words)
 {
   const auto found = find_file_and_row(words);
-  return found ? read_file(lmp, (*found)[0], (*found)[1]) : parse_row(words);
+  return found ? read_file(lmp, (*found)[0], (*found)[1], words.size() > 1) : parse_row(words);
 }
 
 }    // namespace EVP

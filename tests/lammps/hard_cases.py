@@ -126,10 +126,10 @@ fix move free {style}
 
 
 def pull(bench, row, contact, style, strain):
-    """At 50/s with fix dt/evp 20 0.4; the largest opening of the ledger over the work, and bonds lost."""
+    """At 50/s with fix dt/evp 20 0.4 displacement 0.1; the largest opening of the ledger over the work, and bonds lost."""
     write_body(bench.folder / "body.data", lattice_body((8, 3, 3)))
     text = head(boundary="s s s") + pair(row, contact) + PULL.format(style=style)
-    text += ledger(2000, "fix step free dt/evp 20 0.4", "f_bonds[1]").replace("compute dt all evp/dt\n", "")
+    text += ledger(2000, "fix step free dt/evp 20 0.4 displacement 0.1", "f_bonds[1]").replace("compute dt all evp/dt\n", "")
     text += f"variable now equal time\nfix stop all halt 20 v_now > {strain / 50.0} error continue message no\nrun 5000000\n"
     table = bench.run(text).ok().thermo()
     share = np.abs(table["f_energy"]).max() / np.abs(table["f_energy[7]"]).max()
@@ -157,7 +157,7 @@ def head_on_impact(bench, speed):
     write_body(bench.folder / "body.data", body)
     steps, check = {1: (24000, 10), 30: (6000, 5), 500: (2500, 1)}[speed]
     text = head() + pair(TABLE1, "repulsive") + f"group one id 1:27\ngroup two id 28:54\nvelocity one set {speed / 2} 0 0\nvelocity two set {-speed / 2} 0 0\n"
-    text += "fix move all nve\n" + ledger(40, f"fix step all dt/evp {check} 0.4 max 5e-7").replace("compute dt all evp/dt\n", "")
+    text += "fix move all nve\n" + ledger(40, f"fix step all dt/evp {check} 0.4 max 5e-7 displacement 0.1").replace("compute dt all evp/dt\n", "")
     run = bench.run(text + dump(every=steps) + f"run {steps}\n").ok()
     table, mass = run.thermo(), mass_of(body.radius)
     first, last = run.dump("all.dump")

@@ -92,7 +92,7 @@ def off_centre_impact_with_large_gamma(bench, gamma):
     mass, steps = mass_of(body.radius), 2000
     text = head() + pair(TABLE1._replace(gamma=gamma), "repulsive")
     text += f"group one id 1:27\ngroup two id 28:54\nvelocity one set {speed / 2} 0 0\nvelocity two set {-speed / 2} 0 0\nfix move all nve/evp\n"
-    text += ledger(20, "fix step all dt/evp 1 0.4 max 2e-6", "f_bonds[2]").replace("compute dt all evp/dt\n", "") + dump(every=steps)
+    text += ledger(20, "fix step all dt/evp 1 0.4 max 2e-6 displacement 0.1", "f_bonds[2]").replace("compute dt all evp/dt\n", "") + dump(every=steps)
     run = bench.run(text + f"run {steps}\n").ok()
     table, energy = run.thermo(), mass.sum() * (speed / 2) ** 2 / 2
     first, last = run.dump("all.dump")

@@ -139,6 +139,7 @@ CASES = [
     # potential files
     (ROW, "missing.evp a", "cannot read the potential file 'missing.evp'"),
     (ROW, ". a", "cannot read the potential file '.'"),
+    (ROW, "good.evp:a spacing", "unexpected argument 'spacing' after 'good.evp:a', which is no file but FILE:ROW"),
     (ROW, "good.evp b", "file good.evp has no row 'b'; its rows: a"),
     (ROW, "good.evp A", "file good.evp has no row 'A'"),
     (ROW, "lj_units.evp a", "file lj_units.evp is in UNITS: lj, but 'units si' is in force"),

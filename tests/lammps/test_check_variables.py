@@ -36,6 +36,14 @@ def test_another_name_stops_with_the_nearest(lmp, name, ranks, hint):
     assert f"-var {name}: the input script has no such variable; {hint}" in error_of(run_script(lmp, ranks=ranks, **{name: 5}))
 
 
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_a_number_with_a_plus_is_refused(lmp, ranks):
+    """LAMMPS' 'if' does not take it for a number; a word with one is none."""
+    assert "-var rate: a number must not begin with +, got +5e2: give 5e2" in error_of(run_script(lmp, ranks=ranks, rate="+5e2"))
+    assert "-var samples: a number must not begin with +" in error_of(lmp("in.traction", ranks, {"specimen": REFERENCE, "samples": "+5"}))
+    run_script(lmp, ranks=ranks, rate="+a").ok()
+
+
 def test_variables_of_other_styles_are_left_alone(lmp):
     lmp("variable n loop 2\nvariable s string a\nvariable e equal 1\nvariable rate index 1\ncheck_evp_variables\nprint 'done'\n").ok()
 

@@ -9,8 +9,8 @@ from evp import brute, law, network
 from hostile import SECONDS, refused, scene
 from small_bodies import dump, head, mass_of, pair, thermo, write_body, write_two
 
-STABILITY, SPEED, MAXIMUM, GROWTH = 1, 2, 3, 4  # f_ID[3]
-STRAIN_PER_STEP = 0.1  # of xi_s
+STABILITY, DISPLACEMENT, MAXIMUM, GROWTH = 1, 2, 3, 4  # f_ID[3]
+SHARE = 0.1  # of xi_s deq per step, which the decks ask for
 GROWTH_PER_CHECK = 1.25
 ITERATED = 1e-3  # the explicit step iterates to this (test_dt.py)
 ROUNDED = 1e-9  # a minimum over pairs, from printed places and velocities
@@ -19,7 +19,7 @@ EVERY = 5
 FLY = """
 fix move {group} {style}
 {also}
-fix dt {group} dt/evp {every} 0.4 {maximum}
+fix dt {group} dt/evp {every} 0.4 {more}
 thermo {every}
 """ + thermo("time dt f_dt f_dt[*]")
 
@@ -34,8 +34,8 @@ velocity all set v_vx v_vy v_vz
 """
 
 
-def deck(motion, row=law.TABLE1, style="nve", newton="on", contact="literal", maximum="", group="all", every=EVERY, also=""):
-    return head(newton, "s s s") + pair(row, contact) + motion + FLY.format(style=style, maximum=maximum, group=group, every=every, also=also)
+def deck(motion, row=law.TABLE1, style="nve", newton="on", contact="literal", more=f"displacement {SHARE}", group="all", every=EVERY, also=""):
+    return head(newton, "s s s") + pair(row, contact) + motion + FLY.format(style=style, more=more, group=group, every=every, also=also)
 
 
 def slowest(snapshot, body, contact="literal", free=None):
@@ -43,7 +43,7 @@ def slowest(snapshot, body, contact="literal", free=None):
     x, v = (snapshot.vectors(*names) for names in (("x", "y", "z"), ("vx", "vy", "vz")))
     pairs, deq, *_ = brute.interactions(x, body.radius, law.TABLE1, body.bonds, contact)
     opening = np.sum(pairs.r / pairs.d[:, None] * (v[pairs.i] - v[pairs.j]), axis=1)
-    allowed = STRAIN_PER_STEP * law.TABLE1.xi_s * deq / np.abs(opening)
+    allowed = SHARE * law.TABLE1.xi_s * deq / np.abs(opening)
     if free is not None:
         allowed[~(free[pairs.i] | free[pairs.j])] = np.inf
     k = int(np.argmin(allowed))
@@ -79,7 +79,7 @@ def test_stability_is_that_of_the_integrator(lmp, tmp_path, body):
 
 @pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off"), (4, "on")])
 @pytest.mark.parametrize("contact", ["literal", "repulsive"])
-def test_speed_along_the_pair_limits_a_stirred_body(lmp, tmp_path, body, ranks, newton, contact):
+def test_displacement_along_the_pair_limits_a_stirred_body(lmp, tmp_path, body, ranks, newton, contact):
     """At set-up and at a check in the run; flight and spin beside do not count; one warning names the pair."""
     write_body(tmp_path / "body.data", body)
     text = deck(stir(20.0, spin=300.0, flight=100.0), newton=newton, contact=contact) + dump(every=EVERY) + f"run {EVERY}\n"
@@ -87,15 +87,34 @@ def test_speed_along_the_pair_limits_a_stirred_body(lmp, tmp_path, body, ranks, 
     table = run.thermo()
     for row, snapshot in enumerate(run.dump("all.dump")):
         step, ids = slowest(snapshot, body, contact)
-        assert table["f_dt[3]"][row] == SPEED
+        assert table["f_dt[3]"][row] == DISPLACEMENT
         assert table["f_dt[2]"][row] == pytest.approx(step, rel=ROUNDED)
         assert table["Dt"][row] == table["f_dt[2]"][row] < 0.4 * table["f_dt[1]"][row]
         assert {table["f_dt[4]"][row], table["f_dt[5]"][row]} == ids
         if row == 0:
             first = ids
-    warned = [line for line in run.warnings() if "the velocity of pairs limits the timestep" in line]
+    warned = [line for line in run.warnings() if "the displacement of pairs limits the timestep" in line and "omit 'displacement'" in line]
     assert len(warned) == 1
     assert {int(word) for word in re.search(r"for atoms (\d+) and (\d+)", warned[0]).groups()} == first
+
+
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off"), (4, "on")])
+def test_without_displacement_only_stability_limits_a_stirred_body(lmp, tmp_path, body, ranks, newton):
+    """One warning names the pair, what it does in a step, and the choice, where that is more than the threshold strain; in both runs f_dt[2] is
+    the timestep of one threshold strain."""
+    write_body(tmp_path / "body.data", body)
+    for speed, expected in ((20.0, 1), (1.0, 0)):
+        run = lmp(deck(stir(speed, spin=300.0, flight=100.0), newton=newton, more="") + dump(every=EVERY) + f"run {EVERY}\n", ranks).ok()
+        table, warned = run.thermo(), [re.search(r"atoms (\d+) and (\d+) changes by (\S+) times.* add 'displacement 0.1' there", line) for line in run.warnings()]
+        warned = [found for found in warned if found]
+        assert list(table["f_dt[3]"]) == [STABILITY] * 2 and table["Dt"] == pytest.approx(0.4 * table["f_dt[1]"], rel=1e-12)
+        assert len(warned) == expected
+        for row, snapshot in enumerate(run.dump("all.dump")):
+            step, ids = slowest(snapshot, body)
+            assert table["f_dt[2]"][row] == pytest.approx(step / SHARE, rel=ROUNDED)
+            if row == 0 and warned:
+                assert {int(word) for word in warned[0].groups()[:2]} == ids
+                assert float(warned[0][3]) == pytest.approx(table["Dt"][0] / table["f_dt[2]"][0], rel=5e-3)
 
 
 def test_pairs_of_prescribed_atoms_do_not_rule(lmp, tmp_path, body):
@@ -113,16 +132,16 @@ def test_pairs_of_prescribed_atoms_do_not_rule(lmp, tmp_path, body):
 GAP = 2e-4  # beyond dlim, within the list
 
 
-@pytest.mark.parametrize("approach, limit", [(0.9, MAXIMUM), (1.1, SPEED), (-1.1, MAXIMUM)])
+@pytest.mark.parametrize("approach, limit", [(0.9, MAXIMUM), (1.1, DISPLACEMENT), (-1.1, MAXIMUM)])
 def test_a_listed_pair_limits_dt_where_it_can_reach_the_cut_before_the_next_check(lmp, tmp_path, approach, limit):
     """Two free spheres: nothing interacts, so 'max' is the step; speeds are such that the gap closes in 1/approach of a check."""
     write_two(tmp_path / "body.data", 0.015 + GAP)
     longest = 1e-6
     speed = approach * GAP / (EVERY * longest)
-    text = deck(f"group one id 1\nvelocity one set {speed} 0 0\n", maximum=f"max {longest}").replace("s s s", "f f f")
+    text = deck(f"group one id 1\nvelocity one set {speed} 0 0\n", more=f"max {longest} displacement {SHARE}").replace("s s s", "f f f")
     table = lmp(text + "run 0\n").ok().thermo()
     assert table["f_dt[3]"][0] == limit
-    expected = min(longest, STRAIN_PER_STEP * law.TABLE1.xi_s * 0.01 / speed) if limit == SPEED else longest
+    expected = min(longest, SHARE * law.TABLE1.xi_s * 0.01 / speed) if limit == DISPLACEMENT else longest
     assert table["Dt"][0] == pytest.approx(expected, rel=ROUNDED)
 
 
@@ -152,7 +171,7 @@ def test_step_grows_by_a_quarter_per_check_and_jumps_at_set_up(lmp, tmp_path, bo
 
 def test_max_caps_the_step(lmp, tmp_path, body):
     write_body(tmp_path / "body.data", body)
-    table = lmp(deck(stir(0.0), maximum="max 1e-8") + "run 0\n").ok().thermo()
+    table = lmp(deck(stir(0.0), more="max 1e-8") + "run 0\n").ok().thermo()
     assert (table["f_dt[3]"][0], table["Dt"][0]) == (MAXIMUM, 1e-8)
 
 
@@ -177,8 +196,8 @@ def test_time_and_integrators_follow_the_step(lmp, tmp_path, body, style):
 
 OURS = "fix move all nve\nfix step all dt/evp "
 MISUSE = {
-    "few words": ({"move": OURS + "20"}, "expected N fraction [max DT], got 1 arguments"),
-    "many words": ({"move": OURS + "20 0.4 max 1e-7 more"}, "expected N fraction [max DT], got 5 arguments"),
+    "few words": ({"move": OURS + "20"}, "expected N fraction [max DT] [displacement F], got 1 arguments"),
+    "many words": ({"move": OURS + "20 0.4 max 1e-7 more"}, "unknown keyword 'more'; it takes max and displacement"),
     "N zero": ({"move": OURS + "0 0.4"}, "N must be a positive integer"),
     "N half": ({"move": OURS + "2.5 0.4"}, "N must be a positive integer"),
     "N word": ({"move": OURS + "often 0.4"}, "N"),
@@ -186,6 +205,8 @@ MISUSE = {
     "fraction one": ({"move": OURS + "20 1"}, "fraction must lie between 0 and 1"),
     "fraction nan": ({"move": OURS + "20 nan"}, "fraction"),
     "max negative": ({"move": OURS + "20 0.4 max -1e-7"}, "max must be positive"),
+    "displacement zero": ({"move": OURS + "20 0.4 displacement 0"}, "displacement must be positive"),
+    "displacement alone": ({"move": OURS + "20 0.4 displacement"}, "keyword displacement needs a value"),
     "unknown": ({"move": OURS + "20 0.4 most 1e-7"}, "unknown keyword 'most'"),
     "no pair style": ({"style": "pair_style none", "coeff": "", "fix": "", "move": OURS + "20 0.4", "thermo": ""}, "needs pair style evp/lj"),
     "respa": ({"move": OURS + "20 0.4\nrun_style respa 2 2"}, "respa"),

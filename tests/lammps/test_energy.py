@@ -318,11 +318,11 @@ fix move free {style}
 @pytest.mark.parametrize("style, gamma, contact", [("nve", 0, "literal"), ("nve", 0, "none"), ("nve", 1000, "repulsive"),
                                                    ("nve/evp", 1000, "literal"), ("nve/evp", 1000, "repulsive")])
 def test_closes_through_yield_and_rupture(lmp, tmp_path, style, gamma, contact):
-    """fix dt/evp at 0.4, to 30 % of strain in 6 ms. Control: bonds of a whole section are lost."""
+    """fix dt/evp at 0.4 with displacement 0.1, to 30 % of strain in 6 ms. Control: bonds of a whole section are lost."""
     write_body(tmp_path / "body.data", lattice_body((8, 3, 3)))
     row = law.TABLE1._replace(gamma=float(gamma))
     text = head(boundary="s s s") + pair(row, contact) + PULL.format(style=style)
-    text += "fix dt free dt/evp 20 0.4\n" + ledger(2000, "f_bonds[1] f_dt[3]")
+    text += "fix dt free dt/evp 20 0.4 displacement 0.1\n" + ledger(2000, "f_bonds[1] f_dt[3]")
     text += "variable now equal time\nfix stop all halt 20 v_now > 0.006 error continue message no\nrun 2000000\n"
     table = lmp(text).ok().thermo()
     work = np.abs(table["f_energy[7]"]).max()

@@ -108,10 +108,10 @@ def test_what_it_prints(lmp, bar, two_types):
     assert len(lines) == 3
     for line, types, more in zip(lines, ((1, 1), (1, 2), (2, 2)), (METAL, METAL, OTHER)):
         s, z = measured[types]
-        energies, gamma, kv = factors((s, z), more)
+        energies, gamma, _ = factors((s, z), more)
         expected = f"pair evp/lj: types {types[0]} {types[1]}: spacing {s:.6g} (row {more['spacing']:.6g}), "
         expected += f"bonds per particle {z:.4g} (row {more['coordination']:.4g}): e1 e2 x {energies:.6g}, gamma x {gamma:.6g}"
-        assert line == expected + (f", kv x {kv:.6g}" if types == (1, 1) else "")
+        assert line == expected
 
 
 def test_one_row_is_one_material(lmp_decks, tmp_path):
@@ -252,7 +252,7 @@ def test_hybrid_and_its_restart(lmp, bar):
     s, z = measure(bar._replace(bonds=own))[1, 1]
     assert scaling_lines(whole) == [
         f"pair evp/lj: types 1 1: spacing {s:.6g} (row 0.009), bonds per particle {z:.4g} (row 12): "
-        + "e1 e2 x {:.6g}, gamma x {:.6g}, kv x {:.6g}".format(*factors((s, z), METAL))]
+        + "e1 e2 x {:.6g}, gamma x {:.6g}".format(*factors((s, z), METAL)[:2])]
     again = lmp(head(start="read_restart half.restart") + rows + BONDS + MOVE + dump() + "run 50\n", ranks=2).ok()
     assert scaling_lines(again) == scaling_lines(whole)
     last = [run.dump("all.dump")[-1] for run in (whole, again)]
@@ -372,7 +372,27 @@ def test_volume_by_rows(lmp_decks, bar):
     same_forces(runs["row"], runs["typed"], ANOTHER_ORDER)
     assert_same_curve(runs["row"].thermo(), runs["typed"].thermo(), 1e-8)
     assert runs["row"].thermo()["c_dt"][0] < 0.99 * runs["zero"].thermo()["c_dt"][0], "control: kv counts in dt"
-    assert ", kv x" in scaling_lines(runs["row"])[0]
+    for name, shown in (("row", True), ("typed", False)):
+        assert [", kv x" in line for line in scaling_lines(runs[name])] == [shown, shown]
+    assert f", kv x {factors(measured[1, 1], METAL)[2]:.6g}\n" in runs["row"].stdout
+
+
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off")])
+def test_kv_without_fix_volume_is_warned_of_once(lmp_decks, bar, ranks, newton):
+    """With the line to add; also in a minimization, after a restart and when a later row has it. Any fix evp/volume decides on KV; without bonds
+    there is nothing to add."""
+    add, rows = "add: fix ID all evp/volume row", {"1 1": said(ONE, OTHER), "2 2": said(TWO, METAL), "1 2": words(MIXED)}
+    start, rest = head(newton) + coeffs(rows), "fix move all nve\ntimestep 1e-8\n{}run 1\nrun 1\n"
+    later = "".join(f"pair_coeff 2 2 {said(TWO, more)}\nrun 1\n" for more in (OTHER, METAL))
+    decks = {"run": (1, start + BONDS + rest.format("") + "write_restart ../end.restart\n"),
+             "restart": (2, head(newton, start="read_restart ../end.restart") + BONDS + rest.format("") + later),
+             "minimize": (1, start + BONDS + rest.format("minimize 0 1e-9 2 5\n")),
+             "row": (0, start + BONDS + rest.format("fix v all evp/volume row\n")),
+             "number": (0, start + BONDS + rest.format("fix v all evp/volume 0\n")),
+             "no bonds": (0, start + rest.format(""))}
+    runs = lmp_decks({name: text for name, (_, text) in decks.items()}, ranks)
+    assert {name: sum(add in line for line in run.ok().warnings()) for name, run in runs.items()} == {name: count for name, (count, _) in decks.items()}
+    assert "the row of type 2 has kv 700, but without fix evp/volume" in runs["run"].stdout and "kv x" not in runs["run"].stdout
 
 
 def test_volume_by_rows_without_kv_is_off(lmp_decks, bar):

@@ -212,10 +212,11 @@ def test_types_that_a_hybrid_takes_away_need_no_radius_nor_box(lmp):
     assert "needs particles with a radius above zero, and finite, found 0" in text
 
 
-def test_step_without_bound_waits_for_pairs_that_approach(lmp):
+@pytest.mark.parametrize("more, steps", [("", 30), ("displacement 0.1", 2000)])
+def test_step_without_bound_waits_for_pairs_that_approach(lmp, more, steps):
     """A pair that crosses the skin is on its way, though it cannot meet before the next check."""
     text = TWO_PAIRS.format(radii=0).replace("single 0.0699 ", "single 0.0753 ").replace("single 0.0199 ", "single 0.0253 ")
-    text += "set atom 1 vx 10\nset atom 3 vx 10\nfix step all dt/evp 1 0.4\nthermo_style custom step dt pe\nrun 2000\n"
+    text += "set atom 1 vx 10\nset atom 3 vx 10\nfix step all dt/evp 1 0.4 " + more + f"\nthermo_style custom step dt pe\nrun {steps}\n"
     assert min(lmp(text).ok().thermo()["PotEng"]) < -1.0, "they met"
 
 

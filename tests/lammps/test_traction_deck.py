@@ -25,6 +25,18 @@ def test_commands_of_the_user_are_taken_in_before_the_pull(lmp, tmp_path):
     assert work > 0.0 and abs(opened) < LEDGER_SHARE * work
 
 
+def test_new_contacts_in_compression_cost_no_steps(lmp, tmp_path):
+    """Pairs that meet with literal contact are fast and few: the timestep is the one planned to the end, the energy balance closes, and a smaller
+    displacement per step is what the deck spares."""
+    (tmp_path / "more.lmp").write_text("fix ledger all evp/energy\nthermo_style custom step f_step[1] f_step[2] f_ledger f_ledger[7]\n")
+    variables = {"specimen": REFERENCE, "rate": 50, "strain": -0.1, "row": 0.0005, "out": "push", "also": "more.lmp"}
+    run = lmp("in.traction", variables=variables).ok()
+    table, planned = run.thermo(), int(re.search(r"; (\d+) steps$", run.stdout, re.M)[1])
+    assert table["Step"][-1] == planned
+    assert np.abs(table["f_ledger"]).max() < LEDGER_SHARE * np.abs(table["f_ledger[7]"]).max()
+    assert (0.1 * table["f_step[2]"]).min() < 0.5 * (0.4 * table["f_step[1]"]).min(), "control: a tenth of the displacement would take steps twice as many"
+
+
 def test_missing_file_of_commands(lmp):
     run = lmp("in.traction", variables={"specimen": REFERENCE, "out": "pull", "also": "absent.lmp"})
     assert run.returncode != 0 and "absent.lmp" in run.stdout

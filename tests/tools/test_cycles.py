@@ -64,9 +64,21 @@ def test_loops(sign):
     """Three loops between -1 and 1 %: each 2 YIELD (range - 2 YIELD/E); pushed first, the same."""
     strain = sign * way((0.01, -0.01) * 3 + (0.01,))
     stress = plastic(strain)
-    assert len(cycles.turns(strain)) == 6
+    assert len(cycles.turns(strain)) == 7
     assert cycles.residual_strain(strain, stress) == pytest.approx(sign * 0.005, rel=1e-12)
-    assert cycles.loop_areas(strain, stress) == pytest.approx([2 * YIELD * (0.02 - 2 * YIELD / E)] * 2, rel=1e-9)
+    assert cycles.loop_areas(strain, stress) == pytest.approx([2 * YIELD * (0.02 - 2 * YIELD / E)] * 3, rel=1e-9)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("end, turns, loop", [((0.01,), 3, True), ((0.01, 0.0), 3, True), ((0.01, -0.01), 3, True), ((0.0099,), 3, True), ((0.0095,), 2, False)])
+def test_a_loop_of_two_turns(sign, end, turns, loop):
+    """It needs no third turn: it is closed where the strain is back, to within a row, with or without rows after it. A way that does not come
+    back closes none: the area is that of the first loading and the way back."""
+    strain = sign * way((0.01, -0.01, *end))
+    closed, swept = 2 * YIELD * (0.02 - 2 * YIELD / E), 0.03 * YIELD - 2.5 * YIELD**2 / E
+    assert cycles.turns(strain)[:2].tolist() == [100, 300] and len(cycles.turns(strain)) == turns
+    area = closed - YIELD * abs(0.01 - end[0]) if loop else swept
+    assert cycles.loop_areas(strain, plastic(strain)) == pytest.approx([area], rel=1e-9)
 
 
 def test_a_body_that_retraces_its_curve_leaves_nothing():

@@ -256,6 +256,11 @@ def test_what_is_no_file(tmp_path):
         assert doctor_plugin.is_evp(path) and doctor_plugin.read_facts(path) is None
 
 
+def is_alive(state):
+    """Of a process by its file in /proc."""
+    return state.exists() and state.read_text(encoding="utf-8").split()[2] != "Z"
+
+
 def test_a_program_that_hangs_ends_with_all_that_it_has_started(tmp_path, monkeypatch):
     (tmp_path / "lmp").write_text(f"#!/bin/sh\nsh -c 'echo $$ >{tmp_path}/child; exec sleep 50'\n", encoding="utf-8")
     (tmp_path / "lmp").chmod(0o755)
@@ -264,9 +269,9 @@ def test_a_program_that_hangs_ends_with_all_that_it_has_started(tmp_path, monkey
     assert output == doctor_lammps.Output(None, "no answer within 1 s")
     state = pathlib.Path("/proc", (tmp_path / "child").read_text(encoding="utf-8").strip(), "stat")
     deadline = time.monotonic() + 20  # of a kill on a busy machine
-    while time.monotonic() < deadline and state.exists() and state.read_text(encoding="utf-8").split()[2] != "Z":
+    while is_alive(state) and time.monotonic() < deadline:
         time.sleep(0.05)
-    assert time.monotonic() < deadline
+    assert not is_alive(state)
 
 
 def test_a_reader_that_leaves():

@@ -10,8 +10,6 @@ import pytest
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 BUILD = REPOSITORY / "build"
 SETUP = REPOSITORY / "tools" / "setup.sh"
-SECOND_CALL = 5.0    # seconds allowed on an idle machine
-BUSY = 3.0           # and how much slower a machine under test may be
 
 
 def setup(*options, **environment):
@@ -77,14 +75,12 @@ def test_build_folder_must_be_one():
     assert "is not a CMake build folder: CMakeCache.txt is missing" in text
 
 
-def test_second_call_takes_seconds(tmp_path, remembered_options):
+def test_second_call_makes_nothing(tmp_path, remembered_options):
     options = own_lammps()
     setup(*options, EVP_CACHE=str(tmp_path))
     library = (BUILD / "evpplugin.so").stat().st_mtime_ns
-    start = time.monotonic()
     status, text = setup(*options, EVP_CACHE=str(tmp_path))
     assert status == 0, text
-    assert time.monotonic() - start < SECOND_CALL * BUSY
     assert "nothing is missing" in text
     assert (BUILD / "evpplugin.so").stat().st_mtime_ns == library, "nothing had to be compiled"
     assert f"{BUILD}/lmp -in FILE" in text

@@ -14,10 +14,14 @@ UNLOADING_RANGE = 0.004  # of strain after the turn: the unloading modulus is th
 
 
 def turns(strain):
-    """Rows at which the strain turns back (indices)."""
+    """Rows at which the strain turns back (indices), and the last row where it ends a loop of loop_areas: back at the strain that the loop
+    began with to within the distance of two rows, or beyond."""
     moved = np.nonzero(np.abs(np.diff(strain)) > ROUNDING)[0]
     ways = np.sign(np.diff(strain)[moved])
-    return moved[1:][ways[1:] != ways[:-1]]
+    found = moved[1:][ways[1:] != ways[:-1]]
+    if len(found) > 1 and len(found) % 2 == 0 and ways[-1] * (strain[found[-2]] - strain[-1]) <= np.abs(strain[moved[-1] + 1] - strain[moved[-1]]) + ROUNDING:
+        found = np.append(found, len(strain) - 1)
+    return found
 
 
 def unloading(strain, stress, at=None):
@@ -81,7 +85,8 @@ def work(strain, stress):
 
 
 def loop_areas(strain, stress, at=None):
-    """Areas of the loops from each first turn back to it, the third and so on [unit of stress]; one sweep: that of the sweep.
+    """Areas of the loops from each first turn back to it, the third and so on [unit of stress]; without one: that of the first loading and
+    the way back.
 
     A loop is closed where the material is steady: what a first loop has not closed is in its area.
     """
@@ -89,7 +94,8 @@ def loop_areas(strain, stress, at=None):
     if len(found) == 0:
         raise CurveError(f"the curve does not turn back; it ends at strain {strain[-1]:g}")
     if len(found) < 3:
-        return [work(strain, stress)]
+        end = found[1] + 1 if len(found) > 1 else len(strain)
+        return [work(strain[:end], stress[:end])]
     return [work(strain[a : b + 1], stress[a : b + 1]) for a, b in zip(found[:-2:2], found[2::2])]
 
 
