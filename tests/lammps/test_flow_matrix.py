@@ -116,9 +116,9 @@ def test_both_copies_are_equal(lmp, tmp_path, newton):
         for own, other in ((i, j), (j, i)):
             kept = high[own]["contacts" if is_contact else "bonds"][other]
             if not is_contact:
-                assert kept[0] == deq and kept[3] == low.broken[i, j, is_contact]
-                kept = kept[1:3]
-            assert kept[0] == pytest.approx(offset / deq, rel=1e-15) and kept[1] == low.work[i, j, is_contact]
+                assert kept[0] == deq and kept[4] == low.broken[i, j, is_contact]
+                kept = kept[1:]
+            assert kept[0] == pytest.approx(offset / deq, rel=1e-15) and kept[2] == low.work[i, j, is_contact]
             compared += 1
         one, two = (high[own]["contacts" if is_contact else "bonds"][other] for own, other in ((i, j), (j, i)))
         assert one == two
@@ -126,31 +126,19 @@ def test_both_copies_are_equal(lmp, tmp_path, newton):
 
 
 def both_sides(path, natoms):
-    """What each atom keeps, {ID: {"bonds": {partner: (deq, offset, work, broken)}, "contacts": {partner: (offset, work)}}}: the words of the
+    """What each atom keeps, {ID: {"bonds": {partner: (deq, q, k, work, broken)}, "contacts": {partner: (q, k, work, broken)}}}: the words of the
     records in a restart file, found by their numbers: size, ID, bonds and contacts must agree."""
     raw, found = path.read_bytes(), {}
     for shift in range(8):
         values = np.frombuffer(raw[shift:len(raw) - (len(raw) - shift) % 8], dtype="<f8")
         integers = values.view("<i8")
-        for k in np.flatnonzero((integers[1:] > 0) & (integers[1:] <= natoms) & (values[:-1] >= 4) & (values[:-1] < 1000)):
-            size, at = values[k], k + 1
-            own, n = int(integers[at]), int(integers[at + 1])
-            if size != int(size) or not 0 <= n < 40 or at + 2 + 5 * n >= len(values):
+        for at in np.flatnonzero((integers[1:] > 0) & (integers[1:] <= natoms) & (values[:-1] >= 4) & (values[:-1] < 1000)):
+            size, own, n = values[at], int(integers[at + 1]), int(integers[at + 2])
+            contacts = at + 4 + 6 * n
+            if not 0 <= n < 40 or contacts > len(values) or size != 4 + 6 * n + 5 * integers[contacts - 1]:
                 continue
-            m = int(integers[at + 2 + 5 * n])
-            per_contact = int((size - 5 - 5 * n) / m) if m else 0  # partner, offset, work and what more there is
-            if not 0 <= m < 40 or (m and per_contact not in (3, 4)) or size != 5 + 5 * n + per_contact * m:
-                continue
-            bonds, contacts, at = {}, {}, at + 2
-            for _ in range(n):
-                bonds[int(integers[at])] = tuple(values[at + 1:at + 5])
-                at += 5
-            at += 1
-            for _ in range(m):
-                contacts[int(integers[at])] = tuple(values[at + 1:at + 3])
-                at += per_contact
-            assert own not in found
-            found[own] = {"bonds": bonds, "contacts": contacts}
+            found[own] = {"bonds": {int(integers[k]): tuple(values[k + 1:k + 6]) for k in range(at + 3, contacts - 1, 6)},
+                          "contacts": {int(integers[k]): tuple(values[k + 1:k + 5]) for k in range(contacts, at + int(size), 5)}}
     assert len(found) == natoms
     return found
 

@@ -99,7 +99,7 @@ def test_a_changed_size_or_flag_in_our_sections(saved, resume, where, offset, bi
 def test_a_changed_size_or_flag_in_the_settings(saved, resume, word):
     """Flag, coefficients of a row, contact and length of an ID stand right behind the name of the pair style."""
     content = bytearray((saved / "s.restart").read_bytes())
-    content[bytes(content).index(b"evp/lj\0") + len(b"evp/lj\0") + 8 * word + 7] ^= 128 if word == 0 else 64
+    content[bytes(content).index(b"evp/lj\0") + len(b"evp/lj\0") + 8 * word + 7] = 0x7f
     refused(resume(bytes(content)), SETTINGS_DAMAGED + ", or from a version of this package that wrote another format")
 
 

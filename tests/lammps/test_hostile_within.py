@@ -81,7 +81,7 @@ def test_a_header_with_another_word(lmp, tmp_path, word):
 
 def test_a_broken_bond_between_two_bodies_is_none(lmp, tmp_path):
     """Two bodies that were glued, until the glue broke, may be told apart from then on."""
-    (tmp_path / "b.bonds").write_text(HEADER.format("") + "1 2 0.0101 0 0 1\n", encoding="utf-8")
+    (tmp_path / "b.bonds").write_text(HEADER.format("") + "1 2 0.0101 0 0 0 1\n", encoding="utf-8")
     box = scene().partition("boundary")[2].partition("neighbor")[0].replace("create_box 1", "create_box 2")
     run = lmp(scene(box="boundary" + box, style="pair_style evp/lj break 0.1", fix="set atom 2 type 2\n" + FIX + "file b.bonds within type"), seconds=SECONDS).ok()
     assert "recorded 1 pairs from file b.bonds and within type" in run.stdout

@@ -351,7 +351,7 @@ def test_files_hold_what_there_is(lmp, bar, tmp_path):
         text = head() + coeffs({"* *": said(ONE, more)}) + BONDS + "fix move all nve\nrun 0\n"
         lmp(text + f"write_restart {name}.restart\nwrite_data {name}.data pair ij\n").ok()
         made[name] = (tmp_path / f"{name}.restart").read_bytes()
-    assert f"1 1 {words(ONE)}\n" in (tmp_path / "plain.data").read_text(encoding="utf-8")
+    assert "1 1 " + " ".join(f"{value:.15g}" for value in ONE) + "\n" in (tmp_path / "plain.data").read_text(encoding="utf-8")
     assert len(made["density"]) == len(made["plain"]) == len(made["metal"]) - 8 * 2 * 3
     assert section(tmp_path / "plain.restart", 2) is None
 

@@ -157,9 +157,9 @@ def test_work_of_broken_bonds_and_contacts(lmp, bar, ranks, newton):
     snapshots = {snapshot.step: columns(snapshot)["plastic_work"] for snapshot in run.dump("state.dump")}
     for step in (100, 200):
         table = np.loadtxt(run.folder / f"{step}.bonds")
-        expected = 0.5 * sums(table[:, 0].astype(int) - 1, table[:, 1].astype(int) - 1, table[:, 4], len(bar.x))
+        expected = 0.5 * sums(table[:, 0].astype(int) - 1, table[:, 1].astype(int) - 1, table[:, 5], len(bar.x))
         assert np.allclose(snapshots[step], expected, rtol=ANOTHER_ORDER, atol=ANOTHER_ORDER * expected.max())
-    kinds, work = table[:, 5], table[:, 4]
+    kinds, work = table[:, 6], table[:, 5]
     assert all(np.any(work[kinds == kind] > 0.0) for kind in (0, 1, 2)), "control: bonds, broken ones and contacts"
 
 
@@ -167,7 +167,7 @@ def test_atoms_with_few_bonds(lmp, tmp_path):
     """A pair and an atom alone: the smallest strain that fits, that along the bond; nothing where there is no bond."""
     x = np.array([[0.0, 0.0, 0.0], [0.006, 0.008, 0.0], [0.1, 0.0, 0.0]])
     write_data(tmp_path / "body.data", x, [0.005] * 3, [[-0.2, 0.2]] * 3)
-    (tmp_path / "body.bonds").write_text("# EVP bonds COUNT: 1 UNITS: si\n1 2 0.01 0.00003 0.5 0\n")
+    (tmp_path / "body.bonds").write_text("# EVP bonds COUNT: 1 UNITS: si\n1 2 0.01 0.00003 0 0.5 0\n")
     run = lmp(head() + elastic(fix="fix bonds all evp/bonds file body.bonds") + "fix hold all nve/noforce\n" + STATE + DUMP.format("state.dump")
               + "run 0\n").ok()
     found = columns(run.dump("state.dump")[-1])
