@@ -110,45 +110,40 @@ def test_both_copies_are_equal(lmp, tmp_path, newton):
     low = read_pairs(tmp_path / "low.bonds")
     assert_flowed(low)
     high = both_sides(tmp_path / "half.restart", len(body.x))
-    compared = 0
-    for (i, j, is_contact), offset in low.offset.items():
-        deq = low.deq[i, j, is_contact]
-        for own, other in ((i, j), (j, i)):
-            kept = high[own]["contacts" if is_contact else "bonds"][other]
-            if not is_contact:
-                assert kept[0] == deq and kept[3] == low.broken[i, j, is_contact]
-                kept = kept[1:3]
-            assert kept[0] == pytest.approx(offset / deq, rel=1e-15) and kept[1] == low.work[i, j, is_contact]
-            compared += 1
+    for (i, j, is_contact), q in low.offset.items():
+        key = i, j, is_contact
         one, two = (high[own]["contacts" if is_contact else "bonds"][other] for own, other in ((i, j), (j, i)))
         assert one == two
-    assert compared == 2 * len(low.deq)
+        q_strain, k, work, broken = one[-4:]
+        assert is_contact or one[0] == low.deq[key]
+        assert q_strain == pytest.approx(q / low.deq[key], rel=1e-15) and (k, work) == (low.k[key], low.work[key])
+        assert is_contact or broken == low.broken[key]
+    assert sum(len(kept) for own in high.values() for kept in own.values()) == 2 * len(low.deq)
 
 
 def both_sides(path, natoms):
-    """What each atom keeps, {ID: {"bonds": {partner: (deq, offset, work, broken)}, "contacts": {partner: (offset, work)}}}: the words of the
-    records in a restart file, found by their numbers: size, ID, bonds and contacts must agree."""
+    """What each atom keeps, {ID: {"bonds": {partner: (deq, q, k, work, broken)}, "contacts": {partner: (q, k, work, broken)}}}: the words of the
+    records in a restart file, found by their numbers: size, ID, bonds and contacts must agree. q is a strain."""
     raw, found = path.read_bytes(), {}
     for shift in range(8):
         values = np.frombuffer(raw[shift:len(raw) - (len(raw) - shift) % 8], dtype="<f8")
         integers = values.view("<i8")
         for k in np.flatnonzero((integers[1:] > 0) & (integers[1:] <= natoms) & (values[:-1] >= 4) & (values[:-1] < 1000)):
-            size, at = values[k], k + 1
+            at = k + 1
             own, n = int(integers[at]), int(integers[at + 1])
-            if size != int(size) or not 0 <= n < 40 or at + 2 + 5 * n >= len(values):
+            if not 0 <= n < 40 or at + 2 + 6 * n >= len(values):
                 continue
-            m = int(integers[at + 2 + 5 * n])
-            per_contact = int((size - 5 - 5 * n) / m) if m else 0  # partner, offset, work and what more there is
-            if not 0 <= m < 40 or (m and per_contact not in (3, 4)) or size != 5 + 5 * n + per_contact * m:
+            m = int(integers[at + 2 + 6 * n])
+            if not 0 <= m < 40 or values[k] != 4 + 6 * n + 5 * m:
                 continue
             bonds, contacts, at = {}, {}, at + 2
             for _ in range(n):
-                bonds[int(integers[at])] = tuple(values[at + 1:at + 5])
-                at += 5
+                bonds[int(integers[at])] = tuple(values[at + 1:at + 6])
+                at += 6
             at += 1
             for _ in range(m):
-                contacts[int(integers[at])] = tuple(values[at + 1:at + 3])
-                at += per_contact
+                contacts[int(integers[at])] = tuple(values[at + 1:at + 5])
+                at += 5
             assert own not in found
             found[own] = {"bonds": bonds, "contacts": contacts}
     assert len(found) == natoms
