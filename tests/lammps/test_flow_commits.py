@@ -93,7 +93,7 @@ def test_a_run_in_parts_is_the_same(lmp, tmp_path, bar, contact):
 
 @pytest.mark.parametrize("rule", ["plasticity isotropic", f"break {BREAK}"])
 def test_rerun_is_refused(lmp, tmp_path, bar, rule):
-    start = head() + f"pair_style evp/lj {rule}\npair_coeff * * {words(ROW)}\n{BONDS}\n"
+    start = head() + f"pair_style evp/lj contact repulsive {rule}\npair_coeff * * {words(ROW)}\n{BONDS}\n"
     lmp(start + SHAKE + "fix move all nve\ntimestep 3e-7\ndump all all custom 5 all.dump id x y z vx vy vz\nrun 10\n").ok()
     refused(lmp(start + "rerun all.dump dump x y z vx vy vz\n"), "rerun does not know how bonds have flowed or broken", stepped=True)
 

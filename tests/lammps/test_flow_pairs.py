@@ -23,9 +23,10 @@ DEQ = 0.011
 LED = """
 fix hold all nve/noforce
 timestep 1e-12
+run 0
 variable target file targets.txt
 compute own all pair/local dist force eng p3 p4 p5
-compute sums all reduce sum c_own[*] inputs local
+compute sums all reduce sum c_own[1] c_own[2] c_own[3] c_own[4] c_own[5] c_own[6] inputs local
 thermo_style custom step c_sums[*]
 print "d,force,energy,regime,q,work" file way.csv screen no
 label again
