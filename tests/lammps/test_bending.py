@@ -83,7 +83,7 @@ def test_reversible_law_comes_back_to_no_force(bend):
     assert curve["stress"][20] < 0.8 * 20 * curve["stress"][1], "control: it has yielded"
 
 
-def test_flow_stays_with_unload_elastic(bend):
+def test_plasticity_leaves_a_deflection(bend):
     """It unloads with the first stiffness, and a deflection is left where the force is gone."""
     curve, folder = bend(strain=0.02, increment=0.001, cycles=1, plasticity="isotropic")
     strain, stress = curve["strain"], curve["stress"]

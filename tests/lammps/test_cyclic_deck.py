@@ -159,10 +159,10 @@ def test_release_of_a_body_that_broke_ends(tmp_path):
     assert "released: strain" in found.stdout and curve.strain[-1] > 0.08 and abs(curve.virial[-1]) < 0.1 * curve.virial.max()
 
 
-@pytest.mark.parametrize("unload, left", [("elastic", None), ("reversible", 0.0)])
-def test_release_at_rest(tmp_path, unload, left):
+@pytest.mark.parametrize("plasticity, left", [("isotropic", None), ("none", 0.0)])
+def test_release_at_rest(tmp_path, plasticity, left):
     """in.quasistatic: at zero stress but for a thousandth, where the curve of a body that is pushed back crosses it; the same when resumed."""
-    choices = {"unload": unload, "increment": 0.001, "strain": 0.015, "cycles": 2, "lower": "release", "extensometer": "yes"}
+    choices = {"plasticity": plasticity, "increment": 0.001, "strain": 0.015, "cycles": 2, "lower": "release", "extensometer": "yes"}
     curve, found = run("in.quasistatic", tmp_path, **choices)
     ends = np.array([*cycles.turns(curve.strain), len(curve.strain) - 1])
     assert len(ends) == 4 and found.stdout.count("released: strain") == 2 and np.abs(curve.virial[ends[1::2]]).max() < 0.0012 * curve.virial.max()
@@ -171,7 +171,7 @@ def test_release_at_rest(tmp_path, unload, left):
     assert said == pytest.approx(list(gauge[ends[1::2]]), rel=1e-5, abs=1e-8)
     if left is None:
         (tmp_path / "back").mkdir()
-        back, _ = run("in.quasistatic", tmp_path / "back", unload=unload, increment=0.0005, strain=0.015, cycles=1)
+        back, _ = run("in.quasistatic", tmp_path / "back", plasticity=plasticity, increment=0.0005, strain=0.015, cycles=1)
         left = cycles.residual_strain(back.strain, back.virial)
         assert left > 0.006 and back.virial[-1] < -100e6, "control"
     assert curve.strain[ends[1::2]] == pytest.approx([left, left], abs=2e-5 if left == 0.0 else 1e-4)
@@ -231,7 +231,7 @@ def test_frames_at_rest(tmp_path):
     ({"cycles": 0}, "cycles must be a positive integer, got 0"),
     ({"samples": 0.5}, "samples must be a positive integer, got 0.5"),
     ({"cycles": 1.5}, "cycles must be a positive integer, got 1.5"),
-    ({"unload": "plastic"}, "Pair style evp/lj: unload must be reversible (the paper's law) or elastic (permanent flow), got plastic"),
+    ({"plasticity": "plastic"}, "Pair style evp/lj: plasticity must be none"),
     ({"kv": -1}, "kv must be 0 or positive, got -1"),
     ({"row": 0.01, "lower": 0.015}, "row = 0.01 is more than strain - lower = 0.005: give -var row 0.005 or less")])
 def test_bad_choices_are_named(tmp_path, choices, message):
@@ -262,7 +262,7 @@ def test_columns_of_the_state(tmp_path, deck, choices):
     run(deck, tmp_path, strain=0.008, **({} if deck == "in.quasistatic" else {"row": 0.004, "rate": 50}), **choices)
     state = read_dump(tmp_path / "run_state.dump")[-1]
     first = ["id", "x", "y", "z", "radius"]
-    names = ["bonds", "share_second", "share_lost", "new_pairs", "plastic_work", "plastic_strain", "volume_strain"]
+    names = ["bonds", "share_second", "share_lost", "new_pairs", "plastic_work", "plastic_strain", "volume_strain", "plastic_strain_sum"]
     assert list(state.columns) == first + (names if choices else [f"c_pairs[{k}]" for k in range(1, 5)])
     if choices:
         assert np.abs(state["volume_strain"]).max() > 0.0 and state["bonds"].sum() == 2 * 2975

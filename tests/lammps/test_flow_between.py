@@ -21,7 +21,7 @@ comm_modify cutoff {ghosts}
 timestep 1e-8
 group one id 1
 group two id 2
-pair_style evp/lj contact literal break 0.02
+pair_style evp/lj contact repulsive break 0.02
 pair_coeff * * 80 8 4 3 8 4 0.005 0 1.5
 fix b all evp/bonds
 thermo_style custom step pe f_b[1] f_b[5]
@@ -81,4 +81,4 @@ def test_fixes_that_change_atoms_stand_after(lmp, fix, ranks):
 def test_other_rules_need_a_set_up(lmp, before, after):
     text = TWO.format(newton="on", ghosts=0.03).replace("break 0.02", before)
     row = "pair_coeff * * 80 8 4 3 8 4 0.005 0 1.5\n"
-    refused(lmp(f"{text}fix n all nve\nrun 1\npair_style evp/lj {after}\n{row}run 1 pre no\n"), "use 'run' with 'pre yes'", stepped=True)
+    refused(lmp(f"{text}fix n all nve\nrun 1\npair_style evp/lj contact repulsive {after}\n{row}run 1 pre no\n"), "use 'run' with 'pre yes'", stepped=True)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Where the offsets of pairs may move, and what flow keeps: cycles below yield, frames, momenta."""
+"""Where q of pairs may move, and what flow keeps: cycles below yield, frames, momenta."""
 
 import numpy as np
 import pytest
@@ -77,7 +77,7 @@ fix mean all ave/time 1 1 1 c_dt file mean.txt
     assert plain != (tmp_path / "before.bonds").read_text(), "control"
 
 
-@pytest.mark.parametrize("contact", ["literal", "repulsive"])
+@pytest.mark.parametrize("contact", ["none", "repulsive"])
 def test_a_run_in_parts_is_the_same(lmp, tmp_path, bar, contact):
     """Set-up finds the forces of the step before, also where bonds have just broken while their particles overlap."""
     start = f"{head()}{flowing_pair(contact, broken=0.04)}{SHAKE}fix move all nve\ntimestep 3e-7\n"
@@ -93,7 +93,7 @@ def test_a_run_in_parts_is_the_same(lmp, tmp_path, bar, contact):
 
 @pytest.mark.parametrize("rule", ["plasticity isotropic", f"break {BREAK}"])
 def test_rerun_is_refused(lmp, tmp_path, bar, rule):
-    start = head() + f"pair_style evp/lj {rule}\npair_coeff * * {words(ROW)}\n{BONDS}\n"
+    start = head() + f"pair_style evp/lj contact repulsive {rule}\npair_coeff * * {words(ROW)}\n{BONDS}\n"
     lmp(start + SHAKE + "fix move all nve\ntimestep 3e-7\ndump all all custom 5 all.dump id x y z vx vy vz\nrun 10\n").ok()
     refused(lmp(start + "rerun all.dump dump x y z vx vy vz\n"), "rerun does not know how bonds have flowed or broken", stepped=True)
 
@@ -199,7 +199,7 @@ def test_turned_and_moving_frames(lmp, tmp_path, bar):
 
 
 @pytest.mark.parametrize("ranks, newton", [(1, "on"), (1, "off"), (2, "on"), (2, "off"), (4, "on"), (4, "off")])
-@pytest.mark.parametrize("contact", ["literal", "none"])
+@pytest.mark.parametrize("contact", ["repulsive", "none"])
 def test_momenta_are_exact(lmp, tmp_path, bar, ranks, newton, contact):
     run = lmp(head(newton) + flowing_pair(contact, 0.04, ROW._replace(gamma=30.0)) + SHAKE + MOVE + dump(every=120) + "run 120\nwrite_evp_bonds all.bonds\n", ranks).ok()
     assert_flowed(read_pairs(tmp_path / "all.bonds"), contacts=0)

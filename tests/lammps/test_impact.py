@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""in.impact: with flow that stays the plate keeps a crater and the ball comes back slower than with the reversible law."""
+"""in.impact: with plasticity the plate keeps a crater and the ball comes back slower than with the reversible law."""
 
 import re
 

@@ -186,7 +186,7 @@ def test_rows_are_no_farther_apart_than_asked(tmp_path):
     ({"frames": 2.5}, "frames must be 0 or a positive integer, got 2.5"),
     ({"restart": 2.5}, "restart must be 0 or a positive integer, got 2.5"),
     ({"strain": 0}, "strain must not be 0"),
-    ({"unload": "plastic"}, r"Pair style evp/lj: unload must be reversible \(the paper's law\) or elastic \(permanent flow\), got plastic"),
+    ({"plasticity": "plastic"}, r"Pair style evp/lj: plasticity must be none"),
     ({"kv": -1}, "kv must be 0 or positive, got -1"),
     ({"cycles": 0.5}, "cycles must be 0 or a positive integer, got 0.5"),
     ({"cycles": 1, "lower": 0.02}, "lower must differ from strain, got 0.02 for both"),

@@ -223,7 +223,7 @@ minimize 1e-8 0 20 100
 
 def test_flow(lmp_decks, bar, two_types):
     """plasticity isotropic: return map, threshold and check of the row are those of the scaled law."""
-    style = "pair_style evp/lj plasticity isotropic break 0.3\n"
+    style = "pair_style evp/lj contact repulsive plasticity isotropic break 0.3\n"
     rest = BONDS + STIR + MOVE + dump() + STEPS
     runs = lmp_decks({name: head() + coeffs(rows, style) + rest
                       for name, rows in {"given": two_types[0], "by hand": two_types[1]}.items()})

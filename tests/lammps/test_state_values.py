@@ -11,7 +11,7 @@ from lammps_run import write_data
 from small_bodies import ANOTHER_ORDER, MOVE, STIR, head, lattice_body, pair, with_images, words, write_body
 
 ROW = law.TABLE1
-NAMES = ("plastic_work", "plastic_strain", "volume_strain", "von_mises", "triaxiality")
+NAMES = ("plastic_work", "plastic_strain", "plastic_strain_sum", "volume_strain", "von_mises", "triaxiality")
 FRACTION = 0.55
 STATE = f"compute state all evp/state/atom {' '.join(NAMES)} fraction {FRACTION}\n"
 DUMP = """dump state all custom 1 {} id x y z c_state[*]
@@ -86,18 +86,20 @@ def test_a_body_that_was_stretched_and_flowed(lmp, periodic, ranks, newton):
     d = np.linalg.norm(r, axis=1)
     dlim = ROW.alpha * (periodic.radius[i] + periodic.radius[j])
     unit, acts, weight = r / d[:, None], d <= dlim, np.maximum(1.0 - (deq / dlim)**2, 0.0)
-    flowed = flow.step(np.minimum(d, dlim), deq, ROW, 0.0)
+    flowed = flow.step(np.minimum(d, dlim), deq, ROW, 0.0, 0.0)
     found = columns(snapshot)
 
     work = 0.5 * sums(i, j, flowed.dissipated, n)
     whole = sums(i, j, ~acts, n) == 0.0  # else a bond flowed up to its cut-off, which has a margin of 2e-9
     assert np.allclose(found["plastic_work"][whole], work[whole], rtol=1e-11) and 10 < whole.sum() < n and work.min() > 0.0
     assert np.allclose(found["plastic_work"], work, rtol=1e-7)
+    mean_k = sums(i, j, flowed.k, n) / sums(i, j, np.ones(len(i)), n)
+    assert np.allclose(found["plastic_strain_sum"][whole], mean_k[whole] / 0.385, rtol=1e-9)
 
     i, j, deq, d, r, unit, weight = (values[acts] for values in (i, j, deq, d, r, unit, weight))
     tensors = fitted(i, j, weight, unit, flowed.q[acts] / deq, n)
     assert np.allclose(found["plastic_strain"], equivalent(tensors), rtol=1e-6, atol=1e-9)
-    assert 0.5 < np.mean(found["plastic_strain"]) / equivalent(np.diag(STRETCH - 1.0)) < 1.0, "the elastic part is the threshold"
+    assert 0.5 < np.mean(found["plastic_strain"]) / equivalent(np.diag(STRETCH - 1.0)) < 1.0, "the elastic part is the limit"
     volume = 3.0 * sums(i, j, weight * (d / deq - 1.0), n) / sums(i, j, weight, n)
     assert np.allclose(found["volume_strain"], volume, rtol=0.0, atol=1e-13)
 
@@ -150,7 +152,7 @@ def test_a_body_that_swells(lmp, periodic, factor):
 @pytest.mark.parametrize("ranks, newton", WAYS)
 def test_work_of_broken_bonds_and_contacts(lmp, bar, ranks, newton):
     """In a run with flow, breaking and new contacts: half the work of all lines of the bond file that name the atom, at each row."""
-    rules = elastic(more="break 0.05").replace("none", "literal")
+    rules = elastic(more="break 0.05").replace("none", "repulsive")
     writes = "".join(f"run 100\nwrite_evp_bonds {step}.bonds\n" for step in (100, 200))
     run = lmp(head(newton) + rules + STIR.replace("15*", "40*") + MOVE + STATE + DUMP.format("state.dump").replace("custom 1", "custom 100") + writes,
               ranks=ranks).ok()
@@ -167,13 +169,13 @@ def test_atoms_with_few_bonds(lmp, tmp_path):
     """A pair and an atom alone: the smallest strain that fits, that along the bond; nothing where there is no bond."""
     x = np.array([[0.0, 0.0, 0.0], [0.006, 0.008, 0.0], [0.1, 0.0, 0.0]])
     write_data(tmp_path / "body.data", x, [0.005] * 3, [[-0.2, 0.2]] * 3)
-    (tmp_path / "body.bonds").write_text("# EVP bonds COUNT: 1 UNITS: si\n1 2 0.01 0.00003 0 0.5 0\n")
+    (tmp_path / "body.bonds").write_text("# EVP bonds COUNT: 1 UNITS: si\n1 2 0.01 0.00003 0.003 0.5 0\n")
     run = lmp(head() + elastic(fix="fix bonds all evp/bonds file body.bonds") + "fix hold all nve/noforce\n" + STATE + DUMP.format("state.dump")
               + "run 0\n").ok()
     found = columns(run.dump("state.dump")[-1])
     unit = np.array([0.6, 0.8, 0.0])
     assert np.allclose(found["plastic_strain"], [equivalent(0.003 * np.outer(unit, unit))] * 2 + [0.0], rtol=1e-5)
-    assert np.allclose(found["plastic_work"], [0.25, 0.25, 0.0])
+    assert np.allclose(found["plastic_work"], [0.25, 0.25, 0.0]) and np.allclose(found["plastic_strain_sum"], [0.003 / 0.385] * 2 + [0.0])
     assert abs(found["triaxiality"][0]) == pytest.approx(1.0 / 3.0) and found["triaxiality"][2] == 0.0
     assert all(values[2] == 0.0 for values in found.values())
 
@@ -187,11 +189,13 @@ def test_what_is_refused(lmp, bar, given, message):
 
 
 def test_specimen_after_unloading(lmp):
-    """To 2 % and back to zero stress, at a strain of 0.0113: the mean plastic strain of the free atoms, as the page of the compute
-    says, is 0.0093; flow that differs from bond to bond leaves elastic strains, which make up the rest."""
-    run = lmp("in.cyclic", variables={"specimen": REFERENCE, "contact": "none", "plasticity": "isotropic", "row": 0.001, "lower": 0.0113}).ok()
+    """To 2 % and back to zero stress: the mean plastic strain of the free atoms is most of the residual strain; flow that differs from bond to
+    bond leaves elastic strains, which make up the rest. The accumulated one is a lower bound, about 0.6 of it."""
+    run = lmp("in.cyclic", variables={"specimen": REFERENCE, "contact": "none", "plasticity": "isotropic", "row": 0.001, "lower": "release"}).ok()
     state, curve = run.dump("cyclic_state.dump")[-1], curves.read_curve(run.folder / "cyclic.csv")
-    assert abs(curve.virial[-1]) < 0.02 * curve.virial.max()
+    left = curve.strain[-1]
+    assert abs(curve.virial[-1]) < 0.05 * curve.virial.max() and left > 0.01
     free = (state["x"] > 0.0052) & (state["x"] < 0.0448)
-    assert state["plastic_strain"][free].mean() == pytest.approx(0.0093, rel=0.02)
-    assert 300 < free.sum() < 500 and state["plastic_work"][free].mean() == pytest.approx(0.1798, rel=0.02)
+    assert 300 < free.sum() < 500
+    assert 0.7 < state["plastic_strain"][free].mean() / left < 1.0
+    assert 0.4 < state["plastic_strain_sum"][free].mean() / left < 0.75

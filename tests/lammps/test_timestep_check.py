@@ -130,7 +130,7 @@ def test_silent_where_it_does_not_apply(lmp_decks, tmp_path):
 
 
 def test_flowing_pairs(lmp_decks, tmp_path):
-    """A pair that flows, and one that was unloaded, may be elastic in the next step: the limit is that of the stiffer side."""
+    """A pair that flows, and one that was unloaded, may be elastic in the next step: the limit is that of the first regime."""
     row, deq = law.TABLE1, 0.011
     write_two(tmp_path / "body.data", deq)
     pull = "displace_atoms all ramp x {0:.17g} {1:.17g} x -0.006 0.006 units box\n"

@@ -26,9 +26,9 @@ def small(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def there_and_back(tmp_path_factory):
-    """Curves of one cycle to 0.04 rad, by unload."""
+    """Curves of one cycle to 0.04 rad, by plasticity."""
     folder = tmp_path_factory.mktemp("cycle")
-    return {unload: twist(folder, unload=unload, cycles=1, increment=0.002) for unload in ("reversible", "elastic")}
+    return {plasticity: twist(folder, plasticity=plasticity, cycles=1, increment=0.002) for plasticity in ("none", "isotropic")}
 
 
 def test_rows(small):
@@ -64,16 +64,16 @@ def test_volume_energy_leaves_torsion_alone(small, tmp_path):
 
 
 def test_reversible_law_comes_back_to_no_torque(there_and_back):
-    curve = there_and_back["reversible"]
+    curve = there_and_back["none"]
     assert len(curve["angle"]) == 41 and np.argmax(curve["angle"]) == 20 and curve["angle"][-1] == 0.0
     assert abs(curve["torque_grip"][-1]) < 1e-3 * curve["torque_grip"].max()
     assert np.allclose(curve["torque_grip"][20:], curve["torque_grip"][20::-1], atol=5e-3 * curve["torque_grip"].max())
 
 
-def test_flow_stays_with_unload_elastic(there_and_back):
+def test_plasticity_leaves_an_angle(there_and_back):
     """It unloads with the first stiffness, so that an angle is left where the torque is gone. The core, where no pair has
     flowed, still resists: the way back is not quite a line."""
-    curve = there_and_back["elastic"]
+    curve = there_and_back["isotropic"]
     angle, torque = curve["angle"], curve["torque_grip"]
     assert (torque[20] - torque[22]) / (angle[20] - angle[22]) == pytest.approx(torque[1] / angle[1], rel=0.1)
     left = np.interp(0.0, torque[:19:-1], angle[:19:-1])

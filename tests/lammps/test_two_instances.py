@@ -16,7 +16,7 @@ newton on
 boundary s s s
 read_data body.data
 neighbor 0.0008 bin
-pair_style evp/lj plasticity isotropic
+pair_style evp/lj contact repulsive plasticity isotropic
 pair_coeff * * 80 8 4 3 8 4 0.005 ${gamma} 1.5
 fix bonds all evp/bonds
 fix volume all evp/volume 100

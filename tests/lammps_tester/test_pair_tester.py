@@ -66,7 +66,7 @@ class Case(NamedTuple):
     contact: str
     zone: float  # 0: bonds from the file
     dt: float
-    flows: bool  # plasticity isotropic: the bond file has offsets
+    flows: bool  # plasticity isotropic: the bond file has q and k
     numbers: dict  # init_vdwl, init_stress (6,), init_forces (N, 3), run_...
 
 
@@ -104,29 +104,23 @@ class Truth(NamedTuple):
     bonds: int
 
 
-def with_flow(found, case, scene, offsets):
-    """What brute_force found, with the forces of pairs that flow; "offsets" are those that the pairs keep, {(id_i, id_j): q}."""
+def with_flow(found, case, scene, flowed):
+    """What brute_force found, with the forces of pairs that flow; "flowed" are the values that the pairs keep, {(id_i, id_j): (q, k)}."""
     x, v, radius, types, bonds, box = scene
-    pairs, deq, cut, bonded, row = brute.interactions(x, radius, case.rows, bonds, case.contact, types, box)
+    pairs, deq, _, bonded, row = brute.interactions(x, radius, case.rows, bonds, case.contact, types, box)
     i, j, r, d = pairs.i, pairs.j, pairs[2], pairs.d
     ids = [(min(a, b) + 1, max(a, b) + 1) for a, b in zip(i.tolist(), j.tolist())]
-    q = np.array([offsets.get(pair, 0.0) for pair in ids])
-
-    def kept(after, before):
-        return np.where(bonded, after, np.minimum(after, np.maximum(before, 0.0)))
-
-    after = flow.return_map(d, deq, row, q)
-    at_cut = flow.return_map(cut, deq, row, after)
+    q, k = np.array([flowed.get(pair, (0.0, 0.0)) for pair in ids]).T
+    of_bonds, of_contacts = flow.step(d, deq, row, q, k), flow.contact_step(d, deq, row, q, k)
+    now = flow.Step(*(np.where(bonded, *both) for both in zip(of_bonds, of_contacts)))
     unit = r / d[:, None]
-    f = flow.elastic_force(d, deq, row, after)[:, None] * unit + law.damping_force(unit, v[i], v[j], row)
+    f = now.force[:, None] * unit + law.damping_force(unit, v[i], v[j], row)
     total = np.zeros_like(x)
     np.add.at(total, i, f)
     np.add.at(total, j, -f)
-    energy = flow.stored(d, deq, row, after) - flow.stored(cut, deq, row, at_cut)
-    keeps = kept(after, q)
-    energy += flow.dissipated(keeps, after, deq, row) - flow.dissipated(kept(at_cut, keeps), at_cut, deq, row)
-    return {**found, "force": total, "energy": float(energy.sum()), "virial": r.T @ f, "offsets": dict(zip(ids, keeps)),
-            "bonds_second": int(np.sum(bonded & (after != 0.0)))}
+    energy = np.where(bonded, flow.stored(d, deq, row, now.q), flow.contact_stored(d, deq, row, now.q))
+    return {**found, "force": total, "energy": float(energy.sum()), "virial": r.T @ f, "flowed": dict(zip(ids, zip(now.q, now.k))),
+            "bonds_second": int(np.sum(bonded & (now.k > 0.0)))}
 
 
 def computed(case):
@@ -139,18 +133,18 @@ def computed(case):
         file = "evp_lj_flow.bonds" if case.flows else "evp_lj.bonds"
         lines = [line.split() for line in (FOLDER / file).read_text(encoding="utf-8").splitlines()[1:]]
         bonds = {(int(words[0]), int(words[1])): float(words[2]) for words in lines}
-    offsets = {(int(words[0]), int(words[1])): float(words[3]) for words in lines} if case.flows else {}
+    flowed = {(int(words[0]), int(words[1])): (float(words[3]), float(words[4])) for words in lines} if case.flows else {}
 
     def forces(velocity):
         found = brute.brute_force(x, velocity, radius, types, case.rows, bonds, case.contact, box)
-        return with_flow(found, case, (x, velocity, radius, types, bonds, box), offsets) if case.flows else found
+        return with_flow(found, case, (x, velocity, radius, types, bonds, box), flowed) if case.flows else found
 
     start = now = forces(v)
     for _ in range(STEPS):
         v = v + 0.5 * case.dt * now["force"] / mass
         x = x + case.dt * v
         now = forces(v)
-        offsets.update(now.get("offsets", {}))
+        flowed.update(now.get("flowed", {}))
         v = v + 0.5 * case.dt * now["force"] / mass
     return {"init": Truth(start, len(bonds)), "run": Truth(now, len(bonds))}
 
