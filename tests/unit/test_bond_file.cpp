@@ -13,7 +13,7 @@
 using EVP::BadInput;
 using EVP::BondLine;
 using EVP::BondReader;
-using EVP::Within;
+using EVP::BodyRule;
 
 namespace {
 
@@ -97,8 +97,8 @@ TEST(BondReader, ReadsInPiecesOfAnySize)
 
 TEST(BondReader, TellsWhichAtomsWereOneBody)
 {
-  EXPECT_EQ(EVP::bond_header(3, "si", Within::TYPE), "# EVP bonds COUNT: 3 WITHIN: type UNITS: si");
-  for (const Within within : {Within::ALL, Within::TYPE, Within::MOLECULE}) {
+  EXPECT_EQ(EVP::bond_header(3, "si", BodyRule::TYPE), "# EVP bonds COUNT: 3 WITHIN: type UNITS: si");
+  for (const BodyRule within : {BodyRule::ALL, BodyRule::TYPE, BodyRule::MOLECULE}) {
     std::istringstream stream(EVP::bond_header(3, "si", within) + "\n");
     const BondReader reader(stream, "body.bonds", "si");
     EXPECT_EQ(reader.within(), within);
