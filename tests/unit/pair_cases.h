@@ -95,7 +95,7 @@ struct Cloud {
     lists.nlocal = lists.nall = n;
     lists.bonds.clear(EVP::BOND_MARGIN, plastic ? EVP::Flow::STAYS : EVP::Flow::FORGETS);
     lists.contacts.clear(EVP::NEW_PAIR_MARGIN, plastic ? EVP::Flow::COMPRESSES : EVP::Flow::FORGETS);
-    const double range = plastic ? 0.16 : 0.04;
+    const double range = plastic ? 0.06 : 0.04;
     for (EVP::PairList *list : {&lists.bonds, &lists.contacts})
       for (int i = 0; i < n; i++) {
         std::vector<Pair> halves[2];
@@ -103,9 +103,9 @@ struct Cloud {
           const size_t packed = list->size() + halves[0].size() + halves[1].size();
           if ((j % 2 == 0) != list->are_bonds || (int) packed >= npairs) continue;
           const double d = std::sqrt(EVP::PairGeometry(rows_of(x), i, j).dsq);
-          const double deq = d / (1.0 + range * (unit(random) - 0.5)), q = j % 3 ? 0.1 * (unit(random) - 0.5) : 0.0;
+          const double deq = d / (1.0 + range * (unit(random) - 0.5)), q = j % 3 ? 0.04 * (unit(random) - 0.5) : 0.0;
           const bool repels = plastic && !list->are_bonds;
-          const EVP::PairHistory history = {repels ? -std::fabs(q) : q, 2.0 * std::fabs(q), unit(random), 0.0};
+          const EVP::PairHistory history = {repels ? -std::fabs(q) : q, 2.0 * std::fabs(q), std::fabs(q), 0.0};
           halves[j % 4 / 2].push_back({j, deq, repels ? deq : d * (0.9 + unit(random)), j % (int) rows.size(), history});
         }
         for (const auto &half : halves) add_row(*list, i, half);
