@@ -23,7 +23,8 @@ class PairWork {
   /// only, to be added over MPI ranks [energy].
   struct Sums {
     double elastic, forgotten;    ///< of bonds within their cutoffs, see Stored
-    double contacts;              ///< of contacts within theirs, zero there
+    double contacts;              ///< of contacts within theirs
+    double contacts_at_cutoff;    ///< what these hold there: apart, as that may be thousands of times more
     double past_cutoff;           ///< of bonds past theirs
     double broken;                ///< of those that broke, since the start
     double plastic;               ///< dissipated as offsets move on to the next ones
@@ -31,7 +32,7 @@ class PairWork {
   };
   Sums sums() const
   {
-    return {found.elastic.total(), found.forgotten.total(), found.contacts.total(),
+    return {found.elastic.total(), found.forgotten.total(), found.contacts.total(), found.contacts_at_cutoff.total(),
             found.past_cutoff.total() + missing, broken, found.plastic.total(), dissipated_by_missing};
   }
 
@@ -136,7 +137,7 @@ class PairWork {
 
  private:
   struct LaneSums {
-    LaneSum elastic, forgotten, contacts, past_cutoff, plastic;
+    LaneSum elastic, forgotten, contacts, contacts_at_cutoff, past_cutoff, plastic;
   };
   bool fresh = false, changed = false;
   double broken = 0.0, missing = 0.0, last_missing = 0.0, dissipated_by_missing = 0.0;
@@ -164,8 +165,11 @@ class PairWork {
     if (are_bonds) {
       add(found.elastic, inside, block.elastic);
       add(found.forgotten, inside, block.forgotten);
-    } else
-      add(found.contacts, inside, block.potential);
+    } else {
+      add(found.contacts, inside, block.elastic);
+      add(found.contacts, inside, block.forgotten);
+      add(found.contacts_at_cutoff, inside, block.at_cutoff);
+    }
     if (block.flow.moves && *block.flow.moves) add(found.plastic, weight, block.flow.spent);
     if (!are_bonds || count == 0) return;
     for (int k = 0; k < n; k++) {

@@ -38,7 +38,8 @@ namespace {
   template <class Powers, bool Many, bool Damping, bool Stored>
   EVP_INLINE void evaluate_forgetting(const Laws<Powers> &all, PairBlock &block)
   {
-    const double *const inv_deq = block.inv_deq, *const cutsq = block.cutsq;
+    const double *const inv_deq = block.inv_deq, *const cutsq = block.cutsq, *const deq = block.deq;
+    const double to_cutoff = 1.0 / (1.0 + block.margin);
     const int n = block.n;
     const Law<Powers> only = all.laws[0];
     const Law<Powers> *own[Many ? PairBlock::SIZE : 1];    // apart: up to 8 % quicker
@@ -48,15 +49,15 @@ namespace {
     for (int k = 0; k < n; k++) {
       const Law<Powers> &c = Many ? *own[k] : only;
       const double dsq = block.distance_squared(k);
-      const double d = std::sqrt(Stored && dsq > cutsq[k] ? cutsq[k] : dsq);
-      const double r = d * inv_deq[k];
-      const auto at = c.place(r);
+      double d = std::sqrt(Stored && dsq > cutsq[k] ? cutsq[k] : dsq);
+      if constexpr (Stored) d *= dsq > cutsq[k] ? to_cutoff : 1.0;
+      const auto at = c.place(d * inv_deq[k]);
       // 1/d and s = 1/(r - offset) from one division
       const double w = 1.0 / (at.shifted * d);
       const double s = w * d;
       put_force<Damping, Stored>(block, k, c.force(at, s), inv_deq[k], w * at.shifted, c.gamma, !(dsq > cutsq[k]));
       if constexpr (Stored) {
-        const auto now = c.stored(at, s);
+        const auto now = c.stored(at, (d - deq[k]) * inv_deq[k], s);
         block.elastic[k] = now.elastic;
         block.forgotten[k] = now.forgotten;
       }
@@ -65,9 +66,10 @@ namespace {
 
   /// By how much each pair slips, with the sign of its strain.
   template <class Powers, bool Many, bool Contact>
-  EVP_INLINE void find_slips(const Laws<Powers> &all, const PairBlock &block, double *slip)
+  EVP_INLINE void find_slips(const Laws<Powers> &all, const PairBlock &block, double *distance, double *slip)
   {
     const double *const inv_deq = block.inv_deq, *const cutsq = block.cutsq;
+    const double to_cutoff = 1.0 / (1.0 + block.margin);
     const double *const q = block.flow.q, *const accumulated = block.flow.k;
     const int n = block.n;
     const Law<Powers> only = all.laws[0];
@@ -77,15 +79,15 @@ namespace {
     EVP_INDEPENDENT
     for (int k = 0; k < n; k++) {
       const double dsq = block.distance_squared(k);
-      const double d = std::sqrt(dsq > cutsq[k] ? cutsq[k] : dsq);    // so far a pair flows
+      const double d = std::sqrt(dsq > cutsq[k] ? cutsq[k] : dsq) * (dsq > cutsq[k] ? to_cutoff : 1.0);
+      distance[k] = d;    // so far a pair flows
       const double strain = d * inv_deq[k] - 1.0 - q[k];
       const double size = Contact ? -strain : std::fabs(strain);
       const Law<Powers> &c = Many ? *own[k] : only;
       slip[k] = std::copysign(c.slip_linear(size, accumulated[k]), strain);
     }
     for (int k = 0; all.saturates && k < n; k++) {    // a saturating limit is below the linear one
-      const double dsq = block.distance_squared(k);
-      const double strain = std::sqrt(dsq > cutsq[k] ? cutsq[k] : dsq) * inv_deq[k] - 1.0 - q[k];
+      const double strain = distance[k] * inv_deq[k] - 1.0 - q[k];
       const double size = Contact ? -strain : std::fabs(strain);
       const Law<Powers> &c = Many ? *own[k] : only;
       if (size > c.xi_s) slip[k] = std::copysign(c.slip(size, accumulated[k]), strain);
@@ -123,21 +125,20 @@ namespace {
   template <class Powers, bool Many, bool Contact, bool Damping, bool Stored>
   EVP_INLINE void evaluate_flowing(const Laws<Powers> &all, PairBlock &block)
   {
-    const double *const inv_deq = block.inv_deq, *const cutsq = block.cutsq;
+    const double *const inv_deq = block.inv_deq, *const cutsq = block.cutsq, *const deq = block.deq;
     const FlowArrays flow = block.flow;
     const int n = block.n;
     const Law<Powers> only = all.laws[0];
     const Law<Powers> *own[Many ? PairBlock::SIZE : 1];    // apart: up to 8 % quicker
     if constexpr (Many) all.find(block, own);
-    alignas(64) double slip[PairBlock::SIZE];
-    find_slips<Powers, Many, Contact>(all, block, slip);
+    alignas(64) double distance[PairBlock::SIZE], slip[PairBlock::SIZE];
+    find_slips<Powers, Many, Contact>(all, block, distance, slip);
 
     EVP_INDEPENDENT
     for (int k = 0; k < n; k++) {
       const Law<Powers> &c = Many ? *own[k] : only;
       const double dsq = block.distance_squared(k);
-      const double d = std::sqrt(dsq > cutsq[k] ? cutsq[k] : dsq);
-      const double r = d * inv_deq[k];
+      const double d = distance[k], r = d * inv_deq[k];
       const double q_new = flow.q[k] + slip[k];
       double e = r - q_new;
       if constexpr (Contact) e = e > 1.0 ? 1.0 : e;    // apart, nothing acts
@@ -146,7 +147,7 @@ namespace {
       put_force<Damping, Stored>(block, k, c.first.force(s), inv_deq[k], w * e, c.gamma, !(dsq > cutsq[k]));
       flow.q_new[k] = Contact && dsq > cutsq[k] ? 0.0 : q_new;
       if constexpr (Stored) {
-        const double strain = r - 1.0 - q_new;
+        const double strain = (d - deq[k]) * inv_deq[k] - q_new;
         block.elastic[k] = c.first.stored(Contact && strain > 0.0 ? 0.0 : strain, s);
         block.forgotten[k] = 0.0;
       }
@@ -178,24 +179,28 @@ namespace {
       return block.distance_squared(k) > block.cutsq[k];
     };
     if constexpr (Kind != Flow::FORGETS) {
-      for (int k = 0; k < block.n; k++)
+      for (int k = 0; k < block.n; k++) {
+        block.at_cutoff[k] = 0.0;
         block.potential[k] = !incremental && is_past(k) ? 0.0 : block.elastic[k];
+      }
       for (int k = 0; incremental && *block.flow.moves && k < block.n; k++) block.potential[k] += block.flow.spent[k];
     } else {
       PairBlock at_cutoff;
       at_cutoff.n = block.n;
       at_cutoff.inv_deq = block.inv_deq;
       at_cutoff.cutsq = block.cutsq;
+      at_cutoff.deq = block.deq;
+      at_cutoff.margin = block.margin;
       at_cutoff.law = block.law;
       for (int k = 0; k < block.n; k++) {
         at_cutoff.xy[2 * k] = std::sqrt(block.cutsq[k]) / (1.0 + block.margin);
         at_cutoff.xy[2 * k + 1] = at_cutoff.z[k] = 0.0;
       }
       find_stored(at_cutoff);
-      for (int k = 0; k < block.n; k++)
-        block.potential[k] = is_past(k) ? 0.0
-                                        : (block.elastic[k] + block.forgotten[k]) -
-                (at_cutoff.elastic[k] + at_cutoff.forgotten[k]);
+      for (int k = 0; k < block.n; k++) {
+        block.at_cutoff[k] = at_cutoff.elastic[k] + at_cutoff.forgotten[k];
+        block.potential[k] = is_past(k) ? 0.0 : (block.elastic[k] + block.forgotten[k]) - block.at_cutoff[k];
+      }
     }
   }
 
@@ -206,6 +211,11 @@ namespace {
     void operator()(PairBlock &block, const BlockLaw::Asked &asked) const
     {
       const bool stored = asked.stored || asked.potential;
+      double deq[PairBlock::SIZE];
+      if (stored && !block.deq) {
+        for (int k = 0; k < block.n; k++) deq[k] = 1.0 / block.inv_deq[k];
+        block.deq = deq;
+      }
       if (asked.damping)
         (stored ? evaluate<Powers, Many, Kind, true, true> : evaluate<Powers, Many, Kind, true, false>) (all, block, level);
       else

@@ -32,6 +32,7 @@ struct PairBlock {
   const int *law;
   FlowArrays flow;    ///< with flow that stays
   double margin;      ///< of the cutoffs, see PairList
+  const double *deq;  ///< nullptr without, see PairList
 
   alignas(64) double xy[2 * SIZE];      ///< relative position: x and y side by side [length]
   alignas(64) double z[SIZE];           ///< [length]
@@ -40,6 +41,7 @@ struct PairBlock {
 
   // results where energies are asked for
   alignas(64) double elastic[SIZE], forgotten[SIZE];    ///< see Stored, past the cutoff those at it [energy]
+  alignas(64) double at_cutoff[SIZE];                   ///< stored at the cutoff; 0 where flow stays [energy]
   alignas(64) double potential[SIZE];                   ///< what the force is the slope of [energy]
   alignas(64) double damping[SIZE];                     ///< of the force the damping, 0 without
 
@@ -139,6 +141,7 @@ template <bool Damping> void gather(const ParticleView &view, const PairRange &r
   block.cutsq = list.cutsq.data() + range.first;
   block.law = list.law.data() + range.first;
   block.margin = list.cutoff_margin();
+  block.deq = list.deq.empty() ? nullptr : list.deq.data() + range.first;
   const auto *const x = view.x;
   const auto *const v = Damping ? view.v : view.x;    // read only if needed
   range.for_each_row([&](int i, int first, int last) {

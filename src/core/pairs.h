@@ -105,6 +105,7 @@ class PairList {
   std::vector<PackedRow> rows;
   std::vector<double> inv_deq, cutsq;     ///< see PackedPair
   std::vector<int> j, law, record;
+  std::vector<double> deq;                ///< as recorded, with all digits; empty but for an energy balance [length]
   std::vector<double> q, k, work;         ///< with flow that stays, else empty; see PairHistory
   std::vector<double> q_new, spent;       ///< see FlowArrays
   std::vector<char> moves;
@@ -117,9 +118,11 @@ class PairList {
   double cutoff_margin() const { return margin; }
   bool stays() const { return flow_ != Flow::FORGETS; }
 
-  /// margin: of the cutoffs of its pairs.
-  void clear(double margin_in, Flow flow_in)
+  /// margin: of the cutoffs of its pairs. with_deq: keeps deq.
+  void clear(double margin_in, Flow flow_in, bool with_deq_in = false)
   {
+    with_deq = with_deq_in;
+    if (!with_deq) std::vector<double>().swap(deq);
     count = 0;
     rows.clear();
     margin = margin_in;
@@ -139,6 +142,7 @@ class PairList {
       for (auto *values : {&inv_deq, &cutsq}) values->resize(larger);
       for (auto *values : {&j, &law, &record}) values->resize(larger);
     }
+    if (with_deq && count + n > deq.size()) deq.resize(j.size());
     if (stays() && count + n > q.size()) {
       for (auto *values : {&q, &k, &work, &q_new, &spent}) values->resize(j.size());
       moves.resize(j.size() / BLOCK_SIZE + 1);
@@ -217,7 +221,7 @@ class PairList {
       }
     };
     if (out.empty()) return;
-    for (auto *values : {&inv_deq, &cutsq, &q, &k, &work, &q_new, &spent}) keep(*values);
+    for (auto *values : {&inv_deq, &cutsq, &deq, &q, &k, &work, &q_new, &spent}) keep(*values);
     for (auto *values : {&j, &law, &record}) keep(*values);
     count -= out.size();
     const auto removed_before = [&](int n) {
@@ -259,12 +263,13 @@ class PairList {
 
   double memory_usage() const
   {
-    return bytes_of(rows, inv_deq, cutsq, j, law, record, q, k, work, q_new, spent, moves);
+    return bytes_of(rows, inv_deq, cutsq, deq, j, law, record, q, k, work, q_new, spent, moves);
   }
 
  private:
   size_t count = 0;
   double margin = 0.0;
+  bool with_deq = false;
   Flow flow_ = Flow::FORGETS;
 };
 
@@ -302,7 +307,7 @@ struct PlacedPair : PackedPair {
   double distance() const { return std::sqrt(g.dsq); }
 
   /// d/deq, past the cutoff that there: so far a bond flows.
-  double ratio() const { return std::sqrt(std::min(g.dsq, cutsq)) * inv_deq; }
+  double ratio() const { return (is_past_cutoff() ? cut : distance()) * inv_deq; }
 };
 
 /// Calls f(PlacedPair) for all pairs of a list in its order, those past their cutoff too. first: number of the first.

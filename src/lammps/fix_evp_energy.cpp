@@ -310,7 +310,8 @@ void FixEVPEnergy::end_instant()
   entries[SECOND] = last.pairs.forgotten - start.pairs.forgotten;
   entries[LOST] = left + (ends ? 0.0 : past + broken);
   entries[BROKEN] = ends ? past + broken : 0.0;
-  entries[CONTACTS] = last.pairs.contacts - start.pairs.contacts;
+  entries[CONTACTS] = (last.pairs.contacts - start.pairs.contacts) -
+      (last.pairs.contacts_at_cutoff - start.pairs.contacts_at_cutoff);
   entries[VOLUME] = last.volume - start.volume;
 }
 

@@ -57,7 +57,7 @@ void PairHistories::break_bonds(const std::vector<int> &broken, PairWork *work)
     const PackedPair bond = lists.bonds[k];
     const int i = lists.bonds.owner_of(k);
     newly_broken.push_back({i, bond.j, lists.bonds.history_of(k).work});
-    const double ratio = std::sqrt(bond.cutsq) * bond.inv_deq;
+    const double ratio = bond.cut * bond.inv_deq;
     if (work)
       work->add_broken(rank_share(bond.j, lists.nreact(force->newton_pair)) *
                        coefficients.law(bond.law).state(ratio, bond.inv_deq, bond.flow, bond.offset).stored.total());
@@ -66,6 +66,7 @@ void PairHistories::break_bonds(const std::vector<int> &broken, PairWork *work)
     if (left.cutoff == 0.0 || !contacts.make_room(1)) continue;
     const size_t n = contacts.size();
     contacts.inv_deq[n] = 1.0 / left.deq;
+    if (!contacts.deq.empty()) contacts.deq[n] = left.deq;
     contacts.cutsq[n] = contacts.cutoff_squared(left.cutoff);
     contacts.j[n] = bond.j;
     contacts.law[n] = bond.law;

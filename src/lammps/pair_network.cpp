@@ -61,7 +61,7 @@ PairState PairNetwork::state_at_cutoff(int itype, int jtype, double sum_radii, d
 {
   const PairLaw &law = coefficients.law(coefficients.index(itype, jtype));
   const Span span = rules.of_bond(deq, law.row.alpha * sum_radii);
-  return law.state(std::sqrt(cutoff_squared(span.cutoff, BOND_MARGIN)) / deq, 1.0 / deq, rules.flow_of_bonds(), before);
+  return law.state(span.cutoff / deq, 1.0 / deq, rules.flow_of_bonds(), before);
 }
 
 PairNetwork::AnyPair PairNetwork::pair_between(int i, int j, int itype, int jtype) const
@@ -263,7 +263,7 @@ bool PairNetwork::pack(const NeighList *neighbors, bool collective)
   // with the same neighbor list the records have not been told of what changed
   const PairLists before = carries ? lists : PairLists();
   const PairListBuilder::Found found = builder.build(
-      {neighbors, &coefficients, bonds(), rules, within(), any_gamma, implicit_groupbit}, lists);
+      {neighbors, &coefficients, bonds(), rules, within(), any_gamma, work != nullptr, implicit_groupbit}, lists);
   pair_histories.forget_forces();
   if (is_first && bonds()) laws.check(lists.bonds, volume());
   snapshot.finish();
