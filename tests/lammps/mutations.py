@@ -51,6 +51,7 @@ MUTATIONS = [
              "share(dampers[k]) * rate", "0.5 * share(dampers[k]) * rate"),
     Mutation("rotation of pairs from the last step only", ("spinning top",), "damping_solver.cpp", "MOST_PASSES = 20;", "MOST_PASSES = 1;"),
     Mutation("no implicit damping", ("hold at constant strain",), "pair_network.h", "return any_gamma && implicit_groupbit;", "return false;"),
+    Mutation("NULL components of fix move enter as prescribed", ("null component",), "fix_nve_evp.cpp", "others_groupbits |= other->groupbit;\n    }\n}", "}\n}"),
     Mutation("gamma larger by 1e-6", ("free vibration",), "coefficients.h", "laws[index(j, i)] = Law(row);", "laws[index(j, i)] = Law((row.gamma += 1e-6, row));"),
     Mutation("no check for coincident centres", ("coincident centres",), "pair_list_builder.cpp", "if (!(dsq > coincident * coincident))", "if (dsq < 0.0)"),
     Mutation("no flow in compression", ("pair cycled far",), "law_constants.h", "return p < low ? low : (p > high ? high : p);", "return p < low ? low : p;"),
