@@ -164,6 +164,16 @@ class Law {
     return is_bond ? BOND_CAP : (repels_only ? loop.repelled : 0.0);
   }
 
+  /// Where a pair of offset p flows at r = d/deq, and what that dissipates [energy].
+  struct Flow {
+    double offset, spent;
+  };
+  Flow flow(double r, double p, double cap) const
+  {
+    const double next = loop.kept(loop.flowed(r, p), p, cap);
+    return {next, dissipated(p, next)};
+  }
+
   /// Force at d of a pair that had p before [energy/length].
   double force(double d, double deq, double p) const
   {

@@ -48,6 +48,11 @@ void StoredEnergy::note_passed(const PairList &list, const double (*x)[3])
   });
 }
 
+void StoredEnergy::note_flow(const PairList &list, size_t k, double spent)
+{
+  if (!is_due(list, energies.flows)) flowed += PairWeight(weight[k]).size * std::max(0.0, spent);
+}
+
 void StoredEnergy::add_up(int n)
 {
   const auto add = [n](LaneSum &sum, const double *terms) EVP_KERNEL {

@@ -66,7 +66,8 @@ class StoredEnergy {
   {
     found = {};
     ended = passed;
-    passed = 0.0;
+    plastic = flowed;
+    passed = flowed = 0.0;
     changed = finds_anew = is_new;
     is_new = false;
   }
@@ -83,6 +84,9 @@ class StoredEnergy {
   /// their cut-offs since the last one, that evaluation does not know.
   void note_passed(const PairList &list, const double (*x)[3]);
 
+  /// Bond k of the list has flowed, and its offset is in force already [energy].
+  void note_flow(const PairList &list, size_t k, double spent);
+
   /// Pair k of the list is a bond that has broken, with the offset p, and will be a contact that is at
   /// rest at this distance [length], 0 where none is left.
   void note_broken(const PairList &list, size_t k, double p, double rest);
@@ -94,7 +98,7 @@ class StoredEnergy {
             found.second.total(),
             found.contacts.total(),
             found.hardening.total(),
-            found.plastic.total(),
+            plastic + found.plastic.total(),
             ended,
             born,
             bonds_depth,
@@ -134,7 +138,8 @@ class StoredEnergy {
   std::vector<double> deq, depth, weight;    // of each pair: depth is times its PairWeight
   Depth bonds_depth{}, contacts_depth{}, broken{};
   double ended = 0.0, born = 0.0;
-  double passed = 0.0;                     // what `ended` of the next evaluation begins with
+  double plastic = 0.0;                    // before the evaluation
+  double passed = 0.0, flowed = 0.0;       // what `ended` and `plastic` of the next one begin with
   bool breaks = false;                     // do bonds break where they pass their cut-off?
   bool changed = false, is_new = false;    // see has_changed(); was the list assigned since?
   bool finds_anew = false;                 // which pairs are beyond their cut-offs?

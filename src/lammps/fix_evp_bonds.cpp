@@ -129,6 +129,13 @@ void FixEVPBonds::check_history() const
                who, other->id, other->style);
 }
 
+void FixEVPBonds::pre_exchange()
+{
+  if (!bonds->has_history()) return;
+  if (EVP::PairNetwork *now = EVP::PairNetwork::find(force)) now->commit_past_cutoff();
+  return_histories();
+}
+
 void FixEVPBonds::return_histories()
 {
   if (!bonds->has_history()) return;
@@ -153,7 +160,7 @@ void FixEVPBonds::commit(bool at_rest)
   network->commit(at_rest);
   if (!network->misses_bonds()) return;
   return_histories();
-  EVP::break_missing_bonds(lmp, network, *bonds);
+  EVP::settle_missing_bonds(lmp, network, *bonds);
 }
 
 // a minimizer tries many places, of which only the last one is a state of the body, and that only

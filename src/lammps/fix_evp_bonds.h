@@ -32,7 +32,7 @@ class FixEVPBonds : public EVP::NodalExchange<Fix> {
   void setup_pre_force(int) override;
 
   // flow and breaking, see PairNetwork::commit()
-  void pre_exchange() override { return_histories(); }
+  void pre_exchange() override;
   void pre_force(int) override { stepping = true; }
   void end_of_step() override;
   void post_run() override;

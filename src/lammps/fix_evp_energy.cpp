@@ -43,7 +43,7 @@ void FixEVPEnergy::init()
     work->images = {};
 }
 
-// pre_exchange() and the volume strains need the atoms of the last forces
+// the balance of a step needs the atoms of its forces
 void FixEVPEnergy::refuse_early_changes() const
 {
   if (!network->rules.has_history() && !network->volume()) return;
@@ -263,7 +263,6 @@ void FixEVPEnergy::post_integrate()
 
 void FixEVPEnergy::pre_exchange()
 {
-  if (network->rules.flows && !network->rules.breaks()) note_passed();
   if (box.acts) box.kinetic = kinetic_here();
 }
 
@@ -281,19 +280,6 @@ void FixEVPEnergy::note_images()
   box.note_wrapped(kinetic_here());
   work->images.assign((size_t) 3 * (atom->nlocal + atom->nghost), 0.0);
   to_images(work->images, EVP::COUNT_OF_BOXES.data());
-}
-
-// a bond that passes its cut-off in a step with a neighbor build is not seen to pass by the force loop
-void FixEVPEnergy::note_passed()
-{
-  if (!EVP::on_all(network->is_packed(), world))
-    error->all(
-        FLERR,
-        "{}: atoms were added or deleted since the last forces, so that it is not known which "
-        "bonds passed their cutoffs: let no other fix add or delete atoms before this one",
-        who);
-  comm->forward_comm();
-  work->stored.note_passed(network->packed_pairs(), EVP::scene::rows(atom->x));
 }
 
 // What damping gives back where a velocity turns within a step is deducted from what it takes next

@@ -116,7 +116,6 @@ class FixEVPEnergy : public EVP::AtomRecords<EVP::NodalExchange<Fix>, EVP::AtomP
   double kinetic_here() const;
   double damping_of_box() const;
   void note_images();
-  void note_passed();
   double volume_jump();
   Totals over_all_ranks(Totals totals) const;
   Works works_of_step();

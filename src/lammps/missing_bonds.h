@@ -6,9 +6,9 @@
 
 namespace EVP {
 
-/// Collective. Breaks the bonds that are beyond their cut-off without having been seen there in the
-/// packed list: they left the neighbor list between two states of the body. Atoms and ghosts must be
-/// those of the list; histories must have been returned.
-void break_missing_bonds(LAMMPS *, const class PairNetwork *, BondStore &);
+/// Collective. Bonds that are beyond their cut-off without having been seen there in the packed list
+/// flow up to it, and break where bonds do: they left the neighbor list between two runs, or in a
+/// minimization. Atoms and ghosts must be those of the list; histories must have been returned.
+void settle_missing_bonds(LAMMPS *, const class PairNetwork *, BondStore &);
 
 }    // namespace EVP

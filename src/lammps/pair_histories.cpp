@@ -9,6 +9,7 @@
 #include "irregular.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace EVP {
 
@@ -31,6 +32,13 @@ void PairHistories::commit(bool at_rest, VolumeForces *volume, PairWork *work)
   if (rules.breaks()) break_bonds(volume, work);
 }
 
+// as in the force loop: a pair flows up to its cut-off, with its margin
+Law::Flow PairHistories::flow_of(const PlacedPair &p) const
+{
+  const double r = std::sqrt(std::min(p.g.dsq, p.cutsq)) * p.inv_deq;
+  return coefficients.law(p.law).flow(r, p.offset, list.pairs.cap[p.index]);
+}
+
 // what the force loop finds, at the present positions
 void PairHistories::find_next()
 {
@@ -40,13 +48,39 @@ void PairHistories::find_next()
   for_each_pair(list, scene::rows(atom->x), [&](const PlacedPair &p) {
     if (rules.breaks() && p.is_bond() && p.is_beyond()) beyond.push_back(p.index);
     if (!rules.flows) return;
-    const Law &law = coefficients.law(p.law);
-    const double r = std::min(p.distance(), p.cut) * p.inv_deq;    // so far a bond flows
     const bool ended = p.is_beyond() && !p.is_bond();
-    const double kept = law.kept(law.flowed(r, 1.0, p.offset), p.offset, pairs.cap[p.index]);
-    pairs.next_offset[p.index] = ended ? CONTACT_ENDED : kept;
-    pairs.spent[p.index] = ended ? -pairs.work[p.index] : law.dissipated(p.offset, kept);
+    const Law::Flow flow = flow_of(p);
+    pairs.next_offset[p.index] = ended ? CONTACT_ENDED : flow.offset;
+    pairs.spent[p.index] = ended ? -pairs.work[p.index] : flow.spent;
   });
+}
+
+void PairHistories::commit_past_cutoff(VolumeForces *volume, PairWork *work)
+{
+  due = true;
+  beyond.clear();
+  PackedPairs &pairs = list.pairs;
+  const auto *x = scene::rows(atom->x);
+  for_each_pair(list, x, [&](const PlacedPair &p) {
+    if (!p.is_bond() || !p.is_beyond()) return;
+    beyond.push_back(p.index);
+    if (!rules.flows) return;
+    const Law::Flow flow = flow_of(p);
+    pairs.offset[p.index] = flow.offset;
+    pairs.work[p.index] += flow.spent;
+    if (work) work->stored.note_flow(list, p.index, flow.spent);
+  });
+  if (work) work->stored.note_passed(list, x);
+  if (rules.breaks()) break_bonds(volume, work);
+  beyond.clear();
+}
+
+PairHistory PairHistories::past_cutoff(const PairHistory &before, const Law &law, double r) const
+{
+  const Law::Flow flow = rules.flows && r > 0.0 ? law.flow(r, before.offset, BOND_CAP)
+                                                : Law::Flow{before.offset, 0.0};
+  const double work = before.work + flow.spent;
+  return rules.breaks() ? PairHistory{0.0, work, 1.0} : PairHistory{flow.offset, work, 0.0};
 }
 
 void PairHistories::break_bonds(VolumeForces *volume, PairWork *work)

@@ -38,6 +38,13 @@ class PairHistories : protected Pointers {
   /// without.
   void commit(bool at_rest, VolumeForces *, PairWork *);
 
+  /// Collective, before a neighbor build, at the positions of the step: bonds beyond their cut-off flow up to it, and
+  /// break where bonds do. The next list may not have them.
+  void commit_past_cutoff(VolumeForces *, PairWork *);
+
+  /// Of a bond beyond its cut-off that is in no list: the history that it would have there. r: cut-off/deq, with its margin.
+  PairHistory past_cutoff(const PairHistory &, const Law &, double r) const;
+
   /// Are there any that the records have not been told of?
   bool are_due() const { return due; }
 
@@ -74,6 +81,7 @@ class PairHistories : protected Pointers {
   mutable std::vector<int> row_index;    // of the rows of the atoms
   mutable long row_index_build = -1;
 
+  Law::Flow flow_of(const PlacedPair &) const;
   void find_next();
   void break_bonds(VolumeForces *, PairWork *);
   double rest_of_broken(int i, const PackedPair &bond) const;

@@ -138,7 +138,7 @@ void PairNetwork::begin_run()
   const Fix *implicit = scene::find_fix(modify, "nve/evp");
   implicit_groupbit = implicit ? implicit->groupbit : 0;
   volume_ = VolumeForces::find(modify);
-  any_gamma = scene_checked = overlap_warned = false;
+  any_gamma = scene_checked = overlap_warned = bonds_missing = false;
   repack_due = true;
   snapshot.forget();
 }
@@ -249,7 +249,7 @@ bool PairNetwork::pack(const NeighList *neighbors, bool collective)
   if (!bonds()) volume_.reset();    // the bonds have gone since the last set-up
   if (volume()) volume()->pack(list, *bonds(), coefficients, collective);
   if (carries) pair_histories.carry(before, volume());
-  if (collective) agree_on_pairs(found, !carries);
+  if (collective) agree_on_pairs(found, is_first || update->whichflag == 2);
 
   coefficients.choose_block_law(
       [this](int i, int j) {
@@ -260,10 +260,24 @@ bool PairNetwork::pack(const NeighList *neighbors, bool collective)
   return is_first;
 }
 
-double PairNetwork::cut_of_bond(int i, int j, double deq) const
+double PairNetwork::cut_of_bond(int i, int jtype, double jradius, double deq) const
 {
-  const double dlim = alpha_of(atom->type[i], atom->type[j]) * (atom->radius[i] + atom->radius[j]);
+  const double dlim = alpha_of(atom->type[i], jtype) * (atom->radius[i] + jradius);
   return rules.cut_of_bond(deq, dlim);
+}
+
+PairHistory PairNetwork::past_cutoff(const PairHistory &before, int i, int jtype, double jradius,
+                                     double deq) const
+{
+  const Law &law = coefficients.law(coefficients.index(atom->type[i], jtype));
+  const double cut = cut_of_bond(i, jtype, jradius, deq);
+  return pair_histories.past_cutoff(before, law, std::sqrt(reach_squared(cut, BOND_MARGIN)) / deq);
+}
+
+void PairNetwork::commit_past_cutoff()
+{
+  if (on_all(is_packed(), world) && ghosts.send_positions())
+    pair_histories.commit_past_cutoff(volume(), work.get());
 }
 
 PairHistory PairNetwork::history_of(int i, int j) const
@@ -296,14 +310,14 @@ double PairNetwork::new_pair_margin(Contact contact) const
 }
 
 // Collective. All MPI ranks agree on what any of them has found in its pairs; warns of overlaps once per run
-void PairNetwork::agree_on_pairs(const PairListBuilder::Found &found, bool records_are_current)
+void PairNetwork::agree_on_pairs(const PairListBuilder::Found &found, bool counts_bonds)
 {
-  const bigint sides =
-      rules.breaks() && bonds() ? found.bond_sides + bonds()->count_broken(atom->nlocal) : 0;
+  counts_bonds = counts_bonds && rules.has_history() && bonds();
+  const bigint sides = counts_bonds ? found.bond_sides + bonds()->count_broken(atom->nlocal) : 0;
   const auto all =
       reduce_all(std::array{(bigint) found.damped, found.overlaps.count, sides}, MPI_SUM, world);
   explicit_damping = all[0] > 0;
-  bonds_missing = rules.breaks() && bonds() && records_are_current && all[2] < 2 * bonds()->count();
+  if (counts_bonds) bonds_missing = all[2] < 2 * bonds()->count();
   if (all[1] == 0 || overlap_warned) return;
   overlap_warned = true;
 

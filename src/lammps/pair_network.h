@@ -137,12 +137,18 @@ class PairNetwork : protected Pointers {
   /// See PairHistories.
   void commit(bool at_rest) { pair_histories.commit(at_rest, volume(), work.get()); }
 
-  /// Where bonds break: are there bonds that are neither broken nor in the packed list? The same on all
-  /// MPI ranks, once for each packing.
+  /// Collective, before a neighbor build of a run: see PairHistories.
+  void commit_past_cutoff();
+
+  /// Are there bonds that are neither broken nor in the first packed list of a run, or in the last one of a
+  /// minimization? The same on all MPI ranks, true once: later a run sees them pass their cut-offs.
   bool misses_bonds() { return std::exchange(bonds_missing, false); }
 
-  /// Cut-off of a bond between atoms with these indices [both: length].
-  double cut_of_bond(int i, int j, double deq) const;
+  /// Cut-off of a bond of the atom with index i with another one of these properties [all: length].
+  double cut_of_bond(int i, int jtype, double jradius, double deq) const;
+
+  /// The same bond beyond its cut-off, see PairHistories.
+  PairHistory past_cutoff(const PairHistory &, int i, int jtype, double jradius, double deq) const;
 
   /// Collective, where commit() was called since: the histories of the pairs go to the records of their
   /// atoms. Called before atoms migrate, and before others read the records.
