@@ -134,8 +134,9 @@ class Law {
   // (1 +- xi_s) deq; F = F_I(e) + F_II(deq + q)
 
   /// Throws BadInput where flow of this law would create energy from the start, or contacts that only
-  /// repel would look like others.
-  void check_flow() const
+  /// repel would look like others. literal: new pairs act up to dlim, where the energy of one that has flowed
+  /// is that of eq. 8 beyond xi_s only.
+  void check_flow(bool literal) const
   {
     const double least = std::min(compressed.carried.force, -stretched.carried.force);
     if (row.e2 > 0.0 && !(row.xi_s * row.m2 * row.n2 * row.e2 < least))
@@ -146,6 +147,12 @@ class Law {
     if (!(row.alpha > LEAST_FLOW_ALPHA))
       throw BadInput("unload elastic needs an alpha above 1 + 1e-8, got 1 + " +
                      rounded(row.alpha - 1.0) + ": bonds and contacts would end at rest");
+    if (literal && !(row.alpha - 1.0 > row.xi_s))
+      throw BadInput(
+          "unload elastic with contact literal needs an alpha above 1 + xi_s, got alpha = " +
+          rounded(row.alpha) + " with xi_s = " + rounded(row.xi_s) +
+          ": new pairs that have flowed would lose energy at dlim; use a larger alpha, or "
+          "contact repulsive or none");
   }
 
   /// Lowest offset/deq to which flow dissipates: below, the second regime is the stiffer.

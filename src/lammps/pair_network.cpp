@@ -145,7 +145,7 @@ void PairNetwork::begin_run()
 
 double PairNetwork::handle(int i, int j)
 {
-  const Row row = laws.make(i, j, rules.flows);
+  const Row row = laws.make(i, j, rules);
   repack();
   if (row.gamma > 0.0) any_gamma = true;    // fix adapt may have switched it on
   return cuts.handle(i, j, row.alpha);
@@ -211,7 +211,7 @@ bool PairNetwork::pack(const NeighList *neighbors, bool collective)
   const bool is_first = collective && !scene_checked;
   if (collective) {
     source.note();
-    laws.follow(bonds(), rules.flows);
+    laws.follow(bonds(), rules);
     if (!scene_checked) {    // now that all pairs of types are known
       scene_checked = true;
       report();

@@ -24,12 +24,13 @@ template <class F> void RowLaws::stop_at_bad_row(int i, int j, F &&f) const
   stop_at_bad_input(error, fmt::format("Pair evp/lj, types {} and {}", i, j), f);
 }
 
-Row RowLaws::make(int i, int j, bool flows)
+Row RowLaws::make(int i, int j, const PairRules &rules)
 {
   Row row;
   stop_at_bad_row(i, j, [&] {
     row = coefficients.make_law(i, j);
-    if (flows) coefficients.law(coefficients.index(i, j)).check_flow();
+    if (rules.flows)
+      coefficients.law(coefficients.index(i, j)).check_flow(rules.contact == Contact::LITERAL);
   });
   return row;
 }
@@ -51,12 +52,12 @@ void RowLaws::take_kv()
   });
 }
 
-void RowLaws::follow(const BondStore *bonds, bool flows)
+void RowLaws::follow(const BondStore *bonds, const PairRules &rules)
 {
   if (!take_measures(bonds)) return;
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++)
-      if (cuts.handles(i, j)) make(i, j, flows);
+      if (cuts.handles(i, j)) make(i, j, rules);
   take_kv();
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/coefficients.h"
+#include "core/pair_rules.h"
 #include "cut_offs.h"
 #include "volume_forces.h"
 
@@ -25,11 +26,11 @@ class RowLaws : protected Pointers {
     take_kv();
   }
 
-  /// Makes both laws of two types and returns the row that they are of. flows: it must be able to flow.
-  Row make(int i, int j, bool flows);
+  /// Makes both laws of two types and returns the row that they are of.
+  Row make(int i, int j, const PairRules &);
 
   /// At a packing: the bonds were recorded, or went, after the laws were made.
-  void follow(const BondStore *bonds, bool flows);
+  void follow(const BondStore *bonds, const PairRules &);
 
   /// Again only when it changes.
   void report();
