@@ -56,7 +56,7 @@ MUTATIONS = [
     Mutation("no check for coincident centres", ("coincident centres",), "pair_list_builder.cpp", "if (!(dsq > coincident * coincident))", "if (dsq < 0.0)"),
     Mutation("no flow in compression", ("pair cycled far",), "law_constants.h", "return p < low ? low : (p > high ? high : p);", "return p < low ? low : p;"),
     Mutation("contacts keep their flow in tension", ("contact pulled and pushed",), "law.h", "(repels_only ? loop.repelled : 0.0)", "(repels_only ? loop.repelled : BOND_CAP)"),
-    Mutation("no bond breaks", ("bond torn and pushed",), "pair_histories.cpp", "if (rules.breaks()) break_bonds(volume, work);", ""),
+    Mutation("no bond breaks", ("bond torn and pushed",), "pair_histories.cpp", "if (rules.breaks()) break_bonds(volume, work);", "", 2),
     Mutation("bonds that leave the neighbor list do not flow up to their cutoff", ("past its cutoff",), "fix_evp_bonds.cpp", "now->commit_past_cutoff();", "(void) now;"),
     Mutation("the history of a pair is kept at one atom only", ("flow in a body whose atoms are sorted",), "pair_histories.cpp", "records.take({j, is_record, tag[i], h});", ""),
     Mutation("every minimization leaves its flow", ("minimization that stops early",), "fix_evp_bonds.cpp", "if (stop == Min::ETOL || stop == Min::FTOL || stop == Min::ZEROFORCE)", "if (stop >= 0)"),
