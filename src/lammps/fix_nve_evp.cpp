@@ -9,7 +9,9 @@
 #include "comm.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 
 using namespace LAMMPS_NS;
 
@@ -99,10 +101,44 @@ void FixNVEEVP::check_groups() const
   }
 }
 
+// Components that a fix move integrates by the forces itself, as a word; empty without. It tells nobody
+// which are NULL: its kick is tried out on one atom.
+std::string FixNVEEVP::null_components(const Fix *move) const
+{
+  std::string found;
+  if (atom->nlocal == 0) return found;
+  double *const v = atom->v[0], *const f = atom->f[0];
+  const std::array old = {v[0], v[1], v[2], f[0], f[1], f[2]};
+  const int nlocal = std::exchange(atom->nlocal, 1);
+  const int mask = std::exchange(atom->mask[0], move->groupbit);
+  std::fill_n(v, 3, 0.0);
+  std::fill_n(f, 3, 1.0);
+  const_cast<Fix *>(move)->final_integrate();
+  for (int c = 0; c < domain->dimension; c++)
+    if (v[c] != 0.0) found += "xyz"[c];
+  std::copy_n(old.begin(), 3, v);
+  std::copy_n(old.begin() + 3, 3, f);
+  atom->nlocal = nlocal;
+  atom->mask[0] = mask;
+  return found;
+}
+
+// Collective. Fix move knows the timestep after its init() only.
+void FixNVEEVP::find_null_moves()
+{
+  null_moves.clear();
+  for (const Fix *other : modify->get_fix_list())
+    if (strcmp(other->style, "move") == 0 && EVP::on_any(!null_components(other).empty(), world)) {
+      null_moves.push_back(other);
+      others_groupbits |= other->groupbit;
+    }
+}
+
 // Atoms hold the velocity of the full step: half of the kick is still to come.
 void FixNVEEVP::setup(int vflag)
 {
   vflag_now = vflag;
+  find_null_moves();
   collect_dampers();
   if (balance_wanted) find_rates(0.0);
   solve_and_apply(0.5 * update->dt);
@@ -153,13 +189,25 @@ void FixNVEEVP::collect_dampers()
   // neighbors of the group may be held or moved along a path, but not follow forces of their own
   dampers.for_each([this](int i, const EVP::Dampers::Damper &damper, double) {
     for (const int k : {i, damper.j})
-      if (!in_group(k) && (atom->mask[k] & others_groupbits))
-        error->one(FLERR,
-                   "{}: atom {} interacts with its group but is integrated by another fix, whose "
-                   "velocity would enter as prescribed: put it into the group of fix {}, or move "
-                   "it by fix nve/noforce or fix move",
-                   who, atom->tag[k], id);
+      if (!in_group(k) && (atom->mask[k] & others_groupbits)) stop_at_integrated(k);
   });
+}
+
+void FixNVEEVP::stop_at_integrated(int i) const
+{
+  for (const Fix *move : null_moves)
+    if (atom->mask[i] & move->groupbit)
+      error->one(FLERR,
+                 "{}: atom {} interacts with its group, but fix {} of style move integrates its "
+                 "component {} by the forces (NULL), whose velocity would enter as prescribed: "
+                 "prescribe the component (0.0 holds the atom), or use fix nve for the group of "
+                 "fix {}, with the timestep that explicit damping allows (compute evp/dt)",
+                 who, atom->tag[i], move->id, null_components(move), id);
+  error->one(FLERR,
+             "{}: atom {} interacts with its group but is integrated by another fix, whose "
+             "velocity would enter as prescribed: put it into the group of fix {}, or move "
+             "it by fix nve/noforce or fix move",
+             who, atom->tag[i], id);
 }
 
 void FixNVEEVP::remember_positions()

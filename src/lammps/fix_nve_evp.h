@@ -85,7 +85,8 @@ class FixNVEEVP : public EVP::AtomRecords<EVP::NodalExchange<Fix>, EVP::LastPosi
 
  private:
   EVP::PairNetwork *network = nullptr;
-  int others_groupbits = 0;       // groups of the other fixes that move atoms by forces
+  int others_groupbits = 0;               // groups of the other fixes that move atoms by forces
+  std::vector<const Fix *> null_moves;    // those of style move with a component NULL
   bool forces_follow = false;     // fixes defined later add forces, at set-up after its solve
   bool balance_wanted = false;    // a fix evp/energy asks for the power of the dampers
   bool turning_warned = false;
@@ -106,6 +107,9 @@ class FixNVEEVP : public EVP::AtomRecords<EVP::NodalExchange<Fix>, EVP::LastPosi
 
   bool in_group(int i) const { return atom->mask[i] & groupbit; }
   void check_groups() const;
+  std::string null_components(const Fix *move) const;
+  void find_null_moves();
+  void stop_at_integrated(int i) const;
   void collect_dampers();
   void find_rates(double dt);
   void remember_positions();

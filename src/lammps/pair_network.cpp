@@ -161,7 +161,7 @@ void PairNetwork::begin_run()
   const Fix *implicit = scene::find_fix(modify, "nve/evp");
   implicit_groupbit = implicit ? implicit->groupbit : 0;
   volume_ = VolumeForces::find(modify);
-  any_gamma = scene_checked = overlap_warned = false;
+  any_gamma = scene_checked = overlap_warned = bonds_missing = false;
   repack_due = true;
   snapshot.forget();
 }
