@@ -153,7 +153,7 @@ def test_rows_divide_the_strain(packed, tmp_path, choices, rows):
         assert 0.002 <= end < 0.002 + choices["row"]
 
 
-FAST = {"strain": 0.6, "row": 0.02, "rate": 4000, "samples": 5, "contact": "literal"}
+FAST = {"strain": 0.6, "row": 0.02, "rate": 4000, "samples": 1, "contact": "repulsive", "plasticity": "isotropic"}
 
 
 def test_flip_changes_nothing_and_the_timestep_follows(packed, tmp_path):
@@ -166,7 +166,7 @@ def test_flip_changes_nothing_and_the_timestep_follows(packed, tmp_path):
     assert tilts(tmp_path)[-1] == pytest.approx(0.6, abs=1e-6)
     for name in COLUMNS:
         assert np.abs(curve[name] - expected[name]).max() <= 1e-6 * np.abs(expected[name]).max(), name
-    assert curve["share_second"].max() > 0.3, "control: pairs are in the second regime"
+    assert curve["share_second"].max() > 0.3, "control: pairs have flowed"
 
     steps = [float(word) for word in re.findall(r"Time step +: (\S+)", found.stdout)][2:-1]  # of the runs between two of no step and one
     limits = [found.thermo(block)["c_dt"][-1] for block in range(2, 2 + len(steps))]
@@ -175,7 +175,7 @@ def test_flip_changes_nothing_and_the_timestep_follows(packed, tmp_path):
 
 
 def test_broken_bonds_and_columns_of_the_state(packed, tmp_path):
-    _, found = run(packed, tmp_path, **{**FAST, "break": 0.05, "kv": 300, "strain": 0.2, "contact": "repulsive", "plasticity": "isotropic"})
+    _, found = run(packed, tmp_path, **{**FAST, "break": 0.05, "kv": 300, "strain": 0.2})
     assert int(re.search(r"^bonds broken: (\d+)", found.stdout, re.M)[1]) > 100
     state = read_dump(tmp_path / "run_state.dump")[-1]
     names = ["bonds", "share_second", "share_lost", "new_pairs", "plastic_work", "plastic_strain", "volume_strain", "plastic_strain_sum"]
