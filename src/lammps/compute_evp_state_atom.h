@@ -25,7 +25,7 @@ class ComputeEVPStateAtom : public EVP::NodalExchange<Compute> {
  private:
   static constexpr int NCOLUMNS = 4;    // that are always there
 
-  enum class Value { PLASTIC_WORK, PLASTIC_STRAIN, VOLUME_STRAIN, VON_MISES, TRIAXIALITY };
+  enum class Value { PLASTIC_WORK, PLASTIC_STRAIN, PLASTIC_STRAIN_SUM, VOLUME_STRAIN, VON_MISES, TRIAXIALITY };
   std::vector<Value> values;    // of the further columns
   double fraction = 0.0;        // volume of the spheres over that of the body
 
@@ -42,6 +42,7 @@ class ComputeEVPStateAtom : public EVP::NodalExchange<Compute> {
   bool has(Value) const;
   void add_pairs(const EVP::PairNetwork *);
   double plastic_work(int i, const EVP::PairNetwork *) const;
+  double plastic_strain_sum(int i, const EVP::PairNetwork *) const;
   double value_of(Value, int i, const EVP::PairNetwork *) const;
 };
 

@@ -91,6 +91,11 @@ void PairEVPLJ::allocate()
 // pair_style evp/lj [contact literal|repulsive|none] [overlap 0.3] [plasticity none|isotropic] [break none|XI]
 void PairEVPLJ::settings(int narg, char **arg)
 {
+  for (int k = 0; k < narg; k += 2)
+    if (strcmp(arg[k], "unload") == 0)
+      error->all(FLERR,
+                 "Pair style evp/lj: 'unload' was replaced: use 'plasticity none' (the paper's law, which is reversible) or "
+                 "'plasticity isotropic' (permanent flow)");
   EVP::PairRules chosen;
   EVP::for_each_keyword(
       error, "Pair style evp/lj", narg, arg, {"contact", "overlap", "plasticity", "break"}, " and ",

@@ -14,6 +14,7 @@ namespace EVP {
 
 void PairHistories::begin_run()
 {
+  limit_warned = false;
   if (!on_any(due, world)) return;
   due = false;
   newly_broken.clear();
@@ -123,6 +124,7 @@ void PairHistories::return_to(BondStore &records, bool list_matches, GhostExchan
         "or broken: define fix evp/bonds before all fixes that do so");
   send_to_owners(records, exchange);
   newly_broken.clear();
+  warn_of_limit();
 }
 
 // Atoms and ghosts are those that the list was packed for. Without newton both owners of a pair across MPI ranks, or
@@ -183,6 +185,28 @@ void PairHistories::send_to_owners(BondStore &records, GhostExchange &exchange)
   irregular.destroy_data();
   for (const HistoryOfPair &m : received) records.take(m);
   for (const HistoryOfPair &m : deferred) records.take(m);
+}
+
+// once per run
+void PairHistories::warn_of_limit()
+{
+  if (!rules.plastic || limit_warned) return;
+  double strain = 0.0;    // the largest elastic limit beyond that of the largest force
+  int last = -1;
+  double strongest = 0.0;
+  for (size_t n = 0; n < lists.bonds.size(); n++) {
+    const PairLaw &law = coefficients.law(lists.bonds.law[n]);
+    if (lists.bonds.law[n] != std::exchange(last, lists.bonds.law[n])) strongest = law.strongest_strain();
+    const double limit = law.limit(lists.bonds.k[n]);
+    if (limit > strongest) strain = std::max(strain, limit);
+  }
+  strain = reduce_all(strain, MPI_MAX, world);
+  limit_warned = strain > 0.0;
+  if (limit_warned && comm->me == 0)
+    error->warning(FLERR,
+                   "Pair evp/lj: the elastic limit of bonds has grown to a strain of {:.3g}, beyond that of the largest "
+                   "force in tension: they soften from now on; give the row a 'saturation', or a smaller e2",
+                   strain);
 }
 
 void PairHistories::index_rows() const

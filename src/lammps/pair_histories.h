@@ -68,6 +68,7 @@ class PairHistories : protected Pointers {
   std::vector<int> past;                   // bonds that the last forces found past their cutoff, where bonds break
   std::vector<BrokenBond> newly_broken;    // of this MPI rank, since histories were returned
   bool due = false;
+  bool limit_warned = false;
   mutable std::array<std::vector<std::pair<int, int>>, 2> row_index;    // atom and row, of bonds and contacts
   mutable long row_index_build = -1;
 
@@ -75,6 +76,7 @@ class PairHistories : protected Pointers {
   void break_bonds(const std::vector<int> &, PairWork *);
   void send_to_owners(BondStore &, GhostExchange &);
   void index_rows() const;
+  void warn_of_limit();
 };
 
 }    // namespace EVP
