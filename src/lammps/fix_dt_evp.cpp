@@ -21,7 +21,7 @@ static constexpr double GROWTH_PER_CHECK = 1.25;
 
 // fix ID group dt/evp N fraction [max DT]
 FixDtEVP::FixDtEVP(LAMMPS *lmp, int narg, char **arg) :
-    NodalExchange(lmp, narg, arg), compute_id(std::string(id) + "_evp_dt")
+    WithPerAtomComm(lmp, narg, arg), compute_id(std::string(id) + "_evp_dt")
 {
   if (narg != 5 && narg != 7)
     error->all(FLERR, "{}: expected N fraction [max DT], got {} arguments", who, narg - 3);
@@ -148,7 +148,7 @@ bool FixDtEVP::find_fastest(double dt)
   const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
   velocity.resize((size_t) 3 * nall);
   std::copy_n(atom->v[0], (size_t) 3 * nlocal, velocity.begin());
-  velocities_to_ghosts(velocity);
+  forward_comm_velocities(velocity);
   network->place_ghosts();
 
   fastest = {NO_LIMIT, 0.0, 0.0, 0.0};

@@ -4,9 +4,9 @@
 #include "compute_evp_dt.h"
 #include "core/bytes.h"
 #include "fix.h"
-#include "nodal_exchange.h"
 #include "pair_network.h"
 #include "update.h"
+#include "with_per_atom_comm.h"
 
 #include <array>
 #include <string>
@@ -15,7 +15,7 @@ namespace LAMMPS_NS {
 
 /// Keeps dt at a fraction of the largest stable timestep, and short enough that no pair is carried
 /// through its threshold strain unresolved, and that none turns by much that fix nve/evp damps.
-class FixDtEVP : public EVP::NodalExchange<Fix> {
+class FixDtEVP : public EVP::WithPerAtomComm<Fix> {
  public:
   FixDtEVP(class LAMMPS *, int, char **);
   ~FixDtEVP() override;
@@ -54,7 +54,7 @@ class FixDtEVP : public EVP::NodalExchange<Fix> {
   ComputeEVPDt *compute = nullptr;
   EVP::PairNetwork *network = nullptr;
 
-  Nodal velocity;    // with ghosts
+  Values velocity;    // with ghosts
   double stable_dt = NO_LIMIT;
   FastestPair fastest = {NO_LIMIT, 0.0, 0.0, 0.0};
   Limit limit = NOTHING;

@@ -47,7 +47,7 @@ void FixEVPEnergy::init()
 void FixEVPEnergy::refuse_early_changes() const
 {
   if (!network->rules.has_history() && !network->volume()) return;
-  if (const Fix *other = EVP::scene::find_earlier_mover(modify, this))
+  if (const Fix *other = EVP::scene::find_earlier_exchange_fix(modify, this))
     error->all(
         FLERR,
         "{} must be defined before fix {} {}, which may add, delete or move atoms before the "
@@ -99,8 +99,8 @@ void FixEVPEnergy::setup(int /*vflag*/)
 void FixEVPEnergy::take_work()
 {
   if (!work->take()) return;
-  if (!work->force.empty()) to_owners(work->force);
-  if (!work->damping.empty()) to_owners(work->damping);
+  if (!work->force.empty()) reverse_comm(work->force);
+  if (!work->damping.empty()) reverse_comm(work->damping);
 }
 
 // as Domain::unmap, which most atoms have no need of
@@ -166,7 +166,7 @@ double FixEVPEnergy::volume_jump()
   network->place_ghosts();
   const EVP::PairList &list = network->packed_pairs();
   const int nreact = list.nreact(force->newton_pair);
-  Nodal inside((size_t) 3 * list.nall, 0.0);
+  Values inside((size_t) 3 * list.nall, 0.0);
   EVP::for_each_pair(list, EVP::scene::rows(atom->x), [&](const EVP::PlacedPair &p) {
     if (!p.is_bond() || p.is_beyond()) return;
     constexpr double UNIT = 4096.0;
@@ -174,7 +174,7 @@ double FixEVPEnergy::volume_jump()
     inside[(size_t) 3 * p.i] += share;
     if (p.j < nreact) inside[(size_t) 3 * p.j] += share;
   });
-  to_owners(inside);
+  reverse_comm(inside);
 
   double lost = 0.0;
   for (int i = 0; i < atom->nlocal; i++) {
@@ -280,7 +280,7 @@ void FixEVPEnergy::note_images()
   if (!box.acts) return;
   box.note_wrapped(kinetic_here());
   work->images.assign((size_t) 3 * (atom->nlocal + atom->nghost), 0.0);
-  to_images(work->images, EVP::COUNT_OF_BOXES.data());
+  forward_comm_images(work->images, EVP::COUNT_OF_BOXES.data());
 }
 
 // a bond that passes its cut-off in a step with a neighbor build is not seen to pass by the force loop

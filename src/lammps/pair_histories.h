@@ -48,7 +48,7 @@ class PairHistories : protected Pointers {
   void carry(const PairList &before, VolumeForces *);
 
   /// Collective, where they are due: to the records of their atoms.
-  void return_to(BondStore &, bool list_matches, GhostExchange &);
+  void return_to(BondStore &, bool list_matches, PerAtomComm &);
 
   /// Of the pair (i, j) of the list, which must be that of the present atoms; false where it is not there.
   bool find(int i, int j, PairHistory &found) const;
@@ -78,7 +78,7 @@ class PairHistories : protected Pointers {
   void break_bonds(VolumeForces *, PairWork *);
   double rest_of_broken(int i, const PackedPair &bond) const;
   void turn_into_contact(int i, int k, VolumeForces *);
-  void send_to_owners(BondStore &, GhostExchange &);
+  void send_to_owners(BondStore &, PerAtomComm &);
   void warn_of_low_offsets();
 };
 
