@@ -44,7 +44,7 @@ class ConnectedSets {
 /// Atoms that damped pairs connect, over all MPI ranks. Body 0 is none. Those with links to other ranks
 /// come next, with the same numbers on all ranks, then those of this rank alone.
 ///
-/// To find them: clear(), add() each damped pair, number() with the links of all ranks.
+/// To find them: clear(), add() each damped pair, find_links(), number() with the links of all ranks.
 class Bodies {
  public:
   /// Atoms first ... last-1 belong to that body, or to none.
@@ -75,30 +75,29 @@ class Bodies {
   int root(int i) { return sets.root(i); }
 
   /// Of this rank, each once. labels: of atoms and ghosts, at labels[stride * i].
-  std::vector<Link> links(const double *labels, int stride, int nlocal)
+  void find_links(const double *labels, int stride, int nlocal, std::vector<Link> &links)
   {
-    std::vector<Link> found;
+    links.clear();
     for (int i = nlocal; i < (int) damped.size(); i++)
       if (damped[i])
-        found.push_back({labels[(size_t) stride * root(i)], labels[(size_t) stride * i]});
-    std::sort(found.begin(), found.end());
-    found.erase(std::unique(found.begin(), found.end()), found.end());
-    return found;
+        links.push_back({labels[(size_t) stride * root(i)], labels[(size_t) stride * i]});
+    std::sort(links.begin(), links.end());
+    links.erase(std::unique(links.begin(), links.end()), links.end());
   }
 
-  void number(const double *labels, int stride, int nlocal, const std::vector<Link> &links_of_all)
+  /// links: of all ranks.
+  void number(const double *labels, int stride, int nlocal, const std::vector<Link> &links)
   {
-    std::vector<double> linked;
-    for (const Link &link : links_of_all) linked.insert(linked.end(), link.begin(), link.end());
+    linked.clear();
+    for (const Link &link : links) linked.insert(linked.end(), link.begin(), link.end());
     std::sort(linked.begin(), linked.end());
     linked.erase(std::unique(linked.begin(), linked.end()), linked.end());
     const auto place = [&](double label) {
       return (int) (std::lower_bound(linked.begin(), linked.end(), label) - linked.begin());
     };
-    ConnectedSets across;
     across.assign((int) linked.size());
-    for (const auto &[a, b] : links_of_all) across.join(place(a), place(b));
-    std::vector<int> shared(linked.size());
+    for (const auto &[a, b] : links) across.join(place(a), place(b));
+    shared.resize(linked.size());
     nbodies = 1;
     for (int k = 0; k < (int) shared.size(); k++)
       shared[k] = across.root(k) == k ? nbodies++ : shared[across.root(k)];
@@ -135,12 +134,15 @@ class Bodies {
 
   double memory_usage() const
   {
-    return sets.memory_usage() + damped.capacity() / 8.0 + bytes_of(numbers, run_list);
+    return sets.memory_usage() + across.memory_usage() + damped.capacity() / 8.0 +
+        bytes_of(linked, shared, numbers, run_list);
   }
 
  private:
-  ConnectedSets sets;
+  ConnectedSets sets, across;    // of atoms and ghosts, of the labels in links
   std::vector<bool> damped;
+  std::vector<double> linked;    // labels in links, ascending,
+  std::vector<int> shared;       // and their bodies
   std::vector<int> numbers;
   std::vector<Run> run_list;
   int nbodies = 1, nshared = 0;

@@ -9,7 +9,6 @@
 #include <array>
 #include <mpi.h>
 #include <type_traits>
-#include <vector>
 
 namespace EVP {
 
@@ -38,21 +37,6 @@ inline bool on_any(bool here, MPI_Comm world)
 inline bool on_all(bool here, MPI_Comm world)
 {
   return reduce_all((int) here, MPI_MIN, world);
-}
-
-/// The values of all MPI ranks, in their order.
-template <class T> std::vector<T> gather_all(const std::vector<T> &here, MPI_Comm world)
-{
-  int nprocs;
-  MPI_Comm_size(world, &nprocs);
-  std::vector<int> counts(nprocs), offsets(nprocs);
-  const int bytes = (int) (here.size() * sizeof(T));
-  MPI_Allgather(&bytes, 1, MPI_INT, counts.data(), 1, MPI_INT, world);
-  for (int k = 1; k < nprocs; k++) offsets[k] = offsets[k - 1] + counts[k - 1];
-  std::vector<T> all((offsets.back() + counts.back()) / sizeof(T));
-  MPI_Allgatherv(here.data(), bytes, MPI_BYTE, all.data(), counts.data(), offsets.data(), MPI_BYTE,
-                 world);
-  return all;
 }
 
 /// If any MPI rank has a complaint, that of the first such rank is thrown as BadInput on all.

@@ -23,11 +23,18 @@ void DampingSolver::find_bodies(const PairNetwork &network, int groupbit)
     if (network.implicit_gamma(p) > 0.0)
       bodies.add(p.i, atom->mask[p.i] & groupbit, p.j, atom->mask[p.j] & groupbit);
   });
-  Values labels((size_t) 3 * nall);
+  labels.resize((size_t) 3 * nall);
   for (int i = 0; i < nlocal; i++) labels[(size_t) 3 * i] = (double) atom->tag[bodies.root(i)];
   ghosts.forward_comm(labels);
-  bodies.number(labels.data(), 3, nlocal,
-                gather_all(bodies.links(labels.data(), 3, nlocal), world));
+
+  bodies.find_links(labels.data(), 3, nlocal, links);
+  const int here = (int) links.size(), all = reduce_all(here, MPI_SUM, world);
+  int before = 0;
+  MPI_Scan(&here, &before, 1, MPI_INT, MPI_SUM, world);
+  links.insert(links.begin(), before - here, Bodies::Link{});
+  links.resize(all);
+  MPI_Allreduce(MPI_IN_PLACE, links.data(), 2 * all, MPI_DOUBLE, MPI_SUM, world);
+  bodies.number(labels.data(), 3, nlocal, links);
 }
 
 int DampingSolver::solve(double h_in, int groupbit, const Values &prescribed, Values &applied)

@@ -63,8 +63,8 @@ class DampingSolver : protected Pointers {
   double memory_usage() const
   {
     return bodies.memory_usage() + cg.memory_usage() +
-        bytes_of(velocities, reaction, mobility, inertia, undamped, change, residual, direction,
-                 direction_product, noise);
+        bytes_of(labels, links, velocities, reaction, mobility, inertia, undamped, change, residual,
+                 direction, direction_product, noise);
   }
 
  private:
@@ -72,6 +72,8 @@ class DampingSolver : protected Pointers {
   PerAtomComm &ghosts;
   Dampers &dampers;
   Bodies bodies;
+  Values labels;
+  std::vector<Bodies::Link> links;
   long bodies_build = -1;
   ConjugateGradients cg;
 

@@ -185,8 +185,9 @@ TEST(Bodies, over_ranks_they_are_what_pairs_connect)
       std::vector<Bodies::Link> links;
       for (Rank &rank : ranks) {
         for (const int i : rank.atoms) rank.labels.push_back(label_of[i]);
-        for (const auto &link : rank.bodies.links(rank.labels.data(), 1, rank.nlocal))
-          links.push_back(link);
+        std::vector<Bodies::Link> own;
+        rank.bodies.find_links(rank.labels.data(), 1, rank.nlocal, own);
+        links.insert(links.end(), own.begin(), own.end());
       }
 
       std::map<double, std::set<std::pair<int, int>>>
