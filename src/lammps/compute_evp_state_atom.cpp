@@ -25,7 +25,7 @@ static const std::vector<std::string> VALUES = {"plastic_work", "plastic_strain"
 
 // compute ID group evp/state/atom [value ...] [fraction PHI]
 ComputeEVPStateAtom::ComputeEVPStateAtom(LAMMPS *lmp, int narg, char **arg) :
-    NodalExchange(lmp, narg, arg)
+    WithPerAtomComm(lmp, narg, arg)
 {
   for (int iarg = 3; iarg < narg; iarg++) {
     const auto at = std::find(VALUES.begin(), VALUES.end(), arg[iarg]);
@@ -107,7 +107,7 @@ void ComputeEVPStateAtom::compute_peratom()
                "{} needs the pairs of the current positions: use it in a run, or after 'run 0'",
                who);
   add_pairs(network);
-  to_owners(sums);
+  reverse_comm(sums);
   if (stress) stress->compute_peratom();
   if ((has(Value::PLASTIC_WORK) || has(Value::PLASTIC_STRAIN_SUM)) && network->bonds())
     dynamic_cast<FixEVPBonds *>(EVP::scene::find_fix(modify, "evp/bonds"))->return_histories();

@@ -3,8 +3,8 @@
 
 #include "compute.h"
 #include "core/simd.h"
-#include "nodal_exchange.h"
 #include "pair_network.h"
+#include "with_per_atom_comm.h"
 
 #include <memory>
 #include <vector>
@@ -13,7 +13,7 @@ namespace LAMMPS_NS {
 
 /// Per atom: pairs recorded, share of them in the second regime, share beyond dlim, new pairs; behind
 /// them what else was asked for.
-class ComputeEVPStateAtom : public EVP::NodalExchange<Compute> {
+class ComputeEVPStateAtom : public EVP::WithPerAtomComm<Compute> {
  public:
   ComputeEVPStateAtom(class LAMMPS *, int, char **);
   ~ComputeEVPStateAtom() override;
@@ -35,7 +35,7 @@ class ComputeEVPStateAtom : public EVP::NodalExchange<Compute> {
   int volume_at = -1;     // w (d/deq - 1), w
   int plastic_at = -1;    // StrainFit of q/deq
 
-  Nodal sums;    // comm_reverse of them per atom and ghost
+  Values sums;    // comm_reverse of them per atom and ghost
   int nmax = 0;
   std::unique_ptr<Compute> stress;    // stress times volume of each atom, where needed
 

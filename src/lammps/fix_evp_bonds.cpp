@@ -25,7 +25,7 @@ static constexpr double RESTART_FORMAT = 2002;    // first word of our section i
 
 // fix ID group evp/bonds [zone Z | file FILE] [within type|molecule]
 FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
-    NodalExchange(lmp, narg, arg), after_restart(modify->nfix_restart_global > 0)
+    WithPerAtomComm(lmp, narg, arg), after_restart(modify->nfix_restart_global > 0)
 {
   EVP::for_each_keyword(
       error, who, narg - 3, arg + 3, {"zone", "file", "within"}, " or ",
@@ -122,7 +122,7 @@ void FixEVPBonds::check_history() const
                "forget: give it 'plasticity isotropic'",
                who);
   if (!rules.has_history()) return;
-  if (const Fix *other = EVP::scene::find_earlier_mover(modify, this))
+  if (const Fix *other = EVP::scene::find_earlier_exchange_fix(modify, this))
     error->all(FLERR,
                "{} must be defined before fix {} {}, which may move, add or delete atoms before it "
                "has kept how bonds have flowed or broken",

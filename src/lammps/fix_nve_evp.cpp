@@ -15,12 +15,11 @@
 
 using namespace LAMMPS_NS;
 
-static constexpr double LARGEST_TURN = 0.15;    // rad per step, see doc/fix_nve_evp.rst
+static constexpr double LARGEST_ROTATION = 0.15;    // rad per step, see doc/fix_nve_evp.rst
 
 // fix ID group nve/evp [tol 1e-3] [maxiter 500]
 FixNVEEVP::FixNVEEVP(LAMMPS *lmp, int narg, char **arg) :
-    AtomRecords(lmp, narg, arg), bodies(lmp, *this),
-    solver(lmp, who, *this, dampers, bodies.found())
+    AtomRecords(lmp, narg, arg), solver(lmp, who, *this, dampers)
 {
   EVP::for_each_keyword(
       error, who, narg - 3, arg + 3, {"tol", "maxiter"}, " and ", [this](const EVP::Keyword &word) {
@@ -77,10 +76,9 @@ void FixNVEEVP::init()
   positions_known = false;
   if (path && !keeps_records()) keep_records();
   balance_wanted = EVP::scene::find_fix(modify, "evp/energy") != nullptr;
-  turning_warned = false;
-  solver.forget_turns();
+  rotation_warned = false;
+  solver.forget();
   dampers.forget();    // another pair style may have come to the same count of builds
-  bodies.forget();
   last_iterations = most_iterations = 0;
   all_iterations = solves = 0;
 }
@@ -179,9 +177,9 @@ void FixNVEEVP::collect_dampers()
   const auto gamma_of = [this](const EVP::PackedPair &p) {
     return network->implicit_gamma(p);
   };
-  if (bodies.are_due(list)) {
-    warn_of_turning();
-    bodies.find(list, groupbit, gamma_of);
+  if (solver.bodies_are_due(list)) {
+    warn_of_rotation();
+    solver.find_bodies(*network, groupbit);
   }
   dampers.collect(list, EVP::scene::rows(atom->x), force->newton_pair, gamma_of);
   if (!others_groupbits) return;
@@ -226,7 +224,7 @@ template <class F> void FixNVEEVP::for_each_mean_velocity(double dt, F &&f) cons
   }
 }
 
-// Opening rates over the last timestep dt, or now with dt = 0, from the velocities that atoms hold.
+// Separation rates over the last timestep dt, or now with dt = 0, from the velocities that atoms hold.
 void FixNVEEVP::find_rates(double dt)
 {
   if (!network->damps_implicitly()) return;
@@ -236,11 +234,11 @@ void FixNVEEVP::find_rates(double dt)
     for_each_mean_velocity(dt, [this](int i, int c, double mean) {
       if (!in_group(i)) velocities[(size_t) 3 * i + c] = mean;
     });
-  velocities_to_ghosts(velocities);
+  forward_comm_velocities(velocities);
   dampers.find_rates(velocities, dt);
 
   image_velocities.assign(domain->deform_vremap ? velocities.size() : 0, 0.0);
-  if (domain->deform_vremap) velocities_to_ghosts(image_velocities);
+  if (domain->deform_vremap) forward_comm_velocities(image_velocities);
 }
 
 double FixNVEEVP::power_of_box() const
@@ -254,18 +252,18 @@ double FixNVEEVP::power_of_box() const
   return sum;
 }
 
-// Collective, once per neighbor build and at the end of a run: fast turning leads to builds.
-void FixNVEEVP::warn_of_turning()
+// Collective, once per neighbor build and at the end of a run: fast rotation leads to builds.
+void FixNVEEVP::warn_of_rotation()
 {
-  const double angle = solver.take_largest_turn();
-  if (turning_warned || angle <= 1.01 * LARGEST_TURN) return;
-  turning_warned = true;
+  const double angle = solver.take_largest_rotation();
+  if (rotation_warned || angle <= 1.01 * LARGEST_ROTATION) return;
+  rotation_warned = true;
   if (comm->me) return;
   error->warning(
       FLERR,
       "{}: damped pairs rotated by more than {} rad per step, {:.3g} rad before step {}, which the "
       "damping does not resolve: reduce the timestep to {:.4g}, or use fix dt/evp",
-      who, LARGEST_TURN, angle, update->ntimestep, update->dt * LARGEST_TURN / angle);
+      who, LARGEST_ROTATION, angle, update->ntimestep, update->dt * LARGEST_ROTATION / angle);
 }
 
 void FixNVEEVP::kick()
@@ -312,7 +310,7 @@ void FixNVEEVP::tally_virial()
   if (!evflag) return;    // v_init sets no vflag_either
 
   // per atom in two parts of three, the width of the exchange
-  Nodal shares[2];
+  Values shares[2];
   if (vflag_atom)
     for (auto &share : shares) share.assign((size_t) 3 * (atom->nlocal + atom->nghost), 0.0);
 
@@ -333,7 +331,7 @@ void FixNVEEVP::tally_virial()
   });
   if (!vflag_atom) return;
   for (int part = 0; part < 2; part++) {
-    to_owners(shares[part]);
+    reverse_comm(shares[part]);
     for (int i = 0; i < atom->nlocal; i++)
       for (int c = 0; c < 3; c++) vatom[i][3 * part + c] += shares[part][(size_t) 3 * i + c];
   }

@@ -113,7 +113,7 @@ void PairHistories::carry(const PairLists &before)
   newly_broken = known;
 }
 
-void PairHistories::return_to(BondStore &records, bool list_matches, GhostExchange &exchange)
+void PairHistories::return_to(BondStore &records, bool list_matches, PerAtomComm &exchange)
 {
   if (!due) return;
   due = false;
@@ -129,18 +129,18 @@ void PairHistories::return_to(BondStore &records, bool list_matches, GhostExchan
 
 // Atoms and ghosts are those that the list was packed for. Without newton both owners of a pair across MPI ranks, or
 // across a periodic boundary, hold a copy: that of the atom with the lower ID is taken for both
-void PairHistories::send_to_owners(BondStore &records, GhostExchange &exchange)
+void PairHistories::send_to_owners(BondStore &records, PerAtomComm &exchange)
 {
   const tagint *tag = atom->tag;
   const int nlocal = atom->nlocal, newton = force->newton_pair;
 
-  GhostExchange::Nodal owner((size_t) 3 * (nlocal + atom->nghost),
-                             0.0);    // rank, local index
+  PerAtomComm::Values owner((size_t) 3 * (nlocal + atom->nghost),
+                            0.0);    // rank, local index
   for (int i = 0; i < nlocal; i++) {
     owner[(size_t) 3 * i] = comm->me;
     owner[(size_t) 3 * i + 1] = i;
   }
-  exchange.to_ghosts(owner);
+  exchange.forward_comm(owner);
 
   records.clear_contacts();
   std::vector<HistoryOfPair> messages;

@@ -5,7 +5,7 @@
 #include "core/coefficients.h"
 #include "core/contacts.h"
 #include "core/energy_balance.h"
-#include "core/ghost_exchange.h"
+#include "core/per_atom_comm.h"
 #include "volume_forces.h"
 
 #include <utility>
@@ -47,7 +47,7 @@ class PairHistories : protected Pointers {
   void carry(const PairLists &before);
 
   /// Collective, where they are due: to the records of their atoms.
-  void return_to(BondStore &, bool list_matches, GhostExchange &);
+  void return_to(BondStore &, bool list_matches, PerAtomComm &);
 
   /// Of the pair (i, j) of the lists, which must be those of the present atoms; false where it is not there.
   bool find(int i, int j, PairHistory &found) const;
@@ -74,7 +74,7 @@ class PairHistories : protected Pointers {
 
   void find_next(PairList &);
   void break_bonds(const std::vector<int> &, PairWork *);
-  void send_to_owners(BondStore &, GhostExchange &);
+  void send_to_owners(BondStore &, PerAtomComm &);
   void index_rows() const;
   void warn_of_limit();
 };

@@ -162,7 +162,7 @@ class PairNetwork : protected Pointers {
 
   /// Collective, where commit() was called since: the histories of the pairs go to the records of their
   /// atoms. Called before atoms migrate, and before others read the records.
-  void return_histories(BondStore &records, GhostExchange &exchange)
+  void return_histories(BondStore &records, PerAtomComm &exchange)
   {
     pair_histories.return_to(records, snapshot.matches_list(), exchange);
   }
