@@ -22,7 +22,8 @@ namespace {
 
   /// Puts force/d in its place, from F deq, 1/deq and 1/d.
   template <bool Damping, bool Stored>
-  EVP_INLINE void put_force(PairBlock &block, int k, double f, double inv_deq, double inv_d, double gamma, bool acts)
+  EVP_INLINE void put_force(PairBlock &block, int k, double f, double inv_deq, double inv_d,
+                            double gamma, bool acts)
   {
     f *= inv_deq * inv_d;
     double damping = 0.0;
@@ -55,7 +56,8 @@ namespace {
       // 1/d and s = 1/(r - offset) from one division
       const double w = 1.0 / (at.shifted * d);
       const double s = w * d;
-      put_force<Damping, Stored>(block, k, c.force(at, s), inv_deq[k], w * at.shifted, c.gamma, !(dsq > cutsq[k]));
+      put_force<Damping, Stored>(block, k, c.force(at, s), inv_deq[k], w * at.shifted, c.gamma,
+                                 !(dsq > cutsq[k]));
       if constexpr (Stored) {
         const auto now = c.stored(at, (d - deq[k]) * inv_deq[k], s);
         block.elastic[k] = now.elastic;
@@ -66,7 +68,8 @@ namespace {
 
   /// By how much each pair slips, with the sign of its strain.
   template <class Powers, bool Many, bool Contact>
-  EVP_INLINE void find_slips(const Laws<Powers> &all, const PairBlock &block, double *distance, double *slip)
+  EVP_INLINE void find_slips(const Laws<Powers> &all, const PairBlock &block, double *distance,
+                             double *slip)
   {
     const double *const inv_deq = block.inv_deq, *const cutsq = block.cutsq;
     const double to_cutoff = 1.0 / (1.0 + block.margin);
@@ -79,7 +82,8 @@ namespace {
     EVP_INDEPENDENT
     for (int k = 0; k < n; k++) {
       const double dsq = block.distance_squared(k);
-      const double d = std::sqrt(dsq > cutsq[k] ? cutsq[k] : dsq) * (dsq > cutsq[k] ? to_cutoff : 1.0);
+      const double d =
+          std::sqrt(dsq > cutsq[k] ? cutsq[k] : dsq) * (dsq > cutsq[k] ? to_cutoff : 1.0);
       distance[k] = d;    // so far a pair flows
       const double strain = d * inv_deq[k] - 1.0 - q[k];
       const double size = Contact ? -strain : std::fabs(strain);
@@ -110,7 +114,8 @@ namespace {
         EVP_INDEPENDENT
         for (int k = 0; k < n; k++) {
           const Law<Powers> &c = Many ? *own[k] : only;
-          spent[k] = c.dissipated_linear(std::copysign(1.0, slip[k]), accumulated[k], std::fabs(slip[k]));
+          spent[k] =
+              c.dissipated_linear(std::copysign(1.0, slip[k]), accumulated[k], std::fabs(slip[k]));
         }
         return;
       }
@@ -144,7 +149,8 @@ namespace {
       if constexpr (Contact) e = e > 1.0 ? 1.0 : e;    // apart, nothing acts
       const double w = 1.0 / (e * d);
       const double s = w * d;
-      put_force<Damping, Stored>(block, k, c.first.force(s), inv_deq[k], w * e, c.gamma, !(dsq > cutsq[k]));
+      put_force<Damping, Stored>(block, k, c.first.force(s), inv_deq[k], w * e, c.gamma,
+                                 !(dsq > cutsq[k]));
       flow.q_new[k] = Contact && dsq > cutsq[k] ? 0.0 : q_new;
       if constexpr (Stored) {
         const double strain = (d - deq[k]) * inv_deq[k] - q_new;
@@ -173,7 +179,8 @@ namespace {
   }
 
   /// Fills block.potential from what the pairs store. stored_at(block): fills elastic and forgotten.
-  template <Flow Kind, class F> void find_potential(PairBlock &block, bool incremental, F &&find_stored)
+  template <Flow Kind, class F>
+  void find_potential(PairBlock &block, bool incremental, F &&find_stored)
   {
     const auto is_past = [&block](int k) {
       return block.distance_squared(k) > block.cutsq[k];
@@ -183,7 +190,8 @@ namespace {
         block.at_cutoff[k] = 0.0;
         block.potential[k] = !incremental && is_past(k) ? 0.0 : block.elastic[k];
       }
-      for (int k = 0; incremental && *block.flow.moves && k < block.n; k++) block.potential[k] += block.flow.spent[k];
+      for (int k = 0; incremental && *block.flow.moves && k < block.n; k++)
+        block.potential[k] += block.flow.spent[k];
     } else {
       PairBlock at_cutoff;
       at_cutoff.n = block.n;
@@ -199,7 +207,8 @@ namespace {
       find_stored(at_cutoff);
       for (int k = 0; k < block.n; k++) {
         block.at_cutoff[k] = at_cutoff.elastic[k] + at_cutoff.forgotten[k];
-        block.potential[k] = is_past(k) ? 0.0 : (block.elastic[k] + block.forgotten[k]) - block.at_cutoff[k];
+        block.potential[k] =
+            is_past(k) ? 0.0 : (block.elastic[k] + block.forgotten[k]) - block.at_cutoff[k];
       }
     }
   }
@@ -217,10 +226,11 @@ namespace {
         block.deq = deq;
       }
       if (asked.damping)
-        (stored ? evaluate<Powers, Many, Kind, true, true> : evaluate<Powers, Many, Kind, true, false>) (all, block, level);
+        (stored ? evaluate<Powers, Many, Kind, true, true>
+                : evaluate<Powers, Many, Kind, true, false>) (all, block, level);
       else
-        (stored ? evaluate<Powers, Many, Kind, false, true> : evaluate<Powers, Many, Kind, false, false>) (all, block,
-                                                                                                         level);
+        (stored ? evaluate<Powers, Many, Kind, false, true>
+                : evaluate<Powers, Many, Kind, false, false>) (all, block, level);
       if (!asked.potential) return;
       find_potential<Kind>(block, asked.incremental, [this](PairBlock &other) {
         evaluate<Powers, Many, Kind, false, true>(all, other, level);
@@ -230,7 +240,8 @@ namespace {
 
 }    // namespace
 
-void BlockLaw::assign(const std::vector<PairLaw> &laws, const std::vector<int> &used, Flow flow, Level level)
+void BlockLaw::assign(const std::vector<PairLaw> &laws, const std::vector<int> &used, Flow flow,
+                      Level level)
 {
   if (used.empty()) {    // no pair to go over
     evaluate = nullptr;
@@ -241,7 +252,8 @@ void BlockLaw::assign(const std::vector<PairLaw> &laws, const std::vector<int> &
   for (const int k : used) {
     const Row &own = laws[k].row;
     alike = alike && own == row;
-    common_powers = common_powers && own.m1 == row.m1 && own.n1 == row.n1 && own.m2 == row.m1 && own.n2 == row.n1;
+    common_powers = common_powers && own.m1 == row.m1 && own.n1 == row.n1 && own.m2 == row.m1 &&
+        own.n2 == row.n1;
     saturates = saturates || own.saturation > 0.0;
   }
 

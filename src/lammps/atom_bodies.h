@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
-#include "core/per_atom_comm.h"
 #include "core/contacts.h"
+#include "core/per_atom_comm.h"
 #include "lammps_names.h"
 
 #include "atom.h"

@@ -20,8 +20,9 @@ using namespace LAMMPS_NS;
 using EVP::StrainFit;
 
 // in the order of Value
-static const std::vector<std::string> VALUES = {"plastic_work", "plastic_strain", "plastic_strain_sum", "volume_strain",
-                                                "von_mises", "triaxiality"};
+static const std::vector<std::string> VALUES = {"plastic_work",       "plastic_strain",
+                                                "plastic_strain_sum", "volume_strain",
+                                                "von_mises",          "triaxiality"};
 
 // compute ID group evp/state/atom [value ...] [fraction PHI]
 ComputeEVPStateAtom::ComputeEVPStateAtom(LAMMPS *lmp, int narg, char **arg) :

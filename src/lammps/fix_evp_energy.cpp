@@ -303,7 +303,8 @@ void FixEVPEnergy::end_of_step()
 // what is held at the end of a step. A bond past its cutoff comes back to what it had, but for plasticity and where it breaks
 void FixEVPEnergy::end_instant()
 {
-  const double past = last.pairs.past_cutoff - start.pairs.past_cutoff, broken = last.pairs.broken - start.pairs.broken;
+  const double past = last.pairs.past_cutoff - start.pairs.past_cutoff,
+               broken = last.pairs.broken - start.pairs.broken;
   const bool ends = network->rules.has_history();
   entries[KINETIC] = last.kinetic - start.kinetic;
   entries[FIRST] = last.pairs.elastic - start.pairs.elastic;

@@ -61,7 +61,9 @@ void PairHistories::break_bonds(const std::vector<int> &broken, PairWork *work)
     const double ratio = bond.cut * bond.inv_deq;
     if (work)
       work->add_broken(rank_share(bond.j, lists.nreact(force->newton_pair)) *
-                       coefficients.law(bond.law).state(ratio, bond.inv_deq, bond.flow, bond.offset).stored.total());
+                       coefficients.law(bond.law)
+                           .state(ratio, bond.inv_deq, bond.flow, bond.offset)
+                           .stored.total());
 
     const Span left = rules.of_broken(atom->radius[i] + atom->radius[bond.j], 1.0 / bond.inv_deq);
     if (left.cutoff == 0.0 || !contacts.make_room(1)) continue;
@@ -90,7 +92,8 @@ void PairHistories::carry(const PairLists &before)
     return rows;
   };
   const auto bond_rows = rows_of(before.bonds), contact_rows = rows_of(before.contacts);
-  const auto find_old = [](const PairList &list, const std::vector<const PackedRow *> &rows, int j) {
+  const auto find_old = [](const PairList &list, const std::vector<const PackedRow *> &rows,
+                           int j) {
     for (const PackedRow *row : rows)
       for (int k = row->first; k < row->last; k++)
         if (list.j[k] == j) return k;
@@ -101,11 +104,13 @@ void PairHistories::carry(const PairLists &before)
     for (const PackedRow &row : list->rows)
       for (int k = row.first; k < row.last; k++) {
         const int contact = find_old(before.contacts, contact_rows[row.i], list->j[k]);
-        const int bond = list->are_bonds ? find_old(before.bonds, bond_rows[row.i], list->j[k]) : -1;
+        const int bond = list->are_bonds ? find_old(before.bonds, bond_rows[row.i], list->j[k])
+                                         : -1;
         if (list->are_bonds && bond < 0) broken.push_back(k);
         if (!list->stays()) continue;
         if (bond >= 0) list->set_history(k, before.bonds.history_of(bond));
-        if (!list->are_bonds && contact >= 0) list->set_history(k, before.contacts.history_of(contact));
+        if (!list->are_bonds && contact >= 0)
+          list->set_history(k, before.contacts.history_of(contact));
       }
   if (broken.empty()) return;
   const auto known = newly_broken;    // they broke before
@@ -196,17 +201,20 @@ void PairHistories::warn_of_limit()
   double strongest = 0.0;
   for (size_t n = 0; n < lists.bonds.size(); n++) {
     const PairLaw &law = coefficients.law(lists.bonds.law[n]);
-    if (lists.bonds.law[n] != std::exchange(last, lists.bonds.law[n])) strongest = law.strongest_strain();
+    if (lists.bonds.law[n] != std::exchange(last, lists.bonds.law[n]))
+      strongest = law.strongest_strain();
     const double limit = law.limit(lists.bonds.k[n]);
     if (limit > strongest) strain = std::max(strain, limit);
   }
   strain = reduce_all(strain, MPI_MAX, world);
   limit_warned = strain > 0.0;
   if (limit_warned && comm->me == 0)
-    error->warning(FLERR,
-                   "Pair evp/lj: the elastic limit of bonds has grown to a strain of {:.3g}, beyond that of the largest "
-                   "force in tension: they soften from now on; give the row a 'saturation', or a smaller e2",
-                   strain);
+    error->warning(
+        FLERR,
+        "Pair evp/lj: the elastic limit of bonds has grown to a strain of {:.3g}, beyond that of "
+        "the largest "
+        "force in tension: they soften from now on; give the row a 'saturation', or a smaller e2",
+        strain);
 }
 
 void PairHistories::index_rows() const

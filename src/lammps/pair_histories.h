@@ -17,8 +17,10 @@ namespace EVP {
 /// the last forces found comes into force here, and nowhere else.
 class PairHistories : protected Pointers {
  public:
-  PairHistories(LAMMPS *lmp, PairLists &lists_in, const Coefficients &coefficients_in, const PairRules &rules_in) :
-      Pointers(lmp), lists(lists_in), coefficients(coefficients_in), rules(rules_in)
+  PairHistories(LAMMPS *lmp, PairLists &lists_in, const Coefficients &coefficients_in,
+                const PairRules &rules_in) :
+      Pointers(lmp),
+      lists(lists_in), coefficients(coefficients_in), rules(rules_in)
   {
   }
 
@@ -65,11 +67,12 @@ class PairHistories : protected Pointers {
     double work;
   };
 
-  std::vector<int> past;                   // bonds that the last forces found past their cutoff, where bonds break
+  std::vector<int> past;    // bonds that the last forces found past their cutoff, where bonds break
   std::vector<BrokenBond> newly_broken;    // of this MPI rank, since histories were returned
   bool due = false;
   bool limit_warned = false;
-  mutable std::array<std::vector<std::pair<int, int>>, 2> row_index;    // atom and row, of bonds and contacts
+  mutable std::array<std::vector<std::pair<int, int>>, 2>
+      row_index;    // atom and row, of bonds and contacts
   mutable long row_index_build = -1;
 
   void find_next(PairList &);

@@ -57,7 +57,8 @@ const PairLists &PairNetwork::packed_pairs() const
   return lists;
 }
 
-PairState PairNetwork::state_at_cutoff(int itype, int jtype, double sum_radii, double deq, const Offset &before) const
+PairState PairNetwork::state_at_cutoff(int itype, int jtype, double sum_radii, double deq,
+                                       const Offset &before) const
 {
   const PairLaw &law = coefficients.law(coefficients.index(itype, jtype));
   const Span span = rules.of_bond(deq, law.row.alpha * sum_radii);
@@ -262,8 +263,10 @@ bool PairNetwork::pack(const NeighList *neighbors, bool collective)
   source_version = source.version();
   // with the same neighbor list the records have not been told of what changed
   const PairLists before = carries ? lists : PairLists();
-  const PairListBuilder::Found found = builder.build(
-      {neighbors, &coefficients, bonds(), rules, within(), any_gamma, work != nullptr, implicit_groupbit}, lists);
+  const PairListBuilder::Found found =
+      builder.build({neighbors, &coefficients, bonds(), rules, within(), any_gamma, work != nullptr,
+                     implicit_groupbit},
+                    lists);
   pair_histories.forget_forces();
   if (is_first && bonds()) laws.check(lists.bonds, volume());
   snapshot.finish();
@@ -283,7 +286,8 @@ bool PairNetwork::pack(const NeighList *neighbors, bool collective)
 
 void PairNetwork::commit(bool at_rest)
 {
-  if (pair_histories.commit(at_rest, work.get()) && volume()) volume()->pack(lists.bonds, *bonds(), coefficients, false);
+  if (pair_histories.commit(at_rest, work.get()) && volume())
+    volume()->pack(lists.bonds, *bonds(), coefficients, false);
 }
 
 PairHistory PairNetwork::history_of(int i, int j) const
@@ -334,9 +338,10 @@ void PairNetwork::check_rules() const
   const bool same =
       rules.plastic == rules_of_run.plastic && rules.break_strain == rules_of_run.break_strain;
   if (!same || !source.suits(rules))
-    error->all(FLERR,
-               "Pair evp/lj: 'plasticity' or 'break' has changed since the last setup: use 'run' with "
-               "'pre yes'");
+    error->all(
+        FLERR,
+        "Pair evp/lj: 'plasticity' or 'break' has changed since the last setup: use 'run' with "
+        "'pre yes'");
 }
 
 // of special_bonds, or of the pair special option of this sub-style of pair_style hybrid

@@ -70,7 +70,8 @@ class VolumeForces : protected Pointers {
   void evaluate(const PairLists &, const ParticleView &);
 
   /// After evaluate(), see VolumeEnergy.
-  template <class Tally> void add_forces(const PairLists &lists, const ParticleView &view, Tally &&tally) const
+  template <class Tally>
+  void add_forces(const PairLists &lists, const ParticleView &view, Tally &&tally) const
   {
     energies.add_forces(lists.bonds, view, pulls.data(), tally);
   }
