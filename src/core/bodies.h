@@ -4,24 +4,21 @@
 #include "core/simd.h"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
-#include <cstdint>
-#include <limits>
+#include <numeric>
 #include <vector>
 
 namespace EVP {
 
-/// Label of an atom that belongs to no body.
-constexpr double NO_BODY = std::numeric_limits<double>::infinity();
-
-/// Sets of the nodes 0 ... n-1, connected by pairs.
-class NodeSets {
+/// Sets of the numbers 0 ... n-1, connected by pairs.
+class ConnectedSets {
  public:
-  /// n sets of one node each. Room is kept.
+  /// n sets of one number each. Room is kept.
   void assign(int n)
   {
     parent.resize(n);
-    for (int k = 0; k < n; k++) parent[k] = k;
+    std::iota(parent.begin(), parent.end(), 0);
   }
 
   void join(int a, int b)
@@ -31,40 +28,11 @@ class NodeSets {
     parent[std::max(a, b)] = std::min(a, b);
   }
 
-  bool are_joined(int a, int b) { return root(a) == root(b); }
-
-  /// The lowest node of the set of k.
+  /// The lowest number of the set of k.
   int root(int k)
   {
     while (parent[k] != k) k = parent[k] = parent[parent[k]];
     return k;
-  }
-
-  /// Gives each node the lowest values in its set, `width` values per node. Returns whether one fell.
-  bool spread_lowest(std::vector<double> &values, int width)
-  {
-    const int n = (int) parent.size();
-    bool fell = false;
-    const auto at = [&](int k) {
-      return values.data() + (size_t) width * k;
-    };
-    for (int k = 0; k < n; k++)
-      if (parent[k] != k) fell = lower(at(root(k)), at(k), width) || fell;
-    for (int k = 0; k < n; k++)
-      if (parent[k] != k) fell = lower(at(k), at(parent[k]), width) || fell;
-    return fell;
-  }
-
-  /// to = min(to, from), value by value. Returns whether one fell.
-  static bool lower(double *to, const double *from, int width)
-  {
-    bool fell = false;
-    for (int c = 0; c < width; c++)
-      if (from[c] < to[c]) {
-        to[c] = from[c];
-        fell = true;
-      }
-    return fell;
   }
 
   double memory_usage() const { return bytes_of(parent); }
@@ -73,87 +41,111 @@ class NodeSets {
   std::vector<int> parent;
 };
 
-/// The bodies with atoms on this MPI rank. Those with atoms on other ranks too have a slot each:
-/// sums over all ranks are computed per slot.
+/// Atoms that damped pairs connect, over all MPI ranks. Body 0 is none. Those with links to other ranks
+/// come next, with the same numbers on all ranks, then those of this rank alone.
+///
+/// To find them: clear(), add() each damped pair, find_links(), number() with the links of all ranks.
 class Bodies {
  public:
-  /// If more bodies have atoms on several ranks, some share a slot.
-  static constexpr int MOST_SLOTS = 1024;
-
   /// Atoms first ... last-1 belong to that body, or to none.
   struct Run {
     int first, last;
     int body;
   };
 
-  /// The label of atom i of n is labels[i * stride], NO_BODY or that of its body; `across` holds, in
-  /// ascending order, the labels of all bodies with atoms on several ranks.
-  void assign(const double *labels, int stride, int n, const std::vector<double> &across,
-              int most_slots = MOST_SLOTS)
+  /// Two labels of one body. The label of an atom is root() of it as an ID, found by its owner.
+  using Link = std::array<double, 2>;
+
+  /// n atoms and ghosts that no pair connects.
+  void clear(int n)
   {
-    names.clear();
-    double last = NO_BODY;
-    for (int i = 0; i < n; i++) {
-      const double label = labels[(size_t) stride * i];
-      if (label != NO_BODY && label != last) names.push_back(last = label);
-    }
-    std::sort(names.begin(), names.end());
-    names.erase(std::unique(names.begin(), names.end()), names.end());
+    sets.assign(n);
+    damped.assign(n, false);
+  }
 
-    numbers.resize(n);
+  /// A pair of atoms, of which those with prescribed velocities belong to no body.
+  void add(int i, bool i_is_integrated, int j, bool j_is_integrated)
+  {
+    if (i_is_integrated) damped[i] = true;
+    if (j_is_integrated) damped[j] = true;
+    if (i_is_integrated && j_is_integrated) sets.join(i, j);
+  }
+
+  /// The first atom on this rank that its pairs connect an atom to; a ghost if there is none.
+  int root(int i) { return sets.root(i); }
+
+  /// Of this rank, each once. labels: of atoms and ghosts, at labels[stride * i].
+  void find_links(const double *labels, int stride, int nlocal, std::vector<Link> &links)
+  {
+    links.clear();
+    for (int i = nlocal; i < (int) damped.size(); i++)
+      if (damped[i])
+        links.push_back({labels[(size_t) stride * root(i)], labels[(size_t) stride * i]});
+    std::sort(links.begin(), links.end());
+    links.erase(std::unique(links.begin(), links.end()), links.end());
+  }
+
+  /// links: of all ranks.
+  void number(const double *labels, int stride, int nlocal, const std::vector<Link> &links)
+  {
+    linked.clear();
+    for (const Link &link : links) linked.insert(linked.end(), link.begin(), link.end());
+    std::sort(linked.begin(), linked.end());
+    linked.erase(std::unique(linked.begin(), linked.end()), linked.end());
+    const auto place = [&](double label) {
+      return (int) (std::lower_bound(linked.begin(), linked.end(), label) - linked.begin());
+    };
+    across.assign((int) linked.size());
+    for (const auto &[a, b] : links) across.join(place(a), place(b));
+    shared.resize(linked.size());
+    nbodies = 1;
+    for (int k = 0; k < (int) shared.size(); k++)
+      shared[k] = across.root(k) == k ? nbodies++ : shared[across.root(k)];
+    nshared = nbodies - 1;
+
+    numbers.resize(nlocal);
     run_list.clear();
-    for (int i = 0; i < n; i++) {
-      const int body = numbers[i] = find(names, labels[(size_t) stride * i]);
-      if (body < 0 || (!run_list.empty() && run_list.back().body == body)) continue;
+    for (int i = 0; i < nlocal; i++) {
+      const double label = labels[(size_t) stride * i];
+      const int first = root(i), k = place(label);
+      if (first < i)
+        numbers[i] = numbers[first];
+      else if (k < (int) linked.size() && linked[k] == label)
+        numbers[i] = shared[k];
+      else
+        numbers[i] = damped[i] ? nbodies++ : 0;
+      if (!numbers[i] || (!run_list.empty() && run_list.back().body == numbers[i])) continue;
       if (!run_list.empty()) run_list.back().last = i;
-      run_list.push_back({run_list.empty() ? 0 : i, n, body});
-    }
-
-    const int64_t all = (int64_t) across.size();
-    nslots = (int) std::min(all, (int64_t) most_slots);
-    is_shared = all > nslots;
-    slots.clear();
-    for (const double name : names) {
-      const int index = find(across, name);
-      slots.push_back(index < 0 ? -1 : (int) (index * (int64_t) nslots / all));
+      run_list.push_back({run_list.empty() ? 0 : i, nlocal, numbers[i]});
     }
   }
 
   /// All atoms in runs; none where no atom belongs to a body.
   const std::vector<Run> &runs() const { return run_list; }
 
-  /// Number of bodies with atoms on this rank.
-  int count() const { return (int) names.size(); }
+  /// Number of bodies with atoms on this rank or with links between ranks, none included.
+  int count() const { return nbodies; }
 
-  /// Number of atoms on this rank, in a body or not.
-  int atoms() const { return (int) numbers.size(); }
+  /// Bodies 1 ... shared_count() have links.
+  int shared_count() const { return nshared; }
 
-  /// The body of an atom, -1 where it belongs to none.
-  int body_of(int i) const { return numbers[i]; }
+  /// Of each atom of this rank.
+  const std::vector<int> &of_atoms() const { return numbers; }
 
-  /// The slot of a body, -1 where no other rank has atoms of it.
-  int slot_of(int body) const { return slots[body]; }
-
-  /// Number of slots, the same on all ranks.
-  int slot_count() const { return nslots; }
-
-  /// Do several bodies share a slot?
-  bool slots_are_shared() const { return is_shared; }
-
-  double memory_usage() const { return bytes_of(names, numbers, slots, run_list); }
+  double memory_usage() const
+  {
+    return sets.memory_usage() + across.memory_usage() + damped.capacity() / 8.0 +
+        bytes_of(linked, shared, numbers, run_list);
+  }
 
  private:
-  std::vector<double> names;    // labels, ascending
-  std::vector<int> numbers, slots;
+  ConnectedSets sets, across;    // of atoms and ghosts, of the labels in links
+  std::vector<bool> damped;
+  std::vector<double> linked;    // labels in links, ascending,
+  std::vector<int> shared;       // and their bodies
+  std::vector<int> numbers;
   std::vector<Run> run_list;
-  int nslots = 0;
-  bool is_shared = false;
-
-  static int find(const std::vector<double> &sorted, double value)
-  {
-    const auto found = std::lower_bound(sorted.begin(), sorted.end(), value);
-    return found == sorted.end() || *found != value ? -1 : (int) (found - sorted.begin());
-  }
+  int nbodies = 1, nshared = 0;
 };
 
 }    // namespace EVP

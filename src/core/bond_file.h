@@ -10,8 +10,8 @@
 // Reads in pieces, whatever the size; every refusal is a BadInput that names the line.
 #pragma once
 
-#include "core/pairs.h"
 #include "core/contacts.h"
+#include "core/pairs.h"
 #include "core/text.h"
 
 #include <cstdint>
@@ -31,7 +31,8 @@ struct BondLine {
 };
 
 /// The header line, without its end.
-inline std::string bond_header(int64_t count, const std::string &units, BodyRule within = BodyRule::ALL)
+inline std::string bond_header(int64_t count, const std::string &units,
+                               BodyRule within = BodyRule::ALL)
 {
   std::string header = "# EVP bonds COUNT: " + std::to_string(count);
   if (within != BodyRule::ALL) header += std::string(" WITHIN: ") + BODY_RULES[(int) within];

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "core/bond_measures.h"
-#include "core/pairs.h"
 #include "core/contacts.h"
+#include "core/pairs.h"
 #include "core/simd.h"
 
 #include <algorithm>

@@ -46,7 +46,10 @@ struct PairRules {
     if (contact == Contact::NONE) return {sum_radii, 0.0};
     return {sum_radii, only_repels(in_different_bodies) ? sum_radii : dlim};
   }
-  bool only_repels(bool in_different_bodies) const { return contact == Contact::REPULSIVE || in_different_bodies; }
+  bool only_repels(bool in_different_bodies) const
+  {
+    return contact == Contact::REPULSIVE || in_different_bodies;
+  }
 
   /// What is left of a bond that broke repels below R_i + R_j, or, where the spheres still overlap when it breaks, below
   /// where it broke: breaking makes no force and no energy.
@@ -75,7 +78,8 @@ inline BodyRule parse_body_rule(const std::string &word)
 {
   for (const BodyRule one : {BodyRule::TYPE, BodyRule::MOLECULE})
     if (word == BODY_RULES[(int) one]) return one;
-  throw BadInput("within must be type or molecule (which atoms are one body), got '" + shown(word) + "'");
+  throw BadInput("within must be type or molecule (which atoms are one body), got '" + shown(word) +
+                 "'");
 }
 
 }    // namespace EVP

@@ -41,14 +41,14 @@ class Vector {
   }
 };
 
-/// Mean opening rate (|r + dt v| - d)/dt of a pair over a timestep of constant relative velocity v from
+/// Mean separation rate (|r + dt v| - d)/dt of a pair over a timestep of constant relative velocity v from
 /// r, d = |r|, times sqrt(gamma). Without the cancellation of the two distances.
 ///
-/// It is u.v + dt (v^2 - o^2)/(2 d): a pair that turns without strain (o = 0) has u.v = -dt v^2/(2 d).
+/// It is u.v + dt (v^2 - o^2)/(2 d): a pair that rotates without strain (o = 0) has u.v = -dt v^2/(2 d).
 ///
 /// along: sqrt(gamma) u.v, u the direction of r. speed_sq: v^2. half_step: sqrt(gamma) dt/(2 d),
 /// negative for the timestep that ended at r. inv_gamma: 1/gamma.
-inline double opening_rate(double along, double speed_sq, double half_step, double inv_gamma)
+inline double separation_rate(double along, double speed_sq, double half_step, double inv_gamma)
 {
   const double half_change = along + half_step * speed_sq;                    // of d^2, over d dt
   const double ratio_sq = 1.0 + 4.0 * inv_gamma * half_step * half_change;    // of the distances
@@ -58,13 +58,13 @@ inline double opening_rate(double along, double speed_sq, double half_step, doub
 /// The dashpots of one MPI rank, along the directions u at the last force evaluation: later positions
 /// may have changed.
 ///
-/// With w = sqrt(gamma) u, a rate is sqrt(gamma) times the mean speed at which a pair opens over a
-/// timestep: w.v and what turning adds, v the relative velocity at its end. The dashpot pulls at i with
+/// With w = sqrt(gamma) u, a rate is sqrt(gamma) times the mean speed at which a pair separates over a
+/// timestep: w.v and what rotation adds, v the relative velocity at its end. The dashpot pulls at i with
 /// -rate w, so that C is the sum of w w^T, and takes the power rate^2. Velocities and forces: three
 /// values per atom and ghost.
 class Dampers {
  public:
-  using Nodal = std::vector<double>;
+  using Values = std::vector<double>;
 
   struct Damper {
     double w[3];
@@ -78,7 +78,7 @@ class Dampers {
     dampers.clear();
   }
 
-  /// Forces and turning of the last timestep are dropped, as they are where the list was built anew.
+  /// Forces and rotation of the last timestep are dropped, as they are where the list was built anew.
   void forget() { last_build = -1; }
 
   /// The damped pairs within their cut-offs. gamma_of(pair): 0 where it has no dashpot. newton_pair:
@@ -88,7 +88,7 @@ class Dampers {
   {
     const size_t most = list.size();
     if (list.build != last_build)
-      for (Nodal *of_pairs : {&last_force, &last_turning}) of_pairs->assign(most, 0.0);
+      for (Values *of_pairs : {&last_force, &last_rotation}) of_pairs->assign(most, 0.0);
     last_build = list.build;
     nreact = list.nreact(newton_pair);
     rows.clear();
@@ -123,7 +123,7 @@ class Dampers {
   bool takes_reaction(const Damper &damper) const { return damper.j < nreact; }
 
   /// Adds the forces of the last timestep along the present directions.
-  void add_last_forces(Nodal &forces) const
+  void add_last_forces(Values &forces) const
   {
     for_each([&](int i, const Damper &damper, double along) {
       const Vector force = Vector(damper.w) * along;
@@ -133,61 +133,48 @@ class Dampers {
   }
 
   /// y = C v
-  void multiply(const Nodal &v, Nodal &y) const
+  void multiply(const Values &v, Values &y) const
   {
-    react(v, y, [](int, const Vector &w, const Vector &dv) {
+    react(v, y, [](int, int, const Vector &w, const Vector &dv) {
       return dot(w, dv);
     });
   }
 
-  /// y = C v and what turning adds over a timestep dt if pairs turn as fast as in the last one.
-  void multiply_turning(const Nodal &v, Nodal &y, double dt)
+  /// y = C v and what rotation adds over a timestep dt if pairs rotate as fast as in the last one.
+  void multiply_rotating(const Values &v, Values &y, double dt)
   {
-    if (dt_turning > 0.0 && dt != dt_turning)
-      for (double &turning : last_turning) turning *= dt / dt_turning;
-    dt_turning = dt;
-    react(v, y, [this](int k, const Vector &w, const Vector &dv) {
-      return dot(w, dv) + last_turning[dampers[k].pair];
+    if (dt_rotation > 0.0 && dt != dt_rotation)
+      for (double &rotation : last_rotation) rotation *= dt / dt_rotation;
+    dt_rotation = dt;
+    react(v, y, [this](int, int k, const Vector &w, const Vector &dv) {
+      return dot(w, dv) + last_rotation[dampers[k].pair];
     });
   }
 
-  /// Minus the forces over a timestep dt that ends with v, which are kept with their turning. Returns
-  /// the square of half the largest angle by which a pair turns in it.
-  double turn(const Nodal &v, Nodal &y, double dt)
+  /// Minus the forces over a timestep dt that ends with v, which are kept with their rotation. noise: of
+  /// each atom, adds the squares of the terms of the forces of its row, of which rounding leaves some
+  /// digits only. Returns the square of half the largest angle by which a pair rotates in the timestep.
+  double rotate(const Values &v, Values &y, double dt, Values &noise)
   {
     const double half_dt = 0.5 * dt;
-    double turned = 0.0;
-    react(v, y, [&](int k, const Vector &w, const Vector &dv) {
+    double rotated = 0.0;
+    react(v, y, [&](int i, int k, const Vector &w, const Vector &dv) {
       const int p = dampers[k].pair;
-      const double along = dot(w, dv), inv_gamma = 1.0 / dot(w, w);
+      const double along = dot(w, dv), gamma = dot(w, w), inv_gamma = 1.0 / gamma;
       const double half_step = half_dt * scale[k];
-      const double rate = opening_rate(along, dot(dv, dv), half_step, inv_gamma);
-      turned = std::max(turned, half_step * (rate - along) * inv_gamma);
-      last_turning[p] = rate - along;
+      const double rate = separation_rate(along, dot(dv, dv), half_step, inv_gamma);
+      const double rotation = rate - along;
+      rotated = std::max(rotated, half_step * rotation * inv_gamma);
+      noise[i] += gamma * (along * along + rotation * rotation);
+      last_rotation[p] = rotation;
       last_force[p] = -rate;
       return rate;
     });
-    return turned;
-  }
-
-  /// Calls f(i, sum) with the squares of the terms of the forces on i of the pairs in its row, of which
-  /// rounding leaves some digits only.
-  template <class F> void for_each_sum_of_squares(F &&f) const
-  {
-    for (const PackedRow &row : rows) {
-      double sum = 0.0;
-      for (int k = row.first; k < row.last; k++) {
-        const Vector w(dampers[k].w);
-        const double turning = last_turning[dampers[k].pair];
-        const double along = last_force[dampers[k].pair] + turning;
-        sum += dot(w, w) * (along * along + turning * turning);
-      }
-      f(row.i, sum);
-    }
+    return rotated;
   }
 
   /// Rates over the timestep dt that ended here with mean velocities v, or now with dt = 0.
-  void find_rates(const Nodal &v, double dt)
+  void find_rates(const Values &v, double dt)
   {
     rate_before.resize(dampers.size());
     for (const PackedRow &row : rows)
@@ -195,7 +182,7 @@ class Dampers {
         const Vector w(dampers[k].w);
         const Vector dv = Vector(&v[(size_t) 3 * row.i]) - Vector(&v[(size_t) 3 * dampers[k].j]);
         rate_before[k] =
-            opening_rate(dot(w, dv), dot(dv, dv), -0.5 * dt * scale[k], 1.0 / dot(w, w));
+            separation_rate(dot(w, dv), dot(dv, dv), -0.5 * dt * scale[k], 1.0 / dot(w, w));
       }
     rate_now = rate_before;
   }
@@ -222,21 +209,22 @@ class Dampers {
 
   double memory_usage() const
   {
-    return bytes_of(dampers, rows, scale, last_force, last_turning, rate_before, rate_now);
+    return bytes_of(dampers, rows, scale, last_force, last_rotation, rate_before, rate_now);
   }
 
  private:
   std::vector<Damper> dampers;
   std::vector<PackedRow> rows;
-  Nodal scale;                       // sqrt(gamma)/d of each dashpot
-  Nodal rate_before, rate_now;       // of each, over the last timestep and at the present positions
-  Nodal last_force, last_turning;    // over w, and the part of a rate; by index in the packed list
-  double dt_turning = 0.0;           // timestep of last_turning
+  Values scale;                    // sqrt(gamma)/d of each dashpot
+  Values rate_before, rate_now;    // of each, over the last timestep and at the present positions
+  Values last_force,
+      last_rotation;           // over w, and the part of a rate; by index in the packed list
+  double dt_rotation = 0.0;    // timestep of last_rotation
   long last_build = -1;
   int nreact = 0;    // atoms below take reactions
 
-  /// y = the sum of rate(k, w, relative velocity) w over the dashpots.
-  template <class F> void react(const Nodal &v, Nodal &y, F &&rate) const
+  /// y = the sum of rate(i, k, w, relative velocity) w over the dashpots.
+  template <class F> void react(const Values &v, Values &y, F &&rate) const
   {
     y.assign(v.size(), 0.0);
     const double *const all = v.data();
@@ -247,7 +235,7 @@ class Dampers {
       for (int k = row.first; k < row.last; k++) {
         const Damper &damper = dampers[k];
         const Vector w(damper.w);
-        const Vector force = w * rate(k, w, vi - Vector(all + (size_t) 3 * damper.j));
+        const Vector force = w * rate(row.i, k, w, vi - Vector(all + (size_t) 3 * damper.j));
         yi = yi + force;
         if (takes_reaction(damper)) force.subtract_from(forces + (size_t) 3 * damper.j);
       }

@@ -23,16 +23,24 @@ class PairWork {
   /// only, to be added over MPI ranks [energy].
   struct Sums {
     double elastic, forgotten;    ///< of bonds within their cutoffs, see Stored
-    double contacts;              ///< of contacts within theirs, zero there
-    double past_cutoff;           ///< of bonds past theirs
-    double broken;                ///< of those that broke, since the start
-    double plastic;               ///< dissipated as offsets move on to the next ones
+    double contacts;              ///< of contacts within theirs
+    double
+        contacts_at_cutoff;    ///< what these hold there: apart, as that may be thousands of times more
+    double past_cutoff;        ///< of bonds past theirs
+    double broken;             ///< of those that broke, since the start
+    double plastic;            ///< dissipated as offsets move on to the next ones
     double plastic_of_missing;    ///< by bonds that have left the list, whose offsets have moved
   };
   Sums sums() const
   {
-    return {found.elastic.total(), found.forgotten.total(), found.contacts.total(),
-            found.past_cutoff.total() + missing, broken, found.plastic.total(), dissipated_by_missing};
+    return {found.elastic.total(),
+            found.forgotten.total(),
+            found.contacts.total(),
+            found.contacts_at_cutoff.total(),
+            found.past_cutoff.total() + missing,
+            broken,
+            found.plastic.total(),
+            dissipated_by_missing};
   }
 
   /// Bonds that the list does not have, as they are past its end, hold this, and have dissipated this when they left it
@@ -89,7 +97,8 @@ class PairWork {
   void begin(int nall, const ParticleView &view, bool damps)
   {
     force.resize(separates ? (size_t) 3 * nall : 0);
-    if (separates && view.nreact > 0) std::copy_n(view.f[0], (size_t) 3 * view.nreact, force.begin());
+    if (separates && view.nreact > 0)
+      std::copy_n(view.f[0], (size_t) 3 * view.nreact, force.begin());
     damping.assign(damps ? (size_t) 3 * nall : 0, 0.0);
     through = {};
     found = {};
@@ -114,8 +123,10 @@ class PairWork {
    public:
     const bool stored, potential;
 
-    Beside(PairWork &work_in, Tally &other_in, int nreact_in, bool are_bonds, bool holds_energy = true) :
-        stored(holds_energy), potential(holds_energy && (other_in.potential || !are_bonds)), work(work_in),
+    Beside(PairWork &work_in, Tally &other_in, int nreact_in, bool are_bonds,
+           bool holds_energy = true) :
+        stored(holds_energy),
+        potential(holds_energy && (other_in.potential || !are_bonds)), work(work_in),
         other(other_in), nreact(nreact_in)
     {
     }
@@ -136,11 +147,13 @@ class PairWork {
 
  private:
   struct LaneSums {
-    LaneSum elastic, forgotten, contacts, past_cutoff, plastic;
+    LaneSum elastic, forgotten, contacts, contacts_at_cutoff, past_cutoff, plastic;
   };
   bool fresh = false, changed = false;
   double broken = 0.0, missing = 0.0, last_missing = 0.0, dissipated_by_missing = 0.0;
-  uint64_t past = 0, last_past = 0;    // of the pairs past their cutoffs: other numbers where these are others
+  uint64_t past = 0,
+           last_past =
+               0;    // of the pairs past their cutoffs: other numbers where these are others
   LaneSums found;
 
   void add_energies(const PairRange &range, const PairBlock &block, int nreact)
@@ -164,8 +177,11 @@ class PairWork {
     if (are_bonds) {
       add(found.elastic, inside, block.elastic);
       add(found.forgotten, inside, block.forgotten);
-    } else
-      add(found.contacts, inside, block.potential);
+    } else {
+      add(found.contacts, inside, block.elastic);
+      add(found.contacts, inside, block.forgotten);
+      add(found.contacts_at_cutoff, inside, block.at_cutoff);
+    }
     if (block.flow.moves && *block.flow.moves) add(found.plastic, weight, block.flow.spent);
     if (!are_bonds || count == 0) return;
     for (int k = 0; k < n; k++) {

@@ -12,9 +12,9 @@ namespace EVP {
 
 /// How a pair flows beyond its elastic limit.
 enum class Flow {
-  FORGETS,       ///< eq. 8: what flows is stored, and comes back
-  STAYS,         ///< plasticity isotropic
-  COMPRESSES     ///< the same of a contact, which only repels
+  FORGETS,      ///< eq. 8: what flows is stored, and comes back
+  STAYS,        ///< plasticity isotropic
+  COMPRESSES    ///< the same of a contact, which only repels
 };
 
 /// What a pair has flowed so far: the offset q over deq, and k, the sum of |dq| over deq.
@@ -39,7 +39,10 @@ template <class Powers> struct Regime {
   }
 
   EVP_INLINE double force(double s) const { return force(a, s, powers(s)); }
-  EVP_INLINE static double force(double a, double s, PowerPair of_s) { return a * s * (of_s.sm - of_s.sn); }
+  EVP_INLINE static double force(double a, double s, PowerPair of_s)
+  {
+    return a * s * (of_s.sm - of_s.sn);
+  }
 
   /// 1 - s^N at exponents (2 N, N), to the last digits: of it both force and energy are products.
   EVP_INLINE static double opened(double strain, double s)
@@ -48,7 +51,10 @@ template <class Powers> struct Regime {
   }
 
   /// Phi(d) - Phi(deq), accurate to 1e-11 of itself at any strain: no difference of large numbers is left.
-  EVP_INLINE double stored(double strain, double s) const { return e * stored_per_depth(powers, strain, s); }
+  EVP_INLINE double stored(double strain, double s) const
+  {
+    return e * stored_per_depth(powers, strain, s);
+  }
 
   /// -dF/dd deq^2.
   double stiffness(double s) const
@@ -99,11 +105,12 @@ template <class Powers> class Law {
 
   /// Throws BadInput where a member breaks its rule, or numbers of this law would overflow.
   Law(const Row &row, const Powers &powers1, const Powers &powers2) :
-      first(row.e1, row.m1, row.n1, powers1), second(row.e2, row.m2, row.n2, powers2), xi_s(row.xi_s), gamma(row.gamma),
-      saturation(row.saturation)
+      first(row.e1, row.m1, row.n1, powers1), second(row.e2, row.m2, row.n2, powers2),
+      xi_s(row.xi_s), gamma(row.gamma), saturation(row.saturation)
   {
     const double ratio = row.m2 * row.n2 * row.e2 / (row.m1 * row.n1 * row.e1);
-    hardening = ratio < 1.0 ? ratio / (1.0 - ratio) : 0.0;    // with plasticity PairLaw::check_flow() refuses others
+    hardening = ratio < 1.0 ? ratio / (1.0 - ratio)
+                            : 0.0;    // with plasticity PairLaw::check_flow() refuses others
     const auto at = [this](double strain) {
       const double s = 1.0 / (1.0 + strain);
       return Threshold{first.force(s), first.stored(strain, s)};
@@ -136,10 +143,9 @@ template <class Powers> class Law {
     return Regime<Powers>::force(a, s, powers_at(at, s)) + carried;
   }
 
-  /// F_I and F_II integrated from deq.
-  EVP_INLINE Stored stored(const Place &at, double s) const
+  /// F_I and F_II integrated from deq. xi: d/deq - 1, which may have more digits than r.
+  EVP_INLINE Stored stored(const Place &at, double xi, double s) const
   {
-    const double xi = at.r - 1.0;
     const double strain = at.is_first ? xi : xi - std::copysign(xi_s, xi);
     double own;
     if constexpr (Powers::are_fixed) {
@@ -237,13 +243,13 @@ template <class Powers> class Law {
 
 /// All that the law says of one pair. Forces and stiffness with their units: [energy/length], [energy/length^2].
 struct PairState {
-  double force;         ///< positive repels
-  Stored stored;        ///< [energy]
-  double dissipated;    ///< by flow on the way here [energy]
-  double stiffness;     ///< -dF/dd, elastic; that of the first regime at xi_s, where it jumps
+  double force;              ///< positive repels
+  Stored stored;             ///< [energy]
+  double dissipated;         ///< by flow on the way here [energy]
+  double stiffness;          ///< -dF/dd, elastic; that of the first regime at xi_s, where it jumps
   double stiffness_ahead;    ///< the largest one that it can have in the steps to come
-  Offset offset;        ///< after the flow
-  int regime;           ///< 1 or 2 (eq. 8); with plasticity 2 once it has flowed
+  Offset offset;             ///< after the flow
+  int regime;                ///< 1 or 2 (eq. 8); with plasticity 2 once it has flowed
 };
 
 /// The law of a pair for all but the time-step loop.
@@ -255,7 +261,8 @@ class PairLaw : public Law<AnyPowers> {
   PairLaw() : PairLaw(no_force()) {}
 
   /// Throws BadInput where a member breaks its rule, or numbers of this law would overflow.
-  explicit PairLaw(const Row &row_in) : Law(checked(row_in), {row_in.m1, row_in.n1}, {row_in.m2, row_in.n2}), row(row_in)
+  explicit PairLaw(const Row &row_in) :
+      Law(checked(row_in), {row_in.m1, row_in.n1}, {row_in.m2, row_in.n2}), row(row_in)
   {
     check_range();
   }
@@ -264,15 +271,18 @@ class PairLaw : public Law<AnyPowers> {
   void check_flow() const
   {
     if (!(row.m2 * row.n2 * row.e2 < row.m1 * row.n1 * row.e1))
-      throw BadInput("plasticity isotropic needs a second regime less stiff than the first, got m2 n2 e2 = " +
-                     rounded(row.m2 * row.n2 * row.e2) + " and m1 n1 e1 = " + rounded(row.m1 * row.n1 * row.e1) +
-                     ": flow would not end");
+      throw BadInput(
+          "plasticity isotropic needs a second regime less stiff than the first, got m2 n2 e2 = " +
+          rounded(row.m2 * row.n2 * row.e2) +
+          " and m1 n1 e1 = " + rounded(row.m1 * row.n1 * row.e1) + ": flow would not end");
   }
 
   /// At r = d/deq of a pair with the offset `before`.
-  PairState state(double r, double inv_deq, Flow flow = Flow::FORGETS, const Offset &before = {}) const
+  PairState state(double r, double inv_deq, Flow flow = Flow::FORGETS,
+                  const Offset &before = {}) const
   {
-    PairState now = flow == Flow::FORGETS ? state_forgetting(r) : state_flowing(r, flow == Flow::COMPRESSES, before);
+    PairState now = flow == Flow::FORGETS ? state_forgetting(r)
+                                          : state_flowing(r, flow == Flow::COMPRESSES, before);
     now.stiffness_ahead = std::max(now.stiffness, now.stiffness_ahead) * inv_deq * inv_deq;
     now.stiffness *= inv_deq * inv_deq;
     now.force *= inv_deq;
@@ -280,7 +290,10 @@ class PairLaw : public Law<AnyPowers> {
   }
 
   /// |K_I(r deq)| with the first regime carried on to any r, which eq. 6 asks for [energy/length^2].
-  double first_stiffness(double r, double deq) const { return std::fabs(first.stiffness(1.0 / r)) / (deq * deq); }
+  double first_stiffness(double r, double deq) const
+  {
+    return std::fabs(first.stiffness(1.0 / r)) / (deq * deq);
+  }
 
   /// The strain where F_I is largest in tension: a limit beyond it softens the pair.
   double strongest_strain() const
@@ -310,9 +323,10 @@ class PairLaw : public Law<AnyPowers> {
     const Place at = place(r);
     const double s = 1.0 / at.shifted;
     now.force = force(at, s);
-    now.stored = stored(at, s);
+    now.stored = stored(at, r - 1.0, s);
     now.stiffness = (at.is_first ? first : second).stiffness(s);
-    now.stiffness_ahead = std::max(row.m1 * row.n1 * row.e1, row.m2 * row.n2 * row.e2);    // where regimes begin
+    now.stiffness_ahead =
+        std::max(row.m1 * row.n1 * row.e1, row.m2 * row.n2 * row.e2);    // where regimes begin
     now.regime = at.is_first ? 1 : 2;
     return now;
   }
@@ -324,7 +338,8 @@ class PairLaw : public Law<AnyPowers> {
     const double by = slip(is_contact ? -strain : std::fabs(strain), before.k);
     now.offset = {before.q + std::copysign(by, strain), before.k + by};
     const double elastic = r - 1.0 - now.offset.q;
-    const double acting = is_contact ? std::min(elastic, 0.0) : elastic;    // a contact apart does nothing
+    const double acting = is_contact ? std::min(elastic, 0.0)
+                                     : elastic;    // a contact apart does nothing
     const double s = 1.0 / (1.0 + acting);
     now.force = first.force(s);
     now.stored = {first.stored(acting, s), 0.0};
@@ -343,7 +358,8 @@ class PairLaw : public Law<AnyPowers> {
       const PairState at = state(d, 1.0);
       for (const double value : {at.force, at.stiffness_ahead, at.stored.total(), row.gamma})
         if (!(std::fabs(value) <= LARGEST))
-          throw BadInput("these parameters overflow double precision: check e1, e2, gamma and the exponents");
+          throw BadInput(
+              "these parameters overflow double precision: check e1, e2, gamma and the exponents");
     }
   }
 };

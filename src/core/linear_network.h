@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
-#include "core/ghost_exchange.h"
+#include "core/per_atom_comm.h"
 #include "core/simd.h"
 
 #include <algorithm>
@@ -122,7 +122,7 @@ class LinearNetwork {
   int nreact = 0;                      ///< particles below this index take the reaction
 
   /// exchange_in: of three values per particle and ghost.
-  explicit LinearNetwork(GhostExchange &exchange_in) : exchange(exchange_in) {}
+  explicit LinearNetwork(PerAtomComm &exchange_in) : exchange(exchange_in) {}
 
   bool is_free(int i) const { return inverse_mass[i] > 0.0; }
 
@@ -174,7 +174,7 @@ class LinearNetwork {
       add(link.i, link.j);
       if (link.j < nreact) add(link.j, link.i);
     }
-    for (std::vector<double> *values : {&diagonal, &off, &partners}) exchange.to_owners(*values);
+    for (std::vector<double> *values : {&diagonal, &off, &partners}) exchange.reverse_comm(*values);
     const std::vector<double> volume = mix.volume > 0.0 ? volume_row_sums(mix.volume)
                                                         : std::vector<double>();
 
@@ -214,7 +214,7 @@ class LinearNetwork {
   }
 
  private:
-  GhostExchange &exchange;
+  PerAtomComm &exchange;
   std::vector<double> motion, reaction, change;    // with ghosts
 
   void apply(const Mix &mix, const std::vector<double> &in, std::vector<double> &out)
@@ -227,7 +227,7 @@ class LinearNetwork {
     };
     motion.assign(3 * inverse_mass.size(), 0.0);
     scale(in, motion);
-    exchange.to_ghosts(motion);
+    exchange.forward_comm(motion);
 
     reaction.assign(motion.size(), 0.0);
     for (const Link &link : links) {
@@ -242,7 +242,7 @@ class LinearNetwork {
       }
     }
     if (with_volume && mix.volume > 0.0) apply_volume(mix.volume);
-    exchange.to_owners(reaction);
+    exchange.reverse_comm(reaction);
     scale(reaction, out);
   }
 
@@ -256,10 +256,10 @@ class LinearNetwork {
       change[(size_t) 3 * links[k].i] += value;
       if (links[k].j < nreact) change[(size_t) 3 * links[k].j] += value;
     }
-    exchange.to_owners(change);
+    exchange.reverse_comm(change);
     for (size_t i = 0; i < volume_stiffness.size(); i++)
       change[3 * i] *= weight * volume_stiffness[i];
-    exchange.to_ghosts(change);
+    exchange.forward_comm(change);
   }
 
   // adds sum_i K_i b_i b_i^T motion to reaction
@@ -303,21 +303,21 @@ class LinearNetwork {
         if (is_free(j)) norms[(size_t) 3 * i] += std::fabs(opening * link.u[c]);
       }
     });
-    exchange.to_owners(own);
-    exchange.to_owners(norms);
+    exchange.reverse_comm(own);
+    exchange.reverse_comm(norms);
     for (size_t i = 0; i < volume_stiffness.size(); i++) {
       if (is_free((int) i))
         for (int c = 0; c < 3; c++) norms[3 * i] += std::fabs(own[3 * i + c]);
       norms[3 * i] *= weight * volume_stiffness[i];
     }
-    exchange.to_ghosts(norms);
+    exchange.forward_comm(norms);
 
     std::vector<double> rows(n, 0.0);
     for_each_side([&](const Link &link, int i, int j, double opening) {
       for (int c = 0; c < 3; c++)
         rows[(size_t) 3 * i + c] += norms[(size_t) 3 * j] * std::fabs(opening * link.u[c]);
     });
-    exchange.to_owners(rows);
+    exchange.reverse_comm(rows);
     for (size_t i = 0; i < volume_stiffness.size(); i++)
       for (int c = 0; c < 3; c++) rows[3 * i + c] += norms[3 * i] * std::fabs(own[3 * i + c]);
     return rows;

@@ -22,7 +22,8 @@ namespace {
 
   /// Puts force/d in its place, from F deq, 1/deq and 1/d.
   template <bool Damping, bool Stored>
-  EVP_INLINE void put_force(PairBlock &block, int k, double f, double inv_deq, double inv_d, double gamma, bool acts)
+  EVP_INLINE void put_force(PairBlock &block, int k, double f, double inv_deq, double inv_d,
+                            double gamma, bool acts)
   {
     f *= inv_deq * inv_d;
     double damping = 0.0;
@@ -38,7 +39,8 @@ namespace {
   template <class Powers, bool Many, bool Damping, bool Stored>
   EVP_INLINE void evaluate_forgetting(const Laws<Powers> &all, PairBlock &block)
   {
-    const double *const inv_deq = block.inv_deq, *const cutsq = block.cutsq;
+    const double *const inv_deq = block.inv_deq, *const cutsq = block.cutsq, *const deq = block.deq;
+    const double to_cutoff = 1.0 / (1.0 + block.margin);
     const int n = block.n;
     const Law<Powers> only = all.laws[0];
     const Law<Powers> *own[Many ? PairBlock::SIZE : 1];    // apart: up to 8 % quicker
@@ -48,15 +50,16 @@ namespace {
     for (int k = 0; k < n; k++) {
       const Law<Powers> &c = Many ? *own[k] : only;
       const double dsq = block.distance_squared(k);
-      const double d = std::sqrt(Stored && dsq > cutsq[k] ? cutsq[k] : dsq);
-      const double r = d * inv_deq[k];
-      const auto at = c.place(r);
+      double d = std::sqrt(Stored && dsq > cutsq[k] ? cutsq[k] : dsq);
+      if constexpr (Stored) d *= dsq > cutsq[k] ? to_cutoff : 1.0;
+      const auto at = c.place(d * inv_deq[k]);
       // 1/d and s = 1/(r - offset) from one division
       const double w = 1.0 / (at.shifted * d);
       const double s = w * d;
-      put_force<Damping, Stored>(block, k, c.force(at, s), inv_deq[k], w * at.shifted, c.gamma, !(dsq > cutsq[k]));
+      put_force<Damping, Stored>(block, k, c.force(at, s), inv_deq[k], w * at.shifted, c.gamma,
+                                 !(dsq > cutsq[k]));
       if constexpr (Stored) {
-        const auto now = c.stored(at, s);
+        const auto now = c.stored(at, (d - deq[k]) * inv_deq[k], s);
         block.elastic[k] = now.elastic;
         block.forgotten[k] = now.forgotten;
       }
@@ -65,9 +68,11 @@ namespace {
 
   /// By how much each pair slips, with the sign of its strain.
   template <class Powers, bool Many, bool Contact>
-  EVP_INLINE void find_slips(const Laws<Powers> &all, const PairBlock &block, double *slip)
+  EVP_INLINE void find_slips(const Laws<Powers> &all, const PairBlock &block, double *distance,
+                             double *slip)
   {
     const double *const inv_deq = block.inv_deq, *const cutsq = block.cutsq;
+    const double to_cutoff = 1.0 / (1.0 + block.margin);
     const double *const q = block.flow.q, *const accumulated = block.flow.k;
     const int n = block.n;
     const Law<Powers> only = all.laws[0];
@@ -77,15 +82,16 @@ namespace {
     EVP_INDEPENDENT
     for (int k = 0; k < n; k++) {
       const double dsq = block.distance_squared(k);
-      const double d = std::sqrt(dsq > cutsq[k] ? cutsq[k] : dsq);    // so far a pair flows
+      const double d =
+          std::sqrt(dsq > cutsq[k] ? cutsq[k] : dsq) * (dsq > cutsq[k] ? to_cutoff : 1.0);
+      distance[k] = d;    // so far a pair flows
       const double strain = d * inv_deq[k] - 1.0 - q[k];
       const double size = Contact ? -strain : std::fabs(strain);
       const Law<Powers> &c = Many ? *own[k] : only;
       slip[k] = std::copysign(c.slip_linear(size, accumulated[k]), strain);
     }
     for (int k = 0; all.saturates && k < n; k++) {    // a saturating limit is below the linear one
-      const double dsq = block.distance_squared(k);
-      const double strain = std::sqrt(dsq > cutsq[k] ? cutsq[k] : dsq) * inv_deq[k] - 1.0 - q[k];
+      const double strain = distance[k] * inv_deq[k] - 1.0 - q[k];
       const double size = Contact ? -strain : std::fabs(strain);
       const Law<Powers> &c = Many ? *own[k] : only;
       if (size > c.xi_s) slip[k] = std::copysign(c.slip(size, accumulated[k]), strain);
@@ -108,7 +114,8 @@ namespace {
         EVP_INDEPENDENT
         for (int k = 0; k < n; k++) {
           const Law<Powers> &c = Many ? *own[k] : only;
-          spent[k] = c.dissipated_linear(std::copysign(1.0, slip[k]), accumulated[k], std::fabs(slip[k]));
+          spent[k] =
+              c.dissipated_linear(std::copysign(1.0, slip[k]), accumulated[k], std::fabs(slip[k]));
         }
         return;
       }
@@ -123,30 +130,30 @@ namespace {
   template <class Powers, bool Many, bool Contact, bool Damping, bool Stored>
   EVP_INLINE void evaluate_flowing(const Laws<Powers> &all, PairBlock &block)
   {
-    const double *const inv_deq = block.inv_deq, *const cutsq = block.cutsq;
+    const double *const inv_deq = block.inv_deq, *const cutsq = block.cutsq, *const deq = block.deq;
     const FlowArrays flow = block.flow;
     const int n = block.n;
     const Law<Powers> only = all.laws[0];
     const Law<Powers> *own[Many ? PairBlock::SIZE : 1];    // apart: up to 8 % quicker
     if constexpr (Many) all.find(block, own);
-    alignas(64) double slip[PairBlock::SIZE];
-    find_slips<Powers, Many, Contact>(all, block, slip);
+    alignas(64) double distance[PairBlock::SIZE], slip[PairBlock::SIZE];
+    find_slips<Powers, Many, Contact>(all, block, distance, slip);
 
     EVP_INDEPENDENT
     for (int k = 0; k < n; k++) {
       const Law<Powers> &c = Many ? *own[k] : only;
       const double dsq = block.distance_squared(k);
-      const double d = std::sqrt(dsq > cutsq[k] ? cutsq[k] : dsq);
-      const double r = d * inv_deq[k];
+      const double d = distance[k], r = d * inv_deq[k];
       const double q_new = flow.q[k] + slip[k];
       double e = r - q_new;
       if constexpr (Contact) e = e > 1.0 ? 1.0 : e;    // apart, nothing acts
       const double w = 1.0 / (e * d);
       const double s = w * d;
-      put_force<Damping, Stored>(block, k, c.first.force(s), inv_deq[k], w * e, c.gamma, !(dsq > cutsq[k]));
+      put_force<Damping, Stored>(block, k, c.first.force(s), inv_deq[k], w * e, c.gamma,
+                                 !(dsq > cutsq[k]));
       flow.q_new[k] = Contact && dsq > cutsq[k] ? 0.0 : q_new;
       if constexpr (Stored) {
-        const double strain = r - 1.0 - q_new;
+        const double strain = (d - deq[k]) * inv_deq[k] - q_new;
         block.elastic[k] = c.first.stored(Contact && strain > 0.0 ? 0.0 : strain, s);
         block.forgotten[k] = 0.0;
       }
@@ -172,30 +179,37 @@ namespace {
   }
 
   /// Fills block.potential from what the pairs store. stored_at(block): fills elastic and forgotten.
-  template <Flow Kind, class F> void find_potential(PairBlock &block, bool incremental, F &&find_stored)
+  template <Flow Kind, class F>
+  void find_potential(PairBlock &block, bool incremental, F &&find_stored)
   {
     const auto is_past = [&block](int k) {
       return block.distance_squared(k) > block.cutsq[k];
     };
     if constexpr (Kind != Flow::FORGETS) {
-      for (int k = 0; k < block.n; k++)
+      for (int k = 0; k < block.n; k++) {
+        block.at_cutoff[k] = 0.0;
         block.potential[k] = !incremental && is_past(k) ? 0.0 : block.elastic[k];
-      for (int k = 0; incremental && *block.flow.moves && k < block.n; k++) block.potential[k] += block.flow.spent[k];
+      }
+      for (int k = 0; incremental && *block.flow.moves && k < block.n; k++)
+        block.potential[k] += block.flow.spent[k];
     } else {
       PairBlock at_cutoff;
       at_cutoff.n = block.n;
       at_cutoff.inv_deq = block.inv_deq;
       at_cutoff.cutsq = block.cutsq;
+      at_cutoff.deq = block.deq;
+      at_cutoff.margin = block.margin;
       at_cutoff.law = block.law;
       for (int k = 0; k < block.n; k++) {
         at_cutoff.xy[2 * k] = std::sqrt(block.cutsq[k]) / (1.0 + block.margin);
         at_cutoff.xy[2 * k + 1] = at_cutoff.z[k] = 0.0;
       }
       find_stored(at_cutoff);
-      for (int k = 0; k < block.n; k++)
-        block.potential[k] = is_past(k) ? 0.0
-                                        : (block.elastic[k] + block.forgotten[k]) -
-                (at_cutoff.elastic[k] + at_cutoff.forgotten[k]);
+      for (int k = 0; k < block.n; k++) {
+        block.at_cutoff[k] = at_cutoff.elastic[k] + at_cutoff.forgotten[k];
+        block.potential[k] =
+            is_past(k) ? 0.0 : (block.elastic[k] + block.forgotten[k]) - block.at_cutoff[k];
+      }
     }
   }
 
@@ -206,11 +220,17 @@ namespace {
     void operator()(PairBlock &block, const BlockLaw::Asked &asked) const
     {
       const bool stored = asked.stored || asked.potential;
+      double deq[PairBlock::SIZE];
+      if (stored && !block.deq) {
+        for (int k = 0; k < block.n; k++) deq[k] = 1.0 / block.inv_deq[k];
+        block.deq = deq;
+      }
       if (asked.damping)
-        (stored ? evaluate<Powers, Many, Kind, true, true> : evaluate<Powers, Many, Kind, true, false>) (all, block, level);
+        (stored ? evaluate<Powers, Many, Kind, true, true>
+                : evaluate<Powers, Many, Kind, true, false>) (all, block, level);
       else
-        (stored ? evaluate<Powers, Many, Kind, false, true> : evaluate<Powers, Many, Kind, false, false>) (all, block,
-                                                                                                         level);
+        (stored ? evaluate<Powers, Many, Kind, false, true>
+                : evaluate<Powers, Many, Kind, false, false>) (all, block, level);
       if (!asked.potential) return;
       find_potential<Kind>(block, asked.incremental, [this](PairBlock &other) {
         evaluate<Powers, Many, Kind, false, true>(all, other, level);
@@ -220,7 +240,8 @@ namespace {
 
 }    // namespace
 
-void BlockLaw::assign(const std::vector<PairLaw> &laws, const std::vector<int> &used, Flow flow, Level level)
+void BlockLaw::assign(const std::vector<PairLaw> &laws, const std::vector<int> &used, Flow flow,
+                      Level level)
 {
   if (used.empty()) {    // no pair to go over
     evaluate = nullptr;
@@ -231,7 +252,8 @@ void BlockLaw::assign(const std::vector<PairLaw> &laws, const std::vector<int> &
   for (const int k : used) {
     const Row &own = laws[k].row;
     alike = alike && own == row;
-    common_powers = common_powers && own.m1 == row.m1 && own.n1 == row.n1 && own.m2 == row.m1 && own.n2 == row.n1;
+    common_powers = common_powers && own.m1 == row.m1 && own.n1 == row.n1 && own.m2 == row.m1 &&
+        own.n2 == row.n1;
     saturates = saturates || own.saturation > 0.0;
   }
 

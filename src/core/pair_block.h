@@ -30,8 +30,9 @@ struct PairBlock {
   const double *inv_deq;    ///< of each pair, see PackedPair
   const double *cutsq;
   const int *law;
-  FlowArrays flow;    ///< with flow that stays
-  double margin;      ///< of the cutoffs, see PairList
+  FlowArrays flow;      ///< with flow that stays
+  double margin;        ///< of the cutoffs, see PairList
+  const double *deq;    ///< nullptr without, see PairList
 
   alignas(64) double xy[2 * SIZE];      ///< relative position: x and y side by side [length]
   alignas(64) double z[SIZE];           ///< [length]
@@ -39,9 +40,11 @@ struct PairBlock {
   alignas(64) double force[SIZE];       ///< result: force/d [force/length], 0 past the cutoff
 
   // results where energies are asked for
-  alignas(64) double elastic[SIZE], forgotten[SIZE];    ///< see Stored, past the cutoff those at it [energy]
-  alignas(64) double potential[SIZE];                   ///< what the force is the slope of [energy]
-  alignas(64) double damping[SIZE];                     ///< of the force the damping, 0 without
+  alignas(64) double elastic[SIZE],
+      forgotten[SIZE];                   ///< see Stored, past the cutoff those at it [energy]
+  alignas(64) double at_cutoff[SIZE];    ///< stored at the cutoff; 0 where flow stays [energy]
+  alignas(64) double potential[SIZE];    ///< what the force is the slope of [energy]
+  alignas(64) double damping[SIZE];      ///< of the force the damping, 0 without
 
   EVP_INLINE double distance_squared(int k) const
   {
@@ -59,15 +62,17 @@ class BlockLaw {
  public:
   /// What else than forces is asked for.
   struct Asked {
-    bool damping;        ///< the forces of the damping too
-    bool stored;         ///< what pairs hold
-    bool potential;      ///< stored as well; of each pair, zero at its cutoff where flow is forgotten
-    bool incremental;    ///< the potential holds what the flow from q dissipates, past the cutoff too
+    bool damping;      ///< the forces of the damping too
+    bool stored;       ///< what pairs hold
+    bool potential;    ///< stored as well; of each pair, zero at its cutoff where flow is forgotten
+    bool
+        incremental;    ///< the potential holds what the flow from q dissipates, past the cutoff too
   };
 
   /// laws: indexed by PackedPair::law. used: indices of those that the pairs have; where these are alike, one is for all
   /// pairs.
-  void assign(const std::vector<PairLaw> &laws, const std::vector<int> &used, Flow, Level = best_level());
+  void assign(const std::vector<PairLaw> &laws, const std::vector<int> &used, Flow,
+              Level = best_level());
 
   /// Fills the results of a block of a list of this flow.
   void operator()(PairBlock &block, const Asked &asked) const { evaluate(block, asked); }
@@ -85,7 +90,8 @@ struct ParticleView {
 };
 
 /// Damping force over distance [force/length]: F_D = -gamma (u.(v_i - v_j)) u (eq. 4).
-inline double damping_over_distance(double gamma, const PairGeometry &g, const double *vi, const double *vj)
+inline double damping_over_distance(double gamma, const PairGeometry &g, const double *vi,
+                                    const double *vj)
 {
   const double approach = g.dx * (vi[0] - vj[0]) + g.dy * (vi[1] - vj[1]) + g.dz * (vi[2] - vj[2]);
   return -gamma * approach / g.dsq;
@@ -130,7 +136,8 @@ struct NoTally {
 };
 
 /// Relative positions of the pairs of a range; with damping how fast they part, times distance.
-template <bool Damping> void gather(const ParticleView &view, const PairRange &range, PairBlock &block)
+template <bool Damping>
+void gather(const ParticleView &view, const PairRange &range, PairBlock &block)
 {
   const PairList &list = range.list;
   const int *const partner = list.j.data();
@@ -139,6 +146,7 @@ template <bool Damping> void gather(const ParticleView &view, const PairRange &r
   block.cutsq = list.cutsq.data() + range.first;
   block.law = list.law.data() + range.first;
   block.margin = list.cutoff_margin();
+  block.deq = list.deq.empty() ? nullptr : list.deq.data() + range.first;
   const auto *const x = view.x;
   const auto *const v = Damping ? view.v : view.x;    // read only if needed
   range.for_each_row([&](int i, int first, int last) {
@@ -158,7 +166,8 @@ template <bool Damping> void gather(const ParticleView &view, const PairRange &r
 }
 
 /// Adds the forces of a block, force/d of each pair, to f of its particles; those of i are summed apart, row by row.
-inline void scatter(const PairRange &range, const PairBlock &block, const double *force, int nreact, double (*f)[3])
+inline void scatter(const PairRange &range, const PairBlock &block, const double *force, int nreact,
+                    double (*f)[3])
 {
   const int *const partner = range.list.j.data();
   range.for_each_row([&](int i, int first, int last) {
@@ -183,7 +192,8 @@ inline void scatter(const PairRange &range, const PairBlock &block, const double
 }
 
 /// Appends the indices of the pairs of a block that are past their cutoff: mostly none is.
-inline void find_past_cutoff(const PairRange &range, const PairBlock &block, std::vector<int> &found)
+inline void find_past_cutoff(const PairRange &range, const PairBlock &block,
+                             std::vector<int> &found)
 {
   int count = 0;
   for (int k = 0; k < block.n; k++) count += (int) (block.distance_squared(k) > block.cutsq[k]);
@@ -244,7 +254,10 @@ class SumTally {
   const bool potential;    ///< energies are wanted
 
   /// nreact: pairs with a partner beyond it count half, as the MPI rank that owns it has them too.
-  SumTally(int nreact_in, bool energy, bool virial_in) : potential(energy), nreact(nreact_in), virial(virial_in) {}
+  SumTally(int nreact_in, bool energy, bool virial_in) :
+      potential(energy), nreact(nreact_in), virial(virial_in)
+  {
+  }
 
   void operator()(const PairRange &range, const PairBlock &block)
   {

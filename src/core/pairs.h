@@ -71,7 +71,7 @@ struct PackedPair {
   int record;        ///< its record at i, see BondStore; -1 of a contact that was never a bond
   bool is_bond;
   Flow flow;
-  Offset offset;     ///< of a pair whose flow stays, else 0
+  Offset offset;    ///< of a pair whose flow stays, else 0
 };
 
 /// The pairs of one particle: [first, last) of a PairList. A particle may have several rows.
@@ -83,8 +83,8 @@ struct PackedRow {
 /// What a force evaluation reads and writes of pairs whose flow stays, one entry per pair; nullptr without.
 struct FlowArrays {
   const double *q = nullptr, *k = nullptr;    ///< in force
-  double *q_new = nullptr;                    ///< where the pair would move q: taken over by commit()
-  double *spent = nullptr;                    ///< dissipated on the way there [energy]
+  double *q_new = nullptr;    ///< where the pair would move q: taken over by commit()
+  double *spent = nullptr;    ///< dissipated on the way there [energy]
   char *moves = nullptr;    ///< of each block: is any pair on its way? If not, spent is not written
 
   /// Those of the block that begins at pair n.
@@ -103,10 +103,12 @@ class PairList {
   static constexpr size_t MOST = INT_MAX - 4096;
 
   std::vector<PackedRow> rows;
-  std::vector<double> inv_deq, cutsq;     ///< see PackedPair
+  std::vector<double> inv_deq, cutsq;    ///< see PackedPair
   std::vector<int> j, law, record;
-  std::vector<double> q, k, work;         ///< with flow that stays, else empty; see PairHistory
-  std::vector<double> q_new, spent;       ///< see FlowArrays
+  std::vector<double>
+      deq;    ///< as recorded, with all digits; empty but for an energy balance [length]
+  std::vector<double> q, k, work;      ///< with flow that stays, else empty; see PairHistory
+  std::vector<double> q_new, spent;    ///< see FlowArrays
   std::vector<char> moves;
 
   explicit PairList(bool are_bonds_in) : are_bonds(are_bonds_in) {}
@@ -117,9 +119,11 @@ class PairList {
   double cutoff_margin() const { return margin; }
   bool stays() const { return flow_ != Flow::FORGETS; }
 
-  /// margin: of the cutoffs of its pairs.
-  void clear(double margin_in, Flow flow_in)
+  /// margin: of the cutoffs of its pairs. with_deq: keeps deq.
+  void clear(double margin_in, Flow flow_in, bool with_deq_in = false)
   {
+    with_deq = with_deq_in;
+    if (!with_deq) std::vector<double>().swap(deq);
     count = 0;
     rows.clear();
     margin = margin_in;
@@ -139,6 +143,7 @@ class PairList {
       for (auto *values : {&inv_deq, &cutsq}) values->resize(larger);
       for (auto *values : {&j, &law, &record}) values->resize(larger);
     }
+    if (with_deq && count + n > deq.size()) deq.resize(j.size());
     if (stays() && count + n > q.size()) {
       for (auto *values : {&q, &k, &work, &q_new, &spent}) values->resize(j.size());
       moves.resize(j.size() / BLOCK_SIZE + 1);
@@ -163,9 +168,8 @@ class PairList {
 
   PackedPair operator[](size_t n) const
   {
-    return {inv_deq[n], cutsq[n],  std::sqrt(cutsq[n]) / (1.0 + margin),
-            j[n],       law[n],    record[n],
-            are_bonds,  flow_,     stays() ? Offset{q[n], k[n]} : Offset{}};
+    return {inv_deq[n], cutsq[n], std::sqrt(cutsq[n]) / (1.0 + margin),   j[n], law[n], record[n],
+            are_bonds,  flow_,    stays() ? Offset{q[n], k[n]} : Offset{}};
   }
 
   void set_history(size_t n, const PairHistory &history)
@@ -217,7 +221,7 @@ class PairList {
       }
     };
     if (out.empty()) return;
-    for (auto *values : {&inv_deq, &cutsq, &q, &k, &work, &q_new, &spent}) keep(*values);
+    for (auto *values : {&inv_deq, &cutsq, &deq, &q, &k, &work, &q_new, &spent}) keep(*values);
     for (auto *values : {&j, &law, &record}) keep(*values);
     count -= out.size();
     const auto removed_before = [&](int n) {
@@ -237,9 +241,11 @@ class PairList {
   /// The particle whose row has pair n.
   int owner_of(int n) const
   {
-    return std::upper_bound(rows.begin(), rows.end(), n, [](int index, const PackedRow &row) {
-             return index < row.last;
-           })->i;
+    return std::upper_bound(rows.begin(), rows.end(), n,
+                            [](int index, const PackedRow &row) {
+                              return index < row.last;
+                            })
+        ->i;
   }
 
   /// Prefetches what a step with one law reads of the block from pair `first` on, if there is one, and what further
@@ -259,12 +265,13 @@ class PairList {
 
   double memory_usage() const
   {
-    return bytes_of(rows, inv_deq, cutsq, j, law, record, q, k, work, q_new, spent, moves);
+    return bytes_of(rows, inv_deq, cutsq, deq, j, law, record, q, k, work, q_new, spent, moves);
   }
 
  private:
   size_t count = 0;
   double margin = 0.0;
+  bool with_deq = false;
   Flow flow_ = Flow::FORGETS;
 };
 
@@ -302,12 +309,13 @@ struct PlacedPair : PackedPair {
   double distance() const { return std::sqrt(g.dsq); }
 
   /// d/deq, past the cutoff that there: so far a bond flows.
-  double ratio() const { return std::sqrt(std::min(g.dsq, cutsq)) * inv_deq; }
+  double ratio() const { return (is_past_cutoff() ? cut : distance()) * inv_deq; }
 };
 
 /// Calls f(PlacedPair) for all pairs of a list in its order, those past their cutoff too. first: number of the first.
 /// All loops over pairs but that of the timestep (pair_block.h) are this one.
-template <class F> void for_each_pair(const PairList &list, const double (*x)[3], F &&f, int first = 0)
+template <class F>
+void for_each_pair(const PairList &list, const double (*x)[3], F &&f, int first = 0)
 {
   for (const PackedRow &row : list.rows)
     for (int k = row.first; k < row.last; k++) {

@@ -107,7 +107,7 @@ constexpr Member MEMBERS[] = {{"e1", &Row::e1, rule::not_negative},
                               {"coordination", &Row::coordination, rule::positive},
                               {"kv", &Row::kv, rule::volume_stiffness},
                               {"density", &Row::density, rule::positive},
-                              {"saturation", &Row::saturation, rule::positive}};
+                              {"saturation", &Row::saturation, rule::not_negative}};
 constexpr int NMEMBERS = (int) std::size(MEMBERS);
 constexpr int NREQUIRED = 9;    // those in front, without a keyword
 

@@ -86,7 +86,8 @@ class VolumeEnergy {
 
   /// Pass two: adds the forces to view.f. pulls: g of all particles and ghosts. tally: as in accumulate_forces().
   template <class Tally>
-  void add_forces(const PairList &bonds, const ParticleView &view, const double *pulls, Tally &&tally) const
+  void add_forces(const PairList &bonds, const ParticleView &view, const double *pulls,
+                  Tally &&tally) const
   {
     PairBlock block;
     const int *const partner = bonds.j.data();
@@ -98,7 +99,9 @@ class VolumeEnergy {
         for (int k = first; k < last; k++) {
           const int b = k - range.first;
           const double dsq = block.distance_squared(b);
-          block.force[b] = dsq > block.cutsq[b] ? 0.0 : -(own + pulls[partner[k]]) * openings[k] / std::sqrt(dsq);
+          block.force[b] = dsq > block.cutsq[b]
+              ? 0.0
+              : -(own + pulls[partner[k]]) * openings[k] / std::sqrt(dsq);
         }
       });
       tally(range, block);

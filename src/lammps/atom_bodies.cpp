@@ -29,13 +29,13 @@ std::string missing_molecules(const LAMMPS *lmp)
   return "within molecule needs ghost atoms that know their molecule IDs: use " + remedy;
 }
 
-void demand_molecules_of_ghosts(const LAMMPS *lmp, const std::string &who, GhostExchange &exchange)
+void demand_molecules_of_ghosts(const LAMMPS *lmp, const std::string &who, PerAtomComm &exchange)
 {
   const Atom *atom = lmp->atom;
   const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
-  GhostExchange::Nodal owners((size_t) 3 * nall);
+  PerAtomComm::Values owners((size_t) 3 * nall);
   for (int i = 0; i < nlocal; i++) owners[(size_t) 3 * i] = (double) atom->molecule[i];
-  exchange.to_ghosts(owners);
+  exchange.forward_comm(owners);
   bool differ = false;
   for (int i = nlocal; i < nall; i++)
     differ = differ || owners[(size_t) 3 * i] != (double) atom->molecule[i];

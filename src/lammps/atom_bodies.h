@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
-#include "core/ghost_exchange.h"
 #include "core/contacts.h"
+#include "core/per_atom_comm.h"
 #include "lammps_names.h"
 
 #include "atom.h"
@@ -37,6 +37,6 @@ std::string missing_molecules(const LAMMPS *);
 
 /// Collective. Stops, naming `who`, where ghosts have other molecule IDs than their owners: a fix property/atom without
 /// 'ghost yes' leaves those of ghosts as they happen to be. exchange: of three values.
-void demand_molecules_of_ghosts(const LAMMPS *, const std::string &who, GhostExchange &exchange);
+void demand_molecules_of_ghosts(const LAMMPS *, const std::string &who, PerAtomComm &exchange);
 
 }    // namespace EVP

@@ -38,10 +38,12 @@ namespace {
                          a.in_group == 0.0 ? line.id_i : line.id_j);
     const bool has_flowed = line.is_contact || line.history.q != 0.0 || line.history.k != 0.0;
     if (has_flowed && !rules.plastic)
-      return "it has flowed: use pair_style evp/lj with 'plasticity isotropic', as when the file was "
+      return "it has flowed: use pair_style evp/lj with 'plasticity isotropic', as when the file "
+             "was "
              "written";
     if (line.has_changed() && !rules.has_history())
-      return "it has flowed or broken: use pair_style evp/lj with 'plasticity isotropic' or 'break', as "
+      return "it has flowed or broken: use pair_style evp/lj with 'plasticity isotropic' or "
+             "'break', as "
              "when the file was written";
     const bool are_one_body = within == BodyRule::ALL ||
         (within == BodyRule::TYPE && a.type == b.type) ||

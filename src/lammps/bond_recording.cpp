@@ -52,12 +52,12 @@ static double symmetric_dsq(const Atom *atom, const Domain *domain,
 }
 
 void BondRecording::take_zone(const NeighList *list, double zone, const PairNetwork *network,
-                              GhostExchange &exchange)
+                              PerAtomComm &exchange)
 {
   source = zone > 0.0 ? fmt::format("within {} (R_i + R_j)", zone) : "within alpha (R_i + R_j)";
-  GhostExchange::Nodal owner_x((size_t) 3 * (atom->nlocal + atom->nghost));
+  PerAtomComm::Values owner_x((size_t) 3 * (atom->nlocal + atom->nghost));
   for (int i = 0; i < atom->nlocal; i++) std::copy_n(atom->x[i], 3, &owner_x[(size_t) 3 * i]);
-  exchange.to_ghosts(owner_x);
+  exchange.forward_comm(owner_x);
 
   const AtomBodies bodies(atom, within);
   made.resize(atom->nlocal);
@@ -141,7 +141,7 @@ std::string BondRecording::find_bond_twice(const std::string &file) const
   return "";
 }
 
-void BondRecording::check_molecules(GhostExchange &exchange)
+void BondRecording::check_molecules(PerAtomComm &exchange)
 {
   if (within != BodyRule::MOLECULE) return;
   demand_molecules_of_ghosts(lmp, who, exchange);

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/bond_store.h"
-#include "core/ghost_exchange.h"
+#include "core/per_atom_comm.h"
 #include "lammps_names.h"
 
 #include <string>
@@ -24,13 +24,13 @@ class BondRecording : protected Pointers {
 
   /// Collective. The pairs of a full neighbor list within zone (R_i + R_j), or within alpha where zone is 0. Throws
   /// BadInput on all MPI ranks.
-  void take_zone(const NeighList *, double zone, const class PairNetwork *, GhostExchange &);
+  void take_zone(const NeighList *, double zone, const class PairNetwork *, PerAtomComm &);
 
   /// The same of the bonds of a file, which may say what within is.
   void take_file(const std::string &file, const class PairNetwork *);
 
   /// Collective. With molecules: stops where ghosts have others than their owners, or no atom of the group has one.
-  void check_molecules(GhostExchange &);
+  void check_molecules(PerAtomComm &);
 
   /// Collective. Cannot fail.
   void give_to(BondStore &);

@@ -7,7 +7,7 @@
 using namespace LAMMPS_NS;
 
 ComputeEVPDt::ComputeEVPDt(LAMMPS *lmp, int narg, char **arg) :
-    NodalExchange(lmp, narg, arg), limits(lmp, *this)
+    WithPerAtomComm(lmp, narg, arg), limits(lmp, *this)
 {
   if (narg != 3) error->all(FLERR, "{}: unexpected argument '{}'", who, arg[3]);
   scalar_flag = vector_flag = 1;

@@ -2,14 +2,14 @@
 #pragma once
 
 #include "compute.h"
-#include "nodal_exchange.h"
 #include "stable_timesteps.h"
+#include "with_per_atom_comm.h"
 
 namespace LAMMPS_NS {
 
 /// Largest stable timesteps of the network of pairs that interact now, its atoms outside the group
 /// held.
-class ComputeEVPDt : public EVP::NodalExchange<Compute> {
+class ComputeEVPDt : public EVP::WithPerAtomComm<Compute> {
  public:
   ComputeEVPDt(class LAMMPS *, int, char **);
   ~ComputeEVPDt() override { delete[] vector; }

@@ -20,19 +20,20 @@ using namespace LAMMPS_NS;
 using EVP::StrainFit;
 
 // in the order of Value
-static const std::vector<std::string> VALUES = {"plastic_work", "plastic_strain", "volume_strain",
-                                                "von_mises", "triaxiality"};
+static const std::vector<std::string> VALUES = {"plastic_work",       "plastic_strain",
+                                                "plastic_strain_sum", "volume_strain",
+                                                "von_mises",          "triaxiality"};
 
 // compute ID group evp/state/atom [value ...] [fraction PHI]
 ComputeEVPStateAtom::ComputeEVPStateAtom(LAMMPS *lmp, int narg, char **arg) :
-    NodalExchange(lmp, narg, arg)
+    WithPerAtomComm(lmp, narg, arg)
 {
   for (int iarg = 3; iarg < narg; iarg++) {
     const auto at = std::find(VALUES.begin(), VALUES.end(), arg[iarg]);
     if (at != VALUES.end()) {
       const auto value = (Value) (at - VALUES.begin());
       if (has(value)) error->all(FLERR, "{}: {} is given twice", who, arg[iarg]);
-      if (value != Value::PLASTIC_WORK)
+      if (value != Value::PLASTIC_WORK && value != Value::PLASTIC_STRAIN_SUM)
         EVP::scene::demand_three_dimensions(domain, error, who, arg[iarg],
                                             "use 'dimension 3', or leave the value out");
       values.push_back(value);
@@ -107,9 +108,9 @@ void ComputeEVPStateAtom::compute_peratom()
                "{} needs the pairs of the current positions: use it in a run, or after 'run 0'",
                who);
   add_pairs(network);
-  to_owners(sums);
+  reverse_comm(sums);
   if (stress) stress->compute_peratom();
-  if (has(Value::PLASTIC_WORK) && network->bonds())
+  if ((has(Value::PLASTIC_WORK) || has(Value::PLASTIC_STRAIN_SUM)) && network->bonds())
     dynamic_cast<FixEVPBonds *>(EVP::scene::find_fix(modify, "evp/bonds"))->return_histories();
 
   const EVP::BondStore *bonds = network->bonds();
@@ -170,12 +171,26 @@ double ComputeEVPStateAtom::plastic_work(int i, const EVP::PairNetwork *network)
   return 0.5 * work;
 }
 
+// A lower bound of the accumulated plastic strain: a bond along u carries |u.E.u| of a strain E of constant volume, whose
+// mean over all directions is 0.385 of the equivalent strain
+double ComputeEVPStateAtom::plastic_strain_sum(int i, const EVP::PairNetwork *network) const
+{
+  constexpr double MEAN_OVER_DIRECTIONS = 0.385;
+  const EVP::BondStore *bonds = network->bonds();
+  if (!bonds || !bonds->has_history() || bonds->of(i).empty()) return 0.0;
+  double sum = 0.0;
+  for (size_t slot = 0; slot < bonds->of(i).size(); slot++) sum += bonds->histories_of(i)[slot].k;
+  return sum / ((double) bonds->of(i).size() * MEAN_OVER_DIRECTIONS);
+}
+
 double ComputeEVPStateAtom::value_of(Value value, int i, const EVP::PairNetwork *network) const
 {
   const double *sum = &sums[(size_t) comm_reverse * i];
   switch (value) {
     case Value::PLASTIC_WORK:
       return plastic_work(i, network);
+    case Value::PLASTIC_STRAIN_SUM:
+      return plastic_strain_sum(i, network);
     case Value::PLASTIC_STRAIN:
       return EVP::equivalent_strain(StrainFit::solve(sum + plastic_at));
     case Value::VOLUME_STRAIN:

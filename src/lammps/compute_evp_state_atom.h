@@ -3,8 +3,8 @@
 
 #include "compute.h"
 #include "core/simd.h"
-#include "nodal_exchange.h"
 #include "pair_network.h"
+#include "with_per_atom_comm.h"
 
 #include <memory>
 #include <vector>
@@ -13,7 +13,7 @@ namespace LAMMPS_NS {
 
 /// Per atom: pairs recorded, share of them in the second regime, share beyond dlim, new pairs; behind
 /// them what else was asked for.
-class ComputeEVPStateAtom : public EVP::NodalExchange<Compute> {
+class ComputeEVPStateAtom : public EVP::WithPerAtomComm<Compute> {
  public:
   ComputeEVPStateAtom(class LAMMPS *, int, char **);
   ~ComputeEVPStateAtom() override;
@@ -25,7 +25,14 @@ class ComputeEVPStateAtom : public EVP::NodalExchange<Compute> {
  private:
   static constexpr int NCOLUMNS = 4;    // that are always there
 
-  enum class Value { PLASTIC_WORK, PLASTIC_STRAIN, VOLUME_STRAIN, VON_MISES, TRIAXIALITY };
+  enum class Value {
+    PLASTIC_WORK,
+    PLASTIC_STRAIN,
+    PLASTIC_STRAIN_SUM,
+    VOLUME_STRAIN,
+    VON_MISES,
+    TRIAXIALITY
+  };
   std::vector<Value> values;    // of the further columns
   double fraction = 0.0;        // volume of the spheres over that of the body
 
@@ -35,13 +42,14 @@ class ComputeEVPStateAtom : public EVP::NodalExchange<Compute> {
   int volume_at = -1;     // w (d/deq - 1), w
   int plastic_at = -1;    // StrainFit of q/deq
 
-  Nodal sums;    // comm_reverse of them per atom and ghost
+  Values sums;    // comm_reverse of them per atom and ghost
   int nmax = 0;
   std::unique_ptr<Compute> stress;    // stress times volume of each atom, where needed
 
   bool has(Value) const;
   void add_pairs(const EVP::PairNetwork *);
   double plastic_work(int i, const EVP::PairNetwork *) const;
+  double plastic_strain_sum(int i, const EVP::PairNetwork *) const;
   double value_of(Value, int i, const EVP::PairNetwork *) const;
 };
 

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
-#include "core/body_solves.h"
+#include "core/cg.h"
 #include "core/dampers.h"
+#include "core/per_atom_comm.h"
 #include "lammps_names.h"
-#include "nodal_exchange.h"
+#include "pair_network.h"
 
 #include <string>
 
@@ -14,8 +15,8 @@ namespace EVP {
 /// free, preconditioned by M, over all MPI ranks, each body by itself: a still one does not wait in the
 /// residual of a violent one. Other atoms enter with velocities that are prescribed.
 ///
-/// T holds gamma times what turning adds to the opening rates, that of v+ in the end: it changes little
-/// from step to step, so that the T of the last step mostly suffices.
+/// T holds gamma times what rotation adds to the separation rates, that of v+ in the end: it changes
+/// little from step to step, so that the T of the last step mostly suffices.
 ///
 /// M keeps the momentum of every iterate exact: pair forces have none, and the start carries that of
 /// M v + h F. The tolerance is against what the damping does, M (v - v*), v* = v + h M^-1 F: this is
@@ -23,57 +24,71 @@ namespace EVP {
 /// with h C, as h C v* would (it exceeds the motion itself where damping is strong).
 class DampingSolver : protected Pointers {
  public:
-  using Nodal = GhostExchange::Nodal;
+  using Values = PerAtomComm::Values;
 
   double tolerance = 1.0e-3;
   int max_iterations = 500;
 
   /// who: the owner, in error messages.
-  DampingSolver(LAMMPS *lmp, const std::string &who_in, GhostExchange &exchange_in,
-                Dampers &dampers_in, const Bodies &bodies_in) :
+  DampingSolver(LAMMPS *lmp, const std::string &who_in, PerAtomComm &ghosts_in,
+                Dampers &dampers_in) :
       Pointers(lmp),
-      who(who_in), exchange(exchange_in), dampers(dampers_in), bodies(bodies_in)
+      who(who_in), ghosts(ghosts_in), dampers(dampers_in)
   {
+  }
+
+  /// Collective. Which atoms of the group damped pairs of the list connect, within their cutoffs or not:
+  /// valid until its next collective build.
+  void find_bodies(const PairNetwork &, int groupbit);
+
+  /// Must they be found anew for the list? The same on all ranks.
+  bool bodies_are_due(const PairLists &list) const { return list.common_build != bodies_build; }
+
+  /// Bodies and rotations of the last run.
+  void forget()
+  {
+    bodies_build = -1;
+    most_rotated = 0.0;
   }
 
   /// Collective. From v and F in atom->v and atom->f, over a time h: the timestep or its second half.
   /// prescribed: velocities v+ of local atoms, used outside the group. applied: the force that took v to
   /// v+ beside F, on the group, and the reaction of the dashpots elsewhere. Returns the number of
   /// iterations. Stops if max_iterations do not suffice or velocities are non-finite.
-  int solve(double h, int groupbit, const Nodal &prescribed, Nodal &applied);
+  int solve(double h, int groupbit, const Values &prescribed, Values &applied);
 
-  void forget_turns() { most_turned = 0.0; }
-
-  /// Collective. Largest angle by which a dashpot turned in a step since the last call [rad].
-  double take_largest_turn();
+  /// Collective. Largest angle by which a dashpot rotated in a step since the last call [rad].
+  double take_largest_rotation();
 
   double memory_usage() const
   {
-    return solves.memory_usage() +
-        bytes_of(velocities, reaction, mobility, inertia, undamped, change, residual, direction,
-                 direction_product);
+    return bodies.memory_usage() + cg.memory_usage() +
+        bytes_of(labels, links, velocities, reaction, mobility, inertia, undamped, change, residual,
+                 direction, direction_product, noise);
   }
 
  private:
   const std::string who;
-  GhostExchange &exchange;
+  PerAtomComm &ghosts;
   Dampers &dampers;
-  const Bodies &bodies;
-  BodySolves solves;
+  Bodies bodies;
+  Values labels;
+  std::vector<Bodies::Link> links;
+  long bodies_build = -1;
+  ConjugateGradients cg;
 
   double h = 0.0;
-  const Nodal *prescribed = nullptr;
-  Nodal velocities, reaction;    // with ghosts
-  Nodal mobility, inertia;       // ftm2v / mass and its inverse, zero for atoms outside the group
-  Nodal undamped;                // v*
-  Nodal change, residual, direction, direction_product;    // change: v+ - v*
-  double most_turned = 0.0;                                // square of half the largest angle
+  Values velocities, reaction;    // with ghosts
+  Values mobility, inertia;       // ftm2v / mass and its inverse, zero for atoms outside the group
+  Values undamped;                // v*
+  Values change, residual, direction, direction_product;    // change: v+ - v*
+  Values noise;                                             // one value per atom
+  double most_rotated = 0.0;                                // square of half the largest angle
 
-  void warm_start();
   int iterate(int iteration);
-  bool turning_settled(Nodal &applied);
-  BodySolves::State judge_residuals();
-  void exchange_velocities();
+  bool meets_tolerance();
+  void exchange_velocities(const Values &prescribed);
+  void subtract_damping();
 };
 
 }    // namespace EVP

@@ -22,7 +22,7 @@ static constexpr double GROWTH_PER_CHECK = 1.25;
 
 // fix ID group dt/evp N fraction [max DT] [displacement F]
 FixDtEVP::FixDtEVP(LAMMPS *lmp, int narg, char **arg) :
-    NodalExchange(lmp, narg, arg), compute_id(std::string(id) + "_evp_dt")
+    WithPerAtomComm(lmp, narg, arg), compute_id(std::string(id) + "_evp_dt")
 {
   if (narg < 5)
     error->all(FLERR, "{}: expected N fraction [max DT] [displacement F], got {} arguments", who,
@@ -184,7 +184,7 @@ bool FixDtEVP::find_fastest(double dt)
   const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
   velocity.resize((size_t) 3 * nall);
   std::copy_n(atom->v[0], (size_t) 3 * nlocal, velocity.begin());
-  velocities_to_ghosts(velocity);
+  forward_comm_velocities(velocity);
   network->place_ghosts();
 
   const double share = is_resolved() ? displacement : PASSES;

@@ -4,9 +4,9 @@
 #include "compute_evp_dt.h"
 #include "core/simd.h"
 #include "fix.h"
-#include "nodal_exchange.h"
 #include "pair_network.h"
 #include "update.h"
+#include "with_per_atom_comm.h"
 
 #include <array>
 #include <string>
@@ -15,7 +15,7 @@ namespace LAMMPS_NS {
 
 /// Keeps dt at a fraction of the largest stable timestep, and short enough that no pair turns by much that fix nve/evp
 /// damps, and, where the user asks for it, that none is carried through its threshold strain unresolved.
-class FixDtEVP : public EVP::NodalExchange<Fix> {
+class FixDtEVP : public EVP::WithPerAtomComm<Fix> {
  public:
   FixDtEVP(class LAMMPS *, int, char **);
   ~FixDtEVP() override;
@@ -55,7 +55,7 @@ class FixDtEVP : public EVP::NodalExchange<Fix> {
   ComputeEVPDt *compute = nullptr;
   EVP::PairNetwork *network = nullptr;
 
-  Nodal velocity;    // with ghosts
+  Values velocity;    // with ghosts
   double stable_dt = NO_LIMIT;
   FastestPair opening = {NO_LIMIT, 0.0, 0.0}, turning = opening;    // along and across its axis
   Limit limit = NOTHING;

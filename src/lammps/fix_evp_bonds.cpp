@@ -18,14 +18,14 @@
 #include <cmath>
 
 using namespace LAMMPS_NS;
-using EVP::BondStore;
 using EVP::BodyRule;
+using EVP::BondStore;
 
 static constexpr double RESTART_FORMAT = 2002;    // first word of our section in restart files
 
 // fix ID group evp/bonds [zone Z | file FILE] [within type|molecule]
 FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
-    NodalExchange(lmp, narg, arg), after_restart(modify->nfix_restart_global > 0)
+    WithPerAtomComm(lmp, narg, arg), after_restart(modify->nfix_restart_global > 0)
 {
   EVP::for_each_keyword(
       error, who, narg - 3, arg + 3, {"zone", "file", "within"}, " or ",
@@ -122,7 +122,7 @@ void FixEVPBonds::check_history() const
                "forget: give it 'plasticity isotropic'",
                who);
   if (!rules.has_history()) return;
-  if (const Fix *other = EVP::scene::find_earlier_mover(modify, this))
+  if (const Fix *other = EVP::scene::find_earlier_exchange_fix(modify, this))
     error->all(FLERR,
                "{} must be defined before fix {} {}, which may move, add or delete atoms before it "
                "has kept how bonds have flowed or broken",
@@ -156,7 +156,8 @@ void FixEVPBonds::commit(bool at_rest)
 
 void FixEVPBonds::settle_missing()
 {
-  if (network->misses_bonds()) network->take_missing(EVP::settle_missing_bonds(lmp, network, *bonds));
+  if (network->misses_bonds())
+    network->take_missing(EVP::settle_missing_bonds(lmp, network, *bonds));
 }
 
 // a minimizer tries many places, of which only the last one is a state of the body, and that only
@@ -378,7 +379,8 @@ void FixEVPBonds::restore_within(BodyRule kept, bool recorded)
                "which is {}: leave it out; or, to change it, leave it out, write the bonds by "
                "write_evp_bonds, unfix, and define a fix of another ID with 'file' and 'within'",
                who, EVP::BODY_RULES[(int) given],
-               kept == BodyRule::ALL ? "none" : fmt::format("'within {}'", EVP::BODY_RULES[(int) kept]));
+               kept == BodyRule::ALL ? "none"
+                                     : fmt::format("'within {}'", EVP::BODY_RULES[(int) kept]));
   if (given != BodyRule::ALL) return;
   bonds->keep_within(kept);
   if (kept != BodyRule::ALL && comm->me == 0)

@@ -3,8 +3,8 @@
 
 #include "core/bond_store.h"
 #include "fix.h"
-#include "nodal_exchange.h"
 #include "pair_network.h"
+#include "with_per_atom_comm.h"
 
 #include <array>
 #include <memory>
@@ -14,7 +14,7 @@ namespace LAMMPS_NS {
 
 /// Records the bonds of a body at the first set-up, and owns the records: their life with the atoms,
 /// in restart files, and what users read of them.
-class FixEVPBonds : public EVP::NodalExchange<Fix> {
+class FixEVPBonds : public EVP::WithPerAtomComm<Fix> {
  public:
   FixEVPBonds(class LAMMPS *, int, char **);
   ~FixEVPBonds() override;

@@ -49,7 +49,7 @@ void FixEVPEnergy::init()
 void FixEVPEnergy::refuse_early_changes() const
 {
   if (!network->rules.has_history() && !network->volume()) return;
-  if (const Fix *other = EVP::scene::find_earlier_mover(modify, this))
+  if (const Fix *other = EVP::scene::find_earlier_exchange_fix(modify, this))
     error->all(
         FLERR,
         "{} must be defined before fix {} {}, which may add, delete or move atoms before the "
@@ -101,8 +101,8 @@ void FixEVPEnergy::take_work()
 {
   if (bonds) bonds->settle_missing();
   if (!work->take()) return;
-  if (!work->force.empty()) to_owners(work->force);
-  if (!work->damping.empty()) to_owners(work->damping);
+  if (!work->force.empty()) reverse_comm(work->force);
+  if (!work->damping.empty()) reverse_comm(work->damping);
 }
 
 // as Domain::unmap, which most atoms have no need of
@@ -168,7 +168,7 @@ double FixEVPEnergy::volume_jump()
   network->place_ghosts();
   const EVP::PairLists &lists = network->packed_pairs();
   const int nreact = lists.nreact(force->newton_pair);
-  Nodal inside((size_t) 3 * lists.nall, 0.0);
+  Values inside((size_t) 3 * lists.nall, 0.0);
   EVP::for_each_pair(lists.bonds, EVP::scene::rows(atom->x), [&](const EVP::PlacedPair &p) {
     if (p.is_past_cutoff()) return;
     constexpr double UNIT = 4096.0;
@@ -176,7 +176,7 @@ double FixEVPEnergy::volume_jump()
     inside[(size_t) 3 * p.i] += share;
     if (p.j < nreact) inside[(size_t) 3 * p.j] += share;
   });
-  to_owners(inside);
+  reverse_comm(inside);
 
   double lost = 0.0;
   for (int i = 0; i < atom->nlocal; i++) {
@@ -281,7 +281,7 @@ void FixEVPEnergy::note_images()
   if (!box.acts) return;
   box.note_wrapped(kinetic_here());
   work->images.assign((size_t) 3 * (atom->nlocal + atom->nghost), 0.0);
-  to_images(work->images, EVP::COUNT_OF_BOXES.data());
+  forward_comm_images(work->images, EVP::COUNT_OF_BOXES.data());
 }
 
 // What damping gives back where a velocity turns within a step is deducted from what it takes next
@@ -303,14 +303,16 @@ void FixEVPEnergy::end_of_step()
 // what is held at the end of a step. A bond past its cutoff comes back to what it had, but for plasticity and where it breaks
 void FixEVPEnergy::end_instant()
 {
-  const double past = last.pairs.past_cutoff - start.pairs.past_cutoff, broken = last.pairs.broken - start.pairs.broken;
+  const double past = last.pairs.past_cutoff - start.pairs.past_cutoff,
+               broken = last.pairs.broken - start.pairs.broken;
   const bool ends = network->rules.has_history();
   entries[KINETIC] = last.kinetic - start.kinetic;
   entries[FIRST] = last.pairs.elastic - start.pairs.elastic;
   entries[SECOND] = last.pairs.forgotten - start.pairs.forgotten;
   entries[LOST] = left + (ends ? 0.0 : past + broken);
   entries[BROKEN] = ends ? past + broken : 0.0;
-  entries[CONTACTS] = last.pairs.contacts - start.pairs.contacts;
+  entries[CONTACTS] = (last.pairs.contacts - start.pairs.contacts) -
+      (last.pairs.contacts_at_cutoff - start.pairs.contacts_at_cutoff);
   entries[VOLUME] = last.volume - start.volume;
 }
 

@@ -4,8 +4,8 @@
 #include "atom_records.h"
 #include "box_work.h"
 #include "core/energy_balance.h"
-#include "nodal_exchange.h"
 #include "pair_network.h"
+#include "with_per_atom_comm.h"
 
 #include <memory>
 
@@ -27,7 +27,7 @@ namespace LAMMPS_NS {
 /// Exact for the leapfrog but for the trapezoid of the pair forces. Each step is taken from its own half
 /// kicks, with its own dt and the damping that was applied in it, whichever fix changed them before.
 /// What pairs hold, and their forces, the pair style's force loop leaves in `work`.
-class FixEVPEnergy : public EVP::AtomRecords<EVP::NodalExchange<Fix>, EVP::AtomPast> {
+class FixEVPEnergy : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::AtomPast> {
  public:
   FixEVPEnergy(class LAMMPS *, int, char **);
 

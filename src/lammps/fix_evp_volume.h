@@ -2,8 +2,8 @@
 #pragma once
 
 #include "atom_records.h"
-#include "nodal_exchange.h"
 #include "volume_forces.h"
+#include "with_per_atom_comm.h"
 
 #include <array>
 #include <memory>
@@ -13,7 +13,7 @@ namespace LAMMPS_NS {
 
 /// An energy of the volume strain of each atom over its bonds. Its forces are in those of the pair style,
 /// its energy is here.
-class FixEVPVolume : public EVP::AtomRecords<EVP::NodalExchange<Fix>, EVP::VolumeForces::Record> {
+class FixEVPVolume : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::VolumeForces::Record> {
  public:
   FixEVPVolume(class LAMMPS *, int, char **);
   ~FixEVPVolume() override;

@@ -9,16 +9,17 @@
 #include "comm.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 
 using namespace LAMMPS_NS;
 
-static constexpr double LARGEST_TURN = 0.15;    // rad per step, see doc/fix_nve_evp.rst
+static constexpr double LARGEST_ROTATION = 0.15;    // rad per step, see doc/fix_nve_evp.rst
 
 // fix ID group nve/evp [tol 1e-3] [maxiter 500]
 FixNVEEVP::FixNVEEVP(LAMMPS *lmp, int narg, char **arg) :
-    AtomRecords(lmp, narg, arg), bodies(lmp, *this),
-    solver(lmp, who, *this, dampers, bodies.found())
+    AtomRecords(lmp, narg, arg), solver(lmp, who, *this, dampers)
 {
   EVP::for_each_keyword(
       error, who, narg - 3, arg + 3, {"tol", "maxiter"}, " and ", [this](const EVP::Keyword &word) {
@@ -75,10 +76,9 @@ void FixNVEEVP::init()
   positions_known = false;
   if (path && !keeps_records()) keep_records();
   balance_wanted = EVP::scene::find_fix(modify, "evp/energy") != nullptr;
-  turning_warned = false;
-  solver.forget_turns();
+  rotation_warned = false;
+  solver.forget();
   dampers.forget();    // another pair style may have come to the same count of builds
-  bodies.forget();
   last_iterations = most_iterations = 0;
   all_iterations = solves = 0;
 }
@@ -99,10 +99,44 @@ void FixNVEEVP::check_groups() const
   }
 }
 
+// Components that a fix move integrates by the forces itself, as a word; empty without. It tells nobody
+// which are NULL: its kick is tried out on one atom.
+std::string FixNVEEVP::null_components(const Fix *move) const
+{
+  std::string found;
+  if (atom->nlocal == 0) return found;
+  double *const v = atom->v[0], *const f = atom->f[0];
+  const std::array old = {v[0], v[1], v[2], f[0], f[1], f[2]};
+  const int nlocal = std::exchange(atom->nlocal, 1);
+  const int mask = std::exchange(atom->mask[0], move->groupbit);
+  std::fill_n(v, 3, 0.0);
+  std::fill_n(f, 3, 1.0);
+  const_cast<Fix *>(move)->final_integrate();
+  for (int c = 0; c < domain->dimension; c++)
+    if (v[c] != 0.0) found += "xyz"[c];
+  std::copy_n(old.begin(), 3, v);
+  std::copy_n(old.begin() + 3, 3, f);
+  atom->nlocal = nlocal;
+  atom->mask[0] = mask;
+  return found;
+}
+
+// Collective. Fix move knows the timestep after its init() only.
+void FixNVEEVP::find_null_moves()
+{
+  null_moves.clear();
+  for (const Fix *other : modify->get_fix_list())
+    if (strcmp(other->style, "move") == 0 && EVP::on_any(!null_components(other).empty(), world)) {
+      null_moves.push_back(other);
+      others_groupbits |= other->groupbit;
+    }
+}
+
 // Atoms hold the velocity of the full step: half of the kick is still to come.
 void FixNVEEVP::setup(int vflag)
 {
   vflag_now = vflag;
+  find_null_moves();
   collect_dampers();
   if (balance_wanted) find_rates(0.0);
   solve_and_apply(0.5 * update->dt);
@@ -143,9 +177,9 @@ void FixNVEEVP::collect_dampers()
   const auto gamma_of = [this](const EVP::PackedPair &p) {
     return network->implicit_gamma(p);
   };
-  if (bodies.are_due(list)) {
-    warn_of_turning();
-    bodies.find(list, groupbit, gamma_of);
+  if (solver.bodies_are_due(list)) {
+    warn_of_rotation();
+    solver.find_bodies(*network, groupbit);
   }
   dampers.collect(list, EVP::scene::rows(atom->x), force->newton_pair, gamma_of);
   if (!others_groupbits) return;
@@ -153,13 +187,25 @@ void FixNVEEVP::collect_dampers()
   // neighbors of the group may be held or moved along a path, but not follow forces of their own
   dampers.for_each([this](int i, const EVP::Dampers::Damper &damper, double) {
     for (const int k : {i, damper.j})
-      if (!in_group(k) && (atom->mask[k] & others_groupbits))
-        error->one(FLERR,
-                   "{}: atom {} interacts with its group but is integrated by another fix, whose "
-                   "velocity would enter as prescribed: put it into the group of fix {}, or move "
-                   "it by fix nve/noforce or fix move",
-                   who, atom->tag[k], id);
+      if (!in_group(k) && (atom->mask[k] & others_groupbits)) stop_at_integrated(k);
   });
+}
+
+void FixNVEEVP::stop_at_integrated(int i) const
+{
+  for (const Fix *move : null_moves)
+    if (atom->mask[i] & move->groupbit)
+      error->one(FLERR,
+                 "{}: atom {} interacts with its group, but fix {} of style move integrates its "
+                 "component {} by the forces (NULL), whose velocity would enter as prescribed: "
+                 "prescribe the component (0.0 holds the atom), or use fix nve for the group of "
+                 "fix {}, with the timestep that explicit damping allows (compute evp/dt)",
+                 who, atom->tag[i], move->id, null_components(move), id);
+  error->one(FLERR,
+             "{}: atom {} interacts with its group but is integrated by another fix, whose "
+             "velocity would enter as prescribed: put it into the group of fix {}, or move "
+             "it by fix nve/noforce or fix move",
+             who, atom->tag[i], id);
 }
 
 void FixNVEEVP::remember_positions()
@@ -178,7 +224,7 @@ template <class F> void FixNVEEVP::for_each_mean_velocity(double dt, F &&f) cons
   }
 }
 
-// Opening rates over the last timestep dt, or now with dt = 0, from the velocities that atoms hold.
+// Separation rates over the last timestep dt, or now with dt = 0, from the velocities that atoms hold.
 void FixNVEEVP::find_rates(double dt)
 {
   if (!network->damps_implicitly()) return;
@@ -188,11 +234,11 @@ void FixNVEEVP::find_rates(double dt)
     for_each_mean_velocity(dt, [this](int i, int c, double mean) {
       if (!in_group(i)) velocities[(size_t) 3 * i + c] = mean;
     });
-  velocities_to_ghosts(velocities);
+  forward_comm_velocities(velocities);
   dampers.find_rates(velocities, dt);
 
   image_velocities.assign(domain->deform_vremap ? velocities.size() : 0, 0.0);
-  if (domain->deform_vremap) velocities_to_ghosts(image_velocities);
+  if (domain->deform_vremap) forward_comm_velocities(image_velocities);
 }
 
 double FixNVEEVP::power_of_box() const
@@ -206,18 +252,18 @@ double FixNVEEVP::power_of_box() const
   return sum;
 }
 
-// Collective, once per neighbor build and at the end of a run: fast turning leads to builds.
-void FixNVEEVP::warn_of_turning()
+// Collective, once per neighbor build and at the end of a run: fast rotation leads to builds.
+void FixNVEEVP::warn_of_rotation()
 {
-  const double angle = solver.take_largest_turn();
-  if (turning_warned || angle <= 1.01 * LARGEST_TURN) return;
-  turning_warned = true;
+  const double angle = solver.take_largest_rotation();
+  if (rotation_warned || angle <= 1.01 * LARGEST_ROTATION) return;
+  rotation_warned = true;
   if (comm->me) return;
   error->warning(
       FLERR,
       "{}: damped pairs rotated by more than {} rad per step, {:.3g} rad before step {}, which the "
       "damping does not resolve: reduce the timestep to {:.4g}, or use fix dt/evp",
-      who, LARGEST_TURN, angle, update->ntimestep, update->dt * LARGEST_TURN / angle);
+      who, LARGEST_ROTATION, angle, update->ntimestep, update->dt * LARGEST_ROTATION / angle);
 }
 
 void FixNVEEVP::kick()
@@ -264,7 +310,7 @@ void FixNVEEVP::tally_virial()
   if (!evflag) return;    // v_init sets no vflag_either
 
   // per atom in two parts of three, the width of the exchange
-  Nodal shares[2];
+  Values shares[2];
   if (vflag_atom)
     for (auto &share : shares) share.assign((size_t) 3 * (atom->nlocal + atom->nghost), 0.0);
 
@@ -285,7 +331,7 @@ void FixNVEEVP::tally_virial()
   });
   if (!vflag_atom) return;
   for (int part = 0; part < 2; part++) {
-    to_owners(shares[part]);
+    reverse_comm(shares[part]);
     for (int i = 0; i < atom->nlocal; i++)
       for (int c = 0; c < 3; c++) vatom[i][3 * part + c] += shares[part][(size_t) 3 * i + c];
   }

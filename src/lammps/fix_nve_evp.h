@@ -3,10 +3,9 @@
 
 #include "atom_records.h"
 #include "core/dampers.h"
-#include "damped_bodies.h"
 #include "damping_solver.h"
-#include "nodal_exchange.h"
 #include "pair_network.h"
+#include "with_per_atom_comm.h"
 
 #include "domain.h"
 
@@ -26,12 +25,12 @@ namespace LAMMPS_NS {
 /// Leapfrog with the damping of pair style evp/lj taken at the end of the step:
 /// (M + dt C) v+ = M v- + dt (F(x) - T), then x += dt v+.
 ///
-/// Each damper sees the opening rate of the whole step, (|r + dt v+| - |r|)/dt = u.v+ + turning (see
-/// EVP::opening_rate): where a pair turns without strain, u.v+ along its old direction u is not zero.
+/// Each damper sees the separation rate of the whole step, (|r + dt v+| - |r|)/dt = u.v+ + rotation (see
+/// EVP::separation_rate): where a pair rotates without strain, u.v+ along its old direction u is not zero.
 ///
 /// Between steps atoms hold v = (v- + v+)/2, and f holds F plus the damping force that took v- to v+,
 /// so that both half kicks are those of plain leapfrog and other fixes read the whole force.
-class FixNVEEVP : public EVP::AtomRecords<EVP::NodalExchange<Fix>, EVP::LastPosition> {
+class FixNVEEVP : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::LastPosition> {
  public:
   FixNVEEVP(class LAMMPS *, int, char **);
 
@@ -45,7 +44,7 @@ class FixNVEEVP : public EVP::AtomRecords<EVP::NodalExchange<Fix>, EVP::LastPosi
   void post_force(int vflag) override { vflag_now = vflag; }
   void initial_integrate(int) override;
   void final_integrate() override;
-  void post_run() override { warn_of_turning(); }
+  void post_run() override { warn_of_rotation(); }
 
   // no damping acts in a minimization: the virial of the last run must not stay in its pressure
   void min_setup(int vflag) override { v_init(vflag); }
@@ -74,8 +73,7 @@ class FixNVEEVP : public EVP::AtomRecords<EVP::NodalExchange<Fix>, EVP::LastPosi
 
   double memory_usage() override
   {
-    return dampers.memory_usage() + bodies.memory_usage() + solver.memory_usage() +
-        AtomRecords::memory_usage() +
+    return dampers.memory_usage() + solver.memory_usage() + AtomRecords::memory_usage() +
         EVP::bytes_of(velocities, image_velocities, prescribed, applied);
   }
   void set_arrays(int i) override
@@ -85,19 +83,19 @@ class FixNVEEVP : public EVP::AtomRecords<EVP::NodalExchange<Fix>, EVP::LastPosi
 
  private:
   EVP::PairNetwork *network = nullptr;
-  int others_groupbits = 0;       // groups of the other fixes that move atoms by forces
+  int others_groupbits = 0;               // groups of the other fixes that move atoms by forces
+  std::vector<const Fix *> null_moves;    // those of style move with a component NULL
   bool forces_follow = false;     // fixes defined later add forces, at set-up after its solve
   bool balance_wanted = false;    // a fix evp/energy asks for the power of the dampers
-  bool turning_warned = false;
+  bool rotation_warned = false;
   bool positions_known = false;    // the records are those of the last solve
 
   EVP::Dampers dampers;
-  EVP::DampedBodies bodies;
   EVP::DampingSolver solver;
-  Nodal velocities;          // with ghosts: mean ones over the last step; where balance_wanted
-  Nodal image_velocities;    // of periodic images against their owners; where balance_wanted
-  Nodal prescribed;          // velocities after the step, used outside the group
-  Nodal applied;    // damping force that f holds, from one solve to the kick after it; or empty
+  Values velocities;          // with ghosts: mean ones over the last step; where balance_wanted
+  Values image_velocities;    // of periodic images against their owners; where balance_wanted
+  Values prescribed;          // velocities after the step, used outside the group
+  Values applied;    // damping force that f holds, from one solve to the kick after it; or empty
   double dt_applied = 0.0;    // timestep that it was solved for, 0 if it must be solved anew
   int vflag_now = 0;
 
@@ -106,11 +104,14 @@ class FixNVEEVP : public EVP::AtomRecords<EVP::NodalExchange<Fix>, EVP::LastPosi
 
   bool in_group(int i) const { return atom->mask[i] & groupbit; }
   void check_groups() const;
+  std::string null_components(const Fix *move) const;
+  void find_null_moves();
+  void stop_at_integrated(int i) const;
   void collect_dampers();
   void find_rates(double dt);
   void remember_positions();
   template <class F> void for_each_mean_velocity(double dt, F &&f) const;
-  void warn_of_turning();
+  void warn_of_rotation();
   void kick();
   void solve_and_apply(double h);
   void tally_virial();

@@ -28,7 +28,8 @@ MissingBonds settle_missing_bonds(LAMMPS *lmp, const PairNetwork *network, BondS
     const Bond &bond = store.of(i)[slot];
     PairHistory *const history = store.has_history() ? &store.histories_of(i)[slot] : nullptr;
     const Offset before = history ? Offset{history->q, history->k} : Offset{};
-    const PairState at = network->state_at_cutoff(atom->type[i], type, atom->radius[i] + radius, bond.deq, before);
+    const PairState at =
+        network->state_at_cutoff(atom->type[i], type, atom->radius[i] + radius, bond.deq, before);
     found.held += 0.5 * at.stored.total();
     found.dissipated += 0.5 * at.dissipated;
     if (!history) return;
@@ -40,7 +41,8 @@ MissingBonds settle_missing_bonds(LAMMPS *lmp, const PairNetwork *network, BondS
   struct Side {
     int i, slot;
   };
-  std::vector<Side> far_away;    // with a partner that is not even a ghost: it is far, or was deleted
+  std::vector<Side>
+      far_away;    // with a partner that is not even a ghost: it is far, or was deleted
   std::vector<tagint> partners;
   for (int i = 0; i < atom->nlocal; i++)
     for (int slot = 0; slot < (int) store.of(i).size(); slot++) {

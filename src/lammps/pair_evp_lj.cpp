@@ -40,8 +40,8 @@ struct PairTally {
     range.for_each_row([&](int i, int first, int last) {
       for (int k = first; k < last; k++) {
         const int b = k - range.first;
-        style->ev_tally(i, range.list.j[k], nlocal, newton, potential ? block.potential[b] : 0.0, 0.0, block.force[b],
-                        block.xy[2 * b], block.xy[2 * b + 1], block.z[b]);
+        style->ev_tally(i, range.list.j[k], nlocal, newton, potential ? block.potential[b] : 0.0,
+                        0.0, block.force[b], block.xy[2 * b], block.xy[2 * b + 1], block.z[b]);
       }
     });
   }
@@ -91,6 +91,12 @@ void PairEVPLJ::allocate()
 // pair_style evp/lj [contact literal|repulsive|none] [overlap 0.3] [plasticity none|isotropic] [break none|XI]
 void PairEVPLJ::settings(int narg, char **arg)
 {
+  for (int k = 0; k < narg; k += 2)
+    if (strcmp(arg[k], "unload") == 0)
+      error->all(FLERR,
+                 "Pair style evp/lj: 'unload' was replaced: use 'plasticity none' (the paper's "
+                 "law, which is reversible) or "
+                 "'plasticity isotropic' (permanent flow)");
   EVP::PairRules chosen;
   EVP::for_each_keyword(
       error, "Pair style evp/lj", narg, arg, {"contact", "overlap", "plasticity", "break"}, " and ",
@@ -124,7 +130,8 @@ void PairEVPLJ::settings(int narg, char **arg)
       });
   if (chosen.plastic && chosen.contact == Contact::LITERAL)
     error->all(FLERR,
-               "Pair style evp/lj: 'plasticity isotropic' and 'contact literal' together create energy: add 'contact "
+               "Pair style evp/lj: 'plasticity isotropic' and 'contact literal' together create "
+               "energy: add 'contact "
                "repulsive' or 'contact none'");
   network.rules = chosen;
   network.repack();
@@ -239,9 +246,9 @@ void PairEVPLJ::stop_at_blow_up() const
     const double *f = atom->f[p.i];
     if (!culprit.empty() || std::isfinite(p.g.dsq + f[0] + f[1] + f[2])) return;
     const double d = p.distance(), deq = 1.0 / p.inv_deq;
-    culprit = fmt::format("first atoms {} and {} at d = {:.6g}, deq = {:.6g}, {} regime",
-                          atom->tag[p.i], atom->tag[p.j], d, deq,
-                          network.state_of(p).regime == 1 ? "first" : "second");
+    culprit =
+        fmt::format("first atoms {} and {} at d = {:.6g}, deq = {:.6g}, {} regime", atom->tag[p.i],
+                    atom->tag[p.j], d, deq, network.state_of(p).regime == 1 ? "first" : "second");
   });
   if (culprit.empty()) culprit = "no pair of this MPI rank";
   const bigint saved = output ? output->last_restart : -1;
@@ -277,7 +284,8 @@ template <bool Damping> void PairEVPLJ::compute_forces()
 
 // make_tally(holds_energy): what LAMMPS asks for of one list; the volume energy is reported by its fix
 template <bool Damping, class MakeTally>
-void PairEVPLJ::sum_forces(EVP::PairLists &lists, const EVP::ParticleView &view, MakeTally &&make_tally)
+void PairEVPLJ::sum_forces(EVP::PairLists &lists, const EVP::ParticleView &view,
+                           MakeTally &&make_tally)
 {
   EVP::PairWork *work = network.wanted_work();
   if (work && work->is_fresh()) work = nullptr;
@@ -291,9 +299,11 @@ void PairEVPLJ::sum_forces(EVP::PairLists &lists, const EVP::ParticleView &view,
       f(tally);
   };
   for (EVP::PairList *list : {&lists.bonds, &lists.contacts}) {
-    const EVP::BlockLaw &law = list->are_bonds ? coefficients.law_of_bonds() : coefficients.law_of_contacts();
+    const EVP::BlockLaw &law = list->are_bonds ? coefficients.law_of_bonds()
+                                               : coefficients.law_of_contacts();
     with_tally(list->are_bonds, true, [&](auto &&tally) {
-      EVP::accumulate_forces<Damping>(*list, law, view, tally, network.is_incremental(), list->are_bonds ? past : nullptr);
+      EVP::accumulate_forces<Damping>(*list, law, view, tally, network.is_incremental(),
+                                      list->are_bonds ? past : nullptr);
     });
   }
   if (const EVP::VolumeForces *const volume = network.volume())
@@ -324,8 +334,10 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
   if (!acts) return 0.0;
   fforce = now.force / d;
   if (pair.is_bond && network.volume())
-    fforce += network.volume()->force(i, j, deq, law.row.alpha * (atom->radius[i] + atom->radius[j])) / d;
-  if (network.damping_acts() && (comm->ghost_velocity || velocities_sent) && !network.is_implicit(i, j)) {
+    fforce +=
+        network.volume()->force(i, j, deq, law.row.alpha * (atom->radius[i] + atom->radius[j])) / d;
+  if (network.damping_acts() && (comm->ghost_velocity || velocities_sent) &&
+      !network.is_implicit(i, j)) {
     const EVP::PairGeometry g(rows(atom->x), i, j);
     fforce += EVP::damping_over_distance(law.gamma, g, atom->v[i], atom->v[j]);
   }
@@ -371,7 +383,7 @@ void PairEVPLJ::write_restart_settings(FILE *fp)
   network.source.note();
   const EVP::PairRules &rules = network.rules;
   const std::string &recorder = network.source.recorder;
-  const double words[] = {RESTART_FORMAT,          EVP::NMEMBERS,        (double) rules.contact,
+  const double words[] = {RESTART_FORMAT,          EVP::NMEMBERS,          (double) rules.contact,
                           rules.overlap,           (double) rules.plastic, rules.break_strain,
                           (double) recorder.size()};
   fwrite(words, sizeof(words), 1, fp);

@@ -14,6 +14,7 @@ namespace EVP {
 
 void PairHistories::begin_run()
 {
+  limit_warned = false;
   if (!on_any(due, world)) return;
   due = false;
   newly_broken.clear();
@@ -57,15 +58,18 @@ void PairHistories::break_bonds(const std::vector<int> &broken, PairWork *work)
     const PackedPair bond = lists.bonds[k];
     const int i = lists.bonds.owner_of(k);
     newly_broken.push_back({i, bond.j, lists.bonds.history_of(k).work});
-    const double ratio = std::sqrt(bond.cutsq) * bond.inv_deq;
+    const double ratio = bond.cut * bond.inv_deq;
     if (work)
       work->add_broken(rank_share(bond.j, lists.nreact(force->newton_pair)) *
-                       coefficients.law(bond.law).state(ratio, bond.inv_deq, bond.flow, bond.offset).stored.total());
+                       coefficients.law(bond.law)
+                           .state(ratio, bond.inv_deq, bond.flow, bond.offset)
+                           .stored.total());
 
     const Span left = rules.of_broken(atom->radius[i] + atom->radius[bond.j], 1.0 / bond.inv_deq);
     if (left.cutoff == 0.0 || !contacts.make_room(1)) continue;
     const size_t n = contacts.size();
     contacts.inv_deq[n] = 1.0 / left.deq;
+    if (!contacts.deq.empty()) contacts.deq[n] = left.deq;
     contacts.cutsq[n] = contacts.cutoff_squared(left.cutoff);
     contacts.j[n] = bond.j;
     contacts.law[n] = bond.law;
@@ -88,7 +92,8 @@ void PairHistories::carry(const PairLists &before)
     return rows;
   };
   const auto bond_rows = rows_of(before.bonds), contact_rows = rows_of(before.contacts);
-  const auto find_old = [](const PairList &list, const std::vector<const PackedRow *> &rows, int j) {
+  const auto find_old = [](const PairList &list, const std::vector<const PackedRow *> &rows,
+                           int j) {
     for (const PackedRow *row : rows)
       for (int k = row->first; k < row->last; k++)
         if (list.j[k] == j) return k;
@@ -99,11 +104,13 @@ void PairHistories::carry(const PairLists &before)
     for (const PackedRow &row : list->rows)
       for (int k = row.first; k < row.last; k++) {
         const int contact = find_old(before.contacts, contact_rows[row.i], list->j[k]);
-        const int bond = list->are_bonds ? find_old(before.bonds, bond_rows[row.i], list->j[k]) : -1;
+        const int bond = list->are_bonds ? find_old(before.bonds, bond_rows[row.i], list->j[k])
+                                         : -1;
         if (list->are_bonds && bond < 0) broken.push_back(k);
         if (!list->stays()) continue;
         if (bond >= 0) list->set_history(k, before.bonds.history_of(bond));
-        if (!list->are_bonds && contact >= 0) list->set_history(k, before.contacts.history_of(contact));
+        if (!list->are_bonds && contact >= 0)
+          list->set_history(k, before.contacts.history_of(contact));
       }
   if (broken.empty()) return;
   const auto known = newly_broken;    // they broke before
@@ -111,7 +118,7 @@ void PairHistories::carry(const PairLists &before)
   newly_broken = known;
 }
 
-void PairHistories::return_to(BondStore &records, bool list_matches, GhostExchange &exchange)
+void PairHistories::return_to(BondStore &records, bool list_matches, PerAtomComm &exchange)
 {
   if (!due) return;
   due = false;
@@ -122,22 +129,23 @@ void PairHistories::return_to(BondStore &records, bool list_matches, GhostExchan
         "or broken: define fix evp/bonds before all fixes that do so");
   send_to_owners(records, exchange);
   newly_broken.clear();
+  warn_of_limit();
 }
 
 // Atoms and ghosts are those that the list was packed for. Without newton both owners of a pair across MPI ranks, or
 // across a periodic boundary, hold a copy: that of the atom with the lower ID is taken for both
-void PairHistories::send_to_owners(BondStore &records, GhostExchange &exchange)
+void PairHistories::send_to_owners(BondStore &records, PerAtomComm &exchange)
 {
   const tagint *tag = atom->tag;
   const int nlocal = atom->nlocal, newton = force->newton_pair;
 
-  GhostExchange::Nodal owner((size_t) 3 * (nlocal + atom->nghost),
-                             0.0);    // rank, local index
+  PerAtomComm::Values owner((size_t) 3 * (nlocal + atom->nghost),
+                            0.0);    // rank, local index
   for (int i = 0; i < nlocal; i++) {
     owner[(size_t) 3 * i] = comm->me;
     owner[(size_t) 3 * i + 1] = i;
   }
-  exchange.to_ghosts(owner);
+  exchange.forward_comm(owner);
 
   records.clear_contacts();
   std::vector<HistoryOfPair> messages;
@@ -182,6 +190,31 @@ void PairHistories::send_to_owners(BondStore &records, GhostExchange &exchange)
   irregular.destroy_data();
   for (const HistoryOfPair &m : received) records.take(m);
   for (const HistoryOfPair &m : deferred) records.take(m);
+}
+
+// once per run
+void PairHistories::warn_of_limit()
+{
+  if (!rules.plastic || limit_warned) return;
+  double strain = 0.0;    // the largest elastic limit beyond that of the largest force
+  int last = -1;
+  double strongest = 0.0;
+  for (size_t n = 0; n < lists.bonds.size(); n++) {
+    const PairLaw &law = coefficients.law(lists.bonds.law[n]);
+    if (lists.bonds.law[n] != std::exchange(last, lists.bonds.law[n]))
+      strongest = law.strongest_strain();
+    const double limit = law.limit(lists.bonds.k[n]);
+    if (limit > strongest) strain = std::max(strain, limit);
+  }
+  strain = reduce_all(strain, MPI_MAX, world);
+  limit_warned = strain > 0.0;
+  if (limit_warned && comm->me == 0)
+    error->warning(
+        FLERR,
+        "Pair evp/lj: the elastic limit of bonds has grown to a strain of {:.3g}, beyond that of "
+        "the largest "
+        "force in tension: they soften from now on; give the row a 'saturation', or a smaller e2",
+        strain);
 }
 
 void PairHistories::index_rows() const

@@ -5,7 +5,7 @@
 #include "core/coefficients.h"
 #include "core/contacts.h"
 #include "core/energy_balance.h"
-#include "core/ghost_exchange.h"
+#include "core/per_atom_comm.h"
 #include "volume_forces.h"
 
 #include <utility>
@@ -17,8 +17,10 @@ namespace EVP {
 /// the last forces found comes into force here, and nowhere else.
 class PairHistories : protected Pointers {
  public:
-  PairHistories(LAMMPS *lmp, PairLists &lists_in, const Coefficients &coefficients_in, const PairRules &rules_in) :
-      Pointers(lmp), lists(lists_in), coefficients(coefficients_in), rules(rules_in)
+  PairHistories(LAMMPS *lmp, PairLists &lists_in, const Coefficients &coefficients_in,
+                const PairRules &rules_in) :
+      Pointers(lmp),
+      lists(lists_in), coefficients(coefficients_in), rules(rules_in)
   {
   }
 
@@ -47,7 +49,7 @@ class PairHistories : protected Pointers {
   void carry(const PairLists &before);
 
   /// Collective, where they are due: to the records of their atoms.
-  void return_to(BondStore &, bool list_matches, GhostExchange &);
+  void return_to(BondStore &, bool list_matches, PerAtomComm &);
 
   /// Of the pair (i, j) of the lists, which must be those of the present atoms; false where it is not there.
   bool find(int i, int j, PairHistory &found) const;
@@ -65,16 +67,19 @@ class PairHistories : protected Pointers {
     double work;
   };
 
-  std::vector<int> past;                   // bonds that the last forces found past their cutoff, where bonds break
+  std::vector<int> past;    // bonds that the last forces found past their cutoff, where bonds break
   std::vector<BrokenBond> newly_broken;    // of this MPI rank, since histories were returned
   bool due = false;
-  mutable std::array<std::vector<std::pair<int, int>>, 2> row_index;    // atom and row, of bonds and contacts
+  bool limit_warned = false;
+  mutable std::array<std::vector<std::pair<int, int>>, 2>
+      row_index;    // atom and row, of bonds and contacts
   mutable long row_index_build = -1;
 
   void find_next(PairList &);
   void break_bonds(const std::vector<int> &, PairWork *);
-  void send_to_owners(BondStore &, GhostExchange &);
+  void send_to_owners(BondStore &, PerAtomComm &);
   void index_rows() const;
+  void warn_of_limit();
 };
 
 }    // namespace EVP

@@ -28,7 +28,8 @@ struct PairListBuilder::View {
 
 PairListBuilder::Found PairListBuilder::build(const Input &input, PairLists &lists)
 {
-  return input.within == BodyRule::ALL ? pack_rows<false>(input, lists) : pack_rows<true>(input, lists);
+  return input.within == BodyRule::ALL ? pack_rows<false>(input, lists)
+                                       : pack_rows<true>(input, lists);
 }
 
 // Divided: there are pairs of two bodies
@@ -40,8 +41,9 @@ PairListBuilder::Found PairListBuilder::pack_rows(const Input &input, PairLists 
   last.rows.resize(atom->nlocal, {0, 0});
   now.rows.assign(atom->nlocal, {0, 0});
   lists.build++;
-  lists.bonds.clear(BOND_MARGIN, input.rules.flow_of_bonds());
-  lists.contacts.clear(input.rules.contact_margin(false, input.any_damping), input.rules.flow_of_contacts());
+  lists.bonds.clear(BOND_MARGIN, input.rules.flow_of_bonds(), input.with_deq);
+  lists.contacts.clear(input.rules.contact_margin(false, input.any_damping),
+                       input.rules.flow_of_contacts(), input.with_deq);
 
   Found found{};
   View view = {scene::rows(atom->x),
@@ -60,7 +62,8 @@ PairListBuilder::Found PairListBuilder::pack_rows(const Input &input, PairLists 
     const int i = ilist[ii];
     if (input.bonds && ii + AHEAD < inum) input.bonds->prefetch(ilist[ii + AHEAD]);
     if (!lists.bonds.make_room(view.numneigh[i]) || !lists.contacts.make_room(view.numneigh[i]))
-      error->one(FLERR, "Pair evp/lj: more than {} pairs on one MPI rank: use more ranks", PairList::MOST);
+      error->one(FLERR, "Pair evp/lj: more than {} pairs on one MPI rank: use more ranks",
+                 PairList::MOST);
     pack_row<Divided>(input, view, i, lists, found);
   }
   return found;
@@ -70,18 +73,21 @@ namespace {
 
   /// Where the pairs of a row go, apart from the list: the compiler need not read its pointers again.
   struct Room {
-    double *inv_deq, *cutsq;
+    double *inv_deq, *cutsq, *deq;
     int *j, *law, *record;
     int n = 0;
 
     explicit Room(PairList &list) :
-        inv_deq(list.inv_deq.data() + list.size()), cutsq(list.cutsq.data() + list.size()), j(list.j.data() + list.size()),
-        law(list.law.data() + list.size()), record(list.record.data() + list.size())
+        inv_deq(list.inv_deq.data() + list.size()), cutsq(list.cutsq.data() + list.size()),
+        deq(list.deq.empty() ? nullptr : list.deq.data() + list.size()),
+        j(list.j.data() + list.size()), law(list.law.data() + list.size()),
+        record(list.record.data() + list.size())
     {
     }
-    EVP_INLINE void add(double deq, double cutsq_in, int j_in, int law_in, int record_in)
+    EVP_INLINE void add(double deq_in, double cutsq_in, int j_in, int law_in, int record_in)
     {
-      inv_deq[n] = 1.0 / deq;
+      inv_deq[n] = 1.0 / deq_in;
+      if (deq) deq[n] = deq_in;
       cutsq[n] = cutsq_in;
       j[n] = j_in;
       law[n] = law_in;
@@ -93,7 +99,8 @@ namespace {
 }    // namespace
 
 template <bool Divided>
-EVP_INLINE void PairListBuilder::pack_row(const Input &input, const View &view, int i, PairLists &lists, Found &found)
+EVP_INLINE void PairListBuilder::pack_row(const Input &input, const View &view, int i,
+                                          PairLists &lists, Found &found)
 {
   static const BondStore::Bonds none;
   const PairRules rules = input.rules;    // apart from what is written
@@ -166,7 +173,8 @@ EVP_INLINE void PairListBuilder::pack_row(const Input &input, const View &view, 
 }
 
 // of the n pairs behind the last ones of a list; contacts that have flowed are few
-void PairListBuilder::fill_history(const Input &input, const View &view, int i, PairList &list, int n)
+void PairListBuilder::fill_history(const Input &input, const View &view, int i, PairList &list,
+                                   int n)
 {
   if (!list.stays()) return;
   const size_t first = list.size();

@@ -19,8 +19,9 @@ class PairListBuilder : protected Pointers {
     const Coefficients *coefficients;
     const BondStore *bonds;    ///< nullptr without
     PairRules rules;
-    BodyRule within;          ///< see fix evp/bonds
+    BodyRule within;    ///< see fix evp/bonds
     bool any_damping;
+    bool with_deq;            ///< for an energy balance
     int implicit_groupbit;    ///< pairs with an atom of it have the law without gamma
   };
 

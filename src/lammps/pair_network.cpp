@@ -57,11 +57,12 @@ const PairLists &PairNetwork::packed_pairs() const
   return lists;
 }
 
-PairState PairNetwork::state_at_cutoff(int itype, int jtype, double sum_radii, double deq, const Offset &before) const
+PairState PairNetwork::state_at_cutoff(int itype, int jtype, double sum_radii, double deq,
+                                       const Offset &before) const
 {
   const PairLaw &law = coefficients.law(coefficients.index(itype, jtype));
   const Span span = rules.of_bond(deq, law.row.alpha * sum_radii);
-  return law.state(std::sqrt(cutoff_squared(span.cutoff, BOND_MARGIN)) / deq, 1.0 / deq, rules.flow_of_bonds(), before);
+  return law.state(span.cutoff / deq, 1.0 / deq, rules.flow_of_bonds(), before);
 }
 
 PairNetwork::AnyPair PairNetwork::pair_between(int i, int j, int itype, int jtype) const
@@ -161,7 +162,7 @@ void PairNetwork::begin_run()
   const Fix *implicit = scene::find_fix(modify, "nve/evp");
   implicit_groupbit = implicit ? implicit->groupbit : 0;
   volume_ = VolumeForces::find(modify);
-  any_gamma = scene_checked = overlap_warned = false;
+  any_gamma = scene_checked = overlap_warned = bonds_missing = false;
   repack_due = true;
   snapshot.forget();
 }
@@ -262,8 +263,10 @@ bool PairNetwork::pack(const NeighList *neighbors, bool collective)
   source_version = source.version();
   // with the same neighbor list the records have not been told of what changed
   const PairLists before = carries ? lists : PairLists();
-  const PairListBuilder::Found found = builder.build(
-      {neighbors, &coefficients, bonds(), rules, within(), any_gamma, implicit_groupbit}, lists);
+  const PairListBuilder::Found found =
+      builder.build({neighbors, &coefficients, bonds(), rules, within(), any_gamma, work != nullptr,
+                     implicit_groupbit},
+                    lists);
   pair_histories.forget_forces();
   if (is_first && bonds()) laws.check(lists.bonds, volume());
   snapshot.finish();
@@ -283,7 +286,8 @@ bool PairNetwork::pack(const NeighList *neighbors, bool collective)
 
 void PairNetwork::commit(bool at_rest)
 {
-  if (pair_histories.commit(at_rest, work.get()) && volume()) volume()->pack(lists.bonds, *bonds(), coefficients, false);
+  if (pair_histories.commit(at_rest, work.get()) && volume())
+    volume()->pack(lists.bonds, *bonds(), coefficients, false);
 }
 
 PairHistory PairNetwork::history_of(int i, int j) const
@@ -334,9 +338,10 @@ void PairNetwork::check_rules() const
   const bool same =
       rules.plastic == rules_of_run.plastic && rules.break_strain == rules_of_run.break_strain;
   if (!same || !source.suits(rules))
-    error->all(FLERR,
-               "Pair evp/lj: 'plasticity' or 'break' has changed since the last setup: use 'run' with "
-               "'pre yes'");
+    error->all(
+        FLERR,
+        "Pair evp/lj: 'plasticity' or 'break' has changed since the last setup: use 'run' with "
+        "'pre yes'");
 }
 
 // of special_bonds, or of the pair special option of this sub-style of pair_style hybrid

@@ -61,7 +61,8 @@ class PairNetwork : protected Pointers {
   }
 
   /// The same of a bond at its cutoff. types: of its atoms. sum_radii, deq [length].
-  PairState state_at_cutoff(int itype, int jtype, double sum_radii, double deq, const Offset &before) const;
+  PairState state_at_cutoff(int itype, int jtype, double sum_radii, double deq,
+                            const Offset &before) const;
 
   /// The pair of two atoms of the present lists, packed or not, with its work of flow [energy]; as its law had no twin.
   struct AnyPair {
@@ -162,7 +163,7 @@ class PairNetwork : protected Pointers {
 
   /// Collective, where commit() was called since: the histories of the pairs go to the records of their
   /// atoms. Called before atoms migrate, and before others read the records.
-  void return_histories(BondStore &records, GhostExchange &exchange)
+  void return_histories(BondStore &records, PerAtomComm &exchange)
   {
     pair_histories.return_to(records, snapshot.matches_list(), exchange);
   }

@@ -101,8 +101,7 @@ std::string RowLaws::find_inactive_kv() const
       !scene::find_fix(modify, "evp/bonds"))
     return "";
   for (int type = 1; type <= atom->ntypes; type++)
-    if (const double kv = coefficients.row(type, type).kv;
-        kv > 0.0 && cuts.handles(type, type))
+    if (const double kv = coefficients.row(type, type).kv; kv > 0.0 && cuts.handles(type, type))
       return fmt::format(
           "Pair evp/lj: the row of type {} has kv {:.6g}, but without fix evp/volume "
           "there is no volume energy, and stiffness and Poisson's ratio are not "

@@ -47,7 +47,7 @@ namespace scene {
 
   /// A fix that was defined before this one and may add, delete or move atoms before it at a neighbor build, nullptr if
   /// there is none: ours do not, nor do those that keep the history of granular styles.
-  inline const Fix *find_earlier_mover(const Modify *modify, const Fix *self)
+  inline const Fix *find_earlier_exchange_fix(const Modify *modify, const Fix *self)
   {
     for (int k = 0; k < modify->nfix && modify->fix[k] != self; k++) {
       const Fix *const other = modify->fix[k];

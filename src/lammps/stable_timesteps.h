@@ -18,7 +18,7 @@ class StableTimesteps : protected Pointers {
   static constexpr int MAX_ITERATIONS = 500;
 
   /// exchange: of three values per atom and ghost.
-  StableTimesteps(LAMMPS *lmp, GhostExchange &exchange) : Pointers(lmp), linear(exchange) {}
+  StableTimesteps(LAMMPS *lmp, PerAtomComm &exchange) : Pointers(lmp), linear(exchange) {}
 
   /// Atoms of the first groups and of none of the others, as bits. The rest is held.
   struct FreeAtoms {

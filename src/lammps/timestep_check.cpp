@@ -3,9 +3,9 @@
 #include "timestep_check.h"
 
 #include "collective.h"
-#include "nodal_exchange.h"
 #include "scene.h"
 #include "stable_timesteps.h"
+#include "with_per_atom_comm.h"
 
 #include "comm.h"
 #include "compute.h"
@@ -49,8 +49,8 @@ namespace {
   }
 
   /// Exchanges values as compute evp/dt does, without being one of the computes of the input script.
-  struct Exchange : public NodalExchange<Compute> {
-    using NodalExchange::NodalExchange;
+  struct Exchange : public WithPerAtomComm<Compute> {
+    using WithPerAtomComm::WithPerAtomComm;
     void init() override {}
   };
 
@@ -69,7 +69,7 @@ namespace {
       if (p.j < nreact) sums[p.j] += value;
     });
     exchange.comm_reverse = 1;
-    exchange.to_owners(sums);
+    exchange.reverse_comm(sums);
     exchange.comm_reverse = 3;
     bool any = false;
     for (int i = 0; i < atom->nlocal; i++) any = any || inverse_mass[i] * sums[i] > 2.0;

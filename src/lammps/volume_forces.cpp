@@ -10,7 +10,7 @@ namespace EVP {
 
 VolumeForces::VolumeForces(LAMMPS *lmp, const std::string &who_in, int groupbit_in,
                            const std::vector<double> &kv_in, std::vector<Record> &records_in,
-                           GhostExchange &exchange_in) :
+                           PerAtomComm &exchange_in) :
     Pointers(lmp),
     who(who_in), groupbit(groupbit_in), from_rows(kv_in.empty()), kv(kv_in), records(records_in),
     exchange(exchange_in)
@@ -87,7 +87,7 @@ void VolumeForces::evaluate(const PairLists &lists, const ParticleView &view)
 {
   sums.assign(lists.nall, 0.0);
   if (lists.bonds.size() > 0) energies.add_strains(lists.bonds, view, sums.data());
-  exchange.to_owners(sums);
+  exchange.reverse_comm(sums);
 
   pulls.resize(lists.nall);
   energy_here = 0.0;
@@ -98,7 +98,7 @@ void VolumeForces::evaluate(const PairLists &lists, const ParticleView &view)
     pulls[i] = VolumeEnergy::pull(stiffness, theta, weight_sum);
     energy_here += 0.5 * stiffness * theta * theta;
   }
-  exchange.to_ghosts(pulls);
+  exchange.forward_comm(pulls);
 }
 
 }    // namespace EVP

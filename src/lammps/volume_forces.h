@@ -5,8 +5,8 @@
 #include "core/coefficients.h"
 #include "core/volume_energy.h"
 #include "lammps_names.h"
-#include "nodal_exchange.h"
 #include "scene.h"
+#include "with_per_atom_comm.h"
 
 #include "atom.h"
 
@@ -27,12 +27,12 @@ class VolumeForces : protected Pointers {
     double strain;        ///< as of the last evaluate()
   };
 
-  using Nodal = GhostExchange::Nodal;
+  using Values = PerAtomComm::Values;
 
   /// kv: by atom type, from 1 [energy], or empty: those of the rows of the pair style, by take_kv().
   /// Records and exchange of one value per atom are those of the fix.
   VolumeForces(LAMMPS *, const std::string &who, int groupbit, const std::vector<double> &kv,
-               std::vector<Record> &records, GhostExchange &);
+               std::vector<Record> &records, PerAtomComm &);
 
   /// Of the fix there is, nullptr without, and where it has nothing to do.
   static std::shared_ptr<VolumeForces> find(const Modify *);
@@ -70,7 +70,8 @@ class VolumeForces : protected Pointers {
   void evaluate(const PairLists &, const ParticleView &);
 
   /// After evaluate(), see VolumeEnergy.
-  template <class Tally> void add_forces(const PairLists &lists, const ParticleView &view, Tally &&tally) const
+  template <class Tally>
+  void add_forces(const PairLists &lists, const ParticleView &view, Tally &&tally) const
   {
     energies.add_forces(lists.bonds, view, pulls.data(), tally);
   }
@@ -123,12 +124,12 @@ class VolumeForces : protected Pointers {
   const bool from_rows;
   std::vector<double> kv;
   std::vector<Record> &records;
-  GhostExchange &exchange;
+  PerAtomComm &exchange;
 
   VolumeEnergy energies;
   long version = -1;    // of the store whose bonds the records are of
   bool closed = false;
-  Nodal sums, pulls;    // of all atoms and ghosts
+  Values sums, pulls;    // of all atoms and ghosts
   double energy_here = 0.0;
 
   // what evaluate() found last

@@ -8,6 +8,7 @@ from typing import Callable, NamedTuple
 
 import numpy as np
 from evp import law
+from hostile import refused
 from scipy.integrate import quad
 from small_bodies import dump, grips, head, lattice_body, mass_of, pair, thermo, two_groups, write_body, write_two
 
@@ -281,3 +282,26 @@ def pair_passes_dlim_back_and_forth(bench):
         worst = max(worst, abs(energy - expected) / whole)
         assert worst <= (k + 1) * allowed
     return f"error of the kinetic energy {worst:.1e} of the whole after six passages"
+
+
+@case("fix nve/evp refuses an atom beside it of which fix move integrates a component by the forces; fix nve in its place conserves the momentum to 1e-12 and dissipates mu v^2/2",
+      "with the component prescribed, or without damping, fix nve/evp runs", "before", "after")
+def null_component_of_fix_move(bench, defined):
+    write_two(bench.folder / "body.data", 2.0 * RADIUS)
+    speed = 0.5
+
+    def run(x, style, steps=1, gamma=200.0):
+        fixes = [f"fix lead two move linear {x} 0 0\n", f"fix move one {style}\n"][:: 1 if defined == "before" else -1]
+        text = head() + pair(TABLE1._replace(gamma=gamma), "none") + two_groups(speed, 0.0) + "".join(fixes) + "fix energy all evp/energy\n"
+        text += "variable p equal mass(all)*vcm(all,x)\ntimestep 1e-7\n" + thermo("f_energy[6] v_p")
+        return bench.run(text + f"run {steps}\n")
+
+    refused(run("NULL", "nve/evp"), "fix lead of style move integrates its component x by the forces (NULL)", "or use fix nve for the group of fix move")
+    run("0", "nve/evp").ok()
+    run("NULL", "nve/evp", gamma=0.0).ok()
+    table = run("NULL", "nve", 1000).ok().thermo()
+    off = abs(table["v_p"][-1] / (MASS * speed) - 1.0)
+    share = table["f_energy[6]"][-1] / (0.25 * MASS * speed**2)
+    assert off < MOMENTUM
+    assert abs(share - 1.0) < SECOND_ORDER
+    return f"refused; with fix nve the error of the momentum is {off:.0e}, and {share:.5f} of mu v^2/2 is dissipated"

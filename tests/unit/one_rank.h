@@ -3,14 +3,13 @@
 #ifndef ONE_RANK_H
 #define ONE_RANK_H
 
-#include "core/ghost_exchange.h"
+#include "core/per_atom_comm.h"
 
 /// No other MPI rank, and no ghost.
-class OneRank : public EVP::GhostExchange {
+class OneRank : public EVP::PerAtomComm {
  public:
-  void to_ghosts(Nodal &) override {}
-  void to_owners(Nodal &) override {}
-  bool lower_owners(Nodal &) override { return false; }
+  void forward_comm(Values &) override {}
+  void reverse_comm(Values &) override {}
   double sum(double here) override { return here; }
 };
 

@@ -5,8 +5,7 @@
 
 #include "box_motion.h"
 #include "collective.h"
-#include "core/bodies.h"
-#include "core/ghost_exchange.h"
+#include "core/per_atom_comm.h"
 #include "lammps_names.h"
 
 #include "comm.h"
@@ -23,54 +22,44 @@ namespace EVP {
 
 /// A Fix or Compute that exchanges values of atoms and ghosts: comm_forward of them per atom from
 /// owners to ghosts, comm_reverse of them from ghosts to owners; three by default.
-template <class Base> class NodalExchange : public Base, public GhostExchange {
+template <class Base> class WithPerAtomComm : public Base, public PerAtomComm {
  public:
-  NodalExchange(LAMMPS *lmp, int narg, char **arg) :
+  WithPerAtomComm(LAMMPS *lmp, int narg, char **arg) :
       Base(lmp, narg, arg), who(std::string(std::is_same_v<Base, Fix> ? "Fix " : "Compute ") +
                                 this->id + " " + this->style)
   {
     this->comm_forward = this->comm_reverse = 3;
   }
 
-  void to_ghosts(Nodal &values) override
+  void forward_comm(Values &values) override
   {
     exchanged = &values;
     this->comm->forward_comm(this);
   }
 
   /// Periodic images move with a box that deforms with 'remap v', all atoms being in its group.
-  void velocities_to_ghosts(Nodal &velocities) override
+  void forward_comm_velocities(Values &velocities) override
   {
     if (this->domain->deform_vremap)
-      to_images(velocities, this->domain->h_rate);
+      forward_comm_images(velocities, this->domain->h_rate);
     else
-      to_ghosts(velocities);
+      forward_comm(velocities);
   }
 
   /// Collective. Ghosts take the values of their owners and, periodic images, what is between them and
   /// their owners in a box of these edges.
-  void to_images(Nodal &values, const double *edges)
+  void forward_comm_images(Values &values, const double *edges)
   {
     shifted_by = edges;
-    to_ghosts(values);
+    forward_comm(values);
     shifted_by = nullptr;
   }
 
-  void to_owners(Nodal &values) override
+  void reverse_comm(Values &values) override
   {
     if (!this->force->newton_pair) return;
     exchanged = &values;
     this->comm->reverse_comm(this);
-  }
-
-  bool lower_owners(Nodal &values) override
-  {
-    exchanged = &values;
-    lowest = true;
-    fell = false;
-    this->comm->reverse_comm(this);
-    lowest = false;
-    return fell;
   }
 
   double sum(double here) override { return reduce_all(here, MPI_SUM, this->world); }
@@ -105,10 +94,7 @@ template <class Base> class NodalExchange : public Base, public GhostExchange {
     const int width = this->comm_reverse;
     for (int k = 0; k < n; k++, buf += width) {
       double *const own = values_of(indices[k], width);
-      if (lowest)
-        fell = NodeSets::lower(own, buf, width) || fell;
-      else
-        for (int c = 0; c < width; c++) own[c] += buf[c];
+      for (int c = 0; c < width; c++) own[c] += buf[c];
     }
   }
 
@@ -116,9 +102,8 @@ template <class Base> class NodalExchange : public Base, public GhostExchange {
   const std::string who;    ///< in messages: Fix or Compute, its ID and style
 
  private:
-  Nodal *exchanged = nullptr;
+  Values *exchanged = nullptr;
   const double *shifted_by = nullptr;    // edges, for periodic images
-  bool lowest = false, fell = false;
 
   /// Where those of an atom begin; first may be behind the last one where nothing is sent.
   double *values_of(int first, int width) const
