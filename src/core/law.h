@@ -211,7 +211,9 @@ template <class Powers> class Law {
   {
     constexpr double AT[] = {0.0, 0.5384693101056831, 0.9061798459386640};
     constexpr double WEIGHT[] = {128.0 / 225.0, 0.4786286704993665, 0.2369268850561891};
-    const double bends = saturation == 0.0 ? slip : std::min(slip, 40.0 * saturation);    // the limit is constant then
+    const double bends = saturation == 0.0
+        ? slip
+        : std::min(slip, 40.0 * saturation);    // the limit is constant then
     const int parts = saturation == 0.0 ? 1 : 1 + (int) (2.0 * bends / saturation);
     const auto force_at = [this, sign, k](double by) {
       return std::fabs(first.force(1.0 / (1.0 + sign * limit(k + by))));

@@ -156,8 +156,9 @@ void FixEVPBonds::commit(bool at_rest)
 
 void FixEVPBonds::settle_missing()
 {
-  if (network->misses_bonds())
-    network->take_missing(EVP::settle_missing_bonds(lmp, network, *bonds));
+  if (!network->misses_bonds()) return;
+  const EVP::MissingBonds missing = EVP::settle_missing_bonds(lmp, network, *bonds);
+  network->take_missing(missing.held, missing.dissipated);
 }
 
 // a minimizer tries many places, of which only the last one is a state of the body, and that only

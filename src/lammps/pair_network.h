@@ -7,7 +7,6 @@
 #include "cut_offs.h"
 #include "ghost_update.h"
 #include "list_snapshot.h"
-#include "missing_bonds.h"
 #include "pair_histories.h"
 #include "pair_list_builder.h"
 #include "row_laws.h"
@@ -155,10 +154,10 @@ class PairNetwork : protected Pointers {
   /// MPI ranks, once for each packing.
   bool misses_bonds() { return std::exchange(bonds_missing, false); }
 
-  /// What those hold that it misses.
-  void take_missing(const MissingBonds &found)
+  /// What those hold that it misses, see MissingBonds.
+  void take_missing(double held, double dissipated)
   {
-    if (work) work->take_missing(found.held, found.dissipated, rules.breaks());
+    if (work) work->take_missing(held, dissipated, rules.breaks());
   }
 
   /// Collective, where commit() was called since: the histories of the pairs go to the records of their

@@ -38,7 +38,8 @@ inline const EVP::Row TABLE2 = with_exponents(8, 4, 8, 4);
 inline std::string name_of(const EVP::Row &row)
 {
   std::ostringstream text;
-  for (const EVP::Member &member : EVP::MEMBERS) text << member.key << " " << row.*member.value << " ";
+  for (const EVP::Member &member : EVP::MEMBERS)
+    text << member.key << " " << row.*member.value << " ";
   return text.str();
 }
 
@@ -69,6 +70,7 @@ inline void add_row(EVP::PairList &list, int i, const std::vector<Pair> &pairs)
     list.j[n] = pair.j;
     list.law[n] = pair.law;
     list.record[n] = list.are_bonds ? 0 : -1;
+    if (!list.deq.empty()) list.deq[n] = pair.deq;
     if (list.stays()) list.set_history(n, pair.history);
     n++;
   }
@@ -82,7 +84,7 @@ struct Cloud {
   std::vector<EVP::PairLaw> laws;
   EVP::PairLists lists;
 
-  Cloud(const std::vector<EVP::Row> &rows, int npairs, bool plastic)
+  Cloud(const std::vector<EVP::Row> &rows, int npairs, bool plastic, bool with_deq = false)
   {
     std::mt19937 random(1);
     std::uniform_real_distribution<double> unit(0.0, 1.0);
@@ -93,8 +95,9 @@ struct Cloud {
     }
     for (const EVP::Row &row : rows) laws.emplace_back(row);
     lists.nlocal = lists.nall = n;
-    lists.bonds.clear(EVP::BOND_MARGIN, plastic ? EVP::Flow::STAYS : EVP::Flow::FORGETS);
-    lists.contacts.clear(EVP::NEW_PAIR_MARGIN, plastic ? EVP::Flow::COMPRESSES : EVP::Flow::FORGETS);
+    lists.bonds.clear(EVP::BOND_MARGIN, plastic ? EVP::Flow::STAYS : EVP::Flow::FORGETS, with_deq);
+    lists.contacts.clear(EVP::NEW_PAIR_MARGIN, plastic ? EVP::Flow::COMPRESSES : EVP::Flow::FORGETS,
+                         with_deq);
     const double range = plastic ? 0.06 : 0.04;
     for (EVP::PairList *list : {&lists.bonds, &lists.contacts})
       for (int i = 0; i < n; i++) {
@@ -103,10 +106,13 @@ struct Cloud {
           const size_t packed = list->size() + halves[0].size() + halves[1].size();
           if ((j % 2 == 0) != list->are_bonds || (int) packed >= npairs) continue;
           const double d = std::sqrt(EVP::PairGeometry(rows_of(x), i, j).dsq);
-          const double deq = d / (1.0 + range * (unit(random) - 0.5)), q = j % 3 ? 0.04 * (unit(random) - 0.5) : 0.0;
+          const double deq = d / (1.0 + range * (unit(random) - 0.5)),
+                       q = j % 3 ? 0.04 * (unit(random) - 0.5) : 0.0;
           const bool repels = plastic && !list->are_bonds;
-          const EVP::PairHistory history = {repels ? -std::fabs(q) : q, 2.0 * std::fabs(q), std::fabs(q), 0.0};
-          halves[j % 4 / 2].push_back({j, deq, repels ? deq : d * (0.9 + unit(random)), j % (int) rows.size(), history});
+          const EVP::PairHistory history = {repels ? -std::fabs(q) : q, 2.0 * std::fabs(q),
+                                            std::fabs(q), 0.0};
+          halves[j % 4 / 2].push_back(
+              {j, deq, repels ? deq : d * (0.9 + unit(random)), j % (int) rows.size(), history});
         }
         for (const auto &half : halves) add_row(*list, i, half);
       }
@@ -127,11 +133,13 @@ struct Cloud {
 
   /// Adds the forces of a list to f.
   template <class Tally>
-  void add_forces(EVP::PairList &list, EVP::Level level, bool damping, int nreact, Vectors &f, Tally &&tally,
-                  bool incremental = false, std::vector<int> *past = nullptr) const
+  void add_forces(EVP::PairList &list, EVP::Level level, bool damping, int nreact, Vectors &f,
+                  Tally &&tally, bool incremental = false, std::vector<int> *past = nullptr) const
   {
-    const auto run = damping ? EVP::accumulate_forces<true, Tally> : EVP::accumulate_forces<false, Tally>;
-    run(list, block_law(list, level), view(f, nreact), std::forward<Tally>(tally), incremental, past);
+    const auto run =
+        damping ? EVP::accumulate_forces<true, Tally> : EVP::accumulate_forces<false, Tally>;
+    run(list, block_law(list, level), view(f, nreact), std::forward<Tally>(tally), incremental,
+        past);
   }
 };
 

@@ -31,7 +31,8 @@ template <int K> void expect_digits(double x)
   EXPECT_NEAR(power_minus_1<K>(x), less_one, POWERS * std::fabs(less_one)) << K << " at " << x;
   const double a = 1.3, b = a * (1.0 + x);    // b^K - a^K over b - a as a sum
   long double sum = 0.0L;
-  for (int k = 0; k < K; k++) sum += std::pow((long double) a, k) * std::pow((long double) b, K - 1 - k);
+  for (int k = 0; k < K; k++)
+    sum += std::pow((long double) a, k) * std::pow((long double) b, K - 1 - k);
   EXPECT_NEAR(power_quotient<K>(a, b), (double) sum, POWERS * (double) sum) << K << " at " << x;
 }
 

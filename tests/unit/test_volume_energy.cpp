@@ -3,8 +3,8 @@
 
 #include "core/linear_network.h"
 #include "core/volume_energy.h"
-#include "pair_cases.h"
 #include "one_rank.h"
+#include "pair_cases.h"
 
 #include <algorithm>
 #include <cmath>
@@ -80,8 +80,9 @@ TEST(VolumeEnergy, TwoParticles)
 {
   Cloud cloud({TABLE2}, 0, false);
   cloud.x = {{0.0, 0.0, 0.0}, {1.02, 0.0, 0.0}, {2.0, 0.0, 0.0}, {0.0, 9.0, 0.0}};
-  add_row(cloud.lists.contacts, 0, {{2, 1.0, 3.0}});                  // has no weight
-  add_row(cloud.lists.bonds, 0, {{1, 1.0, 1.5}, {3, 1.0, 1.5}});    // the second is past its cutoff: in W only
+  add_row(cloud.lists.contacts, 0, {{2, 1.0, 3.0}});    // has no weight
+  add_row(cloud.lists.bonds, 0,
+          {{1, 1.0, 1.5}, {3, 1.0, 1.5}});    // the second is past its cutoff: in W only
   Volume volume(cloud, 7.0);
   const double w = VolumeEnergy::weight(1.0, 1.5);
   EXPECT_DOUBLE_EQ(volume.weight_sums[0], 2.0 * w);
