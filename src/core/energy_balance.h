@@ -155,41 +155,45 @@ class PairWork {
            last_past =
                0;    // of the pairs past their cutoffs: other numbers where these are others
   LaneSums found;
+  Level level = best_level();
 
   void add_energies(const PairRange &range, const PairBlock &block, int nreact)
   {
     const bool are_bonds = range.list.are_bonds;
     const int *const j = range.list.j.data() + range.first;
     const int n = block.n;
-    double weight[PairBlock::SIZE], inside[PairBlock::SIZE];
-    int count = 0;
-    for (int k = 0; k < n; k++) {
-      const bool is_past = block.distance_squared(k) > block.cutsq[k];
-      weight[k] = rank_share(j[k], nreact);
-      inside[k] = is_past ? 0.0 : weight[k];
-      count += is_past;
-    }
-    const auto add = [n](LaneSum &sum, const double *weights, const double *terms) {
-      sum.add(n, [=](int k) {
-        return weights[k] * terms[k];
+    alignas(64) double weight[PairBlock::SIZE], inside[PairBlock::SIZE];
+    double count = 0.0;
+    call_at(level, [&]() EVP_KERNEL {
+      EVP_INDEPENDENT
+      for (int k = 0; k < n; k++) {
+        weight[k] = j[k] < nreact ? 1.0 : 0.5;
+        inside[k] = block.distance_squared(k) > block.cutsq[k] ? 0.0 : weight[k];
+      }
+      const auto add = [n](LaneSum &sum, const double *weights, const double *terms) EVP_KERNEL {
+        sum.add(n, [=](int k) EVP_KERNEL {
+          return weights[k] * terms[k];
+        });
+      };
+      add(are_bonds ? found.elastic : found.contacts, inside, block.elastic);
+      add(are_bonds ? found.forgotten : found.contacts, inside, block.forgotten);
+      if (!are_bonds) add(found.contacts_at_cutoff, inside, block.at_cutoff);
+      if (block.flow.moves && *block.flow.moves) add(found.plastic, weight, block.flow.spent);
+      LaneSum past_weight;
+      past_weight.add(n, [&](int k) EVP_KERNEL {
+        return weight[k] - inside[k];
       });
-    };
-    if (are_bonds) {
-      add(found.elastic, inside, block.elastic);
-      add(found.forgotten, inside, block.forgotten);
-    } else {
-      add(found.contacts, inside, block.elastic);
-      add(found.contacts, inside, block.forgotten);
-      add(found.contacts_at_cutoff, inside, block.at_cutoff);
-    }
-    if (block.flow.moves && *block.flow.moves) add(found.plastic, weight, block.flow.spent);
-    if (!are_bonds || count == 0) return;
+      count = past_weight.total();
+    });
+    if (!are_bonds || count == 0.0) return;
     for (int k = 0; k < n; k++) {
       if (inside[k] == 0.0) past = 31 * (past + range.first + k + 1);
       weight[k] -= inside[k];
     }
-    add(found.past_cutoff, weight, block.elastic);
-    add(found.past_cutoff, weight, block.forgotten);
+    for (const double *terms : {block.elastic, block.forgotten})
+      found.past_cutoff.add(n, [&](int k) {
+        return weight[k] * terms[k];
+      });
   }
 
   void add_forces(const PairRange &range, const PairBlock &block, int nreact, bool with_damping)

@@ -191,12 +191,19 @@ inline void scatter(const PairRange &range, const PairBlock &block, const double
   });
 }
 
+/// How many pairs of a block are past their cutoff.
+inline int count_past_cutoff(const PairBlock &block)
+{
+  int count = 0;
+  for (int k = 0; k < block.n; k++) count += (int) (block.distance_squared(k) > block.cutsq[k]);
+  return count;
+}
+
 /// Appends the indices of the pairs of a block that are past their cutoff: mostly none is.
 inline void find_past_cutoff(const PairRange &range, const PairBlock &block,
                              std::vector<int> &found)
 {
-  int count = 0;
-  for (int k = 0; k < block.n; k++) count += (int) (block.distance_squared(k) > block.cutsq[k]);
+  const int count = count_past_cutoff(block);
   for (int k = 0; count && k < block.n; k++)
     if (block.distance_squared(k) > block.cutsq[k]) found.push_back(range.first + k);
 }
@@ -215,6 +222,7 @@ void accumulate_forces(PairList &list, const BlockLaw &law, const ParticleView &
   for_each_block(list, [&](const PairRange &range) {
     gather<Damping>(view, range, block);
     block.flow = flow.from(range.first);
+    if (!list.are_bonds && !list.stays() && count_past_cutoff(block) == block.n) return;
     law(block, {Damping, tally.stored, tally.potential, incremental});
     if (past_cutoff) find_past_cutoff(range, block, *past_cutoff);
     tally(range, block);
