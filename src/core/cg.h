@@ -34,13 +34,14 @@ struct CgSums {
 };
 
 /// Completes the product, adds to norm and curvature.
-void cg_products(const CgArrays &, std::size_t n, double h, CgSums &, Level);
+void cg_products(const CgArrays &, std::size_t n, double h, CgSums &, InstructionSet);
 
 /// The next iterate, its residual and z. Adds to changed.
-void cg_update(const CgArrays &, std::size_t n, double alpha, double beta, CgSums &, Level);
+void cg_update(const CgArrays &, std::size_t n, double alpha, double beta, CgSums &,
+               InstructionSet);
 
 /// Adds to changed.
-void cg_changed(const CgArrays &, std::size_t n, CgSums &, Level);
+void cg_changed(const CgArrays &, std::size_t n, CgSums &, InstructionSet);
 
 /// (M + h C) v = b, preconditioned by M, in the form that needs one sum over MPI ranks per iteration
 /// (Chronopoulos and Gear). Per iteration: arrays.product = C z; gather(); sum the first shared_sums() of
@@ -87,7 +88,7 @@ class ConjugateGradients {
 
   const Bodies *bodies = nullptr;
   CgArrays arrays;
-  const Level level = best_level();
+  const InstructionSet level = best_instruction_set();
   double h, tolerance_squared;
   std::vector<System> systems;
   std::vector<CgSums> parts;       // on this rank

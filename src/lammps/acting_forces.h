@@ -10,26 +10,26 @@ namespace EVP {
 
 /// What acts on an atom at an end of a step [force].
 struct AtomForces {
-  double working[3];    ///< on a mover the forces of pairs; else all forces but those
+  double working[3];    ///< on a prescribed atom the forces of pairs; else all forces but those
   double damping[3];    ///< explicit one, which is in neither
 };
 
 /// Forces on local atoms: all; those of the pairs, explicit damping included; that damping; that of fix nve/evp, nullptr
-/// without. Damps: there is explicit damping. Others: other forces may act beside these. An atom is driven if forces move
-/// it, else it is a mover.
+/// without. Damps: there is explicit damping. Others: other forces may act beside these. An atom is integrated if forces move
+/// it, else its motion is prescribed.
 template <bool Damps, bool Others> struct ActingForces {
   const double *whole, *of_pairs, *damping, *solved;
 
   /// Can anything do work on the atom that is an entry of the balance?
-  bool work_on(bool driven) const { return Others || !driven; }
+  bool work_on(bool integrated) const { return Others || !integrated; }
 
-  EVP_INLINE void find(int i, bool driven, AtomForces &now) const
+  EVP_INLINE void find(int i, bool integrated, AtomForces &now) const
   {
     const size_t first = (size_t) 3 * i;
     for (int c = 0; c < 3; c++) {
       double of_network = whole[first + c];
       if constexpr (Others) of_network = of_pairs[first + c] + (solved ? solved[first + c] : 0.0);
-      if (driven)
+      if (integrated)
         now.working[c] = whole[first + c] - of_network;
       else {
         now.damping[c] = Damps ? damping[first + c] : 0.0;
@@ -38,7 +38,7 @@ template <bool Damps, bool Others> struct ActingForces {
     }
   }
 
-  /// By the explicit damping of a driven atom over the half step before or after the present positions, in the mean
+  /// By the explicit damping of an integrated atom over the half step before or after the present positions, in the mean
   /// [energy/time]. At the beginning of a step atoms hold the half-step velocity by now, at its end that of the full
   /// step: of either the mean over the half step is half of its kick away.
   double dissipated(const Atom *atom, const Force *force, double dt, int i) const

@@ -7,7 +7,7 @@
 #include "bond_file_reader.h"
 #include "collective.h"
 #include "core/pairs.h"
-#include "pair_network.h"
+#include "pair_data.h"
 
 #include "comm.h"
 #include "domain.h"
@@ -51,7 +51,7 @@ static double symmetric_dsq(const Atom *atom, const Domain *domain,
   return dsq;
 }
 
-void BondRecording::take_zone(const NeighList *list, double zone, const PairNetwork *network,
+void BondRecording::take_zone(const NeighList *list, double zone, const PairData *pair_data,
                               PerAtomComm &exchange)
 {
   source = zone > 0.0 ? fmt::format("within {} (R_i + R_j)", zone) : "within alpha (R_i + R_j)";
@@ -68,13 +68,13 @@ void BondRecording::take_zone(const NeighList *list, double zone, const PairNetw
     if (!(mask[i] & fix->groupbit)) continue;
     for (int jj = 0; jj < list->numneigh[i]; jj++) {
       const int j = list->firstneigh[i][jj] & NEIGHMASK;
-      const double alpha = network->alpha_of(atom->type[i], atom->type[j]);
+      const double alpha = pair_data->alpha_of(atom->type[i], atom->type[j]);
       if (!(mask[j] & fix->groupbit) || alpha == 0.0) continue;
 
       const double dsq = symmetric_dsq(atom, domain, owner_x, i, j);
       const double sum_radii = atom->radius[i] + atom->radius[j];
-      const double reach = (zone > 0.0 ? zone : alpha) * sum_radii;
-      if (dsq > cutoff_squared(reach, RECORD_MARGIN)) continue;
+      const double zone_here = (zone > 0.0 ? zone : alpha) * sum_radii;
+      if (dsq > cutoff_squared(zone_here, RECORD_MARGIN)) continue;
       if (bodies.in_different_bodies(i, j)) {
         if (dsq < cutoff_squared(sum_radii, -RECORD_MARGIN)) overlaps++;
         continue;
@@ -92,10 +92,10 @@ void BondRecording::take_zone(const NeighList *list, double zone, const PairNetw
   throw_together(find_bond_twice(""), world);
 }
 
-void BondRecording::take_file(const std::string &file, const PairNetwork *network)
+void BondRecording::take_file(const std::string &file, const PairData *pair_data)
 {
   source = "from file " + file;
-  made = read_bond_file(lmp, file, fix->groupbit, network->rules, within, histories);
+  made = read_bond_file(lmp, file, fix->groupbit, pair_data->rules, within, histories);
   const std::string contact = find_contact_twice(file);
   throw_together(contact.empty() ? find_bond_twice(file) : contact, world);
 }

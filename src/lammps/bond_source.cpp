@@ -8,7 +8,7 @@ namespace EVP {
 
 void BondSource::begin_run(const PairRules &rules)
 {
-  note();
+  update();
   const Fix *fix = scene::find_fix(modify, "evp/bonds");
   store = scene::find_shared<const BondStore>(modify, "evp/bonds", "bonds");
   if (!recorder.empty() && (!records() || recorder != fix->id))
@@ -23,7 +23,7 @@ void BondSource::begin_run(const PairRules &rules)
                rules.plastic ? "plasticity isotropic" : "break");
 }
 
-void BondSource::note()
+void BondSource::update()
 {
   if (!store) return;
   if (store->is_closed()) {

@@ -20,10 +20,10 @@ class BondSource : protected Pointers {
   void begin_run(const PairRules &);
 
   /// Takes note of records that are new, or gone with their fix.
-  void note();
+  void update();
 
-  /// Records came with a restart file: should their fix go before the next run, note() learns it.
-  void hold(const std::shared_ptr<const BondStore> &restored) { store = restored; }
+  /// Records came with a restart file: should their fix go before the next run, update() learns it.
+  void set_store(const std::shared_ptr<const BondStore> &restored) { store = restored; }
 
   /// The records, nullptr before the recording and without fix evp/bonds.
   const BondStore *records() const
@@ -40,12 +40,12 @@ class BondSource : protected Pointers {
   long version() const { return store ? store->version() : 0; }
 
   /// Do the records have histories just where the rules ask for these?
-  bool suits(const PairRules &rules) const
+  bool is_compatible(const PairRules &rules) const
   {
     return !store || store->has_history() == rules.has_history();
   }
 
-  /// ID of the fix that recorded, as of the last note(); empty without.
+  /// ID of the fix that recorded, as of the last update(); empty without.
   std::string recorder;
 
   /// The last fix whose records of this body are gone, empty if there was none.

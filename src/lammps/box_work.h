@@ -48,7 +48,7 @@ class BoxWork {
   {
     box.go_on(domain);
     done = damping + through_moved() + solved;
-    movers = others = 0.0;
+    prescribed = others = 0.0;
   }
 
   /// At the next forces: work of the step. damping: that in the half step after.
@@ -65,17 +65,17 @@ class BoxWork {
     return 0.5 * (f[0] * shift[0] + f[1] * shift[1] + f[2] * shift[2]);
   }
 
-  /// What these do in the step that begins, by the forces on each atom. add() returns that of damping on movers.
-  double movers = 0.0, others = 0.0;
-  double add(imageint image, bool driven, const AtomForces &now)
+  /// What these do in the step that begins, by the forces on each atom. add() returns that of damping on prescribed ones.
+  double prescribed = 0.0, others = 0.0;
+  double add(imageint image, bool integrated, const AtomForces &now)
   {
     const double working = along(image, now.working);
-    if (driven) {
+    if (integrated) {
       others -= working;
       return 0.0;
     }
     const double damping = along(image, now.damping);
-    movers += working + damping;
+    prescribed += working + damping;
     return damping;
   }
 

@@ -19,7 +19,7 @@ ComputeEVPDt::ComputeEVPDt(LAMMPS *lmp, int narg, char **arg) :
 
 void ComputeEVPDt::init()
 {
-  EVP::PairNetwork::require(force, error, who);
+  EVP::PairData::require(force, error, who);
   limit_warned = lanczos_warned = false;
   computed_step = -1;
 }
@@ -58,13 +58,13 @@ void ComputeEVPDt::compute_vector()
   if (update->whichflag != 0 && computed_step == update->ntimestep) return;
   computed_step = update->ntimestep;
   invoked_vector = update->ntimestep;
-  const auto *network = EVP::PairNetwork::find_present(force);
-  if (!network)
+  const auto *pair_data = EVP::PairData::find_present(force);
+  if (!pair_data)
     error->all(FLERR,
                "{} needs the pairs of the current positions: print c_{} with thermo_style in a "
                "'run 0' first",
                who, id);
-  limits.linearise(*network, {groupbit});
+  limits.linearise(*pair_data, {groupbit});
 
   vector[0] = limits.undamped_dt();
   vector[1] = limits.explicit_dt();

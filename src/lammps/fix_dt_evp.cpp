@@ -59,7 +59,7 @@ void FixDtEVP::post_constructor()
 
 void FixDtEVP::init()
 {
-  network = EVP::PairNetwork::require(force, error, who);
+  pair_data = EVP::PairData::require(force, error, who);
   compute = dynamic_cast<ComputeEVPDt *>(modify->get_compute_by_id(compute_id));
   if (!compute)
     error->all(FLERR, "{}: its compute {} was deleted; define the fix again", who, compute_id);
@@ -185,13 +185,13 @@ bool FixDtEVP::find_fastest(double dt)
   velocity.resize((size_t) 3 * nall);
   std::copy_n(atom->v[0], (size_t) 3 * nlocal, velocity.begin());
   forward_comm_velocities(velocity);
-  network->place_ghosts();
+  pair_data->place_ghosts();
 
   const double share = is_resolved() ? displacement : PASSES;
   opening = turning = {NO_LIMIT, 0.0, 0.0};
   bool meets = false;
   EVP::for_each_pair(
-      network->packed_pairs(), EVP::scene::rows(atom->x), [&](const EVP::PlacedPair &p) {
+      pair_data->packed_pairs(), EVP::scene::rows(atom->x), [&](const EVP::PlacedPair &p) {
         if (!((atom->mask[p.i] | atom->mask[p.j]) & groupbit)) return;
         const double *vi = &velocity[(size_t) 3 * p.i], *vj = &velocity[(size_t) 3 * p.j];
         const double v[] = {vi[0] - vj[0], vi[1] - vj[1], vi[2] - vj[2]};
@@ -205,9 +205,9 @@ bool FixDtEVP::find_fastest(double dt)
           if (allowed < fastest.dt)
             fastest = {allowed, (double) atom->tag[p.i], (double) atom->tag[p.j]};
         };
-        const double xi_s = network->law_of(p).xi_s;
+        const double xi_s = pair_data->law_of(p).xi_s;
         if (speed != 0.0) allow(opening, share * xi_s / (p.inv_deq * std::fabs(speed)));
-        if (gap > 0.0 || network->implicit_gamma(p) == 0.0) return;
+        if (gap > 0.0 || pair_data->implicit_gamma(p) == 0.0) return;
         const double across_sq = v[0] * v[0] + v[1] * v[1] + v[2] * v[2] - speed * speed;
         if (across_sq > 0.0) allow(turning, TURN_PER_STEP * d / std::sqrt(across_sq));
       });

@@ -4,7 +4,7 @@
 #include "compute_evp_dt.h"
 #include "core/simd.h"
 #include "fix.h"
-#include "pair_network.h"
+#include "pair_data.h"
 #include "update.h"
 #include "with_per_atom_comm.h"
 
@@ -53,7 +53,7 @@ class FixDtEVP : public EVP::WithPerAtomComm<Fix> {
   double displacement = NO_LIMIT;    // of a pair along its axis in a step, over xi_s deq
   std::string compute_id;
   ComputeEVPDt *compute = nullptr;
-  EVP::PairNetwork *network = nullptr;
+  EVP::PairData *pair_data = nullptr;
 
   Values velocity;    // with ghosts
   double stable_dt = NO_LIMIT;

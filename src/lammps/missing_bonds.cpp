@@ -3,7 +3,7 @@
 #include "missing_bonds.h"
 
 #include "atom_directory.h"
-#include "pair_network.h"
+#include "pair_data.h"
 #include "scene.h"
 
 #include "neighbor.h"
@@ -14,7 +14,7 @@
 
 namespace EVP {
 
-MissingBonds settle_missing_bonds(LAMMPS *lmp, const PairNetwork *network, BondStore &store)
+MissingBonds settle_missing_bonds(LAMMPS *lmp, const PairData *pair_data, BondStore &store)
 {
   const Atom *atom = lmp->atom;
   const auto *x = scene::rows(atom->x);
@@ -29,13 +29,13 @@ MissingBonds settle_missing_bonds(LAMMPS *lmp, const PairNetwork *network, BondS
     PairHistory *const history = store.has_history() ? &store.histories_of(i)[slot] : nullptr;
     const Offset before = history ? Offset{history->q, history->k} : Offset{};
     const PairState at =
-        network->state_at_cutoff(atom->type[i], type, atom->radius[i] + radius, bond.deq, before);
+        pair_data->state_at_cutoff(atom->type[i], type, atom->radius[i] + radius, bond.deq, before);
     found.held += 0.5 * at.stored.total();
     found.dissipated += 0.5 * at.dissipated;
     if (!history) return;
     const double work = history->work + at.dissipated;
-    *history = network->rules.breaks() ? PairHistory{0.0, 0.0, work, 1.0}
-                                       : PairHistory{at.offset.q, at.offset.k, work, 0.0};
+    *history = pair_data->rules.breaks() ? PairHistory{0.0, 0.0, work, 1.0}
+                                         : PairHistory{at.offset.q, at.offset.k, work, 0.0};
   };
 
   struct Side {

@@ -14,6 +14,6 @@ struct MissingBonds {
 
 /// Collective, where the list was just packed. Bonds that the list does not have have flowed up to their cutoffs, or have
 /// broken where bonds break, whether or not the list saw them pass.
-MissingBonds settle_missing_bonds(LAMMPS *, const class PairNetwork *, BondStore &);
+MissingBonds settle_missing_bonds(LAMMPS *, const class PairData *, BondStore &);
 
 }    // namespace EVP

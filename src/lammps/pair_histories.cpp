@@ -84,7 +84,7 @@ void PairHistories::break_bonds(const std::vector<int> &broken, PairWork *work)
   lists.build++;
 }
 
-void PairHistories::carry(const PairLists &before)
+void PairHistories::copy_from(const PairLists &before)
 {
   const auto rows_of = [this](const PairList &list) {
     std::vector<std::vector<const PackedRow *>> rows(lists.nlocal);
@@ -163,7 +163,7 @@ void PairHistories::send_to_owners(BondStore &records, PerAtomComm &exchange)
       post(j, i, is_record, h);
     }
   };
-  // either copy of a bond may have met its cut-off alone, by round-off: that breaks both
+  // either copy of a bond may have met its cutoff alone, by round-off: that breaks both
   std::vector<HistoryOfPair> deferred;
   for (const BrokenBond &bond : newly_broken) {
     const PairHistory h = {0.0, 0.0, bond.work, 1.0};

@@ -46,7 +46,7 @@ class PairHistories : protected Pointers {
   void forget_forces() { past.clear(); }
 
   /// They were packed from the same neighbor list as `before`, and the records have not been told: takes them from there.
-  void carry(const PairLists &before);
+  void copy_from(const PairLists &before);
 
   /// Collective, where they are due: to the records of their atoms.
   void return_to(BondStore &, bool list_matches, PerAtomComm &);

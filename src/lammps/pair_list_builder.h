@@ -11,7 +11,7 @@
 
 namespace EVP {
 
-/// Packs the pairs of a neighbor list: from (i, j) to deq of the record, cut-off and law.
+/// Packs the pairs of a neighbor list: from (i, j) to deq of the record, cutoff and law.
 class PairListBuilder : protected Pointers {
  public:
   struct Input {

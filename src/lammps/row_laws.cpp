@@ -52,7 +52,7 @@ void RowLaws::take_kv()
   });
 }
 
-void RowLaws::follow(const BondStore *bonds, bool plastic)
+void RowLaws::rescale_if_measures_changed(const BondStore *bonds, bool plastic)
 {
   if (!take_measures(bonds)) return;
   for (int i = 1; i <= atom->ntypes; i++)

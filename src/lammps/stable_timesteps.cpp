@@ -18,13 +18,13 @@ double StableTimesteps::root_of(double a, double b)
   return sum > 0.0 ? 4.0 / sum : NO_LIMIT;
 }
 
-void StableTimesteps::linearise(const PairNetwork &network, const FreeAtoms &free)
+void StableTimesteps::linearise(const PairData &pair_data, const FreeAtoms &free)
 {
   stiffest = -1.0;
   all_converged = true;
-  take_atoms(network.volume(), free);
-  linear.nreact = network.packed_pairs().nreact(force->newton_pair);
-  const std::vector<double> inv_deq = take_pairs(network);
+  take_atoms(pair_data.volume(), free);
+  linear.nreact = pair_data.packed_pairs().nreact(force->newton_pair);
+  const std::vector<double> inv_deq = take_pairs(pair_data);
   above_volume.clear();
   if (linear.with_volume) above_volume = linear.stiffness_above_volume(inv_deq);
 }
@@ -52,34 +52,34 @@ void StableTimesteps::take_atoms(const VolumeForces *volume, const FreeAtoms &fr
 
 // From the law, never below that where either regime begins: a pair may be back in the first regime, or in a stiffer
 // second one, within a step
-StableTimesteps::Stiffness StableTimesteps::stiffness_of(const PairNetwork &network,
+StableTimesteps::Stiffness StableTimesteps::stiffness_of(const PairData &pair_data,
                                                          const PlacedPair &p)
 {
-  const VolumeForces *const volume = network.volume();
-  const PairState state = network.state_of(p);
+  const VolumeForces *const volume = pair_data.volume();
+  const PairState state = pair_data.state_of(p);
   const double of_volume = volume && p.is_bond ? volume->force(p) : 0.0;
   return {state.stiffness_ahead, std::max(0.0, -(state.force + of_volume) / p.distance())};
 }
 
 // Returns 1/deq of the links where there is a volume energy
-std::vector<double> StableTimesteps::take_pairs(const PairNetwork &network)
+std::vector<double> StableTimesteps::take_pairs(const PairData &pair_data)
 {
-  const VolumeForces *const volume = network.volume();
+  const VolumeForces *const volume = pair_data.volume();
   linear.links.clear();
   linear.openings.clear();
   std::vector<double> inv_deq;
   double shortest = NO_LIMIT;
-  for_each_pair(network.packed_pairs(), scene::rows(atom->x), [&](const PlacedPair &p) {
+  for_each_pair(pair_data.packed_pairs(), scene::rows(atom->x), [&](const PlacedPair &p) {
     if ((!linear.is_free(p.i) && !linear.is_free(p.j)) || p.is_past_cutoff()) return;
-    const PairLaw &law = network.law_of(p);
-    const Stiffness stiffness = stiffness_of(network, p);
+    const PairLaw &law = pair_data.law_of(p);
+    const Stiffness stiffness = stiffness_of(pair_data, p);
     const double d = p.distance();
     linear.links.push_back({p.i,
                             p.j,
                             {p.g.dx / d, p.g.dy / d, p.g.dz / d},
                             stiffness.axial,
                             stiffness.across,
-                            law.gamma + network.implicit_gamma(p)});
+                            law.gamma + pair_data.implicit_gamma(p)});
     if (volume) {
       linear.openings.push_back(p.is_bond ? volume->opening_of(p) : 0.0);
       inv_deq.push_back(p.inv_deq);
@@ -95,7 +95,7 @@ std::vector<double> StableTimesteps::take_pairs(const PairNetwork &network)
   return inv_deq;
 }
 
-double StableTimesteps::largest_eigenvalue(const LinearNetwork::Mix &mix)
+double StableTimesteps::largest_eigenvalue(const StiffnessMatrix::Mix &mix)
 {
   const LanczosResult found = linear.largest_eigenvalue(mix, TOLERANCE, MAX_ITERATIONS);
   all_converged = all_converged && found.converged;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
-#include "core/linear_network.h"
+#include "core/stiffness_matrix.h"
 #include "lammps_names.h"
-#include "pair_network.h"
+#include "pair_data.h"
 
 #include <vector>
 
@@ -27,7 +27,7 @@ class StableTimesteps : protected Pointers {
   };
 
   /// Collective. The network at the present positions. The pairs must be packed, and their volume energy evaluated.
-  void linearise(const PairNetwork &, const FreeAtoms &);
+  void linearise(const PairData &, const FreeAtoms &);
 
   // all collective, after linearise()
 
@@ -56,12 +56,12 @@ class StableTimesteps : protected Pointers {
   struct Stiffness {
     double axial, across;
   };
-  static Stiffness stiffness_of(const PairNetwork &, const PlacedPair &);
+  static Stiffness stiffness_of(const PairData &, const PlacedPair &);
 
   double memory_usage() const { return linear.memory_usage(); }
 
  private:
-  LinearNetwork linear;
+  StiffnessMatrix linear;
   std::vector<double>
       above_volume;           // axial stiffness that is not below the volume energy's, by link
   double paper = NO_LIMIT;    // eqs. 6 and 7
@@ -70,8 +70,8 @@ class StableTimesteps : protected Pointers {
 
   static double root_of(double a, double b);
   void take_atoms(const VolumeForces *, const FreeAtoms &);
-  std::vector<double> take_pairs(const PairNetwork &);
-  double largest_eigenvalue(const LinearNetwork::Mix &);
+  std::vector<double> take_pairs(const PairData &);
+  double largest_eigenvalue(const StiffnessMatrix::Mix &);
   double lambda_k();
 };
 

@@ -55,15 +55,15 @@ namespace {
   };
 
   // Gershgorin, without the volume energy. Spares most runs the links and the eigenvalues of the network.
-  bool may_be_unstable(const PairNetwork &network, const Atom *atom, double dt, int nreact,
+  bool may_be_unstable(const PairData &pair_data, const Atom *atom, double dt, int nreact,
                        Exchange &exchange, const std::vector<double> &inverse_mass)
   {
-    const PairLists &list = network.packed_pairs();
+    const PairLists &list = pair_data.packed_pairs();
     std::vector<double> sums((size_t) list.nall, 0.0);
     for_each_pair(list, scene::rows(atom->x), [&](const PlacedPair &p) {
       if (p.is_past_cutoff()) return;
-      const auto stiffness = StableTimesteps::stiffness_of(network, p);
-      const double gamma = network.law_of(p).gamma;
+      const auto stiffness = StableTimesteps::stiffness_of(pair_data, p);
+      const double gamma = pair_data.law_of(p).gamma;
       const double value = dt * (dt * (stiffness.axial + stiffness.across) + 2.0 * gamma);
       sums[p.i] += value;
       if (p.j < nreact) sums[p.j] += value;
@@ -89,7 +89,7 @@ namespace {
 // The same on all MPI ranks.
 std::vector<double> TimestepCheck::describe(const std::vector<double> &inverse_mass) const
 {
-  const VolumeForces *const volume = network.volume();
+  const VolumeForces *const volume = pair_data.volume();
   std::array<double, 2> sums = {};
   for (int i = 0; i < atom->nlocal; i++) {
     sums[0] += inverse_mass[i];
@@ -98,8 +98,8 @@ std::vector<double> TimestepCheck::describe(const std::vector<double> &inverse_m
   sums = reduce_all(sums, MPI_SUM, world);
   const Fix *const implicit = scene::find_fix(modify, "nve/evp");
   std::vector<double> values = {update->dt,
-                                (double) network.source.version(),
-                                (double) network.rules.plastic,
+                                (double) pair_data.source.version(),
+                                (double) pair_data.rules.plastic,
                                 (double) (implicit ? implicit->groupbit : 0),
                                 sums[0],
                                 sums[1]};
@@ -121,20 +121,20 @@ void TimestepCheck::warn()
   if (are_close(now, checked)) return;
   checked = now;
 
-  const int nreact = network.packed_pairs().nreact(force->newton_pair);
-  if (VolumeForces *const volume = network.volume())
-    volume->evaluate(network.packed_pairs(),
+  const int nreact = pair_data.packed_pairs().nreact(force->newton_pair);
+  if (VolumeForces *const volume = pair_data.volume())
+    volume->evaluate(pair_data.packed_pairs(),
                      {scene::rows(atom->x), scene::rows(atom->v), nullptr, nreact});
   char words[][16] = {"timestep_check", "all", "evp/dt"};
   char *arg[] = {words[0], words[1], words[2]};
   Exchange exchange(lmp, 3, arg);
   const double dt = update->dt;
-  const bool screened = !network.volume() &&
-      !on_any(may_be_unstable(network, atom, dt, nreact, exchange, inverse_mass), world);
+  const bool screened = !pair_data.volume() &&
+      !on_any(may_be_unstable(pair_data, atom, dt, nreact, exchange, inverse_mass), world);
   if (screened) return;
 
   StableTimesteps limits(lmp, exchange);
-  limits.linearise(network, free);
+  limits.linearise(pair_data, free);
   if (!limits.all_implicit() && limits.is_stable_explicitly(dt)) return;
   const double limit = limits.present_dt();
   if (dt > (1.0 + StableTimesteps::ACCURACY) * limit && comm->me == 0)

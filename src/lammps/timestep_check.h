@@ -8,14 +8,14 @@
 
 namespace EVP {
 
-class PairNetwork;
+class PairData;
 
 /// Warns of a timestep above the largest stable one, which nothing else does where neither compute evp/dt nor fix dt/evp
 /// is defined. Atoms that do not follow the forces on them are held.
 class TimestepCheck : protected Pointers {
  public:
-  TimestepCheck(LAMMPS *lmp, const PairNetwork &network_in, const Coefficients &coefficients_in) :
-      Pointers(lmp), network(network_in), coefficients(coefficients_in)
+  TimestepCheck(LAMMPS *lmp, const PairData &network_in, const Coefficients &coefficients_in) :
+      Pointers(lmp), pair_data(network_in), coefficients(coefficients_in)
   {
   }
 
@@ -24,7 +24,7 @@ class TimestepCheck : protected Pointers {
   void warn();
 
  private:
-  const PairNetwork &network;
+  const PairData &pair_data;
   const Coefficients &coefficients;
   std::vector<double> checked;    // what the last check depended on
 

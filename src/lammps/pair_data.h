@@ -4,7 +4,7 @@
 #include "bond_source.h"
 #include "core/coefficients.h"
 #include "core/contacts.h"
-#include "cut_offs.h"
+#include "cutoffs.h"
 #include "ghost_update.h"
 #include "list_snapshot.h"
 #include "missing_bonds.h"
@@ -24,7 +24,7 @@ namespace EVP {
 
 /// The pairs of pair style evp/lj on this MPI rank, their laws and their bonds: packed from each new
 /// neighbor list for the time-step loop, read by the fixes and computes of this package.
-class PairNetwork : protected Pointers {
+class PairData : protected Pointers {
  public:
   /// Pairs of the current neighbor list at the current positions, over all MPI ranks.
   struct Counts {
@@ -34,17 +34,17 @@ class PairNetwork : protected Pointers {
     double lowest_ratio;    ///< smallest d/(R_i + R_j) of the packed pairs; 0 if there are none
   };
 
-  PairNetwork(LAMMPS *, Pair *style, Coefficients &);
+  PairData(LAMMPS *, Pair *style, Coefficients &);
 
   /// Of the pair style evp/lj in force, alone or in pair_style hybrid; nullptr if it is another. A
   /// pair_style command deletes it, so what may be asked between runs must look again.
-  static PairNetwork *find(Force *);
+  static PairData *find(Force *);
 
   /// The same; stops, naming `who`, if the pair style is another.
-  static PairNetwork *require(Force *, Error *, const std::string &who);
+  static PairData *require(Force *, Error *, const std::string &who);
 
   /// Collective. The same if the packed pairs are those of the present positions, else nullptr.
-  static PairNetwork *find_present(Force *);
+  static PairData *find_present(Force *);
 
   // what fixes and computes read
 
@@ -124,8 +124,8 @@ class PairNetwork : protected Pointers {
     return std::max(row.e1, row.e2);
   }
 
-  /// Largest cut-off of the pairs of types that this style handles [length].
-  double longest_cut() const { return cuts.longest(); }
+  /// Largest cutoff of the pairs of types that this style handles [length].
+  double longest_cutoff() const { return cuts.longest(); }
 
   /// Were the pairs packed from the neighbor list as it is now, and from the atoms here?
   bool is_packed() const;
@@ -145,7 +145,7 @@ class PairNetwork : protected Pointers {
 
   PairRules rules;
   GhostUpdate ghosts;
-  CutOffs cuts;
+  Cutoffs cuts;
   BondSource source;
 
   /// See PairHistories.
@@ -181,7 +181,7 @@ class PairNetwork : protected Pointers {
   /// At init_style(): radii, bonds and the other fixes of the run to come.
   void begin_run();
 
-  /// At init_one(): this style acts between two types. Returns the cut-off for the neighbor list.
+  /// At init_one(): this style acts between two types. Returns the cutoff for the neighbor list.
   double handle(int itype, int jtype);
 
   /// Types or coefficients have changed since the last packing.
