@@ -60,10 +60,13 @@ int DampingSolver::solve(double h_in, int groupbit, const Values &prescribed, Va
   reaction.assign(velocities.size(), 0.0);
   dampers.add_last_forces(reaction);
   ghosts.reverse_comm(reaction);
-  for (size_t k = 0; k < n; k++) change[k] = h * mobility[k] * reaction[k];
+  for (size_t k = 0; k < n; k++) {
+    change[k] = h * mobility[k] * reaction[k];
+    residual[k] = -h * reaction[k];
+  }
   exchange_velocities(prescribed);
   dampers.multiply_rotating(velocities, reaction, update->dt);
-  find_residual();
+  subtract_damping();
 
   int iterations = 0;
   for (int pass = 1; pass <= MOST_PASSES; pass++) {
@@ -73,7 +76,8 @@ int DampingSolver::solve(double h_in, int groupbit, const Values &prescribed, Va
     exchange_velocities(prescribed);
     noise.assign(nlocal, 0.0);
     most_rotated = std::max(most_rotated, dampers.rotate(velocities, reaction, update->dt, noise));
-    find_residual();
+    for (size_t k = 0; k < n; k++) residual[k] = -inertia[k] * change[k];
+    subtract_damping();
     for (size_t k = 0; k < n; k++) applied[k] = -reaction[k];
 
     // damper forces are the sum of along and rotation, whose rounding no solve can go below
@@ -95,13 +99,13 @@ void DampingSolver::exchange_velocities(const Values &prescribed)
   ghosts.forward_comm_velocities(velocities);
 }
 
-// Collective. From the reaction to the velocities, which give way to M^-1 residual. Held atoms need no
-// branch: their mobility, hence every direction, is zero.
-void DampingSolver::find_residual()
+// Collective. The reaction from the residual; M^-1 residual takes the place of the velocities. Held atoms
+// need no branch: their mobility, hence every direction, is zero.
+void DampingSolver::subtract_damping()
 {
   ghosts.reverse_comm(reaction);
   for (size_t k = 0; k < change.size(); k++) {
-    residual[k] = -inertia[k] * change[k] - h * reaction[k];
+    residual[k] -= h * reaction[k];
     velocities[k] = mobility[k] * residual[k];
   }
 }

@@ -88,7 +88,7 @@ class DampingSolver : protected Pointers {
   int iterate(int iteration);
   bool meets_tolerance();
   void exchange_velocities(const Values &prescribed);
-  void find_residual();
+  void subtract_damping();
 };
 
 }    // namespace EVP
