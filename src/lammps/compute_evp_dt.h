@@ -15,19 +15,14 @@ class ComputeEVPDt : public EVP::WithPerAtomComm<Compute> {
   ~ComputeEVPDt() override { delete[] vector; }
 
   void init() override;
-  void setup() override;
   double compute_scalar() override;
   void compute_vector() override;
   double memory_usage() override { return limits.memory_usage(); }
 
-  /// Collective, in a run. Warns once if the timestep is above the limit.
-  void warn_of_timestep();
-
  private:
   EVP::StableTimesteps limits;
   bigint computed_step = -1;      // of what vector holds, -1 if it must not be used again
-  bool limit_warned = false;      // in this run: of dt
-  bool lanczos_warned = false;    // of an eigenvalue
+  bool lanczos_warned = false;    // of an eigenvalue, in this run
 };
 
 }    // namespace LAMMPS_NS

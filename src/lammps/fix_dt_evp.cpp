@@ -94,18 +94,6 @@ void FixDtEVP::warn_of_contacts() const
                    who);
 }
 
-void FixDtEVP::setup(int /*vflag*/)
-{
-  if (update->whichflag != 1) return;
-  set_dt(true);
-
-  // those of other atoms have seen the dt from before
-  for (Compute *any : modify->get_compute_list()) {
-    auto *other = dynamic_cast<ComputeEVPDt *>(any);
-    if (other && other != compute) other->warn_of_timestep();
-  }
-}
-
 // the smallest of what stability, rotation and the user allow; at set-up at once,
 // later it grows by little, since the state may be about to change back
 void FixDtEVP::set_dt(bool at_setup)

@@ -23,7 +23,10 @@ class FixDtEVP : public EVP::WithPerAtomComm<Fix> {
   int setmask() override { return FixConst::END_OF_STEP; }
   void post_constructor() override;
   void init() override;
-  void setup(int) override;
+  void setup(int) override
+  {
+    if (update->whichflag == 1) set_dt(true);
+  }
   void end_of_step() override { set_dt(false); }
 
   // f_ID: dt. f_ID[1..5]: largest stable dt, dt that resolves the motion of all pairs, what limits dt

@@ -4,7 +4,7 @@
 #include "core/coefficients.h"
 #include "pair.h"
 #include "pair_data.h"
-#include "timestep_check.h"
+#include "stable_timesteps.h"
 
 namespace LAMMPS_NS {
 
