@@ -6,9 +6,7 @@
 #include "core/simd.h"
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
-#include <type_traits>
 #include <vector>
 
 // Rows are short: the overhead of the loop counts.

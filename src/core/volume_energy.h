@@ -16,7 +16,7 @@ namespace EVP {
 ///     U = 1/2 sum_i kv_i theta_i^2,   theta_i = 3/W_i sum_j w_ij (d_ij/deq_ij - 1),
 ///     w_ij = 1 - (deq_ij/dlim_ij)^2,   W_i = sum_j w_ij over all bonds that were recorded
 ///
-/// theta is the trace of the strain where a body deforms alike everywhere. A pair beyond its cutoff
+/// theta is the trace of the strain where a body deforms alike everywhere. A pair past its cutoff
 /// leaves the sum, not W_i. kv is an energy per particle, all else here has no dimension.
 ///
 /// Pass one adds up the strains of each particle. Between the passes their owners make g = dU/dtheta

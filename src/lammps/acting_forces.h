@@ -27,13 +27,13 @@ template <bool Damps, bool Others> struct ActingForces {
   {
     const size_t first = (size_t) 3 * i;
     for (int c = 0; c < 3; c++) {
-      double of_network = whole[first + c];
-      if constexpr (Others) of_network = of_pairs[first + c] + (solved ? solved[first + c] : 0.0);
+      double of_ours = whole[first + c];
+      if constexpr (Others) of_ours = of_pairs[first + c] + (solved ? solved[first + c] : 0.0);
       if (integrated)
-        now.working[c] = whole[first + c] - of_network;
+        now.working[c] = whole[first + c] - of_ours;
       else {
         now.damping[c] = Damps ? damping[first + c] : 0.0;
-        now.working[c] = of_network - now.damping[c];
+        now.working[c] = of_ours - now.damping[c];
       }
     }
   }

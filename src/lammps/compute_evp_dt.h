@@ -7,7 +7,7 @@
 
 namespace LAMMPS_NS {
 
-/// Largest stable timesteps of the network of pairs that interact now, its atoms outside the group
+/// Largest stable timesteps of the pairs that interact now, its atoms outside the group
 /// held.
 class ComputeEVPDt : public EVP::WithPerAtomComm<Compute> {
  public:

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "compute.h"
-#include "core/simd.h"
 #include "pair_data.h"
 #include "with_per_atom_comm.h"
 
@@ -11,7 +10,7 @@
 
 namespace LAMMPS_NS {
 
-/// Per atom: pairs recorded, share of them in the second regime, share beyond dlim, new pairs; behind
+/// Per atom: pairs recorded, share of them in the second regime, share past dlim, new pairs; behind
 /// them what else was asked for.
 class ComputeEVPStateAtom : public EVP::WithPerAtomComm<Compute> {
  public:

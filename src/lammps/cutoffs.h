@@ -11,8 +11,8 @@
 
 namespace EVP {
 
-/// The pairs of atom types that pair style evp/lj handles, and how far these reach: alpha (R_i + R_j) with
-/// the largest radii at the start of a run, as the neighbor list does not longest_of further.
+/// The pairs of atom types that pair style evp/lj handles, and how far these act: alpha (R_i + R_j) with
+/// the largest radii at the start of a run, as the neighbor list ends there.
 class Cutoffs : protected Pointers {
  public:
   explicit Cutoffs(LAMMPS *lmp) : Pointers(lmp) {}

@@ -37,7 +37,7 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix> {
   void end_of_step() override;
   void post_run() override;
 
-  // f_ID: pairs recorded. f_ID[1..5]: beyond dlim, in the second regime, new pairs that interact,
+  // f_ID: pairs recorded. f_ID[1..5]: past dlim, in the second regime, new pairs that interact,
   // lowest d/(R_i + R_j), broken for good
   double compute_scalar() override { return (double) bonds->count(); }
   double compute_vector(int) override;

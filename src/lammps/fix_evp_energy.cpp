@@ -85,7 +85,7 @@ void FixEVPEnergy::setup(int /*vflag*/)
     if (started) entries[BOX] += EVP::reduce_all(done, MPI_SUM, world);
   }
   last = over_all_ranks({instant_here(), {}}).instant;
-  // flow that is due is in no offset yet, and the stored energies are those after it: what it will
+  // flow that is due is in no q yet, and the stored energies are those after it: what it will
   // dissipate in the first step, pairs still hold
   last.pairs.elastic += last.pairs.plastic;
   if (started) entries[PLASTIC] += last.pairs.plastic_of_missing;
@@ -150,9 +150,7 @@ double FixEVPEnergy::kinetic_here() const
   return kinetic;
 }
 
-// on this MPI rank.
-// A bond's energy counts from its rest; what it cost to take one beyond dlim stays in the balance as
-// the depth that is missing
+// on this MPI rank
 FixEVPEnergy::Instant FixEVPEnergy::instant_here() const
 {
   const EVP::VolumeForces *const volume = pair_data->volume();
@@ -317,7 +315,7 @@ void FixEVPEnergy::end_instant()
 }
 
 // f_ID: energy imbalance. f_ID[1..13], changes since the start: kinetic, stored in bonds up to xi_s
-// and beyond it, spent on lost bonds, new contacts; dissipated by gamma; work on prescribed atoms, of all
+// and above it, spent on lost bonds, new contacts; dissipated by gamma; work on prescribed atoms, of all
 // other forces; dissipated by flow, stored by hardening, released by broken bonds, volume energy; work of
 // a box that deforms
 double FixEVPEnergy::compute_scalar()

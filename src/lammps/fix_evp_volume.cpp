@@ -7,8 +7,6 @@
 #include "pair_data.h"
 #include "scene.h"
 
-#include "force.h"
-
 #include <algorithm>
 #include <cmath>
 

@@ -111,19 +111,6 @@ class PairData : protected Pointers {
     return cuts.handles(itype, jtype) ? coefficients.row(itype, jtype).alpha : 0.0;
   }
 
-  /// The same as the coefficients have it, before init() too.
-  double alpha_given(int itype, int jtype) const
-  {
-    return cuts.has_types() ? coefficients.row(itype, jtype).alpha : 0.0;
-  }
-
-  /// The larger depth of the row of two atom types as given [energy].
-  double depth_given(int itype, int jtype) const
-  {
-    const Row row = coefficients.row(itype, jtype);
-    return std::max(row.e1, row.e2);
-  }
-
   /// Largest cutoff of the pairs of types that this style handles [length].
   double longest_cutoff() const { return cuts.longest(); }
 

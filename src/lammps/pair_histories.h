@@ -6,7 +6,7 @@
 #include "core/contacts.h"
 #include "core/energy_balance.h"
 #include "core/per_atom_comm.h"
-#include "volume_forces.h"
+#include "lammps_names.h"
 
 #include <utility>
 #include <vector>

@@ -59,6 +59,7 @@ std::vector<double> StableTimesteps::take_pairs(const PairData &pair_data)
 {
   const VolumeForces *const volume = pair_data.volume();
   linear.links.clear();
+  linear.links.reserve(pair_data.packed_pairs().size());
   linear.openings.clear();
   std::vector<double> inv_deq;
   double shortest = NO_LIMIT;

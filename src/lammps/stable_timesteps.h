@@ -9,7 +9,7 @@
 
 namespace EVP {
 
-/// Largest stable timesteps of the network of pairs that interact now, see doc/compute_evp_dt.rst.
+/// Largest stable timesteps of the pairs that interact now, see doc/compute_evp_dt.rst.
 class StableTimesteps : protected Pointers {
  public:
   static constexpr double NO_LIMIT = 1.0e20;     ///< nothing interacts: any timestep is stable
@@ -26,7 +26,7 @@ class StableTimesteps : protected Pointers {
     bool has(int mask) const { return (mask & groups) && !(mask & held_groups); }
   };
 
-  /// Collective. The network at the present positions. The pairs must be packed, and their volume energy evaluated.
+  /// Collective. The pairs at the present positions. The pairs must be packed, and their volume energy evaluated.
   void linearise(const PairData &, const FreeAtoms &);
 
   // all collective, after linearise()
