@@ -3,7 +3,7 @@
 
 #include "core/bond_store.h"
 #include "core/contacts.h"
-#include "lammps_names.h"
+#include "scene.h"
 
 #include <memory>
 #include <string>
@@ -54,5 +54,33 @@ class BondSource : protected Pointers {
  private:
   std::shared_ptr<const BondStore> store;
 };
+
+inline void BondSource::begin_run(const PairRules &rules)
+{
+  update();
+  const Fix *fix = scene::find_fix(modify, "evp/bonds");
+  store = scene::find_shared<const BondStore>(modify, "evp/bonds", "bonds");
+  if (!recorder.empty() && (!records() || recorder != fix->id))
+    error->all(FLERR,
+               "Pair evp/lj: the bonds were recorded by fix {}, whose records are not here: define "
+               "'fix {} all evp/bonds' right after read_restart and before the run, or start again "
+               "with 'pair_style none' and 'pair_style evp/lj'",
+               recorder, recorder);
+  if (records()) recorder = fix->id;
+  if (rules.has_history() && !fix)
+    error->all(FLERR, "Pair evp/lj: {} needs fix evp/bonds, which stores the history of the bonds",
+               rules.plastic ? "plasticity isotropic" : "break");
+}
+
+inline void BondSource::update()
+{
+  if (!store) return;
+  if (store->is_closed()) {
+    if (!recorder.empty()) dropped = recorder;
+    recorder.clear();
+    store.reset();
+  } else if (store->has_recorded() && recorder.empty())
+    recorder = scene::find_fix(modify, "evp/bonds")->id;
+}
 
 }    // namespace EVP

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "compute.h"
+#include "per_atom.h"
 #include "stable_timesteps.h"
-#include "with_per_atom_comm.h"
 
 namespace LAMMPS_NS {
 

@@ -5,8 +5,8 @@
 #include "core/strain_fit.h"
 #include "core/volume_energy.h"
 #include "fix_evp_bonds.h"
-#include "keywords.h"
 #include "scene.h"
+#include "user_input.h"
 
 #include "compute_stress_atom.h"
 #include "group.h"

@@ -3,7 +3,7 @@
 
 #include "compute.h"
 #include "pair_data.h"
-#include "with_per_atom_comm.h"
+#include "per_atom.h"
 
 #include <memory>
 #include <vector>

@@ -3,8 +3,8 @@
 #include "fix_dt_evp.h"
 
 #include "collective.h"
-#include "keywords.h"
 #include "scene.h"
+#include "user_input.h"
 
 #include "group.h"
 #include "output.h"

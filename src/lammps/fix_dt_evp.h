@@ -5,8 +5,8 @@
 #include "core/simd.h"
 #include "fix.h"
 #include "pair_data.h"
+#include "per_atom.h"
 #include "update.h"
-#include "with_per_atom_comm.h"
 
 #include <array>
 #include <string>

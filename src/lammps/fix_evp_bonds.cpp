@@ -6,9 +6,8 @@
 #include "atom_directory.h"
 #include "bond_recording.h"
 #include "collective.h"
-#include "keywords.h"
-#include "missing_bonds.h"
 #include "scene.h"
+#include "user_input.h"
 
 #include "comm.h"
 #include "domain.h"
@@ -152,12 +151,6 @@ void FixEVPBonds::commit(bool at_rest)
 {
   pair_data->commit(at_rest);
   settle_missing();
-}
-
-void FixEVPBonds::settle_missing()
-{
-  if (pair_data->misses_bonds())
-    pair_data->take_missing(EVP::settle_missing_bonds(lmp, pair_data, *bonds));
 }
 
 // a minimizer tries many places, of which only the last one is a state of the body, and that only

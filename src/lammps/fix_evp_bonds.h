@@ -4,7 +4,7 @@
 #include "core/bond_store.h"
 #include "fix.h"
 #include "pair_data.h"
-#include "with_per_atom_comm.h"
+#include "per_atom.h"
 
 #include <array>
 #include <memory>
@@ -70,7 +70,7 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix> {
 
   /// Collective, after the forces of a step: bonds that have left the neighbor list have flowed, broken, or hold what they
   /// had at their cutoffs. Again only with another list.
-  void settle_missing();
+  void settle_missing() { pair_data->settle_missing(*bonds); }
 
  private:
   double zone = 0.0;    // pairs with d <= zone (R_i + R_j) are recorded; 0: alpha of the types

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
-#include "atom_records.h"
-#include "box_work.h"
 #include "core/energy_balance.h"
 #include "pair_data.h"
-#include "with_per_atom_comm.h"
+#include "per_atom.h"
+#include "step_work.h"
 
 #include <memory>
 

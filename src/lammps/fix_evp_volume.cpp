@@ -3,9 +3,9 @@
 #include "fix_evp_volume.h"
 
 #include "collective.h"
-#include "keywords.h"
 #include "pair_data.h"
 #include "scene.h"
+#include "user_input.h"
 
 #include <algorithm>
 #include <cmath>

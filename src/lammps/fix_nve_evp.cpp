@@ -3,8 +3,8 @@
 #include "fix_nve_evp.h"
 
 #include "collective.h"
-#include "keywords.h"
 #include "scene.h"
+#include "user_input.h"
 
 #include "comm.h"
 

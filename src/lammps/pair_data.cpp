@@ -57,14 +57,6 @@ const PairLists &PairData::packed_pairs() const
   return lists;
 }
 
-PairState PairData::state_at_cutoff(int itype, int jtype, double sum_radii, double deq,
-                                    const Offset &before) const
-{
-  const PairLaw &law = coefficients.law(coefficients.index(itype, jtype));
-  const Span span = rules.of_bond(deq, law.row.alpha * sum_radii);
-  return law.state(span.cutoff / deq, 1.0 / deq, rules.flow_of_bonds(), before);
-}
-
 PairData::AnyPair PairData::pair_between(int i, int j, int itype, int jtype) const
 {
   const Bond *bond = nullptr;

@@ -5,11 +5,10 @@
 #include "core/coefficients.h"
 #include "core/contacts.h"
 #include "cutoffs.h"
-#include "ghost_update.h"
 #include "list_snapshot.h"
-#include "missing_bonds.h"
 #include "pair_histories.h"
 #include "pair_list_builder.h"
+#include "per_atom.h"
 #include "row_laws.h"
 
 #include "atom.h"
@@ -59,10 +58,6 @@ class PairData : protected Pointers {
   {
     return law_of(pair).state(pair.ratio(), pair.inv_deq, pair.flow, pair.offset);
   }
-
-  /// The same of a bond at its cutoff. types: of its atoms. sum_radii, deq [length].
-  PairState state_at_cutoff(int itype, int jtype, double sum_radii, double deq,
-                            const Offset &before) const;
 
   /// The pair of two atoms of the present lists, packed or not, with its work of flow [energy]; as its law had no twin.
   struct AnyPair {
@@ -138,14 +133,10 @@ class PairData : protected Pointers {
   /// See PairHistories.
   void commit(bool at_rest);
 
-  /// Are there bonds that are neither broken nor in the packed list, where that matters? The same on all
-  /// MPI ranks, once for each packing.
-  bool misses_bonds() { return std::exchange(bonds_missing, false); }
-
-  /// What those hold that it misses.
-  void take_missing(const MissingBonds &found)
+  /// Collective. Once for each packing that lacks bonds.
+  void settle_missing(BondStore &records)
   {
-    if (work) work->take_missing(found.held, found.dissipated, rules.breaks());
+    if (std::exchange(bonds_missing, false)) pair_histories.settle_missing(records, work.get());
   }
 
   /// Collective, where commit() was called since: the histories of the pairs go to the records of their
@@ -200,7 +191,7 @@ class PairData : protected Pointers {
   std::shared_ptr<VolumeForces> volume_;    // of fix evp/volume, nullptr without
   std::shared_ptr<PairWork> work;           // of fix evp/energy, nullptr without
   long source_version = 0;                  // of the bonds, at the last packing
-  bool bonds_missing = false;               // from the list, see misses_bonds()
+  bool bonds_missing = false;               // neither broken nor in the list; the same on all ranks
   PairRules rules_of_run;
 
   void report();

@@ -4,9 +4,8 @@
 
 #include "core/pair_block.h"
 #include "core/potential_file.h"
-#include "keywords.h"
-#include "row_reader.h"
 #include "scene.h"
+#include "user_input.h"
 
 #include "comm.h"
 #include "memory.h"

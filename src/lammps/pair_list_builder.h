@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
+#include "core/bond_store.h"
 #include "core/coefficients.h"
 #include "core/contacts.h"
-#include "core/record_finder.h"
 #include "core/simd.h"
 #include "lammps_names.h"
 

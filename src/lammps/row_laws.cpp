@@ -3,8 +3,8 @@
 #include "row_laws.h"
 
 #include "collective.h"
-#include "keywords.h"
 #include "scene.h"
+#include "user_input.h"
 
 #include "comm.h"
 #include "domain.h"

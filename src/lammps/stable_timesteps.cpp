@@ -3,8 +3,8 @@
 #include "stable_timesteps.h"
 
 #include "collective.h"
+#include "per_atom.h"
 #include "scene.h"
-#include "with_per_atom_comm.h"
 
 #include "comm.h"
 #include "compute.h"

@@ -5,8 +5,8 @@
 #include "core/coefficients.h"
 #include "core/volume_energy.h"
 #include "lammps_names.h"
+#include "per_atom.h"
 #include "scene.h"
-#include "with_per_atom_comm.h"
 
 #include "atom.h"
 

@@ -67,6 +67,6 @@ MUTATIONS = [
     Mutation("half of the forces of the volume energy", ("volume energy of a free body",), "volume_energy.h", "3.0 * kv * strain / weight_sum", "1.5 * kv * strain / weight_sum"),
     Mutation("remap v: velocities of periodic images not corrected in implicit damping", ("sheared box",), "damping_solver.cpp",
              "ghosts.forward_comm_velocities(velocities);", "ghosts.forward_comm(velocities);"),
-    Mutation("remap v: kinetic energy of wrapped atoms not in the energy balance", ("sheared box",), "box_work.h", "carried += kinetic_now - kinetic;", ""),
+    Mutation("remap v: kinetic energy of wrapped atoms not in the energy balance", ("sheared box",), "step_work.h", "carried += kinetic_now - kinetic;", ""),
     Mutation("remap v: no work of the box by implicit damping", ("sheared box",), "fix_nve_evp.cpp", "sum += dampers.share(damper) * along *", "sum += 0.0 * along *"),
 ]
