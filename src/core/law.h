@@ -211,13 +211,21 @@ template <class Powers> class Law {
   {
     constexpr double AT[] = {0.0, 0.5384693101056831, 0.9061798459386640};
     constexpr double WEIGHT[] = {128.0 / 225.0, 0.4786286704993665, 0.2369268850561891};
+    const double bends = saturation == 0.0
+        ? slip
+        : std::min(slip, 40.0 * saturation);    // the limit is constant then
+    const int parts = saturation == 0.0 ? 1 : 1 + (int) (2.0 * bends / saturation);
+    const auto force_at = [this, sign, k](double by) {
+      return std::fabs(first.force(1.0 / (1.0 + sign * limit(k + by))));
+    };
+    const double half = 0.5 * bends / parts;
     double sum = 0.0;
-    for (int point = -2; point <= 2; point++) {
-      const double at = std::copysign(AT[std::abs(point)], point);
-      const double strain = sign * limit(k + 0.5 * slip * (1.0 + at));
-      sum += WEIGHT[std::abs(point)] * std::fabs(first.force(1.0 / (1.0 + strain)));
-    }
-    return 0.5 * slip * sum;
+    for (int part = 0; part < parts; part++)
+      for (int point = -2; point <= 2; point++) {
+        const double at = 2 * part + 1 + std::copysign(AT[std::abs(point)], point);
+        sum += WEIGHT[std::abs(point)] * force_at(half * at);
+      }
+    return half * sum + (slip > bends ? (slip - bends) * force_at(slip) : 0.0);
   }
 
  private:
@@ -338,7 +346,7 @@ class PairLaw : public Law<AnyPowers> {
     now.force = first.force(s);
     now.stored = {first.stored(acting, s), 0.0};
     now.dissipated = by > 0.0 ? dissipated(std::copysign(1.0, strain), before.k, by) : 0.0;
-    now.stiffness = first.stiffness(s);
+    now.stiffness = elastic > acting ? 0.0 : first.stiffness(s);
     now.stiffness_ahead = row.m1 * row.n1 * row.e1;
     now.regime = now.offset.k > 0.0 ? 2 : 1;
     return now;

@@ -200,11 +200,11 @@ class PairList {
       const size_t first = block * BLOCK_SIZE, last = std::min(first + BLOCK_SIZE, count);
       for (size_t n = first; n < last; n++) {
         k[n] += std::fabs(q_new[n] - q[n]);
+        q[n] = q_new[n];
         work[n] += spent[n];
-        if (!are_bonds && q_new[n] == 0.0) k[n] = work[n] = 0.0;
+        if (!are_bonds && q[n] == 0.0) k[n] = work[n] = 0.0;
       }
     }
-    q.swap(q_new);
   }
 
   /// Takes out the pairs with these indices, which ascend.

@@ -74,6 +74,13 @@ def test_a_circle_would_be_found():
     assert find_circle({"a": {"b", "c"}, "b": {"c"}, "c": set()}) == []
 
 
+def test_powers_are_for_the_law_and_the_kernel_alone():
+    own, _ = include_graph()
+    users = {node for node, others in own.items() if "core/powers" in others}
+    assert "core/law" in users
+    assert users <= {"core/law", "core/pair_block"}
+
+
 @pytest.mark.parametrize("style", ["pair_evp_lj", "fix_evp_bonds"])
 def test_the_pair_style_and_the_bonds_fix_do_not_know_each_other(style):
     own, _ = include_graph()

@@ -11,9 +11,9 @@
 #include <vector>
 
 using EVP::BadInput;
+using EVP::BodyRule;
 using EVP::BondLine;
 using EVP::BondReader;
-using EVP::Within;
 
 namespace {
 
@@ -97,8 +97,9 @@ TEST(BondReader, ReadsInPiecesOfAnySize)
 
 TEST(BondReader, TellsWhichAtomsWereOneBody)
 {
-  EXPECT_EQ(EVP::bond_header(3, "si", Within::TYPE), "# EVP bonds COUNT: 3 WITHIN: type UNITS: si");
-  for (const Within within : {Within::ALL, Within::TYPE, Within::MOLECULE}) {
+  EXPECT_EQ(EVP::bond_header(3, "si", BodyRule::TYPE),
+            "# EVP bonds COUNT: 3 WITHIN: type UNITS: si");
+  for (const BodyRule within : {BodyRule::ALL, BodyRule::TYPE, BodyRule::MOLECULE}) {
     std::istringstream stream(EVP::bond_header(3, "si", within) + "\n");
     const BondReader reader(stream, "body.bonds", "si");
     EXPECT_EQ(reader.within(), within);

@@ -128,7 +128,7 @@ TEST(Scaling, IsOfTheLawsAndNotOfTheRows)
   EXPECT_EQ(coefficients.make_law(1, 1), METAL);    // nothing is measured yet
   EXPECT_TRUE(coefficients.take_measures(measures_of(1, {{{0.002, 6.0}}})));
   EXPECT_FALSE(coefficients.take_measures(measures_of(1, {{{0.002, 6.0}}})));
-  EXPECT_EQ(coefficients.law(coefficients.index(1, 1)).parameters(), METAL);
+  EXPECT_EQ(coefficients.law(coefficients.index(1, 1)).row, METAL);
 
   EVP::Row scaled = METAL;
   scaled.e1 = 20.0;

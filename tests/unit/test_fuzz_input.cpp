@@ -182,14 +182,13 @@ TEST(Fuzz, ParameterFileGivesALawOrARefusal)
     const EVP::Row row =
         EVP::row_from_text(text, "fuzz.evp", names[vandal.below(names.size())], "si");
     EXPECT_EQ(row.spacing > 0.0, row.coordination > 0.0);
-    const EVP::Law law(row);
-    const double deq = 0.01;
+    const EVP::PairLaw law(row);
     for (const double r : {0.7, 1.0 - row.xi_s, 1.0, 1.0 + row.xi_s, row.alpha}) {
-      const double values[] = {law.force(r * deq, deq), law.stiffness(r * deq, deq),
-                               law.energy(r * deq, deq, row.alpha * deq)};
+      const EVP::PairState now = law.state(r, 100.0);
+      const double values[] = {now.force, now.stiffness, now.stored.total()};
       for (const double value : values) EXPECT_TRUE(std::isfinite(value)) << "at r = " << r;
     }
-    EXPECT_GE(law.stiffness(deq, deq), 0.0);
+    EXPECT_GE(law.state(1.0, 100.0).stiffness, 0.0);
     EXPECT_GE(row.gamma, 0.0);
   });
 }

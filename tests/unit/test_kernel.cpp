@@ -1,23 +1,28 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The loop over packed pairs against a plain sum over pairs written from the law alone.
+//
+// The loop of the timestep over bonds and contacts against PairLaw::state() pair by pair, and what the energy balance
+// takes from it.
 
-#include "kernel_cases.h"
-#include "law_cases.h"
+#include "core/energy_balance.h"
+#include "pair_cases.h"
 
 #include <limits>
 #include <utility>
 
 using namespace EVP;
-using namespace kernel_cases;
+using namespace pair_cases;
 
 namespace {
 
-const Row TABLE2 = {80, 8, 4, 3, 8, 4, 0.005, 1000, 1.5};
-const Row UNDAMPED = {80, 8, 4, 3, 8, 4, 0.005, 0, 1.5};
+constexpr double ROUND_OFF = 1e-13;    // of the largest terms
 
-Row with_exponents(double m1, double n1, double m2, double n2)
+Row scaled(Row row, double energies, double gamma)
 {
-  return {80, m1, n1, 3, m2, n2, 0.005, 1000, 1.5};
+  row.e1 *= energies;
+  row.e2 *= energies * energies;
+  row.gamma *= gamma;
+  row.xi_s *= 1.2;
+  return row;
 }
 
 // one law, several with the same exponents, and exponents of their own
@@ -27,203 +32,405 @@ const std::vector<std::vector<Row>> LAWS = {
     {with_exponents(4, 2, 4, 2)},
     {with_exponents(2, 1, 2, 1)},
     {with_exponents(12, 6, 12, 6)},
-    {with_exponents(9, 5, 9, 5)},
+    {with_exponents(9, 5, 9, 5, 0.1)},
     {with_exponents(8, 4, 6, 3)},
     {with_exponents(8.5, 4.25, 7.5, 2.5)},
-    {TABLE2, UNDAMPED, {40, 8, 4, 5, 8, 4, 0.01, 300, 1.5}},
-    {TABLE2, {40, 6, 3, 5, 4, 2, 0.01, 300, 1.5}},
-    {with_exponents(9, 5, 9, 5), {40, 9, 5, 5, 9, 5, 0.01, 300, 1.5}},
+    {TABLE2, scaled(TABLE2, 0.5, 0.0), scaled(with_exponents(8, 4, 8, 4, 0.03), 2.0, 0.3)},
+    {TABLE2, with_exponents(6, 3, 4, 2)},
+    {with_exponents(9, 5, 9, 5), scaled(with_exponents(9, 5, 9, 5), 0.5, 0.3)},
 };
 
-std::string names(const std::vector<Row> &rows)
+struct PairResult {
+  double force, damping, elastic, forgotten, at_cutoff, potential, q_new, spent;
+  friend bool operator==(const PairResult &a, const PairResult &b)
+  {
+    return a.force == b.force && a.damping == b.damping && a.elastic == b.elastic &&
+        a.forgotten == b.forgotten && a.at_cutoff == b.at_cutoff && a.potential == b.potential &&
+        a.q_new == b.q_new && a.spent == b.spent;
+  }
+};
+
+/// Saves what the kernel says of each pair, and sums it.
+struct Saved {
+  static constexpr bool stored = true, potential = true;
+  SumTally sums;
+  std::vector<PairResult> pairs = {};
+
+  explicit Saved(int nreact) : sums(nreact, true, true) {}
+  void operator()(const PairRange &range, const PairBlock &block)
+  {
+    EXPECT_EQ((int) pairs.size(), range.first);
+    for (int k = 0; k < block.n; k++) {
+      const bool flows = block.flow.q, moves = flows && *block.flow.moves;
+      pairs.push_back({block.force[k], block.damping[k], block.elastic[k], block.forgotten[k],
+                       block.at_cutoff[k], block.potential[k], flows ? block.flow.q_new[k] : 0.0,
+                       moves ? block.flow.spent[k] : 0.0});
+    }
+    sums(range, block);
+  }
+};
+
+constexpr int ALL = 50, WITHOUT_GHOSTS = 40;    // particles that take reactions
+
+/// By how many boxes a ghost is away from its owner.
+double image_of(int j, int c)
 {
-  std::string text = std::to_string(rows.size()) + " laws, ";
-  return text + law_cases::name_of(rows.back());
+  return j < WITHOUT_GHOSTS ? 0.0 : (3 * j + c) % 4 - 1;
 }
 
-/// All instruction sets of this machine.
-std::vector<Level> levels()
+/// What the law says of the pairs of a list, and the sums over them. Errors are measured by sums of the terms' sizes.
+struct Expected {
+  struct PairScale {
+    double force, energy;
+  };
+  std::vector<PairResult> pairs;
+  std::vector<PairScale> scales;
+  Vectors f, damping;
+  std::vector<double> force_scales;
+  double energy = 0.0, energy_scale = 0.0, virial[6] = {}, virial_scale = 0.0;
+  std::vector<int> past;
+  int interacting = 0, beyond_limit = 0;
+  PairWork::Sums work = {};
+  double through[6] = {}, damping_through[6] = {};
+
+  Expected(const Cloud &cloud, const PairList &list, bool damped, bool incremental, int nreact) :
+      f(ALL, {0, 0, 0}), damping(f), force_scales(ALL, 0.0)
+  {
+    for_each_pair(list, rows_of(cloud.x), [&](const PlacedPair &p) {
+      const PairLaw &law = cloud.laws[p.law];
+      const Row &row = law.row;
+      const PairState now = law.state(p.ratio(), p.inv_deq, p.flow, p.offset);
+      const bool is_past = p.is_past_cutoff(), flows = p.flow != Flow::FORGETS;
+      PairResult pair = {};
+      if (is_past)
+        past.push_back(p.index);
+      else {
+        if (damped)
+          pair.damping =
+              damping_over_distance(row.gamma, p.g, cloud.v[p.i].data(), cloud.v[p.j].data());
+        pair.force = now.force / p.distance() + pair.damping;
+        interacting++;
+        beyond_limit += flows ? now.dissipated > 0.0 : now.regime == 2;
+      }
+      pair.elastic = now.stored.elastic;
+      pair.forgotten = now.stored.forgotten;
+      if (!flows) pair.at_cutoff = law.state(p.cut * p.inv_deq, 1.0).stored.total();
+      if (!is_past || (flows && incremental)) pair.potential = now.stored.total() - pair.at_cutoff;
+      if (flows) {
+        pair.q_new = is_past && !p.is_bond ? 0.0 : now.offset.q;
+        pair.spent = now.dissipated;
+        if (incremental) pair.potential += now.dissipated;
+      }
+      pairs.push_back(pair);
+      const double scale = row.m1 * row.n1 * row.e1 * p.inv_deq + row.gamma;
+      scales.push_back({scale / p.distance(), row.m1 * row.e1});
+      add(p, scale, nreact);
+    });
+  }
+
+  void add(const PlacedPair &p, double scale, int nreact)
+  {
+    const PairResult &pair = pairs.back();
+    const double w = p.j < nreact ? 1.0 : 0.5, g[3] = {p.g.dx, p.g.dy, p.g.dz};
+    for (const int i : {p.i, p.j}) force_scales[i] += scale;
+    virial_scale += scale * p.distance();
+    energy += w * pair.potential;
+    energy_scale += scales.back().energy;
+    for (int c = 0; c < 6; c++) {
+      const int a[6] = {0, 1, 2, 0, 0, 1}, b[6] = {0, 1, 2, 1, 2, 2};
+      virial[c] += w * pair.force * g[a[c]] * g[b[c]];
+      const int to[6] = {0, 1, 2, 5, 4, 3};    // the other order of the mixed ones
+      through[to[c]] += w * pair.force * g[a[c]] * image_of(p.j, b[c]);
+      damping_through[to[c]] += w * pair.damping * g[a[c]] * image_of(p.j, b[c]);
+    }
+    for (int c = 0; c < 3; c++) {
+      f[p.i][c] += pair.force * g[c];
+      damping[p.i][c] += pair.damping * g[c];
+      if (p.j >= nreact) continue;
+      f[p.j][c] -= pair.force * g[c];
+      damping[p.j][c] -= pair.damping * g[c];
+    }
+    const double inside = p.is_past_cutoff() ? 0.0 : w;
+    (p.is_bond ? work.elastic : work.contacts) += inside * pair.elastic;
+    (p.is_bond ? work.forgotten : work.contacts) += inside * pair.forgotten;
+    if (p.is_bond)
+      work.past_cutoff += (w - inside) * (pair.elastic + pair.forgotten);
+    else
+      work.contacts_at_cutoff += inside * pair.at_cutoff;
+    work.plastic += w * pair.spent;
+  }
+
+  void compare(const Saved &found, const Vectors &found_f) const
+  {
+    ASSERT_EQ(found.pairs.size(), pairs.size());
+    for (size_t k = 0; k < pairs.size(); k++) {
+      const PairResult &now = found.pairs[k], &law = pairs[k];
+      SCOPED_TRACE("pair " + std::to_string(k));
+      for (const auto value : {&PairResult::force, &PairResult::damping})
+        EXPECT_NEAR(now.*value, law.*value, ROUND_OFF * scales[k].force);
+      for (const auto value : {&PairResult::elastic, &PairResult::forgotten, &PairResult::at_cutoff,
+                               &PairResult::potential, &PairResult::spent})
+        EXPECT_NEAR(now.*value, law.*value, ROUND_OFF * scales[k].energy);
+      EXPECT_NEAR(now.q_new, law.q_new, 1e-15);
+    }
+    for (size_t i = 0; i < f.size(); i++)
+      for (int c = 0; c < 3; c++)
+        EXPECT_NEAR(found_f[i][c], f[i][c], ROUND_OFF * force_scales[i]) << "particle " << i;
+    EXPECT_NEAR(found.sums.total_energy(), energy, ROUND_OFF * energy_scale);
+    for (int c = 0; c < 6; c++)
+      EXPECT_NEAR(found.sums.total_virial(c), virial[c], ROUND_OFF * virial_scale);
+  }
+};
+
+/// Calls f(cloud, list) for bonds and contacts of eq. 8 and of plasticity.
+template <class F> void for_each_list(const std::vector<Row> &rows, int npairs, F &&f)
 {
-  std::vector<Level> all = {Level::BASE};
-  if (best_level() >= Level::AVX2) all.push_back(Level::AVX2);
-  if (best_level() >= Level::AVX512) all.push_back(Level::AVX512);
-  return all;
+  for (const bool plastic : {false, true}) {
+    Cloud cloud(rows, npairs, plastic);
+    for (PairList *list : {&cloud.lists.bonds, &cloud.lists.contacts}) {
+      SCOPED_TRACE(std::to_string(rows.size()) + " laws, " + name_of(rows.back()) +
+                   (plastic ? "plastic " : "") + (list->are_bonds ? "bonds" : "contacts"));
+      f(cloud, *list);
+    }
+  }
 }
 
 }    // namespace
 
-TEST(Kernel, EqualsThePlainSum)
+// Ghosts, the last ten particles, take no reaction where newton is off, and their pairs count half.
+TEST(Kernel, EqualsTheLawPairByPair)
+{
+  constexpr int SIZE = PairBlock::SIZE, MOST = 600;
+  for (const auto &rows : LAWS)
+    for (const int npairs : {0, 1, 7, 8, 9, SIZE - 1, SIZE, SIZE + 1, 2 * SIZE, MOST})
+      for_each_list(rows, npairs, [&](const Cloud &cloud, PairList &list) {
+        ASSERT_EQ((int) list.size(), npairs);
+        for (const bool damping : {false, true})
+          for (const bool incremental : {false, true})
+            for (const int nreact : {ALL, WITHOUT_GHOSTS}) {
+              const Expected expected(cloud, list, damping, incremental, nreact);
+              Vectors f(ALL, {0, 0, 0});
+              std::vector<int> past;
+              Saved found(nreact);
+              cloud.add_forces(list, best_level(), damping, nreact, f, found, incremental, &past);
+              expected.compare(found, f);
+              EXPECT_EQ(past, expected.past);
+              if (npairs < MOST) continue;    // control: what is tested is there
+              EXPECT_GT(expected.past.size(), 20u);
+              EXPECT_GT(expected.beyond_limit, 100);
+              EXPECT_GT(expected.interacting - expected.beyond_limit, 50);
+            }
+      });
+}
+
+// Timesteps with energy and those without must move the particles alike, and so must all machines.
+TEST(Kernel, TheSameBitsWithTallyAndOnEveryInstructionSet)
 {
   for (const auto &rows : LAWS)
-    for (const bool damping : {false, true}) {
-      SCOPED_TRACE(names(rows) + (damping ? ", damped" : ""));
-      const Cloud cloud = make_cloud(rows, 1000);
-      const int n = (int) cloud.x.size();
-      const PlainSum sum = plain_sum(cloud, damping, n);
-      expect_forces(run_kernel(cloud, block_law(cloud), damping, n, NoTally()), sum);
-
-      // control: what is tested is there
-      EXPECT_LT(sum.interacting, 950);
-      EXPECT_GT(sum.second, 300);
-      EXPECT_LT(sum.second, sum.interacting - 100);
-    }
-}
-
-TEST(Kernel, EqualsThePlainSumAtTheEdgesOfBlocks)
-{
-  const int size = Block::SIZE;
-  for (const int npairs :
-       {0, 1, 2, 7, 8, 9, size - 1, size, size + 1, 2 * size, 2 * size + 1, 1000}) {
-    SCOPED_TRACE(npairs);
-    const Cloud cloud = make_cloud({TABLE2}, npairs);
-    const int n = (int) cloud.x.size();
-    ASSERT_EQ((int) cloud.list.pairs.size(), npairs);
-    const PlainSum sum = plain_sum(cloud, true, n);
-    SumTally tally(cloud.list, n, true, true);
-    expect_forces(run_kernel(cloud, block_law(cloud), true, n, tally), sum);
-    EXPECT_NEAR(tally.total_energy(), sum.energy, ROUND_OFF * sum.energy_scale);
-  }
-}
-
-TEST(Kernel, EqualsThePlainSumWhereTheListIsAskedForAhead)
-{
-  Cloud cloud = make_cloud({TABLE2}, 1000);
-  const PairList once = cloud.list;
-  const int repeats = CACHED_PAIRS / 1000 + 1;
-  for (int repeat = 1; repeat < repeats; repeat++)
-    for (const PackedRow &row : once.rows) {
-      const int first = (int) cloud.list.pairs.size();
-      for (int k = row.first; k < row.last; k++) {
-        const PackedPair p = once.pairs[k];
-        push_back(cloud.list.pairs, 1.0 / p.inv_deq, p.cut, p.j, p.law, p.is_bond());
+    for_each_list(rows, 600, [&](const Cloud &cloud, PairList &list) {
+      for (const bool damping : {false, true}) {
+        Vectors base(ALL, {0, 0, 0});
+        Saved first(ALL);
+        cloud.add_forces(list, Level::BASE, damping, ALL, base, first);
+        for (const Level level : levels()) {
+          Vectors bare(ALL, {0, 0, 0}), with_tally = bare;
+          cloud.add_forces(list, level, damping, ALL, bare, NoTally());
+          Saved found(ALL);
+          cloud.add_forces(list, level, damping, ALL, with_tally, found);
+          EXPECT_EQ(bare, base);
+          EXPECT_EQ(with_tally, base);
+          EXPECT_EQ(found.pairs, first.pairs);
+          EXPECT_EQ(found.sums.total_energy(), first.sums.total_energy());
+          for (int c = 0; c < 6; c++)
+            EXPECT_EQ(found.sums.total_virial(c), first.sums.total_virial(c));
+        }
       }
-      cloud.list.rows.push_back({row.i, first, (int) cloud.list.pairs.size()});
-    }
-  ASSERT_GT((int) cloud.list.pairs.size(), CACHED_PAIRS);
-  const int n = (int) cloud.x.size();
-  const PlainSum sum = plain_sum(cloud, true, n);
-  SumTally tally(cloud.list, n, true, true);
-  expect_forces(run_kernel(cloud, block_law(cloud), true, n, tally), sum);
-  EXPECT_NEAR(tally.total_energy(), sum.energy, ROUND_OFF * sum.energy_scale);
-}
-
-// newton off: ghosts, here the last ten particles, take no reaction, and their pairs count half.
-TEST(Kernel, EnergyAndVirialEqualThePlainSum)
-{
-  for (const auto &rows : LAWS)
-    for (const bool damping : {false, true})
-      for (const int ghosts : {0, 10}) {
-        SCOPED_TRACE(names(rows) + (damping ? ", damped" : ""));
-        const Cloud cloud = make_cloud(rows, 1000);
-        const int nreact = (int) cloud.x.size() - ghosts;
-        const PlainSum sum = plain_sum(cloud, damping, nreact);
-        SumTally tally(cloud.list, nreact, true, true);
-        expect_forces(run_kernel(cloud, block_law(cloud), damping, nreact, tally), sum);
-        EXPECT_NEAR(tally.total_energy(), sum.energy, ROUND_OFF * sum.energy_scale);
-        for (int c = 0; c < 6; c++)
-          EXPECT_NEAR(tally.total_virial(c), sum.virial[c], ROUND_OFF * sum.virial_scale);
-      }
-}
-
-// Steps with energy and steps without must move the particles alike, and so must all machines.
-TEST(Kernel, ForcesAreTheSameBitsWithTallyAndOnEveryInstructionSet)
-{
-  for (const auto &rows : LAWS)
-    for (const bool damping : {false, true}) {
-      SCOPED_TRACE(names(rows) + (damping ? ", damped" : ""));
-      const Cloud cloud = make_cloud(rows, 1000);
-      const int n = (int) cloud.x.size();
-      const Vectors plain = run_kernel(cloud, block_law(cloud, Level::BASE), damping, n, NoTally());
-      SumTally expected(cloud.list, n, true, true);
-      run_kernel(cloud, block_law(cloud, Level::BASE), damping, n, expected);
-      for (const Level level : levels()) {
-        const BlockLaw law = block_law(cloud, level);
-        SumTally tally(cloud.list, n, true, true);
-        EXPECT_EQ(run_kernel(cloud, law, damping, n, NoTally()), plain) << (int) level;
-        EXPECT_EQ(run_kernel(cloud, law, damping, n, tally), plain) << (int) level;
-        EXPECT_EQ(tally.total_energy(), expected.total_energy()) << (int) level;
-        for (int c = 0; c < 6; c++) EXPECT_EQ(tally.total_virial(c), expected.total_virial(c));
-      }
-    }
+    });
 }
 
 // One law for all pairs is looked up nowhere: the same numbers as when each pair names it.
 TEST(Kernel, OneLawGivesTheSameBitsAsTheSameLawForEachPair)
 {
-  for (const bool damping : {false, true}) {
-    Row further = TABLE2;
-    further.alpha = 1.6;    // another row, in what the law does not read
-    const Cloud cloud = make_cloud({TABLE2, further}, 1000);
-    const int n = (int) cloud.x.size();
-    BlockLaw one;
-    one.assign(cloud.laws, {1});
-    EXPECT_EQ(run_kernel(cloud, one, damping, n, NoTally()),
-              run_kernel(cloud, block_law(cloud), damping, n, NoTally()));
-  }
+  Row further = TABLE2;
+  further.alpha = 1.6;    // another row, in what the law does not read
+  for_each_list({TABLE2, further}, 600, [&](const Cloud &cloud, PairList &list) {
+    Vectors each(ALL, {0, 0, 0}), one = each;
+    cloud.add_forces(list, best_level(), true, ALL, each, NoTally());
+    BlockLaw law;
+    law.assign(cloud.laws, {1}, list.flow());
+    accumulate_forces<true>(list, law, cloud.view(one, ALL), NoTally());
+    EXPECT_EQ(one, each);
+  });
 }
 
-// A blow-up must show: a position that is not a number gives forces that are none.
-TEST(Kernel, PositionsThatAreNoNumbersGiveForcesThatAreNone)
+// A blow-up must show.
+TEST(Kernel, NonFinitePositionsGiveNonFiniteForces)
 {
-  Cloud cloud = make_cloud({TABLE2}, 1000);
-  const int n = (int) cloud.x.size();
-  cloud.x[3][1] = std::nan("");
-  for (const Level level : levels())
-    EXPECT_TRUE(std::isnan(run_kernel(cloud, block_law(cloud, level), false, n, NoTally())[3][1]));
+  for (const auto &rows : {LAWS[0], LAWS[8], LAWS[9]})
+    for_each_list(rows, 600, [&](Cloud &cloud, PairList &list) {
+      cloud.x[3][1] = std::nan("");
+      for (const Level level : levels()) {
+        Vectors f(ALL, {0, 0, 0});
+        cloud.add_forces(list, level, false, ALL, f, NoTally());
+        EXPECT_TRUE(std::isnan(f[3][1]));
+      }
+    });
 }
 
 // eq. 4 by hand: 1 m apart along x, closing at 2 m/s: the damper pushes i away from j.
 TEST(Kernel, DampingOpposesApproach)
 {
-  const double x[2][3] = {{1, 0, 0}, {0, 0, 0}};
-  const double vi[3] = {-2, 5, 0}, vj[3] = {0, 0, 0};
+  const double x[2][3] = {{1, 0, 0}, {0, 0, 0}}, vi[3] = {-2, 5, 0}, vj[3] = {0, 0, 0};
   const PairGeometry g(x, 0, 1);
   EXPECT_DOUBLE_EQ(damping_over_distance(1000, g, vi, vj) * g.dx, 2000);
 }
 
-// Touching spheres in a lattice have neighbors at their cut but for the round-off of the places.
-TEST(Kernel, RoundOffAtTheCutDecidesNothing)
+// Touching spheres in a lattice have neighbors at their cutoff but for the round-off of the positions. There the
+// potential is zero, and only past the margin does the pair cease to act.
+TEST(Kernel, RoundOffAtTheCutoffDecidesNothing)
 {
-  const double cut = 2.0, eps = std::numeric_limits<double>::epsilon();
-  for (const auto &exponents : {std::pair<double, double>{8, 4}, {9, 5}})
+  const double cutoff = 1.5;
+  for (const Row &row : {TABLE2, with_exponents(9, 5, 9, 5)})
     for (const bool is_bond : {false, true})
-      for (const double off : {-8 * eps, 0.0, 8 * eps, 1e-10, 1e-8, 1e-6}) {
+      for (const double off : {-8 * EPSILON, 0.0, 8 * EPSILON, 1e-10, 1e-8, 1e-6}) {
         SCOPED_TRACE(std::to_string(is_bond) + " " + std::to_string(off));
-        const double m = exponents.first, n = exponents.second, deq = 1.0;
-        const Row row = {80, m, n, 3, m, n, 0.005, 0, cut};
-        Cloud cloud;
-        cloud.laws.emplace_back(row);
-        cloud.x = {{0, 0, 0}, {cut * (1.0 + off), 0, 0}};
-        cloud.v = cloud.x;
-        push_back(cloud.list.pairs, deq, cut, 1, 0, is_bond);
-        cloud.list.rows.push_back({0, 0, 1});
-        EXPECT_NEAR(cloud.list.pairs[0].cut, cut, 4 * eps * cut);
-
-        SumTally tally(cloud.list, 2, true, false);
-        const Vectors f = run_kernel(cloud, block_law(cloud), false, 2, tally);
-        if (off < 1e-9)
-          EXPECT_NEAR(f[0][0], -Law(row).force(cut, deq), 1e-8);
-        else
-          EXPECT_EQ(f[0][0], 0.0);
-        // the energy is zero at the cut itself, not where the pair ceases to act
-        EXPECT_NEAR(tally.total_energy(), off < 1e-9 ? -Law(row).force(cut, deq) * cut * off : 0.0,
-                    1e-12);
+        const double d = cutoff * (1.0 + off), pull = -PairLaw(row).state(cutoff, 1.0).force;
+        const double x[2][3] = {{0, 0, 0}, {d, 0, 0}};
+        Vectors f(2, {0, 0, 0});
+        PairList list(is_bond);
+        list.clear(is_bond ? BOND_MARGIN : NEW_PAIR_MARGIN, Flow::FORGETS);
+        add_row(list, 0, {{1, 1.0, cutoff}});
+        EXPECT_NEAR(list[0].cut, cutoff, 4 * EPSILON * cutoff);
+        BlockLaw law;
+        law.assign({PairLaw(row)}, {0}, list.flow());
+        SumTally tally(2, true, false);
+        accumulate_forces<false>(list, law,
+                                 {x, nullptr, reinterpret_cast<double(*)[3]>(f.data()), 2}, tally);
+        EXPECT_NEAR(f[0][0], off < 1e-9 ? pull : 0.0, 1e-8);
+        EXPECT_NEAR(tally.total_energy(), off < 1e-9 ? pull * cutoff * off : 0.0, 1e-12);
       }
 }
 
-TEST(Margins, LetNoPairFallBetweenTwoDecisions)
+namespace {
+
+/// An evaluation of both lists as the pair style makes it.
+Vectors evaluate(Cloud &cloud, PairWork &work, bool damping, int nreact)
 {
-  EXPECT_LT(NEW_PAIR_MARGIN, RECORD_MARGIN) << "what is just not recorded is no new pair";
-  EXPECT_LT(RECORD_MARGIN, BOND_MARGIN) << "what is recorded acts";
-  EXPECT_LT(BOND_MARGIN, LIST_MARGIN) << "and the neighbor list holds it";
+  Vectors f(ALL, {0.5, 0.25, 1.0});
+  work.begin(ALL, cloud.view(f, nreact), damping);
+  for (PairList *list : {&cloud.lists.bonds, &cloud.lists.contacts}) {
+    NoTally none;
+    cloud.add_forces(*list, best_level(), damping, nreact, f,
+                     PairWork::Beside(work, none, nreact, list->are_bonds));
+  }
+  work.end(cloud.view(f, nreact));
+  return f;
 }
 
-TEST(PackedPairs, AreCountedWithoutAWrap)
+}    // namespace
+
+// f is that of the loop without the balance, bit by bit, whatever was in it.
+TEST(PairWork, SumsWhatTheLawSaysAndSeparatesForces)
 {
-  constexpr size_t most = PackedPairs::MOST;
-  EXPECT_TRUE(PackedPairs::fits(0, most));
-  EXPECT_TRUE(PackedPairs::fits(most - 100, 100));
-  EXPECT_FALSE(PackedPairs::fits(most - 100, 101));
-  EXPECT_FALSE(PackedPairs::fits(1, std::numeric_limits<size_t>::max()));
-  EXPECT_LT(most + 4 * Block::SIZE, (size_t) std::numeric_limits<int>::max());
+  for (const auto &rows : LAWS)
+    for (const bool plastic : {false, true})
+      for (const bool damping : {false, true})
+        for (const int nreact : {ALL, WITHOUT_GHOSTS}) {
+          SCOPED_TRACE(name_of(rows.back()) + (plastic ? "plastic" : "") +
+                       (damping ? ", damped" : ""));
+          Cloud cloud(rows, 600, plastic, true);
+          PairLists &lists = cloud.lists;
+          Vectors plain(ALL, {0.5, 0.25, 1.0});
+          for (PairList *list : {&lists.bonds, &lists.contacts})
+            cloud.add_forces(*list, best_level(), damping, nreact, plain, NoTally());
+          PairWork work;
+          for (int n = 0; n < 3 * ALL; n++) work.images.push_back(image_of(n / 3, n % 3));
+          EXPECT_EQ(evaluate(cloud, work, damping, nreact), plain);
+          EXPECT_EQ(work.damping.empty(), !damping);
+
+          const Expected bonds(cloud, lists.bonds, damping, false, nreact);
+          const Expected contacts(cloud, lists.contacts, damping, false, nreact);
+          for (int n = 0; n < 3 * nreact; n++) {
+            const int i = n / 3, c = n % 3;
+            const double off = ROUND_OFF * (bonds.force_scales[i] + contacts.force_scales[i] + 1.0);
+            EXPECT_NEAR(work.force[n], bonds.f[i][c] + contacts.f[i][c], off);
+            if (damping) {
+              EXPECT_NEAR(work.damping[n], bonds.damping[i][c] + contacts.damping[i][c], off);
+            }
+          }
+          using Sums = PairWork::Sums;
+          const Sums found = work.sums();
+          for (const auto value : {&Sums::elastic, &Sums::forgotten, &Sums::contacts,
+                                   &Sums::contacts_at_cutoff, &Sums::past_cutoff, &Sums::plastic})
+            EXPECT_NEAR(found.*value, bonds.work.*value + contacts.work.*value,
+                        ROUND_OFF * (bonds.energy_scale + contacts.energy_scale));
+          EXPECT_EQ(found.plastic > 0.0, plastic);
+          EXPECT_EQ(found.forgotten > 0.0, !plastic);
+          EXPECT_GT(found.past_cutoff, 0.0);
+          for (int c = 0; c < 6; c++) {
+            const double off = ROUND_OFF * (bonds.virial_scale + contacts.virial_scale);
+            EXPECT_NEAR(work.through.whole[c], bonds.through[c] + contacts.through[c], off);
+            EXPECT_NEAR(work.through.damping[c],
+                        bonds.damping_through[c] + contacts.damping_through[c], off);
+            EXPECT_NE(bonds.through[c], 0.0);
+          }
+        }
+}
+
+// The list keeps 1/deq, from which deq does not come back to its last bit for all pairs.
+TEST(PairWork, CountsFromTheRecordedDistance)
+{
+  for (const bool plastic : {false, true}) {
+    Cloud cloud({TABLE2}, 0, plastic, true);
+    int off = 0;
+    for (int i = 0; i < ALL; i++) {
+      const double d = 1.7 + 0.0097 * i;
+      off += 1.0 / (1.0 / d) != d;
+      cloud.x[i] = {i + 1 < ALL ? d : 0.0, 0.0, 0.0};
+      if (i + 1 < ALL)
+        for (PairList *list : {&cloud.lists.bonds, &cloud.lists.contacts})
+          add_row(*list, i, {{ALL - 1, d, 2.0 * d}});
+    }
+    EXPECT_GT(off, 10);
+    PairWork work;
+    evaluate(cloud, work, false, ALL);
+    EXPECT_EQ(work.sums().elastic, 0.0);
+    EXPECT_EQ(work.sums().contacts, 0.0);
+  }
+}
+
+TEST(PairWork, TellsOfPairsThatPassTheirCutoffAndKeepsWhatBreaks)
+{
+  Cloud cloud({TABLE2}, 600, true);
+  PairWork work;
+  evaluate(cloud, work, false, ALL);
+  EXPECT_TRUE(work.has_changed());    // some are past it already
+  evaluate(cloud, work, false, ALL);
+  EXPECT_FALSE(work.has_changed());
+  const double past = work.sums().past_cutoff;
+  cloud.x[0][0] += 3.0;
+  evaluate(cloud, work, false, ALL);
+  EXPECT_TRUE(work.has_changed());
+
+  // bonds that left the list, and some that broke
+  cloud.x[0][0] -= 3.0;
+  evaluate(cloud, work, false, ALL);
+  EXPECT_TRUE(work.has_changed());
+  work.take_missing(2.0, 0.25, false);
+  work.take_missing(4.0, 0.5, true);
+  work.add_broken(8.0);
+  EXPECT_TRUE(work.has_changed());
+  PairWork::Sums sums = work.sums();
+  EXPECT_DOUBLE_EQ(sums.past_cutoff, past + 2.0);
+  EXPECT_EQ(sums.broken, 12.0);
+  EXPECT_EQ(sums.plastic_of_missing, 0.75);
+  work.forget_missing();
+  evaluate(cloud, work, false, ALL);
+  sums = work.sums();
+  EXPECT_DOUBLE_EQ(sums.past_cutoff, past);
+  EXPECT_EQ(sums.broken, 12.0);
+  EXPECT_EQ(sums.plastic_of_missing, 0.0);
+
+  EXPECT_TRUE(work.take());
+  EXPECT_FALSE(work.take());
 }

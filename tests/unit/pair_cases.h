@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//
+// What the tests of pairs share: rows, lists that are packed by hand, clouds of pairs.
+
+#ifndef EVP_PAIR_CASES_H
+#define EVP_PAIR_CASES_H
+
+#include "core/pair_block.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <limits>
+#include <random>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace pair_cases {
+
+constexpr double EPSILON = std::numeric_limits<double>::epsilon();
+
+using Vectors = std::vector<std::array<double, 3>>;
+
+inline const double (*rows_of(const Vectors &x))[3]
+{
+  return reinterpret_cast<const double(*)[3]>(x.data());
+}
+
+inline EVP::Row with_exponents(double m1, double n1, double m2, double n2, double saturation = 0.0)
+{
+  EVP::Row row = {80, m1, n1, 3, m2, n2, 0.005, 1000, 1.5};
+  row.saturation = saturation;
+  return row;
+}
+inline const EVP::Row TABLE2 = with_exponents(8, 4, 8, 4);
+
+inline std::string name_of(const EVP::Row &row)
+{
+  std::ostringstream text;
+  for (const EVP::Member &member : EVP::MEMBERS)
+    text << member.key << " " << row.*member.value << " ";
+  return text.str();
+}
+
+/// All instruction sets of this machine.
+inline std::vector<EVP::Level> levels()
+{
+  std::vector<EVP::Level> all = {EVP::Level::BASE};
+  if (EVP::best_level() >= EVP::Level::AVX2) all.push_back(EVP::Level::AVX2);
+  if (EVP::best_level() >= EVP::Level::AVX512) all.push_back(EVP::Level::AVX512);
+  return all;
+}
+
+struct Pair {
+  int j;
+  double deq, cutoff;
+  int law = 0;
+  EVP::PairHistory history = {};
+};
+
+/// Packs a row of particle i.
+inline void add_row(EVP::PairList &list, int i, const std::vector<Pair> &pairs)
+{
+  ASSERT_TRUE(list.make_room(pairs.size()));
+  size_t n = list.size();
+  for (const Pair &pair : pairs) {
+    list.inv_deq[n] = 1.0 / pair.deq;
+    list.cutsq[n] = list.cutoff_squared(pair.cutoff);
+    list.j[n] = pair.j;
+    list.law[n] = pair.law;
+    list.record[n] = list.are_bonds ? 0 : -1;
+    if (!list.deq.empty()) list.deq[n] = pair.deq;
+    if (list.stays()) list.set_history(n, pair.history);
+    n++;
+  }
+  list.add_row(i, (int) pairs.size());
+}
+
+/// 50 points in a unit cube, and npairs bonds and npairs contacts between them, each particle's in two rows. Strains
+/// reach beyond the elastic limit both ways; one bond in ten is past its cutoff.
+struct Cloud {
+  Vectors x, v;
+  std::vector<EVP::PairLaw> laws;
+  EVP::PairLists lists;
+
+  Cloud(const std::vector<EVP::Row> &rows, int npairs, bool plastic, bool with_deq = false)
+  {
+    std::mt19937 random(1);
+    std::uniform_real_distribution<double> unit(0.0, 1.0);
+    const int n = 50;
+    for (int i = 0; i < n; i++) {
+      x.push_back({unit(random), unit(random), unit(random)});
+      v.push_back({unit(random), unit(random), unit(random)});
+    }
+    for (const EVP::Row &row : rows) laws.emplace_back(row);
+    lists.nlocal = lists.nall = n;
+    lists.bonds.clear(EVP::BOND_MARGIN, plastic ? EVP::Flow::STAYS : EVP::Flow::FORGETS, with_deq);
+    lists.contacts.clear(EVP::NEW_PAIR_MARGIN, plastic ? EVP::Flow::COMPRESSES : EVP::Flow::FORGETS,
+                         with_deq);
+    const double range = plastic ? 0.06 : 0.04;
+    for (EVP::PairList *list : {&lists.bonds, &lists.contacts})
+      for (int i = 0; i < n; i++) {
+        std::vector<Pair> halves[2];
+        for (int j = i + 1; j < n; j++) {
+          const size_t packed = list->size() + halves[0].size() + halves[1].size();
+          if ((j % 2 == 0) != list->are_bonds || (int) packed >= npairs) continue;
+          const double d = std::sqrt(EVP::PairGeometry(rows_of(x), i, j).dsq);
+          const double deq = d / (1.0 + range * (unit(random) - 0.5)),
+                       q = j % 3 ? 0.04 * (unit(random) - 0.5) : 0.0;
+          const bool repels = plastic && !list->are_bonds;
+          const EVP::PairHistory history = {repels ? -std::fabs(q) : q, 2.0 * std::fabs(q),
+                                            std::fabs(q), 0.0};
+          halves[j % 4 / 2].push_back(
+              {j, deq, repels ? deq : d * (0.9 + unit(random)), j % (int) rows.size(), history});
+        }
+        for (const auto &half : halves) add_row(*list, i, half);
+      }
+  }
+
+  EVP::ParticleView view(Vectors &f, int nreact) const
+  {
+    return {rows_of(x), rows_of(v), reinterpret_cast<double(*)[3]>(f.data()), nreact};
+  }
+  EVP::BlockLaw block_law(const EVP::PairList &list, EVP::Level level = EVP::best_level()) const
+  {
+    std::vector<int> used;
+    for (size_t k = 0; k < laws.size(); k++) used.push_back((int) k);
+    EVP::BlockLaw law;
+    law.assign(laws, used, list.flow(), level);
+    return law;
+  }
+
+  /// Adds the forces of a list to f.
+  template <class Tally>
+  void add_forces(EVP::PairList &list, EVP::Level level, bool damping, int nreact, Vectors &f,
+                  Tally &&tally, bool incremental = false, std::vector<int> *past = nullptr) const
+  {
+    const auto run =
+        damping ? EVP::accumulate_forces<true, Tally> : EVP::accumulate_forces<false, Tally>;
+    run(list, block_law(list, level), view(f, nreact), std::forward<Tally>(tally), incremental,
+        past);
+  }
+};
+
+}    // namespace pair_cases
+
+#endif

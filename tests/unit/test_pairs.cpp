@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//
+// Lists of pairs and what changes with them; where pairs are at rest and how far they act.
+
+#include "core/contacts.h"
+#include "pair_cases.h"
+
+#include <algorithm>
+#include <cmath>
+
+using namespace EVP;
+using namespace pair_cases;
+
+namespace {
+
+/// All that a list says of its pairs, with their particles.
+struct Known {
+  int i, j, law, record;
+  double inv_deq, cutsq;
+  PairHistory history;
+  friend bool operator==(const Known &a, const Known &b)
+  {
+    return a.i == b.i && a.j == b.j && a.law == b.law && a.record == b.record &&
+        a.inv_deq == b.inv_deq && a.cutsq == b.cutsq && a.history == b.history;
+  }
+};
+
+std::vector<Known> contents_of(const PairList &list, const Vectors &x)
+{
+  std::vector<Known> found;
+  for_each_pair(list, rows_of(x), [&](const PlacedPair &p) {
+    found.push_back({p.i, p.j, p.law, p.record, p.inv_deq, p.cutsq, list.history_of(p.index)});
+    EXPECT_EQ(list.owner_of(p.index), p.i);
+  });
+  return found;
+}
+
+}    // namespace
+
+TEST(PairList, PairsAreTakenOutAndAddedInARun)
+{
+  std::mt19937 random(3);
+  for (const bool plastic : {false, true})
+    for (const int outof : {1, 2, 7, 100}) {
+      SCOPED_TRACE(std::to_string(plastic) + ", one out of " + std::to_string(outof));
+      Cloud cloud({TABLE2, TABLE2}, 600, plastic);
+      PairList &list = cloud.lists.bonds;
+      std::vector<Known> left = contents_of(list, cloud.x);
+      ASSERT_EQ(left.size(), 600u);
+      std::vector<int> out;
+      for (int k = 0; k < 600; k++)
+        if (random() % outof == 0) out.push_back(k);
+      list.remove(out);
+      for (auto k = out.rbegin(); k != out.rend(); ++k) left.erase(left.begin() + *k);
+      EXPECT_EQ(list.size(), left.size());
+      EXPECT_EQ(contents_of(list, cloud.x), left);
+      for (const PackedRow &row : list.rows) EXPECT_LT(row.first, row.last);
+
+      // the list goes on
+      add_row(list, 7, {{9, 1.0, 1.5, 1, {0.01, 0.02, 0.5, 0.0}}, {30, 1.0, 1.5}});
+      EXPECT_EQ(list.size(), left.size() + 2);
+      EXPECT_EQ(list[left.size()].j, 9);
+      EXPECT_EQ(list.owner_of((int) left.size()), 7);
+    }
+}
+
+// What the forces found comes into force once, whatever else was tried.
+TEST(PairList, CommitAddsUpFlowAndWorkAndPartedContactsForget)
+{
+  Cloud cloud({TABLE2, with_exponents(8, 4, 8, 4, 0.1)}, 600, true);
+  const Vectors at_rest = cloud.x;
+  for (PairList *list : {&cloud.lists.bonds, &cloud.lists.contacts}) {
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> unit(-1.0, 1.0);
+    int flowed = 0, parted = 0;
+    for (int step = 0; step < 20; step++) {
+      for (int i = 0; i < 50; i++)
+        for (int c = 0; c < 3; c++) cloud.x[i][c] = at_rest[i][c] + 0.01 * unit(random);
+      std::vector<PairHistory> expected;
+      for_each_pair(*list, rows_of(cloud.x), [&](const PlacedPair &p) {
+        const PairState now = cloud.laws[p.law].state(p.ratio(), p.inv_deq, p.flow, p.offset);
+        const PairHistory before = list->history_of(p.index);
+        expected.push_back({now.offset.q, now.offset.k, before.work + now.dissipated, 0.0});
+        if (p.is_past_cutoff() && !p.is_bond) expected.back() = {};
+        flowed += now.dissipated > 0.0;
+        parted += before.k > 0.0 && expected.back().k == 0.0;
+      });
+      const auto evaluate = [&] {
+        Vectors f(50);
+        cloud.add_forces(*list, best_level(), false, 50, f, NoTally());
+      };
+      const Vectors here = cloud.x;
+      cloud.x[3][0] += 0.5;    // a trial that is given up
+      evaluate();
+      cloud.x = here;
+      evaluate();
+      list->commit();
+      list->commit();
+      for (size_t k = 0; k < expected.size(); k++) {
+        const PairHistory now = list->history_of(k);
+        ASSERT_NEAR(now.q, expected[k].q, 1e-15);
+        ASSERT_NEAR(now.k, expected[k].k, 1e-14);
+        ASSERT_NEAR(now.work, expected[k].work, 1e-11);
+        if (!list->are_bonds) {
+          ASSERT_LE(now.q, 0.0);
+          ASSERT_EQ(now.q == 0.0, now.k == 0.0);
+        }
+      }
+    }
+    EXPECT_GT(flowed, 1000);
+    EXPECT_EQ(parted > 100, !list->are_bonds);
+  }
+}
+
+TEST(PairList, WithoutFlowThereIsNoRoomForIt)
+{
+  Cloud cloud({TABLE2}, 600, true);
+  PairList &list = cloud.lists.bonds;
+  const double with_flow = list.memory_usage();
+  EXPECT_TRUE(list[1].flow == Flow::STAYS);
+  list.clear(BOND_MARGIN, Flow::FORGETS);
+  EXPECT_EQ(list.size(), 0u);
+  EXPECT_TRUE(list.make_room(600));
+  for (const auto *values : {&list.q, &list.k, &list.work, &list.q_new, &list.spent})
+    EXPECT_EQ(values->capacity(), 0u);
+  EXPECT_EQ(list.moves.capacity(), 0u);
+  EXPECT_LE(list.memory_usage() + 5 * 600 * sizeof(double), with_flow);
+  EXPECT_EQ(list.flow_arrays().q, nullptr);
+  list.commit();    // nothing to do
+
+  // and again with it
+  list.clear(BOND_MARGIN, Flow::STAYS);
+  add_row(list, 0, {{1, 1.0, 1.5, 0, {0.5, 1.0, 2.0, 0.0}}});
+  EXPECT_EQ(list[0].offset.q, 0.5);
+  EXPECT_TRUE(list.history_of(0) == (PairHistory{0.5, 1.0, 2.0, 0.0}));
+}
+
+TEST(PairList, PairsAreCountedWithoutAWrap)
+{
+  PairList list(true);
+  EXPECT_FALSE(list.make_room(PairList::MOST + 1));
+  EXPECT_FALSE(list.make_room(std::numeric_limits<size_t>::max()));
+  add_row(list, 0, {{1, 1.0, 1.5}});
+  EXPECT_FALSE(list.make_room(PairList::MOST));
+  EXPECT_LT(PairList::MOST + 4 * BLOCK_SIZE, (size_t) std::numeric_limits<int>::max());
+}
+
+TEST(Margins, LetNoPairFallBetweenTwoDecisions)
+{
+  EXPECT_LT(NEW_PAIR_MARGIN, RECORD_MARGIN) << "what is just not recorded is no new pair";
+  EXPECT_LT(RECORD_MARGIN, BOND_MARGIN) << "what is recorded acts";
+  EXPECT_LT(BOND_MARGIN, LIST_MARGIN) << "and the neighbor list holds it";
+}
+
+TEST(PairRules, SayWherePairsAreAtRestAndHowFarTheyAct)
+{
+  constexpr double SUM = 2.0, DLIM = 3.0, DEQ = 2.2;
+  struct Case {
+    Contact contact;
+    double within, between;    // cutoffs of contacts in one body and of two
+  };
+  for (const auto &[contact, within, between] : {Case{Contact::LITERAL, DLIM, SUM},
+                                                 {Contact::REPULSIVE, SUM, SUM},
+                                                 {Contact::NONE, 0.0, 0.0}}) {
+    PairRules rules;
+    rules.contact = contact;
+    EXPECT_EQ(rules.of_contact(SUM, DLIM, false).cutoff, within);
+    EXPECT_EQ(rules.of_contact(SUM, DLIM, true).cutoff, between);
+    EXPECT_EQ(rules.of_contact(SUM, DLIM, true).deq, SUM);
+    EXPECT_EQ(rules.of_bond(DEQ, DLIM).deq, DEQ);
+    EXPECT_EQ(rules.of_bond(DEQ, DLIM).cutoff, DLIM);
+    EXPECT_FALSE(rules.has_history());
+    EXPECT_TRUE(rules.flow_of_bonds() == Flow::FORGETS &&
+                rules.flow_of_contacts() == Flow::FORGETS);
+    rules.break_strain = 0.1;
+    EXPECT_EQ(rules.of_bond(DEQ, DLIM).cutoff, 1.1 * DEQ);
+    EXPECT_EQ(rules.of_bond(2.9, DLIM).cutoff, DLIM);
+    // what is left repels up to R_i + R_j, or to where it broke if that is nearer
+    for (const auto &[deq, rest] : {std::pair(DEQ, SUM), {1.5, 1.1 * 1.5}}) {
+      EXPECT_EQ(rules.of_broken(SUM, deq).deq, rest);
+      EXPECT_EQ(rules.of_broken(SUM, deq).cutoff, contact == Contact::NONE ? 0.0 : rest);
+    }
+    EXPECT_TRUE(rules.has_history());
+    rules = {contact, 0.3, true, 0.0};
+    EXPECT_TRUE(rules.has_history());
+    EXPECT_TRUE(rules.flow_of_bonds() == Flow::STAYS &&
+                rules.flow_of_contacts() == Flow::COMPRESSES);
+  }
+}
+
+// Spheres that touch do not interact; of a literal pair at dlim round-off decides nothing.
+TEST(PairRules, MarginsOfContacts)
+{
+  PairRules rules;
+  EXPECT_EQ(rules.contact_margin(false, true), NEW_PAIR_MARGIN);
+  EXPECT_EQ(rules.contact_margin(true, false), 0.0);
+  rules.contact = Contact::REPULSIVE;
+  for (const bool in_different_bodies : {false, true}) {
+    EXPECT_EQ(rules.contact_margin(in_different_bodies, true), -NEW_PAIR_MARGIN);
+    EXPECT_EQ(rules.contact_margin(in_different_bodies, false), 0.0);
+  }
+}
+
+TEST(BodyRule, TakesTwoWordsAndNoOther)
+{
+  EXPECT_TRUE(parse_body_rule("type") == BodyRule::TYPE &&
+              parse_body_rule("molecule") == BodyRule::MOLECULE);
+  for (const char *word : {"all", "Type", ""}) EXPECT_THROW(parse_body_rule(word), BadInput);
+}
