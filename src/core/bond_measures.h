@@ -2,7 +2,6 @@
 #pragma once
 
 #include "core/row.h"
-#include "core/simd.h"
 #include "core/text.h"
 
 #include <algorithm>

@@ -19,7 +19,8 @@ namespace {
   constexpr std::size_t CHUNK = 256;
 
   /// Calls f(arrays from there on, number of values), an EVP_KERNEL lambda, for each chunk.
-  template <class F> void for_each_chunk(const CgArrays &a, std::size_t n, Level level, const F &f)
+  template <class F>
+  void for_each_chunk(const CgArrays &a, std::size_t n, InstructionSet level, const F &f)
   {
     call_at(level, [&]() EVP_KERNEL {
       for (std::size_t first = 0; first < n; first += CHUNK)
@@ -49,14 +50,15 @@ namespace {
 
 }    // namespace
 
-void cg_changed(const CgArrays &arrays, std::size_t n, CgSums &sums, Level level)
+void cg_changed(const CgArrays &arrays, std::size_t n, CgSums &sums, InstructionSet level)
 {
   for_each_chunk(arrays, n, level, [&](const CgArrays &a, std::size_t length) EVP_KERNEL {
     sums.changed += changed(a, length);
   });
 }
 
-void cg_products(const CgArrays &arrays, std::size_t n, double h, CgSums &sums, Level level)
+void cg_products(const CgArrays &arrays, std::size_t n, double h, CgSums &sums,
+                 InstructionSet level)
 {
   for_each_chunk(arrays, n, level, [&](const CgArrays &a, std::size_t length) EVP_KERNEL {
     EVP_INDEPENDENT
@@ -71,7 +73,7 @@ void cg_products(const CgArrays &arrays, std::size_t n, double h, CgSums &sums, 
 }
 
 void cg_update(const CgArrays &arrays, std::size_t n, double alpha, double beta, CgSums &sums,
-               Level level)
+               InstructionSet level)
 {
   for_each_chunk(arrays, n, level, [&](const CgArrays &a, std::size_t length) EVP_KERNEL {
     EVP_INDEPENDENT

@@ -81,7 +81,7 @@ class Dampers {
   /// Forces and rotation of the last timestep are dropped, as they are where the list was built anew.
   void forget() { last_build = -1; }
 
-  /// The damped pairs within their cut-offs. gamma_of(pair): 0 where it has no dashpot. newton_pair:
+  /// The damped pairs within their cutoffs. gamma_of(pair): 0 where it has no dashpot. newton_pair:
   /// whether ghosts take reactions.
   template <class F>
   void collect(const PairLists &list, const double (*x)[3], bool newton_pair, F &&gamma_of)

@@ -28,8 +28,8 @@ class PairWork {
         contacts_at_cutoff;    ///< what these hold there: apart, as that may be thousands of times more
     double past_cutoff;        ///< of bonds past theirs
     double broken;             ///< of those that broke, since the start
-    double plastic;            ///< dissipated as offsets move on to the next ones
-    double plastic_of_missing;    ///< by bonds that have left the list, whose offsets have moved
+    double plastic;            ///< dissipated as q moves on to the next one
+    double plastic_of_missing;    ///< by bonds that have left the list, whose q has moved
   };
   Sums sums() const
   {

@@ -164,7 +164,7 @@ namespace {
 
   /// Compiled for each instruction set; loops with pow() gain nothing from that.
   template <class Powers, bool Many, Flow Kind, bool Damping, bool Stored>
-  void evaluate(const Laws<Powers> &all, PairBlock &block, Level level)
+  void evaluate(const Laws<Powers> &all, PairBlock &block, InstructionSet level)
   {
     const auto run = [&]() EVP_KERNEL {
       if constexpr (Kind == Flow::FORGETS)
@@ -215,7 +215,7 @@ namespace {
 
   template <class Powers, bool Many, Flow Kind> struct Evaluation {
     Laws<Powers> all;
-    Level level;
+    InstructionSet level;
 
     void operator()(PairBlock &block, const BlockLaw::Asked &asked) const
     {
@@ -241,7 +241,7 @@ namespace {
 }    // namespace
 
 void BlockLaw::assign(const std::vector<PairLaw> &laws, const std::vector<int> &used, Flow flow,
-                      Level level)
+                      InstructionSet level)
 {
   if (used.empty()) {    // no pair to go over
     evaluate = nullptr;

@@ -6,9 +6,7 @@
 #include "core/simd.h"
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
-#include <type_traits>
 #include <vector>
 
 // Rows are short: the overhead of the loop counts.
@@ -72,7 +70,7 @@ class BlockLaw {
   /// laws: indexed by PackedPair::law. used: indices of those that the pairs have; where these are alike, one is for all
   /// pairs.
   void assign(const std::vector<PairLaw> &laws, const std::vector<int> &used, Flow,
-              Level = best_level());
+              InstructionSet = best_instruction_set());
 
   /// Fills the results of a block of a list of this flow.
   void operator()(PairBlock &block, const Asked &asked) const { evaluate(block, asked); }

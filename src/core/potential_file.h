@@ -3,9 +3,7 @@
 
 #include "core/law.h"
 
-#include <algorithm>
 #include <array>
-#include <iterator>
 #include <optional>
 #include <sstream>
 #include <string>

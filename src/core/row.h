@@ -75,7 +75,7 @@ namespace rule {
     demand(row.*self->value > 0.0 && row.*self->value < 1.0, row, self,
            "must lie between 0 and 1 (a strain of the pair; the paper takes 0.005)");
   }
-  inline void reach(const Row &row, const Member *self)
+  inline void cutoff_ratio(const Row &row, const Member *self)
   {
     const std::string what = " (dlim = alpha (R_i + R_j); the paper takes 1.5)";
     demand(row.*self->value > 1.0, row, self, "must be greater than 1" + what);
@@ -102,7 +102,7 @@ constexpr Member MEMBERS[] = {{"e1", &Row::e1, rule::not_negative},
                               {"n2", &Row::n2, rule::smaller_exponent},
                               {"xi_s", &Row::xi_s, rule::strain},
                               {"gamma", &Row::gamma, rule::not_negative},
-                              {"alpha", &Row::alpha, rule::reach},
+                              {"alpha", &Row::alpha, rule::cutoff_ratio},
                               {"spacing", &Row::spacing, rule::positive},
                               {"coordination", &Row::coordination, rule::positive},
                               {"kv", &Row::kv, rule::volume_stiffness},

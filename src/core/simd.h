@@ -6,7 +6,6 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <cstring>
 
 // Compilers and machines without a choice of instruction set at run time use the base.
@@ -36,17 +35,17 @@ namespace EVP {
 
 /// Instruction sets that loops are compiled for, one of which a machine takes when it runs; it has all
 /// up to its best.
-enum class Level { BASE, AVX2, AVX512 };
+enum class InstructionSet { BASE, AVX2, AVX512 };
 
 /// The best that this compiler and this machine have.
-inline Level best_level()
+inline InstructionSet best_instruction_set()
 {
 #ifdef EVP_HAS_LEVELS
   __builtin_cpu_init();
-  if (__builtin_cpu_supports("avx512f")) return Level::AVX512;
-  if (__builtin_cpu_supports("avx2")) return Level::AVX2;
+  if (__builtin_cpu_supports("avx512f")) return InstructionSet::AVX512;
+  if (__builtin_cpu_supports("avx2")) return InstructionSet::AVX2;
 #endif
-  return Level::BASE;
+  return InstructionSet::BASE;
 }
 
 /// Calls f, an EVP_KERNEL lambda, compiled for that instruction set; the machine must have it.
@@ -58,10 +57,10 @@ template <class F> EVP_AVX512 auto call_avx512(const F &f)
 {
   return f();
 }
-template <class F> auto call_at(Level level, const F &f)
+template <class F> auto call_at(InstructionSet level, const F &f)
 {
-  if (level == Level::AVX512) return call_avx512(f);
-  if (level == Level::AVX2) return call_avx2(f);
+  if (level == InstructionSet::AVX512) return call_avx512(f);
+  if (level == InstructionSet::AVX2) return call_avx2(f);
   return f();
 }
 

@@ -16,14 +16,14 @@ namespace EVP {
 ///     U = 1/2 sum_i kv_i theta_i^2,   theta_i = 3/W_i sum_j w_ij (d_ij/deq_ij - 1),
 ///     w_ij = 1 - (deq_ij/dlim_ij)^2,   W_i = sum_j w_ij over all bonds that were recorded
 ///
-/// theta is the trace of the strain where a body deforms alike everywhere. A pair beyond its cut-off
+/// theta is the trace of the strain where a body deforms alike everywhere. A pair past its cutoff
 /// leaves the sum, not W_i. kv is an energy per particle, all else here has no dimension.
 ///
 /// Pass one adds up the strains of each particle. Between the passes their owners make g = dU/dtheta
 /// times 3/W, an energy. Pass two adds -w_ij (g_i + g_j)/deq_ij to the force of each pair.
 class VolumeEnergy {
  public:
-  explicit VolumeEnergy(Level level_in = best_level()) : level(level_in) {}
+  explicit VolumeEnergy(InstructionSet level_in = best_instruction_set()) : level(level_in) {}
 
   /// Of a bond: it fades as deq nears dlim [both lengths], so that none enters or leaves with a jump at
   /// rest.
@@ -113,7 +113,7 @@ class VolumeEnergy {
   double memory_usage() const { return bytes_of(weights, openings); }
 
  private:
-  Level level;
+  InstructionSet level;
   std::vector<double> weights;     // of the packed pairs, 0 where none was recorded
   std::vector<double> openings;    // of each, w/deq [1/length]
 

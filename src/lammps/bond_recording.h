@@ -24,10 +24,10 @@ class BondRecording : protected Pointers {
 
   /// Collective. The pairs of a full neighbor list within zone (R_i + R_j), or within alpha where zone is 0. Throws
   /// BadInput on all MPI ranks.
-  void take_zone(const NeighList *, double zone, const class PairNetwork *, PerAtomComm &);
+  void take_zone(const NeighList *, double zone, const class PairData *, PerAtomComm &);
 
   /// The same of the bonds of a file, which may say what within is.
-  void take_file(const std::string &file, const class PairNetwork *);
+  void take_file(const std::string &file, const class PairData *);
 
   /// Collective. With molecules: stops where ghosts have others than their owners, or no atom of the group has one.
   void check_molecules(PerAtomComm &);

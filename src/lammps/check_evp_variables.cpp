@@ -4,9 +4,8 @@
 
 #include "collective.h"
 #include "core/choices.h"
-#include "keywords.h"
 #include "own_process.h"
-#include "text_reader.h"
+#include "user_input.h"
 
 #include "comm.h"
 #include "error.h"

@@ -2,8 +2,6 @@
 
 #include "compute_evp_dt.h"
 
-#include "scene.h"
-
 using namespace LAMMPS_NS;
 
 ComputeEVPDt::ComputeEVPDt(LAMMPS *lmp, int narg, char **arg) :
@@ -19,29 +17,9 @@ ComputeEVPDt::ComputeEVPDt(LAMMPS *lmp, int narg, char **arg) :
 
 void ComputeEVPDt::init()
 {
-  EVP::PairNetwork::require(force, error, who);
-  limit_warned = lanczos_warned = false;
+  EVP::PairData::require(force, error, who);
+  lanczos_warned = false;
   computed_step = -1;
-}
-
-void ComputeEVPDt::setup()
-{
-  // a fix dt/evp has yet to set the timestep; it asks then
-  if (update->whichflag == 1 && !EVP::scene::find_fix(modify, "dt/evp")) warn_of_timestep();
-}
-
-// a timestep above the limit runs, but not unnoticed
-void ComputeEVPDt::warn_of_timestep()
-{
-  if (limit_warned) return;
-  limit_warned = true;
-  const double limit = compute_scalar();
-  if (update->dt > limit && comm->me == 0)
-    error->warning(FLERR,
-                   "The timestep {:.6g} is {:.4g} times the largest stable timestep {:.6g} of "
-                   "compute {} evp/dt: the run is unstable, or silently wrong; use a timestep of "
-                   "at most {:.4g}",
-                   update->dt, update->dt / limit, limit, id, 0.8 * limit);
 }
 
 double ComputeEVPDt::compute_scalar()
@@ -54,17 +32,17 @@ double ComputeEVPDt::compute_scalar()
 
 void ComputeEVPDt::compute_vector()
 {
-  // set-up, thermo and fix dt/evp may all ask at one step
+  // thermo and fix dt/evp may all ask at one step
   if (update->whichflag != 0 && computed_step == update->ntimestep) return;
   computed_step = update->ntimestep;
   invoked_vector = update->ntimestep;
-  const auto *network = EVP::PairNetwork::find_present(force);
-  if (!network)
+  const auto *pair_data = EVP::PairData::find_present(force);
+  if (!pair_data)
     error->all(FLERR,
                "{} needs the pairs of the current positions: print c_{} with thermo_style in a "
                "'run 0' first",
                who, id);
-  limits.linearise(*network, {groupbit});
+  limits.linearise(*pair_data, {groupbit});
 
   vector[0] = limits.undamped_dt();
   vector[1] = limits.explicit_dt();

@@ -2,12 +2,12 @@
 #pragma once
 
 #include "compute.h"
+#include "per_atom.h"
 #include "stable_timesteps.h"
-#include "with_per_atom_comm.h"
 
 namespace LAMMPS_NS {
 
-/// Largest stable timesteps of the network of pairs that interact now, its atoms outside the group
+/// Largest stable timesteps of the pairs that interact now, its atoms outside the group
 /// held.
 class ComputeEVPDt : public EVP::WithPerAtomComm<Compute> {
  public:
@@ -15,19 +15,14 @@ class ComputeEVPDt : public EVP::WithPerAtomComm<Compute> {
   ~ComputeEVPDt() override { delete[] vector; }
 
   void init() override;
-  void setup() override;
   double compute_scalar() override;
   void compute_vector() override;
   double memory_usage() override { return limits.memory_usage(); }
 
-  /// Collective, in a run. Warns once if the timestep is above the limit.
-  void warn_of_timestep();
-
  private:
   EVP::StableTimesteps limits;
   bigint computed_step = -1;      // of what vector holds, -1 if it must not be used again
-  bool limit_warned = false;      // in this run: of dt
-  bool lanczos_warned = false;    // of an eigenvalue
+  bool lanczos_warned = false;    // of an eigenvalue, in this run
 };
 
 }    // namespace LAMMPS_NS

@@ -3,11 +3,10 @@
 #include "compute_evp_state_atom.h"
 
 #include "core/strain_fit.h"
-#include "core/text.h"
 #include "core/volume_energy.h"
 #include "fix_evp_bonds.h"
-#include "keywords.h"
 #include "scene.h"
+#include "user_input.h"
 
 #include "compute_stress_atom.h"
 #include "group.h"
@@ -90,7 +89,7 @@ bool ComputeEVPStateAtom::has(Value value) const
 
 void ComputeEVPStateAtom::init()
 {
-  EVP::PairNetwork::require(force, error, who);
+  EVP::PairData::require(force, error, who);
   if (stress) stress->init();
 }
 
@@ -102,18 +101,18 @@ void ComputeEVPStateAtom::compute_peratom()
     memory->grow(array_atom, nmax, size_peratom_cols, "evp/state/atom:array_atom");
   }
 
-  const auto *network = EVP::PairNetwork::find_present(force);
-  if (!network)
+  const auto *pair_data = EVP::PairData::find_present(force);
+  if (!pair_data)
     error->all(FLERR,
                "{} needs the pairs of the current positions: use it in a run, or after 'run 0'",
                who);
-  add_pairs(network);
+  add_pairs(pair_data);
   reverse_comm(sums);
   if (stress) stress->compute_peratom();
-  if ((has(Value::PLASTIC_WORK) || has(Value::PLASTIC_STRAIN_SUM)) && network->bonds())
+  if ((has(Value::PLASTIC_WORK) || has(Value::PLASTIC_STRAIN_SUM)) && pair_data->bonds())
     dynamic_cast<FixEVPBonds *>(EVP::scene::find_fix(modify, "evp/bonds"))->return_histories();
 
-  const EVP::BondStore *bonds = network->bonds();
+  const EVP::BondStore *bonds = pair_data->bonds();
   for (int i = 0; i < atom->nlocal; i++) {
     double *state = array_atom[i];
     const double *count = &sums[(size_t) comm_reverse * i];
@@ -124,23 +123,23 @@ void ComputeEVPStateAtom::compute_peratom()
     state[2] = recorded > 0.0 ? 1.0 - count[WITHIN] / recorded : 0.0;
     state[3] = in_group ? count[FRESH] : 0.0;
     for (size_t k = 0; k < values.size(); k++)
-      state[NCOLUMNS + k] = in_group ? value_of(values[k], i, network) : 0.0;
+      state[NCOLUMNS + k] = in_group ? value_of(values[k], i, pair_data) : 0.0;
   }
 }
 
-void ComputeEVPStateAtom::add_pairs(const EVP::PairNetwork *network)
+void ComputeEVPStateAtom::add_pairs(const EVP::PairData *pair_data)
 {
-  const EVP::PairLists &list = network->packed_pairs();
+  const EVP::PairLists &list = pair_data->packed_pairs();
   const int nreact = list.nreact(force->newton_pair);
   sums.assign((size_t) comm_reverse * list.nall, 0.0);
   EVP::for_each_pair(list, EVP::scene::rows(atom->x), [&](const EVP::PlacedPair &p) {
     if (p.is_past_cutoff()) return;
-    const bool second = network->state_of(p).regime == 2;
+    const bool second = pair_data->state_of(p).regime == 2;
     const bool fits = p.is_bond && (volume_at >= 0 || plastic_at >= 0);
     const double weight = !fits
         ? 0.0
         : EVP::VolumeEnergy::weight(1.0 / p.inv_deq,
-                                    network->law_of(p).row.alpha *
+                                    pair_data->law_of(p).row.alpha *
                                         (atom->radius[p.i] + atom->radius[p.j]));
     for (const int owner : {p.i, p.j}) {
       if (owner == p.j && p.j >= nreact) continue;
@@ -160,9 +159,9 @@ void ComputeEVPStateAtom::add_pairs(const EVP::PairNetwork *network)
 }
 
 // each pair is kept by both of its atoms
-double ComputeEVPStateAtom::plastic_work(int i, const EVP::PairNetwork *network) const
+double ComputeEVPStateAtom::plastic_work(int i, const EVP::PairData *pair_data) const
 {
-  const EVP::BondStore *bonds = network->bonds();
+  const EVP::BondStore *bonds = pair_data->bonds();
   if (!bonds || !bonds->has_history()) return 0.0;
   double work = 0.0;
   for (size_t slot = 0; slot < bonds->of(i).size(); slot++)
@@ -173,24 +172,24 @@ double ComputeEVPStateAtom::plastic_work(int i, const EVP::PairNetwork *network)
 
 // A lower bound of the accumulated plastic strain: a bond along u carries |u.E.u| of a strain E of constant volume, whose
 // mean over all directions is 0.385 of the equivalent strain
-double ComputeEVPStateAtom::plastic_strain_sum(int i, const EVP::PairNetwork *network) const
+double ComputeEVPStateAtom::plastic_strain_sum(int i, const EVP::PairData *pair_data) const
 {
   constexpr double MEAN_OVER_DIRECTIONS = 0.385;
-  const EVP::BondStore *bonds = network->bonds();
+  const EVP::BondStore *bonds = pair_data->bonds();
   if (!bonds || !bonds->has_history() || bonds->of(i).empty()) return 0.0;
   double sum = 0.0;
   for (size_t slot = 0; slot < bonds->of(i).size(); slot++) sum += bonds->histories_of(i)[slot].k;
   return sum / ((double) bonds->of(i).size() * MEAN_OVER_DIRECTIONS);
 }
 
-double ComputeEVPStateAtom::value_of(Value value, int i, const EVP::PairNetwork *network) const
+double ComputeEVPStateAtom::value_of(Value value, int i, const EVP::PairData *pair_data) const
 {
   const double *sum = &sums[(size_t) comm_reverse * i];
   switch (value) {
     case Value::PLASTIC_WORK:
-      return plastic_work(i, network);
+      return plastic_work(i, pair_data);
     case Value::PLASTIC_STRAIN_SUM:
-      return plastic_strain_sum(i, network);
+      return plastic_strain_sum(i, pair_data);
     case Value::PLASTIC_STRAIN:
       return EVP::equivalent_strain(StrainFit::solve(sum + plastic_at));
     case Value::VOLUME_STRAIN:

@@ -2,16 +2,15 @@
 #pragma once
 
 #include "compute.h"
-#include "core/simd.h"
-#include "pair_network.h"
-#include "with_per_atom_comm.h"
+#include "pair_data.h"
+#include "per_atom.h"
 
 #include <memory>
 #include <vector>
 
 namespace LAMMPS_NS {
 
-/// Per atom: pairs recorded, share of them in the second regime, share beyond dlim, new pairs; behind
+/// Per atom: pairs recorded, share of them in the second regime, share past dlim, new pairs; behind
 /// them what else was asked for.
 class ComputeEVPStateAtom : public EVP::WithPerAtomComm<Compute> {
  public:
@@ -47,10 +46,10 @@ class ComputeEVPStateAtom : public EVP::WithPerAtomComm<Compute> {
   std::unique_ptr<Compute> stress;    // stress times volume of each atom, where needed
 
   bool has(Value) const;
-  void add_pairs(const EVP::PairNetwork *);
-  double plastic_work(int i, const EVP::PairNetwork *) const;
-  double plastic_strain_sum(int i, const EVP::PairNetwork *) const;
-  double value_of(Value, int i, const EVP::PairNetwork *) const;
+  void add_pairs(const EVP::PairData *);
+  double plastic_work(int i, const EVP::PairData *) const;
+  double plastic_strain_sum(int i, const EVP::PairData *) const;
+  double value_of(Value, int i, const EVP::PairData *) const;
 };
 
 }    // namespace LAMMPS_NS

@@ -13,14 +13,14 @@ namespace EVP {
 // of the correction of rotation; beyond, pairs rotate too far in a step
 static constexpr int MOST_PASSES = 20;
 
-void DampingSolver::find_bodies(const PairNetwork &network, int groupbit)
+void DampingSolver::find_bodies(const PairData &pair_data, int groupbit)
 {
-  const PairLists &list = network.packed_pairs();
+  const PairLists &list = pair_data.packed_pairs();
   const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
   bodies_build = list.common_build;
   bodies.clear(nall);
   for_each_pair(list, scene::rows(atom->x), [&](const PlacedPair &p) {
-    if (network.implicit_gamma(p) > 0.0)
+    if (pair_data.implicit_gamma(p) > 0.0)
       bodies.add(p.i, atom->mask[p.i] & groupbit, p.j, atom->mask[p.j] & groupbit);
   });
   labels.resize((size_t) 3 * nall);

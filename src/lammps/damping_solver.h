@@ -5,7 +5,7 @@
 #include "core/dampers.h"
 #include "core/per_atom_comm.h"
 #include "lammps_names.h"
-#include "pair_network.h"
+#include "pair_data.h"
 
 #include <string>
 
@@ -39,7 +39,7 @@ class DampingSolver : protected Pointers {
 
   /// Collective. Which atoms of the group damped pairs of the list connect, within their cutoffs or not:
   /// valid until its next collective build.
-  void find_bodies(const PairNetwork &, int groupbit);
+  void find_bodies(const PairData &, int groupbit);
 
   /// Must they be found anew for the list? The same on all ranks.
   bool bodies_are_due(const PairLists &list) const { return list.common_build != bodies_build; }

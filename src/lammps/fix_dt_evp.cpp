@@ -3,8 +3,8 @@
 #include "fix_dt_evp.h"
 
 #include "collective.h"
-#include "keywords.h"
 #include "scene.h"
+#include "user_input.h"
 
 #include "group.h"
 #include "output.h"
@@ -59,7 +59,7 @@ void FixDtEVP::post_constructor()
 
 void FixDtEVP::init()
 {
-  network = EVP::PairNetwork::require(force, error, who);
+  pair_data = EVP::PairData::require(force, error, who);
   compute = dynamic_cast<ComputeEVPDt *>(modify->get_compute_by_id(compute_id));
   if (!compute)
     error->all(FLERR, "{}: its compute {} was deleted; define the fix again", who, compute_id);
@@ -92,18 +92,6 @@ void FixDtEVP::warn_of_contacts() const
                    "{}: the stiffness of granular contacts is not in the stable timestep: give "
                    "'max DT', see doc/Howto_evp_friction.rst",
                    who);
-}
-
-void FixDtEVP::setup(int /*vflag*/)
-{
-  if (update->whichflag != 1) return;
-  set_dt(true);
-
-  // those of other atoms have seen the dt from before
-  for (Compute *any : modify->get_compute_list()) {
-    auto *other = dynamic_cast<ComputeEVPDt *>(any);
-    if (other && other != compute) other->warn_of_timestep();
-  }
 }
 
 // the smallest of what stability, rotation and the user allow; at set-up at once,
@@ -185,13 +173,13 @@ bool FixDtEVP::find_fastest(double dt)
   velocity.resize((size_t) 3 * nall);
   std::copy_n(atom->v[0], (size_t) 3 * nlocal, velocity.begin());
   forward_comm_velocities(velocity);
-  network->place_ghosts();
+  pair_data->place_ghosts();
 
   const double share = is_resolved() ? displacement : PASSES;
   opening = turning = {NO_LIMIT, 0.0, 0.0};
   bool meets = false;
   EVP::for_each_pair(
-      network->packed_pairs(), EVP::scene::rows(atom->x), [&](const EVP::PlacedPair &p) {
+      pair_data->packed_pairs(), EVP::scene::rows(atom->x), [&](const EVP::PlacedPair &p) {
         if (!((atom->mask[p.i] | atom->mask[p.j]) & groupbit)) return;
         const double *vi = &velocity[(size_t) 3 * p.i], *vj = &velocity[(size_t) 3 * p.j];
         const double v[] = {vi[0] - vj[0], vi[1] - vj[1], vi[2] - vj[2]};
@@ -205,9 +193,9 @@ bool FixDtEVP::find_fastest(double dt)
           if (allowed < fastest.dt)
             fastest = {allowed, (double) atom->tag[p.i], (double) atom->tag[p.j]};
         };
-        const double xi_s = network->law_of(p).xi_s;
+        const double xi_s = pair_data->law_of(p).xi_s;
         if (speed != 0.0) allow(opening, share * xi_s / (p.inv_deq * std::fabs(speed)));
-        if (gap > 0.0 || network->implicit_gamma(p) == 0.0) return;
+        if (gap > 0.0 || pair_data->implicit_gamma(p) == 0.0) return;
         const double across_sq = v[0] * v[0] + v[1] * v[1] + v[2] * v[2] - speed * speed;
         if (across_sq > 0.0) allow(turning, TURN_PER_STEP * d / std::sqrt(across_sq));
       });

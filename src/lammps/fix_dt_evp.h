@@ -4,9 +4,9 @@
 #include "compute_evp_dt.h"
 #include "core/simd.h"
 #include "fix.h"
-#include "pair_network.h"
+#include "pair_data.h"
+#include "per_atom.h"
 #include "update.h"
-#include "with_per_atom_comm.h"
 
 #include <array>
 #include <string>
@@ -23,7 +23,10 @@ class FixDtEVP : public EVP::WithPerAtomComm<Fix> {
   int setmask() override { return FixConst::END_OF_STEP; }
   void post_constructor() override;
   void init() override;
-  void setup(int) override;
+  void setup(int) override
+  {
+    if (update->whichflag == 1) set_dt(true);
+  }
   void end_of_step() override { set_dt(false); }
 
   // f_ID: dt. f_ID[1..5]: largest stable dt, dt that resolves the motion of all pairs, what limits dt
@@ -53,7 +56,7 @@ class FixDtEVP : public EVP::WithPerAtomComm<Fix> {
   double displacement = NO_LIMIT;    // of a pair along its axis in a step, over xi_s deq
   std::string compute_id;
   ComputeEVPDt *compute = nullptr;
-  EVP::PairNetwork *network = nullptr;
+  EVP::PairData *pair_data = nullptr;
 
   Values velocity;    // with ghosts
   double stable_dt = NO_LIMIT;

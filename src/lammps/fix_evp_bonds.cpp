@@ -6,9 +6,8 @@
 #include "atom_directory.h"
 #include "bond_recording.h"
 #include "collective.h"
-#include "keywords.h"
-#include "missing_bonds.h"
 #include "scene.h"
+#include "user_input.h"
 
 #include "comm.h"
 #include "domain.h"
@@ -77,12 +76,12 @@ void *FixEVPBonds::extract(const char *name, int &dim)
 
 void FixEVPBonds::init()
 {
-  network = EVP::PairNetwork::require(force, error, who);
+  pair_data = EVP::PairData::require(force, error, who);
   EVP::scene::refuse_respa(update, error, who);
 
   stepping = false;
   check_history();
-  bonds->keep_history(network->rules.has_history());
+  bonds->keep_history(pair_data->rules.has_history());
   set_exchange_room();
 
   check_restored();
@@ -110,7 +109,7 @@ void FixEVPBonds::set_exchange_room()
 // flow and breaking are known to the pair style in force only
 void FixEVPBonds::check_history() const
 {
-  const auto &rules = network->rules;
+  const auto &rules = pair_data->rules;
   if (!rules.has_history() && EVP::on_any(bonds->has_changed(), world))
     error->all(FLERR,
                "{}: bonds have flowed or broken, which pair_style evp/lj with 'plasticity none' "
@@ -132,7 +131,7 @@ void FixEVPBonds::check_history() const
 void FixEVPBonds::return_histories()
 {
   if (!bonds->has_history()) return;
-  if (EVP::PairNetwork *now = EVP::PairNetwork::find(force)) now->return_histories(*bonds, *this);
+  if (EVP::PairData *now = EVP::PairData::find(force)) now->return_histories(*bonds, *this);
   set_exchange_room();
 }
 
@@ -150,15 +149,8 @@ void FixEVPBonds::end_of_step()
 
 void FixEVPBonds::commit(bool at_rest)
 {
-  network->commit(at_rest);
+  pair_data->commit(at_rest);
   settle_missing();
-}
-
-void FixEVPBonds::settle_missing()
-{
-  if (!network->misses_bonds()) return;
-  const EVP::MissingBonds missing = EVP::settle_missing_bonds(lmp, network, *bonds);
-  network->take_missing(missing.held, missing.dissipated);
 }
 
 // a minimizer tries many places, of which only the last one is a state of the body, and that only
@@ -177,7 +169,7 @@ void FixEVPBonds::check_zone() const
 {
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++) {
-      const double alpha = network->alpha_of(i, j);
+      const double alpha = pair_data->alpha_of(i, j);
       if (alpha > 0.0 && zone > alpha)
         error->all(FLERR,
                    "{}: zone {} reaches beyond what the neighbor list can see, alpha = {} of types "
@@ -192,13 +184,13 @@ void FixEVPBonds::pre_neighbor()
   if (!bonds->has_recorded()) return;
   if (const auto misplaced = bonds->find_misplaced(atom->tag, atom->nlocal))
     error->one(FLERR, misplaced_message(misplaced));
-  if (const EVP::PairNetwork *network = EVP::PairNetwork::find(force)) check_box(network);
+  if (const EVP::PairData *pair_data = EVP::PairData::find(force)) check_box(pair_data);
 }
 
-void FixEVPBonds::check_box(const EVP::PairNetwork *network) const
+void FixEVPBonds::check_box(const EVP::PairData *pair_data) const
 {
-  // a box of two cut-offs but for round-off will do
-  const double longest = network->longest_cut() * (1.0 - 2.0 * EVP::LIST_MARGIN);
+  // a box of two cutoffs but for round-off will do
+  const double longest = pair_data->longest_cutoff() * (1.0 - 2.0 * EVP::LIST_MARGIN);
   const double *h = domain->h_inv;    // its rows are the reciprocals of the box's heights
   const double height[3] = {1.0 / std::sqrt(h[0] * h[0] + h[5] * h[5] + h[4] * h[4]),
                             1.0 / std::sqrt(h[1] * h[1] + h[3] * h[3]), 1.0 / h[2]};
@@ -255,11 +247,11 @@ void FixEVPBonds::record()
                twice);
   EVP::BondRecording recording(lmp, this, who, bonds->within());
   EVP::stop_at_bad_input(error, who, [&] {
-    if (!file.empty()) return recording.take_file(file, network);
+    if (!file.empty()) return recording.take_file(file, pair_data);
     neighbor->build_one(list);
-    recording.take_zone(list, zone, network, *this);
+    recording.take_zone(list, zone, pair_data, *this);
   });
-  check_box(network);
+  check_box(pair_data);
   recording.check_molecules(*this);
   recording.give_to(*bonds);
   set_exchange_room();
@@ -271,20 +263,20 @@ void FixEVPBonds::record()
         "{} takes the current shape of the body as undeformed, though a restart file was "
         "read: if that held records, give the fix the ID that it had",
         who);
-  if (comm->me == 0 && !network->source.dropped.empty() && file.empty())
+  if (comm->me == 0 && !pair_data->source.dropped.empty() && file.empty())
     error->warning(
         FLERR,
         "{} takes the current shape of the body as undeformed and free of stress: the "
         "bonds that fix {} had recorded are gone; to keep bonds use write_evp_bonds before "
         "unfix, and the keyword file",
-        who, network->source.dropped);
-  recording.report(*bonds, network->rules.contact != EVP::Contact::NONE);
+        who, pair_data->source.dropped);
+  recording.report(*bonds, pair_data->rules.contact != EVP::Contact::NONE);
 }
 
 // once, where a row of the pair style needs it
 void FixEVPBonds::measure()
 {
-  if (network->wants_measures() && bonds->measures().empty())
+  if (pair_data->wants_measures() && bonds->measures().empty())
     bonds->take(EVP::measure_bonds(lmp, *bonds));
 }
 
@@ -293,7 +285,7 @@ double FixEVPBonds::compute_vector(int n)
   if (n == 4) return count_broken();
   if (update->whichflag != 0 && counted_step == update->ntimestep) return pair_counts[n];
 
-  const EVP::PairNetwork *present = EVP::PairNetwork::find_present(force);
+  const EVP::PairData *present = EVP::PairData::find_present(force);
   if (!present && update->whichflag == 0)
     error->all(FLERR,
                "{}: f_{}[{}] needs the pairs of the current atoms: use 'run 0' first (since the "
@@ -301,7 +293,7 @@ double FixEVPBonds::compute_vector(int n)
                "or a command such as write_data rebuilt the lists of LAMMPS)",
                who, id, n + 1);
   if (present) {
-    const EVP::PairNetwork::Counts counts = present->count_pairs();
+    const EVP::PairData::Counts counts = present->count_pairs();
     pair_counts = {(double) bonds->count() - counts.bonds_within - count_broken(),
                    counts.bonds_second, counts.new_pairs, counts.lowest_ratio};
     counted_step = update->ntimestep;
@@ -366,8 +358,8 @@ void FixEVPBonds::restart(char *buf)
         id);
   zone = words[1];
   records_due = recorded && bonds->count() > 0;
-  EVP::PairNetwork *network = EVP::PairNetwork::find(force);
-  if (network && recorded) network->source.hold(shown);
+  EVP::PairData *pair_data = EVP::PairData::find(force);
+  if (pair_data && recorded) pair_data->source.set_store(shown);
 }
 
 // 'within' of a restart file belongs to its bonds: without bonds another one may be given

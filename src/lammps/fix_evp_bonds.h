@@ -3,8 +3,8 @@
 
 #include "core/bond_store.h"
 #include "fix.h"
-#include "pair_network.h"
-#include "with_per_atom_comm.h"
+#include "pair_data.h"
+#include "per_atom.h"
 
 #include <array>
 #include <memory>
@@ -31,13 +31,13 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix> {
   void min_pre_neighbor() override { pre_neighbor(); }
   void setup_pre_force(int) override;
 
-  // flow and breaking, see PairNetwork::commit()
+  // flow and breaking, see PairData::commit()
   void pre_exchange() override { return_histories(); }
   void pre_force(int) override { stepping = true; }
   void end_of_step() override;
   void post_run() override;
 
-  // f_ID: pairs recorded. f_ID[1..5]: beyond dlim, in the second regime, new pairs that interact,
+  // f_ID: pairs recorded. f_ID[1..5]: past dlim, in the second regime, new pairs that interact,
   // lowest d/(R_i + R_j), broken for good
   double compute_scalar() override { return (double) bonds->count(); }
   double compute_vector(int) override;
@@ -70,7 +70,7 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix> {
 
   /// Collective, after the forces of a step: bonds that have left the neighbor list have flowed, broken, or hold what they
   /// had at their cutoffs. Again only with another list.
-  void settle_missing();
+  void settle_missing() { pair_data->settle_missing(*bonds); }
 
  private:
   double zone = 0.0;    // pairs with d <= zone (R_i + R_j) are recorded; 0: alpha of the types
@@ -82,8 +82,8 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix> {
   std::shared_ptr<EVP::BondStore> bonds = std::make_shared<EVP::BondStore>();
   std::shared_ptr<const EVP::BondStore> shown = bonds;    // for readers
 
-  EVP::PairNetwork *network = nullptr;    // of the run; the pair style in force has it
-  bool stepping = false;                  // in a step of a run, not in its set-up
+  EVP::PairData *pair_data = nullptr;    // of the run; the pair style in force has it
+  bool stepping = false;                 // in a step of a run, not in its set-up
   class NeighList *list = nullptr;
   std::array<double, 4> pair_counts{};    // f_ID[1..5], as of the last evaluation
   bigint counted_step = -1;               // step of that, -1 if it must not be used again
@@ -96,7 +96,7 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix> {
   void check_restored();
   void restore_within(EVP::BodyRule kept, bool recorded);
   void check_zone() const;
-  void check_box(const EVP::PairNetwork *) const;
+  void check_box(const EVP::PairData *) const;
   std::string misplaced_message(EVP::BondStore::Misplaced) const;
   // LAMMPS' buffers for one atom must hold the longest record of any MPI rank: the first rank says in
   // restart files how long that is

@@ -28,14 +28,14 @@ FixEVPEnergy::FixEVPEnergy(LAMMPS *lmp, int narg, char **arg) : AtomRecords(lmp,
 
 void FixEVPEnergy::init()
 {
-  network = EVP::PairNetwork::require(force, error, who);
+  pair_data = EVP::PairData::require(force, error, who);
   EVP::scene::refuse_respa(update, error, who);
   EVP::scene::demand_images_that_move(domain, modify, error, who);
   bonds = dynamic_cast<FixEVPBonds *>(EVP::scene::find_fix(modify, "evp/bonds"));
   implicit = dynamic_cast<const FixNVEEVP *>(EVP::scene::find_fix(modify, "nve/evp"));
-  driven_groupbits = 0;
+  integrated_groupbits = 0;
   for (const Fix *other : modify->get_fix_list())
-    if (EVP::scene::moves_by_forces(other)) driven_groupbits |= other->groupbit;
+    if (EVP::scene::integrates_atoms(other)) integrated_groupbits |= other->groupbit;
   work->separates = others_act();
   refuse_early_changes();
   box.begin_run(domain->deform_vremap);
@@ -48,7 +48,7 @@ void FixEVPEnergy::init()
 // pre_exchange() and the volume strains need the atoms of the last forces
 void FixEVPEnergy::refuse_early_changes() const
 {
-  if (!network->rules.has_history() && !network->volume()) return;
+  if (!pair_data->rules.has_history() && !pair_data->volume()) return;
   if (const Fix *other = EVP::scene::find_earlier_exchange_fix(modify, this))
     error->all(
         FLERR,
@@ -57,7 +57,7 @@ void FixEVPEnergy::refuse_early_changes() const
         who, other->id, other->style);
 }
 
-// May anything but this pair style and fix nve/evp add to f, or atoms become movers during the run?
+// May anything but this pair style and fix nve/evp add to f, or may atoms change from integrated to prescribed during the run?
 bool FixEVPEnergy::others_act() const
 {
   using namespace FixConst;
@@ -85,7 +85,7 @@ void FixEVPEnergy::setup(int /*vflag*/)
     if (started) entries[BOX] += EVP::reduce_all(done, MPI_SUM, world);
   }
   last = over_all_ranks({instant_here(), {}}).instant;
-  // flow that is due is in no offset yet, and the stored energies are those after it: what it will
+  // flow that is due is in no q yet, and the stored energies are those after it: what it will
   // dissipate in the first step, pairs still hold
   last.pairs.elastic += last.pairs.plastic;
   if (started) entries[PLASTIC] += last.pairs.plastic_of_missing;
@@ -122,7 +122,7 @@ inline void FixEVPEnergy::unwrap(int i, double *x) const
 // does fix nve/evp solve for the damping?
 bool FixEVPEnergy::is_solved() const
 {
-  return implicit && network->damps_implicitly();
+  return implicit && pair_data->damps_implicitly();
 }
 
 // calls f(EVP::ActingForces) with those of this step
@@ -142,7 +142,7 @@ double FixEVPEnergy::kinetic_here() const
 {
   double kinetic = 0.0;
   for (int i = 0; i < atom->nlocal; i++) {
-    if (!is_driven(i)) continue;    // movers enter by their work only
+    if (!is_integrated(i)) continue;    // prescribed ones enter by their work only
     const double weight = 0.5 * force->mvv2e * EVP::scene::mass(atom, i);
     const double *const v = atom->v[i];
     kinetic += weight * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
@@ -150,23 +150,21 @@ double FixEVPEnergy::kinetic_here() const
   return kinetic;
 }
 
-// on this MPI rank.
-// A bond's energy counts from its rest; what it cost to take one beyond dlim stays in the balance as
-// the depth that is missing
+// on this MPI rank
 FixEVPEnergy::Instant FixEVPEnergy::instant_here() const
 {
-  const EVP::VolumeForces *const volume = network->volume();
+  const EVP::VolumeForces *const volume = pair_data->volume();
   return {kinetic_here(), volume ? volume->energy() : 0.0, work->sums()};
 }
 
-// Collective. What it lost since the last call where pairs passed their cut-offs: the volume strain
+// Collective. What it lost since the last call where pairs passed their cutoffs: the volume strain
 // jumps there. Shares are rounded so that their sums are exact in any order: what did not pass leaves none
 double FixEVPEnergy::volume_jump()
 {
-  const EVP::VolumeForces *const volume = network->volume();
+  const EVP::VolumeForces *const volume = pair_data->volume();
   if (!volume) return 0.0;
-  network->place_ghosts();
-  const EVP::PairLists &lists = network->packed_pairs();
+  pair_data->place_ghosts();
+  const EVP::PairLists &lists = pair_data->packed_pairs();
   const int nreact = lists.nreact(force->newton_pair);
   Values inside((size_t) 3 * lists.nall, 0.0);
   EVP::for_each_pair(lists.bonds, EVP::scene::rows(atom->x), [&](const EVP::PlacedPair &p) {
@@ -197,16 +195,16 @@ FixEVPEnergy::Totals FixEVPEnergy::over_all_ranks(Totals totals) const
 // of the step that ends, on this MPI rank; puts the records on to the positions where the next one begins
 FixEVPEnergy::Works FixEVPEnergy::works_of_step()
 {
-  double dissipated = 0.0, damped = 0.0, movers = 0.0, others = 0.0;
+  double dissipated = 0.0, damped = 0.0, prescribed = 0.0, others = 0.0;
   with_forces([&](const auto &forces) {
     for (int i = 0; i < atom->nlocal; i++) {
-      const bool driven = is_driven(i);
-      if (driven) dissipated += forces.dissipated(atom, force, dt_step, i);
-      if (!forces.work_on(driven)) continue;
+      const bool integrated = is_integrated(i);
+      if (integrated) dissipated += forces.dissipated(atom, force, dt_step, i);
+      if (!forces.work_on(integrated)) continue;
       EVP::AtomPast &then = records[i];
       EVP::AtomForces now{};
       double x[3], done = 0.0;
-      forces.find(i, driven, now);
+      forces.find(i, integrated, now);
       unwrap(i, x);
       for (int c = 0; c < 3; c++)
         done += 0.5 * (then.forces.working[c] + now.working[c]) * (x[c] - then.x[c]);
@@ -214,10 +212,10 @@ FixEVPEnergy::Works FixEVPEnergy::works_of_step()
         done -= box.along(atom->image[i], now.working);
         damped += box.along(atom->image[i], now.damping);
       }
-      if (driven)
+      if (integrated)
         others += done;
       else {
-        movers -= done;
+        prescribed -= done;
         for (int c = 0; c < 3; c++)
           damped -= 0.5 * (then.forces.damping[c] + now.damping[c]) * (x[c] - then.x[c]);
       }
@@ -231,11 +229,11 @@ FixEVPEnergy::Works FixEVPEnergy::works_of_step()
   if (box.acts) {
     const double by_damping = box.by_damping(dt_step);
     dissipated += by_damping;
-    movers += box.movers;
+    prescribed += box.prescribed;
     others += box.others;
     of_box = box.end_step(by_damping) + damping_of_box();
   }
-  return {dissipated_at_begin + dissipated + damped, movers + damped, others, of_box,
+  return {dissipated_at_begin + dissipated + damped, prescribed + damped, others, of_box,
           work->has_changed() ? 1.0 : 0.0};
 }
 
@@ -243,7 +241,7 @@ void FixEVPEnergy::post_integrate()
 {
   dt_step = update->dt;
   double by_damping = 0.0,
-         damped = 0.0;    // of a moving box: by pairs across its boundary, of movers
+         damped = 0.0;    // of a moving box: by pairs across its boundary, of prescribed atoms
   if (box.acts) {
     by_damping = box.by_damping(dt_step);    // at the rates of these forces
     box.begin_step(domain, by_damping, damping_of_box());
@@ -251,12 +249,12 @@ void FixEVPEnergy::post_integrate()
   with_forces([&](const auto &forces) {
     dissipated_at_begin = 0.0;
     for (int i = 0; i < atom->nlocal; i++) {
-      const bool driven = is_driven(i);
-      if (driven) dissipated_at_begin += forces.dissipated(atom, force, dt_step, i);
-      if (!forces.work_on(driven)) continue;
+      const bool integrated = is_integrated(i);
+      if (integrated) dissipated_at_begin += forces.dissipated(atom, force, dt_step, i);
+      if (!forces.work_on(integrated)) continue;
       EVP::AtomForces &now = records[i].forces;
-      forces.find(i, driven, now);
-      if (box.acts) damped += box.add(atom->image[i], driven, now);
+      forces.find(i, integrated, now);
+      if (box.acts) damped += box.add(atom->image[i], integrated, now);
     }
   });
   dissipated_at_begin = 0.5 * dt_step * dissipated_at_begin + by_damping + damped;
@@ -292,7 +290,7 @@ void FixEVPEnergy::end_of_step()
   last = now.instant;
   taken += now.works.dissipated;
   entries[DISSIPATED] = std::max(entries[DISSIPATED], taken);
-  entries[MOVERS] += now.works.movers;
+  entries[PRESCRIBED] += now.works.prescribed;
   entries[OTHERS] += now.works.others;
   entries[BOX] += now.works.box;
   entries[PLASTIC] += now.instant.pairs.plastic + now.instant.pairs.plastic_of_missing;
@@ -305,7 +303,7 @@ void FixEVPEnergy::end_instant()
 {
   const double past = last.pairs.past_cutoff - start.pairs.past_cutoff,
                broken = last.pairs.broken - start.pairs.broken;
-  const bool ends = network->rules.has_history();
+  const bool ends = pair_data->rules.has_history();
   entries[KINETIC] = last.kinetic - start.kinetic;
   entries[FIRST] = last.pairs.elastic - start.pairs.elastic;
   entries[SECOND] = last.pairs.forgotten - start.pairs.forgotten;
@@ -317,7 +315,7 @@ void FixEVPEnergy::end_instant()
 }
 
 // f_ID: energy imbalance. f_ID[1..13], changes since the start: kinetic, stored in bonds up to xi_s
-// and beyond it, spent on lost bonds, new contacts; dissipated by gamma; work of the movers, of all
+// and above it, spent on lost bonds, new contacts; dissipated by gamma; work on prescribed atoms, of all
 // other forces; dissipated by flow, stored by hardening, released by broken bonds, volume energy; work of
 // a box that deforms
 double FixEVPEnergy::compute_scalar()
@@ -326,7 +324,7 @@ double FixEVPEnergy::compute_scalar()
   for (const Entry entry :
        {KINETIC, FIRST, SECOND, LOST, CONTACTS, DISSIPATED, PLASTIC, HARDENING, BROKEN, VOLUME})
     imbalance += entries[entry];
-  return imbalance - entries[MOVERS] - entries[OTHERS] - entries[BOX];
+  return imbalance - entries[PRESCRIBED] - entries[OTHERS] - entries[BOX];
 }
 
 // an atom that comes during a run brings no work with it

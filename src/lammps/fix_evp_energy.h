@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
-#include "atom_records.h"
-#include "box_work.h"
 #include "core/energy_balance.h"
-#include "pair_network.h"
-#include "with_per_atom_comm.h"
+#include "pair_data.h"
+#include "per_atom.h"
+#include "step_work.h"
 
 #include <memory>
 
@@ -15,7 +14,7 @@ namespace EVP {
 struct AtomPast {
   double x[3];    ///< unwrapped
   AtomForces forces;
-  double inside;    ///< what its bonds within their cut-offs would add to its volume sum at these
+  double inside;    ///< what its bonds within their cutoffs would add to its volume sum at these
 };
 
 }    // namespace EVP
@@ -64,7 +63,7 @@ class FixEVPEnergy : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::Ato
     LOST,
     CONTACTS,
     DISSIPATED,
-    MOVERS,
+    PRESCRIBED,
     OTHERS,
     PLASTIC,
     HARDENING,
@@ -82,8 +81,8 @@ class FixEVPEnergy : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::Ato
 
   /// What happens in a step [energy].
   struct Works {
-    double dissipated, movers, others, box;
-    double changed;    ///< MPI ranks where pairs may have passed their cut-offs
+    double dissipated, prescribed, others, box;
+    double changed;    ///< MPI ranks where pairs may have passed their cutoffs
   };
 
   /// Of an MPI rank, then of all.
@@ -92,10 +91,10 @@ class FixEVPEnergy : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::Ato
     Works works;
   };
 
-  EVP::PairNetwork *network = nullptr;
+  EVP::PairData *pair_data = nullptr;
   class FixEVPBonds *bonds = nullptr;           // if there is one
   const class FixNVEEVP *implicit = nullptr;    // if there is one
-  int driven_groupbits = 0;                     // groups of the fixes that move atoms by forces
+  int integrated_groupbits = 0;                 // groups of the fixes that move atoms by forces
   bool started = false;
   double dt_step = 0.0;    // of the step under way: at its end another fix may have changed it
   Instant start{}, last{};
@@ -107,7 +106,7 @@ class FixEVPEnergy : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::Ato
   std::shared_ptr<EVP::PairWork> work = std::make_shared<EVP::PairWork>();
   EVP::BoxWork box{*work};
 
-  bool is_driven(int i) const { return atom->mask[i] & driven_groupbits; }
+  bool is_integrated(int i) const { return atom->mask[i] & integrated_groupbits; }
   template <class F> void with_forces(F &&f) const;
   bool is_solved() const;
   bool others_act() const;

@@ -3,11 +3,9 @@
 #include "fix_evp_volume.h"
 
 #include "collective.h"
-#include "keywords.h"
-#include "pair_network.h"
+#include "pair_data.h"
 #include "scene.h"
-
-#include "force.h"
+#include "user_input.h"
 
 #include <algorithm>
 #include <cmath>
@@ -71,7 +69,7 @@ void *FixEVPVolume::extract(const char *name, int &dim)
 
 void FixEVPVolume::init()
 {
-  EVP::PairNetwork::require(force, error, who);
+  EVP::PairData::require(force, error, who);
   EVP::scene::refuse_respa(update, error, who);
   strains_step = -1;
   if (!forces->acts()) {

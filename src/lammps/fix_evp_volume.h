@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
-#include "atom_records.h"
+#include "per_atom.h"
 #include "volume_forces.h"
-#include "with_per_atom_comm.h"
 
 #include <array>
 #include <memory>

@@ -3,8 +3,8 @@
 #include "fix_nve_evp.h"
 
 #include "collective.h"
-#include "keywords.h"
 #include "scene.h"
+#include "user_input.h"
 
 #include "comm.h"
 
@@ -44,7 +44,7 @@ FixNVEEVP::FixNVEEVP(LAMMPS *lmp, int narg, char **arg) :
 
 void FixNVEEVP::init()
 {
-  network = EVP::PairNetwork::require(force, error, who);
+  pair_data = EVP::PairData::require(force, error, who);
   EVP::scene::refuse_respa(update, error, who);
 
   others_groupbits = 0;
@@ -64,7 +64,7 @@ void FixNVEEVP::init()
                  "as one system; use one fix nve/evp for the group union",
                  who, other->id);
     path = path || strcmp(other->style, "move") == 0;
-    if (EVP::scene::moves_by_forces(other)) others_groupbits |= other->groupbit;
+    if (EVP::scene::integrates_atoms(other)) others_groupbits |= other->groupbit;
   }
   EVP::scene::demand_images_that_move(domain, modify, error, who);
   if (path && domain->deform_vremap)
@@ -172,14 +172,14 @@ void FixNVEEVP::final_integrate()
 void FixNVEEVP::collect_dampers()
 {
   dampers.clear();
-  if (!network->damps_implicitly()) return;
-  const EVP::PairLists &list = network->packed_pairs();
+  if (!pair_data->damps_implicitly()) return;
+  const EVP::PairLists &list = pair_data->packed_pairs();
   const auto gamma_of = [this](const EVP::PackedPair &p) {
-    return network->implicit_gamma(p);
+    return pair_data->implicit_gamma(p);
   };
   if (solver.bodies_are_due(list)) {
     warn_of_rotation();
-    solver.find_bodies(*network, groupbit);
+    solver.find_bodies(*pair_data, groupbit);
   }
   dampers.collect(list, EVP::scene::rows(atom->x), force->newton_pair, gamma_of);
   if (!others_groupbits) return;
@@ -227,7 +227,7 @@ template <class F> void FixNVEEVP::for_each_mean_velocity(double dt, F &&f) cons
 // Separation rates over the last timestep dt, or now with dt = 0, from the velocities that atoms hold.
 void FixNVEEVP::find_rates(double dt)
 {
-  if (!network->damps_implicitly()) return;
+  if (!pair_data->damps_implicitly()) return;
   velocities.resize((size_t) 3 * (atom->nlocal + atom->nghost));
   std::copy_n(atom->v[0], (size_t) 3 * atom->nlocal, velocities.begin());
   if (dt > 0.0)
@@ -282,7 +282,7 @@ void FixNVEEVP::solve_and_apply(double h)
   dt_applied = update->dt;
   applied.clear();
   v_init(vflag_now);
-  if (!network->damps_implicitly()) return;
+  if (!pair_data->damps_implicitly()) return;
   if (!(h > 0.0))
     error->all(FLERR,
                "{}: with damping the timestep must be positive, got {} at step {}: set one by the "

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
-#include "atom_records.h"
 #include "core/dampers.h"
 #include "damping_solver.h"
-#include "pair_network.h"
-#include "with_per_atom_comm.h"
+#include "pair_data.h"
+#include "per_atom.h"
 
 #include "domain.h"
 
@@ -82,7 +81,7 @@ class FixNVEEVP : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::LastPo
   }
 
  private:
-  EVP::PairNetwork *network = nullptr;
+  EVP::PairData *pair_data = nullptr;
   int others_groupbits = 0;               // groups of the other fixes that move atoms by forces
   std::vector<const Fix *> null_moves;    // those of style move with a component NULL
   bool forces_follow = false;     // fixes defined later add forces, at set-up after its solve

@@ -4,9 +4,8 @@
 
 #include "core/pair_block.h"
 #include "core/potential_file.h"
-#include "keywords.h"
-#include "row_reader.h"
 #include "scene.h"
+#include "user_input.h"
 
 #include "comm.h"
 #include "memory.h"
@@ -61,7 +60,7 @@ struct PairEVPLJ::SumForLAMMPS : EVP::SumTally {
 };
 
 PairEVPLJ::PairEVPLJ(LAMMPS *lmp) :
-    Pair(lmp), network(lmp, this, coefficients), timestep_check(lmp, network, coefficients)
+    Pair(lmp), pair_data(lmp, this, coefficients), timestep_check(lmp, pair_data, coefficients)
 {
   writedata = 1;
   comm_forward = 3;    // velocities or positions
@@ -85,7 +84,7 @@ void PairEVPLJ::allocate()
   std::fill_n(setflag[0], n * n, 0);
   std::fill_n(cutsq[0], n * n, 0.0);
   coefficients.resize(atom->ntypes);
-  network.cuts.set_types(atom->ntypes);
+  pair_data.cuts.set_types(atom->ntypes);
 }
 
 // pair_style evp/lj [contact literal|repulsive|none] [overlap 0.3] [plasticity none|isotropic] [break none|XI]
@@ -133,8 +132,8 @@ void PairEVPLJ::settings(int narg, char **arg)
                "Pair style evp/lj: 'plasticity isotropic' and 'contact literal' together create "
                "energy: add 'contact "
                "repulsive' or 'contact none'");
-  network.rules = chosen;
-  network.repack();
+  pair_data.rules = chosen;
+  pair_data.repack();
   offer_pair_values();
 }
 
@@ -170,7 +169,7 @@ void PairEVPLJ::coeff(int narg, char **arg)
       setflag[i][j] = 1;
       any = true;
     }
-  network.repack();
+  pair_data.repack();
   if (!any)
     error->all(FLERR, "Pair evp/lj: pair_coeff {} {} names no pair of types I <= J", arg[0],
                arg[1]);
@@ -179,7 +178,7 @@ void PairEVPLJ::coeff(int narg, char **arg)
 void PairEVPLJ::init_style()
 {
   check_host_settings();
-  network.begin_run();
+  pair_data.begin_run();
   neighbor->add_request(this);
 }
 
@@ -187,7 +186,7 @@ void PairEVPLJ::check_host_settings() const
 {
   if (!atom->radius_flag)
     error->all(FLERR, "Pair evp/lj needs particles with a radius: use 'atom_style sphere'");
-  if (EVP::PairNetwork::find(force) != &network)
+  if (EVP::PairData::find(force) != &pair_data)
     error->all(FLERR,
                "Pair evp/lj can be one sub-style of pair_style hybrid only, as a pair has one deq: "
                "give its types rows of their own instead");
@@ -210,16 +209,16 @@ double PairEVPLJ::init_one(int i, int j)
     error->all(FLERR,
                "Pair evp/lj does not mix unlike types: give 'pair_coeff {} {}' a row of its own", i,
                j);
-  return network.handle(i, j);
+  return pair_data.handle(i, j);
 }
 
 void PairEVPLJ::compute(int eflag, int vflag)
 {
   ev_init(eflag, vflag);
 
-  if (network.pack_if_due(list)) timestep_check.warn();
-  const bool damps = network.damping_acts() && network.damps_explicitly();
-  if (damps) network.ghosts.send_velocities();
+  if (pair_data.pack_if_due(list)) timestep_check.warn();
+  const bool damps = pair_data.damping_acts() && pair_data.damps_explicitly();
+  if (damps) pair_data.ghosts.send_velocities();
   velocities_sent = damps;
   damps ? compute_forces<true>() : compute_forces<false>();
 
@@ -242,13 +241,13 @@ void PairEVPLJ::stop_at_blow_up() const
       culprit =
           fmt::format("first atom {}, whose position or velocity is non-finite", atom->tag[i]);
   }
-  EVP::for_each_pair(network.packed_pairs(), rows(atom->x), [&](const EVP::PlacedPair &p) {
+  EVP::for_each_pair(pair_data.packed_pairs(), rows(atom->x), [&](const EVP::PlacedPair &p) {
     const double *f = atom->f[p.i];
     if (!culprit.empty() || std::isfinite(p.g.dsq + f[0] + f[1] + f[2])) return;
     const double d = p.distance(), deq = 1.0 / p.inv_deq;
     culprit =
         fmt::format("first atoms {} and {} at d = {:.6g}, deq = {:.6g}, {} regime", atom->tag[p.i],
-                    atom->tag[p.j], d, deq, network.state_of(p).regime == 1 ? "first" : "second");
+                    atom->tag[p.j], d, deq, pair_data.state_of(p).regime == 1 ? "first" : "second");
   });
   if (culprit.empty()) culprit = "no pair of this MPI rank";
   const bigint saved = output ? output->last_restart : -1;
@@ -262,12 +261,12 @@ void PairEVPLJ::stop_at_blow_up() const
 
 template <bool Damping> void PairEVPLJ::compute_forces()
 {
-  EVP::PairLists &lists = network.lists_to_evaluate();
+  EVP::PairLists &lists = pair_data.lists_to_evaluate();
   const bool energy = eflag_either != 0;
   const EVP::ParticleView view = {rows(atom->x), rows(atom->v),
                                   reinterpret_cast<double(*)[3]>(atom->f ? atom->f[0] : nullptr),
                                   lists.nreact(force->newton_pair)};
-  if (EVP::VolumeForces *const volume = network.volume()) volume->evaluate(lists, view);
+  if (EVP::VolumeForces *const volume = pair_data.volume()) volume->evaluate(lists, view);
   if (!evflag)
     sum_forces<Damping>(lists, view, [](bool) {
       return EVP::NoTally();
@@ -287,10 +286,10 @@ template <bool Damping, class MakeTally>
 void PairEVPLJ::sum_forces(EVP::PairLists &lists, const EVP::ParticleView &view,
                            MakeTally &&make_tally)
 {
-  EVP::PairWork *work = network.wanted_work();
+  EVP::PairWork *work = pair_data.wanted_work();
   if (work && work->is_fresh()) work = nullptr;
   if (work) work->begin(lists.nall, view, Damping);
-  std::vector<int> *past = network.bonds_past_cutoff();
+  std::vector<int> *past = pair_data.bonds_past_cutoff();
   const auto with_tally = [&](bool are_bonds, bool holds_energy, auto &&f) {
     auto tally = make_tally(holds_energy);
     if (work)
@@ -302,11 +301,11 @@ void PairEVPLJ::sum_forces(EVP::PairLists &lists, const EVP::ParticleView &view,
     const EVP::BlockLaw &law = list->are_bonds ? coefficients.law_of_bonds()
                                                : coefficients.law_of_contacts();
     with_tally(list->are_bonds, true, [&](auto &&tally) {
-      EVP::accumulate_forces<Damping>(*list, law, view, tally, network.is_incremental(),
+      EVP::accumulate_forces<Damping>(*list, law, view, tally, pair_data.is_incremental(),
                                       list->are_bonds ? past : nullptr);
     });
   }
-  if (const EVP::VolumeForces *const volume = network.volume())
+  if (const EVP::VolumeForces *const volume = pair_data.volume())
     with_tally(true, false, [&](auto &&tally) {
       volume->add_forces(lists, view, tally);
     });
@@ -320,8 +319,8 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
   fforce = 0.0;
   if (std::max(i, j) >= atom->nlocal + atom->nghost) return 0.0;
 
-  const auto [pair, deq, work] = network.pair_between(i, j, itype, jtype);
-  const EVP::PairLaw &law = network.law_of(pair);
+  const auto [pair, deq, work] = pair_data.pair_between(i, j, itype, jtype);
+  const EVP::PairLaw &law = pair_data.law_of(pair);
   const double d = std::sqrt(rsq);
   const EVP::PairState now = law.state(d * pair.inv_deq, pair.inv_deq, pair.flow, pair.offset);
   const bool acts = rsq <= pair.cutsq && factor_lj != 0.0;
@@ -333,16 +332,17 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
 
   if (!acts) return 0.0;
   fforce = now.force / d;
-  if (pair.is_bond && network.volume())
+  if (pair.is_bond && pair_data.volume())
     fforce +=
-        network.volume()->force(i, j, deq, law.row.alpha * (atom->radius[i] + atom->radius[j])) / d;
-  if (network.damping_acts() && (comm->ghost_velocity || velocities_sent) &&
-      !network.is_implicit(i, j)) {
+        pair_data.volume()->force(i, j, deq, law.row.alpha * (atom->radius[i] + atom->radius[j])) /
+        d;
+  if (pair_data.damping_acts() && (comm->ghost_velocity || velocities_sent) &&
+      !pair_data.is_implicit(i, j)) {
     const EVP::PairGeometry g(rows(atom->x), i, j);
     fforce += EVP::damping_over_distance(law.gamma, g, atom->v[i], atom->v[j]);
   }
   if (pair.flow != EVP::Flow::FORGETS)
-    return now.stored.total() + (network.is_incremental() ? now.dissipated : 0.0);
+    return now.stored.total() + (pair_data.is_incremental() ? now.dissipated : 0.0);
   return now.stored.total() - law.state(pair.cut * pair.inv_deq, pair.inv_deq).stored.total();
 }
 
@@ -380,9 +380,9 @@ void PairEVPLJ::read_restart(FILE *fp)
 
 void PairEVPLJ::write_restart_settings(FILE *fp)
 {
-  network.source.note();
-  const EVP::PairRules &rules = network.rules;
-  const std::string &recorder = network.source.recorder;
+  pair_data.source.update();
+  const EVP::PairRules &rules = pair_data.rules;
+  const std::string &recorder = pair_data.source.recorder;
   const double words[] = {RESTART_FORMAT,          EVP::NMEMBERS,          (double) rules.contact,
                           rules.overlap,           (double) rules.plastic, rules.break_strain,
                           (double) recorder.size()};
@@ -399,9 +399,9 @@ void PairEVPLJ::read_restart_settings(FILE *fp)
     error->all(FLERR,
                "Pair evp/lj: the restart file is damaged in the settings, or from a version of "
                "this package that wrote another format");
-  network.rules = {(Contact) (int) words[2], words[3], words[4] != 0.0, words[5]};
-  network.source.recorder.resize((size_t) words[6]);
-  if (words[6] > 0.0) read_together(fp, network.source.recorder.data(), (size_t) words[6]);
+  pair_data.rules = {(Contact) (int) words[2], words[3], words[4] != 0.0, words[5]};
+  pair_data.source.recorder.resize((size_t) words[6]);
+  if (words[6] > 0.0) read_together(fp, pair_data.source.recorder.data(), (size_t) words[6]);
   offer_pair_values();
 }
 
@@ -430,7 +430,7 @@ void PairEVPLJ::write_data_all(FILE *fp)
 void *PairEVPLJ::extract(const char *name, int &dim)
 {
   dim = -1;    // nothing that fix adapt could write
-  if (strcmp(name, "network") == 0) return &network;
+  if (strcmp(name, "pairs") == 0) return &pair_data;
   dim = 2;
   return coefficients.table(name);
 }

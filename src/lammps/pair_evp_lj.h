@@ -3,8 +3,8 @@
 
 #include "core/coefficients.h"
 #include "pair.h"
-#include "pair_network.h"
-#include "timestep_check.h"
+#include "pair_data.h"
+#include "stable_timesteps.h"
 
 namespace LAMMPS_NS {
 
@@ -28,27 +28,27 @@ class PairEVPLJ : public Pair {
   void write_data(FILE *) override;
   void write_data_all(FILE *) override;
 
-  /// "network": the PairNetwork, for the fixes and computes of this package. The coefficients by their
+  /// "pairs": the PairData, for the fixes and computes of this package. The coefficients by their
   /// names in the table, for fix adapt.
   void *extract(const char *, int &) override;
   int pack_forward_comm(int n, int *indices, double *buf, int pbc_flag, int *pbc) override
   {
-    return network.ghosts.pack(n, indices, buf, pbc_flag, pbc);
+    return pair_data.ghosts.pack(n, indices, buf, pbc_flag, pbc);
   }
   void unpack_forward_comm(int n, int first, double *buf) override
   {
-    network.ghosts.unpack(n, first, buf);
+    pair_data.ghosts.unpack(n, first, buf);
   }
   double memory_usage() override
   {
-    return Pair::memory_usage() + network.memory_usage() + coefficients.memory_usage();
+    return Pair::memory_usage() + pair_data.memory_usage() + coefficients.memory_usage();
   }
 
  private:
   static constexpr int NVALUES = 5;    // p1 ... p5 of compute pair/local
 
   EVP::Coefficients coefficients;
-  EVP::PairNetwork network;
+  EVP::PairData pair_data;
   EVP::TimestepCheck timestep_check;
   bool velocities_sent = false;    // to ghosts, for the last forces
 

@@ -2,11 +2,13 @@
 
 #include "pair_histories.h"
 
+#include "atom_directory.h"
 #include "collective.h"
 #include "scene.h"
 
 #include "comm.h"
 #include "irregular.h"
+#include "neighbor.h"
 
 #include <algorithm>
 
@@ -84,7 +86,7 @@ void PairHistories::break_bonds(const std::vector<int> &broken, PairWork *work)
   lists.build++;
 }
 
-void PairHistories::carry(const PairLists &before)
+void PairHistories::copy_from(const PairLists &before)
 {
   const auto rows_of = [this](const PairList &list) {
     std::vector<std::vector<const PackedRow *>> rows(lists.nlocal);
@@ -163,7 +165,7 @@ void PairHistories::send_to_owners(BondStore &records, PerAtomComm &exchange)
       post(j, i, is_record, h);
     }
   };
-  // either copy of a bond may have met its cut-off alone, by round-off: that breaks both
+  // either copy of a bond may have met its cutoff alone, by round-off: that breaks both
   std::vector<HistoryOfPair> deferred;
   for (const BrokenBond &bond : newly_broken) {
     const PairHistory h = {0.0, 0.0, bond.work, 1.0};
@@ -190,6 +192,63 @@ void PairHistories::send_to_owners(BondStore &records, PerAtomComm &exchange)
   irregular.destroy_data();
   for (const HistoryOfPair &m : received) records.take(m);
   for (const HistoryOfPair &m : deferred) records.take(m);
+}
+
+void PairHistories::settle_missing(BondStore &store, PairWork *energies) const
+{
+  const auto *x = scene::rows(atom->x);
+  const double *const *cutneighsq = neighbor->cutneighsq;
+  std::vector<std::pair<tagint, int>> atoms;    // own and ghosts: of an ID there may be many
+  for (int k = 0; k < atom->nlocal + atom->nghost; k++) atoms.emplace_back(atom->tag[k], k);
+  std::sort(atoms.begin(), atoms.end());
+
+  double held = 0.0, dissipated = 0.0;    // a bond of two MPI ranks counts half on each
+  const auto settle = [&](int i, int slot, int type, double radius) {
+    const Bond &bond = store.of(i)[slot];
+    PairHistory *const history = store.has_history() ? &store.histories_of(i)[slot] : nullptr;
+    const Offset before = history ? Offset{history->q, history->k} : Offset{};
+    const PairLaw &law = coefficients.law(coefficients.index(atom->type[i], type));
+    const Span span = rules.of_bond(bond.deq, law.row.alpha * (atom->radius[i] + radius));
+    const PairState at =
+        law.state(span.cutoff / bond.deq, 1.0 / bond.deq, rules.flow_of_bonds(), before);
+    held += 0.5 * at.stored.total();
+    dissipated += 0.5 * at.dissipated;
+    if (!history) return;
+    const double work = history->work + at.dissipated;
+    *history = rules.breaks() ? PairHistory{0.0, 0.0, work, 1.0}
+                              : PairHistory{at.offset.q, at.offset.k, work, 0.0};
+  };
+
+  struct Side {
+    int i, slot;
+  };
+  std::vector<Side>
+      far_away;    // with a partner that is not even a ghost: it is far, or was deleted
+  std::vector<tagint> partners;
+  for (int i = 0; i < atom->nlocal; i++)
+    for (int slot = 0; slot < (int) store.of(i).size(); slot++) {
+      if (store.has_history() && store.histories_of(i)[slot].broken != 0.0) continue;
+      const auto partner = (tagint) store.of(i)[slot].partner;
+      auto at = std::lower_bound(atoms.begin(), atoms.end(), std::pair(partner, 0));
+      if (at == atoms.end() || at->first != partner) {
+        far_away.push_back({i, slot});
+        partners.push_back(partner);
+        continue;
+      }
+      const int type = atom->type[at->second];
+      const double radius = atom->radius[at->second];
+      bool in_list = false;
+      for (; at != atoms.end() && at->first == partner; ++at)
+        in_list = in_list || PairGeometry(x, i, at->second).dsq <= cutneighsq[atom->type[i]][type];
+      if (!in_list) settle(i, slot, type, radius);
+    }
+
+  const AtomDirectory directory(lmp, partners);
+  for (size_t k = 0; k < partners.size(); k++) {
+    const AtomDirectory::Entry &entry = directory.entries.at(partners[k]);
+    if (entry.type != 0) settle(far_away[k].i, far_away[k].slot, entry.type, entry.radius);
+  }
+  if (energies) energies->take_missing(held, dissipated, rules.breaks());
 }
 
 // once per run

@@ -6,7 +6,7 @@
 #include "core/contacts.h"
 #include "core/energy_balance.h"
 #include "core/per_atom_comm.h"
-#include "volume_forces.h"
+#include "lammps_names.h"
 
 #include <utility>
 #include <vector>
@@ -46,10 +46,14 @@ class PairHistories : protected Pointers {
   void forget_forces() { past.clear(); }
 
   /// They were packed from the same neighbor list as `before`, and the records have not been told: takes them from there.
-  void carry(const PairLists &before);
+  void copy_from(const PairLists &before);
 
   /// Collective, where they are due: to the records of their atoms.
   void return_to(BondStore &, bool list_matches, PerAtomComm &);
+
+  /// Collective, where the list was just packed. Bonds that it does not have, as they are past its end, have flowed up to
+  /// their cutoffs, or have broken where bonds break, whether or not it saw them pass. work: takes what they hold.
+  void settle_missing(BondStore &, PairWork *work) const;
 
   /// Of the pair (i, j) of the lists, which must be those of the present atoms; false where it is not there.
   bool find(int i, int j, PairHistory &found) const;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
+#include "core/bond_store.h"
 #include "core/coefficients.h"
 #include "core/contacts.h"
-#include "core/record_finder.h"
 #include "core/simd.h"
 #include "lammps_names.h"
 
@@ -11,7 +11,7 @@
 
 namespace EVP {
 
-/// Packs the pairs of a neighbor list: from (i, j) to deq of the record, cut-off and law.
+/// Packs the pairs of a neighbor list: from (i, j) to deq of the record, cutoff and law.
 class PairListBuilder : protected Pointers {
  public:
   struct Input {

@@ -3,9 +3,8 @@
 #include "read_evp_body.h"
 
 #include "collective.h"
-#include "keywords.h"
 #include "prefixed_variables.h"
-#include "text_reader.h"
+#include "user_input.h"
 
 #include "atom.h"
 #include "comm.h"

@@ -2,9 +2,8 @@
 
 #include "read_evp_row.h"
 
-#include "keywords.h"
 #include "prefixed_variables.h"
-#include "row_reader.h"
+#include "user_input.h"
 
 using namespace LAMMPS_NS;
 

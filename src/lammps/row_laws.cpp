@@ -3,8 +3,8 @@
 #include "row_laws.h"
 
 #include "collective.h"
-#include "keywords.h"
 #include "scene.h"
+#include "user_input.h"
 
 #include "comm.h"
 #include "domain.h"
@@ -52,7 +52,7 @@ void RowLaws::take_kv()
   });
 }
 
-void RowLaws::follow(const BondStore *bonds, bool plastic)
+void RowLaws::rescale_if_measures_changed(const BondStore *bonds, bool plastic)
 {
   if (!take_measures(bonds)) return;
   for (int i = 1; i <= atom->ntypes; i++)

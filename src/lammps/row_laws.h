@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/coefficients.h"
-#include "cut_offs.h"
+#include "cutoffs.h"
 #include "volume_forces.h"
 
 #include <string>
@@ -13,7 +13,7 @@ namespace EVP {
 /// bodies they hold for are multiplied by in this one.
 class RowLaws : protected Pointers {
  public:
-  RowLaws(LAMMPS *lmp, Coefficients &coefficients_in, const CutOffs &cuts_in) :
+  RowLaws(LAMMPS *lmp, Coefficients &coefficients_in, const Cutoffs &cuts_in) :
       Pointers(lmp), coefficients(coefficients_in), cuts(cuts_in)
   {
   }
@@ -29,7 +29,7 @@ class RowLaws : protected Pointers {
   Row make(int i, int j, bool plastic);
 
   /// At a packing: the bonds were recorded, or went, after the laws were made.
-  void follow(const BondStore *bonds, bool plastic);
+  void rescale_if_measures_changed(const BondStore *bonds, bool plastic);
 
   /// At the set-up of a run. Warns where a row has a volume energy and there is no fix evp/volume. Again only when it changes.
   void report();
@@ -44,7 +44,7 @@ class RowLaws : protected Pointers {
 
  private:
   Coefficients &coefficients;
-  const CutOffs &cuts;
+  const Cutoffs &cuts;
   std::string last_report, last_kv_warning, last_density_warning;
 
   bool take_measures(const BondStore *);

@@ -70,7 +70,7 @@ namespace scene {
   }
 
   /// Does the fix move its atoms by the forces on them, not along a path of its own?
-  inline bool moves_by_forces(const Fix *fix)
+  inline bool integrates_atoms(const Fix *fix)
   {
     return fix->time_integrate && strcmp(fix->style, "nve/noforce") != 0 &&
         strcmp(fix->style, "move") != 0;

@@ -3,7 +3,11 @@
 #include "stable_timesteps.h"
 
 #include "collective.h"
+#include "per_atom.h"
 #include "scene.h"
+
+#include "comm.h"
+#include "compute.h"
 
 #include <algorithm>
 #include <cmath>
@@ -18,13 +22,13 @@ double StableTimesteps::root_of(double a, double b)
   return sum > 0.0 ? 4.0 / sum : NO_LIMIT;
 }
 
-void StableTimesteps::linearise(const PairNetwork &network, const FreeAtoms &free)
+void StableTimesteps::linearise(const PairData &pair_data, const FreeAtoms &free)
 {
   stiffest = -1.0;
   all_converged = true;
-  take_atoms(network.volume(), free);
-  linear.nreact = network.packed_pairs().nreact(force->newton_pair);
-  const std::vector<double> inv_deq = take_pairs(network);
+  take_atoms(pair_data.volume(), free);
+  linear.nreact = pair_data.packed_pairs().nreact(force->newton_pair);
+  const std::vector<double> inv_deq = take_pairs(pair_data);
   above_volume.clear();
   if (linear.with_volume) above_volume = linear.stiffness_above_volume(inv_deq);
 }
@@ -50,36 +54,28 @@ void StableTimesteps::take_atoms(const VolumeForces *volume, const FreeAtoms &fr
     }
 }
 
-// From the law, never below that where either regime begins: a pair may be back in the first regime, or in a stiffer
-// second one, within a step
-StableTimesteps::Stiffness StableTimesteps::stiffness_of(const PairNetwork &network,
-                                                         const PlacedPair &p)
-{
-  const VolumeForces *const volume = network.volume();
-  const PairState state = network.state_of(p);
-  const double of_volume = volume && p.is_bond ? volume->force(p) : 0.0;
-  return {state.stiffness_ahead, std::max(0.0, -(state.force + of_volume) / p.distance())};
-}
-
 // Returns 1/deq of the links where there is a volume energy
-std::vector<double> StableTimesteps::take_pairs(const PairNetwork &network)
+std::vector<double> StableTimesteps::take_pairs(const PairData &pair_data)
 {
-  const VolumeForces *const volume = network.volume();
+  const VolumeForces *const volume = pair_data.volume();
   linear.links.clear();
+  linear.links.reserve(pair_data.packed_pairs().size());
   linear.openings.clear();
   std::vector<double> inv_deq;
   double shortest = NO_LIMIT;
-  for_each_pair(network.packed_pairs(), scene::rows(atom->x), [&](const PlacedPair &p) {
+  for_each_pair(pair_data.packed_pairs(), scene::rows(atom->x), [&](const PlacedPair &p) {
     if ((!linear.is_free(p.i) && !linear.is_free(p.j)) || p.is_past_cutoff()) return;
-    const PairLaw &law = network.law_of(p);
-    const Stiffness stiffness = stiffness_of(network, p);
-    const double d = p.distance();
+    const PairLaw &law = pair_data.law_of(p);
+    // never below the stiffness where either regime begins: a pair may be back in the first regime, or in a stiffer
+    // second one, within a step
+    const PairState state = pair_data.state_of(p);
+    const double d = p.distance(), of_volume = volume && p.is_bond ? volume->force(p) : 0.0;
     linear.links.push_back({p.i,
                             p.j,
                             {p.g.dx / d, p.g.dy / d, p.g.dz / d},
-                            stiffness.axial,
-                            stiffness.across,
-                            law.gamma + network.implicit_gamma(p)});
+                            state.stiffness_ahead,
+                            std::max(0.0, -(state.force + of_volume) / d),
+                            law.gamma + pair_data.implicit_gamma(p)});
     if (volume) {
       linear.openings.push_back(p.is_bond ? volume->opening_of(p) : 0.0);
       inv_deq.push_back(p.inv_deq);
@@ -95,7 +91,7 @@ std::vector<double> StableTimesteps::take_pairs(const PairNetwork &network)
   return inv_deq;
 }
 
-double StableTimesteps::largest_eigenvalue(const LinearNetwork::Mix &mix)
+double StableTimesteps::largest_eigenvalue(const StiffnessMatrix::Mix &mix)
 {
   const LanczosResult found = linear.largest_eigenvalue(mix, TOLERANCE, MAX_ITERATIONS);
   all_converged = all_converged && found.converged;
@@ -164,13 +160,107 @@ double StableTimesteps::implicit_dt()
   return std::max(least, (b + std::sqrt(b * b + 4.0 * sum)) / sum);
 }
 
-double StableTimesteps::row_sum_dt() const
+double StableTimesteps::row_sum_dt(bool with_damping) const
 {
   const std::vector<double> k = linear.row_sums({1.0, 1.0, 0.0, 1.0});
-  const std::vector<double> c = linear.row_sums({0.0, 0.0, 1.0});
+  const std::vector<double> c = linear.row_sums({0.0, 0.0, with_damping ? 1.0 : 0.0});
   double here = NO_LIMIT;
   for (size_t n = 0; n < k.size(); n++) here = std::min(here, root_of(k[n], c[n]));
   return reduce_all(here, MPI_MIN, world);
+}
+
+namespace {
+
+  // Other fixes hold their atoms, or move several as one.
+  bool moves_each_atom_freely(const Fix *fix)
+  {
+    for (const char *pattern : {"^nve$", "^nve/omp$", "^nve/intel$", "^nve/sphere", "^nve/evp$"})
+      if (utils::strmatch(fix->style, pattern)) return true;
+    return false;
+  }
+
+  // Those that follow the forces on them.
+  StableTimesteps::FreeAtoms find_free(Modify *modify)
+  {
+    StableTimesteps::FreeAtoms free = {0};
+    for (const Fix *fix : modify->get_fix_list())
+      if (moves_each_atom_freely(fix))
+        free.groups |= fix->groupbit;
+      else if (fix->time_integrate || scene::holds_atoms(fix))
+        free.held_groups |= fix->groupbit;
+    return free;
+  }
+
+  /// Exchanges values as compute evp/dt does, without being one of the computes of the input script.
+  struct Exchange : public WithPerAtomComm<Compute> {
+    using WithPerAtomComm::WithPerAtomComm;
+    void init() override {}
+  };
+
+  bool are_close(const std::vector<double> &a, const std::vector<double> &b)
+  {
+    constexpr double ROUND_OFF = 1e-9;    // sums in another order
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](double x, double y) {
+      return std::fabs(x - y) <= ROUND_OFF * std::fabs(x);
+    });
+  }
+
+}    // namespace
+
+// The same on all MPI ranks.
+std::vector<double> TimestepCheck::describe(const StableTimesteps::FreeAtoms &free) const
+{
+  const VolumeForces *const volume = pair_data.volume();
+  std::array<double, 2> sums = {};
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (free.has(atom->mask[i])) sums[0] += scene::inverse_mass(atom, force, i);
+    if (volume) sums[1] += volume->stiffness(i);
+  }
+  sums = reduce_all(sums, MPI_SUM, world);
+  const Fix *const implicit = scene::find_fix(modify, "nve/evp");
+  std::vector<double> values = {update->dt,
+                                (double) pair_data.source.version(),
+                                (double) pair_data.rules.plastic,
+                                (double) (implicit ? implicit->groupbit : 0),
+                                sums[0],
+                                sums[1]};
+  for (const int index : coefficients.laws_in_use())
+    for (const Member &member : MEMBERS)
+      values.push_back(coefficients.law(index).row.*member.value);
+  return values;
+}
+
+void TimestepCheck::warn()
+{
+  // with respa the pair style has a step of its own
+  const bool is_set = utils::strmatch(update->integrate_style, "^respa") ||
+      scene::find_fix(modify, "dt/evp") || scene::find_fix(modify, "dt/reset");
+  const StableTimesteps::FreeAtoms free = find_free(modify);
+  if (is_set || !free.groups || !scene::makes_steps(lmp)) return;
+  const std::vector<double> now = describe(free);
+  if (are_close(now, checked)) return;
+  checked = now;
+
+  if (VolumeForces *const volume = pair_data.volume()) {
+    const PairLists &lists = pair_data.packed_pairs();
+    volume->evaluate(lists,
+                     {scene::rows(atom->x), nullptr, nullptr, lists.nreact(force->newton_pair)});
+  }
+  char words[][16] = {"timestep_check", "all", "evp/dt"};
+  char *arg[] = {words[0], words[1], words[2]};
+  Exchange exchange(lmp, 3, arg);
+  StableTimesteps limits(lmp, exchange);
+  limits.linearise(pair_data, free);
+  const bool implicit = limits.all_implicit();
+  const double dt = update->dt;    // most runs are spared the eigenvalues
+  if (dt <= limits.row_sum_dt(!implicit) || (!implicit && limits.is_stable_explicitly(dt))) return;
+  const double limit = implicit ? limits.implicit_dt() : limits.explicit_dt();
+  if (dt > (1.0 + StableTimesteps::ACCURACY) * limit && comm->me == 0)
+    error->warning(FLERR,
+                   "Pair evp/lj: the timestep {:.6g} is {:.4g} times the largest stable timestep "
+                   "{:.6g}: the run is unstable, or silently wrong; fix dt/evp sets the timestep, "
+                   "compute evp/dt shows the limit",
+                   dt, dt / limit, limit);
 }
 
 }    // namespace EVP

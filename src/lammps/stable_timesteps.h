@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
-#include "core/linear_network.h"
+#include "core/stiffness_matrix.h"
 #include "lammps_names.h"
-#include "pair_network.h"
+#include "pair_data.h"
 
 #include <vector>
 
 namespace EVP {
 
-/// Largest stable timesteps of the network of pairs that interact now, see doc/compute_evp_dt.rst.
+/// Largest stable timesteps of the pairs that interact now, see doc/compute_evp_dt.rst.
 class StableTimesteps : protected Pointers {
  public:
   static constexpr double NO_LIMIT = 1.0e20;     ///< nothing interacts: any timestep is stable
@@ -26,18 +26,18 @@ class StableTimesteps : protected Pointers {
     bool has(int mask) const { return (mask & groups) && !(mask & held_groups); }
   };
 
-  /// Collective. The network at the present positions. The pairs must be packed, and their volume energy evaluated.
-  void linearise(const PairNetwork &, const FreeAtoms &);
+  /// Collective. The pairs at the present positions. The pairs must be packed, and their volume energy evaluated.
+  void linearise(const PairData &, const FreeAtoms &);
 
   // all collective, after linearise()
 
   double undamped_dt() { return root_of(lambda_k(), 0.0); }    ///< velocity Verlet, no damping
   double explicit_dt();                                        ///< velocity Verlet
   double implicit_dt();                                        ///< a lower bound, fix nve/evp
-  double row_sum_dt() const;                                   ///< not above explicit_dt()
+  /// Not above explicit_dt(); without the damping not above undamped_dt().
+  double row_sum_dt(bool with_damping = true) const;
 
-  /// Of the integrator that there is: implicit_dt() if fix nve/evp integrates all the free atoms that interact.
-  double present_dt() { return all_implicit() ? implicit_dt() : explicit_dt(); }
+  /// Is implicit_dt() the limit, as fix nve/evp integrates all the free atoms that interact? Else explicit_dt() is.
   bool all_implicit() const;
 
   /// Is a timestep below explicit_dt()? Takes one eigenvalue only.
@@ -52,16 +52,10 @@ class StableTimesteps : protected Pointers {
   /// Did all eigenvalues converge that were computed since linearise()?
   bool converged() const { return all_converged; }
 
-  /// Of a pair in the network [force/length].
-  struct Stiffness {
-    double axial, across;
-  };
-  static Stiffness stiffness_of(const PairNetwork &, const PlacedPair &);
-
   double memory_usage() const { return linear.memory_usage(); }
 
  private:
-  LinearNetwork linear;
+  StiffnessMatrix linear;
   std::vector<double>
       above_volume;           // axial stiffness that is not below the volume energy's, by link
   double paper = NO_LIMIT;    // eqs. 6 and 7
@@ -70,9 +64,29 @@ class StableTimesteps : protected Pointers {
 
   static double root_of(double a, double b);
   void take_atoms(const VolumeForces *, const FreeAtoms &);
-  std::vector<double> take_pairs(const PairNetwork &);
-  double largest_eigenvalue(const LinearNetwork::Mix &);
+  std::vector<double> take_pairs(const PairData &);
+  double largest_eigenvalue(const StiffnessMatrix::Mix &);
   double lambda_k();
+};
+
+/// Warns of a timestep above the largest stable one. Atoms that do not follow the forces on them are held.
+class TimestepCheck : protected Pointers {
+ public:
+  TimestepCheck(LAMMPS *lmp, const PairData &pair_data_in, const Coefficients &coefficients_in) :
+      Pointers(lmp), pair_data(pair_data_in), coefficients(coefficients_in)
+  {
+  }
+
+  /// Collective, at the set-up of a run, with the packed pairs at the present positions. The same timestep of the same
+  /// rows, bonds and atoms is not checked again.
+  void warn();
+
+ private:
+  const PairData &pair_data;
+  const Coefficients &coefficients;
+  std::vector<double> checked;    // what the last check depended on
+
+  std::vector<double> describe(const StableTimesteps::FreeAtoms &) const;
 };
 
 }    // namespace EVP

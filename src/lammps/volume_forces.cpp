@@ -4,7 +4,7 @@
 
 #include "atom_directory.h"
 #include "collective.h"
-#include "keywords.h"
+#include "user_input.h"
 
 namespace EVP {
 

@@ -5,8 +5,8 @@
 #include "core/coefficients.h"
 #include "core/volume_energy.h"
 #include "lammps_names.h"
+#include "per_atom.h"
 #include "scene.h"
-#include "with_per_atom_comm.h"
 
 #include "atom.h"
 
@@ -85,7 +85,7 @@ class VolumeForces : protected Pointers {
     return -VolumeEnergy::weight(deq, dlim) * (pulls[i] + pulls[j]) / deq;
   }
 
-  /// The same of a packed pair within its cut-off.
+  /// The same of a packed pair within its cutoff.
   double force(const PlacedPair &p) const { return -opening_of(p) * (pulls[p.i] + pulls[p.j]); }
 
   /// Volume strain of a local atom, over its recorded bonds.
@@ -102,7 +102,7 @@ class VolumeForces : protected Pointers {
     return kv_of(i) * theta * (strain(i) + 0.5 * theta);
   }
 
-  /// Share of the sums of both atoms that a packed pair has at its cut-off.
+  /// Share of the sums of both atoms that a packed pair has at its cutoff.
   double share_at_cut(const PackedPair &pair, size_t index) const
   {
     return energies.weight_of((int) index) * (pair.cut * pair.inv_deq - 1.0);

@@ -130,14 +130,6 @@ def test_two_fixes_that_set_the_step(lmp, other):
     assert "sets the timestep too" in error_of(lmp(text))
 
 
-def test_a_compute_of_other_atoms_still_warns(lmp):
-    """A step that fix dt/evp sets for one body may be above the limit of another one."""
-    text = TWO_PAIRS.format(radii=0) + "set type 2 density 270000\ntimestep 5e-5\nfix b B dt/evp 10 0.8\ncompute of_{0} {0} evp/dt\nthermo_style custom step dt c_of_{0}\nrun 1\n"
-    for before in ("", "timestep 1e-9\n", "timestep 1\n"):  # what the step was before fix dt/evp set it does not matter
-        assert "times the largest stable timestep" in lmp(text.format("A").replace("run 1", before + "run 1")).ok().stdout, before
-        assert "times the largest stable timestep" not in lmp(text.format("B").replace("run 1", before + "run 1")).ok().stdout, before
-
-
 def test_bonds_that_a_hybrid_forgot(lmp):
     """pair_style hybrid, given again after read_restart, drops what its sub-style had read; the fix tells."""
     style = "pair_style hybrid evp/lj lj/cut 0.01\n"

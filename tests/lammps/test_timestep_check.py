@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The warning of the pair style at set-up of a timestep above the largest stable one, where nothing else computes the limit."""
+"""The warning of the pair style at set-up of a timestep above the largest stable one, where nothing else sets the timestep."""
 
 import re
 
@@ -113,7 +113,7 @@ def test_a_deck_without_a_word_on_the_timestep(lmp_decks):
 
 SILENT = {"nothing moves": "", "held": "fix move all nve\nfix hold all setforce 0 0 0\n", "prescribed": "fix move all nve/noforce\n",
           "fix dt/evp": "fix move all nve\nfix dt all dt/evp 10 0.4\n",
-          "compute evp/dt": "fix move all nve\ncompute dt all evp/dt\n", "minimization": "fix move all nve\nmin_modify dmax 1e-5\n",
+          "minimization": "fix move all nve\nmin_modify dmax 1e-5\n",
           "run 0": "fix move all nve\n", "rerun": "fix move all nve\n", "respa": "fix move all nve\nunfix bonds\nrun_style respa 2 10 pair 1\n"}
 
 

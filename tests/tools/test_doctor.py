@@ -478,13 +478,13 @@ def test_log_of_a_run_whose_timestep_was_too_large(tmp_path):
             "pair_style zero 0.1 nocoeff\npair_coeff * *\ntimestep 1\nrun 0\n")
     log = run_of(tmp_path, deck + "no_such_command\n")
     text = log.read_text(encoding="utf-8")
-    known = "WARNING: The timestep 1e-05 is 10 times the largest stable timestep 1e-06 of compute dt evp/dt (src/EVP/compute_evp_dt.cpp:56)\n"
+    known = "WARNING: Pair evp/lj: the timestep 1e-05 is 10 times the largest stable timestep 1e-06: the run is unstable (src/EVP/stable_timesteps.cpp:56)\n"
     first = known.replace("1e-05", "2e-05")
     for warnings, told in ((f"{first}{known}WARNING: No fixes (src/fix.cpp:1)\n", True), ("WARNING: No fixes (src/fix.cpp:1)\n", False), ("", False)):
         log.write_text(text.replace("ERROR:", f"{warnings}ERROR:", 1), encoding="utf-8")
         shown = raw("--log", log, LAMMPS_PLUGIN_PATH=BUILD).text
         assert "it ends with: ERROR: Unknown command" in shown, shown
-        assert ("before that it warned: The timestep 1e-05 is 10 times the largest stable timestep 1e-06 of compute dt evp/dt\n" in shown) == told, shown
+        assert ("before that it warned: Pair evp/lj: the timestep 1e-05 is 10 times the largest stable timestep 1e-06: the run is unstable\n" in shown) == told, shown
         assert shown.count("before that it warned") == told
     log.write_text(known + re.sub(r"^ERROR.*\n", "", text, flags=re.M), encoding="utf-8")
     assert "it warned" not in raw("--log", log, LAMMPS_PLUGIN_PATH=BUILD).text, "no error"

@@ -2,7 +2,7 @@
 //
 // Connected sets, and the bodies of one MPI rank and of several.
 
-#include "core/bodies.h"
+#include "core/cg.h"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 //
 // Looking up the records of an atom: always those of a plain search, whatever the hints say.
 
-#include "core/record_finder.h"
+#include "core/bond_store.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // The volume energy of small networks by hand, its forces against its slope, its stiffness against dense sums.
 
-#include "core/linear_network.h"
+#include "core/stiffness_matrix.h"
 #include "core/volume_energy.h"
 #include "one_rank.h"
 #include "pair_cases.h"
@@ -162,9 +162,9 @@ namespace {
 OneRank alone;
 
 /// A chain of three along x, springs k, its middle with volume energy: K (x3 - x1)^2 v^2 / 2.
-EVP::LinearNetwork chain(double v, double stiffness)
+EVP::StiffnessMatrix chain(double v, double stiffness)
 {
-  EVP::LinearNetwork network(alone);
+  EVP::StiffnessMatrix network(alone);
   network.nreact = 3;
   network.inverse_mass = {1.0, 1.0, 1.0};
   network.start = {0.3, 0.1, 0.2, -0.5, 0.4, 0.1, 0.6, -0.2, 0.7};
@@ -182,9 +182,9 @@ TEST(VolumeEnergy, StiffnessOfAChain)
 {
   const double v = 0.7;
   for (const double stiffness : {0.0, 1.0, 20.0}) {
-    EVP::LinearNetwork network = chain(v, stiffness);
+    EVP::StiffnessMatrix network = chain(v, stiffness);
     const double expected = std::max(6.0, 2.0 + 2.0 * v * v * stiffness);
-    const EVP::LinearNetwork::Mix mix = {1.0, 1.0, 0.0, 1.0};
+    const EVP::StiffnessMatrix::Mix mix = {1.0, 1.0, 0.0, 1.0};
     EXPECT_NEAR(network.largest_eigenvalue(mix, 1e-8, 100).eigenvalue, expected, 1e-7 * expected);
     EXPECT_NEAR(network.largest_eigenvalue({0, 0, 0, 1.0}, 1e-8, 100).eigenvalue,
                 2.0 * v * v * stiffness, 1e-7 * (1.0 + stiffness));
@@ -197,7 +197,7 @@ TEST(VolumeEnergy, StiffnessOfAChain)
 TEST(VolumeEnergy, HeldNeighborsTakeNoPart)
 {
   const double v = 0.7, stiffness = 20.0;
-  EVP::LinearNetwork network = chain(v, stiffness);
+  EVP::StiffnessMatrix network = chain(v, stiffness);
   network.inverse_mass[2] = 0.0;
   std::fill(network.start.begin() + 6, network.start.end(), 0.0);
   EXPECT_NEAR(network.largest_eigenvalue({0, 0, 0, 1.0}, 1e-8, 100).eigenvalue, v * v * stiffness,
@@ -208,7 +208,7 @@ TEST(VolumeEnergy, HeldNeighborsTakeNoPart)
 TEST(VolumeEnergy, SpringsThatAreStifferInAnyMotion)
 {
   const double v = 0.7, stiffness = 20.0;
-  EVP::LinearNetwork network = chain(v, stiffness);
+  EVP::StiffnessMatrix network = chain(v, stiffness);
   const std::vector<double> bound = network.stiffness_above_volume({1.0, 1.0});
   EXPECT_NEAR(bound[0] + bound[1], 4.0 * v * v * stiffness, 1e-12 * stiffness);
   for (const double e : {-2.0, -0.3, 0.5, 1.0, 3.0})

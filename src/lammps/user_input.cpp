@@ -1,26 +1,52 @@
 // SPDX-License-Identifier: GPL-2.0-only
 
-#include "row_reader.h"
+#include "user_input.h"
 
 #include "core/potential_file.h"
-#include "text_reader.h"
 
 #include "comm.h"
-#include "error.h"
 #include "lammps.h"
 #include "update.h"
-#include "utils.h"
+
+#include <array>
+#include <cerrno>
+#include <cstdio>
 
 namespace EVP {
 
-static constexpr int MAX_FILE_SIZE = 1 << 20;
+Reading read_text(const std::string &path, int most, std::string &text, MPI_Comm world)
+{
+  int me;
+  MPI_Comm_rank(world, &me);
+  Reading reading = Reading::DONE;
+  text.clear();
+  if (me == 0) {
+    FILE *const fp = fopen(path.c_str(), "rb");
+    if (fp) {
+      text.resize((size_t) most + 1);
+      text.resize(fread(&text[0], 1, text.size(), fp));
+      if (ferror(fp)) reading = Reading::FAILED;
+      fclose(fp);
+    } else
+      reading = errno == ENOENT || errno == ENOTDIR ? Reading::MISSING : Reading::FAILED;
+    if (reading == Reading::DONE && text.size() > (size_t) most) reading = Reading::TOO_LARGE;
+    if (reading != Reading::DONE) text.clear();
+  }
+  std::array<int, 2> outcome = {(int) reading, (int) text.size()};
+  MPI_Bcast(outcome.data(), 2, MPI_INT, 0, world);
+  text.resize(outcome[1]);
+  MPI_Bcast(&text[0], outcome[1], MPI_CHAR, 0, world);
+  return (Reading) outcome[0];
+}
+
+static constexpr int MOST_BYTES = 1 << 20;
 
 // file, name: a word each, or both one word
 static Row read_file(LAMMPS *lmp, const std::string &file, const std::string &name, bool apart)
 {
   const std::string path = lmp->comm->me == 0 ? utils::get_potential_file_path(file) : "";
   std::string text;
-  const Reading reading = read_text(path, MAX_FILE_SIZE, text, lmp->world);
+  const Reading reading = read_text(path, MOST_BYTES, text, lmp->world);
   if (reading == Reading::TOO_LARGE)
     throw BadInput("file " + file + " is larger than 1 MiB: not a potential file");
   if (reading != Reading::DONE && apart && file.find(':') != std::string::npos)

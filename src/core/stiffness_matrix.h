@@ -87,7 +87,7 @@ LanczosResult largest_eigenvalue(std::vector<double> &start, Apply &&apply, Dot 
 }
 
 /// The matrices K and C of the pairs that interact, linearised at the present positions.
-class LinearNetwork {
+class StiffnessMatrix {
  public:
   /// Weights of axial stiffness, transverse stiffness, damping and volume stiffness in a matrix.
   struct Mix {
@@ -122,7 +122,7 @@ class LinearNetwork {
   int nreact = 0;                      ///< particles below this index take the reaction
 
   /// exchange_in: of three values per particle and ghost.
-  explicit LinearNetwork(PerAtomComm &exchange_in) : exchange(exchange_in) {}
+  explicit StiffnessMatrix(PerAtomComm &exchange_in) : exchange(exchange_in) {}
 
   bool is_free(int i) const { return inverse_mass[i] > 0.0; }
 

@@ -11,26 +11,26 @@
 
 namespace EVP {
 
-/// The pairs of atom types that pair style evp/lj handles, and how far these reach: alpha (R_i + R_j) with
-/// the largest radii at the start of a run, as the neighbor list does not reach further.
-class CutOffs : protected Pointers {
+/// The pairs of atom types that pair style evp/lj handles, and how far these act: alpha (R_i + R_j) with
+/// the largest radii at the start of a run, as the neighbor list ends there.
+class Cutoffs : protected Pointers {
  public:
-  explicit CutOffs(LAMMPS *lmp) : Pointers(lmp) {}
+  explicit Cutoffs(LAMMPS *lmp) : Pointers(lmp) {}
 
   void set_types(int ntypes)
   {
     ntypes++;
     max_radius.assign(ntypes, 0.0);
     min_radius.assign(ntypes, 0.0);
-    reach.assign((size_t) ntypes * ntypes, -1.0);
+    longest_of.assign((size_t) ntypes * ntypes, -1.0);
   }
 
-  bool has_types() const { return !reach.empty(); }
+  bool has_types() const { return !longest_of.empty(); }
 
   /// Collective. Takes the radii of the run to come; no pair of types is handled yet.
   void begin_run()
   {
-    std::fill(reach.begin(), reach.end(), -1.0);
+    std::fill(longest_of.begin(), longest_of.end(), -1.0);
     std::fill(max_radius.begin(), max_radius.end(), 0.0);
     std::fill(min_radius.begin(), min_radius.end(), HUGE_VAL);
     for (int i = 0; i < atom->nlocal; i++) {
@@ -53,7 +53,7 @@ class CutOffs : protected Pointers {
         }
   }
 
-  /// Returns the cut-off of a pair of types. Called once at set-up, and again by fix adapt while the
+  /// Returns the cutoff of a pair of types. Called once at set-up, and again by fix adapt while the
   /// neighbor list keeps its reach.
   double handle(int i, int j, double alpha)
   {
@@ -65,7 +65,7 @@ class CutOffs : protected Pointers {
           "and {}: use 'set ... diameter'",
           smallest, i, j);
     const double cut = alpha * (max_radius[i] + max_radius[j]) * (1.0 + LIST_MARGIN);
-    double &longest = reach[index(i, j)];
+    double &longest = longest_of[index(i, j)];
     if (longest < 0.0) longest = cut;
     if (cut > longest * (1.0 + 1.0e-12))
       error->all(
@@ -77,12 +77,12 @@ class CutOffs : protected Pointers {
   }
 
   /// pair_style hybrid may have given a pair of types with coefficients here to another sub-style.
-  bool handles(int i, int j) const { return has_types() && reach[index(i, j)] >= 0.0; }
+  bool handles(int i, int j) const { return has_types() && longest_of[index(i, j)] >= 0.0; }
 
   /// Of all pairs of types [length].
   double longest() const
   {
-    return has_types() ? *std::max_element(reach.begin(), reach.end()) : 0.0;
+    return has_types() ? *std::max_element(longest_of.begin(), longest_of.end()) : 0.0;
   }
 
   /// When all pairs of types are known: radii of types that this style does not handle may grow.
@@ -95,7 +95,7 @@ class CutOffs : protected Pointers {
     }
   }
 
-  /// Stops where a radius is larger than those that the cut-offs were made for.
+  /// Stops where a radius is larger than those that the cutoffs were made for.
   void check_radii() const
   {
     for (int i = 0; i < atom->nlocal; i++)
@@ -110,7 +110,7 @@ class CutOffs : protected Pointers {
 
  private:
   std::vector<double> max_radius, min_radius;    // per type
-  std::vector<double> reach;                     // [type][type], below 0 where not handled
+  std::vector<double> longest_of;                // [type][type], below 0 where not handled
 
   size_t index(int i, int j) const { return std::min(i, j) * max_radius.size() + std::max(i, j); }
 };

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //
-// What commands are given: keyword value keyword value ..., and errors where they are not.
+// What commands are given: keyword value keyword value ..., files and rows, and errors where these are wrong.
 #pragma once
 
+#include "core/row.h"
 #include "core/text.h"
 #include "lammps_names.h"
 
@@ -10,6 +11,7 @@
 #include "utils.h"
 
 #include <algorithm>
+#include <mpi.h>
 #include <string>
 #include <vector>
 
@@ -55,5 +57,15 @@ void for_each_keyword(Error *error, const std::string &who, int narg, char **arg
     });
   }
 }
+
+enum class Reading : int { DONE, MISSING, FAILED, TOO_LARGE };
+
+/// Collective. Rank 0 reads a file of at most `most` bytes, whose path matters there only; all MPI ranks get its text,
+/// and the same outcome.
+Reading read_text(const std::string &path, int most, std::string &text, MPI_Comm world);
+
+/// Collective. The row that the words of a command give: FILE:ROW, or FILE and ROW, of a potential file, which is
+/// looked for as LAMMPS does; or its numbers and keywords. Throws BadInput on all MPI ranks.
+Row read_row(LAMMPS *, const std::vector<std::string> &words);
 
 }    // namespace EVP

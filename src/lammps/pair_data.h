@@ -4,11 +4,11 @@
 #include "bond_source.h"
 #include "core/coefficients.h"
 #include "core/contacts.h"
-#include "cut_offs.h"
-#include "ghost_update.h"
+#include "cutoffs.h"
 #include "list_snapshot.h"
 #include "pair_histories.h"
 #include "pair_list_builder.h"
+#include "per_atom.h"
 #include "row_laws.h"
 
 #include "atom.h"
@@ -23,7 +23,7 @@ namespace EVP {
 
 /// The pairs of pair style evp/lj on this MPI rank, their laws and their bonds: packed from each new
 /// neighbor list for the time-step loop, read by the fixes and computes of this package.
-class PairNetwork : protected Pointers {
+class PairData : protected Pointers {
  public:
   /// Pairs of the current neighbor list at the current positions, over all MPI ranks.
   struct Counts {
@@ -33,17 +33,17 @@ class PairNetwork : protected Pointers {
     double lowest_ratio;    ///< smallest d/(R_i + R_j) of the packed pairs; 0 if there are none
   };
 
-  PairNetwork(LAMMPS *, Pair *style, Coefficients &);
+  PairData(LAMMPS *, Pair *style, Coefficients &);
 
   /// Of the pair style evp/lj in force, alone or in pair_style hybrid; nullptr if it is another. A
   /// pair_style command deletes it, so what may be asked between runs must look again.
-  static PairNetwork *find(Force *);
+  static PairData *find(Force *);
 
   /// The same; stops, naming `who`, if the pair style is another.
-  static PairNetwork *require(Force *, Error *, const std::string &who);
+  static PairData *require(Force *, Error *, const std::string &who);
 
   /// Collective. The same if the packed pairs are those of the present positions, else nullptr.
-  static PairNetwork *find_present(Force *);
+  static PairData *find_present(Force *);
 
   // what fixes and computes read
 
@@ -58,10 +58,6 @@ class PairNetwork : protected Pointers {
   {
     return law_of(pair).state(pair.ratio(), pair.inv_deq, pair.flow, pair.offset);
   }
-
-  /// The same of a bond at its cutoff. types: of its atoms. sum_radii, deq [length].
-  PairState state_at_cutoff(int itype, int jtype, double sum_radii, double deq,
-                            const Offset &before) const;
 
   /// The pair of two atoms of the present lists, packed or not, with its work of flow [energy]; as its law had no twin.
   struct AnyPair {
@@ -110,21 +106,8 @@ class PairNetwork : protected Pointers {
     return cuts.handles(itype, jtype) ? coefficients.row(itype, jtype).alpha : 0.0;
   }
 
-  /// The same as the coefficients have it, before init() too.
-  double alpha_given(int itype, int jtype) const
-  {
-    return cuts.has_types() ? coefficients.row(itype, jtype).alpha : 0.0;
-  }
-
-  /// The larger depth of the row of two atom types as given [energy].
-  double depth_given(int itype, int jtype) const
-  {
-    const Row row = coefficients.row(itype, jtype);
-    return std::max(row.e1, row.e2);
-  }
-
-  /// Largest cut-off of the pairs of types that this style handles [length].
-  double longest_cut() const { return cuts.longest(); }
+  /// Largest cutoff of the pairs of types that this style handles [length].
+  double longest_cutoff() const { return cuts.longest(); }
 
   /// Were the pairs packed from the neighbor list as it is now, and from the atoms here?
   bool is_packed() const;
@@ -144,20 +127,16 @@ class PairNetwork : protected Pointers {
 
   PairRules rules;
   GhostUpdate ghosts;
-  CutOffs cuts;
+  Cutoffs cuts;
   BondSource source;
 
   /// See PairHistories.
   void commit(bool at_rest);
 
-  /// Are there bonds that are neither broken nor in the packed list, where that matters? The same on all
-  /// MPI ranks, once for each packing.
-  bool misses_bonds() { return std::exchange(bonds_missing, false); }
-
-  /// What those hold that it misses, see MissingBonds.
-  void take_missing(double held, double dissipated)
+  /// Collective. Once for each packing that lacks bonds.
+  void settle_missing(BondStore &records)
   {
-    if (work) work->take_missing(held, dissipated, rules.breaks());
+    if (std::exchange(bonds_missing, false)) pair_histories.settle_missing(records, work.get());
   }
 
   /// Collective, where commit() was called since: the histories of the pairs go to the records of their
@@ -180,7 +159,7 @@ class PairNetwork : protected Pointers {
   /// At init_style(): radii, bonds and the other fixes of the run to come.
   void begin_run();
 
-  /// At init_one(): this style acts between two types. Returns the cut-off for the neighbor list.
+  /// At init_one(): this style acts between two types. Returns the cutoff for the neighbor list.
   double handle(int itype, int jtype);
 
   /// Types or coefficients have changed since the last packing.
@@ -212,7 +191,7 @@ class PairNetwork : protected Pointers {
   std::shared_ptr<VolumeForces> volume_;    // of fix evp/volume, nullptr without
   std::shared_ptr<PairWork> work;           // of fix evp/energy, nullptr without
   long source_version = 0;                  // of the bonds, at the last packing
-  bool bonds_missing = false;               // from the list, see misses_bonds()
+  bool bonds_missing = false;               // neither broken nor in the list; the same on all ranks
   PairRules rules_of_run;
 
   void report();

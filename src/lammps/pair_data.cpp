@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 
-#include "pair_network.h"
+#include "pair_data.h"
 
 #include "atom_bodies.h"
 #include "collective.h"
@@ -19,36 +19,36 @@ namespace EVP {
 
 using scene::rows;
 
-PairNetwork::PairNetwork(LAMMPS *lmp, Pair *style, Coefficients &coefficients_in) :
+PairData::PairData(LAMMPS *lmp, Pair *style, Coefficients &coefficients_in) :
     Pointers(lmp), ghosts(lmp, style), cuts(lmp), source(lmp), coefficients(coefficients_in),
     laws(lmp, coefficients, cuts), builder(lmp), snapshot(lmp),
     pair_histories(lmp, lists, coefficients, rules)
 {
 }
 
-PairNetwork *PairNetwork::find(Force *force)
+PairData *PairData::find(Force *force)
 {
   int dim;
   Pair *pair = force->pair_match("evp/lj", 1);
-  return pair ? (PairNetwork *) pair->extract("network", dim) : nullptr;
+  return pair ? (PairData *) pair->extract("pairs", dim) : nullptr;
 }
 
-PairNetwork *PairNetwork::require(Force *force, Error *error, const std::string &who)
+PairData *PairData::require(Force *force, Error *error, const std::string &who)
 {
-  PairNetwork *network = find(force);
-  if (!network)
+  PairData *pair_data = find(force);
+  if (!pair_data)
     error->all(FLERR, "{} needs pair style evp/lj, found '{}'", who,
                force->pair_style ? force->pair_style : "none");
-  return network;
+  return pair_data;
 }
 
-PairNetwork *PairNetwork::find_present(Force *force)
+PairData *PairData::find_present(Force *force)
 {
-  PairNetwork *network = find(force);
-  return network && network->is_present() ? network : nullptr;
+  PairData *pair_data = find(force);
+  return pair_data && pair_data->is_present() ? pair_data : nullptr;
 }
 
-const PairLists &PairNetwork::packed_pairs() const
+const PairLists &PairData::packed_pairs() const
 {
   if (!is_packed())
     error->one(FLERR,
@@ -57,15 +57,7 @@ const PairLists &PairNetwork::packed_pairs() const
   return lists;
 }
 
-PairState PairNetwork::state_at_cutoff(int itype, int jtype, double sum_radii, double deq,
-                                       const Offset &before) const
-{
-  const PairLaw &law = coefficients.law(coefficients.index(itype, jtype));
-  const Span span = rules.of_bond(deq, law.row.alpha * sum_radii);
-  return law.state(span.cutoff / deq, 1.0 / deq, rules.flow_of_bonds(), before);
-}
-
-PairNetwork::AnyPair PairNetwork::pair_between(int i, int j, int itype, int jtype) const
+PairData::AnyPair PairData::pair_between(int i, int j, int itype, int jtype) const
 {
   const Bond *bond = nullptr;
   if (const BondStore *store = bonds())
@@ -94,7 +86,7 @@ PairNetwork::AnyPair PairNetwork::pair_between(int i, int j, int itype, int jtyp
   return {pair, span.deq, history.work};
 }
 
-bool PairNetwork::is_packed() const
+bool PairData::is_packed() const
 {
   if (!snapshot.matches_list()) return false;
   if (update->whichflag != 0) return true;
@@ -115,12 +107,12 @@ static bool moves_atoms_with_box(const Modify *modify, const Domain *domain)
   return false;
 }
 
-void PairNetwork::place_ghosts()
+void PairData::place_ghosts()
 {
   if (moves_atoms_with_box(modify, domain)) ghosts.send_positions();
 }
 
-bool PairNetwork::is_present()
+bool PairData::is_present()
 {
   if (!on_all(is_packed(), world)) return false;
   if (update->whichflag != 0) {
@@ -130,7 +122,7 @@ bool PairNetwork::is_present()
   return snapshot.matches_commands() && ghosts.send_positions() && !snapshot.moved_too_far();
 }
 
-PairNetwork::Counts PairNetwork::count_pairs() const
+PairData::Counts PairData::count_pairs() const
 {
   std::array<double, 3> sums{};
   double lowest = HUGE_VAL;
@@ -149,7 +141,7 @@ PairNetwork::Counts PairNetwork::count_pairs() const
   return {sums[0], sums[1], sums[2], lowest < HUGE_VAL ? lowest : 0.0};
 }
 
-void PairNetwork::begin_run()
+void PairData::begin_run()
 {
   rules_of_run = rules;
   pair_histories.begin_run();
@@ -167,7 +159,7 @@ void PairNetwork::begin_run()
   snapshot.forget();
 }
 
-double PairNetwork::handle(int i, int j)
+double PairData::handle(int i, int j)
 {
   const Row row = laws.make(i, j, rules.plastic);
   repack();
@@ -176,7 +168,7 @@ double PairNetwork::handle(int i, int j)
 }
 
 // one line of the active effects, again only when it changes
-void PairNetwork::report()
+void PairData::report()
 {
   std::string line = "evp/lj: ";
   if (!any_gamma)
@@ -221,7 +213,7 @@ void PairNetwork::report()
 
 // packing: by all MPI ranks with a new neighbor list, new bonds or new coefficients; where radii
 // may change at any step, a rank whose own did packs alone
-bool PairNetwork::pack_if_due(const NeighList *neighbors)
+bool PairData::pack_if_due(const NeighList *neighbors)
 {
   if (neighbor->ago == 0 || repack_due || source.version() != source_version)
     return pack(neighbors, true);
@@ -230,12 +222,12 @@ bool PairNetwork::pack_if_due(const NeighList *neighbors)
 }
 
 // Returns whether it is the first one of a run.
-bool PairNetwork::pack(const NeighList *neighbors, bool collective)
+bool PairData::pack(const NeighList *neighbors, bool collective)
 {
   const bool is_first = collective && !scene_checked;
   if (collective) {
-    source.note();
-    laws.follow(bonds(), rules.plastic);
+    source.update();
+    laws.rescale_if_measures_changed(bonds(), rules.plastic);
     if (!scene_checked) {    // now that all pairs of types are known
       scene_checked = true;
       report();
@@ -271,7 +263,7 @@ bool PairNetwork::pack(const NeighList *neighbors, bool collective)
   if (is_first && bonds()) laws.check(lists.bonds, volume());
   snapshot.finish();
   if (!bonds()) volume_.reset();    // the bonds have gone since the last set-up
-  if (carries) pair_histories.carry(before);
+  if (carries) pair_histories.copy_from(before);
   if (volume()) volume()->pack(lists.bonds, *bonds(), coefficients, collective);
   if (collective) agree_on_pairs(found, !carries);
 
@@ -284,13 +276,13 @@ bool PairNetwork::pack(const NeighList *neighbors, bool collective)
   return is_first;
 }
 
-void PairNetwork::commit(bool at_rest)
+void PairData::commit(bool at_rest)
 {
   if (pair_histories.commit(at_rest, work.get()) && volume())
     volume()->pack(lists.bonds, *bonds(), coefficients, false);
 }
 
-PairHistory PairNetwork::history_of(int i, int j) const
+PairHistory PairData::history_of(int i, int j) const
 {
   PairHistory found = {};
   if (!rules.has_history() || (snapshot.matches_list() && pair_histories.find(i, j, found)))
@@ -307,7 +299,7 @@ PairHistory PairNetwork::history_of(int i, int j) const
 }
 
 // Collective. All MPI ranks agree on what any of them has found in its pairs; warns of overlaps once per run
-void PairNetwork::agree_on_pairs(const PairListBuilder::Found &found, bool records_are_current)
+void PairData::agree_on_pairs(const PairListBuilder::Found &found, bool records_are_current)
 {
   const bool asks = bonds() && (rules.has_history() || work);
   const bigint sides = asks ? found.bond_sides + bonds()->count_broken(atom->nlocal) : 0;
@@ -333,11 +325,11 @@ void PairNetwork::agree_on_pairs(const PairListBuilder::Found &found, bool recor
 }
 
 // a new pair_style command is checked at set-up, which 'run' with 'pre no' leaves out
-void PairNetwork::check_rules() const
+void PairData::check_rules() const
 {
   const bool same =
       rules.plastic == rules_of_run.plastic && rules.break_strain == rules_of_run.break_strain;
-  if (!same || !source.suits(rules))
+  if (!same || !source.is_compatible(rules))
     error->all(
         FLERR,
         "Pair evp/lj: 'plasticity' or 'break' has changed since the last setup: use 'run' with "
@@ -345,7 +337,7 @@ void PairNetwork::check_rules() const
 }
 
 // of special_bonds, or of the pair special option of this sub-style of pair_style hybrid
-void PairNetwork::check_weights() const
+void PairData::check_weights() const
 {
   for (int k = 1; k < 4; k++)
     if (force->special_lj[k] != 0.0 && force->special_lj[k] != 1.0)
