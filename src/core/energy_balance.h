@@ -155,7 +155,7 @@ class PairWork {
            last_past =
                0;    // of the pairs past their cutoffs: other numbers where these are others
   LaneSums found;
-  Level level = best_level();
+  InstructionSet level = best_instruction_set();
 
   void add_energies(const PairRange &range, const PairBlock &block, int nreact)
   {

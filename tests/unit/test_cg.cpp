@@ -17,11 +17,11 @@ using namespace EVP;
 
 namespace {
 
-std::vector<Level> levels()
+std::vector<InstructionSet> levels()
 {
-  std::vector<Level> all = {Level::BASE};
-  if (best_level() >= Level::AVX2) all.push_back(Level::AVX2);
-  if (best_level() >= Level::AVX512) all.push_back(Level::AVX512);
+  std::vector<InstructionSet> all = {InstructionSet::BASE};
+  if (best_instruction_set() >= InstructionSet::AVX2) all.push_back(InstructionSet::AVX2);
+  if (best_instruction_set() >= InstructionSet::AVX512) all.push_back(InstructionSet::AVX512);
   return all;
 }
 
@@ -202,7 +202,7 @@ TEST(Cg, products_are_the_plain_sums)
     const Values before = values;
     const double h = 0.3;
     CgSums sums = {};
-    cg_products(values.view(), n, h, sums, Level::BASE);
+    cg_products(values.view(), n, h, sums, InstructionSet::BASE);
     double norm = 0.0, curvature = 0.0;
     for (std::size_t k = 0; k < n; k++) {
       const double r = before.array[3][k], z = before.array[6][k];
@@ -223,7 +223,7 @@ TEST(Cg, update_is_one_step_of_the_iteration)
     const Values before = values;
     const double alpha = 0.7, beta = 0.2;
     CgSums sums = {}, again = {};
-    cg_update(values.view(), n, alpha, beta, sums, Level::BASE);
+    cg_update(values.view(), n, alpha, beta, sums, InstructionSet::BASE);
     double sum = 0.0;
     for (std::size_t k = 0; k < n; k++) {
       const auto old = [&](int a) {
@@ -239,7 +239,7 @@ TEST(Cg, update_is_one_step_of_the_iteration)
       sum += old(1) * change * change;
     }
     EXPECT_NEAR(sums.changed, sum, 1e-14 * sum);
-    cg_changed(values.view(), n, again, Level::BASE);
+    cg_changed(values.view(), n, again, InstructionSet::BASE);
     EXPECT_EQ(again.changed, sums.changed);
   }
 }
@@ -249,9 +249,9 @@ TEST(Cg, every_instruction_set_gives_the_same_bits)
   for (const std::size_t n : SIZES) {
     Values base(n);
     CgSums sums = {};
-    cg_products(base.view(), n, 0.3, sums, Level::BASE);
-    cg_update(base.view(), n, 0.7, 0.2, sums, Level::BASE);
-    for (const Level level : levels()) {
+    cg_products(base.view(), n, 0.3, sums, InstructionSet::BASE);
+    cg_update(base.view(), n, 0.7, 0.2, sums, InstructionSet::BASE);
+    for (const InstructionSet level : levels()) {
       Values other(n);
       CgSums same = {};
       cg_products(other.view(), n, 0.3, same, level);

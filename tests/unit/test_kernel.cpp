@@ -212,7 +212,7 @@ TEST(Kernel, EqualsTheLawPairByPair)
               Vectors f(ALL, {0, 0, 0});
               std::vector<int> past;
               Saved found(nreact);
-              cloud.add_forces(list, best_level(), damping, nreact, f, found, incremental, &past);
+              cloud.add_forces(list, best_instruction_set(), damping, nreact, f, found, incremental, &past);
               expected.compare(found, f);
               EXPECT_EQ(past, expected.past);
               if (npairs < MOST) continue;    // control: what is tested is there
@@ -231,8 +231,8 @@ TEST(Kernel, TheSameBitsWithTallyAndOnEveryInstructionSet)
       for (const bool damping : {false, true}) {
         Vectors base(ALL, {0, 0, 0});
         Saved first(ALL);
-        cloud.add_forces(list, Level::BASE, damping, ALL, base, first);
-        for (const Level level : levels()) {
+        cloud.add_forces(list, InstructionSet::BASE, damping, ALL, base, first);
+        for (const InstructionSet level : levels()) {
           Vectors bare(ALL, {0, 0, 0}), with_tally = bare;
           cloud.add_forces(list, level, damping, ALL, bare, NoTally());
           Saved found(ALL);
@@ -255,7 +255,7 @@ TEST(Kernel, OneLawGivesTheSameBitsAsTheSameLawForEachPair)
   further.alpha = 1.6;    // another row, in what the law does not read
   for_each_list({TABLE2, further}, 600, [&](const Cloud &cloud, PairList &list) {
     Vectors each(ALL, {0, 0, 0}), one = each;
-    cloud.add_forces(list, best_level(), true, ALL, each, NoTally());
+    cloud.add_forces(list, best_instruction_set(), true, ALL, each, NoTally());
     BlockLaw law;
     law.assign(cloud.laws, {1}, list.flow());
     accumulate_forces<true>(list, law, cloud.view(one, ALL), NoTally());
@@ -269,7 +269,7 @@ TEST(Kernel, NonFinitePositionsGiveNonFiniteForces)
   for (const auto &rows : {LAWS[0], LAWS[8], LAWS[9]})
     for_each_list(rows, 600, [&](Cloud &cloud, PairList &list) {
       cloud.x[3][1] = std::nan("");
-      for (const Level level : levels()) {
+      for (const InstructionSet level : levels()) {
         Vectors f(ALL, {0, 0, 0});
         cloud.add_forces(list, level, false, ALL, f, NoTally());
         EXPECT_TRUE(std::isnan(f[3][1]));
@@ -320,7 +320,7 @@ Vectors evaluate(Cloud &cloud, PairWork &work, bool damping, int nreact)
   work.begin(ALL, cloud.view(f, nreact), damping);
   for (PairList *list : {&cloud.lists.bonds, &cloud.lists.contacts}) {
     NoTally none;
-    cloud.add_forces(*list, best_level(), damping, nreact, f,
+    cloud.add_forces(*list, best_instruction_set(), damping, nreact, f,
                      PairWork::Beside(work, none, nreact, list->are_bonds));
   }
   work.end(cloud.view(f, nreact));
@@ -342,7 +342,7 @@ TEST(PairWork, SumsWhatTheLawSaysAndSeparatesForces)
           PairLists &lists = cloud.lists;
           Vectors plain(ALL, {0.5, 0.25, 1.0});
           for (PairList *list : {&lists.bonds, &lists.contacts})
-            cloud.add_forces(*list, best_level(), damping, nreact, plain, NoTally());
+            cloud.add_forces(*list, best_instruction_set(), damping, nreact, plain, NoTally());
           PairWork work;
           for (int n = 0; n < 3 * ALL; n++) work.images.push_back(image_of(n / 3, n % 3));
           EXPECT_EQ(evaluate(cloud, work, damping, nreact), plain);

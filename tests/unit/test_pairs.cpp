@@ -87,7 +87,7 @@ TEST(PairList, CommitAddsUpFlowAndWorkAndPartedContactsForget)
       });
       const auto evaluate = [&] {
         Vectors f(50);
-        cloud.add_forces(*list, best_level(), false, 50, f, NoTally());
+        cloud.add_forces(*list, best_instruction_set(), false, 50, f, NoTally());
       };
       const Vectors here = cloud.x;
       cloud.x[3][0] += 0.5;    // a trial that is given up

@@ -126,7 +126,7 @@ TEST(VolumeEnergy, TheSameBitsOnEveryInstructionSet)
   const Cloud cloud({TABLE2}, 600, false);
   const EVP::ParticleView view = {rows_of(cloud.x), nullptr, nullptr, 50};
   std::vector<std::vector<double>> found;
-  for (const EVP::Level level : levels()) {
+  for (const EVP::InstructionSet level : levels()) {
     VolumeEnergy energies(level);
     energies.pack(cloud.lists.bonds, [](int, const EVP::PackedPair &pair) {
       return pair.cut;
