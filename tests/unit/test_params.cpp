@@ -222,13 +222,14 @@ TEST(ParseRow, RefusesValuesOfKeywordsOutOfRange)
 {
   const std::string finite = "must be a finite decimal number";
   for (const std::string value : {"0", "-1", "-0"})
-    for (const std::string key : {"spacing", "coordination", "density", "saturation"})
+    for (const std::string key : {"spacing", "coordination", "density"})
       expect_bad_row(TABLE1 + " " + key + " " + value, {key + " must be positive", "got " + value});
   for (const std::string value : {"nan", "inf", "1e999", "0x1", "1,5", "kv"})
     for (int k = EVP::NREQUIRED; k < EVP::NMEMBERS; k++)
       expect_bad_row(TABLE1 + " " + EVP::MEMBERS[k].key + " " + value,
                      {EVP::MEMBERS[k].key, finite, value});
   expect_bad_row(TABLE1 + " kv -1", {"kv must lie between 0 and 1e100", "got -1"});
+  expect_bad_row(TABLE1 + " saturation -1", {"saturation must be zero or positive", "got -1"});
   expect_bad_row(TABLE1 + " kv 1e101", {"kv must lie between 0 and 1e100", "got 1e+101"});
 }
 
