@@ -10,6 +10,10 @@
 
 namespace EVP {
 
+/// Strains closer to the elastic limit than this are at it: a pair that has just flowed stays as it is, to the last bit,
+/// when its force is evaluated again, as after a restart.
+constexpr double AT_LIMIT = 4e-15;
+
 /// How a pair flows beyond its elastic limit.
 enum class Flow {
   FORGETS,      ///< eq. 8: what flows is stored, and comes back
@@ -171,13 +175,13 @@ template <class Powers> class Law {
   EVP_INLINE double slip_linear(double strain, double k) const
   {
     const double over = strain - (xi_s + hardening * k);
-    return over > 0.0 ? over / (1.0 + hardening) : 0.0;
+    return over > AT_LIMIT ? over / (1.0 + hardening) : 0.0;
   }
   double slip(double strain, double k) const
   {
     if (saturation == 0.0) return slip_linear(strain, k);
     const double over = strain - limit(k);
-    if (!(over > 0.0)) return 0.0;
+    if (!(over > AT_LIMIT)) return 0.0;
     double delta = over / (1.0 + hardening);    // too little, and so is each step of Newton's
     for (int it = 0; it < 100; it++) {
       const double rest = strain - delta - limit(k + delta);

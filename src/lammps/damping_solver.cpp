@@ -28,7 +28,8 @@ void DampingSolver::find_bodies(const PairNetwork &network, int groupbit)
   ghosts.forward_comm(labels);
 
   bodies.find_links(labels.data(), 3, nlocal, links);
-  const int here = (int) links.size(), all = reduce_all(here, MPI_SUM, world);
+  int here = (int) links.size();
+  const int all = reduce_all(here, MPI_SUM, world);
   int before = 0;
   MPI_Scan(&here, &before, 1, MPI_INT, MPI_SUM, world);
   links.insert(links.begin(), before - here, Bodies::Link{});

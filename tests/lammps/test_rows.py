@@ -188,7 +188,7 @@ fix energy all evp/energy
 compute dt all evp/dt
 compute pairs all pair/local dist force eng
 timestep 3e-7
-fix dt all dt/evp 10 0.5
+fix dt all dt/evp 10 0.5 displacement 0.1
 variable s equal dt
 thermo 10
 thermo_style custom step v_s pe ke pxx f_bonds[2] f_energy c_dt c_dt[1] c_dt[2] c_dt[3]
