@@ -9,7 +9,7 @@ import pytest
 from evp import brute, law, network, specimen
 
 DATA = pathlib.Path(__file__).resolve().parents[1] / "data"
-REFERENCE = 1e-12  # see tests/unit/law_cases.h: the same scale, the same reason
+REFERENCE = 1e-12  # see tests/unit/test_law.cpp: the same scale, the same reason
 ROUND_OFF = 1e-13  # of sums of a few dozen terms, of the sum of their sizes
 
 

@@ -204,6 +204,7 @@ TEST(Law, ForceIsMinusTheSlopeOfTheEnergyAndStiffnessThatOfTheForce)
           EXPECT_NEAR(now.stiffness, -derivative(force, r, h), 1e-7 * now.stiffness_ahead);
         }
         EXPECT_GE(now.dissipated, 0.0);
+        EXPECT_GE(now.stiffness_ahead, std::max(begin, now.stiffness));
         (flows ? flowing : elastic)++;
       }
   EXPECT_GT(flowing, 1000);

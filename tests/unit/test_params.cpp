@@ -228,8 +228,8 @@ TEST(ParseRow, RefusesValuesOfKeywordsOutOfRange)
     for (int k = EVP::NREQUIRED; k < EVP::NMEMBERS; k++)
       expect_bad_row(TABLE1 + " " + EVP::MEMBERS[k].key + " " + value,
                      {EVP::MEMBERS[k].key, finite, value});
-  expect_bad_row(TABLE1 + " saturation -1", {"saturation must be zero or positive", "got -1"});
   expect_bad_row(TABLE1 + " kv -1", {"kv must lie between 0 and 1e100", "got -1"});
+  expect_bad_row(TABLE1 + " saturation -1", {"saturation must be zero or positive", "got -1"});
   expect_bad_row(TABLE1 + " kv 1e101", {"kv must lie between 0 and 1e100", "got 1e+101"});
 }
 

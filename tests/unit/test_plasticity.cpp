@@ -208,6 +208,8 @@ TEST(Plasticity, TwoThousandReversalsFollowTheNaiveMap)
             if (is_apart) { ASSERT_TRUE(now.stored == 0.0 && now.q == 0.0 && now.k == 0.0); }
             spent += 0.5L * now.dissipated;    // of both, which are the same
           }
+          const Found again = kernel.move_to(d);    // as after a restart
+          ASSERT_TRUE(again.dissipated == 0.0);
           const double own = kernel.list.work[0];
           ASSERT_NEAR(own, (double) naive.work, 1e-12 * (row.e1 + own));
           work += step_work;
