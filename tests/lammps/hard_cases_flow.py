@@ -72,6 +72,34 @@ def bond_torn_and_pushed_together(bench, plasticity):
     return f"no force over {apart.sum()} steps, {force[torn:].max() / FORCE:.1f} of the force at xi_s where they touch"
 
 
+@case("plastic work of the return map up to the cutoff and after the way back, and the same energy balance, for skins from 1e-9 to 2e-3 m, newton on and off",
+      "it leaves the neighbor list with the smallest skin, and stays there with the largest", "none", "0.6")
+def bond_past_its_cutoff_in_one_step(bench, breaks):
+    deq, cut, speed = TOUCHING, TABLE1.alpha * TOUCHING, 103.0
+    write_two(bench.folder / "body.data", deq)
+    torn = flow.step(cut, deq, TABLE1, 0.0, 0.0)
+    back = flow.step(deq, deq, TABLE1, torn.q, torn.k)
+    work = [float(torn.dissipated), float(torn.dissipated + (back.dissipated if breaks == "none" else 0.0))]
+    rows, listed = [], {}
+    for skin in (1e-9, 6e-4, 2e-3):
+        for newton in ("on", "off"):
+            text = head(newton, skin=skin) + f"pair_style evp/lj contact none plasticity isotropic break {breaks}\npair_coeff * * {words(TABLE1)}\nfix bonds all evp/bonds\n"
+            text += "fix move all nve/noforce\nfix energy all evp/energy\ntimestep 1e-6\ncompute each all evp/state/atom plastic_work\n"
+            text += "compute kept all reduce sum c_each[5]\nthermo 60\n" + thermo("c_kept f_energy f_energy[*]")
+            text += two_groups(0.0, speed) + "run 0\nrun 60\n" + f"velocity two set {-speed} 0 0\nrun 60\n"
+            run = bench.run(text).ok()
+            rows.append([[value[-1] for name, value in run.thermo(k).items() if name != "Step"] for k in (1, 2)])
+            listed[skin] = int(run.stdout.split("Total # of neighbors = ")[2].split()[0])
+    assert listed[1e-9] == 0 and listed[2e-3] > 0, listed
+    rows = np.array(rows)
+    off = np.abs(rows[:, :, 0] / work - 1.0).max()
+    apart = np.abs(rows - rows[-1]).max() / work[0]
+    assert off < 1e-7, "the margin of a cutoff, up to which a bond flows"
+    assert np.allclose(rows[:, :, 0], rows[:, :, 10], rtol=1e-12, atol=0.0), "entry 9 of the energy balance"
+    assert apart < ROUND_OFF
+    return f"plastic work {rows[0, 0, 0]:.6f} and {rows[0, 1, 0]:.6f} J, error {off:.0e}, skins differ by {apart:.0e}"
+
+
 @case("q and broken bonds stay with their pairs when atoms are sorted and neighbor lists rebuilt at each step", "bonds have flowed in tension and in compression, and broken")
 def flow_in_a_body_whose_atoms_are_sorted(bench):
     write_body(bench.folder / "body.data", lattice_body((6, 4, 4)))

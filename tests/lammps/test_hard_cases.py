@@ -32,7 +32,7 @@ def test_the_list_is_complete():
     for word in ("critical", "paper", "50 percent", "rupture: literal", "rupture: repulsive", "rupture: none", "impact: 1", "impact: 500", "overlap",
                  "all pairs at dlim", "xi s", "dlim back and forth", "threshold strain: 1e-06", "threshold strain: 0.3", "10 in size", "1e4 in mass",
                  "spinning: implicit", "spinning cube", "spinning top", "off centre impact", "hold", "million", "coincident", "component of fix move: after", "cycled far",
-                 "pulled and pushed", "torn and pushed together: elastic", "sorted", "past its cutoff in one step: none", "stops early", "volume energy",
+                 "pushed and parted", "torn and pushed together: isotropic", "sorted", "past its cutoff in one step: none", "stops early", "volume energy",
                  "sheared box", "brought together: literal", "ball hits block", "alpha: 1.05", "alpha: 3", "exponents: 2 1", "exponents: 24 12"):
         assert word in names, word
 

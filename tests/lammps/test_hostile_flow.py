@@ -43,7 +43,6 @@ CASES = [
     ({"style": FLOWS, "coeff": "pair_coeff * * 80 8 4 80 8 4 0.005 0 1.5"}, STIFFER),
     ({"style": FLOWS, "after": "pair_coeff * * 80 8 4 200 8 4 0.005 0 1.5\nrun 1"}, STIFFER),
     ({"style": FLOWS, "then": "fix stiffer all adapt 1 pair evp/lj e2 * * v_stiff\nvariable stiff equal 3+100*step"}, STIFFER),
-    ({"style": FLOWS, "coeff": "pair_coeff * * 80 8 4 3 8 4 0.005 0 1.004"}, "with contact literal needs an alpha above 1 + xi_s, got alpha = 1.004 with xi_s = 0.005"),
     ({"style": FLOWS, "step": "timestep 1e-7\nrun_style respa 2 2"}, "respa"),
     ({"style": BREAKS, "step": "timestep 1e-7\nrun_style respa 2 2"}, "respa"),
     ({"style": FLOWS, "fix": "fix even all balance 2 1.0 shift x 5 1.0\nfix bonds all evp/bonds"}, "must be defined before fix even balance"),

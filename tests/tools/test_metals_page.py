@@ -23,12 +23,6 @@ def test_largest_departure(sign):
     assert metals.largest(STEEL, one, sign, 0.1) == "-4.0 % at 8.0 %"
 
 
-def test_a_body_that_parted_is_told():
-    one = curve(lambda e: np.where(e < 0.0695, 1.05, 0.2))
-    assert metals.largest(STEEL, one, 1.0, 0.1).endswith("broken at 7.0 %")
-    assert "broken" not in metals.largest(STEEL, one, 1.0, 0.05)
-
-
 @pytest.mark.parametrize("name", METALS)
 def test_shipped_rows_are_of_these_targets(name):
     """The command in the comment of each row asks for the targets of the metal; the row has its density."""
