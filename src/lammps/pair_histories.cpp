@@ -305,7 +305,8 @@ bool PairHistories::find(int i, int j, PairHistory &found) const
       }
     }
   for (const BrokenBond &bond : newly_broken)    // of which no contact is left
-    if (std::minmax(atom->tag[bond.i], atom->tag[bond.j]) == std::minmax(atom->tag[i], atom->tag[j])) {
+    if (std::minmax(atom->tag[bond.i], atom->tag[bond.j]) ==
+        std::minmax(atom->tag[i], atom->tag[j])) {
       found = {0.0, 0.0, 0.0, 1.0};
       return true;
     }

@@ -47,8 +47,10 @@ inline std::string name_of(const EVP::Row &row)
 inline std::vector<EVP::InstructionSet> levels()
 {
   std::vector<EVP::InstructionSet> all = {EVP::InstructionSet::BASE};
-  if (EVP::best_instruction_set() >= EVP::InstructionSet::AVX2) all.push_back(EVP::InstructionSet::AVX2);
-  if (EVP::best_instruction_set() >= EVP::InstructionSet::AVX512) all.push_back(EVP::InstructionSet::AVX512);
+  if (EVP::best_instruction_set() >= EVP::InstructionSet::AVX2)
+    all.push_back(EVP::InstructionSet::AVX2);
+  if (EVP::best_instruction_set() >= EVP::InstructionSet::AVX512)
+    all.push_back(EVP::InstructionSet::AVX512);
   return all;
 }
 
@@ -122,7 +124,8 @@ struct Cloud {
   {
     return {rows_of(x), rows_of(v), reinterpret_cast<double(*)[3]>(f.data()), nreact};
   }
-  EVP::BlockLaw block_law(const EVP::PairList &list, EVP::InstructionSet level = EVP::best_instruction_set()) const
+  EVP::BlockLaw block_law(const EVP::PairList &list,
+                          EVP::InstructionSet level = EVP::best_instruction_set()) const
   {
     std::vector<int> used;
     for (size_t k = 0; k < laws.size(); k++) used.push_back((int) k);
@@ -133,8 +136,9 @@ struct Cloud {
 
   /// Adds the forces of a list to f.
   template <class Tally>
-  void add_forces(EVP::PairList &list, EVP::InstructionSet level, bool damping, int nreact, Vectors &f,
-                  Tally &&tally, bool incremental = false, std::vector<int> *past = nullptr) const
+  void add_forces(EVP::PairList &list, EVP::InstructionSet level, bool damping, int nreact,
+                  Vectors &f, Tally &&tally, bool incremental = false,
+                  std::vector<int> *past = nullptr) const
   {
     const auto run =
         damping ? EVP::accumulate_forces<true, Tally> : EVP::accumulate_forces<false, Tally>;

@@ -212,7 +212,8 @@ TEST(Kernel, EqualsTheLawPairByPair)
               Vectors f(ALL, {0, 0, 0});
               std::vector<int> past;
               Saved found(nreact);
-              cloud.add_forces(list, best_instruction_set(), damping, nreact, f, found, incremental, &past);
+              cloud.add_forces(list, best_instruction_set(), damping, nreact, f, found, incremental,
+                               &past);
               expected.compare(found, f);
               EXPECT_EQ(past, expected.past);
               if (npairs < MOST) continue;    // control: what is tested is there
