@@ -70,7 +70,7 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix> {
 
   /// Collective, after the forces of a step: bonds that have left the neighbor list have flowed, broken, or hold what they
   /// had at their cutoffs. Again only with another list.
-  void settle_missing() { pair_data->settle_missing(*bonds); }
+  void settle_missing(bool moves = true) { pair_data->settle_missing(*bonds, moves); }
 
  private:
   double zone = 0.0;    // pairs with d <= zone (R_i + R_j) are recorded; 0: alpha of the types

@@ -79,7 +79,7 @@ bool FixEVPEnergy::others_act() const
 void FixEVPEnergy::setup(int /*vflag*/)
 {
   if (update->whichflag != 1) return;
-  take_work();
+  take_work(true);
   if (box.acts) {
     const double done = box.begin(domain);
     if (started) entries[BOX] += EVP::reduce_all(done, MPI_SUM, world);
@@ -87,8 +87,7 @@ void FixEVPEnergy::setup(int /*vflag*/)
   last = over_all_ranks({instant_here(), {}}).instant;
   // flow that is due is in no q yet, and the stored energies are those after it: what it will
   // dissipate in the first step, pairs still hold
-  last.pairs.elastic += last.pairs.plastic;
-  if (started) entries[PLASTIC] += last.pairs.plastic_of_missing;
+  last.pairs.elastic += last.pairs.plastic + last.pairs.plastic_of_missing;
   if (!started) start = last;
   started = true;
   volume_jump();
@@ -97,9 +96,9 @@ void FixEVPEnergy::setup(int /*vflag*/)
 }
 
 // of the forces since the last call; there are none where rerun ends its step right after set-up
-void FixEVPEnergy::take_work()
+void FixEVPEnergy::take_work(bool at_setup)
 {
-  if (bonds) bonds->settle_missing();
+  if (bonds) bonds->settle_missing(!at_setup);
   if (!work->take()) return;
   if (!work->force.empty()) reverse_comm(work->force);
   if (!work->damping.empty()) reverse_comm(work->damping);
@@ -285,7 +284,7 @@ void FixEVPEnergy::note_images()
 // What damping gives back where a velocity turns within a step is deducted from what it takes next
 void FixEVPEnergy::end_of_step()
 {
-  take_work();
+  take_work(false);
   const Totals now = over_all_ranks({instant_here(), works_of_step()});
   last = now.instant;
   taken += now.works.dissipated;

@@ -111,7 +111,7 @@ class FixEVPEnergy : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::Ato
   bool is_solved() const;
   bool others_act() const;
   void refuse_early_changes() const;
-  void take_work();
+  void take_work(bool at_setup);
   Instant instant_here() const;
   double kinetic_here() const;
   double damping_of_box() const;

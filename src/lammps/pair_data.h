@@ -133,10 +133,13 @@ class PairData : protected Pointers {
   /// See PairHistories.
   void commit(bool at_rest);
 
-  /// Collective. Once for each packing that lacks bonds.
-  void settle_missing(BondStore &records)
+  /// Collective, for each packing that lacks bonds. moves: they flow or break, once; else only the balance is told what
+  /// they hold, as at set-up.
+  void settle_missing(BondStore &records, bool moves)
   {
-    if (std::exchange(bonds_missing, false)) pair_histories.settle_missing(records, work.get());
+    if (!bonds_missing) return;
+    pair_histories.settle_missing(records, work.get(), moves);
+    bonds_missing = !moves;
   }
 
   /// Collective, where commit() was called since: the histories of the pairs go to the records of their

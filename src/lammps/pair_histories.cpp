@@ -102,22 +102,25 @@ void PairHistories::copy_from(const PairLists &before)
     return -1;
   };
   std::vector<int> broken;
-  for (PairList *list : {&lists.bonds, &lists.contacts})
-    for (const PackedRow &row : list->rows)
-      for (int k = row.first; k < row.last; k++) {
-        const int contact = find_old(before.contacts, contact_rows[row.i], list->j[k]);
-        const int bond = list->are_bonds ? find_old(before.bonds, bond_rows[row.i], list->j[k])
-                                         : -1;
-        if (list->are_bonds && bond < 0) broken.push_back(k);
-        if (!list->stays()) continue;
-        if (bond >= 0) list->set_history(k, before.bonds.history_of(bond));
-        if (!list->are_bonds && contact >= 0)
-          list->set_history(k, before.contacts.history_of(contact));
-      }
-  if (broken.empty()) return;
-  const auto known = newly_broken;    // they broke before
-  break_bonds(broken, nullptr);
-  newly_broken = known;
+  for (const PackedRow &row : lists.bonds.rows)
+    for (int k = row.first; k < row.last; k++) {
+      const int old = find_old(before.bonds, bond_rows[row.i], lists.bonds.j[k]);
+      if (old < 0)
+        broken.push_back(k);
+      else if (lists.bonds.stays())
+        lists.bonds.set_history(k, before.bonds.history_of(old));
+    }
+  if (!broken.empty()) {
+    const auto known = newly_broken;    // they broke before
+    break_bonds(broken, nullptr);
+    newly_broken = known;
+  }
+  // what is left of broken bonds is among them
+  for (const PackedRow &row : lists.contacts.rows)
+    for (int k = row.first; lists.contacts.stays() && k < row.last; k++) {
+      const int old = find_old(before.contacts, contact_rows[row.i], lists.contacts.j[k]);
+      if (old >= 0) lists.contacts.set_history(k, before.contacts.history_of(old));
+    }
 }
 
 void PairHistories::return_to(BondStore &records, bool list_matches, PerAtomComm &exchange)
@@ -194,7 +197,7 @@ void PairHistories::send_to_owners(BondStore &records, PerAtomComm &exchange)
   for (const HistoryOfPair &m : deferred) records.take(m);
 }
 
-void PairHistories::settle_missing(BondStore &store, PairWork *energies) const
+void PairHistories::settle_missing(BondStore &store, PairWork *energies, bool moves) const
 {
   const auto *x = scene::rows(atom->x);
   const double *const *cutneighsq = neighbor->cutneighsq;
@@ -213,7 +216,7 @@ void PairHistories::settle_missing(BondStore &store, PairWork *energies) const
         law.state(span.cutoff / bond.deq, 1.0 / bond.deq, rules.flow_of_bonds(), before);
     held += 0.5 * at.stored.total();
     dissipated += 0.5 * at.dissipated;
-    if (!history) return;
+    if (!history || !moves) return;
     const double work = history->work + at.dissipated;
     *history = rules.breaks() ? PairHistory{0.0, 0.0, work, 1.0}
                               : PairHistory{at.offset.q, at.offset.k, work, 0.0};
@@ -248,7 +251,9 @@ void PairHistories::settle_missing(BondStore &store, PairWork *energies) const
     const AtomDirectory::Entry &entry = directory.entries.at(partners[k]);
     if (entry.type != 0) settle(far_away[k].i, far_away[k].slot, entry.type, entry.radius);
   }
-  if (energies) energies->take_missing(held, dissipated, rules.breaks());
+  if (!energies) return;
+  energies->forget_missing();
+  energies->take_missing(held, dissipated, rules.breaks() && moves);
 }
 
 // once per run

@@ -53,7 +53,7 @@ class PairHistories : protected Pointers {
 
   /// Collective, where the list was just packed. Bonds that it does not have, as they are past its end, have flowed up to
   /// their cutoffs, or have broken where bonds break, whether or not it saw them pass. work: takes what they hold.
-  void settle_missing(BondStore &, PairWork *work) const;
+  void settle_missing(BondStore &, PairWork *work, bool moves) const;
 
   /// Of the pair (i, j) of the lists, which must be those of the present atoms; false where it is not there.
   bool find(int i, int j, PairHistory &found) const;

@@ -61,7 +61,7 @@ MUTATIONS = [
     Mutation("contacts flow in tension", ("contact pushed and parted",), "pair_block.cpp", SIZE_OF_STRAIN, "std::fabs(strain);", 2),
     Mutation("no bond breaks", ("bond torn and pushed",), "pair_histories.cpp", "break_bonds(past, work);", "(void) work;"),
     Mutation("bonds that leave the neighbor list do not flow up to their cutoff", ("past its cutoff",), "pair_data.h",
-             "if (std::exchange(bonds_missing, false)) pair_histories.settle_missing(records, work.get());", ";"),
+             "    pair_histories.settle_missing(records, work.get(), moves);", ""),
     Mutation("the history of a pair is kept at one atom only", ("flow in a body whose atoms are sorted",), "pair_histories.cpp", "records.take({j, is_record, tag[i], h});", ""),
     Mutation("every minimization leaves its flow", ("minimization that stops early",), "fix_evp_bonds.cpp", "if (stop == Min::ETOL || stop == Min::FTOL || stop == Min::ZEROFORCE)", "if (stop >= 0)"),
     Mutation("two bodies are bonded where they are close at the start", ("two bodies brought together", "ball hits block"), "bond_recording.cpp",

@@ -110,3 +110,46 @@ def test_other_rules_need_a_set_up(lmp, before, after):
     text = TWO.format(newton="on", ghosts=0.03).replace("break 0.02", before)
     row = "pair_coeff * * 80 8 4 3 8 4 0.005 0 1.5\n"
     refused(lmp(f"{text}fix n all nve\nrun 1\npair_style evp/lj contact repulsive {after}\n{row}run 1 pre no\n"), "use 'run' with 'pre yes'", stepped=True)
+
+
+@pytest.mark.parametrize("newton", ["on", "off"])
+def test_a_packing_of_the_same_list_keeps_what_is_left_of_a_broken_bond(lmp_decks, newton):
+    """fix adapt packs the pairs anew at each step, here with the coefficient that they have: the bond breaks, what is left of it flows."""
+    deck = TWO.format(newton=newton, ghosts=0.01).replace("contact repulsive break", "contact repulsive plasticity isotropic break").replace(
+        "neighbor 0.0001", "neighbor 0.003") + """
+fix hold one nve/noforce
+fix swing two move wiggle 0.00024 0 0 2e-6
+fix e all evp/energy
+variable e1 equal 80+0*step
+{}
+thermo_style custom step f_e f_e[9] f_e[11]
+thermo_modify format float %.17g
+thermo 50
+run 200
+"""
+    runs = lmp_decks({name: deck.format(line) for name, line in {"once": "", "anew": "fix again all adapt 1 pair evp/lj e1 * * v_e1"}.items()})
+    once, anew = (runs[name].ok().thermo() for name in ("once", "anew"))
+    assert once["f_e[11]"][-1] > 0.0 and once["f_e[9]"][-1] > once["f_e[9]"][1], "control: it breaks, and flows afterwards"
+    for name, values in once.items():
+        assert anew[name] == pytest.approx(values, rel=1e-12, abs=1e-15), name
+
+
+@pytest.mark.parametrize("rules", ["plasticity isotropic", "break 0.3"])
+def test_set_up_with_an_energy_balance_moves_no_bond(lmp_decks, rules):
+    """Atoms are displaced past the end of the list and back, with 'run 0' between: no state of the body, whether or not fix evp/energy is there."""
+    deck = TWO.format(newton="on", ghosts=0.01).replace("contact repulsive break 0.02", f"contact repulsive {rules}") + """
+fix n all nve/noforce
+{}
+compute pair all pair/local p4 p5
+compute q all reduce sum c_pair[1] c_pair[2] inputs local
+thermo_style custom step pe f_b[5] c_q[1] c_q[2]
+run 0
+displace_atoms two move 0.008 0 0
+run 0
+displace_atoms two move -0.008 0 0
+run 1
+"""
+    for run in lmp_decks({name: deck.format(line) for name, line in {"without": "", "with": "fix e all evp/energy"}.items()}).values():
+        rows = run.ok().thermo()
+        for name in ("f_b[5]", "c_q[1]", "c_q[2]"):
+            assert rows[name][-1] == 0.0, name
