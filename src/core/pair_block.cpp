@@ -178,7 +178,7 @@ namespace {
       run();
   }
 
-  /// Fills block.potential from what the pairs store. stored_at(block): fills elastic and forgotten.
+  /// Fills block.potential from what the pairs store. find_stored(block): fills elastic and forgotten.
   template <Flow Kind, class F>
   void find_potential(PairBlock &block, bool incremental, F &&find_stored)
   {
