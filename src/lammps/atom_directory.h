@@ -15,7 +15,11 @@ class AtomDirectory {
  public:
   struct Entry {
     int type;    ///< 0: there is no such atom
+    int mask;    ///< of its groups
+    tagint molecule;
     double radius;
+
+    static Entry of(const Atom *, int i);
   };
   tagint twice = 0;    ///< an ID that two atoms have; the same on all ranks
   std::unordered_map<tagint, Entry> entries;    ///< of the IDs asked for

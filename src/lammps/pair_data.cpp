@@ -265,7 +265,14 @@ bool PairData::pack(const NeighList *neighbors, bool collective)
   if (!bonds()) volume_.reset();    // the bonds have gone since the last set-up
   if (carries) pair_histories.copy_from(before);
   if (volume()) volume()->pack(lists.bonds, *bonds(), coefficients, collective);
-  if (collective) agree_on_pairs(found, !carries);
+  if (collective) {
+    agree_on_pairs(found, !carries);
+    missing_energy = 0.0;
+    if (bonds_missing && is_incremental() && rules.plastic) {
+      const auto missing = pair_histories.settle_missing(*bonds(), nullptr);
+      missing_energy = missing.held + missing.dissipated;
+    }
+  }
 
   coefficients.choose_block_laws(
       [this](int i, int j) {

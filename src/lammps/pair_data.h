@@ -138,9 +138,18 @@ class PairData : protected Pointers {
   void settle_missing(BondStore &records, bool moves)
   {
     if (!bonds_missing) return;
-    pair_histories.settle_missing(records, work.get(), moves);
+    const auto found =
+        pair_histories.settle_missing(records, moves && records.has_history() ? &records : nullptr);
+    if (work) {
+      work->forget_missing();
+      work->take_missing(found.held, found.dissipated, rules.breaks() && moves);
+    }
     bonds_missing = !moves;
   }
+
+  /// In a minimization with flow, of the bonds that have left the list [energy]: as much as in it, so that the potential
+  /// energy does not depend on where the list ends. Over the bonds of this rank, those of two by half.
+  double energy_of_missing() const { return missing_energy; }
 
   /// Collective, where commit() was called since: the histories of the pairs go to the records of their
   /// atoms. Called before atoms migrate, and before others read the records.
@@ -195,6 +204,7 @@ class PairData : protected Pointers {
   std::shared_ptr<PairWork> work;           // of fix evp/energy, nullptr without
   long source_version = 0;                  // of the bonds, at the last packing
   bool bonds_missing = false;               // neither broken nor in the list; the same on all ranks
+  double missing_energy = 0.0;
   PairRules rules_of_run;
 
   void report();

@@ -222,6 +222,7 @@ void PairEVPLJ::compute(int eflag, int vflag)
   velocities_sent = damps;
   damps ? compute_forces<true>() : compute_forces<false>();
 
+  if (eflag_global) eng_vdwl += pair_data.energy_of_missing();
   const bool summed = vflag_fdotr;    // the sum clears its flag
   if (summed) virial_fdotr_compute();
 

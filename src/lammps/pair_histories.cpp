@@ -2,7 +2,6 @@
 
 #include "pair_histories.h"
 
-#include "atom_directory.h"
 #include "collective.h"
 #include "scene.h"
 
@@ -197,7 +196,30 @@ void PairHistories::send_to_owners(BondStore &records, PerAtomComm &exchange)
   for (const HistoryOfPair &m : deferred) records.take(m);
 }
 
-void PairHistories::settle_missing(BondStore &store, PairWork *energies, bool moves) const
+// Have 'neigh_modify exclude' or special_bonds taken the pair out of the list, however close its atoms are?
+bool PairHistories::is_excluded(int i, tagint partner, const AtomDirectory::Entry &j) const
+{
+  const AtomDirectory::Entry own = AtomDirectory::Entry::of(atom, i);
+  const auto in_groups = [&](int first, int second) {
+    return ((own.mask & first) && (j.mask & second)) || ((own.mask & second) && (j.mask & first));
+  };
+  if (neighbor->nex_type && neighbor->ex_type[own.type][j.type]) return true;
+  for (int m = 0; m < neighbor->nex_group; m++)
+    if (in_groups(neighbor->ex1_bit[m], neighbor->ex2_bit[m])) return true;
+  for (int m = 0; m < neighbor->nex_mol; m++) {
+    const int bit = neighbor->ex_mol_bit[m];
+    if (in_groups(bit, bit) && (own.molecule == j.molecule) == (neighbor->ex_mol_intra[m] != 0))
+      return true;
+  }
+  for (int k = 0, kind = 1; atom->special && k < atom->nspecial[i][2]; k++) {
+    while (k >= atom->nspecial[i][kind - 1]) kind++;
+    if (atom->special[i][k] == partner) return force->special_lj[kind] == 0.0;
+  }
+  return false;
+}
+
+// f(i, slot, at): `at` is the state at the cutoff
+template <class F> void PairHistories::for_each_missing(const BondStore &store, F &&f) const
 {
   const auto *x = scene::rows(atom->x);
   const double *const *cutneighsq = neighbor->cutneighsq;
@@ -205,28 +227,18 @@ void PairHistories::settle_missing(BondStore &store, PairWork *energies, bool mo
   for (int k = 0; k < atom->nlocal + atom->nghost; k++) atoms.emplace_back(atom->tag[k], k);
   std::sort(atoms.begin(), atoms.end());
 
-  double held = 0.0, dissipated = 0.0;    // a bond of two MPI ranks counts half on each
-  const auto settle = [&](int i, int slot, int type, double radius) {
+  const auto visit = [&](int i, int slot, const AtomDirectory::Entry &partner) {
     const Bond &bond = store.of(i)[slot];
-    PairHistory *const history = store.has_history() ? &store.histories_of(i)[slot] : nullptr;
-    const Offset before = history ? Offset{history->q, history->k} : Offset{};
-    const PairLaw &law = coefficients.law(coefficients.index(atom->type[i], type));
-    const Span span = rules.of_bond(bond.deq, law.row.alpha * (atom->radius[i] + radius));
-    const PairState at =
-        law.state(span.cutoff / bond.deq, 1.0 / bond.deq, rules.flow_of_bonds(), before);
-    held += 0.5 * at.stored.total();
-    dissipated += 0.5 * at.dissipated;
-    if (!history || !moves) return;
-    const double work = history->work + at.dissipated;
-    *history = rules.breaks() ? PairHistory{0.0, 0.0, work, 1.0}
-                              : PairHistory{at.offset.q, at.offset.k, work, 0.0};
+    if (is_excluded(i, (tagint) bond.partner, partner)) return;
+    const PairLaw &law = coefficients.law(coefficients.index(atom->type[i], partner.type));
+    const Span span = rules.of_bond(bond.deq, law.row.alpha * (atom->radius[i] + partner.radius));
+    const PairHistory before = store.has_history() ? store.histories_of(i)[slot] : PairHistory{};
+    f(i, slot,
+      law.state(span.cutoff / bond.deq, 1.0 / bond.deq, rules.flow_of_bonds(),
+                {before.q, before.k}));
   };
 
-  struct Side {
-    int i, slot;
-  };
-  std::vector<Side>
-      far_away;    // with a partner that is not even a ghost: it is far, or was deleted
+  std::vector<std::pair<int, int>> far_away;    // atom, slot: the partner is not even a ghost
   std::vector<tagint> partners;
   for (int i = 0; i < atom->nlocal; i++)
     for (int slot = 0; slot < (int) store.of(i).size(); slot++) {
@@ -234,26 +246,39 @@ void PairHistories::settle_missing(BondStore &store, PairWork *energies, bool mo
       const auto partner = (tagint) store.of(i)[slot].partner;
       auto at = std::lower_bound(atoms.begin(), atoms.end(), std::pair(partner, 0));
       if (at == atoms.end() || at->first != partner) {
-        far_away.push_back({i, slot});
+        far_away.emplace_back(i, slot);
         partners.push_back(partner);
         continue;
       }
-      const int type = atom->type[at->second];
-      const double radius = atom->radius[at->second];
-      bool in_list = false;
+      const int j = at->second;
+      bool is_near = false;
       for (; at != atoms.end() && at->first == partner; ++at)
-        in_list = in_list || PairGeometry(x, i, at->second).dsq <= cutneighsq[atom->type[i]][type];
-      if (!in_list) settle(i, slot, type, radius);
+        is_near = is_near ||
+            PairGeometry(x, i, at->second).dsq <= cutneighsq[atom->type[i]][atom->type[j]];
+      if (!is_near) visit(i, slot, AtomDirectory::Entry::of(atom, j));
     }
 
+  if (!on_any(!partners.empty(), world)) return;
   const AtomDirectory directory(lmp, partners);
   for (size_t k = 0; k < partners.size(); k++) {
     const AtomDirectory::Entry &entry = directory.entries.at(partners[k]);
-    if (entry.type != 0) settle(far_away[k].i, far_away[k].slot, entry.type, entry.radius);
+    if (entry.type != 0) visit(far_away[k].first, far_away[k].second, entry);    // 0: deleted
   }
-  if (!energies) return;
-  energies->forget_missing();
-  energies->take_missing(held, dissipated, rules.breaks() && moves);
+}
+
+PairHistories::Missing PairHistories::settle_missing(const BondStore &store, BondStore *moved) const
+{
+  Missing found;
+  for_each_missing(store, [&](int i, int slot, const PairState &at) {
+    found.held += 0.5 * at.stored.total();    // a bond of two MPI ranks counts half on each
+    found.dissipated += 0.5 * at.dissipated;
+    if (!moved) return;
+    PairHistory &history = moved->histories_of(i)[slot];
+    const double work = history.work + at.dissipated;
+    history = rules.breaks() ? PairHistory{0.0, 0.0, work, 1.0}
+                             : PairHistory{at.offset.q, at.offset.k, work, 0.0};
+  });
+  return found;
 }
 
 // once per run

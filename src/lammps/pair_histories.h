@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
+#include "atom_directory.h"
 #include "core/bond_store.h"
 #include "core/coefficients.h"
 #include "core/contacts.h"
@@ -51,9 +52,14 @@ class PairHistories : protected Pointers {
   /// Collective, where they are due: to the records of their atoms.
   void return_to(BondStore &, bool list_matches, PerAtomComm &);
 
-  /// Collective, where the list was just packed. Bonds that it does not have, as they are past its end, have flowed up to
-  /// their cutoffs, or have broken where bonds break, whether or not it saw them pass. work: takes what they hold.
-  void settle_missing(BondStore &, PairWork *work, bool moves) const;
+  /// What bonds past the end of the neighbor list hold at their cutoffs, and dissipate on the way there [energy].
+  struct Missing {
+    double held = 0.0, dissipated = 0.0;
+  };
+
+  /// Collective, where the list was just packed. Bonds that it does not have have flowed up to their cutoffs, or have
+  /// broken where bonds break, whether or not it saw them pass. moved: the same records, nullptr: they stay as they are.
+  Missing settle_missing(const BondStore &, BondStore *moved) const;
 
   /// Of the pair (i, j) of the lists, which must be those of the present atoms; false where it is not there.
   bool find(int i, int j, PairHistory &found) const;
@@ -82,6 +88,8 @@ class PairHistories : protected Pointers {
   void find_next(PairList &);
   void break_bonds(const std::vector<int> &, PairWork *);
   void send_to_owners(BondStore &, PerAtomComm &);
+  template <class F> void for_each_missing(const BondStore &, F &&) const;
+  bool is_excluded(int i, tagint partner, const AtomDirectory::Entry &) const;
   void index_rows() const;
   void warn_of_limit();
 };

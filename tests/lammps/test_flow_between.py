@@ -91,6 +91,48 @@ print "back: work $(v_work:%.17g) fx $(fx[2]:%.17g)"
     assert found == pytest.approx([flowed, flowed + float(pressed.dissipated), 0.0 if breaks != "none" else float(pressed.force)], rel=2e-7), "the margin of a cutoff, up to which a bond flows"
 
 
+@pytest.mark.parametrize("newton, ranks", [("on", 1), ("on", 2), ("off", 2)])
+def test_a_minimization_does_not_see_the_end_of_the_list(lmp_decks, newton, ranks):
+    """A spring pulls the far particle back into its bond: the potential energy has no step where the bond comes into the list."""
+    text = TWO.format(newton=newton, ghosts=0.03).replace("contact repulsive break 0.02", "contact none plasticity isotropic") + """
+fix hold one setforce 0 0 0
+fix n all nve
+run 0
+unfix n
+variable far atom 0.02*(id==2)
+set group all x v_far
+fix pull two spring tether 1e6 0.0021 0 0 0
+fix_modify pull energy yes
+min_style cg
+min_modify dmax 0.0003
+minimize 0 0.2 1000 10000
+print "end $(pe:%.17g) $(x[2]:%.17g)"
+"""
+    decks = {skin: text.replace("neighbor 0.0001 bin", f"neighbor {skin} bin") for skin in ("1e-5", "1e-3", "0.02")}
+    runs = list(lmp_decks(decks, ranks).values())
+    assert all("Stopping criterion = force tolerance" in run.ok().stdout for run in runs)
+    ends = [[float(word) for word in next(line for line in run.stdout.splitlines() if line.startswith("end ")).split()[1:]] for run in runs]
+    assert ends[0][1] < 0.0025 and ends[1] == pytest.approx(ends[0], rel=1e-9) and ends[2] == pytest.approx(ends[0], rel=1e-9)
+
+
+EXCLUDED = {"types": "set group two type 2\nneigh_modify exclude type 1 2\n", "groups": "neigh_modify exclude group one two\n"}
+
+
+@pytest.mark.parametrize("rules", ["contact none", "contact none plasticity isotropic", "contact repulsive break 0.02"])
+@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("name", EXCLUDED)
+def test_an_excluded_bond_does_nothing(lmp, name, ranks, rules):
+    """A pair that neigh_modify excludes has no force: no bond of it flows, breaks or holds energy, wherever its atoms go."""
+    text = TWO.format(newton="on", ghosts=0.03).replace("contact repulsive break 0.02", rules).replace("create_box 1", "create_box 2")
+    run = lmp(text.replace("thermo_style", "fix ledger all evp/energy\nthermo_style") + "fix n all nve\nrun 1\n" + EXCLUDED[name] + """
+run 1
+displace_atoms two move 0.006 0 0
+run 2
+print "broken $(f_b[5]) entries $(f_ledger[1]) $(f_ledger[3]) $(f_ledger[9]) $(f_ledger[11])"
+""", ranks).ok()
+    assert "broken 0 entries 0 0 0 0\n" in run.stdout
+
+
 def test_a_deleted_partner_breaks_no_bond(lmp):
     run = lmp(TWO.format(newton="on", ghosts=0.03) + "fix n all nve\nrun 1\ndelete_atoms group two compress no\nrun 2\nprint \"broken $(f_b[5])\"\n").ok()
     assert "broken 0\n" in run.stdout
