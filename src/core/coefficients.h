@@ -58,10 +58,13 @@ class Coefficients {
   // the body that laws are made for
 
   /// Does any row name the bodies that it holds for?
-  bool any_scaled() const { return any("spacing"); }
-
-  /// Does any row name the density of its solid?
-  bool any_density() const { return any("density"); }
+  bool any_scaled() const
+  {
+    const auto first = values.begin() + (find_entry(MEMBERS, "spacing") - MEMBERS) * n * n;
+    return std::any_of(first, first + n * n, [](double spacing) {
+      return spacing > 0.0;
+    });
+  }
 
   /// Takes the measures of the bonds, empty ones where there are none. True where they differ from those
   /// that laws were made with: the laws of all pairs of types must be made anew.
@@ -169,9 +172,6 @@ class Coefficients {
   const BlockLaw &law_of_bonds() const { return blocks[0]; }
   const BlockLaw &law_of_contacts() const { return blocks[1]; }
 
-  /// Indices of the laws that pairs can have, since choose_block_laws().
-  const std::vector<int> &laws_in_use() const { return used; }
-
   double memory_usage() const { return bytes_of(values, laws, used, used_before); }
 
  private:
@@ -186,14 +186,6 @@ class Coefficients {
   bool has_chosen = false;
 
   void forget_choice() { has_chosen = false; }
-
-  bool any(const char *key) const
-  {
-    const auto first = values.begin() + (find_entry(MEMBERS, key) - MEMBERS) * n * n;
-    return std::any_of(first, first + n * n, [](double value) {
-      return value > 0.0;
-    });
-  }
 
   Scaling own_scaling(int i, int j) const
   {

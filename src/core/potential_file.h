@@ -82,58 +82,39 @@ find_file_and_row(const std::vector<std::string> &words)
 
 /// The row called name of a potential file's text.
 ///
-/// The first line is a comment that holds `UNITS: style`; every other line that is not empty or a
-/// comment is `NAME`, the nine numbers and keywords. All lines are checked, so that a damaged file is
-/// noticed whichever row is asked for. file is for messages, units the unit style in force. is_last: whether the row
-/// stands in a last line without a line end, whose last number is incomplete if the file was cut there.
+/// The first line is a comment that holds `UNITS: style`; every other line that is not empty or a comment is `NAME`, the
+/// nine numbers and keywords. file is for messages, units the unit style in force.
 inline Row row_from_text(const std::string &text, const std::string &file, const std::string &name,
-                         const std::string &units, bool *is_last = nullptr)
+                         const std::string &units)
 {
-  demand_plain_text(text, file);
   std::istringstream in(text);
-  std::string line, known;
-  if (std::getline(in, line)) {
-    const std::string tag = "UNITS:";
-    std::string declared;
-    const size_t at = line.find(tag);
-    if (line[0] == '#' && at != std::string::npos)
-      std::istringstream(line.substr(at + tag.size())) >> declared;
-    if (declared.empty())
-      throw BadInput("file " + file + " line 1: the first line must be a comment with 'UNITS: " +
-                     units + "' (or the unit style that the numbers are in)");
-    if (declared != units)
-      throw BadInput("file " + file + " is in UNITS: " + shown(declared) + ", but 'units " + units +
-                     "' is in force: convert the file or change the units command");
-  }
+  std::string line, declared, known;
+  std::getline(in, line);
+  const size_t at = line.find("UNITS:");
+  if (line[0] == '#' && at != std::string::npos)
+    std::istringstream(line.substr(at + 6)) >> declared;
+  if (declared != units)
+    throw BadInput("file " + file + ": the first line must be a comment with 'UNITS: " + units +
+                   "', the units in force, got '" + shown(declared) + "'");
 
-  Row found{};
-  bool is_found = false;
-  constexpr int MOST_NAMED = 20;
-  int rows = 0;
+  std::optional<Row> found;
   for (int number = 2; std::getline(in, line); number++) {
     std::vector<std::string> words = split_words(line);
     if (words.empty()) continue;
-    const std::string row_name = words.front();
+    known += (known.empty() ? "" : ", ") + shown(words.front());
+    if (words.front() != name) continue;
     words.erase(words.begin());
     try {
-      const Row row = parse_row(words);
-      if (row_name == name) {
-        if (is_found) throw BadInput("row '" + shown(name) + "' is given twice");
-        found = row;
-        is_found = true;
-        if (is_last) *is_last = in.eof();
-      }
+      if (found) throw BadInput("row '" + shown(name) + "' is given twice");
+      found = parse_row(words);
     } catch (const BadInput &bad) {
-      throw BadInput("file " + file + " line " + std::to_string(number) + ": " + bad.what() +
-                     (in.eof() ? "; this last line has no line end: the file may be cut" : ""));
+      throw BadInput("file " + file + " line " + std::to_string(number) + ": " + bad.what());
     }
-    if (++rows <= MOST_NAMED) known += (known.empty() ? "" : ", ") + shown(row_name);
-    if (rows == MOST_NAMED + 1) known += ", ...";
   }
-  if (!is_found)
+  if (!found)
     throw BadInput("file " + file + " has no row '" + shown(name) +
-                   "'; its rows: " + (known.empty() ? "none" : known));
-  return found;
+                   "'; its rows: " + (known.empty() ? "none" : known.substr(0, 400)));
+  return *found;
 }
 
 }    // namespace EVP

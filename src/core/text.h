@@ -26,22 +26,6 @@ inline std::string shown(const std::string &word)
   return word.size() > MOST ? text + "..." : text;
 }
 
-/// Whether a text starts with the mark that some editors put before UTF-8.
-inline bool has_byte_order_mark(const std::string &text)
-{
-  return text.compare(0, 3, "\xEF\xBB\xBF") == 0;
-}
-
-/// Throws BadInput that names the file where its whole text is not plain.
-inline void demand_plain_text(const std::string &text, const std::string &file)
-{
-  if (text.find('\0') != std::string::npos)
-    throw BadInput("file " + file + " is not a text file (it holds a NUL byte)");
-  if (has_byte_order_mark(text))
-    throw BadInput("file " + file +
-                   " starts with a byte-order mark: save it without (plain ASCII or UTF-8)");
-}
-
 /// Takes a decimal number that fills the whole word and is finite; hexadecimal, nan and inf are refused.
 inline bool take_number(const std::string &word, double &value)
 {

@@ -29,21 +29,4 @@ std::string missing_molecules(const LAMMPS *lmp)
   return "within molecule needs ghost atoms that know their molecule IDs: use " + remedy;
 }
 
-void demand_molecules_of_ghosts(const LAMMPS *lmp, const std::string &who, PerAtomComm &exchange)
-{
-  const Atom *atom = lmp->atom;
-  const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
-  PerAtomComm::Values owners((size_t) 3 * nall);
-  for (int i = 0; i < nlocal; i++) owners[(size_t) 3 * i] = (double) atom->molecule[i];
-  exchange.forward_comm(owners);
-  bool differ = false;
-  for (int i = nlocal; i < nall; i++)
-    differ = differ || owners[(size_t) 3 * i] != (double) atom->molecule[i];
-  if (on_any(differ, lmp->world))
-    lmp->error->all(FLERR,
-                    "{}: ghost atoms have other molecule IDs than their owners: give fix "
-                    "property/atom 'mol ghost yes'",
-                    who);
-}
-
 }    // namespace EVP

@@ -35,8 +35,4 @@ class AtomBodies {
 /// What is missing where atoms and ghosts must have molecule IDs, with the remedy; empty if they have.
 std::string missing_molecules(const LAMMPS *);
 
-/// Collective. Stops, naming `who`, where ghosts have other molecule IDs than their owners: a fix property/atom without
-/// 'ghost yes' leaves those of ghosts as they happen to be. exchange: of three values.
-void demand_molecules_of_ghosts(const LAMMPS *, const std::string &who, PerAtomComm &exchange);
-
 }    // namespace EVP

@@ -208,31 +208,7 @@ void BondRecording::take_file(const std::string &file, const PairData *pair_data
 {
   source = "from file " + file;
   made = read_bond_file(lmp, file, fix->groupbit, pair_data->rules, within, histories);
-  const std::string contact = find_contact_twice(file);
-  throw_together(contact.empty() ? find_bond_twice(file) : contact, world);
-}
-
-// what is left of a broken bond may have flowed as a contact does
-std::string BondRecording::find_contact_twice(const std::string &file) const
-{
-  std::vector<std::array<int64_t, 2>> contacts, broken;
-  for (const HistoryOfPair &pair : histories) {
-    if (!pair.is_record) contacts.push_back({pair.i, pair.partner});
-    if (pair.history.broken != 0.0) broken.push_back({pair.i, pair.partner});
-  }
-  std::sort(contacts.begin(), contacts.end());
-  std::sort(broken.begin(), broken.end());
-  const auto named = [&](const std::array<int64_t, 2> &contact) {
-    const int64_t own = atom->tag[contact[0]];
-    return fmt::format("contact {} {} is", std::min(own, contact[1]), std::max(own, contact[1]));
-  };
-  const auto again = std::adjacent_find(contacts.begin(), contacts.end());
-  if (again != contacts.end()) return fmt::format("{} given twice in file {}", named(*again), file);
-  for (const auto &contact : contacts)
-    for (const Bond &bond : made[contact[0]])
-      if (bond.partner == contact[1] && !std::binary_search(broken.begin(), broken.end(), contact))
-        return fmt::format("{} a bond too in file {}", named(contact), file);
-  return "";
+  throw_together(find_bond_twice(file), world);
 }
 
 // a partner that is there twice has two deq
@@ -253,10 +229,9 @@ std::string BondRecording::find_bond_twice(const std::string &file) const
   return "";
 }
 
-void BondRecording::check_molecules(PerAtomComm &exchange)
+void BondRecording::check_molecules()
 {
   if (within != BodyRule::MOLECULE) return;
-  demand_molecules_of_ghosts(lmp, who, exchange);
   std::array<bigint, 2> counts{};    // atoms of the group, of these without
   for (int i = 0; i < atom->nlocal; i++)
     if (atom->mask[i] & fix->groupbit) {

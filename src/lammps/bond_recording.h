@@ -29,8 +29,8 @@ class BondRecording : protected Pointers {
   /// The same of the bonds of a file, which may say what within is.
   void take_file(const std::string &file, const class PairData *);
 
-  /// Collective. With molecules: stops where ghosts have others than their owners, or no atom of the group has one.
-  void check_molecules(PerAtomComm &);
+  /// Collective. With molecules: stops where no atom of the group has one.
+  void check_molecules();
 
   /// Collective. Cannot fail.
   void give_to(BondStore &);
@@ -48,7 +48,6 @@ class BondRecording : protected Pointers {
   bigint overlaps = 0, loose = 0;    // pairs of two bodies; atoms of the group without a molecule
   int64_t most = 0;                  // records of an atom
 
-  std::string find_contact_twice(const std::string &file) const;
   std::string find_bond_twice(const std::string &file) const;
 };
 

@@ -110,15 +110,11 @@ void FixEVPBonds::set_exchange_room()
 void FixEVPBonds::check_history() const
 {
   const auto &rules = pair_data->rules;
-  if (!rules.has_history() && EVP::on_any(bonds->has_changed(), world))
+  if (!rules.plastic &&
+      EVP::on_any(rules.breaks() ? bonds->has_flowed() : bonds->has_changed(), world))
     error->all(FLERR,
-               "{}: bonds have flowed or broken, which pair_style evp/lj with 'plasticity none' "
-               "and 'break none' would forget: give it 'plasticity isotropic' or 'break'",
-               who);
-  if (!rules.plastic && EVP::on_any(bonds->has_flowed(), world))
-    error->all(FLERR,
-               "{}: bonds have flowed, which pair_style evp/lj with 'plasticity none' would "
-               "forget: give it 'plasticity isotropic'",
+               "{}: bonds have flowed or broken, which this pair_style would forget: give it the "
+               "'plasticity' and 'break' that it had",
                who);
   if (!rules.has_history()) return;
   if (const Fix *other = EVP::scene::find_earlier_exchange_fix(modify, this))
@@ -233,10 +229,7 @@ std::string FixEVPBonds::misplaced_message(BondStore::Misplaced atoms) const
 
 void FixEVPBonds::setup_pre_force(int /*vflag*/)
 {
-  if (!bonds->has_recorded())
-    record();
-  else if (bonds->within() == BodyRule::MOLECULE)
-    EVP::demand_molecules_of_ghosts(lmp, who, *this);
+  if (!bonds->has_recorded()) record();
 }
 
 void FixEVPBonds::record()
@@ -252,7 +245,7 @@ void FixEVPBonds::record()
     recording.take_zone(list, zone, pair_data, *this);
   });
   check_box(pair_data);
-  recording.check_molecules(*this);
+  recording.check_molecules();
   recording.give_to(*bonds);
   set_exchange_room();
   measure();
@@ -368,12 +361,9 @@ void FixEVPBonds::restore_within(BodyRule kept, bool recorded)
   const BodyRule given = bonds->within();
   if (given != BodyRule::ALL && given != kept && recorded)
     error->all(FLERR,
-               "{}: 'within {}' is not what the bonds of the restart file were recorded with, "
-               "which is {}: leave it out; or, to change it, leave it out, write the bonds by "
-               "write_evp_bonds, unfix, and define a fix of another ID with 'file' and 'within'",
-               who, EVP::BODY_RULES[(int) given],
-               kept == BodyRule::ALL ? "none"
-                                     : fmt::format("'within {}'", EVP::BODY_RULES[(int) kept]));
+               "{}: the bonds of the restart file were recorded with another 'within' than {}: "
+               "leave it out",
+               who, EVP::BODY_RULES[(int) given]);
   if (given != BodyRule::ALL) return;
   bonds->keep_within(kept);
   if (kept != BodyRule::ALL && comm->me == 0)

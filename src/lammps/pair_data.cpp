@@ -279,7 +279,6 @@ bool PairData::pack(const NeighList *neighbors, bool collective)
         return cuts.handles(i, j);
       },
       explicit_damping && implicit_groupbit, rules.flow_of_bonds(), rules.flow_of_contacts());
-  if (is_first) laws.warn_of_density();
   return is_first;
 }
 

@@ -59,8 +59,7 @@ struct PairEVPLJ::SumForLAMMPS : EVP::SumTally {
   }
 };
 
-PairEVPLJ::PairEVPLJ(LAMMPS *lmp) :
-    Pair(lmp), pair_data(lmp, this, coefficients), timestep_check(lmp, pair_data, coefficients)
+PairEVPLJ::PairEVPLJ(LAMMPS *lmp) : Pair(lmp), pair_data(lmp, this, coefficients)
 {
   writedata = 1;
   comm_forward = 3;    // velocities or positions
@@ -216,7 +215,7 @@ void PairEVPLJ::compute(int eflag, int vflag)
 {
   ev_init(eflag, vflag);
 
-  if (pair_data.pack_if_due(list)) timestep_check.warn();
+  if (pair_data.pack_if_due(list)) EVP::warn_of_timestep(lmp, pair_data);
   const bool damps = pair_data.damping_acts() && pair_data.damps_explicitly();
   if (damps) pair_data.ghosts.send_velocities();
   velocities_sent = damps;

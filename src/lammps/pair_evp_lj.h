@@ -49,7 +49,6 @@ class PairEVPLJ : public Pair {
 
   EVP::Coefficients coefficients;
   EVP::PairData pair_data;
-  EVP::TimestepCheck timestep_check;
   bool velocities_sent = false;    // to ghosts, for the last forces
 
   void allocate();

@@ -8,7 +8,6 @@
 
 #include "comm.h"
 #include "domain.h"
-#include "math_const.h"
 
 #include <algorithm>
 #include <cmath>
@@ -133,31 +132,6 @@ void RowLaws::report()
                    "Pair evp/lj: a row names the spacing and coordination that it holds for, but "
                    "there are no bonds to compare with: coefficients are taken as given; define "
                    "fix evp/bonds to scale them");
-}
-
-void RowLaws::warn_of_density()
-{
-  if (domain->dimension == 2 || !coefficients.any_density() || !scene::makes_steps(lmp)) return;
-  std::vector<double> mass(atom->ntypes + 1, 0.0), volume = mass;    // of each type
-  for (int i = 0; i < atom->nlocal; i++) {
-    mass[atom->type[i]] += scene::mass(atom, i);
-    volume[atom->type[i]] += 4.0 / 3.0 * MathConst::MY_PI * std::pow(atom->radius[i], 3.0);
-  }
-  for (auto *sums : {&mass, &volume})
-    MPI_Allreduce(MPI_IN_PLACE, sums->data(), atom->ntypes + 1, MPI_DOUBLE, MPI_SUM, world);
-
-  std::string warning;
-  for (int type = atom->ntypes; type > 0; type--) {
-    const double solid = coefficients.row(type, type).density, mean = mass[type] / volume[type];
-    // that of the solid, or that over the solid fraction, which may be 0.2 in a lattice
-    if (cuts.handles(type, type) && solid > 0.0 && (mean < 0.99 * solid || mean > 10.0 * solid))
-      warning =
-          fmt::format("Pair evp/lj: atoms of type {} have a mean density of {:.6g}, but the "
-                      "density in their row is {:.6g}: set it to that of the row divided by the "
-                      "solid fraction of the body; ignore this if masses are scaled on purpose",
-                      type, mean, solid);
-  }
-  warn(warning, last_density_warning);
 }
 
 void RowLaws::check(const PairList &list, const VolumeForces *volume) const

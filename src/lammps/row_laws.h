@@ -34,18 +34,13 @@ class RowLaws : protected Pointers {
   /// At the set-up of a run. Warns where a row has a volume energy and there is no fix evp/volume. Again only when it changes.
   void report();
 
-  /// Collective, at the set-up of a run. Warns where atoms have a density that does not match that of the solid in the row
-  /// of their type: atoms of a body of solid fraction s have the density of the solid, or 1/s of it, with which the body
-  /// has the mass of the solid. Again only when it changes.
-  void warn_of_density();
-
   /// Collective. Stops where bonds join types that had none when they were measured: types may have been set since.
   void check(const PairList &, const VolumeForces *) const;
 
  private:
   Coefficients &coefficients;
   const Cutoffs &cuts;
-  std::string last_report, last_kv_warning, last_density_warning;
+  std::string last_report, last_kv_warning;
 
   bool take_measures(const BondStore *);
   void take_kv();

@@ -197,54 +197,21 @@ namespace {
     void init() override {}
   };
 
-  bool are_close(const std::vector<double> &a, const std::vector<double> &b)
-  {
-    constexpr double ROUND_OFF = 1e-9;    // sums in another order
-    return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](double x, double y) {
-      return std::fabs(x - y) <= ROUND_OFF * std::fabs(x);
-    });
-  }
-
 }    // namespace
 
-// The same on all MPI ranks.
-std::vector<double> TimestepCheck::describe(const StableTimesteps::FreeAtoms &free) const
+void warn_of_timestep(LAMMPS *lmp, const PairData &pair_data)
 {
-  const VolumeForces *const volume = pair_data.volume();
-  std::array<double, 2> sums = {};
-  for (int i = 0; i < atom->nlocal; i++) {
-    if (free.has(atom->mask[i])) sums[0] += scene::inverse_mass(atom, force, i);
-    if (volume) sums[1] += volume->stiffness(i);
-  }
-  sums = reduce_all(sums, MPI_SUM, world);
-  const Fix *const implicit = scene::find_fix(modify, "nve/evp");
-  std::vector<double> values = {update->dt,
-                                (double) pair_data.source.version(),
-                                (double) pair_data.rules.plastic,
-                                (double) (implicit ? implicit->groupbit : 0),
-                                sums[0],
-                                sums[1]};
-  for (const int index : coefficients.laws_in_use())
-    for (const Member &member : MEMBERS)
-      values.push_back(coefficients.law(index).row.*member.value);
-  return values;
-}
-
-void TimestepCheck::warn()
-{
+  const Update *const update = lmp->update;
   // with respa the pair style has a step of its own
   const bool is_set = utils::strmatch(update->integrate_style, "^respa") ||
-      scene::find_fix(modify, "dt/evp") || scene::find_fix(modify, "dt/reset");
-  const StableTimesteps::FreeAtoms free = find_free(modify);
+      scene::find_fix(lmp->modify, "dt/evp") || scene::find_fix(lmp->modify, "dt/reset");
+  const StableTimesteps::FreeAtoms free = find_free(lmp->modify);
   if (is_set || !free.groups || !scene::makes_steps(lmp)) return;
-  const std::vector<double> now = describe(free);
-  if (are_close(now, checked)) return;
-  checked = now;
-
   if (VolumeForces *const volume = pair_data.volume()) {
     const PairLists &lists = pair_data.packed_pairs();
-    volume->evaluate(lists,
-                     {scene::rows(atom->x), nullptr, nullptr, lists.nreact(force->newton_pair)});
+    volume->evaluate(
+        lists,
+        {scene::rows(lmp->atom->x), nullptr, nullptr, lists.nreact(lmp->force->newton_pair)});
   }
   char words[][16] = {"timestep_check", "all", "evp/dt"};
   char *arg[] = {words[0], words[1], words[2]};
@@ -255,12 +222,12 @@ void TimestepCheck::warn()
   const double dt = update->dt;    // most runs are spared the eigenvalues
   if (dt <= limits.row_sum_dt(!implicit) || (!implicit && limits.is_stable_explicitly(dt))) return;
   const double limit = implicit ? limits.implicit_dt() : limits.explicit_dt();
-  if (dt > (1.0 + StableTimesteps::ACCURACY) * limit && comm->me == 0)
-    error->warning(FLERR,
-                   "Pair evp/lj: the timestep {:.6g} is {:.4g} times the largest stable timestep "
-                   "{:.6g}: the run is unstable, or silently wrong; fix dt/evp sets the timestep, "
-                   "compute evp/dt shows the limit",
-                   dt, dt / limit, limit);
+  if (dt > (1.0 + StableTimesteps::ACCURACY) * limit && lmp->comm->me == 0)
+    lmp->error->warning(FLERR,
+                        "Pair evp/lj: the timestep {:.6g} is {:.4g} times the largest stable "
+                        "timestep {:.6g}: the run is unstable, or silently wrong; fix dt/evp sets "
+                        "the timestep, compute evp/dt shows the limit",
+                        dt, dt / limit, limit);
 }
 
 }    // namespace EVP

@@ -69,24 +69,8 @@ class StableTimesteps : protected Pointers {
   double lambda_k();
 };
 
-/// Warns of a timestep above the largest stable one. Atoms that do not follow the forces on them are held.
-class TimestepCheck : protected Pointers {
- public:
-  TimestepCheck(LAMMPS *lmp, const PairData &pair_data_in, const Coefficients &coefficients_in) :
-      Pointers(lmp), pair_data(pair_data_in), coefficients(coefficients_in)
-  {
-  }
-
-  /// Collective, at the set-up of a run, with the packed pairs at the present positions. The same timestep of the same
-  /// rows, bonds and atoms is not checked again.
-  void warn();
-
- private:
-  const PairData &pair_data;
-  const Coefficients &coefficients;
-  std::vector<double> checked;    // what the last check depended on
-
-  std::vector<double> describe(const StableTimesteps::FreeAtoms &) const;
-};
+/// Collective, at the set-up of a run, with the packed pairs at the present positions. Warns of a timestep above the largest
+/// stable one. Atoms that do not follow the forces on them are held.
+void warn_of_timestep(LAMMPS *, const PairData &);
 
 }    // namespace EVP

@@ -2,6 +2,7 @@
 
 #include "user_input.h"
 
+#include "collective.h"
 #include "core/potential_file.h"
 
 #include "comm.h"
@@ -11,6 +12,8 @@
 #include <array>
 #include <cerrno>
 #include <cstdio>
+#include <fstream>
+#include <sstream>
 
 namespace EVP {
 
@@ -39,38 +42,32 @@ Reading read_text(const std::string &path, int most, std::string &text, MPI_Comm
   return (Reading) outcome[0];
 }
 
-static constexpr int MOST_BYTES = 1 << 20;
-
-// file, name: a word each, or both one word
-static Row read_file(LAMMPS *lmp, const std::string &file, const std::string &name, bool apart)
+// Collective. name: of the row
+static Row read_file(LAMMPS *lmp, const std::string &file, const std::string &name)
 {
-  const std::string path = lmp->comm->me == 0 ? utils::get_potential_file_path(file) : "";
-  std::string text;
-  const Reading reading = read_text(path, MOST_BYTES, text, lmp->world);
-  if (reading == Reading::TOO_LARGE)
-    throw BadInput("file " + file + " is larger than 1 MiB: not a potential file");
-  if (reading != Reading::DONE && apart && file.find(':') != std::string::npos)
-    throw BadInput("unexpected argument '" + shown(name) + "' after '" + shown(file) +
-                   "', which is no file but FILE:ROW: a row of a file takes no further arguments, "
-                   "its keywords are in the file");
-  if (reading != Reading::DONE)
-    throw BadInput("cannot read the potential file '" + file +
-                   "': give its path, or put its folder into LAMMPS_POTENTIALS" +
-                   (looks_like_number(file) ? "; a row of numbers has " + row_keys() : ""));
-  bool is_last = false;
-  const Row row = row_from_text(text, file, name, lmp->update->unit_style, &is_last);
-  if (is_last && lmp->comm->me == 0)
-    lmp->error->warning(FLERR,
-                        "file {}: the line of row '{}', the last one, has no line end: if the file "
-                        "was cut, its last number is incomplete; add a line end",
-                        file, name);
-  return row;
+  std::string text, complaint;
+  if (lmp->comm->me == 0) {
+    std::ifstream in(utils::get_potential_file_path(file), std::ios::binary);
+    std::ostringstream read;
+    read << in.rdbuf();
+    text = read.str();
+    if (text.empty())
+      complaint = "cannot read the potential file '" + shown(file) +
+          "': give its path, or put its folder into LAMMPS_POTENTIALS; a row of numbers has " +
+          row_keys();
+  }
+  throw_together(complaint, lmp->world);
+  int size = (int) text.size();
+  MPI_Bcast(&size, 1, MPI_INT, 0, lmp->world);
+  text.resize(size);
+  MPI_Bcast(text.data(), size, MPI_CHAR, 0, lmp->world);
+  return row_from_text(text, file, name, lmp->update->unit_style);
 }
 
 Row read_row(LAMMPS *lmp, const std::vector<std::string> &words)
 {
   const auto found = find_file_and_row(words);
-  return found ? read_file(lmp, (*found)[0], (*found)[1], words.size() > 1) : parse_row(words);
+  return found ? read_file(lmp, (*found)[0], (*found)[1]) : parse_row(words);
 }
 
 }    // namespace EVP

@@ -45,14 +45,6 @@ def test_the_scene_itself_runs(lmp):
         assert f"recorded {bonds} pairs within" in lmp(scene(fix=fix), ranks=2, seconds=SECONDS).ok().stdout
 
 
-@pytest.mark.parametrize("ghost", ["2", "4"])
-def test_ghosts_that_know_other_molecules(lmp, ghost):
-    """A second fix property/atom that ghosts know does not make up for one that they do not."""
-    fix = MOL.format("no") + "fix other all property/atom i_other ghost yes\nset group all mol 1\n" + FIX + "within molecule"
-    run = lmp(scene(fix=fix), ranks=int(ghost), seconds=SECONDS)
-    refused(run, "Fix bonds evp/bonds: ghost atoms have other molecule IDs than their owners: give fix property/atom 'mol ghost yes'")
-
-
 HEADER = "# EVP bonds COUNT: 1{} UNITS: si\n"
 
 

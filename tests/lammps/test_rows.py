@@ -490,12 +490,12 @@ REFUSED = {
     "no file": ({"coeff": "pair_coeff * * absent.evp:metal"}, "cannot read the potential file 'absent.evp'"),
     "no row": ({"coeff": "pair_coeff * * p.evp:tin"}, "has no row 'tin'; its rows: metal, plain"),
     "no name": ({"coeff": "pair_coeff * * p.evp:"}, "expected FILE:ROW"),
-    "cut in a row": ({"coeff": "pair_coeff * * cut.evp:metal"}, "file cut.evp line 2: expected 9 values, got 8", "this last line has no line end: the file may be cut"),
-    "a bad line": ({"coeff": "pair_coeff * * bad.evp:metal"}, "file bad.evp line 4: coordination must be positive"),
+    "cut in a row": ({"coeff": "pair_coeff * * cut.evp:metal"}, "file cut.evp line 2: expected 9 values, got 8"),
+    "a bad line": ({"coeff": "pair_coeff * * bad.evp:bad"}, "file bad.evp line 4: coordination must be positive"),
     "command without prefix": ({"units": "units si\nread_evp_row p.evp:metal"}, "read_evp_row: expected at least two arguments", "got 1"),
     "command without row": ({"units": "units si\nread_evp_row p.evp m"}, "read_evp_row: expected FILE:ROW", "got 'p.evp'"),
     "bad prefix": ({"units": "units si\nread_evp_row p.evp:metal m-1"}, "letters, digits and underscores", "got 'm-1'"),
-    "other units": ({"units": "read_evp_row p.evp:metal m\nunits si"}, "is in UNITS: si, but 'units lj' is in force"),
+    "other units": ({"units": "read_evp_row p.evp:metal m\nunits si"}, "'UNITS: lj', the units in force, got 'si'"),
     "taken": ({"units": "units si\nvariable m_kv index 3\nread_evp_row p.evp:metal m"}, "there is a variable m_kv of another style"),
 }
 
@@ -507,15 +507,6 @@ def test_refusals(lmp, tmp_path, case):
     (tmp_path / "cut.evp").write_text(POTENTIAL.partition("\n")[0] + "\nmetal " + WORDS.rpartition(" ")[0], encoding="utf-8")
     parts, *texts = REFUSED[case]
     refused(lmp(scene(**parts), seconds=SECONDS), *texts)
-
-
-@pytest.mark.parametrize("end, asked, warns", [("", "last", True), ("\n", "last", False), ("", "first", False), ("\n# end", "last", False)])
-def test_a_file_that_may_be_cut_in_its_last_number(lmp, tmp_path, end, asked, warns):
-    """By hand one may leave the last line end out: a warning, of the row in question only."""
-    (tmp_path / "p.evp").write_text(f"# UNITS: si\nfirst {WORDS}\nlast {WORDS}{end}", encoding="utf-8")
-    run = lmp(f"units si\nread_evp_row p.evp:{asked} m\nprint 'alpha ${{m_alpha}}'\n").ok()
-    found = [line for line in run.warnings() if "the line of row 'last', the last one, has no line end: if the file was cut" in line]
-    assert len(found) == warns and f"alpha {WORDS.split()[-1]}\n" in run.stdout
 
 
 def test_long_lines_are_told_of(lmp, bar):
