@@ -247,6 +247,13 @@ template <class Powers> class Law {
   }
 };
 
+/// What the law reads of a pair beside its distance.
+struct PairVariables {
+  double inv_deq;    ///< 1/deq [1/length]
+  Flow flow = Flow::FORGETS;
+  Offset offset = {};    ///< of a pair whose flow stays, else 0
+};
+
 /// All that the law says of one pair. Forces and stiffness with their units: [energy/length], [energy/length^2].
 struct PairState {
   double force;              ///< positive repels
@@ -283,15 +290,14 @@ class PairLaw : public Law<AnyPowers> {
           " and m1 n1 e1 = " + rounded(row.m1 * row.n1 * row.e1) + ": flow would not end");
   }
 
-  /// At r = d/deq of a pair with the offset `before`.
-  PairState state(double r, double inv_deq, Flow flow = Flow::FORGETS,
-                  const Offset &before = {}) const
+  /// At r = d/deq.
+  PairState state(double r, const PairVariables &pair) const
   {
-    PairState now = flow == Flow::FORGETS ? state_forgetting(r)
-                                          : state_flowing(r, flow == Flow::COMPRESSES, before);
-    now.stiffness_ahead = std::max(now.stiffness, now.stiffness_ahead) * inv_deq * inv_deq;
-    now.stiffness *= inv_deq * inv_deq;
-    now.force *= inv_deq;
+    PairState now = pair.flow == Flow::FORGETS ? state_forgetting(r) : state_flowing(r, pair);
+    now.stiffness_ahead =
+        std::max(now.stiffness, now.stiffness_ahead) * pair.inv_deq * pair.inv_deq;
+    now.stiffness *= pair.inv_deq * pair.inv_deq;
+    now.force *= pair.inv_deq;
     return now;
   }
 
@@ -337,9 +343,11 @@ class PairLaw : public Law<AnyPowers> {
     return now;
   }
 
-  PairState state_flowing(double r, bool is_contact, const Offset &before) const
+  PairState state_flowing(double r, const PairVariables &pair) const
   {
     PairState now{};
+    const Offset &before = pair.offset;
+    const bool is_contact = pair.flow == Flow::COMPRESSES;
     const double strain = r - 1.0 - before.q;
     const double by = slip(is_contact ? -strain : std::fabs(strain), before.k);
     now.offset = {before.q + std::copysign(by, strain), before.k + by};
@@ -361,7 +369,7 @@ class PairLaw : public Law<AnyPowers> {
   {
     constexpr double LARGEST = 1e200;
     for (const double d : {1.0 + xi_s, 1.0 - xi_s, 0.5, row.alpha}) {
-      const PairState at = state(d, 1.0);
+      const PairState at = state(d, {1.0});
       for (const double value : {at.force, at.stiffness_ahead, at.stored.total(), row.gamma})
         if (!(std::fabs(value) <= LARGEST))
           throw BadInput(

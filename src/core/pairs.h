@@ -62,16 +62,13 @@ static_assert(sizeof(PairHistory) == PairHistory::WORDS * sizeof(double), "doubl
 constexpr int BLOCK_SIZE = 256;
 
 /// One pair of a list. Its i is that of its PackedRow.
-struct PackedPair {
-  double inv_deq;    ///< 1/deq [1/length]
-  double cutsq;      ///< square of the distance beyond which nothing acts, its margin included
-  double cut;        ///< that distance without the margin: there the energy is zero [length]
-  int j;             ///< partner, local or ghost
-  int law;           ///< index of the pair type's law
-  int record;        ///< its record at i, see BondStore; -1 of a contact that was never a bond
+struct PackedPair : PairVariables {
+  double cutsq;    ///< square of the distance beyond which nothing acts, its margin included
+  double cut;      ///< that distance without the margin: there the energy is zero [length]
+  int j;           ///< partner, local or ghost
+  int law;         ///< index of the pair type's law
+  int record;      ///< its record at i, see BondStore; -1 of a contact that was never a bond
   bool is_bond;
-  Flow flow;
-  Offset offset;    ///< of a pair whose flow stays, else 0
 };
 
 /// The pairs of one particle: [first, last) of a PairList. A particle may have several rows.
@@ -168,8 +165,13 @@ class PairList {
 
   PackedPair operator[](size_t n) const
   {
-    return {inv_deq[n], cutsq[n], std::sqrt(cutsq[n]) / (1.0 + margin),   j[n], law[n], record[n],
-            are_bonds,  flow_,    stays() ? Offset{q[n], k[n]} : Offset{}};
+    return {{inv_deq[n], flow_, stays() ? Offset{q[n], k[n]} : Offset{}},
+            cutsq[n],
+            std::sqrt(cutsq[n]) / (1.0 + margin),
+            j[n],
+            law[n],
+            record[n],
+            are_bonds};
   }
 
   void set_history(size_t n, const PairHistory &history)

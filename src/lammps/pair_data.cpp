@@ -74,15 +74,15 @@ PairData::AnyPair PairData::pair_between(int i, int j, int itype, int jtype) con
       : broken              ? rules.of_broken(sum_radii, bond ? bond->deq : sum_radii)
                             : rules.of_contact(sum_radii, dlim, divided);
   const double margin = is_bond ? BOND_MARGIN : rules.contact_margin(divided, any_gamma);
-  const PackedPair pair = {1.0 / span.deq,
+  const PackedPair pair = {{1.0 / span.deq,
+                            is_bond ? rules.flow_of_bonds() : rules.flow_of_contacts(),
+                            {history.q, history.k}},
                            span.cutoff > 0.0 ? cutoff_squared(span.cutoff, margin) : -1.0,
                            span.cutoff,
                            j,
                            law,
                            -1,
-                           is_bond,
-                           is_bond ? rules.flow_of_bonds() : rules.flow_of_contacts(),
-                           {history.q, history.k}};
+                           is_bond};
   return {pair, span.deq, history.work};
 }
 

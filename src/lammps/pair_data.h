@@ -56,7 +56,7 @@ class PairData : protected Pointers {
   /// All that the law says of a packed pair, past its cutoff of it there.
   PairState state_of(const PlacedPair &pair) const
   {
-    return law_of(pair).state(pair.ratio(), pair.inv_deq, pair.flow, pair.offset);
+    return law_of(pair).state(pair.ratio(), pair);
   }
 
   /// The pair of two atoms of the present lists, packed or not, with its work of flow [energy]; as its law had no twin.

@@ -322,7 +322,7 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
   const auto [pair, deq, work] = pair_data.pair_between(i, j, itype, jtype);
   const EVP::PairLaw &law = pair_data.law_of(pair);
   const double d = std::sqrt(rsq);
-  const EVP::PairState now = law.state(d * pair.inv_deq, pair.inv_deq, pair.flow, pair.offset);
+  const EVP::PairState now = law.state(d * pair.inv_deq, pair);
   const bool acts = rsq <= pair.cutsq && factor_lj != 0.0;
   svector[0] = deq;
   svector[1] = (d - deq) / deq;
@@ -343,7 +343,7 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
   }
   if (pair.flow != EVP::Flow::FORGETS)
     return now.stored.total() + (pair_data.is_incremental() ? now.dissipated : 0.0);
-  return now.stored.total() - law.state(pair.cut * pair.inv_deq, pair.inv_deq).stored.total();
+  return now.stored.total() - law.state(pair.cut * pair.inv_deq, pair).stored.total();
 }
 
 // restart files hold settings, the fix that recorded, and per pair of types whether there is a row, and the row

@@ -45,7 +45,7 @@ void PairHistories::find_next(PairList &list)
   for_each_pair(list, scene::rows(atom->x), [&](const PlacedPair &p) {
     if (rules.breaks() && p.is_bond && p.is_past_cutoff()) past.push_back(p.index);
     if (!list.stays()) return;
-    const PairState now = coefficients.law(p.law).state(p.ratio(), p.inv_deq, p.flow, p.offset);
+    const PairState now = coefficients.law(p.law).state(p.ratio(), p);
     const bool parted = p.is_past_cutoff() && !p.is_bond;
     list.q_new[p.index] = parted ? 0.0 : now.offset.q;
     list.spent[p.index] = parted ? 0.0 : now.dissipated;
@@ -62,9 +62,7 @@ void PairHistories::break_bonds(const std::vector<int> &broken, PairWork *work)
     const double ratio = bond.cut * bond.inv_deq;
     if (work)
       work->add_broken(rank_share(bond.j, lists.nreact(force->newton_pair)) *
-                       coefficients.law(bond.law)
-                           .state(ratio, bond.inv_deq, bond.flow, bond.offset)
-                           .stored.total());
+                       coefficients.law(bond.law).state(ratio, bond).stored.total());
 
     const Span left = rules.of_broken(atom->radius[i] + atom->radius[bond.j], 1.0 / bond.inv_deq);
     if (left.cutoff == 0.0 || !contacts.make_room(1)) continue;
@@ -234,8 +232,8 @@ template <class F> void PairHistories::for_each_missing(const BondStore &store, 
     const Span span = rules.of_bond(bond.deq, law.row.alpha * (atom->radius[i] + partner.radius));
     const PairHistory before = store.has_history() ? store.histories_of(i)[slot] : PairHistory{};
     f(i, slot,
-      law.state(span.cutoff / bond.deq, 1.0 / bond.deq, rules.flow_of_bonds(),
-                {before.q, before.k}));
+      law.state(span.cutoff / bond.deq,
+                {1.0 / bond.deq, rules.flow_of_bonds(), {before.q, before.k}}));
   };
 
   std::vector<std::pair<int, int>> far_away;    // atom, slot: the partner is not even a ghost

@@ -202,7 +202,7 @@ void PairListBuilder::count_overlap(int i, int j, double dsq, double deq, const 
   if (!force->newton_pair && j >= atom->nlocal && atom->tag[i] > atom->tag[j]) return;
   if (overlaps.count++) return;
   const double d = std::sqrt(dsq);
-  overlaps = {1, atom->tag[i], atom->tag[j], d, deq, law.state(d / deq, 1.0 / deq).regime};
+  overlaps = {1, atom->tag[i], atom->tag[j], d, deq, law.state(d / deq, {1.0 / deq}).regime};
 }
 
 }    // namespace EVP

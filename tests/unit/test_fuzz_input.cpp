@@ -184,11 +184,11 @@ TEST(Fuzz, ParameterFileGivesALawOrARefusal)
     EXPECT_EQ(row.spacing > 0.0, row.coordination > 0.0);
     const EVP::PairLaw law(row);
     for (const double r : {0.7, 1.0 - row.xi_s, 1.0, 1.0 + row.xi_s, row.alpha}) {
-      const EVP::PairState now = law.state(r, 100.0);
+      const EVP::PairState now = law.state(r, {100.0});
       const double values[] = {now.force, now.stiffness, now.stored.total()};
       for (const double value : values) EXPECT_TRUE(std::isfinite(value)) << "at r = " << r;
     }
-    EXPECT_GE(law.state(1.0, 100.0).stiffness, 0.0);
+    EXPECT_GE(law.state(1.0, {100.0}).stiffness, 0.0);
     EXPECT_GE(row.gamma, 0.0);
   });
 }

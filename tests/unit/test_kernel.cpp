@@ -99,7 +99,7 @@ struct Expected {
     for_each_pair(list, rows_of(cloud.x), [&](const PlacedPair &p) {
       const PairLaw &law = cloud.laws[p.law];
       const Row &row = law.row;
-      const PairState now = law.state(p.ratio(), p.inv_deq, p.flow, p.offset);
+      const PairState now = law.state(p.ratio(), p);
       const bool is_past = p.is_past_cutoff(), flows = p.flow != Flow::FORGETS;
       PairResult pair = {};
       if (is_past)
@@ -114,7 +114,7 @@ struct Expected {
       }
       pair.elastic = now.stored.elastic;
       pair.forgotten = now.stored.forgotten;
-      if (!flows) pair.at_cutoff = law.state(p.cut * p.inv_deq, 1.0).stored.total();
+      if (!flows) pair.at_cutoff = law.state(p.cut * p.inv_deq, {1.0}).stored.total();
       if (!is_past || (flows && incremental)) pair.potential = now.stored.total() - pair.at_cutoff;
       if (flows) {
         pair.q_new = is_past && !p.is_bond ? 0.0 : now.offset.q;
@@ -295,7 +295,7 @@ TEST(Kernel, RoundOffAtTheCutoffDecidesNothing)
     for (const bool is_bond : {false, true})
       for (const double off : {-8 * EPSILON, 0.0, 8 * EPSILON, 1e-10, 1e-8, 1e-6}) {
         SCOPED_TRACE(std::to_string(is_bond) + " " + std::to_string(off));
-        const double d = cutoff * (1.0 + off), pull = -PairLaw(row).state(cutoff, 1.0).force;
+        const double d = cutoff * (1.0 + off), pull = -PairLaw(row).state(cutoff, {1.0}).force;
         const double x[2][3] = {{0, 0, 0}, {d, 0, 0}};
         Vectors f(2, {0, 0, 0});
         PairList list(is_bond);

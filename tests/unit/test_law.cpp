@@ -69,8 +69,8 @@ template <class F> double derivative(F f, double x, double h)
 
 double energy(const PairLaw &law, double d, double deq, double cutoff)
 {
-  return law.state(d / deq, 1.0 / deq).stored.total() -
-      law.state(cutoff / deq, 1.0 / deq).stored.total();
+  return law.state(d / deq, {1.0 / deq}).stored.total() -
+      law.state(cutoff / deq, {1.0 / deq}).stored.total();
 }
 
 }    // namespace
@@ -83,7 +83,7 @@ TEST(LawReference, ForceEnergyStiffnessAndRegimeHoldToTwelveDigits)
     const Row row = row_of(v);
     const double d = v[7], deq = v[8], least = energy_scale(row);
     const PairLaw law(row);
-    const PairState now = law.state(d / deq, 1.0 / deq);
+    const PairState now = law.state(d / deq, {1.0 / deq});
     SCOPED_TRACE(name_of(row) + "d/deq = " + std::to_string(d / deq));
     EXPECT_NEAR(now.force, v[11], REFERENCE * std::max(std::fabs(v[11]), least / deq));
     EXPECT_NEAR(energy(law, d, deq, v[9]), v[12], REFERENCE * std::max(std::fabs(v[12]), least));
@@ -111,7 +111,7 @@ TEST(LawReference, WhatIsStoredHoldsToThirteenDigitsOfItself)
       EXPECT_NEAR(law.first.stored(strain, 1.0 / (1.0 + strain)), elastic, digits * elastic);
       tiny += std::fabs(strain) < 2e-10 && elastic > 0.0;
     }
-    const PairState now = law.state(d / deq, 1.0);
+    const PairState now = law.state(d / deq, {1.0});
     const double begin = row.m1 * row.n1 * row.e1;
     const double off = EPSILON * (std::fabs(now.force) + begin * (std::fabs(strain) + EPSILON));
     EXPECT_NEAR(now.stored.total(), elastic + forgotten, digits * (elastic + forgotten) + off);
@@ -128,8 +128,8 @@ TEST(Law, FirstRegimeIncludesItsThreshold)
   row.xi_s = 0.25;    // thresholds that double holds exactly
   const PairLaw law(row);
   for (const double side : {-1.0, 1.0}) {
-    EXPECT_EQ(law.state(1.0 + side * 0.25, 1.0).regime, 1);
-    EXPECT_EQ(law.state(std::nextafter(1.0 + side * 0.25, 1.0 + side), 1.0).regime, 2);
+    EXPECT_EQ(law.state(1.0 + side * 0.25, {1.0}).regime, 1);
+    EXPECT_EQ(law.state(std::nextafter(1.0 + side * 0.25, 1.0 + side), {1.0}).regime, 2);
   }
 }
 
@@ -139,14 +139,14 @@ TEST(Law, AtRestThereIsNoForceAndTheProductOfExponentsAndDepthIsTheStiffness)
   for (const Row &row : ROWS) {
     SCOPED_TRACE(name_of(row));
     const PairLaw law(row);
-    const PairState rest = law.state(1.0, 1.0 / DEQ);
+    const PairState rest = law.state(1.0, {1.0 / DEQ});
     const double stiffness = row.m1 * row.n1 * row.e1 / (DEQ * DEQ);
     EXPECT_EQ(rest.force, 0.0);
     EXPECT_EQ(rest.stored.total(), 0.0);
     EXPECT_NEAR(rest.stiffness, stiffness, 1e-14 * stiffness);
     for (const double step : {1e-9, 0.5 * row.xi_s, 2 * row.xi_s, 0.3}) {
-      EXPECT_GT(law.state(1 - step, 1.0).force, 0.0);
-      EXPECT_LT(law.state(1 + step, 1.0).force, 0.0);
+      EXPECT_GT(law.state(1 - step, {1.0}).force, 0.0);
+      EXPECT_LT(law.state(1 + step, {1.0}).force, 0.0);
     }
   }
 }
@@ -158,10 +158,10 @@ TEST(Law, ForceAndEnergyAreContinuousAtBothThresholds)
     const PairLaw law(row);
     for (const double side : {-1.0, 1.0}) {
       double inside = 1 + side * row.xi_s, outside = inside;
-      while (law.state(inside, 1.0).regime != 1) inside = std::nextafter(inside, 1.0);
-      while (law.state(outside, 1.0).regime != 2) outside = std::nextafter(outside, 1.0 + side);
+      while (law.state(inside, {1.0}).regime != 1) inside = std::nextafter(inside, 1.0);
+      while (law.state(outside, {1.0}).regime != 2) outside = std::nextafter(outside, 1.0 + side);
       ASSERT_LT(std::fabs(outside - inside), 8 * EPSILON);
-      const PairState before = law.state(inside, 1.0), after = law.state(outside, 1.0);
+      const PairState before = law.state(inside, {1.0}), after = law.state(outside, {1.0});
       EXPECT_NEAR(after.force, before.force, REFERENCE * energy_scale(row));
       EXPECT_NEAR(after.stored.total(), before.stored.total(), REFERENCE * energy_scale(row));
     }
@@ -188,13 +188,13 @@ TEST(Law, ForceIsMinusTheSlopeOfTheEnergyAndStiffnessThatOfTheForce)
         if (std::fabs(std::fabs(strain) - y) < 5 * h) continue;
         if (flow == Flow::COMPRESSES && std::fabs(strain) < 5 * h) continue;    // it parts
         const auto energy = [&](double x) {
-          const PairState now = law.state(x, 1.0, flow, before);
+          const PairState now = law.state(x, {1.0, flow, before});
           return now.stored.total() + now.dissipated;
         };
         const auto force = [&](double x) {
-          return law.state(x, 1.0, flow, before).force;
+          return law.state(x, {1.0, flow, before}).force;
         };
-        const PairState now = law.state(r, 1.0, flow, before);
+        const PairState now = law.state(r, {1.0, flow, before});
         const double begin = row.m1 * row.n1 * row.e1;
         SCOPED_TRACE(name_of(row) + "flow " + std::to_string((int) flow) + ", strain " +
                      std::to_string(strain));
@@ -222,11 +222,11 @@ TEST(Law, StiffnessAheadIsThatOfTheStifferRegimeAtLeast)
       const PairLaw law(row);
       const double begin = std::max(row.m1 * row.n1 * row.e1, row.m2 * row.n2 * e2);
       for (const double t : {-20.0, -2.0, -0.9, 0.0, 0.9, 2.0, 20.0}) {
-        const PairState now = law.state(1 + t * row.xi_s / (1 + 25 * row.xi_s), 1.0);
+        const PairState now = law.state(1 + t * row.xi_s / (1 + 25 * row.xi_s), {1.0});
         EXPECT_EQ(now.stiffness_ahead, std::max(begin, now.stiffness));
       }
       // K_II just beyond either threshold is what it counts with
-      const double near = law.state(1 + row.xi_s + 1e-9, 1.0).stiffness;
+      const double near = law.state(1 + row.xi_s + 1e-9, {1.0}).stiffness;
       if (row.m2 * row.n2 * e2 == begin) { EXPECT_NEAR(near, begin, 1e-6 * begin); }
     }
 }
@@ -243,7 +243,7 @@ TEST(Law, ForceOfTheClosestExponentsIsNoRoundOff)
         const double r = 1.0 + side * 1e-5 * k, log_s = -std::log1p(r - 1.0);
         const double force =
             m * n * row.e1 / (m - n) * std::exp((n + 1) * log_s) * std::expm1((m - n) * log_s);
-        EXPECT_NEAR(law.state(r, 1.0).force, force, 1e-8 * std::fabs(force)) << name_of(row);
+        EXPECT_NEAR(law.state(r, {1.0}).force, force, 1e-8 * std::fabs(force)) << name_of(row);
       }
   }
 }
@@ -258,21 +258,21 @@ TEST(Law, FirstStiffnessIsEquation6WhateverTheRegime)
     EXPECT_NEAR(PairLaw(row).first_stiffness(0.7, DEQ), expected, REFERENCE * expected)
         << name_of(row);
   }
-  EXPECT_LT(PairLaw(TABLE1).state(0.7, 1.0).stiffness,
+  EXPECT_LT(PairLaw(TABLE1).state(0.7, {1.0}).stiffness,
             0.1 * PairLaw(TABLE1).first_stiffness(0.7, 1.0));
 }
 
 // The law has no hard core: F_II(d - ds + deq) stays finite at d = 0.
 TEST(Law, StaysFiniteWhenCentresMeet)
 {
-  const PairState met = PairLaw(TABLE1).state(0.0, 1.0 / DEQ);
+  const PairState met = PairLaw(TABLE1).state(0.0, {1.0 / DEQ});
   EXPECT_TRUE(std::isfinite(met.force) && std::isfinite(met.stored.total()));
-  EXPECT_GT(met.force, PairLaw(TABLE1).state(1e-3, 1.0 / DEQ).force);
+  EXPECT_GT(met.force, PairLaw(TABLE1).state(1e-3, {1.0 / DEQ}).force);
 }
 
 TEST(Law, WhatOverflowsOrDoesNotEndIsRefused)
 {
-  EXPECT_EQ(PairLaw().state(0.5, 1.0).force, 0.0);    // of types without a row
+  EXPECT_EQ(PairLaw().state(0.5, {1.0}).force, 0.0);    // of types without a row
   Row row = TABLE1;
   row.e1 = 1e199;
   EXPECT_THROW(PairLaw{row}, BadInput);

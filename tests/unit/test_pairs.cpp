@@ -78,7 +78,7 @@ TEST(PairList, CommitAddsUpFlowAndWorkAndPartedContactsForget)
         for (int c = 0; c < 3; c++) cloud.x[i][c] = at_rest[i][c] + 0.01 * unit(random);
       std::vector<PairHistory> expected;
       for_each_pair(*list, rows_of(cloud.x), [&](const PlacedPair &p) {
-        const PairState now = cloud.laws[p.law].state(p.ratio(), p.inv_deq, p.flow, p.offset);
+        const PairState now = cloud.laws[p.law].state(p.ratio(), p);
         const PairHistory before = list->history_of(p.index);
         expected.push_back({now.offset.q, now.offset.k, before.work + now.dissipated, 0.0});
         if (p.is_past_cutoff() && !p.is_bond) expected.back() = {};

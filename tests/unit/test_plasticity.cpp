@@ -144,7 +144,7 @@ class OneState {
   OneState(const Row &row, bool is_contact_in) : is_contact(is_contact_in), law(row) {}
   Found move_to(double d)
   {
-    const PairState now = law.state(d, 1.0, is_contact ? Flow::COMPRESSES : Flow::STAYS, offset);
+    const PairState now = law.state(d, {1.0, is_contact ? Flow::COMPRESSES : Flow::STAYS, offset});
     offset = is_contact && d > 1.0 ? Offset{} : now.offset;
     return {now.force, now.stored.total(), now.dissipated, offset.q, offset.k};
   }
@@ -237,14 +237,14 @@ TEST(Plasticity, OneWayIncrementsOfAnySizeDoTheSame)
     for (const double end : {-0.13, 0.1}) {
       SCOPED_TRACE(name_of(row));
       const PairLaw law(row);
-      const PairState at_once = law.state(1.0 + end, 1.0, Flow::STAYS);
+      const PairState at_once = law.state(1.0 + end, {1.0, Flow::STAYS});
       for (const int steps : {2, 7, 300}) {
         Offset offset;
         double dissipated = 0.0, strain = 0.0;
         for (int step = 1; step <= steps; step++) {
           strain = step == steps ? end
                                  : std::min(1.0, strain / end + 2.0 * unit(random) / steps) * end;
-          const PairState now = law.state(1.0 + strain, 1.0, Flow::STAYS, offset);
+          const PairState now = law.state(1.0 + strain, {1.0, Flow::STAYS, offset});
           offset = now.offset;
           dissipated += now.dissipated;
         }
@@ -261,9 +261,9 @@ TEST(Plasticity, BeginsAsEquation8Goes)
   for (const Row &row : ROWS)
     for (const double side : {-1.0, 1.0}) {
       const PairLaw law(row);
-      const PairState at_limit = law.state(1.0 + side * row.xi_s, 1.0);
+      const PairState at_limit = law.state(1.0 + side * row.xi_s, {1.0});
       const auto rise = [&](Flow flow) {
-        return law.state(1.0 + side * (row.xi_s + 1e-7), 1.0, flow).force - at_limit.force;
+        return law.state(1.0 + side * (row.xi_s + 1e-7), {1.0, flow}).force - at_limit.force;
       };
       const double begin = row.m1 * row.n1 * row.e1,
                    softer = law.first.stiffness(1.0 / (1.0 + side * row.xi_s)) / begin;
