@@ -37,7 +37,7 @@ class PairWork {
             found.forgotten.total(),
             found.contacts.total(),
             found.contacts_at_cutoff.total(),
-            found.past_cutoff.total() + missing,
+            found.past_cutoff.total() + missing - broken_since,
             broken,
             found.plastic.total(),
             dissipated_by_missing};
@@ -52,8 +52,12 @@ class PairWork {
   }
   void forget_missing() { missing = 0.0; }
 
-  /// A bond that held this at its cutoff has broken.
-  void add_broken(double energy) { broken += energy; }
+  /// A bond that the last forces found past its cutoff has broken, where it held this [energy].
+  void add_broken(double energy)
+  {
+    broken += energy;
+    broken_since += energy;
+  }
 
   /// Did any pair pass its cutoff since the evaluation before?
   bool has_changed()
@@ -103,7 +107,7 @@ class PairWork {
     through = {};
     found = {};
     past = 0;
-    dissipated_by_missing = 0.0;
+    dissipated_by_missing = broken_since = 0.0;
   }
   void end(const ParticleView &view)
   {
@@ -151,6 +155,7 @@ class PairWork {
   };
   bool fresh = false, changed = false;
   double broken = 0.0, missing = 0.0, last_missing = 0.0, dissipated_by_missing = 0.0;
+  double broken_since = 0.0;    // the last forces
   uint64_t past = 0,
            last_past =
                0;    // of the pairs past their cutoffs: other numbers where these are others

@@ -247,6 +247,7 @@ bool PairData::pack(const NeighList *neighbors, bool collective)
         "Pair evp/lj: IDs of atoms have changed since the last neighbor build, so that bonds "
         "would go to other atoms: use 'run' with 'pre yes'");
   cuts.check_radii();
+  const bool same_list = snapshot.matches_list() && source.version() == source_version;
   const bool carries = pair_histories.are_due() && snapshot.matches_list();
   snapshot.take_atoms(!atom->avec->comm_x_only, within() == BodyRule::MOLECULE);
   lists.nlocal = atom->nlocal;
@@ -266,8 +267,8 @@ bool PairData::pack(const NeighList *neighbors, bool collective)
   if (carries) pair_histories.copy_from(before);
   if (volume()) volume()->pack(lists.bonds, *bonds(), coefficients, collective);
   if (collective) {
-    agree_on_pairs(found, !carries);
-    missing_energy = 0.0;
+    agree_on_pairs(found, same_list);
+    if (!same_list) missing_energy = 0.0;
     if (bonds_missing && is_incremental() && rules.plastic) {
       const auto missing = pair_histories.settle_missing(*bonds(), nullptr);
       missing_energy = missing.held + missing.dissipated;
@@ -305,15 +306,17 @@ PairHistory PairData::history_of(int i, int j) const
 }
 
 // Collective. All MPI ranks agree on what any of them has found in its pairs; warns of overlaps once per run
-void PairData::agree_on_pairs(const PairListBuilder::Found &found, bool records_are_current)
+void PairData::agree_on_pairs(const PairListBuilder::Found &found, bool same_list)
 {
   const bool asks = bonds() && (rules.has_history() || work);
   const bigint sides = asks ? found.bond_sides + bonds()->count_broken(atom->nlocal) : 0;
   const auto all =
       reduce_all(std::array{(bigint) found.damped, found.overlaps.count, sides}, MPI_SUM, world);
   explicit_damping = all[0] > 0;
-  bonds_missing = asks && records_are_current && all[2] < 2 * bonds()->count();
-  if (work) work->forget_missing();
+  if (!same_list) {    // else the same bonds are missing
+    bonds_missing = asks && all[2] < 2 * bonds()->count();
+    if (work) work->forget_missing();
+  }
   if (all[1] == 0 || overlap_warned) return;
   overlap_warned = true;
 

@@ -210,7 +210,7 @@ class PairData : protected Pointers {
   void report();
   PairHistory history_of(int i, int j) const;
   bool pack(const NeighList *, bool collective);
-  void agree_on_pairs(const PairListBuilder::Found &, bool records_are_current);
+  void agree_on_pairs(const PairListBuilder::Found &, bool same_list);
   void check_rules() const;
   void check_weights() const;
 };

@@ -115,6 +115,54 @@ print "end $(pe:%.17g) $(x[2]:%.17g)"
     assert ends[0][1] < 0.0025 and ends[1] == pytest.approx(ends[0], rel=1e-9) and ends[2] == pytest.approx(ends[0], rel=1e-9)
 
 
+AWAY_AND_BACK = """
+units si
+atom_style sphere
+atom_modify map yes
+newton {newton}
+boundary f f f
+region box block -0.1 0.1 -0.05 0.05 -0.05 0.05
+create_box 1 box
+create_atoms 1 single -0.005 0 0
+create_atoms 1 single 0.005 0 0
+set group all diameter 0.01 density 2700
+neighbor {skin} bin
+comm_modify cutoff 0.05
+pair_style evp/lj contact {rules}
+pair_coeff * * 80 8 4 8 8 4 0.005 0 1.5
+{fixes}
+fix move all nve/noforce
+group left id 1
+velocity left set -1 0 0
+timestep 1e-6
+{adapt}
+thermo_style custom step pe f_e f_e[2] f_e[3] f_e[4] f_e[9] f_e[11]
+thermo_modify norm no format float %.15g
+thermo {every}
+run 8000
+velocity left set 1 0 0
+run 8000
+"""
+FIXES = ("fix bonds all evp/bonds", "fix e all evp/energy")
+ADAPT = "variable none equal 0\nfix again all adapt 7 pair evp/lj gamma * * v_none"  # changes nothing, but packs the list anew
+
+
+@pytest.mark.parametrize("newton, ranks", [("on", 1), ("off", 2)])
+@pytest.mark.parametrize("rules", ["none", "none plasticity isotropic", "none plasticity isotropic break 0.05", "none break 0.05"])
+def test_the_energy_of_a_lost_bond_in_every_step(lmp_decks, newton, ranks, rules):
+    """In the step in which it breaks, in either order of the fixes; past the end of the list, wherever that is, and packed anew."""
+    make = {"newton": newton, "rules": rules, "every": 1 if "break" in rules else 50}
+    decks = {(skin, adapt, order): AWAY_AND_BACK.format(skin=skin, adapt=adapt, fixes="\n".join(FIXES[::order]), **make)
+             for skin in ("0.0002", "0.003") for adapt in ("", ADAPT) for order in (1, -1)}
+    runs = lmp_decks(decks, ranks)
+    found = {key: {name: run.thermo(0)[name] for name in ("f_e", "f_e[4]", "f_e[9]", "f_e[11]")} for key, run in runs.items()}
+    whole = found["0.003", "", -1]
+    assert max(abs(whole["f_e[4]"]) + abs(whole["f_e[11]"])) > 0.1, "control: the bond holds something where it ends"
+    for key, own in found.items():
+        for name, values in own.items():
+            assert values == pytest.approx(whole[name], abs=1e-9), (key, name)
+
+
 EXCLUDED = {"types": "set group two type 2\nneigh_modify exclude type 1 2\n", "groups": "neigh_modify exclude group one two\n"}
 
 
