@@ -2,11 +2,17 @@
 """What every process that runs tests sets up first, of tests/tools and of tests/lammps."""
 
 import os
+import pathlib
 import shutil
 import signal
+import sys
 import tempfile
 
 import pytest
+
+TESTS = pathlib.Path(__file__).resolve().parent
+# evp, what it is compared with, and the maintainers' programs, of the checkout that holds these tests
+sys.path[:0] = [str(TESTS.parent / "tools"), str(TESTS), str(TESTS / "maintain")]
 
 # A shell that starts the tests in the background has them ignore SIGINT, and what they start, too: tests send it.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:

@@ -21,16 +21,16 @@ from evp.run import CHECKOUT
 HEAD = """# Robustness tests
 
 {answer}
-Each test loses one safeguard at a time: `tools/mutations.py` removes it from the sources and checks that the test then fails.
+Each test fails with the faults in its row: `tests/maintain/faults.py` builds the plugin with each fault of `src/core/fault.h` and checks that.
 
 Written by `tools/hard_cases.py`, with `--ranks` and `--only`; the tests are in `tests/lammps/hard_cases*.py` and are part of the test suite.
 
 - *Requirement*: what the test asserts.
 - *Result*: what was measured, for each number of MPI ranks.
-- *Fails without*: the safeguards that `tools/mutations.py` removes. *Control*: what the test asserts in addition, so that it cannot pass without the effect.
+- *Fails with*: faults of a build. *Control*: what the test asserts in addition, so that it cannot pass without the effect.
 
 """
-HEADER = ("test", "requirement", "result", "fails without")
+HEADER = ("test", "requirement", "result", "fails with")
 FAILED = "FAILED: "
 SHOWN = {"paper s": "paper's", "xi s": "xi_s", "off centre": "off-centre", "to 50 percent": "to 50 %"}  # in names, which are those of functions
 
@@ -61,7 +61,7 @@ def answer(results):
 
 def load_scenes():
     """The module of the scenes, which has this file's name."""
-    sys.path[:0] = [str(CHECKOUT / "tests" / "lammps"), str(CHECKOUT / "tools")]
+    sys.path[:0] = [str(CHECKOUT / "tests" / "lammps"), str(CHECKOUT / "tests" / "maintain"), str(CHECKOUT / "tools")]
     sys.modules.pop("hard_cases", None)
     import hard_cases
     import hard_cases_bodies  # noqa: F401  joins the list
@@ -74,10 +74,10 @@ def load_scenes():
 
 
 def proof(case):
-    """The mutations that the case must fail with, and its own control."""
-    from mutations import MUTATIONS
+    """The faults that the case must fail with, and its own control."""
+    from faults import cases_of, read_faults
 
-    seen = [mutation.what for mutation in MUTATIONS if any(words in case.name for words in mutation.cases)]
+    seen = [fault.what for name, fault in read_faults(CHECKOUT / "src").items() if cases_of(name, [case])]
     return "; ".join(seen) + (f". *Control*: {case.control}" if case.control else "")
 
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
+#include "core/fault.h"
 #include "core/pairs.h"
 #include "core/simd.h"
 
@@ -52,6 +53,7 @@ inline double separation_rate(double along, double speed_sq, double half_step, d
 {
   const double half_change = along + half_step * speed_sq;                    // of d^2, over d dt
   const double ratio_sq = 1.0 + 4.0 * inv_gamma * half_step * half_change;    // of the distances
+  if (fault(NO_ROTATION)) return along;
   return 2.0 * half_change / (1.0 + std::sqrt(std::max(ratio_sq, 0.0)));
 }
 
@@ -104,6 +106,7 @@ class Dampers {
       if (root == 0.0 || p.is_past_cutoff()) return;
       const double over_d = root / p.distance();
       dampers[n] = {{over_d * p.g.dx, over_d * p.g.dy, over_d * p.g.dz}, p.j, p.number};
+      if (fault(NO_DAMPING_ALONG_Y)) dampers[n].w[1] = 0.0;
       scale[n] = over_d;
       if (p.i != i) rows.push_back({i = p.i, n, n});
       rows.back().last = ++n;
@@ -202,7 +205,7 @@ class Dampers {
     for (size_t k = 0; k < dampers.size(); k++) {
       const double rate = -last_force[dampers[k].pair];
       const double mean = 0.5 * (rate_now[k] + (after ? rate : rate_before[k]));
-      sum += share(dampers[k]) * rate * mean;
+      sum += (fault(HALF_DISSIPATION) ? 0.5 : 1.0) * share(dampers[k]) * rate * mean;
     }
     return sum;
   }

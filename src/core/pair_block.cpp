@@ -66,6 +66,13 @@ namespace {
     }
   }
 
+  /// An elastic strain as the limit takes it: contacts flow in compression only.
+  template <bool Contact> EVP_INLINE double size_of(double strain)
+  {
+    if (Contact && !fault(CONTACTS_FLOW_IN_TENSION)) return -strain;
+    return fault(NO_FLOW_IN_COMPRESSION) ? strain : std::fabs(strain);
+  }
+
   /// By how much each pair slips, with the sign of its strain.
   template <class Powers, bool Many, bool Contact>
   EVP_INLINE void find_slips(const Laws<Powers> &all, const PairBlock &block, double *distance,
@@ -86,13 +93,13 @@ namespace {
           std::sqrt(dsq > cutsq[k] ? cutsq[k] : dsq) * (dsq > cutsq[k] ? to_cutoff : 1.0);
       distance[k] = d;    // so far a pair flows
       const double strain = d * inv_deq[k] - 1.0 - q[k];
-      const double size = Contact ? -strain : std::fabs(strain);
+      const double size = size_of<Contact>(strain);
       const Law<Powers> &c = Many ? *own[k] : only;
       slip[k] = std::copysign(c.slip_linear(size, accumulated[k]), strain);
     }
     for (int k = 0; all.saturates && k < n; k++) {    // a saturating limit is below the linear one
       const double strain = distance[k] * inv_deq[k] - 1.0 - q[k];
-      const double size = Contact ? -strain : std::fabs(strain);
+      const double size = size_of<Contact>(strain);
       const Law<Powers> &c = Many ? *own[k] : only;
       if (size > c.xi_s) slip[k] = std::copysign(c.slip(size, accumulated[k]), strain);
     }
@@ -207,6 +214,7 @@ namespace {
       find_stored(at_cutoff);
       for (int k = 0; k < block.n; k++) {
         block.at_cutoff[k] = at_cutoff.elastic[k] + at_cutoff.forgotten[k];
+        if (fault(NONZERO_AT_DLIM)) block.at_cutoff[k] *= 0.5;
         block.potential[k] =
             is_past(k) ? 0.0 : (block.elastic[k] + block.forgotten[k]) - block.at_cutoff[k];
       }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
+#include "core/fault.h"
 #include "core/pair_block.h"
 #include "core/pairs.h"
 #include "core/simd.h"
@@ -42,7 +43,8 @@ class VolumeEnergy {
   /// What its pairs see of a particle [energy].
   static double pull(double kv, double strain, double weight_sum)
   {
-    return weight_sum > 0.0 ? 3.0 * kv * strain / weight_sum : 0.0;
+    return weight_sum > 0.0 ? (fault(HALF_VOLUME_FORCE) ? 1.5 : 3.0) * kv * strain / weight_sum
+                            : 0.0;
   }
 
   /// Second derivative of its energy by the sum over its pairs [energy].

@@ -6,6 +6,7 @@
 #include "atom_directory.h"
 #include "collective.h"
 #include "core/bond_file.h"
+#include "core/fault.h"
 #include "pair_data.h"
 
 #include "comm.h"
@@ -78,7 +79,7 @@ void BondRecording::take_zone(const NeighList *list, double zone, const PairData
       const double sum_radii = atom->radius[i] + atom->radius[j];
       const double zone_here = (zone > 0.0 ? zone : alpha) * sum_radii;
       if (dsq > cutoff_squared(zone_here, RECORD_MARGIN)) continue;
-      if (bodies.in_different_bodies(i, j)) {
+      if (bodies.in_different_bodies(i, j) && !fault(BODIES_BONDED)) {
         if (dsq < cutoff_squared(sum_radii, -RECORD_MARGIN)) overlaps++;
         continue;
       }

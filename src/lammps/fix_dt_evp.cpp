@@ -3,6 +3,7 @@
 #include "fix_dt_evp.h"
 
 #include "collective.h"
+#include "core/fault.h"
 #include "scene.h"
 #include "user_input.h"
 
@@ -112,7 +113,7 @@ void FixDtEVP::set_dt(bool at_setup)
   const bool unlimited = stable_dt >= NO_LIMIT && maximum >= NO_LIMIT;
   const bool may_meet = find_fastest(dt);
   if (is_resolved() || unlimited) {
-    if (opening.dt < dt) {
+    if (opening.dt < dt && !fault(EVP::NO_DISPLACEMENT_LIMIT)) {
       dt = opening.dt;
       limit = DISPLACEMENT;
     }

@@ -6,6 +6,7 @@
 #include "atom_directory.h"
 #include "bond_recording.h"
 #include "collective.h"
+#include "core/fault.h"
 #include "scene.h"
 #include "user_input.h"
 
@@ -157,6 +158,7 @@ void FixEVPBonds::post_run()
   stepping = false;
   const int stop = update->whichflag == 2 ? update->minimize->stop_condition : -1;
   if (stop == Min::ETOL || stop == Min::FTOL || stop == Min::ZEROFORCE) commit(true);
+  if (fault(EVP::STOPPED_FLOWS) && stop == Min::MAXITER) commit(true);
   return_histories();
 }
 

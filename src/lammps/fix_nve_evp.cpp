@@ -3,6 +3,7 @@
 #include "fix_nve_evp.h"
 
 #include "collective.h"
+#include "core/fault.h"
 #include "scene.h"
 #include "user_input.h"
 
@@ -128,7 +129,7 @@ void FixNVEEVP::find_null_moves()
   for (const Fix *other : modify->get_fix_list())
     if (strcmp(other->style, "move") == 0 && EVP::on_any(!null_components(other).empty(), world)) {
       null_moves.push_back(other);
-      others_groupbits |= other->groupbit;
+      others_groupbits |= fault(EVP::NULL_IS_PRESCRIBED) ? 0 : other->groupbit;
     }
 }
 
@@ -244,7 +245,7 @@ void FixNVEEVP::find_rates(double dt)
 double FixNVEEVP::power_of_box() const
 {
   double sum = 0.0;
-  if (image_velocities.empty()) return sum;
+  if (image_velocities.empty() || fault(EVP::NO_WORK_OF_BOX)) return sum;
   dampers.for_each([&](int, const EVP::Dampers::Damper &damper, double along) {
     const double *const v = &image_velocities[(size_t) 3 * damper.j], *const w = damper.w;
     sum += dampers.share(damper) * along * (w[0] * v[0] + w[1] * v[1] + w[2] * v[2]);

@@ -317,7 +317,7 @@ void PairData::agree_on_pairs(const PairListBuilder::Found &found, bool same_lis
     bonds_missing = asks && all[2] < 2 * bonds()->count();
     if (work) work->forget_missing();
   }
-  if (all[1] == 0 || overlap_warned) return;
+  if (all[1] == 0 || overlap_warned || fault(NO_OVERLAP_WARNING)) return;
   overlap_warned = true;
 
   PairListBuilder::Overlaps overlaps = found.overlaps;

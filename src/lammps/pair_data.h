@@ -4,6 +4,7 @@
 #include "bond_source.h"
 #include "core/coefficients.h"
 #include "core/contacts.h"
+#include "core/fault.h"
 #include "cutoffs.h"
 #include "list_snapshot.h"
 #include "pair_histories.h"
@@ -73,7 +74,7 @@ class PairData : protected Pointers {
   }
 
   /// True where fix nve/evp takes over the damping of some pairs, those with an atom of its group.
-  bool damps_implicitly() const { return any_gamma && implicit_groupbit; }
+  bool damps_implicitly() const { return any_gamma && implicit_groupbit && !fault(NO_IMPLICIT); }
   bool is_implicit(int i, int j) const
   {
     return (atom->mask[i] | atom->mask[j]) & implicit_groupbit;

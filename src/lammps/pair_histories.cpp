@@ -3,6 +3,7 @@
 #include "pair_histories.h"
 
 #include "collective.h"
+#include "core/fault.h"
 #include "scene.h"
 
 #include "comm.h"
@@ -33,7 +34,7 @@ bool PairHistories::commit(bool at_rest, PairWork *work)
   }
   for (PairList *list : {&lists.bonds, &lists.contacts}) list->commit();
   if (past.empty()) return false;
-  break_bonds(past, work);
+  if (!fault(NO_BOND_BREAKS)) break_bonds(past, work);
   past.clear();
   return true;
 }
@@ -159,7 +160,7 @@ void PairHistories::send_to_owners(BondStore &records, PerAtomComm &exchange)
   const auto send = [&](int i, int j, bool is_record, const PairHistory &h) {
     if (j < nlocal) {
       records.take({i, is_record, tag[j], h});
-      records.take({j, is_record, tag[i], h});
+      if (!fault(HISTORY_AT_ONE_ATOM)) records.take({j, is_record, tag[i], h});
     } else if (newton || tag[i] < tag[j]) {
       records.take({i, is_record, tag[j], h});
       post(j, i, is_record, h);
@@ -270,7 +271,7 @@ PairHistories::Missing PairHistories::settle_missing(const BondStore &store, Bon
   for_each_missing(store, [&](int i, int slot, const PairState &at) {
     found.held += 0.5 * at.stored.total();    // a bond of two MPI ranks counts half on each
     found.dissipated += 0.5 * at.dissipated;
-    if (!moved) return;
+    if (!moved || fault(NO_FLOW_OF_MISSING)) return;
     PairHistory &history = moved->histories_of(i)[slot];
     const double work = history.work + at.dissipated;
     history = rules.breaks() ? PairHistory{0.0, 0.0, work, 1.0}

@@ -3,6 +3,7 @@
 #include "pair_list_builder.h"
 
 #include "atom_bodies.h"
+#include "core/fault.h"
 #include "core/simd.h"
 #include "scene.h"
 
@@ -139,7 +140,7 @@ EVP_INLINE void PairListBuilder::pack_row(const Input &input, const View &view, 
 
     const int type = view.type[j];
     const Row &row = laws[type].row;
-    const double dlim = row.alpha * sum_radii;
+    const double dlim = (fault(DLIM_LONG) ? 1.1 : 1.0) * row.alpha * sum_radii;
     const bool implicit = implicit_bit && ((view.mask[i] | view.mask[j]) & implicit_bit);
     const int own = first_law + type, law = implicit ? input.coefficients->undamped(own) : own;
     double deq;
@@ -150,8 +151,9 @@ EVP_INLINE void PairListBuilder::pack_row(const Input &input, const View &view, 
       found.bond_sides += j < nreact ? 2 : 1;
     } else {
       const bool divided = Divided && !broken && view.bodies.in_different_bodies(i, j);
-      const Span span = broken ? rules.of_broken(sum_radii, records[record].deq)
-                               : rules.of_contact(sum_radii, dlim, divided);
+      const Span span = broken
+          ? rules.of_broken(sum_radii, records[record].deq)
+          : rules.of_contact(sum_radii, dlim, divided && !fault(BODIES_ATTRACT));
       deq = span.deq;
       contacts.add(deq,
                    divided ? cutoff_squared(span.cutoff, margin_between_bodies)
@@ -194,7 +196,7 @@ void PairListBuilder::count_overlap(int i, int j, double dsq, double deq, const 
                                     Overlaps &overlaps) const
 {
   const double coincident = COINCIDENT * (atom->radius[i] + atom->radius[j]);
-  if (!(dsq > coincident * coincident))
+  if (!(dsq > coincident * coincident) && !fault(NO_COINCIDENCE_CHECK))
     error->one(FLERR,
                "Pair evp/lj: atoms {} and {} coincide, the force has no direction there: move one "
                "or delete it (delete_atoms overlap)",

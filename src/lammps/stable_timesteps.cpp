@@ -3,6 +3,7 @@
 #include "stable_timesteps.h"
 
 #include "collective.h"
+#include "core/fault.h"
 #include "per_atom.h"
 #include "scene.h"
 
@@ -43,7 +44,8 @@ void StableTimesteps::take_atoms(const VolumeForces *volume, const FreeAtoms &fr
     linear.volume_stiffness.push_back(volume->stiffness(i));
   linear.inverse_mass.assign(nall, 0.0);
   for (int i = 0; i < nall; i++)
-    if (free.has(atom->mask[i])) linear.inverse_mass[i] = scene::inverse_mass(atom, force, i);
+    if (free.has(atom->mask[i]))
+      linear.inverse_mass[i] = scene::inverse_mass(atom, force, fault(ONE_MASS) ? 0 : i);
   // any start will do; this one is the same on every number of MPI ranks
   linear.start.assign((size_t) 3 * nlocal, 0.0);
   for (int i = 0; i < nlocal; i++)
@@ -73,9 +75,9 @@ std::vector<double> StableTimesteps::take_pairs(const PairData &pair_data)
     linear.links.push_back({p.i,
                             p.j,
                             {p.g.dx / d, p.g.dy / d, p.g.dz / d},
-                            state.stiffness_ahead,
+                            (fault(QUARTER_STIFFNESS) ? 0.25 : 1.0) * state.stiffness_ahead,
                             std::max(0.0, -(state.force + of_volume) / d),
-                            law.gamma + pair_data.implicit_gamma(p)});
+                            fault(NO_GAMMA_IN_DT) ? 0.0 : law.gamma + pair_data.implicit_gamma(p)});
     if (volume) {
       linear.openings.push_back(p.is_bond ? volume->opening_of(p) : 0.0);
       inv_deq.push_back(p.inv_deq);
@@ -222,7 +224,7 @@ void warn_of_timestep(LAMMPS *lmp, const PairData &pair_data)
   const double dt = update->dt;    // most runs are spared the eigenvalues
   if (dt <= limits.row_sum_dt(!implicit) || (!implicit && limits.is_stable_explicitly(dt))) return;
   const double limit = implicit ? limits.implicit_dt() : limits.explicit_dt();
-  if (dt > (1.0 + StableTimesteps::ACCURACY) * limit && lmp->comm->me == 0)
+  if (dt > (1.0 + StableTimesteps::ACCURACY) * limit && !fault(NO_DT_WARNING) && lmp->comm->me == 0)
     lmp->error->warning(FLERR,
                         "Pair evp/lj: the timestep {:.6g} is {:.4g} times the largest stable "
                         "timestep {:.6g}: the run is unstable, or silently wrong; fix dt/evp sets "

@@ -2,7 +2,7 @@
 """The hard cases: scenes that other schemes lose, each with what right means. Shared by test_hard_cases.py and tools/hard_cases.py.
 
 A case is a function of a Bench; it asserts what is right and returns one line of what it showed. 'control' is what the case
-asserts beside, so that it cannot pass for nothing; the protections that it must fail without are in mutations.py."""
+asserts beside, so that it cannot pass for nothing; the faults that it must fail with are in tests/maintain/faults.py."""
 
 from typing import Callable, NamedTuple
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The robustness tests on 1 and 2 ranks, short ones on 4; what each states is said at the scene, in hard_cases*.py, and without what it fails in mutations.py."""
+"""The robustness tests on 1 and 2 ranks, short ones on 4; what each states is said at the scene, in hard_cases*.py, and with which fault it fails in tests/maintain/faults.py."""
 
 import pathlib
 
@@ -9,8 +9,9 @@ import hard_cases_flow  # noqa: F401  joins the list
 import hard_cases_spin  # noqa: F401  joins the list
 import hard_cases_within  # noqa: F401  joins the list
 import pytest
+from faults import CASES as NOTICED
+from faults import cases_of, read_faults
 from hard_cases import CASES, Bench
-from mutations import MUTATIONS
 
 MORE_RANKS_TOO_SLOW = ("times critical", "table 1 pulled", "threshold", "range", "exponents", "fragment", "head on impact: 1")  # steps without atoms to share
 # Of a few steps. On two cores four ranks take turns at every message, which makes thousands of steps ten times as long as on two ranks.
@@ -37,10 +38,11 @@ def test_the_list_is_complete():
         assert word in names, word
 
 
-def test_every_case_has_a_mutation_that_still_applies():
-    """tools/mutations.py runs them; here only that none was forgotten and that the sources still hold what it changes."""
-    for case in CASES:
-        assert any(words in case.name for mutation in MUTATIONS for words in mutation.cases), case.name
-    for mutation in MUTATIONS:
-        text = next((pathlib.Path(__file__).resolve().parents[2] / "src").rglob(mutation.file)).read_text(encoding="utf-8")
-        assert text.count(mutation.old) == mutation.times, mutation.what
+def test_every_case_notices_a_fault_and_every_fault_has_cases():
+    """tests/maintain/faults.py builds them."""
+    faults = read_faults(pathlib.Path(__file__).resolve().parents[2] / "src")
+    assert list(faults) == list(NOTICED) and len(faults) > 30
+    for name, fault in faults.items():
+        assert len(fault.files) == 1, f"{name} stands in {fault.files}"
+        assert cases_of(name, CASES), name
+    assert {case.name for name in faults for case in cases_of(name, CASES)} == {case.name for case in CASES}
