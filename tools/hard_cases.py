@@ -12,6 +12,7 @@ import pathlib
 import re
 import sys
 import tempfile
+import traceback
 
 import evp  # noqa: F401  before the scenes, which need numpy
 from evp.progress import watched
@@ -90,7 +91,7 @@ def run_case(scenes, case, ranks):
         try:
             return case.check(bench), True
         except AssertionError as error:
-            return FAILED + (str(error).splitlines()[0] if str(error) else "its assertion"), False
+            return FAILED + (str(error).splitlines()[0] if str(error) else traceback.extract_tb(error.__traceback__)[-1].line), False
 
 
 def main(words=None):
