@@ -208,9 +208,6 @@ class BondStore {
     EVP::prefetch(bonds[i].data(), std::min<size_t>(bonds[i].size(), 32) * sizeof(Bond));
   }
 
-  /// ID of a local atom when it was recorded, 0 if it never was.
-  int64_t recorded_id(int i) const { return recorded_as[i]; }
-
   /// Local atoms that are not those recorded under their IDs: an atom with another ID than it had,
   /// and a new one that took the ID of one that was deleted. 0 if there is none.
   struct Misplaced {

@@ -23,7 +23,6 @@ inline Row parse_row(const std::vector<std::string> &words)
   for (int k = 0; k < NREQUIRED; k++)
     row.*MEMBERS[k].value = parse_number(MEMBERS[k].key, words[k]);
 
-  std::array<bool, NMEMBERS> taken{};
   for (size_t at = NREQUIRED; at < words.size(); at += 2) {
     const Member *const member = find_entry(MEMBERS, words[at]);
     if (!member || member < MEMBERS + NREQUIRED)
@@ -31,8 +30,6 @@ inline Row parse_row(const std::vector<std::string> &words)
                      std::to_string(NREQUIRED) + " values it may have " + row_keywords());
     const std::string key = member->key;
     if (at + 1 == words.size()) throw BadInput("keyword " + key + " needs a value");
-    if (std::exchange(taken[member - MEMBERS], true))
-      throw BadInput("keyword " + key + " is given twice");
     row.*member->value = parse_number(key, words[at + 1]);
     member->check(row, member);    // 0 may be what stands for a keyword that is not given
   }
@@ -73,10 +70,6 @@ find_file_and_row(const std::vector<std::string> &words)
   if (words.empty() || is_number(words[0])) return std::nullopt;
   if (words.size() == 1) return split_file_and_row(words[0]);
   if (words.size() == 2) return std::array{words[0], words[1]};
-  if (words.size() != NREQUIRED && !looks_like_number(words[0]))
-    throw BadInput("expected the " + std::to_string(NREQUIRED) + " numbers " + row_keys() +
-                   " and keywords, or FILE ROW or FILE:ROW without further arguments, got " +
-                   std::to_string(words.size()) + " words, the first '" + shown(words[0]) + "'");
   return std::nullopt;
 }
 

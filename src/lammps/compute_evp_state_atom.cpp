@@ -31,7 +31,6 @@ ComputeEVPStateAtom::ComputeEVPStateAtom(LAMMPS *lmp, int narg, char **arg) :
     const auto at = std::find(VALUES.begin(), VALUES.end(), arg[iarg]);
     if (at != VALUES.end()) {
       const auto value = (Value) (at - VALUES.begin());
-      if (has(value)) error->all(FLERR, "{}: {} is given twice", who, arg[iarg]);
       if (value != Value::PLASTIC_WORK && value != Value::PLASTIC_STRAIN_SUM)
         EVP::scene::demand_three_dimensions(domain, error, who, arg[iarg],
                                             "use 'dimension 3', or leave the value out");

@@ -65,34 +65,14 @@ void FixDtEVP::init()
   if (!compute)
     error->all(FLERR, "{}: its compute {} was deleted; define the fix again", who, compute_id);
   EVP::scene::refuse_respa(update, error, who);
-  for (const Fix *other : modify->get_fix_list()) {
-    if (strcmp(other->style, "move") == 0 || utils::strmatch(other->style, "^deform"))
-      error->all(FLERR,
-                 "{}: fix {} of style {} cannot follow a changing timestep: drive atoms by "
-                 "'velocity set' and fix nve/noforce",
-                 who, other->id, other->style);
-    if (other != this &&
-        (strcmp(other->style, style) == 0 || strcmp(other->style, "dt/reset") == 0))
-      error->all(FLERR,
-                 "{}: fix {} of style {} sets the timestep too, and the last one would win: use "
-                 "one fix dt/evp for the group union",
-                 who, other->id, other->style);
-  }
-  displacement_reported = rotation_reported = false;
-  if (maximum >= NO_LIMIT) warn_of_contacts();
-}
-
-// compute evp/dt sees the pairs of our pair style only
-void FixDtEVP::warn_of_contacts() const
-{
-  bool granular = force->pair_match("^gran", 0) != nullptr;
   for (const Fix *other : modify->get_fix_list())
-    granular = granular || utils::strmatch(other->style, "^wall/gran");
-  if (granular && comm->me == 0)
-    error->warning(FLERR,
-                   "{}: the stiffness of granular contacts is not in the stable timestep: give "
-                   "'max DT', see doc/Howto_evp_friction.rst",
-                   who);
+    if (strcmp(other->style, "move") == 0 || utils::strmatch(other->style, "^deform") ||
+        (utils::strmatch(other->style, "^dt/") && other != this))
+      error->all(FLERR,
+                 "{}: fix {} of style {} sets the timestep too, or cannot follow a changing one: "
+                 "use one fix dt/evp, and drive atoms by 'velocity set' and fix nve/noforce",
+                 who, other->id, other->style);
+  displacement_reported = rotation_reported = false;
 }
 
 // the smallest of what stability, rotation and the user allow; at set-up at once,

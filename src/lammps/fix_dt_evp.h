@@ -64,7 +64,6 @@ class FixDtEVP : public EVP::WithPerAtomComm<Fix> {
   Limit limit = NOTHING;
   bool displacement_reported = false, rotation_reported = false;
 
-  void warn_of_contacts() const;
   bool is_resolved() const { return displacement < NO_LIMIT; }
   void set_dt(bool at_setup);
   void report_limit(double dt);

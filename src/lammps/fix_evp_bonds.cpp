@@ -31,14 +31,13 @@ FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
       error, who, narg - 3, arg + 3, {"zone", "file", "within"}, " or ",
       [this](const EVP::Keyword &word) {
         if (word.is("within")) {
-          if (bonds->within() != BodyRule::ALL) throw EVP::BadInput("within is given twice");
           bonds->keep_within(EVP::parse_body_rule(word.value));
         } else if (word.is("zone")) {
           zone = word.number();
           word.demand(zone > 1.0,
                       "must be greater than 1 (pairs with d <= zone (R_i + R_j) are recorded)");
-        } else if ((file = word.value).empty())
-          throw EVP::BadInput("the name of the bond file is empty");
+        } else
+          file = word.value;
       });
   if (zone > 0.0 && !file.empty())
     error->all(FLERR, "{}: the bonds come from the zone or from a file, give one of the two", who);
@@ -85,7 +84,6 @@ void FixEVPBonds::init()
   bonds->keep_history(pair_data->rules.has_history());
   set_exchange_room();
 
-  check_restored();
   if (bonds->within() == BodyRule::MOLECULE) {
     const std::string missing = EVP::missing_molecules(lmp);
     if (!missing.empty()) error->all(FLERR, "{}: {}", who, missing);
@@ -209,24 +207,11 @@ void FixEVPBonds::check_ids() const
 
 std::string FixEVPBonds::misplaced_message(BondStore::Misplaced atoms) const
 {
-  const std::string anew =
-      fmt::format("or 'unfix {}' and define it again, which takes the current shape of the body as "
-                  "undeformed",
-                  id);
-  if (atoms.renumbered && restored_late)
-    return fmt::format("{}: atom ID {} was given the bonds of another atom: define the fix right "
-                       "after read_restart, before atoms are deleted; if IDs had changed before "
-                       "the restart file was written, go back to an earlier one, {}",
-                       who, atoms.renumbered, anew);
-  if (atoms.renumbered)
-    return fmt::format("{}: atom ID {} belongs to another atom than when the bonds were recorded: "
-                       "use 'delete_atoms ... compress no' and no reset_atoms id, {}",
-                       who, atoms.renumbered, anew);
   return fmt::format(
-      "{}: the new atom {} has the ID of a deleted one, whose bonds it would take over: create "
-      "atoms before that of the highest ID is deleted, read them by 'read_data ... add {}', or "
-      "define 'fix deposit ... id next' before the deletion; {}",
-      who, atoms.newcomer, bonds->highest_id(), anew);
+      "{}: atom ID {} is not the atom that was recorded under this ID, and would take its bonds "
+      "over: use 'delete_atoms ... compress no', no reset_atoms id, 'read_data ... add {}' or 'fix "
+      "deposit ... id next', and define the fix right after read_restart",
+      who, std::max(atoms.renumbered, atoms.newcomer), bonds->highest_id());
 }
 
 void FixEVPBonds::setup_pre_force(int /*vflag*/)
@@ -252,19 +237,12 @@ void FixEVPBonds::record()
   set_exchange_room();
   measure();
 
-  if (comm->me == 0 && after_restart && file.empty())
-    error->warning(
-        FLERR,
-        "{} takes the current shape of the body as undeformed, though a restart file was "
-        "read: if that held records, give the fix the ID that it had",
-        who);
-  if (comm->me == 0 && !pair_data->source.dropped.empty() && file.empty())
-    error->warning(
-        FLERR,
-        "{} takes the current shape of the body as undeformed and free of stress: the "
-        "bonds that fix {} had recorded are gone; to keep bonds use write_evp_bonds before "
-        "unfix, and the keyword file",
-        who, pair_data->source.dropped);
+  if (comm->me == 0 && file.empty() && (after_restart || !pair_data->source.dropped.empty()))
+    error->warning(FLERR,
+                   "{} takes the current shape of the body as undeformed and free of stress, "
+                   "though bonds may have been recorded before: to keep these, give the fix the ID "
+                   "that it had in the restart file, or use write_evp_bonds and the keyword file",
+                   who);
   recording.report(*bonds, pair_data->rules.contact != EVP::Contact::NONE);
 }
 
@@ -352,7 +330,6 @@ void FixEVPBonds::restart(char *buf)
         "given here\n",
         id);
   zone = words[1];
-  records_due = recorded && bonds->count() > 0;
   EVP::PairData *pair_data = EVP::PairData::find(force);
   if (pair_data && recorded) pair_data->source.set_store(shown);
 }
@@ -390,17 +367,4 @@ void FixEVPBonds::unpack_restart(int nlocal, int nth)
                "that file: define the fix right after read_restart",
                who, atom->tag[nlocal]);
   unpack(nlocal, record + 1);
-  // LAMMPS keeps what it read in the order of that moment
-  const int64_t recorded_id = bonds->recorded_id(nlocal);
-  if (recorded_id && recorded_id != atom->tag[nlocal]) restored_late = true;
-  records_due = false;
-}
-
-// after the section of the fix, those of the atoms must have been there too
-void FixEVPBonds::check_restored()
-{
-  if (EVP::on_all(records_due, world))
-    error->all(FLERR, "{}: the restart file is damaged, it announces {} bonds and holds none", who,
-               bonds->count());
-  records_due = false;
 }

@@ -73,11 +73,9 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix> {
   void settle_missing(bool moves = true) { pair_data->settle_missing(*bonds, moves); }
 
  private:
-  double zone = 0.0;    // pairs with d <= zone (R_i + R_j) are recorded; 0: alpha of the types
-  std::string file;     // take the records from this file; empty: from the zone
-  bool records_due = false;    // the fix's section of a restart file was read, no atom's record yet
-  bool after_restart;          // a restart file with fixes was read before this fix was defined
-  bool restored_late = false;    // atoms were deleted or renumbered before their records were read
+  double zone = 0.0;     // pairs with d <= zone (R_i + R_j) are recorded; 0: alpha of the types
+  std::string file;      // take the records from this file; empty: from the zone
+  bool after_restart;    // a restart file with fixes was read before this fix was defined
 
   std::shared_ptr<EVP::BondStore> bonds = std::make_shared<EVP::BondStore>();
   std::shared_ptr<const EVP::BondStore> shown = bonds;    // for readers
@@ -93,7 +91,6 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix> {
   void commit(bool at_rest);
   void check_history() const;
   double count_broken();
-  void check_restored();
   void restore_within(EVP::BodyRule kept, bool recorded);
   void check_zone() const;
   void check_box(const EVP::PairData *) const;

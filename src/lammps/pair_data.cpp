@@ -198,10 +198,6 @@ void PairData::report()
   if (!source.has_fix() && rules.contact == Contact::NONE)
     error->warning(FLERR,
                    "Pair evp/lj with contact none and without fix evp/bonds: no pair interacts");
-  if (rules.breaks() && rules.contact == Contact::NONE)
-    error->warning(FLERR,
-                   "Pair evp/lj with break and contact none: atoms whose bond broke pass through "
-                   "each other; contact repulsive keeps them apart");
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++)
       if (cuts.handles(i, j) && alpha_of(i, j) < 1.4 && rules.contact == Contact::LITERAL)

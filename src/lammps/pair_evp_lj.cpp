@@ -191,11 +191,6 @@ void PairEVPLJ::check_host_settings() const
                "give its types rows of their own instead");
   if (!atom->tag_enable)
     error->all(FLERR, "Pair evp/lj needs atom IDs: remove 'atom_modify id no'");
-  if (!compute_flag && update->whichflag != 0)
-    error->all(
-        FLERR,
-        "Pair evp/lj cannot run with 'pair_modify compute no', as fixes and computes read the "
-        "pairs that it finds: use 'pair_style none' for a run without forces");
   if (utils::strmatch(force->pair_style, "^hybrid/scaled"))
     error->all(FLERR,
                "Pair evp/lj does not work in pair_style hybrid/scaled, which would scale its "

@@ -157,11 +157,9 @@ void RowLaws::check(const PairList &list, const VolumeForces *volume) const
   first = reduce_all(first, MPI_MAX, world);
   if (first)
     error->all(FLERR,
-               "Pair evp/lj: atoms of type {} have bonds, but had another type when the bonds were "
-               "measured, so that nothing says what the row of this type is to be multiplied by: "
-               "set types before the bonds are recorded, or give type {} a row without spacing and "
-               "coordination",
-               first, first);
+               "Pair evp/lj: the row of type {} cannot be scaled: the type had no bonds when "
+               "spacing and coordination were measured; set types before the bonds are recorded",
+               first);
 }
 
 }    // namespace EVP
