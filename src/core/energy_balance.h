@@ -183,7 +183,8 @@ class PairWork {
       add(are_bonds ? found.elastic : found.contacts, inside, block.elastic);
       add(are_bonds ? found.forgotten : found.contacts, inside, block.forgotten);
       if (!are_bonds) add(found.contacts_at_cutoff, inside, block.at_cutoff);
-      if (block.flow.moves && *block.flow.moves) add(found.plastic, weight, block.flow.spent);
+      if (block.flow.any_flow && *block.flow.any_flow)
+        add(found.plastic, weight, block.flow.dissipated);
       LaneSum past_weight;
       past_weight.add(n, [&](int k) EVP_KERNEL {
         return weight[k] - inside[k];

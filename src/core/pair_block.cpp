@@ -107,10 +107,11 @@ namespace {
 
   /// What the slips dissipate.
   template <class Powers, bool Many>
-  EVP_INLINE void find_spent(const Laws<Powers> &all, const PairBlock &block, const double *slip)
+  EVP_INLINE void find_dissipated(const Laws<Powers> &all, const PairBlock &block,
+                                  const double *slip)
   {
     const double *const accumulated = block.flow.k;
-    double *const spent = block.flow.spent;
+    double *const dissipated = block.flow.dissipated;
     const int n = block.n;
     const Law<Powers> only = all.laws[0];
     const Law<Powers> *own[Many ? PairBlock::SIZE : 1];    // apart: up to 8 % quicker
@@ -121,7 +122,7 @@ namespace {
         EVP_INDEPENDENT
         for (int k = 0; k < n; k++) {
           const Law<Powers> &c = Many ? *own[k] : only;
-          spent[k] =
+          dissipated[k] =
               c.dissipated_linear(std::copysign(1.0, slip[k]), accumulated[k], std::fabs(slip[k]));
         }
         return;
@@ -129,7 +130,8 @@ namespace {
     for (int k = 0; k < n; k++) {
       const Law<Powers> &c = Many ? *own[k] : only;
       const double by = std::fabs(slip[k]);
-      spent[k] = by == 0.0 ? 0.0 : c.dissipated(std::copysign(1.0, slip[k]), accumulated[k], by);
+      dissipated[k] = by == 0.0 ? 0.0
+                                : c.dissipated(std::copysign(1.0, slip[k]), accumulated[k], by);
     }
   }
 
@@ -165,8 +167,8 @@ namespace {
         block.forgotten[k] = 0.0;
       }
     }
-    *flow.moves = std::memcmp(flow.q, flow.q_new, n * sizeof(double)) != 0;
-    if (*flow.moves) find_spent<Powers, Many>(all, block, slip);
+    *flow.any_flow = std::memcmp(flow.q, flow.q_new, n * sizeof(double)) != 0;
+    if (*flow.any_flow) find_dissipated<Powers, Many>(all, block, slip);
   }
 
   /// Compiled for each instruction set; loops with pow() gain nothing from that.
@@ -197,8 +199,8 @@ namespace {
         block.at_cutoff[k] = 0.0;
         block.potential[k] = !incremental && is_past(k) ? 0.0 : block.elastic[k];
       }
-      for (int k = 0; incremental && *block.flow.moves && k < block.n; k++)
-        block.potential[k] += block.flow.spent[k];
+      for (int k = 0; incremental && *block.flow.any_flow && k < block.n; k++)
+        block.potential[k] += block.flow.dissipated[k];
     } else {
       PairBlock at_cutoff;
       at_cutoff.n = block.n;

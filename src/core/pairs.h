@@ -80,15 +80,16 @@ struct PackedRow {
 /// What a force evaluation reads and writes of pairs whose flow stays, one entry per pair; nullptr without.
 struct FlowArrays {
   const double *q = nullptr, *k = nullptr;    ///< in force
-  double *q_new = nullptr;    ///< where the pair would move q: taken over by commit()
-  double *spent = nullptr;    ///< dissipated on the way there [energy]
-  char *moves = nullptr;    ///< of each block: is any pair on its way? If not, spent is not written
+  double *q_new = nullptr;         ///< where the pair would move q: taken over by commit()
+  double *dissipated = nullptr;    ///< dissipated on the way there [energy]
+  char *any_flow =
+      nullptr;    ///< of each block: is any pair on its way? If not, dissipated is not written
 
   /// Those of the block that begins at pair n.
   FlowArrays from(size_t n) const
   {
     if (!q) return {};
-    return {q + n, k + n, q_new + n, spent + n, moves + n / BLOCK_SIZE};
+    return {q + n, k + n, q_new + n, dissipated + n, any_flow + n / BLOCK_SIZE};
   }
 };
 
@@ -104,9 +105,9 @@ class PairList {
   std::vector<int> j, law, record;
   std::vector<double>
       deq;    ///< as recorded, with all digits; empty but for an energy balance [length]
-  std::vector<double> q, k, work;      ///< with flow that stays, else empty; see PairHistory
-  std::vector<double> q_new, spent;    ///< see FlowArrays
-  std::vector<char> moves;
+  std::vector<double> q, k, work;           ///< with flow that stays, else empty; see PairHistory
+  std::vector<double> q_new, dissipated;    ///< see FlowArrays
+  std::vector<char> any_flow;
 
   explicit PairList(bool are_bonds_in) : are_bonds(are_bonds_in) {}
   const bool are_bonds;
@@ -125,10 +126,10 @@ class PairList {
     rows.clear();
     margin = margin_in;
     flow_ = flow_in;
-    std::fill(moves.begin(), moves.end(), 0);
+    std::fill(any_flow.begin(), any_flow.end(), 0);
     if (stays()) return;
-    std::vector<char>().swap(moves);
-    for (auto *values : {&q, &k, &work, &q_new, &spent}) std::vector<double>().swap(*values);
+    std::vector<char>().swap(any_flow);
+    for (auto *values : {&q, &k, &work, &q_new, &dissipated}) std::vector<double>().swap(*values);
   }
 
   /// Room for n more pairs, [size(), size() + n); those that are there stay. False where there are too many.
@@ -142,8 +143,8 @@ class PairList {
     }
     if (with_deq && count + n > deq.size()) deq.resize(j.size());
     if (stays() && count + n > q.size()) {
-      for (auto *values : {&q, &k, &work, &q_new, &spent}) values->resize(j.size());
-      moves.resize(j.size() / BLOCK_SIZE + 1);
+      for (auto *values : {&q, &k, &work, &q_new, &dissipated}) values->resize(j.size());
+      any_flow.resize(j.size() / BLOCK_SIZE + 1);
     }
     return true;
   }
@@ -189,7 +190,7 @@ class PairList {
   FlowArrays flow_arrays()
   {
     if (!stays()) return {};
-    return {q.data(), k.data(), q_new.data(), spent.data(), moves.data()};
+    return {q.data(), k.data(), q_new.data(), dissipated.data(), any_flow.data()};
   }
 
   /// What the last force evaluation would change comes into force. A contact that has parted is one that never flowed.
@@ -197,13 +198,13 @@ class PairList {
   {
     if (!stays()) return;
     for (size_t block = 0; block * BLOCK_SIZE < count; block++) {
-      if (!moves[block]) continue;
-      moves[block] = 0;
+      if (!any_flow[block]) continue;
+      any_flow[block] = 0;
       const size_t first = block * BLOCK_SIZE, last = std::min(first + BLOCK_SIZE, count);
       for (size_t n = first; n < last; n++) {
         k[n] += std::fabs(q_new[n] - q[n]);
         q[n] = q_new[n];
-        work[n] += spent[n];
+        work[n] += dissipated[n];
         if (!are_bonds && q[n] == 0.0) k[n] = work[n] = 0.0;
       }
     }
@@ -223,7 +224,7 @@ class PairList {
       }
     };
     if (out.empty()) return;
-    for (auto *values : {&inv_deq, &cutsq, &deq, &q, &k, &work, &q_new, &spent}) keep(*values);
+    for (auto *values : {&inv_deq, &cutsq, &deq, &q, &k, &work, &q_new, &dissipated}) keep(*values);
     for (auto *values : {&j, &law, &record}) keep(*values);
     count -= out.size();
     const auto removed_before = [&](int n) {
@@ -267,7 +268,8 @@ class PairList {
 
   double memory_usage() const
   {
-    return bytes_of(rows, inv_deq, cutsq, deq, j, law, record, q, k, work, q_new, spent, moves);
+    return bytes_of(rows, inv_deq, cutsq, deq, j, law, record, q, k, work, q_new, dissipated,
+                    any_flow);
   }
 
  private:

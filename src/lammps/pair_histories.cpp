@@ -42,14 +42,14 @@ bool PairHistories::commit(bool at_rest, PairWork *work)
 // what the force loop finds, at the present positions
 void PairHistories::find_next(PairList &list)
 {
-  std::fill(list.moves.begin(), list.moves.end(), 1);
+  std::fill(list.any_flow.begin(), list.any_flow.end(), 1);
   for_each_pair(list, scene::rows(atom->x), [&](const PlacedPair &p) {
     if (rules.breaks() && p.is_bond && p.is_past_cutoff()) past.push_back(p.index);
     if (!list.stays()) return;
     const PairState now = coefficients.law(p.law).state(p.ratio(), p);
     const bool parted = p.is_past_cutoff() && !p.is_bond;
     list.q_new[p.index] = parted ? 0.0 : now.offset.q;
-    list.spent[p.index] = parted ? 0.0 : now.dissipated;
+    list.dissipated[p.index] = parted ? 0.0 : now.dissipated;
   });
 }
 
@@ -76,7 +76,7 @@ void PairHistories::break_bonds(const std::vector<int> &broken, PairWork *work)
     contacts.record[n] = bond.record;
     if (contacts.stays()) {
       contacts.set_history(n, {});
-      contacts.q_new[n] = contacts.spent[n] = 0.0;
+      contacts.q_new[n] = contacts.dissipated[n] = 0.0;
     }
     contacts.add_row(i, 1);
   }

@@ -61,10 +61,10 @@ struct Saved {
   {
     EXPECT_EQ((int) pairs.size(), range.first);
     for (int k = 0; k < block.n; k++) {
-      const bool flows = block.flow.q, moves = flows && *block.flow.moves;
+      const bool flows = block.flow.q, moves = flows && *block.flow.any_flow;
       pairs.push_back({block.force[k], block.damping[k], block.elastic[k], block.forgotten[k],
                        block.at_cutoff[k], block.potential[k], flows ? block.flow.q_new[k] : 0.0,
-                       moves ? block.flow.spent[k] : 0.0});
+                       moves ? block.flow.dissipated[k] : 0.0});
     }
     sums(range, block);
   }

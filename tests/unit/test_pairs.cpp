@@ -121,9 +121,9 @@ TEST(PairList, WithoutFlowThereIsNoRoomForIt)
   list.clear(BOND_MARGIN, Flow::FORGETS);
   EXPECT_EQ(list.size(), 0u);
   EXPECT_TRUE(list.make_room(600));
-  for (const auto *values : {&list.q, &list.k, &list.work, &list.q_new, &list.spent})
+  for (const auto *values : {&list.q, &list.k, &list.work, &list.q_new, &list.dissipated})
     EXPECT_EQ(values->capacity(), 0u);
-  EXPECT_EQ(list.moves.capacity(), 0u);
+  EXPECT_EQ(list.any_flow.capacity(), 0u);
   EXPECT_LE(list.memory_usage() + 5 * 600 * sizeof(double), with_flow);
   EXPECT_EQ(list.flow_arrays().q, nullptr);
   list.commit();    // nothing to do

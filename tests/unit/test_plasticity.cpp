@@ -133,7 +133,7 @@ class OnePair {
     {
       found.force = block.force[0] * std::sqrt(block.distance_squared(0));
       found.stored = block.potential[0];
-      found.dissipated = *block.flow.moves ? block.flow.spent[0] : 0.0;
+      found.dissipated = *block.flow.any_flow ? block.flow.dissipated[0] : 0.0;
     }
   };
 };
