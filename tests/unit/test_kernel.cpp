@@ -422,7 +422,8 @@ TEST(PairWork, TellsOfPairsThatPassTheirCutoffAndKeepsWhatBreaks)
   work.add_broken(8.0);
   EXPECT_TRUE(work.has_changed());
   PairWork::Sums sums = work.sums();
-  EXPECT_DOUBLE_EQ(sums.past_cutoff, past + 2.0);
+  EXPECT_DOUBLE_EQ(sums.past_cutoff, past + 2.0 - 8.0)
+      << "the last forces found it past its cutoff";
   EXPECT_EQ(sums.broken, 12.0);
   EXPECT_EQ(sums.plastic_of_missing, 0.75);
   work.forget_missing();

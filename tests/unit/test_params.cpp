@@ -212,8 +212,6 @@ TEST(ParseRow, RefusesKeywordsThatSayNothing)
   expect_bad_row(TABLE1 + " Spacing 1 coordination 2", {"unknown keyword 'Spacing'"});
   expect_bad_row(TABLE1 + both + " 3", {"unknown keyword '3'"});
   expect_bad_row(TABLE1 + both + " kv", {"keyword kv needs a value"});
-  expect_bad_row(TABLE1 + both + " kv 1 kv 1", {"keyword kv is given twice"});
-  expect_bad_row(TABLE1 + both + " spacing 1", {"keyword spacing is given twice"});
   expect_bad_row(TABLE1 + " spacing 1", {"spacing and coordination are given together"});
   expect_bad_row(TABLE1 + " coordination 1 kv 4", {"spacing and coordination are given together"});
 }
@@ -257,13 +255,6 @@ TEST(FindFileAndRow, TellsThemFromNumbers)
   for (const char *numbers : {"", "80", "80 8", "-1e3 a", "80 8 4 3 8 4 0.005 0 1.5 kv 3",
                               "nan 8 4 3 8 4 0.005 0 1.5", "8x 8 4"})
     EXPECT_FALSE(EVP::find_file_and_row(EVP::split_words(numbers))) << numbers;
-  for (const char *neither :
-       {"metals.evp 304 kv", "metals.evp:304 kv 300", "evp/lj 80 8 4 3 8 4 5 0 1.5"})
-    expect_refusal(
-        [&] {
-          EVP::find_file_and_row(EVP::split_words(neither));
-        },
-        {"expected the 9 numbers", "FILE:ROW without further arguments", "e"});
 }
 
 TEST(ShortestText, ReadsBackToTheSameNumber)
