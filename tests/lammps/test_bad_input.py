@@ -131,9 +131,8 @@ CASES = [
     (ROW, "80 a", "Pair evp/lj: expected 9 values, got 2 (a row has e1 m1 n1 e2 m2 n2 xi_s gamma alpha)"),
     (ROW, "8O 8", "cannot read the potential file '8O': give its path, or put its folder into LAMMPS_POTENTIALS; a row of numbers has e1 m1"),
     (f"* * {ROW}", ROW, "Pair evp/lj: expected 9 values, got 7 (a row has e1 m1 n1 e2 m2 n2 xi_s gamma alpha)"),
-    (ROW, "good.evp a density 2700", "Pair evp/lj: expected the 9 numbers e1 m1 n1 e2 m2 n2 xi_s gamma alpha and keywords, or FILE ROW or FILE:ROW "
-                                     "without further arguments, got 4 words, the first 'good.evp'"),
-    (ROW, "evp/lj " + ROW, "without further arguments, got 10 words, the first 'evp/lj'"),
+    (ROW, "good.evp a density 2700", "Pair evp/lj: expected 9 values, got 4 (a row has e1 m1 n1 e2 m2 n2 xi_s gamma alpha)"),
+    (ROW, "evp/lj " + ROW, "Pair evp/lj: expected 9 values, got 10"),
     (f"pair_coeff * * {ROW}", "", "pair coeffs are not set"),
     ("* * " + ROW, "2 2 " + ROW, "Numeric index 2 is out of bounds"),
     # potential files

@@ -210,7 +210,7 @@ MISUSE = {
     "unknown": ({"move": OURS + "20 0.4 most 1e-7"}, "unknown keyword 'most'"),
     "no pair style": ({"style": "pair_style none", "coeff": "", "fix": "", "move": OURS + "20 0.4", "thermo": ""}, "needs pair style evp/lj"),
     "respa": ({"move": OURS + "20 0.4\nrun_style respa 2 2"}, "respa"),
-    "fix move": ({"move": "fix move all move linear 1 0 0\nfix step all dt/evp 20 0.4"}, "cannot follow a changing timestep"),
+    "fix move": ({"move": "fix move all move linear 1 0 0\nfix step all dt/evp 20 0.4"}, "sets the timestep too, or cannot follow a changing one"),
     "compute deleted": ({"move": OURS + "20 0.4\nuncompute step_evp_dt"}, "was deleted"),
     "no limit": ({"style": "pair_style evp/lj contact none", "fix": "", "move": OURS + "20 0.4",
                   "thermo": "thermo_style custom step"}, "give 'max DT'"),

@@ -183,14 +183,6 @@ thermo 1
         assert (np.abs(change[-1]) > 1e-3 * largest) if mu else (np.abs(change).max() < 1e-10 * largest)
 
 
-def test_contacts_that_no_bound_knows_are_warned_of(lmp, tmp_path):
-    """compute evp/dt is that of evp/lj; fix dt/evp says so where granular contacts may ask for less, unless a largest dt is given."""
-    write_scene(tmp_path)
-    for more, warned in (("", True), (" max 1e-6", False)):
-        run = lmp(head() + style() + slide() + f"fix dt block dt/evp 50 0.4{more}\nrun 1\n").ok()
-        assert ("the stiffness of granular contacts is not in the stable timestep: give 'max DT'" in run.stdout) == warned
-
-
 # ---- decks ----
 
 

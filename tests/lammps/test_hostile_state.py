@@ -109,13 +109,6 @@ def test_a_changed_size_stops_all_ranks(saved, resume):
     refused(resume(bytes(content), ranks=2), ATOM_DAMAGED)
 
 
-def test_records_of_the_atoms_that_are_missing(saved, resume):
-    """The name under which LAMMPS lists the records of the atoms is changed: they are skipped, the fix's own state is not."""
-    content = bytearray((saved / "s.restart").read_bytes())
-    content[bytes(content).rindex(b"evp/bonds\0")] ^= 1
-    refused(resume(bytes(content)), f"Fix bonds evp/bonds: the restart file is damaged, it announces {BONDS} bonds and holds none")
-
-
 DATA = """spheres
 
 3 atoms

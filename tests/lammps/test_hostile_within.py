@@ -9,8 +9,6 @@ MOL = "fix molecules all property/atom mol ghost {}\n"
 KNOWN = MOL.format("yes") + "set group all mol 1\n"
 
 CASES = {
-    "twice": (dict(fix=FIX + "within type within type"), "Fix bonds evp/bonds: within is given twice"),
-    "two words": (dict(fix=KNOWN + FIX + "within type zone 1.2 within molecule"), "Fix bonds evp/bonds: within is given twice"),
     "no value": (dict(fix=FIX + "zone 1.2 within"), "Fix bonds evp/bonds: keyword within needs a value"),
     "unknown value": (dict(fix=FIX + "within body"), "Fix bonds evp/bonds: within must be type or molecule (which atoms are one body), got 'body'"),
     "all": (dict(fix=FIX + "within all"), "within must be type or molecule (which atoms are one body), got 'all'"),

@@ -61,7 +61,7 @@ def test_forces_that_are_not_numbers_stop_the_run(lmp):
 def test_pair_modify_compute_no_is_refused(lmp):
     """Without compute() the pairs that fixes read are those of an earlier list."""
     deck = HEAD + STYLE.format(alpha=1.5) + SOLVE + "run 2\ngroup late id > 20\ndelete_atoms group late compress no\n"
-    assert "pair_modify compute no" in error_of(lmp(deck + "pair_modify compute no\nrun 2\n"))
+    assert "has not seen the current neighbor list" in error_of(lmp(deck + "pair_modify compute no\nrun 2\n"))
 
 
 def test_two_dimensions(lmp):

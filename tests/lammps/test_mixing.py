@@ -137,11 +137,11 @@ def test_deleted_atoms(lmp, bar, ranks, newton):
     check_forces(last, bar._replace(radius=bar.radius[left], types=bar.types[left]))
 
     run = lmp(text + "delete_atoms group gone\nrun 0\n", ranks=ranks)
-    refused(run, "Fix bonds evp/bonds: atom ID", "belongs to another atom", "delete_atoms ... compress no")
+    refused(run, "Fix bonds evp/bonds: atom ID", "is not the atom that was recorded under this ID", "delete_atoms ... compress no")
 
     text = text.replace("id 1:5 40 96", "id 90:96") + "delete_atoms group gone compress no\n"
     run = lmp(text + "create_atoms 1 single 0.03 0.02 0.05\nset atom 90 diameter 0.01\nrun 0\n", ranks=ranks)
-    refused(run, "the new atom 90 has the ID of a deleted one", "'read_data ... add 96'")
+    refused(run, "atom ID 90 is not the atom that was recorded under this ID", "'read_data ... add 96'")
 
 
 LJ_UNITS = """

@@ -271,7 +271,7 @@ def test_the_bound_of_the_step(lmp_decks, tmp_path, gamma):
     ("group some id <= 10\nfix box some deform 1 xy erate 1 remap v\nfix move all nve\nfix energy all evp/energy\n", "give it group all"),
     ("group one id 1\ngroup rest subtract all one\nfix box all deform 1 xy erate 1 remap v\nfix move rest nve/evp\nfix way one move linear 1 0 0\n",
      "fix move does not know the velocity of a box"),
-    ("fix box all deform 1 xy erate 1 remap v\nfix move all nve/evp\nfix dt all dt/evp 10 0.4\n", "cannot follow a changing timestep"),
+    ("fix box all deform 1 xy erate 1 remap v\nfix move all nve/evp\nfix dt all dt/evp 10 0.4\n", "sets the timestep too, or cannot follow a changing one"),
 ])
 def test_refused(lmp, tmp_path, fixes, message):
     write_periodic(tmp_path)

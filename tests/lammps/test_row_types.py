@@ -51,7 +51,7 @@ def test_a_type_set_after_the_recording_is_refused(lmp, tmp_path, ranks, atoms, 
     one_type(tmp_path)
     row = SCALED.replace("kv 700", f"kv {kv}")
     text = head(start=LATER) + row + BONDS + VOLUME + MOVE + f"run 0\ngroup marked id {atoms}\nset group marked type 2\nrun 1\n"
-    refused(lmp(text, ranks), "atoms of type 2 have bonds, but had another type when the bonds were measured", "set types before")
+    refused(lmp(text, ranks), "the row of type 2 cannot be scaled", "set types before the bonds are recorded")
 
 
 def test_a_type_set_later_that_has_its_measure(lmp_decks, tmp_path):

@@ -475,7 +475,6 @@ REFUSED = {
                         "spacing, coordination, kv, density"),
     "half": ({"coeff": f"pair_coeff * * {WORDS} spacing 1"}, "spacing and coordination are given together"),
     "no value": ({"coeff": f"pair_coeff * * {WORDS} spacing"}, "keyword spacing needs a value"),
-    "twice": ({"coeff": f"pair_coeff * * {WORDS} kv 1 kv 2"}, "keyword kv is given twice"),
     "negative": ({"coeff": f"pair_coeff * * {WORDS} spacing -1 coordination 2"}, "spacing must be positive", "got -1"),
     "nan": ({"coeff": f"pair_coeff * * {WORDS} density nan"}, "density must be a finite decimal number"),
     "another unit": ({"coeff": f"pair_coeff * * {WORDS} spacing 1e200 coordination 12"}, "types 1 and 1",

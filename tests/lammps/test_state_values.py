@@ -183,7 +183,7 @@ def test_atoms_with_few_bonds(lmp, tmp_path):
 @pytest.mark.parametrize("given, message", [
     ("plastic", "unknown keyword 'plastic'; it takes plastic_work"), ("von_mises", "von_mises needs 'fraction'"),
     ("von_mises fraction", "keyword fraction needs a value"), ("von_mises fraction 0", "fraction must be above 0 and at most 1"),
-    ("von_mises fraction 1.1", "fraction must be above 0 and at most 1"), ("plastic_work plastic_work", "is given twice")])
+    ("von_mises fraction 1.1", "fraction must be above 0 and at most 1")])
 def test_what_is_refused(lmp, bar, given, message):
     refused(lmp(head() + pair() + f"compute state all evp/state/atom {given}\nrun 0\n"), message)
 
