@@ -57,6 +57,7 @@ class PairWork {
   {
     broken += energy;
     broken_since += energy;
+    breaks++;
   }
 
   /// Did any pair pass its cutoff since the evaluation before?
@@ -106,7 +107,7 @@ class PairWork {
     damping.assign(damps ? (size_t) 3 * nall : 0, 0.0);
     through = {};
     found = {};
-    past = 0;
+    past = breaks;    // indices of pairs have moved up where one broke
     dissipated_by_missing = broken_since = 0.0;
   }
   void end(const ParticleView &view)
@@ -156,6 +157,7 @@ class PairWork {
   bool fresh = false, changed = false;
   double broken = 0.0, missing = 0.0, last_missing = 0.0, dissipated_by_missing = 0.0;
   double broken_since = 0.0;    // the last forces
+  uint64_t breaks = 0;
   uint64_t past = 0,
            last_past =
                0;    // of the pairs past their cutoffs: other numbers where these are others

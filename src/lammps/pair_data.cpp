@@ -22,7 +22,7 @@ using scene::rows;
 PairData::PairData(LAMMPS *lmp, Pair *style, Coefficients &coefficients_in) :
     Pointers(lmp), ghosts(lmp, style), cuts(lmp), source(lmp), coefficients(coefficients_in),
     laws(lmp, coefficients, cuts), builder(lmp), snapshot(lmp),
-    pair_histories(lmp, lists, coefficients, rules)
+    pair_histories(lmp, lists, coefficients, rules, cuts)
 {
 }
 
@@ -154,7 +154,7 @@ void PairData::begin_run()
   const Fix *implicit = scene::find_fix(modify, "nve/evp");
   implicit_groupbit = implicit ? implicit->groupbit : 0;
   volume_ = VolumeForces::find(modify);
-  any_gamma = scene_checked = overlap_warned = bonds_missing = false;
+  any_gamma = scene_checked = overlap_warned = bonds_missing = missing_due = false;
   repack_due = true;
   snapshot.forget();
 }
@@ -264,7 +264,9 @@ bool PairData::pack(const NeighList *neighbors, bool collective)
   if (volume()) volume()->pack(lists.bonds, *bonds(), coefficients, collective);
   if (collective) {
     agree_on_pairs(found, same_list);
-    if (!same_list) missing_energy = 0.0;
+    if (bonds_missing && !same_list) pair_histories.find_missing(*bonds());
+    missing_due = bonds_missing;
+    missing_energy = 0.0;
     if (bonds_missing && is_incremental() && rules.plastic) {
       const auto missing = pair_histories.settle_missing(*bonds(), nullptr);
       missing_energy = missing.held + missing.dissipated;

@@ -134,18 +134,18 @@ class PairData : protected Pointers {
   /// See PairHistories.
   void commit(bool at_rest);
 
-  /// Collective, for each packing that lacks bonds. moves: they flow or break, once; else only the balance is told what
-  /// they hold, as at set-up.
+  /// For each packing that lacks bonds. moves: they flow or break, once; else only the balance is told what they hold, as at
+  /// set-up.
   void settle_missing(BondStore &records, bool moves)
   {
-    if (!bonds_missing) return;
+    if (!missing_due) return;
     const auto found =
         pair_histories.settle_missing(records, moves && records.has_history() ? &records : nullptr);
     if (work) {
       work->forget_missing();
       work->take_missing(found.held, found.dissipated, rules.breaks() && moves);
     }
-    bonds_missing = !moves;
+    missing_due = !moves;
   }
 
   /// In a minimization with flow, of the bonds that have left the list [energy]: as much as in it, so that the potential
@@ -205,6 +205,7 @@ class PairData : protected Pointers {
   std::shared_ptr<PairWork> work;           // of fix evp/energy, nullptr without
   long source_version = 0;                  // of the bonds, at the last packing
   bool bonds_missing = false;               // neither broken nor in the list; the same on all ranks
+  bool missing_due = false;                 // these are to be settled
   double missing_energy = 0.0;
   PairRules rules_of_run;
 

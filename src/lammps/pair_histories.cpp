@@ -195,10 +195,12 @@ void PairHistories::send_to_owners(BondStore &records, PerAtomComm &exchange)
   for (const HistoryOfPair &m : deferred) records.take(m);
 }
 
-// Have 'neigh_modify exclude' or special_bonds taken the pair out of the list, however close its atoms are?
+// Is the pair not in the list of this style, however close its atoms are, by 'neigh_modify exclude', special_bonds or
+// pair_style hybrid?
 bool PairHistories::is_excluded(int i, tagint partner, const AtomDirectory::Entry &j) const
 {
   const AtomDirectory::Entry own = AtomDirectory::Entry::of(atom, i);
+  if (!cuts.handles(own.type, j.type)) return true;
   const auto in_groups = [&](int first, int second) {
     return ((own.mask & first) && (j.mask & second)) || ((own.mask & second) && (j.mask & first));
   };
@@ -217,31 +219,24 @@ bool PairHistories::is_excluded(int i, tagint partner, const AtomDirectory::Entr
   return false;
 }
 
-// f(i, slot, at): `at` is the state at the cutoff
-template <class F> void PairHistories::for_each_missing(const BondStore &store, F &&f) const
+void PairHistories::find_missing(const BondStore &store)
 {
+  missing.clear();
   const auto *x = scene::rows(atom->x);
   const double *const *cutneighsq = neighbor->cutneighsq;
   std::vector<std::pair<tagint, int>> atoms;    // own and ghosts: of an ID there may be many
   for (int k = 0; k < atom->nlocal + atom->nghost; k++) atoms.emplace_back(atom->tag[k], k);
   std::sort(atoms.begin(), atoms.end());
 
-  const auto visit = [&](int i, int slot, const AtomDirectory::Entry &partner) {
-    const Bond &bond = store.of(i)[slot];
-    if (is_excluded(i, (tagint) bond.partner, partner)) return;
-    const PairLaw &law = coefficients.law(coefficients.index(atom->type[i], partner.type));
-    const Span span = rules.of_bond(bond.deq, law.row.alpha * (atom->radius[i] + partner.radius));
-    const PairHistory before = store.has_history() ? store.histories_of(i)[slot] : PairHistory{};
-    f(i, slot,
-      law.state(span.cutoff / bond.deq,
-                {1.0 / bond.deq, rules.flow_of_bonds(), {before.q, before.k}}));
+  const auto add = [&](int i, int slot, const AtomDirectory::Entry &partner) {
+    if (!is_excluded(i, (tagint) store.of(i)[slot].partner, partner))
+      missing.push_back({i, slot, partner.type, partner.radius});
   };
 
   std::vector<std::pair<int, int>> far_away;    // atom, slot: the partner is not even a ghost
   std::vector<tagint> partners;
   for (int i = 0; i < atom->nlocal; i++)
     for (int slot = 0; slot < (int) store.of(i).size(); slot++) {
-      if (store.has_history() && store.histories_of(i)[slot].broken != 0.0) continue;
       const auto partner = (tagint) store.of(i)[slot].partner;
       auto at = std::lower_bound(atoms.begin(), atoms.end(), std::pair(partner, 0));
       if (at == atoms.end() || at->first != partner) {
@@ -254,29 +249,37 @@ template <class F> void PairHistories::for_each_missing(const BondStore &store, 
       for (; at != atoms.end() && at->first == partner; ++at)
         is_near = is_near ||
             PairGeometry(x, i, at->second).dsq <= cutneighsq[atom->type[i]][atom->type[j]];
-      if (!is_near) visit(i, slot, AtomDirectory::Entry::of(atom, j));
+      if (!is_near) add(i, slot, AtomDirectory::Entry::of(atom, j));
     }
 
   if (!on_any(!partners.empty(), world)) return;
   const AtomDirectory directory(lmp, partners);
   for (size_t k = 0; k < partners.size(); k++) {
     const AtomDirectory::Entry &entry = directory.entries.at(partners[k]);
-    if (entry.type != 0) visit(far_away[k].first, far_away[k].second, entry);    // 0: deleted
+    if (entry.type != 0) add(far_away[k].first, far_away[k].second, entry);    // 0: deleted
   }
 }
 
 PairHistories::Missing PairHistories::settle_missing(const BondStore &store, BondStore *moved) const
 {
   Missing found;
-  for_each_missing(store, [&](int i, int slot, const PairState &at) {
+  for (const MissingBond &one : missing) {
+    const Bond &bond = store.of(one.i)[one.slot];
+    const PairHistory before = store.has_history() ? store.histories_of(one.i)[one.slot]
+                                                   : PairHistory{};
+    if (before.broken != 0.0) continue;
+    const PairLaw &law = coefficients.law(coefficients.index(atom->type[one.i], one.type));
+    const Span span = rules.of_bond(bond.deq, law.row.alpha * (atom->radius[one.i] + one.radius));
+    const PairState at = law.state(span.cutoff / bond.deq,
+                                   {1.0 / bond.deq, rules.flow_of_bonds(), {before.q, before.k}});
     found.held += 0.5 * at.stored.total();    // a bond of two MPI ranks counts half on each
     found.dissipated += 0.5 * at.dissipated;
-    if (!moved || fault(NO_FLOW_OF_MISSING)) return;
-    PairHistory &history = moved->histories_of(i)[slot];
-    const double work = history.work + at.dissipated;
-    history = rules.breaks() ? PairHistory{0.0, 0.0, work, 1.0}
-                             : PairHistory{at.offset.q, at.offset.k, work, 0.0};
-  });
+    if (!moved || fault(NO_FLOW_OF_MISSING)) continue;
+    const double work = before.work + at.dissipated;
+    moved->histories_of(one.i)[one.slot] = rules.breaks()
+        ? PairHistory{0.0, 0.0, work, 1.0}
+        : PairHistory{at.offset.q, at.offset.k, work, 0.0};
+  }
   return found;
 }
 

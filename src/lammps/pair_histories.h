@@ -7,6 +7,7 @@
 #include "core/contacts.h"
 #include "core/energy_balance.h"
 #include "core/per_atom_comm.h"
+#include "cutoffs.h"
 #include "lammps_names.h"
 
 #include <utility>
@@ -19,9 +20,9 @@ namespace EVP {
 class PairHistories : protected Pointers {
  public:
   PairHistories(LAMMPS *lmp, PairLists &lists_in, const Coefficients &coefficients_in,
-                const PairRules &rules_in) :
+                const PairRules &rules_in, const Cutoffs &cuts_in) :
       Pointers(lmp),
-      lists(lists_in), coefficients(coefficients_in), rules(rules_in)
+      lists(lists_in), coefficients(coefficients_in), rules(rules_in), cuts(cuts_in)
   {
   }
 
@@ -52,13 +53,16 @@ class PairHistories : protected Pointers {
   /// Collective, where they are due: to the records of their atoms.
   void return_to(BondStore &, bool list_matches, PerAtomComm &);
 
-  /// What bonds past the end of the neighbor list hold at their cutoffs, and dissipate on the way there [energy].
+  /// Collective, in the packing of a new neighbor list. Which bonds does it not have, as they are past its end?
+  void find_missing(const BondStore &);
+
+  /// What these bonds hold at their cutoffs, and dissipate on the way there [energy].
   struct Missing {
     double held = 0.0, dissipated = 0.0;
   };
 
-  /// Collective, where the list was just packed. Bonds that it does not have have flowed up to their cutoffs, or have
-  /// broken where bonds break, whether or not it saw them pass. moved: the same records, nullptr: they stay as they are.
+  /// They have flowed up to their cutoffs, or have broken where bonds break, whether or not the list saw them pass.
+  /// moved: the same records, nullptr: they stay as they are.
   Missing settle_missing(const BondStore &, BondStore *moved) const;
 
   /// Of the pair (i, j) of the lists, which must be those of the present atoms; false where it is not there.
@@ -70,6 +74,7 @@ class PairHistories : protected Pointers {
   PairLists &lists;
   const Coefficients &coefficients;
   const PairRules &rules;
+  const Cutoffs &cuts;
 
   /// A bond that broke, with the work of its flow [energy].
   struct BrokenBond {
@@ -77,6 +82,14 @@ class PairHistories : protected Pointers {
     double work;
   };
 
+  /// A record of an own atom that is in no list, and its partner.
+  struct MissingBond {
+    int i, slot;
+    int type;
+    double radius;
+  };
+
+  std::vector<MissingBond> missing;
   std::vector<int> past;    // bonds that the last forces found past their cutoff, where bonds break
   std::vector<BrokenBond> newly_broken;    // of this MPI rank, since histories were returned
   bool due = false;
@@ -88,7 +101,6 @@ class PairHistories : protected Pointers {
   void find_next(PairList &);
   void break_bonds(const std::vector<int> &, PairWork *);
   void send_to_owners(BondStore &, PerAtomComm &);
-  template <class F> void for_each_missing(const BondStore &, F &&) const;
   bool is_excluded(int i, tagint partner, const AtomDirectory::Entry &) const;
   void index_rows() const;
   void warn_of_limit();

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Flow and breaking where the packed list does not see all: bonds that leave it, atoms that change first, words that change."""
 
+import numpy as np
 import pytest
 from evp import flow, law
 from hostile import refused
@@ -161,6 +162,84 @@ def test_the_energy_of_a_lost_bond_in_every_step(lmp_decks, newton, ranks, rules
     for key, own in found.items():
         for name, values in own.items():
             assert values == pytest.approx(whole[name], abs=1e-9), (key, name)
+
+
+SPHERES = """
+units si
+atom_style sphere
+atom_modify map yes
+newton {newton}
+boundary f f f
+region box block -0.1 0.1 -0.1 0.1 -0.1 0.1
+create_box 2 box
+{atoms}
+set group all diameter 0.01 density 2700
+neighbor {skin} bin
+neigh_modify every 1 delay 0 check yes
+comm_modify cutoff 0.1
+timestep 1e-6
+pair_style {style}
+pair_coeff * * {sub} 80 8 4 3 8 4 0.005 0 1.2
+{fixes}
+fix e all evp/energy
+fix move all nve/noforce
+thermo_style custom step f_e f_e[4] f_e[9] f_e[11] f_bonds[1] f_bonds[5]
+thermo_modify norm no format float %.15g
+thermo 1
+"""
+TWO_PAIRS = "\n".join(f"create_atoms 1 single {at}" for at in ("0 0 0", "0.01 0 0", "0 0.05 0", "0.01 0.05 0"))
+
+
+@pytest.mark.parametrize("newton, ranks", [("on", 1), ("off", 2)])
+@pytest.mark.parametrize("rules", ["plasticity none", "plasticity isotropic", "break 0.1"])
+def test_bonds_past_the_list_of_a_set_up(lmp_decks, newton, ranks, rules):
+    """In the first step after it, whose positions are newer than the list: a bond at the list's end that moves out, in, or not."""
+    def deck(apart, speed):
+        return SPHERES.format(newton=newton, atoms=TWO_PAIRS, skin=0.001, style=f"evp/lj contact none {rules}", sub="",
+                              fixes="fix bonds all evp/bonds") + f"""
+run 0
+displace_atoms all move 0.02 0 0 units box
+group second id 2
+group fourth id 4
+displace_atoms second move 0.02 0 0 units box
+displace_atoms fourth move {apart} 0 0 units box
+set atom 4 vx {speed}
+run 3
+"""
+    decks = {"far": deck(0.01, 0.0), "out": deck(0.0029999, 0.2), "in": deck(0.0030001, -0.2)}
+    runs = {name: run.ok().thermo(1) for name, run in lmp_decks(decks, ranks).items()}
+    for name in ("out", "in"):
+        for column in ("f_e", "f_e[4]", "f_e[9]", "f_e[11]", "f_bonds[1]", "f_bonds[5]"):
+            assert runs[name][column] == pytest.approx(runs["far"][column], abs=1e-9), (name, column)
+    assert max(abs(runs["far"][column][-1]) for column in ("f_e[4]", "f_e[11]")) > 0.1, "control"
+
+
+CORNER = "\n".join(f"create_atoms 1 single {at}" for at in ("0 0 0", "0.01 0 0", "0 0.01 0", "0 0 0.01"))
+
+
+@pytest.mark.parametrize("newton, ranks", [("on", 1), ("off", 2)])
+def test_bonds_that_break_one_after_the_other(lmp, newton, ranks):
+    """In successive steps, with volume strains that jump: the balance closes in each of them."""
+    text = SPHERES.format(newton=newton, atoms=CORNER, skin=0.006, style="evp/lj contact none break 0.02", sub="",
+                          fixes="fix bonds all evp/bonds\nfix v all evp/volume 1000")
+    run = lmp(text + "set atom 2 vx 1.0\nset atom 3 vy 0.9935\nset atom 4 vz 0.989\nrun 208\n", ranks).ok().thermo()
+    assert list(run["f_bonds[5]"][200:204]) == [0, 1, 2, 3], "control: one in each step"
+    assert np.abs(run["f_e"]).max() < 3e-3 * run["f_e[4]"][-1]
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_bonds_of_types_of_another_style_stay(lmp, ranks):
+    """pair_style hybrid gives their types to another sub-style: they neither break nor hold energy, wherever their atoms go."""
+    text = SPHERES.format(newton="on", atoms=TWO_PAIRS, skin=0.001, style="hybrid evp/lj contact none break 0.1 zero 0.012", sub="evp/lj",
+                          fixes="pair_coeff 1 2 zero\npair_coeff 2 2 zero\nset atom 3 type 1\nfix bonds all evp/bonds")
+    run = lmp(text + """
+run 1
+set atom 4 type 2
+group fourth id 4
+displace_atoms fourth move 0.02 0 0 units box
+run 2
+""", ranks).ok().thermo()
+    assert run["f_bonds[5]"][-1] == 0.0 and run["f_e[11]"][-1] == 0.0
 
 
 EXCLUDED = {"types": "set group two type 2\nneigh_modify exclude type 1 2\n", "groups": "neigh_modify exclude group one two\n"}
