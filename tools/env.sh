@@ -8,7 +8,7 @@ export EVP_LMP=${EVP_LMP:-$EVP_BUILD/lmp}
 export EVP_MPIRUN=${EVP_MPIRUN:-mpirun}
 export PYTHONPATH=$EVP_REPOSITORY/tools${PYTHONPATH:+:$PYTHONPATH}
 export EVP_CORES=${EVP_CORES:-$(env -u OMP_NUM_THREADS nproc)}  # OMP_NUM_THREADS is set below, and nproc heeds it
-EVP_PYTHON_MODULES="numpy scipy matplotlib pytest tqdm mpmath yaml"
+EVP_PYTHON_MODULES="numpy scipy matplotlib pytest mpmath yaml"
 
 # Two ranks must start on any machine: one core, a container, root. Other MPIs ignore these.
 export OMPI_MCA_rmaps_base_oversubscribe=${OMPI_MCA_rmaps_base_oversubscribe:-1}

@@ -28,7 +28,7 @@ with build/evpplugin.so and build/lmp. A second call takes seconds; an interrupt
   Without options: what the last set-up of this checkout used.
 
 Environment: EVP_CACHE  folder for LAMMPS (default: $XDG_CACHE_HOME/evp or ~/.cache/evp)
-             PYTHON     a Python with numpy, scipy, matplotlib, pytest, tqdm, mpmath, yaml
+             PYTHON     a Python with numpy, scipy, matplotlib, pytest, mpmath, yaml
 END
 }
 

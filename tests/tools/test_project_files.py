@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The files of a public project: workflows whose commands exist and accept their options, issue forms, citation, the claims of doc/comparison.md."""
+"""The files of a public project: workflows whose commands exist and accept their options, dependencies, issue forms, citation, the claims of doc/comparison.md."""
 
+import ast
+import importlib.util
 import itertools
 import os
 import pathlib
@@ -107,6 +109,39 @@ def test_an_unknown_option_is_noticed():
     """Control of the test above."""
     assert "--release" in help_of("tools/test_releases.sh") and not re.search(r"--colour\b", help_of("tools/test_releases.sh"))
     assert list(expanded("a ${{ matrix.x }} b", {"strategy": {"matrix": {"x": [1, 2]}}})) == ["a 1 b", "a 2 b"]
+
+
+def modules_of(node):
+    """Names that a node of the syntax tree imports."""
+    if isinstance(node, ast.Import):
+        return [one.name for one in node.names]
+    if isinstance(node, ast.ImportFrom) and not node.level:
+        return [node.module]
+    return [node.args[0].value] if isinstance(node, ast.Call) and getattr(node.func, "attr", "") == "importorskip" else []
+
+
+def imported(*folders):
+    """Third-party modules that the Python below these folders imports."""
+    paths = (path for folder in folders for path in (REPOSITORY / folder).rglob("*.py"))
+    found = {name.split(".")[0] for path in paths for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))) for name in modules_of(node)}
+    specs = {name: importlib.util.find_spec(name) for name in found}
+    return {name for name, spec in specs.items() if spec and spec.origin and {"site-packages", "dist-packages"} & set(pathlib.Path(spec.origin).parts)}
+
+
+def test_dependencies_are_those_that_are_imported():
+    """Of set-up's lists, and of the recipes, which need what the tools need."""
+    text = {name: (REPOSITORY / name).read_text(encoding="utf-8") for name in ("tools/env.sh", "tools/setup_packages.sh", "tools/test.sh", "doc/conf.py")}
+    required = set(re.search('^EVP_PYTHON_MODULES="(.+)"$', text["tools/env.sh"], re.M)[1].split())
+    optional = set(re.findall(r"^(\w+) python3-", text["tools/setup_packages.sh"], re.M))
+    with_others = {"PIL": "matplotlib", "docutils": "sphinx", "pygments": "sphinx"}
+    by_name = set(re.findall(r'"(myst_parser|sphinx_rtd_theme)"', text["doc/conf.py"])) | set(re.findall("import (xdist)", text["tools/test.sh"])) | {"flake8"}
+    assert {with_others.get(name, name) for name in imported("tools", "tests", "doc")} | by_name == required | optional
+    tools = {with_others.get(name, name) for name in imported("tools")} - optional
+    assert tools <= required
+    conda = yaml.safe_load("".join(line for line in (REPOSITORY / "packaging/conda/meta.yaml").read_text(encoding="utf-8").partition("  run:\n")[2]
+                                   .partition("\n\n")[0].splitlines(True) if "{{" not in line))
+    spack = (REPOSITORY / "packaging/spack/packages/evp/package.py").read_text(encoding="utf-8")
+    assert {name.replace("-base", "") for name in conda if not name.startswith("python ")} == tools == set(re.findall(r'"py-(\w+)"', spack))
 
 
 def test_issue_forms_ask_for_the_doctor():

@@ -29,7 +29,7 @@ class Evp(CMakePackage):
     depends_on("lammps+plugin+lib+mpi lammps_sizes=smallbig", type=("build", "link", "run"))
     depends_on("lammps@" + ",".join(f"={release}" for release in RELEASES))
     depends_on("python@3.9:", type="run")
-    for module in ("py-numpy", "py-scipy", "py-matplotlib", "py-tqdm"):
+    for module in ("py-numpy", "py-scipy", "py-matplotlib"):
         depends_on(module, type="run")
 
     for release, tag in RELEASES.items():
