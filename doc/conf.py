@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Set-up of Sphinx; tools/website.py calls it, which puts the pages of doc/ and those of other folders together first."""
+"""Set-up of Sphinx; tests/maintain/website.py calls it, which puts the pages of doc/ and those of other folders together first."""
 
 import hashlib
 import importlib.util
@@ -7,10 +7,10 @@ import pathlib
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(ROOT / "doc" / "_ext"), str(ROOT / "tools")]
+sys.path[:0] = [str(ROOT / "doc" / "_ext"), str(ROOT / "tools"), str(ROOT / "tests" / "maintain")]
 
 import evp  # noqa: E402
-from evp.site_pages import pages  # noqa: E402
+from site_pages import pages  # noqa: E402
 
 project = "EVP"
 author = "the authors of EVP"

@@ -62,7 +62,7 @@ def answer(results):
 
 def load_scenes():
     """The module of the scenes, which has this file's name."""
-    sys.path[:0] = [str(CHECKOUT / "tests" / "lammps"), str(CHECKOUT / "tests" / "maintain"), str(CHECKOUT / "tools")]
+    sys.path[:0] = [str(CHECKOUT / "tests" / "lammps"), str(CHECKOUT / "tests" / "maintain"), str(CHECKOUT / "tests"), str(CHECKOUT / "tools")]
     sys.modules.pop("hard_cases", None)
     import hard_cases
     import hard_cases_bodies  # noqa: F401  joins the list

@@ -6,18 +6,13 @@ text of a deck, and returns its .returncode, .stdout and more (lammps_run.Run). 
 tests: nothing here skips.
 """
 
-import pathlib
-import sys
-
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
-
-from evp import brute, law, specimen  # noqa: E402
-from common_bodies import REFERENCE, Body, wavy_velocities  # noqa: E402
-from lammps_run import LMP, read_dump, run_decks, run_lammps  # noqa: E402
-from small_bodies import lattice_body, write_body  # noqa: E402
+from common_bodies import REFERENCE, Body, wavy_velocities
+from evp import law, specimen
+from lammps_run import LMP, read_dump, run_decks, run_lammps
+from oracle import brute
+from small_bodies import lattice_body, write_body
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -2,7 +2,8 @@
 """The hard cases of bodies, long ones among them; see hard_cases.py, whose list CASES they join."""
 
 import numpy as np
-from evp import law, network
+from evp import law
+from oracle import network
 from hard_cases import LEDGER_SHARE, MOMENTUM, RADIUS, TABLE1, TABLE2, case, ledger, momenta
 from small_bodies import Small, dump, head, lattice_body, mass_of, pair, record, write_body, write_two
 

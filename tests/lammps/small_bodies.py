@@ -5,7 +5,8 @@ import itertools
 from typing import NamedTuple
 
 import numpy as np
-from evp import brute, law
+from evp import law
+from oracle import brute
 from lammps_run import write_data
 from scipy.spatial import cKDTree
 

@@ -4,7 +4,8 @@
 import numpy as np
 import pytest
 from common_bodies import REFERENCE
-from evp import brute, law
+from evp import law
+from oracle import brute
 from hostile import refused
 from small_bodies import (MOVE, ROUND_OFF, STIR, assert_eventful, check_forces, dump, head, lattice_body, pair, truth, words,
                           write_body)

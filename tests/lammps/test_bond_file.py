@@ -10,7 +10,8 @@ import lammps_run
 import numpy as np
 import pytest
 from common_bodies import REFERENCE
-from evp import brute, law
+from evp import law
+from oracle import brute
 from lammps_run import write_data
 from small_bodies import grips, head, pair, thermo
 from test_restart import BONDS, MOTION, compare, start

@@ -6,7 +6,8 @@ import re
 import numpy as np
 import pytest
 from common_bodies import REFERENCE
-from evp import brute, law
+from evp import law
+from oracle import brute
 from lammps_run import write_state
 from small_bodies import ANOTHER_ORDER, head, pair, thermo, write_two
 

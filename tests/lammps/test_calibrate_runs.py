@@ -15,8 +15,6 @@ import time
 import pytest
 from lammps_run import LMP, REPOSITORY, run_lammps
 
-sys.path.insert(0, str(REPOSITORY / "tools"))
-
 CALIBRATE = REPOSITORY / "tools" / "calibrate.py"
 TARGETS = {"E": 70e9, "yield": 95e6, "stress2": 150e6, "nu": 0.33}
 WORDS = ["--E", "70e9", "--yield", "95e6", "--stress2", "150e6@0.04", "--nu", "0.33", "--density", "2700", "--name", "mine", "--spheres", "150", "--ranks", "1"]

@@ -59,7 +59,7 @@ NAMED = {
     ("README.md", "units           si"): ("tests/lammps/test_readme.py", "runs the input script"),
     ("CONTRIBUTING.md", "tools/test.sh "): ("tests/tools/test_project_files.py", "too long; its commands and options are checked"),
     ("CONTRIBUTING.md", "evp_find_python"): ("tests/tools/test_project_files.py", "starts tests, as tools/test.sh does; its paths are checked"),
-    ("CONTRIBUTING.md", "tools/test_releases.sh"): ("tests/tools/test_project_files.py", "too long; its commands and options are checked"),
+    ("CONTRIBUTING.md", "tests/maintain/releases.sh"): ("tests/tools/test_project_files.py", "too long; its commands and options are checked"),
     (HOWTO, "tools/view.py torn_frames.dump"): ("tests/tools/test_view_page.py", "runs it as it stands"),
     (HOWTO, "expected at 10/s with E"): ("", "printed by curves.py rate for 500 spheres; tests/tools/test_rates.py tests the tool"),
     (PART, "tools/body.py tests/data/parts/dog_bone.stl"): ("tests/lammps/test_body_tool.py", WALK),

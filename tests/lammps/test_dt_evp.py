@@ -5,7 +5,8 @@ import re
 
 import numpy as np
 import pytest
-from evp import brute, law, network
+from evp import law
+from oracle import brute, network
 from hostile import SECONDS, refused, scene
 from small_bodies import dump, head, mass_of, pair, thermo, write_body, write_two
 

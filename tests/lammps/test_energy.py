@@ -6,7 +6,8 @@ import re
 
 import numpy as np
 import pytest
-from evp import brute, law
+from evp import law
+from oracle import brute
 from hostile import SECONDS, refused, scene
 from lammps_run import thermo_blocks
 from small_bodies import dump, grips, head, lattice_body, mass_of, pair, thermo, two_groups, write_body, write_two

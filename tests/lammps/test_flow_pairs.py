@@ -5,7 +5,8 @@ against tools/evp/flow.py, which was written apart."""
 import numpy as np
 import pytest
 from common_bodies import REFERENCE
-from evp import brute, flow, law
+from evp import flow, law
+from oracle import brute
 from flowing import read_pairs
 from lammps_run import read_csv, read_dump, run_lammps
 from small_bodies import head, words, write_two

@@ -8,7 +8,8 @@ import json
 import numpy as np
 import pytest
 from common_bodies import REFERENCE
-from evp import at_rest, curves, cycles, law
+from evp import curves, cycles, law
+from oracle import at_rest
 from lammps_run import read_csv, run_lammps
 
 PUBLISHED = json.loads(REFERENCE.with_name("specimen_500_plastic.json").read_text())
@@ -50,7 +51,7 @@ def test_loading_and_release_without_a_rate(done, key):
 
 
 def test_loading_and_release_of_the_second_writing(done, reference):
-    """The whole way in numpy, tools/evp/at_rest.py, on the same increments: each stress, in the reverse flow too."""
+    """The whole way in numpy, tests/oracle/at_rest.py, on the same increments: each stress, in the reverse flow too."""
     curve, _ = done("in.quasistatic", cycles=1, increment=0.001, **FLOW)
     _, stress = at_rest.drive(reference, law.TABLE1, curve.strain[1:])
     assert curve.virial / MPA == pytest.approx(stress / MPA, rel=2e-3, abs=0.05)

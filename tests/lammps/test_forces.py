@@ -9,7 +9,8 @@ import itertools
 import numpy as np
 import pytest
 from common_bodies import Body, scattered, wavy_velocities
-from evp import brute, law
+from evp import law
+from oracle import brute
 from lammps_run import write_data, write_state
 from small_bodies import ROUND_OFF, head, thermo, words
 

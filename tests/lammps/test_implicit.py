@@ -7,7 +7,8 @@ hard_cases.py."""
 import numpy as np
 import pytest
 from common_bodies import REFERENCE
-from evp import brute, curves, law
+from evp import curves, law
+from oracle import brute
 from hostile import SECONDS, refused, scene
 from small_bodies import ANOTHER_ORDER, dump, grips, head, mass_of, pair, thermo, two_groups, write_body, write_two
 

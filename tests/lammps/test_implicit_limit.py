@@ -4,7 +4,8 @@
 import numpy as np
 import pytest
 from common_bodies import REFERENCE
-from evp import brute, law, network
+from evp import law
+from oracle import brute, network
 from lammps_run import write_state
 from small_bodies import grips, head, lattice_body, mass_of, pair, thermo, words, write_body, write_two
 

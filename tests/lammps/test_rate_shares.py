@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 import scipy.sparse.linalg
 from common_bodies import REFERENCE
-from evp import brute, curves, law, network, rates
+from evp import curves, law, rates
+from oracle import brute, network
 from lammps_run import REPOSITORY, run_lammps
 
 PUBLISHED = json.loads(REFERENCE.with_suffix(".json").read_text())

@@ -4,7 +4,8 @@
 import numpy as np
 import pytest
 from common_bodies import scattered
-from evp import brute, law
+from evp import law
+from oracle import brute
 from lammps_run import write_state
 from small_bodies import ROUND_OFF, head, mass_of, pair
 

@@ -5,7 +5,8 @@ the strain tensor by a general least-squares solver, stresses from the forces of
 import numpy as np
 import pytest
 from common_bodies import REFERENCE
-from evp import brute, curves, flow, law
+from evp import curves, flow, law
+from oracle import brute
 from hostile import refused
 from lammps_run import write_data
 from small_bodies import ANOTHER_ORDER, MOVE, STIR, head, lattice_body, pair, with_images, words, write_body

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""fix evp/volume: forces, energies and virial against tools/evp/volume.py, which was written apart, and closed forms."""
+"""fix evp/volume: forces, energies and virial against tests/oracle/volume.py, which was written apart, and closed forms."""
 
 import itertools
 
 import numpy as np
 import pytest
 from common_bodies import REFERENCE
-from evp import brute, law, volume
+from evp import law
+from oracle import brute, volume
 from hostile import SECONDS, refused, scene
 from lammps_run import DECKS, read_csv, read_dump, slope, write_data
 from small_bodies import (ANOTHER_ORDER, MOVE, STIR, assert_eventful, assert_same_curve, dump, head, lattice_body, pair,

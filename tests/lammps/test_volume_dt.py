@@ -3,7 +3,8 @@
 
 import numpy as np
 import pytest
-from evp import brute, law, network, volume
+from evp import law
+from oracle import brute, network, volume
 from lammps_run import write_state
 from small_bodies import head, lattice_body, mass_of, pair, thermo, write_body
 

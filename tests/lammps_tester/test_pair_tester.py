@@ -4,7 +4,7 @@
 The tester compares forces, energy and virial at a state and after four steps with those of the YAML
 file: newton on and off, after a restart, with and without the short way to the virial, from a data
 file; and asks extract() for every coefficient. The numbers came out of LAMMPS (README.md), so the second
-half of this file computes them again from the body and the row, with tools/evp/brute.py and Verlet steps in Python.
+half of this file computes them again from the body and the row, with tests/oracle/brute.py and Verlet steps in Python.
 """
 
 import os
@@ -12,18 +12,16 @@ import pathlib
 import re
 import shutil
 import subprocess
-import sys
 from typing import NamedTuple
 
 import numpy as np
 import pytest
 
+import make_input
+from evp import flow, law
+from oracle import brute
+
 FOLDER = pathlib.Path(__file__).resolve().parent
-sys.path.insert(0, str(FOLDER.parents[1] / "tools"))
-
-import make_input  # noqa: E402
-from evp import brute, flow, law  # noqa: E402
-
 YAML = sorted(path.name for path in FOLDER.glob("pair-*.yaml"))
 # `single` needs atom_style full, whose atoms have no radius (our own test_single.py has it);
 # the others test accelerated variants of a style, which evp/lj does not have.

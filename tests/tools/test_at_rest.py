@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""tools/evp/at_rest.py: loading and release of the reference specimen with `plasticity isotropic`, against an independent prototype.
+"""tests/oracle/at_rest.py: loading and release of the reference specimen with `plasticity isotropic`, against an independent prototype.
 
 Numbers and what they mean: tests/data/reference_500, which states the tolerances."""
 
@@ -8,7 +8,8 @@ import pathlib
 
 import numpy as np
 import pytest
-from evp import at_rest, cycles, law, specimen
+from evp import cycles, law, specimen
+from oracle import at_rest
 
 DATA = pathlib.Path(__file__).resolve().parents[1] / "data" / "reference_500"
 PUBLISHED = json.loads((DATA / "specimen_500_plastic.json").read_text(encoding="utf-8"))

@@ -1,18 +1,14 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""tools/compare_builds.py finds a build equal to itself, names the first difference of files, and judges by the steadier time."""
+"""tests/maintain/compare_builds.py finds a build equal to itself, names the first difference of files, and judges by the steadier time."""
 
 import os
 import pathlib
-import sys
 
+import compare_builds
 import pytest
-from evp.compare_bits import compare_all, first_difference
+from compare_bits import compare_all, first_difference
 
-TOOLS = pathlib.Path(__file__).resolve().parents[2] / "tools"
-sys.path.insert(0, str(TOOLS))
-import compare_builds  # noqa: E402
-
-BUILD = pathlib.Path(os.environ.get("EVP_LMP", TOOLS.parent / "build" / "lmp")).absolute().parent
+BUILD = pathlib.Path(os.environ.get("EVP_LMP", compare_builds.CHECKOUT / "build" / "lmp")).absolute().parent
 
 
 def tool(capsys, *words):

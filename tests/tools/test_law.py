@@ -6,7 +6,8 @@ import pathlib
 
 import numpy as np
 import pytest
-from evp import brute, law, network, specimen
+from evp import law, specimen
+from oracle import brute, network
 
 DATA = pathlib.Path(__file__).resolve().parents[1] / "data"
 REFERENCE = 1e-12  # see tests/unit/test_law.cpp: the same scale, the same reason

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""tests/memory/reports.py finds reports with our files in them, and no others; its deck uses every style."""
+"""tests/maintain/memory/reports.py finds reports with our files in them, and no others; its deck uses every style."""
 
 import pathlib
 import re
@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-SCRIPT = pathlib.Path(__file__).resolve().parents[1] / "memory" / "reports.py"
+SCRIPT = pathlib.Path(__file__).resolve().parents[1] / "maintain" / "memory" / "reports.py"
 
 OURS = {
     "overflow": """==7==ERROR: AddressSanitizer: heap-buffer-overflow on address 0x60
@@ -71,10 +71,10 @@ def test_a_clean_log(tmp_path):
 
 
 def test_the_deck_of_the_memory_tools_uses_every_style():
-    checkout = SCRIPT.parents[2]
+    checkout = SCRIPT.parents[3]
     registered = re.findall(r'add\("(\w+)", "([^"]+)"', (checkout / "src/lammps/evpplugin.cpp").read_text(encoding="utf-8"))
     assert len(registered) > 5
-    deck = (checkout / "tests/memory/in.memory").read_text(encoding="utf-8")
+    deck = (checkout / "tests/maintain/memory/in.memory").read_text(encoding="utf-8")
     # before the style: nothing (commands), 'pair_style', or 'fix ID group', 'compute ID group'
     before = {"command": "", "pair": r"pair_style +", "fix": r"fix +\S+ +\S+ +", "compute": r"compute +\S+ +\S+ +"}
     unused = [name for kind, name in registered if not re.search(rf"^{before[kind]}{name}\b", deck, re.MULTILINE)]

@@ -56,7 +56,7 @@ def own_programs(text):
     """(program, options) of the lines of a script that start programs of this repository."""
     for line in text.replace("\\\n", " ").splitlines():
         words = shlex.split(line, comments=True)
-        if words and re.match(r"(tools|\.ci)/", words[0]) and "*" not in words[0]:
+        if words and re.match(r"(tools|tests/maintain|\.ci)/", words[0]) and "*" not in words[0]:
             yield words[0], [word for word in words[1:] if word.startswith("--")], words[1:]
 
 
@@ -94,12 +94,12 @@ def test_commands_of_contributing():
     found = list(own_programs(text.replace("    ", "")))
     for program, options, words in found:
         check_options(program, options, words)
-    assert {"tools/setup.sh", "tools/test.sh", "tools/test_releases.sh", "tools/compare_builds.py"} <= {program for program, _, _ in found}
+    assert {"tools/setup.sh", "tools/test.sh", "tests/maintain/releases.sh", "tests/maintain/compare_builds.py"} <= {program for program, _, _ in found}
     assert all((REPOSITORY / path).is_file() for path in re.findall(r"tests/\w+/\w+\.py", text))
 
 
 def test_matrix_has_every_release_compiler_and_integer_size():
-    text = (REPOSITORY / "tools" / "test_releases.sh").read_text(encoding="utf-8")
+    text = (REPOSITORY / "tests" / "maintain" / "releases.sh").read_text(encoding="utf-8")
     matrix = load(REPOSITORY / ".github" / "workflows" / "ci.yml")["jobs"]["releases"]["strategy"]["matrix"]
     for option, name in (("--release", "release"), ("--compiler", "compiler"), ("--sizes", "sizes")):
         assert re.search(rf'{option}\) one_of "\$1" "\$2" ([^;]+);', text)[1].split() == matrix[name]
@@ -107,7 +107,7 @@ def test_matrix_has_every_release_compiler_and_integer_size():
 
 def test_an_unknown_option_is_noticed():
     """Control of the test above."""
-    assert "--release" in help_of("tools/test_releases.sh") and not re.search(r"--colour\b", help_of("tools/test_releases.sh"))
+    assert "--release" in help_of("tests/maintain/releases.sh") and not re.search(r"--colour\b", help_of("tests/maintain/releases.sh"))
     assert list(expanded("a ${{ matrix.x }} b", {"strategy": {"matrix": {"x": [1, 2]}}})) == ["a 1 b", "a 2 b"]
 
 

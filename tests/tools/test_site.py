@@ -8,7 +8,8 @@ import subprocess
 import sys
 
 import pytest
-from evp import site_check, site_pages
+import site_check
+import site_pages
 from pygments.token import Keyword, Name, Token
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
@@ -17,7 +18,7 @@ import lammps_lexer  # noqa: E402
 
 
 def build(root, out, *words):
-    return subprocess.run([str(root / "tools" / "website.py"), "--out", str(out), *words], stdin=subprocess.DEVNULL, capture_output=True,
+    return subprocess.run([str(root / "tests" / "maintain" / "website.py"), "--out", str(out), *words], stdin=subprocess.DEVNULL, capture_output=True,
                           text=True, check=False, timeout=300)
 
 
@@ -113,7 +114,7 @@ FAULTS = {
 def test_each_fault_is_named(tmp_path):
     root = tmp_path / "repository"
     shutil.copytree(REPOSITORY / "tools" / "evp", root / "tools" / "evp", ignore=shutil.ignore_patterns("__pycache__"))
-    shutil.copy2(REPOSITORY / "tools" / "website.py", root / "tools")
+    shutil.copytree(REPOSITORY / "tests" / "maintain", root / "tests" / "maintain", ignore=shutil.ignore_patterns("__pycache__"))
     for name in ("_ext", "_static"):
         shutil.copytree(REPOSITORY / "doc" / name, root / "doc" / name)
     shutil.copy2(REPOSITORY / "doc" / "conf.py", root / "doc")
@@ -157,7 +158,7 @@ def test_without_sphinx_the_packages_are_named(tmp_path):
     hidden = tmp_path / "sitecustomize.py"
     hidden.write_text("import importlib.util as u\nfind = u.find_spec\nu.find_spec = lambda n, *a: None if n == 'sphinx' else find(n, *a)\n"
                       "import evp.interpreter as i\ni.candidates = lambda *_: []\n", encoding="utf-8")
-    done = subprocess.run([sys.executable, str(REPOSITORY / "tools" / "website.py")], stdin=subprocess.DEVNULL, capture_output=True, text=True,
+    done = subprocess.run([sys.executable, str(REPOSITORY / "tests" / "maintain" / "website.py")], stdin=subprocess.DEVNULL, capture_output=True, text=True,
                           check=False, env={"PATH": "/usr/bin:/bin", "PYTHONPATH": f"{tmp_path}:{REPOSITORY / 'tools'}"})
     assert done.returncode == 1 and len(done.stderr.splitlines()) == 1, done.stderr
     assert "has no sphinx: call apt-get install python3-sphinx python3-sphinx-rtd-theme python3-myst-parser python3-sphinx-copybutton (" in done.stderr

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""tools/evp/volume.py: the volume energy against closed forms."""
+"""tests/oracle/volume.py: the volume energy against closed forms."""
 
 import itertools
 
 import numpy as np
 import pytest
-from evp import brute, volume
+from oracle import brute, volume
 
 
 def cloud(seed=1, count=40):

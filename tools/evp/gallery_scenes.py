@@ -11,8 +11,9 @@ import re
 from typing import Callable, NamedTuple
 
 import numpy as np
+from scipy.spatial import cKDTree
 
-from . import brute, curves, cycles, figures, law, loads, specimen
+from . import curves, cycles, figures, law, loads, specimen
 from .run import CHECKOUT
 
 ROW = "80 8 4 3 8 4 0.005 0 1.5 spacing 0.00585189 coordination 11.9"  # Table 1 for any body, as table1_any
@@ -54,6 +55,14 @@ def affine_modulus(bonds, volume, e=TABLE.e1):
     return TABLE.m1 * TABLE.n1 * e * bonds / volume / 6.0
 
 
+def bond_lengths(body, period=None):
+    """Distances [m] of the pairs within alpha (R_i + R_j); period (3,): of a periodic box."""
+    i, j = cKDTree(body.x if period is None else np.mod(body.x, period), boxsize=period).query_pairs(2 * TABLE.alpha * body.radius.max(), output_type="ndarray").T
+    r = body.x[i] - body.x[j]
+    d = np.linalg.norm(r if period is None else r - period * np.rint(r / period), axis=1)
+    return d[d <= TABLE.alpha * (body.radius[i] + body.radius[j])]
+
+
 def slope(folder, name, x, y):
     """dy/dx of the first two rows of a curve."""
     curve = figures.read_columns(folder / f"{name}.csv", (x, y))
@@ -80,7 +89,7 @@ def two_spheres(folder, _):
 def pull(folder, text):
     slow, fast, rest = (curves.read_curve(folder / f"{name}.csv") for name in ("table1", "table2", "rest"))
     cylinder, volume = specimen.read_data(folder / "cylinder.data"), math.pi * 0.02**2 * 0.05
-    deq = np.array(list(brute.record_bonds(cylinder.x, cylinder.radius, TABLE.alpha).values()))
+    deq = bond_lengths(cylinder)
     modulus = affine_modulus(len(deq), volume)
     at_one = [curves.stress_at(curve.strain, curve.virial, 0.01) for curve in (slow, fast, rest)]
     viscous = modulus * 1000.0 * np.mean(deq**2) / (TABLE.m1 * TABLE.n1 * TABLE.e1) * 100.0
@@ -139,7 +148,7 @@ def bending(folder, _):
 
 def shear(folder, _):
     body = specimen.read_data(folder / "periodic.data")
-    bonds = brute.record_bonds(body.x, body.radius, TABLE.alpha, body.box[:, 1] - body.box[:, 0])
+    bonds = bond_lengths(body, body.box[:, 1] - body.box[:, 0])
     volume = float(np.prod(body.box[:, 1] - body.box[:, 0]))
     scaled = TABLE.e1 * 500 / len(body.radius) * volume / (math.pi * 0.02**2 * 0.05)  # as in.shear does
     curve = figures.read_columns(folder / "sheared.csv", ("strain", "shear_stress"))

@@ -45,7 +45,7 @@ def words_to_start_again():
         module = next((after for word, after in zip(words, words[1:]) if word == "-m"), "")
         return ["-m", module, *sys.argv[1:]] if module.split(".")[0] == "evp" else None
     script = pathlib.Path(sys.argv[0]).resolve()
-    return list(sys.argv) if script.parent == TOOLS and script.is_file() else None
+    return list(sys.argv) if TOOLS.parent in script.parents and script.is_file() else None
 
 
 def how_to_get(modules):

@@ -12,7 +12,7 @@ import pathlib
 import re
 import sys
 
-SOURCES = pathlib.Path(__file__).resolve().parents[2] / "src"
+SOURCES = pathlib.Path(__file__).resolve().parents[3] / "src"
 # The plugin's file, and its sources by name: LAMMPS has files in a folder src too.
 OURS = re.compile(r"evpplugin\.so|\b(?:" + "|".join(
     re.escape(path.name) for path in sorted(SOURCES.glob("*/*.*"))) + r")\b")

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Builds the site of the manual from doc/, README.md, lammps_inputs/README.md and the tools' own help.
 
-    tools/website.py                    into build/site; open build/site/index.html in any browser
-    tools/website.py --out FOLDER
+    tests/maintain/website.py                    into build/site; open build/site/index.html in any browser
+    tests/maintain/website.py --out FOLDER
 
 The folder can be copied to any static host: links are relative, and nothing is loaded from other hosts. Warnings of Sphinx are
 errors: a dead link or anchor, a missing picture, a page in no table of contents.
@@ -16,17 +16,16 @@ import subprocess
 import sys
 import tempfile
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-
-from evp.interpreter import require  # noqa: E402
+import tools_path  # noqa: F401  before evp
+from evp.interpreter import require
 
 require("sphinx", "sphinx_rtd_theme", "myst_parser", remedy="call apt-get install python3-sphinx python3-sphinx-rtd-theme "
         "python3-myst-parser python3-sphinx-copybutton (other systems: pip install sphinx sphinx-rtd-theme myst-parser sphinx-copybutton)")
 
 from evp.report import command_line, errors_in_one_line  # noqa: E402
 from evp.run import CHECKOUT  # noqa: E402
-from evp.site_check import faults  # noqa: E402
-from evp.site_pages import put_together  # noqa: E402
+from site_check import faults  # noqa: E402
+from site_pages import put_together  # noqa: E402
 
 SITE = CHECKOUT / "build" / "site"
 WORK = CHECKOUT / "build" / "site-work"  # kept, so that only pages that have changed are written

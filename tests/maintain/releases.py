@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The table of tools/test_releases.sh: compares the curves, prints the table and writes it as Markdown."""
+"""The table of releases.sh: compares the curves, prints the table and writes it as Markdown."""
 
 import datetime
 import pathlib
 import platform
 import sys
 
+import tools_path  # noqa: F401  before evp
 import numpy as np
-from .report import table
+from evp.report import table
 
 # The CSV has nine digits: a difference of one unit of the last is up to 1e-8 of a value.
 TOLERANCE = 1e-8
@@ -58,7 +59,7 @@ def main(work, checksum, document):
     system = " ".join(platform.freedesktop_os_release().get(key, "") for key in ("NAME", "VERSION_ID"))
     pathlib.Path(document).write_text(f"""# Releases, compilers and integer sizes that the plugin was tested with
 
-Written by `tools/test_releases.sh` on {datetime.date.today().isoformat()} ({system}, {platform.machine()}); sources {checksum}
+Written by `tests/maintain/releases.sh` on {datetime.date.today().isoformat()} ({system}, {platform.machine()}); sources {checksum}
 (first digits of the SHA-256 of `CMakeLists.txt cmake/*.* src/*/*.*`). Run it again after a change.
 
 {lines}

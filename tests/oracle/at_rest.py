@@ -11,7 +11,9 @@ from typing import NamedTuple
 import numpy as np
 import scipy.optimize
 
-from . import flow, specimen, volume
+from evp import flow, specimen
+
+from . import volume
 
 LENGTH, RADIUS = 0.05, 0.02  # of the cylinder [m]
 UNIT = 1e-3  # [m]: what the minimiser sees as 1

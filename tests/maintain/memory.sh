@@ -4,12 +4,12 @@
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 # shellcheck source=tools/env.sh
-source "$here/env.sh"
+source "$here/../../tools/env.sh"
 
-die() { printf 'test_memory.sh: error: %s\n' "$*" >&2; exit 1; }
+die() { printf 'memory.sh: error: %s\n' "$*" >&2; exit 1; }
 usage() {
   cat <<'END'
-usage: tools/test_memory.sh [--build DIR] [--work DIR] [--skip-valgrind] [--help] [PYTEST ARGUMENT...]
+usage: tests/maintain/memory.sh [--build DIR] [--work DIR] [--skip-valgrind] [--help] [PYTEST ARGUMENT...]
 
 Builds plugin and unit tests with AddressSanitizer, UBSan and the assertions of libstdc++ for the LAMMPS of an existing build, runs the
 unit tests, a deck that uses every style, and tests with LAMMPS; then valgrind on the deck with a plain build.
@@ -70,7 +70,7 @@ rm -rf "$reports"
 mkdir -p "$reports" "$work/run"
 failed=0
 specimen=$EVP_REPOSITORY/tests/data/reference_500/specimen_500.data
-deck=$EVP_REPOSITORY/tests/memory/in.memory
+deck=$here/memory/in.memory
 row=$EVP_REPOSITORY/potentials/metals.evp:copper_OFHC
 
 echo "== build with AddressSanitizer, UBSan and the assertions of libstdc++ (up to 3 min)"
@@ -80,7 +80,7 @@ compile "$work/sanitized" all
 # pointers: without the slow unwinding a stack would end in its Memory class, and a leak of ours look like one of its own.
 export ASAN_OPTIONS="detect_leaks=1:fast_unwind_on_malloc=0:abort_on_error=1:exitcode=0:log_path=$reports/sanitizer:detect_stack_use_after_return=1"
 export UBSAN_OPTIONS="print_stacktrace=1:halt_on_error=1:abort_on_error=1:log_path=$reports/sanitizer"
-export LSAN_OPTIONS="suppressions=$EVP_REPOSITORY/tests/memory/lsan.supp:print_suppressions=0:log_path=$reports/sanitizer"
+export LSAN_OPTIONS="suppressions=$here/memory/lsan.supp:print_suppressions=0:log_path=$reports/sanitizer"
 # Only lmp itself is preloaded, neither mpirun nor Python.
 cat >"$work/lmp" <<END
 #!/bin/bash
@@ -108,7 +108,7 @@ if [ "$valgrind" = yes ]; then
   compile "$work/plain" evpplugin
   (cd "$work/run" && LD_LIBRARY_PATH=$libdir LAMMPS_PLUGIN_PATH=$work/plain timeout 1200 valgrind --quiet \
     --leak-check=full --show-leak-kinds=definite,indirect,possible --keep-debuginfo=yes --num-callers=30 \
-    --track-origins=no --suppressions="$EVP_REPOSITORY/tests/memory/mpi.valgrind.supp" --log-file="$reports/valgrind" \
+    --track-origins=no --suppressions="$here/memory/mpi.valgrind.supp" --log-file="$reports/valgrind" \
     "$lmp" -log none -in "$deck" -var specimen "$specimen" -var row "$row") >"$reports/deck-valgrind.out" 2>&1 ||
     { tail -n 20 "$reports/deck-valgrind.out"; failed=1; }
   [ -f "$reports/valgrind" ] || die "valgrind wrote no log"
@@ -116,6 +116,6 @@ if [ "$valgrind" = yes ]; then
 fi
 
 echo "== reports"
-"$PYTHON" "$EVP_REPOSITORY/tests/memory/reports.py" "$reports"/* || failed=1
+"$PYTHON" "$here/memory/reports.py" "$reports"/* || failed=1
 [ "$failed" -eq 0 ] || die "see above; logs in $reports"
 echo "no report of ours"

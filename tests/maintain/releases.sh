@@ -3,20 +3,21 @@
 # Builds and tests the plugin with every LAMMPS release, compiler and integer size; see --help.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+tools=$here/../../tools
 # shellcheck source=tools/env.sh
-source "$here/env.sh"
+source "$tools/env.sh"
 cache=$(evp_cache_dir)
 # shellcheck source=tools/setup_common.sh
-source "$here/setup_common.sh"
+source "$tools/setup_common.sh"
 # shellcheck source=tools/setup_packages.sh
-source "$here/setup_packages.sh"
+source "$tools/setup_packages.sh"
 # shellcheck source=tools/setup_source.sh
-source "$here/setup_source.sh"
-die() { printf 'test_releases.sh: error: %s\n' "$*" >&2; exit 1; }
+source "$tools/setup_source.sh"
+die() { printf 'releases.sh: error: %s\n' "$*" >&2; exit 1; }
 
 usage() {
   cat <<'END'
-usage: tools/test_releases.sh [--release R] [--compiler C] [--sizes S] [--build-type B] [--tests short|all]
+usage: tests/maintain/releases.sh [--release R] [--compiler C] [--sizes S] [--build-type B] [--tests short|all]
                               [--work DIR] [--help]
 
 Gets and builds LAMMPS (core, PLUGIN, GRANULAR, GRAPHICS) where the cache has no build, builds the plugin for it in a folder of
@@ -44,7 +45,7 @@ work=$EVP_REPOSITORY/build-releases
 one_of() { local name=$1 value=$2; shift 2; [[ " $* " == *" $value "* ]] || die "$name must be one of: $*; got '$value'"; }
 while [ $# -gt 0 ]; do
   case $1 in -h|--help) usage; exit 0 ;; esac
-  [ -n "${2:-}" ] || die "option $1 is unknown or needs a value; see tools/test_releases.sh --help"
+  [ -n "${2:-}" ] || die "option $1 is unknown or needs a value; see tests/maintain/releases.sh --help"
   case $1 in
     --release) one_of "$1" "$2" 4Feb2025 newest; releases+=("$2") ;;
     --compiler) one_of "$1" "$2" g++ clang++; compilers+=("$2") ;;
@@ -52,7 +53,7 @@ while [ $# -gt 0 ]; do
     --build-type) one_of "$1" "$2" Release Debug Native; types+=("$2") ;;
     --tests) one_of "$1" "$2" short all; tests=$2 ;;
     --work) mkdir -p "$2"; work=$(cd "$2" && pwd) ;;
-    *) die "unknown option '$1'; see tools/test_releases.sh --help" ;;
+    *) die "unknown option '$1'; see tests/maintain/releases.sh --help" ;;
   esac
   shift 2
 done
@@ -183,5 +184,5 @@ for entry in "${cases[@]}"; do
   done_phase
 done
 
-"$PYTHON" -m evp.releases "$work" "$checksum" "$EVP_REPOSITORY/doc/releases.md" || status=1
+"$PYTHON" "$here/releases.py" "$work" "$checksum" "$EVP_REPOSITORY/doc/releases.md" || status=1
 exit "$status"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The runs of `tools/compare_builds.py bits`, and the comparison of what they wrote.
+"""The runs of `compare_builds.py bits`, and the comparison of what they wrote.
 
 Every run is made with both builds, each in a folder of its own: FOLDER/old and FOLDER/new. FOLDER/crossed holds the runs of
 the new build that continue what the old one wrote.
@@ -9,8 +9,8 @@ import dataclasses
 import os
 import re
 
-from . import quickstart
-from .run import CHECKOUT, run_jobs
+from evp import quickstart
+from evp.run import CHECKOUT, run_jobs
 
 SPECIMEN = CHECKOUT / "tests" / "data" / "reference_500" / "specimen_500.data"
 CASES = {

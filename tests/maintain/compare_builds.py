@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Compares two builds of the plugin: bits of the results, and speed.
 
-    tools/compare_builds.py --old DIR [--new DIR] [--only CASE,...] [bits | speed]
+    tests/maintain/compare_builds.py --old DIR [--new DIR] [--only CASE,...] [bits | speed]
 
 bits runs the decks of this checkout with both builds and compares every CSV, dump, data, bond and thermo table byte by byte;
 restart files are compared by runs that continue from them, also of the new build from a file of the old one.
@@ -26,7 +26,8 @@ import sys
 import tempfile
 from typing import NamedTuple
 
-from evp import compare_bits
+import tools_path  # noqa: F401  before evp
+import compare_bits
 from evp.bench_scenes import ALWAYS, Scene, ours
 from evp.progress import Progress
 from evp.run import CHECKOUT, RunError, lammps_command
