@@ -19,11 +19,9 @@ import sys
 
 import evp  # noqa: F401  before numpy
 import numpy as np
-from evp.example_part import dog_bone
-from evp.part import AXES, guessed_radius, pack, placed
+from evp.part import guessed_radius, pack
 from evp.report import command_line, errors_in_one_line
-from evp.stl import read_stl, write_stl
-from evp.surface import closed_surface
+from evp.surface import AXES, closed_surface, dog_bone, read_mesh, write_mesh
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "in": 0.0254}
 USUAL = 1e-4, 10.0  # [m] longest extent of a part: beyond it the unit is asked about
@@ -45,7 +43,7 @@ class Example(argparse.Action):
         if values.exists():
             parser.error(f"{option_string} {values}: there is such a file: give another name")
         try:
-            write_stl(values, dog_bone())
+            write_mesh(values, dog_bone())
         except OSError as error:
             parser.error(f"{option_string} {values}: {error.strerror}")
         print(f"written: {values}, a tension bar along z in mm")
@@ -54,7 +52,7 @@ class Example(argparse.Action):
 
 def main(arguments=None):
     parser = command_line(__doc__)
-    parser.add_argument("part", type=pathlib.Path, metavar="PART.stl", help="closed surface, ASCII or binary STL")
+    parser.add_argument("part", type=pathlib.Path, metavar="PART.stl", help="closed surface, STL, or another format that Open3D reads")
     parser.add_argument("--n", type=int, required=True, help="number of spheres, 50 or more")
     parser.add_argument("--out", type=pathlib.Path, required=True, metavar="FILE", help="data file to write; FILE.body is written beside it")
     parser.add_argument("--unit", choices=UNITS, default="mm", help="length unit of the file, which STL does not state (default: %(default)s)")
@@ -78,16 +76,9 @@ def main(arguments=None):
         parser.error(f"--out {options.out}: no file can be written in {folder}")
     signal.signal(signal.SIGTERM, stop)
     with errors_in_one_line("body.py"):
-        of_file = read_stl(options.part)
-        soup = placed(of_file, options.axis, UNITS[options.unit])
-        extents = np.ptp(soup.reshape(-1, 3), axis=0)
-        if not USUAL[0] <= extents.max() <= USUAL[1]:
-            print(f"WARNING: with --unit {options.unit} the part is {extents_in_words(extents)}: is that its unit?", file=sys.stderr)
-        try:
-            surface = closed_surface(soup, str(options.part))
-        except ValueError:
-            closed_surface(of_file, str(options.part))  # says the same with places in the axes and the unit of the file
-            raise
+        surface = closed_surface(read_mesh(options.part), str(options.part)).placed(options.axis, UNITS[options.unit])
+        if not USUAL[0] <= surface.extents.max() <= USUAL[1]:
+            print(f"WARNING: with --unit {options.unit} the part is {extents_in_words(surface.extents)}: is that its unit?", file=sys.stderr)
         print(f"{options.part}: {len(surface.triangles)} triangles, with --unit {options.unit} {extents_in_words(surface.extents)}, volume {surface.volume():.5g} m3, "
               f"cross-section at mid-length {surface.section_area(0.5 * surface.extents[0]):.5g} m2")
         print(f"{options.n} spheres of a diameter of about {2 * guessed_radius(surface.volume(), options.n):.3g} m", flush=True)

@@ -18,7 +18,6 @@ FIRST = 0.45  # of the time of a packing: until its first line
 ACROSS = 3.0  # spheres at least, side by side in the thinnest section
 TOUCHING = 0.02  # over the mean radius: spheres nearer to the surface than that are held by it
 LOST = 0.2  # a sphere this share of its radius beyond the surface is no part of the body
-AXES = {"x": (0, 1, 2), "y": (1, 2, 0), "z": (2, 0, 1)}  # of the file, that become x, y and z; all are rotations
 
 
 class Smoothness(NamedTuple):
@@ -28,13 +27,6 @@ class Smoothness(NamedTuple):
     rms: float
     lowest: float
     highest: float
-
-
-def placed(soup, axis, metre):
-    """Triangles (T,3,3) in metres, the axis along x from x = 0, the middle of their box on the x axis."""
-    soup = soup[..., AXES[axis]] * metre
-    low, high = soup.min(axis=(0, 1)), soup.max(axis=(0, 1))
-    return soup - np.array([low[0], 0.5 * (low[1] + high[1]), 0.5 * (low[2] + high[2])])
 
 
 def guessed_radius(volume, spheres):

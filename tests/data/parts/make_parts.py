@@ -1,17 +1,16 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Writes the parts of this folder: dog_bone.stl (binary) and plate_with_hole.stl (ASCII), both in mm, to be pulled along z and x.
+"""Writes the parts of this folder: dog_bone.stl and plate_with_hole.stl, both in mm, to be pulled along z and x.
 
     PYTHONPATH=tools python3 tests/data/parts/make_parts.py [FOLDER]
 
-Own geometry: the tension bar of evp.example_part, and a plate with a round hole, made of quadrilaterals between the hole and the edge.
+Own geometry: the tension bar of evp.surface, and a plate with a round hole, made of quadrilaterals between the hole and the edge.
 """
 
 import pathlib
 import sys
 
 import numpy as np
-from evp.example_part import dog_bone
-from evp.stl import write_ascii_stl, write_stl
+from evp.surface import dog_bone, mesh_of, write_mesh
 
 
 def plate_with_hole(length=60.0, width=24.0, thickness=8.0, radius=5.0, facets=32):
@@ -32,12 +31,12 @@ def plate_with_hole(length=60.0, width=24.0, thickness=8.0, radius=5.0, facets=3
         triangles += [(at(a, down), at(c, down), at(b, down)), (at(a, down), at(d, down), at(c, down))]
         triangles += [(at(b, down), at(c, down), at(c, up)), (at(b, down), at(c, up), at(b, up))]
         triangles += [(at(a, down), at(d, up), at(d, down)), (at(a, down), at(a, up), at(d, up))]
-    return np.array(triangles, dtype=float)
+    return mesh_of(np.reshape(triangles, (-1, 3)), np.arange(3 * len(triangles)).reshape(-1, 3))
 
 
 def main(folder):
-    write_stl(folder / "dog_bone.stl", dog_bone())
-    write_ascii_stl(folder / "plate_with_hole.stl", plate_with_hole())
+    write_mesh(folder / "dog_bone.stl", dog_bone())
+    write_mesh(folder / "plate_with_hole.stl", plate_with_hole())
 
 
 if __name__ == "__main__":
