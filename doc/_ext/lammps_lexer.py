@@ -18,7 +18,7 @@ COMMANDS = (
     "special_bonds", "suffix", "thermo", "thermo_modify", "thermo_style", "timer", "timestep", "uncompute", "undump", "unfix", "units", "variable",
     "velocity", "write_coeff", "write_data", "write_dump", "write_restart", "read_evp_body", "read_evp_row", "write_evp_bonds")
 _SHELL = re.compile(r"(\w+=\S* )*(\S*\blmp|mpirun|cmake|ctest|ninja|python3|evp|export|source|echo|cd|git|sudo|apt-get|conda|spack|pip|tar|"
-                    r"(build|tools|packaging)/\S+)( |$)")
+                    r"(build|tools|packaging|doc/studies|tests/maintain)/\S+)( |$)")
 
 
 class LammpsLexer(RegexLexer):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""tools/accuracy_cost.py --quick: its runs show the orders and the monotonicity that theory asks for; a second call runs nothing."""
+"""doc/studies/accuracy_cost.py --quick: its runs show the orders and the monotonicity that theory asks for; a second call runs nothing."""
 
 import csv
 import math
@@ -9,7 +9,7 @@ import subprocess
 import sys
 
 import pytest
-from evp import accuracy_cases as cases
+import accuracy_cases as cases
 
 CHECKOUT = pathlib.Path(__file__).resolve().parents[2]
 STRESS = "stress_1pc_MPa"
@@ -18,7 +18,7 @@ STRESS = "stress_1pc_MPa"
 def quick(folder):
     environment = {**os.environ, "PYTHONPATH": str(CHECKOUT / "tools")}
     words = ["--quick", "--work", str(folder / "work"), "--out", str(folder / "page.md")]
-    return subprocess.run([sys.executable, str(CHECKOUT / "tools" / "accuracy_cost.py"), *words], env=environment, stdin=subprocess.DEVNULL,
+    return subprocess.run([sys.executable, str(CHECKOUT / "doc" / "studies" / "accuracy_cost.py"), *words], env=environment, stdin=subprocess.DEVNULL,
                           stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, check=False, timeout=240)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""tools/bench.py and tools/implicit_cost.py run, count what they time, and refuse what they cannot use."""
+"""doc/studies/bench.py and doc/studies/implicit_cost.py run, count what they time, and refuse what they cannot use."""
 
 import csv
 import os
@@ -14,14 +14,14 @@ CHECKOUT = pathlib.Path(__file__).resolve().parents[2]
 
 def tool(name, *words):
     environment = {**os.environ, "PYTHONPATH": str(CHECKOUT / "tools")}
-    return subprocess.run([sys.executable, str(CHECKOUT / "tools" / name), *map(str, words)], env=environment, stdin=subprocess.DEVNULL,
+    return subprocess.run([sys.executable, str(CHECKOUT / "doc" / "studies" / name), *map(str, words)], env=environment, stdin=subprocess.DEVNULL,
                           stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, check=False, timeout=300)
 
 
 @pytest.fixture()
 def page(tmp_path):
     path = tmp_path / "page.md"
-    path.write_text("before\n<!-- table: tools/bench.py -->\nold\n<!-- end of table -->\nafter\n", encoding="utf-8")
+    path.write_text("before\n<!-- table: doc/studies/bench.py -->\nold\n<!-- end of table -->\nafter\n", encoding="utf-8")
     return path
 
 

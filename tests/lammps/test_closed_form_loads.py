@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Torsion and bending of small bodies against closed forms, as tools/closed_form_loads.py measures them.
+"""Torsion and bending of small bodies against closed forms, as doc/studies/closed_form_loads.py measures them.
 
 With 1000 spheres the surface takes a tenth (doc/closed_form_loads.md); the ratio that the places and directions of the bonds give
 for it is met within 4 %, and no number is fitted."""

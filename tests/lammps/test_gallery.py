@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""doc/gallery.md: its commands are those of tools/gallery.py; the quick ones, run from the page's text, give its numbers and pictures."""
+"""doc/gallery.md: its commands are those of doc/studies/gallery.py; the quick ones, run from the page's text, give its numbers and pictures."""
 
 import re
 
 import gallery
 import matplotlib.image
 import pytest
-from evp import gallery_scenes
+import gallery_scenes
 from lammps_run import DECKS, REPOSITORY
 
 PAGE = REPOSITORY / "doc" / "gallery.md"
@@ -47,9 +47,9 @@ def numbers_of(rows):
 
 def test_page_is_of_these_scenes():
     """Titles, commands and pictures; each picture is small, and each link leads to a file."""
-    assert list(PARTS) == [scene.title for scene in SCENES.values()], "run tools/gallery.py"
+    assert list(PARTS) == [scene.title for scene in SCENES.values()], "run doc/studies/gallery.py"
     for scene in SCENES.values():
-        assert commands(PARTS[scene.title]) == list(scene.commands), "run tools/gallery.py"
+        assert commands(PARTS[scene.title]) == list(scene.commands), "run doc/studies/gallery.py"
         assert (PAGE.parent / "gallery" / scene.picture).stat().st_size < (150e3 if scene.picture.endswith(".png") else 1e6)
     assert len(quick()) >= 4, "control: some are run"
     for link in re.findall(r"\]\(([^)#]+)\)", PAGE.read_text(encoding="utf-8")):
@@ -62,7 +62,7 @@ def test_numbers_of_the_decks_are_those_of_the_page():
     listed = [cells_of(line) for line in table.splitlines()[3:] if line]
     shown = [row for part in PARTS.values() for row in map(cells_of, part.splitlines()) if len(row) == 4]
     shown = [row for row in shown if row[0] != "number" and not row[0].startswith("---")]
-    assert [row[1:4] for row in listed] == [row[:3] for row in shown], "run tools/gallery.py"
+    assert [row[1:4] for row in listed] == [row[:3] for row in shown], "run doc/studies/gallery.py"
     decks = {row[0].strip("`") for row in listed}
     assert {path.name for path in DECKS.glob("in.*")} - decks == {"in.local_output"}
     for link, place in re.findall(r"\]\(([^)#]+)#?([^)]*)\)", table):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""A periodic body of `plasticity isotropic` in simple shear: its box flips, and nothing of the body does. The decks are those of tools/large_strain.py."""
+"""A periodic body of `plasticity isotropic` in simple shear: its box flips, and nothing of the body does. The decks are those of doc/studies/large_strain.py."""
 
 import large_strain
 import numpy as np

@@ -5,7 +5,8 @@ import importlib.util
 import re
 
 import pytest
-from evp import surface, tutorial_page
+import tutorial_page
+from evp import surface
 from lammps_run import LMP
 
 PAGE = tutorial_page.PAGE.read_text(encoding="utf-8")

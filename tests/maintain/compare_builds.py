@@ -28,7 +28,7 @@ from typing import NamedTuple
 
 import tools_path  # noqa: F401  before evp
 import compare_bits
-from evp.bench_scenes import ALWAYS, Scene, ours
+from bench_scenes import ALWAYS, Scene, ours
 from evp.progress import Progress
 from evp.run import CHECKOUT, RunError, lammps_command
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""What tools/accuracy_cost.py makes of its results: measures, front, choice, extrapolation, budget; its page agrees with its CSV."""
+"""What doc/studies/accuracy_cost.py makes of its results: measures, front, choice, extrapolation, budget; its page agrees with its CSV."""
 
 import csv
 import pathlib
@@ -7,9 +7,9 @@ import pathlib
 import accuracy_cost
 import numpy as np
 import pytest
-from evp import accuracy_cases as cases
-from evp import accuracy_report as report
-from evp import accuracy_run as runs
+import accuracy_cases as cases
+import accuracy_report as report
+import accuracy_run as runs
 from evp.curves import Curve
 from in_process import call
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""tools/evp/accuracy_unloading.py: its plan, and the page from known rows."""
+"""doc/studies/accuracy_unloading.py: its plan, and the page from known rows."""
 
 import numpy as np
 import pytest
-from evp import accuracy_unloading as unloading
+import accuracy_unloading as unloading
 from evp import dump, specimen
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""tools/any_body.py: which departures its page judges, and the page that is there."""
+"""doc/studies/any_body.py: which departures its page judges, and the page that is there."""
 
 import any_body
 from any_body import CYLINDER, KINDS

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The surface of a rank's cube of particles, on which tools/bench.py builds its model of many ranks."""
+"""The surface of a rank's cube of particles, on which doc/studies/bench.py builds its model of many ranks."""
 
 import itertools
 import statistics
 
 import pytest
-from evp import bench_scenes as scenes
-from evp import bench_sections as sections
-from evp.bench_run import Timing
+import bench_scenes as scenes
+import bench_sections as sections
+from bench_run import Timing
 
 
 def count_ghosts(cells, offset):

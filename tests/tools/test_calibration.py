@@ -12,7 +12,7 @@ from evp import calibration, calibration_row, calibration_runs, law
 from evp import calibration_affine as affine
 from evp.calibration_table import Table
 from evp.calibration_targets import Refused, Targets, check
-from evp.johnson_cook import JohnsonCook, from_handbook
+from johnson_cook import JohnsonCook, from_handbook
 
 GOOD = {"--E": "70e9", "--yield": "95e6", "--stress2": "150e6@0.05", "--density": "2700", "--name": "mine"}
 

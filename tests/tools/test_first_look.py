@@ -6,7 +6,8 @@ import re
 import matplotlib.image
 import numpy as np
 import pytest
-from evp import cycles, first_look, run
+import first_look
+from evp import cycles, run
 
 FIGURES = run.CHECKOUT / "doc" / "figures"
 

@@ -11,7 +11,8 @@ import pytest
 from evp import interpreter
 
 TOOLS = pathlib.Path(__file__).resolve().parents[2] / "tools"
-PROGRAMS = sorted(path.name for path in TOOLS.glob("*.py"))
+ROOT = TOOLS.parent
+PROGRAMS = sorted(str(path.relative_to(ROOT)) for folder in ("tools", "doc/studies", "tests/maintain") for path in (ROOT / folder).glob("*.py") if os.access(path, os.X_OK))
 MODULES = ("numpy", "scipy", "matplotlib")
 
 
@@ -41,7 +42,7 @@ def curve(folder):
 
 @pytest.mark.parametrize("name", PROGRAMS)
 def test_each_tool_starts_by_its_own_name(bare, name):
-    shown = start([TOOLS / name, "--help"], bare)
+    shown = start([ROOT / name, "--help"], bare)
     assert shown.returncode == 0 and shown.stdout.startswith("usage: ") and not shown.stderr, shown.stderr
 
 
@@ -53,7 +54,7 @@ def test_arguments_and_exit_code_are_those_of_the_tool(bare, tmp_path):
 
 
 def test_module_of_the_package_as_program(bare):
-    shown = start(["python3", "-m", "evp.readme", "--help"], bare)
+    shown = start(["python3", "-m", "evp.quickstart", "--help"], bare)
     assert shown.returncode == 0 and shown.stdout.startswith("usage: "), shown.stderr
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""tools/large_strain.py: numbers and page from known runs."""
+"""doc/studies/large_strain.py: numbers and page from known runs."""
 
 import large_strain
 import numpy as np

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from evp import loads
+import loads
 from evp.specimen import Specimen
 
 RADIUS, HEIGHT = 0.02, 0.02

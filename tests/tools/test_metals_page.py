@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""tools/metals.py: departures of known curves, and that the page, the rows and the targets that are shipped belong together."""
+"""doc/studies/metals.py: departures of known curves, and that the page, the rows and the targets that are shipped belong together."""
 
 import metals
 import numpy as np
 import pytest
-from evp.metals import METALS
+from metals import METALS
 from evp.run import CHECKOUT
 
 STEEL = METALS["steel_4340"]

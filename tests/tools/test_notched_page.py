@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""tools/notched_tension.py: numbers read off a known curve, the exponent of a known law, and the page."""
+"""doc/studies/notched_tension.py: numbers read off a known curve, the exponent of a known law, and the page."""
 
 import notched_tension
 import numpy as np

@@ -165,7 +165,7 @@ def test_citation():
 
 
 COMPARISON = (REPOSITORY / "doc" / "comparison.md").read_text(encoding="utf-8")
-CLAIMS = re.findall(r"^\| (.+?) \| `((?:build|tools)/.+?)` \|$", COMPARISON.partition("\n## EVP\n")[2].partition("\n## ")[0], re.M)
+CLAIMS = re.findall(r"^\| (.+?) \| `((?:build|tools|doc/studies)/.+?)` \|$", COMPARISON.partition("\n## EVP\n")[2].partition("\n## ")[0], re.M)
 
 
 @pytest.mark.parametrize("statement, command", CLAIMS, ids=[one[0][:40] for one in CLAIMS])

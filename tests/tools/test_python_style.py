@@ -40,7 +40,7 @@ def elapsed_times(source):
 
 
 def test_no_test_asserts_a_time():
-    """On a loaded machine it fails; steps and evaluations can be counted, and times belong to tools/bench.py."""
+    """On a loaded machine it fails; steps and evaluations can be counted, and times belong to doc/studies/bench.py."""
     found = {str(path.relative_to(REPOSITORY)): elapsed_times(path.read_text(encoding="utf-8")) for path in REPOSITORY.glob("tests/**/*.py")}
     assert not {path: lines for path, lines in found.items() if lines}
     assert elapsed_times("assert time.monotonic() - start < 5\nassert seconds(a) > seconds(b)\nassert end < 3") == [1, 2, 2], "control"

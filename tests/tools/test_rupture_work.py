@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""tools/rupture_work.py: works read off a known curve, and where its table goes."""
+"""doc/studies/rupture_work.py: works read off a known curve, and where its table goes."""
 
 import numpy as np
 import pytest

@@ -96,7 +96,7 @@ def test_every_deck_is_input_to_the_lexer():
 
 
 @pytest.mark.parametrize("text, language", [
-    ("build/lmp -in in.x \\\n  -var a 1\ntools/view.py x", "bash"), ("PYTHONPATH=tools python3 -m evp.readme", "bash"),
+    ("build/lmp -in in.x \\\n  -var a 1\ntools/view.py x", "bash"), ("doc/studies/readme.py", "bash"),
     ("pair_style evp/lj\npair_coeff * * &\n 80 8", "LAMMPS"), ("evp/lj: damping off, contact literal", "text"), ("", "text")])
 def test_language_of_a_block(text, language):
     assert lammps_lexer.language_of(text) == language

@@ -14,18 +14,16 @@ import json
 import pathlib
 import shutil
 import sys
+from typing import NamedTuple
 
+from study import CHECKOUT, RunError, add_out, command_line, errors_in_one_line, table, watched, write_csv
 import calibrate
-import evp  # noqa: F401  before numpy
 import numpy as np
 from evp import calibration_affine as affine
 from evp import calibration_runs as runs
 from evp import figures
 from evp.calibration_targets import Targets
-from evp.metals import METALS
-from evp.progress import watched
-from evp.report import add_out, command_line, errors_in_one_line, table, write_csv
-from evp.run import CHECKOUT, RunError
+from johnson_cook import JohnsonCook, from_handbook
 from evp.whole import write_whole
 
 MPA = 1e6
@@ -34,6 +32,31 @@ SPHERES, SEED = 2000, 1  # of the specimens that rows are fitted to
 CHECKS = ((2000, 2), (4000, 3))  # spheres and seed of specimens that they were not fitted to
 TIMEOUT = 1800.0
 MIDDLE = 0.05  # strain to which departures are told too
+BALLISTICS = "Johnson and Cook, 7th Int. Symp. on Ballistics, The Hague, 1983"
+
+
+class Metal(NamedTuple):
+    """law: its curve; density [kg/m3]; poisson: of the metal, for the page; strain: of the second stress, negative in compression."""
+
+    title: str
+    law: JohnsonCook
+    density: float
+    poisson: float
+    strain: float
+    source: str
+
+
+METALS = {
+    "aluminium_1100O": Metal(
+        "pure aluminium, 1100-O", from_handbook(69e9, 34e6, 90e6), 2710.0, 0.33, 0.05,
+        "ASM Handbook vol. 2: 1100-O has a 0.2 % yield stress of 34 MPa, an ultimate stress of 90 MPa; power law through both, necking by Considere"),
+    "aluminium_2024T351": Metal("aluminium 2024-T351", JohnsonCook(73e9, 265e6, 426e6, 0.34), 2770.0, 0.33, 0.05, BALLISTICS),
+    "copper_OFHC": Metal("OFHC copper", JohnsonCook(124e9, 90e6, 292e6, 0.31), 8960.0, 0.34, 0.05, BALLISTICS),
+    "copper_taylor": Metal(
+        "copper of the Taylor benchmark", JohnsonCook(117e9, 400e6, 100e6, 1.0), 8930.0, 0.35, -0.1,
+        "The usual benchmark of a copper bar of 32.4 x 6.4 mm at 227 m/s: yield 400 MPa, linear hardening 100 MPa"),
+    "steel_4340": Metal("4340 steel", JohnsonCook(205e9, 792e6, 510e6, 0.26), 7830.0, 0.29, -0.1, BALLISTICS + "; E of handbooks"),
+}
 
 
 def targets_of(metal):
@@ -137,7 +160,7 @@ HEAD = """# Metals
     pair_style evp/lj contact repulsive plasticity isotropic
     pair_coeff * * potentials/metals.evp copper_OFHC
 
-Written by `tools/metals.py`, which calls `tools/calibrate.py` for each row of [potentials/metals.evp](../potentials/metals.evp). Targets are nominal
+Written by `doc/studies/metals.py`, which calls `tools/calibrate.py` for each row of [potentials/metals.evp](../potentials/metals.evp). Targets are nominal
 values of Johnson-Cook's curve (A + B ep^n) in quasi-static loading at room temperature: a true stress s at the true strain s/E + ep is
 s exp(-strain) at exp(strain) - 1, in compression with negative strains.
 

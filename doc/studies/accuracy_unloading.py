@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The sweep of tools/accuracy_cost.py --unloading: what timestep size, strain increment and number of spheres do to residual
+"""The sweep of doc/studies/accuracy_cost.py --unloading: what timestep size, strain increment and number of spheres do to residual
 strain, unloading modulus, loop area and volume strain.
 
 A case is two runs of a deck with `plasticity isotropic` and contact none, Table 1: one cycle to 2 % and back to no stress, and a tension
@@ -11,11 +11,9 @@ import pathlib
 import statistics
 from typing import NamedTuple
 
-from . import curves, cycles, dump, specimen
-from .accuracy_run import processor_seconds
-from .progress import watched
-from .report import spread, table, write_csv
-from .run import DECKS, RunError, deck_command
+from study import DECKS, RunError, deck_command, spread, table, watched, write_csv
+from evp import curves, cycles, dump, specimen
+from accuracy_run import processor_seconds
 
 KV = 1000  # [J] of each of 500 spheres
 STRAIN = 0.02
@@ -140,7 +138,7 @@ def answer(rows):
 def page(rows, name):
     """The text of the page; name: of its CSV."""
     lines = ["# Accuracy of unloading and of volume strain\n", *answer(rows),
-             f"Written by `tools/accuracy_cost.py --unloading` from the runs in `{name}`: Table 1, contact none, `plasticity isotropic`, one cycle to {100 * STRAIN:g} % strain and back,",
+             f"Written by `doc/studies/accuracy_cost.py --unloading` from the runs in `{name}`: Table 1, contact none, `plasticity isotropic`, one cycle to {100 * STRAIN:g} % strain and back,",
              f"and a tension test to {100 * STRAIN:g} % with *kv* {KV} J of fix evp/volume (for 500 spheres), whose volume strain is that of the middle. "
              "Tables: differences from the reference in percent, median over",
              "the specimens (smallest to largest); time: processor time of the cycle.\n"]

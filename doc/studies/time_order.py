@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Order of accuracy in dt of fix nve and fix nve/evp, with and without damping.
 
-    tools/time_order.py [--halvings 4] [--out doc/time_order.md]
+    doc/studies/time_order.py [--halvings 4] [--out doc/time_order.md]
 
 Initial velocities stretch an FCC bar within the first regime. It runs for a fixed time with dt, dt/2, dt/4 ... Differences of velocities
 and positions between successive dt decrease as dt to the power of the order. Uses the lmp of this checkout, or EVP_LMP.
@@ -12,11 +12,8 @@ import pathlib
 import tempfile
 from typing import NamedTuple
 
-import evp  # noqa: F401  before numpy
+from study import add_out, command_line, deck_command, errors_in_one_line, output_of, watched, write_page
 import numpy as np
-from evp.progress import watched
-from evp.report import add_out, command_line, errors_in_one_line, write_page
-from evp.run import deck_command, output_of
 
 TIME = 4.0e-5  # [s] about half a period of the bar
 
@@ -49,7 +46,7 @@ HEAD = """# Order of accuracy in the timestep size
 
 {answer}
 
-Written by `tools/time_order.py`: an FCC bar of {atoms} spheres, stretched by its initial velocities within the first regime, for {time:g} s. *Difference*: largest
+Written by `doc/studies/time_order.py`: an FCC bar of {atoms} spheres, stretched by its initial velocities within the first regime, for {time:g} s. *Difference*: largest
 difference of the final velocities between a run with dt and one with dt/2, over the largest velocity. *Order*: log2 of its ratio to the difference of the next dt.
 
 """

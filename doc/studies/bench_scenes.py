@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The scenes of tools/bench.py: pair style evp/lj and its peers on the same lattice, and on the same random specimen.
+"""The scenes of doc/studies/bench.py: pair style evp/lj and its peers on the same lattice, and on the same random specimen.
 
 Reduced units: the spheres of the lattice have diameter 1 and touch. Each has 9 half pairs within 1.5 diameters, 6 of them
 in contact. Positions are stirred a little, so that no pair is at a special place.

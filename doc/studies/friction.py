@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Friction by LAMMPS' granular contacts: where a sliding block stops, and what a ball that hits a plate obliquely loses.
 
-    tools/friction.py [--spheres 500] [--out doc/friction.md]
+    doc/studies/friction.py [--spheres 500] [--out doc/friction.md]
 
 in.sliding on both plates, with both contacts and two coefficients, and in.impact with and without friction. EVP_LMP as for the tests.
 """
@@ -12,11 +12,8 @@ import re
 import sys
 import tempfile
 
-import evp  # noqa: F401  before numpy
+from study import DECKS, add_out, command_line, deck_command, errors_in_one_line, output_of, watched, write_page
 import numpy as np
-from evp.progress import watched
-from evp.report import add_out, command_line, errors_in_one_line, write_page
-from evp.run import DECKS, deck_command, output_of
 
 SLIDES = [(plate, normal, mu) for plate in ("wall", "spheres") for normal in ("hooke", "hertz") for mu in (0.3, 0.5)]
 IMPACTS = ("off", 0.0, 0.3, 0.6)
@@ -42,7 +39,7 @@ It is at most the radius of a sphere over that of the ball, {share:.2f}, and les
 *Imbalance* is that of fix evp/energy, over the kinetic energy of the ball.
 
 """
-TAIL = "\nWritten by `tools/friction.py --spheres {spheres}`; what the numbers mean: [Howto_evp_friction](Howto_evp_friction.rst).\n"
+TAIL = "\nWritten by `doc/studies/friction.py --spheres {spheres}`; what the numbers mean: [Howto_evp_friction](Howto_evp_friction.rst).\n"
 
 
 def specimen(folder, out, **choices):

@@ -1,7 +1,8 @@
+#!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
 """Bring the README's numbers and figures up to date with a run of the quick start.
 
-    tools/quickstart.sh && PYTHONPATH=tools python3 -m evp.readme
+    tools/quickstart.sh && doc/studies/readme.py
 
 Reads results/quickstart/summary.csv, rewrites the table between the two marker lines of README.md,
 and copies the pictures with their CSV files to doc/figures. Nothing else in the README is touched.
@@ -11,11 +12,10 @@ import csv
 import pathlib
 import shutil
 import sys
+from study import CHECKOUT, command_line, split_at_marks, table
 
-from .report import command_line, split_at_marks, table
-from .run import CHECKOUT
 
-MARKS = "<!-- table: evp.readme -->", "<!-- end of table -->"
+MARKS = "<!-- table: doc/studies/readme.py -->", "<!-- end of table -->"
 TITLES = {
     "table": "parameters",
     "rate_per_s": "rate [1/s]",

@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The picture of tools/accuracy_cost.py: error against time, one colour a knob."""
+"""The picture of doc/studies/accuracy_cost.py: error against time, one colour a knob."""
 
 import statistics
 
+import study  # noqa: F401  first
 import numpy as np
 
-from .accuracy_cases import KNOBS
-from .accuracy_report import STRESS, extrapolate, front, worst_stress
-from .figures import LOOK, plt, save
+from accuracy_cases import KNOBS
+from accuracy_report import STRESS, extrapolate, front, worst_stress
+from evp.figures import LOOK, plt, save
 
 FLOOR = 1e-3  # [%]: smaller errors are drawn here
 

@@ -1,7 +1,8 @@
+#!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
 """The first picture of the README, from runs of the decks.
 
-    PYTHONPATH=tools python3 -m evp.first_look
+    doc/studies/first_look.py
 
 A tension bar of a CAD program is pulled and released without any rate, with eq. 8 and with `plasticity isotropic`; a copper ball flies onto a
 copper plate. Writes first_look.png and first_look.csv (the curves) to --out; the runs are in --work. About four minutes on one core.
@@ -10,11 +11,10 @@ copper plate. Writes first_look.png and first_look.csv (the curves) to --out; th
 import pathlib
 import sys
 
+from study import command_line, errors_in_one_line, watched, write_csv
 import numpy as np
 
-from . import columns, cycles, dump, figures, run, spheres, view_figure, view_scene
-from .progress import watched
-from .report import command_line, errors_in_one_line, write_csv
+from evp import columns, cycles, dump, figures, run, spheres, view_figure, view_scene
 
 PART = run.CHECKOUT / "tests" / "data" / "parts" / "dog_bone.stl"
 MATERIAL = f"{run.CHECKOUT / 'potentials' / 'gado2017.evp'}:table1_any"
@@ -127,14 +127,13 @@ def compose(work, target):
 def main(argv=None):
     """Runs all that has not been run, and draws."""
     parser = command_line(__doc__)
-    parser.prog = "evp.first_look"
     parser.add_argument("--bar", type=int, default=2500, metavar="N", help="spheres of the tension bar (default: %(default)s)")
     parser.add_argument("--plate", type=int, default=5000, metavar="N", help="spheres of the plate (default: %(default)s)")
     parser.add_argument("--work", type=pathlib.Path, default=run.CHECKOUT / "results" / "first_look", metavar="DIR", help="where the runs are")
     parser.add_argument("--out", type=pathlib.Path, default=run.CHECKOUT / "doc" / "figures", metavar="DIR", help="where the picture goes")
     parser.add_argument("--draw", action="store_true", help="draw again from the files in --work, without a run")
     args = parser.parse_args(argv)
-    with errors_in_one_line("first_look"):
+    with errors_in_one_line("first_look.py"):
         spheres.check()
         if not args.draw:
             args.work.mkdir(parents=True, exist_ok=True)

@@ -7,9 +7,10 @@ SI units. Bodies of central forces have nu = 1/4 (Cauchy), so that G = E/(2 (1 +
 import math
 from typing import NamedTuple
 
+import study  # noqa: F401  first
 import numpy as np
 
-from .specimen import pairs_within
+from evp.specimen import pairs_within
 
 NU = 0.25
 SHEAR = 0.5 / (1.0 + NU)  # G/E

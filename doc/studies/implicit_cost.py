@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Run time of Table 2 at 1/s with explicit and with implicit damping, and on one and two MPI ranks.
 
-    tools/implicit_cost.py [--repeats 9] [--strain 0.01] [--large 8000] [--out doc/implicit_cost.md]
+    doc/studies/implicit_cost.py [--repeats 9] [--strain 0.01] [--large 8000] [--out doc/implicit_cost.md]
 
 in.traction on the specimen of 500 spheres in tests/data with each integrator in turn, several rounds, and on one of --large spheres by
 in.specimen. Times are LAMMPS' loop times. Explicit runs are timed to a twentieth of the strain, as each of their steps costs the
@@ -16,11 +16,8 @@ import tempfile
 from statistics import median
 from typing import NamedTuple
 
-import evp  # noqa: F401  before numpy
+from study import CHECKOUT, DECKS, add_out, command_line, deck_command, errors_in_one_line, in_turn, output_of, ratios, spread, table, write_page
 import numpy as np
-from evp.progress import in_turn
-from evp.report import add_out, command_line, errors_in_one_line, ratios, spread, table, write_page
-from evp.run import CHECKOUT, DECKS, deck_command, output_of
 
 SPECIMEN = CHECKOUT / "tests" / "data" / "reference_500" / "specimen_500.data"
 TABLE2 = "80 8 4 3 8 4 0.005 1000 1.5"
@@ -35,7 +32,7 @@ HEAD = """# Run time of implicit damping
 Implicit damping at dt = {step:g} s is {faster:.0f} times faster than explicit damping at 0.8 of the largest stable timestep size, for Table 2 at {rate:g}/s; the stresses
 agree within {apart:.1g} %. On two MPI ranks it runs {ranks:.2g} times faster than on one, with {large} spheres.
 
-Written by `tools/implicit_cost.py`: Table 2 at {rate:g}/s, in.traction, LAMMPS' loop times, medians of {repeats} rounds
+Written by `doc/studies/implicit_cost.py`: Table 2 at {rate:g}/s, in.traction, LAMMPS' loop times, medians of {repeats} rounds
 (smallest to largest). All integrators run in turn; ratios are taken within a round.
 
 """

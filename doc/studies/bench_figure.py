@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The picture of tools/bench.py, from its CSV."""
+"""The picture of doc/studies/bench.py, from its CSV."""
 
+import study  # noqa: F401  first
 from matplotlib import ticker
 
-from .figures import LOOK, plt
+from evp.figures import LOOK, plt
 
 OWN, OTHER = "#0072B2", "#999999"
 

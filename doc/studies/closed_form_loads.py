@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Torsion and three-point bending against G J/L and Timoshenko's beam, over the number of spheres.
 
-    tools/closed_form_loads.py [--spheres 2000 4000 16000] [--seeds 2] [--work FOLDER] [--fresh] [--out doc/closed_form_loads.md]
+    doc/studies/closed_form_loads.py [--spheres 2000 4000 16000] [--seeds 2] [--work FOLDER] [--fresh] [--out doc/closed_form_loads.md]
 
 Round and rectangular bars of constant size with increasing numbers of spheres: Young's modulus by in.quasistatic, torsion by
 in.torsion, bending by in.bending, all within the elastic range. Runs that --work has already are not repeated. Uses the lmp of this
@@ -14,13 +14,10 @@ import statistics
 import sys
 from typing import NamedTuple
 
-import evp  # noqa: F401  before numpy
+from study import CHECKOUT, add_out, command_line, errors_in_one_line, pack, run, slope, table, watched, write_page
 import numpy as np
-from evp import dump, loads, specimen
-from evp.kept_runs import pack, run, slope
-from evp.progress import watched
-from evp.report import add_out, command_line, errors_in_one_line, table, write_page
-from evp.run import CHECKOUT
+import loads
+from evp import dump, specimen
 
 ROUND = {"length": 0.1, "radius": 0.02}  # [m]
 BAR = {"shape": "block", "length": 0.1, "width": 0.01, "height": 0.02}
@@ -104,7 +101,7 @@ HEAD = """# Torsion and bending against closed forms
 
 With {most} spheres the measured stiffness is {torsion:.3f} of the closed form in torsion and {bending:.3f} in bending, with E of the same body in tension and G = 0.4 E.
 {within}
-Where G J or E I is needed within a few percent, multiply the closed form by the ratio of the bonds (`tools/evp/loads.py`), or measure with these decks.
+Where G J or E I is needed within a few percent, multiply the closed form by the ratio of the bonds (`doc/studies/loads.py`), or measure with these decks.
 
 The difference is mostly due to the surface and goes as N^(-1/3):
 
@@ -139,7 +136,7 @@ def page(results, seeds):
     at_most = {kind: statistics.mean(getattr(found, kind) for found in results[most]) for kind in ("torsion", "bending", "nu")}
     head = HEAD.format(most=most, within=" ".join(needed(kind, *ends[kind]) for kind in ("torsion", "bending") if ends), **at_most,
                        by_nu=100.0 * (1.0 - (1.0 + loads.NU) / (1.0 + at_most["nu"])))
-    command = f"tools/closed_form_loads.py --spheres {' '.join(map(str, results))} --seeds {seeds}"
+    command = f"doc/studies/closed_form_loads.py --spheres {' '.join(map(str, results))} --seeds {seeds}"
     bar = " x ".join(f"{BAR[key]:g}" for key in ("length", "width", "height"))
     tail = TAIL.format(command=command, bar=bar, span=SPAN, kappa=loads.KAPPA, strain=STRAIN, seeds=seeds, **ROUND)
     header = ("N", "torsion, measured", "torsion, of the bonds", "measured/bonds", "bending, measured", "bending, of the bonds", "measured/bonds")

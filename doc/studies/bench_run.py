@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Runs the scenes of tools/bench.py in turn, several rounds, and reads LAMMPS' own times."""
+"""Runs the scenes of doc/studies/bench.py in turn, several rounds, and reads LAMMPS' own times."""
 
 import functools
 import pathlib
 import re
 from typing import NamedTuple
+from study import RunError, deck_command, in_turn, lammps_command, output_of
 
-from .progress import in_turn
-from .run import RunError, deck_command, lammps_command, output_of
 
 LOOP = re.compile(r"^Loop time of (\S+) on", re.M)
 LINE = re.compile(r"^(Pair|Bond|Neigh|Comm|Modify) +\| +(\S+) +\| +(\S+)", re.M)  # smallest and mean over the ranks

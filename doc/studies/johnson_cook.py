@@ -7,10 +7,11 @@ True strain = true stress/E + ep. Plastic flow keeps the volume: nominal stress 
 
 from typing import NamedTuple
 
+import study  # noqa: F401  first
 import numpy as np
 import scipy.optimize
 
-from .curves import YIELD_OFFSET
+from evp.curves import YIELD_OFFSET
 
 
 class JohnsonCook(NamedTuple):

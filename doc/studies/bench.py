@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Times pair style evp/lj beside other styles for the same bodies, and writes doc/performance.md.
 
-    tools/bench.py [--repeats 5] [--sections lattice build random effects scale ranks] [--million] [--quick]
+    doc/studies/bench.py [--repeats 5] [--sections lattice build random effects scale ranks] [--million] [--quick]
 
 All styles of a section run in turn, several rounds; ratios are taken within a round. A section that is not run keeps its part of
 the page. Times are those of LAMMPS' breakdown (Pair, Bond, Neigh, Comm, loop). --quick runs small bodies once, to test the tool.
@@ -13,15 +13,14 @@ import csv
 import pathlib
 import tempfile
 
-from evp import bench_sections
-from evp.bench_figure import draw
-from evp.bench_run import Bench
-from evp.bench_sections import Sizes
-from evp.report import command_line, errors_in_one_line, split_at_marks, write_csv
-from evp.run import CHECKOUT
+from study import CHECKOUT, command_line, errors_in_one_line, split_at_marks, write_csv
+import bench_sections
+from bench_figure import draw
+from bench_run import Bench
+from bench_sections import Sizes
 
-MARKS = "<!-- table: tools/bench.py -->", "<!-- end of table -->"
-SUMMARY = "<!-- summary: tools/bench.py -->", "<!-- end of summary -->"
+MARKS = "<!-- table: doc/studies/bench.py -->", "<!-- end of table -->"
+SUMMARY = "<!-- summary: doc/studies/bench.py -->", "<!-- end of summary -->"
 SECTIONS = ("lattice", "build", "effects", "random", "scale", "ranks")
 
 

@@ -1,7 +1,8 @@
+#!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
 """Writes the outputs, pictures and times of doc/tutorial.rst, from a run of all commands of the page.
 
-    PYTHONPATH=tools python3 -m evp.tutorial_page [--work FOLDER]
+    doc/studies/tutorial_page.py [--work FOLDER]
 
 All blocks of commands run in one shell that starts in the root of the checkout, with --work as home. Between the marks '.. output: PATTERN' and
 '.. end of output' stand the lines of the last block before them that the pattern is found in. About four minutes on two cores.
@@ -16,14 +17,13 @@ import tempfile
 import textwrap
 from typing import NamedTuple
 
-from . import spheres
-from .report import command_line, errors_in_one_line, split_at_marks
-from .run import CHECKOUT, RunError, environment
+from study import CHECKOUT, RunError, command_line, environment, errors_in_one_line, split_at_marks
+from evp import spheres
 
 PAGE = CHECKOUT / "doc" / "tutorial.rst"
 PICTURES = PAGE.parent / "tutorial"
 COLORS = 128  # of the stored PNG files
-COSTS = ".. costs: written by evp.tutorial_page\n", ".. end of costs"
+COSTS = ".. costs: written by doc/studies/tutorial_page.py\n", ".. end of costs"
 _END = "---- end of a block ----"
 _STEP = re.compile(r"^\*\*(\d+\. .+)\*\*$", re.M)
 _BLOCK = re.compile(r"^\.\. code-block:: bash\n\n((?:   .*\n|\n)+)", re.M)
@@ -114,10 +114,9 @@ def store(name, folder):
 def main(argv=None):
     """Runs all, and rewrites the page."""
     parser = command_line(__doc__)
-    parser.prog = "evp.tutorial_page"
     parser.add_argument("--work", type=pathlib.Path, default=CHECKOUT / "results" / "tutorial", metavar="FOLDER", help="where the commands run (default: %(default)s)")
     args = parser.parse_args(argv)
-    with errors_in_one_line("evp.tutorial_page"):
+    with errors_in_one_line("tutorial_page.py"):
         spheres.check()
         text = PAGE.read_text(encoding="utf-8")
         found = steps(text)

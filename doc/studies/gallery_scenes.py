@@ -10,11 +10,12 @@ import math
 import re
 from typing import Callable, NamedTuple
 
+from study import CHECKOUT
 import numpy as np
 from scipy.spatial import cKDTree
 
-from . import curves, cycles, figures, law, loads, specimen
-from .run import CHECKOUT
+import loads
+from evp import curves, cycles, figures, law, specimen
 
 ROW = "80 8 4 3 8 4 0.005 0 1.5 spacing 0.00585189 coordination 11.9"  # Table 1 for any body, as table1_any
 TABLE = law.Row(80.0, 8.0, 4.0, 3.0, 8.0, 4.0, 0.005, 0.0, 1.5)

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Work of rupture against the spacing of the spheres, with `break XI`; writes the table of the Howto.
 
-    tools/rupture_work.py [--xi 0.05] [--seeds 2] [--work FOLDER] [--fresh] [--out doc/Howto_evp.rst]
+    doc/studies/rupture_work.py [--xi 0.05] [--seeds 2] [--work FOLDER] [--fresh] [--out doc/Howto_evp.rst]
 
 in.traction pulls cylinders of the same size with increasing numbers of spheres to rupture, with constant XI and with XI ~ 1/spacing.
 Writes the table between the two marks of --out. Runs that --work has already are not repeated. Uses the lmp of this checkout, or EVP_LMP.
@@ -14,17 +14,14 @@ import statistics
 import sys
 from typing import NamedTuple
 
-import evp  # noqa: F401  before numpy
+from study import CHECKOUT, DECKS, RunError, add_out, command_line, deck_command, errors_in_one_line, output_of, split_at_marks, watched
 import numpy as np
 from evp import curves
-from evp.progress import watched
-from evp.report import add_out, command_line, errors_in_one_line, split_at_marks
-from evp.run import CHECKOUT, DECKS, RunError, deck_command, output_of
 
 SPHERES = (500, 1000, 2000, 4000)
 FREE_LENGTH = 0.04  # between the grips [m]
 PARTED = 0.1  # of the largest stress: below it the body has parted
-START, END = ".. rupture work: this table is written by tools/rupture_work.py\n", ".. end of rupture work\n"
+START, END = ".. rupture work: this table is written by doc/studies/rupture_work.py\n", ".. end of rupture work\n"
 PULL = {"coeff": "80 8 4 3 8 4 0.005 100 1.5", "contact": "repulsive", "plasticity": "isotropic", "rate": 100, "strain": 0.15, "row": 0.0005,
         "samples": 5, "dtfraction": 0.8}
 

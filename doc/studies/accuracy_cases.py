@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The runs of tools/accuracy_cost.py: every setting that a user of the decks chooses, varied one at a time.
+"""The runs of doc/studies/accuracy_cost.py: every setting that a user of the decks chooses, varied one at a time.
 
 The unit of work is one tension test to a strain of 2 %. Each knob has a reference setting of its own, against which its error is
 that of the setting alone; the routes among them aim at one target as well, the damped curve at 1/s (figure 4 of the paper).

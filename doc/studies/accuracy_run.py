@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Runs the cases of evp.accuracy_cases one after the other, each beside a pull of the baseline, and keeps what they gave.
+"""Runs the cases of accuracy_cases.py one after the other, each beside a pull of the baseline, and keeps what they gave.
 
 Times are processor times of the whole run, all ranks together, less what a start of LAMMPS takes. Results are appended to
 results.csv of the work folder as they come, so that an interrupted sweep goes on where it was.
@@ -15,13 +15,11 @@ import statistics
 import subprocess
 import sys
 
+from study import CHECKOUT, DECKS, RunError, deck_command, environment, format_seconds, lammps_command, lammps_error, output_of, watched, write_csv
 import numpy as np
 
-from . import accuracy_cases as cases
-from . import curves, rebuild, specimen
-from .progress import format_seconds, watched
-from .report import write_csv
-from .run import CHECKOUT, DECKS, RunError, deck_command, environment, lammps_command, lammps_error, output_of
+import accuracy_cases as cases
+from evp import curves, rebuild, specimen
 
 STRESSES = {"stress_0.3pc_MPa": 0.003, "stress_0.5pc_MPa": 0.005, "stress_0.77pc_MPa": 0.0077, "stress_1pc_MPa": 0.01, "stress_2pc_MPa": 0.0195}
 COLUMNS = ("knob", "choice", "spheres", "seed", "kind", "ranks", "seconds", "baseline_seconds", "start_seconds", *STRESSES, "E_GPa",
@@ -116,7 +114,7 @@ class Laboratory:
         mark = hashlib.sha256(output_of([*lammps_command(), "-h"], self.folder, "lmp -h").encode())
         here = pathlib.Path(__file__).parent
         sources = [*sorted(DECKS.glob("in.*")), *sorted((CHECKOUT / "src").glob("*/*.*")), CHECKOUT / "CMakeLists.txt",
-                   *(here / name for name in ("accuracy_cases.py", "accuracy_run.py", "curves.py", "specimen.py"))]
+                   here / "accuracy_cases.py", here / "accuracy_run.py", pathlib.Path(curves.__file__), pathlib.Path(specimen.__file__)]
         for path in sources:
             mark.update(path.read_bytes())
         stamp = self.folder / "stamp"

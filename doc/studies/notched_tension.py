@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Rupture of a notched bar against the spacing of the spheres, and the XI of `break XI` that keeps the work of rupture.
 
-    tools/notched_tension.py [--spheres 4000 16000] [--xi 0.05] [--seeds 2] [--work FOLDER] [--fresh] [--out doc/notched_tension.md]
+    doc/studies/notched_tension.py [--spheres 4000 16000] [--xi 0.05] [--seeds 2] [--work FOLDER] [--fresh] [--out doc/notched_tension.md]
 
 in.traction pulls the bar of lammps_inputs/regions/notched.lmp to rupture, with increasing numbers of spheres: with constant XI, with
 XI proportional to 1/spacing, and with the power of the spacing in between that keeps the work of rupture from the first size to the
@@ -17,12 +17,9 @@ import statistics
 import sys
 from typing import NamedTuple
 
-import evp  # noqa: F401  before numpy
+from study import CHECKOUT, DECKS, add_out, command_line, deck_command, errors_in_one_line, output_of, table, watched
 import numpy as np
 from evp import curves, figures
-from evp.progress import watched
-from evp.report import add_out, command_line, errors_in_one_line, table
-from evp.run import CHECKOUT, DECKS, deck_command, output_of
 from rupture_work import PARTED, number, read_pull
 
 BAR = {"shape": "region", "region": DECKS / "regions" / "notched.lmp", "width": 0.022, "height": 0.012}
@@ -246,7 +243,7 @@ def main(words=None):
         picture = draw(first_curves(results, options.work), options.out.parent / "figures" / f"{stem}.png")
         alone = [exponent_of(results, spheres, slice(k, k + 1)) for k in range(min(seeds[:2]))]
         scatter = f" (exponents from single bars: {min(alone):.2f} to {max(alone):.2f})" if len(alone) > 1 else ""
-        command = f"tools/notched_tension.py --spheres {' '.join(map(str, spheres))} --seeds {' '.join(map(str, options.seeds))}"
+        command = f"doc/studies/notched_tension.py --spheres {' '.join(map(str, spheres))} --seeds {' '.join(map(str, options.seeds))}"
         text = PAGE.format(command=command, answer=answer(results, p, spheres), p=p, scatter=scatter, notch=NOTCH,
                            rate=PULL["rate"], stem=stem, table="\n".join(table(HEADER, rows(results))), more=spheres[1], coeff=PULL["coeff"], xi=options.xi)
         options.out.write_text(text, encoding="utf-8")

@@ -3,7 +3,7 @@
 """Writes doc/gallery.md: of each deck a picture, the commands that make it, and its numbers beside what they should be; and these
 numbers into the table of lammps_inputs/README.md.
 
-    tools/gallery.py [--only traction rod] [--work FOLDER] [--out doc/gallery.md]
+    doc/studies/gallery.py [--only traction rod] [--work FOLDER] [--out doc/gallery.md]
 
 Runs the commands of tools/evp/gallery_scenes.py in --work, one after the other, and copies the pictures to gallery/ beside the page.
 With --only neither is written: the numbers are printed, and the pictures stay in --work. EVP_LMP as for the tests.
@@ -18,20 +18,19 @@ import shutil
 import subprocess
 import sys
 
-from evp import gallery_scenes, spheres
-from evp.progress import watched
-from evp.report import add_out, command_line, errors_in_one_line, split_at_marks, table
-from evp.run import CHECKOUT, DECKS, RunError, environment, lammps_command
+from study import CHECKOUT, DECKS, RunError, add_out, command_line, environment, errors_in_one_line, lammps_command, split_at_marks, table, watched
+import gallery_scenes
+from evp import spheres
 
 HEADER = ("number", "measured", "to expect", "source")
-MARKS = "<!-- table: tools/gallery.py -->", "<!-- end of table -->"
+MARKS = "<!-- table: doc/studies/gallery.py -->", "<!-- end of table -->"
 NUMBERS = ("deck", "number", "measured", "to expect", "source, commands")
 COLORS = 256  # of the stored PNG files, which are half as large for it
 
 PAGE = """# Gallery
 
 One picture or film of each deck, the commands that make it from the root of the checkout (after `tools/setup.sh`, which builds `build/lmp`), and its
-numbers. Written by `tools/gallery.py`, which runs these commands and reads the numbers from their files. In all {total:.0f} s of processor time
+numbers. Written by `doc/studies/gallery.py`, which runs these commands and reads the numbers from their files. In all {total:.0f} s of processor time
 on one core ({machine}). The files go to the current folder. All choices of the decks: [lammps_inputs/README.md](../lammps_inputs/README.md).
 
 Bodies are drawn to scale: displacements are not magnified. Plastic strain is that of each sphere now, not the accumulated one, so that reverse flow

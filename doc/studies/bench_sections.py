@@ -10,9 +10,8 @@ import sys
 import time
 from statistics import median
 
-from . import bench_scenes as scenes
-from .report import ratios, spread, table
-from .run import DECKS, RunError, deck_command, output_of
+from study import DECKS, RunError, deck_command, output_of, ratios, spread, table
+import bench_scenes as scenes
 
 WHOLE = "{:.0f}".format
 

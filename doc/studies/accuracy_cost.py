@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Accuracy versus run time of a tension test: varies one setting at a time and recommends one for each error bound.
 
-    tools/accuracy_cost.py [--budget 30] [--work FOLDER] [--fresh] [--out doc/accuracy_cost.md]
-    tools/accuracy_cost.py --table doc/accuracy_cost.csv --out page.md        no runs: writes the page from a CSV
-    tools/accuracy_cost.py --quick --out page.md                              a few short runs
-    tools/accuracy_cost.py --unloading [--out doc/accuracy_unloading.md]      unloading (plasticity isotropic) and fix evp/volume instead
+    doc/studies/accuracy_cost.py [--budget 30] [--work FOLDER] [--fresh] [--out doc/accuracy_cost.md]
+    doc/studies/accuracy_cost.py --table doc/accuracy_cost.csv --out page.md        no runs: writes the page from a CSV
+    doc/studies/accuracy_cost.py --quick --out page.md                              a few short runs
+    doc/studies/accuracy_cost.py --unloading [--out doc/accuracy_unloading.md]      unloading (plasticity isotropic) and fix evp/volume instead
 
 Writes the page, a CSV of the same name with one row per run, and figures/NAME.png. Runs the decks with the lmp of this checkout,
 or with EVP_LMP and EVP_MPIRUN. An interrupted sweep resumes when the command is repeated. --budget is in minutes: the least
@@ -16,14 +16,12 @@ import pathlib
 import sys
 import time
 
-from evp import accuracy_cases as cases
-from evp import accuracy_unloading as unloading
-from evp.accuracy_figure import pareto
-from evp.accuracy_report import Results, page
-from evp.accuracy_run import COLUMNS, Laboratory, describe, read_results, run_plan, within_budget
-from evp.progress import format_seconds
-from evp.report import command_line, errors_in_one_line, write_csv
-from evp.run import CHECKOUT, RunError
+from study import CHECKOUT, RunError, command_line, errors_in_one_line, format_seconds, write_csv
+import accuracy_cases as cases
+import accuracy_unloading as unloading
+from accuracy_figure import pareto
+from accuracy_report import Results, page
+from accuracy_run import COLUMNS, Laboratory, describe, read_results, run_plan, within_budget
 
 SHARE = 0.75  # of the budget that is planned: the rest is for the check on an unseen specimen and for runs that take longer
 

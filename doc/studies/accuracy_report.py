@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""From the results of tools/accuracy_cost.py to tables, the recommendation and the picture. Every figure comes from the rows."""
+"""From the results of doc/studies/accuracy_cost.py to tables, the recommendation and the picture. Every figure comes from the rows."""
 
 import statistics
 from typing import NamedTuple
 
+from study import spread, table
 import numpy as np
 
-from . import accuracy_cases as cases
-from .accuracy_cases import KNOBS, RECIPE, TARGET
-from .accuracy_run import STRESSES
-from .report import spread, table
+import accuracy_cases as cases
+from accuracy_cases import KNOBS, RECIPE, TARGET
+from accuracy_run import STRESSES
 
 STRESS = "stress_1pc_MPa"
 MEASURES = {"stress_0.5pc_MPa": "stress at 0.5 %", STRESS: "at 1 %", "stress_2pc_MPa": "at 1.95 %", "E_GPa": "E",
@@ -336,7 +336,7 @@ def front(points):
 def page(results, table, picture):
     """The text of the page; table and picture: the names of its CSV and its picture."""
     machines = "; ".join(f"LAMMPS {lammps}, {processor}" for lammps, processor in results.machine)
-    written = [f"Written by `tools/accuracy_cost.py` from the runs in `{table}` ({machines}). *Time*: processor time without the start of LAMMPS, in units of a *baseline run*,",
+    written = [f"Written by `doc/studies/accuracy_cost.py` from the runs in `{table}` ({machines}). *Time*: processor time without the start of LAMMPS, in units of a *baseline run*,",
                f"a tension test to {100 * cases.STRAIN:g} % strain run directly before each: Table 1, 500 spheres, {cases.BASELINE['rate']}/s, explicit, "
                f"`-var dtfraction {cases.BASELINE['dtfraction']}` ({number(results.unit)} s).\n"]
     lines = ["# Accuracy versus run time\n"]

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Young's modulus of one row on bodies with different numbers of spheres, sizes and shapes.
 
-    tools/any_body.py [--row potentials/gado2017.evp:table1_any] [--spheres 500 2000 8000] [--work FOLDER] [--fresh] [--out doc/any_body.md]
+    doc/studies/any_body.py [--row potentials/gado2017.evp:table1_any] [--spheres 500 2000 8000] [--work FOLDER] [--fresh] [--out doc/any_body.md]
 
 in.specimen packs the bodies, tools/body.py the dog bone; in.quasistatic measures Young's modulus within the elastic range. Runs that
 --work has already are not repeated. Uses the lmp of this checkout, or EVP_LMP.
@@ -12,12 +12,8 @@ import pathlib
 import shutil
 import sys
 from typing import NamedTuple
+from study import CHECKOUT, add_out, command_line, errors_in_one_line, output_of, pack, run, slope, table, watched, write_page
 
-import evp  # noqa: F401  before numpy
-from evp.kept_runs import pack, run, slope
-from evp.progress import watched
-from evp.report import add_out, command_line, errors_in_one_line, table, write_page
-from evp.run import CHECKOUT, output_of
 
 STRAIN = 2e-4
 AT_REST = {"contact": "none", "tolerance": 1e-5}
@@ -119,7 +115,7 @@ def main(words=None):
         plan = [(kind, spheres) for spheres in sorted(set(options.spheres)) for kind in KINDS]
         for kind, spheres in watched("any_body.py:", plan, lambda case: f"{case[0].name}, {case[1]} spheres", lambda case: case[1] ** (4.0 / 3.0)):
             found[kind, spheres] = young(options.work, kind, spheres, f"{path.resolve()}:{name}")
-        command = f"tools/any_body.py --row {options.row} --spheres {' '.join(map(str, sorted(set(options.spheres))))}"
+        command = f"doc/studies/any_body.py --row {options.row} --spheres {' '.join(map(str, sorted(set(options.spheres))))}"
         write_page(options.out, page(found, options.row, command))
 
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Plastic flow at large strain: simple shear of a periodic packing, with plasticity and with eq. 8.
 
-    tools/large_strain.py [--strain 3] [--work FOLDER] [--fresh] [--out doc/large_strain.md]
+    doc/studies/large_strain.py [--strain 3] [--work FOLDER] [--fresh] [--out doc/large_strain.md]
 
 in.specimen packs the spheres in a periodic box, in.shear shears them at constant volume. Writes the page,
 a CSV of the same name and figures/NAME.png. Runs that --work has already are not repeated. Uses the lmp of this checkout, or EVP_LMP.
@@ -12,12 +12,9 @@ import pathlib
 import sys
 from typing import NamedTuple
 
-import evp  # noqa: F401  before numpy
+from study import CHECKOUT, DECKS, add_out, command_line, deck_command, errors_in_one_line, output_of, table, watched, write_csv
 import numpy as np
 from evp import figures, specimen
-from evp.progress import watched
-from evp.report import add_out, command_line, errors_in_one_line, table, write_csv
-from evp.run import CHECKOUT, DECKS, deck_command, output_of
 from scipy.spatial import cKDTree
 
 MPA = 1e6
@@ -145,7 +142,7 @@ HEAD = """# Plastic flow at large strain
 
 ![shear stress and plastic dissipation](figures/{stem}.png)
 
-Written by `tools/large_strain.py`: a random packing in a periodic box of {volume:.3g} m3 (in.specimen), Table 1 with gamma 100,
+Written by `doc/studies/large_strain.py`: a random packing in a periodic box of {volume:.3g} m3 (in.specimen), Table 1 with gamma 100,
 e and gamma scaled with N, simple shear at {rate}/s and constant volume (in.shear: fix deform with *remap v*), explicit damping. The box flips
 whenever its tilt exceeds one half. Stresses are those of the pairs, energies those of fix evp/energy.
 
