@@ -1,40 +1,102 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""What the studies share. They import it first: it makes the package evp of tools/ importable, and takes them to a Python with numpy.
+"""What the studies share: their command line, runs that are kept, and pages from templates.
 
-Bodies and elastic runs are kept in a folder: what is there is not made again.
+Imported first: it makes the package evp of tools/ importable, and goes on in a Python that has numpy.
 """
 
+import hashlib
 import pathlib
+import shutil
+import string
 import sys
 
-sys.path.insert(1, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
+STUDIES = pathlib.Path(__file__).resolve().parent
+sys.path.insert(1, str(STUDIES.parents[1] / "tools"))
 
 from evp import figures  # noqa: E402
 from evp.progress import format_seconds, in_turn, watched  # noqa: E402
-from evp.report import add_out, command_line, errors_in_one_line, ratios, split_at_marks, spread, table, write_csv, write_page  # noqa: E402
+from evp.report import command_line, errors_in_one_line, ratios, split_at_marks, spread, table, write_csv  # noqa: E402
 from evp.run import CHECKOUT, DECKS, RunError, deck_command, environment, lammps_command, lammps_error, output_of  # noqa: E402
 
-__all__ = ("CHECKOUT", "DECKS", "RunError", "add_out", "command_line", "deck_command", "environment", "errors_in_one_line", "format_seconds", "in_turn",
-           "lammps_command", "lammps_error", "output_of", "ratios", "split_at_marks", "spread", "table", "watched", "write_csv", "write_page")
+__all__ = ("CHECKOUT", "DECKS", "RunError", "Runs", "Study", "command_line", "deck_command", "environment", "errors_in_one_line", "format_seconds", "in_turn",
+           "lammps_command", "lammps_error", "output_of", "ratios", "split_at_marks", "spread", "table", "tangent", "watched", "write_csv")
 
 
-def slope(folder, name, x, y):
+class Runs:
+    """Runs of decks in a folder: one of the same choices that is there is not made again."""
+
+    def __init__(self, folder):
+        self.folder = pathlib.Path(folder)
+        self.folder.mkdir(parents=True, exist_ok=True)
+
+    def keep(self, name, words):
+        """What a command printed, from NAME.log where that is of the same command."""
+        log, mark = self.folder / f"{name}.log", hashlib.sha256(repr(words).encode()).hexdigest() + "\n"
+        if not log.exists() or not log.read_text(encoding="utf-8").startswith(mark):
+            log.write_text(mark + output_of(list(map(str, words)), self.folder, name), encoding="utf-8")
+        return log.read_text(encoding="utf-8").partition("\n")[2]
+
+    def run(self, deck, out, ranks=1, **choices):
+        """What a run of a deck with -var out OUT printed."""
+        return self.keep(out, deck_command(DECKS / deck, {**choices, "out": out}, ranks))
+
+    def body(self, name, **choices):
+        """The data file of a body by in.specimen."""
+        self.run("in.specimen", f"{name}.data", **choices)
+        return f"{name}.data"
+
+    def curve(self, name, *columns):
+        """{column: array} of NAME.csv."""
+        return figures.read_columns(self.folder / f"{name}.csv", columns)
+
+
+class Study:
+    """A program that writes doc/NAME.md from the template doc/studies/NAME.md.
+
+    choices: options of the command line with their defaults, which give their types. After parse() they are attributes, as are runs and out."""
+
+    def __init__(self, text, name, **choices):
+        self.name, self.choices, self.parser = name, choices, command_line(text)
+        for option, default in choices.items():
+            first = default[0] if isinstance(default, (list, tuple)) else default
+            self.parser.add_argument(f"--{option}", type=type(first), default=default, nargs="+" if isinstance(default, (list, tuple)) else None,
+                                     help=f"default {' '.join(map(str, default)) if isinstance(default, (list, tuple)) else default}")
+        self.parser.add_argument("--work", type=pathlib.Path, default=CHECKOUT / "build" / name, help="where runs are kept (default: %(default)s)")
+        self.parser.add_argument("--fresh", action="store_true", help="forget the runs that are kept")
+        self.parser.add_argument("--out", type=pathlib.Path, default=CHECKOUT / "doc" / f"{name}.md", help="page to write (default: %(default)s)")
+
+    def parse(self, words=None):
+        """Takes the command line."""
+        chosen = self.parser.parse_args(words)
+        vars(self).update(vars(chosen))
+        if chosen.fresh:
+            shutil.rmtree(chosen.work, ignore_errors=True)
+        self.runs = Runs(chosen.work)
+        given = [f"--{name} {' '.join(map(str, value)) if isinstance(value, (list, tuple)) else value}"
+                 for name, default in self.choices.items() for value in [getattr(chosen, name)] if value != default]
+        self.command = " ".join([f"doc/studies/{self.name}.py", *given])
+        return self
+
+    def each(self, items, name=str, cost=lambda item: 1.0):
+        """The items one after the other, with the time left."""
+        return watched(f"{self.name}.py:", items, name, cost)
+
+    def write(self, **values):
+        """The page: $NAME of the template stands for a value, a table as (header, rows) among them; $command for the command line. ValueError where one is missing."""
+        text = {name: "\n".join(table(*value)) if isinstance(value, tuple) else value for name, value in values.items()}
+        try:
+            page = string.Template((STUDIES / f"{self.name}.md").read_text(encoding="utf-8")).substitute(text, command=self.command)
+        except KeyError as error:
+            raise ValueError(f"doc/studies/{self.name}.md has ${error.args[0]}, which {self.name}.py does not give") from error
+        self.out.write_text(page, encoding="utf-8")
+        print(page, end="")
+
+    def save(self, figure, header, rows):
+        """Writes figures/NAME.png beside the page, and its CSV."""
+        return figures.save(figure, self.out.parent / "figures" / f"{self.out.stem}.png", header, rows)
+
+
+def tangent(curve, x, y):
     """dy/dx at the start of a curve of three rows, the second at half the way."""
-    curve = figures.read_columns(folder / f"{name}.csv", (x, y))
-    secant = curve[y][1:3] / curve[x][1:3]
-    return 2.0 * secant[0] - secant[1]
-
-
-def run(folder, deck, out, data, **choices):
-    """Makes out.csv by a deck where the folder does not hold it."""
-    if not (folder / f"{out}.csv").exists():
-        output_of(deck_command(DECKS / deck, {"specimen": data, "out": f"new_{out}", **choices}), folder, out)
-        (folder / f"new_{out}.csv").replace(folder / f"{out}.csv")
-
-
-def pack(folder, name, spheres, seed, choices):
-    """The data file of a body, made where the folder does not hold it."""
-    data = f"{name}.data"
-    if not (folder / f"{data}.body").exists():
-        output_of(deck_command(DECKS / "in.specimen", {"n": spheres, "seed": seed, "out": data, **choices}), folder, f"packing of {name}")
-    return data
+    first, second = curve[y][1:3] / curve[x][1:3]
+    return 2.0 * first - second

@@ -2,21 +2,18 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Order of accuracy in dt of fix nve and fix nve/evp, with and without damping.
 
-    doc/studies/time_order.py [--halvings 4] [--out doc/time_order.md]
-
 Initial velocities stretch an FCC bar within the first regime. It runs for a fixed time with dt, dt/2, dt/4 ... Differences of velocities
-and positions between successive dt decrease as dt to the power of the order. Uses the lmp of this checkout, or EVP_LMP.
+and positions between successive dt decrease as dt to the power of the order.
 """
 
 import pathlib
 import tempfile
 from typing import NamedTuple
 
-from study import add_out, command_line, deck_command, errors_in_one_line, output_of, watched, write_page
+from study import Study, deck_command, errors_in_one_line, output_of
 import numpy as np
 
 TIME = 4.0e-5  # [s] about half a period of the bar
-
 DECK = """
 units           si
 atom_style      sphere
@@ -41,15 +38,6 @@ timestep        {dt:.17g}
 run             {steps}
 write_dump      all custom end.dump id x y z vx vy vz modify sort id format float %.17g
 """
-
-HEAD = """# Order of accuracy in the timestep size
-
-{answer}
-
-Written by `doc/studies/time_order.py`: an FCC bar of {atoms} spheres, stretched by its initial velocities within the first regime, for {time:g} s. *Difference*: largest
-difference of the final velocities between a run with dt and one with dt/2, over the largest velocity. *Order*: log2 of its ratio to the difference of the next dt.
-
-"""
 HEADER = ("integrator", "gamma [N s/m]", "dt [s]", "difference", "order of the velocities", "order of the positions")
 
 
@@ -64,7 +52,7 @@ WAYS = (Way("nve", 0.0, 200), Way("nve", 100.0, 400), Way("nve", 1000.0, 2000),
 
 
 def end_of(way, steps, folder):
-    """Positions and velocities after TIME, (2, N, 3); RunError with LAMMPS' words where the run failed."""
+    """Positions and velocities after TIME, (2, N, 3)."""
     style = way.style + (" tol 1e-10" if way.style == "nve/evp" else "")
     (folder / "in.order").write_text(DECK.format(gamma=way.gamma, style=style, dt=TIME / steps, steps=steps), encoding="utf-8")
     output_of(deck_command("in.order", {}), folder, f"fix {way.style} with gamma {way.gamma:g} and {steps} timesteps")
@@ -79,38 +67,18 @@ def measure(way, halvings, folder):
     return np.array([[np.abs(a[0] - b[0]).max(), np.abs(a[1] - b[1]).max() / largest] for a, b in zip(ends, ends[1:])]), len(ends[0][0])
 
 
-def rows(way, differences):
-    """Rows of the table."""
-    for k, (_, velocity) in enumerate(differences):
-        orders = ["", ""] if k == 0 else [f"{order:.2f}" for order in np.log2(differences[k - 1] / differences[k])]
-        yield f"fix {way.style}", f"{way.gamma:g}", f"{TIME / way.steps / 2**k:.3g}", f"{velocity:.2e}", *orders[::-1]
-
-
-def answer(orders):
-    """The first sentence of the page. orders: {Way: of velocities at the smallest dt}."""
-    def of(chosen):
-        values = [f"{value:.2f}" for value in sorted(orders[way] for way in orders if chosen(way))]
-        return values[0] if values[0] == values[-1] else f"{values[0]} to {values[-1]}"
-
-    return (f"Without damping (fix nve) the order is {of(lambda way: way.gamma == 0.0)}: the error of the velocities is proportional to dt^2. "
-            f"With explicit damping (fix nve) it is\n{of(lambda way: way.style == 'nve' and way.gamma > 0.0)}, with implicit damping (fix nve/evp) "
-            f"{of(lambda way: way.style == 'nve/evp')}: the error is proportional to dt.")
-
-
 def main(words=None):
-    parser = command_line(__doc__)
-    parser.add_argument("--halvings", type=int, default=4, help="differences between successive dt, for each integrator and gamma (default 4)")
-    add_out(parser, "time_order.md")
-    options = parser.parse_args(words)
-    if options.halvings < 2:
-        parser.error("--halvings must be at least 2")
-    found, orders = [], {}
+    study, rows, orders = Study(__doc__, "time_order", halvings=4).parse(words), [], {}
     with errors_in_one_line("time_order.py"), tempfile.TemporaryDirectory() as name:
-        for way in watched("time_order.py:", WAYS, lambda way: f"fix {way.style}, gamma {way.gamma:g}"):
-            differences, atoms = measure(way, options.halvings, pathlib.Path(name))
-            found += rows(way, differences)
-            orders[way] = float(np.log2(differences[-2][1] / differences[-1][1]))
-        write_page(options.out, HEAD.format(time=TIME, atoms=atoms, answer=answer(orders)), (HEADER, found))
+        for way in study.each(WAYS, lambda way: f"fix {way.style}, gamma {way.gamma:g}"):
+            differences, atoms = measure(way, study.halvings, pathlib.Path(name))
+            order = np.log2(differences[:-1] / differences[1:])
+            orders.setdefault((way.style, way.gamma > 0.0), []).append(order[-1, 1])
+            for k, (_, velocity) in enumerate(differences):
+                rows.append((f"fix {way.style}", f"{way.gamma:g}", f"{TIME / way.steps / 2**k:.3g}", f"{velocity:.2e}",
+                             *(f"{one:.2f}" if k else "" for one in order[k - 1, ::-1])))
+        ends = {key: " to ".join(dict.fromkeys((f"{min(found):.2f}", f"{max(found):.2f}"))) for key, found in orders.items()}
+        study.write(time=TIME, atoms=atoms, table=(HEADER, rows), undamped=ends["nve", False], explicit=ends["nve", True], implicit=ends["nve/evp", True])
 
 
 if __name__ == "__main__":

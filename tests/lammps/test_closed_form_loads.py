@@ -6,11 +6,12 @@ for it is met within 4 %, and no number is fitted."""
 
 import closed_form_loads
 import pytest
+from study import Runs
 
 
 @pytest.fixture(scope="module")
 def found(tmp_path_factory):
-    return closed_form_loads.measure(1000, 1, tmp_path_factory.mktemp("loads"))
+    return closed_form_loads.measure(1000, 1, Runs(tmp_path_factory.mktemp("loads")))
 
 
 def test_torsion(found):
