@@ -24,7 +24,7 @@ fix             end all print v_next_row "momentum $(c_px/mass(all):%.17g) $(vcm
 def sheared(tmp_path_factory):
     """(columns of the CSV, pairs by write_evp_bonds, output) of the body with other choices; each is run once."""
     folder = tmp_path_factory.mktemp("sheared")
-    run_lammps("in.specimen", 1, large_strain.packing(CASE), folder).ok()
+    run_lammps("in.specimen", 1, {**large_strain.packing(CASE), "out": f"body_{CASE.spheres}.data"}, folder).ok()
     known = {}
 
     def get(contact="repulsive", ranks=1, flip="yes"):

@@ -6,8 +6,9 @@ import re
 import notched_tension
 import numpy as np
 import pytest
-from evp import specimen
+from evp import curves, specimen
 from lammps_run import DECKS, read_dump, run_lammps
+from rupture_work import rupture_of
 
 NET, GROSS = 1e-4, 2e-4  # cross-sections [m2]
 NOTCHES = 2 * (0.002 * 0.004 + np.pi * 0.001**2 / 2) * 0.01  # two slots with round ends [m3]
@@ -36,9 +37,8 @@ def test_it_breaks_at_the_notches(bar, tmp_path):
     choices = {**notched_tension.PULL, "specimen": bar, "strain": 0.03, "break": 0.05, "out": "pull"}
     found = run_lammps("in.traction", 1, choices, tmp_path).ok()
     assert f"cross-section {NET:.6g}"[:17] in found.stdout
-    (tmp_path / "pull.broken").write_text(re.search(r"bonds broken: (\d+)", found.stdout)[1], encoding="utf-8")
-    read = notched_tension.read_rupture(tmp_path, "pull")
-    assert 150.0 < read.peak < 230.0 and 0.005 < read.at < read.rupture < 0.025 and 20.0 < read.work < 150.0
+    read = rupture_of(curves.read_curve(tmp_path / "pull.csv"), int(re.search(r"bonds broken: (\d+)", found.stdout)[1]))
+    assert 150.0 < read.peak < 230.0 and 0.005 < read.at < read.strain < 0.025 and 20.0 < read.work < 150.0
     state = read_dump(tmp_path / "pull_state.dump")[-1]
     before = specimen.read_data(bar).x[:, 0]
     lost = state["share_lost"] > 0.0

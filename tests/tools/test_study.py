@@ -31,10 +31,10 @@ def test_page_of_a_template(tmp_path, monkeypatch, capsys):
 
 @pytest.mark.parametrize("template", sorted(study.STUDIES.glob("*.md")), ids=lambda path: path.stem)
 def test_each_template_has_a_page_that_is_written_from_it(template):
-    """The lines without a value stand in the page as they are."""
+    """The lines without a value stand in the page as they are, unless it says that it is to be measured again."""
     page = (study.STUDIES.parent / template.name).read_text(encoding="utf-8")
     for line in template.read_text(encoding="utf-8").splitlines():
-        if "$" not in line.replace("$$", ""):
+        if "$" not in line.replace("$$", "") and "to be measured again" not in page:
             assert line.replace("$$", "$") in page, f"run doc/studies/{template.stem}.py: {line}"
     names = set(re.findall(r"(?<!\$)\$(\w+)", template.read_text(encoding="utf-8"))) - {"command"}
     source = template.with_suffix(".py").read_text(encoding="utf-8")
