@@ -36,7 +36,6 @@ class Case(NamedTuple):
     ranks: int = 1
     ledger: bool = False
     keep_modulus: bool = False
-    native: bool = False
 
     @property
     def key(self):
@@ -70,7 +69,6 @@ KNOBS = {
     "zone": Knob("range of the bonds with E kept, contact none, no damping, 10/s", "1.5", False, "#DDCC77"),
     "output": Knob("output of energy and virial, no damping, 10/s", "where printed", True, "#44AA99"),
     "exponents": Knob("exponents, no damping, 10/s", "8 4", True, "#332288"),
-    "code": Knob("compiled for, no damping, 10/s", "portable", True, "#AA4499"),
     "particles": Knob("number of spheres, no damping, 10/s", "", False, "#117733"),
 }
 TARGET = ("explicit", KNOBS["explicit"].reference)
@@ -131,7 +129,6 @@ def body_cases():
     cases += [undamped("zone", f"{zone:g}", 0.7, contact="none", zone=zone)._replace(keep_modulus=True) for zone in ZONES]
     cases += [undamped("output", name, 1.0, hook=hook) for name, hook in (("where printed", ""), ("every step", EVERY_STEP))]
     cases += [undamped("exponents", name, guess, coeff=coeff) for name, guess, coeff in (("8 4", 0.7, TABLE1), ("8 4 by pow()", 5, POW))]
-    cases += [undamped("code", name, 0.7, priority=3)._replace(native=name == "native") for name in ("portable", "native")]
     return cases
 
 

@@ -32,7 +32,7 @@ def sweep(options):
     if options.quick:
         return run_plan(Laboratory(options.work, options.fresh, repeats=1), cases.quick_cases())
     laboratory = Laboratory(options.work, options.fresh)
-    every = [case for case in cases.all_cases() if not case.native or laboratory.has_own_build()]
+    every = cases.all_cases()
     known = read_results(laboratory.results) if laboratory.results.exists() else {}
     seconds = 60.0 * options.budget
     plan, expected = within_budget(every, known, SHARE * seconds, laboratory.baselines[-1])

@@ -19,14 +19,14 @@ from study import CHECKOUT, DECKS, RunError, deck_command, environment, format_s
 import numpy as np
 
 import accuracy_cases as cases
-from evp import curves, rebuild, specimen
+from evp import curves, specimen
 
 STRESSES = {"stress_0.3pc_MPa": 0.003, "stress_0.5pc_MPa": 0.005, "stress_0.77pc_MPa": 0.0077, "stress_1pc_MPa": 0.01, "stress_2pc_MPa": 0.0195}
 COLUMNS = ("knob", "choice", "spheres", "seed", "kind", "ranks", "seconds", "baseline_seconds", "start_seconds", *STRESSES, "E_GPa",
            "first_yield_strain", "yield_MPa", "energy_open", "lammps", "processor")
 WHOLE = 0.999  # of the strain of a pull: what ended before was stopped
 REPEATED = (0.5, 3)  # runs shorter than this [s of processor time] are timed so often, and the median taken
-OWN_NAMES = ("results.csv", "stamp", "run.log", "specimen_*.data")  # in the work folder, beside run/ and native/
+OWN_NAMES = ("results.csv", "stamp", "run.log", "specimen_*.data")  # in the work folder, beside run/
 
 
 def stress_at(strain, stress, at):
@@ -60,11 +60,11 @@ def measures(curve):
     return found
 
 
-def processor_seconds(command, folder, log, more):
-    """Runs a command; its processor time [s], children included. RunError with LAMMPS' words where it failed. more: environment variables."""
+def processor_seconds(command, folder, log):
+    """Runs a command; its processor time [s], children included. RunError with LAMMPS' words where it failed."""
     with open(log, "wb") as output:
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        process = subprocess.run(command, cwd=folder, env={**environment(), **more}, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT, check=False)
+        process = subprocess.run(command, cwd=folder, env=environment(), stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT, check=False)
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
     if process.returncode:
         raise RunError(f"exit {process.returncode}: {lammps_error(log)}\n  command: {' '.join(map(str, command))}")
@@ -81,7 +81,7 @@ def processor_name():
 
 
 class Laboratory:
-    """Where cases are run: a work folder with specimens, results and, where asked, native code."""
+    """Where cases are run: a work folder with specimens and results."""
 
     def __init__(self, folder, fresh=False, repeats=REPEATED[1]):
         lammps_command()  # a missing lmp is told before anything is forgotten
@@ -106,8 +106,7 @@ class Laboratory:
             for name in OWN_NAMES:
                 for path in self.folder.glob(name):
                     path.unlink()
-            for name in ("run", "native"):
-                shutil.rmtree(self.folder / name, ignore_errors=True)
+            shutil.rmtree(self.folder / "run", ignore_errors=True)
 
     def check_stamp(self):
         """Results of another program, deck, plan or measure must not be mixed with this one's."""
@@ -136,10 +135,9 @@ class Laboratory:
         first = (self.folder / "run.log").read_text(encoding="utf-8", errors="replace")
         return first.split("LAMMPS (", 1)[1].split(")")[0] if "LAMMPS (" in first else "unknown"
 
-    def lammps(self, ranks, deck, variables, native=False):
+    def lammps(self, ranks, deck, variables):
         """Processor seconds of one run of a deck (a path) in the run folder."""
-        more = {"EVP_PLUGIN_DIR": str(self.folder / "native")} if native else {}
-        return processor_seconds(deck_command(deck, variables, ranks), self.inside, self.folder / "run.log", more)
+        return processor_seconds(deck_command(deck, variables, ranks), self.inside, self.folder / "run.log")
 
     def specimen(self, spheres, seed):
         """Name, seen from the run folder, of a data file of in.specimen, made once. LAMMPS takes no path with a space."""
@@ -156,17 +154,6 @@ class Laboratory:
         self.baselines.append(max(self.lammps(1, DECKS / "in.traction", words) - self.start[1], 1e-3))
         return statistics.median(self.baselines[-3:])
 
-    def has_own_build(self):
-        """Is lmp that of tools/setup.sh, which can load a plugin from elsewhere and knows how it was made?"""
-        return pathlib.Path(lammps_command()[0]) == CHECKOUT / "build" / "lmp" and rebuild.CACHE.exists()
-
-    def build_native(self):
-        """The plugin for this machine's processor, by the settings of the checkout's own build. Requires has_own_build()."""
-        native = self.folder / "native"
-        if not (native / "evpplugin.so").exists():
-            rebuild.configure(CHECKOUT, native, "-DCMAKE_CXX_FLAGS=-march=native")
-            rebuild.build(native)
-
     def run(self, case):
         """One case; its row for results.csv. RunError or ValueError where it gave no whole curve."""
         ranks = case.ranks if self.two_ranks else 1
@@ -176,20 +163,18 @@ class Laboratory:
             words["also"] = "also.lmp"
         if case.keep_modulus:
             words["coeff"] = same_modulus(words["coeff"], self.inside / words["specimen"], words.get("zone"))
-        if case.native:
-            self.build_native()
         for left_before in ("case.csv", "balance.csv"):
             (self.inside / left_before).unlink(missing_ok=True)
         row = {"knob": case.knob, "choice": case.choice, "spheres": case.spheres, "seed": case.seed, "kind": case.key[-1], "ranks": ranks, **self.machine}
         if case.ledger:
-            self.lammps(ranks, DECKS / case.deck, words, case.native)
+            self.lammps(ranks, DECKS / case.deck, words)
             table = np.genfromtxt(self.inside / "balance.csv", delimiter=",", skip_header=1)
             row["energy_open"] = f"{np.max(np.abs(table[:, 1])) / table[-1, 2]:.5g}"
             return row
         times = []
         while not times or (times[0] < REPEATED[0] and len(times) < self.repeats):
             baseline = self.baseline()
-            times.append(self.lammps(ranks, DECKS / case.deck, words, case.native) - self.start[ranks])
+            times.append(self.lammps(ranks, DECKS / case.deck, words) - self.start[ranks])
         row.update(seconds=f"{max(statistics.median(times), 1e-3):.5g}", baseline_seconds=f"{baseline:.5g}", start_seconds=f"{self.start[ranks]:.5g}")
         row.update({name: f"{value:.9g}" for name, value in measures(curves.read_curve(self.inside / "case.csv")).items()})
         return row

@@ -67,7 +67,7 @@ class Runner:
 
     def deck(self, deck, variables):
         """Processor seconds of a run of a deck."""
-        return processor_seconds(deck_command(DECKS / deck, variables), self.folder, self.folder / "run.log", {})
+        return processor_seconds(deck_command(DECKS / deck, variables), self.folder, self.folder / "run.log")
 
     def specimen(self, spheres, seed):
         name = f"specimen_{spheres}_{seed}.data"
