@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Writes data.evp_lj, evp_lj.bonds and evp_lj_flow.bonds, the body that LAMMPS' pair tester looks at.
+"""Writes data.evp_lj, evp_lj.bonds and evp_lj_flow.bonds into the present folder: the body that LAMMPS' pair tester looks at.
 
 64 spheres of two types in a periodic box. The bonds are those of the body before it was stretched and
 shaken: of them some are in either regime and some beyond dlim, and other pairs have met. The YAML files
@@ -13,7 +13,6 @@ import pathlib
 import numpy as np
 from scipy.spatial import cKDTree
 
-FOLDER = pathlib.Path(__file__).resolve().parent
 SPACING = 0.01  # of the lattice [m]
 CELLS = 4
 ZONE = 1.44  # bonds are the pairs with d <= ZONE (R_i + R_j)
@@ -53,19 +52,19 @@ def offset(i, j):
     return 0.0 if (i + j) % 3 == 0 else 0.015 * np.sin(1.7 * i + 2.9 * j)
 
 
-def main():
+def write(folder):
     before, x, v, radius, types, box = body()
     bonds = record(before, radius, CELLS * SPACING)
-    with open(FOLDER / "evp_lj.bonds", "w", encoding="utf-8") as out:
+    with open(folder / "evp_lj.bonds", "w", encoding="utf-8") as out:
         out.write(f"# EVP bonds COUNT: {len(bonds)} UNITS: si\n")
         for (i, j), deq in sorted(bonds.items()):
             out.write(f"{i} {j} {deq:.17g}\n")
-    with open(FOLDER / "evp_lj_flow.bonds", "w", encoding="utf-8") as out:
+    with open(folder / "evp_lj_flow.bonds", "w", encoding="utf-8") as out:
         some = {pair: deq for pair, deq in sorted(bonds.items()) if sum(pair) % 7}  # the others are new pairs, which repel where they overlap
         out.write(f"# EVP bonds COUNT: {len(some)} UNITS: si\n")
         for (i, j), deq in some.items():
             out.write(f"{i} {j} {deq:.17g} {offset(i, j) * deq:.17g} {abs(offset(i, j)):.17g} 0.25 0\n")
-    with open(FOLDER / "data.evp_lj", "w", encoding="utf-8") as out:
+    with open(folder / "data.evp_lj", "w", encoding="utf-8") as out:
         out.write(f"# written by make_input.py\n\n{len(x)} atoms\n2 atom types\n\n")
         for axis, length in zip("xyz", box):
             out.write(f"0 {length:.17g} {axis}lo {axis}hi\n")
@@ -79,4 +78,4 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    write(pathlib.Path())

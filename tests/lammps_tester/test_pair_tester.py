@@ -23,7 +23,7 @@ from oracle import brute
 
 FOLDER = pathlib.Path(__file__).resolve().parent
 YAML = sorted(path.name for path in FOLDER.glob("pair-*.yaml"))
-# `single` needs atom_style full, whose atoms have no radius (our own test_single.py has it);
+# `single` needs atom_style full, whose atoms have no radius (our own test_forces.py has it);
 # the others test accelerated variants of a style, which evp/lj does not have.
 TESTS = ("plain", "extract")
 STEPS = 4  # of the tester
@@ -39,12 +39,13 @@ def test_every_yaml_file_is_here():
 def test_lammps_own_tester(name, tmp_path):
     tester = os.environ["EVP_PAIR_TESTER"]
     plugin = pathlib.Path(os.environ["EVP_LMP"]).parent
-    # a copy: the tester leaves files where it runs
-    shutil.copy(FOLDER / name, tmp_path)
+    for file in (name, "in.evp_lj"):  # the tester leaves files where it runs
+        shutil.copy(FOLDER / file, tmp_path)
+    make_input.write(tmp_path)
     environment = {**os.environ, "LAMMPS_PLUGIN_PATH": str(plugin), "OMP_NUM_THREADS": "1"}
     environment["LD_LIBRARY_PATH"] = os.environ["EVP_LAMMPS_LIBRARY"]
     wanted = ":".join(f"PairStyle.{test}" for test in TESTS)
-    run = subprocess.run([tester, name, "-s", f"--gtest_filter={wanted}"], cwd=tmp_path, env=environment,
+    run = subprocess.run([tester, name, "-d", str(tmp_path), "-s", f"--gtest_filter={wanted}"], cwd=tmp_path, env=environment,
                          capture_output=True, text=True, timeout=120, check=False)
     output = run.stdout + run.stderr
     assert run.returncode == 0, output[-4000:]
@@ -121,7 +122,7 @@ def with_flow(found, case, scene, flowed):
             "bonds_second": int(np.sum(bonded & (now.k > 0.0)))}
 
 
-def computed(case):
+def computed(case, folder):
     """What the tester's two moments are by sums over all pairs: at the start, and after four Verlet steps."""
     _, x, v, radius, types, box = make_input.body()
     mass = (2700.0 * 4.0 / 3.0 * np.pi * radius**3)[:, None]
@@ -129,7 +130,8 @@ def computed(case):
         bonds = brute.record_bonds(x, radius, case.zone, box)
     else:
         file = "evp_lj_flow.bonds" if case.flows else "evp_lj.bonds"
-        lines = [line.split() for line in (FOLDER / file).read_text(encoding="utf-8").splitlines()[1:]]
+        make_input.write(folder)
+        lines = [line.split() for line in (folder / file).read_text(encoding="utf-8").splitlines()[1:]]
         bonds = {(int(words[0]), int(words[1])): float(words[2]) for words in lines}
     flowed = {(int(words[0]), int(words[1])): (float(words[3]), float(words[4])) for words in lines} if case.flows else {}
 
@@ -148,9 +150,9 @@ def computed(case):
 
 
 @pytest.mark.parametrize("name", YAML)
-def test_reference_numbers_are_those_of_the_brute_force(name):
+def test_reference_numbers_are_those_of_the_brute_force(tmp_path, name):
     case = read_case(name)
-    for when, truth in computed(case).items():
+    for when, truth in computed(case, tmp_path).items():
         found = truth.found
         scale = found["abs_force"].max()
         assert np.abs(case.numbers[f"{when}_forces"] - found["force"]).max() < ROUND_OFF * scale
@@ -161,10 +163,10 @@ def test_reference_numbers_are_those_of_the_brute_force(name):
 
 
 @pytest.mark.parametrize("name", YAML)
-def test_the_state_has_everything_in_it(name):
+def test_the_state_has_everything_in_it(tmp_path, name):
     """Bonds in both regimes at the end, new pairs and damping; from the file also bonds beyond dlim."""
     case = read_case(name)
-    truth = computed(case)
+    truth = computed(case, tmp_path)
     at_end = truth["run"]
     counts = at_end.found
     within = at_end.bonds - counts["bonds_beyond"]
@@ -174,5 +176,5 @@ def test_the_state_has_everything_in_it(name):
         assert truth["init"].found["bonds_second"] > 20
         assert counts["bonds_beyond"] > 5
     undamped = {types: row._replace(gamma=0.0) for types, row in case.rows.items()}
-    difference = computed(case._replace(rows=undamped))["run"].found["force"] - counts["force"]
+    difference = computed(case._replace(rows=undamped), tmp_path)["run"].found["force"] - counts["force"]
     assert np.abs(difference).max() > 1e-3 * np.abs(counts["force"]).max()
