@@ -36,6 +36,15 @@ double seconds()
   return wish ? 0.5 * strtod(wish, nullptr) : SECONDS;
 }
 
+/// Of a text with bars between them.
+std::vector<std::string> parts_of(const std::string &text)
+{
+  std::istringstream stream(text);
+  std::vector<std::string> parts;
+  for (std::string part; std::getline(stream, part, '|');) parts.push_back(part);
+  return parts;
+}
+
 /// Makes a bad text of a good one.
 class Vandal {
  public:
@@ -56,44 +65,11 @@ class Vandal {
 
   void damage_once(std::string &text)
   {
-    static const std::vector<std::string> words = {"nan",
-                                                   "-nan",
-                                                   "inf",
-                                                   "1e400",
-                                                   "1e-400",
-                                                   "-0",
-                                                   "0",
-                                                   "1e308",
-                                                   "4.9e-324",
-                                                   "1e-160",
-                                                   "-1",
-                                                   "0x1p3",
-                                                   "1.5.2",
-                                                   "--1",
-                                                   "1e",
-                                                   "e1",
-                                                   "+",
-                                                   ".",
-                                                   "200",
-                                                   "201",
-                                                   "0.999999999999999999",
-                                                   "1.0000000000000002",
-                                                   "99999999999999999999",
-                                                   "18446744073709551616",
-                                                   "\xEF\xBB\xBF",
-                                                   "\r\n",
-                                                   "\r",
-                                                   "\n\n",
-                                                   "#",
-                                                   "COUNT:",
-                                                   "UNITS:",
-                                                   "UNITS: lj",
-                                                   "# EVP bonds COUNT: 2 UNITS: si\n",
-                                                   "\t",
-                                                   "\v",
-                                                   " ",
-                                                   "%s%n",
-                                                   "{}"};
+    static const std::vector<std::string> words = parts_of(
+        "nan|-nan|inf|1e400|1e-400|-0|0|1e308|4.9e-324|1e-160|-1|0x1p3|1.5.2|--1|1e|e1|+|.|200|201|"
+        "0.999999999999999999|1.0000000000000002|99999999999999999999|18446744073709551616|"
+        "\xEF\xBB\xBF|\r\n|\r|\n\n|#|COUNT:|UNITS:|UNITS: lj|# EVP bonds COUNT: 2 UNITS: "
+        "si\n|\t|\v| |%s%n|{}");
     const size_t at = below(text.size() + 1);
     switch (below(9)) {
       case 0:
