@@ -6,12 +6,15 @@ text of a deck, and returns its .returncode, .stdout and more (lammps_run.Run). 
 tests: nothing here skips.
 """
 
+import os
+
 import numpy as np
 import pytest
 from common_bodies import REFERENCE, Body, wavy_velocities
 from evp import law, specimen
 from lammps_run import LMP, read_dump, run_decks, run_lammps
 from oracle import brute
+from robust import Bench
 from small_bodies import lattice_body, write_body
 
 
@@ -38,6 +41,24 @@ def lmp_decks(tmp_path):
         return run_decks(decks, ranks, tmp_path)
 
     return run
+
+
+def pytest_configure(config):
+    config.addinivalue_line("markers", "ranks(*numbers): of MPI ranks that a robustness test runs on")
+
+
+def pytest_generate_tests(metafunc):
+    if "bench" in metafunc.fixturenames:
+        mark = metafunc.definition.get_closest_marker("ranks")
+        metafunc.parametrize("bench", mark.args if mark else (1, 2), indirect=True, ids="{}ranks".format)
+
+
+@pytest.fixture
+def bench(lmp, tmp_path, request, record_property):
+    """Where a robustness test runs, robust.Bench."""
+    whole = "EVP_WHOLE_LENGTH" in os.environ
+    options = {"seconds": 900} if whole else {}
+    return Bench(lambda text, ranks: lmp(text, ranks, **options), tmp_path, request.param, lambda text: record_property("shown", text), whole)
 
 
 @pytest.fixture(scope="module")

@@ -17,10 +17,10 @@ import tempfile
 from typing import NamedTuple
 
 import tools_path  # noqa: F401  before evp
-import hard_cases as runner
 from evp.progress import watched
 from evp.report import command_line, errors_in_one_line
 from evp.run import CHECKOUT, RunError, output_of
+from robustness import collect, run
 
 CASES = {  # robustness tests that must fail with a fault: words of their names
     "QUARTER_STIFFNESS": ["times critical damping: 0.0"],
@@ -80,9 +80,9 @@ def read_faults(sources):
     return {name: Fault(what, [path for path, names in asked.items() if name in names]) for name, what in listed.items()}
 
 
-def cases_of(fault, cases):
-    """The cases that must fail with a fault."""
-    return [case for case in cases if any(words in case.name for words in CASES[fault])]
+def fault_names(test):
+    """The faults that a test of this name must fail with."""
+    return [name for name, cases in CASES.items() if any(words in test for words in cases)]
 
 
 class Build:
@@ -118,20 +118,19 @@ def main(words=None):
     bad = []
     with errors_in_one_line("faults.py"), tempfile.TemporaryDirectory() as name:
         build = Build(pathlib.Path(name))
-        os.environ["EVP_LMP"] = str(build.folder / "lmp")  # read when the scenes are loaded
-        scenes = runner.load_scenes()
+        lmp = str(build.folder / "lmp")
+        tests = [test for test in collect() if test.ranks == 1]
         build.make()
-        text, right = runner.run_case(scenes, cases_of(options.only[0], scenes.CASES)[0], 1)
-        if not right:
-            bad.append(f"without a fault: {text}")
+        first = [test for test in tests if options.only[0] in fault_names(test.name)][:1]
+        bad += [f"without a fault: {text}" for text, right in run([test.node for test in first], EVP_LMP=lmp).values() if not right]
         for fault in watched("faults", sorted(options.only, key=lambda fault: build.faults[fault].files)):
             build.make(fault)
             print(f"{fault}: {build.faults[fault].what}", flush=True)
-            for case in cases_of(fault, scenes.CASES):
-                text, right = runner.run_case(scenes, case, 1)
-                print(f"    {'PASSES' if right else 'fails, as expected'}: {case.name}: {text[:150]}", flush=True)
-                if right:
-                    bad.append(f"'{case.name}' passes with {fault}")
+            found = run([test.node for test in tests if fault in fault_names(test.name)], EVP_LMP=lmp)
+            bad += [] if found else [f"{fault} has no test"]
+            for (name, _), (text, right) in found.items():
+                print(f"    {'PASSES' if right else 'fails, as expected'}: {name}: {text[:150]}", flush=True)
+                bad += [f"'{name}' passes with {fault}"] if right else []
     for line in bad:
         print("NOT SEEN: " + line)
     print(f"{len(options.only)} faults, {f'{len(bad)} NOT seen' if bad else 'all seen'}")

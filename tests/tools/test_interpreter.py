@@ -95,9 +95,3 @@ def test_no_python_that_has_them(monkeypatch):
     with pytest.raises(SystemExit, match="has no no_such_module: run tools/setup.sh, .* PYTHON=/path/to/python3$"):
         interpreter.require("numpy", "no_such_module")
     assert interpreter.require("numpy") is None, "control"
-
-
-def test_scenes_that_need_numpy_are_loaded_in_a_python_that_has_it(bare):
-    """hard_cases.py reads its scenes once its arguments are read, and says that none has this name."""
-    shown = start([TOOLS / "hard_cases.py", "--only", "no case of this name"], bare)
-    assert shown.returncode != 0 and "Traceback" not in shown.stderr and "no case of this name" in shown.stderr, shown.stderr

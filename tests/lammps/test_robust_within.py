@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The robustness tests of two bodies, of `within` of fix evp/bonds; see hard_cases.py, whose list CASES they join."""
+"""Robustness of two bodies, of `within` of fix evp/bonds; see robust.py."""
 
 import numpy as np
+import pytest
 from evp import law
-from hard_cases import MOMENTUM, RADIUS, TABLE1, case, ledger, momenta
-from hard_cases_bodies import cuboctahedron
+from robust import MOMENTUM, RADIUS, TABLE1, ledger, momenta
+from test_robust_bodies import cuboctahedron
 from lammps_run import write_data
 from scipy.optimize import brentq
 from small_bodies import dump, head, lattice_body, mass_of, pair, thermo, two_groups
@@ -16,9 +17,10 @@ SPEED = 1.0  # [m/s] of the ball
 BALANCE = 3e-5  # of the kinetic energy, at 0.05 of the largest stable timestep
 
 
-@case("the force is exactly zero before the spheres touch, then the repulsion of the law, then zero again", "without *within* they are bonded",
-      "literal", "repulsive")
-def two_bodies_brought_together(bench, contact):
+@pytest.mark.parametrize("contact", ["literal", "repulsive"])
+def test_two_bodies_brought_together(bench, contact):
+    """The force is exactly zero before the spheres touch, then the repulsion of the law, then zero again. Control: without *within* they are
+    bonded."""
     forces = []
     for fix in (FIX, "fix bonds all evp/bonds"):
         write_data(bench.folder / "body.data", np.array([[0.0, 0, 0], [1.1 * TOUCHING, 0, 0]]), [RADIUS] * 2, [[-0.2, 0.2]] * 3, [1, 2])
@@ -32,7 +34,7 @@ def two_bodies_brought_together(bench, contact):
     assert not np.any(ours[~touch]), "a force before they touch"
     assert off < ROUND_OFF and 10 < np.sum(touch) < 60
     assert glued.min() < -0.5 * ours.max(), "control"
-    return f"error of the force {off:.0e} of the largest over {np.sum(touch)} steps of contact, no force over {np.sum(~touch)} steps"
+    bench.show(f"error of the force {off:.0e} of the largest over {np.sum(touch)} steps of contact, no force over {np.sum(~touch)} steps")
 
 
 def ball_and_block():
@@ -48,9 +50,9 @@ def ball_and_block():
     return np.concatenate([block.x, place]), np.concatenate([block.radius, ball.radius]), np.repeat([1, 2], [len(block.x), len(place)])
 
 
-@case("momentum conserved to 1e-12; the energy imbalance decreases with the square of the timestep size; the bodies only repel each other",
-      "the ball moves freely until contact, and rebounds")
-def ball_hits_block(bench):
+def test_ball_hits_block(bench):
+    """Momentum conserved to 1e-12; the energy imbalance decreases with the square of the timestep size; the bodies only repel each other.
+    Control: the ball moves freely until contact, and rebounds."""
     x, radius, types = ball_and_block()
     write_data(bench.folder / "body.data", x, radius, [[-0.2, 0.3]] * 3, types)
     mass, shares, columns = mass_of(radius), [], "pe ke f_energy v_way v_parting c_push[3] f_bonds[1] f_bonds[2]"
@@ -71,4 +73,4 @@ def ball_hits_block(bench):
         assert np.abs(table["v_way"][: touched[0]] / SPEED + 1.0).max() < 1e-12 and table["v_parting"][-1] > 0.2 * SPEED, "control"
     drift = np.ptp(table["PotEng"] + table["KinEng"]) / energy
     assert shares[1] < BALANCE and shares[1] < 0.35 * shares[0] and drift < 2.0 * BALANCE
-    return f"energy imbalance {shares[0]:.1e} and {shares[1]:.1e} of the kinetic energy at 0.1 and 0.05 of the limit, error of the momentum {change:.0e}"
+    bench.show(f"energy imbalance {shares[0]:.1e} and {shares[1]:.1e} of the kinetic energy at 0.1 and 0.05 of the limit, error of the momentum {change:.0e}")

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The hard cases of plasticity, of bonds that break and of the volume energy; see hard_cases.py, whose list CASES they join."""
+"""Robustness of plasticity, of bonds that break and of the volume energy; see robust.py."""
 
 import numpy as np
+import pytest
 from evp import flow
 from flowing import MOVE, SHAKE, assert_flowed, flowing_pair, largest_difference, read_pairs
-from hard_cases import DEQ, MOMENTUM, RADIUS, TABLE1, case, momenta
+from robust import DEQ, MOMENTUM, RADIUS, TABLE1, momenta
 from small_bodies import dump, head, lattice_body, mass_of, thermo, two_groups, words, write_body, write_two
 
 FORCE = TABLE1.m1 * TABLE1.n1 * TABLE1.e1 * TABLE1.xi_s / DEQ  # at the threshold
@@ -22,9 +23,9 @@ def two(bench, style, way, gap=DEQ, fix="fix bonds all evp/bonds", steps=100):
     return table["v_d"], table["c_f"]
 
 
-@case("each force is that of the return map, over five cycles between 4 % of tension and 4 % of compression",
-      "the pair flows in tension and in compression")
-def pair_cycled_far_beyond_xi_s(bench):
+def test_pair_cycled_far_beyond_xi_s(bench):
+    """Each force is that of the return map, over five cycles between 4 % of tension and 4 % of compression. Control: the pair flows in tension
+    and in compression."""
     d, force = two(bench, "contact none plasticity isotropic", f"wiggle {0.04 * DEQ} 0 0 1e-4", steps=500)
     q, k, expected, flowed = 0.0, 0.0, [], []
     for distance in d:
@@ -35,12 +36,12 @@ def pair_cycled_far_beyond_xi_s(bench):
     off = np.abs(force - expected).max() / FORCE
     assert off < ROUND_OFF
     assert max(flowed) > 0.03 * DEQ and min(flowed) < -0.03 * DEQ
-    return f"error of the force {off:.0e} of that at xi_s, q from {min(flowed) / DEQ:.3f} to {max(flowed) / DEQ:.3f} deq"
+    bench.show(f"error of the force {off:.0e} of that at xi_s, q from {min(flowed) / DEQ:.3f} to {max(flowed) / DEQ:.3f} deq")
 
 
-@case("a new contact only repels; its flow in compression stays until the spheres separate, and is what it was when they are pushed again before",
-      "spheres that overlap and have flowed do not touch")
-def contact_pushed_and_parted(bench):
+def test_contact_pushed_and_parted(bench):
+    """A new contact only repels; its flow in compression stays until the spheres separate, and is what it was when they are pushed again before.
+    Control: spheres that overlap and have flowed do not touch."""
     (bench.folder / "none.bonds").write_text("# EVP bonds COUNT: 0 UNITS: si\n")
     shown = []
     for gap in (0.96, 0.99):  # of the middle of a cycle of 0.03: the spheres separate in the second run only
@@ -59,12 +60,13 @@ def contact_pushed_and_parted(bench):
         kept = (d < TOUCHING) & (force == 0.0)
         assert kept.sum() > 10, "control: spheres that overlap and have flowed do not touch"
         shown.append(f"error of the force {off:.0e} of that at xi_s, {kept.sum()} steps without force in spite of overlap")
-    return "; ".join(shown)
+    bench.show("; ".join(shown))
 
 
-@case("a bond stretched beyond XI is broken for good: no force until the spheres touch, then the repulsion of a new contact",
-      "stretched less it stays a bond", "none", "isotropic")
-def bond_torn_and_pushed_together(bench, plasticity):
+@pytest.mark.parametrize("plasticity", ["none", "isotropic"])
+def test_bond_torn_and_pushed_together(bench, plasticity):
+    """A bond stretched beyond XI is broken for good: no force until the spheres touch, then the repulsion of a new contact. Control: stretched
+    less it stays a bond."""
     way = f"wiggle {0.25 * DEQ} 0 0 2e-4"
     d, force = two(bench, f"contact repulsive plasticity {plasticity} break 0.1", way, steps=200)
     torn = int(np.argmax(d > 1.1 * DEQ))
@@ -73,12 +75,13 @@ def bond_torn_and_pushed_together(bench, plasticity):
     assert np.all(force[torn:][touching] > -ROUND_OFF * FORCE) and force[torn:][touching].max() > FORCE and touching.sum() > 30
     kept, again = two(bench, f"contact repulsive plasticity {plasticity} break 0.5", way, steps=200)
     assert np.any(again[torn:][kept[torn:] > TOUCHING] < -0.5 * FORCE)
-    return f"no force over {apart.sum()} steps, {force[torn:].max() / FORCE:.1f} of the force at xi_s where they touch"
+    bench.show(f"no force over {apart.sum()} steps, {force[torn:].max() / FORCE:.1f} of the force at xi_s where they touch")
 
 
-@case("plastic work of the return map up to the cutoff and after the way back, and the same energy balance, for skins from 1e-9 to 2e-3 m, newton on and off",
-      "it leaves the neighbor list with the smallest skin, and stays there with the largest", "none", "0.6")
-def bond_past_its_cutoff_in_one_step(bench, breaks):
+@pytest.mark.parametrize("breaks", ["none", "0.6"])
+def test_bond_past_its_cutoff_in_one_step(bench, breaks):
+    """Plastic work of the return map up to the cutoff and after the way back, and the same energy balance, for skins from 1e-9 to 2e-3 m, newton
+    on and off. Control: it leaves the neighbor list with the smallest skin, and stays there with the largest."""
     deq, cut, speed = TOUCHING, TABLE1.alpha * TOUCHING, 103.0
     write_two(bench.folder / "body.data", deq)
     torn = flow.step(cut, deq, TABLE1, 0.0, 0.0)
@@ -101,11 +104,12 @@ def bond_past_its_cutoff_in_one_step(bench, breaks):
     assert off < 1e-7, "the margin of a cutoff, up to which a bond flows"
     assert np.allclose(rows[:, :, 0], rows[:, :, 10], rtol=1e-12, atol=0.0), "entry 9 of the energy balance"
     assert apart < ROUND_OFF
-    return f"plastic work {rows[0, 0, 0]:.6f} and {rows[0, 1, 0]:.6f} J, error {off:.0e}, skins differ by {apart:.0e}"
+    bench.show(f"plastic work {rows[0, 0, 0]:.6f} and {rows[0, 1, 0]:.6f} J, error {off:.0e}, skins differ by {apart:.0e}")
 
 
-@case("q and broken bonds stay with their pairs when atoms are sorted and neighbor lists rebuilt at each step", "bonds have flowed in tension and in compression, and broken")
-def flow_in_a_body_whose_atoms_are_sorted(bench):
+def test_flow_in_a_body_whose_atoms_are_sorted(bench):
+    """Q and broken bonds stay with their pairs when atoms are sorted and neighbor lists rebuilt at each step. Control: bonds have flowed in
+    tension and in compression, and broken."""
     write_body(bench.folder / "body.data", lattice_body((6, 4, 4)))
     text = flowing_pair("none") + SHAKE + MOVE + "{}run 100\nwrite_evp_bonds {}.bonds\n"
     bench.run(head(sort="sort 0 0") + text.format("", "rare")).ok()
@@ -114,11 +118,11 @@ def flow_in_a_body_whose_atoms_are_sorted(bench):
     assert_flowed(rare, contacts=0)
     difference = largest_difference(often, rare)
     assert difference < 1e-10
-    return f"q and work agree to {difference:.0e}, {len(rare.of(1))} bonds broken"
+    bench.show(f"q and work agree to {difference:.0e}, {len(rare.of(1))} bonds broken")
 
 
-@case("a minimization that stops at its maximum number of iterations leaves no flow", "one that converges does")
-def minimization_that_stops_early(bench):
+def test_minimization_that_stops_early(bench):
+    """A minimization that stops at its maximum number of iterations leaves no flow. Control: one that converges does."""
     write_body(bench.folder / "body.data", lattice_body((4, 3, 3)))
     text = head() + flowing_pair("none", 0) + "fix move all nve\ntimestep 3e-7\n" + "run 0\nvariable px atom x+3e-4*sin(1.7*id)\nset group all x v_px\n"
     found = {}
@@ -126,12 +130,12 @@ def minimization_that_stops_early(bench):
         bench.run(text + f"min_style cg\nmin_modify dmax 1e-5\n{search}\nwrite_evp_bonds {name}.bonds\n").ok()
         found[name] = np.abs(list(read_pairs(bench.folder / f"{name}.bonds").offset.values())).max()
     assert found["stopped"] == 0.0 and found["rest"] > 1e-5
-    return f"largest q {found['stopped']:.0e} m stopped, {found['rest']:.0e} m converged"
+    bench.show(f"largest q {found['stopped']:.0e} m stopped, {found['rest']:.0e} m converged")
 
 
-@case("energy conserved to 2e-3 of the change of the volume energy, momentum and angular momentum to 1e-12, in vibrations of a soft network with a stiff volume energy",
-      "the volume energy changes")
-def volume_energy_of_a_free_body(bench):
+def test_volume_energy_of_a_free_body(bench):
+    """Energy conserved to 2e-3 of the change of the volume energy, momentum and angular momentum to 1e-12, in vibrations of a soft network with
+    a stiff volume energy. Control: the volume energy changes."""
     body = lattice_body((4, 4, 4))
     write_body(bench.folder / "body.data", body)
     text = head() + flowing_pair("none", 0, TABLE1._replace(xi_s=0.3), 3000.0, plasticity="none") + "fix move all nve\n"
@@ -146,4 +150,4 @@ def volume_energy_of_a_free_body(bench):
     before, after = momenta(first, mass), momenta(last, mass)
     off = max(np.linalg.norm(after[0] - before[0]) / before[2], np.linalg.norm(after[1] - before[1]) / (before[2] * 0.04))
     assert off < MOMENTUM
-    return f"energy imbalance {open_by:.0e} of the change of the volume energy, error of the momentum {off:.0e}"
+    bench.show(f"energy imbalance {open_by:.0e} of the change of the volume energy, error of the momentum {off:.0e}")

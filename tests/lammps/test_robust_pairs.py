@@ -1,88 +1,23 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The hard cases: scenes that other schemes lose, each with what right means. Shared by test_hard_cases.py and tools/hard_cases.py.
-
-A case is a function of a Bench; it asserts what is right and returns one line of what it showed. 'control' is what the case
-asserts beside, so that it cannot pass for nothing; the faults that it must fail with are in tests/maintain/faults.py."""
-
-from typing import Callable, NamedTuple
+"""Robustness: timestep limits, impacts, and single pairs along their whole law."""
 
 import numpy as np
+import pytest
 from evp import law
 from hostile import refused
+from robust import CLOSED_FORM, DEQ, LEDGER_SHARE, MASS, MOMENTUM, RADIUS, SECOND_ORDER, TABLE1, TABLE2, ledger, momenta, on
 from scipy.integrate import quad
 from small_bodies import dump, grips, head, lattice_body, mass_of, pair, thermo, two_groups, write_body, write_two
-
-TABLE1, TABLE2 = law.TABLE1, law.TABLE2
-RADIUS, DEQ = 0.005, 0.011
-MASS = mass_of(RADIUS)
-MOMENTUM = 1e-12
-LEDGER_SHARE = 1e-3  # of the work, or of the energy that is traded: the demand of the issue
-CLOSED_FORM = 1e-4  # of trapezoids over a thousand parts and more
-SECOND_ORDER = 1e-3  # (w dt)^2 at the steps used where a closed form is one of motion
-
-
-class Bench(NamedTuple):
-    """Where a case runs: lmp(text, ranks) -> lammps_run.Run, the folder, ranks."""
-
-    lmp: Callable
-    folder: object
-    ranks: int
-    whole: bool = False  # runs at full length on two ranks too, which the suite has no time for
-
-    def run(self, text):
-        return self.lmp(text, self.ranks)
-
-
-class Case(NamedTuple):
-    name: str
-    right: str
-    control: str
-    check: Callable
-
-
-CASES = []
-
-
-def case(right, control, *choices):
-    """Registers a case, once per choice of its last argument."""
-
-    def register(check):
-        name = check.__name__.replace("_", " ")
-        for choice in choices or (None,):
-            if choice is None:
-                CASES.append(Case(name, right, control, check))
-            else:
-                CASES.append(Case(f"{name}: {choice}", right, control, lambda bench, c=choice: check(bench, c)))
-        return check
-
-    return register
-
-
-LEDGER = """
-fix energy all evp/energy
-compute dt all evp/dt
-{step}
-thermo {every}
-""" + thermo("time dt ke pe f_energy f_energy[*] {more}")
-
-
-def ledger(every, step="", more=""):
-    return LEDGER.format(every=every, step=step, more=more)
-
-
-def momenta(snapshot, mass):
-    x, v = (snapshot.vectors(*names) for names in (("x", "y", "z"), ("vx", "vy", "vz")))
-    return mass @ v, np.cross(x, mass[:, None] * v).sum(axis=0), np.sum(mass * np.linalg.norm(v, axis=1))
-
 
 # ---- steps ----
 
 CRITICAL = 2.0 * np.sqrt(8 * 4 * 80 / 0.01**2 * 0.5 * MASS)
 
 
-@case("stable at 0.98 of the limit of compute evp/dt, unstable at 1.02; the remaining energy agrees with that of a quarter of the timestep size",
-      "", 0.0, 1.0, 3.6, 30.0)
-def times_critical_damping(bench, factor):
+@pytest.mark.parametrize("factor", [0.0, 1.0, 3.6, 30.0])
+@on(1)
+def test_times_critical_damping(bench, factor):
+    """Stable at 0.98 of the limit of compute evp/dt, unstable at 1.02; the remaining energy agrees with that of a quarter of the timestep size."""
     write_body(bench.folder / "body.data", lattice_body((4, 3, 3)))
     left = {}
     for fraction, steps in ((0.98, 3000), (1.02, 800), (0.245, 12000)):
@@ -99,12 +34,13 @@ def times_critical_damping(bench, factor):
         assert abs(left[0.98][1:].mean() / left[0.245][1:].mean() - 1.0) < 0.05
     else:
         assert left[0.98][-1] < start and left[0.245][-1] < start
-    return f"largest kinetic energy over the initial one: 0.98: {left[0.98].max() / start:.3g}, 1.02: {left[1.02].max() / start:.3g}"
+    bench.show(f"largest kinetic energy over the initial one: 0.98: {left[0.98].max() / start:.3g}, 1.02: {left[1.02].max() / start:.3g}")
 
 
-@case("a warning with the ratio before the first step; the run does not end normally: atoms leave the box",
-      "at 0.98 of c_ID the first test conserves its energy")
-def table_2_at_the_paper_s_timestep(bench):
+@on(1, 4)
+def test_table_2_at_the_paper_s_timestep(bench):
+    """A warning with the ratio before the first step; the run does not end normally: atoms leave the box. Control: at 0.98 of c_ID the first
+    test conserves its energy."""
     write_body(bench.folder / "body.data", lattice_body((4, 3, 3)))
     text = head() + pair(TABLE2, "none") + "fix move all nve\nvariable vx atom 1e-3*sin(1.1*id)\nvelocity all set v_vx 0 0\n" + ledger(10)
     run = bench.run(text + "run 0\ntimestep $(c_dt[4]:%.17g)\nrun 100000\n")
@@ -112,7 +48,7 @@ def table_2_at_the_paper_s_timestep(bench):
     assert run.returncode != 0
     said = " ".join(run.stdout.split())
     assert "Lost atoms" in said or "non-finite forces" in said, said[-400:]
-    return "warned, then stopped"
+    bench.show("warned, then stopped")
 
 
 # ---- pulled apart ----
@@ -136,22 +72,26 @@ def pull(bench, row, contact, style, strain):
     share = np.abs(table["f_energy"]).max() / np.abs(table["f_energy[7]"]).max()
     assert share < LEDGER_SHARE
     assert table["f_bonds[1]"][-1] > 20, "control: a section is torn"
-    return f"energy imbalance {share:.1e} of the work, {table['f_bonds[1]'][-1]:.0f} bonds lost, {table['Step'][-1]:.0f} steps"
+    bench.show(f"energy imbalance {share:.1e} of the work, {table['f_bonds[1]'][-1]:.0f} bonds lost, {table['Step'][-1]:.0f} steps")
 
 
-@case("energy imbalance below 1e-3 of the work of the grips", "", "literal", "repulsive", "none")
-def table_1_pulled_to_rupture(bench, contact):
-    return pull(bench, TABLE1, contact, "nve", 0.2)
+@pytest.mark.parametrize("contact", ["literal", "repulsive", "none"])
+@on(1)
+def test_table_1_pulled_to_rupture(bench, contact):
+    """Energy imbalance below 1e-3 of the work of the grips."""
+    pull(bench, TABLE1, contact, "nve", 0.2)
 
 
-@case("energy imbalance below 1e-3 of the work of the grips", "bonds of a section are lost")
-def table_2_pulled_to_50_percent(bench):
-    return pull(bench, TABLE2, "repulsive", "nve/evp", 0.5)
+def test_table_2_pulled_to_50_percent(bench):
+    """Energy imbalance below 1e-3 of the work of the grips. Control: bonds of a section are lost."""
+    pull(bench, TABLE2, "repulsive", "nve/evp", 0.5)
 
 
-@case("momentum conserved to 1e-12, energy imbalance below 1e-3 of the kinetic energy, bodies rebound or break and do not pass through each other", "kinetic energy is converted",
-      1, 30, 500)
-def head_on_impact(bench, speed):
+@pytest.mark.parametrize("speed", [1, 30, 500])
+@on(1, 2)
+def test_head_on_impact(bench, speed):
+    """Momentum conserved to 1e-12, energy imbalance below 1e-3 of the kinetic energy, bodies rebound or break and do not pass through each
+    other. Control: kinetic energy is converted."""
     a, b = lattice_body((3, 3, 3), seed=1), lattice_body((3, 3, 3), seed=2)
     x = np.concatenate([a.x, b.x + [0.0395, 0.001, 0.002]])  # no bond between them
     body = a._replace(x=x, radius=np.concatenate([a.radius, b.radius]), types=np.ones(54, dtype=int), box=np.array([[-0.5, 0.5]] * 3))
@@ -169,7 +109,7 @@ def head_on_impact(bench, speed):
     assert change < MOMENTUM
     assert share < LEDGER_SHARE
     assert traded > 0.2, "control: they met"
-    return f"{100 * traded:.0f} % of the kinetic energy converted, energy imbalance {share:.1e}, error of the momentum {change:.0e}"
+    bench.show(f"{100 * traded:.0f} % of the kinetic energy converted, energy imbalance {share:.1e}, error of the momentum {change:.0e}")
 
 
 # ---- one pair ----
@@ -194,43 +134,51 @@ def follows_the_energy(table, d, row, deq=DEQ):
     return off
 
 
-@case("work = energy of the law, down to d = 0.5 (R_i + R_j); one warning names the pair that overlaps by more than 0.3", "down to d = 0.75 (R_i + R_j) there is no warning")
-def overlap_to_one_half(bench):
+@on(1, 4)
+def test_overlap_to_one_half(bench):
+    """Work = energy of the law, down to d = 0.5 (R_i + R_j); one warning names the pair that overlaps by more than 0.3. Control: down to d =
+    0.75 (R_i + R_j) there is no warning."""
     shown = []
     for to, warned in ((0.0075, 0), (0.005, 1)):
         run, table, d = work_of_movers(bench, TABLE1, to)
         named = [line for line in run.warnings() if "overlap by more than" in line and "atoms 1 and 2" in line.replace("atoms 2 and 1", "atoms 1 and 2")]
         assert len(named) == warned
         shown.append(follows_the_energy(table, d, TABLE1))
-    return f"error of the work {max(shown):.1e}, one warning"
+    bench.show(f"error of the work {max(shown):.1e}, one warning")
 
 
-@case("work to beyond dlim = depth of the law", "", 1e-6, 1e-3, 0.05, 0.3)
-def threshold_strain(bench, xi_s):
+@pytest.mark.parametrize("xi_s", [1e-06, 0.001, 0.05, 0.3])
+@on(1)
+def test_threshold_strain(bench, xi_s):
+    """Work to beyond dlim = depth of the law."""
     row = TABLE1._replace(xi_s=xi_s)
     _, table, d = work_of_movers(bench, row, 0.0155)
-    return f"error of the work {follows_the_energy(table, d, row):.1e}"
+    bench.show(f"error of the work {follows_the_energy(table, d, row):.1e}")
 
 
-@case("work to beyond dlim = depth of the law", "a bond is lost at the end", 1.05, 1.5, 3.0)
-def range_alpha(bench, alpha):
+@pytest.mark.parametrize("alpha", [1.05, 1.5, 3.0])
+@on(1)
+def test_range_alpha(bench, alpha):
+    """Work to beyond dlim = depth of the law. Control: a bond is lost at the end."""
     row = TABLE1._replace(alpha=alpha)
     gap = 0.5 * (1.0 + alpha) * 2.0 * RADIUS  # between contact and dlim
     _, table, d = work_of_movers(bench, row, 1.03 * alpha * 2.0 * RADIUS, 16000, gap)
     assert table["f_bonds[1]"][-1] == 1
-    return f"error of the work {follows_the_energy(table, d, row, gap):.1e}"
+    bench.show(f"error of the work {follows_the_energy(table, d, row, gap):.1e}")
 
 
-@case("work to beyond dlim = depth of the law", "", "2 1", "8 4", "13.5 1.5", "24 12")
-def exponents(bench, chosen):
+@pytest.mark.parametrize("chosen", ["2 1", "8 4", "13.5 1.5", "24 12"])
+@on(1)
+def test_exponents(bench, chosen):
+    """Work to beyond dlim = depth of the law."""
     m, n = map(float, chosen.split())
     row = TABLE1._replace(m1=m, n1=n, m2=n + 1.0, n2=n)
     _, table, d = work_of_movers(bench, row, 0.0155)
-    return f"error of the work {follows_the_energy(table, d, row):.1e}"
+    bench.show(f"error of the work {follows_the_energy(table, d, row):.1e}")
 
 
-@case("period = integral of dd/v over the law of both regimes; energy conserved", "")
-def pair_swings_across_xi_s(bench):
+def test_pair_swings_across_xi_s(bench):
+    """Period = integral of dd/v over the law of both regimes; energy conserved."""
     write_two(bench.folder / "body.data", DEQ)
     mu, energy = 0.5 * MASS, law.energy(1.015 * DEQ, DEQ, TABLE1, DEQ)
     speed = np.sqrt(2.0 * energy / mu)
@@ -258,11 +206,12 @@ def pair_swings_across_xi_s(bench):
     off = abs((zeros[-1] - zeros[0]) / (len(zeros) - 1) - 1.0)
     drift = np.abs(run.thermo()["f_energy"]).max() / energy
     assert len(zeros) >= 9 and off < SECOND_ORDER and drift < SECOND_ORDER
-    return f"error of the period {off:.1e}, of the energy {drift:.1e}"
+    bench.show(f"error of the period {off:.1e}, of the energy {drift:.1e}")
 
 
-@case("leaves with the speed sqrt(v^2 - 2 depth/mu) and returns with v, at each of six passages", "one bond is lost on each way out, none on the way back")
-def pair_passes_dlim_back_and_forth(bench):
+def test_pair_passes_dlim_back_and_forth(bench):
+    """Leaves with the speed sqrt(v^2 - 2 depth/mu) and returns with v, at each of six passages. Control: one bond is lost on each way out, none
+    on the way back."""
     write_two(bench.folder / "body.data", DEQ)
     depth = law.energy(0.015, DEQ, TABLE1, DEQ)
     mu = 0.5 * MASS
@@ -281,12 +230,14 @@ def pair_passes_dlim_back_and_forth(bench):
         assert lost == (1 if k % 2 == 0 else 0)
         worst = max(worst, abs(energy - expected) / whole)
         assert worst <= (k + 1) * allowed
-    return f"error of the kinetic energy {worst:.1e} of the whole after six passages"
+    bench.show(f"error of the kinetic energy {worst:.1e} of the whole after six passages")
 
 
-@case("fix nve/evp refuses an atom beside it of which fix move integrates a component by the forces; fix nve in its place conserves the momentum to 1e-12 and dissipates mu v^2/2",
-      "with the component prescribed, or without damping, fix nve/evp runs", "before", "after")
-def null_component_of_fix_move(bench, defined):
+@pytest.mark.parametrize("defined", ["before", "after"])
+@on(1, 4)
+def test_null_component_of_fix_move(bench, defined):
+    """Fix nve/evp refuses an atom beside it of which fix move integrates a component by the forces; fix nve in its place conserves the momentum
+    to 1e-12 and dissipates mu v^2/2. Control: with the component prescribed, or without damping, fix nve/evp runs."""
     write_two(bench.folder / "body.data", 2.0 * RADIUS)
     speed = 0.5
 
@@ -304,4 +255,4 @@ def null_component_of_fix_move(bench, defined):
     share = table["f_energy[6]"][-1] / (0.25 * MASS * speed**2)
     assert off < MOMENTUM
     assert abs(share - 1.0) < SECOND_ORDER
-    return f"refused; with fix nve the error of the momentum is {off:.0e}, and {share:.5f} of mu v^2/2 is dissipated"
+    bench.show(f"refused; with fix nve the error of the momentum is {off:.0e}, and {share:.5f} of mu v^2/2 is dissipated")

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The hard cases of bodies that turn under strong implicit damping; see hard_cases.py, whose list CASES they join."""
+"""Robustness of bodies that turn under strong implicit damping; see robust.py."""
 
 import numpy as np
-from hard_cases import LEDGER_SHARE, MOMENTUM, RADIUS, TABLE1, TABLE2, case, ledger, momenta
-from hard_cases_bodies import free_body
+import pytest
+from robust import LEDGER_SHARE, MOMENTUM, RADIUS, TABLE1, TABLE2, ledger, momenta, on
+from test_robust_bodies import free_body
 from scipy.integrate import solve_ivp
 from small_bodies import dump, head, lattice_body, mass_of, pair, write_body
 
@@ -39,9 +40,11 @@ def spinning(bench, body, row, velocity, steps, more=""):
     return run, table, f"energy imbalance {share:.1e} of the kinetic energy, error of the angular momentum {turned:.0e}"
 
 
-@case("the strain energy of the rotating cube does not depend on gamma; no bond passes xi_s; energy imbalance below 1e-3, angular momentum conserved to 1e-12",
-      "without damping, by explicit time integration, the cube stores the same energy in the mean", 1e3, 3e4, 1e5)
-def spinning_cube(bench, gamma):
+@pytest.mark.parametrize("gamma", [1000.0, 30000.0, 100000.0])
+@on(1)
+def test_spinning_cube(bench, gamma):
+    """The strain energy of the rotating cube does not depend on gamma; no bond passes xi_s; energy imbalance below 1e-3, angular momentum
+    conserved to 1e-12. Control: without damping, by explicit time integration, the cube stores the same energy in the mean."""
     spin, body = 170.0, fcc_cube()
     run, table, shown = spinning(bench, body, TABLE2._replace(gamma=gamma), (f"-{spin}*y", f"{spin}*x", "0"), 400)
     assert table["f_bonds[2]"].max() == 0
@@ -53,11 +56,12 @@ def spinning_cube(bench, gamma):
     mean = control["f_energy[2]"].mean() / control["KinEng"][0]
     # set spinning at once, it rings about its strain for ever
     assert abs(RINGS * stored / mean - 1.0) < RINGING, (stored, mean)
-    return f"stored {stored:.4g} of the kinetic energy at dt = {table['Dt'][-1]:.2g} s, {shown}"
+    bench.show(f"stored {stored:.4g} of the kinetic energy at dt = {table['Dt'][-1]:.2g} s, {shown}")
 
 
-@case("a tumbling body follows Euler's equations of a rigid body; energy imbalance below 1e-3, angular momentum conserved to 1e-12", "its axis turns by more than a right angle")
-def spinning_top(bench):
+def test_spinning_top(bench):
+    """A tumbling body follows Euler's equations of a rigid body; energy imbalance below 1e-3, angular momentum conserved to 1e-12. Control: its
+    axis turns by more than a right angle."""
     body = lattice_body((5, 3, 2))._replace(types=np.ones(30, dtype=int))
     mass = mass_of(body.radius)
     x = body.x - mass @ body.x / mass.sum()
@@ -80,11 +84,13 @@ def spinning_top(bench):
     axis = np.degrees(np.arccos(turn[1, 1]))
     assert axis > 90.0, "control"
     assert off < 2.0 * PHASE * angle, off
-    return f"error of the positions {off:.1e} of its size after {angle:.0f} rad, axis turned by {axis:.0f} degrees, {shown}"
+    bench.show(f"error of the positions {off:.1e} of its size after {angle:.0f} rad, axis turned by {axis:.0f} degrees, {shown}")
 
 
-@case("energy imbalance below 1e-3 of the kinetic energy, momentum and angular momentum conserved to 1e-12, damping never adds energy", "more than half of it is converted", 1e3, 1e4, 1e5)
-def off_centre_impact_with_large_gamma(bench, gamma):
+@pytest.mark.parametrize("gamma", [1000.0, 10000.0, 100000.0])
+def test_off_centre_impact_with_large_gamma(bench, gamma):
+    """Energy imbalance below 1e-3 of the kinetic energy, momentum and angular momentum conserved to 1e-12, damping never adds energy. Control:
+    more than half of it is converted."""
     speed, bodies = 30.0, [lattice_body((3, 3, 3), seed=seed) for seed in (1, 2)]
     x = np.concatenate([bodies[0].x, bodies[1].x + [0.0395, 0.012, 0.004]])
     body = bodies[0]._replace(x=x, radius=np.concatenate([one.radius for one in bodies]), types=np.ones(54, dtype=int), box=np.array([[-0.5, 0.5]] * 3))
@@ -103,4 +109,4 @@ def off_centre_impact_with_large_gamma(bench, gamma):
     assert share < LEDGER_SHARE, share
     assert np.all(np.diff(table["f_energy[6]"]) >= 0.0)
     assert table["KinEng"][-1] < 0.5 * energy, "control: they met"
-    return f"{100 * table['f_energy[6]'][-1] / energy:.0f} % dissipated, energy imbalance {share:.1e}, error of the momenta {off:.0e}"
+    bench.show(f"{100 * table['f_energy[6]'][-1] / energy:.0f} % dissipated, energy imbalance {share:.1e}, error of the momenta {off:.0e}")

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The hard cases of bodies, long ones among them; see hard_cases.py, whose list CASES they join."""
+"""Robustness of bodies, long ones among them; see robust.py."""
 
 import numpy as np
+import pytest
 from evp import law
 from oracle import network
-from hard_cases import LEDGER_SHARE, MOMENTUM, RADIUS, TABLE1, TABLE2, case, ledger, momenta
+from robust import LEDGER_SHARE, MOMENTUM, RADIUS, TABLE1, TABLE2, ledger, momenta, on
 from small_bodies import Small, dump, head, lattice_body, mass_of, pair, record, write_body, write_two
 
 OPEN = np.zeros((3, 3))
@@ -15,9 +16,10 @@ def free_body(x, radius, reach=1.5):
     return Small(x, radius, np.ones(len(x), dtype=int), np.array([[-0.5, 0.5]] * 3), OPEN, record(x, radius, reach, OPEN))
 
 
-@case("energy is zero and the forces cancel; momentum conserved to 1e-12 and energy imbalance below 0.02 of the energy of the contacts while the body contracts",
-      "")
-def all_pairs_at_dlim(bench):
+@on(1, 4)
+def test_all_pairs_at_dlim(bench):
+    """Energy is zero and the forces cancel; momentum conserved to 1e-12 and energy imbalance below 0.02 of the energy of the contacts while the
+    body contracts."""
     grid = 0.015 * np.array([[i, j, k] for i in range(3) for j in range(3) for k in range(3)], dtype=float)
     body = free_body(grid, [RADIUS] * 27)
     write_body(bench.folder / "body.data", body)
@@ -33,12 +35,14 @@ def all_pairs_at_dlim(bench):
     share = np.abs(table["f_energy"]).max() / np.abs(table["f_energy[5]"]).max()
     # some pairs at dlim act from the first step on and some not, as the last bit has it; what then enters has its force at once
     assert share < 0.02
-    return f"error of the momentum {change:.0e}, energy imbalance {share:.1e} of the energy of the contacts"
+    bench.show(f"error of the momentum {change:.0e}, energy imbalance {share:.1e} of the energy of the contacts")
 
 
-@case("largest stable timestep = that of the assembled matrices; momentum conserved to 1e-12; energy imbalance below 1e-3",
-      "with a mean mass the limit would be wrong by more than ten times", "10 in size", "1e4 in mass")
-def ratio_of(bench, what):
+@pytest.mark.parametrize("what", ["10 in size", "1e4 in mass"])
+@on(1, 4)
+def test_ratio_of(bench, what):
+    """Largest stable timestep = that of the assembled matrices; momentum conserved to 1e-12; energy imbalance below 1e-3. Control: with a mean
+    mass the limit would be wrong by more than ten times."""
     rng = np.random.default_rng(5)
     if what == "10 in size":
         turn = np.pi * (3.0 - np.sqrt(5.0))
@@ -64,13 +68,13 @@ def ratio_of(bench, what):
     change = np.linalg.norm(momenta(last, mass)[0] - momenta(first, mass)[0]) / momenta(first, mass)[2]
     share = np.abs(table["f_energy"]).max() / table["KinEng"][0]
     assert change < MOMENTUM and share < LEDGER_SHARE
-    return f"limit {limit:.3g} s, energy imbalance {share:.1e} of the kinetic energy, error of the momentum {change:.0e}"
+    bench.show(f"limit {limit:.3g} s, energy imbalance {share:.1e} of the kinetic energy, error of the momentum {change:.0e}")
 
 
-@case("momentum and angular momentum conserved to 1e-10, kinetic energy to 1e-4 once vibrations are damped, over 1e5 steps (implicit: 2e4)",
-      "",
-      "explicit", "implicit")
-def fragment_moving_and_spinning(bench, scheme):
+@pytest.mark.parametrize("scheme", ["explicit", "implicit"])
+@on(1)
+def test_fragment_moving_and_spinning(bench, scheme):
+    """Momentum and angular momentum conserved to 1e-10, kinetic energy to 1e-4 once vibrations are damped, over 1e5 steps (implicit: 2e4)."""
     body = lattice_body((2, 2, 2))._replace(types=np.ones(8, dtype=int))
     body = body._replace(x=body.x - body.x.mean(axis=0))
     write_body(bench.folder / "body.data", body)
@@ -91,7 +95,7 @@ def fragment_moving_and_spinning(bench, scheme):
     settled = abs(kinetic[2] / kinetic[1] - 1.0)
     moved = np.linalg.norm(momenta(last, mass)[0] - momenta(first, mass)[0]) / momenta(first, mass)[2]
     assert lost < 1e-10 and settled < 1e-4 and moved < 1e-10
-    return f"error of the angular momentum {lost:.0e}, of the momentum {moved:.0e}, of the rotational energy {settled:.0e} in the second half"
+    bench.show(f"error of the angular momentum {lost:.0e}, of the momentum {moved:.0e}, of the rotational energy {settled:.0e} in the second half")
 
 
 HELD = """
@@ -110,8 +114,8 @@ compute pull right reduce sum fx
 """
 
 
-@case("the force is constant to 1e-9 over 1e5 steps, nothing moves", "the force is above 1000 N")
-def hold_at_constant_strain(bench):
+def test_hold_at_constant_strain(bench):
+    """The force is constant to 1e-9 over 1e5 steps, nothing moves. Control: the force is above 1000 N."""
     body = lattice_body((4, 2, 2))._replace(types=np.ones(16, dtype=int))
     order = np.argsort(body.x[:, 0])
     body = body._replace(x=body.x[order], radius=body.radius[order])
@@ -123,7 +127,7 @@ def hold_at_constant_strain(bench):
     drift = np.ptp(force[half:]) / abs(force[-1])
     assert abs(force[-1]) > 1000.0, "control: it is pulled"
     assert drift < 1e-9 and table["KinEng"][-1] < 1e-15
-    return f"force constant to {drift:.0e} over {steps // 2} steps, kinetic energy {table['KinEng'][-1]:.0e} J"
+    bench.show(f"force constant to {drift:.0e} over {steps // 2} steps, kinetic energy {table['KinEng'][-1]:.0e} J")
 
 
 def cuboctahedron():
@@ -133,8 +137,8 @@ def cuboctahedron():
     return free_body(x, [RADIUS] * 13)
 
 
-@case("the mean energy drifts by less than 1e-6 of the vibration energy per 1e5 steps", "the body vibrates, in the first regime")
-def free_vibration_for_a_million_steps(bench):
+def test_free_vibration_for_a_million_steps(bench):
+    """The mean energy drifts by less than 1e-6 of the vibration energy per 1e5 steps. Control: the body vibrates, in the first regime."""
     write_body(bench.folder / "body.data", cuboctahedron())
     steps = {1: 1000000, 2: 1000000 if bench.whole else 200000}.get(bench.ranks, 50000)
     text = head() + pair(TABLE1, "none", "fix bonds all evp/bonds") + "variable vx atom 0.5*sin(1.1*id)\nvelocity all set v_vx 0 0\n"
@@ -151,15 +155,15 @@ def free_vibration_for_a_million_steps(bench):
     at = steps * (np.arange(10) + 0.5) / 10
     drift = abs(np.polyfit(at, means @ window / window.sum(), 1)[0]) * 1e5 / vibration
     assert drift < 1e-6, drift
-    return f"drift {drift:.1e} of the vibration energy per 1e5 steps"
+    bench.show(f"drift {drift:.1e} of the vibration energy per 1e5 steps")
 
 
 SHAKEN = 0.1  # of the energy of the motion, at 0.2 of the limit over 5000 steps; at 0.8 it is many times that energy
 
 
-@case("fix evp/energy shows the energy that velocity Verlet adds where pairs pass xi_s back and forth without damping; it decreases with the timestep size",
-      "at 0.8 of the limit the same body gains more than ten times as much, although each mode is stable")
-def shaken_far_beyond_xi_s(bench):
+def test_shaken_far_beyond_xi_s(bench):
+    """Fix evp/energy shows the energy that velocity Verlet adds where pairs pass xi_s back and forth without damping; it decreases with the
+    timestep size. Control: at 0.8 of the limit the same body gains more than ten times as much, although each mode is stable."""
     write_body(bench.folder / "body.data", cuboctahedron())
     gained = []
     for fraction in (0.8, 0.2):
@@ -168,12 +172,13 @@ def shaken_far_beyond_xi_s(bench):
         table = bench.run(text + f"run 0\ntimestep $({fraction}*c_dt:%.17g)\nrun {int(1000 / fraction)}\n").ok().thermo()
         gained.append(np.abs(table["f_energy"]).max() / table["KinEng"][0])
     assert gained[1] < SHAKEN and gained[0] > 10.0 * gained[1]
-    return f"energy gain {gained[0]:.1e} at 0.8 of the limit, {gained[1]:.1e} at 0.2"
+    bench.show(f"energy gain {gained[0]:.1e} at 0.8 of the limit, {gained[1]:.1e} at 0.2")
 
 
-@case("one error names both atoms before the first step", "")
-def coincident_centres(bench):
+@on(1, 4)
+def test_coincident_centres(bench):
+    """One error names both atoms before the first step."""
     write_two(bench.folder / "body.data", 0.0)
     run = bench.run(head() + pair(TABLE1, fix="") + "fix move all nve\nrun 10\n")
     assert run.returncode != 0 and " coincide" in run.stdout and run.made_no_step()
-    return "refused"
+    bench.show("refused")

@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""What the robustness tests share, test_robust_*.py: scenes that other schemes lose.
+
+The docstring of a test states what it demands, bench.show() records what it found: tests/maintain/robustness.py makes a page of both.
+The faults that each test must fail with are in tests/maintain/faults.py."""
+
+from typing import Callable, NamedTuple
+
+import numpy as np
+import pytest
+from evp import law
+from small_bodies import mass_of, thermo
+
+on = pytest.mark.ranks  # numbers of MPI ranks that a test runs on, 1 and 2 without
+
+
+TABLE1, TABLE2 = law.TABLE1, law.TABLE2
+RADIUS, DEQ = 0.005, 0.011
+MASS = mass_of(RADIUS)
+MOMENTUM = 1e-12
+LEDGER_SHARE = 1e-3  # of the work, or of the energy that is traded: the demand of the issue
+CLOSED_FORM = 1e-4  # of trapezoids over a thousand parts and more
+SECOND_ORDER = 1e-3  # (w dt)^2 at the steps used where a closed form is one of motion
+
+
+LEDGER = """
+fix energy all evp/energy
+compute dt all evp/dt
+{step}
+thermo {every}
+""" + thermo("time dt ke pe f_energy f_energy[*] {more}")
+
+
+def ledger(every, step="", more=""):
+    return LEDGER.format(every=every, step=step, more=more)
+
+
+def momenta(snapshot, mass):
+    x, v = (snapshot.vectors(*names) for names in (("x", "y", "z"), ("vx", "vy", "vz")))
+    return mass @ v, np.cross(x, mass[:, None] * v).sum(axis=0), np.sum(mass * np.linalg.norm(v, axis=1))
+
+
+class Bench(NamedTuple):
+    """Where a test runs: lmp(text, ranks) -> lammps_run.Run, the folder, ranks."""
+
+    lmp: Callable
+    folder: object
+    ranks: int
+    show: Callable
+    whole: bool  # runs at full length on two ranks too, which the suite has no time for
+
+    def run(self, text):
+        return self.lmp(text, self.ranks)

@@ -1,0 +1,113 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
+"""Runs the robustness tests, tests/lammps/test_robust_*.py, and writes a table of their results to doc/hard_cases.md.
+
+    tests/maintain/robustness.py [--out doc/hard_cases.md]
+
+LAMMPS is the lmp of this checkout, or EVP_LMP and EVP_MPIRUN. Exit code 1 if a test failed; its row says so.
+"""
+
+import ast
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import xml.etree.ElementTree as ElementTree
+from typing import NamedTuple
+
+import tools_path  # noqa: F401  before evp
+from evp.report import add_out, command_line, table
+from evp.run import CHECKOUT
+
+FILES = sorted((CHECKOUT / "tests" / "lammps").glob("test_robust_*.py"))
+HEAD = """# Robustness tests
+
+{answer}
+Each test fails with the faults in its row: `tests/maintain/faults.py` builds the plugin with each fault of `src/core/fault.h` and checks that.
+
+Written by `tests/maintain/robustness.py`; the tests are `tests/lammps/test_robust_*.py`.
+
+- *Requirement*: what the test asserts. *Control*: what it asserts in addition, so that it cannot pass without the effect.
+- *Result*: what was measured, for each number of MPI ranks.
+- *Fails with*: faults of a build.
+
+"""
+CASE = re.compile(r"test_(\w+)\[(\d+)ranks(?:-(.+))?\]$")
+
+
+class Test(NamedTuple):
+    """name: as a person reads it; node: as pytest does."""
+
+    name: str
+    ranks: int
+    node: str
+
+
+def named(node):
+    function, ranks, choice = CASE.search(node).groups()
+    name = function.replace("_", " ") + (f": {choice}" if choice else "")
+    return Test(name, int(ranks), node)
+
+
+def pytest(words, **environment):
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *map(str, words)]
+    return subprocess.run(command, cwd=CHECKOUT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env={**os.environ, **environment}, check=False)
+
+
+def collect():
+    """All robustness tests; ValueError where pytest finds none."""
+    shown = pytest(["--collect-only", *FILES]).stdout
+    found = [named(line) for line in shown.splitlines() if CASE.search(line)]
+    if not found:
+        raise ValueError(f"pytest collects no robustness test:\n{shown[-500:]}")
+    return found
+
+
+def run(nodes, **environment):
+    """{(name, ranks): (what it showed, whether it passed)} of these tests."""
+    with tempfile.TemporaryDirectory() as folder:
+        report = pathlib.Path(folder) / "report.xml"
+        pytest([f"--junitxml={report}", *nodes], **environment)
+        results = {}
+        for case in ElementTree.parse(report).iter("testcase"):
+            test, failure = named(case.get("name")), case.find("failure")
+            shown = [one.get("value") for one in case.iter("property") if one.get("name") == "shown"]
+            text = "; ".join(shown) or "passed" if failure is None else "FAILED: " + failure.get("message", "").splitlines()[0]
+            results[test.name, test.ranks] = text, failure is None
+        return results
+
+
+def requirements():
+    """{function, in words: its docstring}."""
+    found = {}
+    for path in FILES:
+        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+            if isinstance(node, ast.FunctionDef) and node.name.startswith("test_"):
+                found[node.name[5:].replace("_", " ")] = " ".join(ast.get_docstring(node).split())
+    return found
+
+
+def main(words=None):
+    from faults import fault_names, read_faults
+
+    parser = command_line(__doc__)
+    add_out(parser, "hard_cases.md")
+    options = parser.parse_args(words)
+    results, demands, faults = run(FILES, EVP_WHOLE_LENGTH="1"), requirements(), read_faults(CHECKOUT / "src")
+    rows = []
+    for name in dict.fromkeys(name for name, _ in results):
+        shown = [f"{ranks} rank{'s' * (ranks > 1)}: {text}" for (own, ranks), (text, _) in results.items() if own == name]
+        rows.append([name, demands[name.partition(":")[0]], "<br>".join(shown).replace("|", "/"), "; ".join(faults[fault].what for fault in fault_names(name))])
+    failed = sum(not right for _, right in results.values())
+    ranks = ", ".join(map(str, sorted({ranks for _, ranks in results})))
+    answer = f"{len(rows)} tests: " + (f"{failed} runs FAILED." if failed else f"all pass on {ranks} MPI ranks.")
+    text = HEAD.format(answer=answer) + "\n".join(table(("test", "requirement", "result", "fails with"), rows)) + "\n"
+    options.out.write_text(text, encoding="utf-8")
+    print(f"{answer} {options.out}")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
