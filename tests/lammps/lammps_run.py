@@ -107,13 +107,13 @@ def run_lammps(deck, ranks=1, variables=None, cwd=None, seconds=SECONDS, flags=(
     return Run(process.returncode, output, cwd)
 
 
-def run_decks(decks, ranks=1, cwd=None):
+def run_decks(decks, ranks=1, cwd=None, prefix="deck"):
     """{name: Run} of {name: text of a deck}, one after the other in one process, which must end well. Each runs in a folder
-    of its own, which holds the files that are in cwd now. Starts of LAMMPS take longer than most runs here."""
+    of its own, named by prefix and number, which holds the files that are in cwd now. Starts of LAMMPS take longer than most runs here."""
     cwd, mark = pathlib.Path(cwd), "---- next deck"
     files, folders, text = [path for path in cwd.iterdir() if path.is_file()], {}, ""
     for number, (name, deck) in enumerate(decks.items()):
-        folders[name] = cwd / f"deck{number}"
+        folders[name] = cwd / f"{prefix}{number}"
         folders[name].mkdir(exist_ok=True)
         for path in files:
             shutil.copy(path, folders[name])

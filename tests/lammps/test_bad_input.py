@@ -1,246 +1,477 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Bad input gets one clear error that names style, key, value, rule and remedy, before the first step.
+"""Bad input gets one clear error that names style, key, value, rule and remedy, before the first step, on all MPI ranks together.
 
-Each case takes the good deck below, which runs (the control), spoils one thing, and demands the text."""
+A program that uses LAMMPS as a library tries all of the table, one after the other, and goes on: one process for each number of ranks. What the
+readers of rows and bond files alone can see is told apart in tests/unit; here it has to reach the user."""
+
+import json
+import random
+import struct
 
 import numpy as np
 import pytest
-from lammps_run import write_data
-
-ROW = "80 8 4 3 8 4 0.005 0 1.5"
-GOOD = f"""
-units si
-atom_style sphere
-atom_modify map yes
-boundary f f f
-read_data row.data
-neighbor 0.002 bin
-neigh_modify every 1 delay 0 check yes
-pair_style evp/lj contact literal
-pair_coeff * * {ROW}
-fix bonds all evp/bonds
-fix move all nve
-timestep 1e-7
-thermo 1
-run 3
-"""
-KEYS = "e1 m1 n1 e2 m2 n2 xi_s gamma alpha".split()
-
-
-@pytest.fixture
-def run(lmp, tmp_path):
-    """Writes a row of touching spheres and the potential files, spoils the good deck, and runs it."""
-    place = np.array([[0.01 * k, 0.0, 0.0] for k in range(6)])
-    radius = np.full(6, 0.005)
-    box = [[-0.05, 0.1], [-0.05, 0.05], [-0.05, 0.05]]
-    write_data(tmp_path / "row.data", place, radius, box)
-    write_data(tmp_path / "types.data", place, radius, box, types=[1, 2, 1, 2, 1, 2])
-    write_data(tmp_path / "point.data", place[[0, 1, 2, 3, 4, 4]], radius, box)
-    write_data(tmp_path / "zero.data", place, np.zeros(6), box)
-    write_data(tmp_path / "near.data", place, radius, [[-0.05, 0.1], [-0.014, 0.014], [-0.05, 0.05]])
-    write_data(tmp_path / "close.data", place, radius, [[-0.05, 0.1], [-0.006, 0.006], [-0.05, 0.05]])
-    head = "# DATE: 2026-01-01 UNITS: si CITATION: none\n"
-    for name, text in (("good", head + f"a {ROW}\n"), ("lj_units", head.replace("si", "lj") + f"a {ROW}\n"),
-                       ("no_units", f"# nothing\na {ROW}\n"), ("no_comment", f"a {ROW}\n"), ("empty", ""),
-                       ("nul", head + f"a {ROW}\0\n"), ("twice", head + f"a {ROW}\na {ROW}\n"),
-                       ("short", head + "a 80 8 4\n"), ("damaged", head + f"a {ROW}\nb {ROW.replace('3', 'x')}\n"),
-                       ("big", head + "#" * (1 << 20))):
-        (tmp_path / f"{name}.evp").write_text(text)
-
-    def spoil(old, new, ranks=1):
-        assert GOOD.count(old) == 1 or not old
-        return lmp(GOOD.replace(old, new) if old else new, ranks=ranks, seconds=30)
-
-    return spoil
-
-
-def refused(run, text):
-    assert run.returncode != 0, run.stdout
-    assert text in run.stdout, run.stdout
-    assert run.made_no_step(), run.stdout
-
-
-def test_the_good_deck_runs(run):
-    result = run("run 3", "run 3").ok()
-    assert not result.made_no_step()
-    assert "recorded 5 pairs" in result.stdout
-    assert not result.warnings()
-
+from hostile import BONDS, PARTS, ROW, refused, scene
+from lammps_run import run_lammps, write_data
+from library import run_program
 
 NUMBER = "must be a finite decimal number, got"
+STYLE = "pair_style evp/lj contact repulsive "
+FLOWS, BREAKS = STYLE + "plasticity isotropic", STYLE + "break 0.1"
+COEFF = "pair_coeff * * "
+FIX = PARTS["fix"] + " "
+DAMPED = COEFF + "80 8 4 3 8 4 0.005 1000 1.5"
+NO_STYLE = {"style": "pair_style none", "coeff": "", "fix": "", "thermo": ""}
+ZERO = {"style": "pair_style zero 0.02", "coeff": "pair_coeff * *", "fix": "", "thermo": ""}
+RESPA = "run_style respa 2 2"
+NVE = "fix move all nve\n"
+SECOND = "can be one sub-style of pair_style hybrid only"
+NEEDS = "needs fix evp/bonds, which stores the history of the bonds"
+STIFFER = "plasticity isotropic needs a second regime less stiff than the first"
+
+# ---- files that the scenes read
+
+HEAD = b"# DATE: 2026-01-01 UNITS: si CITATION: none\n"
+ROWS = HEAD + f"a {ROW}\nb 50 6 3 5 8 4 0.01 0 1.4 spacing 0.009 coordination 12\n".encode()
+GARBAGE = random.Random(20170515).randbytes(4000)
+WHOLE = "1 2 0.0101 0 0 0 0"
 
 
-WORDS = [("nan", "nan"), ("-inf", "-inf"), ("0x10", "0x10"), ("1e999", "1e999"), ('""', ""), ("8,5", "8,5"),
-         ("1.5d0", "1.5d0"), ("--1", "--1")]
+def bonds(*lines, count=None, header=""):
+    count = len(lines) if count is None else count
+    return (f"# EVP bonds COUNT: {count}{header} UNITS: si\n" + "".join(f"{line}\n" for line in lines)).encode()
 
 
-@pytest.mark.parametrize("key, word, shown", [(key, *WORDS[0]) for key in KEYS] + [("e2", *word) for word in WORDS[1:]])
-def test_words_that_are_no_numbers(run, key, word, shown):
-    words = ROW.split()
-    words[KEYS.index(key)] = word
-    refused(run(f"* * {ROW}", "* * " + " ".join(words)), f"Pair evp/lj: {key} {NUMBER} '{shown}'")
+LATE = ["# 1 2 0.0101"] * 10_000  # lines; more than one message between the ranks holds
+FILES = {
+    "good.evp": ROWS, "lj.evp": ROWS.replace(b"si", b"lj", 1), "empty.evp": b"", "mark.evp": b"\xef\xbb\xbf" + ROWS, "garbage.evp": GARBAGE,
+    "nul.evp": HEAD + f"a {ROW}\0\n".encode(), "twice.evp": ROWS + f"a {ROW}\n".encode(), "cut.evp": HEAD + ROWS[len(HEAD):-40],
+    "wide.evp": HEAD + b"a" + b" 1" * 500_000 + b"\n", "many.evp": HEAD + b"".join(f"r{k} {ROW}\n".encode() for k in range(1000)),
+    "escape.evp": HEAD + b"a \xff\xfe\x1b[31m 8 4 3 8 4 0.005 0 1.5\n", "big.evp": HEAD + b"#" * (1 << 20),
+    "empty.bonds": b"", "data.bonds": b"LAMMPS data file via write_data\n\n12 atoms\n", "garbage.bonds": GARBAGE,
+    "lj.bonds": b"# EVP bonds COUNT: 1 UNITS: lj\n1 2 0.0101\n", "huge.bonds": bonds("1 2 0.0101", count=10**17),
+    "cut.bonds": bonds("1 2 0.0101", "2 3 0.0101234")[:-4], "wide.bonds": bonds("1 " * 1_000_000), "negative.bonds": bonds("1 2 -0.0101"),
+    "self.bonds": bonds("2 2 0.0101"), "unknown.bonds": bonds("1 13 0.0101"), "wraps.bonds": bonds("1 4294967298 0.0101"),
+    "turned.bonds": bonds("1 2 0.0101", "2 1 0.0102"), "late.bonds": bonds("1 2 0.0101", *LATE, "1 2 0.0101", count=2), "group.bonds": bonds("1 2 0.0101", "3 4 0.0101"),
+    "six.bonds": bonds(WHOLE, "2 3 0.0101 0 0 0"), "nan.bonds": bonds("1 2 0.0101 nan 0 0 0"), "contact.bonds": bonds("1 13 0.01 -1e-5 0 1 2"),
+    "flowed.bonds": bonds("1 2 0.0101 1e-5 0 1 0"), "hardened.bonds": bonds("1 2 0.0101 0 0.1 1 0"), "pushed.bonds": bonds("1 2 0.01 -1e-5 0 1 2"),
+    "work.bonds": bonds("1 2 0.0101 0 0 1 0"), "broken.bonds": bonds("1 2 0.0101 0 0 0 1"), "one.bonds": bonds("1 2 0.0101"), "three.bonds": bonds("3 4 0.0101"),
+    "type.bonds": bonds("1 2 0.0101", header=" WITHIN: type"), "molecule.bonds": bonds("1 2 0.0101", header=" WITHIN: molecule"),
+    "body.bonds": bonds("1 2 0.0101", header=" WITHIN: body"),
+}
 
+# ---- words after a command, and what is said
 
-@pytest.mark.parametrize("key, word, rule", [
-    ("e1", "-1", "e1 must be zero or positive, got -1"),
-    ("e2", "-0.5", "e2 must be zero or positive, got -0.5"),
-    ("gamma", "-1000", "gamma must be zero or positive, got -1000"),
-    ("m1", "4", "exponents must satisfy m1 > n1 > 0, got m1 = 4 and n1 = 4"),
-    ("n1", "9", "exponents must satisfy m1 > n1 > 0, got m1 = 8 and n1 = 9"),
-    ("n1", "0", "exponents must satisfy m1 > n1 > 0, got m1 = 8 and n1 = 0"),
-    ("m2", "3.5", "exponents must satisfy m2 > n2 > 0, got m2 = 3.5 and n2 = 4"),
-    ("n2", "-2", "exponents must satisfy m2 > n2 > 0, got m2 = 8 and n2 = -2"),
-    ("m1", "4.00000003", "exponents too close: m1 - n1 = 3e-08, must be at least 0.0004 (0.0001, and 0.0001 of m1)"),
-    ("n2", "7.9995", "exponents too close: m2 - n2 = 0.0005, must be at least 0.0008"),
-    ("m1", "201", "exponent m1 must not exceed 200, got 201"),
-    ("xi_s", "0", "xi_s must lie between 0 and 1"),
-    ("xi_s", "-0.005", "xi_s must lie between 0 and 1"),
-    ("xi_s", "1", "xi_s must lie between 0 and 1"),
-    ("alpha", "1", "alpha must be greater than 1"),
-    ("alpha", "-1.5", "alpha must be greater than 1"),
-    ("alpha", "101", "alpha must not exceed 100"),
-    ("e1", "1e308", "these parameters overflow double precision")])
-def test_numbers_that_break_a_rule(run, key, word, rule):
-    words = ROW.split()
-    words[KEYS.index(key)] = word
-    refused(run(f"* * {ROW}", "* * " + " ".join(words)), f"Pair evp/lj: {rule}")
+WORDS = {
+    "pair_style evp/lj {}": ("style", [
+        ("contact sticky", "contact must be literal, repulsive or none, got 'sticky'"), ("contact {}", "contact must be literal, repulsive or none, got '{}'"),
+        ("contact", "Pair style evp/lj: keyword contact needs a value"), ("CONTACT none", "unknown keyword 'CONTACT'; it takes contact and overlap"),
+        ("overlap nan", f"Pair style evp/lj: overlap {NUMBER} 'nan'"), ("overlap 0", "overlap must lie in (0, 1]"), ("overlap 1.1", "overlap must lie in (0, 1]"),
+        ("overlap 0.3 0.4", "unknown keyword '0.4'"), ("unload elastic", "plasticity isotropic"), ("plasticity", "keyword plasticity needs a value"),
+        ("plasticity plastic", "plasticity must be none"), ("plasticity isotropic", "contact literal"), ("break", "keyword break needs a value"),
+        *((f"break {word}", "break must be none or a positive strain of a bond, at which it breaks permanently") for word in ("0", "-1", "-0.0")),
+        ("break 5%", f"break {NUMBER} '5%'"), ("break None", f"break {NUMBER} 'None'")]),
+    "pair_coeff {}": ("coeff", [
+        ("* *", "Pair evp/lj: pair_coeff needs two atom types and a row"), ("* * 80", "Pair evp/lj: pair_coeff needs two atom types and a row"),
+        (ROW, "Pair evp/lj: expected 9 values, got 7 (a row has e1 m1 n1 e2 m2 n2 xi_s gamma alpha)"), ("0 1 " + ROW, "Invalid range string: 0"),
+        ("1 one " + ROW, "Invalid range string: one"), ("2 2 " + ROW, "Numeric index 2 is out of bounds")]),
+    COEFF + "{}": ("coeff", [
+        ("nan" + ROW[2:], f"Pair evp/lj: e1 {NUMBER} 'nan'"), ("9" * 5000 + ROW[2:], f"e1 {NUMBER} '{'9' * 40}...'"),
+        ("-1" + ROW[2:], "Pair evp/lj: e1 must be zero or positive, got -1"), ("80 4 8" + ROW[6:], "exponents must satisfy m1 > n1 > 0, got m1 = 4 and n1 = 8"),
+        ("1e308" + ROW[2:], "these parameters overflow double precision: check e1, e2, gamma and the exponents"),
+        ("8O 8", "cannot read the potential file '8O': give its path, or put its folder into LAMMPS_POTENTIALS; a row of numbers has e1 m1"),
+        ("good.evp", "e1 m1 n1 e2 m2 n2 xi_s gamma alpha"), ("evp/lj " + ROW, "Pair evp/lj: expected 9 values, got 10"),
+        ("good.evp c", "file good.evp has no row 'c'; its rows: a, b"), ("good.evp:c", "file good.evp has no row 'c'; its rows: a, b"), ("good.evp:", "expected FILE:ROW"),
+        *((f"good.evp {name}", f"has no row '{shown}'; its rows") for name, shown in (("%s%n", "%s%n"), ("x" * 300, "x" * 40 + "..."), ("\x1b[31m", "?[31m"), ('""', ""))),
+        *((f"{file} a", f"cannot read the potential file '{file}'") for file in ("missing.evp", ".", "nowhere/p.evp", "loop.evp", "/proc/self/mem", "good.evp/p.evp", "empty.evp")),
+        ("lj.evp a", "file lj.evp: the first line must be a comment with 'UNITS: si', the units in force, got 'lj'"), ("mark.evp a", "the first line must be a comment with"),
+        ("garbage.evp a", "file garbage.evp"), ("nul.evp a", "file nul.evp"), ("twice.evp a", "file twice.evp line 4: row 'a' is given twice"),
+        ("cut.evp b", "file cut.evp line 3: expected 9 values"), ("wide.evp a", "line 2: expected 9 values, got 500000"), ("many.evp a", "no row 'a'; its rows: r0, r1,"),
+        ("escape.evp a", "line 2: e1 must be a finite decimal number, got '???[31m'"), ("big.evp a", "file big.evp")]),
+    COEFF + ROW + " {}": ("coeff", [
+        ("pitch 1", "unknown keyword 'pitch' of a row"), ("spacing 1", "spacing and coordination are given together"), ("saturation -0.1", "saturation must be"),
+        ("spacing 1e200 coordination 12", "types 1 and 1: the row holds for spacing 1e+200")]),
+    FIX + "{}": ("fix", [
+        ("zone 1", "Fix bonds evp/bonds: zone must be greater than 1"), ("zone nan", f"Fix bonds evp/bonds: zone {NUMBER} 'nan'"), ("zone", "keyword zone needs a value"),
+        ("zone 1.6", "zone 1.6 reaches beyond what the neighbor list can see, alpha = 1.5"), ("1.2", "unknown keyword '1.2'; it takes zone or file"),
+        ("file", "keyword file needs a value"), ("zone 1.2 file one.bonds", "the bonds come from the zone or from a file"),
+        ("within", "keyword within needs a value"),
+        ("within TYPE", "within must be type or molecule (which atoms are one body), got 'TYPE'"), ("WITHIN type", "unknown keyword 'WITHIN'; it takes zone or file or within"),
+        ("within molecule", "Fix bonds evp/bonds: within molecule needs atoms with molecule IDs: define 'fix ID all property/atom mol ghost yes' before it")]),
+    FIX + "file {}": ("fix", [
+        *((name, f"Fix bonds evp/bonds: cannot read the bond file '{name}': give its path") for name in ("nowhere.bonds", "nowhere/b.bonds", "loop.bonds")),
+        *((name, f"Fix bonds evp/bonds: the bond file is empty or cannot be read (file '{name}')") for name in (".", "/proc/self/mem", "empty.bonds")),
+        *((f"{name}.bonds", "Fix bonds evp/bonds: bond file line 1: expected the header '# EVP bonds COUNT: 0 UNITS: si'") for name in ("data", "garbage")),
+        ("lj.bonds", "line 1: the bonds are in UNITS: lj, but 'units si' is in force"), ("wide.bonds", "line 2: expected 3 or 7 values, got 1000000"),
+        ("huge.bonds", "the bond file holds 1 bonds, its header says 100000000000000000: it is incomplete"), ("negative.bonds", "line 2: deq must be positive, got -0.0101"),
+        ("cut.bonds", "line 3: the last line has no line end: the file is incomplete"), ("self.bonds", "bond 2 2 is given twice in file self.bonds"),
+        ("unknown.bonds", "bond 1 13: there is no atom 13: read the data file that was written with the bond file"), ("wraps.bonds", "there is no atom 4294967298:"),
+        ("turned.bonds", "bond 1 2 is given twice in file turned.bonds"), ("late.bonds", "bond 1 2 is given twice in file late.bonds"),
+        ("six.bonds", "line 3: expected 3 or 7 values, got 6"), ("nan.bonds", f"line 2: q {NUMBER} 'nan'"), ("contact.bonds", "there is no atom 13"),
+        *((f"{name}.bonds", "it has flowed: use pair_style evp/lj with 'plasticity isotropic', as when the file was written") for name in ("flowed", "hardened", "pushed")),
+        *((f"{name}.bonds", "it has flowed or broken: use pair_style evp/lj with 'plasticity isotropic' or 'break'") for name in ("work", "broken")),
+        ("body.bonds", "bond file line 1: within must be type or molecule (which atoms are one body), got 'body'"),
+        ("molecule.bonds", "within molecule needs atoms with molecule IDs")]),
+    FIX + "\nfix volume all evp/volume {}": ("fix", [
+        ("", "Fix volume evp/volume: expected one KV, or one for each of the 1 atom types, got 0"), ("1 2", "expected one KV, or one for each of the 1 atom types, got 2"),
+        ("-1", "KV must lie between 0 and 1e100 (an energy per atom), got -1"), ("1e200", "KV must lie between 0 and 1e100"), ("rows", f"KV {NUMBER} 'rows'"),
+        ("row 3", "or the word row"), ("10\nfix more all evp/volume 20", "Fix more evp/volume: fix volume is of this style too, but only one is allowed")]),
+    "fix move all nve/evp {}": ("move", [
+        ("tol 0", "tol must lie between 0 and 1"), ("tol 1", "tol must lie between 0 and 1"), ("tol small", "tol"), ("maxiter 2.5", "maxiter must be an integer"),
+        ("steps 5", "unknown keyword 'steps'"), ("tol", "keyword tol needs a value")]),
+    NVE + "fix step all dt/evp {}": ("move", [
+        ("20", "expected N fraction [max DT] [displacement F], got 1 arguments"), ("20 0.4 most 1", "unknown keyword 'most'; it takes max and displacement"),
+        ("0 0.4", "N must be a positive integer"), ("2.5 0.4", "N must be a positive integer"), ("20 0", "fraction must lie between 0 and 1"),
+        ("20 1", "fraction must lie between 0 and 1"), ("20 0.4 max -1e-7", "max must be positive"), ("20 0.4 displacement 0", "displacement must be positive"),
+        ("20 0.4 displacement", "keyword displacement needs a value"), ("20 0.4\nuncompute step_evp_dt", "was deleted")]),
+    NVE + "fix energy {}": ("move", [("all evp/energy 5", "unexpected argument '5'"), ("one evp/energy", "needs group all")]),
+    "compute s all evp/{}": ("then", [
+        ("dt 3", "Compute s evp/dt: unexpected argument '3'"), ("state/atom x", "Compute s evp/state/atom: unknown keyword 'x'; it takes plastic_work"),
+        ("state/atom von_mises", "von_mises needs 'fraction'"), ("state/atom von_mises fraction", "keyword fraction needs a value"),
+        ("state/atom von_mises fraction 1.1", "fraction must be above 0 and at most 1")]),
+    "write_evp_bonds {}": ("then", [
+        ("", "write_evp_bonds: expected one argument, the file to write"), ("a.bonds b.bonds", "expected one argument, the file to write"),
+        ("a.bonds", "fix bonds has not recorded yet")]),
+    "units si\nread_evp_row {}": ("units", [
+        ("good.evp:a", "read_evp_row: expected at least two arguments"), ("good.evp m", "read_evp_row: expected FILE:ROW"),
+        ("good.evp:a m-1", "letters, digits and underscores"), ("lj.evp:a m", "'UNITS: si', the units in force, got 'lj'")]),
+}
 
+# ---- other scenes
 
-COINCIDE = "atoms 5 and 6 coincide"
-IMAGES = "in two periodic images: the box must be longer than two"
-GREW = "radii must not grow past the largest at the start of the run"
+KNOWN = "fix molecules all property/atom mol ghost yes\n"
+TWO_TYPES = PARTS["box"].replace("create_box 1", "create_box 2")
+MARKED = f"set atom 2 type 2\n{KNOWN}set atom 1 mol 7\nset atom 2 mol 12\n{FIX}file "
+OF_TWO = "its atoms are not of one {0}, but 'within {0}' is in force: give them the {0}s that they had"
+PLANE = """dimension 2
+boundary p p p
+lattice sq 0.0102
+region box block 0 4 0 3 -0.5 0.5
+create_box 1 box
+create_atoms 1 box
+set group all diameter 0.01
+set group all density 2700"""
+FLAT = {"box": PLANE, "move": "fix flat all enforce2d\nfix move all nve", "coeff": COEFF + "80 8 4 3 8 4 0.005 0 1.2"}
+SOLID = "holds for three-dimensional bodies, but 'dimension 2' is in force: use 'dimension 3', or "
+EARLY = "fix even all balance 2 1.0 shift x 5 1.0\n" + FIX
+TILTED = PARTS["box"].replace("f f f", "p p p").replace("region box block 0 3 0 2 0 2", "region box prism 0 5 0 5 0 5 0 0 0")
+HERE = {"box": TILTED, "coeff": DAMPED}
+SEEN = {"stepped": True}  # there was a run before
+ALONE = {"alone": True}  # on several ranks the message ends the program, as one rank meets it alone
+NAN = "variable nan atom 1e308*10-1e308*10\nset atom 1 "
+POSITIVE = "Fix move nve/evp: with damping the timestep must be positive, got "
+PULLED = DAMPED, "fix move all nve/evp\nvelocity all create 1 1"
 
-CASES = [
-    # pair_style
-    ("contact literal", "contact sticky", "contact must be literal, repulsive or none, got 'sticky'"),
-    ("contact literal", "contact", "Pair style evp/lj: keyword contact needs a value"),
-    ("contact literal", "colour red", "Pair style evp/lj: unknown keyword 'colour'; it takes contact and overlap"),
-    ("contact literal", "plasticity plastic", "plasticity must be none"),
-    ("contact literal", "overlap", "Pair style evp/lj: keyword overlap needs a value"),
-    ("contact literal", "overlap nan", "Pair style evp/lj: overlap must be a finite decimal number, got 'nan'"),
-    ("contact literal", "overlap 0", "overlap must lie in (0, 1]"),
-    ("contact literal", "overlap 1.1", "overlap must lie in (0, 1]"),
-    ("contact literal", "contact none overlap", "keyword overlap needs a value"),
-    ("contact literal", "ghostvel own", "Pair style evp/lj: unknown keyword 'ghostvel'; it takes contact and overlap"),
-    # pair_coeff
-    (ROW, "", "Pair evp/lj: pair_coeff needs two atom types and a row"),
-    (ROW, ROW + " 0", "expected 9 values, got 10 (a row has e1 m1 n1 e2 m2 n2 xi_s gamma alpha)"),
-    (ROW, "80 8 4 3 8 4 0.005 0", "expected 9 values, got 8 (a row has e1 m1 n1 e2 m2 n2 xi_s gamma alpha)"),
-    (ROW, "80", "Pair evp/lj: pair_coeff needs two atom types and a row"),
-    (ROW, "80 8", "Pair evp/lj: expected 9 values, got 2 (a row has e1 m1 n1 e2 m2 n2 xi_s gamma alpha)"),
-    (ROW, "80 a", "Pair evp/lj: expected 9 values, got 2 (a row has e1 m1 n1 e2 m2 n2 xi_s gamma alpha)"),
-    (ROW, "8O 8", "cannot read the potential file '8O': give its path, or put its folder into LAMMPS_POTENTIALS; a row of numbers has e1 m1"),
-    (f"* * {ROW}", ROW, "Pair evp/lj: expected 9 values, got 7 (a row has e1 m1 n1 e2 m2 n2 xi_s gamma alpha)"),
-    (ROW, "good.evp a density 2700", "Pair evp/lj: expected 9 values, got 4 (a row has e1 m1 n1 e2 m2 n2 xi_s gamma alpha)"),
-    (ROW, "evp/lj " + ROW, "Pair evp/lj: expected 9 values, got 10"),
-    (f"pair_coeff * * {ROW}", "", "pair coeffs are not set"),
-    ("* * " + ROW, "2 2 " + ROW, "Numeric index 2 is out of bounds"),
-    # potential files
-    (ROW, "missing.evp a", "cannot read the potential file 'missing.evp'"),
-    (ROW, ". a", "cannot read the potential file '.'"),
-    (ROW, "good.evp:a spacing", "cannot read the potential file 'good.evp:a'"),
-    (ROW, "good.evp b", "file good.evp has no row 'b'; its rows: a"),
-    (ROW, "good.evp A", "file good.evp has no row 'A'"),
-    (ROW, "lj_units.evp a", "file lj_units.evp: the first line must be a comment with 'UNITS: si', the units in force, got 'lj'"),
-    (ROW, "no_units.evp a", "the first line must be a comment with 'UNITS: si'"),
-    (ROW, "no_comment.evp a", "the first line must be a comment with 'UNITS: si'"),
-    (ROW, "empty.evp a", "cannot read the potential file 'empty.evp'"),
-    (ROW, "nul.evp a", "file nul.evp"),
-    (ROW, "twice.evp a", "file twice.evp line 3: row 'a' is given twice"),
-    (ROW, "short.evp a", "file short.evp line 2: expected 9 values"),
-    (ROW, "damaged.evp b", "file damaged.evp line 3: e2 must be a finite decimal number, got 'x'"),
+OTHERS = [
+    # the pair style
+    ({"style": "pair_style hybrid/overlay evp/lj evp/lj", "coeff": f"pair_coeff * * evp/lj 1 {ROW}\npair_coeff * * evp/lj 2 {ROW}"}, SECOND),
+    ({"style": "pair_style hybrid/scaled 0.5 evp/lj", "coeff": "pair_coeff * * evp/lj " + ROW}, "does not work in pair_style hybrid/scaled"),
+    ({"coeff": ""}, "pair coeffs are not set"), ({"units": "units si\npair_coeff * * " + ROW}, "simulation box is defined"),
+    ({"box": TWO_TYPES, "coeff": f"pair_coeff 1 1 {ROW}\npair_coeff 2 2 {ROW}"}, "does not mix unlike types: give 'pair_coeff 1 2' a row of its own"),
+    ({"box": TWO_TYPES, "coeff": f"pair_coeff 2* 1 {ROW}"}, "2* 1 names no pair of types I <= J"),
+    ({"then": "special_bonds lj 0 0.5 1"}, "takes special_bonds weights 0 or 1 only, got 0.5"),
+    ({"coeff": DAMPED, "move": "fix move all nve/evp", "after": "delete_atoms group one compress no\npair_modify compute no\nrun 2", **SEEN},
+     "has not seen the current neighbor list"),
+    ({"style": FLOWS, "fix": "", "thermo": ""}, "plasticity isotropic " + NEEDS), ({"style": BREAKS, "fix": "", "thermo": ""}, "break " + NEEDS),
+    ({"style": FLOWS, "fix": "", "thermo": "", "run": "minimize 0 1e-9 10 10"}, "plasticity isotropic " + NEEDS),
+    ({"style": FLOWS, "fix": FIX + "\nrun 0\nunfix bonds", "thermo": ""}, "plasticity isotropic " + NEEDS),
+    ({"style": FLOWS, "coeff": COEFF + "80 8 4 80 8 4 0.005 0 1.5"}, STIFFER), ({"style": FLOWS, "after": COEFF + "80 8 4 200 8 4 0.005 0 1.5\nrun 1", **SEEN}, STIFFER),
+    ({"style": FLOWS, "then": "variable stiff equal 3+100*step\nfix stiffer all adapt 1 pair evp/lj e2 * * v_stiff", **SEEN}, STIFFER),
+    ({"coeff": "pair_coeff * * 1e150 8 4 3 8 4 0.005 0 1.5 spacing 1e-60 coordination 12"}, "for the spacing of the body e1 and e2 of the row are multiplied by"),
+    ({"coeff": f"{COEFF}{ROW} kv 1e99 spacing 1e-5 coordination 12", "then": "fix v all evp/volume row"}, "kv must not exceed 1e100 in the body"),
+    # run styles
+    *(({"then": RESPA, **parts}, "run_style respa") for parts in ({}, {"style": FLOWS}, {"fix": FIX + "\nfix v all evp/volume 1"})),
+    *(({"move": f"{move}\n{RESPA}"}, "respa") for move in ("fix move all nve/evp", NVE + "fix step all dt/evp 20 0.4", NVE + "fix energy all evp/energy")),
     # fix evp/bonds
-    ("evp/bonds", "evp/bonds zone 1", "Fix bonds evp/bonds: zone must be greater than 1"),
-    ("evp/bonds", "evp/bonds zone -1.5", "Fix bonds evp/bonds: zone must be greater than 1"),
-    ("evp/bonds", "evp/bonds zone nan", "Fix bonds evp/bonds: zone must be a finite decimal number, got 'nan'"),
-    ("evp/bonds", "evp/bonds zone", "Fix bonds evp/bonds: keyword zone needs a value"),
-    ("evp/bonds", "evp/bonds skin 1.2", "Fix bonds evp/bonds: unknown keyword 'skin'"),
-    ("evp/bonds", "evp/bonds zone 1.6", "zone 1.6 reaches beyond what the neighbor list can see, alpha = 1.5"),
-    ("evp/bonds", "evp/bonds\nfix more all evp/bonds", "Fix more evp/bonds: fix bonds records bonds already"),
-    ("fix move", "pair_style zero 0.02\npair_coeff * *\nfix move", "evp/bonds needs pair style evp/lj, found 'zero'"),
-    ("fix move", "pair_style none\nfix move", "Fix bonds evp/bonds needs pair style evp/lj, found 'none'"),
-    ("fix move", "run 0\npair_style zero 0.02\npair_coeff * *\nfix move", "needs pair style evp/lj, found 'zero'"),
-    ("fix move", "run_style respa 2 2\nfix move", "does not work with run_style respa"),
+    ({"units": "units si\nfix bonds all evp/bonds"}, "before simulation box is defined"), ({"fix": "fix bonds nobody evp/bonds"}, "Could not find fix group ID nobody"),
+    ({"then": "fix more all evp/bonds"}, "Fix more evp/bonds: fix bonds records bonds already"),
+    ({**ZERO, "fix": FIX}, "Fix bonds evp/bonds needs pair style evp/lj, found 'zero'"), ({**NO_STYLE, "fix": FIX}, "needs pair style evp/lj, found 'none'"),
+    ({"after": "pair_style zero 0.02\npair_coeff * *\nrun 1", **SEEN}, "needs pair style evp/lj, found 'zero'"),
+    ({"fix": "group first id 1 2 3\nfix bonds first evp/bonds file group.bonds"}, "bond 3 4: atom 4 is not in the fix's group (bond file group.bonds)"),
+    ({"fix": FIX + "file turned.bonds", "run": "minimize 0 1e-9 10 10"}, "bond 1 2 is given twice in file turned.bonds"),
+    *(({"style": BREAKS, "fix": FIX + f"file {name}.bonds"}, "it has flowed: use pair_style evp/lj with 'plasticity isotropic'") for name in ("flowed", "pushed")),
+    ({"after": "group gone id 2 4\ndelete_atoms group gone\nrun 1", **SEEN}, "Fix bonds evp/bonds: atom ID"),
+    *(({"style": style, "fix": EARLY}, "must be defined before fix even balance") for style in (FLOWS, BREAKS)),
+    *(({"style": BREAKS, "box": TILTED, "fix": f"region all block 0.01 0.02 0 0.01 0 0.01 units box\nfix early all {fix}\n{FIX}"}, "must be defined before fix early")
+      for fix in ("evaporate 10 1 all 1", "deposit 1 1 10 1 region all", "deform 10 xy erate 1")),
+    ({"then": "unfix bonds\nwrite_evp_bonds a.bonds", "thermo": ""}, "there is no fix evp/bonds"),
+    ({"units": "units si\nwrite_evp_bonds b.bonds"}, "there is no fix evp/bonds, hence no bonds to write"),
+    ({"then": "run 0\nreplicate 2 1 1"}, "Cannot replicate"),
+    # bodies
+    ({"fix": f"{KNOWN.replace('yes', 'no')}set group all mol 1\n{FIX}within molecule"}, "within molecule needs ghost atoms that know their molecule IDs"),
+    ({"fix": f"{KNOWN}{FIX}within molecule"}, "records pairs of one molecule ID above 0, but all atoms of the group have 0: give those of each body one"),
+    ({"fix": f"{KNOWN}set group all mol 1\n{FIX}within molecule", "run": "run 0\nunfix molecules\nrun 1"}, "within molecule needs atoms with molecule IDs"),
+    ({"fix": f"{KNOWN}set group all mol 1\n{FIX}within molecule", "neighbor": "neighbor 0.001 bin\nneigh_modify every 1 check no",
+      "run": "run 0\nunfix molecules\nrun 1 pre no", **SEEN}, "Pair evp/lj: fix evp/bonds within molecule needs atoms with molecule IDs"),
+    *(({"box": TWO_TYPES, "fix": MARKED + f"{file}.bonds {word}"}, "Fix bonds evp/bonds: bond", OF_TWO.format("molecule" if "molecule" in word + file else "type"))
+      for file, word in (("one", "within type"), ("type", ""), ("one", "within molecule"), ("three", "within molecule"), ("molecule", ""))),
     # atoms
-    ("row.data", "types.data\npair_style evp/lj\npair_coeff 1 1 " + ROW + "\npair_coeff 2 2 " + ROW
-     + "\nfix move all nve\nrun 1\n", "does not mix unlike types: give 'pair_coeff 1 2' a row of its own"),
-    ("row.data", "types.data\npair_style evp/lj\npair_coeff 2* 1 " + ROW, "2* 1 names no pair of types I <= J"),
-    ("row.data", "zero.data", "needs particles with a radius above zero"),
-    ("row.data", "point.data", "Fix bonds evp/bonds: " + COINCIDE),
-    ("fix move", "special_bonds lj 0 0.5 1\nfix move", "takes special_bonds weights 0 or 1 only, got 0.5"),
-    ("boundary f f f\nread_data row.data", "boundary f p f\nread_data close.data", IMAGES),
-    ("boundary f f f\nread_data row.data", "boundary f p f\nread_data near.data", "less than two cutoffs of 0.015"),
-    ("fix move", "run 0\ngroup gone id 2 4\ndelete_atoms group gone\nfix move", "Fix bonds evp/bonds: atom ID"),
-    # computes
-    ("fix move", "compute dt all evp/dt 3\nfix move", "Compute dt evp/dt: unexpected argument '3'"),
-    ("fix move", "compute s all evp/state/atom x\nfix move", "Compute s evp/state/atom: unknown keyword 'x'"),
-    ("fix bonds all evp/bonds", "pair_style zero 0.02\npair_coeff * *\ncompute dt all evp/dt",
-     "Compute dt evp/dt needs pair style evp/lj, found 'zero'"),
-    ("fix bonds all evp/bonds", "pair_style zero 0.02\npair_coeff * *\ncompute s all evp/state/atom",
-     "Compute s evp/state/atom needs pair style evp/lj, found 'zero'"),
+    ({"atoms": "atom_style atomic", "box": PARTS["box"].partition("set")[0] + "mass 1 0.001"}, "Pair evp/lj needs particles with a radius: use 'atom_style sphere'"),
+    ({"map": "atom_modify id no", "one": ""}, "needs atom IDs: remove 'atom_modify id no'"), ({"then": "set atom 3 diameter 0"}, "needs particles with a radius above zero"),
+    ({"then": "set atom 1 x 0.0101"}, "Fix bonds evp/bonds: atoms 1 and 2 coincide"),
+    ({"fix": "", "then": "set atom 1 x 0.0101", "thermo": "", **ALONE}, "Pair evp/lj: atoms 1 and 2 coincide"),
+    ({"box": PARTS["box"].replace("f f f", "f p f")}, "in two periodic images: the box must be longer than two"),
+    ({"box": PARTS["box"].replace("f f f", "f p f").replace("0 3 0 2 0 2", "0 3 0 2.8 0 2")}, "less than two cutoffs of 0.015"),
+    ({"atoms": "atom_style sphere 1", "neighbor": "neighbor 0.001 bin\nneigh_modify every 1 delay 0 check no",
+      "then": "variable d equal 0.01+0.0001*step\nfix grow all adapt 1 atom diameter v_d", **SEEN}, "radii must not grow past the largest at the start of the run"),
+    ({"then": NAN + "x v_nan", **ALONE}, "Non-numeric atom coords"), ({"then": NAN + "diameter v_nan"}, "Pair evp/lj needs particles with a radius above zero"),
+    ({"then": "velocity all set 1e6 0 0", "run": "neigh_modify every 1 delay 0 check no\nrun 30", **SEEN}, "Lost atoms: original 12 current 0"),
+    ({"step": "timestep 1e-2", "then": "velocity all ramp vx -1 1 x 0 0.02", "run": "run 100", **SEEN}, "Lost atoms: original 12"),
+    ({"coeff": DAMPED, "then": "set atom 1 vx 1e307\nset atom 2 vx -1e307", "thermo": "thermo_style custom step press", **ALONE},
+     "non-finite forces (NaN or Inf) at step 0", "last restart file: none"),
+    ({"coeff": DAMPED, "move": "fix move all nve/evp tol 1e-12\nset atom 1 vx 1e200\nset atom 2 vx -1e200"}, "non-finite (NaN or Inf) velocities or forces at step 0 with timestep 1e-07"),
+    # fix nve/evp
+    ({**NO_STYLE, "move": "fix move all nve/evp"}, "needs pair style evp/lj"),
+    ({"coeff": DAMPED, "move": "fix move all nve/evp\nfix too one nve/evp"}, "only one is allowed: all damping is solved as one system"),
+    ({"coeff": DAMPED, "move": "fix move all nve/evp\nfix too one nve"}, "act on the same atoms"),
+    ({"coeff": DAMPED, "move": "group rest subtract all one\nfix too one nve\nfix move rest nve/evp", **ALONE}, "is integrated by another fix"),
+    ({"coeff": DAMPED, "move": "velocity all create 300 1 loop all\nvelocity all scale 1e21\nfix move all nve/evp maxiter 1", "step": "timestep 1e-5"},
+     "did not converge in 1 iterations at step"),
+    *(({"coeff": PULLED[0], "move": PULLED[1], "step": f"timestep {dt}"}, f"{POSITIVE}{dt} at step 0") for dt in ("0", "-1e-07")),
+    *(({"coeff": PULLED[0], "move": PULLED[1], "after": f"timestep {dt}\nrun 1 pre no", **SEEN}, POSITIVE + dt) for dt in ("0", "-1e-07")),
+    # fix dt/evp, fix evp/energy
+    ({**NO_STYLE, "move": NVE + "fix step all dt/evp 20 0.4"}, "needs pair style evp/lj"),
+    ({"move": "fix move all move linear 1 0 0\nfix step all dt/evp 20 0.4"}, "sets the timestep too, or cannot follow a changing one"),
+    ({"style": "pair_style evp/lj contact none", "fix": "", "move": NVE + "fix step all dt/evp 20 0.4", "thermo": "thermo_style custom step"}, "give 'max DT'"),
+    *(({"move": f"{NVE}fix a all dt/evp 10 0.4\nfix b one {other}"}, "sets the timestep too") for other in ("dt/evp 10 0.4", "dt/reset 10 1e-9 1e-7 1e-5")),
+    ({**NO_STYLE, "move": NVE + "fix energy all evp/energy"}, "needs pair style evp/lj"),
+    # a box that deforms
+    *(({**HERE, "move": f"fix box one deform 1 xy erate 1 remap v\n{move}"}, "give it group all") for move in ("fix move all nve/evp", NVE + "fix energy all evp/energy")),
+    ({**HERE, "move": "group rest subtract all one\nfix box all deform 1 xy erate 1 remap v\nfix move rest nve/evp\nfix way one move linear 1 0 0"},
+     "fix move does not know the velocity of a box"),
+    ({**HERE, "move": "fix box all deform 1 xy erate 1 remap v\nfix move all nve/evp\nfix dt all dt/evp 10 0.4"}, "sets the timestep too, or cannot follow a changing one"),
+    # computes, values
+    *(({**ZERO, "then": f"compute s all evp/{style}"}, f"Compute s evp/{style} needs pair style evp/lj, found 'zero'") for style in ("dt", "state/atom")),
+    ({**ZERO, "then": "fix volume all evp/volume 10"}, "Fix volume evp/volume needs pair style evp/lj, found 'zero'"),
+    *(({"fix": fix, "thermo": ""}, "Fix v evp/volume needs fix evp/bonds") for fix in ("fix v all evp/volume 10", FIX + "\nfix v all evp/volume 10\nunfix bonds")),
+    ({"coeff": f"{COEFF}{ROW} kv 1", "fix": "fix v all evp/volume row", "thermo": ""}, "needs fix evp/bonds"),
+    ({"then": "compute dt all evp/dt\nprint $(c_dt)"}, "cannot be invoked before initialization by a run"),
+    ({"thermo": "compute dt all evp/dt\nthermo_style custom step c_dt[6]"}, "out-of-range"), ({"thermo": "thermo_style custom step f_bonds[6]"}, "out-of-range"),
+    ({"units": "units si\nvariable m_kv index 3\nread_evp_row good.evp:a m"}, "there is a variable m_kv of another style"),
+    # two dimensions
+    ({**FLAT, "then": "fix volume all evp/volume 300"}, f"Fix volume evp/volume: the volume strain {SOLID}leave the fix out"),
+    ({**FLAT, "coeff": f"{COEFF}{ROW} spacing 0.0102 coordination 4"}, f"Pair evp/lj: the scaling of a row by 'spacing' and 'coordination' {SOLID}give the 9 numbers"),
+    *(({**FLAT, "then": f"compute state all evp/state/atom plastic_work {value} fraction 0.6"}, f"evp/state/atom: {value} {SOLID}leave the value out")
+      for value in ("plastic_strain", "volume_strain", "von_mises", "triaxiality")),
 ]
 
-
-@pytest.mark.parametrize("old, new, text", CASES, ids=[text[:40] for _, _, text in CASES])
-def test_one_clear_error(run, old, new, text):
-    refused(run(old, new), text)
+CASES = [({part: command.format(word)}, text) for command, (part, cases) in WORDS.items() for word, text in cases] + OTHERS
 
 
-ATOMIC = GOOD.replace("sphere", "atomic").replace("read_data row.data", """
-region box block 0 0.1 0 0.1 0 0.1
-create_box 1 box
-create_atoms 1 single 0.05 0.05 0.05
-create_atoms 1 single 0.06 0.05 0.05
-mass 1 0.001""")
+def deck_of(parts):
+    parts = {"one": "group one id 1\n", "move": PARTS["move"], **parts}
+    parts["move"] = parts.pop("one") + parts["move"]
+    return scene(**{name: text for name, text in parts.items() if name not in ("stepped", "alone")})
 
 
-def test_atoms_without_a_radius_or_without_ids(run):
-    refused(run("", ATOMIC), "Pair evp/lj needs particles with a radius: use 'atom_style sphere'")
-    nameless = ATOMIC.replace("atomic", "sphere").replace("map yes", "id no").replace("mass 1 0.001", "")
-    refused(run("", nameless), "needs atom IDs: remove 'atom_modify id no'")
+TRY_ALL = """
+import json
+found = []
+for deck in json.load(open("decks.json")):
+    tell("clear", LOAD)
+    found.append((tell(deck), step()) if deck else None)
+if first_rank:
+    json.dump(found, open("found.json", "w"))
+"""
 
 
-def test_pair_without_the_fix_sees_spheres_at_one_point(run):
-    text = GOOD.replace("fix bonds all evp/bonds", "")
-    refused(run("", text.replace("row.data", "point.data")), "Pair evp/lj: " + COINCIDE)
+def write_files(folder):
+    for name, content in FILES.items():
+        (folder / name).write_bytes(content)
+    for name in ("loop.evp", "loop.bonds"):
+        (folder / name).symlink_to(name)
 
 
-@pytest.mark.parametrize("old, new, text", [
-    ("row.data", "point.data", COINCIDE),
-    ("boundary f f f\nread_data row.data", "boundary f p f\nread_data close.data", IMAGES),
-    (ROW, "missing.evp a", "cannot read the potential file"), (ROW, "nul.evp a", "file nul.evp")])
-def test_all_ranks_stop(run, old, new, text):
-    """Errors that one rank meets alone, or that arise while ranks share a file, end the whole run."""
-    result = run(old, new, ranks=3)
-    refused(result, text)
+@pytest.fixture(scope="module")
+def said(tmp_path_factory):
+    """Of a number of ranks: message and step of each case."""
+    known = {}
+
+    def get(ranks):
+        if ranks not in known:
+            folder = tmp_path_factory.mktemp("bad")
+            write_files(folder)
+            decks = ["" if ranks > 1 and "alone" in parts else deck_of(parts) for parts, *_ in CASES]
+            (folder / "decks.json").write_text(json.dumps(decks), encoding="utf-8")
+            run_program(TRY_ALL, folder, ranks)
+            known[ranks] = json.loads((folder / "found.json").read_text(encoding="utf-8"))
+            assert all((folder / name).read_bytes() == content for name, content in FILES.items()), "files are as they were"
+        return known[ranks]
+
+    return get
 
 
-def test_radii_that_grow_in_a_run(run):
-    """fix adapt on the diameter, with lists built at every step: stopped at the first list that could miss a pair.
-    Control: shrinking radii are fine."""
-    text = GOOD.replace("check yes", "check no").replace("style sphere", "style sphere 1").replace(
-        "run 3", "variable d equal 0.01{}0.0001*step\nfix grow all adapt 1 atom diameter v_d\nrun 3")
-    result = run("", text.format("+"))
-    assert result.returncode != 0 and GREW in result.stdout
-    run("", text.format("-")).ok()
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_one_clear_error_each(said, ranks):
+    wrong = []
+    for (parts, *texts), found in zip(CASES, said(ranks)):
+        message, step = found or (" ".join(texts), 0)
+        wrong += [f"{parts} lacks: {text}\n{message[:1000]}" for text in texts if text not in message]
+        wrong += [f"{parts}: step {step}"] if step and "stepped" not in parts else []
+    assert not wrong, "\n".join(wrong)
 
 
-@pytest.mark.parametrize("key, value, text", [
-    ("integrator", "euler", "integrator must be explicit or implicit, got euler"),
-    ("scale", "maybe", "scale must be yes or no, got maybe"),
-    ("rate", "0", "rate and strain must not be 0"),
-    ("row", "0", "row must be positive, got 0"), ("samples", "2.5", "samples must be a positive integer, got 2.5"),
-    ("plasticity", "plastic", "plasticity must be none"),
-    ("break", "far", "break must be a finite decimal number, got 'far'"),
-    ("kv", "-1", "kv must be 0 or positive, got -1"),
-    ("contact", "soft", "contact must be literal, repulsive or none, got 'soft'"),
-    ("specimen", "missing.data", "missing.data"),
-    ("coeff", "80 4 8 3 8 4 0.005 0 1.5", "m1 > n1 > 0, got m1 = 4 and n1 = 8"),
-    ("length", "50", "not from 0 to length = 50 m; correct the given length, radius or area"),
-    ("radius", "-1", "read_evp_body: radius must be positive, or 0 where it is not given, got -1"),
-    ("coeff", "80 8 4 3 8 4 0.005 0", "read_evp_row: expected 9 values, got 8")])
-def test_traction_deck(lmp, tmp_path, key, value, text):
-    from common_bodies import REFERENCE
-    result = lmp("in.traction", variables={"specimen": REFERENCE, key: value})
-    assert result.returncode != 0 and text in result.stdout, result.stdout
-    assert not (tmp_path / "traction.csv").exists()
+@pytest.mark.parametrize("number", [number for number, (parts, *_) in enumerate(CASES) if "alone" in parts])
+def test_an_error_of_one_rank_ends_the_program(lmp, number):
+    refused(lmp(deck_of(CASES[number][0]), ranks=2), *CASES[number][1:])
+
+
+@pytest.mark.parametrize("part, word, text", [("coeff", COEFF + "nul.evp a", "file nul.evp"), ("fix", FIX + "file unknown.bonds", "there is no atom 13"),
+                                              ("style", "pair_style evp/lj contact", "keyword contact needs a value")])
+def test_the_program_lmp_ends_with_status_1(lmp, tmp_path, part, word, text):
+    """On three ranks, and no file is poured over the terminal."""
+    write_files(tmp_path)
+    run = lmp(deck_of({part: word}), ranks=3)
+    refused(run, text)
+    assert len(run.stdout) < 20_000
+
+
+# ---- controls: what is legal
+
+DEFAULT = f"recorded {BONDS} pairs within alpha"
+STATE = "thermo_style custom step pe f_bonds f_bonds[5]"
+SPELLED = "pair_coeff * * +8.0E+1 8 4 3 8 4 5e-3 0 1.5"
+LEGAL = [  # scene, what it prints, f_bonds and f_bonds[5]
+    ({}, DEFAULT, (BONDS, 0)), ({"coeff": SPELLED}, DEFAULT, (BONDS, 0)), ({"coeff": COEFF + "crlf.evp a"}, DEFAULT, (BONDS, 0)),
+    ({"coeff": COEFF + "good.evp:a"}, DEFAULT, (BONDS, 0)),
+    ({"style": "pair_style evp/lj contact none overlap 0.2 contact repulsive overlap 0.4"}, "contact repulsive", (BONDS, 0)),
+    ({"fix": FIX + "zone 1.4 zone 1.2"}, "recorded 20 pairs within 1.2", (20, 0)), ({"then": "run 0\nfix bonds all evp/bonds zone 1.2"}, "recorded 20 pairs", (20, 0)),
+    ({"fix": "group nobody empty\nfix bonds nobody evp/bonds"}, "recorded 0 pairs within alpha", (0, 0)),
+    ({"then": "delete_atoms group all compress no\ncreate_atoms 1 single 0 0 0\nset group all diameter 0.01"}, "recorded 0 pairs", (0, 0)),
+    ({"fix": FIX + "within type"}, f"recorded {BONDS} pairs within", (BONDS, 0)),
+    ({"fix": f"{KNOWN}set group all mol 1\n{FIX}within molecule zone 1.5"}, f"recorded {BONDS} pairs within", (BONDS, 0)),
+    *(({"style": f"{style} break {value}"}, "plasticity isotropic", (BONDS, 0)) for style in (FLOWS,) for value in ("none", "1e-9", "1e9")),
+    ({"style": FLOWS + " plasticity none"}, "evp/lj: damping off, contact repulsive, deq", (BONDS, 0)), ({"style": BREAKS + " break none"}, DEFAULT, (BONDS, 0)),
+    *(({"fix": FIX + f"file {name}.bonds"}, f"recorded {count} pairs from file", (count, 0)) for name, count in (("one", 1), ("spelled", 2), ("none", 0), ("crlf", 2), ("far", 1))),
+    *(({"style": style, "fix": FIX + f"file {name}.bonds", "step": "timestep 1e-12"}, "from file", counts) for style, name, counts in (
+        (PARTS["style"], "whole", (2, 0)), (FLOWS, "crlf", (2, 0)), (FLOWS, "flowed", (1, 0)), (BREAKS, "broken", (1, 1)), (FLOWS, "broken", (1, 1)), (FLOWS, "left", (2, 1)),
+        (FLOWS, "pushed", (0, 0)))),
+    ({"box": TWO_TYPES, "style": BREAKS, "fix": f"set atom 2 type 2\n{FIX}file broken.bonds within type"}, "recorded 1 pairs from file broken.bonds and within type", (1, 1)),
+    *(({"box": TWO_TYPES, "fix": (MARKED + f"{file}.bonds {word}").replace("set atom 2 type 2\n", "").replace("mol 12", "mol 7")}, "recorded 1 pairs", (1, 0))
+      for file, word in (("one", "within type"), ("type", ""), ("one", "within molecule"), ("molecule", ""))),
+]
+LEGAL_FILES = {
+    "good.evp": ROWS, "crlf.evp": ROWS.replace(b"\n", b"\r\n")[:-2], "one.bonds": FILES["one.bonds"], "spelled.bonds": bonds("2 1 1.01e-2", "003 2 +.0101"),
+    "none.bonds": bonds(), "crlf.bonds": bonds("1 2 0.0101", "", "# none", "  2\t3 0.0101 # one", count=2).replace(b"\n", b"\r\n"), "far.bonds": bonds("1 12 0.0101"),
+    "whole.bonds": bonds(WHOLE, "2 3 0.0101 0 0 0 0"), "left.bonds": bonds(WHOLE, "2 3 0.0101 0 0 1 1", "3 2 0.01 -1e-5 0 1 2"),
+    **{name: FILES[name] for name in ("flowed.bonds", "broken.bonds", "pushed.bonds", "type.bonds", "molecule.bonds")},
+}
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_what_is_legal(lmp_decks, tmp_path, ranks):
+    """Words that come later count, as in LAMMPS' own styles; at rest nothing flows or breaks."""
+    for name, content in LEGAL_FILES.items():
+        (tmp_path / name).write_bytes(content)
+    runs = lmp_decks({number: deck_of({"thermo": STATE, **parts}) for number, (parts, *_) in enumerate(LEGAL)}, ranks)
+    energies = []
+    for (parts, text, counts), run in zip(LEGAL, runs.values()):
+        table = run.thermo()
+        assert text in run.stdout, (parts, text)
+        assert (table["f_bonds"][-1], table["f_bonds[5]"][-1]) == counts, parts
+        energies.append(table["PotEng"][-1])
+    assert len(set(energies[:4])) == 1, "other spellings of the same row"
+
+
+# ---- restart files that are cut, changed, or go to a style that would forget
+
+PULL = "velocity all ramp vx 0 300 x 0 0.02 units box\n"
+CONTINUE = "read_restart r.restart\n{}\nfix bonds all evp/bonds\nfix move all nve\ntimestep 1e-7\nthermo_style custom step pe press f_bonds f_bonds[1]\nrun 3\n"
+CUT, OTHER = "Incomplete or corrupted LAMMPS restart file", "Invalid LAMMPS restart file"
+FORGETS = "bonds have flowed or broken, which this pair_style would forget"
+FIX_DAMAGED = "Fix bonds evp/bonds: its section of the restart file is damaged"
+ATOM_DAMAGED = "Fix bonds evp/bonds: the bonds of atom 1 in the restart file are damaged"
+SETTINGS_DAMAGED = "Pair evp/lj: the restart file is damaged in the settings, or from a version of this package that wrote another format"
+PLASTIC, TEARING, FORGETFUL = (f"{style}\n{COEFF}{ROW}" for style in (FLOWS, STYLE + "break 0.02", STYLE))
+
+
+@pytest.fixture(scope="module")
+def saved(tmp_path_factory):
+    """{name: bytes of a restart file} of a body that is at rest, has flowed, or broken."""
+    found = {}
+    for name, style in (("plain", PARTS["style"]), ("flows", FLOWS), ("breaks", STYLE + "break 0.02")):
+        folder = tmp_path_factory.mktemp(name)
+        moving = {} if name == "plain" else {"then": PULL, "run": "run 100"}
+        run_lammps(scene(style=style, after="write_restart s.restart", **moving), cwd=folder).ok()
+        found[name] = (folder / "s.restart").read_bytes()
+    return found
+
+
+def after(content, name):
+    return content.index(name + b"\0") + len(name) + 1
+
+
+def at_record(content):
+    """Where atom 1's record starts: its ID as recorded, and how many bonds it has."""
+    return min(k for k in (content.find(struct.pack("<qq", 1, count)) for count in range(5, 9)) if k >= 0)
+
+
+def changed(content, at, bits):
+    return content[:at] + bytes([content[at] ^ bits]) + content[at + 1:]
+
+
+def damaged(plain):
+    """Files and what is said: cut, another file, and sizes and flags of our sections changed by one bit."""
+    fix, record, settings = after(plain, b"evp/bonds") + 4, at_record(plain), after(plain, b"evp/lj")
+    cut = [(plain[:size], OTHER if size < 100 else CUT) for size in (0, 10, 100, len(plain) // 3, 2 * len(plain) // 3, len(plain) - 17, len(plain) - 1)]
+    return cut + [(b"# EVP bonds COUNT: 0 UNITS: si\n" * 10, OTHER), (changed(plain, fix, 32), FIX_DAMAGED), (changed(plain, fix + 62, 64), FIX_DAMAGED),
+                  (changed(plain, record - 2, 8), ATOM_DAMAGED), (changed(plain, record + 8, 2), ATOM_DAMAGED), (changed(plain, record + 13, 128), ATOM_DAMAGED),
+                  *((changed(plain, settings + 8 * word + 7, plain[settings + 8 * word + 7] ^ 0x7f), SETTINGS_DAMAGED) for word in (0, 1, 2, 6))]
+
+
+def test_damaged_restart_files(saved, tmp_path):
+    cases = damaged(saved["plain"])
+    program = "".join(f"tell('clear', LOAD)\nos.replace('{number}.restart', 'r.restart')\nsay({number}, tell({CONTINUE.format('')!r}), step())\n" for number in range(len(cases)))
+    for number, (content, _) in enumerate(cases):
+        (tmp_path / f"{number}.restart").write_bytes(content)
+    lines = [line for line in run_program(program, tmp_path).stdout.splitlines() if line[:1].isdigit()]
+    for (_, text), line in zip(cases, lines, strict=True):
+        assert text in line and int(line.split()[-1]) <= 3, line
+
+
+@pytest.mark.parametrize("name, lines, text", [("plain", "", ATOM_DAMAGED), ("flows", FORGETFUL, FORGETS), ("breaks", FORGETFUL, FORGETS), ("flows", TEARING, FORGETS)])
+def test_refused_restarts_on_two_ranks(lmp, saved, tmp_path, name, lines, text):
+    content = saved[name]
+    (tmp_path / "r.restart").write_bytes(content if lines else changed(content, at_record(content) + 8, 1))
+    refused(lmp(CONTINUE.format(lines), ranks=2), text)
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_restarts_that_continue(lmp_decks, saved, tmp_path, ranks):
+    for name, content in saved.items():
+        (tmp_path / f"{name}.restart").write_bytes(content)
+    cases = [("plain", ""), ("flows", ""), ("flows", PLASTIC), ("flows", PLASTIC.replace("isotropic", "isotropic break 0.1")), ("breaks", ""), ("breaks", PLASTIC),
+             ("plain", PLASTIC), ("plain", TEARING)]
+    runs = lmp_decks({case: CONTINUE.format(case[1]).replace("r.restart", f"{case[0]}.restart") for case in cases}, ranks)
+    assert all(list(run.thermo()["f_bonds"]) == [BONDS] * 2 for run in runs.values())
+    assert abs(runs[cases[0]].thermo()["Press"][-1]) < 1.0, "at rest still, in Pa"
+
+
+# ---- IDs
+
+SPHERES = np.array([[0.0, 0, 0], [0.0101, 0, 0], [0.0202, 0, 0]])
+
+
+def spheres(folder, old, new):
+    """The data file of three spheres of which one has another ID."""
+    write_data(folder / "s.data", SPHERES, [0.005] * 3, [[-0.01, 0.06], [-0.01, 0.01], [-0.01, 0.01]])
+    text = (folder / "s.data").read_text(encoding="utf-8")
+    (folder / "s.data").write_text(text.replace(f"\n{old} 1 ", f"\n{new} 1 "), encoding="utf-8")
+    return {"box": "boundary f f f\nread_data s.data"}
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("fix", ["", "file none.bonds"])
+def test_an_id_given_twice(lmp, tmp_path, fix, ranks):
+    """LAMMPS takes such a data file; no record could tell the two apart, near to each other or not."""
+    refused(lmp(scene(**spheres(tmp_path, 1, 2), fix=FIX + fix), ranks), "Fix bonds evp/bonds: atom ID 2 is given twice: use 'reset_atoms id'")
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_a_deleted_partner_of_far_id_and_a_restart(lmp, tmp_path, ranks):
+    """After the restart LAMMPS' map of IDs ends far below the ID that the records still name."""
+    far = spheres(tmp_path, 3, 90000000)
+    run = lmp(scene(**far, map="atom_modify map array", after="group far id 90000000\ndelete_atoms group far compress no\nwrite_restart r.restart\nclear\n"
+                    + CONTINUE.format("")), ranks=ranks).ok()
+    assert [*run.thermo(0)["f_bonds"], *run.thermo(1)["f_bonds"]] == [2] * 4
+    assert list(run.thermo(1)["f_bonds[1]"]) == [1, 1]  # the bond of the deleted atom acts no more
+    assert run.thermo(1)["PotEng"][0] == pytest.approx(0.5 * run.thermo(0)["PotEng"][0], rel=1e-5)  # printed digits

@@ -1,114 +1,257 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The same forces and the same curve whatever the ranks, newton, the decomposition, the box and the way the state came.
+"""Every effect gives the same numbers on any number of MPI ranks, with newton on and off, for any decomposition and box, and when the run
+is continued from a restart file or from a data file and a bond file.
 
-Every body drifts at 300 m/s, so that its atoms and their bonds change ranks and cross boundaries while it deforms."""
+Bodies drift at 300 m/s: atoms and their bonds change ranks and cross boundaries while the body deforms."""
 
-import itertools
+from typing import NamedTuple
 
 import numpy as np
 import pytest
-from boxes import BOXES
-from small_bodies import (ANOTHER_ORDER, MOVE, SPACING, STIR, assert_eventful, assert_same_curve, check_forces, dump,
-                          head, lattice_body, pair, write_body)
+from evp import law
+from flowing import SHAKE
+from lammps_run import run_decks, run_lammps
+from small_bodies import SPACING, STIR, check_forces, dump, head, lattice_body, mass_of, record, thermo, words, write_body
 
-HALF, STEPS = 50, 100
-ROUTES = ("straight", "restart", "data", "restart, then data")
-WAYS = list(itertools.product(("on", "off"), ("brick", "tiled"), ROUTES))
+HALF, STEPS = 60, 120
+# Sums in another order: roundings of 1e-16 over a hundred steps. Of the largest value of a column; energies of the largest energy.
+TOLERANCE = 1e-9
+MOMENTUM = 1e-12
+MOLECULES = "fix molecules all property/atom mol ghost yes\n"
+DAMPED = law.TABLE1._replace(gamma=50.0)
+SCALED = " spacing 0.009 coordination 12 kv 700"
+FLOW = law.TABLE1._replace(xi_s=0.004)
+SHEAR = dict(periodic="xyz", cells=(5, 4, 4), tilt=(0.0245, 0.0, 0.0))  # a shear of 0.02 makes the box flip
 
-LAST_RUN = f"run {STEPS - HALF}\n"
-DECOMPOSITION = {"brick": "comm_style brick\n", "tiled": "comm_style tiled\nbalance 1.0 rcb\n"}
+
+class Feature(NamedTuple):
+    """A deck in parts. acts: thermo columns that must change during the run, as a control."""
+
+    acts: str
+    style: str = "contact literal"
+    row: str = words(law.TABLE1)
+    record: str = ""  # words of fix evp/bonds that records
+    more: str = ""  # fixes and computes
+    move: str = "fix move all nve\n"
+    stir: str = STIR
+    molecules: bool = False
+    columns: str = ""
+    body: dict = {}
+    state: str = ""  # words of compute evp/state/atom
 
 
-def way(newton, comm, route, name):
-    """A deck from step 50 to step 100 (the straight one from step 0), to follow a `clear`."""
-    rest = DECOMPOSITION[comm] + MOVE + dump(name) + LAST_RUN
-    restarted = head(newton, start="read_restart half.restart") + "fix bonds all evp/bonds\n"
+BODIES = dict(acts="f_bonds[2] f_bonds[3]", record="zone 1.4 within ")
+FEATURES = {
+    "plain": Feature("f_bonds[1] f_bonds[2] f_bonds[3]"),
+    "damped": Feature("f_energy[6] f_bonds[1]", row=words(DAMPED)),
+    "implicit": Feature("f_energy[6] f_bonds[1]", row=words(DAMPED), move="fix move all nve/evp tol 1e-13\n"),
+    "own timestep": Feature("Dt f_bonds[2]", more="fix dt all dt/evp 10 0.4 max 3e-7 displacement 0.1\n", columns="dt"),
+    "flow": Feature("f_energy[9] f_bonds[2]", "contact none plasticity isotropic", words(FLOW), "zone 1.4", stir=SHAKE,
+                    state="plastic_work plastic_strain plastic_strain_sum volume_strain"),
+    "break": Feature("f_energy[11] f_bonds[5]", "contact literal break 0.1", stir=SHAKE),
+    "flow, contacts, break, volume": Feature(
+        "f_energy[9] f_energy[11] f_energy[12] f_bonds[5] f_bonds[3]", "contact repulsive plasticity isotropic break 0.1", words(FLOW), "zone 1.1",
+        "fix volume all evp/volume 500\n", stir=SHAKE, columns="f_volume f_volume[1]", state="plastic_work volume_strain"),
+    "volume": Feature("f_energy[12] f_volume[3]", more="fix volume all evp/volume 2000 300\n", columns="f_volume f_volume[1] f_volume[2] f_volume[3]"),
+    "bodies by type": Feature(**{**BODIES, "record": "zone 1.4 within type"}),
+    "bodies by molecule": Feature(**{**BODIES, "record": "zone 1.4 within molecule"}, molecules=True),
+    "bodies that flow": Feature("f_energy[9] f_bonds[3]", "contact repulsive plasticity isotropic break 0.1", words(FLOW), "zone 1.4 within type", stir=SHAKE),
+    "scaled row": Feature("f_volume f_energy[6]", row=words(DAMPED) + SCALED, more="fix volume all evp/volume row\n", columns="f_volume"),
+    "remap v": Feature("f_energy[13] f_energy[9] Xy", "contact repulsive plasticity isotropic", words(DAMPED),
+                       "zone 1.4", "fix volume all evp/volume 500\nfix box all deform 1 xy erate 500 remap v\n", "fix move all nve/evp tol 1e-13\n",
+                       columns="xy f_volume", body=SHEAR, stir=STIR.replace("500*(x-0.04)", "500*y")),
+}
+# How a run gets to its second half; files are written by two ranks.
+ROUTES = {
+    1: [("off", "brick", "straight"), ("on", "brick", "restart"), ("off", "brick", "data"), ("on", "brick", "restart, data")],
+    2: [("on", "brick", "straight"), ("off", "tiled", "straight"), ("on", "tiled", "restart"), ("off", "brick", "restart of the run"), ("off", "brick", "data")],
+    4: [("on", "tiled", "straight"), ("off", "brick", "straight"), ("off", "tiled", "restart"), ("on", "brick", "data"), ("on", "tiled", "restart, data")],
+    8: [("on", "slabs", "straight"), ("off", "tiled", "straight"), ("on", "brick", "data")],
+}
+LAYOUT = {"brick": "", "slabs": "", "tiled": "comm_style tiled\nbalance 1.0 rcb\n"}
+ENERGY = "f_energy f_energy[*]"
+
+
+def start(feature, newton="on", source="body.data", **options):
+    """Up to the fixes of the pairs."""
+    boundary = "p p p" if feature.body else "f f f"
+    molecules = MOLECULES if feature.molecules else ""
+    from_data = "" if source.endswith("restart") else source
+    read = f"read_restart {source}\n{molecules}" if not from_data else f"read_data {source}"
+    if from_data and source != "body.data":
+        read = f"{molecules}{read} nocoeff" + (" fix molecules NULL Molecules" if molecules else "") + f"\nreset_timestep {HALF}"
+    elif from_data and molecules:
+        read += f"\n{molecules}variable m atom (7*id+id*id)%4\nset group all mol v_m"
+    text = head(newton, start=read, **{"boundary": boundary, **options})
+    record = {"body.data": feature.record}.get(source, f"file {source.replace('.data', '.bonds')}" if from_data else "")
+    return text + (f"pair_style evp/lj {feature.style}\npair_coeff * * {feature.row}\n" if from_data else "") + f"fix bonds all evp/bonds {record}\n"
+
+
+def motion(feature, layout="", stir=""):
+    columns = f"pe ke pxx pyz f_bonds f_bonds[*] {ENERGY} c_dt {feature.columns}"
+    return (layout + "fix energy all evp/energy\n" + feature.more + stir + feature.move + "timestep 3e-7\nthermo 20\ncompute dt all evp/dt\n"
+            + f"compute state all evp/state/atom {feature.state}\n" + thermo(columns))
+
+
+def ending(name="end"):
+    dumped = dump(f"{name}.dump", HALF).replace("fx fy fz", "fx fy fz c_state[*]")
+    return dumped + f"run {STEPS - HALF}\nwrite_evp_bonds {name}.bonds\n"
+
+
+def whole(feature, newton="on", layout="", **options):
+    """From the start to the end, as two runs, with all files in the middle."""
+    return (start(feature, newton, **options) + motion(feature, layout, feature.stir) + f"restart {HALF} in_run.*\nrun {HALF}\nrestart 0\n"
+            "write_restart half.restart\nwrite_data half.data\nwrite_evp_bonds half.bonds\n" + ending())
+
+
+def way(feature, newton, layout, route):
     if route == "straight":
-        return head(newton) + pair() + STIR + DECOMPOSITION[comm] + MOVE + f"run {HALF}\n" + dump(name) + LAST_RUN
-    if route == "restart":
-        return restarted + rest
-    file = "half"
-    first = ""
-    if route == "restart, then data":
-        file = f"again.{newton}.{comm}"
-        first = restarted + DECOMPOSITION[comm] + f"run 0\nwrite_data {file}.data\nwrite_evp_bonds {file}.bonds\nclear\n"
-    start = f"read_data {file}.data nocoeff\nreset_timestep {HALF}"
-    return first + head(newton, start=start) + pair(fix=f"fix bonds all evp/bonds file {file}.bonds") + rest
+        options = {"before": "processors * 1 1"} if layout == "slabs" else {}
+        return whole(feature, newton, LAYOUT[layout], **options)
+    rest = motion(feature, LAYOUT[layout]) + ending()
+    if route == "restart, data":
+        first = start(feature, newton, "half.restart") + motion(feature) + "run 0\nwrite_data again.data\nwrite_evp_bonds again.bonds\nclear\n"
+        return first + start(feature, newton, "again.data") + rest
+    source = {"restart": "half.restart", "restart of the run": "in_run.restart", "data": "half.data"}[route]
+    return start(feature, newton, source) + rest
+
+
+def read_bonds(path):
+    """{(i, j, of a contact): numbers}; header without its count."""
+    header, *lines = path.read_text(encoding="utf-8").splitlines()
+    found = {}
+    for i, j, *values in map(str.split, lines):
+        found[int(i), int(j), values[-1] == "2"] = np.array(values, dtype=float)
+    assert len(found) == len(lines), "a pair is there twice"
+    return found, header.partition("WITHIN")[2]
+
+
+def end_of(run, name="end"):
+    """All that is compared, {name: array}; energies as those since the middle."""
+    found = {f"thermo {name}": values for name, values in run.thermo().items() if name != "Step"}
+    energies = [key for key in found if "f_energy" in key]
+    table = np.array([found.pop(key) for key in energies])
+    found["energies"] = table - table[:, :1]
+    last = run.dump(f"{name}.dump")[-1]
+    assert last.step == STEPS
+    found.update({f"atoms {name}": values for name, values in last.columns.items()})
+    bonds, header = read_bonds(run.folder / f"{name}.bonds")
+    keys = sorted(bonds)
+    found["bonds"] = np.array(keys, dtype=float)
+    for k, column in enumerate(np.array([bonds[key] for key in keys]).T):
+        found[f"bonds {('deq', 'q', 'k', 'work', 'broken')[k]}"] = column
+    return found, header
+
+
+def assert_same(run, expected, choice):
+    (found, header), (wanted, wanted_header) = end_of(run), expected
+    assert header == wanted_header and found.keys() == wanted.keys(), choice
+    for name, values in wanted.items():
+        assert found[name].shape == values.shape, (choice, name)
+        off, largest = np.abs(found[name] - values).max(initial=0.0), np.abs(values).max(initial=0.0)
+        assert off <= TOLERANCE * largest, f"{choice}: {name} differs by {off:.3g} of {largest:.3g}"
+
+
+def write(folder, feature):
+    body = lattice_body(**feature.body)
+    write_body(folder / "body.data", body, feature.body.get("tilt"))
+    return body
+
+
+def check_run(run, name, body):
+    """Of the plain one: forces are those of a sum over all pairs, and no effect changes the momentum of a body in an open box."""
+    snapshots, mass = run.dump("end.dump"), mass_of(body.radius)[:, None]
+    if name == "plain":
+        check_forces(snapshots[-1], body)
+    if FEATURES[name].record in ("zone 1.4 within type", "zone 1.4 within molecule") and name != "bodies that flow":
+        ids = np.arange(1, len(body.x) + 1)
+        molecules = (7 * ids + ids * ids) % 4  # as start() sets them; those without one are alone
+        bodies = np.where(molecules == 0, -ids, molecules) if FEATURES[name].molecules else body.types
+        kept = {key: deq for key, deq in record(body.x, body.radius, 1.4, body.cell).items() if len({bodies[k - 1] for k in key}) == 1}
+        found = check_forces(snapshots[-1], body._replace(bonds=kept), bodies=bodies, at_rest=True)
+        assert np.sum(bodies[found["i"]] != bodies[found["j"]]) > 20, "control: bodies touch"
+    if not body.cell.any():
+        first, last = (mass * snapshot.vectors("vx", "vy", "vz") for snapshot in snapshots)
+        assert np.linalg.norm(last.sum(axis=0) - first.sum(axis=0)) < MOMENTUM * np.abs(first).sum(), "momentum"
 
 
 @pytest.fixture(scope="module")
-def bar():
-    return lattice_body()
+def expected(tmp_path_factory):
+    """Of a feature: what the plain run on one rank ends with; the folder with the files that two ranks have written."""
+    known = {}
+
+    def get(name):
+        if name not in known:
+            feature = FEATURES[name]
+            folders = [tmp_path_factory.mktemp("whole"), tmp_path_factory.mktemp("files")]
+            for ranks, folder in enumerate(folders, start=1):
+                body = write(folder, feature)
+                run = run_lammps(whole(feature), ranks, cwd=folder).ok()
+                if ranks == 1:
+                    check_run(run, name, body)
+                    table, first = run.thermo(1), run.thermo(0)
+                    for column in feature.acts.split():
+                        assert table[column][-1] != first[column][0], f"control: {column} changes"
+                    ends = end_of(run)
+            (folder / f"in_run.{HALF}").rename(folder / "in_run.restart")
+            known[name] = ends, folder
+        return known[name]
+
+    return get
 
 
-@pytest.mark.parametrize("ranks", [1, 2, 4, 8])
-def test_matrix(lmp, tmp_path, bar, ranks):
-    """newton x comm_style x how the state came, all in one process after `clear`; restart, data and bond file were
-    written on another number of ranks. 8 ranks cut the bar into pieces shorter than dlim."""
-    write_body(tmp_path / "body.data", bar)
-    whole = lmp(head() + pair() + STIR + MOVE + f"run {HALF}\nwrite_restart half.restart\nwrite_data half.data\n"
-                "write_evp_bonds half.bonds\n" + dump("whole.dump") + LAST_RUN, ranks=3 - ranks if ranks < 3 else 2).ok()
-    curve = whole.thermo(-1)
-    start, end = whole.dump("whole.dump")
-    check_forces(end, bar)
-    assert_eventful(curve)
-
-    decks = [way(*choice, f"{number}.dump") for number, choice in enumerate(WAYS)]
-    run = lmp("clear\n".join(decks), ranks=ranks, seconds=100).ok()
-    tables = [table for table in map(run.thermo, range(run.stdout.count("Loop time"))) if table["Step"][-1] == STEPS]
-    assert len(tables) == len(WAYS)
-    for number, (choice, table) in enumerate(zip(WAYS, tables)):
-        first, last = run.dump(f"{number}.dump")
-        assert (first.step, last.step) == (HALF, STEPS), choice
-        if choice[2] != "straight":
-            assert np.array_equal(first.vectors("x", "vx", "vz"), start.vectors("x", "vx", "vz")), choice
-        for snapshot in (first, last):
-            check_forces(snapshot, bar)
-        for name in ("x", "vx", "fy"):
-            assert np.abs(last[name] - end[name]).max() <= ANOTHER_ORDER * np.abs(end[name]).max(), (choice, name)
-        assert_same_curve(table, curve)
+CASES = [(name, ranks) for name in FEATURES for ranks in (1, 2, 4)] + [(name, 8) for name in ("plain", "flow, contacts, break, volume")]
 
 
-@pytest.mark.parametrize("name", BOXES)
-def test_boxes(lmp, tmp_path, name):
-    case = BOXES[name]
-    body = lattice_body(**case["body"])
-    write_body(tmp_path / "body.data", body, case.get("tilt"))
-    text = pair() + STIR + MOVE + dump() + f"run {STEPS}\n"
-    plain = {key: value for key, value in case["options"].items() if key == "boundary"}
-    one = lmp(head(**plain) + text).ok()
-    many = lmp(head(**case["options"]) + case["lines"] + text, ranks=4 if "thinner" not in name else 8).ok()
-    for snapshot in many.dump("all.dump")[1:]:
-        check_forces(snapshot, body)
-    assert_eventful(one.thermo())
-    assert_same_curve(many.thermo(), one.thermo())
-    for axis in range(3):
-        if not np.any(body.cell[axis]):
-            continue
-        x = snapshot.vectors("x", "y", "z")
-        pairs = np.array(list(body.bonds)) - 1
-        spans = np.abs(x[pairs[:, 0], axis] - x[pairs[:, 1], axis])
-        assert np.sum(spans > 2.0 * SPACING) > 20, "control: bonds cross this boundary"
+@pytest.mark.parametrize("name, ranks", CASES)
+def test_same_on_every_way(expected, name, ranks):
+    """8 ranks cut the body into pieces shorter than dlim."""
+    ends, folder = expected(name)
+    decks = {choice: way(FEATURES[name], *choice) for choice in ROUTES[ranks]}
+    for choice, run in run_decks(decks, ranks, folder).items():
+        assert_same(run, ends, choice)
 
 
-@pytest.mark.parametrize("newton", ["on", "off"])
-def test_more_ranks_than_particles_in_a_slab(lmp, tmp_path, newton):
-    """8 slabs: one that holds the corners of two layers, six that hold nothing and have no ghosts either."""
-    body = lattice_body((2, 2, 2), zone=1.5)
-    body = body._replace(box=np.array([[-0.2, 0.6], *body.box[1:]]))
-    write_body(tmp_path / "body.data", body)
-    text = pair() + STIR + MOVE + dump() + """
-compute state all evp/state/atom
-compute bonds all reduce sum c_state[1]
-compute dt all evp/dt
-thermo_style custom step pe ke f_bonds f_bonds[2] f_bonds[4] c_bonds c_dt
-run 100
-write_evp_bonds all.bonds
-"""
-    one = lmp(head(newton) + text).ok()
-    many = lmp(head(newton, before="processors 8 1 1") + text, ranks=8).ok()
-    check_forces(many.dump("all.dump")[-1], body)
-    # compute evp/dt iterates to its own tolerance from a start that depends on nothing but the IDs
-    assert_same_curve(many.thermo(), one.thermo())
-    assert many.thermo()["c_bonds"][-1] == 2 * len(body.bonds)
-    assert "Histogram: 6 0" in many.stdout or "Histogram: 7 0" in many.stdout, "control: ranks without atoms"
+# lines after the fixes, periodic axes and tilt of the box; the rest is for head()
+BOXES = {
+    "slabs along z": dict(before="processors 1 1 *"),
+    "balance": dict(lines="balance 1.0 shift xyz 10 1.01\n"),
+    "fix balance": dict(lines="fix even all balance 10 1.0 shift x 10 1.01\n"),
+    "fix balance rcb": dict(before="comm_style tiled", lines="fix even all balance 10 1.0 rcb\n"),
+    "fix balance, newton off": dict(lines="fix even all balance 7 1.0 shift xy 10 1.01\n", newton="off"),
+    "sorted often": dict(sort="sort 3 0.03"),
+    "never sorted": dict(sort="sort 0 0", newton="off"),
+    "shrink-wrapped": dict(boundary="s m s"),
+    "all pairs tried": dict(lines="neighbor 0.0008 nsq\n"),
+    "bins by type": dict(lines="neighbor 0.0008 multi\ncomm_modify mode multi\n"),
+    "large skin": dict(lines="neighbor 0.003 bin\nneigh_modify every 5 delay 0 check yes one 4000\n"),
+    "periodic x": dict(periodic="x"),
+    "periodic y, newton off": dict(periodic="y", newton="off"),
+    "periodic z": dict(periodic="z"),
+    "periodic": dict(periodic="xyz", newton="off"),
+    "periodic, tiled": dict(periodic="xyz", before="comm_style tiled"),
+    "triclinic": dict(periodic="xyz", tilt=(0.012, -0.008, 0.015)),
+    "triclinic, newton off": dict(periodic="xyz", tilt=(0.02, 0.005, -0.01), newton="off"),
+}
+
+
+@pytest.mark.parametrize("name", ["plain", "flow, contacts, break, volume", "bodies by molecule"])
+def test_same_in_every_box(tmp_path, name):
+    """4 ranks against one; a fix that moves atoms stands after fix evp/bonds."""
+    decks, bodies = {1: {}, 4: {}}, {}
+    for number, (box, options) in enumerate(BOXES.items()):
+        lines, axes, tilt = options.get("lines", ""), options.get("periodic", ""), options.get("tilt")
+        bodies[box] = lattice_body(**(dict(cells=(5, 4, 4), periodic=axes, tilt=tilt or (0.0, 0.0, 0.0)) if axes else {}))
+        write_body(tmp_path / f"body{number}.data", bodies[box], tilt)
+        options = {"boundary": " ".join("p" if axis in axes else "f" for axis in "xyz"), **options}
+        options = {key: value for key, value in options.items() if key not in ("lines", "periodic", "tilt")}
+        for ranks, own, more in ((1, {"boundary": options["boundary"]}, ""), (4, options, lines)):
+            text = start(FEATURES[name], **{"newton": "on", **own}) + motion(FEATURES[name], "", FEATURES[name].stir) + more
+            decks[ranks][box] = text.replace("body.data", f"body{number}.data") + f"run {HALF}\n" + ending()
+    runs = {ranks: run_decks(texts, ranks, tmp_path, f"on{ranks}.") for ranks, texts in decks.items()}
+    for box, run in runs[4].items():
+        assert_same(run, end_of(runs[1][box]), box)
+        x, bonds = run.dump("end.dump")[-1].vectors("x", "y", "z"), np.array(list(bodies[box].bonds)) - 1
+        for axis in np.flatnonzero(bodies[box].cell.any(axis=1)):
+            spans = np.abs(x[bonds[:, 0], axis] - x[bonds[:, 1], axis])
+            assert np.sum(spans > 2.0 * SPACING) > 20, f"control: bonds cross the boundary {axis} of {box}"
