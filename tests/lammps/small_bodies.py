@@ -154,6 +154,22 @@ group free subtract all grips
 """
 
 
+ENTRIES = ("open", "kinetic", "first", "second", "lost", "contacts", "dissipated", "movers", "others", "plastic", "unused", "ended", "volume", "box")
+
+
+def energies(table, row=-1):
+    """f_energy and its entries by name, of one row of a thermo table; of all rows with None."""
+    names = ["f_energy", *(f"f_energy[{k}]" for k in range(1, len(ENTRIES)))]
+    return {entry: table[name] if row is None else table[name][row] for entry, name in zip(ENTRIES, names)}
+
+
+def turn_about(angle, axis=(1.0, 2.0, -2.0)):
+    """Matrix of a rotation."""
+    unit = np.array(axis) / np.linalg.norm(axis)
+    cross = np.cross(np.eye(3), -unit)
+    return np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
+
+
 def two_groups(one, two):
     """Groups one and two of spheres 1 and 2, with these velocities along x."""
     return f"group one id 1\ngroup two id 2\nvelocity one set {one:.17g} 0 0\nvelocity two set {two:.17g} 0 0\n"

@@ -4,9 +4,9 @@ ghosts and neighbor list were made."""
 
 import numpy as np
 import pytest
-from python_host import run_python
+from library import run_python
 from small_bodies import head, lattice_body, pair, write_body
-from test_lifetimes import error_of
+from test_scenes import error_of
 
 SKIN = 0.0007
 COUNTS = "$(f_bonds[1]) $(f_bonds[2]) $(f_bonds[3]) $(f_bonds[4]:%.15g)"
@@ -98,20 +98,6 @@ def test_a_single_atom_that_moved_too_far_is_found(lmp, tmp_path, ranks, check):
     assert "needs the pairs of the current atoms" in error_of(lmp(text + "print $(f_bonds[1])\n", ranks=ranks))
     near = text.replace("y+", "y+0.9*")
     lmp(near + "print $(f_bonds[1])\n", ranks=ranks).ok()
-
-
-def test_counts_are_there_after_a_run_and_between_its_parts(lmp, tmp_path):
-    """Nothing has moved: what the last step printed, with rare neighbor builds too, and the run goes on as if nobody had asked."""
-    write(tmp_path, "periodic")
-    text = deck("periodic", start="velocity all set 40 0 0\nset atom 1*48 vx -40\ntimestep 1e-7\nthermo_style custom step pe f_bonds[1] f_bonds[2] f_bonds[3] f_bonds[4]\n"
-                "thermo_modify format float %.15g\nneigh_modify every 1 delay 0 check yes\n")
-    asked = lmp(text + f'run 60 every 20 "print \'ASKED {COUNTS}\'"\n', ranks=2).ok()
-    table = asked.thermo()
-    rows = [np.array(line.split()[1:], dtype=float) for line in asked.stdout.splitlines() if line.startswith("ASKED ")]
-    columns = np.stack([table[f"f_bonds[{k}]"] for k in (1, 2, 3, 4)], axis=1)
-    assert len(rows) == 3 and np.all(rows[-1] == columns[-1]) and rows[0][1] != rows[-1][1]
-    alone = lmp(text + "run 60\n", ranks=2).ok().thermo()
-    assert table["PotEng"][-1] == alone["PotEng"][-1]
 
 
 SCATTER = """

@@ -2,7 +2,6 @@
 """compute evp/dt: the step limits of the network, against matrices assembled by tools/evp, and by running across them."""
 
 import itertools
-import re
 
 import numpy as np
 import pytest
@@ -46,7 +45,7 @@ def test_reference_specimen(lmp, reference, gamma, published):
     for key, value in published.items():
         digits = PUBLISHED if key != "dt_rows" else 5e-3  # three digits
         assert expected[key] == pytest.approx(value, rel=digits), "control: the assembled matrices"
-    for ranks, newton in ((1, "on"), (2, "off"), (4, "on")):
+    for ranks, newton in ((1, "on"), (4, "off")):
         run = lmp(deck(gamma, newton=newton) + "run 0\n", ranks)
         agree(run.ok().thermo(), expected)
 
@@ -60,16 +59,6 @@ def test_atoms_outside_the_group_are_held(lmp, reference, group):
     assert len({round(1e12 * each["dt_elastic"]) for each in expected.values()}) == 3
     run = lmp(deck(300, "literal", group=group) + "run 0\n", 2).ok()
     agree(run.thermo(), expected[group])
-
-
-@pytest.mark.parametrize("ranks, newton", [(1, "off"), (4, "on")])
-def test_deformed_body(lmp, tmp_path, reference, pulled_body, ranks, newton):
-    """Bonds in the second regime count with their stiffness at rest, tension adds F/d across."""
-    write_state(tmp_path / "state.dump", pulled_body.x, 0 * pulled_body.v, pulled_body.box)
-    text = deck(30, "literal", newton, "all").replace("c_dt c_dt[*]", "")
-    text += "run 0\nread_dump state.dump 0 x y z vx vy vz box no replace yes\n" + thermo("c_dt c_dt[*]") + "run 0\n"
-    run = lmp(text, ranks=ranks).ok()
-    agree(run.thermo(1), limits(reference, pulled_body.x, 30.0, "literal", np.ones(500, dtype=bool)))
 
 
 STIFFENING = law.Row(12.0, 6.0, 3.0, 70.0, 8.0, 4.0, 0.003, 0.0, 1.5)  # m2 n2 e2 = 10.4 m1 n1 e1
@@ -103,7 +92,7 @@ def check_two(table, strain, gamma, deq):
     assert table["c_dt[5]"][0] <= table["c_dt[2]"][0] * (1.0 + ITERATED)
 
 
-@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off"), (4, "on")])
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off")])
 def test_a_stiffer_second_regime_in_a_deformed_body(lmp, tmp_path, reference, pulled_body, ranks, newton):
     """Bonds of both regimes against the assembled matrices."""
     write_state(tmp_path / "state.dump", pulled_body.x, 0 * pulled_body.v, pulled_body.box)
@@ -136,51 +125,3 @@ def test_a_body_that_stiffens_keeps_its_energy_at_the_recommended_step(lmp, tmp_
 def test_nothing_that_interacts_sets_no_limit(lmp, tmp_path, reference, ranks):
     run = lmp(deck(1000).replace("fix bonds all evp/bonds", "") + "run 0\n", ranks=ranks).ok()
     assert all(run.thermo()[f"c_dt{k}"][0] == 1e20 for k in ("", "[1]", "[2]", "[3]", "[4]", "[5]"))
-
-
-def vibrate(lmp, gamma, fraction, time):
-    """Kinetic energy of a small vibration, sampled over `time` limits, at a step of fraction times the limit."""
-    steps = int(round(time / fraction))
-    return lmp(deck(gamma) + f"""
-run 0
-variable dt equal {fraction}*$(c_dt:%.17g)
-variable vx atom 1e-4*sin(1.1*id)
-variable vy atom 1e-4*cos(2.3*id)
-velocity free set v_vx v_vy 0
-timestep $(v_dt:%.17g)
-thermo {max(1, steps // 100)}
-run {steps}
-""").ok()
-
-
-@pytest.mark.parametrize("gamma", [0, 1000])
-def test_stable_below_the_limit_and_not_above(lmp, gamma):
-    """'Finite' is not 'stable': each run is judged against one at a quarter of the limit, over the same time.
-    Without damping the mean kinetic energy of every mode is the same at any stable step (velocities at full steps); with
-    it, what is left after 600 limits belongs to slow modes that both steps resolve."""
-    small, below, above = (vibrate(lmp, gamma, fraction, 600) for fraction in (0.25, 0.98, 1.02))
-    assert not [w for w in below.warnings() if "largest stable timestep" in w]
-    start = small.thermo()["KinEng"][0]
-    if gamma == 0:
-        means = [run.thermo()["KinEng"][1:].mean() for run in (small, below)]
-        assert means[0] == pytest.approx(0.5 * start, rel=0.05), "control: half of it is potential energy"
-    else:
-        means = [run.thermo()["KinEng"][-1] for run in (small, below)]
-        assert means[0] < 0.2 * start, "control: damping acts"
-    assert means[1] == pytest.approx(means[0], rel=0.05)
-    assert above.thermo()["KinEng"].max() > 1e3 * start
-
-
-@pytest.mark.parametrize("ranks", [1, 2])
-def test_step_above_the_limit_is_warned_of_with_the_ratio(lmp, ranks):
-    text = deck(1000) + "run 0\ntimestep $(2.5*c_dt:%.17g)\nrun 1\ntimestep $(0.9*c_dt/2.5:%.17g)\n"
-    warned = [w for w in lmp(text, ranks=ranks).ok().warnings() if "times the largest stable timestep" in w]
-    assert len(warned) == 1, "once, and not at all by a step below"
-    assert float(re.search(r"is ([0-9.]+) times the largest stable timestep", warned[0]).group(1)) == pytest.approx(2.5, rel=ITERATED)
-
-
-def test_the_papers_step_fails_for_table_2(lmp):
-    """Eq. 7 knows no gamma: 1.32e-7 s is 3.8 times the limit of Table 2, is warned of, and blows up in a dozen steps."""
-    run = vibrate(lmp, 1000, 1.321e-7 / 3.510e-8, 30)
-    assert any("is 3.76" in w and "times the largest stable timestep" in w for w in run.warnings())
-    assert run.thermo()["KinEng"].max() > 1e3 * run.thermo()["KinEng"][0]

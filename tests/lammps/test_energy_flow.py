@@ -7,19 +7,12 @@ from common_bodies import REFERENCE
 from evp import curves, cycles, flow, law
 from hostile import refused
 from lammps_run import read_csv, run_lammps
-from small_bodies import STIR, head, pair, thermo, two_groups, write_body, write_two
+from small_bodies import ENTRIES, STIR, energies, head, pair, thermo, two_groups, write_body, write_two
 
-ENTRIES = ("open", "kinetic", "first", "second", "lost", "contacts", "dissipated", "movers", "others", "plastic", "unused", "ended", "volume")
 ROW = law.TABLE1
 DEQ, SUM_RADII, DLIM = 0.011, 0.01, 0.015
 RELATIVE = {"movers": 1e-4, "plastic": 1e-7, "ended": 1e-7}  # of the trapezoid; of the margin of a cut-off, up to which a bond flows
 CLOSED = 1e-11  # sums over some hundred atoms and steps of terms that are rounded to 1e-16 and cancel
-
-
-def entries(table, row=-1):
-    """By name, of one row of the table; of all rows without."""
-    row = slice(None) if row is None else row
-    return dict(zip(ENTRIES, (table[name][row] for name in ("f_energy", *(f"f_energy[{k}]" for k in range(1, 13))))))
 
 
 def style(row, contact, plasticity="isotropic", breaks="none", fix="fix bonds all evp/bonds"):
@@ -55,14 +48,14 @@ def test_a_flowed_bond_that_leaves(lmp, tmp_path, breaks, ranks):
     left = flow.step(cut, DEQ, ROW, 0.0, 0.0)
     depth = flow.stored(cut, DEQ, ROW, left.q)
     for k in (5, 20, 40, 60, 82, 84, 100):
-        found, d = entries(out, k), DEQ + 1.2 * (DLIM - DEQ) * k / 100
+        found, d = energies(out, k), DEQ + 1.2 * (DLIM - DEQ) * k / 100
         now = flow.step(min(d, cut), DEQ, ROW, 0.0, 0.0)
         held = flow.stored(d, DEQ, ROW, now.q) if d < cut else 0.0
         expected = {"first": held, "plastic": now.dissipated, "ended": 0.0 if d < cut else depth, "movers": now.dissipated + (held or depth)}
         for name, value in expected.items():
             assert found[name] == pytest.approx(float(value), rel=RELATIVE.get(name, 1e-9), abs=CLOSED * depth), (k, name)
         assert all(found[name] == 0.0 for name in ("lost", "second", "contacts", "kinetic", "volume", "unused")), k
-    d, found, before = DEQ - 0.0013, entries(back), entries(out)
+    d, found, before = DEQ - 0.0013, energies(back), energies(out)
     if breaks == "none":
         now, of, ended = flow.step(d, DEQ, ROW, left.q, left.k), "first", 0.0
         held = flow.stored(d, DEQ, ROW, now.q)
@@ -85,10 +78,10 @@ def test_a_bond_recorded_next_to_its_cut_off(lmp, tmp_path, breaks, builds):
     left = flow.return_map(DLIM, deq, ROW, *flow.return_map(low, deq, ROW, 0.0, 0.0))
     depth = float(flow.stored(DLIM, deq, ROW, left[0]))
     assert depth > 2.0 * law.energy(DLIM, deq, ROW, deq), "control"
-    assert entries(out)["ended"] == pytest.approx(depth, rel=1e-6)
-    assert entries(back)["ended"] == pytest.approx(0.0 if breaks == "none" else depth, rel=1e-6, abs=1e-6 * depth)
+    assert energies(out)["ended"] == pytest.approx(depth, rel=1e-6)
+    assert energies(back)["ended"] == pytest.approx(0.0 if breaks == "none" else depth, rel=1e-6, abs=1e-6 * depth)
     for table in (pressed, out, back):
-        assert np.abs(table["f_energy"]).max() < 1e-3 * entries(out)["movers"]
+        assert np.abs(table["f_energy"]).max() < 1e-3 * energies(out)["movers"]
 
 
 @pytest.mark.parametrize("plasticity", ["isotropic", "none"])
@@ -102,13 +95,13 @@ def test_a_bond_that_breaks_where_its_particles_overlap(lmp, tmp_path, plasticit
     else:
         depth = law.energy(cut, deq, ROW, deq)
     assert law.energy(cut, SUM_RADII, ROW, SUM_RADII) > 0.1 * depth, "control: at the sum of the radii it would have energy"
-    found = entries(out)
+    found = energies(out)
     assert found["ended"] == pytest.approx(depth, rel=1e-6)
     assert found["contacts"] == pytest.approx(0.0, abs=CLOSED) and found["lost"] == 0.0
-    pushed = entries(back)
+    pushed = energies(back)
     assert pushed["contacts"] > 0.01 * depth, "control: it repels"
     for table in (out, back):
-        assert np.abs(table["f_energy"]).max() < 1e-3 * (depth + entries(out)["plastic"])
+        assert np.abs(table["f_energy"]).max() < 1e-3 * (depth + energies(out)["plastic"])
 
 
 @pytest.mark.parametrize("ranks", [1, 2])
@@ -121,14 +114,14 @@ def test_volume_energy_that_is_lost(lmp, tmp_path, breaks, gone, ranks):
     at_cut = kv * (3.0 * (cut / DEQ - 1.0))**2
     depth = law.energy(cut, DEQ, ROW, DEQ)
     for k in (10, 40, 82, 84, 100):
-        found, d = entries(out, k), DEQ + 1.2 * (DLIM - DEQ) * k / 100
+        found, d = energies(out, k), DEQ + 1.2 * (DLIM - DEQ) * k / 100
         inside = d < cut
         volume = kv * (3.0 * (d / DEQ - 1.0))**2 if inside else 0.0
         assert found["volume"] == pytest.approx(volume, rel=1e-9), k
         lost = 0.0 if inside else at_cut + (depth if breaks == "none" else 0.0)
         assert found["lost"] == pytest.approx(lost, rel=1e-9, abs=CLOSED * at_cut), k
         assert abs(found["open"]) < 1e-3 * at_cut
-    found = entries(back)
+    found = energies(back)
     # the strain of one that comes back is that at the end of the step, its share of it that at the cut-off
     assert found["lost"] == pytest.approx(gone * at_cut, rel=1e-9, abs=2e-4 * at_cut)
     assert (found["volume"] > 0.0) == (gone == 0.0)
@@ -142,7 +135,7 @@ def test_a_contact_ends_with_nothing(lmp, tmp_path):
     for part in (1, 8):
         text = head(skin=0.002) + style(ROW, "repulsive", fix="fix bonds all evp/bonds zone 1.000001") + two_groups(20, -20)
         table = lmp(text + "fix move all nve\n" + ledger(part) + f"timestep {2e-7 / part}\nrun {1000 * part}\n").ok().thermo()
-        found, all_rows = entries(table), entries(table, None)
+        found, all_rows = energies(table), energies(table, None)
         assert np.all(np.diff(all_rows["plastic"]) >= 0.0)
         assert np.all(all_rows["contacts"] >= 0.0) and all_rows["contacts"].max() > 0.1 * found["plastic"]
         assert found["contacts"] == found["lost"] == found["ended"] == 0.0
@@ -159,7 +152,7 @@ def test_flow_that_is_due_at_set_up(lmp, tmp_path, contact):
     text += f"set atom 2 x {0.5 * DEQ + 0.0004}\n" + ledger(1) + "run 0\nrun 2\n"
     text += f"set atom 2 x {0.5 * DEQ - 0.0002}\nrun 0\nrun 2\n"
     run = lmp(text).ok()
-    waiting, flowed, back, again = (entries(run.thermo(k), None) for k in range(1, 5))
+    waiting, flowed, back, again = (energies(run.thermo(k), None) for k in range(1, 5))
     first = flow.step(DEQ + 0.0004, DEQ, ROW, 0.0, 0.0)
     spent = float(first.dissipated)
     assert [waiting[name][0] for name in ENTRIES] == [0.0] * len(ENTRIES)
@@ -216,27 +209,13 @@ def test_closes_through_flow_and_loss(lmp, tmp_path, body, contact, breaks, kv, 
     opened = []
     for part in (1, 8):
         table = lmp(flung(contact, breaks, kv, gamma, style_name, 1e-7 / part, 800 * part)).ok().thermo()
-        found = entries(table)
+        found = energies(table)
         opened.append(abs(found["open"]) / abs(found["kinetic"]))
     assert opened[0] < 1.5e-3 and opened[1] < max(0.25 * opened[0], 1e-5), opened
     expected = {"first": True, "plastic": True, "ended": True, "volume": kv > 0, "dissipated": gamma > 0, "second": False, "unused": False}
     for name, there in expected.items():
         assert (abs(found[name]) > 20.0 * opened[1] * abs(found["kinetic"])) == there, (name, found)
         assert there or abs(found[name]) <= CLOSED * abs(found["kinetic"]), name
-
-
-@pytest.mark.parametrize("gamma, style_name", [(100, "nve"), (100, "nve/evp tol 1e-12")])
-def test_entries_are_the_same_on_any_ranks(lmp, tmp_path, body, gamma, style_name):
-    write_body(tmp_path / "body.data", body)
-    tables = []
-    for ranks, newton in ((1, "on"), (2, "on"), (2, "off"), (4, "on"), (4, "off")):
-        table = lmp(flung("repulsive", "0.05", 1000, gamma, style_name, 1e-7, 700, newton, 100, 300), ranks).ok().thermo()
-        tables.append(entries(table, None))
-        assert table["f_bonds[5]"][-1] > 10
-    for name in ENTRIES:
-        for other in tables[1:]:
-            assert np.abs(other[name] - tables[0][name]).max() < 1e-10 * np.abs(tables[0]["kinetic"]).max(), name
-    assert all(np.abs(tables[0][name]).max() > 0.01 for name in ("ended", "plastic", "volume", "dissipated"))
 
 
 @pytest.mark.parametrize("gamma, style_name", [(0, "nve"), (1000, "nve/evp")])

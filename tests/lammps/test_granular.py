@@ -202,23 +202,6 @@ def test_the_deck(tmp_path):
         assert len(read_dump(tmp_path / f"{plate}_frames.dump")) == 3
 
 
-@pytest.mark.parametrize("choices, message", [
-    ({"plate": "ice"}, "plate must be spheres or wall, got ice"),
-    ({"normal": "jkr"}, "normal must be hooke or hertz, got jkr"),
-    ({"friction": 0}, "friction, speed and gravity must be positive, or the block does not stop, got 0, 1 and 1000"),
-    ({"stiffness": -1}, "stiffness and settle must be 0 or positive, got -1 and 0"),
-    ({"nu": 0.6}, "young must be positive and nu lie between 0 and 0.5, got 21e9 and 0.6"),
-    ({"restitution": 1}, "restitution must lie between 0 and 1, got 1"),
-    ({"dtfraction": 0.7}, "dtfraction must lie between 0 and 0.5, got 0.7"),
-    ({"rows": 1}, "rows must be an integer of 10 or more, got 1"), ({"rows": 20.5}, "rows must be an integer of 10 or more, got 20.5"),
-    ({"frames": 2.5}, "frames must be 0 or a positive integer, got 2.5"), ({"frames": -1}, "frames must be 0 or a positive integer, got -1"),
-    ({"integrator": "verlet"}, "integrator must be explicit or implicit, got verlet"),
-    ({"material": "x:y", "coeff": "80 8 4 3 8 4 0.005 0 1.5"}, "material and coeff are both given: give one of them")])
-def test_bad_choices_are_named(tmp_path, choices, message):
-    found = run_lammps("in.sliding", 1, {"out": "run", **choices}, tmp_path)
-    assert found.returncode != 0 and f"\nERROR: {message}\n" in found.stdout, found.stdout[-1000:]
-
-
 def test_the_ball_of_in_impact(tmp_path):
     """A ball that flies obliquely loses more of its speed along the plate with friction, and the balance closes; off needs no package."""
     (tmp_path / "ball.region").write_text("region body sphere 0.004 0 0 0.004\n")

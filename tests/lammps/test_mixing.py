@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Beside other styles, walls, and in whatever order atoms and boxes are changed: right, or one clear refusal."""
+"""Beside other styles and LAMMPS' other ways to run, and in whatever order atoms and boxes are changed: right, or one clear refusal."""
 
 import numpy as np
 import pytest
 from evp import law
 from hostile import refused
-from small_bodies import (ANOTHER_ORDER, MOVE, ROUND_OFF, STIR, check_forces, dump, head, lattice_body, pair, record,
-                          truth, words, write_body)
+from small_bodies import (ANOTHER_ORDER, MOVE, ROUND_OFF, STIR, assert_eventful, assert_same_curve, check_forces, dump, head, lattice_body, pair,
+                          record, thermo, truth, words, write_body)
 
-STEPS = "run 100\n"
+# ---- beside other styles, walls, and in whatever order atoms and boxes are changed ----
+
 # a step as good as none: the velocities of the dump are those that the damping saw
 HOLD = "run 60\nunfix move\nfix move all nve/noforce\ntimestep 1e-30\nrun 50\n"
 EPSILON, SIGMA, CUT = 2.0, 0.009, 0.018  # of lj/cut [J, m, m]
@@ -53,75 +54,6 @@ def test_hybrid_with_lj_cut(lmp, bar, style, ranks, newton):
     assert run.thermo()["f_bonds[2]"][-1] > 20, "control: the body is deformed"
 
 
-@pytest.mark.parametrize("ranks", [1, 3])
-def test_walls_and_indenters(lmp, bar, ranks):
-    """A harmonic wall at x = 0.002 and a spherical indenter at the other end, by their formulas, beside our forces."""
-    k_wall, reach, k_indent, centre, radius = 1e6, 0.006, 1e9, np.array([0.065, 0.02, 0.02]), 0.015
-    run = lmp(head() + pair() + f"""
-region floor plane 0.002 0 0 1 0 0
-variable inner atom x>0.0021
-group inner variable inner
-fix wall inner wall/region floor harmonic {k_wall} 0 {reach}
-fix dent all indent {k_indent} sphere {centre[0]} {centre[1]} {centre[2]} {radius} units box
-""" + STIR.replace("300.0", "0") + MOVE + dump() + STEPS, ranks=ranks).ok()
-    inner = bar.x[:, 0] > 0.0021
-    for snapshot in run.dump("all.dump")[1:]:
-        x = snapshot.vectors("x", "y", "z")
-        above = x[:, 0] - 0.002
-        added = np.zeros_like(x)
-        added[:, 0] = np.where(inner & (above < reach), 2.0 * k_wall * (reach - above), 0.0)
-        away = x - centre
-        d = np.linalg.norm(away, axis=1)
-        added += np.where(d < radius, k_indent * (d - radius) ** 2 / d, 0.0)[:, None] * away
-        assert np.sum(added[:, 0] > 0.0) > 5 and np.sum(d < radius) > 2, "control: both touch the body"
-        check_forces(snapshot, bar, added=added)
-    assert run.thermo()["f_bonds[2]"][-1] > 20
-
-
-@pytest.mark.parametrize("ranks, contact", [(1, "literal"), (3, "none")])
-def test_bonds_in_a_group_only(lmp, bar, ranks, contact):
-    """Pairs with an atom outside the group are new contacts to the law."""
-    run = lmp(head("off") + "region low block INF 0.03 INF INF INF INF\ngroup low region low\n"
-              + pair(contact=contact, fix="fix bonds low evp/bonds") + STIR + MOVE + dump() + STEPS, ranks=ranks).ok()
-    low = {p: deq for p, deq in bar.bonds.items() if all(bar.x[k - 1, 0] < 0.03 for k in p)}
-    assert 50 < len(low) < len(bar.bonds) - 50
-    assert run.thermo()["f_bonds"][-1] == len(low)
-    for snapshot in run.dump("all.dump")[1:]:
-        check_forces(snapshot, bar._replace(bonds=low), contact=contact)
-
-
-@pytest.mark.parametrize("contact", ["literal", "repulsive", "none"])
-def test_bodies_that_meet(lmp, tmp_path, contact):
-    """Two bodies, 17 mm between them, run into each other at 300 m/s: the pairs across are new, and with contact
-    none they pass through one another."""
-    one = lattice_body((3, 3, 3))
-    two = one.x + [0.045, 0.004, 0.001]
-    x, radius = np.concatenate([one.x, two]), np.tile(one.radius, 2)
-    bodies = one._replace(x=x, radius=radius, types=np.ones(len(x), dtype=int), box=np.array([[-0.05, 0.15]] * 3),
-                          bonds=record(x, radius, 1.5, one.cell))
-    assert len(bodies.bonds) == 2 * len(one.bonds), "no bond across"
-    write_body(tmp_path / "body.data", bodies)
-    run = lmp(head() + pair(contact=contact) + """
-group one id <= 27
-group two subtract all one
-velocity one set 150 0 0
-velocity two set -150 0 0
-""" + MOVE.replace("pxx pyz", "c_across[1]").replace("thermo_style", "compute across one group/group two\nthermo_style", 1)
-              + dump() + "run 300\n", ranks=2).ok()
-    for snapshot in run.dump("all.dump")[1:]:
-        found = check_forces(snapshot, bodies, contact=contact, at_rest=True)
-    across = np.sum((found["i"] < 27) != (found["j"] < 27))
-    thermo = run.thermo()
-    assert thermo["f_bonds[3]"][0] == 0.0 and thermo["c_across[1]"][0] == 0.0
-    assert (thermo["f_bonds[3]"][-1] == found["new_contacts"]) and (across > 0) == (contact != "none")
-    assert (thermo["c_across[1]"][-1] == 0.0) == (contact == "none")
-    v = snapshot.vectors("vx", "vy", "vz")
-    mass = radius**3
-    assert np.linalg.norm(mass @ v) < ROUND_OFF * np.sum(mass[:, None] * np.abs(v)), "momentum, 0 at the start"
-    if contact == "none":
-        assert np.abs(np.abs(v[:, 0]) - 150.0).max() < ANOTHER_ORDER * 150.0
-
-
 PULL = "displace_atoms all ramp x 0 0.003 x 0 0.06\ndisplace_atoms all ramp y 0 -0.001 x 0 0.06\n"
 
 
@@ -144,54 +76,6 @@ def test_deleted_atoms(lmp, bar, ranks, newton):
     refused(run, "atom ID 90 is not the atom that was recorded under this ID", "'read_data ... add 96'")
 
 
-LJ_UNITS = """
-units lj
-atom_style sphere
-atom_modify map yes
-boundary f f f
-lattice sc 1.0
-region box block -2 7 -2 6 -2 12
-create_box 1 box
-region body block 0 3.1 0 3.1 0 1.1
-create_atoms 1 region body
-set group all diameter 1
-neighbor 0.2 bin
-neigh_modify every 1 delay 0 check yes
-pair_style evp/lj contact {contact}
-pair_coeff * * 80 8 4 3 8 4 0.005 0 1.3
-fix bonds all evp/bonds
-fix move all nve
-timestep 0.0005
-thermo_style custom step atoms f_bonds f_bonds[3]
-{dump}
-run 0
-region above block 0 3 0 3 4 5
-fix rain all deposit 3 1 100 99887 region above vz -20 -20 near 0.5
-run 500
-"""
-
-
-@pytest.mark.parametrize("ranks", [1, 3])
-def test_deposited_atoms_are_unbonded(lmp, ranks):
-    """fix deposit drops three spheres on a plate: they are new contacts, the plate keeps its bonds."""
-    run = lmp(LJ_UNITS.format(contact="repulsive", dump=dump()), ranks=ranks).ok()
-    first, last = run.dump("all.dump")[0], run.dump("all.dump")[-1]
-    x = first.vectors("x", "y", "z")
-    cell = np.zeros((3, 3))
-    body = lattice_body((1, 1, 1))._replace(bonds=record(x, np.full(len(x), 0.5), 1.3, cell), cell=cell)
-    assert run.thermo()["Atoms"][-1] == len(x) + 3
-    assert run.thermo()["f_bonds"][-1] == len(body.bonds)
-    row = law.TABLE1._replace(alpha=1.3)
-    met = 0
-    for snapshot in run.dump("all.dump")[-6:]:
-        n = len(snapshot["id"])
-        now = body._replace(radius=np.full(n, 0.5), types=np.ones(n, dtype=int))
-        found = check_forces(snapshot, now, row, "repulsive", at_rest=True)
-        met += np.sum(np.maximum(found["i"], found["j"]) >= len(x))
-    assert met > 0, "control: they do meet the plate"
-    assert min(last["vz"][len(x):]) > -0.5 * 20.0, "and the plate stopped their fall"
-
-
 @pytest.mark.parametrize("ranks", [1, 3])
 def test_set_type_and_diameter(lmp, bar, ranks):
     """Bonds keep deq; the row of their law, dlim and what new pairs take for deq follow the present types and radii."""
@@ -208,14 +92,6 @@ def test_set_type_and_diameter(lmp, bar, ranks):
     for control in (changed._replace(types=bar.types), changed._replace(radius=bar.radius)):
         with pytest.raises(AssertionError):
             check_forces(last, control, rows)
-
-
-def test_replicate_is_refused_after_the_fix(lmp, bar):
-    """LAMMPS cannot copy what fixes keep per atom; before the fix it can."""
-    refused(lmp(head() + pair() + "replicate 2 1 1\n"), "Cannot replicate")
-    refused(lmp(head() + pair() + "fix move all nve\nrun 0\nreplicate 2 1 1\n"), "Cannot replicate", stepped=True)
-    run = lmp(head(boundary="p f f").replace("neighbor", "replicate 2 1 1\nneighbor") + pair() + MOVE + "run 0\n").ok()
-    assert run.thermo()["f_bonds"][0] == 2 * len(bar.bonds)
 
 
 @pytest.mark.parametrize("ranks, newton", [(1, "on"), (4, "off")])
@@ -240,3 +116,163 @@ run 0
     assert found["bonds_second"] > 20
     with pytest.raises(AssertionError):
         check_forces(sheared, body)
+
+
+# ---- beside lammps' other ways to run ----
+
+SHOW = thermo("pe fmax f_bonds f_bonds[2]")
+
+
+STRETCH = "displace_atoms all ramp x 0 0.0012 x 0 0.06\n"
+
+
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (3, "off")])
+@pytest.mark.parametrize("style", ["fire", "cg"])
+def test_minimisation_of_a_body(lmp, bar, style, ranks, newton):
+    """A stretched bar finds its way back towards the recorded places: energy falls at every output, forces vanish
+    beside the yield force, and those left are the law's without damping. 500 iterations: 6 modes of a bar of 6 cells
+    need some dozens."""
+    row = law.TABLE1._replace(gamma=1000.0)
+    run = lmp(head(newton) + pair(row, contact="none") + SHOW + "thermo 1\ntimestep 1e-7\n" + f"""
+minimize 0 0 1 1
+{STRETCH}
+min_style {style}
+min_modify dmax 1e-4
+{dump(every=1)}
+thermo 100
+minimize 0 1e-3 500 2000
+""", ranks=ranks).ok()
+    table = run.thermo(-1)
+    assert run.stdout.count("recorded") == 1, "by the first minimisation"
+    assert table["f_bonds[2]"][0] > 50, "control: stretched into the second regime"
+    assert np.all(np.diff(table["PotEng"]) <= 0.0)
+    yield_force = 8 * 4 * 80 * 0.005 / 0.01
+    assert table["Fmax"][0] > 0.5 * yield_force
+    assert table["Fmax"][-1] < 0.01 * yield_force
+    snapshots = run.dump("all.dump")
+    still = np.zeros_like(snapshots[0]["x"])
+    for snapshot in (snapshots[0], snapshots[len(snapshots) // 20]):
+        snapshot.columns.update(vx=still, vy=still, vz=still)
+        check_forces(snapshot, bar, contact="none")
+
+
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (3, "off")])
+def test_rerun_with_bonds_from_a_file(lmp, bar, ranks, newton):
+    """Energies and forces of a dump's snapshots are those of the run that wrote it. Control: a rerun that records its
+    own bonds at the first snapshot, already deformed, has others."""
+    lmp(head() + pair() + "fix move all nve\nrun 0\nwrite_evp_bonds all.bonds\n").ok()
+    whole = lmp(head() + pair() + STIR + MOVE + dump(every=10) + "run 100\n", ranks=2).ok()
+    again = """
+dump all all custom 10 again.dump id x y z vx vy vz fx fy fz
+dump_modify all format float %.17g
+rerun all.dump first 20 dump x y z vx vy vz
+"""
+    kept = pair(fix="fix bonds all evp/bonds file all.bonds")
+    run = lmp(head(newton) + kept + MOVE + again, ranks=ranks).ok()
+    table = whole.thermo()
+    later = {name: values[2:] for name, values in table.items() if name not in ("Step", "KinEng", "Pxx", "Pyz")}
+    assert list(run.thermo()["Step"]) == list(range(20, 101, 10))
+    assert_same_curve(run.thermo(), later, tolerance=10.0 * ROUND_OFF)
+    for snapshot, old in zip(run.dump("again.dump"), whole.dump("all.dump")[2:]):
+        check_forces(snapshot, bar)
+        assert np.abs(snapshot["fx"] - old["fx"]).max() < ANOTHER_ORDER * np.abs(old["fx"]).max()
+    assert_eventful(table)
+    fresh = lmp(head(newton) + pair() + MOVE + again, ranks=ranks).ok().thermo()
+    assert fresh["f_bonds[2]"][0] == 0.0 and abs(fresh["PotEng"][0] / later["PotEng"][0] - 1.0) > 1e-3
+
+
+NEW = {"e1": 70.5, "m1": 9.0, "n1": 3.5, "e2": 5.0, "m2": 7.0, "n2": 3.0, "xi_s": 0.008, "gamma": 90.0, "alpha": 1.42}
+
+
+@pytest.mark.parametrize("style", ["evp/lj", "hybrid/overlay zero 0.001 evp/lj"])
+def test_fix_adapt_of_every_coefficient(lmp, bar, style):
+    """After fix adapt the forces are those of the new row, and after `reset yes` those of the old one again."""
+    base = law.TABLE1._replace(gamma=20.0)
+    text, of_style = "", "evp/lj" if "hybrid" in style else ""
+    for key, value in NEW.items():
+        setup = pair(base).replace("pair_style evp/lj", f"pair_style {style}")
+        if of_style:
+            setup = setup.replace("pair_coeff * *", "pair_coeff * * zero\npair_coeff * * evp/lj")
+        text += "clear\n" + head("off") + setup + "fix hold all nve/noforce\ntimestep 1e-30\nrun 0\n" + STRETCH + STIR + f"""
+variable new equal {value}
+fix change all adapt 1 pair evp/lj {key} * * v_new reset yes
+{dump(key, every=1)}
+run 2
+unfix change
+undump all
+{dump(key + ".reset", every=1)}
+run 0
+"""
+    run = lmp(text, ranks=2).ok()
+    for key, value in NEW.items():
+        row = base._replace(**{key: value})
+        for snapshot in run.dump(key):
+            found = check_forces(snapshot, bar, row)
+        assert found["bonds_second"] > 50
+        with pytest.raises(AssertionError):
+            check_forces(snapshot, bar, base)
+        check_forces(run.dump(key + ".reset")[-1], bar, base)
+
+
+@pytest.mark.parametrize("style", ["evp/lj", "hybrid/overlay zero 0.001 evp/lj"])
+def test_fix_adapt_cannot_widen_alpha(lmp, bar, style):
+    """The neighbor list ends where it did at set-up: pairs beyond would be lost in silence. Down and up again is fine."""
+    setup = pair().replace("pair_style evp/lj", f"pair_style {style}")
+    if "hybrid" in style:
+        setup = setup.replace("pair_coeff * *", "pair_coeff * * zero\npair_coeff * * evp/lj")
+    text = head() + setup + MOVE + "variable a equal 1.5-0.1*{0}\nfix change all adapt 1 pair evp/lj alpha * * v_a\nrun 20\n"
+    run = lmp(text.format("(step>5)*(step<15)"), ranks=2).ok()
+    assert run.thermo()["Step"][-1] == 20
+    run = lmp(text.format("(step>5)*(0-1)"))
+    refused(run, "types 1 and 1: alpha must not grow during a run", "split the run there", stepped=True)
+
+
+def test_fix_adapt_cannot_bring_exponents_together(lmp, bar):
+    """The rule of pair_coeff holds for each value that fix adapt sets during a run."""
+    text = head() + pair() + MOVE + "variable m equal 4+{0}\nfix change all adapt 1 pair evp/lj m2 * * v_m\nrun 10\n"
+    assert lmp(text.format("1e-3*(11-step)"), ranks=2).ok().thermo()["Step"][-1] == 10
+    run = lmp(text.format("10^(-step)"), ranks=2)
+    refused(run, "Pair evp/lj, types 1 and 1: exponents too close: m2 - n2 = 0.0001, must be at least 0.00040001", stepped=True)
+
+
+@pytest.mark.parametrize("contact", ["literal", "repulsive"])
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (3, "off")])
+def test_radii_that_change_during_a_run(lmp, tmp_path, bar, ranks, newton, contact):
+    """fix adapt shrinks the spheres while the neighbor list stands: dlim, and deq of new pairs, follow at every step."""
+    row = law.TABLE1
+    text = head(newton, style="sphere 1") + pair(contact=contact, fix="fix bonds all evp/bonds zone 1.01") + """
+fix hold all nve/noforce
+variable size equal 0.0105-0.0002*step
+fix shrink all adapt 1 atom diameter v_size
+compute e all pair/local eng
+compute sum all reduce sum c_e inputs local
+dump all all custom 1 all.dump id x y z vx vy vz fx fy fz radius
+dump_modify all format float %.17g
+thermo 1
+""" + thermo("pe c_sum f_bonds f_bonds[3]") + """
+run 0 post no
+run 5
+"""
+    small = bar._replace(radius=np.full(len(bar.x), 0.00525))
+    write_body(tmp_path / "body.data", small)
+    run = lmp(text, ranks=ranks).ok()
+    snapshots = run.dump("all.dump")[-5:]
+    bonds = record(bar.x, small.radius, 1.01, bar.cell)
+    for snapshot in snapshots:
+        check_forces(snapshot, small._replace(radius=snapshot["radius"], bonds=bonds), row, contact, at_rest=True)
+    table = run.thermo()
+    assert np.ptp([snapshot["radius"][0] for snapshot in snapshots]) > 3e-4
+    assert "Neighbor list builds = 0" in run.stdout
+    assert np.allclose(table["PotEng"], table["c_sum"], rtol=10.0 * ROUND_OFF, atol=0.0), "compute() = single()"
+    assert np.ptp(table["PotEng"]) > 1e-3 * np.abs(table["PotEng"]).max(), "control: the radii matter"
+
+
+def test_plugin_unload(lmp, bar):
+    """What is unloaded is gone with what it made; what depends on it says so; nothing crashes."""
+    text = head() + pair() + "fix move all nve\nrun 1\n"
+    refused(lmp(text + "plugin unload pair evp/lj\nrun 1\n"), "Fix bonds evp/bonds needs pair style evp/lj", stepped=True)
+    run = lmp(text + "plugin unload fix evp/bonds\npair_style none\nrun 1\nfix bonds all evp/bonds\n")
+    refused(run, "Unrecognized fix style 'evp/bonds'", stepped=True)
+    run = lmp(text + "plugin clear\nrun 1\npair_style evp/lj\n", ranks=2)
+    refused(run, "Unrecognized pair style 'evp/lj'", stepped=True)
+    assert run.stdout.count("Loop time") == 2, "a run of free atoms in between"

@@ -4,17 +4,14 @@ viscous E tau rate with tau = gamma <l^2>/(m1 n1 e1), inertial of the order of r
 with gamma = 0 on the reference specimen, contact none, in the elastic part of the curve."""
 
 import json
-import re
-import subprocess
-import sys
 
 import numpy as np
 import pytest
 import scipy.sparse.linalg
 from common_bodies import REFERENCE
 from evp import curves, law, rates
+from lammps_run import run_lammps
 from oracle import brute, network
-from lammps_run import REPOSITORY, run_lammps
 
 PUBLISHED = json.loads(REFERENCE.with_suffix(".json").read_text())
 ROW = law.TABLE2
@@ -124,25 +121,3 @@ def test_inertia_goes_with_the_rate(pulls):
     assert np.count_nonzero(np.diff(np.sign(differences[1]))) in (3, 4), "control: about two periods"
     within = 0.5 * SOFTENING * 2.0 * np.pi * 2.0 * np.abs(differences[1]).max()
     assert differences[1] == pytest.approx(2.0 * differences[0], rel=0, abs=within)
-
-
-def command(*words):
-    words = [sys.executable, REPOSITORY / "tools" / "curves.py", "rate", *words]
-    return subprocess.run(words, capture_output=True, text=True, check=False)
-
-
-def test_command_prints_the_shares(pulls, shares):
-    shown = command(pulls(1000, 10), "--twin", pulls(0, 10), "--rate", "10", "--specimen", REFERENCE)
-    assert shown.returncode == 0, shown.stderr
-    theory, line = shown.stdout.splitlines()
-    viscous, inertial = map(float, re.search(r"viscous (\S+) %, inertial (\S+) %", line).groups())
-    found = shares(10, 0.002)
-    assert viscous == pytest.approx(100.0 * found.viscous / found.stress, abs=0.006)
-    assert inertial == pytest.approx(100.0 * found.inertial / found.stress, abs=0.006)
-    expected = float(re.search(r"E tau rate (\S+) MPa", theory)[1])
-    assert expected == pytest.approx(found.viscous / MPA, rel=0.05)
-
-
-def test_a_twin_with_dampers_is_refused(pulls):
-    refused = command(pulls(1000, 20), "--twin", pulls(1000, 10))
-    assert refused.returncode == 1 and "must be the run with gamma = 0" in refused.stderr

@@ -7,8 +7,6 @@ import struct
 import numpy as np
 import pytest
 from evp import law
-from hostile import ROW as WORDS
-from hostile import SECONDS, refused, scene
 from lammps_run import REPOSITORY, write_data
 from small_bodies import (ANOTHER_ORDER, MOVE, ROUND_OFF, SPACING, STIR, assert_same_curve, dump, head, lattice_body,
                           record, words, write_body)
@@ -88,7 +86,7 @@ def two_types(bar):
 # ---- forces
 
 
-@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off"), (4, "on")])
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off")])
 def test_forces_are_those_of_numbers_multiplied_by_hand(lmp_decks, two_types, ranks, newton):
     given, by_hand = two_types
     rest = BONDS + STIR + MOVE + dump() + STEPS
@@ -221,15 +219,6 @@ minimize 1e-8 0 20 100
             assert np.abs(np.sort(one[column]) - np.sort(two[column])).max() <= ANOTHER_ORDER * np.abs(two[column]).max()
 
 
-def test_flow(lmp_decks, bar, two_types):
-    """plasticity isotropic: return map, threshold and check of the row are those of the scaled law."""
-    style = "pair_style evp/lj contact repulsive plasticity isotropic break 0.3\n"
-    rest = BONDS + STIR + MOVE + dump() + STEPS
-    runs = lmp_decks({name: head() + coeffs(rows, style) + rest
-                      for name, rows in {"given": two_types[0], "by hand": two_types[1]}.items()})
-    same_forces(runs["given"], runs["by hand"], ANOTHER_ORDER)
-
-
 def test_fix_adapt_writes_numbers_as_typed(lmp_decks, bar, two_types):
     """e1 of 40 is 40 in the row: the law is made of it times the factor."""
     measured = measure(bar)
@@ -241,22 +230,6 @@ def test_fix_adapt_writes_numbers_as_typed(lmp_decks, bar, two_types):
     same_forces(runs["given"], runs["by hand"], ANOTHER_ORDER)
     change = vectors(runs["given"].dump("all.dump")[-1]) - vectors(runs["plain"].dump("all.dump")[-1])
     assert np.abs(change).max() > 100.0, "control: fix adapt acts"
-
-
-def test_hybrid_and_its_restart(lmp, bar):
-    """pair_style hybrid keeps no rows in restart files: the measures are those of the recording all the same."""
-    style = "pair_style hybrid evp/lj lj/cut 0.012\n"
-    rows = coeffs({"1 1": said(ONE, METAL)}, style, "evp/lj ") + "pair_coeff * 2 lj/cut 0 0.009\n"
-    whole = lmp(head() + rows + BONDS + STIR + MOVE + dump() + "run 50\nwrite_restart half.restart\nrun 50\n").ok()
-    own = {pair: deq for pair, deq in bar.bonds.items() if all(bar.types[k - 1] == 1 for k in pair)}
-    s, z = measure(bar._replace(bonds=own))[1, 1]
-    assert scaling_lines(whole) == [
-        f"pair evp/lj: types 1 1: spacing {s:.6g} (row 0.009), bonds per particle {z:.4g} (row 12): "
-        + "e1 e2 x {:.6g}, gamma x {:.6g}".format(*factors((s, z), METAL)[:2])]
-    again = lmp(head(start="read_restart half.restart") + rows + BONDS + MOVE + dump() + "run 50\n", ranks=2).ok()
-    assert scaling_lines(again) == scaling_lines(whole)
-    last = [run.dump("all.dump")[-1] for run in (whole, again)]
-    assert np.abs(vectors(last[0]) - vectors(last[1])).max() <= ANOTHER_ORDER * np.abs(vectors(last[0])).max()
 
 
 # ---- where the measures are kept
@@ -272,19 +245,7 @@ def section(path, ntypes):
     return tuple(words) if known else None
 
 
-@pytest.mark.parametrize("ranks", [2, 4])
-def test_measures_are_the_same_bits_on_any_number_of_ranks(lmp, bar, tmp_path, two_types, ranks):
-    """And those of numpy, but for the last bit of the mean."""
-    text = head() + coeffs(two_types[0]) + BONDS + "fix move all nve\nrun 0\nwrite_restart {}.restart\n"
-    for number in (1, ranks):
-        lmp(text.format(f"on{number}"), ranks=number).ok()
-    one, other = section(tmp_path / "on1.restart", 2), section(tmp_path / f"on{ranks}.restart", 2)
-    assert one == other
-    expected = [value for types in ((1, 1), (1, 2), (2, 2)) for value in measure(bar)[types]]
-    assert np.array(one) == pytest.approx(expected, rel=5e-16)
-
-
-@pytest.mark.parametrize("ranks", [1, 2, 4])
+@pytest.mark.parametrize("ranks", [2])
 def test_restart(lmp, bar, tmp_path, two_types, ranks):
     """Measures are those of the recording, to the last bit, though atoms are gone and types have changed since."""
     begin = head() + coeffs(two_types[0]) + BONDS + STIR + MOVE + dump() + "run 50\n"
@@ -310,27 +271,6 @@ def test_a_new_pair_style_takes_the_measures_that_there_are(lmp, bar, tmp_path, 
     assert section(tmp_path / "a.restart", 2) == section(tmp_path / "b.restart", 2) is not None
 
 
-def test_rows_that_come_after_the_recording(lmp_decks, bar, two_types):
-    given, by_hand = two_types
-    begin = head() + coeffs({"* *": words(TWO)}) + BONDS + STIR + MOVE + "run 20\n"
-    runs = lmp_decks({name: begin + coeffs(rows, "") + dump() + STEPS
-                      for name, rows in {"given": given, "by hand": by_hand}.items()})
-    same_forces(runs["given"], runs["by hand"], ANOTHER_ORDER)
-
-
-def test_data_file_and_bond_file(lmp, bar, two_types):
-    """Rows come with the data file, bonds with theirs: measured again, on another number of ranks."""
-    text = head() + coeffs(two_types[0]) + BONDS + STIR + MOVE + dump() + "run 50\n"
-    whole = lmp(text + "write_data half.data pair ij\nwrite_evp_bonds half.bonds\nrun 50\n").ok()
-    data = (whole.folder / "half.data").read_text(encoding="utf-8")
-    assert "PairIJ Coeffs" in data and "spacing 0.009 coordination 12 kv 700\n" in data
-    start = head(before="pair_style evp/lj", start="read_data half.data")
-    again = lmp(start + "fix bonds all evp/bonds file half.bonds\n" + MOVE + dump() + "run 50\n", ranks=2).ok()
-    assert scaling_lines(again) == scaling_lines(whole)
-    last = [run.dump("all.dump")[-1] for run in (whole, again)]
-    assert np.abs(vectors(last[0]) - vectors(last[1])).max() <= ANOTHER_ORDER * np.abs(vectors(last[0])).max()
-
-
 def test_a_new_fix_measures_again(lmp, bar):
     """The body was stretched by 1 % in between; without bonds the numbers are those of the row."""
     grow = "change_box all x scale 1.01 y scale 1.01 z scale 1.01 remap\n"
@@ -342,18 +282,6 @@ def test_a_new_fix_measures_again(lmp, bar):
     bonds = record(1.01 * bar.x, bar.radius, 1.5, bar.cell)
     assert last == pytest.approx(measure(bar._replace(bonds=bonds))[2, 2][0], rel=1e-5)
     assert sum("there are no bonds to compare with" in line for line in run.warnings()) == 1
-
-
-def test_files_hold_what_there_is(lmp, bar, tmp_path):
-    """Lines of data files only the keywords that are given; restart files measures only where a row needs them."""
-    made = {}
-    for name, more in (("plain", {}), ("density", {"density": 2700.0}), ("metal", METAL)):
-        text = head() + coeffs({"* *": said(ONE, more)}) + BONDS + "fix move all nve\nrun 0\n"
-        lmp(text + f"write_restart {name}.restart\nwrite_data {name}.data pair ij\n").ok()
-        made[name] = (tmp_path / f"{name}.restart").read_bytes()
-    assert "1 1 " + " ".join(f"{value:.15g}" for value in ONE) + "\n" in (tmp_path / "plain.data").read_text(encoding="utf-8")
-    assert len(made["density"]) == len(made["plain"]) == len(made["metal"]) - 8 * 2 * 3
-    assert section(tmp_path / "plain.restart", 2) is None
 
 
 # ---- fix evp/volume row
@@ -454,58 +382,7 @@ def blocks(page):
     return found
 
 
-def test_input_of_the_pair_page(lmp):
-    text, after = next(block for block in blocks("pair_evp_lj") if "spacing" in block[0])
-    line, = scaling_lines(lmp(text).ok())
-    assert f".. parsed-literal:: {line} " in after
-
-
-def test_input_of_the_page_of_read_evp_row(lmp):
-    (text, after), = blocks("read_evp_row")
-    run = lmp(text.replace("..", str(REPOSITORY))).ok()
-    line = next(line for line in run.stdout.splitlines() if line.startswith("K deq^2"))
-    assert f"It prints *{line}*." in after
-
-
 # ---- refusals
-
-BOTH = " spacing 0.01 coordination 12"
-REFUSED = {
-    "unknown keyword": ({"coeff": f"pair_coeff * * {WORDS} pitch 1"}, "unknown keyword 'pitch' of a row",
-                        "spacing, coordination, kv, density"),
-    "half": ({"coeff": f"pair_coeff * * {WORDS} spacing 1"}, "spacing and coordination are given together"),
-    "no value": ({"coeff": f"pair_coeff * * {WORDS} spacing"}, "keyword spacing needs a value"),
-    "negative": ({"coeff": f"pair_coeff * * {WORDS} spacing -1 coordination 2"}, "spacing must be positive", "got -1"),
-    "nan": ({"coeff": f"pair_coeff * * {WORDS} density nan"}, "density must be a finite decimal number"),
-    "another unit": ({"coeff": f"pair_coeff * * {WORDS} spacing 1e200 coordination 12"}, "types 1 and 1",
-                     "the row holds for spacing 1e+200", "in the same unit?"),
-    "too stiff": ({"coeff": "pair_coeff * * 1e150 8 4 3 8 4 0.005 0 1.5 spacing 1e-60 coordination 12"},
-                  "types 1 and 1", "for the spacing of the body e1 and e2 of the row are multiplied by", "overflow", "is the spacing of the row in the unit"),
-    "kv too large": ({"coeff": f"pair_coeff * * {WORDS} kv 1e99 spacing 1e-5 coordination 12", "then": "fix v all evp/volume row"},
-                     "types 1 and 1", "kv must not exceed 1e100 in the body"),
-    "kv without bonds": ({"coeff": f"pair_coeff * * {WORDS} kv 1", "fix": "fix v all evp/volume row", "thermo": ""}, "needs fix evp/bonds"),
-    "row and more": ({"then": "fix v all evp/volume row 3"}, "or the word row"),
-    "row misspelt": ({"then": "fix v all evp/volume rows"}, "KV must be a finite decimal number, got 'rows'"),
-    "no file": ({"coeff": "pair_coeff * * absent.evp:metal"}, "cannot read the potential file 'absent.evp'"),
-    "no row": ({"coeff": "pair_coeff * * p.evp:tin"}, "has no row 'tin'; its rows: metal, plain"),
-    "no name": ({"coeff": "pair_coeff * * p.evp:"}, "expected FILE:ROW"),
-    "cut in a row": ({"coeff": "pair_coeff * * cut.evp:metal"}, "file cut.evp line 2: expected 9 values, got 8"),
-    "a bad line": ({"coeff": "pair_coeff * * bad.evp:bad"}, "file bad.evp line 4: coordination must be positive"),
-    "command without prefix": ({"units": "units si\nread_evp_row p.evp:metal"}, "read_evp_row: expected at least two arguments", "got 1"),
-    "command without row": ({"units": "units si\nread_evp_row p.evp m"}, "read_evp_row: expected FILE:ROW", "got 'p.evp'"),
-    "bad prefix": ({"units": "units si\nread_evp_row p.evp:metal m-1"}, "letters, digits and underscores", "got 'm-1'"),
-    "other units": ({"units": "read_evp_row p.evp:metal m\nunits si"}, "'UNITS: lj', the units in force, got 'si'"),
-    "taken": ({"units": "units si\nvariable m_kv index 3\nread_evp_row p.evp:metal m"}, "there is a variable m_kv of another style"),
-}
-
-
-@pytest.mark.parametrize("case", REFUSED)
-def test_refusals(lmp, tmp_path, case):
-    (tmp_path / "p.evp").write_text(POTENTIAL, encoding="utf-8")
-    (tmp_path / "bad.evp").write_text(POTENTIAL + f"bad {WORDS} coordination 0\n", encoding="utf-8")
-    (tmp_path / "cut.evp").write_text(POTENTIAL.partition("\n")[0] + "\nmetal " + WORDS.rpartition(" ")[0], encoding="utf-8")
-    parts, *texts = REFUSED[case]
-    refused(lmp(scene(**parts), seconds=SECONDS), *texts)
 
 
 def test_long_lines_are_told_of(lmp, bar):

@@ -77,20 +77,6 @@ def test_longer_paths_give_the_same_bits(lmp_decks, body, ranks, newton):
         assert np.array_equal(ends["plain"], end), name
 
 
-def test_no_new_contacts_are_the_same_bits_where_there_are_none(lmp, body):
-    """Recorded are all pairs within dlim, so that literal contacts add only pairs that stay beyond it. Control: a smaller zone."""
-    quiet = STIR.replace("2*", "0.01*")
-    literal, none = (last_of_quiet(lmp, contact=contact, stir=quiet) for contact in ("literal", "none"))
-    assert np.array_equal(literal, none)
-    some = last_of_quiet(lmp, contact="literal", stir=quiet, zone=" zone 1.2")
-    assert not np.array_equal(some, none)
-
-
-def last_of_quiet(lmp, zone="", **parts):
-    deck = DECK.replace("fix bonds all evp/bonds\n", f"fix bonds all evp/bonds{zone}\n")
-    return lmp(deck.format(**{**PLAIN, **parts})).ok().dump("all.dump")[-1].vectors("x", "y", "z", "fx", "fy", "fz")
-
-
 def test_a_held_list_keeps_bonds_that_leave_and_come_back(lmp, tmp_path):
     """With contact none a deck may never build its list anew: a bond that goes beyond dlim and skin and comes back has its
     deq, as with a list that is built at every step."""

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Bodies that turn under fix nve/evp: dampers see the opening rate of the step, so that turning alone strains nothing.
 
-Bodies of many atoms are in hard_cases_spin.py, the force itself in test_implicit.py."""
+Bodies of many atoms are in test_robust_spin.py, the force itself in test_implicit.py."""
 
 import numpy as np
 import pytest
@@ -73,15 +73,6 @@ def test_explicit_damping_pulls_a_spinning_pair_together(lmp, tmp_path, step):
     assert strain_over_centrifugal(table)[-1] - 1.0 == pytest.approx(-gamma * step / MASS, abs=2e-3 + 4e-4)  # what settles, the strain itself
 
 
-@pytest.mark.parametrize("ranks, newton, boundary", [(2, "on", "f f f"), (2, "off", "p p p"), (4, "on", "p p p"), (4, "off", "f f f")])
-def test_pair_spins_across_ranks(lmp, tmp_path, ranks, newton, boundary):
-    """Its centre is a corner of four ranks."""
-    gamma, spin, angle = 3e3, 2000.0, 0.12
-    table = spin_pair(lmp, tmp_path, gamma, spin, angle, 8.0 * gamma / STIFFNESS, ranks=ranks, newton=newton, boundary=boundary).thermo()
-    assert strain_over_centrifugal(table)[-1] == pytest.approx(1.0, abs=WITHIN)
-    assert np.abs(table["f_energy"]).max() < LEDGER * table["KinEng"][0]
-
-
 def test_timestep_follows_the_turning(lmp, tmp_path):
     """fix dt/evp allows 0.1 rad per step to a pair that fix nve/evp damps, and says that it is the turning. Control: without
     damping turning does not count."""
@@ -113,20 +104,6 @@ def test_change_of_timestep_and_restart_in_mid_spin(lmp, tmp_path):
         assert np.abs(strain_over_centrifugal(table) - 1.0).max() < WITHIN
         assert np.abs(table["v_l"] / tables[0]["v_l"][0] - 1.0).max() < 1e-10
         assert np.abs(table["f_energy"]).max() < LEDGER * table["KinEng"][0]
-
-
-def test_grip_that_turns_strains_no_more_than_it_must(lmp, tmp_path):
-    """Sphere 1 is held, sphere 2 circles about it: a tether. The held one enters with its velocity, zero."""
-    write_two(tmp_path / "body.data", GAP, (RADIUS, RADIUS))
-    gamma, spin, angle = 2e4, 800.0, 0.1
-    text = head(skin=0.001) + pair(ROW._replace(gamma=gamma), "none") + "group one id 1\ngroup two id 2\nvelocity all set 0 0 0\n"
-    text += f"velocity two set 0 {spin * GAP} 0\nfix hold one nve/noforce\nfix move two nve/evp\nfix energy all evp/energy\n"
-    text += "variable d equal sqrt((x[1]-x[2])^2+(y[1]-y[2])^2)\nvariable w equal sqrt(vx[2]^2+vy[2]^2)/v_d\nthermo 500\n"
-    text += thermo("v_d v_w ke f_energy") + f"timestep {angle / spin:.17g}\nrun 2000\n"
-    table = lmp(text).ok().thermo()
-    strain = table["v_d"][-1] / GAP - 1.0
-    assert strain == pytest.approx(MASS * table["v_w"][-1] ** 2 / STIFFNESS, rel=WITHIN)
-    assert np.abs(table["f_energy"]).max() < LEDGER * table["KinEng"][0]
 
 
 TURNTABLE = """

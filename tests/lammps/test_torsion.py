@@ -53,7 +53,7 @@ def test_other_ranks_and_the_other_way(small, tmp_path):
 
 
 def test_volume_energy_leaves_torsion_alone(small, tmp_path):
-    """A twist changes no volume: kv adds a hundredth to the torque, and a tenth to E (test_volume_specimen.py has nu)."""
+    """A twist changes no volume: kv adds a hundredth to the torque, and a tenth to E (test_plastic_specimen.py has nu)."""
     stiff = twist(tmp_path, kv=1000, **SMALL)["torque_grip"][-1] / small["torque_grip"][-1]
     modulus = []
     for kv in (0, 1000):

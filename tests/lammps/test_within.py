@@ -1,42 +1,19 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """fix evp/bonds ... within type|molecule: no bonds between two bodies, which repel each other where they touch and do nothing before.
 
-Words that are refused are in test_hostile_within.py, what restart and bond files keep in test_within_restart.py."""
+Words that are refused are in test_bad_input.py, what restart and bond files keep in test_records.py."""
 
-import textwrap
 
 import numpy as np
 import pytest
-from boxes import BOXES
 from evp import flow, law
-from flowing import BREAK, MOVE as FLOW_MOVE, SHAKE, assert_flowed, flowing_pair, largest_difference, read_pairs
-from lammps_run import REPOSITORY, write_data
-from small_bodies import MOVE, ROUND_OFF, STIR, check_forces, dump, head, lattice_body, mass_of, pair, thermo, two_groups, words, write_body
+from lammps_run import write_data
+from small_bodies import head, pair, thermo, two_groups, words
 
 RADIUS, TOUCH = 0.005, 0.01
 APART = 1.1 * TOUCH  # within alpha (R_i + R_j) = 1.5 TOUCH
 MOLECULES = "fix molecules all property/atom mol ghost yes\n"
-FOUR_MOLECULES = MOLECULES + "variable m atom (7*id+id*id)%4\nset group all mol v_m\n"  # of which 0 is none
 FIX = "fix bonds all evp/bonds within "
-
-
-def bodies_of(body, word):
-    """A number per atom, the same for atoms of one body; those without a molecule are alone."""
-    if word == "type":
-        return body.types
-    ids = np.arange(1, len(body.x) + 1)
-    molecules = (7 * ids + ids * ids) % 4
-    return np.where(molecules == 0, -ids, molecules)
-
-
-def divided(body, word):
-    """The body with the bonds that are left."""
-    of = bodies_of(body, word)
-    return body._replace(bonds={ids: deq for ids, deq in body.bonds.items() if of[ids[0] - 1] == of[ids[1] - 1]})
-
-
-def setup(word):
-    return FOUR_MOLECULES if word == "molecule" else ""
 
 
 # ---- two spheres ----
@@ -46,7 +23,7 @@ def two(path, gap=APART):
     write_data(path / "body.data", np.array([[-0.5 * gap, 0, 0], [0.5 * gap, 0, 0]]), [RADIUS] * 2, [[-0.2, 0.2]] * 3, [1, 2])
 
 
-@pytest.mark.parametrize("ranks, newton", [(1, "on"), (1, "off"), (2, "on"), (4, "off")])
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (4, "off")])
 def test_two_spheres_that_are_apart_do_not_interact(lmp_decks, tmp_path, ranks, newton):
     """1.1 diameters: not a single bit of force or energy, whatever `contact` says. Control: without `within` they are bonded, and
     pulled once they are led apart."""
@@ -142,60 +119,6 @@ def test_a_bond_within_a_body_does_not_end_where_spheres_touch(lmp, tmp_path):
 
 # ---- many spheres ----
 
-WATCH = "compute own all pair/local eng\ncompute sum all reduce sum c_own inputs local\n"
-
-
-def stirred(word, contact="literal", newton="on", lines="", zone="zone 1.4 ", **options):
-    text = head(newton, **options) + setup(word) + pair(contact=contact, fix=f"fix bonds all evp/bonds {zone}within {word}") + STIR + MOVE + lines
-    return text + WATCH + thermo("pe c_sum f_bonds f_bonds[1] f_bonds[2] f_bonds[3]") + dump(every=40) + "run 80\n"
-
-
-def check(run, body, word, contact):
-    """Every force and count against the sum over all pairs; body: with its bonds of the zone."""
-    body, bodies = divided(body, word), bodies_of(body, word)
-    table, snapshots = run.thermo(), run.dump("all.dump")
-    for snapshot in snapshots[::2]:
-        found = check_forces(snapshot, body, contact=contact, bodies=bodies, at_rest=True)
-        row = table["Step"] == snapshot.step
-        expected = {"f_bonds": len(body.bonds), "f_bonds[2]": found["bonds_second"], "f_bonds[3]": found["new_contacts"]}
-        if not body.cell.any():
-            expected["f_bonds[1]"] = found["bonds_beyond"]
-            scale = np.abs(found["pair_energy"]).sum() + len(found["d"]) * law.TABLE1.e1
-            for name in ("PotEng", "c_sum"):
-                assert abs(table[name][row][0] - found["energy"]) <= ROUND_OFF * scale, name
-            for name, value in expected.items():
-                assert table[name][row][0] == value, (name, snapshot.step)
-    assert table["f_bonds"][0] == len(body.bonds) > 50
-    assert contact == "none" or table["f_bonds[3]"][-1] > 20, "control: bodies touch"
-    i, j = found["i"], found["j"]
-    own = bodies[np.minimum(i, len(bodies) - 1)] if not body.cell.any() else None
-    if own is not None and contact != "none":
-        assert np.sum(bodies[i] != bodies[j]) > 20, "control"
-
-
-LAYOUTS = [("type", 1, "on"), ("type", 2, "off"), ("type", 4, "on"), ("molecule", 1, "off"), ("molecule", 2, "on"), ("molecule", 4, "off")]
-
-
-@pytest.mark.parametrize("word, ranks, newton", LAYOUTS)
-def test_forces_are_those_of_the_sum_over_all_pairs(lmp_decks, tmp_path, word, ranks, newton):
-    """A lattice whose types, or molecules, are at random: half of all neighbors are of another body. It drifts, so that atoms
-    and their molecules go from rank to rank."""
-    body = lattice_body(zone=1.4)
-    write_body(tmp_path / "body.data", body)
-    runs = lmp_decks({contact: stirred(word, contact, newton) for contact in ("literal", "repulsive", "none")}, ranks)
-    for contact, run in runs.items():
-        check(run, body, word, contact)
-
-
-@pytest.mark.parametrize("name", ["fix balance rcb", "sorted often", "periodic, tiled", "triclinic, newton off"])
-@pytest.mark.parametrize("word", ["type", "molecule"])
-def test_boxes(lmp, tmp_path, name, word):
-    box = BOXES[name]
-    body = lattice_body(zone=1.4, **box["body"])
-    write_body(tmp_path / "body.data", body, box.get("tilt"))
-    run = lmp(stirred(word, lines=box["lines"], **box["options"]), 4).ok()
-    check(run, body, word, "literal")
-
 
 @pytest.mark.parametrize("style", ["hybrid sphere molecular", "hybrid sphere bond", "hybrid molecular sphere", "bpm/sphere"])
 def test_atom_styles_with_molecules(lmp_decks, tmp_path, style):
@@ -240,41 +163,7 @@ pair_coeff 1*2 1*2 evp/lj {words(law.TABLE1)}
     assert "within type (bodies only repel each other)" in run.stdout
 
 
-@pytest.mark.parametrize("word", ["type", "molecule"])
-def test_flow_and_breaking_on_any_ranks(lmp, tmp_path, word):
-    """Bonds flow and break, contacts between bodies flow in compression: offsets and broken bonds are the same on 1, 2 and 4 ranks."""
-    write_body(tmp_path / "body.data", lattice_body())
-    fix = f"fix bonds all evp/bonds zone 1.4 within {word}"
-    found = []
-    for ranks, newton in ((1, "on"), (2, "off"), (4, "on")):
-        text = head(newton) + setup(word) + flowing_pair(kv=0, fix=fix) + SHAKE + FLOW_MOVE.replace("thermo_style", "#")
-        lmp(text + f"run 60\nwrite_evp_bonds {ranks}.bonds\n", ranks).ok()
-        found.append(read_pairs(tmp_path / f"{ranks}.bonds"))
-    bodies = bodies_of(lattice_body(), word)
-    assert_flowed(found[0], broken=BREAK > 0)
-    of_two = [key for key in found[0].of(2) if bodies[key[0] - 1] != bodies[key[1] - 1]]
-    assert len(of_two) > 10 and all(found[0].offset[key] <= 0.0 for key in of_two), "control"
-    assert all(bodies[i - 1] == bodies[j - 1] for i, j, contact in found[0].deq if not contact)
-    for other in found[1:]:
-        assert largest_difference(other, found[0]) < 1e-9
-
-
 # ---- what is said ----
-
-
-def test_one_line_says_so(lmp_decks, tmp_path):
-    two(tmp_path)
-    decks = {contact: head() + pair(contact=contact, fix=FIX + "type") + "run 0\n" for contact in ("literal", "repulsive", "none")}
-    decks["without"] = head() + pair() + "run 0\n"
-    for contact, run in lmp_decks(decks).items():
-        line, = (line for line in run.stdout.splitlines() if line.startswith("evp/lj: "))
-        recorded, = (line for line in run.stdout.splitlines() if line.startswith("fix evp/bonds bonds: "))
-        if contact == "without":
-            assert "within" not in line and "within type" not in recorded
-            continue
-        does = "do not interact" if contact == "none" else "only repel each other"
-        assert f"contact {contact}, deq of bonds from fix bonds within type (bodies {does})" in line
-        assert "recorded 0 pairs within alpha (R_i + R_j) and within type" in recorded
 
 
 @pytest.mark.parametrize("contact, warned", [("literal", True), ("repulsive", True), ("none", False)])
@@ -295,38 +184,3 @@ def test_atoms_of_no_molecule_are_alone(lmp, tmp_path):
     assert "fix evp/bonds bonds: 2 atoms of molecule ID 0 belong to no body" in run.stdout
     assert [run.thermo(0)[name][0] for name in ("f_bonds", "f_bonds[3]")] == [1, 0]
     assert run.thermo(1)["f_bonds[3]"][0] == 2, "2-3 and 3-4, which now overlap by 2 %"
-
-
-def test_values_between_runs_follow_molecules(lmp, tmp_path):
-    """f_ID[3] of pairs packed with other molecules is refused until they are packed anew."""
-    two(tmp_path)
-    text = head() + MOLECULES + "set atom 1 mol 1\nset atom 2 mol 2\n" + pair(fix=FIX + "molecule") + thermo("f_bonds[3]") + "run 0\n"
-    change = "set atom 2 mol 1\n"
-    run = lmp(text + change + "print '$(f_bonds[3])'\n")
-    assert run.returncode == 1 and "needs the pairs of the current atoms: use 'run 0' first" in run.stdout
-    assert lmp(text + change + "run 0\n").ok().thermo()["f_bonds[3]"][0] == 1
-    lmp(text + "print '$(f_bonds[3])'\n").ok()
-
-
-# ---- the page ----
-
-PAGE = REPOSITORY / "doc" / "fix_evp_bonds.rst"
-
-
-def test_the_example_of_the_page(lmp_decks):
-    """The ball and the slab of doc/fix_evp_bonds.rst, with the numbers that it says, and without the keyword."""
-    text = PAGE.read_text(encoding="utf-8")
-    block, = (part for part in text.split(".. code-block:: LAMMPS") if "group/group slab" in part)
-    lines = block.split("\n----")[0].splitlines(keepends=True)
-    deck = textwrap.dedent("".join(line for line in lines if line.startswith("   ")))
-    said = " ".join(" ".join(line for line in lines if not line.startswith("   ")).split())
-    runs = lmp_decks({"as it is": deck, "glued": deck.replace(" within type", "")})
-    table, glued = (run.thermo() for run in runs.values())
-    more = glued["f_bonds"][0] - table["f_bonds"][0]
-    assert f"records {table['f_bonds'][0]:.0f} bonds" in said and f"{more:.0f} more bonds are recorded" in said
-    touched = table["Step"][np.flatnonzero(table["v_ball"] != -5.0)[0] - 1]
-    assert f"moves at 5 m/s without any force until it touches the slab after step {touched:.0f}" in said
-    assert f"rebounds at {table['v_ball'][-1]:.2f} m/s" in said and table["v_ball"][-1] > 0.0
-    assert np.all(table["c_push[3]"] >= 0.0) and table["f_bonds[3]"][-1] == 0.0
-    assert np.ptp(table["TotEng"]) < 0.01 * 0.5 * mass_of(0.00707 / 2) * 43 * 25.0
-    assert glued["c_push[3]"].min() < -1000.0 and glued["v_ball"][-1] < 2.0

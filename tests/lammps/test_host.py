@@ -1,0 +1,201 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""The host: a plugin built for another LAMMPS stops with one message, as an error of LAMMPS does, and a program that uses LAMMPS as a library goes on; several
+instances in one process know all styles, whichever was there first and whichever goes first (LAMMPS' list of plugins belongs to the process).
+
+The build makes the real plugin again under a false flag of release, integer sizes and MPI: build/forged."""
+
+import os
+import pathlib
+import re
+import subprocess
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+from lammps_run import LMP, REPOSITORY
+from library import plugin_folder, run_python
+from small_bodies import lattice_body, write_body
+
+# ---- a plugin built for another lammps stops with one message, as an error of lammps does ----
+
+FORGED = LMP.parent / "forged" / "evpplugin.so"
+HEADLINE = "ERROR: evpplugin.so was built for another LAMMPS: "
+ALIVE = "\nprint 'still alive'\n"
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_wrong_host_is_refused(lmp, ranks):
+    """One message names each difference and nothing else; the right plugin, loaded before, does not lend its check."""
+    run = lmp(f"plugin load {FORGED}{ALIVE}", ranks)
+    assert run.returncode == 1 and run.stdout.count(HEADLINE) == 1 and "still alive" not in run.stdout, run.stdout
+    assert re.search(re.escape(HEADLINE) + r"release 20990101, not 20\d{6}; tagint of (4, not 8|8, not 4) bytes; "
+                     r"MPI_Comm of 3, not \d bytes \(MPICH: 4, Open MPI: 8, no MPI: 0\)\. Rebuild the plugin for this LAMMPS: cmake -S", run.stdout), run.stdout
+
+
+def test_wrong_host_is_refused_at_the_start(lmp, monkeypatch):
+    monkeypatch.setenv("EVP_PLUGIN_DIR", str(FORGED.parent))
+    run = lmp(ALIVE)
+    assert run.returncode == 1 and run.stdout.count(HEADLINE) == 1 and "still alive" not in run.stdout, run.stdout
+
+
+GOES_ON = """
+program = start()
+tell(program, "units si\\natom_style sphere\\nregion box block 0 1 0 1 0 1\\ncreate_box 1 box")
+wrong = os.path.join(os.path.dirname(plugin), "forged", "evpplugin.so")
+for attempt in range(2):
+    said = complaint(program.command, f"plugin load {wrong}")
+    assert said.startswith("ERROR: evpplugin.so was built for another LAMMPS: release 20990101, not 20"), said
+assert "Unrecognized pair style" in complaint(program.command, "pair_style evp/lj")
+tell(program, f"plugin load {plugin}\\npair_style evp/lj")
+print("goes on")
+program.finalize()
+"""
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_a_program_goes_on(tmp_path, ranks):
+    """The first 99 characters of an error, all that Python shows, hold what differs; the instance takes the right plugin after it."""
+    run = run_python(GOES_ON, ranks, tmp_path).ok()
+    assert run.stdout.count("goes on") == ranks and run.stdout.count(HEADLINE) == 2
+
+
+def test_a_program_goes_on_without_an_instance(tmp_path):
+    """The plugin of LAMMPS_PLUGIN_PATH is loaded while the instance is being made."""
+    run = run_python("print('no instance:', complaint(start))\nprint('goes on')\n", 1, tmp_path, LAMMPS_PLUGIN_PATH=str(FORGED.parent)).ok()
+    assert HEADLINE in run.stdout and "no instance: Failed to initialize LAMMPS" in run.stdout and "goes on" in run.stdout
+
+
+@pytest.mark.parametrize("loads", ["one", "two"])
+def test_partitions_end_together(lmp, tmp_path, loads):
+    """One of two partitions alone loads the plugin and says so: the other waits for none."""
+    text = f"variable w world one two\nif '$w == {loads}' then 'plugin load {FORGED}' else 'shell sleep 50' 'shell touch waited'\n"
+    run = lmp(text, 2, flags=["-partition", "2x1"])
+    assert run.returncode == 1 and run.stdout.count(HEADLINE) == 1, run.stdout
+    assert not (tmp_path / "waited").exists(), "the other one was waited for"
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_right_host_is_let_in(lmp, ranks):
+    run = lmp("plugin list" + ALIVE, ranks).ok()
+    assert "ERROR" not in run.stdout and "style plugin" in run.stdout and "still alive" in run.stdout
+
+
+def test_wrapper_keeps_the_exit_status(lmp):
+    run = lmp("no_such_command\n" * 2)
+    assert run.returncode == 1 and "Unknown command" in run.stdout
+
+
+# ---- several instances of lammps in one python process ----
+
+PROGRAM = """
+BODY = '''units si
+atom_style sphere
+atom_modify map yes
+newton on
+boundary s s s
+read_data body.data
+neighbor 0.0008 bin
+pair_style evp/lj contact repulsive plasticity isotropic
+pair_coeff * * 80 8 4 3 8 4 0.005 ${gamma} 1.5
+fix bonds all evp/bonds
+fix volume all evp/volume 100
+fix move all nve/evp
+fix step all dt/evp 5 0.4
+fix energy all evp/energy
+compute dt all evp/dt
+compute state all evp/state/atom plastic_work
+velocity all create 30 4928 loop all
+read_evp_row "80 8 4 3 8 4 0.005 0 1.5" row
+thermo_style custom step pe ke f_energy c_dt f_bonds
+thermo_modify norm no
+run 10'''
+
+def make(gamma):
+    program = start("-screen", "none")
+    if not os.environ.get("LAMMPS_PLUGIN_PATH"):
+        program.command(f"plugin load {plugin}")
+    program.command(f"variable gamma index {gamma}")
+    tell(program, BODY)
+    return program
+
+def go_on(name, program):
+    program.command("run 10")
+    print(name, *(f"{program.get_thermo(word):.15g}" for word in ("step", "pe", "ke")), flush=True)
+"""
+
+ALONE = PROGRAM + """
+for name, gamma in (("first", 0), ("second", 100), ("third", 300)):
+    program = make(gamma)
+    go_on(name, program)
+    go_on(name, program)
+    program.close()
+"""
+
+TOGETHER = PROGRAM + """
+first, second = make(0), make(100)
+go_on("first", first)
+go_on("second", second)
+bystander = start("-screen", "none")    # LAMMPS 4Feb2025 forgets all plugins where any instance ends
+bystander.close()
+go_on("second", second)
+go_on("first", first)
+first.close()
+third = make(300)
+go_on("third", third)
+second.close()
+go_on("third", third)
+third.close()
+"""
+
+
+def values(run):
+    """Lines of each instance in their order."""
+    found = {name: re.findall(rf"^{name} (.*)$", run.stdout, re.M) for name in ("first", "second", "third")}
+    assert all(len(lines) == 2 for lines in found.values()), run.stdout
+    return found
+
+
+@pytest.mark.parametrize("path", [False, True], ids=["plugin load", "LAMMPS_PLUGIN_PATH"])
+def test_instances_side_by_side_are_those_one_after_the_other(tmp_path, path):
+    write_body(tmp_path / "body.data", lattice_body((4, 3, 3)))
+    folder = {"LAMMPS_PLUGIN_PATH": plugin_folder()} if path else {}
+    alone, together = (values(run_python(script, 1, tmp_path, **folder).ok()) for script in (ALONE, TOGETHER))
+    assert together == alone
+    assert len({line for lines in alone.values() for line in lines}) == 6, "control"
+
+
+def test_a_second_load_is_ignored_as_by_lammps(tmp_path):
+    """And LAMMPS says so."""
+    script = 'program = start()\nfor k in range(2):\n    program.command(f"plugin load {plugin}")\nprogram.close()\n'
+    run = run_python(script, 1, tmp_path).ok()
+    assert run.stdout.count("Ignoring load of pair style evp/lj") == 1 and run.stdout.count("Loading plugin: EVP two-regime") == 1
+
+
+# ---- a lammps without mpi has stand-ins of its own for it, whose functions take other pointers ----
+
+
+def lammps_headers():
+    """The src folder of the LAMMPS that the tests run with, from the build's own notes."""
+    cache = pathlib.Path(os.environ.get("EVP_BUILD", REPOSITORY / "build")) / "CMakeCache.txt"
+    found = re.search(r"^LAMMPS_SOURCE_DIR:PATH=(.+)$", cache.read_text(encoding="utf-8"), re.M) if cache.exists() else None
+    source = pathlib.Path(found.group(1)) if found else None
+    return source and (source / "src" if (source / "src").is_dir() else source)
+
+
+def test_sources_compile_without_mpi():
+    headers = lammps_headers()
+    if headers is None or not (headers / "STUBS" / "mpi.h").exists():
+        pytest.skip("this LAMMPS came without its sources")
+    release = re.search(r'"(.+)"', (headers / "version.h").read_text(encoding="utf-8")).group(1)
+    assert release, "control: the headers are those of a release"
+
+    def compile_one(source):
+        words = [os.environ.get("CXX", "g++"), "-std=c++17", "-fsyntax-only", "-Wall", "-Wextra", "-Werror", "-DLAMMPS_SMALLBIG",
+                 "-DEVP_LAMMPS_VERSION=1", '-DEVP_VERSION="1"',
+                 f"-I{REPOSITORY / 'src'}", "-isystem", str(headers / "STUBS"), "-isystem", str(headers), str(source)]
+        return subprocess.run(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
+
+    sources = sorted((REPOSITORY / "src").glob("*/*.cpp"))
+    assert len(sources) > 10
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        for source, run in zip(sources, pool.map(compile_one, sources)):
+            assert run.returncode == 0, f"{source.name}\n{run.stdout[-2000:]}"

@@ -1,0 +1,387 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""What keeps recorded bonds: bond files, restart and data files, the header that says which atoms are one body; damaged ones are in test_bad_input.py.
+
+A refused recording leaves fix evp/bonds as it was, so that a program may mend the cause and run again. Boxes are fixed: LAMMPS draws a shrink-wrapped one
+anew when it reads a restart file, and with its bins the order of sums changes."""
+
+import os
+import subprocess
+
+import lammps_run
+import numpy as np
+import pytest
+from common_bodies import REFERENCE
+from evp import law
+from hostile import refused
+from lammps_run import write_data
+from library import SHOWN, run_program
+from oracle import brute
+from small_bodies import ANOTHER_ORDER, grips, head, lattice_body, pair, thermo, write_body
+from test_within import FIX, MOLECULES
+
+# ---- bonds as text ----
+
+
+def deck(source="", after="", newton="on", data=REFERENCE, row=law.TABLE1):
+    return (head(newton, start=f"read_data {data}") + pair(row, fix=f"fix bonds all evp/bonds {source}") + "fix move all nve\n"
+            + thermo("pe f_bonds f_bonds[1]") + f"run 0\n{after}\n")
+
+
+def read_bonds(path):
+    """Header and the set of lines of a bond file; each line occurs once."""
+    header, *lines = path.read_text(encoding="utf-8").splitlines()
+    assert header == f"# EVP bonds COUNT: {len(lines)} UNITS: si"
+    assert len(set(lines)) == len(lines)
+    return set(lines)
+
+
+def as_pairs(lines):
+    return {(int(i), int(j)): float(deq) for i, j, deq in (line.split() for line in lines)}
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    """The bonds of the reference specimen as one rank writes them."""
+    folder = tmp_path_factory.mktemp("written")
+    lammps_run.run_lammps(deck("zone 1.3", "write_evp_bonds all.bonds"), cwd=folder).ok()
+    return folder / "all.bonds"
+
+
+def test_the_file_holds_the_pairs_of_the_zone(written, reference):
+    """Against distances in Python: one rounding of a sum of three squares and its root may differ."""
+    found, truth = as_pairs(read_bonds(written)), brute.record_bonds(reference.x, reference.radius, 1.3)
+    assert found.keys() == truth.keys()
+    assert all(i < j for i, j in found)
+    assert max(abs(found[pair] / deq - 1.0) for pair, deq in truth.items()) < 4 * np.finfo(float).eps
+
+
+@pytest.mark.parametrize("ranks, other, newton", [(1, 4, "off"), (2, 1, "on")])
+def test_every_bit_goes_through_any_ranks(lmp, tmp_path, written, ranks, other, newton):
+    """Written by some ranks, read and written again by others: always the same lines."""
+    lmp(deck("zone 1.3", "write_evp_bonds a.bonds", newton), ranks=ranks).ok()
+    first = read_bonds(tmp_path / "a.bonds")
+    assert first == read_bonds(written)
+    run = lmp(deck("file a.bonds", "write_evp_bonds b.bonds", newton), ranks=other).ok()
+    assert f"recorded {len(first)} pairs from file a.bonds" in run.stdout
+    assert read_bonds(tmp_path / "b.bonds") == first
+    assert not list(tmp_path.glob("*.part"))
+
+
+def test_deq_that_is_no_distance_is_kept(lmp, tmp_path, written):
+    """The file decides: values of deq that no distance in the data file has, the bonds the other way round."""
+    lines = [f"{j} {i} {deq * (0.99 + 1e-5 * (i % 7)):.17g}" for (i, j), deq in as_pairs(read_bonds(written)).items()]
+    (tmp_path / "a.bonds").write_text(f"# EVP bonds COUNT: {len(lines)} UNITS: si\n" + "\n".join(lines) + "\n", encoding="utf-8")
+    lmp(deck("file a.bonds", "write_evp_bonds b.bonds"), ranks=2).ok()
+    turned = {(j, i): deq for (i, j), deq in as_pairs(lines).items()}
+    assert as_pairs(read_bonds(tmp_path / "b.bonds")) == turned
+
+
+@pytest.mark.parametrize("ranks", [1, 3])
+def test_bonds_of_a_deleted_atom_are_left_out(lmp, tmp_path, written, ranks):
+    """A reader could not find the atom. IDs 1, in the middle and the highest; the data file that goes with the bonds reads back."""
+    lmp(deck("zone 1.3", "group gone id 1 250 500\ndelete_atoms group gone compress no\nwrite_evp_bonds a.bonds\n"
+             "write_data a.data nocoeff"), ranks=ranks).ok()
+    kept = {pair: deq for pair, deq in as_pairs(read_bonds(written)).items() if not {1, 250, 500} & set(pair)}
+    assert as_pairs(read_bonds(tmp_path / "a.bonds")) == kept
+    run = lmp(deck("file a.bonds", data="a.data"), ranks=ranks).ok()
+    assert run.thermo()["f_bonds"][-1] == len(kept) < len(read_bonds(written))
+    assert run.thermo()["f_bonds[1]"][-1] == 0
+
+
+@pytest.mark.parametrize("path", ["nowhere/a.bonds", "folder", "file/a.bonds", '""'])
+def test_a_path_that_cannot_be_written(lmp, tmp_path, path):
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "file").write_text("mine", encoding="utf-8")
+    before = sorted(tmp_path.rglob("*"))
+    run = lmp(deck(after=f"write_evp_bonds {path}"))
+    assert run.returncode == 1 and f"write_evp_bonds: cannot write '{path.strip(chr(34))}': check the folder" in run.stdout, run.stdout
+    assert [name for name in sorted(tmp_path.rglob("*")) if name.name != "in.lmp"] == before
+    assert (tmp_path / "file").read_text(encoding="utf-8") == "mine"
+
+
+def test_a_full_disk_leaves_the_old_file(lmp, tmp_path, monkeypatch):
+    """A limit of 8 kB on files stands for the full disk; mpirun, which needs files of its own, is outside of it.
+    Control: with room the old file is replaced."""
+    limited = tmp_path / "limited"
+    limited.write_text(f'#!/bin/bash\ntrap "" XFSZ\nulimit -f 8\nexec "{lammps_run.LMP}" "$@"\n', encoding="utf-8")
+    limited.chmod(0o755)
+    old = tmp_path / "a.bonds"
+    old.write_text("mine", encoding="utf-8")
+    with monkeypatch.context() as patch:
+        patch.setattr(lammps_run, "LMP", limited)
+        run = lmp(deck(after="write_evp_bonds a.bonds"), ranks=2)
+    assert run.returncode == 1 and "write_evp_bonds: cannot write 'a.bonds': check the folder and the free space" in run.stdout
+    assert old.read_text(encoding="utf-8") == "mine"
+    assert not list(tmp_path.glob("*.part"))
+    lmp(deck(after="write_evp_bonds a.bonds"), ranks=2).ok()
+    assert len(read_bonds(old)) > 2000
+
+
+@pytest.mark.parametrize("ranks", [2])
+def test_a_star_is_the_step(lmp, tmp_path, ranks):
+    """As in write_data: under run every each step has a file of its own."""
+    text = deck(after='velocity all ramp vx -1 1 x 0 0.05\ntimestep 1e-7\nrun 21 every 7 "write_data d.*.data nocoeff" "write_evp_bonds d.*.bonds"')
+    lmp(text + "write_evp_bonds end.*.*\n", ranks=ranks).ok()
+    assert sorted(file.name for file in tmp_path.glob("d.*.bonds")) == [f"d.{step}.bonds" for step in (14, 21, 7)]
+    assert sorted(file.name for file in tmp_path.glob("d.*.data")) == [f"d.{step}.data" for step in (14, 21, 7)]
+    assert (tmp_path / "end.21.*").exists(), "the first star alone, as there"
+    assert len({frozenset(read_bonds(file)) for file in tmp_path.glob("d.*.bonds")}) == 1
+
+
+def test_file_written_before_the_first_set_up(lmp, tmp_path):
+    """After read_restart the pair style has coefficients and no cut-offs yet."""
+    lmp(deck(after="run 0\nwrite_evp_bonds live.bonds\nwrite_restart r.bin\n")).ok()
+    lmp("read_restart r.bin\nfix bonds all evp/bonds\nwrite_evp_bonds again.bonds\n").ok()
+    assert (tmp_path / "again.bonds").read_text(encoding="utf-8") == (tmp_path / "live.bonds").read_text(encoding="utf-8")
+
+
+SHRUNK = {  # what shrinks after the recording at zone 1.48, and the row of the deck that reads
+    "radii": ("set atom 1*200 diameter 0.004\n", 1.5),
+    "alpha": ("pair_coeff * * 80 8 4 3 8 4 0.005 0 1.31\n", 1.31),
+}
+
+
+@pytest.mark.parametrize("what, ranks, other", [("radii", 1, 2), ("radii", 4, 1), ("alpha", 2, 1)])
+def test_bonds_beyond_a_dlim_that_shrank(lmp, what, ranks, other):
+    """The live run and a restart go on with such bonds, so does what is written: the same numbers, also when some of them are pressed until they act."""
+    change, alpha = SHRUNK[what]
+    press = ("change_box all x scale 0.9 y scale 0.9 z scale 0.9 remap\n" + thermo("pe fmax f_bonds f_bonds[1] f_bonds[2] f_bonds[3]") + "run 0\n")
+    live = lmp(deck("zone 1.48", change + "run 0\nwrite_data s.data nocoeff\nwrite_evp_bonds s.bonds\n" + press), ranks=ranks).ok()
+    again = lmp(deck("file s.bonds", press, data="s.data", row=law.TABLE1._replace(alpha=alpha)), ranks=other).ok()
+    for name, values in live.thermo().items():
+        assert again.thermo()[name][0] == pytest.approx(values[0], rel=1e-9), name
+    assert live.thermo(1)["f_bonds[1]"][0] > live.thermo(2)["f_bonds[1]"][0] + 100, "control: some act again"
+
+
+def test_high_ids_cost_no_memory(tmp_path):
+    """Peak of a process that records, writes and reads with IDs up to 2^31: a bit for each possible ID would be 268 MB."""
+    peaks = []
+    for high in (500, 2_147_483_000):
+        text = REFERENCE.read_text(encoding="utf-8").replace("\n500 1 ", f"\n{high} 1 ")
+        assert high == 500 or f"\n{high} 1 " in text
+        (tmp_path / "s.data").write_text(text, encoding="utf-8")
+        script = deck("zone 1.3", "write_evp_bonds s.bonds\nunfix bonds\nfix bonds all evp/bonds file s.bonds\nrun 0\n", data="s.data")
+        (tmp_path / "in.lmp").write_text(script.replace("map yes", "map hash"), encoding="utf-8")
+        process = subprocess.Popen([str(lammps_run.LMP), "-log", "none", "-in", "in.lmp"], cwd=tmp_path, stdout=subprocess.PIPE, text=True)
+        output = process.stdout.read()
+        _, status, usage = os.wait4(process.pid, 0)
+        assert status == 0 and output.count("recorded 2") == 2, output[-1000:]
+        peaks.append(usage.ru_maxrss / 1024)
+    assert peaks[1] < peaks[0] + 40, f"{peaks} MB"
+
+
+@pytest.mark.parametrize("ranks, count", [(1, 1_000_000), (2, 100_000)])
+def test_a_million_bonds_stream(lmp, tmp_path, ranks, count):
+    """Up to a million pairs of 1500 atoms, read in messages of 10 000 and written back; nothing is lost or changed."""
+    n = 1500
+    i, j = (k[:count] + 1 for k in np.triu_indices(n, 1))
+    deq = 0.01 + 1e-9 * (np.arange(count) % 1_000_000)
+    with open(tmp_path / "a.bonds", "w", encoding="utf-8") as out:
+        out.write(f"# EVP bonds COUNT: {count} UNITS: si\n")
+        out.writelines(f"{a} {b} {d:.17g}\n" for a, b, d in zip(i.tolist(), j.tolist(), deq.tolist()))
+    place = 0.02 * np.stack(np.unravel_index(np.arange(n), (15, 10, 10)), axis=1)
+    write_data(tmp_path / "a.data", place, np.full(n, 0.005), [[-0.01, 0.3], [-0.01, 0.2], [-0.01, 0.2]])
+    run = lmp(deck("file a.bonds", "write_evp_bonds b.bonds", data="a.data"), ranks=ranks).ok()
+    assert f"recorded {count} pairs from file a.bonds" in run.stdout
+    assert read_bonds(tmp_path / "b.bonds") == read_bonds(tmp_path / "a.bonds")
+
+
+# ---- restart and data files ----
+
+BONDS = pair(fix="fix bonds all evp/bonds zone 1.48")
+PULL = grips(0.005, 0.045) + """
+velocity all ramp vx -20 20 x 0.005 0.045
+velocity left set -20 0 0
+velocity right set 20 0 0
+"""
+
+MOTION = """
+fix pull grips nve/noforce
+fix move free nve
+timestep 3e-7
+thermo 20
+""" + thermo("pe ke press f_bonds f_bonds[1] f_bonds[2] f_bonds[3] f_bonds[4]") + """
+dump all all custom 50 {name}.dump id x y z vx vy vz fx fy fz
+dump_modify all format float %.17g
+"""
+
+
+def start(newton="on", sort=""):
+    """The reference specimen, recorded and about to be pulled."""
+    return head(newton, start=f"read_data {REFERENCE}", sort=sort) + BONDS + PULL
+
+
+def first_half(newton="on"):
+    return start(newton) + MOTION.format(name="whole") + "run 100\nwrite_restart half.restart\nrun 100\n"
+
+
+def second_half(newton="on", sort="", file="half.restart", name="rest", fix="fix bonds all evp/bonds"):
+    return head(newton, start=f"read_restart {file}", sort=sort) + fix + "\n" + MOTION.format(name=name) + "run 100\n"
+
+
+def compare(run, whole, name, exact):
+    last, other = run.dump(f"{name}.dump")[-1], run.dump("whole.dump")[-1]
+    assert last.step == other.step == 200
+    for column in ("x", "y", "z", "vx", "vy", "vz", "fx", "fy", "fz"):
+        scale = 0.0 if exact else ANOTHER_ORDER * np.abs(other[column]).max()
+        assert np.all(np.abs(last[column] - other[column]) <= scale), column
+    first, second = whole.thermo(-1), run.thermo(-1)
+    for column, values in first.items():
+        scale = 0.0 if exact else ANOTHER_ORDER * np.abs(values).max()
+        assert np.all(np.abs(second[column] - values) <= scale), column
+    assert first["f_bonds"][-1] > 2000
+    assert first["f_bonds[3]"].max() > 0 and first["f_bonds[1]"].max() > 0 and first["f_bonds[2]"].max() > 0
+
+
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off")])
+def test_same_ranks_continue_to_the_last_bit(lmp, ranks, newton):
+    whole = lmp(first_half(newton), ranks=ranks).ok()
+    rest = lmp(second_half(newton), ranks=ranks).ok()
+    assert "recorded" not in rest.stdout, "the bonds come from the file"
+    compare(rest, whole, "rest", exact=True)
+
+
+def test_coefficients_come_back_from_restart_and_data(lmp, tmp_path, reference):
+    """Two types, three rows with exponents that are no integers; energies before and after are the same."""
+    types = 1 + np.arange(500) % 2
+    write_data(tmp_path / "two.data", reference.x, reference.radius, reference.box, types)
+    rows = "\n".join(["pair_coeff 1 1 80.1 8 4 3 7.53 3.21 0.00512345678901 0 1.45",
+                      "pair_coeff 1 2 70.7 8.5 4 3.3 8 4 0.006 12.5 1.5", "pair_coeff 2 2 60 6 3 3 8 4 0.005 0 1.4"])
+    setup = head(start="read_data two.data") + "pair_style evp/lj contact repulsive overlap 0.45\n" + rows
+    show = "\n" + thermo("pe") + "run 0\n"
+    first = lmp(setup + "\n" + show + "write_restart two.restart\nwrite_data all.data pair ij\n").ok()
+    energy = first.thermo()["PotEng"][0]
+    assert abs(energy) > 0.1
+
+    again = lmp(head(start="read_restart two.restart") + show).ok()
+    assert again.thermo()["PotEng"][0] == energy
+    assert "contact repulsive" in again.stdout and "overlap warning above 0.45" in again.stdout
+
+    again = lmp(head(start="pair_style evp/lj contact repulsive\nread_data all.data") + show).ok()
+    assert again.thermo()["PotEng"][0] == pytest.approx(energy, rel=1e-14)  # %.15g of the coefficients
+
+    other = lmp(setup.replace("pair_coeff 1 2 70.7 8.5", "pair_coeff 1 2 99.9 8.5") + show).ok().thermo()["PotEng"][0]
+    assert abs(other / energy - 1.0) > 1e-3, "control: the rows matter"
+
+
+WITHOUT_RECORDS = "Pair evp/lj: the bonds were recorded by fix bonds, whose records are not here"
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("fix", ["", "fix springs all evp/bonds"])
+def test_restart_without_the_records_is_refused(lmp, fix, ranks):
+    lmp(start() + "run 0\nwrite_restart half.restart\n").ok()
+    run = lmp(second_half(fix=fix).replace("f_bonds f_bonds[1] f_bonds[2] f_bonds[3] f_bonds[4]", ""), ranks=ranks)
+    assert run.returncode != 0
+    assert WITHOUT_RECORDS in run.stdout
+    assert "define 'fix bonds all evp/bonds' right after read_restart" in run.stdout
+    assert run.made_no_step()
+
+
+# ---- which atoms are one body goes through restart files and, in the header, through bond files; and is refused where it would change ----
+
+BODIES = " within {} (bodies only repel each other)"
+
+
+@pytest.fixture
+def bar(tmp_path):
+    body = lattice_body(zone=1.4)
+    write_body(tmp_path / "body.data", body)
+    return body
+
+
+@pytest.mark.parametrize("first, then", [("within type", "within molecule"), ("", "within type")])
+def test_another_word_after_a_restart_is_refused(lmp, bar, first, then):
+    lmp(head() + pair(fix="fix bonds all evp/bonds " + first) + "run 0\nwrite_restart s.restart\nwrite_data s.data nocoeff\nwrite_evp_bonds s.bonds\n").ok()
+    run = lmp(head(start="read_restart s.restart") + MOLECULES + f"fix bonds all evp/bonds {then}\nfix move all nve\nrun 1\n", 2)
+    refused(run, f"Fix bonds evp/bonds: the bonds of the restart file were recorded with another 'within' than {then.split()[1]}: leave it out")
+
+
+def test_the_remedy_of_that_error(lmp, tmp_path, bar):
+    """Bonds go on as they are, under another rule for contacts; all atoms are made one molecule."""
+    lmp(head() + pair(fix=FIX + "type") + "run 0\nwrite_restart s.restart\n").ok()
+    text = head(start="read_restart s.restart") + MOLECULES + "set group all mol 1\nfix bonds all evp/bonds\nwrite_evp_bonds s.bonds\nunfix bonds\n"
+    run = lmp(text + "fix again all evp/bonds file s.bonds within molecule\nfix move all nve\nrun 1\nwrite_evp_bonds t.bonds\n").ok()
+    assert "from file s.bonds and within molecule" in run.stdout and "fix again" + BODIES.format("molecule") in run.stdout
+    s, t = ((tmp_path / f"{name}.bonds").read_text(encoding="utf-8").splitlines() for name in "st")
+    assert "WITHIN: type" in s[0] and "WITHIN: molecule" in t[0] and sorted(s[1:]) == sorted(t[1:])
+
+
+def test_a_restart_file_from_before_the_recording(lmp, bar):
+    """The fix takes over what that file's fix was given, or what it is given itself."""
+    lmp(head() + pair(fix=FIX + "type") + "write_restart s.restart\n").ok()
+    start = head(start="read_restart s.restart") + MOLECULES + "set group all mol 1\n"
+    run = lmp(start + "fix bonds all evp/bonds\nfix move all nve\nrun 0\n").ok()
+    assert "and within type, at most" in run.stdout
+    run = lmp(start + FIX + "molecule\nfix move all nve\nrun 0\n").ok()
+    assert "and within molecule, at most" in run.stdout
+
+
+# ---- a recording that is refused leaves fix evp/bonds as it was ----
+
+# six spheres in a row, 2 % apart
+SCENE = """
+SCENE = '''units si
+atom_style sphere
+atom_modify map yes
+boundary f f f
+region box block 0 0.1 0 0.05 0 0.05
+create_box 1 box
+''' + "".join(f"create_atoms 1 single {0.01 + 0.0082 * k} 0.02 0.02\\n" for k in range(6)) + '''set group all diameter 0.008
+set group all density 2700
+neighbor 0.0006 bin
+neigh_modify every 1 delay 0 check yes
+pair_style evp/lj contact literal
+pair_coeff * * 50 6 3 2 6 3 0.004 0 1.4
+fix move all nve'''
+tell(SCENE)
+
+def bond_file(*lines, count=None, units="si"):
+    write(FILE, "# EVP bonds COUNT: %d UNITS: %s\\n" % (len(lines) if count is None else count, units) + "".join(line + "\\n" for line in lines))
+
+def kept():
+    tell("write_evp_bonds kept.bonds")
+    return sorted(open("kept.bonds").read().splitlines()[1:])
+"""
+
+# each is refused after some of the lines were taken
+FAULTS = {
+    "no atom": ('bond_file("1 2 0.0081", "3 4 0.0083", "4 9 0.0082")', "bond 4 9: there is no atom 9"),
+    "late line": ('bond_file("1 2 0.0081", "3 4 0.0083", "5 6 -0.0082")', "bond file line 4: deq must be positive, got -0.0082"),
+    "twice": ('bond_file("1 2 0.0081", "3 4 0.0083", "2 1 0.0082")', "bond 1 2 is given twice"),
+    "cut": ('bond_file("1 2 0.0081", "3 4 0.0083", count=7)', "the bond file holds 2 bonds, its header says 7"),
+    "a million lines later": ('bond_file(*["1 2 0.0081", "3 4 0.0083"], *["# nothing"] * 30000, "3 3 0.0082", count=3)', "bond 3 3 is given twice"),
+}
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_a_bond_file_that_is_mended(tmp_path, ranks):
+    """The cause stands before a long path: hosts show the start of a message."""
+    folder = tmp_path / ("deep" * 30) / ("folder" * 20)
+    folder.mkdir(parents=True)
+    file = str(folder / "b.bonds")
+    said = run_program(f"FILE = {file!r}\n{SCENE}" + "".join(f"""
+tell("clear", LOAD, SCENE, "fix bonds all evp/bonds file " + FILE)
+{write}
+say(tell("run 0"))
+bond_file("1 2 0.0082", "4 5 0.0083")
+say([name for name in files_open() if name.endswith("b.bonds")], tell("run 0"), bonds(), kept())
+""" for write, _ in FAULTS.values()), tmp_path, ranks).stdout.splitlines()
+    for refusal, mended, (_, cause) in zip(said[::2], said[1::2], FAULTS.values(), strict=True):
+        assert cause in refusal[:SHOWN], refusal
+        assert mended.startswith("[] ok 2.0 ['1 2 0.0082") and "'4 5 0.0083" in mended, mended
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_two_spheres_that_coincided(tmp_path, ranks):
+    """The rest of the body is moved apart, so that every record of the refused recording would be one too many."""
+    said = run_program(SCENE + """
+tell("create_atoms 1 single 0.051 0.02 0.02", "set atom 7 diameter 0.008 density 2700", "fix bonds all evp/bonds zone 1.3")
+say("refused", tell("run 0"))
+tell("set atom 1 y 0.005", "set atom 2 y 0.035", "set atom 3 z 0.04", "set atom 4 z 0.005", "set atom 5 x 0.09", "set atom 7 y 0.0283")
+say("mended", tell("run 0"), bonds(), kept())
+say("recorded", tell("run 0"), bonds())
+""", tmp_path, ranks).stdout
+    assert "Fix bonds evp/bonds: atoms 6 and 7 coincide" in said.split("refused ")[1][:SHOWN], said
+    assert "mended ok 1.0 ['6 7 0.008" in said, said
+    assert "recorded ok 1.0" in said, said

@@ -1,0 +1,476 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Scenes that once went wrong without a word, or that stand at the edge of what users set up: pairs lost, stale pointers and lists, forces that depend
+on the number of ranks, boxes without atoms, a giant among small spheres."""
+
+import itertools
+import re
+
+import numpy as np
+import pytest
+from common_bodies import REFERENCE
+from evp import law
+from hostile import SECONDS, scene
+from lammps_run import write_data
+from small_bodies import head, thermo
+
+# ---- styles that come, go and change between runs ----
+
+HEAD = head(boundary="s s s", start=f"read_data {REFERENCE}", skin=0.0003) + """
+velocity all ramp vx -0.2 0.2 x 0 0.05
+timestep 1e-6
+""" + thermo("pe ke")
+STYLE = """
+pair_style evp/lj contact none
+pair_coeff * * 80 8 4 3 8 4 0.005 1000 {alpha}
+"""
+SOLVE = """
+fix bonds all evp/bonds zone 1.5
+fix integrate all nve/evp tol 1e-12
+"""
+
+
+def error_of(run):
+    """The text of LAMMPS' error, on one line; the run must have stopped by it, not by a signal."""
+    assert run.returncode == 1, run.stdout[-2000:]
+    return re.sub(r"\s+", " ", run.stdout[run.stdout.index("ERROR") :])
+
+
+def test_a_new_pair_style_gets_a_new_warm_start(lmp):
+    """fix nve/evp keeps damper forces by index in the pair's list: another pair object has another list, even where
+    both were packed as often. Control: a run that never had the first pair style."""
+    wide = STYLE.format(alpha=2.5)
+    changed = HEAD + STYLE.format(alpha=1.5) + SOLVE + "run 0\npair_style none" + wide + "run 3\n"
+    fresh = HEAD + wide + SOLVE + "run 0\nrun 3\n"
+    ends = [lmp(deck).ok().thermo() for deck in (changed, fresh)]
+    for column in ("PotEng", "KinEng"):
+        assert ends[0][column][-1] == pytest.approx(ends[1][column][-1], rel=1e-9), column
+    assert ends[0]["KinEng"][-1] != ends[0]["KinEng"][0], "control: the body moves"
+
+
+def test_a_compute_of_the_pairs_does_not_outlive_the_pair_style(lmp):
+    deck = HEAD + STYLE.format(alpha=1.5) + "fix bonds all evp/bonds\nfix integrate all nve\n"
+    deck += "compute state all evp/state/atom\nthermo_style custom step pe\nrun 0\n"
+    deck += "pair_style lj/cut 0.01\npair_coeff * * 1 1 0.01\n"
+    run = lmp(deck + "write_dump all custom state.dump id c_state[1]\n")
+    assert "Compute state evp/state/atom needs the pairs of the current positions" in error_of(run)
+
+
+# ---- scenes that once went wrong without a word ----
+
+TWO_PAIRS = """
+units si
+atom_style sphere {radii}
+atom_modify map yes
+boundary f f f
+region box block 0 0.08 0 0.04 0 0.04
+create_box 2 box
+create_atoms 1 single 0.01 0.01 0.01
+create_atoms 1 single 0.0199 0.01 0.01
+create_atoms 2 single 0.06 0.01 0.01
+create_atoms 2 single 0.0699 0.01 0.01
+set group all diameter 0.01
+set group all density 2700
+neighbor 0.0006 bin
+neigh_modify every 1 delay 0 check yes
+pair_style evp/lj
+pair_coeff * * 80 8 4 3 8 4 0.005 0 1.5
+group A type 1
+group B type 2
+fix bonds all evp/bonds
+fix move all nve
+timestep 1e-9
+thermo 1
+thermo_modify norm no format float %.15g
+"""
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("lists", ["neighbor 0.1 multi\nneigh_modify collection/interval 2 1.0 2.0\ncomm_modify mode multi", "neighbor 0.1 multi"])
+def test_lists_by_size_hold_all_pairs(lmp, ranks, lists):
+    """LAMMPS sorts particles of very different size into lists of their own; the cut-offs are those of the types."""
+    deck = """
+units lj
+atom_style sphere
+atom_modify map yes
+boundary p p p
+lattice fcc 1.0
+region box block 0 6 0 6 0 6
+create_box 1 box
+create_atoms 1 box
+set group all diameter 0.9
+neighbor 0.1 bin
+{lists}
+pair_style evp/lj contact none
+pair_coeff * * 1 8 4 0.1 8 4 0.005 0 2.0
+fix bonds all evp/bonds
+fix move all nve
+velocity all set 1 2 3
+timestep 1e-3
+thermo_style custom step pe f_bonds
+thermo_modify norm no
+run 10
+"""
+    plain, multi = (lmp(deck.format(lists=text), ranks=ranks) for text in ("", lists))
+    plain, multi = plain.ok().thermo(), multi.ok().thermo()
+    assert plain["f_bonds"][-1] > 1000
+    assert multi["f_bonds"][-1] == plain["f_bonds"][-1]
+    assert multi["PotEng"][-1] == pytest.approx(plain["PotEng"][-1], rel=1e-12)
+
+
+def test_radii_that_change_on_one_rank_only(lmp):
+    """Only the rank whose radii changed packs its pairs again, so that packing may not wait for the others."""
+    text = TWO_PAIRS.format(radii=1) + "variable d equal 0.01-1e-7*step\nfix shrink A adapt 1 atom diameter v_d\nthermo_style custom step pe\nrun 5\n"
+    one = lmp(text.replace("fix bonds all evp/bonds\n", "")).ok().thermo()["PotEng"]
+    two = lmp("processors 2 1 1\n" + text.replace("fix bonds all evp/bonds\n", ""), ranks=2).ok().thermo()["PotEng"]
+    assert len(set(one)) == 6, "control: every step has other radii"
+    assert two == pytest.approx(one, rel=1e-12)
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_atoms_that_come_beside_the_implicit_group_are_damped(lmp, ranks):
+    """At set-up all atoms are in the group of fix nve/evp; those that come later are not, and are damped explicitly."""
+    deck = """
+units lj
+atom_style sphere
+atom_modify map yes
+boundary f f f
+comm_modify vel {vel}
+region box block 0 20 0 10 0 10
+create_box 1 box
+create_atoms 1 single 2 2 2
+create_atoms 1 single 3 2 2
+set group all diameter 1
+set group all density 1
+neighbor 0.3 bin
+neigh_modify every 1 delay 0 check yes
+pair_style evp/lj contact literal
+pair_coeff * * 1 8 4 0.1 8 4 0.005 50 1.5
+fix bonds all evp/bonds
+group body union all
+group new empty
+fix 1 body nve/evp
+fix 2 new nve
+region ra block 9.5 9.5001 5 5.0001 5 5.0001
+region rb block 10.5 10.5001 5 5.0001 5 5.0001
+fix da new deposit 1 1 2 1234 region ra vx 2 2 near 0.1
+fix db new deposit 1 1 2 1235 region rb vx -2 -2 near 0.1
+timestep 1e-4
+thermo 1
+compute most all reduce max fx
+thermo_style custom step atoms c_most
+thermo_modify norm no format float %.15g
+run 5
+"""
+    deck = ("processors 2 1 1\n" if ranks > 1 else "") + deck
+    run, sent = (lmp(deck.format(vel=vel), ranks=ranks).ok().thermo() for vel in ("no", "yes"))
+    assert list(run["c_most"]) == list(sent["c_most"])
+    assert run["Atoms"][-1] == 4
+    assert run["c_most"][-1] == pytest.approx(lmp(deck.format(vel="no").replace("processors 2 1 1", "")).ok().thermo()["c_most"][-1], rel=1e-9)
+    assert run["c_most"][-1] > 50.0, "control: the damping of the pair that met"
+
+
+def test_bonds_that_a_hybrid_forgot(lmp):
+    """pair_style hybrid, given again after read_restart, drops what its sub-style had read; the fix tells."""
+    style = "pair_style hybrid evp/lj lj/cut 0.01\n"
+    coeff = "pair_coeff 1 1 evp/lj 80 8 4 3 8 4 0.005 0 1.5\npair_coeff 2 2 evp/lj 80 8 4 3 8 4 0.005 0 1.5\npair_coeff 1 2 lj/cut 1e-5 0.005\n"
+    text = TWO_PAIRS.format(radii=0)
+    text = text.replace("pair_style evp/lj\npair_coeff * * 80 8 4 3 8 4 0.005 0 1.5\n", style + coeff)
+    lmp(text + "run 0\nset atom 2 x 0.02\nrun 0\nwrite_restart half.restart\n").ok()
+    again = "read_restart half.restart\nneighbor 0.0006 bin\n{style}" + coeff + "fix {id} all evp/bonds\nfix move all nve\nvariable f equal fx[1]\nthermo_style custom step v_f\nrun 0\n"
+    right = lmp(again.format(style="", id="bonds")).ok()
+    assert "takes the current shape of the body as undeformed" not in right.stdout and right.thermo()["v_f"][0] != 0.0
+    assert "the bonds were recorded by fix bonds" in error_of(lmp(again.format(style="", id="other")))
+    anew = lmp(again.format(style=style, id="other")).ok()
+    assert "takes the current shape of the body as undeformed" in anew.stdout and anew.thermo()["v_f"][0] == 0.0
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_single_has_no_damping_after_a_minimisation(lmp, ranks):
+    """After a minimisation nobody sent any: the pair's force is then without damping, on any number of ranks."""
+    text = TWO_PAIRS.format(radii=0).replace("0.005 0 1.5", "0.005 1000 1.5").replace("fix move all nve\n", "")
+    if ranks > 1:
+        text = "processors 2 1 1\n" + text.replace("single 0.01 ", "single 0.036 ").replace("single 0.0199 ", "single 0.0459 ")
+    text += "set atom 2 vx 5\ncompute own all pair/local dist force\nminimize 0 0 1 1\nwrite_dump all local own.dump c_own[1] c_own[2]\n"
+    run = lmp(text, ranks=ranks).ok()
+    rows = [line.split() for line in (run.folder / "own.dump").read_text().splitlines() if line[:1] == "0"]
+    forces = [abs(float(row[1])) for row in rows if len(row) == 2 and float(row[0]) < 0.011 and float(row[0]) > 0.005]
+    assert forces and max(forces) < 1e-3, forces
+
+
+IN_A_ROW = """
+units si
+atom_style sphere
+atom_modify map yes
+boundary {boundary}
+region box block 0 0.08 0 0.04 0 0.04
+create_box 2 box
+create_atoms 1 single 0.01 0.01 0.01
+create_atoms 1 single 0.0199 0.01 0.01
+create_atoms 2 single 0.0299 0.01 0.01
+create_atoms 2 single 0.0398 0.01 0.01
+set group all diameter 0.01
+set group all density 2700
+{more}
+neighbor 0.0006 bin
+pair_style hybrid evp/lj lj/cut 0.02
+{coeff}
+fix bonds all evp/bonds
+fix move all nve
+timestep 1e-9
+thermo_style custom step pe f_bonds f_bonds[1]
+thermo_modify norm no format float %.15g
+run 1
+"""
+
+
+def test_pairs_of_types_that_a_hybrid_takes_away(lmp):
+    """pair_coeff * * evp/lj and then 1 2 lj/cut is the deck that names 1 1 and 2 2: nothing of types 1 and 2 is recorded."""
+    row = "evp/lj 80 8 4 3 8 4 0.005 0 1.5\n"
+    named = lmp(IN_A_ROW.format(boundary="f f f", more="", coeff=f"pair_coeff 1 1 {row}pair_coeff 2 2 {row}pair_coeff 1 2 lj/cut 1e-5 0.005")).ok()
+    taken = lmp(IN_A_ROW.format(boundary="f f f", more="", coeff=f"pair_coeff * * {row}pair_coeff 1 2 lj/cut 1e-5 0.005")).ok()
+    assert named.thermo()["f_bonds"][-1] == 2 and named.thermo()["f_bonds[1]"][-1] == 0
+    for column in ("f_bonds", "f_bonds[1]", "PotEng"):
+        assert list(taken.thermo()[column]) == list(named.thermo()[column]), column
+
+
+def test_types_that_a_hybrid_takes_away_need_no_radius_nor_box(lmp):
+    """What evp/lj does not serve it does not judge: a point without radius, a box that is short for lj/cut's types only."""
+    coeff = "pair_coeff * * evp/lj 80 8 4 3 8 4 0.005 0 1.5\npair_coeff * 2 lj/cut 1e-5 0.005"
+    lmp(IN_A_ROW.format(boundary="f f f", more="set type 2 diameter 0\nset type 2 mass 1", coeff=coeff)).ok()
+    lmp(IN_A_ROW.format(boundary="p f f", more="set type 2 diameter 0.05", coeff=coeff)).ok()
+    served = coeff.replace("pair_coeff * 2 lj/cut 1e-5 0.005", "pair_coeff 1 2 lj/cut 1e-5 0.005")
+    text = error_of(lmp(IN_A_ROW.format(boundary="f f f", more="set type 2 diameter 0\nset type 2 mass 1", coeff=served)))
+    assert "needs particles with a radius above zero, and finite, found 0" in text
+
+
+@pytest.mark.parametrize("more, steps", [("", 30), ("displacement 0.1", 2000)])
+def test_step_without_bound_waits_for_pairs_that_approach(lmp, more, steps):
+    """A pair that crosses the skin is on its way, though it cannot meet before the next check."""
+    text = TWO_PAIRS.format(radii=0).replace("single 0.0699 ", "single 0.0753 ").replace("single 0.0199 ", "single 0.0253 ")
+    text += "set atom 1 vx 10\nset atom 3 vx 10\nfix step all dt/evp 1 0.4 " + more + f"\nthermo_style custom step dt pe\nrun {steps}\n"
+    assert min(lmp(text).ok().thermo()["PotEng"]) < -1.0, "they met"
+
+
+# ---- scenes at the edge of what users set up ----
+
+UNDAMPED = STYLE.format(alpha=1.5).replace("1000", "0")
+GIANT = 0.08  # radius [m], of a sphere that touches all around it
+SMALL = 0.005
+
+
+def giant_body(path):
+    """Spheres of 5 mm on a square lattice within 30 mm of the surface of one of 80 mm; IDs as written."""
+    grid = 2.0 * SMALL * np.array(list(itertools.product(range(-12, 13), repeat=3)), dtype=float)
+    away = np.linalg.norm(grid, axis=1)
+    small = grid[(away > GIANT) & (away < GIANT + 0.03)]
+    x = np.concatenate([np.zeros((1, 3)), small])
+    radius = np.r_[GIANT, np.full(len(small), SMALL)]
+    write_data(path, x, radius, np.array([[-0.2, 0.2]] * 3))
+    return x, radius
+
+
+GIANT_DECK = """
+units si
+atom_style sphere
+atom_modify map yes
+boundary f f f
+{start}
+neighbor 0.001 bin
+neigh_modify one 20000 page 400000
+comm_modify cutoff 0.25
+pair_style evp/lj contact none
+pair_coeff * * 80 8 4 3 8 4 0.005 0 1.3
+fix bonds all evp/bonds zone 1.3
+fix integrate all nve
+timestep 1e-7
+thermo_style custom step pe ke f_bonds
+thermo_modify norm no format float %.17g
+{run}
+"""
+
+
+@pytest.mark.parametrize("ranks", [2])
+def test_a_giant_costs_memory_of_its_own_only(lmp, tmp_path, ranks):
+    """One atom with thousands of partners: the others keep room for theirs, restart and migration carry its own."""
+    x, radius = giant_body(tmp_path / "giant.data")
+    distance = np.linalg.norm(x[1:], axis=1)
+    partners = int(np.sum(distance <= 1.3 * (GIANT + SMALL)))
+    assert partners > 3000, "control: a row for every atom as long as the giant's would be counted in hundreds of MB"
+    deck = GIANT_DECK.format(start="read_data giant.data", run="run 0\ninfo memory\nwrite_restart half.restart\nvelocity all set 0 300 0\nrun 20")
+    run = lmp(deck, ranks=ranks).ok()
+    memory = [float(words[2]) for words in re.findall(r"\(min/avg/max\) = (\S+) \| (\S+) \| (\S+) Mbytes", run.stdout)]
+    rows = len(x) / ranks * partners * 16 / 2**20
+    assert max(memory) < rows, f"{memory} MB in all, rows of one length would take {rows:.0f} MB"
+    again = lmp(GIANT_DECK.format(start="read_restart half.restart", run="velocity all set 0 300 0\nrun 20"), ranks=ranks).ok()
+    sorted_run = lmp(deck.replace("map yes", "map yes sort 1 0.02").replace("run 20", "run 400"), ranks=ranks).ok()
+    memory = [float(words[2]) for words in re.findall(r"\(min/avg/max\) = (\S+) \| (\S+) \| (\S+) Mbytes", sorted_run.stdout)]
+    assert max(memory) < rows, f"{memory} MB after sorting, where places that the giant held would keep its room"
+    for column in ("PotEng", "f_bonds"):
+        assert again.thermo()[column][-1] == pytest.approx(run.thermo()[column][-1], rel=1e-10), column
+
+
+def test_radii_that_are_sent_at_every_step_cost_no_packing(lmp):
+    """atom_style sphere 1 may change radii at any step; where none does the run is that of atom_style sphere, bit by
+    bit, and where one does it counts at once."""
+    body = "set group all diameter 0.0056\n" + UNDAMPED.replace("none", "literal") + "fix integrate all nve\n"
+    run = "thermo 5\nrun 20\n"
+    grow = "variable size equal 0.0056-1e-7*step\nfix shrink all adapt 1 atom diameter v_size\n"
+    plain = lmp(HEAD + body + run).ok().thermo()["PotEng"]
+    sent = lmp(HEAD.replace("atom_style sphere", "atom_style sphere 1") + body + run).ok().thermo()["PotEng"]
+    assert list(plain) == list(sent)
+    small = lmp(HEAD.replace("atom_style sphere", "atom_style sphere 1") + body + grow + run).ok().thermo()["PotEng"]
+    steps = lmp(HEAD.replace("atom_style sphere", "atom_style sphere 1").replace("check yes", "check no") + body + grow + run).ok()
+    assert small[-1] != pytest.approx(plain[-1], rel=1e-6), "control: the radii matter"
+    assert small[-1] == pytest.approx(steps.thermo()["PotEng"][-1], rel=1e-12), "as with a list built at every step"
+
+
+# ---- groups, types and boxes without atoms at set-up ----
+
+BOX = """
+units si
+atom_style sphere
+atom_modify map yes
+boundary f f f
+region box block -0.1 0.1 -0.1 0.1 -0.1 0.1
+create_box 2 box
+neighbor 0.0006 bin
+neigh_modify every 1 delay 0 check no
+timestep 1e-8
+thermo 1
+thermo_style custom step pe
+"""
+TWO = "create_atoms {0} single -0.005 0 0\ncreate_atoms {0} single 0.0045 0 0\nset group all diameter 0.01\nset group all density 2700\n"
+ROW = "80 8 4 3 8 4 0.005 {gamma} 1.5\n"
+
+
+def test_a_group_in_which_nothing_interacts_limits_no_step(lmp):
+    """fix dt/evp of a lone atom has no bound to give, whatever others do; nor has a pair without stiffness."""
+    lone = BOX + TWO.format(1) + "create_atoms 1 single 0.05 0 0\nset atom 3 diameter 0.01\nset atom 3 density 2700\ngroup lone id 3\n"
+    lone += "pair_style evp/lj\npair_coeff * * " + ROW.format(gamma=0) + "fix move all nve\nfix step lone dt/evp 20 0.4\nrun 5\n"
+    assert "no pair interacts or approaches another" in error_of(lmp(lone))
+    soft = BOX + TWO.format(1) + "pair_style evp/lj\npair_coeff * * 0 8 4 0 8 4 0.005 0 1.5\nfix bonds all evp/bonds\nfix move all nve\nfix step all dt/evp 20 0.4\nrun 5\n"
+    assert "no pair interacts or approaches another" in error_of(lmp(soft))
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_radii_of_atoms_that_come_are_checked(lmp, ranks):
+    """Cut-offs are set for the radii at set-up; a type without atoms then has a cut-off of zero, and says so when they come."""
+    deck = BOX + TWO.format(2) + "pair_style hybrid/overlay evp/lj zero 0.0156\npair_coeff 1 1 evp/lj " + ROW.format(gamma=0)
+    deck += "pair_coeff * * zero\nfix move all nve\nrun 2\nset group all type 1\n"
+    assert "the cutoff was set for at most 0" in error_of(lmp(deck + "run 2 pre no\n", ranks=ranks))
+    energy = lmp(deck + "run 2\n", ranks=ranks).ok().thermo(1)["PotEng"]
+    assert energy[0] < -1.0, "with a set-up of its own the run sees them"
+
+
+def test_rerun_into_an_empty_box_is_refused(lmp, tmp_path):
+    """Rerun sets up before it adds atoms, so that their radii come too late."""
+    atoms = "1 1 -0.0045 0 0\n2 1 0.005 0 0\n"
+    (tmp_path / "two.dump").write_text("ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n2\nITEM: BOX BOUNDS ff ff ff\n" + 3 * "-0.1 0.1\n"
+                                       + "ITEM: ATOMS id type x y z\n" + atoms)
+    deck = BOX + "pair_style evp/lj\npair_coeff * * " + ROW.format(gamma=0) + "rerun two.dump dump x y z add yes\n"
+    assert "the cutoff was set for at most 0" in error_of(lmp(deck))
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_atoms_of_another_style_beside_damped_ones(lmp, ranks):
+    """All that evp/lj damps is in the group of fix nve/evp; atoms of lj/cut beside them are nobody's business."""
+    deck = BOX + TWO.format(1) + "create_atoms 2 single 0.05 0.05 0\ncreate_atoms 2 single 0.06 0.05 0\nset type 2 diameter 0.01\nset type 2 density 2700\n"
+    deck += "pair_style hybrid evp/lj lj/cut 0.015\npair_coeff 1 1 evp/lj " + ROW.format(gamma=1000) + "pair_coeff * 2 lj/cut 0.01 0.009\n"
+    deck += "group ours type 1\ngroup theirs type 2\nfix 1 ours nve/evp\nfix 2 theirs nve\nrun 5\n"
+    lmp(deck, ranks=ranks).ok()
+    assert "evp/lj: damping on" in lmp(deck.replace("ours nve/evp", "ours nve"), ranks=ranks).ok().stdout
+    crossed = deck.replace("pair_coeff * 2 lj/cut 0.01 0.009", "pair_coeff 1 2 evp/lj " + ROW.format(gamma=1000) + "pair_coeff 2 2 lj/cut 0.01 0.009")
+    lmp(crossed.replace("theirs nve\n", "theirs nve/noforce\n"), ranks=ranks).ok()  # pairs across are damped by the fix of ours
+    steps = deck.replace("run 5", "compute every all evp/dt\ncompute own ours evp/dt\nthermo_style custom step c_every c_own\nrun 5")
+    table = lmp(steps, ranks=ranks).ok().thermo()
+    assert table["c_every"][-1] == pytest.approx(table["c_own"][-1], rel=1e-3), "the implicit limit, as nobody else's atoms interact here"
+
+
+# ---- a box that moves its atoms after the forces of a step ----
+
+REGIONS = {"deform": "prism 0 5 0 5 0 5 0 0 0", "press/berendsen": "block 0 5 0 5 0 5"}
+BOXES = ["deform 1 xz erate 1500 yz erate 1000 x erate 100 flip no remap x", "press/berendsen iso 0 -3e9 1e-4 modulus 1e10"]
+
+
+def deck(box, style, more, columns, then=""):
+    return f"""
+units si
+atom_style sphere
+atom_modify map yes
+boundary p p p
+lattice fcc 0.01
+region cube {REGIONS[box.split()[0]]}
+create_box 1 cube
+create_atoms 1 box
+displace_atoms all random 2e-4 2e-4 2e-4 77
+set group all diameter 0.00707
+set group all density 2700
+neighbor 0.0005 bin
+pair_style evp/lj {style}
+pair_coeff * * 80 8 4 3 8 4 0.005 100 1.5
+fix bonds all evp/bonds zone 1.2
+fix box all {box}
+fix move all nve/evp
+timestep 1e-6
+{more}
+thermo 40
+{thermo(columns)}run 80
+{then}
+"""
+
+
+@pytest.mark.parametrize("box", BOXES)
+def test_counts_are_those_of_the_atoms_as_they_are(lmp, box):
+    """As a run of no steps finds them, which places all ghosts anew."""
+    text = deck(box, "contact repulsive plasticity isotropic break 0.05",
+                "compute state all evp/state/atom\ncompute second all reduce ave c_state[2]",
+                "f_bonds[1] f_bonds[2] f_bonds[4] c_second", "unfix box\nrun 0")
+    one, two = lmp(text).ok(), lmp(text, ranks=2).ok()
+    assert len(set(one.thermo(0)["f_bonds[4]"])) == 3
+    for name in ("f_bonds[1]", "f_bonds[2]", "f_bonds[4]", "c_second"):
+        assert one.thermo(0)[name][-1] == pytest.approx(one.thermo(1)[name][0], rel=1e-12)
+        np.testing.assert_allclose(two.thermo(0)[name], one.thermo(0)[name], rtol=1e-12)
+
+
+def test_the_energy_of_lost_bonds_does_not_depend_on_the_ranks(lmp):
+    """Where fix deform comes first: the volume energy jumps as bonds pass their cutoffs."""
+    text = deck("deform 1 x erate 3000 y erate 1000 flip no remap x", "contact none plasticity isotropic break 0.1",
+                "fix volume all evp/volume 300\nfix energy all evp/energy", "f_energy[4] f_energy[11]")
+    one, two = lmp(text).ok().thermo(), lmp(text, ranks=2).ok().thermo()
+    assert one["f_energy[4]"][-1] > 1e3
+    for name in ("f_energy[4]", "f_energy[11]"):
+        np.testing.assert_allclose(two[name], one[name], rtol=1e-9)
+
+
+# ---- the law of a pair is the same in 'dimension 2'; what counts on a solid of three dimensions is refused there ----
+
+PLANE = """dimension 2
+boundary p p p
+lattice sq 0.0102
+region box block 0 4 0 3 -0.5 0.5
+create_box 1 box
+create_atoms 1 box
+set group all diameter 0.01
+set group all density 2700"""
+
+
+def sheet(**parts):
+    return scene(**{"box": PLANE, "move": "fix flat all enforce2d\nfix move all nve", "coeff": "pair_coeff * * 80 8 4 3 8 4 0.005 0 1.2", **parts})
+
+
+def test_forces_of_the_pair_style_and_plastic_work(lmp):
+    """A square lattice recorded at rest and stretched by 1 %: two bonds of an atom."""
+    run = lmp(sheet(then="run 0\nchange_box all x scale 1.01 y scale 1.01 remap\ncompute work all evp/state/atom plastic_work\n"
+                    "compute sum all reduce sum c_work[*]\nthermo_modify norm no",
+                    thermo="thermo_style custom step pe f_bonds c_sum[1] c_sum[5]\nthermo_modify norm no format float %.17g", run="run 0"), seconds=SECONDS).ok()
+    table = run.thermo()
+    assert table["f_bonds"][0] == 24 and table["c_sum[1]"][0] == 48 and table["c_sum[5]"][0] == 0
+    assert table["PotEng"][0] == pytest.approx(24 * law.energy(0.0102 * 1.01, 0.0102, law.TABLE1, 0.012), rel=1e-9)
+
+
+def test_density_of_discs_is_not_compared_with_that_of_a_solid(lmp):
+    """LAMMPS takes the volume of a disc for their mass."""
+    row = "pair_coeff * * 80 8 4 3 8 4 0.005 0 1.2 density 2700"
+    discs = PLANE.replace("set group all density", "set group all density/disc")
+    run = lmp(sheet(box=discs, coeff=row, move="fix flat all enforce2d\nfix move all nve/sphere disc", then="run 1"), seconds=SECONDS).ok()
+    assert not [text for text in run.warnings() if "density" in text]
