@@ -137,11 +137,28 @@ def test_the_command(prefix, evp, tmp_path):
     assert start(evp, "--version") == f"EVP {__version__}\n"
     assert start(sys.executable, "-m", "evp", "--version", PYTHONPATH=REPOSITORY / "tools") == f"EVP {__version__}\n"
     assert start(evp, "path").strip() == str(prefix / "share" / "evp")
-    listed = start(evp, "--help")
-    assert re.search(r"^  curves +\S+", listed, re.M) and "of the source tree" not in listed
-    assert "of the source tree" in start(BUILD / "evp", "--help") and start(BUILD / "evp", "path", "plugin").strip() == str(BUILD)
+    assert start(BUILD / "evp", "path", "plugin").strip() == str(BUILD)
     assert "evp: error: no tool 'bench'; the tools here are " in start(evp, "bench", status=2)
     assert "path takes one of decks, potentials" in start(evp, "path", "nowhere", status=2)
+
+
+def listed(text, title):
+    """Names of a list of the help."""
+    part = re.search(rf"^{title}.*:\n((?:  .+\n)+)", text, re.M)
+    return re.findall(r"^  (\S+(?: evp/\S+| \S+/evp)?)", part[1], re.M) if part else []
+
+
+def test_the_help_lists_what_users_type(evp):
+    """Of an installation all but the scripts, which are in the source tree; each tool explains itself."""
+    source = REPOSITORY / "src" / "lammps"
+    registered = set(re.findall(r'add\("\w+", "(\S+?)"', (source / "evpplugin.cpp").read_text(encoding="utf-8"))) - {"evp_quietly"}  # of the decks alone
+    for command_of, scripts in ((evp, []), (BUILD / "evp", ["setup.sh", "quickstart.sh", "test.sh"])):
+        text = start(command_of, "--help")
+        assert listed(text, "Tools") == ["body", "calibrate", "curves", "doctor", "quickstart", "view"]
+        assert listed(text, "Scripts") == scripts and listed(text, "Folders") == ["(none)", "decks", "potentials", "tools", "doc", "plugin"]
+        assert listed(text, "Input scripts") == sorted(path.name for path in (REPOSITORY / "lammps_inputs").glob("in.*"))
+        assert registered and {name.split()[-1] for name in listed(text, "Commands for LAMMPS")} == registered
+    assert start(evp, "quickstart", "--help").startswith("usage: evp quickstart [-h]")
 
 
 def test_a_tool_is_the_same_by_both_names(evp, tmp_path):

@@ -24,6 +24,8 @@ FOLDERS = {
     "doc": ("the pages of the manual", ROOT / "doc"),
     "plugin": ("evpplugin.so, for LAMMPS_PLUGIN_PATH", pathlib.Path(os.environ.get("EVP_PLUGINS") or ROOT / "build")),
 }
+PROGRAMS = {"quickstart": "evp.quickstart"}  # names of modules that are programs
+SCRIPTS = ("setup.sh", "quickstart.sh", "test.sh")  # of the source tree
 USAGE = """usage: evp NAME [ARGUMENTS]     run a tool; evp NAME --help explains it
        evp lmp [ARGUMENTS]      run LAMMPS with the plugin loaded: mpirun -np 2 evp lmp -in FILE
        evp path [FOLDER]        print where a folder is
@@ -38,12 +40,23 @@ def version():
 
 def tools():
     """{name: path} of the tools that are there."""
-    return {path.stem: path for path in sorted(TOOLS.glob("*.py"))}
+    paths = {**{name: TOOLS / f"{name}.py" for name in FOR_USERS}, **{name: TOOLS / "evp" / f"{name}.py" for name in PROGRAMS}}
+    return {name: path for name, path in sorted(paths.items()) if path.exists()}
 
 
 def summary(path):
-    """First line of a program's help."""
-    return (ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or "").split("\n")[0]
+    """First sentence of a program's help; of a script or a deck, that of the comment at its head."""
+    if path.suffix == ".py":
+        return (ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or "").split("\n")[0]
+    text = path.read_text(encoding="utf-8").split("SPDX-License-Identifier: GPL-2.0-only\n")[-1]
+    comment = " ".join(line.lstrip("# ") for line in re.match(r"(?:#\s*\n)*((?:# .*\n)*)", text)[1].splitlines())
+    return re.split(r"(?<=[.:])\s|\s\(", comment)[0].rstrip(".:")
+
+
+def styles():
+    """Names of the LAMMPS styles and commands of the plugin, each with a page in doc/."""
+    titles = [page.read_text(encoding="utf-8").split("\n")[0] for page in sorted(FOLDERS["doc"][1].glob("*.rst"))]
+    return [title[: -len(" command")] for title in titles if title.endswith(" command")]
 
 
 def table(rows):
@@ -53,13 +66,13 @@ def table(rows):
 
 def usage():
     """The whole help."""
-    there = tools()
-    text = USAGE + "\nTools:\n" + table((name, summary(there[name])) for name in FOR_USERS if name in there)
-    others = [name for name in there if name not in FOR_USERS]
-    if others:
-        text += "\nTools of the source tree, which write the pages of doc/ and check the sources:\n"
-        text += table((name, summary(there[name])) for name in others)
-    return text + "\nFolders of evp path:\n" + table((name or "(none)", text) for name, (text, _) in FOLDERS.items())
+    scripts = [TOOLS / name for name in SCRIPTS if (TOOLS / name).exists()]
+    parts = {"Tools": [(name, summary(path)) for name, path in tools().items()],
+             "Scripts in the folder tools": [(path.name, summary(path)) for path in scripts],
+             "Folders of evp path": [(name or "(none)", text) for name, (text, _) in FOLDERS.items()],
+             "Input scripts, in the folder decks": [(path.name, summary(path)) for path in sorted(FOLDERS["decks"][1].glob("in.*"))],
+             "Commands for LAMMPS, each with a page in the folder doc": [(name, "") for name in styles()]}
+    return USAGE + "".join(f"\n{title}:\n{re.sub(' +$', '', table(rows), flags=re.M)}" for title, rows in parts.items() if rows)
 
 
 def refuse(text):
@@ -99,10 +112,12 @@ def main(words):
         return path(rest) if name == "path" else lmp(rest)
     tool = tools().get(name)
     if tool is None:
-        others = "" if (ROOT / "CMakeLists.txt").exists() else " (those that write the pages of doc/ are in the source tree only)"
-        return refuse(f"no tool '{name}'; the tools here are {', '.join(tools())}{others}")
+        return refuse(f"no tool '{name}'; the tools here are {', '.join(tools())}")
     os.environ["EVP_COMMAND"] = "evp"
     sys.stdout.flush()
+    if name in PROGRAMS:
+        os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, (str(TOOLS), os.environ.get("PYTHONPATH"))))
+        return os.execv(sys.executable, [sys.executable, "-m", PROGRAMS[name], *rest])
     return os.execv(sys.executable, [sys.executable, str(tool), *rest])
 
 

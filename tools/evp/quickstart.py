@@ -13,7 +13,7 @@ import pathlib
 import sys
 
 from . import curves, cycles, figures, law, run
-from .report import command_line, write_csv
+from .report import command_line, typed, write_csv
 
 TABLES = {
     "table1": ("Table 1, no damping", "80 8 4 3 8 4 0.005 0 1.5", (1.0, 10.0)),
@@ -30,11 +30,11 @@ _TYPICAL_STEP = {"table1": 9e-7, "table2": 3.5e-8}
 def parser():
     """The command line."""
     top = command_line(__doc__)
-    top.prog = "quickstart"
+    top.prog = typed("quickstart.py").removesuffix(".py")
     top.add_argument("--rates", nargs="+", type=_positive, metavar="R",
                      help="strain rates [1/s] for both tables (default: Table 1 at 1 and 10, "
                      "Table 2 at 1, 10 and 100; the time goes as 1/rate)")
-    top.add_argument("--out", type=pathlib.Path, default=run.CHECKOUT / "results" / "quickstart", metavar="DIR",
+    top.add_argument("--out", type=pathlib.Path, default=pathlib.Path("results", "quickstart"), metavar="DIR",
                      help="folder for the results (default: results/quickstart)")
     top.add_argument("--ranks", type=int, choices=range(1, 65), default=2, metavar="N",
                      help="MPI ranks of each traction run (default: 2)")
