@@ -27,10 +27,8 @@ import signal
 import sys
 
 import evp  # noqa: F401  before numpy
-from evp import calibration, calibration_figure, calibration_row
-from evp import calibration_runs as runs
-from evp.calibration_table import Table
-from evp.calibration_targets import Refused, Targets, check, check_file, check_name, parse_at
+from evp import calibration
+from evp.calibration import Refused, Table, Targets, check, check_file, check_name, parse_at
 from evp.report import command_line, typed
 from evp.run import RunError, lammps_command
 
@@ -143,9 +141,9 @@ def calibrate(options, words):
             print(f"going on after {len(table.runs)} runs of {table_path}", flush=True)
         work.mkdir(exist_ok=True)
         if options.body:
-            body = runs.given_body(options.body, work)
+            body = calibration.given_body(options.body, work)
         else:
-            body = runs.make_body(work, options.spheres, options.seed, targets.density, options.timeout)
+            body = calibration.make_body(work, options.spheres, options.seed, targets.density, options.timeout)
         search = calibration.Search(targets, body, table, options.ranks, work, options.timeout, options.within,
                                     lambda text: print(text, flush=True))
         result = search.pull()
@@ -154,10 +152,10 @@ def calibrate(options, words):
         if targets.rates:
             gamma, over = search.gamma(result)
             row = row._replace(gamma=gamma)
-        line = calibration_row.row_line(options.name, row, body.spacing, body.coordination, result.kv, targets.density)
-        picture = calibration_figure.draw(options.name, targets, result.curve, out.with_name(f"{out.stem}.{options.name}.png"))
+        line = calibration.row_line(options.name, row, body.spacing, body.coordination, result.kv, targets.density)
+        picture = calibration.draw(options.name, targets, result.curve, out.with_name(f"{out.stem}.{options.name}.png"))
         check_file(out, options.name)
-        calibration_row.append(out, comments(options, targets, result, over, words) + [line])
+        calibration.append(out, comments(options, targets, result, over, words) + [line])
     except Refused:
         shutil.rmtree(work, ignore_errors=True)
         if not table.runs:
@@ -182,7 +180,7 @@ def main(words=None):
     signal.signal(signal.SIGTERM, stop)
     try:
         calibrate(options, words)
-    except (Refused, RunError, runs.Failed, OSError, ValueError) as error:
+    except (Refused, RunError, calibration.Failed, OSError, ValueError) as error:
         print(f"{typed('calibrate.py')}: error: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:

@@ -19,10 +19,8 @@ from typing import NamedTuple
 from study import CHECKOUT, RunError, add_out, command_line, errors_in_one_line, table, watched, write_csv
 import calibrate
 import numpy as np
-from evp import calibration_affine as affine
-from evp import calibration_runs as runs
-from evp import figures
-from evp.calibration_targets import Targets
+from evp import calibration, figures
+from evp.calibration import Targets
 from johnson_cook import JohnsonCook, from_handbook
 from evp.whole import write_whole
 
@@ -100,11 +98,11 @@ class Kept:
 def pulled(out, name, metal, strain, spheres, seed, options):
     """{found, strain, stress [Pa]} of the row on a body, by -var material; {failed: reason} where the body did not come to rest."""
     row = [line.split() for line in out.read_text(encoding="utf-8").splitlines() if line.startswith(f"{name} ")][0]
-    body = runs.make_body(options.work, spheres, seed, metal.density, TIMEOUT)
+    body = calibration.make_body(options.work, spheres, seed, metal.density, TIMEOUT)
     try:
-        found, curve = runs.pull_material(body, {"material": f"{out}:{name}"}, float(row[7]), targets_of(metal)._replace(strain=strain), 1.0,
-                                          options.ranks, options.work, TIMEOUT, f"{name}, {spheres} spheres")
-    except runs.Failed as failure:
+        found, curve = calibration.pull_material(body, {"material": f"{out}:{name}"}, float(row[7]), targets_of(metal)._replace(strain=strain), 1.0,
+                                                 options.ranks, options.work, TIMEOUT, f"{name}, {spheres} spheres")
+    except calibration.Failed as failure:
         return {"failed": str(failure)}
     return {"found": found, "strain": [float(f"{value:.6g}") for value in curve[0]], "stress": [float(f"{value:.6g}") for value in curve[1]]}
 
@@ -115,7 +113,7 @@ def largest(metal, curve, sign, end):
         return "not at rest up to 10 %"
     strain, stress = np.array(curve["strain"]), np.array(curve["stress"])
     reference = np.maximum(metal.law.nominal(sign * strain), 1e-9 * metal.law.modulus)
-    beyond = (strain >= metal.law.offset_yield(sign) / metal.law.modulus + affine.YIELD_OFFSET) & (strain <= end + 1e-9)
+    beyond = (strain >= metal.law.offset_yield(sign) / metal.law.modulus + calibration.YIELD_OFFSET) & (strain <= end + 1e-9)
     off = stress[beyond] / reference[beyond] - 1.0
     k = int(np.argmax(np.abs(off)))
     return f"{100.0 * off[k]:+.1f} % at {100.0 * strain[beyond][k]:.1f} %"
@@ -140,7 +138,7 @@ def draw(curves, path):
                 axis.plot(100.0 * strain, stress, label=f"evp/lj, {side}", **{**figures.line_style(k), "linestyle": dashes})
                 rows += [(name, f"evp/lj, {side}", f"{100.0 * a:.6g}", f"{b:.6g}") for a, b in zip(strain, stress)]
             aims = targets_of(metal)
-            points = ((100.0 * (aims.yield_strain + affine.YIELD_OFFSET), aims.yield_stress / MPA), (100.0 * abs(aims.strain), aims.stress2 / MPA))
+            points = ((100.0 * (aims.yield_strain + calibration.YIELD_OFFSET), aims.yield_stress / MPA), (100.0 * abs(aims.strain), aims.stress2 / MPA))
             axis.plot(*zip(*points), "o", color="black", label="targets of the fit", zorder=5)
             axis.set(title=metal.title, xlim=(0, 100.0 * END * 1.03), xlabel="nominal strain [%]")
             axis.set_ylim(0, 1.3 * max(metal.law.nominal(END)[0], metal.law.nominal(-END)[0]) / MPA)

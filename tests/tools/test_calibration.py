@@ -8,10 +8,8 @@ import math
 import calibrate
 import numpy as np
 import pytest
-from evp import calibration, calibration_row, calibration_runs, law
-from evp import calibration_affine as affine
-from evp.calibration_table import Table
-from evp.calibration_targets import Refused, Targets, check
+from evp import calibration, law
+from evp.calibration import Refused, Table, Targets, check
 from johnson_cook import JohnsonCook, from_handbook
 
 GOOD = {"--E": "70e9", "--yield": "95e6", "--stress2": "150e6@0.05", "--density": "2700", "--name": "mine"}
@@ -20,22 +18,22 @@ GOOD = {"--E": "70e9", "--yield": "95e6", "--stress2": "150e6@0.05", "--density"
 @pytest.mark.parametrize("strain, nominal", [(0.005, 0.00489), (0.006, 0.00568), (0.008, 0.00663), (0.01, 0.00721), (0.02, 0.00863)])
 def test_affine_curve_of_table1(strain, nominal):
     """That of eq. 8, from which plasticity departs by 0.3 % up to 2 %."""
-    assert affine.stress([strain], affine.Shape(3 / 80, 0.005, 0.0))[0] == pytest.approx(nominal, rel=3e-3)
+    assert calibration.affine_stress([strain], calibration.Shape(3 / 80, 0.005, 0.0))[0] == pytest.approx(nominal, rel=3e-3)
 
 
 def test_affine_moduli_with_volume_energy():
     """Slope at rest and Poisson's ratio are those of fix evp/volume's closed form."""
-    volume = affine.volume_ratio(0.33)
-    assert affine.volume_ratio(0.25) == pytest.approx(0.0, abs=1e-12)
-    slope = affine.stress([1e-6], affine.Shape(0.0375, 0.005, volume))[0] / 1e-6
-    assert slope == pytest.approx(affine.stiffening(volume), rel=1e-4)
+    volume = calibration.volume_ratio(0.33)
+    assert calibration.volume_ratio(0.25) == pytest.approx(0.0, abs=1e-12)
+    slope = calibration.affine_stress([1e-6], calibration.Shape(0.0375, 0.005, volume))[0] / 1e-6
+    assert slope == pytest.approx(calibration.stiffening(volume), rel=1e-4)
 
 
 def test_first_guess_gives_the_targets():
-    shape = affine.first_guess(0.0014, 1.6, 0.3, 0.05)
-    slope = affine.stiffening(0.3)
-    assert affine.offset_stress(shape) / slope == pytest.approx(0.0014, rel=1e-4)
-    assert affine.stress([0.05], shape)[0] / slope == pytest.approx(1.6 * 0.0014, rel=1e-4)
+    shape = calibration.first_guess(0.0014, 1.6, 0.3, 0.05)
+    slope = calibration.stiffening(0.3)
+    assert calibration.affine_offset(shape) / slope == pytest.approx(0.0014, rel=1e-4)
+    assert calibration.affine_stress([0.05], shape)[0] / slope == pytest.approx(1.6 * 0.0014, rel=1e-4)
 
 
 def test_johnson_cook_values():
@@ -121,7 +119,7 @@ def test_bodies_that_are_refused(tmp_path, monkeypatch, body, measures, reason):
             (tmp_path / name).write_text(text, encoding="utf-8")
     (tmp_path / "work").mkdir()
     with pytest.raises(Refused) as refused:
-        calibration_runs.given_body("bar.data", "work")
+        calibration.given_body("bar.data", "work")
     assert reason in str(refused.value)
 
 
@@ -140,9 +138,9 @@ def test_linear_rates_over_decades_are_accepted():
 def test_row_is_appended_whole(tmp_path):
     """What was there stays; the line holds the numbers of the row and its body."""
     out = tmp_path / "a.evp"
-    line = calibration_row.row_line("x", law.TABLE1, 0.004, 12.5, 0.0, 2700.0)
-    calibration_row.append(out, ["# a", line])
-    calibration_row.append(out, [calibration_row.row_line("y", law.TABLE2, 0.004, 12.5, 300.0, 2700.0)])
+    line = calibration.row_line("x", law.TABLE1, 0.004, 12.5, 0.0, 2700.0)
+    calibration.append(out, ["# a", line])
+    calibration.append(out, [calibration.row_line("y", law.TABLE2, 0.004, 12.5, 300.0, 2700.0)])
     text = out.read_text(encoding="utf-8").splitlines()
     assert text[0].startswith("# UNITS: si")
     assert text[-2:] == ["x 80 8 4 3 8 4 0.005 0 1.5 spacing 0.004 coordination 12.5 density 2700",
@@ -186,8 +184,8 @@ def test_a_fresh_calibration_leaves_one_that_is_running(tmp_path, monkeypatch):
         calibrate.calibrate(options, words)
     assert body.exists() and len(table.path.read_text(encoding="utf-8").splitlines()) == 2
     table.close()
-    monkeypatch.setattr(calibration_runs, "make_body", lambda folder, *_: (_ for _ in ()).throw(calibration_runs.Failed(str(list(folder.iterdir())))))
-    with pytest.raises(calibration_runs.Failed, match=r"^\[\]$"):
+    monkeypatch.setattr(calibration, "make_body", lambda folder, *_: (_ for _ in ()).throw(calibration.Failed(str(list(folder.iterdir())))))
+    with pytest.raises(calibration.Failed, match=r"^\[\]$"):
         calibrate.calibrate(options, words)
     assert len(table.path.read_text(encoding="utf-8").splitlines()) == 1
 
@@ -195,12 +193,12 @@ def test_a_fresh_calibration_leaves_one_that_is_running(tmp_path, monkeypatch):
 def test_rows_appended_at_once_are_all_there(tmp_path):
     path, count = tmp_path / "m.evp", 12
     with concurrent.futures.ThreadPoolExecutor(count) as pool:
-        list(pool.map(lambda number: calibration_row.append(path, [f"row{number} 1"]), range(count)))
+        list(pool.map(lambda number: calibration.append(path, [f"row{number} 1"]), range(count)))
     lines = path.read_text(encoding="utf-8").splitlines()
     assert sorted(line for line in lines if line.startswith("row")) == sorted(f"row{number} 1" for number in range(count))
 
 
-BODY = calibration_runs.Body(None, 4000, 26000, 0.003, 1e-5)
+BODY = calibration.Body(None, 4000, 26000, 0.003, 1e-5)
 
 
 def closed_form_pull(stiff=0.9, made=None):
@@ -209,16 +207,16 @@ def closed_form_pull(stiff=0.9, made=None):
         if made is not None:
             made.append((row, kv, finer))
         network = stiff * 32.0 * row.e1 * body.bonds / body.volume / 6.0
-        shape = affine.Shape(row.e2 / row.e1, row.xi_s, kv * body.count / body.volume / network)
+        shape = calibration.Shape(row.e2 / row.e1, row.xi_s, kv * body.count / body.volume / network)
         bulk, shear = 1.0 / 1.5 + shape.volume, 0.4
-        return {"E": network * affine.stiffening(shape.volume), "yield": 0.95 * network * affine.offset_stress(shape),
-                "stress2": 0.85 * network * affine.stress([abs(targets.strain)], shape)[0],
+        return {"E": network * calibration.stiffening(shape.volume), "yield": 0.95 * network * calibration.affine_offset(shape),
+                "stress2": 0.85 * network * calibration.affine_stress([abs(targets.strain)], shape)[0],
                 "nu": 0.01 + (3 * bulk - 2 * shear) / (2 * (3 * bulk + shear))}, (np.zeros(2), np.zeros(2))
     return pull
 
 
 def searched(tmp_path, monkeypatch, targets, pull):
-    monkeypatch.setattr(calibration_runs, "pull", pull)
+    monkeypatch.setattr(calibration, "pull", pull)
     table = Table(tmp_path / "t.jsonl", {})
     told = []
     try:
@@ -243,7 +241,7 @@ def test_failed_run_is_retried_smaller(tmp_path, monkeypatch):
     def pull(*arguments):
         made.append(arguments[4])
         if len(made) in (2, 3):
-            raise calibration_runs.Failed(("not finite", "timed out after 10 s")[len(made) - 2])
+            raise calibration.Failed(("not finite", "timed out after 10 s")[len(made) - 2])
         return good(*arguments)
 
     result, table, told = searched(tmp_path, monkeypatch, Targets(70e9, 95e6, 150e6, 0.05, 2700.0, 0.33), pull)
@@ -277,12 +275,12 @@ def test_a_run_that_hangs_is_ended(tmp_path, monkeypatch):
     lmp.write_text("#!/bin/sh\nexec sleep 60\n", encoding="utf-8")
     lmp.chmod(0o755)
     monkeypatch.setenv("EVP_LMP", str(lmp))
-    with pytest.raises(calibration_runs.Failed, match="timed out after 0"):
-        calibration_runs.call("in.quasistatic", {}, 1, tmp_path, 0.3, "x")
+    with pytest.raises(calibration.Failed, match="timed out after 0"):
+        calibration.call("in.quasistatic", {}, 1, tmp_path, 0.3, "x")
 
 
 def test_a_curve_that_is_not_finite_has_failed(tmp_path):
     path = tmp_path / "pull.csv"
     path.write_text("strain,stress_grip,stress_virial\n0,0,0\n0.1,0,nan\n", encoding="utf-8")
-    with pytest.raises(calibration_runs.Failed, match="not finite"):
-        calibration_runs.read_curve(path)
+    with pytest.raises(calibration.Failed, match="not finite"):
+        calibration.read_curve(path)

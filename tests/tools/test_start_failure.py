@@ -6,9 +6,8 @@ import subprocess
 
 import calibrate
 import pytest
-from evp import calibration, calibration_runs, run
-from evp.calibration_table import Table
-from evp.calibration_targets import Targets
+from evp import calibration, run
+from evp.calibration import Table, Targets
 from evp.run import RunError
 from in_process import call
 
@@ -51,7 +50,7 @@ def test_root_may_start_ranks(monkeypatch):
 
 def test_calibration_does_not_try_again(refusing, tmp_path):
     """A search would halve the increments; the body would be packed twice."""
-    body = calibration_runs.Body(tmp_path / "body.data", 4000, 26000, 0.003, 1e-5)
+    body = calibration.Body(tmp_path / "body.data", 4000, 26000, 0.003, 1e-5)
     table = Table(tmp_path / "t.jsonl", {})
     try:
         search = calibration.Search(Targets(70e9, 95e6, 150e6, 0.05, 2700.0), body, table, 2, tmp_path, 10.0, 0.005, print)
@@ -63,7 +62,7 @@ def test_calibration_does_not_try_again(refusing, tmp_path):
 
 
 def test_the_command_says_it(refusing, tmp_path, monkeypatch):
-    monkeypatch.setattr(calibration_runs, "make_body", lambda *_: calibration_runs.Body(tmp_path / "body.data", 4000, 26000, 0.003, 1e-5))
+    monkeypatch.setattr(calibration, "make_body", lambda *_: calibration.Body(tmp_path / "body.data", 4000, 26000, 0.003, 1e-5))
     done = call(calibrate.main, "--E", "70e9", "--yield", "95e6", "--stress2", "150e6@0.05", "--density", "2700", "--name", "mine", "--ranks", 2,
                 "--out", tmp_path / "m.evp")
     assert done.returncode == 1 and SAID in done.stderr and "run evp doctor" in done.stderr and not (tmp_path / "m.evp").exists()
@@ -82,7 +81,7 @@ def test_an_lmp_without_its_library(tmp_path, monkeypatch):
     lmp.chmod(0o755)
     monkeypatch.setenv("EVP_LMP", str(lmp))
     with pytest.raises(RunError, match="exit 127.: lmp: error while loading shared libraries: liblammps.so.0\n"):
-        calibration_runs.make_body(tmp_path, 100, 1, 2700.0, 10.0)
+        calibration.make_body(tmp_path, 100, 1, 2700.0, 10.0)
     assert (tmp_path / "starts").read_text().split() == ["start"]
 
 

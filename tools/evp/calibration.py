@@ -1,33 +1,619 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Calibration: the row that gives E, the 0.2 % yield stress, the stress at a second strain, and where asked for nu and an over-stress.
 
-The closed form (calibration_affine.py) gives the first row. Then quasi-static runs: a secant method (Broyden) on the logarithms of
-measured over target, with the slopes of the closed form at the start. Stress is proportional to e1 at fixed shape (e2/e1, kv/e1, xi_s),
-which is exact, so that only the slopes by the shape are learnt from the runs. Rows are rounded before they run: the row written is one
-that ran. The over-stress is linear in gamma: a run with gamma and its twin without.
+A closed form gives the first row: the tension curve of a body whose bonds all share one strain. Bonds of every direction, free sideways
+(model of fix evp/volume included): a bond at the angle t to the axis is stretched by sqrt((1+a)^2 cos^2 t + (1+b)^2 sin^2 t) and has
+flowed (`plasticity isotropic`); b minimises the work
+
+    W/E0 = 6/(m1 n1) <(Psi + D)/e1> + x/2 theta^2,   theta = 3 <stretch - 1>,   x = kv N/(V E0),   E0 = m1 n1 e1 Nb/(6 V)
+
+<> is the mean over directions, Nb/V bonds and N/V particles per volume. Nominal stress/E0 = dW/da. Real bodies differ from it by
+some per cent, and by more far beyond yield, where bonds leave: it is where calibration starts and what it refuses by.
+
+Then quasi-static runs, whose results a table keeps: scipy looks for the root of the logarithms of measured over target, with the slopes
+of the closed form at the start. Rows are rounded before they run: the row written is one that ran. The over-stress is linear in gamma:
+a run with gamma and its twin without.
 """
 
+import contextlib
+import fcntl
+import json
 import math
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import tempfile
 import time
-from typing import NamedTuple
+from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
+import scipy.optimize
 
-from . import calibration_affine as affine
-from . import calibration_runs as runs
-from . import law
-from .calibration_row import rounded
-from .calibration_targets import Refused
+from . import curves, cycles, dump, figures, flow, law, specimen
+from .curves import YIELD_OFFSET
+from .progress import Progress
+from .run import DECKS, RunError, check_start, deck_command, environment, lammps_error, last_strain
+from .whole import write_whole
 
-MOST_RUNS = 8
+EXPONENTS = (8.0, 4.0)  # of both regimes, as in Table 1
+ALPHA = 1.5
+LEAST_NU, LARGEST_NU = 0.25, 0.42  # of central forces alone; where lateral stiffness leaves the closed form (doc/fix_evp_volume.rst)
+XI_RANGE = (2e-5, 0.05)  # of xi_s: below, round-off of positions shows; above, the first regime itself is bent
+LEAST_GUESS = 1e-3  # e2/e1 of the first row, at least: real bodies harden less than the closed form, where bonds cannot rearrange
+LEAST_SOFTENING, STIFFEST = 1e-6, 0.98  # e2/e1: no force in the second regime; it must stay softer than the first
+BULK, SHEAR = 1.0 / 1.5, 0.4  # K/E0 without the volume energy, which adds x; G/E0
+LARGEST_STRAIN = 0.15  # the force of the second regime of eq. 8 has its peak at a bond strain of 0.158
+SOFTEST = 1e6  # [Pa] Young's modulus below which the unit is in doubt
+LINEAR = 0.01  # over-stresses are linear in the rate within this
+NAME = re.compile(r"[A-Za-z0-9_.+-]+")
+MOST_RUNS, RATE_RUNS = 8, 3
 WITHIN = 0.01  # of every target
 SMALLER = (1.0, 0.5, 0.25)  # increments of the attempts at a run
-LEAST_SOFTENING = 1e-6  # e2/e1: no force in the second regime
-RATE_RUNS = 3
+LENGTH, RADIUS = 0.05, 0.02  # of the cylinder [m]
+RULES = {"plasticity": "isotropic", "contact": "repulsive"}
+ELASTIC = 0.4  # of xi_s: strain of the first leg, whose end gives Poisson's ratio
+OVERSHOOT = 1.1  # grip strain at the end, over the one at which the middle would reach the target in proportion
+YIELDED = 1.3  # of the strain at the offset yield stress: end of the second leg
+POLL = 0.05  # [s]
+_COS, _WEIGHTS = (lambda nodes: (0.5 * (nodes[0] + 1.0), 0.5 * nodes[1]))(np.polynomial.legendre.leggauss(100))  # on (0, 1)
+HEAD = """# UNITS: si CONTRIBUTOR: tools/calibrate.py, which appends the rows
+# NAME e1 m1 n1 e2 m2 n2 xi_s gamma alpha, then spacing [m] and coordination of the body that it was found on, kv [J], density of the solid [kg/m3]
+"""
+
+
+class Refused(ValueError):
+    """A target that the law cannot give, or a file that cannot be used: the text holds the reason and the nearest that can be had."""
+
+
+class Targets(NamedTuple):
+    """SI. strain is signed: negative means that all targets are those of a compression; stresses are positive."""
+
+    modulus: float
+    yield_stress: float
+    stress2: float
+    strain: float
+    density: float
+    nu: Optional[float] = None
+    rates: Tuple[Tuple[float, float], ...] = ()  # (over-stress, rate)
+
+    @property
+    def yield_strain(self):
+        """Yield stress/E."""
+        return self.yield_stress / self.modulus
+
+    @property
+    def volume(self):
+        """kv N/(V E0) of the closed form; 0 where nu is not asked for."""
+        return 0.0 if self.nu is None else volume_ratio(self.nu)
+
+
+def parse_at(word, what, signs="+"):
+    """(value, place) of 'VALUE@PLACE'; signs '+-' lets the place be negative. Refused where it is no such word."""
+    parts = word.split("@")
+    try:
+        value, place = (float(part) for part in parts)
+    except ValueError:
+        raise Refused(f"{what} must be two numbers VALUE@PLACE, got '{word}'") from None
+    positive(value, what)
+    positive(abs(place) if signs == "+-" else place, what)
+    return value, place
+
+
+def positive(value, what):
+    """Refused unless the value is a finite number above 0."""
+    if not (math.isfinite(value) and value > 0.0):
+        raise Refused(f"{what} must be a finite number above 0, got {value:g}")
+
+
+def check(targets):
+    """Refused where the law cannot give the targets, whatever the row."""
+    for value, what in ((targets.modulus, "--E"), (targets.yield_stress, "--yield"), (targets.stress2, "--stress2"), (targets.density, "--density")):
+        positive(value, what)
+    if targets.modulus < SOFTEST:
+        raise Refused(f"--E: {targets.modulus:g} Pa is softer than any metal: give all moduli and stresses in Pa, such as 70e9 for 70 GPa")
+    check_nu(targets.nu)
+    strain, at_yield = abs(targets.strain), targets.yield_strain + YIELD_OFFSET
+    if not strain > at_yield:
+        raise Refused(f"--stress2: its strain {targets.strain:g} is not beyond the yield strain, yield/E + 0.002 = {at_yield:.4g}: "
+                      f"give the stress at a strain from {1.5 * at_yield:.2g} on")
+    if strain > LARGEST_STRAIN:
+        raise Refused(f"--stress2: the strain {targets.strain:g} is beyond {LARGEST_STRAIN:g}, where the bonds along the axis pass the largest "
+                      f"force of their second regime: give the stress at a strain up to {LARGEST_STRAIN:g}")
+    if targets.stress2 <= targets.yield_stress:
+        raise Refused(f"--stress2: {targets.stress2:.6g} Pa is not above the yield stress {targets.yield_stress:.6g} Pa. The law hardens beyond its "
+                      f"0.2 % yield stress: the nearest is a stress a few per cent above {targets.yield_stress:.6g} Pa (nominal stresses of a "
+                      "compression grow with the cross-section: give a negative strain if those are meant)")
+    check_yield(targets)
+    check_hardening(targets)
+    check_rates(targets.rates)
+
+
+def check_nu(nu):
+    """Refused outside what central forces with the volume energy give."""
+    if nu is None:
+        return
+    if not math.isfinite(nu) or nu < LEAST_NU:
+        raise Refused(f"--nu: {nu:g} cannot be had: central forces give 1/4 and the volume energy only raises it; the nearest is {LEAST_NU:g}"
+                      " (leave --nu out for what the network has by itself)")
+    if nu > LARGEST_NU:
+        raise Refused(f"--nu: {nu:g} cannot be had: from {LARGEST_NU:g} on the volume energy is so stiff that the body departs from the closed "
+                      f"form and the timestep falls; the nearest is {LARGEST_NU:g}")
+
+
+def check_yield(targets):
+    """Refused where xi_s would be out of range."""
+    low, high = yield_range(targets.volume)
+    if not low < targets.yield_strain < high:
+        nearest = (low if targets.yield_strain <= low else high) * targets.modulus
+        raise Refused(f"--yield: {targets.yield_stress:.6g} Pa is {targets.yield_strain:.3g} of E, which needs an xi_s outside {XI_RANGE[0]:g} to "
+                      f"{XI_RANGE[1]:g}; the nearest is {nearest:.4g} Pa")
+
+
+def check_hardening(targets):
+    """Refused where even a second regime as stiff as the first is too soft."""
+    most = most_hardening(targets.yield_strain, targets.volume, abs(targets.strain))
+    if targets.stress2 > most * targets.yield_stress:
+        raise Refused(f"--stress2: {targets.stress2:.6g} Pa is {targets.stress2 / targets.yield_stress:.3g} of the yield stress. Too steep: the second "
+                      f"regime must be softer than the first, and its force saturates; the nearest is {most * targets.yield_stress:.4g} Pa "
+                      f"({most:.3g} of the yield stress)")
+
+
+def check_rates(rates):
+    """Refused where the over-stresses are not linear in the rate over more than a decade."""
+    for over, rate in rates:
+        positive(over, "--rate")
+        positive(rate, "--rate")
+    if len(rates) < 2:
+        return
+    ordered = sorted(rates, key=lambda pair: pair[1])
+    (over0, rate0), (over1, rate1) = ordered[0], ordered[-1]
+    slopes = [over / rate for over, rate in ordered]
+    if rate1 > 10.0 * rate0 * (1.0 + 1e-9) and max(slopes) > (1.0 + LINEAR) * min(slopes):
+        raise Refused(f"--rate: the over-stresses {over0:g} Pa at {rate0:g}/s and {over1:g} Pa at {rate1:g}/s are not linear in the rate over more than "
+                      f"a decade. Damping is linear: it follows a logarithmic law over about one decade only; the nearest with {over1:g} Pa at "
+                      f"{rate1:g}/s has {over1 * rate0 / rate1:.4g} Pa at {rate0:g}/s. Give one of them")
+
+
+def check_name(name):
+    """Refused where the name cannot be a row's."""
+    if not NAME.fullmatch(name):
+        raise Refused(f"--name: '{name}' cannot be the name of a row: letters, digits and _ . + - only")
+
+
+def check_file(path, name):
+    """Refused where the row cannot be appended to the potential file. Writes nothing."""
+    path = pathlib.Path(path)
+    folder = path.parent
+    if path.is_dir():
+        raise Refused(f"--out: {path} is a folder: give the name of a file in it")
+    if not folder.is_dir():
+        raise Refused(f"--out: there is no folder {folder}")
+    if not os.access(folder, os.W_OK) or (path.exists() and not os.access(path, os.W_OK)):
+        raise Refused(f"--out: {path} cannot be written")
+    if not path.exists():
+        return
+    lines = path.read_text(encoding="utf-8").splitlines()
+    if not lines or not re.match(r"#.*\bUNITS:\s*si(\s|$)", lines[0]):
+        raise Refused(f"--out: {path} is no potential file in SI units: its first line must be a comment with 'UNITS: si'")
+    for line in lines:
+        words = line.partition("#")[0].split()
+        if words and words[0] == name:
+            raise Refused(f"--name: {path} holds a row '{name}' already: give another name, or take that row out")
+
+
+class Shape(NamedTuple):
+    """What the curve over E0 depends on."""
+
+    softening: float  # e2/e1
+    xi_s: float
+    volume: float  # x above
+
+
+def row_of(shape, e1=1.0):
+    """law.Row of a shape, no damping."""
+    m, n = EXPONENTS
+    return law.Row(e1, m, n, shape.softening * e1, m, n, shape.xi_s, 0.0, ALPHA)
+
+
+def volume_ratio(nu):
+    """x that gives Poisson's ratio nu."""
+    return 2.0 * SHEAR * (1.0 + nu) / (3.0 * (1.0 - 2.0 * nu)) - BULK
+
+
+def poisson(volume):
+    """Poisson's ratio with the volume energy, the inverse of volume_ratio()."""
+    bulk = BULK + volume
+    return (3.0 * bulk - 2.0 * SHEAR) / (2.0 * (3.0 * bulk + SHEAR))
+
+
+def stiffening(volume):
+    """E/E0 with the volume energy."""
+    bulk = BULK + volume
+    return 9.0 * bulk * SHEAR / (3.0 * bulk + SHEAR)
+
+
+def affine_stress(strains, shape):
+    """Nominal stress/E0 at nominal strains (S,), free sideways."""
+    row, (m, n) = row_of(shape), EXPONENTS
+    found, b = [], 0.0
+    c2, s2 = _COS**2, 1.0 - _COS**2
+
+    def pull(a, b):
+        """(axial, lateral) dW of a, b."""
+        stretch = np.sqrt((1.0 + a) ** 2 * c2 + (1.0 + b) ** 2 * s2)
+        tension = -flow.elastic_force(stretch, 1.0, row, flow.return_map(stretch, 1.0, row, 0.0, 0.0)[0])
+        theta = 3.0 * np.sum(_WEIGHTS * (stretch - 1.0))
+        along = _WEIGHTS * (6.0 / (m * n) * tension + 3.0 * shape.volume * theta) / stretch
+        return np.sum(along * c2) * (1.0 + a), np.sum(along * s2) * (1.0 + b)
+
+    for a in strains:
+        if a == 0.0:
+            found.append(0.0)
+            continue
+        b = scipy.optimize.brentq(lambda lateral: pull(a, lateral)[1], -0.8 * a, 0.1 * a, xtol=1e-14, rtol=1e-12)
+        found.append(pull(a, b)[0])
+    return np.array(found)
+
+
+def affine_offset(shape):
+    """0.2 % offset yield stress/E0, of a curve whose straight part has the slope E."""
+    slope = stiffening(shape.volume)
+    at = scipy.optimize.brentq(lambda a: affine_stress([a], shape)[0] - slope * (a - YIELD_OFFSET), YIELD_OFFSET * (1.0 + 1e-9), 0.5, xtol=1e-12)
+    return slope * (at - YIELD_OFFSET)
+
+
+def xi_for_yield(yield_strain, softening, volume):
+    """xi_s whose offset yield stress is yield_strain E; nan where none in XI_RANGE has.
+
+    The curve meets the offset line at a strain that is known, so that its stress there is.
+    """
+    at, wanted = yield_strain + YIELD_OFFSET, stiffening(volume) * yield_strain
+
+    def misfit(log_xi):
+        return affine_stress([at], Shape(softening, np.exp(log_xi), volume))[0] - wanted
+
+    low, high = np.log(XI_RANGE)
+    if not misfit(low) < 0.0 < misfit(high):
+        return np.nan
+    return float(np.exp(scipy.optimize.brentq(misfit, low, high, xtol=1e-9)))
+
+
+def hardening_of(yield_strain, softening, volume, strain):
+    """stress at `strain`/yield stress of the curve with that yield stress/E; nan where there is none."""
+    xi_s = xi_for_yield(yield_strain, softening, volume)
+    if np.isnan(xi_s):
+        return np.nan
+    return float(affine_stress([strain], Shape(softening, xi_s, volume))[0] / (stiffening(volume) * yield_strain))
+
+
+def yield_range(volume):
+    """(smallest, largest) 0.2 % offset yield stress/E of the xi_s allowed, second regime without force."""
+    return tuple(affine_offset(Shape(LEAST_SOFTENING, xi_s, volume)) / stiffening(volume) for xi_s in XI_RANGE)
+
+
+def most_hardening(yield_strain, volume, strain):
+    """Largest stress at `strain`/yield stress: that of the stiffest second regime with which xi_s is in range."""
+    softening = STIFFEST
+    while softening > 1e-3:
+        found = hardening_of(yield_strain, softening, volume, strain)
+        if not np.isnan(found):
+            return found
+        softening *= 0.9
+    raise ValueError("no xi_s gives this yield stress")
+
+
+def first_guess(yield_strain, hardening, volume, strain):
+    """The Shape with that yield stress/E and stress at `strain`/yield stress.
+
+    LEAST_GUESS of e2/e1 where it would be less; ValueError where there is none.
+    """
+    def misfit(log_softening):
+        found = hardening_of(yield_strain, np.exp(log_softening), volume, strain)
+        return np.inf if np.isnan(found) else found - hardening
+
+    low, high = np.log(LEAST_GUESS), np.log(STIFFEST)
+    softening = LEAST_GUESS
+    if misfit(low) < 0.0:
+        while np.isinf(misfit(high)):
+            high -= 0.1
+        if misfit(high) < 0.0:
+            raise ValueError("no e2 gives this hardening")
+        softening = float(np.exp(scipy.optimize.brentq(misfit, low, high, xtol=1e-6)))
+    xi_s = xi_for_yield(yield_strain, softening, volume)
+    if np.isnan(xi_s):
+        raise ValueError("no xi_s gives this yield stress")
+    return Shape(softening, xi_s, volume)
+
+
+class Body(NamedTuple):
+    """A packing, by default in the default cylinder, and what its bonds are."""
+
+    path: pathlib.Path
+    count: int
+    bonds: int
+    spacing: float  # mean deq [m]
+    square: float  # mean deq^2 [m2]
+    volume: float = math.pi * RADIUS**2 * LENGTH  # [m3]
+    length: float = LENGTH  # along x [m]
+    strain: str = "strain"  # column of the strain: that of the grips, or of an extensometer over the middle
+
+    @property
+    def coordination(self):
+        return 2.0 * self.bonds / self.count
+
+
+class Failed(RuntimeError):
+    """A run that gave no curve; the text says why."""
+
+
+def measure(path):
+    """The Body of a data file."""
+    read = specimen.read_data(path)
+    pairs, _ = specimen.pairs_within(read, ALPHA)
+    lengths = np.linalg.norm(read.x[pairs[:, 0]] - read.x[pairs[:, 1]], axis=1)
+    return Body(pathlib.Path(path).absolute(), len(read.ids), len(pairs), float(lengths.mean()), float(np.mean(lengths**2)))
+
+
+def make_body(folder, count, seed, density, timeout):
+    """The Body of in.specimen, kept in the folder; made on one rank, as another number of ranks gives another packing. density: of the solid."""
+    path = pathlib.Path(folder) / f"body_{count}_{seed}.data"
+    for attempt in range(2):
+        if path.exists():
+            break
+        with attempt_folder(folder) as work:
+            try:
+                call("in.specimen", {"n": count, "seed": seed, "density": f"{density:.9g}", "out": "body.data"}, 1, work, timeout,
+                     f"packing of {count} spheres")
+            except Failed:
+                if attempt == 0:
+                    continue
+                raise
+            measures = work / "body.data.body"
+            if measures.exists():
+                os.replace(measures, path.with_name(path.name + ".body"))
+            os.replace(work / "body.data", path)
+    return measure(path)
+
+
+def given_body(path, folder):
+    """The Body of a data file of the user's with its FILE.body, copied into the folder; its strain is that between 0.3 and 0.7 of the length.
+
+    Refused where a file is missing or is none.
+    """
+    path, beside = pathlib.Path(path), pathlib.Path(f"{path}.body")
+    for file in (path, beside):
+        if not file.is_file():
+            made = "make the body by in.specimen or tools/body.py, which write both" if file == beside else "give the data file of a body"
+            raise Refused(f"--body: there is no file {file}; {made}")
+    found = {name: float(value) for name, value in re.findall(r"^variable\s+(\w+)\s+index\s+([-+.\deE]+)", beside.read_text(encoding="utf-8"), flags=re.M)}
+    if not min(found.get("length", 0.0), found.get("volume", 0.0)) > 0.0:
+        raise Refused(f"--body: {beside} gives no length or no volume of the body: make the body by in.specimen or tools/body.py")
+    kept = pathlib.Path(folder) / "given.data"
+    shutil.copy(path, kept)
+    shutil.copy(beside, f"{kept}.body")
+    try:
+        body = measure(kept)
+    except ValueError as error:
+        raise Refused(f"--body: {path} is no data file of atom_style sphere: {error}") from error
+    return body._replace(volume=found["volume"], length=found["length"], strain="strain_gauge")
+
+
+@contextlib.contextmanager
+def attempt_folder(folder):
+    """A folder of its own for one attempt, so that a process left behind by a killed calibration writes into nothing that is used."""
+    path = pathlib.Path(tempfile.mkdtemp(dir=folder, prefix="attempt_"))
+    try:
+        yield path
+    finally:
+        shutil.rmtree(path, ignore_errors=True)
+
+
+def relative(path, folder):
+    """A file as a deck run in the folder is told of it: folders above both may have spaces, which read_data takes for the end of a name."""
+    return os.path.relpath(pathlib.Path(path).resolve(), pathlib.Path(folder).resolve())
+
+
+def call(deck, variables, ranks, folder, deadline, title, share=None):
+    """Run a deck in a folder; Failed where it ends badly or lasts beyond `deadline` seconds from now,
+    RunError where it does not even start.
+
+    share: a function that gives 0..1 while it runs.
+    """
+    log = pathlib.Path(folder) / "log"
+    begin = time.monotonic()
+    with open(log, "w", encoding="utf-8") as output:
+        try:
+            process = subprocess.Popen(deck_command(DECKS / deck, variables, ranks), cwd=folder, env=environment(), stdin=subprocess.DEVNULL,
+                                       stdout=output, stderr=subprocess.STDOUT)
+        except OSError as error:
+            raise RunError(f"cannot start {deck}: {error}") from error
+    try:
+        with Progress("", 1.0, interval=5.0) as progress:
+            while process.poll() is None:
+                if time.monotonic() - begin > deadline:
+                    raise Failed(f"timed out after {deadline:.0f} s")
+                if share is not None:
+                    progress.show(share(), title)
+                time.sleep(POLL)
+    finally:
+        if process.poll() is None:
+            process.terminate()
+            try:
+                process.wait(5.0)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+    if process.returncode:
+        check_start(deck, log, process.returncode, ranks)
+        raise Failed(f"{deck} failed: {lammps_error(log)[:300]}")
+
+
+def legs(xi_s, targets, finer):
+    """[(strain at the end, strain per increment)] of a pull; finer: 1, or less for shorter increments."""
+    sign = math.copysign(1.0, targets.strain)
+    elastic = ELASTIC * xi_s
+    yielded = YIELDED * (targets.yield_strain + YIELD_OFFSET)
+    last = max(abs(targets.strain), yielded)
+    fine, coarse = min(xi_s / 6.0, 3e-4), min(2e-3, abs(targets.strain) / 20.0)
+    ends = [(elastic, elastic / 4.0), (yielded, fine)] + ([(last, coarse)] if last > yielded * 1.0001 else [])
+    return [(sign * end, finer * size) for end, size in ends]
+
+
+def typed(row, kv):
+    """What a deck is told of a row that holds for the body as it is."""
+    return {"coeff": " ".join(f"{value:.9g}" for value in row), "scale": "no", "kv": f"{kv:.9g}"}
+
+
+def pull(body, row, kv, *others):
+    """(found, curve) of a quasi-static run of a row on its body, as of pull_material."""
+    return pull_material(body, typed(row, kv), row.xi_s, *others)
+
+
+def pull_material(body, material, xi_s, targets, finer, ranks, folder, timeout, title):
+    """(found, curve) of a quasi-static run: E, yield, stress2 [Pa], nu; strain and stress [Pa] as sizes. Failed, with the reason.
+
+    material: the deck's variables that choose it.
+    """
+    gauged = body.strain != "strain"
+    ends = legs(xi_s, targets, finer)
+    if gauged:  # the middle may be stretched twice as far as the grips say
+        ends[0] = tuple(0.5 * value for value in ends[0])
+    done, begin = 0, time.monotonic()
+    with attempt_folder(folder) as work:
+        for number, (end, increment) in enumerate(ends):
+            variables = {"specimen": relative(body.path, work), **material, **RULES, "strain": f"{end:.9g}", "increment": f"{increment:.9g}",
+                         "restart": 1000000, "resume": done, "out": "pull", "extensometer": "yes" if gauged else "no"}
+            left = timeout - (time.monotonic() - begin)
+            call("in.quasistatic", variables, ranks, work, left, title, lambda: last_share(work / "pull.csv", ends[-1][0]))
+            done = max(int(path.name.split(".")[1]) for path in work.glob("pull.*.restart"))
+            if number == 0:
+                state = read_positions(work / "pull_state.dump")
+                if gauged:
+                    share = read_curve(work / "pull.csv")[0][-1] / read_curve(work / "pull.csv", body.strain)[0][-1]
+                    ends[1:] = [(OVERSHOOT * share * end, share * size) for end, size in ends[1:]]
+        strain, stress = read_curve(work / "pull.csv", body.strain)
+    if gauged and strain[-1] < abs(targets.strain):  # the strain of the grips ends on the target, but for its nine digits
+        raise Failed(f"the middle of the body was stretched to {strain[-1]:.4g} only: it is no thinner than the ends")
+    try:
+        modulus = curves.modulus(strain, stress)
+        offset = curves.yield_stress(strain, stress, modulus)
+    except curves.CurveError as error:
+        raise Failed(str(error)) from error
+    if not math.isfinite(offset):
+        raise Failed("the curve does not meet the line of the 0.2 % offset")
+    axial, lateral = specimen.middle_strains(specimen.read_data(body.path), state, body.length)
+    found = {"E": modulus, "yield": offset, "stress2": float(np.interp(abs(targets.strain), strain, stress)), "nu": float(-lateral / axial)}
+    return found, (strain, stress)
+
+
+def last_share(path, end):
+    """Share of a pull done, from its growing CSV."""
+    return min(1.0, abs(last_strain(path) / end))
+
+
+def read_curve(path, strain="strain"):
+    """(strain of this column, stress through the cross-sections [Pa]) of a pull or push, both as sizes; Failed where a number is not finite."""
+    try:
+        curve = curves.read_curve(path, "virial", strain)
+    except (curves.CurveError, OSError) as error:
+        raise Failed(str(error)) from error
+    sign = math.copysign(1.0, curve.strain[-1])
+    return sign * curve.strain, sign * curve.virial
+
+
+def read_positions(path):
+    """Positions (N,3) by ID of the last snapshot of a dump; Failed where one is not finite."""
+    x = dump.last_positions(path)
+    if not np.all(np.isfinite(x)):
+        raise Failed("a position is not finite")
+    return x
+
+
+def rate_strain(targets):
+    """Strain at the end of a run at a rate: the over-stress is the mean over its second half."""
+    return max(0.012, 2.5 * (targets.yield_strain + YIELD_OFFSET))
+
+
+def flow_stress(body, row, kv, targets, rate, ranks, folder, timeout, title):
+    """Mean stress [Pa] over the second half of a run of in.traction at a rate. Failed, with the reason."""
+    end = math.copysign(rate_strain(targets), targets.strain)
+    variables = {**typed(row, kv), **RULES, "strain": f"{abs(end):.9g}",
+                 "rate": f"{math.copysign(rate, end):.9g}", "integrator": "implicit" if row.gamma > 0.0 else "explicit", "out": "rate"}
+    with attempt_folder(folder) as work:
+        call("in.traction", {"specimen": relative(body.path, work), **variables}, ranks, work, timeout, title, lambda: last_share(work / "rate.csv", end))
+        strain, stress = read_curve(work / "rate.csv")
+    late = strain > 0.5 * strain[-1]
+    strain, stress = strain[late], stress[late]
+    return cycles.work(strain, stress) / float(strain[-1] - strain[0])
+
+
+class Table:
+    """JSON lines on disk, the first with the inputs, each other one with a run that ended, well or not: a killed calibration goes on with them.
+
+    inputs: a dict that decides everything else. fresh: forget what is there. A line that was cut off is no run; one process writes at a time.
+    """
+
+    def __init__(self, path, inputs, fresh=False):
+        self.path, self.inputs = pathlib.Path(path), json.loads(json.dumps(inputs))
+        self.file = open(self.path, "a+", encoding="utf-8")
+        try:
+            fcntl.flock(self.file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            self.file.close()
+            raise Refused(f"another calibration is writing {self.path}: wait for it, or give another --table") from None
+        try:
+            if fresh:
+                self.file.truncate(0)
+            self._read()
+        except BaseException:
+            self.file.close()
+            raise
+
+    def _read(self):
+        self.file.seek(0)
+        text = self.file.read()
+        whole = text[: text.rfind("\n") + 1]
+        if whole != text:  # a line cut off by a kill
+            os.truncate(self.path, len(whole.encode("utf-8")))
+        try:
+            lines = [json.loads(line) for line in whole.splitlines()]
+        except ValueError as error:
+            raise Refused(f"{self.path} is no run table: {error}; take it away, or give another --table") from None
+        if not lines:
+            self._write({"inputs": self.inputs})
+            lines = [{"inputs": self.inputs}]
+        if lines[0].get("inputs") != self.inputs:
+            before = lines[0].get("inputs") or {}
+            other = [key for key in {**before, **self.inputs} if before.get(key) != self.inputs.get(key)]
+            raise Refused(f"{self.path} holds the runs of a calibration with another {', '.join(sorted(other))}: "
+                          "--fresh begins anew, --table names another file")
+        self.runs = lines[1:]
+
+    def _write(self, record):
+        self.file.write(json.dumps(record) + "\n")
+        self.file.flush()
+        os.fsync(self.file.fileno())
+
+    def find(self, **key):
+        """The run with these values, or None."""
+        return next((run for run in self.runs if all(run.get(name) == value for name, value in key.items())), None)
+
+    def add(self, record):
+        """Append a run that has ended."""
+        record = json.loads(json.dumps(record))
+        self._write(record)
+        self.runs.append(record)
+        return record
+
+    def close(self):
+        """Let others write."""
+        self.file.close()
 
 
 class Result(NamedTuple):
-    """row: law.Row; kv [J]; found: what the last run measured; residuals: found/target - 1 by name; curve: strain, stress [Pa]."""
+    """row: law.Row; kv [J]; found: what the last run measured; residuals: found/target - 1 by name; curve: strain, stress [Pa]; runs: its number."""
 
     row: law.Row
     kv: float
@@ -36,6 +622,14 @@ class Result(NamedTuple):
     curve: tuple
     runs: int
 
+    @property
+    def worst(self):
+        return max(map(abs, self.residuals.values()))
+
+
+class Ended(Exception):
+    """Leaves the search: a run has met the targets, or was the last."""
+
 
 class Search:
     """Everything that a calibration needs: targets, body, table; ranks, folder and timeout [s] of the runs; say(text)."""
@@ -43,97 +637,105 @@ class Search:
     def __init__(self, targets, body, table, ranks, folder, timeout, within, say):
         self.targets, self.body, self.table = targets, body, table
         self.ranks, self.folder, self.timeout, self.within, self.say = ranks, folder, timeout, within, say
+        self.results, self.floored = {}, 0  # by (row, kv), in the order of the runs; how many of the last ones ran into a bound
 
     # Unknowns: log e1, log xi_s, e2/e1 and kv/e1 over their first values. Results: logarithms of E, yield, stress2 over target, nu/target - 1.
 
+    def start(self):
+        """First unknowns; sets what they are relative to, and their bounds."""
+        aims, body, (m, n) = self.targets, self.body, EXPONENTS
+        self.first = first_guess(aims.yield_strain, aims.stress2 / aims.yield_stress, aims.volume, abs(aims.strain))
+        network = aims.modulus / stiffening(self.first.volume)
+        e1 = 6.0 * network * body.volume / (m * n * body.bonds)
+        self.unit = (self.first.softening, self.first.volume * network * body.volume / body.count / e1)
+        count = 4 if aims.nu is not None and self.first.volume > 0.0 else 3
+        self.low = np.array([-np.inf, math.log(XI_RANGE[0]), LEAST_SOFTENING / self.unit[0], 0.0])[:count]
+        self.high = np.array([np.inf, math.log(XI_RANGE[1]), STIFFEST / self.unit[0], np.inf])[:count]
+        return np.array([math.log(e1), math.log(self.first.xi_s), 1.0, 1.0])[:count]
+
     def row(self, unknowns):
         """(law.Row, kv), as they are printed."""
-        e1, xi_s = math.exp(unknowns[0]), math.exp(unknowns[1])
-        m, n = affine.EXPONENTS
-        softening = max(unknowns[2] * self.unit[0], LEAST_SOFTENING)
-        kv = max(unknowns[3], 0.0) * self.unit[1] * e1 if len(unknowns) > 3 else 0.0
-        return law.Row(rounded(e1), m, n, rounded(softening * e1), m, n, rounded(xi_s), 0.0, affine.ALPHA), rounded(kv)
-
-    def residuals(self, found):
-        """found/target - 1 by name."""
-        wanted = {"E": self.targets.modulus, "yield": self.targets.yield_stress, "stress2": self.targets.stress2, "nu": self.targets.nu}
-        return {name: found[name] / value - 1.0 for name, value in wanted.items() if value is not None}
+        e1, xi_s, (m, n) = math.exp(unknowns[0]), math.exp(unknowns[1]), EXPONENTS
+        kv = unknowns[3] * self.unit[1] * e1 if len(unknowns) > 3 else 0.0
+        return law.Row(rounded(e1), m, n, rounded(unknowns[2] * self.unit[0] * e1), m, n, rounded(xi_s), 0.0, ALPHA), rounded(kv)
 
     def closed_form(self, unknowns):
         """The results, as the closed form gives them, less those of E alone: for slopes."""
         volume = 0.0 if len(unknowns) < 4 else unknowns[3] * self.first.volume
-        shape = affine.Shape(max(unknowns[2] * self.unit[0], LEAST_SOFTENING), math.exp(unknowns[1]), volume)
-        slope = affine.stiffening(volume)
-        values = [slope, affine.offset_stress(shape), affine.stress([abs(self.targets.strain)], shape)[0]]
+        shape = Shape(unknowns[2] * self.unit[0], math.exp(unknowns[1]), volume)
+        values = [stiffening(volume), affine_offset(shape), affine_stress([abs(self.targets.strain)], shape)[0]]
         found = [unknowns[0] + math.log(value) for value in values]
-        if len(unknowns) > 3:
-            found.append(affine.poisson(volume) / self.targets.nu)
-        return np.array(found)
+        return np.array(found + ([poisson(volume) / self.targets.nu] if len(unknowns) > 3 else []))
 
-    def start(self):
-        """First unknowns and slopes (results, unknowns)."""
-        aims = self.targets
-        self.first = affine.first_guess(aims.yield_strain, aims.stress2 / aims.yield_stress, aims.volume, abs(aims.strain))
-        body, (m, n) = self.body, affine.EXPONENTS
-        network = self.targets.modulus / affine.stiffening(self.first.volume)
-        e1 = 6.0 * network * body.volume / (m * n * body.bonds)
-        self.unit = (self.first.softening, self.first.volume * network * body.volume / body.count / e1)
-        unknowns = np.array([math.log(e1), math.log(self.first.xi_s), 1.0] + ([1.0] if self.targets.nu is not None and self.first.volume > 0.0 else []))
-        base, columns = self.closed_form(unknowns), []
-        for k in range(len(unknowns)):
-            moved = unknowns.copy()
-            moved[k] += 0.02
-            columns.append((self.closed_form(moved) - base) / 0.02)
-        return unknowns, np.array(columns).T
+    def slopes(self, unknowns):
+        """(results, unknowns) of the closed form."""
+        unknowns = np.clip(unknowns, self.low, self.high)
+        return scipy.optimize.approx_fprime(unknowns, self.closed_form, 0.02)
 
-    def run(self, number, unknowns):
-        """(record of the run, row, kv): from the table, or made; Refused where every attempt failed."""
-        row, kv = self.row(unknowns)
+    def run(self, number, row, kv):
+        """Record of the run: from the table, or made. Refused where every attempt failed."""
         for attempt, finer in enumerate(SMALLER):
-            key = {"kind": "pull", "number": number, "attempt": attempt, "row": list(row), "kv": kv}
-            record = self.table.find(**key)
-            if record is None:
-                begin = time.monotonic()
-                try:
-                    found, curve = runs.pull(self.body, row, kv, self.targets, finer, self.ranks, self.folder, self.timeout,
-                                             f"run {number} of at most {MOST_RUNS}")
-                    ended = {"state": "done", "found": found, "strain": list(curve[0]), "stress": list(curve[1])}
-                except runs.Failed as failure:
-                    ended = {"state": "failed", "reason": str(failure)}
-                record = self.table.add({**key, "increments": finer, "seconds": round(time.monotonic() - begin, 2), **ended})
-                if record["state"] == "failed":
-                    last = attempt == len(SMALLER) - 1
-                    self.say(f"run {number} failed: {record['reason']}" + ("" if last else f"; again with {SMALLER[attempt + 1]:g} of the increments"))
+            record = self.kept({"kind": "pull", "number": number, "attempt": attempt, "row": list(row), "kv": kv}, {"increments": finer},
+                               lambda: self.curve_of(number, row, kv, finer))
             if record["state"] == "done":
-                return record, row, kv
+                return record
         raise Refused(f"run {number} failed {len(SMALLER)} times, last: {record['reason']}; the run table is {self.table.path}")
+
+    def curve_of(self, number, row, kv, finer):
+        """What the record holds of a run that ended well."""
+        found, curve = pull(self.body, row, kv, self.targets, finer, self.ranks, self.folder, self.timeout, f"run {number} of at most {MOST_RUNS}")
+        return {"found": found, "strain": list(curve[0]), "stress": list(curve[1])}
+
+    def kept(self, key, others, make):
+        """The record with this key, from the table or of make(), a dict; a run that Failed has one, too, and is told."""
+        record = self.table.find(**key) if key["kind"] == "pull" else self.table.find(**key, state="done")
+        if record is None:
+            begin = time.monotonic()
+            try:
+                ended = {"state": "done", **make()}
+            except Failed as failure:
+                ended = {"state": "failed", "reason": str(failure)}
+            record = self.table.add({**key, **others, "seconds": round(time.monotonic() - begin, 2), **ended})
+            if record["state"] == "failed" and key["kind"] == "pull":
+                more = SMALLER[key["attempt"] + 1 :]
+                self.say(f"run {key['number']} failed: {record['reason']}" + (f"; again with {more[0]:g} of the increments" if more else ""))
+        return record
+
+    def misfit(self, unknowns):
+        """The results of a run; beyond the bounds those of the nearest row, and on from there by the slopes of the closed form. Ended, or Refused."""
+        inside = np.clip(unknowns, self.low, self.high)
+        row, kv = self.row(inside)
+        result = self.results.get((row, kv))
+        if result is None:
+            number = len(self.results) + 1
+            record = self.run(number, row, kv)
+            aims = {"E": self.targets.modulus, "yield": self.targets.yield_stress, "stress2": self.targets.stress2, "nu": self.targets.nu}
+            residuals = {name: record["found"][name] / value - 1.0 for name, value in aims.items() if value is not None}
+            result = Result(row, kv, record["found"], residuals, (np.array(record["strain"]), np.array(record["stress"])), number)
+            self.results[row, kv] = result
+            self.say(f"run {number}: {percents(residuals)} ({record['seconds']:.0f} s)")
+            self.check_floor(result, inside)
+            if result.worst <= self.within or number == MOST_RUNS:
+                raise Ended
+        values = [math.log1p(value) if name != "nu" else value for name, value in result.residuals.items()][: len(unknowns)]
+        return np.array(values) + self.slopes(inside) @ (unknowns - inside)
 
     def pull(self):
         """The Result of the quasi-static targets; Refused where the runs show that they cannot be had."""
-        unknowns, slopes = self.start()
-        before, floored, best = None, 0, None
-        for number in range(1, MOST_RUNS + 1):
-            record, row, kv = self.run(number, unknowns)
-            residuals = self.residuals(record["found"])
-            result = Result(row, kv, record["found"], residuals, (np.array(record["strain"]), np.array(record["stress"])), number)
-            self.tell(number, record, residuals)
-            worst = max(map(abs, residuals.values()))
-            best = min((best, result), key=lambda one: max(map(abs, one.residuals.values()))) if best else result
-            if worst <= self.within:
-                return result
-            at_floor = unknowns[2] * self.unit[0] <= LEAST_SOFTENING * 1.001 and residuals["stress2"] > self.within
-            no_volume = len(unknowns) > 3 and unknowns[3] <= 0.0 and residuals.get("nu", 0.0) > self.within
-            floored = floored + 1 if at_floor or no_volume else 0
-            if floored == 2:
-                self.refuse_floor(result, at_floor)
-            unknowns, slopes, before = self.step(unknowns, slopes, before, residuals)
-        if max(map(abs, best.residuals.values())) <= WITHIN:
-            return best
-        left = ", ".join(f"{name} {100 * value:+.2f} %" for name, value in best.residuals.items())
-        raise Refused(f"the targets were not met within {100 * WITHIN:g} % in {MOST_RUNS} runs; the nearest row has {left}")
+        with contextlib.suppress(Ended):
+            scipy.optimize.root(self.misfit, self.start(), jac=self.slopes, options={"factor": 0.1, "xtol": 1e-6})
+        best = min(self.results.values(), key=lambda result: result.worst)
+        if best.worst <= WITHIN:
+            return best._replace(runs=len(self.results))
+        raise Refused(f"the targets were not met within {100 * WITHIN:g} % in {len(self.results)} runs; the nearest row has {percents(best.residuals)}")
 
-    def refuse_floor(self, result, at_floor):
-        """Refused with what the runs showed to be the nearest."""
+    def check_floor(self, result, unknowns):
+        """Refused with what the runs showed to be the nearest, where two of them in turn had no second regime, or no volume energy, to lose."""
+        at_floor = unknowns[2] <= self.low[2] * 1.001 and result.residuals["stress2"] > self.within
+        no_volume = len(unknowns) > 3 and unknowns[3] <= 0.0 and result.residuals["nu"] > self.within
+        self.floored = self.floored + 1 if at_floor or no_volume else 0
+        if self.floored < 2:
+            return
         found = result.found
         if at_floor:
             ratio = found["stress2"] / found["yield"]
@@ -146,38 +748,11 @@ class Search:
                           f"{because}. Give a stress a few percent above {ratio * self.targets.yield_stress:.4g} Pa{others}")
         raise Refused(f"--nu: {self.targets.nu:g} cannot be had: the body has {found['nu']:.4g} without any volume energy, the nearest")
 
-    def step(self, unknowns, slopes, before, residuals):
-        """Next unknowns; slopes and (unknowns, results) to go on from."""
-        results = np.array([math.log1p(value) if name != "nu" else value for name, value in residuals.items()])[: len(slopes)]
-        if before is not None:
-            moved, changed = unknowns - before[0], results - before[1]
-            shape = moved[1:]
-            if shape @ shape > 1e-16:
-                expected = slopes @ moved
-                slopes = slopes.copy()
-                slopes[:, 1:] += np.outer(changed - expected, shape) / (shape @ shape)
-        change = -np.linalg.lstsq(slopes, results, rcond=None)[0]
-        change[1] = np.clip(change[1], -0.6, 0.6)
-        after = unknowns + change
-        least = LEAST_SOFTENING / self.unit[0]
-        if unknowns[2] * self.unit[0] > affine.LEAST_GUESS:
-            least = 0.2 * unknowns[2]  # not to the floor at once
-        after[2] = np.clip(after[2], least, min(5.0 * unknowns[2] + 1.0, affine.STIFFEST / self.unit[0]))
-        if len(after) > 3:
-            after[3] = np.clip(after[3], 0.0, 3.0 * unknowns[3] + 0.5)
-        after[1] = np.clip(after[1], *np.log(affine.XI_RANGE))
-        return after, slopes, (unknowns, results)
-
-    def tell(self, number, record, residuals):
-        """One line for a run."""
-        off = ", ".join(f"{name} {100 * value:+.2f} %" for name, value in residuals.items())
-        self.say(f"run {number}: {off} ({record['seconds']:.0f} s)")
-
     def gamma(self, result):
         """(gamma, over-stress/rate found [Pa s]); where several rates are asked for, of the geometric mean of their points."""
         rates = self.targets.rates
         over, rate = (math.exp(sum(math.log(pair[k]) for pair in rates) / len(rates)) for k in (0, 1))
-        m, n = affine.EXPONENTS
+        m, n = EXPONENTS
         gamma = rounded(0.5 * over / (result.found["E"] * rate) * m * n * result.row.e1 / self.body.square)  # in flow twice E tau rate
         for number in range(1, RATE_RUNS + 1):
             found = self.over_stress(number, result, gamma, rate)
@@ -196,16 +771,62 @@ class Search:
 
     def rate_run(self, number, row, kv, rate):
         """Mean flow stress [Pa], from the table or a run."""
-        key = {"kind": "rate", "number": number, "row": list(row), "kv": kv, "rate": rate}
-        record = self.table.find(**key, state="done")
-        if record is None:
-            begin = time.monotonic()
-            try:
-                ended = {"state": "done", "found": runs.flow_stress(self.body, row, kv, self.targets, rate, self.ranks, self.folder, self.timeout,
-                                                                    f"rate run {number}" if number else "twin without damping")}
-            except runs.Failed as failure:
-                ended = {"state": "failed", "reason": str(failure)}
-            record = self.table.add({**key, "seconds": round(time.monotonic() - begin, 2), **ended})
-            if record["state"] == "failed":
-                raise Refused(f"--rate: the run at {rate:g}/s failed: {record['reason']}; the run table is {self.table.path}")
+        title = f"rate run {number}" if number else "twin without damping"
+        record = self.kept({"kind": "rate", "number": number, "row": list(row), "kv": kv, "rate": rate}, {}, lambda: {"found": flow_stress(
+            self.body, row, kv, self.targets, rate, self.ranks, self.folder, self.timeout, title)})
+        if record["state"] == "failed":
+            raise Refused(f"--rate: the run at {rate:g}/s failed: {record['reason']}; the run table is {self.table.path}")
         return record["found"]
+
+
+def percents(residuals):
+    """'E +0.20 %, yield -1.30 %'."""
+    return ", ".join(f"{name} {100 * value:+.2f} %" for name, value in residuals.items())
+
+
+def rounded(value):
+    """The value as the row holds it: six digits."""
+    return float(f"{value:.6g}")
+
+
+def row_line(name, row, spacing, coordination, kv, density):
+    """One line of a potential file; row: law.Row."""
+    numbers = " ".join(f"{value:.6g}" for value in row)
+    volume = f" kv {kv:.6g}" if kv > 0.0 else ""
+    return f"{name} {numbers} spacing {spacing:.6g} coordination {coordination:.6g}{volume} density {density:.6g}"
+
+
+def append(path, lines):
+    """Append lines to a potential file, which is made where there is none. The file is replaced in one move; others who append wait."""
+    path = pathlib.Path(path)
+    folder = os.open(path.parent, os.O_RDONLY)
+    try:
+        fcntl.flock(folder, fcntl.LOCK_EX)
+        text = path.read_text(encoding="utf-8") if path.exists() else HEAD
+        write_whole(path, text + ("" if text.endswith("\n") else "\n") + "\n".join(lines) + "\n")
+    finally:
+        os.close(folder)
+
+
+def draw(name, targets, curve, path):
+    """Writes path (a .png) and the CSV beside it."""
+    strain, stress = 100.0 * curve[0], curve[1] / 1e6
+    at = 100.0 * (targets.yield_strain + YIELD_OFFSET)
+    points = ((at, targets.yield_stress / 1e6, "0.2 % yield stress"), (100.0 * abs(targets.strain), targets.stress2 / 1e6, "second stress"))
+    with figures.plt.rc_context(figures.LOOK):
+        figure, axes = figures.plt.subplots(1, 2, figsize=(10.0, 4.2))
+        for axis, end in zip(axes, (2.0 * at, strain[-1] * 1.04)):
+            axis.plot(strain, stress, label=f"row {name}", **{**figures.line_style(1), "linestyle": "-"})
+            line = np.array([0.2, at])
+            axis.plot(line, targets.modulus / 1e6 * 0.01 * (line - 0.2), color="#888888", linewidth=1.2, linestyle=(0, (2, 2)), label="E (strain - 0.2 %)")
+            for k, (x, y, label) in enumerate(points):
+                if x <= end:
+                    axis.plot([x], [y], "os"[k], color="#CC3311", markersize=8, label=f"target: {label}", zorder=5)
+            axis.set(xlim=(0, end), xlabel="nominal strain [%]")
+            inside = stress[strain <= end]
+            axis.set_ylim(0, 1.15 * max(inside.max(), points[0][1]))
+        axes[0].set_ylabel("nominal stress [MPa]" + (" in compression" if targets.strain < 0.0 else ""))
+        handles, labels = axes[1].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="upper center", bbox_to_anchor=(0.5, 0.0), ncol=4)
+        rows = [("curve", f"{a:.6g}", f"{b:.6g}") for a, b in zip(strain, stress)] + [(label, f"{x:.6g}", f"{y:.6g}") for x, y, label in points]
+        return figures.save(figure, path, ("what", "strain_percent", "stress_MPa"), rows)
