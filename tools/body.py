@@ -81,6 +81,8 @@ def main(arguments=None):
             print(f"WARNING: with --unit {options.unit} the part is {extents_in_words(surface.extents)}: is that its unit?", file=sys.stderr)
         print(f"{options.part}: {len(surface.triangles)} triangles, with --unit {options.unit} {extents_in_words(surface.extents)}, volume {surface.volume():.5g} m3, "
               f"cross-section at mid-length {surface.section_area(0.5 * surface.extents[0]):.5g} m2")
+        if options.axis != "x":
+            print(f"the axes {', '.join('xyz'[old] for old in AXES[options.axis])} of {options.part} are x, y, z of the body")
         print(f"{options.n} spheres of a diameter of about {2 * guessed_radius(surface.volume(), options.n):.3g} m", flush=True)
         packing, smooth = pack(surface, options.n, options.seed, options.density, options.out)
         filled = np.sum(4.0 / 3.0 * np.pi * packing.radius**3) / surface.volume()

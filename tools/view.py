@@ -13,7 +13,8 @@
 DUMP is a text file of `dump custom` or `write_dump all custom` with x y z (or xu yu zu) and radius; OVITO reads the same
 files. Columns have the names of dump_modify colname; c_pairs[1] to c_pairs[4] of the decks are bonds, share_second,
 share_lost and new_pairs too. Several dumps are one series, in the order given; without --strip, --film and --frames the last snapshot
-of each is drawn. Titles are the load where a column strain or angle is the same for all atoms, else time or step. All snapshots and
+of each is drawn. Titles are the load, where a column strain or angle is the same for all atoms or PREFIX.csv is beside PREFIX_state.dump, else
+time or step. All snapshots and
 views of a picture have the same scale and the same colors. Units are those of the dump (dump_modify units yes) or of --units; no
 display is needed. Spheres are drawn by LAMMPS (build/lmp, or $EVP_LMP).
 """
@@ -26,10 +27,13 @@ import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 
-from evp import columns, dump, spheres, view_scene  # noqa: E402
+from evp import columns, curves, cycles, dump, spheres, view_scene  # noqa: E402  before numpy
+import numpy as np  # noqa: E402
 from evp.progress import Progress  # noqa: E402
 from evp.report import command_line, errors_in_one_line  # noqa: E402
 
+RELEASED = 0.02  # of the largest stress: less on the way back is no load
+FLAT = 0.8  # thinnest side of a body over the next one, below which the camera looks onto it
 STRIP = 4  # snapshots of a strip, unless told otherwise
 WATCHED = 3  # more snapshots than this show progress
 INTERVAL = 5.0  # [s] between two lines of it where the output is no terminal
@@ -60,6 +64,13 @@ def view_angles(text):
     raise ValueError(f"--view {text}: give {' '.join(spheres.VIEWS)}, or THETA,PHI in degrees, THETA from 0 to 180")
 
 
+def slanted(x, radius):
+    """The view where none is asked for: iso, or onto the thinnest side of a flat body, where its through-holes are."""
+    extents = np.ptp(np.concatenate([x - radius[:, None], x + radius[:, None]]), axis=0)
+    thin, others = int(np.argmin(extents)), np.sort(extents)[1]
+    return "iso" if extents[thin] > FLAT * others else ("65,-25", "iso", "30,-60")[thin]
+
+
 def chosen(snapshots, args, most):
     """Snapshots that are shown: `most` evenly spaced (None: all) unless --frames says otherwise."""
     count = {"all": len(snapshots), "last": 1, None: most or len(snapshots)}.get(args.frames, args.frames)
@@ -71,8 +82,21 @@ def chosen(snapshots, args, most):
     return view_scene.evenly(snapshots, int(count))
 
 
+def end_of_run(path):
+    """Load at the end of a deck, of PREFIX_state.dump by the PREFIX.csv beside it, as text; '' where there is none."""
+    end = "_state.dump"
+    try:
+        curve = curves.read_curve(path.with_name(path.name[: -len(end)] + ".csv"), "virial") if path.name.endswith(end) else None
+    except (OSError, ValueError):
+        curve = None
+    if curve is None:
+        return ""
+    released = len(cycles.turns(curve.strain)) > 0 and abs(curve.virial[-1]) < RELEASED * abs(curve.virial).max()
+    return columns.load_text("strain", curve.strain[-1]) + (", released" if released else "")
+
+
 def when_of(snapshot, longest=None):
-    """Where a snapshot is on its way, as text: the load where the dump has it, else time, in the unit for the longest [s], else step."""
+    """Where a snapshot is on its way, as text: the load where the dump has it or its deck wrote it, else time, in the unit for the longest [s], else step."""
     from evp.view_figure import time_text
 
     for name in columns.LOADS:
@@ -81,6 +105,9 @@ def when_of(snapshot, longest=None):
             return columns.load_text(name, load)
     if snapshot.step is None:
         return f"{snapshot.count} spheres"
+    load = end_of_run(snapshot.path)
+    if load:
+        return load
     if snapshot.time is None:
         return f"step {snapshot.step}"
     return time_text(snapshot.time, longest) if snapshot.units == "si" else f"{snapshot.time:.4g} time units"
@@ -116,6 +143,9 @@ class Scene:
 
         self.cuts = [[view_scene.condition(text) for text in group] for group in args.cut or ()]
         self.color, self.radius, self.units = columns.word(args.color) if args.color else None, args.radius, units
+        if not args.view:
+            first = self.spheres(snapshots[0])
+            args.view = [slanted(first.x, first.radius)]
         views = [view_angles(text) for text in args.view]
         ends, drawn, inner = [None] * len(views), [], []
         for snapshot in snapshots:
@@ -212,8 +242,10 @@ def parser():
                      "outermost half percent of a snapshot where these alone would take up half of the bar, which then names the highest)")
     top.add_argument("--map", help="color map of matplotlib (default: YlOrRd; coolwarm around 0 where values have both signs)")
     top.add_argument("--label", metavar="TEXT", help="beside the color bar, in place of the column's")
-    top.add_argument("--view", nargs="+", default=["iso"], metavar="VIEW",
-                     help=f"{', '.join(spheres.VIEWS)}, or THETA,PHI in degrees: direction to the camera as in dump image (default: iso)")
+    top.add_argument("--view", nargs="+", metavar="VIEW",
+                     help=f"{', '.join(spheres.VIEWS)}, or THETA,PHI in degrees: direction to the camera as in dump image. iso is from the right, "
+                     "in front and above; front is from -y with x to the right and z up, top from +z with y up, right from +x (default: "
+                     "iso, or slanted onto the flat side of a flat body)")
     top.add_argument("--cut", nargs="+", action="append", metavar="CONDITION",
                      help='leaves out spheres whose centers meet all conditions, such as "y<0" "z>0" (units of the dump); may be given again. '
                      "Not for --vtk")

@@ -203,6 +203,38 @@ def test_picture_of_a_dump(one, tmp_path):
     assert len(kept.x) == np.sum(~((x[:, 0] > 0) & (x[:, 2] > 0)) & (x[:, 0] >= -0.01)) < 20
 
 
+@pytest.mark.parametrize("thin", range(3))
+def test_a_hole_through_a_plate_is_seen(tmp_path, thin):
+    """Without --view: white in the middle of the picture, whichever way the plate lies; not so from its edge."""
+    a, b, c = (grid.ravel() for grid in np.meshgrid(*(np.arange(n) - 0.5 * (n - 1) for n in (24, 24, 6)), indexing="ij"))
+    x = np.column_stack([a, b, c])[a**2 + b**2 > 36.0]
+    x = np.insert(x[:, :2], thin, x[:, 2], axis=1)
+    path, out = tmp_path / "plate.dump", tmp_path / "plate.png"
+    path.write_text(text_of("id x y z radius", [(k + 1, *place, 0.75) for k, place in enumerate(x)]), encoding="utf-8")
+    seen = {}
+    for view in ((), ("--view", ("front", "right", "right")[thin])):
+        done = show(path, "--pixels", 300, "--no-titles", "--units", "lj", "--out", out, *view)
+        assert done.returncode == 0, done.stderr
+        picture = matplotlib.image.imread(out)[: -view_figure._FOOT, :, :3].min(axis=2) > 0.99
+        rows, cols = np.nonzero(~picture)
+        middle = picture[(rows.min() + rows.max()) // 2, (cols.min() + cols.max()) // 2]
+        seen[view] = bool(middle)
+    assert list(seen.values()) == [True, False]
+
+
+@pytest.mark.parametrize("strain, stress, title", [
+    ([0.0, 0.01, 0.02], [0.0, 1e8, 2e8], "strain 2 %"), ([0.0, 0.02, 0.0131], [0.0, 2e8, 1e5], "strain 1.31 %, released"),
+    ([0.0, 0.02, 0.019], [0.0, 2e8, 1e8], "strain 1.9 %"), (None, None, "step 39510")])
+def test_title_of_the_state_at_the_end(tmp_path, strain, stress, title):
+    """By the curve that the deck wrote beside it."""
+    path = tmp_path / "pull_state.dump"
+    path.write_text(text_of("id x y z radius", [(1, 0, 0, 0, 0.5)], 39510), encoding="utf-8")
+    if strain:
+        rows = "".join(f"{a},{b},{b}\n" for a, b in zip(strain, stress))
+        (tmp_path / "pull.csv").write_text("strain,stress_grip,stress_virial\n" + rows, encoding="utf-8")
+    assert tool.when_of(dump.index([path])[0]) == title
+
+
 def test_values_stay_with_their_spheres(one):
     """Rows are sorted by ID; radius and value of each sphere are those of its row."""
     found = view_scene.spheres_of(dump.index([one])[0], "share_second")
