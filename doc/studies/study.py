@@ -7,6 +7,7 @@ Imported first: it makes the package evp of tools/ importable, and goes on in a 
 import hashlib
 import pathlib
 import shutil
+import statistics
 import string
 import sys
 
@@ -14,12 +15,40 @@ STUDIES = pathlib.Path(__file__).resolve().parent
 sys.path.insert(1, str(STUDIES.parents[1] / "tools"))
 
 from evp import figures  # noqa: E402
-from evp.progress import format_seconds, in_turn, watched  # noqa: E402
-from evp.report import add_out, command_line, errors_in_one_line, ratios, split_at_marks, spread, table, write_csv  # noqa: E402
+from evp.progress import format_seconds, watched  # noqa: E402
+from evp.report import add_out, command_line, errors_in_one_line, table, write_csv  # noqa: E402
 from evp.run import CHECKOUT, DECKS, RunError, deck_command, environment, lammps_command, lammps_error, output_of  # noqa: E402
 
 __all__ = ("CHECKOUT", "DECKS", "RunError", "Runs", "Study", "add_out", "command_line", "deck_command", "environment", "errors_in_one_line", "format_seconds", "in_turn",
            "lammps_command", "lammps_error", "output_of", "ratios", "split_at_marks", "spread", "table", "tangent", "watched", "write_csv")
+
+
+def spread(values, form="{:.2f}".format):
+    """'median (smallest to largest)', the median alone of one value."""
+    values = list(values)
+    return form(statistics.median(values)) + (f" ({form(min(values))} to {form(max(values))})" if len(values) > 1 else "")
+
+
+def ratios(own, other):
+    """own over other, round by round."""
+    return [a / b for a, b in zip(own, other)]
+
+
+def split_at_marks(path, start, end):
+    """Texts before, between and after two marks of a file; ValueError unless each is there once."""
+    text = path.read_text(encoding="utf-8")
+    if text.count(start) != 1 or text.count(end) != 1:
+        raise ValueError(f"{path} must hold '{start}' and '{end}' once each")
+    head, rest = text.split(start)
+    return head, *rest.split(end)
+
+
+def in_turn(runs, repeats, title):
+    """{name: [result of each round]} of {name: function}: each runs once per round, so that a slow moment of the machine meets all."""
+    results = {name: [] for name in runs}
+    for name in watched(title, repeats * list(runs)):
+        results[name].append(runs[name]())
+    return results
 
 
 class Runs:

@@ -48,11 +48,3 @@ def watched(title, items, name=str, cost=lambda item: 1.0):
         for number, item in enumerate(items):
             progress.show(sum(costs[:number]), name(item))
             yield item
-
-
-def in_turn(runs, repeats, title):
-    """{name: [result of each round]} of {name: function}: each runs once per round, so that a slow moment of the machine meets all."""
-    results = {name: [] for name in runs}
-    for name in watched(title, repeats * list(runs)):
-        results[name].append(runs[name]())
-    return results

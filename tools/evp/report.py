@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""What the tools that write pages share: their command line, their errors, tables, spreads and CSV files."""
+"""What the tools share: their command line, their errors, tables and CSV files."""
 
 import argparse
 import contextlib
@@ -7,7 +7,6 @@ import csv
 import os
 import pathlib
 import re
-import statistics
 import sys
 
 from .run import CHECKOUT, RunError
@@ -50,37 +49,10 @@ def errors_in_one_line(tool):
         sys.exit(f"{typed(tool)}: error: {words_of(error)}")
 
 
-def spread(values, form="{:.2f}".format):
-    """'median (smallest to largest)', the median alone of one value."""
-    values = list(values)
-    return form(statistics.median(values)) + (f" ({form(min(values))} to {form(max(values))})" if len(values) > 1 else "")
-
-
-def ratios(own, other):
-    """own over other, round by round."""
-    return [a / b for a, b in zip(own, other)]
-
-
 def table(header, rows):
     """Lines of a Markdown table."""
     lines = ["| " + " | ".join(map(str, cells)) + " |" for cells in (header, *rows)]
     return [lines[0], "|" + "---|" * len(header), *lines[1:]]
-
-
-def write_page(path, *parts):
-    """Writes a page and prints it. parts: texts, and tables as (header, rows), which end with a line break."""
-    text = "".join(part if isinstance(part, str) else "\n".join(table(*part)) + "\n" for part in parts)
-    path.write_text(text, encoding="utf-8")
-    print(text, end="")
-
-
-def split_at_marks(path, start, end):
-    """Texts before, between and after two marks of a file; ValueError unless each is there once."""
-    text = path.read_text(encoding="utf-8")
-    if text.count(start) != 1 or text.count(end) != 1:
-        raise ValueError(f"{path} must hold '{start}' and '{end}' once each")
-    head, rest = text.split(start)
-    return head, *rest.split(end)
 
 
 def write_csv(path, header, rows):
