@@ -36,7 +36,7 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 
-from evp import curve_table, curves, cycles, law  # noqa: E402
+from evp import curves, cycles, law  # noqa: E402
 from evp.report import command_line, typed, words_of, write_csv  # noqa: E402
 
 ELASTIC_END = 0.004  # strain at which the first pairs of Table 1 come to the second regime
@@ -143,7 +143,7 @@ def show_numbers(args):
     print(" " * width, *titles.values(), sep="  ")
     for path in args.curves:
         curve, turns = read_with_turns(path, args)
-        strain, stress, sign = curve_table.first_way(curve.strain, getattr(curve, args.column), turns)
+        strain, stress, sign = cycles.first_way(curve.strain, getattr(curve, args.column), turns)
         try:
             found = curves.numbers(curves.Curve(strain, stress, stress), "virial", args.fit)
         except curves.CurveError as error:
@@ -219,17 +219,17 @@ def print_table(titles, rows):
 
 def show_table(args):
     """Print one line for each curve, the departures from a target below, and write a CSV of both."""
-    strains = strains_of(args.at) if args.at else curve_table.STRAINS
+    strains = strains_of(args.at) if args.at else cycles.STRAINS
     read = {path: read_with_turns(path, args) for path in args.curves}
-    target = curve_table.read_target(args.target) if args.target else None
+    target = cycles.read_target(args.target) if args.target else None
     if args.csv and pathlib.Path(args.csv).resolve() in [pathlib.Path(path).resolve() for path in (*args.curves, args.target or "")]:
         raise ValueError(f"--csv {args.csv} would be written over a file that is read: give another name")
     found, apart = {}, {}
     for path, (curve, turns) in read.items():
         try:
-            found[path] = curve_table.numbers(curve, args.column, args.fit, strains, turns)
+            found[path] = cycles.table_numbers(curve, args.column, args.fit, strains, turns)
             if target:
-                apart[path] = curve_table.departure(curve, target, args.column, turns)
+                apart[path] = cycles.departure(curve, target, args.column, turns)
         except curves.CurveError as error:
             raise curves.CurveError(f"{path}: {error}") from error
     modulus = modulus_of(args.curves)
