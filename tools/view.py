@@ -219,17 +219,15 @@ def draw_film(args, scene, snapshots, series):
 
 def write_vtk(args, snapshots):
     """A .vtu of all columns for each snapshot and a .pvd of the series."""
-    from evp import vtk
-
     stem = args.vtk.name if args.vtk.suffix not in (".vtu", ".pvd") else args.vtk.stem
     digits, files = len(str(len(snapshots) - 1)), []
     with all_or_nothing(args.vtk.parent) as folder:
         for k, snapshot in enumerate(with_progress(snapshots)):
             table = view_scene.read_table(snapshot, args.radius)
             name = f"{stem}_{k:0{digits}d}.vtu"
-            vtk.write_points(folder / name, view_scene.places(table, snapshot), {vtk.array_name(key): values for key, values in table.items()})
+            view_scene.write_points(folder / name, view_scene.places(table, snapshot), {view_scene.array_name(key): values for key, values in table.items()})
             files.append((float(snapshot.step or 0) if snapshot.time is None else snapshot.time, name))
-        vtk.write_series(folder / f"{stem}.pvd", files)
+        view_scene.write_series(folder / f"{stem}.pvd", files)
     print(f"{args.vtk.parent / (stem + '.pvd')}: {len(files)} snapshots")
 
 
