@@ -22,7 +22,7 @@ import numpy as np
 from evp import calibration, figures
 from evp.calibration import Targets
 from johnson_cook import JohnsonCook, from_handbook
-from evp.whole import write_whole
+from evp.report import write_whole
 
 MPA = 1e6
 END = 0.1  # strain of the curves

@@ -34,8 +34,8 @@ import scipy.optimize
 from . import curves, cycles, dump, figures, flow, law, specimen
 from .curves import YIELD_OFFSET
 from .progress import Progress
+from .report import write_whole
 from .run import DECKS, RunError, check_start, deck_command, environment, lammps_error, last_strain
-from .whole import write_whole
 
 EXPONENTS = (8.0, 4.0)  # of both regimes, as in Table 1
 ALPHA = 1.5

@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .report import write_whole
 from .run import Job, RunError, run_jobs
 from .specimen import read_data
-from .whole import write_whole
 
 FILL = 0.57  # about what the spheres fill of a part: for the first guess of their radius
 SPACING = 0.25  # of the points of the surface, over the mean radius: a sphere sinks in by 1 to 2 % of its radius in the mean, 5 % at most

@@ -8,6 +8,7 @@ import os
 import pathlib
 import re
 import sys
+import tempfile
 
 from .run import CHECKOUT, RunError
 
@@ -61,3 +62,20 @@ def write_csv(path, header, rows):
         writer = csv.writer(target, lineterminator="\n")
         writer.writerow(header)
         writer.writerows([row.get(name, "") for name in header] if isinstance(row, dict) else row for row in rows)
+
+
+def write_whole(path, text):
+    """Replaces a file, which keeps its permissions, or makes it: in one move, the text being on disk. Where that fails, nothing has changed."""
+    path = pathlib.Path(path)
+    mode = path.stat().st_mode & 0o777 if path.exists() else 0o644
+    handle, aside = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as target:
+            target.write(text)
+            target.flush()
+            os.fsync(target.fileno())
+        os.chmod(aside, mode)
+        os.replace(aside, path)
+    except BaseException:
+        os.unlink(aside)
+        raise
