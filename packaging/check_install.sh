@@ -31,7 +31,7 @@ fix evp/energy
 fix evp/volume
 compute evp/dt
 compute evp/state/atom
-command read_evp_body
+command evp_quietly
 command read_evp_row
 command write_evp_bonds"
 # pairs recorded, energy stored and kinetic energy [J], share of pairs that have flowed, after 200 steps; Verlet steps with

@@ -20,7 +20,7 @@ longest range in which the slope over the second half is at least 90 % of that o
 this ends before strain 0.004. `--fit LO HI` gives another range.
 `cycle` evaluates curves that unload, as of in.cyclic: strain and stress at the first reversal, residual strain
 at zero stress, slope over the first 0.004 of unloading (less where the body flows back before), and area of the last loop.
-`--strain strain_gauge` takes the strain of the extensometer (-var extensometer yes of the decks) in place of that of the grips.
+`--strain strain_gauge` takes the strain between layers at 0.3 and 0.7 of the length in place of that of the grips.
 `table` prints one line per curve, also in compression or with unloading: E, yield stress and stresses of the first loading, residual
 strain, unloading modulus, the area of each loop; '-' where a curve has no such number. Stresses are
 fitted over +-0.0006 of strain, or interpolated where the rows are farther apart. A target has rows strain,stress in Pa, or a first line
@@ -342,7 +342,7 @@ def parser():
         sub.add_argument("--column", choices=("virial", "grip"), default="virial",
                          help="stress through the cross-sections, or the grips' reaction")
         sub.add_argument("--strain", choices=("strain", "strain_gauge"), default="strain",
-                         help="of the grips, or of the extensometer (-var extensometer yes)")
+                         help="of the grips, or between layers at 0.3 and 0.7 of the length")
 
     sub = command("numbers", show_numbers, "E, yield, stress at 1 and 2 percent, where it bends")
     sub.add_argument("curves", nargs="+", metavar="CSV")

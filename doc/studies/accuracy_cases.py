@@ -20,7 +20,8 @@ class Case(NamedTuple):
     """One setting of one knob.
 
     guess: processor time over that of the baseline; priority: 1 is always run, others as the budget allows. hook: commands
-    included before the test. ledger: the energy balance is read instead of the time. keep_modulus: e is changed with the
+    included before the test. Of the variables `timestep` [s], `samples`, `tolerance` and `zone` are no choices of the decks, but numbers of
+    lines that are changed. ledger: the energy balance is read instead of the time. keep_modulus: e is changed with the
     number of bonds, so that the affine E stays.
     """
 
@@ -84,7 +85,7 @@ AT_REST = "velocity free set 0 0 0\n"
 LEDGER = """fix ledger all evp/energy
 variable open equal f_ledger
 variable work equal f_ledger[7]
-fix balance all print $(v_steps_per_row) "${now},${open},${work}" file balance.csv screen no title "strain,open,work"
+fix balance all print ${every} "$(v_strain_now:%.9g),${open},${work}" file balance.csv screen no title "strain,open,work"
 """
 
 
@@ -101,7 +102,7 @@ def body_cases():
         return pull(knob, choice, guess, priority, hook, TABLE2, rate=rate, integrator="implicit", timestep=step, samples=samples)
 
     def rest(knob, choice, guess, priority=2, **variables):
-        return Case(knob, choice, "in.quasistatic", {"coeff": TABLE1, "strain": STRAIN, "restart": 0, **variables}, guess, priority)
+        return Case(knob, choice, "in.quasistatic", {"coeff": TABLE1, "strain": STRAIN, **variables}, guess, priority)
 
     def undamped(knob, choice, guess, priority=2, hook="", coeff=TABLE1, **variables):
         return pull(knob, choice, guess, priority, hook, coeff, **{"rate": 10, "timestep": UNDAMPED_STEP, "samples": 7, **variables})

@@ -15,7 +15,7 @@ import statistics
 import subprocess
 import sys
 
-from study import CHECKOUT, DECKS, RunError, deck_command, environment, format_seconds, lammps_command, lammps_error, output_of, watched, write_csv
+from study import CHECKOUT, DECKS, RunError, deck_command, edited_deck, environment, format_seconds, lammps_command, lammps_error, output_of, watched, write_csv
 import numpy as np
 
 import accuracy_cases as cases
@@ -161,23 +161,41 @@ class Laboratory:
         (self.inside / "also.lmp").write_text(case.hook or "\n", encoding="utf-8")
         if case.hook:
             words["also"] = "also.lmp"
+        zone = words.get("zone")
+        deck = changed_deck(case.deck, words, self.inside)
         if case.keep_modulus:
-            words["coeff"] = same_modulus(words["coeff"], self.inside / words["specimen"], words.get("zone"))
+            words["coeff"] = same_modulus(words["coeff"], self.inside / words["specimen"], zone)
         for left_before in ("case.csv", "balance.csv"):
             (self.inside / left_before).unlink(missing_ok=True)
         row = {"knob": case.knob, "choice": case.choice, "spheres": case.spheres, "seed": case.seed, "kind": case.key[-1], "ranks": ranks, **self.machine}
         if case.ledger:
-            self.lammps(ranks, DECKS / case.deck, words)
+            self.lammps(ranks, deck, words)
             table = np.genfromtxt(self.inside / "balance.csv", delimiter=",", skip_header=1)
             row["energy_open"] = f"{np.max(np.abs(table[:, 1])) / table[-1, 2]:.5g}"
             return row
         times = []
         while not times or (times[0] < REPEATED[0] and len(times) < self.repeats):
             baseline = self.baseline()
-            times.append(self.lammps(ranks, DECKS / case.deck, words) - self.start[ranks])
+            times.append(self.lammps(ranks, deck, words) - self.start[ranks])
         row.update(seconds=f"{max(statistics.median(times), 1e-3):.5g}", baseline_seconds=f"{baseline:.5g}", start_seconds=f"{self.start[ranks]:.5g}")
         row.update({name: f"{value:.9g}" for name, value in measures(curves.read_curve(self.inside / "case.csv")).items()})
         return row
+
+
+def changed_deck(name, words, folder):
+    """The path of a deck in a folder with the lines changed that hold `timestep`, `samples`, `tolerance` and `zone`; takes these from the words."""
+    given = {word: words.pop(word) for word in ("timestep", "samples", "tolerance", "zone") if word in words}
+    step = f"{given['timestep']:g}" if given.get("timestep") else "v_dtfraction*c_dt"
+    steps = f"v_row/(abs(v_rate)*{step})"
+    changes = []
+    if "timestep" in given or "samples" in given:
+        changes += [("variable        each equal", f"variable each equal $(ceil({steps}/{given.get('samples', 10)}))"),
+                    ("variable        every equal", f"variable every equal $(v_each*ceil({steps}/v_each-1e-9))")]
+    if "tolerance" in given:
+        changes += [("variable        force index", f"variable force index $({given['tolerance']}*mass(all)/count(all)*v_row_xi_s*v_diameter/(3*c_dt[1]^2))")]
+    if "zone" in given:
+        changes += [("fix             bonds", f"fix bonds all evp/bonds zone {given['zone']}")]
+    return edited_deck(name, folder, *changes)
 
 
 def same_modulus(coeff, data, zone=None):

@@ -49,7 +49,7 @@ def bonds_of(runs, data, length):
 
 def measure(spheres, seed, runs):
     """The Found of one N and seed."""
-    pull = {"strain": STRAIN, "increment": STRAIN / 2, "restart": 0}
+    pull = {"strain": STRAIN, "increment": STRAIN / 2}
     name = f"round_{spheres}_{seed}"
     data = runs.body(name, n=spheres, seed=seed, **ROUND)
     round_modulus = stiffness(runs, "in.quasistatic", f"{name}_pulled", data, "strain", "stress_grip", **pull)

@@ -30,7 +30,7 @@ CUT = [[view_scene.condition("y<0")]]  # what is inside
 
 def commands(bar, plate):
     """[(name, words)] of the runs, for so many spheres; the ball has as many per volume as the plate."""
-    pull = {"specimen": "bar.data", "material": MATERIAL, "strain": STRAIN, "cycles": 1, "lower": "release", "restart": 0, "extensometer": "yes"}
+    pull = {"specimen": "bar.data", "material": MATERIAL, "strain": STRAIN, "cycles": 1, "lower": "release"}
     block = {"shape": "block", "length": 0.008, "width": 0.025, "height": 0.025}
     ball = {"shape": "region", "region": "ball.region", "length": 0.01}
     fill = [sys.executable, str(run.CHECKOUT / "tools" / "body.py"), str(PART), "--axis", "z", "--unit", "mm", "--n", str(bar), "--out", "bar.data"]
@@ -38,7 +38,7 @@ def commands(bar, plate):
         *((plasticity, "in.quasistatic", {**pull, "plasticity": plasticity, "out": plasticity}) for plasticity in SWEEPS),
         ("plate", "in.specimen", {**block, "n": plate, "out": "plate.data"}),
         ("ball", "in.specimen", {**ball, "n": round(BALL_OVER_PLATE * plate), "out": "ball.data"}),
-        ("impact", "in.impact", {"plate": "plate.data", "ball": "ball.data", "speed": SPEED, "frames": 1, "out": "impact"}),
+        ("impact", "in.impact", {"plate": "plate.data", "ball": "ball.data", "speed": SPEED, "also": run.DECKS / "frames.lmp", "frames": 1, "out": "impact"}),
     ]
     return [("bar", fill), *((name, run.deck_command(run.DECKS / deck, choices)) for name, deck, choices in decks)]
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Friction by LAMMPS' granular contacts: where a sliding block stops, and what a ball that hits a plate obliquely loses.
 
-in.sliding on both plates, with both contacts and two coefficients, and in.impact with and without friction.
+in.sliding with both contacts and two coefficients, and in.impact with and without friction.
 """
 
 import re
@@ -10,7 +10,7 @@ import re
 from study import Study, errors_in_one_line
 import numpy as np
 
-SLIDES = [(plate, normal, mu) for plate in ("wall", "spheres") for normal in ("hooke", "hertz") for mu in (0.3, 0.5)]
+SLIDES = [(normal, mu) for normal in ("hooke", "hertz") for mu in (0.3, 0.5)]
 IMPACTS = ("off", 0.0, 0.3, 0.6)
 BALL, SPEED, TIME = 0.005, 50.0, 8e-5  # radius [m]; across and along the plate [m/s]; end of the run [s]
 ALSO = """compute torque ball property/atom tqz
@@ -42,16 +42,16 @@ def main(words=None):
         (runs.folder / "ball.region").write_text(f"region body sphere {BALL} 0 0 {BALL}\n", encoding="utf-8")
         runs.body("block", n=study.spheres, shape="block", length=0.02, width=0.01, height=0.01)
         plate = runs.run("in.specimen", "plate.data", n=1500, shape="block", length=0.008, width=0.025, height=0.025)
-        radius = float(re.search(r"mean radius (\S+) m", plate)[1])
+        radius = float(re.findall(r"mean radius (\S+) m", plate)[-1])
         runs.body("ball", n=158, shape="region", region="ball.region", length=2 * BALL)
         for case in study.each([*SLIDES, *IMPACTS], lambda case: f"in.{'sliding' if isinstance(case, tuple) else 'impact'} {case}"):
             if isinstance(case, tuple):
-                printed = runs.run("in.sliding", "slide_{}_{}_{}".format(*case), block="block.data", **dict(zip(("plate", "normal", "friction"), case)))
+                printed = runs.run("in.sliding", "slide_{}_{}".format(*case), block="block.data", **dict(zip(("normal", "friction"), case)))
                 slides.append([*case, *re.findall(r"ratio (\S+)", printed)])
             else:
                 impacts.append([case, *impact(runs, case)])
         study.write(spheres=study.spheres, speed=f"{SPEED:g}", ball=re.search(r"(\d+) atoms", (runs.folder / "ball.data").read_text(encoding="utf-8"))[1],
-                    share=f"{radius / BALL:.2f}", slides=(("plate", "normal contact", "mu", "distance", "time"), slides),
+                    share=f"{radius / BALL:.2f}", slides=(("normal contact", "mu", "distance", "time"), slides),
                     impacts=(("friction", "along/across", "speed along, after [m/s]", "rebound speed [m/s]", "torque dropped", "imbalance"), impacts))
 
 

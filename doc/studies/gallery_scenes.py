@@ -161,11 +161,11 @@ def shear(folder, _):
                    largest_in("large_strain.csv", "shear_stress", "run", "repulsive_isotropic_1000_1") / 1e6, "1000 spheres: [large strain](large_strain.md)")]
 
 
-def notched(folder, text):
+def notched(folder, _):
     curve = curves.read_curve(folder / "notched.csv")
     return [Number("largest stress of the net section", "MPa", curve.grip.max() / 1e6,
                    largest_in("figures/notched_tension.csv", "stress_MPa", "curve", "N = 4000, XI = 0.05"), "such a bar: [notched tension](notched_tension.md)"),
-            Number("bonds broken", "", float(re.search(r"bonds broken: (\d+)", text)[1]), None, "depends on the spacing: [notched tension](notched_tension.md)")]
+            Number("bonds broken", "", float(figures.read_columns(folder / "notched.csv", ("broken",))["broken"][-1]), None, "depends on the spacing: [notched tension](notched_tension.md)")]
 
 
 def sliding(_, text):
@@ -214,7 +214,7 @@ SCENES = (
            LMP + "in.traction -var specimen cylinder.data -var contact none -var out table1",
            LMP + 'in.traction -var specimen cylinder.data -var contact none -var coeff "80 8 4 3 8 4 0.005 1000 1.5" -var rate 100 '
            "-var integrator implicit -var out table2",
-           LMP + "in.quasistatic -var specimen cylinder.data -var contact none -var restart 0 -var out rest",
+           LMP + "in.quasistatic -var specimen cylinder.data -var contact none -var out rest",
            'tools/curves.py plot table1.csv table2.csv rest.csv --labels "Table 1, 10/s" "Table 2, 100/s" "Table 1, quasi-static" '
            '--title "Tension, parameters of the paper" '
            "--out traction.png"),
@@ -232,24 +232,24 @@ SCENES = (
           "A round tension bar, cut open along its axis, pulled to a strain of 1 % of its grips and released: only the thin part has flowed.",
           ("tools/body.py tests/data/parts/dog_bone.stl --axis z --unit mm --n 800 --out bone.data",
            LMP + "in.quasistatic -var specimen bone.data -var material potentials/gado2017.evp:table1_any -var strain 0.01 -var plasticity isotropic -var cycles 1 "
-           "-var lower release -var restart 0 -var extensometer yes -var out bone",
+           "-var lower release -var out bone",
            LMP + "in.specimen -var out cylinder.data",
            LMP + "in.quasistatic -var specimen cylinder.data -var material potentials/gado2017.evp:table1_any -var strain 0.0002 -var increment 0.0001 "
-           "-var restart 0 -var out bone_row",
+           "-var out bone_row",
            'tools/view.py bone_state.dump --color plastic_strain --cut "y<0" --pixels 450 --captions "pulled and released, cut open" --out dog_bone.png'),
           "dog_bone.png", dog_bone),
     Scene("torsion", "in.torsion", "Torsion", "A shaft, twisted about its axis by its ends. On the right the near half is cut away: the surface has flowed, the core and the grips have not.",
           (LMP + "in.specimen -var n 2000 -var length 0.1 -var out shaft.data",
-           LMP + "in.quasistatic -var specimen shaft.data -var contact none -var strain 0.0002 -var increment 0.0001 -var restart 0 -var out shaft_pulled",
-           LMP + "in.torsion -var specimen shaft.data -var contact none -var plasticity isotropic -var angle 0.12 -var increment 0.002 -var frames 1 -var out twisted",
+           LMP + "in.quasistatic -var specimen shaft.data -var contact none -var strain 0.0002 -var increment 0.0001 -var out shaft_pulled",
+           LMP + "in.torsion -var specimen shaft.data -var contact none -var plasticity isotropic -var angle 0.12 -var increment 0.002 -var also lammps_inputs/frames.lmp -var frames 1 -var out twisted",
            'tools/view.py twisted_frames.dump --color plastic_strain --range 0 1.5 --cut "y<0" "x>0.05" --pixels 420 --captions "angle 0.12 rad, right half cut open" '
            "--out torsion.png"),
           "torsion.png", torsion),
     Scene("bending", "in.bending", "Three-point bending", "A bar on two supports near its ends, seen from its side: before, pushed down at mid-span to a strain of 2 % of the outer fibre,\n"
           "and bent back to no deflection. It has flowed above and below mid-span, not on its axis.",
           (LMP + "in.specimen -var n 2000 -var shape block -var length 0.1 -var width 0.01 -var height 0.02 -var out bar.data",
-           LMP + "in.quasistatic -var specimen bar.data -var contact none -var strain 0.0002 -var increment 0.0001 -var restart 0 -var out bar_pulled",
-           LMP + "in.bending -var specimen bar.data -var contact none -var plasticity isotropic -var cycles 1 -var frames 2 -var out bent",
+           LMP + "in.quasistatic -var specimen bar.data -var contact none -var strain 0.0002 -var increment 0.0001 -var out bar_pulled",
+           LMP + "in.bending -var specimen bar.data -var contact none -var plasticity isotropic -var cycles 1 -var also lammps_inputs/frames.lmp -var frames 2 -var out bent",
            'tools/view.py bent_frames.dump --strip 3 --color plastic_strain --view front --pixels 380 --captions before "pushed down, strain 2 %" '
            '"bent back, strain 0 %" '
            "--out bending.png"),
@@ -271,7 +271,7 @@ SCENES = (
           (LMP + "in.specimen -var n 1500 -var shape block -var length 0.008 -var width 0.025 -var height 0.025 -var out plate.data",
            'echo "region body sphere 0.005 0 0 0.005" > ball.region',
            LMP + "in.specimen -var n 158 -var shape region -var region ball.region -var length 0.01 -var out ball.data",
-           LMP + "in.impact -var plate plate.data -var ball ball.data -var frames 20 -var out impact",
+           LMP + "in.impact -var plate plate.data -var ball ball.data -var also lammps_inputs/frames.lmp -var frames 20 -var out impact",
            LMP + "in.specimen -var n 3000 -var shape block -var length 0.008 -var width 0.025 -var height 0.025 -var out fine_plate.data",
            LMP + "in.specimen -var n 315 -var shape region -var region ball.region -var length 0.01 -var out fine_ball.data",
            LMP + "in.impact -var plate fine_plate.data -var ball fine_ball.data -var out fine_impact",
@@ -282,18 +282,18 @@ SCENES = (
           "impact.png", impact),
     Scene("sliding", "in.sliding", "A block slides until friction stops it", "A block on a rigid plate, colored by its speed.",
           (LMP + "in.specimen -var n 200 -var shape block -var length 0.02 -var width 0.01 -var height 0.01 -var out block.data",
-           LMP + "in.sliding -var block block.data -var friction 0.5 -var speed 3 -var frames 10 -var out sliding",
+           LMP + "in.sliding -var block block.data -var friction 0.5 -var speed 3 -var also lammps_inputs/frames.lmp -var frames 10 -var out sliding",
            'tools/view.py sliding_frames.dump --strip 3 --color speed --range 0 3 --label "speed [m/s]" --view front --pixels 300 '
            '--captions "at the start" "on the way" "at rest" --out sliding.png'),
           "sliding.png", sliding),
     Scene("taylor", "in.taylor", "Taylor bar", "A copper bar, cut open, flies to the left at 227 m/s onto a rigid wall, which is not drawn; its foot is compressed, and it bounces back.",
           (LMP + "in.specimen -var n 3000 -var length 0.0324 -var radius 0.0032 -var out taylor_bar.data",
-           LMP + "in.taylor -var specimen taylor_bar.data -var frames 24 -var out taylor",
+           LMP + "in.taylor -var specimen taylor_bar.data -var also lammps_inputs/frames.lmp -var frames 24 -var out taylor",
            'tools/view.py taylor_frames.dump --film taylor.gif --color plastic_strain --range 0 100 --cut "y<0" --view front --pixels 300'),
           "taylor.gif", taylor),
     Scene("rod", "in.taylor", "An elastic rod on a wall", "Force of the wall on a rod that flies onto it at 1 m/s and leaves when the wave has come back from its end.",
           (LMP + "in.specimen -var n 2000 -var length 0.12 -var radius 0.0012 -var out rod.data",
-           LMP + f'in.quasistatic -var specimen rod.data -var coeff "{ROW}" -var contact none -var strain 0.0002 -var increment 0.0001 -var restart 0 '
+           LMP + f'in.quasistatic -var specimen rod.data -var coeff "{ROW}" -var contact none -var strain 0.0002 -var increment 0.0001 '
            "-var out rod_pulled",
            LMP + f'in.taylor -var specimen rod.data -var coeff "{ROW}" -var contact none -var plasticity none -var speed 1 -var out rod',
            'tools/curves.py columns rod.csv --x time --y force --title "Force of the wall on an elastic rod, 1 m/s" --out wall_force.png'),

@@ -13,7 +13,7 @@ import tempfile
 from statistics import median
 from typing import NamedTuple
 
-from study import CHECKOUT, DECKS, Study, deck_command, errors_in_one_line, in_turn, output_of, ratios, spread
+from study import CHECKOUT, DECKS, Study, deck_command, edited_deck, errors_in_one_line, in_turn, output_of, ratios, spread
 import numpy as np
 from evp import figures
 
@@ -35,9 +35,14 @@ class Pull(NamedTuple):
 
 def pull(folder, specimen, strain, ranks=1, **variables):
     """A Pull of in.traction to that strain."""
-    row = max(strain / ROWS, RATE * variables.get("timestep", 0.0))  # a row is at least a timestep
-    settings = {"specimen": specimen, "coeff": TABLE2, "rate": RATE, "strain": strain, "row": row, "samples": 1, "out": "pull", **variables}
-    output = output_of(deck_command(DECKS / "in.traction", settings, ranks), folder, "in.traction")
+    settings = {"specimen": specimen, "coeff": TABLE2, "rate": RATE, "strain": strain, "row": strain / ROWS, "out": "pull", **variables}
+    deck = DECKS / "in.traction"
+    if "timestep" in variables:
+        step = settings.pop("timestep")
+        settings["row"] = max(settings["row"], RATE * step)  # a row is at least a timestep
+        deck = edited_deck("in.traction", folder, ("variable        each equal", "variable each equal 1"),
+                           ("variable        every equal", f"variable every equal $(ceil(v_row/(v_rate*{step:g})-1e-9))"))
+    output = output_of(deck_command(deck, settings, ranks), folder, "in.traction")
     steps, seconds = max((int(steps), float(seconds)) for seconds, steps in LOOP.findall(output))
     curve = figures.read_columns(folder / "pull.csv", ("strain", "stress_grip"))
     return Pull(seconds * RATE / strain, steps * RATE / strain, float(np.interp(SHARE * strain, curve["strain"], curve["stress_grip"])))

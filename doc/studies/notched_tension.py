@@ -16,7 +16,7 @@ from rupture_work import number, pull
 
 BAR = {"shape": "region", "region": DECKS / "regions" / "notched.lmp", "width": 0.022, "height": 0.012}
 PULL = {"coeff": "80 8 4 3 8 4 0.005 20 1.5 spacing 0.00585189 coordination 11.9", "contact": "repulsive", "plasticity": "isotropic", "rate": 100,
-        "strain": 0.02, "row": 0.00025, "samples": 5, "dtfraction": 0.8}
+        "strain": 0.02, "row": 0.00025, "dtfraction": 0.8}
 VOLUME = 9.814e-6  # [m3] of the bar
 NOTCH = 1.0  # radius of the end of a notch [mm]
 RULES = CONSTANT, INVERSE, POWER = "constant XI", "XI ~ 1/spacing", "power of the spacing"

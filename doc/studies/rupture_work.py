@@ -5,7 +5,6 @@
 in.traction pulls cylinders of the same size with increasing numbers of spheres to rupture, with constant XI and with XI ~ 1/spacing.
 """
 
-import re
 import statistics
 from typing import NamedTuple
 
@@ -17,7 +16,7 @@ SPHERES = (500, 1000, 2000, 4000)
 FREE_LENGTH = 0.04  # between the grips [m]
 PARTED = 0.1  # of the largest stress: below it the body has parted
 PULL = {"coeff": "80 8 4 3 8 4 0.005 100 1.5", "contact": "repulsive", "plasticity": "isotropic", "rate": 100, "strain": 0.15, "row": 0.0005,
-        "samples": 5, "dtfraction": 0.8}
+        "dtfraction": 0.8}
 
 
 class Rupture(NamedTuple):
@@ -50,9 +49,9 @@ def rupture_of(curve, broken):
 def pull(runs, data, xi, **choices):
     """(Rupture, curve) of a body."""
     name = f"{data[:-len('.data')]}_{xi:.4g}"
-    text = runs.run("in.traction", name, specimen=data, **{"break": f"{xi:.6g}"}, **choices)
+    runs.run("in.traction", name, specimen=data, **{"break": f"{xi:.6g}"}, **choices)
     curve = curves.read_curve(runs.folder / f"{name}.csv")
-    return rupture_of(curve, int(re.search(r"bonds broken: (\d+)", text)[1])), curve
+    return rupture_of(curve, int(runs.curve(name, "broken")["broken"][-1])), curve
 
 
 def number(values, form):

@@ -17,9 +17,9 @@ sys.path.insert(1, str(STUDIES.parents[1] / "tools"))
 from evp import figures  # noqa: E402
 from evp.progress import format_seconds, watched  # noqa: E402
 from evp.report import add_out, command_line, errors_in_one_line, table, write_csv  # noqa: E402
-from evp.run import CHECKOUT, DECKS, RunError, deck_command, environment, lammps_command, lammps_error, output_of  # noqa: E402
+from evp.run import CHECKOUT, DECKS, RunError, deck_command, edited_deck, environment, lammps_command, lammps_error, output_of  # noqa: E402
 
-__all__ = ("CHECKOUT", "DECKS", "RunError", "Runs", "Study", "add_out", "command_line", "deck_command", "environment", "errors_in_one_line", "format_seconds", "in_turn",
+__all__ = ("CHECKOUT", "DECKS", "RunError", "Runs", "Study", "add_out", "command_line", "deck_command", "edited_deck", "environment", "errors_in_one_line", "format_seconds", "in_turn",
            "lammps_command", "lammps_error", "output_of", "ratios", "split_at_marks", "spread", "table", "tangent", "watched", "write_csv")
 
 

@@ -4,16 +4,15 @@
 #include "host_guard.h"
 #include "plugin_facts.h"
 
-#include "check_evp_variables.h"
 #include "compute_evp_dt.h"
 #include "compute_evp_state_atom.h"
+#include "evp_quietly.h"
 #include "fix_dt_evp.h"
 #include "fix_evp_bonds.h"
 #include "fix_evp_energy.h"
 #include "fix_evp_volume.h"
 #include "fix_nve_evp.h"
 #include "pair_evp_lj.h"
-#include "read_evp_body.h"
 #include "read_evp_row.h"
 #include "write_evp_bonds.h"
 
@@ -99,9 +98,7 @@ extern "C" __attribute__((visibility("default"))) void lammpsplugin_init(void *l
   add("pair", "evp/lj", create<PairEVPLJ>, "EVP two-regime pair style, Gado et al. 2017");
   add("command", "write_evp_bonds", create<WriteEVPBonds>, "EVP bonds as a text file");
   add("command", "read_evp_row", create<ReadEVPRow>, "EVP row of coefficients as variables");
-  add("command", "read_evp_body", create<ReadEVPBody>, "EVP dimensions of a body as variables");
-  add("command", "check_evp_variables", create<CheckEVPVariables>,
-      "EVP names of variables set by -var");
+  add("command", "evp_quietly", create<EVPQuietly>, "EVP command whose output is for the log file");
   add("fix", "evp/bonds", create_with_arguments<FixEVPBonds>,
       "EVP equilibrium distances of the initial pairs");
   add("fix", "nve/evp", create_with_arguments<FixNVEEVP>,

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //
-// Random damage to parameter files, bond files and measures of bodies: whatever the bytes, the outcome is a checked value
-// or a BadInput whose text a terminal can show. About 5 s with a fixed seed; EVP_FUZZ_SECONDS and
+// Random damage to parameter files and bond files: whatever the bytes, the outcome is a checked value
+// or a BadInput whose text a terminal can show. About 3 s with a fixed seed; EVP_FUZZ_SECONDS and
 // EVP_FUZZ_SEED ask for more.
 
-#include "core/body_measures.h"
 #include "core/bond_file.h"
 #include "core/potential_file.h"
 
@@ -187,25 +186,5 @@ TEST(Fuzz, BondFileGivesBondsOrARefusal)
       EXPECT_TRUE(bond.deq > 0.0 && std::isfinite(bond.deq)) << bond.deq;
       EXPECT_TRUE(bond.history.k >= 0.0 && std::isfinite(bond.history.k + bond.history.work));
     }
-  });
-}
-
-TEST(Fuzz, MeasuresOfABodyAreCheckedOrRefused)
-{
-  const std::string good = "# dimensions of the body in part.data\n"
-                           "variable length index 0.06   # [m]\n"
-                           "variable radius index 0.018\n\n"
-                           "variable volume index 6.107e-05\n"
-                           "variable solid_fraction index 0.595\n"
-                           "variable density index 4538.8\n";
-  fuzz(good, [](const std::string &text, Vandal &) {
-    const EVP::BodyMeasures body = EVP::measures_from_text(text, "part.data.body");
-    for (const EVP::MeasureMember &member : EVP::MEASURES)
-      EXPECT_TRUE(body.*member.value >= 0.0 && std::isfinite(body.*member.value)) << member.key;
-    EXPECT_TRUE(body.radius == 0.0 || body.area == 0.0);
-    const EVP::MeasureSource source = {"part.data", true, false};
-    const EVP::BodyMeasures found = EVP::find_measures({}, body, source, 800);
-    EXPECT_GT(found.length, 0.0);
-    EXPECT_GE(found.area, 0.0);
   });
 }

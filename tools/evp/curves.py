@@ -73,7 +73,7 @@ def load_of(path):
 def _remedy(missing, names, wanted):
     """What to do about a file without the columns wanted."""
     if missing == "strain_gauge":
-        return "run in.traction, in.cyclic or in.quasistatic with -var extensometer yes"
+        return "run in.traction or in.quasistatic, which write it"
     if "torque_grip" in names:
         return "it is of an older in.torsion: run the deck again"
     if "time" in names and "force" in names:

@@ -73,7 +73,7 @@ def unloading_job(out, plasticity, ranks):
 
 
 def first_second_regime_strain(path):
-    """Strain of the first row of PREFIX_bonds.csv with a bond in the second regime, or 'none'."""
+    """Strain of the first row of PREFIX.csv with a bond in the second regime, or 'none'."""
     found = figures.read_columns(path, ("strain", "second_regime"))
     reached = found["strain"][found["second_regime"] > 0]
     return f"{reached[0]:.4f}" if len(reached) else "none"
@@ -107,7 +107,7 @@ def report(out, pulled):
     for (table, rate), job in sorted(pulled.items()):
         found = curves.numbers(curves.read_curve(out / f"{job.name}.csv"))
         values = [f"{found[name]:.2f}" for name in header[2:5]]
-        first = first_second_regime_strain(out / f"{job.name}_bonds.csv")
+        first = first_second_regime_strain(out / f"{job.name}.csv")
         rows.append((table, f"{rate:g}", *values, first))
         ranges.add(f"{found['E_from']:g} to {found['E_to']:.3g}")
     write_csv(out / "summary.csv", header, rows)

@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: GPL-2.0-only
+# A cylinder of aluminium 2024-T351 is pulled at 50/s to a strain of 2 % and goes back by 0.53 %: what is left is permanent.
+#   lmp -in in.specimen           makes specimen.data: length 0.05 m, radius 0.02 m
+#   lmp -in in.metal              writes metal.csv; to expect: 370 MPa at 2 %, and no stress at 1.47 %
+
+units           si
+atom_style      sphere
+atom_modify     map yes
+boundary        s s s
+read_data       specimen.data
+set             group all density 4728                  # of the solid, 2770 kg/m3, over the solid fraction of the packing, 0.5859
+neighbor        3.6e-4 bin                              # 6 % of the largest diameter
+
+# material: the row of potentials/metals.evp, which is scaled with the bonds of this body; bonds flow and harden
+pair_style      evp/lj contact repulsive plasticity isotropic
+pair_coeff      * * 62.5247 8 4 0.542585 8 4 0.00306111 0 1.5 spacing 0.00374301 coordination 13.076
+fix             bonds all evp/bonds
+
+# grips within 0.1 L of the ends; strain of the grips, and stress from the force on them
+region          left block INF 0.005 INF INF INF INF
+region          right block 0.045 INF INF INF INF INF
+group           left region left
+group           right region right
+group           free subtract all left right
+fix             left left nve/noforce
+fix             right right nve/noforce
+fix             free free nve
+timestep        2e-7                                    # less than half of what compute evp/dt gives
+variable        strain equal (xcm(right,x)-xcm(left,x))/0.04-$((xcm(right,x)-xcm(left,x))/0.04:%.16g)
+variable        stress equal (fcm(left,x)-fcm(right,x))/2/(PI*0.02^2)
+fix             csv all print 20 "$(v_strain:%.6g),$(v_stress:%.6g)" file metal.csv screen no title strain,stress
+thermo          200
+thermo_style    custom step v_strain v_stress f_bonds[2]
+thermo_modify   colname v_strain strain colname v_stress stress colname f_bonds[2] flowed
+
+# pull, then back: body and grips turn with the velocities of uniform stretching, 50/s times 0.02 m at a grip
+velocity        all ramp vx -1 1 x 0.005 0.045
+run             2000
+velocity        all ramp vx 2 -2 x 0.005 0.045 sum yes
+run             530
