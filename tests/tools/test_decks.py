@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""What decks have in common is the same text: LAMMPS finds included files from the working folder, not from the deck's, so
-that each deck, which runs from any folder, holds all of it."""
+"""Decks are short: so many lines, choices and `if`s, and one print of all choices; what they have in common is the same text, as LAMMPS finds included
+files from the working folder only."""
 
 import pathlib
 import re
@@ -8,50 +8,55 @@ import re
 import pytest
 
 DECKS = pathlib.Path(__file__).resolve().parents[2] / "lammps_inputs"
-SHARED = ("specimen", "material", "grips and start: linear velocity profile", "strain and the two stresses")
-
-
-def sections(name):
-    """{title: text} of a deck."""
-    parts = re.split(r"^# -------- (.*) --------$", (DECKS / name).read_text(encoding="utf-8"), flags=re.M)
-    return dict(zip(parts[1::2], parts[2::2]))
+TEXT = {path.name: path.read_text(encoding="utf-8") for path in sorted(DECKS.glob("in.*"))}
+LONGEST = {"in.specimen": 180, "in.quasistatic": 150, "in.pull": 40, "in.metal": 40, "in.ball": 40}
+PLAIN = ("in.pull", "in.metal", "in.ball")
+CHOOSING = [name for name in TEXT if name not in PLAIN]
+LOADS = ("in.traction", "in.cyclic", "in.quasistatic", "in.torsion", "in.bending")
 
 
 def choices(name):
     """{choice: its line} of a deck."""
-    lines = sections(name)["choices (SI units)"].splitlines()
-    return {line.split()[1]: line for line in lines if re.match(r"variable \w+ +index ", line)}
+    head = TEXT[name].partition("# -------- choices")[2].partition("\nprint ")[0]
+    return {line.split()[1]: line for line in head.splitlines() if re.match(r"variable +\w+ +index ", line)}
 
 
-@pytest.mark.parametrize("section", SHARED)
-def test_in_cyclic_is_in_traction_up_to_the_way(section):
-    assert sections("in.cyclic")[section] == sections("in.traction")[section]
+@pytest.mark.parametrize("name", TEXT)
+def test_decks_are_short(name):
+    assert TEXT[name].count("\n") <= LONGEST.get(name, 100)
+    assert len(re.findall(r"^if ", TEXT[name], flags=re.M)) <= 6
+    assert sum(text.count("\n") for text in TEXT.values()) <= 1300, "all decks"
 
 
-@pytest.mark.parametrize("deck", sorted(path.name for path in DECKS.glob("in.*")))
-def test_a_choice_that_is_no_number_is_named(deck):
-    """Each choice whose default is a number is in the formula at which LAMMPS names one that is none."""
-    text = (DECKS / deck).read_text(encoding="utf-8")
-    found = set(re.findall(r"^variable (\w+) +index -?[\d.]", text, flags=re.M))
-    summed = re.search(r"^variable +numbers equal \$\((.*)\) ", text, flags=re.M)[1]
-    assert found - {"resume"} <= {name[2:] for name in summed.split("+")} and ("resume" in found) == ('if "$(v_resume) < 0' in text)
+@pytest.mark.parametrize("name", PLAIN)
+def test_the_first_decks_have_no_choice(name):
+    assert " index " not in TEXT[name] and "${" not in TEXT[name] and not re.search(r"^if ", TEXT[name], flags=re.M)
 
 
-def test_choices_are_the_same():
-    """By name and default, but for what the way is made of."""
-    cyclic, traction, rest = map(choices, ("in.cyclic", "in.traction", "in.quasistatic"))
-    assert set(cyclic) - set(traction) == {"lower", "cycles"} and not set(traction) - set(cyclic)
-    same = set(traction) - {"rate", "strain", "out"}
-    assert {name: cyclic[name] for name in same} == {name: traction[name] for name in same}
-    for name in ("plasticity", "break", "kv", "scale", "length", "radius", "area", "extensometer", "specimen", "contact"):
-        assert rest[name] == traction[name], name
+@pytest.mark.parametrize("name", CHOOSING)
+def test_at_most_twelve_choices_which_one_line_prints(name):
+    """Each choice stands in the print with its name in front, so that a misspelled -var is seen by the value that it did not change."""
+    found = choices(name)
+    assert 3 < len(found) <= 12
+    printed = re.search(rf'^print "{re.escape(name)}: ((?:.|&\n)*)"$', TEXT[name], flags=re.M)[1].replace("&\n", "")
+    said = dict(re.findall(r"(\w+) \$\{(\w+)\}", printed))
+    assert set(said) - {"coeff_ball"} == set(found)
+    assert all(name in ("coeff_ball",) or name == variable for name, variable in said.items())
 
 
-def test_in_quasistatic_takes_body_and_material_as_in_traction_does():
-    """Line by line; what stands between them in in.traction is the zone, the volume energy and the text of the readings."""
-    rest, traction = (sections(name)["material"].splitlines() for name in ("in.quasistatic", "in.traction"))
-    assert len(rest) > 15 and [line for line in rest if line.strip() and line not in traction] == []
-    decks = [(DECKS / name).read_text(encoding="utf-8") for name in ("in.quasistatic", "in.traction")]
-    for command in ("read_evp_body ", "neighbor ", "neigh_modify ", 'if "${kv} > 0" then', 'if "${kv} == 0 &&'):
-        lines = [re.findall(f"^{re.escape(command)}.*$", deck, flags=re.M) for deck in decks]
-        assert lines[0] == lines[1] and len(lines[0]) == 1, command
+@pytest.mark.parametrize("name", CHOOSING)
+def test_each_choice_is_explained_and_used(name):
+    for choice, line in choices(name).items():
+        assert "# " in line, choice
+        body = TEXT[name].partition("\nprint ")[2]
+        assert re.search(rf"\$\{{{choice}\}}|\bv_{choice}\b", body.partition("\n")[2]), choice
+
+
+@pytest.mark.parametrize("name", LOADS[1:])
+def test_load_decks_take_body_and_material_alike(name):
+    for choice in ("specimen", "plasticity", "coeff", "contact", "break"):
+        assert choices(name)[choice] == choices("in.traction")[choice], choice
+    material = TEXT["in.traction"].partition("read_evp_row ")[2].partition("\n")[2].partition("if \"${row_density}")[0]
+    lines = [line for line in material.splitlines() if line]
+    assert len(lines) == 6 or len(lines) == 5
+    assert [line for line in lines if line not in TEXT[name]] == []

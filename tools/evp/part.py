@@ -90,9 +90,10 @@ def pack(surface, spheres, seed, density, out, cores=None):
     with tempfile.TemporaryDirectory(prefix="evp_body_") as name:
         folder = pathlib.Path(name)
         write_start(folder / "start.data", starting_points(surface, spheres, random), surface.spread_points(SPACING * radius, random), surface.extents)
+        (folder / "start.data.body").write_text(f"variable volume equal {surface.volume():.12g}\n"
+                                                f"variable area equal {surface.section_area(0.5 * length):.12g}\n", encoding="utf-8")
         job = Job("packing", "in.specimen", {
-            "shape": "mesh", "mesh": "start.data", "mesh_volume": f"{surface.volume():.12g}", "mesh_area": f"{surface.section_area(0.5 * length):.12g}",
-            "length": f"{length:.12g}", "n": spheres, "seed": seed, "density": density, "out": "packed.data"}, folder)
+            "shape": "mesh", "mesh": "start.data", "length": f"{length:.12g}", "n": spheres, "seed": seed, "density": density, "out": "packed.data"}, folder)
         job.done = lambda: share_done(job.log)
         run_jobs([job], cores, f"packing {spheres} spheres")
         packing = read_data(folder / "packed.data")
