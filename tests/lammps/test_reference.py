@@ -30,7 +30,7 @@ RUNS = {
 
 @pytest.fixture(scope="module")
 def pulled(tmp_path_factory):
-    """Runs of the deck by name, each made once: the curve, the counts, the output."""
+    """Runs of the deck by name, each made once: the curve with its counts, the output."""
     known = {}
 
     def get(name):
@@ -40,7 +40,7 @@ def pulled(tmp_path_factory):
             variables = {"specimen": REFERENCE, "coeff": coeff, "contact": contact, "rate": rate, "strain": strain,
                          "dtfraction": fraction, "out": "pull"}
             run = run_lammps("in.traction", 1, variables, folder).ok()
-            known[name] = read_csv(folder / "pull.csv"), read_csv(folder / "pull_bonds.csv"), run
+            known[name] = read_csv(folder / "pull.csv"), run
         return known[name]
 
     return get
@@ -64,7 +64,7 @@ def test_stress(pulled, strain, key):
 
 
 def test_counts_at_one_percent(pulled):
-    counts = pulled("table1 none")[1]
+    counts = pulled("table1 none")[0]
     row = int(np.argmin(np.abs(counts["strain"] - 0.01)))
     stretched, compressed = PUBLISHED["second_regime_ext_comp_at_1pc_none"]
     assert counts["second_regime"][row] == pytest.approx(stretched + compressed, abs=15)
@@ -75,16 +75,16 @@ def test_counts_at_one_percent(pulled):
 
 def test_first_bond_in_the_second_regime(pulled):
     """0.0042, met within 5 %: two rows; the vibration at 10/s moves single bonds by about 1 %."""
-    counts = pulled("table1 none")[1]
+    counts = pulled("table1 none")[0]
     first = counts["strain"][np.flatnonzero(counts["second_regime"] > 0)[0]]
     assert first == pytest.approx(0.0042, rel=0.05)
 
 
 def test_state_at_the_end_is_what_the_counts_say(pulled):
-    """PREFIX_state.dump holds, per atom, shares that add up to the last row of PREFIX_bonds.csv, each pair twice."""
-    _, counts, run = pulled("table1 literal")
+    """PREFIX_state.dump holds, per atom, shares that add up to the last row of PREFIX.csv, each pair twice."""
+    counts, run = pulled("table1 literal")
     state = run.dump("pull_state.dump")[-1]
-    recorded, second, lost, fresh = (state[f"c_pairs[{k}]"] for k in (1, 2, 3, 4))
+    recorded, second, lost, fresh = (state[name] for name in ("bonds", "share_second", "share_lost", "new_pairs"))
     for shares, column in ((recorded * second, "second_regime"), (recorded * lost, "beyond_dlim"), (fresh, "new_pairs")):
         assert shares.sum() == pytest.approx(2.0 * counts[column][-1], abs=1e-3), column
         assert counts[column][-1] > 0, "control"
@@ -150,6 +150,20 @@ def test_grip_and_virial_stress_agree_in_the_mean_at_100_per_s(pulled):
     inside = (curve["strain"] >= 0.001) & (curve["strain"] <= 0.02)
     difference = (curve["stress_grip"] - curve["stress_virial"])[inside] / MPA
     assert abs(difference.mean()) < 0.2
+
+
+def test_energy_is_the_work_of_the_grips(lmp, tmp_path):
+    """gamma = 0, to 2 %: |kinetic + potential - work| < 5e-4 of the work, all counted from the start. The work is the
+    trapezoid of the grip forces at every step: one column of a file of the user's."""
+    (tmp_path / "work.lmp").write_text('fix work all print 1 "$(v_strain_now:%.12g),$(v_stress_grip:%.12g)" file work.txt screen no title strain,stress\n')
+    run = lmp("in.traction", variables={"specimen": REFERENCE, "out": "pull", "also": "work.lmp"}).ok()
+    curve, thermo = read_csv(tmp_path / "work.txt"), run.thermo()
+    assert len(curve["strain"]) == thermo["Step"][-1] + 1, "control: every step has a row"
+    stress, strain = curve["stress"], curve["strain"]
+    work = AREA * FREE_LENGTH * np.sum(0.5 * (stress[1:] + stress[:-1]) * np.diff(strain))
+    energy = thermo["PotEng"] + thermo["KinEng"]
+    assert work > 100.0, "control: 3 MPa over 2 % of 5e-5 m3"
+    assert abs(energy[-1] - energy[0] - work) < 5e-4 * work
 
 
 def test_rate_does_not_matter_without_damping(pulled):
