@@ -29,6 +29,15 @@ _ENVIRONMENT = {
 }
 
 
+def edited_deck(name, folder, old, new):
+    """The path of a copy of a deck in a folder, with each `old` replaced; there must be one."""
+    text = (DECKS / name).read_text(encoding="utf-8")
+    assert old in text, f"{name} holds no {old}"
+    path = folder / name
+    path.write_text(text.replace(old, new), encoding="utf-8")
+    return path
+
+
 class Snapshot(NamedTuple):
     """One step of a dump: columns by name, sorted by ID (by row where there is no ID)."""
 

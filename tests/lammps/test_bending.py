@@ -2,15 +2,13 @@
 """in.bending: the force in itself, over its way, on other ranks; what the sections do; what it refuses. Its stiffness:
 test_closed_form_loads.py."""
 
-import re
 
 import numpy as np
 import pytest
-from common_bodies import REFERENCE
-from lammps_run import read_csv, read_dump, run_lammps, write_data
+from lammps_run import DECKS, edited_deck, read_csv, read_dump, run_lammps
 
 LENGTH, WIDTH, HEIGHT, SPAN = 0.1, 0.01, 0.02, 0.08  # [m]
-SMALL = {"strain": 2e-4, "increment": 1e-4, "tolerance": 1e-6}  # of the outer fibre: elastic
+SMALL = {"strain": 2e-4, "increment": 1e-4}  # of the outer fibre: elastic
 
 
 @pytest.fixture(scope="module")
@@ -31,8 +29,8 @@ def bend(bar, tmp_path_factory):
         key = (ranks, *choices.items())
         if key not in known:
             folder = tmp_path_factory.mktemp("bent")
-            found = run_lammps("in.bending", ranks, {"specimen": bar, "contact": "none", "out": "bent", **choices}, folder).ok()
-            (folder / "printed.txt").write_text(found.stdout)
+            exact = "1e-7*v_stiff" if choices.get("increment") == 1e-4 else "3e-5*v_stiff"  # forces left at rest
+            run_lammps(edited_deck("in.bending", folder, "3e-5*v_stiff", exact), ranks, {"specimen": bar, "contact": "none", "out": "bent", **choices}, folder).ok()
             known[key] = read_csv(folder / "bent.csv"), folder
         return known[key]
 
@@ -51,7 +49,7 @@ def test_rows(bend):
 def test_supports_carry_the_load(bend):
     curve = bend(**SMALL)[0]
     assert curve["reaction"][1:] == pytest.approx(curve["force"][1:], rel=1e-4)
-    assert curve["force"][2] > 300.0, "control"
+    assert curve["force"][2] > 100.0, "control"
 
 
 def test_other_ranks_and_the_other_way(bend):
@@ -63,7 +61,7 @@ def test_other_ranks_and_the_other_way(bend):
 
 def test_sections_turn_and_are_not_dented(bend):
     """Sections at the supports turn by the slope of a beam, most of it 3 deflection/span; the height at the load stays; no roll."""
-    curve, folder = bend(**{**SMALL, "tolerance": 1e-5}, frames=1)
+    curve, folder = bend(**SMALL, also=DECKS / "frames.lmp", frames=1)
     start, end = (frame.vectors("x", "y", "z") for frame in read_dump(folder / "bent_frames.dump"))
     moved, deflection = end - start, curve["deflection"][-1]
     for at, sign in ((0.5 * (LENGTH - SPAN), 1.0), (0.5 * (LENGTH + SPAN), -1.0)):
@@ -91,64 +89,22 @@ def test_plasticity_leaves_a_deflection(bend):
     assert (stress[20] - stress[22]) / (strain[20] - strain[22]) == pytest.approx(first, rel=0.1)
     left = np.interp(0.0, stress[:19:-1], strain[:19:-1])
     assert left == pytest.approx(strain[20] - stress[20] / first, rel=0.1) and 0.004 < left < 0.01
-    said = re.search(r"^the body ends at a force of (\S+) N, not unloaded: -var lower (\S+) ends at zero force$", (folder / "printed.txt").read_text(), re.M)
-    assert float(said[1]) == pytest.approx(curve["force"][-1], rel=1e-3) and float(said[2]) == pytest.approx(left, rel=0.02)
     assert read_dump(folder / "bent_state.dump")[-1]["plastic_work"].max() > 0.0
-
-
-@pytest.mark.parametrize("choices, message", [
-    ({"strain": 0}, "strain must not be 0"),
-    ({"span": 0.0995}, "span = 0.0995 m leaves no sphere beyond the supports: give -var span 0.097"),
-    ({"span": 0.03}, "span = 0.03 m is less than two heights of 0.02 m"),
-    ({"specimen": REFERENCE}, "span = 0.04 m is less than two heights"),
-    ({"cycles": -1}, "cycles must be 0 or a positive integer, got -1"),
-    ({"cycles": 1, "lower": 0.02}, "lower must differ from strain, got 0.02 for both"),
-    ({"tolerance": 0}, "increment and tolerance must be positive, got 0.0005 and 0"),
-    ({"frames": 0.5}, "frames must be 0 or a positive integer, got 0.5"),
-    ({"evaluations": 3, "increment": 0.02}, "increment 1 did not converge"),
-])
-def test_one_message_for_each_wrong_choice(bar, tmp_path, choices, message):
-    run = run_lammps("in.bending", 1, {"specimen": bar, **choices}, tmp_path)
-    lines = [line for line in run.stdout.splitlines() if line.startswith("ERROR")]
-    assert run.returncode == 1 and len(lines) == 1 and message in lines[0], run.stdout[-600:]
-
-
-SIDE = 0.004  # of the cells of a body, one sphere in each
-SHAPES = {  # which cells (x, y, z) it has of 25 x 6 x 6, and what is said
-    "bar": (lambda x, y, z: z >= 0, None),
-    "slender bar": (lambda x, y, z: z < 3, None),
-    "L along x": (lambda x, y, z: (z < 3) | (x < 8), "is not a bar: its volume is 1.32 times its length times the cross-section at mid-length"),
-    "L across": (lambda x, y, z: (z < 3) | (y < 3), "m2, is 0.75 of its height times its width: it must be a rectangle, or a circle"),
-}
-
-
-@pytest.mark.parametrize("shape", SHAPES)
-def test_a_bracket_is_no_bar(tmp_path, shape):
-    """Neither a body whose section changes along x, nor a section that is no rectangle."""
-    has, message = SHAPES[shape]
-    cells = np.indices((25, 6, 6)).reshape(3, -1).T
-    cells = cells[has(*cells.T)]
-    middle = np.mean([cells.min(axis=0), cells.max(axis=0)], axis=0) + 0.5
-    x = SIDE * (cells + 0.5 - [0.0, *middle[1:]])
-    write_data(tmp_path / "a.data", x, np.full(len(x), 0.5 * SIDE), [[-0.01, 0.12], [-0.03, 0.03], [-0.03, 0.03]])
-    values = {"length": 25 * SIDE, "area": np.sum(cells[:, 0] == 12) * SIDE**2, "volume": len(x) * SIDE**3, "solid_fraction": np.pi / 6}
-    (tmp_path / "a.data.body").write_text("".join(f"variable {name} index {value:.9g}\n" for name, value in values.items()), encoding="utf-8")
-    run = run_lammps("in.bending", 1, {"specimen": "a.data", "strain": 1e-4, "increment": 1e-4, "restart": 0}, tmp_path)
-    if message is None:
-        run.ok()
-        return
-    lines = [line for line in run.stdout.splitlines() if line.startswith("ERROR")]
-    assert run.returncode == 1 and len(lines) == 1 and message in lines[0], run.stdout[-600:]
 
 
 def test_a_round_bar(tmp_path):
     """Its stress is force span / 4 over PI radius^3 / 4; the slender bar bends as E of tension says, but for its surface."""
     run_lammps("in.specimen", 1, {"n": 1000, "length": 0.2, "radius": 0.012, "out": "round.data"}, tmp_path).ok()
-    choices = {"specimen": "round.data", "contact": "none", "tolerance": 1e-5}
-    run_lammps("in.bending", 1, {**choices, "strain": 2e-4, "increment": 1e-4, "out": "bent"}, tmp_path).ok()
+    choices = {"specimen": "round.data", "contact": "none"}
+    run_lammps(edited_deck("in.bending", tmp_path, "3e-5*v_stiff", "1e-6*v_stiff"), 1, {**choices, "strain": 2e-4, "increment": 1e-4, "out": "bent"}, tmp_path).ok()
     curve = read_csv(tmp_path / "bent.csv")
     assert curve["stress"][2] == pytest.approx(curve["force"][2] * 0.16 / 4.0 / (np.pi * 0.012**3 / 4.0), rel=0.01)
-    run_lammps("in.quasistatic", 1, {**choices, "strain": 2e-4, "increment": 1e-4, "restart": 0, "out": "pulled"}, tmp_path).ok()
+    run_lammps("in.quasistatic", 1, {**choices, "strain": 2e-4, "increment": 1e-4, "out": "pulled"}, tmp_path).ok()
     tension = read_csv(tmp_path / "pulled.csv")["stress_grip"][2] / 2e-4
     shear = 12.0 * 2.5 * (np.pi * 0.012**4 / 4.0) / (0.882 * np.pi * 0.012**2 * 0.16**2)  # of the deflection, over that by bending
     assert 0.75 < curve["stress"][2] / 2e-4 / (tension / (1.0 + shear)) < 0.95
+
+
+def test_an_increment_that_does_not_come_to_rest_stops(bar, tmp_path):
+    run = run_lammps(edited_deck("in.bending", tmp_path, "40000 40000", "3 3"), 1, {"specimen": bar, "increment": 0.02}, tmp_path)
+    assert run.returncode != 0 and "\nERROR: increment 1 did not come to rest: " in run.stdout

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from common_bodies import REFERENCE
 from evp import curves
-from lammps_run import DECKS, line_at, read_csv, run_lammps, slope
+from lammps_run import edited_deck, line_at, read_csv, run_lammps, slope
 
 PUBLISHED = json.loads(REFERENCE.with_suffix(".json").read_text())
 MPA = 1e6
@@ -155,7 +155,5 @@ def test_a_finished_run_goes_on_to_a_larger_strain(tmp_path):
 
 def test_an_increment_that_does_not_come_to_rest_stops(tmp_path):
     """Minimizations end after 40000 iterations: here after two."""
-    deck = (DECKS / "in.quasistatic").read_text(encoding="utf-8").replace("40000 40000", "2 2")
-    (tmp_path / "in.few").write_text(deck, encoding="utf-8")
-    run = run_lammps(tmp_path / "in.few", 1, {"specimen": REFERENCE, "out": "rest"}, tmp_path)
+    run = run_lammps(edited_deck("in.quasistatic", tmp_path, "40000 40000", "2 2"), 1, {"specimen": REFERENCE, "out": "rest"}, tmp_path)
     assert run.returncode != 0 and re.search("^ERROR: increment 1 did not come to rest: a force of .* N is left", run.stdout, re.M)
