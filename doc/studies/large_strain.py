@@ -23,7 +23,8 @@ COLUMNS = ("strain", "shear_stress", "pressure", "spent", "kinetic", "stored", "
 ALSO = f"""
 fix             energy all evp/energy
 print           "{','.join(COLUMNS)}" file ${{out}}_energies.csv screen no
-fix             energies all print ${{every}} "$(v_strain_now:%.9g),$(f_rows[2]:%.9g),$(f_rows[3]:%.9g),$(f_energy+f_energy[13]:%.9g),&
+variable        next_row equal (floor(step/v_every)+1)*v_every  # in.shear ends with a run of no step
+fix             energies all print v_next_row "$(v_strain_now:%.9g),$(f_rows[2]:%.9g),$(f_rows[3]:%.9g),$(f_energy+f_energy[13]:%.9g),&
 $(f_energy[1]:%.9g),$(f_energy[2]+f_energy[3]+f_energy[5]:%.9g),$(f_energy[4]+f_energy[11]:%.9g),$(f_energy[6]:%.9g),$(f_energy[9]:%.9g),&
 $(f_bonds[1]),$(f_bonds[3]),$(f_bonds[4]:%.9g)" append ${{out}}_energies.csv screen no title 0,0,0,0,0,0,0,0,0,0,0,1
 """
