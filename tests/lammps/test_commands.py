@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""read_evp_row and evp_quietly as commands: rows typed or from a file, one clear error for each that cannot be; what a quiet command shows."""
+
+import re
+
+import pytest
+
+TABLE1 = "80 8 4 3 8 4 0.005 0 1.5"
+NUMBERS = "e1 m1 n1 e2 m2 n2 xi_s gamma alpha spacing coordination kv density saturation".split()
+
+
+def values(run, prefix):
+    """{name: number} of what row_deck() prints."""
+    return {name: float(word) for name, word in re.findall(rf"^{prefix}_(\w+) = (\S+)$", run.ok().stdout, re.M)}
+
+
+def row_deck(words):
+    return "units si\n" + f"read_evp_row {words} r\n" + "".join(f'print "r_{name} = ${{r_{name}}}"\n' for name in NUMBERS)
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_rows_from_a_file_and_typed_are_one(lmp, tmp_path, ranks):
+    row = "80.1 8 4 3 8 4 0.005 1000 1.5 kv 0.30000000000000004 spacing 0.0102 coordination 11.9 density 2700"
+    (tmp_path / "good.evp").write_text(f"# UNITS: si\na {row}\n")
+    found = [values(lmp(row_deck(words), ranks), "r") for words in ("good.evp:a", "./good.evp:a", "good.evp a", row, f'"{row}"', f"'{row}'")]
+    assert found == [found[0]] * 6 and list(found[0]) == NUMBERS
+    assert found[0]["e1"] == 80.1 and found[0]["kv"] == 0.30000000000000004 and found[0]["density"] == 2700
+    plain = values(lmp(row_deck(TABLE1), ranks), "r")
+    assert plain["alpha"] == 1.5 and plain["spacing"] == plain["coordination"] == plain["kv"] == plain["density"] == 0
+
+
+@pytest.mark.parametrize("words, text", [
+    ('"80 8 4 3 8 4 0.005 0"', "read_evp_row: expected 9 values, got 8"),
+    (f"{TABLE1} 0", "read_evp_row: expected 9 values, got 10"),
+    (f"{TABLE1} colour 1", "read_evp_row: unknown keyword 'colour' of a row"),
+    (f'"{TABLE1.replace("0.005", "5")}"', "read_evp_row: xi_s must lie between 0 and 1"),
+    ("80", "read_evp_row: expected 9 values, got 1"),
+    ("80 8", "read_evp_row: expected 9 values, got 2"),
+    ("good.evp:a kv 300", "FILE ROW or FILE:ROW without further arguments, got 3 words, the first 'good.evp:a'"),
+    ("good.evp", "read_evp_row: expected FILE:ROW, a potential file and the name of a row, got 'good.evp'"),
+    ('""', "read_evp_row: expected 9 values, got 0"),
+    ("", "read_evp_row: expected at least two arguments, a row (FILE:ROW or its numbers) and the prefix of the variables, got 1"),
+    ("absent.evp:a", "read_evp_row: cannot read the potential file 'absent.evp'")])
+def test_bad_rows(lmp, words, text):
+    run = lmp(row_deck(words), seconds=30)
+    assert run.returncode != 0 and text in run.stdout and run.stdout.count("ERROR") == 1, run.stdout
+
+
+@pytest.mark.parametrize("command, text", [("read_evp_row 80 8 4 3 8 4 0.005 0 1.5 v-1", "the prefix must consist of letters, digits and underscores"),
+                                           (f"variable r_e1 equal 1\nread_evp_row {TABLE1} r", "there is a variable r_e1 of another style")])
+def test_prefixes_that_cannot_be(lmp, command, text):
+    run = lmp(f"units si\n{command}\n")
+    assert run.returncode != 0 and f"ERROR: read_evp_row: {text}" in run.stdout
+
+
+SCENE = """region box block 0 1 0 1 0 1
+create_box 1 box
+create_atoms 1 single 0.5 0.5 0.5
+mass 1 1.0
+pair_style zero 0.1
+pair_coeff * *
+"""
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_a_quiet_command_shows_its_warnings_only(lmp, ranks):
+    """The run is made, with blanks and variables in its words; the warning of LAMMPS that nothing moves is left out."""
+    text = SCENE + 'variable word string "a b"\nvariable n equal 3\nevp_quietly run ${n} every 1 "print \'${word}\'"\nprint "step $(step)"\n'
+    loud, quiet = (lmp(text.replace("evp_quietly ", word), ranks).ok().stdout for word in ("", "evp_quietly "))
+    assert "\nstep 3\n" in loud and "\nstep 3\n" in quiet and "Loop time" in loud and "Loop time" not in quiet and "\na b\n" not in quiet
+    assert "WARNING: No fixes with time integration" in loud and "WARNING" not in quiet
+    warned = lmp(SCENE + "thermo_modify norm no\nevp_quietly thermo_style one\n", ranks).ok().stdout
+    assert "WARNING: New thermo_style command" in warned
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("command, message", [("", "ERROR: evp_quietly: expected a command and its arguments"), ("no_such_command", "ERROR: Unknown command: no_such_command"),
+                                              ("run fast", "ERROR: Expected integer parameter instead of 'fast'")])
+def test_errors_of_a_quiet_command_are_shown_once(lmp, ranks, command, message):
+    run = lmp(SCENE + f"evp_quietly {command}\n", ranks)
+    assert run.returncode != 0 and run.stdout.count("ERROR") == 1 and message in run.stdout, run.stdout[-500:]
