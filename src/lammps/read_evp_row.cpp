@@ -2,8 +2,10 @@
 
 #include "read_evp_row.h"
 
-#include "prefixed_variables.h"
 #include "user_input.h"
+
+#include "input.h"
+#include "variable.h"
 
 using namespace LAMMPS_NS;
 
@@ -16,8 +18,6 @@ void ReadEVPRow::command(int narg, char **arg)
                "read_evp_row: expected at least two arguments, a row (FILE:ROW or its numbers) "
                "and the prefix of the variables, got {}",
                narg);
-  const EVP::PrefixedVariables variables(lmp, "read_evp_row", arg[narg - 1]);
-
   std::vector<std::string> words = {arg, arg + narg - 1};
   if (words.size() == 1 && words[0].find(':') == std::string::npos)
     words = EVP::split_words(words[0]);
@@ -26,5 +26,7 @@ void ReadEVPRow::command(int narg, char **arg)
   EVP::stop_at_bad_input(error, "read_evp_row", [&] {
     row = EVP::read_row(lmp, words);
   });
-  for (const EVP::Member &member : EVP::MEMBERS) variables.set(member.key, row.*member.value);
+  for (const EVP::Member &member : EVP::MEMBERS)
+    input->variable->set(fmt::format("{}_{} string {}", arg[narg - 1], member.key,
+                                     EVP::shortest_text(row.*member.value)));
 }

@@ -58,12 +58,6 @@ void for_each_keyword(Error *error, const std::string &who, int narg, char **arg
   }
 }
 
-enum class Reading : int { DONE, MISSING, FAILED, TOO_LARGE };
-
-/// Collective. Rank 0 reads a file of at most `most` bytes, whose path matters there only; all MPI ranks get its text,
-/// and the same outcome.
-Reading read_text(const std::string &path, int most, std::string &text, MPI_Comm world);
-
 /// Collective. The row that the words of a command give: FILE:ROW, or FILE and ROW, of a potential file, which is
 /// looked for as LAMMPS does; or its numbers and keywords. Throws BadInput on all MPI ranks.
 Row read_row(LAMMPS *, const std::vector<std::string> &words);
