@@ -22,7 +22,7 @@ TITLES = {
     "E_GPa": "E [GPa]",
     "yield_MPa": "0.2 % yield [MPa]",
     "stress_1pc_MPa": "stress at 1 % [MPa]",
-    "first_second_regime": "strain of the first bond in the second regime",
+    "first_second_regime": "first bond beyond xi_s at strain",
 }
 PICTURES = ("force_law", "stress_strain", "specimen", "unloading")
 
