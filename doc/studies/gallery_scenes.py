@@ -241,7 +241,8 @@ SCENES = (
     Scene("torsion", "in.torsion", "Torsion", "A shaft, twisted about its axis by its ends. On the right the near half is cut away: the surface has flowed, the core and the grips have not.",
           (LMP + "in.specimen -var n 2000 -var length 0.1 -var out shaft.data",
            LMP + "in.quasistatic -var specimen shaft.data -var contact none -var strain 0.0002 -var increment 0.0001 -var out shaft_pulled",
-           LMP + "in.torsion -var specimen shaft.data -var contact none -var plasticity isotropic -var angle 0.12 -var increment 0.002 -var also lammps_inputs/frames.lmp -var frames 1 -var out twisted",
+           LMP + "in.torsion -var specimen shaft.data -var contact none -var plasticity isotropic -var angle 0.12 -var increment 0.002 "
+           "-var also lammps_inputs/frames.lmp -var frames 1 -var out twisted",
            'tools/view.py twisted_frames.dump --color plastic_strain --range 0 1.5 --cut "y<0" "x>0.05" --pixels 420 --captions "angle 0.12 rad, right half cut open" '
            "--out torsion.png"),
           "torsion.png", torsion),

@@ -44,5 +44,3 @@ def test_it_breaks_at_the_notches(bar, tmp_path):
     before = specimen.read_data(bar).x[:, 0]
     lost = state["share_lost"] > 0.0
     assert lost.sum() > 50 and np.median(np.abs(before[lost] - 0.025)) < 0.003, "the body is 0.05 m long"
-
-

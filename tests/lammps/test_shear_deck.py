@@ -154,5 +154,3 @@ def test_broken_bonds_and_columns_of_the_state(packed, tmp_path):
     names = ["bonds", "share_second", "share_lost", "new_pairs", "plastic_work", "plastic_strain", "volume_strain", "plastic_strain_sum"]
     assert list(state.columns) == ["id", "x", "y", "z", "radius", *names]
     assert state["plastic_work"].max() > 0.0 and np.abs(state["volume_strain"]).max() > 0.0
-
-

@@ -33,7 +33,7 @@ def write_rod(folder, cells=120):
     write_data(folder / "rod.data", x, radius, np.array([[-0.01, length + 0.01], [-0.01, 0.01], [-0.01, 0.01]]))
     volume, solid = AREA * length, np.sum(4.0 / 3.0 * np.pi * radius**3)
     (folder / "rod.data.body").write_text(f"variable length index {length:.15g}\nvariable area index {AREA:.15g}\n"
-                                        f"variable volume index {volume:.15g}\nvariable solid_fraction index {solid / volume:.15g}\n")
+                                          f"variable volume index {volume:.15g}\nvariable solid_fraction index {solid / volume:.15g}\n")
     as_typed = len(radius) / 500 * np.pi * 0.02**2 * 0.05 / volume  # in.taylor divides by it, as nine numbers are for the paper's body
     return DENSITY * solid, length, f"{0.5 * as_typed:.12g} 8 4 {0.02 * as_typed:.12g} 8 4 0.005 0 1.5"
 
@@ -81,5 +81,3 @@ def test_frames_and_state(tmp_path):
     assert {"bonds", "share_second", "share_lost", "new_pairs", "plastic_work", "volume_strain"} <= set(frames[-1].columns)
     state = read_dump(tmp_path / "run_state.dump")[-1]
     assert np.abs(state["x"] - frames[-1]["x"]).max() < 1e-4
-
-
