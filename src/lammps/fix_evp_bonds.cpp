@@ -36,8 +36,10 @@ FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
           zone = word.number();
           word.demand(zone > 1.0,
                       "must be greater than 1 (pairs with d <= zone (R_i + R_j) are recorded)");
-        } else
+        } else {
+          word.demand(!word.value.empty(), "must be the name of a bond file");
           file = word.value;
+        }
       });
   if (zone > 0.0 && !file.empty())
     error->all(FLERR, "{}: the bonds come from the zone or from a file, give one of the two", who);

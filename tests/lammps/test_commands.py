@@ -46,8 +46,8 @@ def test_bad_rows(lmp, words, text):
     assert run.returncode != 0 and text in run.stdout and run.stdout.count("ERROR") == 1, run.stdout
 
 
-@pytest.mark.parametrize("command, text", [("read_evp_row 80 8 4 3 8 4 0.005 0 1.5 v-1", "the prefix must consist of letters, digits and underscores"),
-                                           (f"variable r_e1 equal 1\nread_evp_row {TABLE1} r", "there is a variable r_e1 of another style")])
+@pytest.mark.parametrize("command, text", [("read_evp_row 80 8 4 3 8 4 0.005 0 1.5 v-1", "must have only letters, numbers, or underscores"),
+                                           (f"variable r_e1 equal 1\nread_evp_row {TABLE1} r", "Cannot redefine variable as a different style")])
 def test_prefixes_that_cannot_be(lmp, command, text):
     run = lmp(f"units si\n{command}\n")
     assert run.returncode != 0 and f"ERROR: read_evp_row: {text}" in run.stdout
