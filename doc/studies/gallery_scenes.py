@@ -48,7 +48,7 @@ class Scene(NamedTuple):
 def body_of(folder, data):
     """{name: number} of DATA.body."""
     text = (folder / f"{data}.body").read_text(encoding="utf-8")
-    return {name: float(value) for name, value in re.findall(r"^variable (\w+) index (\S+)", text, re.M)}
+    return {name: float(value) for name, value in re.findall(r"^variable (\w+) (?:index|equal) (\S+)", text, re.M)}
 
 
 def affine_modulus(bonds, volume, e=TABLE.e1):

@@ -3,7 +3,6 @@
 
 import numpy as np
 import pytest
-from common_bodies import REFERENCE
 from evp import law
 from oracle import brute
 from hostile import refused
@@ -220,27 +219,3 @@ def test_pair_write_is_harmless(lmp, bar):
     run = lmp(start + "pair_write 1 1 20 r 0.005 0.015 table.txt EVP\npair_write 1 2 20 r 0.005 0.015 table.txt EVP12\n" + end).ok()
     after = run.dump("all.dump")[-1]
     assert all(np.array_equal(after[name], values) for name, values in plain.columns.items())
-
-
-@pytest.mark.parametrize("ranks", [1, 2])
-def test_the_deck_in_local_output(lmp, ranks):
-    """What the four files of the deck say of the same moment agrees."""
-    run = lmp("in.local_output", ranks=ranks, variables={"specimen": REFERENCE, "out": "shown"}).ok()
-    pairs, atoms = run.dump("shown_pairs.dump"), run.dump("shown_atoms.dump")
-    counts = np.loadtxt(run.folder / "shown_bonds.txt")
-    assert len(pairs) == len(atoms) == len(counts) == 11
-    assert counts[-1, 1] == pytest.approx(0.01, rel=0.02)
-    assert counts[-1, 3] > 100 > counts[0, 3] == 0, "bonds yield between 0 and 1 %"
-    for snapshot, each, (_, _, beyond, second, new) in zip(pairs, atoms, counts):
-        recorded, share, lost, fresh = (each[f"c_state[{k}]"] for k in range(1, 5))
-        assert np.sum(recorded) / 2 == 2975
-        # six digits of each share in the dump
-        assert np.sum(recorded * lost) / 2 == pytest.approx(beyond, abs=0.01)
-        assert np.sum(recorded * share) / 2 == pytest.approx(second, abs=0.01)
-        assert np.sum(fresh) / 2 == new
-        regime = snapshot["c_pairs[6]"]
-        assert np.sum(regime > 0) == 2975 - beyond + new
-        assert each["c_energy"].sum() == pytest.approx(snapshot["c_pairs[2]"].sum(), rel=1e-5)
-    histogram = (run.folder / "shown_strains.txt").read_text().splitlines()
-    totals = [line.split() for line in histogram if len(line.split()) == 6 and line[0] != "#"]
-    assert [float(words[2]) + float(words[3]) for words in totals] == [len(snapshot["c_pairs[6]"]) for snapshot in pairs]

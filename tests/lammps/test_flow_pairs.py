@@ -8,7 +8,7 @@ from common_bodies import REFERENCE
 from evp import flow, law
 from oracle import brute
 from flowing import read_pairs
-from lammps_run import read_csv, read_dump, run_lammps
+from lammps_run import edited_deck, read_csv, read_dump, run_lammps
 from small_bodies import head, words, write_two
 
 ROW = law.TABLE1
@@ -78,12 +78,12 @@ def states(tmp_path_factory):
     def get(contact, broken="none"):
         if (contact, broken) not in known:
             folder = tmp_path_factory.mktemp("pairs")
-            (folder / "pairs.lmp").write_text(
+            dumped = (
                 "compute own all pair/local dist force p1 p2 p3 p4 p5 eng\ncompute who all property/local patom1 patom2 cutoff type\n"
-                "dump own all local $(v_steps_per_row) pairs.dump c_own[*] c_who[*]\ndump_modify own format float %.17g\n")
-            choices = {"specimen": REFERENCE, "contact": contact, "plasticity": "isotropic", "strain": 0.015, "lower": -0.01, "row": 0.001, "break": broken,
-                       "rate": 20, "dtfraction": 0.8, "also": "pairs.lmp", "out": "run"}
-            run_lammps("in.cyclic", 1, choices, folder).ok()
+                "dump own all local $(10*v_every) pairs.dump c_own[*] c_who[*]\ndump_modify own format float %.17g\n")
+            choices = {"specimen": REFERENCE, "contact": contact, "plasticity": "isotropic", "strain": 0.015, "lower": -0.01, "break": broken,
+                       "rate": 20, "dtfraction": 0.8, "out": "run"}
+            run_lammps(edited_deck("in.cyclic", folder, "label           leg\n", dumped + "label leg\n"), 1, choices, folder).ok()
             known[contact, broken] = [sorted_pairs(snapshot) for snapshot in read_dump(folder / "pairs.dump")]
         return known[contact, broken]
 

@@ -22,7 +22,7 @@ def bar(tmp_path_factory):
 
 
 def test_measures_are_those_of_the_drawing(bar):
-    lines = dict(re.findall(r"^variable (\w+) index (\S+)", (bar.parent / "notched.data.body").read_text(encoding="utf-8"), re.M))
+    lines = dict(re.findall(r"^variable (\w+) equal (\S+)", (bar.parent / "notched.data.body").read_text(encoding="utf-8"), re.M))
     assert float(lines["length"]) == 0.05 and float(lines["area"]) == pytest.approx(NET, rel=0.01)
     assert float(lines["volume"]) == pytest.approx(GROSS * 0.05 - NOTCHES, rel=0.003)
     assert notched_tension.VOLUME == pytest.approx(GROSS * 0.05 - NOTCHES, rel=0.003)

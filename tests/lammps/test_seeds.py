@@ -19,7 +19,7 @@ def curves(tmp_path_factory):
             variables = {"specimen": "specimen.data", "contact": contact, "strain": strain, "rate": 10, "out": contact,
                          "row": 0.0001 if contact == "literal" else 0.00002}
             run_lammps("in.traction", 1, variables, folder).ok()
-        known[seed] = read_csv(folder / "literal.csv"), read_csv(folder / "none_bonds.csv")
+        known[seed] = read_csv(folder / "literal.csv"), read_csv(folder / "none.csv")
     return known
 
 
@@ -56,10 +56,8 @@ def test_yield(curves, seed):
     assert 0.0040 <= at <= 0.0055
 
 
-@pytest.mark.parametrize("seed", SEEDS)
-def test_first_bond_in_the_second_regime(curves, seed):
-    """With bonds only, no shock of a new contact comes first: strain 0.0040 +-15 %, below xi_s = 0.005 since the
-    packing strains its bonds unevenly."""
-    counts = curves[seed][1]
-    first = counts["strain"][np.flatnonzero(counts["second_regime"] > 0)[0]]
-    assert first == pytest.approx(0.0040, rel=0.15)
+def test_first_bond_in_the_second_regime(curves):
+    """With bonds only, no shock of a new contact comes first: strain 0.0040 +-15 % in the median, below xi_s = 0.005 since
+    packings strain their bonds unevenly. It is an extreme: eight seeds scatter by 0.0002."""
+    first = [counts["strain"][np.flatnonzero(counts["second_regime"] > 0)[0]] for _, counts in curves.values()]
+    assert np.median(first) == pytest.approx(0.0040, rel=0.15) and max(first) < 0.005

@@ -54,7 +54,7 @@ SHAPES = {  # variables, text of the region, what sticks out, volume, area at mi
 
 def read_body(path):
     """{name: value} of a FILE.body."""
-    return {name: float(value) for name, value in re.findall(r"^variable (\w+) +index +(\S+)", path.read_text(), re.M)}
+    return {name: float(value) for name, value in re.findall(r"^variable (\w+) +equal +(\S+)", path.read_text(), re.M)}
 
 
 def make(folder, ranks=1, region=None, **variables):

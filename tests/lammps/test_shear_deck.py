@@ -66,7 +66,7 @@ def test_packing_is_dense_and_isotropic(packed):
     assert (distance / body.radius[pairs].sum(axis=1)).min() > 0.995
     assert 2 * len(gaps(body, 1.5)[0]) / COUNT == pytest.approx(14.95, abs=0.25)
     assert np.mean(body.x[:, 1]) == pytest.approx(0.0, abs=0.05 * EDGE)
-    lines = dict(re.findall(r"^variable (\w+) index (\S+)", (path.parent / "periodic.data.body").read_text(), re.M))
+    lines = dict(re.findall(r"^variable (\w+) equal (\S+)", (path.parent / "periodic.data.body").read_text(), re.M))
     assert float(lines["length"]) == EDGE and float(lines["area"]) == pytest.approx(EDGE**2) and float(lines["volume"]) == pytest.approx(volume)
 
 
