@@ -387,7 +387,7 @@ def given_body(path, folder):
         if not file.is_file():
             made = "make the body by in.specimen or tools/body.py, which write both" if file == beside else "give the data file of a body"
             raise Refused(f"--body: there is no file {file}; {made}")
-    found = {name: float(value) for name, value in re.findall(r"^variable\s+(\w+)\s+index\s+([-+.\deE]+)", beside.read_text(encoding="utf-8"), flags=re.M)}
+    found = {name: float(value) for name, value in re.findall(r"^variable\s+(\w+)\s+(?:index|equal)\s+([-+.\deE]+)", beside.read_text(encoding="utf-8"), flags=re.M)}
     if not min(found.get("length", 0.0), found.get("volume", 0.0)) > 0.0:
         raise Refused(f"--body: {beside} gives no length or no volume of the body: make the body by in.specimen or tools/body.py")
     kept = pathlib.Path(folder) / "given.data"
@@ -461,14 +461,15 @@ def legs(xi_s, targets, finer):
     return [(sign * end, finer * size) for end, size in ends]
 
 
-def typed(row, kv):
-    """What a deck is told of a row that holds for the body as it is."""
-    return {"coeff": " ".join(f"{value:.9g}" for value in row), "scale": "no", "kv": f"{kv:.9g}"}
+def typed(body, row, kv):
+    """What a load deck is told of a row that holds for a Body as it is."""
+    measures = f"spacing {body.spacing:.15g} coordination {body.coordination:.15g}"
+    return {"coeff": " ".join(f"{value:.9g}" for value in row) + f" {measures}" + (f" kv {kv:.9g}" if kv > 0.0 else "")}
 
 
 def pull(body, row, kv, *others):
     """(found, curve) of a quasi-static run of a row on its body, as of pull_material."""
-    return pull_material(body, typed(row, kv), row.xi_s, *others)
+    return pull_material(body, typed(body, row, kv), row.xi_s, *others)
 
 
 def pull_material(body, material, xi_s, targets, finer, ranks, folder, timeout, title):
@@ -480,14 +481,13 @@ def pull_material(body, material, xi_s, targets, finer, ranks, folder, timeout, 
     ends = legs(xi_s, targets, finer)
     if gauged:  # the middle may be stretched twice as far as the grips say
         ends[0] = tuple(0.5 * value for value in ends[0])
-    done, begin = 0, time.monotonic()
+    begin = time.monotonic()
     with attempt_folder(folder) as work:
         for number, (end, increment) in enumerate(ends):
             variables = {"specimen": relative(body.path, work), **material, **RULES, "strain": f"{end:.9g}", "increment": f"{increment:.9g}",
-                         "restart": 1000000, "resume": done, "out": "pull", "extensometer": "yes" if gauged else "no"}
+                         "resume": "yes" if number else "no", "out": "pull"}
             left = timeout - (time.monotonic() - begin)
             call("in.quasistatic", variables, ranks, work, left, title, lambda: last_share(work / "pull.csv", ends[-1][0]))
-            done = max(int(path.name.split(".")[1]) for path in work.glob("pull.*.restart"))
             if number == 0:
                 state = read_positions(work / "pull_state.dump")
                 if gauged:
@@ -539,7 +539,7 @@ def rate_strain(targets):
 def flow_stress(body, row, kv, targets, rate, ranks, folder, timeout, title):
     """Mean stress [Pa] over the second half of a run of in.traction at a rate. Failed, with the reason."""
     end = math.copysign(rate_strain(targets), targets.strain)
-    variables = {**typed(row, kv), **RULES, "strain": f"{abs(end):.9g}",
+    variables = {**typed(body, row, kv), **RULES, "strain": f"{abs(end):.9g}",
                  "rate": f"{math.copysign(rate, end):.9g}", "integrator": "implicit" if row.gamma > 0.0 else "explicit", "out": "rate"}
     with attempt_folder(folder) as work:
         call("in.traction", {"specimen": relative(body.path, work), **variables}, ranks, work, timeout, title, lambda: last_share(work / "rate.csv", end))
