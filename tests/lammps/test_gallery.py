@@ -57,14 +57,14 @@ def test_page_is_of_these_scenes():
 
 
 def test_numbers_of_the_decks_are_those_of_the_page():
-    """The table of lammps_inputs/README.md has each number of the page, by deck, and each deck but in.local_output."""
+    """The table of lammps_inputs/README.md has each number of the page, by deck, and each deck but the three to copy."""
     _, table, _ = gallery.split_at_marks(DECKS / "README.md", *gallery.MARKS)
     listed = [cells_of(line) for line in table.splitlines()[3:] if line]
     shown = [row for part in PARTS.values() for row in map(cells_of, part.splitlines()) if len(row) == 4]
     shown = [row for row in shown if row[0] != "number" and not row[0].startswith("---")]
     assert [row[1:4] for row in listed] == [row[:3] for row in shown], "run doc/studies/gallery.py"
     decks = {row[0].strip("`") for row in listed}
-    assert {path.name for path in DECKS.glob("in.*")} - decks == {"in.local_output"}
+    assert {path.name for path in DECKS.glob("in.*")} - decks == {"in.ball", "in.metal", "in.pull"}
     for link, place in re.findall(r"\]\(([^)#]+)#?([^)]*)\)", table):
         assert (DECKS / link).is_file() and (not place or place in map(gallery.anchor, PARTS)), (link, place)
 
