@@ -16,7 +16,7 @@ BLOCKS = [block for page in PAGES for block in doc_blocks.blocks(page)]
 
 # Small bodies and short ways, since what is tested is that the commands work: choices that win over those of the page, by deck.
 SHORT = {
-    "in.specimen": "-var n 200", "in.traction": "-var strain 0.002 -var row 0.0005", "in.cyclic": "-var strain 0.002 -var row 0.0005 -var rate 100",
+    "in.specimen": "-var n 200", "in.traction": "-var strain 0.002 -var row 0.0005", "in.cyclic": "-var strain 0.002 -var rate 100",
     "in.quasistatic": "-var strain 0.001 -var restart 0", "in.torsion": "-var angle 0.002 -var increment 0.001",
     "in.bending": "-var strain 0.002 -var increment 0.001",
 }
@@ -47,6 +47,7 @@ RUNS = (
     Run(HOWTO, "tools/curves.py cycle", "unloading.png", (SPECIMEN,), {"in.cyclic": "-var rate 100 -var strain 0.006", "in.quasistatic": "-var strain 0.006"}),
     Run(HOWTO, "tools/curves.py rate", "twin.csv", (SPECIMEN,), {"in.traction": "-var strain 0.02 -var rate 100"}),
     Run(HOWTO, "-var integrator implicit", "table2.csv"),
+    Run(PART, "-var region plate.region -var out plate.data", "plate.data", ("@region",)),
     Run(FRICTION, "in.sliding -var block block.data", "sliding.csv", short={"in.specimen": "-var n 100", "in.sliding": "-var speed 0.3"}),
 )
 WALK = "the walk of the page, as it stands"
