@@ -87,7 +87,7 @@ class Report:
 def run(words, environment=None, folder=None):
     """(exit status, output) of a program; the status is negative after a signal, None where it did not end."""
     try:
-        # in a session of its own: what a wrapper script or mpirun has started ends with it
+        # in a process group of its own: what a wrapper script or mpirun has started ends with it
         process = subprocess.Popen([str(word) for word in words], env=environment, cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                                    stderr=subprocess.STDOUT, encoding="utf-8", errors="replace", start_new_session=True)
     except OSError as error:
