@@ -178,9 +178,12 @@ def run_all(old, new, folder, cases, strain):
 
 
 def thermo_lines(text):
-    """The lines of all thermo tables of LAMMPS' output; warnings between them are left out, since their words may change."""
-    tables = re.findall(r"^ *Step .*?(?=^Loop time)", text, re.M | re.S)
-    return [line for table in tables for line in table.splitlines() if not line.startswith("WARNING")]
+    """The lines of all thermo tables of LAMMPS' output, without the time left and without the warnings between them, whose words may change."""
+    lines = []
+    for table in re.findall(r"^ *Step .*?(?=^Loop time)", text, re.M | re.S):
+        header, *rows = (line.split() for line in table.splitlines() if not line.startswith("WARNING"))
+        lines += [" ".join(word for name, word in zip(header, row) if name != "CPULeft") for row in (header, *rows)]
+    return lines
 
 
 def read_lines(path):
