@@ -35,7 +35,7 @@ from . import curves, cycles, dump, figures, flow, law, specimen
 from .curves import YIELD_OFFSET
 from .progress import Progress
 from .report import write_whole
-from .run import DECKS, RunError, check_start, deck_command, environment, lammps_error, last_strain
+from .run import Job, check_start, lammps_error, last_strain
 
 EXPONENTS = (8.0, 4.0)  # of both regimes, as in Table 1
 ALPHA = 1.5
@@ -293,15 +293,17 @@ def yield_range(volume):
     return tuple(affine_offset(Shape(LEAST_SOFTENING, xi_s, volume)) / stiffening(volume) for xi_s in XI_RANGE)
 
 
-def most_hardening(yield_strain, volume, strain):
-    """Largest stress at `strain`/yield stress: that of the stiffest second regime with which xi_s is in range."""
-    softening = STIFFEST
-    while softening > 1e-3:
-        found = hardening_of(yield_strain, softening, volume, strain)
-        if not np.isnan(found):
-            return found
-        softening *= 0.9
+def stiffest(yield_strain, volume):
+    """Largest e2/e1, to within a tenth, with which an xi_s in range gives the yield stress; ValueError where there is none."""
+    for softening in np.geomspace(STIFFEST, LEAST_GUESS, 66):
+        if not np.isnan(xi_for_yield(yield_strain, softening, volume)):
+            return softening
     raise ValueError("no xi_s gives this yield stress")
+
+
+def most_hardening(yield_strain, volume, strain):
+    """Largest stress at `strain`/yield stress: that of the stiffest second regime."""
+    return hardening_of(yield_strain, stiffest(yield_strain, volume), volume, strain)
 
 
 def first_guess(yield_strain, hardening, volume, strain):
@@ -310,14 +312,11 @@ def first_guess(yield_strain, hardening, volume, strain):
     LEAST_GUESS of e2/e1 where it would be less; ValueError where there is none.
     """
     def misfit(log_softening):
-        found = hardening_of(yield_strain, np.exp(log_softening), volume, strain)
-        return np.inf if np.isnan(found) else found - hardening
+        return hardening_of(yield_strain, np.exp(log_softening), volume, strain) - hardening
 
-    low, high = np.log(LEAST_GUESS), np.log(STIFFEST)
+    low, high = np.log(LEAST_GUESS), np.log(stiffest(yield_strain, volume))
     softening = LEAST_GUESS
     if misfit(low) < 0.0:
-        while np.isinf(misfit(high)):
-            high -= 0.1
         if misfit(high) < 0.0:
             raise ValueError("no e2 gives this hardening")
         softening = float(np.exp(scipy.optimize.brentq(misfit, low, high, xtol=1e-6)))
@@ -421,14 +420,9 @@ def call(deck, variables, ranks, folder, deadline, title, share=None):
 
     share: a function that gives 0..1 while it runs.
     """
-    log = pathlib.Path(folder) / "log"
-    begin = time.monotonic()
-    with open(log, "w", encoding="utf-8") as output:
-        try:
-            process = subprocess.Popen(deck_command(DECKS / deck, variables, ranks), cwd=folder, env=environment(), stdin=subprocess.DEVNULL,
-                                       stdout=output, stderr=subprocess.STDOUT)
-        except OSError as error:
-            raise RunError(f"cannot start {deck}: {error}") from error
+    job = Job(deck, deck, variables, folder, ranks)
+    job.start()
+    process, begin = job.process, time.monotonic()
     try:
         with Progress("", 1.0, interval=5.0) as progress:
             while process.poll() is None:
@@ -446,8 +440,8 @@ def call(deck, variables, ranks, folder, deadline, title, share=None):
                 process.kill()
                 process.wait()
     if process.returncode:
-        check_start(deck, log, process.returncode, ranks)
-        raise Failed(f"{deck} failed: {lammps_error(log)[:300]}")
+        check_start(deck, job.log, process.returncode, ranks)
+        raise Failed(f"{deck} failed: {lammps_error(job.log)[:300]}")
 
 
 def legs(xi_s, targets, finer):
@@ -489,7 +483,9 @@ def pull_material(body, material, xi_s, targets, finer, ranks, folder, timeout, 
             left = timeout - (time.monotonic() - begin)
             call("in.quasistatic", variables, ranks, work, left, title, lambda: last_share(work / "pull.csv", ends[-1][0]))
             if number == 0:
-                state = read_positions(work / "pull_state.dump")
+                state = dump.last_positions(work / "pull_state.dump")
+                if not np.all(np.isfinite(state)):
+                    raise Failed("a position is not finite")
                 if gauged:
                     share = read_curve(work / "pull.csv")[0][-1] / read_curve(work / "pull.csv", body.strain)[0][-1]
                     ends[1:] = [(OVERSHOOT * share * end, share * size) for end, size in ends[1:]]
@@ -523,22 +519,9 @@ def read_curve(path, strain="strain"):
     return sign * curve.strain, sign * curve.virial
 
 
-def read_positions(path):
-    """Positions (N,3) by ID of the last snapshot of a dump; Failed where one is not finite."""
-    x = dump.last_positions(path)
-    if not np.all(np.isfinite(x)):
-        raise Failed("a position is not finite")
-    return x
-
-
-def rate_strain(targets):
-    """Strain at the end of a run at a rate: the over-stress is the mean over its second half."""
-    return max(0.012, 2.5 * (targets.yield_strain + YIELD_OFFSET))
-
-
 def flow_stress(body, row, kv, targets, rate, ranks, folder, timeout, title):
     """Mean stress [Pa] over the second half of a run of in.traction at a rate. Failed, with the reason."""
-    end = math.copysign(rate_strain(targets), targets.strain)
+    end = math.copysign(max(0.012, 2.5 * (targets.yield_strain + YIELD_OFFSET)), targets.strain)
     variables = {**typed(body, row, kv), **RULES, "strain": f"{abs(end):.9g}",
                  "rate": f"{math.copysign(rate, end):.9g}", "integrator": "implicit" if row.gamma > 0.0 else "explicit", "out": "rate"}
     with attempt_folder(folder) as work:
@@ -754,8 +737,9 @@ class Search:
         over, rate = (math.exp(sum(math.log(pair[k]) for pair in rates) / len(rates)) for k in (0, 1))
         m, n = EXPONENTS
         gamma = rounded(0.5 * over / (result.found["E"] * rate) * m * n * result.row.e1 / self.body.square)  # in flow twice E tau rate
+        twin = self.rate_run(0, result.row, result.kv, rate)
         for number in range(1, RATE_RUNS + 1):
-            found = self.over_stress(number, result, gamma, rate)
+            found = self.rate_run(number, result.row._replace(gamma=gamma), result.kv, rate) - twin
             self.say(f"rate run {number}: over-stress {found / 1e6:.4g} MPa at {rate:g}/s, {100 * (found / over - 1.0):+.2f} %")
             if abs(found / over - 1.0) <= self.within:
                 return gamma, found / rate
@@ -763,11 +747,6 @@ class Search:
                 raise Refused(f"--rate: the damped run at {rate:g}/s shows no over-stress: {found:.3g} Pa")
             gamma = rounded(gamma * over / found)
         raise Refused(f"--rate: the over-stress was not met within {100 * self.within:g} % in {RATE_RUNS} runs; the last had {found:.4g} Pa at {rate:g}/s")
-
-    def over_stress(self, number, result, gamma, rate):
-        """[Pa] of a run with gamma over its twin."""
-        means = [self.rate_run(number if value else 0, result.row._replace(gamma=value), result.kv, rate) for value in (0.0, gamma)]
-        return means[1] - means[0]
 
     def rate_run(self, number, row, kv, rate):
         """Mean flow stress [Pa], from the table or a run."""
