@@ -294,11 +294,15 @@ def yield_range(volume):
 
 
 def stiffest(yield_strain, volume):
-    """Largest e2/e1, to within a tenth, with which an xi_s in range gives the yield stress; ValueError where there is none."""
-    for softening in np.geomspace(STIFFEST, LEAST_GUESS, 66):
-        if not np.isnan(xi_for_yield(yield_strain, softening, volume)):
-            return softening
-    raise ValueError("no xi_s gives this yield stress")
+    """Largest e2/e1 with which an xi_s in range gives the yield stress; ValueError where there is none."""
+    at, wanted = yield_strain + YIELD_OFFSET, stiffening(volume) * yield_strain
+
+    def misfit(softening):
+        return affine_stress([at], Shape(softening, XI_RANGE[0], volume))[0] - wanted
+
+    if misfit(STIFFEST) < 0.0:
+        return STIFFEST
+    return 0.999 * scipy.optimize.brentq(misfit, LEAST_SOFTENING, STIFFEST, rtol=1e-6)  # on the side where there is an xi_s
 
 
 def most_hardening(yield_strain, volume, strain):
