@@ -5,7 +5,7 @@ numbers into the table of lammps_inputs/README.md.
 
     doc/studies/gallery.py [--only traction rod] [--work FOLDER] [--out doc/gallery.md]
 
-Runs the commands of tools/evp/gallery_scenes.py in --work, one after the other, and copies the pictures to gallery/ beside the page.
+Runs the commands of doc/studies/gallery_scenes.py in --work, one after the other, and copies the pictures to gallery/ beside the page.
 With --only neither is written: the numbers are printed, and the pictures stay in --work. EVP_LMP as for the tests.
 """
 
@@ -15,10 +15,11 @@ import platform
 import re
 import resource
 import shutil
+import string
 import subprocess
 import sys
 
-from study import CHECKOUT, DECKS, RunError, add_out, command_line, environment, errors_in_one_line, lammps_command, split_at_marks, table, watched
+from study import CHECKOUT, DECKS, STUDIES, RunError, add_out, command_line, environment, errors_in_one_line, lammps_command, split_at_marks, table, watched
 import gallery_scenes
 from evp import spheres
 
@@ -26,17 +27,6 @@ HEADER = ("number", "measured", "to expect", "source")
 MARKS = "<!-- table: doc/studies/gallery.py -->", "<!-- end of table -->"
 NUMBERS = ("deck", "number", "measured", "to expect", "source, commands")
 COLORS = 256  # of the stored PNG files, which are half as large for it
-
-PAGE = """# Gallery
-
-One picture or film of each deck, the commands that make it from the root of the checkout (after `tools/setup.sh`, which builds `build/lmp`), and its
-numbers. Written by `doc/studies/gallery.py`, which runs these commands and reads the numbers from their files. In all {total:.0f} s of processor time
-on one core ({machine}). The files go to the current folder. All choices of the decks: [lammps_inputs/README.md](../lammps_inputs/README.md).
-
-Bodies are drawn to scale: displacements are not magnified. Plastic strain is that of each sphere now, not the accumulated one, so that reverse flow
-reduces it: [compute evp/state/atom](compute_evp_state_atom.rst).
-
-{scenes}"""
 
 SCENE = """## {scene.title}
 
@@ -135,7 +125,8 @@ def main(words=None):
                 store(options.work / scene.picture, options.out.parent / "gallery")
         if not options.only:
             machine = f"{platform.machine()}, LAMMPS on 1 rank"
-            options.out.write_text(PAGE.format(total=total, machine=machine, scenes="\n".join(texts)), encoding="utf-8")
+            page = string.Template((STUDIES / "gallery.md").read_text(encoding="utf-8"))
+            options.out.write_text(page.substitute(total=f"{total:.0f}", machine=machine, scenes="\n".join(texts).rstrip("\n")), encoding="utf-8")
             readme.write_text("\n".join([head + MARKS[0], *table(NUMBERS, lines), MARKS[1] + tail]), encoding="utf-8")
             print(options.out, readme, sep="\n")
 
