@@ -19,6 +19,13 @@ struct BondMeasure {
   double coordination;    ///< bonds per particle of the types that has any, with whatever types
 };
 
+/// Place of a pair of types, which count from 1, among those of i <= j.
+inline size_t place_of_types(int i, int j)
+{
+  const size_t low = std::min(i, j) - 1, high = std::max(i, j) - 1;
+  return high * (high + 1) / 2 + low;
+}
+
 /// The measures of all pairs of types, which count from 1; empty before the bonds are measured.
 class BondMeasures {
  public:
@@ -35,8 +42,8 @@ class BondMeasures {
       return measure.spacing > 0.0;
     });
   }
-  BondMeasure &of(int i, int j) { return values[place(i, j)]; }
-  BondMeasure of(int i, int j) const { return values[place(i, j)]; }
+  BondMeasure &of(int i, int j) { return values[place_of_types(i, j)]; }
+  BondMeasure of(int i, int j) const { return values[place_of_types(i, j)]; }
 
   bool operator==(const BondMeasures &other) const
   {
@@ -71,12 +78,6 @@ class BondMeasures {
  private:
   int ntypes = 0;
   std::vector<BondMeasure> values;    // of i <= j
-
-  static size_t place(int i, int j)
-  {
-    const size_t low = std::min(i, j) - 1, high = std::max(i, j) - 1;
-    return high * (high + 1) / 2 + low;
-  }
 };
 
 /// Counts particles and bonds in whole numbers, which MPI ranks add up: the measures are the same bits
@@ -133,11 +134,7 @@ class BondCensus {
   int ntypes;
   double unit;    // a power of 2 above every deq
 
-  size_t place(int i, int j) const
-  {
-    const size_t low = std::min(i, j) - 1, high = std::max(i, j) - 1;
-    return 2 * (size_t) ntypes + 3 * (high * (high + 1) / 2 + low);
-  }
+  size_t place(int i, int j) const { return 2 * (size_t) ntypes + 3 * place_of_types(i, j); }
 
   /// Number of bonds and both words of the sum of their deq.
   std::array<int64_t, 3> of_pair(int i, int j) const

@@ -2,12 +2,12 @@
 
 #include "bond_recording.h"
 
-#include "atom_bodies.h"
 #include "atom_directory.h"
 #include "collective.h"
 #include "core/bond_file.h"
 #include "core/fault.h"
 #include "pair_data.h"
+#include "scene.h"
 
 #include "comm.h"
 #include "domain.h"

@@ -4,17 +4,15 @@
 #include "host_guard.h"
 #include "plugin_facts.h"
 
+#include "commands.h"
 #include "compute_evp_dt.h"
 #include "compute_evp_state_atom.h"
-#include "evp_quietly.h"
 #include "fix_dt_evp.h"
 #include "fix_evp_bonds.h"
 #include "fix_evp_energy.h"
 #include "fix_evp_volume.h"
 #include "fix_nve_evp.h"
 #include "pair_evp_lj.h"
-#include "read_evp_row.h"
-#include "write_evp_bonds.h"
 
 #include "comm.h"
 #include "force.h"

@@ -2,7 +2,6 @@
 
 #include "fix_evp_bonds.h"
 
-#include "atom_bodies.h"
 #include "atom_directory.h"
 #include "bond_recording.h"
 #include "collective.h"

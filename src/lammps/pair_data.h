@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
-#include "bond_source.h"
+#include "core/bond_store.h"
 #include "core/coefficients.h"
 #include "core/contacts.h"
 #include "core/fault.h"
@@ -21,6 +21,51 @@
 #include <vector>
 
 namespace EVP {
+
+/// Where the pair style gets the records of its bonds: from the fix evp/bonds that recorded them and no other, since to
+/// continue without them would change the material.
+class BondSource : protected Pointers {
+ public:
+  using Pointers::Pointers;
+
+  /// At set-up: those of the fix there is. Stops where another one recorded, or where the rules need one.
+  void begin_run(const PairRules &);
+
+  /// Takes note of records that are new, or gone with their fix.
+  void update();
+
+  /// Records came with a restart file: should their fix go before the next run, update() learns it.
+  void set_store(const std::shared_ptr<const BondStore> &restored) { store = restored; }
+
+  /// The records, nullptr before the recording and without fix evp/bonds.
+  const BondStore *records() const
+  {
+    return store && store->has_recorded() ? store.get() : nullptr;
+  }
+
+  /// Is there a fix evp/bonds?
+  bool has_fix() const { return store != nullptr; }
+
+  BodyRule within() const { return store ? store->within() : BodyRule::ALL; }
+
+  /// See BondStore::version(), 0 without.
+  long version() const { return store ? store->version() : 0; }
+
+  /// Do the records have histories just where the rules ask for these?
+  bool is_compatible(const PairRules &rules) const
+  {
+    return !store || store->has_history() == rules.has_history();
+  }
+
+  /// ID of the fix that recorded, as of the last update(); empty without.
+  std::string recorder;
+
+  /// The last fix whose records of this body are gone, empty if there was none.
+  std::string dropped;
+
+ private:
+  std::shared_ptr<const BondStore> store;
+};
 
 /// The pairs of pair style evp/lj on this MPI rank, their laws and their bonds: packed from each new
 /// neighbor list for the time-step loop, read by the fixes and computes of this package.

@@ -84,20 +84,31 @@ void PairHistories::break_bonds(const std::vector<int> &broken, PairWork *work)
   lists.build++;
 }
 
+PairHistories::RowsByAtom PairHistories::rows_by_atom(const PairList &list, int nlocal)
+{
+  RowsByAtom rows(nlocal);
+  for (const PackedRow &row : list.rows) rows[row.i].push_back(row);
+  return rows;
+}
+
+// index of the first pair in these rows with is(partner), -1 if there is none
+template <class Is>
+int PairHistories::find_pair(const PairList &list, const std::vector<PackedRow> &rows, Is &&is)
+{
+  for (const PackedRow &row : rows)
+    for (int k = row.first; k < row.last; k++)
+      if (is(list.j[k])) return k;
+  return -1;
+}
+
 void PairHistories::copy_from(const PairLists &before)
 {
-  const auto rows_of = [this](const PairList &list) {
-    std::vector<std::vector<const PackedRow *>> rows(lists.nlocal);
-    for (const PackedRow &row : list.rows) rows[row.i].push_back(&row);
-    return rows;
-  };
-  const auto bond_rows = rows_of(before.bonds), contact_rows = rows_of(before.contacts);
-  const auto find_old = [](const PairList &list, const std::vector<const PackedRow *> &rows,
-                           int j) {
-    for (const PackedRow *row : rows)
-      for (int k = row->first; k < row->last; k++)
-        if (list.j[k] == j) return k;
-    return -1;
+  const RowsByAtom bond_rows = rows_by_atom(before.bonds, lists.nlocal),
+                   contact_rows = rows_by_atom(before.contacts, lists.nlocal);
+  const auto find_old = [](const PairList &list, const std::vector<PackedRow> &rows, int j) {
+    return find_pair(list, rows, [j](int partner) {
+      return partner == j;
+    });
   };
   std::vector<int> broken;
   for (const PackedRow &row : lists.bonds.rows)
@@ -308,33 +319,22 @@ void PairHistories::warn_of_limit()
         strain);
 }
 
-void PairHistories::index_rows() const
-{
-  if (row_index_build == lists.build) return;
-  row_index_build = lists.build;
-  for (const PairList *list : {&lists.bonds, &lists.contacts}) {
-    auto &index = row_index[list->are_bonds ? 0 : 1];
-    index.clear();
-    for (size_t r = 0; r < list->rows.size(); r++) index.emplace_back(list->rows[r].i, (int) r);
-    std::sort(index.begin(), index.end());
-  }
-}
-
 bool PairHistories::find(int i, int j, PairHistory &found) const
 {
-  index_rows();
+  if (rows_build != lists.build) {
+    rows_build = lists.build;
+    rows = {rows_by_atom(lists.bonds, lists.nlocal), rows_by_atom(lists.contacts, lists.nlocal)};
+  }
   for (const auto &[own, other] : {std::pair(i, j), std::pair(j, i)})
     for (const PairList *list : {&lists.bonds, &lists.contacts}) {
-      const auto &index = row_index[list->are_bonds ? 0 : 1];
-      auto at = std::lower_bound(index.begin(), index.end(), std::pair(own, 0));
-      for (; at != index.end() && at->first == own; ++at) {
-        const PackedRow &row = list->rows[at->second];
-        for (int k = row.first; k < row.last; k++)
-          if (atom->tag[list->j[k]] == atom->tag[other]) {
-            found = list->history_of(k);
-            return true;
-          }
-      }
+      if (own >= lists.nlocal) continue;
+      const tagint *tag = atom->tag, id = tag[other];
+      const int k = find_pair(*list, rows[list->are_bonds ? 0 : 1][own], [tag, id](int partner) {
+        return tag[partner] == id;
+      });
+      if (k < 0) continue;
+      found = list->history_of(k);
+      return true;
     }
   for (const BrokenBond &bond : newly_broken)    // of which no contact is left
     if (std::minmax(atom->tag[bond.i], atom->tag[bond.j]) ==

@@ -2,7 +2,6 @@
 
 #include "pair_list_builder.h"
 
-#include "atom_bodies.h"
 #include "core/fault.h"
 #include "core/simd.h"
 #include "scene.h"

@@ -3,9 +3,11 @@
    What the styles of this package ask of the scene that they are part of, and LAMMPS' headers of it. */
 #pragma once
 
+#include "core/contacts.h"
 #include "lammps_names.h"
 
 #include "atom.h"
+#include "atom_vec.h"
 #include "domain.h"
 #include "error.h"
 #include "fix.h"
@@ -15,11 +17,50 @@
 #include "update.h"
 #include "utils.h"
 
+#include <algorithm>
 #include <cstring>
 #include <memory>
 #include <string>
 
 namespace EVP {
+
+/// The bodies of atoms and ghosts by their types or molecules, as these are now.
+class AtomBodies {
+ public:
+  AtomBodies(const Atom *atom, BodyRule within) :
+      type(within == BodyRule::TYPE ? atom->type : nullptr),
+      molecule(within == BodyRule::MOLECULE ? atom->molecule : nullptr)
+  {
+  }
+
+  /// Are two atoms of two bodies? One without a molecule, which has the ID 0, is of none.
+  bool in_different_bodies(int i, int j) const
+  {
+    if (molecule) return molecule[i] != molecule[j] || molecule[i] == 0;
+    return type && type[i] != type[j];
+  }
+
+ private:
+  const int *type;           // nullptr where they do not matter
+  const tagint *molecule;    // the same
+};
+
+/// What is missing where atoms and ghosts must have molecule IDs, with the remedy; empty if they have.
+inline std::string missing_molecules(const LAMMPS *lmp)
+{
+  const std::string remedy = "'fix ID all property/atom mol ghost yes'";
+  if (!lmp->atom->molecule)
+    return "within molecule needs atoms with molecule IDs: define " + remedy +
+        " before it, also after read_restart, or use an atom style that has them, such as "
+        "'atom_style hybrid sphere molecular'";
+
+  const auto &sent = lmp->atom->avec->fields_border;
+  if (std::find(sent.begin(), sent.end(), "molecule") != sent.end()) return "";
+  for (const Fix *fix : lmp->modify->get_fix_list())
+    if (utils::strmatch(fix->style, "^property/atom") && fix->comm_border > 0) return "";
+  return "within molecule needs ghost atoms that know their molecule IDs: use " + remedy;
+}
+
 namespace scene {
 
   /// The fix of that style, nullptr if there is none. Of each style of ours there is one at most.

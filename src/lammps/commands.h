@@ -21,4 +21,18 @@ class WriteEVPBonds : public Command {
   bool write_in_order_of_ranks(const std::string &text, FILE *) const;
 };
 
+/// read_evp_row ROW PREFIX: the numbers of a row, given as in pair_coeff, as variables of the input script.
+class ReadEVPRow : public Command {
+ public:
+  ReadEVPRow(class LAMMPS *lmp) : Command(lmp) {}
+  void command(int, char **) override;
+};
+
+/// evp_quietly COMMAND ...: another command, of whose output only warnings and errors go to the screen; the log file takes all.
+class EVPQuietly : public Command {
+ public:
+  EVPQuietly(class LAMMPS *lmp) : Command(lmp) {}
+  void command(int, char **) override;
+};
+
 }    // namespace LAMMPS_NS

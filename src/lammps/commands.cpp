@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: GPL-2.0-only
 
-#include "write_evp_bonds.h"
+#include "commands.h"
 
 #include "atom_directory.h"
 #include "collective.h"
 #include "core/bond_file.h"
 #include "fix_evp_bonds.h"
 #include "scene.h"
+#include "user_input.h"
 
 #include "comm.h"
+#include "input.h"
+#include "variable.h"
 
 #include <algorithm>
+#include <cstring>
 #include <vector>
 
 using namespace LAMMPS_NS;
@@ -114,4 +118,79 @@ bool WriteEVPBonds::write_in_order_of_ranks(const std::string &text, FILE *fp) c
       good = good && fwrite(received.data(), 1, size, fp) == (size_t) size;
     }
   return good;
+}
+
+// read_evp_row FILE:ROW PREFIX, or FILE ROW PREFIX, or e1 m1 ... alpha [keyword value ...] PREFIX, where the numbers
+// may be one quoted word
+void ReadEVPRow::command(int narg, char **arg)
+{
+  if (narg < 2)
+    error->all(FLERR,
+               "read_evp_row: expected at least two arguments, a row (FILE:ROW or its numbers) "
+               "and the prefix of the variables, got {}",
+               narg);
+  std::vector<std::string> words = {arg, arg + narg - 1};
+  if (words.size() == 1 && words[0].find(':') == std::string::npos)
+    words = EVP::split_words(words[0]);
+
+  EVP::Row row;
+  EVP::stop_at_bad_input(error, "read_evp_row", [&] {
+    row = EVP::read_row(lmp, words);
+  });
+  for (const EVP::Member &member : EVP::MEMBERS)
+    input->variable->set(fmt::format("{}_{} string {}", arg[narg - 1], member.key,
+                                     EVP::shortest_text(row.*member.value)));
+}
+
+namespace {
+
+// A minimization moves atoms without such a fix, but LAMMPS warns each time.
+constexpr const char *HARMLESS = "No fixes with time integration";
+
+/// While it lives, the screen is a temporary file. Then its warnings, and all that follows an error, are shown.
+class HiddenScreen {
+ public:
+  explicit HiddenScreen(FILE *&screen_in) :
+      screen(screen_in), shown(screen_in), hidden(shown ? tmpfile() : nullptr)
+  {
+    screen = hidden;
+  }
+  ~HiddenScreen()
+  {
+    screen = shown;
+    if (!hidden) return;
+    rewind(hidden);
+    char line[512];
+    for (bool failed = false; fgets(line, sizeof(line), hidden);) {
+      if (strncmp(line, "ERROR", 5) == 0) failed = true;
+      const bool warns = strncmp(line, "WARNING", 7) == 0 && !strstr(line, HARMLESS);
+      if (failed || warns) fputs(line, shown);
+    }
+    fflush(shown);
+    fclose(hidden);
+  }
+  HiddenScreen(const HiddenScreen &) = delete;
+  HiddenScreen &operator=(const HiddenScreen &) = delete;
+
+ private:
+  FILE *&screen;
+  FILE *const shown, *const hidden;
+};
+
+std::string quoted(const std::string &word)
+{
+  if (!word.empty() && word.find_first_of(" \t#&$") == std::string::npos) return word;
+  return "\"" + word + "\"";
+}
+
+}    // namespace
+
+void EVPQuietly::command(int narg, char **arg)
+{
+  if (narg < 1) error->all(FLERR, "evp_quietly: expected a command and its arguments");
+  std::string line;
+  for (int i = 0; i < narg; i++) line += quoted(arg[i]) + " ";
+
+  const HiddenScreen until_it_ends(lmp->screen);
+  input->one(line);
 }
