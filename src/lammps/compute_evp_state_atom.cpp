@@ -122,7 +122,7 @@ void ComputeEVPStateAtom::compute_peratom()
     state[2] = recorded > 0.0 ? 1.0 - count[WITHIN] / recorded : 0.0;
     state[3] = in_group ? count[FRESH] : 0.0;
     for (size_t k = 0; k < values.size(); k++)
-      state[NCOLUMNS + k] = in_group ? value_of(values[k], i, pair_data) : 0.0;
+      state[NCOLUMNS + k] = in_group ? value_of(values[k], i, bonds) : 0.0;
   }
 }
 
@@ -157,38 +157,32 @@ void ComputeEVPStateAtom::add_pairs(const EVP::PairData *pair_data)
   });
 }
 
-// each pair is kept by both of its atoms
-double ComputeEVPStateAtom::plastic_work(int i, const EVP::PairData *pair_data) const
+// Each pair is kept by both of its atoms. PLASTIC_STRAIN_SUM is a lower bound of the accumulated plastic strain: a bond
+// along u carries |u.E.u| of a strain E of constant volume, whose mean over all directions is 0.385 of the equivalent
+// strain
+double ComputeEVPStateAtom::of_histories(Value value, int i, const EVP::BondStore *bonds)
 {
-  const EVP::BondStore *bonds = pair_data->bonds();
+  constexpr double MEAN_OVER_DIRECTIONS = 0.385;
   if (!bonds || !bonds->has_history()) return 0.0;
-  double work = 0.0;
-  for (size_t slot = 0; slot < bonds->of(i).size(); slot++)
+  const auto nbonds = bonds->of(i).size();
+  double work = 0.0, k = 0.0;
+  for (size_t slot = 0; slot < nbonds; slot++) {
     work += bonds->histories_of(i)[slot].work;
+    k += bonds->histories_of(i)[slot].k;
+  }
+  if (value == Value::PLASTIC_STRAIN_SUM)
+    return nbonds ? k / ((double) nbonds * MEAN_OVER_DIRECTIONS) : 0.0;
   for (const EVP::FlowedContact &contact : bonds->contacts_of(i)) work += contact.history.work;
   return 0.5 * work;
 }
 
-// A lower bound of the accumulated plastic strain: a bond along u carries |u.E.u| of a strain E of constant volume, whose
-// mean over all directions is 0.385 of the equivalent strain
-double ComputeEVPStateAtom::plastic_strain_sum(int i, const EVP::PairData *pair_data) const
-{
-  constexpr double MEAN_OVER_DIRECTIONS = 0.385;
-  const EVP::BondStore *bonds = pair_data->bonds();
-  if (!bonds || !bonds->has_history() || bonds->of(i).empty()) return 0.0;
-  double sum = 0.0;
-  for (size_t slot = 0; slot < bonds->of(i).size(); slot++) sum += bonds->histories_of(i)[slot].k;
-  return sum / ((double) bonds->of(i).size() * MEAN_OVER_DIRECTIONS);
-}
-
-double ComputeEVPStateAtom::value_of(Value value, int i, const EVP::PairData *pair_data) const
+double ComputeEVPStateAtom::value_of(Value value, int i, const EVP::BondStore *bonds) const
 {
   const double *sum = &sums[(size_t) comm_reverse * i];
   switch (value) {
     case Value::PLASTIC_WORK:
-      return plastic_work(i, pair_data);
     case Value::PLASTIC_STRAIN_SUM:
-      return plastic_strain_sum(i, pair_data);
+      return of_histories(value, i, bonds);
     case Value::PLASTIC_STRAIN:
       return EVP::equivalent_strain(StrainFit::solve(sum + plastic_at));
     case Value::VOLUME_STRAIN:

@@ -47,9 +47,8 @@ class ComputeEVPStateAtom : public EVP::WithPerAtomComm<Compute> {
 
   bool has(Value) const;
   void add_pairs(const EVP::PairData *);
-  double plastic_work(int i, const EVP::PairData *) const;
-  double plastic_strain_sum(int i, const EVP::PairData *) const;
-  double value_of(Value, int i, const EVP::PairData *) const;
+  static double of_histories(Value, int i, const EVP::BondStore *);
+  double value_of(Value, int i, const EVP::BondStore *) const;
 };
 
 }    // namespace LAMMPS_NS
