@@ -28,7 +28,8 @@ class ReadEVPRow : public Command {
   void command(int, char **) override;
 };
 
-/// evp_quietly COMMAND ...: another command, of whose output only warnings and errors go to the screen; the log file takes all.
+/// evp_quietly COMMAND ...: another command, of whose output only warnings and errors go to the screen; the log file
+/// takes all.
 class EVPQuietly : public Command {
  public:
   EVPQuietly(class LAMMPS *lmp) : Command(lmp) {}

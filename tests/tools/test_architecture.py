@@ -8,7 +8,7 @@ import pytest
 
 SOURCES = pathlib.Path(__file__).resolve().parents[2] / "src"
 INCLUDE = re.compile(r'^#include "([^"]+)"', re.M)
-STYLES = ("pair_evp", "fix_", "compute_", "write_", "read_", "check_")
+STYLES = ("pair_evp", "fix_", "compute_", "commands")
 
 
 def node_of(path):
