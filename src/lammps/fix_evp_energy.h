@@ -107,7 +107,7 @@ class FixEVPEnergy : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::Ato
   EVP::BoxWork box{*work};
 
   bool is_integrated(int i) const { return atom->mask[i] & integrated_groupbits; }
-  EVP::ActingForces acting_forces() const;
+  template <class F> void with_forces(F &&f) const;
   bool is_solved() const;
   bool others_act() const;
   void refuse_early_changes() const;

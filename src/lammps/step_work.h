@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <type_traits>
 #include <utility>
 
 namespace EVP {
@@ -19,31 +20,25 @@ struct AtomForces {
   double damping[3];    ///< explicit one, which is in neither
 };
 
-/// Forces on local atoms at the last force evaluation: all; those of the pairs, explicit damping included, nullptr where
-/// no other forces may act; that damping, that of fix nve/evp, nullptr without. An atom is integrated if forces move it,
-/// else its motion is prescribed.
-struct ActingForces {
+/// Forces on local atoms: all; those of the pairs, explicit damping included; that damping; that of fix nve/evp, nullptr
+/// without. Damps: there is explicit damping. Others: other forces may act beside these. An atom is integrated if forces move
+/// it, else its motion is prescribed.
+template <bool Damps, bool Others> struct ActingForces {
   const double *whole, *of_pairs, *damping, *solved;
 
-  ActingForces(const PairWork &pairs, const double *whole_in, const double *solved_in) :
-      whole(whole_in), of_pairs(pairs.separates ? pairs.force.data() : nullptr),
-      damping(pairs.damping.empty() ? nullptr : pairs.damping.data()), solved(solved_in)
-  {
-  }
-
   /// Can anything do work on the atom that is an entry of the balance?
-  bool work_on(bool integrated) const { return of_pairs || !integrated; }
+  bool work_on(bool integrated) const { return Others || !integrated; }
 
   EVP_INLINE void find(int i, bool integrated, AtomForces &now) const
   {
     const size_t first = (size_t) 3 * i;
     for (int c = 0; c < 3; c++) {
       double of_ours = whole[first + c];
-      if (of_pairs) of_ours = of_pairs[first + c] + (solved ? solved[first + c] : 0.0);
+      if constexpr (Others) of_ours = of_pairs[first + c] + (solved ? solved[first + c] : 0.0);
       if (integrated)
         now.working[c] = whole[first + c] - of_ours;
       else {
-        now.damping[c] = damping ? damping[first + c] : 0.0;
+        now.damping[c] = Damps ? damping[first + c] : 0.0;
         now.working[c] = of_ours - now.damping[c];
       }
     }
@@ -54,7 +49,7 @@ struct ActingForces {
   /// step: of either the mean over the half step is half of its kick away.
   double dissipated(const Atom *atom, const Force *force, double dt, int i) const
   {
-    if (!damping) return 0.0;
+    if constexpr (!Damps) return 0.0;
     const double quarter = 0.25 * dt * scene::inverse_mass(atom, force, i);
     const size_t first = (size_t) 3 * i;
     const double *const v = atom->v[0] + first, *const f = whole + first;
@@ -63,6 +58,20 @@ struct ActingForces {
     return sum;
   }
 };
+
+/// Calls f(ActingForces) with those of the last force evaluation.
+template <class F>
+void with_acting_forces(const PairWork &pairs, const double *whole, const double *solved, F &&f)
+{
+  const auto call = [&](auto damps, auto others) {
+    f(ActingForces<damps, others>{whole, pairs.force.data(), pairs.damping.data(), solved});
+  };
+  using std::false_type, std::true_type;
+  if (pairs.damping.empty())
+    pairs.separates ? call(false_type(), true_type()) : call(false_type(), false_type());
+  else
+    pairs.separates ? call(true_type(), true_type()) : call(true_type(), false_type());
+}
 
 /// Edges for which image_shift() is the number of boxes along each of them.
 constexpr Edges COUNT_OF_BOXES = {1.0, 1.0, 1.0, 0.0, 0.0, 0.0};
@@ -75,6 +84,23 @@ inline std::array<double, 3> unwrapping(const Edges &edges, imageint image)
   const int pbc[6] = {n[0], n[1], n[2], n[2], n[2], n[1]};
   return image_shift(edges.data(), pbc);
 }
+
+/// A box that deforms with 'remap v', from one force evaluation to the next.
+struct MovingBox {
+  Edges edges{}, rates{};    ///< at the present forces, the rates being those of LAMMPS
+  Edges moved{};             ///< since the forces before
+
+  /// At a set-up, or where the box is about to be that of the next forces.
+  void go_on(const Domain *domain)
+  {
+    for (int c = 0; c < 6; c++) moved[c] = domain->h[c] - edges[c];
+    std::copy_n(domain->h_rate, 6, rates.begin());
+    note_flip(domain);
+  }
+
+  /// The same box with other edges: how these have moved is the same, too, as LAMMPS flips tilts only.
+  void note_flip(const Domain *domain) { std::copy_n(domain->h, 6, edges.begin()); }
+};
 
 /// Of forces times counts of boxes, see PairWork::through.
 inline double work_of(const Edges &through, const Edges &moved)
@@ -104,7 +130,7 @@ class BoxWork {
   /// of a run without.
   double begin(const Domain *domain)
   {
-    go_on(domain);
+    box.go_on(domain);
     const double done = carried + through_moved();
     carried = 0.0;
     take_forces();
@@ -113,13 +139,16 @@ class BoxWork {
 
   /// By damping forces across the boundary over half a step dt. They act at the rates of the box that dampers see, which
   /// in single steps are not those at which LAMMPS moves it.
-  double by_damping(double dt) const { return 0.5 * dt * work_of(pairs.through.damping, rates); }
+  double by_damping(double dt) const
+  {
+    return 0.5 * dt * work_of(pairs.through.damping, box.rates);
+  }
 
   /// Where the box is about to be that of the next forces. damping, solved: work by explicit and implicit damping in the
   /// half step before.
   void begin_step(const Domain *domain, double damping, double solved)
   {
-    go_on(domain);
+    box.go_on(domain);
     done = damping + through_moved() + solved;
     prescribed = others = 0.0;
   }
@@ -134,7 +163,7 @@ class BoxWork {
   /// Half of what a force would do on an atom along with its unwrapped position.
   double along(imageint image, const double *f) const
   {
-    const auto shift = unwrapping(moved, image);
+    const auto shift = unwrapping(box.moved, image);
     return 0.5 * (f[0] * shift[0] + f[1] * shift[1] + f[2] * shift[2]);
   }
 
@@ -152,30 +181,21 @@ class BoxWork {
     return damping;
   }
 
-  /// At a neighbor build: LAMMPS may have flipped the box, of tilts only, and has wrapped atoms.
-  void note_flip(const Domain *domain) { std::copy_n(domain->h, 6, edges.begin()); }
+  /// At a neighbor build: LAMMPS may have flipped the box, and has wrapped atoms.
+  void note_flip(const Domain *domain) { box.note_flip(domain); }
   void note_wrapped(double kinetic_now) { carried += kinetic_now - kinetic; }
 
-  Edges edges{};    ///< at the present forces
+  const Edges &edges() const { return box.edges; }
 
  private:
   const PairWork &pairs;
-  bool before = false;     // at the last forces?
-  Edges rates{};           // at the present forces, those of LAMMPS
-  Edges moved{};           // since the forces before
+  bool before = false;    // at the last forces?
+  MovingBox box;
   Edges through{};         // without damping, of the last forces
   double carried = 0.0;    // kinetic energy gained where atoms were wrapped, since the last step
   double done = 0.0;       // so far, in the step under way
 
-  // at a set-up, or where the box is about to be that of the next forces
-  void go_on(const Domain *domain)
-  {
-    for (int c = 0; c < 6; c++) moved[c] = domain->h[c] - edges[c];
-    std::copy_n(domain->h_rate, 6, rates.begin());
-    note_flip(domain);
-  }
-
-  double through_moved() const { return 0.5 * work_of(through, moved); }
+  double through_moved() const { return 0.5 * work_of(through, box.moved); }
   void take_forces()
   {
     through = pairs.through.whole;
