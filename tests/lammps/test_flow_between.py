@@ -313,3 +313,40 @@ run 1
         rows = run.ok().thermo()
         for name in ("f_b[5]", "c_q[1]", "c_q[2]"):
             assert rows[name][-1] == 0.0, name
+
+
+IMAGES = """
+units si
+atom_style sphere
+atom_modify map yes
+newton {newton}
+boundary p p p
+region box {box}
+create_box 1 box
+lattice sc 0.01
+create_atoms 1 box
+set group all diameter 0.01 density 2700
+neighbor {skin} bin
+neigh_modify delay 0 every 1 check yes
+pair_style evp/lj contact none plasticity isotropic
+pair_coeff * * 80 8 4 20 8 4 0.005 50 1.3
+fix b all evp/bonds
+velocity all create 1e24 7 loop geom mom yes
+fix n all nve
+fix e all evp/energy
+timestep 1e-7
+thermo_style custom step f_e[2] f_e[9] f_b[2]
+thermo_modify norm no format float %.15g
+thermo 50
+run 50
+"""
+
+
+@pytest.mark.parametrize("newton, ranks", [("on", 1), ("off", 2)])
+@pytest.mark.parametrize("box", ["block 0 0.03 0 0.03 0 0.03", "prism 0 0.03 0 0.03 0 0.03 0.006 0 0"], ids=["orthogonal", "triclinic"])
+def test_a_partner_in_two_images_flows_once(lmp, box, newton, ranks):
+    """A box three spheres wide, whose neighbor lists hold two images of a bonded partner where the skin is large: those past dlim are not the bond."""
+    ends = [lmp(IMAGES.format(box=box, newton=newton, skin=skin), ranks=ranks).thermo() for skin in (0.0005, 0.009)]
+    assert ends[0]["f_e[9]"][-1] > 0.0
+    for name in ("f_e[2]", "f_e[9]", "f_b[2]"):
+        assert ends[1][name][-1] == pytest.approx(ends[0][name][-1], rel=1e-9), name
