@@ -71,7 +71,7 @@ def main(words=None):
             results.setdefault((n, xi), []).append(pull(study.runs, data, xi, **PULL)[0])
         rows = [(n, f"{xi:.3g}", *(number([getattr(one, name) for one in found], ".0f") for name in ("peak", "before", "after", "work", "broken")))
                 for (n, xi), found in results.items()]
-        study.write(few=few, most=study.spheres[-1], seeds=study.seeds, table=(
+        study.write(few=few, seeds=study.seeds, table=(
             ("spheres", "XI", "largest stress [MPa]", "work up to it [kJ/m2]", "work beyond it [kJ/m2]", "all work [kJ/m2]", "bonds broken"), rows))
 
 
