@@ -350,3 +350,50 @@ def test_a_partner_in_two_images_flows_once(lmp, box, newton, ranks):
     assert ends[0]["f_e[9]"][-1] > 0.0
     for name in ("f_e[2]", "f_e[9]", "f_b[2]"):
         assert ends[1][name][-1] == pytest.approx(ends[0][name][-1], rel=1e-9), name
+
+
+HOLD = """
+units si
+atom_style sphere
+atom_modify map yes
+boundary s s s
+lattice fcc 0.01
+region bar block 0 6 0 3 0 3
+create_box 1 bar
+create_atoms 1 region bar
+set group all diameter 0.00707 density 2700
+neighbor 0.0005 bin
+pair_style evp/lj contact none plasticity isotropic
+pair_coeff * * 80 8 4 3 8 4 0.005 1000 1.5
+fix bonds all evp/bonds
+region left block INF 0.001 INF INF INF INF units box
+region right block 0.059 INF INF INF INF INF units box
+group left region left
+group right region right
+group grips union left right
+group free subtract all grips
+velocity right set 10 0 0 units box
+velocity free ramp vx 0 10 x 0 0.06 units box
+fix 2 grips nve/noforce
+fix 1 free nve/evp
+fix e all evp/energy
+compute pull right reduce sum fx
+compute ke free ke
+timestep 2e-6
+thermo_style custom step c_ke c_pull f_e[9]
+thermo_modify norm no format float %.17g
+thermo 1000
+run 120
+velocity right set 0 0 0
+run 10000
+"""
+
+
+@pytest.mark.parametrize("newton, ranks", [("on", 1), ("off", 2)])
+def test_a_hold_comes_to_rest(lmp, newton, ranks):
+    """Pulled to 4 % and held, with damping: the motion dies, the stress stays, and nothing flows any more."""
+    table = lmp(HOLD.replace("atom_style", f"newton {newton}\natom_style"), ranks=ranks).thermo()
+    assert table["c_ke"][-1] < 1e-15 * table["c_ke"][0]
+    assert table["f_e[9]"][-1] > 1.0, "control: it has flowed"
+    half = len(table["c_pull"]) // 2
+    assert np.ptp(table["c_pull"][half:]) < 1e-9 * abs(table["c_pull"][-1]) and np.ptp(table["f_e[9]"][half:]) == 0.0
