@@ -103,10 +103,14 @@ def work_misfit(found):
     return found["spent"][-1] / (np.sum(found["shear_stress"][1:] * np.diff(found["strain"])) * VOLUME) - 1.0
 
 
+def last_unit(found):
+    """Its first and last strain."""
+    return found["strain"][-1] - 1.0, found["strain"][-1]
+
+
 def row(case, found, bonds):
     """Of the table. bonds: that the body had at the start."""
-    top, end = int(np.argmax(found["shear_stress"])), found["strain"][-1]
-    late = (end - 1.0, end)
+    top, late = int(np.argmax(found["shear_stress"])), last_unit(found)
     stresses = (mean(found, 1.0, 2.0), mean(found, *late), lowest(found, *late), mean(found, *late, "pressure"))
     return [case.contact, case.spheres, case.plasticity, f"{found['shear_stress'][top] / MPA:.0f}", f"{found['strain'][top]:.2f}",
             *(f"{value:.0f}" for value in (*stresses, *(rates(found, *late, name) for name in ("plastic", "viscous", "lost", "stored")))),
@@ -131,16 +135,17 @@ def draw(study, results):
 def answer(results):
     """Numbers of the first lines of the page."""
     end = next(iter(results.values()))["strain"][-1]
-    late = (end - 1.0, end)
     repulsive, none, literal = ([found for case, found in results.items() if case.contact == contact] for contact in ("repulsive", "none", "literal"))
 
-    def both(value, *where):
-        return " and ".join(f"{value(found, *where):.0f}" for found in repulsive)
+    def both(value, *name, where=last_unit):
+        return " and ".join(f"{value(found, *where(found), *name):.0f}" for found in repulsive)
 
-    return {"end": f"{end:.3g}", "stress": both(mean, *late), "pressure": both(mean, *late, "pressure"), "plastic": both(rates, *late, "plastic"),
-            "spheres": " and ".join(str(case.spheres) for case in results if case.contact == "repulsive"), "earlier": both(mean, 1.0, 2.0),
+    late = last_unit(literal[0])
+
+    return {"end": f"{end:.3g}", "stress": both(mean), "pressure": both(mean, "pressure"), "plastic": both(rates, "plastic"),
+            "spheres": " and ".join(str(case.spheres) for case in results if case.contact == "repulsive"), "earlier": both(mean, where=lambda found: (1.0, 2.0)),
             "literal": f"{mean(literal[0], *late):.0f}", "spent": f"{rates(literal[0], *late, 'viscous') + rates(literal[0], *late, 'lost'):.0f}",
-            "lowest": f"{lowest(none[0], *late):.0f}"}
+            "lowest": f"{lowest(none[0], *last_unit(none[0])):.0f}"}
 
 
 def main(words=None):
