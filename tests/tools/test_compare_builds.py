@@ -54,7 +54,8 @@ THERMO = "words\n   Step  PotEng\n  0  1.5\n{}  10  2.5\nLoop time of 3 on 1 pro
 
 @pytest.mark.parametrize("name, old, new, words", [
     ("a.log", THERMO.format(""), THERMO.format("WARNING: hot\n").replace("words", "other words").replace("of 3", "of 4"), None),
-    ("a.log", THERMO.format(""), THERMO.format("").replace("2.5", "2.6"), "line 3, column 9: old '  10  2.5', new '  10  2.6'"),
+    ("a.log", THERMO.format(""), THERMO.format("").replace("2.5", "2.6"), "line 3, column 6: old '10 2.5', new '10 2.6'"),
+    ("a.log", "   Step  PotEng  CPULeft\n  0  1.5  9\nLoop time of 3\n", "   Step  PotEng  CPULeft\n  0  1.5  8\nLoop time of 4\n", None),
     ("a.csv", "a,b\n1,2\n", "a,b\n1,2\n3,4\n", "old has 2 lines, new has 3"),
     ("a.csv", "a,b\n1,2\n", "a,b\n1,2", r"line 2, column 4: old '1,2\n', new '1,2'"),
 ])
