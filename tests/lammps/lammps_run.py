@@ -11,6 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from evp.run import ended_well
+
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 DECKS = REPOSITORY / "lammps_inputs"
 LMP = pathlib.Path(os.environ.get("EVP_LMP", REPOSITORY / "build" / "lmp")).absolute()
@@ -113,7 +115,7 @@ def run_lammps(deck, ranks=1, variables=None, cwd=None, seconds=SECONDS, flags=(
         os.killpg(process.pid, signal.SIGKILL)
         process.wait()
         raise
-    return Run(process.returncode, output, cwd)
+    return Run(0 if ended_well(process.returncode, output) else process.returncode, output, cwd)
 
 
 def run_decks(decks, ranks=1, cwd=None, prefix="deck"):

@@ -98,3 +98,10 @@ def test_the_line_is_that_of_the_refusal():
     text = f"{74 * '-'}\nWARNING: no such network\n{74 * '-'}\n{SLOTS}"
     assert run.start_failure(text, 1, 2) == SAID
     assert run.start_failure("", 1, 2) == "it printed nothing"
+
+
+def test_a_rank_of_pid_0_had_ended():
+    lost = "Total wall time: 0:00:00\nmpirun has exited due to process rank 0 with PID 0 on\nnode a exiting improperly.\n"
+    assert run.ended_well(0, "") and run.ended_well(1, lost)
+    assert not run.ended_well(1, lost.replace("PID 0", "PID 71")) and not run.ended_well(139, lost)
+    assert not run.ended_well(1, lost.replace("Total wall time", "Loop time"))
