@@ -77,7 +77,7 @@ class Dampers {
   void clear()
   {
     rows.clear();
-    dampers.clear();
+    count = 0;
   }
 
   /// Forces and rotation of the last timestep are dropped, as they are where the list was built anew.
@@ -94,8 +94,10 @@ class Dampers {
     last_build = list.build;
     nreact = list.nreact(newton_pair);
     rows.clear();
-    dampers.resize(most);
-    scale.resize(most);
+    if (dampers.size() < most) {
+      dampers.resize(most);
+      scale.resize(most);
+    }
     int law = -1, i = -1, n = 0;
     double root = 0.0;    // sqrt(gamma) of that law
     for_each_pair(list, x, [&](const PlacedPair &p) {
@@ -111,7 +113,7 @@ class Dampers {
       if (p.i != i) rows.push_back({i = p.i, n, n});
       rows.back().last = ++n;
     });
-    dampers.resize(n);
+    count = n;
   }
 
   /// Calls f(i, Damper, force over w on i in the last timestep) for each dashpot.
@@ -138,7 +140,7 @@ class Dampers {
   /// y = C v
   void multiply(const Values &v, Values &y) const
   {
-    react(v, y, [](int, int, const Vector &w, const Vector &dv) {
+    react(v, y, [](int, const Vector &w, const Vector &dv) {
       return dot(w, dv);
     });
   }
@@ -149,26 +151,24 @@ class Dampers {
     if (dt_rotation > 0.0 && dt != dt_rotation)
       for (double &rotation : last_rotation) rotation *= dt / dt_rotation;
     dt_rotation = dt;
-    react(v, y, [this](int, int k, const Vector &w, const Vector &dv) {
+    react(v, y, [this](int k, const Vector &w, const Vector &dv) {
       return dot(w, dv) + last_rotation[dampers[k].pair];
     });
   }
 
-  /// Minus the forces over a timestep dt that ends with v, which are kept with their rotation. noise: of
-  /// each atom, adds the squares of the terms of the forces of its row, of which rounding leaves some
-  /// digits only. Returns the square of half the largest angle by which a pair rotates in the timestep.
-  double rotate(const Values &v, Values &y, double dt, Values &noise)
+  /// Minus the forces over a timestep dt that ends with v, which are kept with their rotation. Returns the
+  /// square of half the largest angle by which a pair rotates in the timestep.
+  double rotate(const Values &v, Values &y, double dt)
   {
     const double half_dt = 0.5 * dt;
     double rotated = 0.0;
-    react(v, y, [&](int i, int k, const Vector &w, const Vector &dv) {
+    react(v, y, [&](int k, const Vector &w, const Vector &dv) {
       const int p = dampers[k].pair;
-      const double along = dot(w, dv), gamma = dot(w, w), inv_gamma = 1.0 / gamma;
+      const double along = dot(w, dv), inv_gamma = 1.0 / dot(w, w);
       const double half_step = half_dt * scale[k];
       const double rate = separation_rate(along, dot(dv, dv), half_step, inv_gamma);
       const double rotation = rate - along;
       rotated = std::max(rotated, half_step * rotation * inv_gamma);
-      noise[i] += gamma * (along * along + rotation * rotation);
       last_rotation[p] = rotation;
       last_force[p] = -rate;
       return rate;
@@ -176,10 +176,21 @@ class Dampers {
     return rotated;
   }
 
+  /// Adds to each atom the squares of the terms of the forces of its row, of which rounding leaves some
+  /// digits only.
+  void add_noise(Values &noise) const
+  {
+    for_each([&](int i, const Damper &damper, double last) {
+      const Vector w(damper.w);
+      const double rotation = last_rotation[damper.pair], along = last + rotation;
+      noise[i] += dot(w, w) * (along * along + rotation * rotation);
+    });
+  }
+
   /// Rates over the timestep dt that ended here with mean velocities v, or now with dt = 0.
   void find_rates(const Values &v, double dt)
   {
-    rate_before.resize(dampers.size());
+    rate_before.resize(count);
     for (const PackedRow &row : rows)
       for (int k = row.first; k < row.last; k++) {
         const Vector w(dampers[k].w);
@@ -193,7 +204,7 @@ class Dampers {
   /// Rates now: the mean of those before and after.
   void find_mean_rates()
   {
-    for (size_t k = 0; k < dampers.size(); k++)
+    for (int k = 0; k < count; k++)
       rate_now[k] = 0.5 * (rate_before[k] - last_force[dampers[k].pair]);
   }
 
@@ -202,7 +213,7 @@ class Dampers {
   double power(bool after) const
   {
     double sum = 0.0;
-    for (size_t k = 0; k < dampers.size(); k++) {
+    for (int k = 0; k < count; k++) {
       const double rate = -last_force[dampers[k].pair];
       const double mean = 0.5 * (rate_now[k] + (after ? rate : rate_before[k]));
       sum += (fault(HALF_DISSIPATION) ? 0.5 : 1.0) * share(dampers[k]) * rate * mean;
@@ -216,7 +227,8 @@ class Dampers {
   }
 
  private:
-  std::vector<Damper> dampers;
+  std::vector<Damper> dampers;    // with room to spare
+  int count = 0;
   std::vector<PackedRow> rows;
   Values scale;                    // sqrt(gamma)/d of each dashpot
   Values rate_before, rate_now;    // of each, over the last timestep and at the present positions
@@ -226,7 +238,7 @@ class Dampers {
   long last_build = -1;
   int nreact = 0;    // atoms below take reactions
 
-  /// y = the sum of rate(i, k, w, relative velocity) w over the dashpots.
+  /// y = the sum of rate(k, w, relative velocity) w over the dashpots.
   template <class F> void react(const Values &v, Values &y, F &&rate) const
   {
     y.assign(v.size(), 0.0);
@@ -238,7 +250,7 @@ class Dampers {
       for (int k = row.first; k < row.last; k++) {
         const Damper &damper = dampers[k];
         const Vector w(damper.w);
-        const Vector force = w * rate(row.i, k, w, vi - Vector(all + (size_t) 3 * damper.j));
+        const Vector force = w * rate(k, w, vi - Vector(all + (size_t) 3 * damper.j));
         yi = yi + force;
         if (takes_reaction(damper)) force.subtract_from(forces + (size_t) 3 * damper.j);
       }

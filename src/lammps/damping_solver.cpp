@@ -76,13 +76,16 @@ int DampingSolver::solve(double h_in, int groupbit, const Values &prescribed, Va
 
     // T, and with it the residual, from the velocities found
     exchange_velocities(prescribed);
-    noise.assign(nlocal, 0.0);
-    most_rotated = std::max(most_rotated, dampers.rotate(velocities, reaction, update->dt, noise));
+    most_rotated = std::max(most_rotated, dampers.rotate(velocities, reaction, update->dt));
     for (size_t k = 0; k < n; k++) residual[k] = -inertia[k] * change[k];
     subtract_damping();
     for (size_t k = 0; k < n; k++) applied[k] = -reaction[k];
+    cg.restart();
+    if (meets_tolerance()) break;
 
     // damper forces are the sum of along and rotation, whose rounding no solve can go below
+    noise.assign(nlocal, 0.0);
+    dampers.add_noise(noise);
     for (int i = 0; i < nlocal; i++) noise[i] *= 2.0 * h * h * mobility[(size_t) 3 * i];
     cg.restart();
     cg.add_round_off(noise);
