@@ -6,7 +6,7 @@
 //     # EVP bonds COUNT: 2975 UNITS: si
 //     1 17 0.0101234
 //
-// With `within` of fix evp/bonds the header has WITHIN: and its word before UNITS:.
+// With `within` or `zone` of fix evp/bonds the header has WITHIN: or ZONE: and its word before UNITS:.
 // Reads in pieces, whatever the size; every refusal is a BadInput that names the line.
 #pragma once
 
@@ -32,10 +32,11 @@ struct BondLine {
 
 /// The header line, without its end.
 inline std::string bond_header(int64_t count, const std::string &units,
-                               BodyRule within = BodyRule::ALL)
+                               BodyRule within = BodyRule::ALL, double zone = 0.0)
 {
   std::string header = "# EVP bonds COUNT: " + std::to_string(count);
   if (within != BodyRule::ALL) header += std::string(" WITHIN: ") + BODY_RULES[(int) within];
+  if (zone > 0.0) header += " ZONE: " + shortest_text(zone);
   return header + " UNITS: " + units;
 }
 
@@ -61,8 +62,11 @@ class BondReader {
   {
     at_next_line([&](const std::string &line) {
       std::vector<std::string> words = split_words(line.substr(line.find('#') + 1));
-      if (words.size() == 8 && words[4] == "WITHIN:") {
-        body_rule = parse_body_rule(words[5]);
+      while (words.size() > 6 && (words[4] == "WITHIN:" || words[4] == "ZONE:")) {
+        if (words[4] == "WITHIN:")
+          body_rule = parse_body_rule(words[5]);
+        else
+          zone_ = parse_number("ZONE", words[5]);
         words.erase(words.begin() + 4, words.begin() + 6);
       }
       if (line[0] != '#' || words.size() != 6 || words[0] != "EVP" || words[1] != "bonds" ||
@@ -83,6 +87,9 @@ class BondReader {
 
   /// Which atoms were one body when the file was written.
   BodyRule within() const { return body_rule; }
+
+  /// Up to zone (R_i + R_j) pairs were recorded; 0: up to the alpha of their types.
+  double zone() const { return zone_; }
 
   /// Appends up to most bonds; false at the end of the file, where the count must be met.
   bool read(std::vector<BondLine> &bonds, size_t most)
@@ -107,6 +114,7 @@ class BondReader {
   std::string file;
   int64_t declared = 0, seen = 0, line_number = 0;
   BodyRule body_rule = BodyRule::ALL;
+  double zone_ = 0.0;
 
   void check_count() const
   {

@@ -79,6 +79,9 @@ class BondStore {
     changed();
   }
 
+  /// Pairs up to zone (R_i + R_j) were recorded; 0: up to the alpha of their types.
+  double zone = 0.0;
+
   /// Is there a history? Starts or drops one; what was recorded then has none yet.
   bool has_history() const { return with_history; }
   void keep_history(bool keep)

@@ -57,14 +57,6 @@ class PairWork {
   {
     broken += energy;
     broken_since += energy;
-    breaks++;
-  }
-
-  /// Did any pair pass its cutoff since the evaluation before?
-  bool has_changed()
-  {
-    const bool left = missing != std::exchange(last_missing, missing);
-    return changed || left;
   }
 
   /// Three values per particle and ghost [force], on ghosts reactions: of the pairs, damping included,
@@ -107,14 +99,11 @@ class PairWork {
     damping.assign(damps ? (size_t) 3 * nall : 0, 0.0);
     through = {};
     found = {};
-    past = breaks;    // indices of pairs have moved up where one broke
     dissipated_by_missing = broken_since = 0.0;
   }
   void end(const ParticleView &view)
   {
     fresh = true;
-    changed = past != last_past;
-    last_past = past;
     if (!separates || view.nreact == 0) return;
     const double *const f = view.f[0];
     double *const own = force.data();
@@ -154,13 +143,9 @@ class PairWork {
   struct LaneSums {
     LaneSum elastic, forgotten, contacts, contacts_at_cutoff, past_cutoff, plastic;
   };
-  bool fresh = false, changed = false;
-  double broken = 0.0, missing = 0.0, last_missing = 0.0, dissipated_by_missing = 0.0;
+  bool fresh = false;
+  double broken = 0.0, missing = 0.0, dissipated_by_missing = 0.0;
   double broken_since = 0.0;    // the last forces
-  uint64_t breaks = 0;
-  uint64_t past = 0,
-           last_past =
-               0;    // of the pairs past their cutoffs: other numbers where these are others
   LaneSums found;
   InstructionSet level = best_instruction_set();
 
@@ -194,10 +179,7 @@ class PairWork {
       count = past_weight.total();
     });
     if (!are_bonds || count == 0.0) return;
-    for (int k = 0; k < n; k++) {
-      if (inside[k] == 0.0) past = 31 * (past + range.first + k + 1);
-      weight[k] -= inside[k];
-    }
+    for (int k = 0; k < n; k++) weight[k] -= inside[k];
     for (const double *terms : {block.elastic, block.forgotten})
       found.past_cutoff.add(n, [&](int k) {
         return weight[k] * terms[k];

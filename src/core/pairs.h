@@ -149,6 +149,16 @@ class PairList {
     return true;
   }
 
+  /// Writes pair n to the room, of no record and the first law, that acts up to its deq.
+  void set(size_t n, int partner, double deq_in)
+  {
+    inv_deq[n] = 1.0 / deq_in;
+    cutsq[n] = cutoff_squared(deq_in);
+    j[n] = partner;
+    law[n] = 0;
+    record[n] = -1;
+  }
+
   /// Takes n pairs of particle i that were written to the room.
   void add_row(int i, int n)
   {

@@ -89,9 +89,9 @@ LanczosResult largest_eigenvalue(std::vector<double> &start, Apply &&apply, Dot 
 /// The matrices K and C of the pairs that interact, linearised at the present positions.
 class StiffnessMatrix {
  public:
-  /// Weights of axial stiffness, transverse stiffness, damping and volume stiffness in a matrix.
+  /// Weights of axial stiffness, transverse stiffness, damping, volume stiffness and that of undamped links in a matrix.
   struct Mix {
-    double axial, across, damping, volume = 0.0;
+    double axial, across, damping, volume = 0.0, undamped = 0.0;
   };
 
   /// A pair with at least one free particle. Forces on i are
@@ -101,20 +101,25 @@ class StiffnessMatrix {
     double u[3];
     double axial, across;    ///< [force/length]
     double damping;          ///< [force/velocity]
+    double above_volume =
+        0.0;    ///< all together are as stiff as the volume energy at least [force/length]
+
+    double most_axial() const { return axial + above_volume; }
+    double undamped() const { return damping > 0.0 ? 0.0 : most_axial(); }
 
     // of the link in a mixed matrix, axial u u^T + across 1
     double across_in(const Mix &mix) const { return mix.across * across; }
     double axial_in(const Mix &mix) const
     {
-      return mix.axial * axial + mix.damping * damping - across_in(mix);
+      return mix.axial * axial + mix.damping * damping + mix.undamped * undamped() - across_in(mix);
     }
   };
 
   std::vector<Link> links;
 
-  // of the volume energy: sum_i K_i b_i b_i^T, with b_i the derivative of the sum of i
-  bool with_volume = false;                ///< the same on all ranks; without, the others are empty
-  std::vector<double> openings;            ///< of that sum by the length of each link [1/length]
+  // of the volume energy: sum_i K_i b_i b_i^T, with b_i the derivative of the density of i
+  bool with_volume = false;        ///< the same on all ranks; without, the others are empty
+  std::vector<double> openings;    ///< of minus that density by the length of each link [1/length]
   std::vector<double> volume_stiffness;    ///< K_i of own particles [energy]
 
   std::vector<double> inverse_mass;    ///< of own particles and ghosts, 0 where held
@@ -132,7 +137,8 @@ class StiffnessMatrix {
   {
     double here = 0.0;
     for (const Link &link : links)
-      here += mix.axial * link.axial + mix.across * link.across + mix.damping * link.damping;
+      here += mix.axial * link.axial + mix.across * link.across + mix.damping * link.damping +
+          mix.undamped * link.undamped();
     for (const double stiffness : volume_stiffness) here += mix.volume * stiffness;
     if (exchange.sum(here) == 0.0) return {0.0, 0, true};
 
@@ -149,13 +155,15 @@ class StiffnessMatrix {
   }
 
   /// Collective. Gershgorin: sum of absolute values of each row of M^-1 (mixed matrix) over the free
-  /// particles, three values per own particle, 0 where held. No eigenvalue is above the largest.
+  /// particles, three values per own particle, 0 where held. No eigenvalue is above the largest. The volume energy enters
+  /// by the springs above it.
   std::vector<double> row_sums(const Mix &mix) const
   {
     // per particle: own block xx yy zz, xy xz yz, and absolute row sums towards free partners
     std::vector<double> diagonal(3 * inverse_mass.size(), 0.0), off = diagonal, partners = diagonal;
     for (const Link &link : links) {
-      const double across = link.across_in(mix), axial = link.axial_in(mix);
+      const double across = link.across_in(mix),
+                   axial = link.axial_in(mix) + mix.volume * link.above_volume;
       const auto product = [&](int a, int b) {
         return axial * link.u[a] * link.u[b];
       };
@@ -175,36 +183,27 @@ class StiffnessMatrix {
       if (link.j < nreact) add(link.j, link.i);
     }
     for (std::vector<double> *values : {&diagonal, &off, &partners}) exchange.reverse_comm(*values);
-    const std::vector<double> volume = mix.volume > 0.0 ? volume_row_sums(mix.volume)
-                                                        : std::vector<double>();
 
     std::vector<double> sums(start.size());
     for (size_t n = 0; n < sums.size(); n++) {
       const double *b = &off[n - n % 3];
       const double xy = std::fabs(b[0]), xz = std::fabs(b[1]), yz = std::fabs(b[2]);
       const double beside[] = {xy + xz, xy + yz, xz + yz};
-      double sum = std::fabs(diagonal[n]) + beside[n % 3] + partners[n];
-      if (!volume.empty()) sum += volume[n];
+      const double sum = std::fabs(diagonal[n]) + beside[n % 3] + partners[n];
       sums[n] = inverse_mass[n / 3] * sum;
     }
     return sums;
   }
 
-  /// Collective. Axial stiffness of each link, such that these links together are at least as stiff as
-  /// the volume energy is in any motion [force/length]. By Cauchy and Schwarz
-  /// (sum_j w e_j/deq)^2 <= (sum_j w) (sum_j w e_j^2/deq^2).
-  ///
-  /// inv_deq: of each link [1/length]
-  std::vector<double> stiffness_above_volume(const std::vector<double> &inv_deq)
+  /// Collective. Finds Link::above_volume. By Cauchy and Schwarz (sum_j b e_j)^2 <= (sum_j b) (sum_j b e_j^2).
+  void find_springs_above_volume()
   {
     find_pulls(1.0, [&](size_t k) {
-      return openings[k] / inv_deq[k];
+      return openings[k];
     });
-    std::vector<double> bound(links.size());
     for (size_t k = 0; k < links.size(); k++)
-      bound[k] = openings[k] * inv_deq[k] *
-          (change[(size_t) 3 * links[k].i] + change[(size_t) 3 * links[k].j]);
-    return bound;
+      links[k].above_volume =
+          openings[k] * (change[(size_t) 3 * links[k].i] + change[(size_t) 3 * links[k].j]);
   }
 
   double memory_usage() const
@@ -279,48 +278,6 @@ class StiffnessMatrix {
         if (link.j < nreact) reaction[(size_t) 3 * link.j + c] -= pull * link.u[c];
       }
     }
-  }
-
-  // sums of absolute values along each row of the volume stiffness, at most: those of its terms added up
-  std::vector<double> volume_row_sums(double weight) const
-  {
-    if (!with_volume) return {};
-    const size_t n = 3 * inverse_mass.size();
-    // calls f(link, particle, other, derivative of the link's length)
-    const auto for_each_side = [&](auto &&f) {
-      for (size_t k = 0; k < links.size(); k++) {
-        const Link &link = links[k];
-        f(link, link.i, link.j, openings[k]);
-        if (link.j < nreact) f(link, link.j, link.i, -openings[k]);
-      }
-    };
-
-    // of b_i: its part at i itself, and the absolute values of that at the neighbors
-    std::vector<double> own(n, 0.0), norms(n, 0.0);
-    for_each_side([&](const Link &link, int i, int j, double opening) {
-      for (int c = 0; c < 3; c++) {
-        own[(size_t) 3 * i + c] += opening * link.u[c];
-        if (is_free(j)) norms[(size_t) 3 * i] += std::fabs(opening * link.u[c]);
-      }
-    });
-    exchange.reverse_comm(own);
-    exchange.reverse_comm(norms);
-    for (size_t i = 0; i < volume_stiffness.size(); i++) {
-      if (is_free((int) i))
-        for (int c = 0; c < 3; c++) norms[3 * i] += std::fabs(own[3 * i + c]);
-      norms[3 * i] *= weight * volume_stiffness[i];
-    }
-    exchange.forward_comm(norms);
-
-    std::vector<double> rows(n, 0.0);
-    for_each_side([&](const Link &link, int i, int j, double opening) {
-      for (int c = 0; c < 3; c++)
-        rows[(size_t) 3 * i + c] += norms[(size_t) 3 * j] * std::fabs(opening * link.u[c]);
-    });
-    exchange.reverse_comm(rows);
-    for (size_t i = 0; i < volume_stiffness.size(); i++)
-      for (int c = 0; c < 3; c++) rows[3 * i + c] += norms[3 * i] * std::fabs(own[3 * i + c]);
-    return rows;
   }
 };
 

@@ -46,6 +46,13 @@ class StrainFit {
  public:
   static constexpr int NSUMS = 27;    ///< of w v v^T, its lower half, and of w p v
 
+  /// Of a bond: it fades as deq nears dlim [both lengths], so that none enters or leaves with a jump at rest.
+  static double weight(double deq, double dlim)
+  {
+    const double ratio = deq / dlim;
+    return std::max(0.0, 1.0 - ratio * ratio);
+  }
+
   /// Adds a bond to sums [NSUMS]. u need not have length 1, with its square given: d = sqrt(dsq).
   static void add(const double u[3], double dsq, double weight, double strain, double *sums)
   {

@@ -8,126 +8,155 @@
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
+#include <limits>
 
 namespace EVP {
 
-/// Energy of the volume strain of each particle over its bonds, and the forces that follow from it.
+/// The density of the neighbors of a particle, rho = sum t^2 with t = 1 - d/dlim over the pairs within
+/// dlim, and how it falls with a volume strain that is the same everywhere, G = 1/3 sum 2 t d/dlim.
+struct NeighborDensity {
+  double rho, slope;
+
+  void add(double d, double dlim)
+  {
+    const double t = std::max(0.0, 1.0 - d / dlim);
+    rho += t * t;
+    slope += 2.0 / 3.0 * t * d / dlim;
+  }
+
+  /// Volume strain at another density; 0 where there is no bond.
+  double strain(double now) const { return slope > 0.0 ? (rho - now) / slope : 0.0; }
+};
+
+/// What of a particle is known at rest, by its bonds.
+struct VolumeReference {
+  NeighborDensity own;
+  double gap;    ///< by how much its density is below the mean of the interior, else 0
+};
+
+/// Density of a particle now, by its bonds and by pairs that were not recorded.
+struct DensityNow {
+  double bonded, fresh;
+  double total() const { return bonded + fresh; }
+};
+
+/// Energy of a particle, -dU/drho by either density, and the most that d2U/drho2 may become [energy].
+struct VolumeState {
+  double energy, bonded, fresh, stiffness;
+};
+
+/// U = kv u(theta) of the volume strain theta = (rho0 - rho)/G.
 ///
-///     U = 1/2 sum_i kv_i theta_i^2,   theta_i = 3/W_i sum_j w_ij (d_ij/deq_ij - 1),
-///     w_ij = 1 - (deq_ij/dlim_ij)^2,   W_i = sum_j w_ij over all bonds that were recorded
+/// Expanded: u = theta^2/2 up to `cavitation`, from where the derivative falls, to 0 at twice that: what is torn pulls no
+/// more. Compressed: fresh pairs fill the gap first, without force. Where two surfaces close, others come to a particle that
+/// had fewer neighbors than the interior, which is no compression. With [y] = max(y, 0), in units of G,
 ///
-/// theta is the trace of the strain where a body deforms alike everywhere. A pair past its cutoff
-/// leaves the sum, not W_i. kv is an energy per particle, all else here has no dimension.
+///     u = 1/2 [bonded - rho0]^2 + 1/2 [rho - rho0 - gap]^2 - 1/2 [bonded - rho0 - gap]^2
 ///
-/// Pass one adds up the strains of each particle. Between the passes their owners make g = dU/dtheta
-/// times 3/W, an energy. Pass two adds -w_ij (g_i + g_j)/deq_ij to the force of each pair.
-class VolumeEnergy {
+/// which is theta^2/2 without a gap, and where no pair is fresh; its derivatives never jump.
+class VolumeLaw {
  public:
-  explicit VolumeEnergy(InstructionSet level_in = best_instruction_set()) : level(level_in) {}
+  static constexpr double NEVER = std::numeric_limits<double>::infinity();
+  double cavitation = 0.15;    ///< NEVER: no end
 
-  /// Of a bond: it fades as deq nears dlim [both lengths], so that none enters or leaves with a jump at
-  /// rest.
-  static double weight(double deq, double dlim)
+  VolumeState state(double kv, const VolumeReference &reference, const DensityNow &now) const
   {
-    const double ratio = deq / dlim;
-    return std::max(0.0, 1.0 - ratio * ratio);
-  }
-
-  /// Volume strain of a particle from the sum over its pairs; 0 where it has no bond.
-  static double strain(double sum, double weight_sum)
-  {
-    return weight_sum > 0.0 ? 3.0 * sum / weight_sum : 0.0;
-  }
-
-  /// What its pairs see of a particle [energy].
-  static double pull(double kv, double strain, double weight_sum)
-  {
-    return weight_sum > 0.0 ? (fault(HALF_VOLUME_FORCE) ? 1.5 : 3.0) * kv * strain / weight_sum
-                            : 0.0;
-  }
-
-  /// Second derivative of its energy by the sum over its pairs [energy].
-  static double stiffness(double kv, double weight_sum)
-  {
-    return weight_sum > 0.0 ? 9.0 * kv / (weight_sum * weight_sum) : 0.0;
-  }
-
-  /// Takes the weights of bonds that were just packed. dlim(i, pair): of a bond [length].
-  template <class Dlim> void pack(const PairList &bonds, Dlim &&dlim)
-  {
-    const size_t n = bonds.size();
-    if (weights.size() < n) {
-      weights.resize(n + n / 4);
-      openings.resize(weights.size());
+    const double slope = reference.own.slope;
+    if (slope == 0.0) return {0.0, 0.0, 0.0, 0.0};
+    const double theta = reference.own.strain(now.total());
+    const double scale = kv / slope;
+    VolumeState state = {0.5 * kv * theta * theta, scale * theta, scale * theta, scale / slope};
+    if (theta > cavitation) {
+      const double left = std::max(0.0, 2.0 * cavitation - theta);
+      state.energy = kv * (cavitation * cavitation - 0.5 * left * left);
+      state.bonded = state.fresh = scale * left;
+    } else if (theta < 0.0) {
+      const double own = std::max(0.0, (now.bonded - reference.own.rho) / slope);
+      const double gap = reference.gap / slope;
+      const double beyond = std::max(0.0, -theta - gap), counted = std::max(0.0, own - gap);
+      state.energy = 0.5 * kv * (own * own + beyond * beyond - counted * counted);
+      state.bonded = -scale * (own + beyond - counted);
+      state.fresh = -scale * beyond;
+      if (own > counted && beyond > 0.0) state.stiffness *= 2.0;
     }
-    for (const PackedRow &row : bonds.rows)
-      for (int k = row.first; k < row.last; k++) {
-        const PackedPair pair = bonds[k];
-        weights[k] = weight(1.0 / pair.inv_deq, dlim(row.i, pair));
-        openings[k] = weights[k] * pair.inv_deq;
-      }
+    if (fault(HALF_VOLUME_FORCE)) {
+      state.bonded *= 0.5;
+      state.fresh *= 0.5;
+    }
+    return state;
   }
+};
 
-  double weight_of(int k) const { return weights[k]; }
+/// The two passes over pairs of one body, bonded or fresh, whose deq is their dlim. Between them the owners of the
+/// particles make their pulls, -dU/drho, of the densities. Both stand side by side, WIDTH values per particle.
+class VolumePasses {
+ public:
+  static constexpr int WIDTH = 2;
 
-  /// Pass one: adds w (d/deq - 1) of each bond within its cutoff to sums of both particles, those below view.nreact.
-  void add_strains(const PairList &bonds, const ParticleView &view, double *sums)
+  explicit VolumePasses(InstructionSet level_in = best_instruction_set()) : level(level_in) {}
+
+  /// Adds t^2 of each pair to the densities of both particles, those below view.nreact. densities, pulls: where those of
+  /// these pairs begin.
+  void add_densities(const PairList &pairs, const ParticleView &view, double *densities) const
   {
     PairBlock block;
-    const auto add_block = [&](const PairRange &range) {
+    for_each_block(pairs, [&](const PairRange &range) {
       gather<false>(view, range, block);
-      const double *const weight = &weights[range.first], *const opening = &openings[range.first];
       call_at(level, [&]() EVP_KERNEL {
-        find_strains(block, weight, opening);
+        find_densities(block);
       });
-      add_to_both(range, block.elastic, view.nreact, sums);
-    };
-    for_each_block(bonds, add_block, weights.data(), openings.data());
+      add_to_both(range, block.elastic, view.nreact, densities);
+    });
   }
 
-  /// Pass two: adds the forces to view.f. pulls: g of all particles and ghosts. tally: as in accumulate_forces().
+  /// Adds the forces, -(pull_i + pull_j) 2 t/dlim of each pair. tally: as in accumulate_forces().
   template <class Tally>
-  void add_forces(const PairList &bonds, const ParticleView &view, const double *pulls,
+  void add_forces(const PairList &pairs, const ParticleView &view, const double *pulls,
                   Tally &&tally) const
   {
     PairBlock block;
-    const int *const partner = bonds.j.data();
-    const auto add_block = [&](const PairRange &range) {
+    const int *const partner = pairs.j.data();
+    for_each_block(pairs, [&](const PairRange &range) {
       gather<false>(view, range, block);
       range.for_each_row([&](int i, int first, int last) {
-        const double own = pulls[i];
+        const double own = pulls[WIDTH * (size_t) i];
         EVP_UNROLL
-        for (int k = first; k < last; k++) {
-          const int b = k - range.first;
-          const double dsq = block.distance_squared(b);
-          block.force[b] = dsq > block.cutsq[b]
-              ? 0.0
-              : -(own + pulls[partner[k]]) * openings[k] / std::sqrt(dsq);
-        }
+        for (int k = first; k < last; k++)
+          block.elastic[k - range.first] = own + pulls[WIDTH * (size_t) partner[k]];
+      });
+      call_at(level, [&]() EVP_KERNEL {
+        find_forces(block);
       });
       tally(range, block);
       scatter(range, block, block.force, view.nreact, view.f);
-    };
-    for_each_block(bonds, add_block, openings.data());
+    });
   }
-
-  double memory_usage() const { return bytes_of(weights, openings); }
 
  private:
   InstructionSet level;
-  std::vector<double> weights;     // of the packed pairs, 0 where none was recorded
-  std::vector<double> openings;    // of each, w/deq [1/length]
 
-  static EVP_INLINE void find_strains(PairBlock &block, const double *weight, const double *opening)
+  static EVP_INLINE void find_densities(PairBlock &block)
   {
-    const double *const cutsq = block.cutsq;
+    const double *const cutsq = block.cutsq, *const inv_dlim = block.inv_deq;
     const int n = block.n;
     EVP_INDEPENDENT
     for (int k = 0; k < n; k++) {
       const double dsq = block.distance_squared(k);
-      const double strain = opening[k] * std::sqrt(dsq) - weight[k];
-      block.elastic[k] = dsq > cutsq[k] ? 0.0 : strain;
+      const double t = 1.0 - std::sqrt(dsq) * inv_dlim[k];
+      block.elastic[k] = dsq > cutsq[k] ? 0.0 : t * t;
+    }
+  }
+
+  // block.elastic: sum of the pulls of both particles
+  static EVP_INLINE void find_forces(PairBlock &block)
+  {
+    const double *const cutsq = block.cutsq, *const inv_dlim = block.inv_deq;
+    const int n = block.n;
+    EVP_INDEPENDENT
+    for (int k = 0; k < n; k++) {
+      const double dsq = block.distance_squared(k);
+      const double opening = 2.0 * inv_dlim[k] * (1.0 / std::sqrt(dsq) - inv_dlim[k]);
+      block.force[k] = dsq > cutsq[k] ? 0.0 : -block.elastic[k] * opening;
     }
   }
 
@@ -139,11 +168,10 @@ class VolumeEnergy {
       EVP_UNROLL
       for (int k = first; k < last; k++) {
         const int j = partner[k];
-        const double strain = of_block[k - range.first];
-        own += strain;
-        if (j < nreact) sums[j] += strain;
+        own += of_block[k - range.first];
+        if (j < nreact) sums[WIDTH * (size_t) j] += of_block[k - range.first];
       }
-      sums[i] += own;
+      sums[WIDTH * (size_t) i] += own;
     });
   }
 };

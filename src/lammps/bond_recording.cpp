@@ -55,9 +55,10 @@ static double symmetric_dsq(const Atom *atom, const Domain *domain,
   return dsq;
 }
 
-void BondRecording::take_zone(const NeighList *list, double zone, const PairData *pair_data,
+void BondRecording::take_zone(const NeighList *list, double zone_in, const PairData *pair_data,
                               PerAtomComm &exchange)
 {
+  zone = zone_in;
   source = zone > 0.0 ? fmt::format("within {} (R_i + R_j)", zone) : "within alpha (R_i + R_j)";
   PerAtomComm::Values owner_x((size_t) 3 * (atom->nlocal + atom->nghost));
   for (int i = 0; i < atom->nlocal; i++) std::copy_n(atom->x[i], 3, &owner_x[(size_t) 3 * i]);
@@ -142,7 +143,7 @@ namespace {
 
 std::vector<BondStore::Bonds> read_bond_file(const LAMMPS *lmp, const std::string &name,
                                              int groupbit, const PairRules &rules, BodyRule &within,
-                                             std::vector<HistoryOfPair> &histories)
+                                             double &zone, std::vector<HistoryOfPair> &histories)
 {
   const Atom *atom = lmp->atom;
   const int me = lmp->comm->me;
@@ -164,6 +165,7 @@ std::vector<BondStore::Bonds> read_bond_file(const LAMMPS *lmp, const std::strin
         if (!stream) throw BadInput("cannot read the bond file '" + name + "': give its path");
         reader = std::make_unique<BondReader>(stream, name, lmp->update->unit_style);
         state[2] = (bigint) reader->within();
+        zone = reader->zone();
       }
       if (me == 0) state[0] = reader->read(lines, LINES_PER_MESSAGE);
     } catch (const BadInput &bad) {
@@ -172,6 +174,7 @@ std::vector<BondStore::Bonds> read_bond_file(const LAMMPS *lmp, const std::strin
     state[1] = (bigint) lines.size();
     throw_together(complaint, world);
     MPI_Bcast(state, 3, MPI_LMP_BIGINT, 0, world);
+    MPI_Bcast(&zone, 1, MPI_DOUBLE, 0, world);
     if (within == BodyRule::ALL) within = (BodyRule) state[2];
     if (within == BodyRule::MOLECULE) {
       const std::string missing = missing_molecules(lmp);
@@ -208,7 +211,7 @@ std::vector<BondStore::Bonds> read_bond_file(const LAMMPS *lmp, const std::strin
 void BondRecording::take_file(const std::string &file, const PairData *pair_data)
 {
   source = "from file " + file;
-  made = read_bond_file(lmp, file, fix->groupbit, pair_data->rules, within, histories);
+  made = read_bond_file(lmp, file, fix->groupbit, pair_data->rules, within, zone, histories);
   throw_together(find_bond_twice(file), world);
 }
 
@@ -261,6 +264,7 @@ void BondRecording::give_to(BondStore &store)
   sides = reduce_all(sides, MPI_SUM, world);
 
   store.keep_within(within);
+  store.zone = zone;
   store.record(made, atom->tag, sides / 2, highest);
   for (const HistoryOfPair &pair : histories) store.take(pair);
 }

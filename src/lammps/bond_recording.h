@@ -26,7 +26,7 @@ class BondRecording : protected Pointers {
   /// BadInput on all MPI ranks.
   void take_zone(const NeighList *, double zone, const class PairData *, PerAtomComm &);
 
-  /// The same of the bonds of a file, which may say what within is.
+  /// The same of the bonds of a file, which may say what within and zone are.
   void take_file(const std::string &file, const class PairData *);
 
   /// Collective. With molecules: stops where no atom of the group has one.
@@ -42,6 +42,7 @@ class BondRecording : protected Pointers {
   const Fix *const fix;
   const std::string who;
   BodyRule within;
+  double zone = 0.0;
   std::vector<BondStore::Bonds> made;    // of each local atom
   std::vector<HistoryOfPair> histories;
   std::string source;                // for users

@@ -135,11 +135,10 @@ void ComputeEVPStateAtom::add_pairs(const EVP::PairData *pair_data)
     if (p.is_past_cutoff()) return;
     const bool second = pair_data->state_of(p).regime == 2;
     const bool fits = p.is_bond && (volume_at >= 0 || plastic_at >= 0);
-    const double weight = !fits
-        ? 0.0
-        : EVP::VolumeEnergy::weight(1.0 / p.inv_deq,
-                                    pair_data->law_of(p).row.alpha *
-                                        (atom->radius[p.i] + atom->radius[p.j]));
+    const double weight = !fits ? 0.0
+                                : StrainFit::weight(1.0 / p.inv_deq,
+                                                    pair_data->law_of(p).row.alpha *
+                                                        (atom->radius[p.i] + atom->radius[p.j]));
     for (const int owner : {p.i, p.j}) {
       if (owner == p.j && p.j >= nreact) continue;
       double *sum = &sums[(size_t) comm_reverse * owner];
@@ -186,7 +185,7 @@ double ComputeEVPStateAtom::value_of(Value value, int i, const EVP::BondStore *b
     case Value::PLASTIC_STRAIN:
       return EVP::equivalent_strain(StrainFit::solve(sum + plastic_at));
     case Value::VOLUME_STRAIN:
-      return EVP::VolumeEnergy::strain(sum[volume_at], sum[volume_at + 1]);
+      return sum[volume_at + 1] > 0.0 ? 3.0 * sum[volume_at] / sum[volume_at + 1] : 0.0;
     default:
       break;
   }

@@ -294,7 +294,7 @@ void FixEVPBonds::write_restart(FILE *fp)
 {
   return_histories();
   std::vector<double> words = {RESTART_FORMAT,
-                               zone,
+                               bonds->zone,
                                (double) bonds->has_recorded(),
                                (double) bonds->count(),
                                (double) bonds->highest_id(),
@@ -330,7 +330,7 @@ void FixEVPBonds::restart(char *buf)
         "fix evp/bonds {}: the bonds come from the restart file, not from the zone or file "
         "given here\n",
         id);
-  zone = words[1];
+  bonds->zone = zone = words[1];
   EVP::PairData *pair_data = EVP::PairData::find(force);
   if (pair_data && recorded) pair_data->source.set_store(shown);
 }

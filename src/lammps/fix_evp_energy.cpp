@@ -46,15 +46,15 @@ void FixEVPEnergy::init()
     work->images = {};
 }
 
-// pre_exchange() and the volume strains need the atoms of the last forces
+// pre_exchange() needs the atoms of the last forces
 void FixEVPEnergy::refuse_early_changes() const
 {
-  if (!pair_data->rules.has_history() && !pair_data->volume()) return;
+  if (!pair_data->rules.has_history()) return;
   if (const Fix *other = EVP::scene::find_earlier_exchange_fix(modify, this))
     error->all(
         FLERR,
         "{} must be defined before fix {} {}, which may add, delete or move atoms before the "
-        "balance of the step is taken, where bonds flow or break or fix evp/volume is used",
+        "balance of the step is taken, where bonds flow or break",
         who, other->id, other->style);
 }
 
@@ -91,7 +91,6 @@ void FixEVPEnergy::setup(int /*vflag*/)
   last.pairs.elastic += last.pairs.plastic + last.pairs.plastic_of_missing;
   if (!started) start = last;
   started = true;
-  volume_jump();
   end_instant();
   for (int i = 0; i < atom->nlocal; i++) unwrap(i, records[i].x);
 }
@@ -157,34 +156,6 @@ FixEVPEnergy::Instant FixEVPEnergy::instant_here() const
   return {kinetic_here(), volume ? volume->energy() : 0.0, work->sums()};
 }
 
-// Collective. What it lost since the last call where pairs passed their cutoffs: the volume strain
-// jumps there. Shares are rounded so that their sums are exact in any order: what did not pass leaves none
-double FixEVPEnergy::volume_jump()
-{
-  const EVP::VolumeForces *const volume = pair_data->volume();
-  if (!volume) return 0.0;
-  pair_data->place_ghosts();
-  const EVP::PairLists &lists = pair_data->packed_pairs();
-  const int nreact = lists.nreact(force->newton_pair);
-  Values inside((size_t) 3 * lists.nall, 0.0);
-  EVP::for_each_pair(lists.bonds, EVP::scene::rows(atom->x), [&](const EVP::PlacedPair &p) {
-    if (p.is_past_cutoff()) return;
-    constexpr double UNIT = 4096.0;
-    const double share = (volume->share_at_cut(p, p.index) + UNIT) - UNIT;
-    inside[(size_t) 3 * p.i] += share;
-    if (p.j < nreact) inside[(size_t) 3 * p.j] += share;
-  });
-  reverse_comm(inside);
-
-  double lost = 0.0;
-  for (int i = 0; i < atom->nlocal; i++) {
-    const double now = inside[(size_t) 3 * i];
-    lost += volume->jump(i, records[i].inside - now);
-    records[i].inside = now;
-  }
-  return EVP::reduce_all(lost, MPI_SUM, world);
-}
-
 FixEVPEnergy::Totals FixEVPEnergy::over_all_ranks(Totals totals) const
 {
   static_assert(sizeof(Totals) % sizeof(double) == 0, "Totals are a row of numbers");
@@ -233,8 +204,7 @@ FixEVPEnergy::Works FixEVPEnergy::works_of_step()
     others += box.others;
     of_box = box.end_step(by_damping) + damping_of_box();
   }
-  return {dissipated_at_begin + dissipated + damped, prescribed + damped, others, of_box,
-          work->has_changed() ? 1.0 : 0.0};
+  return {dissipated_at_begin + dissipated + damped, prescribed + damped, others, of_box};
 }
 
 void FixEVPEnergy::post_integrate()
@@ -294,7 +264,6 @@ void FixEVPEnergy::end_of_step()
   entries[OTHERS] += now.works.others;
   entries[BOX] += now.works.box;
   entries[PLASTIC] += now.instant.pairs.plastic + now.instant.pairs.plastic_of_missing;
-  if (now.works.changed > 0.0) left += volume_jump();
   end_instant();
 }
 
@@ -307,7 +276,7 @@ void FixEVPEnergy::end_instant()
   entries[KINETIC] = last.kinetic - start.kinetic;
   entries[FIRST] = last.pairs.elastic - start.pairs.elastic;
   entries[SECOND] = last.pairs.forgotten - start.pairs.forgotten;
-  entries[LOST] = left + (ends || fault(EVP::NO_LOST_BONDS) ? 0.0 : past + broken);
+  entries[LOST] = ends || fault(EVP::NO_LOST_BONDS) ? 0.0 : past + broken;
   entries[BROKEN] = ends ? past + broken : 0.0;
   entries[CONTACTS] = (last.pairs.contacts - start.pairs.contacts) -
       (last.pairs.contacts_at_cutoff - start.pairs.contacts_at_cutoff);

@@ -14,7 +14,6 @@ namespace EVP {
 struct AtomPast {
   double x[3];    ///< unwrapped
   AtomForces forces;
-  double inside;    ///< what its bonds within their cutoffs would add to its volume sum at these
 };
 
 }    // namespace EVP
@@ -82,7 +81,6 @@ class FixEVPEnergy : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::Ato
   /// What happens in a step [energy].
   struct Works {
     double dissipated, prescribed, others, box;
-    double changed;    ///< MPI ranks where pairs may have passed their cutoffs
   };
 
   /// Of an MPI rank, then of all.
@@ -101,7 +99,6 @@ class FixEVPEnergy : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::Ato
   double dissipated_at_begin = 0.0;    // of the step under way, on this MPI rank
 
   double taken = 0.0;    // by damping; DISSIPATED is the most that it was so far
-  double left = 0.0;     // lost where volume strains jumped
   double entries[NENTRIES] = {};
   std::shared_ptr<EVP::PairWork> work = std::make_shared<EVP::PairWork>();
   EVP::BoxWork box{*work};
@@ -116,7 +113,6 @@ class FixEVPEnergy : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::Ato
   double kinetic_here() const;
   double damping_of_box() const;
   void note_images();
-  double volume_jump();
   Totals over_all_ranks(Totals totals) const;
   Works works_of_step();
   void unwrap(int i, double *x) const;

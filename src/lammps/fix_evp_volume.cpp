@@ -9,15 +9,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 using namespace LAMMPS_NS;
 
-// fix ID group evp/volume KV [KV ...], or fix ID group evp/volume row
+// fix ID group evp/volume KV [KV ...] | row [cavitation STRAIN|none]
 FixEVPVolume::FixEVPVolume(LAMMPS *lmp, int narg, char **arg) : AtomRecords(lmp, narg, arg)
 {
   EVP::scene::demand_three_dimensions(domain, error, who, "the volume strain",
                                       "use 'dimension 3', or leave the fix out");
-  const int given = narg - 3, ntypes = atom->ntypes;
+  EVP::VolumeLaw law;
+  const int end = narg >= 5 && strcmp(arg[narg - 2], "cavitation") == 0 ? narg - 2 : narg;
+  const int given = end - 3, ntypes = atom->ntypes;
   if (given != 1 && given != ntypes)
     error->all(
         FLERR,
@@ -33,6 +36,10 @@ FixEVPVolume::FixEVPVolume(LAMMPS *lmp, int narg, char **arg) : AtomRecords(lmp,
       word.demand(kv[type] >= 0.0 && kv[type] <= EVP::HIGHEST_KV,
                   "must lie between 0 and 1e100 (an energy per atom)");
     }
+    if (end == narg) return;
+    const EVP::Keyword word = {"cavitation", arg[narg - 1]};
+    law.cavitation = strcmp(arg[narg - 1], "none") == 0 ? EVP::VolumeLaw::NEVER : word.number();
+    word.demand(law.cavitation > 0.0, "must be a volume strain above 0, or none");
   });
   if (const Fix *other = EVP::scene::find_fix(modify, style))
     error->all(
@@ -41,7 +48,7 @@ FixEVPVolume::FixEVPVolume(LAMMPS *lmp, int narg, char **arg) : AtomRecords(lmp,
         "type, or 'unfix {}' first",
         who, other->id, other->id);
 
-  comm_forward = comm_reverse = 1;
+  comm_forward = comm_reverse = EVP::VolumePasses::WIDTH;
   restart_peratom = 1;
   energy_global_flag = energy_peratom_flag = thermo_energy = 1;
   EVP::scene::offer_values(this, (int) strains.size());
@@ -49,6 +56,7 @@ FixEVPVolume::FixEVPVolume(LAMMPS *lmp, int narg, char **arg) : AtomRecords(lmp,
   size_peratom_cols = 0;
 
   forces = std::make_shared<EVP::VolumeForces>(lmp, who, groupbit, kv, records, *this);
+  forces->law = law;
   follow_atoms();
   atom->add_callback(Atom::RESTART);
   keep_records();
@@ -90,7 +98,7 @@ void FixEVPVolume::post_force(int /*vflag*/)
   for (int i = 0; i < nlocal; i++) shown[i] = forces->strain(i);
   const bool per_atom = update->eflag_atom == update->ntimestep;
   ev_init(per_atom ? ENERGY_ATOM : ENERGY_NONE, VIRIAL_NONE);
-  for (int i = 0; eflag_atom && i < atom->nlocal; i++) eatom[i] = forces->energy(i);
+  for (int i = 0; eflag_atom && i < nlocal; i++) eatom[i] = forces->energy(i);
 }
 
 void FixEVPVolume::grow_arrays(int nmax)
@@ -127,19 +135,20 @@ double FixEVPVolume::compute_scalar()
 double FixEVPVolume::compute_vector(int n)
 {
   if (strains_step == update->ntimestep) return strains[n];
-  double sum = 0.0, count = 0.0;
+  std::array<double, 3> sums{};                               // of theta, atoms, atoms beyond
   std::array<double, 2> extremes = {-HUGE_VAL, -HUGE_VAL};    // of minus theta and theta
   for (int i = 0; i < atom->nlocal; i++) {
-    if (!(atom->mask[i] & groupbit) || records[i].weight_sum == 0.0) continue;
+    if (!(atom->mask[i] & groupbit) || !forces->has_strain(i)) continue;
     const double theta = forces->strain(i);
-    sum += theta;
-    count += 1.0;
+    sums[0] += theta;
+    sums[1] += 1.0;
+    sums[2] += theta > forces->law.cavitation;
     extremes = {std::max(extremes[0], -theta), std::max(extremes[1], theta)};
   }
-  const auto all = EVP::reduce_all(std::array{sum, count}, MPI_SUM, world);
+  sums = EVP::reduce_all(sums, MPI_SUM, world);
   extremes = EVP::reduce_all(extremes, MPI_MAX, world);
-  strains = {0.0, 0.0, 0.0};
-  if (all[1] > 0.0) strains = {all[0] / all[1], -extremes[0], extremes[1]};
+  strains = {0.0, 0.0, 0.0, 0.0};
+  if (sums[1] > 0.0) strains = {sums[0] / sums[1], -extremes[0], extremes[1], sums[2]};
   strains_step = update->ntimestep;
   return strains[n];
 }
@@ -147,8 +156,7 @@ double FixEVPVolume::compute_vector(int n)
 int FixEVPVolume::pack_restart(int i, double *buf)
 {
   buf[0] = WORDS;
-  buf[1] = records[i].weight_sum;
-  buf[2] = records[i].sum_deq;
+  memcpy(buf + 1, &records[i], sizeof(records[i]));
   return WORDS;
 }
 
@@ -156,9 +164,11 @@ void FixEVPVolume::unpack_restart(int nlocal, int nth)
 {
   const double *record = EVP::scene::find_restored(atom, nlocal, nth);
   if (!record || record[0] != WORDS)
-    error->one(FLERR,
-               "{}: the sums of atom {} in the restart file are damaged, or the atom is not from "
-               "that file: define the fix right after read_restart",
-               who, atom->tag[nlocal]);
-  records[nlocal] = {record[1], record[2], 0.0};
+    error->one(
+        FLERR,
+        "{}: the densities of atom {} in the restart file are damaged, or the atom is not from "
+        "that file: define the fix right after read_restart",
+        who, atom->tag[nlocal]);
+  memcpy(&records[nlocal], record + 1, sizeof(records[nlocal]));
+  records[nlocal].strain = 0.0;
 }

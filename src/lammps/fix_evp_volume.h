@@ -10,7 +10,7 @@
 
 namespace LAMMPS_NS {
 
-/// An energy of the volume strain of each atom over its bonds. Its forces are in those of the pair style,
+/// An energy of the volume strain of each atom, by the density of its neighbors. Its forces are in those of the pair style,
 /// its energy is here.
 class FixEVPVolume : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::VolumeForces::Record> {
  public:
@@ -24,8 +24,8 @@ class FixEVPVolume : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::Vol
   void post_force(int) override;
   void min_post_force(int vflag) override { post_force(vflag); }
 
-  // f_ID: energy. f_ID[1..3]: mean, lowest and highest volume strain of the atoms of the group that
-  // have bonds. Per atom: volume strain
+  // f_ID: energy. f_ID[1..4]: mean, lowest and highest volume strain of the atoms of the group that
+  // have bonds, and how many of these are beyond cavitation. Per atom: volume strain
   double compute_scalar() override;
   double compute_vector(int) override;
 
@@ -47,11 +47,12 @@ class FixEVPVolume : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::Vol
   int maxsize_restart() override { return WORDS; }
 
  private:
-  static constexpr int WORDS = 3;    // of an atom in restart files: their number, record
+  // of an atom in restart files: their number, record
+  static constexpr int WORDS = 1 + sizeof(EVP::VolumeForces::Record) / sizeof(double);
 
   std::shared_ptr<EVP::VolumeForces> forces;
   std::vector<double> shown;    // strains of the records, side by side for those who read f_ID
-  std::array<double, 3> strains{};    // f_ID[1..3], as of the last evaluation
+  std::array<double, 4> strains{};    // f_ID[1..4], as of the last evaluation
   bigint strains_step = -1;           // step of that, -1 if it must not be used again
 };
 

@@ -110,7 +110,7 @@ PairData::AnyPair PairData::pair_between(int i, int j, int itype, int jtype) con
                            law,
                            -1,
                            is_bond};
-  return {pair, span.deq, history.work};
+  return {pair, span.deq, history.work, bond != nullptr};
 }
 
 bool PairData::is_packed() const
@@ -288,7 +288,7 @@ bool PairData::pack(const NeighList *neighbors, bool collective)
   snapshot.finish();
   if (!bonds()) volume_.reset();    // the bonds have gone since the last set-up
   if (carries) pair_histories.copy_from(before);
-  if (volume()) volume()->pack(lists.bonds, *bonds(), coefficients, collective);
+  if (volume()) volume()->pack(neighbors, lists, *bonds(), coefficients, collective);
   if (collective) {
     agree_on_pairs(found, same_list);
     if (bonds_missing && !same_list) pair_histories.find_missing(*bonds());
@@ -310,8 +310,7 @@ bool PairData::pack(const NeighList *neighbors, bool collective)
 
 void PairData::commit(bool at_rest)
 {
-  if (pair_histories.commit(at_rest, work.get()) && volume())
-    volume()->pack(lists.bonds, *bonds(), coefficients, false);
+  pair_histories.commit(at_rest, work.get());
 }
 
 PairHistory PairData::history_of(int i, int j) const

@@ -109,6 +109,7 @@ class PairData : protected Pointers {
   struct AnyPair {
     PackedPair pair;
     double deq, work;
+    bool recorded;
   };
   AnyPair pair_between(int i, int j, int itype, int jtype) const;
 

@@ -302,7 +302,7 @@ void PairEVPLJ::sum_forces(EVP::PairLists &lists, const EVP::ParticleView &view,
   }
   if (const EVP::VolumeForces *const volume = pair_data.volume())
     with_tally(true, false, [&](auto &&tally) {
-      volume->add_forces(lists, view, tally);
+      volume->add_forces(view, tally);
     });
   if (work) work->end(view);
 }
@@ -314,7 +314,7 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
   fforce = 0.0;
   if (std::max(i, j) >= atom->nlocal + atom->nghost) return 0.0;
 
-  const auto [pair, deq, work] = pair_data.pair_between(i, j, itype, jtype);
+  const auto [pair, deq, work, recorded] = pair_data.pair_between(i, j, itype, jtype);
   const EVP::PairLaw &law = pair_data.law_of(pair);
   const double d = std::sqrt(rsq);
   const EVP::PairState now = law.state(d * pair.inv_deq, pair);
@@ -325,12 +325,10 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
   svector[3] = pair.offset.q;
   svector[4] = work;
 
+  if (pair_data.volume() && factor_lj != 0.0)
+    fforce = pair_data.volume()->force(i, j, d, law.row.alpha, recorded) / d;
   if (!acts) return 0.0;
-  fforce = now.force / d;
-  if (pair.is_bond && pair_data.volume())
-    fforce +=
-        pair_data.volume()->force(i, j, deq, law.row.alpha * (atom->radius[i] + atom->radius[j])) /
-        d;
+  fforce += now.force / d;
   if (pair_data.damping_acts() && (comm->ghost_velocity || velocities_sent) &&
       !pair_data.is_implicit(i, j)) {
     const EVP::PairGeometry g(rows(atom->x), i, j);

@@ -25,7 +25,7 @@ void PairHistories::begin_run()
              "last neighbor build are lost: go back to a restart file");
 }
 
-bool PairHistories::commit(bool at_rest, PairWork *work)
+void PairHistories::commit(bool at_rest, PairWork *work)
 {
   due = true;
   if (at_rest) {
@@ -33,10 +33,9 @@ bool PairHistories::commit(bool at_rest, PairWork *work)
     for (PairList *list : {&lists.bonds, &lists.contacts}) find_next(*list);
   }
   for (PairList *list : {&lists.bonds, &lists.contacts}) list->commit();
-  if (past.empty()) return false;
+  if (past.empty()) return;
   if (!fault(NO_BOND_BREAKS)) break_bonds(past, work);
   past.clear();
-  return true;
 }
 
 // what the force loop finds, at the present positions

@@ -40,7 +40,7 @@ class PairHistories : protected Pointers {
   /// At the end of each step and when a minimization is at rest: what the last forces found comes into force. at_rest:
   /// found anew, as a minimizer may have tried other places last. work: is told of bonds that break, nullptr without.
   /// Returns whether any bond broke, so that indices of bonds have changed.
-  bool commit(bool at_rest, PairWork *work);
+  void commit(bool at_rest, PairWork *work);
 
   /// Are there any that the records have not been told of?
   bool are_due() const { return due; }

@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <utility>
 
 namespace EVP {
 
@@ -29,9 +30,22 @@ void StableTimesteps::linearise(const PairData &pair_data, const FreeAtoms &free
   all_converged = true;
   take_atoms(pair_data.volume(), free);
   linear.nreact = pair_data.packed_pairs().nreact(force->newton_pair);
-  const std::vector<double> inv_deq = take_pairs(pair_data);
-  above_volume.clear();
-  if (linear.with_volume) above_volume = linear.stiffness_above_volume(inv_deq);
+  take_pairs(pair_data);
+  linear.openings.clear();
+  if (linear.with_volume) {
+    take_volume(*pair_data.volume());
+    linear.find_springs_above_volume();
+  }
+  least_damping = NO_LIMIT;
+  bool undamped = false;
+  for (auto &link : linear.links) {
+    link.across = std::max(0.0, link.across);    // compression takes none away
+    undamped = undamped || link.undamped() > 0.0;
+    if (link.damping > 0.0 && link.most_axial() > 0.0)
+      least_damping = std::min(least_damping, link.damping / link.most_axial());
+  }
+  least_damping = reduce_all(least_damping, MPI_MIN, world);
+  any_undamped = on_any(undamped, world);
 }
 
 // volume: nullptr without fix evp/volume
@@ -56,14 +70,10 @@ void StableTimesteps::take_atoms(const VolumeForces *volume, const FreeAtoms &fr
     }
 }
 
-// Returns 1/deq of the links where there is a volume energy
-std::vector<double> StableTimesteps::take_pairs(const PairData &pair_data)
+void StableTimesteps::take_pairs(const PairData &pair_data)
 {
-  const VolumeForces *const volume = pair_data.volume();
   linear.links.clear();
   linear.links.reserve(pair_data.packed_pairs().size());
-  linear.openings.clear();
-  std::vector<double> inv_deq;
   double shortest = NO_LIMIT;
   for_each_pair(pair_data.packed_pairs(), scene::rows(atom->x), [&](const PlacedPair &p) {
     if ((!linear.is_free(p.i) && !linear.is_free(p.j)) || p.is_past_cutoff()) return;
@@ -71,17 +81,13 @@ std::vector<double> StableTimesteps::take_pairs(const PairData &pair_data)
     // never below the stiffness where either regime begins: a pair may be back in the first regime, or in a stiffer
     // second one, within a step
     const PairState state = pair_data.state_of(p);
-    const double d = p.distance(), of_volume = volume && p.is_bond ? volume->force(p) : 0.0;
+    const double d = p.distance();
     linear.links.push_back({p.i,
                             p.j,
                             {p.g.dx / d, p.g.dy / d, p.g.dz / d},
                             (fault(QUARTER_STIFFNESS) ? 0.25 : 1.0) * state.stiffness_ahead,
-                            std::max(0.0, -(state.force + of_volume) / d),
+                            -state.force / d,
                             fault(NO_GAMMA_IN_DT) ? 0.0 : law.gamma + pair_data.implicit_gamma(p)});
-    if (volume) {
-      linear.openings.push_back(p.is_bond ? volume->opening_of(p) : 0.0);
-      inv_deq.push_back(p.inv_deq);
-    }
 
     // eqs. 6 and 7: overlap of 0.3, deq = R_i + R_j; knows neither coordination nor gamma
     const double k = law.first_stiffness(0.7, atom->radius[p.i] + atom->radius[p.j]);
@@ -90,7 +96,33 @@ std::vector<double> StableTimesteps::take_pairs(const PairData &pair_data)
     if (k > 0.0) shortest = std::min(shortest, 1.0 / std::sqrt(k * w));
   });
   paper = reduce_all(shortest, MPI_MIN, world);
-  return inv_deq;
+}
+
+// Its pairs are links already, or become such, without damping. F = -pull 2 t/dlim
+void StableTimesteps::take_volume(const VolumeForces &volume)
+{
+  std::vector<std::pair<std::pair<int, int>, size_t>> known;
+  for (size_t k = 0; k < linear.links.size(); k++)
+    known.push_back({{linear.links[k].i, linear.links[k].j}, k});
+  std::sort(known.begin(), known.end());
+  linear.openings.assign(linear.links.size(), 0.0);
+  volume.for_each_pair([&](const PlacedPair &p, double pull) {
+    if ((!linear.is_free(p.i) && !linear.is_free(p.j)) || p.is_past_cutoff()) return;
+    const std::pair<int, int> pair = {p.i, p.j};
+    const auto found = std::lower_bound(known.begin(), known.end(), std::pair(pair, (size_t) 0));
+    const double d = p.distance();
+    size_t k = linear.links.size();
+    if (found != known.end() && found->first == pair)
+      k = found->second;
+    else {
+      linear.links.push_back({p.i, p.j, {p.g.dx / d, p.g.dy / d, p.g.dz / d}, 0.0, 0.0, 0.0});
+      linear.openings.push_back(0.0);
+    }
+    auto &link = linear.links[k];
+    linear.openings[k] = 2.0 * p.inv_deq * (1.0 - d * p.inv_deq);
+    link.axial += std::max(0.0, -2.0 * pull * p.inv_deq * p.inv_deq);
+    link.across += pull * linear.openings[k] / d;
+  });
 }
 
 double StableTimesteps::largest_eigenvalue(const StiffnessMatrix::Mix &mix)
@@ -137,27 +169,21 @@ double StableTimesteps::explicit_dt()
   return root_of(lambda_k, lambda_c);    // below the limit in any case
 }
 
-// sufficient for dt^2 K <= 4 M + 2 dt C: with C >= a K_axial, the volume energy included,
-// (dt^2 - 2 a dt) lambda_axial + dt^2 lambda_across <= 4 where dt >= 2 a, and dt^2 lambda_across <= 4
-// below, where the damping outweighs the axial stiffness
+// sufficient for dt^2 K <= 4 M + 2 dt C: with C >= a K_axial of the damped links, the volume energy included,
+// (dt^2 - 2 a dt) lambda_axial + dt^2 lambda_rest <= 4 where dt >= 2 a, and dt^2 lambda_rest <= 4
+// below, where the damping outweighs the axial stiffness. The rest: across, and what has no damping
 double StableTimesteps::implicit_dt()
 {
-  const double lambda_across = largest_eigenvalue({0.0, 1.0, 0.0});
-  const double lambda_axial = lambda_across > 0.0 ? largest_eigenvalue({1.0, 0.0, 0.0, 1.0})
-                                                  : lambda_k();
-  double here = NO_LIMIT;
-  for (size_t k = 0; k < linear.links.size(); k++) {
-    const auto &link = linear.links[k];
-    const double axial = link.axial + (above_volume.empty() ? 0.0 : above_volume[k]);
-    if (axial > 0.0) here = std::min(here, link.damping / axial);
-  }
-  const double a = reduce_all(here, MPI_MIN, world);
+  const double lambda_rest = largest_eigenvalue({0.0, 1.0, 0.0, 0.0, 1.0});
+  const double lambda_axial = lambda_rest > 0.0 ? largest_eigenvalue({1.0, 0.0, 0.0, 1.0})
+                                                : lambda_k();
+  const double a = least_damping;
 
   // where damping is weak the bound falls below the limit without any
-  const double least = linear.with_volume ? undamped_dt() : 0.0;
-  const double sum = lambda_axial + lambda_across;
+  const double least = linear.with_volume || any_undamped ? undamped_dt() : 0.0;
+  const double sum = lambda_axial + lambda_rest;
   if (sum == 0.0) return NO_LIMIT;
-  if (a * a * lambda_across > 1.0) return std::max(least, root_of(lambda_across, 0.0));
+  if (a * a * lambda_rest > 1.0) return std::max(least, root_of(lambda_rest, 0.0));
   const double b = a * lambda_axial;
   return std::max(least, (b + std::sqrt(b * b + 4.0 * sum)) / sum);
 }

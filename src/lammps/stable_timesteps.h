@@ -56,15 +56,16 @@ class StableTimesteps : protected Pointers {
 
  private:
   StiffnessMatrix linear;
-  std::vector<double>
-      above_volume;           // axial stiffness that is not below the volume energy's, by link
-  double paper = NO_LIMIT;    // eqs. 6 and 7
-  double stiffest = -1.0;     // lambda_k(), negative before it is known
+  double least_damping = NO_LIMIT;    // of the damped links, over their axial stiffness [time]
+  bool any_undamped = false;          // is there a stiff link without damping?
+  double paper = NO_LIMIT;            // eqs. 6 and 7
+  double stiffest = -1.0;             // lambda_k(), negative before it is known
   bool all_converged = true;
 
   static double root_of(double a, double b);
   void take_atoms(const VolumeForces *, const FreeAtoms &);
-  std::vector<double> take_pairs(const PairData &);
+  void take_pairs(const PairData &);
+  void take_volume(const VolumeForces &);
   double largest_eigenvalue(const StiffnessMatrix::Mix &);
   double lambda_k();
 };

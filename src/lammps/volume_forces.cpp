@@ -6,6 +6,8 @@
 #include "collective.h"
 #include "user_input.h"
 
+#include "neigh_list.h"
+
 namespace EVP {
 
 VolumeForces::VolumeForces(LAMMPS *lmp, const std::string &who_in, int groupbit_in,
@@ -24,17 +26,42 @@ std::shared_ptr<VolumeForces> VolumeForces::find(const Modify *modify)
   return forces && forces->acts() ? forces : nullptr;
 }
 
-void VolumeForces::pack(const PairList &bonds, const BondStore &store,
+void VolumeForces::pack(const NeighList *neighbors, const PairLists &lists, const BondStore &store,
                         const Coefficients &coefficients, bool collective)
 {
-  if (collective && store.version() != version) {
-    // the records may have come with a restart file, or the store may be another of the same bonds
-    if (!on_all(are_of(store), world)) take_records(store, coefficients);
-    version = store.version();
+  within = store.within();
+  zone = store.zone;
+  if (collective) {
+    if (store.version() != version) {
+      // the records may have come with a restart file, or the store may be another of the same bonds
+      if (!on_all(are_of(store), world)) take_records(store, coefficients);
+      version = store.version();
+    }
+    has_bonds.assign(VolumePasses::WIDTH * (size_t) lists.nall, 0.0);
+    for (int i = 0; i < lists.nlocal; i++)
+      has_bonds[VolumePasses::WIDTH * (size_t) i] = has_strain(i);
+    exchange.forward_comm(has_bonds);
   }
-  energies.pack(bonds, [&](int i, const PackedPair &pair) {
-    return coefficients.law(pair.law).row.alpha * (atom->radius[i] + atom->radius[pair.j]);
-  });
+
+  for (PairList &list : pairs_) list.clear(BOND_MARGIN, Flow::FORGETS);
+  for (int ii = 0; ii < neighbors->inum; ii++) {
+    const int i = neighbors->ilist[ii];
+    if (!has_strain(i)) continue;
+    for (PairList &list : pairs_)
+      if (!list.make_room(neighbors->numneigh[i]))
+        error->one(FLERR, "{}: more than {} pairs on one MPI rank: use more ranks", who,
+                   PairList::MOST);
+    std::array<int, VolumePasses::WIDTH> n{};
+    for (int jj = 0; jj < neighbors->numneigh[i]; jj++) {
+      const int j = neighbors->firstneigh[i][jj] & NEIGHMASK;
+      if (!are_pair(i, j)) continue;
+      const double alpha = coefficients.row(atom->type[i], atom->type[j]).alpha;
+      const size_t of = store.find(i, atom->tag[j]) ? 0 : 1;
+      pairs_[of].set(pairs_[of].size() + n[of]++, j,
+                     reach(alpha) * (atom->radius[i] + atom->radius[j]));
+    }
+    for (size_t of = 0; of < pairs_.size(); of++) pairs_[of].add_row(i, n[of]);
+  }
 }
 
 static double sum_of_deq(const BondStore::Bonds &bonds)
@@ -67,36 +94,65 @@ void VolumeForces::take_records(const BondStore &store, const Coefficients &coef
       const AtomDirectory::Entry &partner = directory.entries.at((tagint) bond.partner);
       if (partner.type == 0) {
         complaint =
-            fmt::format("atom {} has a bond with atom {}, which is gone, so that its weight "
-                        "is not known: define the fix before atoms are deleted",
+            fmt::format("atom {} has a bond with atom {}, which is gone, so that its share in the "
+                        "density at rest is not known: define the fix before atoms are deleted",
                         atom->tag[i], bond.partner);
         continue;
       }
-      const double dlim =
-          coefficients.row(atom->type[i], partner.type).alpha * (atom->radius[i] + partner.radius);
-      taken[i].weight_sum += VolumeEnergy::weight(bond.deq, dlim);
+      const double alpha = coefficients.row(atom->type[i], partner.type).alpha;
+      taken[i].reference.own.add(bond.deq, reach(alpha) * (atom->radius[i] + partner.radius));
     }
   }
   stop_at_bad_input(error, who, [&] {
     throw_together(complaint, world);
   });
+  take_gaps(taken);
   records.swap(taken);
+}
+
+// Collective. The gap of each atom to the mean of its type, of those that are not at a surface: these have a slope far below
+// the mean, which that of all atoms begins.
+void VolumeForces::take_gaps(std::vector<Record> &taken) const
+{
+  constexpr int ROUNDS = 5, WIDTH = 3;
+  constexpr double SURFACE = 0.85;
+  std::vector<NeighborDensity> mean(atom->ntypes + 1, NeighborDensity{});
+  for (int round = 0; round < ROUNDS; round++) {
+    std::vector<double> sums(WIDTH * mean.size(), 0.0);
+    for (int i = 0; i < atom->nlocal; i++) {
+      const NeighborDensity &own = taken[i].reference.own;
+      if (own.slope == 0.0 || own.slope < SURFACE * mean[atom->type[i]].slope) continue;
+      double *const sum = &sums[WIDTH * (size_t) atom->type[i]];
+      sum[0] += 1.0;
+      sum[1] += own.rho;
+      sum[2] += own.slope;
+    }
+    MPI_Allreduce(MPI_IN_PLACE, sums.data(), (int) sums.size(), MPI_DOUBLE, MPI_SUM, world);
+    for (size_t type = 1; type < mean.size(); type++)
+      if (const double *const sum = &sums[WIDTH * type]; sum[0] > 0.0)
+        mean[type] = {sum[1] / sum[0], sum[2] / sum[0]};
+  }
+  for (int i = 0; i < atom->nlocal; i++) {
+    VolumeReference &reference = taken[i].reference;
+    reference.gap = std::max(0.0, mean[atom->type[i]].rho - reference.own.rho);
+  }
 }
 
 void VolumeForces::evaluate(const PairLists &lists, const ParticleView &view)
 {
-  sums.assign(lists.nall, 0.0);
-  if (lists.bonds.size() > 0) energies.add_strains(lists.bonds, view, sums.data());
-  exchange.reverse_comm(sums);
+  densities.assign(VolumePasses::WIDTH * (size_t) lists.nall, 0.0);
+  for (size_t of = 0; of < pairs_.size(); of++)
+    passes.add_densities(pairs_[of], view, densities.data() + of);
+  exchange.reverse_comm(densities);
 
-  pulls.resize(lists.nall);
+  pulls.resize(densities.size());
   energy_here = 0.0;
   for (int i = 0; i < lists.nlocal; i++) {
-    const double weight_sum = records[i].weight_sum, stiffness = kv_of(i);
-    const double theta = VolumeEnergy::strain(sums[i], weight_sum);
-    records[i].strain = theta;
-    pulls[i] = VolumeEnergy::pull(stiffness, theta, weight_sum);
-    energy_here += 0.5 * stiffness * theta * theta;
+    const VolumeState now = state(i);
+    records[i].strain = records[i].reference.own.strain(density(i).total());
+    pulls[2 * (size_t) i] = now.bonded;
+    pulls[2 * (size_t) i + 1] = now.fresh;
+    energy_here += now.energy;
   }
   exchange.forward_comm(pulls);
 }

@@ -3,6 +3,7 @@
 
 #include "core/bond_store.h"
 #include "core/coefficients.h"
+#include "core/pairs.h"
 #include "core/volume_energy.h"
 #include "lammps_names.h"
 #include "per_atom.h"
@@ -11,6 +12,7 @@
 #include "atom.h"
 
 #include <algorithm>
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
@@ -22,15 +24,17 @@ class VolumeForces : protected Pointers {
  public:
   /// What goes with an atom, into restart files too but for the strain. All 0 where it has no bond.
   struct Record {
-    double weight_sum;    ///< W of core/volume_energy.h, taken when the bonds were first seen
-    double sum_deq;       ///< of these bonds [length]: tells whether they are those of the store
-    double strain;        ///< as of the last evaluate()
+    VolumeReference reference;    ///< as of when the bonds were first seen
+    double sum_deq;    ///< of these bonds [length]: tells whether they are those of the store
+    double strain;     ///< as of the last evaluate()
   };
 
   using Values = PerAtomComm::Values;
 
+  VolumeLaw law;
+
   /// kv: by atom type, from 1 [energy], or empty: those of the rows of the pair style, by take_kv().
-  /// Records and exchange of one value per atom are those of the fix.
+  /// Records and exchange of VolumePasses::WIDTH values per atom are those of the fix.
   VolumeForces(LAMMPS *, const std::string &who, int groupbit, const std::vector<double> &kv,
                std::vector<Record> &records, PerAtomComm &);
 
@@ -63,60 +67,53 @@ class VolumeForces : protected Pointers {
 
   // what the pairs call
 
-  /// Takes the weights of a list that was just packed; where all MPI ranks do, of new bonds too.
-  void pack(const PairList &bonds, const BondStore &, const Coefficients &, bool collective);
+  /// Takes the pairs of a neighbor list; where all MPI ranks do, the references of new bonds too.
+  void pack(const NeighList *, const PairLists &, const BondStore &, const Coefficients &,
+            bool collective);
 
   /// Collective. Strains and energies at the present positions.
   void evaluate(const PairLists &, const ParticleView &);
 
-  /// After evaluate(), see VolumeEnergy.
-  template <class Tally>
-  void add_forces(const PairLists &lists, const ParticleView &view, Tally &&tally) const
+  /// After evaluate(), see VolumePasses.
+  template <class Tally> void add_forces(const ParticleView &view, Tally &&tally) const
   {
-    energies.add_forces(lists.bonds, view, pulls.data(), tally);
+    for (size_t k = 0; k < pairs_.size(); k++)
+      passes.add_forces(pairs_[k], view, pulls.data() + k, tally);
   }
 
   // what others read, as of the last evaluate()
 
-  /// Force of a bond between particles with these indices [force], positive repels.
-  double force(int i, int j, double deq, double dlim) const
+  /// Calls f(PlacedPair, sum of -dU/drho of both atoms [energy]) for all pairs; deq of each is its dlim, or its zone.
+  template <class F> void for_each_pair(F &&f) const
   {
-    if ((size_t) std::max(i, j) >= pulls.size()) return 0.0;
-    return -VolumeEnergy::weight(deq, dlim) * (pulls[i] + pulls[j]) / deq;
+    for (size_t k = 0; k < pairs_.size(); k++)
+      EVP::for_each_pair(pairs_[k], scene::rows(atom->x), [&](const PlacedPair &p) {
+        f(p, pull(p.i, p.j, k));
+      });
   }
 
-  /// The same of a packed pair within its cutoff.
-  double force(const PlacedPair &p) const { return -opening_of(p) * (pulls[p.i] + pulls[p.j]); }
+  /// Force of a pair of atoms of a row with this alpha, at this distance [force], positive repels.
+  double force(int i, int j, double d, double alpha, bool recorded) const
+  {
+    if (2 * (size_t) std::max(i, j) >= pulls.size() || !are_pair(i, j)) return 0.0;
+    const double end = reach(alpha) * (atom->radius[i] + atom->radius[j]);
+    return d < end ? -pull(i, j, !recorded) * 2.0 * (1.0 - d / end) / end : 0.0;
+  }
 
-  /// Volume strain of a local atom, over its recorded bonds.
+  /// Volume strain and energy of a local atom, energy of all of them.
   double strain(int i) const { return records[i].strain; }
-
-  /// Energy of a local atom, of all of them.
-  double energy(int i) const { return 0.5 * kv_of(i) * strain(i) * strain(i); }
+  bool has_strain(int i) const { return records[i].reference.own.slope > 0.0; }
+  double energy(int i) const { return state(i).energy; }
   double energy() const { return energy_here; }
 
-  /// Energy that a local atom loses as pairs leave the sum whose shares add up to this.
-  double jump(int i, double left) const
+  /// d2U/drho2 of a local atom, at most [energy].
+  double stiffness(int i) const { return state(i).stiffness; }
+
+  double memory_usage() const
   {
-    const double theta = VolumeEnergy::strain(left, records[i].weight_sum);
-    return kv_of(i) * theta * (strain(i) + 0.5 * theta);
+    return pairs_[0].memory_usage() + pairs_[1].memory_usage() +
+        bytes_of(densities, pulls, has_bonds);
   }
-
-  /// Share of the sums of both atoms that a packed pair has at its cutoff.
-  double share_at_cut(const PackedPair &pair, size_t index) const
-  {
-    return energies.weight_of((int) index) * (pair.cut * pair.inv_deq - 1.0);
-  }
-
-  // its stiffness sum_i K_i b_i b_i^T, with b_i the derivative of the sum of atom i
-
-  /// Derivative of the sums of both atoms by the length of their pair [1/length].
-  double opening_of(const PlacedPair &p) const { return energies.weight_of(p.index) * p.inv_deq; }
-
-  /// K_i of a local atom [energy].
-  double stiffness(int i) const { return VolumeEnergy::stiffness(kv_of(i), records[i].weight_sum); }
-
-  double memory_usage() const { return energies.memory_usage() + bytes_of(pulls, sums); }
 
  private:
   const std::string who;
@@ -126,10 +123,14 @@ class VolumeForces : protected Pointers {
   std::vector<Record> &records;
   PerAtomComm &exchange;
 
-  VolumeEnergy energies;
+  VolumePasses passes;
+  std::array<PairList, VolumePasses::WIDTH> pairs_ = {PairList(true),
+                                                      PairList(false)};    // bonds, and fresh pairs
   long version = -1;    // of the store whose bonds the records are of
+  BodyRule within = BodyRule::ALL;
+  double zone = 0.0;    // of the store
   bool closed = false;
-  Values sums, pulls;    // of all atoms and ghosts
+  Values densities, pulls, has_bonds;    // of all atoms and ghosts
   double energy_here = 0.0;
 
   // what evaluate() found last
@@ -141,7 +142,24 @@ class VolumeForces : protected Pointers {
 
   // atoms outside the group have no volume energy, but are neighbors of those that do
   double kv_of(int i) const { return atom->mask[i] & groupbit ? kv[atom->type[i]] : 0.0; }
+  DensityNow density(int i) const
+  {
+    return {densities[2 * (size_t) i], densities[2 * (size_t) i + 1]};
+  }
+  VolumeState state(int i) const { return law.state(kv_of(i), records[i].reference, density(i)); }
+  double pull(int i, int j, size_t of) const
+  {
+    return pulls[2 * (size_t) i + of] + pulls[2 * (size_t) j + of];
+  }
+  bool are_pair(int i, int j) const
+  {
+    return has_bonds[2 * (size_t) i] && has_bonds[2 * (size_t) j] &&
+        !AtomBodies(atom, within).in_different_bodies(i, j);
+  }
+  // pairs that no zone recorded count as little as the bonds that are not there
+  double reach(double alpha) const { return zone > 0.0 ? std::min(zone, alpha) : alpha; }
   void take_records(const BondStore &, const Coefficients &);
+  void take_gaps(std::vector<Record> &) const;
   bool are_of(const BondStore &) const;
 };
 

@@ -17,7 +17,7 @@ LIMITS = "compute dt all evp/dt\n" + thermo("c_dt c_dt[*]") + "run 0\n"
 
 def matrices(x, body, row, contact="none", kv=0.0):
     """Dense M^-1/2 A M^-1/2 of K and C of all atoms as compute evp/dt defines them: stiffness never below that at rest, tension across, and the
-    volume energy whole (with bonds only)."""
+    volume energy whole (with contact none): kv/G^2 b b^T of each atom, b by the density, and the curvature of t^2 where it is compressed."""
     free, n = np.ones(len(x), dtype=bool), len(x)
     half = np.repeat(1.0 / np.sqrt(mass_of(body.radius)), 3)
     pairs, deq, _, _, rows = brute.interactions(x, body.radius, row, body.bonds, contact, body.types)
@@ -25,20 +25,27 @@ def matrices(x, body, row, contact="none", kv=0.0):
     of_volume = np.zeros((3 * n, 3 * n))
     if kv:
         i, j = np.array(list(body.bonds)).T - 1
-        recorded, dlim = np.array(list(body.bonds.values())), row.alpha * (body.radius[i] + body.radius[j])
-        w, total = volume.weights(i, j, recorded, dlim, n)
-        place = {two: k for k, two in enumerate(zip(i.tolist(), j.tolist()))}
-        order = [place[two] for two in zip(pairs.i.tolist(), pairs.j.tolist())]
-        force = law.force(pairs.d, deq, rows) + volume.evaluate(x, i, j, recorded, dlim, kv).pair_force[order]
-        across = np.maximum(0.0, -force / pairs.d)
-        slope, b = (w[order] / deq)[:, None] * pairs.r / pairs.d[:, None], np.zeros((n, 3 * n))
-        for p, (a, c) in enumerate(zip(pairs.i, pairs.j)):
+        rest = volume.at_rest(i, j, np.array(list(body.bonds.values())), row.alpha * (body.radius[i] + body.radius[j]), n, body.types)
+        near = brute.find_pairs(x, body.radius, row.alpha)
+        dlim = row.alpha * near.contact_distance
+        fresh = np.array([two not in body.bonds for two in zip((near.i + 1).tolist(), (near.j + 1).tolist())])
+        pull = -volume.evaluate(x, near.i, near.j, dlim, kv, rest, fresh=fresh).pair_force
+        order = [{two: k for k, two in enumerate(zip(near.i.tolist(), near.j.tolist()))}[two] for two in zip(pairs.i.tolist(), pairs.j.tolist())]
+        opening, own = 2.0 * (1.0 - near.d / dlim) / dlim, np.zeros((2, len(near.i)))
+        own[0, order], own[1, order] = axial, -law.force(pairs.d, deq, rows)
+        curved = np.divide(-pull, opening, out=np.zeros(len(pull)), where=opening > 0.0) * 2.0 / dlim**2
+        near_axial, near_across = own[0] + np.maximum(0.0, curved), np.maximum(0.0, (own[1] + pull) / near.d)
+        slope, b = opening[:, None] * near.r / near.d[:, None], np.zeros((n, 3 * n))
+        for p, (a, c) in enumerate(zip(near.i, near.j)):
             for centre in (a, c):
                 b[centre, 3 * a:3 * a + 3] += slope[p]
                 b[centre, 3 * c:3 * c + 3] -= slope[p]
-        of_volume = b.T @ ((9.0 * kv / total**2)[:, None] * b)
+        squares = (1.0 - near.d / dlim)**2
+        rho, bonded = (sum(np.bincount(atoms, of_pair, n) for atoms in (near.i, near.j)) for of_pair in (squares, np.where(fresh, 0.0, squares)))
+        factor = np.where((bonded > rest.rho) & (rho > rest.rho + rest.gap) & (rest.gap > 0.0), 2.0, 1.0) / rest.slope**2
+        of_volume = b.T @ ((kv * factor)[:, None] * b)
     scale = half[:, None] * half[None, :]
-    stiff = network.assemble(pairs, axial, across, free).toarray() + of_volume
+    stiff = network.assemble(near if kv else pairs, near_axial if kv else axial, near_across if kv else across, free).toarray() + of_volume
     return stiff * scale, network.assemble(pairs, rows.gamma, np.zeros_like(axial), free).toarray() * scale
 
 
@@ -102,9 +109,11 @@ def test_every_implicit_step_up_to_the_bound_is_stable(lmp_decks, tmp_path, stre
         assert found["c_dt"] == bound and (not kv or bound >= elastic), (name, kv)
         for step in bound * np.array([0.01, 0.1, 0.3, 0.6, 0.9, 1.0]):
             assert largest(step**2 * stiff - 2.0 * step * viscous) <= 4.0 * (1.0 + SETTLED), (name, kv, step / bound)
-        if name in (0.0, "one pair undamped"):
-            assert bound == pytest.approx(elastic, rel=1e-3 if stretch == 0.0 else 0.05), "no credit where one pair has no damper"
-        assert kv == 0.0 or name != 3e4 or bound > 4.0 * elastic, "control: damping helps"
+        assert name != "one pair undamped" or bound > 1.05 * elastic, "credit where some pairs have no damper"
+        if name == 0.0:
+            assert bound == pytest.approx(elastic, rel=1e-3 if stretch == 0.0 else 0.05), "no credit where none has one"
+        # under compression pairs without a bond, hence without a damper, come within dlim
+        assert kv == 0.0 or name != 3e4 or bound > (3.0 if stretch < 0.0 else 4.0) * elastic, "control: damping helps"
 
 
 def test_closed_form_of_two_bodies(lmp_decks, tmp_path):

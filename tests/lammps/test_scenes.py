@@ -432,16 +432,6 @@ def test_counts_are_those_of_the_atoms_as_they_are(lmp, box):
         np.testing.assert_allclose(two.thermo(0)[name], one.thermo(0)[name], rtol=1e-12)
 
 
-def test_the_energy_of_lost_bonds_does_not_depend_on_the_ranks(lmp):
-    """Where fix deform comes first: the volume energy jumps as bonds pass their cutoffs."""
-    text = deck("deform 1 x erate 3000 y erate 1000 flip no remap x", "contact none plasticity isotropic break 0.1",
-                "fix volume all evp/volume 300\nfix energy all evp/energy", "f_energy[4] f_energy[11]")
-    one, two = lmp(text).ok().thermo(), lmp(text, ranks=2).ok().thermo()
-    assert one["f_energy[4]"][-1] > 1e3
-    for name in ("f_energy[4]", "f_energy[11]"):
-        np.testing.assert_allclose(two[name], one[name], rtol=1e-9)
-
-
 # ---- the law of a pair is the same in 'dimension 2'; what counts on a solid of three dimensions is refused there ----
 
 PLANE = """dimension 2

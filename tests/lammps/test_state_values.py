@@ -137,16 +137,14 @@ def test_a_uniform_plastic_strain_is_found_exactly(lmp, tmp_path, periodic, rank
 
 @pytest.mark.parametrize("factor", [0.99, 1.02])
 def test_a_body_that_swells(lmp, periodic, factor):
-    """Volume strain 3 (factor - 1) of each atom, the trace; with fix evp/volume it is that of the fix."""
+    """Volume strain 3 (factor - 1) of each atom, the trace; that of fix evp/volume, by the densities, to first order."""
     scale = " ".join(f"{axis} scale {factor}" for axis in "xyz")
     run = lmp(head(boundary="p p p") + pair() + f"fix volume all evp/volume 500\nrun 0\nchange_box all {scale} remap\n"
               "fix hold all nve/noforce\ncompute state all evp/state/atom volume_strain\n"
               + DUMP.format("state.dump").replace("c_state", "f_volume c_state") + "run 0\n").ok()
     snapshot = run.dump("state.dump")[-1]
-    whole = snapshot["c_state[3]"] == 0.0  # no bond beyond dlim
-    assert whole.sum() > 5
     assert np.allclose(snapshot["c_state[5]"], 3.0 * (factor - 1.0), rtol=1e-11)
-    assert np.allclose(snapshot["f_volume"][whole], snapshot["c_state[5]"][whole], rtol=1e-11)
+    assert np.allclose(snapshot["f_volume"], snapshot["c_state[5]"], rtol=5.0 * abs(factor - 1.0))
 
 
 @pytest.mark.parametrize("ranks, newton", WAYS)

@@ -13,19 +13,23 @@ BY_HAND = 1e-12  # a dozen roundings; the strains themselves are exact to 1e-16 
 KV = 1000.0
 ROW = law.TABLE1
 QUIET = "fix move all nve\n"
-STRAIN = "f_volume f_volume[1] f_volume[2] f_volume[3]"
+STRAIN = "f_volume f_volume[1] f_volume[2] f_volume[3] f_volume[4]"
 
 
-def fix(kv=KV, group="all"):
-    return f"fix volume {group} evp/volume {kv}\n"
+def fix(kv=KV, group="all", more=""):
+    return f"fix volume {group} evp/volume {kv} {more}\n"
 
 
-def truth(x, body, kv, alpha=ROW.alpha, lost=()):
-    """volume.evaluate of an open body, IDs 1..N."""
+def truth(x, body, kv, reach=ROW.alpha, among=None, cavitation=0.15):
+    """volume.evaluate of an open body, IDs 1..N; among: atoms whose pairs count now, by default all."""
     i, j = np.array(list(body.bonds)).T - 1
     deq = np.array(list(body.bonds.values()))
-    gone = np.array([pair in lost for pair in body.bonds])
-    return volume.evaluate(x, i, j, deq, alpha * (body.radius[i] + body.radius[j]), kv, gone)
+    rest = volume.at_rest(i, j, deq, reach * (body.radius[i] + body.radius[j]), len(x), body.types)
+    now = brute.find_pairs(x, body.radius, reach)
+    counts = np.ones(len(now.i), dtype=bool) if among is None else among[now.i] & among[now.j]
+    i, j = now.i[counts], now.j[counts]
+    fresh = np.array([two not in body.bonds for two in zip((i + 1).tolist(), (j + 1).tolist())])
+    return volume.evaluate(x, i, j, reach * (body.radius[i] + body.radius[j]), kv, rest, cavitation, fresh)
 
 
 def vectors(snapshot, name):
@@ -48,10 +52,12 @@ def show(columns, name="all.dump"):
 
 
 def test_one_pair(lmp, tmp_path):
-    """w cancels for one bond: theta = 3 (d/deq - 1), U = kv theta^2, F = -6 kv theta/deq."""
-    deq, strain, kv = 0.011, 0.004, 50.0
-    d, theta = deq * (1.0 + strain), 3.0 * strain
-    force = 6.0 * kv * theta / deq
+    """theta = (t0^2 - t^2)/(2/3 t0 deq/dlim), U = kv theta^2, F = -2 kv theta 2 t/dlim over the same."""
+    deq, strain, kv, dlim = 0.011, 0.004, 50.0, ROW.alpha * 0.01
+    d, t0 = deq * (1.0 + strain), 1.0 - deq / dlim
+    t, slope = 1.0 - d / dlim, 2.0 / 3.0 * t0 * deq / dlim
+    theta = (t0**2 - t**2) / slope
+    force = 2.0 * kv * theta / slope * 2.0 * t / dlim
     write_data(tmp_path / "body.data", np.array([[0, 0, 0], [deq, 0, 0]]), [0.005, 0.005], [[-0.2, 0.2]] * 3)
     text = head(skin=0.002) + pair(NO_FORCE, "none") + fix(kv) + QUIET + "run 0\n" + place([[0, 0, 0], [d, 0, 0]])
     text += "compute pe all pe/atom\ncompute stress all stress/atom NULL\ncompute pairs all pair/local dist force\n"
@@ -59,8 +65,8 @@ def test_one_pair(lmp, tmp_path):
     text += "dump pairs all local 1 pairs.dump c_pairs[1] c_pairs[2]\ndump_modify pairs format float %.17g\nrun 0\n"
     run = lmp(text).ok()
     table, snapshot, local = run.thermo(), run.dump("all.dump")[-1], run.dump("pairs.dump")[-1]
-    # d/deq - 1 is known to 1e-16 of 1, hence to 3e-14 of the strain
-    assert table["f_volume[1]"][0] == pytest.approx(theta, rel=BY_HAND)
+    # t is known to 1e-16 of 1, hence to 1e-14 of the strain
+    assert table["f_volume[1]"][0] == pytest.approx(theta, rel=10 * BY_HAND)
     assert table["f_volume"][0] == pytest.approx(kv * theta**2, rel=BY_HAND)
     assert table["PotEng"][0] == pytest.approx(kv * theta**2, rel=BY_HAND)
     assert table["Pxx"][0] * table["Volume"][0] == pytest.approx(-force * d, rel=BY_HAND)
@@ -75,8 +81,8 @@ def test_one_pair(lmp, tmp_path):
 
 
 def stretched(body, seed=3):
-    """Strained by some percent and shaken; a corner is pulled off, so that bonds are beyond dlim."""
-    x = body.x @ (np.eye(3) + np.array([[0.05, 0.01, 0], [0, -0.02, 0.02], [0, 0, 0.03]]))
+    """Strained by some percent and shaken; a corner is pulled off, so that bonds are beyond dlim and strains beyond cavitation."""
+    x = body.x @ (np.eye(3) + np.array([[0.05, 0.01, 0], [0, -0.08, 0.02], [0, 0, 0.03]]))
     x += np.random.default_rng(seed).uniform(-2e-4, 2e-4, x.shape)
     x[0] -= 0.004
     return x
@@ -90,18 +96,19 @@ def state_deck(x, kv_lines, newton="on"):
 
 
 @pytest.mark.parametrize("ranks, newton", [(1, "on"), (4, "off")])
-@pytest.mark.parametrize("case", ["one", "types", "group"])
+@pytest.mark.parametrize("case", ["one", "types", "group", "no end"])
 def test_a_body_against_the_second_writing(lmp, tmp_path, ranks, newton, case):
-    """What the fix adds to a run without it: forces, energy, virial, per atom too. kv of an atom's own type; none outside the group."""
+    """What the fix adds to a run without it: forces, energy, virial, per atom too. kv of an atom's own type; none outside the group. Unbonded
+    pairs count, though contact none gives them no force of their own."""
     body = lattice_body((5, 4, 4))
     write_body(tmp_path / "body.data", body)
     x = stretched(body)
-    kv = {"one": np.full(len(x), KV), "types": np.where(body.types == 1, 300.0, 2000.0),
-          "group": np.where(body.types == 1, KV, 0.0)}[case]
-    lines = {"one": fix(), "types": fix("300 2000"), "group": "group some type 1\n" + fix(group="some")}[case]
-    expected = truth(x, body, kv)
-    lost = len(body.bonds) - np.count_nonzero(truth(x, body, KV).pair_force)
-    assert 0 < lost < 0.1 * len(body.bonds), "control: some bonds are beyond dlim"
+    kv = {"types": np.where(body.types == 1, 300.0, 2000.0), "group": np.where(body.types == 1, KV, 0.0)}.get(case, np.full(len(x), KV))
+    lines = {"one": fix(), "types": fix("300 2000"), "group": "group some type 1\n" + fix(group="some"), "no end": fix(more="cavitation none")}[case]
+    expected = truth(x, body, kv, cavitation=np.inf if case == "no end" else 0.15)
+    now = brute.find_pairs(x, body.radius, ROW.alpha)
+    fresh = len(set(zip((now.i + 1).tolist(), (now.j + 1).tolist())) - set(body.bonds))
+    assert fresh > 5 and len(now.i) - fresh < len(body.bonds) - 5, "control: new pairs, and bonds beyond dlim"
 
     def state(text):
         run = lmp(state_deck(x, text, newton), ranks).ok()
@@ -109,8 +116,7 @@ def test_a_body_against_the_second_writing(lmp, tmp_path, ranks, newton, case):
 
     (before, plain), (after, table) = state(""), state(lines)
     scale = np.zeros(len(x))
-    i, j = np.array(list(body.bonds)).T - 1
-    for atoms in (i, j):
+    for atoms in (now.i, now.j):
         np.add.at(scale, atoms, np.abs(expected.pair_force))
     own = np.linalg.norm(vectors(before, "f"), axis=1)
     added = vectors(after, "f") - vectors(before, "f")
@@ -123,6 +129,7 @@ def test_a_body_against_the_second_writing(lmp, tmp_path, ranks, newton, case):
     assert table["PotEng"][0] - plain["PotEng"][0] == pytest.approx(expected.energy.sum(), rel=1e-9)
     counted = expected.theta[kv > 0.0]
     assert [table[f"f_volume[{k}]"][0] for k in (1, 2, 3)] == pytest.approx([counted.mean(), counted.min(), counted.max()], abs=BY_HAND)
+    assert table["f_volume[4]"][0] == np.count_nonzero(counted > 0.15) * (case != "no end") and np.any(counted > 0.15)
     for name, (a, b) in {"Pxx": (0, 0), "Pyy": (1, 1), "Pxy": (0, 1)}.items():
         got = (table[name] - plain[name])[0] * table["Volume"][0]
         assert got == pytest.approx(expected.virial[a, b], abs=1e-10 * np.abs(expected.virial).max()), name
@@ -142,7 +149,7 @@ def test_a_rigid_body_and_a_body_at_rest_feel_nothing(lmp, tmp_path):
 
 @pytest.mark.parametrize("order", ["before evp/bonds", "after the first run", "unfixed and defined again"])
 def test_whenever_it_is_defined(lmp, tmp_path, order):
-    """W is a sum over the bonds at the recording, not over those that are near now."""
+    """The density at rest is that of the bonds as recorded, not of what is near now."""
     body = lattice_body((4, 3, 3))
     write_body(tmp_path / "body.data", body)
     x = stretched(body)
@@ -155,15 +162,22 @@ def test_whenever_it_is_defined(lmp, tmp_path, order):
     assert np.abs(run.dump("all.dump")[-1]["f_volume"] - expected.theta).max() <= BY_HAND
 
 
-def test_bonds_recorded_anew_have_new_sums(lmp, tmp_path):
+def test_a_zone_is_that_of_the_density(lmp, tmp_path):
+    """Recorded anew, from a restart file, and from a bond file."""
     body = lattice_body((4, 3, 3))
     write_body(tmp_path / "body.data", body)
-    text = head() + pair() + fix() + QUIET + "run 0\nunfix bonds\nfix bonds all evp/bonds zone 1.2\n" + thermo(f"f_bonds {STRAIN}")
     x = body.x * 1.002
-    run = lmp(text + "run 0\n" + place(x) + show("f_volume") + "run 0\n", ranks=2).ok()
+    moved = fix() + QUIET + "run 0\n" + place(x) + show("f_volume") + "run 0\n"
+    text = head() + pair() + fix() + QUIET + "run 0\nunfix bonds\nfix bonds all evp/bonds zone 1.2\n" + thermo("f_bonds")
+    anew = lmp(text + "run 0\nwrite_evp_bonds z.bonds\nwrite_restart z.restart\nunfix move\nunfix volume\n" + moved, ranks=2).ok()
     fewer = body._replace(bonds=brute.record_bonds(body.x, body.radius, 1.2))
-    assert run.thermo()["f_bonds"][0] == len(fewer.bonds) < len(body.bonds)
-    assert np.abs(run.dump("all.dump")[-1]["f_volume"] - truth(x, fewer, KV).theta).max() <= BY_HAND
+    assert anew.thermo()["f_bonds"][0] == len(fewer.bonds) < len(body.bonds)
+    expected = truth(x, fewer, KV, 1.2).theta
+    found = [anew.dump("all.dump")[-1]["f_volume"]]
+    found.append(lmp(head(start="read_restart z.restart") + "fix bonds all evp/bonds\n" + moved).ok().dump("all.dump")[-1]["f_volume"])
+    found.append(lmp(head() + pair(fix="fix bonds all evp/bonds file z.bonds\n") + moved).ok().dump("all.dump")[-1]["f_volume"])
+    for theta in found:
+        assert np.abs(theta - expected).max() <= BY_HAND
 
 
 def test_deleted_partners_stay_in_the_sums(lmp, tmp_path):
@@ -171,13 +185,13 @@ def test_deleted_partners_stay_in_the_sums(lmp, tmp_path):
     body = lattice_body((4, 3, 3))
     write_body(tmp_path / "body.data", body)
     x = body.x * 1.002
-    gone = {pair for pair in body.bonds if 1 in pair or 20 in pair}
+    stay = np.isin(np.arange(len(x)), [0, 19], invert=True)
     cut = "group gone id 1 20\ndelete_atoms group gone compress no\n"
     first = head() + pair() + fix() + QUIET + "run 0\n" + place(x) + "run 0\n" + cut + "run 0\nwrite_restart cut.restart\n"
     lmp(first).ok()
     again = head(start="read_restart cut.restart") + "fix bonds all evp/bonds\n"
     run = lmp(again + fix() + QUIET + show("f_volume") + "run 0\n", ranks=2).ok()
-    kept = np.delete(truth(x, body, KV, lost=gone).theta, [0, 19])
+    kept = truth(x, body, KV, among=stay).theta[stay]
     assert np.abs(run.dump("all.dump")[-1]["f_volume"] - kept).max() <= BY_HAND
     late = lmp(again + "run 0\n" + fix() + QUIET + "run 0\n", ranks=2)
     refused(late, "Fix volume evp/volume: atom", "has a bond with atom", "which is gone", "define the fix before atoms are deleted")
@@ -234,7 +248,22 @@ def test_beside_another_style_in_hybrid(lmp, tmp_path):
     text = head() + style + "fix bonds all evp/bonds\n" + fix() + QUIET + "run 0\n" + place(x) + show("f_volume") + "run 0\n"
     theta = lmp(text, ranks=2).ok().dump("all.dump")[-1]["f_volume"]
     assert len(fewer.bonds) > 10 and np.all(theta[~ones] == 0.0)
-    assert np.abs(theta - truth(x, fewer, KV).theta).max() <= BY_HAND
+    assert np.abs(theta - truth(x, fewer, KV, among=ones).theta).max() <= BY_HAND
+
+
+def test_pairs_of_two_bodies_do_not_count(lmp, tmp_path):
+    """Two blocks pushed into each other, bodies by type: each atom has the density of its own body alone."""
+    body = lattice_body((6, 3, 3))
+    body = body._replace(types=1 + (body.x[:, 0] > np.median(body.x[:, 0])).astype(int))
+    same = {two: deq for two, deq in body.bonds.items() if body.types[two[0] - 1] == body.types[two[1] - 1]}
+    write_body(tmp_path / "body.data", body)
+    x = body.x - np.outer(body.types == 2, [0.003, 0.0, 0.0])
+    bonds = "fix bonds all evp/bonds within type\n"
+    text = head(skin=0.008) + pair(contact="repulsive", fix=bonds) + fix() + QUIET + "run 0\n" + place(x) + show("f_volume") + "run 0\n"
+    theta = lmp(text, ranks=2).ok().dump("all.dump")[-1]["f_volume"]
+    alone = [truth(x, body._replace(bonds=same), KV, among=body.types == kind).theta for kind in (1, 2)]
+    assert np.abs(theta - np.where(body.types == 1, *alone)).max() <= BY_HAND
+    assert np.abs(theta).max() < 1e-12, "rigid bodies"
 
 
 # ---- moduli

@@ -42,6 +42,7 @@ class Specimen:
         """body: specimen.Specimen; kv of the volume energy [J]; left: largest force on a free atom at rest [N]."""
         self.body, self.row, self.saturation, self.kv, self.left = body, row, saturation, kv, left
         self.bonds = record(body, row)
+        self.rest = volume.at_rest(*self.bonds, len(body.x))
         self.x, self.strain = body.x.copy(), 0.0
         self.q, self.k = np.zeros((2, len(self.bonds.deq)))
         self.sides = (body.x[:, 0] < 0.1 * LENGTH, -1.0), (body.x[:, 0] > 0.9 * LENGTH, 1.0)
@@ -62,7 +63,9 @@ class Specimen:
         pull = (size / d)[:, None] * r
         force = np.column_stack([np.bincount(bonds.i, along, len(x)) - np.bincount(bonds.j, along, len(x)) for along in pull.T])
         if self.kv > 0.0:
-            kept = volume.evaluate(x, *bonds, self.kv)
+            i, j = specimen.pairs_within(self.body._replace(x=x), self.row.alpha)[0].T
+            fresh = np.isin(len(x) * i + j, len(x) * bonds.i + bonds.j, invert=True)
+            kept = volume.evaluate(x, i, j, self.row.alpha * (self.body.radius[i] + self.body.radius[j]), self.kv, self.rest, fresh=fresh)
             energy, force = energy + kept.energy.sum(), force + kept.force
         return float(energy), force, q, k
 

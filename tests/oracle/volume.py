@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The volume energy of fix evp/volume: one energy per atom over its recorded pairs, for numpy arrays.
+"""The volume energy of fix evp/volume: one energy per atom by the density of its neighbors, for numpy arrays.
 
-    U = 1/2 sum_i kv_i theta_i^2,   theta_i = 3 sum_j w_ij (d_ij/deq_ij - 1) / W_i,   w_ij = 1 - (deq_ij/dlim_ij)^2
+    rho_i = sum_j t_ij^2,  t = 1 - d/dlim;  theta_i = (rho0_i - rho_i)/G_i,  G_i = 1/3 sum_j 2 t d/dlim;  U = sum_i kv_i u(theta_i)
 
-W_i is the sum of w_ij at recording; a pair that is lost (beyond dlim, or broken) leaves the sum above it, not W_i. theta of
-a body that is stretched uniformly is the trace of its strain. Part of the second writing, as law.py.
+rho0 and G are those of the recorded bonds at rest, rho that of all pairs now, bonds b and fresh ones f. Expanded, u = theta^2/2 up to
+`cavitation`, from where its slope falls to 0 at twice that. Compressed, fresh pairs fill the gap to the mean density of the interior without
+force: with y+ = max(y, 0), u = ((b - rho0)+^2 + (rho - rho0 - gap)+^2 - (b - rho0 - gap)+^2)/(2 G^2), theta^2/2 where no pair is fresh. theta
+of a body that is stretched uniformly is the trace of its strain. Part of the second writing, as law.py.
 """
 
 from typing import NamedTuple
@@ -22,34 +24,59 @@ class Volume(NamedTuple):
     virial: np.ndarray
 
 
-def weights(i, j, deq, dlim, count):
-    """w of each recorded pair and W of each atom. i, j (P,) 0-based."""
-    w = 1.0 - (np.asarray(deq, dtype=float) / dlim) ** 2
-    total = np.bincount(i, w, count) + np.bincount(j, w, count)
-    return w, total
+class Rest(NamedTuple):
+    """rho0, G and the gap (N,) of the bonds at rest."""
+
+    rho: np.ndarray
+    slope: np.ndarray
+    gap: np.ndarray
 
 
-def evaluate(x, i, j, deq, dlim, kv, lost=None):
-    """Volume of the recorded pairs (i, j) at positions x (N,3) [length].
+def _both(i, j, of_pair, count):
+    return np.bincount(i, of_pair, count) + np.bincount(j, of_pair, count)
 
-    deq, dlim (P,) [length]; kv: a number or (N,) [energy]; lost (P,) bool: broken pairs; those beyond dlim are found here.
+
+def at_rest(i, j, deq, dlim, count, types=None):
+    """Rest of bonds (i, j) (P,) 0-based with deq, dlim (P,) [length]; types (N,): each has an interior of its own."""
+    t = np.maximum(0.0, 1.0 - np.asarray(deq, dtype=float) / dlim)
+    rho, slope = _both(i, j, t * t, count), _both(i, j, 2.0 / 3.0 * t * deq / dlim, count)
+    gap = np.zeros(count)
+    types = np.zeros(count) if types is None else types
+    for kind in np.unique(types[slope > 0.0]):
+        deep = own = (types == kind) & (slope > 0.0)
+        for _ in range(5):
+            mean = rho[deep].mean(), slope[deep].mean()
+            deep = own & (slope >= 0.85 * mean[1])
+        gap[own] = np.maximum(0.0, mean[0] - rho[own])
+    return Rest(rho, slope, gap)
+
+
+def evaluate(x, i, j, dlim, kv, rest, cavitation=0.15, fresh=False):
+    """Volume of the pairs (i, j) (P,) at positions x (N,3) [length], all that may come within their dlim (P,) [length].
+
+    kv: a number or (N,) [energy]; cavitation: inf for none; fresh (P,): pairs that were not recorded.
     """
     x = np.asarray(x, dtype=float)
     count = len(x)
     r = x[i] - x[j]
     d = np.sqrt(np.sum(r * r, axis=1))
-    w, total = weights(i, j, deq, dlim, count)
-    acting = np.where((d > dlim) | (False if lost is None else lost), 0.0, w)
-    opening = acting * (d / deq - 1.0)
-    share = np.divide(3.0, total, out=np.zeros(count), where=total > 0.0)
-    theta = share * (np.bincount(i, opening, count) + np.bincount(j, opening, count))
-    g = kv * theta * share
-    pair_force = -acting * (g[i] + g[j]) / deq
+    t = np.maximum(0.0, 1.0 - d / dlim)
+    rho, bonded = _both(i, j, t * t, count), _both(i, j, np.where(fresh, 0.0, t * t), count)
+    share = np.divide(1.0, rest.slope, out=np.zeros(count), where=rest.slope > 0.0)
+    theta, own, gap = (rest.rho - rho) * share, np.maximum(0.0, (bonded - rest.rho) * share), rest.gap * share
+    beyond, counted = np.maximum(0.0, -theta - gap), np.maximum(0.0, own - gap)
+    left = np.maximum(0.0, np.minimum(2.0 * cavitation, 1e9) - theta)
+    torn = theta > cavitation
+    u = np.where(torn, np.minimum(cavitation, 1e9)**2 - 0.5 * left**2, 0.5 * theta**2)
+    u = np.where(theta < 0.0, 0.5 * (own**2 + beyond**2 - counted**2), u)
+    pulls = np.where(torn, left, np.where(theta < 0.0, counted - own - beyond, theta)), np.where(torn, left, np.where(theta < 0.0, -beyond, theta))
+    g = [kv * pull * share for pull in pulls]
+    pair_force = -np.where(fresh, g[1][i] + g[1][j], g[0][i] + g[0][j]) * 2.0 * t / dlim
     f = (pair_force / d)[:, None] * r
     force = np.zeros_like(x)
     np.add.at(force, i, f)
     np.add.at(force, j, -f)
-    return Volume(theta, 0.5 * kv * theta**2, force, pair_force, r.T @ f)
+    return Volume(theta, kv * u, force, pair_force, r.T @ f)
 
 
 class Moduli(NamedTuple):

@@ -99,12 +99,14 @@ TEST(BondReader, TellsWhichAtomsWereOneBody)
 {
   EXPECT_EQ(EVP::bond_header(3, "si", BodyRule::TYPE),
             "# EVP bonds COUNT: 3 WITHIN: type UNITS: si");
-  for (const BodyRule within : {BodyRule::ALL, BodyRule::TYPE, BodyRule::MOLECULE}) {
-    std::istringstream stream(EVP::bond_header(3, "si", within) + "\n");
-    const BondReader reader(stream, "body.bonds", "si");
-    EXPECT_EQ(reader.within(), within);
-    EXPECT_EQ(reader.count(), 3);
-  }
+  for (const BodyRule within : {BodyRule::ALL, BodyRule::TYPE, BodyRule::MOLECULE})
+    for (const double zone : {0.0, 1.3}) {
+      std::istringstream stream(EVP::bond_header(3, "si", within, zone) + "\n");
+      const BondReader reader(stream, "body.bonds", "si");
+      EXPECT_EQ(reader.within(), within);
+      EXPECT_EQ(reader.zone(), zone);
+      EXPECT_EQ(reader.count(), 3);
+    }
 }
 
 // A host program may show the first 99 characters of a message, and a path can be longer: the cause stands first.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The volume energy of small networks by hand, its forces against its slope, its stiffness against dense sums.
+// The volume energy by hand, its forces against its slope, its stiffness against dense sums.
 
 #include "core/stiffness_matrix.h"
 #include "core/volume_energy.h"
@@ -11,42 +11,59 @@
 #include <gtest/gtest.h>
 #include <vector>
 
-using EVP::VolumeEnergy;
+using EVP::VolumeLaw;
+using EVP::VolumePasses;
+using EVP::VolumeReference;
 using namespace pair_cases;
 
 namespace {
 
-/// Sums of the weights and energies of all particles of a cloud; volumes as fix evp/volume has them.
-struct Volume {
-  const Cloud &cloud;
-  const EVP::PairList &bonds;
-  double kv;
-  VolumeEnergy energies;
-  std::vector<double> weight_sums, sums, pulls;
+constexpr double REACH = 0.4;
+constexpr VolumeReference INSIDE = {{2.0, 4.0}, 0.0}, SURFACE = {{1.0, 2.0}, 0.7};
 
-  Volume(const Cloud &cloud_in, double kv_in) : cloud(cloud_in), bonds(cloud.lists.bonds), kv(kv_in)
+/// All pairs of a cloud up to REACH and some beyond it, bonds and fresh ones; densities at rest are up to twice as large or small.
+struct Volume {
+  const Cloud cloud{{TABLE2}, 0, false};
+  EVP::PairList pairs[2] = {EVP::PairList(true), EVP::PairList(false)};
+  std::vector<VolumeReference> references;
+  VolumeLaw law;
+  VolumePasses passes;
+  std::vector<double> densities, pulls;
+
+  Volume()
   {
-    energies.pack(bonds, [](int, const EVP::PackedPair &pair) {
-      return pair.cut;
-    });
-    weight_sums.assign(cloud.x.size(), 0.0);
-    EVP::for_each_pair(bonds, rows_of(cloud.x), [&](const EVP::PlacedPair &p) {
-      weight_sums[p.i] += energies.weight_of(p.index);
-      weight_sums[p.j] += energies.weight_of(p.index);
-    });
+    const int n = (int) cloud.x.size();
+    std::vector<EVP::NeighborDensity> now(n, EVP::NeighborDensity{});
+    for (EVP::PairList &list : pairs) list.clear(EVP::BOND_MARGIN, EVP::Flow::FORGETS);
+    for (int i = 0; i < n; i++) {
+      std::vector<Pair> rows[2];
+      for (int j = i + 1; j < n; j++) {
+        const double d = std::sqrt(EVP::PairGeometry(rows_of(cloud.x), i, j).dsq);
+        if (d > 1.5 * REACH) continue;
+        rows[j % 3 == 0].push_back({j, REACH, REACH});
+        for (const int own : {i, j}) now[own].add(d, REACH);
+      }
+      for (int of : {0, 1}) add_row(pairs[of], i, rows[of]);
+    }
+    for (int i = 0; i < n; i++) {
+      const double rest = now[i].rho / (1.0 + 0.3 * (i % 5 - 2) + 0.05);
+      references.push_back({{rest, now[i].slope}, i % 2 ? 0.2 * rest : 0.0});
+    }
   }
 
   double evaluate(const Vectors &x)
   {
     const EVP::ParticleView view = {rows_of(x), nullptr, nullptr, (int) x.size()};
-    sums.assign(x.size(), 0.0);
-    energies.add_strains(bonds, view, sums.data());
-    pulls.assign(x.size(), 0.0);
+    densities.assign(2 * x.size(), 0.0);
+    for (int of : {0, 1}) passes.add_densities(pairs[of], view, densities.data() + of);
+    pulls.assign(2 * x.size(), 0.0);
     double energy = 0.0;
     for (size_t i = 0; i < x.size(); i++) {
-      const double strain = VolumeEnergy::strain(sums[i], weight_sums[i]);
-      pulls[i] = VolumeEnergy::pull(kv, strain, weight_sums[i]);
-      energy += 0.5 * kv * strain * strain;
+      const EVP::VolumeState state =
+          law.state(3.0, references[i], {densities[2 * i], densities[2 * i + 1]});
+      pulls[2 * i] = state.bonded;
+      pulls[2 * i + 1] = state.fresh;
+      energy += state.energy;
     }
     return energy;
   }
@@ -55,49 +72,93 @@ struct Volume {
   {
     Vectors f(cloud.x.size(), {0, 0, 0});
     evaluate(cloud.x);
-    energies.add_forces(bonds, cloud.view(f, (int) cloud.x.size()), pulls.data(), EVP::NoTally());
+    for (int of : {0, 1})
+      passes.add_forces(pairs[of], cloud.view(f, (int) cloud.x.size()), pulls.data() + of,
+                        EVP::NoTally());
     return f;
   }
 };
 
+/// Densities at a volume strain, of which a part is fresh.
+EVP::DensityNow at(const VolumeReference &reference, double theta, double fresh = 0.0)
+{
+  return {reference.own.rho - theta * reference.own.slope - fresh, fresh};
+}
+
 }    // namespace
 
-TEST(VolumeEnergy, WeightFadesTowardsTheCutOff)
+TEST(VolumeEnergy, ADensityByHand)
 {
-  EXPECT_DOUBLE_EQ(VolumeEnergy::weight(1.0, 1.5), 1.0 - 1.0 / 2.25);
-  EXPECT_EQ(VolumeEnergy::weight(1.5, 1.5), 0.0);
-  EXPECT_EQ(VolumeEnergy::weight(1.5 * (1.0 + 1e-9), 1.5), 0.0);    // recorded by the margin
+  EVP::NeighborDensity density{};
+  density.add(1.0, 1.5);
+  density.add(1.5, 1.5);
+  density.add(1.5 * (1.0 + 1e-9), 1.5);    // recorded by the margin
+  EXPECT_DOUBLE_EQ(density.rho, 1.0 / 9.0);
+  EXPECT_DOUBLE_EQ(density.slope, 4.0 / 27.0);
+  EXPECT_NEAR(density.strain(std::pow(1.0 - 1.001 / 1.5, 2)), 3e-3, 4e-6)
+      << "the trace of a uniform strain";
 }
 
 TEST(VolumeEnergy, AParticleWithoutBondsHasNone)
 {
-  EXPECT_EQ(VolumeEnergy::strain(0.0, 0.0), 0.0);
-  EXPECT_EQ(VolumeEnergy::pull(100.0, 0.0, 0.0), 0.0);
-  EXPECT_EQ(VolumeEnergy::stiffness(100.0, 0.0), 0.0);
+  const EVP::VolumeState state = VolumeLaw().state(100.0, VolumeReference{}, {0.7, 0.1});
+  EXPECT_EQ(state.energy, 0.0);
+  EXPECT_EQ(state.bonded, 0.0);
+  EXPECT_EQ(state.fresh, 0.0);
+  EXPECT_EQ(state.stiffness, 0.0);
+  EXPECT_EQ(EVP::NeighborDensity{}.strain(0.7), 0.0);
 }
 
-TEST(VolumeEnergy, TwoParticles)
+TEST(VolumeEnergy, TheLawByHand)
 {
-  Cloud cloud({TABLE2}, 0, false);
-  cloud.x = {{0.0, 0.0, 0.0}, {1.02, 0.0, 0.0}, {2.0, 0.0, 0.0}, {0.0, 9.0, 0.0}};
-  add_row(cloud.lists.contacts, 0, {{2, 1.0, 3.0}});    // has no weight
-  add_row(cloud.lists.bonds, 0,
-          {{1, 1.0, 1.5}, {3, 1.0, 1.5}});    // the second is past its cutoff: in W only
-  Volume volume(cloud, 7.0);
-  const double w = VolumeEnergy::weight(1.0, 1.5);
-  EXPECT_DOUBLE_EQ(volume.weight_sums[0], 2.0 * w);
-  const double energy = volume.evaluate(cloud.x);
-  EXPECT_NEAR(volume.sums[0], w * 0.02, 1e-15);
-  EXPECT_NEAR(volume.sums[1], w * 0.02, 1e-15);
-  EXPECT_EQ(volume.sums[2], 0.0);
-  EXPECT_EQ(volume.sums[3], 0.0);
-  EXPECT_NEAR(energy, 0.5 * 7.0 * (0.03 * 0.03 + 0.06 * 0.06), 1e-14);
+  const VolumeLaw law;    // cavitation 0.15
+  const double c = law.cavitation, kv = 7.0;
+  const auto energy = [&](const VolumeReference &reference, double theta, double fresh = 0.0) {
+    return law.state(kv, reference, at(reference, theta, fresh)).energy;
+  };
+  for (const VolumeReference &reference : {INSIDE, SURFACE}) {
+    EXPECT_NEAR(energy(reference, c), 0.5 * kv * c * c, 1e-15);
+    EXPECT_NEAR(energy(reference, 2.0 * c), kv * c * c, 1e-15);
+    EXPECT_NEAR(energy(reference, 0.49), kv * c * c, 1e-15) << "torn: no force";
+    EXPECT_NEAR(energy(reference, -0.5), 0.5 * kv * 0.25, 1e-14) << "compression has no end";
+  }
+  EXPECT_NEAR(energy(INSIDE, -0.5, 1.0), 0.5 * kv * 0.25, 1e-14) << "no gap: all pairs alike";
+  EXPECT_NEAR(energy(SURFACE, 0.1, 0.5), 0.5 * kv * 0.01, 1e-14)
+      << "they take the place of lost ones";
+  EXPECT_NEAR(energy(SURFACE, -0.35, 0.7), 0.0, 1e-14) << "they fill the gap";
+  EXPECT_NEAR(energy(SURFACE, -0.45, 0.9), 0.5 * kv * 0.01, 1e-14) << "beyond it they count";
+  EXPECT_NEAR(energy(SURFACE, -0.45, 0.7), 0.5 * kv * (0.01 + 0.01), 1e-14)
+      << "and so do the bonds";
+  VolumeLaw endless;
+  endless.cavitation = VolumeLaw::NEVER;
+  EXPECT_NEAR(endless.state(kv, SURFACE, at(SURFACE, 0.49)).energy, 0.5 * kv * 0.49 * 0.49, 1e-14);
+}
+
+TEST(VolumeEnergy, ThePullsAreTheSlopesOfTheEnergyAndNeverJump)
+{
+  const VolumeLaw law;
+  const double kv = 7.0, h = 1e-6, step = 1e-3;
+  for (const VolumeReference &reference : {INSIDE, SURFACE})
+    for (double fresh = 0.0; fresh < 1.2; fresh += 0.1)
+      for (double bonded = 0.0; bonded < 3.0; bonded += step) {
+        const auto energy = [&](double more_bonded, double more_fresh) {
+          return law.state(kv, reference, {bonded + more_bonded, fresh + more_fresh}).energy;
+        };
+        const EVP::VolumeState now = law.state(kv, reference, {bonded, fresh}),
+                               next = law.state(kv, reference, {bonded + step, fresh}),
+                               above = law.state(kv, reference, {bonded, fresh + step});
+        EXPECT_NEAR(now.bonded, -(energy(h, 0.0) - energy(-h, 0.0)) / (2.0 * h), 4e-6) << bonded;
+        EXPECT_NEAR(now.fresh, -(energy(0.0, h) - energy(0.0, -h)) / (2.0 * h), 4e-6) << bonded;
+        const double most = 1.001 * step * std::max(now.stiffness, next.stiffness);
+        EXPECT_LE(std::fabs(next.bonded - now.bonded), most) << bonded << " " << fresh;
+        EXPECT_LE(std::fabs(above.fresh - now.fresh),
+                  1.001 * step * kv / std::pow(reference.own.slope, 2));
+      }
 }
 
 TEST(VolumeEnergy, ForcesAreTheSlopeOfTheEnergy)
 {
-  const Cloud cloud({TABLE2}, 600, false);
-  Volume volume(cloud, 3.0);
+  Volume volume;
   const Vectors forces = volume.forces();
   double largest = 0.0;
   std::array<double, 3> total = {0, 0, 0};
@@ -113,7 +174,7 @@ TEST(VolumeEnergy, ForcesAreTheSlopeOfTheEnergy)
     for (int c = 0; c < 3; c++) {
       double slope = 0.0;
       for (const auto &[shift, weight] : {std::pair(-2, 1.0), {-1, -8.0}, {1, 8.0}, {2, -1.0}}) {
-        Vectors moved = cloud.x;
+        Vectors moved = volume.cloud.x;
         moved[i][c] += shift * h;
         slope += weight * volume.evaluate(moved) / (12.0 * h);
       }
@@ -123,38 +184,34 @@ TEST(VolumeEnergy, ForcesAreTheSlopeOfTheEnergy)
 
 TEST(VolumeEnergy, TheSameBitsOnEveryInstructionSet)
 {
-  const Cloud cloud({TABLE2}, 600, false);
-  const EVP::ParticleView view = {rows_of(cloud.x), nullptr, nullptr, 50};
-  std::vector<std::vector<double>> found;
+  Volume volume;
+  std::vector<std::vector<double>> densities;
+  std::vector<Vectors> forces;
   for (const EVP::InstructionSet level : levels()) {
-    VolumeEnergy energies(level);
-    energies.pack(cloud.lists.bonds, [](int, const EVP::PackedPair &pair) {
-      return pair.cut;
-    });
-    std::vector<double> sums(cloud.x.size(), 0.0);
-    energies.add_strains(cloud.lists.bonds, view, sums.data());
-    found.push_back(sums);
+    volume.passes = VolumePasses(level);
+    forces.push_back(volume.forces());
+    densities.push_back(volume.densities);
   }
-  for (const auto &sums : found) EXPECT_EQ(sums, found[0]);
+  for (size_t k = 0; k < forces.size(); k++) {
+    EXPECT_EQ(densities[k], densities[0]);
+    EXPECT_EQ(forces[k], forces[0]);
+  }
 }
 
 TEST(VolumeEnergy, ReactionsOfOthersAreLeftOut)
 {
-  const Cloud cloud({TABLE2}, 600, false);
-  Volume volume(cloud, 3.0);
-  volume.evaluate(cloud.x);
-  const std::vector<double> all = volume.sums;
+  Volume volume;
+  volume.evaluate(volume.cloud.x);
+  const std::vector<double> all = volume.densities;
   const int nreact = 20;
-  const EVP::ParticleView view = {rows_of(cloud.x), nullptr, nullptr, nreact};
-  std::vector<double> own(cloud.x.size(), 0.0);
-  volume.energies.add_strains(cloud.lists.bonds, view, own.data());
-  for (int i = 0; i < nreact; i++) EXPECT_NEAR(own[i], all[i], 1e-13 * (1.0 + std::fabs(all[i])));
-  std::vector<double> rows_only(cloud.x.size(), 0.0);
-  EVP::for_each_pair(cloud.lists.bonds, rows_of(cloud.x), [&](const EVP::PlacedPair &p) {
-    if (!p.is_past_cutoff())
-      rows_only[p.i] += volume.energies.weight_of(p.index) * (p.distance() * p.inv_deq - 1.0);
+  const EVP::ParticleView view = {rows_of(volume.cloud.x), nullptr, nullptr, nreact};
+  std::vector<double> own(all.size(), 0.0), rows_only(all.size(), 0.0);
+  volume.passes.add_densities(volume.pairs[0], view, own.data());
+  EVP::for_each_pair(volume.pairs[0], rows_of(volume.cloud.x), [&](const EVP::PlacedPair &p) {
+    if (!p.is_past_cutoff()) rows_only[2 * p.i] += std::pow(1.0 - p.distance() * p.inv_deq, 2);
   });
-  for (size_t i = nreact; i < own.size(); i++) EXPECT_NEAR(own[i], rows_only[i], 1e-13);
+  for (size_t k = 0; k < own.size(); k += 2)
+    EXPECT_NEAR(own[k], k < 2 * nreact ? all[k] : rows_only[k], 1e-13);
 }
 
 namespace {
@@ -172,6 +229,7 @@ EVP::StiffnessMatrix chain(double v, double stiffness)
   network.with_volume = true;
   network.openings = {v, v};
   network.volume_stiffness = {0.0, stiffness, 0.0};
+  network.find_springs_above_volume();
   return network;
 }
 
@@ -189,7 +247,7 @@ TEST(VolumeEnergy, StiffnessOfAChain)
     EXPECT_NEAR(network.largest_eigenvalue({0, 0, 0, 1.0}, 1e-8, 100).eigenvalue,
                 2.0 * v * v * stiffness, 1e-7 * (1.0 + stiffness));
     const std::vector<double> sums = network.row_sums(mix);
-    EXPECT_NEAR(sums[0], 4.0 + 2.0 * v * v * stiffness, 1e-12 * (1.0 + stiffness));
+    EXPECT_NEAR(sums[0], 4.0 + 4.0 * v * v * stiffness, 1e-12 * (1.0 + stiffness));
     EXPECT_GE(*std::max_element(sums.begin(), sums.end()), expected);
   }
 }
@@ -209,7 +267,7 @@ TEST(VolumeEnergy, SpringsThatAreStifferInAnyMotion)
 {
   const double v = 0.7, stiffness = 20.0;
   EVP::StiffnessMatrix network = chain(v, stiffness);
-  const std::vector<double> bound = network.stiffness_above_volume({1.0, 1.0});
+  const double bound[] = {network.links[0].above_volume, network.links[1].above_volume};
   EXPECT_NEAR(bound[0] + bound[1], 4.0 * v * v * stiffness, 1e-12 * stiffness);
   for (const double e : {-2.0, -0.3, 0.5, 1.0, 3.0})
     EXPECT_LE((1.0 + e) * (1.0 + e) * v * v * stiffness,
