@@ -49,8 +49,9 @@ struct LanczosResult {
 /// Largest eigenvalue of the symmetric positive semi-definite operator `apply(in, out)`.
 ///
 /// start is the first vector (any length, may be empty on this rank; overwritten), dot(a, b) the
-/// inner product over all ranks. Stops when four iterations in a row together raised the value by less
-/// than tolerance of itself, when the Krylov space is exhausted, or after max_iterations.
+/// inner product over all ranks. Stops when eight iterations in a row together raised the value by less than a tenth of
+/// tolerance of itself (a mode of which the start has little shows late), when the Krylov space is exhausted, or after
+/// max_iterations.
 template <class Apply, class Dot>
 LanczosResult largest_eigenvalue(std::vector<double> &start, Apply &&apply, Dot &&dot,
                                  double tolerance, int max_iterations)
@@ -72,8 +73,9 @@ LanczosResult largest_eigenvalue(std::vector<double> &start, Apply &&apply, Dot 
     history.push_back(largest_tridiagonal_eigenvalue(diagonal, off));
     const double value = history.back();
 
-    const size_t back = 4;
-    if (history.size() > back && value - history[history.size() - 1 - back] <= tolerance * value)
+    const size_t back = 8;
+    if (history.size() > back &&
+        value - history[history.size() - 1 - back] <= 0.1 * tolerance * value)
       return {value, it, true};
     beta = std::sqrt(dot(w, w));
     if (beta <= 1e-14 * std::fabs(value) || value == 0.0) return {value, it, true};

@@ -40,9 +40,9 @@ struct DensityNow {
   double total() const { return bonded + fresh; }
 };
 
-/// Energy of a particle, -dU/drho by either density, and the most that d2U/drho2 may become [energy].
+/// Energy of a particle, -dU/drho by either density, and the most that d2U/drho2 may become [energy]; its volume strain.
 struct VolumeState {
-  double energy, bonded, fresh, stiffness;
+  double energy, bonded, fresh, stiffness, strain;
 };
 
 /// U = kv u(theta) of the volume strain theta = (rho0 - rho)/G.
@@ -62,17 +62,18 @@ class VolumeLaw {
   VolumeState state(double kv, const VolumeReference &reference, const DensityNow &now) const
   {
     const double slope = reference.own.slope;
-    if (slope == 0.0) return {0.0, 0.0, 0.0, 0.0};
-    const double theta = reference.own.strain(now.total());
-    const double scale = kv / slope;
-    VolumeState state = {0.5 * kv * theta * theta, scale * theta, scale * theta, scale / slope};
+    if (slope == 0.0) return {};
+    const double per_slope = 1.0 / slope;
+    const double theta = (reference.own.rho - now.total()) * per_slope, scale = kv * per_slope;
+    VolumeState state = {0.5 * kv * theta * theta, scale * theta, scale * theta, scale * per_slope,
+                         theta};
     if (theta > cavitation) {
       const double left = std::max(0.0, 2.0 * cavitation - theta);
       state.energy = kv * (cavitation * cavitation - 0.5 * left * left);
       state.bonded = state.fresh = scale * left;
     } else if (theta < 0.0) {
-      const double own = std::max(0.0, (now.bonded - reference.own.rho) / slope);
-      const double gap = reference.gap / slope;
+      const double own = std::max(0.0, (now.bonded - reference.own.rho) * per_slope);
+      const double gap = reference.gap * per_slope;
       const double beyond = std::max(0.0, -theta - gap), counted = std::max(0.0, own - gap);
       state.energy = 0.5 * kv * (own * own + beyond * beyond - counted * counted);
       state.bonded = -scale * (own + beyond - counted);

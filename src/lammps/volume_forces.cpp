@@ -149,7 +149,7 @@ void VolumeForces::evaluate(const PairLists &lists, const ParticleView &view)
   energy_here = 0.0;
   for (int i = 0; i < lists.nlocal; i++) {
     const VolumeState now = state(i);
-    records[i].strain = records[i].reference.own.strain(density(i).total());
+    records[i].strain = now.strain;
     pulls[2 * (size_t) i] = now.bonded;
     pulls[2 * (size_t) i + 1] = now.fresh;
     energy_here += now.energy;

@@ -201,7 +201,7 @@ def test_closes_through_flow_and_loss(lmp, tmp_path, body, contact, breaks, kv, 
     entry that is asked for has its share, far above what is open."""
     write_body(tmp_path / "body.data", body)
     opened = []
-    for part in (1, 8):
+    for part in (1, 16):
         table = lmp(flung(contact, breaks, kv, gamma, style_name, 1e-7 / part, 800 * part)).ok().thermo()
         found = energies(table)
         opened.append(abs(found["open"]) / abs(found["kinetic"]))
