@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""in.shear, and the periodic packings of in.specimen that it shears: stiffness, strain of the rows, flips, choices."""
+"""in.shear, and the periodic packings of in.specimen that it shears: stiffness, strain of the rows, flips, choices; the lines that
+doc/studies/large_strain.py adds."""
 
 import re
 
+import large_strain
 import numpy as np
 import pytest
 from evp import specimen
@@ -71,31 +73,18 @@ def test_packing_is_dense_and_isotropic(packed):
 
 
 def test_shear_modulus_is_the_closed_form(packed, tmp_path):
-    """0.4 E0, E0 = 0.969 m n e1 (Nb/V)/6; fix evp/volume leaves it."""
+    """0.4 E0, E0 = 0.969 m n e1 (Nb/V)/6; fix evp/volume leaves it; with spacing and coordination of a row e1 x (s/S)^3 Z/z, from the body's bonds."""
     finer = COUNT / 500 * np.pi * 0.02**2 * 0.05 / EDGE**3
-    curve, found = run(packed, tmp_path, **SMALL)
-    alone = modulus(curve)
-    assert alone == pytest.approx(0.4 * REDUCED * affine_modulus(packed[1], ROW[0] / finer), rel=0.03)
-    stiffer, _ = run(packed, tmp_path, coeff="80 8 4 3 8 4 0.005 100 1.5 kv 3000", **SMALL)
-    assert modulus(stiffer) == pytest.approx(alone, rel=0.01)
-    assert np.abs(stiffer["shear_stress"][5:] / curve["shear_stress"][5:] - 1.0).max() > 1e-5, "control: it acts"
-
-
-def test_modulus_with_the_spacing_of_a_row(packed, tmp_path):
-    """e1 x (s/S)^3 Z/z, from the body's own bonds."""
     spacing, coordination = 0.00585, 11.9
     pairs, distance = gaps(packed[1], 1.5)
     e1 = ROW[0] * (distance.mean() / spacing) ** 3 * coordination / (2 * len(pairs) / COUNT)
-    curve, _ = run(packed, tmp_path, coeff=f"80 8 4 3 8 4 0.005 100 1.5 spacing {spacing} coordination {coordination}", **SMALL)
-    assert modulus(curve) == pytest.approx(0.4 * REDUCED * affine_modulus(packed[1], e1), rel=0.03)
-
-
-def test_material_gives_the_solid_its_mass(packed, tmp_path):
-    material = f"{DECKS.parent / 'potentials' / 'metals.evp'}:copper_OFHC"
-    (tmp_path / "mass.lmp").write_text('print "mass $(mass(all):%.12g)"\n')
-    _, found = run(packed, tmp_path, material=material, also="mass.lmp", strain=0.001, row=0.0005, rate=200)
-    printed = float(re.search(r"^mass (\S+)", found.stdout, re.M)[1])
-    assert printed == pytest.approx(8960.0 * EDGE**3, rel=1e-6)
+    curves = {more: run(packed, tmp_path, coeff=f"80 8 4 3 8 4 0.005 100 1.5 {more}", **SMALL)[0]
+              for more in ("", "kv 3000", f"spacing {spacing} coordination {coordination}")}
+    alone, stiffer, scaled = map(modulus, curves.values())
+    assert alone == pytest.approx(0.4 * REDUCED * affine_modulus(packed[1], ROW[0] / finer), rel=0.03)
+    assert stiffer == pytest.approx(alone, rel=0.01)
+    assert np.abs(curves["kv 3000"]["shear_stress"][5:] / curves[""]["shear_stress"][5:] - 1.0).max() > 1e-5, "control: it acts"
+    assert scaled == pytest.approx(0.4 * REDUCED * affine_modulus(packed[1], e1), rel=0.03)
 
 
 # ---- strain of the rows
@@ -109,14 +98,14 @@ def tilts(folder):
     return tilt[step == step[-1]][[0, -1]]  # printed after the forces, and by the run of no step at the end
 
 
-@pytest.mark.parametrize("choices, rows", [({}, 20), ({"row": 0.0007}, 3), ({"row": 0.0005}, 4)])
-def test_rows_divide_the_strain(packed, tmp_path, choices, rows):
-    """Means of rows no farther apart than asked; the box ends on the strain, one timestep after the last forces."""
-    (tmp_path / "box.lmp").write_text(TILT)
-    choices = {"row": 0.0001, "rate": 100, "strain": 0.002, "also": "box.lmp", **choices}
-    curve, _ = run(packed, tmp_path, **choices)
-    assert len(curve["strain"]) == 1 + rows and np.diff(curve["strain"][1:]) == pytest.approx(0.002 / rows, rel=1e-5)
+def test_rows_divide_the_strain(packed, tmp_path):
+    """Means of rows no farther apart than asked; the box ends on the strain, one timestep after the last forces. The row gives the solid its mass."""
+    (tmp_path / "box.lmp").write_text(TILT + 'print "mass $(mass(all):%.12g)"\n')
+    material = f"{DECKS.parent / 'potentials' / 'metals.evp'}:copper_OFHC"
+    curve, found = run(packed, tmp_path, row=0.0007, rate=100, strain=0.002, also="box.lmp", material=material)
+    assert len(curve["strain"]) == 1 + 3 and np.diff(curve["strain"][1:]) == pytest.approx(0.002 / 3, rel=1e-5)
     assert tilts(tmp_path)[-1] == pytest.approx(0.002, rel=1e-6)
+    assert float(re.search(r"^mass (\S+)", found.stdout, re.M)[1]) == pytest.approx(8960.0 * EDGE**3, rel=1e-6)
 
 
 def test_rows_hold_the_strain_that_the_forces_saw(packed, tmp_path):
@@ -133,18 +122,24 @@ FAST = {"strain": 0.6, "row": 0.02, "rate": 4000, "contact": "repulsive", "plast
 
 
 def test_flip_changes_nothing(packed, tmp_path):
-    """The tilt passes one half: on two ranks, and without flips on one, the same rows, with the timestep of the start below the limit to the end."""
-    (tmp_path / "box.lmp").write_text(TILT + "thermo_style custom step c_dt\n")
-    curve, found = run(packed, tmp_path, 2, also="box.lmp", **FAST)
-    assert tilts(tmp_path)[-1] == pytest.approx(-0.4, abs=1e-5)
-    unflipped = (DECKS / "in.shear").read_text(encoding="utf-8").replace("flip yes", "flip no")
-    expected, _ = run(packed, tmp_path, deck=unflipped, also="box.lmp", **FAST)
-    assert tilts(tmp_path)[-1] == pytest.approx(0.6, abs=1e-5)
-    for name in COLUMNS:
-        assert np.abs(curve[name] - expected[name]).max() <= 1e-6 * np.abs(expected[name]).max(), name
-    assert curve["share_second"].max() > 0.3, "control: pairs have flowed"
-    step = float(re.findall(r"Time step +: (\S+)", found.stdout)[1])
-    assert step < 0.6 * found.thermo()["c_dt"].min()
+    """The tilt passes one half: on two ranks, and without flips on one, the same rows, energies and plastic part of each pair, with the timestep of the
+    start below the limit to the end."""
+    found, written = {}, {}
+    for flip, ranks, tilt in (("yes", 2, -0.4), ("no", 1, 0.6)):
+        deck = (DECKS / "in.shear").read_text(encoding="utf-8").replace("flip yes", f"flip {flip}") + "write_evp_bonds end.bonds\n"
+        (tmp_path / "box.lmp").write_text(large_strain.ALSO + TILT + "thermo_style custom step c_dt\n")
+        curve, output = run(packed, tmp_path, ranks, deck, also="box.lmp", **FAST)
+        assert tilts(tmp_path)[-1] == pytest.approx(tilt, abs=1e-5)
+        bonds = np.loadtxt(tmp_path / "end.bonds", comments="#")
+        found[flip] = {**curve, **read_columns(tmp_path / "run_energies.csv", large_strain.COLUMNS)}
+        written[flip] = bonds[np.lexsort((bonds[:, 1], bonds[:, 0]))]
+        step = float(re.findall(r"Time step +: (\S+)", output.stdout)[1])
+        assert step < 0.6 * output.thermo()["c_dt"].min()
+    for name, expected in found["no"].items():
+        assert np.abs(found["yes"][name] - expected).max() <= 1e-6 * np.abs(expected).max(), name
+    assert np.array_equal(written["yes"][:, :2], written["no"][:, :2])
+    assert np.abs(written["yes"][:, 3] - written["no"][:, 3]).max() < 1e-6 * np.abs(written["no"][:, 3]).max()
+    assert found["no"]["share_second"].max() > 0.3 and found["no"]["plastic"][-1] > 0.2 * found["no"]["spent"][-1], "control: pairs have flowed"
 
 
 def test_broken_bonds_and_columns_of_the_state(packed, tmp_path):
