@@ -78,46 +78,36 @@ def assert_slides(table, tolerance=0.02):
 STEPS = int(1.2 * TIME / 1e-6)
 
 
-@pytest.mark.parametrize("plate", ["rails", "wall"])
-def test_the_block_stops_where_it_should(lmp, tmp_path, plate):
-    """Newton on and off, one rank and two, and no sphere ever turns, though torques act; the balance holds what friction took."""
+@pytest.mark.parametrize("plate, ranks, newton", [("rails", 1, "on"), ("rails", 2, "off"), ("wall", 2, "on")])
+def test_the_block_stops_where_it_should(lmp, tmp_path, plate, ranks, newton):
+    """No sphere ever turns, though torques act; the balance holds what friction took."""
     write_scene(tmp_path, 0.0 if plate == "rails" else 0.01)
-    tables = []
-    for ranks, newton in ((1, "on"), (2, "off"), (2, "on")):
-        run = lmp(head(newton) + style() + slide(plate) + START + f"run {STEPS}\n", ranks).ok()
-        table = run.thermo()
-        assert_slides(table)
-        assert all(np.all(table[f"c_omega[{k}]"] == 0.0) for k in (1, 2, 3)) and np.median(table["c_turns"]) > 1e-3
-        energy = 0.5 * SPEED**2 * 24 * 2700 * 4 / 3 * np.pi * RADIUS**3
-        assert np.all(np.abs(table["f_energy"]) < 1e-3 * energy)
-        assert table["f_energy[8]"][-1] == pytest.approx(-energy, rel=0.02)
-        tables.append(table)
-    for other in tables[1:]:
-        assert np.abs(other["v_x"] - tables[0]["v_x"]).max() < 1e-3 * DISTANCE
+    table = lmp(head(newton) + style() + slide(plate) + START + f"run {STEPS}\n", ranks).ok().thermo()
+    assert_slides(table)
+    assert all(np.all(table[f"c_omega[{k}]"] == 0.0) for k in (1, 2, 3)) and np.median(table["c_turns"]) > 1e-3
+    energy = 0.5 * SPEED**2 * 24 * 2700 * 4 / 3 * np.pi * RADIUS**3
+    assert np.all(np.abs(table["f_energy"]) < 1e-3 * energy)
+    assert table["f_energy[8]"][-1] == pytest.approx(-energy, rel=0.02)
 
 
-@pytest.mark.parametrize("what", ["hertz", "implicit", "eq. 8", "dt/evp"])
-def test_other_contacts_and_integrators(lmp, tmp_path, what):
-    """mindlin over hertz; fix nve/evp with gamma > 0; the law without flow; fix dt/evp, which tells granular of each new timestep."""
+def test_other_contacts_and_integrators(lmp_decks, tmp_path):
+    """mindlin over hertz; fix nve/evp with gamma > 0; the law without flow; fix dt/evp, which tells granular of each new timestep. Under fix nve/sphere
+    the block rolls on its spheres and keeps most of its speed, as doc/Howto_evp_friction.rst says."""
     write_scene(tmp_path)
-    contact = HERTZ if what == "hertz" else HOOKE
-    text = head() + style(contact, DAMPED if what == "implicit" else law.TABLE1, "none" if what == "eq. 8" else "isotropic")
-    text += slide(contact=contact, integrator="nve/evp" if what == "implicit" else "nve")
-    if what == "dt/evp":
-        text += "fix dt block dt/evp 50 0.4 max 1.5e-6\n"
-    run = lmp(text + START + f"run {STEPS}\n", 2).ok()
-    assert_slides(run.thermo())
-
-
-def test_spheres_that_turn_roll(lmp, tmp_path):
-    """Under fix nve/sphere the block rolls on its spheres and keeps most of its speed, as doc/Howto_evp_friction.rst says."""
-    write_scene(tmp_path)
-    table = lmp(head() + style() + slide(integrator="nve/sphere") + START + f"run {STEPS // 2}\n").ok().thermo()
+    end = START + f"run {STEPS}\n"
+    runs = lmp_decks({"hertz": head() + style(HERTZ) + slide(contact=HERTZ) + end,
+                      "implicit": head() + style(row=DAMPED) + slide(integrator="nve/evp") + end,
+                      "eq. 8": head() + style(plasticity="none") + slide() + end,
+                      "dt/evp": head() + style() + slide() + "fix dt block dt/evp 50 0.4 max 1.5e-6\n" + end,
+                      "roll": head() + style() + slide(integrator="nve/sphere") + START + f"run {STEPS // 2}\n"}, 2)
+    table = runs.pop("roll").thermo()
     assert table["v_v"][-1] > 0.8 * SPEED and table["c_omega[2]"][-1] > 0.0
+    for run in runs.values():
+        assert_slides(run.thermo())
 
 
 def test_friction_goes_on_after_a_restart(lmp, tmp_path):
-    """Half of the way, a restart file, the rest: the same numbers as in two runs without one, and on two ranks, too."""
+    """Half of the way, a restart file, the rest: the same numbers as in two runs without one; on two ranks it stops, too."""
     write_scene(tmp_path)
     half = f"run {STEPS // 2}\n"
     rest = lmp(head() + style() + slide() + START + half + "write_restart half.restart\n" + half).ok().thermo()
@@ -128,8 +118,7 @@ def test_friction_goes_on_after_a_restart(lmp, tmp_path):
     assert moving.sum() > 50 and slope(again["Time"][moving], again["v_v"][moving]) == pytest.approx(-MU * GRAVITY, rel=0.02)
 
 
-@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off")])
-def test_within_a_body_hybrid_changes_no_force(lmp, tmp_path, ranks, newton):
+def test_within_a_body_hybrid_changes_no_force(lmp_decks, tmp_path):
     """Bodies apart, a block that rings: positions, velocities and forces are those of evp/lj alone, but for round-off of sums in another order."""
     write_scene(tmp_path, gap=0.001)
     alone = f"pair_style evp/lj contact repulsive plasticity isotropic\npair_coeff * * {words(law.TABLE1)}\nneigh_modify exclude type 2 2\n"
@@ -140,13 +129,12 @@ variable vx atom 40*sin(1.1*id)
 variable vz atom 40*abs(cos(2.3*id))
 velocity block set v_vx NULL v_vz
 timestep 1e-6
-dump all block custom 50 NAME id x y z vx vy vz fx fy fz
+dump all block custom 50 all.dump id x y z vx vy vz fx fy fz
 dump_modify all format float %.17g
 run 100
 """
-    lmp(head(newton) + style() + move.replace("NAME", "hybrid.dump"), ranks).ok()
-    lmp(head(newton) + alone + move.replace("NAME", "alone.dump"), ranks).ok()
-    for one, other in zip(read_dump(tmp_path / "hybrid.dump"), read_dump(tmp_path / "alone.dump")):
+    runs = lmp_decks({"hybrid": head("off") + style() + move, "alone": head("off") + alone + move}, 2)
+    for one, other in zip(*(run.dump("all.dump") for run in runs.values())):
         for name in ("x", "y", "z", "vx", "vy", "vz", "fx", "fy", "fz"):
             assert np.abs(one[name] - other[name]).max() <= 1e-14 * np.abs(one[name]).max(), name
     assert np.abs(one.vectors("fx", "fy", "fz")).max() > 32 * 80 * 0.005 / (2 * RADIUS), "control: more than a bond yields at"
@@ -187,34 +175,17 @@ thermo 1
 
 
 def test_the_deck(tmp_path):
-    """in.sliding stops within 2 % with both contacts, and writes what friction and load were."""
+    """in.sliding stops within 2 %, and writes what friction and load were."""
     run_lammps("in.specimen", 1, {"n": 150, "shape": "block", "length": 0.02, "width": 0.01, "height": 0.01, "out": "block.data"}, tmp_path).ok()
-    for normal in ("hooke", "hertz"):
-        choices = {"block": "block.data", "normal": normal, "friction": 0.5, "speed": 2, "gravity": 4000, "also": DECKS / "frames.lmp", "frames": 2, "out": normal}
-        found = run_lammps("in.sliding", 2, choices, tmp_path).ok()
-        ratios = [float(word) for word in re.findall(r"ratio (\S+)", found.stdout)]
-        assert len(ratios) == 2 and np.allclose(ratios, 1.0, atol=0.02), ratios
-        rows = read_csv(tmp_path / f"{normal}.csv")
-        moving = rows["speed"] > 0.2
-        assert np.sum(rows["friction"][moving]) == pytest.approx(0.5 * np.sum(rows["normal"][moving]), rel=0.02)
-        assert np.abs(rows["imbalance"]).max() < 1e-4
-        assert len(read_dump(tmp_path / f"{normal}_frames.dump")) == 3
-
-
-def test_the_ball_of_in_impact(tmp_path):
-    """A ball that flies obliquely loses more of its speed along the plate with friction, and the balance closes; off needs no package."""
-    (tmp_path / "ball.region").write_text("region body sphere 0.004 0 0 0.004\n")
-    plate = {"shape": "block", "length": 0.006, "width": 0.016, "height": 0.016}
-    run_lammps("in.specimen", 1, {"n": 400, "out": "plate.data", **plate}, tmp_path).ok()
-    run_lammps("in.specimen", 1, {"n": 60, "shape": "region", "region": "ball.region", "length": 0.008, "out": "ball.data"}, tmp_path).ok()
-    left = {}
-    for friction in ("off", 0, 0.4):
-        found = run_lammps("in.impact", 2, {"speed": 50, "sideways": 50, "time": 8e-5, "friction": friction, "out": "run"}, tmp_path).ok()
-        left[friction] = float(re.search(r"^speed along the plate (\S+) m/s", found.stdout, re.M)[1])
-        imbalance = abs(float(re.search(r"over impact energy: (\S+)", found.stdout)[1]))
-        assert imbalance < 1e-3 or friction == "off", "without friction test_impact.py has it"
-        assert ("pair granular, perpetual" in found.stdout) == (friction != "off")
-    assert left[0.4] < min(left["off"], left[0]) - 3.0, left
+    choices = {"block": "block.data", "friction": 0.5, "speed": 2, "gravity": 4000, "also": DECKS / "frames.lmp", "frames": 2, "out": "slid"}
+    found = run_lammps("in.sliding", 2, choices, tmp_path).ok()
+    ratios = [float(word) for word in re.findall(r"ratio (\S+)", found.stdout)]
+    assert len(ratios) == 2 and np.allclose(ratios, 1.0, atol=0.02), ratios
+    rows = read_csv(tmp_path / "slid.csv")
+    moving = rows["speed"] > 0.2
+    assert np.sum(rows["friction"][moving]) == pytest.approx(0.5 * np.sum(rows["normal"][moving]), rel=0.02)
+    assert np.abs(rows["imbalance"]).max() < 1e-4
+    assert len(read_dump(tmp_path / "slid_frames.dump")) == 3
 
 
 def test_the_script_of_the_page(lmp, tmp_path):

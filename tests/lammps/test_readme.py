@@ -52,10 +52,9 @@ def folder(tmp_path_factory):
     return folder
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
-def test_input_script_runs_as_it_stands(folder, ranks):
+def test_input_script_runs_as_it_stands(folder):
     """Without a warning; what is stretched flows and springs back, the energy balance closes, and view.py colors the flow."""
-    run = run_lammps(SCRIPT, ranks, {}, folder).ok()
+    run = run_lammps(SCRIPT, 2, {}, folder).ok()
     assert not run.warnings()
     thermo = run.thermo()
     kinetic, plastic = thermo["KinEng"], thermo["f_energy[9]"]
@@ -65,7 +64,6 @@ def test_input_script_runs_as_it_stands(folder, ranks):
     words = shlex.split(re.search(r"`(tools/view\.py my\.dump .+?)`", README)[1])
     subprocess.run([sys.executable, str(REPOSITORY / words[0]), *words[1:]], cwd=folder, check=True, timeout=60)
     assert (folder / words[-1]).read_bytes().startswith(b"\x89PNG")
-    (folder / words[-1]).unlink()
 
 
 def test_input_script_is_of_the_metal_of_its_row(folder):
@@ -77,13 +75,6 @@ def test_input_script_is_of_the_metal_of_its_row(folder):
     values = dict(re.findall(r"^(modulus|mean_density) (\S+)$", run.stdout, re.M))
     assert float(values["modulus"]) == pytest.approx(modulus, rel=0.05)
     assert float(values["mean_density"]) == pytest.approx(float(re.search(rf"^{name} .* density (\S+)$", doc_blocks.read("potentials/metals.evp"), re.M)[1]), rel=1e-3)
-
-
-def test_first_paragraph_says_that_the_law_is_reversible_and_what_makes_it_plastic():
-    paragraph = README.split("\n\n")[1].replace("\n", " ")
-    second, third = re.split(r"(?<=\.) (?=[A-Z])", paragraph)[1:3]
-    assert "reversible" in second and "permanent strain" in second and "non-linear elastic" in second
-    assert "`plasticity isotropic`" in third and "plastically" in third
 
 
 def test_first_screen():

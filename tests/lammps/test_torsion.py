@@ -1,13 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""in.torsion: the torque in itself, over its way, on other ranks; the grips; what it refuses. Its stiffness: test_closed_form_loads.py."""
-
+"""in.torsion: the torque, its way, the grips, a tube. Its stiffness: test_closed_form_loads.py."""
 
 import numpy as np
 import pytest
 from common_bodies import REFERENCE
 from lammps_run import DECKS, edited_deck, read_csv, read_dump, run_lammps
 
-TABLE1 = "80 8 4 3 8 4 0.005 0 1.5"
 SMALL = {"angle": 0.0004, "increment": 0.0002}  # a strain of 2e-4 at the surface: elastic
 
 
@@ -18,61 +16,28 @@ def twist(folder, ranks=1, **choices):
     return read_csv(folder / f"{choices['out']}.csv")
 
 
-@pytest.fixture(scope="module")
-def small(tmp_path_factory):
-    return twist(tmp_path_factory.mktemp("small"), **SMALL)
-
-
-@pytest.fixture(scope="module")
-def there_and_back(tmp_path_factory):
-    """Curves of one cycle to 0.04 rad, by plasticity."""
-    folder = tmp_path_factory.mktemp("cycle")
-    return {plasticity: twist(folder, plasticity=plasticity, cycles=1, increment=0.002) for plasticity in ("none", "isotropic")}
-
-
-def test_rows(small):
-    assert list(small) == ["angle", "shear_strain", "torque_grip", "torque_virial", "shear_stress_grip", "shear_stress_virial"]
+def test_rows(tmp_path):
+    """The torque of the grips is that through the middle; minus the angle has minus the torque, on two ranks."""
+    curve = twist(tmp_path, **SMALL)
+    assert list(curve) == ["angle", "shear_strain", "torque_grip", "torque_virial", "shear_stress_grip", "shear_stress_virial"]
     for name in ("grip", "virial"):
-        assert small[f"shear_stress_{name}"] == pytest.approx(small[f"torque_{name}"] * 2 / (np.pi * 0.02**3), rel=1e-8)
-    assert np.allclose(small["angle"], [0.0, 0.0002, 0.0004])
-    assert np.allclose(small["shear_strain"], small["angle"] * 0.02 / 0.04)
-
-
-def test_torque_of_the_grips_is_that_through_the_middle(small):
-    assert small["torque_virial"][1:] == pytest.approx(small["torque_grip"][1:], rel=1e-4)
-    assert small["torque_grip"][2] > 15.0, "control"
-
-
-def test_other_ranks_and_the_other_way(small, tmp_path):
-    """Two ranks find the same rest, and minus the angle has minus the torque."""
-    assert twist(tmp_path, 2, **SMALL)["torque_grip"][1:] == pytest.approx(small["torque_grip"][1:], rel=1e-5)
-    back = twist(tmp_path, **{**SMALL, "angle": -0.0004})
+        assert curve[f"shear_stress_{name}"] == pytest.approx(curve[f"torque_{name}"] * 2 / (np.pi * 0.02**3), rel=1e-8)
+    assert np.allclose(curve["angle"], [0.0, 0.0002, 0.0004])
+    assert np.allclose(curve["shear_strain"], curve["angle"] * 0.02 / 0.04)
+    assert curve["torque_virial"][1:] == pytest.approx(curve["torque_grip"][1:], rel=1e-4) and curve["torque_grip"][2] > 15.0
+    back = twist(tmp_path, 2, **{**SMALL, "angle": -0.0004})
     assert back["angle"][-1] == pytest.approx(-0.0004)
-    assert back["torque_grip"][1:] == pytest.approx(-small["torque_grip"][1:], rel=5e-3)
+    assert back["torque_grip"][1:] == pytest.approx(-curve["torque_grip"][1:], rel=5e-3)
 
 
-def test_volume_energy_leaves_torsion_alone(small, tmp_path):
-    """A twist changes no volume: kv adds a hundredth to the torque, and a tenth to E (test_plastic_specimen.py has nu)."""
-    stiff = twist(tmp_path, coeff=f"{TABLE1} kv 1000", **SMALL)["torque_grip"][-1] / small["torque_grip"][-1]
-    modulus = []
-    for kv in (0, 1000):
-        pull = {"specimen": REFERENCE, "contact": "none", "strain": 2e-4, "increment": 2e-4, "coeff": f"{TABLE1} kv {kv}"}
-        run_lammps("in.quasistatic", 1, {**pull, "out": "pulled"}, tmp_path).ok()
-        modulus.append(read_csv(tmp_path / "pulled.csv")["stress_grip"][-1])
-    assert 1.0 < stiff < 1.01 and modulus[1] > 1.1 * modulus[0]
-
-
-def test_reversible_law_comes_back_to_no_torque(there_and_back):
-    curve = there_and_back["none"]
+def test_there_and_back(tmp_path):
+    """The reversible law comes back to no torque. With plasticity the body unloads with the first stiffness, so that an angle is left where the torque is
+    gone; the core, where no pair has flowed, still resists: the way back is not quite a line."""
+    curve = twist(tmp_path, plasticity="none", cycles=1, increment=0.002)
     assert len(curve["angle"]) == 41 and np.argmax(curve["angle"]) == 20 and curve["angle"][-1] == 0.0
     assert abs(curve["torque_grip"][-1]) < 1e-3 * curve["torque_grip"].max()
     assert np.allclose(curve["torque_grip"][20:], curve["torque_grip"][20::-1], atol=5e-3 * curve["torque_grip"].max())
-
-
-def test_plasticity_leaves_an_angle(there_and_back):
-    """It unloads with the first stiffness, so that an angle is left where the torque is gone. The core, where no pair has
-    flowed, still resists: the way back is not quite a line."""
-    curve = there_and_back["isotropic"]
+    curve = twist(tmp_path, plasticity="isotropic", cycles=1, increment=0.002)
     angle, torque = curve["angle"], curve["torque_grip"]
     assert (torque[20] - torque[22]) / (angle[20] - angle[22]) == pytest.approx(torque[1] / angle[1], rel=0.1)
     left = np.interp(0.0, torque[:19:-1], angle[:19:-1])
