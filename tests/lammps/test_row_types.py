@@ -45,13 +45,13 @@ def test_a_type_among_another_has_the_kv_of_its_bonds(lmp_decks, tmp_path):
     assert f"spacing {spacing:.6g} (row 0.02), bonds per particle {len(between) / 2:.4g} (row 12)" in line[0]
 
 
-@pytest.mark.parametrize("ranks, atoms, kv", [(1, "1:40", 0), (2, "1:40", 0), (2, "3", 700)])
-def test_a_type_set_after_the_recording_is_refused(lmp, tmp_path, ranks, atoms, kv):
+@pytest.mark.parametrize("atoms, kv", [("1:40", 0), ("3", 700)])
+def test_a_type_set_after_the_recording_is_refused(lmp, tmp_path, atoms, kv):
     """Nothing measured says by how much its bonds, or the kv of a single atom, are to be scaled."""
     one_type(tmp_path)
     row = SCALED.replace("kv 700", f"kv {kv}")
     text = head(start=LATER) + row + BONDS + VOLUME + MOVE + f"run 0\ngroup marked id {atoms}\nset group marked type 2\nrun 1\n"
-    refused(lmp(text, ranks), "the row of type 2 cannot be scaled", "set types before the bonds are recorded")
+    refused(lmp(text, 2), "the row of type 2 cannot be scaled", "set types before the bonds are recorded")
 
 
 def test_a_type_set_later_that_has_its_measure(lmp_decks, tmp_path):

@@ -7,7 +7,7 @@ import struct
 import numpy as np
 import pytest
 from evp import law
-from lammps_run import REPOSITORY, write_data
+from lammps_run import write_data
 from small_bodies import (ANOTHER_ORDER, MOVE, ROUND_OFF, SPACING, STIR, assert_same_curve, dump, head, lattice_body,
                           record, words, write_body)
 
@@ -84,19 +84,6 @@ def two_types(bar):
 
 
 # ---- forces
-
-
-@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off")])
-def test_forces_are_those_of_numbers_multiplied_by_hand(lmp_decks, two_types, ranks, newton):
-    given, by_hand = two_types
-    rest = BONDS + STIR + MOVE + dump() + STEPS
-    runs = lmp_decks({name: head(newton) + coeffs(rows) + rest
-                      for name, rows in {"given": given, "by hand": by_hand}.items()}, ranks)
-    same_forces(runs["given"], runs["by hand"], ANOTHER_ORDER)  # a hundred steps from the same start
-    first = [runs[name].dump("all.dump")[0] for name in ("given", "by hand")]
-    assert np.abs(vectors(first[0]) - vectors(first[1])).max() <= ROUND_OFF * np.abs(vectors(first[1])).max()
-    assert_same_curve(runs["given"].thermo(), runs["by hand"].thermo())
-    assert not scaling_lines(runs["by hand"])
 
 
 def test_what_it_prints(lmp, bar, two_types):
@@ -178,7 +165,7 @@ def test_types_without_bonds_between_them(lmp_decks, tmp_path):
 
 
 def test_all_that_read_the_law(lmp_decks, bar, two_types):
-    """Stable timestep, pair/local, rerun, minimization, fix nve/evp, energies, in a run beside numbers multiplied by hand."""
+    """Forces, stable timestep, pair/local, rerun, minimization, fix nve/evp, energies, in a run beside numbers multiplied by hand."""
     given, by_hand = two_types
     rest = BONDS + STIR + """
 fix move all nve/evp tol 1e-12
@@ -207,9 +194,12 @@ min_style cg
 min_modify dmax 1e-5
 minimize 1e-8 0 20 100
 """
-    runs = lmp_decks({name: head() + coeffs(rows) + rest
-                      for name, rows in {"given": given, "by hand": by_hand}.items()})
+    runs = lmp_decks({name: head("off") + coeffs(rows) + rest
+                      for name, rows in {"given": given, "by hand": by_hand}.items()}, ranks=2)
     same_forces(runs["given"], runs["by hand"], ANOTHER_ORDER)
+    first = [vectors(runs[name].dump("all.dump")[0]) for name in ("given", "by hand")]
+    assert np.abs(first[0] - first[1]).max() <= ROUND_OFF * np.abs(first[1]).max()
+    assert not scaling_lines(runs["by hand"])
     blocks = [runs["given"].thermo(k) for k in range(3)]  # run, rerun, minimization
     for block in range(3):
         assert_same_curve(runs["given"].thermo(block), runs["by hand"].thermo(block), 1e-8)  # that of the Lanczos numbers
@@ -245,15 +235,14 @@ def section(path, ntypes):
     return tuple(words) if known else None
 
 
-@pytest.mark.parametrize("ranks", [2])
-def test_restart(lmp, bar, tmp_path, two_types, ranks):
-    """Measures are those of the recording, to the last bit, though atoms are gone and types have changed since."""
+def test_restart(lmp, bar, tmp_path, two_types):
+    """Measures are those of the recording, to the last bit, though atoms are gone and types have changed since; a new pair style takes them, too."""
     begin = head() + coeffs(two_types[0]) + BONDS + STIR + MOVE + dump() + "run 50\n"
     begin += "group gone id 1:5\ndelete_atoms group gone compress no\nset atom 30*40 type 1\nrun 0\nwrite_restart half.restart\n"
-    whole = lmp(begin + "run 50\n").ok()
+    whole = lmp(begin + "run 50\n" + coeffs(two_types[0]) + "run 0\nwrite_restart typed.restart\n").ok()
     start = head(start="read_restart half.restart") + BONDS + MOVE + dump()
-    again = lmp(start + "write_restart at_once.restart\nrun 50\nwrite_restart later.restart\n", ranks=ranks).ok()
-    assert section(tmp_path / "half.restart", 2) == section(tmp_path / "later.restart", 2) is not None
+    again = lmp(start + "run 50\nwrite_restart later.restart\n", ranks=2).ok()
+    assert section(tmp_path / "half.restart", 2) == section(tmp_path / "later.restart", 2) == section(tmp_path / "typed.restart", 2) is not None
     assert scaling_lines(again) == scaling_lines(whole)
     last = [run.dump("all.dump")[-1] for run in (whole, again)]
     assert np.abs(vectors(last[0]) - vectors(last[1])).max() <= ANOTHER_ORDER * np.abs(vectors(last[0])).max()
@@ -261,14 +250,6 @@ def test_restart(lmp, bar, tmp_path, two_types, ranks):
     anew = lmp(head(start="read_restart half.restart") + "pair_style none\n" + coeffs(two_types[0])
                + "fix other all evp/bonds\nfix move all nve\nrun 0\n").ok()
     assert scaling_lines(anew) != scaling_lines(whole)
-
-
-def test_a_new_pair_style_takes_the_measures_that_there_are(lmp, bar, tmp_path, two_types):
-    """As the bonds are the same: rows typed again, after the bonds and types have changed."""
-    text = head() + coeffs(two_types[0]) + BONDS + "fix move all nve\nrun 0\nwrite_restart a.restart\nset atom 1*60 type 1\n"
-    text += coeffs({types: row for types, row in two_types[0].items()}) + "run 0\nwrite_restart b.restart\n"
-    lmp(text).ok()
-    assert section(tmp_path / "a.restart", 2) == section(tmp_path / "b.restart", 2) is not None
 
 
 def test_a_new_fix_measures_again(lmp, bar):
@@ -305,84 +286,44 @@ def test_volume_by_rows(lmp_decks, bar):
     assert f", kv x {factors(measured[1, 1], METAL)[2]:.6g}\n" in runs["row"].stdout
 
 
-@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off")])
-def test_kv_without_fix_volume_is_warned_of_once(lmp_decks, bar, ranks, newton):
+def test_kv_without_fix_volume_is_warned_of_once(lmp_decks, bar):
     """With the line to add; also in a minimization, after a restart and when a later row has it. Any fix evp/volume decides on KV; without bonds
     there is nothing to add."""
     add, rows = "add: fix ID all evp/volume row", {"1 1": said(ONE, OTHER), "2 2": said(TWO, METAL), "1 2": words(MIXED)}
-    start, rest = head(newton) + coeffs(rows), "fix move all nve\ntimestep 1e-8\n{}run 1\nrun 1\n"
+    start, rest = head() + coeffs(rows), "fix move all nve\ntimestep 1e-8\n{}run 1\nrun 1\n"
     later = "".join(f"pair_coeff 2 2 {said(TWO, more)}\nrun 1\n" for more in (OTHER, METAL))
     decks = {"run": (1, start + BONDS + rest.format("") + "write_restart ../end.restart\n"),
-             "restart": (2, head(newton, start="read_restart ../end.restart") + BONDS + rest.format("") + later),
+             "restart": (2, head(start="read_restart ../end.restart") + BONDS + rest.format("") + later),
              "minimize": (1, start + BONDS + rest.format("minimize 0 1e-9 2 5\n")),
              "row": (0, start + BONDS + rest.format("fix v all evp/volume row\n")),
              "number": (0, start + BONDS + rest.format("fix v all evp/volume 0\n")),
              "no bonds": (0, start + rest.format(""))}
-    runs = lmp_decks({name: text for name, (_, text) in decks.items()}, ranks)
+    runs = lmp_decks({name: text for name, (_, text) in decks.items()}, 2)
     assert {name: sum(add in line for line in run.ok().warnings()) for name, run in runs.items()} == {name: count for name, (count, _) in decks.items()}
     assert "the row of type 2 has kv 700, but without fix evp/volume" in runs["run"].stdout and "kv x" not in runs["run"].stdout
 
 
 def test_volume_by_rows_without_kv_is_off(lmp_decks, bar):
-    """The same bits as without the fix, and nothing is asked for; also after rows that had one."""
-    rest = STIR + MOVE + dump() + STEPS
+    """Nothing is asked for, not even bonds; also after rows that had one."""
     rows = coeffs({"* *": words(ONE)})
     fix = "fix volume all evp/volume row\n"
-    runs = lmp_decks({"off": head() + rows + fix + BONDS + rest, "without": head() + rows + BONDS + rest,
-                      "no bonds": head() + rows + fix + "fix move all nve\nrun 10\n",
+    runs = lmp_decks({"off": head() + rows + fix + "fix move all nve\nrun 10\n",
                       "was on": head() + coeffs({"* *": said(ONE, {"kv": 1000.0})}) + fix + BONDS + STIR + MOVE + "run 50\n"
                       + coeffs({"* *": words(ONE)}, "") + "compute pe all pe/atom\n"
                       + "thermo_style custom step f_volume f_volume[1] f_volume[3]\ndump pe all custom 1 pe.dump id c_pe f_volume\n"
                       + "run 1\n"})
-    for one, two in zip(runs["off"].dump("all.dump"), runs["without"].dump("all.dump")):
-        assert np.array_equal(vectors(one), vectors(two))
-    assert "volume energy from fix" not in runs["off"].stdout
-    assert "volume energy from fix" in runs["was on"].stdout
+    assert ["volume energy from fix" in run.stdout for run in runs.values()] == [False, True]
     assert all(np.all(values == 0.0) for name, values in runs["was on"].thermo().items() if name != "Step")
     assert np.all(runs["was on"].dump("pe.dump")[-1]["f_volume"] == 0.0)
 
 
-# ---- read_evp_row, FILE:ROW
-
-POTENTIAL = f"""# UNITS: si
-metal {said(ONE, METAL)} density 2700
-plain {words(TWO)}
-"""
-
-
-def test_a_row_as_variables(lmp, bar, tmp_path):
-    """All digits, zero where the row has none; a second row replaces the first. pair_coeff takes the same word."""
-    (tmp_path / "p.evp").write_text(POTENTIAL.replace("80 8", "79.999999999999986 8"), encoding="utf-8")
-    shown = " ".join(f"${{m_{key}}}" for key in (*law.Row._fields, "spacing", "coordination", "kv", "density"))
-    text = "units si\n" + "".join(f'read_evp_row p.evp:{name} m\nprint "row {shown}"\n' for name in ("metal", "plain"))
-    text += head() + coeffs({"* *": "p.evp:metal"}) + BONDS + "fix move all nve\nvariable twice equal 2*v_m_e1\n"
-    text += 'print "twice ${twice}"\nrun 0\nwrite_data both.data pair ij\n'
-    run = lmp(text, ranks=2).ok()
-    lines = [list(map(float, line.split()[1:])) for line in run.stdout.splitlines() if line.startswith("row ")]
-    assert lines == [[79.999999999999986, *ONE[1:], 0.009, 12.0, 700.0, 2700.0], [*TWO, 0.0, 0.0, 0.0, 0.0]]
-    assert "twice 120" in run.stdout
+def test_a_row_of_a_file(lmp, bar, tmp_path):
+    """pair_coeff takes the word that read_evp_row takes (test_commands.py), and write_data writes the row as it was given."""
+    (tmp_path / "p.evp").write_text(f"# UNITS: si\nmetal {said(ONE, METAL)} density 2700\n".replace("80 8", "79.999999999999986 8"), encoding="utf-8")
+    run = lmp(head() + coeffs({"* *": "p.evp:metal"}) + BONDS + "fix move all nve\nrun 0\nwrite_data both.data pair ij\n", ranks=2).ok()
     assert len(scaling_lines(run)) == 3
     assert "1 2 79.99999999999999 8 4 3 8 4 0.005 50 1.5 spacing 0.009 coordination 12 kv 700 density 2700\n" in (
         tmp_path / "both.data").read_text(encoding="utf-8")
-
-
-# ---- the pages
-
-
-def blocks(page):
-    """Complete inputs of a page, those that begin with units, each with the text up to the next one."""
-    text = (REPOSITORY / "doc" / f"{page}.rst").read_text(encoding="utf-8")
-    parts = text.split(".. code-block:: LAMMPS\n\n")[1:]
-    found = []
-    for part in parts:
-        lines = part.split("\n")
-        end = next(k for k, line in enumerate(lines) if line and not line.startswith("   "))
-        if lines[0].split()[:1] == ["units"]:
-            found.append(("\n".join(line[3:] for line in lines[:end]) + "\n", " ".join("\n".join(lines[end:]).split())))
-    return found
-
-
-# ---- refusals
 
 
 def test_long_lines_are_told_of(lmp, bar):
