@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """What keeps recorded bonds: bond files, restart and data files, the header that says which atoms are one body; damaged ones are in test_bad_input.py.
 
-A refused recording leaves fix evp/bonds as it was, so that a program may mend the cause and run again. Boxes are fixed: LAMMPS draws a shrink-wrapped one
-anew when it reads a restart file, and with its bins the order of sums changes."""
+A refused recording leaves fix evp/bonds as it was, so that a program may mend the cause and run again. What goes on after a restart, to the last bit:
+test_kill.py; on other ranks: test_matrix.py."""
 
 import os
 import subprocess
@@ -16,7 +16,7 @@ from hostile import refused
 from lammps_run import write_data
 from library import SHOWN, run_program
 from oracle import brute
-from small_bodies import ANOTHER_ORDER, grips, head, lattice_body, pair, thermo, write_body
+from small_bodies import head, pair, thermo
 from test_within import FIX, MOLECULES
 
 # ---- bonds as text ----
@@ -55,18 +55,6 @@ def test_the_file_holds_the_pairs_of_the_zone(written, reference):
     assert max(abs(found[pair] / deq - 1.0) for pair, deq in truth.items()) < 4 * np.finfo(float).eps
 
 
-@pytest.mark.parametrize("ranks, other, newton", [(1, 4, "off"), (2, 1, "on")])
-def test_every_bit_goes_through_any_ranks(lmp, tmp_path, written, ranks, other, newton):
-    """Written by some ranks, read and written again by others: always the same lines."""
-    lmp(deck("zone 1.3", "write_evp_bonds a.bonds", newton), ranks=ranks).ok()
-    first = read_bonds(tmp_path / "a.bonds")
-    assert first == read_bonds(written)
-    run = lmp(deck("file a.bonds", "write_evp_bonds b.bonds", newton), ranks=other).ok()
-    assert f"recorded {len(first)} pairs from file a.bonds" in run.stdout
-    assert read_bonds(tmp_path / "b.bonds") == first
-    assert not list(tmp_path.glob("*.part"))
-
-
 def test_deq_that_is_no_distance_is_kept(lmp, tmp_path, written):
     """The file decides: values of deq that no distance in the data file has, the bonds the other way round."""
     lines = [f"{j} {i} {deq * (0.99 + 1e-5 * (i % 7)):.17g}" for (i, j), deq in as_pairs(read_bonds(written)).items()]
@@ -76,26 +64,26 @@ def test_deq_that_is_no_distance_is_kept(lmp, tmp_path, written):
     assert as_pairs(read_bonds(tmp_path / "b.bonds")) == turned
 
 
-@pytest.mark.parametrize("ranks", [1, 3])
-def test_bonds_of_a_deleted_atom_are_left_out(lmp, tmp_path, written, ranks):
+def test_bonds_of_a_deleted_atom_are_left_out(lmp, tmp_path, written):
     """A reader could not find the atom. IDs 1, in the middle and the highest; the data file that goes with the bonds reads back."""
     lmp(deck("zone 1.3", "group gone id 1 250 500\ndelete_atoms group gone compress no\nwrite_evp_bonds a.bonds\n"
-             "write_data a.data nocoeff"), ranks=ranks).ok()
+             "write_data a.data nocoeff"), ranks=3).ok()
     kept = {pair: deq for pair, deq in as_pairs(read_bonds(written)).items() if not {1, 250, 500} & set(pair)}
     assert as_pairs(read_bonds(tmp_path / "a.bonds")) == kept
-    run = lmp(deck("file a.bonds", data="a.data"), ranks=ranks).ok()
+    run = lmp(deck("file a.bonds", data="a.data"), ranks=3).ok()
     assert run.thermo()["f_bonds"][-1] == len(kept) < len(read_bonds(written))
     assert run.thermo()["f_bonds[1]"][-1] == 0
 
 
-@pytest.mark.parametrize("path", ["nowhere/a.bonds", "folder", "file/a.bonds", '""'])
-def test_a_path_that_cannot_be_written(lmp, tmp_path, path):
+def test_a_path_that_cannot_be_written(tmp_path):
     (tmp_path / "folder").mkdir()
     (tmp_path / "file").write_text("mine", encoding="utf-8")
     before = sorted(tmp_path.rglob("*"))
-    run = lmp(deck(after=f"write_evp_bonds {path}"))
-    assert run.returncode == 1 and f"write_evp_bonds: cannot write '{path.strip(chr(34))}': check the folder" in run.stdout, run.stdout
-    assert [name for name in sorted(tmp_path.rglob("*")) if name.name != "in.lmp"] == before
+    paths = ["nowhere/a.bonds", "folder", "file/a.bonds", '""']
+    said = run_program(f"tell({deck()!r})\n" + "".join(f"say(tell({f'write_evp_bonds {path}'!r}))\n" for path in paths), tmp_path).stdout.splitlines()
+    for path, line in zip(paths, said, strict=True):
+        assert f"write_evp_bonds: cannot write '{path.strip(chr(34))}': check the folder" in line
+    assert [name for name in sorted(tmp_path.rglob("*")) if name.name != "program.py"] == before
     assert (tmp_path / "file").read_text(encoding="utf-8") == "mine"
 
 
@@ -117,11 +105,10 @@ def test_a_full_disk_leaves_the_old_file(lmp, tmp_path, monkeypatch):
     assert len(read_bonds(old)) > 2000
 
 
-@pytest.mark.parametrize("ranks", [2])
-def test_a_star_is_the_step(lmp, tmp_path, ranks):
+def test_a_star_is_the_step(lmp, tmp_path):
     """As in write_data: under run every each step has a file of its own."""
     text = deck(after='velocity all ramp vx -1 1 x 0 0.05\ntimestep 1e-7\nrun 21 every 7 "write_data d.*.data nocoeff" "write_evp_bonds d.*.bonds"')
-    lmp(text + "write_evp_bonds end.*.*\n", ranks=ranks).ok()
+    lmp(text + "write_evp_bonds end.*.*\n", ranks=2).ok()
     assert sorted(file.name for file in tmp_path.glob("d.*.bonds")) == [f"d.{step}.bonds" for step in (14, 21, 7)]
     assert sorted(file.name for file in tmp_path.glob("d.*.data")) == [f"d.{step}.data" for step in (14, 21, 7)]
     assert (tmp_path / "end.21.*").exists(), "the first star alone, as there"
@@ -141,7 +128,7 @@ SHRUNK = {  # what shrinks after the recording at zone 1.48, and the row of the 
 }
 
 
-@pytest.mark.parametrize("what, ranks, other", [("radii", 1, 2), ("radii", 4, 1), ("alpha", 2, 1)])
+@pytest.mark.parametrize("what, ranks, other", [("radii", 4, 1), ("alpha", 1, 2)])
 def test_bonds_beyond_a_dlim_that_shrank(lmp, what, ranks, other):
     """The live run and a restart go on with such bonds, so does what is written: the same numbers, also when some of them are pressed until they act."""
     change, alpha = SHRUNK[what]
@@ -170,75 +157,22 @@ def test_high_ids_cost_no_memory(tmp_path):
     assert peaks[1] < peaks[0] + 40, f"{peaks} MB"
 
 
-@pytest.mark.parametrize("ranks, count", [(1, 1_000_000), (2, 100_000)])
-def test_a_million_bonds_stream(lmp, tmp_path, ranks, count):
-    """Up to a million pairs of 1500 atoms, read in messages of 10 000 and written back; nothing is lost or changed."""
-    n = 1500
+def test_many_bonds_stream(lmp, tmp_path):
+    """100 000 pairs of 1500 atoms, read in messages of 10 000 and written back; nothing is lost or changed."""
+    n, count = 1500, 100_000
     i, j = (k[:count] + 1 for k in np.triu_indices(n, 1))
-    deq = 0.01 + 1e-9 * (np.arange(count) % 1_000_000)
+    deq = 0.01 + 1e-9 * np.arange(count)
     with open(tmp_path / "a.bonds", "w", encoding="utf-8") as out:
         out.write(f"# EVP bonds COUNT: {count} UNITS: si\n")
         out.writelines(f"{a} {b} {d:.17g}\n" for a, b, d in zip(i.tolist(), j.tolist(), deq.tolist()))
     place = 0.02 * np.stack(np.unravel_index(np.arange(n), (15, 10, 10)), axis=1)
     write_data(tmp_path / "a.data", place, np.full(n, 0.005), [[-0.01, 0.3], [-0.01, 0.2], [-0.01, 0.2]])
-    run = lmp(deck("file a.bonds", "write_evp_bonds b.bonds", data="a.data"), ranks=ranks).ok()
+    run = lmp(deck("file a.bonds", "write_evp_bonds b.bonds", data="a.data"), ranks=2).ok()
     assert f"recorded {count} pairs from file a.bonds" in run.stdout
     assert read_bonds(tmp_path / "b.bonds") == read_bonds(tmp_path / "a.bonds")
 
 
 # ---- restart and data files ----
-
-BONDS = pair(fix="fix bonds all evp/bonds zone 1.48")
-PULL = grips(0.005, 0.045) + """
-velocity all ramp vx -20 20 x 0.005 0.045
-velocity left set -20 0 0
-velocity right set 20 0 0
-"""
-
-MOTION = """
-fix pull grips nve/noforce
-fix move free nve
-timestep 3e-7
-thermo 20
-""" + thermo("pe ke press f_bonds f_bonds[1] f_bonds[2] f_bonds[3] f_bonds[4]") + """
-dump all all custom 50 {name}.dump id x y z vx vy vz fx fy fz
-dump_modify all format float %.17g
-"""
-
-
-def start(newton="on", sort=""):
-    """The reference specimen, recorded and about to be pulled."""
-    return head(newton, start=f"read_data {REFERENCE}", sort=sort) + BONDS + PULL
-
-
-def first_half(newton="on"):
-    return start(newton) + MOTION.format(name="whole") + "run 100\nwrite_restart half.restart\nrun 100\n"
-
-
-def second_half(newton="on", sort="", file="half.restart", name="rest", fix="fix bonds all evp/bonds"):
-    return head(newton, start=f"read_restart {file}", sort=sort) + fix + "\n" + MOTION.format(name=name) + "run 100\n"
-
-
-def compare(run, whole, name, exact):
-    last, other = run.dump(f"{name}.dump")[-1], run.dump("whole.dump")[-1]
-    assert last.step == other.step == 200
-    for column in ("x", "y", "z", "vx", "vy", "vz", "fx", "fy", "fz"):
-        scale = 0.0 if exact else ANOTHER_ORDER * np.abs(other[column]).max()
-        assert np.all(np.abs(last[column] - other[column]) <= scale), column
-    first, second = whole.thermo(-1), run.thermo(-1)
-    for column, values in first.items():
-        scale = 0.0 if exact else ANOTHER_ORDER * np.abs(values).max()
-        assert np.all(np.abs(second[column] - values) <= scale), column
-    assert first["f_bonds"][-1] > 2000
-    assert first["f_bonds[3]"].max() > 0 and first["f_bonds[1]"].max() > 0 and first["f_bonds[2]"].max() > 0
-
-
-@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off")])
-def test_same_ranks_continue_to_the_last_bit(lmp, ranks, newton):
-    whole = lmp(first_half(newton), ranks=ranks).ok()
-    rest = lmp(second_half(newton), ranks=ranks).ok()
-    assert "recorded" not in rest.stdout, "the bonds come from the file"
-    compare(rest, whole, "rest", exact=True)
 
 
 def test_coefficients_come_back_from_restart_and_data(lmp, tmp_path, reference):
@@ -267,27 +201,16 @@ def test_coefficients_come_back_from_restart_and_data(lmp, tmp_path, reference):
 WITHOUT_RECORDS = "Pair evp/lj: the bonds were recorded by fix bonds, whose records are not here"
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
 @pytest.mark.parametrize("fix", ["", "fix springs all evp/bonds"])
-def test_restart_without_the_records_is_refused(lmp, fix, ranks):
-    lmp(start() + "run 0\nwrite_restart half.restart\n").ok()
-    run = lmp(second_half(fix=fix).replace("f_bonds f_bonds[1] f_bonds[2] f_bonds[3] f_bonds[4]", ""), ranks=ranks)
-    assert run.returncode != 0
-    assert WITHOUT_RECORDS in run.stdout
-    assert "define 'fix bonds all evp/bonds' right after read_restart" in run.stdout
-    assert run.made_no_step()
+def test_restart_without_the_records_is_refused(lmp, fix):
+    lmp(deck(after="write_restart half.restart")).ok()
+    run = lmp(head(start="read_restart half.restart") + f"{fix}\nfix move all nve\nrun 1\n", ranks=2)
+    refused(run, WITHOUT_RECORDS, "define 'fix bonds all evp/bonds' right after read_restart")
 
 
 # ---- which atoms are one body goes through restart files and, in the header, through bond files; and is refused where it would change ----
 
 BODIES = " within {} (bodies only repel each other)"
-
-
-@pytest.fixture
-def bar(tmp_path):
-    body = lattice_body(zone=1.4)
-    write_body(tmp_path / "body.data", body)
-    return body
 
 
 @pytest.mark.parametrize("first, then", [("within type", "within molecule"), ("", "within type")])
@@ -354,8 +277,7 @@ FAULTS = {
 }
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
-def test_a_bond_file_that_is_mended(tmp_path, ranks):
+def test_a_bond_file_that_is_mended(tmp_path):
     """The cause stands before a long path: hosts show the start of a message."""
     folder = tmp_path / ("deep" * 30) / ("folder" * 20)
     folder.mkdir(parents=True)
@@ -366,14 +288,13 @@ tell("clear", LOAD, SCENE, "fix bonds all evp/bonds file " + FILE)
 say(tell("run 0"))
 bond_file("1 2 0.0082", "4 5 0.0083")
 say([name for name in files_open() if name.endswith("b.bonds")], tell("run 0"), bonds(), kept())
-""" for write, _ in FAULTS.values()), tmp_path, ranks).stdout.splitlines()
+""" for write, _ in FAULTS.values()), tmp_path, 2).stdout.splitlines()
     for refusal, mended, (_, cause) in zip(said[::2], said[1::2], FAULTS.values(), strict=True):
         assert cause in refusal[:SHOWN], refusal
         assert mended.startswith("[] ok 2.0 ['1 2 0.0082") and "'4 5 0.0083" in mended, mended
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
-def test_two_spheres_that_coincided(tmp_path, ranks):
+def test_two_spheres_that_coincided(tmp_path):
     """The rest of the body is moved apart, so that every record of the refused recording would be one too many."""
     said = run_program(SCENE + """
 tell("create_atoms 1 single 0.051 0.02 0.02", "set atom 7 diameter 0.008 density 2700", "fix bonds all evp/bonds zone 1.3")
@@ -381,7 +302,7 @@ say("refused", tell("run 0"))
 tell("set atom 1 y 0.005", "set atom 2 y 0.035", "set atom 3 z 0.04", "set atom 4 z 0.005", "set atom 5 x 0.09", "set atom 7 y 0.0283")
 say("mended", tell("run 0"), bonds(), kept())
 say("recorded", tell("run 0"), bonds())
-""", tmp_path, ranks).stdout
+""", tmp_path, 2).stdout
     assert "Fix bonds evp/bonds: atoms 6 and 7 coincide" in said.split("refused ")[1][:SHOWN], said
     assert "mended ok 1.0 ['6 7 0.008" in said, said
     assert "recorded ok 1.0" in said, said
