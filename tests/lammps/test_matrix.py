@@ -224,6 +224,7 @@ BOXES = {
     "shrink-wrapped": dict(boundary="s m s"),
     "all pairs tried": dict(lines="neighbor 0.0008 nsq\n"),
     "bins by type": dict(lines="neighbor 0.0008 multi\ncomm_modify mode multi\n"),
+    "bins by size": dict(lines="neighbor 0.0008 multi\nneigh_modify collection/interval 2 0.005 0.02\ncomm_modify mode multi\n", newton="off"),
     "large skin": dict(lines="neighbor 0.003 bin\nneigh_modify every 5 delay 0 check yes one 4000\n"),
     "periodic x": dict(periodic="x"),
     "periodic y, newton off": dict(periodic="y", newton="off"),

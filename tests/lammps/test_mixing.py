@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from evp import law
 from hostile import refused
-from small_bodies import (ANOTHER_ORDER, MOVE, ROUND_OFF, STIR, assert_eventful, assert_same_curve, check_forces, dump, head, lattice_body, pair,
+from small_bodies import (ANOTHER_ORDER, MOVE, ROUND_OFF, STIR, assert_eventful, assert_same_curve, check_forces, dump, head, pair,
                           record, thermo, truth, words, write_body)
 
 # ---- beside other styles, walls, and in whatever order atoms and boxes are changed ----
@@ -29,16 +29,15 @@ def error_of(snapshot, expected, scale):
     return np.max(np.linalg.norm(snapshot.vectors("fx", "fy", "fz") - expected, axis=1) / scale)
 
 
-@pytest.mark.parametrize("ranks, newton", [(1, "on"), (3, "off"), (4, "on")])
 @pytest.mark.parametrize("style", ["hybrid", "hybrid/overlay"])
-def test_hybrid_with_lj_cut(lmp, bar, style, ranks, newton):
+def test_hybrid_with_lj_cut(lmp, bar, style):
     """hybrid: type 1 is ours, all else lj/cut, and bonds are recorded in type 1 alone. hybrid/overlay: both act on all."""
     row = law.TABLE1._replace(gamma=50.0)
     overlay = style == "hybrid/overlay"
     pairs = "* *" if overlay else "1 1"
     coeffs = f"pair_style {style} lj/cut {CUT} evp/lj contact literal\npair_coeff {pairs} evp/lj {words(row)}\n"
     coeffs += "".join(f"pair_coeff {two} lj/cut {LJ}\n" for two in (["* *"] if overlay else ["1 2", "2 2"]))
-    run = lmp(head(newton) + coeffs + "fix bonds all evp/bonds\n" + STIR + MOVE + dump() + HOLD, ranks=ranks).ok()
+    run = lmp(head("off") + coeffs + "fix bonds all evp/bonds\n" + STIR + MOVE + dump() + HOLD, ranks=3).ok()
     ours = np.ones(len(bar.x), dtype=bool) if overlay else bar.types == 1
     among = {p: deq for p, deq in bar.bonds.items() if all(ours[k - 1] for k in p)}
     assert run.thermo()["f_bonds"][0] == len(among)
@@ -57,27 +56,16 @@ def test_hybrid_with_lj_cut(lmp, bar, style, ranks, newton):
 PULL = "displace_atoms all ramp x 0 0.003 x 0 0.06\ndisplace_atoms all ramp y 0 -0.001 x 0 0.06\n"
 
 
-@pytest.mark.parametrize("ranks, newton", [(1, "on"), (3, "off")])
-def test_deleted_atoms(lmp, bar, ranks, newton):
-    """compress no: what is left keeps its bonds. What would hand bonds to
-    other atoms is refused: compress yes, and a new atom that takes a free ID."""
-    text = head(newton) + pair() + "fix move all nve\nrun 0\n" + PULL + "group gone id 1:5 40 96\n"
-    run = lmp(text + "delete_atoms group gone compress no\n" + dump() + "run 0\n", ranks=ranks).ok()
-    last = run.dump("all.dump")[-1]
+def test_deleted_atoms(lmp, bar):
+    """compress no: what is left keeps its bonds. What would hand bonds to other atoms is refused: test_remedies.py."""
+    text = head("off") + pair() + "fix move all nve\nrun 0\n" + PULL + "group gone id 1:5 40 96\ndelete_atoms group gone compress no\n"
+    last = lmp(text + dump() + "run 0\n", ranks=3).ok().dump("all.dump")[-1]
     left = last["id"].astype(int) - 1
     assert len(left) == len(bar.x) - 7
     check_forces(last, bar._replace(radius=bar.radius[left], types=bar.types[left]))
 
-    run = lmp(text + "delete_atoms group gone\nrun 0\n", ranks=ranks)
-    refused(run, "Fix bonds evp/bonds: atom ID", "is not the atom that was recorded under this ID", "delete_atoms ... compress no")
 
-    text = text.replace("id 1:5 40 96", "id 90:96") + "delete_atoms group gone compress no\n"
-    run = lmp(text + "create_atoms 1 single 0.03 0.02 0.05\nset atom 90 diameter 0.01\nrun 0\n", ranks=ranks)
-    refused(run, "atom ID 90 is not the atom that was recorded under this ID", "'read_data ... add 96'")
-
-
-@pytest.mark.parametrize("ranks", [1, 3])
-def test_set_type_and_diameter(lmp, bar, ranks):
+def test_set_type_and_diameter(lmp, bar):
     """Bonds keep deq; the row of their law, dlim and what new pairs take for deq follow the present types and radii."""
     rows = {(1, 1): law.TABLE1, (1, 2): law.Row(50.0, 6.0, 3.0, 5.0, 7.5, 3.2, 0.010, 0.0, 1.4),
             (2, 2): law.Row(30.0, 12.0, 6.0, 9.0, 4.0, 2.0, 0.008, 0.0, 1.5)}
@@ -86,7 +74,7 @@ def test_set_type_and_diameter(lmp, bar, ranks):
             + "set atom 1*30 type 2\nset atom 20*60 diameter 0.0092\nset atom 61*70 diameter 0.0118\n" + dump() + "run 0\n")
     types, radius = bar.types.copy(), bar.radius.copy()
     types[:30], radius[19:60], radius[60:70] = 2, 0.0046, 0.0059
-    last = lmp(text, ranks=ranks).ok().dump("all.dump")[-1]
+    last = lmp(text, ranks=3).ok().dump("all.dump")[-1]
     changed = bar._replace(types=types, radius=radius, bonds=record(bar.x, bar.radius, 1.4, bar.cell))
     check_forces(last, changed, rows)
     for control in (changed._replace(types=bar.types), changed._replace(radius=bar.radius)):
@@ -94,70 +82,12 @@ def test_set_type_and_diameter(lmp, bar, ranks):
             check_forces(last, control, rows)
 
 
-@pytest.mark.parametrize("ranks, newton", [(1, "on"), (4, "off")])
-def test_change_box(lmp, tmp_path, ranks, newton):
-    """A box that is strained with its atoms, orthogonal and then sheared: deq stays, the body is under stress."""
-    body = lattice_body((5, 4, 4), "xyz")
-    write_body(tmp_path / "body.data", body)
-    run = lmp(head(newton, boundary="p p p") + pair() + "fix move all nve\nrun 0\n" + dump(every=1) + """
-change_box all x scale 1.01 y scale 0.995 remap units box
-run 0
-undump all
-change_box all triclinic
-""" + dump("sheared.dump") + """
-change_box all xy final 0.001 yz final -0.0007 remap units box
-run 0
-""", ranks=ranks).ok()
-    stretched, sheared = run.dump("all.dump")[0], run.dump("sheared.dump")[0]
-    cell = body.cell * [1.01, 0.995, 1.0]
-    check_forces(stretched, body._replace(cell=cell))
-    cell[1, 0], cell[2, 1] = 0.001, -0.0007
-    found = check_forces(sheared, body._replace(cell=cell))
-    assert found["bonds_second"] > 20
-    with pytest.raises(AssertionError):
-        check_forces(sheared, body)
-
-
 # ---- beside lammps' other ways to run ----
-
-SHOW = thermo("pe fmax f_bonds f_bonds[2]")
-
 
 STRETCH = "displace_atoms all ramp x 0 0.0012 x 0 0.06\n"
 
 
-@pytest.mark.parametrize("ranks, newton", [(1, "on"), (3, "off")])
-@pytest.mark.parametrize("style", ["fire", "cg"])
-def test_minimisation_of_a_body(lmp, bar, style, ranks, newton):
-    """A stretched bar finds its way back towards the recorded places: energy falls at every output, forces vanish
-    beside the yield force, and those left are the law's without damping. 500 iterations: 6 modes of a bar of 6 cells
-    need some dozens."""
-    row = law.TABLE1._replace(gamma=1000.0)
-    run = lmp(head(newton) + pair(row, contact="none") + SHOW + "thermo 1\ntimestep 1e-7\n" + f"""
-minimize 0 0 1 1
-{STRETCH}
-min_style {style}
-min_modify dmax 1e-4
-{dump(every=1)}
-thermo 100
-minimize 0 1e-3 500 2000
-""", ranks=ranks).ok()
-    table = run.thermo(-1)
-    assert run.stdout.count("recorded") == 1, "by the first minimisation"
-    assert table["f_bonds[2]"][0] > 50, "control: stretched into the second regime"
-    assert np.all(np.diff(table["PotEng"]) <= 0.0)
-    yield_force = 8 * 4 * 80 * 0.005 / 0.01
-    assert table["Fmax"][0] > 0.5 * yield_force
-    assert table["Fmax"][-1] < 0.01 * yield_force
-    snapshots = run.dump("all.dump")
-    still = np.zeros_like(snapshots[0]["x"])
-    for snapshot in (snapshots[0], snapshots[len(snapshots) // 20]):
-        snapshot.columns.update(vx=still, vy=still, vz=still)
-        check_forces(snapshot, bar, contact="none")
-
-
-@pytest.mark.parametrize("ranks, newton", [(1, "on"), (3, "off")])
-def test_rerun_with_bonds_from_a_file(lmp, bar, ranks, newton):
+def test_rerun_with_bonds_from_a_file(lmp, bar):
     """Energies and forces of a dump's snapshots are those of the run that wrote it. Control: a rerun that records its
     own bonds at the first snapshot, already deformed, has others."""
     lmp(head() + pair() + "fix move all nve\nrun 0\nwrite_evp_bonds all.bonds\n").ok()
@@ -168,7 +98,7 @@ dump_modify all format float %.17g
 rerun all.dump first 20 dump x y z vx vy vz
 """
     kept = pair(fix="fix bonds all evp/bonds file all.bonds")
-    run = lmp(head(newton) + kept + MOVE + again, ranks=ranks).ok()
+    run = lmp(head("off") + kept + MOVE + again, ranks=3).ok()
     table = whole.thermo()
     later = {name: values[2:] for name, values in table.items() if name not in ("Step", "KinEng", "Pxx", "Pyz")}
     assert list(run.thermo()["Step"]) == list(range(20, 101, 10))
@@ -177,7 +107,7 @@ rerun all.dump first 20 dump x y z vx vy vz
         check_forces(snapshot, bar)
         assert np.abs(snapshot["fx"] - old["fx"]).max() < ANOTHER_ORDER * np.abs(old["fx"]).max()
     assert_eventful(table)
-    fresh = lmp(head(newton) + pair() + MOVE + again, ranks=ranks).ok().thermo()
+    fresh = lmp(head("off") + pair() + MOVE + again, ranks=3).ok().thermo()
     assert fresh["f_bonds[2]"][0] == 0.0 and abs(fresh["PotEng"][0] / later["PotEng"][0] - 1.0) > 1e-3
 
 
@@ -214,13 +144,9 @@ run 0
         check_forces(run.dump(key + ".reset")[-1], bar, base)
 
 
-@pytest.mark.parametrize("style", ["evp/lj", "hybrid/overlay zero 0.001 evp/lj"])
-def test_fix_adapt_cannot_widen_alpha(lmp, bar, style):
+def test_fix_adapt_cannot_widen_alpha(lmp, bar):
     """The neighbor list ends where it did at set-up: pairs beyond would be lost in silence. Down and up again is fine."""
-    setup = pair().replace("pair_style evp/lj", f"pair_style {style}")
-    if "hybrid" in style:
-        setup = setup.replace("pair_coeff * *", "pair_coeff * * zero\npair_coeff * * evp/lj")
-    text = head() + setup + MOVE + "variable a equal 1.5-0.1*{0}\nfix change all adapt 1 pair evp/lj alpha * * v_a\nrun 20\n"
+    text = head() + pair() + MOVE + "variable a equal 1.5-0.1*{0}\nfix change all adapt 1 pair evp/lj alpha * * v_a\nrun 20\n"
     run = lmp(text.format("(step>5)*(step<15)"), ranks=2).ok()
     assert run.thermo()["Step"][-1] == 20
     run = lmp(text.format("(step>5)*(0-1)"))
@@ -236,11 +162,10 @@ def test_fix_adapt_cannot_bring_exponents_together(lmp, bar):
 
 
 @pytest.mark.parametrize("contact", ["literal", "repulsive"])
-@pytest.mark.parametrize("ranks, newton", [(1, "on"), (3, "off")])
-def test_radii_that_change_during_a_run(lmp, tmp_path, bar, ranks, newton, contact):
+def test_radii_that_change_during_a_run(lmp, tmp_path, bar, contact):
     """fix adapt shrinks the spheres while the neighbor list stands: dlim, and deq of new pairs, follow at every step."""
     row = law.TABLE1
-    text = head(newton, style="sphere 1") + pair(contact=contact, fix="fix bonds all evp/bonds zone 1.01") + """
+    text = head("off", style="sphere 1") + pair(contact=contact, fix="fix bonds all evp/bonds zone 1.01") + """
 fix hold all nve/noforce
 variable size equal 0.0105-0.0002*step
 fix shrink all adapt 1 atom diameter v_size
@@ -255,7 +180,7 @@ run 5
 """
     small = bar._replace(radius=np.full(len(bar.x), 0.00525))
     write_body(tmp_path / "body.data", small)
-    run = lmp(text, ranks=ranks).ok()
+    run = lmp(text, ranks=3).ok()
     snapshots = run.dump("all.dump")[-5:]
     bonds = record(bar.x, small.radius, 1.01, bar.cell)
     for snapshot in snapshots:
