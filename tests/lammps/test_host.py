@@ -149,13 +149,6 @@ def test_instances_side_by_side_are_those_one_after_the_other(tmp_path, path):
     assert len({line for lines in alone.values() for line in lines}) == 6, "control"
 
 
-def test_a_second_load_is_ignored_as_by_lammps(tmp_path):
-    """And LAMMPS says so."""
-    script = 'program = start()\nfor k in range(2):\n    program.command(f"plugin load {plugin}")\nprogram.close()\n'
-    run = run_python(script, 1, tmp_path).ok()
-    assert run.stdout.count("Ignoring load of pair style evp/lj") == 1 and run.stdout.count("Loading plugin: EVP two-regime") == 1
-
-
 # ---- a lammps without mpi has stand-ins of its own for it, whose functions take other pointers ----
 
 

@@ -103,14 +103,13 @@ def test_one_damped_atom_beside_a_prescribed_one(lmp, tmp_path, then):
 # ---- what every scheme must keep ----
 
 
-@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off")])
-def test_free_body_keeps_its_momenta_at_any_tolerance(lmp, tmp_path, body, ranks, newton):
+def test_free_body_keeps_its_momenta_at_any_tolerance(lmp_decks, tmp_path, body):
     """Every iterate, and its start, differ from the undamped velocities by forces along pairs; x_n x v_n is then kept by a
     leapfrog exactly. Control: damping took most of the internal motion."""
     write_body(tmp_path / "body.data", body)
     mass = mass_of(body.radius)
-    for options in ("tol 0.5", "", TIGHT):
-        run = lmp(flight(options, newton=newton, fast=2.0) + dump(every=100) + "run 100\n", ranks).ok()
+    decks = {options: flight(options, newton="off", fast=2.0) + dump(every=100) + "run 100\n" for options in ("tol 0.5", "", TIGHT)}
+    for options, run in lmp_decks(decks, 2).items():
         first, last = run.dump("all.dump")
         momenta = []
         for snapshot in (first, last):
@@ -161,17 +160,16 @@ def test_order_of_fixes_changes_nothing(lmp, tmp_path, body):
         assert_same_motion(ends[0], other, mass_of(body.radius), TIGHT_RUN)
 
 
-@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off")])
-def test_virial_holds_the_damping_once(lmp, tmp_path, body, ranks, newton):
+def test_virial_holds_the_damping_once(lmp, tmp_path, body):
     """Globally and summed over atoms, against a sum over all pairs with the opening rates of the step at v+ = v + dt f/2m, the velocity
     that the damping is solved for. Control: without damping it is another."""
     write_body(tmp_path / "body.data", body)
-    deck = flight(TIGHT, newton=newton, boundary="f f f", contact="literal").replace("thermo_style custom step", """
+    deck = flight(TIGHT, newton="off", boundary="f f f", contact="literal").replace("thermo_style custom step", """
 compute virial all pressure NULL virial
 compute each all stress/atom NULL virial
 compute sum all reduce sum c_each[1] c_each[2] c_each[3] c_each[4] c_each[5] c_each[6]
 thermo_style custom step vol c_virial[*] c_sum[*]""") + dump(every=10) + "run 10\nfix_modify integrate virial no\nrun 0\n"
-    run = lmp(deck, ranks).ok()
+    run = lmp(deck, 2).ok()
     last, mass = run.dump("all.dump")[-1], mass_of(body.radius)
     x, v, f = (last.vectors(*names) for names in (("x", "y", "z"), ("vx", "vy", "vz"), ("fx", "fy", "fz")))
     found = {}
@@ -188,11 +186,9 @@ thermo_style custom step vol c_virial[*] c_sum[*]""") + dump(every=10) + "run 10
     assert np.abs(found[0] - found[1]).max() > 0.01 * np.abs(found[1]).max(), "control"
 
 
-@pytest.mark.parametrize("then", ["min_modify dmax 1e-9\nthermo 1\nminimize 0 0 2 9\n", "pair_coeff * * 80 8 4 3 8 4 0.005 0 1.5\nrun 0\n"], ids=["minimization", "gamma zero"])
-@pytest.mark.parametrize("ranks", [1, 2])
-def test_no_virial_is_left_where_no_damping_acts(lmp, tmp_path, body, then, ranks):
-    """The same state under fix nve has the same pressure, global and summed over atoms, though atoms came since. Control: the damping
-    of the run before changed it."""
+def test_no_virial_is_left_where_no_damping_acts(lmp_decks, tmp_path, body):
+    """The same state under fix nve has the same pressure, global and summed over atoms, though atoms came since: in a minimization, and with gamma of zero.
+    Control: the damping of the run before changed it."""
     write_body(tmp_path / "body.data", body)
     read = """
 compute virial all pressure NULL virial
@@ -201,12 +197,10 @@ compute sum all reduce sum c_each[1] c_each[5]
 """ + thermo("c_virial[1] c_virial[4] c_sum[1] c_sum[2]")
     deck = flight(boundary="f f f", contact="none").replace("thermo_style", "#") + read + "run 3\ncreate_atoms 1 single 0.09 0.05 0.05\n"
     deck += "set atom $(count(all)) diameter 0.01\nset atom $(count(all)) density 2700\n"
-    found = {}
-    for style in ("nve/evp", "nve"):
-        text = deck + f"unfix integrate\nfix integrate all {style}\n" * (style == "nve") + then
-        run = lmp(text, ranks).ok()
-        table = run.thermo()
-        found[style] = np.array([table[name] for name in ("c_virial[1]", "c_virial[4]", "c_sum[1]", "c_sum[2]")])
-        damped = np.array([run.thermo(0)[name][-1] for name in ("c_virial[1]", "c_virial[4]", "c_sum[1]", "c_sum[2]")])
-    assert np.allclose(found["nve/evp"], found["nve"], rtol=1e-9, atol=1e-9 * np.abs(found["nve"]).max())
-    assert abs(damped[0] / found["nve"][0][0] - 1.0) > 0.01, "control"
+    other = "unfix integrate\nfix integrate all nve\n"
+    for then in ("min_modify dmax 1e-9\nthermo 1\nminimize 0 0 2 9\n", "pair_coeff * * 80 8 4 3 8 4 0.005 0 1.5\nrun 0\n"):
+        ours, plain = lmp_decks({"nve/evp": deck + then, "nve": deck + other + then}, 2).values()
+        names = ("c_virial[1]", "c_virial[4]", "c_sum[1]", "c_sum[2]")
+        left, expected = (np.array([run.thermo()[name] for name in names]) for run in (ours, plain))
+        assert np.allclose(left, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max()), then
+        assert abs(ours.thermo(0)["c_virial[1]"][-1] / expected[0][0] - 1.0) > 0.01, "control"

@@ -17,7 +17,7 @@ from small_bodies import MOVE, head, lattice_body, pair, write_body
 
 TOTAL, EVERY = 1200, 10  # steps of the run, and from one restart file to the next
 TRIES = 5
-KILLS = 3
+KILLS = 2
 END_OF_FILE = b"LammpS RestartT"  # LAMMPS' own mark, the last thing that it writes
 
 # gentle enough for thousands of steps: an oscillation into the second regime and back, without a drift
@@ -90,7 +90,7 @@ BONDS, VOLUME = "fix bonds all evp/bonds\n", "fix volume all evp/volume 500\n"
 SCENES = {"eq. 8": (pair() + SWING, BONDS, MOVE), "flow": (flowing_pair("none", 0.05, fix=BONDS.strip() + " zone 1.4") + FLOWING_SWING, BONDS + VOLUME, MOVE_FLOWING)}
 
 
-@pytest.mark.parametrize("name, ranks", [("eq. 8", 2), ("flow", 1), ("flow", 2)])
+@pytest.mark.parametrize("name, ranks", [("eq. 8", 1), ("flow", 2)])
 def test_killed_runs_resume(tmp_path, name, ranks):
     """Killed at seeded moments of the first half, so that the run is not over. gamma = 0, no sorting of atoms and the same ranks: the restart file
     holds every bit, so thermo table, last state and bond file are the same to the last digit."""

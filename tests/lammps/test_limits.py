@@ -79,14 +79,13 @@ def test_explicit_limits_are_those_of_the_matrices(lmp_decks, tmp_path, stretch)
     kv, rows = 3000.0, {gamma: law.TABLE1._replace(gamma=gamma) for gamma in (0.0, 300.0)}
     body, x = stretched(tmp_path, stretch)
     plain = last(lmp_decks({"": limits_deck(rows[0.0])})[""])
-    for ranks, newton in ((1, "on"), (4, "off")):
-        for gamma, run in lmp_decks({gamma: limits_deck(row, kv=kv, newton=newton) for gamma, row in rows.items()}, ranks).items():
-            found, (stiff, viscous) = last(run), matrices(x, body, rows[gamma], kv=kv)
-            step, sums = found["c_dt[2]"], network.stable_step(np.abs(stiff).sum(axis=1), np.abs(viscous).sum(axis=1)).min()
-            assert found["c_dt[1]"] == pytest.approx(2.0 / np.sqrt(largest(stiff)), rel=SETTLED) and found["c_dt"] == step
-            assert largest(step**2 * stiff + 2.0 * step * viscous) == pytest.approx(4.0, rel=2.0 * ITERATED)
-            assert 0.2 * sums < found["c_dt[5]"] <= sums * (1.0 + 1e-9) <= step * (1.0 + ITERATED)
-            assert found["c_dt[1]"] < 0.8 * plain["c_dt[1]"]
+    for gamma, run in lmp_decks({gamma: limits_deck(row, kv=kv, newton="off") for gamma, row in rows.items()}, 4).items():
+        found, (stiff, viscous) = last(run), matrices(x, body, rows[gamma], kv=kv)
+        step, sums = found["c_dt[2]"], network.stable_step(np.abs(stiff).sum(axis=1), np.abs(viscous).sum(axis=1)).min()
+        assert found["c_dt[1]"] == pytest.approx(2.0 / np.sqrt(largest(stiff)), rel=SETTLED) and found["c_dt"] == step
+        assert largest(step**2 * stiff + 2.0 * step * viscous) == pytest.approx(4.0, rel=2.0 * ITERATED)
+        assert 0.2 * sums < found["c_dt[5]"] <= sums * (1.0 + 1e-9) <= step * (1.0 + ITERATED)
+        assert found["c_dt[1]"] < 0.8 * plain["c_dt[1]"]
 
 
 MIXED = {(1, 1): law.TABLE2, (1, 2): law.TABLE2._replace(gamma=200.0), (2, 2): law.TABLE2._replace(gamma=3000.0)}
@@ -143,7 +142,7 @@ run 400
 """
 
 
-@pytest.mark.parametrize("gamma, kv", [(100, 0), (1000, 0), (10000, 0), (0, 3000), (100, 3000), (3000, 3000)])
+@pytest.mark.parametrize("gamma, kv", [(100, 0), (10000, 0), (100, 3000)])
 def test_the_implicit_bound_holds_in_runs(lmp, tmp_path, gamma, kv):
     """Without volume energy it is sharp to a fifth: above it some mode alternates; its growth is slow just beyond, so the upper end is judged
     at 1.2 itself."""
@@ -180,7 +179,7 @@ run 1000
 """
 
 
-@pytest.mark.parametrize("style, gamma", [("nve", 0), ("nve", 1000), ("nve/evp", 1000)])
+@pytest.mark.parametrize("style, gamma", [("nve", 1000), ("nve/evp", 1000)])
 def test_past_yield_every_limit_is_on_the_safe_side(lmp, tmp_path, pulled_body, style, gamma):
     """Under 5 % of stretch, brought to rest by damping: pairs in both regimes and new ones. A small perturbation does not grow.
     (A large one at gamma = 0, which carries pairs to and fro across xi_s, is another matter: see test_robust_bodies.py.)"""
@@ -188,12 +187,3 @@ def test_past_yield_every_limit_is_on_the_safe_side(lmp, tmp_path, pulled_body, 
     table = lmp(PULLED.format(style=style, row=words(law.TABLE1._replace(gamma=gamma)))).ok().thermo()
     assert table["f_bonds[2]"][0] > 500 and table["f_bonds[3]"][0] > 5
     assert table["KinEng"].max() <= table["KinEng"][0] * (1.0 + 1e-6)
-
-
-def test_fix_dt_evp_follows_the_volume_energy(lmp_decks, tmp_path):
-    write_body(tmp_path / "body.data", lattice_body((4, 3, 3)))
-    text = head() + pair() + "fix volume all evp/volume {}\nfix move all nve\nfix step all dt/evp 10 0.4\ncompute dt all evp/dt\n" + thermo("dt c_dt") + "run 10\n"
-    none, much = (run.thermo() for run in lmp_decks({kv: text.format(kv) for kv in (0, 3000)}).values())
-    for table in (none, much):
-        assert table["Dt"][0] == pytest.approx(0.4 * table["c_dt"][0], rel=1e-9)
-    assert much["Dt"][0] < 0.8 * none["Dt"][0]

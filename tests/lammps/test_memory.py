@@ -36,50 +36,26 @@ VARIANTS = {
     "pair, bonds from the zone": EVP + "fix bonds all evp/bonds\n",
 }
 TOLERANCE = 0.1
-MB = 1048576.0
 
 
-@pytest.fixture(scope="module")
-def memory(tmp_path_factory):
-    """{variant: (reported, handed out)} in bytes, the number of bonds, and of atoms."""
-    folder = tmp_path_factory.mktemp("memory")
+def test_reported_memory_is_the_memory_that_was_handed_out(tmp_path):
+    """Of each bond on both of its atoms, an ID and a double in 16 bytes, in rows of one length for all atoms."""
     rng = np.random.default_rng(5)
     grid = np.stack(np.meshgrid(*[np.arange(SIDE)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
     x = (grid + 0.5 + rng.uniform(-0.1, 0.1, grid.shape)) * SPACING
-    radius = rng.uniform(0.0045, 0.0055, len(x))
-    write_data(folder / "many.data", x, radius, np.array([[0.0, SIDE * SPACING]] * 3))
+    write_data(tmp_path / "many.data", x, rng.uniform(0.0045, 0.0055, len(x)), np.array([[0.0, SIDE * SPACING]] * 3))
     found, bonds = {}, None
     for name in reversed(VARIANTS):  # the zone's comes first and writes the bond file
         after = "write_evp_bonds many.bonds" if "zone" in name else ""
-        out = run_lammps(DECK.format(styles=VARIANTS[name], after=after), 1, None, folder).ok().stdout
+        out = run_lammps(DECK.format(styles=VARIANTS[name], after=after), 1, None, tmp_path).ok().stdout
         reported = re.search(r"Per MPI rank memory allocation.* = ([0-9.]+) \|", out)
         handed_out = re.search(r"Current reserved memory pool size: ([0-9.e+]+) Mbyte", out)
-        found[name] = tuple(float(match[1]) * MB for match in (reported, handed_out))
+        found[name] = np.array([float(match[1]) for match in (reported, handed_out)]) * 1048576.0
         written = re.search(r"write_evp_bonds: (\d+) bonds", out)
         bonds = int(written[1]) if written else bonds
-    return found, bonds, len(x)
-
-
-def growth(memory, name, than):
-    """Bytes reported and handed out by which one variant is above the other."""
-    return tuple(a - b for a, b in zip(memory[0][name], memory[0][than]))
-
-
-@pytest.mark.parametrize(("name", "than"), [
-    ("pair", "no style of ours"),
-    ("pair, bonds from a file", "pair"),
-    ("pair, bonds from the zone", "pair"),
-])
-def test_reported_memory_is_the_memory_that_was_handed_out(memory, name, than):
-    reported, handed_out = growth(memory, name, than)
-    assert handed_out > 2 * MB  # far above the last digit of `info memory`
-    assert reported == pytest.approx(handed_out, rel=TOLERANCE)
-
-
-def test_the_fix_reports_what_the_bonds_need(memory):
-    """Each bond is on both of its atoms, an ID and a double in 16 bytes, in rows of one length for all atoms."""
-    reported, _ = growth(memory, "pair, bonds from a file", "pair")
-    _, bonds, atoms = memory
-    assert bonds > 7 * atoms
+    for name, than in (("pair", "no style of ours"), ("pair, bonds from a file", "pair"), ("pair, bonds from the zone", "pair")):
+        reported, handed_out = found[name] - found[than]
+        assert handed_out > 2 * 1048576.0  # far above the last digit of `info memory`
+        assert reported == pytest.approx(handed_out, rel=TOLERANCE), name
     held = 2.0 * bonds * 16
-    assert held < reported < 3.0 * held
+    assert bonds > 7 * len(x) and held < (found["pair, bonds from a file"] - found["pair"])[0] < 3.0 * held

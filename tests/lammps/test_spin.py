@@ -65,10 +65,9 @@ def test_pair_that_spins_has_its_centrifugal_strain(lmp_decks, tmp_path):
         assert table["f_energy[6]"][-1] == pytest.approx(stored, rel=0.6), "control: damping acts"
 
 
-@pytest.mark.parametrize("step", [2e-8, 4e-8])
-def test_explicit_damping_pulls_a_spinning_pair_together(lmp, tmp_path, step):
+def test_explicit_damping_pulls_a_spinning_pair_together(lmp, tmp_path):
     """By gamma w^2 d dt/2, as its page says: a share gamma dt/m of the strain."""
-    gamma, spin = 600.0, 3000.0
+    gamma, spin, step = 600.0, 3000.0, 4e-8
     table = spin_pair(lmp, tmp_path, gamma, spin, spin * step, 8.0 * gamma / STIFFNESS, "nve").thermo()
     assert strain_over_centrifugal(table)[-1] - 1.0 == pytest.approx(-gamma * step / MASS, abs=2e-3 + 4e-4)  # what settles, the strain itself
 
@@ -86,10 +85,10 @@ def test_timestep_follows_the_turning(lmp, tmp_path):
     assert plain["f_dt[3]"][-1] != 5
 
 
-@pytest.mark.parametrize("angle, warned", [(0.14, 0), (0.2, 1)])
-def test_turning_too_far_in_a_step_is_warned_of(lmp, tmp_path, angle, warned):
-    run = spin_pair(lmp, tmp_path, 1e5, 400.0, angle, 0.02)
-    assert sum("rotated by more than 0.15 rad per step" in line for line in run.warnings()) == warned
+def test_turning_too_far_in_a_step_is_warned_of(lmp, tmp_path):
+    for angle, warned in ((0.14, 0), (0.2, 1)):
+        run = spin_pair(lmp, tmp_path, 1e5, 400.0, angle, 0.02)
+        assert sum("rotated by more than 0.15 rad per step" in line for line in run.warnings()) == warned
 
 
 def test_change_of_timestep_and_restart_in_mid_spin(lmp, tmp_path):
@@ -118,7 +117,7 @@ thermo {every}
 """ + thermo("v_d ke f_energy f_energy[6]")
 
 
-@pytest.mark.parametrize("gamma, angle, ranks, newton", [(1e3, 0.01, 1, "on"), (2e4, 0.008, 1, "off"), (2e4, 0.008, 2, "on"), (5e5, 0.002, 1, "on")])
+@pytest.mark.parametrize("gamma, angle, ranks, newton", [(1e3, 0.01, 1, "on"), (2e4, 0.008, 2, "off"), (5e5, 0.002, 1, "on")])
 def test_atom_that_turns_with_a_moved_one(lmp_decks, tmp_path, gamma, angle, ranks, newton):
     """A turntable: sphere 1 is moved along a circle by fix move rotate, sphere 2 outside it is free. The moved one enters with its velocity
     over the step, not with that at its place: the strain is m w^2 r d/(K d^2). (It was too large by gamma dt/2m.)"""

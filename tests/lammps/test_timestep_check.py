@@ -7,8 +7,6 @@ import numpy as np
 import pytest
 from common_bodies import REFERENCE
 from evp import law
-from oracle import brute, network
-from lammps_run import write_state
 from small_bodies import head, lattice_body, mass_of, pair, thermo, words, write_body, write_two
 
 LIMIT = re.compile(r"Pair evp/lj: the timestep ([0-9.e+-]+) is ([0-9.e+-]+) times the largest stable timestep ([0-9.e+-]+):")
@@ -64,21 +62,6 @@ def test_volume_energy_of_the_present_positions(lmp_decks, tmp_path, style):
     assert found(runs["1e-06"]) == []
 
 
-@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off")])
-def test_the_limit_of_a_deformed_body(lmp, tmp_path, reference, pulled_body, ranks, newton):
-    """Both regimes, tension and compression, against the assembled matrices: on any number of MPI ranks. Only a slice about
-    the boundary of two ranks moves freely, so that pairs of both hold its atoms."""
-    row = law.TABLE1._replace(gamma=30.0)
-    write_state(tmp_path / "state.dump", pulled_body.x, 0 * pulled_body.v, pulled_body.box)
-    text = head(newton, start=f"read_data {REFERENCE}") + pair(row)
-    text += "region slice block 0.024 0.026 INF INF INF INF\ngroup free region slice\ngroup held subtract all free\nrun 0\n"
-    text += "read_dump state.dump 0 x y z vx vy vz box no replace yes\nfix hold held nve/noforce\nfix move free nve\ntimestep 1e-5\nrun 1\n"
-    free = abs(reference.x[:, 0] - 0.025) < 0.001
-    bonds = brute.record_bonds(reference.x, reference.radius, 1.5)
-    expected = network.step_limits(pulled_body.x, reference.radius, mass_of(reference.radius), row, bonds, "literal", free)
-    assert found(lmp(text, ranks).ok()) == [pytest.approx(expected["dt_explicit"], rel=ITERATED)]
-
-
 def test_a_deck_without_a_word_on_the_timestep(lmp_decks):
     """The paper's timestep for its Table 2 is 3.8 times the limit. One warning for each run."""
     table2 = head(start=f"read_data {REFERENCE}") + pair(law.TABLE1._replace(gamma=1000))
@@ -132,14 +115,3 @@ def test_flowing_pairs(lmp_decks, tmp_path):
                       for name, deck in (("rest", start), ("flowed", flowed), ("back", back)) for factor in (0.98, 1.1)})
     for (name, factor), run in runs.items():
         assert found(run) == ([pytest.approx(limit, rel=0.05)] if factor > 1.0 else []), name
-
-
-def test_pairs_that_are_pressed_together(lmp_decks, tmp_path):
-    """Their stiffness is that of now, not that at rest."""
-    write_two(tmp_path / "body.data")
-    start = head(skin=0.002) + pair(law.TABLE1, "none") + "fix move all nve\nrun 0\ndisplace_atoms all ramp x 0.0022 -0.0022 x -0.006 0.006 units box\n"
-    text = start + "compute dt all evp/dt\n" + thermo("c_dt") + "run 0\nvariable limit equal $(c_dt:%.17g)\nuncompute dt\nthermo_style custom step\n"
-    runs = lmp_decks({factor: text + f"timestep $({factor}*v_limit:%.17g)\nrun 1\n" for factor in (0.98, 1.02)})
-    limit = runs[0.98].thermo(1)["c_dt"][0]
-    assert limit < 0.5 * np.sqrt(2.0 * mass_of(0.005) * 0.011**2 / (80 * 32)), "control: far below that at rest"
-    assert found(runs[0.98]) == [] and found(runs[1.02]) == [pytest.approx(limit, rel=ITERATED)]
