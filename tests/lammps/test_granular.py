@@ -106,40 +106,6 @@ def test_other_contacts_and_integrators(lmp_decks, tmp_path):
         assert_slides(run.thermo())
 
 
-def test_friction_goes_on_after_a_restart(lmp, tmp_path):
-    """Half of the way, a restart file, the rest: the same numbers as in two runs without one; on two ranks it stops, too."""
-    write_scene(tmp_path)
-    half = f"run {STEPS // 2}\n"
-    rest = lmp(head() + style() + slide() + START + half + "write_restart half.restart\n" + half).ok().thermo()
-    text = head(start="read_restart half.restart") + style() + slide() + half
-    same, again = (lmp(text, ranks).ok().thermo() for ranks in (1, 2))
-    assert np.abs(same["v_x"] - rest["v_x"]).max() < 1e-10 * DISTANCE
-    moving = again["v_v"] > 0.05
-    assert moving.sum() > 50 and slope(again["Time"][moving], again["v_v"][moving]) == pytest.approx(-MU * GRAVITY, rel=0.02)
-
-
-def test_within_a_body_hybrid_changes_no_force(lmp_decks, tmp_path):
-    """Bodies apart, a block that rings: positions, velocities and forces are those of evp/lj alone, but for round-off of sums in another order."""
-    write_scene(tmp_path, gap=0.001)
-    alone = f"pair_style evp/lj contact repulsive plasticity isotropic\npair_coeff * * {words(law.TABLE1)}\nneigh_modify exclude type 2 2\n"
-    move = """group block type 1
-fix bonds block evp/bonds
-fix integrate block nve
-variable vx atom 40*sin(1.1*id)
-variable vz atom 40*abs(cos(2.3*id))
-velocity block set v_vx NULL v_vz
-timestep 1e-6
-dump all block custom 50 all.dump id x y z vx vy vz fx fy fz
-dump_modify all format float %.17g
-run 100
-"""
-    runs = lmp_decks({"hybrid": head("off") + style() + move, "alone": head("off") + alone + move}, 2)
-    for one, other in zip(*(run.dump("all.dump") for run in runs.values())):
-        for name in ("x", "y", "z", "vx", "vy", "vz", "fx", "fy", "fz"):
-            assert np.abs(one[name] - other[name]).max() <= 1e-14 * np.abs(one[name]).max(), name
-    assert np.abs(one.vectors("fx", "fy", "fz")).max() > 32 * 80 * 0.005 / (2 * RADIUS), "control: more than a bond yields at"
-
-
 @pytest.mark.parametrize("mu", [0.0, MU])
 def test_what_the_torques_would_have_kept(lmp, tmp_path, mu):
     """Two free blocks meet obliquely: dL/dt = sum over the contacts of (x_i - x_j) x F_t = -sum of LAMMPS' torques; none without friction."""

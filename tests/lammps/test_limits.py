@@ -7,8 +7,7 @@ import pytest
 from evp import law
 from lammps_run import write_state
 from oracle import brute, network, volume
-from small_bodies import grips, head, lattice_body, mass_of, pair, thermo, words, write_body, write_two
-from common_bodies import REFERENCE
+from small_bodies import head, lattice_body, mass_of, pair, thermo, words, write_body, write_two
 
 SETTLED = 2e-4  # Lanczos stops at 1e-4 of an eigenvalue, which it takes from below: half of it in the step
 ITERATED = 1e-3  # the explicit step iterates to 1e-3 of its eigenvalue
@@ -152,38 +151,3 @@ def test_the_implicit_bound_holds_in_runs(lmp, tmp_path, gamma, kv):
         run = lmp(body + SWING.format(fraction=fraction))
         grew = run.returncode != 0 or run.thermo()["KinEng"].max() > run.thermo()["KinEng"][0] * (1.0 + 1e-6 if not kv else 2.0)
         assert grew != stable, fraction
-
-
-PULLED = head(start=f"read_data {REFERENCE}") + pair(law.TABLE1._replace(gamma=50.0)) + grips(0.005, 0.045) + """
-fix hold grips nve/noforce
-fix move free nve/evp
-run 0
-read_dump state.dump 0 x y z vx vy vz box no replace yes
-velocity all set 0 0 0
-timestep 1e-6
-run 2000
-unfix move
-pair_coeff * * {row}
-fix move free {style}
-variable vx atom 1e-3*sin(1.1*id)
-variable vy atom 1e-3*cos(2.3*id)
-velocity free set v_vx v_vy 0
-compute dt free evp/dt
-""" + thermo("ke c_dt f_bonds[2] f_bonds[3]") + """
-run 0
-timestep $(0.98*c_dt:%.17g)
-uncompute dt
-thermo_style custom step ke f_bonds[2] f_bonds[3]
-thermo 50
-run 1000
-"""
-
-
-@pytest.mark.parametrize("style, gamma", [("nve", 1000), ("nve/evp", 1000)])
-def test_past_yield_every_limit_is_on_the_safe_side(lmp, tmp_path, pulled_body, style, gamma):
-    """Under 5 % of stretch, brought to rest by damping: pairs in both regimes and new ones. A small perturbation does not grow.
-    (A large one at gamma = 0, which carries pairs to and fro across xi_s, is another matter: see test_robust_bodies.py.)"""
-    write_state(tmp_path / "state.dump", pulled_body.x, pulled_body.v, pulled_body.box)
-    table = lmp(PULLED.format(style=style, row=words(law.TABLE1._replace(gamma=gamma)))).ok().thermo()
-    assert table["f_bonds[2]"][0] > 500 and table["f_bonds[3]"][0] > 5
-    assert table["KinEng"].max() <= table["KinEng"][0] * (1.0 + 1e-6)

@@ -57,38 +57,32 @@ def test_a_compute_of_the_pairs_does_not_outlive_the_pair_style(lmp):
 
 # ---- scenes that once went wrong without a word ----
 
-TWO_PAIRS = """
-units si
-atom_style sphere {radii}
-atom_modify map yes
-boundary f f f
-region box block 0 0.08 0 0.04 0 0.04
-create_box 2 box
-create_atoms 1 single 0.01 0.01 0.01
-create_atoms 1 single 0.0199 0.01 0.01
-create_atoms 2 single 0.06 0.01 0.01
-create_atoms 2 single 0.0699 0.01 0.01
-set group all diameter 0.01
-set group all density 2700
-neighbor 0.0006 bin
-neigh_modify every 1 delay 0 check yes
-pair_style evp/lj
-pair_coeff * * 80 8 4 3 8 4 0.005 0 1.5
-group A type 1
-group B type 2
-fix bonds all evp/bonds
-fix move all nve
-timestep 1e-9
-thermo 1
-thermo_modify norm no format float %.15g
-"""
+BOX, SKIN = "0 0.08 0 0.04 0 0.04", "neighbor 0.0006 bin\n"
+ROW, DAMPED = "80 8 4 3 8 4 0.005 0 1.5\n", "80 8 4 3 8 4 0.005 1000 1.5\n"
+SHOW = "thermo 1\nthermo_style custom step {}\nthermo_modify norm no format float %.15g\n"
+
+
+def spheres(*rows, sent="", boundary="f f f", box=BOX):
+    """Of 10 mm in diameter in a box of two types; rows: type, x [m], y, z."""
+    text = f"units si\natom_style sphere {sent}\natom_modify map yes\nboundary {boundary}\nregion box block {box}\ncreate_box 2 box\n"
+    text += "".join("create_atoms {} single {} {} {}\n".format(*row) for row in rows)
+    text += "set group all diameter 0.01\nset group all density 2700\n" if rows else ""
+    return text + SKIN + "neigh_modify every 1 delay 0 check yes\n"
+
+
+def in_a_line(*places):
+    """The first two of type 1, the others of type 2."""
+    return [(1 + (k > 1), x, 0.01, 0.01) for k, x in enumerate(places)]
+
+
+def two_pairs(places=(0.01, 0.0199, 0.06, 0.0699), sent="", style="pair_style evp/lj\npair_coeff * * " + ROW, fix="fix bonds all evp/bonds\n", move="fix move all nve\n"):
+    return spheres(*in_a_line(*places), sent=sent) + style + fix + move + "timestep 1e-9\n" + SHOW.format("pe")
 
 
 def test_radii_that_change_on_one_rank_only(lmp):
     """Only the rank whose radii changed packs its pairs again, so that packing may not wait for the others."""
-    text = TWO_PAIRS.format(radii=1) + "variable d equal 0.01-1e-7*step\nfix shrink A adapt 1 atom diameter v_d\nthermo_style custom step pe\nrun 5\n"
-    one = lmp(text.replace("fix bonds all evp/bonds\n", "")).ok().thermo()["PotEng"]
-    two = lmp("processors 2 1 1\n" + text.replace("fix bonds all evp/bonds\n", ""), ranks=2).ok().thermo()["PotEng"]
+    text = two_pairs(sent=1, fix="") + "variable d equal 0.01-1e-7*step\ngroup A type 1\nfix shrink A adapt 1 atom diameter v_d\nrun 5\n"
+    one, two = (lmp(text if ranks == 1 else "processors 2 1 1\n" + text, ranks).ok().thermo()["PotEng"] for ranks in (1, 2))
     assert len(set(one)) == 6, "control: every step has other radii"
     assert two == pytest.approx(one, rel=1e-12)
 
@@ -135,80 +129,50 @@ run 5
     assert run["c_most"][-1] > 50.0, "control: the damping of the pair that met"
 
 
+LJ = "pair_coeff 1 2 lj/cut 1e-5 0.005\n"
+HYBRID = "pair_style hybrid evp/lj lj/cut 0.01\n"
+NAMED = f"pair_coeff 1 1 evp/lj {ROW}pair_coeff 2 2 evp/lj {ROW}{LJ}"
+
+
 def test_bonds_that_a_hybrid_forgot(lmp):
     """pair_style hybrid, given again after read_restart, drops what its sub-style had read; the fix tells."""
-    style = "pair_style hybrid evp/lj lj/cut 0.01\n"
-    coeff = "pair_coeff 1 1 evp/lj 80 8 4 3 8 4 0.005 0 1.5\npair_coeff 2 2 evp/lj 80 8 4 3 8 4 0.005 0 1.5\npair_coeff 1 2 lj/cut 1e-5 0.005\n"
-    text = TWO_PAIRS.format(radii=0)
-    text = text.replace("pair_style evp/lj\npair_coeff * * 80 8 4 3 8 4 0.005 0 1.5\n", style + coeff)
-    lmp(text + "run 0\nset atom 2 x 0.02\nrun 0\nwrite_restart half.restart\n").ok()
-    again = "read_restart half.restart\nneighbor 0.0006 bin\n{style}" + coeff + "fix {id} all evp/bonds\nfix move all nve\nvariable f equal fx[1]\nthermo_style custom step v_f\nrun 0\n"
+    lmp(two_pairs(style=HYBRID + NAMED) + "run 0\nset atom 2 x 0.02\nrun 0\nwrite_restart half.restart\n").ok()
+    again = "read_restart half.restart\n" + SKIN + "{style}" + NAMED + "fix {id} all evp/bonds\nfix move all nve\nvariable f equal fx[1]\nthermo_style custom step v_f\nrun 0\n"
     right = lmp(again.format(style="", id="bonds")).ok()
     assert "takes the current shape of the body as undeformed" not in right.stdout and right.thermo()["v_f"][0] != 0.0
     assert "the bonds were recorded by fix bonds" in error_of(lmp(again.format(style="", id="other")))
-    anew = lmp(again.format(style=style, id="other")).ok()
+    anew = lmp(again.format(style=HYBRID, id="other")).ok()
     assert "takes the current shape of the body as undeformed" in anew.stdout and anew.thermo()["v_f"][0] == 0.0
 
 
 def test_single_has_no_damping_after_a_minimisation(lmp):
     """After a minimisation nobody sent any: the pair's force is then without damping, also across the boundary of two ranks."""
-    text = TWO_PAIRS.format(radii=0).replace("0.005 0 1.5", "0.005 1000 1.5").replace("fix move all nve\n", "")
-    text = "processors 2 1 1\n" + text.replace("single 0.01 ", "single 0.036 ").replace("single 0.0199 ", "single 0.0459 ")
+    text = "processors 2 1 1\n" + two_pairs((0.036, 0.0459, 0.06, 0.0699), style="pair_style evp/lj\npair_coeff * * " + DAMPED, move="")
     text += "set atom 2 vx 5\ncompute own all pair/local dist force\nminimize 0 0 1 1\nwrite_dump all local own.dump c_own[1] c_own[2]\n"
-    run = lmp(text, ranks=2).ok()
-    rows = [line.split() for line in (run.folder / "own.dump").read_text().splitlines() if line[:1] == "0"]
-    forces = [abs(float(row[1])) for row in rows if len(row) == 2 and float(row[0]) < 0.011 and float(row[0]) > 0.005]
-    assert forces and max(forces) < 1e-3, forces
-
-
-IN_A_ROW = """
-units si
-atom_style sphere
-atom_modify map yes
-boundary {boundary}
-region box block 0 0.08 0 0.04 0 0.04
-create_box 2 box
-create_atoms 1 single 0.01 0.01 0.01
-create_atoms 1 single 0.0199 0.01 0.01
-create_atoms 2 single 0.0299 0.01 0.01
-create_atoms 2 single 0.0398 0.01 0.01
-set group all diameter 0.01
-set group all density 2700
-{more}
-neighbor 0.0006 bin
-pair_style hybrid evp/lj lj/cut 0.02
-{coeff}
-fix bonds all evp/bonds
-fix move all nve
-timestep 1e-9
-thermo_style custom step pe f_bonds f_bonds[1]
-thermo_modify norm no format float %.15g
-run 1
-"""
+    own = lmp(text, ranks=2).ok().dump("own.dump")[0]
+    near = own["c_own[1]"] < 0.011
+    assert near.sum() > 0 and np.abs(own["c_own[2]"][near]).max() < 1e-3
 
 
 def test_pairs_of_types_that_a_hybrid_takes_away(lmp, lmp_decks):
     """pair_coeff * * evp/lj and then 1 2 lj/cut is the deck that names 1 1 and 2 2: nothing of types 1 and 2 is recorded. What evp/lj does not serve it does
     not judge: a point without radius, a box that is short for lj/cut's types only."""
-    row, lj = "evp/lj 80 8 4 3 8 4 0.005 0 1.5\n", "pair_coeff 1 2 lj/cut 1e-5 0.005"
-    plain, point = {"boundary": "f f f", "more": ""}, {"boundary": "f f f", "more": "set type 2 diameter 0\nset type 2 mass 1"}
-    first = f"pair_coeff * * {row}pair_coeff * 2 lj/cut 1e-5 0.005"
-    named, taken, *_ = (run.thermo() for run in lmp_decks({
-        "named": IN_A_ROW.format(coeff=f"pair_coeff 1 1 {row}pair_coeff 2 2 {row}{lj}", **plain),
-        "taken": IN_A_ROW.format(coeff=f"pair_coeff * * {row}{lj}", **plain),
-        "point": IN_A_ROW.format(coeff=first, **point),
-        "short": IN_A_ROW.format(coeff=first, boundary="p f f", more="set type 2 diameter 0.05")}).values())
+    row, point = in_a_line(0.01, 0.0199, 0.0299, 0.0398), "set type 2 diameter 0\nset type 2 mass 1\n"
+    every, first = f"pair_coeff * * evp/lj {ROW}{LJ}", f"pair_coeff * * evp/lj {ROW}pair_coeff * 2 lj/cut 1e-5 0.005\n"
+    rest = "fix bonds all evp/bonds\nfix move all nve\ntimestep 1e-9\n" + SHOW.format("pe f_bonds f_bonds[1]") + "run 1\n"
+    decks = {"named": spheres(*row) + HYBRID + NAMED, "taken": spheres(*row) + HYBRID + every, "point": spheres(*row) + point + HYBRID + first,
+             "short": spheres(*row, boundary="p f f") + "set type 2 diameter 0.05\n" + HYBRID + first}
+    named, taken, *_ = (run.thermo() for run in lmp_decks({name: deck + rest for name, deck in decks.items()}).values())
     assert named["f_bonds"][-1] == 2 and named["f_bonds[1]"][-1] == 0
     for column in ("f_bonds", "f_bonds[1]", "PotEng"):
         assert list(taken[column]) == list(named[column]), column
-    text = error_of(lmp(IN_A_ROW.format(coeff=f"pair_coeff * * {row}{lj}", **point)))
+    text = error_of(lmp(spheres(*row) + point + HYBRID + every + rest))
     assert "needs particles with a radius above zero, and finite, found 0" in text
 
 
 def test_step_without_bound_waits_for_pairs_that_approach(lmp_decks):
     """A pair that crosses the skin is on its way, though it cannot meet before the next check."""
-    text = TWO_PAIRS.format(radii=0).replace("single 0.0699 ", "single 0.0753 ").replace("single 0.0199 ", "single 0.0253 ")
-    text += "set atom 1 vx 10\nset atom 3 vx 10\nfix step all dt/evp 1 0.4 {}\nthermo_style custom step dt pe\nrun {}\n"
+    text = two_pairs((0.01, 0.0253, 0.06, 0.0753)) + "set atom 1 vx 10\nset atom 3 vx 10\nfix step all dt/evp 1 0.4 {}\nthermo_style custom step dt pe\nrun {}\n"
     for run in lmp_decks({"free": text.format("", 30), "limited": text.format("displacement 0.1", 2000)}).values():
         assert min(run.thermo()["PotEng"]) < -1.0, "they met"
 
@@ -271,50 +235,38 @@ def test_a_giant_costs_memory_of_its_own_only(lmp, tmp_path):
 
 # ---- groups, types and boxes without atoms at set-up ----
 
-BOX = """
-units si
-atom_style sphere
-atom_modify map yes
-boundary f f f
-region box block -0.1 0.1 -0.1 0.1 -0.1 0.1
-create_box 2 box
-neighbor 0.0006 bin
-neigh_modify every 1 delay 0 check no
-timestep 1e-8
-thermo 1
-thermo_style custom step pe
-"""
-TWO = "create_atoms {0} single -0.005 0 0\ncreate_atoms {0} single 0.0045 0 0\nset group all diameter 0.01\nset group all density 2700\n"
-ROW = "80 8 4 3 8 4 0.005 {gamma} 1.5\n"
+WIDE = "-0.1 0.1 -0.1 0.1 -0.1 0.1"
+
+
+def two(kind):
+    return [(kind, -0.005, 0, 0), (kind, 0.0045, 0, 0)]
 
 
 def test_a_group_in_which_nothing_interacts_limits_no_step(lmp):
     """fix dt/evp of a lone atom has no bound to give, whatever others do."""
-    lone = BOX + TWO.format(1) + "create_atoms 1 single 0.05 0 0\nset atom 3 diameter 0.01\nset atom 3 density 2700\ngroup lone id 3\n"
-    lone += "pair_style evp/lj\npair_coeff * * " + ROW.format(gamma=0) + "fix move all nve\nfix step lone dt/evp 20 0.4\nrun 5\n"
-    assert "no pair interacts or approaches another" in error_of(lmp(lone))
+    lone = spheres(*two(1), (1, 0.05, 0, 0), box=WIDE) + "group lone id 3\npair_style evp/lj\npair_coeff * * " + ROW
+    assert "no pair interacts or approaches another" in error_of(lmp(lone + "fix move all nve\nfix step lone dt/evp 20 0.4\nrun 5\n"))
 
 
 def test_radii_of_atoms_that_come_are_checked(lmp, tmp_path):
     """Cut-offs are set for the radii at set-up; a type without atoms then has a cut-off of zero, and says so when they come. Rerun sets up before it
     adds atoms, so that their radii come too late."""
-    deck = BOX + TWO.format(2) + "pair_style hybrid/overlay evp/lj zero 0.0156\npair_coeff 1 1 evp/lj " + ROW.format(gamma=0)
-    deck += "pair_coeff * * zero\nfix move all nve\nrun 2\nset group all type 1\n"
+    deck = spheres(*two(2), box=WIDE) + "pair_style hybrid/overlay evp/lj zero 0.0156\npair_coeff 1 1 evp/lj " + ROW
+    deck += "pair_coeff * * zero\nfix move all nve\ntimestep 1e-8\nneigh_modify check no\n" + SHOW.format("pe") + "run 2\nset group all type 1\n"
     assert "the cutoff was set for at most 0" in error_of(lmp(deck + "run 2 pre no\n", ranks=2))
     energy = lmp(deck + "run 2\n", ranks=2).ok().thermo(1)["PotEng"]
     assert energy[0] < -1.0, "with a set-up of its own the run sees them"
     (tmp_path / "two.dump").write_text("ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n2\nITEM: BOX BOUNDS ff ff ff\n" + 3 * "-0.1 0.1\n"
                                        + "ITEM: ATOMS id type x y z\n1 1 -0.0045 0 0\n2 1 0.005 0 0\n")
-    deck = BOX + "pair_style evp/lj\npair_coeff * * " + ROW.format(gamma=0) + "rerun two.dump dump x y z add yes\n"
+    deck = spheres(box=WIDE) + "pair_style evp/lj\npair_coeff * * " + ROW + "rerun two.dump dump x y z add yes\n"
     assert "the cutoff was set for at most 0" in error_of(lmp(deck))
 
 
 def test_atoms_of_another_style_beside_damped_ones(lmp_decks):
     """All that evp/lj damps is in the group of fix nve/evp; atoms of lj/cut beside them are nobody's business."""
-    deck = BOX + TWO.format(1) + "create_atoms 2 single 0.05 0.05 0\ncreate_atoms 2 single 0.06 0.05 0\nset type 2 diameter 0.01\nset type 2 density 2700\n"
-    deck += "pair_style hybrid evp/lj lj/cut 0.015\npair_coeff 1 1 evp/lj " + ROW.format(gamma=1000) + "pair_coeff * 2 lj/cut 0.01 0.009\n"
-    deck += "group ours type 1\ngroup theirs type 2\nfix 1 ours nve/evp\nfix 2 theirs nve\nrun 5\n"
-    crossed = deck.replace("pair_coeff * 2 lj/cut 0.01 0.009", "pair_coeff 1 2 evp/lj " + ROW.format(gamma=1000) + "pair_coeff 2 2 lj/cut 0.01 0.009")
+    deck = spheres(*two(1), (2, 0.05, 0.05, 0), (2, 0.06, 0.05, 0), box=WIDE) + "pair_style hybrid evp/lj lj/cut 0.015\npair_coeff 1 1 evp/lj " + DAMPED
+    deck += "pair_coeff * 2 lj/cut 0.01 0.009\ngroup ours type 1\ngroup theirs type 2\nfix 1 ours nve/evp\nfix 2 theirs nve\ntimestep 1e-8\nrun 5\n"
+    crossed = deck.replace("pair_coeff * 2 lj/cut 0.01 0.009\n", "pair_coeff 1 2 evp/lj " + DAMPED + "pair_coeff 2 2 lj/cut 0.01 0.009\n")
     runs = lmp_decks({"explicit": deck.replace("ours nve/evp", "ours nve"),
                       "across, damped by the fix of ours": crossed.replace("theirs nve\n", "theirs nve/noforce\n"),
                       "steps": deck.replace("run 5", "compute every all evp/dt\ncompute own ours evp/dt\nthermo_style custom step c_every c_own\nrun 5")}, 2)

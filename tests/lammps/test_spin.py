@@ -91,20 +91,6 @@ def test_turning_too_far_in_a_step_is_warned_of(lmp, tmp_path):
         assert sum("rotated by more than 0.15 rad per step" in line for line in run.warnings()) == warned
 
 
-def test_change_of_timestep_and_restart_in_mid_spin(lmp, tmp_path):
-    """The pair keeps its strain and angular momentum when dt changes within a run, between runs, and in a restart."""
-    gamma, spin = 3e3, 2000.0
-    more = f"run 2000\ntimestep {0.03 / spin}\nrun 500 pre no\nwrite_restart spin.restart\ntimestep {0.12 / spin}"
-    whole = spin_pair(lmp, tmp_path, gamma, spin, 0.1, 4.0 * gamma / STIFFNESS, more=more)
-    tables = [whole.thermo(block) for block in (1, 2)]
-    again = head(start="read_restart spin.restart", skin=0.001) + "fix bonds all evp/bonds\n" + SPIN.partition("velocity all set v_vx v_vy 0\n")[2]
-    tables.append(lmp(again.format(style="nve/evp", every=100) + f"timestep {0.12 / spin}\nrun 1000\n", 2).ok().thermo())
-    for table in tables:
-        assert np.abs(strain_over_centrifugal(table) - 1.0).max() < WITHIN
-        assert np.abs(table["v_l"] / tables[0]["v_l"][0] - 1.0).max() < 1e-10
-        assert np.abs(table["f_energy"]).max() < LEDGER * table["KinEng"][0]
-
-
 TURNTABLE = """
 group grip id 1
 group free id 2
