@@ -12,10 +12,12 @@ import numpy as np
 import pytest
 from common_bodies import REFERENCE, Body, wavy_velocities
 from evp import law, specimen
-from lammps_run import LMP, read_dump, run_decks, run_lammps
+from lammps_run import LMP, SECONDS, read_dump, run_decks, run_lammps
 from oracle import brute
 from robust import Bench
 from small_bodies import lattice_body, write_body
+
+ALL_RANKS = "EVP_ALL_RANKS" in os.environ  # tests/maintain/robustness.py: robustness tests on all numbers of ranks that they name, else on one
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -50,15 +52,15 @@ def pytest_configure(config):
 def pytest_generate_tests(metafunc):
     if "bench" in metafunc.fixturenames:
         mark = metafunc.definition.get_closest_marker("ranks")
-        metafunc.parametrize("bench", mark.args if mark else (1, 2), indirect=True, ids="{}ranks".format)
+        ranks = mark.args if mark else (1, 2)
+        metafunc.parametrize("bench", ranks if ALL_RANKS else ranks[:1], indirect=True, ids="{}ranks".format)
 
 
 @pytest.fixture
 def bench(lmp, tmp_path, request, record_property):
     """Where a robustness test runs, robust.Bench."""
-    whole = "EVP_WHOLE_LENGTH" in os.environ
-    options = {"seconds": 900} if whole else {}
-    return Bench(lambda text, ranks: lmp(text, ranks, **options), tmp_path, request.param, lambda text: record_property("shown", text), whole)
+    seconds = 900 if ALL_RANKS else SECONDS
+    return Bench(lambda text, ranks: lmp(text, ranks, seconds=seconds), tmp_path, request.param, lambda text: record_property("shown", text))
 
 
 @pytest.fixture(scope="module")

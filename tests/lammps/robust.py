@@ -9,9 +9,9 @@ from typing import Callable, NamedTuple
 import numpy as np
 import pytest
 from evp import law
-from small_bodies import mass_of, thermo
+from small_bodies import dump, head, lattice_body, mass_of, pair, thermo, write_body
 
-on = pytest.mark.ranks  # numbers of MPI ranks that a test runs on, 1 and 2 without
+on = pytest.mark.ranks  # numbers of MPI ranks that a test runs on, 1 and 2 without; the suite takes the first
 
 
 TABLE1, TABLE2 = law.TABLE1, law.TABLE2
@@ -47,7 +47,18 @@ class Bench(NamedTuple):
     folder: object
     ranks: int
     show: Callable
-    whole: bool  # runs at full length on two ranks too, which the suite has no time for
 
     def run(self, text):
         return self.lmp(text, self.ranks)
+
+
+def collide(bench, row, shift, speed, style, limits, every, steps):
+    """Two bodies of 27 spheres with no bond between them meet at this speed along x, one shifted by `shift` from the other; run, mass, energy of the motion."""
+    one, two = lattice_body((3, 3, 3), seed=1), lattice_body((3, 3, 3), seed=2)
+    body = one._replace(x=np.concatenate([one.x, two.x + shift]), radius=np.concatenate([one.radius, two.radius]), types=np.ones(54, dtype=int),
+                        box=np.array([[-0.5, 0.5]] * 3))
+    write_body(bench.folder / "body.data", body)
+    text = head() + pair(row, "repulsive") + f"group one id 1:27\ngroup two id 28:54\nvelocity one set {speed / 2} 0 0\nvelocity two set {-speed / 2} 0 0\n"
+    text += f"fix move all {style}\n" + ledger(every, f"fix step all dt/evp {limits} displacement 0.1").replace("compute dt all evp/dt\n", "")
+    mass = mass_of(body.radius)
+    return bench.run(text + dump(every=steps) + f"run {steps}\n").ok(), mass, 0.5 * mass.sum() * (speed / 2) ** 2

@@ -120,7 +120,7 @@ def test_hold_at_constant_strain(bench):
     order = np.argsort(body.x[:, 0])
     body = body._replace(x=body.x[order], radius=body.radius[order])
     write_body(bench.folder / "body.data", body)
-    steps = 100000 if bench.ranks == 1 else 20000
+    steps = 100000
     text = head() + pair(TABLE2._replace(gamma=300.0), "none") + HELD + ledger(steps // 10, more="c_pull") + f"run {steps}\n"
     table = bench.run(text).ok().thermo()
     force, half = table["c_pull"], len(table["c_pull"]) // 2
@@ -140,7 +140,7 @@ def cuboctahedron():
 def test_free_vibration_for_a_million_steps(bench):
     """The mean energy drifts by less than 1e-6 of the vibration energy per 1e5 steps. Control: the body vibrates, in the first regime."""
     write_body(bench.folder / "body.data", cuboctahedron())
-    steps = {1: 1000000, 2: 1000000 if bench.whole else 200000}.get(bench.ranks, 50000)
+    steps = 1000000
     text = head() + pair(TABLE1, "none", "fix bonds all evp/bonds") + "variable vx atom 0.5*sin(1.1*id)\nvelocity all set v_vx 0 0\n"
     text += "velocity all zero linear\nvelocity all zero angular\nfix move all nve\ncompute dt all evp/dt\n"
     text += "thermo_style custom step ke pe etotal c_dt f_bonds[2]\nthermo_modify norm no format float %.17g\nrun 0\n"

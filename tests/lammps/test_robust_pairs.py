@@ -5,9 +5,10 @@ import numpy as np
 import pytest
 from evp import law
 from hostile import refused
-from robust import CLOSED_FORM, DEQ, LEDGER_SHARE, MASS, MOMENTUM, RADIUS, SECOND_ORDER, TABLE1, TABLE2, ledger, momenta, on
+from robust import CLOSED_FORM, DEQ, LEDGER_SHARE, MASS, MOMENTUM, RADIUS, SECOND_ORDER, TABLE1, TABLE2, collide, ledger, momenta, on
 from scipy.integrate import quad
-from small_bodies import dump, grips, head, lattice_body, mass_of, pair, thermo, two_groups, write_body, write_two
+from scipy.optimize import brentq
+from small_bodies import dump, grips, head, lattice_body, pair, thermo, two_groups, write_body, write_two
 
 # ---- steps ----
 
@@ -92,17 +93,10 @@ def test_table_2_pulled_to_50_percent(bench):
 def test_head_on_impact(bench, speed):
     """Momentum conserved to 1e-12, energy imbalance below 1e-3 of the kinetic energy, bodies rebound or break and do not pass through each
     other. Control: kinetic energy is converted."""
-    a, b = lattice_body((3, 3, 3), seed=1), lattice_body((3, 3, 3), seed=2)
-    x = np.concatenate([a.x, b.x + [0.0395, 0.001, 0.002]])  # no bond between them
-    body = a._replace(x=x, radius=np.concatenate([a.radius, b.radius]), types=np.ones(54, dtype=int), box=np.array([[-0.5, 0.5]] * 3))
-    write_body(bench.folder / "body.data", body)
     steps, check = {1: (24000, 10), 30: (6000, 5), 500: (2500, 1)}[speed]
-    text = head() + pair(TABLE1, "repulsive") + f"group one id 1:27\ngroup two id 28:54\nvelocity one set {speed / 2} 0 0\nvelocity two set {-speed / 2} 0 0\n"
-    text += "fix move all nve\n" + ledger(40, f"fix step all dt/evp {check} 0.4 max 5e-7 displacement 0.1").replace("compute dt all evp/dt\n", "")
-    run = bench.run(text + dump(every=steps) + f"run {steps}\n").ok()
-    table, mass = run.thermo(), mass_of(body.radius)
+    run, mass, energy = collide(bench, TABLE1, [0.0395, 0.001, 0.002], speed, "nve", f"{check} 0.4 max 5e-7", 40, steps)
+    table = run.thermo()
     first, last = run.dump("all.dump")
-    energy = 0.5 * mass.sum() * (speed / 2) ** 2
     change = np.linalg.norm(momenta(last, mass)[0] - momenta(first, mass)[0]) / momenta(first, mass)[2]
     share = np.abs(table["f_energy"]).max() / energy
     traded = -table["f_energy[1]"].min() / energy
@@ -183,13 +177,7 @@ def test_pair_swings_across_xi_s(bench):
     mu, energy = 0.5 * MASS, law.energy(1.015 * DEQ, DEQ, TABLE1, DEQ)
     speed = np.sqrt(2.0 * energy / mu)
     well = lambda d: law.energy(d, DEQ, TABLE1, DEQ)  # noqa: E731
-    turns = []
-    for sign in (-1.0, 1.0):
-        low, high = 0.0, 0.03
-        for _ in range(60):
-            middle = 0.5 * (low + high)
-            low, high = (middle, high) if well(DEQ * (1.0 + sign * middle)) < energy else (low, middle)
-        turns.append(sign * low * DEQ)
+    turns = [DEQ * brentq(lambda xi: well(DEQ * (1.0 + xi)) - energy, 0.0, end, xtol=1e-15) for end in (-0.03, 0.03)]
     # d = middle - half cos(angle) takes the square roots at the turns away
     middle, half = 0.5 * (turns[0] + turns[1]), 0.5 * (turns[1] - turns[0])
     slow = lambda t: half * np.sin(t) / np.sqrt(2.0 / mu * max(energy - well(DEQ + middle - half * np.cos(t)), 1e-300))  # noqa: E731

@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from robust import LEDGER_SHARE, MOMENTUM, RADIUS, TABLE1, TABLE2, ledger, momenta, on
+from robust import LEDGER_SHARE, MOMENTUM, RADIUS, TABLE1, TABLE2, collide, ledger, momenta, on
 from test_robust_bodies import free_body
 from scipy.integrate import solve_ivp
 from small_bodies import dump, head, lattice_body, mass_of, pair, write_body
@@ -91,16 +91,8 @@ def test_spinning_top(bench):
 def test_off_centre_impact_with_large_gamma(bench, gamma):
     """Energy imbalance below 1e-3 of the kinetic energy, momentum and angular momentum conserved to 1e-12, damping never adds energy. Control:
     more than half of it is converted."""
-    speed, bodies = 30.0, [lattice_body((3, 3, 3), seed=seed) for seed in (1, 2)]
-    x = np.concatenate([bodies[0].x, bodies[1].x + [0.0395, 0.012, 0.004]])
-    body = bodies[0]._replace(x=x, radius=np.concatenate([one.radius for one in bodies]), types=np.ones(54, dtype=int), box=np.array([[-0.5, 0.5]] * 3))
-    write_body(bench.folder / "body.data", body)
-    mass, steps = mass_of(body.radius), 2000
-    text = head() + pair(TABLE1._replace(gamma=gamma), "repulsive")
-    text += f"group one id 1:27\ngroup two id 28:54\nvelocity one set {speed / 2} 0 0\nvelocity two set {-speed / 2} 0 0\nfix move all nve/evp\n"
-    text += ledger(20, "fix step all dt/evp 1 0.4 max 2e-6 displacement 0.1", "f_bonds[2]").replace("compute dt all evp/dt\n", "") + dump(every=steps)
-    run = bench.run(text + f"run {steps}\n").ok()
-    table, energy = run.thermo(), mass.sum() * (speed / 2) ** 2 / 2
+    run, mass, energy = collide(bench, TABLE1._replace(gamma=gamma), [0.0395, 0.012, 0.004], 30.0, "nve/evp", "1 0.4 max 2e-6", 20, 2000)
+    table = run.thermo()
     first, last = run.dump("all.dump")
     (p0, l0, size), (p1, l1, _) = momenta(first, mass), momenta(last, mass)
     share = np.abs(table["f_energy"]).max() / energy

@@ -4,6 +4,8 @@
 
     tests/maintain/robustness.py [--out doc/hard_cases.md]
 
+The suite runs them on one MPI rank: that numbers do not depend on the ranks is for test_matrix.py. Here they run on all that they name.
+
 LAMMPS is the lmp of this checkout, or EVP_LMP and EVP_MPIRUN. Exit code 1 if a test failed; its row says so.
 """
 
@@ -95,7 +97,7 @@ def main(words=None):
     parser = command_line(__doc__)
     add_out(parser, "hard_cases.md")
     options = parser.parse_args(words)
-    results, demands, faults = run(FILES, EVP_WHOLE_LENGTH="1"), requirements(), read_faults(CHECKOUT / "src")
+    results, demands, faults = run(FILES, EVP_ALL_RANKS="1"), requirements(), read_faults(CHECKOUT / "src")
     rows = []
     for name in dict.fromkeys(name for name, _ in results):
         shown = [f"{ranks} rank{'s' * (ranks > 1)}: {text}" for (own, ranks), (text, _) in results.items() if own == name]
