@@ -7,6 +7,7 @@ import struct
 import numpy as np
 import pytest
 from evp import law
+from hostile import refused
 from lammps_run import write_data
 from small_bodies import (ANOTHER_ORDER, MOVE, ROUND_OFF, SPACING, STIR, assert_same_curve, dump, head, lattice_body,
                           record, words, write_body)
@@ -324,6 +325,64 @@ def test_a_row_of_a_file(lmp, bar, tmp_path):
     assert len(scaling_lines(run)) == 3
     assert "1 2 79.99999999999999 8 4 3 8 4 0.005 50 1.5 spacing 0.009 coordination 12 kv 700 density 2700\n" in (
         tmp_path / "both.data").read_text(encoding="utf-8")
+
+
+# ---- types without bonds of their own: atoms among those of another type, types that are set later
+
+SCALED = coeffs({"* *": said(ONE, {"spacing": 0.02, "coordination": 12, "kv": 700})})
+VOLUME = "fix volume all evp/volume row\n"
+LATER = "read_data body.data extra/atom/types 1"
+
+
+def one_type(folder, marked=()):
+    body = lattice_body((5, 4, 4))
+    types = np.ones(len(body.x), dtype=int)
+    types[list(marked)] = 2
+    body = body._replace(types=types)
+    write_body(folder / "body.data", body)
+    return body
+
+
+def test_a_type_among_another_has_the_kv_of_its_bonds(lmp_decks, tmp_path):
+    """Two atoms of type 2, far from each other: e1 and gamma of all their bonds are those of types 1 2, kv is scaled by all of these."""
+    body = one_type(tmp_path, (0, 45))
+    between = [deq for (i, j), deq in body.bonds.items() if body.types[i - 1] != body.types[j - 1]]
+    spacing = math.fsum(between) / len(between)
+    assert not any(body.types[i - 1] == body.types[j - 1] == 2 for i, j in body.bonds)
+    like = math.fsum(deq for (i, j), deq in body.bonds.items() if body.types[i - 1] == body.types[j - 1] == 1)
+    like /= len(body.bonds) - len(between)
+    kv = [700.0 * (s / 0.02) ** 3 for s in (like, spacing)]
+    rest = STIR + MOVE.replace("f_bonds[4]", "f_bonds[4] f_volume f_volume[1]") + dump(every=20) + "run 40\n"
+    runs = lmp_decks({"row": head() + SCALED + BONDS + VOLUME + rest,
+                      "typed": head() + SCALED + BONDS + VOLUME.replace("row", f"{kv[0]:.17g} {kv[1]:.17g}") + rest,
+                      "as given": head() + SCALED + BONDS + VOLUME.replace("row", f"{kv[0]:.17g} 700") + rest})
+    assert_same_curve(runs["row"].thermo(), runs["typed"].thermo())
+    volume = {name: run.thermo()["f_volume"] for name, run in runs.items()}
+    assert np.abs(volume["as given"] - volume["typed"]).max() > 1e-3 * volume["typed"].max(), "control"
+    line = [line for line in runs["row"].stdout.splitlines() if line.startswith("pair evp/lj: types 2 2")]
+    assert f"spacing {spacing:.6g} (row 0.02), bonds per particle {len(between) / 2:.4g} (row 12)" in line[0]
+
+
+@pytest.mark.parametrize("atoms, kv", [("1:40", 0), ("3", 700)])
+def test_a_type_set_after_the_recording_is_refused(lmp, tmp_path, atoms, kv):
+    """Nothing measured says by how much its bonds, or the kv of a single atom, are to be scaled."""
+    one_type(tmp_path)
+    row = SCALED.replace("kv 700", f"kv {kv}")
+    text = head(start=LATER) + row + BONDS + VOLUME + MOVE + f"run 0\ngroup marked id {atoms}\nset group marked type 2\nrun 1\n"
+    refused(lmp(text, 2), "the row of type 2 cannot be scaled", "set types before the bonds are recorded")
+
+
+def test_a_type_set_later_that_has_its_measure(lmp_decks, tmp_path):
+    """A single atom whose bonds are of types 1 2: the factor of type 1, the bits of before; likewise a row that does not scale. No kv is used."""
+    one_type(tmp_path)
+    free = SCALED.replace(" kv 700", "")
+    later = "group marked id 3\nset group marked type 2\n"
+    rest = STIR + MOVE + "run 20\n"
+    plain = f"pair_coeff 2 2 {words(ONE)}\n"
+    runs = lmp_decks({name: head(start=LATER) + text + BONDS + "fix hold all nve/noforce\nrun 0\nunfix hold\n" + more + rest for name, text, more in
+                      (("before", free, ""), ("later", free, later), ("kv without fix evp/volume", SCALED, later), ("plain", free + plain, later))})
+    for name in ("later", "kv without fix evp/volume", "plain"):
+        assert_same_curve(runs["before"].thermo(), runs[name].thermo(), 0.0)
 
 
 def test_long_lines_are_told_of(lmp, bar):

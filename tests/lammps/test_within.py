@@ -143,14 +143,3 @@ def test_bodies_that_overlap_at_the_start_are_warned_of(lmp_decks, tmp_path):
         runs.update(lmp_decks(decks, 2))
     warned = {key for key, run in runs.items() if any(text in line for line in run.warnings())}
     assert warned == {("literal", 0.99 * TOUCH), ("repulsive", 0.99 * TOUCH)}
-
-
-def test_atoms_of_no_molecule_are_alone(lmp, tmp_path):
-    """Molecule ID 0: no bonds, not even among themselves, and repulsion only."""
-    x = TOUCH * np.array([[0, 0, 0], [1.02, 0, 0], [2.04, 0, 0], [3.06, 0, 0]])
-    write_data(tmp_path / "body.data", x, [RADIUS] * 4, [[-0.2, 0.2]] * 3)
-    text = head() + MOLECULES + "set atom 1*2 mol 5\n" + pair(fix=FIX + "molecule") + thermo("fmax f_bonds f_bonds[3]") + "run 0\n"
-    run = lmp(text + f"displace_atoms all ramp x 0 {-0.12 * TOUCH} x 0 {3.06 * TOUCH} units box\nrun 0\n", 2).ok()
-    assert "fix evp/bonds bonds: 2 atoms of molecule ID 0 belong to no body" in run.stdout
-    assert [run.thermo(0)[name][0] for name in ("f_bonds", "f_bonds[3]")] == [1, 0]
-    assert run.thermo(1)["f_bonds[3]"][0] == 2, "2-3 and 3-4, which now overlap by 2 %"
