@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 from common_bodies import REFERENCE
 from evp import law
-from hostile import refused
 from lammps_run import write_data
 from library import SHOWN, run_program
 from oracle import brute
@@ -198,26 +197,26 @@ def test_coefficients_come_back_from_restart_and_data(lmp, tmp_path, reference):
     assert abs(other / energy - 1.0) > 1e-3, "control: the rows matter"
 
 
-WITHOUT_RECORDS = "Pair evp/lj: the bonds were recorded by fix bonds, whose records are not here"
-
-
-@pytest.mark.parametrize("fix", ["", "fix springs all evp/bonds"])
-def test_restart_without_the_records_is_refused(lmp, fix):
-    lmp(deck(after="write_restart half.restart")).ok()
-    run = lmp(head(start="read_restart half.restart") + f"{fix}\nfix move all nve\nrun 1\n", ranks=2)
-    refused(run, WITHOUT_RECORDS, "define 'fix bonds all evp/bonds' right after read_restart")
-
-
 # ---- which atoms are one body goes through restart files and, in the header, through bond files; and is refused where it would change ----
 
 BODIES = " within {} (bodies only repel each other)"
+WITHOUT_RECORDS = ("Pair evp/lj: the bonds were recorded by fix bonds, whose records are not here", "define 'fix bonds all evp/bonds' right after read_restart")
+ANOTHER_WORD = "Fix bonds evp/bonds: the bonds of the restart file were recorded with another 'within' than {}: leave it out"
+AFTER_RESTART = [  # words of the fix that recorded, the fix after read_restart, what is said of it
+    ("", "", WITHOUT_RECORDS), ("", "fix springs all evp/bonds", WITHOUT_RECORDS),
+    ("within type", "fix bonds all evp/bonds within molecule", (ANOTHER_WORD.format("molecule"),)),
+    ("", "fix bonds all evp/bonds within type", (ANOTHER_WORD.format("type"),)),
+]
 
 
-@pytest.mark.parametrize("first, then", [("within type", "within molecule"), ("", "within type")])
-def test_another_word_after_a_restart_is_refused(lmp, bar, first, then):
-    lmp(head() + pair(fix="fix bonds all evp/bonds " + first) + "run 0\nwrite_restart s.restart\nwrite_data s.data nocoeff\nwrite_evp_bonds s.bonds\n").ok()
-    run = lmp(head(start="read_restart s.restart") + MOLECULES + f"fix bonds all evp/bonds {then}\nfix move all nve\nrun 1\n", 2)
-    refused(run, f"Fix bonds evp/bonds: the bonds of the restart file were recorded with another 'within' than {then.split()[1]}: leave it out")
+def test_another_recording_after_a_restart_is_refused(tmp_path, bar):
+    program = "".join(f"""
+say(tell("clear", LOAD, {head() + pair(fix="fix bonds all evp/bonds " + first) + "fix move all nve"!r}, "run 0", "write_restart s.restart"))
+say(tell("clear", LOAD, {head(start="read_restart s.restart") + MOLECULES + then!r}, "fix move all nve", "run 1"))
+""" for first, then, _ in AFTER_RESTART)
+    said = run_program(program, tmp_path, 2).stdout.splitlines()
+    for recorded, refusal, (first, then, texts) in zip(said[::2], said[1::2], AFTER_RESTART, strict=True):
+        assert recorded == "ok" and all(text in refusal for text in texts), (first, then, refusal)
 
 
 def test_the_remedy_of_that_error(lmp, tmp_path, bar):
