@@ -19,6 +19,7 @@ METAL = {"spacing": 0.009, "coordination": 12.0, "kv": 700.0}
 OTHER = {"spacing": 0.02, "coordination": 9.0}
 BONDS = "fix bonds all evp/bonds\n"
 STEPS = "run 100\n"
+LATER = "read_data body.data extra/atom/types 1"
 
 
 def said(row, more):
@@ -88,16 +89,16 @@ def two_types(bar):
 
 
 def test_what_it_prints(lmp, bar, two_types):
-    """Once, with six digits of what numpy measures."""
-    run = lmp(head() + coeffs(two_types[0]) + BONDS + "fix move all nve\nrun 1\nrun 1\n", ranks=2).ok()
-    lines, measured = scaling_lines(run), measure(bar)
-    assert len(lines) == 3
-    for line, types, more in zip(lines, ((1, 1), (1, 2), (2, 2)), (METAL, METAL, OTHER)):
-        s, z = measured[types]
-        energies, gamma, _ = factors((s, z), more)
-        expected = f"pair evp/lj: types {types[0]} {types[1]}: spacing {s:.6g} (row {more['spacing']:.6g}), "
-        expected += f"bonds per particle {z:.4g} (row {more['coordination']:.4g}): e1 e2 x {energies:.6g}, gamma x {gamma:.6g}"
-        assert line == expected
+    """Once, with six digits of what numpy measures. Types without bonds between them take the factors of the like types, or none (tests/unit)."""
+    rows = {**two_types[0], "1 3": said(MIXED, METAL), "3 3": said(ONE, METAL), "2 3": words(ONE)}
+    run = lmp(head(start=LATER) + coeffs(rows) + BONDS + "fix move all nve\nrun 1\nrun 1\n", ranks=2).ok()
+    measured, expected = measure(bar), []
+    for types, more in (((1, 1), METAL), ((1, 2), METAL), ((1, 3), None), ((2, 2), OTHER)):
+        s, z = measured[types if more else (1, 1)]
+        energies, gamma, _ = factors((s, z), more or METAL)
+        shown = f"spacing {s:.6g} (row {more['spacing']:.6g}), bonds per particle {z:.4g} (row {more['coordination']:.4g})" if more else "no bonds between them"
+        expected.append(f"pair evp/lj: types {types[0]} {types[1]}: {shown}: e1 e2 x {energies:.6g}, gamma x {gamma:.6g}" + ("" if more else ", as of the like types"))
+    assert scaling_lines(run) == [*expected, "pair evp/lj: types 3 3: no bonds between them: coefficients as given"]
 
 
 def test_one_row_is_one_material(lmp_decks, tmp_path):
@@ -122,47 +123,6 @@ def test_one_row_is_one_material(lmp_decks, tmp_path):
     # a strain of 0.01 is the difference of numbers of 1, and a step of 1e-3 of it is that of lengths
     assert np.abs(forces["small"] / small**2 - forces["body"]).max() <= 1e-11 * largest
     assert np.abs(forces["typed"] / small**2 - forces["body"]).max() > largest, "control: not without spacing"
-
-
-def test_types_without_bonds_between_them(lmp_decks, tmp_path):
-    """Two blocks, recorded apart and pushed into each other: their contacts take the geometric mean, or the factor of the
-    one that has bonds."""
-    block = lattice_body((3, 3, 3)).x
-    count, far = len(block), np.array([0.08, 0.0, 0.0])
-    x = np.concatenate([block, block[:, ::-1] * 0.9 + far, [[0.2, 0.0, 0.0]]])
-    radius = np.concatenate([np.full(count, 0.005), np.full(count, 0.0045), [0.005]])
-    types = np.repeat([1, 2, 3], [count, count, 1])
-    write_data(tmp_path / "body.data", x, radius, [[-0.05, 0.3]] * 3, types)
-    bonds = record(x, radius, 1.5, np.zeros((3, 3)))
-    count_of = np.zeros(len(x) + 1)
-    for pair in bonds:
-        count_of[list(pair)] += 1
-    measured = {}
-    for kind in (1, 2):
-        own = [deq for (i, _), deq in bonds.items() if types[i - 1] == kind]
-        measured[kind] = (math.fsum(own) / len(own), np.mean(count_of[1:][types == kind]))
-    assert all(types[i - 1] == types[j - 1] for i, j in bonds) and count_of[-1] == 0
-    of = {kind: np.array(factors(measured[kind], METAL)) for kind in (1, 2)}
-    mean = np.sqrt(of[1] * of[2])
-    assert abs(of[1][0] / of[2][0] - 1.0) > 0.2
-
-    def times(factor):
-        return words(ONE._replace(e1=ONE.e1 * factor[0], e2=ONE.e2 * factor[0], gamma=ONE.gamma * factor[1]))
-
-    by_hand = {"1 1": times(of[1]), "2 2": times(of[2]), "1 2": times(mean), "1 3": times(of[1]), "2 3": times(of[2]),
-               "3 3": words(ONE)}
-    meet = "group two type 2\ngroup three type 3\ndisplace_atoms two move -0.049 0 0\ndisplace_atoms three move -0.208 0.005 0.005\n"
-    rest = BONDS + MOVE + "run 0\n" + meet + dump(every=1) + "run 0\n"
-    runs = lmp_decks({name: head() + coeffs(rows) + rest
-                      for name, rows in {"given": {"* *": said(ONE, METAL)}, "by hand": by_hand}.items()})
-    same_forces(runs["given"], runs["by hand"])
-    between = np.abs(vectors(runs["given"].dump("all.dump")[-1]))
-    assert between[-1].max() > 1.0, "control: the sphere of type 3 touches a block"
-    assert runs["given"].thermo()["f_bonds[3]"][0] > 5, "control: contacts between the types"
-    lines = scaling_lines(runs["given"])
-    assert f"types 1 2: no bonds between them: e1 e2 x {mean[0]:.6g}, gamma x {mean[1]:.6g}, as of the like types" in lines[1]
-    assert f"types 1 3: no bonds between them: e1 e2 x {of[1][0]:.6g}" in lines[2]
-    assert lines[-1] == "pair evp/lj: types 3 3: no bonds between them: coefficients as given"
 
 
 def test_all_that_read_the_law(lmp_decks, bar, two_types):
@@ -331,7 +291,6 @@ def test_a_row_of_a_file(lmp, bar, tmp_path):
 
 SCALED = coeffs({"* *": said(ONE, {"spacing": 0.02, "coordination": 12, "kv": 700})})
 VOLUME = "fix volume all evp/volume row\n"
-LATER = "read_data body.data extra/atom/types 1"
 
 
 def one_type(folder, marked=()):
