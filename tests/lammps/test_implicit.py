@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""fix nve/evp: the scheme that it promises, what every scheme must keep, and every misuse.
+"""fix nve/evp: the scheme that it promises, and what every scheme must keep.
 
-The bound of its step is in test_implicit_limit.py, its energy in test_energy.py, its restart in long scenes in
+The bound of its step is in test_limits.py, its energy in test_energy.py, its restart in test_matrix.py, long runs in
 test_robust_bodies.py."""
 
 import numpy as np

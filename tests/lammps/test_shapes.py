@@ -113,13 +113,6 @@ def test_measures_of_the_cylinder(tmp_path):
     assert body["solid_fraction"] == pytest.approx(np.sum(4 / 3 * np.pi * packing.radius**3) / body["volume"], rel=1e-6)
 
 
-def test_same_seed_same_file(made, tmp_path):
-    make(tmp_path, region=PLATE, **SHAPES["plate"][0])
-    folder = made("plate")[3]
-    for name in ("body.data", "body.data.body"):
-        assert (tmp_path / name).read_bytes() == (folder / name).read_bytes()
-
-
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_no_sphere_leaves_a_region_while_the_points_part(tmp_path, seed):
     """LAMMPS stops a run in which a sphere's centre passes the wall of a region: few spheres, a thin wall, two ranks."""
