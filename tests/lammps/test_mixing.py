@@ -114,34 +114,29 @@ rerun all.dump first 20 dump x y z vx vy vz
 NEW = {"e1": 70.5, "m1": 9.0, "n1": 3.5, "e2": 5.0, "m2": 7.0, "n2": 3.0, "xi_s": 0.008, "gamma": 90.0, "alpha": 1.42}
 
 
-@pytest.mark.parametrize("style", ["evp/lj", "hybrid/overlay zero 0.001 evp/lj"])
-def test_fix_adapt_of_every_coefficient(lmp, bar, style):
-    """After fix adapt the forces are those of the new row, and after `reset yes` those of the old one again."""
+def test_fix_adapt_of_every_coefficient(lmp_decks, bar):
+    """After fix adapt the forces are those of the new row, and after `reset yes` those of the old one again; in a hybrid, too."""
     base = law.TABLE1._replace(gamma=20.0)
-    text, of_style = "", "evp/lj" if "hybrid" in style else ""
-    for key, value in NEW.items():
-        setup = pair(base).replace("pair_style evp/lj", f"pair_style {style}")
-        if of_style:
-            setup = setup.replace("pair_coeff * *", "pair_coeff * * zero\npair_coeff * * evp/lj")
-        text += "clear\n" + head("off") + setup + "fix hold all nve/noforce\ntimestep 1e-30\nrun 0\n" + STRETCH + STIR + f"""
+    alone = pair(base)
+    hybrid = alone.replace("pair_style", "pair_style hybrid/overlay zero 0.001").replace("pair_coeff * *", "pair_coeff * * zero\npair_coeff * * evp/lj")
+    decks = {(key, setup): head("off") + setup + "fix hold all nve/noforce\ntimestep 1e-30\nrun 0\n" + STRETCH + STIR + f"""
 variable new equal {value}
 fix change all adapt 1 pair evp/lj {key} * * v_new reset yes
-{dump(key, every=1)}
+{dump("new.dump", every=1)}
 run 2
 unfix change
 undump all
-{dump(key + ".reset", every=1)}
+{dump("reset.dump", every=1)}
 run 0
-"""
-    run = lmp(text, ranks=2).ok()
-    for key, value in NEW.items():
-        row = base._replace(**{key: value})
-        for snapshot in run.dump(key):
+""" for key, value in NEW.items() for setup in (alone, hybrid)}
+    for (key, _), run in lmp_decks(decks, 2).items():
+        row = base._replace(**{key: NEW[key]})
+        for snapshot in run.dump("new.dump"):
             found = check_forces(snapshot, bar, row)
         assert found["bonds_second"] > 50
         with pytest.raises(AssertionError):
             check_forces(snapshot, bar, base)
-        check_forces(run.dump(key + ".reset")[-1], bar, base)
+        check_forces(run.dump("reset.dump")[-1], bar, base)
 
 
 def test_fix_adapt_cannot_widen_alpha(lmp, bar):
