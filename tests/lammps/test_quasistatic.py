@@ -11,7 +11,7 @@ import shutil
 import numpy as np
 import pytest
 from common_bodies import REFERENCE
-from lammps_run import edited_deck, read_csv, run_lammps, slope
+from lammps_run import REPOSITORY, edited_deck, read_csv, run_lammps, slope
 
 PUBLISHED = json.loads(REFERENCE.with_suffix(".json").read_text())
 MPA = 1e6
@@ -65,6 +65,14 @@ def test_a_run_that_stopped_on_the_way_back_goes_on(tmp_path):
         for name, digit in (("stress_grip", 1.0), ("stress_virial", 1.0), ("strain", 1e-12), ("strain_gauge", 1e-12)):
             tolerances = (1e-8, digit) if ranks == 1 else (0.0, 1e-6 * np.abs(whole[name]).max())
             assert np.allclose(rest[name], whole[name], *tolerances), (ranks, name)
+
+
+def test_nine_numbers_hold_for_a_body_of_any_size(tmp_path):
+    """Scaled with the spheres per volume, as a row with its spacing is by its bonds: E is that of the paper's body."""
+    run_lammps("in.specimen", 1, {"n": 300, "length": 0.03, "radius": 0.01, "out": "small.data"}, tmp_path).ok()
+    bodies = {"paper": {"specimen": "small.data"}, "any": {"specimen": "small.data", "material": REPOSITORY / "potentials" / "gado2017.evp:table1_any"}, "same": {}}
+    stress = {name: pull(tmp_path, strain=2e-4, increment=1e-4, contact="none", **more)[1]["stress_grip"][-1] for name, more in bodies.items()}
+    assert stress["paper"] == pytest.approx(stress["any"], rel=0.15) and stress["paper"] == pytest.approx(stress["same"], rel=0.15)
 
 
 def test_an_increment_that_does_not_come_to_rest_stops(tmp_path):
