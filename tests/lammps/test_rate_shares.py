@@ -23,31 +23,21 @@ SOFTENING = (ROW.m1 + ROW.n1 + 3.0) * AT  # change of a bond's stiffness at a bo
 
 @pytest.fixture(scope="module")
 def pulls(tmp_path_factory):
-    """path(gamma, rate): PREFIX.csv of a pull to 0.32 %, each made once; a row every microsecond."""
+    """{rate: (curve of the damped run, of its twin)} of pulls to 0.32 %; a row every microsecond."""
     folder = tmp_path_factory.mktemp("pulls")
 
-    def get(gamma, rate):
-        path = folder / f"gamma{gamma}_rate{rate}.csv"
-        if not path.exists():
-            coeff = f"80 8 4 3 8 4 0.005 {gamma} 1.5"
-            variables = {"specimen": REFERENCE, "coeff": coeff, "contact": "none", "rate": rate, "row": 1e-6 * rate,
-                         "strain": 0.0032, "dtfraction": 0.8, "out": path.stem}
-            run_lammps("in.traction", 1, variables, folder).ok()
-        return path
+    def pull(gamma, rate):
+        variables = {"specimen": REFERENCE, "coeff": f"80 8 4 3 8 4 0.005 {gamma} 1.5", "contact": "none", "rate": rate, "row": 1e-6 * rate,
+                     "strain": 0.0032, "dtfraction": 0.8, "out": f"gamma{gamma}_rate{rate}"}
+        run_lammps("in.traction", 1, variables, folder).ok()
+        return curves.read_curve(folder / f"{variables['out']}.csv")
 
-    return get
+    return {rate: (pull(1000, rate), pull(0, rate)) for rate in (10, 100)}
 
 
-@pytest.fixture(scope="module")
-def shares(pulls):
-    """Shares by rate at a strain, from the damped run and its twin."""
-
-    def get(rate, at=AT):
-        damped, twin = (curves.read_curve(pulls(gamma, rate)) for gamma in (1000, 0))
-        rates.check_twin(damped, twin)
-        return rates.shares_at(damped, twin, at)
-
-    return get
+def shares_at(pulls, rate, at=AT):
+    rates.check_twin(*pulls[rate])
+    return rates.shares_at(*pulls[rate], at)
 
 
 def linear_viscous_stress(body):
@@ -66,36 +56,36 @@ def linear_viscous_stress(body):
     return ROW.gamma * np.sum(closing**2) / (AREA * FREE_LENGTH)
 
 
-def test_viscous_stress_is_that_of_the_linear_network(shares, reference):
+def test_viscous_stress_is_that_of_the_linear_network(pulls, reference):
     """Left out is what changes with strain, no more than the stiffness of the bonds does."""
-    assert shares(10).viscous == pytest.approx(10.0 * linear_viscous_stress(reference), rel=SOFTENING)
+    assert shares_at(pulls, 10).viscous == pytest.approx(10.0 * linear_viscous_stress(reference), rel=SOFTENING)
 
 
-def test_viscous_stress_is_e_tau_rate(shares, pulls, reference):
+def test_viscous_stress_is_e_tau_rate(pulls, reference):
     """One strain for all bonds: exact if a bond's part in the elastic energy, (u.e.u)^2, did not go with its length.
     With B bonds the two go together by chance: the mean of l^2 weighted by u_x^4 scatters by std(l^2) sqrt(25/9 / B)
     about the plain one (<u^8>/<u^4>^2 = 25/9). Three times that, and the softening as above."""
-    twin = curves.read_curve(pulls(0, 10))
+    twin = pulls[10][1]
     expected = rates.expected(reference, ROW, 10.0, curves.modulus(twin.strain, twin.virial))
     squares = np.square(brute.find_pairs(reference.x, reference.radius, ROW.alpha).d)
     scatter = squares.std() / squares.mean() * np.sqrt(25.0 / 9.0 / len(squares))
     assert 3.0 * scatter < 0.05, "control: a statement about tau, not about its order"
-    assert shares(10).viscous == pytest.approx(expected.viscous, rel=3.0 * scatter + SOFTENING)
+    assert shares_at(pulls, 10).viscous == pytest.approx(expected.viscous, rel=3.0 * scatter + SOFTENING)
 
 
 @pytest.mark.parametrize("rate, tolerance", [(10, 0.2), (100, 1.0)])
-def test_viscous_stress_is_the_published_one(shares, rate, tolerance):
+def test_viscous_stress_is_the_published_one(pulls, rate, tolerance):
     """There against the quasi-static curve, here against the twin; at 0.26 %, the last strain with all its rows."""
-    measured = shares(rate, 0.0026).viscous / MPA
+    measured = shares_at(pulls, rate, 0.0026).viscous / MPA
     assert measured == pytest.approx(PUBLISHED[f"overstress_MPa_0.3pc_{rate}s"], abs=tolerance)
 
 
-def test_inertia_is_of_the_order_of_rho_c_l_rate(pulls, shares, reference):
+def test_inertia_is_of_the_order_of_rho_c_l_rate(pulls, reference):
     """The deck starts with the velocities of uniform stretching, but for the lateral ones: nu rate r are missing. They
     come with a radial stress rho c nu rate R, of which Poisson's ratio brings 2 nu to the axis: 2 nu^2 R/L = 0.05 of
     rho c L rate, nu = 1/4. Met to half an order of magnitude. Dampers quench it within 0.1 % of strain."""
     modulus = 1e9 * PUBLISHED["E_GPa_virial_0_0.3pc_10s_none"]
     scale = rates.expected(reference, ROW, 100.0, modulus).inertial
     wanted = 2.0 * 0.25**2 * 0.02 / LENGTH * scale
-    assert wanted / np.sqrt(10.0) < shares(100).resolution < wanted * np.sqrt(10.0)
-    assert shares(100, 0.002).inertial < 0.1 * shares(100, 0.002).resolution
+    assert wanted / np.sqrt(10.0) < shares_at(pulls, 100).resolution < wanted * np.sqrt(10.0)
+    assert shares_at(pulls, 100, 0.002).inertial < 0.1 * shares_at(pulls, 100, 0.002).resolution
