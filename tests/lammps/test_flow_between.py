@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Flow and breaking where the packed list does not see all: bonds that leave it, atoms that change first, words that change."""
 
+import itertools
+
 import numpy as np
 import pytest
 from evp import flow, law
@@ -49,29 +51,29 @@ WAYS = {
 }
 
 
+def two(newton, name):
+    return TWO.format(newton=newton, ghosts=0.004 if "ghosts" in name else 0.03) + WAYS[name]
+
+
 @pytest.mark.parametrize("newton, ranks", [("on", 1), ("off", 2)])
-@pytest.mark.parametrize("name", WAYS)
-def test_a_bond_that_leaves_the_list_is_broken(lmp, name, newton, ranks):
+def test_a_bond_that_leaves_the_list_is_broken(lmp_decks, newton, ranks):
     """And stays so: back within its cut-off the atoms only repel."""
-    text = TWO.format(newton=newton, ghosts=0.004 if "ghosts" in name else 0.03) + WAYS[name]
-    run = lmp(text + """
+    runs = lmp_decks({name: two(newton, name) + """
 print "broken $(f_b[5]) beyond $(f_b[1])"
 variable back atom 0.00203*(id==2)
 set group all x v_back vx 0 vy 0 vz 0
 run 2
 print "back: pe $(pe) broken $(f_b[5])"
-""", ranks).ok()
-    assert "broken 1 beyond 0\n" in run.stdout
-    assert "back: pe 0 broken 1\n" in run.stdout
+""" for name in WAYS}, ranks)
+    for name, run in runs.items():
+        assert "broken 1 beyond 0\n" in run.stdout and "back: pe 0 broken 1\n" in run.stdout, name
 
 
 @pytest.mark.parametrize("newton, ranks", [("on", 1), ("off", 2)])
-@pytest.mark.parametrize("name", WAYS)
 @pytest.mark.parametrize("breaks", ["none", "0.02"])
-def test_a_bond_that_leaves_the_list_flows_up_to_its_cutoff(lmp, name, newton, ranks, breaks):
+def test_a_bond_that_leaves_the_list_flows_up_to_its_cutoff(lmp_decks, newton, ranks, breaks):
     """And keeps its offset, unless it broke: back at its deq it is pressed. Without break also its work goes on from there."""
-    text = TWO.format(newton=newton, ghosts=0.004 if "ghosts" in name else 0.03) + WAYS[name]
-    run = lmp(text.replace("contact repulsive break 0.02", f"contact none plasticity isotropic break {breaks}") + """
+    runs = lmp_decks({name: two(newton, name).replace("contact repulsive break 0.02", f"contact none plasticity isotropic break {breaks}") + """
 compute each all evp/state/atom plastic_work
 compute kept all reduce sum c_each[5]
 variable work equal c_kept
@@ -82,14 +84,17 @@ set group all x v_back vx 0 vy 0 vz 0
 timestep 1e-12
 run 1
 print "back: work $(v_work:%.17g) fx $(fx[2]:%.17g)"
-""".replace("run 0", "thermo_style custom step pe f_b[1] f_b[5] c_kept\nrun 0"), ranks).ok()
+""".replace("run 0", "thermo_style custom step pe f_b[1] f_b[5] c_kept\nrun 0") for name in WAYS}, ranks)
     deq, cut = 0.002, 0.003 if breaks == "none" else 1.02 * 0.002
     torn = flow.step(cut, deq, law.TABLE1, 0.0, 0.0)
     flowed = float(torn.dissipated)
     q, k = (torn.q, torn.k) if breaks == "none" else (0.0, 0.0)
     pressed = flow.step(deq, deq, law.TABLE1, q, k)
-    found = [float(word) for line in run.stdout.splitlines() if line.startswith(("work ", "back: work ")) for word in line.split() if word[0].isdigit()]
-    assert found == pytest.approx([flowed, flowed + float(pressed.dissipated), 0.0 if breaks != "none" else float(pressed.force)], rel=2e-7), "the margin of a cutoff, up to which a bond flows"
+    expected = [flowed, flowed + float(pressed.dissipated), 0.0 if breaks != "none" else float(pressed.force)]
+    for name, run in runs.items():
+        lines = [line for line in run.stdout.splitlines() if line.startswith(("work ", "back: work "))]
+        found = [float(word) for line in lines for word in line.split() if word[0].isdigit()]
+        assert found == pytest.approx(expected, rel=2e-7), (name, "the margin of a cutoff, up to which a bond flows")
 
 
 @pytest.mark.parametrize("newton, ranks", [("on", 1), ("off", 2)])
@@ -245,19 +250,20 @@ run 2
 EXCLUDED = {"types": "set group two type 2\nneigh_modify exclude type 1 2\n", "groups": "neigh_modify exclude group one two\n"}
 
 
-@pytest.mark.parametrize("rules", ["contact none", "contact none plasticity isotropic", "contact repulsive break 0.02"])
 @pytest.mark.parametrize("ranks", [1, 2])
-@pytest.mark.parametrize("name", EXCLUDED)
-def test_an_excluded_bond_does_nothing(lmp, name, ranks, rules):
+def test_an_excluded_bond_does_nothing(lmp_decks, ranks):
     """A pair that neigh_modify excludes has no force: no bond of it flows, breaks or holds energy, wherever its atoms go."""
-    text = TWO.format(newton="on", ghosts=0.03).replace("contact repulsive break 0.02", rules).replace("create_box 1", "create_box 2")
-    run = lmp(text.replace("thermo_style", "fix ledger all evp/energy\nthermo_style") + "fix n all nve\nrun 1\n" + EXCLUDED[name] + """
+    text = TWO.format(newton="on", ghosts=0.03).replace("create_box 1", "create_box 2")
+    text = text.replace("thermo_style", "fix ledger all evp/energy\nthermo_style") + "fix n all nve\nrun 1\n{}" + """
 run 1
 displace_atoms two move 0.006 0 0
 run 2
 print "broken $(f_b[5]) entries $(f_ledger[1]) $(f_ledger[3]) $(f_ledger[9]) $(f_ledger[11])"
-""", ranks).ok()
-    assert "broken 0 entries 0 0 0 0\n" in run.stdout
+"""
+    kinds = itertools.product(EXCLUDED, ("contact none", "contact none plasticity isotropic", "contact repulsive break 0.02"))
+    decks = {(name, rules): text.format(EXCLUDED[name]).replace("contact repulsive break 0.02", rules) for name, rules in kinds}
+    for kind, run in lmp_decks(decks, ranks).items():
+        assert "broken 0 entries 0 0 0 0\n" in run.stdout, kind
 
 
 def test_a_deleted_partner_breaks_no_bond(lmp):
@@ -343,13 +349,15 @@ run 50
 
 
 @pytest.mark.parametrize("newton, ranks", [("on", 1), ("off", 2)])
-@pytest.mark.parametrize("box", ["block 0 0.03 0 0.03 0 0.03", "prism 0 0.03 0 0.03 0 0.03 0.006 0 0"], ids=["orthogonal", "triclinic"])
-def test_a_partner_in_two_images_flows_once(lmp, box, newton, ranks):
+def test_a_partner_in_two_images_flows_once(lmp_decks, newton, ranks):
     """A box three spheres wide, whose neighbor lists hold two images of a bonded partner where the skin is large: those past dlim are not the bond."""
-    ends = [lmp(IMAGES.format(box=box, newton=newton, skin=skin), ranks=ranks).thermo() for skin in (0.0005, 0.009)]
-    assert ends[0]["f_e[9]"][-1] > 0.0
-    for name in ("f_e[2]", "f_e[9]", "f_b[2]"):
-        assert ends[1][name][-1] == pytest.approx(ends[0][name][-1], rel=1e-9), name
+    boxes, skins = ("block 0 0.03 0 0.03 0 0.03", "prism 0 0.03 0 0.03 0 0.03 0.006 0 0"), (0.0005, 0.009)
+    runs = lmp_decks({key: IMAGES.format(box=key[0], newton=newton, skin=key[1]) for key in itertools.product(boxes, skins)}, ranks)
+    for box in boxes:
+        near, far = (runs[box, skin].thermo() for skin in skins)
+        assert near["f_e[9]"][-1] > 0.0
+        for name in ("f_e[2]", "f_e[9]", "f_b[2]"):
+            assert far[name][-1] == pytest.approx(near[name][-1], rel=1e-9), (box, name)
 
 
 HOLD = """

@@ -6,7 +6,7 @@ import pytest
 from flowing import BONDS, BREAK, MOVE, ROW, SHAKE, SUMS, assert_flowed, flowing_pair, largest_difference, read_pairs
 from hostile import refused
 from lammps_run import write_state
-from small_bodies import dump, head, lattice_body, turn_about, words, write_body
+from small_bodies import dump, head, turn_about, words, write_body
 
 START = head() + flowing_pair() + SHAKE + MOVE + "run 60\nwrite_evp_bonds before.bonds\n"
 AFTER = "write_evp_bonds after.bonds\n"
@@ -42,39 +42,34 @@ MOVING = {
 }
 
 
-@pytest.fixture
-def bar(tmp_path):
-    body = lattice_body((6, 4, 4))
-    write_body(tmp_path / "body.data", body)
-    return body
+def before_and_after(run):
+    return (read_pairs(run.folder / f"{when}.bonds") for when in ("before", "after"))
 
 
-@pytest.mark.parametrize("ranks", [2])
-@pytest.mark.parametrize("name", [*QUIET, *MOVING])
-def test_offsets_move_in_steps_only(lmp, tmp_path, bar, ranks, name):
+def test_offsets_move_in_steps_only(lmp_decks, bar):
     """Atoms are moved so that pairs are beyond their thresholds: forces are those of the return map, but bond files are the same text."""
-    lmp(START + PUSH + {**QUIET, **MOVING}[name] + AFTER, ranks).ok()
-    before, after = (read_pairs(tmp_path / f"{when}.bonds") for when in ("before", "after"))
-    assert_flowed(before)
-    if name in QUIET:
-        assert before == after
-    else:
-        moved = [abs(after.offset[key] - before.offset[key]) > 1e-5 * before.deq[key] for key in before.of(0)]
-        assert sum(moved) > 20, "control"
+    runs = lmp_decks({name: START + PUSH + lines + AFTER for name, lines in {**QUIET, **MOVING}.items()}, 2)
+    for name, run in runs.items():
+        before, after = before_and_after(run)
+        assert_flowed(before)
+        if name in QUIET:
+            assert before == after, name
+        else:
+            moved = [abs(after.offset[key] - before.offset[key]) > 1e-5 * before.deq[key] for key in before.of(0)]
+            assert sum(moved) > 20, f"control: {name}"
 
 
-def test_a_watched_run_is_the_same(lmp, tmp_path, bar):
+def test_a_watched_run_is_the_same(lmp_decks, bar):
     """What is asked at every step changes no bit of the run."""
     watch = EVALUATE.replace("run 0\n", "thermo 1\n") + """
 fix watch all print 1 "$(c_biggest) $(f_bonds[5])" file watched.txt screen no
 dump own all local 1 own.dump c_own[2] c_own[7]
 fix mean all ave/time 1 1 1 c_dt file mean.txt
 """
-    for name, lines in (("plain", ""), ("watched", watch)):
-        lmp(START + lines + f"run 60\nwrite_evp_bonds {name}.bonds\n").ok()
-    plain, watched = ((tmp_path / f"{name}.bonds").read_text() for name in ("plain", "watched"))
+    runs = lmp_decks({name: START + lines + "run 60\n" + AFTER for name, lines in {"plain": "", "watched": watch}.items()})
+    plain, watched = ((run.folder / "after.bonds").read_text() for run in runs.values())
     assert plain == watched
-    assert plain != (tmp_path / "before.bonds").read_text(), "control"
+    assert plain != (runs["plain"].folder / "before.bonds").read_text(), "control"
 
 
 @pytest.mark.parametrize("contact", ["none", "repulsive"])
@@ -118,13 +113,14 @@ def cycles(amplitude, fraction, count=100, steps=100, gamma=300.0, start=""):
             "thermo_style custom step pe ke c_most[1]\nthermo_modify format float %.17g\nrun 0\n")
 
 
-@pytest.mark.parametrize("fraction", [0.1, 0.4, 0.9])
-def test_a_hundred_cycles_below_yield_leave_nothing(lmp, tmp_path, bar, fraction):
-    lmp(cycles(3e-6, fraction)).ok()
-    before, after = (read_pairs(tmp_path / f"{when}.bonds") for when in ("before", "after"))
-    assert before == after and set(after.offset.values()) == {0.0} and set(after.work.values()) == {0.0}
-    lmp(cycles(3e-4, fraction, count=3)).ok()
-    assert max(map(abs, read_pairs(tmp_path / "after.bonds").offset.values())) > 1e-5, "control: a hundred times as far it yields"
+def test_a_hundred_cycles_below_yield_leave_nothing(lmp_decks, bar):
+    decks = {fraction: cycles(3e-6, fraction) for fraction in (0.1, 0.4, 0.9)}
+    runs = lmp_decks({**decks, "control": cycles(3e-4, 0.4, count=3)})
+    for fraction in decks:
+        before, after = before_and_after(runs[fraction])
+        assert before == after and set(after.offset.values()) == {0.0} and set(after.work.values()) == {0.0}, fraction
+    _, after = before_and_after(runs["control"])
+    assert max(map(abs, after.offset.values())) > 1e-5, "control: a hundred times as far it yields"
 
 
 def test_cycles_within_the_elastic_range_after_flow(lmp, tmp_path, bar):
@@ -164,7 +160,7 @@ CALM = SHAKE + "velocity all zero linear\n"
 LARGE = [[-0.2, 0.3]] * 3
 
 
-def test_turned_and_moving_frames(lmp, tmp_path, bar):
+def test_turned_and_moving_frames(lmp, lmp_decks, tmp_path, bar):
     """The state after flow turned by up to 2 pi, or given a velocity, goes on as before, turned or moved: flow, breaks, energies."""
     write_body(tmp_path / "body.data", bar._replace(box=np.array(LARGE)))
     move = MOVE.replace("pxx pyz", "")
@@ -174,19 +170,21 @@ def test_turned_and_moving_frames(lmp, tmp_path, bar):
     assert_flowed(read_pairs(tmp_path / "whole.bonds"), contacts=0)
     x, v = (half.vectors(*names) for names in (("x", "y", "z"), ("vx", "vy", "vz")))
     centre = np.array([0.03, 0.02, 0.02])
-    frames = [(0.0, 0.0), (0.7, 0.0), (2.1, 0.0), (np.pi, 0.0), (5.0, 0.0), (2.0 * np.pi, 0.0), (0.0, 300.0), (1.3, 300.0)]
-    for angle, speed in frames:
+    decks = {}
+    for angle, speed in ((0.0, 0.0), (0.7, 0.0), (2.1, 0.0), (np.pi, 0.0), (5.0, 0.0), (2.0 * np.pi, 0.0), (0.0, 300.0), (1.3, 300.0)):
+        turn, state = turn_about(angle), f"state{len(decks)}.dump"
+        write_state(tmp_path / state, centre + (x - centre) @ turn.T, v @ turn.T + [speed, -0.5 * speed, 0.0], half.box, half["id"].astype(int))
+        decks[angle, speed] = (head(start="read_restart half.restart") + BONDS + "\nfix volume all evp/volume 500\n"
+                               f"read_dump {state} 0 x y z vx vy vz box no replace yes\nreset_timestep 60\n" + move + dump("turned.dump", 60)
+                               + "run 60\nwrite_evp_bonds turned.bonds\n")
+    for (angle, speed), run in lmp_decks(decks).items():
         turn = turn_about(angle)
-        write_state(tmp_path / "state.dump", centre + (x - centre) @ turn.T, v @ turn.T + [speed, -0.5 * speed, 0.0], half.box, half["id"].astype(int))
-        run = lmp(head(start="read_restart half.restart") + BONDS + "\nfix volume all evp/volume 500\n"
-                  "read_dump state.dump 0 x y z vx vy vz box no replace yes\nreset_timestep 60\n" + move + dump("turned.dump", 60)
-                  + "run 60\nwrite_evp_bonds turned.bonds\n").ok()
         last = run.dump("turned.dump")[-1]
         drift = 60 * 3e-7 * np.array([speed, -0.5 * speed, 0.0])
         expected = centre + (end.vectors("x", "y", "z") - centre) @ turn.T + drift
         assert np.abs(last.vectors("x", "y", "z") - expected).max() < 1e-10 * 0.08, (angle, speed)
         force = end.vectors("fx", "fy", "fz") @ turn.T
         assert np.abs(last.vectors("fx", "fy", "fz") - force).max() < 1e-8 * np.abs(force).max(), (angle, speed)
-        assert largest_difference(read_pairs(tmp_path / "turned.bonds"), read_pairs(tmp_path / "whole.bonds")) < 1e-8, (angle, speed)
+        assert largest_difference(read_pairs(run.folder / "turned.bonds"), read_pairs(tmp_path / "whole.bonds")) < 1e-8, (angle, speed)
         for name in ("PotEng", "f_volume", "c_flow[2]"):
             assert np.abs(run.thermo()[name] - table[name]).max() <= 1e-8 * np.abs(table[name]).max(), (angle, speed, name)
