@@ -50,15 +50,15 @@ def test_reference_specimen(lmp, reference, gamma, published):
         agree(run.ok().thermo(), expected)
 
 
-@pytest.mark.parametrize("group", ["free", "all", "left"])
-def test_atoms_outside_the_group_are_held(lmp, reference, group):
+def test_atoms_outside_the_group_are_held(lmp_decks, reference):
     """Pairs between held atoms leave all limits. Control: the three groups have different limits."""
     sides = {"free": (reference.x[:, 0] >= 0.005) & (reference.x[:, 0] <= 0.045),
              "all": np.ones(500, dtype=bool), "left": reference.x[:, 0] <= 0.005}
     expected = {name: limits(reference, reference.x, 300.0, "literal", mask) for name, mask in sides.items()}
     assert len({round(1e12 * each["dt_elastic"]) for each in expected.values()}) == 3
-    run = lmp(deck(300, "literal", group=group) + "run 0\n", 2).ok()
-    agree(run.thermo(), expected[group])
+    runs = lmp_decks({group: deck(300, "literal", group=group) + "run 0\n" for group in expected}, 2)
+    for group, run in runs.items():
+        agree(run.thermo(), expected[group])
 
 
 STIFFENING = law.Row(12.0, 6.0, 3.0, 70.0, 8.0, 4.0, 0.003, 0.0, 1.5)  # m2 n2 e2 = 10.4 m1 n1 e1
@@ -92,17 +92,16 @@ def check_two(table, strain, gamma, deq):
     assert table["c_dt[5]"][0] <= table["c_dt[2]"][0] * (1.0 + ITERATED)
 
 
-@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off")])
-def test_a_stiffer_second_regime_in_a_deformed_body(lmp, tmp_path, reference, pulled_body, ranks, newton):
+def test_a_stiffer_second_regime_in_a_deformed_body(lmp, tmp_path, reference, pulled_body):
     """Bonds of both regimes against the assembled matrices."""
     write_state(tmp_path / "state.dump", pulled_body.x, 0 * pulled_body.v, pulled_body.box)
     row = STIFFENING._replace(gamma=30.0)
-    text = deck(30, "none", newton, "all").replace("c_dt c_dt[*]", "").replace(words(law.TABLE1._replace(gamma=30)), words(row))
+    text = deck(30, "none", "off", "all").replace("c_dt c_dt[*]", "").replace(words(law.TABLE1._replace(gamma=30)), words(row))
     text += "run 0\nread_dump state.dump 0 x y z vx vy vz box no replace yes\n" + thermo("c_dt c_dt[*]") + "run 0\n"
     bonds = brute.record_bonds(reference.x, reference.radius, 1.5)
     mass = mass_of(reference.radius)
     expected = network.step_limits(pulled_body.x, reference.radius, mass, row, bonds, "none", np.ones(500, dtype=bool))
-    agree(lmp(text, ranks=ranks).ok().thermo(1), expected)
+    agree(lmp(text, ranks=2).ok().thermo(1), expected)
 
 
 @pytest.mark.parametrize("style, gamma", [("nve", 0.0), ("nve/evp", 10.0)])

@@ -77,8 +77,7 @@ def test_stability_is_that_of_the_integrator(lmp, tmp_path, body):
         assert table["f_dt[1]"][0] == pytest.approx(table[column][0], rel=1e-12)
 
 
-@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off")])
-@pytest.mark.parametrize("contact", ["literal", "repulsive"])
+@pytest.mark.parametrize("contact, ranks, newton", [("literal", 2, "off"), ("repulsive", 1, "on")])
 def test_displacement_along_the_pair_limits_a_stirred_body(lmp, tmp_path, body, ranks, newton, contact):
     """At set-up and at a check in the run; flight and spin beside do not count; one warning names the pair."""
     write_body(tmp_path / "body.data", body)
@@ -98,13 +97,12 @@ def test_displacement_along_the_pair_limits_a_stirred_body(lmp, tmp_path, body, 
     assert {int(word) for word in re.search(r"for atoms (\d+) and (\d+)", warned[0]).groups()} == first
 
 
-@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off")])
-def test_without_displacement_only_stability_limits_a_stirred_body(lmp, tmp_path, body, ranks, newton):
+def test_without_displacement_only_stability_limits_a_stirred_body(lmp, tmp_path, body):
     """One warning names the pair, what it does in a step, and the choice, where that is more than the threshold strain; in both runs f_dt[2] is
     the timestep of one threshold strain."""
     write_body(tmp_path / "body.data", body)
     for speed, expected in ((20.0, 1), (1.0, 0)):
-        run = lmp(deck(stir(speed, spin=300.0, flight=100.0), newton=newton, more="") + dump(every=EVERY) + f"run {EVERY}\n", ranks).ok()
+        run = lmp(deck(stir(speed, spin=300.0, flight=100.0), newton="off", more="") + dump(every=EVERY) + f"run {EVERY}\n", 2).ok()
         table, warned = run.thermo(), [re.search(r"atoms (\d+) and (\d+) changes by (\S+) times.* add 'displacement 0.1' there", line) for line in run.warnings()]
         warned = [found for found in warned if found]
         assert list(table["f_dt[3]"]) == [STABILITY] * 2 and table["Dt"] == pytest.approx(0.4 * table["f_dt[1]"], rel=1e-12)

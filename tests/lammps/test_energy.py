@@ -72,12 +72,11 @@ def test_free_vibration_of_any_amplitude_balances(lmp, tmp_path, speed, recorded
     assert all(found[name] == 0.0 for name in {"first", "second", "lost", "contacts", "movers"} - {entry})
 
 
-@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off")])
-def test_stored_has_its_digits_at_tiny_strains(lmp, tmp_path, body, ranks, newton):
+def test_stored_has_its_digits_at_tiny_strains(lmp, tmp_path, body):
     """Strains near 1e-10: what bonds store, to 1e-9 of it, from the distances and the recorded ones to the last bit. Then the
     body flies on, through neighbor builds and over ranks: no bond is lost, and 5 kJ of depth in another order are no noise."""
     write_body(tmp_path / "body.data", body)
-    run = lmp(head(newton, "p s s") + pair(law.TABLE1, "none", "fix bonds all evp/bonds zone 1.48") + """
+    run = lmp(head("off", "p s s") + pair(law.TABLE1, "none", "fix bonds all evp/bonds zone 1.48") + """
 fix move all nve
 timestep 2e-7
 variable vx atom 5e-7*sin(1.1*id)
@@ -86,7 +85,7 @@ velocity all set v_vx v_vy 0
 compute pairs all pair/local dist p1 p3
 dump pairs all local 40 pairs.dump c_pairs[1] c_pairs[2] c_pairs[3]
 dump_modify pairs format float %.17g
-""" + ledger(40, "f_bonds") + "run 20\nrun 20\nvelocity all set 300 0 0 sum yes\nrun 400\n", ranks).ok()
+""" + ledger(40, "f_bonds") + "run 20\nrun 20\nvelocity all set 300 0 0 sum yes\nrun 400\n", 2).ok()
     snapshot = next(each for each in run.dump("pairs.dump") if each.step == 40)
     d, deq, regime = (snapshot[f"c_pairs[{k}]"] for k in (1, 2, 3))
     d, deq = d[regime > 0.0], deq[regime > 0.0]
@@ -147,17 +146,12 @@ def stirred(style, gamma, step, steps, newton="on", contact="none", zone="", for
 
 
 @pytest.mark.parametrize("style, gamma, step", [("nve", 100.0, 1e-7), ("nve/evp tol 1e-12", 1000.0, 2e-7)])
-def test_entries_are_sums_over_all_pairs_on_any_ranks(lmp, tmp_path, body, style, gamma, step):
+def test_entries_are_sums_over_all_pairs(lmp, tmp_path, body, style, gamma, step):
     """Control: bonds in both regimes, bonds lost and new pairs."""
     write_body(tmp_path / "body.data", body)
-    tables = []
-    for ranks, newton in ((1, "on"), (2, "off")):
-        run = lmp(stirred(style, gamma, step, 100, newton, "literal", "zone 1.48", "30 0 0", 8000), ranks).ok()
-        tables.append(energies(run.thermo()))
-        last = run.dump("all.dump")[-1]
-    scale = max(abs(value) for value in tables[0].values())
-    for other in tables[1:]:
-        assert all(abs(other[name] - tables[0][name]) < 1e-8 * scale for name in ENTRIES)
+    run = lmp(stirred(style, gamma, step, 100, "off", "literal", "zone 1.48", "30 0 0", 8000), 2).ok()
+    found, last = energies(run.thermo()), run.dump("all.dump")[-1]
+    scale = max(abs(value) for value in found.values())
     row, x, bonds = law.TABLE1, last.vectors("x", "y", "z"), brute.record_bonds(body.x, body.radius, 1.48)
     zero = 0.0 * x
     now = brute.brute_force(x, zero, body.radius, body.types, row, bonds, "literal")
@@ -168,7 +162,6 @@ def test_entries_are_sums_over_all_pairs_on_any_ranks(lmp, tmp_path, body, style
     dlim = {(i, j): 1.5 * (body.radius[i - 1] + body.radius[j - 1]) for i, j in bonds}
     depths = sum(law.energy(dlim[key], value, row, value) for key, value in bonds.items())
     there = sum(law.energy(dlim[i + 1, j + 1], value, row, value) for i, j, value in zip(now["i"][is_bond], now["j"][is_bond], deq))
-    found = tables[0]
     expected = {"first": first.sum(), "second": (law.energy(d, deq, row, deq) - first).sum(), "lost": depths - there,
                 "contacts": now["pair_energy"][~is_bond].sum() - 0.0}
     assert (~is_bond).sum() > 0 and depths > there and now["bonds_second"] > 20
@@ -180,37 +173,37 @@ def test_entries_are_sums_over_all_pairs_on_any_ranks(lmp, tmp_path, body, style
 
 
 @pytest.mark.parametrize("style, gamma, step", [("nve", 0.0, 2e-7), ("nve", 100.0, 8e-8), ("nve/evp tol 1e-12", 1000.0, 2e-7)])
-def test_closes_with_the_square_of_the_step(lmp, tmp_path, body, style, gamma, step):
+def test_closes_with_the_square_of_the_step(lmp_decks, tmp_path, body, style, gamma, step):
     """Within one regime and without a crossing of dlim, where the force is smooth, and where the step resolves the damping. Each
     entry has its share."""
     write_body(tmp_path / "body.data", body)
-    opened = []
+    opened, decks = [], {}
     for part in (1, 2, 4):
         text = stirred(style, gamma, step / part, 64 * part, zone="zone 1.4").replace("80 8 4 3 8 4", "80 8 4 80 8 4")
-        text = re.sub(r"(pair_coeff.*) 0\.005\S* ", r"\1 0.4 ", text)
-        found = energies(lmp(text).ok().thermo())
+        decks[part] = re.sub(r"(pair_coeff.*) 0\.005\S* ", r"\1 0.4 ", text)
+    for run in lmp_decks(decks).values():
+        found = energies(run.thermo())
         opened.append(abs(found["open"]))
         assert opened[-1] < 0.02 * abs(found["kinetic"])
     assert opened[0] > SECOND_ORDER * opened[1] > SECOND_ORDER**2 * opened[2]
 
 
-@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off")])
-@pytest.mark.parametrize("style, gamma", [("nve", 100.0), ("nve/evp tol 1e-12", 1000.0)])
-def test_forces_kept_apart_or_not(lmp, tmp_path, body, style, gamma, ranks, newton):
+@pytest.mark.parametrize("style, gamma, ranks, newton", [("nve", 100.0, 2, "off"), ("nve/evp tol 1e-12", 1000.0, 1, "on")])
+def test_forces_kept_apart_or_not(lmp_decks, tmp_path, body, style, gamma, ranks, newton):
     """A fix that may add forces has those of the pairs kept apart; one that adds none changes no entry."""
     write_body(tmp_path / "body.data", body)
     text = stirred(style, gamma, 1e-7, 60, newton, "literal", "zone 1.48", "0 0 0", 8000)
     text = text.replace("fix move all", "group held id 1:20\ngroup free subtract all held\nfix hold held nve/noforce\nfix move free")
-    apart, together = (energies(lmp(each, ranks).ok().thermo()) for each in (text, re.sub(r"fix push.*\n", "", text)))
+    runs = lmp_decks({"apart": text, "together": re.sub(r"fix push.*\n", "", text)}, ranks)
+    apart, together = (energies(run.thermo()) for run in runs.values())
     scale = max(abs(value) for value in apart.values())
     assert abs(apart["movers"]) > 1e-3 * scale and apart["dissipated"] > 1e-3 * scale, "control"
     assert abs(apart["others"]) < CLOSED * scale and together["others"] == 0.0
     assert all(abs(apart[name] - together[name]) < CLOSED * scale for name in ENTRIES)
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
-@pytest.mark.parametrize("hybrid", [False, True])
-def test_the_balance_changes_no_bit(lmp, tmp_path, body, hybrid, ranks):
+@pytest.mark.parametrize("hybrid, ranks", [(False, 1), (True, 2)])
+def test_the_balance_changes_no_bit(lmp_decks, tmp_path, body, hybrid, ranks):
     """Positions, velocities and forces, of one style in hybrid too, where f is not zero before the pairs add to it."""
     write_body(tmp_path / "body.data", body)
     text = stirred("nve", 100.0, 1e-7, 60, "on", "literal", "zone 1.48", "30 0 0", 8000)
@@ -218,7 +211,7 @@ def test_the_balance_changes_no_bit(lmp, tmp_path, body, hybrid, ranks):
         text = re.sub(r"pair_style (.*)", r"pair_style hybrid/overlay lj/cut 0.012 \1\npair_coeff * * lj/cut 1e-3 0.009", text)
         text = text.replace("pair_coeff * * 80", "pair_coeff * * evp/lj 80")
     without = re.sub(r"fix energy.*\n", "", text).replace("f_energy[*]", "").replace("f_energy", "")
-    with_it, plain = (lmp(each, ranks).ok().dump("all.dump")[-1] for each in (text, without))
+    with_it, plain = (run.dump("all.dump")[-1] for run in lmp_decks({"with it": text, "without": without}, ranks).values())
     for names in (("x", "y", "z"), ("vx", "vy", "vz"), ("fx", "fy", "fz")):
         assert np.array_equal(with_it.vectors(*names), plain.vectors(*names)), names
 

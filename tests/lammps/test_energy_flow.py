@@ -38,8 +38,7 @@ def moved(lmp, tmp_path, pairs, ways, steps, ranks=1, gap=DEQ):
     return [run.thermo(k) for k in range(len(ways))]
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
-@pytest.mark.parametrize("breaks", ["none", "0.1"])
+@pytest.mark.parametrize("breaks, ranks", [("none", 2), ("0.1", 1)])
 def test_a_flowed_bond_that_leaves(lmp, tmp_path, breaks, ranks):
     """Along the way out: stored and dissipated; beyond the cut-off what it stored has ended. Back within dlim it has that again, and flows
     the other way; a broken one is gone: only the sum of the radii is left to repel."""
