@@ -7,8 +7,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdint>
 #include <map>
+#include <random>
 #include <set>
 #include <utility>
 #include <vector>
@@ -17,17 +17,9 @@ using namespace EVP;
 
 namespace {
 
-/// Whole numbers below n, the same in every run.
-class Numbers {
- public:
-  int below(int n)
-  {
-    state = state * 6364136223846793005ULL + 1442695040888963407ULL;
-    return (int) ((state >> 33) % (uint64_t) n);
-  }
-
- private:
-  uint64_t state = 4711;
+struct Numbers {
+  std::mt19937 random;
+  int below(int n) { return (int) (random() % (unsigned) n); }
 };
 
 /// The lowest label that each node can reach, by repetition until nothing changes.

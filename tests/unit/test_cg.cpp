@@ -4,38 +4,25 @@
 // summed here.
 
 #include "core/cg.h"
-
-#include <gtest/gtest.h>
+#include "pair_cases.h"
 
 #include <cmath>
-#include <cstdint>
-#include <limits>
 #include <numeric>
-#include <vector>
 
 using namespace EVP;
+using pair_cases::levels;
 
 namespace {
-
-std::vector<InstructionSet> levels()
-{
-  std::vector<InstructionSet> all = {InstructionSet::BASE};
-  if (best_instruction_set() >= InstructionSet::AVX2) all.push_back(InstructionSet::AVX2);
-  if (best_instruction_set() >= InstructionSet::AVX512) all.push_back(InstructionSet::AVX512);
-  return all;
-}
 
 /// Eight arrays of n values between 0.5 and 1.5, the same for the same n.
 struct Values {
   std::vector<double> array[8];
   explicit Values(std::size_t n)
   {
-    uint64_t state = 2017;
+    std::mt19937 random(2017);
+    std::uniform_real_distribution<double> near_one(0.5, 1.5);
     for (auto &values : array)
-      for (std::size_t k = 0; k < n; k++) {
-        state = state * 6364136223846793005ULL + 1442695040888963407ULL;
-        values.push_back(0.5 + (double) (state >> 11) * 0x1.0p-53);
-      }
+      for (std::size_t k = 0; k < n; k++) values.push_back(near_one(random));
   }
   CgArrays view()
   {
