@@ -135,7 +135,10 @@ WORDS = {
         ("a.bonds", "fix bonds has not recorded yet")]),
     "units si\nread_evp_row {}": ("units", [
         ("good.evp:a", "read_evp_row: expected at least two arguments"), ("good.evp m", "read_evp_row: expected FILE:ROW"),
-        ("good.evp:a m-1", "must have only letters, numbers, or underscores"), ("lj.evp:a m", "'UNITS: si', the units in force, got 'lj'")]),
+        ("good.evp:a m-1", "must have only letters, numbers, or underscores"), ("lj.evp:a m", "'UNITS: si', the units in force, got 'lj'"),
+        ('"80 8 4 3 8 4 0.005 0" m', "read_evp_row: expected 9 values, got 8"), ('"" m', "read_evp_row: expected 9 values, got 0"),
+        (f"{ROW} colour 1 m", "read_evp_row: unknown keyword 'colour' of a row"), ("good.evp:a kv 300 m", "read_evp_row: expected 9 values, got 3"),
+        ("absent.evp:a m", "read_evp_row: cannot read the potential file 'absent.evp'")]),
 }
 
 # ---- other scenes

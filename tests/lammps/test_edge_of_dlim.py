@@ -56,25 +56,28 @@ def squeezed_pressure(bonds):
 OFFSETS = [(0, 0, 0), (0.1, 0.1, 0.1), (0.0123, 0.37, -0.0456), (-11.3, 7.7, 3.1)]
 
 
-@pytest.mark.parametrize("offset", OFFSETS[2:], ids=str)
-@pytest.mark.parametrize("alpha, fix, ranks, newton", [
-    (2.0, "", 1, "on"), (2.0, "", 2, "off"), (3**0.5, "", 4, "on"), (3**0.5, "zone 1.41421356237309505", 1, "off"),
-    (2.0, "zone 2", 1, "on")])
-def test_a_lattice_has_whole_shells(lmp, tmp_path, offset, alpha, fix, ranks, newton):
+SHELLS_OF = [(2.0, ""), (3**0.5, ""), (3**0.5, "zone 1.41421356237309505"), (2.0, "zone 2")]  # alpha, words of the fix
+
+
+@pytest.mark.parametrize("ranks, newton", [(1, "off"), (4, "on")])
+def test_a_lattice_has_whole_shells(lmp_decks, tmp_path, ranks, newton):
     """Recorded, squeezed by 1e-5, written and read back."""
-    lattice(tmp_path / "body.data", offset)
-    zone = float(fix.split()[1]) if fix else alpha
-    bonds, within = (sum(n for square, n in SHELLS.items() if square <= reach**2 + 1e-6) for reach in (zone, alpha))
-    run = lmp(deck(alpha, "literal" if fix else "none", fix, newton, then=SQUEEZE + "run 0\nwrite_data s.data nocoeff\nwrite_evp_bonds s.bonds\n"),
-              ranks=ranks).ok()
-    for block in (0, 1):
-        expect(run.thermo(block), bonds, within - bonds)
-    assert len((tmp_path / "s.bonds").read_text(encoding="utf-8").splitlines()) == 1 + N * bonds // 2
-    if within == bonds:
-        assert run.thermo(1)["Press"][0] == pytest.approx(squeezed_pressure(bonds), rel=1e-4)
-    again = lmp(deck(alpha, "literal", "file s.bonds", newton).replace("body.data", "s.data")).ok()
-    expect(again.thermo(), bonds, within - bonds)
-    assert again.thermo()["Press"][0] == pytest.approx(run.thermo(1)["Press"][0], rel=1e-6)
+    decks, write = {}, "run 0\nwrite_data s.data nocoeff\nwrite_evp_bonds s.bonds\nclear\n"
+    for number, offset in enumerate(OFFSETS[2:]):
+        lattice(tmp_path / f"body{number}.data", offset)
+        for alpha, fix in SHELLS_OF:
+            first = deck(alpha, "literal" if fix else "none", fix, newton, then=SQUEEZE + write).replace("body.data", f"body{number}.data")
+            decks[offset, alpha, fix] = first + deck(alpha, "literal", "file s.bonds", newton).replace("body.data", "s.data")
+    for (_, alpha, fix), run in lmp_decks(decks, ranks).items():
+        zone = float(fix.split()[1]) if fix else alpha
+        bonds, within = (sum(n for square, n in SHELLS.items() if square <= reach**2 + 1e-6) for reach in (zone, alpha))
+        for block in range(3):
+            expect(run.thermo(block), bonds, within - bonds)
+        assert len((run.folder / "s.bonds").read_text(encoding="utf-8").splitlines()) == 1 + N * bonds // 2
+        squeezed, again = (run.thermo(block)["Press"][0] for block in (1, 2))
+        assert again == pytest.approx(squeezed, rel=1e-6)
+        if within == bonds:
+            assert squeezed == pytest.approx(squeezed_pressure(bonds), rel=1e-4)
 
 
 def test_numbers_do_not_depend_on_the_place(lmp, tmp_path):
@@ -89,8 +92,7 @@ def test_numbers_do_not_depend_on_the_place(lmp, tmp_path):
     assert numbers[0][0] < -1e6, "control: the new pairs pull"
 
 
-@pytest.mark.parametrize("ranks", [1, 3])
-def test_a_row_of_spheres_that_is_moved_and_turned(lmp, tmp_path, ranks):
+def test_a_row_of_spheres_that_is_moved_and_turned(lmp, tmp_path):
     """Rigid motions and a squeeze of 1e-8: no bond is lost, no pair is new, and the force is that of the squeeze."""
     count, alpha = 23, 3.0
     places = np.stack([DIAMETER * np.arange(count) + 0.0311, np.full(count, 0.0123), np.full(count, -0.017)], axis=1)
@@ -104,7 +106,7 @@ run 0
 displace_atoms all rotate 0 0 0 1 -1 0 61
 run 0
 """
-    run = lmp(text, ranks=ranks).ok()
+    run = lmp(text, ranks=3).ok()
     for block in range(4):
         table = run.thermo(block)
         assert table["f_bonds"][0] == 3 * count - 6
@@ -132,17 +134,19 @@ def test_both_atoms_keep_the_same_bits(lmp, tmp_path):
     assert a == {frozenset(N + 1 - k for k in key): deq for key, deq in b.items()}
 
 
-@pytest.mark.parametrize("offset", OFFSETS, ids=str)
-def test_spheres_that_touch_are_not_damped(lmp, tmp_path, offset):
+def test_spheres_that_touch_are_not_damped(lmp_decks, tmp_path):
     """With contact repulsive a new pair acts below R_i + R_j: none of these, though they part. Control: below, all of them."""
-    lattice(tmp_path / "body.data", offset)
     text = deck(1.5, "repulsive", "zone 1.0000001").replace("0.005 0 1.5", "0.005 700 1.5").replace("fix bonds all", "group one id 1\nfix bonds one")
-    found = []
-    for squeeze in (1.0, 0.9999):
-        motion = f"change_box all x scale {squeeze} y scale {squeeze} z scale {squeeze} remap\nvariable vx atom 3*sin(1.1*id)\nvelocity all set v_vx 0 0\n"
-        found.append(lmp(text.replace("run 0", motion + "thermo_modify norm no\nrun 0")).ok().thermo())
-    assert found[0]["f_bonds[3]"][0] == 0 and found[0]["Press"][0] == pytest.approx(lattice_gas(), rel=1e-6)
-    assert found[1]["f_bonds[3]"][0] == N * SHELLS[1.0] / 2
+    decks = {}
+    for number, offset in enumerate(OFFSETS):
+        lattice(tmp_path / f"body{number}.data", offset)
+        for squeeze in (1.0, 0.9999):
+            motion = f"change_box all x scale {squeeze} y scale {squeeze} z scale {squeeze} remap\nvariable vx atom 3*sin(1.1*id)\nvelocity all set v_vx 0 0\n"
+            decks[offset, squeeze] = text.replace("run 0", motion + "thermo_modify norm no\nrun 0").replace("body.data", f"body{number}.data")
+    for (offset, squeeze), run in lmp_decks(decks).items():
+        new, pressure = (run.thermo()[name][0] for name in ("f_bonds[3]", "Press"))
+        assert new == (0 if squeeze == 1.0 else N * SHELLS[1.0] / 2), offset
+        assert squeeze < 1.0 or pressure == pytest.approx(lattice_gas(), rel=1e-6), offset
 
 
 def lattice_gas():
