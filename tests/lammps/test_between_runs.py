@@ -37,8 +37,7 @@ def shown(run, word):
 
 
 @pytest.mark.parametrize("box, ranks, newton, more", [
-    ("open", 1, "on", ""), ("open", 2, "off", ""), ("periodic", 1, "off", ""), ("periodic", 4, "on", "comm_modify vel no\n"),
-    ("tilted", 2, "on", "neigh_modify check no\n"), ("periodic", 2, "off", "comm_style tiled\n")])
+    ("open", 1, "on", ""), ("periodic", 4, "on", "comm_modify vel no\n"), ("tilted", 2, "on", "neigh_modify check no\n"), ("periodic", 2, "off", "comm_style tiled\n")])
 def test_counts_are_of_the_present_positions(lmp, tmp_path, box, ranks, newton, more):
     """Moved by set, within half the skin; truth: the same after a run 0."""
     write(tmp_path, box)
@@ -49,12 +48,11 @@ def test_counts_are_of_the_present_positions(lmp, tmp_path, box, ranks, newton, 
     assert np.all(moved[:3] > before[:3]), "control: bonds are lost, others yield, and there are new pairs"
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
-def test_state_and_step_are_of_the_present_positions(lmp, tmp_path, ranks):
+def test_state_and_step_are_of_the_present_positions(lmp, tmp_path):
     write(tmp_path, "periodic")
     ask = "write_dump all custom {0}.dump id c_state[*] modify sort id format float %.17g\nprint '{0} $(c_dt:%.15g)'\n"
     text = deck("periodic", start="compute state all evp/state/atom\ncompute dt all evp/dt\n" + RUN0) + NUDGE
-    run = lmp(text + ask.format("MOVED") + "run 0\n" + ask.format("TRUTH"), ranks=ranks).ok()
+    run = lmp(text + ask.format("MOVED") + "run 0\n" + ask.format("TRUTH"), ranks=2).ok()
     moved, truth = (run.dump(f"{name}.dump")[0] for name in ("MOVED", "TRUTH"))
     for k in range(1, 5):
         assert np.all(moved[f"c_state[{k}]"] == truth[f"c_state[{k}]"])
@@ -94,10 +92,10 @@ def test_what_is_not_known_is_an_error(tmp_path):
 def test_a_single_atom_that_moved_too_far_is_found(lmp, tmp_path, ranks, check):
     """In an open box of one rank there are no ghosts that could tell; the atom is on one rank of two."""
     write(tmp_path, "open")
-    text = deck(more=f"neigh_modify check {check}\n") + FAR.format("atom 96")
-    assert "needs the pairs of the current atoms" in error_of(lmp(text + "print $(f_bonds[1])\n", ranks=ranks))
-    near = text.replace("y+", "y+0.9*")
-    lmp(near + "print $(f_bonds[1])\n", ranks=ranks).ok()
+    far, ask = FAR.format("atom 96"), 'print "lost $(f_bonds[1])"\n'
+    near = far.replace("y+", "y+0.9*").replace("far", "near")
+    run = lmp(deck(more=f"neigh_modify check {check}\n") + near + ask + far + ask, ranks=ranks)
+    assert "needs the pairs of the current atoms" in error_of(run) and run.stdout.count("\nlost ") == 1
 
 
 SCATTER = """

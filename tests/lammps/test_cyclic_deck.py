@@ -21,16 +21,16 @@ def run(deck, folder, ranks=1, **choices):
 
 @pytest.fixture(scope="module")
 def once(tmp_path_factory):
-    """run() of in.cyclic with plasticity isotropic, made once per module for the same choices; found.folder is not to be written in."""
+    """run(), made once per module for the same choices; found.folder is not to be written in."""
     known = {}
 
-    def cyclic(**choices):
-        key = tuple(sorted(choices.items()))
+    def get(deck, **choices):
+        key = (deck, *sorted(choices.items()))
         if key not in known:
-            known[key] = run("in.cyclic", tmp_path_factory.mktemp("once"), plasticity="isotropic", **choices)
+            known[key] = run(deck, tmp_path_factory.mktemp("once"), **choices)
         return known[key]
 
-    return cyclic
+    return get
 
 
 def test_by_default_one_sweep(tmp_path):
@@ -65,10 +65,10 @@ def test_turns(tmp_path, ranks, choices):
 
 
 @pytest.mark.parametrize("choices", [{"strain": -0.01}, {"rate": -10, "strain": 0.01}, {"rate": -10, "strain": -0.01, "row": 0.0003}])
-def test_compression(tmp_path, choices):
+def test_compression(once, tmp_path, choices):
     """A negative rate, strain or both; with rows that do not divide the strain too. At rest the same stress."""
     curve, _ = run("in.traction", tmp_path, **choices)
-    rest, _ = run("in.quasistatic", tmp_path, strain=-0.01)
+    rest, _ = once("in.quasistatic", strain=-0.01)
     assert curve.strain.min() < -0.0098 and np.all(curve.strain <= 0.0)
     assert np.interp(0.0098, -curve.strain, -curve.virial) == pytest.approx(np.interp(0.0098, -rest.strain, -rest.virial), rel=5e-3)
     at_start = [np.polyfit(c.strain[c.strain > -0.002], c.virial[c.strain > -0.002], 1)[0] for c in (curve, rest)]
@@ -93,14 +93,14 @@ def test_release_of_a_body_that_broke_ends(tmp_path):
 @pytest.mark.parametrize("choices", [{"rate": 50}, DAMPED, {**DAMPED, "strain": -0.015}])
 def test_release_ends_at_zero_stress(once, choices):
     """Within a row, where the curve of a body that is pushed back to 0 crosses zero: strain - stress/E, less the flow back."""
-    curve, found = once(lower="release", **choices)
+    curve, found = once("in.cyclic", plasticity="isotropic", lower="release", **choices)
     row, most = abs(choices.get("strain", 0.02)) / 200, np.abs(curve.virial).max()
     end, top = curve.strain[-1], int(cycles.turns(curve.strain)[0])
     said = re.search(r"leg 2 ends at a strain of (\S+) and a stress of (\S+) MPa$", found.stdout, re.M)
     assert float(said[1]) == pytest.approx(end, rel=1e-5) and float(said[2]) == pytest.approx(1e-6 * curve.virial[-1], rel=1e-2, abs=1e-3)
     assert len(cycles.turns(curve.strain)) == 1 and np.abs(np.diff(curve.strain)).max() <= row * (1 + 1e-6)
     assert abs(curve.virial[-1]) < 0.006 * most + row * E
-    back, _ = once(lower=0, **choices)
+    back, _ = once("in.cyclic", plasticity="isotropic", lower=0, **choices)
     assert abs(end - cycles.residual_strain(back.strain, back.virial)) < 1.5 * row and back.virial[-1] / back.virial[top] < -0.5, "control"
     first = np.abs(curve.strain[: top + 1]) <= 0.002
     modulus = np.polyfit(curve.strain[: top + 1][first], curve.virial[: top + 1][first], 1)[0]
@@ -131,7 +131,7 @@ def test_at_rest_and_back(tmp_path):
 
 @pytest.mark.parametrize("plasticity, left", [("isotropic", None), ("none", 0.0)])
 @pytest.mark.parametrize("increment", [0.001, 0.005])
-def test_release_at_rest(tmp_path, plasticity, left, increment):
+def test_release_at_rest(once, tmp_path, plasticity, left, increment):
     """in.quasistatic: at zero stress but for a thousandth, where the curve of a body that is pushed back crosses it."""
     choices = {"plasticity": plasticity, "increment": increment, "strain": 0.015, "cycles": 2, "lower": "release"}
     curve, _ = run("in.quasistatic", tmp_path, **choices)
@@ -139,8 +139,7 @@ def test_release_at_rest(tmp_path, plasticity, left, increment):
     zero = np.abs(curve.virial[1:]) < 0.0012 * curve.virial.max()
     assert zero.sum() == 2, "at the end of both cycles"
     if left is None:
-        (tmp_path / "back").mkdir()
-        back, _ = run("in.quasistatic", tmp_path / "back", plasticity=plasticity, increment=0.0005, strain=0.015, cycles=1)
+        back, _ = once("in.quasistatic", plasticity=plasticity, increment=0.0005, strain=0.015, cycles=1)
         left = cycles.residual_strain(back.strain, back.virial)
         assert left > 0.006 and back.virial[-1] < -100e6, "control"
     assert curve.strain[1:][zero] == pytest.approx([left, left], abs=2e-5 if left == 0.0 else 1e-4)

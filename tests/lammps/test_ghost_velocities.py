@@ -32,7 +32,6 @@ SCENES = {
     "hybrid/overlay": ("", OVERLAY, MOVE, None),
     "fix nve/evp on a part": ("", "", "group half id <= 40\ngroup rest subtract all half\nfix move half nve/evp\nfix way rest nve/noforce\n", None),
 }
-FEW = [(1, "on"), (2, "off"), (4, "on")]  # ways of all scenes but the periodic one, which goes all ways
 
 
 @pytest.fixture
@@ -60,43 +59,34 @@ def wrote(run):
 
 @pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off"), (4, "on")])
 def test_they_are_the_same_bits_as_those_that_lammps_sends(lmp_decks, body, ranks, newton):
-    """Places, velocities and forces, and the force column of compute pair/local; neighbor lists on the way, and a new set-up."""
-    scenes, decks = [name for name in SCENES if name == "periodic" or (ranks, newton) in FEW], {}
-    for number, name in enumerate(scenes):
-        before, style, move, tilt = SCENES[name]
+    """Places, velocities and forces, and the force column of compute pair/local; neighbor lists on the way, and a new set-up. Control:
+    without damping they are others."""
+    decks = {}
+    for number, (name, (before, style, move, tilt)) in enumerate(SCENES.items()):
         body(tilt, f"body.{number}")
         for vel in ("yes", "no"):
             deck = start(vel, newton=newton, before=before, style=style) + STIR + move + RUN
             decks[name, vel] = deck.replace("body.data", f"body.{number}")
+    decks["control"] = (start(newton=newton, row=law.TABLE1) + STIR + MOVE + RUN).replace("body.data", "body.0")
     runs = lmp_decks(decks, ranks)
-    for name in scenes:
+    assert wrote(runs["control"]) != wrote(runs["periodic", "no"]) and "evp/lj: damping off" in runs["control"].stdout
+    for name in SCENES:
         own = runs[name, "no"]
         assert wrote(own) == wrote(runs[name, "yes"]), name
         assert own.dump("all.dump")[-1].step == 120 and len(own.dump("pairs.dump")[0]["c_ids[1]"]) > 300, name
 
 
-def test_damping_matters(lmp_decks, body):
-    """Control of the tests of the same bits."""
-    body()
-    runs = lmp_decks({name: start(row=row) + STIR + MOVE + RUN for name, row in (("on", ROW), ("off", law.TABLE1))}, 2)
-    for name, run in runs.items():
-        assert f"evp/lj: damping {name}" in run.stdout
-    assert wrote(runs["on"]) != wrote(runs["off"])
-
-
-@pytest.mark.parametrize("vel", ["no", "yes"])
-@pytest.mark.parametrize("deform, tilt, field", [("x erate 2000", None, "2000*x 0.0"), ("xy erate 2000", (0.01, 0.0, 0.0), "2000*y 0.0"),
-                                                 ("z erate 2000", None, "0.0 2000*z")])
-def test_images_of_a_box_that_deforms_move_with_it(lmp_decks, tmp_path, deform, tilt, field, vel):
+@pytest.mark.parametrize("deform, tilt, vx, vz", [("x erate 2000", None, "2000*x", "0.0"), ("xy erate 2000", (0.01, 0.0, 0.0), "2000*y", "0.0"),
+                                                  ("z erate 2000", None, "0.0", "2000*z")])
+def test_images_of_a_box_that_deforms_move_with_it(lmp_decks, tmp_path, deform, tilt, vx, vz):
     """A regular lattice that flows as its box does: the damping forces on each atom cancel. Control: not in a box that rests."""
     made = lattice_body((4, 4, 4), periodic="xyz", tilt=tilt or (0.0, 0.0, 0.0))
     grid = (np.array(list(itertools.product(range(4), repeat=3))) + 0.5) / 4.0
     made = made._replace(x=grid @ made.cell, radius=np.full(64, 0.005), types=np.ones(64, dtype=int))
     write_body(tmp_path / "body.data", made, tilt)
-    vx, vz = field.split()
-    flow = f"variable vx atom {vx}\nvariable vz atom {vz}\nvelocity all set v_vx NULL v_vz\n" + MOVE
-    flow = start(vel) + flow.replace("NULL", "0.0") + SHOW
-    decks = {name: flow + fix + "run 1\n" for name, fix in (("moving", f"fix box all deform 1 {deform} remap v\n"), ("resting", ""))}
-    moving, resting = (run.dump("all.dump")[0].vectors("fx", "fy", "fz") for run in lmp_decks(decks, 2).values())
-    assert np.abs(resting).max() > 1000.0
-    assert np.abs(moving).max() < 1e-6
+    flow = f"variable vx atom {vx}\nvariable vz atom {vz}\nvelocity all set v_vx 0.0 v_vz\n{MOVE}{SHOW}"
+    fixes = {"moving": f"fix box all deform 1 {deform} remap v\n", "resting": ""}
+    decks = {(name, vel): start(vel) + flow + fix + "run 1\n" for name, fix in fixes.items() for vel in ("no", "yes")}
+    for (name, vel), run in lmp_decks(decks, 2).items():
+        largest = np.abs(run.dump("all.dump")[0].vectors("fx", "fy", "fz")).max()
+        assert largest > 1000.0 if name == "resting" else largest < 1e-6, (name, vel)
