@@ -31,44 +31,58 @@ same run at the same rate with gamma = 0; with --rate and --specimen it also pri
 and rho c L rate.
 """
 
+import contextlib
 import pathlib
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 
-from evp import curves, cycles, law  # noqa: E402
+from evp import curves, law  # noqa: E402
 from evp.report import command_line, typed, words_of, write_csv  # noqa: E402
 
 ELASTIC_END = 0.004  # strain at which the first pairs of Table 1 come to the second regime
-COLUMNS = {  # E, G: put in by titled()
+TITLES = {  # {E}: what the modulus is called
     "E_GPa": "{E} [GPa]",
     "range": "over strain",
     "yield_MPa": "0.2 % yield [MPa]",
     "stress_1pc_MPa": "stress at 1 % [MPa]",
     "stress_2pc_MPa": "at 1.95 % [MPa]",
     "departure_strain": "tangent < 0.9 {E} at",
-}
-CYCLE_COLUMNS = {
     "turn_strain": "turn at strain",
     "turn_MPa": "stress there [MPa]",
     "residual_strain": "residual strain",
     "unloading_GPa": "unloading modulus [GPa]",
     "area_MJ_per_m3": "loop area [MJ/m3]",
+    "areas": "loop areas [MJ/m3]",
 }
+NUMBERS = ("E_GPa", "range", "yield_MPa", "stress_1pc_MPa", "stress_2pc_MPa", "departure_strain")
+CYCLE = ("turn_strain", "turn_MPa", "residual_strain", "unloading_GPa", "area_MJ_per_m3")
 WHY_NONE = {  # notes where there is no such number
     "residual_strain": "the way back ends before zero stress; -var lower release of in.cyclic and in.quasistatic goes there",
     "unloading_GPa": "the way back has too few rows",
 }
-
-TABLE_COLUMNS = {
-    "E_GPa": "{E} [GPa]",
-    "range": "over strain",
-    "yield_MPa": "0.2 % yield [MPa]",
-    "turn_strain": "turn at strain",
-    "residual_strain": "residual strain",
-    "unloading_GPa": "unloading modulus [GPa]",
-    "areas": "loop areas [MJ/m3]",
+DEPARTURE = {  # titles in print, of the numbers in departure_of()
+    "departure_largest_MPa": "largest [MPa]",
+    "departure_at_strain": "at strain",
+    "departure_mean_MPa": "mean of sizes [MPa]",
+    "departure_mean_percent": "mean [% of largest stress]",
+    "departure_rows": "rows",
 }
+
+
+@contextlib.contextmanager
+def told_of(path):
+    """A CurveError gets the name of its file."""
+    try:
+        yield
+    except curves.CurveError as error:
+        raise curves.CurveError(f"{path}: {error}") from error
+
+
+def check_not_read(what, path, read):
+    """ValueError where a file to write is one of those that are read."""
+    if pathlib.Path(path).resolve() in [pathlib.Path(other).resolve() for other in read]:
+        raise ValueError(f"{what} {path} would be written over a file that is read: give another name")
 
 
 def numbers_file(out, paths):
@@ -77,25 +91,24 @@ def numbers_file(out, paths):
     ValueError where that is an input, too, or the picture itself is one.
     """
     out, read = pathlib.Path(out), [pathlib.Path(path).resolve() for path in paths]
-    beside, other = out.with_suffix(".csv"), out.with_name(out.stem + "_plot.csv")
-    if out.resolve() in read or (beside.resolve() in read and other.resolve() in read):
-        raise ValueError(f"--out {out} would write over a file that is read: give another name")
+    check_not_read("--out", out, read)
+    beside = out.with_suffix(".csv")
     if beside.resolve() not in read:
         return beside
+    other = out.with_name(out.stem + "_plot.csv")
+    check_not_read("--out: the numbers in", other, read)
     print(f"NOTE: {beside} is read: the numbers of the picture go to {other}")
     return other
 
 
-def tell_jump(path, found):
-    """A note where the line of E does not begin at zero."""
-    if found["jump_share"] > curves.JUMP_SHARE:
+def tell(path, found=None):
+    """Notes on a curve without E, on a line of E that does not begin at zero, and on another load than tension. found: of table_numbers()."""
+    load, found = curves.load_of(path), found or {}
+    if found.get("why_no_E"):
+        print(f"NOTE: {path} has no {load.modulus}: {found['why_no_E']}")
+    if found.get("jump_share", 0.0) > curves.JUMP_SHARE:
         print(f"NOTE: {path}: the line that E is the slope of has {found['jump_MPa']:.4g} MPa at "
               "strain 0. Unless strong damping did it, the elastic part ends before the first rows")
-
-
-def tell_load(path):
-    """A note where a curve is of another load than tension."""
-    load = curves.load_of(path)
     if load != curves.TENSION:
         print(f"NOTE: {path} is of {load.deck}: {load.strain}, {load.stress}; its modulus is {load.modulus}")
 
@@ -103,11 +116,6 @@ def tell_load(path):
 def modulus_of(paths):
     """What the modulus of these curves is called: E, G, or 'E or G' of several loads."""
     return " or ".join(sorted({curves.load_of(path).modulus for path in paths}))
-
-
-def titled(columns, modulus):
-    """Titles of columns with the name of the modulus."""
-    return {name: title.format(E=modulus) for name, title in columns.items()}
 
 
 def labels_of(words, paths):
@@ -121,9 +129,9 @@ def labels_of(words, paths):
 
 def one_load(paths, strain):
     """The load of all curves of a picture over a column of strain; ValueError where they have several."""
-    loads = {path: curves.load_of(path) for path in paths}
-    first, load = next(iter(loads.items()))
-    for path, other in loads.items():
+    first, load = paths[0], curves.load_of(paths[0])
+    for path in paths[1:]:
+        other = curves.load_of(path)
         if other != load:
             raise ValueError(f"{first} is of {load.deck} and {path} of {other.deck}: their axes are not the same; draw each load apart")
     return load if strain == "strain" else load._replace(strain="nominal strain of the extensometer")
@@ -133,65 +141,66 @@ def read_with_turns(path, args):
     """(curve, rows at which it turns back): those of the grips, as the strain of an extensometer jitters."""
     curve = curves.read_curve(path, args.column, args.strain)
     grips = curve if args.strain == "strain" else curves.read_curve(path, args.column)
-    return curve, cycles.turns(grips.strain)
+    return curve, curves.turns(grips.strain)
+
+
+def print_table(titles, rows, digits=5):
+    """Lines with columns as wide as they must be, the first to the left; numbers that are nan as '-'."""
+    texts = [[value if isinstance(value, str) else "-" if value != value else f"{value:.{digits}g}" for value in line] for line in (titles, *rows)]
+    widths = [max(map(len, column)) for column in zip(*texts)]
+    for first, *others in texts:
+        print(first.ljust(widths[0]), *(text.rjust(width) for text, width in zip(others, widths[1:])), sep="  ")
+
+
+def print_numbers(found, names, digits=5):
+    """The table of these numbers; found: {path: {name: number}}."""
+    modulus = modulus_of(found)
+    titles = [TITLES[name].format(E=modulus) if name in TITLES else f"at {name.split('_')[2]} [MPa]" for name in names]
+    for line in found.values():
+        line["range"] = "-" if line.get("why_no_E", "-") else f"{line['E_from']:g}..{line['E_to']:.3g}"
+    print_table(["", *titles], [[path, *(line[name] for name in names)] for path, line in found.items()], digits)
 
 
 def show_numbers(args):
     """Print one line of numbers for each curve."""
-    width = max(len(path) for path in args.curves)
-    titles = titled(COLUMNS, modulus_of(args.curves))
-    print(" " * width, *titles.values(), sep="  ")
+    found, ends = {}, {}
     for path in args.curves:
-        curve, turns = read_with_turns(path, args)
-        strain, stress, sign = cycles.first_way(curve.strain, getattr(curve, args.column), turns)
-        try:
-            found = curves.numbers(curves.Curve(strain, stress, stress), "virial", args.fit)
-        except curves.CurveError as error:
-            raise curves.CurveError(f"{path}: {error}") from error
-        found.update({name: sign * value for name, value in found.items() if name.endswith("_MPa")})
-        found["range"] = f"{found['E_from']:g}..{found['E_to']:.3g}"
-        cells = [found[name].rjust(len(title)) if name == "range" else f"{found[name]:{len(title)}.5g}" for name, title in titles.items()]
-        print(path.ljust(width), *cells, sep="  ")
-        if len(turns):
-            print(f"NOTE: {path} turns back at strain {curve.strain[turns[0]]:g}: the numbers above are those of the way there. "
+        with told_of(path):
+            curve, turns = read_with_turns(path, args)
+            found[path] = curves.table_numbers(curve, args.column, args.fit, (), turns)
+            if found[path]["why_no_E"]:
+                raise curves.CurveError(found[path]["why_no_E"])
+        ends[path] = curve.strain[turns[:1]]
+    print_numbers(found, NUMBERS)
+    for path, line in found.items():
+        if len(ends[path]):
+            print(f"NOTE: {path} turns back at strain {ends[path][0]:g}: the numbers above are those of the way there. "
                   f"{typed('curves.py')} cycle and {typed('curves.py')} table give those of the way back, too")
-        tell_jump(path, found)
-        tell_load(path)
+        tell(path, line)
 
 
 def show_cycles(args):
     """Print one line of numbers for each curve that turns back, and draw them where a picture is asked for."""
-    load = None
-    if args.out:
-        numbers = numbers_file(args.out, args.curves)
-        load, labels = one_load(args.curves, args.strain), labels_of(args.labels, list(dict.fromkeys(args.curves)))
-    read = {path: read_with_turns(path, args) for path in args.curves}
-    width, missing = max(len(path) for path in args.curves), []
-    print(" " * width, *CYCLE_COLUMNS.values(), sep="  ")
-    for path, (curve, turns) in read.items():
-        try:
-            found = cycles.numbers(curve, args.column, turns)
-        except curves.CurveError as error:
-            raise curves.CurveError(f"{path}: {error}") from error
-        print(path.ljust(width), *(cell(found[name], 4).rjust(len(title)) for name, title in CYCLE_COLUMNS.items()), sep="  ")
-        missing += [f"NOTE: {path} has no {CYCLE_COLUMNS[name].split(' [')[0]}: {why}" for name, why in WHY_NONE.items() if found[name] != found[name]]
-    print(*missing, sep="\n", end="\n" * bool(missing))
-    for path in read:
-        tell_load(path)
+    paths = list(dict.fromkeys(args.curves))
     if args.out:
         from evp import figures
 
+        numbers = numbers_file(args.out, paths)
+        load, labels = one_load(paths, args.strain), labels_of(args.labels, paths)
+    read, found = {path: read_with_turns(path, args) for path in paths}, {}
+    for path, (curve, turns) in read.items():
+        with told_of(path):
+            found[path] = curves.cycle_numbers(curve, args.column, turns)
+    print_numbers(found, CYCLE, digits=4)
+    for path, line in found.items():
+        for name, why in WHY_NONE.items():
+            if line[name] != line[name]:
+                print(f"NOTE: {path} has no {TITLES[name].split(' [')[0]}: {why}")
+    for path in paths:
+        tell(path)
+    if args.out:
         drawn, turns = (dict(zip(labels, values)) for values in zip(*read.values()))
         print(figures.unloading(drawn, args.out, args.column, load, turns, numbers))
-
-
-def plot_columns(args):
-    """One column over another, a curve for each file."""
-    from evp import figures
-
-    numbers = numbers_file(args.out, args.files)
-    read = {path: figures.read_columns(path, (args.x, args.y)) for path in args.files}
-    print(figures.two_columns(dict(zip(figures.short_names(read), read.values())), args.x, args.y, args.out, args.title, numbers))
 
 
 def strains_of(words):
@@ -205,66 +214,52 @@ def strains_of(words):
     return list(dict.fromkeys(strains))
 
 
-def cell(value, digits=5):
-    """A number as text, '-' for none."""
-    return value if isinstance(value, str) else "-" if value != value else f"{value:.{digits}g}"
-
-
-def print_table(titles, rows):
-    """Lines with columns as wide as they must be; the first to the left."""
-    widths = [max(len(line[k]) for line in (titles, *rows)) for k in range(len(titles))]
-    for line in (titles, *rows):
-        print(*(text.rjust(width) if k else text.ljust(width) for k, (text, width) in enumerate(zip(line, widths))), sep="  ")
+def departure_of(curve, target, column, turns):
+    """Numbers of DEPARTURE."""
+    d = curves.departure(curve, target, column, turns)
+    return dict(zip(DEPARTURE, (1e-6 * d.largest, d.at, 1e-6 * d.mean, 100 * d.relative, d.rows)))
 
 
 def show_table(args):
     """Print one line for each curve, the departures from a target below, and write a CSV of both."""
-    strains = strains_of(args.at) if args.at else cycles.STRAINS
+    strains = strains_of(args.at) if args.at else curves.STRAINS
     read = {path: read_with_turns(path, args) for path in args.curves}
-    target = cycles.read_target(args.target) if args.target else None
-    if args.csv and pathlib.Path(args.csv).resolve() in [pathlib.Path(path).resolve() for path in (*args.curves, args.target or "")]:
-        raise ValueError(f"--csv {args.csv} would be written over a file that is read: give another name")
+    target = curves.read_target(args.target) if args.target else None
+    if args.csv:
+        check_not_read("--csv", args.csv, [*args.curves, *filter(None, [args.target])])
     found, apart = {}, {}
     for path, (curve, turns) in read.items():
-        try:
-            found[path] = cycles.table_numbers(curve, args.column, args.fit, strains, turns)
+        with told_of(path):
+            found[path] = curves.table_numbers(curve, args.column, args.fit, strains, turns)
             if target:
-                apart[path] = cycles.departure(curve, target, args.column, turns)
-        except curves.CurveError as error:
-            raise curves.CurveError(f"{path}: {error}") from error
-    modulus = modulus_of(args.curves)
-    titles = titled(TABLE_COLUMNS, modulus)
-    for at in strains:
-        titles[f"stress_at_{at:g}_MPa"] = f"at {at:g} [MPa]"
-    order = ["E_GPa", "range", "yield_MPa", *(f"stress_at_{at:g}_MPa" for at in strains),
-             "turn_strain", "residual_strain", "unloading_GPa", "areas"]
+                apart[path] = departure_of(curve, target, args.column, turns)
+    stresses = [f"stress_at_{at:g}_MPa" for at in strains]
     areas = list(dict.fromkeys(name for line in found.values() for name in line if name.startswith("area_")))
-    lines = []
-    for path, line in found.items():
-        line = {**line, "range": "-" if line["why_no_E"] else f"{line['E_from']:g}..{line['E_to']:.3g}"}
-        line["areas"] = " ".join(cell(line[name]) for name in areas if name in line) or "-"
-        lines.append([path, *(cell(line[name]) for name in order)])
-    print_table(["", *(titles[name] for name in order)], lines)
+    for line in found.values():
+        line["areas"] = " ".join(f"{line[name]:.5g}" for name in areas if name in line) or "-"
+    print_numbers(found, ["E_GPa", "range", "yield_MPa", *stresses, "turn_strain", "residual_strain", "unloading_GPa", "areas"])
     if target:
         print(f"\ndeparture from {args.target}, curve minus target, at its rows")
-        print_table(["", "largest [MPa]", "at strain", "mean of sizes [MPa]", "mean [% of largest stress]", "rows"],
-                    [[path, cell(1e-6 * d.largest), cell(d.at), cell(1e-6 * d.mean), cell(100 * d.relative), f"{d.rows} of {len(target.strain)}"]
-                     for path, d in apart.items()])
+        print_table(["", *DEPARTURE.values()],
+                    [[path, *list(line.values())[:-1], f"{line['departure_rows']} of {len(target.strain)}"] for path, line in apart.items()])
     if args.csv:
-        names = {name: modulus.replace(" ", "_") + name[1:] for name in ("E_GPa", "E_from", "E_to")}
-        header = ["curve", *names.values(), *order[2:-3], "turn_MPa", *order[-3:-1], *areas]
-        rows = [{"curve": path, **{names.get(name, name): f"{value:.9g}" for name, value in line.items() if name != "why_no_E" and value == value}}
-                for path, line in found.items()]
-        if target:
-            header += ["departure_largest_MPa", "departure_at_strain", "departure_mean_MPa", "departure_mean_percent", "departure_rows"]
-            for row, d in zip(rows, apart.values()):
-                row.update(zip(header[-5:], (f"{1e-6 * d.largest:.9g}", f"{d.at:.9g}", f"{1e-6 * d.mean:.9g}", f"{100 * d.relative:.9g}", d.rows)))
-        write_csv(args.csv, header, rows)
+        modulus = modulus_of(args.curves).replace(" ", "_")
+        names = ["E_GPa", "E_from", "E_to", "yield_MPa", *stresses, "turn_strain", "turn_MPa", "residual_strain", "unloading_GPa", *areas,
+                 *(DEPARTURE if target else ())]
+        lines = {path: {**line, **apart.get(path, {})} for path, line in found.items()}
+        write_csv(args.csv, ["curve", *(modulus + name[1:] if name.startswith("E_") else name for name in names)],
+                  [[path, *(f"{line[name]:.9g}" if name in line and line[name] == line[name] else "" for name in names)] for path, line in lines.items()])
     for path, line in found.items():
-        if line["why_no_E"]:
-            print(f"NOTE: {path} has no {curves.load_of(path).modulus}: {line['why_no_E']}")
-        tell_jump(path, line)
-        tell_load(path)
+        tell(path, line)
+
+
+def plot_columns(args):
+    """One column over another, a curve for each file."""
+    from evp import figures
+
+    numbers = numbers_file(args.out, args.files)
+    read = {path: curves.read_columns(path, (args.x, args.y)) for path in args.files}
+    print(figures.two_columns(dict(zip(figures.short_names(read), read.values())), args.x, args.y, args.out, args.title, numbers))
 
 
 def plot_curves(args):
@@ -284,7 +279,7 @@ def plot_law(args):
     from evp import figures
 
     numbers = numbers_file(args.out, [args.measured] if args.measured else [])
-    measured = figures.read_columns(args.measured, figures.MEASURED) if args.measured else None
+    measured = curves.read_columns(args.measured, figures.MEASURED) if args.measured else None
     print(figures.force_law(law.Row.parse(args.coeff), args.out, measured, args.deq, numbers=numbers))
 
 
@@ -338,36 +333,29 @@ def parser():
         sub.set_defaults(action=action)
         return sub
 
-    def column(sub):
-        sub.add_argument("--column", choices=("virial", "grip"), default="virial",
-                         help="stress through the cross-sections, or the grips' reaction")
+    def curve_command(name, action, text, fit=False):
+        sub = command(name, action, text)
+        sub.add_argument("curves", nargs="+", metavar="CSV")
+        sub.add_argument("--column", choices=("virial", "grip"), default="virial", help="stress through the cross-sections, or the grips' reaction")
         sub.add_argument("--strain", choices=("strain", "strain_gauge"), default="strain",
                          help="of the grips, or between layers at 0.3 and 0.7 of the length")
+        if fit:
+            sub.add_argument("--fit", nargs=2, type=float, metavar=("LO", "HI"), help="range of strain that E is fitted to (default: the elastic part)")
+        return sub
 
-    sub = command("numbers", show_numbers, "E, yield, stress at 1 and 2 percent, where it bends")
-    sub.add_argument("curves", nargs="+", metavar="CSV")
-    sub.add_argument("--fit", nargs=2, type=float, metavar=("LO", "HI"),
-                     help="range of strain that E is fitted to (default: the elastic part)")
-    column(sub)
-    sub = command("cycle", show_cycles, "residual strain, unloading modulus and loop area")
-    sub.add_argument("curves", nargs="+", metavar="CSV")
+    curve_command("numbers", show_numbers, "E, yield, stress at 1 and 2 percent, where it bends", fit=True)
+    sub = curve_command("cycle", show_cycles, "residual strain, unloading modulus and loop area")
     sub.add_argument("--out", metavar="PNG", help="a picture of the curves")
     sub.add_argument("--labels", nargs="+", help="of the curves in the picture, one each (default: the files' names)")
-    column(sub)
-    sub = command("table", show_table, "all of these for any number of curves, and how far they are from a target")
-    sub.add_argument("curves", nargs="+", metavar="CSV")
+    sub = curve_command("table", show_table, "all of these for any number of curves, and how far they are from a target", fit=True)
     sub.add_argument("--at", nargs="+", metavar="STRAIN", help="strains that the stress is given at, with commas or blanks (default: 0.002,0.01)")
-    sub.add_argument("--fit", nargs=2, type=float, metavar=("LO", "HI"), help="range of strain that E is fitted to (default: the elastic part)")
     sub.add_argument("--target", metavar="FILE", help="rows strain,stress to compare with")
     sub.add_argument("--csv", metavar="FILE", help="the table as a file")
-    column(sub)
-    sub = command("plot", plot_curves, "stress-strain curves")
-    sub.add_argument("curves", nargs="+", metavar="CSV")
+    sub = curve_command("plot", plot_curves, "stress-strain curves")
     sub.add_argument("--labels", nargs="+", help="one per curve (default: the files' names, "
                      "with as many folders as tell them apart)")
     sub.add_argument("--title", help="(default: the load)")
     sub.add_argument("--out", default="curves.png", metavar="PNG")
-    column(sub)
     sub = command("columns", plot_columns, "one column of CSV files over another")
     sub.add_argument("files", nargs="+", metavar="CSV")
     sub.add_argument("--x", required=True, metavar="NAME", help="column, such as time")

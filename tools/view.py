@@ -27,7 +27,7 @@ import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 
-from evp import columns, curves, cycles, dump, spheres, view_scene  # noqa: E402  before numpy
+from evp import columns, curves, dump, spheres, view_scene  # noqa: E402  before numpy
 import numpy as np  # noqa: E402
 from evp.progress import Progress  # noqa: E402
 from evp.report import command_line, errors_in_one_line  # noqa: E402
@@ -91,7 +91,7 @@ def end_of_run(path):
         curve = None
     if curve is None:
         return ""
-    released = len(cycles.turns(curve.strain)) > 0 and abs(curve.virial[-1]) < RELEASED * abs(curve.virial).max()
+    released = len(curves.turns(curve.strain)) > 0 and abs(curve.virial[-1]) < RELEASED * abs(curve.virial).max()
     return columns.load_text("strain", curve.strain[-1]) + (", released" if released else "")
 
 

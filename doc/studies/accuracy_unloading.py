@@ -12,7 +12,7 @@ import statistics
 from typing import NamedTuple
 
 from study import DECKS, RunError, deck_command, spread, table, watched, write_csv
-from evp import curves, cycles, dump, specimen
+from evp import curves, dump, specimen
 from accuracy_cases import TABLE1
 from accuracy_run import processor_seconds
 
@@ -78,7 +78,7 @@ class Runner:
         body = self.specimen(case.spheres, case.seed)
         words = {"specimen": body, "contact": "none", "plasticity": "isotropic", "strain": STRAIN, "out": "case", **case.more}
         seconds = self.deck(case.deck, {**words, "cycles": 1})
-        found = cycles.numbers(curves.read_curve(self.folder / "case.csv"))
+        found = curves.cycle_numbers(curves.read_curve(self.folder / "case.csv"))
         pull = "in.traction" if case.deck == "in.cyclic" else case.deck
         self.deck(pull, {**words, "coeff": f"{TABLE1} kv {KV}"})
         axial, lateral = specimen.middle_strains(specimen.read_data(self.folder / body), dump.last_positions(self.folder / "case_state.dump"))

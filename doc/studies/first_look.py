@@ -14,7 +14,7 @@ import sys
 from study import command_line, errors_in_one_line, watched, write_csv
 import numpy as np
 
-from evp import columns, cycles, dump, figures, run, spheres, view_figure, view_scene
+from evp import columns, curves, dump, figures, run, spheres, view_figure, view_scene
 
 PART = run.CHECKOUT / "tests" / "data" / "parts" / "dog_bone.stl"
 MATERIAL = f"{run.CHECKOUT / 'potentials' / 'gado2017.evp'}:table1_any"
@@ -101,7 +101,7 @@ def compose(work, target):
         axis = left.add_subplot()
         for k, (plasticity, label) in enumerate(SWEEPS.items()):
             strain, stress = curve_of(work / f"{plasticity}.csv")
-            remains = cycles.residual_strain(strain, stress)
+            remains = curves.residual_strain(strain, stress)
             name = f"{label}: {figures.percent_left(remains)} of strain stays"
             axis.plot(100 * strain, 1e-6 * stress, label=name, **figures.line_style(k))
             axis.plot([100 * remains], [0.0], "o", color=figures.line_style(k)["color"], markeredgecolor="#333333", zorder=3)

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 import loads
-from evp import curves, cycles, figures, law, specimen
+from evp import curves, figures, law, specimen
 
 ROW = "80 8 4 3 8 4 0.005 0 1.5 spacing 0.00585189 coordination 11.9"  # Table 1 for any body, as table1_any
 TABLE = law.Row(80.0, 8.0, 4.0, 3.0, 8.0, 4.0, 0.005, 0.0, 1.5)
@@ -105,9 +105,9 @@ def pull(folder, text):
 
 def cyclic(folder, _):
     curve = curves.read_curve(folder / "cycles.csv")
-    found = cycles.numbers(curve)
+    found = curves.cycle_numbers(curve)
     left = found["turn_strain"] - 1e-3 * found["turn_MPa"] / found["unloading_GPa"]
-    reversible = cycles.numbers(curves.read_curve(folder / "eq8.csv"))
+    reversible = curves.cycle_numbers(curves.read_curve(folder / "eq8.csv"))
     return [Number("residual strain after 2 %, *plasticity isotropic*", "%", 100.0 * found["residual_strain"], 100.0 * left,
                    "strain - stress/unloading modulus, at the first turn"),
             Number("residual strain after 2 %, eq. 8", "%", round(100.0 * reversible["residual_strain"], 1) + 0.0, 0.0, "eq. 8 is reversible: [Howto](Howto_evp.rst)"),
@@ -139,7 +139,7 @@ def bending(folder, _):
     beam = loads.Beam(modulus, 0.01, 0.02, 0.08)
     share = loads.bending_share(bonds_between(folder, "bar.data", 0.015, 0.085), 0.02)
     deflection = curve["deflection"][1]
-    back = cycles.residual_strain(curve["strain"], curve["force"])
+    back = curves.residual_strain(curve["strain"], curve["force"])
     turn = int(np.argmax(curve["strain"]))
     elastic = curve["force"][turn] * curve["strain"][1] / curve["force"][1]
     return [Number("force at a strain of 0.0005", "N", curve["force"][1], deflection / beam.deflection(1.0, share),

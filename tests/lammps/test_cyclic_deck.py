@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 from common_bodies import REFERENCE
-from evp import curves, cycles
+from evp import curves
 from lammps_run import DECKS, read_dump, run_lammps
 
 E = 20.65e9  # of the reference specimen, contact none [Pa]
@@ -39,7 +39,7 @@ def test_by_default_one_sweep(tmp_path):
     assert len(curve.strain) == 1 + 2 * 200 + 2 and len(found.stdout.splitlines()) <= 100
     assert curve.strain.max() == pytest.approx(0.02, rel=1e-6) and abs(curve.strain[-1]) < 1e-7
     assert np.abs(np.diff(curve.strain)).max() <= 1e-4 * (1 + 1e-6)
-    numbers = cycles.numbers(curve)
+    numbers = curves.cycle_numbers(curve)
     assert abs(numbers["residual_strain"]) < 2e-4 and numbers["turn_MPa"] == pytest.approx(179.0, rel=0.01)
     state = found.dump("run_state.dump")[-1]
     assert list(state.columns) == "id x y z radius bonds share_second share_lost new_pairs plastic_work plastic_strain volume_strain plastic_strain_sum".split()
@@ -58,7 +58,7 @@ def test_first_way_is_in_traction(tmp_path):
 def test_turns(tmp_path, ranks, choices):
     """At strain and lower, by turns, on them also where rows do not divide the way; below the second regime on the one line."""
     curve, _ = run("in.cyclic", tmp_path, ranks, **choices)
-    at = curve.strain[[*cycles.turns(curve.strain), -1]]
+    at = curve.strain[[*curves.turns(curve.strain), -1]]
     assert at == pytest.approx([choices["strain"], choices["lower"]] * 2, abs=1e-9)
     assert np.abs(np.diff(curve.strain)).max() <= 2e-5 * (1 + 1e-6)
     assert np.abs(curve.virial / E - curve.strain).max() < 1.5e-4
@@ -95,13 +95,13 @@ def test_release_ends_at_zero_stress(once, choices):
     """Within a row, where the curve of a body that is pushed back to 0 crosses zero: strain - stress/E, less the flow back."""
     curve, found = once("in.cyclic", plasticity="isotropic", lower="release", **choices)
     row, most = abs(choices.get("strain", 0.02)) / 200, np.abs(curve.virial).max()
-    end, top = curve.strain[-1], int(cycles.turns(curve.strain)[0])
+    end, top = curve.strain[-1], int(curves.turns(curve.strain)[0])
     said = re.search(r"leg 2 ends at a strain of (\S+) and a stress of (\S+) MPa$", found.stdout, re.M)
     assert float(said[1]) == pytest.approx(end, rel=1e-5) and float(said[2]) == pytest.approx(1e-6 * curve.virial[-1], rel=1e-2, abs=1e-3)
-    assert len(cycles.turns(curve.strain)) == 1 and np.abs(np.diff(curve.strain)).max() <= row * (1 + 1e-6)
+    assert len(curves.turns(curve.strain)) == 1 and np.abs(np.diff(curve.strain)).max() <= row * (1 + 1e-6)
     assert abs(curve.virial[-1]) < 0.006 * most + row * E
     back, _ = once("in.cyclic", plasticity="isotropic", lower=0, **choices)
-    assert abs(end - cycles.residual_strain(back.strain, back.virial)) < 1.5 * row and back.virial[-1] / back.virial[top] < -0.5, "control"
+    assert abs(end - curves.residual_strain(back.strain, back.virial)) < 1.5 * row and back.virial[-1] / back.virial[top] < -0.5, "control"
     first = np.abs(curve.strain[: top + 1]) <= 0.002
     modulus = np.polyfit(curve.strain[: top + 1][first], curve.virial[: top + 1][first], 1)[0]
     left = 1.0 - curve.virial[top] / modulus / curve.strain[top]
@@ -112,7 +112,7 @@ def test_releases_in_cycles_on_any_ranks(tmp_path):
     """Each cycle goes up to the strain and ends at zero stress."""
     choices = {**DAMPED, "plasticity": "isotropic", "lower": "release", "cycles": 3, "strain": 0.01}
     curve, found = run("in.cyclic", tmp_path, **choices)
-    ends = np.array([*cycles.turns(curve.strain), len(curve.strain) - 1])
+    ends = np.array([*curves.turns(curve.strain), len(curve.strain) - 1])
     assert len(ends) == 6 and curve.strain[ends[::2]] == pytest.approx([0.01] * 3, abs=1e-8)
     assert np.abs(curve.virial[ends[1::2]]).max() < 0.01 * curve.virial.max() and found.stdout.count(" ends at a strain of ") == 6
     two, _ = run("in.cyclic", tmp_path, 2, **choices)
@@ -123,7 +123,7 @@ def test_at_rest_and_back(tmp_path):
     """Without a rate eq. 8 comes back to no stress; a run that ended goes on to other turns."""
     curve, _ = run("in.quasistatic", tmp_path, cycles=1, strain=0.01)
     assert len(curve.strain) == 41 and curve.strain.max() == pytest.approx(0.01, abs=1e-12)
-    assert abs(cycles.residual_strain(curve.strain, curve.virial)) < 1e-5
+    assert abs(curves.residual_strain(curve.strain, curve.virial)) < 1e-5
     assert abs(curve.virial[-1]) < 0.5e6 < 100e6 < curve.virial[-15]
     further, _ = run("in.quasistatic", tmp_path, resume="yes", cycles=2, strain=0.002, lower=-0.001)
     assert further.strain[[42, 48, 54]] == pytest.approx([-0.001, 0.002, -0.001], abs=1e-12) and len(further.strain) == 55
@@ -140,7 +140,7 @@ def test_release_at_rest(once, tmp_path, plasticity, left, increment):
     assert zero.sum() == 2, "at the end of both cycles"
     if left is None:
         back, _ = once("in.quasistatic", plasticity=plasticity, increment=0.0005, strain=0.015, cycles=1)
-        left = cycles.residual_strain(back.strain, back.virial)
+        left = curves.residual_strain(back.strain, back.virial)
         assert left > 0.006 and back.virial[-1] < -100e6, "control"
     assert curve.strain[1:][zero] == pytest.approx([left, left], abs=2e-5 if left == 0.0 else 1e-4)
 

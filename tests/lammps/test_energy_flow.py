@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 from common_bodies import REFERENCE
-from evp import curves, cycles, flow, law
+from evp import curves, flow, law
 from hostile import refused
 from lammps_run import edited_deck, read_csv, run_lammps
 from small_bodies import ENTRIES, STIR, energies, head, pair, thermo, two_groups, write_body, write_two
@@ -235,9 +235,9 @@ def test_loop_area_is_what_is_dissipated(tmp_path, choices):
     run_lammps(edited_deck("in.cyclic", tmp_path, "label           leg\n", ledger_lines + "label leg\n"), 1, {**more, **choices, "out": "run"}, tmp_path).ok()
     curve, work = curves.read_curve(tmp_path / "run.csv"), read_csv(tmp_path / "work.csv")
     once = np.append(True, np.diff(work["strain"]) != 0.0)  # fix print writes a turn twice
-    turns = cycles.turns(work["strain"][once])[::2]
+    turns = curves.turns(work["strain"][once])[::2]
     parts = {name: np.diff(work[name][once][turns]) for name in names}
-    areas = np.array(cycles.loop_areas(curve.strain, curve.grip)) * np.pi * 0.02**2 * 0.04
+    areas = np.array(curves.loop_areas(curve.strain, curve.grip)) * np.pi * 0.02**2 * 0.04
     assert len(areas) == len(parts["plastic"]) == 3
     assert areas == pytest.approx(sum(parts.values()), rel=5e-3)
     assert np.all(parts["viscous"] < 0.05 * parts["plastic"]) and np.all(np.diff(work["plastic"]) >= 0.0)

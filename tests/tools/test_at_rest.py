@@ -8,7 +8,7 @@ import pathlib
 
 import numpy as np
 import pytest
-from evp import cycles, law, specimen
+from evp import curves, law, specimen
 from oracle import at_rest
 
 DATA = pathlib.Path(__file__).resolve().parents[1] / "data" / "reference_500"
@@ -42,7 +42,7 @@ def test_loading_and_release_of_the_prototype(key, coarser):
         found.append(1e-6 * pulled.move_to(strain))
         if found[-1] * top <= 0.0:
             break
-    assert cycles.residual_strain(np.array(back), np.array(found)) == pytest.approx(published["residual_strain"], abs=0.02 * abs(top))
+    assert curves.residual_strain(np.array(back), np.array(found)) == pytest.approx(published["residual_strain"], abs=0.02 * abs(top))
     if "mean_k" in published:
         assert pulled.k.mean() == pytest.approx(published["mean_k"], rel=0.02)
     if "unload_modulus_GPa" in published:

@@ -343,9 +343,9 @@ def test_numbers_of_a_picture_do_not_overwrite_its_input(tmp_path):
         assert f"NOTE: {words[-1]} is read: the numbers of the picture go to {beside}\n" in drawn.stdout
         assert command(*words, "--out", tmp_path / "free.png").returncode == 0 and (tmp_path / "free.csv").read_text() == beside.read_text()
     again = command("plot", path, tmp_path / "pull_plot.csv", "--out", tmp_path / "pull.png")
-    assert again.returncode == 1 and "would write over a file that is read" in again.stderr, "the other name is an input, too"
+    assert again.returncode == 1 and "would be written over a file that is read" in again.stderr, "the other name is an input, too"
     over = command("plot", path, "--out", path)
-    assert over.returncode == 1 and "would write over a file that is read" in over.stderr and path.read_text().startswith("strain,stress_grip")
+    assert over.returncode == 1 and "would be written over a file that is read" in over.stderr and path.read_text().startswith("strain,stress_grip")
 
 
 @pytest.mark.parametrize("name, values, label, factor", [

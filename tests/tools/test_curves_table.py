@@ -6,7 +6,7 @@ import csv
 import curves as tool
 import numpy as np
 import pytest
-from evp import curves, cycles
+from evp import curves
 from in_process import call
 
 E, YIELD = 20e9, 100e6  # elastic and ideally plastic
@@ -38,7 +38,7 @@ def write(path, curve):
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_way_there_and_back(sign):
     """E, yield, stresses, residual strain, unloading modulus and area of the sweep; compression gives the same with its signs."""
-    found = cycles.table_numbers(plastic(sign * way((0.02, 0.0))), strains=(0.002, 0.01, 0.02, 0.05))
+    found = curves.table_numbers(plastic(sign * way((0.02, 0.0))), strains=(0.002, 0.01, 0.02, 0.05))
     assert found["E_GPa"] == pytest.approx(20.0, rel=EXACT) and found["unloading_GPa"] == pytest.approx(20.0, rel=EXACT)
     assert found["yield_MPa"] == pytest.approx(sign * 100.0, rel=EXACT)
     stresses = [found[f"stress_at_{at:g}_MPa"] for at in (0.002, 0.01, 0.02, 0.05)]
@@ -50,7 +50,7 @@ def test_a_way_there_and_back(sign):
 
 
 def test_loops_one_by_one():
-    found = cycles.table_numbers(plastic(way((0.01, -0.01, 0.012, -0.01, 0.012, 0.0))))
+    found = curves.table_numbers(plastic(way((0.01, -0.01, 0.012, -0.01, 0.012, 0.0))))
     areas = [found[f"area_{k}_MJ_per_m3"] for k in (1, 2)]
     # The first loop ends farther than it began: what is held on the way there is in its area.
     first = 2 * YIELD * (0.02 - 2 * YIELD / E) + YIELD * 0.002
@@ -60,13 +60,13 @@ def test_loops_one_by_one():
 def test_numbers_of_the_first_way_do_not_see_the_way_back():
     """Control: the whole curve taken as one way gives another E."""
     there, back = plastic(way((0.004, 0.0))), plastic(way((0.012, 0.0)))
-    assert cycles.table_numbers(there)["E_GPa"] == pytest.approx(20.0, rel=EXACT)
-    assert cycles.table_numbers(back)["E_GPa"] == pytest.approx(20.0, rel=EXACT)
+    assert curves.table_numbers(there)["E_GPa"] == pytest.approx(20.0, rel=EXACT)
+    assert curves.table_numbers(back)["E_GPa"] == pytest.approx(20.0, rel=EXACT)
     assert abs(curves.numbers(back, fit=(0.0, 0.003))["E_GPa"] - 20.0) > 0.5
 
 
 def test_a_curve_that_does_not_turn_has_no_numbers_of_unloading():
-    found = cycles.table_numbers(plastic(way((0.02,))))
+    found = curves.table_numbers(plastic(way((0.02,))))
     assert all(np.isnan(found[name]) for name in ("turn_strain", "turn_MPa", "residual_strain", "unloading_GPa"))
     assert not [name for name in found if name.startswith("area")]
 
@@ -75,10 +75,10 @@ def test_rows_far_apart_are_interpolated():
     """In rows of 0.001 no window of +-0.0006 has three; vibration in dense rows is averaged out."""
     strain = way((0.02,), 1e-3)
     coarse = curves.Curve(strain, E * strain, E * strain)
-    assert cycles.table_numbers(coarse, strains=(0.0123,))["stress_at_0.0123_MPa"] == pytest.approx(246.0, rel=EXACT)
+    assert curves.table_numbers(coarse, strains=(0.0123,))["stress_at_0.0123_MPa"] == pytest.approx(246.0, rel=EXACT)
     strain = way((0.02,), 2e-5)
     shaken = E * strain + 2e6 * np.sin(2 * np.pi * strain / 1.2e-4)
-    assert cycles.stress_on(strain, shaken, 0.01) == pytest.approx(200e6, abs=0.2e6)
+    assert curves.stress_on(strain, shaken, 0.01) == pytest.approx(200e6, abs=0.2e6)
     assert np.abs(shaken - E * strain).max() > 1.7e6, "control"
 
 
@@ -94,17 +94,17 @@ TARGETS = {
 def test_departure_from_a_target(tmp_path, text):
     """40 against 44 MPa and 100 against 90 MPa: largest 10 MPa at 0.01, mean of 0, 4 and 10."""
     (tmp_path / "target.csv").write_text(text, encoding="utf-8")
-    found = cycles.departure(plastic(way((0.02, 0.0))), cycles.read_target(tmp_path / "target.csv"))
+    found = curves.departure(plastic(way((0.02, 0.0))), curves.read_target(tmp_path / "target.csv"))
     assert found.largest == pytest.approx(10e6, rel=EXACT) and found.at == pytest.approx(0.01) and found.rows == 3
     assert found.mean == pytest.approx(14e6 / 3, rel=EXACT) and found.relative == pytest.approx(14 / 3 / 90, rel=EXACT)
 
 
 def test_departure_in_compression_and_beyond_the_end():
-    target = cycles.Target(np.array([-0.002, -0.01, -0.03]), np.array([-44e6, -90e6, -95e6]))
-    found = cycles.departure(plastic(-way((0.02,))), target)
+    target = curves.Target(np.array([-0.002, -0.01, -0.03]), np.array([-44e6, -90e6, -95e6]))
+    found = curves.departure(plastic(-way((0.02,))), target)
     assert (found.rows, found.largest) == (2, pytest.approx(-10e6, rel=EXACT)) and found.at == -0.01
     with pytest.raises(curves.CurveError, match="goes from strain 0 to 0.02 and reaches no row of the target"):
-        cycles.departure(plastic(way((0.02,))), target)
+        curves.departure(plastic(way((0.02,))), target)
 
 
 # ---- the command ----

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""tools/evp/cycles.py and curves.py cycle: numbers of curves that turn back, known in closed form."""
+"""tools/evp/curves.py and curves.py cycle: numbers of curves that turn back, known in closed form."""
 
 import re
 
 import curves as tool
 import numpy as np
 import pytest
-from evp import curves, cycles
+from evp import curves
 from in_process import call
 
 E, YIELD = 20e9, 100e6  # elastic and ideally plastic
@@ -32,11 +32,11 @@ def plastic(strain):
 def test_one_sweep():
     strain = way((0.02, 0.0))
     stress = plastic(strain)
-    assert cycles.turns(strain).tolist() == [200]
-    assert cycles.residual_strain(strain, stress) == pytest.approx(0.02 - YIELD / E, rel=1e-12)
-    assert cycles.unloading_modulus(strain, stress) == pytest.approx(E, rel=1e-9)
+    assert curves.turns(strain).tolist() == [200]
+    assert curves.residual_strain(strain, stress) == pytest.approx(0.02 - YIELD / E, rel=1e-12)
+    assert curves.unloading_modulus(strain, stress) == pytest.approx(E, rel=1e-9)
     dissipated = YIELD * ((0.02 - YIELD / E) + (0.02 - 2 * YIELD / E)) + 0.5 * YIELD**2 / E  # the last part is held at -YIELD
-    assert cycles.loop_areas(strain, stress)[0] == pytest.approx(dissipated, rel=1e-9)
+    assert curves.loop_areas(strain, stress)[0] == pytest.approx(dissipated, rel=1e-9)
 
 
 @pytest.mark.parametrize("end", [0.0, 0.017])
@@ -45,7 +45,7 @@ def test_unloading_modulus_of_a_body_that_flows_back_early(end):
     strain, early = way((0.02, end)), 10e6
     back = np.maximum(np.abs(strain - 0.02) - 2 * early / E, 0.0)
     stress = np.where(np.arange(len(strain)) <= 200, YIELD, YIELD - E * np.minimum(np.abs(strain - 0.02), 2 * early / E) - 0.1 * E * back)
-    assert cycles.unloading_modulus(strain, stress) == pytest.approx(E, rel=0.02)
+    assert curves.unloading_modulus(strain, stress) == pytest.approx(E, rel=0.02)
     assert np.polyfit(strain[200:231], stress[200:231], 1)[0] < 0.5 * E, "control: it does flow back"
 
 
@@ -53,9 +53,9 @@ def test_unloading_modulus_of_a_way_back_that_ends_unloaded():
     """A release of a stiff metal is shorter than the range that the slope is otherwise taken over."""
     strain = way((0.02, 0.018))
     stress = np.where(np.arange(len(strain)) <= 200, YIELD, YIELD - 0.5 * YIELD * (0.02 - strain) / 0.001)
-    assert cycles.unloading_modulus(strain, stress) == pytest.approx(0.5 * YIELD / 0.001, rel=1e-9)
+    assert curves.unloading_modulus(strain, stress) == pytest.approx(0.5 * YIELD / 0.001, rel=1e-9)
     with pytest.raises(curves.CurveError, match="too few rows"):
-        cycles.unloading_modulus(strain[:-2], stress[:-2])
+        curves.unloading_modulus(strain[:-2], stress[:-2])
 
 
 @pytest.mark.parametrize("sign", [1, -1])
@@ -63,9 +63,9 @@ def test_loops(sign):
     """Three loops between -1 and 1 %: each 2 YIELD (range - 2 YIELD/E); pushed first, the same."""
     strain = sign * way((0.01, -0.01) * 3 + (0.01,))
     stress = plastic(strain)
-    assert len(cycles.turns(strain)) == 7
-    assert cycles.residual_strain(strain, stress) == pytest.approx(sign * 0.005, rel=1e-12)
-    assert cycles.loop_areas(strain, stress) == pytest.approx([2 * YIELD * (0.02 - 2 * YIELD / E)] * 3, rel=1e-9)
+    assert len(curves.turns(strain)) == 7
+    assert curves.residual_strain(strain, stress) == pytest.approx(sign * 0.005, rel=1e-12)
+    assert curves.loop_areas(strain, stress) == pytest.approx([2 * YIELD * (0.02 - 2 * YIELD / E)] * 3, rel=1e-9)
 
 
 @pytest.mark.parametrize("sign", [1, -1])
@@ -75,18 +75,18 @@ def test_a_loop_of_two_turns(sign, end, turns, loop):
     back closes none: the area is that of the first loading and the way back."""
     strain = sign * way((0.01, -0.01, *end))
     closed, swept = 2 * YIELD * (0.02 - 2 * YIELD / E), 0.03 * YIELD - 2.5 * YIELD**2 / E
-    assert cycles.turns(strain)[:2].tolist() == [100, 300] and len(cycles.turns(strain)) == turns
+    assert curves.turns(strain)[:2].tolist() == [100, 300] and len(curves.turns(strain)) == turns
     area = closed - YIELD * abs(0.01 - end[0]) if loop else swept
-    assert cycles.loop_areas(strain, plastic(strain)) == pytest.approx([area], rel=1e-9)
+    assert curves.loop_areas(strain, plastic(strain)) == pytest.approx([area], rel=1e-9)
 
 
 def test_a_body_that_retraces_its_curve_leaves_nothing():
     strain = way((0.01, 0.0))
     stress = E * strain - 3e11 * strain**2
-    assert abs(cycles.residual_strain(strain, stress)) < 1e-15
-    assert abs(cycles.residual_strain(strain, stress + 1000.0)) < 1e-7, "the last row just misses zero"
-    assert np.isnan(cycles.residual_strain(strain, stress + 1e8))
-    assert abs(cycles.loop_areas(strain, stress)[0]) < 1e-9 * E
+    assert abs(curves.residual_strain(strain, stress)) < 1e-15
+    assert abs(curves.residual_strain(strain, stress + 1000.0)) < 1e-7, "the last row just misses zero"
+    assert np.isnan(curves.residual_strain(strain, stress + 1e8))
+    assert abs(curves.loop_areas(strain, stress)[0]) < 1e-9 * E
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -97,15 +97,15 @@ def test_a_body_that_vibrates_at_the_end(seed):
     stress = plastic(strain) + np.where(rows > 200, 1.2e6 + 1e6 * np.sin(2.4 * rows + seed), 0.0)
     stress[-1] = stress[-2] + 3e5
     assert np.all(stress[201:] > 0.0), "control"
-    assert cycles.residual_strain(strain, stress) == pytest.approx(0.015 - 1.2e6 / E, abs=2e6 / E)
-    assert cycles.residual_strain(-strain, -stress) == -cycles.residual_strain(strain, stress)
+    assert curves.residual_strain(strain, stress) == pytest.approx(0.015 - 1.2e6 / E, abs=2e6 / E)
+    assert curves.residual_strain(-strain, -stress) == -curves.residual_strain(strain, stress)
 
 
 def test_a_body_that_is_not_unloaded_has_no_residual_strain(tmp_path):
     strain = way((0.02, 0.017))
     stress = plastic(strain)
     stress[-1] = stress[-2]
-    assert np.isnan(cycles.residual_strain(strain, stress))
+    assert np.isnan(curves.residual_strain(strain, stress))
     lines = [",".join(curves.HEADER), *(f"{a:.17g},{b:.17g},{b:.17g}" for a, b in zip(strain, stress))]
     (tmp_path / "held.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
     shown = call(tool.main, "cycle", tmp_path / "held.csv", "--out", tmp_path / "held.png")
@@ -116,17 +116,17 @@ def test_a_body_that_is_not_unloaded_has_no_residual_strain(tmp_path):
 
 def test_rows_of_equal_strain_are_no_turns():
     strain = np.array([0.0, 0.001, 0.002, 0.002, 0.003, 0.003, 0.002, 0.001])
-    assert cycles.turns(strain).tolist() == [5]
+    assert curves.turns(strain).tolist() == [5]
 
 
 def test_curves_that_do_not_turn_or_end_too_soon():
     strain = way((0.02,))
-    for number in (cycles.residual_strain, cycles.loop_areas, cycles.unloading_modulus):
+    for number in (curves.residual_strain, curves.loop_areas, curves.unloading_modulus):
         with pytest.raises(curves.CurveError, match="does not turn back"):
             number(strain, plastic(strain))
     short = way((0.02, 0.018))
     with pytest.raises(curves.CurveError, match="too few rows"):
-        cycles.unloading_modulus(short, plastic(short))
+        curves.unloading_modulus(short, plastic(short))
 
 
 def test_command(tmp_path):
@@ -163,7 +163,7 @@ def test_loads_of_an_extensometer_turn_where_the_grips_do(tmp_path):
     gauge = strain - 3e-4 * (np.arange(len(strain)) % 7 == 3)
     lines = ["strain,stress_grip,stress_virial,strain_gauge", *(f"{a:.17g},{b:.17g},{b:.17g},{c:.17g}" for a, b, c in zip(strain, plastic(strain), gauge))]
     (tmp_path / "gauge.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
-    assert len(cycles.turns(gauge)) > 50, "control"
+    assert len(curves.turns(gauge)) > 50, "control"
     shown = call(tool.main, "cycle", tmp_path / "gauge.csv", "--strain", "strain_gauge", "--out", tmp_path / "picture.png")
     assert shown.returncode == 0, shown.stderr
     turn, _, residual, unloading, area = map(float, shown.stdout.splitlines()[1].split()[1:])

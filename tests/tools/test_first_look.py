@@ -7,7 +7,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 import first_look
-from evp import cycles, run
+from evp import curves, run
 
 FIGURES = run.CHECKOUT / "doc" / "figures"
 
@@ -28,10 +28,10 @@ def test_choices_are_known():
 
 
 def test_picture_tells_that_eq_8_comes_back_and_plasticity_does_not():
-    curves = stored_curves()
-    (back, flowed) = (cycles.residual_strain(*curves[first_look.SWEEPS[plasticity]]) for plasticity in ("none", "isotropic"))
+    kept = stored_curves()
+    (back, flowed) = (curves.residual_strain(*kept[first_look.SWEEPS[plasticity]]) for plasticity in ("none", "isotropic"))
     assert abs(back) < 1e-4 and flowed > 0.01
-    loading = [curve[:, : np.argmax(curve[0])] for curve in curves.values()]
+    loading = [curve[:, : np.argmax(curve[0])] for curve in kept.values()]
     assert np.interp(0.01, *loading[0]) == pytest.approx(np.interp(0.01, *loading[1]), rel=0.01)
 
 

@@ -31,7 +31,7 @@ from typing import NamedTuple, Optional, Tuple
 import numpy as np
 import scipy.optimize
 
-from . import curves, cycles, dump, figures, flow, law, specimen
+from . import curves, dump, figures, flow, law, specimen
 from .curves import YIELD_OFFSET
 from .progress import Progress
 from .report import write_whole
@@ -533,7 +533,7 @@ def flow_stress(body, row, kv, targets, rate, ranks, folder, timeout, title):
         strain, stress = read_curve(work / "rate.csv")
     late = strain > 0.5 * strain[-1]
     strain, stress = strain[late], stress[late]
-    return cycles.work(strain, stress) / float(strain[-1] - strain[0])
+    return curves.work(strain, stress) / float(strain[-1] - strain[0])
 
 
 class Table:

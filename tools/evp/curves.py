@@ -1,15 +1,22 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Numbers read off a stress-strain curve: E, 0.2 % yield stress, stress at a strain, tangent.
+"""Numbers read off a stress-strain curve: E, 0.2 % yield stress, stress at a strain, tangent; of one that turns back residual strain,
+unloading modulus, area of loops; departures from a target.
 
 A curve is what in.traction writes: strain, stress from the grips' reaction, stress from the virial
 of the cross-sections [Pa]; or what the decks of LOADS write of other loads. Straight-line fits over the windows below average
-vibration out.
+vibration out. The rows are in the order of the way; the strain goes one way between two turns.
+
+`at` of the functions of curves that turn back: rows of the turns, where the strain itself does not tell them: that of an extensometer
+jitters. None: turns(strain).
 """
+
+import csv
 
 from typing import NamedTuple
 
 import numpy as np
 
+NAN = float("nan")
 HEADER = ("strain", "stress_grip", "stress_virial")
 ROUNDING = 1e-9  # of strain: rows at the ends of a window belong to it
 MODULUS_END = 0.003  # E: slope over strain 0 to this at most, below the first bond in the second regime
@@ -23,6 +30,14 @@ TANGENT_WINDOW = 0.0004  # +- of strain about which a tangent is fitted
 DEPARTURE = 0.9  # of E: where the curve has left its straight part
 # A run to 2 % ends at strain 0.02, so that its last stress is fitted a little before.
 STRAINS_REPORTED = {"stress_1pc": 0.01, "stress_2pc": 0.0195}
+NUMBERS = ("E_GPa", "E_from", "E_to", "jump_MPa", "jump_share", "yield_MPa", "stress_1pc_MPa", "stress_2pc_MPa", "departure_strain")
+CYCLE_NUMBERS = ("turn_strain", "turn_MPa", "residual_strain", "unloading_GPa")
+STRAINS = (0.002, 0.01)  # at which the stress is given unless told otherwise
+# Columns of a target and what makes them strain [1] and stress [Pa].
+TARGET_STRAIN = {"strain": 1.0, "strain_percent": 0.01}
+TARGET_STRESS = {"stress": 1.0, "stress_Pa": 1.0, "stress_MPa": 1e6, "stress_virial": 1.0, "stress_grip": 1.0}
+UNLOADED = 0.05  # of the stress at the turn, at most: a way back that ends with it has ended unloaded
+UNLOADING_RANGE = 0.004  # of strain after the turn: the unloading modulus is the slope over it, or over the elastic part where this is shorter
 
 
 class Curve(NamedTuple):
@@ -58,58 +73,57 @@ class CurveError(ValueError):
     """A file holds no usable curve, or a curve is too short for the number asked."""
 
 
-def names_in(lines):
-    """Names of the columns of a CSV file."""
-    return [name.strip() for name in lines[0].split(",")] if lines else []
+def read_columns(path, wanted, remedy=None):
+    """Dict of float arrays for the wanted columns of a CSV file with a header line.
+
+    remedy: of (missing name, names there), what to do about it. CurveError names the file and what is wrong; OSError if it cannot be read.
+    """
+    with open(path, newline="", encoding="utf-8") as source:
+        lines = [[word.strip() for word in words] for words in csv.reader(source) if words]
+    names = lines[0] if lines else []
+    missing = next((name for name in wanted if name not in names), None)
+    if missing:
+        what = remedy(missing, names) if remedy else f"wanted are {', '.join(wanted)}"
+        raise CurveError(f"{path} has no column {missing}; {what}")
+    try:
+        return {name: np.array([float(line[names.index(name)]) for line in lines[1:]]) for name in wanted}
+    except (ValueError, IndexError) as error:
+        raise CurveError(f"{path} holds a damaged line: {error}") from error
 
 
 def load_of(path):
     """The Load whose columns a CSV file has, TENSION where it has those of none. OSError if it cannot be read."""
     with open(path, encoding="utf-8") as source:
-        names = names_in([source.readline()])
+        names = [name.strip() for name in source.readline().split(",")]
     return next((load for load in LOADS if load.mark in names), TENSION)
-
-
-def _remedy(missing, names, wanted):
-    """What to do about a file without the columns wanted."""
-    if missing == "strain_gauge":
-        return "run in.traction or in.quasistatic, which write it"
-    if "torque_grip" in names:
-        return "it is of an older in.torsion: run the deck again"
-    if "time" in names and "force" in names:
-        return f"a curve over time has no modulus: take curves.py columns --x time --y NAME, NAME one of {', '.join(names[1:])}"
-    return f"its first line must be {','.join(wanted)}"
 
 
 def read_curve(path, column=None, strain="strain"):
     """Curve from a CSV file with the columns of one of LOADS, such as strain,stress_grip,stress_virial (more may follow).
 
     column: 'virial' or 'grip' where only that stress is needed; the other one is then nan.
-    strain: the column of the strain, strain_gauge for that of an extensometer.
-    CurveError names the file and what is missing; OSError if it cannot be read.
+    strain: the column of the strain, strain_gauge for that of an extensometer. Errors as of read_columns.
     """
     load = load_of(path)
-    places_of = dict(zip(HEADER, load.columns if strain == "strain" else (strain, *load.columns[1:])))
-    needed = [name for name in HEADER if column is None or name in ("strain", "stress_" + column)]
-    wanted = [places_of[name] for name in needed]
-    with open(path, encoding="utf-8") as source:
-        lines = [line.strip() for line in source if line.strip()]
-    names = names_in(lines)
-    missing = [name for name in wanted if name not in names]
-    if missing:
-        raise CurveError(f"{path} has no column {missing[0]}; {_remedy(missing[0], names, wanted)}")
-    places = [names.index(name) for name in wanted]
-    try:
-        words = [line.split(",") for line in lines[1:]]
-        table = np.array([[line[k] for k in places] for line in words], dtype=float)
-    except (ValueError, IndexError) as error:
-        raise CurveError(f"{path} holds a damaged line: {error}") from error
-    if len(table) < 2:
-        raise CurveError(f"{path} holds {len(table)} rows: no curve")
+    columns = dict(zip(HEADER, load.columns if strain == "strain" else (strain, *load.columns[1:])))
+    wanted = {name: place for name, place in columns.items() if column is None or name in ("strain", "stress_" + column)}
+
+    def remedy(missing, names):
+        if missing == "strain_gauge":
+            return "run in.traction or in.quasistatic, which write it"
+        if "torque_grip" in names:
+            return "it is of an older in.torsion: run the deck again"
+        if "time" in names and "force" in names:
+            return f"a curve over time has no modulus: take curves.py columns --x time --y NAME, NAME one of {', '.join(names[1:])}"
+        return f"its first line must be {','.join(wanted.values())}"
+
+    found = read_columns(path, wanted.values(), remedy)
+    table = np.array([found[place] for place in wanted.values()])
+    if table.shape[1] < 2:
+        raise CurveError(f"{path} holds {table.shape[1]} rows: no curve")
     if not np.all(np.isfinite(table)):
         raise CurveError(f"{path} holds a number that is not finite: the run was unstable")
-    found = dict(zip(needed, table.T))
-    return Curve(*(found.get(name, np.full(len(table), np.nan)) for name in HEADER))
+    return Curve(*(found.get(columns[name] if name in wanted else None, np.full(table.shape[1], NAN)) for name in HEADER))
 
 
 def _line_fit(strain, stress, low, high):
@@ -184,7 +198,7 @@ def yield_stress(strain, stress, elastic_modulus):
     above = stress - elastic_modulus * (strain - YIELD_OFFSET)
     after = np.nonzero((strain[1:] > YIELD_OFFSET) & (above[1:] <= 0.0) & (above[:-1] > 0.0))[0]
     if len(after) == 0:
-        return float("nan")
+        return NAN
     k = int(after[0])
     part = above[k] / (above[k] - above[k + 1])
     return float(stress[k] + part * (stress[k + 1] - stress[k]))
@@ -204,7 +218,7 @@ def departure_strain(strain, stress, elastic_modulus, start=0.5 * MODULUS_END, s
         if excess < 0.0:
             return float(at if before is None else at - step * excess / (excess - before))
         before = excess
-    return float("nan")
+    return NAN
 
 
 def check_fit(fit):
@@ -249,4 +263,203 @@ def or_nan(number, *arguments):
     try:
         return number(*arguments)
     except CurveError:
-        return float("nan")
+        return NAN
+
+
+def turns(strain):
+    """Rows at which the strain turns back (indices), and the last row where it ends a loop of loop_areas: back at the strain that the loop
+    began with to within the distance of two rows, or beyond."""
+    moved = np.nonzero(np.abs(np.diff(strain)) > ROUNDING)[0]
+    ways = np.sign(np.diff(strain)[moved])
+    found = moved[1:][ways[1:] != ways[:-1]]
+    if len(found) > 1 and len(found) % 2 == 0 and ways[-1] * (strain[found[-2]] - strain[-1]) <= np.abs(strain[moved[-1] + 1] - strain[moved[-1]]) + ROUNDING:
+        found = np.append(found, len(strain) - 1)
+    return found
+
+
+def unloading(strain, stress, at=None):
+    """(strain, stress) of the way back from the first turn, which is its first row. CurveError where there is none."""
+    found = turns(strain) if at is None else at
+    if len(found) == 0:
+        raise CurveError(f"the curve does not turn back; it ends at strain {strain[-1]:g}")
+    end = found[1] + 1 if len(found) > 1 else len(strain)
+    return strain[found[0] : end], stress[found[0] : end]
+
+
+def residual_strain(strain, stress, at=None):
+    """Strain at which the stress is zero on the way back from the first turn.
+
+    Between the rows on both sides of zero, or beyond the last row by no more than the distance of the last two, or, where the way back has
+    ended unloaded but for vibrations, by the slope of its end; nan where the body is not unloaded.
+    """
+    back, held = unloading(strain, stress, at)
+    after = np.nonzero(held[:-1] * held[1:] <= 0.0)[0]
+    k = int(after[0]) if len(after) else len(back) - 2
+    part = held[k] / (held[k] - held[k + 1]) if held[k] != held[k + 1] else -1.0
+    return float(back[k] + part * (back[k + 1] - back[k])) if 0.0 <= part <= 2.0 else _zero_beyond(back, held)
+
+
+def _zero_beyond(back, held):
+    """Strain at which the line through the end of a way back is zero; nan where that way has not ended unloaded, or no such line goes there."""
+    near = np.abs(back - back[-1]) <= min(UNLOADING_RANGE, 0.5 * np.abs(back[-1] - back[0])) + ROUNDING
+    if not abs(held[-1]) < UNLOADED * abs(held[0]) or np.sum(near) < 3:
+        return NAN
+    slope, end = np.polyfit(back[near] - back[-1], held[near], 1)
+    return float(back[-1] - end / slope) if slope > 0.0 else NAN
+
+
+def unloading_modulus(strain, stress, at=None):
+    """Slope over the first UNLOADING_RANGE of strain after the first turn, over the elastic part where the body flows back before, or over
+    the whole way back where it ends unloaded before [unit of stress]. CurveError where it has too few rows."""
+    back, held = unloading(strain, stress, at)
+    elastic = elastic_end(np.abs(back - back[0]), np.abs(held - held[0]))
+    reach = UNLOADING_RANGE if elastic >= MODULUS_END else elastic
+    if abs(held[-1]) < UNLOADED * abs(held[0]):
+        reach = min(reach, np.abs(back[-1] - back[0]))
+    near = np.abs(back - back[0]) <= reach + ROUNDING
+    if np.sum(near) < 3 or np.abs(back[-1] - back[0]) < reach - ROUNDING:
+        raise CurveError(f"the way back has too few rows for a slope over {reach:g}: it ends at strain {back[-1]:g}")
+    return float(np.polyfit(back[near] - back[0], held[near], 1)[0])
+
+
+def work(strain, stress):
+    """Integral of the stress over the strain along the way, by trapezoids [unit of stress]: what is left of it in a loop was
+    dissipated, per volume."""
+    return float(np.sum(0.5 * (stress[1:] + stress[:-1]) * np.diff(strain)))
+
+
+def loop_areas(strain, stress, at=None):
+    """Areas of the loops from each first turn back to it, the third and so on [unit of stress]; without one: that of the first loading and
+    the way back.
+
+    A loop is closed where the material is steady: what a first loop has not closed is in its area.
+    """
+    found = turns(strain) if at is None else at
+    if len(found) == 0:
+        raise CurveError(f"the curve does not turn back; it ends at strain {strain[-1]:g}")
+    if len(found) < 3:
+        end = found[1] + 1 if len(found) > 1 else len(strain)
+        return [work(strain[:end], stress[:end])]
+    return [work(strain[a : b + 1], stress[a : b + 1]) for a, b in zip(found[:-2:2], found[2::2])]
+
+
+def cycle_numbers(curve, column="virial", at=None):
+    """What is reported of a way there and back, in a dict: turn_strain, turn_MPa, residual_strain (nan where it is not unloaded),
+    unloading_GPa (nan where the way back has too few rows), area_MJ_per_m3 of the last loop (one sweep: of the sweep)."""
+    strain, stress = curve.strain, getattr(curve, column)
+    back, held = unloading(strain, stress, at)
+    return {
+        "turn_strain": float(back[0]),
+        "turn_MPa": 1e-6 * float(held[0]),
+        "residual_strain": residual_strain(strain, stress, at),
+        "unloading_GPa": 1e-9 * or_nan(unloading_modulus, strain, stress, at),
+        "area_MJ_per_m3": 1e-6 * loop_areas(strain, stress, at)[-1],
+    }
+
+
+class Target(NamedTuple):
+    """strain [1] and stress [Pa], (N,) each; the strain goes one way."""
+
+    strain: np.ndarray
+    stress: np.ndarray
+
+
+def read_target(path):
+    """Target from a file of strain,stress rows: in Pa, or as a first line names the columns (TARGET_STRAIN, TARGET_STRESS).
+
+    CurveError names the file and what is wrong; OSError where it cannot be read.
+    """
+    with open(path, encoding="utf-8") as source:
+        lines = [line.replace(",", " ").split() for line in source if line.strip() and not line.lstrip().startswith("#")]
+    if not lines:
+        raise CurveError(f"{path} is empty: a target has rows strain,stress")
+    places, factors = (0, 1), (1.0, 1.0)
+    try:
+        float(lines[0][0])
+    except ValueError:
+        names = lines.pop(0)
+        found = [next((name for name in known if name in names), None) for known in (TARGET_STRAIN, TARGET_STRESS)]
+        if None in found:
+            raise CurveError(f"{path}: the first line must name a column of {' '.join(TARGET_STRAIN)} and one of "
+                             f"{' '.join(TARGET_STRESS)}, got {' '.join(names)}") from None
+        places, factors = tuple(names.index(name) for name in found), (TARGET_STRAIN[found[0]], TARGET_STRESS[found[1]])
+    try:
+        table = np.array([[float(words[k]) for k in places] for words in lines]).reshape(-1, 2) * factors
+    except (ValueError, IndexError) as error:
+        raise CurveError(f"{path} holds a damaged line: {error}") from error
+    if len(table) < 1 or not np.all(np.isfinite(table)):
+        raise CurveError(f"{path} holds no row, or a number that is not finite")
+    steps = np.diff(table[:, 0])
+    if not (np.all(steps > 0.0) or np.all(steps < 0.0)):
+        raise CurveError(f"{path}: the strains of a target must go one way, each once")
+    return Target(*table.T)
+
+
+def first_way(strain, stress, at=None):
+    """(strain, stress, sign) up to the first turn, both positive where the way is; sign -1: it was compression. at: as above."""
+    found = turns(strain) if at is None else at
+    end = found[0] + 1 if len(found) else len(strain)
+    sign = -1.0 if strain[end - 1] < strain[0] else 1.0
+    return sign * strain[:end], sign * stress[:end], sign
+
+
+def stress_on(strain, stress, at):
+    """Stress at a strain of a way [unit of stress]: fitted over +-STRESS_WINDOW, interpolated where that has too few rows; nan outside."""
+    if not strain.min() - ROUNDING <= at <= strain.max() + ROUNDING:
+        return NAN
+    try:
+        if at >= STRESS_WINDOW:  # the rows at strain 0 have no damping yet
+            return stress_at(strain, stress, at)
+    except CurveError:
+        pass
+    order = np.argsort(strain, kind="stable")  # an extensometer jitters
+    return float(np.interp(at, strain[order], stress[order]))
+
+
+def table_numbers(curve, column="virial", fit=None, strains=STRAINS, turned=None):
+    """What is reported of a curve, in a dict; nan where it has no such number; why_no_E: text, empty where there is E.
+
+      all of numbers()                of the first way
+      stress_at_S_MPa                 for each strain S of the first way
+      CYCLE_NUMBERS, area_K_MJ_per_m3 for the loops K = 1, 2 ...  where the curve turns back
+
+    Strains of compression are given and reported as sizes; stresses of it are negative. turned: rows, as `at` above. CurveError where `fit` is no range.
+    """
+    check_fit(fit)
+    turned = turns(curve.strain) if turned is None else turned
+    strain, stress, sign = first_way(curve.strain, getattr(curve, column), turned)
+    try:
+        found = {**numbers(Curve(strain, stress, stress), "virial", fit), "why_no_E": ""}
+    except CurveError as error:
+        found = {**dict.fromkeys(NUMBERS, NAN), "why_no_E": str(error)}
+    found.update({f"stress_at_{at:g}_MPa": 1e-6 * stress_on(strain, stress, at) for at in strains})
+    found.update({name: sign * value for name, value in found.items() if name.endswith("_MPa")})
+    if not len(turned):
+        return {**found, **dict.fromkeys(CYCLE_NUMBERS, NAN)}
+    areas = loop_areas(curve.strain, getattr(curve, column), turned)
+    back = cycle_numbers(curve, column, turned)
+    found.update({name: back[name] for name in CYCLE_NUMBERS})
+    return {**found, **{f"area_{k}_MJ_per_m3": 1e-6 * area for k, area in enumerate(areas, start=1)}}
+
+
+class Departure(NamedTuple):
+    """Curve minus target at the rows of the target that the curve reaches [Pa]; strains are the target's."""
+
+    largest: float  # with its sign
+    at: float
+    mean: float  # of the sizes
+    relative: float  # mean over the largest stress of these rows
+    rows: int
+
+
+def departure(curve, target, column="virial", turns=None):
+    """Departure of the first way of a curve. CurveError where it reaches no row of the target."""
+    strain, stress, sign = first_way(curve.strain, getattr(curve, column), turns)
+    own = np.array([sign * stress_on(strain, stress, sign * at) for at in target.strain])
+    reached = np.isfinite(own)
+    if not reached.any():
+        raise CurveError(f"the curve goes from strain {sign * strain[0]:g} to {sign * strain[-1]:g} and reaches no row of the target")
+    apart = own[reached] - target.stress[reached]
+    worst, size = int(np.argmax(np.abs(apart))), float(np.abs(target.stress[reached]).max())
+    mean = float(np.abs(apart).mean())
+    return Departure(float(apart[worst]), float(target.strain[reached][worst]), mean, mean / size if size > 0.0 else NAN, int(reached.sum()))

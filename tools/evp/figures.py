@@ -5,7 +5,6 @@ Colours are chosen to stay apart for colour-blind readers; curves that lie on ea
 apart by their dashes as well.
 """
 
-import csv
 import pathlib
 import textwrap
 
@@ -18,9 +17,9 @@ import numpy as np  # noqa: E402
 from matplotlib.collections import PatchCollection  # noqa: E402
 from matplotlib.patches import Circle  # noqa: E402
 
-from . import cycles, dump, law  # noqa: E402
+from . import dump, law  # noqa: E402
 from .columns import KNOWN  # noqa: E402
-from .curves import TENSION  # noqa: E402
+from .curves import TENSION, read_columns, residual_strain  # noqa: E402
 from .report import write_csv  # noqa: E402
 
 MEASURED = ("strain", "distance", "force")  # [1], [m], [N]
@@ -148,12 +147,12 @@ def percent_left(strain):
 
 
 def residual_text(strain):
-    """What is said of a residual strain of cycles.py, which is nan where the body is not unloaded."""
+    """What is said of a residual strain of curves.py, which is nan where the body is not unloaded."""
     return f"residual strain {percent_left(strain)}" if np.isfinite(strain) else "no residual strain (not unloaded)"
 
 
 def unloading(curves, path, column="virial", load=TENSION, turns=None, numbers=None):
-    """Curves that turn back: curves is {label: curves.Curve}, turns {label: rows}, as `at` of cycles.py, or None; the residual strain is told behind each label, and marked.
+    """Curves that turn back: curves is {label: curves.Curve}, turns {label: rows}, as `at` of curves.py, or None; the residual strain is told behind each label, and marked.
 
     Writes path and its CSV: curve, strain_percent, stress_MPa.
     """
@@ -162,7 +161,7 @@ def unloading(curves, path, column="virial", load=TENSION, turns=None, numbers=N
         figure, axis = plt.subplots(figsize=(6.4, 4.2))
         for k, (label, curve) in enumerate(curves.items()):
             percent, stress = 100 * curve.strain, 1e-6 * getattr(curve, column)
-            left = cycles.residual_strain(curve.strain, getattr(curve, column), turns and turns[label])
+            left = residual_strain(curve.strain, getattr(curve, column), turns and turns[label])
             name = f"{label}: {residual_text(left)}"
             axis.plot(percent, stress, label=name, **line_style(k))
             axis.plot([100 * left], [0.0], "o", color=_COLORS[k], markeredgecolor="#333333", markeredgewidth=0.5, markersize=6, zorder=3)
@@ -253,16 +252,3 @@ def read_state(path):
     if missing:
         raise ValueError(f"{path} is no dump with the column {missing[0] if missing[0] != 'share' else 'share_second'}")
     return {name: columns[name] for name in STATE}
-
-
-def read_columns(path, wanted):
-    """Dict of float arrays for the wanted columns of a CSV file with a header line.
-
-    ValueError names the file and the missing column.
-    """
-    with open(path, newline="", encoding="utf-8") as source:
-        table = list(csv.DictReader(source))
-    for name in wanted:
-        if not table or name not in table[0]:
-            raise ValueError(f"{path} has no column {name}; wanted are {', '.join(wanted)}")
-    return {name: np.array([float(line[name]) for line in table]) for name in wanted}

@@ -12,7 +12,7 @@ import argparse
 import pathlib
 import sys
 
-from . import curves, cycles, figures, law, run
+from . import curves, figures, law, run
 from .report import command_line, typed, write_csv
 
 TABLES = {
@@ -117,7 +117,7 @@ def report(out, pulled):
     for row in rows:
         print("  ".join(cell.rjust(len(title)) for cell, title in zip(row, titles)))
     for plasticity, label in UNLOADING.items():
-        left = cycles.numbers(curves.read_curve(out / f"plasticity_{plasticity}.csv"))
+        left = curves.cycle_numbers(curves.read_curve(out / f"plasticity_{plasticity}.csv"))
         print(f"{label}: back from {100 * STRAIN:g} %, {figures.residual_text(left['residual_strain'])}")
     print("E is the slope over strain " + ", or ".join(sorted(ranges)))
 
