@@ -88,10 +88,8 @@ def check_options(options):
 
 def comments(options, targets, result, over, words):
     """Comment lines above the row."""
-    names = {"E": ("E", targets.modulus, "Pa"), "yield": ("0.2 % yield", targets.yield_stress, "Pa"),
-             "stress2": (f"stress at {targets.strain:g}", targets.stress2, "Pa"), "nu": ("nu", targets.nu, "")}
-    aims = "; ".join(f"{label} {value:.6g} {unit}".rstrip() + f" ({100.0 * result.residuals[key]:+.2f} %)"
-                     for key, (label, value, unit) in names.items() if key in result.residuals)
+    aims = "; ".join(f"{label} {value:.6g} {unit}".rstrip() + f" ({100.0 * result.residuals[name]:+.2f} %)"
+                     for name, (label, value, unit) in targets.aims.items())
     lines = ["", f"# {options.name}: targets, nominal, and what the row gives beside them: {aims}"]
     for stress, rate in targets.rates:
         lines.append(f"#   over-stress {stress:.6g} Pa at {rate:g}/s ({100.0 * (over * rate / stress - 1.0):+.2f} %)")
@@ -180,7 +178,7 @@ def main(words=None):
     signal.signal(signal.SIGTERM, stop)
     try:
         calibrate(options, words)
-    except (Refused, RunError, calibration.Failed, OSError, ValueError) as error:
+    except (Refused, RunError, OSError, ValueError) as error:
         print(f"{typed('calibrate.py')}: error: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:

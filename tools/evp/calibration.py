@@ -23,7 +23,6 @@ import os
 import pathlib
 import re
 import shutil
-import subprocess
 import tempfile
 import time
 from typing import NamedTuple, Optional, Tuple
@@ -33,9 +32,8 @@ import scipy.optimize
 
 from . import curves, dump, figures, flow, law, specimen
 from .curves import YIELD_OFFSET
-from .progress import Progress
 from .report import write_whole
-from .run import Job, check_start, lammps_error, last_strain
+from .run import Failed, Job, last_strain, run_jobs
 
 EXPONENTS = (8.0, 4.0)  # of both regimes, as in Table 1
 ALPHA = 1.5
@@ -56,7 +54,6 @@ RULES = {"plasticity": "isotropic", "contact": "repulsive"}
 ELASTIC = 0.4  # of xi_s: strain of the first leg, whose end gives Poisson's ratio
 OVERSHOOT = 1.1  # grip strain at the end, over the one at which the middle would reach the target in proportion
 YIELDED = 1.3  # of the strain at the offset yield stress: end of the second leg
-POLL = 0.05  # [s]
 _COS, _WEIGHTS = (lambda nodes: (0.5 * (nodes[0] + 1.0), 0.5 * nodes[1]))(np.polynomial.legendre.leggauss(100))  # on (0, 1)
 HEAD = """# UNITS: si CONTRIBUTOR: tools/calibrate.py, which appends the rows
 # NAME e1 m1 n1 e2 m2 n2 xi_s gamma alpha, then spacing [m] and coordination of the body that it was found on, kv [J], density of the solid [kg/m3]
@@ -77,6 +74,13 @@ class Targets(NamedTuple):
     density: float
     nu: Optional[float] = None
     rates: Tuple[Tuple[float, float], ...] = ()  # (over-stress, rate)
+
+    @property
+    def aims(self):
+        """{name: (label, value, unit)} of what a quasi-static run is to give, in the order of Search's results."""
+        aims = {"E": ("E", self.modulus, "Pa"), "yield": ("0.2 % yield", self.yield_stress, "Pa"),
+                "stress2": (f"stress at {self.strain:g}", self.stress2, "Pa"), "nu": ("nu", self.nu, "")}
+        return {name: aim for name, aim in aims.items() if aim[1] is not None}
 
     @property
     def yield_strain(self):
@@ -347,10 +351,6 @@ class Body(NamedTuple):
         return 2.0 * self.bonds / self.count
 
 
-class Failed(RuntimeError):
-    """A run that gave no curve; the text says why."""
-
-
 def measure(path):
     """The Body of a data file."""
     read = specimen.read_data(path)
@@ -362,20 +362,10 @@ def measure(path):
 def make_body(folder, count, seed, density, timeout):
     """The Body of in.specimen, kept in the folder; made on one rank, as another number of ranks gives another packing. density: of the solid."""
     path = pathlib.Path(folder) / f"body_{count}_{seed}.data"
-    for attempt in range(2):
-        if path.exists():
-            break
+    if not path.exists():
         with attempt_folder(folder) as work:
-            try:
-                call("in.specimen", {"n": count, "seed": seed, "density": f"{density:.9g}", "out": "body.data"}, 1, work, timeout,
-                     f"packing of {count} spheres")
-            except Failed:
-                if attempt == 0:
-                    continue
-                raise
-            measures = work / "body.data.body"
-            if measures.exists():
-                os.replace(measures, path.with_name(path.name + ".body"))
+            call("in.specimen", {"n": count, "seed": seed, "density": f"{density:.9g}", "out": "body.data"}, 1, work, timeout, f"packing of {count} spheres")
+            os.replace(work / "body.data.body", path.with_name(path.name + ".body"))
             os.replace(work / "body.data", path)
     return measure(path)
 
@@ -418,34 +408,15 @@ def relative(path, folder):
     return os.path.relpath(pathlib.Path(path).resolve(), pathlib.Path(folder).resolve())
 
 
-def call(deck, variables, ranks, folder, deadline, title, share=None):
-    """Run a deck in a folder; Failed where it ends badly or lasts beyond `deadline` seconds from now,
-    RunError where it does not even start.
+def call(deck, variables, ranks, folder, timeout, title, share=lambda: 0.0):
+    """Run a deck in a folder that is taken away; Failed where it ends badly or lasts beyond `timeout` seconds, RunError where it does not even start.
 
     share: a function that gives 0..1 while it runs.
     """
-    job = Job(deck, deck, variables, folder, ranks)
-    job.start()
-    process, begin = job.process, time.monotonic()
     try:
-        with Progress("", 1.0, interval=5.0) as progress:
-            while process.poll() is None:
-                if time.monotonic() - begin > deadline:
-                    raise Failed(f"timed out after {deadline:.0f} s")
-                if share is not None:
-                    progress.show(share(), title)
-                time.sleep(POLL)
-    finally:
-        if process.poll() is None:
-            process.terminate()
-            try:
-                process.wait(5.0)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                process.wait()
-    if process.returncode:
-        check_start(deck, job.log, process.returncode, ranks)
-        raise Failed(f"{deck} failed: {lammps_error(job.log)[:300]}")
+        run_jobs([Job(deck, deck, variables, folder, ranks, done=share)], ranks, title, timeout)
+    except Failed as failure:
+        raise Failed(str(failure).partition("\n  whole output:")[0]) from failure
 
 
 def legs(xi_s, targets, finer):
@@ -696,8 +667,7 @@ class Search:
         if result is None:
             number = len(self.results) + 1
             record = self.run(number, row, kv)
-            aims = {"E": self.targets.modulus, "yield": self.targets.yield_stress, "stress2": self.targets.stress2, "nu": self.targets.nu}
-            residuals = {name: record["found"][name] / value - 1.0 for name, value in aims.items() if value is not None}
+            residuals = {name: record["found"][name] / value - 1.0 for name, (_, value, _) in self.targets.aims.items()}
             result = Result(row, kv, record["found"], residuals, (np.array(record["strain"]), np.array(record["stress"])), number)
             self.results[row, kv] = result
             self.say(f"run {number}: {percents(residuals)} ({record['seconds']:.0f} s)")

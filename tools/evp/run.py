@@ -5,6 +5,7 @@ EVP_LMP      the lmp to run (default: build/lmp of this checkout)
 EVP_MPIRUN   mpirun with its flags (default: mpirun -np); a run on one rank does without
 """
 
+import math
 import os
 import pathlib
 import re
@@ -24,7 +25,11 @@ _INTERVAL = 5.0  # [s] between two lines of progress where the output is no term
 
 
 class RunError(RuntimeError):
-    """A LAMMPS run failed; the text holds LAMMPS' own error and where the log is."""
+    """A LAMMPS run could not be had; the text says why."""
+
+
+class Failed(RunError):
+    """A run that had started failed; the text holds LAMMPS' own error and where the log is."""
 
 
 @dataclass
@@ -55,14 +60,22 @@ class Job:
                 raise RunError(f"{self.name}: cannot start {command[0]}: {error}") from error
 
     def check(self):
-        """Raise RunError with LAMMPS' own words if the ended process failed."""
+        """Failed with LAMMPS' own words if the ended process failed, RunError if it had not even started."""
         text = self.log.read_text(encoding="utf-8", errors="replace")
         if not ended_well(self.process.returncode, text):
             check_start(self.name, self.log, self.process.returncode, self.ranks)
-            raise RunError(
-                f"{self.name}: {self.deck} failed (exit {self.process.returncode}): "
-                f"{lammps_error(self.log)}\n  whole output: {self.log}"
-            )
+            raise Failed(f"{self.name}: {self.deck} failed (exit {self.process.returncode}): {lammps_error(self.log)}\n  whole output: {self.log}")
+
+    def end(self):
+        """End the process if it runs: it is asked to, and killed where it does not."""
+        if self.process is None or self.process.poll() is not None:
+            return
+        self.process.terminate()
+        try:
+            self.process.wait(5.0)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
 
 
 def edited_deck(name, folder, *changes):
@@ -172,14 +185,15 @@ def last_strain(path):
         return 0.0
 
 
-def run_jobs(jobs: List[Job], cores=None, title="LAMMPS"):
+def run_jobs(jobs: List[Job], cores=None, title="LAMMPS", timeout=math.inf):
     """Run all jobs, in their order, as many at once as the cores allow.
 
     cores: default all that this process may use. At the first failure the others are stopped and
-    RunError is raised; so they are on any other exception, the user's interrupt among them.
+    RunError is raised; so they are on any other exception, the user's interrupt among them. Failed
+    where all of them together last longer than timeout [s].
     """
     cores = cores or len(os.sched_getaffinity(0))
-    waiting, running, finished = list(jobs), [], 0.0
+    waiting, running, finished, begin = list(jobs), [], 0.0, time.monotonic()
     try:
         with Progress(title, sum(job.cost for job in jobs), interval=_INTERVAL) as progress:
             while waiting or running:
@@ -190,6 +204,8 @@ def run_jobs(jobs: List[Job], cores=None, title="LAMMPS"):
                         job.start()
                         running.append(job)
                 time.sleep(_POLL)
+                if time.monotonic() - begin > timeout:
+                    raise Failed(f"timed out after {timeout:.0f} s")
                 for job in [job for job in running if job.process.poll() is not None]:
                     job.check()
                     running.remove(job)
@@ -198,6 +214,4 @@ def run_jobs(jobs: List[Job], cores=None, title="LAMMPS"):
                 progress.show(finished + done, ", ".join(job.name for job in running) or "the next")
     finally:
         for job in running:
-            if job.process is not None and job.process.poll() is None:
-                job.process.terminate()
-                job.process.wait()
+            job.end()
