@@ -5,6 +5,7 @@ The figures to meet are those of an independent prototype and of its specimen (t
 solid fraction 0.58, 5.0 touching partners, 11.9 in the zone."""
 
 import re
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -23,6 +24,52 @@ TOUCHING = pytest.approx(4.95, abs=0.3)
 ISOTROPIC = 0.05        # eigenvalues of the fabric / (1/3) - 1; 0.025 measured, from the walls and 3000 bonds
 CLOSEST = 0.995         # the radii end 0.0005 above jamming; single contacts are overlapped several times as much
 BEYOND_WALL = 0.01      # mean radii, for the same reason
+
+
+class Measures(NamedTuple):
+    """A packing in a cylinder along x from x = 0; distances of pairs are in units of R_i + R_j."""
+
+    count: int
+    mean_radius: float
+    radius_range: tuple  # smallest and largest radius / mean radius
+    solid_fraction: float  # volume of all spheres / volume of the cylinder
+    touching: float  # partners per sphere within evp_specimen.TOUCHING
+    in_zone: float  # partners per sphere within the zone
+    max_in_zone: int
+    bonds: int  # pairs in the zone
+    closest: float  # smallest pair distance
+    beyond_wall: float  # how far a sphere sticks out of the cylinder at most / mean radius; negative: none does
+    fabric: np.ndarray  # (3, 3) mean of u u over the bonds: 1/3 on the diagonal when isotropic
+
+    @property
+    def anisotropy(self):
+        """Largest departure of the fabric's eigenvalues from 1/3, in units of 1/3."""
+        return float(np.max(np.abs(3.0 * np.linalg.eigvalsh(self.fabric) - 1.0)))
+
+
+def measure(specimen, zone=1.5, length=0.05, radius=0.02):
+    """Measures of the packing in the cylinder of this length and radius [m]."""
+    pairs, ratio = evp_specimen.pairs_within(specimen, max(zone, evp_specimen.TOUCHING))
+    count, mean = len(specimen.ids), float(specimen.radius.mean())
+    bonds = pairs[ratio <= zone]
+    partners = np.bincount(bonds.ravel(), minlength=count)
+    along = specimen.x[bonds[:, 0]] - specimen.x[bonds[:, 1]]
+    unit = along / np.linalg.norm(along, axis=1)[:, None]
+    x, r = specimen.x, specimen.radius
+    gaps = (np.hypot(x[:, 1], x[:, 2]) + r - radius, r - x[:, 0], x[:, 0] + r - length)
+    return Measures(
+        count=count,
+        mean_radius=mean,
+        radius_range=(float(r.min() / mean), float(r.max() / mean)),
+        solid_fraction=float(np.sum(4.0 / 3.0 * np.pi * r**3) / (np.pi * radius**2 * length)),
+        touching=2.0 * np.count_nonzero(ratio <= evp_specimen.TOUCHING) / count,
+        in_zone=2.0 * len(bonds) / count,
+        max_in_zone=int(partners.max()),
+        bonds=len(bonds),
+        closest=float(ratio.min()) if len(ratio) else np.inf,
+        beyond_wall=float(max(gap.max() for gap in gaps)) / mean,
+        fabric=unit.T @ unit / max(len(bonds), 1),
+    )
 
 
 def make(folder, seed=1, ranks=1, **variables):
@@ -47,7 +94,7 @@ def made(tmp_path_factory):
 
 
 def assert_dense_and_isotropic(packing):
-    m = evp_specimen.measure(packing)
+    m = measure(packing)
     assert (m.count, m.solid_fraction, m.touching, m.in_zone) == (500, FRACTION, TOUCHING, IN_ZONE)
     assert m.max_in_zone <= 22 and m.anisotropy < ISOTROPIC
     return m
@@ -108,7 +155,7 @@ def test_two_ranks_make_the_same_quality_and_the_same_file_again(tmp_path):
 def test_deck_prints_what_the_file_holds(made):
     """The deck counts by LAMMPS commands, the module by its own search. Progress goes to 100 %, in at most 100 lines."""
     text, _, packing, _ = made(3)
-    m = evp_specimen.measure(packing)
+    m = measure(packing)
     printed = dict((reach, float(partners)) for partners, reach in
                    re.findall(r"^Specimen of 500 spheres: ([\d.]+) partners per sphere within ([\d.]+) ", text, re.M))
     last = re.search(r"^Specimen of 500 spheres: seed 3, mean radius (\S+) m, solid fraction (\S+), written to specimen.data",
@@ -124,7 +171,7 @@ def test_deck_prints_what_the_file_holds(made):
 def test_choices_reach_the_packing(tmp_path):
     """A thinner, longer cylinder of other spheres; 2000 of them, hence fewer at the walls and a denser body."""
     packing = make(tmp_path, n=2000, length=0.06, radius=0.018, density=1000)[2]
-    m = evp_specimen.measure(packing, length=0.06, radius=0.018)
+    m = measure(packing, length=0.06, radius=0.018)
     assert m.count == 2000
     assert m.solid_fraction == pytest.approx(0.605, abs=0.01)
     assert m.beyond_wall < BEYOND_WALL and m.closest > CLOSEST

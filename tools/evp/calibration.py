@@ -113,55 +113,38 @@ def positive(value, what):
 
 def check(targets):
     """Refused where the law cannot give the targets, whatever the row."""
-    for value, what in ((targets.modulus, "--E"), (targets.yield_stress, "--yield"), (targets.stress2, "--stress2"), (targets.density, "--density")):
+    modulus, at_first, at_second, nu, strain = targets.modulus, targets.yield_stress, targets.stress2, targets.nu, abs(targets.strain)
+    for value, what in ((modulus, "--E"), (at_first, "--yield"), (at_second, "--stress2"), (targets.density, "--density")):
         positive(value, what)
-    if targets.modulus < SOFTEST:
-        raise Refused(f"--E: {targets.modulus:g} Pa is softer than any metal: give all moduli and stresses in Pa, such as 70e9 for 70 GPa")
-    check_nu(targets.nu)
-    strain, at_yield = abs(targets.strain), targets.yield_strain + YIELD_OFFSET
+    if modulus < SOFTEST:
+        raise Refused(f"--E: {modulus:g} Pa is softer than any metal: give all moduli and stresses in Pa, such as 70e9 for 70 GPa")
+    if nu is not None and not nu >= LEAST_NU:
+        raise Refused(f"--nu: {nu:g} cannot be had: central forces give 1/4 and the volume energy only raises it; the nearest is {LEAST_NU:g}"
+                      " (leave --nu out for what the network has by itself)")
+    if nu is not None and nu > LARGEST_NU:
+        raise Refused(f"--nu: {nu:g} cannot be had: from {LARGEST_NU:g} on the volume energy is so stiff that the body departs from the closed "
+                      f"form and the timestep falls; the nearest is {LARGEST_NU:g}")
+    at_yield = targets.yield_strain + YIELD_OFFSET
     if not strain > at_yield:
         raise Refused(f"--stress2: its strain {targets.strain:g} is not beyond the yield strain, yield/E + 0.002 = {at_yield:.4g}: "
                       f"give the stress at a strain from {1.5 * at_yield:.2g} on")
     if strain > LARGEST_STRAIN:
         raise Refused(f"--stress2: the strain {targets.strain:g} is beyond {LARGEST_STRAIN:g}, where the bonds along the axis pass the largest "
                       f"force of their second regime: give the stress at a strain up to {LARGEST_STRAIN:g}")
-    if targets.stress2 <= targets.yield_stress:
-        raise Refused(f"--stress2: {targets.stress2:.6g} Pa is not above the yield stress {targets.yield_stress:.6g} Pa. The law hardens beyond its "
-                      f"0.2 % yield stress: the nearest is a stress a few per cent above {targets.yield_stress:.6g} Pa (nominal stresses of a "
+    if at_second <= at_first:
+        raise Refused(f"--stress2: {at_second:.6g} Pa is not above the yield stress {at_first:.6g} Pa. The law hardens beyond its "
+                      f"0.2 % yield stress: the nearest is a stress a few per cent above {at_first:.6g} Pa (nominal stresses of a "
                       "compression grow with the cross-section: give a negative strain if those are meant)")
-    check_yield(targets)
-    check_hardening(targets)
-    check_rates(targets.rates)
-
-
-def check_nu(nu):
-    """Refused outside what central forces with the volume energy give."""
-    if nu is None:
-        return
-    if not math.isfinite(nu) or nu < LEAST_NU:
-        raise Refused(f"--nu: {nu:g} cannot be had: central forces give 1/4 and the volume energy only raises it; the nearest is {LEAST_NU:g}"
-                      " (leave --nu out for what the network has by itself)")
-    if nu > LARGEST_NU:
-        raise Refused(f"--nu: {nu:g} cannot be had: from {LARGEST_NU:g} on the volume energy is so stiff that the body departs from the closed "
-                      f"form and the timestep falls; the nearest is {LARGEST_NU:g}")
-
-
-def check_yield(targets):
-    """Refused where xi_s would be out of range."""
-    low, high = yield_range(targets.volume)
-    if not low < targets.yield_strain < high:
-        nearest = (low if targets.yield_strain <= low else high) * targets.modulus
-        raise Refused(f"--yield: {targets.yield_stress:.6g} Pa is {targets.yield_strain:.3g} of E, which needs an xi_s outside {XI_RANGE[0]:g} to "
-                      f"{XI_RANGE[1]:g}; the nearest is {nearest:.4g} Pa")
-
-
-def check_hardening(targets):
-    """Refused where even a second regime as stiff as the first is too soft."""
-    most = most_hardening(targets.yield_strain, targets.volume, abs(targets.strain))
-    if targets.stress2 > most * targets.yield_stress:
-        raise Refused(f"--stress2: {targets.stress2:.6g} Pa is {targets.stress2 / targets.yield_stress:.3g} of the yield stress. Too steep: the second "
-                      f"regime must be softer than the first, and its force saturates; the nearest is {most * targets.yield_stress:.4g} Pa "
+    nearest = float(np.clip(targets.yield_strain, *yield_range(targets.volume)))
+    if nearest != targets.yield_strain:
+        raise Refused(f"--yield: {at_first:.6g} Pa is {targets.yield_strain:.3g} of E, which needs an xi_s outside {XI_RANGE[0]:g} to "
+                      f"{XI_RANGE[1]:g}; the nearest is {nearest * modulus:.4g} Pa")
+    most = hardening_of(targets.yield_strain, stiffest(targets.yield_strain, targets.volume), targets.volume, strain)
+    if at_second > most * at_first:
+        raise Refused(f"--stress2: {at_second:.6g} Pa is {at_second / at_first:.3g} of the yield stress. Too steep: the second "
+                      f"regime must be softer than the first, and its force saturates; the nearest is {most * at_first:.4g} Pa "
                       f"({most:.3g} of the yield stress)")
+    check_rates(targets.rates)
 
 
 def check_rates(rates):
@@ -307,11 +290,6 @@ def stiffest(yield_strain, volume):
     if misfit(STIFFEST) < 0.0:
         return STIFFEST
     return 0.999 * scipy.optimize.brentq(misfit, LEAST_SOFTENING, STIFFEST, rtol=1e-6)  # on the side where there is an xi_s
-
-
-def most_hardening(yield_strain, volume, strain):
-    """Largest stress at `strain`/yield stress: that of the stiffest second regime."""
-    return hardening_of(yield_strain, stiffest(yield_strain, volume), volume, strain)
 
 
 def first_guess(yield_strain, hardening, volume, strain):
