@@ -252,27 +252,19 @@ def affine_offset(shape):
 
 
 def xi_for_yield(yield_strain, softening, volume):
-    """xi_s whose offset yield stress is yield_strain E; nan where none in XI_RANGE has.
+    """xi_s whose offset yield stress is yield_strain E; ValueError where none in XI_RANGE has.
 
     The curve meets the offset line at a strain that is known, so that its stress there is.
     """
     at, wanted = yield_strain + YIELD_OFFSET, stiffening(volume) * yield_strain
-
-    def misfit(log_xi):
-        return affine_stress([at], Shape(softening, np.exp(log_xi), volume))[0] - wanted
-
-    low, high = np.log(XI_RANGE)
-    if not misfit(low) < 0.0 < misfit(high):
-        return np.nan
-    return float(np.exp(scipy.optimize.brentq(misfit, low, high, xtol=1e-9)))
+    return math.exp(scipy.optimize.brentq(lambda log_xi: affine_stress([at], Shape(softening, math.exp(log_xi), volume))[0] - wanted,
+                                          *np.log(XI_RANGE), xtol=1e-9))
 
 
 def hardening_of(yield_strain, softening, volume, strain):
-    """stress at `strain`/yield stress of the curve with that yield stress/E; nan where there is none."""
-    xi_s = xi_for_yield(yield_strain, softening, volume)
-    if np.isnan(xi_s):
-        return np.nan
-    return float(affine_stress([strain], Shape(softening, xi_s, volume))[0] / (stiffening(volume) * yield_strain))
+    """stress at `strain`/yield stress of the curve with that yield stress/E; ValueError where there is none."""
+    shape = Shape(softening, xi_for_yield(yield_strain, softening, volume), volume)
+    return affine_stress([strain], shape)[0] / (stiffening(volume) * yield_strain)
 
 
 def yield_range(volume):
@@ -293,23 +285,13 @@ def stiffest(yield_strain, volume):
 
 
 def first_guess(yield_strain, hardening, volume, strain):
-    """The Shape with that yield stress/E and stress at `strain`/yield stress.
-
-    LEAST_GUESS of e2/e1 where it would be less; ValueError where there is none.
-    """
+    """The Shape with that yield stress/E and stress at `strain`/yield stress, LEAST_GUESS of e2/e1 where it would be less; ValueError where there is none."""
     def misfit(log_softening):
-        return hardening_of(yield_strain, np.exp(log_softening), volume, strain) - hardening
+        return hardening_of(yield_strain, math.exp(log_softening), volume, strain) - hardening
 
-    low, high = np.log(LEAST_GUESS), np.log(stiffest(yield_strain, volume))
-    softening = LEAST_GUESS
-    if misfit(low) < 0.0:
-        if misfit(high) < 0.0:
-            raise ValueError("no e2 gives this hardening")
-        softening = float(np.exp(scipy.optimize.brentq(misfit, low, high, xtol=1e-6)))
-    xi_s = xi_for_yield(yield_strain, softening, volume)
-    if np.isnan(xi_s):
-        raise ValueError("no xi_s gives this yield stress")
-    return Shape(softening, xi_s, volume)
+    low, high = math.log(LEAST_GUESS), math.log(stiffest(yield_strain, volume))
+    softening = math.exp(low if misfit(low) >= 0.0 else scipy.optimize.brentq(misfit, low, high, xtol=1e-6))
+    return Shape(softening, xi_for_yield(yield_strain, softening, volume), volume)
 
 
 class Body(NamedTuple):
@@ -611,19 +593,19 @@ class Search:
     def run(self, number, row, kv):
         """Record of the run: from the table, or made. Refused where every attempt failed."""
         for attempt, finer in enumerate(SMALLER):
-            record = self.kept({"kind": "pull", "number": number, "attempt": attempt, "row": list(row), "kv": kv}, {"increments": finer},
-                               lambda: self.curve_of(number, row, kv, finer))
+            def make():
+                found, curve = pull(self.body, row, kv, self.targets, finer, self.ranks, self.folder, self.timeout, f"run {number} of at most {MOST_RUNS}")
+                return {"found": found, "strain": list(curve[0]), "stress": list(curve[1])}
+
+            record = self.kept({"kind": "pull", "number": number, "attempt": attempt, "row": list(row), "kv": kv}, {"increments": finer}, make)
             if record["state"] == "done":
                 return record
+            more = SMALLER[attempt + 1 :]
+            self.say(f"run {number} failed: {record['reason']}" + (f"; again with {more[0]:g} of the increments" if more else ""))
         raise Refused(f"run {number} failed {len(SMALLER)} times, last: {record['reason']}; the run table is {self.table.path}")
 
-    def curve_of(self, number, row, kv, finer):
-        """What the record holds of a run that ended well."""
-        found, curve = pull(self.body, row, kv, self.targets, finer, self.ranks, self.folder, self.timeout, f"run {number} of at most {MOST_RUNS}")
-        return {"found": found, "strain": list(curve[0]), "stress": list(curve[1])}
-
     def kept(self, key, others, make):
-        """The record with this key, from the table or of make(), a dict; a run that Failed has one, too, and is told."""
+        """The record with this key, from the table or of make(), a dict; a run that Failed has one, too."""
         record = self.table.find(**key) if key["kind"] == "pull" else self.table.find(**key, state="done")
         if record is None:
             begin = time.monotonic()
@@ -632,9 +614,6 @@ class Search:
             except Failed as failure:
                 ended = {"state": "failed", "reason": str(failure)}
             record = self.table.add({**key, **others, "seconds": round(time.monotonic() - begin, 2), **ended})
-            if record["state"] == "failed" and key["kind"] == "pull":
-                more = SMALLER[key["attempt"] + 1 :]
-                self.say(f"run {key['number']} failed: {record['reason']}" + (f"; again with {more[0]:g} of the increments" if more else ""))
         return record
 
     def misfit(self, unknowns):
