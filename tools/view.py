@@ -27,7 +27,7 @@ import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 
-from evp import columns, curves, dump, spheres, view_scene  # noqa: E402  before numpy
+from evp import curves, dump, spheres, view_scene  # noqa: E402  before numpy
 import numpy as np  # noqa: E402
 from evp.progress import Progress  # noqa: E402
 from evp.report import command_line, errors_in_one_line  # noqa: E402
@@ -92,17 +92,17 @@ def end_of_run(path):
     if curve is None:
         return ""
     released = len(curves.turns(curve.strain)) > 0 and abs(curve.virial[-1]) < RELEASED * abs(curve.virial).max()
-    return columns.load_text("strain", curve.strain[-1]) + (", released" if released else "")
+    return dump.load_text("strain", curve.strain[-1]) + (", released" if released else "")
 
 
 def when_of(snapshot, longest=None):
     """Where a snapshot is on its way, as text: the load where the dump has it or its deck wrote it, else time, in the unit for the longest [s], else step."""
     from evp.view_figure import time_text
 
-    for name in columns.LOADS:
+    for name in dump.LOADS:
         load = snapshot.common(name)
         if load is not None:
-            return columns.load_text(name, load)
+            return dump.load_text(name, load)
     if snapshot.step is None:
         return f"{snapshot.count} spheres"
     load = end_of_run(snapshot.path)
@@ -142,7 +142,7 @@ class Scene:
         from evp import view_figure
 
         self.cuts = [[view_scene.condition(text) for text in group] for group in args.cut or ()]
-        self.color, self.radius, self.units = columns.word(args.color) if args.color else None, args.radius, units
+        self.color, self.radius, self.units = dump.word(args.color) if args.color else None, args.radius, units
         if not args.view:
             first = self.spheres(snapshots[0])
             args.view = [slanted(first.x, first.radius)]
@@ -159,7 +159,7 @@ class Scene:
         self.cameras = spheres.cameras(ends, views, args.pixels)
         self.scale, self.colors, self.factor = None, view_figure.plain_colors(), 1.0
         if self.color:
-            column = columns.described(self.color, units)
+            column = dump.described(self.color, units)
             self.factor = column.factor
             drawn, inner = ((column.factor * min(values), column.factor * max(values)) for values in (drawn, inner))
             low, high = args.range or view_figure.limits(*inner)

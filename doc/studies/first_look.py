@@ -14,7 +14,7 @@ import sys
 from study import command_line, errors_in_one_line, watched, write_csv
 import numpy as np
 
-from evp import columns, curves, dump, figures, run, spheres, view_figure, view_scene
+from evp import curves, dump, figures, run, spheres, view_figure, view_scene
 
 PART = run.CHECKOUT / "tests" / "data" / "parts" / "dog_bone.stl"
 MATERIAL = f"{run.CHECKOUT / 'potentials' / 'gado2017.evp'}:table1_any"
@@ -56,7 +56,7 @@ def drawn(path, view):
     first, last = (view_scene.spheres_of(snapshot, COLOR, CUT) for snapshot in (series[0], series[-1]))
     ends = view_figure.hull(*(spheres.extents(one.x, one.radius, *view) for one in (whole, last)))
     cameras = spheres.cameras([ends], [view], PIXELS)
-    factor = columns.described(COLOR).factor
+    factor = dump.described(COLOR).factor
     scale = view_figure.ColorScale(0.0, factor * np.percentile(last.values, 99.5), (0.0, factor * last.values.max()))
     plain = spheres.draw(whole.x, whole.radius, 0.0 * whole.radius, view_figure.plain_colors(), cameras)[0]
     return (plain, *(spheres.draw(one.x, one.radius, scale.share(factor * one.values), scale.colors(), cameras)[0] for one in (first, last)), scale, cameras[0].per_pixel)
@@ -84,7 +84,7 @@ def color_bar(figure, axes, scale):
     import matplotlib
 
     colors = matplotlib.cm.ScalarMappable(matplotlib.colors.Normalize(scale.low, scale.high), scale.map)
-    figure.colorbar(colors, ax=axes, orientation="horizontal", shrink=0.6, aspect=25, pad=0.04, extend=scale.extend, label=columns.described(COLOR).label())
+    figure.colorbar(colors, ax=axes, orientation="horizontal", shrink=0.6, aspect=25, pad=0.04, extend=scale.extend, label=dump.described(COLOR).label())
 
 
 def compose(work, target):

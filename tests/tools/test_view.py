@@ -12,7 +12,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 import view as tool
-from evp import columns, dump, run, specimen, spheres, view_figure, view_scene
+from evp import dump, run, specimen, spheres, view_figure, view_scene
 from in_process import call
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
@@ -177,11 +177,11 @@ def test_limits_of_the_colors():
 
 
 def test_columns_have_words_and_units():
-    assert [columns.word(f"c_pairs[{k}]") for k in (1, 2, 3, 4, 5)] == ["bonds", "share_second", "share_lost", "new_pairs", "c_pairs[5]"]
-    assert columns.word("c_stress[1]") == "c_stress[1]" and columns.described("mine").label() == "mine"
-    assert columns.described("plastic_work").label() == "plastic work of each sphere [J]"
-    assert columns.described("plastic_work", "lj").label() == "plastic work of each sphere"
-    assert columns.described("share_second", "lj").factor == 100.0
+    assert [dump.word(f"c_pairs[{k}]") for k in (1, 2, 3, 4, 5)] == ["bonds", "share_second", "share_lost", "new_pairs", "c_pairs[5]"]
+    assert dump.word("c_stress[1]") == "c_stress[1]" and dump.described("mine").label() == "mine"
+    assert dump.described("plastic_work").label() == "plastic work of each sphere [J]"
+    assert dump.described("plastic_work", "lj").label() == "plastic work of each sphere"
+    assert dump.described("share_second", "lj").factor == 100.0
 
 
 # ---- the command ----
@@ -470,8 +470,8 @@ def test_missing_programs_and_files_are_named(one, tmp_path, monkeypatch):
 def test_what_the_refusal_of_a_column_says_to_write(tmp_path, monkeypatch):
     """The lines of the message, in a deck: the column is there."""
     monkeypatch.chdir(tmp_path)
-    for name in (*columns.STATE, *columns.ON_REQUEST):
-        compute, modify = re.findall("'(.*?)'", columns.how_to_write(name))
+    for name in (*dump.STATE, *dump.ON_REQUEST):
+        compute, modify = re.findall("'(.*?)'", dump.how_to_write(name))
         place = re.search(r"c_state\[\d\]", modify)[0]
         script = (f"units si\natom_style sphere\nread_data {BODY}\npair_style evp/lj\npair_coeff * * 80 8 4 3 8 4 0.005 0 1.5\nfix 1 all evp/bonds\n{compute}\n"
                   f"dump ID all custom 1 {name}.dump id x y z radius {place}\n{modify}\nrun 0\n").replace("PHI", "0.6")

@@ -18,7 +18,6 @@ from matplotlib.collections import PatchCollection  # noqa: E402
 from matplotlib.patches import Circle  # noqa: E402
 
 from . import dump, law  # noqa: E402
-from .columns import KNOWN  # noqa: E402
 from .curves import TENSION, read_columns, residual_strain  # noqa: E402
 from .report import write_csv  # noqa: E402
 
@@ -231,7 +230,7 @@ def specimen(state, path, title="", numbers=None):
         axis.autoscale_view()
         axis.set(xlabel="x [mm]", ylabel="z [mm]", title=title)
         bar = figure.colorbar(drawn, ax=axis, shrink=0.6, orientation="horizontal", pad=0.25) if slender else figure.colorbar(drawn, ax=axis, shrink=0.85)
-        bar.set_label(KNOWN["share_second"].label())
+        bar.set_label(dump.KNOWN["share_second"].label())
         rows = zip(*([f"{v:.9g}" for v in state[name]] for name in STATE))
         return save(figure, path, STATE, rows, numbers)
 

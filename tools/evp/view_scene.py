@@ -10,7 +10,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from . import columns, dump
+from . import dump
 
 _PLACES = (("x", "y", "z"), ("xu", "yu", "zu"))
 _CUT = re.compile(r"\s*([^<>=\s]+)\s*([<>])\s*(\S+)\s*")
@@ -23,7 +23,7 @@ def need(table, name, where):
     try:
         dump.need(table, [name], where)
     except dump.DumpError as error:
-        raise dump.DumpError(f"{error}{columns.how_to_write(name)}") from error
+        raise dump.DumpError(f"{error}{dump.how_to_write(name)}") from error
 
 
 class Condition(NamedTuple):
@@ -42,7 +42,7 @@ def condition(text):
     """Condition of a text such as 'y>0.01'; ValueError where it is none."""
     found = _CUT.fullmatch(text)
     try:
-        return Condition(columns.word(found[1]), found[2] == ">", float(found[3]))
+        return Condition(dump.word(found[1]), found[2] == ">", float(found[3]))
     except (TypeError, ValueError) as error:
         raise ValueError(f"--cut '{text}' is no condition: give COLUMN>NUMBER or COLUMN<NUMBER, such as \"y>0\"") from error
 
@@ -61,7 +61,7 @@ def read_table(snapshot, radius=None):
     radius: of all spheres [length], where the dump has none.
     """
     read = snapshot.read()
-    table = {columns.word(name) if columns.word(name) not in read else name: values for name, values in read.items()}
+    table = {dump.word(name) if dump.word(name) not in read else name: values for name, values in read.items()}
     if snapshot.count == 0:
         raise dump.DumpError(f"{snapshot} has no atoms")
     if "radius" not in table:
