@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/per_atom_comm.h"
-#include "core/simd.h"
+#include "core/volume_energy.h"
 
 #include <algorithm>
 #include <cmath>
@@ -103,6 +103,8 @@ class StiffnessMatrix {
     double u[3];
     double axial, across;    ///< [force/length]
     double damping;          ///< [force/velocity]
+    double opening = 0.0;    ///< of minus the density of i and j by the length [1/length]
+    bool is_bond = true;     ///< does that density count as bonded?
     double above_volume =
         0.0;    ///< all together are as stiff as the volume energy at least [force/length]
 
@@ -119,10 +121,9 @@ class StiffnessMatrix {
 
   std::vector<Link> links;
 
-  // of the volume energy: sum_i K_i b_i b_i^T, with b_i the derivative of the density of i
-  bool with_volume = false;        ///< the same on all ranks; without, the others are empty
-  std::vector<double> openings;    ///< of minus that density by the length of each link [1/length]
-  std::vector<double> volume_stiffness;    ///< K_i of own particles [energy]
+  // of the volume energy: sum_i K_i b_i b_i^T, with b_i the derivative of the density of i, by all links or by bonds alone
+  bool with_volume = false;    ///< the same on all ranks; without, there are no openings
+  std::vector<VolumeStiffness> volume_stiffness;    ///< of own particles
 
   std::vector<double> inverse_mass;    ///< of own particles and ghosts, 0 where held
   std::vector<double> start;           ///< of Lanczos, three values per own particle, 0 where held
@@ -141,7 +142,7 @@ class StiffnessMatrix {
     for (const Link &link : links)
       here += mix.axial * link.axial + mix.across * link.across + mix.damping * link.damping +
           mix.undamped * link.undamped();
-    for (const double stiffness : volume_stiffness) here += mix.volume * stiffness;
+    for (const VolumeStiffness &k : volume_stiffness) here += mix.volume * (k.total + k.bonded);
     if (exchange.sum(here) == 0.0) return {0.0, 0, true};
 
     std::vector<double> vector = start;
@@ -200,18 +201,15 @@ class StiffnessMatrix {
   /// Collective. Finds Link::above_volume. By Cauchy and Schwarz (sum_j b e_j)^2 <= (sum_j b) (sum_j b e_j^2).
   void find_springs_above_volume()
   {
-    find_pulls(1.0, [&](size_t k) {
-      return openings[k];
+    find_pulls(1.0, [](const Link &link) {
+      return link.opening;
     });
-    for (size_t k = 0; k < links.size(); k++)
-      links[k].above_volume =
-          openings[k] * (change[(size_t) 3 * links[k].i] + change[(size_t) 3 * links[k].j]);
+    for (Link &link : links) link.above_volume = link.opening * pull(link);
   }
 
   double memory_usage() const
   {
-    return bytes_of(links, openings, volume_stiffness, inverse_mass, start, motion, reaction,
-                    change);
+    return bytes_of(links, volume_stiffness, inverse_mass, start, motion, reaction, change);
   }
 
  private:
@@ -247,37 +245,49 @@ class StiffnessMatrix {
     scale(reaction, out);
   }
 
-  // change: weight K_i of each particle times the sum of share(link) over its links. Exchanges have three values per
-  // particle, of which the first is used
+  // change: weight K_i of each particle times the sum of share(link) over its links, then the same of bonds. Exchanges have
+  // three values per particle, of which these are used
   template <class Share> void find_pulls(double weight, Share &&share)
   {
     change.assign(3 * inverse_mass.size(), 0.0);
-    for (size_t k = 0; k < links.size(); k++) {
-      const double value = share(k);
-      change[(size_t) 3 * links[k].i] += value;
-      if (links[k].j < nreact) change[(size_t) 3 * links[k].j] += value;
+    const auto add = [this](int i, bool is_bond, double value) {
+      change[(size_t) 3 * i] += value;
+      if (is_bond) change[(size_t) 3 * i + 1] += value;
+    };
+    for (const Link &link : links) {
+      const double value = share(link);
+      add(link.i, link.is_bond, value);
+      if (link.j < nreact) add(link.j, link.is_bond, value);
     }
     exchange.reverse_comm(change);
-    for (size_t i = 0; i < volume_stiffness.size(); i++)
-      change[3 * i] *= weight * volume_stiffness[i];
+    for (size_t i = 0; i < volume_stiffness.size(); i++) {
+      change[3 * i] *= weight * volume_stiffness[i].total;
+      change[3 * i + 1] *= weight * volume_stiffness[i].bonded;
+    }
     exchange.forward_comm(change);
+  }
+
+  // on a link, after find_pulls()
+  double pull(const Link &link) const
+  {
+    const double *const of_i = &change[(size_t) 3 * link.i],
+                        *const of_j = &change[(size_t) 3 * link.j];
+    return of_i[0] + of_j[0] + (link.is_bond ? of_i[1] + of_j[1] : 0.0);
   }
 
   // adds sum_i K_i b_i b_i^T motion to reaction
   void apply_volume(double weight)
   {
-    find_pulls(weight, [this](size_t k) {
-      const Link &link = links[k];
+    find_pulls(weight, [this](const Link &link) {
       const double *vi = &motion[(size_t) 3 * link.i], *vj = &motion[(size_t) 3 * link.j];
-      return openings[k] *
+      return link.opening *
           (link.u[0] * (vi[0] - vj[0]) + link.u[1] * (vi[1] - vj[1]) + link.u[2] * (vi[2] - vj[2]));
     });
-    for (size_t k = 0; k < links.size(); k++) {
-      const Link &link = links[k];
-      const double pull = openings[k] * (change[(size_t) 3 * link.i] + change[(size_t) 3 * link.j]);
+    for (const Link &link : links) {
+      const double along = link.opening * pull(link);
       for (int c = 0; c < 3; c++) {
-        reaction[(size_t) 3 * link.i + c] += pull * link.u[c];
-        if (link.j < nreact) reaction[(size_t) 3 * link.j + c] -= pull * link.u[c];
+        reaction[(size_t) 3 * link.i + c] += along * link.u[c];
+        if (link.j < nreact) reaction[(size_t) 3 * link.j + c] -= along * link.u[c];
       }
     }
   }

@@ -40,9 +40,16 @@ struct DensityNow {
   double total() const { return bonded + fresh; }
 };
 
-/// Energy of a particle, -dU/drho by either density, and the most that d2U/drho2 may become [energy]; its volume strain.
+/// d2U/drho2 of a particle [energy]: of the bonds alone, and of all its pairs, at least.
+struct VolumeStiffness {
+  double bonded, total;
+};
+
+/// Energy of a particle, -dU/drho by either density, stiffness [energy]; its volume strain.
 struct VolumeState {
-  double energy, bonded, fresh, stiffness, strain;
+  double energy, bonded, fresh;
+  VolumeStiffness stiffness;
+  double strain;
 };
 
 /// U = kv u(theta) of the volume strain theta = (rho0 - rho)/G.
@@ -62,11 +69,11 @@ class VolumeLaw {
   VolumeState state(double kv, const VolumeReference &reference, const DensityNow &now) const
   {
     const double slope = reference.own.slope;
-    if (slope == 0.0) return {};
+    if (!(slope > 0.0)) return {};
     const double per_slope = 1.0 / slope;
     const double theta = (reference.own.rho - now.total()) * per_slope, scale = kv * per_slope;
-    VolumeState state = {0.5 * kv * theta * theta, scale * theta, scale * theta, scale * per_slope,
-                         theta};
+    VolumeState state = {
+        0.5 * kv * theta * theta, scale * theta, scale * theta, {0.0, scale * per_slope}, theta};
     if (theta > cavitation) {
       const double left = std::max(0.0, 2.0 * cavitation - theta);
       state.energy = kv * (cavitation * cavitation - 0.5 * left * left);
@@ -78,7 +85,9 @@ class VolumeLaw {
       state.energy = 0.5 * kv * (own * own + beyond * beyond - counted * counted);
       state.bonded = -scale * (own + beyond - counted);
       state.fresh = -scale * beyond;
-      if (own > counted && beyond > 0.0) state.stiffness *= 2.0;
+      if (gap > 0.0)
+        state.stiffness = {counted > 0.0 ? 0.0 : scale * per_slope,
+                           beyond > 0.0 ? scale * per_slope : 0.0};
     }
     if (fault(HALF_VOLUME_FORCE)) {
       state.bonded *= 0.5;

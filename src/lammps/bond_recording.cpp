@@ -72,6 +72,7 @@ void BondRecording::take_zone(const NeighList *list, double zone_in, const PairD
     const int i = list->ilist[ii];
     if (!(mask[i] & fix->groupbit)) continue;
     for (int jj = 0; jj < list->numneigh[i]; jj++) {
+      if (scene::is_excluded(force, list->firstneigh[i][jj])) continue;
       const int j = list->firstneigh[i][jj] & NEIGHMASK;
       const double alpha = pair_data->alpha_of(atom->type[i], atom->type[j]);
       if (!(mask[j] & fix->groupbit) || alpha == 0.0) continue;

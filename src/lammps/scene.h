@@ -148,6 +148,12 @@ namespace scene {
     return fits() ? record : nullptr;
   }
 
+  /// Has special_bonds the weight 0 for this entry of a neighbor list?
+  inline bool is_excluded(const Force *force, int neighbor)
+  {
+    return force->special_lj[neighbor >> SBBITS & 3] == 0.0;
+  }
+
   /// LAMMPS' rows of x, v or f as the one block that they are.
   inline const double (*rows(double **array))[3]
   {

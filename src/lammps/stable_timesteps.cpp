@@ -28,12 +28,15 @@ void StableTimesteps::linearise(const PairData &pair_data, const FreeAtoms &free
 {
   stiffest = -1.0;
   all_converged = true;
-  take_atoms(pair_data.volume(), free);
+  take_atoms(free);
+  linear.with_volume = pair_data.volume() != nullptr;
   linear.nreact = pair_data.packed_pairs().nreact(force->newton_pair);
   take_pairs(pair_data);
-  linear.openings.clear();
-  if (linear.with_volume) {
-    take_volume(*pair_data.volume());
+  if (VolumeForces *const volume = pair_data.volume()) {
+    const PairLists &lists =
+        pair_data.packed_pairs();    // atoms may have moved since the last forces
+    volume->evaluate(lists, {scene::rows(atom->x), nullptr, nullptr, linear.nreact});
+    take_volume(*volume);
     linear.find_springs_above_volume();
   }
   least_damping = NO_LIMIT;
@@ -48,14 +51,9 @@ void StableTimesteps::linearise(const PairData &pair_data, const FreeAtoms &free
   any_undamped = on_any(undamped, world);
 }
 
-// volume: nullptr without fix evp/volume
-void StableTimesteps::take_atoms(const VolumeForces *volume, const FreeAtoms &free)
+void StableTimesteps::take_atoms(const FreeAtoms &free)
 {
   const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
-  linear.with_volume = volume != nullptr;
-  linear.volume_stiffness.clear();
-  for (int i = 0; volume && i < nlocal; i++)
-    linear.volume_stiffness.push_back(volume->stiffness(i));
   linear.inverse_mass.assign(nall, 0.0);
   for (int i = 0; i < nall; i++)
     if (free.has(atom->mask[i]))
@@ -73,6 +71,7 @@ void StableTimesteps::take_atoms(const VolumeForces *volume, const FreeAtoms &fr
 void StableTimesteps::take_pairs(const PairData &pair_data)
 {
   linear.links.clear();
+  linear.volume_stiffness.clear();
   linear.links.reserve(pair_data.packed_pairs().size());
   double shortest = NO_LIMIT;
   for_each_pair(pair_data.packed_pairs(), scene::rows(atom->x), [&](const PlacedPair &p) {
@@ -101,11 +100,11 @@ void StableTimesteps::take_pairs(const PairData &pair_data)
 // Its pairs are links already, or become such, without damping. F = -pull 2 t/dlim
 void StableTimesteps::take_volume(const VolumeForces &volume)
 {
+  for (int i = 0; i < atom->nlocal; i++) linear.volume_stiffness.push_back(volume.stiffness(i));
   std::vector<std::pair<std::pair<int, int>, size_t>> known;
   for (size_t k = 0; k < linear.links.size(); k++)
     known.push_back({{linear.links[k].i, linear.links[k].j}, k});
   std::sort(known.begin(), known.end());
-  linear.openings.assign(linear.links.size(), 0.0);
   volume.for_each_pair([&](const PlacedPair &p, double pull) {
     if ((!linear.is_free(p.i) && !linear.is_free(p.j)) || p.is_past_cutoff()) return;
     const std::pair<int, int> pair = {p.i, p.j};
@@ -114,14 +113,13 @@ void StableTimesteps::take_volume(const VolumeForces &volume)
     size_t k = linear.links.size();
     if (found != known.end() && found->first == pair)
       k = found->second;
-    else {
+    else
       linear.links.push_back({p.i, p.j, {p.g.dx / d, p.g.dy / d, p.g.dz / d}, 0.0, 0.0, 0.0});
-      linear.openings.push_back(0.0);
-    }
     auto &link = linear.links[k];
-    linear.openings[k] = 2.0 * p.inv_deq * (1.0 - d * p.inv_deq);
+    link.opening = 2.0 * p.inv_deq * (1.0 - d * p.inv_deq);
+    link.is_bond = p.is_bond;
     link.axial += std::max(0.0, -2.0 * pull * p.inv_deq * p.inv_deq);
-    link.across += pull * linear.openings[k] / d;
+    link.across += pull * link.opening / d;
   });
 }
 
@@ -235,12 +233,6 @@ void warn_of_timestep(LAMMPS *lmp, const PairData &pair_data)
       scene::find_fix(lmp->modify, "dt/evp") || scene::find_fix(lmp->modify, "dt/reset");
   const StableTimesteps::FreeAtoms free = find_free(lmp->modify);
   if (is_set || !free.groups || !scene::makes_steps(lmp)) return;
-  if (VolumeForces *const volume = pair_data.volume()) {
-    const PairLists &lists = pair_data.packed_pairs();
-    volume->evaluate(
-        lists,
-        {scene::rows(lmp->atom->x), nullptr, nullptr, lists.nreact(lmp->force->newton_pair)});
-  }
   char words[][16] = {"timestep_check", "all", "evp/dt"};
   char *arg[] = {words[0], words[1], words[2]};
   Exchange exchange(lmp, 3, arg);

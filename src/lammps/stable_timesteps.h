@@ -63,7 +63,7 @@ class StableTimesteps : protected Pointers {
   bool all_converged = true;
 
   static double root_of(double a, double b);
-  void take_atoms(const VolumeForces *, const FreeAtoms &);
+  void take_atoms(const FreeAtoms &);
   void take_pairs(const PairData &);
   void take_volume(const VolumeForces &);
   double largest_eigenvalue(const StiffnessMatrix::Mix &);

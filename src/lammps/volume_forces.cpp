@@ -53,10 +53,13 @@ void VolumeForces::pack(const NeighList *neighbors, const PairLists &lists, cons
                    PairList::MOST);
     std::array<int, VolumePasses::WIDTH> n{};
     for (int jj = 0; jj < neighbors->numneigh[i]; jj++) {
+      if (scene::is_excluded(lmp->force, neighbors->firstneigh[i][jj])) continue;
       const int j = neighbors->firstneigh[i][jj] & NEIGHMASK;
-      if (!are_pair(i, j)) continue;
+      const bool recorded = store.find(i, atom->tag[j]);
+      if (!are_pair(i, j, recorded)) continue;
       const double alpha = coefficients.row(atom->type[i], atom->type[j]).alpha;
-      const size_t of = store.find(i, atom->tag[j]) ? 0 : 1;
+      if (alpha == 0.0) continue;    // the pair is of another style
+      const size_t of = recorded ? 0 : 1;
       pairs_[of].set(pairs_[of].size() + n[of]++, j,
                      reach(alpha) * (atom->radius[i] + atom->radius[j]));
     }
@@ -100,6 +103,7 @@ void VolumeForces::take_records(const BondStore &store, const Coefficients &coef
         continue;
       }
       const double alpha = coefficients.row(atom->type[i], partner.type).alpha;
+      if (alpha == 0.0) continue;
       taken[i].reference.own.add(bond.deq, reach(alpha) * (atom->radius[i] + partner.radius));
     }
   }

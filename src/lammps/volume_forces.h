@@ -95,7 +95,7 @@ class VolumeForces : protected Pointers {
   /// Force of a pair of atoms of a row with this alpha, at this distance [force], positive repels.
   double force(int i, int j, double d, double alpha, bool recorded) const
   {
-    if (2 * (size_t) std::max(i, j) >= pulls.size() || !are_pair(i, j)) return 0.0;
+    if (2 * (size_t) std::max(i, j) >= pulls.size() || !are_pair(i, j, recorded)) return 0.0;
     const double end = reach(alpha) * (atom->radius[i] + atom->radius[j]);
     return d < end ? -pull(i, j, !recorded) * 2.0 * (1.0 - d / end) / end : 0.0;
   }
@@ -106,8 +106,8 @@ class VolumeForces : protected Pointers {
   double energy(int i) const { return state(i).energy; }
   double energy() const { return energy_here; }
 
-  /// d2U/drho2 of a local atom, at most [energy].
-  double stiffness(int i) const { return state(i).stiffness; }
+  /// Of a local atom.
+  VolumeStiffness stiffness(int i) const { return state(i).stiffness; }
 
   double memory_usage() const
   {
@@ -151,10 +151,11 @@ class VolumeForces : protected Pointers {
   {
     return pulls[2 * (size_t) i + of] + pulls[2 * (size_t) j + of];
   }
-  bool are_pair(int i, int j) const
+  // bonds remain when types or molecule IDs change
+  bool are_pair(int i, int j, bool recorded) const
   {
     return has_bonds[2 * (size_t) i] && has_bonds[2 * (size_t) j] &&
-        !AtomBodies(atom, within).in_different_bodies(i, j);
+        (recorded || !AtomBodies(atom, within).in_different_bodies(i, j));
   }
   // pairs that no zone recorded count as little as the bonds that are not there
   double reach(double alpha) const { return zone > 0.0 ? std::min(zone, alpha) : alpha; }

@@ -16,7 +16,8 @@ LIMITS = "compute dt all evp/dt\n" + thermo("c_dt c_dt[*]") + "run 0\n"
 
 def matrices(x, body, row, contact="none", kv=0.0):
     """Dense M^-1/2 A M^-1/2 of K and C of all atoms as compute evp/dt defines them: stiffness never below that at rest, tension across, and the
-    volume energy whole (with contact none): kv/G^2 b b^T of each atom, b by the density, and the curvature of t^2 where it is compressed."""
+    volume energy whole (with contact none): kv/G^2 b b^T of each atom, b by the density, and the curvature of t^2 where it is compressed.
+    Where an atom with a gap is compressed: by the density of the bonds until it is full, and by all of it from there on."""
     free, n = np.ones(len(x), dtype=bool), len(x)
     half = np.repeat(1.0 / np.sqrt(mass_of(body.radius)), 3)
     pairs, deq, _, _, rows = brute.interactions(x, body.radius, row, body.bonds, contact, body.types)
@@ -34,15 +35,16 @@ def matrices(x, body, row, contact="none", kv=0.0):
         own[0, order], own[1, order] = axial, -law.force(pairs.d, deq, rows)
         curved = np.divide(-pull, opening, out=np.zeros(len(pull)), where=opening > 0.0) * 2.0 / dlim**2
         near_axial, near_across = own[0] + np.maximum(0.0, curved), np.maximum(0.0, (own[1] + pull) / near.d)
-        slope, b = opening[:, None] * near.r / near.d[:, None], np.zeros((n, 3 * n))
+        slope, b = opening[:, None] * near.r / near.d[:, None], np.zeros((2, n, 3 * n))
         for p, (a, c) in enumerate(zip(near.i, near.j)):
-            for centre in (a, c):
-                b[centre, 3 * a:3 * a + 3] += slope[p]
-                b[centre, 3 * c:3 * c + 3] -= slope[p]
+            for centre, of in ((a, 0), (c, 0), (a, 1), (c, 1))[: 2 if fresh[p] else 4]:
+                b[of, centre, 3 * a:3 * a + 3] += slope[p]
+                b[of, centre, 3 * c:3 * c + 3] -= slope[p]
         squares = (1.0 - near.d / dlim)**2
         rho, bonded = (sum(np.bincount(atoms, of_pair, n) for atoms in (near.i, near.j)) for of_pair in (squares, np.where(fresh, 0.0, squares)))
-        factor = np.where((bonded > rest.rho) & (rho > rest.rho + rest.gap) & (rest.gap > 0.0), 2.0, 1.0) / rest.slope**2
-        of_volume = b.T @ ((kv * factor)[:, None] * b)
+        closing = (rho > rest.rho) & (rest.gap > 0.0)
+        whole, alone = ~closing | (rho > rest.rho + rest.gap), closing & (bonded <= rest.rho + rest.gap)
+        of_volume = sum(one.T @ ((kv * acts / rest.slope**2)[:, None] * one) for one, acts in zip(b, (whole, alone)))
     scale = half[:, None] * half[None, :]
     stiff = network.assemble(near if kv else pairs, near_axial if kv else axial, near_across if kv else across, free).toarray() + of_volume
     return stiff * scale, network.assemble(pairs, rows.gamma, np.zeros_like(axial), free).toarray() * scale

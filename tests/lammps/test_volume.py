@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """fix evp/volume: forces, energies and virial against tests/oracle/volume.py, which was written apart, and closed forms."""
 
+import re
+
 import numpy as np
 import pytest
 from evp import law
@@ -264,6 +266,60 @@ def test_pairs_of_two_bodies_do_not_count(lmp, tmp_path):
     alone = [truth(x, body._replace(bonds=same), KV, among=body.types == kind).theta for kind in (1, 2)]
     assert np.abs(theta - np.where(body.types == 1, *alone)).max() <= BY_HAND
     assert np.abs(theta).max() < 1e-12, "rigid bodies"
+
+
+@pytest.mark.parametrize("style, more, atoms", [
+    (pair(contact="none", fix="fix bonds all evp/bonds within type\n"), fix(), "all"),
+    (f"pair_style hybrid evp/lj contact none zero 0.01\npair_coeff 1 1 evp/lj {words(ROW)}\npair_coeff * 2 zero\nfix bonds all evp/bonds\n", "", "some")])
+def test_types_that_change_after_the_recording(lmp, tmp_path, style, more, atoms):
+    """Bonds remain in a body at rest, whatever its types are; those of a pair that another style has now are left out. No atom feels it."""
+    body = lattice_body((4, 3, 3))
+    write_body(tmp_path / "body.data", body._replace(types=np.ones(len(body.x), dtype=int)))
+    lines = head().replace("read_data body.data", "read_data body.data extra/atom/types 1")
+    text = lines + style + more + QUIET + "run 0\nset atom 1*12 type 2\n" + ("" if more else fix()) + thermo(f"pe {STRAIN}") + show("fx fy fz") + "run 0\n"
+    run = lmp(text, ranks=2).ok()
+    table = run.thermo()
+    assert abs(table["f_volume"][-1]) < 1e-20 and abs(table["f_volume[1]"][-1]) < 1e-14 and np.isfinite(table["PotEng"][-1])
+    assert atoms == "some" or np.abs(vectors(run.dump("all.dump")[-1], "f")).max() < 1e-8
+
+
+def test_pairs_of_special_bonds_with_weight_0(lmp, tmp_path):
+    """They are neither recorded nor counted, whether or not they are in the neighbor list: f is the sum of the forces of pair/local."""
+    x = np.array([[0, 0, 0], [0.01, 0, 0], [0.005, 0.0087, 0], [0.005, 0.003, 0.008]])
+    made = "".join(f"create_atoms 1 single {a} {b} {c}\n" for a, b, c in x)
+    text = f"""clear
+units si
+atom_style hybrid sphere bond
+atom_modify map yes
+special_bonds lj 0 0 0 coul COUL COUL COUL
+region box block -0.05 0.05 -0.05 0.05 -0.05 0.05
+create_box 1 box bond/types 1 extra/bond/per/atom 4 extra/special/per/atom 10
+{made}set group all diameter 0.01 density 2700
+neighbor 0.002 bin
+bond_style zero
+bond_coeff *
+create_bonds single/bond 1 1 2
+""" + pair(contact="none") + fix() + QUIET + "run 0\n" + place(x * [1.04, 1.0, 1.0]) + "compute pairs all pair/local fx\ncompute ids all property/local patom1 patom2\n"
+    text += show("fx") + "dump pairs all local 1 pairs.dump c_ids[*] c_pairs\ndump_modify pairs format float %.17g\n" + thermo("pe f_bonds f_volume") + "run 0\n"
+    run = lmp(text.replace("COUL", "0") + text.replace("COUL", "1")).ok()
+    table, local = run.thermo(), run.dump("pairs.dump")[-1]
+    total = np.zeros(4)
+    for sign, name in ((1.0, "c_ids[1]"), (-1.0, "c_ids[2]")):
+        np.add.at(total, local[name].astype(int) - 1, sign * local["c_pairs"])
+    assert table["f_bonds"][-1] == 5 and table["f_volume"][-1] > 0.1
+    assert run.dump("all.dump")[-1]["fx"] == pytest.approx(total, rel=1e-11, abs=1e-7)
+    energies = re.findall(r"^ +0 +(\S+) +5 +\S+ *$", run.stdout, re.M)
+    assert len(energies) == 2 and energies[0] == energies[1]
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_timesteps_between_runs_are_of_the_present_positions(lmp, tmp_path, ranks):
+    body = lattice_body((4, 3, 3))
+    write_body(tmp_path / "body.data", body)
+    ask = "print 'limits $(c_dt[1]:%.12g) $(c_dt[5]:%.12g)'\n"
+    text = head(skin=0.008) + pair(contact="none") + fix(50 * KV) + QUIET + "compute dt all evp/dt\nrun 0\n" + place(body.x * 0.98) + ask + "run 0\n" + ask
+    moved, now = (tuple(map(float, line.split()[1:])) for line in lmp(text, ranks=ranks).ok().stdout.splitlines() if line.startswith("limits"))
+    assert moved == pytest.approx(now, rel=1e-9)
 
 
 # ---- moduli

@@ -105,7 +105,7 @@ TEST(VolumeEnergy, AParticleWithoutBondsHasNone)
   EXPECT_EQ(state.energy, 0.0);
   EXPECT_EQ(state.bonded, 0.0);
   EXPECT_EQ(state.fresh, 0.0);
-  EXPECT_EQ(state.stiffness, 0.0);
+  EXPECT_EQ(state.stiffness.total, 0.0);
   EXPECT_EQ(EVP::NeighborDensity{}.strain(0.7), 0.0);
 }
 
@@ -149,7 +149,9 @@ TEST(VolumeEnergy, ThePullsAreTheSlopesOfTheEnergyAndNeverJump)
                                above = law.state(kv, reference, {bonded, fresh + step});
         EXPECT_NEAR(now.bonded, -(energy(h, 0.0) - energy(-h, 0.0)) / (2.0 * h), 4e-6) << bonded;
         EXPECT_NEAR(now.fresh, -(energy(0.0, h) - energy(0.0, -h)) / (2.0 * h), 4e-6) << bonded;
-        const double most = 1.001 * step * std::max(now.stiffness, next.stiffness);
+        const double most = 1.001 * step *
+            (std::max(now.stiffness.total, next.stiffness.total) +
+             std::max(now.stiffness.bonded, next.stiffness.bonded));
         EXPECT_LE(std::fabs(next.bonded - now.bonded), most) << bonded << " " << fresh;
         EXPECT_LE(std::fabs(above.fresh - now.fresh),
                   1.001 * step * kv / std::pow(reference.own.slope, 2));
@@ -227,8 +229,8 @@ EVP::StiffnessMatrix chain(double v, double stiffness)
   network.start = {0.3, 0.1, 0.2, -0.5, 0.4, 0.1, 0.6, -0.2, 0.7};
   network.links = {{0, 1, {-1, 0, 0}, 2.0, 0.0, 0.5}, {1, 2, {-1, 0, 0}, 2.0, 0.0, 0.5}};
   network.with_volume = true;
-  network.openings = {v, v};
-  network.volume_stiffness = {0.0, stiffness, 0.0};
+  for (auto &link : network.links) link.opening = v;
+  network.volume_stiffness = {{}, {0.0, stiffness}, {}};
   network.find_springs_above_volume();
   return network;
 }
@@ -250,6 +252,22 @@ TEST(VolumeEnergy, StiffnessOfAChain)
     EXPECT_NEAR(sums[0], 4.0 + 4.0 * v * v * stiffness, 1e-12 * (1.0 + stiffness));
     EXPECT_GE(*std::max_element(sums.begin(), sums.end()), expected);
   }
+}
+
+// Bonds that close while others open: K v^2 ((e1 + e2)^2 + e1^2), which no multiple of the first term bounds
+TEST(VolumeEnergy, BondsAndFreshPairsAreStiffApart)
+{
+  const double v = 0.7, stiffness = 20.0;
+  EVP::StiffnessMatrix network = chain(v, stiffness);
+  network.links[1].is_bond = false;
+  network.volume_stiffness[1].bonded = stiffness;
+  EXPECT_NEAR(network.largest_eigenvalue({0, 0, 0, 1.0}, 1e-8, 100).eigenvalue,
+              3.0 * v * v * stiffness, 1e-7 * stiffness);
+  network.find_springs_above_volume();
+  const double bound[] = {network.links[0].above_volume, network.links[1].above_volume};
+  for (const double e : {-2.0, -1.0, 0.0, 0.5, 1.0, 3.0})
+    EXPECT_LE(((1.0 + e) * (1.0 + e) + 1.0) * v * v * stiffness,
+              (bound[0] + bound[1] * e * e) * (1.0 + 1e-12));
 }
 
 TEST(VolumeEnergy, HeldNeighborsTakeNoPart)
