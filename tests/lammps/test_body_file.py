@@ -61,7 +61,7 @@ def test_a_body_without_its_file_stops(tmp_path, deck):
 
 
 CONTACTS = [({}, "literal"), ({"material": "rows.evp:plain"}, "repulsive"), ({"plasticity": "isotropic"}, "repulsive")]
-GIVEN = [({"material": "rows.evp:plain", "contact": "literal"}, "literal"), ({"plasticity": "isotropic", "contact": "none"}, "none")]
+GIVEN = [({"material": "rows.evp:plain", "plasticity": "none", "contact": "literal"}, "literal"), ({"plasticity": "isotropic", "contact": "none"}, "none")]
 
 
 @pytest.mark.parametrize("deck, choices, contact", [(deck, *case) for deck in (*DECKS, "in.torsion") for case in CONTACTS + GIVEN * (deck == "in.traction")])

@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""in.indent: what a metal keeps and eq. 8 does not, a flat punch beside one on a half-space, what the held end feels."""
+
+import re
+
+import numpy as np
+import pytest
+from lammps_run import read_csv, run_lammps
+
+METAL = "160 8 4 1.4 8 4 0.0007 0 1.5 spacing 0.00374 coordination 13.05 kv 700"  # about 304 steel, E 193 GPa
+E, NU = 193e9, 0.29
+
+
+@pytest.fixture(scope="module")
+def block(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("block")
+    run_lammps("in.specimen", 1, {"n": 400, "shape": "block", "length": 0.02, "width": 0.04, "out": "block.data"}, folder).ok()
+    return folder / "block.data"
+
+
+def indent(block, folder, ranks=1, **choices):
+    """(curve, share of the depth that is left) of a metal."""
+    (folder / "also.lmp").write_text('print "held $(f_base[1]:%.9g) tool $(v_pressing:%.9g)"\n')
+    given = {"specimen": block, "coeff": METAL, "plasticity": "isotropic", "depth": 0.001, "increments": 5, "also": "also.lmp", "out": "ball"}
+    run = run_lammps("in.indent", ranks, {**given, **choices}, folder, seconds=100).ok()
+    held = np.array(re.findall(r"^held (\S+) tool (\S+)$", run.stdout, re.M), dtype=float)
+    assert held[:, 1] == pytest.approx(-held[:, 0], rel=2e-3, abs=1e-3 * held.max()), "at rest the base holds what the tool pushes"
+    return read_csv(folder / "ball.csv"), float(re.search(r"an imprint of \S+ m, (\S+) % of the depth", run.stdout)[1]) / 100.0
+
+
+def test_a_metal_keeps_its_imprint(block, tmp_path):
+    """By a ball, on one rank and on two; at the turn about a hardness of a metal, and the circle that a ball cuts out of a plane."""
+    one, two = tmp_path / "one", tmp_path / "two"
+    one.mkdir()
+    two.mkdir()
+    curve, left = indent(block, one)
+    other, _ = indent(block, two, 2)
+    top = int(np.argmax(curve["depth"]))
+    assert 0.85 < left < 1.0 and curve["force"][-1] < 1.1e-3 * curve["force"][top]
+    assert other["force"][: top + 1] == pytest.approx(curve["force"][: top + 1], rel=2e-3, abs=1e-3 * curve["force"][top])
+    assert curve["contact_radius"][top] == pytest.approx(np.sqrt(2 * 0.01 * 0.001), rel=0.15)
+    assert 1.5 < curve["hardness"][top] / 450e6 < 3.5
+
+
+def test_eq_8_leaves_no_imprint(block, tmp_path):
+    curve, left = indent(block, tmp_path, plasticity="none", contact="none", depth=0.0003, increments=3)
+    assert left < 0.1 and curve["force"].max() > 0.0
+
+
+def test_a_flat_punch(block, tmp_path):
+    """Elastic: force over depth is 2 E a/(1 - nu^2) on a half-space, and larger on a layer of 2.2 radii that is held."""
+    curve, left = indent(block, tmp_path, tool="flat", tool_radius=0.008, depth=4e-6, increments=2)
+    stiffness = np.polyfit(curve["depth"][:3], curve["force"][:3], 1)[0]
+    assert 0.9 < stiffness / (2.0 * E / (1.0 - NU**2) * 0.008) < 1.6 and left < 0.3
+    assert curve["contact_radius"][2] == pytest.approx(0.008, rel=0.25)
