@@ -1,21 +1,24 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Fits the row of a material to its E, 0.2 % yield stress and the stress at a second strain; appends it to a potential file.
+"""Fits the row of a material to its E, 0.2 % yield stress, stresses at further strains and Poisson's ratio; appends it to a potential file.
 
-  calibrate.py --E 70e9 --yield 95e6 --stress2 150e6@0.05 --density 2700 --name mine --out mine.evp
-  calibrate.py ... --nu 0.33                       and Poisson's ratio, by fix evp/volume (kv in the row)
-  calibrate.py ... --rate 5e6@100                  and an over-stress of 5 MPa at 100/s, by damping (gamma in the row)
-  calibrate.py ... --body bar.data                 for this body instead of a cylinder of 2000 spheres: in it the row meets the targets
+  calibrate.py --E 70e9 --yield 95e6 --stress 150e6@0.05 --density 2700 --name mine --out mine.evp
+  calibrate.py ... --stress 120e6@0.02 --stress 150e6@0.05   two stresses or more: hardening that saturates
+  calibrate.py --E 70e9 --curve test.csv --true ...          a measured curve instead: columns strain and stress [Pa] or stress_MPa
+  calibrate.py ... --nu 0.33                                 Poisson's ratio, by fix evp/volume (kv in the row); 0.3 unless told otherwise
+  calibrate.py ... --rate 5e6@100                            and an over-stress of 5 MPa at 100/s, by damping (gamma in the row)
+  calibrate.py ... --body bar.data                           for this body instead of a cylinder of 2000 spheres: in it the row meets the targets
 
 SI units. Stresses and strains are nominal (force over the initial cross-section), as in the output of the decks; a true stress s at a
-true strain e is s exp(-e) at exp(e) - 1 in tension. --yield is the 0.2 % offset yield stress. A negative strain of --stress2
-means that yield stress and second stress are those of compression; give stresses as positive numbers. The over-stress is the mean over
-plastic flow between about 1.2 and 2.5 times the strain at yield. It is linear in the rate; --rate twice, within a decade, takes a mean.
+true strain e is s exp(-e) at exp(e) - 1, which --true does for a curve. --yield is the 0.2 % offset yield stress. Negative strains mean
+that all stresses are those of compression; give stresses as positive numbers. The over-stress is the mean over plastic flow between about
+1.2 and 2.5 times the strain at yield. It is linear in the rate; --rate twice, within a decade, takes a mean.
 
-Packs a specimen and loads it quasi-statically until every target is met, in at most 8 runs. Also writes FILE.NAME.jsonl, the table of
-runs, and FILE.NAME.png with its CSV: targets and curve. The same command resumes an interrupted calibration; a run that fails is
-repeated with smaller increments. Use the row with *plasticity isotropic* and *contact repulsive*, for which it is fitted. LAMMPS is the lmp of this checkout, or
-EVP_LMP and EVP_MPIRUN.
+Packs a specimen and loads it quasi-statically, in at most 8 runs, to the least squares of all residuals. The nearest row is appended in
+any case, with its residuals; the exit status is 3 where one is above 3 %. Also writes FILE.NAME.jsonl, the table of runs, and
+FILE.NAME.png with its CSV: targets, fit, residuals. The same command resumes an interrupted calibration; a run that fails is repeated with
+smaller increments. Use the row with *plasticity isotropic* and *contact repulsive*, for which it is fitted. LAMMPS is the lmp of this
+checkout, or EVP_LMP and EVP_MPIRUN.
 """
 
 import datetime
@@ -38,10 +41,12 @@ def parser():
     top = command_line(__doc__)
     top.prog = typed("calibrate.py")
     top.add_argument("--E", type=float, required=True, help="Young's modulus [Pa]")
-    top.add_argument("--yield", dest="yield_stress", type=float, required=True, help="0.2 %% offset yield stress, nominal [Pa]")
-    top.add_argument("--stress2", required=True, metavar="STRESS@STRAIN",
-                     help="nominal stress [Pa] at a nominal strain beyond yield; negative strain: compression")
-    top.add_argument("--nu", type=float, help="Poisson's ratio, 0.25 to 0.42 (default: that of the network, about 1/4)")
+    top.add_argument("--yield", dest="yield_stress", type=float, help="0.2 %% offset yield stress, nominal [Pa]")
+    top.add_argument("--stress", action="append", default=[], metavar="STRESS@STRAIN",
+                     help="nominal stress [Pa] at a nominal strain beyond yield; negative strain: compression; may be repeated")
+    top.add_argument("--curve", type=pathlib.Path, metavar="FILE", help="measured curve, a CSV, instead of --yield and --stress")
+    top.add_argument("--true", action="store_true", help="the curve is of true stress and true strain")
+    top.add_argument("--nu", type=nu_of, default=0.3, help="Poisson's ratio, 0.25 to 0.42 (default 0.3); none: that of the network, about 1/4")
     top.add_argument("--rate", action="append", default=[], metavar="OVERSTRESS@RATE",
                      help="stress above the rate-independent one [Pa] at a strain rate [1/s]")
     top.add_argument("--density", type=float, required=True, help="of the solid [kg/m3]")
@@ -53,7 +58,7 @@ def parser():
     body.add_argument("--spheres", type=int, default=2000, metavar="N", help="of the cylinder (default 2000)")
     top.add_argument("--seed", type=int, default=1, help="of the cylinder (default 1)")
     top.add_argument("--ranks", type=int, default=2, help="MPI ranks of each run (default 2)")
-    top.add_argument("--within", type=float, default=0.005, help="every target is met within this, at best; 0.01 at worst (default 0.005)")
+    top.add_argument("--within", type=float, default=0.005, help="the search ends where every target is met within this (default 0.005)")
     top.add_argument("--timeout", type=float, default=900.0, help="seconds after which a run has failed (default 900)")
     top.add_argument("--table", type=pathlib.Path, metavar="FILE", help="the run table (default: OUT.NAME.jsonl)")
     top.add_argument("--source", default="", help="where the targets are from: a comment above the row")
@@ -61,11 +66,23 @@ def parser():
     return top
 
 
+def nu_of(word):
+    """Poisson's ratio of the command line, None for none."""
+    return None if word == "none" else float(word)
+
+
 def targets_of(options):
-    """Targets of the command line; Refused where the law cannot give them."""
-    stress2, strain = parse_at(options.stress2, "--stress2", "+-")
+    """Targets of the command line; Refused where they have no meaning."""
+    if bool(options.curve) == bool(options.yield_stress and options.stress) or options.curve and (options.yield_stress or options.stress):
+        raise Refused("give --yield and --stress, or --curve")
+    if options.true and not options.curve:
+        raise Refused("--true is about --curve; --yield and --stress are nominal")
+    if options.curve:
+        first, points = calibration.read_measured(options.curve, options.E, options.true)
+    else:
+        first, points = options.yield_stress, tuple(parse_at(word, "--stress", "+-") for word in options.stress)
     rates = tuple(parse_at(word, "--rate") for word in options.rate)
-    targets = Targets(options.E, options.yield_stress, stress2, strain, options.density, options.nu, rates)
+    targets = Targets(options.E, first, points, options.density, options.nu, rates)
     check(targets)
     return targets
 
@@ -80,16 +97,15 @@ def check_options(options):
         raise Refused(f"--spheres must be 100 at least, got {options.spheres}")
     if options.seed < 1 or options.ranks < 1:
         raise Refused("--seed and --ranks must be positive")
-    if not 0.0 < options.within <= calibration.WITHIN:
-        raise Refused(f"--within must lie between 0 and {calibration.WITHIN:g}, got {options.within:g}")
+    if not 0.0 < options.within <= calibration.MISS:
+        raise Refused(f"--within must lie between 0 and {calibration.MISS:g}, got {options.within:g}")
     if not options.timeout > 0.0:
         raise Refused("--timeout must be positive")
 
 
 def comments(options, targets, result, over, words):
     """Comment lines above the row."""
-    aims = "; ".join(f"{label} {value:.6g} {unit}".rstrip() + f" ({100.0 * result.residuals[name]:+.2f} %)"
-                     for name, (label, value, unit) in targets.aims.items())
+    aims = "; ".join(f"{name} {value:.6g} {unit}".rstrip() + f" ({100.0 * result.residuals[name]:+.2f} %)" for name, (value, unit) in targets.aims.items())
     lines = ["", f"# {options.name}: targets, nominal, and what the row gives beside them: {aims}"]
     for stress, rate in targets.rates:
         lines.append(f"#   over-stress {stress:.6g} Pa at {rate:g}/s ({100.0 * (over * rate / stress - 1.0):+.2f} %)")
@@ -118,8 +134,14 @@ def checksum(path):
     return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:16] if files else ""
 
 
+def residuals(targets, result):
+    """Lines of a table: target, fit, residual."""
+    return [f"{name:<16} {value:>10.5g} {result.found[name]:>10.5g} {unit:<2} {100.0 * result.residuals[name]:+6.2f} %"
+            for name, (value, unit) in targets.aims.items()]
+
+
 def calibrate(options, words):
-    """Make the row; returns its line."""
+    """Make the row; returns its Result."""
     check_options(options)
     check_name(options.name)
     targets = targets_of(options)
@@ -145,13 +167,12 @@ def calibrate(options, words):
         search = calibration.Search(targets, body, table, options.ranks, work, options.timeout, options.within,
                                     lambda text: print(text, flush=True))
         result = search.pull()
-        over = 0.0
-        row = result.row
+        over, material = 0.0, result.material
         if targets.rates:
             gamma, over = search.gamma(result)
-            row = row._replace(gamma=gamma)
-        line = calibration.row_line(options.name, row, body.spacing, body.coordination, result.kv, targets.density)
-        picture = calibration.draw(options.name, targets, result.curve, out.with_name(f"{out.stem}.{options.name}.png"))
+            material = material._replace(row=material.row._replace(gamma=gamma))
+        line = f"{options.name} {material.words(f'{body.spacing:.6g}', f'{body.coordination:.6g}')} density {targets.density:.6g}"
+        picture = calibration.draw(options.name, targets, result, out.with_name(f"{out.stem}.{options.name}.png"))
         check_file(out, options.name)
         calibration.append(out, comments(options, targets, result, over, words) + [line])
     except Refused:
@@ -162,8 +183,12 @@ def calibrate(options, words):
     finally:
         table.close()
     shutil.rmtree(work, ignore_errors=True)
+    print("\n".join([f"{'':<16} {'target':>10} {'fit':>10}", *residuals(targets, result)]))
     print(f"{line}\nappended to {options.out}; runs in {table_path.name}, picture {picture.name}")
-    return line
+    if result.worst > calibration.MISS:
+        print(f"{typed('calibrate.py')}: a target is missed by {100.0 * result.worst:.1f} %. {search.why_missed(result)}The row is the nearest of "
+              f"{result.runs} runs", file=sys.stderr)
+    return result
 
 
 def stop(*_):
@@ -172,19 +197,19 @@ def stop(*_):
 
 
 def main(words=None):
-    """0, or 1 after a message; 130 when interrupted."""
+    """0; 1 after a message; 3 where a target is missed by more than 3 %; 130 when interrupted."""
     words = list(sys.argv[1:] if words is None else words)
     options = parser().parse_args(words)
     signal.signal(signal.SIGTERM, stop)
     try:
-        calibrate(options, words)
+        result = calibrate(options, words)
     except (Refused, RunError, OSError, ValueError) as error:
         print(f"{typed('calibrate.py')}: error: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         print(f"{typed('calibrate.py')}: interrupted; finished runs are kept, the same command goes on", file=sys.stderr)
         return 130
-    return 0
+    return 3 if result.worst > calibration.MISS else 0
 
 
 if __name__ == "__main__":

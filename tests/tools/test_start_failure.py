@@ -53,7 +53,7 @@ def test_calibration_does_not_try_again(refusing, tmp_path):
     body = calibration.Body(tmp_path / "body.data", 4000, 26000, 0.003, 1e-5)
     table = Table(tmp_path / "t.jsonl", {})
     try:
-        search = calibration.Search(Targets(70e9, 95e6, 150e6, 0.05, 2700.0), body, table, 2, tmp_path, 10.0, 0.005, print)
+        search = calibration.Search(Targets(70e9, 95e6, ((150e6, 0.05),), 2700.0), body, table, 2, tmp_path, 10.0, 0.005, print)
         with pytest.raises(RunError, match=f"in.quasistatic: LAMMPS did not start .exit 1.: {SAID}\n.*run evp doctor"):
             search.pull()
         assert refusing.read_text().split() == ["start"] and not table.runs
@@ -63,7 +63,7 @@ def test_calibration_does_not_try_again(refusing, tmp_path):
 
 def test_the_command_says_it(refusing, tmp_path, monkeypatch):
     monkeypatch.setattr(calibration, "make_body", lambda *_: calibration.Body(tmp_path / "body.data", 4000, 26000, 0.003, 1e-5))
-    done = call(calibrate.main, "--E", "70e9", "--yield", "95e6", "--stress2", "150e6@0.05", "--density", "2700", "--name", "mine", "--ranks", 2,
+    done = call(calibrate.main, "--E", "70e9", "--yield", "95e6", "--stress", "150e6@0.05", "--density", "2700", "--name", "mine", "--ranks", 2,
                 "--out", tmp_path / "m.evp")
     assert done.returncode == 1 and SAID in done.stderr and "run evp doctor" in done.stderr and not (tmp_path / "m.evp").exists()
 
