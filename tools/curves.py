@@ -19,7 +19,8 @@ curves, too. For a curve that unloads, `numbers` uses the part before the first 
 longest range in which the slope over the second half is at least 90 % of that over the first, where
 this ends before strain 0.004. `--fit LO HI` gives another range.
 `cycle` evaluates curves that unload, as of in.cyclic: strain and stress at the first reversal, residual strain
-at zero stress, slope over the first 0.004 of unloading (less where the body flows back before), and area of the last loop.
+at zero stress, of what sprang back the elastic part, stress over unloading modulus, and the rest; slope over the first 0.004 of
+unloading (less where the body flows back before), and area of the last loop.
 `--strain strain_gauge` takes the strain between layers at 0.3 and 0.7 of the length in place of that of the grips.
 `table` prints one line per curve, also in compression or with unloading: E, yield stress and stresses of the first loading, residual
 strain, unloading modulus, the area of each loop; '-' where a curve has no such number. Stresses are
@@ -51,12 +52,14 @@ TITLES = {  # {E}: what the modulus is called
     "turn_strain": "turn at strain",
     "turn_MPa": "stress there [MPa]",
     "residual_strain": "residual strain",
+    "elastic_strain": "elastic part",
+    "rest_strain": "the rest",
     "unloading_GPa": "unloading modulus [GPa]",
     "area_MJ_per_m3": "loop area [MJ/m3]",
     "areas": "loop areas [MJ/m3]",
 }
 NUMBERS = ("E_GPa", "range", "yield_MPa", "stress_1pc_MPa", "stress_2pc_MPa", "departure_strain")
-CYCLE = ("turn_strain", "turn_MPa", "residual_strain", "unloading_GPa", "area_MJ_per_m3")
+CYCLE = ("turn_strain", "turn_MPa", "residual_strain", "elastic_strain", "rest_strain", "unloading_GPa", "area_MJ_per_m3")
 WHY_NONE = {  # notes where there is no such number
     "residual_strain": "the way back ends before zero stress; -var lower release of in.cyclic and in.quasistatic goes there",
     "unloading_GPa": "the way back has too few rows",

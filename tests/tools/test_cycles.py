@@ -140,7 +140,7 @@ def test_cycle_command(tmp_path):
         write(tmp_path / f"{name}.csv", curves.Curve(strain, stress, stress))
     shown = call(tool.main, "cycle", tmp_path / "flow.csv", "--out", tmp_path / "picture.png")
     assert shown.returncode == 0, shown.stderr
-    assert shown.stdout.splitlines()[1].split()[1:5] == ["0.02", "100", "0.015", "20"]
+    assert shown.stdout.splitlines()[1].split()[1:5] == ["0.02", "100", "0.015", "0.005"]
     assert (tmp_path / "picture.png").read_bytes()[:4] == b"\x89PNG"
     assert "residual strain 1.50 %" in (tmp_path / "picture.csv").read_text()
     both = call(tool.main, "cycle", tmp_path / "none.csv", tmp_path / "flow.csv", "--labels", "this", "that", "--out", tmp_path / "picture.png")
@@ -168,7 +168,8 @@ def test_loads_of_an_extensometer_turn_where_the_grips_do(tmp_path):
     assert len(curves.turns(gauge)) > 50, "control"
     shown = call(tool.main, "cycle", tmp_path / "gauge.csv", "--strain", "strain_gauge", "--out", tmp_path / "picture.png")
     assert shown.returncode == 0, shown.stderr
-    turn, _, residual, unloading, area = map(float, shown.stdout.splitlines()[1].split()[1:])
+    turn, stress, residual, elastic, rest, unloading, area = map(float, shown.stdout.splitlines()[1].split()[1:])
+    assert elastic == pytest.approx(1e-3 * stress / unloading, rel=1e-3) and residual + elastic + rest == pytest.approx(turn, rel=1e-3)
     assert turn == pytest.approx(0.02, abs=4e-4) and residual == pytest.approx(0.015, abs=4e-4) and unloading == pytest.approx(20.0, rel=0.05)
     assert area == pytest.approx(2.75, rel=0.01) and re.search(r"residual strain 1\.[45]\d %", (tmp_path / "picture.csv").read_text())
     shown = call(tool.main, "table", tmp_path / "gauge.csv", "--strain", "strain_gauge")

@@ -345,14 +345,19 @@ def loop_areas(strain, stress, at=None):
 
 def cycle_numbers(curve, column="virial", at=None):
     """What is reported of a way there and back, in a dict: turn_strain, turn_MPa, residual_strain (nan where it is not unloaded),
-    unloading_GPa (nan where the way back has too few rows), area_MJ_per_m3 of the last loop (one sweep: of the sweep)."""
+    elastic_strain, the stress at the turn over the unloading modulus, and rest_strain, what came back besides; unloading_GPa (these
+    three nan where the way back has too few rows), area_MJ_per_m3 of the last loop (one sweep: of the sweep)."""
     strain, stress = curve.strain, getattr(curve, column)
     back, held = unloading(strain, stress, at)
+    modulus, residual = or_nan(unloading_modulus, strain, stress, at), residual_strain(strain, stress, at)
+    elastic = float(held[0]) / modulus
     return {
         "turn_strain": float(back[0]),
         "turn_MPa": 1e-6 * float(held[0]),
-        "residual_strain": residual_strain(strain, stress, at),
-        "unloading_GPa": 1e-9 * or_nan(unloading_modulus, strain, stress, at),
+        "residual_strain": residual,
+        "elastic_strain": elastic,
+        "rest_strain": float(back[0]) - residual - elastic,
+        "unloading_GPa": 1e-9 * modulus,
         "area_MJ_per_m3": 1e-6 * loop_areas(strain, stress, at)[-1],
     }
 
