@@ -21,6 +21,7 @@ ROW = "80 8 4 3 8 4 0.005 0 1.5 spacing 0.00585189 coordination 11.9"  # Table 1
 TABLE = law.Row(80.0, 8.0, 4.0, 3.0, 8.0, 4.0, 0.005, 0.0, 1.5)
 BENCHMARK = (0.0214, 0.0071)  # final length and foot radius of the Taylor bar [m], README.md of the decks
 LMP = "build/lmp -log none -in lammps_inputs/"
+BALL, FLOW_STRESS = 0.015, 265.0 + 426.0 * 0.08**0.34  # radius [m] of the ball; [MPa] of 2024-T351 at a plastic strain of 8 %, by Johnson and Cook
 
 
 class Number(NamedTuple):
@@ -202,6 +203,25 @@ def rod(folder, text):
             Number("rebound speed", "m/s", rebound, 1.0, "as it came")]
 
 
+def indent(folder, text):
+    diameters, hardness, left = map(float, re.search(r"= (\S+) diameters of a sphere, a hardness of (\S+) MPa; released: .*, (\S+) % of the depth", text).groups())
+    read = figures.read_columns(folder / "indented.csv", ("depth", "contact_radius"))
+    turn = int(np.argmax(read["depth"]))
+    return [Number("contact radius at a depth of 1.5 mm", "mm", 1e3 * read["contact_radius"][turn], 1e3 * math.sqrt(2 * BALL * read["depth"][turn]), "sqrt(2 R h)"),
+            Number("hardness", "MPa", hardness, 3.0 * FLOW_STRESS, "Tabor, 3 times the flow stress at 8 %; the more spheres under the ball the nearer"),
+            Number("contact radius in diameters of a sphere", "", diameters, 5.0, "at least, for a hardness that is the metal's"),
+            Number("imprint over the depth", "%", left, None, "a metal keeps all but stress/E: [what to believe](../doc/what_to_believe.md)")]
+
+
+def upset(folder, text):
+    pressed, left, back = map(float, re.search(r"pressed by (\S+) %, released (\S+) % are left; it sprang back by (\S+) %", text).groups())
+    read = figures.read_columns(folder / "upset.csv", ("strain", "force_lower", "force_upper", "width_middle", "width_plates"))
+    late = read["strain"] > 0.1
+    return [Number("force of the lower over that of the upper plate", "", float(np.mean(read["force_lower"][late] / read["force_upper"][late])), 1.0, "slow beside waves"),
+            Number("width of the middle at the end", "mm", 1e3 * read["width_middle"][-1], 1e3 * 0.02 / math.sqrt(1.0 - 0.01 * pressed), "at constant volume, without a bulge"),
+            Number("strain left", "%", left, pressed, "a metal keeps all but stress/E")]
+
+
 SCENES = (
     Scene("two_spheres", "in.two_spheres", "The force law", "Force between two spheres over their strain, measured in LAMMPS and by the formula.\nBeyond 0.5 % the second regime is softer.",
           (LMP + "in.two_spheres -var out two_spheres", "tools/curves.py law --measured two_spheres.csv --out force_law.png"),
@@ -254,6 +274,16 @@ SCENES = (
            '"bent back, strain 0 %" '
            "--out bending.png"),
           "bending.png", bending),
+    Scene("indent", "in.indent", "Imprint of a ball", "A plate of aluminium 2024-T351, cut open, into which a ball was pressed: the metal has flowed under it and keeps its imprint.",
+          (LMP + "in.specimen -var n 4000 -var shape block -var length 0.02 -var width 0.05 -var height 0.05 -var out thick.data",
+           LMP + "in.indent -var specimen thick.data -var material potentials/metals.evp:aluminium_2024T351 -var tool_radius 0.015 -var depth 0.0015 -var out indented",
+           'tools/view.py indented_state.dump --color plastic_strain --cut "y<0" --view front --pixels 450 --captions "released, cut open" --out indent.png'),
+          "indent.png", indent),
+    Scene("upset", "in.upset", "Upsetting", "A billet of 2024-T351, pressed to half of its height between plates with friction, and released, cut open: it bulges, and flows most inside.",
+          (LMP + "in.specimen -var n 2000 -var length 0.03 -var radius 0.01 -var out billet.data",
+           LMP + "in.upset -var specimen billet.data -var material potentials/metals.evp:aluminium_2024T351 -var strain 0.5 -var friction 0.2 -var out upset",
+           'tools/view.py upset_state.dump --color plastic_strain --range 0 150 --cut "y<0" --view front --pixels 450 --captions "released, cut open" --out upset.png'),
+          "upset.png", upset),
     Scene("shear", "in.shear", "Simple shear of a periodic body", "A periodic body of 500 spheres, sheared to 45 %: at first it flows everywhere, then most in a band.",
           (LMP + "in.specimen -var n 500 -var shape periodic -var length 0.03 -var out periodic.data",
            LMP + "in.shear -var specimen periodic.data -var strain 0.003 -var row 0.0001 -var rate 10 -var out shear_elastic",

@@ -1,0 +1,113 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
+"""What a metal of spheres does beside handbook and closed form: tension, compression, release, a cube, imprints, the Taylor bar.
+
+tools/calibrate.py makes the row of a 304 steel; bodies are others than the one it was found on. About 20 minutes on two cores.
+"""
+
+import re
+import sys
+
+from study import CHECKOUT, Study, errors_in_one_line
+import numpy as np
+from evp import curves, dump, figures, specimen
+
+STEEL = {"E": 193e9, "yield": 240e6, "stress": (400e6, 0.05), "nu": 0.29, "density": 7900.0}  # the usual values of annealed 304, nominal
+COPPER = CHECKOUT / "potentials" / "metals.evp:copper_taylor"
+LENGTH, FOOT = 0.0214, 0.0071  # [m] of the Taylor bar of 32.4 x 6.4 mm at 227 m/s, foot radius; the usual benchmark
+BALL, DEPTH, PLASTIC = 0.015, 0.1, 0.08  # radius [m], depth over it; plastic strain of the flow stress beside the hardness (Tabor)
+STRAINS, PRESSED = (0.02, 0.05, 0.1), (-0.1, -0.2, -0.4)
+
+
+def material(study):
+    """FILE:ROW of the steel."""
+    path = study.runs.folder / "steel.evp"
+    words = ["--E", STEEL["E"], "--yield", STEEL["yield"], "--stress", "{:g}@{:g}".format(*STEEL["stress"]), "--nu", STEEL["nu"], "--density", STEEL["density"]]
+    if not path.exists():
+        study.runs.keep("calibration", [sys.executable, CHECKOUT / "tools" / "calibrate.py", *words, "--name", "steel_304", "--out", path])
+    return f"{path}:steel_304"
+
+
+def pulled(study, name, body, row, strain, increment=0.002, **more):
+    """The Curve of in.quasistatic, over which the strain goes there and back."""
+    study.runs.run("in.quasistatic", name, specimen=body, material=row, strain=strain, increment=increment, **more)
+    return curves.read_curve(study.runs.folder / f"{name}.csv")
+
+
+def true_stress(curve, strain):
+    """[Pa] at a nominal strain, on the way there; flow keeps the volume."""
+    end = int(curves.turns(curve.strain)[0]) + 1 if len(curves.turns(curve.strain)) else len(curve.strain)
+    sign = np.sign(strain)
+    return abs(np.interp(abs(strain), sign * curve.strain[:end], curve.virial[:end])) * (1.0 + strain)
+
+
+def volume_change(study, name, body):
+    """Of the middle of a body, from its first and last places."""
+    first = specimen.read_data(study.runs.folder / body)
+    axial, lateral = specimen.middle_strains(first, dump.last_positions(study.runs.folder / f"{name}_state.dump"), 0.05)
+    return (1.0 + axial) * (1.0 + lateral) ** 2 - 1.0
+
+
+def imprint(study, name, row, spheres, flow_stress):
+    """Cells of an indentation: contact radius in diameters, hardness over flow stress, recovery over that of Hertz."""
+    body = study.runs.body(f"plate_{spheres}", n=spheres, shape="block", length=0.02, width=0.05, height=0.05)
+    text = study.runs.run("in.indent", f"{name}_{spheres}", specimen=body, material=row, tool_radius=BALL, depth=DEPTH * BALL)
+    force, radius, diameters, hardness, left = map(float, re.search(
+        r"a force of (\S+) N, a contact radius of (\S+) m = (\S+) diameters of a sphere, a hardness of (\S+) MPa; released: .*, (\S+) % of the depth", text).groups())
+    hertz = 0.75 * force * (1.0 - STEEL["nu"] ** 2) / (STEEL["E"] * radius) / (DEPTH * BALL)
+    return [spheres, f"{diameters:.2f}", f"{hardness:.0f}", f"{1e6 * hardness / flow_stress:.2f}", f"{left:.1f}", f"{100.0 - left:.1f}", f"{(1.0 - 0.01 * left) / hertz:.2f}"]
+
+
+def taylor(study, spheres):
+    """Cells of the bar."""
+    body = study.runs.body(f"bar_{spheres}", n=spheres, length=0.0324, radius=0.0032, density=8930)
+    text = study.runs.run("in.taylor", f"taylor_{spheres}", specimen=body, material=COPPER, speed=227)
+    length, foot = map(float, re.search(r"final length (\S+) m, foot radius (\S+) m", text).groups())
+    return [spheres, f"{1e3 * length:.2f}", f"{100 * (length / LENGTH - 1):+.1f}", f"{1e3 * foot:.2f}", f"{100 * (foot / FOOT - 1):+.1f}"]
+
+
+def draw(study, tension, compression):
+    """True stress against the size of the true strain."""
+    with figures.plt.rc_context(figures.LOOK):
+        figure, axis = figures.plt.subplots(figsize=(7.2, 4.6))
+        rows = []
+        for k, (name, curve) in enumerate((("tension", tension), ("compression", compression))):
+            x, y = 100.0 * np.abs(np.log1p(curve.strain)), np.abs(curve.virial) * (1.0 + curve.strain) / 1e6
+            axis.plot(x, y, label=name, **figures.line_style(k + 1))
+            rows += [(name, f"{a:.6g}", f"{b:.6g}") for a, b in zip(x, y)]
+        axis.set(xlabel="true strain [%]", ylabel="true stress [MPa]", xlim=(0, None), ylim=(0, None))
+        figures.legend_below(axis, 2)
+        study.save(figure, ("curve", "strain_percent", "stress_MPa"), rows)
+
+
+def main(words=None):
+    study = Study(__doc__, "what_to_believe", spheres=2000, plates=[4000, 16000], bars=[2000, 8000]).parse(words)
+    with errors_in_one_line("what_to_believe.py"):
+        row, body = material(study), study.runs.body("other", n=study.spheres, seed=2)
+        tension, compression = (pulled(study, name, body, row, sign * STRAINS[-1], cycles=1, lower="release") for name, sign in (("tension", 1), ("compression", -1)))
+        drawn = [pulled(study, f"{name}_far", body, row, strain, 0.004) for name, strain in (("tension", 0.2), ("compression", -0.4))]
+        cube = study.runs.body("cube", n=study.spheres, shape="block", length=0.02, width=0.02, height=0.02)
+        pressed = pulled(study, "cube_pressed", cube, row, -0.2, 0.004, cycles=1, lower="release")
+        ratios = [(f"{100 * e:g} %", *(f"{true_stress(curve, s) / 1e6:.0f}" for curve, s in ((tension, e), (compression, -e))),
+                   f"{true_stress(compression, -e) / true_stress(tension, e):.3f}") for e in STRAINS]
+        volumes = []
+        for strain in PRESSED:
+            pulled(study, f"pressed{strain}", body, row, strain, 0.004)
+            volumes.append((f"{100 * strain:g} %", f"{100 * volume_change(study, f'pressed{strain}', body):+.2f}"))
+        left = {name: curves.cycle_numbers(curve) for name, curve in (("tension to 10 %", tension), ("compression to 10 %", compression), ("cube pressed by 20 %", pressed))}
+        released = [(name, f"{100 * one['turn_strain']:.2f}", f"{one['turn_MPa']:.0f}", f"{100 * one['residual_strain']:.3f}",
+                     f"{100 * one['turn_MPa'] * 1e6 / STEEL['E']:.3f}", f"{100 * (one['turn_strain'] - one['residual_strain']):.3f}") for name, one in left.items()]
+        plastic = np.expm1(PLASTIC + true_stress(tension, 0.08) / STEEL["E"])
+        flow_stress = true_stress(tension, plastic)
+        imprints = [imprint(study, "imprint", row, spheres, flow_stress) for spheres in study.each(study.plates, lambda n: f"plate of {n}", lambda n: n**1.3)]
+        bars = [taylor(study, spheres) for spheres in study.each(study.bars, lambda n: f"bar of {n}", lambda n: n**1.3)]
+        draw(study, *drawn)
+        study.write(spheres=study.spheres, flow_stress=f"{flow_stress / 1e6:.0f}", ratios=(("strain", "tension [MPa]", "compression [MPa]", "compression over tension"), ratios),
+                    released=(("load", "strain [%]", "stress [MPa]", "strain left [%]", "stress/E [%]", "sprang back [%]"), released),
+                    volumes=(("strain", "volume [%]"), volumes),
+                    imprints=(("N", "contact radius [diameters]", "hardness [MPa]", "over the flow stress", "imprint [% of the depth]", "recovery [%]", "over Hertz"), imprints),
+                    bars=(("N", "length [mm]", "off [%]", "foot radius [mm]", "off [%]"), bars))
+
+
+if __name__ == "__main__":
+    main()
