@@ -76,9 +76,10 @@ NAMED = {
     (METAL, "--body bar.data"): ("tests/lammps/test_calibrate_runs.py", "runs these options, with a bar of its own and fewer spheres"),
     (METAL, "run 1: E "): ("tests/lammps/test_calibrate_runs.py", WALK),
     (METAL, "in.specimen -var n 300"): ("tests/lammps/test_calibrate_runs.py", WALK),
-    (METAL, "-var material my.evp:mymetal"): ("tests/lammps/test_calibrate_runs.py", WALK),
+    (METAL, "-var increment 0.00025"): ("tests/lammps/test_calibrate_runs.py", WALK),
+    (METAL, "in.indent -var"): ("tests/lammps/test_indent.py", "runs the deck; test_upset.py the other"),
     (METAL, "tools/curves.py numbers pull.csv"): ("tests/lammps/test_calibrate_runs.py", WALK),
-    (METAL, "pull.csv   68.818"): ("tests/lammps/test_calibrate_runs.py", WALK),
+    (METAL, "pull.csv   68.952"): ("tests/lammps/test_calibrate_runs.py", WALK),
 }
 
 
