@@ -48,6 +48,10 @@ RUNS = (
     Run(HOWTO, "tools/curves.py rate", "twin.csv", (SPECIMEN,), {"in.traction": "-var strain 0.02 -var rate 100"}),
     Run(HOWTO, "-var integrator implicit", "table2.csv"),
     Run(PART, "-var region plate.region -var out plate.data", "plate.data", ("@region",)),
+    Run(METAL, "in.indent -var", "flat.csv", (
+        SPECIMEN.replace("my.data", "part.data"),
+        "printf '# UNITS: si\\nmymetal 413.894 8 4 2.82104 8 4 0.000750965 0 1.5 spacing 0.00694888 coordination 11.5667 kv 1865.24 density 2700\\n' > my.evp"),
+        {"in.indent": "-var depth 0.0001 -var increments 2", "in.upset": "-var strain 0.05"}),
     Run(FRICTION, "in.sliding -var block block.data", "sliding.csv", short={"in.specimen": "-var n 100", "in.sliding": "-var speed 0.3"}),
 )
 WALK = "the walk of the page, as it stands"
@@ -77,7 +81,6 @@ NAMED = {
     (METAL, "run 1: E "): ("tests/lammps/test_calibrate_runs.py", WALK),
     (METAL, "in.specimen -var n 300"): ("tests/lammps/test_calibrate_runs.py", WALK),
     (METAL, "-var increment 0.00025"): ("tests/lammps/test_calibrate_runs.py", WALK),
-    (METAL, "in.indent -var"): ("tests/lammps/test_indent.py", "runs the deck; test_upset.py the other"),
     (METAL, "tools/curves.py numbers pull.csv"): ("tests/lammps/test_calibrate_runs.py", WALK),
     (METAL, "pull.csv   68.952"): ("tests/lammps/test_calibrate_runs.py", WALK),
 }
