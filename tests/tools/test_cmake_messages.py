@@ -45,10 +45,11 @@ def configure(folder, *options, environment=None):
     return result.returncode, " ".join(result.stdout.split())
 
 
-def refuses(folder, *options):
+def refuses(folder, options, words):
+    """CMake ends with one error, which has all of these words."""
     status, text = configure(folder, *options)
-    assert status != 0, text
-    assert text.count("CMake Error") == 1, text
+    assert status != 0 and text.count("CMake Error") == 1, text
+    assert [one for one in words if one not in text] == [], text
     return text
 
 
@@ -62,70 +63,54 @@ def copied_build(lammps, folder, name, value):
     return folder
 
 
-def test_no_lammps_at_all(tmp_path):
-    text = refuses(tmp_path / "b", "-DCMAKE_DISABLE_FIND_PACKAGE_LAMMPS=ON", "-DCMAKE_FIND_USE_CMAKE_SYSTEM_PATH=OFF")
-    assert "No LAMMPS given" in text
-    assert "-DLAMMPS_SOURCE_DIR=/path/to/lammps" in text
-    assert "tools/setup.sh" in text
-
-
-def test_wrong_source_path(tmp_path):
-    text = refuses(tmp_path / "b", f"-DLAMMPS_SOURCE_DIR={tmp_path}/nowhere")
-    assert f"LAMMPS_SOURCE_DIR={tmp_path}/nowhere is not a LAMMPS source tree" in text
-
-
-def test_wrong_build_path(lammps, tmp_path):
-    text = refuses(tmp_path / "b", f"-DLAMMPS_SOURCE_DIR={lammps[0]}", f"-DLAMMPS_BUILD_DIR={tmp_path}")
-    assert f"LAMMPS_BUILD_DIR={tmp_path} holds no CMakeCache.txt" in text
-
-
-@pytest.mark.parametrize("entry, words", [("PKG_PLUGIN", "without the PLUGIN package"),
-                                          ("BUILD_SHARED_LIBS", "built as a static library")])
-def test_build_that_cannot_load_plugins(lammps, tmp_path, entry, words):
-    build = copied_build(lammps, tmp_path / "lammps", entry, "OFF")
-    text = refuses(tmp_path / "b", f"-DLAMMPS_SOURCE_DIR={lammps[0]}", f"-DLAMMPS_BUILD_DIR={build}")
-    assert words in text
-    assert "-DPKG_PLUGIN=on -DBUILD_SHARED_LIBS=on" in text
-
-
-def test_unfinished_build(lammps, tmp_path):
-    build = copied_build(lammps, tmp_path / "lammps", "CMAKE_BUILD_TYPE", "Debug")
-    text = refuses(tmp_path / "b", f"-DLAMMPS_SOURCE_DIR={lammps[0]}", f"-DLAMMPS_BUILD_DIR={build}")
-    assert f"is not finished: {build}/lmp is missing" in text
-
-
-def test_other_integer_sizes(lammps, tmp_path):
+@pytest.mark.parametrize("options, words", [
+    (["-DCMAKE_DISABLE_FIND_PACKAGE_LAMMPS=ON", "-DCMAKE_FIND_USE_CMAKE_SYSTEM_PATH=OFF"],
+     ["No LAMMPS given", "-DLAMMPS_SOURCE_DIR=/path/to/lammps", "tools/setup.sh"]),
+    (["-DLAMMPS_SOURCE_DIR={tmp}/nowhere"], ["LAMMPS_SOURCE_DIR={tmp}/nowhere is not a LAMMPS source tree"]),
+    (["-DLAMMPS_SOURCE_DIR={tree}", "-DLAMMPS_BUILD_DIR={tmp}"], ["LAMMPS_BUILD_DIR={tmp} holds no CMakeCache.txt"]),
+    (["-DLAMMPS_SOURCE_DIR={tree}", "-DLAMMPS_BUILD_DIR={build}", "-DLAMMPS_SIZES={other}"], ["LAMMPS_SIZES={other} was asked for", "has {own} integers"])],
+    ids=["no LAMMPS", "source", "build", "integers"])
+def test_wrong_options(lammps, tmp_path, options, words):
     own = cache_entry(lammps[1], "LAMMPS_SIZES")
-    other = "bigbig" if own == "smallbig" else "smallbig"
-    text = refuses(tmp_path / "b", f"-DLAMMPS_SOURCE_DIR={lammps[0]}", f"-DLAMMPS_BUILD_DIR={lammps[1]}",
-                   f"-DLAMMPS_SIZES={other}")
-    assert f"LAMMPS_SIZES={other} was asked for" in text
-    assert f"has {own} integers" in text
+    names = {"tmp": tmp_path, "tree": lammps[0], "build": lammps[1], "own": own, "other": "bigbig" if own == "smallbig" else "smallbig"}
+    refuses(tmp_path / "b", [word.format(**names) for word in options], [word.format(**names) for word in words])
+
+
+NO_PLUGINS = "-DPKG_PLUGIN=on -DBUILD_SHARED_LIBS=on"
+
+
+@pytest.mark.parametrize("entry, value, words", [("PKG_PLUGIN", "OFF", ["without the PLUGIN package", NO_PLUGINS]),
+                                                 ("BUILD_SHARED_LIBS", "OFF", ["built as a static library", NO_PLUGINS]),
+                                                 ("CMAKE_BUILD_TYPE", "Debug", ["is not finished: {build}/lmp is missing"])])
+def test_unfit_build(lammps, tmp_path, entry, value, words):
+    build = copied_build(lammps, tmp_path / "lammps", entry, value)
+    refuses(tmp_path / "b", [f"-DLAMMPS_SOURCE_DIR={lammps[0]}", f"-DLAMMPS_BUILD_DIR={build}"], [word.format(build=build) for word in words])
+
+
+def tree_of(folder, release):
+    """Source folder of a LAMMPS of that release, as far as CMake looks at it."""
+    (folder / "src").mkdir(parents=True)
+    (folder / "src" / "lammps.h").touch()
+    (folder / "src" / "version.h").write_text(f'#define LAMMPS_VERSION "{release}"\n')
+    return folder
 
 
 def test_source_and_build_of_two_releases(lammps, tmp_path):
-    (tmp_path / "src").mkdir()
-    (tmp_path / "src" / "lammps.h").touch()
-    (tmp_path / "src" / "version.h").write_text('#define LAMMPS_VERSION "1 Apr 2099"\n')
-    text = refuses(tmp_path / "b", f"-DLAMMPS_SOURCE_DIR={tmp_path}", f"-DLAMMPS_BUILD_DIR={lammps[1]}")
-    assert "LAMMPS_SOURCE_DIR is LAMMPS 1 Apr 2099, but LAMMPS_BUILD_DIR=" in text
+    tree = tree_of(tmp_path / "tree", "1 Apr 2099")
+    refuses(tmp_path / "b", [f"-DLAMMPS_SOURCE_DIR={tree}", f"-DLAMMPS_BUILD_DIR={lammps[1]}"], ["LAMMPS_SOURCE_DIR is LAMMPS 1 Apr 2099, but LAMMPS_BUILD_DIR="])
 
 
 def test_release_that_is_too_old(lammps, tmp_path):
-    tree = tmp_path / "tree" / "src"
-    tree.mkdir(parents=True)
-    (tree / "lammps.h").touch()
-    (tree / "version.h").write_text('#define LAMMPS_VERSION "2 Aug 2023"\n')
-    text = refuses(tmp_path / "b", f"-DLAMMPS_SOURCE_DIR={tree.parent}")
-    assert f"LAMMPS 2 Aug 2023 in {tree} is too old: the oldest supported release is 4 Feb 2025." in text
+    tree = tree_of(tmp_path / "tree", "2 Aug 2023")
+    old = "is too old: the oldest supported release is 4 Feb 2025."
+    refuses(tmp_path / "b", [f"-DLAMMPS_SOURCE_DIR={tree}"], [f"LAMMPS 2 Aug 2023 in {tree}/src {old}"])
 
     package = tmp_path / "usr" / "lib" / "cmake" / "LAMMPS"
     package.mkdir(parents=True)
     (package / "LAMMPSConfig.cmake").write_text("set(LAMMPS_VERSION 20250203)\n")
     (tmp_path / "usr" / "include").mkdir()
     (tmp_path / "usr" / "include" / "lammps").symlink_to(lammps[0].resolve() / "src")
-    text = refuses(tmp_path / "c", f"-DCMAKE_PREFIX_PATH={tmp_path}/usr")
-    assert f"LAMMPS 3 Feb 2025 in {package} is too old: the oldest supported release is 4 Feb 2025." in text
+    refuses(tmp_path / "c", [f"-DCMAKE_PREFIX_PATH={tmp_path}/usr"], [f"LAMMPS 3 Feb 2025 in {package} {old}"])
 
 
 def test_package_with_too_few_headers(lammps, tmp_path):
@@ -133,11 +118,10 @@ def test_package_with_too_few_headers(lammps, tmp_path):
     include.mkdir(parents=True)
     for header in DEBIAN_HEADERS:
         shutil.copy(lammps[0] / "src" / (header + ".h"), include)
-    text = refuses(tmp_path / "b", f"-DCMAKE_PREFIX_PATH={tmp_path}/usr")
-    assert f"The LAMMPS headers in {include} are too few to build a plugin: " in text
+    text = refuses(tmp_path / "b", [f"-DCMAKE_PREFIX_PATH={tmp_path}/usr"], [
+        f"The LAMMPS headers in {include} are too few to build a plugin: ", "Debian's liblammps-dev",
+        "Add the unpacked source tree of the same release (lmp -h prints which): -DLAMMPS_SOURCE_DIR="])
     assert "fmt/format.h" in text.split("too few")[1].split(" missing")[0]
-    assert "Add the unpacked source tree of the same release (lmp -h prints which): -DLAMMPS_SOURCE_DIR=" in text
-    assert "Debian's liblammps-dev" in text
 
 
 def installed(lammps, prefix, release=None, library=None):
@@ -168,15 +152,14 @@ def test_installed_lammps_with_the_headers_of_its_tree(lammps, tmp_path):
 
 
 def test_installed_lammps_of_another_release(lammps, tmp_path):
-    text = refuses(tmp_path / "b", *installed(lammps, tmp_path / "usr", release="1 Apr 2099"))
-    assert "Give the source tree of LAMMPS 1 Apr 2099." in text
+    refuses(tmp_path / "b", installed(lammps, tmp_path / "usr", release="1 Apr 2099"), ["Give the source tree of LAMMPS 1 Apr 2099."])
 
 
 def test_installed_lammps_without_plugins(lammps, tmp_path):
-    (tmp_path / "liblammps.so").write_text("a library without the package")
-    text = refuses(tmp_path / "b", *installed(lammps, tmp_path / "usr", library=tmp_path / "liblammps.so"))
-    assert f"The installed LAMMPS {tmp_path}/liblammps.so was built without the PLUGIN package" in text
-    assert "-DPKG_PLUGIN=on -DBUILD_SHARED_LIBS=on" in text
+    library = tmp_path / "liblammps.so"
+    library.write_text("a library without the package")
+    refuses(tmp_path / "b", installed(lammps, tmp_path / "usr", library=library),
+            [f"The installed LAMMPS {library} was built without the PLUGIN package", NO_PLUGINS])
 
 
 @pytest.mark.parametrize("subfolder", ["", "src"])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The files of a public project: workflows whose commands exist and accept their options, dependencies, issue forms, citation, the claims of doc/comparison.md."""
+"""The files of a public project: workflows and claims of doc/comparison.md whose commands exist and accept their options, dependencies."""
 
 import ast
 import importlib.util
@@ -15,7 +15,6 @@ import yaml
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 WORKFLOWS = sorted(REPOSITORY.glob(".github/workflows/*.yml"))
-FORMS = sorted(REPOSITORY.glob(".github/ISSUE_TEMPLATE/*.yml"))
 OF_SETUP = {"tools/test.sh"}  # hands its options on to tools/setup.sh
 
 
@@ -144,26 +143,6 @@ def test_dependencies_are_those_that_are_imported():
     assert {name.replace("-base", "") for name in conda if not name.startswith("python ")} == tools == set(re.findall(r'"py-(\w+)"', spack))
 
 
-def test_issue_forms_ask_for_the_doctor():
-    forms = {path.stem: load(path) for path in FORMS}
-    assert set(forms) == {"bug_report", "question", "config"} and forms["config"]["blank_issues_enabled"] is False
-    for name in ("bug_report", "question"):
-        form = forms[name]
-        assert form["name"] and form["description"] and "evp doctor" in str(form["body"])
-        assert all(one["type"] in ("textarea", "input", "markdown", "dropdown", "checkboxes") and one["attributes"]["label"] for one in form["body"])
-        assert len({one["id"] for one in form["body"]}) == len(form["body"])
-    asked = next(one for one in forms["bug_report"]["body"] if one["id"] == "doctor")
-    assert asked["validations"]["required"] is True
-
-
-def test_citation():
-    cited = load(REPOSITORY / "CITATION.cff")
-    assert {"cff-version", "message", "title", "version", "license", "authors", "references"} <= cited.keys()
-    assert cited["authors"] == [{"name": "EVP contributors"}]
-    paper = cited["references"][0]
-    assert "hal-01899324" in paper["url"] and [one["family-names"] for one in paper["authors"]] == ["Gado", "Charles", "Iordanoff", "Coupard"]
-
-
 COMPARISON = (REPOSITORY / "doc" / "comparison.md").read_text(encoding="utf-8")
 CLAIMS = re.findall(r"^\| (.+?) \| `((?:build|tools|doc/studies)/.+?)` \|$", COMPARISON.partition("\n## EVP\n")[2].partition("\n## ")[0], re.M)
 
@@ -180,32 +159,3 @@ def test_claim_about_evp_has_a_command(statement, command):
     else:
         text = help_of(words[0])
         assert all(re.search(re.escape(word) + r"\b", text) for word in words if word.startswith("--")), statement
-
-
-def test_every_statement_about_another_code_has_a_source():
-    """A link that is defined, or 'not found'; and each link is used."""
-    assert len(CLAIMS) >= 10
-    defined = set(re.findall(r"^\[(\d+)\]: https://", COMPARISON, re.M))
-    others = COMPARISON.partition("\n## LAMMPS bpm")[2].partition("\n[1]: ")[0]
-    rows = [row for row in re.findall(r"^\| (.+) \|$", others, re.M) if not row.startswith("statement")]
-    assert len(rows) > 25
-    used = set()
-    for row in rows:
-        source = row.rpartition(" | ")[2]
-        found = re.findall(r"\[(\d+)\]", source)
-        assert found or source == "not found", row
-        used.update(found)
-    assert used == defined, used ^ defined
-
-
-def test_table_at_a_glance():
-    """Codes as on the page; what EVP has is named by a style, an option or a tool that exists."""
-    page = (REPOSITORY / "doc" / "comparison.md").read_text(encoding="utf-8")
-    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in page.partition("## At a glance")[2].partition("\n\n## EVP")[0].splitlines() if line.startswith("| ")]
-    assert [cell.split()[-1].strip("`") for cell in rows[0][1:]] == ["EVP", "bpm/spring/plastic", "peri/eps", "YADE", "MUSEN"]
-    assert len(rows) > 8 and all(len(row) == 6 for row in rows) and all(all(row) for row in rows[1:])
-    sources = "".join(path.read_text(encoding="utf-8") for path in REPOSITORY.glob("src/*/*.cpp"))
-    for row in rows[1:]:
-        for name in re.findall(r"`(.+?)`", row[1]):
-            tool, word = REPOSITORY / name, name.split()[-1]
-            assert tool.is_file() or f'"{word}"' in sources or word in (REPOSITORY / "src" / "core" / "row.h").read_text(encoding="utf-8"), name
