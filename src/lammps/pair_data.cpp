@@ -181,7 +181,7 @@ void PairData::begin_run()
   const Fix *implicit = scene::find_fix(modify, "nve/evp");
   implicit_groupbit = implicit ? implicit->groupbit : 0;
   volume_ = VolumeForces::find(modify);
-  any_gamma = scene_checked = overlap_warned = bonds_missing = missing_due = false;
+  any_gamma = scene_checked = bonds_missing = missing_due = false;
   repack_due = true;
   snapshot.forget();
 }
@@ -329,7 +329,7 @@ PairHistory PairData::history_of(int i, int j) const
   return found;
 }
 
-// Collective. All MPI ranks agree on what any of them has found in its pairs; warns of overlaps once per run
+// Collective. All MPI ranks agree on what any of them has found in its pairs; warns of overlaps, and again when there are twice as many
 void PairData::agree_on_pairs(const PairListBuilder::Found &found, bool same_list)
 {
   const bool asks = bonds() && (rules.has_history() || work);
@@ -341,8 +341,8 @@ void PairData::agree_on_pairs(const PairListBuilder::Found &found, bool same_lis
     bonds_missing = asks && all[2] < 2 * bonds()->count();
     if (work) work->forget_missing();
   }
-  if (all[1] == 0 || overlap_warned || fault(NO_OVERLAP_WARNING)) return;
-  overlap_warned = true;
+  if (all[1] <= 2 * overlaps_told || fault(NO_OVERLAP_WARNING)) return;
+  overlaps_told = all[1];
 
   PairListBuilder::Overlaps overlaps = found.overlaps;
   const int first = reduce_all(overlaps.count ? comm->me : comm->nprocs, MPI_MIN, world);

@@ -243,7 +243,8 @@ class PairData : protected Pointers {
   PairHistories pair_histories;
 
   bool any_gamma = false, explicit_damping = false;
-  bool scene_checked = false, overlap_warned = false, repack_due = true;
+  bool scene_checked = false, repack_due = true;
+  bigint overlaps_told = 0;     // pairs, of the last warning; again when there are twice as many
   int implicit_groupbit = 0;    // of fix nve/evp
   std::string last_report;
 
