@@ -188,7 +188,7 @@ def impact(_, text):
 def taylor(_, text):
     length, foot = map(float, re.search(r"final length (\S+) m, foot radius (\S+) m", text).groups())
     return [Number("final length", "mm", 1e3 * length, 1e3 * BENCHMARK[0], "benchmark, copper at 227 m/s: [decks](../lammps_inputs/README.md)"),
-            Number("foot radius", "mm", 1e3 * foot, 1e3 * BENCHMARK[1], "likewise; the pores close instead")]
+            Number("foot radius", "mm", 1e3 * foot, 1e3 * BENCHMARK[1], "likewise; here of the outermost sphere")]
 
 
 def rod(folder, text):
@@ -316,7 +316,7 @@ SCENES = (
            'tools/view.py sliding_frames.dump --strip 3 --color speed --range 0 3 --label "speed [m/s]" --view front --pixels 300 '
            '--captions "at the start" "on the way" "at rest" --out sliding.png'),
           "sliding.png", sliding),
-    Scene("taylor", "in.taylor", "Taylor bar", "A copper bar, cut open, flies to the left at 227 m/s onto a rigid wall, which is not drawn; its foot is compressed, and it bounces back.",
+    Scene("taylor", "in.taylor", "Taylor bar", "A copper bar, cut open, flies to the left at 227 m/s onto a rigid wall, which is not drawn; its foot spreads, and it bounces back.",
           (LMP + "in.specimen -var n 3000 -var length 0.0324 -var radius 0.0032 -var out taylor_bar.data",
            LMP + "in.taylor -var specimen taylor_bar.data -var also lammps_inputs/frames.lmp -var frames 24 -var out taylor",
            'tools/view.py taylor_frames.dump --film taylor.gif --color plastic_strain --range 0 100 --cut "y<0" --view front --pixels 300'),
