@@ -153,3 +153,13 @@ def test_frames_at_rest(tmp_path):
     assert [frame["strain"][0] for frame in frames] == pytest.approx([0.0, 0.004, 0.0, -0.004], abs=1e-9)
     state = read_dump(tmp_path / "run_state.dump")[-1]
     assert set(state.columns) < set(frames[-1].columns) and np.allclose(frames[-1]["x"], state["x"], atol=1e-12) and np.ptp(state["x"]) > 0.04
+
+
+def test_a_negative_rate_is_compression(once):
+    curve, _ = once("in.cyclic", plasticity="isotropic", rate=-50, strain=0.005)
+    assert curve.strain.min() == pytest.approx(-0.005, rel=1e-3) and curve.virial.min() < -50e6
+
+
+def test_a_release_needs_no_cycles(once):
+    curve, _ = once("in.quasistatic", plasticity="isotropic", strain=0.012, increment=0.002, lower="release")
+    assert curve.strain.max() == pytest.approx(0.012, rel=1e-6) and abs(curve.virial[-1]) < 0.0012 * curve.virial.max()

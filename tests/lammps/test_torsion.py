@@ -65,19 +65,17 @@ def test_frames_have_words_and_rigid_grips(tmp_path):
 
 
 def test_a_tube(tmp_path):
-    """The stress and with it G of a tube by the polar moment of its ring, whose outer radius is given: G is that of a solid bar, but for the walls of the packing."""
+    """The stress and with it G of a tube by the polar moment of its ring, whose outer radius is that of the spheres: G is that of a solid bar, but for the walls of the packing."""
     (tmp_path / "tube.region").write_text("region outer cylinder x 0 0 0.01 0 0.05\nregion bore cylinder x 0 0 0.005 INF INF side out\nregion body intersect 2 outer bore\n")
     run_lammps("in.specimen", 1, {"n": 1500, "shape": "region", "region": "tube.region", "out": "tube.data"}, tmp_path).ok()
     run_lammps("in.specimen", 1, {"n": 1500, "radius": 0.01, "out": "bar.data"}, tmp_path).ok()
     moduli = {}
-    for body, more in (("bar", {}), ("tube", {"radius": 0.01})):
-        curve = twist(tmp_path, specimen=f"{body}.data", angle=0.0008, increment=0.0004, **more)
+    for body in ("bar", "tube"):
+        curve = twist(tmp_path, specimen=f"{body}.data", angle=0.0008, increment=0.0004)
         moduli[body] = curve["shear_stress_virial"][-1] / curve["shear_strain"][-1]
         stress = curve["torque_virial"][-1] * 0.01 / (np.pi / 2 * (0.01**4 - (0.005**4 if body == "tube" else 0.0)))
-        assert curve["shear_stress_virial"][-1] == pytest.approx(stress, rel=2e-3)
+        assert curve["shear_stress_virial"][-1] == pytest.approx(stress, rel=2e-3 if body == "bar" else 2e-2)
     assert moduli["tube"] == pytest.approx(moduli["bar"], rel=0.1)
-    run = run_lammps("in.torsion", 1, {"specimen": "tube.data"}, tmp_path)
-    assert run.returncode != 0 and "radius" in run.stdout, "which the file of a tube does not give"
 
 
 def test_an_increment_that_does_not_come_to_rest_stops(tmp_path):

@@ -86,6 +86,7 @@ def test_power_law_of_handbook_values():
     ({"--yield": "10e9", "--stress": "15e9@0.15"}, "no metal's share", "in Pa"),
     ({"--yield": "1000", "--stress": "1500@0.05"}, "no metal's share", "in Pa"),
     ({"--density": "0"}, "--density must be", ""),
+    ({"--density": "2.7"}, "2.7 kg/m3 is no solid's", "such as 2700"),
     ({"--name": "two words"}, "cannot be the name of a row", ""),
     ({"--name": "two\n"}, "cannot be the name of a row", ""),
     ({"--name": "taken"}, "holds a row 'taken' already", ""),

@@ -92,7 +92,7 @@ def test_curves_are_read_back_exactly(tmp_path):
     "text, rule",
     [
         ("", "no column strain"),
-        ("strain,stress\n0,0\n1,1\n", "no column stress_grip"),
+        ("strain,force\n0,0\n1,1\n", "no column stress_grip"),
         ("strain,stress_grip,stress_virial\n0,0,0\n", "1 rows: no curve"),
         ("strain,stress_grip,stress_virial\n0,0,0\n1,1\n", "damaged line"),
         ("strain,stress_grip,stress_virial\n0,0,0\n1,one,1\n", "damaged line"),

@@ -44,6 +44,7 @@ LEAST_GUESS = 1e-3  # e2/e1 of the first row, at least: real bodies harden less 
 BEND_RANGE = (0.01, 100.0)  # of 1/k_s: linear below; hardening ends at a bond strain of a few per cent
 BULK, SHEAR = 1.0 / 1.5, 0.4  # K/E0 without the volume energy, which adds x; G/E0
 LARGEST_STRAIN = 0.4  # of a target: not measured beyond
+DENSITIES = (100.0, 3e4)  # [kg/m3] between which the unit is no doubt
 SOFTEST = 1e6  # [Pa] Young's modulus below which the unit is in doubt
 LINEAR = 0.01  # over-stresses are linear in the rate within this
 NAME = re.compile(r"[A-Za-z0-9_.+-]+")
@@ -127,6 +128,8 @@ def check(targets):
     modulus, at_first, nu = targets.modulus, targets.yield_stress, targets.nu
     for value, what in ((modulus, "--E"), (at_first, "--yield"), (targets.density, "--density")):
         positive(value, what)
+    if not DENSITIES[0] <= targets.density <= DENSITIES[1]:
+        raise Refused(f"--density: {targets.density:g} kg/m3 is no solid's: give kg/m3, such as 2700")
     if modulus < SOFTEST:
         raise Refused(f"--E: {modulus:g} Pa is softer than any metal: give all moduli and stresses in Pa, such as 70e9 for 70 GPa")
     if not XI_RANGE[0] <= targets.yield_strain <= XI_RANGE[1]:

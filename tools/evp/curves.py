@@ -63,9 +63,11 @@ TENSION = Load("in.traction", "stress_virial", HEADER, "E", "nominal strain", "n
 LOADS = (
     TENSION,
     Load("in.torsion", "torque_grip", ("shear_strain", "shear_stress_grip", "shear_stress_virial"), "G", "shear strain of the surface",
-         "shear stress of the surface, 2 T/(pi R^3)"),
-    Load("in.bending", "deflection", ("strain", "stress", "stress"), "E", "strain of the outer fibre", "stress of the outer fibre, of elastic beams"),
+         "shear stress of the surface, as of an elastic bar or tube"),
+    Load("in.bending", "deflection", ("strain", "stress", "stress"), "E", "strain of the outer fibre, as of a beam without shear",
+         "stress of the outer fibre, of elastic beams"),
     Load("in.shear", "shear_stress", ("strain", "shear_stress", "shear_stress"), "G", "shear strain", "shear stress"),
+    Load("in.pull", "stress", ("strain", "stress", "stress"), "E", "nominal strain", "nominal stress"),
 )
 
 
@@ -167,7 +169,7 @@ def elastic_end(strain, stress):
     raise CurveError(
         f"the elastic part has fewer than three rows: the slope falls by more than "
         f"{100 * (1 - ELASTIC_SHARE):.0f} % before strain {strain[2]:.3g}; write rows closer together "
-        "(-var row of the decks), or give the range (--fit)"
+        "(-var row or -var increment of the decks), or give the range (--fit)"
     )
 
 
