@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""What a metal of spheres does beside handbook and closed form: tension, compression, release, a cube, imprints, the Taylor bar.
+"""What a metal of spheres does beside handbook and closed form: tension, compression, shear, release, a cube, imprints, the Taylor bar.
 
 tools/calibrate.py makes the row of a 304 steel; bodies are others than the one it was found on. About 20 minutes on two cores.
 """
@@ -46,6 +46,17 @@ def volume_change(study, name, body):
     first = specimen.read_data(study.runs.folder / body)
     axial, lateral = specimen.middle_strains(first, dump.last_positions(study.runs.folder / f"{name}_state.dump"), 0.05)
     return (1.0 + axial) * (1.0 + lateral) ** 2 - 1.0
+
+
+def sheared(study, row):
+    """Rows of simple shear of a periodic body."""
+    body = study.runs.body("periodic", n=1000, shape="periodic", length=0.03)
+    study.runs.run("in.shear", "sheared", specimen=body, material=row, strain=0.01, row=0.0002, rate=20)
+    curve = curves.read_curve(study.runs.folder / "sheared.csv")
+    modulus = curves.modulus(curve.strain, curve.virial)
+    first = curves.yield_stress(curve.strain, curve.virial, modulus)
+    return [("shear modulus [GPa]", f"{modulus / 1e9:.1f}", f"{STEEL['E'] / 2e9 / (1.0 + STEEL['nu']):.1f}", "E/(2 (1 + nu))"),
+            ("0.2 % yield stress over that of tension", f"{first / STEEL['yield']:.3f}", f"{3.0 ** -0.5:.3f}", "von Mises")]
 
 
 def imprint(study, name, row, spheres, flow_stress):
@@ -102,7 +113,8 @@ def main(words=None):
         imprints = [imprint(study, "imprint", row, spheres, flow_stress) for spheres in study.each(study.plates, lambda n: f"plate of {n}", lambda n: n**1.3)]
         bars = [taylor(study, spheres) for spheres in study.each(study.bars, lambda n: f"bar of {n}", lambda n: n**1.3)]
         draw(study, *drawn)
-        study.write(spheres=study.spheres, flow_stress=f"{flow_stress / 1e6:.0f}", ratios=(("strain", "tension [MPa]", "compression [MPa]", "compression over tension"), ratios),
+        study.write(spheres=study.spheres, shear=(("", "measured", "of a metal", ""), sheared(study, row)),
+                    flow_stress=f"{flow_stress / 1e6:.0f}", ratios=(("strain", "tension [MPa]", "compression [MPa]", "compression over tension"), ratios),
                     released=(("load", "strain [%]", "stress [MPa]", "strain left [%]", "stress/E [%]", "sprang back [%]"), released),
                     volumes=(("strain", "volume [%]"), volumes),
                     imprints=(("N", "contact radius [diameters]", "hardness [MPa]", "over the flow stress", "imprint [% of the depth]", "recovery [%]", "over Hertz"), imprints),
