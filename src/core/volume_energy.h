@@ -23,9 +23,6 @@ struct NeighborDensity {
     rho += t * t;
     slope += 2.0 / 3.0 * t * d / dlim;
   }
-
-  /// Volume strain at another density; 0 where there is no bond.
-  double strain(double now) const { return slope > 0.0 ? (rho - now) / slope : 0.0; }
 };
 
 /// What of a particle is known at rest, by its bonds.
@@ -40,7 +37,7 @@ struct DensityNow {
   double total() const { return bonded + fresh; }
 };
 
-/// d2U/drho2 of a particle [energy]: of the bonds alone, and of all its pairs, at least.
+/// No less than d2U/drho2 of a particle is [energy]: by the density of its bonds alone, and by that of all its pairs.
 struct VolumeStiffness {
   double bonded, total;
 };

@@ -150,7 +150,7 @@ def test_a_miss_is_told_and_the_nearest_row_written(tmp_path):
     words = [word for word in WORDS if word not in ("--stress", "150e6@0.04")]
     run = subprocess.run([sys.executable, CALIBRATE, *words, "--stress", "97e6@0.0312345678312", "--out", "my.evp"], cwd=tmp_path,
                          env={**os.environ, "EVP_LMP": str(LMP)}, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=SECONDS, check=False)
-    assert run.returncode == 3 and "a target is missed by" in run.stderr and "no random body has a sharper curve" in run.stderr, run.stdout + run.stderr
+    assert run.returncode == 3 and "a target is missed by" in run.stderr and "the law gives it no sharper curve" in run.stderr, run.stdout + run.stderr
     row = row_of(tmp_path).split()
     assert float(row[4]) < 1e-3 * float(row[1]) and "stress at 0.0312346 " in (tmp_path / "my.evp").read_text(encoding="utf-8")
 

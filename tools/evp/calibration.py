@@ -669,7 +669,7 @@ class Search:
         if row.e2 > LEAST_GUESS * row.e1 or not above:
             return ""
         return (f"The bonds of this row hardly harden, and the body still hardens to {found[at(above[0])] / found['yield']:.3g} of its yield stress at "
-                f"{above[0]:g}, as they yield one after another: no random body has a sharper curve. ")
+                f"{above[0]:g}, as they yield one after another: the law gives it no sharper curve. ")
 
     def gamma(self, result):
         """(gamma, over-stress/rate found [Pa s]); where several rates are asked for, of the geometric mean of their points."""
