@@ -111,24 +111,22 @@ class PairWork {
     for (int k = 0; k < 3 * view.nreact; k++) own[k] = f[k] - own[k];
   }
 
-  /// The tally of a loop over pairs that fills this, and calls another one. holds_energy: the forces of this loop are
-  /// the slopes of the energies that pairs store.
+  /// The tally of a loop over pairs that fills this, and calls another one.
   template <class Tally> class Beside {
    public:
-    const bool stored, potential;
+    static constexpr bool stored = true;
+    const bool potential;
 
-    Beside(PairWork &work_in, Tally &other_in, int nreact_in, bool are_bonds,
-           bool holds_energy = true) :
-        stored(holds_energy),
-        potential(holds_energy && (other_in.potential || !are_bonds)), work(work_in),
-        other(other_in), nreact(nreact_in)
+    Beside(PairWork &work_in, Tally &other_in, int nreact_in, bool are_bonds) :
+        potential(other_in.potential || !are_bonds), work(work_in), other(other_in),
+        nreact(nreact_in)
     {
     }
     void operator()(const PairRange &range, const PairBlock &block)
     {
       other(range, block);
-      if (stored) work.add_energies(range, block, nreact);
-      work.add_forces(range, block, nreact, stored);
+      work.add_energies(range, block, nreact);
+      work.add_forces(range, block, nreact);
     }
 
    private:
@@ -186,10 +184,10 @@ class PairWork {
       });
   }
 
-  void add_forces(const PairRange &range, const PairBlock &block, int nreact, bool with_damping)
+  void add_forces(const PairRange &range, const PairBlock &block, int nreact)
   {
     if (!images.empty()) add_through(range, block, block.force, nreact, through.whole);
-    if (!with_damping || damping.empty()) return;
+    if (damping.empty()) return;
     if (!images.empty()) add_through(range, block, block.damping, nreact, through.damping);
     scatter(range, block, block.damping, nreact, reinterpret_cast<double(*)[3]>(damping.data()));
   }

@@ -105,7 +105,8 @@ class PairList {
   std::vector<int> j, law, record;
   std::vector<double>
       deq;    ///< as recorded, with all digits; empty but for an energy balance [length]
-  std::vector<double> q, k, work;           ///< with flow that stays, else empty; see PairHistory
+  std::vector<double> inv_dlim;      ///< of bonds, for the volume energy; else empty [1/length]
+  std::vector<double> q, k, work;    ///< with flow that stays, else empty; see PairHistory
   std::vector<double> q_new, dissipated;    ///< see FlowArrays
   std::vector<char> any_flow;
 
@@ -122,6 +123,7 @@ class PairList {
   {
     with_deq = with_deq_in;
     if (!with_deq) std::vector<double>().swap(deq);
+    std::vector<double>().swap(inv_dlim);
     count = 0;
     rows.clear();
     margin = margin_in;
@@ -234,7 +236,8 @@ class PairList {
       }
     };
     if (out.empty()) return;
-    for (auto *values : {&inv_deq, &cutsq, &deq, &q, &k, &work, &q_new, &dissipated}) keep(*values);
+    for (auto *values : {&inv_deq, &cutsq, &deq, &inv_dlim, &q, &k, &work, &q_new, &dissipated})
+      keep(*values);
     for (auto *values : {&j, &law, &record}) keep(*values);
     count -= out.size();
     const auto removed_before = [&](int n) {
@@ -278,8 +281,8 @@ class PairList {
 
   double memory_usage() const
   {
-    return bytes_of(rows, inv_deq, cutsq, deq, j, law, record, q, k, work, q_new, dissipated,
-                    any_flow);
+    return bytes_of(rows, inv_deq, cutsq, deq, inv_dlim, j, law, record, q, k, work, q_new,
+                    dissipated, any_flow);
   }
 
  private:
@@ -299,6 +302,8 @@ inline double rank_share(int j, int nreact)
 /// All pairs of one MPI rank, rebuilt with the neighbor list.
 struct PairLists {
   PairList bonds{true}, contacts{false};
+  /// Pairs without a bond that the volume energy counts too, whose deq is their dlim: with a broken bond, and never recorded.
+  PairList parted{true}, fresh{false};
   long build = 0;           ///< counts the packings: indices of pairs hold as long as it does
   long common_build = 0;    ///< counts those that were collective
   int nlocal = 0;           ///< particles that the lists were built for: own,
@@ -309,7 +314,11 @@ struct PairLists {
   /// Particles below this index take reactions: ghosts do where newton is on.
   int nreact(bool newton) const { return newton ? nall : nlocal; }
 
-  double memory_usage() const { return bonds.memory_usage() + contacts.memory_usage(); }
+  double memory_usage() const
+  {
+    return bonds.memory_usage() + contacts.memory_usage() + parted.memory_usage() +
+        fresh.memory_usage();
+  }
 };
 
 /// A packed pair at given positions.

@@ -9,6 +9,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <type_traits>
+#include <vector>
 
 namespace EVP {
 
@@ -94,77 +96,116 @@ class VolumeLaw {
   }
 };
 
-/// The two passes over pairs of one body, bonded or fresh, whose deq is their dlim. Between them the owners of the
-/// particles make their pulls, -dU/drho, of the densities. Both stand side by side, WIDTH values per particle.
+/// What goes over pairs twice: for the densities, then for the forces. Between them the owners of the particles make their
+/// pulls, -dU/drho, of the densities. Both have WIDTH values per particle, of bonds and broken ones, and of fresh pairs.
 class VolumePasses {
  public:
   static constexpr int WIDTH = 2;
 
   explicit VolumePasses(InstructionSet level_in = best_instruction_set()) : level(level_in) {}
 
-  /// Adds t^2 of each pair to the densities of both particles, those below view.nreact. densities, pulls: where those of
-  /// these pairs begin.
-  void add_densities(const PairList &pairs, const ParticleView &view, double *densities) const
+  /// Adds t^2 of each pair to the densities of both particles, those below view.nreact. inv_dlim: of each pair.
+  /// densities: where those of these pairs begin.
+  void add_densities(const PairList &pairs, const std::vector<double> &inv_dlim,
+                     const ParticleView &view, double *densities) const
   {
     PairBlock block;
+    for_each_block(
+        pairs,
+        [&](const PairRange &range) {
+          gather<false>(view, range, block);
+          call_at(level, [&, own = inv_dlim.data() + range.first]() EVP_KERNEL {
+            find_densities(block, own);
+          });
+          add_to_both(range, block.elastic, view.nreact, densities);
+        },
+        inv_dlim.data());
+  }
+
+  /// Takes those pairs of a list that are within their dlim, which is their deq.
+  void find_active(const PairList &pairs, const ParticleView &view, PairList &active) const
+  {
+    PairBlock block;
+    active.clear(BOND_MARGIN, Flow::FORGETS);
     for_each_block(pairs, [&](const PairRange &range) {
       gather<false>(view, range, block);
+      int past = 0;
       call_at(level, [&]() EVP_KERNEL {
-        find_densities(block);
+        past = count_past_cutoff(block);
       });
-      add_to_both(range, block.elastic, view.nreact, densities);
+      if (past == block.n || !active.make_room(block.n - past)) return;
+      range.for_each_row([&](int i, int first, int last) {
+        int n = 0;
+        for (int k = first; k < last; k++)
+          if (!(block.distance_squared(k - range.first) > block.cutsq[k - range.first]))
+            active.set(active.size() + n++, pairs.j[k], 1.0 / pairs.inv_deq[k]);
+        active.add_row(i, n);
+      });
     });
   }
 
-  /// Adds the forces, -(pull_i + pull_j) 2 t/dlim of each pair. tally: as in accumulate_forces().
+  /// Adds the forces of pairs that have no other, -(pull_i + pull_j) 2 t/dlim of each. tally: as in accumulate_forces().
   template <class Tally>
   void add_forces(const PairList &pairs, const ParticleView &view, const double *pulls,
                   Tally &&tally) const
   {
-    PairBlock block;
-    const int *const partner = pairs.j.data();
+    PairBlock block{};    // without energies and damping
     for_each_block(pairs, [&](const PairRange &range) {
       gather<false>(view, range, block);
-      range.for_each_row([&](int i, int first, int last) {
-        const double own = pulls[WIDTH * (size_t) i];
-        EVP_UNROLL
-        for (int k = first; k < last; k++)
-          block.elastic[k - range.first] = own + pulls[WIDTH * (size_t) partner[k]];
-      });
-      call_at(level, [&]() EVP_KERNEL {
-        find_forces(block);
-      });
-      tally(range, block);
+      std::fill_n(block.force, block.n, 0.0);
+      WithVolume<Tally>{*this, pairs.inv_deq, pulls, tally}(range, block);
       scatter(range, block, block.force, view.nreact, view.f);
     });
   }
 
+  /// The tally of a loop over pairs that first adds these forces to those of each block. pulls: nullptr adds none.
+  template <class Tally> struct WithVolume {
+    const VolumePasses &passes;
+    const std::vector<double> &inv_dlim;
+    const double *pulls;
+    std::remove_reference_t<Tally> &tally;
+    const bool stored = tally.stored, potential = tally.potential;
+
+    void operator()(const PairRange &range, PairBlock &block) const
+    {
+      if (pulls) passes.add_to_block(range, block, inv_dlim.data() + range.first, pulls);
+      tally(range, block);
+    }
+  };
+
  private:
   InstructionSet level;
 
-  static EVP_INLINE void find_densities(PairBlock &block)
+  static EVP_INLINE void find_densities(PairBlock &block, const double *inv_dlim)
   {
-    const double *const cutsq = block.cutsq, *const inv_dlim = block.inv_deq;
     const int n = block.n;
     EVP_INDEPENDENT
     for (int k = 0; k < n; k++) {
-      const double dsq = block.distance_squared(k);
-      const double t = 1.0 - std::sqrt(dsq) * inv_dlim[k];
-      block.elastic[k] = dsq > cutsq[k] ? 0.0 : t * t;
+      const double t = 1.0 - std::sqrt(block.distance_squared(k)) * inv_dlim[k];
+      block.elastic[k] = t > 0.0 ? t * t : 0.0;
     }
   }
 
-  // block.elastic: sum of the pulls of both particles
-  static EVP_INLINE void find_forces(PairBlock &block)
+  // block.approach has been used by now: here it is the sum of the pulls of both particles
+  void add_to_block(const PairRange &range, PairBlock &block, const double *inv_dlim,
+                    const double *pulls) const
   {
-    const double *const cutsq = block.cutsq, *const inv_dlim = block.inv_deq;
-    const int n = block.n;
-    EVP_INDEPENDENT
-    for (int k = 0; k < n; k++) {
-      const double dsq = block.distance_squared(k);
-      const double opening = 2.0 * inv_dlim[k] * (1.0 / std::sqrt(dsq) - inv_dlim[k]);
-      block.force[k] = dsq > cutsq[k] ? 0.0 : -block.elastic[k] * opening;
-    }
+    const int *const partner = range.list.j.data();
+    range.for_each_row([&](int i, int first, int last) {
+      const double own = pulls[WIDTH * (size_t) i];
+      EVP_UNROLL
+      for (int k = first; k < last; k++)
+        block.approach[k - range.first] = own + pulls[WIDTH * (size_t) partner[k]];
+    });
+    call_at(level, [&]() EVP_KERNEL {
+      const int n = block.n;
+      EVP_INDEPENDENT
+      for (int k = 0; k < n; k++) {
+        const double inv_d = 1.0 / std::sqrt(block.distance_squared(k));
+        const double added = block.approach[k] * 2.0 * inv_dlim[k] * (inv_d - inv_dlim[k]);
+        block.force[k] -= inv_d > inv_dlim[k] ? added : 0.0;
+      }
+    });
   }
 
   static void add_to_both(const PairRange &range, const double *of_block, int nreact, double *sums)

@@ -263,20 +263,20 @@ template <bool Damping> void PairEVPLJ::compute_forces()
                                   lists.nreact(force->newton_pair)};
   if (EVP::VolumeForces *const volume = pair_data.volume()) volume->evaluate(lists, view);
   if (!evflag)
-    sum_forces<Damping>(lists, view, [](bool) {
+    sum_forces<Damping>(lists, view, [] {
       return EVP::NoTally();
     });
   else if (eflag_atom || vflag_atom || cvflag_atom || num_tally_compute > 0)
-    sum_forces<Damping>(lists, view, [&](bool holds_energy) {
-      return PairTally{energy && holds_energy, this, lists.nlocal, force->newton_pair};
+    sum_forces<Damping>(lists, view, [&] {
+      return PairTally{energy, this, lists.nlocal, force->newton_pair};
     });
   else
-    sum_forces<Damping>(lists, view, [&](bool holds_energy) {
-      return SumForLAMMPS{{view.nreact, energy && holds_energy, vflag_global != 0}, *this};
+    sum_forces<Damping>(lists, view, [&] {
+      return SumForLAMMPS{{view.nreact, energy, vflag_global != 0}, *this};
     });
 }
 
-// make_tally(holds_energy): what LAMMPS asks for of one list; the volume energy is reported by its fix
+// make_tally(): what LAMMPS asks for of one list; the volume energy is reported by its fix
 template <bool Damping, class MakeTally>
 void PairEVPLJ::sum_forces(EVP::PairLists &lists, const EVP::ParticleView &view,
                            MakeTally &&make_tally)
@@ -285,23 +285,25 @@ void PairEVPLJ::sum_forces(EVP::PairLists &lists, const EVP::ParticleView &view,
   if (work && work->is_fresh()) work = nullptr;
   if (work) work->begin(lists.nall, view, Damping);
   std::vector<int> *past = pair_data.bonds_past_cutoff();
-  const auto with_tally = [&](bool are_bonds, bool holds_energy, auto &&f) {
-    auto tally = make_tally(holds_energy);
+  const EVP::VolumeForces *const volume = pair_data.volume();
+  const auto with_tally = [&](bool are_bonds, auto &&f) {
+    auto tally = make_tally();
     if (work)
-      f(EVP::PairWork::Beside(*work, tally, view.nreact, are_bonds, holds_energy));
+      f(EVP::PairWork::Beside(*work, tally, view.nreact, are_bonds));
     else
       f(tally);
   };
   for (EVP::PairList *list : {&lists.bonds, &lists.contacts}) {
     const EVP::BlockLaw &law = list->are_bonds ? coefficients.law_of_bonds()
                                                : coefficients.law_of_contacts();
-    with_tally(list->are_bonds, true, [&](auto &&tally) {
-      EVP::accumulate_forces<Damping>(*list, law, view, tally, pair_data.is_incremental(),
-                                      list->are_bonds ? past : nullptr);
+    with_tally(list->are_bonds, [&](auto &&tally) {
+      EVP::accumulate_forces<Damping>(*list, law, view,
+                                      EVP::VolumeForces::with_volume(volume, *list, tally),
+                                      pair_data.is_incremental(), list->are_bonds ? past : nullptr);
     });
   }
-  if (const EVP::VolumeForces *const volume = pair_data.volume())
-    with_tally(true, false, [&](auto &&tally) {
+  if (volume)
+    with_tally(true, [&](auto &&tally) {
       volume->add_forces(view, tally);
     });
   if (work) work->end(view);

@@ -64,6 +64,10 @@ void PairHistories::break_bonds(const std::vector<int> &broken, PairWork *work)
       work->add_broken(rank_share(bond.j, lists.nreact(force->newton_pair)) *
                        coefficients.law(bond.law).state(ratio, bond).stored.total());
 
+    if (!lists.bonds.inv_dlim.empty() && lists.parted.make_room(1)) {
+      lists.parted.set(lists.parted.size(), bond.j, 1.0 / lists.bonds.inv_dlim[k]);
+      lists.parted.add_row(i, 1);
+    }
     const Span left = rules.of_broken(atom->radius[i] + atom->radius[bond.j], 1.0 / bond.inv_deq);
     if (left.cutoff == 0.0 || !contacts.make_room(1)) continue;
     const size_t n = contacts.size();

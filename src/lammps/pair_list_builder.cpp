@@ -45,6 +45,7 @@ PairListBuilder::Found PairListBuilder::pack_rows(const Input &input, PairLists 
   lists.bonds.clear(BOND_MARGIN, input.rules.flow_of_bonds(), input.with_deq);
   lists.contacts.clear(input.rules.contact_margin(false, input.any_damping),
                        input.rules.flow_of_contacts(), input.with_deq);
+  for (PairList *list : {&lists.parted, &lists.fresh}) list->clear(BOND_MARGIN, Flow::FORGETS);
 
   Found found{};
   View view = {scene::rows(atom->x),

@@ -36,7 +36,7 @@ void StableTimesteps::linearise(const PairData &pair_data, const FreeAtoms &free
     const PairLists &lists =
         pair_data.packed_pairs();    // atoms may have moved since the last forces
     volume->evaluate(lists, {scene::rows(atom->x), nullptr, nullptr, linear.nreact});
-    take_volume(*volume);
+    take_volume(*volume, lists);
     linear.find_springs_above_volume();
   }
   least_damping = NO_LIMIT;
@@ -98,15 +98,15 @@ void StableTimesteps::take_pairs(const PairData &pair_data)
 }
 
 // Its pairs are links already, or become such, without damping. F = -pull 2 t/dlim
-void StableTimesteps::take_volume(const VolumeForces &volume)
+void StableTimesteps::take_volume(const VolumeForces &volume, const PairLists &lists)
 {
   for (int i = 0; i < atom->nlocal; i++) linear.volume_stiffness.push_back(volume.stiffness(i));
   std::vector<std::pair<std::pair<int, int>, size_t>> known;
   for (size_t k = 0; k < linear.links.size(); k++)
     known.push_back({{linear.links[k].i, linear.links[k].j}, k});
   std::sort(known.begin(), known.end());
-  volume.for_each_pair([&](const PlacedPair &p, double pull) {
-    if ((!linear.is_free(p.i) && !linear.is_free(p.j)) || p.is_past_cutoff()) return;
+  volume.for_each_pair(lists, [&](const PlacedPair &p, double inv_dlim, double pull) {
+    if (!linear.is_free(p.i) && !linear.is_free(p.j)) return;
     const std::pair<int, int> pair = {p.i, p.j};
     const auto found = std::lower_bound(known.begin(), known.end(), std::pair(pair, (size_t) 0));
     const double d = p.distance();
@@ -116,9 +116,9 @@ void StableTimesteps::take_volume(const VolumeForces &volume)
     else
       linear.links.push_back({p.i, p.j, {p.g.dx / d, p.g.dy / d, p.g.dz / d}, 0.0, 0.0, 0.0});
     auto &link = linear.links[k];
-    link.opening = 2.0 * p.inv_deq * (1.0 - d * p.inv_deq);
+    link.opening = 2.0 * inv_dlim * (1.0 - d * inv_dlim);
     link.is_bond = p.is_bond;
-    link.axial += std::max(0.0, -2.0 * pull * p.inv_deq * p.inv_deq);
+    link.axial += std::max(0.0, -2.0 * pull * inv_dlim * inv_dlim);
     link.across += pull * link.opening / d;
   });
 }

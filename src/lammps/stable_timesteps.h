@@ -65,7 +65,7 @@ class StableTimesteps : protected Pointers {
   static double root_of(double a, double b);
   void take_atoms(const FreeAtoms &);
   void take_pairs(const PairData &);
-  void take_volume(const VolumeForces &);
+  void take_volume(const VolumeForces &, const PairLists &);
   double largest_eigenvalue(const StiffnessMatrix::Mix &);
   double lambda_k();
 };

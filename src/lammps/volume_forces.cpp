@@ -26,7 +26,7 @@ std::shared_ptr<VolumeForces> VolumeForces::find(const Modify *modify)
   return forces && forces->acts() ? forces : nullptr;
 }
 
-void VolumeForces::pack(const NeighList *neighbors, const PairLists &lists, const BondStore &store,
+void VolumeForces::pack(const NeighList *neighbors, PairLists &lists, const BondStore &store,
                         const Coefficients &coefficients, bool collective)
 {
   within = store.within();
@@ -43,28 +43,44 @@ void VolumeForces::pack(const NeighList *neighbors, const PairLists &lists, cons
     exchange.forward_comm(has_bonds);
   }
 
-  for (PairList &list : pairs_) list.clear(BOND_MARGIN, Flow::FORGETS);
+  lists.bonds.inv_dlim.resize(lists.bonds.size());
+  std::vector<int> bonded_to(lists.nall, -1);    // the last particle that has a bond with this one
+  auto row = lists.bonds.rows.begin();           // these are in the order of the neighbor list
   for (int ii = 0; ii < neighbors->inum; ii++) {
     const int i = neighbors->ilist[ii];
+    for (; row != lists.bonds.rows.end() && row->i == i; ++row)
+      for (int k = row->first; k < row->last; k++) {
+        const int j = lists.bonds.j[k];
+        bonded_to[j] = i;
+        lists.bonds.inv_dlim[k] = 1.0 / dlim(coefficients, i, j, true);
+      }
     if (!has_strain(i)) continue;
-    for (PairList &list : pairs_)
-      if (!list.make_room(neighbors->numneigh[i]))
+    for (PairList *list : {&lists.parted, &lists.fresh})
+      if (!list->make_room(neighbors->numneigh[i]))
         error->one(FLERR, "{}: more than {} pairs on one MPI rank: use more ranks", who,
                    PairList::MOST);
-    std::array<int, VolumePasses::WIDTH> n{};
+    int nparted = 0, nfresh = 0;
     for (int jj = 0; jj < neighbors->numneigh[i]; jj++) {
-      if (scene::is_excluded(lmp->force, neighbors->firstneigh[i][jj])) continue;
       const int j = neighbors->firstneigh[i][jj] & NEIGHMASK;
+      if (bonded_to[j] == i || scene::is_excluded(lmp->force, neighbors->firstneigh[i][jj]))
+        continue;
       const bool recorded = store.find(i, atom->tag[j]);
-      if (!are_pair(i, j, recorded)) continue;
-      const double alpha = coefficients.row(atom->type[i], atom->type[j]).alpha;
-      if (alpha == 0.0) continue;    // the pair is of another style
-      const size_t of = recorded ? 0 : 1;
-      pairs_[of].set(pairs_[of].size() + n[of]++, j,
-                     reach(alpha) * (atom->radius[i] + atom->radius[j]));
+      const double reach = dlim(coefficients, i, j, recorded);
+      if (reach == 0.0) continue;
+      PairList &list = recorded ? lists.parted : lists.fresh;
+      list.set(list.size() + (recorded ? nparted++ : nfresh++), j, reach);
     }
-    for (size_t of = 0; of < pairs_.size(); of++) pairs_[of].add_row(i, n[of]);
+    lists.parted.add_row(i, nparted);
+    lists.fresh.add_row(i, nfresh);
   }
+}
+
+// 0 of no pair, which a pair of another style is
+double VolumeForces::dlim(const Coefficients &coefficients, int i, int j, bool recorded) const
+{
+  if (!are_pair(i, j, recorded)) return 0.0;
+  const double alpha = coefficients.row(atom->type[i], atom->type[j]).alpha;
+  return alpha == 0.0 ? 0.0 : reach(alpha) * (atom->radius[i] + atom->radius[j]);
 }
 
 static double sum_of_deq(const BondStore::Bonds &bonds)
@@ -145,8 +161,11 @@ void VolumeForces::take_gaps(std::vector<Record> &taken) const
 void VolumeForces::evaluate(const PairLists &lists, const ParticleView &view)
 {
   densities.assign(VolumePasses::WIDTH * (size_t) lists.nall, 0.0);
-  for (size_t of = 0; of < pairs_.size(); of++)
-    passes.add_densities(pairs_[of], view, densities.data() + of);
+  passes.add_densities(lists.bonds, lists.bonds.inv_dlim, view, densities.data());
+  for (size_t of = 0; of < active.size(); of++) {
+    passes.find_active(of == 0 ? lists.parted : lists.fresh, view, active[of]);
+    passes.add_densities(active[of], active[of].inv_deq, view, densities.data() + of);
+  }
   exchange.reverse_comm(densities);
 
   pulls.resize(densities.size());

@@ -68,27 +68,38 @@ class VolumeForces : protected Pointers {
   // what the pairs call
 
   /// Takes the pairs of a neighbor list; where all MPI ranks do, the references of new bonds too.
-  void pack(const NeighList *, const PairLists &, const BondStore &, const Coefficients &,
+  void pack(const NeighList *, PairLists &, const BondStore &, const Coefficients &,
             bool collective);
 
   /// Collective. Strains and energies at the present positions.
   void evaluate(const PairLists &, const ParticleView &);
 
-  /// After evaluate(), see VolumePasses.
+  /// After evaluate(), see VolumePasses: what adds the forces of bonds to those that they have, and those of all
+  /// other pairs.
+  template <class Tally>
+  static VolumePasses::WithVolume<Tally> with_volume(const VolumeForces *forces,
+                                                     const PairList &list, Tally &tally)
+  {
+    static const VolumePasses none;
+    const bool adds = forces && list.are_bonds;
+    return {adds ? forces->passes : none, list.inv_dlim, adds ? forces->pulls.data() : nullptr,
+            tally};
+  }
   template <class Tally> void add_forces(const ParticleView &view, Tally &&tally) const
   {
-    for (size_t k = 0; k < pairs_.size(); k++)
-      passes.add_forces(pairs_[k], view, pulls.data() + k, tally);
+    for (size_t k = 0; k < active.size(); k++)
+      passes.add_forces(active[k], view, pulls.data() + k, tally);
   }
 
   // what others read, as of the last evaluate()
 
-  /// Calls f(PlacedPair, sum of -dU/drho of both atoms [energy]) for all pairs; deq of each is its dlim, or its zone.
-  template <class F> void for_each_pair(F &&f) const
+  /// Calls f(PlacedPair, 1/dlim, sum of -dU/drho of both atoms [energy]) for all pairs within their dlim, or zone.
+  template <class F> void for_each_pair(const PairLists &lists, F &&f) const
   {
-    for (size_t k = 0; k < pairs_.size(); k++)
-      EVP::for_each_pair(pairs_[k], scene::rows(atom->x), [&](const PlacedPair &p) {
-        f(p, pull(p.i, p.j, k));
+    for (const PairList *list : {&lists.bonds, &lists.parted, &lists.fresh})
+      EVP::for_each_pair(*list, scene::rows(atom->x), [&](const PlacedPair &p) {
+        const double inv_dlim = list == &lists.bonds ? list->inv_dlim[p.index] : p.inv_deq;
+        if (p.distance() * inv_dlim < 1.0) f(p, inv_dlim, pull(p.i, p.j, list == &lists.fresh));
       });
   }
 
@@ -111,7 +122,7 @@ class VolumeForces : protected Pointers {
 
   double memory_usage() const
   {
-    return pairs_[0].memory_usage() + pairs_[1].memory_usage() +
+    return active[0].memory_usage() + active[1].memory_usage() +
         bytes_of(densities, pulls, has_bonds);
   }
 
@@ -124,8 +135,8 @@ class VolumeForces : protected Pointers {
   PerAtomComm &exchange;
 
   VolumePasses passes;
-  std::array<PairList, VolumePasses::WIDTH> pairs_ = {PairList(true),
-                                                      PairList(false)};    // bonds, and fresh pairs
+  // of the parted and fresh pairs those that were within their dlim at the last evaluate()
+  std::array<PairList, VolumePasses::WIDTH> active = {PairList(true), PairList(false)};
   long version = -1;    // of the store whose bonds the records are of
   BodyRule within = BodyRule::ALL;
   double zone = 0.0;    // of the store
@@ -159,6 +170,7 @@ class VolumeForces : protected Pointers {
   }
   // pairs that no zone recorded count as little as the bonds that are not there
   double reach(double alpha) const { return zone > 0.0 ? std::min(zone, alpha) : alpha; }
+  double dlim(const Coefficients &, int i, int j, bool recorded) const;
   void take_records(const BondStore &, const Coefficients &);
   void take_gaps(std::vector<Record> &) const;
   bool are_of(const BondStore &) const;

@@ -55,7 +55,8 @@ struct Volume {
   {
     const EVP::ParticleView view = {rows_of(x), nullptr, nullptr, (int) x.size()};
     densities.assign(2 * x.size(), 0.0);
-    for (int of : {0, 1}) passes.add_densities(pairs[of], view, densities.data() + of);
+    for (int of : {0, 1})
+      passes.add_densities(pairs[of], pairs[of].inv_deq, view, densities.data() + of);
     pulls.assign(2 * x.size(), 0.0);
     double energy = 0.0;
     for (size_t i = 0; i < x.size(); i++) {
@@ -209,7 +210,7 @@ TEST(VolumeEnergy, ReactionsOfOthersAreLeftOut)
   const int nreact = 20;
   const EVP::ParticleView view = {rows_of(volume.cloud.x), nullptr, nullptr, nreact};
   std::vector<double> own(all.size(), 0.0), rows_only(all.size(), 0.0);
-  volume.passes.add_densities(volume.pairs[0], view, own.data());
+  volume.passes.add_densities(volume.pairs[0], volume.pairs[0].inv_deq, view, own.data());
   EVP::for_each_pair(volume.pairs[0], rows_of(volume.cloud.x), [&](const EVP::PlacedPair &p) {
     if (!p.is_past_cutoff()) rows_only[2 * p.i] += std::pow(1.0 - p.distance() * p.inv_deq, 2);
   });
