@@ -5,9 +5,7 @@
 #include "core/text.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdint>
 #include <vector>
 
 namespace EVP {
@@ -80,77 +78,53 @@ class BondMeasures {
   std::vector<BondMeasure> values;    // of i <= j
 };
 
-/// Counts particles and bonds in whole numbers, which MPI ranks add up: the measures are the same bits
-/// whatever the order, and on any number of ranks.
+/// Counts particles and bonds of one MPI rank.
 class BondCensus {
  public:
-  /// longest: largest deq of the whole body [length].
-  BondCensus(int ntypes_in, double longest) :
-      sums((size_t) 2 * ntypes_in + (size_t) 3 * ntypes_in * (ntypes_in + 1) / 2, 0),
-      ntypes(ntypes_in), unit(longest > 0.0 ? std::ldexp(1.0, std::ilogb(longest) + 1) : 1.0)
+  explicit BondCensus(int ntypes_in) :
+      sums((size_t) 2 * ntypes_in + (size_t) ntypes_in * (ntypes_in + 1), 0.0), ntypes(ntypes_in)
   {
   }
 
   /// A particle that has bonds, and their number.
-  void add_particle(int type, int64_t bonds)
+  void add_particle(int type, size_t bonds)
   {
-    sums[2 * (type - 1)]++;
-    sums[2 * (type - 1) + 1] += bonds;
+    sums[2 * (type - 1)] += 1.0;
+    sums[2 * (type - 1) + 1] += (double) bonds;
   }
 
   /// A bond of a particle of type i with one of type j; each bond is added from both sides.
   void add_bond(int i, int j, double deq)
   {
-    const double share = std::ldexp(deq / unit, DIGITS), high = std::floor(share);
-    int64_t *const sum = &sums[place(i, j)];
-    sum[0]++;
-    sum[1] += (int64_t) high;
-    sum[2] += (int64_t) std::ldexp(share - high, DIGITS);
+    sums[place(i, j)] += 1.0;
+    sums[place(i, j) + 1] += deq;
   }
 
   /// To be added up over all MPI ranks, in place.
-  std::vector<int64_t> sums;
+  std::vector<double> sums;
 
   BondMeasures measures() const
   {
     BondMeasures measures(ntypes);
     for (int i = 1; i <= ntypes; i++)
       for (int j = i; j <= ntypes; j++) {
-        const int64_t *const a = &sums[2 * (i - 1)], *const b = &sums[2 * (j - 1)];
-        std::array<int64_t, 3> sum = of_pair(i, j);
-        if (i == j && sum[0] == 0) sum = with_any(i);
-        if (sum[0] == 0) continue;
-        const double total =
-            std::ldexp((double) sum[1], -DIGITS) + std::ldexp((double) sum[2], -2 * DIGITS);
-        const int64_t particles = i == j ? a[0] : a[0] + b[0];
-        const int64_t bonds = i == j ? a[1] : a[1] + b[1];
-        measures.of(i, j) = {unit * (total / (double) sum[0]), (double) bonds / (double) particles};
+        const double *const a = &sums[2 * (i - 1)], *const b = &sums[2 * (j - 1)];
+        double count = sums[place(i, j)], total = sums[place(i, j) + 1];
+        if (i == j && count == 0.0)    // those with whatever types
+          for (int other = 1; other <= ntypes; other++) {
+            count += sums[place(i, other)];
+            total += sums[place(i, other) + 1];
+          }
+        if (count == 0.0) continue;
+        measures.of(i, j) = {total / count, i == j ? a[1] / a[0] : (a[1] + b[1]) / (a[0] + b[0])};
       }
     return measures;
   }
 
  private:
-  static constexpr int DIGITS = 30;    // binary ones of each of two words: room for 2^33 bonds
   int ntypes;
-  double unit;    // a power of 2 above every deq
 
-  size_t place(int i, int j) const { return 2 * (size_t) ntypes + 3 * place_of_types(i, j); }
-
-  /// Number of bonds and both words of the sum of their deq.
-  std::array<int64_t, 3> of_pair(int i, int j) const
-  {
-    const int64_t *const sum = &sums[place(i, j)];
-    return {sum[0], sum[1], sum[2]};
-  }
-
-  /// Of a type with whatever types.
-  std::array<int64_t, 3> with_any(int i) const
-  {
-    std::array<int64_t, 3> all{};
-    for (int j = 1; j <= ntypes; j++)
-      for (int k = 0; k < 3; k++) all[k] += of_pair(i, j)[k];
-    return all;
-  }
+  size_t place(int i, int j) const { return 2 * ((size_t) ntypes + place_of_types(i, j)); }
 };
 
 /// What coefficients of a row are multiplied by in a body with other bonds than those it holds for.

@@ -153,30 +153,37 @@ class PairWork {
     const int *const j = range.list.j.data() + range.first;
     const int n = block.n;
     alignas(64) double weight[PairBlock::SIZE], inside[PairBlock::SIZE];
-    double count = 0.0;
+    int past = 0;
     call_at(level, [&]() EVP_KERNEL {
-      EVP_INDEPENDENT
-      for (int k = 0; k < n; k++) {
-        weight[k] = j[k] < nreact ? 1.0 : 0.5;
-        inside[k] = block.distance_squared(k) > block.cutsq[k] ? 0.0 : weight[k];
+      int halves = 0;
+      for (int k = 0; k < n; k++) halves += (int) (j[k] >= nreact);
+      past = count_past_cutoff(block);
+      const bool weighted = halves + past > 0;    // mostly not
+      if (weighted) {
+        EVP_INDEPENDENT
+        for (int k = 0; k < n; k++) {
+          weight[k] = j[k] < nreact ? 1.0 : 0.5;
+          inside[k] = block.distance_squared(k) > block.cutsq[k] ? 0.0 : weight[k];
+        }
       }
-      const auto add = [n](LaneSum &sum, const double *weights, const double *terms) EVP_KERNEL {
-        sum.add(n, [=](int k) EVP_KERNEL {
-          return weights[k] * terms[k];
-        });
-      };
+      const auto add = [n, weighted](LaneSum &sum, const double *weights, const double *terms)
+                           EVP_KERNEL {
+                             if (weighted)
+                               sum.add(n, [=](int k) EVP_KERNEL {
+                                 return weights[k] * terms[k];
+                               });
+                             else
+                               sum.add(n, [=](int k) EVP_KERNEL {
+                                 return terms[k];
+                               });
+                           };
       add(are_bonds ? found.elastic : found.contacts, inside, block.elastic);
       add(are_bonds ? found.forgotten : found.contacts, inside, block.forgotten);
       if (!are_bonds) add(found.contacts_at_cutoff, inside, block.at_cutoff);
       if (block.flow.any_flow && *block.flow.any_flow)
         add(found.plastic, weight, block.flow.dissipated);
-      LaneSum past_weight;
-      past_weight.add(n, [&](int k) EVP_KERNEL {
-        return weight[k] - inside[k];
-      });
-      count = past_weight.total();
     });
-    if (!are_bonds || count == 0.0) return;
+    if (!are_bonds || past == 0) return;
     for (int k = 0; k < n; k++) weight[k] -= inside[k];
     for (const double *terms : {block.elastic, block.forgotten})
       found.past_cutoff.add(n, [&](int k) {

@@ -149,9 +149,10 @@ template <class Powers> class Law {
     return Regime<Powers>::force(a, s, powers_at(at, s)) + carried;
   }
 
-  /// F_I and F_II integrated from deq. xi: d/deq - 1, which may have more digits than r.
-  EVP_INLINE Stored stored(const Place &at, double xi, double s) const
+  /// F_I and F_II integrated from deq.
+  EVP_INLINE Stored stored(const Place &at, double s) const
   {
+    const double xi = at.r - 1.0;
     const double strain = at.is_first ? xi : xi - std::copysign(xi_s, xi);
     double own;
     if constexpr (Powers::are_fixed) {
@@ -337,7 +338,7 @@ class PairLaw : public Law<AnyPowers> {
     const Place at = place(r);
     const double s = 1.0 / at.shifted;
     now.force = force(at, s);
-    now.stored = stored(at, r - 1.0, s);
+    now.stored = stored(at, s);
     now.stiffness = (at.is_first ? first : second).stiffness(s);
     now.stiffness_ahead =
         std::max(row.m1 * row.n1 * row.e1, row.m2 * row.n2 * row.e2);    // where regimes begin

@@ -32,14 +32,14 @@ namespace {
       f -= damping;
     }
     block.force[k] = acts ? f : 0.0;
-    if constexpr (Stored) block.damping[k] = acts ? -damping : 0.0;
+    if constexpr (Damping && Stored) block.damping[k] = acts ? -damping : 0.0;
   }
 
   /// Pairs that forget their flow (eq. 8).
   template <class Powers, bool Many, bool Damping, bool Stored>
   EVP_INLINE void evaluate_forgetting(const Laws<Powers> &all, PairBlock &block)
   {
-    const double *const inv_deq = block.inv_deq, *const cutsq = block.cutsq, *const deq = block.deq;
+    const double *const inv_deq = block.inv_deq, *const cutsq = block.cutsq;
     const double to_cutoff = 1.0 / (1.0 + block.margin);
     const int n = block.n;
     const Law<Powers> only = all.laws[0];
@@ -59,7 +59,7 @@ namespace {
       put_force<Damping, Stored>(block, k, c.force(at, s), inv_deq[k], w * at.shifted, c.gamma,
                                  !(dsq > cutsq[k]));
       if constexpr (Stored) {
-        const auto now = c.stored(at, (d - deq[k]) * inv_deq[k], s);
+        const auto now = c.stored(at, s);
         block.elastic[k] = now.elastic;
         block.forgotten[k] = now.forgotten;
       }
@@ -139,7 +139,7 @@ namespace {
   template <class Powers, bool Many, bool Contact, bool Damping, bool Stored>
   EVP_INLINE void evaluate_flowing(const Laws<Powers> &all, PairBlock &block)
   {
-    const double *const inv_deq = block.inv_deq, *const cutsq = block.cutsq, *const deq = block.deq;
+    const double *const inv_deq = block.inv_deq, *const cutsq = block.cutsq;
     const FlowArrays flow = block.flow;
     const int n = block.n;
     const Law<Powers> only = all.laws[0];
@@ -162,7 +162,7 @@ namespace {
                                  !(dsq > cutsq[k]));
       flow.q_new[k] = Contact && dsq > cutsq[k] ? 0.0 : q_new;
       if constexpr (Stored) {
-        const double strain = (d - deq[k]) * inv_deq[k] - q_new;
+        const double strain = r - 1.0 - q_new;
         block.elastic[k] = c.first.stored(Contact && strain > 0.0 ? 0.0 : strain, s);
         block.forgotten[k] = 0.0;
       }
@@ -206,7 +206,6 @@ namespace {
       at_cutoff.n = block.n;
       at_cutoff.inv_deq = block.inv_deq;
       at_cutoff.cutsq = block.cutsq;
-      at_cutoff.deq = block.deq;
       at_cutoff.margin = block.margin;
       at_cutoff.law = block.law;
       for (int k = 0; k < block.n; k++) {
@@ -230,11 +229,6 @@ namespace {
     void operator()(PairBlock &block, const BlockLaw::Asked &asked) const
     {
       const bool stored = asked.stored || asked.potential;
-      double deq[PairBlock::SIZE];
-      if (stored && !block.deq) {
-        for (int k = 0; k < block.n; k++) deq[k] = 1.0 / block.inv_deq[k];
-        block.deq = deq;
-      }
       if (asked.damping)
         (stored ? evaluate<Powers, Many, Kind, true, true>
                 : evaluate<Powers, Many, Kind, true, false>) (all, block, level);

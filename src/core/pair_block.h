@@ -29,9 +29,8 @@ struct PairBlock {
   const double *inv_deq;    ///< of each pair, see PackedPair
   const double *cutsq;
   const int *law;
-  FlowArrays flow;      ///< with flow that stays
-  double margin;        ///< of the cutoffs, see PairList
-  const double *deq;    ///< nullptr without, see PairList
+  FlowArrays flow;    ///< with flow that stays
+  double margin;      ///< of the cutoffs, see PairList
 
   alignas(64) double xy[2 * SIZE];      ///< relative position: x and y side by side [length]
   alignas(64) double z[SIZE];           ///< [length]
@@ -43,7 +42,7 @@ struct PairBlock {
       forgotten[SIZE];                   ///< see Stored, past the cutoff those at it [energy]
   alignas(64) double at_cutoff[SIZE];    ///< stored at the cutoff; 0 where flow stays [energy]
   alignas(64) double potential[SIZE];    ///< what the force is the slope of [energy]
-  alignas(64) double damping[SIZE];      ///< of the force the damping, 0 without
+  alignas(64) double damping[SIZE];      ///< of the force the damping, where there is any
 
   EVP_INLINE double distance_squared(int k) const
   {
@@ -145,7 +144,6 @@ void gather(const ParticleView &view, const PairRange &range, PairBlock &block)
   block.cutsq = list.cutsq.data() + range.first;
   block.law = list.law.data() + range.first;
   block.margin = list.cutoff_margin();
-  block.deq = list.deq.empty() ? nullptr : list.deq.data() + range.first;
   const auto *const x = view.x;
   const auto *const v = Damping ? view.v : view.x;    // read only if needed
   range.for_each_row([&](int i, int first, int last) {
@@ -165,8 +163,8 @@ void gather(const ParticleView &view, const PairRange &range, PairBlock &block)
 }
 
 /// Adds the forces of a block, force/d of each pair, to f of its particles; those of i are summed apart, row by row.
-inline void scatter(const PairRange &range, const PairBlock &block, const double *force, int nreact,
-                    double (*f)[3])
+EVP_INLINE void scatter(const PairRange &range, const PairBlock &block, const double *force,
+                        int nreact, double (*f)[3])
 {
   const int *const partner = range.list.j.data();
   range.for_each_row([&](int i, int first, int last) {
@@ -191,7 +189,7 @@ inline void scatter(const PairRange &range, const PairBlock &block, const double
 }
 
 /// How many pairs of a block are past their cutoff.
-inline int count_past_cutoff(const PairBlock &block)
+EVP_INLINE int count_past_cutoff(const PairBlock &block)
 {
   int count = 0;
   for (int k = 0; k < block.n; k++) count += (int) (block.distance_squared(k) > block.cutsq[k]);

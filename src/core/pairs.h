@@ -103,8 +103,6 @@ class PairList {
   std::vector<PackedRow> rows;
   std::vector<double> inv_deq, cutsq;    ///< see PackedPair
   std::vector<int> j, law, record;
-  std::vector<double>
-      deq;    ///< as recorded, with all digits; empty but for an energy balance [length]
   std::vector<double> inv_dlim;      ///< of bonds, for the volume energy; else empty [1/length]
   std::vector<double> q, k, work;    ///< with flow that stays, else empty; see PairHistory
   std::vector<double> q_new, dissipated;    ///< see FlowArrays
@@ -118,11 +116,9 @@ class PairList {
   double cutoff_margin() const { return margin; }
   bool stays() const { return flow_ != Flow::FORGETS; }
 
-  /// margin: of the cutoffs of its pairs. with_deq: keeps deq.
-  void clear(double margin_in, Flow flow_in, bool with_deq_in = false)
+  /// margin: of the cutoffs of its pairs.
+  void clear(double margin_in, Flow flow_in)
   {
-    with_deq = with_deq_in;
-    if (!with_deq) std::vector<double>().swap(deq);
     std::vector<double>().swap(inv_dlim);
     count = 0;
     rows.clear();
@@ -143,7 +139,6 @@ class PairList {
       for (auto *values : {&inv_deq, &cutsq}) values->resize(larger);
       for (auto *values : {&j, &law, &record}) values->resize(larger);
     }
-    if (with_deq && count + n > deq.size()) deq.resize(j.size());
     if (stays() && count + n > q.size()) {
       for (auto *values : {&q, &k, &work, &q_new, &dissipated}) values->resize(j.size());
       any_flow.resize(j.size() / BLOCK_SIZE + 1);
@@ -236,7 +231,7 @@ class PairList {
       }
     };
     if (out.empty()) return;
-    for (auto *values : {&inv_deq, &cutsq, &deq, &inv_dlim, &q, &k, &work, &q_new, &dissipated})
+    for (auto *values : {&inv_deq, &cutsq, &inv_dlim, &q, &k, &work, &q_new, &dissipated})
       keep(*values);
     for (auto *values : {&j, &law, &record}) keep(*values);
     count -= out.size();
@@ -281,14 +276,13 @@ class PairList {
 
   double memory_usage() const
   {
-    return bytes_of(rows, inv_deq, cutsq, deq, inv_dlim, j, law, record, q, k, work, q_new,
-                    dissipated, any_flow);
+    return bytes_of(rows, inv_deq, cutsq, inv_dlim, j, law, record, q, k, work, q_new, dissipated,
+                    any_flow);
   }
 
  private:
   size_t count = 0;
   double margin = 0.0;
-  bool with_deq = false;
   Flow flow_ = Flow::FORGETS;
 };
 

@@ -52,8 +52,8 @@ class BondRecording : protected Pointers {
   std::string find_bond_twice(const std::string &file) const;
 };
 
-/// Collective. The measures of the records of all MPI ranks, the same bits on any number of them. A bond whose partner
-/// was deleted counts for its atom, and for no pair of types.
+/// Collective. The measures of the records of all MPI ranks. A bond whose partner was deleted counts for its atom, and
+/// for no pair of types.
 BondMeasures measure_bonds(LAMMPS *, const BondStore &);
 
 }    // namespace EVP

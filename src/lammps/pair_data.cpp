@@ -279,10 +279,8 @@ bool PairData::pack(const NeighList *neighbors, bool collective)
   source_version = source.version();
   // with the same neighbor list the records have not been told of what changed
   const PairLists before = carries ? lists : PairLists();
-  const PairListBuilder::Found found =
-      builder.build({neighbors, &coefficients, bonds(), rules, within(), any_gamma, work != nullptr,
-                     implicit_groupbit},
-                    lists);
+  const PairListBuilder::Found found = builder.build(
+      {neighbors, &coefficients, bonds(), rules, within(), any_gamma, implicit_groupbit}, lists);
   pair_histories.forget_forces();
   if (is_first && bonds()) laws.check(lists.bonds, volume());
   snapshot.finish();

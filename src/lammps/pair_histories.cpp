@@ -72,7 +72,6 @@ void PairHistories::break_bonds(const std::vector<int> &broken, PairWork *work)
     if (left.cutoff == 0.0 || !contacts.make_room(1)) continue;
     const size_t n = contacts.size();
     contacts.inv_deq[n] = 1.0 / left.deq;
-    if (!contacts.deq.empty()) contacts.deq[n] = left.deq;
     contacts.cutsq[n] = contacts.cutoff_squared(left.cutoff);
     contacts.j[n] = bond.j;
     contacts.law[n] = bond.law;

@@ -42,9 +42,9 @@ PairListBuilder::Found PairListBuilder::pack_rows(const Input &input, PairLists 
   last.rows.resize(atom->nlocal, {0, 0});
   now.rows.assign(atom->nlocal, {0, 0});
   lists.build++;
-  lists.bonds.clear(BOND_MARGIN, input.rules.flow_of_bonds(), input.with_deq);
+  lists.bonds.clear(BOND_MARGIN, input.rules.flow_of_bonds());
   lists.contacts.clear(input.rules.contact_margin(false, input.any_damping),
-                       input.rules.flow_of_contacts(), input.with_deq);
+                       input.rules.flow_of_contacts());
   for (PairList *list : {&lists.parted, &lists.fresh}) list->clear(BOND_MARGIN, Flow::FORGETS);
 
   Found found{};
@@ -75,13 +75,12 @@ namespace {
 
   /// Where the pairs of a row go, apart from the list: the compiler need not read its pointers again.
   struct Room {
-    double *inv_deq, *cutsq, *deq;
+    double *inv_deq, *cutsq;
     int *j, *law, *record;
     int n = 0;
 
     explicit Room(PairList &list) :
         inv_deq(list.inv_deq.data() + list.size()), cutsq(list.cutsq.data() + list.size()),
-        deq(list.deq.empty() ? nullptr : list.deq.data() + list.size()),
         j(list.j.data() + list.size()), law(list.law.data() + list.size()),
         record(list.record.data() + list.size())
     {
@@ -89,7 +88,6 @@ namespace {
     EVP_INLINE void add(double deq_in, double cutsq_in, int j_in, int law_in, int record_in)
     {
       inv_deq[n] = 1.0 / deq_in;
-      if (deq) deq[n] = deq_in;
       cutsq[n] = cutsq_in;
       j[n] = j_in;
       law[n] = law_in;

@@ -21,7 +21,6 @@ class PairListBuilder : protected Pointers {
     PairRules rules;
     BodyRule within;    ///< see fix evp/bonds
     bool any_damping;
-    bool with_deq;            ///< for an energy balance
     int implicit_groupbit;    ///< pairs with an atom of it have the law without gamma
   };
 

@@ -73,7 +73,7 @@ def test_free_vibration_of_any_amplitude_balances(lmp, tmp_path, speed, recorded
 
 
 def test_stored_has_its_digits_at_tiny_strains(lmp, tmp_path, body):
-    """Strains near 1e-10: what bonds store, to 1e-9 of it, from the distances and the recorded ones to the last bit. Then the
+    """Strains near 1e-10: what bonds store, to 1e-9 of it, at the strains d * (1/deq) - 1 of which forces are made. Then the
     body flies on, through neighbor builds and over ranks: no bond is lost, and 5 kJ of depth in another order are no noise."""
     write_body(tmp_path / "body.data", body)
     run = lmp(head("off", "p s s") + pair(law.TABLE1, "none", "fix bonds all evp/bonds zone 1.48") + """
@@ -92,7 +92,7 @@ dump_modify pairs format float %.17g
     assert len(d) == run.thermo(1)["f_bonds"][-1], "each bond once"
     assert 1e-11 < np.abs(d / deq - 1.0).max() < 1e-9, "control"
     found, moved = energies(run.thermo(1)), energies(run.thermo(2))
-    assert found["first"] == pytest.approx(np.sum(law.stored(d, deq, law.TABLE1)[0]), rel=1e-9, abs=0.0)
+    assert found["first"] == pytest.approx(np.sum(law.stored(d * (1.0 / deq), 1.0, law.TABLE1)[0]), rel=1e-9, abs=0.0)
     assert found["second"] == found["lost"] == 0.0
     assert abs(moved["lost"]) < 1e-20
 

@@ -72,7 +72,6 @@ inline void add_row(EVP::PairList &list, int i, const std::vector<Pair> &pairs)
     list.j[n] = pair.j;
     list.law[n] = pair.law;
     list.record[n] = list.are_bonds ? 0 : -1;
-    if (!list.deq.empty()) list.deq[n] = pair.deq;
     if (list.stays()) list.set_history(n, pair.history);
     n++;
   }
@@ -86,7 +85,7 @@ struct Cloud {
   std::vector<EVP::PairLaw> laws;
   EVP::PairLists lists;
 
-  Cloud(const std::vector<EVP::Row> &rows, int npairs, bool plastic, bool with_deq = false)
+  Cloud(const std::vector<EVP::Row> &rows, int npairs, bool plastic)
   {
     std::mt19937 random(1);
     std::uniform_real_distribution<double> unit(0.0, 1.0);
@@ -97,9 +96,9 @@ struct Cloud {
     }
     for (const EVP::Row &row : rows) laws.emplace_back(row);
     lists.nlocal = lists.nall = n;
-    lists.bonds.clear(EVP::BOND_MARGIN, plastic ? EVP::Flow::STAYS : EVP::Flow::FORGETS, with_deq);
-    lists.contacts.clear(EVP::NEW_PAIR_MARGIN, plastic ? EVP::Flow::COMPRESSES : EVP::Flow::FORGETS,
-                         with_deq);
+    lists.bonds.clear(EVP::BOND_MARGIN, plastic ? EVP::Flow::STAYS : EVP::Flow::FORGETS);
+    lists.contacts.clear(EVP::NEW_PAIR_MARGIN,
+                         plastic ? EVP::Flow::COMPRESSES : EVP::Flow::FORGETS);
     const double range = plastic ? 0.06 : 0.04;
     for (EVP::PairList *list : {&lists.bonds, &lists.contacts})
       for (int i = 0; i < n; i++) {

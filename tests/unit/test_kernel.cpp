@@ -54,17 +54,18 @@ struct PairResult {
 struct Saved {
   static constexpr bool stored = true, potential = true;
   SumTally sums;
+  const bool damping;
   std::vector<PairResult> pairs = {};
 
-  explicit Saved(int nreact) : sums(nreact, true, true) {}
+  Saved(int nreact, bool damping_in) : sums(nreact, true, true), damping(damping_in) {}
   void operator()(const PairRange &range, const PairBlock &block)
   {
     EXPECT_EQ((int) pairs.size(), range.first);
     for (int k = 0; k < block.n; k++) {
       const bool flows = block.flow.q, moves = flows && *block.flow.any_flow;
-      pairs.push_back({block.force[k], block.damping[k], block.elastic[k], block.forgotten[k],
-                       block.at_cutoff[k], block.potential[k], flows ? block.flow.q_new[k] : 0.0,
-                       moves ? block.flow.dissipated[k] : 0.0});
+      pairs.push_back({block.force[k], damping ? block.damping[k] : 0.0, block.elastic[k],
+                       block.forgotten[k], block.at_cutoff[k], block.potential[k],
+                       flows ? block.flow.q_new[k] : 0.0, moves ? block.flow.dissipated[k] : 0.0});
     }
     sums(range, block);
   }
@@ -211,7 +212,7 @@ TEST(Kernel, EqualsTheLawPairByPair)
               const Expected expected(cloud, list, damping, incremental, nreact);
               Vectors f(ALL, {0, 0, 0});
               std::vector<int> past;
-              Saved found(nreact);
+              Saved found(nreact, damping);
               cloud.add_forces(list, best_instruction_set(), damping, nreact, f, found, incremental,
                                &past);
               expected.compare(found, f);
@@ -231,12 +232,12 @@ TEST(Kernel, TheSameBitsWithTallyAndOnEveryInstructionSet)
     for_each_list(rows, 600, [&](const Cloud &cloud, PairList &list) {
       for (const bool damping : {false, true}) {
         Vectors base(ALL, {0, 0, 0});
-        Saved first(ALL);
+        Saved first(ALL, damping);
         cloud.add_forces(list, InstructionSet::BASE, damping, ALL, base, first);
         for (const InstructionSet level : levels()) {
           Vectors bare(ALL, {0, 0, 0}), with_tally = bare;
           cloud.add_forces(list, level, damping, ALL, bare, NoTally());
-          Saved found(ALL);
+          Saved found(ALL, damping);
           cloud.add_forces(list, level, damping, ALL, with_tally, found);
           EXPECT_EQ(bare, base);
           EXPECT_EQ(with_tally, base);
@@ -339,7 +340,7 @@ TEST(PairWork, SumsWhatTheLawSaysAndSeparatesForces)
         for (const int nreact : {ALL, WITHOUT_GHOSTS}) {
           SCOPED_TRACE(name_of(rows.back()) + (plastic ? "plastic" : "") +
                        (damping ? ", damped" : ""));
-          Cloud cloud(rows, 600, plastic, true);
+          Cloud cloud(rows, 600, plastic);
           PairLists &lists = cloud.lists;
           Vectors plain(ALL, {0.5, 0.25, 1.0});
           for (PairList *list : {&lists.bonds, &lists.contacts})
@@ -376,28 +377,6 @@ TEST(PairWork, SumsWhatTheLawSaysAndSeparatesForces)
             EXPECT_NE(bonds.through[c], 0.0);
           }
         }
-}
-
-// The list keeps 1/deq, from which deq does not come back to its last bit for all pairs.
-TEST(PairWork, CountsFromTheRecordedDistance)
-{
-  for (const bool plastic : {false, true}) {
-    Cloud cloud({TABLE2}, 0, plastic, true);
-    int off = 0;
-    for (int i = 0; i < ALL; i++) {
-      const double d = 1.7 + 0.0097 * i;
-      off += 1.0 / (1.0 / d) != d;
-      cloud.x[i] = {i + 1 < ALL ? d : 0.0, 0.0, 0.0};
-      if (i + 1 < ALL)
-        for (PairList *list : {&cloud.lists.bonds, &cloud.lists.contacts})
-          add_row(*list, i, {{ALL - 1, d, 2.0 * d}});
-    }
-    EXPECT_GT(off, 10);
-    PairWork work;
-    evaluate(cloud, work, false, ALL);
-    EXPECT_EQ(work.sums().elastic, 0.0);
-    EXPECT_EQ(work.sums().contacts, 0.0);
-  }
 }
 
 TEST(PairWork, KeepsWhatIsMissingAndWhatBreaks)
