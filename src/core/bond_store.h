@@ -59,6 +59,9 @@ class BondStore {
   /// Pairs recorded, over all MPI ranks.
   int64_t count() const { return npairs; }
 
+  /// Bonds that have broken so far, as this MPI rank has counted them: their atoms may have gone since.
+  int64_t broken() const { return nbroken; }
+
   /// Of all atoms at the recording: atoms that came later have higher IDs.
   int64_t highest_id() const { return highest; }
 
@@ -90,6 +93,7 @@ class BondStore {
     with_history = keep;
     histories.clear();
     flowed_contacts.clear();
+    nbroken = 0;
     grow((int) bonds.size());
     for (size_t i = 0; i < bonds.size(); i++) need_room((int) words_of(i));
     changed();
@@ -134,15 +138,16 @@ class BondStore {
       }
       need_room((int) words_of(i));
     }
-    restore(true, npairs_in, highest_in);
+    restore(true, npairs_in, highest_in, 0);
   }
 
-  /// Takes what a restart file says of all records; those of the atoms follow by unpack().
-  void restore(bool recorded_in, int64_t npairs_in, int64_t highest_in)
+  /// Takes what a restart file says of all records; those of the atoms follow by unpack(). broken: on one MPI rank.
+  void restore(bool recorded_in, int64_t npairs_in, int64_t highest_in, int64_t broken_in)
   {
     recorded = recorded_in;
     npairs = npairs_in;
     highest = highest_in;
+    nbroken = broken_in;
     changed();
   }
 
@@ -179,10 +184,17 @@ class BondStore {
   {
     const auto &[i, is_record, partner, history] = pair;
     const int slot = is_record ? slot_of(i, partner) : -1;
-    if (slot >= 0 && histories[i][slot].broken == 0.0) histories[i][slot] = history;
+    if (slot >= 0 && histories[i][slot].broken == 0.0) take(i, slot, history);
     if (is_record) return;
     flowed_contacts[i].push_back({partner, history});
     need_room((int) words_of(i));
+  }
+
+  /// The same of the bond in a slot. The atom with the lower ID counts those that break.
+  void take(int i, int slot, const PairHistory &history)
+  {
+    histories[i][slot] = history;
+    if (history.broken != 0.0 && recorded_as[i] < bonds[i][slot].partner) nbroken++;
   }
 
   /// Slot of the bond with a partner, -1 if there is none.
@@ -344,7 +356,7 @@ class BondStore {
   BodyRule bodies = BodyRule::ALL;
   long version_now;
   bool recorded = false, closed = false;
-  int64_t npairs = 0, highest = 0;
+  int64_t npairs = 0, highest = 0, nbroken = 0;
   BondMeasures measured;
   int most = 4;
 

@@ -20,7 +20,7 @@ using namespace LAMMPS_NS;
 using EVP::BodyRule;
 using EVP::BondStore;
 
-static constexpr double RESTART_FORMAT = 2002;    // first word of our section in restart files
+static constexpr double RESTART_FORMAT = 2003;    // first word of our section in restart files
 
 // fix ID group evp/bonds [zone Z | file FILE] [within type|molecule]
 FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
@@ -275,12 +275,11 @@ double FixEVPBonds::compute_vector(int n)
   return pair_counts[n];
 }
 
-// both atoms of a pair have its record
 double FixEVPBonds::count_broken()
 {
   if (!bonds->has_history()) return 0.0;
   return_histories();
-  return 0.5 * (double) EVP::reduce_all(bonds->count_broken(atom->nlocal), MPI_SUM, world);
+  return (double) EVP::reduce_all(bonds->broken(), MPI_SUM, world);
 }
 
 int FixEVPBonds::unpack(int i, const double *buf)
@@ -299,7 +298,8 @@ void FixEVPBonds::write_restart(FILE *fp)
                                (double) bonds->count(),
                                (double) bonds->highest_id(),
                                (double) bonds->has_history(),
-                               (double) (int) bonds->within()};
+                               (double) (int) bonds->within(),
+                               count_broken()};
   const std::vector<double> measures = bonds->measures().words();
   words.insert(words.end(), measures.begin(), measures.end());
   const int size = (int) (words.size() * sizeof(double));
@@ -313,7 +313,7 @@ void FixEVPBonds::restart(char *buf)
 {
   const auto *words = reinterpret_cast<const double *>(buf);
   EVP::BondMeasures measures;
-  if (words[0] != RESTART_FORMAT || !measures.take(words + 7, atom->ntypes))
+  if (words[0] != RESTART_FORMAT || !measures.take(words + 8, atom->ntypes))
     error->all(FLERR,
                "{}: its section of the restart file is damaged, or from a version of this package "
                "that wrote another format",
@@ -322,7 +322,8 @@ void FixEVPBonds::restart(char *buf)
   const bool recorded = words[2] != 0.0;
   bonds->keep_history(words[5] != 0.0);
   restore_within((BodyRule) (int) words[6], recorded);
-  bonds->restore(recorded, (int64_t) words[3], (int64_t) words[4]);
+  bonds->restore(recorded, (int64_t) words[3], (int64_t) words[4],
+                 comm->me == 0 ? (int64_t) words[7] : 0);
   bonds->take(measures);
   if (recorded && comm->me == 0 && (!file.empty() || (zone > 0.0 && zone != words[1])))
     utils::logmesg(

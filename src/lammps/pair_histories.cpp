@@ -289,9 +289,9 @@ PairHistories::Missing PairHistories::settle_missing(const BondStore &store, Bon
     found.dissipated += 0.5 * at.dissipated;
     if (!moved || fault(NO_FLOW_OF_MISSING)) continue;
     const double work = before.work + at.dissipated;
-    moved->histories_of(one.i)[one.slot] = rules.breaks()
-        ? PairHistory{0.0, 0.0, work, 1.0}
-        : PairHistory{at.offset.q, at.offset.k, work, 0.0};
+    moved->take(one.i, one.slot,
+                rules.breaks() ? PairHistory{0.0, 0.0, work, 1.0}
+                               : PairHistory{at.offset.q, at.offset.k, work, 0.0});
   }
   return found;
 }
