@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The scenes of doc/gallery.md: the commands of each, its picture, and what its numbers are and should be.
+"""The numbers of doc/gallery.md, and what they should be.
 
-A scene's numbers are read from the files that its commands leave in a folder, and from what the commands printed. What they should be
+Numbers are read from the files that the commands of a scene leave in a folder, and from what the commands printed. What they should be
 is computed from the same bodies, or is read from the file of another page, or is a benchmark. SI units.
 """
 
 import csv
 import math
 import re
-from typing import Callable, NamedTuple
+from typing import NamedTuple
 
 from study import CHECKOUT
 import numpy as np
@@ -17,10 +17,8 @@ from scipy.spatial import cKDTree
 import loads
 from evp import curves, figures, law, specimen
 
-ROW = "80 8 4 3 8 4 0.005 0 1.5 spacing 0.00585189 coordination 11.9"  # Table 1 for any body, as table1_any
 TABLE = law.Row(80.0, 8.0, 4.0, 3.0, 8.0, 4.0, 0.005, 0.0, 1.5)
 BENCHMARK = (0.0214, 0.0071)  # final length and foot radius of the Taylor bar [m], README.md of the decks
-LMP = "build/lmp -log none -in lammps_inputs/"
 BALL, FLOW_STRESS = 0.015, 265.0 + 426.0 * 0.08**0.34  # radius [m] of the ball; [MPa] of 2024-T351 at a plastic strain of 8 %, by Johnson and Cook
 
 
@@ -34,16 +32,6 @@ class Number(NamedTuple):
     expected: object
     source: str
     deck: str = ""
-
-
-class Scene(NamedTuple):
-    key: str
-    deck: str  # of lammps_inputs
-    title: str
-    shows: str  # what the picture shows
-    commands: tuple
-    picture: str
-    numbers: Callable  # (folder, printed text) -> [Number]
 
 
 def body_of(folder, data):
@@ -210,7 +198,7 @@ def indent(folder, text):
     return [Number("contact radius at a depth of 1.5 mm", "mm", 1e3 * read["contact_radius"][turn], 1e3 * math.sqrt(2 * BALL * read["depth"][turn]), "sqrt(2 R h)"),
             Number("hardness", "MPa", hardness, 3.0 * FLOW_STRESS, "Tabor, 3 times the flow stress at 8 %; the more spheres under the ball the nearer"),
             Number("contact radius in diameters of a sphere", "", diameters, 5.0, "at least, for a hardness that is the metal's"),
-            Number("imprint over the depth", "%", left, None, "a metal keeps all but stress/E: [what to believe](../doc/what_to_believe.md)")]
+            Number("imprint over the depth", "%", left, None, "a metal keeps all but stress/E: [what to believe](what_to_believe.md)")]
 
 
 def upset(folder, text):
@@ -222,110 +210,19 @@ def upset(folder, text):
             Number("strain left", "%", left, pressed, "a metal keeps all but stress/E")]
 
 
-SCENES = (
-    Scene("two_spheres", "in.two_spheres", "The force law", "Force between two spheres over their strain, measured in LAMMPS and by the formula.\nBeyond 0.5 % the second regime is softer.",
-          (LMP + "in.two_spheres -var out two_spheres", "tools/curves.py law --measured two_spheres.csv --out force_law.png"),
-          "force_law.png", two_spheres),
-    Scene("traction", "in.traction", "Tension at strain rates and quasi-static",
-          "The paper's cylinder of 500 spheres. Table 1 has no damping: its curves at 10/s and quasi-static coincide.\n"
-          "Table 2 has: at 100/s its stress starts with the viscous part.",
-          (LMP + "in.specimen -var out cylinder.data",
-           LMP + "in.traction -var specimen cylinder.data -var contact none -var out table1",
-           LMP + 'in.traction -var specimen cylinder.data -var contact none -var coeff "80 8 4 3 8 4 0.005 1000 1.5" -var rate 100 '
-           "-var integrator implicit -var out table2",
-           LMP + "in.quasistatic -var specimen cylinder.data -var contact none -var out rest",
-           'tools/curves.py plot table1.csv table2.csv rest.csv --labels "Table 1, 10/s" "Table 2, 100/s" "Table 1, quasi-static" '
-           '--title "Tension, parameters of the paper" '
-           "--out traction.png"),
-          "traction.png", pull),
-    Scene("cyclic", "in.cyclic", "Tension and compression in cycles",
-          "Two cycles between 2 % and -2 % with *plasticity isotropic*, and one between 2 % and 0 with eq. 8, which goes back on its own curve but for\n"
-          "a little vibration at this rate.\n"
-          "A dot is the residual strain of the first unloading.",
-          (LMP + "in.specimen -var out cylinder.data",
-           LMP + "in.cyclic -var specimen cylinder.data -var contact none -var plasticity isotropic -var lower -0.02 -var cycles 2 -var rate 50 -var out cycles",
-           LMP + "in.cyclic -var specimen cylinder.data -var contact none -var rate 50 -var out eq8",
-           'tools/curves.py cycle cycles.csv eq8.csv --labels "plasticity isotropic, two cycles" "eq. 8" --out cyclic.png'),
-          "cyclic.png", cyclic),
-    Scene("dog_bone", "tools/body.py", "A part from a CAD program",
-          "A round tension bar, cut open along its axis, pulled to a strain of 1 % of its grips and released: only the thin part has flowed.",
-          ("tools/body.py tests/data/parts/dog_bone.stl --axis z --unit mm --n 800 --out bone.data",
-           LMP + "in.quasistatic -var specimen bone.data -var material potentials/gado2017.evp:table1_any -var strain 0.01 -var plasticity isotropic -var cycles 1 "
-           "-var lower release -var out bone",
-           LMP + "in.specimen -var out cylinder.data",
-           LMP + "in.quasistatic -var specimen cylinder.data -var material potentials/gado2017.evp:table1_any -var strain 0.0002 -var increment 0.0001 "
-           "-var out bone_row",
-           'tools/view.py bone_state.dump --color plastic_strain --cut "y<0" --pixels 450 --captions "pulled and released, cut open" --out dog_bone.png'),
-          "dog_bone.png", dog_bone),
-    Scene("torsion", "in.torsion", "Torsion", "A shaft, twisted about its axis by its ends. On the right the near half is cut away: the surface has flowed, the core and the grips have not.",
-          (LMP + "in.specimen -var n 2000 -var length 0.1 -var out shaft.data",
-           LMP + "in.quasistatic -var specimen shaft.data -var contact none -var strain 0.0002 -var increment 0.0001 -var out shaft_pulled",
-           LMP + "in.torsion -var specimen shaft.data -var contact none -var plasticity isotropic -var angle 0.12 -var increment 0.002 "
-           "-var also lammps_inputs/frames.lmp -var frames 1 -var out twisted",
-           'tools/view.py twisted_frames.dump --color plastic_strain --range 0 1.5 --cut "y<0" "x>0.05" --pixels 420 --captions "angle 0.12 rad, right half cut open" '
-           "--out torsion.png"),
-          "torsion.png", torsion),
-    Scene("bending", "in.bending", "Three-point bending", "A bar on two supports near its ends, seen from its side: before, pushed down at mid-span to a strain of 2 % of the outer fibre,\n"
-          "and bent back to no deflection. It has flowed above and below mid-span, not on its axis.",
-          (LMP + "in.specimen -var n 2000 -var shape block -var length 0.1 -var width 0.01 -var height 0.02 -var out bar.data",
-           LMP + "in.quasistatic -var specimen bar.data -var contact none -var strain 0.0002 -var increment 0.0001 -var out bar_pulled",
-           LMP + "in.bending -var specimen bar.data -var contact none -var plasticity isotropic -var cycles 1 -var also lammps_inputs/frames.lmp -var frames 2 -var out bent",
-           'tools/view.py bent_frames.dump --strip 3 --color plastic_strain --view front --pixels 380 --captions before "pushed down, strain 2 %" '
-           '"bent back, strain 0 %" '
-           "--out bending.png"),
-          "bending.png", bending),
-    Scene("indent", "in.indent", "Imprint of a ball", "A plate of aluminium 2024-T351, cut open, into which a ball was pressed: the metal has flowed under it and keeps its imprint.",
-          (LMP + "in.specimen -var n 4000 -var shape block -var length 0.02 -var width 0.05 -var height 0.05 -var out thick.data",
-           LMP + "in.indent -var specimen thick.data -var material potentials/metals.evp:aluminium_2024T351 -var tool_radius 0.015 -var depth 0.0015 -var out indented",
-           'tools/view.py indented_state.dump --color plastic_strain --cut "y<0" --view front --pixels 450 --captions "released, cut open" --out indent.png'),
-          "indent.png", indent),
-    Scene("upset", "in.upset", "Upsetting", "A billet of 2024-T351, pressed to half of its height between plates with friction, and released, cut open: it bulges, and flows most inside.",
-          (LMP + "in.specimen -var n 2000 -var length 0.03 -var radius 0.01 -var out billet.data",
-           LMP + "in.upset -var specimen billet.data -var material potentials/metals.evp:aluminium_2024T351 -var strain 0.5 -var friction 0.2 -var out upset",
-           'tools/view.py upset_state.dump --color plastic_strain --range 0 150 --cut "y<0" --view front --pixels 450 --captions "released, cut open" --out upset.png'),
-          "upset.png", upset),
-    Scene("shear", "in.shear", "Simple shear of a periodic body", "A periodic body of 500 spheres, sheared to 45 %: at first it flows everywhere, then most in a band.",
-          (LMP + "in.specimen -var n 500 -var shape periodic -var length 0.03 -var out periodic.data",
-           LMP + "in.shear -var specimen periodic.data -var strain 0.003 -var row 0.0001 -var rate 10 -var out shear_elastic",
-           LMP + "in.shear -var specimen periodic.data -var plasticity isotropic -var strain 0.45 -var also lammps_inputs/frames.lmp -var frames 3 -var out sheared",
-           'tools/view.py sheared_frames.dump --strip 4 --color plastic_strain --range 0 50 --view top --pixels 200 --out shear.png'),
-          "shear.png", shear),
-    Scene("notched", "in.traction", "Notched tension to rupture", "A bar with two notches, pulled along its length: bonds break between the notches.",
-          (LMP + "in.specimen -var n 4000 -var shape region -var region lammps_inputs/regions/notched.lmp -var width 0.022 -var height 0.012 -var out notched.data",
-           LMP + f'in.traction -var specimen notched.data -var coeff "{ROW.replace(" 0 1.5", " 20 1.5")}" -var contact repulsive -var plasticity isotropic '
-           "-var break 0.05 -var rate 100 -var row 0.00025 -var also lammps_inputs/frames.lmp -var frames 8 -var out notched",
-           'tools/view.py notched_frames.dump --strip 2 --color share_lost --view top --pixels 330 --out notched.png'),
-          "notched.png", notched),
-    Scene("impact", "in.impact", "A ball on a plate", "A copper ball and plate, cut open, before, during and after an impact at 100 m/s. Both have flowed where they touched; the crater is shallower\n"
-          "than a sphere.",
-          (LMP + "in.specimen -var n 1500 -var shape block -var length 0.008 -var width 0.025 -var height 0.025 -var out plate.data",
-           'echo "region body sphere 0.005 0 0 0.005" > ball.region',
-           LMP + "in.specimen -var n 158 -var shape region -var region ball.region -var length 0.01 -var out ball.data",
-           LMP + "in.impact -var plate plate.data -var ball ball.data -var also lammps_inputs/frames.lmp -var frames 20 -var out impact",
-           LMP + "in.specimen -var n 3000 -var shape block -var length 0.008 -var width 0.025 -var height 0.025 -var out fine_plate.data",
-           LMP + "in.specimen -var n 315 -var shape region -var region ball.region -var length 0.01 -var out fine_ball.data",
-           LMP + "in.impact -var plate fine_plate.data -var ball fine_ball.data -var out fine_impact",
-           LMP + "in.impact -var plate plate.data -var ball ball.data -var plasticity none -var out elastic_impact",
-           'tools/view.py impact_frames.dump --strip 3 --color plastic_strain --cut "y<0" --view front --pixels 230 --captions "before, 100 m/s" "in contact" '
-           '"on its way back" '
-           "--out impact.png"),
-          "impact.png", impact),
-    Scene("sliding", "in.sliding", "A block slides until friction stops it", "A block on a rigid plate, colored by its speed.",
-          (LMP + "in.specimen -var n 200 -var shape block -var length 0.02 -var width 0.01 -var height 0.01 -var out block.data",
-           LMP + "in.sliding -var block block.data -var friction 0.5 -var speed 3 -var also lammps_inputs/frames.lmp -var frames 10 -var out sliding",
-           'tools/view.py sliding_frames.dump --strip 3 --color speed --range 0 3 --label "speed [m/s]" --view front --pixels 300 '
-           '--captions "at the start" "on the way" "at rest" --out sliding.png'),
-          "sliding.png", sliding),
-    Scene("taylor", "in.taylor", "Taylor bar", "A copper bar, cut open, flies to the left at 227 m/s onto a rigid wall, which is not drawn; its foot spreads, and it bounces back.",
-          (LMP + "in.specimen -var n 3000 -var length 0.0324 -var radius 0.0032 -var out taylor_bar.data",
-           LMP + "in.taylor -var specimen taylor_bar.data -var also lammps_inputs/frames.lmp -var frames 24 -var out taylor",
-           'tools/view.py taylor_frames.dump --film taylor.gif --color plastic_strain --range 0 100 --cut "y<0" --view front --pixels 300'),
-          "taylor.gif", taylor),
-    Scene("rod", "in.taylor", "An elastic rod on a wall", "Force of the wall on a rod that flies onto it at 1 m/s and leaves when the wave has come back from its end.",
-          (LMP + "in.specimen -var n 2000 -var length 0.12 -var radius 0.0012 -var out rod.data",
-           LMP + f'in.quasistatic -var specimen rod.data -var coeff "{ROW}" -var contact none -var strain 0.0002 -var increment 0.0001 '
-           "-var out rod_pulled",
-           LMP + f'in.taylor -var specimen rod.data -var coeff "{ROW}" -var contact none -var plasticity none -var speed 1 -var out rod',
-           'tools/curves.py columns rod.csv --x time --y force --title "Force of the wall on an elastic rod, 1 m/s" --out wall_force.png'),
-          "wall_force.png", rod),
-)
+SCENES = {  # picture on the page: deck, numbers of (folder, printed text)
+    "force_law.png": ("in.two_spheres", two_spheres),
+    "traction.png": ("in.traction", pull),
+    "cyclic.png": ("in.cyclic", cyclic),
+    "dog_bone.png": ("tools/body.py", dog_bone),
+    "torsion.png": ("in.torsion", torsion),
+    "bending.png": ("in.bending", bending),
+    "indent.png": ("in.indent", indent),
+    "upset.png": ("in.upset", upset),
+    "shear.png": ("in.shear", shear),
+    "notched.png": ("in.traction", notched),
+    "impact.png": ("in.impact", impact),
+    "sliding.png": ("in.sliding", sliding),
+    "taylor.gif": ("in.taylor", taylor),
+    "wall_force.png": ("in.taylor", rod),
+}
