@@ -34,6 +34,17 @@ class Step(NamedTuple):
     shown: str
 
 
+def steps(text):
+    """Steps of the page."""
+    found, parts = [], _STEP.split(text)
+    for title, part in zip(parts[1::2], parts[2::2]):
+        block, output = _BLOCK.search(part), _OUTPUT.search(part)
+        if len(_BLOCK.findall(part)) != 1 or not output or len(_OUTPUT.findall(part)) != 1 or output.start() < block.start():
+            raise ValueError(f"{PAGE}, '{title}': a step has one block of commands, and after it '.. output: PATTERN' and '.. end of output'")
+        found.append(Step(title, textwrap.dedent(block[1]).strip(), output[2], textwrap.dedent(output[3].partition("::")[2].partition("\n")[2]).strip("\n")))
+    return found
+
+
 def lines_shown(result, pattern):
     """What the page shows of a Result; ValueError where it is nothing."""
     found = [line.rstrip() for line in result.text.splitlines() if re.search(pattern, line)]
