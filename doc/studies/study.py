@@ -26,7 +26,7 @@ from evp.report import add_out, command_line, errors_in_one_line, table, write_c
 from evp.run import CHECKOUT, DECKS, RunError, deck_command, edited_deck, environment, lammps_command, lammps_error, output_of  # noqa: E402
 
 __all__ = ("CHECKOUT", "DECKS", "RunError", "Runs", "Study", "add_out", "command_line", "cpu_seconds", "deck_command", "edited_deck", "environment", "errors_in_one_line", "format_seconds", "in_turn",
-           "lammps_command", "lammps_error", "output_of", "ratios", "run_blocks", "split_at_marks", "spread", "store_picture", "table", "tangent", "watched", "write_csv")
+           "lammps_command", "lammps_error", "output_of", "ratios", "run_blocks", "split_at_marks", "spread", "store_picture", "table", "tangent", "watched", "write_between", "write_csv")
 
 
 def spread(values, form="{:.2f}".format):
@@ -53,6 +53,12 @@ def split_at_marks(path, start, end):
         raise ValueError(f"{path} must hold '{start}' and '{end}' once each")
     head, rest = text.split(start)
     return head, *rest.split(end)
+
+
+def write_between(path, start, end, text):
+    """Replaces what stands between two marks of a file."""
+    head, _, tail = split_at_marks(path, start, end)
+    path.write_text("".join((head, start, text, end, tail)), encoding="utf-8")
 
 
 def in_turn(runs, repeats, title):
@@ -102,7 +108,7 @@ class Runs:
     """Runs of decks in a folder: one of the same choices that is there is not made again."""
 
     def __init__(self, folder):
-        self.folder = pathlib.Path(folder)
+        self.folder = pathlib.Path(folder).resolve()
         self.folder.mkdir(parents=True, exist_ok=True)
 
     def keep(self, name, words):
