@@ -14,7 +14,7 @@ import re
 import sys
 from typing import NamedTuple
 
-from study import CHECKOUT, DECKS, command_line, errors_in_one_line, lammps_command, run_blocks, split_at_marks, store_picture, table, watched
+from study import CHECKOUT, DECKS, command_line, errors_in_one_line, lammps_command, run_blocks, split_at_marks, store_picture, table, watched, write_between
 from evp import spheres
 from gallery_scenes import SCENES
 
@@ -85,7 +85,7 @@ def main(words=None):
     options = parser.parse_args(words)
     page, lines, readme = PAGE.read_text(encoding="utf-8"), [], DECKS / "README.md"
     with errors_in_one_line("gallery.py"):
-        head, _, tail = split_at_marks(readme, *MARKS)
+        split_at_marks(readme, *MARKS)  # before the runs, not after them
         spheres.check()
         prepare(options.work)
         for part in watched("gallery.py:", [part for part in parts() if part.picture in (options.only or SCENES)], lambda part: part.title):
@@ -98,7 +98,7 @@ def main(words=None):
                 store_picture(options.work / part.picture, PAGE.parent / "gallery")
         if not options.only:
             PAGE.write_text(page, encoding="utf-8")
-            readme.write_text("\n".join([head + MARKS[0], *table(("deck", *HEADER[:3], "source, commands"), lines), MARKS[1] + tail]), encoding="utf-8")
+            write_between(readme, *MARKS, "\n".join(["", *table(("deck", *HEADER[:3], "source, commands"), lines), ""]))
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ import shutil
 import textwrap
 from typing import NamedTuple
 
-from study import CHECKOUT, command_line, errors_in_one_line, run_blocks, split_at_marks, store_picture
+from study import CHECKOUT, command_line, errors_in_one_line, run_blocks, store_picture, write_between
 from evp import spheres
 
 PAGE = CHECKOUT / "doc" / "tutorial.rst"
@@ -85,8 +85,7 @@ def main(argv=None):
         results = run_blocks([step.commands for step in found], CHECKOUT, args.work.resolve())
         text = with_outputs(text, [lines_shown(result, step.pattern) for step, result in zip(found, results)])
         PAGE.write_text(text.replace(str(CHECKOUT), "~/evp"), encoding="utf-8")
-        head, _, tail = split_at_marks(PAGE, *COSTS)
-        PAGE.write_text("\n".join([head + COSTS[0], *cost_lines(found, results), "", COSTS[1] + tail]), encoding="utf-8")
+        write_between(PAGE, *COSTS, "\n".join(["", *cost_lines(found, results), "", ""]))
         for name in re.findall(r"^\.\. image:: tutorial/(\S+)", text, re.M):
             store_picture(args.work / "bar" / name, PICTURES, 128)
     print(f"updated {PAGE} and {PICTURES}")
