@@ -1,36 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""doc/studies/accuracy_unloading.py: its plan, and the page from known rows."""
+"""Last positions of a dump, and the strains of the middle of a body by them."""
 
 import numpy as np
 import pytest
-import accuracy_unloading as unloading
 from evp import dump, specimen
-
-
-def row(knob, choice, seed, residual):
-    values = {"residual_strain": residual, "unloading_GPa": 20.0, "area_MJ_per_m3": 2.8, "volume_strain": 0.0072}
-    return {"knob": knob, "choice": choice, "spheres": 500, "seed": seed, "seconds": "1", **{name: str(value) for name, value in values.items()}}
-
-
-@pytest.mark.parametrize("quick", [True, False])
-def test_each_reference_is_in_the_plan_once_per_body(quick):
-    plan = unloading.all_cases(quick)
-    assert len({(case.knob, case.choice, case.seed) for case in plan}) == len(plan)
-    for name, knob in unloading.KNOBS.items():
-        own = [case for case in plan if case.knob == name]
-        seeds = [{case.seed for case in own if case.choice == choice} for choice in {case.choice for case in own}]
-        if knob.reference:
-            assert all(found == {case.seed for case in own if case.choice == knob.reference} for found in seeds), name
-
-
-def test_page_compares_with_the_reference_on_the_same_body():
-    rows = [row("increment", "0.001", 1, 0.0102), row("increment", "0.001", 2, 0.0198),
-            row("increment", "0.0001", 1, 0.01), row("increment", "0.0001", 2, 0.02), row("particles", "500", 1, 0.01)]
-    text = unloading.page(rows, "a.csv")
-    line = next(line for line in text.splitlines() if line.startswith("| 0.001 |"))
-    assert "+0.50 (-1.00 to +2.00)" in line and "+0.00 (+0.00 to +0.00)" in line
-    reference = next(line for line in text.splitlines() if line.startswith("| 0.0001 |"))
-    assert "0.015 +- 47.1 %" in reference and "| 20 +- 0.0 % |" in reference
 
 
 def test_positions_are_sorted_by_id(tmp_path):
