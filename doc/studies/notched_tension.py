@@ -11,7 +11,7 @@ import math
 import statistics
 from typing import NamedTuple
 
-from study import DECKS, RunError, Study, errors_in_one_line
+from study import DECKS, RunError, Study, errors_in_one_line, mean_of
 import numpy as np
 from evp import curves, figures
 
@@ -54,12 +54,6 @@ def pull(runs, data, xi):
     runs.run("in.traction", name, specimen=data, **{"break": f"{xi:.6g}"}, **PULL)
     curve = curves.read_curve(runs.folder / f"{name}.csv")
     return rupture_of(curve, int(runs.curve(name, "broken")["broken"][-1])), curve
-
-
-def number(values, form):
-    """Mean, and of several bodies the largest departure of one."""
-    mean = statistics.mean(values)
-    return f"{mean:{form}}" + (f" +- {max(abs(value - mean) for value in values):{form}}" if len(values) > 1 else "")
 
 
 def spacing(spheres):
@@ -113,7 +107,7 @@ def page(results, p, sizes):
         return ", ".join(f"{value(n, xi, found):{form}}" for (n, xi, own), found in results.items() if own == rule)
 
     rows = [(n, len(found), f"{spacing(n):.2f}", f"{xi:.3g}", rule,
-             *(number([scale * getattr(rupture, name) for rupture, _ in found], form)
+             *(mean_of([scale * getattr(rupture, name) for rupture, _ in found], form)
                for name, scale, form in (("peak", 1, ".0f"), ("at", 100, ".2f"), ("strain", 100, ".2f"), ("work", 1, ".1f"), ("broken", 1, ".0f"))))
             for (n, xi, rule), found in results.items()]
     return {"table": (HEADER, rows), "p": f"{p:.2f}", "few": sizes[0], "more": sizes[1], "notch": f"{NOTCH:g}", "rate": PULL["rate"],

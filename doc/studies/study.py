@@ -21,18 +21,24 @@ STUDIES = pathlib.Path(__file__).resolve().parent
 sys.path.insert(1, str(STUDIES.parents[1] / "tools"))
 
 from evp import figures  # noqa: E402
-from evp.progress import format_seconds, watched  # noqa: E402
-from evp.report import add_out, command_line, errors_in_one_line, table, write_csv  # noqa: E402
-from evp.run import CHECKOUT, DECKS, RunError, deck_command, edited_deck, environment, lammps_command, lammps_error, output_of  # noqa: E402
+from evp.progress import watched  # noqa: E402
+from evp.report import command_line, errors_in_one_line, table, write_csv  # noqa: E402
+from evp.run import CHECKOUT, DECKS, RunError, deck_command, edited_deck, environment, lammps_command, output_of  # noqa: E402
 
-__all__ = ("CHECKOUT", "DECKS", "RunError", "Runs", "Study", "add_out", "command_line", "cpu_seconds", "deck_command", "edited_deck", "environment", "errors_in_one_line", "format_seconds", "in_turn",
-           "lammps_command", "lammps_error", "output_of", "ratios", "run_blocks", "split_at_marks", "spread", "store_picture", "table", "tangent", "watched", "write_between", "write_csv")
+__all__ = ("CHECKOUT", "DECKS", "RunError", "Runs", "Study", "command_line", "deck_command", "edited_deck", "errors_in_one_line", "in_turn", "lammps_command", "mean_of", "output_of", "ratios",
+           "run_blocks", "split_at_marks", "spread", "store_picture", "table", "tangent", "watched", "write_between", "write_csv")
 
 
 def spread(values, form="{:.2f}".format):
     """'median (smallest to largest)', the median alone of one value."""
     values = list(values)
     return form(statistics.median(values)) + (f" ({form(min(values))} to {form(max(values))})" if len(values) > 1 else "")
+
+
+def mean_of(values, form):
+    """'mean +- largest departure of one', the mean alone of one value."""
+    mean = statistics.mean(values)
+    return f"{mean:{form}}" + (f" +- {max(abs(value - mean) for value in values):{form}}" if len(values) > 1 else "")
 
 
 def cpu_seconds():
