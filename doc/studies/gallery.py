@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Runs the commands of doc/gallery.md and writes its numbers beside what they should be, and all of them into the table of
+"""Runs the commands of doc/gallery.md and writes its numbers beside what they should be, and all rows into the table of
 lammps_inputs/README.md.
 
     doc/studies/gallery.py [--only traction.png dog_bone.png] [--work FOLDER]
@@ -61,9 +61,12 @@ def with_unit(value, unit):
     return "-" if value is None else f"{value:.4g} {unit}".strip()
 
 
-def rows(numbers):
-    """Of the table of a section."""
-    return [(one.what, with_unit(one.value, one.unit), with_unit(one.expected, one.unit), one.source) for one in numbers]
+def rows(part, numbers):
+    """Of the table of a section: what and source as they stand there, the numbers new. ValueError where there are not as many."""
+    cells = [line.strip("| ").split(" | ") for line in part.written.splitlines() if line.startswith("| ")][1:]
+    if len(cells) != len(numbers):
+        raise ValueError(f"{PAGE}, '{part.title}' has {len(cells)} rows, gallery_scenes.py {len(numbers)} numbers")
+    return [(what, with_unit(one.value, one.unit), with_unit(one.expected, one.unit), source) for (what, _, _, source), one in zip(cells, numbers)]
 
 
 def anchor(title):
@@ -74,8 +77,8 @@ def anchor(title):
 def readme_rows(part, numbers):
     """Of the table of lammps_inputs/README.md, whose links are from there."""
     link = f"[{part.title}](../doc/gallery.md#{anchor(part.title)})"
-    return [(f"`{one.deck or SCENES[part.picture][0]}`", *cells[:3], re.sub(r"\]\((?!\.\./)", "](../doc/", one.source) + f"; {link}")
-            for one, cells in zip(numbers, rows(numbers))]
+    return [(f"`{one.deck or SCENES[part.picture][0]}`", *cells, re.sub(r"\]\((?!\.\./)", "](../doc/", source) + f"; {link}")
+            for one, (*cells, source) in zip(numbers, rows(part, numbers))]
 
 
 def main(words=None):
@@ -91,7 +94,7 @@ def main(words=None):
         for part in watched("gallery.py:", [part for part in parts() if part.picture in (options.only or SCENES)], lambda part: part.title):
             numbers, seconds = measure(part, options.work)
             lines += readme_rows(part, numbers)
-            text = "\n".join([f"{seconds:.1f} s of processor time, packing and picture included.\n", *table(HEADER, rows(numbers)), ""])
+            text = "\n".join([f"{seconds:.1f} s of processor time, packing and picture included.\n", *table(HEADER, rows(part, numbers)), ""])
             print(part.title, text, sep="\n")
             page = page.replace(part.written, text)
             if not options.only:

@@ -63,8 +63,8 @@ def test_numbers_of_the_decks_are_those_of_the_page():
 @pytest.mark.parametrize("picture", quick())
 def test_commands_of_the_page(tmp_path, picture):
     gallery.prepare(tmp_path)
-    found, printed = numbers_of(gallery.rows(gallery.measure(PARTS[picture], tmp_path)[0])), numbers_of(cells_of(PARTS[picture].written))
-    assert found.keys() == printed.keys()
+    part = PARTS[picture]
+    found, printed = numbers_of(gallery.rows(part, gallery.measure(part, tmp_path)[0])), numbers_of(cells_of(part.written))
     exact = {name: value for name, value in printed.items() if "imbalance" not in name}
     assert {name: found[name] for name in exact} == pytest.approx(exact, rel=SAME)
     drawn, shown = (matplotlib.image.imread(folder / picture).shape for folder in (tmp_path, gallery.PAGE.parent / "gallery"))
