@@ -1,107 +1,283 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Accuracy versus run time of a tension test: varies one setting at a time and recommends one for each error bound.
+"""Accuracy versus run time of four loads: the settings of the decks, one body after the other, and the number of spheres.
 
-    doc/studies/accuracy_cost.py [--budget 30] [--work FOLDER] [--fresh] [--out doc/accuracy_cost.md]
-    doc/studies/accuracy_cost.py --table doc/accuracy_cost.csv --out page.md        no runs: writes the page from a CSV
-    doc/studies/accuracy_cost.py --quick --out page.md                              a few short runs
-    doc/studies/accuracy_cost.py --unloading [--out doc/accuracy_unloading.md]      unloading (plasticity isotropic) and fix evp/volume instead
-
-Writes the page, a CSV of the same name with one row per run, and figures/NAME.png. Runs the decks with the lmp of this checkout,
-or with EVP_LMP and EVP_MPIRUN. An interrupted sweep resumes when the command is repeated. --budget is in minutes: the least
-important runs are left out where they do not fit.
+Each setting runs on three bodies, and the chosen ones on a fourth. The error of a setting is the largest difference of its numbers from those
+of the finest setting on the same body. About a quarter of an hour on one core; runs that --work has are not repeated.
 """
 
-import pathlib
-import sys
-import time
+import csv
+import re
+import statistics
+from typing import Callable, NamedTuple
 
-from study import CHECKOUT, RunError, command_line, errors_in_one_line, format_seconds, write_csv
-import accuracy_cases as cases
-import accuracy_unloading as unloading
-from accuracy_figure import pareto
-from accuracy_report import Results, page
-from accuracy_run import COLUMNS, Laboratory, describe, read_results, run_plan, within_budget
+from study import CHECKOUT, DECKS, Study, deck_command, edited_deck, errors_in_one_line, write_csv
+import numpy as np
+from evp import curves, figures
 
-SHARE = 0.75  # of the budget that is planned: the rest is for the check on an unseen specimen and for runs that take longer
-
-
-def sweep(options):
-    """Runs what fits and returns all rows."""
-    begin = time.monotonic()
-    if options.quick:
-        return run_plan(Laboratory(options.work, options.fresh, repeats=1), cases.quick_cases())
-    laboratory = Laboratory(options.work, options.fresh)
-    every = cases.all_cases()
-    known = read_results(laboratory.results) if laboratory.results.exists() else {}
-    seconds = 60.0 * options.budget
-    plan, expected = within_budget(every, known, SHARE * seconds, laboratory.baselines[-1])
-    if expected > seconds:
-        raise RunError(f"the runs that the page needs take about {format_seconds(expected)}: give --budget {expected / 60.0 / SHARE:.0f} or more")
-    print(describe(plan, every, expected), file=sys.stderr, flush=True)
-    rows = run_plan(laboratory, plan)
-    chosen = [(choice.knob, choice.name) for choice in Results(rows.values()).recommended().values() if choice]
-    rows = {**rows, **run_plan(laboratory, cases.check_cases(chosen))}
-    print(f"all in {format_seconds(time.monotonic() - begin)}", file=sys.stderr, flush=True)
-    return rows
+SEEDS, UNSEEN = (1, 2, 3), 4  # bodies of the sweep, and the one that is no part of it
+SIZED = SEEDS[:2]  # bodies of each number of spheres
+BOUNDS = {"5 % (draft)": 5.0, "1 %": 1.0, "0.1 %": 0.1}  # [%]
+MARGIN = 1.5  # a setting is chosen where its error in the sweep is that much smaller than the bound
+FLOOR = 1e-3  # [%]: smaller errors are drawn here
+POINTS = 4  # of a panel of the picture, besides two numbers of spheres
+SETTING, SPHERES = "#0072B2", "#E69F00"
+COLUMNS = ("scene", "setting", "spheres", "seed", "seconds", "steps", "number", "value")
+STEP = "variable        every equal"  # begins the line of in.impact with the share of the largest stable timestep
+ALUMINIUM = CHECKOUT / "potentials" / "metals.evp:aluminium_2024T351"
 
 
-def page_of_unloading(options):
-    """The page of accuracy_unloading, from a CSV or from its sweep, which runs in a folder of its own."""
-    if options.table:
-        rows = unloading.read(options.table)
-    else:
-        folder = options.work.with_name(options.work.name + "_unloading")
-        folder.mkdir(parents=True, exist_ok=True)
-        rows = unloading.run_plan(folder, unloading.all_cases(options.quick))
-    unloading.write(rows, options.out)
-    print(options.out, flush=True)
-    return 0
+class Setting(NamedTuple):
+    """A deck and what is chosen of it; share: of the largest stable timestep, which in.impact has in a line of its own."""
+
+    deck: str
+    choices: dict
+    share: float = 0.0
 
 
-def write(rows, options):
-    """CSV, picture and page. True unless an error bound was exceeded on the unseen specimen."""
-    quick = ("implicit", "1e-5 s")
-    results = Results(rows, quick, quick) if options.quick else Results(rows)
-    write_csv(options.out.with_suffix(".csv"), COLUMNS, rows)
-    picture = options.out.parent / "figures" / (options.out.stem + ".png")
-    if results.target and results.recipe:
-        pareto(results, picture)
-        print(picture)
-    text = page(results, options.out.with_suffix(".csv").name, f"figures/{picture.name}")
-    options.out.write_text(text, encoding="utf-8")
-    print(options.out, flush=True)
-    return "NOT met" not in text
+class Scene(NamedTuple):
+    """settings: by label, the reference last; sizes: numbers of spheres, the sweep has the first; numbers: (folder, name, printed text) -> {what: value}."""
+
+    title: str
+    common: dict
+    body: Callable  # (runs, spheres, seed) -> choices of the deck
+    sizes: tuple
+    settings: dict
+    numbers: Callable
 
 
-def main(words=None):
-    parser = command_line(__doc__)
-    parser.add_argument("--budget", type=float, default=30.0, metavar="MINUTES", help="wall time of the sweep (default 30)")
-    parser.add_argument("--work", type=pathlib.Path, default=CHECKOUT / "build" / "accuracy_cost", help="specimens and results (default: %(default)s)")
-    parser.add_argument("--fresh", action="store_true", help="delete the results in --work first")
-    parser.add_argument("--quick", action="store_true", help="a few short runs, to test the tool; needs --out")
-    parser.add_argument("--unloading", action="store_true",
-                        help="vary timestep size, strain increment and number of spheres; compare residual strain, unloading modulus, loop area, volume strain")
-    parser.add_argument("--table", type=pathlib.Path, metavar="CSV", help="write the page from these results, without runs; needs --out")
-    parser.add_argument("--out", type=pathlib.Path, help="a .md file (default: doc/accuracy_cost.md)")
-    options = parser.parse_args(words)
-    if options.budget <= 0.0:
-        parser.error("--budget must be positive")
-    if (options.quick or options.table) and not options.out:
-        parser.error("--quick and --table need --out: doc/ is for complete sweeps")
-    options.out = options.out or CHECKOUT / "doc" / ("accuracy_unloading.md" if options.unloading else "accuracy_cost.md")
-    if options.out.suffix != ".md" or not options.out.parent.is_dir():
-        parser.error(f"--out must be a .md file in an existing folder, got {options.out}")
-    try:
-        with errors_in_one_line("accuracy_cost.py"):
-            if options.unloading:
-                return page_of_unloading(options)
-            rows = list((read_results(options.table) if options.table else sweep(options)).values())
-            kept = write(rows, options)
-    except KeyboardInterrupt:
-        sys.exit("\naccuracy_cost.py: stopped; repeat the command to resume")
-    return 0 if kept else "accuracy_cost.py: an error bound was exceeded on the unseen specimen, see the page"
+class Run(NamedTuple):
+    """One run. steps: timesteps, or iterations of the minimizations; found: {what: value}."""
+
+    scene: str
+    setting: str
+    spheres: int
+    seed: int
+    seconds: float
+    steps: int
+    found: dict
+
+
+def cylinder(runs, spheres, seed):
+    return {"specimen": runs.body(f"cylinder_{spheres}_{seed}", n=spheres, seed=seed)}
+
+
+def thick_plate(runs, spheres, seed):
+    return {"specimen": runs.body(f"thick_{spheres}_{seed}", n=spheres, seed=seed, shape="block", length=0.02, width=0.05, height=0.05)}
+
+
+def ball_and_plate(runs, spheres, seed):
+    (runs.folder / "ball.region").write_text("region body sphere 0.005 0 0 0.005\n", encoding="utf-8")
+    ball = round(0.095 * spheres)
+    return {"plate": runs.body(f"plate_{spheres}_{seed}", n=spheres - ball, seed=seed, shape="block", length=0.008, width=0.025, height=0.025),
+            "ball": runs.body(f"ball_{spheres}_{seed}", n=ball, seed=seed, shape="region", region="ball.region", length=0.01)}
+
+
+def pulled(folder, name, _):
+    curve = curves.read_curve(folder / f"{name}.csv")
+    return {f"stress at {100 * at:g} % [MPa]": 1e-6 * float(np.interp(at, curve.strain, curve.virial)) for at in (0.005, 0.0077, 0.0195)}
+
+
+def cycled(folder, name, _):
+    found = curves.cycle_numbers(curves.read_curve(folder / f"{name}.csv"))
+    return {"stress at 2 % [MPa]": found["turn_MPa"], "residual strain [%]": 100 * found["residual_strain"], "unloading modulus [GPa]": found["unloading_GPa"],
+            "loop area [MJ/m3]": found["area_MJ_per_m3"]}
+
+
+def hit(_folder, _name, text):
+    depth, speed = map(float, re.search(r"crater depth (\S+) m, rebound speed (\S+) m/s", text).groups())
+    return {"crater depth [mm]": 1e3 * depth, "rebound speed [m/s]": speed}
+
+
+def pressed(_folder, _name, text):
+    force, left = map(float, re.search(r"a force of (\S+) N, .*, (\S+) % of the depth", text).groups())
+    return {"force [kN]": 1e-3 * force, "imprint [% of the depth]": left}
+
+
+def increments(*values):
+    return {f"increment {value}": Setting("in.quasistatic", {"increment": value}) for value in values}
+
+
+SCENES = {
+    "pull": Scene(
+        "Tension to 2 % at 1/s", {"coeff": "80 8 4 3 8 4 0.005 1000 1.5", "rate": 1}, cylinder, (500, 2000, 8000),
+        {**increments("0.005", "0.0025", "0.001", "0.0005"),
+         **{f"implicit {share}": Setting("in.traction", {"integrator": "implicit", "dtfraction": share}) for share in (0.9, 0.4, 0.1)},
+         **{f"explicit {share}": Setting("in.traction", {"dtfraction": share}) for share in (0.9, 0.4)}}, pulled),
+    "cycle": Scene(
+        "Tension to 2 % and back", {"material": ALUMINIUM, "cycles": 1}, cylinder, (500, 2000, 8000),
+        {**{f"rate {rate}": Setting("in.cyclic", {"rate": rate}) for rate in (200, 50)},
+         "rate 10, 0.9": Setting("in.cyclic", {"rate": 10, "dtfraction": 0.9}),
+         **increments("0.004", "0.002", "0.001", "0.0005", "0.00025", "0.0001")}, cycled),
+    "impact": Scene(
+        "Impact of a ball on a plate at 100 m/s", {}, ball_and_plate, (1650, 6600, 26400),
+        {f"timestep {share}": Setting("in.impact", {}, share) for share in (0.4, 0.2, 0.1, 0.05, 0.02)}, hit),
+    "indentation": Scene(
+        "Imprint of a ball", {"material": ALUMINIUM, "tool_radius": 0.015, "depth": 0.0015}, thick_plate, (1000, 2000, 4000),
+        {f"{count} increments": Setting("in.indent", {"increments": count}) for count in (5, 10, 20, 40, 80, 160)}, pressed),
+}
+
+
+def reference(scene):
+    """Label of the setting that the others of a scene are compared with."""
+    return list(SCENES[scene].settings)[-1]
+
+
+def measure(runs, key, label, spheres, seed):
+    """The Run of a setting on a body."""
+    scene, name = SCENES[key], f"{key}_{label}_{spheres}_{seed}".replace(" ", "_").replace(",", "")
+    setting, deck = scene.settings[label], DECKS / scene.settings[label].deck
+    if setting.share:
+        line = next(line for line in deck.read_text(encoding="utf-8").splitlines() if line.startswith(STEP))
+        deck = edited_deck(setting.deck, runs.folder, (STEP, line.replace("/0.2))", f"/{setting.share}))")))
+    text = runs.keep(name, deck_command(deck, {**scene.body(runs, spheres, seed), **scene.common, **setting.choices, "out": name}))
+    steps = int((runs.folder / f"{name}_state.dump").read_text(encoding="utf-8").partition("ITEM: TIMESTEP\n")[2].split()[0])
+    return Run(key, label, spheres, seed, runs.seconds(name), steps, scene.numbers(runs.folder, name, text))
+
+
+def errors(rows, scene, label, seeds=SEEDS):
+    """{number: largest difference from the reference on the same bodies [%]} of a setting; not a number where the curve is too coarse for it."""
+    of = {(run.setting, run.seed): run.found for run in rows if run.scene == scene and run.spheres == SCENES[scene].sizes[0]}
+    pairs = [(of[label, seed], of[reference(scene), seed]) for seed in seeds]
+    return {number: float(np.max([100 * abs(own[number] / fine[number] - 1.0) for own, fine in pairs])) for number in pairs[0][1]}
+
+
+def largest(found):
+    """Of errors by number."""
+    return float(np.max(list(found.values())))
+
+
+def cost(rows, scene, label, spheres=None):
+    """(processor time [s], millions of steps x spheres) of a setting, medians over the bodies."""
+    own = [run for run in rows if (run.scene, run.setting, run.spheres) == (scene, label, spheres or SCENES[scene].sizes[0]) and run.seed in SEEDS]
+    return tuple(statistics.median(values) for values in zip(*((run.seconds, 1e-6 * run.steps * run.spheres) for run in own)))
+
+
+def chosen(rows, scene):
+    """{bound: the fastest setting whose error in the sweep keeps it, or None}."""
+    labels = [label for label in SCENES[scene].settings if label != reference(scene)]
+    return {name: min((label for label in labels if largest(errors(rows, scene, label)) <= bound / MARGIN), key=lambda label: cost(rows, scene, label)[0], default=None)
+            for name, bound in BOUNDS.items()}
+
+
+def by_size(rows, scene):
+    """{number: {spheres: [value of each body]}} of the setting for 1 %, which ran on all sizes."""
+    own = [run for run in rows if (run.scene, run.setting) == (scene, chosen(rows, scene)["1 %"]) and run.seed in SIZED]
+    return {number: {n: [run.found[number] for run in own if run.spheres == n] for n in SCENES[scene].sizes} for number in own[0].found}
+
+
+def front(points):
+    """Of {label: (time, error)} those labels that no other beats in both, by time."""
+    best, kept = float("inf"), []
+    for label, (_, error) in sorted(points.items(), key=lambda item: item[1]):
+        if error < best:
+            best = error
+            kept.append(label)
+    return kept
+
+
+def errors_of_size(rows, scene):
+    """{spheres: largest difference of a mean from that of the most spheres [%]}."""
+    means = [{n: statistics.mean(values) for n, values in sizes.items()} for sizes in by_size(rows, scene).values()]
+    return {n: max(100 * abs(mean[n] / mean[SCENES[scene].sizes[-1]] - 1.0) for mean in means) for n in SCENES[scene].sizes[:-1]}
+
+
+def draw(study, rows):
+    """A panel for each scene: settings on the Pareto front, and the number of spheres."""
+    drawn = []
+    with figures.plt.rc_context(figures.LOOK):
+        figure, axes = figures.plt.subplots(2, 2, figsize=(11.0, 8.0), sharey=True)
+        for axis, (key, scene) in zip(axes.flat, SCENES.items()):
+            settings = {label: (cost(rows, key, label)[0], max(largest(errors(rows, key, label)), FLOOR)) for label in scene.settings if label != reference(key)}
+            best, wanted = front({label: point for label, point in settings.items() if np.isfinite(point[1])}), chosen(rows, key).values()
+            best = [label for label in best if label in [*(one for one in best if one in wanted), *(one for one in best[::-1] if one not in wanted)][:POINTS]]
+            sizes = {f"{n} spheres": (cost(rows, key, chosen(rows, key)["1 %"], n)[0], error) for n, error in errors_of_size(rows, key).items()}
+            for points, color, name in (({label: settings[label] for label in best}, SETTING, "setting"), (sizes, SPHERES, "number of spheres")):
+                axis.plot(*zip(*points.values()), "o-", color=color, linewidth=0.8, label=name, clip_on=False)
+                for k, (label, point) in enumerate(points.items()):
+                    side = -1 if k % 2 and color == SETTING else 1  # of a point, so that labels stay apart
+                    axis.annotate(label, point, xytext=(6 * side, 8 * side - 4), textcoords="offset points", ha="left" if side > 0 else "right", fontsize=9)
+                    drawn.append((key, label, *(f"{value:.4g}" for value in point)))
+            axis.set(xscale="log", yscale="log", title=scene.title, xlabel="processor time [s]")
+            axis.margins(x=0.35, y=0.12)
+            axis.xaxis.set_major_locator(figures.plt.LogLocator(subs=(1, 2, 5)))
+            axis.xaxis.set_minor_locator(figures.plt.NullLocator())
+            axis.xaxis.set_major_formatter("{x:g}")
+            axis.yaxis.set_major_formatter("{x:g}")
+        for axis in axes[:, 0]:
+            axis.set_ylabel("largest error [%]")
+        axes.flat[0].legend(loc="center right")
+        figure.tight_layout()
+        study.save(figure, ("scene", "setting", "seconds", "error_percent"), drawn)
+
+
+def words(setting):
+    """What a user types."""
+    text = " ".join([setting.deck, *(f"-var {name} {value}" for name, value in setting.choices.items())])
+    return f"`{text}`" + (f", {setting.share} in its line `variable every`" if setting.share else "")
+
+
+def shown(value):
+    """Two digits of an error [%] or a time."""
+    return "-" if not np.isfinite(value) else "< 0.001" if value < 0.001 else f"{value:.2g}" if value < 100 else f"{value:.0f}"
+
+
+def page(rows):
+    """Values of the page."""
+    settings, parts, tables = [], [], {}
+    for key, scene in SCENES.items():
+        picked = chosen(rows, key)
+        for label in dict.fromkeys(picked.values()):
+            bounds = ", ".join(bound for bound in picked if picked[bound] == label)
+            if label is None:
+                settings.append((scene.title, bounds, "none but the reference", "", "", "", ""))
+                continue
+            unseen = largest(errors(rows, key, label, (UNSEEN,)))
+            kept = all(unseen <= BOUNDS[bound] for bound in picked if picked[bound] == label)
+            settings.append((scene.title, bounds, words(scene.settings[label]), *map(shown, cost(rows, key, label)), shown(largest(errors(rows, key, label))),
+                             shown(unseen) + ("" if kept else ", NOT within the bound")))
+        for number, sizes in by_size(rows, key).items():
+            few, more, most = (statistics.mean(values) for values in sizes.values())
+            parts.append((scene.title, number, f"{most:.4g}", shown(errors(rows, key, picked["1 %"])[number]), shown(max(100 * abs(value / few - 1.0) for value in sizes[scene.sizes[0]])),
+                          *(f"{n}: {100 * (mean / most - 1):+.1f}" for n, mean in zip(sizes, (few, more))), scene.sizes[-1]))
+        names = [f"{number.partition(' [')[0]} [%]" for number in errors(rows, key, reference(key))]
+        tables[key] = (("setting", "run", "time [s]", "steps x spheres [million]", *names), [
+            (label, words(setting), *map(shown, cost(rows, key, label)), *(shown(value) if label != reference(key) else "reference" for value in errors(rows, key, label).values()))
+            for label, setting in scene.settings.items()])
+    faster = cost(rows, "pull", "explicit 0.9")[0] / cost(rows, "pull", "implicit 0.9")[0]
+    return {"margin": MARGIN, "bodies": len(SEEDS), "spheres": ", ".join(str(scene.sizes[0]) for scene in SCENES.values()), "faster": f"{faster:.0f}",
+            "viscous": shown(largest(errors(rows, "pull", "increment 0.0005"))), "inertia": shown(largest(errors(rows, "cycle", "rate 200"))), **tables,
+            "settings": (("load", "error within", "run", "time [s]", "steps x spheres [million]", "error [%]", "on an unseen body [%]"), settings),
+            "parts": (("load", "number", "with the most spheres", "setting [%]", "packing [%]", "fewest spheres [%]", "more [%]", "most spheres"), parts)}
+
+
+def read(path):
+    """The Runs of a CSV that main() wrote."""
+    found = {}
+    with open(path, newline="", encoding="utf-8") as source:
+        for row in csv.DictReader(source):
+            one = Run(row["scene"], row["setting"], int(row["spheres"]), int(row["seed"]), float(row["seconds"]), int(row["steps"]), {})
+            found.setdefault(one[:4], one).found[row["number"]] = float(row["value"])
+    return list(found.values())
+
+
+def main(arguments=None):
+    study = Study(__doc__, "accuracy_cost").parse(arguments)
+    with errors_in_one_line("accuracy_cost.py"):
+        plan = [(key, label, SCENES[key].sizes[0], seed) for key in SCENES for seed in SEEDS for label in SCENES[key].settings]
+        rows = [measure(study.runs, *case) for case in study.each(plan, str)]
+        plan = []
+        for key in SCENES:
+            labels = chosen(rows, key)
+            plan += [(key, label, SCENES[key].sizes[0], UNSEEN) for label in {*labels.values(), reference(key)} - {None}]
+            plan += [(key, labels["1 %"], spheres, seed) for spheres in SCENES[key].sizes[1:] for seed in SIZED]
+        rows += [measure(study.runs, *case) for case in study.each(plan, str)]
+        table = study.out.with_suffix(".csv")
+        write_csv(table, COLUMNS, [(*run[:4], f"{run.seconds:.3g}", run.steps, number, f"{value:.8g}") for run in rows for number, value in run.found.items()])
+        rows = read(table)  # the page is that of its CSV
+        draw(study, rows)
+        study.write(**page(rows))
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Times pair style evp/lj beside other styles for the same bodies, and writes doc/performance.md.
+"""Times pair style evp/lj beside other styles for the same bodies, and writes the tables of doc/performance.md.
 
     doc/studies/bench.py [--repeats 5] [--sections lattice build random effects scale ranks] [--million] [--quick]
 
@@ -10,39 +10,209 @@ Uses the lmp of this checkout, or EVP_LMP and EVP_MPIRUN.
 """
 
 import csv
+import functools
 import pathlib
+import re
+import sys
 import tempfile
+import time
+from statistics import median
+from typing import NamedTuple
 
-from study import CHECKOUT, command_line, errors_in_one_line, split_at_marks, write_csv
-import bench_sections
-from bench_figure import draw
-from bench_run import Bench
-from bench_sections import Sizes
+from study import CHECKOUT, DECKS, RunError, command_line, deck_command, errors_in_one_line, in_turn, lammps_command, output_of, ratios, split_at_marks, spread, table, write_between, write_csv
+import bench_scenes as scenes
+from evp import figures
 
-MARKS = "<!-- table: doc/studies/bench.py -->", "<!-- end of table -->"
-SUMMARY = "<!-- summary: doc/studies/bench.py -->", "<!-- end of summary -->"
-SECTIONS = ("lattice", "build", "effects", "random", "scale", "ranks")
-
-
-def part_mark(name):
-    return f"<!-- part: {name} -->"
-
-
-def write_doc(path, parts):
-    """Replaces the parts {section: lines} between the marks of the doc; the others stay."""
-    head, middle, tail = split_at_marks(path, *MARKS)
-    kept = {name: middle.split(part_mark(name))[1].split("<!-- part: ")[0].strip("\n") for name in SECTIONS if part_mark(name) in middle}
-    kept.update({name: "\n".join(lines).strip("\n") for name, lines in parts.items()})
-    blocks = [f"{part_mark(name)}\n{kept[name]}\n" for name in SECTIONS if name in kept]
-    path.write_text("".join((head, MARKS[0], "\n", "\n".join(blocks), MARKS[1], tail)), encoding="utf-8")
+LOOP = re.compile(r"^Loop time of (\S+) on .* with (\d+) atoms", re.M)
+LINE = re.compile(r"^(Pair|Bond|Neigh|Comm|Modify) +\| +\S+ +\| +(\S+)", re.M)  # mean over the ranks
+MEMORY = re.compile(r"^Per MPI rank memory allocation \(min/avg/max\) = \S+ \| (\S+) \|", re.M)
+BUILDS = re.compile(r"^Neighbor list builds = (\d+)", re.M)
+WHOLE = "{:.0f}".format
+OWN, OTHER = "#0072B2", "#999999"
 
 
-def write_summary(path, rows):
-    """Replaces what stands between the marks of the summary, where the doc has them, by that of the CSV's rows."""
-    lines = bench_sections.summary(rows)
-    if lines and SUMMARY[0] in path.read_text(encoding="utf-8"):
-        head, _, tail = split_at_marks(path, *SUMMARY)
-        path.write_text("".join((head, SUMMARY[0], "\n", "\n".join(lines), "\n", SUMMARY[1], tail)), encoding="utf-8")
+def marks(section):
+    """Around what a section writes."""
+    return f"<!-- {section}: doc/studies/bench.py -->\n", f"<!-- end of {section} -->"
+
+
+class Timing(NamedTuple):
+    """One run of a scene [s]; memory [MB], over all ranks, as LAMMPS counts it; output: of the last run."""
+
+    loop: float
+    parts: dict
+    atoms: int
+    builds: int
+    memory: float
+    output: str
+
+
+def run_scene(scene, folder):
+    """The Timing of a scene's last run; RunError with the end of the output where it failed."""
+    (folder / "scene.lmp").write_text(scene.deck, encoding="utf-8")
+    output = output_of(deck_command("scene.lmp", {}, scene.ranks), folder, f"scene '{scene.name}'")
+    if not LOOP.search(output):
+        raise RunError(f"scene '{scene.name}' ran no timestep")
+    last = output[output.rindex("Per MPI rank memory"):]
+    loop, atoms = LOOP.findall(last)[-1]
+    return Timing(float(loop), {name: float(mean) for name, mean in LINE.findall(last)}, int(atoms), int((BUILDS.findall(last) or [0])[-1]),
+                  float(MEMORY.findall(last)[-1]) * scene.ranks, last)
+
+
+class Bench:
+    """Rounds of scenes, with the time left on stderr. What is run: cells of the lattice, steps, spheres of the random specimen, cells of the scale, cells and spheres of two ranks."""
+
+    cells, steps, spheres, scale, ranks, random_ranks = 20, 200, 32000, (5, 13, 20, 40), (20, 40), (32000,)
+
+    def __init__(self, folder, repeats, quick=False, million=False):
+        self.folder, self.repeats = pathlib.Path(folder), 1 if quick else repeats
+        self.words = set(output_of([*lammps_command(), "-h"], folder, "lmp -h").split())  # the names of all styles among them
+        if quick:
+            self.cells, self.steps, self.spheres, self.scale, self.ranks, self.random_ranks = 5, 20, 500, (5, 6), (6,), (500,)
+        elif million:
+            self.scale, self.random_ranks = (*self.scale, 63), (*self.random_ranks, 256000)
+
+    def rounds(self, every, title, may_build=False):
+        """{name: [Timing of each round]} of the scenes whose style this LAMMPS has. RunError where neighbor lists were built."""
+        held = [scene for scene in every if not scene.needs or scene.needs in self.words]
+        found = in_turn({scene.name: functools.partial(run_scene, scene, self.folder) for scene in held}, self.repeats, title)
+        built = [name for name, timings in found.items() if not may_build and any(timing.builds for timing in timings)]
+        if built:
+            raise RunError(f"{title}: neighbor lists were built in {', '.join(built)}, which spoils the comparison")
+        return found
+
+    def specimen(self, spheres, name="random.data"):
+        """Makes a data file by in.specimen, on two ranks; the seconds that it took, 0 where it was there."""
+        if (self.folder / name).exists():
+            return 0.0
+        print(f"in.specimen, {spheres} spheres on 2 ranks", file=sys.stderr, flush=True)
+        begin = time.monotonic()
+        output_of(deck_command(DECKS / "in.specimen", {"n": spheres, "out": name}, 2), self.folder, "in.specimen")
+        return time.monotonic() - begin
+
+
+def lattice_section(bench):
+    """Time per interaction and step."""
+    every = {scene.name: scene for scene in scenes.variants(bench.cells, bench.steps) + scenes.peers(bench.cells, bench.steps)}
+    results = bench.rounds(every.values(), "lattice")
+    cost = {name: [1e9 * timing.parts[every[name].counted] / every[name].steps / every[name].atoms / every[name].interactions for timing in timings]
+            for name, timings in results.items()}
+    last_row = results["evp/lj, pairs crossing xi_s"][-1].output.partition("\nLoop")[0].splitlines()[-1]
+    share = float(last_row.split()[1]) / (scenes.HALF_PAIRS * 4 * bench.cells**3)
+    return [f"### Pair loop\n\nFCC lattice of {4 * bench.cells**3} spheres, {scenes.HALF_PAIRS} half pairs each within "
+            f"{scenes.REACH} diameters, {bench.steps} steps without a neighbor build, one core.\n",
+            *table(("style", "ns per interaction and step", "over lj/cut", "over evp/lj"), (
+                (name, spread(values), spread(ratios(values, cost["lj/cut"])), spread(ratios(values, cost["evp/lj"]))) for name, values in cost.items())),
+            f"\nIn *pairs crossing xi_s* {100 * share:.0f} % of the pairs are in the second regime after {bench.steps + 5} steps, and none at the start."], {
+                (name, ""): median(values) for name, values in cost.items()}
+
+
+def build_section(bench):
+    """Time of a neighbor build in the pair style, beside LAMMPS' own."""
+    steps = max(20, bench.steps // 4)
+    pair = [scenes.ours("never", bench.cells, steps), scenes.ours("every step", bench.cells, steps, neigh=scenes.ALWAYS)]
+    results = bench.rounds(pair, "build", may_build=True)
+    extra = [(often.parts["Pair"] - never.parts["Pair"]) / often.builds for never, often in zip(results["never"], results["every step"])]
+    neigh = [often.parts["Neigh"] / often.builds for often in results["every step"]]
+    per = 1e-9 * pair[0].atoms * pair[0].interactions
+    return ["### Neighbor build\n\nThe same lattice with a build at every step. The pair style packs its pairs with their deq at each build; this time is part of Pair.\n",
+            *table(("", "ns per pair and build", "over LAMMPS' Neigh"), (
+                ("LAMMPS' Neigh", spread([value / per for value in neigh]), 1),
+                ("packing of the pairs with their deq", spread([value / per for value in extra]), spread(ratios(extra, neigh)))))], {
+                    ("packing over Neigh", ""): median(ratios(extra, neigh))}
+
+
+def effects_section(bench):
+    """What each effect adds to a whole step."""
+    bench.specimen(bench.spheres)
+    pairs = scenes.effects(bench.cells, bench.steps, "random.data")
+    results = bench.rounds({scene.name: scene for _, *both in pairs for scene in both}.values(), "effects")
+    step, loop = ({title: ratios(*([time_of(timing) for timing in results[scene.name]] for scene in both)) for title, *both in pairs}
+                  for time_of in (lambda timing: timing.loop, lambda timing: timing.parts["Pair"]))
+    return ["### Cost of each effect\n\nThe same lattice (unless another body is named), one core; run time with the effect over run time without it.\n",
+            *table(("effect", "whole step", "Pair"), ((title, spread(values), spread(loop[title])) for title, values in step.items()))], {
+                (title, ""): median(values) for title, values in step.items()}
+
+
+def random_section(bench):
+    """A whole step of the random specimen, beside lj/cut's."""
+    bench.specimen(bench.spheres)
+    results = bench.rounds([scenes.random_body(style, style, "random.data", bench.steps) for style in ("evp/lj", "lj/cut")], "random")
+    cost = {name: [timing.loop / bench.steps / timing.atoms * 1e9 for timing in timings] for name, timings in results.items()}
+    return [f"### Whole step\n\nRandom specimen of {bench.spheres} spheres by in.specimen, one core; the neighbor list is checked at each step and not rebuilt.\n",
+            *table(("style", "ns per particle and step", "over lj/cut"), (
+                (name, spread(values, WHOLE), spread(ratios(values, cost["lj/cut"]))) for name, values in cost.items()))], {
+                    (name, bench.spheres): median(values) for name, values in cost.items()}
+
+
+def scale_section(bench):
+    """Cost and memory per particle against their number."""
+    both = []
+    for cells in bench.scale:
+        steps = max(20, min(2000, bench.steps * 32000 // (4 * cells**3)))
+        both.append((scenes.ours(f"{4 * cells**3} spheres", cells, steps),
+                     scenes.pair_peer("lj/cut", cells, steps, scenes.LENNARD_JONES, name=f"{4 * cells**3} spheres, lj/cut")))
+    results = bench.rounds([scene for pair in both for scene in pair], "scale")
+    costs = {scene.name: [timing.loop / scene.steps / scene.atoms * 1e9 for timing in results[scene.name]] for pair in both for scene in pair}
+    base = both[1]
+    rows = [(pair[0].atoms, spread(costs[pair[0].name], WHOLE), *(spread(ratios(costs[scene.name], costs[one.name])) for scene, one in zip(pair, base)),
+             f"{results[pair[0].name][-1].memory * 1024 / pair[0].atoms:.2f}") for pair in both]
+    header = ("spheres", "ns per particle and step", f"over that of {base[0].atoms} spheres", f"lj/cut: over that of {base[0].atoms} spheres", "memory per particle [kB]")
+    return ["### Scale\n\nThe same lattice, one core, whole steps. Memory as reported by LAMMPS.\n", *table(header, rows)], {
+        (name, pair[0].atoms): median(costs[scene.name]) for pair in both for name, scene in zip(("evp/lj", "lj/cut"), pair)}
+
+
+def ranks_section(bench):
+    """Whole steps on one and two ranks."""
+    def steps(spheres):
+        return bench.steps if bench.steps < 100 else max(100, min(1000, 32000000 // spheres))
+
+    lines, scaling = ["### Ranks\n"], {}
+    for cells in bench.ranks:
+        atoms = 4 * cells**3
+        for title, name, long, count in (("strong: lattice of {}", "lattice {}", 1, atoms), ("weak: lattice of {} per rank", "lattice {} per rank", 2, 2 * atoms)):
+            scaling[title.format(atoms)] = [scenes.ours(f"{name.format(atoms)}, {n} rank", cells, steps(count), ranks=n, neigh=scenes.WATCHED, long=cells * (n if long == 2 else 1))
+                                            for n in (1, 2)]
+    for spheres in bench.random_ranks:
+        name = "random.data" if spheres == bench.spheres else f"random_{spheres}.data"
+        took = bench.specimen(spheres, name)
+        if took:
+            lines.append(f"Packing of the random specimen of {spheres} spheres by in.specimen on two MPI ranks: {took:.0f} s.\n")
+        for style, title in (("evp/lj", ""), ("lj/cut", ", lj/cut")):
+            scaling[f"strong: random specimen of {spheres}{title}"] = [
+                scenes.random_body(f"random {spheres}, {n} rank{title}", style, name, steps(spheres), ranks=n) for n in (1, 2)]
+    results = bench.rounds([scene for both in scaling.values() for scene in both], "ranks")
+    speed = {title: ratios(*([timing.loop for timing in results[scene.name]] for scene in both)) for title, both in scaling.items()}
+    share = {title: [100.0 * timing.parts["Comm"] / timing.loop for timing in results[both[1].name]] for title, both in scaling.items()}
+    return [*lines, "The neighbor list is checked at each step and not rebuilt.\n",
+            *table(("body", "two MPI ranks over one: speed-up (strong), efficiency (weak)", "Comm, share of the loop on two MPI ranks"),
+                   ((title, spread(values), spread(share[title], WHOLE) + " %") for title, values in speed.items()))], {
+                       (title, 2): median(values) for title, values in speed.items()}
+
+
+SECTIONS = {"lattice": lattice_section, "build": build_section, "effects": effects_section, "random": random_section, "scale": scale_section, "ranks": ranks_section}
+
+
+def summary(rows):
+    """The first lines of the page, of medians: rows of its CSV. Empty where sections are missing."""
+    value = {(row["section"], row["name"], row["x"]): float(row["value"]) for row in rows}
+    scale = sorted((int(x), number) for (section, name, x), number in value.items() if section == "scale" and name == "evp/lj")
+    two_ranks = [number for (section, name, _), number in value.items() if section == "ranks" and name.startswith("strong: random") and "lj/cut" not in name]
+    factors = {name: number for (section, name, _), number in value.items() if section == "effects"}
+    if not (scale and two_ranks and factors and ("lattice", "evp/lj", "") in value):
+        return []
+
+    def factor(start):
+        return next((f"{number:.2f}" for name, number in factors.items() if name.startswith(start)), "-")
+
+    return [f"Pair style evp/lj takes {value['lattice', 'evp/lj', '']:.3g} ns per interaction and step on one core, lj/cut {value['lattice', 'lj/cut', '']:.3g} ns and bpm/spring "
+            f"{value.get(('lattice', 'bond bpm/spring', ''), float('nan')):.3g} ns on the same lattice.",
+            f"A step takes {min(number for _, number in scale):.0f} to {max(number for _, number in scale):.0f} ns per sphere from {scale[0][0]} to {scale[-1][0]} spheres. "
+            f"Two MPI ranks are {min(two_ranks):.1f} to {max(two_ranks):.1f} times faster than one on random specimens.",
+            f"Run time of a step with an effect over that without it: explicit damping {factor('explicit damping')}, implicit damping {factor('implicit damping')} "
+            "(with a much larger timestep size, see [accuracy](accuracy_cost.md)),",
+            f"plasticity isotropic {factor('plasticity isotropic, no pair')} to {factor('plasticity isotropic, pairs flow')}, break {factor('break')}, "
+            f"fix evp/volume {factor('fix evp/volume')}, fix evp/energy at each step {factor('fix evp/energy')}."]
 
 
 def renew_csv(path, parts, rows):
@@ -51,38 +221,57 @@ def renew_csv(path, parts, rows):
     if path.exists():
         with open(path, newline="", encoding="utf-8") as source:
             kept = [row for row in csv.DictReader(source) if row.get("section") in SECTIONS and row["section"] not in parts]
-    rows = sorted(kept + rows, key=lambda row: SECTIONS.index(row["section"]))
+    rows = sorted(kept + rows, key=lambda row: list(SECTIONS).index(row["section"]))
     write_csv(path, ("section", "name", "x", "value"), rows)
     return rows
+
+
+def draw(rows, path):
+    """Time per interaction of each style. Writes path, from rows of the CSV."""
+    bars = sorted(((row["name"], float(row["value"])) for row in rows if row["section"] == "lattice"), key=lambda bar: -bar[1])
+    if not bars:
+        return
+    names, values = zip(*bars)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with figures.plt.rc_context(figures.LOOK):
+        figure, axis = figures.plt.subplots(figsize=(8.0, 4.8))
+        axis.barh(names, values, color=[OWN if name.startswith("evp/lj") else OTHER for name in names])
+        for place, value in enumerate(values):
+            axis.text(value, place, f" {value:.3g}", va="center", fontsize=9)
+        axis.set(xscale="log", xlim=(0.6 * min(values), 1.6 * max(values)), xlabel="ns per interaction and step, one core", title="FCC lattice, 9 half pairs per sphere")
+        axis.set_xticks((2, 5, 10, 20, 50))
+        axis.xaxis.set_major_formatter("{x:g}")
+        axis.xaxis.set_minor_locator(figures.plt.NullLocator())
+        axis.grid(axis="y", visible=False)
+        figure.savefig(path, bbox_inches="tight")
+        figures.plt.close(figure)
 
 
 def main(words=None):
     parser = command_line(__doc__)
     parser.add_argument("--repeats", type=int, default=5, help="rounds (default 5)")
-    parser.add_argument("--sections", nargs="+", choices=SECTIONS, default=SECTIONS, help="default: all")
+    parser.add_argument("--sections", nargs="+", choices=SECTIONS, default=list(SECTIONS), help="default: all")
     parser.add_argument("--million", action="store_true", help="add a lattice of 1 000 188 spheres and a random specimen of 256 000 (half an hour more)")
     parser.add_argument("--quick", action="store_true", help="small bodies, once; writes no page unless --out is given")
     parser.add_argument("--out", type=pathlib.Path, help="default: doc/performance.md")
     options = parser.parse_args(words)
     if options.repeats < 1:
         parser.error("--repeats must be at least 1")
-    sizes = Sizes(options.quick, options.million)
     out = options.out or (None if options.quick else CHECKOUT / "doc" / "performance.md")
     parts, rows = {}, []
     with errors_in_one_line("bench.py"), tempfile.TemporaryDirectory() as folder:
-        if out:
-            split_at_marks(out, *MARKS)  # before the runs, not after them
-        bench = Bench(folder, 1 if options.quick else options.repeats)
+        for name in (*options.sections, "summary") if out else ():
+            split_at_marks(out, *marks(name))  # before the runs, not after them
+        bench = Bench(folder, options.repeats, options.quick, options.million)
         for name in options.sections:
-            parts[name], data = getattr(bench_sections, name + "_section")(bench, sizes)
+            parts[name], data = SECTIONS[name](bench)
+            print("\n".join(parts[name]), end="\n\n")
             rows += [{"section": name, "name": title, "x": x, "value": f"{value:.4g}"} for (title, x), value in data.items()]
         if out:
-            write_doc(out, parts)
             kept = renew_csv(out.with_suffix(".csv"), parts, rows)
-            write_summary(out, kept)
+            for name, lines in {**parts, "summary": summary(kept)}.items():
+                write_between(out, *marks(name), "".join(f"{line}\n" for line in lines))
             draw(kept, out.parent / "figures" / (out.stem + ".png"))
-    for lines in parts.values():
-        print("\n".join(lines))
 
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@ REACH = 1.5
 SKIN = 0.06  # of the neighbor lists
 NEVER = "neigh_modify every 1000000 delay 1000000 check no"
 ALWAYS = "neigh_modify every 1 delay 0 check no"
+WATCHED = "neigh_modify every 1 delay 0 check yes"
 
 
 class Scene(NamedTuple):
@@ -117,6 +118,7 @@ bond_coeff 1 {coefficients}
     return Scene("bond " + style, style, deck, steps, 4 * cells**3, HALF_PAIRS, "Bond")
 
 
+CROSSING = "80 8 4 3 8 4 0.0005"  # the stirring stretches pairs by more
 PLASTIC = "plasticity isotropic"
 VOLUME = "fix volume all evp/volume 1000"  # [energy] 12 times e1, as 1000 J are with Table 1
 PUSH = "fix push all addforce 1e-6 0 0"
@@ -139,25 +141,18 @@ def peers(cells, steps):
 
 
 def variants(cells, steps):
-    """Pair style evp/lj with one effect after the other."""
-    crossing = "80 8 4 3 8 4 0.0005"    # the stirring stretches pairs by more
+    """Pair style evp/lj, and what changes its loop."""
     return [
         ours("evp/lj", cells, steps),
-        ours("evp/lj, contact none", cells, steps, contact="none"),
         ours("evp/lj, gamma > 0", cells, steps, gamma=0.1),
-        ours("evp/lj, gamma > 0, comm_modify vel yes", cells, steps, gamma=0.1, velocities=True),
-        ours("evp/lj, energy and virial each step", cells, steps, output="step pe press", every=1),
-        ours("evp/lj, pairs crossing xi_s", cells, steps, row=crossing, speed=0.1, output="step f_bonds[2]"),
-        ours("evp/lj, exponents 8.5 4.5", cells, steps, row="80 8.5 4.5 3 8.5 4.5 0.005"),
         ours("evp/lj, plasticity isotropic", cells, steps, contact="repulsive", rules=PLASTIC),
-        ours("evp/lj, plasticity isotropic, pairs that flow", cells, steps, row=crossing, speed=0.1, contact="repulsive", rules=PLASTIC),
-        ours("evp/lj, fix evp/volume", cells, steps, more=VOLUME),
+        ours("evp/lj, pairs crossing xi_s", cells, steps, row=CROSSING, speed=0.1, output="step f_bonds[2]"),
+        ours("evp/lj, exponents 8.5 4.5", cells, steps, row="80 8.5 4.5 3 8.5 4.5 0.005"),
     ]
 
 
 def effects(cells, steps, data):
     """[(effect, scene with it, scene without it)]."""
-    crossing, watched = "80 8 4 3 8 4 0.0005", ALWAYS.replace("check no", "check yes")
     plain = ours("plain", cells, steps)
     damped, solved = ours("damped", cells, steps, gamma=0.1), ours("implicit", cells, steps, gamma=0.1, move="nve/evp")
     return [
@@ -165,16 +160,16 @@ def effects(cells, steps, data):
         ("comm_modify vel yes, with explicit damping", ours("all velocities", cells, steps, gamma=0.1, velocities=True), damped),
         ("implicit damping (gamma > 0, fix nve/evp)", solved, ours("nve/evp, gamma = 0", cells, steps, move="nve/evp")),
         ("energy and virial at each step", ours("energy", cells, steps, output="step pe press", every=1), plain),
-        ("pairs that cross xi_s", ours("crossing", cells, steps, row=crossing, speed=0.1), ours("not crossing", cells, steps, speed=0.1)),
+        ("pairs that cross xi_s", ours("crossing", cells, steps, row=CROSSING, speed=0.1), ours("not crossing", cells, steps, speed=0.1)),
         ("different coefficients for two types", ours("two types", cells, steps, types=2), plain),
-        ("check of the neighbor list at each step", ours("watched", cells, steps, neigh=watched), plain),
+        ("check of the neighbor list at each step", ours("watched", cells, steps, neigh=WATCHED), plain),
         ("fix evp/energy at each step", ours("ledger", cells, steps, more="fix ledger all evp/energy"), plain),
         ("fix evp/energy at each step, with explicit damping and fix addforce", ours("damped, pushed, ledger", cells, steps, gamma=0.1, more=f"{PUSH}\nfix ledger all evp/energy"),
          ours("damped, pushed", cells, steps, gamma=0.1, more=PUSH)),
         ("fix dt/evp, every 100 steps", ours("dt/evp", cells, steps, more="fix step all dt/evp 100 0.4 max 1e-3"), plain),
         ("plasticity isotropic, no pair flows", ours("isotropic", cells, steps, contact="repulsive", rules=PLASTIC), ours("repulsive", cells, steps, contact="repulsive")),
-        ("plasticity isotropic, pairs flow at each step", ours("flowing", cells, steps, row=crossing, speed=0.1, contact="repulsive", rules=PLASTIC),
-         ours("crossing", cells, steps, row=crossing, speed=0.1, contact="repulsive")),
+        ("plasticity isotropic, pairs flow at each step", ours("flowing", cells, steps, row=CROSSING, speed=0.1, contact="repulsive", rules=PLASTIC),
+         ours("crossing", cells, steps, row=CROSSING, speed=0.1, contact="repulsive")),
         ("break 0.4", ours("breaking", cells, steps, rules="break 0.4"), plain),
         ("fix evp/volume", ours("volume", cells, steps, more=VOLUME), plain),
         ("fix evp/energy at each step, with plasticity isotropic and fix evp/volume",
@@ -185,7 +180,7 @@ def effects(cells, steps, data):
     ]
 
 
-def random_body(name, style, data, steps, ranks=1, neigh=ALWAYS.replace("check no", "check yes"), contact="literal"):
+def random_body(name, style, data, steps, ranks=1, neigh=WATCHED, contact="literal"):
     """A specimen of in.specimen, pulled slowly, evp/lj or lj/cut with the same reach in the mean."""
     deck = f"""
 units si

@@ -9,7 +9,7 @@ in.torsion, bending by in.bending, all within the elastic range.
 import statistics
 from typing import NamedTuple
 
-from study import Study, errors_in_one_line, tangent
+from study import Study, errors_in_one_line, mean_of, tangent
 import numpy as np
 import loads
 from evp import dump, specimen
@@ -81,15 +81,11 @@ def needed(limit, slope):
     return "does not come" if limit <= 1.0 - WITHIN else f"is, from about {round((slope / (1.0 - WITHIN - limit)) ** 3, -3):.0f} spheres on,"
 
 
-def cell(bodies, member):
-    """Mean over the seeds, and the largest departure from it."""
-    values = [getattr(found, member) for found in bodies]
-    mean = statistics.mean(values)
-    return f"{mean:.3f}" + (f" +- {max(abs(value - mean) for value in values):.3f}" if len(values) > 1 else "")
-
-
 def page(results):
     """Values of the page, of {spheres: [Found of each seed]}."""
+    def cell(bodies, member):
+        return mean_of([getattr(found, member) for found in bodies], ".3f")
+
     rows = []
     for spheres, bodies in results.items():
         left = [f"{statistics.mean(getattr(found, kind) / getattr(found, f'{kind}_bonds') for found in bodies):.3f}" for kind in ("torsion", "bending")]

@@ -11,7 +11,7 @@ import re
 import subprocess
 import sys
 import textwrap
-from study import CHECKOUT, command_line, errors_in_one_line, split_at_marks
+from study import CHECKOUT, command_line, errors_in_one_line, write_between
 
 
 PAGE = CHECKOUT / "doc" / "Howto_evp_doctor.rst"
@@ -36,8 +36,7 @@ def main(argv=None):
             raise ValueError(f"the doctor names no fault:\n{fault}")
         for name, text in (("fault", fault), ("healthy", answer(command[1].replace("~/evp", str(CHECKOUT))))):
             start, end = f".. {name}: written by doc/studies/doctor_page.py\n", f".. end of {name}\n"
-            head, _, tail = split_at_marks(PAGE, start, end)
-            PAGE.write_text(f"{head}{start}\n.. code-block:: text\n\n{textwrap.indent(text, '   ')}\n{end}{tail}", encoding="utf-8")
+            write_between(PAGE, start, end, f"\n.. code-block:: text\n\n{textwrap.indent(text, '   ')}\n")
     print(f"updated {PAGE}")
 
 

@@ -5,13 +5,14 @@
     doc/studies/first_look.py
 
 A tension bar of a CAD program is pulled and released without any rate, with eq. 8 and with `plasticity isotropic`; a copper ball flies onto a
-copper plate. Writes first_look.png and first_look.csv (the curves) to --out; the runs are in --work. About four minutes on one core.
+copper plate. Writes first_look.png and first_look.csv (the curves) to --out; runs that --work has are not repeated. About four minutes on one core.
 """
 
 import pathlib
 import sys
 
-from study import command_line, errors_in_one_line, watched, write_csv
+from study import Runs, command_line, errors_in_one_line, store_picture, watched, write_csv
+import matplotlib
 import numpy as np
 
 from evp import curves, dump, figures, run, spheres, view_figure, view_scene
@@ -23,7 +24,6 @@ SPEED = 150.0  # of the ball [m/s]
 BALL_OVER_PLATE = 0.1047  # volumes, so that the spheres of both are of one size
 SWEEPS = {"none": "eq. 8, the paper's law", "isotropic": "plasticity isotropic"}
 COLOR, PIXELS, DPI = "plastic_strain", 620, 130
-COLORS = 256  # of the stored picture, a third as large for it
 BAR_VIEW, BALL_VIEW = (75.0, -75.0), (70.0, -60.0)
 CUT = [[view_scene.condition("y<0")]]  # what is inside
 
@@ -43,12 +43,6 @@ def commands(bar, plate):
     return [("bar", fill), *((name, run.deck_command(run.DECKS / deck, choices)) for name, deck, choices in decks)]
 
 
-def curve_of(path):
-    """(strain, stress [Pa]) of the extensometer and of the grips."""
-    read = figures.read_columns(path, ("strain_gauge", "stress_grip"))
-    return read["strain_gauge"], read["stress_grip"]
-
-
 def drawn(path, view):
     """(whole body in one color, first snapshot, last snapshot, scale, length of a pixel [m]): pictures of a dump; the latter two are cut open and colored."""
     series = dump.index([path])
@@ -62,86 +56,64 @@ def drawn(path, view):
     return (plain, *(spheres.draw(one.x, one.radius, scale.share(factor * one.values), scale.colors(), cameras)[0] for one in (first, last)), scale, cameras[0].per_pixel)
 
 
-def show(figure, place, picture, title=""):
-    """A picture of spheres in a part of the figure."""
-    axis = figure.add_subplot(place)
-    axis.imshow(picture, interpolation="antialiased")
-    axis.set_axis_off()
-    axis.set_title(title)
-    return axis
-
-
-def length_bar(axis, picture, per_pixel, right):
-    """The scale of the pictures beside this one, too, in its lower left or right corner."""
-    tall, broad = picture.shape[:2]
+def panels(figure, places, pictures, titles, scale, per_pixel, bar_on_the_right=False):
+    """Pictures of spheres in a part of the figure, with the color bar of the last, and a bar of the length of the first."""
+    axes = [figure.add_subplot(place) for place in places]
+    for axis, picture, title in zip(axes, pictures, titles):
+        axis.imshow(picture, interpolation="antialiased")
+        axis.set_axis_off()
+        axis.set_title(title)
+    tall, broad = pictures[0].shape[:2]
     length = view_figure.round_length(0.25 * broad * per_pixel)
-    ends = np.array([0.0, length / per_pixel]) + (broad - length / per_pixel if right else 0.0)
-    axis.plot(ends, [tall, tall], color="black", linewidth=2.5, solid_capstyle="butt", clip_on=False, scalex=False, scaley=False)
-    axis.text(ends.mean(), 0.98 * tall, view_figure.length_text(length, "si"), ha="center", va="bottom")
-
-
-def color_bar(figure, axes, scale):
-    import matplotlib
-
+    ends = np.array([0.0, length / per_pixel]) + (broad - length / per_pixel if bar_on_the_right else 0.0)
+    axes[0].plot(ends, [tall, tall], color="black", linewidth=2.5, solid_capstyle="butt", clip_on=False, scalex=False, scaley=False)
+    axes[0].text(ends.mean(), 0.98 * tall, view_figure.length_text(length, "si"), ha="center", va="bottom")
     colors = matplotlib.cm.ScalarMappable(matplotlib.colors.Normalize(scale.low, scale.high), scale.map)
     figure.colorbar(colors, ax=axes, orientation="horizontal", shrink=0.6, aspect=25, pad=0.04, extend=scale.extend, label=dump.described(COLOR).label())
 
 
 def compose(work, target):
     """first_look.png and .csv in the folder target, from the files of the runs in work."""
-    from matplotlib import pyplot as plt
-    from PIL import Image
-
     rows = []
-    part, _, flowed, bar_scale, bar_pixel = drawn(work / "isotropic_state.dump", BAR_VIEW)
-    _, before, after, ball_scale, ball_pixel = drawn(work / "impact_frames.dump", BALL_VIEW)
-    with plt.rc_context(figures.LOOK):
-        figure = plt.figure(figsize=(13.6, 4.3), dpi=DPI, layout="constrained")
+    part, _, flowed, *bar = drawn(work / "isotropic_state.dump", BAR_VIEW)
+    _, before, after, *ball = drawn(work / "impact_frames.dump", BALL_VIEW)
+    with figures.plt.rc_context(figures.LOOK):
+        figure = figures.plt.figure(figsize=(13.6, 4.3), dpi=DPI, layout="constrained")
         left, middle, right = figure.subfigures(1, 3, width_ratios=(1.05, 1.1, 1.2))
         axis = left.add_subplot()
         for k, (plasticity, label) in enumerate(SWEEPS.items()):
-            strain, stress = curve_of(work / f"{plasticity}.csv")
+            strain, stress = figures.read_columns(work / f"{plasticity}.csv", ("strain_gauge", "stress_grip")).values()
             remains = curves.residual_strain(strain, stress)
-            name = f"{label}: {figures.percent_left(remains)} of strain stays"
-            axis.plot(100 * strain, 1e-6 * stress, label=name, **figures.line_style(k))
+            axis.plot(100 * strain, 1e-6 * stress, label=f"{label}: {figures.percent_left(remains)} of strain stays", **figures.line_style(k))
             axis.plot([100 * remains], [0.0], "o", color=figures.line_style(k)["color"], markeredgecolor="#333333", zorder=3)
             rows += [(label, f"{100 * a:.6g}", f"{1e-6 * b:.6g}") for a, b in zip(strain, stress)]
         axis.axhline(0, color="#333333", linewidth=0.8)
         axis.set(xlabel="strain of the thin part [%]", ylabel="stress [MPa]", title="A part is pulled and released")
         axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), handlelength=3.0)
-        panels = [show(middle, 211, part, "The part: a CAD file filled with spheres"), show(middle, 212, flowed, "After the test, cut open: where it has flowed")]
-        length_bar(panels[0], part, bar_pixel, right=False)
-        color_bar(middle, panels, bar_scale)
-        panels = [show(right, 121, before, "Ball and plate, cut open"), show(right, 122, after, f"after impact at {SPEED:g} m/s")]
-        length_bar(panels[0], before, ball_pixel, right=True)
-        color_bar(right, panels, ball_scale)
-        target.mkdir(parents=True, exist_ok=True)
-        figure.canvas.draw()
-        pixels = np.asarray(figure.canvas.buffer_rgba())[:, :, :3]
-        plt.close(figure)
-    Image.fromarray(pixels).quantize(COLORS, dither=Image.Dither.NONE).save(target / "first_look.png", optimize=True)
+        panels(middle, (211, 212), (part, flowed), ("The part: a CAD file filled with spheres", "After the test, cut open: where it has flowed"), *bar)
+        panels(right, (121, 122), (before, after), ("Ball and plate, cut open", f"after impact at {SPEED:g} m/s"), *ball, bar_on_the_right=True)
+        figure.savefig(work / "first_look.png", dpi=DPI)
+        figures.plt.close(figure)
+    store_picture(work / "first_look.png", target)
     write_csv(target / "first_look.csv", ("curve", "strain_percent", "stress_MPa"), rows)
     return target / "first_look.png"
 
 
 def main(argv=None):
-    """Runs all that has not been run, and draws."""
     parser = command_line(__doc__)
     parser.add_argument("--bar", type=int, default=2500, metavar="N", help="spheres of the tension bar (default: %(default)s)")
     parser.add_argument("--plate", type=int, default=5000, metavar="N", help="spheres of the plate (default: %(default)s)")
     parser.add_argument("--work", type=pathlib.Path, default=run.CHECKOUT / "results" / "first_look", metavar="DIR", help="where the runs are")
     parser.add_argument("--out", type=pathlib.Path, default=run.CHECKOUT / "doc" / "figures", metavar="DIR", help="where the picture goes")
-    parser.add_argument("--draw", action="store_true", help="draw again from the files in --work, without a run")
     args = parser.parse_args(argv)
     with errors_in_one_line("first_look.py"):
         spheres.check()
-        if not args.draw:
-            args.work.mkdir(parents=True, exist_ok=True)
-            (args.work / "ball.region").write_text("region body sphere 0.005 0 0 0.005\n", encoding="utf-8")
-            for name, command in watched("first_look:", commands(args.bar, args.plate), lambda job: job[0]):
-                run.output_of(command, args.work, name)
-        print(compose(args.work, args.out))
+        runs = Runs(args.work)
+        (runs.folder / "ball.region").write_text("region body sphere 0.005 0 0 0.005\n", encoding="utf-8")
+        for name, command in watched("first_look:", commands(args.bar, args.plate), lambda job: job[0]):
+            runs.keep(name, command)
+        print(compose(runs.folder, args.out))
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

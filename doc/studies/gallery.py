@@ -1,45 +1,45 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Writes doc/gallery.md: of each deck a picture, the commands that make it, and its numbers beside what they should be; and these
-numbers into the table of lammps_inputs/README.md.
+"""Runs the commands of doc/gallery.md and writes its numbers beside what they should be, and all rows into the table of
+lammps_inputs/README.md.
 
-    doc/studies/gallery.py [--only traction rod] [--work FOLDER] [--out doc/gallery.md]
+    doc/studies/gallery.py [--only traction.png dog_bone.png] [--work FOLDER]
 
-Runs the commands of doc/studies/gallery_scenes.py in --work, one after the other, and copies the pictures to gallery/ beside the page.
-With --only neither is written: the numbers are printed, and the pictures stay in --work. EVP_LMP as for the tests.
+The commands run in --work, one scene after the other; the pictures are copied to doc/gallery. With --only nothing is written: the numbers are
+printed, and the pictures stay in --work. EVP_LMP as for the tests.
 """
 
-import os
 import pathlib
-import platform
 import re
-import resource
-import shutil
-import string
-import subprocess
 import sys
+from typing import NamedTuple
 
-from study import CHECKOUT, DECKS, STUDIES, RunError, add_out, command_line, environment, errors_in_one_line, lammps_command, split_at_marks, table, watched
-import gallery_scenes
+from study import CHECKOUT, DECKS, command_line, errors_in_one_line, lammps_command, run_blocks, split_at_marks, store_picture, table, watched, write_between
 from evp import spheres
+from gallery_scenes import SCENES
 
+PAGE = CHECKOUT / "doc" / "gallery.md"
 HEADER = ("number", "measured", "to expect", "source")
+NUMBERS = "<!-- numbers: doc/studies/gallery.py -->\n", "<!-- end of numbers -->"
 MARKS = "<!-- table: doc/studies/gallery.py -->", "<!-- end of table -->"
-NUMBERS = ("deck", "number", "measured", "to expect", "source, commands")
-COLORS = 256  # of the stored PNG files, which are half as large for it
 
-SCENE = """## {scene.title}
 
-![{scene.title}](gallery/{scene.picture})
+class Part(NamedTuple):
+    """A section of the page: title, picture, its commands, and what gallery.py wrote."""
 
-{scene.shows}
+    title: str
+    picture: str
+    commands: list
+    written: str
 
-    {commands}
 
-{time} of processor time, packing and picture included.
-
-{table}
-"""
+def parts():
+    """Sections of the page."""
+    found = []
+    for text in PAGE.read_text(encoding="utf-8").split("\n## ")[1:]:
+        commands = [line[4:] for line in text.splitlines() if line.startswith("    ")]
+        found.append(Part(text.partition("\n")[0], re.search(r"\]\(gallery/(\S+)\)", text)[1], commands, text.partition(NUMBERS[0])[2].partition(NUMBERS[1])[0]))
+    return found
 
 
 def prepare(folder):
@@ -51,25 +51,22 @@ def prepare(folder):
         (folder / name).symlink_to(target)
 
 
-def run(commands, folder):
-    """(what the commands printed, processor time [s]). RunError with the end of the output where one failed."""
-    script = "\n".join(["set -e", *commands])
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    done = subprocess.run(["bash", "-c", script], cwd=folder, env={**os.environ, **environment()}, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                          stderr=subprocess.STDOUT, encoding="utf-8", errors="replace", check=False)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    if done.returncode:
-        raise RunError(f"a command failed (exit {done.returncode}); its output ends with\n{done.stdout[-1500:]}")
-    return done.stdout, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+def measure(part, folder):
+    """(numbers, processor time [s]) of the commands of a section."""
+    result = run_blocks(["\n".join(part.commands)], folder)[0]
+    return SCENES[part.picture][1](folder, result.text), result.seconds
 
 
 def with_unit(value, unit):
     return "-" if value is None else f"{value:.4g} {unit}".strip()
 
 
-def rows(numbers):
-    """Of the table of a scene."""
-    return [(one.what, with_unit(one.value, one.unit), with_unit(one.expected, one.unit), one.source) for one in numbers]
+def rows(part, numbers):
+    """Of the table of a section: what and source as they stand there, the numbers new. ValueError where there are not as many."""
+    cells = [line.strip("| ").split(" | ") for line in part.written.splitlines() if line.startswith("| ")][1:]
+    if len(cells) != len(numbers):
+        raise ValueError(f"{PAGE}, '{part.title}' has {len(cells)} rows, gallery_scenes.py {len(numbers)} numbers")
+    return [(what, with_unit(one.value, one.unit), with_unit(one.expected, one.unit), source) for (what, _, _, source), one in zip(cells, numbers)]
 
 
 def anchor(title):
@@ -77,58 +74,34 @@ def anchor(title):
     return re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-")
 
 
-def readme_rows(scene, numbers):
+def readme_rows(part, numbers):
     """Of the table of lammps_inputs/README.md, whose links are from there."""
-    link = f"[{scene.title}](../doc/gallery.md#{anchor(scene.title)})"
-    found = []
-    for one, cells in zip(numbers, rows(numbers)):
-        source = re.sub(r"\]\((?!\.\./)", "](../doc/", one.source)
-        found.append((f"`{one.deck or scene.deck}`", *cells[:3], f"{source}; {link}"))
-    return found
-
-
-def store(picture, folder):
-    """Copies a picture, a PNG with fewer colors."""
-    folder.mkdir(parents=True, exist_ok=True)
-    if picture.suffix == ".png":
-        from PIL import Image
-
-        with Image.open(picture) as image:
-            image.convert("RGB").quantize(COLORS, dither=Image.Dither.NONE).save(folder / picture.name, optimize=True)
-    else:
-        shutil.copyfile(picture, folder / picture.name)
+    link = f"[{part.title}](../doc/gallery.md#{anchor(part.title)})"
+    return [(f"`{one.deck or SCENES[part.picture][0]}`", *cells, re.sub(r"\]\((?!\.\./)", "](../doc/", source) + f"; {link}")
+            for one, (*cells, source) in zip(numbers, rows(part, numbers))]
 
 
 def main(words=None):
     parser = command_line(__doc__)
-    names = [scene.key for scene in gallery_scenes.SCENES]
-    parser.add_argument("--only", nargs="+", choices=names, metavar="SCENE", help=f"of {', '.join(names)}")
+    parser.add_argument("--only", nargs="+", choices=SCENES, metavar="PICTURE", help=f"of {', '.join(SCENES)}")
     parser.add_argument("--work", type=pathlib.Path, default=CHECKOUT / "build" / "gallery", help="where the commands run (default: %(default)s)")
-    add_out(parser, "gallery.md")
     options = parser.parse_args(words)
-    chosen = [scene for scene in gallery_scenes.SCENES if scene.key in (options.only or names)]
-    texts, lines, total, readme = [], [], 0.0, DECKS / "README.md"
+    page, lines, readme = PAGE.read_text(encoding="utf-8"), [], DECKS / "README.md"
     with errors_in_one_line("gallery.py"):
-        head, _, tail = split_at_marks(readme, *MARKS)
+        split_at_marks(readme, *MARKS)  # before the runs, not after them
         spheres.check()
         prepare(options.work)
-        for scene in watched("gallery.py:", chosen, lambda scene: scene.key):
-            text, seconds = run(scene.commands, options.work)
-            numbers = scene.numbers(options.work, text)
-            found = table(HEADER, rows(numbers))
-            lines += readme_rows(scene, numbers)
-            total += seconds
-            texts.append(SCENE.format(scene=scene, commands="\n    ".join(scene.commands), time=f"{seconds:.1f} s", table="\n".join(found)))
-            if options.only:
-                print(scene.title, *found, f"{seconds:.1f} s", sep="\n")
-            else:
-                store(options.work / scene.picture, options.out.parent / "gallery")
+        for part in watched("gallery.py:", [part for part in parts() if part.picture in (options.only or SCENES)], lambda part: part.title):
+            numbers, seconds = measure(part, options.work)
+            lines += readme_rows(part, numbers)
+            text = "\n".join([f"{seconds:.1f} s of processor time, packing and picture included.\n", *table(HEADER, rows(part, numbers)), ""])
+            print(part.title, text, sep="\n")
+            page = page.replace(part.written, text)
+            if not options.only:
+                store_picture(options.work / part.picture, PAGE.parent / "gallery")
         if not options.only:
-            machine = f"{platform.machine()}, LAMMPS on 1 rank"
-            page = string.Template((STUDIES / "gallery.md").read_text(encoding="utf-8"))
-            options.out.write_text(page.substitute(total=f"{total:.0f}", machine=machine, scenes="\n".join(texts).rstrip("\n")), encoding="utf-8")
-            readme.write_text("\n".join([head + MARKS[0], *table(NUMBERS, lines), MARKS[1] + tail]), encoding="utf-8")
-            print(options.out, readme, sep="\n")
+            PAGE.write_text(page, encoding="utf-8")
+            write_between(readme, *MARKS, "\n".join(["", *table(("deck", *HEADER[:3], "source, commands"), lines), ""]))
 
 
 if __name__ == "__main__":

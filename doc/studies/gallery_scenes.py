@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The scenes of doc/gallery.md: the commands of each, its picture, and what its numbers are and should be.
+"""The numbers of doc/gallery.md, and what they should be.
 
-A scene's numbers are read from the files that its commands leave in a folder, and from what the commands printed. What they should be
+Numbers are read from the files that the commands of a scene leave in a folder, and from what the commands printed. What they should be
 is computed from the same bodies, or is read from the file of another page, or is a benchmark. SI units.
 """
 
 import csv
 import math
 import re
-from typing import Callable, NamedTuple
+from typing import NamedTuple, Optional
 
 from study import CHECKOUT
 import numpy as np
@@ -17,33 +17,19 @@ from scipy.spatial import cKDTree
 import loads
 from evp import curves, figures, law, specimen
 
-ROW = "80 8 4 3 8 4 0.005 0 1.5 spacing 0.00585189 coordination 11.9"  # Table 1 for any body, as table1_any
 TABLE = law.Row(80.0, 8.0, 4.0, 3.0, 8.0, 4.0, 0.005, 0.0, 1.5)
 BENCHMARK = (0.0214, 0.0071)  # final length and foot radius of the Taylor bar [m], README.md of the decks
-LMP = "build/lmp -log none -in lammps_inputs/"
 BALL, FLOW_STRESS = 0.015, 265.0 + 426.0 * 0.08**0.34  # radius [m] of the ball; [MPa] of 2024-T351 at a plastic strain of 8 %, by Johnson and Cook
 
 
 class Number(NamedTuple):
-    """what; value and expected in `unit` ('' for a ratio), expected a number or None; source: where the expectation is from; deck that gives it,
-    where it is not that of the scene."""
+    """Of a row of the page, whose order is that of the functions below: unit ('' for a ratio), value and expected in it, deck that gives it, where it is
+    not that of the scene."""
 
-    what: str
     unit: str
     value: float
-    expected: object
-    source: str
+    expected: Optional[float] = None
     deck: str = ""
-
-
-class Scene(NamedTuple):
-    key: str
-    deck: str  # of lammps_inputs
-    title: str
-    shows: str  # what the picture shows
-    commands: tuple
-    picture: str
-    numbers: Callable  # (folder, printed text) -> [Number]
 
 
 def body_of(folder, data):
@@ -76,16 +62,9 @@ def bonds_between(folder, data, low, high):
     return loads.find_bonds(specimen.read_data(folder / data), TABLE.alpha, low, high)
 
 
-def largest_in(page_file, column, curve=None, name=None):
-    """Largest value of a column of a CSV file in doc, of the rows whose column `curve` has this name."""
-    with open(CHECKOUT / "doc" / page_file, newline="", encoding="utf-8") as source:
-        return max(float(row[column]) for row in csv.DictReader(source) if curve is None or row[curve] == name)
-
-
 def two_spheres(folder, _):
     read = figures.read_columns(folder / "two_spheres.csv", ("strain", "force"))
-    return [Number(f"force at a pair strain of {strain:+g}", "N", float(np.interp(strain, read["strain"], read["force"])),
-                   float(law.force(0.0102 * (1.0 + strain), 0.0102, TABLE)), "eq. 8: [Howto](Howto_evp.rst)") for strain in (-0.02, 0.02)]
+    return [Number("N", float(np.interp(strain, read["strain"], read["force"])), float(law.force(0.0102 * (1.0 + strain), 0.0102, TABLE))) for strain in (-0.02, 0.02)]
 
 
 def pull(folder, text):
@@ -96,12 +75,10 @@ def pull(folder, text):
     at_one = [curves.stress_at(curve.strain, curve.virial, 0.01) for curve in (slow, fast, rest)]
     viscous = modulus * 1000.0 * np.mean(deq**2) / (TABLE.m1 * TABLE.n1 * TABLE.e1) * 100.0
     packed, partners = float(re.search(r"solid fraction ([\d.]+)", text)[1]), float(re.search(r"([\d.]+) partners per sphere within 1.5 ", text)[1])
-    ours = "affine strain: [pair_style evp/lj](pair_evp_lj.rst)"
-    return [Number("solid fraction of 500 spheres", "", packed, 4.0 / 3.0 * math.pi * np.sum(cylinder.radius**3) / volume, "sum over the data file", "in.specimen"),
-            Number("partners within 1.5 (R_i + R_j)", "", partners, 2.0 * len(deq) / len(cylinder.radius), "pairs of the data file", "in.specimen"),
-            Number("Young's modulus, quasi-static", "GPa", curves.modulus(rest.strain, rest.virial) / 1e9, modulus / 1e9, "m n e1 Nb/(6 V), " + ours, "in.quasistatic"),
-            Number("stress at 1 %, Table 1 at 10/s", "MPa", at_one[0] / 1e6, at_one[2] / 1e6, "quasi-static, by in.quasistatic: [accuracy](accuracy_cost.md)"),
-            Number("over-stress of Table 2 at 100/s, at 1 %", "MPa", (at_one[1] - at_one[2]) / 1e6, viscous / 1e6, "E tau rate, " + ours)]
+    return [Number("", packed, 4.0 / 3.0 * math.pi * np.sum(cylinder.radius**3) / volume, "in.specimen"),
+            Number("", partners, 2.0 * len(deq) / len(cylinder.radius), "in.specimen"),
+            Number("GPa", curves.modulus(rest.strain, rest.virial) / 1e9, modulus / 1e9, "in.quasistatic"),
+            Number("MPa", at_one[0] / 1e6, at_one[2] / 1e6), Number("MPa", (at_one[1] - at_one[2]) / 1e6, viscous / 1e6)]
 
 
 def cyclic(folder, _):
@@ -109,11 +86,9 @@ def cyclic(folder, _):
     found = curves.cycle_numbers(curve)
     left = found["turn_strain"] - 1e-3 * found["turn_MPa"] / found["unloading_GPa"]
     reversible = curves.cycle_numbers(curves.read_curve(folder / "eq8.csv"))
-    return [Number("residual strain after 2 %, *plasticity isotropic*", "%", 100.0 * found["residual_strain"], 100.0 * left,
-                   "strain - stress/unloading modulus, at the first turn"),
-            Number("residual strain after 2 %, eq. 8", "%", round(100.0 * reversible["residual_strain"], 1) + 0.0, 0.0, "eq. 8 is reversible: [Howto](Howto_evp.rst)"),
-            Number("unloading modulus over the first one", "", 1e9 * found["unloading_GPa"] / curves.modulus(curve.strain[:40], curve.virial[:40]), 1.0,
-                   "*plasticity isotropic*: [Howto](Howto_evp.rst)")]
+    return [Number("%", 100.0 * found["residual_strain"], 100.0 * left),
+            Number("%", round(100.0 * reversible["residual_strain"], 1) + 0.0, 0.0),
+            Number("", 1e9 * found["unloading_GPa"] / curves.modulus(curve.strain[:40], curve.virial[:40]), 1.0)]
 
 
 def dog_bone(folder, _):
@@ -121,17 +96,15 @@ def dog_bone(folder, _):
     body = body_of(folder, "bone.data")
     rest = curves.modulus(curve["strain_gauge"][:5], curve["stress_virial"][:5])
     plain = slope(folder, "bone_row", "strain", "stress_virial")
-    return [Number("Young's modulus over the extensometer", "GPa", rest / 1e9, plain / 1e9, "of the same row in the paper's cylinder: [any body](any_body.md)",
-                   "in.quasistatic"),
-            Number("solid fraction of a part", "", body["solid_fraction"], body_of(folder, "cylinder.data")["solid_fraction"], "of the paper's cylinder")]
+    return [Number("GPa", rest / 1e9, plain / 1e9, "in.quasistatic"),
+            Number("", body["solid_fraction"], body_of(folder, "cylinder.data")["solid_fraction"])]
 
 
 def torsion(folder, _):
     modulus = slope(folder, "shaft_pulled", "strain", "stress_grip")
     curve = figures.read_columns(folder / "twisted.csv", ("angle", "torque_grip"))
     share = loads.torsion_share(bonds_between(folder, "shaft.data", 0.015, 0.085), 0.02)
-    return [Number("torque at 0.002 rad", "N m", curve["torque_grip"][1], share * loads.torque(modulus, 0.02, 0.08, curve["angle"][1]),
-                   "G J/L, G = 0.4 E, times the share of the bonds: [closed forms](closed_form_loads.md)")]
+    return [Number("N m", curve["torque_grip"][1], share * loads.torque(modulus, 0.02, 0.08, curve["angle"][1]))]
 
 
 def bending(folder, _):
@@ -143,9 +116,7 @@ def bending(folder, _):
     back = curves.residual_strain(curve["strain"], curve["force"])
     turn = int(np.argmax(curve["strain"]))
     elastic = curve["force"][turn] * curve["strain"][1] / curve["force"][1]
-    return [Number("force at a strain of 0.0005", "N", curve["force"][1], deflection / beam.deflection(1.0, share),
-                   "Timoshenko, with the share of the bonds: [closed forms](closed_form_loads.md)"),
-            Number("strain left without force", "%", 100.0 * back, 100.0 * (curve["strain"][turn] - elastic), "strain at the turn - its elastic part")]
+    return [Number("N", curve["force"][1], deflection / beam.deflection(1.0, share)), Number("%", 100.0 * back, 100.0 * (curve["strain"][turn] - elastic))]
 
 
 def shear(folder, _):
@@ -156,39 +127,34 @@ def shear(folder, _):
     curve = figures.read_columns(folder / "sheared.csv", ("strain", "shear_stress"))
     small = figures.read_columns(folder / "shear_elastic.csv", ("strain", "shear_stress"))
     late = small["strain"] > 0.001  # the viscous part is constant by then
-    return [Number("shear modulus", "GPa", np.polyfit(small["strain"][late], small["shear_stress"][late], 1)[0] / 1e9,
-                   0.4 * affine_modulus(len(bonds), volume, scaled) / 1e9, "0.4 m n e1 Nb/(6 V): [pair_style evp/lj](pair_evp_lj.rst)"),
-            Number("largest stress", "MPa", curve["shear_stress"].max() / 1e6, None, "no closed form; larger strains: [large strain](large_strain.md)")]
+    return [Number("GPa", np.polyfit(small["strain"][late], small["shear_stress"][late], 1)[0] / 1e9, 0.4 * affine_modulus(len(bonds), volume, scaled) / 1e9),
+            Number("MPa", curve["shear_stress"].max() / 1e6)]
 
 
 def notched(folder, _):
-    curve = curves.read_curve(folder / "notched.csv")
-    return [Number("largest stress of the net section", "MPa", curve.grip.max() / 1e6,
-                   largest_in("figures/notched_tension.csv", "stress_MPa", "curve", "N = 4000, XI = 0.05"), "such a bar: [notched tension](notched_tension.md)"),
-            Number("bonds broken", "", float(figures.read_columns(folder / "notched.csv", ("broken",))["broken"][-1]), None, "depends on the spacing: [notched tension](notched_tension.md)")]
+    with open(CHECKOUT / "doc" / "figures" / "notched_tension.csv", newline="", encoding="utf-8") as source:
+        such = [float(row["stress_MPa"]) for row in csv.DictReader(source) if row["curve"] == "N = 4000, XI = 0.05"]
+    read = figures.read_columns(folder / "notched.csv", ("stress_grip", "broken"))
+    return [Number("MPa", read["stress_grip"].max() / 1e6, max(such)), Number("", read["broken"][-1])]
 
 
 def sliding(_, text):
-    kinds = (("distance to the stop", "mm", "v^2/(2 mu g): [friction](Howto_evp_friction.rst)"), ("time to the stop", "ms", "v/(mu g), likewise"))
     found = re.findall(r"^(?:distance|time) (\S+) .* = (\S+) m?s?, ratio", text, re.M)
-    return [Number(what, unit, 1e3 * float(value), 1e3 * float(expected), source) for (what, unit, source), (value, expected) in zip(kinds, found)]
+    return [Number(unit, 1e3 * float(value), 1e3 * float(expected)) for unit, (value, expected) in zip(("mm", "ms"), found)]
 
 
 def impact(_, text):
     (depth, speed), (fine_depth, fine_speed), (no_depth, no_speed) = (map(float, found) for found in re.findall(
         r"crater depth (\S+) m, rebound speed (\S+) m/s", text))
     imbalance = float(re.search(r"over impact energy: (\S+)", text)[1])
-    return [Number("crater depth at 100 m/s", "mm", 1e3 * depth, 1e3 * fine_depth, "of twice as many spheres, another packing"),
-            Number("rebound speed", "m/s", speed, fine_speed, "likewise"),
-            Number("crater depth, *plasticity none*", "mm", round(1e3 * no_depth, 3) + 0.0, 0.0, "eq. 8 leaves none, but the plate vibrates"),
-            Number("rebound speed, *plasticity none*", "m/s", no_speed, None, "above that with flow; the rest vibrates"),
-            Number("energy imbalance over impact energy", "", imbalance, 0.0, "[fix evp/energy](fix_evp_energy.rst)")]
+    return [Number("mm", 1e3 * depth, 1e3 * fine_depth), Number("m/s", speed, fine_speed),
+            Number("mm", round(1e3 * no_depth, 3) + 0.0, 0.0),
+            Number("m/s", no_speed), Number("", imbalance, 0.0)]
 
 
 def taylor(_, text):
     length, foot = map(float, re.search(r"final length (\S+) m, foot radius (\S+) m", text).groups())
-    return [Number("final length", "mm", 1e3 * length, 1e3 * BENCHMARK[0], "benchmark, copper at 227 m/s: [decks](../lammps_inputs/README.md)"),
-            Number("foot radius", "mm", 1e3 * foot, 1e3 * BENCHMARK[1], "likewise; here of the outermost sphere")]
+    return [Number("mm", 1e3 * length, 1e3 * BENCHMARK[0]), Number("mm", 1e3 * foot, 1e3 * BENCHMARK[1])]
 
 
 def rod(folder, text):
@@ -198,134 +164,42 @@ def rod(folder, text):
     rebound, contact = map(float, re.search(r"rebound speed (\S+) m/s, contact time (\S+) s", text).groups())
     read = figures.read_columns(folder / "rod.csv", ("time", "force"))
     plateau = read["force"][(read["time"] > 0.2 * contact) & (read["time"] < 0.8 * contact)].mean()
-    return [Number("contact time", "us", 1e6 * contact, 2e6 * body["length"] / sound, "2 L/c, from E of the same rod; short waves are slower"),
-            Number("force of the wall on the way", "N", plateau, math.pi * body["radius"] ** 2 * modulus / sound, "E A v/c"),
-            Number("rebound speed", "m/s", rebound, 1.0, "as it came")]
+    return [Number("us", 1e6 * contact, 2e6 * body["length"] / sound),
+            Number("N", plateau, math.pi * body["radius"] ** 2 * modulus / sound),
+            Number("m/s", rebound, 1.0)]
 
 
 def indent(folder, text):
     diameters, hardness, left = map(float, re.search(r"= (\S+) diameters of a sphere, a hardness of (\S+) MPa; released: .*, (\S+) % of the depth", text).groups())
     read = figures.read_columns(folder / "indented.csv", ("depth", "contact_radius"))
     turn = int(np.argmax(read["depth"]))
-    return [Number("contact radius at a depth of 1.5 mm", "mm", 1e3 * read["contact_radius"][turn], 1e3 * math.sqrt(2 * BALL * read["depth"][turn]), "sqrt(2 R h)"),
-            Number("hardness", "MPa", hardness, 3.0 * FLOW_STRESS, "Tabor, 3 times the flow stress at 8 %; the more spheres under the ball the nearer"),
-            Number("contact radius in diameters of a sphere", "", diameters, 5.0, "at least, for a hardness that is the metal's"),
-            Number("imprint over the depth", "%", left, None, "a metal keeps all but stress/E: [what to believe](../doc/what_to_believe.md)")]
+    return [Number("mm", 1e3 * read["contact_radius"][turn], 1e3 * math.sqrt(2 * BALL * read["depth"][turn])),
+            Number("MPa", hardness, 3.0 * FLOW_STRESS),
+            Number("", diameters, 5.0), Number("%", left)]
 
 
 def upset(folder, text):
     pressed, left, back = map(float, re.search(r"pressed by (\S+) %, released (\S+) % are left; it sprang back by (\S+) %", text).groups())
     read = figures.read_columns(folder / "upset.csv", ("strain", "force_lower", "force_upper", "width_middle", "width_plates"))
     late = read["strain"] > 0.1
-    return [Number("force of the lower over that of the upper plate", "", float(np.mean(read["force_lower"][late] / read["force_upper"][late])), 1.0, "slow beside waves"),
-            Number("width of the middle at the end", "mm", 1e3 * read["width_middle"][-1], 1e3 * 0.02 / math.sqrt(1.0 - 0.01 * pressed), "at constant volume, without a bulge"),
-            Number("strain left", "%", left, pressed, "a metal keeps all but stress/E")]
+    return [Number("", float(np.mean(read["force_lower"][late] / read["force_upper"][late])), 1.0),
+            Number("mm", 1e3 * read["width_middle"][-1], 1e3 * 0.02 / math.sqrt(1.0 - 0.01 * pressed)),
+            Number("%", left, pressed)]
 
 
-SCENES = (
-    Scene("two_spheres", "in.two_spheres", "The force law", "Force between two spheres over their strain, measured in LAMMPS and by the formula.\nBeyond 0.5 % the second regime is softer.",
-          (LMP + "in.two_spheres -var out two_spheres", "tools/curves.py law --measured two_spheres.csv --out force_law.png"),
-          "force_law.png", two_spheres),
-    Scene("traction", "in.traction", "Tension at strain rates and quasi-static",
-          "The paper's cylinder of 500 spheres. Table 1 has no damping: its curves at 10/s and quasi-static coincide.\n"
-          "Table 2 has: at 100/s its stress starts with the viscous part.",
-          (LMP + "in.specimen -var out cylinder.data",
-           LMP + "in.traction -var specimen cylinder.data -var contact none -var out table1",
-           LMP + 'in.traction -var specimen cylinder.data -var contact none -var coeff "80 8 4 3 8 4 0.005 1000 1.5" -var rate 100 '
-           "-var integrator implicit -var out table2",
-           LMP + "in.quasistatic -var specimen cylinder.data -var contact none -var out rest",
-           'tools/curves.py plot table1.csv table2.csv rest.csv --labels "Table 1, 10/s" "Table 2, 100/s" "Table 1, quasi-static" '
-           '--title "Tension, parameters of the paper" '
-           "--out traction.png"),
-          "traction.png", pull),
-    Scene("cyclic", "in.cyclic", "Tension and compression in cycles",
-          "Two cycles between 2 % and -2 % with *plasticity isotropic*, and one between 2 % and 0 with eq. 8, which goes back on its own curve but for\n"
-          "a little vibration at this rate.\n"
-          "A dot is the residual strain of the first unloading.",
-          (LMP + "in.specimen -var out cylinder.data",
-           LMP + "in.cyclic -var specimen cylinder.data -var contact none -var plasticity isotropic -var lower -0.02 -var cycles 2 -var rate 50 -var out cycles",
-           LMP + "in.cyclic -var specimen cylinder.data -var contact none -var rate 50 -var out eq8",
-           'tools/curves.py cycle cycles.csv eq8.csv --labels "plasticity isotropic, two cycles" "eq. 8" --out cyclic.png'),
-          "cyclic.png", cyclic),
-    Scene("dog_bone", "tools/body.py", "A part from a CAD program",
-          "A round tension bar, cut open along its axis, pulled to a strain of 1 % of its grips and released: only the thin part has flowed.",
-          ("tools/body.py tests/data/parts/dog_bone.stl --axis z --unit mm --n 800 --out bone.data",
-           LMP + "in.quasistatic -var specimen bone.data -var material potentials/gado2017.evp:table1_any -var strain 0.01 -var plasticity isotropic -var cycles 1 "
-           "-var lower release -var out bone",
-           LMP + "in.specimen -var out cylinder.data",
-           LMP + "in.quasistatic -var specimen cylinder.data -var material potentials/gado2017.evp:table1_any -var strain 0.0002 -var increment 0.0001 "
-           "-var out bone_row",
-           'tools/view.py bone_state.dump --color plastic_strain --cut "y<0" --pixels 450 --captions "pulled and released, cut open" --out dog_bone.png'),
-          "dog_bone.png", dog_bone),
-    Scene("torsion", "in.torsion", "Torsion", "A shaft, twisted about its axis by its ends. On the right the near half is cut away: the surface has flowed, the core and the grips have not.",
-          (LMP + "in.specimen -var n 2000 -var length 0.1 -var out shaft.data",
-           LMP + "in.quasistatic -var specimen shaft.data -var contact none -var strain 0.0002 -var increment 0.0001 -var out shaft_pulled",
-           LMP + "in.torsion -var specimen shaft.data -var contact none -var plasticity isotropic -var angle 0.12 -var increment 0.002 "
-           "-var also lammps_inputs/frames.lmp -var frames 1 -var out twisted",
-           'tools/view.py twisted_frames.dump --color plastic_strain --range 0 1.5 --cut "y<0" "x>0.05" --pixels 420 --captions "angle 0.12 rad, right half cut open" '
-           "--out torsion.png"),
-          "torsion.png", torsion),
-    Scene("bending", "in.bending", "Three-point bending", "A bar on two supports near its ends, seen from its side: before, pushed down at mid-span to a strain of 2 % of the outer fibre,\n"
-          "and bent back to no deflection. It has flowed above and below mid-span, not on its axis.",
-          (LMP + "in.specimen -var n 2000 -var shape block -var length 0.1 -var width 0.01 -var height 0.02 -var out bar.data",
-           LMP + "in.quasistatic -var specimen bar.data -var contact none -var strain 0.0002 -var increment 0.0001 -var out bar_pulled",
-           LMP + "in.bending -var specimen bar.data -var contact none -var plasticity isotropic -var cycles 1 -var also lammps_inputs/frames.lmp -var frames 2 -var out bent",
-           'tools/view.py bent_frames.dump --strip 3 --color plastic_strain --view front --pixels 380 --captions before "pushed down, strain 2 %" '
-           '"bent back, strain 0 %" '
-           "--out bending.png"),
-          "bending.png", bending),
-    Scene("indent", "in.indent", "Imprint of a ball", "A plate of aluminium 2024-T351, cut open, into which a ball was pressed: the metal has flowed under it and keeps its imprint.",
-          (LMP + "in.specimen -var n 4000 -var shape block -var length 0.02 -var width 0.05 -var height 0.05 -var out thick.data",
-           LMP + "in.indent -var specimen thick.data -var material potentials/metals.evp:aluminium_2024T351 -var tool_radius 0.015 -var depth 0.0015 -var out indented",
-           'tools/view.py indented_state.dump --color plastic_strain --cut "y<0" --view front --pixels 450 --captions "released, cut open" --out indent.png'),
-          "indent.png", indent),
-    Scene("upset", "in.upset", "Upsetting", "A billet of 2024-T351, pressed to half of its height between plates with friction, and released, cut open: it bulges, and flows most inside.",
-          (LMP + "in.specimen -var n 2000 -var length 0.03 -var radius 0.01 -var out billet.data",
-           LMP + "in.upset -var specimen billet.data -var material potentials/metals.evp:aluminium_2024T351 -var strain 0.5 -var friction 0.2 -var out upset",
-           'tools/view.py upset_state.dump --color plastic_strain --range 0 150 --cut "y<0" --view front --pixels 450 --captions "released, cut open" --out upset.png'),
-          "upset.png", upset),
-    Scene("shear", "in.shear", "Simple shear of a periodic body", "A periodic body of 500 spheres, sheared to 45 %: at first it flows everywhere, then most in a band.",
-          (LMP + "in.specimen -var n 500 -var shape periodic -var length 0.03 -var out periodic.data",
-           LMP + "in.shear -var specimen periodic.data -var strain 0.003 -var row 0.0001 -var rate 10 -var out shear_elastic",
-           LMP + "in.shear -var specimen periodic.data -var plasticity isotropic -var strain 0.45 -var also lammps_inputs/frames.lmp -var frames 3 -var out sheared",
-           'tools/view.py sheared_frames.dump --strip 4 --color plastic_strain --range 0 50 --view top --pixels 200 --out shear.png'),
-          "shear.png", shear),
-    Scene("notched", "in.traction", "Notched tension to rupture", "A bar with two notches, pulled along its length: bonds break between the notches.",
-          (LMP + "in.specimen -var n 4000 -var shape region -var region lammps_inputs/regions/notched.lmp -var width 0.022 -var height 0.012 -var out notched.data",
-           LMP + f'in.traction -var specimen notched.data -var coeff "{ROW.replace(" 0 1.5", " 20 1.5")}" -var contact repulsive -var plasticity isotropic '
-           "-var break 0.05 -var rate 100 -var row 0.00025 -var also lammps_inputs/frames.lmp -var frames 8 -var out notched",
-           'tools/view.py notched_frames.dump --strip 2 --color share_lost --view top --pixels 330 --out notched.png'),
-          "notched.png", notched),
-    Scene("impact", "in.impact", "A ball on a plate", "A copper ball and plate, cut open, before, during and after an impact at 100 m/s. Both have flowed where they touched; the crater is shallower\n"
-          "than a sphere.",
-          (LMP + "in.specimen -var n 1500 -var shape block -var length 0.008 -var width 0.025 -var height 0.025 -var out plate.data",
-           'echo "region body sphere 0.005 0 0 0.005" > ball.region',
-           LMP + "in.specimen -var n 158 -var shape region -var region ball.region -var length 0.01 -var out ball.data",
-           LMP + "in.impact -var plate plate.data -var ball ball.data -var also lammps_inputs/frames.lmp -var frames 20 -var out impact",
-           LMP + "in.specimen -var n 3000 -var shape block -var length 0.008 -var width 0.025 -var height 0.025 -var out fine_plate.data",
-           LMP + "in.specimen -var n 315 -var shape region -var region ball.region -var length 0.01 -var out fine_ball.data",
-           LMP + "in.impact -var plate fine_plate.data -var ball fine_ball.data -var out fine_impact",
-           LMP + "in.impact -var plate plate.data -var ball ball.data -var plasticity none -var out elastic_impact",
-           'tools/view.py impact_frames.dump --strip 3 --color plastic_strain --cut "y<0" --view front --pixels 230 --captions "before, 100 m/s" "in contact" '
-           '"on its way back" '
-           "--out impact.png"),
-          "impact.png", impact),
-    Scene("sliding", "in.sliding", "A block slides until friction stops it", "A block on a rigid plate, colored by its speed.",
-          (LMP + "in.specimen -var n 200 -var shape block -var length 0.02 -var width 0.01 -var height 0.01 -var out block.data",
-           LMP + "in.sliding -var block block.data -var friction 0.5 -var speed 3 -var also lammps_inputs/frames.lmp -var frames 10 -var out sliding",
-           'tools/view.py sliding_frames.dump --strip 3 --color speed --range 0 3 --label "speed [m/s]" --view front --pixels 300 '
-           '--captions "at the start" "on the way" "at rest" --out sliding.png'),
-          "sliding.png", sliding),
-    Scene("taylor", "in.taylor", "Taylor bar", "A copper bar, cut open, flies to the left at 227 m/s onto a rigid wall, which is not drawn; its foot spreads, and it bounces back.",
-          (LMP + "in.specimen -var n 3000 -var length 0.0324 -var radius 0.0032 -var out taylor_bar.data",
-           LMP + "in.taylor -var specimen taylor_bar.data -var also lammps_inputs/frames.lmp -var frames 24 -var out taylor",
-           'tools/view.py taylor_frames.dump --film taylor.gif --color plastic_strain --range 0 100 --cut "y<0" --view front --pixels 300'),
-          "taylor.gif", taylor),
-    Scene("rod", "in.taylor", "An elastic rod on a wall", "Force of the wall on a rod that flies onto it at 1 m/s and leaves when the wave has come back from its end.",
-          (LMP + "in.specimen -var n 2000 -var length 0.12 -var radius 0.0012 -var out rod.data",
-           LMP + f'in.quasistatic -var specimen rod.data -var coeff "{ROW}" -var contact none -var strain 0.0002 -var increment 0.0001 '
-           "-var out rod_pulled",
-           LMP + f'in.taylor -var specimen rod.data -var coeff "{ROW}" -var contact none -var plasticity none -var speed 1 -var out rod',
-           'tools/curves.py columns rod.csv --x time --y force --title "Force of the wall on an elastic rod, 1 m/s" --out wall_force.png'),
-          "wall_force.png", rod),
-)
+SCENES = {  # picture on the page: deck, numbers of (folder, printed text)
+    "force_law.png": ("in.two_spheres", two_spheres),
+    "traction.png": ("in.traction", pull),
+    "cyclic.png": ("in.cyclic", cyclic),
+    "dog_bone.png": ("tools/body.py", dog_bone),
+    "torsion.png": ("in.torsion", torsion),
+    "bending.png": ("in.bending", bending),
+    "indent.png": ("in.indent", indent),
+    "upset.png": ("in.upset", upset),
+    "shear.png": ("in.shear", shear),
+    "notched.png": ("in.traction", notched),
+    "impact.png": ("in.impact", impact),
+    "sliding.png": ("in.sliding", sliding),
+    "taylor.gif": ("in.taylor", taylor),
+    "wall_force.png": ("in.taylor", rod),
+}

@@ -6,32 +6,27 @@
   metals.py --only steel_4340   calibrates these only; the others must be in --work already
 
 tools/calibrate.py fits each row. The row is then tested with -var material on specimens that it was not fitted to, one of another
-seed and one of 4000 spheres, in tension to a strain of 10 % and in compression to 20 %. Writes the page, a CSV of the same name with the
-measured values, and figures/NAME.png with its CSV. About 20 minutes on two cores. Uses the lmp of this checkout, or EVP_LMP.
+seed and one of 4000 spheres, in tension to a strain of 10 % and in compression to 20 %. Writes the potential file, the page, a CSV of the same
+name with the measured values, and figures/metals.png with its CSV. About 20 minutes on two cores.
 """
 
 import json
-import pathlib
-import shutil
-import sys
 from typing import NamedTuple
 
-from study import CHECKOUT, RunError, add_out, command_line, errors_in_one_line, table, watched, write_csv
+from study import CHECKOUT, RunError, Study, errors_in_one_line, write_csv
 import calibrate
 import numpy as np
 from evp import calibration, figures
 from evp.calibration import Targets
 from johnson_cook import JohnsonCook, from_handbook
-from evp.report import write_whole
 
 MPA = 1e6
+POTENTIALS = CHECKOUT / "potentials" / "metals.evp"
 SIDES = {"tension": (0.05, 0.1), "compression": (-0.1, -0.2)}  # strains to which departures are told; the last one ends the curve
 SPHERES, SEED = 2000, 1  # of the specimens that rows are fitted to
 CHECKS = ((2000, 2), (4000, 3))  # spheres and seed of specimens that they were not fitted to
 TIMEOUT = 1800.0
 BALLISTICS = "Johnson and Cook, 7th Int. Symp. on Ballistics, The Hague, 1983"
-
-
 PULLED, PUSHED = (0.02, 0.05), (-0.02, -0.05)  # strains of the stresses that rows are fitted to
 
 
@@ -74,47 +69,45 @@ def words_of(aims):
     return words + [word for stress, strain in aims.points for word in ("--stress", f"{stress:g}@{strain:g}")] + ["--nu", f"{aims.nu:g}"]
 
 
-def calibrated(name, metal, options):
+def calibrated(name, study):
     """Path of the potential file with the row of the metal alone, and of its run table; made where --work does not hold them."""
-    out, runs_of = options.work / f"{name}.evp", options.work / f"{name}.jsonl"
+    out, runs_of = study.work / f"{name}.evp", study.work / f"{name}.jsonl"
     if out.exists():
         return out, runs_of
-    if options.only and name not in options.only:
-        raise RunError(f"{options.work} has no row of {name}: run without --only")
-    aims = targets_of(metal)
-    words = [*words_of(aims), "--density", f"{aims.density:g}", "--name", name, "--out", str(out), "--spheres", str(options.spheres), "--seed", str(SEED),
-             "--ranks", str(options.ranks), "--table", str(runs_of), "--timeout", f"{TIMEOUT:g}", "--source", f"{metal.title}: {metal.source}"]
+    if name not in study.only:
+        raise RunError(f"{study.work} has no row of {name}: run without --only")
+    metal = METALS[name]
+    words = [*words_of(targets_of(metal)), "--density", f"{metal.density:g}", "--name", name, "--out", str(out), "--spheres", str(SPHERES), "--seed", str(SEED),
+             "--ranks", str(study.ranks), "--table", str(runs_of), "--timeout", f"{TIMEOUT:g}", "--source", f"{metal.title}: {metal.source}"]
     if calibrate.main(words) not in (0, 3):  # 3: a miss, which the page tells
         raise RunError(f"no row for {name}")
     return out, runs_of
 
 
-class Kept:
-    """Results of runs by name, in a JSON file: finished runs are not repeated."""
-
-    def __init__(self, path):
-        self.path = path
-        self.known = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
-
-    def get(self, name, make, *arguments):
-        """The result called name; make(*arguments), which is kept, where it is not known."""
-        if name not in self.known:
-            self.known[name] = make(*arguments)
-            write_whole(self.path, json.dumps(self.known))
-        return self.known[name]
-
-
-def pulled(out, name, metal, strain, spheres, seed, options):
-    """{found, strain, stress [Pa]} of the row on a body, by -var material, to this strain, None: that of the targets; {failed: reason}
-    where the body did not come to rest."""
+def pulled(out, name, aims, spheres, seed, study):
+    """{found, strain, stress [Pa]} of the row on a body, by -var material, to the largest strain of the targets; {failed: reason} where the body did
+    not come to rest."""
     row = [line.split() for line in out.read_text(encoding="utf-8").splitlines() if line.startswith(f"{name} ")][0]
-    body = calibration.make_body(options.work, spheres, seed, metal.density, TIMEOUT)
+    body = calibration.make_body(study.work, spheres, seed, aims.density, TIMEOUT)
     try:
-        aims = targets_of(metal) if strain is None else targets_of(metal)._replace(points=((1.0, strain),))
-        found, curve = calibration.pull_material(body, {"material": f"{out}:{name}"}, float(row[7]), aims, 1.0, options.ranks, options.work, TIMEOUT, f"{name}, {spheres} spheres")
+        found, curve = calibration.pull_material(body, {"material": f"{out}:{name}"}, float(row[7]), aims, 1.0, study.ranks, study.work, TIMEOUT, f"{name}, {spheres} spheres")
     except calibration.Failed as failure:
         return {"failed": str(failure)}
     return {"found": found, "strain": [float(f"{value:.6g}") for value in curve[0]], "stress": [float(f"{value:.6g}") for value in curve[1]]}
+
+
+def measure(name, study):
+    """What the page tells of a row: found, off, runs, checks by (spheres, seed), and the two curves; kept in --work."""
+    out, runs_of = calibrated(name, study)
+    kept, aims = study.work / f"{name}.json", targets_of(METALS[name])
+    if kept.exists():
+        return json.loads(kept.read_text(encoding="utf-8"))
+    runs = [json.loads(line) for line in runs_of.read_text(encoding="utf-8").splitlines()][1:]
+    best = min((one["found"] for one in runs if one["state"] == "done"), key=lambda found: max(map(abs, off_target(found, aims).values())))
+    one = {"found": best, "runs": len(runs), "checks": {f"{spheres}, {seed}": pulled(out, name, aims, spheres, seed, study) for spheres, seed in CHECKS},
+           **{side: pulled(out, name, aims._replace(points=((1.0, ends[-1]),)), *CHECKS[0], study) for side, ends in SIDES.items()}}
+    kept.write_text(json.dumps(one), encoding="utf-8")
+    return one
 
 
 def largest(metal, curve, end):
@@ -130,7 +123,7 @@ def largest(metal, curve, end):
     return f"{100.0 * off[k]:+.1f} % at {100.0 * strain[beyond][k]:.1f} %"
 
 
-def draw(curves, path):
+def draw(study, curves):
     """A panel for each metal: tension and compression of its row beside Johnson-Cook's, and the targets."""
     rows = []
     with figures.plt.rc_context(figures.LOOK):
@@ -160,76 +153,7 @@ def draw(curves, path):
         handles, labels = axes.flat[0].get_legend_handles_labels()
         axes.flat[-1].legend(handles, labels, loc="center")
         figure.tight_layout()
-        return figures.save(figure, path, ("metal", "curve", "strain_percent", "stress_MPa"), rows)
-
-
-HEAD = """# Metals
-
-{answer}
-
-    pair_style evp/lj contact repulsive plasticity isotropic
-    pair_coeff * * potentials/metals.evp copper_OFHC
-
-Written by `doc/studies/metals.py`, which calls `tools/calibrate.py` for each row of [potentials/metals.evp](../potentials/metals.evp). Targets are nominal
-values of Johnson-Cook's curve (A + B ep^n) in quasi-static loading at room temperature: a true stress s at the true strain s/E + ep is
-s exp(-strain) at exp(strain) - 1, in compression with negative strains.
-
-![curves of the rows and of Johnson-Cook](figures/{stem}.png)
-
-"""
-
-
-def percent(value):
-    return f"{100.0 * value:+.2f}"
-
-
-def page(results, stem):
-    """Text of the page. results: by name, what main() collected."""
-    lines = [HEAD.format(stem=stem, answer=answer(results)), "## Targets and errors\n"]
-    lines += table(("row", "metal", "E [GPa]", "error [%]", "0.2 % yield stress [MPa]", "error [%]", "stresses [MPa] at strains", "errors [%]", "nu", "error [%]",
-                    "runs"), [
-        (name, METALS[name].title, f"{aims.modulus / 1e9:.4g}", percent(off["E"]), f"{aims.yield_stress / MPA:.1f}", percent(off["yield"]),
-         ", ".join(f"{stress / MPA:.1f} at {strain:g}" for stress, strain in aims.points),
-         ", ".join(percent(off[calibration.at(strain)]) for _, strain in aims.points), f"{aims.nu:g}", percent(off["nu"]), one["runs"])
-        for name, one in results.items() for aims, off in [(targets_of(METALS[name]), one["off"])]])
-    lines += ["", f"Specimens of {SPHERES} spheres. Negative strains are compression; yield stress and stresses are then those of compression. *Runs*: of the fit.\n",
-              "## Largest difference from Johnson-Cook's curve, from the yield strain on\n"]
-    ends = [(side, end) for side, all_ends in SIDES.items() for end in all_ends]
-    lines += table(("row", *(f"{side}, to {100.0 * abs(end):g} %" for side, end in ends)), [
-        (name, *(largest(METALS[name], one[side], end) for side, end in ends)) for name, one in results.items()])
-    lines += ["", WHY, "## Specimens that they were not fitted to\n"]
-    lines += table(("row", "spheres", "seed", "error of E [%]", "of the yield stress [%]", "of the stresses [%]", "of nu [%]"), [
-        (name, spheres, seed, *checked(one["checks"][f"{spheres}, {seed}"], targets_of(METALS[name])))
-        for name, one in results.items() for spheres, seed in CHECKS])
-    apart = max(abs(check["found"][what] / one["found"][what] - 1.0) for one in results.values() for check in one["checks"].values() if "found" in check
-                for what in one["off"])
-    lines += ["", f"The largest is {100.0 * largest_check(results):.1f} %. From what the rows gave on the specimen that they were found on, these differ by at most "
-              f"{100.0 * apart:.1f} %.\n", "## Sources\n"]
-    for name, metal in METALS.items():
-        law = metal.law
-        lines.append(f"- {name}: E {law.modulus / 1e9:g} GPa, A {law.a / MPA:.4g} MPa, B {law.b / MPA:.4g} MPa, n {law.n:.3g}, "
-                     f"{metal.density:g} kg/m3. {metal.source}.")
-    return "\n".join(lines) + "\n"
-
-
-def largest_check(results):
-    """Largest error on the specimens that rows were not fitted to."""
-    return max((abs(value) for name, one in results.items() for check in one["checks"].values() if "found" in check
-                for value in off_target(check["found"], targets_of(METALS[name])).values()), default=float("nan"))
-
-
-def answer(results):
-    """The first sentence of the page."""
-    fitted = max(abs(value) for one in results.values() for value in one["off"].values())
-    return (f"{len(results)} rows of [potentials/metals.evp](../potentials/metals.evp) meet Young's modulus, Poisson's ratio, 0.2 % yield stress and two further "
-            f"stresses of their metal within {100.0 * fitted:.1f} %,\nand within {100.0 * largest_check(results):.1f} % on specimens that they were not fitted to. "
-            "Beyond these strains, and in the other direction, they differ more from Johnson-Cook's curve, as the tables show.")
-
-
-WHY = """The true stress of Johnson-Cook is the same in tension and compression. That of a specimen is smaller in compression, by what the tables show: sideways
-its bonds rotate out of the load. Where Johnson-Cook's nominal stress decreases in tension, as the metal necks, the row was fitted in compression.
-Even with e2 = 0 a specimen hardens beyond its 0.2 % yield stress, as its bonds yield one after another: a metal with a sharp yield point is met no nearer.
-"""
+        study.save(figure, ("metal", "curve", "strain_percent", "stress_MPa"), rows)
 
 
 def off_target(found, aims):
@@ -237,54 +161,56 @@ def off_target(found, aims):
     return {name: found[name] / value - 1.0 for name, (value, _) in aims.aims.items()}
 
 
-def checked(check, aims):
-    """Cells of a check."""
-    if "failed" in check:
-        return (check["failed"], "", "", "")
-    off = off_target(check["found"], aims)
+def cells(off, aims):
+    """Errors [%] of E, yield stress, stresses and nu."""
+    def percent(value):
+        return f"{100.0 * value:+.2f}"
+
     return percent(off["E"]), percent(off["yield"]), ", ".join(percent(off[calibration.at(strain)]) for _, strain in aims.points), percent(off["nu"])
 
 
+def page(results):
+    """Values of the page, of {name: what measure() found}."""
+    targets, others, worst, apart, unfitted = [], [], [], [], []
+    for name, one in results.items():
+        metal, aims = METALS[name], targets_of(METALS[name])
+        off = off_target(one["found"], aims)
+        modulus, first, stresses, nu = cells(off, aims)
+        targets.append((name, metal.title, f"{aims.modulus / 1e9:.4g}", modulus, f"{aims.yield_stress / MPA:.1f}", first,
+                        ", ".join(f"{stress / MPA:.1f} at {strain:g}" for stress, strain in aims.points), stresses, f"{aims.nu:g}", nu, one["runs"]))
+        worst += map(abs, off.values())
+        for spheres, seed in CHECKS:
+            check = one["checks"][f"{spheres}, {seed}"]
+            if "failed" in check:
+                others.append((name, spheres, seed, check["failed"], "", "", ""))
+                continue
+            others.append((name, spheres, seed, *cells(off_target(check["found"], aims), aims)))
+            unfitted += map(abs, off_target(check["found"], aims).values())
+            apart += (abs(check["found"][what] / one["found"][what] - 1.0) for what in aims.aims)
+    ends = [(side, end) for side, every in SIDES.items() for end in every]
+    differences = [(name, *(largest(METALS[name], one[side], end) for side, end in ends)) for name, one in results.items()]
+    sources = [f"- {name}: E {metal.law.modulus / 1e9:g} GPa, A {metal.law.a / MPA:.4g} MPa, B {metal.law.b / MPA:.4g} MPa, n {metal.law.n:.3g}, {metal.density:g} kg/m3. {metal.source}."
+               for name, metal in METALS.items()]
+    return {"count": len(results), "spheres": SPHERES, "sources": "\n".join(sources),
+            **{key: f"{100.0 * max(values, default=float('nan')):.1f}" for key, values in (("fitted", worst), ("unfitted", unfitted), ("apart", apart))},
+            "targets": (("row", "metal", "E [GPa]", "error [%]", "0.2 % yield stress [MPa]", "error [%]", "stresses [MPa] at strains", "errors [%]", "nu", "error [%]", "runs"), targets),
+            "differences": (("row", *(f"{side}, to {100.0 * abs(end):g} %" for side, end in ends)), differences),
+            "others": (("row", "spheres", "seed", "error of E [%]", "of the yield stress [%]", "of the stresses [%]", "of nu [%]"), others)}
+
+
 def main(words=None):
-    parser = command_line(__doc__)
-    parser.add_argument("--work", type=pathlib.Path, default=CHECKOUT / "build" / "metals", help="rows, bodies and runs (default: %(default)s)")
-    parser.add_argument("--potentials", type=pathlib.Path, default=CHECKOUT / "potentials" / "metals.evp",
-                        help="the potential file to write (default: %(default)s)")
-    parser.add_argument("--only", nargs="+", choices=METALS, metavar="NAME", help="calibrate these only")
-    parser.add_argument("--spheres", type=int, default=SPHERES, help="of the specimens that rows are fitted to (default: %(default)s)")
-    parser.add_argument("--ranks", type=int, default=2, help="MPI ranks of each run (default 2)")
-    parser.add_argument("--fresh", action="store_true", help="delete --work first: repeat everything")
-    add_out(parser, "metals.md")
-    options = parser.parse_args(words)
-    if options.fresh:
-        shutil.rmtree(options.work, ignore_errors=True)
-    options.work.mkdir(parents=True, exist_ok=True)
-    results, head = {}, None
+    study = Study(__doc__, "metals", only=list(METALS), ranks=2).parse(words)
     with errors_in_one_line("metals.py"):
-        for name in watched("metals.py:", list(METALS)):
-            metal = METALS[name]
-            out, runs_of = calibrated(name, metal, options)
-            kept = Kept(options.work / f"{name}.json")
-            last = [json.loads(line) for line in runs_of.read_text(encoding="utf-8").splitlines()][1:]
-            best = min((one for one in last if one["state"] == "done"), key=lambda one: max(map(abs, off_target(one["found"], targets_of(metal)).values())))
-            one = {"found": best["found"], "off": off_target(best["found"], targets_of(metal)), "runs": len(last), "checks": {}}
-            for spheres, seed in CHECKS:
-                one["checks"][f"{spheres}, {seed}"] = kept.get(f"check {spheres} {seed}", pulled, out, name, metal, None, spheres, seed, options)
-            for side, ends in SIDES.items():
-                one[side] = kept.get(side, pulled, out, name, metal, ends[-1], *CHECKS[0], options)
-            results[name] = one
-            head = head or out.read_text(encoding="utf-8").splitlines()[:2]
-        rows = [line for name in METALS for line in (options.work / f"{name}.evp").read_text(encoding="utf-8").splitlines()[2:]]
-        write_whole(options.potentials, "\n".join([*head, *rows]) + "\n")
-        stem = options.out.stem
-        draw(results, options.out.parent / "figures" / f"{stem}.png")
-        write_csv(options.out.with_suffix(".csv"), ("row", "body", "what", "target", "found"), [
+        results = {name: measure(name, study) for name in study.each(METALS)}
+        files = [(study.work / f"{name}.evp").read_text(encoding="utf-8").splitlines() for name in METALS]
+        POTENTIALS.write_text("\n".join([*files[0][:2], *(line for lines in files for line in lines[2:])]) + "\n", encoding="utf-8")
+        draw(study, results)
+        write_csv(study.out.with_suffix(".csv"), ("row", "body", "what", "target", "found"), [
             (name, body, what, f"{value:.6g}", f"{check['found'][what]:.6g}")
             for name, one in results.items() for body, check in {"found on": one, **one["checks"]}.items() if "found" in check
             for what, (value, _) in targets_of(METALS[name]).aims.items()])
-        options.out.write_text(page(results, stem), encoding="utf-8")
-    print(options.out)
+        study.write(**page(results))
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -9,19 +9,51 @@ second. --seeds: bodies of each size.
 
 import math
 import statistics
+from typing import NamedTuple
 
-from study import DECKS, Study, errors_in_one_line
-from evp import figures
-from rupture_work import number, pull
+from study import DECKS, RunError, Study, errors_in_one_line, mean_of
+import numpy as np
+from evp import curves, figures
 
 BAR = {"shape": "region", "region": DECKS / "regions" / "notched.lmp", "width": 0.022, "height": 0.012}
 PULL = {"coeff": "80 8 4 3 8 4 0.005 20 1.5 spacing 0.00585189 coordination 11.9", "contact": "repulsive", "plasticity": "isotropic", "rate": 100,
         "strain": 0.02, "row": 0.00025, "dtfraction": 0.8}
 VOLUME = 9.814e-6  # [m3] of the bar
+FREE_LENGTH = 0.04  # between the grips [m]
+PARTED = 0.1  # of the largest stress: below it the body has parted
 NOTCH = 1.0  # radius of the end of a notch [mm]
 RULES = CONSTANT, INVERSE, POWER = "constant XI", "XI ~ 1/spacing", "power of the spacing"
 HEADER = ("spheres", "specimens", "spacing [mm]", "XI", "rule", "largest stress [MPa]", "strain at it [%]", "rupture strain [%]", "work of rupture [kJ/m2]",
           "bonds broken")
+
+
+class Rupture(NamedTuple):
+    """Of a pull: largest stress [MPa], strain at it, strain of rupture, work of the grips per cross-section [kJ/m2], bonds that broke."""
+
+    peak: float
+    at: float
+    strain: float
+    work: float
+    broken: int
+
+
+def rupture_of(curve, broken):
+    """The Rupture of a curve. RunError where the body has not parted."""
+    strain, stress = curve.strain, curve.grip
+    top = int(np.argmax(stress))
+    gone = np.nonzero(stress[top:] < PARTED * stress[top])[0]
+    if len(gone) == 0:
+        raise RunError(f"the body has not parted at a strain of {strain[-1]:g}: {stress[-1]:.3g} Pa of {stress[top]:.3g} Pa are left")
+    end = top + gone[0]
+    return Rupture(stress[top] / 1e6, strain[top], strain[end], curves.work(strain[: end + 1], stress[: end + 1]) * FREE_LENGTH / 1e3, broken)
+
+
+def pull(runs, data, xi):
+    """(Rupture, curve) of a body."""
+    name = f"{data[:-len('.data')]}_{xi:.4g}"
+    runs.run("in.traction", name, specimen=data, **{"break": f"{xi:.6g}"}, **PULL)
+    curve = curves.read_curve(runs.folder / f"{name}.csv")
+    return rupture_of(curve, int(runs.curve(name, "broken")["broken"][-1])), curve
 
 
 def spacing(spheres):
@@ -51,7 +83,7 @@ def measure(study, cases):
     results, plan = {}, [(case, seed) for case in cases for seed in range(1, study.seeds[min(study.spheres.index(case[0]), len(study.seeds) - 1)] + 1)]
     for case, seed in study.each(plan, lambda run: f"{run[0][0]} spheres, XI {run[0][1]:.3g}, seed {run[1]}", lambda run: run[0][0] ** (5.0 / 3.0)):
         data = study.runs.body(f"notched_{case[0]}_{seed}", n=case[0], seed=seed, **BAR)
-        results.setdefault(case, []).append(pull(study.runs, data, case[1], **PULL))
+        results.setdefault(case, []).append(pull(study.runs, data, case[1]))
     return results
 
 
@@ -75,7 +107,7 @@ def page(results, p, sizes):
         return ", ".join(f"{value(n, xi, found):{form}}" for (n, xi, own), found in results.items() if own == rule)
 
     rows = [(n, len(found), f"{spacing(n):.2f}", f"{xi:.3g}", rule,
-             *(number([scale * getattr(rupture, name) for rupture, _ in found], form)
+             *(mean_of([scale * getattr(rupture, name) for rupture, _ in found], form)
                for name, scale, form in (("peak", 1, ".0f"), ("at", 100, ".2f"), ("strain", 100, ".2f"), ("work", 1, ".1f"), ("broken", 1, ".0f"))))
             for (n, xi, rule), found in results.items()]
     return {"table": (HEADER, rows), "p": f"{p:.2f}", "few": sizes[0], "more": sizes[1], "notch": f"{NOTCH:g}", "rate": PULL["rate"],

@@ -11,9 +11,8 @@ and copies the pictures with their CSV files to doc/figures. Nothing else in the
 import csv
 import pathlib
 import shutil
-import sys
-from study import CHECKOUT, command_line, split_at_marks, table
 
+from study import CHECKOUT, command_line, errors_in_one_line, table, write_between
 
 MARKS = "<!-- table: doc/studies/readme.py -->", "<!-- end of table -->"
 TITLES = {
@@ -37,25 +36,15 @@ def table_lines(summary):
 
 
 def main(argv=None):
-    """Returns 0, or 1 after a message."""
     parser = command_line(__doc__)
     parser.add_argument("--results", type=pathlib.Path, default=CHECKOUT / "results" / "quickstart", metavar="DIR")
     args = parser.parse_args(argv)
-    readme, figures = CHECKOUT / "README.md", CHECKOUT / "doc" / "figures"
-    try:
-        head, _, tail = split_at_marks(readme, *MARKS)
-        lines = table_lines(args.results / "summary.csv")
-        figures.mkdir(exist_ok=True)
+    with errors_in_one_line("readme.py"):
+        write_between(CHECKOUT / "README.md", *MARKS, "\n".join(["", *table_lines(args.results / "summary.csv"), ""]))
         for picture in PICTURES:
             for suffix in (".png", ".csv"):
-                shutil.copy(args.results / (picture + suffix), figures)
-        readme.write_text("\n".join([head + MARKS[0], *lines, MARKS[1] + tail]), encoding="utf-8")
-    except (OSError, ValueError) as error:
-        print(f"ERROR: {error}; run tools/quickstart.sh first", file=sys.stderr)
-        return 1
-    print(f"updated {readme} and {figures}")
-    return 0
+                shutil.copy(args.results / (picture + suffix), CHECKOUT / "doc" / "figures")
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -5,28 +5,46 @@ Imported first: it makes the package evp of tools/ importable, and goes on in a 
 """
 
 import hashlib
+import os
 import pathlib
+import re
+import resource
 import shutil
 import statistics
 import string
+import subprocess
 import sys
+import tempfile
+from typing import NamedTuple
 
 STUDIES = pathlib.Path(__file__).resolve().parent
 sys.path.insert(1, str(STUDIES.parents[1] / "tools"))
 
 from evp import figures  # noqa: E402
-from evp.progress import format_seconds, watched  # noqa: E402
-from evp.report import add_out, command_line, errors_in_one_line, table, write_csv  # noqa: E402
-from evp.run import CHECKOUT, DECKS, RunError, deck_command, edited_deck, environment, lammps_command, lammps_error, output_of  # noqa: E402
+from evp.progress import watched  # noqa: E402
+from evp.report import command_line, errors_in_one_line, table, write_csv  # noqa: E402
+from evp.run import CHECKOUT, DECKS, RunError, deck_command, edited_deck, environment, lammps_command, output_of  # noqa: E402
 
-__all__ = ("CHECKOUT", "DECKS", "RunError", "Runs", "Study", "add_out", "command_line", "deck_command", "edited_deck", "environment", "errors_in_one_line", "format_seconds", "in_turn",
-           "lammps_command", "lammps_error", "output_of", "ratios", "split_at_marks", "spread", "table", "tangent", "watched", "write_csv")
+__all__ = ("CHECKOUT", "DECKS", "RunError", "Runs", "Study", "command_line", "deck_command", "edited_deck", "errors_in_one_line", "in_turn", "lammps_command", "mean_of", "output_of", "ratios",
+           "run_blocks", "split_at_marks", "spread", "store_picture", "table", "tangent", "watched", "write_between", "write_csv")
 
 
 def spread(values, form="{:.2f}".format):
     """'median (smallest to largest)', the median alone of one value."""
     values = list(values)
     return form(statistics.median(values)) + (f" ({form(min(values))} to {form(max(values))})" if len(values) > 1 else "")
+
+
+def mean_of(values, form):
+    """'mean +- largest departure of one', the mean alone of one value."""
+    mean = statistics.mean(values)
+    return f"{mean:{form}}" + (f" +- {max(abs(value - mean) for value in values):{form}}" if len(values) > 1 else "")
+
+
+def cpu_seconds():
+    """Processor time of all programs that have been run and have ended [s]."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def ratios(own, other):
@@ -43,6 +61,12 @@ def split_at_marks(path, start, end):
     return head, *rest.split(end)
 
 
+def write_between(path, start, end, text):
+    """Replaces what stands between two marks of a file."""
+    head, _, tail = split_at_marks(path, start, end)
+    path.write_text("".join((head, start, text, end, tail)), encoding="utf-8")
+
+
 def in_turn(runs, repeats, title):
     """{name: [result of each round]} of {name: function}: each runs once per round, so that a slow moment of the machine meets all."""
     results = {name: [] for name in runs}
@@ -51,19 +75,60 @@ def in_turn(runs, repeats, title):
     return results
 
 
+class Result(NamedTuple):
+    """What a block of commands printed, and its processor time [s]."""
+
+    text: str
+    seconds: float
+
+
+def run_blocks(blocks, folder, home=None):
+    """Results of blocks of commands in one shell that starts in a folder. RunError with the end of the output where one failed."""
+    end = "---- end of a block ----"
+    with tempfile.TemporaryDirectory(prefix="evp_blocks_") as name:
+        times, errors = pathlib.Path(name) / "times", pathlib.Path(name) / "errors"
+        script = "".join(f"{block}\necho '{end}'\ntimes >> {times}\n" for block in blocks)
+        with open(errors, "w", encoding="utf-8") as target:
+            done = subprocess.run(["bash", "-c", "set -eu\n" + script], cwd=folder, env={**os.environ, **environment(), "HOME": str(home or pathlib.Path.home())}, check=False,
+                                  stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=target, encoding="utf-8", errors="replace")
+        if done.returncode:
+            raise RunError(f"a command failed (exit {done.returncode}); it ends with\n{done.stdout[-1500:]}{errors.read_text(encoding='utf-8')[-1500:]}")
+        spent = [sum(60 * float(minutes) + float(seconds) for minutes, seconds in re.findall(r"(\d+)m([\d.]+)s", line))
+                 for line in times.read_text(encoding="utf-8").splitlines()[1::2]]  # the first line of two is the shell's own
+    return [Result(text, after - before) for text, before, after in zip(done.stdout.split(end + "\n"), [0.0, *spent], spent)]
+
+
+def store_picture(path, folder, colors=256):
+    """Copies a picture; a PNG gets so few colors that it is half as large."""
+    from PIL import Image
+
+    folder.mkdir(parents=True, exist_ok=True)
+    if path.suffix == ".png":
+        with Image.open(path) as image:
+            image.convert("RGB").quantize(colors, dither=Image.Dither.NONE).save(folder / path.name, optimize=True)
+    else:
+        shutil.copyfile(path, folder / path.name)
+
+
 class Runs:
     """Runs of decks in a folder: one of the same choices that is there is not made again."""
 
     def __init__(self, folder):
-        self.folder = pathlib.Path(folder)
+        self.folder = pathlib.Path(folder).resolve()
         self.folder.mkdir(parents=True, exist_ok=True)
 
     def keep(self, name, words):
         """What a command printed, from NAME.log where that is of the same command."""
-        log, mark = self.folder / f"{name}.log", hashlib.sha256(repr(words).encode()).hexdigest() + "\n"
+        log, mark = self.folder / f"{name}.log", hashlib.sha256(repr(words).encode()).hexdigest()
         if not log.exists() or not log.read_text(encoding="utf-8").startswith(mark):
-            log.write_text(mark + output_of(list(map(str, words)), self.folder, name), encoding="utf-8")
+            before = cpu_seconds()
+            text = output_of(list(map(str, words)), self.folder, name)
+            log.write_text(f"{mark} {cpu_seconds() - before:.3f}\n{text}", encoding="utf-8")
         return log.read_text(encoding="utf-8").partition("\n")[2]
+
+    def seconds(self, name):
+        """Processor time that a kept run took [s]."""
+        return float((self.folder / f"{name}.log").read_text(encoding="utf-8").partition("\n")[0].split()[1])
 
     def run(self, deck, out, ranks=1, **choices):
         """What a run of a deck with -var out OUT printed."""

@@ -8,23 +8,18 @@ All blocks of commands run in one shell that starts in the root of the checkout,
 '.. end of output' stand the lines of the last block before them that the pattern is found in. About four minutes on two cores.
 """
 
-import os
 import pathlib
 import re
 import shutil
-import subprocess
-import tempfile
 import textwrap
 from typing import NamedTuple
 
-from study import CHECKOUT, RunError, command_line, environment, errors_in_one_line, split_at_marks
+from study import CHECKOUT, command_line, errors_in_one_line, run_blocks, store_picture, write_between
 from evp import spheres
 
 PAGE = CHECKOUT / "doc" / "tutorial.rst"
 PICTURES = PAGE.parent / "tutorial"
-COLORS = 128  # of the stored PNG files
 COSTS = ".. costs: written by doc/studies/tutorial_page.py\n", ".. end of costs"
-_END = "---- end of a block ----"
 _STEP = re.compile(r"^\*\*(\d+\. .+)\*\*$", re.M)
 _BLOCK = re.compile(r"^\.\. code-block:: bash\n\n((?:   .*\n|\n)+)", re.M)
 _OUTPUT = re.compile(r"^(\.\. output: ([^\n]+)\n\n)(.*?)(?=^\.\. end of output$)", re.M | re.S)
@@ -39,13 +34,6 @@ class Step(NamedTuple):
     shown: str
 
 
-class Result(NamedTuple):
-    """What a block printed, and its processor time [s]."""
-
-    text: str
-    seconds: float
-
-
 def steps(text):
     """Steps of the page."""
     found, parts = [], _STEP.split(text)
@@ -55,23 +43,6 @@ def steps(text):
             raise ValueError(f"{PAGE}, '{title}': a step has one block of commands, and after it '.. output: PATTERN' and '.. end of output'")
         found.append(Step(title, textwrap.dedent(block[1]).strip(), output[2], textwrap.dedent(output[3].partition("::")[2].partition("\n")[2]).strip("\n")))
     return found
-
-
-def run(blocks, folder, home):
-    """Results of blocks of commands in one shell that starts in a folder. RunError with the end of the output where one failed."""
-    with tempfile.TemporaryDirectory(prefix="evp_tutorial_") as name:
-        times = pathlib.Path(name) / "times"
-        script = "".join(f"{block}\necho '{_END}'\ntimes >> {times}\n" for block in blocks)
-        with open(pathlib.Path(name) / "errors", "w+", encoding="utf-8") as errors:
-            done = subprocess.run(["bash", "-c", "set -eu\n" + script], cwd=folder, env={**os.environ, **environment(), "HOME": str(home)}, check=False,
-                                  stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=errors, encoding="utf-8", errors="replace")
-            if done.returncode:
-                errors.seek(0)
-                raise RunError(f"a command of the tutorial failed (exit {done.returncode}); it ends with\n{done.stdout[-1500:]}{errors.read()[-1500:]}")
-        spent = [sum(60 * float(minutes) + float(seconds) for minutes, seconds in re.findall(r"(\d+)m([\d.]+)s", line))
-                 for line in times.read_text(encoding="utf-8").splitlines()[1::2]]  # the first line of two is the shell's own
-    texts = done.stdout.split(_END + "\n")[:-1]
-    return [Result(text, after - before) for text, before, after in zip(texts, [0.0, *spent], spent)]
 
 
 def lines_shown(result, pattern):
@@ -100,17 +71,6 @@ def cost_lines(found, results):
     return lines + [line for title, seconds in rows for line in (f"   * - {title}", f"     - {seconds}")]
 
 
-def store(name, folder):
-    """Copies a picture of a folder beside the page, a PNG with fewer colors, which makes it half as large."""
-    from PIL import Image
-
-    if name.endswith(".png"):
-        with Image.open(folder / name) as image:
-            image.convert("RGB").quantize(COLORS, dither=Image.Dither.NONE).save(PICTURES / name, optimize=True)
-    else:
-        shutil.copyfile(folder / name, PICTURES / name)
-
-
 def main(argv=None):
     """Runs all, and rewrites the page."""
     parser = command_line(__doc__)
@@ -122,14 +82,12 @@ def main(argv=None):
         found = steps(text)
         shutil.rmtree(args.work, ignore_errors=True)  # a calibration would go on from an earlier one
         args.work.mkdir(parents=True)
-        results = run([step.commands for step in found], CHECKOUT, args.work.resolve())
+        results = run_blocks([step.commands for step in found], CHECKOUT, args.work.resolve())
         text = with_outputs(text, [lines_shown(result, step.pattern) for step, result in zip(found, results)])
         PAGE.write_text(text.replace(str(CHECKOUT), "~/evp"), encoding="utf-8")
-        head, _, tail = split_at_marks(PAGE, *COSTS)
-        PAGE.write_text("\n".join([head + COSTS[0], *cost_lines(found, results), "", COSTS[1] + tail]), encoding="utf-8")
-        PICTURES.mkdir(exist_ok=True)
+        write_between(PAGE, *COSTS, "\n".join(["", *cost_lines(found, results), "", ""]))
         for name in re.findall(r"^\.\. image:: tutorial/(\S+)", text, re.M):
-            store(name, args.work / "bar")
+            store_picture(args.work / "bar" / name, PICTURES, 128)
     print(f"updated {PAGE} and {PICTURES}")
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""doc/studies/bench.py and doc/studies/implicit_cost.py run, count what they time, and refuse what they cannot use."""
+"""doc/studies/bench.py runs, counts what it times, and refuses what it cannot use."""
 
 import csv
 import os
@@ -7,6 +7,7 @@ import pathlib
 import subprocess
 import sys
 
+import bench
 import pytest
 
 CHECKOUT = pathlib.Path(__file__).resolve().parents[2]
@@ -21,7 +22,8 @@ def tool(name, *words):
 @pytest.fixture()
 def page(tmp_path):
     path = tmp_path / "page.md"
-    path.write_text("before\n<!-- table: doc/studies/bench.py -->\nold\n<!-- end of table -->\nafter\n", encoding="utf-8")
+    parts = "".join(f"<!-- {name}: doc/studies/bench.py -->\nold {name}\n<!-- end of {name} -->\n" for name in ("summary", *bench.SECTIONS))
+    path.write_text(f"before\n{parts}after\n", encoding="utf-8")
     return path
 
 
@@ -30,7 +32,7 @@ def test_quick_bench_writes_its_tables(page):
     run = tool("bench.py", "--quick", "--out", page)
     assert run.returncode == 0, run.stderr[-2000:]
     text = page.read_text(encoding="utf-8")
-    assert text.startswith("before\n") and text.endswith("after\n") and "\nold\n" not in text
+    assert text.startswith("before\n") and text.endswith("after\n") and "\nold" not in text
     for title in ("Pair loop", "Neighbor build", "Cost of each effect", "Whole step", "Scale", "Ranks"):
         assert f"### {title}" in text, title
     with open(page.with_suffix(".csv"), encoding="utf-8") as source:
@@ -40,20 +42,18 @@ def test_quick_bench_writes_its_tables(page):
     share = float(text.split("*pairs crossing xi_s* ")[1].split(" %")[0])
     assert share >= 2.0, "control: pairs do cross xi_s in that scene"
     assert "about" in run.stderr and "left" in run.stderr, "progress with the time left"
+    assert (page.parent / "figures" / "page.png").stat().st_size > 10000
 
 
 def test_section_that_is_not_run_stays(page):
     """Only the part of the page, and the rows of the CSV, of the section that is run change."""
-    kept = "<!-- part: scale -->\n### Scale\n\nas it was\n"
-    page.write_text(page.read_text(encoding="utf-8").replace("old\n", kept), encoding="utf-8")
     page.with_suffix(".csv").write_text("section,name,x,value\nscale,evp/lj,7,7\nbuild,packing over Neigh,,7\n", encoding="utf-8")
     run = tool("bench.py", "--quick", "--sections", "build", "--out", page)
     assert run.returncode == 0, run.stderr[-2000:]
     text = page.read_text(encoding="utf-8")
-    assert kept in text and "### Neighbor build" in text
+    assert "old scale\n" in text and "old build\n" not in text and "### Neighbor build" in text
     rows = page.with_suffix(".csv").read_text(encoding="utf-8").splitlines()
     assert "scale,evp/lj,7,7" in rows and len(rows) == 3 and "build,packing over Neigh,,7" not in rows
-    assert (page.parent / "figures" / "page.png").stat().st_size > 10000
 
 
 def test_page_without_markers_stays(tmp_path):
@@ -62,18 +62,6 @@ def test_page_without_markers_stays(tmp_path):
     run = tool("bench.py", "--quick", "--sections", "build", "--out", page)
     assert run.returncode == 1 and "must hold" in run.stderr
     assert page.read_text(encoding="utf-8") == "mine\n"
-
-
-def test_implicit_cost_writes_its_tables(tmp_path):
-    """Both ways end on the same stress; a small second specimen, since the times are not the point here."""
-    page = tmp_path / "cost.md"
-    run = tool("implicit_cost.py", "--repeats", 1, "--strain", 0.0005, "--large", 400, "--out", page, "--work", tmp_path)
-    assert run.returncode == 0, run.stderr[-2000:]
-    rows = [line.split("|")[1:-1] for line in page.read_text(encoding="utf-8").splitlines() if line.startswith("| ")]
-    stress = {row[0].strip(): float(row[4]) for row in rows if row[0].strip() != "integrator"}
-    assert set(stress) == {"explicit, 0.8 of the largest stable dt", "explicit, 0.4 of the largest stable dt", "implicit, dt = 1e-05 s", "1 MPI rank", "2 MPI ranks"}
-    assert stress["implicit, dt = 1e-05 s"] == pytest.approx(stress["explicit, 0.4 of the largest stable dt"], rel=1e-2)
-    assert stress["2 MPI ranks"] == pytest.approx(stress["1 MPI rank"], rel=1e-3)
 
 
 def test_bad_words_are_refused():

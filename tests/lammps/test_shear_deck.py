@@ -16,7 +16,7 @@ COUNT, EDGE = 500, 0.04
 SMALL = {"strain": 0.0025, "row": 0.0001, "rate": 10}
 ROW = (80.0, 8, 4)  # e1 m1 n1 of the default
 REDUCED = 0.969  # of the affine E: periodic random packs reach 0.965 to 0.973
-COLUMNS = ["strain", "shear_stress", "pressure", "share_second"]
+COLUMNS = ["strain", "shear_stress", "pressure", "share_second", "beyond_dlim", "new_pairs", "lowest_ratio"]
 
 
 def gaps(body, reach):

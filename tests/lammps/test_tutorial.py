@@ -8,6 +8,7 @@ import pytest
 import tutorial_page
 from evp import surface
 from lammps_run import LMP
+from study import RunError, run_blocks
 
 PAGE = tutorial_page.PAGE.read_text(encoding="utf-8")
 STEPS = tutorial_page.steps(PAGE)
@@ -38,13 +39,13 @@ def results(tmp_path_factory):
     for words, other in SMALLER:
         assert words in blocks
         blocks = blocks.replace(words, other)
-    return folder / "bar", tutorial_page.run(blocks.split("\x1e"), folder, folder)
+    return folder / "bar", run_blocks(blocks.split("\x1e"), folder, folder)
 
 
 def test_outputs_are_those_of_the_commands(results):
     folder, found = results
     for step, result in zip(STEPS, found):
-        assert form(tutorial_page.lines_shown(result, step.pattern)) == form(step.shown), f"{step.title}: run python3 -m evp.tutorial_page"
+        assert form(tutorial_page.lines_shown(result, step.pattern)) == form(step.shown), f"{step.title}: run doc/studies/tutorial_page.py"
     for picture in re.findall(r"^\.\. image:: tutorial/(\S+)", PAGE, re.M):
         assert (folder / picture).stat().st_size > 1000 and (tutorial_page.PICTURES / picture).stat().st_size < 7e5
 
@@ -78,5 +79,5 @@ def test_page_is_as_its_script_writes_it():
 @pytest.mark.parametrize("change, message", [
     (lambda text: text.replace("evp doctor", "evp doctors"), "no tool 'doctors'"), (lambda text: text.replace(".. output: ^Healthy", ""), "a step has one block")])
 def test_a_wrong_page_is_noticed(tmp_path, change, message):
-    with pytest.raises((ValueError, tutorial_page.RunError), match=message):
-        tutorial_page.run([tutorial_page.steps(change(PAGE))[0].commands.replace("$PWD/build:", f"{LMP.parent}:")], tmp_path, tmp_path)
+    with pytest.raises((ValueError, RunError), match=message):
+        run_blocks([tutorial_page.steps(change(PAGE))[0].commands.replace("$PWD/build:", f"{LMP.parent}:")], tmp_path, tmp_path)
