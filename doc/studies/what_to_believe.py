@@ -73,8 +73,8 @@ def taylor(study, spheres):
     """Cells of the bar."""
     body = study.runs.body(f"bar_{spheres}", n=spheres, length=0.0324, radius=0.0032, density=8930)
     text = study.runs.run("in.taylor", f"taylor_{spheres}", specimen=body, material=COPPER, speed=227)
-    length, foot = map(float, re.search(r"final length (\S+) m, foot radius (\S+) m", text).groups())
-    return [spheres, f"{1e3 * length:.2f}", f"{100 * (length / LENGTH - 1):+.1f}", f"{1e3 * foot:.2f}", f"{100 * (foot / FOOT - 1):+.1f}"]
+    outer, length, foot = map(float, re.search(r"outermost sphere of the foot (\S+) m.*\nfinal length (\S+) m, foot radius (\S+) m", text).groups())
+    return [spheres, f"{1e3 * length:.2f}", f"{100 * (length / LENGTH - 1):+.1f}", f"{1e3 * foot:.2f}", f"{100 * (foot / FOOT - 1):+.1f}", f"{1e3 * outer:.2f}"]
 
 
 def draw(study, tension, compression):
@@ -92,7 +92,7 @@ def draw(study, tension, compression):
 
 
 def main(words=None):
-    study = Study(__doc__, "what_to_believe", spheres=2000, plates=[4000, 16000], bars=[2000, 8000]).parse(words)
+    study = Study(__doc__, "what_to_believe", spheres=2000, plates=[4000, 16000], bars=[2000, 8000, 20000]).parse(words)
     with errors_in_one_line("what_to_believe.py"):
         row, body = material(study), study.runs.body("other", n=study.spheres, seed=2)
         tension, compression = (pulled(study, name, body, row, sign * STRAINS[-1], cycles=1, lower="release") for name, sign in (("tension", 1), ("compression", -1)))
@@ -118,7 +118,7 @@ def main(words=None):
                     released=(("load", "strain [%]", "stress [MPa]", "strain left [%]", "stress/E [%]", "sprang back [%]"), released),
                     volumes=(("strain", "volume [%]"), volumes),
                     imprints=(("N", "contact radius [diameters]", "hardness [MPa]", "over the flow stress", "imprint [% of the depth]", "recovery [%]", "over Hertz"), imprints),
-                    bars=(("N", "length [mm]", "off [%]", "foot radius [mm]", "off [%]"), bars))
+                    bars=(("N", "length [mm]", "off [%]", "foot radius [mm]", "off [%]", "outermost sphere [mm]"), bars))
 
 
 if __name__ == "__main__":
