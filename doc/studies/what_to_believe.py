@@ -92,7 +92,7 @@ def draw(study, tension, compression):
 
 
 def main(words=None):
-    study = Study(__doc__, "what_to_believe", spheres=2000, plates=[4000, 16000], bars=[2000, 8000, 20000]).parse(words)
+    study = Study(__doc__, "what_to_believe", spheres=2000, plates=[4000, 16000], bars=[2000, 8000]).parse(words)
     with errors_in_one_line("what_to_believe.py"):
         row, body = material(study), study.runs.body("other", n=study.spheres, seed=2)
         tension, compression = (pulled(study, name, body, row, sign * STRAINS[-1], cycles=1, lower="release") for name, sign in (("tension", 1), ("compression", -1)))
