@@ -64,13 +64,6 @@ WHY_NONE = {  # notes where there is no such number
     "residual_strain": "the way back ends before zero stress; -var lower release of in.cyclic and in.quasistatic goes there",
     "unloading_GPa": "the way back has too few rows",
 }
-DEPARTURE = {  # titles in print, of the numbers in departure_of()
-    "departure_largest_MPa": "largest [MPa]",
-    "departure_at_strain": "at strain",
-    "departure_mean_MPa": "mean of sizes [MPa]",
-    "departure_mean_percent": "mean [% of largest stress]",
-    "departure_rows": "rows",
-}
 
 
 @contextlib.contextmanager
@@ -217,12 +210,6 @@ def strains_of(words):
     return list(dict.fromkeys(strains))
 
 
-def departure_of(curve, target, column, turns):
-    """Numbers of DEPARTURE."""
-    d = curves.departure(curve, target, column, turns)
-    return dict(zip(DEPARTURE, (1e-6 * d.largest, d.at, 1e-6 * d.mean, 100 * d.relative, d.rows)))
-
-
 def show_table(args):
     """Print one line for each curve, the departures from a target below, and write a CSV of both."""
     strains = strains_of(args.at) if args.at else curves.STRAINS
@@ -235,7 +222,7 @@ def show_table(args):
         with told_of(path):
             found[path] = curves.table_numbers(curve, args.column, args.fit, strains, turns)
             if target:
-                apart[path] = departure_of(curve, target, args.column, turns)
+                apart[path] = curves.departure(curve, target, args.column, turns)
     stresses = [f"stress_at_{at:g}_MPa" for at in strains]
     areas = list(dict.fromkeys(name for line in found.values() for name in line if name.startswith("area_")))
     for line in found.values():
@@ -243,12 +230,12 @@ def show_table(args):
     print_numbers(found, ["E_GPa", "range", "yield_MPa", *stresses, "turn_strain", "residual_strain", "unloading_GPa", "areas"])
     if target:
         print(f"\ndeparture from {args.target}, curve minus target, at its rows")
-        print_table(["", *DEPARTURE.values()],
+        print_table(["", *curves.DEPARTURE.values()],
                     [[path, *list(line.values())[:-1], f"{line['departure_rows']} of {len(target.strain)}"] for path, line in apart.items()])
     if args.csv:
         modulus = modulus_of(args.curves).replace(" ", "_")
         names = ["E_GPa", "E_from", "E_to", "yield_MPa", *stresses, "turn_strain", "turn_MPa", "residual_strain", "unloading_GPa", *areas,
-                 *(DEPARTURE if target else ())]
+                 *(curves.DEPARTURE if target else ())]
         lines = {path: {**line, **apart.get(path, {})} for path, line in found.items()}
         write_csv(args.csv, ["curve", *(modulus + name[1:] if name.startswith("E_") else name for name in names)],
                   [[path, *(f"{line[name]:.9g}" if name in line and line[name] == line[name] else "" for name in names)] for path, line in lines.items()])
@@ -283,7 +270,7 @@ def plot_law(args):
 
     numbers = numbers_file(args.out, [args.measured] if args.measured else [])
     measured = curves.read_columns(args.measured, figures.MEASURED) if args.measured else None
-    print(figures.force_law(law.Row.parse(args.coeff), args.out, measured, args.deq, numbers=numbers))
+    print(figures.force_law(law.Row.parse(args.coeff), args.out, measured, numbers=numbers))
 
 
 def plot_specimen(args):
@@ -308,11 +295,10 @@ def show_rate_shares(args):
         raise ValueError(f"{args.damped} ends at strain {damped.strain.max():g}: give --strains")
     found = [rates.shares_at(damped, twin, at) for at in strains]
     if args.specimen:
-        body, row = specimen.read_data(args.specimen), law.Row.parse(args.coeff)
-        if args.scale == "yes":
-            row = rates.scaled_row(row, len(body.ids))
+        body, size = specimen.read_data(args.specimen), specimen.read_body(args.specimen)
+        row = rates.scaled_row(law.Row.parse(args.coeff), len(body.ids), size["volume"])
         modulus = curves.modulus(twin.strain, twin.virial)
-        theory = rates.expected(body, row, args.rate, modulus, args.length, args.radius)
+        theory = rates.expected(body, row, args.rate, modulus, size["length"], size["volume"])
         print(f"expected at {args.rate:g}/s with E {1e-9 * modulus:.2f} GPa of the twin and "
               f"tau {theory.tau:.4g} s: E tau rate {1e-6 * theory.viscous:.3f} MPa viscous in the "
               f"elastic part; inertia below rho c L rate {1e-6 * theory.inertial:.3f} MPa")
@@ -368,7 +354,6 @@ def parser():
     sub = command("law", plot_law, "force against distance of one pair (the paper's figure 2)")
     sub.add_argument("--coeff", default="80 8 4 3 8 4 0.005 0 1.5",
                      help="e1 m1 n1 e2 m2 n2 xi_s gamma alpha (default: Table 1)")
-    sub.add_argument("--deq", type=float, default=0.01, help="[m], without --measured")
     sub.add_argument("--measured", metavar="CSV", help="PREFIX.csv of in.two_spheres")
     sub.add_argument("--out", default="force_law.png", metavar="PNG")
     sub = command("specimen", plot_specimen, "spheres coloured by their share in the second regime")
@@ -382,13 +367,9 @@ def parser():
     sub.add_argument("--strains", nargs="+", type=float, metavar="STRAIN",
                      help="(default: 0.002 0.005 0.01 0.0195, as far as the damped run goes)")
     sub.add_argument("--rate", type=float, help="of both runs [1/s], for what theory expects")
-    sub.add_argument("--specimen", metavar="FILE", help="data file that both runs read, likewise")
+    sub.add_argument("--specimen", metavar="FILE", help="data file that both runs read, beside it FILE.body, likewise")
     sub.add_argument("--coeff", default="80 8 4 3 8 4 0.005 1000 1.5",
                      help="row of the damped run, as given to the deck (default: Table 2)")
-    sub.add_argument("--scale", choices=("yes", "no"), default="yes",
-                     help="as given to the deck: the row is scaled where N is not 500")
-    sub.add_argument("--length", type=float, default=0.05, help="of the cylinder [m]")
-    sub.add_argument("--radius", type=float, default=0.02, help="of the cylinder [m]")
     return top
 
 

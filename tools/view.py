@@ -165,7 +165,7 @@ class Scene:
             low, high = args.range or view_figure.limits(*inner)
             note = "" if args.range else view_figure.note_of_outer(drawn, (low, high), column.unit)
             label = "\n".join(filter(None, (args.label or column.label(), note)))
-            self.scale = view_figure.ColorScale(low, high, drawn, args.map, label)
+            self.scale = view_figure.ColorScale(low, high, drawn, label)
             self.colors = self.scale.colors()
 
     def spheres(self, snapshot):
@@ -187,7 +187,7 @@ def draw_picture(args, scene, snapshots, series):
     """One PNG: a snapshot in its views, or snapshots beside or below each other."""
     from evp import view_figure
 
-    names = args.captions or (names_of(snapshots, series) if args.titles else [""] * len(snapshots))
+    names = args.captions or names_of(snapshots, series)
     if len(names) != len(snapshots):
         raise ValueError(f"--captions: {len(names)} for {len(snapshots)} snapshots: give one for each")
     drawn = [scene.pictures(snapshot) for snapshot in with_progress(snapshots)]
@@ -208,12 +208,11 @@ def draw_film(args, scene, snapshots, series):
     """A film: a picture of all views for each snapshot."""
     from evp import view_figure
 
-    write, names = view_figure.film_writer(args.film), names_of(snapshots, series)
     views = args.view if len(args.view) > 1 else [""]
-    frames = [view_figure.to_pixels(scene.figure([scene.pictures(snapshot)], views, [""], name if args.titles else ""))
-              for snapshot, name in zip(with_progress(snapshots), names)]
+    frames = [view_figure.to_pixels(scene.figure([scene.pictures(snapshot)], views, [""], name))
+              for snapshot, name in zip(with_progress(snapshots), names_of(snapshots, series))]
     with all_or_nothing(args.film.parent) as folder:
-        write(frames, folder / args.film.name, args.rate)
+        view_figure.write_film(frames, folder / args.film.name, args.rate)
     print(f"{args.film}: {len(frames)} pictures")
 
 
@@ -235,10 +234,9 @@ def parser():
     """The command line."""
     top = command_line(__doc__)
     top.add_argument("dumps", nargs="+", type=pathlib.Path, metavar="DUMP")
-    top.add_argument("--color", "--colour", metavar="COLUMN", help="column that colors the spheres (default: one color)")
+    top.add_argument("--color", metavar="COLUMN", help="column that colors the spheres (default: one color)")
     top.add_argument("--range", nargs=2, type=float, metavar=("LOW", "HIGH"), help="of the color bar, in its unit (default: all values drawn; without the "
                      "outermost half percent of a snapshot where these alone would take up half of the bar, which then names the highest)")
-    top.add_argument("--map", help="color map of matplotlib (default: YlOrRd; coolwarm around 0 where values have both signs)")
     top.add_argument("--label", metavar="TEXT", help="beside the color bar, in place of the column's")
     top.add_argument("--view", nargs="+", metavar="VIEW",
                      help=f"{', '.join(spheres.VIEWS)}, or THETA,PHI in degrees: direction to the camera as in dump image. iso is from the right, "
@@ -257,7 +255,6 @@ def parser():
     top.add_argument("--radius", type=float, metavar="R", help="of all spheres, for dumps without radius and diameter [length]")
     top.add_argument("--units", choices=("si", "cgs", "lj", "metal", "real", "micro", "nano"), default="si",
                      help="of dumps that do not say it (default: si, as the decks)")
-    top.add_argument("--no-titles", dest="titles", action="store_false", help="no load, time or step above the pictures")
     top.add_argument("--captions", nargs="+", metavar="TEXT", help="above the pictures of a PNG, one for each snapshot, in place of load, time or step")
     top.add_argument("--unfinished", action="store_true", help="leave out a last snapshot that ends in the middle: the run goes on, or was stopped")
     return top
@@ -265,24 +262,19 @@ def parser():
 
 def check(args):
     """ValueError where choices cannot be met; before anything is read."""
-    for option, path, kinds in (("--out", args.out, (".png",)), ("--film", args.film, None)):
-        if path and kinds and path.suffix.lower() not in kinds:
-            raise ValueError(f"{option} {path}: the name of a picture ends in .png")
-        if path and any(path.resolve() == other.resolve() for other in args.dumps):
-            raise ValueError(f"{option} {path} would be written over a dump that is read")
+    if args.out and args.out.suffix.lower() != ".png":
+        raise ValueError(f"--out {args.out}: the name of a picture ends in .png")
     if args.film:
         from evp import view_figure
 
-        view_figure.film_writer(args.film)
+        view_figure.check_film(args.film)
+    for option, path in (("--out", args.out), ("--film", args.film)):
+        if path and any(path.resolve() == other.resolve() for other in args.dumps):
+            raise ValueError(f"{option} {path} would be written over a dump that is read")
     if args.range and not args.range[0] < args.range[1]:
         raise ValueError(f"--range {args.range[0]:g} {args.range[1]:g}: the first must be less than the second")
     if args.range and not args.color:
         raise ValueError("--range needs --color COLUMN")
-    if args.map:
-        import matplotlib
-
-        if args.map not in matplotlib.colormaps:
-            raise ValueError(f"--map {args.map}: no color map of matplotlib, such as viridis, YlOrRd, magma, coolwarm")
     if not 100 <= args.pixels <= 6000:
         raise ValueError(f"--pixels {args.pixels}: give 100 to 6000")
     for option, value in (("--radius", args.radius), ("--rate", args.rate), ("--strip", args.strip)):

@@ -77,7 +77,7 @@ def test_power_law_of_handbook_values():
     ({"--stress": "150e6@0"}, "above 0", ""),
     ({"--stress": []}, "give --yield and --stress, or --curve", ""),
     ({"--curve": "test.csv"}, "give --yield and --stress, or --curve", ""),
-    ({"--yield": [], "--stress": [], "--curve": "nowhere.csv"}, "nowhere.csv is no CSV with a line of names", "stress_MPa"),
+    ({"--yield": [], "--stress": [], "--curve": "nowhere.csv"}, "nowhere.csv", "--curve"),
     ({"--E": "0"}, "--E must be a finite number above 0", ""),
     ({"--E": "70", "--yield": "95", "--stress": "150@0.05"}, "70 Pa is softer than any metal", "70e9 for 70 GPa"),
     ({"--E": "70000", "--yield": "95", "--stress": "150@0.05"}, "70000 Pa is softer than any metal", "in Pa"),
@@ -123,8 +123,8 @@ def test_body_and_spheres_exclude_each_other(capsys):
 @pytest.mark.parametrize("body, measures, reason", [
     (None, None, "there is no file bar.data; give the data file of a body"),
     ("any", None, "there is no file bar.data.body; make the body by in.specimen or tools/body.py, which write both"),
-    ("any", "variable length index 0.05\n", "bar.data.body gives no length or no volume of the body"),
-    ("any", "variable length index 0.05\nvariable volume index 6e-5 # [m3]\n", "bar.data is no data file of atom_style sphere")])
+    ("any", "variable length index 0.05\n", "bar.data.body gives no length or no volume of the body: make the body by"),
+    ("any", "variable length index 0.05\nvariable volume index 6e-5 # [m3]\n", "bar.data has no 'Atoms # sphere' section")])
 def test_bodies_that_are_refused(tmp_path, monkeypatch, body, measures, reason):
     monkeypatch.chdir(tmp_path)
     for name, text in (("bar.data", body), ("bar.data.body", measures)):
@@ -315,7 +315,7 @@ def test_a_measured_curve(tmp_path, sign, is_true, column, unit):
 
 
 @pytest.mark.parametrize("text, reason", [
-    ("strain,stress\n0,0\n", "fewer than three points"), ("strain,stress\n0,0\n0.1,nan\n0.2,1e8\n", "no number"), ("a,b\n0,0\n", "is no CSV"),
+    ("strain,stress\n0,0\n", "fewer than three points"), ("strain,stress\n0,0\n0.1,nan\n0.2,1e8\n", "number that is not finite"), ("a,b\n0,0\n", "must name a column of strain"),
     ("strain,stress\n0,0\n0.002,1.4e8\n0.001,2e8\n", "do not grow"), ("strain,stress_MPa\n0,0\n0.001,70\n0.002,80\n", "does not reach twice")])
 def test_curves_that_are_refused(tmp_path, text, reason):
     (tmp_path / "test.csv").write_text(text, encoding="utf-8")

@@ -155,26 +155,19 @@ def check(targets):
 
 
 def read_measured(path, modulus, is_true):
-    """(0.2 % yield stress [Pa], points) of a CSV with the columns strain and stress [Pa] or stress_MPa, nominal unless is_true, from rest
-    on; strains are negative in compression. Points are even in the strain, from twice that of the yield stress to the largest nominal stress."""
+    """(0.2 % yield stress [Pa], points) of a measured curve as of curves.read_points(), nominal unless is_true, from rest on; strains are
+    negative in compression. Points are even in the strain, from twice that of the yield stress to the largest nominal stress."""
     try:
-        table = np.atleast_1d(np.genfromtxt(path, delimiter=",", names=True))
-        strain, unit = table["strain"], 1e6 if "stress_MPa" in table.dtype.names else 1.0
-        stress = unit * table["stress_MPa" if unit > 1.0 else "stress"]
-    except (OSError, ValueError, TypeError) as error:
-        raise Refused(f"--curve: {path} is no CSV with a line of names, strain and stress (Pa) or stress_MPa, and numbers: {error}") from error
-    if len(strain) < 3 or not np.all(np.isfinite([strain, stress])):
-        raise Refused(f"--curve: {path} has fewer than three points, or one that is no number")
-    if is_true:
-        strain, stress = np.expm1(strain), stress * np.exp(-strain)
-    sign = math.copysign(1.0, strain[-1])
-    strain, stress = sign * strain, np.abs(stress)
-    strain, stress = strain[: np.argmax(stress) + 1], stress[: np.argmax(stress) + 1]
-    if not np.all(np.diff(strain) > 0.0):
-        raise Refused(f"--curve: the strains of {path} do not grow up to the largest stress: give one loading, from rest on")
-    try:
+        strain, stress = curves.read_points(path)
+        if is_true:
+            strain, stress = np.expm1(strain), stress * np.exp(-strain)
+        sign = math.copysign(1.0, strain[-1])
+        end = np.argmax(np.abs(stress)) + 1
+        strain, stress = sign * strain[:end], np.abs(stress[:end])
+        if len(strain) < 3 or not np.all(np.diff(strain) > 0.0):
+            raise Refused(f"{path}: fewer than three points, or strains that do not grow up to the largest stress: give one loading, from rest on")
         first = curves.yield_stress(strain, stress, modulus)
-    except curves.CurveError as error:
+    except (OSError, ValueError) as error:
         raise Refused(f"--curve: {error}") from error
     begin, end = 2.0 * (first / modulus + YIELD_OFFSET), min(strain[-1], LARGEST_STRAIN)
     if not (math.isfinite(first) and begin < end):
@@ -208,22 +201,19 @@ def check_name(name):
 def check_file(path, name):
     """Refused where the row cannot be appended to the potential file. Writes nothing."""
     path = pathlib.Path(path)
-    folder = path.parent
     if path.is_dir():
         raise Refused(f"--out: {path} is a folder: give the name of a file in it")
-    if not folder.is_dir():
-        raise Refused(f"--out: there is no folder {folder}")
-    if not os.access(folder, os.W_OK) or (path.exists() and not os.access(path, os.W_OK)):
+    if not path.parent.is_dir():
+        raise Refused(f"--out: there is no folder {path.parent}")
+    if not os.access(path.parent, os.W_OK):
         raise Refused(f"--out: {path} cannot be written")
     if not path.exists():
         return
     lines = path.read_text(encoding="utf-8").splitlines()
     if not lines or not re.match(r"#.*\bUNITS:\s*si(\s|$)", lines[0]):
         raise Refused(f"--out: {path} is no potential file in SI units: its first line must be a comment with 'UNITS: si'")
-    for line in lines:
-        words = line.partition("#")[0].split()
-        if words and words[0] == name:
-            raise Refused(f"--name: {path} holds a row '{name}' already: give another name, or take that row out")
+    if any(line.split()[:1] == [name] for line in lines):
+        raise Refused(f"--name: {path} holds a row '{name}' already: give another name, or take that row out")
 
 
 class Shape(NamedTuple):
@@ -329,22 +319,16 @@ def given_body(path, folder):
 
     Refused where a file is missing or is none.
     """
-    path, beside = pathlib.Path(path), pathlib.Path(f"{path}.body")
-    for file in (path, beside):
-        if not file.is_file():
-            made = "make the body by in.specimen or tools/body.py, which write both" if file == beside else "give the data file of a body"
-            raise Refused(f"--body: there is no file {file}; {made}")
-    found = {name: float(value) for name, value in re.findall(r"^variable\s+(\w+)\s+(?:index|equal)\s+([-+.\deE]+)", beside.read_text(encoding="utf-8"), flags=re.M)}
-    if not min(found.get("length", 0.0), found.get("volume", 0.0)) > 0.0:
-        raise Refused(f"--body: {beside} gives no length or no volume of the body: make the body by in.specimen or tools/body.py")
     kept = pathlib.Path(folder) / "given.data"
-    shutil.copy(path, kept)
-    shutil.copy(beside, f"{kept}.body")
     try:
-        body = measure(kept)
+        if not pathlib.Path(path).is_file():
+            raise ValueError(f"there is no file {path}; give the data file of a body")
+        found, body = specimen.read_body(path), measure(path)
     except ValueError as error:
-        raise Refused(f"--body: {path} is no data file of atom_style sphere: {error}") from error
-    return body._replace(volume=found["volume"], length=found["length"], strain="strain_gauge")
+        raise Refused(f"--body: {error}") from error
+    for end in ("", ".body"):
+        shutil.copy(f"{path}{end}", f"{kept}{end}")
+    return body._replace(path=kept.absolute(), volume=found["volume"], length=found["length"], strain="strain_gauge")
 
 
 @contextlib.contextmanager
@@ -481,45 +465,44 @@ class Table:
     """
 
     def __init__(self, path, inputs, fresh=False):
-        self.path, self.inputs = pathlib.Path(path), json.loads(json.dumps(inputs))
+        self.path = pathlib.Path(path)
         self.file = open(self.path, "a+", encoding="utf-8")
         try:
             fcntl.flock(self.file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            self.file.close()
-            raise Refused(f"another calibration is writing {self.path}: wait for it, or give another --table") from None
-        try:
             if fresh:
                 self.file.truncate(0)
-            self._read()
+            self.runs = self._read(json.loads(json.dumps(inputs)))
+        except BlockingIOError:
+            self.file.close()
+            raise Refused(f"another calibration is writing {self.path}: wait for it, or give another --table") from None
         except BaseException:
             self.file.close()
             raise
 
-    def _read(self):
+    def _read(self, inputs):
+        """The runs of these inputs."""
         self.file.seek(0)
         text = self.file.read()
         whole = text[: text.rfind("\n") + 1]
-        if whole != text:  # a line cut off by a kill
-            os.truncate(self.path, len(whole.encode("utf-8")))
+        self.file.truncate(len(whole.encode("utf-8")))  # what a kill has cut off
         try:
-            lines = [json.loads(line) for line in whole.splitlines()]
+            first, *runs = [json.loads(line) for line in whole.splitlines()] or [self._write({"inputs": inputs})]
         except ValueError as error:
             raise Refused(f"{self.path} is no run table: {error}; take it away, or give another --table") from None
-        if not lines:
-            self._write({"inputs": self.inputs})
-            lines = [{"inputs": self.inputs}]
-        if lines[0].get("inputs") != self.inputs:
-            before = lines[0].get("inputs") or {}
-            other = [key for key in {**before, **self.inputs} if before.get(key) != self.inputs.get(key)]
+        before = first.get("inputs") or {}
+        other = [key for key in {**before, **inputs} if before.get(key) != inputs.get(key)]
+        if other:
             raise Refused(f"{self.path} holds the runs of a calibration with another {', '.join(sorted(other))}: "
                           "--fresh begins anew, --table names another file")
-        self.runs = lines[1:]
+        return runs
 
     def _write(self, record):
-        self.file.write(json.dumps(record) + "\n")
+        """The record as it is read again."""
+        line = json.dumps(record)
+        self.file.write(line + "\n")
         self.file.flush()
         os.fsync(self.file.fileno())
+        return json.loads(line)
 
     def find(self, **key):
         """The run with these values, or None."""
@@ -527,10 +510,8 @@ class Table:
 
     def add(self, record):
         """Append a run that has ended."""
-        record = json.loads(json.dumps(record))
-        self._write(record)
-        self.runs.append(record)
-        return record
+        self.runs.append(self._write(record))
+        return self.runs[-1]
 
     def close(self):
         """Let others write."""

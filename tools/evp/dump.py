@@ -38,19 +38,9 @@ class Snapshot(NamedTuple):
         return f"{self.path}, step {self.step}"
 
     def common(self, name):
-        """The value of a column that is the same in the first and the last row, such as the strain of the body; None of any other."""
-        if name not in self.names or self.count == 0:
-            return None
-        with open(self.path, "rb") as source:
-            source.seek(self.start)
-            first = source.readline()
-            source.seek(max(self.start, self.end - len(first) - 4096))
-            last = source.read(min(len(first) + 4096, self.end - self.start)).splitlines()[-1]
-        words = [line.split()[self.names.index(name):][:1] for line in (first, last)]
-        try:
-            return float(words[0][0]) if words[0] == words[1] else None
-        except (IndexError, ValueError):
-            return None
+        """The value of a column that is the same for all atoms, such as the strain of the body; None of any other."""
+        values = self.read().get(name) if name in self.names else None
+        return float(values[0]) if values is not None and len(values) and np.all(values == values[0]) else None
 
     def read(self):
         """{name: (N,) array} in the order of the IDs; columns of words are left out."""
@@ -96,60 +86,44 @@ def _damaged(path, step, unfinished):
     return DumpError(f"{path} ends {where}: {remedy}")
 
 
-def _header(path, source, line):
-    """Values of the header of a snapshot that begins with this line, as {item: [its rows]}; None where the file ends in it."""
+def _header(path, source):
+    """Values of the header of the next snapshot, as {item: [its rows]}, up to the names of its columns; None where the file ends in it."""
     found = {}
-    while not line.startswith(b"ITEM: ATOMS"):
-        if not line.endswith(b"\n"):
-            return None
-        if not line.startswith(b"ITEM:"):
-            raise DumpError(f"{path} is no dump of LAMMPS: '{line[:40].decode(errors='replace').strip()}' is in the place of an ITEM: line")
-        item = line[5:].strip().decode(errors="replace")
-        if item.startswith("ENTRIES"):
+    for line in iter(source.readline, b""):
+        text = line.decode(errors="replace")
+        if not text.startswith("ITEM:"):
+            raise DumpError(f"{path} is no dump of LAMMPS: '{text[:40].strip()}' is in the place of an ITEM: line")
+        words = text.split()[1:]
+        if words[:1] == ["ATOMS"]:
+            return {**found, "names": tuple(words[1:])} if text.endswith("\n") else None
+        if "ENTRIES" in words:
             raise DumpError(f"{path} is a dump of pairs (dump local), not of atoms")
-        box = item.startswith("BOX BOUNDS")
-        rows = list(islice(source, 3 if box else 1))
-        if len(rows) < (3 if box else 1) or not rows[-1].endswith(b"\n"):
-            return None
-        found["BOX BOUNDS" if box else item] = [row.decode(errors="replace").split() for row in rows]
-        line = next(source, b"")
-    if not line.endswith(b"\n"):
-        return None
-    found["names"] = tuple(line.decode(errors="replace").split()[2:])
-    return found
+        rows = [source.readline() for _ in range(3 if words[:1] == ["BOX"] else 1)]
+        found[" ".join(words[:2])] = [row.split() for row in rows]
+    return None
 
 
 def _snapshots(path, source):
     """All snapshots of a file, None last where it ends in the middle of one."""
-    place, units = 0, None  # counted, as a file that is iterated does not tell its place; LAMMPS writes the units once
-
-    def counted():
-        nonlocal place
-        for line in source:
-            place += len(line)
-            yield line
-
-    lines = counted()
-    for line in lines:
-        header = _header(path, lines, line)
+    units = None  # LAMMPS writes them once
+    while source.peek(1):
+        header = _header(path, source)
         if header is None:
             yield None
             return
         try:
-            step, count = int(header["TIMESTEP"][0][0]), int(header["NUMBER OF ATOMS"][0][0])
+            step, count = int(header["TIMESTEP"][0][0]), int(header["NUMBER OF"][0][0])
             box = np.array([row[:2] for row in header["BOX BOUNDS"]], dtype=float)
             time = float(header["TIME"][0][0]) if "TIME" in header else None
-            units = header["UNITS"][0][0] if "UNITS" in header else units
+            units = header["UNITS"][0][0].decode() if "UNITS" in header else units
         except (KeyError, IndexError, ValueError) as error:
             raise DumpError(f"{path} is no dump of LAMMPS: the header of a snapshot lacks TIMESTEP, NUMBER OF ATOMS, BOX BOUNDS "
                             "or their values") from error
-        start, rows, last = place, 0, b"\n"
-        for last in islice(lines, count):
-            rows += not last.startswith(b"ITEM:")
-        if rows < count or not last.endswith(b"\n"):
+        start, rows = source.tell(), list(islice(iter(source.readline, b""), count))
+        if len(rows) < count or any(row.startswith(b"ITEM:") for row in rows) or (rows and not rows[-1].endswith(b"\n")):
             yield None
             return
-        yield Snapshot(pathlib.Path(path), step, time, units, box, count, header["names"], start, place)
+        yield Snapshot(pathlib.Path(path), step, time, units, box, count, header["names"], start, source.tell())
 
 
 def index(paths, unfinished=False):
