@@ -32,13 +32,12 @@ same run at the same rate with gamma = 0; with --rate and --specimen it also pri
 and rho c L rate.
 """
 
-import contextlib
 import pathlib
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 
-from evp import curves, law  # noqa: E402
+from evp import curves, figures, law, rates, specimen  # noqa: E402
 from evp.report import command_line, typed, words_of, write_csv  # noqa: E402
 
 ELASTIC_END = 0.004  # strain at which the first pairs of Table 1 come to the second regime
@@ -64,15 +63,6 @@ WHY_NONE = {  # notes where there is no such number
     "residual_strain": "the way back ends before zero stress; -var lower release of in.cyclic and in.quasistatic goes there",
     "unloading_GPa": "the way back has too few rows",
 }
-
-
-@contextlib.contextmanager
-def told_of(path):
-    """A CurveError gets the name of its file."""
-    try:
-        yield
-    except curves.CurveError as error:
-        raise curves.CurveError(f"{path}: {error}") from error
 
 
 def check_not_read(what, path, read):
@@ -116,8 +106,6 @@ def modulus_of(paths):
 
 def labels_of(words, paths):
     """Of the curves of a picture: `words`, or short names of their files where none are given. ValueError where they do not tell the curves apart."""
-    from evp import figures
-
     if words and (len(words) != len(paths) or len(set(words)) != len(words)):
         raise ValueError(f"--labels must give {len(paths)} words, one per curve, and no two the same")
     return words or figures.short_names(paths)
@@ -140,6 +128,17 @@ def read_with_turns(path, args):
     return curve, curves.turns(grips.strain)
 
 
+def evaluated(args, numbers):
+    """({path: (curve, turns)}, {path: numbers(curve, turns)}); a CurveError names its file."""
+    read, found = {path: read_with_turns(path, args) for path in dict.fromkeys(args.curves)}, {}
+    for path, (curve, turns) in read.items():
+        try:
+            found[path] = numbers(curve, turns)
+        except curves.CurveError as error:
+            raise curves.CurveError(f"{path}: {error}") from error
+    return read, found
+
+
 def print_table(titles, rows, digits=5):
     """Lines with columns as wide as they must be, the first to the left; numbers that are nan as '-'."""
     texts = [[value if isinstance(value, str) else "-" if value != value else f"{value:.{digits}g}" for value in line] for line in (titles, *rows)]
@@ -159,34 +158,29 @@ def print_numbers(found, names, digits=5):
 
 def show_numbers(args):
     """Print one line of numbers for each curve."""
-    found, ends = {}, {}
-    for path in args.curves:
-        with told_of(path):
-            curve, turns = read_with_turns(path, args)
-            found[path] = curves.table_numbers(curve, args.column, args.fit, (), turns)
-            if found[path]["why_no_E"]:
-                raise curves.CurveError(found[path]["why_no_E"])
-        ends[path] = curve.strain[turns[:1]]
+
+    def numbers(curve, turns):
+        found = curves.table_numbers(curve, args.column, args.fit, (), turns)
+        if found["why_no_E"]:
+            raise curves.CurveError(found["why_no_E"])
+        return found
+
+    read, found = evaluated(args, numbers)
     print_numbers(found, NUMBERS)
-    for path, line in found.items():
-        if len(ends[path]):
-            print(f"NOTE: {path} turns back at strain {ends[path][0]:g}: the numbers above are those of the way there. "
+    for path, (curve, turns) in read.items():
+        if len(turns):
+            print(f"NOTE: {path} turns back at strain {curve.strain[turns[0]]:g}: the numbers above are those of the way there. "
                   f"{typed('curves.py')} cycle and {typed('curves.py')} table give those of the way back, too")
-        tell(path, line)
+        tell(path, found[path])
 
 
 def show_cycles(args):
     """Print one line of numbers for each curve that turns back, and draw them where a picture is asked for."""
     paths = list(dict.fromkeys(args.curves))
     if args.out:
-        from evp import figures
-
         numbers = numbers_file(args.out, paths)
         load, labels = one_load(paths, args.strain), labels_of(args.labels, paths)
-    read, found = {path: read_with_turns(path, args) for path in paths}, {}
-    for path, (curve, turns) in read.items():
-        with told_of(path):
-            found[path] = curves.cycle_numbers(curve, args.column, turns)
+    read, found = evaluated(args, lambda curve, turns: curves.cycle_numbers(curve, args.column, turns))
     print_numbers(found, CYCLE, digits=4)
     for path, line in found.items():
         for name, why in WHY_NONE.items():
@@ -213,16 +207,11 @@ def strains_of(words):
 def show_table(args):
     """Print one line for each curve, the departures from a target below, and write a CSV of both."""
     strains = strains_of(args.at) if args.at else curves.STRAINS
-    read = {path: read_with_turns(path, args) for path in args.curves}
     target = curves.read_target(args.target) if args.target else None
     if args.csv:
         check_not_read("--csv", args.csv, [*args.curves, *filter(None, [args.target])])
-    found, apart = {}, {}
-    for path, (curve, turns) in read.items():
-        with told_of(path):
-            found[path] = curves.table_numbers(curve, args.column, args.fit, strains, turns)
-            if target:
-                apart[path] = curves.departure(curve, target, args.column, turns)
+    found = evaluated(args, lambda curve, turns: curves.table_numbers(curve, args.column, args.fit, strains, turns))[1]
+    apart = evaluated(args, lambda curve, turns: curves.departure(curve, target, args.column, turns))[1] if target else {}
     stresses = [f"stress_at_{at:g}_MPa" for at in strains]
     areas = list(dict.fromkeys(name for line in found.values() for name in line if name.startswith("area_")))
     for line in found.values():
@@ -245,8 +234,6 @@ def show_table(args):
 
 def plot_columns(args):
     """One column over another, a curve for each file."""
-    from evp import figures
-
     numbers = numbers_file(args.out, args.files)
     read = {path: curves.read_columns(path, (args.x, args.y)) for path in args.files}
     print(figures.two_columns(dict(zip(figures.short_names(read), read.values())), args.x, args.y, args.out, args.title, numbers))
@@ -254,8 +241,6 @@ def plot_columns(args):
 
 def plot_curves(args):
     """Draw all curves into one picture."""
-    from evp import figures
-
     numbers = numbers_file(args.out, args.curves)
     load, labels = one_load(args.curves, args.strain), labels_of(args.labels, args.curves)
     read = [curves.read_curve(path, args.column, args.strain) for path in args.curves]
@@ -266,8 +251,6 @@ def plot_curves(args):
 
 def plot_law(args):
     """Draw the force law of one row."""
-    from evp import figures
-
     numbers = numbers_file(args.out, [args.measured] if args.measured else [])
     measured = curves.read_columns(args.measured, figures.MEASURED) if args.measured else None
     print(figures.force_law(law.Row.parse(args.coeff), args.out, measured, numbers=numbers))
@@ -275,8 +258,6 @@ def plot_law(args):
 
 def plot_specimen(args):
     """Draw the spheres of one state."""
-    from evp import figures
-
     numbers = numbers_file(args.out, [args.state])
     state = figures.read_state(args.state)
     print(figures.specimen(state, args.out, args.title, numbers))
@@ -284,8 +265,6 @@ def plot_specimen(args):
 
 def show_rate_shares(args):
     """Print what theory expects, where it is asked for, and a line of shares for each strain."""
-    from evp import rates, specimen
-
     if (args.specimen is None) != (args.rate is None):
         raise ValueError("--rate and --specimen are given together, or neither")
     damped, twin = curves.read_curve(args.damped), curves.read_curve(args.twin)

@@ -27,9 +27,10 @@ import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 
-from evp import curves, dump, spheres, view_scene  # noqa: E402  before numpy
+from evp import curves, dump, spheres, view_figure, view_scene  # noqa: E402  before numpy
 import numpy as np  # noqa: E402
-from evp.progress import Progress  # noqa: E402
+from evp.figures import short_names  # noqa: E402
+from evp.progress import watched  # noqa: E402
 from evp.report import command_line, errors_in_one_line  # noqa: E402
 
 RELEASED = 0.02  # of the largest stress: less on the way back is no load
@@ -97,8 +98,6 @@ def end_of_run(path):
 
 def when_of(snapshot, longest=None):
     """Where a snapshot is on its way, as text: the load where the dump has it or its deck wrote it, else time, in the unit for the longest [s], else step."""
-    from evp.view_figure import time_text
-
     for name in dump.LOADS:
         load = snapshot.common(name)
         if load is not None:
@@ -110,13 +109,11 @@ def when_of(snapshot, longest=None):
         return load
     if snapshot.time is None:
         return f"step {snapshot.step}"
-    return time_text(snapshot.time, longest) if snapshot.units == "si" else f"{snapshot.time:.4g} time units"
+    return view_figure.time_text(snapshot.time, longest) if snapshot.units == "si" else f"{snapshot.time:.4g} time units"
 
 
 def names_of(snapshots, series):
     """A title for each snapshot, with its file where the series has several."""
-    from evp.figures import short_names
-
     paths = list(dict.fromkeys(snapshot.path for snapshot in series))
     files = dict(zip(paths, short_names(paths)))
     longest = max((abs(s.time) for s in snapshots if s.time is not None), default=None)
@@ -125,13 +122,7 @@ def names_of(snapshots, series):
 
 def with_progress(snapshots):
     """The snapshots, with progress where they are many."""
-    if len(snapshots) <= WATCHED:
-        yield from snapshots
-        return
-    with Progress("view", len(snapshots), interval=INTERVAL) as progress:
-        for number, snapshot in enumerate(snapshots):
-            progress.show(number, str(snapshot))
-            yield snapshot
+    return watched("view", snapshots, str, interval=INTERVAL) if len(snapshots) > WATCHED else snapshots
 
 
 class Scene:
@@ -139,8 +130,6 @@ class Scene:
 
     def __init__(self, args, snapshots, units):
         """Reads all snapshots once."""
-        from evp import view_figure
-
         self.cuts = [[view_scene.condition(text) for text in group] for group in args.cut or ()]
         self.color, self.radius, self.units = dump.word(args.color) if args.color else None, args.radius, units
         if not args.view:
@@ -178,15 +167,11 @@ class Scene:
         return spheres.draw(found.x, found.radius, shares, self.colors, self.cameras)
 
     def figure(self, rows, titles, heads, note=""):
-        from evp import view_figure
-
         return view_figure.compose(rows, titles, heads, self.cameras[0].per_pixel, self.units, self.scale, note)
 
 
 def draw_picture(args, scene, snapshots, series):
     """One PNG: a snapshot in its views, or snapshots beside or below each other."""
-    from evp import view_figure
-
     names = args.captions or names_of(snapshots, series)
     if len(names) != len(snapshots):
         raise ValueError(f"--captions: {len(names)} for {len(snapshots)} snapshots: give one for each")
@@ -206,8 +191,6 @@ def draw_picture(args, scene, snapshots, series):
 
 def draw_film(args, scene, snapshots, series):
     """A film: a picture of all views for each snapshot."""
-    from evp import view_figure
-
     views = args.view if len(args.view) > 1 else [""]
     frames = [view_figure.to_pixels(scene.figure([scene.pictures(snapshot)], views, [""], name))
               for snapshot, name in zip(with_progress(snapshots), names_of(snapshots, series))]
@@ -265,8 +248,6 @@ def check(args):
     if args.out and args.out.suffix.lower() != ".png":
         raise ValueError(f"--out {args.out}: the name of a picture ends in .png")
     if args.film:
-        from evp import view_figure
-
         view_figure.check_film(args.film)
     for option, path in (("--out", args.out), ("--film", args.film)):
         if path and any(path.resolve() == other.resolve() for other in args.dumps):

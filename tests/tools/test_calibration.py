@@ -136,7 +136,7 @@ def test_bodies_that_are_refused(tmp_path, monkeypatch, body, measures, reason):
     assert reason in str(refused.value)
 
 
-@pytest.mark.parametrize("text, reason", [("x", "'UNITS: si'"), ("# UNITS: lj\n", "'UNITS: si'"), (None, "is a folder")])
+@pytest.mark.parametrize("text, reason", [("x", "'UNITS: si'"), ("# UNITS: lj\n", "'UNITS: si'"), (None, "this is a folder")])
 def test_files_that_cannot_take_a_row(tmp_path, capsys, text, reason):
     out = tmp_path / "out.evp"
     out.mkdir() if text is None else out.write_text(text, encoding="utf-8")

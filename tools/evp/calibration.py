@@ -30,9 +30,9 @@ from typing import NamedTuple, Optional, Tuple
 import numpy as np
 import scipy.optimize
 
-from . import curves, dump, figures, flow, law, specimen
+from . import curves, dump, figures, law, specimen
 from .curves import YIELD_OFFSET
-from .report import write_whole
+from .report import check_target, write_whole
 from .run import Failed, Job, last_strain, run_jobs
 
 EXPONENTS = (8.0, 4.0)  # of both regimes, as in Table 1
@@ -201,12 +201,10 @@ def check_name(name):
 def check_file(path, name):
     """Refused where the row cannot be appended to the potential file. Writes nothing."""
     path = pathlib.Path(path)
-    if path.is_dir():
-        raise Refused(f"--out: {path} is a folder: give the name of a file in it")
-    if not path.parent.is_dir():
-        raise Refused(f"--out: there is no folder {path.parent}")
-    if not os.access(path.parent, os.W_OK):
-        raise Refused(f"--out: {path} cannot be written")
+    try:
+        check_target("--out", path)
+    except ValueError as error:
+        raise Refused(str(error)) from error
     if not path.exists():
         return
     lines = path.read_text(encoding="utf-8").splitlines()
@@ -257,7 +255,7 @@ def affine_stress(strains, shape):
     def pull(a, b):
         """(axial, lateral) dW of a, b."""
         stretch = np.sqrt((1.0 + a) ** 2 * c2 + (1.0 + b) ** 2 * s2)
-        tension = -flow.elastic_force(stretch, 1.0, row, flow.return_map(stretch, 1.0, row, 0.0, 0.0, saturation)[0])
+        tension = -law.elastic_force(stretch, 1.0, row, law.return_map(stretch, 1.0, row, 0.0, 0.0, saturation)[0])
         theta = 3.0 * np.sum(_WEIGHTS * (stretch - 1.0))
         along = _WEIGHTS * (6.0 / (m * n) * tension + 3.0 * shape.volume * theta) / stretch
         return np.sum(along * c2) * (1.0 + a), np.sum(along * s2) * (1.0 + b)

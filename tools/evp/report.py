@@ -50,6 +50,17 @@ def errors_in_one_line(tool):
         sys.exit(f"{typed(tool)}: error: {words_of(error)}")
 
 
+def check_target(option, path):
+    """ValueError where a file of this name cannot be written."""
+    path = pathlib.Path(path)
+    if path.is_dir():
+        raise ValueError(f"{option} {path}: this is a folder: give the name of a file in it")
+    if not path.absolute().parent.is_dir():
+        raise ValueError(f"{option} {path}: there is no folder {path.absolute().parent}")
+    if not os.access(path.absolute().parent, os.W_OK):
+        raise ValueError(f"{option} {path}: no file can be written in this folder")
+
+
 def table(header, rows):
     """Lines of a Markdown table."""
     lines = ["| " + " | ".join(map(str, cells)) + " |" for cells in (header, *rows)]
