@@ -19,11 +19,8 @@ views of a picture have the same scale and the same colors. Units are those of t
 display is needed. Spheres are drawn by LAMMPS (build/lmp, or $EVP_LMP).
 """
 
-import contextlib
-import os
 import pathlib
 import sys
-import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 
@@ -31,7 +28,7 @@ from evp import curves, dump, spheres, view_figure, view_scene  # noqa: E402  be
 import numpy as np  # noqa: E402
 from evp.figures import short_names  # noqa: E402
 from evp.progress import watched  # noqa: E402
-from evp.report import command_line, errors_in_one_line  # noqa: E402
+from evp.report import all_or_nothing, command_line, errors_in_one_line  # noqa: E402
 
 RELEASED = 0.02  # of the largest stress: less on the way back is no load
 FLAT = 0.8  # thinnest side of a body over the next one, below which the camera looks onto it
@@ -39,17 +36,6 @@ STRIP = 4  # snapshots of a strip, unless told otherwise
 WATCHED = 3  # more snapshots than this show progress
 INTERVAL = 5.0  # [s] between two lines of it where the output is no terminal
 BROAD = 1.6  # width over height of a view, beyond which the snapshots of a strip are below each other
-
-
-@contextlib.contextmanager
-def all_or_nothing(folder):
-    """A folder of its own in `folder`, whose files move there at the end: none of them where something failed."""
-    folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=".view_", dir=folder) as place:
-        place = pathlib.Path(place)
-        yield place
-        for path in sorted(place.iterdir(), key=lambda path: path.suffix != ".vtu"):  # a .pvd after its .vtu
-            os.replace(path, folder / path.name)
 
 
 def view_angles(text):
@@ -136,12 +122,11 @@ class Scene:
             first = self.spheres(snapshots[0])
             args.view = [slanted(first.x, first.radius)]
         views = [view_angles(text) for text in args.view]
-        ends, drawn, inner = [None] * len(views), [], []
+        ends, drawn, inner = [[] for _ in views], [], []
         for snapshot in snapshots:
             found = self.spheres(snapshot)
             for k, angles in enumerate(views):
-                own = spheres.extents(found.x, found.radius, *angles)
-                ends[k] = own if ends[k] is None else view_figure.hull(ends[k], own)
+                ends[k].append(spheres.extents(found.x, found.radius, *angles))
             if self.color:
                 drawn += [found.values.min(), found.values.max()]
                 inner += view_figure.bulk(found.values)

@@ -112,14 +112,6 @@ def test_refusals(tmp_path, monkeypatch, capsys, change, reason, nearest):
     assert [path.name for path in tmp_path.iterdir()] == ["out.evp"] and out.read_text(encoding="utf-8") == before
 
 
-def test_body_and_spheres_exclude_each_other(capsys):
-    """Also where --spheres is the default in words."""
-    for spheres in ("500", "2000"):
-        with pytest.raises(SystemExit) as end:
-            calibrate.main([f"{key}={value}" for key, value in {**GOOD, "--body": "bar.data", "--spheres": spheres, "--out": "out.evp"}.items()])
-        assert end.value.code == 2 and "argument --spheres: not allowed with argument --body" in capsys.readouterr().err
-
-
 @pytest.mark.parametrize("body, measures, reason", [
     (None, None, "there is no file bar.data; give the data file of a body"),
     ("any", None, "there is no file bar.data.body; make the body by in.specimen or tools/body.py, which write both"),
@@ -330,10 +322,3 @@ def test_a_run_that_hangs_is_ended(tmp_path, monkeypatch):
     monkeypatch.setenv("EVP_LMP", str(lmp))
     with pytest.raises(calibration.Failed, match="timed out after 0"):
         calibration.call("in.quasistatic", {}, 1, tmp_path, 0.3, "x")
-
-
-def test_a_curve_that_is_not_finite_has_failed(tmp_path):
-    path = tmp_path / "pull.csv"
-    path.write_text("strain,stress_grip,stress_virial\n0,0,0\n0.1,0,nan\n", encoding="utf-8")
-    with pytest.raises(calibration.Failed, match="not finite"):
-        calibration.read_curve(path)

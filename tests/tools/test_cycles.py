@@ -205,20 +205,6 @@ def test_loops_one_by_one():
     assert areas == pytest.approx([1e-6 * first, 1e-6 * 2 * YIELD * (0.022 - 2 * YIELD / E)], rel=1e-6)
 
 
-def test_numbers_of_the_first_way_do_not_see_the_way_back():
-    """Control: the whole curve taken as one way gives another E."""
-    there, back = swept(way((0.004, 0.0))), swept(way((0.012, 0.0)))
-    assert curves.table_numbers(there)["E_GPa"] == pytest.approx(20.0, rel=EXACT)
-    assert curves.table_numbers(back)["E_GPa"] == pytest.approx(20.0, rel=EXACT)
-    assert abs(curves.numbers(back, fit=(0.0, 0.003))["E_GPa"] - 20.0) > 0.5
-
-
-def test_a_curve_that_does_not_turn_has_no_numbers_of_unloading():
-    found = curves.table_numbers(swept(way((0.02,))))
-    assert all(np.isnan(found[name]) for name in ("turn_strain", "turn_MPa", "residual_strain", "unloading_GPa"))
-    assert not [name for name in found if name.startswith("area")]
-
-
 def test_rows_far_apart_are_interpolated():
     """In rows of 0.001 no window of +-0.0006 has three; vibration in dense rows is averaged out."""
     strain = way((0.02,), 1e-3)

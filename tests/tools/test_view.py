@@ -158,7 +158,7 @@ def test_label_of_the_bar_fits_a_flat_picture():
 
 
 def test_times_are_given_with_a_prefix():
-    assert [view_figure.time_text(t) for t in (0.0, 3.7e-5, 1e-3, 2.5, 1e-12)] == ["0 s", "37 \u00b5s", "1 ms", "2.5 s", "1e-12 s"]
+    assert [view_figure.time_text(t) for t in (0.0, 3.7e-5, 1e-3, 2.5, 1e-12)] == ["0 s", "37 \u00b5s", "1 ms", "2.5 s", "0.001 ns"]
     assert [view_figure.time_text(t, 3e-3) for t in (0.0, 9e-4, 3e-3)] == ["0 ms", "0.9 ms", "3 ms"], "of a series: in one unit"
 
 

@@ -61,8 +61,10 @@ def extents(x, radius, theta, phi):
 def cameras(ends, views, pixels):
     """A Camera for each (theta, phi) of views, all of one scale, the longest side of the largest being `pixels`.
 
-    ends: for each view, from extents() of all snapshots.
+    ends: for each view, extents() of one snapshot or of several.
     """
+    ends = [np.reshape(own, (-1, 2, 2)) for own in ends]
+    ends = [(own[:, 0].min(axis=0), own[:, 1].max(axis=0)) for own in ends]
     per_pixel = max(float((high - low).max()) for low, high in ends) / (pixels - 2 * _MARGIN)
     found = []
     for (theta, phi), (low, high) in zip(views, ends):

@@ -15,6 +15,7 @@ from matplotlib import animation  # noqa: E402
 from PIL import Image  # noqa: E402
 
 from . import spheres  # noqa: E402
+from .figures import prefixed  # noqa: E402
 
 DPI = 100
 _GAP = 24  # [pixels] between pictures
@@ -23,9 +24,7 @@ _LINE = 20  # of each further line of this text
 _LETTER = 8  # of a letter there, on average
 _FOOT = 64  # of the scale bar with its text
 _HEAD = 34  # of a title
-_PREFIXES = ((1e3, "km"), (1.0, "m"), (1e-3, "mm"), (1e-6, "\u00b5m"), (1e-9, "nm"))
 OUTER = 0.5  # percent of the values
-_TIMES = ((1.0, "s"), (1e-3, "ms"), (1e-6, "\u00b5s"), (1e-9, "ns"))
 FILMS = {".gif": "", ".mp4": "h264", ".mkv": "h264", ".webm": "vp9"}  # kinds and their codecs
 PLAIN = "#9fb4c8"  # spheres that no column colors
 
@@ -69,11 +68,6 @@ def note_of_outer(drawn, shown, unit=""):
     return ", ".join(f"{name} {value:.3g}{unit}" for name, value, left in (("lowest", drawn[0], below), ("highest", drawn[1], above)) if left)
 
 
-def hull(a, b):
-    """Ends that hold both (2, 2) ends."""
-    return np.array([np.minimum(a[0], b[0]), np.maximum(a[1], b[1])])
-
-
 def plain_colors():
     return np.tile(matplotlib.colors.to_rgb(PLAIN), (spheres.SHADES, 1))
 
@@ -86,17 +80,16 @@ def round_length(longest):
 
 def time_text(seconds, longest=None):
     """'37.1 \u00b5s', in the unit that suits the longest time of a series (default: this one)."""
-    reach = abs(seconds) if longest is None else longest
-    size, unit = next(((a, b) for a, b in _TIMES if reach >= a * (1.0 - 1e-9)), (1.0, "s"))
-    return f"{seconds / size:.3g} {unit}"
+    unit, factor = prefixed("s", min(abs(seconds) if longest is None else longest, 999.0))
+    return f"{factor * seconds:.3g} {unit}"
 
 
 def length_text(length, units):
     """'5 mm'; in units other than SI '5 length units'."""
     if units != "si":
         return f"{length:g} length units ({units})"
-    size, unit = next(((a, b) for a, b in _PREFIXES if length >= a * (1.0 - 1e-9)), _PREFIXES[-1])
-    return f"{length / size:g} {unit}"
+    unit, factor = prefixed("m", length)
+    return f"{factor * length:g} {unit}"
 
 
 def label_lines(label, letters):
