@@ -46,19 +46,18 @@ class Row(NamedTuple):
 
     def check(self):
         """Return self, or raise ValueError with the rule that is broken."""
-        if not np.all(np.isfinite(np.array(self, dtype=float))):
-            raise ValueError("all 9 numbers of a row must be finite")
-        if not (self.m1 > self.n1 > 0 and self.m2 > self.n2 > 0):
-            raise ValueError("exponents must satisfy m > n > 0 in both regimes")
-        for m, n in ((self.m1, self.n1), (self.m2, self.n2)):
-            if m - n < 1e-4 * max(m, 1.0):
-                raise ValueError("m must exceed n by at least 1e-4 and by 1e-4 of m")
-        if min(self.e1, self.e2, self.gamma) < 0:
-            raise ValueError("e1, e2 and gamma must be zero or positive")
-        if not 0 < self.xi_s < 1:
-            raise ValueError("xi_s must lie between 0 and 1")
-        if not self.alpha > 1:
-            raise ValueError("alpha must be greater than 1")
+        exponents = ((self.m1, self.n1), (self.m2, self.n2))
+        rules = {
+            "all 9 numbers of a row must be finite": np.all(np.isfinite(np.array(self, dtype=float))),
+            "exponents must satisfy m > n > 0 in both regimes": all(m > n > 0 for m, n in exponents),
+            "m must exceed n by at least 1e-4 and by 1e-4 of m": all(m - n >= 1e-4 * max(m, 1.0) for m, n in exponents),
+            "e1, e2 and gamma must be zero or positive": min(self.e1, self.e2, self.gamma) >= 0,
+            "xi_s must lie between 0 and 1": 0 < self.xi_s < 1,
+            "alpha must be greater than 1": self.alpha > 1,
+        }
+        broken = [rule for rule, holds in rules.items() if not holds]
+        if broken:
+            raise ValueError(broken[0])
         return self
 
 

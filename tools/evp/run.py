@@ -78,22 +78,6 @@ class Job:
             self.process.wait()
 
 
-def edited_deck(name, folder, *changes):
-    """The path of a copy of a deck in a folder, with lines changed as a user would: (how the line begins, what stands in its place) each.
-
-    ValueError where not exactly one line begins so.
-    """
-    lines = (DECKS / name).read_text(encoding="utf-8").splitlines()
-    for begin, new in changes:
-        places = [k for k, line in enumerate(lines) if line.startswith(begin)]
-        if len(places) != 1:
-            raise ValueError(f"{name} has {len(places)} lines that begin with '{begin}'")
-        lines[places[0]] = new
-    path = pathlib.Path(folder) / name
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    return path
-
-
 def lammps_command(ranks=1):
     """Words that start lmp on so many ranks. RunError if the programs are missing."""
     lmp = os.environ.get("EVP_LMP") or str(CHECKOUT / "build" / "lmp")
