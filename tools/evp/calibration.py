@@ -64,10 +64,6 @@ HEAD = """# UNITS: si CONTRIBUTOR: tools/calibrate.py, which appends the rows
 """
 
 
-class Refused(ValueError):
-    """A target without a meaning, or a file that cannot be used: the text holds the reason."""
-
-
 class Targets(NamedTuple):
     """SI. points: (stress, strain); strains are signed: negative means that all targets are those of a compression; stresses are positive."""
 
@@ -105,51 +101,50 @@ def at(strain):
     return f"stress at {strain:g}"
 
 
-def parse_at(word, what, signs="+"):
-    """(value, place) of 'VALUE@PLACE'; signs '+-' lets the place be negative. Refused where it is no such word."""
+def parse_at(word, what):
+    """(value, place) of 'VALUE@PLACE', the value above 0. ValueError where it is no such word."""
     parts = word.split("@")
     try:
         value, place = (float(part) for part in parts)
     except ValueError:
-        raise Refused(f"{what} must be two numbers VALUE@PLACE, got '{word}'") from None
+        raise ValueError(f"{what} must be two numbers VALUE@PLACE, got '{word}'") from None
     positive(value, what)
-    positive(abs(place) if signs == "+-" else place, what)
     return value, place
 
 
 def positive(value, what):
-    """Refused unless the value is a finite number above 0."""
+    """ValueError unless the value is a finite number above 0."""
     if not (math.isfinite(value) and value > 0.0):
-        raise Refused(f"{what} must be a finite number above 0, got {value:g}")
+        raise ValueError(f"{what} must be a finite number above 0, got {value:g}")
 
 
 def check(targets):
-    """Refused where a target has no meaning, or is in another unit."""
+    """ValueError where a target has no meaning, or is in another unit."""
     modulus, at_first, nu = targets.modulus, targets.yield_stress, targets.nu
     for value, what in ((modulus, "--E"), (at_first, "--yield"), (targets.density, "--density")):
         positive(value, what)
     if not DENSITIES[0] <= targets.density <= DENSITIES[1]:
-        raise Refused(f"--density: {targets.density:g} kg/m3 is no solid's: give kg/m3, such as 2700")
+        raise ValueError(f"--density: {targets.density:g} kg/m3 is no solid's: give kg/m3, such as 2700")
     if modulus < SOFTEST:
-        raise Refused(f"--E: {modulus:g} Pa is softer than any metal: give all moduli and stresses in Pa, such as 70e9 for 70 GPa")
+        raise ValueError(f"--E: {modulus:g} Pa is softer than any metal: give all moduli and stresses in Pa, such as 70e9 for 70 GPa")
     if not XI_RANGE[0] <= targets.yield_strain <= XI_RANGE[1]:
-        raise Refused(f"--yield: {at_first:.6g} Pa is {targets.yield_strain:.3g} of E, no metal's share: give all moduli and stresses in Pa")
+        raise ValueError(f"--yield: {at_first:.6g} Pa is {targets.yield_strain:.3g} of E, no metal's share: give all moduli and stresses in Pa")
     if nu is not None and not LEAST_NU <= nu <= LARGEST_NU:
-        raise Refused(f"--nu: {nu:g} cannot be had: central forces give {LEAST_NU:g} (--nu none), the volume energy raises it, and from {LARGEST_NU:g} on is "
-                      "so stiff that the timestep falls")
+        raise ValueError(f"--nu: {nu:g} cannot be had: central forces give {LEAST_NU:g} (--nu none), the volume energy raises it, and from {LARGEST_NU:g} on is "
+                         "so stiff that the timestep falls")
     at_yield = targets.yield_strain + YIELD_OFFSET
     before, sign = at_first, math.copysign(1.0, targets.strain)
     for stress, strain in sorted(targets.points, key=lambda point: abs(point[1])):
         if not abs(strain) > at_yield:
-            raise Refused(f"--stress: its strain {strain:g} is not beyond the yield strain, yield/E + 0.002 = {at_yield:.4g}: "
-                          f"give the stress at a strain from {1.5 * at_yield:.2g} on")
+            raise ValueError(f"--stress: its strain {strain:g} is not beyond the yield strain, yield/E + 0.002 = {at_yield:.4g}: "
+                             f"give the stress at a strain from {1.5 * at_yield:.2g} on")
         if abs(strain) > LARGEST_STRAIN:
-            raise Refused(f"--stress: the strain {strain:g} is beyond {LARGEST_STRAIN:g}, to which rows were measured")
+            raise ValueError(f"--stress: the strain {strain:g} is beyond {LARGEST_STRAIN:g}, to which rows were measured")
         if strain * sign < 0.0:
-            raise Refused("--stress: strains of both signs; one row is fitted in tension or in compression")
+            raise ValueError("--stress: strains of both signs; one row is fitted in tension or in compression")
         if stress <= before:
-            raise Refused(f"--stress: {stress:.6g} Pa at {strain:g} is not above the stress before, {before:.6g} Pa. The law hardens: end at the largest force "
-                          "(nominal stresses of a compression grow with the cross-section: give negative strains if those are meant)")
+            raise ValueError(f"--stress: {stress:.6g} Pa at {strain:g} is not above the stress before, {before:.6g} Pa. The law hardens: end at the largest force "
+                             "(nominal stresses of a compression grow with the cross-section: give negative strains if those are meant)")
         before = stress
     check_rates(targets.rates)
 
@@ -157,27 +152,24 @@ def check(targets):
 def read_measured(path, modulus, is_true):
     """(0.2 % yield stress [Pa], points) of a measured curve as of curves.read_points(), nominal unless is_true, from rest on; strains are
     negative in compression. Points are even in the strain, from twice that of the yield stress to the largest nominal stress."""
-    try:
-        strain, stress = curves.read_points(path)
-        if is_true:
-            strain, stress = np.expm1(strain), stress * np.exp(-strain)
-        sign = math.copysign(1.0, strain[-1])
-        end = np.argmax(np.abs(stress)) + 1
-        strain, stress = sign * strain[:end], np.abs(stress[:end])
-        if len(strain) < 3 or not np.all(np.diff(strain) > 0.0):
-            raise Refused(f"{path}: fewer than three points, or strains that do not grow up to the largest stress: give one loading, from rest on")
-        first = curves.yield_stress(strain, stress, modulus)
-    except (OSError, ValueError) as error:
-        raise Refused(f"--curve: {error}") from error
+    strain, stress = curves.read_points(path)
+    if is_true:
+        strain, stress = np.expm1(strain), stress * np.exp(-strain)
+    sign = math.copysign(1.0, strain[-1])
+    end = np.argmax(np.abs(stress)) + 1
+    strain, stress = sign * strain[:end], np.abs(stress[:end])
+    if len(strain) < 3 or not np.all(np.diff(strain) > 0.0):
+        raise ValueError(f"--curve: {path}: fewer than three points, or strains that do not grow up to the largest stress: give one loading, from rest on")
+    first = curves.yield_stress(strain, stress, modulus)
     begin, end = 2.0 * (first / modulus + YIELD_OFFSET), min(strain[-1], LARGEST_STRAIN)
     if not (math.isfinite(first) and begin < end):
-        raise Refused(f"--curve: {path} does not reach twice the strain of its 0.2 % yield stress with E = {modulus:g} Pa; is the strain a share, not per cent?")
+        raise ValueError(f"--curve: {path} does not reach twice the strain of its 0.2 % yield stress with E = {modulus:g} Pa; is the strain a share, not per cent?")
     places = [float(f"{place:.3g}") for place in np.linspace(begin, end, CURVE_POINTS + 1)[1:]]
     return first, tuple((float(np.interp(place, strain, stress)), sign * place) for place in places)
 
 
 def check_rates(rates):
-    """Refused where the over-stresses are not linear in the rate over more than a decade."""
+    """ValueError where the over-stresses are not linear in the rate over more than a decade."""
     for over, rate in rates:
         positive(over, "--rate")
         positive(rate, "--rate")
@@ -187,31 +179,28 @@ def check_rates(rates):
     (over0, rate0), (over1, rate1) = ordered[0], ordered[-1]
     slopes = [over / rate for over, rate in ordered]
     if rate1 > 10.0 * rate0 * (1.0 + 1e-9) and max(slopes) > (1.0 + LINEAR) * min(slopes):
-        raise Refused(f"--rate: the over-stresses {over0:g} Pa at {rate0:g}/s and {over1:g} Pa at {rate1:g}/s are not linear in the rate over more than "
-                      f"a decade. Damping is linear: it follows a logarithmic law over about one decade only; the nearest with {over1:g} Pa at "
-                      f"{rate1:g}/s has {over1 * rate0 / rate1:.4g} Pa at {rate0:g}/s. Give one of them")
+        raise ValueError(f"--rate: the over-stresses {over0:g} Pa at {rate0:g}/s and {over1:g} Pa at {rate1:g}/s are not linear in the rate over more than "
+                         f"a decade. Damping is linear: it follows a logarithmic law over about one decade only; the nearest with {over1:g} Pa at "
+                         f"{rate1:g}/s has {over1 * rate0 / rate1:.4g} Pa at {rate0:g}/s. Give one of them")
 
 
 def check_name(name):
-    """Refused where the name cannot be a row's."""
+    """ValueError where the name cannot be a row's."""
     if not NAME.fullmatch(name):
-        raise Refused(f"--name: '{name}' cannot be the name of a row: letters, digits and _ . + - only")
+        raise ValueError(f"--name: '{name}' cannot be the name of a row: letters, digits and _ . + - only")
 
 
 def check_file(path, name):
-    """Refused where the row cannot be appended to the potential file. Writes nothing."""
+    """ValueError where the row cannot be appended to the potential file. Writes nothing."""
     path = pathlib.Path(path)
-    try:
-        check_target("--out", path)
-    except ValueError as error:
-        raise Refused(str(error)) from error
+    check_target("--out", path)
     if not path.exists():
         return
     lines = path.read_text(encoding="utf-8").splitlines()
     if not lines or not re.match(r"#.*\bUNITS:\s*si(\s|$)", lines[0]):
-        raise Refused(f"--out: {path} is no potential file in SI units: its first line must be a comment with 'UNITS: si'")
+        raise ValueError(f"--out: {path} is no potential file in SI units: its first line must be a comment with 'UNITS: si'")
     if any(line.split()[:1] == [name] for line in lines):
-        raise Refused(f"--name: {path} holds a row '{name}' already: give another name, or take that row out")
+        raise ValueError(f"--name: {path} holds a row '{name}' already: give another name, or take that row out")
 
 
 class Shape(NamedTuple):
@@ -315,15 +304,12 @@ def make_body(folder, count, seed, density, timeout):
 def given_body(path, folder):
     """The Body of a data file of the user's with its FILE.body, copied into the folder; its strain is that between 0.3 and 0.7 of the length.
 
-    Refused where a file is missing or is none.
+    ValueError where a file is missing or is none.
     """
     kept = pathlib.Path(folder) / "given.data"
-    try:
-        if not pathlib.Path(path).is_file():
-            raise ValueError(f"there is no file {path}; give the data file of a body")
-        found, body = specimen.read_body(path), measure(path)
-    except ValueError as error:
-        raise Refused(f"--body: {error}") from error
+    if not pathlib.Path(path).is_file():
+        raise ValueError(f"--body: there is no file {path}; give the data file of a body")
+    found, body = specimen.read_body(path), measure(path)
     for end in ("", ".body"):
         shutil.copy(f"{path}{end}", f"{kept}{end}")
     return body._replace(path=kept.absolute(), volume=found["volume"], length=found["length"], strain="strain_gauge")
@@ -472,7 +458,7 @@ class Table:
             self.runs = self._read(json.loads(json.dumps(inputs)))
         except BlockingIOError:
             self.file.close()
-            raise Refused(f"another calibration is writing {self.path}: wait for it, or give another --table") from None
+            raise ValueError(f"another calibration is writing {self.path}: wait for it, or give another --table") from None
         except BaseException:
             self.file.close()
             raise
@@ -486,12 +472,12 @@ class Table:
         try:
             first, *runs = [json.loads(line) for line in whole.splitlines()] or [self._write({"inputs": inputs})]
         except ValueError as error:
-            raise Refused(f"{self.path} is no run table: {error}; take it away, or give another --table") from None
+            raise ValueError(f"{self.path} is no run table: {error}; take it away, or give another --table") from None
         before = first.get("inputs") or {}
         other = [key for key in {**before, **inputs} if before.get(key) != inputs.get(key)]
         if other:
-            raise Refused(f"{self.path} holds the runs of a calibration with another {', '.join(sorted(other))}: "
-                          "--fresh begins anew, --table names another file")
+            raise ValueError(f"{self.path} holds the runs of a calibration with another {', '.join(sorted(other))}: "
+                             "--fresh begins anew, --table names another file")
         return runs
 
     def _write(self, record):
@@ -624,7 +610,7 @@ class Search:
             record = self.run(number, material)
             if record["state"] != "done":
                 if not self.results:
-                    raise Refused(f"run {number} failed {len(SMALLER)} times, last: {record['reason']}; the run table is {self.table.path}")
+                    raise ValueError(f"run {number} failed {len(SMALLER)} times, last: {record['reason']}; the run table is {self.table.path}")
                 raise Ended
             residuals = {name: record["found"][name] / value - 1.0 for name, (value, _) in self.targets.aims.items()}
             result = Result(material, record["found"], residuals, (np.array(record["strain"]), np.array(record["stress"])), number)
@@ -664,9 +650,9 @@ class Search:
             if abs(found / over - 1.0) <= self.within:
                 return gamma, found / rate
             if found <= 0.0:
-                raise Refused(f"--rate: the damped run at {rate:g}/s shows no over-stress: {found:.3g} Pa")
+                raise ValueError(f"--rate: the damped run at {rate:g}/s shows no over-stress: {found:.3g} Pa")
             gamma = rounded(gamma * over / found)
-        raise Refused(f"--rate: the over-stress was not met within {100 * self.within:g} % in {RATE_RUNS} runs; the last had {found:.4g} Pa at {rate:g}/s")
+        raise ValueError(f"--rate: the over-stress was not met within {100 * self.within:g} % in {RATE_RUNS} runs; the last had {found:.4g} Pa at {rate:g}/s")
 
     def rate_run(self, number, material, rate):
         """Mean flow stress [Pa], from the table or a run."""
@@ -674,7 +660,7 @@ class Search:
         record = self.kept({"kind": "rate", "number": number, "material": material, "rate": rate}, {}, lambda: {"found": flow_stress(
             self.body, material, self.targets, rate, self.ranks, self.folder, self.timeout, title)})
         if record["state"] == "failed":
-            raise Refused(f"--rate: the run at {rate:g}/s failed: {record['reason']}; the run table is {self.table.path}")
+            raise ValueError(f"--rate: the run at {rate:g}/s failed: {record['reason']}; the run table is {self.table.path}")
         return record["found"]
 
 
