@@ -31,7 +31,7 @@ import sys
 
 import evp  # noqa: F401  before numpy
 from evp import calibration
-from evp.calibration import Table, Targets, check, check_file, check_name, parse_at
+from evp.calibration import Table, Targets, check, check_file, parse_at
 from evp.report import command_line, typed, words_of
 from evp.run import RunError, lammps_command
 
@@ -143,7 +143,6 @@ def residuals(targets, result):
 def calibrate(options, words):
     """Make the row; returns its Result."""
     check_options(options)
-    check_name(options.name)
     targets = targets_of(options)
     out = options.out.absolute()
     check_file(out, options.name)

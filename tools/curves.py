@@ -220,7 +220,7 @@ def show_table(args):
     if target:
         print(f"\ndeparture from {args.target}, curve minus target, at its rows")
         print_table(["", *curves.DEPARTURE.values()],
-                    [[path, *list(line.values())[:-1], f"{line['departure_rows']} of {len(target.strain)}"] for path, line in apart.items()])
+                    [[path, *list(line.values())[:-1], f"{line['departure_rows']} of {len(target[0])}"] for path, line in apart.items()])
     if args.csv:
         modulus = modulus_of(args.curves).replace(" ", "_")
         names = ["E_GPa", "E_from", "E_to", "yield_MPa", *stresses, "turn_strain", "turn_MPa", "residual_strain", "unloading_GPa", *areas,

@@ -233,7 +233,7 @@ def test_departure_from_a_target(tmp_path, text):
 
 
 def test_departure_in_compression_and_beyond_the_end():
-    target = curves.Target(np.array([-0.002, -0.01, -0.03]), np.array([-44e6, -90e6, -95e6]))
+    target = np.array([-0.002, -0.01, -0.03]), np.array([-44e6, -90e6, -95e6])
     found = curves.departure(swept(-way((0.02,))), target)
     assert found["departure_largest_MPa"] == pytest.approx(-10.0, rel=EXACT) and (found["departure_rows"], found["departure_at_strain"]) == (2, -0.01)
     with pytest.raises(curves.CurveError, match="goes from strain 0 to 0.02 and reaches no row of the target"):

@@ -184,14 +184,10 @@ def check_rates(rates):
                          f"{rate1:g}/s has {over1 * rate0 / rate1:.4g} Pa at {rate0:g}/s. Give one of them")
 
 
-def check_name(name):
-    """ValueError where the name cannot be a row's."""
+def check_file(path, name):
+    """ValueError where a row of this name cannot be appended to the potential file. Writes nothing."""
     if not NAME.fullmatch(name):
         raise ValueError(f"--name: '{name}' cannot be the name of a row: letters, digits and _ . + - only")
-
-
-def check_file(path, name):
-    """ValueError where the row cannot be appended to the potential file. Writes nothing."""
     path = pathlib.Path(path)
     check_target("--out", path)
     if not path.exists():
@@ -210,12 +206,6 @@ class Shape(NamedTuple):
     xi_s: float
     volume: float  # x above
     bend: float = 0.0  # 1/k_s; 0: linear hardening
-
-
-def row_of(shape, e1=1.0):
-    """law.Row of a shape, no damping."""
-    m, n = EXPONENTS
-    return law.Row(e1, m, n, shape.softening * e1, m, n, shape.xi_s, 0.0, ALPHA)
 
 
 def volume_ratio(nu):
@@ -237,7 +227,8 @@ def stiffening(volume):
 
 def affine_stress(strains, shape):
     """Nominal stress/E0 at nominal strains (S,), free sideways."""
-    row, (m, n) = row_of(shape), EXPONENTS
+    m, n = EXPONENTS
+    row = law.Row(1.0, m, n, shape.softening, m, n, shape.xi_s, 0.0, ALPHA)
     found, saturation = [], 1.0 / shape.bend if shape.bend > 0.0 else 0.0
     c2, s2 = _COS**2, 1.0 - _COS**2
 
@@ -615,7 +606,8 @@ class Search:
             residuals = {name: record["found"][name] / value - 1.0 for name, (value, _) in self.targets.aims.items()}
             result = Result(material, record["found"], residuals, (np.array(record["strain"]), np.array(record["stress"])), number)
             self.results[material] = result
-            self.say(f"run {number}: {percents(residuals)} ({record['seconds']:.0f} s)")
+            shown = ", ".join(f"{name} {100 * value:+.2f} %" for name, value in residuals.items())
+            self.say(f"run {number}: {shown} ({record['seconds']:.0f} s)")
             if result.worst <= self.within or number == MOST_RUNS:
                 raise Ended
         return self.closed_form.weigh(np.log1p(list(result.residuals.values())))
@@ -662,11 +654,6 @@ class Search:
         if record["state"] == "failed":
             raise ValueError(f"--rate: the run at {rate:g}/s failed: {record['reason']}; the run table is {self.table.path}")
         return record["found"]
-
-
-def percents(residuals):
-    """'E +0.20 %, yield -1.30 %'."""
-    return ", ".join(f"{name} {100 * value:+.2f} %" for name, value in residuals.items())
 
 
 def rounded(value):

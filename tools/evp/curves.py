@@ -388,20 +388,13 @@ def read_points(path):
     return table.T
 
 
-class Target(NamedTuple):
-    """strain [1] and stress [Pa], (N,) each; the strain goes one way."""
-
-    strain: np.ndarray
-    stress: np.ndarray
-
-
 def read_target(path):
-    """Target from a file of read_points()."""
+    """(strain, stress [Pa]) of a file of read_points(), whose strain goes one way."""
     strain, stress = read_points(path)
     steps = np.diff(strain)
     if not (np.all(steps > 0.0) or np.all(steps < 0.0)):
         raise CurveError(f"{path}: the strains of a target must go one way, each once")
-    return Target(strain, stress)
+    return strain, stress
 
 
 def first_way(strain, stress, at=None):
@@ -461,17 +454,18 @@ DEPARTURE = {  # titles in print
 
 
 def departure(curve, target, column="virial", turned=None):
-    """Numbers of DEPARTURE in a dict: the first way of the curve minus the target, at the rows of the target that it reaches.
+    """Numbers of DEPARTURE in a dict: the first way of the curve minus the target (strain, stress), at the rows of the target that it reaches.
 
     CurveError where it reaches none.
     """
     strain, stress, sign = first_way(curve.strain, getattr(curve, column), turned)
-    own = np.array([sign * stress_on(strain, stress, sign * at) for at in target.strain])
+    own = np.array([sign * stress_on(strain, stress, sign * at) for at in target[0]])
     reached = np.isfinite(own)
     if not reached.any():
         raise CurveError(f"the curve goes from strain {sign * strain[0]:g} to {sign * strain[-1]:g} and reaches no row of the target")
-    apart = own[reached] - target.stress[reached]
-    worst, size = int(np.argmax(np.abs(apart))), float(np.abs(target.stress[reached]).max())
+    places, stresses = (values[reached] for values in target)
+    apart = own[reached] - stresses
+    worst, size = int(np.argmax(np.abs(apart))), float(np.abs(stresses).max())
     mean = float(np.abs(apart).mean())
     share = 100.0 * mean / size if size > 0.0 else NAN
-    return dict(zip(DEPARTURE, (1e-6 * float(apart[worst]), float(target.strain[reached][worst]), 1e-6 * mean, share, int(reached.sum()))))
+    return dict(zip(DEPARTURE, (1e-6 * float(apart[worst]), float(places[worst]), 1e-6 * mean, share, int(reached.sum()))))

@@ -154,10 +154,10 @@ def index(paths, unfinished=False):
 
 
 def need(columns, wanted, where):
-    """DumpError where a column is missing: it names those that there are."""
+    """DumpError where a column is missing: it names those that there are, and how that one gets into a dump."""
     missing = [name for name in wanted if name not in columns]
     if missing:
-        raise DumpError(f"{where} has no column {missing[0]}; it has {' '.join(columns)}")
+        raise DumpError(f"{where} has no column {missing[0]}; it has {' '.join(columns)}{how_to_write(missing[0])}")
 
 
 def last_positions(path):

@@ -11,6 +11,7 @@ import tempfile
 from typing import NamedTuple
 
 import numpy as np
+from PIL import Image
 
 from . import run
 
@@ -96,14 +97,6 @@ def _data(x, radius, value, edge):
     return f"{head}\nAtoms # sphere\n\n{atoms}\nVelocities\n\n{speeds}"
 
 
-def read_ppm(path):
-    """(rows, columns, 3) bytes of a picture that LAMMPS wrote."""
-    content = pathlib.Path(path).read_bytes()
-    words = content[:64].split(maxsplit=4)
-    width, height = int(words[1]), int(words[2])
-    return np.frombuffer(content, dtype=np.uint8, offset=len(content) - 3 * width * height).reshape(height, width, 3)
-
-
 def _reason(error, lmp):
     """What LAMMPS says, with the remedy where it was built without the package of dump image."""
     if "part of the GRAPHICS package" not in error:
@@ -144,7 +137,7 @@ def _draw(x, radius, value, colors, views):
             with open(folder / "view.log", "ab") as log:
                 log.write(ended.stdout)
             raise run.RunError(f"LAMMPS could not draw the spheres: {_reason(run.lammps_error(folder / 'view.log'), command[0])}")
-        return [read_ppm(folder / f"view{k}.ppm")[cut] for k, cut in enumerate(cuts)]
+        return [np.asarray(Image.open(folder / f"view{k}.ppm"))[cut] for k, cut in enumerate(cuts)]
 
 
 def _slabs(x, radius, camera):

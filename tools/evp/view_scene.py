@@ -18,33 +18,19 @@ _TYPES = {"float64": "Float64", "int64": "Int64", "uint8": "UInt8"}
 _VERTEX = 1  # VTK's number of the cell that is a point
 
 
-def need(table, name, where):
-    """DumpError where a column is missing: those that there are, and how that one gets into a dump."""
-    try:
-        dump.need(table, [name], where)
-    except dump.DumpError as error:
-        raise dump.DumpError(f"{error}{dump.how_to_write(name)}") from error
-
-
-class Condition(NamedTuple):
-    """A column compared with a number, in the units of the dump."""
-
-    name: str
-    above: bool
-    limit: float
-
-    def holds(self, table, where):
-        need(table, self.name, where)
-        return table[self.name] > self.limit if self.above else table[self.name] < self.limit
-
-
 def condition(text):
-    """Condition of a text such as 'y>0.01'; ValueError where it is none."""
+    """Function that gives the mask of a text such as 'y>0.01', in the units of the dump, for a table of columns; ValueError where it is none."""
     found = _CUT.fullmatch(text)
     try:
-        return Condition(dump.word(found[1]), found[2] == ">", float(found[3]))
+        name, above, limit = dump.word(found[1]), found[2] == ">", float(found[3])
     except (TypeError, ValueError) as error:
         raise ValueError(f"--cut '{text}' is no condition: give COLUMN>NUMBER or COLUMN<NUMBER, such as \"y>0\"") from error
+
+    def holds(table, where):
+        dump.need(table, [name], where)
+        return table[name] > limit if above else table[name] < limit
+
+    return holds
 
 
 class Spheres(NamedTuple):
@@ -89,18 +75,18 @@ def places(table, where):
 
 
 def spheres_of(snapshot, color=None, cuts=(), radius=None):
-    """Spheres of a snapshot. cuts: groups of Condition; those for which all of a group hold are left out.
+    """Spheres of a snapshot. cuts: groups of condition(); those for which all of a group hold are left out.
 
     DumpError where a column is missing or not finite, or nothing is left.
     """
     table = read_table(snapshot, radius)
     if color:
-        need(table, color, snapshot)
+        dump.need(table, [color], snapshot)
         if not np.all(np.isfinite(table[color])):
             raise dump.DumpError(f"{snapshot}: column {color} has values that are not finite")
     kept = np.ones(snapshot.count, dtype=bool)
     for group in cuts:
-        kept &= ~np.logical_and.reduce([one.holds(table, snapshot) for one in group])
+        kept &= ~np.logical_and.reduce([one(table, snapshot) for one in group])
     if not kept.any():
         raise dump.DumpError(f"{snapshot}: --cut leaves no sphere")
     return Spheres(places(table, snapshot)[kept], table["radius"][kept], table[color][kept] if color else None)
