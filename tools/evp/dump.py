@@ -17,10 +17,6 @@ from . import specimen
 _ATOMS = re.compile(rb"^\s*\d+\s+atoms\b", re.M)  # in the head of a data file
 
 
-class DumpError(ValueError):
-    """A file is no dump of atoms, is damaged, or lacks a column; the text names the file, the fault and the remedy."""
-
-
 class Snapshot(NamedTuple):
     """Where a snapshot is, and what its header says; read() gets its columns."""
 
@@ -48,7 +44,7 @@ class Snapshot(NamedTuple):
             source.seek(self.start)
             words = source.read(self.end - self.start).split()
         if len(words) != self.count * len(self.names):
-            raise DumpError(f"{self}: a row has not {len(self.names)} words, as many as columns are named")
+            raise ValueError(f"{self}: a row has not {len(self.names)} words, as many as columns are named")
         table = np.array(words).reshape(self.count, len(self.names)).T
         columns = {}
         for name, column in zip(self.names, table):
@@ -80,24 +76,18 @@ def _data_file(path):
     return DataFile(pathlib.Path(path), None, None, None, body.box, len(body.ids), ("id", "type", "x", "y", "z", "radius"), 0, 0)
 
 
-def _damaged(path, step, unfinished):
-    where = "before its first whole snapshot" if step is None else f"in the middle of a snapshot, after that of step {step}"
-    remedy = "the run was stopped or is not done" + ("" if unfinished or step is None else "; --unfinished takes the whole snapshots before that")
-    return DumpError(f"{path} ends {where}: {remedy}")
-
-
 def _header(path, source):
     """Values of the header of the next snapshot, as {item: [its rows]}, up to the names of its columns; None where the file ends in it."""
     found = {}
     for line in iter(source.readline, b""):
         text = line.decode(errors="replace")
         if not text.startswith("ITEM:"):
-            raise DumpError(f"{path} is no dump of LAMMPS: '{text[:40].strip()}' is in the place of an ITEM: line")
+            raise ValueError(f"{path} is no dump of LAMMPS: '{text[:40].strip()}' is in the place of an ITEM: line")
         words = text.split()[1:]
         if words[:1] == ["ATOMS"]:
             return {**found, "names": tuple(words[1:])} if text.endswith("\n") else None
         if "ENTRIES" in words:
-            raise DumpError(f"{path} is a dump of pairs (dump local), not of atoms")
+            raise ValueError(f"{path} is a dump of pairs (dump local), not of atoms")
         rows = [source.readline() for _ in range(3 if words[:1] == ["BOX"] else 1)]
         found[" ".join(words[:2])] = [row.split() for row in rows]
     return None
@@ -117,8 +107,8 @@ def _snapshots(path, source):
             time = float(header["TIME"][0][0]) if "TIME" in header else None
             units = header["UNITS"][0][0].decode() if "UNITS" in header else units
         except (KeyError, IndexError, ValueError) as error:
-            raise DumpError(f"{path} is no dump of LAMMPS: the header of a snapshot lacks TIMESTEP, NUMBER OF ATOMS, BOX BOUNDS "
-                            "or their values") from error
+            raise ValueError(f"{path} is no dump of LAMMPS: the header of a snapshot lacks TIMESTEP, NUMBER OF ATOMS, BOX BOUNDS "
+                             "or their values") from error
         start, rows = source.tell(), list(islice(iter(source.readline, b""), count))
         if len(rows) < count or any(row.startswith(b"ITEM:") for row in rows) or (rows and not rows[-1].endswith(b"\n")):
             yield None
@@ -129,35 +119,36 @@ def _snapshots(path, source):
 def index(paths, unfinished=False):
     """All snapshots of the files, in their order. unfinished: a file may end in the middle of a snapshot, which is left out.
 
-    DumpError where a file is neither a dump of atoms nor a data file, is empty or damaged; ValueError where a data file is; OSError where one
-    cannot be read.
+    ValueError where a file is neither a dump of atoms nor a data file, is empty or damaged; OSError where one cannot be read.
     """
     found = []
     for path in paths:
         with open(path, "rb") as source:
             begin = source.read(4096)
             if not begin:
-                raise DumpError(f"{path} is empty: no snapshot has been written")
+                raise ValueError(f"{path} is empty: no snapshot has been written")
             if b"\0" not in begin and _ATOMS.search(begin):
                 found.append(_data_file(path))
                 continue
             if b"\0" in begin or not begin.startswith(b"ITEM:"):
-                raise DumpError(f"{path} is no text dump of LAMMPS: its first line is not 'ITEM: ...'")
+                raise ValueError(f"{path} is no text dump of LAMMPS: its first line is not 'ITEM: ...'")
             source.seek(0)
             own = list(_snapshots(path, source))
         if own[-1] is None:
             own.pop()
             if not own or not unfinished:
-                raise _damaged(path, own[-1].step if own else None, unfinished)
+                where = f"in the middle of a snapshot, after that of step {own[-1].step}" if own else "before its first whole snapshot"
+                remedy = "; --unfinished takes the whole snapshots before that" if own else ""
+                raise ValueError(f"{path} ends {where}: the run was stopped or is not done{remedy}")
         found += own
     return found
 
 
 def need(columns, wanted, where):
-    """DumpError where a column is missing: it names those that there are, and how that one gets into a dump."""
+    """ValueError where a column is missing: it names those that there are, and how that one gets into a dump."""
     missing = [name for name in wanted if name not in columns]
     if missing:
-        raise DumpError(f"{where} has no column {missing[0]}; it has {' '.join(columns)}{how_to_write(missing[0])}")
+        raise ValueError(f"{where} has no column {missing[0]}; it has {' '.join(columns)}{how_to_write(missing[0])}")
 
 
 def last_positions(path):

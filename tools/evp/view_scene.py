@@ -42,27 +42,27 @@ class Spheres(NamedTuple):
 
 
 def read_table(snapshot, radius=None):
-    """{word: (N,) array} of a snapshot, with a radius. DumpError where it has none or a place is not finite.
+    """{word: (N,) array} of a snapshot, with a radius. ValueError where it has none or a place is not finite.
 
     radius: of all spheres [length], where the dump has none.
     """
     read = snapshot.read()
     table = {dump.word(name) if dump.word(name) not in read else name: values for name, values in read.items()}
     if snapshot.count == 0:
-        raise dump.DumpError(f"{snapshot} has no atoms")
+        raise ValueError(f"{snapshot} has no atoms")
     if "radius" not in table:
         if "diameter" in table:
             table["radius"] = 0.5 * table["diameter"]
         elif radius is not None:
             table["radius"] = np.full(snapshot.count, radius)
         else:
-            raise dump.DumpError(f"{snapshot} has no column radius; it has {' '.join(table)}: add radius to the dump command, "
-                                 "or give --radius, one for all spheres")
+            raise ValueError(f"{snapshot} has no column radius; it has {' '.join(table)}: add radius to the dump command, "
+                             "or give --radius, one for all spheres")
     x = places(table, snapshot)
     if not (np.all(np.isfinite(x)) and np.all(np.isfinite(table["radius"]))):
-        raise dump.DumpError(f"{snapshot} has a position or radius that is not finite: the run was unstable")
+        raise ValueError(f"{snapshot} has a position or radius that is not finite: the run was unstable")
     if np.any(table["radius"] <= 0.0):
-        raise dump.DumpError(f"{snapshot} has a radius that is not positive: {table['radius'].min():g}")
+        raise ValueError(f"{snapshot} has a radius that is not positive: {table['radius'].min():g}")
     return table
 
 
@@ -77,18 +77,18 @@ def places(table, where):
 def spheres_of(snapshot, color=None, cuts=(), radius=None):
     """Spheres of a snapshot. cuts: groups of condition(); those for which all of a group hold are left out.
 
-    DumpError where a column is missing or not finite, or nothing is left.
+    ValueError where a column is missing or not finite, or nothing is left.
     """
     table = read_table(snapshot, radius)
     if color:
         dump.need(table, [color], snapshot)
         if not np.all(np.isfinite(table[color])):
-            raise dump.DumpError(f"{snapshot}: column {color} has values that are not finite")
+            raise ValueError(f"{snapshot}: column {color} has values that are not finite")
     kept = np.ones(snapshot.count, dtype=bool)
     for group in cuts:
         kept &= ~np.logical_and.reduce([one(table, snapshot) for one in group])
     if not kept.any():
-        raise dump.DumpError(f"{snapshot}: --cut leaves no sphere")
+        raise ValueError(f"{snapshot}: --cut leaves no sphere")
     return Spheres(places(table, snapshot)[kept], table["radius"][kept], table[color][kept] if color else None)
 
 
