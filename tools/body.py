@@ -30,11 +30,6 @@ def extents_in_words(extents):
     return " x ".join(f"{value:.4g}" for value in extents) + " m"
 
 
-def stop(*_):
-    """A request to end is an interrupt: the packing is ended, its folder removed."""
-    raise KeyboardInterrupt
-
-
 class Example(argparse.Action):
     """Writes the example and ends the program, as --help does: nothing else is needed then."""
 
@@ -70,7 +65,7 @@ def main(arguments=None):
         check_target("--out", options.out)
     except ValueError as error:
         parser.error(str(error))
-    signal.signal(signal.SIGTERM, stop)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # the packing is ended, its folder removed
     with errors_in_one_line("body.py"):
         surface = closed_surface(read_mesh(options.part), str(options.part)).placed(options.axis, UNITS[options.unit])
         if not USUAL[0] <= surface.extents.max() <= USUAL[1]:

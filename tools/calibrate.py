@@ -190,16 +190,11 @@ def calibrate(options, words):
     return result
 
 
-def stop(*_):
-    """A request to end is an interrupt: runs are ended, finished ones kept."""
-    raise KeyboardInterrupt
-
-
 def main(words=None):
     """0; 1 after a message; 3 where a target is missed by more than 3 %; 130 when interrupted."""
     words = list(sys.argv[1:] if words is None else words)
     options = parser().parse_args(words)
-    signal.signal(signal.SIGTERM, stop)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # runs are ended, finished ones kept
     try:
         result = calibrate(options, words)
     except (RunError, OSError, ValueError) as error:

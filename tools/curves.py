@@ -130,13 +130,8 @@ def read_with_turns(path, args):
 
 def evaluated(args, numbers):
     """({path: (curve, turns)}, {path: numbers(curve, turns)}); a CurveError names its file."""
-    read, found = {path: read_with_turns(path, args) for path in dict.fromkeys(args.curves)}, {}
-    for path, (curve, turns) in read.items():
-        try:
-            found[path] = numbers(curve, turns)
-        except curves.CurveError as error:
-            raise curves.CurveError(f"{path}: {error}") from error
-    return read, found
+    read = {path: read_with_turns(path, args) for path in dict.fromkeys(args.curves)}
+    return read, {path: curves.named(path, numbers, curve, turns) for path, (curve, turns) in read.items()}
 
 
 def print_table(titles, rows, digits=5):

@@ -268,6 +268,14 @@ def or_nan(number, *arguments):
         return NAN
 
 
+def named(name, number, *arguments, remedy=""):
+    """number(*arguments); a CurveError names the curve."""
+    try:
+        return number(*arguments)
+    except CurveError as error:
+        raise CurveError(f"{name}: {error}{remedy}") from error
+
+
 def turns(strain):
     """Rows at which the strain turns back (indices), and the last row where it ends a loop of loop_areas: back at the strain that the loop
     began with to within the distance of two rows, or beyond."""

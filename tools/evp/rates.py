@@ -76,13 +76,7 @@ def starting_jump(curve):
 
 def check_twin(damped, twin):
     """CurveError where the twin starts with a jump of stress as a damped run does."""
-    jumps = []
-    for name, curve in (("damped run", damped), ("twin", twin)):
-        try:
-            jumps.append(starting_jump(curve))
-        except curves.CurveError as error:
-            raise curves.CurveError(f"{name}: {error}") from error
-    (with_gamma, _), (without, scatter) = jumps
+    (with_gamma, _), (without, scatter) = (curves.named(name, starting_jump, curve) for name, curve in (("damped run", damped), ("twin", twin)))
     if without > 3.0 * scatter and without > TWIN_JUMP * with_gamma:
         raise curves.CurveError(
             f"the twin starts with a stress of {1e-6 * without:.3g} MPa at strain 0, the damped "
@@ -92,14 +86,7 @@ def check_twin(damped, twin):
 
 def reached(curve, strains=STRAINS):
     """Those of the strains about which the curve has rows enough for a stress."""
-    found = []
-    for at in strains:
-        try:
-            curves.stress_at(curve.strain, curve.virial, at)
-        except curves.CurveError:
-            continue
-        found.append(at)
-    return found
+    return [at for at in strains if np.isfinite(curves.or_nan(curves.stress_at, curve.strain, curve.virial, at))]
 
 
 def shares_at(damped, twin, at):
@@ -107,16 +94,11 @@ def shares_at(damped, twin, at):
 
     CurveError names the run that has no rows there, or a damped run without tension.
     """
-    stress = {}
-    for name, curve in (("damped run", damped), ("twin", twin)):
-        try:
-            stress[name] = curves.stress_at(curve.strain, curve.virial, at)
-        except curves.CurveError as error:
-            raise curves.CurveError(f"{name}: {error}; ask for strains that both reach") from error
-    total = stress["damped run"]
+    total, other = (curves.named(name, curves.stress_at, curve.strain, curve.virial, at, remedy="; ask for strains that both reach")
+                    for name, curve in (("damped run", damped), ("twin", twin)))
     if total <= 0.0:
         raise curves.CurveError(f"damped run: no tension at strain {at:g} to take shares of")
-    return Shares(at, total, total - stress["twin"], imbalance(damped, at), imbalance(twin, at))
+    return Shares(at, total, total - other, imbalance(damped, at), imbalance(twin, at))
 
 
 def scaled_row(row, count, volume=REFERENCE_VOLUME):
