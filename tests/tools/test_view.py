@@ -291,7 +291,7 @@ def test_film_by_ffmpeg(one, tmp_path, monkeypatch):
     assert done.returncode == 0, done.stderr
     words, size = (tmp_path / "film.mp4").read_text().splitlines()
     width, height = (int(word) for word in words.split()[words.split().index("-s") + 1].split("x"))
-    assert int(size) == 2 * 4 * width * height and "-r 5" in words and "-vcodec h264" in words
+    assert int(size) == 2 * 4 * width * height and "-r 5" in words and "-vcodec h264 -pix_fmt yuv420p" in words
     program.write_text("#!/bin/sh\ncat >/dev/null\necho no such codec\nexit 1\n", encoding="utf-8")
     assert "ffmpeg failed: no such codec" in refused(tmp_path, one, "--film", tmp_path / "other.mkv", "--pixels", 150)
 

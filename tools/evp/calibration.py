@@ -274,11 +274,11 @@ class Body(NamedTuple):
 
 
 def measure(path):
-    """The Body of a data file."""
-    read = specimen.read_data(path)
+    """The Body of a data file with its FILE.body."""
+    size, read = specimen.read_body(path), specimen.read_data(path)
     pairs, _ = specimen.pairs_within(read, ALPHA)
     lengths = np.linalg.norm(read.x[pairs[:, 0]] - read.x[pairs[:, 1]], axis=1)
-    return Body(pathlib.Path(path).absolute(), len(read.ids), len(pairs), float(lengths.mean()), float(np.mean(lengths**2)))
+    return Body(pathlib.Path(path).absolute(), len(read.ids), len(pairs), float(lengths.mean()), float(np.mean(lengths**2)), size["volume"], size["length"])
 
 
 def make_body(folder, count, seed, density, timeout):
@@ -300,10 +300,10 @@ def given_body(path, folder):
     kept = pathlib.Path(folder) / "given.data"
     if not pathlib.Path(path).is_file():
         raise ValueError(f"--body: there is no file {path}; give the data file of a body")
-    found, body = specimen.read_body(path), measure(path)
+    body = measure(path)
     for end in ("", ".body"):
         shutil.copy(f"{path}{end}", f"{kept}{end}")
-    return body._replace(path=kept.absolute(), volume=found["volume"], length=found["length"], strain="strain_gauge")
+    return body._replace(path=kept.absolute(), strain="strain_gauge")
 
 
 @contextlib.contextmanager

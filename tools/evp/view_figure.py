@@ -175,7 +175,8 @@ def write_film(frames, path, rate):
         return
     height, width = frames[0].shape[:2]
     figure = plt.figure(figsize=((width + 0.01) / DPI, (height + 0.01) / DPI), dpi=DPI)
-    shown, writer = figure.figimage(frames[0]), animation.FFMpegWriter(fps=rate, codec=FILMS[path.suffix.lower()])
+    shown = figure.figimage(frames[0])
+    writer = animation.FFMpegWriter(fps=rate, codec=FILMS[path.suffix.lower()], extra_args=["-pix_fmt", "yuv420p"])
     try:
         with writer.saving(figure, str(path), DPI):
             for frame in frames:
