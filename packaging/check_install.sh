@@ -35,7 +35,7 @@ command evp_quietly
 command read_evp_row
 command write_evp_bonds"
 # pairs recorded, energy stored and kinetic energy [J], share of pairs that have flowed, after 200 steps; Verlet steps with
-# tools/evp/flow.py over the bonds give the same digits
+# tests/oracle/flow.py over the bonds give the same digits
 expected="450 10.9810762761 3.74323507767 0.195410353535"
 
 # run INPUT: what LAMMPS prints; a plugin that does not open is a line there, not an exit status

@@ -12,7 +12,6 @@ Needs Open3D: apt-get install python3-open3d (Debian), or pip install open3d. No
 """
 
 import argparse
-import os
 import pathlib
 import signal
 import sys
@@ -20,7 +19,7 @@ import sys
 import evp  # noqa: F401  before numpy
 import numpy as np
 from evp.part import guessed_radius, pack
-from evp.report import command_line, errors_in_one_line
+from evp.report import check_target, command_line, errors_in_one_line
 from evp.surface import AXES, closed_surface, dog_bone, read_mesh, write_mesh
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "in": 0.0254}
@@ -29,11 +28,6 @@ USUAL = 1e-4, 10.0  # [m] longest extent of a part: beyond it the unit is asked 
 
 def extents_in_words(extents):
     return " x ".join(f"{value:.4g}" for value in extents) + " m"
-
-
-def stop(*_):
-    """A request to end is an interrupt: the packing is ended, its folder removed."""
-    raise KeyboardInterrupt
 
 
 class Example(argparse.Action):
@@ -67,14 +61,11 @@ def main(arguments=None):
         parser.error(f"--seed must be a positive integer, got {options.seed}")
     if not options.density > 0.0:
         parser.error(f"--density must be positive, got {options.density:g}")
-    folder = options.out.absolute().parent
-    if not folder.is_dir():
-        parser.error(f"--out {options.out}: there is no folder {folder}")
-    if options.out.is_dir():
-        parser.error(f"--out {options.out}: this is a folder: give the name of a file in it")
-    if not os.access(folder, os.W_OK):
-        parser.error(f"--out {options.out}: no file can be written in {folder}")
-    signal.signal(signal.SIGTERM, stop)
+    try:
+        check_target("--out", options.out)
+    except ValueError as error:
+        parser.error(str(error))
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # the packing is ended, its folder removed
     with errors_in_one_line("body.py"):
         surface = closed_surface(read_mesh(options.part), str(options.part)).placed(options.axis, UNITS[options.unit])
         if not USUAL[0] <= surface.extents.max() <= USUAL[1]:

@@ -31,8 +31,8 @@ import sys
 
 import evp  # noqa: F401  before numpy
 from evp import calibration
-from evp.calibration import Refused, Table, Targets, check, check_file, check_name, parse_at
-from evp.report import command_line, typed
+from evp.calibration import Table, Targets, check, check_file, parse_at
+from evp.report import command_line, typed, words_of
 from evp.run import RunError, lammps_command
 
 
@@ -72,15 +72,15 @@ def nu_of(word):
 
 
 def targets_of(options):
-    """Targets of the command line; Refused where they have no meaning."""
+    """Targets of the command line; ValueError where they have no meaning."""
     if bool(options.curve) == bool(options.yield_stress and options.stress) or options.curve and (options.yield_stress or options.stress):
-        raise Refused("give --yield and --stress, or --curve")
+        raise ValueError("give --yield and --stress, or --curve")
     if options.true and not options.curve:
-        raise Refused("--true is about --curve; --yield and --stress are nominal")
+        raise ValueError("--true is about --curve; --yield and --stress are nominal")
     if options.curve:
         first, points = calibration.read_measured(options.curve, options.E, options.true)
     else:
-        first, points = options.yield_stress, tuple(parse_at(word, "--stress", "+-") for word in options.stress)
+        first, points = options.yield_stress, tuple(parse_at(word, "--stress") for word in options.stress)
     rates = tuple(parse_at(word, "--rate") for word in options.rate)
     targets = Targets(options.E, first, points, options.density, options.nu, rates)
     check(targets)
@@ -88,19 +88,19 @@ def targets_of(options):
 
 
 def check_options(options):
-    """Refused where an option has no meaning."""
+    """ValueError where an option has no meaning."""
     if options.body and options.seed != parser().get_default("seed"):
-        raise Refused("--seed is that of the cylinder: leave it out with --body, which is a body that exists")
+        raise ValueError("--seed is that of the cylinder: leave it out with --body, which is a body that exists")
     if options.body and options.rate:
-        raise Refused("--rate: not with --body, whose middle may be strained at another rate than its grips; take gamma of a calibration without --body")
+        raise ValueError("--rate: not with --body, whose middle may be strained at another rate than its grips; take gamma of a calibration without --body")
     if options.spheres < 100:
-        raise Refused(f"--spheres must be 100 at least, got {options.spheres}")
+        raise ValueError(f"--spheres must be 100 at least, got {options.spheres}")
     if options.seed < 1 or options.ranks < 1:
-        raise Refused("--seed and --ranks must be positive")
+        raise ValueError("--seed and --ranks must be positive")
     if not 0.0 < options.within <= calibration.MISS:
-        raise Refused(f"--within must lie between 0 and {calibration.MISS:g}, got {options.within:g}")
+        raise ValueError(f"--within must lie between 0 and {calibration.MISS:g}, got {options.within:g}")
     if not options.timeout > 0.0:
-        raise Refused("--timeout must be positive")
+        raise ValueError("--timeout must be positive")
 
 
 def comments(options, targets, result, over, words):
@@ -143,7 +143,6 @@ def residuals(targets, result):
 def calibrate(options, words):
     """Make the row; returns its Result."""
     check_options(options)
-    check_name(options.name)
     targets = targets_of(options)
     out = options.out.absolute()
     check_file(out, options.name)
@@ -175,7 +174,7 @@ def calibrate(options, words):
         picture = calibration.draw(options.name, targets, result, out.with_name(f"{out.stem}.{options.name}.png"))
         check_file(out, options.name)
         calibration.append(out, comments(options, targets, result, over, words) + [line])
-    except Refused:
+    except ValueError:
         shutil.rmtree(work, ignore_errors=True)
         if not table.runs:
             table_path.unlink()
@@ -191,20 +190,15 @@ def calibrate(options, words):
     return result
 
 
-def stop(*_):
-    """A request to end is an interrupt: runs are ended, finished ones kept."""
-    raise KeyboardInterrupt
-
-
 def main(words=None):
     """0; 1 after a message; 3 where a target is missed by more than 3 %; 130 when interrupted."""
     words = list(sys.argv[1:] if words is None else words)
     options = parser().parse_args(words)
-    signal.signal(signal.SIGTERM, stop)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # runs are ended, finished ones kept
     try:
         result = calibrate(options, words)
-    except (Refused, RunError, OSError, ValueError) as error:
-        print(f"{typed('calibrate.py')}: error: {error}", file=sys.stderr)
+    except (RunError, OSError, ValueError) as error:
+        print(f"{typed('calibrate.py')}: error: {words_of(error)}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         print(f"{typed('calibrate.py')}: interrupted; finished runs are kept, the same command goes on", file=sys.stderr)

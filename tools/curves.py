@@ -32,13 +32,12 @@ same run at the same rate with gamma = 0; with --rate and --specimen it also pri
 and rho c L rate.
 """
 
-import contextlib
 import pathlib
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 
-from evp import curves, law  # noqa: E402
+from evp import curves, figures, law, rates, specimen  # noqa: E402
 from evp.report import command_line, typed, words_of, write_csv  # noqa: E402
 
 ELASTIC_END = 0.004  # strain at which the first pairs of Table 1 come to the second regime
@@ -64,22 +63,6 @@ WHY_NONE = {  # notes where there is no such number
     "residual_strain": "the way back ends before zero stress; -var lower release of in.cyclic and in.quasistatic goes there",
     "unloading_GPa": "the way back has too few rows",
 }
-DEPARTURE = {  # titles in print, of the numbers in departure_of()
-    "departure_largest_MPa": "largest [MPa]",
-    "departure_at_strain": "at strain",
-    "departure_mean_MPa": "mean of sizes [MPa]",
-    "departure_mean_percent": "mean [% of largest stress]",
-    "departure_rows": "rows",
-}
-
-
-@contextlib.contextmanager
-def told_of(path):
-    """A CurveError gets the name of its file."""
-    try:
-        yield
-    except curves.CurveError as error:
-        raise curves.CurveError(f"{path}: {error}") from error
 
 
 def check_not_read(what, path, read):
@@ -123,8 +106,6 @@ def modulus_of(paths):
 
 def labels_of(words, paths):
     """Of the curves of a picture: `words`, or short names of their files where none are given. ValueError where they do not tell the curves apart."""
-    from evp import figures
-
     if words and (len(words) != len(paths) or len(set(words)) != len(words)):
         raise ValueError(f"--labels must give {len(paths)} words, one per curve, and no two the same")
     return words or figures.short_names(paths)
@@ -147,6 +128,12 @@ def read_with_turns(path, args):
     return curve, curves.turns(grips.strain)
 
 
+def evaluated(args, numbers):
+    """({path: (curve, turns)}, {path: numbers(curve, turns)}); a CurveError names its file."""
+    read = {path: read_with_turns(path, args) for path in dict.fromkeys(args.curves)}
+    return read, {path: curves.named(path, numbers, curve, turns) for path, (curve, turns) in read.items()}
+
+
 def print_table(titles, rows, digits=5):
     """Lines with columns as wide as they must be, the first to the left; numbers that are nan as '-'."""
     texts = [[value if isinstance(value, str) else "-" if value != value else f"{value:.{digits}g}" for value in line] for line in (titles, *rows)]
@@ -166,34 +153,29 @@ def print_numbers(found, names, digits=5):
 
 def show_numbers(args):
     """Print one line of numbers for each curve."""
-    found, ends = {}, {}
-    for path in args.curves:
-        with told_of(path):
-            curve, turns = read_with_turns(path, args)
-            found[path] = curves.table_numbers(curve, args.column, args.fit, (), turns)
-            if found[path]["why_no_E"]:
-                raise curves.CurveError(found[path]["why_no_E"])
-        ends[path] = curve.strain[turns[:1]]
+
+    def numbers(curve, turns):
+        found = curves.table_numbers(curve, args.column, args.fit, (), turns)
+        if found["why_no_E"]:
+            raise curves.CurveError(found["why_no_E"])
+        return found
+
+    read, found = evaluated(args, numbers)
     print_numbers(found, NUMBERS)
-    for path, line in found.items():
-        if len(ends[path]):
-            print(f"NOTE: {path} turns back at strain {ends[path][0]:g}: the numbers above are those of the way there. "
+    for path, (curve, turns) in read.items():
+        if len(turns):
+            print(f"NOTE: {path} turns back at strain {curve.strain[turns[0]]:g}: the numbers above are those of the way there. "
                   f"{typed('curves.py')} cycle and {typed('curves.py')} table give those of the way back, too")
-        tell(path, line)
+        tell(path, found[path])
 
 
 def show_cycles(args):
     """Print one line of numbers for each curve that turns back, and draw them where a picture is asked for."""
     paths = list(dict.fromkeys(args.curves))
     if args.out:
-        from evp import figures
-
         numbers = numbers_file(args.out, paths)
         load, labels = one_load(paths, args.strain), labels_of(args.labels, paths)
-    read, found = {path: read_with_turns(path, args) for path in paths}, {}
-    for path, (curve, turns) in read.items():
-        with told_of(path):
-            found[path] = curves.cycle_numbers(curve, args.column, turns)
+    read, found = evaluated(args, lambda curve, turns: curves.cycle_numbers(curve, args.column, turns))
     print_numbers(found, CYCLE, digits=4)
     for path, line in found.items():
         for name, why in WHY_NONE.items():
@@ -217,25 +199,14 @@ def strains_of(words):
     return list(dict.fromkeys(strains))
 
 
-def departure_of(curve, target, column, turns):
-    """Numbers of DEPARTURE."""
-    d = curves.departure(curve, target, column, turns)
-    return dict(zip(DEPARTURE, (1e-6 * d.largest, d.at, 1e-6 * d.mean, 100 * d.relative, d.rows)))
-
-
 def show_table(args):
     """Print one line for each curve, the departures from a target below, and write a CSV of both."""
     strains = strains_of(args.at) if args.at else curves.STRAINS
-    read = {path: read_with_turns(path, args) for path in args.curves}
     target = curves.read_target(args.target) if args.target else None
     if args.csv:
         check_not_read("--csv", args.csv, [*args.curves, *filter(None, [args.target])])
-    found, apart = {}, {}
-    for path, (curve, turns) in read.items():
-        with told_of(path):
-            found[path] = curves.table_numbers(curve, args.column, args.fit, strains, turns)
-            if target:
-                apart[path] = departure_of(curve, target, args.column, turns)
+    found = evaluated(args, lambda curve, turns: curves.table_numbers(curve, args.column, args.fit, strains, turns))[1]
+    apart = evaluated(args, lambda curve, turns: curves.departure(curve, target, args.column, turns))[1] if target else {}
     stresses = [f"stress_at_{at:g}_MPa" for at in strains]
     areas = list(dict.fromkeys(name for line in found.values() for name in line if name.startswith("area_")))
     for line in found.values():
@@ -243,12 +214,12 @@ def show_table(args):
     print_numbers(found, ["E_GPa", "range", "yield_MPa", *stresses, "turn_strain", "residual_strain", "unloading_GPa", "areas"])
     if target:
         print(f"\ndeparture from {args.target}, curve minus target, at its rows")
-        print_table(["", *DEPARTURE.values()],
-                    [[path, *list(line.values())[:-1], f"{line['departure_rows']} of {len(target.strain)}"] for path, line in apart.items()])
+        print_table(["", *curves.DEPARTURE.values()],
+                    [[path, *list(line.values())[:-1], f"{line['departure_rows']} of {len(target[0])}"] for path, line in apart.items()])
     if args.csv:
         modulus = modulus_of(args.curves).replace(" ", "_")
         names = ["E_GPa", "E_from", "E_to", "yield_MPa", *stresses, "turn_strain", "turn_MPa", "residual_strain", "unloading_GPa", *areas,
-                 *(DEPARTURE if target else ())]
+                 *(curves.DEPARTURE if target else ())]
         lines = {path: {**line, **apart.get(path, {})} for path, line in found.items()}
         write_csv(args.csv, ["curve", *(modulus + name[1:] if name.startswith("E_") else name for name in names)],
                   [[path, *(f"{line[name]:.9g}" if name in line and line[name] == line[name] else "" for name in names)] for path, line in lines.items()])
@@ -258,8 +229,6 @@ def show_table(args):
 
 def plot_columns(args):
     """One column over another, a curve for each file."""
-    from evp import figures
-
     numbers = numbers_file(args.out, args.files)
     read = {path: curves.read_columns(path, (args.x, args.y)) for path in args.files}
     print(figures.two_columns(dict(zip(figures.short_names(read), read.values())), args.x, args.y, args.out, args.title, numbers))
@@ -267,8 +236,6 @@ def plot_columns(args):
 
 def plot_curves(args):
     """Draw all curves into one picture."""
-    from evp import figures
-
     numbers = numbers_file(args.out, args.curves)
     load, labels = one_load(args.curves, args.strain), labels_of(args.labels, args.curves)
     read = [curves.read_curve(path, args.column, args.strain) for path in args.curves]
@@ -279,17 +246,13 @@ def plot_curves(args):
 
 def plot_law(args):
     """Draw the force law of one row."""
-    from evp import figures
-
     numbers = numbers_file(args.out, [args.measured] if args.measured else [])
     measured = curves.read_columns(args.measured, figures.MEASURED) if args.measured else None
-    print(figures.force_law(law.Row.parse(args.coeff), args.out, measured, args.deq, numbers=numbers))
+    print(figures.force_law(law.Row.parse(args.coeff), args.out, measured, numbers=numbers))
 
 
 def plot_specimen(args):
     """Draw the spheres of one state."""
-    from evp import figures
-
     numbers = numbers_file(args.out, [args.state])
     state = figures.read_state(args.state)
     print(figures.specimen(state, args.out, args.title, numbers))
@@ -297,8 +260,6 @@ def plot_specimen(args):
 
 def show_rate_shares(args):
     """Print what theory expects, where it is asked for, and a line of shares for each strain."""
-    from evp import rates, specimen
-
     if (args.specimen is None) != (args.rate is None):
         raise ValueError("--rate and --specimen are given together, or neither")
     damped, twin = curves.read_curve(args.damped), curves.read_curve(args.twin)
@@ -308,11 +269,10 @@ def show_rate_shares(args):
         raise ValueError(f"{args.damped} ends at strain {damped.strain.max():g}: give --strains")
     found = [rates.shares_at(damped, twin, at) for at in strains]
     if args.specimen:
-        body, row = specimen.read_data(args.specimen), law.Row.parse(args.coeff)
-        if args.scale == "yes":
-            row = rates.scaled_row(row, len(body.ids))
+        body, size = specimen.read_data(args.specimen), specimen.read_body(args.specimen)
+        row = rates.scaled_row(law.Row.parse(args.coeff), len(body.ids), size["volume"])
         modulus = curves.modulus(twin.strain, twin.virial)
-        theory = rates.expected(body, row, args.rate, modulus, args.length, args.radius)
+        theory = rates.expected(body, row, args.rate, modulus, size["length"], size["volume"])
         print(f"expected at {args.rate:g}/s with E {1e-9 * modulus:.2f} GPa of the twin and "
               f"tau {theory.tau:.4g} s: E tau rate {1e-6 * theory.viscous:.3f} MPa viscous in the "
               f"elastic part; inertia below rho c L rate {1e-6 * theory.inertial:.3f} MPa")
@@ -368,7 +328,6 @@ def parser():
     sub = command("law", plot_law, "force against distance of one pair (the paper's figure 2)")
     sub.add_argument("--coeff", default="80 8 4 3 8 4 0.005 0 1.5",
                      help="e1 m1 n1 e2 m2 n2 xi_s gamma alpha (default: Table 1)")
-    sub.add_argument("--deq", type=float, default=0.01, help="[m], without --measured")
     sub.add_argument("--measured", metavar="CSV", help="PREFIX.csv of in.two_spheres")
     sub.add_argument("--out", default="force_law.png", metavar="PNG")
     sub = command("specimen", plot_specimen, "spheres coloured by their share in the second regime")
@@ -382,13 +341,9 @@ def parser():
     sub.add_argument("--strains", nargs="+", type=float, metavar="STRAIN",
                      help="(default: 0.002 0.005 0.01 0.0195, as far as the damped run goes)")
     sub.add_argument("--rate", type=float, help="of both runs [1/s], for what theory expects")
-    sub.add_argument("--specimen", metavar="FILE", help="data file that both runs read, likewise")
+    sub.add_argument("--specimen", metavar="FILE", help="data file that both runs read, beside it FILE.body, likewise")
     sub.add_argument("--coeff", default="80 8 4 3 8 4 0.005 1000 1.5",
                      help="row of the damped run, as given to the deck (default: Table 2)")
-    sub.add_argument("--scale", choices=("yes", "no"), default="yes",
-                     help="as given to the deck: the row is scaled where N is not 500")
-    sub.add_argument("--length", type=float, default=0.05, help="of the cylinder [m]")
-    sub.add_argument("--radius", type=float, default=0.02, help="of the cylinder [m]")
     return top
 
 

@@ -39,9 +39,13 @@ MONTHS = "Jan Feb Mar Apr May Jun Jul Aug Sep Oct Nov Dec".split()
 SECONDS = 60  # a run here takes less than one: only a hang gets there
 KNOWN = "evp doctor: evp/lj is known"
 NAME = "evpplugin.so"
-REFUSAL = re.compile(r"evpplugin\.so was built for another LAMMPS: (.+?)\. Rebuild", re.S)
+REFUSED = re.compile(r"evpplugin\.so was built for another LAMMPS: (.+?)\. Rebuild", re.S)
 UNOPENED = re.compile(r"^Open of file (.+?) failed: (.+)$", re.M)
-HEADERS = "/path/to/lammps"  # stands for a source tree that is not known
+ALONE = {"LAMMPS_PLUGIN_PATH": "", "EVP_PLUGIN_DIR": "/dev/null"}  # without the plugins that lmp loads by itself
+DECK = "atom_style sphere\natom_modify map yes\nregion box block 0 1 0 1 0 1\ncreate_box 1 box\n"
+LOOK = 'shell """readlink /proc/$PPID/exe >exe; echo "$LAMMPS_PLUGIN_PATH" >path"""\n'
+HEADERS = "-DLAMMPS_SOURCE_DIR=/path/to/lammps"
+HINT = " /path/to/lammps stands for the unpacked source tree of the same LAMMPS release: an installed LAMMPS has too few headers to build a plugin."
 
 
 def quoted(*words):
@@ -61,13 +65,8 @@ class Report:
 
     def line(self, state, name, text):
         print(f"{state:<11}  {name:<12}  {text}", flush=True)
-
-    def ok(self, name, text):
-        self.line("ok", name, text)
-
-    def not_checked(self, name, text):
-        self.left_out.append(name)
-        self.line("not checked", name, text)
+        if state == "not checked":
+            self.left_out.append(name)
 
     def fault(self, name, text, cause, command):
         self.faults.append((name, cause, command))
@@ -78,10 +77,9 @@ class Report:
         if not self.faults:
             return "Healthy: lmp loads the plugin and knows pair_style evp/lj." + (f" Not checked: {', '.join(self.left_out)}." if self.left_out else "")
         (_, cause, command), *others = self.faults
-        if f"={HEADERS}" in command:
-            cause += f" {HEADERS} stands for the unpacked source tree of the same LAMMPS release: an installed LAMMPS has too few headers to build a plugin."
-        text = textwrap.fill(f"Cause: {cause}", 120, break_long_words=False, break_on_hyphens=False) + f"\nRun:   {command}"
-        return text + (f"\nThen run evp doctor again; it found more: {', '.join(name for name, _, _ in others)}." if others else "")
+        text = textwrap.fill(f"Cause: {cause}{HINT if HEADERS in command else ''}", 120, break_long_words=False, break_on_hyphens=False)
+        further = f"\nThen run evp doctor again; it found more: {', '.join(name for name, _, _ in others)}." if others else ""
+        return f"{text}\nRun:   {command}{further}"
 
 
 def run(words, environment=None, folder=None):
@@ -97,16 +95,14 @@ def run(words, environment=None, folder=None):
             text = process.communicate(timeout=SECONDS)[0]
             return process.returncode, text
         except subprocess.TimeoutExpired:
+            os.killpg(process.pid, signal.SIGKILL)
             return None, f"no answer within {SECONDS} s"
-        finally:
-            if process.returncode is None:
-                os.killpg(process.pid, signal.SIGKILL)
 
 
-def programs(name):
-    """All programs of this name on PATH."""
-    found = [shutil.which(name, path=folder) for folder in dict.fromkeys(os.environ.get("PATH", os.defpath).split(os.pathsep)) if folder]
-    return [pathlib.Path(path) for path in found if path]
+def programs(*names):
+    """All programs of these names on PATH."""
+    folders = [folder for folder in dict.fromkeys(os.environ.get("PATH", os.defpath).split(os.pathsep)) if folder]
+    return [pathlib.Path(folder, name) for name in names for folder in folders if shutil.which(name, path=folder)]
 
 
 def release_number(text):
@@ -119,6 +115,10 @@ def mpi_kind(text):
     """'Open MPI', 'MPICH' (and what is built on it), 'none' or 'unknown', from the text by which an MPI names itself."""
     kinds = (("none", r"STUBS|^none"), ("Open MPI", r"Open ?MPI|OpenRTE|PRRTE"), ("MPICH", r"MPICH|HYDRA|Intel\(R\) MPI|MVAPICH"))
     return next((kind for kind, mark in kinds if re.search(mark, text, re.I)), "unknown")
+
+
+def number_in(text):
+    return (re.search(r"\d+(\.\d+)+", text) or [""])[0]
 
 
 class Help(NamedTuple):
@@ -142,15 +142,15 @@ class Help(NamedTuple):
 
 def parse_help(text):
     """Help of the output of `lmp -h`; None where it is not that of LAMMPS."""
-    banner = re.search(r"Massively Parallel Simulator - (.+)", text)
-    if not banner:
-        return None
-    mpi = (re.search(r"^MPI v[\d.]+: *(.+)", text, re.M) or ["", "unknown"])[1]
-    kind, version = mpi_kind(mpi), re.search(r"\d+(\.\d+)+", mpi)
-    compiler = (re.search(r"^Compiler: *(.+?)(?: with .*)?$", text, re.M) or ["", "compiler unknown"])[1]
-    packages = (re.search(r"^Installed packages:\s*\n((?:.*\S.*\n)*)", text, re.M) or ["", ""])[1]
-    wide = re.search(r"LAMMPS_BIGBIG|sizeof\(tagint\): +64", text)
-    return Help(banner[1].strip(), "bigbig" if wide else "smallbig", f"{kind} {version[0]}" if version and kind != "none" else kind, compiler, tuple(packages.split()))
+
+    def found(pattern, default="unknown"):
+        return (re.search(pattern, text, re.M) or ["", default])[1].strip()
+
+    release, mpi = found(r"Massively Parallel Simulator - (.+)", ""), found(r"^MPI v[\d.]+: *(.+)")
+    integers = "bigbig" if re.search(r"LAMMPS_BIGBIG|sizeof\(tagint\): +64", text) else "smallbig"
+    kind = mpi_kind(mpi)
+    packages = found(r"^Installed packages:\s*\n((?:.*\S.*\n)*)", "").split()
+    return Help(release, integers, kind if kind == "none" else f"{kind} {number_in(mpi)}".strip(), found(r"^Compiler: *(.+?)(?: with .*)?$"), tuple(packages)) if release else None
 
 
 class Trial(NamedTuple):
@@ -158,24 +158,20 @@ class Trial(NamedTuple):
 
     status: object
     text: str
-    exe: object
-    plugin_path: str
+    exe: object = None
+    plugin_path: str = ""
 
     def knows(self):
         return KNOWN in self.text
 
 
-def try_deck(lmp, plugin="", alone=False, launcher=()):
-    """Trial of an lmp. plugin: of a `plugin load` line; alone: without the plugins of LAMMPS_PLUGIN_PATH; launcher: words of an mpirun, for a run that stops at the box."""
-    look = 'shell """readlink /proc/$PPID/exe >exe; echo "$LAMMPS_PLUGIN_PATH" >path"""\n' * (not launcher)
-    style = f'pair_style evp/lj\nprint "{KNOWN}"\n' * (not launcher)
+def try_deck(lmp, plugin="", alone=False):
+    """Trial of an lmp. plugin: of a `plugin load` line; alone: without the plugins of LAMMPS_PLUGIN_PATH."""
     load = f'plugin load "{plugin}"\n' if plugin else ""
-    environment = {**os.environ, **({"LAMMPS_PLUGIN_PATH": "", "EVP_PLUGIN_DIR": "/dev/null"} if alone else {})}
     with tempfile.TemporaryDirectory(prefix="evp_doctor_") as name:
         folder = pathlib.Path(name)
-        box = "atom_style sphere\natom_modify map yes\nregion box block 0 1 0 1 0 1\ncreate_box 1 box\n"
-        (folder / "in.doctor").write_text(look + load + box + style, encoding="utf-8")
-        status, text = run([*launcher, lmp, "-log", "none", "-in", "in.doctor"], environment, folder)
+        (folder / "in.doctor").write_text(f'{LOOK}{load}{DECK}pair_style evp/lj\nprint "{KNOWN}"\n', encoding="utf-8")
+        status, text = run([lmp, "-log", "none", "-in", "in.doctor"], {**os.environ, **(ALONE if alone else {})}, folder)
         exe, path = ((folder / file).read_text(encoding="utf-8").strip() if (folder / file).exists() else "" for file in ("exe", "path"))
     return Trial(status, text, pathlib.Path(exe) if exe else None, path)
 
@@ -193,15 +189,10 @@ class Host(NamedTuple):
 def facts_of(path):
     """What a plugin file says of itself, src/lammps/plugin_facts.h: 'version 1.0.0, lammps 20250204, ...'; empty where it says nothing."""
     try:
-        found = re.search(rb"EVP plugin facts: ([ -~]+)\0", path.read_bytes()) if path.is_file() and path.stat().st_size < 1 << 30 else None
+        found = re.search(rb"EVP plugin facts: ([ -~]+)\0", path.read_bytes())
     except OSError:
         return ""
     return found[1].decode("ascii").replace("=", " ").replace(";", ", ").rstrip(", ") if found else ""
-
-
-def plugins_in(folder):
-    """EVP's plugins among the files that LAMMPS loads from a folder of LAMMPS_PLUGIN_PATH."""
-    return [path for path in sorted(folder.glob("*plugin.so")) if path.name == NAME or facts_of(path)] if folder.is_dir() else []
 
 
 def fault_of_entry(folder):
@@ -210,7 +201,7 @@ def fault_of_entry(folder):
         return f"{folder} is a file, and must be the folder that holds it"
     if not folder.exists():
         return f"{folder} does not exist"
-    return "" if plugins_in(folder) else f"{folder} holds no plugin of EVP"
+    return "" if os.path.lexists(folder / NAME) else f"{folder} holds no {NAME}"
 
 
 def entry_of(file, name):
@@ -265,12 +256,11 @@ def build_for(host):
     """Command that builds a plugin for this lmp in a new folder."""
     source, home = source_tree() or pathlib.Path("/path/to/evp"), entry_of(host.exe.parent / "CMakeCache.txt", "CMAKE_HOME_DIRECTORY")
     prefix, folder = host.exe.parent.parent, source / f"build-{''.join(host.help.release.split()[:3])}-{host.help.integers}-{host.help.mpi.split()[0].lower()}"
+    options = [HEADERS, "-DLAMMPS_BUILD_DIR=/path/to/its/build"]
     if home:
         options = [f"-DLAMMPS_SOURCE_DIR={pathlib.Path(home).parent}", f"-DLAMMPS_BUILD_DIR={host.exe.parent}"]
-    elif [*prefix.glob("lib*/cmake/LAMMPS/LAMMPSConfig.cmake"), *prefix.glob("lib/*/cmake/LAMMPS/LAMMPSConfig.cmake")]:
-        options = [f"-DCMAKE_PREFIX_PATH={prefix}", f"-DLAMMPS_SOURCE_DIR={HEADERS}"]
-    else:
-        options = [f"-DLAMMPS_SOURCE_DIR={HEADERS}", "-DLAMMPS_BUILD_DIR=/path/to/its/build"]
+    elif any(any(prefix.glob(f"{place}/cmake/LAMMPS/LAMMPSConfig.cmake")) for place in ("lib*", "lib/*")):
+        options = [f"-DCMAKE_PREFIX_PATH={prefix}", HEADERS]
     return (f"cmake -S {quoted(source)} -B {quoted(folder)} -DCMAKE_BUILD_TYPE=Release -DBUILD_TESTING=off {quoted(*options)} && "
             f"cmake --build {quoted(folder)} --target evpplugin && {take_plugin(folder)}")
 
@@ -293,23 +283,22 @@ def mend(host, wrong):
     return build_for(host)
 
 
-def check_python(report):
-    own, version = sys.executable, platform.python_version()
-    lacking = [name for name in MODULES if not importlib.util.find_spec(name)]
-    other = next((path for path in interpreter.candidates(os.environ) if interpreter.has_modules(path, MODULES)), None) if lacking else None
-    if not lacking:
-        report.ok("Python", f"{version} ({own}) with {', '.join(MODULES)}")
-    elif other:
-        report.ok("Python", f"{version} ({own}) lacks {', '.join(lacking)}; the tools go on in {other}, which has them")
-    else:
-        debian = shutil.which("apt-get") and os.path.exists("/usr/bin/python3")
-        report.fault("Python", f"{version} ({own}) lacks {', '.join(lacking)}",
-                     f"no Python here has the modules {', '.join(lacking)}, which the tools need. LAMMPS and the plugin do without.",
-                     apt(*(f"python3-{name}" for name in lacking)) if debian else quoted(own, "-m", "pip", "install", *lacking))
-
-
 def apt(*packages):
     return " ".join([*(["sudo"] if os.geteuid() else []), "apt-get install", *packages])
+
+
+def check_python(report):
+    own = f"{platform.python_version()} ({sys.executable})"
+    lacking = [name for name in MODULES if not importlib.util.find_spec(name)]
+    if not lacking:
+        return report.line("ok", "Python", f"{own} with {', '.join(MODULES)}")
+    lack = f"{own} lacks {', '.join(lacking)}"
+    other = next((path for path in interpreter.candidates(os.environ) if interpreter.has_modules(path, MODULES)), None)
+    if other:
+        return report.line("ok", "Python", f"{lack}; the tools go on in {other}, which has them")
+    debian = shutil.which("apt-get") and os.path.exists("/usr/bin/python3")
+    return report.fault("Python", lack, f"no Python here has the modules {', '.join(lacking)}, which the tools need. LAMMPS and the plugin do without.",
+                        apt(*(f"python3-{name}" for name in lacking)) if debian else quoted(sys.executable, "-m", "pip", "install", *lacking))
 
 
 def find_lmp(given):
@@ -317,7 +306,8 @@ def find_lmp(given):
     for word, found_by in ((given, "--lmp"), (os.environ.get("EVP_LMP"), "EVP_LMP")):
         if word:
             return pathlib.Path(os.path.abspath(shutil.which(word) or word)), found_by
-    return next(((path, "PATH") for path in programs("lmp")), next(((path, "EVP's own; there is none on PATH") for path in own_files("lmp")), (None, "")))
+    found = [(path, "PATH") for path in programs("lmp")] + [(path, "EVP's own; there is none on PATH") for path in own_files("lmp")]
+    return found[0] if found else (None, "")
 
 
 def library_of(exe, **changes):
@@ -339,7 +329,7 @@ def check_lmp(report, given):
         return does_not_start(report, path, found_by, status, text)
     trial = try_deck(path)
     exe = trial.exe or try_deck(path, alone=True).exe or path
-    report.ok("lmp", f"{path} ({found_by})" + (f", which starts {exe}" if os.path.realpath(exe) != os.path.realpath(path) else ""))
+    report.line("ok", "lmp", f"{path} ({found_by})" + (f", which starts {exe}" if os.path.realpath(exe) != os.path.realpath(path) else ""))
     right, loaded = library_of(path, LD_LIBRARY_PATH=""), library_of(path)
     if right and loaded and right.resolve() != loaded.resolve():
         return report.fault("LAMMPS", f"{loaded}, not {right}", f"{path} runs with the library of another LAMMPS: {loaded} ({own.release}) in place of {right}. "
@@ -347,7 +337,7 @@ def check_lmp(report, given):
     if own.lacks():
         first = f"the first lmp on PATH is {path}" if found_by == "PATH" else f"this lmp is {path}"
         return report.fault("LAMMPS", own.words(), f"{first}, and that is the wrong one: {own.lacks()}.", another_lmp(path, found_by))
-    report.ok("LAMMPS", own.words())
+    report.line("ok", "LAMMPS", own.words())
     return Host(path, found_by, own, trial, exe)
 
 
@@ -358,36 +348,35 @@ def does_not_start(report, path, found_by, status, text):
     places = [path.parent, *sorted(path.parent.parent.glob("lib*")), *sorted(path.parent.parent.glob("lib/*-linux-*"))] if library else []
     right = next((place for place in places if (place / library[1]).is_file()), None)
     if right:
-        report.fault("lmp", f"{path} does not start: {said}", f"{path} does not find its own library {library[1]}, which is in {right}.", in_front("LD_LIBRARY_PATH", right))
-    else:
-        report.fault("lmp", f"{path} ({found_by}) does not start: {said}", f"{path} is no LAMMPS that starts on this machine: {said}.", another_lmp(path, found_by))
+        return report.fault("lmp", f"{path} does not start: {said}", f"{path} does not find its own library {library[1]}, which is in {right}.", in_front("LD_LIBRARY_PATH", right))
+    return report.fault("lmp", f"{path} ({found_by}) does not start: {said}", f"{path} is no LAMMPS that starts on this machine: {said}.", another_lmp(path, found_by))
 
 
 def why_not(plugin, trial):
     """A sentence for a plugin that lmp does not load, by what both say; empty where it does."""
-    refused, unopened = REFUSAL.search(trial.text), UNOPENED.search(trial.text)
-    built = f" ({facts_of(plugin)})" if facts_of(plugin) else ""
+    refused, unopened, facts = REFUSED.search(trial.text), UNOPENED.search(trial.text), facts_of(plugin)
+    shown = f"{plugin} ({facts})" if facts else str(plugin)
     if trial.knows():
         return ""
     if refused:
         return f"{plugin} was built for another LAMMPS: {refused[1]}."
     if unopened:
-        return f"{plugin}{built} cannot be opened: {unopened[2]}. It is damaged, or built for another LAMMPS or MPI."
+        return f"{shown} cannot be opened: {unopened[2]}. It is damaged, or built for another LAMMPS or MPI."
     if trial.status is None or trial.status < 0:
-        return f"lmp ends at {plugin}{built}: {trial.text if trial.status is None else f'signal {-trial.status}'}. It is damaged, or built for another LAMMPS or MPI."
-    return f"lmp loads {plugin}{built}, but says: {next((line for line in trial.text.splitlines() if line.startswith('ERROR')), 'nothing of evp/lj')}."
+        return f"lmp ends at {shown}: {trial.text if trial.status is None else f'signal {-trial.status}'}. It is damaged, or built for another LAMMPS or MPI."
+    return f"lmp loads {shown}, but says: {(re.search('^ERROR.*', trial.text, re.M) or ['nothing of evp/lj'])[0]}."
 
 
 def check_plugin(report, host, given):
     """Does lmp load it by itself, or else by `plugin load`? The plugin that was looked at; None without one."""
     text = host.trial.plugin_path or os.environ.get("LAMMPS_PLUGIN_PATH", "")
     entries = [pathlib.Path(entry) for entry in text.split(os.pathsep) if entry]
-    found = [path for entry in entries for path in plugins_in(entry)]
+    found = [entry / NAME for entry in entries if not fault_of_entry(entry)]
     plugin = next(iter([*([given] if given else []), *found, *own_files(NAME)]), None)
-    trial = host.trial if found and not given else try_deck(host.path, plugin, alone=not found) if plugin and plugin.is_file() else None
-    why = "there is no evpplugin.so." if not plugin else f"{plugin} is no file." if trial is None else why_not(plugin, trial)
+    trial = host.trial if found and not given else try_deck(host.path, plugin, alone=not found) if plugin else None
+    why = why_not(plugin, trial) if plugin else f"there is no {NAME}."
     if found or given:
-        report.ok("plugin path", f"LAMMPS_PLUGIN_PATH={text}" if found else f"without EVP's plugin: a deck must begin with: plugin load {plugin}")
+        report.line("ok", "plugin path", f"LAMMPS_PLUGIN_PATH={text}" if found else f"without EVP's plugin: a deck must begin with: plugin load {plugin}")
     else:
         what = "; ".join(map(fault_of_entry, entries)) or "LAMMPS_PLUGIN_PATH is not set"
         report.fault("plugin path", what, f"{what}{f', and {why[:-1]}' if why else ''}: LAMMPS loads no EVP plugin by itself, and a deck without `plugin load` "
@@ -400,53 +389,58 @@ def check_plugin(report, host, given):
         report.fault("plugin", f"lmp has loaded {found[0]} first", f"the plugin is loaded twice: lmp takes {found[0]} from LAMMPS_PLUGIN_PATH, and ignores a later "
                      f"`plugin load {plugin}`.", take_plugin(plugin.parent))
     elif plugin:
-        report.ok("plugin", f"{plugin}, {'loaded by itself' if found else 'by `plugin load`'}: {facts_of(plugin) or 'it does not say what it was built for'}")
+        report.line("ok", "plugin", f"{plugin}, {'loaded by itself' if found else 'by `plugin load`'}: {facts_of(plugin) or 'it does not say what it was built for'}")
     return plugin
 
 
 def another_mpirun(kind, chosen):
     """Command that takes the mpirun of that MPI."""
-    for path in [path for name in ("mpirun", "mpirun.openmpi", "mpirun.mpich", "mpiexec.hydra", "mpiexec") for path in programs(name)]:
+    for path in programs("mpirun", "mpirun.openmpi", "mpirun.mpich", "mpiexec.hydra", "mpiexec"):
         if mpi_kind(run([path, "--version"])[1]) == kind:
             return in_front("PATH", path.parent) if path.name == "mpirun" and not chosen else f"export EVP_MPIRUN={quoted(path)}"
     package = {"Open MPI": "openmpi-bin", "MPICH": "mpich"}.get(kind)
     return apt(package) if package and shutil.which("apt-get") else f"export EVP_MPIRUN=/path/to/mpirun   # of {kind}"
 
 
+def two_ranks(words, lmp):
+    """(exit status, output, ranks of the run, or of each of the runs) of lmp on two ranks."""
+    with tempfile.TemporaryDirectory(prefix="evp_doctor_") as folder:
+        pathlib.Path(folder, "in.doctor").write_text(DECK, encoding="utf-8")
+        status, text = run([*words, "-np", "2", lmp, "-log", "none", "-in", "in.doctor"], {**os.environ, **ALONE}, folder)
+    return status, text, [int(a) * int(b) * int(c) for a, b, c in re.findall(r"(\d+) by (\d+) by (\d+) MPI processor grid", text)]
+
+
 def check_mpirun(report, host):
     """Do two ranks start as one run?"""
-    kind, chosen = mpi_kind(host.help.mpi), os.environ.get("EVP_MPIRUN", "mpirun")
+    kind, command = mpi_kind(host.help.mpi), os.environ.get("EVP_MPIRUN", "mpirun")
     try:
-        words = shlex.split(chosen)
+        words = shlex.split(command)
     except ValueError as error:
-        return report.fault("mpirun", f"EVP_MPIRUN={chosen}: {error}", f"EVP_MPIRUN is no command of a shell: {error}.", "unset EVP_MPIRUN")
+        return report.fault("mpirun", f"EVP_MPIRUN={command}: {error}", f"EVP_MPIRUN is no command of a shell: {error}.", "unset EVP_MPIRUN")
     words, chosen = words[:-1] if words[-1:] in (["-np"], ["-n"]) else words, words[:1] != ["mpirun"]
     if kind == "none":
-        return report.not_checked("mpirun", "this lmp has no MPI: it runs on one rank, and mpirun would start copies of the same run")
+        return report.line("not checked", "mpirun", "this lmp has no MPI: it runs on one rank, and mpirun would start copies of the same run")
     if not words or not shutil.which(words[0]):
-        return report.not_checked("mpirun", f"no {' '.join(words[:1])} on PATH: runs have one rank until you run: {another_mpirun(kind, chosen)}")
-    status, version = run([words[0], "--version"])
-    own = "unknown" if status else mpi_kind(version)
-    name = f"{shutil.which(words[0])}: {own} {(re.search('[0-9]+([.][0-9]+)+', version) or [''])[0]}".strip()
-    status, text = try_deck(host.path, alone=True, launcher=[*words, "-np", "2"])[:2]
-    ranks = [int(a) * int(b) * int(c) for a, b, c in re.findall(r"(\d+) by (\d+) by (\d+) MPI processor grid", text)]
+        return report.line("not checked", "mpirun", f"no {' '.join(words[:1])} on PATH: runs have one rank until you run: {another_mpirun(kind, chosen)}")
+    version = run([words[0], "--version"])
+    own = "unknown" if version[0] else mpi_kind(version[1])
+    name = f"{shutil.which(words[0])}: {own} {number_in(version[1])}".strip()
+    status, text, ranks = two_ranks(words, host.path)
     if ranks == [2]:
-        report.ok("mpirun", f"{name}, two ranks")
-    elif ranks == [1, 1] or (not ranks and own != kind and "unknown" not in (own, kind)):
-        report.fault("mpirun", f"{name}; lmp has {host.help.mpi}",
-                     f"mpirun is of another MPI ({own}) than lmp ({host.help.mpi}): each rank would be a run of its own.", another_mpirun(kind, chosen))
-    elif "attempt to run as root" in text:
-        command = "export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1"  # the tools set both, but not for an mpirun of the user's
+        return report.line("ok", "mpirun", f"{name}, two ranks")
+    if ranks == [1, 1] or (not ranks and own != kind and "unknown" not in (own, kind)):
+        return report.fault("mpirun", f"{name}; lmp has {host.help.mpi}",
+                            f"mpirun is of another MPI ({own}) than lmp ({host.help.mpi}): each rank would be a run of its own.", another_mpirun(kind, chosen))
+    if "attempt to run as root" in text:
+        allow = "export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1"  # the tools set both, but not for an mpirun of the user's
         if "EVP_MPIRUN" in os.environ:
-            report.fault("mpirun", f"{name} refuses to run as root", "mpirun of Open MPI does not run as root unless told to.", command)
-        else:
-            report.line("note", "mpirun", f"{name} refuses to run as root; before runs on several ranks: {command}")
-    elif "not enough slots" in text:
-        report.fault("mpirun", f"{name}: fewer than two cores", "mpirun starts no more ranks than there are cores unless told to.",
-                     "export OMPI_MCA_rmaps_base_oversubscribe=1 PRTE_MCA_rmaps_default_mapping_policy=:oversubscribe")
-    else:
-        first = next((line.strip("- ") for line in text.splitlines() if line.strip("- ")), f"no output, exit status {status}")
-        report.fault("mpirun", f"{name} does not start two ranks: {first}", f"mpirun does not start: {first}.", another_mpirun(kind, chosen))
+            return report.fault("mpirun", f"{name} refuses to run as root", "mpirun of Open MPI does not run as root unless told to.", allow)
+        return report.line("note", "mpirun", f"{name} refuses to run as root; before runs on several ranks: {allow}")
+    if "not enough slots" in text:
+        return report.fault("mpirun", f"{name}: fewer than two cores", "mpirun starts no more ranks than there are cores unless told to.",
+                            "export OMPI_MCA_rmaps_base_oversubscribe=1 PRTE_MCA_rmaps_default_mapping_policy=:oversubscribe")
+    first = next((line.strip("- ") for line in text.splitlines() if line.strip("- ")), f"no output, exit status {status}")
+    return report.fault("mpirun", f"{name} does not start two ranks: {first}", f"mpirun does not start: {first}.", another_mpirun(kind, chosen))
 
 
 def last_run(path):
@@ -466,40 +460,37 @@ def plugin_of(log, folder):
 def check_log(report, host, plugin, log):
     """What does the log say of the run that failed?"""
     if not log:
-        return report.not_checked("log", "give one by --log log.lammps")
-    refused, unopened = REFUSAL.search(log), UNOPENED.search(log)
+        return report.line("not checked", "log", "give one by --log log.lammps")
+    refused, unopened = REFUSED.search(log), UNOPENED.search(log)
     unknown = re.search(r"Unrecognized \w+ style '[\w/]*evp[\w/]*'|Unknown command: (read|write)_evp_\w+", log)
-    loaded, empty = re.search(r"^Loaded [1-9]\d* plugins from|^Loading plugin: ", log, re.M), re.search(r"^Loaded 0 plugins from .*", log, re.M)
-    cause, command = "", take_plugin(plugin.parent) if plugin and not report.faults else mend(host, plugin) if host else get_lammps()
     package = re.search(r"Unrecognized \w+ style '(\S+)' is part of the (\S+) package", log)
+    error = re.search(r"^ERROR\b.*", log, re.M)
+    cause, command = "", take_plugin(plugin.parent) if plugin and not report.faults else mend(host, plugin) if host else get_lammps()
     if host and release_number(log.partition("(")[2]) != release_number(host.help.release):
         cause, command = f"it was by another lmp than {host.path}, {log.splitlines()[0]}", in_front("PATH", host.path.parent)
     elif refused:
         cause = f"the plugin was built for another LAMMPS: {refused[1]}"
     elif unopened:
         cause = f"the file of `plugin load` did not open: {unopened[2]}. Without that line LAMMPS takes the plugin of LAMMPS_PLUGIN_PATH"
-    elif unknown and loaded:
+    elif unknown and re.search(r"^Loaded [1-9]\d* plugins from|^Loading plugin: ", log, re.M):
         cause = f"{unknown[0]}: the plugin is older than the deck"
     elif unknown:
+        empty = re.search(r"^Loaded 0 plugins from .*", log, re.M)
         cause = f"it loaded no plugin: {f'it says {empty[0]!r}' if empty else 'LAMMPS_PLUGIN_PATH was not set in its shell or job script'}, and the deck has no `plugin load`"
     elif package and host and package[2] not in host.help.packages:
         cause, command = f"its deck uses {package[1]} of LAMMPS' package {package[2]}, which this lmp was built without", build_lammps(host.exe, f"PKG_{package[2]}")
     if cause:
-        report.fault("log", cause, f"of the run of this log, {cause}.", command)
-    elif not re.search(r"^ERROR\b|^Total wall time", log, re.M):
-        report.not_checked("log", "it breaks off without an error: lmp crashed or was stopped. If that was at `plugin load FILE`, give --plugin FILE")
-    else:
-        error, warned = re.search(r"^ERROR\b.*", log, re.M), re.findall(r"^WARNING: (.*?timestep.*?)(?: \(src/\S+\))?$", log, re.M)
-        told = f"; it ends with: {error[0]}" + (f"; before that it warned: {warned[-1]}" if warned else "") if error else ""
-        report.ok("log", f"no fault of the installation{told}")
+        return report.fault("log", cause, f"of the run of this log, {cause}.", command)
+    if error or "\nTotal wall time" in log:
+        return report.line("ok", "log", "no fault of the installation" + (f"; it ends with: {error[0]}" if error else ""))
+    return report.line("not checked", "log", "it breaks off without an error: lmp crashed or was stopped. If that was at `plugin load FILE`, give --plugin FILE")
 
 
 def system_words():
     """'EVP 1.0.0 on Debian GNU/Linux 12 (bookworm), x86_64, Linux 6.1'."""
     version = re.search(r'^__version__ = "(.+?)"', (ROOT / "tools" / "evp" / "__init__.py").read_text(encoding="utf-8"), re.M)[1]
-    release = pathlib.Path("/etc/os-release")
-    name = re.search(r'^PRETTY_NAME="?(.*?)"?$', release.read_text(encoding="utf-8") if release.exists() else "", re.M)
-    return f"EVP {version} on {name[1] if name else platform.platform(terse=True)}, {platform.machine()}, {platform.system()} {'.'.join(platform.release().split('.')[:2])}"
+    name = entry_of(pathlib.Path("/etc/os-release"), "PRETTY_NAME").strip('"') or platform.platform(terse=True)
+    return f"EVP {version} on {name}, {platform.machine()}, {platform.system()} {'.'.join(platform.release().split('.')[:2])}"
 
 
 def main(argv=None):
@@ -521,7 +512,7 @@ def main(argv=None):
     report, given = Report(), args.plugin.absolute() if args.plugin else plugin_of(log, args.log.absolute().parent) if log else None
     check_python(report)
     host = check_lmp(report, args.lmp)
-    plugin = check_plugin(report, host, given) if host else report.not_checked("plugin", "first mend the fault above")
+    plugin = check_plugin(report, host, given) if host else report.line("not checked", "plugin", "first mend the fault above")
     if host:
         check_mpirun(report, host)
     check_log(report, host, plugin, log)

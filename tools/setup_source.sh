@@ -5,61 +5,15 @@
 
 lammps_date_of() { sed -n 's/^#define LAMMPS_VERSION "\(.*\)"/\1/p' "$1/src/version.h"; }
 
-apt_etc=${apt_etc:-/etc}    # the tests give their own
-
-# Debian's entry of this machine, turned into a deb-src one for suite $1.
+# A deb-src entry of suite $1, from the mirror of this machine's own Debian; apt reads its own configuration.
 debian_source_entry() {
-  local suite=$1 codename file
+  local codename uri keys=/usr/share/keyrings/debian-archive-keyring.gpg
   # shellcheck disable=SC1091
-  codename=$(. "$apt_etc/os-release" 2>/dev/null && printf '%s' "${VERSION_CODENAME:-}") || true
-  [ -n "$codename" ] || return 1
-  for file in "$apt_etc"/apt/sources.list.d/*.sources; do
-    [ -f "$file" ] || continue
-    # Paragraph mode: one stanza of "Field: value" lines is one record.
-    awk -v suite="$suite" -v codename="$codename" '
-      BEGIN { RS = ""; FS = "\n" }
-      {
-        uris = key = suites = components = enabled = ""
-        for (i = 1; i <= NF; i++) {
-          field = tolower($i); sub(/:.*/, "", field)
-          value = $i; sub(/^[^:]*:[ \t]*/, "", value)
-          if (field == "uris") uris = value
-          if (field == "suites") suites = " " value " "
-          if (field == "components") components = " " value " "
-          if (field == "signed-by" && value ~ /^\//) key = value
-          if (field == "enabled") enabled = value
-        }
-        if (uris != "" && enabled != "no" && index(suites, " " codename " ") && index(components, " main ")) {
-          printf "Types: deb-src\nURIs: %s\nSuites: %s\nComponents: main\n", uris, suite
-          if (key != "") printf "Signed-By: %s\n", key
-          found = 1
-          exit
-        }
-      }
-      END { exit !found }' "$file" && return 0
-  done
-  for file in "$apt_etc/apt/sources.list" "$apt_etc"/apt/sources.list.d/*.list; do
-    [ -f "$file" ] || continue
-    awk -v suite="$suite" -v codename="$codename" '
-      /^deb(-src)?[ \t]/ {
-        line = $0; key = ""
-        if (match(line, /\[[^]]*\]/)) {
-          options = substr(line, RSTART + 1, RLENGTH - 2)
-          line = substr(line, 1, RSTART - 1) substr(line, RSTART + RLENGTH)
-          if (match(options, /signed-by=[^ ]*/)) key = substr(options, RSTART + 10, RLENGTH - 10)
-        }
-        n = split(line, word, /[ \t]+/)
-        for (i = 4; i <= n; i++)
-          if (word[3] == codename && word[i] == "main") {
-            printf "Types: deb-src\nURIs: %s\nSuites: %s\nComponents: main\n", word[2], suite
-            if (key != "") printf "Signed-By: %s\n", key
-            found = 1
-            exit
-          }
-      }
-      END { exit !found }' "$file" && return 0
-  done
-  return 1
+  codename=$(. /etc/os-release 2>/dev/null && printf '%s' "${VERSION_CODENAME:-}") || true
+  uri=$(apt-get update --print-uris 2>>"$log" | sed -n "s|^'\(.*\)/dists/${codename:-none}/main/binary-.*|\1|p" | head -n 1)
+  [ -n "$uri" ] || return 1
+  printf '%s\n' "Types: deb-src" "URIs: $uri" "Suites: $1" "Components: main"
+  [ ! -f "$keys" ] || printf '%s\n' "Signed-By: $keys"
 }
 
 no_source() {

@@ -19,18 +19,16 @@ views of a picture have the same scale and the same colors. Units are those of t
 display is needed. Spheres are drawn by LAMMPS (build/lmp, or $EVP_LMP).
 """
 
-import contextlib
-import os
 import pathlib
 import sys
-import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 
-from evp import curves, dump, spheres, view_scene  # noqa: E402  before numpy
+from evp import curves, dump, spheres, view_figure, view_scene  # noqa: E402  before numpy
 import numpy as np  # noqa: E402
-from evp.progress import Progress  # noqa: E402
-from evp.report import command_line, errors_in_one_line  # noqa: E402
+from evp.figures import short_names  # noqa: E402
+from evp.progress import watched  # noqa: E402
+from evp.report import all_or_nothing, command_line, errors_in_one_line  # noqa: E402
 
 RELEASED = 0.02  # of the largest stress: less on the way back is no load
 FLAT = 0.8  # thinnest side of a body over the next one, below which the camera looks onto it
@@ -38,17 +36,6 @@ STRIP = 4  # snapshots of a strip, unless told otherwise
 WATCHED = 3  # more snapshots than this show progress
 INTERVAL = 5.0  # [s] between two lines of it where the output is no terminal
 BROAD = 1.6  # width over height of a view, beyond which the snapshots of a strip are below each other
-
-
-@contextlib.contextmanager
-def all_or_nothing(folder):
-    """A folder of its own in `folder`, whose files move there at the end: none of them where something failed."""
-    folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=".view_", dir=folder) as place:
-        place = pathlib.Path(place)
-        yield place
-        for path in sorted(place.iterdir(), key=lambda path: path.suffix != ".vtu"):  # a .pvd after its .vtu
-            os.replace(path, folder / path.name)
 
 
 def view_angles(text):
@@ -97,8 +84,6 @@ def end_of_run(path):
 
 def when_of(snapshot, longest=None):
     """Where a snapshot is on its way, as text: the load where the dump has it or its deck wrote it, else time, in the unit for the longest [s], else step."""
-    from evp.view_figure import time_text
-
     for name in dump.LOADS:
         load = snapshot.common(name)
         if load is not None:
@@ -110,13 +95,11 @@ def when_of(snapshot, longest=None):
         return load
     if snapshot.time is None:
         return f"step {snapshot.step}"
-    return time_text(snapshot.time, longest) if snapshot.units == "si" else f"{snapshot.time:.4g} time units"
+    return view_figure.time_text(snapshot.time, longest) if snapshot.units == "si" else f"{snapshot.time:.4g} time units"
 
 
 def names_of(snapshots, series):
     """A title for each snapshot, with its file where the series has several."""
-    from evp.figures import short_names
-
     paths = list(dict.fromkeys(snapshot.path for snapshot in series))
     files = dict(zip(paths, short_names(paths)))
     longest = max((abs(s.time) for s in snapshots if s.time is not None), default=None)
@@ -125,13 +108,7 @@ def names_of(snapshots, series):
 
 def with_progress(snapshots):
     """The snapshots, with progress where they are many."""
-    if len(snapshots) <= WATCHED:
-        yield from snapshots
-        return
-    with Progress("view", len(snapshots), interval=INTERVAL) as progress:
-        for number, snapshot in enumerate(snapshots):
-            progress.show(number, str(snapshot))
-            yield snapshot
+    return watched("view", snapshots, str, interval=INTERVAL) if len(snapshots) > WATCHED else snapshots
 
 
 class Scene:
@@ -139,20 +116,17 @@ class Scene:
 
     def __init__(self, args, snapshots, units):
         """Reads all snapshots once."""
-        from evp import view_figure
-
         self.cuts = [[view_scene.condition(text) for text in group] for group in args.cut or ()]
         self.color, self.radius, self.units = dump.word(args.color) if args.color else None, args.radius, units
         if not args.view:
             first = self.spheres(snapshots[0])
             args.view = [slanted(first.x, first.radius)]
         views = [view_angles(text) for text in args.view]
-        ends, drawn, inner = [None] * len(views), [], []
+        ends, drawn, inner = [[] for _ in views], [], []
         for snapshot in snapshots:
             found = self.spheres(snapshot)
             for k, angles in enumerate(views):
-                own = spheres.extents(found.x, found.radius, *angles)
-                ends[k] = own if ends[k] is None else view_figure.hull(ends[k], own)
+                ends[k].append(spheres.extents(found.x, found.radius, *angles))
             if self.color:
                 drawn += [found.values.min(), found.values.max()]
                 inner += view_figure.bulk(found.values)
@@ -165,7 +139,7 @@ class Scene:
             low, high = args.range or view_figure.limits(*inner)
             note = "" if args.range else view_figure.note_of_outer(drawn, (low, high), column.unit)
             label = "\n".join(filter(None, (args.label or column.label(), note)))
-            self.scale = view_figure.ColorScale(low, high, drawn, args.map, label)
+            self.scale = view_figure.ColorScale(low, high, drawn, label)
             self.colors = self.scale.colors()
 
     def spheres(self, snapshot):
@@ -178,16 +152,12 @@ class Scene:
         return spheres.draw(found.x, found.radius, shares, self.colors, self.cameras)
 
     def figure(self, rows, titles, heads, note=""):
-        from evp import view_figure
-
         return view_figure.compose(rows, titles, heads, self.cameras[0].per_pixel, self.units, self.scale, note)
 
 
 def draw_picture(args, scene, snapshots, series):
     """One PNG: a snapshot in its views, or snapshots beside or below each other."""
-    from evp import view_figure
-
-    names = args.captions or (names_of(snapshots, series) if args.titles else [""] * len(snapshots))
+    names = args.captions or names_of(snapshots, series)
     if len(names) != len(snapshots):
         raise ValueError(f"--captions: {len(names)} for {len(snapshots)} snapshots: give one for each")
     drawn = [scene.pictures(snapshot) for snapshot in with_progress(snapshots)]
@@ -206,14 +176,11 @@ def draw_picture(args, scene, snapshots, series):
 
 def draw_film(args, scene, snapshots, series):
     """A film: a picture of all views for each snapshot."""
-    from evp import view_figure
-
-    write, names = view_figure.film_writer(args.film), names_of(snapshots, series)
     views = args.view if len(args.view) > 1 else [""]
-    frames = [view_figure.to_pixels(scene.figure([scene.pictures(snapshot)], views, [""], name if args.titles else ""))
-              for snapshot, name in zip(with_progress(snapshots), names)]
+    frames = [view_figure.to_pixels(scene.figure([scene.pictures(snapshot)], views, [""], name))
+              for snapshot, name in zip(with_progress(snapshots), names_of(snapshots, series))]
     with all_or_nothing(args.film.parent) as folder:
-        write(frames, folder / args.film.name, args.rate)
+        view_figure.write_film(frames, folder / args.film.name, args.rate)
     print(f"{args.film}: {len(frames)} pictures")
 
 
@@ -235,10 +202,9 @@ def parser():
     """The command line."""
     top = command_line(__doc__)
     top.add_argument("dumps", nargs="+", type=pathlib.Path, metavar="DUMP")
-    top.add_argument("--color", "--colour", metavar="COLUMN", help="column that colors the spheres (default: one color)")
+    top.add_argument("--color", metavar="COLUMN", help="column that colors the spheres (default: one color)")
     top.add_argument("--range", nargs=2, type=float, metavar=("LOW", "HIGH"), help="of the color bar, in its unit (default: all values drawn; without the "
                      "outermost half percent of a snapshot where these alone would take up half of the bar, which then names the highest)")
-    top.add_argument("--map", help="color map of matplotlib (default: YlOrRd; coolwarm around 0 where values have both signs)")
     top.add_argument("--label", metavar="TEXT", help="beside the color bar, in place of the column's")
     top.add_argument("--view", nargs="+", metavar="VIEW",
                      help=f"{', '.join(spheres.VIEWS)}, or THETA,PHI in degrees: direction to the camera as in dump image. iso is from the right, "
@@ -257,7 +223,6 @@ def parser():
     top.add_argument("--radius", type=float, metavar="R", help="of all spheres, for dumps without radius and diameter [length]")
     top.add_argument("--units", choices=("si", "cgs", "lj", "metal", "real", "micro", "nano"), default="si",
                      help="of dumps that do not say it (default: si, as the decks)")
-    top.add_argument("--no-titles", dest="titles", action="store_false", help="no load, time or step above the pictures")
     top.add_argument("--captions", nargs="+", metavar="TEXT", help="above the pictures of a PNG, one for each snapshot, in place of load, time or step")
     top.add_argument("--unfinished", action="store_true", help="leave out a last snapshot that ends in the middle: the run goes on, or was stopped")
     return top
@@ -265,24 +230,17 @@ def parser():
 
 def check(args):
     """ValueError where choices cannot be met; before anything is read."""
-    for option, path, kinds in (("--out", args.out, (".png",)), ("--film", args.film, None)):
-        if path and kinds and path.suffix.lower() not in kinds:
-            raise ValueError(f"{option} {path}: the name of a picture ends in .png")
+    if args.out and args.out.suffix.lower() != ".png":
+        raise ValueError(f"--out {args.out}: the name of a picture ends in .png")
+    if args.film:
+        view_figure.check_film(args.film)
+    for option, path in (("--out", args.out), ("--film", args.film)):
         if path and any(path.resolve() == other.resolve() for other in args.dumps):
             raise ValueError(f"{option} {path} would be written over a dump that is read")
-    if args.film:
-        from evp import view_figure
-
-        view_figure.film_writer(args.film)
     if args.range and not args.range[0] < args.range[1]:
         raise ValueError(f"--range {args.range[0]:g} {args.range[1]:g}: the first must be less than the second")
     if args.range and not args.color:
         raise ValueError("--range needs --color COLUMN")
-    if args.map:
-        import matplotlib
-
-        if args.map not in matplotlib.colormaps:
-            raise ValueError(f"--map {args.map}: no color map of matplotlib, such as viridis, YlOrRd, magma, coolwarm")
     if not 100 <= args.pixels <= 6000:
         raise ValueError(f"--pixels {args.pixels}: give 100 to 6000")
     for option, value in (("--radius", args.radius), ("--rate", args.rate), ("--strip", args.strip)):

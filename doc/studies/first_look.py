@@ -48,7 +48,7 @@ def drawn(path, view):
     series = dump.index([path])
     whole = view_scene.spheres_of(series[0], COLOR)
     first, last = (view_scene.spheres_of(snapshot, COLOR, CUT) for snapshot in (series[0], series[-1]))
-    ends = view_figure.hull(*(spheres.extents(one.x, one.radius, *view) for one in (whole, last)))
+    ends = [spheres.extents(one.x, one.radius, *view) for one in (whole, last)]
     cameras = spheres.cameras([ends], [view], PIXELS)
     factor = dump.described(COLOR).factor
     scale = view_figure.ColorScale(0.0, factor * np.percentile(last.values, 99.5), (0.0, factor * last.values.max()))

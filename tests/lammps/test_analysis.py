@@ -3,8 +3,7 @@
 
 import numpy as np
 import pytest
-from evp import law
-from oracle import brute
+from oracle import brute, law
 from hostile import refused
 from small_bodies import (MOVE, ROUND_OFF, STIR, assert_eventful, check_forces, dump, head, lattice_body, pair, truth, words,
                           write_body)

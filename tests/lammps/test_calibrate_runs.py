@@ -6,7 +6,6 @@ import os
 import pathlib
 import re
 import shlex
-import shutil
 import signal
 import subprocess
 import sys
@@ -81,20 +80,6 @@ def test_targets_are_met_and_told(whole):
     assert "E 7e+10 Pa (" in text and "DATE: 20" in text and "by: calibrate.py --E 70e9" in text
     assert sorted(path.name for path in whole.iterdir()) == ["my.evp", "my.mine.csv", "my.mine.jsonl", "my.mine.png"]
     assert (whole / "my.mine.png").stat().st_size > 10000
-
-
-def test_row_gives_its_stress_in_a_deck(whole, tmp_path):
-    """By -var material on the body that it was found on, and by pair_coeff with the file's row: E within 1 %."""
-    from evp import curves
-
-    run_lammps("in.specimen", 1, {"n": 150, "seed": 1, "out": "body.data"}, tmp_path).ok()
-    shutil.copy(whole / "my.evp", tmp_path)
-    run_lammps("in.quasistatic", 1, {"specimen": "body.data", "material": "my.evp:mine", "contact": "repulsive", "strain": 0.004,
-                                     "increment": 0.0001, "out": "pull"}, tmp_path).ok()
-    curve = curves.read_curve(tmp_path / "pull.csv")
-    modulus = curves.modulus(curve.strain, curve.virial)
-    assert modulus == pytest.approx(70e9, rel=0.01)
-    assert curves.yield_stress(curve.strain, curve.virial, modulus) == pytest.approx(95e6, rel=0.015)
 
 
 def test_a_name_is_taken_once(whole):

@@ -6,8 +6,7 @@ import itertools
 import numpy as np
 import pytest
 from common_bodies import REFERENCE
-from evp import law
-from oracle import brute, network
+from oracle import brute, law, network
 from lammps_run import write_state
 from small_bodies import grips, head, mass_of, pair, thermo, words, write_body, write_two
 

@@ -6,9 +6,8 @@ import re
 
 import numpy as np
 import pytest
-from evp import law
 from lammps_run import thermo_blocks
-from oracle import brute
+from oracle import brute, law
 from small_bodies import ENTRIES, dump, energies, head, mass_of, pair, thermo, two_groups, write_body, write_two
 
 # Sums over some hundred atoms and steps of terms that are rounded to 1e-16 and cancel.

@@ -4,7 +4,8 @@
 import numpy as np
 import pytest
 from common_bodies import REFERENCE
-from evp import curves, flow, law
+from evp import curves
+from oracle import flow, law
 from hostile import refused
 from lammps_run import edited_deck, read_csv, run_lammps
 from small_bodies import ENTRIES, STIR, energies, head, pair, thermo, two_groups, write_body, write_two

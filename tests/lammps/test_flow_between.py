@@ -5,7 +5,8 @@ import itertools
 
 import numpy as np
 import pytest
-from evp import flow, law
+from evp import law
+from oracle import flow
 from hostile import refused
 
 TWO = """

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """`plasticity isotropic` of single pairs and of the pairs of a body that was pulled and pushed: q, k, force, energy and plastic work of each,
-against tools/evp/flow.py, which was written apart."""
+against tests/oracle/flow.py, which was written apart."""
 
 import numpy as np
 import pytest
 from common_bodies import REFERENCE
-from evp import flow, law
-from oracle import brute
+from evp import law
+from oracle import brute, flow
 from flowing import read_pairs
 from lammps_run import edited_deck, read_csv, read_dump, run_lammps
 from small_bodies import head, words, write_two

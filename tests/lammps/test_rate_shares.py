@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 import scipy.sparse.linalg
 from common_bodies import REFERENCE
-from evp import curves, law, rates
+from evp import curves, rates
 from lammps_run import run_lammps
-from oracle import brute, network
+from oracle import brute, law, network
 
 PUBLISHED = json.loads(REFERENCE.with_suffix(".json").read_text())
 ROW = law.TABLE2

@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from evp import flow
+from oracle import flow
 from flowing import MOVE, SHAKE, assert_flowed, flowing_pair, largest_difference, read_pairs
 from robust import DEQ, MOMENTUM, RADIUS, TABLE1, momenta
 from small_bodies import dump, head, lattice_body, mass_of, thermo, two_groups, words, write_body, write_two

@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from evp import law
+from oracle import law
 from hostile import refused
 from robust import CLOSED_FORM, DEQ, LEDGER_SHARE, MASS, MOMENTUM, RADIUS, SECOND_ORDER, TABLE1, TABLE2, collide, ledger, momenta, on
 from scipy.integrate import quad

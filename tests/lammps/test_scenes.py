@@ -8,7 +8,7 @@ import re
 import numpy as np
 import pytest
 from common_bodies import REFERENCE
-from evp import law
+from oracle import law
 from hostile import SECONDS, scene
 from lammps_run import write_data
 from small_bodies import head, thermo

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The further columns of compute evp/state/atom against numpy: plastic work and strain by tools/evp/flow.py, which was written apart,
+"""The further columns of compute evp/state/atom against numpy: plastic work and strain by tests/oracle/flow.py, which was written apart,
 the strain tensor by a general least-squares solver, stresses from the forces of all pairs."""
 
 import numpy as np
 import pytest
-from evp import flow, law
-from oracle import brute
+from evp import law
+from oracle import brute, flow
 from small_bodies import ANOTHER_ORDER, MOVE, STIR, head, lattice_body, pair, with_images, words, write_body
 
 ROW = law.TABLE1

@@ -6,7 +6,7 @@ Words that are refused are in test_bad_input.py, what restart and bond files kee
 
 import numpy as np
 import pytest
-from evp import flow, law
+from oracle import flow, law
 from lammps_run import write_data
 from small_bodies import head, pair, thermo, two_groups, words
 

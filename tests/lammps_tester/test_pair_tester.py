@@ -18,8 +18,7 @@ import numpy as np
 import pytest
 
 import make_input
-from evp import flow, law
-from oracle import brute
+from oracle import brute, flow, law
 
 FOLDER = pathlib.Path(__file__).resolve().parent
 YAML = sorted(path.name for path in FOLDER.glob("pair-*.yaml"))

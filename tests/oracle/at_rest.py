@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 import scipy.optimize
 
-from evp import flow, specimen
+from evp import specimen
 
-from . import volume
+from . import flow, volume
 
 LENGTH, RADIUS = 0.05, 0.02  # of the cylinder [m]
 UNIT = 1e-3  # [m]: what the minimiser sees as 1

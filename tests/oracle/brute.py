@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evp import law
+from . import law
 
 _BLOCK = 2_000_000  # pairs looked at together, so that memory stays small
 

@@ -11,7 +11,7 @@ import scipy.optimize
 import scipy.sparse
 import scipy.sparse.linalg
 
-from evp import law
+from . import law
 from .brute import interactions
 
 _DENSE = 60  # below this many rows a dense eigenvalue solver is quicker and cannot fail

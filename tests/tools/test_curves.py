@@ -47,11 +47,6 @@ def test_the_jump_at_the_start_of_a_damped_run_is_no_part_of_the_modulus():
     assert curves.numbers(damped)["E_GPa"] == pytest.approx(1e-9 * E, rel=FITTED)
 
 
-def test_grip_stress_is_the_other_column():
-    grip, virial = (curves.numbers(bilinear(), column) for column in ("grip", "virial"))
-    assert grip["E_GPa"] == pytest.approx(1.01 * virial["E_GPa"], rel=FITTED)
-
-
 def test_tangent_on_both_sides_of_the_bend():
     strain, _, stress = bilinear()
     assert curves.tangent(strain, stress, 0.002) == pytest.approx(E, rel=FITTED)
@@ -81,11 +76,6 @@ def test_a_short_curve_gives_what_it_can():
     assert np.isnan(found["yield_MPa"]) and np.isnan(found["stress_1pc_MPa"])
     with pytest.raises(curves.CurveError, match="it ends at strain 0.001"):
         curves.numbers(bilinear(end=0.001))
-
-
-def test_curves_are_read_back_exactly(tmp_path):
-    read = curves.read_curve(write(tmp_path / "a.csv", bilinear()))
-    assert all(np.array_equal(a, b) for a, b in zip(read, bilinear()))
 
 
 @pytest.mark.parametrize(
@@ -277,18 +267,6 @@ def test_files_that_hold_no_curve(tmp_path, columns, remedy):
     path.write_text(columns + "\n" + "0," * columns.count(",") + "0\n", encoding="utf-8")
     shown = command("numbers", path)
     assert shown.returncode == 1 and remedy in shown.stderr, shown.stderr
-
-
-def test_command_prints_the_range(tmp_path):
-    path = write(tmp_path / "stiff.csv", rounded(70e9, 90e6))
-    shown = command("numbers", path)
-    assert shown.returncode == 0, shown.stderr
-    modulus, span = shown.stdout.splitlines()[1].split()[1:3]
-    assert float(modulus) == pytest.approx(70.0, rel=0.02) and span.startswith("0..0.000") and "over strain" in shown.stdout
-    shown = command("numbers", path, "--fit", 0.0001, 0.0005)
-    assert shown.stdout.splitlines()[1].split()[2] == "0.0001..0.0005", shown.stderr
-    shown = command("numbers", path, "--fit", 0.0005, 0.0001)
-    assert shown.returncode == 1 and "0 <= low < high, got 0.0005 0.0001" in shown.stderr
 
 
 # ---- pictures of several curves ----

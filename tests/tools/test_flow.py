@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""tools/evp/flow.py: return map, stored and dissipated energy of `plasticity isotropic` against closed forms."""
+"""tests/oracle/flow.py: return map, stored and dissipated energy of `plasticity isotropic` against closed forms."""
 
 import numpy as np
 import pytest
-from evp import flow, law
+from oracle import flow, law
 
 DEQ = 0.01
 LAWS = {  # row and saturation

@@ -126,13 +126,6 @@ def test_lammps_by_the_command(evp, tmp_path):
     assert f"EVP {__version__} for LAMMPS " in said
 
 
-def test_plugin_load_names_the_version(prefix, tmp_path):
-    lammps = pathlib.Path(cache_entry("LAMMPS_BUILD_DIR"))
-    (tmp_path / "in.lmp").write_text(f"plugin load '{prefix / PLUGINS}/evpplugin.so'\n", encoding="utf-8")
-    text = start(lammps / "lmp", "-in", "in.lmp", "-log", "none", folder=tmp_path, LD_LIBRARY_PATH=lammps)
-    assert re.search(rf"^Loading plugin: .* by the authors of EVP {re.escape(__version__)}$", text, re.M), text
-
-
 def test_the_command(prefix, evp, tmp_path):
     assert start(evp, "--version") == f"EVP {__version__}\n"
     assert start(sys.executable, "-m", "evp", "--version", PYTHONPATH=REPOSITORY / "tools") == f"EVP {__version__}\n"

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""tools/evp/law.py, brute.py and network.py: the truth that the LAMMPS tests compare with."""
+"""tools/evp/law.py, tests/oracle/law.py, brute.py and network.py: the truth that the LAMMPS tests compare with."""
 
 import itertools
 import pathlib
 
 import numpy as np
 import pytest
-from evp import law, specimen
-from oracle import brute, network
+from evp import specimen
+from oracle import brute, law, network
 
 DATA = pathlib.Path(__file__).resolve().parents[1] / "data"
 REFERENCE = 1e-12  # see tests/unit/test_law.cpp: the same scale, the same reason

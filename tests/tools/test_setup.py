@@ -2,6 +2,7 @@
 """tools/setup.sh: bad options, the second call, the lock, a machine without network, apt's formats."""
 import os
 import pathlib
+import re
 import subprocess
 import time
 
@@ -108,42 +109,36 @@ def test_no_network_and_nothing_cached(tmp_path, release):
     assert not list(tmp_path.glob("lammps-*/source")), "no half tree is left"
 
 
-DEB822 = """Types: deb
+APT = {  # files below /etc/apt, in both formats
+    "sources.list.d/debian.sources": """Types: deb
 URIs: http://other.example/tools
-Suites: bookworm
+Suites: {release}
 Components: contrib
 
-# Debian itself
 Types: deb
 URIs: http://mirror.example/debian
-Suites: bookworm bookworm-updates
+Suites: {release} {release}-updates
 Components: main contrib
-Signed-By: /usr/share/keyrings/debian-archive-keyring.gpg
-"""
-ONE_LINE = """# deb http://cdrom.example/ bookworm main
-deb http://security.example/debian-security bookworm-security main
-deb [arch=amd64 signed-by=/k.gpg] http://mirror.example/debian bookworm contrib main
-"""
+""",
+    "sources.list": """# deb http://cdrom.example/ {release} main
+deb http://security.example/debian-security {release}-security main
+deb [arch=amd64 trusted=yes] http://mirror.example/debian {release} contrib main
+"""}
 
 
-@pytest.mark.parametrize("name, content, key", [
-    ("sources.list.d/debian.sources", DEB822, "Signed-By: /usr/share/keyrings/debian-archive-keyring.gpg\n"),
-    ("sources.list", ONE_LINE, "Signed-By: /k.gpg\n"),
-    ("sources.list", "deb http://mirror.example/debian bookworm main\n", "")])
-def test_private_entry_is_derived_from_the_machine(tmp_path, name, content, key):
-    file = tmp_path / "apt" / name
-    file.parent.mkdir(parents=True)
-    file.write_text(content)
-    (tmp_path / "os-release").write_text("ID=debian\nVERSION_CODENAME=bookworm\n")
-    script = f"apt_etc={tmp_path}; source {REPOSITORY}/tools/setup_source.sh; debian_source_entry trixie"
-    entry = subprocess.run(["bash", "-euc", script], stdout=subprocess.PIPE, text=True, check=True).stdout
-    assert entry == "Types: deb-src\nURIs: http://mirror.example/debian\nSuites: trixie\nComponents: main\n" + key
-
-
-def test_no_debian_entry_is_told(tmp_path):
-    (tmp_path / "os-release").write_text("VERSION_CODENAME=bookworm\n")
-    script = f"apt_etc={tmp_path}; source {REPOSITORY}/tools/setup_source.sh; debian_source_entry trixie"
-    assert subprocess.run(["bash", "-uc", script], check=False).returncode == 1
+@pytest.mark.parametrize("name", [*APT, None])
+def test_private_entry_is_derived_from_the_machine(tmp_path, name):
+    """None: without an entry of Debian there is none."""
+    release = re.search("^VERSION_CODENAME=(.+)$", pathlib.Path("/etc/os-release").read_text(), re.M)[1]
+    (tmp_path / "sources.list.d").mkdir()
+    if name:
+        (tmp_path / name).write_text(APT[name].format(release=release))
+    (tmp_path / "apt.conf").write_text(f'Dir::Etc::sourcelist "{tmp_path}/sources.list"; Dir::Etc::sourceparts "{tmp_path}/sources.list.d";\n')
+    found = subprocess.run(["bash", "-uc", f"log=/dev/null; source {REPOSITORY}/tools/setup_source.sh; debian_source_entry trixie"],
+                           env={**os.environ, "APT_CONFIG": str(tmp_path / "apt.conf")}, stdout=subprocess.PIPE, text=True, check=False)
+    assert found.returncode == (0 if name else 1)
+    entry = "Types: deb-src\nURIs: http://mirror.example/debian\nSuites: trixie\nComponents: main\n"
+    assert re.fullmatch(f"{entry}(Signed-By: .*debian-archive-keyring.gpg\n)?" if name else "", found.stdout)
 
 
 def test_optional_modules_that_are_missing_are_told(tmp_path):

@@ -148,7 +148,7 @@ def test_single_spheres_do_not_stretch_the_colors():
 
 def test_label_of_the_bar_fits_a_flat_picture():
     """Wrapped, so that all of it lies within the figure."""
-    scale = view_figure.ColorScale(0.0, 100.0, (0.0, 100.0), None, "bonds in the second regime [% of each sphere's]\nhighest 100")
+    scale = view_figure.ColorScale(0.0, 100.0, (0.0, 100.0), "bonds in the second regime [% of each sphere's]\nhighest 100")
     figure = view_figure.compose([[np.zeros((60, 900, 3), dtype=np.uint8)]], [""], [""], 1e-4, "si", scale)
     figure.canvas.draw()
     label = figure.axes[-1].yaxis.label
@@ -158,7 +158,7 @@ def test_label_of_the_bar_fits_a_flat_picture():
 
 
 def test_times_are_given_with_a_prefix():
-    assert [view_figure.time_text(t) for t in (0.0, 3.7e-5, 1e-3, 2.5, 1e-12)] == ["0 s", "37 \u00b5s", "1 ms", "2.5 s", "1e-12 s"]
+    assert [view_figure.time_text(t) for t in (0.0, 3.7e-5, 1e-3, 2.5, 1e-12)] == ["0 s", "37 \u00b5s", "1 ms", "2.5 s", "0.001 ns"]
     assert [view_figure.time_text(t, 3e-3) for t in (0.0, 9e-4, 3e-3)] == ["0 ms", "0.9 ms", "3 ms"], "of a series: in one unit"
 
 
@@ -213,7 +213,7 @@ def test_a_hole_through_a_plate_is_seen(tmp_path, thin):
     path.write_text(text_of("id x y z radius", [(k + 1, *place, 0.75) for k, place in enumerate(x)]), encoding="utf-8")
     seen = {}
     for view in ((), ("--view", ("front", "right", "right")[thin])):
-        done = show(path, "--pixels", 300, "--no-titles", "--units", "lj", "--out", out, *view)
+        done = show(path, "--pixels", 300, "--units", "lj", "--out", out, *view)
         assert done.returncode == 0, done.stderr
         picture = matplotlib.image.imread(out)[: -view_figure._FOOT, :, :3].min(axis=2) > 0.99
         rows, cols = np.nonzero(~picture)
@@ -281,7 +281,7 @@ def test_frames_of_a_run(pulled, tmp_path):
 
 
 def test_film_by_ffmpeg(one, tmp_path, monkeypatch):
-    """ffmpeg gets every picture, in the size that it is told, and the name of its own kind of file; its complaint is passed on."""
+    """ffmpeg gets every picture, in the size that it is told; its complaint is passed on."""
     program = tmp_path / "bin" / "ffmpeg"
     program.parent.mkdir()
     program.write_text('#!/bin/sh\nfor last; do :; done\necho "$@" >"$last"\nwc -c >>"$last"\n', encoding="utf-8")
@@ -291,7 +291,7 @@ def test_film_by_ffmpeg(one, tmp_path, monkeypatch):
     assert done.returncode == 0, done.stderr
     words, size = (tmp_path / "film.mp4").read_text().splitlines()
     width, height = (int(word) for word in words.split()[words.split().index("-s") + 1].split("x"))
-    assert int(size) == 2 * 3 * width * height and "-r 5 " in words and "-f mp4" in words
+    assert int(size) == 2 * 4 * width * height and "-r 5" in words and "-vcodec h264 -pix_fmt yuv420p" in words
     program.write_text("#!/bin/sh\ncat >/dev/null\necho no such codec\nexit 1\n", encoding="utf-8")
     assert "ffmpeg failed: no such codec" in refused(tmp_path, one, "--film", tmp_path / "other.mkv", "--pixels", 150)
 
@@ -440,7 +440,6 @@ BAD_CHOICES = {
     ("--frames", "few"): "--frames few: give",
     ("--range", "1", "0", "--color", "share_second"): "--range 1 0: the first must be less",
     ("--range", "0", "1"): "--range needs --color",
-    ("--map", "rainbows", "--color", "x"): "--map rainbows: no color map of matplotlib",
     ("--out", "one.dump"): "--out one.dump: the name of a picture ends in .png",
     ("--film", "one.avi"): "--film one.avi: the name of a film ends in .gif",
     ("--pixels", "9"): "--pixels 9: give 100 to 6000",
@@ -459,7 +458,7 @@ def test_missing_programs_and_files_are_named(one, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert refused(tmp_path, "absent.dump") == "view.py: error: there is no file absent.dump\n"
     assert "cannot use .: Is a directory" in refused(tmp_path, ".")
-    monkeypatch.setattr(view_figure.shutil, "which", lambda name: None)
+    monkeypatch.setattr(view_figure.animation.FFMpegWriter, "isAvailable", lambda: False)
     assert "needs the program ffmpeg, which is not here; a name that ends in .gif does not" in refused(tmp_path, "one.dump", "--film", "a.mp4")
     monkeypatch.undo()
     monkeypatch.chdir(tmp_path)

@@ -30,9 +30,9 @@ from typing import NamedTuple, Optional, Tuple
 import numpy as np
 import scipy.optimize
 
-from . import curves, dump, figures, flow, law, specimen
+from . import curves, dump, figures, law, specimen
 from .curves import YIELD_OFFSET
-from .report import write_whole
+from .report import check_target, write_whole
 from .run import Failed, Job, last_strain, run_jobs
 
 EXPONENTS = (8.0, 4.0)  # of both regimes, as in Table 1
@@ -62,10 +62,6 @@ _COS, _WEIGHTS = (lambda nodes: (0.5 * (nodes[0] + 1.0), 0.5 * nodes[1]))(np.pol
 HEAD = """# UNITS: si CONTRIBUTOR: tools/calibrate.py, which appends the rows
 # NAME e1 m1 n1 e2 m2 n2 xi_s gamma alpha, then spacing [m] and coordination of the body that it was found on, kv [J], density of the solid [kg/m3]
 """
-
-
-class Refused(ValueError):
-    """A target without a meaning, or a file that cannot be used: the text holds the reason."""
 
 
 class Targets(NamedTuple):
@@ -105,86 +101,75 @@ def at(strain):
     return f"stress at {strain:g}"
 
 
-def parse_at(word, what, signs="+"):
-    """(value, place) of 'VALUE@PLACE'; signs '+-' lets the place be negative. Refused where it is no such word."""
+def parse_at(word, what):
+    """(value, place) of 'VALUE@PLACE', the value above 0. ValueError where it is no such word."""
     parts = word.split("@")
     try:
         value, place = (float(part) for part in parts)
     except ValueError:
-        raise Refused(f"{what} must be two numbers VALUE@PLACE, got '{word}'") from None
+        raise ValueError(f"{what} must be two numbers VALUE@PLACE, got '{word}'") from None
     positive(value, what)
-    positive(abs(place) if signs == "+-" else place, what)
     return value, place
 
 
 def positive(value, what):
-    """Refused unless the value is a finite number above 0."""
+    """ValueError unless the value is a finite number above 0."""
     if not (math.isfinite(value) and value > 0.0):
-        raise Refused(f"{what} must be a finite number above 0, got {value:g}")
+        raise ValueError(f"{what} must be a finite number above 0, got {value:g}")
 
 
 def check(targets):
-    """Refused where a target has no meaning, or is in another unit."""
+    """ValueError where a target has no meaning, or is in another unit."""
     modulus, at_first, nu = targets.modulus, targets.yield_stress, targets.nu
     for value, what in ((modulus, "--E"), (at_first, "--yield"), (targets.density, "--density")):
         positive(value, what)
     if not DENSITIES[0] <= targets.density <= DENSITIES[1]:
-        raise Refused(f"--density: {targets.density:g} kg/m3 is no solid's: give kg/m3, such as 2700")
+        raise ValueError(f"--density: {targets.density:g} kg/m3 is no solid's: give kg/m3, such as 2700")
     if modulus < SOFTEST:
-        raise Refused(f"--E: {modulus:g} Pa is softer than any metal: give all moduli and stresses in Pa, such as 70e9 for 70 GPa")
+        raise ValueError(f"--E: {modulus:g} Pa is softer than any metal: give all moduli and stresses in Pa, such as 70e9 for 70 GPa")
     if not XI_RANGE[0] <= targets.yield_strain <= XI_RANGE[1]:
-        raise Refused(f"--yield: {at_first:.6g} Pa is {targets.yield_strain:.3g} of E, no metal's share: give all moduli and stresses in Pa")
+        raise ValueError(f"--yield: {at_first:.6g} Pa is {targets.yield_strain:.3g} of E, no metal's share: give all moduli and stresses in Pa")
     if nu is not None and not LEAST_NU <= nu <= LARGEST_NU:
-        raise Refused(f"--nu: {nu:g} cannot be had: central forces give {LEAST_NU:g} (--nu none), the volume energy raises it, and from {LARGEST_NU:g} on is "
-                      "so stiff that the timestep falls")
+        raise ValueError(f"--nu: {nu:g} cannot be had: central forces give {LEAST_NU:g} (--nu none), the volume energy raises it, and from {LARGEST_NU:g} on is "
+                         "so stiff that the timestep falls")
     at_yield = targets.yield_strain + YIELD_OFFSET
     before, sign = at_first, math.copysign(1.0, targets.strain)
     for stress, strain in sorted(targets.points, key=lambda point: abs(point[1])):
         if not abs(strain) > at_yield:
-            raise Refused(f"--stress: its strain {strain:g} is not beyond the yield strain, yield/E + 0.002 = {at_yield:.4g}: "
-                          f"give the stress at a strain from {1.5 * at_yield:.2g} on")
+            raise ValueError(f"--stress: its strain {strain:g} is not beyond the yield strain, yield/E + 0.002 = {at_yield:.4g}: "
+                             f"give the stress at a strain from {1.5 * at_yield:.2g} on")
         if abs(strain) > LARGEST_STRAIN:
-            raise Refused(f"--stress: the strain {strain:g} is beyond {LARGEST_STRAIN:g}, to which rows were measured")
+            raise ValueError(f"--stress: the strain {strain:g} is beyond {LARGEST_STRAIN:g}, to which rows were measured")
         if strain * sign < 0.0:
-            raise Refused("--stress: strains of both signs; one row is fitted in tension or in compression")
+            raise ValueError("--stress: strains of both signs; one row is fitted in tension or in compression")
         if stress <= before:
-            raise Refused(f"--stress: {stress:.6g} Pa at {strain:g} is not above the stress before, {before:.6g} Pa. The law hardens: end at the largest force "
-                          "(nominal stresses of a compression grow with the cross-section: give negative strains if those are meant)")
+            raise ValueError(f"--stress: {stress:.6g} Pa at {strain:g} is not above the stress before, {before:.6g} Pa. The law hardens: end at the largest force "
+                             "(nominal stresses of a compression grow with the cross-section: give negative strains if those are meant)")
         before = stress
     check_rates(targets.rates)
 
 
 def read_measured(path, modulus, is_true):
-    """(0.2 % yield stress [Pa], points) of a CSV with the columns strain and stress [Pa] or stress_MPa, nominal unless is_true, from rest
-    on; strains are negative in compression. Points are even in the strain, from twice that of the yield stress to the largest nominal stress."""
-    try:
-        table = np.atleast_1d(np.genfromtxt(path, delimiter=",", names=True))
-        strain, unit = table["strain"], 1e6 if "stress_MPa" in table.dtype.names else 1.0
-        stress = unit * table["stress_MPa" if unit > 1.0 else "stress"]
-    except (OSError, ValueError, TypeError) as error:
-        raise Refused(f"--curve: {path} is no CSV with a line of names, strain and stress (Pa) or stress_MPa, and numbers: {error}") from error
-    if len(strain) < 3 or not np.all(np.isfinite([strain, stress])):
-        raise Refused(f"--curve: {path} has fewer than three points, or one that is no number")
+    """(0.2 % yield stress [Pa], points) of a measured curve as of curves.read_points(), nominal unless is_true, from rest on; strains are
+    negative in compression. Points are even in the strain, from twice that of the yield stress to the largest nominal stress."""
+    strain, stress = curves.read_points(path)
     if is_true:
         strain, stress = np.expm1(strain), stress * np.exp(-strain)
     sign = math.copysign(1.0, strain[-1])
-    strain, stress = sign * strain, np.abs(stress)
-    strain, stress = strain[: np.argmax(stress) + 1], stress[: np.argmax(stress) + 1]
-    if not np.all(np.diff(strain) > 0.0):
-        raise Refused(f"--curve: the strains of {path} do not grow up to the largest stress: give one loading, from rest on")
-    try:
-        first = curves.yield_stress(strain, stress, modulus)
-    except curves.CurveError as error:
-        raise Refused(f"--curve: {error}") from error
+    end = np.argmax(np.abs(stress)) + 1
+    strain, stress = sign * strain[:end], np.abs(stress[:end])
+    if len(strain) < 3 or not np.all(np.diff(strain) > 0.0):
+        raise ValueError(f"--curve: {path}: fewer than three points, or strains that do not grow up to the largest stress: give one loading, from rest on")
+    first = curves.yield_stress(strain, stress, modulus)
     begin, end = 2.0 * (first / modulus + YIELD_OFFSET), min(strain[-1], LARGEST_STRAIN)
     if not (math.isfinite(first) and begin < end):
-        raise Refused(f"--curve: {path} does not reach twice the strain of its 0.2 % yield stress with E = {modulus:g} Pa; is the strain a share, not per cent?")
+        raise ValueError(f"--curve: {path} does not reach twice the strain of its 0.2 % yield stress with E = {modulus:g} Pa; is the strain a share, not per cent?")
     places = [float(f"{place:.3g}") for place in np.linspace(begin, end, CURVE_POINTS + 1)[1:]]
     return first, tuple((float(np.interp(place, strain, stress)), sign * place) for place in places)
 
 
 def check_rates(rates):
-    """Refused where the over-stresses are not linear in the rate over more than a decade."""
+    """ValueError where the over-stresses are not linear in the rate over more than a decade."""
     for over, rate in rates:
         positive(over, "--rate")
         positive(rate, "--rate")
@@ -194,36 +179,24 @@ def check_rates(rates):
     (over0, rate0), (over1, rate1) = ordered[0], ordered[-1]
     slopes = [over / rate for over, rate in ordered]
     if rate1 > 10.0 * rate0 * (1.0 + 1e-9) and max(slopes) > (1.0 + LINEAR) * min(slopes):
-        raise Refused(f"--rate: the over-stresses {over0:g} Pa at {rate0:g}/s and {over1:g} Pa at {rate1:g}/s are not linear in the rate over more than "
-                      f"a decade. Damping is linear: it follows a logarithmic law over about one decade only; the nearest with {over1:g} Pa at "
-                      f"{rate1:g}/s has {over1 * rate0 / rate1:.4g} Pa at {rate0:g}/s. Give one of them")
-
-
-def check_name(name):
-    """Refused where the name cannot be a row's."""
-    if not NAME.fullmatch(name):
-        raise Refused(f"--name: '{name}' cannot be the name of a row: letters, digits and _ . + - only")
+        raise ValueError(f"--rate: the over-stresses {over0:g} Pa at {rate0:g}/s and {over1:g} Pa at {rate1:g}/s are not linear in the rate over more than "
+                         f"a decade. Damping is linear: it follows a logarithmic law over about one decade only; the nearest with {over1:g} Pa at "
+                         f"{rate1:g}/s has {over1 * rate0 / rate1:.4g} Pa at {rate0:g}/s. Give one of them")
 
 
 def check_file(path, name):
-    """Refused where the row cannot be appended to the potential file. Writes nothing."""
+    """ValueError where a row of this name cannot be appended to the potential file. Writes nothing."""
+    if not NAME.fullmatch(name):
+        raise ValueError(f"--name: '{name}' cannot be the name of a row: letters, digits and _ . + - only")
     path = pathlib.Path(path)
-    folder = path.parent
-    if path.is_dir():
-        raise Refused(f"--out: {path} is a folder: give the name of a file in it")
-    if not folder.is_dir():
-        raise Refused(f"--out: there is no folder {folder}")
-    if not os.access(folder, os.W_OK) or (path.exists() and not os.access(path, os.W_OK)):
-        raise Refused(f"--out: {path} cannot be written")
+    check_target("--out", path)
     if not path.exists():
         return
     lines = path.read_text(encoding="utf-8").splitlines()
     if not lines or not re.match(r"#.*\bUNITS:\s*si(\s|$)", lines[0]):
-        raise Refused(f"--out: {path} is no potential file in SI units: its first line must be a comment with 'UNITS: si'")
-    for line in lines:
-        words = line.partition("#")[0].split()
-        if words and words[0] == name:
-            raise Refused(f"--name: {path} holds a row '{name}' already: give another name, or take that row out")
+        raise ValueError(f"--out: {path} is no potential file in SI units: its first line must be a comment with 'UNITS: si'")
+    if any(line.split()[:1] == [name] for line in lines):
+        raise ValueError(f"--name: {path} holds a row '{name}' already: give another name, or take that row out")
 
 
 class Shape(NamedTuple):
@@ -233,12 +206,6 @@ class Shape(NamedTuple):
     xi_s: float
     volume: float  # x above
     bend: float = 0.0  # 1/k_s; 0: linear hardening
-
-
-def row_of(shape, e1=1.0):
-    """law.Row of a shape, no damping."""
-    m, n = EXPONENTS
-    return law.Row(e1, m, n, shape.softening * e1, m, n, shape.xi_s, 0.0, ALPHA)
 
 
 def volume_ratio(nu):
@@ -260,14 +227,15 @@ def stiffening(volume):
 
 def affine_stress(strains, shape):
     """Nominal stress/E0 at nominal strains (S,), free sideways."""
-    row, (m, n) = row_of(shape), EXPONENTS
+    m, n = EXPONENTS
+    row = law.Row(1.0, m, n, shape.softening, m, n, shape.xi_s, 0.0, ALPHA)
     found, saturation = [], 1.0 / shape.bend if shape.bend > 0.0 else 0.0
     c2, s2 = _COS**2, 1.0 - _COS**2
 
     def pull(a, b):
         """(axial, lateral) dW of a, b."""
         stretch = np.sqrt((1.0 + a) ** 2 * c2 + (1.0 + b) ** 2 * s2)
-        tension = -flow.elastic_force(stretch, 1.0, row, flow.return_map(stretch, 1.0, row, 0.0, 0.0, saturation)[0])
+        tension = -law.elastic_force(stretch, 1.0, row, law.return_map(stretch, 1.0, row, 0.0, 0.0, saturation)[0])
         theta = 3.0 * np.sum(_WEIGHTS * (stretch - 1.0))
         along = _WEIGHTS * (6.0 / (m * n) * tension + 3.0 * shape.volume * theta) / stretch
         return np.sum(along * c2) * (1.0 + a), np.sum(along * s2) * (1.0 + b)
@@ -306,11 +274,11 @@ class Body(NamedTuple):
 
 
 def measure(path):
-    """The Body of a data file."""
-    read = specimen.read_data(path)
+    """The Body of a data file with its FILE.body."""
+    size, read = specimen.read_body(path), specimen.read_data(path)
     pairs, _ = specimen.pairs_within(read, ALPHA)
     lengths = np.linalg.norm(read.x[pairs[:, 0]] - read.x[pairs[:, 1]], axis=1)
-    return Body(pathlib.Path(path).absolute(), len(read.ids), len(pairs), float(lengths.mean()), float(np.mean(lengths**2)))
+    return Body(pathlib.Path(path).absolute(), len(read.ids), len(pairs), float(lengths.mean()), float(np.mean(lengths**2)), size["volume"], size["length"])
 
 
 def make_body(folder, count, seed, density, timeout):
@@ -327,24 +295,15 @@ def make_body(folder, count, seed, density, timeout):
 def given_body(path, folder):
     """The Body of a data file of the user's with its FILE.body, copied into the folder; its strain is that between 0.3 and 0.7 of the length.
 
-    Refused where a file is missing or is none.
+    ValueError where a file is missing or is none.
     """
-    path, beside = pathlib.Path(path), pathlib.Path(f"{path}.body")
-    for file in (path, beside):
-        if not file.is_file():
-            made = "make the body by in.specimen or tools/body.py, which write both" if file == beside else "give the data file of a body"
-            raise Refused(f"--body: there is no file {file}; {made}")
-    found = {name: float(value) for name, value in re.findall(r"^variable\s+(\w+)\s+(?:index|equal)\s+([-+.\deE]+)", beside.read_text(encoding="utf-8"), flags=re.M)}
-    if not min(found.get("length", 0.0), found.get("volume", 0.0)) > 0.0:
-        raise Refused(f"--body: {beside} gives no length or no volume of the body: make the body by in.specimen or tools/body.py")
     kept = pathlib.Path(folder) / "given.data"
-    shutil.copy(path, kept)
-    shutil.copy(beside, f"{kept}.body")
-    try:
-        body = measure(kept)
-    except ValueError as error:
-        raise Refused(f"--body: {path} is no data file of atom_style sphere: {error}") from error
-    return body._replace(volume=found["volume"], length=found["length"], strain="strain_gauge")
+    if not pathlib.Path(path).is_file():
+        raise ValueError(f"--body: there is no file {path}; give the data file of a body")
+    body = measure(path)
+    for end in ("", ".body"):
+        shutil.copy(f"{path}{end}", f"{kept}{end}")
+    return body._replace(path=kept.absolute(), strain="strain_gauge")
 
 
 @contextlib.contextmanager
@@ -481,45 +440,44 @@ class Table:
     """
 
     def __init__(self, path, inputs, fresh=False):
-        self.path, self.inputs = pathlib.Path(path), json.loads(json.dumps(inputs))
+        self.path = pathlib.Path(path)
         self.file = open(self.path, "a+", encoding="utf-8")
         try:
             fcntl.flock(self.file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            self.file.close()
-            raise Refused(f"another calibration is writing {self.path}: wait for it, or give another --table") from None
-        try:
             if fresh:
                 self.file.truncate(0)
-            self._read()
+            self.runs = self._read(json.loads(json.dumps(inputs)))
+        except BlockingIOError:
+            self.file.close()
+            raise ValueError(f"another calibration is writing {self.path}: wait for it, or give another --table") from None
         except BaseException:
             self.file.close()
             raise
 
-    def _read(self):
+    def _read(self, inputs):
+        """The runs of these inputs."""
         self.file.seek(0)
         text = self.file.read()
         whole = text[: text.rfind("\n") + 1]
-        if whole != text:  # a line cut off by a kill
-            os.truncate(self.path, len(whole.encode("utf-8")))
+        self.file.truncate(len(whole.encode("utf-8")))  # what a kill has cut off
         try:
-            lines = [json.loads(line) for line in whole.splitlines()]
+            first, *runs = [json.loads(line) for line in whole.splitlines()] or [self._write({"inputs": inputs})]
         except ValueError as error:
-            raise Refused(f"{self.path} is no run table: {error}; take it away, or give another --table") from None
-        if not lines:
-            self._write({"inputs": self.inputs})
-            lines = [{"inputs": self.inputs}]
-        if lines[0].get("inputs") != self.inputs:
-            before = lines[0].get("inputs") or {}
-            other = [key for key in {**before, **self.inputs} if before.get(key) != self.inputs.get(key)]
-            raise Refused(f"{self.path} holds the runs of a calibration with another {', '.join(sorted(other))}: "
-                          "--fresh begins anew, --table names another file")
-        self.runs = lines[1:]
+            raise ValueError(f"{self.path} is no run table: {error}; take it away, or give another --table") from None
+        before = first.get("inputs") or {}
+        other = [key for key in {**before, **inputs} if before.get(key) != inputs.get(key)]
+        if other:
+            raise ValueError(f"{self.path} holds the runs of a calibration with another {', '.join(sorted(other))}: "
+                             "--fresh begins anew, --table names another file")
+        return runs
 
     def _write(self, record):
-        self.file.write(json.dumps(record) + "\n")
+        """The record as it is read again."""
+        line = json.dumps(record)
+        self.file.write(line + "\n")
         self.file.flush()
         os.fsync(self.file.fileno())
+        return json.loads(line)
 
     def find(self, **key):
         """The run with these values, or None."""
@@ -527,10 +485,8 @@ class Table:
 
     def add(self, record):
         """Append a run that has ended."""
-        record = json.loads(json.dumps(record))
-        self._write(record)
-        self.runs.append(record)
-        return record
+        self.runs.append(self._write(record))
+        return self.runs[-1]
 
     def close(self):
         """Let others write."""
@@ -645,12 +601,13 @@ class Search:
             record = self.run(number, material)
             if record["state"] != "done":
                 if not self.results:
-                    raise Refused(f"run {number} failed {len(SMALLER)} times, last: {record['reason']}; the run table is {self.table.path}")
+                    raise ValueError(f"run {number} failed {len(SMALLER)} times, last: {record['reason']}; the run table is {self.table.path}")
                 raise Ended
             residuals = {name: record["found"][name] / value - 1.0 for name, (value, _) in self.targets.aims.items()}
             result = Result(material, record["found"], residuals, (np.array(record["strain"]), np.array(record["stress"])), number)
             self.results[material] = result
-            self.say(f"run {number}: {percents(residuals)} ({record['seconds']:.0f} s)")
+            shown = ", ".join(f"{name} {100 * value:+.2f} %" for name, value in residuals.items())
+            self.say(f"run {number}: {shown} ({record['seconds']:.0f} s)")
             if result.worst <= self.within or number == MOST_RUNS:
                 raise Ended
         return self.closed_form.weigh(np.log1p(list(result.residuals.values())))
@@ -685,9 +642,9 @@ class Search:
             if abs(found / over - 1.0) <= self.within:
                 return gamma, found / rate
             if found <= 0.0:
-                raise Refused(f"--rate: the damped run at {rate:g}/s shows no over-stress: {found:.3g} Pa")
+                raise ValueError(f"--rate: the damped run at {rate:g}/s shows no over-stress: {found:.3g} Pa")
             gamma = rounded(gamma * over / found)
-        raise Refused(f"--rate: the over-stress was not met within {100 * self.within:g} % in {RATE_RUNS} runs; the last had {found:.4g} Pa at {rate:g}/s")
+        raise ValueError(f"--rate: the over-stress was not met within {100 * self.within:g} % in {RATE_RUNS} runs; the last had {found:.4g} Pa at {rate:g}/s")
 
     def rate_run(self, number, material, rate):
         """Mean flow stress [Pa], from the table or a run."""
@@ -695,13 +652,8 @@ class Search:
         record = self.kept({"kind": "rate", "number": number, "material": material, "rate": rate}, {}, lambda: {"found": flow_stress(
             self.body, material, self.targets, rate, self.ranks, self.folder, self.timeout, title)})
         if record["state"] == "failed":
-            raise Refused(f"--rate: the run at {rate:g}/s failed: {record['reason']}; the run table is {self.table.path}")
+            raise ValueError(f"--rate: the run at {rate:g}/s failed: {record['reason']}; the run table is {self.table.path}")
         return record["found"]
-
-
-def percents(residuals):
-    """'E +0.20 %, yield -1.30 %'."""
-    return ", ".join(f"{name} {100 * value:+.2f} %" for name, value in residuals.items())
 
 
 def rounded(value):

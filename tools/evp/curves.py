@@ -268,6 +268,14 @@ def or_nan(number, *arguments):
         return NAN
 
 
+def named(name, number, *arguments, remedy=""):
+    """number(*arguments); a CurveError names the curve."""
+    try:
+        return number(*arguments)
+    except CurveError as error:
+        raise CurveError(f"{name}: {error}{remedy}") from error
+
+
 def turns(strain):
     """Rows at which the strain turns back (indices), and the last row where it ends a loop of loop_areas: back at the strain that the loop
     began with to within the distance of two rows, or beyond."""
@@ -364,15 +372,8 @@ def cycle_numbers(curve, column="virial", at=None):
     }
 
 
-class Target(NamedTuple):
-    """strain [1] and stress [Pa], (N,) each; the strain goes one way."""
-
-    strain: np.ndarray
-    stress: np.ndarray
-
-
-def read_target(path):
-    """Target from a file of strain,stress rows: in Pa, or as a first line names the columns (TARGET_STRAIN, TARGET_STRESS).
+def read_points(path):
+    """(strain, stress [Pa]) of a file of rows strain,stress: in Pa, or as a first line names the columns (TARGET_STRAIN, TARGET_STRESS).
 
     CurveError names the file and what is wrong; OSError where it cannot be read.
     """
@@ -380,26 +381,28 @@ def read_target(path):
         lines = [line.replace(",", " ").split() for line in source if line.strip() and not line.lstrip().startswith("#")]
     if not lines:
         raise CurveError(f"{path} is empty: a target has rows strain,stress")
-    places, factors = (0, 1), (1.0, 1.0)
-    try:
-        float(lines[0][0])
-    except ValueError:
+    names, scales = ("strain", "stress"), (TARGET_STRAIN, TARGET_STRESS)
+    if any(word in known for known in scales for word in lines[0]) or not lines[0][0][:1] in "+-.0123456789":
         names = lines.pop(0)
-        found = [next((name for name in known if name in names), None) for known in (TARGET_STRAIN, TARGET_STRESS)]
-        if None in found:
-            raise CurveError(f"{path}: the first line must name a column of {' '.join(TARGET_STRAIN)} and one of "
-                             f"{' '.join(TARGET_STRESS)}, got {' '.join(names)}") from None
-        places, factors = tuple(names.index(name) for name in found), (TARGET_STRAIN[found[0]], TARGET_STRESS[found[1]])
+    found = [next((name for name in known if name in names), None) for known in scales]
+    if None in found:
+        raise CurveError(f"{path}: the first line must name a column of {' '.join(TARGET_STRAIN)} and one of {' '.join(TARGET_STRESS)}, got {' '.join(names)}")
     try:
-        table = np.array([[float(words[k]) for k in places] for words in lines]).reshape(-1, 2) * factors
+        table = np.array([[known[name] * float(words[names.index(name)]) for name, known in zip(found, scales)] for words in lines]).reshape(-1, 2)
     except (ValueError, IndexError) as error:
         raise CurveError(f"{path} holds a damaged line: {error}") from error
     if len(table) < 1 or not np.all(np.isfinite(table)):
         raise CurveError(f"{path} holds no row, or a number that is not finite")
-    steps = np.diff(table[:, 0])
+    return table.T
+
+
+def read_target(path):
+    """(strain, stress [Pa]) of a file of read_points(), whose strain goes one way."""
+    strain, stress = read_points(path)
+    steps = np.diff(strain)
     if not (np.all(steps > 0.0) or np.all(steps < 0.0)):
         raise CurveError(f"{path}: the strains of a target must go one way, each once")
-    return Target(*table.T)
+    return strain, stress
 
 
 def first_way(strain, stress, at=None):
@@ -449,24 +452,28 @@ def table_numbers(curve, column="virial", fit=None, strains=STRAINS, turned=None
     return {**found, **{f"area_{k}_MJ_per_m3": 1e-6 * area for k, area in enumerate(areas, start=1)}}
 
 
-class Departure(NamedTuple):
-    """Curve minus target at the rows of the target that the curve reaches [Pa]; strains are the target's."""
+DEPARTURE = {  # titles in print
+    "departure_largest_MPa": "largest [MPa]",  # with its sign
+    "departure_at_strain": "at strain",
+    "departure_mean_MPa": "mean of sizes [MPa]",
+    "departure_mean_percent": "mean [% of largest stress]",
+    "departure_rows": "rows",
+}
 
-    largest: float  # with its sign
-    at: float
-    mean: float  # of the sizes
-    relative: float  # mean over the largest stress of these rows
-    rows: int
 
+def departure(curve, target, column="virial", turned=None):
+    """Numbers of DEPARTURE in a dict: the first way of the curve minus the target (strain, stress), at the rows of the target that it reaches.
 
-def departure(curve, target, column="virial", turns=None):
-    """Departure of the first way of a curve. CurveError where it reaches no row of the target."""
-    strain, stress, sign = first_way(curve.strain, getattr(curve, column), turns)
-    own = np.array([sign * stress_on(strain, stress, sign * at) for at in target.strain])
+    CurveError where it reaches none.
+    """
+    strain, stress, sign = first_way(curve.strain, getattr(curve, column), turned)
+    own = np.array([sign * stress_on(strain, stress, sign * at) for at in target[0]])
     reached = np.isfinite(own)
     if not reached.any():
         raise CurveError(f"the curve goes from strain {sign * strain[0]:g} to {sign * strain[-1]:g} and reaches no row of the target")
-    apart = own[reached] - target.stress[reached]
-    worst, size = int(np.argmax(np.abs(apart))), float(np.abs(target.stress[reached]).max())
+    places, stresses = (values[reached] for values in target)
+    apart = own[reached] - stresses
+    worst, size = int(np.argmax(np.abs(apart))), float(np.abs(stresses).max())
     mean = float(np.abs(apart).mean())
-    return Departure(float(apart[worst]), float(target.strain[reached][worst]), mean, mean / size if size > 0.0 else NAN, int(reached.sum()))
+    share = 100.0 * mean / size if size > 0.0 else NAN
+    return dict(zip(DEPARTURE, (1e-6 * float(apart[worst]), float(places[worst]), 1e-6 * mean, share, int(reached.sum()))))

@@ -17,10 +17,6 @@ from . import specimen
 _ATOMS = re.compile(rb"^\s*\d+\s+atoms\b", re.M)  # in the head of a data file
 
 
-class DumpError(ValueError):
-    """A file is no dump of atoms, is damaged, or lacks a column; the text names the file, the fault and the remedy."""
-
-
 class Snapshot(NamedTuple):
     """Where a snapshot is, and what its header says; read() gets its columns."""
 
@@ -38,19 +34,9 @@ class Snapshot(NamedTuple):
         return f"{self.path}, step {self.step}"
 
     def common(self, name):
-        """The value of a column that is the same in the first and the last row, such as the strain of the body; None of any other."""
-        if name not in self.names or self.count == 0:
-            return None
-        with open(self.path, "rb") as source:
-            source.seek(self.start)
-            first = source.readline()
-            source.seek(max(self.start, self.end - len(first) - 4096))
-            last = source.read(min(len(first) + 4096, self.end - self.start)).splitlines()[-1]
-        words = [line.split()[self.names.index(name):][:1] for line in (first, last)]
-        try:
-            return float(words[0][0]) if words[0] == words[1] else None
-        except (IndexError, ValueError):
-            return None
+        """The value of a column that is the same for all atoms, such as the strain of the body; None of any other."""
+        values = self.read().get(name) if name in self.names else None
+        return float(values[0]) if values is not None and len(values) and np.all(values == values[0]) else None
 
     def read(self):
         """{name: (N,) array} in the order of the IDs; columns of words are left out."""
@@ -58,7 +44,7 @@ class Snapshot(NamedTuple):
             source.seek(self.start)
             words = source.read(self.end - self.start).split()
         if len(words) != self.count * len(self.names):
-            raise DumpError(f"{self}: a row has not {len(self.names)} words, as many as columns are named")
+            raise ValueError(f"{self}: a row has not {len(self.names)} words, as many as columns are named")
         table = np.array(words).reshape(self.count, len(self.names)).T
         columns = {}
         for name, column in zip(self.names, table):
@@ -90,100 +76,79 @@ def _data_file(path):
     return DataFile(pathlib.Path(path), None, None, None, body.box, len(body.ids), ("id", "type", "x", "y", "z", "radius"), 0, 0)
 
 
-def _damaged(path, step, unfinished):
-    where = "before its first whole snapshot" if step is None else f"in the middle of a snapshot, after that of step {step}"
-    remedy = "the run was stopped or is not done" + ("" if unfinished or step is None else "; --unfinished takes the whole snapshots before that")
-    return DumpError(f"{path} ends {where}: {remedy}")
-
-
-def _header(path, source, line):
-    """Values of the header of a snapshot that begins with this line, as {item: [its rows]}; None where the file ends in it."""
+def _header(path, source):
+    """Values of the header of the next snapshot, as {item: [its rows]}, up to the names of its columns; None where the file ends in it."""
     found = {}
-    while not line.startswith(b"ITEM: ATOMS"):
-        if not line.endswith(b"\n"):
-            return None
-        if not line.startswith(b"ITEM:"):
-            raise DumpError(f"{path} is no dump of LAMMPS: '{line[:40].decode(errors='replace').strip()}' is in the place of an ITEM: line")
-        item = line[5:].strip().decode(errors="replace")
-        if item.startswith("ENTRIES"):
-            raise DumpError(f"{path} is a dump of pairs (dump local), not of atoms")
-        box = item.startswith("BOX BOUNDS")
-        rows = list(islice(source, 3 if box else 1))
-        if len(rows) < (3 if box else 1) or not rows[-1].endswith(b"\n"):
-            return None
-        found["BOX BOUNDS" if box else item] = [row.decode(errors="replace").split() for row in rows]
-        line = next(source, b"")
-    if not line.endswith(b"\n"):
-        return None
-    found["names"] = tuple(line.decode(errors="replace").split()[2:])
-    return found
+    for line in iter(source.readline, b""):
+        text = line.decode(errors="replace")
+        if not text.startswith("ITEM:"):
+            raise ValueError(f"{path} is no dump of LAMMPS: '{text[:40].strip()}' is in the place of an ITEM: line")
+        words = text.split()[1:]
+        if words[:1] == ["ATOMS"]:
+            return {**found, "names": tuple(words[1:])} if text.endswith("\n") else None
+        if "ENTRIES" in words:
+            raise ValueError(f"{path} is a dump of pairs (dump local), not of atoms")
+        rows = [source.readline() for _ in range(3 if words[:1] == ["BOX"] else 1)]
+        found[" ".join(words[:2])] = [row.split() for row in rows]
+    return None
 
 
 def _snapshots(path, source):
     """All snapshots of a file, None last where it ends in the middle of one."""
-    place, units = 0, None  # counted, as a file that is iterated does not tell its place; LAMMPS writes the units once
-
-    def counted():
-        nonlocal place
-        for line in source:
-            place += len(line)
-            yield line
-
-    lines = counted()
-    for line in lines:
-        header = _header(path, lines, line)
+    units = None  # LAMMPS writes them once
+    while source.peek(1):
+        header = _header(path, source)
         if header is None:
             yield None
             return
         try:
-            step, count = int(header["TIMESTEP"][0][0]), int(header["NUMBER OF ATOMS"][0][0])
+            step, count = int(header["TIMESTEP"][0][0]), int(header["NUMBER OF"][0][0])
             box = np.array([row[:2] for row in header["BOX BOUNDS"]], dtype=float)
             time = float(header["TIME"][0][0]) if "TIME" in header else None
-            units = header["UNITS"][0][0] if "UNITS" in header else units
+            units = header["UNITS"][0][0].decode() if "UNITS" in header else units
         except (KeyError, IndexError, ValueError) as error:
-            raise DumpError(f"{path} is no dump of LAMMPS: the header of a snapshot lacks TIMESTEP, NUMBER OF ATOMS, BOX BOUNDS "
-                            "or their values") from error
-        start, rows, last = place, 0, b"\n"
-        for last in islice(lines, count):
-            rows += not last.startswith(b"ITEM:")
-        if rows < count or not last.endswith(b"\n"):
+            raise ValueError(f"{path} is no dump of LAMMPS: the header of a snapshot lacks TIMESTEP, NUMBER OF ATOMS, BOX BOUNDS "
+                             "or their values") from error
+        start, rows = source.tell(), list(islice(iter(source.readline, b""), count))
+        if len(rows) < count or any(row.startswith(b"ITEM:") for row in rows) or (rows and not rows[-1].endswith(b"\n")):
             yield None
             return
-        yield Snapshot(pathlib.Path(path), step, time, units, box, count, header["names"], start, place)
+        yield Snapshot(pathlib.Path(path), step, time, units, box, count, header["names"], start, source.tell())
 
 
 def index(paths, unfinished=False):
     """All snapshots of the files, in their order. unfinished: a file may end in the middle of a snapshot, which is left out.
 
-    DumpError where a file is neither a dump of atoms nor a data file, is empty or damaged; ValueError where a data file is; OSError where one
-    cannot be read.
+    ValueError where a file is neither a dump of atoms nor a data file, is empty or damaged; OSError where one cannot be read.
     """
     found = []
     for path in paths:
         with open(path, "rb") as source:
             begin = source.read(4096)
             if not begin:
-                raise DumpError(f"{path} is empty: no snapshot has been written")
+                raise ValueError(f"{path} is empty: no snapshot has been written")
             if b"\0" not in begin and _ATOMS.search(begin):
                 found.append(_data_file(path))
                 continue
             if b"\0" in begin or not begin.startswith(b"ITEM:"):
-                raise DumpError(f"{path} is no text dump of LAMMPS: its first line is not 'ITEM: ...'")
+                raise ValueError(f"{path} is no text dump of LAMMPS: its first line is not 'ITEM: ...'")
             source.seek(0)
             own = list(_snapshots(path, source))
         if own[-1] is None:
             own.pop()
             if not own or not unfinished:
-                raise _damaged(path, own[-1].step if own else None, unfinished)
+                where = f"in the middle of a snapshot, after that of step {own[-1].step}" if own else "before its first whole snapshot"
+                remedy = "; --unfinished takes the whole snapshots before that" if own else ""
+                raise ValueError(f"{path} ends {where}: the run was stopped or is not done{remedy}")
         found += own
     return found
 
 
 def need(columns, wanted, where):
-    """DumpError where a column is missing: it names those that there are."""
+    """ValueError where a column is missing: it names those that there are, and how that one gets into a dump."""
     missing = [name for name in wanted if name not in columns]
     if missing:
-        raise DumpError(f"{where} has no column {missing[0]}; it has {' '.join(columns)}")
+        raise ValueError(f"{where} has no column {missing[0]}; it has {' '.join(columns)}{how_to_write(missing[0])}")
 
 
 def last_positions(path):

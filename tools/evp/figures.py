@@ -113,14 +113,19 @@ UNITS = {"time": "s", "force": "N", "reaction": "N", "speed": "m/s", "length": "
 _PREFIXES = {-9: "n", -6: "\u00b5", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 
 
+def prefixed(unit, largest):
+    """(the unit with the prefix that leaves the largest value between 1 and 1000, factor to it)."""
+    power = min(9, max(-9, 3 * int(np.floor(np.log10(largest) / 3.0 + 1e-9)))) if 0.0 < largest < np.inf else 0
+    return _PREFIXES[power] + unit, 10.0**-power
+
+
 def axis_unit(name, values):
-    """(label of an axis for a column of the decks, factor to the unit there): the prefix leaves the largest value between 1 and 1000."""
+    """(label of an axis for a column of the decks, factor to the unit there)."""
     text, unit = name.replace("_", " "), UNITS.get(name)
-    largest = np.max(np.abs(values))
-    if unit in (None, "rad") or not 0.0 < largest < np.inf:
+    if unit in (None, "rad"):
         return text + (f" [{unit}]" if unit else ""), 1.0
-    power = min(9, max(-9, 3 * int(np.floor(np.log10(largest) / 3.0 + 1e-9))))
-    return f"{text} [{_PREFIXES[power]}{unit}]", 10.0**-power
+    unit, factor = prefixed(unit, np.max(np.abs(values)))
+    return f"{text} [{unit}]", factor
 
 
 def two_columns(curves, x, y, path, title="", numbers=None):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The two-regime Lennard-Jones law, written from the paper's equations for numpy arrays.
+"""The two-regime Lennard-Jones law and its plasticity, written from the paper's equations for numpy arrays.
 
 Source: M. Gado, J.-L. Charles, I. Iordanoff, D. Coupard, CSMA 2017, hal-01899324; equation numbers
 are the paper's. This is the project's second writing of the law: it shares no expression with
@@ -7,13 +7,20 @@ src/core/law.h, so that a test which compares the two means something.
 
 Distances d and deq may have any shapes that broadcast; units are those of the caller (the decks use
 SI: m, J, N). A positive force repels. The fields of a Row may be arrays too, one entry per pair.
+
+Plasticity of pairs (`plasticity isotropic`): two values per pair, q [length] and k.
+q is the plastic part of a pair's distance, k = sum |dq|/deq its accumulated plastic strain; eps = (d - q)/deq - 1 is the
+elastic strain. It never leaves the limit y(k), what is beyond becomes flow (the return map, exact for any increment):
+
+    r = m2 n2 e2/(m1 n1 e1),   h = r/(1 - r),   y(k) = xi_s + h K(k),   K(k) = k, or k_s (1 - exp(-k/k_s))   k_s: `saturation`
+    F = F_I(d - q),   Psi = Phi_I(d - q) - Phi_I(deq),   D = integral of |F_I((1 +- y(k)) deq)| deq dk
+
+Saturation 0 is linear hardening.
 """
 
 from typing import NamedTuple
 
 import numpy as np
-
-CONTACT_MODES = ("literal", "repulsive", "none")
 
 
 class Row(NamedTuple):
@@ -39,19 +46,18 @@ class Row(NamedTuple):
 
     def check(self):
         """Return self, or raise ValueError with the rule that is broken."""
-        if not np.all(np.isfinite(np.array(self, dtype=float))):
-            raise ValueError("all 9 numbers of a row must be finite")
-        if not (self.m1 > self.n1 > 0 and self.m2 > self.n2 > 0):
-            raise ValueError("exponents must satisfy m > n > 0 in both regimes")
-        for m, n in ((self.m1, self.n1), (self.m2, self.n2)):
-            if m - n < 1e-4 * max(m, 1.0):
-                raise ValueError("m must exceed n by at least 1e-4 and by 1e-4 of m")
-        if min(self.e1, self.e2, self.gamma) < 0:
-            raise ValueError("e1, e2 and gamma must be zero or positive")
-        if not 0 < self.xi_s < 1:
-            raise ValueError("xi_s must lie between 0 and 1")
-        if not self.alpha > 1:
-            raise ValueError("alpha must be greater than 1")
+        exponents = ((self.m1, self.n1), (self.m2, self.n2))
+        rules = {
+            "all 9 numbers of a row must be finite": np.all(np.isfinite(np.array(self, dtype=float))),
+            "exponents must satisfy m > n > 0 in both regimes": all(m > n > 0 for m, n in exponents),
+            "m must exceed n by at least 1e-4 and by 1e-4 of m": all(m - n >= 1e-4 * max(m, 1.0) for m, n in exponents),
+            "e1, e2 and gamma must be zero or positive": min(self.e1, self.e2, self.gamma) >= 0,
+            "xi_s must lie between 0 and 1": 0 < self.xi_s < 1,
+            "alpha must be greater than 1": self.alpha > 1,
+        }
+        broken = [rule for rule, holds in rules.items() if not holds]
+        if broken:
+            raise ValueError(broken[0])
         return self
 
 
@@ -59,28 +65,15 @@ TABLE1 = Row(80.0, 8.0, 4.0, 3.0, 8.0, 4.0, 0.005, 0.0, 1.5)
 TABLE2 = TABLE1._replace(gamma=1000.0)
 
 
-def _log_stretch(d, deq):
+def log_stretch(d, deq):
     """log(deq/d) without loss of digits near d = deq, where the subtraction is exact."""
     return np.log1p((deq - d) / d)
 
 
-def potential(d, deq, e, m, n):
-    """Phi_{e,m,n}(d) of eq. 2 [energy]; -e at d = deq, zero at infinity."""
-    log_s = _log_stretch(d, deq)
-    return e * (n * np.exp(m * log_s) - m * np.exp(n * log_s)) / (m - n)
-
-
 def potential_force(d, deq, e, m, n):
     """F_{e,m,n}(d) of eq. 1 [energy/length], by the one formula for both sides of deq."""
-    log_s = _log_stretch(d, deq)
+    log_s = log_stretch(d, deq)
     return m * n * e / ((m - n) * deq) * np.exp((n + 1) * log_s) * np.expm1((m - n) * log_s)
-
-
-def potential_stiffness(d, deq, e, m, n):
-    """-dF_{e,m,n}/dd [energy/length^2] (paper 2.4, sign turned): m n e/deq^2 at d = deq."""
-    log_s = _log_stretch(d, deq)
-    steep, flat = (m + 1) * np.exp((m + 2) * log_s), (n + 1) * np.exp((n + 2) * log_s)
-    return m * n * e / ((m - n) * deq**2) * (steep - flat)
 
 
 def strain(d, deq):
@@ -98,7 +91,7 @@ def threshold(d, deq, row):
     return np.where(np.asarray(d) >= deq, 1 + row.xi_s, 1 - row.xi_s) * deq
 
 
-def _select(d, deq, row, first, second):
+def by_regime(d, deq, row, first, second):
     """first(d) in regime I, second(d, ds) in regime II; each is evaluated where it holds."""
     d, deq = np.broadcast_arrays(np.asarray(d, dtype=float), np.asarray(deq, dtype=float))
     is_first = regime(d, deq, row) == 1
@@ -116,95 +109,47 @@ def force(d, deq, row):
     def second(x, ds):
         return potential_force(x - ds + deq, deq, row.e2, row.m2, row.n2) + first(ds)
 
-    return _select(d, deq, row, first, second)
+    return by_regime(d, deq, row, first, second)
 
 
-def _energy(d, deq, row):
-    """Integral of eq. 8: Phi_I in regime I, continued without a jump in regime II."""
-
-    def first(x):
-        return potential(x, deq, row.e1, row.m1, row.n1)
-
-    def second(x, ds):
-        gained = potential(x - ds + deq, deq, row.e2, row.m2, row.n2) + row.e2
-        slope = potential_force(ds, deq, row.e1, row.m1, row.n1)
-        return gained + first(ds) - slope * (x - ds)
-
-    return _select(d, deq, row, first, second)
+def hardening(row):
+    """h of the limit, from r, the ratio of the two stiffnesses at rest. ValueError where r >= 1."""
+    ratio = row.m2 * row.n2 * np.asarray(row.e2, dtype=float) / (row.m1 * row.n1 * row.e1)
+    if np.any(ratio >= 1.0):
+        raise ValueError("plasticity isotropic needs m2 n2 e2 < m1 n1 e1: the second regime must be the softer one")
+    return ratio / (1.0 - ratio)
 
 
-def energy(d, deq, row, cut):
-    """Energy at d minus energy at the pair's own cut [energy]; no cut-off is applied here."""
-    return _energy(d, deq, row) - _energy(cut, deq, row)
+def limit(k, row, saturation=0.0):
+    """(y, dy/dk): the largest elastic strain of a pair that has flowed by k, and its slope."""
+    k, saturation = np.broadcast_arrays(np.asarray(k, dtype=float), np.asarray(saturation, dtype=float))
+    scale = np.where(saturation > 0.0, saturation, 1.0)
+    grown = np.where(saturation > 0.0, -scale * np.expm1(-k / scale), k)
+    slope = np.where(saturation > 0.0, np.exp(-k / scale), 1.0)
+    h = hardening(row)
+    return row.xi_s + h * grown, h * slope
 
 
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(64)  # on (-1, 1)
+def _increment(strain, row, k, saturation):
+    """Plastic strain that brings |elastic strain| to the limit: Newton, from below, on a function that is convex."""
+    y, slope = limit(k, row, saturation)
+    found = np.maximum(strain - y, 0.0) / (1.0 + slope)
+    for _ in range(100):
+        y, slope = limit(k + found, row, saturation)
+        more = np.where(found > 0.0, (strain - found - y) / (1.0 + slope), 0.0)
+        found = found + more
+        if np.all(np.abs(more) <= 1e-16 * (1.0 + found)):
+            break
+    return found
 
 
-def _reduced_pull(log_d, e, m, n):
-    """-F_{e,m,n} deq [energy] at log(d/deq)."""
-    return -m * n * e / (m - n) * np.exp(-(n + 1) * log_d) * np.expm1(-(m - n) * log_d)
+def return_map(d, deq, row, q, k, saturation=0.0):
+    """(q, k) after d was reached; as they were where the elastic strain is within the limit."""
+    strain = (np.asarray(d, dtype=float) - q - deq) / deq
+    increment = _increment(np.abs(strain), row, k, saturation)
+    return q + np.sign(strain) * increment * deq, k + increment
 
 
-def _work_from_rest(xi, e, m, n):
-    """Work against F_{e,m,n} from deq to (1 + xi) deq [energy].
-
-    The integral of eq. 1 over log(d/deq), where the integrand keeps its sign: nothing cancels.
-    """
-    end = np.log1p(np.asarray(xi, dtype=float))[..., None]
-    e, m, n = (np.asarray(value, dtype=float)[..., None] for value in (e, m, n))
-    place = 0.5 * end * (1 + _NODES)
-    pull = np.exp(place) * _reduced_pull(place, e, m, n)
-    return np.sum(0.5 * end * _WEIGHTS * pull, axis=-1)
-
-
-def stored(d, deq, row):
-    """Energy above that at deq [energy], to the last digits: (held up to xi_s, held beyond)."""
-    d, deq = np.broadcast_arrays(np.asarray(d, dtype=float), np.asarray(deq, dtype=float))
-    xi = (d - deq) / deq
-    inside = np.clip(xi, -row.xi_s, row.xi_s)
-    first = _work_from_rest(inside, row.e1, row.m1, row.n1)
-    beyond = np.where(xi == inside, 0.0, xi - inside)
-    pull = _reduced_pull(np.log1p(inside), row.e1, row.m1, row.n1)
-    return first, _work_from_rest(beyond, row.e2, row.m2, row.n2) + pull * beyond
-
-
-def stiffness(d, deq, row):
-    """-dF/dd [energy/length^2]; it jumps at the threshold, where regime I's is given."""
-
-    def first(x):
-        return potential_stiffness(x, deq, row.e1, row.m1, row.n1)
-
-    def second(x, ds):
-        return potential_stiffness(x - ds + deq, deq, row.e2, row.m2, row.n2)
-
-    return _select(d, deq, row, first, second)
-
-
-def stiffness_at_rest(deq, row):
-    """m1 n1 e1/deq^2 [energy/length^2]."""
-    return row.m1 * row.n1 * row.e1 / np.asarray(deq, dtype=float) ** 2
-
-
-def largest_stiffness(contact_distance, row, overlap=0.3):
-    """Kmax of eq. 6 [energy/length^2]: |K_I| at (1 - overlap)(R_i + R_j), deq = R_i + R_j."""
-    shortest = (1 - overlap) * np.asarray(contact_distance, dtype=float)
-    return np.abs(potential_stiffness(shortest, contact_distance, row.e1, row.m1, row.n1))
-
-
-def damping_force(unit, v_i, v_j, row):
-    """Force of eq. 4 on i [force], shape (..., 3); unit points from j to i."""
-    closing = np.sum(unit * (v_i - v_j), axis=-1, keepdims=True)
-    return -np.asarray(row.gamma)[..., None] * closing * unit
-
-
-def pair_cut(contact_distance, bonded, row, contact):
-    """Distance beyond which the pair does nothing [length]; 0 for pairs that never interact.
-
-    contact_distance: R_i + R_j; bonded: bool array; contact: one of CONTACT_MODES.
-    """
-    if contact not in CONTACT_MODES:
-        raise ValueError(f"contact must be one of {', '.join(CONTACT_MODES)}, got '{contact}'")
-    dlim = row.alpha * contact_distance
-    unbonded = {"literal": dlim, "repulsive": contact_distance, "none": 0.0 * dlim}[contact]
-    return np.where(bonded, dlim, unbonded)
+def elastic_force(d, deq, row, q):
+    """F [energy/length] with q as it is."""
+    return potential_force(d - q, deq, row.e1, row.m1, row.n1)

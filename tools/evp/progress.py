@@ -41,10 +41,10 @@ class Progress:
             print(f"{self.title} done in {format_seconds(time.monotonic() - self.begin)}", file=sys.stderr, flush=True)
 
 
-def watched(title, items, name=str, cost=lambda item: 1.0):
+def watched(title, items, name=str, cost=lambda item: 1.0, interval=0.0):
     """Gives the items one after the other, and shows progress before each."""
     costs = [cost(item) for item in items]
-    with Progress(title, sum(costs)) as progress:
+    with Progress(title, sum(costs), interval) as progress:
         for number, item in enumerate(items):
             progress.show(sum(costs[:number]), name(item))
             yield item

@@ -24,7 +24,7 @@ from . import curves
 from .specimen import pairs_within
 
 STRAINS = (0.002, 0.005, *curves.STRAINS_REPORTED.values())  # the first in the elastic part
-REFERENCE_COUNT = 500  # spheres of the paper's specimen, for which a row of its tables is meant
+REFERENCE_COUNT, REFERENCE_VOLUME = 500, np.pi * 0.02**2 * 0.05  # spheres and volume [m3] of the paper's specimen, for which a row of its tables is meant
 TWIN_JUMP = 0.25  # of the damped run's jump at strain 0: a twin with as much has dampers too
 
 
@@ -76,13 +76,7 @@ def starting_jump(curve):
 
 def check_twin(damped, twin):
     """CurveError where the twin starts with a jump of stress as a damped run does."""
-    jumps = []
-    for name, curve in (("damped run", damped), ("twin", twin)):
-        try:
-            jumps.append(starting_jump(curve))
-        except curves.CurveError as error:
-            raise curves.CurveError(f"{name}: {error}") from error
-    (with_gamma, _), (without, scatter) = jumps
+    (with_gamma, _), (without, scatter) = (curves.named(name, starting_jump, curve) for name, curve in (("damped run", damped), ("twin", twin)))
     if without > 3.0 * scatter and without > TWIN_JUMP * with_gamma:
         raise curves.CurveError(
             f"the twin starts with a stress of {1e-6 * without:.3g} MPa at strain 0, the damped "
@@ -92,14 +86,7 @@ def check_twin(damped, twin):
 
 def reached(curve, strains=STRAINS):
     """Those of the strains about which the curve has rows enough for a stress."""
-    found = []
-    for at in strains:
-        try:
-            curves.stress_at(curve.strain, curve.virial, at)
-        except curves.CurveError:
-            continue
-        found.append(at)
-    return found
+    return [at for at in strains if np.isfinite(curves.or_nan(curves.stress_at, curve.strain, curve.virial, at))]
 
 
 def shares_at(damped, twin, at):
@@ -107,24 +94,17 @@ def shares_at(damped, twin, at):
 
     CurveError names the run that has no rows there, or a damped run without tension.
     """
-    stress = {}
-    for name, curve in (("damped run", damped), ("twin", twin)):
-        try:
-            stress[name] = curves.stress_at(curve.strain, curve.virial, at)
-        except curves.CurveError as error:
-            raise curves.CurveError(f"{name}: {error}; ask for strains that both reach") from error
-    total = stress["damped run"]
+    total, other = (curves.named(name, curves.stress_at, curve.strain, curve.virial, at, remedy="; ask for strains that both reach")
+                    for name, curve in (("damped run", damped), ("twin", twin)))
     if total <= 0.0:
         raise curves.CurveError(f"damped run: no tension at strain {at:g} to take shares of")
-    return Shares(at, total, total - stress["twin"], imbalance(damped, at), imbalance(twin, at))
+    return Shares(at, total, total - other, imbalance(damped, at), imbalance(twin, at))
 
 
-def scaled_row(row, count):
-    """The row that in.traction sets for `count` spheres by default: e ~ 1/N, gamma ~ N^(-1/3)."""
-    coarser = REFERENCE_COUNT / count
-    return row._replace(
-        e1=row.e1 * coarser, e2=row.e2 * coarser, gamma=row.gamma * coarser ** (1.0 / 3.0)
-    )
+def scaled_row(row, count, volume=REFERENCE_VOLUME):
+    """The row that in.traction sets for `count` spheres in a volume [m3]: e goes as the volume of a sphere, gamma as its cube root."""
+    coarser = REFERENCE_COUNT / count * volume / REFERENCE_VOLUME
+    return row._replace(e1=row.e1 * coarser, e2=row.e2 * coarser, gamma=row.gamma * coarser ** (1.0 / 3.0))
 
 
 def relaxation_time(lengths, row):
@@ -139,18 +119,17 @@ def relaxation_time(lengths, row):
     return float(row.gamma * np.mean(np.square(lengths)) / (row.m1 * row.n1 * row.e1))
 
 
-def expected(specimen, row, rate, modulus, length=0.05, radius=0.02):
-    """Expected of a Specimen (SI) in the cylinder of this length and radius [m], at a rate [1/s].
+def expected(specimen, row, rate, modulus, length=0.05, volume=REFERENCE_VOLUME):
+    """Expected of a Specimen (SI) in a body of this length [m] and volume [m3], at a rate [1/s].
 
-    row: law.Row as the run set it (scaled_row where N is not 500); modulus: E [Pa], of the twin.
+    row: law.Row as the run set it (scaled_row); modulus: E [Pa], of the twin.
     rho c L rate: a grip that starts at V against a bar at rest sends rho c V, with V of the order
     L rate, rho = mass over volume and c = sqrt(E/rho). in.traction starts with the velocities of
     uniform stretching, which leave the lateral motion only: expect a few per cent of it.
-    ValueError for a rate, size, gamma or specimen of which nothing can be said.
+    ValueError for a rate, gamma or specimen of which nothing can be said.
     """
-    if not 0.0 < min(rate, length, radius) <= max(rate, length, radius) < np.inf:
-        sizes = f"{rate:g}, {length:g} and {radius:g}"
-        raise ValueError(f"rate, length and radius must be positive, got {sizes}")
+    if not 0.0 < rate < np.inf:
+        raise ValueError(f"--rate must be positive, got {rate:g}")
     if row.gamma == 0.0 or row.e1 == 0.0:
         raise ValueError("coeff must be the row of the damped run, with gamma > 0 and e1 > 0")
     pairs, _ = pairs_within(specimen, row.alpha)
@@ -158,5 +137,5 @@ def expected(specimen, row, rate, modulus, length=0.05, radius=0.02):
         raise ValueError(f"the specimen has no pairs within alpha = {row.alpha:g}")
     lengths = np.linalg.norm(specimen.x[pairs[:, 0]] - specimen.x[pairs[:, 1]], axis=1)
     tau = relaxation_time(lengths, row)
-    density = specimen.mass.sum() / (np.pi * radius**2 * length)
+    density = specimen.mass.sum() / volume
     return Expected(tau, modulus * tau * rate, float(np.sqrt(modulus * density)) * length * rate)

@@ -7,6 +7,7 @@ import csv
 import os
 import pathlib
 import re
+import shutil
 import sys
 import tempfile
 
@@ -50,6 +51,17 @@ def errors_in_one_line(tool):
         sys.exit(f"{typed(tool)}: error: {words_of(error)}")
 
 
+def check_target(option, path):
+    """ValueError where a file of this name cannot be written."""
+    path = pathlib.Path(path)
+    if path.is_dir():
+        raise ValueError(f"{option} {path}: this is a folder: give the name of a file in it")
+    if not path.absolute().parent.is_dir():
+        raise ValueError(f"{option} {path}: there is no folder {path.absolute().parent}")
+    if not os.access(path.absolute().parent, os.W_OK):
+        raise ValueError(f"{option} {path}: no file can be written in this folder")
+
+
 def table(header, rows):
     """Lines of a Markdown table."""
     lines = ["| " + " | ".join(map(str, cells)) + " |" for cells in (header, *rows)]
@@ -64,18 +76,21 @@ def write_csv(path, header, rows):
         writer.writerows([row.get(name, "") for name in header] if isinstance(row, dict) else row for row in rows)
 
 
+@contextlib.contextmanager
+def all_or_nothing(folder):
+    """A folder of its own in `folder`, whose files move there at the end, with the permissions of those that they replace: none where something failed."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=".evp_", dir=folder) as place:
+        place = pathlib.Path(place)
+        yield place
+        for path in sorted(place.iterdir(), key=lambda path: path.suffix != ".vtu"):  # a .pvd after its .vtu
+            if (folder / path.name).exists():
+                shutil.copymode(folder / path.name, path)
+            os.replace(path, folder / path.name)
+
+
 def write_whole(path, text):
-    """Replaces a file, which keeps its permissions, or makes it: in one move, the text being on disk. Where that fails, nothing has changed."""
+    """Replaces a file, or makes it, in one move: where that fails, nothing has changed."""
     path = pathlib.Path(path)
-    mode = path.stat().st_mode & 0o777 if path.exists() else 0o644
-    handle, aside = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as target:
-            target.write(text)
-            target.flush()
-            os.fsync(target.fileno())
-        os.chmod(aside, mode)
-        os.replace(aside, path)
-    except BaseException:
-        os.unlink(aside)
-        raise
+    with all_or_nothing(path.parent) as folder:
+        (folder / path.name).write_text(text, encoding="utf-8")

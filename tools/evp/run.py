@@ -63,7 +63,10 @@ class Job:
         """Failed with LAMMPS' own words if the ended process failed, RunError if it had not even started."""
         text = self.log.read_text(encoding="utf-8", errors="replace")
         if not ended_well(self.process.returncode, text):
-            check_start(self.name, self.log, self.process.returncode, self.ranks)
+            said = start_failure(text, self.process.returncode, self.ranks)
+            if said:
+                raise RunError(f"{self.name}: LAMMPS did not start (exit {self.process.returncode}): {said}\n"
+                               "  run evp doctor (tools/doctor.py): it names the cause and the command that mends it")
             raise Failed(f"{self.name}: {self.deck} failed (exit {self.process.returncode}): {lammps_error(self.log)}\n  whole output: {self.log}")
 
     def end(self):
@@ -76,22 +79,6 @@ class Job:
         except subprocess.TimeoutExpired:
             self.process.kill()
             self.process.wait()
-
-
-def edited_deck(name, folder, *changes):
-    """The path of a copy of a deck in a folder, with lines changed as a user would: (how the line begins, what stands in its place) each.
-
-    ValueError where not exactly one line begins so.
-    """
-    lines = (DECKS / name).read_text(encoding="utf-8").splitlines()
-    for begin, new in changes:
-        places = [k for k, line in enumerate(lines) if line.startswith(begin)]
-        if len(places) != 1:
-            raise ValueError(f"{name} has {len(places)} lines that begin with '{begin}'")
-        lines[places[0]] = new
-    path = pathlib.Path(folder) / name
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    return path
 
 
 def lammps_command(ranks=1):
@@ -154,13 +141,6 @@ def start_failure(text, code, ranks):
     paragraphs = re.split(r"\n\s*\n", re.sub(r"^-{20,}$", "\n", text.strip(), flags=re.M))
     paragraphs = [" ".join(words.split()) for words in paragraphs if words.strip()]
     return next((words for words in paragraphs if not words.startswith("WARNING")), "it printed nothing")[:300]
-
-
-def check_start(name, log, code, ranks):
-    """RunError where a run that failed, with its output in the log, had not even started."""
-    said = start_failure(pathlib.Path(log).read_text(encoding="utf-8", errors="replace"), code, ranks)
-    if said:
-        raise RunError(f"{name}: LAMMPS did not start (exit {code}): {said}\n  run evp doctor (tools/doctor.py): it names the cause and the command that mends it")
 
 
 def lammps_error(log):

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Reads the data files of a specimen (LAMMPS atom_style sphere), finds its pairs, measures the strain of its middle."""
+"""Reads the data files of a specimen (LAMMPS atom_style sphere) and FILE.body, finds its pairs, measures the strain of its middle."""
+
+import pathlib
+import re
 
 from typing import NamedTuple
 
@@ -49,6 +52,18 @@ def read_data(path):
     mass = table[:, 3] * 4.0 / 3.0 * np.pi * radius**3
     ids, types = table[:, 0].astype(int), table[:, 1].astype(int)
     return Specimen(ids, types, radius, mass, table[:, 4:7], box)
+
+
+def read_body(path):
+    """{name: value} of FILE.body beside a data file, SI. ValueError where there is none, or it has no length or volume."""
+    beside = pathlib.Path(f"{path}.body")
+    remedy = "make the body by in.specimen or tools/body.py, which write both"
+    if not beside.is_file():
+        raise ValueError(f"there is no file {beside}; {remedy}")
+    found = {name: float(value) for name, value in re.findall(r"^variable\s+(\w+)\s+(?:index|equal)\s+([-+.\deE]+)", beside.read_text(encoding="utf-8"), re.M)}
+    if not min(found.get("length", 0.0), found.get("volume", 0.0)) > 0.0:
+        raise ValueError(f"{beside} gives no length or no volume of the body: {remedy}")
+    return found
 
 
 def middle_strains(specimen, x, length=0.05):

@@ -11,6 +11,7 @@ import tempfile
 from typing import NamedTuple
 
 import numpy as np
+from PIL import Image
 
 from . import run
 
@@ -61,8 +62,10 @@ def extents(x, radius, theta, phi):
 def cameras(ends, views, pixels):
     """A Camera for each (theta, phi) of views, all of one scale, the longest side of the largest being `pixels`.
 
-    ends: for each view, from extents() of all snapshots.
+    ends: for each view, extents() of one snapshot or of several.
     """
+    ends = [np.reshape(own, (-1, 2, 2)) for own in ends]
+    ends = [(own[:, 0].min(axis=0), own[:, 1].max(axis=0)) for own in ends]
     per_pixel = max(float((high - low).max()) for low, high in ends) / (pixels - 2 * _MARGIN)
     found = []
     for (theta, phi), (low, high) in zip(views, ends):
@@ -92,14 +95,6 @@ def _data(x, radius, value, edge):
     atoms = "".join(f"{k} 1 {d:.9g} 1 {a:.12g} {b:.12g} {c:.12g}\n" for k, (d, a, b, c) in enumerate(rows.tolist(), 1))
     speeds = "".join(f"{k} {v:.9g} 0 0 0 0 0\n" for k, v in enumerate(value.tolist(), 1))
     return f"{head}\nAtoms # sphere\n\n{atoms}\nVelocities\n\n{speeds}"
-
-
-def read_ppm(path):
-    """(rows, columns, 3) bytes of a picture that LAMMPS wrote."""
-    content = pathlib.Path(path).read_bytes()
-    words = content[:64].split(maxsplit=4)
-    width, height = int(words[1]), int(words[2])
-    return np.frombuffer(content, dtype=np.uint8, offset=len(content) - 3 * width * height).reshape(height, width, 3)
 
 
 def _reason(error, lmp):
@@ -142,7 +137,7 @@ def _draw(x, radius, value, colors, views):
             with open(folder / "view.log", "ab") as log:
                 log.write(ended.stdout)
             raise run.RunError(f"LAMMPS could not draw the spheres: {_reason(run.lammps_error(folder / 'view.log'), command[0])}")
-        return [read_ppm(folder / f"view{k}.ppm")[cut] for k, cut in enumerate(cuts)]
+        return [np.asarray(Image.open(folder / f"view{k}.ppm"))[cut] for k, cut in enumerate(cuts)]
 
 
 def _slabs(x, radius, camera):

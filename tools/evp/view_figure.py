@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Puts pictures of spheres beside each other, with titles, one color bar and one scale bar; and a row of such pictures into a film."""
 
-import pathlib
 import re
-import shutil
 import subprocess
 import textwrap
 
@@ -13,8 +11,11 @@ matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
+from matplotlib import animation  # noqa: E402
+from PIL import Image  # noqa: E402
 
 from . import spheres  # noqa: E402
+from .figures import prefixed  # noqa: E402
 
 DPI = 100
 _GAP = 24  # [pixels] between pictures
@@ -23,20 +24,17 @@ _LINE = 20  # of each further line of this text
 _LETTER = 8  # of a letter there, on average
 _FOOT = 64  # of the scale bar with its text
 _HEAD = 34  # of a title
-_PREFIXES = ((1e3, "km"), (1.0, "m"), (1e-3, "mm"), (1e-6, "\u00b5m"), (1e-9, "nm"))
 OUTER = 0.5  # percent of the values
-_TIMES = ((1.0, "s"), (1e-3, "ms"), (1e-6, "\u00b5s"), (1e-9, "ns"))
+FILMS = {".gif": "", ".mp4": "h264", ".mkv": "h264", ".webm": "vp9"}  # kinds and their codecs
 PLAIN = "#9fb4c8"  # spheres that no column colors
 
 
 class ColorScale:
     """Which color a value has: limits [unit of the label], a matplotlib map, and the text beside the bar. None: plain spheres."""
 
-    def __init__(self, low, high, values, name=None, label=""):
-        """values: lowest and highest that are drawn; the bar shows where they are beyond the limits. name: of a map of matplotlib
-        (default: one with white in the middle where the values have both signs)."""
-        signs = low < 0.0 < high
-        self.map = plt.get_cmap(name or ("coolwarm" if signs else "YlOrRd"))
+    def __init__(self, low, high, values, label=""):
+        """values: lowest and highest that are drawn; the bar shows where they are beyond the limits."""
+        self.map = plt.get_cmap("coolwarm" if low < 0.0 < high else "YlOrRd")
         if high <= low:
             low, high = low - 0.5, low + 0.5
         self.low, self.high, self.label = low, high, label
@@ -70,11 +68,6 @@ def note_of_outer(drawn, shown, unit=""):
     return ", ".join(f"{name} {value:.3g}{unit}" for name, value, left in (("lowest", drawn[0], below), ("highest", drawn[1], above)) if left)
 
 
-def hull(a, b):
-    """Ends that hold both (2, 2) ends."""
-    return np.array([np.minimum(a[0], b[0]), np.maximum(a[1], b[1])])
-
-
 def plain_colors():
     return np.tile(matplotlib.colors.to_rgb(PLAIN), (spheres.SHADES, 1))
 
@@ -87,17 +80,16 @@ def round_length(longest):
 
 def time_text(seconds, longest=None):
     """'37.1 \u00b5s', in the unit that suits the longest time of a series (default: this one)."""
-    reach = abs(seconds) if longest is None else longest
-    size, unit = next(((a, b) for a, b in _TIMES if reach >= a * (1.0 - 1e-9)), (1.0, "s"))
-    return f"{seconds / size:.3g} {unit}"
+    unit, factor = prefixed("s", min(abs(seconds) if longest is None else longest, 999.0))
+    return f"{factor * seconds:.3g} {unit}"
 
 
 def length_text(length, units):
     """'5 mm'; in units other than SI '5 length units'."""
     if units != "si":
         return f"{length:g} length units ({units})"
-    size, unit = next(((a, b) for a, b in _PREFIXES if length >= a * (1.0 - 1e-9)), _PREFIXES[-1])
-    return f"{length / size:g} {unit}"
+    unit, factor = prefixed("m", length)
+    return f"{factor * length:g} {unit}"
 
 
 def label_lines(label, letters):
@@ -166,46 +158,31 @@ def to_pixels(figure):
     return pixels
 
 
-def film_writer(path):
-    """How a film of this name is written; ValueError where that cannot be done here."""
-    kind = pathlib.Path(path).suffix.lower()
-    if kind == ".gif":
-        return _write_gif
-    if kind not in (".mp4", ".mkv", ".webm"):
-        raise ValueError(f"--film {path}: the name of a film ends in .gif, .mp4, .mkv or .webm")
-    if shutil.which("ffmpeg") is None:
+def check_film(path):
+    """ValueError where a film of this name cannot be written here."""
+    kind = path.suffix.lower()
+    if kind not in FILMS:
+        raise ValueError(f"--film {path}: the name of a film ends in {', '.join(FILMS)}")
+    if kind != ".gif" and not animation.FFMpegWriter.isAvailable():
         raise ValueError(f"--film {path}: a film of this kind needs the program ffmpeg, which is not here; a name that ends in .gif does not")
-    return lambda frames, target, rate: _write_by_ffmpeg(frames, target, rate, kind)
 
 
-def _write_gif(frames, path, rate):
-    from PIL import Image
-
-    some = [frames[k] for k in np.unique(np.linspace(0, len(frames) - 1, 4).astype(int))]
-    colors = Image.fromarray(np.concatenate(some)).quantize(256).getpalette()  # one palette for all, so that nothing flickers
-    white = int(np.argmax(np.reshape(colors, (-1, 3)).sum(axis=1)))
-    colors[3 * white : 3 * white + 3] = 3 * [255]
-    palette = Image.new("P", (1, 1))
-    palette.putpalette(colors)
-
-    def quantized(frame):
-        """Pillow takes a neighbor of white for white: white pixels are set apart."""
-        found = np.array(Image.fromarray(frame).quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG))
-        found[np.all(frame == 255, axis=2)] = white
-        image = Image.fromarray(found, mode="P")
-        image.putpalette(colors)
-        return image
-
-    images = [quantized(frame) for frame in frames]
-    images[0].save(path, format="GIF", save_all=True, append_images=images[1:], duration=round(1000 / rate), loop=0, optimize=False)
-
-
-def _write_by_ffmpeg(frames, path, rate, kind):
+def write_film(frames, path, rate):
+    """A film of pictures of one size. ValueError with what ffmpeg says where that fails."""
+    if path.suffix.lower() == ".gif":
+        first, *others = (Image.fromarray(frame).quantize() for frame in frames)
+        first.save(path, save_all=True, append_images=others, duration=round(1000 / rate), loop=0)
+        return
     height, width = frames[0].shape[:2]
-    command = ["ffmpeg", "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", f"{rate:g}",
-               "-i", "-", "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white", "-pix_fmt", "yuv420p",
-               "-f", {".mp4": "mp4", ".mkv": "matroska", ".webm": "webm"}[kind], str(path)]
-    content = b"".join(frame.tobytes() for frame in frames)
-    ended = subprocess.run(command, input=content, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
-    if ended.returncode:
-        raise ValueError(f"ffmpeg failed: {ended.stdout.decode(errors='replace').strip()}")
+    figure = plt.figure(figsize=((width + 0.01) / DPI, (height + 0.01) / DPI), dpi=DPI)
+    shown = figure.figimage(frames[0])
+    writer = animation.FFMpegWriter(fps=rate, codec=FILMS[path.suffix.lower()], extra_args=["-pix_fmt", "yuv420p"])
+    try:
+        with writer.saving(figure, str(path), DPI):
+            for frame in frames:
+                shown.set_data(frame)
+                writer.grab_frame()
+    except subprocess.CalledProcessError as error:
+        raise ValueError(f"ffmpeg failed: {' '.join(f'{error.output} {error.stderr}'.split())}") from error
+    finally:
+        plt.close(figure)

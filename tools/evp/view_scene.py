@@ -18,33 +18,19 @@ _TYPES = {"float64": "Float64", "int64": "Int64", "uint8": "UInt8"}
 _VERTEX = 1  # VTK's number of the cell that is a point
 
 
-def need(table, name, where):
-    """DumpError where a column is missing: those that there are, and how that one gets into a dump."""
-    try:
-        dump.need(table, [name], where)
-    except dump.DumpError as error:
-        raise dump.DumpError(f"{error}{dump.how_to_write(name)}") from error
-
-
-class Condition(NamedTuple):
-    """A column compared with a number, in the units of the dump."""
-
-    name: str
-    above: bool
-    limit: float
-
-    def holds(self, table, where):
-        need(table, self.name, where)
-        return table[self.name] > self.limit if self.above else table[self.name] < self.limit
-
-
 def condition(text):
-    """Condition of a text such as 'y>0.01'; ValueError where it is none."""
+    """Function that gives the mask of a text such as 'y>0.01', in the units of the dump, for a table of columns; ValueError where it is none."""
     found = _CUT.fullmatch(text)
     try:
-        return Condition(dump.word(found[1]), found[2] == ">", float(found[3]))
+        name, above, limit = dump.word(found[1]), found[2] == ">", float(found[3])
     except (TypeError, ValueError) as error:
         raise ValueError(f"--cut '{text}' is no condition: give COLUMN>NUMBER or COLUMN<NUMBER, such as \"y>0\"") from error
+
+    def holds(table, where):
+        dump.need(table, [name], where)
+        return table[name] > limit if above else table[name] < limit
+
+    return holds
 
 
 class Spheres(NamedTuple):
@@ -56,27 +42,27 @@ class Spheres(NamedTuple):
 
 
 def read_table(snapshot, radius=None):
-    """{word: (N,) array} of a snapshot, with a radius. DumpError where it has none or a place is not finite.
+    """{word: (N,) array} of a snapshot, with a radius. ValueError where it has none or a place is not finite.
 
     radius: of all spheres [length], where the dump has none.
     """
     read = snapshot.read()
     table = {dump.word(name) if dump.word(name) not in read else name: values for name, values in read.items()}
     if snapshot.count == 0:
-        raise dump.DumpError(f"{snapshot} has no atoms")
+        raise ValueError(f"{snapshot} has no atoms")
     if "radius" not in table:
         if "diameter" in table:
             table["radius"] = 0.5 * table["diameter"]
         elif radius is not None:
             table["radius"] = np.full(snapshot.count, radius)
         else:
-            raise dump.DumpError(f"{snapshot} has no column radius; it has {' '.join(table)}: add radius to the dump command, "
-                                 "or give --radius, one for all spheres")
+            raise ValueError(f"{snapshot} has no column radius; it has {' '.join(table)}: add radius to the dump command, "
+                             "or give --radius, one for all spheres")
     x = places(table, snapshot)
     if not (np.all(np.isfinite(x)) and np.all(np.isfinite(table["radius"]))):
-        raise dump.DumpError(f"{snapshot} has a position or radius that is not finite: the run was unstable")
+        raise ValueError(f"{snapshot} has a position or radius that is not finite: the run was unstable")
     if np.any(table["radius"] <= 0.0):
-        raise dump.DumpError(f"{snapshot} has a radius that is not positive: {table['radius'].min():g}")
+        raise ValueError(f"{snapshot} has a radius that is not positive: {table['radius'].min():g}")
     return table
 
 
@@ -89,20 +75,20 @@ def places(table, where):
 
 
 def spheres_of(snapshot, color=None, cuts=(), radius=None):
-    """Spheres of a snapshot. cuts: groups of Condition; those for which all of a group hold are left out.
+    """Spheres of a snapshot. cuts: groups of condition(); those for which all of a group hold are left out.
 
-    DumpError where a column is missing or not finite, or nothing is left.
+    ValueError where a column is missing or not finite, or nothing is left.
     """
     table = read_table(snapshot, radius)
     if color:
-        need(table, color, snapshot)
+        dump.need(table, [color], snapshot)
         if not np.all(np.isfinite(table[color])):
-            raise dump.DumpError(f"{snapshot}: column {color} has values that are not finite")
+            raise ValueError(f"{snapshot}: column {color} has values that are not finite")
     kept = np.ones(snapshot.count, dtype=bool)
     for group in cuts:
-        kept &= ~np.logical_and.reduce([one.holds(table, snapshot) for one in group])
+        kept &= ~np.logical_and.reduce([one(table, snapshot) for one in group])
     if not kept.any():
-        raise dump.DumpError(f"{snapshot}: --cut leaves no sphere")
+        raise ValueError(f"{snapshot}: --cut leaves no sphere")
     return Spheres(places(table, snapshot)[kept], table["radius"][kept], table[color][kept] if color else None)
 
 
