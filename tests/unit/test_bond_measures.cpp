@@ -40,34 +40,6 @@ void expect_factors(const EVP::Factors &found, double energies, double gamma, do
 
 }    // namespace
 
-TEST(BondCensus, CountsByTypes)
-{
-  // 1 - 2 - 3 - 4 in a row, types 1 1 2 3; a fifth of type 3 has no bond
-  BondCensus census(3, 0.03);
-  const int type[] = {1, 1, 2, 3};
-  const double deq[] = {0.01, 0.02, 0.03};
-  for (int k = 0; k < 3; k++) {
-    census.add_bond(type[k], type[k + 1], deq[k]);
-    census.add_bond(type[k + 1], type[k], deq[k]);
-  }
-  for (int k = 0; k < 4; k++) census.add_particle(type[k], k == 0 || k == 3 ? 1 : 2);
-  const BondMeasures found = census.measures();
-  EXPECT_DOUBLE_EQ(found.of(1, 1).spacing, 0.01);
-  EXPECT_EQ(found.of(1, 1).coordination, 1.5);    // bonds with whatever types count
-  EXPECT_DOUBLE_EQ(found.of(2, 1).spacing, 0.02);
-  EXPECT_EQ(found.of(1, 2).coordination, 5.0 / 3.0);
-  EXPECT_DOUBLE_EQ(found.of(2, 3).spacing, 0.03);
-  EXPECT_EQ(found.of(3, 2).coordination, 1.5);
-  EXPECT_TRUE(found.any_bonds());
-  EXPECT_DOUBLE_EQ(found.of(2, 2).spacing, 0.025);    // none of its own: those with other types
-  EXPECT_EQ(found.of(2, 2).coordination, 2.0);
-  EXPECT_DOUBLE_EQ(found.of(3, 3).spacing, 0.03);
-  EXPECT_EQ(found.of(3, 3).coordination, 1.0);
-  EXPECT_EQ(found.of(1, 3).spacing, 0.0);
-  EXPECT_EQ(found.of(1, 3).coordination, 0.0);
-  EXPECT_FALSE(BondCensus(3, 0.0).measures().any_bonds());
-}
-
 TEST(BondCensus, IsTheSameBitsInAnyOrder)
 {
   std::mt19937 random(15);
@@ -107,16 +79,6 @@ TEST(BondMeasures, GoThroughRestartFiles)
   EXPECT_FALSE(BondMeasures().take(words.data(), 1));
   ASSERT_TRUE(read.take(BondMeasures().words().data(), 2));
   EXPECT_TRUE(read.empty());
-}
-
-TEST(Factors, KeepTheMaterial)
-{
-  expect_factors(EVP::factors_of(METAL, {0.004, 12.0}), 1.0, 1.0, 1.0);
-  expect_factors(EVP::factors_of(METAL, {0.002, 12.0}), 0.125, 0.5, 0.125);
-  expect_factors(EVP::factors_of(METAL, {0.004, 15.0}), 0.8, 0.8, 1.0);
-  expect_factors(EVP::factors_of(METAL, {0.008, 6.0}), 16.0, 4.0, 8.0);
-  for (const double spacing : {1e-110, 1e110})
-    EXPECT_THROW(EVP::factors_of(METAL, {spacing, 12.0}), EVP::BadInput) << spacing;
 }
 
 TEST(Scaling, IsOfTheLawsAndNotOfTheRows)
