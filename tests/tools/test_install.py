@@ -126,13 +126,6 @@ def test_lammps_by_the_command(evp, tmp_path):
     assert f"EVP {__version__} for LAMMPS " in said
 
 
-def test_plugin_load_names_the_version(prefix, tmp_path):
-    lammps = pathlib.Path(cache_entry("LAMMPS_BUILD_DIR"))
-    (tmp_path / "in.lmp").write_text(f"plugin load '{prefix / PLUGINS}/evpplugin.so'\n", encoding="utf-8")
-    text = start(lammps / "lmp", "-in", "in.lmp", "-log", "none", folder=tmp_path, LD_LIBRARY_PATH=lammps)
-    assert re.search(rf"^Loading plugin: .* by the authors of EVP {re.escape(__version__)}$", text, re.M), text
-
-
 def test_the_command(prefix, evp, tmp_path):
     assert start(evp, "--version") == f"EVP {__version__}\n"
     assert start(sys.executable, "-m", "evp", "--version", PYTHONPATH=REPOSITORY / "tools") == f"EVP {__version__}\n"
@@ -264,12 +257,3 @@ def test_source_archive_without_git(tmp_path):
     start("cmake", "--install", build, "--prefix", tmp_path / "prefix", PATH=path)
     assert start(tmp_path / "prefix" / "bin" / "evp", "--version") == f"EVP {__version__}\n"
     assert not (tmp_path / "asked").exists()
-
-
-def test_version_is_the_same_everywhere():
-    pages = {"CITATION.cff": r'^version: "?([^"\s]+)"?$', "CHANGELOG.md": r"^## \[?v?(\d+\.\d+\.\d+)"}
-    for name, form in pages.items():
-        page = REPOSITORY / name
-        if page.exists():
-            found = re.findall(form, page.read_text(encoding="utf-8"), re.M)
-            assert found[:1] == [__version__], f"{name} must begin with version {__version__} of tools/evp/__init__.py"
