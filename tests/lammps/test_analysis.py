@@ -1,14 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""What users look at with LAMMPS' own computes, averages and dumps, against the sum over all pairs."""
+"""What users look at with LAMMPS' own computes and dumps, against the sum over all pairs."""
 
 import numpy as np
 import pytest
 from evp import law
-from oracle import brute
-from small_bodies import (MOVE, ROUND_OFF, STIR, check_forces, dump, head, lattice_body, pair, truth, words,
-                          write_body)
+from small_bodies import MOVE, ROUND_OFF, STIR, dump, head, pair, truth, words
 
-HOLD = "unfix move\nfix hold all nve/noforce\ntimestep 1e-30\n"  # a step as good as none
 WAYS = [(1, "on"), (2, "off"), (4, "on")]
 
 
@@ -52,50 +49,6 @@ def check_state(run, bar, contact):
         assert np.array_equal(low[:40], state[:40]) and not np.any(low[40:])
     assert 20 < second.sum() < bonded.sum() - 20 and count["within"].sum() < recorded.sum(), "control: there is something to see"
     assert (count["new"].sum() > 0) == (contact != "none")
-
-
-UNLIKE = {(1, 1): law.TABLE1, (1, 2): law.Row(50.0, 6.0, 3.0, 5.0, 7.5, 3.2, 0.010, 400.0, 1.4),
-          (2, 2): law.Row(30.0, 12.0, 6.0, 9.0, 4.0, 2.0, 0.008, 900.0, 1.5)}
-
-
-@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off")])
-def test_group_group_across_an_interface(lmp, tmp_path, ranks, newton):
-    """Two materials, x < 0.03 and beyond, with a row for the interface: compute group/group gives the force and the
-    energy of the pairs between them, damping included, equal to the same sum over all pairs."""
-    body = lattice_body((6, 4, 4))
-    body = body._replace(types=1 + (body.x[:, 0] > 0.03))
-    write_body(tmp_path / "body.data", body)
-    coeffs = "".join(f"pair_coeff {a} {b} {words(row)}\n" for (a, b), row in UNLIKE.items())
-    run = lmp(head(newton) + "pair_style evp/lj\n" + coeffs + "fix bonds all evp/bonds zone 1.4\n" + STIR + MOVE + f"""
-group one type 1
-group two type 2
-run 60
-{HOLD}
-compute across one group/group two
-compute inside one group/group one
-{dump(every=1)}
-thermo_style custom step pe c_across c_across[1] c_across[2] c_across[3] c_inside c_inside[1]
-thermo_modify norm no format float %.17g
-run 1
-""", ranks=ranks).ok()
-    bonds = {p: deq for p, deq in body.bonds.items() if deq <= 1.4 * (body.radius[p[0] - 1] + body.radius[p[1] - 1])}
-    snapshot, table = run.dump("all.dump")[-1], run.thermo(-1)
-    x, v = snapshot.vectors("x", "y", "z"), snapshot.vectors("vx", "vy", "vz")
-    check_forces(snapshot, body._replace(bonds=bonds), UNLIKE)
-    pairs, deq, cut, _, row = brute.interactions(x, body.radius, UNLIKE, bonds, "literal", body.types)
-    unit = pairs.r / pairs.d[:, None]
-    f = law.force(pairs.d, deq, row)[:, None] * unit + law.damping_force(unit, v[pairs.i], v[pairs.j], row)
-    energy = law.energy(pairs.d, deq, row, cut)
-    across = body.types[pairs.i] != body.types[pairs.j]
-    sign = np.where(body.types[pairs.i] == 1, 1.0, -1.0)
-    total = np.sum((sign[:, None] * f)[across], axis=0)
-    assert across.sum() > 30 and np.linalg.norm(total) > 100.0, "control: the interface carries load"
-    for axis in range(3):
-        assert abs(table[f"c_across[{axis + 1}]"][-1] - total[axis]) < ROUND_OFF * np.abs(f[across]).sum()
-    assert abs(table["c_across"][-1] - energy[across].sum()) < ROUND_OFF * np.abs(energy).sum()
-    inside = (body.types[pairs.i] == 1) & ~across
-    assert abs(table["c_inside"][-1] - energy[inside].sum()) < ROUND_OFF * np.abs(energy).sum()
-    assert abs(table["c_inside[1]"][-1]) < ROUND_OFF * np.abs(f).sum(), "actio = reactio"
 
 
 @pytest.mark.parametrize("ranks, newton", [(1, "on"), (3, "off")])

@@ -58,19 +58,6 @@ def test_offsets_move_in_steps_only(lmp_decks, bar):
             assert sum(moved) > 20, f"control: {name}"
 
 
-def test_a_watched_run_is_the_same(lmp_decks, bar):
-    """What is asked at every step changes no bit of the run."""
-    watch = EVALUATE.replace("run 0\n", "thermo 1\n") + """
-fix watch all print 1 "$(c_biggest) $(f_bonds[5])" file watched.txt screen no
-dump own all local 1 own.dump c_own[2] c_own[7]
-fix mean all ave/time 1 1 1 c_dt file mean.txt
-"""
-    runs = lmp_decks({name: START + lines + "run 60\n" + AFTER for name, lines in {"plain": "", "watched": watch}.items()})
-    plain, watched = ((run.folder / "after.bonds").read_text() for run in runs.values())
-    assert plain == watched
-    assert plain != (runs["plain"].folder / "before.bonds").read_text(), "control"
-
-
 @pytest.mark.parametrize("contact", ["none", "repulsive"])
 def test_a_run_in_parts_is_the_same(lmp, tmp_path, bar, contact):
     """Set-up finds the forces of the step before, also where bonds have just broken while their particles overlap."""

@@ -2,7 +2,7 @@
 """What keeps recorded bonds: bond files, restart and data files, the header that says which atoms are one body; damaged ones are in test_bad_input.py.
 
 A refused recording leaves fix evp/bonds as it was, so that a program may mend the cause and run again. What goes on after a restart, to the last bit:
-test_kill.py; on other ranks: test_matrix.py."""
+test_resume.py; on other ranks: test_matrix.py."""
 
 import os
 import subprocess
