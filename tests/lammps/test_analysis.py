@@ -1,14 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""What users look at with LAMMPS' own computes, averages and dumps, against the sum over all pairs."""
+"""What users look at with LAMMPS' own computes and dumps, against the sum over all pairs."""
 
 import numpy as np
 import pytest
-from oracle import brute, law
-from hostile import refused
-from small_bodies import (MOVE, ROUND_OFF, STIR, assert_eventful, check_forces, dump, head, lattice_body, pair, truth, words,
-                          write_body)
+from oracle import law
+from small_bodies import MOVE, ROUND_OFF, STIR, dump, head, pair, truth, words
 
-HOLD = "unfix move\nfix hold all nve/noforce\ntimestep 1e-30\n"  # a step as good as none
 WAYS = [(1, "on"), (2, "off"), (4, "on")]
 
 
@@ -54,50 +51,6 @@ def check_state(run, bar, contact):
     assert (count["new"].sum() > 0) == (contact != "none")
 
 
-UNLIKE = {(1, 1): law.TABLE1, (1, 2): law.Row(50.0, 6.0, 3.0, 5.0, 7.5, 3.2, 0.010, 400.0, 1.4),
-          (2, 2): law.Row(30.0, 12.0, 6.0, 9.0, 4.0, 2.0, 0.008, 900.0, 1.5)}
-
-
-@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off")])
-def test_group_group_across_an_interface(lmp, tmp_path, ranks, newton):
-    """Two materials, x < 0.03 and beyond, with a row for the interface: compute group/group gives the force and the
-    energy of the pairs between them, damping included, equal to the same sum over all pairs."""
-    body = lattice_body((6, 4, 4))
-    body = body._replace(types=1 + (body.x[:, 0] > 0.03))
-    write_body(tmp_path / "body.data", body)
-    coeffs = "".join(f"pair_coeff {a} {b} {words(row)}\n" for (a, b), row in UNLIKE.items())
-    run = lmp(head(newton) + "pair_style evp/lj\n" + coeffs + "fix bonds all evp/bonds zone 1.4\n" + STIR + MOVE + f"""
-group one type 1
-group two type 2
-run 60
-{HOLD}
-compute across one group/group two
-compute inside one group/group one
-{dump(every=1)}
-thermo_style custom step pe c_across c_across[1] c_across[2] c_across[3] c_inside c_inside[1]
-thermo_modify norm no format float %.17g
-run 1
-""", ranks=ranks).ok()
-    bonds = {p: deq for p, deq in body.bonds.items() if deq <= 1.4 * (body.radius[p[0] - 1] + body.radius[p[1] - 1])}
-    snapshot, table = run.dump("all.dump")[-1], run.thermo(-1)
-    x, v = snapshot.vectors("x", "y", "z"), snapshot.vectors("vx", "vy", "vz")
-    check_forces(snapshot, body._replace(bonds=bonds), UNLIKE)
-    pairs, deq, cut, _, row = brute.interactions(x, body.radius, UNLIKE, bonds, "literal", body.types)
-    unit = pairs.r / pairs.d[:, None]
-    f = law.force(pairs.d, deq, row)[:, None] * unit + law.damping_force(unit, v[pairs.i], v[pairs.j], row)
-    energy = law.energy(pairs.d, deq, row, cut)
-    across = body.types[pairs.i] != body.types[pairs.j]
-    sign = np.where(body.types[pairs.i] == 1, 1.0, -1.0)
-    total = np.sum((sign[:, None] * f)[across], axis=0)
-    assert across.sum() > 30 and np.linalg.norm(total) > 100.0, "control: the interface carries load"
-    for axis in range(3):
-        assert abs(table[f"c_across[{axis + 1}]"][-1] - total[axis]) < ROUND_OFF * np.abs(f[across]).sum()
-    assert abs(table["c_across"][-1] - energy[across].sum()) < ROUND_OFF * np.abs(energy).sum()
-    inside = (body.types[pairs.i] == 1) & ~across
-    assert abs(table["c_inside"][-1] - energy[inside].sum()) < ROUND_OFF * np.abs(energy).sum()
-    assert abs(table["c_inside[1]"][-1]) < ROUND_OFF * np.abs(f).sum(), "actio = reactio"
-
-
 @pytest.mark.parametrize("ranks, newton", [(1, "on"), (3, "off")])
 def test_pair_local_beside_another_style(lmp, bar, ranks, newton):
     """In hybrid/overlay p1 p2 p3 are ours when our pair_coeff line is the last of the pair (LAMMPS shows zeros otherwise),
@@ -126,88 +79,6 @@ dump_modify all format float %.17g
     assert np.all(np.abs(force - ours[0] - theirs[0]) <= ROUND_OFF * (scale + np.abs(ours[0]) + np.abs(theirs[0])))
     assert np.all(np.abs(energy - ours[1] - theirs[1]) <= ROUND_OFF * (np.abs(ours[1]) + np.abs(theirs[1]) + 80.0))
     assert set(regime) == {0.0, 1.0, 2.0}, "control"
-
-
-@pytest.mark.parametrize("start", ["", "restart"])
-def test_pair_local_in_plain_hybrid(lmp, bar, start):
-    """LAMMPS before 2026 crashes when a sub-style of `hybrid` has values of its own, so ours offers none there: dist, eng
-    and force work, group/group too, and p1 is refused."""
-    coeffs = f"pair_coeff 1 1 evp/lj {words(law.TABLE1)}\npair_coeff 1 2 lj/cut 2 0.009\npair_coeff 2 2 lj/cut 2 0.009\n"
-    text = head() + "pair_style hybrid lj/cut 0.02 evp/lj\n" + coeffs + "fix bonds all evp/bonds\n"
-    if start:
-        lmp(text + "fix move all nve\nrun 0\nwrite_restart hybrid.restart\n").ok()
-        text = head(start="read_restart hybrid.restart") + coeffs + "fix bonds all evp/bonds\n"
-    text += STIR + MOVE + """
-group one type 1
-group two type 2
-compute pairs all pair/local dist eng {}
-compute sum all reduce sum c_pairs[2] inputs local
-compute one one group/group one
-compute across one group/group two
-compute two two group/group two
-thermo_style custom step pe c_sum c_one c_across c_two
-thermo_modify norm no format float %.17g
-run 20
-"""
-    table = lmp(text.format("force")).ok().thermo()
-    assert np.allclose(table["c_sum"], table["PotEng"], rtol=100.0 * ROUND_OFF, atol=0.0)
-    assert np.allclose(table["c_one"] + table["c_across"] + table["c_two"], table["PotEng"], rtol=100.0 * ROUND_OFF, atol=0.0)
-    assert np.all(np.abs(table["c_one"]) > 100.0) and np.all(table["c_two"] != 0.0)
-    refused(lmp(text.format("p1")), "Pair style does not have extra field requested by compute pair/local")
-
-
-@pytest.mark.parametrize("ranks", [1, 3])
-def test_averages_variables_and_dumps_agree(lmp, bar, ranks):
-    """The fix's numbers through thermo, fix ave/time and variables; fix ave/atom and reductions of the state; counts of a
-    histogram of p3. All of them count the same bonds."""
-    run = lmp(head() + pair() + STIR + MOVE + """
-compute state all evp/state/atom
-compute pairs all pair/local p2 p3
-compute ids all property/local patom1 patom2
-variable lost atom c_state[1]*c_state[3]
-variable second atom c_state[1]*c_state[2]
-compute sums all reduce sum c_state[1] v_lost v_second c_state[4]
-compute longest all reduce max c_pairs[1] inputs local
-variable share equal f_bonds[2]/f_bonds
-variable twice vector 2*f_bonds
-fix time all ave/time 10 1 10 f_bonds f_bonds[1] f_bonds[2] f_bonds[3] f_bonds[4] v_share file time.txt
-fix mean all ave/time 10 5 50 f_bonds[2] file mean.txt
-fix vector all ave/time 50 1 50 f_bonds mode vector file vector.txt
-fix atoms all ave/atom 10 1 10 c_state[1] c_state[2] v_lost
-fix regimes all ave/histo 10 1 10 -0.5 2.5 3 c_pairs[2] mode vector kind local file regimes.txt
-compute check all reduce sum f_atoms[1] f_atoms[3]
-compute c1 all centroid/stress/atom NULL pair
-compute c2 all stress/atom NULL pair
-variable differs atom abs(c_c1[1]-c_c2[1])+abs(c_c1[4]-c_c2[4])+abs(c_c1[7]-c_c2[4])
-variable size atom abs(c_c2[1])+abs(c_c2[4])
-compute differ all reduce max v_differs v_size
-dump state all custom 100 state.dump id c_state[1] c_state[2] c_state[3] c_state[4] f_atoms[2] v_second
-thermo_style custom step f_bonds f_bonds[1] f_bonds[2] f_bonds[3] f_bonds[4] c_sums[*] c_check[*] v_share c_longest c_differ[*]
-thermo_modify norm yes format float %.17g
-run 100
-""", ranks=ranks).ok()
-    table = run.thermo()
-    assert_eventful(table)
-    beyond, second, new = (table[f"f_bonds[{k}]"] for k in (1, 2, 3))
-    assert np.all(table["f_bonds"] == len(bar.bonds)), "intensive: not divided by N, as sums are"
-    for column, expected in (("c_sums[1]", 2.0 * table["f_bonds"]), ("c_sums[2]", 2.0 * beyond), ("c_sums[3]", 2.0 * second),
-                             ("c_sums[4]", 2.0 * new), ("c_check[1]", 2.0 * table["f_bonds"]), ("c_check[2]", 2.0 * beyond)):
-        assert np.allclose(len(bar.x) * table[column], expected, rtol=ROUND_OFF, atol=1e-9), column
-    rows = np.loadtxt(run.folder / "time.txt")
-    # six digits in the files of fix ave/time
-    for column, name in enumerate(("f_bonds", "f_bonds[1]", "f_bonds[2]", "f_bonds[3]", "f_bonds[4]", "v_share"), start=1):
-        assert np.allclose(rows[:, column], table[name], rtol=1e-5, atol=1e-12), name
-    means = np.loadtxt(run.folder / "mean.txt", ndmin=2)
-    assert means[-1, 1] == pytest.approx(second[-5:].mean(), rel=1e-5)
-    state = run.dump("state.dump")[-1]
-    assert np.array_equal(state["c_state[2]"], state["f_atoms[2]"])
-    assert state["v_second"].sum() == pytest.approx(2.0 * second[-1], rel=1e-4)
-    regimes = np.array([line.split()[2] for line in (run.folder / "regimes.txt").read_text().splitlines()
-                        if len(line.split()) == 4 and line[0] != "#"], dtype=float).reshape(-1, 3)
-    acting = len(bar.bonds) - beyond + new
-    assert np.array_equal(regimes[:, 1] + regimes[:, 2], acting)
-    assert np.all(regimes[:, 2] >= second)
-    assert np.all(table["c_differ[1]"] <= ROUND_OFF * table["c_differ[2]"]), "a central force: both stresses are one"
 
 
 def test_pair_write_is_harmless(lmp, bar):

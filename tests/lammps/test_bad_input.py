@@ -183,6 +183,13 @@ OTHERS = [
     ({"style": FLOWS, "then": "variable stiff equal 3+100*step\nfix stiffer all adapt 1 pair evp/lj e2 * * v_stiff", **SEEN}, STIFFER),
     ({"coeff": "pair_coeff * * 1e150 8 4 3 8 4 0.005 0 1.5 spacing 1e-60 coordination 12"}, "for the spacing of the body e1 and e2 of the row are multiplied by"),
     ({"coeff": f"{COEFF}{ROW} kv 1e99 spacing 1e-5 coordination 12", "then": "fix v all evp/volume row"}, "kv must not exceed 1e100 in the body"),
+    *(({"style": before, "after": f"{after}\n{COEFF}{ROW}\nrun 1 pre no", **SEEN}, "use 'run' with 'pre yes'")
+      for before, after in ((BREAKS, FLOWS), (FLOWS, STYLE), (BREAKS, STYLE + "break 0.2"))),
+    *(({"style": style, "then": "dump all all custom 1 all.dump id x y z vx vy vz", "after": "rerun all.dump dump x y z vx vy vz", **SEEN},
+       "rerun does not know how bonds have flowed or broken") for style in (FLOWS, BREAKS)),
+    ({"then": "variable a equal 1.5+0.1*step\nfix change all adapt 1 pair evp/lj alpha * * v_a", **SEEN}, "types 1 and 1: alpha must not grow during a run", "split the run there"),
+    ({"then": "variable m equal 4+10^(-step-1)\nfix change all adapt 1 pair evp/lj m2 * * v_m", **SEEN},
+     "Pair evp/lj, types 1 and 1: exponents too close: m2 - n2 = 0.0001, must be at least 0.00040001"),
     # run styles
     *(({"then": RESPA, **parts}, "run_style respa") for parts in ({}, {"style": FLOWS}, {"fix": FIX + "\nfix v all evp/volume 1"})),
     *(({"move": f"{move}\n{RESPA}"}, "respa") for move in ("fix move all nve/evp", NVE + "fix step all dt/evp 20 0.4", NVE + "fix energy all evp/energy")),
@@ -250,6 +257,8 @@ OTHERS = [
     *(({"fix": fix, "thermo": ""}, "Fix v evp/volume needs fix evp/bonds") for fix in ("fix v all evp/volume 10", FIX + "\nfix v all evp/volume 10\nunfix bonds")),
     ({"coeff": f"{COEFF}{ROW} kv 1", "fix": "fix v all evp/volume row", "thermo": ""}, "needs fix evp/bonds"),
     ({"then": "compute dt all evp/dt\nprint $(c_dt)"}, "cannot be invoked before initialization by a run"),
+    ({"then": "compute state all evp/state/atom", "after": "pair_style lj/cut 0.01\npair_coeff * * 1 1 0.01\nwrite_dump all custom s.dump id c_state[1]", **SEEN},
+     "Compute state evp/state/atom needs the pairs of the current positions"),
     ({"thermo": "compute dt all evp/dt\nthermo_style custom step c_dt[6]"}, "out-of-range"), ({"thermo": "thermo_style custom step f_bonds[6]"}, "out-of-range"),
     ({"units": "units si\nvariable m_kv index 3\nread_evp_row good.evp:a m"}, "Cannot redefine"),
     # two dimensions

@@ -43,27 +43,3 @@ def test_quick_bench_writes_its_tables(page):
     assert share >= 2.0, "control: pairs do cross xi_s in that scene"
     assert "about" in run.stderr and "left" in run.stderr, "progress with the time left"
     assert (page.parent / "figures" / "page.png").stat().st_size > 10000
-
-
-def test_section_that_is_not_run_stays(page):
-    """Only the part of the page, and the rows of the CSV, of the section that is run change."""
-    page.with_suffix(".csv").write_text("section,name,x,value\nscale,evp/lj,7,7\nbuild,packing over Neigh,,7\n", encoding="utf-8")
-    run = tool("bench.py", "--quick", "--sections", "build", "--out", page)
-    assert run.returncode == 0, run.stderr[-2000:]
-    text = page.read_text(encoding="utf-8")
-    assert "old scale\n" in text and "old build\n" not in text and "### Neighbor build" in text
-    rows = page.with_suffix(".csv").read_text(encoding="utf-8").splitlines()
-    assert "scale,evp/lj,7,7" in rows and len(rows) == 3 and "build,packing over Neigh,,7" not in rows
-
-
-def test_page_without_markers_stays(tmp_path):
-    page = tmp_path / "page.md"
-    page.write_text("mine\n", encoding="utf-8")
-    run = tool("bench.py", "--quick", "--sections", "build", "--out", page)
-    assert run.returncode == 1 and "must hold" in run.stderr
-    assert page.read_text(encoding="utf-8") == "mine\n"
-
-
-def test_bad_words_are_refused():
-    run = tool("bench.py", "--repeats", "0")
-    assert run.returncode == 2 and "--repeats must be at least 1" in run.stderr

@@ -87,15 +87,6 @@ def test_density_of_a_row_gives_the_body_the_mass_of_its_solid(tmp_path):
     assert "have a mean density of" not in text
 
 
-@pytest.mark.parametrize("deck", DECKS)
-def test_a_material_that_cannot_be(tmp_path, deck):
-    write_body(tmp_path, **CYLINDER)
-    run = pull(tmp_path, deck, material="rows.evp:none")
-    message = "^ERROR: .*read_evp_row: file rows.evp has no row 'none'; its rows: own, plain, heavy, stiff"
-    assert run.returncode != 0 and re.search(message, run.stdout, re.M), run.stdout[-1500:]
-    assert not (tmp_path / "pull.csv").exists()
-
-
 @pytest.mark.parametrize("deck", ["in.traction", "in.quasistatic"])
 def test_strain_between_layers(tmp_path, deck):
     """From the atoms at the end, which the last row is of in.quasistatic, and half a row before in in.traction."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Bodies with known answers: lattices, waves, chains, random packs, the affine curve, and the order of the time steps.
+"""Bodies with known answers: lattices, chains, random packs, the affine curve. The order of the time steps: test_time_order.py.
 
 Closed forms by their number in the project's model notes; each test derives its tolerance from the terms that the form
 leaves out. A pair's force is F deq/K = -x + 7.5 x^2 - 32.5 x^3 at d = (1 + x) deq, exponents 8 and 4."""
@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from closed_form_bodies import (MASS, ROW, STIFFNESS, affine_stress, chain, dumbbells, fcc, head, mode_of, thermo,
                                 write_body)
-from closed_form_steps import order, step_errors
 
 # ---- elastic constants of the face-centred cubic lattice ---------------------------------------------------
 
@@ -58,48 +57,7 @@ def test_fcc_elastic_constants(lmp, tmp_path, alpha, expected):
 
 # ---- plane waves -------------------------------------------------------------------------------------------
 
-WAVE = """
-variable shape atom {shape}
-variable speed atom {speed}*v_shape
-velocity all set 0 0 0
-velocity all set {components}
-variable product atom {velocity}*v_shape
-compute mode all reduce sum v_product
-fix move all nve
-timestep {dt}
-thermo 1
-"""
 SMALL = 1e-7  # strain of the waves: the quadratic term of the law is 7.5 of it, round-off of places 1e-16 * 20/SMALL
-
-
-def wave(lmp, folder, alpha, velocity, cells=12, dt=0.05, steps=600):
-    """Measured frequency of the first standing wave along x, corrected for the step, and its wave number."""
-    x, box = fcc((cells, 3, 3))
-    write_body(folder, x, box)
-    q = 2.0 * np.pi / box[0, 1]
-    components = {"vx": "v_speed 0 0", "vy": "0 v_speed 0"}[velocity]
-    text = WAVE.format(shape=f"cos({q:.17g}*x)", speed=SMALL, components=components, velocity=velocity, dt=dt)
-    # the shape is that of the places at the start
-    text = "fix start all store/state 0 x\n" + text.replace("*x)", "*f_start)")
-    amplitude = lmp(head(ROW._replace(alpha=alpha)) + text + thermo("c_mode") + f"run {steps}\n").ok().thermo()["c_mode"]
-    assert np.ptp(amplitude) > 1.9 * amplitude[0] > 0.0, "control: it swings through and back"
-    omega, rate = mode_of(amplitude, dt)
-    assert abs(rate) < 1e-6 * omega, "control: nothing decays"
-    return 2.0 / dt * np.sin(0.5 * omega * dt), q  # Verlet turns by 2 asin(w dt/2) a step
-
-
-@pytest.mark.parametrize("alpha, velocity, shells, speed", [
-    (1.4, "vx", (8.0, 0.0), 1.0), (1.5, "vx", (8.0, 2.0), np.sqrt(2.0)),
-    (1.4, "vy", (4.0, 0.0), np.sqrt(0.5)), (1.5, "vy", (4.0, 0.0), np.sqrt(0.5))])
-def test_wave_speeds(lmp, tmp_path, alpha, velocity, shells, speed):
-    """Closed form 2, [100]: planes at half the cube edge a move as wholes. Longitudinal: w^2 = 8 sin^2(qa/4) + 2 sin^2(qa/2)
-    (the second term with two shells), transverse: 4 sin^2(qa/4), in K/m. Left out are terms of the strain, 7.5 SMALL.
-    The speed w/q falls short of its limit by less than (qa/2)^2/6, since sin(z)/z > 1 - z^2/6."""
-    omega, q = wave(lmp, tmp_path, alpha, velocity)
-    z = 0.25 * q * np.sqrt(2.0)
-    expected = np.sqrt((shells[0] * np.sin(z) ** 2 + shells[1] * np.sin(2.0 * z) ** 2) * STIFFNESS / MASS)
-    assert omega == pytest.approx(expected, rel=100.0 * SMALL)
-    assert 1.0 - (2.0 * z) ** 2 / 6.0 < omega / q / speed < 1.0
 
 
 # ---- chain -------------------------------------------------------------------------------------------------
@@ -239,21 +197,3 @@ def test_affine_two_regime_curve(lmp, tmp_path):
         assert abs(table["Pyy"]) / young < even and abs(table["Pzz"]) / young < even, strain
         assert abs(measured[0] - min(strain, ROW.xi_s)) > 5.0 * tolerance, "control: neither elastic nor ideally plastic"
     assert abs(measured[0] - nominal) > 5.0 * tolerance, "control: at the last strain the two stresses differ"
-
-
-# ---- order of the time step --------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("case, expected, allowed", [
-    ("smooth", 2.0, 0.05), ("kink", 2.0, 0.3), ("damped", 1.0, 0.05), ("jump", 1.0, 0.3)])
-def test_order_of_the_time_step(lmp, tmp_path, case, expected, allowed):
-    """Two spheres against the law's own integration: the error of velocity Verlet goes as dt^2 where the force is smooth.
-
-    smooth: in the first regime; the next term is w dt/2 squared, 0.01 at the coarsest step. kink: beyond the yield strain
-    and back; a step that crosses the kink errs by dt^2 too, times s(1-s) of the place s in the step, so that only means over
-    many steps show the order. damped, the control: LAMMPS takes the velocities of the half step before, of first order.
-    jump: a pair that meets at dlim (contact literal) finds a force at once, of which s dt is missed. The rms of eight s(1-s)
-    or s scatters by 12 and 16 %, a slope over three doublings by 0.07 and 0.10: three of them are allowed."""
-    steps, errors = step_errors(lmp, tmp_path, case)
-    assert order(steps, errors) == pytest.approx(expected, abs=allowed)
-    assert errors.max() < 0.05, "control: in the range where an order shows"

@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Where q of pairs may move, and what flow keeps: cycles below yield, frames, momenta."""
+"""Where q of pairs may move, and that flow keeps to its frame."""
 
 import numpy as np
 import pytest
-from flowing import BONDS, BREAK, MOVE, ROW, SHAKE, SUMS, assert_flowed, flowing_pair, largest_difference, read_pairs
-from hostile import refused
+from flowing import BONDS, MOVE, SHAKE, assert_flowed, flowing_pair, largest_difference, read_pairs
 from lammps_run import write_state
-from small_bodies import dump, head, turn_about, words, write_body
+from small_bodies import dump, head, turn_about, write_body
 
 START = head() + flowing_pair() + SHAKE + MOVE + "run 60\nwrite_evp_bonds before.bonds\n"
 AFTER = "write_evp_bonds after.bonds\n"
@@ -59,19 +58,6 @@ def test_offsets_move_in_steps_only(lmp_decks, bar):
             assert sum(moved) > 20, f"control: {name}"
 
 
-def test_a_watched_run_is_the_same(lmp_decks, bar):
-    """What is asked at every step changes no bit of the run."""
-    watch = EVALUATE.replace("run 0\n", "thermo 1\n") + """
-fix watch all print 1 "$(c_biggest) $(f_bonds[5])" file watched.txt screen no
-dump own all local 1 own.dump c_own[2] c_own[7]
-fix mean all ave/time 1 1 1 c_dt file mean.txt
-"""
-    runs = lmp_decks({name: START + lines + "run 60\n" + AFTER for name, lines in {"plain": "", "watched": watch}.items()})
-    plain, watched = ((run.folder / "after.bonds").read_text() for run in runs.values())
-    assert plain == watched
-    assert plain != (runs["plain"].folder / "before.bonds").read_text(), "control"
-
-
 @pytest.mark.parametrize("contact", ["none", "repulsive"])
 def test_a_run_in_parts_is_the_same(lmp, tmp_path, bar, contact):
     """Set-up finds the forces of the step before, also where bonds have just broken while their particles overlap."""
@@ -84,73 +70,6 @@ def test_a_run_in_parts_is_the_same(lmp, tmp_path, bar, contact):
     # each part builds neighbor lists, in which the pairs of an atom stand in another order
     assert largest_difference(*(read_pairs(tmp_path / f"{name}.bonds") for name in ("parts", "whole"))) < 1e-10
     assert parts.thermo()["KinEng"][-1] == pytest.approx(whole["KinEng"][-1], rel=1e-11)
-
-
-@pytest.mark.parametrize("rule", ["plasticity isotropic", f"break {BREAK}"])
-def test_rerun_is_refused(lmp, tmp_path, bar, rule):
-    start = head() + f"pair_style evp/lj contact repulsive {rule}\npair_coeff * * {words(ROW)}\n{BONDS}\n"
-    lmp(start + SHAKE + "fix move all nve\ntimestep 3e-7\ndump all all custom 5 all.dump id x y z vx vy vz\nrun 10\n").ok()
-    refused(lmp(start + "rerun all.dump dump x y z vx vy vz\n"), "rerun does not know how bonds have flowed or broken", stepped=True)
-
-
-# ---- below yield
-
-FREE = "region left block INF 0.01 INF INF INF INF\nregion right block 0.05 INF INF INF INF INF\ngroup left region left\ngroup right region right\n" \
-       "group ends union left right\ngroup free subtract all ends\n"
-
-
-def cycles(amplitude, fraction, count=100, steps=100, gamma=300.0, start=""):
-    """The right end wiggles along x; timestep from compute evp/dt."""
-    row = ROW._replace(gamma=gamma)
-    return (head() + flowing_pair("none", 0, row, fix="fix bonds all evp/bonds") + FREE + start + "fix move free nve\n"
-            "compute dt all evp/dt\nthermo_style custom step pe ke c_dt\nrun 0\n"
-            f"timestep $({fraction}*c_dt)\nvelocity all set 0 0 0\n"
-            f"fix left left move linear 0 0 0\nfix right right move wiggle {amplitude} 0 0 $({steps}*dt)\n"
-            "write_evp_bonds before.bonds\nthermo 1000\n" + SUMS + "thermo_style custom step pe c_flow[1] c_flow[2]\n"
-            "thermo_modify format float %.17g\n"
-            f"run {count * steps}\nwrite_evp_bonds after.bonds\nunfix right\nfix right right move linear 0 0 0\n"
-            "compute own all pair/local p2 p4\ncompute most all reduce maxabs c_own[1] c_own[2] inputs local\n"
-            "thermo_style custom step pe ke c_most[1]\nthermo_modify format float %.17g\nrun 0\n")
-
-
-def test_a_hundred_cycles_below_yield_leave_nothing(lmp_decks, bar):
-    decks = {fraction: cycles(3e-6, fraction) for fraction in (0.1, 0.4, 0.9)}
-    runs = lmp_decks({**decks, "control": cycles(3e-4, 0.4, count=3)})
-    for fraction in decks:
-        before, after = before_and_after(runs[fraction])
-        assert before == after and set(after.offset.values()) == {0.0} and set(after.work.values()) == {0.0}, fraction
-    _, after = before_and_after(runs["control"])
-    assert max(map(abs, after.offset.values())) > 1e-5, "control: a hundred times as far it yields"
-
-
-def test_cycles_within_the_elastic_range_after_flow(lmp, tmp_path, bar):
-    """Flowed by 2 % and unloaded a little, the body goes to and fro without another bit of flow, once the first cycles
-    have taken what rested at a threshold off it."""
-    pull = """
-fix first free nve
-fix l left move linear 0 0 0
-fix r right move linear 40 0 0
-timestep 2e-7
-run 150
-unfix r
-fix r right move linear -4 0 0
-run 100
-unfix r
-fix r right move linear 0 0 0
-fix drag free viscous 1e2
-run 4000
-unfix drag
-unfix first
-unfix l
-unfix r
-"""
-    table = lmp(cycles(1e-6, 0.4, count=200, start=pull)).ok().thermo(-2)
-    before = read_pairs(tmp_path / "before.bonds")
-    offsets = np.array(list(before.offset.values())) / np.array(list(before.deq.values()))
-    assert np.sum(offsets > 1e-3) > 50, "control: it has flowed"
-    for name in ("c_flow[1]", "c_flow[2]"):
-        settled = table[name][-10:]
-        assert np.ptp(settled) <= 1e-14 * abs(settled[0]) and settled[0] != 0.0, name  # a sum in another order
 
 
 # ---- frames and momenta

@@ -120,20 +120,3 @@ def test_force_and_energy_of_each_pair(states, reference, contact, broken):
             torn |= set(bonds) - set(state["key"][is_bond])
         flowed, others = flowed + np.sum(np.abs(q) > 1e-4 * deq), others + np.sum(~is_bond)
     assert flowed > 1000 and (others > 0) == (contact != "none") and (len(torn) > 20) == (broken != "none"), "control"
-
-
-def test_plastic_work_is_the_dissipation_of_the_flow(states):
-    """Of pairs that went one way between two rows, at least; it never falls."""
-    before, compared = None, 0
-    for state in states("none"):
-        if before is not None:
-            _, old, new = np.intersect1d(before["key"], state["key"], return_indices=True)
-            q0, q1, deq = before["q"][old], state["q"][new], state["deq"][new]
-            done = state["work"][new] - before["work"][old]
-            assert done.min() >= 0.0
-            least = flow.dissipated(q0, q1, deq, ROW, np.abs(q0) / deq)
-            scale = FORCE * 0.01 * ROW.xi_s
-            assert np.all(done >= least - 1e-9 * scale), "what a vibration or an earlier way dissipated besides is never negative"
-            compared += np.sum((np.abs(done - least) < 1e-7 * scale + 1e-6 * least) & (q0 != q1))
-        before = state
-    assert compared > 300

@@ -1,9 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """The pair style sends what explicit damping reads of ghosts: the same bits as with `comm_modify vel yes`, in any box."""
 
-import itertools
-
-import numpy as np
 import pytest
 from evp import law
 from small_bodies import STIR, dump, head, lattice_body, words, write_body
@@ -74,19 +71,3 @@ def test_they_are_the_same_bits_as_those_that_lammps_sends(lmp_decks, body, rank
         own = runs[name, "no"]
         assert wrote(own) == wrote(runs[name, "yes"]), name
         assert own.dump("all.dump")[-1].step == 120 and len(own.dump("pairs.dump")[0]["c_ids[1]"]) > 300, name
-
-
-@pytest.mark.parametrize("deform, tilt, vx, vz", [("x erate 2000", None, "2000*x", "0.0"), ("xy erate 2000", (0.01, 0.0, 0.0), "2000*y", "0.0"),
-                                                  ("z erate 2000", None, "0.0", "2000*z")])
-def test_images_of_a_box_that_deforms_move_with_it(lmp_decks, tmp_path, deform, tilt, vx, vz):
-    """A regular lattice that flows as its box does: the damping forces on each atom cancel. Control: not in a box that rests."""
-    made = lattice_body((4, 4, 4), periodic="xyz", tilt=tilt or (0.0, 0.0, 0.0))
-    grid = (np.array(list(itertools.product(range(4), repeat=3))) + 0.5) / 4.0
-    made = made._replace(x=grid @ made.cell, radius=np.full(64, 0.005), types=np.ones(64, dtype=int))
-    write_body(tmp_path / "body.data", made, tilt)
-    flow = f"variable vx atom {vx}\nvariable vz atom {vz}\nvelocity all set v_vx 0.0 v_vz\n{MOVE}{SHOW}"
-    fixes = {"moving": f"fix box all deform 1 {deform} remap v\n", "resting": ""}
-    decks = {(name, vel): start(vel) + flow + fix + "run 1\n" for name, fix in fixes.items() for vel in ("no", "yes")}
-    for (name, vel), run in lmp_decks(decks, 2).items():
-        largest = np.abs(run.dump("all.dump")[0].vectors("fx", "fy", "fz")).max()
-        assert largest > 1000.0 if name == "resting" else largest < 1e-6, (name, vel)

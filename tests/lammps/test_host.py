@@ -30,12 +30,6 @@ def test_wrong_host_is_refused(lmp):
                      r"MPI_Comm of 3, not \d bytes \(MPICH: 4, Open MPI: 8, no MPI: 0\)\. Rebuild the plugin for this LAMMPS: cmake -S", run.stdout), run.stdout
 
 
-def test_wrong_host_is_refused_at_the_start(lmp, monkeypatch):
-    monkeypatch.setenv("EVP_PLUGIN_DIR", str(FORGED.parent))
-    run = lmp(ALIVE)
-    assert run.returncode == 1 and run.stdout.count(HEADLINE) == 1 and "still alive" not in run.stdout, run.stdout
-
-
 GOES_ON = """
 program = start()
 tell(program, "units si\\natom_style sphere\\nregion box block 0 1 0 1 0 1\\ncreate_box 1 box")

@@ -7,7 +7,7 @@ import pytest
 from evp import law
 from lammps_run import write_state
 from oracle import brute, network, volume
-from small_bodies import head, lattice_body, mass_of, pair, thermo, words, write_body, write_two
+from small_bodies import head, lattice_body, mass_of, pair, thermo, words, write_body
 
 SETTLED = 2e-4  # Lanczos stops at 1e-4 of an eigenvalue, which it takes from below: half of it in the step
 ITERATED = 1e-3  # the explicit step iterates to 1e-3 of its eigenvalue
@@ -114,16 +114,6 @@ def test_every_implicit_step_up_to_the_bound_is_stable(lmp_decks, tmp_path, stre
             assert bound == pytest.approx(elastic, rel=1e-3 if stretch == 0.0 else 0.05), "no credit where none has one"
         # under compression pairs without a bond, hence without a damper, come within dlim
         assert kv == 0.0 or name != 3e4 or bound > (3.0 if stretch < 0.0 else 4.0) * elastic, "control: damping helps"
-
-
-def test_closed_form_of_two_bodies(lmp_decks, tmp_path):
-    """a + sqrt(a^2 + (2/w)^2) with a = gamma/k, w^2 = 2 k/m: for one pair the bound is the limit itself."""
-    write_two(tmp_path / "body.data", 0.011)
-    k, mass = 8 * 4 * 80 / 0.011**2, mass_of(0.005)
-    decks = {gamma: head() + pair(law.TABLE1._replace(gamma=gamma)) + "fix move all nve/evp\n" + LIMITS for gamma in (0.0, 100.0, 1000.0)}
-    for gamma, run in lmp_decks(decks).items():
-        a = gamma / k
-        assert last(run)["c_dt[3]"] == pytest.approx(a + np.sqrt(a * a + 2.0 * mass / k), rel=SETTLED)
 
 
 SWING = """

@@ -139,23 +139,6 @@ run 0
         check_forces(run.dump("reset.dump")[-1], bar, base)
 
 
-def test_fix_adapt_cannot_widen_alpha(lmp, bar):
-    """The neighbor list ends where it did at set-up: pairs beyond would be lost in silence. Down and up again is fine."""
-    text = head() + pair() + MOVE + "variable a equal 1.5-0.1*{0}\nfix change all adapt 1 pair evp/lj alpha * * v_a\nrun 20\n"
-    run = lmp(text.format("(step>5)*(step<15)"), ranks=2).ok()
-    assert run.thermo()["Step"][-1] == 20
-    run = lmp(text.format("(step>5)*(0-1)"))
-    refused(run, "types 1 and 1: alpha must not grow during a run", "split the run there", stepped=True)
-
-
-def test_fix_adapt_cannot_bring_exponents_together(lmp, bar):
-    """The rule of pair_coeff holds for each value that fix adapt sets during a run."""
-    text = head() + pair() + MOVE + "variable m equal 4+{0}\nfix change all adapt 1 pair evp/lj m2 * * v_m\nrun 10\n"
-    assert lmp(text.format("1e-3*(11-step)"), ranks=2).ok().thermo()["Step"][-1] == 10
-    run = lmp(text.format("10^(-step)"), ranks=2)
-    refused(run, "Pair evp/lj, types 1 and 1: exponents too close: m2 - n2 = 0.0001, must be at least 0.00040001", stepped=True)
-
-
 @pytest.mark.parametrize("contact", ["literal", "repulsive"])
 def test_radii_that_change_during_a_run(lmp, tmp_path, bar, contact):
     """fix adapt shrinks the spheres while the neighbor list stands: dlim, and deq of new pairs, follow at every step."""

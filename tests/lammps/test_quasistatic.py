@@ -75,7 +75,8 @@ def test_nine_numbers_hold_for_a_body_of_any_size(tmp_path):
     assert stress["paper"] == pytest.approx(stress["any"], rel=0.15) and stress["paper"] == pytest.approx(stress["same"], rel=0.15)
 
 
-def test_an_increment_that_does_not_come_to_rest_stops(tmp_path):
+@pytest.mark.parametrize("deck, choices", [("in.quasistatic", {}), ("in.torsion", {"increment": 0.02}), ("in.bending", {"increment": 0.02})])
+def test_an_increment_that_does_not_come_to_rest_stops(tmp_path, deck, choices):
     """Minimizations end after 40000 iterations: here after two."""
-    run = run_lammps(edited_deck("in.quasistatic", tmp_path, "40000 40000", "2 2"), 1, {"specimen": REFERENCE, "out": "rest"}, tmp_path)
+    run = run_lammps(edited_deck(deck, tmp_path, "40000 40000", "2 2"), 1, {"specimen": REFERENCE, "out": "rest", **choices}, tmp_path)
     assert run.returncode != 0 and re.search("^ERROR: increment 1 did not come to rest: a force of .* N is left", run.stdout, re.M)

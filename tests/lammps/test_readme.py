@@ -35,16 +35,3 @@ def test_input_script_runs_as_it_stands(tmp_path):
     words = shlex.split(re.search(r"`(tools/view\.py my\.dump .+?)`", README)[1])
     subprocess.run([sys.executable, str(REPOSITORY / words[0]), *words[1:]], cwd=tmp_path, check=True, timeout=60)
     assert (tmp_path / words[-1]).read_bytes().startswith(b"\x89PNG")
-
-
-def test_first_screen():
-    """One picture, which its command has written with the curves beside it; the two commands; short."""
-    pictures = re.findall(r"!\[.+?\]\((.+?)\)", README)
-    assert pictures == ["doc/figures/first_look.png"] and (REPOSITORY / pictures[0]).with_suffix(".csv").is_file()
-    assert len(README.splitlines()) <= 110 and README.index(pictures[0]) < README.index("tools/quickstart.sh") < 2500
-
-
-def test_every_link_leads_to_a_file():
-    for page in ("README.md", "CONTRIBUTING.md", "doc/comparison.md", "CHANGELOG.md"):
-        for link in re.findall(r"\]\(([^)#\s]+)\)", doc_blocks.read(page)):
-            assert "://" in link or (REPOSITORY / page).parent.joinpath(link).exists(), f"{page}: {link}"

@@ -2,7 +2,7 @@
 """What keeps recorded bonds: bond files, restart and data files, the header that says which atoms are one body; damaged ones are in test_bad_input.py.
 
 A refused recording leaves fix evp/bonds as it was, so that a program may mend the cause and run again. What goes on after a restart, to the last bit:
-test_kill.py; on other ranks: test_matrix.py."""
+test_resume.py; on other ranks: test_matrix.py."""
 
 import os
 import subprocess
@@ -305,3 +305,35 @@ say("recorded", tell("run 0"), bonds())
     assert "Fix bonds evp/bonds: atoms 6 and 7 coincide" in said.split("refused ")[1][:SHOWN], said
     assert "mended ok 1.0 ['6 7 0.008" in said, said
     assert "recorded ok 1.0" in said, said
+
+
+def test_broken_bonds_count_when_their_atoms_have_gone(lmp):
+    """Three spheres in a row: the first one tears off and is lost, then the second is deleted. One bond broke, one more does not act."""
+    start = head(boundary="f f f", skin=0.002, start="""region box block -0.03 0.1 -0.1 0.1 -0.1 0.1
+create_box 1 box
+create_atoms 1 single 0 0 0
+create_atoms 1 single 0.01 0 0
+create_atoms 1 single 0.02 0 0
+set group all diameter 0.01 density 2700""")
+    rules = "pair_style evp/lj contact none break 0.01\npair_coeff * * 80 8 4 3 8 4 0.005 0 1.5\n"
+    counts = thermo("atoms f_bonds f_bonds[1] f_bonds[5]") + "thermo_modify lost ignore\n"
+    text = start + rules + """
+fix bonds all evp/bonds
+fix move all nve
+timestep 1e-6
+group first id 1
+velocity first set -100 0 0
+""" + counts + """
+thermo 200
+run 400
+group second id 2
+delete_atoms group second compress no
+run 0
+write_restart gone.restart
+"""
+    again = head(start="read_restart gone.restart", skin=0.002) + "fix bonds all evp/bonds\n" + counts + "run 0\n"
+    for ranks, later in ((1, 2), (2, 1)):
+        run = lmp(text, ranks).ok()
+        rows = [run.thermo(0), run.thermo(1), lmp(again, later).ok().thermo()]
+        assert [(table["Atoms"][-1], table["f_bonds"][-1], table["f_bonds[1]"][-1], table["f_bonds[5]"][-1]) for table in rows] == [
+            (2, 2, 0, 1), (1, 2, 1, 1), (1, 2, 1, 1)]

@@ -11,7 +11,7 @@ from common_bodies import REFERENCE
 from oracle import law
 from hostile import SECONDS, scene
 from lammps_run import write_data
-from small_bodies import head, thermo
+from small_bodies import head, pair, thermo, write_two
 
 # ---- styles that come, go and change between runs ----
 
@@ -45,14 +45,6 @@ def test_a_new_pair_style_gets_a_new_warm_start(lmp):
     for column in ("PotEng", "KinEng"):
         assert ends[0][column][-1] == pytest.approx(ends[1][column][-1], rel=1e-9), column
     assert ends[0]["KinEng"][-1] != ends[0]["KinEng"][0], "control: the body moves"
-
-
-def test_a_compute_of_the_pairs_does_not_outlive_the_pair_style(lmp):
-    deck = HEAD + STYLE.format(alpha=1.5) + "fix bonds all evp/bonds\nfix integrate all nve\n"
-    deck += "compute state all evp/state/atom\nthermo_style custom step pe\nrun 0\n"
-    deck += "pair_style lj/cut 0.01\npair_coeff * * 1 1 0.01\n"
-    run = lmp(deck + "write_dump all custom state.dump id c_state[1]\n")
-    assert "Compute state evp/state/atom needs the pairs of the current positions" in error_of(run)
 
 
 # ---- scenes that once went wrong without a word ----
@@ -152,6 +144,31 @@ def test_single_has_no_damping_after_a_minimisation(lmp):
     own = lmp(text, ranks=2).ok().dump("own.dump")[0]
     near = own["c_own[1]"] < 0.011
     assert near.sum() > 0 and np.abs(own["c_own[2]"][near]).max() < 1e-3
+
+
+# LAMMPS' line search of cg gives up at energy changes of 1e-8 [J], here 3e-8 m from deq at 2e7 N/m
+@pytest.mark.parametrize("style, precision", [("fire", 1e-10), ("cg", 3e-8)])
+def test_minimisation_knows_no_damping(lmp_decks, tmp_path, style, precision):
+    """gamma > 0 changes no bit of a minimisation. Two spheres with
+    deq = 0.011, pulled to 0.01105, return to deq; so the minimiser does work with this style."""
+    write_two(tmp_path / "two.data")
+    ends = []
+    decks = {gamma: head(start="read_data two.data", skin=0.002) + pair(law.TABLE1._replace(gamma=gamma), "none") + f"""
+timestep 1e-6
+min_style {style}
+min_modify dmax 1e-4
+minimize 0 0 1 1
+displace_atoms all ramp x 0 0.00005 x -0.0055 0.0055
+write_dump all custom first.dump id x modify format float %.17g
+minimize 0 1e-8 1000 10000
+write_dump all custom last.dump id x modify format float %.17g
+""" for gamma in (0, 1000)}
+    for run in lmp_decks(decks, ranks=2).values():
+        assert re.search(r"recorded 1 pairs", run.stdout), "recorded by the minimisation's own set-up"
+        ends.append([np.diff(run.dump(f"{name}.dump")[0]["x"])[0] for name in ("first", "last")])
+    assert ends[0][0] == pytest.approx(0.01105, abs=1e-12)
+    assert ends[0][1] == pytest.approx(0.011, abs=precision)
+    assert ends[1] == ends[0]
 
 
 def test_pairs_of_types_that_a_hybrid_takes_away(lmp, lmp_decks):

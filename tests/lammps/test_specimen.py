@@ -5,7 +5,7 @@ The figures to meet are those of an independent prototype and of its specimen (t
 solid fraction 0.58, 5.0 touching partners, 11.9 in the zone."""
 
 import re
-from typing import NamedTuple
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -26,50 +26,22 @@ CLOSEST = 0.995         # the radii end 0.0005 above jamming; single contacts ar
 BEYOND_WALL = 0.01      # mean radii, for the same reason
 
 
-class Measures(NamedTuple):
-    """A packing in a cylinder along x from x = 0; distances of pairs are in units of R_i + R_j."""
-
-    count: int
-    mean_radius: float
-    radius_range: tuple  # smallest and largest radius / mean radius
-    solid_fraction: float  # volume of all spheres / volume of the cylinder
-    touching: float  # partners per sphere within evp_specimen.TOUCHING
-    in_zone: float  # partners per sphere within the zone
-    max_in_zone: int
-    bonds: int  # pairs in the zone
-    closest: float  # smallest pair distance
-    beyond_wall: float  # how far a sphere sticks out of the cylinder at most / mean radius; negative: none does
-    fabric: np.ndarray  # (3, 3) mean of u u over the bonds: 1/3 on the diagonal when isotropic
-
-    @property
-    def anisotropy(self):
-        """Largest departure of the fabric's eigenvalues from 1/3, in units of 1/3."""
-        return float(np.max(np.abs(3.0 * np.linalg.eigvalsh(self.fabric) - 1.0)))
-
-
 def measure(specimen, zone=1.5, length=0.05, radius=0.02):
-    """Measures of the packing in the cylinder of this length and radius [m]."""
+    """Measures of the packing in the cylinder of this length and radius [m] along x from x = 0; distances of pairs are in units of R_i + R_j, radii in mean
+    radii, and so is how far a sphere sticks out of the cylinder at most; touching, in_zone: partners per sphere; anisotropy: largest departure of the
+    eigenvalues of the bonds' mean of u u from 1/3, in units of 1/3."""
     pairs, ratio = evp_specimen.pairs_within(specimen, max(zone, evp_specimen.TOUCHING))
-    count, mean = len(specimen.ids), float(specimen.radius.mean())
+    x, r, count, mean = specimen.x, specimen.radius, len(specimen.ids), float(specimen.radius.mean())
     bonds = pairs[ratio <= zone]
-    partners = np.bincount(bonds.ravel(), minlength=count)
-    along = specimen.x[bonds[:, 0]] - specimen.x[bonds[:, 1]]
+    along = x[bonds[:, 0]] - x[bonds[:, 1]]
     unit = along / np.linalg.norm(along, axis=1)[:, None]
-    x, r = specimen.x, specimen.radius
     gaps = (np.hypot(x[:, 1], x[:, 2]) + r - radius, r - x[:, 0], x[:, 0] + r - length)
-    return Measures(
-        count=count,
-        mean_radius=mean,
-        radius_range=(float(r.min() / mean), float(r.max() / mean)),
-        solid_fraction=float(np.sum(4.0 / 3.0 * np.pi * r**3) / (np.pi * radius**2 * length)),
-        touching=2.0 * np.count_nonzero(ratio <= evp_specimen.TOUCHING) / count,
-        in_zone=2.0 * len(bonds) / count,
-        max_in_zone=int(partners.max()),
-        bonds=len(bonds),
-        closest=float(ratio.min()) if len(ratio) else np.inf,
-        beyond_wall=float(max(gap.max() for gap in gaps)) / mean,
-        fabric=unit.T @ unit / max(len(bonds), 1),
-    )
+    return SimpleNamespace(
+        count=count, bonds=len(bonds), mean_radius=mean, radius_range=(r.min() / mean, r.max() / mean), closest=ratio.min(),
+        solid_fraction=np.sum(4.0 / 3.0 * np.pi * r**3) / (np.pi * radius**2 * length),
+        touching=2.0 * np.count_nonzero(ratio <= evp_specimen.TOUCHING) / count, in_zone=2.0 * len(bonds) / count,
+        max_in_zone=np.bincount(bonds.ravel(), minlength=count).max(), beyond_wall=max(gap.max() for gap in gaps) / mean,
+        anisotropy=np.max(np.abs(3.0 * np.linalg.eigvalsh(unit.T @ unit / len(bonds)) - 1.0)))
 
 
 def make(folder, seed=1, ranks=1, **variables):

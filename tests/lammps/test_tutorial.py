@@ -8,7 +8,7 @@ import pytest
 import tutorial_page
 from evp import surface
 from lammps_run import LMP
-from study import RunError, run_blocks
+from study import run_blocks
 
 PAGE = tutorial_page.PAGE.read_text(encoding="utf-8")
 STEPS = tutorial_page.steps(PAGE)
@@ -68,16 +68,3 @@ def test_row_of_the_bar_is_that_of_the_metal():
     assert again == [modulus, held] and "--body bar.data" in STEPS[4].commands
     assert min(modulus / (1e9 * first[0]), held / (1e6 * first[1])) > 1.03, "control: there is something to mend"
     assert [1e9 * pull[0], 1e6 * pull[1]] == pytest.approx([modulus, held], rel=0.01)
-
-
-def test_page_is_as_its_script_writes_it():
-    assert len(STEPS) == 8 and tutorial_page.with_outputs(PAGE, [step.shown for step in STEPS]) == PAGE
-    costs = PAGE.partition(tutorial_page.COSTS[0])[2]
-    assert re.findall(r"^   \* - (\w.+)$", costs, re.M) == ["step", *(step.title.partition(". ")[2] for step in STEPS), "all"]
-
-
-@pytest.mark.parametrize("change, message", [
-    (lambda text: text.replace("evp doctor", "evp doctors"), "no tool 'doctors'"), (lambda text: text.replace(".. output: ^Healthy", ""), "a step has one block")])
-def test_a_wrong_page_is_noticed(tmp_path, change, message):
-    with pytest.raises((ValueError, RunError), match=message):
-        run_blocks([tutorial_page.steps(change(PAGE))[0].commands.replace("$PWD/build:", f"{LMP.parent}:")], tmp_path, tmp_path)

@@ -138,14 +138,6 @@ def test_a_body_against_the_second_writing(lmp, tmp_path, ranks, newton, case):
     assert -(after["c_stress[1]"] - before["c_stress[1]"]).sum() == pytest.approx(expected.virial[0, 0], rel=1e-9)
 
 
-def test_a_rigid_body_and_a_body_at_rest_feel_nothing(lmp, tmp_path):
-    body = lattice_body((3, 3, 3))
-    write_body(tmp_path / "body.data", body)
-    table = lmp(head() + pair() + fix() + QUIET + thermo(STRAIN) + "run 0\n").ok().thermo()
-    assert abs(table["f_volume[2]"][0]) < 1e-14 and abs(table["f_volume[3]"][0]) < 1e-14
-    assert table["f_volume"][0] < 1e-24
-
-
 # ---- ranks, newton, restart, data and bond file
 
 

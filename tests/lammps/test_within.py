@@ -6,7 +6,7 @@ Words that are refused are in test_bad_input.py, what restart and bond files kee
 
 import numpy as np
 import pytest
-from oracle import flow, law
+from oracle import law
 from lammps_run import write_data
 from small_bodies import head, pair, thermo, two_groups, words
 
@@ -21,33 +21,6 @@ FIX = "fix bonds all evp/bonds within "
 
 def two(path, gap=APART):
     write_data(path / "body.data", np.array([[-0.5 * gap, 0, 0], [0.5 * gap, 0, 0]]), [RADIUS] * 2, [[-0.2, 0.2]] * 3, [1, 2])
-
-
-@pytest.mark.parametrize("contact, plasticity", [("repulsive", "none"), ("repulsive", "isotropic"), ("none", "none")])
-def test_from_where_they_touch_they_repel(lmp, tmp_path, contact, plasticity):
-    """Led from 1.1 diameters to 0.95: the law with deq = R_i + R_j below that distance, its energy zero there, with plasticity in one loading."""
-    two(tmp_path)
-    text = head(skin=0.002) + pair(contact=f"{contact} plasticity {plasticity}", fix=FIX + "type") + two_groups(0, 0)
-    text += "fix lead two move linear -15 0 0\nfix hold one move linear 0 0 0\ntimestep 1e-6\ncompute f two reduce sum fx\n"
-    text += "compute own all pair/local force eng p1 p2 p3\ncompute at all reduce sum " + " ".join(f"c_own[{k}]" for k in range(1, 6)) + " inputs local\n"
-    table = lmp(text + "variable d equal x[2]-x[1]\nthermo 1\n" + thermo("v_d c_f pe c_at[*] f_bonds[3]") + "run 100\n").ok().thermo()
-    d = table["v_d"]
-    assert d[0] > 1.09 * TOUCH and d[-1] < 0.96 * TOUCH, "control"
-    touch = (d <= TOUCH) & (contact != "none")
-    force, energy = law.force(d, TOUCH, law.TABLE1), law.energy(d, TOUCH, law.TABLE1, TOUCH)
-    if plasticity == "isotropic":
-        flowed = flow.contact_step(d, TOUCH, law.TABLE1, 0.0, 0.0)
-        force, energy = flowed.force, flow.contact_stored(d, TOUCH, law.TABLE1, flowed.q)
-    force, energy = (np.where(touch, value, 0.0) for value in (force, energy))
-    scale = np.abs(force).max() + 1.0
-    for name in ("c_f", "c_at[1]"):
-        assert np.abs(table[name] - force).max() <= 1e-9 * scale, name
-        assert not np.any(table[name][~touch]), "not a bit before they touch"
-    for name in ("PotEng", "c_at[2]"):
-        assert np.abs(table[name] - energy).max() <= 1e-11 * law.TABLE1.e1, name
-    assert not np.any(table["PotEng"][~touch])
-    assert np.allclose(table["c_at[3]"], TOUCH, rtol=1e-15) and np.allclose(table["c_at[4]"], d / TOUCH - 1.0, atol=1e-14)
-    assert np.array_equal(table["c_at[5]"] > 0, touch) and np.array_equal(table["f_bonds[3]"], touch)
 
 
 BOUNCES = {

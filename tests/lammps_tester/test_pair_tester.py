@@ -1,111 +1,144 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """LAMMPS' own pair tester on evp/lj, and its reference numbers against sums over all pairs.
 
-The tester compares forces, energy and virial at a state and after four steps with those of the YAML
-file: newton on and off, after a restart, with and without the short way to the virial, from a data
-file; and asks extract() for every coefficient. The numbers came out of LAMMPS (README.md), so the second
-half of this file computes them again from the body and the row, with tests/oracle/brute.py and Verlet steps in Python.
+test_pair_style of LAMMPS (unittest/force-styles in its source tree) is compiled from the tree that the plugin is built for. It makes the
+numbers of its YAML file itself, with newton on, and then compares with them forces, energy and virial at a state and after four steps: newton on and
+off, after a restart, with and without the short way to the virial, from a data file; it asks extract() for every coefficient. The numbers are those
+of tests/oracle/brute.py, tools/evp/flow.py and Verlet steps in Python.
+
+Left out: `single` needs atom_style full, whose atoms have no radius (test_forces.py has it); others are of accelerated variants, which evp/lj does not have.
 """
 
 import os
 import pathlib
-import re
 import shutil
 import subprocess
 from typing import NamedTuple
 
 import numpy as np
 import pytest
-
-import make_input
 from oracle import brute, flow, law
+from small_bodies import Small, lattice_body, mass_of, words, write_body
 
 FOLDER = pathlib.Path(__file__).resolve().parent
-YAML = sorted(path.name for path in FOLDER.glob("pair-*.yaml"))
-# `single` needs atom_style full, whose atoms have no radius (our own test_forces.py has it);
-# the others test accelerated variants of a style, which evp/lj does not have.
 TESTS = ("plain", "extract")
 STEPS = 4  # of the tester
 # A sum of up to 30 pair forces, each with xi = d/deq - 1 to 1e-16/0.005, over the largest of them.
 ROUND_OFF = 1e-11
-
-
-def test_every_yaml_file_is_here():
-    assert YAML == ["pair-evp_lj-file.yaml", "pair-evp_lj-flow.yaml", "pair-evp_lj-zone.yaml"]
-
-
-@pytest.mark.parametrize("name", YAML)
-def test_lammps_own_tester(name, tmp_path):
-    tester = os.environ["EVP_PAIR_TESTER"]
-    plugin = pathlib.Path(os.environ["EVP_LMP"]).parent
-    for file in (name, "in.evp_lj"):  # the tester leaves files where it runs
-        shutil.copy(FOLDER / file, tmp_path)
-    make_input.write(tmp_path)
-    environment = {**os.environ, "LAMMPS_PLUGIN_PATH": str(plugin), "OMP_NUM_THREADS": "1"}
-    environment["LD_LIBRARY_PATH"] = os.environ["EVP_LAMMPS_LIBRARY"]
-    wanted = ":".join(f"PairStyle.{test}" for test in TESTS)
-    run = subprocess.run([tester, name, "-d", str(tmp_path), "-s", f"--gtest_filter={wanted}"], cwd=tmp_path, env=environment,
-                         capture_output=True, text=True, timeout=120, check=False)
-    output = run.stdout + run.stderr
-    assert run.returncode == 0, output[-4000:]
-    assert f"[  PASSED  ] {len(TESTS)} tests." in output
-    assert "SKIPPED" not in output and "FAILED" not in output
-    for test in TESTS:
-        assert f"[       OK ] PairStyle.{test}" in output
-    for stage in ("init_forces (newton on)", "run_forces (newton on)", "init_forces (newton off)",
-                  "run_forces (newton off)", "restart_forces", "nofdotr_forces", "data_forces"):
-        assert f"{stage} stats" in output, stage
+STRETCH = np.array([1.045, 1.0, 0.98])
+ROWS = {
+    (1, 1): law.Row(80.0, 8.0, 4.0, 3.0, 8.0, 4.0, 0.005, 1000.0, 1.5),
+    (1, 2): law.Row(60.0, 9.0, 4.0, 3.0, 7.0, 4.0, 0.008, 500.0, 1.45),
+    (2, 2): law.Row(50.0, 8.0, 4.0, 2.0, 8.0, 3.0, 0.006, 0.0, 1.5),
+}
 
 
 class Case(NamedTuple):
-    """What a YAML file asks for, and the numbers it has."""
+    """zone: 0 for bonds from a file."""
 
-    rows: dict
+    style: str
     contact: str
-    zone: float  # 0: bonds from the file
     dt: float
-    flows: bool  # plasticity isotropic: the bond file has q and k
-    numbers: dict  # init_vdwl, init_stress (6,), init_forces (N, 3), run_...
+    zone: float = 0.0
+    flows: bool = False  # plasticity isotropic: the bond file has q and k
 
 
-def read_case(name):
-    text = (FOLDER / name).read_text(encoding="utf-8")
+CASES = {
+    "both regimes, bonds beyond dlim": Case("contact literal", "literal", 1e-7),
+    "recorded at set-up": Case("contact literal overlap 0.4", "literal", 4e-7, zone=1.3),  # fast: four steps bring bonds into the second regime
+    "flow both ways": Case("contact repulsive plasticity isotropic", "repulsive", 1e-7, flows=True),
+}
+YAML = """---
+lammps_version: 4 Feb 2025
+tags: evp
+date_generated: Sat Nov 21 12:00:00 2026
+epsilon: 1e-11
+skip_tests: single
+prerequisites: ! |
+  atom sphere
+  pair evp/lj
+  fix evp/bonds
+pre_commands: ! ""
+post_commands: ! |
+  neighbor 0.0006 bin
+  timestep {dt}
+  fix bonds all evp/bonds {record}
+input_file: in.evp_lj
+pair_style: evp/lj {style}
+pair_coeff: ! |
+{coeffs}
+extract: ! |
+{extract}
+"""
+
+
+class Scene(NamedTuple):
+    """A stretched and shaken body in a periodic box, and its bonds before that: some of them in either regime, some beyond dlim, other pairs have met."""
+
+    body: Small
+    v: np.ndarray
+    bonds: dict  # {(id_i, id_j): deq}
+    flowed: dict  # {(id_i, id_j): (q, k)}
+
+
+def scene_of(case):
+    rest, rng = lattice_body((4, 4, 4), "xyz", zone=1.44), np.random.default_rng(2017)
+    x = rest.x * STRETCH + rng.uniform(-2e-4, 2e-4, rest.x.shape)
+    body = rest._replace(x=x, box=rest.box * STRETCH[:, None], cell=rest.cell * STRETCH)
+    bonds, flowed = dict(sorted(rest.bonds.items())), {}
+    if case.zone:
+        bonds = brute.record_bonds(x, body.radius, case.zone, np.diag(body.cell))
+    if case.flows:  # flow both ways by formula, every third not at all; bonds left out are new pairs, which repel where they overlap
+        bonds = {pair: deq for pair, deq in bonds.items() if sum(pair) % 7}
+        share = {(i, j): 0.0 if (i + j) % 3 == 0 else 0.015 * np.sin(1.7 * i + 2.9 * j) for i, j in bonds}
+        flowed = {pair: (share[pair] * deq, abs(share[pair])) for pair, deq in bonds.items()}
+    return Scene(body, rng.uniform(-100.0, 100.0, x.shape), bonds, flowed)
+
+
+def write(folder, case, scene):
+    """Data file, bond file, input script and a YAML file without numbers."""
+    shutil.copy(FOLDER / "in.evp_lj", folder)  # the tester leaves files where it runs
+    write_body(folder / "data.evp_lj", scene.body)
+    with open(folder / "data.evp_lj", "a", encoding="utf-8") as out:
+        out.write("\nVelocities\n\n")
+        out.writelines(f"{k} {' '.join(f'{value:.17g}' for value in v)} 0 0 0\n" for k, v in enumerate(scene.v, start=1))
+    with open(folder / "evp_lj.bonds", "w", encoding="utf-8") as out:
+        out.write(f"# EVP bonds COUNT: {len(scene.bonds)} UNITS: si\n")
+        for (i, j), deq in scene.bonds.items():
+            flow_words = " {:.17g} {:.17g} 0.25 0".format(*scene.flowed[i, j]) if case.flows else ""
+            out.write(f"{i} {j} {deq:.17g}{flow_words}\n")
+    record = f"zone {case.zone}" if case.zone else "file ${input_dir}/evp_lj.bonds"
+    coeffs = "\n".join(f"  {a} {b} {words(row)}" for (a, b), row in ROWS.items())
+    extract = "\n".join(f"  {name} 2" for name in law.Row._fields)
+    (folder / "pair.yaml").write_text(YAML.format(dt=case.dt, record=record, style=case.style, coeffs=coeffs, extract=extract), encoding="utf-8")
+
+
+def run_tester(folder, *options):
+    """What the tester says of pair.yaml."""
+    environment = {**os.environ, "LAMMPS_PLUGIN_PATH": str(pathlib.Path(os.environ["EVP_LMP"]).parent), "OMP_NUM_THREADS": "1",
+                   "LD_LIBRARY_PATH": os.environ["EVP_LAMMPS_LIBRARY"]}
+    run = subprocess.run([os.environ["EVP_PAIR_TESTER"], "pair.yaml", "-d", str(folder), *options], cwd=folder, env=environment, stdin=subprocess.DEVNULL,
+                         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=120, check=False)
+    assert run.returncode == 0, run.stdout[-4000:]
+    return run.stdout
+
+
+def numbers_of(path):
+    """{name: array} of the blocks of numbers of a YAML file."""
     blocks, key = {}, None
-    for line in text.splitlines():
-        start = re.match(r"(\w+): (?:! \|\d?-?|(.*))$", line)
-        if start:
-            key = start[1]
-            blocks[key] = [start[2]] if start[2] is not None else []
-        elif line.startswith("  ") and key:
-            blocks[key].append(line.strip())
-    rows = {}
-    for line in blocks["pair_coeff"]:
-        words = line.split()
-        rows[int(words[0]), int(words[1])] = law.Row(*map(float, words[2:]))
-    commands = {line.split()[0]: line.split() for line in blocks["post_commands"]}
-    fix = commands["fix"]
-    numbers = {}
-    for when in ("init", "run"):
-        numbers[f"{when}_vdwl"] = float(blocks[f"{when}_vdwl"][0])
-        numbers[f"{when}_stress"] = np.array(" ".join(blocks[f"{when}_stress"]).split(), dtype=float)
-        table = np.array([line.split() for line in blocks[f"{when}_forces"]], dtype=float)
-        assert np.array_equal(table[:, 0], np.arange(1, len(table) + 1))
-        numbers[f"{when}_forces"] = table[:, 1:]
-    contact = re.search(r"contact (\w+)", blocks["pair_style"][0])[1]
-    zone = float(fix[fix.index("zone") + 1]) if "zone" in fix else 0.0
-    flows = "plasticity isotropic" in blocks["pair_style"][0]
-    return Case(rows, contact, zone, float(commands["timestep"][1]), flows, numbers)
+    for line in path.read_text(encoding="utf-8").splitlines():
+        if not line.startswith(" "):
+            key, _, rest = line.partition(":")
+            blocks[key] = rest.split() if key.endswith("_vdwl") else []
+        else:
+            blocks[key] += line.split()
+    return {name: np.array(values, dtype=float) for name, values in blocks.items() if name.startswith(("init_", "run_"))}
 
 
-class Truth(NamedTuple):
-    found: dict  # of brute.brute_force
-    bonds: int
-
-
-def with_flow(found, case, scene, flowed):
-    """What brute_force found, with the forces of pairs that flow; "flowed" are the values that the pairs keep, {(id_i, id_j): (q, k)}."""
-    x, v, radius, types, bonds, box = scene
-    pairs, deq, _, bonded, row = brute.interactions(x, radius, case.rows, bonds, case.contact, types, box)
+def with_flow(found, rows, scene, x, v, flowed):
+    """What brute_force found, with the forces of pairs that flow; flowed: what the pairs keep now."""
+    body = scene.body
+    pairs, deq, _, bonded, row = brute.interactions(x, body.radius, rows, scene.bonds, "repulsive", body.types, np.diag(body.cell))
     i, j, r, d = pairs.i, pairs.j, pairs[2], pairs.d
     ids = [(min(a, b) + 1, max(a, b) + 1) for a, b in zip(i.tolist(), j.tolist())]
     q, k = np.array([flowed.get(pair, (0.0, 0.0)) for pair in ids]).T
@@ -121,22 +154,14 @@ def with_flow(found, case, scene, flowed):
             "bonds_second": int(np.sum(bonded & (now.k > 0.0)))}
 
 
-def computed(case, folder):
+def computed(case, scene, rows=ROWS):
     """What the tester's two moments are by sums over all pairs: at the start, and after four Verlet steps."""
-    _, x, v, radius, types, box = make_input.body()
-    mass = (2700.0 * 4.0 / 3.0 * np.pi * radius**3)[:, None]
-    if case.zone:
-        bonds = brute.record_bonds(x, radius, case.zone, box)
-    else:
-        file = "evp_lj_flow.bonds" if case.flows else "evp_lj.bonds"
-        make_input.write(folder)
-        lines = [line.split() for line in (folder / file).read_text(encoding="utf-8").splitlines()[1:]]
-        bonds = {(int(words[0]), int(words[1])): float(words[2]) for words in lines}
-    flowed = {(int(words[0]), int(words[1])): (float(words[3]), float(words[4])) for words in lines} if case.flows else {}
+    body, mass = scene.body, mass_of(scene.body.radius)[:, None]
+    x, v, flowed = body.x, scene.v, dict(scene.flowed)
 
     def forces(velocity):
-        found = brute.brute_force(x, velocity, radius, types, case.rows, bonds, case.contact, box)
-        return with_flow(found, case, (x, velocity, radius, types, bonds, box), flowed) if case.flows else found
+        found = brute.brute_force(x, velocity, body.radius, body.types, rows, scene.bonds, case.contact, np.diag(body.cell))
+        return with_flow(found, rows, scene, x, velocity, flowed) if case.flows else found
 
     start = now = forces(v)
     for _ in range(STEPS):
@@ -145,35 +170,32 @@ def computed(case, folder):
         now = forces(v)
         flowed.update(now.get("flowed", {}))
         v = v + 0.5 * case.dt * now["force"] / mass
-    return {"init": Truth(start, len(bonds)), "run": Truth(now, len(bonds))}
+    return {"init": start, "run": now}
 
 
-@pytest.mark.parametrize("name", YAML)
-def test_reference_numbers_are_those_of_the_brute_force(tmp_path, name):
-    case = read_case(name)
-    for when, truth in computed(case, tmp_path).items():
-        found = truth.found
-        scale = found["abs_force"].max()
-        assert np.abs(case.numbers[f"{when}_forces"] - found["force"]).max() < ROUND_OFF * scale
-        assert case.numbers[f"{when}_vdwl"] == pytest.approx(found["energy"], rel=ROUND_OFF * 1e2)
-        virial = found["virial"]
+@pytest.mark.parametrize("case", CASES.values(), ids=CASES)
+def test_lammps_own_tester(tmp_path, case):
+    """The numbers are those of the sums, and the same on all of the tester's ways. Control: bonds in both regimes at the end, new pairs and damping; from the
+    file also bonds beyond dlim."""
+    scene = scene_of(case)
+    write(tmp_path, case, scene)
+    run_tester(tmp_path, "-u")
+    numbers, truth = numbers_of(tmp_path / "pair.yaml"), computed(case, scene)
+    for when, found in truth.items():
+        forces, virial = numbers[f"{when}_forces"].reshape(-1, 4), found["virial"]
+        assert np.abs(forces[:, 1:] - found["force"]).max() < ROUND_OFF * found["abs_force"].max()
+        assert numbers[f"{when}_vdwl"] == pytest.approx(found["energy"], rel=ROUND_OFF * 1e2)
         six = np.array([virial[a, b] for a, b in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))])
-        assert np.abs(case.numbers[f"{when}_stress"] - six).max() < ROUND_OFF * np.abs(virial).max() * 1e2
+        assert np.abs(numbers[f"{when}_stress"] - six).max() < ROUND_OFF * np.abs(virial).max() * 1e2
 
+    output = run_tester(tmp_path, "-s", "--gtest_filter=" + ":".join(f"PairStyle.{test}" for test in TESTS))
+    assert f"[  PASSED  ] {len(TESTS)} tests." in output and "SKIPPED" not in output and "FAILED" not in output
+    for stage in ("init_forces (newton on)", "run_forces (newton on)", "init_forces (newton off)", "run_forces (newton off)", "restart_forces",
+                  "nofdotr_forces", "data_forces"):
+        assert f"{stage} stats" in output, stage
 
-@pytest.mark.parametrize("name", YAML)
-def test_the_state_has_everything_in_it(tmp_path, name):
-    """Bonds in both regimes at the end, new pairs and damping; from the file also bonds beyond dlim."""
-    case = read_case(name)
-    truth = computed(case, tmp_path)
-    at_end = truth["run"]
-    counts = at_end.found
-    within = at_end.bonds - counts["bonds_beyond"]
-    assert 20 < counts["bonds_second"] < within - 20
-    assert counts["new_contacts"] > 5
-    if not case.zone:
-        assert truth["init"].found["bonds_second"] > 20
-        assert counts["bonds_beyond"] > 5
-    undamped = {types: row._replace(gamma=0.0) for types, row in case.rows.items()}
-    difference = computed(case._replace(rows=undamped), tmp_path)["run"].found["force"] - counts["force"]
-    assert np.abs(difference).max() > 1e-3 * np.abs(counts["force"]).max()
+    end = truth["run"]
+    assert 20 < end["bonds_second"] < len(scene.bonds) - end["bonds_beyond"] - 20 and end["new_contacts"] > 5
+    assert case.zone or (truth["init"]["bonds_second"] > 20 and end["bonds_beyond"] > 5)
+    undamped = computed(case, scene, {types: row._replace(gamma=0.0) for types, row in ROWS.items()})["run"]["force"]
+    assert np.abs(undamped - end["force"]).max() > 1e-3 * np.abs(end["force"]).max()

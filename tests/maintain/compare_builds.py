@@ -4,8 +4,8 @@
 
     tests/maintain/compare_builds.py --old DIR [--new DIR] [--only CASE,...] [bits | speed]
 
-bits runs the decks of this checkout with both builds and compares every CSV, dump, data, bond and thermo table byte by byte;
-restart files are compared by runs that continue from them, also of the new build from a file of the old one.
+bits runs decks of this checkout and every effect of tests/lammps/test_matrix.py with both builds, and compares every CSV, dump, data, bond and
+thermo table byte by byte; restart files are compared by runs that continue from them, also of the new build from a file of the old one.
 speed starts both builds side by side in each round and lets them run a scene in turn, old, new, old, new ..., a tenth of a second
 each. It compares LAMMPS' loop time and the user time in the loop. The ratio new/old of a round is the median of its turns; the output
 has the median and the quartiles over the rounds. The time with the smaller distance of quartiles decides. The result is uncertain

@@ -39,7 +39,7 @@ while [ $# -gt 0 ]; do
   esac
 done
 if [ ${#tests[@]} -eq 0 ]; then
-  tests=(tests/lammps/test_bonds.py tests/lammps/test_forces.py tests/lammps/test_ghost_velocities.py tests/lammps/test_dt.py
+  tests=(tests/lammps/test_forces.py tests/lammps/test_ghost_velocities.py tests/lammps/test_dt.py
     tests/lammps/test_flow_between.py)
 fi
 [ -f "$build/CMakeCache.txt" ] || die "$build holds no build of the plugin: run tools/setup.sh, or give --build DIR"

@@ -31,7 +31,7 @@ the same everywhere. Prints a table and writes it to doc/releases.md. Exit statu
                    plugin: Native is Release by -march=native.
                    With none of them: both releases with g++, smallbig, Release, and 4Feb2025 also with
                    clang++, Debug, Native and bigbig, one at a time.
-  --tests T        all (default): the whole of tests/lammps; short: forces, bonds, restart, ghost velocities, time step, bad input
+  --tests T        all (default): the whole of tests/lammps; short: forces, records, ghost velocities, time step, bad input
   --work DIR       for the builds and results (default: build-releases); the table has every result there of the same
                    sources, so that it may be filled in several calls
 
@@ -72,7 +72,7 @@ else
 fi
 lammps_tests=(tests/lammps)
 if [ "$tests" = short ]; then
-  lammps_tests=(tests/lammps/test_forces.py tests/lammps/test_bonds.py tests/lammps/test_records.py tests/lammps/test_ghost_velocities.py
+  lammps_tests=(tests/lammps/test_forces.py tests/lammps/test_records.py tests/lammps/test_ghost_velocities.py
     tests/lammps/test_dt.py tests/lammps/test_bad_input.py tests/lammps/test_memory.py)
 fi
 

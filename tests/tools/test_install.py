@@ -257,12 +257,3 @@ def test_source_archive_without_git(tmp_path):
     start("cmake", "--install", build, "--prefix", tmp_path / "prefix", PATH=path)
     assert start(tmp_path / "prefix" / "bin" / "evp", "--version") == f"EVP {__version__}\n"
     assert not (tmp_path / "asked").exists()
-
-
-def test_version_is_the_same_everywhere():
-    pages = {"CITATION.cff": r'^version: "?([^"\s]+)"?$', "CHANGELOG.md": r"^## \[?v?(\d+\.\d+\.\d+)"}
-    for name, form in pages.items():
-        page = REPOSITORY / name
-        if page.exists():
-            found = re.findall(form, page.read_text(encoding="utf-8"), re.M)
-            assert found[:1] == [__version__], f"{name} must begin with version {__version__} of tools/evp/__init__.py"

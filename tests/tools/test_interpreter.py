@@ -34,23 +34,10 @@ def start(words, environment, folder=TOOLS):
     return subprocess.run([str(word) for word in words], env=environment, cwd=folder, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
 
 
-def curve(folder):
-    rows = "".join(f"{1e-4 * k:g},{2e6 * k:g},{2e6 * k:g}\n" for k in range(60))
-    (folder / "a b.csv").write_text("strain,stress_grip,stress_virial\n" + rows, encoding="utf-8")
-    return folder / "a b.csv"
-
-
 @pytest.mark.parametrize("name", PROGRAMS)
 def test_each_tool_starts_by_its_own_name(bare, name):
     shown = start([ROOT / name, "--help"], bare)
     assert shown.returncode == 0 and shown.stdout.startswith("usage: ") and not shown.stderr, shown.stderr
-
-
-def test_arguments_and_exit_code_are_those_of_the_tool(bare, tmp_path):
-    shown = start([TOOLS / "curves.py", "numbers", curve(tmp_path).name], bare, tmp_path)
-    assert shown.returncode == 0 and "a b.csv       20" in shown.stdout, shown.stderr
-    failed = start([TOOLS / "curves.py", "numbers", "absent.csv"], bare, tmp_path)
-    assert failed.returncode == 1 and failed.stderr.startswith("ERROR: ") and "absent.csv" in failed.stderr
 
 
 def test_module_of_the_package_as_program(bare):

@@ -97,19 +97,6 @@ def test_commands_of_contributing():
     assert all((REPOSITORY / path).is_file() for path in re.findall(r"tests/\w+/\w+\.py", text))
 
 
-def test_matrix_has_every_release_compiler_and_integer_size():
-    text = (REPOSITORY / "tests" / "maintain" / "releases.sh").read_text(encoding="utf-8")
-    matrix = load(REPOSITORY / ".github" / "workflows" / "ci.yml")["jobs"]["releases"]["strategy"]["matrix"]
-    for option, name in (("--release", "release"), ("--compiler", "compiler"), ("--sizes", "sizes")):
-        assert re.search(rf'{option}\) one_of "\$1" "\$2" ([^;]+);', text)[1].split() == matrix[name]
-
-
-def test_an_unknown_option_is_noticed():
-    """Control of the test above."""
-    assert "--release" in help_of("tests/maintain/releases.sh") and not re.search(r"--colour\b", help_of("tests/maintain/releases.sh"))
-    assert list(expanded("a ${{ matrix.x }} b", {"strategy": {"matrix": {"x": [1, 2]}}})) == ["a 1 b", "a 2 b"]
-
-
 def modules_of(node):
     """Names that a node of the syntax tree imports."""
     if isinstance(node, ast.Import):

@@ -38,13 +38,6 @@ def remembered_options():
         file.write_text(before)
 
 
-def test_help_names_every_option():
-    status, text = setup("--help")
-    assert status == 0
-    for word in ("--lammps-source", "--lammps-build", "--lammps-release", "EVP_CACHE"):
-        assert word in text
-
-
 @pytest.mark.parametrize("options, message", [
     (["--fast"], "unknown option '--fast'; see tools/setup.sh --help"),
     (["--lammps-source"], "option --lammps-source needs a value"),

@@ -68,11 +68,6 @@ def test_the_command_says_it(refusing, tmp_path, monkeypatch):
     assert done.returncode == 1 and SAID in done.stderr and "run evp doctor" in done.stderr and not (tmp_path / "m.evp").exists()
 
 
-def test_jobs_say_it(refusing, tmp_path):
-    with pytest.raises(RunError, match=SAID):
-        run.run_jobs([run.Job("pull", "in.traction", {}, tmp_path, 2)])
-
-
 def test_an_lmp_without_its_library(tmp_path, monkeypatch):
     """One rank: the loader's line. No second packing is tried."""
     lmp = tmp_path / "lmp"

@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //
-// Connected sets, and the bodies of one MPI rank and of several.
+// Connected sets, and the bodies of one MPI rank; those of several: tests/lammps/test_bodies_apart.py.
 
 #include "core/cg.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <map>
 #include <random>
-#include <set>
 #include <utility>
 #include <vector>
 
@@ -119,88 +117,4 @@ TEST(Bodies, runs_hold_all_atoms_and_those_of_their_body_only)
     }
     EXPECT_EQ(next, n);
   }
-}
-
-// Atoms at random on four ranks, each pair on one of its ranks or on both, some atoms prescribed.
-TEST(Bodies, over_ranks_they_are_what_pairs_connect)
-{
-  Numbers numbers;
-  for (const bool on_both : {false, true})
-    for (const int npairs : {0, 10, 50, 90, 130, 400}) {
-      const int n = 160, nranks = 4;
-      std::vector<int> owner, prescribed;
-      for (int i = 0; i < n; i++) {
-        owner.push_back(numbers.below(nranks));
-        prescribed.push_back(numbers.below(12) == 0);
-      }
-      std::vector<std::pair<int, int>> pairs, connecting;
-      std::vector<double> expected;
-      std::vector<bool> damped(n, false);
-      for (int i = 0; i < n; i++) expected.push_back(i);
-      for (int k = 0; k < npairs; k++) {
-        const int i = numbers.below(n), j = (i + 1 + numbers.below(n - 1)) % n;
-        pairs.push_back({i, j});
-        damped[i] = damped[j] = true;
-        if (!prescribed[i] && !prescribed[j]) connecting.push_back({i, j});
-      }
-      expected = reachable(connecting, expected);
-
-      struct Rank {
-        std::vector<int> atoms;    // own, then ghosts
-        int nlocal = 0;
-        std::vector<double> labels;
-        Bodies bodies;
-      };
-      std::vector<Rank> ranks(nranks);
-      for (int i = 0; i < n; i++) ranks[owner[i]].atoms.push_back(i);
-      std::vector<double> label_of(n);
-      for (int r = 0; r < nranks; r++) {
-        Rank &rank = ranks[r];
-        rank.nlocal = (int) rank.atoms.size();
-        const auto index = [&](int i) {
-          const auto found = std::find(rank.atoms.begin(), rank.atoms.end(), i);
-          if (found != rank.atoms.end()) return (int) (found - rank.atoms.begin());
-          rank.atoms.push_back(i);
-          return (int) rank.atoms.size() - 1;
-        };
-        std::vector<std::pair<int, int>> here;
-        for (const auto &[i, j] : pairs) {
-          if (owner[i] == r) here.push_back({index(i), index(j)});
-          if (owner[j] == r && owner[i] != r && on_both) here.push_back({index(j), index(i)});
-        }
-        rank.bodies.clear((int) rank.atoms.size());
-        for (const auto &[a, b] : here)
-          rank.bodies.add(a, !prescribed[rank.atoms[a]], b, !prescribed[rank.atoms[b]]);
-        for (int a = 0; a < rank.nlocal; a++)
-          label_of[rank.atoms[a]] = 1.0 + rank.atoms[rank.bodies.root(a)];
-      }
-      std::vector<Bodies::Link> links;
-      for (Rank &rank : ranks) {
-        for (const int i : rank.atoms) rank.labels.push_back(label_of[i]);
-        std::vector<Bodies::Link> own;
-        rank.bodies.find_links(rank.labels.data(), 1, rank.nlocal, own);
-        links.insert(links.end(), own.begin(), own.end());
-      }
-
-      std::map<double, std::set<std::pair<int, int>>>
-          names;    // rank, number; rank 0 of shared ones
-      std::map<std::pair<int, int>, std::set<double>> atoms;
-      int shared = ranks[0].bodies.shared_count();
-      for (int r = 0; r < nranks; r++) {
-        Rank &rank = ranks[r];
-        rank.bodies.number(rank.labels.data(), 1, rank.nlocal, links);
-        if (r == 0) shared = rank.bodies.shared_count();
-        EXPECT_EQ(rank.bodies.shared_count(), shared);
-        for (int a = 0; a < rank.nlocal; a++) {
-          const int i = rank.atoms[a], number = rank.bodies.of_atoms()[a];
-          ASSERT_EQ(number == 0, prescribed[i] || !damped[i]) << i;
-          if (number == 0) continue;
-          const std::pair<int, int> name = {number <= shared ? 0 : r, number};
-          names[expected[i]].insert(name);
-          atoms[name].insert(expected[i]);
-        }
-      }
-      for (const auto &[body, found] : names) EXPECT_EQ(found.size(), 1u) << body;
-      for (const auto &[name, found] : atoms) EXPECT_EQ(found.size(), 1u) << name.second;
-    }
 }

@@ -79,16 +79,6 @@ TEST(BondMeasures, GoThroughRestartFiles)
   EXPECT_TRUE(read.empty());
 }
 
-TEST(Factors, KeepTheMaterial)
-{
-  expect_factors(EVP::factors_of(METAL, {0.004, 12.0}), 1.0, 1.0, 1.0);
-  expect_factors(EVP::factors_of(METAL, {0.002, 12.0}), 0.125, 0.5, 0.125);
-  expect_factors(EVP::factors_of(METAL, {0.004, 15.0}), 0.8, 0.8, 1.0);
-  expect_factors(EVP::factors_of(METAL, {0.008, 6.0}), 16.0, 4.0, 8.0);
-  for (const double spacing : {1e-110, 1e110})
-    EXPECT_THROW(EVP::factors_of(METAL, {spacing, 12.0}), EVP::BadInput) << spacing;
-}
-
 TEST(Scaling, IsOfTheLawsAndNotOfTheRows)
 {
   Coefficients coefficients;

@@ -218,78 +218,19 @@ TEST(VolumeEnergy, ReactionsOfOthersAreLeftOut)
     EXPECT_NEAR(own[k], k < 2 * nreact ? all[k] : rows_only[k], 1e-13);
 }
 
-namespace {
-
-OneRank alone;
-
-/// A chain of three along x, springs k, its middle with volume energy: K (x3 - x1)^2 v^2 / 2.
-EVP::StiffnessMatrix chain(double v, double stiffness)
+// A chain of three along x, springs k, its middle with volume energy: K (x3 - x1)^2 v^2 / 2, of which one is held.
+TEST(VolumeEnergy, HeldNeighborsTakeNoPart)
 {
+  const double v = 0.7, stiffness = 20.0;
+  OneRank alone;
   EVP::StiffnessMatrix network(alone);
   network.nreact = 3;
-  network.inverse_mass = {1.0, 1.0, 1.0};
-  network.start = {0.3, 0.1, 0.2, -0.5, 0.4, 0.1, 0.6, -0.2, 0.7};
+  network.inverse_mass = {1.0, 1.0, 0.0};
+  network.start = {0.3, 0.1, 0.2, -0.5, 0.4, 0.1, 0.0, 0.0, 0.0};
   network.links = {{0, 1, {-1, 0, 0}, 2.0, 0.0, 0.5}, {1, 2, {-1, 0, 0}, 2.0, 0.0, 0.5}};
   network.with_volume = true;
   for (auto &link : network.links) link.opening = v;
   network.volume_stiffness = {{}, {0.0, stiffness}, {}};
-  network.find_springs_above_volume();
-  return network;
-}
-
-}    // namespace
-
-// modes of the chain: (1, 0, -1) with k + 2 v^2 K, which its neighbors share, and (1, -2, 1) with 3 k
-TEST(VolumeEnergy, StiffnessOfAChain)
-{
-  const double v = 0.7;
-  for (const double stiffness : {0.0, 1.0, 20.0}) {
-    EVP::StiffnessMatrix network = chain(v, stiffness);
-    const double expected = std::max(6.0, 2.0 + 2.0 * v * v * stiffness);
-    const EVP::StiffnessMatrix::Mix mix = {1.0, 1.0, 0.0, 1.0};
-    EXPECT_NEAR(network.largest_eigenvalue(mix, 1e-8, 100).eigenvalue, expected, 1e-7 * expected);
-    EXPECT_NEAR(network.largest_eigenvalue({0, 0, 0, 1.0}, 1e-8, 100).eigenvalue,
-                2.0 * v * v * stiffness, 1e-7 * (1.0 + stiffness));
-    const std::vector<double> sums = network.row_sums(mix);
-    EXPECT_NEAR(sums[0], 4.0 + 4.0 * v * v * stiffness, 1e-12 * (1.0 + stiffness));
-    EXPECT_GE(*std::max_element(sums.begin(), sums.end()), expected);
-  }
-}
-
-// Bonds that close while others open: K v^2 ((e1 + e2)^2 + e1^2), which no multiple of the first term bounds
-TEST(VolumeEnergy, BondsAndFreshPairsAreStiffApart)
-{
-  const double v = 0.7, stiffness = 20.0;
-  EVP::StiffnessMatrix network = chain(v, stiffness);
-  network.links[1].is_bond = false;
-  network.volume_stiffness[1].bonded = stiffness;
-  EXPECT_NEAR(network.largest_eigenvalue({0, 0, 0, 1.0}, 1e-8, 100).eigenvalue,
-              3.0 * v * v * stiffness, 1e-7 * stiffness);
-  network.find_springs_above_volume();
-  const double bound[] = {network.links[0].above_volume, network.links[1].above_volume};
-  for (const double e : {-2.0, -1.0, 0.0, 0.5, 1.0, 3.0})
-    EXPECT_LE(((1.0 + e) * (1.0 + e) + 1.0) * v * v * stiffness,
-              (bound[0] + bound[1] * e * e) * (1.0 + 1e-12));
-}
-
-TEST(VolumeEnergy, HeldNeighborsTakeNoPart)
-{
-  const double v = 0.7, stiffness = 20.0;
-  EVP::StiffnessMatrix network = chain(v, stiffness);
-  network.inverse_mass[2] = 0.0;
-  std::fill(network.start.begin() + 6, network.start.end(), 0.0);
   EXPECT_NEAR(network.largest_eigenvalue({0, 0, 0, 1.0}, 1e-8, 100).eigenvalue, v * v * stiffness,
               1e-7 * stiffness);
-}
-
-// (e1 + e2)^2 v^2 K <= bound1 e1^2 + bound2 e2^2, equal where both bonds are strained alike
-TEST(VolumeEnergy, SpringsThatAreStifferInAnyMotion)
-{
-  const double v = 0.7, stiffness = 20.0;
-  EVP::StiffnessMatrix network = chain(v, stiffness);
-  const double bound[] = {network.links[0].above_volume, network.links[1].above_volume};
-  EXPECT_NEAR(bound[0] + bound[1], 4.0 * v * v * stiffness, 1e-12 * stiffness);
-  for (const double e : {-2.0, -0.3, 0.5, 1.0, 3.0})
-    EXPECT_LE((1.0 + e) * (1.0 + e) * v * v * stiffness,
-              (bound[0] + bound[1] * e * e) * (1.0 + 1e-12));
 }
