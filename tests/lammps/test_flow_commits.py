@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Where q of pairs may move, and that flow keeps to its frame."""
+"""Where q of pairs may move, cycles below yield, and that flow keeps to its frame."""
 
 import numpy as np
 import pytest
-from flowing import BONDS, MOVE, SHAKE, assert_flowed, flowing_pair, largest_difference, read_pairs
+from flowing import BONDS, MOVE, ROW, SHAKE, assert_flowed, flowing_pair, largest_difference, read_pairs
 from lammps_run import write_state
-from small_bodies import dump, head, turn_about, write_body
+from small_bodies import dump, grips, head, turn_about, write_body
 
 START = head() + flowing_pair() + SHAKE + MOVE + "run 60\nwrite_evp_bonds before.bonds\n"
 AFTER = "write_evp_bonds after.bonds\n"
@@ -70,6 +70,29 @@ def test_a_run_in_parts_is_the_same(lmp, tmp_path, bar, contact):
     # each part builds neighbor lists, in which the pairs of an atom stand in another order
     assert largest_difference(*(read_pairs(tmp_path / f"{name}.bonds") for name in ("parts", "whole"))) < 1e-10
     assert parts.thermo()["KinEng"][-1] == pytest.approx(whole["KinEng"][-1], rel=1e-11)
+
+
+# ---- below yield
+
+
+def cycles(amplitude, fraction, count, steps=100):
+    """The right end wiggles along x; timestep from compute evp/dt."""
+    return (head() + flowing_pair("none", 0, ROW._replace(gamma=300.0), fix="fix bonds all evp/bonds") + grips(0.01, 0.05) + "fix move free nve\n"
+            f"compute dt all evp/dt\nthermo_style custom step c_dt\nrun 0\ntimestep $({fraction}*c_dt)\nfix left left move linear 0 0 0\n"
+            f"fix right right move wiggle {amplitude} 0 0 $({steps}*dt)\nwrite_evp_bonds before.bonds\nthermo_style custom step pe\nthermo 1000\n"
+            f"run {count * steps}\nwrite_evp_bonds after.bonds\ncompute own all pair/local p2 p4\n"
+            "compute most all reduce maxabs c_own[1] c_own[2] inputs local\nthermo_style custom step pe c_most[2]\nrun 0\n")
+
+
+def test_a_hundred_cycles_below_yield_leave_nothing(lmp_decks, bar):
+    decks = {fraction: cycles(3e-6, fraction, 100) for fraction in (0.1, 0.4, 0.9)}
+    runs = lmp_decks({**decks, "control": cycles(3e-4, 0.4, 3)})
+    for fraction in decks:
+        before, after = before_and_after(runs[fraction])
+        assert before == after and set(after.offset.values()) == {0.0} and set(after.work.values()) == {0.0}, fraction
+        assert runs[fraction].thermo()["c_most[2]"][-1] == 0.0, fraction
+    _, after = before_and_after(runs["control"])
+    assert max(map(abs, after.offset.values())) > 1e-5, "control: a hundred times as far it yields"
 
 
 # ---- frames and momenta
