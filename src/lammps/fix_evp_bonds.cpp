@@ -149,15 +149,22 @@ void FixEVPBonds::commit(bool at_rest)
   settle_missing();
 }
 
+// collective; without any force cg finds no direction that is downhill
+static bool is_at_rest(Min *minimizer, double force_tolerance)
+{
+  const int stop = minimizer->stop_condition;
+  if (stop == Min::DOWNHILL) return std::sqrt(minimizer->fnorm_sqr()) <= force_tolerance;
+  return stop == Min::ETOL || stop == Min::FTOL || stop == Min::ZEROFORCE ||
+      (fault(EVP::STOPPED_FLOWS) && stop == Min::MAXITER);
+}
+
 // a minimizer tries many places, of which only the last one is a state of the body, and that only
 // where it came to rest
 void FixEVPBonds::post_run()
 {
   if (!bonds->has_history()) return;
   stepping = false;
-  const int stop = update->whichflag == 2 ? update->minimize->stop_condition : -1;
-  if (stop == Min::ETOL || stop == Min::FTOL || stop == Min::ZEROFORCE) commit(true);
-  if (fault(EVP::STOPPED_FLOWS) && stop == Min::MAXITER) commit(true);
+  if (update->whichflag == 2 && is_at_rest(update->minimize, update->ftol)) commit(true);
   return_histories();
 }
 

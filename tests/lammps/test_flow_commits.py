@@ -130,3 +130,27 @@ def test_turned_and_moving_frames(lmp, lmp_decks, tmp_path, bar):
         assert largest_difference(read_pairs(run.folder / "turned.bonds"), read_pairs(tmp_path / "whole.bonds")) < 1e-8, (angle, speed)
         for name in ("PotEng", "f_volume", "c_flow[2]"):
             assert np.abs(run.thermo()[name] - table[name]).max() <= 1e-8 * np.abs(table[name]).max(), (angle, speed, name)
+
+
+@pytest.mark.parametrize("style", ["cg", "fire"])
+def test_a_pair_without_force_is_at_rest(lmp, style):
+    """A bond is stretched past its break strain, where nothing acts, and comes back broken, whichever criterion stopped the minimizer."""
+    run = lmp(head(boundary="f f f", skin=0.0002, start="""region box block -0.1 0.1 -0.1 0.1 -0.1 0.1
+create_box 1 box
+create_atoms 1 single 0 0 0
+create_atoms 1 single 0.01 0 0
+set group all diameter 0.01 density 2700""") + f"""pair_style evp/lj contact repulsive break 0.01
+pair_coeff * * 80 8 4 3 8 4 0.005 0 1.5
+fix bonds all evp/bonds
+group first id 1
+min_style {style}
+timestep 1e-6
+thermo_style custom step pe f_bonds[1] f_bonds[5]
+run 0
+displace_atoms first move -0.0002 0 0
+minimize 0 1e-3 100 1000
+displace_atoms first move 0.00015 0 0
+run 0
+""", 2).ok()
+    table = run.thermo()
+    assert (table["PotEng"][-1], table["f_bonds[1]"][-1], table["f_bonds[5]"][-1]) == (0.0, 0.0, 1.0)

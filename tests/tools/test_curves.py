@@ -101,6 +101,13 @@ def command(*words):
     return call(tool.main, *words)
 
 
+def test_a_byte_order_mark_is_no_part_of_the_first_column(tmp_path):
+    path = write(tmp_path / "curve.csv", bilinear())
+    plain = curves.read_curve(path)
+    path.write_text(path.read_text(encoding="utf-8"), encoding="utf-8-sig")
+    assert np.array_equal(curves.read_curve(path), plain)
+
+
 def test_command_prints_the_numbers_and_draws(tmp_path):
     path = write(tmp_path / "a.csv", bilinear())
     shown = command("numbers", path)

@@ -80,7 +80,7 @@ def read_columns(path, wanted, remedy=None):
 
     remedy: of (missing name, names there), what to do about it. CurveError names the file and what is wrong; OSError if it cannot be read.
     """
-    with open(path, newline="", encoding="utf-8") as source:
+    with open(path, newline="", encoding="utf-8-sig") as source:
         lines = [[word.strip() for word in words] for words in csv.reader(source) if words]
     names = lines[0] if lines else []
     missing = next((name for name in wanted if name not in names), None)
@@ -95,7 +95,7 @@ def read_columns(path, wanted, remedy=None):
 
 def load_of(path):
     """The Load whose columns a CSV file has, TENSION where it has those of none. OSError if it cannot be read."""
-    with open(path, encoding="utf-8") as source:
+    with open(path, encoding="utf-8-sig") as source:
         names = [name.strip() for name in source.readline().split(",")]
     return next((load for load in LOADS if load.mark in names), TENSION)
 
@@ -377,7 +377,7 @@ def read_points(path):
 
     CurveError names the file and what is wrong; OSError where it cannot be read.
     """
-    with open(path, encoding="utf-8") as source:
+    with open(path, encoding="utf-8-sig") as source:
         lines = [line.replace(",", " ").split() for line in source if line.strip() and not line.lstrip().startswith("#")]
     if not lines:
         raise CurveError(f"{path} is empty: a target has rows strain,stress")
