@@ -67,6 +67,18 @@ def test_a_run_that_stopped_on_the_way_back_goes_on(tmp_path):
             assert np.allclose(rest[name], whole[name], *tolerances), (ranks, name)
 
 
+def test_a_run_goes_on_with_its_own_body_and_material_only(tmp_path):
+    """The restart file has those of the first run: others would be named in the output, and would not be what was loaded."""
+    choices = {"strain": 0.001, "contact": "none"}
+    pull(tmp_path, **choices)
+    body = REFERENCE.with_name(REFERENCE.name + ".body").read_text()
+    (tmp_path / "other.data.body").write_text(re.sub("variable area equal .*", "variable area equal 1e-3", body))
+    for other in ({"coeff": "81 8 4 3 8 4 0.005 0 1.5"}, {"coeff": "80 8 4 3 8 4 0.0051 0 1.5"}, {"plasticity": "isotropic"}, {"contact": "repulsive"}, {"specimen": "other.data"}):
+        run = run_lammps("in.quasistatic", 1, {"specimen": REFERENCE, "out": "rest", **choices, "resume": "yes", **other}, tmp_path)
+        assert run.returncode != 0 and "ERROR: rest.resume is of another specimen, material, plasticity or contact: " in run.stdout, other
+    assert len(pull(tmp_path, **{**choices, "strain": 0.002}, resume="yes")[1]["strain"]) == 5
+
+
 def test_nine_numbers_hold_for_a_body_of_any_size(tmp_path):
     """Scaled with the spheres per volume, as a row with its spacing is by its bonds: E is that of the paper's body."""
     run_lammps("in.specimen", 1, {"n": 300, "length": 0.03, "radius": 0.01, "out": "small.data"}, tmp_path).ok()
