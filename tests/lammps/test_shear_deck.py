@@ -7,6 +7,7 @@ import re
 import large_strain
 import numpy as np
 import pytest
+from common_bodies import REFERENCE
 from evp import specimen
 from evp.figures import read_columns
 from lammps_run import DECKS, read_csv, read_dump, run_lammps
@@ -70,6 +71,11 @@ def test_packing_is_dense_and_isotropic(packed):
     assert np.mean(body.x[:, 1]) == pytest.approx(0.0, abs=0.05 * EDGE)
     lines = dict(re.findall(r"^variable (\w+) equal (\S+)", (path.parent / "periodic.data.body").read_text(), re.M))
     assert float(lines["length"]) == EDGE and float(lines["area"]) == pytest.approx(EDGE**2) and float(lines["volume"]) == pytest.approx(volume)
+
+
+def test_a_body_that_does_not_fill_its_box_is_refused(tmp_path):
+    found = run_lammps("in.shear", 1, {"specimen": REFERENCE}, tmp_path)
+    assert found.returncode != 0 and "give a body of in.specimen -var shape periodic" in found.stdout
 
 
 def test_shear_modulus_is_the_closed_form(packed, tmp_path):
