@@ -64,6 +64,12 @@ def test_turns(tmp_path, ranks, choices):
     assert np.abs(curve.virial / E - curve.strain).max() < 1.5e-4
 
 
+def test_lower_beyond_strain_goes_on(tmp_path):
+    """Without a turn, at the same rate."""
+    curve, _ = run("in.cyclic", tmp_path, strain=0.001, lower=0.002)
+    assert curve.strain[-1] == pytest.approx(0.002, abs=1e-9) and curve.strain.max() < 0.002 + 1e-9
+
+
 @pytest.mark.parametrize("choices", [{"strain": -0.01}, {"rate": -10, "strain": 0.01}, {"rate": -10, "strain": -0.01, "row": 0.0003}])
 def test_compression(once, tmp_path, choices):
     """A negative rate, strain or both; with rows that do not divide the strain too. At rest the same stress."""
