@@ -103,3 +103,7 @@ def test_a_round_bar(tmp_path):
     tension = read_csv(tmp_path / "pulled.csv")["stress_grip"][2] / 2e-4
     shear = 12.0 * 2.5 * (np.pi * 0.012**4 / 4.0) / (0.882 * np.pi * 0.012**2 * 0.16**2)  # of the deflection, over that by bending
     assert 0.75 < curve["stress"][2] / 2e-4 / (tension / (1.0 + shear)) < 0.95
+    body = tmp_path / "round.data.body"
+    body.write_text(body.read_text().replace("variable radius ", "# "))
+    refused = run_lammps("in.bending", 1, choices, tmp_path)
+    assert refused.returncode != 0 and "the cross-section is no rectangle, and its radius is not known: give -var radius" in refused.stdout
