@@ -189,15 +189,13 @@ namespace {
 
   /// Fills block.potential from what the pairs store. find_stored(block): fills elastic and forgotten.
   template <Flow Kind, class F>
-  void find_potential(PairBlock &block, bool incremental, F &&find_stored)
+  void find_potential(PairBlock &block, bool incremental, InstructionSet level, F &&find_stored)
   {
-    const auto is_past = [&block](int k) {
-      return block.distance_squared(k) > block.cutsq[k];
-    };
     if constexpr (Kind != Flow::FORGETS) {
       for (int k = 0; k < block.n; k++) {
         block.at_cutoff[k] = 0.0;
-        block.potential[k] = !incremental && is_past(k) ? 0.0 : block.elastic[k];
+        block.potential[k] =
+            !incremental && block.distance_squared(k) > block.cutsq[k] ? 0.0 : block.elastic[k];
       }
       for (int k = 0; incremental && *block.flow.any_flow && k < block.n; k++)
         block.potential[k] += block.flow.dissipated[k];
@@ -208,17 +206,26 @@ namespace {
       at_cutoff.cutsq = block.cutsq;
       at_cutoff.margin = block.margin;
       at_cutoff.law = block.law;
-      for (int k = 0; k < block.n; k++) {
-        at_cutoff.xy[2 * k] = std::sqrt(block.cutsq[k]) / (1.0 + block.margin);
-        at_cutoff.xy[2 * k + 1] = at_cutoff.z[k] = 0.0;
-      }
+      const int n = block.n;
+      const double *const cutsq = block.cutsq;
+      call_at(level, [&, n, cutsq]() EVP_KERNEL {
+        EVP_INDEPENDENT
+        for (int k = 0; k < n; k++) {
+          at_cutoff.xy[2 * k] = std::sqrt(cutsq[k]) / (1.0 + block.margin);
+          at_cutoff.xy[2 * k + 1] = at_cutoff.z[k] = 0.0;
+        }
+      });
       find_stored(at_cutoff);
-      for (int k = 0; k < block.n; k++) {
-        block.at_cutoff[k] = at_cutoff.elastic[k] + at_cutoff.forgotten[k];
-        if (fault(NONZERO_AT_DLIM)) block.at_cutoff[k] *= 0.5;
-        block.potential[k] =
-            is_past(k) ? 0.0 : (block.elastic[k] + block.forgotten[k]) - block.at_cutoff[k];
-      }
+      call_at(level, [&, n, cutsq]() EVP_KERNEL {
+        EVP_INDEPENDENT
+        for (int k = 0; k < n; k++) {
+          const double there = (fault(NONZERO_AT_DLIM) ? 0.5 : 1.0) *
+              (at_cutoff.elastic[k] + at_cutoff.forgotten[k]);
+          const double above = (block.elastic[k] + block.forgotten[k]) - there;
+          block.at_cutoff[k] = there;
+          block.potential[k] = block.distance_squared(k) > cutsq[k] ? 0.0 : above;
+        }
+      });
     }
   }
 
@@ -236,7 +243,7 @@ namespace {
         (stored ? evaluate<Powers, Many, Kind, false, true>
                 : evaluate<Powers, Many, Kind, false, false>) (all, block, level);
       if (!asked.potential) return;
-      find_potential<Kind>(block, asked.incremental, [this](PairBlock &other) {
+      find_potential<Kind>(block, asked.incremental, level, [this](PairBlock &other) {
         evaluate<Powers, Many, Kind, false, true>(all, other, level);
       });
     }
