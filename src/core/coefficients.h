@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/bond_measures.h"
+#include "core/contacts.h"
 #include "core/fault.h"
 #include "core/pair_block.h"
 #include "core/simd.h"
@@ -13,9 +14,9 @@
 
 namespace EVP {
 
-/// A Row per pair of atom types, which count from 1, and two laws made of it: the law itself, and its
-/// twin without gamma for pairs whose damping fix nve/evp takes over. A row that names the bodies it
-/// holds for is kept as given; its laws are those of the body whose bonds were measured.
+/// A Row per pair of atom types, which count from 1, and the laws made of it: the law itself, that of contacts between
+/// two bodies, which stay elastic, and of both the twin without gamma for pairs whose damping fix nve/evp takes over. A
+/// row that names the bodies it holds for is kept as given; its laws are those of the body whose bonds were measured.
 class Coefficients {
  public:
   Coefficients() = default;
@@ -30,7 +31,7 @@ class Coefficients {
       tables[k].resize(n);
       for (int i = 0; i < n; i++) tables[k][i] = &values[((size_t) k * n + i) * n];
     }
-    laws.assign((size_t) 2 * n * n, PairLaw());
+    laws.assign((size_t) 4 * n * n, PairLaw());
     forget_choice();
   }
 
@@ -109,7 +110,7 @@ class Coefficients {
     return kv;
   }
 
-  /// Makes both laws of a pair of types from its row and the measures as they are now; throws BadInput.
+  /// Makes the laws of a pair of types from its row and the measures as they are now; throws BadInput.
   /// They stay until the next call, whatever becomes of both.
   const Row &make_law(int i, int j)
   {
@@ -125,7 +126,7 @@ class Coefficients {
     if (fault(E2_SHORT)) row.e2 *= 0.9;
     if (fault(GAMMA_LONG)) row.gamma += 1e-6;
     try {
-      laws[index(i, j)] = laws[index(j, i)] = PairLaw(row);
+      put_laws(i, j, row);
     } catch (const BadInput &) {
       if (scale.source == Source::AS_GIVEN) throw;
       throw BadInput("for the spacing of the body e1 and e2 of the row are multiplied by " +
@@ -134,8 +135,6 @@ class Coefficients {
                      ", and overflow double precision: is the spacing of the row in the unit of "
                      "the input script?");
     }
-    row.gamma = 0.0;
-    laws[undamped(index(i, j))] = laws[undamped(index(j, i))] = PairLaw(row);
     forget_choice();
     return law(index(i, j)).row;
   }
@@ -144,51 +143,72 @@ class Coefficients {
   int index(int i, int j) const { return i * n + j; }
   const PairLaw &law(int index) const { return laws[index]; }
 
-  /// Index of the twin without gamma.
-  int undamped(int index) const { return index + n * n; }
+  /// Index of the twin without gamma, and of the law between two bodies.
+  int undamped(int index) const { return index + 2 * n * n; }
+  int between_bodies(int index) const { return index + n * n; }
 
   /// gamma that a twin lacks [force/velocity], 0 for a law that has its own.
   double gamma_elsewhere(int index) const
   {
-    return index < n * n ? 0.0 : laws[index - n * n].gamma;
+    return index < 2 * n * n ? 0.0 : laws[index - 2 * n * n].gamma;
   }
 
   /// Chooses the loops over blocks of bonds and of contacts. handles(i, j): are there pairs of these types? twins:
-  /// some of them take the twin, which matters only beside others that have their gamma.
+  /// some of them take the twin, which matters only beside others that have their gamma. divided: there are two bodies.
   template <class Handles>
-  void choose_block_laws(Handles &&handles, bool twins, Flow flow_of_bonds, Flow flow_of_contacts)
+  void choose_block_laws(Handles &&handles, bool twins, bool divided, Flow flow_of_bonds,
+                         Flow flow_of_contacts)
   {
     std::swap(used, used_before);    // they keep their room: packing allocates nothing
-    used.clear();
+    for (auto &own : used) own.clear();
     for (int i = 1; i < n; i++)
       for (int j = i; j < n; j++) {
         if (!handles(i, j)) continue;
-        used.push_back(index(i, j));
-        if (twins) used.push_back(undamped(index(i, j)));
+        const auto use = [&](std::vector<int> &of, int law) {
+          of.push_back(law);
+          if (twins) of.push_back(undamped(law));
+        };
+        for (auto &own : used) use(own, index(i, j));
+        if (divided) use(used[1], between_bodies(index(i, j)));
       }
     const std::array now = {flow_of_bonds, flow_of_contacts};
     if (used == used_before && now == flows && has_chosen) return;
     flows = now;
     has_chosen = true;
-    for (int k = 0; k < 2; k++) blocks[k].assign(laws, used, flows[k]);
+    for (int k = 0; k < 2; k++) blocks[k].assign(laws, used[k], flows[k]);
   }
   const BlockLaw &law_of_bonds() const { return blocks[0]; }
   const BlockLaw &law_of_contacts() const { return blocks[1]; }
 
-  double memory_usage() const { return bytes_of(values, laws, used, used_before); }
+  double memory_usage() const { return bytes_of(values, laws); }
 
  private:
   int n = 0;                                             // atom types and one more
   std::vector<double> values;                            // of all members
   std::array<std::vector<double *>, NMEMBERS> tables;    // [type][type] of each
   BondMeasures measures;                                 // of the body
-  std::vector<PairLaw> laws;                             // of all pairs of types, then their twins
-  std::vector<int> used, used_before;                    // indices of the laws that pairs can have
+  std::vector<PairLaw> laws;    // of all pairs of types, between bodies, then the twins of both
+  std::array<std::vector<int>, 2> used, used_before;    // laws that bonds and contacts can have
   std::array<Flow, 2> flows{};
   std::array<BlockLaw, 2> blocks;    // of bonds, of contacts
   bool has_chosen = false;
 
   void forget_choice() { has_chosen = false; }
+
+  // throws BadInput
+  void put_laws(int i, int j, Row row)
+  {
+    for (const bool damped : {true, false}) {
+      if (!damped) row.gamma = 0.0;
+      Row elastic = row;
+      elastic.xi_s = std::max(row.xi_s, LIMIT_BETWEEN_BODIES);
+      for (const int own : {index(i, j), index(j, i)}) {
+        const int k = damped ? own : undamped(own);
+        laws[k] = PairLaw(row);
+        laws[between_bodies(k)] = PairLaw(elastic);
+      }
+    }
+  }
 
   Scaling own_scaling(int i, int j) const
   {

@@ -13,6 +13,10 @@ namespace EVP {
 enum class Contact : int { LITERAL, REPULSIVE, NONE };
 constexpr const char *CONTACTS[] = {"literal", "repulsive", "none"};    ///< for users
 
+/// Contacts between two bodies stay in the first regime up to this strain: solids that touch yield inside. A contact plane
+/// has fewer pairs than a plane of the body and would flow first, until the spheres on both sides run into each other.
+constexpr double LIMIT_BETWEEN_BODIES = 0.5;
+
 /// Where a pair is at rest, and the distance up to which it acts; nothing where that is 0 [length].
 struct Span {
   double deq, cutoff;

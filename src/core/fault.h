@@ -44,9 +44,10 @@ enum Fault {
   NO_FLOW_OF_MISSING,     ///< bonds that leave the neighbor list do not flow up to their cutoff
   HISTORY_AT_ONE_ATOM,    ///< the history of a pair is kept at one atom only
   STOPPED_FLOWS,    ///< a minimization that stops at its maximum number of iterations leaves its flow
-  BODIES_BONDED,       ///< two bodies are bonded where they are close at the start
-  BODIES_ATTRACT,      ///< attraction between two bodies
-  HALF_VOLUME_FORCE    ///< half of the forces of the volume energy
+  BODIES_BONDED,                   ///< two bodies are bonded where they are close at the start
+  BODIES_ATTRACT,                  ///< attraction between two bodies
+  CONTACTS_FLOW_BETWEEN_BODIES,    ///< contacts between two bodies flow
+  HALF_VOLUME_FORCE                ///< half of the forces of the volume energy
 };
 
 constexpr bool fault(Fault asked)

@@ -94,7 +94,8 @@ PairData::AnyPair PairData::pair_between(int i, int j, int itype, int jtype) con
   const bool broken = history.broken != 0.0, is_bond = bond && !broken;
   const bool divided = !bond && AtomBodies(atom, within()).in_different_bodies(i, j);
 
-  const int law = coefficients.index(itype, jtype);
+  const int own = coefficients.index(itype, jtype);
+  const int law = divided ? coefficients.between_bodies(own) : own;
   const double sum_radii = atom->radius[i] + atom->radius[j];
   const double dlim = coefficients.law(law).row.alpha * sum_radii;
   const Span span = is_bond ? rules.of_bond(bond->deq, dlim)
@@ -209,9 +210,9 @@ void PairData::report()
       ? fmt::format(", deq of bonds from fix {}", scene::find_fix(modify, "evp/bonds")->id)
       : ", no fix evp/bonds: every pair has deq = R_i + R_j";
   if (within() != BodyRule::ALL)
-    line +=
-        fmt::format(" within {} (bodies {})", BODY_RULES[(int) within()],
-                    rules.contact == Contact::NONE ? "do not interact" : "only repel each other");
+    line += fmt::format(" within {} (bodies {})", BODY_RULES[(int) within()],
+                        rules.contact == Contact::NONE ? "do not interact"
+                                                       : "only repel each other, elastically");
   if (rules.plastic) line += ", plasticity isotropic";
   if (rules.breaks()) line += fmt::format(", bonds break beyond {} deq", 1.0 + rules.break_strain);
   if (volume())
@@ -302,7 +303,8 @@ bool PairData::pack(const NeighList *neighbors, bool collective)
       [this](int i, int j) {
         return cuts.handles(i, j);
       },
-      explicit_damping && implicit_groupbit, rules.flow_of_bonds(), rules.flow_of_contacts());
+      explicit_damping && implicit_groupbit, within() != BodyRule::ALL, rules.flow_of_bonds(),
+      rules.flow_of_contacts());
   return is_first;
 }
 

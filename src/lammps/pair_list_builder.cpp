@@ -141,7 +141,8 @@ EVP_INLINE void PairListBuilder::pack_row(const Input &input, const View &view, 
     const Row &row = laws[type].row;
     const double dlim = (fault(DLIM_LONG) ? 1.1 : 1.0) * row.alpha * sum_radii;
     const bool implicit = implicit_bit && ((view.mask[i] | view.mask[j]) & implicit_bit);
-    const int own = first_law + type, law = implicit ? input.coefficients->undamped(own) : own;
+    int law = first_law + type;
+    if (implicit) law = input.coefficients->undamped(law);
     double deq;
     if (is_bond) {
       if (dsq > dlim * dlim && !is_nearest_image(dx, dy, dz)) continue;
@@ -151,6 +152,8 @@ EVP_INLINE void PairListBuilder::pack_row(const Input &input, const View &view, 
       found.bond_sides += j < nreact ? 2 : 1;
     } else {
       const bool divided = Divided && !broken && view.bodies.in_different_bodies(i, j);
+      if (divided && !fault(CONTACTS_FLOW_BETWEEN_BODIES))
+        law = input.coefficients->between_bodies(law);
       const Span span = broken
           ? rules.of_broken(sum_radii, records[record].deq)
           : rules.of_contact(sum_radii, dlim, divided && !fault(BODIES_ATTRACT));
@@ -163,7 +166,7 @@ EVP_INLINE void PairListBuilder::pack_row(const Input &input, const View &view, 
     if (!implicit && row.gamma > 0.0) found.damped = true;
 
     if (!(dsq >= closest * sum_radii * (closest * sum_radii)))
-      count_overlap(i, j, dsq, deq, laws[type], found.overlaps);
+      count_overlap(i, j, dsq, deq, input.coefficients->law(law), found.overlaps);
   }
   fill_history(input, view, i, lists.bonds, bonds.n);
   fill_history(input, view, i, lists.contacts, contacts.n);

@@ -49,6 +49,16 @@ def test_crater_and_rebound(tmp_path, bodies):
     assert abs(none) < 0.2 * crater and twin > 1.3 * rebound and abs(balance) < 5e-3
 
 
+def test_a_metal_flows_inside_and_not_where_it_touches(tmp_path, bodies):
+    """With hardly any hardening ball and plate do not run into each other: the crater is that of a granular contact, which cannot flow."""
+    metal = {"material": DECKS.parent / "potentials/metals.evp:aluminium_2024T351", "time": 6e-5}
+    (crater, rebound), imbalance, found = run(tmp_path, bodies, **metal)
+    lowest = float(re.search(r"lowest d/\(R_i \+ R_j\) (\S+);", found.stdout)[1])
+    (granular, twin), _, _ = run(tmp_path, bodies, friction=0, **metal)
+    assert abs(imbalance) < 1e-3 and lowest > 0.75 and "WARNING" not in found.stdout
+    assert crater == pytest.approx(granular, rel=0.15) and rebound == pytest.approx(twin, rel=0.1) and crater > 1e-5
+
+
 def test_friction_of_the_ball(tmp_path, bodies):
     """A ball that flies obliquely loses more of its speed along the plate with friction, and the balance closes; off needs no package."""
     left = {}

@@ -199,7 +199,7 @@ def test_coefficients_come_back_from_restart_and_data(lmp, tmp_path, reference):
 
 # ---- which atoms are one body goes through restart files and, in the header, through bond files; and is refused where it would change ----
 
-BODIES = " within {} (bodies only repel each other)"
+BODIES = " within {} (bodies only repel each other, elastically)"
 WITHOUT_RECORDS = ("Pair evp/lj: the bonds were recorded by fix bonds, whose records are not here", "define 'fix bonds all evp/bonds' right after read_restart")
 ANOTHER_WORD = "Fix bonds evp/bonds: the bonds of the restart file were recorded with another 'within' than {}: leave it out"
 AFTER_RESTART = [  # words of the fix that recorded, the fix after read_restart, what is said of it

@@ -34,8 +34,8 @@ SAME, ROUNDED = "v_d v_f c_dt[*] c_own[*] f_bonds[1] f_bonds[3] f_bonds[4] c_sta
 
 @pytest.mark.parametrize("name", BOUNCES)
 def test_two_bodies_are_those_of_contact_repulsive(lmp_decks, tmp_path, name):
-    """Two spheres meet and part, with `within`, with `contact literal` where it goes, and with `contact repulsive` and no bonds: the same bits of
-    forces, stable timesteps, counts and pair values; energies but for the cut of a pair, which has another margin."""
+    """Two spheres meet and part, with `within`, with `contact literal` where it goes, and with `contact repulsive`, no bonds and an xi_s that is not
+    reached: the same bits of forces, stable timesteps, counts and pair values; energies but for the cut of a pair, which has another margin."""
     two(tmp_path)
     (tmp_path / "none.bonds").write_text("# EVP bonds COUNT: 0 UNITS: si\n", encoding="utf-8")
     style, gamma, move = BOUNCES[name]
@@ -44,8 +44,9 @@ def test_two_bodies_are_those_of_contact_repulsive(lmp_decks, tmp_path, name):
     rest += "compute atoms all evp/state/atom\ncompute state all reduce sum c_atoms[*]\n"
     rest += "variable d equal x[2]-x[1]\nvariable f equal fx[2]\nthermo 2\n" + thermo(f"{SAME} {ROUNDED}") + "run 600\n"
     decks = {}
-    for contact, fix in (("repulsive" if "plasticity" in style else "literal", FIX + "type"), ("repulsive", "fix bonds all evp/bonds file none.bonds")):
-        decks[fix] = head(skin=0.001) + pair(law.TABLE1._replace(gamma=gamma), f"{contact} {style}", fix) + rest
+    twins = (("repulsive" if "plasticity" in style else "literal", FIX + "type", law.TABLE1.xi_s), ("repulsive", "fix bonds all evp/bonds file none.bonds", 0.5))
+    for contact, fix, xi_s in twins:
+        decks[fix] = head(skin=0.001) + pair(law.TABLE1._replace(gamma=gamma, xi_s=xi_s), f"{contact} {style}", fix) + rest
     tables = {fix: run.thermo() for fix, run in lmp_decks(decks).items()}
     ours, repulsive = tables.values()
     force = repulsive["v_f"]
@@ -101,8 +102,8 @@ pair_coeff 1*2 1*2 evp/lj {words(law.TABLE1)}
     run = lmp(head() + style + "variable f equal fx[3]\n" + table + "run 0\nset atom 3 x 0.0201\nrun 0\n").ok()
     assert [run.thermo(k)[name][0] for k in (0, 1) for name in ("f_bonds", "f_bonds[3]")] == [1, 0, 1, 1]
     assert run.thermo(0)["v_f"][0] == 0.0
-    assert run.thermo(1)["v_f"][0] == pytest.approx(law.force(0.0201 - 0.0102, TOUCH, law.TABLE1), rel=1e-9)
-    assert "within type (bodies only repel each other)" in run.stdout
+    assert run.thermo(1)["v_f"][0] == pytest.approx(law.force(0.0201 - 0.0102, TOUCH, law.TABLE1._replace(xi_s=0.5)), rel=1e-9)
+    assert "within type (bodies only repel each other, elastically)" in run.stdout
 
 
 # ---- what is said ----
