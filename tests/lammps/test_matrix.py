@@ -169,7 +169,7 @@ def check_run(run, name, body):
         bodies = np.where(molecules == 0, -ids, molecules) if FEATURES[name].molecules else body.types
         kept = {key: deq for key, deq in record(body.x, body.radius, 1.4, body.cell).items() if len({bodies[k - 1] for k in key}) == 1}
         found = check_forces(snapshots[-1], body._replace(bonds=kept), bodies=bodies, at_rest=True)
-        assert np.sum(bodies[found["i"]] != bodies[found["j"]]) > 20, "control: bodies touch"
+        assert np.sum(bodies[found["i"]] != bodies[found["j"]]) > 10, "control: bodies touch"
     if not body.cell.any():
         first, last = (mass * snapshot.vectors("vx", "vy", "vz") for snapshot in snapshots)
         assert np.linalg.norm(last.sum(axis=0) - first.sum(axis=0)) < MOMENTUM * np.abs(first).sum(), "momentum"

@@ -119,6 +119,7 @@ def interactions(x, radius, rows, bonds, contact, types=None, box=None, ids=None
         bodies = np.asarray(bodies)
         apart = ~bonded & (bodies[pairs.i] != bodies[pairs.j])
         cut = np.where(apart, np.minimum(cut, pairs.contact_distance), cut)
+        row = row._replace(xi_s=np.where(apart, np.maximum(row.xi_s, 0.5), row.xi_s))
     acts = pairs.d <= cut
     kept = Pairs(*(column[acts] for column in pairs))
     return Interactions(kept, deq[acts], cut[acts], bonded[acts], law.Row(*(f[acts] for f in row)))
@@ -131,7 +132,7 @@ def brute_force(x, v, radius, types, rows, bonds, contact, box=None, ids=None, s
     rows: one Row, or {(type_i, type_j): Row}; bonds: {(id_i, id_j): deq}, either order;
     contact: 'literal', 'repulsive' or 'none' for pairs outside bonds (deq = R_i + R_j);
     box: None, or 3 periodic lengths (None or 0 for an open direction); ids (N,), default 1..N;
-    bodies (N,): pairs of two bodies outside bonds only repel (within of fix evp/bonds), None: all are one body;
+    bodies (N,): pairs of two bodies outside bonds only repel, by F_I (within of fix evp/bonds), None: all are one body;
     step: above 0, dampers see the mean opening rate over a step of that size with these velocities, as under fix nve/evp.
 
     Returns a dict:
