@@ -19,23 +19,41 @@ void ComputeEVPDt::init()
 {
   EVP::PairData::require(force, error, who);
   lanczos_warned = false;
-  computed_step = -1;
+  linearised_step = -1;
 }
 
 double ComputeEVPDt::compute_scalar()
 {
-  compute_vector();
+  linearise();
   invoked_scalar = update->ntimestep;
-  scalar = limits.all_implicit() ? vector[2] : vector[1];
+  scalar = limits.limit();
+  warn_of_eigenvalues();
   return scalar;
+}
+
+double ComputeEVPDt::bound()
+{
+  linearise();
+  return limits.bound();
 }
 
 void ComputeEVPDt::compute_vector()
 {
-  // thermo and fix dt/evp may all ask at one step
-  if (update->whichflag != 0 && computed_step == update->ntimestep) return;
-  computed_step = update->ntimestep;
+  linearise();
   invoked_vector = update->ntimestep;
+  vector[0] = limits.undamped_dt();
+  vector[1] = limits.explicit_dt();
+  vector[2] = limits.implicit_dt();
+  vector[3] = limits.paper_dt(*EVP::PairData::find(force));
+  vector[4] = limits.row_sum_dt();
+  warn_of_eigenvalues();
+}
+
+// thermo and fix dt/evp may all ask at one step
+void ComputeEVPDt::linearise()
+{
+  if (update->whichflag != 0 && linearised_step == update->ntimestep) return;
+  linearised_step = update->ntimestep;
   const auto *pair_data = EVP::PairData::find_present(force);
   if (!pair_data)
     error->all(FLERR,
@@ -43,18 +61,15 @@ void ComputeEVPDt::compute_vector()
                "'run 0' first",
                who, id);
   limits.linearise(*pair_data, {groupbit});
+}
 
-  vector[0] = limits.undamped_dt();
-  vector[1] = limits.explicit_dt();
-  vector[2] = limits.implicit_dt();
-  vector[3] = limits.paper_dt();
-  vector[4] = limits.row_sum_dt();
-  if (!limits.converged() && !lanczos_warned) {
-    lanczos_warned = true;
-    if (comm->me == 0)
-      error->warning(FLERR,
-                     "{}: an eigenvalue did not converge in {} iterations, the timesteps may be "
-                     "too large: use c_{}[5], which is safe",
-                     who, EVP::StableTimesteps::MAX_ITERATIONS, id);
-  }
+void ComputeEVPDt::warn_of_eigenvalues()
+{
+  if (limits.converged() || lanczos_warned) return;
+  lanczos_warned = true;
+  if (comm->me == 0)
+    error->warning(FLERR,
+                   "{}: an eigenvalue did not converge in {} iterations, the timesteps may be too "
+                   "large: use c_{}[5], which is safe",
+                   who, EVP::StableTimesteps::MAX_ITERATIONS, id);
 }

@@ -17,12 +17,18 @@ class ComputeEVPDt : public EVP::WithPerAtomComm<Compute> {
   void init() override;
   double compute_scalar() override;
   void compute_vector() override;
+
+  /// Not above the scalar, and without any eigenvalue.
+  double bound();
   double memory_usage() override { return limits.memory_usage(); }
 
  private:
   EVP::StableTimesteps limits;
-  bigint computed_step = -1;      // of what vector holds, -1 if it must not be used again
+  bigint linearised_step = -1;    // -1 if it must not be used again
   bool lanczos_warned = false;    // of an eigenvalue, in this run
+
+  void linearise();
+  void warn_of_eigenvalues();
 };
 
 }    // namespace LAMMPS_NS

@@ -49,6 +49,12 @@ class FixDtEVP : public EVP::WithPerAtomComm<Fix> {
     double id_i, id_j;
   };
 
+  /// Row sums bound the largest stable timestep from below; its ratio to this bound, and the bound, when it was last found
+  /// by eigenvalues.
+  struct Eigenvalues {
+    double ratio = 0.0, bound = 0.0;
+  };
+
   static constexpr double NO_LIMIT = EVP::StableTimesteps::NO_LIMIT;
 
   double fraction = 0.0;             // of the stable timestep
@@ -60,11 +66,13 @@ class FixDtEVP : public EVP::WithPerAtomComm<Fix> {
 
   Values velocity;    // with ghosts
   double stable_dt = NO_LIMIT;
+  Eigenvalues last;
   FastestPair opening = {NO_LIMIT, 0.0, 0.0}, turning = opening;    // along and across its axis
   Limit limit = NOTHING;
   bool displacement_reported = false, rotation_reported = false;
 
   bool is_resolved() const { return displacement < NO_LIMIT; }
+  double find_stable_dt();
   void set_dt(bool at_setup);
   void report_limit(double dt);
   void warn_of_displacement(double dt);

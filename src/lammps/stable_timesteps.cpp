@@ -40,14 +40,16 @@ void StableTimesteps::linearise(const PairData &pair_data, const FreeAtoms &free
     linear.find_springs_above_volume();
   }
   least_damping = NO_LIMIT;
-  bool undamped = false;
+  bool damped = false, undamped = false;
   for (auto &link : linear.links) {
     link.across = std::max(0.0, link.across);    // compression takes none away
+    damped = damped || link.damping > 0.0;
     undamped = undamped || link.undamped() > 0.0;
     if (link.damping > 0.0 && link.most_axial() > 0.0)
       least_damping = std::min(least_damping, link.damping / link.most_axial());
   }
   least_damping = reduce_all(least_damping, MPI_MIN, world);
+  any_damped = on_any(damped, world);
   any_undamped = on_any(undamped, world);
 }
 
@@ -73,7 +75,6 @@ void StableTimesteps::take_pairs(const PairData &pair_data)
   linear.links.clear();
   linear.volume_stiffness.clear();
   linear.links.reserve(pair_data.packed_pairs().size());
-  double shortest = NO_LIMIT;
   for_each_pair(pair_data.packed_pairs(), scene::rows(atom->x), [&](const PlacedPair &p) {
     if ((!linear.is_free(p.i) && !linear.is_free(p.j)) || p.is_past_cutoff()) return;
     const PairLaw &law = pair_data.law_of(p);
@@ -87,14 +88,7 @@ void StableTimesteps::take_pairs(const PairData &pair_data)
                             (fault(QUARTER_STIFFNESS) ? 0.25 : 1.0) * state.stiffness_ahead,
                             -state.force / d,
                             fault(NO_GAMMA_IN_DT) ? 0.0 : law.gamma + pair_data.implicit_gamma(p)});
-
-    // eqs. 6 and 7: overlap of 0.3, deq = R_i + R_j; knows neither coordination nor gamma
-    const double k = law.first_stiffness(0.7, atom->radius[p.i] + atom->radius[p.j]);
-    const double w =
-        std::max(scene::inverse_mass(atom, force, p.i), scene::inverse_mass(atom, force, p.j));
-    if (k > 0.0) shortest = std::min(shortest, 1.0 / std::sqrt(k * w));
   });
-  paper = reduce_all(shortest, MPI_MIN, world);
 }
 
 // Its pairs are links already, or become such, without damping. F = -pull 2 t/dlim
@@ -140,12 +134,12 @@ double StableTimesteps::lambda_k()
 bool StableTimesteps::all_implicit() const
 {
   const Fix *implicit = scene::find_fix(modify, "nve/evp");
-  const int bit = implicit ? implicit->groupbit : 0;
+  if (!implicit) return false;
   bool outside = false;
   for (const auto &link : linear.links)
     for (const int i : {link.i, link.j})
-      if (linear.is_free(i) && !(atom->mask[i] & bit)) outside = true;
-  return !on_any(outside, world) && implicit;
+      if (linear.is_free(i) && !(atom->mask[i] & implicit->groupbit)) outside = true;
+  return !on_any(outside, world);
 }
 
 // dt with lambda_max(M^-1 (dt^2 K + 2 dt C)) = 4. The root with the two largest eigenvalues taken
@@ -167,29 +161,62 @@ double StableTimesteps::explicit_dt()
   return root_of(lambda_k, lambda_c);    // below the limit in any case
 }
 
-// sufficient for dt^2 K <= 4 M + 2 dt C: with C >= a K_axial of the damped links, the volume energy included,
-// (dt^2 - 2 a dt) lambda_axial + dt^2 lambda_rest <= 4 where dt >= 2 a, and dt^2 lambda_rest <= 4
-// below, where the damping outweighs the axial stiffness. The rest: across, and what has no damping
+// of links across, and of those without damping
+static constexpr StiffnessMatrix::Mix AXIAL = {1.0, 0.0, 0.0, 1.0},
+                                      REST = {0.0, 1.0, 0.0, 0.0, 1.0};
+
 double StableTimesteps::implicit_dt()
 {
-  const double lambda_rest = largest_eigenvalue({0.0, 1.0, 0.0, 0.0, 1.0});
-  const double lambda_axial = lambda_rest > 0.0 ? largest_eigenvalue({1.0, 0.0, 0.0, 1.0})
-                                                : lambda_k();
-  const double a = least_damping;
+  const double rest = largest_eigenvalue(REST);
+  const double axial = rest > 0.0 ? largest_eigenvalue(AXIAL) : lambda_k();
+  return implicit_dt(axial, rest, linear.with_volume || any_undamped ? undamped_dt() : 0.0);
+}
 
-  // where damping is weak the bound falls below the limit without any
-  const double least = linear.with_volume || any_undamped ? undamped_dt() : 0.0;
-  const double sum = lambda_axial + lambda_rest;
+double StableTimesteps::bound() const
+{
+  if (!all_implicit()) return row_sum_dt();
+  return implicit_dt(highest_row_sum(AXIAL), highest_row_sum(REST), row_sum_dt(false));
+}
+
+// sufficient for dt^2 K <= 4 M + 2 dt C: with C >= a K_axial of the damped links, the volume energy included,
+// (dt^2 - 2 a dt) lambda_axial + dt^2 lambda_rest <= 4 where dt >= 2 a, and dt^2 lambda_rest <= 4
+// below, where the damping outweighs the axial stiffness. undamped: where damping is weak the bound falls below the limit
+// without any
+double StableTimesteps::implicit_dt(double lambda_axial, double lambda_rest, double undamped) const
+{
+  const double a = least_damping, sum = lambda_axial + lambda_rest;
   if (sum == 0.0) return NO_LIMIT;
-  if (a * a * lambda_rest > 1.0) return std::max(least, root_of(lambda_rest, 0.0));
+  if (a * a * lambda_rest > 1.0) return std::max(undamped, root_of(lambda_rest, 0.0));
   const double b = a * lambda_axial;
-  return std::max(least, (b + std::sqrt(b * b + 4.0 * sum)) / sum);
+  return std::max(undamped, (b + std::sqrt(b * b + 4.0 * sum)) / sum);
+}
+
+double StableTimesteps::highest_row_sum(const StiffnessMatrix::Mix &mix) const
+{
+  double here = 0.0;
+  for (const double sum : linear.row_sums(mix)) here = std::max(here, sum);
+  return reduce_all(here, MPI_MAX, world);
+}
+
+double StableTimesteps::paper_dt(const PairData &pair_data) const
+{
+  double shortest = NO_LIMIT;
+  for_each_pair(pair_data.packed_pairs(), scene::rows(atom->x), [&](const PlacedPair &p) {
+    if ((!linear.is_free(p.i) && !linear.is_free(p.j)) || p.is_past_cutoff()) return;
+    const double sum_radii = atom->radius[p.i] + atom->radius[p.j];
+    const double k = pair_data.law_of(p).first_stiffness(0.7, sum_radii);
+    const double w =
+        std::max(scene::inverse_mass(atom, force, p.i), scene::inverse_mass(atom, force, p.j));
+    if (k > 0.0) shortest = std::min(shortest, 1.0 / std::sqrt(k * w));
+  });
+  return reduce_all(shortest, MPI_MIN, world);
 }
 
 double StableTimesteps::row_sum_dt(bool with_damping) const
 {
   const std::vector<double> k = linear.row_sums({1.0, 1.0, 0.0, 1.0});
-  const std::vector<double> c = linear.row_sums({0.0, 0.0, with_damping ? 1.0 : 0.0});
+  std::vector<double> c(k.size(), 0.0);
+  if (with_damping && any_damped) c = linear.row_sums({0.0, 0.0, 1.0});
   double here = NO_LIMIT;
   for (size_t n = 0; n < k.size(); n++) here = std::min(here, root_of(k[n], c[n]));
   return reduce_all(here, MPI_MIN, world);

@@ -39,6 +39,10 @@ class StableTimesteps : protected Pointers {
 
   /// Is implicit_dt() the limit, as fix nve/evp integrates all the free atoms that interact? Else explicit_dt() is.
   bool all_implicit() const;
+  double limit() { return all_implicit() ? implicit_dt() : explicit_dt(); }
+
+  /// Not above limit(), and without any eigenvalue.
+  double bound() const;
 
   /// Is a timestep below explicit_dt()? Takes one eigenvalue only.
   bool is_stable_explicitly(double dt)
@@ -46,8 +50,8 @@ class StableTimesteps : protected Pointers {
     return largest_eigenvalue({dt * dt, dt * dt, 2.0 * dt, dt * dt}) <= 4.0;
   }
 
-  /// Of the paper, eqs. 6 and 7.
-  double paper_dt() const { return paper; }
+  /// Of the paper, eqs. 6 and 7: overlap of 0.3, deq = R_i + R_j; knows neither coordination nor gamma.
+  double paper_dt(const PairData &) const;
 
   /// Did all eigenvalues converge that were computed since linearise()?
   bool converged() const { return all_converged; }
@@ -57,12 +61,14 @@ class StableTimesteps : protected Pointers {
  private:
   StiffnessMatrix linear;
   double least_damping = NO_LIMIT;    // of the damped links, over their axial stiffness [time]
-  bool any_undamped = false;          // is there a stiff link without damping?
-  double paper = NO_LIMIT;            // eqs. 6 and 7
-  double stiffest = -1.0;             // lambda_k(), negative before it is known
+  bool any_damped = false;
+  bool any_undamped = false;    // is there a stiff link without damping?
+  double stiffest = -1.0;       // lambda_k(), negative before it is known
   bool all_converged = true;
 
   static double root_of(double a, double b);
+  double highest_row_sum(const StiffnessMatrix::Mix &) const;
+  double implicit_dt(double lambda_axial, double lambda_rest, double undamped) const;
   void take_atoms(const FreeAtoms &);
   void take_pairs(const PairData &);
   void take_volume(const VolumeForces &, const PairLists &);
