@@ -16,6 +16,10 @@ STEEL = {"E": 193e9, "yield": 240e6, "stress": (400e6, 0.05), "nu": 0.29, "densi
 COPPER = CHECKOUT / "potentials" / "metals.evp:copper_taylor"
 LENGTH, FOOT = 0.0214, 0.0071  # [m] of the Taylor bar of 32.4 x 6.4 mm at 227 m/s, foot radius; the usual benchmark
 BALL, DEPTH, PLASTIC = 0.015, 0.1, 0.08  # radius [m], depth over it; plastic strain of the flow stress beside the hardness (Tabor)
+BRACKET = """region whole block 0 0.06 -0.018 0.018 -0.008 0.008
+region rest block 0.01 INF -0.008 INF INF INF side out
+region body intersect 2 whole rest
+"""  # legs of 60 and 36 mm, 10 mm thick, 16 mm wide
 STRAINS, PRESSED = (0.02, 0.05, 0.1), (-0.1, -0.2, -0.4)
 
 
@@ -99,13 +103,17 @@ def main(words=None):
         drawn = [pulled(study, f"{name}_far", body, row, strain, 0.004) for name, strain in (("tension", 0.2), ("compression", -0.4))]
         cube = study.runs.body("cube", n=study.spheres, shape="block", length=0.02, width=0.02, height=0.02)
         pressed = pulled(study, "cube_pressed", cube, row, -0.2, 0.004, cycles=1, lower="release")
+        (study.runs.folder / "bracket.region").write_text(BRACKET, encoding="utf-8")
+        bracket = study.runs.body("bracket", n=study.spheres, shape="region", region="bracket.region", length=0.06, width=0.038, height=0.018)
+        bent = pulled(study, "bracket_pulled", bracket, row, 0.03, 0.001, cycles=1, lower="release")
         ratios = [(f"{100 * e:g} %", *(f"{true_stress(curve, s) / 1e6:.0f}" for curve, s in ((tension, e), (compression, -e))),
                    f"{true_stress(compression, -e) / true_stress(tension, e):.3f}") for e in STRAINS]
         volumes = []
         for strain in PRESSED:
             pulled(study, f"pressed{strain}", body, row, strain, 0.004)
             volumes.append((f"{100 * strain:g} %", f"{100 * volume_change(study, f'pressed{strain}', body):+.2f}"))
-        left = {name: curves.cycle_numbers(curve) for name, curve in (("tension to 10 %", tension), ("compression to 10 %", compression), ("cube pressed by 20 %", pressed))}
+        left = {name: curves.cycle_numbers(curve) for name, curve in (("tension to 10 %", tension), ("compression to 10 %", compression), ("cube pressed by 20 %", pressed),
+                                                                           ("L-bracket pulled along its long leg", bent))}
         released = [(name, f"{100 * one['turn_strain']:.2f}", f"{one['turn_MPa']:.0f}", f"{100 * one['residual_strain']:.3f}",
                      f"{100 * one['turn_MPa'] * 1e6 / STEEL['E']:.3f}", f"{100 * (one['turn_strain'] - one['residual_strain']):.3f}") for name, one in left.items()]
         plastic = np.expm1(PLASTIC + true_stress(tension, 0.08) / STEEL["E"])
