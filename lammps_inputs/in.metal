@@ -35,6 +35,6 @@ thermo_modify   colname v_strain strain colname v_stress stress colname f_bonds[
 
 # pull, then back: body and grips turn with the velocities of uniform stretching, 50/s times 0.02 m at a grip
 velocity        all ramp vx -1 1 x 0.005 0.045
-run             2000
+run             2000 post no
 velocity        all ramp vx 2 -2 x 0.005 0.045 sum yes
-run             550
+run             550 post no

@@ -31,6 +31,7 @@ fix evp/energy
 fix evp/volume
 compute evp/dt
 compute evp/state/atom
+command evp_choices
 command evp_quietly
 command read_evp_row
 command write_evp_bonds"

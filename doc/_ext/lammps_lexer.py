@@ -16,7 +16,7 @@ COMMANDS = (
     "pair_coeff", "pair_modify", "pair_style", "pair_write", "partition", "plugin", "print", "processors", "python", "quit", "read_data",
     "read_dump", "read_restart", "region", "replicate", "rerun", "reset_atoms", "reset_timestep", "restart", "run", "run_style", "set", "shell",
     "special_bonds", "suffix", "thermo", "thermo_modify", "thermo_style", "timer", "timestep", "uncompute", "undump", "unfix", "units", "variable",
-    "velocity", "write_coeff", "write_data", "write_dump", "write_restart", "evp_quietly", "read_evp_row", "write_evp_bonds")
+    "velocity", "write_coeff", "write_data", "write_dump", "write_restart", "evp_choices", "evp_quietly", "read_evp_row", "write_evp_bonds")
 _SHELL = re.compile(r"(\w+=\S* )*(\S*\blmp|mpirun|cmake|ctest|ninja|python3|evp|export|source|echo|cd|git|sudo|apt-get|conda|spack|pip|tar|"
                     r"(build|tools|packaging|doc/studies|tests/maintain)/\S+)( |$)")
 

@@ -5,6 +5,7 @@
 #include "atom_directory.h"
 #include "collective.h"
 #include "core/bond_file.h"
+#include "core/choice.h"
 #include "fix_evp_bonds.h"
 #include "scene.h"
 #include "user_input.h"
@@ -143,12 +144,39 @@ void ReadEVPRow::command(int narg, char **arg)
                                      EVP::shortest_text(row.*member.value)));
 }
 
+// evp_choices SCRIPT NAME[RULE[,RULE ...]] ...
+void EVPChoices::command(int narg, char **arg)
+{
+  if (narg < 2)
+    error->all(FLERR,
+               "evp_choices: expected at least two arguments, the name of the input script and "
+               "its choices, got {}",
+               narg);
+  std::string line = arg[0];
+  for (int k = 1; k < narg; k++) {
+    const EVP::Choice choice(arg[k]);
+    const char *value = input->variable->retrieve(choice.name.c_str());
+    if (!value) error->all(FLERR, "{}: there is no variable '{}'", arg[0], choice.name);
+    EVP::stop_at_bad_input(error, arg[0], [&] {
+      choice.check(value);
+    });
+    line += fmt::format("{} {} {}", k == 1 ? ":" : ",", choice.name, value);
+  }
+  if (comm->me == 0) utils::logmesg(lmp, line + "\n");
+}
+
 namespace {
 
-// A minimization moves atoms without such a fix, but LAMMPS warns each time.
+// Atoms that are minimized move without such a fix, but LAMMPS warns at each 'run 0'.
 constexpr const char *HARMLESS = "No fixes with time integration";
 
-/// While it lives, the screen is a temporary file. Then its warnings, and all that follows an error, are shown.
+bool starts_with(const char *line, const char *start)
+{
+  return strncmp(line, start, strlen(start)) == 0;
+}
+
+/// While it lives, the screen is a temporary file. Then its warnings, what EVP says, and all that follows an error, are
+/// shown.
 class HiddenScreen {
  public:
   explicit HiddenScreen(FILE *&screen_in) :
@@ -163,9 +191,11 @@ class HiddenScreen {
     rewind(hidden);
     char line[512];
     for (bool failed = false; fgets(line, sizeof(line), hidden);) {
-      if (strncmp(line, "ERROR", 5) == 0) failed = true;
-      const bool warns = strncmp(line, "WARNING", 7) == 0 && !strstr(line, HARMLESS);
-      if (failed || warns) fputs(line, shown);
+      if (starts_with(line, "ERROR")) failed = true;
+      const bool warns = starts_with(line, "WARNING") && !strstr(line, HARMLESS);
+      const bool ours = starts_with(line, "evp/lj:") || starts_with(line, "pair evp/lj:") ||
+          starts_with(line, "fix evp/");
+      if (failed || warns || ours) fputs(line, shown);
     }
     fflush(shown);
     fclose(hidden);

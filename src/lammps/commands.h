@@ -28,8 +28,15 @@ class ReadEVPRow : public Command {
   void command(int, char **) override;
 };
 
-/// evp_quietly COMMAND ...: another command, of whose output only warnings and errors go to the screen; the log file
-/// takes all.
+/// evp_choices SCRIPT CHOICE ...: prints the choices of an input script, stops where one breaks its rules.
+class EVPChoices : public Command {
+ public:
+  EVPChoices(class LAMMPS *lmp) : Command(lmp) {}
+  void command(int, char **) override;
+};
+
+/// evp_quietly COMMAND ...: another command, of whose output only warnings, errors and the lines of EVP go to the screen; the
+/// log file takes all.
 class EVPQuietly : public Command {
  public:
   EVPQuietly(class LAMMPS *lmp) : Command(lmp) {}

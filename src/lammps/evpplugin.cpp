@@ -96,6 +96,8 @@ extern "C" __attribute__((visibility("default"))) void lammpsplugin_init(void *l
   add("pair", "evp/lj", create<PairEVPLJ>, "EVP two-regime pair style, Gado et al. 2017");
   add("command", "write_evp_bonds", create<WriteEVPBonds>, "EVP bonds as a text file");
   add("command", "read_evp_row", create<ReadEVPRow>, "EVP row of coefficients as variables");
+  add("command", "evp_choices", create<EVPChoices>,
+      "EVP choices of an input script and their rules");
   add("command", "evp_quietly", create<EVPQuietly>, "EVP command whose output is for the log file");
   add("fix", "evp/bonds", create_with_arguments<FixEVPBonds>,
       "EVP equilibrium distances of the initial pairs");

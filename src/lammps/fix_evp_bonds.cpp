@@ -164,8 +164,26 @@ void FixEVPBonds::post_run()
 {
   if (!bonds->has_history()) return;
   stepping = false;
-  if (update->whichflag == 2 && is_at_rest(update->minimize, update->ftol)) commit(true);
+  if (update->whichflag == 2) {
+    if (is_at_rest(update->minimize, update->ftol))
+      commit(true);
+    else
+      warn_of_stop(update->minimize->stopstr);
+  }
   return_histories();
+}
+
+void FixEVPBonds::warn_of_stop(const char *stop)
+{
+  if (stop_warned || !EVP::on_any(pair_data->would_change(), world)) return;
+  stop_warned = true;
+  if (comm->me == 0)
+    error->warning(FLERR,
+                   "{}: a minimization stopped by '{}', not at rest: bonds that are due to flow or "
+                   "break stay as they were before it, until one meets its energy or force "
+                   "tolerance: use larger maxiter and maxeval, a larger ftol, or another min_style "
+                   "(said once)",
+                   who, stop);
 }
 
 // the neighbor list ends at alpha (R_i + R_j) plus a skin that must not matter

@@ -179,6 +179,7 @@ class PairData : protected Pointers {
 
   /// See PairHistories.
   void commit(bool at_rest);
+  bool would_change() const { return pair_histories.would_change(); }
 
   /// For each packing that lacks bonds. moves: they flow or break, once; else only the balance is told what they hold, as at
   /// set-up.

@@ -38,6 +38,14 @@ void PairHistories::commit(bool at_rest, PairWork *work)
   past.clear();
 }
 
+bool PairHistories::would_change() const
+{
+  const auto any = [](const PairList &list) {
+    return std::count(list.any_flow.begin(), list.any_flow.end(), 1) > 0;
+  };
+  return !past.empty() || any(lists.bonds) || any(lists.contacts);
+}
+
 // what the force loop finds, at the present positions
 void PairHistories::find_next(PairList &list)
 {

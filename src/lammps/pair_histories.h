@@ -42,6 +42,9 @@ class PairHistories : protected Pointers {
   /// Returns whether any bond broke, so that indices of bonds have changed.
   void commit(bool at_rest, PairWork *work);
 
+  /// Would commit() change any, by what the last forces of this MPI rank found?
+  bool would_change() const;
+
   /// Are there any that the records have not been told of?
   bool are_due() const { return due; }
 

@@ -139,6 +139,12 @@ WORDS = {
         ('"80 8 4 3 8 4 0.005 0" m', "read_evp_row: expected 9 values, got 8"), ('"" m', "read_evp_row: expected 9 values, got 0"),
         (f"{ROW} colour 1 m", "read_evp_row: unknown keyword 'colour' of a row"), ("good.evp:a kv 300 m", "read_evp_row: expected 9 values, got 3"),
         ("absent.evp:a m", "read_evp_row: cannot read the potential file 'absent.evp'")]),
+    "variable s index -1.5\nevp_choices {}": ("units", [
+        ("in.x", "evp_choices: expected at least two arguments, the name of the input script and its choices, got 1"), ("in.x t", "in.x: there is no variable 't'"),
+        ("in.x s=a|b", "in.x: -var s must be a or b, got '-1.5'"), ("in.x s=a,integer,>-2", "in.x: -var s must be a or an integer > -2, got '-1.5'"),
+        *((f"in.x s{rule}", f"in.x: -var s must be a number {said}, got '-1.5'") for rule, said in (
+            (">=0,!=2", ">= 0 and != 2"), ("<-1.5,number", "< -1.5"), ("<=-2", "<= -2"), ("!=-1.5", "!= -1.5"))),
+        ("in.x s>a", "s must be a finite decimal number, got 'a'")]),
 }
 
 # ---- other scenes
@@ -337,6 +343,26 @@ def test_the_program_lmp_ends_with_status_1(lmp, tmp_path, part, word, text):
     run = lmp(deck_of({part: word}), ranks=3)
     refused(run, text)
     assert len(run.stdout) < 20_000
+
+
+ABOVE = "must be a number "
+WAYS = "must be explicit or implicit"
+OF_DECKS = {
+    "in.traction": [("strain", -1.5, ABOVE + "!= 0 and > -1"), ("strain", "2%", ABOVE + "!= 0 and > -1"), ("rate", 0, ABOVE + "!= 0"), ("integrator", "implizit", WAYS)],
+    "in.cyclic": [("cycles", 1.5, "must be an integer >= 1"), ("lower", "releas", "must be release or a number > -1"), ("rate", "0.0", ABOVE + "!= 0"), ("strain", 0, ABOVE)],
+    "in.quasistatic": [("resume", "Yes", "must be yes or no"), ("strain", 0, ABOVE + "!= 0 and > -1"), ("cycles", -1, "must be an integer >= 0"), ("lower", "Release", "must be release")],
+    "in.torsion": [("angle", 0, ABOVE + "!= 0")], "in.bending": [("increment", 0, ABOVE + "> 0")],
+    "in.indent": [("depth", -0.001, ABOVE + "> 0"), ("tool", "bal", "must be ball or flat")], "in.upset": [("strain", -0.3, ABOVE + "> 0 and < 1")],
+    "in.shear": [("rate", 0, ABOVE + "> 0")], "in.taylor": [("integrator", "verlet", WAYS)], "in.impact": [("friction", "on", "must be off or a number >= 0")],
+    "in.sliding": [("normal", "jkr", "must be hooke or hertz")], "in.two_spheres": [("rows", 0, "must be an integer >= 1")],
+    "in.specimen": [("shape", "cube", "must be cylinder or block or region or periodic or mesh")],
+}
+
+
+@pytest.mark.parametrize("deck", OF_DECKS)
+def test_a_choice_that_means_nothing(tmp_path, deck):
+    for name, value, rule in OF_DECKS[deck]:
+        refused(run_lammps(deck, 1, {name: value}, tmp_path), f"ERROR: {deck}: -var {name} {rule}", f", got '{value}'")
 
 
 # ---- controls: what is legal

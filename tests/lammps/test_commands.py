@@ -4,6 +4,7 @@
 import re
 
 import pytest
+from hostile import scene
 
 TABLE1 = "80 8 4 3 8 4 0.005 0 1.5"
 NUMBERS = "e1 m1 n1 e2 m2 n2 xi_s gamma alpha spacing coordination kv density saturation".split()
@@ -40,12 +41,14 @@ pair_coeff * *
 
 
 @pytest.mark.parametrize("ranks", [1, 2])
-def test_a_quiet_command_shows_its_warnings_only(lmp, ranks):
-    """The run is made, with blanks and variables in its words; the warning of LAMMPS that nothing moves is left out."""
+def test_a_quiet_command_shows_its_warnings(lmp, ranks):
+    """The run is made, with blanks and variables in its words. Lines of EVP are shown, the warning of LAMMPS that nothing moves is not."""
     text = SCENE + 'variable word string "a b"\nvariable n equal 3\nevp_quietly run ${n} every 1 "print \'${word}\'"\nprint "step $(step)"\n'
     loud, quiet = (lmp(text.replace("evp_quietly ", word), ranks).ok().stdout for word in ("", "evp_quietly "))
     assert "\nstep 3\n" in loud and "\nstep 3\n" in quiet and "Loop time" in loud and "Loop time" not in quiet and "\na b\n" not in quiet
     assert "WARNING: No fixes with time integration" in loud and "WARNING" not in quiet
+    spoken = lmp(scene(run="evp_quietly run 3"), ranks).ok().stdout
+    assert "\nfix evp/bonds bonds: recorded " in spoken and "\nevp/lj: damping off" in spoken and "perpetual" not in spoken
     warned = lmp(SCENE + "thermo_modify norm no\nevp_quietly thermo_style one\n", ranks).ok().stdout
     assert "WARNING: New thermo_style command" in warned
 

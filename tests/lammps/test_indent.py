@@ -19,13 +19,19 @@ def block(tmp_path_factory):
 
 
 def indent(block, folder, ranks=1, **choices):
-    """(curve, share of the depth that is left) of a metal."""
+    """(curve, share of the depth that is left) of a metal. Says each increment of the way in and each tenth of the way back, and warns where spheres are few."""
     (folder / "also.lmp").write_text('print "held $(f_base[1]:%.9g) tool $(v_pressing:%.9g)"\n')
     given = {"specimen": block, "coeff": METAL, "plasticity": "isotropic", "depth": 0.001, "increments": 5, "also": "also.lmp", "out": "ball"}
     run = run_lammps("in.indent", ranks, {**given, **choices}, folder, seconds=100).ok()
     held = np.array(re.findall(r"^held (\S+) tool (\S+)$", run.stdout, re.M), dtype=float)
     assert held[:, 1] == pytest.approx(-held[:, 0], rel=2e-3, abs=1e-3 * held.max()), "at rest the base holds what the tool pushes"
-    return read_csv(folder / "ball.csv"), float(re.search(r"an imprint of \S+ m, (\S+) % of the depth", run.stdout)[1]) / 100.0
+    curve, steps = read_csv(folder / "ball.csv"), {**given, **choices}["increments"]
+    said = [int(number) for number in re.findall("^increment ([0-9]+): ", run.stdout, re.M)]
+    released = curve["force"][-1] <= 1e-3 * curve["force"][steps]
+    few = float(re.search(r"= (\S+) diameters of a sphere", run.stdout)[1]) < 5
+    assert said == [k for k in range(len(curve["depth"]) - released) if k < steps + (not few) or k > steps and (k - steps) % 10 == 0]
+    assert few == (len(run.warnings()) == 1) == any("below 5 the hardness is that of a few spheres" in line for line in run.warnings())
+    return curve, float(re.search(r"an imprint of \S+ m, (\S+) % of the depth", run.stdout)[1]) / 100.0
 
 
 def test_a_metal_keeps_its_imprint(block, tmp_path):
@@ -53,3 +59,9 @@ def test_a_flat_punch(block, tmp_path):
     stiffness = np.polyfit(curve["depth"][:3], curve["force"][:3], 1)[0]
     assert 0.9 < stiffness / (2.0 * E / (1.0 - NU**2) * 0.008) < 1.6 and left < 0.3
     assert curve["contact_radius"][2] == pytest.approx(0.008, rel=0.25)
+
+
+def test_a_wide_contact_is_no_cause_for_a_warning(tmp_path):
+    """A punch as wide as the body: more than 5 diameters of a sphere."""
+    run_lammps("in.specimen", 1, {"n": 700, "shape": "block", "length": 0.025, "width": 0.045, "out": "wide.data"}, tmp_path).ok()
+    indent("wide.data", tmp_path, tool="flat", tool_radius=0.05, depth=4e-6, increments=2)

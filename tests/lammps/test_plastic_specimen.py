@@ -4,6 +4,7 @@
 Numbers, what they mean and tolerances: tests/data/reference_500; 3 % at 10/s."""
 
 import json
+import shutil
 
 import numpy as np
 import pytest
@@ -22,6 +23,15 @@ def run(deck, folder, **choices):
     """The curve of a deck on the specimen."""
     run_lammps(deck, 1, {"specimen": REFERENCE, "out": "run", "plasticity": "isotropic", "contact": "none", **choices}, folder).ok()
     return curves.read_curve(folder / "run.csv")
+
+
+def test_a_pull_without_choices(tmp_path):
+    """in.metal: the stress of its head, all of it on less than two screens."""
+    for end in ("", ".body"):
+        shutil.copy(f"{REFERENCE}{end}", tmp_path / f"specimen.data{end}")
+    found = run_lammps("in.metal", 1, {}, tmp_path).ok()
+    curve = read_csv(tmp_path / "metal.csv")
+    assert len(found.stdout.splitlines()) <= 100 and curve["stress"].max() / MPA == pytest.approx(382, rel=0.05) and abs(curve["stress"][-1]) / MPA < 20
 
 
 @pytest.mark.parametrize("key", ["table1_tension_2pc", "table1_compression_10pc", "soft_compression_10pc", "table1_saturation_tension_5pc"])

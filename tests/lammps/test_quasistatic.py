@@ -38,7 +38,7 @@ def test_the_curve_of_the_prototype(tmp_path, contact, tolerance):
     assert measured == pytest.approx(PUBLISHED[f"E_GPa_virial_0_0.3pc_10s_{contact}"], rel=0.015)
     assert np.abs(curve["stress_grip"] - curve["stress_virial"]).max() < AT_REST and curve["stress_grip"].max() > 145 * MPA
     state = run.dump("rest_state.dump")[-1]
-    assert len(curve["strain"]) == 41 and len(run.stdout.splitlines()) <= 100
+    assert len(curve["strain"]) == 41 and len(run.stdout.splitlines()) <= 100 and not run.warnings()
     assert 5 * state.step < 0.02 / 1.0 / (0.9 * 9.025e-7)
     recorded, second, lost, fresh = (state[name] for name in ("bonds", "share_second", "share_lost", "new_pairs"))
     for shares, column in ((recorded * second, "second_regime"), (recorded * lost, "beyond_dlim"), (fresh, "new_pairs")):
@@ -76,6 +76,8 @@ def test_a_run_goes_on_with_its_own_body_and_material_only(tmp_path):
     for other in ({"coeff": "81 8 4 3 8 4 0.005 0 1.5"}, {"coeff": "80 8 4 3 8 4 0.0051 0 1.5"}, {"plasticity": "isotropic"}, {"contact": "repulsive"}, {"specimen": "other.data"}):
         run = run_lammps("in.quasistatic", 1, {"specimen": REFERENCE, "out": "rest", **choices, "resume": "yes", **other}, tmp_path)
         assert run.returncode != 0 and "ERROR: rest.resume is of another specimen, material, plasticity or contact: " in run.stdout, other
+    run = run_lammps("in.quasistatic", 1, {"specimen": REFERENCE, "out": "rest", **choices, "resume": "yes", "break": 0.1}, tmp_path)
+    assert run.returncode != 0 and "ERROR: rest.resume: -var break must be none, got '0.1'" in run.stdout
     assert len(pull(tmp_path, **{**choices, "strain": 0.002}, resume="yes")[1]["strain"]) == 5
 
 

@@ -26,7 +26,7 @@ def run(*command, **environment):
 def test_check_passes_with_the_plugin():
     status, text = run(PACKAGING / "check_install.sh", LMP)
     assert status == 0, text
-    assert text.startswith("check_install.sh: 11 styles loaded, 200 steps as expected: 450 ")
+    assert text.startswith("check_install.sh: 12 styles loaded, 200 steps as expected: 450 ")
 
 
 def test_check_fails_without_the_plugin(tmp_path):
@@ -65,7 +65,7 @@ before=${{LAMMPS_PLUGIN_PATH:-}}
     for before in ("", "/nowhere"):
         status, text = run("bash", "-c", active, CONDA_PREFIX=prefix, LD_LIBRARY_PATH=host("libdir"), LAMMPS_PLUGIN_PATH=before)
         assert status == 0, text
-        assert "11 styles loaded" in text
+        assert "12 styles loaded" in text
 
 
 def test_one_version():

@@ -74,6 +74,7 @@ SPIKE = np.array([[BOX[a], BOX[b], [0.6, 0.3, -0.5]] for a, b in ((4, 5), (5, 6)
     (np.concatenate([box(), box(3.0)]), "has 2 separate shells: export one part"),
     (np.concatenate([box(), box(0.25, 0.5)[:, ::-1]]), "has 2 separate shells"),
     (np.concatenate([box(), box() + [1.0, 1.0, 0.0]]), "1 edges belong to more than two triangles"),
+    *((np.concatenate([box(), copy]), "has its surface twice: 24 triangles, of which 12 differ; delete the copy") for copy in (box(), box()[::-1, [1, 2, 0]])),
     (np.ones((4, 3, 3)), "the triangles have no area"), (np.concatenate([BOX[np.delete(FACES, [2, 3], axis=0)], SPIKE]), "crosses itself, near .*; unite its pieces"),
     (BOX[[[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]], "encloses no volume|crosses itself")])
 def test_faults_of_a_surface(soup, message):

@@ -49,9 +49,13 @@ def read_mesh(path):
 def closed_surface(mesh, name):
     """The Surface of a mesh. ValueError, which says what is wrong, where and what to do, if it is not one closed surface."""
     size = float(np.ptp(np.asarray(mesh.vertices), axis=0).max())
-    mesh = mesh.merge_close_vertices(_MERGE * size or 1.0).remove_degenerate_triangles().remove_duplicated_triangles().remove_unreferenced_vertices()
+    mesh = mesh.merge_close_vertices(_MERGE * size or 1.0).remove_degenerate_triangles()
+    given = len(mesh.triangles)
+    mesh = mesh.remove_duplicated_triangles().remove_unreferenced_vertices()
     if not mesh.has_triangles():
         raise ValueError(f"{name}: the triangles have no area: export the part again")
+    if given >= 2 * len(mesh.triangles):
+        raise ValueError(f"{name} has its surface twice: {given} triangles, of which {len(mesh.triangles)} differ; delete the copy in the CAD program and export it again")
     corners, triangles = np.asarray(mesh.vertices), np.asarray(mesh.triangles)
 
     def at(which):

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: GPL-2.0-only
+#pragma once
+
+#include "text.h"
+
+#include <cmath>
+#include <sstream>
+#include <string>
+
+namespace EVP {
+
+/// A choice of an input script: NAME, or NAME with rules, joined by commas: =WORD|WORD, >X, >=X, <X, <=X, !=X, number, integer.
+struct Choice {
+  std::string name, rules;
+
+  explicit Choice(const std::string &text) :
+      name(text.substr(0, text.find_first_of(",=<>!"))), rules(text.substr(name.size()))
+  {
+  }
+
+  /// Throws BadInput where the value is neither one of the words nor a number within the bounds.
+  void check(const std::string &value) const
+  {
+    if (rules.empty()) return;
+    double number = 0.0;
+    bool listed = false, takes_numbers = false, holds = take_number(value, number);
+    std::string words, kind = "a number", bounds, rule, word;
+    for (std::istringstream all(rules); std::getline(all, rule, ',');) {
+      if (rule.empty()) continue;
+      if (rule[0] == '=') {
+        for (std::istringstream some(rule.substr(1)); std::getline(some, word, '|');) {
+          listed = listed || value == word;
+          words += (words.empty() ? "" : " or ") + word;
+        }
+        continue;
+      }
+      takes_numbers = true;
+      if (rule == "integer") {
+        kind = "an integer";
+        holds = holds && number == std::floor(number);
+      } else if (rule != "number") {
+        const std::string sign = rule.substr(0, rule.find_first_not_of("<>=!"));
+        holds = holds && is_within(number, sign, parse_number(name, rule.substr(sign.size())));
+        bounds += (bounds.empty() ? " " : " and ") + sign + " " + rule.substr(sign.size());
+      }
+    }
+    if (listed || (takes_numbers && holds)) return;
+    if (takes_numbers) words += (words.empty() ? "" : " or ") + kind + bounds;
+    throw BadInput("-var " + name + " must be " + words + ", got '" + shown(value) + "'");
+  }
+
+ private:
+  static bool is_within(double number, const std::string &sign, double bound)
+  {
+    if (sign == ">") return number > bound;
+    if (sign == ">=") return number >= bound;
+    if (sign == "<") return number < bound;
+    if (sign == "<=") return number <= bound;
+    return number != bound;
+  }
+};
+
+}    // namespace EVP
