@@ -234,35 +234,30 @@ void PairData::report()
                        i, j, alpha_of(i, j));
 }
 
-// packing: by all MPI ranks with a new neighbor list, new bonds or new coefficients; where radii
-// may change at any step, a rank whose own did packs alone
 bool PairData::pack_if_due(const NeighList *neighbors)
 {
-  if (neighbor->ago == 0 || repack_due || source.version() != source_version)
-    return pack(neighbors, true);
-  if (!atom->avec->comm_x_only && snapshot.radii_changed()) pack(neighbors, false);
-  return false;
+  const bool due = neighbor->ago == 0 || repack_due || source.version() != source_version ||
+      (!atom->avec->comm_x_only && on_any(snapshot.radii_changed(), world));
+  return due && pack(neighbors);
 }
 
 // Returns whether it is the first one of a run.
-bool PairData::pack(const NeighList *neighbors, bool collective)
+bool PairData::pack(const NeighList *neighbors)
 {
-  const bool is_first = collective && !scene_checked;
-  if (collective) {
-    source.update();
-    laws.rescale_if_measures_changed(bonds(), rules.plastic);
-    if (!scene_checked) {    // now that all pairs of types are known
-      scene_checked = true;
-      report();
-      laws.report();
-      cuts.admit_all_radii_elsewhere();
-    }
-    check_weights();
-    check_rules();
-    if (within() == BodyRule::MOLECULE && !atom->molecule)
-      error->all(FLERR, "Pair evp/lj: fix evp/bonds {}", missing_molecules(lmp));
-    lists.common_build++;
+  const bool is_first = !scene_checked;
+  source.update();
+  laws.rescale_if_measures_changed(bonds(), rules.plastic);
+  if (is_first) {    // now that all pairs of types are known
+    scene_checked = true;
+    report();
+    laws.report();
+    cuts.admit_all_radii_elsewhere();
   }
+  check_weights();
+  check_rules();
+  if (within() == BodyRule::MOLECULE && !atom->molecule)
+    error->all(FLERR, "Pair evp/lj: fix evp/bonds {}", missing_molecules(lmp));
+  lists.common_build++;
   // with a new neighbor list fix evp/bonds has looked
   if (bonds() && snapshot.matches_list() && bonds()->find_misplaced(atom->tag, atom->nlocal))
     error->one(
@@ -271,31 +266,28 @@ bool PairData::pack(const NeighList *neighbors, bool collective)
         "would go to other atoms: use 'run' with 'pre yes'");
   cuts.check_radii();
   const bool same_list = snapshot.matches_list() && source.version() == source_version;
-  const bool carries = pair_histories.are_due() && snapshot.matches_list();
+  // with the same neighbor list the records have not been told of what changed
+  if (pair_histories.are_due() && snapshot.matches_list())
+    scene::find_fix(modify, "evp/bonds")->pre_exchange();
   snapshot.take_atoms(!atom->avec->comm_x_only, within() == BodyRule::MOLECULE);
   lists.nlocal = atom->nlocal;
   lists.nall = atom->nlocal + atom->nghost;
   repack_due = false;
   source_version = source.version();
-  // with the same neighbor list the records have not been told of what changed
-  const PairLists before = carries ? lists : PairLists();
   const PairListBuilder::Found found = builder.build(
       {neighbors, &coefficients, bonds(), rules, within(), any_gamma, implicit_groupbit}, lists);
   pair_histories.forget_forces();
   if (is_first && bonds()) laws.check(lists.bonds, volume());
   snapshot.finish();
   if (!bonds()) volume_.reset();    // the bonds have gone since the last set-up
-  if (carries) pair_histories.copy_from(before);
-  if (volume()) volume()->pack(neighbors, lists, *bonds(), coefficients, collective);
-  if (collective) {
-    agree_on_pairs(found, same_list);
-    if (bonds_missing && !same_list) pair_histories.find_missing(*bonds());
-    missing_due = bonds_missing;
-    missing_energy = 0.0;
-    if (bonds_missing && is_incremental() && rules.plastic) {
-      const auto missing = pair_histories.settle_missing(*bonds(), nullptr);
-      missing_energy = missing.held + missing.dissipated;
-    }
+  if (volume()) volume()->pack(neighbors, lists, *bonds(), coefficients);
+  agree_on_pairs(found, same_list);
+  if (bonds_missing && !same_list) pair_histories.find_missing(*bonds());
+  missing_due = bonds_missing;
+  missing_energy = 0.0;
+  if (bonds_missing && is_incremental() && rules.plastic) {
+    const auto missing = pair_histories.settle_missing(*bonds(), nullptr);
+    missing_energy = missing.held + missing.dissipated;
   }
 
   coefficients.choose_block_laws(

@@ -224,7 +224,7 @@ class PairData : protected Pointers {
   /// Types or coefficients have changed since the last packing.
   void repack() { repack_due = true; }
 
-  /// Before the forces: packs the pairs if the neighbor list, the bonds or radii have changed. Returns whether
+  /// Collective, before the forces: packs the pairs if the neighbor list, the bonds or radii have changed. Returns whether
   /// this is the first packing of a run.
   bool pack_if_due(const NeighList *);
 
@@ -258,7 +258,7 @@ class PairData : protected Pointers {
 
   void report();
   PairHistory history_of(int i, int j) const;
-  bool pack(const NeighList *, bool collective);
+  bool pack(const NeighList *);
   void agree_on_pairs(const PairListBuilder::Found &, bool same_list);
   void check_rules() const;
   void check_weights() const;

@@ -103,37 +103,6 @@ int PairHistories::find_pair(const PairList &list, const std::vector<PackedRow> 
   return -1;
 }
 
-void PairHistories::copy_from(const PairLists &before)
-{
-  const RowsByAtom bond_rows = rows_by_atom(before.bonds, lists.nlocal),
-                   contact_rows = rows_by_atom(before.contacts, lists.nlocal);
-  const auto find_old = [](const PairList &list, const std::vector<PackedRow> &rows, int j) {
-    return find_pair(list, rows, [j](int partner) {
-      return partner == j;
-    });
-  };
-  std::vector<int> broken;
-  for (const PackedRow &row : lists.bonds.rows)
-    for (int k = row.first; k < row.last; k++) {
-      const int old = find_old(before.bonds, bond_rows[row.i], lists.bonds.j[k]);
-      if (old < 0)
-        broken.push_back(k);
-      else if (lists.bonds.stays())
-        lists.bonds.set_history(k, before.bonds.history_of(old));
-    }
-  if (!broken.empty()) {
-    const auto known = newly_broken;    // they broke before
-    break_bonds(broken, nullptr);
-    newly_broken = known;
-  }
-  // what is left of broken bonds is among them
-  for (const PackedRow &row : lists.contacts.rows)
-    for (int k = row.first; lists.contacts.stays() && k < row.last; k++) {
-      const int old = find_old(before.contacts, contact_rows[row.i], lists.contacts.j[k]);
-      if (old >= 0) lists.contacts.set_history(k, before.contacts.history_of(old));
-    }
-}
-
 void PairHistories::return_to(BondStore &records, bool list_matches, PerAtomComm &exchange)
 {
   if (!due) return;

@@ -48,9 +48,6 @@ class PairHistories : protected Pointers {
   /// The lists were packed anew: what the last forces found is void.
   void forget_forces() { past.clear(); }
 
-  /// They were packed from the same neighbor list as `before`, and the records have not been told: takes them from there.
-  void copy_from(const PairLists &before);
-
   /// Collective, where they are due: to the records of their atoms.
   void return_to(BondStore &, bool list_matches, PerAtomComm &);
 

@@ -67,9 +67,8 @@ class VolumeForces : protected Pointers {
 
   // what the pairs call
 
-  /// Takes the pairs of a neighbor list; where all MPI ranks do, the references of new bonds too.
-  void pack(const NeighList *, PairLists &, const BondStore &, const Coefficients &,
-            bool collective);
+  /// Collective. Takes the pairs of a neighbor list, and the references of new bonds.
+  void pack(const NeighList *, PairLists &, const BondStore &, const Coefficients &);
 
   /// Collective. Strains and energies at the present positions.
   void evaluate(const PairLists &, const ParticleView &);
