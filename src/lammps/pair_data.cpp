@@ -86,31 +86,30 @@ const PairLists &PairData::packed_pairs() const
 
 PairData::AnyPair PairData::pair_between(int i, int j, int itype, int jtype) const
 {
-  const Bond *bond = nullptr;
+  bool recorded = false;
   if (const BondStore *store = bonds())
     for (const auto &[own, other] : {std::pair(i, j), std::pair(j, i)})
-      if (own < atom->nlocal && !bond) bond = store->find(own, atom->tag[other]);
-  const PairHistory history = history_of(i, j);
-  const bool broken = history.broken != 0.0, is_bond = bond && !broken;
-  const bool divided = !bond && AtomBodies(atom, within()).in_different_bodies(i, j);
+      recorded = recorded || (own < atom->nlocal && store->find(own, atom->tag[other]));
 
-  const int law = coefficients.index(itype, jtype);
-  const double sum_radii = atom->radius[i] + atom->radius[j];
-  const double dlim = coefficients.law(law).row.alpha * sum_radii;
-  const Span span = is_bond ? rules.of_bond(bond->deq, dlim)
-      : broken              ? rules.of_broken(sum_radii, bond ? bond->deq : sum_radii)
-                            : rules.of_contact(sum_radii, dlim, divided);
-  const double margin = is_bond ? BOND_MARGIN : rules.contact_margin(divided, any_gamma);
-  const PackedPair pair = {{1.0 / span.deq,
-                            is_bond ? rules.flow_of_bonds() : rules.flow_of_contacts(),
-                            {history.q, history.k}},
-                           span.cutoff > 0.0 ? cutoff_squared(span.cutoff, margin) : -1.0,
-                           span.cutoff,
-                           j,
-                           law,
-                           -1,
-                           is_bond};
-  return {pair, span.deq, history.work, bond != nullptr};
+  const bool matches = snapshot.matches_list();
+  if (matches && rows_build != lists.build) {
+    rows_build = lists.build;
+    rows_of_atoms.assign(lists.nlocal, {});
+    for (const PairList *list : {&lists.bonds, &lists.contacts})
+      for (const PackedRow &row : list->rows) rows_of_atoms[row.i].push_back({list, row});
+  }
+  for (const auto &[own, other] : {std::pair(i, j), std::pair(j, i)}) {
+    if (!matches || own >= lists.nlocal) continue;
+    for (const auto &[list, row] : rows_of_atoms[own])
+      for (int k = row.first; k < row.last; k++)
+        if (atom->tag[list->j[k]] == atom->tag[other])
+          return {(*list)[k], list->history_of(k).work, recorded};
+  }
+  PackedPair none{};    // at rest where the spheres touch
+  none.inv_deq = 1.0 / (atom->radius[i] + atom->radius[j]);
+  none.cutsq = -1.0;
+  none.law = coefficients.index(itype, jtype);
+  return {none, 0.0, recorded};
 }
 
 bool PairData::is_packed() const
@@ -301,22 +300,6 @@ bool PairData::pack(const NeighList *neighbors)
 void PairData::commit(bool at_rest)
 {
   pair_histories.commit(at_rest, work.get());
-}
-
-PairHistory PairData::history_of(int i, int j) const
-{
-  PairHistory found = {};
-  if (!rules.has_history() || (snapshot.matches_list() && pair_histories.find(i, j, found)))
-    return found;
-  if (bonds() && bonds()->has_history())
-    for (const auto &[own, other] : {std::pair(i, j), std::pair(j, i)}) {
-      const int slot = own < atom->nlocal ? bonds()->slot_of(own, atom->tag[other]) : -1;
-      if (slot < 0) continue;
-      found = bonds()->histories_of(own)[slot];
-      if (found.broken != 0.0) return {0.0, 0.0, 0.0, 1.0};    // as of what is left in the list
-      return found;
-    }
-  return found;
 }
 
 // Collective. All MPI ranks agree on what any of them has found in its pairs; warns of overlaps, and again when there are twice as many

@@ -105,10 +105,10 @@ class PairData : protected Pointers {
     return law_of(pair).state(pair.ratio(), pair);
   }
 
-  /// The pair of two atoms of the present lists, packed or not, with its work of flow [energy]; as its law had no twin.
+  /// The packed pair of two atoms, found by their IDs, and its work of flow [energy]. One that is not packed does not act.
   struct AnyPair {
     PackedPair pair;
-    double deq, work;
+    double work;
     bool recorded;
   };
   AnyPair pair_between(int i, int j, int itype, int jtype) const;
@@ -121,10 +121,6 @@ class PairData : protected Pointers {
 
   /// True where fix nve/evp takes over the damping of some pairs, those with an atom of its group.
   bool damps_implicitly() const { return any_gamma && implicit_groupbit && !fault(NO_IMPLICIT); }
-  bool is_implicit(int i, int j) const
-  {
-    return (atom->mask[i] | atom->mask[j]) & implicit_groupbit;
-  }
 
   /// False where no pair at all has damping of this style's own. The same on all MPI ranks.
   bool damps_explicitly() const { return explicit_damping; }
@@ -255,9 +251,10 @@ class PairData : protected Pointers {
   bool missing_due = false;                 // these are to be settled
   double missing_energy = 0.0;
   PairRules rules_of_run;
+  mutable std::vector<std::vector<std::pair<const PairList *, PackedRow>>> rows_of_atoms;
+  mutable long rows_build = -1;    // of these, for pair_between()
 
   void report();
-  PairHistory history_of(int i, int j) const;
   bool pack(const NeighList *);
   void agree_on_pairs(const PairListBuilder::Found &, bool same_list);
   void check_rules() const;

@@ -316,9 +316,9 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
   fforce = 0.0;
   if (std::max(i, j) >= atom->nlocal + atom->nghost) return 0.0;
 
-  const auto [pair, deq, work, recorded] = pair_data.pair_between(i, j, itype, jtype);
+  const auto [pair, work, recorded] = pair_data.pair_between(i, j, itype, jtype);
   const EVP::PairLaw &law = pair_data.law_of(pair);
-  const double d = std::sqrt(rsq);
+  const double d = std::sqrt(rsq), deq = 1.0 / pair.inv_deq;
   const EVP::PairState now = law.state(d * pair.inv_deq, pair);
   const bool acts = rsq <= pair.cutsq && factor_lj != 0.0;
   svector[0] = deq;
@@ -331,8 +331,7 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
     fforce = pair_data.volume()->force(i, j, d, law.row.alpha, recorded) / d;
   if (!acts) return 0.0;
   fforce += now.force / d;
-  if (pair_data.damping_acts() && (comm->ghost_velocity || velocities_sent) &&
-      !pair_data.is_implicit(i, j)) {
+  if (pair_data.damping_acts() && (comm->ghost_velocity || velocities_sent)) {
     const EVP::PairGeometry g(rows(atom->x), i, j);
     fforce += EVP::damping_over_distance(law.gamma, g, atom->v[i], atom->v[j]);
   }

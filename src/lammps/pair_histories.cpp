@@ -86,23 +86,6 @@ void PairHistories::break_bonds(const std::vector<int> &broken, PairWork *work)
   lists.build++;
 }
 
-PairHistories::RowsByAtom PairHistories::rows_by_atom(const PairList &list, int nlocal)
-{
-  RowsByAtom rows(nlocal);
-  for (const PackedRow &row : list.rows) rows[row.i].push_back(row);
-  return rows;
-}
-
-// index of the first pair in these rows with is(partner), -1 if there is none
-template <class Is>
-int PairHistories::find_pair(const PairList &list, const std::vector<PackedRow> &rows, Is &&is)
-{
-  for (const PackedRow &row : rows)
-    for (int k = row.first; k < row.last; k++)
-      if (is(list.j[k])) return k;
-  return -1;
-}
-
 void PairHistories::return_to(BondStore &records, bool list_matches, PerAtomComm &exchange)
 {
   if (!due) return;
@@ -288,32 +271,6 @@ void PairHistories::warn_of_limit()
         "the largest "
         "force in tension: they soften from now on; give the row a 'saturation', or a smaller e2",
         strain);
-}
-
-bool PairHistories::find(int i, int j, PairHistory &found) const
-{
-  if (rows_build != lists.build) {
-    rows_build = lists.build;
-    rows = {rows_by_atom(lists.bonds, lists.nlocal), rows_by_atom(lists.contacts, lists.nlocal)};
-  }
-  for (const auto &[own, other] : {std::pair(i, j), std::pair(j, i)})
-    for (const PairList *list : {&lists.bonds, &lists.contacts}) {
-      if (own >= lists.nlocal) continue;
-      const tagint *tag = atom->tag, id = tag[other];
-      const int k = find_pair(*list, rows[list->are_bonds ? 0 : 1][own], [tag, id](int partner) {
-        return tag[partner] == id;
-      });
-      if (k < 0) continue;
-      found = list->history_of(k);
-      return true;
-    }
-  for (const BrokenBond &bond : newly_broken)    // of which no contact is left
-    if (std::minmax(atom->tag[bond.i], atom->tag[bond.j]) ==
-        std::minmax(atom->tag[i], atom->tag[j])) {
-      found = {0.0, 0.0, 0.0, 1.0};
-      return true;
-    }
-  return false;
 }
 
 }    // namespace EVP

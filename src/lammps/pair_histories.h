@@ -10,8 +10,6 @@
 #include "cutoffs.h"
 #include "lammps_names.h"
 
-#include <array>
-#include <utility>
 #include <vector>
 
 namespace EVP {
@@ -63,10 +61,7 @@ class PairHistories : protected Pointers {
   /// moved: the same records, nullptr: they stay as they are.
   Missing settle_missing(const BondStore &, BondStore *moved) const;
 
-  /// Of the pair (i, j) of the lists, which must be those of the present atoms; false where it is not there.
-  bool find(int i, int j, PairHistory &found) const;
-
-  double memory_usage() const { return bytes_of(past, newly_broken, rows[0], rows[1]); }
+  double memory_usage() const { return bytes_of(past, newly_broken); }
 
  private:
   PairLists &lists;
@@ -92,17 +87,11 @@ class PairHistories : protected Pointers {
   std::vector<BrokenBond> newly_broken;    // of this MPI rank, since histories were returned
   bool due = false;
   bool limit_warned = false;
-  using RowsByAtom = std::vector<std::vector<PackedRow>>;
-  mutable std::array<RowsByAtom, 2> rows;    // of bonds and contacts, for find()
-  mutable long rows_build = -1;
 
   void find_next(PairList &);
   void break_bonds(const std::vector<int> &, PairWork *);
   void send_to_owners(BondStore &, PerAtomComm &);
   bool is_excluded(int i, tagint partner, const AtomDirectory::Entry &) const;
-  static RowsByAtom rows_by_atom(const PairList &, int nlocal);
-  template <class Is>
-  static int find_pair(const PairList &, const std::vector<PackedRow> &rows, Is &&is);
   void warn_of_limit();
 };
 
