@@ -7,7 +7,6 @@
 #include "scene.h"
 #include "user_input.h"
 
-#include "group.h"
 #include "output.h"
 #include "pair.h"
 
@@ -23,7 +22,7 @@ static constexpr double GROWTH_PER_CHECK = 1.25;
 
 // fix ID group dt/evp N fraction [max DT] [displacement F]
 FixDtEVP::FixDtEVP(LAMMPS *lmp, int narg, char **arg) :
-    WithPerAtomComm(lmp, narg, arg), compute_id(std::string(id) + "_evp_dt")
+    WithPerAtomComm(lmp, narg, arg), limits(lmp, *this)
 {
   if (narg < 5)
     error->all(FLERR, "{}: expected N fraction [max DT] [displacement F], got {} arguments", who,
@@ -48,22 +47,9 @@ FixDtEVP::FixDtEVP(LAMMPS *lmp, int narg, char **arg) :
   EVP::scene::offer_values(this, 5);
 }
 
-FixDtEVP::~FixDtEVP()
-{
-  if (modify && modify->get_compute_by_id(compute_id)) modify->delete_compute(compute_id);
-}
-
-void FixDtEVP::post_constructor()
-{
-  modify->add_compute(compute_id + " " + group->names[igroup] + " evp/dt");
-}
-
 void FixDtEVP::init()
 {
   pair_data = EVP::PairData::require(force, error, who);
-  compute = dynamic_cast<ComputeEVPDt *>(modify->get_compute_by_id(compute_id));
-  if (!compute)
-    error->all(FLERR, "{}: its compute {} was deleted; define the fix again", who, compute_id);
   EVP::scene::refuse_respa(update, error, who);
   for (const Fix *other : modify->get_fix_list())
     if (strcmp(other->style, "move") == 0 || utils::strmatch(other->style, "^deform") ||
@@ -79,7 +65,9 @@ void FixDtEVP::init()
 // later it grows by little, since the state may be about to change back
 void FixDtEVP::set_dt(bool at_setup)
 {
-  stable_dt = compute->compute_scalar();
+  pair_data->is_present();    // ghosts follow
+  limits.linearise(*pair_data, {groupbit});
+  stable_dt = limits.limit();
   double dt = fraction * stable_dt;
   limit = STABILITY;
   if (dt > maximum) {
@@ -154,7 +142,6 @@ bool FixDtEVP::find_fastest(double dt)
   velocity.resize((size_t) 3 * nall);
   std::copy_n(atom->v[0], (size_t) 3 * nlocal, velocity.begin());
   forward_comm_velocities(velocity);
-  pair_data->place_ghosts();
 
   const double share = is_resolved() ? displacement : PASSES;
   opening = turning = {NO_LIMIT, 0.0, 0.0};

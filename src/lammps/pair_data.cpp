@@ -8,7 +8,6 @@
 #include "atom_vec.h"
 #include "comm.h"
 #include "domain.h"
-#include "fix_deform.h"
 #include "neighbor.h"
 #include "pair.h"
 
@@ -46,8 +45,8 @@ void BondSource::update()
     recorder = scene::find_fix(modify, "evp/bonds")->id;
 }
 
-PairData::PairData(LAMMPS *lmp, Pair *style, Coefficients &coefficients_in) :
-    Pointers(lmp), ghosts(lmp, style), cuts(lmp), source(lmp), coefficients(coefficients_in),
+PairData::PairData(LAMMPS *lmp, Coefficients &coefficients_in) :
+    Pointers(lmp), cuts(lmp), source(lmp), coefficients(coefficients_in),
     laws(lmp, coefficients, cuts), builder(lmp), snapshot(lmp),
     pair_histories(lmp, lists, coefficients, rules, cuts)
 {
@@ -121,31 +120,13 @@ bool PairData::is_packed() const
       !(bonds() && bonds()->find_misplaced(atom->tag, atom->nlocal));
 }
 
-// Does a fix move atoms with the box at the end of a step, when ghosts are no longer updated?
-static bool moves_atoms_with_box(const Modify *modify, const Domain *domain)
-{
-  for (int k = 0; domain->box_change && k < modify->nfix; k++) {
-    const Fix *const fix = modify->fix[k];
-    if (!fix->box_change || !(modify->fmask[k] & FixConst::END_OF_STEP)) continue;
-    const auto *const deform = dynamic_cast<const FixDeform *>(fix);
-    if (!deform || deform->remapflag == Domain::X_REMAP) return true;
-  }
-  return false;
-}
-
-void PairData::place_ghosts()
-{
-  if (moves_atoms_with_box(modify, domain)) ghosts.send_positions();
-}
-
 bool PairData::is_present()
 {
   if (!on_all(is_packed(), world)) return false;
-  if (update->whichflag != 0) {
-    place_ghosts();
-    return true;
-  }
-  return snapshot.matches_commands() && ghosts.send_positions() && !snapshot.moved_too_far();
+  const bool in_run = update->whichflag != 0;
+  if (!in_run && !snapshot.matches_commands()) return false;
+  comm->forward_comm();    // fixes may move atoms at the end of a step
+  return in_run || !snapshot.moved_too_far();
 }
 
 PairData::Counts PairData::count_pairs() const

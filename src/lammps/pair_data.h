@@ -79,7 +79,7 @@ class PairData : protected Pointers {
     double lowest_ratio;    ///< smallest d/(R_i + R_j) of the packed pairs; 0 if there are none
   };
 
-  PairData(LAMMPS *, Pair *style, Coefficients &);
+  PairData(LAMMPS *, Coefficients &);
 
   /// Of the pair style evp/lj in force, alone or in pair_style hybrid; nullptr if it is another. A
   /// pair_style command deletes it, so what may be asked between runs must look again.
@@ -155,12 +155,8 @@ class PairData : protected Pointers {
   /// Were the pairs packed from the neighbor list as it is now, and from the atoms here?
   bool is_packed() const;
 
-  /// Collective, in a run. Updates the positions of ghosts if a fix moves the atoms with the box at the end of
-  /// the step. Otherwise ghosts are at the positions of the last forces, and nothing is sent.
-  void place_ghosts();
-
-  /// Collective. Are the packed pairs all pairs of the present positions? Between runs ghosts are
-  /// brought to these, and atoms must not have moved further than the neighbor list allows.
+  /// Collective. Are the packed pairs all pairs of the present positions? Ghosts are brought to these. Between runs atoms
+  /// must not have moved further than the neighbor list allows.
   bool is_present();
 
   /// Collective. Requires is_present().
@@ -169,7 +165,6 @@ class PairData : protected Pointers {
   // what the pair style sets and calls
 
   PairRules rules;
-  GhostUpdate ghosts;
   Cutoffs cuts;
   BondSource source;
 

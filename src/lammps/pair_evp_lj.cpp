@@ -14,6 +14,7 @@
 #include "output.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 
@@ -59,10 +60,10 @@ struct PairEVPLJ::SumForLAMMPS : EVP::SumTally {
   }
 };
 
-PairEVPLJ::PairEVPLJ(LAMMPS *lmp) : Pair(lmp), pair_data(lmp, this, coefficients)
+PairEVPLJ::PairEVPLJ(LAMMPS *lmp) : Pair(lmp), pair_data(lmp, coefficients)
 {
   writedata = 1;
-  comm_forward = 3;    // velocities or positions
+  comm_forward = 3;    // velocities
   single_extra = NVALUES;
   svector = new double[NVALUES];
 }
@@ -212,7 +213,7 @@ void PairEVPLJ::compute(int eflag, int vflag)
 
   if (pair_data.pack_if_due(list)) EVP::warn_of_timestep(lmp, pair_data);
   const bool damps = pair_data.damping_acts() && pair_data.damps_explicitly();
-  if (damps) pair_data.ghosts.send_velocities();
+  if (damps && !comm->ghost_velocity) comm->forward_comm(this);
   velocities_sent = damps;
   damps ? compute_forces<true>() : compute_forces<false>();
 
@@ -223,6 +224,24 @@ void PairEVPLJ::compute(int eflag, int vflag)
   // a sum that LAMMPS asked for anyway shows whether any force is non-finite
   if ((eflag_either && !std::isfinite(eng_vdwl)) || (summed && !std::isfinite(virial[0])))
     stop_at_blow_up();
+}
+
+// Velocities of ghosts. Periodic images move with a box that deforms with 'remap v'.
+int PairEVPLJ::pack_forward_comm(int n, int *indices, double *buf, int pbc_flag, int *pbc)
+{
+  std::array<double, 3> image{};
+  if (pbc_flag && domain->deform_vremap) image = EVP::image_shift(domain->h_rate, pbc);
+  for (int k = 0; k < n; k++) {
+    const int i = indices[k];
+    const bool moves = atom->mask[i] & domain->deform_groupbit;
+    for (int c = 0; c < 3; c++) buf[3 * k + c] = atom->v[i][c] + (moves ? image[c] : 0.0);
+  }
+  return 3 * n;
+}
+
+void PairEVPLJ::unpack_forward_comm(int n, int first, double *buf)
+{
+  if (n > 0) std::copy_n(buf, (size_t) 3 * n, atom->v[first]);
 }
 
 // names where it began, and the restart file to go back to
