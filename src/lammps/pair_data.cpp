@@ -150,7 +150,6 @@ PairData::Counts PairData::count_pairs() const
 
 void PairData::begin_run()
 {
-  rules_of_run = rules;
   pair_histories.begin_run();
   cuts.begin_run();
   source.begin_run(rules);
@@ -234,16 +233,9 @@ bool PairData::pack(const NeighList *neighbors)
     cuts.admit_all_radii_elsewhere();
   }
   check_weights();
-  check_rules();
   if (within() == BodyRule::MOLECULE && !atom->molecule)
     error->all(FLERR, "Pair evp/lj: fix evp/bonds {}", missing_molecules(lmp));
   lists.common_build++;
-  // with a new neighbor list fix evp/bonds has looked
-  if (bonds() && snapshot.matches_list() && bonds()->find_misplaced(atom->tag, atom->nlocal))
-    error->one(
-        FLERR,
-        "Pair evp/lj: IDs of atoms have changed since the last neighbor build, so that bonds "
-        "would go to other atoms: use 'run' with 'pre yes'");
   cuts.check_radii();
   const bool same_list = snapshot.matches_list() && source.version() == source_version;
   // with the same neighbor list the records have not been told of what changed
@@ -309,18 +301,6 @@ void PairData::agree_on_pairs(const PairListBuilder::Found &found, bool same_lis
         "hard core, so check timestep, speed and load",
         all[1], rules.overlap, overlaps.id_i, overlaps.id_j, overlaps.d, overlaps.deq,
         overlaps.regime == 1 ? "first" : "second", update->ntimestep, update->dt);
-}
-
-// a new pair_style command is checked at set-up, which 'run' with 'pre no' leaves out
-void PairData::check_rules() const
-{
-  const bool same =
-      rules.plastic == rules_of_run.plastic && rules.break_strain == rules_of_run.break_strain;
-  if (!same || !source.is_compatible(rules))
-    error->all(
-        FLERR,
-        "Pair evp/lj: 'plasticity' or 'break' has changed since the last setup: use 'run' with "
-        "'pre yes'");
 }
 
 // of special_bonds, or of the pair special option of this sub-style of pair_style hybrid

@@ -51,12 +51,6 @@ class BondSource : protected Pointers {
   /// See BondStore::version(), 0 without.
   long version() const { return store ? store->version() : 0; }
 
-  /// Do the records have histories just where the rules ask for these?
-  bool is_compatible(const PairRules &rules) const
-  {
-    return !store || store->has_history() == rules.has_history();
-  }
-
   /// ID of the fix that recorded, as of the last update(); empty without.
   std::string recorder;
 
@@ -245,14 +239,12 @@ class PairData : protected Pointers {
   bool bonds_missing = false;               // neither broken nor in the list; the same on all ranks
   bool missing_due = false;                 // these are to be settled
   double missing_energy = 0.0;
-  PairRules rules_of_run;
   mutable std::vector<std::vector<std::pair<const PairList *, PackedRow>>> rows_of_atoms;
   mutable long rows_build = -1;    // of these, for pair_between()
 
   void report();
   bool pack(const NeighList *);
   void agree_on_pairs(const PairListBuilder::Found &, bool same_list);
-  void check_rules() const;
   void check_weights() const;
 };
 

@@ -183,8 +183,6 @@ OTHERS = [
     ({"style": FLOWS, "then": "variable stiff equal 3+100*step\nfix stiffer all adapt 1 pair evp/lj e2 * * v_stiff", **SEEN}, STIFFER),
     ({"coeff": "pair_coeff * * 1e150 8 4 3 8 4 0.005 0 1.5 spacing 1e-60 coordination 12"}, "for the spacing of the body e1 and e2 of the row are multiplied by"),
     ({"coeff": f"{COEFF}{ROW} kv 1e99 spacing 1e-5 coordination 12", "then": "fix v all evp/volume row"}, "kv must not exceed 1e100 in the body"),
-    *(({"style": before, "after": f"{after}\n{COEFF}{ROW}\nrun 1 pre no", **SEEN}, "use 'run' with 'pre yes'")
-      for before, after in ((BREAKS, FLOWS), (FLOWS, STYLE), (BREAKS, STYLE + "break 0.2"))),
     *(({"style": style, "then": "dump all all custom 1 all.dump id x y z vx vy vz", "after": "rerun all.dump dump x y z vx vy vz", **SEEN},
        "rerun does not know how bonds have flowed or broken") for style in (FLOWS, BREAKS)),
     ({"then": "variable a equal 1.5+0.1*step\nfix change all adapt 1 pair evp/lj alpha * * v_a", **SEEN}, "types 1 and 1: alpha must not grow during a run", "split the run there"),
