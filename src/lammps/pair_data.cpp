@@ -232,7 +232,6 @@ bool PairData::pack(const NeighList *neighbors)
     laws.report();
     cuts.admit_all_radii_elsewhere();
   }
-  check_weights();
   if (within() == BodyRule::MOLECULE && !atom->molecule)
     error->all(FLERR, "Pair evp/lj: fix evp/bonds {}", missing_molecules(lmp));
   lists.common_build++;
@@ -301,17 +300,6 @@ void PairData::agree_on_pairs(const PairListBuilder::Found &found, bool same_lis
         "hard core, so check timestep, speed and load",
         all[1], rules.overlap, overlaps.id_i, overlaps.id_j, overlaps.d, overlaps.deq,
         overlaps.regime == 1 ? "first" : "second", update->ntimestep, update->dt);
-}
-
-// of special_bonds, or of the pair special option of this sub-style of pair_style hybrid
-void PairData::check_weights() const
-{
-  for (int k = 1; k < 4; k++)
-    if (force->special_lj[k] != 0.0 && force->special_lj[k] != 1.0)
-      error->all(FLERR,
-                 "Pair evp/lj takes special_bonds weights 0 or 1 only, got {}: the force of a pair "
-                 "cannot be scaled",
-                 force->special_lj[k]);
 }
 
 }    // namespace EVP

@@ -245,7 +245,6 @@ class PairData : protected Pointers {
   void report();
   bool pack(const NeighList *);
   void agree_on_pairs(const PairListBuilder::Found &, bool same_list);
-  void check_weights() const;
 };
 
 }    // namespace EVP

@@ -192,10 +192,6 @@ void PairEVPLJ::check_host_settings() const
                "give its types rows of their own instead");
   if (!atom->tag_enable)
     error->all(FLERR, "Pair evp/lj needs atom IDs: remove 'atom_modify id no'");
-  if (utils::strmatch(force->pair_style, "^hybrid/scaled"))
-    error->all(FLERR,
-               "Pair evp/lj does not work in pair_style hybrid/scaled, which would scale its "
-               "forces but not the timesteps and energies derived from them: use hybrid/overlay");
 }
 
 double PairEVPLJ::init_one(int i, int j)

@@ -169,11 +169,9 @@ PULLED = DAMPED, "fix move all nve/evp\nvelocity all create 1 1"
 OTHERS = [
     # the pair style
     ({"style": "pair_style hybrid/overlay evp/lj evp/lj", "coeff": f"pair_coeff * * evp/lj 1 {ROW}\npair_coeff * * evp/lj 2 {ROW}"}, SECOND),
-    ({"style": "pair_style hybrid/scaled 0.5 evp/lj", "coeff": "pair_coeff * * evp/lj " + ROW}, "does not work in pair_style hybrid/scaled"),
     ({"coeff": ""}, "pair coeffs are not set"), ({"units": "units si\npair_coeff * * " + ROW}, "simulation box is defined"),
     ({"box": TWO_TYPES, "coeff": f"pair_coeff 1 1 {ROW}\npair_coeff 2 2 {ROW}"}, "does not mix unlike types: give 'pair_coeff 1 2' a row of its own"),
     ({"box": TWO_TYPES, "coeff": f"pair_coeff 2* 1 {ROW}"}, "2* 1 names no pair of types I <= J"),
-    ({"then": "special_bonds lj 0 0.5 1"}, "takes special_bonds weights 0 or 1 only, got 0.5"),
     ({"coeff": DAMPED, "move": "fix move all nve/evp", "after": "delete_atoms group one compress no\npair_modify compute no\nrun 2", **SEEN},
      "has not seen the current neighbor list"),
     ({"style": FLOWS, "fix": "", "thermo": ""}, "plasticity isotropic " + NEEDS), ({"style": BREAKS, "fix": "", "thermo": ""}, "break " + NEEDS),
