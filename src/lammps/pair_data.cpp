@@ -230,7 +230,6 @@ bool PairData::pack(const NeighList *neighbors)
     scene_checked = true;
     report();
     laws.report();
-    cuts.admit_all_radii_elsewhere();
   }
   if (within() == BodyRule::MOLECULE && !atom->molecule)
     error->all(FLERR, "Pair evp/lj: fix evp/bonds {}", missing_molecules(lmp));

@@ -28,7 +28,7 @@ class PairEVPLJ : public Pair {
   void write_data(FILE *) override;
   void write_data_all(FILE *) override;
 
-  /// "pairs": the PairData, for the fixes and computes of this package. The coefficients by their
+  /// "pairs": the PairData, for the fixes and computes of this package. The coefficients but alpha by their
   /// names in the table, for fix adapt.
   void *extract(const char *, int &) override;
   int pack_forward_comm(int n, int *indices, double *buf, int pbc_flag, int *pbc) override;
