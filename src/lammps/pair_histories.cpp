@@ -14,17 +14,6 @@
 
 namespace EVP {
 
-void PairHistories::begin_run()
-{
-  limit_warned = false;
-  if (!on_any(due, world)) return;
-  due = false;
-  newly_broken.clear();
-  error->all(FLERR,
-             "Pair evp/lj: the last run ended in an error, so that flow and broken bonds since its "
-             "last neighbor build are lost: go back to a restart file");
-}
-
 void PairHistories::commit(bool at_rest, PairWork *work)
 {
   due = true;

@@ -25,8 +25,12 @@ class PairHistories : protected Pointers {
   {
   }
 
-  /// Collective, at set-up. Stops where those of the last run were lost.
-  void begin_run();
+  /// At set-up. Those of a run that ended in an error are lost.
+  void begin_run()
+  {
+    due = limit_warned = false;
+    newly_broken.clear();
+  }
 
   /// Where the force loop puts the bonds past their cutoffs, nullptr where bonds do not break.
   std::vector<int> *past_cutoff()
