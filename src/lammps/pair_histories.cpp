@@ -149,30 +149,6 @@ void PairHistories::send_to_owners(BondStore &records, PerAtomComm &exchange)
   for (const HistoryOfPair &m : deferred) records.take(m);
 }
 
-// Is the pair not in the list of this style, however close its atoms are, by 'neigh_modify exclude', special_bonds or
-// pair_style hybrid?
-bool PairHistories::is_excluded(int i, tagint partner, const AtomDirectory::Entry &j) const
-{
-  const AtomDirectory::Entry own = AtomDirectory::Entry::of(atom, i);
-  if (!cuts.handles(own.type, j.type)) return true;
-  const auto in_groups = [&](int first, int second) {
-    return ((own.mask & first) && (j.mask & second)) || ((own.mask & second) && (j.mask & first));
-  };
-  if (neighbor->nex_type && neighbor->ex_type[own.type][j.type]) return true;
-  for (int m = 0; m < neighbor->nex_group; m++)
-    if (in_groups(neighbor->ex1_bit[m], neighbor->ex2_bit[m])) return true;
-  for (int m = 0; m < neighbor->nex_mol; m++) {
-    const int bit = neighbor->ex_mol_bit[m];
-    if (in_groups(bit, bit) && (own.molecule == j.molecule) == (neighbor->ex_mol_intra[m] != 0))
-      return true;
-  }
-  for (int k = 0, kind = 1; atom->special && k < atom->nspecial[i][2]; k++) {
-    while (k >= atom->nspecial[i][kind - 1]) kind++;
-    if (atom->special[i][k] == partner) return force->special_lj[kind] == 0.0;
-  }
-  return false;
-}
-
 void PairHistories::find_missing(const BondStore &store)
 {
   missing.clear();
@@ -183,7 +159,7 @@ void PairHistories::find_missing(const BondStore &store)
   std::sort(atoms.begin(), atoms.end());
 
   const auto add = [&](int i, int slot, const AtomDirectory::Entry &partner) {
-    if (!is_excluded(i, (tagint) store.of(i)[slot].partner, partner))
+    if (cuts.handles(atom->type[i], partner.type))
       missing.push_back({i, slot, partner.type, partner.radius});
   };
 

@@ -95,7 +95,6 @@ class PairHistories : protected Pointers {
   void find_next(PairList &);
   void break_bonds(const std::vector<int> &, PairWork *);
   void send_to_owners(BondStore &, PerAtomComm &);
-  bool is_excluded(int i, tagint partner, const AtomDirectory::Entry &) const;
   void warn_of_limit();
 };
 
