@@ -234,24 +234,6 @@ std::string BondRecording::find_bond_twice(const std::string &file) const
   return "";
 }
 
-void BondRecording::check_molecules()
-{
-  if (within != BodyRule::MOLECULE) return;
-  std::array<bigint, 2> counts{};    // atoms of the group, of these without
-  for (int i = 0; i < atom->nlocal; i++)
-    if (atom->mask[i] & fix->groupbit) {
-      counts[0]++;
-      counts[1] += atom->molecule[i] == 0;
-    }
-  counts = reduce_all(counts, MPI_SUM, world);
-  loose = counts[1];
-  if (counts[0] > 0 && counts[0] == loose)
-    error->all(FLERR,
-               "{}: within molecule records pairs of one molecule ID above 0, but all atoms of the "
-               "group have 0: give those of each body one, e.g. 'set group ID mol 1'",
-               who);
-}
-
 void BondRecording::give_to(BondStore &store)
 {
   int64_t highest = 0, sides = 0;    // ID, records of all
@@ -259,7 +241,9 @@ void BondRecording::give_to(BondStore &store)
     highest = std::max(highest, (int64_t) atom->tag[i]);
     most = std::max(most, (int64_t) made[i].size());
     sides += (int64_t) made[i].size();
+    loose += within == BodyRule::MOLECULE && atom->mask[i] & fix->groupbit && atom->molecule[i] == 0;
   }
+  loose = reduce_all(loose, MPI_SUM, world);
   most = reduce_all(most, MPI_MAX, world);
   highest = reduce_all(highest, MPI_MAX, world);
   sides = reduce_all(sides, MPI_SUM, world);

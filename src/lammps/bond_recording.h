@@ -29,9 +29,6 @@ class BondRecording : protected Pointers {
   /// The same of the bonds of a file, which may say what within and zone are.
   void take_file(const std::string &file, const class PairData *);
 
-  /// Collective. With molecules: stops where no atom of the group has one.
-  void check_molecules();
-
   /// Collective. Cannot fail.
   void give_to(BondStore &);
 

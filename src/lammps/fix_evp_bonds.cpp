@@ -240,7 +240,6 @@ void FixEVPBonds::record()
     recording.take_zone(list, zone, pair_data, *this);
   });
   check_box(pair_data);
-  recording.check_molecules();
   recording.give_to(*bonds);
   set_exchange_room();
   measure();

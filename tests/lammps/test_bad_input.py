@@ -206,7 +206,6 @@ OTHERS = [
     ({"then": "run 0\nreplicate 2 1 1"}, "Cannot replicate"),
     # bodies
     ({"fix": f"{KNOWN.replace('yes', 'no')}set group all mol 1\n{FIX}within molecule"}, "within molecule needs ghost atoms that know their molecule IDs"),
-    ({"fix": f"{KNOWN}{FIX}within molecule"}, "records pairs of one molecule ID above 0, but all atoms of the group have 0: give those of each body one"),
     ({"fix": f"{KNOWN}set group all mol 1\n{FIX}within molecule", "run": "run 0\nunfix molecules\nrun 1"}, "within molecule needs atoms with molecule IDs"),
     ({"fix": f"{KNOWN}set group all mol 1\n{FIX}within molecule", "neighbor": "neighbor 0.001 bin\nneigh_modify every 1 check no",
       "run": "run 0\nunfix molecules\nrun 1 pre no", **SEEN}, "Pair evp/lj: fix evp/bonds within molecule needs atoms with molecule IDs"),
