@@ -327,35 +327,21 @@ void FixEVPBonds::restart(char *buf)
   after_restart = false;    // this is the fix that the file knows
   const bool recorded = words[2] != 0.0;
   bonds->keep_history(words[5] != 0.0);
-  restore_within((BodyRule) (int) words[6], recorded);
+  const BodyRule given = bonds->within(), kept = (BodyRule) (int) words[6];
+  if (recorded || given == BodyRule::ALL) bonds->keep_within(kept);
   bonds->restore(recorded, (int64_t) words[3], (int64_t) words[4],
                  comm->me == 0 ? (int64_t) words[7] : 0);
   bonds->take(measures);
-  if (recorded && comm->me == 0 && (!file.empty() || (zone > 0.0 && zone != words[1])))
-    utils::logmesg(
-        lmp,
-        "fix evp/bonds {}: the bonds come from the restart file, not from the zone or file "
-        "given here\n",
-        id);
+  const bool differs = !file.empty() || (zone > 0.0 && zone != words[1]) ||
+      (given != BodyRule::ALL && given != kept);
+  if (recorded && comm->me == 0 && differs)
+    utils::logmesg(lmp,
+                   "fix evp/bonds {}: the bonds are those of the restart file, not of the 'zone', "
+                   "'file' or 'within' given here\n",
+                   id);
   bonds->zone = zone = words[1];
   EVP::PairData *pair_data = EVP::PairData::find(force);
   if (pair_data && recorded) pair_data->source.set_store(shown);
-}
-
-// 'within' of a restart file belongs to its bonds: without bonds another one may be given
-void FixEVPBonds::restore_within(BodyRule kept, bool recorded)
-{
-  const BodyRule given = bonds->within();
-  if (given != BodyRule::ALL && given != kept && recorded)
-    error->all(FLERR,
-               "{}: the bonds of the restart file were recorded with another 'within' than {}: "
-               "leave it out",
-               who, EVP::BODY_RULES[(int) given]);
-  if (given != BodyRule::ALL) return;
-  bonds->keep_within(kept);
-  if (kept != BodyRule::ALL && comm->me == 0)
-    utils::logmesg(lmp, "fix evp/bonds {}: within {}, as in the restart file\n", id,
-                   EVP::BODY_RULES[(int) kept]);
 }
 
 int FixEVPBonds::pack_restart(int i, double *buf)

@@ -91,7 +91,6 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix> {
   void commit(bool at_rest);
   void check_history() const;
   double count_broken();
-  void restore_within(EVP::BodyRule kept, bool recorded);
   void check_zone() const;
   void check_box(const EVP::PairData *) const;
   std::string misplaced_message(EVP::BondStore::Misplaced) const;
