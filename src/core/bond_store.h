@@ -70,8 +70,13 @@ class BondStore {
   const BondMeasures &measures() const { return measured; }
   void take(const BondMeasures &measures) { measured = measures; }
 
-  /// Most words that an atom of this MPI rank had so far.
-  int most_words() const { return most; }
+  /// Most words that an atom of this MPI rank has.
+  int most_words() const
+  {
+    size_t most = 0;
+    for (size_t i = 0; i < bonds.size(); i++) most = std::max(most, words_of(i));
+    return (int) most;
+  }
 
   /// Which atoms are one body: pairs of two bodies have no bonds.
   BodyRule within() const { return bodies; }
@@ -95,7 +100,6 @@ class BondStore {
     flowed_contacts.clear();
     nbroken = 0;
     grow((int) bonds.size());
-    for (size_t i = 0; i < bonds.size(); i++) need_room((int) words_of(i));
     changed();
   }
 
@@ -136,7 +140,6 @@ class BondStore {
         histories[i].assign(bonds[i].size(), PairHistory{});
         flowed_contacts[i].clear();
       }
-      need_room((int) words_of(i));
     }
     restore(true, npairs_in, highest_in, 0);
   }
@@ -187,7 +190,6 @@ class BondStore {
     if (slot >= 0 && histories[i][slot].broken == 0.0) take(i, slot, history);
     if (is_record) return;
     flowed_contacts[i].push_back({partner, history});
-    need_room((int) words_of(i));
   }
 
   /// The same of the bond in a slot. The atom with the lower ID counts those that break.
@@ -223,19 +225,13 @@ class BondStore {
     EVP::prefetch(bonds[i].data(), std::min<size_t>(bonds[i].size(), 32) * sizeof(Bond));
   }
 
-  /// Local atoms that are not those recorded under their IDs: an atom with another ID than it had,
-  /// and a new one that took the ID of one that was deleted. 0 if there is none.
-  struct Misplaced {
-    int64_t renumbered, newcomer;
-    explicit operator bool() const { return renumbered || newcomer; }
-  };
-  template <class Tag> Misplaced find_misplaced(const Tag *ids, int nlocal) const
+  /// ID of a local atom that is not the one recorded under it: it had another ID, or it is new and took that of one that
+  /// was deleted. 0 if there is none.
+  template <class Tag> int64_t find_misplaced(const Tag *ids, int nlocal) const
   {
-    Misplaced found = {0, 0};
-    for (int i = 0; recorded && i < nlocal; i++) {
-      if (recorded_as[i] == 0 && ids[i] <= highest) found.newcomer = ids[i];
-      if (recorded_as[i] != 0 && recorded_as[i] != ids[i]) found.renumbered = ids[i];
-    }
+    int64_t found = 0;
+    for (int i = 0; recorded && i < nlocal; i++)
+      if (recorded_as[i] == 0 ? ids[i] <= highest : recorded_as[i] != ids[i]) found = ids[i];
     return found;
   }
 
@@ -255,7 +251,6 @@ class BondStore {
   {
     if (from == to) return;
     recorded_as[to] = recorded_as[from];
-    give_back_room(to, bonds[from].size());
     bonds[to] = bonds[from];
     if (!with_history) return;
     histories[to] = histories[from];
@@ -267,7 +262,6 @@ class BondStore {
   {
     recorded_as[i] = 0;
     bonds[i].clear();
-    give_back_room(i, 0);
     if (!with_history) return;
     histories[i].clear();
     flowed_contacts[i].clear();
@@ -319,7 +313,6 @@ class BondStore {
     const double *at = buf;
     recorded_as[i] = bits_as<int64_t>(*at++);
     const auto n = (size_t) bits_as<int64_t>(*at++);
-    give_back_room(i, n);
     bonds[i].resize(n);
     if (with_history) histories[i].resize(n);
     for (size_t slot = 0; slot < n; slot++) {
@@ -335,12 +328,8 @@ class BondStore {
         at = take(at, contact.history);
       }
     }
-    need_room((int) words_of(i));
     return (int) (at - buf);
   }
-
-  /// All MPI ranks need the room of the one with most words.
-  void need_room(int words) { most = std::max(most, words); }
 
   double memory_usage() const
   {
@@ -358,7 +347,6 @@ class BondStore {
   bool recorded = false, closed = false;
   int64_t npairs = 0, highest = 0, nbroken = 0;
   BondMeasures measured;
-  int most = 4;
 
   // per atom
   std::vector<int64_t> recorded_as;
@@ -394,11 +382,6 @@ class BondStore {
     version_now = ++last;
   }
 
-  // an atom with many partners may have been here: the next one needs less room
-  void give_back_room(int i, size_t needed)
-  {
-    if (bonds[i].capacity() > 2 * needed + 16) Bonds().swap(bonds[i]);
-  }
 };
 
 /// Looks the records of one atom up by partner, for neighbor after neighbor.

@@ -102,8 +102,7 @@ void FixEVPBonds::init()
 // the first rank says in restart files how long the longest record is, so that all must agree
 void FixEVPBonds::set_exchange_room()
 {
-  bonds->need_room(EVP::reduce_all(bonds->most_words(), MPI_MAX, world));
-  maxexchange = bonds->most_words();
+  maxexchange = EVP::reduce_all(bonds->most_words(), MPI_MAX, world);
 }
 
 // flow and breaking are known to the pair style in force only
@@ -186,7 +185,7 @@ void FixEVPBonds::check_zone() const
 void FixEVPBonds::pre_neighbor()
 {
   if (!bonds->has_recorded()) return;
-  if (const auto misplaced = bonds->find_misplaced(atom->tag, atom->nlocal))
+  if (const int64_t misplaced = bonds->find_misplaced(atom->tag, atom->nlocal))
     error->one(FLERR, misplaced_message(misplaced));
   if (const EVP::PairData *pair_data = EVP::PairData::find(force)) check_box(pair_data);
 }
@@ -208,18 +207,18 @@ void FixEVPBonds::check_box(const EVP::PairData *pair_data) const
 
 void FixEVPBonds::check_ids() const
 {
-  const BondStore::Misplaced found = bonds->find_misplaced(atom->tag, atom->nlocal);
-  const auto any = EVP::reduce_all(std::array{found.renumbered, found.newcomer}, MPI_MAX, world);
-  if (any[0] || any[1]) error->all(FLERR, misplaced_message({any[0], any[1]}));
+  const int64_t found =
+      EVP::reduce_all(bonds->find_misplaced(atom->tag, atom->nlocal), MPI_MAX, world);
+  if (found) error->all(FLERR, misplaced_message(found));
 }
 
-std::string FixEVPBonds::misplaced_message(BondStore::Misplaced atoms) const
+std::string FixEVPBonds::misplaced_message(int64_t id_found) const
 {
   return fmt::format(
       "{}: atom ID {} is not the atom that was recorded under this ID, and would take its bonds "
       "over: use 'delete_atoms ... compress no', no reset_atoms id, 'read_data ... add {}' or 'fix "
       "deposit ... id next', and define the fix right after read_restart",
-      who, std::max(atoms.renumbered, atoms.newcomer), bonds->highest_id());
+      who, id_found, bonds->highest_id());
 }
 
 void FixEVPBonds::setup_pre_force(int /*vflag*/)
@@ -291,7 +290,7 @@ double FixEVPBonds::count_broken()
 int FixEVPBonds::unpack(int i, const double *buf)
 {
   const int words = bonds->unpack(i, buf);
-  maxexchange = bonds->most_words();
+  maxexchange = std::max(maxexchange, words);
   return words;
 }
 
