@@ -381,7 +381,6 @@ class BondStore {
     static long last = 0;
     version_now = ++last;
   }
-
 };
 
 /// Looks the records of one atom up by partner, for neighbor after neighbor.

@@ -241,7 +241,8 @@ void BondRecording::give_to(BondStore &store)
     highest = std::max(highest, (int64_t) atom->tag[i]);
     most = std::max(most, (int64_t) made[i].size());
     sides += (int64_t) made[i].size();
-    loose += within == BodyRule::MOLECULE && atom->mask[i] & fix->groupbit && atom->molecule[i] == 0;
+    loose +=
+        within == BodyRule::MOLECULE && atom->mask[i] & fix->groupbit && atom->molecule[i] == 0;
   }
   loose = reduce_all(loose, MPI_SUM, world);
   most = reduce_all(most, MPI_MAX, world);

@@ -81,8 +81,7 @@ class Cutoffs : protected Pointers {
   void check_radii() const
   {
     for (int i = 0; i < atom->nlocal; i++)
-      if (atom->radius[i] > max_radius[atom->type[i]] &&
-          handles(atom->type[i], atom->type[i]))
+      if (atom->radius[i] > max_radius[atom->type[i]] && handles(atom->type[i], atom->type[i]))
         error->one(
             FLERR,
             "Pair evp/lj: the radius of atom {} is {:.8g}, but the cutoff was set for at most "

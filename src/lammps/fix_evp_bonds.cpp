@@ -42,12 +42,7 @@ FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
       });
   if (zone > 0.0 && !file.empty())
     error->all(FLERR, "{}: the bonds come from the zone or from a file, give one of the two", who);
-  // a fix that replaces one of its ID finds none: LAMMPS has deleted that
-  if (const Fix *other = EVP::scene::find_fix(modify, style))
-    error->all(FLERR,
-               "{}: fix {} records bonds already, and a pair has one deq: use one fix evp/bonds, "
-               "or 'unfix {}' first",
-               who, other->id, other->id);
+  EVP::scene::demand_only_one(modify, error, this, who);
 
   restart_global = restart_peratom = 1;
   create_attribute = 1;

@@ -21,9 +21,7 @@ FixEVPEnergy::FixEVPEnergy(LAMMPS *lmp, int narg, char **arg) : AtomRecords(lmp,
   if (igroup != 0)
     error->all(FLERR,
                "{} needs group all: the energy balance of a part of the atoms does not close", who);
-  if (const Fix *other = EVP::scene::find_fix(modify, style))
-    error->all(FLERR, "{}: fix {} is of this style too, but only one is allowed: 'unfix {}' first",
-               who, other->id, other->id);
+  EVP::scene::demand_only_one(modify, error, this, who);
   nevery = 1;
   EVP::scene::offer_values(this, NENTRIES);
   follow_atoms();

@@ -47,6 +47,7 @@ void FixNVEEVP::init()
 {
   pair_data = EVP::PairData::require(force, error, who);
   EVP::scene::refuse_respa(update, error, who);
+  EVP::scene::demand_only_one(modify, error, this, who);
 
   others_groupbits = 0;
   forces_follow = false;
@@ -59,11 +60,6 @@ void FixNVEEVP::init()
       continue;
     }
     if (after_this && (modify->fmask[k] & FixConst::POST_FORCE)) forces_follow = true;
-    if (strcmp(other->style, style) == 0)
-      error->all(FLERR,
-                 "{}: fix {} is of this style too, but only one is allowed: all damping is solved "
-                 "as one system; use one fix nve/evp for the group union",
-                 who, other->id);
     path = path || strcmp(other->style, "move") == 0;
     if (EVP::scene::integrates_atoms(other)) others_groupbits |= other->groupbit;
   }

@@ -71,6 +71,18 @@ namespace scene {
     return nullptr;
   }
 
+  /// Stops, naming `who`, where there is another fix of this style. One that it replaces is gone by now.
+  inline void demand_only_one(const Modify *modify, Error *error, const Fix *self,
+                              const std::string &who)
+  {
+    for (int k = 0; k < modify->nfix; k++)
+      if (const Fix *other = modify->fix[k];
+          other && other != self && strcmp(other->style, self->style) == 0)
+        error->all(FLERR,
+                   "{}: fix {} is of this style too, but only one is allowed: 'unfix {}' first",
+                   who, other->id, other->id);
+  }
+
   /// The object of that name which the fix of that style shares, nullptr without the fix.
   template <class T>
   std::shared_ptr<T> find_shared(const Modify *modify, const char *style, const char *name)

@@ -191,7 +191,7 @@ OTHERS = [
     *(({"move": f"{move}\n{RESPA}"}, "respa") for move in ("fix move all nve/evp", NVE + "fix step all dt/evp 20 0.4", NVE + "fix energy all evp/energy")),
     # fix evp/bonds
     ({"units": "units si\nfix bonds all evp/bonds"}, "before simulation box is defined"), ({"fix": "fix bonds nobody evp/bonds"}, "Could not find fix group ID nobody"),
-    ({"then": "fix more all evp/bonds"}, "Fix more evp/bonds: fix bonds records bonds already"),
+    ({"then": "fix more all evp/bonds"}, "Fix more evp/bonds: fix bonds is of this style too, but only one is allowed"),
     ({**ZERO, "fix": FIX}, "Fix bonds evp/bonds needs pair style evp/lj, found 'zero'"), ({**NO_STYLE, "fix": FIX}, "needs pair style evp/lj, found 'none'"),
     ({"after": "pair_style zero 0.02\npair_coeff * *\nrun 1", **SEEN}, "needs pair style evp/lj, found 'zero'"),
     ({"fix": "group first id 1 2 3\nfix bonds first evp/bonds file group.bonds"}, "bond 3 4: atom 4 is not in the fix's group (bond file group.bonds)"),
@@ -228,7 +228,7 @@ OTHERS = [
     ({"coeff": DAMPED, "move": "fix move all nve/evp tol 1e-12\nset atom 1 vx 1e200\nset atom 2 vx -1e200"}, "non-finite (NaN or Inf) velocities or forces at step 0 with timestep 1e-07"),
     # fix nve/evp
     ({**NO_STYLE, "move": "fix move all nve/evp"}, "needs pair style evp/lj"),
-    ({"coeff": DAMPED, "move": "fix move all nve/evp\nfix too one nve/evp"}, "only one is allowed: all damping is solved as one system"),
+    ({"coeff": DAMPED, "move": "fix move all nve/evp\nfix too one nve/evp"}, "fix too is of this style too, but only one is allowed"),
     ({"coeff": DAMPED, "move": "fix move all nve/evp\nfix too one nve"}, "act on the same atoms"),
     ({"coeff": DAMPED, "move": "group rest subtract all one\nfix too one nve\nfix move rest nve/evp", **ALONE}, "is integrated by another fix"),
     ({"coeff": DAMPED, "move": "velocity all create 300 1 loop all\nvelocity all scale 1e21\nfix move all nve/evp maxiter 1", "step": "timestep 1e-5"},
