@@ -187,7 +187,7 @@ class PairData : protected Pointers {
   /// atoms. Called before atoms migrate, and before others read the records.
   void return_histories(BondStore &records, PerAtomComm &exchange)
   {
-    pair_histories.return_to(records, snapshot.matches_list(), exchange);
+    pair_histories.return_to(records, exchange);
   }
 
   /// In a minimization the energy of a pair is the work since its last state of rest.

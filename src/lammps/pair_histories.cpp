@@ -75,15 +75,10 @@ void PairHistories::break_bonds(const std::vector<int> &broken, PairWork *work)
   lists.build++;
 }
 
-void PairHistories::return_to(BondStore &records, bool list_matches, PerAtomComm &exchange)
+void PairHistories::return_to(BondStore &records, PerAtomComm &exchange)
 {
   if (!due) return;
   due = false;
-  if (!on_all(list_matches, world))
-    error->all(
-        FLERR,
-        "Pair evp/lj: atoms were added or deleted before it could keep how bonds have flowed "
-        "or broken: define fix evp/bonds before all fixes that do so");
   send_to_owners(records, exchange);
   newly_broken.clear();
   warn_of_limit();

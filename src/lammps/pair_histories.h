@@ -51,7 +51,7 @@ class PairHistories : protected Pointers {
   void forget_forces() { past.clear(); }
 
   /// Collective, where they are due: to the records of their atoms.
-  void return_to(BondStore &, bool list_matches, PerAtomComm &);
+  void return_to(BondStore &, PerAtomComm &);
 
   /// Collective, in the packing of a new neighbor list. Which bonds does it not have, as they are past its end?
   void find_missing(const BondStore &);
