@@ -32,7 +32,6 @@ void FixEVPEnergy::init()
 {
   pair_data = EVP::PairData::require(force, error, who);
   EVP::scene::refuse_respa(update, error, who);
-  EVP::scene::demand_images_that_move(domain, modify, error, who);
   bonds = dynamic_cast<FixEVPBonds *>(EVP::scene::find_fix(modify, "evp/bonds"));
   implicit = dynamic_cast<const FixNVEEVP *>(EVP::scene::find_fix(modify, "nve/evp"));
   integrated_groupbits = 0;

@@ -63,12 +63,6 @@ void FixNVEEVP::init()
     path = path || strcmp(other->style, "move") == 0;
     if (EVP::scene::integrates_atoms(other)) others_groupbits |= other->groupbit;
   }
-  EVP::scene::demand_images_that_move(domain, modify, error, who);
-  if (path && domain->deform_vremap)
-    error->all(FLERR,
-               "{}: fix move does not know the velocity of a box that deforms with 'remap v': move "
-               "atoms by fix nve/noforce, or use fix deform without 'remap v'",
-               who);
   check_groups();
   positions_known = false;
   if (path && !keeps_records()) keep_records();
@@ -280,12 +274,6 @@ void FixNVEEVP::solve_and_apply(double h)
   applied.clear();
   v_init(vflag_now);
   if (!pair_data->damps_implicitly()) return;
-  if (!(h > 0.0))
-    error->all(FLERR,
-               "{}: with damping the timestep must be positive, got {} at step {}: set one by the "
-               "timestep command; compute evp/dt computes the largest stable one",
-               who, update->dt, update->ntimestep);
-
   prescribed.assign(atom->v[0], atom->v[0] + (size_t) 3 * atom->nlocal);
   if (h == update->dt)
     for_each_mean_velocity(h, [this](int i, int c, double before) {

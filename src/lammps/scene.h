@@ -197,20 +197,5 @@ namespace scene {
                  who, what, remedy);
   }
 
-  /// Stops, naming `who`, where a box deforms with 'remap v' and moves the images of some atoms only: the
-  /// two atoms of a pair would then see different velocities of each other.
-  inline void demand_images_that_move(const Domain *domain, Modify *modify, Error *error,
-                                      const std::string &who)
-  {
-    if (!domain->deform_vremap || domain->deform_groupbit == 1) return;
-    for (const Fix *fix : modify->get_fix_list())
-      if (utils::strmatch(fix->style, "^deform"))
-        error->all(
-            FLERR,
-            "{}: fix {} of style {} has 'remap v' for a part of the atoms, and pairs with the "
-            "others would differ in their velocity across the boundary: give it group all",
-            who, fix->id, fix->style);
-  }
-
 }    // namespace scene
 }    // namespace EVP

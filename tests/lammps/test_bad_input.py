@@ -163,8 +163,6 @@ HERE = {"box": TILTED, "coeff": DAMPED}
 SEEN = {"stepped": True}  # there was a run before
 ALONE = {"alone": True}  # on several ranks the message ends the program, as one rank meets it alone
 NAN = "variable nan atom 1e308*10-1e308*10\nset atom 1 "
-POSITIVE = "Fix move nve/evp: with damping the timestep must be positive, got "
-PULLED = DAMPED, "fix move all nve/evp\nvelocity all create 1 1"
 
 OTHERS = [
     # the pair style
@@ -233,8 +231,6 @@ OTHERS = [
     ({"coeff": DAMPED, "move": "group rest subtract all one\nfix too one nve\nfix move rest nve/evp", **ALONE}, "is integrated by another fix"),
     ({"coeff": DAMPED, "move": "velocity all create 300 1 loop all\nvelocity all scale 1e21\nfix move all nve/evp maxiter 1", "step": "timestep 1e-5"},
      "did not converge in 1 iterations at step"),
-    *(({"coeff": PULLED[0], "move": PULLED[1], "step": f"timestep {dt}"}, f"{POSITIVE}{dt} at step 0") for dt in ("0", "-1e-07")),
-    *(({"coeff": PULLED[0], "move": PULLED[1], "after": f"timestep {dt}\nrun 1 pre no", **SEEN}, POSITIVE + dt) for dt in ("0", "-1e-07")),
     # fix dt/evp, fix evp/energy
     ({**NO_STYLE, "move": NVE + "fix step all dt/evp 20 0.4"}, "needs pair style evp/lj"),
     ({"move": "fix move all move linear 1 0 0\nfix step all dt/evp 20 0.4"}, "sets the timestep too, or cannot follow a changing one"),
@@ -242,9 +238,6 @@ OTHERS = [
     *(({"move": f"{NVE}fix a all dt/evp 10 0.4\nfix b one {other}"}, "sets the timestep too") for other in ("dt/evp 10 0.4", "dt/reset 10 1e-9 1e-7 1e-5")),
     ({**NO_STYLE, "move": NVE + "fix energy all evp/energy"}, "needs pair style evp/lj"),
     # a box that deforms
-    *(({**HERE, "move": f"fix box one deform 1 xy erate 1 remap v\n{move}"}, "give it group all") for move in ("fix move all nve/evp", NVE + "fix energy all evp/energy")),
-    ({**HERE, "move": "group rest subtract all one\nfix box all deform 1 xy erate 1 remap v\nfix move rest nve/evp\nfix way one move linear 1 0 0"},
-     "fix move does not know the velocity of a box"),
     ({**HERE, "move": "fix box all deform 1 xy erate 1 remap v\nfix move all nve/evp\nfix dt all dt/evp 10 0.4"}, "sets the timestep too, or cannot follow a changing one"),
     # computes, values
     *(({**ZERO, "then": f"compute s all evp/{style}"}, f"Compute s evp/{style} needs pair style evp/lj, found 'zero'") for style in ("dt", "state/atom")),
