@@ -36,13 +36,7 @@ void ComputeEVPDt::compute_vector()
   if (update->whichflag != 0 && computed_step == update->ntimestep) return;
   computed_step = update->ntimestep;
   invoked_vector = update->ntimestep;
-  const auto *pair_data = EVP::PairData::find_present(force);
-  if (!pair_data)
-    error->all(FLERR,
-               "{} needs the pairs of the current positions: print c_{} with thermo_style in a "
-               "'run 0' first",
-               who, id);
-  limits.linearise(*pair_data, {groupbit});
+  limits.linearise(*EVP::PairData::require_present(force, error, who), {groupbit});
 
   vector[0] = limits.undamped_dt();
   vector[1] = limits.explicit_dt();

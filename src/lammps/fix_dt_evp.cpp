@@ -65,8 +65,7 @@ void FixDtEVP::init()
 // later it grows by little, since the state may be about to change back
 void FixDtEVP::set_dt(bool at_setup)
 {
-  pair_data->is_present();    // ghosts follow
-  limits.linearise(*pair_data, {groupbit});
+  limits.linearise(*EVP::PairData::require_present(force, error, who), {groupbit});
   stable_dt = limits.limit();
   double dt = fraction * stable_dt;
   limit = STABILITY;

@@ -257,21 +257,16 @@ void FixEVPBonds::measure()
 double FixEVPBonds::compute_vector(int n)
 {
   if (n == 4) return count_broken();
-  if (update->whichflag != 0 && counted_step == update->ntimestep) return pair_counts[n];
+  if (update->whichflag != 0 &&
+      (counted_step == update->ntimestep || !EVP::on_all(pair_data->is_packed(), world)))
+    return pair_counts[n];
 
-  const EVP::PairData *present = EVP::PairData::find_present(force);
-  if (!present && update->whichflag == 0)
-    error->all(FLERR,
-               "{}: f_{}[{}] needs the pairs of the current atoms: use 'run 0' first (since the "
-               "last run atoms moved by more than half the skin, were changed, added or removed, "
-               "or a command such as write_data rebuilt the lists of LAMMPS)",
-               who, id, n + 1);
-  if (present) {
-    const EVP::PairData::Counts counts = present->count_pairs();
-    pair_counts = {(double) bonds->count() - counts.bonds_within - count_broken(),
-                   counts.bonds_second, counts.new_pairs, counts.lowest_ratio};
-    counted_step = update->ntimestep;
-  }
+  const EVP::PairData::Counts counts =
+      EVP::PairData::require_present(force, error, fmt::format("{}: f_{}[{}]", who, id, n + 1))
+          ->count_pairs();
+  pair_counts = {(double) bonds->count() - counts.bonds_within - count_broken(),
+                 counts.bonds_second, counts.new_pairs, counts.lowest_ratio};
+  counted_step = update->ntimestep;
   return pair_counts[n];
 }
 

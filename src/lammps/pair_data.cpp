@@ -68,10 +68,17 @@ PairData *PairData::require(Force *force, Error *error, const std::string &who)
   return pair_data;
 }
 
-PairData *PairData::find_present(Force *force)
+PairData *PairData::require_present(Force *force, Error *error, const std::string &who)
 {
   PairData *pair_data = find(force);
-  return pair_data && pair_data->is_present() ? pair_data : nullptr;
+  if (!pair_data || !pair_data->is_present())
+    error->all(
+        FLERR,
+        "{} needs the pairs of the current atoms: use 'run 0' first (since the last run atoms "
+        "moved by more than half the skin, were changed, added or removed, or a command such "
+        "as write_data rebuilt the lists of LAMMPS)",
+        who);
+  return pair_data;
 }
 
 const PairLists &PairData::packed_pairs() const

@@ -82,8 +82,8 @@ class PairData : protected Pointers {
   /// The same; stops, naming `who`, if the pair style is another.
   static PairData *require(Force *, Error *, const std::string &who);
 
-  /// Collective. The same if the packed pairs are those of the present positions, else nullptr.
-  static PairData *find_present(Force *);
+  /// Collective. The same if the packed pairs are those of the present positions; else stops, naming `who`.
+  static PairData *require_present(Force *, Error *, const std::string &who);
 
   // what fixes and computes read
 

@@ -246,7 +246,7 @@ OTHERS = [
     ({"coeff": f"{COEFF}{ROW} kv 1", "fix": "fix v all evp/volume row", "thermo": ""}, "needs fix evp/bonds"),
     ({"then": "compute dt all evp/dt\nprint $(c_dt)"}, "cannot be invoked before initialization by a run"),
     ({"then": "compute state all evp/state/atom", "after": "pair_style lj/cut 0.01\npair_coeff * * 1 1 0.01\nwrite_dump all custom s.dump id c_state[1]", **SEEN},
-     "Compute state evp/state/atom needs the pairs of the current positions"),
+     "Compute state evp/state/atom needs the pairs of the current atoms"),
     ({"thermo": "compute dt all evp/dt\nthermo_style custom step c_dt[6]"}, "out-of-range"), ({"thermo": "thermo_style custom step f_bonds[6]"}, "out-of-range"),
     ({"units": "units si\nvariable m_kv index 3\nread_evp_row good.evp:a m"}, "Cannot redefine"),
     # two dimensions
