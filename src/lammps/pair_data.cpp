@@ -238,8 +238,6 @@ bool PairData::pack(const NeighList *neighbors)
     report();
     laws.report();
   }
-  if (within() == BodyRule::MOLECULE && !atom->molecule)
-    error->all(FLERR, "Pair evp/lj: fix evp/bonds {}", missing_molecules(lmp));
   lists.common_build++;
   cuts.check_radii();
   const bool same_list = snapshot.matches_list() && source.version() == source_version;

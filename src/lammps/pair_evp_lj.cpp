@@ -141,12 +141,6 @@ void PairEVPLJ::settings(int narg, char **arg)
 // or pair_coeff I J FILE:ROW
 void PairEVPLJ::coeff(int narg, char **arg)
 {
-  const bool is_file_and_row = narg == 3 && strchr(arg[2], ':');
-  if (narg < 4 && !is_file_and_row)
-    error->all(FLERR,
-               "Pair evp/lj: pair_coeff needs two atom types and a row: the {} numbers {}, or FILE "
-               "ROW with the name of a row in the file, or FILE:ROW",
-               EVP::NREQUIRED, EVP::row_keys());
   if (!allocated) allocate();
 
   // before the types, which are taken for numbers of the row where they are missing

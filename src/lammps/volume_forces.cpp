@@ -53,10 +53,7 @@ void VolumeForces::pack(const NeighList *neighbors, PairLists &lists, const Bond
         lists.bonds.inv_dlim[k] = 1.0 / dlim(coefficients, i, j, true);
       }
     if (!has_strain(i)) continue;
-    for (PairList *list : {&lists.parted, &lists.fresh})
-      if (!list->make_room(neighbors->numneigh[i]))
-        error->one(FLERR, "{}: more than {} pairs on one MPI rank: use more ranks", who,
-                   PairList::MOST);
+    for (PairList *list : {&lists.parted, &lists.fresh}) list->make_room(neighbors->numneigh[i]);
     int nparted = 0, nfresh = 0;
     for (int jj = 0; jj < neighbors->numneigh[i]; jj++) {
       const int j = neighbors->firstneigh[i][jj] & NEIGHMASK;

@@ -71,7 +71,7 @@ WORDS = {
         *((f"break {word}", "break must be none or a positive strain of a bond, at which it breaks permanently") for word in ("0", "-1", "-0.0")),
         ("break 5%", f"break {NUMBER} '5%'"), ("break None", f"break {NUMBER} 'None'")]),
     "pair_coeff {}": ("coeff", [
-        ("* *", "Pair evp/lj: pair_coeff needs two atom types and a row"), ("* * 80", "Pair evp/lj: pair_coeff needs two atom types and a row"),
+        ("* *", "Pair evp/lj: expected 9 values, got 0 (a row has e1 m1"), ("* * 80", "Pair evp/lj: expected 9 values, got 1 (a row has e1 m1"),
         (ROW, "Pair evp/lj: expected 9 values, got 7 (a row has e1 m1 n1 e2 m2 n2 xi_s gamma alpha)"), ("0 1 " + ROW, "Invalid range string: 0"),
         ("1 one " + ROW, "Invalid range string: one"), ("2 2 " + ROW, "Numeric index 2 is out of bounds")]),
     COEFF + "{}": ("coeff", [
@@ -89,7 +89,7 @@ WORDS = {
         ("escape.evp a", "line 2: e1 must be a finite decimal number, got '???[31m'"), ("big.evp a", "file big.evp")]),
     COEFF + ROW + " {}": ("coeff", [
         ("pitch 1", "unknown keyword 'pitch' of a row"), ("spacing 1", "spacing and coordination are given together"), ("saturation -0.1", "saturation must be"),
-        ("spacing 1e200 coordination 12", "types 1 and 1: the row holds for spacing 1e+200")]),
+        ("spacing 1e-200 coordination 12", "for the spacing of the body e1 and e2 of the row are multiplied by inf")]),
     FIX + "{}": ("fix", [
         ("zone 1", "Fix bonds evp/bonds: zone must be greater than 1"), ("zone nan", f"Fix bonds evp/bonds: zone {NUMBER} 'nan'"), ("zone", "keyword zone needs a value"),
         ("zone 1.6", "zone 1.6 reaches beyond what the neighbor list can see, alpha = 1.5"), ("1.2", "unknown keyword '1.2'; it takes zone or file"),
@@ -205,8 +205,6 @@ OTHERS = [
     # bodies
     ({"fix": f"{KNOWN.replace('yes', 'no')}set group all mol 1\n{FIX}within molecule"}, "within molecule needs ghost atoms that know their molecule IDs"),
     ({"fix": f"{KNOWN}set group all mol 1\n{FIX}within molecule", "run": "run 0\nunfix molecules\nrun 1"}, "within molecule needs atoms with molecule IDs"),
-    ({"fix": f"{KNOWN}set group all mol 1\n{FIX}within molecule", "neighbor": "neighbor 0.001 bin\nneigh_modify every 1 check no",
-      "run": "run 0\nunfix molecules\nrun 1 pre no", **SEEN}, "Pair evp/lj: fix evp/bonds within molecule needs atoms with molecule IDs"),
     *(({"box": TWO_TYPES, "fix": MARKED + f"{file}.bonds {word}"}, "Fix bonds evp/bonds: bond", OF_TWO.format("molecule" if "molecule" in word + file else "type"))
       for file, word in (("one", "within type"), ("type", ""), ("one", "within molecule"), ("three", "within molecule"), ("molecule", ""))),
     # atoms
