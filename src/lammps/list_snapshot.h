@@ -38,9 +38,8 @@ class ListSnapshot : protected Pointers {
 
     list_comm = comm;
     skin = neighbor->skin;
-    lammps_keeps_x = neighbor->dist_check != 0;    // not so with 'neigh_modify check no'
-    list_x.clear();
-    if (!lammps_keeps_x && nall > 0) list_x.assign(atom->x[0], atom->x[0] + (size_t) 3 * nall);
+    list_x.assign((size_t) 3 * nall, 0.0);
+    if (nall > 0) std::copy_n(atom->x[0], list_x.size(), list_x.begin());
   }
 
   /// When it is done.
@@ -70,13 +69,6 @@ class ListSnapshot : protected Pointers {
   /// Collective. The list holds all pairs as long as no atom moved by more than half the skin.
   bool moved_too_far() const
   {
-    if (lammps_keeps_x) {
-      const auto dangerous_builds = neighbor->ndanger;    // that a run has made
-      const bool far = neighbor->check_distance() != 0;
-      neighbor->ndanger = dangerous_builds;
-      return far;
-    }
-
     bool far = false;
     for (int i = 0; i < nall; i++) {
       const double *x = atom->x[i], *then = &list_x[(size_t) 3 * i];
@@ -95,8 +87,7 @@ class ListSnapshot : protected Pointers {
   const Comm *list_comm = nullptr;
   double skin = 0.0;
   bool with_molecules = false;
-  bool lammps_keeps_x = false;    // LAMMPS keeps positions at the neighbor build, else list_x
-  std::vector<double> list_x;
+  std::vector<double> list_x;    // at the neighbor build
   std::vector<double> radii;
 
   // another number where atoms of this MPI rank were exchanged for others, or changed
