@@ -7,7 +7,6 @@
 #include "core/simd.h"
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -386,8 +385,7 @@ class BondStore {
 /// Looks the records of one atom up by partner, for neighbor after neighbor.
 ///
 /// Neighbor lists hardly change their order from one build to the next, so that the slots that the
-/// last list found, in its order, mostly name the next one: one comparison then finds it. Neighbors
-/// without a record mostly fail at a filter, made where the first of them turns up.
+/// last list found, in its order, mostly name the next one: one comparison then finds it.
 class RecordFinder {
  public:
   static constexpr int NO_SLOT = -1;
@@ -418,28 +416,8 @@ class RecordFinder {
   const Bond *const records;
   const int n;
   Hints hints;
-  bool filtered = false;
-  std::array<uint64_t, 8> filter;    // of 512 bits, those that the partners' hashes name
-
-  static unsigned hash(int64_t partner)
-  {
-    return (unsigned) (((uint64_t) partner * 0x9E3779B97F4A7C15ULL) >> 55);    // golden ratio
-  }
-  static uint64_t mask(unsigned bit) { return (uint64_t) 1 << bit % 64; }
-
   int search(int64_t partner)
   {
-    if (!filtered) {
-      filtered = true;
-      filter.fill(0);
-      for (int slot = 0; slot < n; slot++) {
-        const unsigned bit = hash(records[slot].partner);
-        filter[bit / 64] |= mask(bit);
-      }
-    }
-    const unsigned bit = hash(partner);
-    if (!(filter[bit / 64] & mask(bit))) return -1;
-
     const Bond *const at = BondStore::find(records, records + n, partner);
     if (!at) return -1;
     const int slot = (int) (at - records);
