@@ -229,7 +229,7 @@ void FixEVPBonds::record()
                twice);
   EVP::BondRecording recording(lmp, this, who, bonds->within());
   EVP::stop_at_bad_input(error, who, [&] {
-    if (!file.empty()) return recording.take_file(file, pair_data);
+    if (!file.empty()) return recording.take_file(file, pair_data->rules);
     neighbor->build_one(list);
     recording.take_zone(list, zone, pair_data, *this);
   });
