@@ -94,7 +94,7 @@ void FixEVPEnergy::take_work(bool at_setup)
 void FixEVPEnergy::unwrap(int i, double *x) const
 {
   if (!box.acts) return domain->unmap(atom->x[i], atom->image[i], x);
-  const auto shift = EVP::unwrapping(box.edges(), atom->image[i]);
+  const auto shift = EVP::unwrapping(box.edges, atom->image[i]);
   for (int c = 0; c < 3; c++) x[c] = atom->x[i][c] + shift[c];
 }
 
