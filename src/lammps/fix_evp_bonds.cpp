@@ -111,11 +111,15 @@ void FixEVPBonds::check_history() const
                "'plasticity' and 'break' that it had",
                who);
   if (!rules.has_history()) return;
-  if (const Fix *other = EVP::scene::find_earlier_exchange_fix(modify, this))
-    error->all(FLERR,
-               "{} must be defined before fix {} {}, which may move, add or delete atoms before it "
-               "has kept how bonds have flowed or broken",
-               who, other->id, other->style);
+  for (int k = 0; k < modify->nfix && modify->fix[k] != this; k++) {
+    const Fix *const other = modify->fix[k];
+    if ((modify->fmask[k] & FixConst::PRE_EXCHANGE) && !EVP::scene::is_ours(other->style) &&
+        !utils::strmatch(other->style, "_HISTORY$"))    // those of granular styles move no atoms
+      error->all(FLERR,
+                 "{} must be defined before fix {} {}, which may move, add or delete atoms before "
+                 "it has kept how bonds have flowed or broken",
+                 who, other->id, other->style);
+  }
 }
 
 void FixEVPBonds::return_histories()

@@ -25,11 +25,10 @@ class ListSnapshot : protected Pointers {
   /// No list matches, until finish(): an error may be caught and something asked then.
   void forget() { call = -1; }
 
-  /// When packing begins. keep_radii: radii may vary at every step. molecules_matter: as types do.
-  void take_atoms(bool keep_radii, bool molecules_matter)
+  /// When packing begins. keep_radii: radii may vary at every step.
+  void take_atoms(bool keep_radii)
   {
     forget();
-    with_molecules = molecules_matter;
     nlocal = atom->nlocal;
     nall = atom->nlocal + atom->nghost;
     atoms = fingerprint();
@@ -56,7 +55,7 @@ class ListSnapshot : protected Pointers {
         nall == atom->nlocal + atom->nghost;
   }
 
-  /// Own atoms, their types, radii and, where they matter, molecules: some may have gone and as many come, under the
+  /// Own atoms, their types, radii and molecules: some may have gone and as many come, under the
   /// same IDs even.
   bool matches_atoms() const { return atoms == fingerprint(); }
 
@@ -86,7 +85,6 @@ class ListSnapshot : protected Pointers {
   uint64_t atoms = 0;    // see fingerprint()
   const Comm *list_comm = nullptr;
   double skin = 0.0;
-  bool with_molecules = false;
   std::vector<double> list_x;    // at the neighbor build
   std::vector<double> radii;
 
@@ -99,7 +97,7 @@ class ListSnapshot : protected Pointers {
       ids = prime * (ids ^ (uint64_t) atom->tag[i]);
       rest = prime * (rest ^ (uint64_t) atom->type[i] ^ bits_as<uint64_t>(atom->radius[i]));
     }
-    for (int i = 0; with_molecules && atom->molecule && i < atom->nlocal; i++)
+    for (int i = 0; atom->molecule && i < atom->nlocal; i++)
       rest = prime * (rest ^ (uint64_t) atom->molecule[i]);
     return ids ^ (rest * 0x9E3779B97F4A7C15ULL);
   }

@@ -244,7 +244,7 @@ bool PairData::pack(const NeighList *neighbors)
   // with the same neighbor list the records have not been told of what changed
   if (pair_histories.are_due() && snapshot.matches_list())
     scene::find_fix(modify, "evp/bonds")->pre_exchange();
-  snapshot.take_atoms(!atom->avec->comm_x_only, within() == BodyRule::MOLECULE);
+  snapshot.take_atoms(!atom->avec->comm_x_only);
   lists.nlocal = atom->nlocal;
   lists.nall = atom->nlocal + atom->nghost;
   repack_due = false;

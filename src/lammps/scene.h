@@ -98,19 +98,6 @@ namespace scene {
     return utils::strmatch(style, "/evp$") || utils::strmatch(style, "^evp/");
   }
 
-  /// A fix that was defined before this one and may add, delete or move atoms before it at a neighbor build, nullptr if
-  /// there is none: ours do not, nor do those that keep the history of granular styles.
-  inline const Fix *find_earlier_exchange_fix(const Modify *modify, const Fix *self)
-  {
-    for (int k = 0; k < modify->nfix && modify->fix[k] != self; k++) {
-      const Fix *const other = modify->fix[k];
-      if ((modify->fmask[k] & FixConst::PRE_EXCHANGE) && !is_ours(other->style) &&
-          !utils::strmatch(other->style, "_HISTORY$"))
-        return other;
-    }
-    return nullptr;
-  }
-
   /// Is this a run of at least one step? False for minimizations, 'run 0', and rerun, where LAMMPS keeps the steps
   /// of the last run.
   inline bool makes_steps(const LAMMPS *lmp)
