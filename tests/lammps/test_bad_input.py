@@ -79,7 +79,7 @@ WORDS = {
         ("-1" + ROW[2:], "Pair evp/lj: e1 must be zero or positive, got -1"), ("80 4 8" + ROW[6:], "exponents must satisfy m1 > n1 > 0, got m1 = 4 and n1 = 8"),
         ("1e308" + ROW[2:], "these parameters overflow double precision: check e1, e2, gamma and the exponents"),
         ("8O 8", "cannot read the potential file '8O': give its path, or put its folder into LAMMPS_POTENTIALS; a row of numbers has e1 m1"),
-        ("good.evp", "e1 m1 n1 e2 m2 n2 xi_s gamma alpha"), ("evp/lj " + ROW, "Pair evp/lj: expected 9 values, got 10"),
+        ("good.evp", "expected FILE:ROW, a potential file and the name of a row, got"), ("evp/lj " + ROW, "Pair evp/lj: expected 9 values, got 10"),
         ("good.evp c", "file good.evp has no row 'c'; its rows: a, b"), ("good.evp:c", "file good.evp has no row 'c'; its rows: a, b"), ("good.evp:", "expected FILE:ROW"),
         *((f"good.evp {name}", f"has no row '{shown}'; its rows") for name, shown in (("%s%n", "%s%n"), ("x" * 300, "x" * 40 + "..."), ("\x1b[31m", "?[31m"), ('""', ""))),
         *((f"{file} a", f"cannot read the potential file '{file}'") for file in ("missing.evp", ".", "nowhere/p.evp", "loop.evp", "/proc/self/mem", "good.evp/p.evp", "empty.evp")),
