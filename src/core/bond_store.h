@@ -102,7 +102,6 @@ class BondStore {
     changed();
   }
 
-  /// Has any pair of a local atom flowed?
   bool has_flowed() const
   {
     return has_any([](const PairHistory &history) {
@@ -110,7 +109,6 @@ class BondStore {
     });
   }
 
-  /// Has any pair of a local atom flowed or broken?
   bool has_changed() const
   {
     return has_any([](const PairHistory &history) {
@@ -174,7 +172,6 @@ class BondStore {
   std::vector<FlowedContact> &contacts_of(int i) { return flowed_contacts[i]; }
   const std::vector<FlowedContact> &contacts_of(int i) const { return flowed_contacts[i]; }
 
-  /// Forgets the contacts of all atoms.
   void clear_contacts()
   {
     for (auto &own : flowed_contacts) own.clear();

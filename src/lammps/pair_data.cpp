@@ -8,6 +8,7 @@
 #include "atom_vec.h"
 #include "comm.h"
 #include "domain.h"
+#include "fix_deform.h"
 #include "neighbor.h"
 #include "pair.h"
 
@@ -127,12 +128,24 @@ bool PairData::is_packed() const
       !(bonds() && bonds()->find_misplaced(atom->tag, atom->nlocal));
 }
 
+// Does a fix move atoms with the box at the end of a step, when ghosts are no longer updated?
+static bool moves_atoms_with_box(const Modify *modify, const Domain *domain)
+{
+  for (int k = 0; domain->box_change && k < modify->nfix; k++) {
+    const Fix *const fix = modify->fix[k];
+    if (!fix->box_change || !(modify->fmask[k] & FixConst::END_OF_STEP)) continue;
+    const auto *const deform = dynamic_cast<const FixDeform *>(fix);
+    if (!deform || deform->remapflag == Domain::X_REMAP) return true;
+  }
+  return false;
+}
+
 bool PairData::is_present()
 {
   if (!on_all(is_packed(), world)) return false;
   const bool in_run = update->whichflag != 0;
   if (!in_run && !snapshot.matches_commands()) return false;
-  comm->forward_comm();    // fixes may move atoms at the end of a step
+  if (!in_run || moves_atoms_with_box(modify, domain)) comm->forward_comm();
   return in_run || !snapshot.moved_too_far();
 }
 

@@ -90,7 +90,6 @@ class PairData : protected Pointers {
   /// The packed pairs. Stops unless is_packed(), so take them out of loops.
   const PairLists &packed_pairs() const;
 
-  /// The law with the coefficients of a pair.
   const PairLaw &law_of(const PackedPair &pair) const { return coefficients.law(pair.law); }
 
   /// All that the law says of a packed pair, past its cutoff of it there.
@@ -131,7 +130,6 @@ class PairData : protected Pointers {
   /// Does any row name the bodies that it holds for, so that the bonds must be measured?
   bool wants_measures() const { return coefficients.any_scaled(); }
 
-  /// The volume energy of fix evp/volume, nullptr without.
   VolumeForces *volume() const
   {
     return volume_ && !volume_->is_closed() ? volume_.get() : nullptr;
@@ -149,8 +147,9 @@ class PairData : protected Pointers {
   /// Were the pairs packed from the neighbor list as it is now, and from the atoms here?
   bool is_packed() const;
 
-  /// Collective. Are the packed pairs all pairs of the present positions? Ghosts are brought to these. Between runs atoms
-  /// must not have moved further than the neighbor list allows.
+  /// Collective. Are the packed pairs all pairs of the present positions? Ghosts are brought to these, but in a run whose
+  /// fixes leave the atoms where they were at the last forces. Between runs atoms must not have moved further than the
+  /// neighbor list allows.
   bool is_present();
 
   /// Collective. Requires is_present().
@@ -162,7 +161,6 @@ class PairData : protected Pointers {
   Cutoffs cuts;
   BondSource source;
 
-  /// See PairHistories.
   void commit(bool at_rest);
 
   /// For each packing that lacks bonds. moves: they flow or break, once; else only the balance is told what they hold, as at

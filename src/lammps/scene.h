@@ -92,7 +92,6 @@ namespace scene {
     return fix ? *(std::shared_ptr<T> *) fix->extract(name, dim) : nullptr;
   }
 
-  /// Is that the name of a fix of ours?
   inline bool is_ours(const char *style)
   {
     return utils::strmatch(style, "/evp$") || utils::strmatch(style, "^evp/");
@@ -124,7 +123,6 @@ namespace scene {
     return false;
   }
 
-  /// Mass of an atom [mass].
   inline double mass(const Atom *atom, int i)
   {
     return atom->rmass ? atom->rmass[i] : atom->mass[atom->type[i]];

@@ -50,7 +50,6 @@ class VolumeForces : protected Pointers {
     if (!forces->acts()) forces->forget();
   }
 
-  /// Is KV that of the rows of the pair style?
   bool is_of_rows() const { return from_rows; }
 
   /// False where no row of the pair style has a kv: it costs no time then.
@@ -116,7 +115,6 @@ class VolumeForces : protected Pointers {
   double energy(int i) const { return state(i).energy; }
   double energy() const { return energy_here; }
 
-  /// Of a local atom.
   VolumeStiffness stiffness(int i) const { return state(i).stiffness; }
 
   double memory_usage() const
