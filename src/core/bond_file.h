@@ -30,7 +30,6 @@ struct BondLine {
   bool has_changed() const { return is_contact || !(history == PairHistory{}); }
 };
 
-/// The header line, without its end.
 inline std::string bond_header(int64_t count, const std::string &units,
                                BodyRule within = BodyRule::ALL, double zone = 0.0)
 {
@@ -82,7 +81,6 @@ class BondReader {
       throw BadInput("the bond file is empty or cannot be read (file '" + file + "')");
   }
 
-  /// Bonds that the header announces.
   int64_t count() const { return declared; }
 
   /// Which atoms were one body when the file was written.

@@ -136,22 +136,12 @@ struct Factors {
 
 /// Of a row that names its spacing S and coordination Z, in a body that has s and z: the same material,
 /// whatever the body. An isotropic body has E = m n e1 (Nb/V)/6 with Nb/V ~ z/s^3; its over-stress at a
-/// rate is gamma s^2 (Nb/V)/6; its bulk modulus gains kv N/V ~ kv/s^3. Throws BadInput where a factor
-/// has no value in double precision.
+/// rate is gamma s^2 (Nb/V)/6; its bulk modulus gains kv N/V ~ kv/s^3.
 inline Factors factors_of(const Row &row, const BondMeasure &body)
 {
   const double stretch = body.spacing / row.spacing, share = row.coordination / body.coordination;
   const double cubed = stretch * stretch * stretch;
-  const Factors factors = {cubed * share, stretch * share, cubed};
-  for (const double factor : {factors.energies, factors.gamma, factors.kv})
-    if (!std::isnormal(factor))
-      throw BadInput("the row holds for spacing " + shortest_text(row.spacing) +
-                     " and coordination " + shortest_text(row.coordination) +
-                     ", the body has bonds of " + rounded(body.spacing) + " and " +
-                     rounded(body.coordination) +
-                     " per particle: a factor between them is too large or too small; are the "
-                     "spacing and the body in the same unit?");
-  return factors;
+  return {cubed * share, stretch * share, cubed};
 }
 
 /// Of a pair of types without bonds.

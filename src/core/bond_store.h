@@ -7,7 +7,6 @@
 #include "core/simd.h"
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -70,8 +69,13 @@ class BondStore {
   const BondMeasures &measures() const { return measured; }
   void take(const BondMeasures &measures) { measured = measures; }
 
-  /// Most words that an atom of this MPI rank had so far.
-  int most_words() const { return most; }
+  /// Most words that an atom of this MPI rank has.
+  int most_words() const
+  {
+    size_t most = 0;
+    for (size_t i = 0; i < bonds.size(); i++) most = std::max(most, words_of(i));
+    return (int) most;
+  }
 
   /// Which atoms are one body: pairs of two bodies have no bonds.
   BodyRule within() const { return bodies; }
@@ -95,11 +99,9 @@ class BondStore {
     flowed_contacts.clear();
     nbroken = 0;
     grow((int) bonds.size());
-    for (size_t i = 0; i < bonds.size(); i++) need_room((int) words_of(i));
     changed();
   }
 
-  /// Has any pair of a local atom flowed?
   bool has_flowed() const
   {
     return has_any([](const PairHistory &history) {
@@ -107,7 +109,6 @@ class BondStore {
     });
   }
 
-  /// Has any pair of a local atom flowed or broken?
   bool has_changed() const
   {
     return has_any([](const PairHistory &history) {
@@ -136,7 +137,6 @@ class BondStore {
         histories[i].assign(bonds[i].size(), PairHistory{});
         flowed_contacts[i].clear();
       }
-      need_room((int) words_of(i));
     }
     restore(true, npairs_in, highest_in, 0);
   }
@@ -172,7 +172,6 @@ class BondStore {
   std::vector<FlowedContact> &contacts_of(int i) { return flowed_contacts[i]; }
   const std::vector<FlowedContact> &contacts_of(int i) const { return flowed_contacts[i]; }
 
-  /// Forgets the contacts of all atoms.
   void clear_contacts()
   {
     for (auto &own : flowed_contacts) own.clear();
@@ -187,7 +186,6 @@ class BondStore {
     if (slot >= 0 && histories[i][slot].broken == 0.0) take(i, slot, history);
     if (is_record) return;
     flowed_contacts[i].push_back({partner, history});
-    need_room((int) words_of(i));
   }
 
   /// The same of the bond in a slot. The atom with the lower ID counts those that break.
@@ -223,19 +221,13 @@ class BondStore {
     EVP::prefetch(bonds[i].data(), std::min<size_t>(bonds[i].size(), 32) * sizeof(Bond));
   }
 
-  /// Local atoms that are not those recorded under their IDs: an atom with another ID than it had,
-  /// and a new one that took the ID of one that was deleted. 0 if there is none.
-  struct Misplaced {
-    int64_t renumbered, newcomer;
-    explicit operator bool() const { return renumbered || newcomer; }
-  };
-  template <class Tag> Misplaced find_misplaced(const Tag *ids, int nlocal) const
+  /// ID of a local atom that is not the one recorded under it: it had another ID, or it is new and took that of one that
+  /// was deleted. 0 if there is none.
+  template <class Tag> int64_t find_misplaced(const Tag *ids, int nlocal) const
   {
-    Misplaced found = {0, 0};
-    for (int i = 0; recorded && i < nlocal; i++) {
-      if (recorded_as[i] == 0 && ids[i] <= highest) found.newcomer = ids[i];
-      if (recorded_as[i] != 0 && recorded_as[i] != ids[i]) found.renumbered = ids[i];
-    }
+    int64_t found = 0;
+    for (int i = 0; recorded && i < nlocal; i++)
+      if (recorded_as[i] == 0 ? ids[i] <= highest : recorded_as[i] != ids[i]) found = ids[i];
     return found;
   }
 
@@ -255,7 +247,6 @@ class BondStore {
   {
     if (from == to) return;
     recorded_as[to] = recorded_as[from];
-    give_back_room(to, bonds[from].size());
     bonds[to] = bonds[from];
     if (!with_history) return;
     histories[to] = histories[from];
@@ -267,7 +258,6 @@ class BondStore {
   {
     recorded_as[i] = 0;
     bonds[i].clear();
-    give_back_room(i, 0);
     if (!with_history) return;
     histories[i].clear();
     flowed_contacts[i].clear();
@@ -319,7 +309,6 @@ class BondStore {
     const double *at = buf;
     recorded_as[i] = bits_as<int64_t>(*at++);
     const auto n = (size_t) bits_as<int64_t>(*at++);
-    give_back_room(i, n);
     bonds[i].resize(n);
     if (with_history) histories[i].resize(n);
     for (size_t slot = 0; slot < n; slot++) {
@@ -335,12 +324,8 @@ class BondStore {
         at = take(at, contact.history);
       }
     }
-    need_room((int) words_of(i));
     return (int) (at - buf);
   }
-
-  /// All MPI ranks need the room of the one with most words.
-  void need_room(int words) { most = std::max(most, words); }
 
   double memory_usage() const
   {
@@ -358,7 +343,6 @@ class BondStore {
   bool recorded = false, closed = false;
   int64_t npairs = 0, highest = 0, nbroken = 0;
   BondMeasures measured;
-  int most = 4;
 
   // per atom
   std::vector<int64_t> recorded_as;
@@ -393,19 +377,12 @@ class BondStore {
     static long last = 0;
     version_now = ++last;
   }
-
-  // an atom with many partners may have been here: the next one needs less room
-  void give_back_room(int i, size_t needed)
-  {
-    if (bonds[i].capacity() > 2 * needed + 16) Bonds().swap(bonds[i]);
-  }
 };
 
 /// Looks the records of one atom up by partner, for neighbor after neighbor.
 ///
 /// Neighbor lists hardly change their order from one build to the next, so that the slots that the
-/// last list found, in its order, mostly name the next one: one comparison then finds it. Neighbors
-/// without a record mostly fail at a filter, made where the first of them turns up.
+/// last list found, in its order, mostly name the next one: one comparison then finds it.
 class RecordFinder {
  public:
   static constexpr int NO_SLOT = -1;
@@ -436,28 +413,8 @@ class RecordFinder {
   const Bond *const records;
   const int n;
   Hints hints;
-  bool filtered = false;
-  std::array<uint64_t, 8> filter;    // of 512 bits, those that the partners' hashes name
-
-  static unsigned hash(int64_t partner)
-  {
-    return (unsigned) (((uint64_t) partner * 0x9E3779B97F4A7C15ULL) >> 55);    // golden ratio
-  }
-  static uint64_t mask(unsigned bit) { return (uint64_t) 1 << bit % 64; }
-
   int search(int64_t partner)
   {
-    if (!filtered) {
-      filtered = true;
-      filter.fill(0);
-      for (int slot = 0; slot < n; slot++) {
-        const unsigned bit = hash(records[slot].partner);
-        filter[bit / 64] |= mask(bit);
-      }
-    }
-    const unsigned bit = hash(partner);
-    if (!(filter[bit / 64] & mask(bit))) return -1;
-
     const Bond *const at = BondStore::find(records, records + n, partner);
     if (!at) return -1;
     const int slot = (int) (at - records);

@@ -7,37 +7,28 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <vector>
 
 namespace EVP {
 
-/// Three components, the first two side by side in a register: compilers do not find this by themselves.
-class Vector {
- public:
-  Vector() : xy{0.0, 0.0}, z(0.0) {}
-  explicit Vector(const double *from) : z(from[2]) { std::memcpy(&xy, from, sizeof(xy)); }
+struct Vector {
+  double x = 0.0, y = 0.0, z = 0.0;
 
-  friend Vector operator+(const Vector &a, const Vector &b) { return {a.xy + b.xy, a.z + b.z}; }
-  friend Vector operator-(const Vector &a, const Vector &b) { return {a.xy - b.xy, a.z - b.z}; }
-  friend Vector operator*(const Vector &a, double s) { return {a.xy * s, a.z * s}; }
-  friend double dot(const Vector &a, const Vector &b)
-  {
-    const Two p = a.xy * b.xy;
-    return p[0] + p[1] + a.z * b.z;
-  }
+  Vector() = default;
+  Vector(double x_in, double y_in, double z_in) : x(x_in), y(y_in), z(z_in) {}
+  explicit Vector(const double *from) : Vector(from[0], from[1], from[2]) {}
+
+  Vector operator+(const Vector &b) const { return {x + b.x, y + b.y, z + b.z}; }
+  Vector operator-(const Vector &b) const { return {x - b.x, y - b.y, z - b.z}; }
+  Vector operator*(double s) const { return {x * s, y * s, z * s}; }
+  friend double dot(const Vector &a, const Vector &b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
   void add_to(double *to) const { (Vector(to) + *this).store(to); }
   void subtract_from(double *to) const { (Vector(to) - *this).store(to); }
-
- private:
-  typedef double Two __attribute__((vector_size(16)));
-  Two xy;
-  double z;
-
-  Vector(const Two &xy_in, double z_in) : xy(xy_in), z(z_in) {}
   void store(double *to) const
   {
-    std::memcpy(to, &xy, sizeof(xy));
+    to[0] = x;
+    to[1] = y;
     to[2] = z;
   }
 };

@@ -24,7 +24,6 @@ constexpr double LIST_MARGIN = 3.0e-9;
 // Two centres closer than this share of R_i + R_j coincide but for round-off: no direction is theirs.
 constexpr double COINCIDENT = 1.0e-9;
 
-/// Square of a cutoff with its margin.
 inline double cutoff_squared(double cutoff, double margin)
 {
   const double edge = cutoff * (1.0 + margin);
@@ -249,7 +248,6 @@ class PairList {
                rows.end());
   }
 
-  /// The particle whose row has pair n.
   int owner_of(int n) const
   {
     return std::upper_bound(rows.begin(), rows.end(), n,

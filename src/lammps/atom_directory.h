@@ -15,8 +15,6 @@ class AtomDirectory {
  public:
   struct Entry {
     int type;    ///< 0: there is no such atom
-    int mask;    ///< of its groups
-    tagint molecule;
     double radius;
 
     static Entry of(const Atom *, int i);

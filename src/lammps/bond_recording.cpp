@@ -142,19 +142,16 @@ namespace {
 
 }    // namespace
 
-std::vector<BondStore::Bonds> read_bond_file(const LAMMPS *lmp, const std::string &name,
-                                             int groupbit, const PairRules &rules, BodyRule &within,
-                                             double &zone, std::vector<HistoryOfPair> &histories)
+void BondRecording::take_file(const std::string &name, const PairRules &rules)
 {
-  const Atom *atom = lmp->atom;
-  const int me = lmp->comm->me;
-  const MPI_Comm world = lmp->world;
+  source = "from file " + name;
+  const int me = comm->me;
   std::ifstream stream;    // these two on the first rank
   std::unique_ptr<BondReader> reader;
   std::unordered_map<int64_t, int> own;    // local index by ID
   for (int i = 0; i < atom->nlocal; i++) own[atom->tag[i]] = i;
 
-  std::vector<BondStore::Bonds> bonds(atom->nlocal);
+  made.resize(atom->nlocal);
   std::vector<BondLine> lines;
   bigint state[] = {1, 0, 0};    // more to come, lines of this message, bodies of the file
   while (state[0]) {
@@ -164,7 +161,7 @@ std::vector<BondStore::Bonds> read_bond_file(const LAMMPS *lmp, const std::strin
       if (me == 0 && !reader) {
         stream.open(name, std::ios::binary);
         if (!stream) throw BadInput("cannot read the bond file '" + name + "': give its path");
-        reader = std::make_unique<BondReader>(stream, name, lmp->update->unit_style);
+        reader = std::make_unique<BondReader>(stream, name, update->unit_style);
         state[2] = (bigint) reader->within();
         zone = reader->zone();
       }
@@ -190,10 +187,10 @@ std::vector<BondStore::Bonds> read_bond_file(const LAMMPS *lmp, const std::strin
       const auto at = own.find(k % 2 ? line.id_j : line.id_i);
       if (at == own.end()) continue;
       const int i = at->second;
-      ends_here[k] = {atom->mask[i] & groupbit ? 1.0 : 0.0, (double) atom->type[i],
+      ends_here[k] = {atom->mask[i] & fix->groupbit ? 1.0 : 0.0, (double) atom->type[i],
                       atom->molecule ? (double) atom->molecule[i] : 0.0};
       const int64_t partner = k % 2 ? line.id_i : line.id_j;
-      if (!line.is_contact) bonds[i].push_back({partner, line.deq});
+      if (!line.is_contact) made[i].push_back({partner, line.deq});
       if (line.has_changed()) histories.push_back({i, !line.is_contact, partner, line.history});
     }
     MPI_Allreduce(ends_here.data(), ends.data(), (int) (3 * ends.size()), MPI_DOUBLE, MPI_SUM,
@@ -206,14 +203,7 @@ std::vector<BondStore::Bonds> read_bond_file(const LAMMPS *lmp, const std::strin
             fmt::format("bond {} {}: {} (bond file {})", lines[k].id_i, lines[k].id_j, bad, name));
     }
   }
-  return bonds;
-}
-
-void BondRecording::take_file(const std::string &file, const PairData *pair_data)
-{
-  source = "from file " + file;
-  made = read_bond_file(lmp, file, fix->groupbit, pair_data->rules, within, zone, histories);
-  throw_together(find_bond_twice(file), world);
+  throw_together(find_bond_twice(name), world);
 }
 
 // a partner that is there twice has two deq
@@ -234,24 +224,6 @@ std::string BondRecording::find_bond_twice(const std::string &file) const
   return "";
 }
 
-void BondRecording::check_molecules()
-{
-  if (within != BodyRule::MOLECULE) return;
-  std::array<bigint, 2> counts{};    // atoms of the group, of these without
-  for (int i = 0; i < atom->nlocal; i++)
-    if (atom->mask[i] & fix->groupbit) {
-      counts[0]++;
-      counts[1] += atom->molecule[i] == 0;
-    }
-  counts = reduce_all(counts, MPI_SUM, world);
-  loose = counts[1];
-  if (counts[0] > 0 && counts[0] == loose)
-    error->all(FLERR,
-               "{}: within molecule records pairs of one molecule ID above 0, but all atoms of the "
-               "group have 0: give those of each body one, e.g. 'set group ID mol 1'",
-               who);
-}
-
 void BondRecording::give_to(BondStore &store)
 {
   int64_t highest = 0, sides = 0;    // ID, records of all
@@ -259,7 +231,10 @@ void BondRecording::give_to(BondStore &store)
     highest = std::max(highest, (int64_t) atom->tag[i]);
     most = std::max(most, (int64_t) made[i].size());
     sides += (int64_t) made[i].size();
+    loose +=
+        within == BodyRule::MOLECULE && atom->mask[i] & fix->groupbit && atom->molecule[i] == 0;
   }
+  loose = reduce_all(loose, MPI_SUM, world);
   most = reduce_all(most, MPI_MAX, world);
   highest = reduce_all(highest, MPI_MAX, world);
   sides = reduce_all(sides, MPI_SUM, world);

@@ -27,10 +27,7 @@ class BondRecording : protected Pointers {
   void take_zone(const NeighList *, double zone, const class PairData *, PerAtomComm &);
 
   /// The same of the bonds of a file, which may say what within and zone are.
-  void take_file(const std::string &file, const class PairData *);
-
-  /// Collective. With molecules: stops where no atom of the group has one.
-  void check_molecules();
+  void take_file(const std::string &name, const PairRules &);
 
   /// Collective. Cannot fail.
   void give_to(BondStore &);

@@ -30,10 +30,7 @@ void WriteEVPBonds::command(int narg, char **arg)
   const std::string text = own_lines(records, count);
   count = EVP::reduce_all(count, MPI_SUM, world);
 
-  std::string name = arg[0];
-  const size_t star = name.find('*');
-  if (star != std::string::npos) name.replace(star, 1, std::to_string(update->ntimestep));
-
+  const std::string name = utils::star_subst(arg[0], update->ntimestep, 0);
   // the file appears under its name only when it is whole
   const std::string unfinished = name + ".part";
   FILE *fp = comm->me == 0 ? fopen(unfinished.c_str(), "wb") : nullptr;

@@ -31,12 +31,6 @@ double ComputeEVPDt::compute_scalar()
   return scalar;
 }
 
-double ComputeEVPDt::bound()
-{
-  linearise();
-  return limits.bound();
-}
-
 void ComputeEVPDt::compute_vector()
 {
   linearise();
@@ -49,18 +43,12 @@ void ComputeEVPDt::compute_vector()
   warn_of_eigenvalues();
 }
 
-// thermo and fix dt/evp may all ask at one step
+// all values of a step are those of one state
 void ComputeEVPDt::linearise()
 {
   if (update->whichflag != 0 && linearised_step == update->ntimestep) return;
   linearised_step = update->ntimestep;
-  const auto *pair_data = EVP::PairData::find_present(force);
-  if (!pair_data)
-    error->all(FLERR,
-               "{} needs the pairs of the current positions: print c_{} with thermo_style in a "
-               "'run 0' first",
-               who, id);
-  limits.linearise(*pair_data, {groupbit});
+  limits.linearise(*EVP::PairData::require_present(force, error, who), {groupbit});
 }
 
 void ComputeEVPDt::warn_of_eigenvalues()

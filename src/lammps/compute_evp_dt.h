@@ -17,9 +17,6 @@ class ComputeEVPDt : public EVP::WithPerAtomComm<Compute> {
   void init() override;
   double compute_scalar() override;
   void compute_vector() override;
-
-  /// Not above the scalar, and without any eigenvalue.
-  double bound();
   double memory_usage() override { return limits.memory_usage(); }
 
  private:

@@ -100,11 +100,7 @@ void ComputeEVPStateAtom::compute_peratom()
     memory->grow(array_atom, nmax, size_peratom_cols, "evp/state/atom:array_atom");
   }
 
-  const auto *pair_data = EVP::PairData::find_present(force);
-  if (!pair_data)
-    error->all(FLERR,
-               "{} needs the pairs of the current positions: use it in a run, or after 'run 0'",
-               who);
+  const auto *pair_data = EVP::PairData::require_present(force, error, who);
   add_pairs(pair_data);
   reverse_comm(sums);
   if (stress) stress->compute_peratom();

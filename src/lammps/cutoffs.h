@@ -53,8 +53,7 @@ class Cutoffs : protected Pointers {
         }
   }
 
-  /// Returns the cutoff of a pair of types. Called once at set-up, and again by fix adapt while the
-  /// neighbor list keeps its reach.
+  /// Returns the cutoff of a pair of types. Called at set-up, and again by fix adapt.
   double handle(int i, int j, double alpha)
   {
     const double smallest = std::min(min_radius[i], min_radius[j]);
@@ -65,14 +64,7 @@ class Cutoffs : protected Pointers {
           "and {}: use 'set ... diameter'",
           smallest, i, j);
     const double cut = alpha * (max_radius[i] + max_radius[j]) * (1.0 + LIST_MARGIN);
-    double &longest = longest_of[index(i, j)];
-    if (longest < 0.0) longest = cut;
-    if (cut > longest * (1.0 + 1.0e-12))
-      error->all(
-          FLERR,
-          "Pair evp/lj, types {} and {}: alpha must not grow during a run, as the neighbor list "
-          "keeps its reach: start with the largest, or split the run there",
-          i, j);
+    longest_of[index(i, j)] = cut;
     return cut;
   }
 
@@ -85,21 +77,11 @@ class Cutoffs : protected Pointers {
     return has_types() ? *std::max_element(longest_of.begin(), longest_of.end()) : 0.0;
   }
 
-  /// When all pairs of types are known: radii of types that this style does not handle may grow.
-  void admit_all_radii_elsewhere()
-  {
-    for (int i = 1; i <= atom->ntypes; i++) {
-      bool handled = false;
-      for (int j = 1; j <= atom->ntypes; j++) handled = handled || handles(i, j);
-      if (!handled) max_radius[i] = HUGE_VAL;
-    }
-  }
-
   /// Stops where a radius is larger than those that the cutoffs were made for.
   void check_radii() const
   {
     for (int i = 0; i < atom->nlocal; i++)
-      if (atom->radius[i] > max_radius[atom->type[i]])
+      if (atom->radius[i] > max_radius[atom->type[i]] && handles(atom->type[i], atom->type[i]))
         error->one(
             FLERR,
             "Pair evp/lj: the radius of atom {} is {:.8g}, but the cutoff was set for at most "

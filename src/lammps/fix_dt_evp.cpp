@@ -7,7 +7,6 @@
 #include "scene.h"
 #include "user_input.h"
 
-#include "group.h"
 #include "output.h"
 #include "pair.h"
 
@@ -24,7 +23,7 @@ static constexpr double BOUND_CHANGES = 0.05;    // then eigenvalues are due aga
 
 // fix ID group dt/evp N fraction [max DT] [displacement F]
 FixDtEVP::FixDtEVP(LAMMPS *lmp, int narg, char **arg) :
-    WithPerAtomComm(lmp, narg, arg), compute_id(std::string(id) + "_evp_dt")
+    WithPerAtomComm(lmp, narg, arg), limits(lmp, *this)
 {
   if (narg < 5)
     error->all(FLERR, "{}: expected N fraction [max DT] [displacement F], got {} arguments", who,
@@ -49,22 +48,9 @@ FixDtEVP::FixDtEVP(LAMMPS *lmp, int narg, char **arg) :
   EVP::scene::offer_values(this, 5);
 }
 
-FixDtEVP::~FixDtEVP()
-{
-  if (modify && modify->get_compute_by_id(compute_id)) modify->delete_compute(compute_id);
-}
-
-void FixDtEVP::post_constructor()
-{
-  modify->add_compute(compute_id + " " + group->names[igroup] + " evp/dt");
-}
-
 void FixDtEVP::init()
 {
   pair_data = EVP::PairData::require(force, error, who);
-  compute = dynamic_cast<ComputeEVPDt *>(modify->get_compute_by_id(compute_id));
-  if (!compute)
-    error->all(FLERR, "{}: its compute {} was deleted; define the fix again", who, compute_id);
   EVP::scene::refuse_respa(update, error, who);
   for (const Fix *other : modify->get_fix_list())
     if (strcmp(other->style, "move") == 0 || utils::strmatch(other->style, "^deform") ||
@@ -79,10 +65,13 @@ void FixDtEVP::init()
 // by the row sums, where they prove the timestep stable that is taken: eigenvalues cost a hundred steps and more
 double FixDtEVP::find_stable_dt()
 {
-  const double bound = compute->bound();
+  limits.linearise(*EVP::PairData::require_present(force, error, who), {groupbit});
+  const double bound = limits.bound();
   if (last.ratio == 0.0 || fraction * last.ratio > 1.0 ||
-      std::fabs(bound - last.bound) > BOUND_CHANGES * last.bound)
-    last = {compute->compute_scalar() / bound, bound};
+      std::fabs(bound - last.bound) > BOUND_CHANGES * last.bound) {
+    const double limit_now = limits.limit();
+    last = {limits.converged() ? limit_now / bound : 1.0, bound};
+  }
   return last.ratio * bound;
 }
 
@@ -165,7 +154,6 @@ bool FixDtEVP::find_fastest(double dt)
   velocity.resize((size_t) 3 * nall);
   std::copy_n(atom->v[0], (size_t) 3 * nlocal, velocity.begin());
   forward_comm_velocities(velocity);
-  pair_data->place_ghosts();
 
   const double share = is_resolved() ? displacement : PASSES;
   opening = turning = {NO_LIMIT, 0.0, 0.0};

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
-#include "compute_evp_dt.h"
 #include "core/simd.h"
 #include "fix.h"
 #include "pair_data.h"
 #include "per_atom.h"
+#include "stable_timesteps.h"
 #include "update.h"
 
 #include <array>
-#include <string>
 
 namespace LAMMPS_NS {
 
@@ -18,10 +17,8 @@ namespace LAMMPS_NS {
 class FixDtEVP : public EVP::WithPerAtomComm<Fix> {
  public:
   FixDtEVP(class LAMMPS *, int, char **);
-  ~FixDtEVP() override;
 
   int setmask() override { return FixConst::END_OF_STEP; }
-  void post_constructor() override;
   void init() override;
   void setup(int) override
   {
@@ -37,7 +34,7 @@ class FixDtEVP : public EVP::WithPerAtomComm<Fix> {
     const FastestPair &fastest = turning.dt < opening.dt ? turning : opening;
     return std::array{stable_dt, fastest.dt, (double) limit, fastest.id_i, fastest.id_j}[n];
   }
-  double memory_usage() override { return EVP::bytes_of(velocity); }
+  double memory_usage() override { return EVP::bytes_of(velocity) + limits.memory_usage(); }
 
  private:
   /// What limits dt; the numbers are those of f_ID[3].
@@ -60,9 +57,8 @@ class FixDtEVP : public EVP::WithPerAtomComm<Fix> {
   double fraction = 0.0;             // of the stable timestep
   double maximum = NO_LIMIT;         // of dt [time]
   double displacement = NO_LIMIT;    // of a pair along its axis in a step, over xi_s deq
-  std::string compute_id;
-  ComputeEVPDt *compute = nullptr;
   EVP::PairData *pair_data = nullptr;
+  EVP::StableTimesteps limits;
 
   Values velocity;    // with ghosts
   double stable_dt = NO_LIMIT;

@@ -42,12 +42,7 @@ FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
       });
   if (zone > 0.0 && !file.empty())
     error->all(FLERR, "{}: the bonds come from the zone or from a file, give one of the two", who);
-  // a fix that replaces one of its ID finds none: LAMMPS has deleted that
-  if (const Fix *other = EVP::scene::find_fix(modify, style))
-    error->all(FLERR,
-               "{}: fix {} records bonds already, and a pair has one deq: use one fix evp/bonds, "
-               "or 'unfix {}' first",
-               who, other->id, other->id);
+  EVP::scene::demand_only_one(modify, error, this, who);
 
   restart_global = restart_peratom = 1;
   create_attribute = 1;
@@ -102,8 +97,7 @@ void FixEVPBonds::init()
 // the first rank says in restart files how long the longest record is, so that all must agree
 void FixEVPBonds::set_exchange_room()
 {
-  bonds->need_room(EVP::reduce_all(bonds->most_words(), MPI_MAX, world));
-  maxexchange = bonds->most_words();
+  maxexchange = EVP::reduce_all(bonds->most_words(), MPI_MAX, world);
 }
 
 // flow and breaking are known to the pair style in force only
@@ -117,11 +111,15 @@ void FixEVPBonds::check_history() const
                "'plasticity' and 'break' that it had",
                who);
   if (!rules.has_history()) return;
-  if (const Fix *other = EVP::scene::find_earlier_exchange_fix(modify, this))
-    error->all(FLERR,
-               "{} must be defined before fix {} {}, which may move, add or delete atoms before it "
-               "has kept how bonds have flowed or broken",
-               who, other->id, other->style);
+  for (int k = 0; k < modify->nfix && modify->fix[k] != this; k++) {
+    const Fix *const other = modify->fix[k];
+    if ((modify->fmask[k] & FixConst::PRE_EXCHANGE) && !EVP::scene::is_ours(other->style) &&
+        !utils::strmatch(other->style, "_HISTORY$"))    // those of granular styles move no atoms
+      error->all(FLERR,
+                 "{} must be defined before fix {} {}, which may move, add or delete atoms before "
+                 "it has kept how bonds have flowed or broken",
+                 who, other->id, other->style);
+  }
 }
 
 void FixEVPBonds::return_histories()
@@ -204,7 +202,7 @@ void FixEVPBonds::check_zone() const
 void FixEVPBonds::pre_neighbor()
 {
   if (!bonds->has_recorded()) return;
-  if (const auto misplaced = bonds->find_misplaced(atom->tag, atom->nlocal))
+  if (const int64_t misplaced = bonds->find_misplaced(atom->tag, atom->nlocal))
     error->one(FLERR, misplaced_message(misplaced));
   if (const EVP::PairData *pair_data = EVP::PairData::find(force)) check_box(pair_data);
 }
@@ -226,18 +224,18 @@ void FixEVPBonds::check_box(const EVP::PairData *pair_data) const
 
 void FixEVPBonds::check_ids() const
 {
-  const BondStore::Misplaced found = bonds->find_misplaced(atom->tag, atom->nlocal);
-  const auto any = EVP::reduce_all(std::array{found.renumbered, found.newcomer}, MPI_MAX, world);
-  if (any[0] || any[1]) error->all(FLERR, misplaced_message({any[0], any[1]}));
+  const int64_t found =
+      EVP::reduce_all(bonds->find_misplaced(atom->tag, atom->nlocal), MPI_MAX, world);
+  if (found) error->all(FLERR, misplaced_message(found));
 }
 
-std::string FixEVPBonds::misplaced_message(BondStore::Misplaced atoms) const
+std::string FixEVPBonds::misplaced_message(int64_t id_found) const
 {
   return fmt::format(
       "{}: atom ID {} is not the atom that was recorded under this ID, and would take its bonds "
       "over: use 'delete_atoms ... compress no', no reset_atoms id, 'read_data ... add {}' or 'fix "
       "deposit ... id next', and define the fix right after read_restart",
-      who, std::max(atoms.renumbered, atoms.newcomer), bonds->highest_id());
+      who, id_found, bonds->highest_id());
 }
 
 void FixEVPBonds::setup_pre_force(int /*vflag*/)
@@ -253,12 +251,11 @@ void FixEVPBonds::record()
                twice);
   EVP::BondRecording recording(lmp, this, who, bonds->within());
   EVP::stop_at_bad_input(error, who, [&] {
-    if (!file.empty()) return recording.take_file(file, pair_data);
+    if (!file.empty()) return recording.take_file(file, pair_data->rules);
     neighbor->build_one(list);
     recording.take_zone(list, zone, pair_data, *this);
   });
   check_box(pair_data);
-  recording.check_molecules();
   recording.give_to(*bonds);
   set_exchange_room();
   measure();
@@ -282,21 +279,16 @@ void FixEVPBonds::measure()
 double FixEVPBonds::compute_vector(int n)
 {
   if (n == 4) return count_broken();
-  if (update->whichflag != 0 && counted_step == update->ntimestep) return pair_counts[n];
+  if (update->whichflag != 0 &&
+      (counted_step == update->ntimestep || !EVP::on_all(pair_data->is_packed(), world)))
+    return pair_counts[n];
 
-  const EVP::PairData *present = EVP::PairData::find_present(force);
-  if (!present && update->whichflag == 0)
-    error->all(FLERR,
-               "{}: f_{}[{}] needs the pairs of the current atoms: use 'run 0' first (since the "
-               "last run atoms moved by more than half the skin, were changed, added or removed, "
-               "or a command such as write_data rebuilt the lists of LAMMPS)",
-               who, id, n + 1);
-  if (present) {
-    const EVP::PairData::Counts counts = present->count_pairs();
-    pair_counts = {(double) bonds->count() - counts.bonds_within - count_broken(),
-                   counts.bonds_second, counts.new_pairs, counts.lowest_ratio};
-    counted_step = update->ntimestep;
-  }
+  const EVP::PairData::Counts counts =
+      EVP::PairData::require_present(force, error, fmt::format("{}: f_{}[{}]", who, id, n + 1))
+          ->count_pairs();
+  pair_counts = {(double) bonds->count() - counts.bonds_within - count_broken(),
+                 counts.bonds_second, counts.new_pairs, counts.lowest_ratio};
+  counted_step = update->ntimestep;
   return pair_counts[n];
 }
 
@@ -310,7 +302,7 @@ double FixEVPBonds::count_broken()
 int FixEVPBonds::unpack(int i, const double *buf)
 {
   const int words = bonds->unpack(i, buf);
-  maxexchange = bonds->most_words();
+  maxexchange = std::max(maxexchange, words);
   return words;
 }
 
@@ -346,35 +338,21 @@ void FixEVPBonds::restart(char *buf)
   after_restart = false;    // this is the fix that the file knows
   const bool recorded = words[2] != 0.0;
   bonds->keep_history(words[5] != 0.0);
-  restore_within((BodyRule) (int) words[6], recorded);
+  const BodyRule given = bonds->within(), kept = (BodyRule) (int) words[6];
+  if (recorded || given == BodyRule::ALL) bonds->keep_within(kept);
   bonds->restore(recorded, (int64_t) words[3], (int64_t) words[4],
                  comm->me == 0 ? (int64_t) words[7] : 0);
   bonds->take(measures);
-  if (recorded && comm->me == 0 && (!file.empty() || (zone > 0.0 && zone != words[1])))
-    utils::logmesg(
-        lmp,
-        "fix evp/bonds {}: the bonds come from the restart file, not from the zone or file "
-        "given here\n",
-        id);
+  const bool differs = !file.empty() || (zone > 0.0 && zone != words[1]) ||
+      (given != BodyRule::ALL && given != kept);
+  if (recorded && comm->me == 0 && differs)
+    utils::logmesg(lmp,
+                   "fix evp/bonds {}: the bonds are those of the restart file, not of the 'zone', "
+                   "'file' or 'within' given here\n",
+                   id);
   bonds->zone = zone = words[1];
   EVP::PairData *pair_data = EVP::PairData::find(force);
   if (pair_data && recorded) pair_data->source.set_store(shown);
-}
-
-// 'within' of a restart file belongs to its bonds: without bonds another one may be given
-void FixEVPBonds::restore_within(BodyRule kept, bool recorded)
-{
-  const BodyRule given = bonds->within();
-  if (given != BodyRule::ALL && given != kept && recorded)
-    error->all(FLERR,
-               "{}: the bonds of the restart file were recorded with another 'within' than {}: "
-               "leave it out",
-               who, EVP::BODY_RULES[(int) given]);
-  if (given != BodyRule::ALL) return;
-  bonds->keep_within(kept);
-  if (kept != BodyRule::ALL && comm->me == 0)
-    utils::logmesg(lmp, "fix evp/bonds {}: within {}, as in the restart file\n", id,
-                   EVP::BODY_RULES[(int) kept]);
 }
 
 int FixEVPBonds::pack_restart(int i, double *buf)

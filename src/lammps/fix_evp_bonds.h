@@ -58,7 +58,7 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix> {
   int pack_restart(int, double *) override;
   void unpack_restart(int, int) override;
   int size_restart(int i) override { return 1 + (int) bonds->words_of(i); }
-  int maxsize_restart() override { return 1 + bonds->most_words(); }
+  int maxsize_restart() override { return 1 + maxexchange; }
 
   const EVP::BondStore &records() const { return *bonds; }
 
@@ -93,10 +93,9 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix> {
   void warn_of_stop(const char *);
   void check_history() const;
   double count_broken();
-  void restore_within(EVP::BodyRule kept, bool recorded);
   void check_zone() const;
   void check_box(const EVP::PairData *) const;
-  std::string misplaced_message(EVP::BondStore::Misplaced) const;
+  std::string misplaced_message(int64_t id_found) const;
   // LAMMPS' buffers for one atom must hold the longest record of any MPI rank: the first rank says in
   // restart files how long that is
   void set_exchange_room();

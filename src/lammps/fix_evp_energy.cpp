@@ -21,9 +21,7 @@ FixEVPEnergy::FixEVPEnergy(LAMMPS *lmp, int narg, char **arg) : AtomRecords(lmp,
   if (igroup != 0)
     error->all(FLERR,
                "{} needs group all: the energy balance of a part of the atoms does not close", who);
-  if (const Fix *other = EVP::scene::find_fix(modify, style))
-    error->all(FLERR, "{}: fix {} is of this style too, but only one is allowed: 'unfix {}' first",
-               who, other->id, other->id);
+  EVP::scene::demand_only_one(modify, error, this, who);
   nevery = 1;
   EVP::scene::offer_values(this, NENTRIES);
   follow_atoms();
@@ -34,31 +32,17 @@ void FixEVPEnergy::init()
 {
   pair_data = EVP::PairData::require(force, error, who);
   EVP::scene::refuse_respa(update, error, who);
-  EVP::scene::demand_images_that_move(domain, modify, error, who);
   bonds = dynamic_cast<FixEVPBonds *>(EVP::scene::find_fix(modify, "evp/bonds"));
   implicit = dynamic_cast<const FixNVEEVP *>(EVP::scene::find_fix(modify, "nve/evp"));
   integrated_groupbits = 0;
   for (const Fix *other : modify->get_fix_list())
     if (EVP::scene::integrates_atoms(other)) integrated_groupbits |= other->groupbit;
   work->separates = others_act();
-  refuse_early_changes();
   box.begin_run(domain->deform_vremap);
   if (box.acts)
     box.kinetic = kinetic_here();    // set-up wraps atoms
   else
     work->images = {};
-}
-
-// pre_exchange() needs the atoms of the last forces
-void FixEVPEnergy::refuse_early_changes() const
-{
-  if (!pair_data->rules.has_history()) return;
-  if (const Fix *other = EVP::scene::find_earlier_exchange_fix(modify, this))
-    error->all(
-        FLERR,
-        "{} must be defined before fix {} {}, which may add, delete or move atoms before the "
-        "balance of the step is taken, where bonds flow or break",
-        who, other->id, other->style);
 }
 
 // May anything but this pair style and fix nve/evp add to f, or may atoms change from integrated to prescribed during the run?
@@ -107,18 +91,11 @@ void FixEVPEnergy::take_work(bool at_setup)
   if (!work->damping.empty()) reverse_comm(work->damping);
 }
 
-// as Domain::unmap, which most atoms have no need of
-inline void FixEVPEnergy::unwrap(int i, double *x) const
+void FixEVPEnergy::unwrap(int i, double *x) const
 {
-  constexpr imageint HOME =
-      ((imageint) IMGMAX << IMG2BITS) | ((imageint) IMGMAX << IMGBITS) | IMGMAX;
-  if (atom->image[i] == HOME)
-    std::copy_n(atom->x[i], 3, x);
-  else if (box.acts) {
-    const auto shift = EVP::unwrapping(box.edges(), atom->image[i]);
-    for (int c = 0; c < 3; c++) x[c] = atom->x[i][c] + shift[c];
-  } else
-    domain->unmap(atom->x[i], atom->image[i], x);
+  if (!box.acts) return domain->unmap(atom->x[i], atom->image[i], x);
+  const auto shift = EVP::unwrapping(box.edges, atom->image[i]);
+  for (int c = 0; c < 3; c++) x[c] = atom->x[i][c] + shift[c];
 }
 
 // does fix nve/evp solve for the damping?

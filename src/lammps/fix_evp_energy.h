@@ -107,7 +107,6 @@ class FixEVPEnergy : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::Ato
   template <class F> void with_forces(F &&f) const;
   bool is_solved() const;
   bool others_act() const;
-  void refuse_early_changes() const;
   void take_work(bool at_setup);
   Instant instant_here() const;
   double kinetic_here() const;

@@ -41,12 +41,7 @@ FixEVPVolume::FixEVPVolume(LAMMPS *lmp, int narg, char **arg) : AtomRecords(lmp,
     law.cavitation = strcmp(arg[narg - 1], "none") == 0 ? EVP::VolumeLaw::NEVER : word.number();
     word.demand(law.cavitation > 0.0, "must be a volume strain above 0, or none");
   });
-  if (const Fix *other = EVP::scene::find_fix(modify, style))
-    error->all(
-        FLERR,
-        "{}: fix {} is of this style too, but only one is allowed: give it a KV for each atom "
-        "type, or 'unfix {}' first",
-        who, other->id, other->id);
+  EVP::scene::demand_only_one(modify, error, this, who);
 
   comm_forward = comm_reverse = EVP::VolumePasses::WIDTH;
   restart_peratom = 1;
@@ -112,19 +107,6 @@ void FixEVPVolume::set_arrays(int i)
 {
   records[i] = {};
   shown[i] = 0.0;
-}
-
-void FixEVPVolume::copy_arrays(int i, int j, int delflag)
-{
-  AtomRecords::copy_arrays(i, j, delflag);
-  shown[j] = shown[i];
-}
-
-int FixEVPVolume::unpack_exchange(int i, double *buf)
-{
-  const int n = AtomRecords::unpack_exchange(i, buf);
-  shown[i] = records[i].strain;
-  return n;
 }
 
 double FixEVPVolume::compute_scalar()

@@ -47,6 +47,7 @@ void FixNVEEVP::init()
 {
   pair_data = EVP::PairData::require(force, error, who);
   EVP::scene::refuse_respa(update, error, who);
+  EVP::scene::demand_only_one(modify, error, this, who);
 
   others_groupbits = 0;
   forces_follow = false;
@@ -59,20 +60,9 @@ void FixNVEEVP::init()
       continue;
     }
     if (after_this && (modify->fmask[k] & FixConst::POST_FORCE)) forces_follow = true;
-    if (strcmp(other->style, style) == 0)
-      error->all(FLERR,
-                 "{}: fix {} is of this style too, but only one is allowed: all damping is solved "
-                 "as one system; use one fix nve/evp for the group union",
-                 who, other->id);
     path = path || strcmp(other->style, "move") == 0;
     if (EVP::scene::integrates_atoms(other)) others_groupbits |= other->groupbit;
   }
-  EVP::scene::demand_images_that_move(domain, modify, error, who);
-  if (path && domain->deform_vremap)
-    error->all(FLERR,
-               "{}: fix move does not know the velocity of a box that deforms with 'remap v': move "
-               "atoms by fix nve/noforce, or use fix deform without 'remap v'",
-               who);
   check_groups();
   positions_known = false;
   if (path && !keeps_records()) keep_records();
@@ -284,12 +274,6 @@ void FixNVEEVP::solve_and_apply(double h)
   applied.clear();
   v_init(vflag_now);
   if (!pair_data->damps_implicitly()) return;
-  if (!(h > 0.0))
-    error->all(FLERR,
-               "{}: with damping the timestep must be positive, got {} at step {}: set one by the "
-               "timestep command; compute evp/dt computes the largest stable one",
-               who, update->dt, update->ntimestep);
-
   prescribed.assign(atom->v[0], atom->v[0] + (size_t) 3 * atom->nlocal);
   if (h == update->dt)
     for_each_mean_velocity(h, [this](int i, int c, double before) {

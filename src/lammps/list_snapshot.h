@@ -25,11 +25,10 @@ class ListSnapshot : protected Pointers {
   /// No list matches, until finish(): an error may be caught and something asked then.
   void forget() { call = -1; }
 
-  /// When packing begins. keep_radii: radii may vary at every step. molecules_matter: as types do.
-  void take_atoms(bool keep_radii, bool molecules_matter)
+  /// When packing begins. keep_radii: radii may vary at every step.
+  void take_atoms(bool keep_radii)
   {
     forget();
-    with_molecules = molecules_matter;
     nlocal = atom->nlocal;
     nall = atom->nlocal + atom->nghost;
     atoms = fingerprint();
@@ -38,9 +37,8 @@ class ListSnapshot : protected Pointers {
 
     list_comm = comm;
     skin = neighbor->skin;
-    lammps_keeps_x = neighbor->dist_check != 0;    // not so with 'neigh_modify check no'
-    list_x.clear();
-    if (!lammps_keeps_x && nall > 0) list_x.assign(atom->x[0], atom->x[0] + (size_t) 3 * nall);
+    list_x.assign((size_t) 3 * nall, 0.0);
+    if (nall > 0) std::copy_n(atom->x[0], list_x.size(), list_x.begin());
   }
 
   /// When it is done.
@@ -57,7 +55,7 @@ class ListSnapshot : protected Pointers {
         nall == atom->nlocal + atom->nghost;
   }
 
-  /// Own atoms, their types, radii and, where they matter, molecules: some may have gone and as many come, under the
+  /// Own atoms, their types, radii and molecules: some may have gone and as many come, under the
   /// same IDs even.
   bool matches_atoms() const { return atoms == fingerprint(); }
 
@@ -70,13 +68,6 @@ class ListSnapshot : protected Pointers {
   /// Collective. The list holds all pairs as long as no atom moved by more than half the skin.
   bool moved_too_far() const
   {
-    if (lammps_keeps_x) {
-      const auto dangerous_builds = neighbor->ndanger;    // that a run has made
-      const bool far = neighbor->check_distance() != 0;
-      neighbor->ndanger = dangerous_builds;
-      return far;
-    }
-
     bool far = false;
     for (int i = 0; i < nall; i++) {
       const double *x = atom->x[i], *then = &list_x[(size_t) 3 * i];
@@ -94,9 +85,7 @@ class ListSnapshot : protected Pointers {
   uint64_t atoms = 0;    // see fingerprint()
   const Comm *list_comm = nullptr;
   double skin = 0.0;
-  bool with_molecules = false;
-  bool lammps_keeps_x = false;    // LAMMPS keeps positions at the neighbor build, else list_x
-  std::vector<double> list_x;
+  std::vector<double> list_x;    // at the neighbor build
   std::vector<double> radii;
 
   // another number where atoms of this MPI rank were exchanged for others, or changed
@@ -108,7 +97,7 @@ class ListSnapshot : protected Pointers {
       ids = prime * (ids ^ (uint64_t) atom->tag[i]);
       rest = prime * (rest ^ (uint64_t) atom->type[i] ^ bits_as<uint64_t>(atom->radius[i]));
     }
-    for (int i = 0; with_molecules && atom->molecule && i < atom->nlocal; i++)
+    for (int i = 0; atom->molecule && i < atom->nlocal; i++)
       rest = prime * (rest ^ (uint64_t) atom->molecule[i]);
     return ids ^ (rest * 0x9E3779B97F4A7C15ULL);
   }

@@ -46,8 +46,8 @@ void BondSource::update()
     recorder = scene::find_fix(modify, "evp/bonds")->id;
 }
 
-PairData::PairData(LAMMPS *lmp, Pair *style, Coefficients &coefficients_in) :
-    Pointers(lmp), ghosts(lmp, style), cuts(lmp), source(lmp), coefficients(coefficients_in),
+PairData::PairData(LAMMPS *lmp, Coefficients &coefficients_in) :
+    Pointers(lmp), cuts(lmp), source(lmp), coefficients(coefficients_in),
     laws(lmp, coefficients, cuts), builder(lmp), snapshot(lmp),
     pair_histories(lmp, lists, coefficients, rules, cuts)
 {
@@ -69,10 +69,17 @@ PairData *PairData::require(Force *force, Error *error, const std::string &who)
   return pair_data;
 }
 
-PairData *PairData::find_present(Force *force)
+PairData *PairData::require_present(Force *force, Error *error, const std::string &who)
 {
   PairData *pair_data = find(force);
-  return pair_data && pair_data->is_present() ? pair_data : nullptr;
+  if (!pair_data || !pair_data->is_present())
+    error->all(
+        FLERR,
+        "{} needs the pairs of the current atoms: use 'run 0' first (since the last run atoms "
+        "moved by more than half the skin, were changed, added or removed, or a command such "
+        "as write_data rebuilt the lists of LAMMPS)",
+        who);
+  return pair_data;
 }
 
 const PairLists &PairData::packed_pairs() const
@@ -86,32 +93,30 @@ const PairLists &PairData::packed_pairs() const
 
 PairData::AnyPair PairData::pair_between(int i, int j, int itype, int jtype) const
 {
-  const Bond *bond = nullptr;
+  bool recorded = false;
   if (const BondStore *store = bonds())
     for (const auto &[own, other] : {std::pair(i, j), std::pair(j, i)})
-      if (own < atom->nlocal && !bond) bond = store->find(own, atom->tag[other]);
-  const PairHistory history = history_of(i, j);
-  const bool broken = history.broken != 0.0, is_bond = bond && !broken;
-  const bool divided = !bond && AtomBodies(atom, within()).in_different_bodies(i, j);
+      recorded = recorded || (own < atom->nlocal && store->find(own, atom->tag[other]));
 
-  const int own = coefficients.index(itype, jtype);
-  const int law = divided ? coefficients.between_bodies(own) : own;
-  const double sum_radii = atom->radius[i] + atom->radius[j];
-  const double dlim = coefficients.law(law).row.alpha * sum_radii;
-  const Span span = is_bond ? rules.of_bond(bond->deq, dlim)
-      : broken              ? rules.of_broken(sum_radii, bond ? bond->deq : sum_radii)
-                            : rules.of_contact(sum_radii, dlim, divided);
-  const double margin = is_bond ? BOND_MARGIN : rules.contact_margin(divided, any_gamma);
-  const PackedPair pair = {{1.0 / span.deq,
-                            is_bond ? rules.flow_of_bonds() : rules.flow_of_contacts(),
-                            {history.q, history.k}},
-                           span.cutoff > 0.0 ? cutoff_squared(span.cutoff, margin) : -1.0,
-                           span.cutoff,
-                           j,
-                           law,
-                           -1,
-                           is_bond};
-  return {pair, span.deq, history.work, bond != nullptr};
+  const bool matches = snapshot.matches_list();
+  if (matches && rows_build != lists.build) {
+    rows_build = lists.build;
+    rows_of_atoms.assign(lists.nlocal, {});
+    for (const PairList *list : {&lists.bonds, &lists.contacts})
+      for (const PackedRow &row : list->rows) rows_of_atoms[row.i].push_back({list, row});
+  }
+  for (const auto &[own, other] : {std::pair(i, j), std::pair(j, i)}) {
+    if (!matches || own >= lists.nlocal) continue;
+    for (const auto &[list, row] : rows_of_atoms[own])
+      for (int k = row.first; k < row.last; k++)
+        if (atom->tag[list->j[k]] == atom->tag[other])
+          return {(*list)[k], list->history_of(k).work, recorded};
+  }
+  PackedPair none{};    // at rest where the spheres touch
+  none.inv_deq = 1.0 / (atom->radius[i] + atom->radius[j]);
+  none.cutsq = -1.0;
+  none.law = coefficients.index(itype, jtype);
+  return {none, 0.0, recorded};
 }
 
 bool PairData::is_packed() const
@@ -135,19 +140,13 @@ static bool moves_atoms_with_box(const Modify *modify, const Domain *domain)
   return false;
 }
 
-void PairData::place_ghosts()
-{
-  if (moves_atoms_with_box(modify, domain)) ghosts.send_positions();
-}
-
 bool PairData::is_present()
 {
   if (!on_all(is_packed(), world)) return false;
-  if (update->whichflag != 0) {
-    place_ghosts();
-    return true;
-  }
-  return snapshot.matches_commands() && ghosts.send_positions() && !snapshot.moved_too_far();
+  const bool in_run = update->whichflag != 0;
+  if (!in_run && !snapshot.matches_commands()) return false;
+  if (!in_run || moves_atoms_with_box(modify, domain)) comm->forward_comm();
+  return in_run || !snapshot.moved_too_far();
 }
 
 PairData::Counts PairData::count_pairs() const
@@ -171,7 +170,6 @@ PairData::Counts PairData::count_pairs() const
 
 void PairData::begin_run()
 {
-  rules_of_run = rules;
   pair_histories.begin_run();
   cuts.begin_run();
   source.begin_run(rules);
@@ -235,68 +233,49 @@ void PairData::report()
                        i, j, alpha_of(i, j));
 }
 
-// packing: by all MPI ranks with a new neighbor list, new bonds or new coefficients; where radii
-// may change at any step, a rank whose own did packs alone
 bool PairData::pack_if_due(const NeighList *neighbors)
 {
-  if (neighbor->ago == 0 || repack_due || source.version() != source_version)
-    return pack(neighbors, true);
-  if (!atom->avec->comm_x_only && snapshot.radii_changed()) pack(neighbors, false);
-  return false;
+  const bool due = neighbor->ago == 0 || repack_due || source.version() != source_version ||
+      (!atom->avec->comm_x_only && on_any(snapshot.radii_changed(), world));
+  return due && pack(neighbors);
 }
 
 // Returns whether it is the first one of a run.
-bool PairData::pack(const NeighList *neighbors, bool collective)
+bool PairData::pack(const NeighList *neighbors)
 {
-  const bool is_first = collective && !scene_checked;
-  if (collective) {
-    source.update();
-    laws.rescale_if_measures_changed(bonds(), rules.plastic);
-    if (!scene_checked) {    // now that all pairs of types are known
-      scene_checked = true;
-      report();
-      laws.report();
-      cuts.admit_all_radii_elsewhere();
-    }
-    check_weights();
-    check_rules();
-    if (within() == BodyRule::MOLECULE && !atom->molecule)
-      error->all(FLERR, "Pair evp/lj: fix evp/bonds {}", missing_molecules(lmp));
-    lists.common_build++;
+  const bool is_first = !scene_checked;
+  source.update();
+  laws.rescale_if_measures_changed(bonds(), rules.plastic);
+  if (is_first) {    // now that all pairs of types are known
+    scene_checked = true;
+    report();
+    laws.report();
   }
-  // with a new neighbor list fix evp/bonds has looked
-  if (bonds() && snapshot.matches_list() && bonds()->find_misplaced(atom->tag, atom->nlocal))
-    error->one(
-        FLERR,
-        "Pair evp/lj: IDs of atoms have changed since the last neighbor build, so that bonds "
-        "would go to other atoms: use 'run' with 'pre yes'");
+  lists.common_build++;
   cuts.check_radii();
   const bool same_list = snapshot.matches_list() && source.version() == source_version;
-  const bool carries = pair_histories.are_due() && snapshot.matches_list();
-  snapshot.take_atoms(!atom->avec->comm_x_only, within() == BodyRule::MOLECULE);
+  // with the same neighbor list the records have not been told of what changed
+  if (pair_histories.are_due() && snapshot.matches_list())
+    scene::find_fix(modify, "evp/bonds")->pre_exchange();
+  snapshot.take_atoms(!atom->avec->comm_x_only);
   lists.nlocal = atom->nlocal;
   lists.nall = atom->nlocal + atom->nghost;
   repack_due = false;
   source_version = source.version();
-  // with the same neighbor list the records have not been told of what changed
-  const PairLists before = carries ? lists : PairLists();
   const PairListBuilder::Found found = builder.build(
       {neighbors, &coefficients, bonds(), rules, within(), any_gamma, implicit_groupbit}, lists);
   pair_histories.forget_forces();
   if (is_first && bonds()) laws.check(lists.bonds, volume());
   snapshot.finish();
   if (!bonds()) volume_.reset();    // the bonds have gone since the last set-up
-  if (carries) pair_histories.copy_from(before);
-  if (volume()) volume()->pack(neighbors, lists, *bonds(), coefficients, collective);
-  if (collective) {
-    agree_on_pairs(found, same_list);
-    if (bonds_missing && !same_list) pair_histories.find_missing(*bonds());
-    missing_due = bonds_missing;
-    missing_energy = 0.0;
-    if (bonds_missing && is_incremental() && rules.plastic) {
-      const auto missing = pair_histories.settle_missing(*bonds(), nullptr);
-      missing_energy = missing.held + missing.dissipated;
-    }
+  if (volume()) volume()->pack(neighbors, lists, *bonds(), coefficients);
+  agree_on_pairs(found, same_list);
+  if (bonds_missing && !same_list) pair_histories.find_missing(*bonds());
+  missing_due = bonds_missing;
+  missing_energy = 0.0;
+  if (bonds_missing && is_incremental() && rules.plastic) {
+    const auto missing = pair_histories.settle_missing(*bonds(), nullptr);
+    missing_energy = missing.held + missing.dissipated;
   }
 
   coefficients.choose_block_laws(
@@ -311,22 +290,6 @@ bool PairData::pack(const NeighList *neighbors, bool collective)
 void PairData::commit(bool at_rest)
 {
   pair_histories.commit(at_rest, work.get());
-}
-
-PairHistory PairData::history_of(int i, int j) const
-{
-  PairHistory found = {};
-  if (!rules.has_history() || (snapshot.matches_list() && pair_histories.find(i, j, found)))
-    return found;
-  if (bonds() && bonds()->has_history())
-    for (const auto &[own, other] : {std::pair(i, j), std::pair(j, i)}) {
-      const int slot = own < atom->nlocal ? bonds()->slot_of(own, atom->tag[other]) : -1;
-      if (slot < 0) continue;
-      found = bonds()->histories_of(own)[slot];
-      if (found.broken != 0.0) return {0.0, 0.0, 0.0, 1.0};    // as of what is left in the list
-      return found;
-    }
-  return found;
 }
 
 // Collective. All MPI ranks agree on what any of them has found in its pairs; warns of overlaps, and again when there are twice as many
@@ -355,29 +318,6 @@ void PairData::agree_on_pairs(const PairListBuilder::Found &found, bool same_lis
         "hard core, so check timestep, speed and load",
         all[1], rules.overlap, overlaps.id_i, overlaps.id_j, overlaps.d, overlaps.deq,
         overlaps.regime == 1 ? "first" : "second", update->ntimestep, update->dt);
-}
-
-// a new pair_style command is checked at set-up, which 'run' with 'pre no' leaves out
-void PairData::check_rules() const
-{
-  const bool same =
-      rules.plastic == rules_of_run.plastic && rules.break_strain == rules_of_run.break_strain;
-  if (!same || !source.is_compatible(rules))
-    error->all(
-        FLERR,
-        "Pair evp/lj: 'plasticity' or 'break' has changed since the last setup: use 'run' with "
-        "'pre yes'");
-}
-
-// of special_bonds, or of the pair special option of this sub-style of pair_style hybrid
-void PairData::check_weights() const
-{
-  for (int k = 1; k < 4; k++)
-    if (force->special_lj[k] != 0.0 && force->special_lj[k] != 1.0)
-      error->all(FLERR,
-                 "Pair evp/lj takes special_bonds weights 0 or 1 only, got {}: the force of a pair "
-                 "cannot be scaled",
-                 force->special_lj[k]);
 }
 
 }    // namespace EVP

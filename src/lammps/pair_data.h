@@ -51,12 +51,6 @@ class BondSource : protected Pointers {
   /// See BondStore::version(), 0 without.
   long version() const { return store ? store->version() : 0; }
 
-  /// Do the records have histories just where the rules ask for these?
-  bool is_compatible(const PairRules &rules) const
-  {
-    return !store || store->has_history() == rules.has_history();
-  }
-
   /// ID of the fix that recorded, as of the last update(); empty without.
   std::string recorder;
 
@@ -79,7 +73,7 @@ class PairData : protected Pointers {
     double lowest_ratio;    ///< smallest d/(R_i + R_j) of the packed pairs; 0 if there are none
   };
 
-  PairData(LAMMPS *, Pair *style, Coefficients &);
+  PairData(LAMMPS *, Coefficients &);
 
   /// Of the pair style evp/lj in force, alone or in pair_style hybrid; nullptr if it is another. A
   /// pair_style command deletes it, so what may be asked between runs must look again.
@@ -88,15 +82,14 @@ class PairData : protected Pointers {
   /// The same; stops, naming `who`, if the pair style is another.
   static PairData *require(Force *, Error *, const std::string &who);
 
-  /// Collective. The same if the packed pairs are those of the present positions, else nullptr.
-  static PairData *find_present(Force *);
+  /// Collective. The same if the packed pairs are those of the present positions; else stops, naming `who`.
+  static PairData *require_present(Force *, Error *, const std::string &who);
 
   // what fixes and computes read
 
   /// The packed pairs. Stops unless is_packed(), so take them out of loops.
   const PairLists &packed_pairs() const;
 
-  /// The law with the coefficients of a pair.
   const PairLaw &law_of(const PackedPair &pair) const { return coefficients.law(pair.law); }
 
   /// All that the law says of a packed pair, past its cutoff of it there.
@@ -105,10 +98,10 @@ class PairData : protected Pointers {
     return law_of(pair).state(pair.ratio(), pair);
   }
 
-  /// The pair of two atoms of the present lists, packed or not, with its work of flow [energy]; as its law had no twin.
+  /// The packed pair of two atoms, found by their IDs, and its work of flow [energy]. One that is not packed does not act.
   struct AnyPair {
     PackedPair pair;
-    double deq, work;
+    double work;
     bool recorded;
   };
   AnyPair pair_between(int i, int j, int itype, int jtype) const;
@@ -121,10 +114,6 @@ class PairData : protected Pointers {
 
   /// True where fix nve/evp takes over the damping of some pairs, those with an atom of its group.
   bool damps_implicitly() const { return any_gamma && implicit_groupbit && !fault(NO_IMPLICIT); }
-  bool is_implicit(int i, int j) const
-  {
-    return (atom->mask[i] | atom->mask[j]) & implicit_groupbit;
-  }
 
   /// False where no pair at all has damping of this style's own. The same on all MPI ranks.
   bool damps_explicitly() const { return explicit_damping; }
@@ -141,7 +130,6 @@ class PairData : protected Pointers {
   /// Does any row name the bodies that it holds for, so that the bonds must be measured?
   bool wants_measures() const { return coefficients.any_scaled(); }
 
-  /// The volume energy of fix evp/volume, nullptr without.
   VolumeForces *volume() const
   {
     return volume_ && !volume_->is_closed() ? volume_.get() : nullptr;
@@ -159,12 +147,9 @@ class PairData : protected Pointers {
   /// Were the pairs packed from the neighbor list as it is now, and from the atoms here?
   bool is_packed() const;
 
-  /// Collective, in a run. Updates the positions of ghosts if a fix moves the atoms with the box at the end of
-  /// the step. Otherwise ghosts are at the positions of the last forces, and nothing is sent.
-  void place_ghosts();
-
-  /// Collective. Are the packed pairs all pairs of the present positions? Between runs ghosts are
-  /// brought to these, and atoms must not have moved further than the neighbor list allows.
+  /// Collective. Are the packed pairs all pairs of the present positions? Ghosts are brought to these, but in a run whose
+  /// fixes leave the atoms where they were at the last forces. Between runs atoms must not have moved further than the
+  /// neighbor list allows.
   bool is_present();
 
   /// Collective. Requires is_present().
@@ -173,11 +158,9 @@ class PairData : protected Pointers {
   // what the pair style sets and calls
 
   PairRules rules;
-  GhostUpdate ghosts;
   Cutoffs cuts;
   BondSource source;
 
-  /// See PairHistories.
   void commit(bool at_rest);
   bool would_change() const { return pair_histories.would_change(); }
 
@@ -203,7 +186,7 @@ class PairData : protected Pointers {
   /// atoms. Called before atoms migrate, and before others read the records.
   void return_histories(BondStore &records, PerAtomComm &exchange)
   {
-    pair_histories.return_to(records, snapshot.matches_list(), exchange);
+    pair_histories.return_to(records, exchange);
   }
 
   /// In a minimization the energy of a pair is the work since its last state of rest.
@@ -225,7 +208,7 @@ class PairData : protected Pointers {
   /// Types or coefficients have changed since the last packing.
   void repack() { repack_due = true; }
 
-  /// Before the forces: packs the pairs if the neighbor list, the bonds or radii have changed. Returns whether
+  /// Collective, before the forces: packs the pairs if the neighbor list, the bonds or radii have changed. Returns whether
   /// this is the first packing of a run.
   bool pack_if_due(const NeighList *);
 
@@ -255,14 +238,12 @@ class PairData : protected Pointers {
   bool bonds_missing = false;               // neither broken nor in the list; the same on all ranks
   bool missing_due = false;                 // these are to be settled
   double missing_energy = 0.0;
-  PairRules rules_of_run;
+  mutable std::vector<std::vector<std::pair<const PairList *, PackedRow>>> rows_of_atoms;
+  mutable long rows_build = -1;    // of these, for pair_between()
 
   void report();
-  PairHistory history_of(int i, int j) const;
-  bool pack(const NeighList *, bool collective);
+  bool pack(const NeighList *);
   void agree_on_pairs(const PairListBuilder::Found &, bool same_list);
-  void check_rules() const;
-  void check_weights() const;
 };
 
 }    // namespace EVP

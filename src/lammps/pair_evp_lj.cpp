@@ -14,6 +14,7 @@
 #include "output.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 
@@ -59,10 +60,10 @@ struct PairEVPLJ::SumForLAMMPS : EVP::SumTally {
   }
 };
 
-PairEVPLJ::PairEVPLJ(LAMMPS *lmp) : Pair(lmp), pair_data(lmp, this, coefficients)
+PairEVPLJ::PairEVPLJ(LAMMPS *lmp) : Pair(lmp), pair_data(lmp, coefficients)
 {
   writedata = 1;
-  comm_forward = 3;    // velocities or positions
+  comm_forward = 3;    // velocities
   single_extra = NVALUES;
   svector = new double[NVALUES];
 }
@@ -140,12 +141,6 @@ void PairEVPLJ::settings(int narg, char **arg)
 // or pair_coeff I J FILE:ROW
 void PairEVPLJ::coeff(int narg, char **arg)
 {
-  const bool is_file_and_row = narg == 3 && strchr(arg[2], ':');
-  if (narg < 4 && !is_file_and_row)
-    error->all(FLERR,
-               "Pair evp/lj: pair_coeff needs two atom types and a row: the {} numbers {}, or FILE "
-               "ROW with the name of a row in the file, or FILE:ROW",
-               EVP::NREQUIRED, EVP::row_keys());
   if (!allocated) allocate();
 
   // before the types, which are taken for numbers of the row where they are missing
@@ -191,10 +186,6 @@ void PairEVPLJ::check_host_settings() const
                "give its types rows of their own instead");
   if (!atom->tag_enable)
     error->all(FLERR, "Pair evp/lj needs atom IDs: remove 'atom_modify id no'");
-  if (utils::strmatch(force->pair_style, "^hybrid/scaled"))
-    error->all(FLERR,
-               "Pair evp/lj does not work in pair_style hybrid/scaled, which would scale its "
-               "forces but not the timesteps and energies derived from them: use hybrid/overlay");
 }
 
 double PairEVPLJ::init_one(int i, int j)
@@ -212,7 +203,7 @@ void PairEVPLJ::compute(int eflag, int vflag)
 
   if (pair_data.pack_if_due(list)) EVP::warn_of_timestep(lmp, pair_data);
   const bool damps = pair_data.damping_acts() && pair_data.damps_explicitly();
-  if (damps) pair_data.ghosts.send_velocities();
+  if (damps && !comm->ghost_velocity) comm->forward_comm(this);
   velocities_sent = damps;
   damps ? compute_forces<true>() : compute_forces<false>();
 
@@ -223,6 +214,24 @@ void PairEVPLJ::compute(int eflag, int vflag)
   // a sum that LAMMPS asked for anyway shows whether any force is non-finite
   if ((eflag_either && !std::isfinite(eng_vdwl)) || (summed && !std::isfinite(virial[0])))
     stop_at_blow_up();
+}
+
+// Velocities of ghosts. Periodic images move with a box that deforms with 'remap v'.
+int PairEVPLJ::pack_forward_comm(int n, int *indices, double *buf, int pbc_flag, int *pbc)
+{
+  std::array<double, 3> image{};
+  if (pbc_flag && domain->deform_vremap) image = EVP::image_shift(domain->h_rate, pbc);
+  for (int k = 0; k < n; k++) {
+    const int i = indices[k];
+    const bool moves = atom->mask[i] & domain->deform_groupbit;
+    for (int c = 0; c < 3; c++) buf[3 * k + c] = atom->v[i][c] + (moves ? image[c] : 0.0);
+  }
+  return 3 * n;
+}
+
+void PairEVPLJ::unpack_forward_comm(int n, int first, double *buf)
+{
+  if (n > 0) std::copy_n(buf, (size_t) 3 * n, atom->v[first]);
 }
 
 // names where it began, and the restart file to go back to
@@ -316,9 +325,9 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
   fforce = 0.0;
   if (std::max(i, j) >= atom->nlocal + atom->nghost) return 0.0;
 
-  const auto [pair, deq, work, recorded] = pair_data.pair_between(i, j, itype, jtype);
+  const auto [pair, work, recorded] = pair_data.pair_between(i, j, itype, jtype);
   const EVP::PairLaw &law = pair_data.law_of(pair);
-  const double d = std::sqrt(rsq);
+  const double d = std::sqrt(rsq), deq = 1.0 / pair.inv_deq;
   const EVP::PairState now = law.state(d * pair.inv_deq, pair);
   const bool acts = rsq <= pair.cutsq && factor_lj != 0.0;
   svector[0] = deq;
@@ -331,8 +340,7 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
     fforce = pair_data.volume()->force(i, j, d, law.row.alpha, recorded) / d;
   if (!acts) return 0.0;
   fforce += now.force / d;
-  if (pair_data.damping_acts() && (comm->ghost_velocity || velocities_sent) &&
-      !pair_data.is_implicit(i, j)) {
+  if (pair_data.damping_acts() && (comm->ghost_velocity || velocities_sent)) {
     const EVP::PairGeometry g(rows(atom->x), i, j);
     fforce += EVP::damping_over_distance(law.gamma, g, atom->v[i], atom->v[j]);
   }
@@ -427,5 +435,6 @@ void *PairEVPLJ::extract(const char *name, int &dim)
   dim = -1;    // nothing that fix adapt could write
   if (strcmp(name, "pairs") == 0) return &pair_data;
   dim = 2;
-  return coefficients.table(name);
+  return strcmp(name, "alpha") == 0 ? nullptr
+                                    : coefficients.table(name);    // cutoffs stay in a run
 }

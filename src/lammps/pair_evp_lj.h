@@ -28,17 +28,11 @@ class PairEVPLJ : public Pair {
   void write_data(FILE *) override;
   void write_data_all(FILE *) override;
 
-  /// "pairs": the PairData, for the fixes and computes of this package. The coefficients by their
+  /// "pairs": the PairData, for the fixes and computes of this package. The coefficients but alpha by their
   /// names in the table, for fix adapt.
   void *extract(const char *, int &) override;
-  int pack_forward_comm(int n, int *indices, double *buf, int pbc_flag, int *pbc) override
-  {
-    return pair_data.ghosts.pack(n, indices, buf, pbc_flag, pbc);
-  }
-  void unpack_forward_comm(int n, int first, double *buf) override
-  {
-    pair_data.ghosts.unpack(n, first, buf);
-  }
+  int pack_forward_comm(int n, int *indices, double *buf, int pbc_flag, int *pbc) override;
+  void unpack_forward_comm(int n, int first, double *buf) override;
   double memory_usage() override
   {
     return Pair::memory_usage() + pair_data.memory_usage() + coefficients.memory_usage();

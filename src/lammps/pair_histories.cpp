@@ -14,17 +14,6 @@
 
 namespace EVP {
 
-void PairHistories::begin_run()
-{
-  limit_warned = false;
-  if (!on_any(due, world)) return;
-  due = false;
-  newly_broken.clear();
-  error->all(FLERR,
-             "Pair evp/lj: the last run ended in an error, so that flow and broken bonds since its "
-             "last neighbor build are lost: go back to a restart file");
-}
-
 void PairHistories::commit(bool at_rest, PairWork *work)
 {
   due = true;
@@ -94,63 +83,10 @@ void PairHistories::break_bonds(const std::vector<int> &broken, PairWork *work)
   lists.build++;
 }
 
-PairHistories::RowsByAtom PairHistories::rows_by_atom(const PairList &list, int nlocal)
-{
-  RowsByAtom rows(nlocal);
-  for (const PackedRow &row : list.rows) rows[row.i].push_back(row);
-  return rows;
-}
-
-// index of the first pair in these rows with is(partner), -1 if there is none
-template <class Is>
-int PairHistories::find_pair(const PairList &list, const std::vector<PackedRow> &rows, Is &&is)
-{
-  for (const PackedRow &row : rows)
-    for (int k = row.first; k < row.last; k++)
-      if (is(list.j[k])) return k;
-  return -1;
-}
-
-void PairHistories::copy_from(const PairLists &before)
-{
-  const RowsByAtom bond_rows = rows_by_atom(before.bonds, lists.nlocal),
-                   contact_rows = rows_by_atom(before.contacts, lists.nlocal);
-  const auto find_old = [](const PairList &list, const std::vector<PackedRow> &rows, int j) {
-    return find_pair(list, rows, [j](int partner) {
-      return partner == j;
-    });
-  };
-  std::vector<int> broken;
-  for (const PackedRow &row : lists.bonds.rows)
-    for (int k = row.first; k < row.last; k++) {
-      const int old = find_old(before.bonds, bond_rows[row.i], lists.bonds.j[k]);
-      if (old < 0)
-        broken.push_back(k);
-      else if (lists.bonds.stays())
-        lists.bonds.set_history(k, before.bonds.history_of(old));
-    }
-  if (!broken.empty()) {
-    const auto known = newly_broken;    // they broke before
-    break_bonds(broken, nullptr);
-    newly_broken = known;
-  }
-  // what is left of broken bonds is among them
-  for (const PackedRow &row : lists.contacts.rows)
-    for (int k = row.first; lists.contacts.stays() && k < row.last; k++) {
-      const int old = find_old(before.contacts, contact_rows[row.i], lists.contacts.j[k]);
-      if (old >= 0) lists.contacts.set_history(k, before.contacts.history_of(old));
-    }
-}
-
-void PairHistories::return_to(BondStore &records, bool list_matches, PerAtomComm &exchange)
+void PairHistories::return_to(BondStore &records, PerAtomComm &exchange)
 {
   if (!due) return;
   due = false;
-  if (!on_all(list_matches, world))
-    error->all(
-        FLERR,
-        "Pair evp/lj: atoms were added or deleted before it could keep how bonds have flowed "
-        "or broken: define fix evp/bonds before all fixes that do so");
   send_to_owners(records, exchange);
   newly_broken.clear();
   warn_of_limit();
@@ -216,30 +152,6 @@ void PairHistories::send_to_owners(BondStore &records, PerAtomComm &exchange)
   for (const HistoryOfPair &m : deferred) records.take(m);
 }
 
-// Is the pair not in the list of this style, however close its atoms are, by 'neigh_modify exclude', special_bonds or
-// pair_style hybrid?
-bool PairHistories::is_excluded(int i, tagint partner, const AtomDirectory::Entry &j) const
-{
-  const AtomDirectory::Entry own = AtomDirectory::Entry::of(atom, i);
-  if (!cuts.handles(own.type, j.type)) return true;
-  const auto in_groups = [&](int first, int second) {
-    return ((own.mask & first) && (j.mask & second)) || ((own.mask & second) && (j.mask & first));
-  };
-  if (neighbor->nex_type && neighbor->ex_type[own.type][j.type]) return true;
-  for (int m = 0; m < neighbor->nex_group; m++)
-    if (in_groups(neighbor->ex1_bit[m], neighbor->ex2_bit[m])) return true;
-  for (int m = 0; m < neighbor->nex_mol; m++) {
-    const int bit = neighbor->ex_mol_bit[m];
-    if (in_groups(bit, bit) && (own.molecule == j.molecule) == (neighbor->ex_mol_intra[m] != 0))
-      return true;
-  }
-  for (int k = 0, kind = 1; atom->special && k < atom->nspecial[i][2]; k++) {
-    while (k >= atom->nspecial[i][kind - 1]) kind++;
-    if (atom->special[i][k] == partner) return force->special_lj[kind] == 0.0;
-  }
-  return false;
-}
-
 void PairHistories::find_missing(const BondStore &store)
 {
   missing.clear();
@@ -250,7 +162,7 @@ void PairHistories::find_missing(const BondStore &store)
   std::sort(atoms.begin(), atoms.end());
 
   const auto add = [&](int i, int slot, const AtomDirectory::Entry &partner) {
-    if (!is_excluded(i, (tagint) store.of(i)[slot].partner, partner))
+    if (cuts.handles(atom->type[i], partner.type))
       missing.push_back({i, slot, partner.type, partner.radius});
   };
 
@@ -327,32 +239,6 @@ void PairHistories::warn_of_limit()
         "the largest "
         "force in tension: they soften from now on; give the row a 'saturation', or a smaller e2",
         strain);
-}
-
-bool PairHistories::find(int i, int j, PairHistory &found) const
-{
-  if (rows_build != lists.build) {
-    rows_build = lists.build;
-    rows = {rows_by_atom(lists.bonds, lists.nlocal), rows_by_atom(lists.contacts, lists.nlocal)};
-  }
-  for (const auto &[own, other] : {std::pair(i, j), std::pair(j, i)})
-    for (const PairList *list : {&lists.bonds, &lists.contacts}) {
-      if (own >= lists.nlocal) continue;
-      const tagint *tag = atom->tag, id = tag[other];
-      const int k = find_pair(*list, rows[list->are_bonds ? 0 : 1][own], [tag, id](int partner) {
-        return tag[partner] == id;
-      });
-      if (k < 0) continue;
-      found = list->history_of(k);
-      return true;
-    }
-  for (const BrokenBond &bond : newly_broken)    // of which no contact is left
-    if (std::minmax(atom->tag[bond.i], atom->tag[bond.j]) ==
-        std::minmax(atom->tag[i], atom->tag[j])) {
-      found = {0.0, 0.0, 0.0, 1.0};
-      return true;
-    }
-  return false;
 }
 
 }    // namespace EVP

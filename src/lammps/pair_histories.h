@@ -10,8 +10,6 @@
 #include "cutoffs.h"
 #include "lammps_names.h"
 
-#include <array>
-#include <utility>
 #include <vector>
 
 namespace EVP {
@@ -27,8 +25,12 @@ class PairHistories : protected Pointers {
   {
   }
 
-  /// Collective, at set-up. Stops where those of the last run were lost.
-  void begin_run();
+  /// At set-up. Those of a run that ended in an error are lost.
+  void begin_run()
+  {
+    due = limit_warned = false;
+    newly_broken.clear();
+  }
 
   /// Where the force loop puts the bonds past their cutoffs, nullptr where bonds do not break.
   std::vector<int> *past_cutoff()
@@ -51,11 +53,8 @@ class PairHistories : protected Pointers {
   /// The lists were packed anew: what the last forces found is void.
   void forget_forces() { past.clear(); }
 
-  /// They were packed from the same neighbor list as `before`, and the records have not been told: takes them from there.
-  void copy_from(const PairLists &before);
-
   /// Collective, where they are due: to the records of their atoms.
-  void return_to(BondStore &, bool list_matches, PerAtomComm &);
+  void return_to(BondStore &, PerAtomComm &);
 
   /// Collective, in the packing of a new neighbor list. Which bonds does it not have, as they are past its end?
   void find_missing(const BondStore &);
@@ -69,10 +68,7 @@ class PairHistories : protected Pointers {
   /// moved: the same records, nullptr: they stay as they are.
   Missing settle_missing(const BondStore &, BondStore *moved) const;
 
-  /// Of the pair (i, j) of the lists, which must be those of the present atoms; false where it is not there.
-  bool find(int i, int j, PairHistory &found) const;
-
-  double memory_usage() const { return bytes_of(past, newly_broken, rows[0], rows[1]); }
+  double memory_usage() const { return bytes_of(past, newly_broken); }
 
  private:
   PairLists &lists;
@@ -98,17 +94,10 @@ class PairHistories : protected Pointers {
   std::vector<BrokenBond> newly_broken;    // of this MPI rank, since histories were returned
   bool due = false;
   bool limit_warned = false;
-  using RowsByAtom = std::vector<std::vector<PackedRow>>;
-  mutable std::array<RowsByAtom, 2> rows;    // of bonds and contacts, for find()
-  mutable long rows_build = -1;
 
   void find_next(PairList &);
   void break_bonds(const std::vector<int> &, PairWork *);
   void send_to_owners(BondStore &, PerAtomComm &);
-  bool is_excluded(int i, tagint partner, const AtomDirectory::Entry &) const;
-  static RowsByAtom rows_by_atom(const PairList &, int nlocal);
-  template <class Is>
-  static int find_pair(const PairList &, const std::vector<PackedRow> &rows, Is &&is);
   void warn_of_limit();
 };
 

@@ -17,8 +17,6 @@ namespace EVP {
 
 using Source = Coefficients::Source;
 
-static constexpr int MOST_LINES = 20;
-
 template <class F> void RowLaws::stop_at_bad_row(int i, int j, F &&f) const
 {
   stop_at_bad_input(error, fmt::format("Pair evp/lj, types {} and {}", i, j), f);
@@ -83,13 +81,10 @@ std::string RowLaws::describe() const
   const auto volume = VolumeForces::find(modify);
   const bool with_kv = volume && volume->is_of_rows();
   std::string lines;
-  int count = 0;
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++)
-      if (cuts.handles(i, j) && coefficients.row(i, j).is_scaled() && ++count <= MOST_LINES)
+      if (cuts.handles(i, j) && coefficients.row(i, j).is_scaled())
         lines += describe(i, j, with_kv);
-  if (count > MOST_LINES)
-    lines += fmt::format("pair evp/lj: and {} more pairs of types\n", count - MOST_LINES);
   return lines;
 }
 

@@ -71,6 +71,18 @@ namespace scene {
     return nullptr;
   }
 
+  /// Stops, naming `who`, where there is another fix of this style. One that it replaces is gone by now.
+  inline void demand_only_one(const Modify *modify, Error *error, const Fix *self,
+                              const std::string &who)
+  {
+    for (int k = 0; k < modify->nfix; k++)
+      if (const Fix *other = modify->fix[k];
+          other && other != self && strcmp(other->style, self->style) == 0)
+        error->all(FLERR,
+                   "{}: fix {} is of this style too, but only one is allowed: 'unfix {}' first",
+                   who, other->id, other->id);
+  }
+
   /// The object of that name which the fix of that style shares, nullptr without the fix.
   template <class T>
   std::shared_ptr<T> find_shared(const Modify *modify, const char *style, const char *name)
@@ -80,23 +92,9 @@ namespace scene {
     return fix ? *(std::shared_ptr<T> *) fix->extract(name, dim) : nullptr;
   }
 
-  /// Is that the name of a fix of ours?
   inline bool is_ours(const char *style)
   {
     return utils::strmatch(style, "/evp$") || utils::strmatch(style, "^evp/");
-  }
-
-  /// A fix that was defined before this one and may add, delete or move atoms before it at a neighbor build, nullptr if
-  /// there is none: ours do not, nor do those that keep the history of granular styles.
-  inline const Fix *find_earlier_exchange_fix(const Modify *modify, const Fix *self)
-  {
-    for (int k = 0; k < modify->nfix && modify->fix[k] != self; k++) {
-      const Fix *const other = modify->fix[k];
-      if ((modify->fmask[k] & FixConst::PRE_EXCHANGE) && !is_ours(other->style) &&
-          !utils::strmatch(other->style, "_HISTORY$"))
-        return other;
-    }
-    return nullptr;
   }
 
   /// Is this a run of at least one step? False for minimizations, 'run 0', and rerun, where LAMMPS keeps the steps
@@ -125,7 +123,6 @@ namespace scene {
     return false;
   }
 
-  /// Mass of an atom [mass].
   inline double mass(const Atom *atom, int i)
   {
     return atom->rmass ? atom->rmass[i] : atom->mass[atom->type[i]];
@@ -183,21 +180,6 @@ namespace scene {
       error->all(FLERR,
                  "{}: {} holds for three-dimensional bodies, but 'dimension 2' is in force: {}",
                  who, what, remedy);
-  }
-
-  /// Stops, naming `who`, where a box deforms with 'remap v' and moves the images of some atoms only: the
-  /// two atoms of a pair would then see different velocities of each other.
-  inline void demand_images_that_move(const Domain *domain, Modify *modify, Error *error,
-                                      const std::string &who)
-  {
-    if (!domain->deform_vremap || domain->deform_groupbit == 1) return;
-    for (const Fix *fix : modify->get_fix_list())
-      if (utils::strmatch(fix->style, "^deform"))
-        error->all(
-            FLERR,
-            "{}: fix {} of style {} has 'remap v' for a part of the atoms, and pairs with the "
-            "others would differ in their velocity across the boundary: give it group all",
-            who, fix->id, fix->style);
   }
 
 }    // namespace scene

@@ -268,7 +268,7 @@ void warn_of_timestep(LAMMPS *lmp, const PairData &pair_data)
   const bool implicit = limits.all_implicit();
   const double dt = update->dt;    // most runs are spared the eigenvalues
   if (dt <= limits.row_sum_dt(!implicit) || (!implicit && limits.is_stable_explicitly(dt))) return;
-  const double limit = implicit ? limits.implicit_dt() : limits.explicit_dt();
+  const double limit = limits.limit();
   if (dt > (1.0 + StableTimesteps::ACCURACY) * limit && !fault(NO_DT_WARNING) && lmp->comm->me == 0)
     lmp->error->warning(FLERR,
                         "Pair evp/lj: the timestep {:.6g} is {:.4g} times the largest stable "

@@ -37,9 +37,10 @@ class StableTimesteps : protected Pointers {
   /// Not above explicit_dt(); without the damping not above undamped_dt().
   double row_sum_dt(bool with_damping = true) const;
 
-  /// Is implicit_dt() the limit, as fix nve/evp integrates all the free atoms that interact? Else explicit_dt() is.
-  bool all_implicit() const;
+  /// The largest stable timestep: implicit_dt() where fix nve/evp integrates all the free atoms that interact, else
+  /// explicit_dt().
   double limit() { return all_implicit() ? implicit_dt() : explicit_dt(); }
+  bool all_implicit() const;
 
   /// Not above limit(), and without any eigenvalue.
   double bound() const;

@@ -85,23 +85,6 @@ inline std::array<double, 3> unwrapping(const Edges &edges, imageint image)
   return image_shift(edges.data(), pbc);
 }
 
-/// A box that deforms with 'remap v', from one force evaluation to the next.
-struct MovingBox {
-  Edges edges{}, rates{};    ///< at the present forces, the rates being those of LAMMPS
-  Edges moved{};             ///< since the forces before
-
-  /// At a set-up, or where the box is about to be that of the next forces.
-  void go_on(const Domain *domain)
-  {
-    for (int c = 0; c < 6; c++) moved[c] = domain->h[c] - edges[c];
-    std::copy_n(domain->h_rate, 6, rates.begin());
-    note_flip(domain);
-  }
-
-  /// The same box with other edges: how these have moved is the same, too, as LAMMPS flips tilts only.
-  void note_flip(const Domain *domain) { std::copy_n(domain->h, 6, edges.begin()); }
-};
-
 /// Of forces times counts of boxes, see PairWork::through.
 inline double work_of(const Edges &through, const Edges &moved)
 {
@@ -118,6 +101,7 @@ class BoxWork {
   explicit BoxWork(const PairWork &pairs_in) : pairs(pairs_in) {}
 
   bool acts = false;       ///< in this run
+  Edges edges{};           ///< of the box at the present forces
   double kinetic = 0.0;    ///< before atoms are wrapped
 
   void begin_run(bool deforms)
@@ -130,7 +114,7 @@ class BoxWork {
   /// of a run without.
   double begin(const Domain *domain)
   {
-    box.go_on(domain);
+    move_to(domain);
     const double done = carried + through_moved();
     carried = 0.0;
     take_forces();
@@ -139,16 +123,13 @@ class BoxWork {
 
   /// By damping forces across the boundary over half a step dt. They act at the rates of the box that dampers see, which
   /// in single steps are not those at which LAMMPS moves it.
-  double by_damping(double dt) const
-  {
-    return 0.5 * dt * work_of(pairs.through.damping, box.rates);
-  }
+  double by_damping(double dt) const { return 0.5 * dt * work_of(pairs.through.damping, rates); }
 
   /// Where the box is about to be that of the next forces. damping, solved: work by explicit and implicit damping in the
   /// half step before.
   void begin_step(const Domain *domain, double damping, double solved)
   {
-    box.go_on(domain);
+    move_to(domain);
     done = damping + through_moved() + solved;
     prescribed = others = 0.0;
   }
@@ -163,7 +144,7 @@ class BoxWork {
   /// Half of what a force would do on an atom along with its unwrapped position.
   double along(imageint image, const double *f) const
   {
-    const auto shift = unwrapping(box.moved, image);
+    const auto shift = unwrapping(moved, image);
     return 0.5 * (f[0] * shift[0] + f[1] * shift[1] + f[2] * shift[2]);
   }
 
@@ -181,21 +162,28 @@ class BoxWork {
     return damping;
   }
 
-  /// At a neighbor build: LAMMPS may have flipped the box, and has wrapped atoms.
-  void note_flip(const Domain *domain) { box.note_flip(domain); }
+  /// At a neighbor build: LAMMPS may have flipped the box, of which tilts alone change, and has wrapped atoms.
+  void note_flip(const Domain *domain) { std::copy_n(domain->h, 6, edges.begin()); }
   void note_wrapped(double kinetic_now) { carried += kinetic_now - kinetic; }
-
-  const Edges &edges() const { return box.edges; }
 
  private:
   const PairWork &pairs;
-  bool before = false;    // at the last forces?
-  MovingBox box;
+  bool before = false;     // at the last forces?
+  Edges rates{};           // at the present forces, those of LAMMPS
+  Edges moved{};           // edges, since the forces before
   Edges through{};         // without damping, of the last forces
   double carried = 0.0;    // kinetic energy gained where atoms were wrapped, since the last step
   double done = 0.0;       // so far, in the step under way
 
-  double through_moved() const { return 0.5 * work_of(through, box.moved); }
+  // at a set-up, or where the box is about to be that of the next forces
+  void move_to(const Domain *domain)
+  {
+    for (int c = 0; c < 6; c++) moved[c] = domain->h[c] - edges[c];
+    std::copy_n(domain->h_rate, 6, rates.begin());
+    note_flip(domain);
+  }
+
+  double through_moved() const { return 0.5 * work_of(through, moved); }
   void take_forces()
   {
     through = pairs.through.whole;

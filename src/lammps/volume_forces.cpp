@@ -27,21 +27,19 @@ std::shared_ptr<VolumeForces> VolumeForces::find(const Modify *modify)
 }
 
 void VolumeForces::pack(const NeighList *neighbors, PairLists &lists, const BondStore &store,
-                        const Coefficients &coefficients, bool collective)
+                        const Coefficients &coefficients)
 {
   within = store.within();
   zone = store.zone;
-  if (collective) {
-    if (store.version() != version) {
-      // the records may have come with a restart file, or the store may be another of the same bonds
-      if (!on_all(are_of(store), world)) take_records(store, coefficients);
-      version = store.version();
-    }
-    has_bonds.assign(VolumePasses::WIDTH * (size_t) lists.nall, 0.0);
-    for (int i = 0; i < lists.nlocal; i++)
-      has_bonds[VolumePasses::WIDTH * (size_t) i] = has_strain(i);
-    exchange.forward_comm(has_bonds);
+  if (store.version() != version) {
+    // the records may have come with a restart file, or the store may be another of the same bonds
+    if (!on_all(are_of(store), world)) take_records(store, coefficients);
+    version = store.version();
   }
+  has_bonds.assign(VolumePasses::WIDTH * (size_t) lists.nall, 0.0);
+  for (int i = 0; i < lists.nlocal; i++)
+    has_bonds[VolumePasses::WIDTH * (size_t) i] = has_strain(i);
+  exchange.forward_comm(has_bonds);
 
   lists.bonds.inv_dlim.resize(lists.bonds.size());
   std::vector<int> bonded_to(lists.nall, -1);    // the last particle that has a bond with this one
@@ -55,10 +53,7 @@ void VolumeForces::pack(const NeighList *neighbors, PairLists &lists, const Bond
         lists.bonds.inv_dlim[k] = 1.0 / dlim(coefficients, i, j, true);
       }
     if (!has_strain(i)) continue;
-    for (PairList *list : {&lists.parted, &lists.fresh})
-      if (!list->make_room(neighbors->numneigh[i]))
-        error->one(FLERR, "{}: more than {} pairs on one MPI rank: use more ranks", who,
-                   PairList::MOST);
+    for (PairList *list : {&lists.parted, &lists.fresh}) list->make_room(neighbors->numneigh[i]);
     int nparted = 0, nfresh = 0;
     for (int jj = 0; jj < neighbors->numneigh[i]; jj++) {
       const int j = neighbors->firstneigh[i][jj] & NEIGHMASK;

@@ -50,7 +50,6 @@ class VolumeForces : protected Pointers {
     if (!forces->acts()) forces->forget();
   }
 
-  /// Is KV that of the rows of the pair style?
   bool is_of_rows() const { return from_rows; }
 
   /// False where no row of the pair style has a kv: it costs no time then.
@@ -67,9 +66,8 @@ class VolumeForces : protected Pointers {
 
   // what the pairs call
 
-  /// Takes the pairs of a neighbor list; where all MPI ranks do, the references of new bonds too.
-  void pack(const NeighList *, PairLists &, const BondStore &, const Coefficients &,
-            bool collective);
+  /// Collective. Takes the pairs of a neighbor list, and the references of new bonds.
+  void pack(const NeighList *, PairLists &, const BondStore &, const Coefficients &);
 
   /// Collective. Strains and energies at the present positions.
   void evaluate(const PairLists &, const ParticleView &);
@@ -117,7 +115,6 @@ class VolumeForces : protected Pointers {
   double energy(int i) const { return state(i).energy; }
   double energy() const { return energy_here; }
 
-  /// Of a local atom.
   VolumeStiffness stiffness(int i) const { return state(i).stiffness; }
 
   double memory_usage() const

@@ -246,25 +246,6 @@ run 2
     assert run["f_bonds[5]"][-1] == 0.0 and run["f_e[11]"][-1] == 0.0
 
 
-EXCLUDED = {"types": "set group two type 2\nneigh_modify exclude type 1 2\n", "groups": "neigh_modify exclude group one two\n"}
-
-
-@pytest.mark.parametrize("ranks", [1, 2])
-def test_an_excluded_bond_does_nothing(lmp_decks, ranks):
-    """A pair that neigh_modify excludes has no force: no bond of it flows, breaks or holds energy, wherever its atoms go."""
-    text = TWO.format(newton="on", ghosts=0.03).replace("create_box 1", "create_box 2")
-    text = text.replace("thermo_style", "fix ledger all evp/energy\nthermo_style") + "fix n all nve\nrun 1\n{}" + """
-run 1
-displace_atoms two move 0.006 0 0
-run 2
-print "broken $(f_b[5]) entries $(f_ledger[1]) $(f_ledger[3]) $(f_ledger[9]) $(f_ledger[11])"
-"""
-    kinds = itertools.product(EXCLUDED, ("contact none", "contact none plasticity isotropic", "contact repulsive break 0.02"))
-    decks = {(name, rules): text.format(EXCLUDED[name]).replace("contact repulsive break 0.02", rules) for name, rules in kinds}
-    for kind, run in lmp_decks(decks, ranks).items():
-        assert "broken 0 entries 0 0 0 0\n" in run.stdout, kind
-
-
 def test_a_deleted_partner_breaks_no_bond(lmp):
     run = lmp(TWO.format(newton="on", ghosts=0.03) + "fix n all nve\nrun 1\ndelete_atoms group two compress no\nrun 2\nprint \"broken $(f_b[5])\"\n").ok()
     assert "broken 0\n" in run.stdout

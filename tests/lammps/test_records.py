@@ -201,11 +201,8 @@ def test_coefficients_come_back_from_restart_and_data(lmp, tmp_path, reference):
 
 BODIES = " within {} (bodies only repel each other, elastically)"
 WITHOUT_RECORDS = ("Pair evp/lj: the bonds were recorded by fix bonds, whose records are not here", "define 'fix bonds all evp/bonds' right after read_restart")
-ANOTHER_WORD = "Fix bonds evp/bonds: the bonds of the restart file were recorded with another 'within' than {}: leave it out"
 AFTER_RESTART = [  # words of the fix that recorded, the fix after read_restart, what is said of it
     ("", "", WITHOUT_RECORDS), ("", "fix springs all evp/bonds", WITHOUT_RECORDS),
-    ("within type", "fix bonds all evp/bonds within molecule", (ANOTHER_WORD.format("molecule"),)),
-    ("", "fix bonds all evp/bonds within type", (ANOTHER_WORD.format("type"),)),
 ]
 
 
@@ -219,9 +216,13 @@ say(tell("clear", LOAD, {head(start="read_restart s.restart") + MOLECULES + then
         assert recorded == "ok" and all(text in refusal for text in texts), (first, then, refusal)
 
 
-def test_the_remedy_of_that_error(lmp, tmp_path, bar):
-    """Bonds go on as they are, under another rule for contacts; all atoms are made one molecule."""
+def test_another_within_after_a_restart(lmp, tmp_path, bar):
+    """The fix keeps that of the file and says so. By a bond file bonds go on under another rule for contacts; all atoms are made one molecule."""
     lmp(head() + pair(fix=FIX + "type") + "run 0\nwrite_restart s.restart\n").ok()
+    for given in ("", " within molecule"):
+        run = lmp(head(start="read_restart s.restart") + MOLECULES + f"fix bonds all evp/bonds{given}\nfix move all nve\nrun 1\n").ok()
+        assert "fix bonds" + BODIES.format("type") in run.stdout
+        assert ("the bonds are those of the restart file, not of the 'zone', 'file' or 'within' given here" in run.stdout) == bool(given)
     text = head(start="read_restart s.restart") + MOLECULES + "set group all mol 1\nfix bonds all evp/bonds\nwrite_evp_bonds s.bonds\nunfix bonds\n"
     run = lmp(text + "fix again all evp/bonds file s.bonds within molecule\nfix move all nve\nrun 1\nwrite_evp_bonds t.bonds\n").ok()
     assert "from file s.bonds and within molecule" in run.stdout and "fix again" + BODIES.format("molecule") in run.stdout

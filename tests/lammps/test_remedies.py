@@ -143,18 +143,3 @@ def test_bonds_of_a_restart_file_are_dropped_before_any_run(lmp, lmp_decks):
     assert "no fix evp/bonds: every pair has deq = R_i + R_j" in without.stdout
     assert "deq of bonds from fix bonds" in same.stdout.rpartition("read_restart")[2] and "fix evp/bonds again: recorded" in other.stdout
     refused(lmp(start + "fix move all nve\nrun 0\n"), "the bonds were recorded by fix bonds, whose records are not here")
-
-
-def test_ids_exchanged_without_a_new_neighbor_list(tmp_path):
-    """New coefficients pack the pairs again, with the IDs that atoms have now."""
-    exchanged, mended = run_program(SAY + f"""
-start({row()!r}, {FIX!r}, LOOSE, "run 0")
-lammps.lammps_extract_atom.restype = ctypes.POINTER(ctypes.c_int)
-ids = lammps.lammps_extract_atom(handle, b"id")
-ids[0], ids[1] = ids[1], ids[0]
-say(tell({SAME!r}, "run 1 pre no"))
-ids[0], ids[1] = ids[1], ids[0]
-say(tell("run 0"), bonds())
-""", tmp_path).stdout.splitlines()
-    assert "IDs of atoms have changed since the last neighbor build" in exchanged
-    assert mended == f"ok {BONDS:.1f}"

@@ -149,8 +149,8 @@ TEST(BondStore, FindsAtomsUnderTheIDsOfOthers)
   const BondStore store = recorded();
   const int same[] = {7, 5, 9, 12}, renumbered[] = {7, 6, 9, 12}, newcomer[] = {7, 5, 9, 8};
   EXPECT_FALSE(store.find_misplaced(same, 4));
-  EXPECT_EQ(store.find_misplaced(renumbered, 4).renumbered, 6);
-  EXPECT_EQ(store.find_misplaced(newcomer, 4).newcomer, 8);
+  EXPECT_EQ(store.find_misplaced(renumbered, 4), 6);
+  EXPECT_EQ(store.find_misplaced(newcomer, 4), 8);
   EXPECT_FALSE(BondStore().find_misplaced(newcomer, 4));
 }
 
