@@ -29,7 +29,7 @@ SPHERES, SEED = 2000, 1  # of the specimens that rows are fitted to
 CHECKS = ((2000, 2), (4000, 3))  # spheres and seed of specimens that they were not fitted to
 TIMEOUT = 1800.0
 BALLISTICS = "Johnson and Cook, 7th Int. Symp. on Ballistics, The Hague, 1983"
-PULLED, PUSHED, PRESSED = (0.02, 0.05), (-0.02, -0.05), (-0.05, -0.3)  # strains of the stresses that rows are fitted to
+PULLED, PUSHED, FAR, PRESSED = (0.02, 0.05), (-0.02, -0.05), (-0.05, -0.3), (-0.02, -0.05, -0.1, -0.2, -0.3)  # strains of the stresses that rows are fitted to
 
 
 class Metal(NamedTuple):
@@ -50,12 +50,13 @@ METALS = {
     "aluminium_2024T351": Metal("aluminium 2024-T351", JohnsonCook(73e9, 265e6, 426e6, 0.34), 2770.0, 0.33, PULLED, BALLISTICS),
     "copper_OFHC": Metal("OFHC copper", JohnsonCook(124e9, 90e6, 292e6, 0.31), 8960.0, 0.34, PULLED, BALLISTICS),
     "copper_taylor": Metal(
-        "copper of the Taylor benchmark", JohnsonCook(117e9, 400e6, 100e6, 1.0), 8930.0, 0.35, PRESSED,
+        "copper of the Taylor benchmark", JohnsonCook(117e9, 400e6, 100e6, 1.0), 8930.0, 0.35, FAR,
         "The usual benchmark of a copper bar of 32.4 x 6.4 mm at 227 m/s: yield 400 MPa, linear hardening 100 MPa"),
-    "steel_4340": Metal("4340 steel", JohnsonCook(205e9, 792e6, 510e6, 0.26), 7830.0, 0.29, PRESSED, BALLISTICS + "; E of handbooks"),
+    "steel_4340": Metal("4340 steel", JohnsonCook(205e9, 792e6, 510e6, 0.26), 7830.0, 0.29, PUSHED, BALLISTICS + "; E of handbooks"),
     "titanium_6Al4V": Metal("Ti-6Al-4V", JohnsonCook(114e9, 1098e6, 1092e6, 0.93), 4430.0, 0.33, PUSHED,
                             "Lesuer, DOT/FAA/AR-00/25, 2000; E and Poisson's ratio of handbooks"),
 }
+METALS["steel_4340_pressed"] = METALS["steel_4340"]._replace(title="4340 steel, pressed", strains=PRESSED)
 
 
 def targets_of(metal):
