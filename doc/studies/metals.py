@@ -6,14 +6,14 @@
   metals.py --only steel_4340   calibrates these only; the others must be in --work already
 
 tools/calibrate.py fits each row. The row is then tested with -var material on specimens that it was not fitted to, one of another
-seed and one of 4000 spheres, in tension to a strain of 10 % and in compression to 20 %. Writes the potential file, the page, a CSV of the same
-name with the measured values, and figures/metals.png with its CSV. About 20 minutes on two cores.
+seed and one of 4000 spheres, on the first of them in tension to a strain of 20 % and in compression to 40 %. Writes the potential file, the page, a CSV of the same
+name with the measured values, and figures/metals.png with its CSV. About an hour and a half on one core.
 """
 
 import json
 from typing import NamedTuple
 
-from study import CHECKOUT, RunError, Study, errors_in_one_line, write_csv
+from study import CHECKOUT, DECKS, RunError, Study, deck_command, errors_in_one_line, write_csv
 import calibrate
 import numpy as np
 from evp import calibration, figures
@@ -22,12 +22,14 @@ from johnson_cook import JohnsonCook, from_handbook
 
 MPA = 1e6
 POTENTIALS = CHECKOUT / "potentials" / "metals.evp"
-SIDES = {"tension": (0.05, 0.1), "compression": (-0.1, -0.2)}  # strains to which departures are told; the last one ends the curve
+SIDES = {"tension": (0.05, 0.1, 0.2), "compression": (-0.1, -0.2, -0.4)}  # strains at which differences are told; the last one ends the curve
+WITHIN = 0.06  # of Johnson-Cook's stress: the strains between which a row is so near are told
+INCREMENT, STEP = 0.008, 0.0005  # of strain: of these curves; between two of their differences
 SPHERES, SEED = 2000, 1  # of the specimens that rows are fitted to
 CHECKS = ((2000, 2), (4000, 3))  # spheres and seed of specimens that they were not fitted to
 TIMEOUT = 1800.0
 BALLISTICS = "Johnson and Cook, 7th Int. Symp. on Ballistics, The Hague, 1983"
-PULLED, PUSHED, PRESSED = (0.02, 0.05), (-0.02, -0.05), (-0.05, -0.3)  # strains of the stresses that rows are fitted to
+PULLED, PUSHED, FAR, PRESSED = (0.02, 0.05), (-0.02, -0.05), (-0.05, -0.3), (-0.02, -0.05, -0.1, -0.2, -0.3)  # strains of the stresses that rows are fitted to
 
 
 class Metal(NamedTuple):
@@ -48,12 +50,13 @@ METALS = {
     "aluminium_2024T351": Metal("aluminium 2024-T351", JohnsonCook(73e9, 265e6, 426e6, 0.34), 2770.0, 0.33, PULLED, BALLISTICS),
     "copper_OFHC": Metal("OFHC copper", JohnsonCook(124e9, 90e6, 292e6, 0.31), 8960.0, 0.34, PULLED, BALLISTICS),
     "copper_taylor": Metal(
-        "copper of the Taylor benchmark", JohnsonCook(117e9, 400e6, 100e6, 1.0), 8930.0, 0.35, PRESSED,
+        "copper of the Taylor benchmark", JohnsonCook(117e9, 400e6, 100e6, 1.0), 8930.0, 0.35, FAR,
         "The usual benchmark of a copper bar of 32.4 x 6.4 mm at 227 m/s: yield 400 MPa, linear hardening 100 MPa"),
     "steel_4340": Metal("4340 steel", JohnsonCook(205e9, 792e6, 510e6, 0.26), 7830.0, 0.29, PUSHED, BALLISTICS + "; E of handbooks"),
     "titanium_6Al4V": Metal("Ti-6Al-4V", JohnsonCook(114e9, 1098e6, 1092e6, 0.93), 4430.0, 0.33, PUSHED,
                             "Lesuer, DOT/FAA/AR-00/25, 2000; E and Poisson's ratio of handbooks"),
 }
+METALS.update({f"{name}_pressed": METALS[name]._replace(title=f"{METALS[name].title}, pressed", strains=PRESSED) for name in ("steel_4340",)})
 
 
 def targets_of(metal):
@@ -87,40 +90,72 @@ def calibrated(name, study):
 def pulled(out, name, aims, spheres, seed, study):
     """{found, strain, stress [Pa]} of the row on a body, by -var material, to the largest strain of the targets; {failed: reason} where the body did
     not come to rest."""
-    row = [line.split() for line in out.read_text(encoding="utf-8").splitlines() if line.startswith(f"{name} ")][0]
     body = calibration.make_body(study.work, spheres, seed, aims.density, TIMEOUT)
     try:
-        found, curve = calibration.pull_material(body, {"material": f"{out}:{name}"}, float(row[7]), aims, 1.0, study.ranks, study.work, TIMEOUT, f"{name}, {spheres} spheres")
+        found, curve = calibration.pull_material(body, {"material": f"{out}:{name}"}, xi_of(out, name), aims, 1.0, study.ranks, study.work, TIMEOUT, f"{name}, {spheres} spheres")
     except calibration.Failed as failure:
         return {"failed": str(failure)}
     return {"found": found, "strain": [float(f"{value:.6g}") for value in curve[0]], "stress": [float(f"{value:.6g}") for value in curve[1]]}
+
+
+def xi_of(out, name):
+    """xi_s of the row."""
+    return next(float(line.split()[7]) for line in out.read_text(encoding="utf-8").splitlines() if line.startswith(f"{name} "))
+
+
+def far(out, name, side, study):
+    """{strain, stress [Pa]} of the row on the first body that it was not fitted to, by -var material, to the last strain of the side, or as far as the
+    body comes to rest."""
+    (spheres, seed), end, prefix = CHECKS[0], SIDES[side][-1], f"{name}_{side}"
+    body = study.runs.body(f"far_{spheres}_{seed}", n=spheres, seed=seed)
+    first = calibration.legs(xi_of(out, name), targets_of(METALS[name])._replace(points=((1.0, end),)), 1.0)[:2]
+    for number, (strain, increment) in enumerate([*first, (end, INCREMENT)]):
+        try:
+            study.runs.keep(f"{prefix}_{number}", deck_command(DECKS / "in.quasistatic", {
+                "specimen": body, "material": f"{out}:{name}", **calibration.RULES, "strain": f"{strain:.9g}", "increment": f"{increment:.9g}",
+                "resume": "yes" if number else "no", "out": prefix}, study.ranks))
+        except RunError as error:
+            if "did not come to rest" not in str(error):
+                raise
+            break
+    strain, stress = calibration.read_curve(study.runs.folder / f"{prefix}.csv")
+    return {"strain": [float(f"{value:.6g}") for value in strain], "stress": [float(f"{value:.6g}") for value in stress]}
 
 
 def measure(name, study):
     """What the page tells of a row: found, off, runs, checks by (spheres, seed), and the two curves; kept in --work."""
     out, runs_of = calibrated(name, study)
     kept, aims = study.work / f"{name}.json", targets_of(METALS[name])
+    sides = {side: far(out, name, side, study) for side in SIDES}
     if kept.exists():
-        return json.loads(kept.read_text(encoding="utf-8"))
+        return {**json.loads(kept.read_text(encoding="utf-8")), **sides}
     runs = [json.loads(line) for line in runs_of.read_text(encoding="utf-8").splitlines()][1:]
     best = min((one["found"] for one in runs if one["state"] == "done"), key=lambda found: max(map(abs, off_target(found, aims).values())))
-    one = {"found": best, "runs": len(runs), "checks": {f"{spheres}, {seed}": pulled(out, name, aims, spheres, seed, study) for spheres, seed in CHECKS},
-           **{side: pulled(out, name, aims._replace(points=((1.0, ends[-1]),)), *CHECKS[0], study) for side, ends in SIDES.items()}}
+    one = {"found": best, "runs": len(runs), "checks": {f"{spheres}, {seed}": pulled(out, name, aims, spheres, seed, study) for spheres, seed in CHECKS}}
     kept.write_text(json.dumps(one), encoding="utf-8")
-    return one
+    return {**one, **sides}
 
 
-def largest(metal, curve, end):
-    """'+3.1 % at 1.2 %' from the 0.2 % yield strain to the strain `end`; or why there is none."""
-    if "failed" in curve:
-        return "not at rest"
-    strain, stress = np.array(curve["strain"]), np.array(curve["stress"])
-    sign = np.sign(end)
-    reference = np.maximum(metal.law.nominal(sign * strain), 1e-9 * metal.law.modulus)
-    beyond = (strain >= metal.law.offset_yield(sign) / metal.law.modulus + calibration.YIELD_OFFSET) & (strain <= abs(end) + 1e-9)
-    off = stress[beyond] / reference[beyond] - 1.0
-    k = int(np.argmax(np.abs(off)))
-    return f"{100.0 * off[k]:+.1f} % at {100.0 * strain[beyond][k]:.1f} %"
+def differences(metal, curve, side):
+    """(strains, stress over Johnson-Cook's - 1) from the 0.2 % yield strain to the end of the curve, by STEP."""
+    sign, strain, stress = np.sign(SIDES[side][-1]), curve["strain"], curve["stress"]
+    first = metal.law.offset_yield(sign) / metal.law.modulus + calibration.YIELD_OFFSET
+    at = np.append(np.arange(first, strain[-1], STEP), strain[-1])
+    return at, np.interp(at, strain, stress) / metal.law.nominal(sign * at) - 1.0
+
+
+def near(metal, curve, side):
+    """'0.7 to 1.9, 11.7 to 18.0': the ranges of strains [%] within which the differences are at most WITHIN; 'none'."""
+    at, off = differences(metal, curve, side)
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], np.abs(off) <= WITHIN, [0])).astype(int)))
+    return ", ".join(f"{100.0 * at[first]:.1f} to {100.0 * at[last - 1]:.1f}" for first, last in zip(edges[::2], edges[1::2])) or "none"
+
+
+def far_cells(metal, curve, side):
+    """The ranges, and the differences at the strains of the side; where the body came to rest no more, up to which strain it did."""
+    at, off = differences(metal, curve, side)
+    return (near(metal, curve, side),
+            *(f"{100.0 * np.interp(abs(end), at, off):+.1f} %" if at[-1] > abs(end) - 1e-6 else f"at rest to {100.0 * at[-1]:.1f} %" for end in SIDES[side]))
 
 
 def draw(study, curves):
@@ -136,8 +171,6 @@ def draw(study, curves):
                 dashes = "-" if sign > 0 else (0, (4, 2))
                 axis.plot(100.0 * at, reference / MPA, color="#555555", linewidth=1.2, linestyle=dashes, label=f"Johnson-Cook, {side}")
                 rows += [(name, f"Johnson-Cook, {side}", f"{100.0 * a:.6g}", f"{b / MPA:.6g}") for a, b in zip(at, reference)]
-                if "failed" in curve:
-                    continue
                 strain, stress = np.array(curve["strain"]), np.array(curve["stress"]) / MPA
                 axis.plot(100.0 * strain, stress, label=f"evp/lj, {side}", **{**figures.line_style(k), "linestyle": dashes})
                 rows += [(name, f"evp/lj, {side}", f"{100.0 * a:.6g}", f"{b:.6g}") for a, b in zip(strain, stress)]
@@ -145,7 +178,7 @@ def draw(study, curves):
             points = [(100.0 * (aims.yield_strain + calibration.YIELD_OFFSET), aims.yield_stress / MPA)]
             points += [(100.0 * abs(strain), stress / MPA) for stress, strain in aims.points]
             axis.plot(*zip(*points), "o", color="black", label="targets of the fit", zorder=5)
-            axis.set(title=metal.title, xlim=(0, 20.5), xlabel="nominal strain [%]", ylim=(0, None))
+            axis.set(title=metal.title, xlim=(0, None), xlabel="nominal strain [%]", ylim=(0, None))
         for axis in axes[:, 0]:
             axis.set_ylabel("nominal stress [MPa]")
         for axis in axes.flat[len(METALS):]:
@@ -187,19 +220,19 @@ def page(results):
             others.append((name, spheres, seed, *cells(off_target(check["found"], aims), aims)))
             unfitted += map(abs, off_target(check["found"], aims).values())
             apart += (abs(check["found"][what] / one["found"][what] - 1.0) for what in aims.aims)
-    ends = [(side, end) for side, every in SIDES.items() for end in every]
-    differences = [(name, *(largest(METALS[name], one[side], end) for side, end in ends)) for name, one in results.items()]
+    beyond = [(name, *(cell for side in SIDES for cell in far_cells(METALS[name], one[side], side))) for name, one in results.items()]
     sources = [f"- {name}: E {metal.law.modulus / 1e9:g} GPa, A {metal.law.a / MPA:.4g} MPa, B {metal.law.b / MPA:.4g} MPa, n {metal.law.n:.3g}, {metal.density:g} kg/m3. {metal.source}."
                for name, metal in METALS.items()]
     return {"count": len(results), "spheres": SPHERES, "sources": "\n".join(sources),
             **{key: f"{100.0 * max(values, default=float('nan')):.1f}" for key, values in (("fitted", worst), ("unfitted", unfitted), ("apart", apart))},
             "targets": (("row", "metal", "E [GPa]", "error [%]", "0.2 % yield stress [MPa]", "error [%]", "stresses [MPa] at strains", "errors [%]", "nu", "error [%]", "runs"), targets),
-            "differences": (("row", *(f"{side}, to {100.0 * abs(end):g} %" for side, end in ends)), differences),
+            "within": f"{100.0 * WITHIN:g}", "increment": f"{100.0 * INCREMENT:g}", "far_spheres": CHECKS[0][0],
+            "differences": (("row", *(title for side, ends in SIDES.items() for title in (f"{side}: strains [%]", *(f"at {100.0 * abs(end):g} %" for end in ends)))), beyond),
             "others": (("row", "spheres", "seed", "error of E [%]", "of the yield stress [%]", "of the stresses [%]", "of nu [%]"), others)}
 
 
 def main(words=None):
-    study = Study(__doc__, "metals", only=list(METALS), ranks=2).parse(words)
+    study = Study(__doc__, "metals", only=list(METALS), ranks=1).parse(words)
     with errors_in_one_line("metals.py"):
         results = {name: measure(name, study) for name in study.each(METALS)}
         files = [(study.work / f"{name}.evp").read_text(encoding="utf-8").splitlines() for name in METALS]

@@ -10,17 +10,28 @@ from evp.run import CHECKOUT
 STEEL = METALS["steel_4340"]
 
 
-def curve(factor, sign=1.0):
-    strain = np.linspace(0.0, 0.1, 101)
-    return {"strain": list(strain), "stress": list(STEEL.law.nominal(sign * strain) * factor(strain))}
+def curve(factor, end):
+    strain = np.linspace(0.0, abs(end), 401)
+    return {"strain": strain, "stress": STEEL.law.nominal(np.sign(end) * strain) * factor(strain)}
 
 
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_largest_departure(sign):
-    """2 % at 3 % of strain, 4 % at 8 %; what is below the yield strain does not count."""
-    one = curve(lambda e: 1.0 + 0.02 * (np.abs(e - 0.03) < 1e-9) - 0.04 * (np.abs(e - 0.08) < 1e-9) + 0.5 * (e < 0.004), sign)
-    assert metals.largest(STEEL, one, sign * 0.05) == "+2.0 % at 3.0 %"
-    assert metals.largest(STEEL, one, sign * 0.1) == "-4.0 % at 8.0 %"
+@pytest.mark.parametrize("side", metals.SIDES)
+def test_range_and_differences(side):
+    """10 % too small up to 2 % but for 1 %, 2 % too large from there to 0.6 of the strains, 8 % beyond; what is below the yield strain does not count."""
+    ends = metals.SIDES[side]
+    last = 0.6 * abs(ends[-1])
+    one = curve(lambda e: np.where(e < 0.02, np.where(np.abs(e - 0.01) < 1.1e-3, 1.0, 0.9), np.where(e < last, 1.02, 1.08)) * np.where(e < 0.004, 9.0, 1.0), ends[-1])
+    (around, found), at = metals.far_cells(STEEL, one, side)[0].split(", "), list(metals.far_cells(STEEL, one, side)[1:])
+    assert at == ["+2.0 %" if abs(end) <= last else "+8.0 %" for end in ends]
+    assert all(abs(float(word) - 1.0) < 0.2 for word in around.split(" to "))
+    begin, end = map(float, found.split(" to "))
+    assert abs(begin - 2.0) < 0.15 and abs(end - 100.0 * last) < 0.15
+
+
+def test_curve_that_ends_early():
+    """The body did not come to rest beyond 10 %; nowhere near."""
+    side = "tension"
+    assert metals.far_cells(STEEL, curve(lambda e: 1.1, 0.1), side) == ("none", "+10.0 %", "+10.0 %", "at rest to 10.0 %")
 
 
 @pytest.mark.parametrize("name", METALS)

@@ -338,7 +338,7 @@ def legs(xi_s, targets, finer):
     elastic = ELASTIC * xi_s
     yielded = YIELDED * (targets.yield_strain + YIELD_OFFSET)
     last = max(abs(targets.strain), yielded)
-    fine, coarse = min(xi_s / 6.0, 3e-4), min(4e-3, abs(targets.strain) / 12.0)
+    fine, coarse = min(xi_s / 6.0, 3e-4), min(max(4e-3, abs(targets.strain) / 50.0), abs(targets.strain) / 12.0)
     ends = [(elastic, elastic / 4.0), (yielded, fine)] + ([(last, coarse)] if last > yielded * 1.0001 else [])
     return [(sign * end, finer * size) for end, size in ends]
 
