@@ -23,7 +23,7 @@ DECKS = {
     "two_spheres": ("in.two_spheres", {}),
     "traction": ("in.traction", {"rate": 10}),
     "explicit": ("in.traction", {**TABLE2, "dtfraction": 0.8}),
-    "implicit": ("in.traction", {**TABLE2, "dtfraction": 0.8, "integrator": "implicit"}),
+    "pulled implicit": ("in.traction", {**TABLE2, "dtfraction": 0.8, "integrator": "implicit"}),
     "quasistatic": ("in.quasistatic", {}),
 }
 CASES = (*DECKS, "matrix")
