@@ -113,7 +113,7 @@ EVP_INLINE void PairListBuilder::pack_row(const Input &input, const View &view, 
   int *const slots = now.room(nneighbors + 1);
   const double own_radius = view.radius[i], own_x[3] = {view.x[i][0], view.x[i][1], view.x[i][2]};
   const int first_law = input.coefficients->index(view.type[i], 0);
-  const PairLaw *const laws = &input.coefficients->law(first_law);
+  const PairLaw *const laws = &input.coefficients->law(0);
   const PairHistory *const histories = input.bonds ? input.bonds->histories_of(i) : nullptr;
   const bool with_contacts = rules.contact != Contact::NONE;
   const double margin_between_bodies = rules.contact_margin(true, input.any_damping);
@@ -137,28 +137,24 @@ EVP_INLINE void PairListBuilder::pack_row(const Input &input, const View &view, 
     const double dsq = dx * dx + dy * dy + dz * dz;
     const double sum_radii = own_radius + view.radius[j];
 
-    const int type = view.type[j];
-    const Row &row = laws[type].row;
+    int law = first_law + view.type[j];
+    const Row &row = laws[law].row;
     const double dlim = (fault(DLIM_LONG) ? 1.1 : 1.0) * row.alpha * sum_radii;
     const bool implicit = implicit_bit && ((view.mask[i] | view.mask[j]) & implicit_bit);
-    int law = first_law + type;
     if (implicit) law = input.coefficients->undamped(law);
-    double deq;
+    Span span;
     if (is_bond) {
       if (dsq > dlim * dlim && !is_nearest_image(dx, dy, dz)) continue;
-      const Span span = rules.of_bond(records[record].deq, dlim);
-      deq = span.deq;
-      bonds.add(deq, lists.bonds.cutoff_squared(span.cutoff), j, law, record);
+      span = rules.of_bond(records[record].deq, dlim);
+      bonds.add(span.deq, lists.bonds.cutoff_squared(span.cutoff), j, law, record);
       found.bond_sides += j < nreact ? 2 : 1;
     } else {
       const bool divided = Divided && !broken && view.bodies.in_different_bodies(i, j);
       if (divided && !fault(CONTACTS_FLOW_BETWEEN_BODIES))
         law = input.coefficients->between_bodies(law);
-      const Span span = broken
-          ? rules.of_broken(sum_radii, records[record].deq)
-          : rules.of_contact(sum_radii, dlim, divided && !fault(BODIES_ATTRACT));
-      deq = span.deq;
-      contacts.add(deq,
+      span = broken ? rules.of_broken(sum_radii, records[record].deq)
+                    : rules.of_contact(sum_radii, dlim, divided && !fault(BODIES_ATTRACT));
+      contacts.add(span.deq,
                    divided ? cutoff_squared(span.cutoff, margin_between_bodies)
                            : lists.contacts.cutoff_squared(span.cutoff),
                    j, law, record);
@@ -166,12 +162,10 @@ EVP_INLINE void PairListBuilder::pack_row(const Input &input, const View &view, 
     if (!implicit && row.gamma > 0.0) found.damped = true;
 
     if (!(dsq >= closest * sum_radii * (closest * sum_radii)))
-      count_overlap(i, j, dsq, deq, input.coefficients->law(law), found.overlaps);
+      count_overlap(i, j, dsq, span.deq, laws[law], found.overlaps);
   }
-  fill_history(input, view, i, lists.bonds, bonds.n);
-  fill_history(input, view, i, lists.contacts, contacts.n);
-  lists.bonds.add_row(i, bonds.n);
-  lists.contacts.add_row(i, contacts.n);
+  add_row(input, view, i, lists.bonds, bonds.n);
+  add_row(input, view, i, lists.contacts, contacts.n);
   slots[nfound] = RecordFinder::NO_SLOT;
   now.rows[i] = {now.size, now.size + nfound};
   now.size += nfound + 1;
@@ -187,12 +181,12 @@ bool PairListBuilder::is_nearest_image(double dx, double dy, double dz) const
   return true;
 }
 
-// of the n pairs behind the last ones of a list; contacts that have flowed are few
-void PairListBuilder::fill_history(const Input &input, const View &view, int i, PairList &list,
-                                   int n)
+// of the n pairs behind the last ones of a list, with their history; contacts that have flowed are few
+void PairListBuilder::add_row(const Input &input, const View &view, int i, PairList &list, int n)
 {
-  if (!list.stays()) return;
   const size_t first = list.size();
+  list.add_row(i, n);
+  if (!list.stays()) return;
   for (size_t k = first; k < first + n; k++) {
     list.set_history(k, {});
     if (!input.bonds) continue;

@@ -69,7 +69,7 @@ class PairListBuilder : protected Pointers {
   template <bool Divided> Found pack_rows(const Input &, PairLists &);
   template <bool Divided> void pack_row(const Input &, const View &, int i, PairLists &, Found &);
   bool is_nearest_image(double dx, double dy, double dz) const;
-  static void fill_history(const Input &, const View &, int i, PairList &, int n);
+  static void add_row(const Input &, const View &, int i, PairList &, int n);
   void count_overlap(int i, int j, double dsq, double deq, const PairLaw &, Overlaps &) const;
 };
 
