@@ -27,7 +27,8 @@ struct Choice {
     std::string words, kind = "a number", bounds, rule, word;
     for (std::istringstream all(rules); std::getline(all, rule, ',');) {
       if (rule.empty()) continue;
-      if (rule[0] == '=') {
+      const std::string sign = rule.substr(0, rule.find_first_not_of("<>=!"));
+      if (rule[0] == '=' && rule.size() > 1) {
         for (std::istringstream some(rule.substr(1)); std::getline(some, word, '|');) {
           listed = listed || value == word;
           words += (words.empty() ? "" : " or ") + word;
@@ -39,8 +40,10 @@ struct Choice {
         kind = "an integer";
         holds = holds && number == std::floor(number);
       } else if (rule != "number") {
-        const std::string sign = rule.substr(0, rule.find_first_not_of("<>=!"));
-        holds = holds && is_within(number, sign, parse_number(name, rule.substr(sign.size())));
+        double bound = 0.0;
+        if (!take_number(rule.substr(sign.size()), bound) || !is_sign(sign))
+          throw BadInput("choice " + name + ": unknown rule '" + shown(rule) + "'");
+        holds = holds && is_within(number, sign, bound);
         bounds += (bounds.empty() ? " " : " and ") + sign + " " + rule.substr(sign.size());
       }
     }
@@ -50,6 +53,10 @@ struct Choice {
   }
 
  private:
+  static bool is_sign(const std::string &sign)
+  {
+    return sign == ">" || sign == ">=" || sign == "<" || sign == "<=" || sign == "!=";
+  }
   static bool is_within(double number, const std::string &sign, double bound)
   {
     if (sign == ">") return number > bound;

@@ -147,6 +147,9 @@ class Coefficients {
   int undamped(int index) const { return index + 2 * n * n; }
   int between_bodies(int index) const { return index + n * n; }
 
+  /// As the row of a law has it, also between two bodies.
+  double xi_s(int index) const { return laws[index % (n * n)].xi_s; }
+
   /// gamma that a twin lacks [force/velocity], 0 for a law that has its own.
   double gamma_elsewhere(int index) const
   {

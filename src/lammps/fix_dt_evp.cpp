@@ -173,7 +173,7 @@ bool FixDtEVP::find_fastest(double dt)
           if (allowed < fastest.dt)
             fastest = {allowed, (double) atom->tag[p.i], (double) atom->tag[p.j]};
         };
-        const double xi_s = pair_data->law_of(p).xi_s;
+        const double xi_s = pair_data->xi_s_of(p);
         if (speed != 0.0) allow(opening, share * xi_s / (p.inv_deq * std::fabs(speed)));
         if (gap > 0.0 || pair_data->implicit_gamma(p) == 0.0) return;
         const double across_sq = v[0] * v[0] + v[1] * v[1] + v[2] * v[2] - speed * speed;

@@ -91,6 +91,10 @@ class PairData : protected Pointers {
   const PairLists &packed_pairs() const;
 
   const PairLaw &law_of(const PackedPair &pair) const { return coefficients.law(pair.law); }
+  double xi_s_of(const PackedPair &pair) const
+  {
+    return coefficients.xi_s(pair.law);
+  }    ///< of the row
 
   /// All that the law says of a packed pair, past its cutoff of it there.
   PairState state_of(const PlacedPair &pair) const

@@ -7,11 +7,14 @@ import numpy as np
 import pytest
 from evp import law
 from oracle import brute, network
+from lammps_run import write_data
 from small_bodies import dump, head, mass_of, pair, thermo, write_body, write_two
 
 STABILITY, DISPLACEMENT, MAXIMUM, GROWTH = 1, 2, 3, 4  # f_ID[3]
 SHARE = 0.1  # of xi_s deq per step, which the decks ask for
 GROWTH_PER_CHECK = 1.25
+RADIUS = 0.005
+MOLECULES = "fix molecules all property/atom mol ghost yes\n"
 ITERATED = 1e-3  # the explicit step iterates to this (test_dt.py)
 ROUNDED = 1e-9  # a minimum over pairs, from printed places and velocities
 EVERY = 5
@@ -155,6 +158,22 @@ def test_a_listed_pair_limits_dt_where_it_can_reach_the_cut_before_the_next_chec
     assert table["f_dt[3]"][0] == limit
     expected = min(longest, SHARE * law.TABLE1.xi_s * 0.01 / speed) if limit == DISPLACEMENT else longest
     assert table["Dt"][0] == pytest.approx(expected, rel=ROUNDED)
+
+
+@pytest.mark.parametrize("within", ["type", "molecule"])
+def test_a_contact_of_two_bodies_is_resolved_as_any(lmp, tmp_path, within):
+    """By the xi_s of its row, though its law stays elastic; an impact keeps its energy, as with a tenth of that timestep."""
+    write_data(tmp_path / "body.data", np.array([[-0.0051, 0, 0], [0.0051, 0, 0]]), [RADIUS] * 2, [[-0.2, 0.2]] * 3, [1, 2])
+    parted, starts = {}, "velocity all set 0 0 0\ngroup one id 1\nvelocity one set 20 0 0\n"
+    for step in ("displacement 0.1", "displacement 0.01"):
+        text = deck(starts, more=step + " max 1e-6", every=1, also="fix energy all evp/energy").replace("f_dt[*]", "f_dt[*] f_energy v_v").replace("s s s", "f f f")
+        text = text.replace("fix bonds all evp/bonds", f"{MOLECULES}set group all mol 0\nfix bonds all evp/bonds within {within}")
+        table = lmp("variable v equal vx[2]\n" + text + f"run {150 if step.endswith('.1') else 1500}\n").ok().thermo()
+        assert table["f_dt[3]"][0] == DISPLACEMENT
+        assert table["Dt"][0] == pytest.approx(float(step.split()[1]) * law.TABLE1.xi_s * 2.0 * RADIUS / 20.0, rel=ROUNDED)
+        parted[step] = table["v_v"][-1]
+        assert np.abs(table["f_energy"]).max() < 1e-3 * 0.5 * mass_of(RADIUS) * 20.0**2
+    assert parted["displacement 0.1"] == pytest.approx(20.0, rel=1e-3) and parted["displacement 0.01"] == pytest.approx(20.0, rel=1e-4)
 
 
 # ---- how it changes ----
