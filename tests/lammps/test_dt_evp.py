@@ -163,7 +163,7 @@ def test_a_listed_pair_limits_dt_where_it_can_reach_the_cut_before_the_next_chec
 @pytest.mark.parametrize("within", ["type", "molecule"])
 def test_a_contact_of_two_bodies_is_resolved_as_any(lmp, tmp_path, within):
     """By the xi_s of its row, though its law stays elastic; an impact keeps its energy, as with a tenth of that timestep."""
-    write_data(tmp_path / "body.data", np.array([[-0.0051, 0, 0], [0.0051, 0, 0]]), [RADIUS] * 2, [[-0.2, 0.2]] * 3, [1, 2])
+    write_data(tmp_path / "body.data", np.array([[-0.999999 * RADIUS, 0, 0], [0.999999 * RADIUS, 0, 0]]), [RADIUS] * 2, [[-0.2, 0.2]] * 3, [1, 2])
     parted, starts = {}, "velocity all set 0 0 0\ngroup one id 1\nvelocity one set 20 0 0\n"
     for step in ("displacement 0.1", "displacement 0.01"):
         text = deck(starts, more=step + " max 1e-6", every=1, also="fix energy all evp/energy").replace("f_dt[*]", "f_dt[*] f_energy v_v").replace("s s s", "f f f")
