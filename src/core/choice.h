@@ -9,13 +9,17 @@
 
 namespace EVP {
 
-/// A choice of an input script: NAME, or NAME with rules, joined by commas: =WORD|WORD, >X, >=X, <X, <=X, !=X, number, integer.
+/// A choice of an input script: NAME, NAME? which need not be defined, or NAME with rules, joined by commas: =WORD|WORD, >X,
+/// >=X, <X, <=X, !=X, number, integer.
 struct Choice {
   std::string name, rules;
+  bool optional;
 
   explicit Choice(const std::string &text) :
-      name(text.substr(0, text.find_first_of(",=<>!"))), rules(text.substr(name.size()))
+      name(text.substr(0, text.find_first_of("?,=<>!"))), rules(text.substr(name.size())),
+      optional(!rules.empty() && rules[0] == '?')
   {
+    if (optional) rules.erase(0, 1);
   }
 
   /// Throws BadInput where the value is neither one of the words nor a number within the bounds.

@@ -141,7 +141,22 @@ void ReadEVPRow::command(int narg, char **arg)
                                      EVP::shortest_text(row.*member.value)));
 }
 
-// evp_choices SCRIPT NAME[RULE[,RULE ...]] ...
+// as LAMMPS has them before and since 2026
+template <class Variables>
+static auto names_of_variables(const Variables *all, int)
+    -> decltype(all->get_name(0), std::vector<std::string>())
+{
+  std::vector<std::string> names;
+  for (int k = 0; k < all->get_nvar(); k++) names.emplace_back(all->get_name(k));
+  return names;
+}
+template <class Variables>
+static std::vector<std::string> names_of_variables(const Variables *all, long)
+{
+  return {all->names, all->names + all->nvar};
+}
+
+// evp_choices SCRIPT NAME[?][RULE[,RULE ...]] ... [only]
 void EVPChoices::command(int narg, char **arg)
 {
   if (narg < 2)
@@ -150,16 +165,27 @@ void EVPChoices::command(int narg, char **arg)
                "its choices, got {}",
                narg);
   std::string line = arg[0];
-  for (int k = 1; k < narg; k++) {
+  const bool ends = strcmp(arg[narg - 1], "only") == 0;
+  const char *const also =
+      input->variable->retrieve("also");    // a file, which may have choices too
+  const bool only = ends && (!also || strcmp(also, "/dev/null") == 0);
+  std::vector<std::string> known;
+  for (int k = 1; k < narg - ends; k++) {
     const EVP::Choice choice(arg[k]);
+    known.push_back(choice.name);
     const char *value = input->variable->retrieve(choice.name.c_str());
+    if (!value && choice.optional) continue;
     if (!value) error->all(FLERR, "{}: there is no variable '{}'", arg[0], choice.name);
     EVP::stop_at_bad_input(error, arg[0], [&] {
       choice.check(value);
     });
-    line += fmt::format("{} {} {}", k == 1 ? ":" : ",", choice.name, value);
+    line += fmt::format("{} {} {}", line == arg[0] ? ":" : ",", choice.name, value);
   }
-  if (comm->me == 0) utils::logmesg(lmp, line + "\n");
+  if (comm->me) return;
+  utils::logmesg(lmp, line + "\n");
+  for (const std::string &name : names_of_variables(input->variable, 0))
+    if (only && std::find(known.begin(), known.end(), name) == known.end())
+      error->warning(FLERR, "{} has no choice '{}': -var {} has no effect", arg[0], name, name);
 }
 
 namespace {

@@ -24,7 +24,7 @@ def difference(curve, reference):
         tables.append(np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2))
     if tables[0].shape != tables[1].shape or not tables[0].size:
         return None
-    return float(np.max(np.abs(tables[0] - tables[1]) / np.abs(tables[1]).max(axis=0)))
+    return float(np.max(np.abs(tables[0] - tables[1]) / np.maximum(np.abs(tables[1]).max(axis=0), 1e-300)))
 
 
 def read_rows(work, checksum):
