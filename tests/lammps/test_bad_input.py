@@ -144,6 +144,7 @@ WORDS = {
         ("in.x s=a|b", "in.x: -var s must be a or b, got '-1.5'"), ("in.x s=a,integer,>-2", "in.x: -var s must be a or an integer > -2, got '-1.5'"),
         *((f"in.x s{rule}", f"in.x: -var s must be a number {said}, got '-1.5'") for rule, said in (
             (">=0,!=2", ">= 0 and != 2"), ("<-1.5,number", "< -1.5"), ("<=-2", "<= -2"), ("!=-1.5", "!= -1.5"))),
+        ("in.x t? t=a", "in.x: there is no variable 't'"),
         *((f"in.x s{rule}", f"in.x: choice s: unknown rule '{rule.lstrip(',')}'") for rule in (">a", "<>1", "=", ",odd"))]),
 }
 

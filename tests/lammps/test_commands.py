@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""read_evp_row and evp_quietly as commands: rows typed or from a file; what a quiet command shows."""
+"""read_evp_row, evp_quietly and evp_choices as commands: rows typed or from a file; what a quiet command shows; variables that are no choice."""
 
 import re
 
@@ -59,3 +59,12 @@ def test_a_quiet_command_shows_its_warnings(lmp, ranks):
 def test_errors_of_a_quiet_command_are_shown_once(lmp, command, ranks, message):
     run = lmp(SCENE + f"evp_quietly {command}\n", ranks)
     assert run.returncode != 0 and run.stdout.count("ERROR") == 1 and message in run.stdout, run.stdout[-500:]
+
+
+@pytest.mark.parametrize("also, warned", [("/dev/null", ["wdth"]), ("more.lmp", [])])
+def test_a_variable_that_is_no_choice_is_warned_of(lmp, also, warned):
+    """Where there is no further file of commands, which may read it."""
+    text = f"variable wdth index 3\nvariable width index 2\nvariable also index {also}\nevp_choices in.x width>0 height? also only\nevp_choices in.x.resume width\n"
+    run = lmp(text, 2).ok()
+    assert f"in.x: width 2, also {also}\n" in run.stdout
+    assert re.findall(r"WARNING: in\.x has no choice '(\w+)': -var \1 has no effect", run.stdout) == warned

@@ -3,6 +3,7 @@
 
 import re
 
+from evp.specimen import read_data
 import numpy as np
 import pytest
 from lammps_run import DECKS, read_csv, read_dump, run_lammps
@@ -47,6 +48,25 @@ def test_crater_and_rebound(tmp_path, bodies):
 
     (none, twin), balance, _ = run(tmp_path, bodies, plasticity="none")
     assert abs(none) < 0.2 * crater and twin > 1.3 * rebound and abs(balance) < 5e-3
+
+
+@pytest.mark.parametrize("choices, left", [({"speed": 10}, True), ({"time": 1e-5}, False)])
+def test_the_run_ends_once_the_ball_has_left(tmp_path, bodies, choices, left):
+    """However slow the ball is; a run that ends before by -var time says so."""
+    metal = DECKS.parent / "potentials/metals.evp"
+    (_, rebound), _, found = run(tmp_path, bodies, material=f"{metal}:aluminium_2024T351", material_ball=f"{metal}:steel_4340", **choices)
+    force = read_csv(tmp_path / "run.csv")["force"]
+    assert (rebound > 0.0) == left == (abs(force[-1]) < 1e-6 * force.max())
+    assert left != ("WARNING: the run ends before the ball has left the plate" in found.stdout) and f"coeff_ball {metal}:steel_4340" in found.stdout
+
+
+def test_the_crater_is_the_largest_sink_of_the_face(tmp_path, bodies):
+    (crater, _), _, _ = run(tmp_path, bodies, speed=80)
+    first, last = read_data(bodies["plate"]), read_dump(tmp_path / "run_state.dump")[-1]
+    ids = last["id"].astype(int)
+    x = last["x"][np.argsort(ids)][: len(first.x)]
+    near = (first.x[:, 0] > 0.006 - 0.75 * 2.0 * first.radius.mean()) & (np.hypot(first.x[:, 1], first.x[:, 2]) < 0.002)
+    assert crater == pytest.approx((first.x[near, 0] - x[near]).max(), rel=1e-3) and near.sum() > 3
 
 
 def test_a_metal_flows_inside_and_not_where_it_touches(tmp_path, bodies):

@@ -4,6 +4,7 @@
 import numpy as np
 import pytest
 from common_bodies import REFERENCE
+from hostile import refused
 from lammps_run import DECKS, edited_deck, read_csv, read_dump, run_lammps
 
 SMALL = {"angle": 0.0004, "increment": 0.0002}  # a strain of 2e-4 at the surface: elastic
@@ -28,6 +29,11 @@ def test_rows(tmp_path):
     back = twist(tmp_path, 2, **{**SMALL, "angle": -0.0004})
     assert back["angle"][-1] == pytest.approx(-0.0004)
     assert back["torque_grip"][1:] == pytest.approx(-curve["torque_grip"][1:], rel=5e-3)
+
+
+def test_a_square_bar_is_refused(tmp_path):
+    run_lammps("in.specimen", 1, {"n": 500, "shape": "block", "length": 0.03, "width": 0.012, "height": 0.012, "out": "square.data"}, tmp_path).ok()
+    refused(run_lammps("in.torsion", 1, {"specimen": "square.data", **SMALL}, tmp_path), "in.torsion: the body is no round bar or tube about the x axis")
 
 
 def test_there_and_back(tmp_path):
