@@ -73,6 +73,7 @@ class Dampers {
 
   /// Forces and rotation of the last timestep are dropped, as they are where the list was built anew.
   void forget() { last_build = -1; }
+  bool are_of(const PairLists &list) const { return list.build == last_build; }
 
   /// The damped pairs within their cutoffs. gamma_of(pair): 0 where it has no dashpot. newton_pair:
   /// whether ghosts take reactions.

@@ -172,6 +172,8 @@ void FixNVEEVP::collect_dampers()
     warn_of_rotation();
     solver.find_bodies(*pair_data, groupbit);
   }
+  // a bond that breaks moves the numbers of pairs on its rank: both copies of a pair must start from one force
+  if (pair_data->rules.breaks() && EVP::on_any(!dampers.are_of(list), world)) dampers.forget();
   dampers.collect(list, EVP::scene::rows(atom->x), force->newton_pair, gamma_of);
   if (!others_groupbits) return;
 

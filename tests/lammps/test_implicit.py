@@ -183,3 +183,45 @@ compute sum all reduce sum c_each[1] c_each[5]
         left, expected = (np.array([run.thermo()[name] for name in names]) for run in (ours, plain))
         assert np.allclose(left, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max()), then
         assert abs(ours.thermo(0)["c_virial[1]"][-1] / expected[0][0] - 1.0) > 0.01, "control"
+
+
+TORN = """newton off
+units si
+atom_style sphere
+atom_modify map yes
+boundary f f f
+processors 1 1 *
+lattice fcc 0.01
+region box block -0.03 0.09 -0.03 0.09 -0.05 0.12 units box
+create_box 2 box
+region slab block 0 4 0 4 -1 0.6
+region ball block 1 3 1 3 1 3
+create_atoms 1 region slab
+create_atoms 2 region ball
+set group all diameter 0.00707
+set group all density 2700
+displace_atoms all random 0.0006 0.0006 0.0006 1 units box
+group ball type 2
+neighbor 0.0005 bin
+pair_style evp/lj contact repulsive break 0.1
+pair_coeff * * 80 8 4 9 8 4 0.005 500 1.5
+fix bonds all evp/bonds within type
+displace_atoms ball move 0.0003 0.0007 0.0025 units box
+velocity ball set 3 1 -60 units box
+fix 1 all nve/evp
+timestep 2e-7
+variable px equal vcm(all,x)
+variable pz equal vcm(all,z)
+thermo 400
+thermo_style custom step v_px v_pz f_bonds[5]
+thermo_modify norm no format float %.15g
+run 400
+"""
+
+
+def test_momentum_is_kept_where_bonds_break_on_one_rank(lmp):
+    """Without newton both ranks of a pair have its damper, and start the solve from the same force."""
+    table = lmp(TORN, 3).ok().thermo()
+    assert table["f_bonds[5]"][-1] > 0
+    for column in ("v_px", "v_pz"):
+        assert table[column][-1] == pytest.approx(table[column][0], rel=1e-12)
