@@ -112,8 +112,8 @@ def main(words=None):
         for strain in PRESSED:
             pulled(study, f"pressed{strain}", body, row, strain, 0.004)
             volumes.append((f"{100 * strain:g} %", f"{100 * volume_change(study, f'pressed{strain}', body):+.2f}"))
-        left = {name: curves.cycle_numbers(curve) for name, curve in (("tension to 10 %", tension), ("compression to 10 %", compression), ("cube pressed by 20 %", pressed),
-                                                                           ("L-bracket pulled along its long leg", bent))}
+        turned = {"tension to 10 %": tension, "compression to 10 %": compression, "cube pressed by 20 %": pressed, "L-bracket pulled along its long leg": bent}
+        left = {name: curves.cycle_numbers(curve) for name, curve in turned.items()}
         released = [(name, f"{100 * one['turn_strain']:.2f}", f"{one['turn_MPa']:.0f}", f"{100 * one['residual_strain']:.3f}",
                      f"{100 * one['turn_MPa'] * 1e6 / STEEL['E']:.3f}", f"{100 * (one['turn_strain'] - one['residual_strain']):.3f}") for name, one in left.items()]
         plastic = np.expm1(PLASTIC + true_stress(tension, 0.08) / STEEL["E"])
