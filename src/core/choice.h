@@ -22,8 +22,8 @@ struct Choice {
     if (optional) rules.erase(0, 1);
   }
 
-  /// Throws BadInput where the value is neither one of the words nor a number within the bounds.
-  void check(const std::string &value) const
+  /// is_group: the value is the number of its atoms. Throws BadInput where the value is neither one of the words nor a number within the bounds.
+  void check(const std::string &value, bool is_group = false) const
   {
     if (rules.empty()) return;
     double number = 0.0;
@@ -53,6 +53,9 @@ struct Choice {
     }
     if (listed || (takes_numbers && holds)) return;
     if (takes_numbers) words += (words.empty() ? "" : " or ") + kind + bounds;
+    if (is_group)
+      throw BadInput("the number of atoms of group " + name + " must be " + words + ", got " +
+                     value + ": give the body more spheres, or another length");
     throw BadInput("-var " + name + " must be " + words + ", got '" + shown(value) + "'");
   }
 

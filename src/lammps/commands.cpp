@@ -11,6 +11,7 @@
 #include "user_input.h"
 
 #include "comm.h"
+#include "group.h"
 #include "input.h"
 #include "variable.h"
 
@@ -174,10 +175,13 @@ void EVPChoices::command(int narg, char **arg)
     const EVP::Choice choice(arg[k]);
     known.push_back(choice.name);
     const char *value = input->variable->retrieve(choice.name.c_str());
+    const int igroup = value ? -1 : group->find(choice.name);
+    const std::string atoms = std::to_string(igroup < 0 ? 0 : group->count(igroup));
+    if (igroup >= 0) value = atoms.c_str();
     if (!value && choice.optional) continue;
     if (!value) error->all(FLERR, "{}: there is no variable '{}'", arg[0], choice.name);
     EVP::stop_at_bad_input(error, arg[0], [&] {
-      choice.check(value);
+      choice.check(value, igroup >= 0);
     });
     line += fmt::format("{} {} {}", line == arg[0] ? ":" : ",", choice.name, value);
   }

@@ -10,6 +10,14 @@ from lammps_run import DECKS, edited_deck, read_csv, read_dump, run_lammps
 SMALL = {"angle": 0.0004, "increment": 0.0002}  # a strain of 2e-4 at the surface: elastic
 
 
+@pytest.fixture(scope="module")
+def flat(tmp_path_factory):
+    """A body of spheres thicker than a tenth of its length."""
+    folder = tmp_path_factory.mktemp("flat")
+    run_lammps("in.specimen", 1, {"n": 300, "shape": "block", "length": 0.01, "width": 0.02, "height": 0.02, "out": "flat.data"}, folder).ok()
+    return folder / "flat.data"
+
+
 def twist(folder, ranks=1, **choices):
     """The curve of a run on the reference specimen, with forces that are 300 times smaller than by default left at rest."""
     choices = {"specimen": REFERENCE, "contact": "none", "out": "twisted", **choices}
@@ -34,6 +42,12 @@ def test_rows(tmp_path):
 def test_a_square_bar_is_refused(tmp_path):
     run_lammps("in.specimen", 1, {"n": 500, "shape": "block", "length": 0.03, "width": 0.012, "height": 0.012, "out": "square.data"}, tmp_path).ok()
     refused(run_lammps("in.torsion", 1, {"specimen": "square.data", **SMALL}, tmp_path), "in.torsion: the body is no round bar or tube about the x axis")
+
+
+@pytest.mark.parametrize("deck, group", [("torsion", "left"), ("traction", "left"), ("cyclic", "left"), ("quasistatic", "left"), ("indent", "base"), ("upset", "bottom")])
+def test_grips_without_spheres_are_refused(flat, tmp_path, deck, group):
+    refused(run_lammps(f"in.{deck}", 1, {"specimen": flat, "material": DECKS.parent / "potentials/metals.evp:copper_OFHC"}, tmp_path),
+            f"in.{deck}: the number of atoms of group {group} must be a number >= 3, got 0: give the body more spheres, or another length")
 
 
 def test_there_and_back(tmp_path):
