@@ -109,6 +109,19 @@ void FixEVPVolume::set_arrays(int i)
   shown[i] = 0.0;
 }
 
+void FixEVPVolume::copy_arrays(int i, int j, int delflag)
+{
+  AtomRecords::copy_arrays(i, j, delflag);
+  shown[j] = shown[i];
+}
+
+int FixEVPVolume::unpack_exchange(int i, double *buf)
+{
+  const int n = AtomRecords::unpack_exchange(i, buf);
+  shown[i] = records[i].strain;
+  return n;
+}
+
 double FixEVPVolume::compute_scalar()
 {
   return EVP::reduce_all(forces->energy(), MPI_SUM, world);

@@ -38,6 +38,8 @@ class FixEVPVolume : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::Vol
   }
   void grow_arrays(int) override;
   void set_arrays(int) override;
+  void copy_arrays(int, int, int) override;
+  int unpack_exchange(int, double *) override;
 
   int pack_restart(int, double *) override;
   void unpack_restart(int, int) override;
@@ -49,7 +51,7 @@ class FixEVPVolume : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::Vol
   static constexpr int WORDS = 1 + sizeof(EVP::VolumeForces::Record) / sizeof(double);
 
   std::shared_ptr<EVP::VolumeForces> forces;
-  std::vector<double> shown;    // strains of the atoms at the last forces, for those who read f_ID
+  std::vector<double> shown;    // strains of the records, side by side for those who read f_ID
   std::array<double, 4> strains{};    // f_ID[1..4], as of the last evaluation
   bigint strains_step = -1;           // step of that, -1 if it must not be used again
 };

@@ -111,7 +111,7 @@ rerun all.dump first 20 dump x y z vx vy vz
     assert fresh["f_bonds[2]"][0] == 0.0 and abs(fresh["PotEng"][0] / later["PotEng"][0] - 1.0) > 1e-3
 
 
-NEW = {"e1": 70.5, "m1": 9.0, "n1": 3.5, "e2": 5.0, "m2": 7.0, "n2": 3.0, "xi_s": 0.008, "gamma": 90.0, "alpha": 1.42}
+NEW = {"e1": 70.5, "m1": 9.0, "n1": 3.5, "e2": 5.0, "m2": 7.0, "n2": 3.0, "xi_s": 0.008, "gamma": 90.0}
 
 
 def test_fix_adapt_of_every_coefficient(lmp_decks, bar):

@@ -58,8 +58,8 @@ CASES = {  # robustness tests that must fail with a fault: words of their names
     "HISTORY_AT_ONE_ATOM": ["flow in a body whose atoms are sorted"],
     "STOPPED_FLOWS": ["minimization that stops early"],
     "BODIES_BONDED": ["two bodies brought together", "ball hits block"],
-    "CONTACTS_FLOW_BETWEEN_BODIES": ["two bodies brought together"],
     "BODIES_ATTRACT": ["two bodies brought together: literal", "ball hits block"],
+    "CONTACTS_FLOW_BETWEEN_BODIES": ["two bodies brought together"],
     "HALF_VOLUME_FORCE": ["volume energy of a free body"],
 }
 LISTED = re.compile(r"^  (\w+),? +///< (.+)$", re.M)
