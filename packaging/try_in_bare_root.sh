@@ -10,7 +10,7 @@ usage() {
 usage: packaging/try_in_bare_root.sh --mirror URL --root DIR [--suite bookworm] [COMMAND]
 
 Makes a base system of Debian in DIR with debootstrap, unless one is there, puts a fresh clone of this checkout's
-last commit into its /root/evp, and runs COMMAND (default: tools/quickstart.sh) in that folder. DIR is kept, so that a
+last commit into its /opt/evp, and runs COMMAND (default: tools/quickstart.sh) in that folder. DIR is kept, so that a
 second call goes on with what the first has installed; delete it by hand. Needs root, debootstrap, unshare and 5 GB.
 
   --mirror URL   a Debian mirror, as in /etc/apt/sources.list; not needed when DIR is there
@@ -46,8 +46,8 @@ root=$(cd "$root" && pwd)
 
 echo "== clone of $(git -C "$here" log -1 --format='%h %s')"
 # Only the clone of the last call is deleted.
-rm -rf "$root/root/evp"
-git clone -q "$here" "$root/root/evp"
+rm -rf "$root/opt/evp"
+git clone -q "$here" "$root/opt/evp"
 cp -L /etc/resolv.conf "$root/etc/resolv.conf"
 # An installed Debian has one; without it mpirun waits seconds for the name of this host at each start.
 [ -f "$root/etc/hosts" ] || printf '127.0.0.1 localhost\n127.0.1.1 %s\n' "$(uname -n)" >"$root/etc/hosts"
@@ -59,4 +59,4 @@ exec unshare --mount bash -euc '
   for folder in proc sys dev; do mount --rbind "/$folder" "$root/$folder"; done
   cd "$root"
   exec chroot "$root" /usr/bin/env -i HOME=/root TERM=dumb PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin \
-    bash -c "cd /root/evp && exec \"\$@\"" bash "$@"' bash "${@:-tools/quickstart.sh}"
+    bash -c "cd /opt/evp && exec \"\$@\"" bash "$@"' bash "${@:-tools/quickstart.sh}"

@@ -30,6 +30,7 @@ struct BondLine {
   bool has_changed() const { return is_contact || !(history == PairHistory{}); }
 };
 
+/// The header line, without its end.
 inline std::string bond_header(int64_t count, const std::string &units,
                                BodyRule within = BodyRule::ALL, double zone = 0.0)
 {
@@ -81,6 +82,7 @@ class BondReader {
       throw BadInput("the bond file is empty or cannot be read (file '" + file + "')");
   }
 
+  /// Bonds that the header announces.
   int64_t count() const { return declared; }
 
   /// Which atoms were one body when the file was written.

@@ -102,6 +102,7 @@ class BondStore {
     changed();
   }
 
+  /// Has any pair of a local atom flowed?
   bool has_flowed() const
   {
     return has_any([](const PairHistory &history) {
@@ -109,6 +110,7 @@ class BondStore {
     });
   }
 
+  /// Has any pair of a local atom flowed or broken?
   bool has_changed() const
   {
     return has_any([](const PairHistory &history) {

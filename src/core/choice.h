@@ -22,7 +22,8 @@ struct Choice {
     if (optional) rules.erase(0, 1);
   }
 
-  /// is_group: the value is the number of its atoms. Throws BadInput where the value is neither one of the words nor a number within the bounds.
+  /// Throws BadInput where the value is neither one of the words nor a number within the bounds. is_group: it is the
+  /// number of atoms of a group.
   void check(const std::string &value, bool is_group = false) const
   {
     if (rules.empty()) return;

@@ -62,7 +62,7 @@ void FixDtEVP::init()
   displacement_reported = rotation_reported = false;
 }
 
-// by the row sums, where they prove the timestep stable that is taken: eigenvalues cost a hundred steps and more
+// by the row sums, where they prove the timestep stable that is taken: eigenvalues cost many times as much
 double FixDtEVP::find_stable_dt()
 {
   limits.linearise(*EVP::PairData::require_present(force, error, who), {groupbit});
