@@ -74,7 +74,9 @@ def main(arguments=None):
               f"cross-section at mid-length {surface.section_area(0.5 * surface.extents[0]):.5g} m2")
         if options.axis != "x":
             print(f"the axes {', '.join('xyz'[old] for old in AXES[options.axis])} of {options.part} are x, y, z of the body")
-        print(f"{options.n} spheres of a diameter of about {2 * guessed_radius(surface.volume(), options.n):.3g} m", flush=True)
+        diameter = 2 * guessed_radius(surface.volume(), options.n)
+        across = surface.section_area(0.5 * surface.extents[0]) ** 0.5 / diameter
+        print(f"{options.n} spheres of a diameter of about {diameter:.3g} m, {across:.1f} across at mid-length", flush=True)
         packing, smooth = pack(surface, options.n, options.seed, options.density, options.out)
         filled = np.sum(4.0 / 3.0 * np.pi * packing.radius**3) / surface.volume()
         print(f"solid fraction {filled:.4f}; {smooth.touching} spheres touch the surface, {100 * smooth.rms:.2f} % of a radius off it (rms), "

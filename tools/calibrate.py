@@ -83,7 +83,11 @@ def targets_of(options):
         first, points = options.yield_stress, tuple(parse_at(word, "--stress") for word in options.stress)
     rates = tuple(parse_at(word, "--rate") for word in options.rate)
     targets = Targets(options.E, first, points, options.density, options.nu, rates)
-    check(targets)
+    try:
+        check(targets)
+    except ValueError as error:
+        raise ValueError(f"{error} ({options.curve} gives --yield {first:.6g} and {', '.join(f'--stress {s:.6g}@{e:g}' for s, e in points)})"
+                         if options.curve else str(error)) from None
     return targets
 
 

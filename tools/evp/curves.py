@@ -381,6 +381,8 @@ def read_points(path):
         lines = [line.replace(",", " ").split() for line in source if line.strip() and not line.lstrip().startswith("#")]
     if not lines:
         raise CurveError(f"{path} is empty: a target has rows strain,stress")
+    if any(";" in word for word in lines[-1]):
+        raise CurveError(f"{path} has columns apart by ';': put commas or blanks between them, and a point into decimal numbers")
     names, scales = ("strain", "stress"), (TARGET_STRAIN, TARGET_STRESS)
     if any(word in known for known in scales for word in lines[0]) or not lines[0][0][:1] in "+-.0123456789":
         names = lines.pop(0)
