@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """What a metal of spheres does beside handbook and closed form: tension, compression, shear, release, a cube, imprints, the Taylor bar.
 
-tools/calibrate.py makes the row of a 304 steel; bodies are others than the one it was found on. About 20 minutes on two cores.
+tools/calibrate.py makes the row of a 304 steel; bodies are others than the one it was found on. About 30 minutes on two cores.
 """
 
 import re
@@ -13,7 +13,9 @@ import numpy as np
 from evp import curves, dump, figures, specimen
 
 STEEL = {"E": 193e9, "yield": 240e6, "stress": (400e6, 0.05), "nu": 0.29, "density": 7900.0}  # the usual values of annealed 304, nominal
-COPPER = CHECKOUT / "potentials" / "metals.evp:copper_taylor"
+ALUMINIUM = {"E": 73e9, "nu": 0.33}  # 2024-T351, of the row below
+METALS = CHECKOUT / "potentials" / "metals.evp"
+COPPER = f"{METALS}:copper_taylor"
 LENGTH, FOOT = 0.0214, 0.0071  # [m] of the Taylor bar of 32.4 x 6.4 mm at 227 m/s, foot radius; the usual benchmark
 BALL, DEPTH, PLASTIC = 0.015, 0.1, 0.08  # radius [m], depth over it; plastic strain of the flow stress beside the hardness (Tabor)
 BRACKET = """region whole block 0 0.06 -0.018 0.018 -0.008 0.008
@@ -63,14 +65,19 @@ def sheared(study, row):
             ("0.2 % yield stress over that of tension", f"{first / STEEL['yield']:.3f}", f"{3.0 ** -0.5:.3f}", "von Mises")]
 
 
-def imprint(study, name, row, spheres, flow_stress):
-    """Cells of an indentation: contact radius in diameters, hardness over flow stress, recovery over that of Hertz."""
+def flow_stress_of(tension, modulus):
+    """[Pa] true, at the plastic strain beside the hardness."""
+    return true_stress(tension, np.expm1(PLASTIC + true_stress(tension, PLASTIC) / modulus))
+
+
+def imprint(study, name, metal, row, spheres, flow_stress):
+    """Cells of an indentation: flow stress, contact radius in diameters, hardness over flow stress, recovery over that of Hertz."""
     body = study.runs.body(f"plate_{spheres}", n=spheres, shape="block", length=0.02, width=0.05, height=0.05)
     text = study.runs.run("in.indent", f"{name}_{spheres}", specimen=body, material=row, tool_radius=BALL, depth=DEPTH * BALL)
     force, radius, diameters, hardness, left = map(float, re.search(
         r"a force of (\S+) N, a contact radius of (\S+) m = (\S+) diameters of a sphere, a hardness of (\S+) MPa; released: .*, (\S+) % of the depth", text).groups())
-    hertz = 0.75 * force * (1.0 - STEEL["nu"] ** 2) / (STEEL["E"] * radius) / (DEPTH * BALL)
-    return [spheres, f"{diameters:.2f}", f"{hardness:.0f}", f"{1e6 * hardness / flow_stress:.2f}", f"{left:.1f}", f"{100.0 - left:.1f}", f"{(1.0 - 0.01 * left) / hertz:.2f}"]
+    hertz = 0.75 * force * (1.0 - metal["nu"] ** 2) / (metal["E"] * radius) / (DEPTH * BALL)
+    return [name, spheres, f"{diameters:.2f}", f"{flow_stress / 1e6:.0f}", f"{hardness:.0f}", f"{1e6 * hardness / flow_stress:.2f}", f"{left:.1f}", f"{100.0 - left:.1f}", f"{(1.0 - 0.01 * left) / hertz:.2f}"]
 
 
 def taylor(study, spheres):
@@ -116,16 +123,17 @@ def main(words=None):
         left = {name: curves.cycle_numbers(curve) for name, curve in turned.items()}
         released = [(name, f"{100 * one['turn_strain']:.2f}", f"{one['turn_MPa']:.0f}", f"{100 * one['residual_strain']:.3f}",
                      f"{100 * one['turn_MPa'] * 1e6 / STEEL['E']:.3f}", f"{100 * (one['turn_strain'] - one['residual_strain']):.3f}") for name, one in left.items()]
-        plastic = np.expm1(PLASTIC + true_stress(tension, 0.08) / STEEL["E"])
-        flow_stress = true_stress(tension, plastic)
-        imprints = [imprint(study, "imprint", row, spheres, flow_stress) for spheres in study.each(study.plates, lambda n: f"plate of {n}", lambda n: n**1.3)]
+        alloy = f"{METALS}:aluminium_2024T351"
+        indented = [("304", STEEL, row, tension), ("2024-T351", ALUMINIUM, alloy, pulled(study, "alloy", body, alloy, STRAINS[-1]))]
+        imprints = [imprint(study, name, metal, own, spheres, flow_stress_of(curve, metal["E"])) for spheres in
+                    study.each(study.plates, lambda n: f"plates of {n}", lambda n: n**1.3) for name, metal, own, curve in indented]
         bars = [taylor(study, spheres) for spheres in study.each(study.bars, lambda n: f"bar of {n}", lambda n: n**1.3)]
         draw(study, *drawn)
         study.write(spheres=study.spheres, shear=(("", "measured", "of a metal", ""), sheared(study, row)),
-                    flow_stress=f"{flow_stress / 1e6:.0f}", ratios=(("strain", "tension [MPa]", "compression [MPa]", "compression over tension"), ratios),
+                    ratios=(("strain", "tension [MPa]", "compression [MPa]", "compression over tension"), ratios),
                     released=(("load", "strain [%]", "stress [MPa]", "strain left [%]", "stress/E [%]", "sprang back [%]"), released),
                     volumes=(("strain", "volume [%]"), volumes),
-                    imprints=(("N", "contact radius [diameters]", "hardness [MPa]", "over the flow stress", "imprint [% of the depth]", "recovery [%]", "over Hertz"), imprints),
+                    imprints=(("metal", "N", "contact radius [diameters]", "flow stress [MPa]", "hardness [MPa]", "over the flow stress", "imprint [% of the depth]", "recovery [%]", "over Hertz"), imprints),
                     bars=(("N", "length [mm]", "off [%]", "foot radius [mm]", "off [%]", "outermost sphere [mm]"), bars))
 
 
