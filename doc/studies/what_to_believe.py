@@ -77,7 +77,8 @@ def imprint(study, name, metal, row, spheres, flow_stress):
     force, radius, diameters, hardness, left = map(float, re.search(
         r"a force of (\S+) N, a contact radius of (\S+) m = (\S+) diameters of a sphere, a hardness of (\S+) MPa; released: .*, (\S+) % of the depth", text).groups())
     hertz = 0.75 * force * (1.0 - metal["nu"] ** 2) / (metal["E"] * radius) / (DEPTH * BALL)
-    return [name, spheres, f"{diameters:.2f}", f"{flow_stress / 1e6:.0f}", f"{hardness:.0f}", f"{1e6 * hardness / flow_stress:.2f}", f"{left:.1f}", f"{100.0 - left:.1f}", f"{(1.0 - 0.01 * left) / hertz:.2f}"]
+    return [name, spheres, f"{diameters:.2f}", f"{flow_stress / 1e6:.0f}", f"{hardness:.0f}", f"{1e6 * hardness / flow_stress:.2f}",
+            f"{left:.1f}", f"{100.0 - left:.1f}", f"{(1.0 - 0.01 * left) / hertz:.2f}"]
 
 
 def taylor(study, spheres):
@@ -133,7 +134,8 @@ def main(words=None):
                     ratios=(("strain", "tension [MPa]", "compression [MPa]", "compression over tension"), ratios),
                     released=(("load", "strain [%]", "stress [MPa]", "strain left [%]", "stress/E [%]", "sprang back [%]"), released),
                     volumes=(("strain", "volume [%]"), volumes),
-                    imprints=(("metal", "N", "contact radius [diameters]", "flow stress [MPa]", "hardness [MPa]", "over the flow stress", "imprint [% of the depth]", "recovery [%]", "over Hertz"), imprints),
+                    imprints=(("metal", "N", "contact radius [diameters]", "flow stress [MPa]", "hardness [MPa]", "over the flow stress",
+                              "imprint [% of the depth]", "recovery [%]", "over Hertz"), imprints),
                     bars=(("N", "length [mm]", "off [%]", "foot radius [mm]", "off [%]", "outermost sphere [mm]"), bars))
 
 
