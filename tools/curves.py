@@ -154,13 +154,10 @@ def print_numbers(found, names, digits=5):
 def show_numbers(args):
     """Print one line of numbers for each curve."""
 
-    def numbers(curve, turns):
-        found = curves.table_numbers(curve, args.column, args.fit, (), turns)
-        if found["why_no_E"]:
-            raise curves.CurveError(found["why_no_E"])
-        return found
-
-    read, found = evaluated(args, numbers)
+    read, found = evaluated(args, lambda curve, turns: curves.table_numbers(curve, args.column, args.fit, (), turns))
+    path, line = next(iter(found.items()))
+    if all(one["why_no_E"] for one in found.values()):
+        raise curves.CurveError(f"{path}: {line['why_no_E']}")
     print_numbers(found, NUMBERS)
     for path, (curve, turns) in read.items():
         if len(turns):

@@ -119,9 +119,7 @@ class Coefficients {
     const Scaling scale = scaling(i, j);
     if (scale.source != Source::AS_GIVEN) {
       (void) PairLaw(row);    // the rules are those of the numbers as given
-      row.e1 *= scale.factors.energies;
-      row.e2 *= scale.factors.energies;
-      row.gamma *= scale.factors.gamma;
+      row = multiplied(row, scale.factors);
     }
     if (fault(E2_SHORT)) row.e2 *= 0.9;
     if (fault(GAMMA_LONG)) row.gamma += 1e-6;

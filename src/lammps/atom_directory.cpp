@@ -52,7 +52,7 @@ namespace {
 
 AtomDirectory::Entry AtomDirectory::Entry::of(const Atom *atom, int i)
 {
-  return {atom->type[i], atom->radius[i]};
+  return {atom->type[i], atom->mask[i], atom->molecule ? atom->molecule[i] : 0, atom->radius[i]};
 }
 
 AtomDirectory::AtomDirectory(LAMMPS *lmp, const std::vector<tagint> &ids)

@@ -15,6 +15,8 @@ class AtomDirectory {
  public:
   struct Entry {
     int type;    ///< 0: there is no such atom
+    int mask;
+    tagint molecule;    ///< 0 where atoms have none
     double radius;
 
     static Entry of(const Atom *, int i);

@@ -5,7 +5,9 @@
 #include "atom_directory.h"
 #include "collective.h"
 #include "core/bond_file.h"
+#include "core/bond_measures.h"
 #include "core/choice.h"
+#include "core/potential_file.h"
 #include "fix_evp_bonds.h"
 #include "scene.h"
 #include "user_input.h"
@@ -121,9 +123,11 @@ bool WriteEVPBonds::write_in_order_of_ranks(const std::string &text, FILE *fp) c
 }
 
 // read_evp_row FILE:ROW PREFIX, or FILE ROW PREFIX, or e1 m1 ... alpha [keyword value ...] PREFIX, where the numbers
-// may be one quoted word
+// may be one quoted word; then [number_density N]
 void ReadEVPRow::command(int narg, char **arg)
 {
+  std::string spheres;    // per volume
+  if (narg > 3 && strcmp(arg[narg - 2], "number_density") == 0) spheres = arg[(narg -= 2) + 1];
   if (narg < 2)
     error->all(FLERR,
                "read_evp_row: expected at least two arguments, a row (FILE:ROW or its numbers) "
@@ -136,10 +140,20 @@ void ReadEVPRow::command(int narg, char **arg)
   EVP::Row row;
   EVP::stop_at_bad_input(error, "read_evp_row", [&] {
     row = EVP::read_row(lmp, words);
+    if (spheres.empty()) return;
+    const EVP::Keyword per_volume = {"number_density", spheres};
+    const double number = per_volume.number();
+    per_volume.demand(number > 0.0, "must be positive");
+    if (strcmp(update->unit_style, "si") != 0)
+      throw EVP::BadInput("number_density is about the paper's body, in units si");
+    if (!row.is_scaled()) row = EVP::with_number_density(row, number);
   });
+  const auto set = [&](const std::string &name, const std::string &value) {
+    input->variable->set(fmt::format("{}_{} string \"{}\"", arg[narg - 1], name, value));
+  };
   for (const EVP::Member &member : EVP::MEMBERS)
-    input->variable->set(fmt::format("{}_{} string {}", arg[narg - 1], member.key,
-                                     EVP::shortest_text(row.*member.value)));
+    set(member.key, EVP::shortest_text(row.*member.value));
+  set("words", EVP::row_text(row));
 }
 
 // as LAMMPS has them before and since 2026

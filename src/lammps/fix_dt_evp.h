@@ -18,9 +18,9 @@ class FixDtEVP : public EVP::WithPerAtomComm<Fix> {
  public:
   FixDtEVP(class LAMMPS *, int, char **);
 
-  int setmask() override { return FixConst::END_OF_STEP; }
+  int setmask() override { return FixConst::PRE_REVERSE | FixConst::END_OF_STEP; }
   void init() override;
-  void setup(int) override
+  void setup_pre_reverse(int, int) override    // before fix nve/evp solves by that timestep
   {
     if (update->whichflag == 1) set_dt(true);
   }

@@ -152,6 +152,31 @@ void PairHistories::send_to_owners(BondStore &records, PerAtomComm &exchange)
   for (const HistoryOfPair &m : deferred) records.take(m);
 }
 
+// Does 'neigh_modify exclude', or a special_bonds weight of 0, keep an own atom and its partner off the neighbor list?
+static bool is_left_out(const Neighbor *neighbor, const Atom *atom, const Force *force, int i,
+                        tagint id, const AtomDirectory::Entry &partner)
+{
+  if (neighbor->nex_type && neighbor->ex_type[atom->type[i]][partner.type]) return true;
+  const auto in = [](int mask, int bit) {
+    return (mask & bit) != 0;
+  };
+  const int mask = atom->mask[i];
+  for (int m = 0; m < neighbor->nex_group; m++) {
+    const int a = neighbor->ex1_bit[m], b = neighbor->ex2_bit[m];
+    if ((in(mask, a) && in(partner.mask, b)) || (in(mask, b) && in(partner.mask, a))) return true;
+  }
+  for (int m = 0; m < neighbor->nex_mol; m++)
+    if (in(mask & partner.mask, neighbor->ex_mol_bit[m]) &&
+        (atom->molecule[i] == partner.molecule) == (neighbor->ex_mol_intra[m] != 0))
+      return true;
+  if (!atom->nspecial) return false;
+  const int *const counts = atom->nspecial[i];
+  for (int k = 0; k < counts[2]; k++)
+    if (atom->special[i][k] == id)
+      return force->special_lj[1 + (k >= counts[0]) + (k >= counts[1])] == 0.0;
+  return false;
+}
+
 void PairHistories::find_missing(const BondStore &store)
 {
   missing.clear();
@@ -162,7 +187,9 @@ void PairHistories::find_missing(const BondStore &store)
   std::sort(atoms.begin(), atoms.end());
 
   const auto add = [&](int i, int slot, const AtomDirectory::Entry &partner) {
-    if (cuts.handles(atom->type[i], partner.type))
+    const auto id = (tagint) store.of(i)[slot].partner;
+    if (cuts.handles(atom->type[i], partner.type) &&
+        !is_left_out(neighbor, atom, force, i, id, partner))
       missing.push_back({i, slot, partner.type, partner.radius});
   };
 

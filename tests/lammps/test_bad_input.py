@@ -138,7 +138,9 @@ WORDS = {
         ("good.evp:a m-1", "must have only letters, numbers, or underscores"), ("lj.evp:a m", "'UNITS: si', the units in force, got 'lj'"),
         ('"80 8 4 3 8 4 0.005 0" m', "read_evp_row: expected 9 values, got 8"), ('"" m', "read_evp_row: expected 9 values, got 0"),
         (f"{ROW} colour 1 m", "read_evp_row: unknown keyword 'colour' of a row"), ("good.evp:a kv 300 m", "read_evp_row: expected 9 values, got 3"),
+        (f"{ROW} m number_density 0", "read_evp_row: number_density must be positive, got 0"),
         ("absent.evp:a m", "read_evp_row: cannot read the potential file 'absent.evp'")]),
+    "units lj\nread_evp_row {}": ("units", [(f"{ROW} m number_density 5", "number_density is about the paper's body, in units si")]),
     "variable s index -1.5\nevp_choices {}": ("units", [
         ("in.x", "evp_choices: expected at least two arguments, the name of the input script and its choices, got 1"), ("in.x t", "in.x: there is no variable 't'"),
         ("in.x s=a|b", "in.x: -var s must be a or b, got '-1.5'"), ("in.x s=a,integer,>-2", "in.x: -var s must be a or an integer > -2, got '-1.5'"),
@@ -335,7 +337,8 @@ def test_the_program_lmp_ends_with_status_1(lmp, tmp_path, part, word, text):
 ABOVE = "must be a number "
 WAYS = "must be explicit or implicit"
 OF_DECKS = {
-    "in.traction": [("strain", -1.5, ABOVE + "!= 0 and > -1"), ("strain", "2%", ABOVE + "!= 0 and > -1"), ("rate", 0, ABOVE + "!= 0"), ("integrator", "implizit", WAYS)],
+    "in.traction": [("dtfraction", 3, ABOVE + "> 0 and <= 1"), ("strain", -1.5, ABOVE + "!= 0 and > -1"), ("strain", "2%", ABOVE + "!= 0 and > -1"), ("rate", 0, ABOVE + "!= 0"),
+                    ("integrator", "implizit", WAYS)],
     "in.cyclic": [("cycles", 1.5, "must be an integer >= 1"), ("lower", "releas", "must be release or a number > -1"), ("rate", "0.0", ABOVE + "!= 0"), ("strain", 0, ABOVE)],
     "in.quasistatic": [("resume", "Yes", "must be yes or no"), ("strain", 0, ABOVE + "!= 0 and > -1"), ("cycles", -1, "must be an integer >= 0"), ("lower", "Release", "must be release")],
     "in.torsion": [("angle", 0, ABOVE + "!= 0")], "in.bending": [("increment", 0, ABOVE + "> 0")],
@@ -350,6 +353,11 @@ OF_DECKS = {
 def test_a_choice_that_means_nothing(tmp_path, deck):
     for name, value, rule in OF_DECKS[deck]:
         refused(run_lammps(deck, 1, {name: value}, tmp_path), f"ERROR: {deck}: -var {name} {rule}", f", got '{value}'")
+
+
+@pytest.mark.parametrize("deck", [deck for deck in OF_DECKS if deck not in ("in.specimen", "in.two_spheres")])
+def test_material_or_coefficients(tmp_path, deck):
+    refused(run_lammps(deck, 1, {"material": "a.evp:b", "coeff": "80 8 4 3 8 4 0.005 0 1.5"}, tmp_path), "ERROR: give -var material or -var coeff, not both")
 
 
 # ---- controls: what is legal

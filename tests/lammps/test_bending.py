@@ -5,6 +5,7 @@ test_closed_form_loads.py."""
 
 import numpy as np
 import pytest
+from hostile import refused
 from lammps_run import DECKS, edited_deck, read_csv, read_dump, run_lammps
 
 LENGTH, WIDTH, HEIGHT, SPAN = 0.1, 0.01, 0.02, 0.08  # [m]
@@ -105,5 +106,7 @@ def test_a_round_bar(tmp_path):
     assert 0.75 < curve["stress"][2] / 2e-4 / (tension / (1.0 + shear)) < 0.95
     body = tmp_path / "round.data.body"
     body.write_text(body.read_text().replace("variable radius ", "# "))
-    refused = run_lammps("in.bending", 1, choices, tmp_path)
-    assert refused.returncode != 0 and "the cross-section is no rectangle, and its radius is not known: give -var radius" in refused.stdout
+    refused(run_lammps("in.bending", 1, choices, tmp_path), "the cross-section is no rectangle, and its radius is not known: give -var radius")
+    refused(run_lammps("in.bending", 1, {**choices, "radius": 0.006}, tmp_path), "the radius of the body is given as 0.006 m, but its outermost sphere reaches to 0.01")
+    given = run_lammps("in.bending", 1, {**choices, "radius": 0.012, "strain": 1e-4, "increment": 1e-4, "out": "given"}, tmp_path).ok()
+    assert read_csv(tmp_path / "given.csv")["stress"][1] == pytest.approx(curve["stress"][1], rel=1e-3) and not given.warnings()

@@ -3,6 +3,7 @@
 
 import re
 
+import numpy as np
 import pytest
 from hostile import scene
 
@@ -15,8 +16,8 @@ def values(run, prefix):
     return {name: float(word) for name, word in re.findall(rf"^{prefix}_(\w+) = (\S+)$", run.ok().stdout, re.M)}
 
 
-def row_deck(words, prefix):
-    return f"units si\nread_evp_row {words} {prefix}\n" + "".join(f'print "{prefix}_{name} = ${{{prefix}_{name}}}"\n' for name in NUMBERS)
+def row_deck(words, prefix, more=""):
+    return f"units si\nread_evp_row {words} {prefix} {more}\n" + "".join(f'print "{prefix}_{name} = ${{{prefix}_{name}}}"\n' for name in NUMBERS)
 
 
 @pytest.mark.parametrize("ranks", [1, 2])
@@ -29,6 +30,17 @@ def test_rows_from_a_file_and_typed_are_one(lmp, tmp_path, ranks):
     assert found == [found[0]] * 6 and list(found[0]) == NUMBERS
     assert found[0]["e1"] == 80.1 and found[0]["kv"] == 0.30000000000000004 and found[0]["density"] == 2700
     assert plain["alpha"] == 1.5 and plain["spacing"] == plain["coordination"] == plain["kv"] == plain["density"] == 0
+
+
+def test_a_row_of_the_paper_in_a_body_of_more_spheres(lmp):
+    """Stiffness goes with e/deq^3, damping with gamma/deq; a row with a spacing is left to the bonds of the body."""
+    spheres, row, scaled = 4e7, "80 8 4 3 8 4 0.005 1000 1.5 kv 300 saturation 0.1", TABLE1 + " spacing 0.01 coordination 12"
+    text = row_deck(row, "paper") + row_deck(row, "more", f"number_density {spheres}") + row_deck(scaled, "own", f"number_density {spheres}")
+    run = lmp(text + "atom_style sphere\nregion box block 0 1 0 1 0 1\ncreate_box 1 box\npair_style evp/lj\npair_coeff * * ${more_words}\n")
+    paper, more, own = (values(run, name) for name in ("paper", "more", "own"))
+    finer = spheres * np.pi * 0.02**2 * 0.05 / 500
+    assert more == pytest.approx({**paper, "e1": 80 / finer, "e2": 3 / finer, "kv": 300 / finer, "gamma": 1000 / finer ** (1 / 3)}, rel=1e-14)
+    assert own["e1"] == 80 and own["spacing"] == 0.01
 
 
 SCENE = """region box block 0 1 0 1 0 1

@@ -215,3 +215,11 @@ def test_time_and_integrators_follow_the_step(lmp, tmp_path, body, style):
     assert np.ptp(steps) > 0.2 * steps[0], "control: the step changes"
     flown = table["v_cx"] - table["v_cx"][0]
     assert np.allclose(flown, table["v_cv"][0] * table["Time"], rtol=1e-10, atol=1e-14)
+
+
+def test_nve_evp_in_front_of_it_is_set_up_by_its_timestep(lmp, tmp_path, body):
+    """By LAMMPS' default of 'units real', or of a timestep that was never meant, the damping would not converge."""
+    write_body(tmp_path / "body.data", body)
+    start = head() + pair(law.TABLE1._replace(gamma=1e5)) + stir(10.0) + "timestep {}\nfix move all nve/evp maxiter 200\nfix dt all dt/evp 10 0.4\nthermo 20\n" + thermo("ke dt")
+    ends = [lmp(start.format(step) + "run 20\n", ranks=2).ok().thermo()["KinEng"][-1] for step in (1e-7, 10.0)]
+    assert ends[1] == pytest.approx(ends[0], rel=1e-6)

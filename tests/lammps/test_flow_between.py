@@ -96,6 +96,33 @@ print "back: work $(v_work:%.17g) fx $(fx[2]:%.17g)"
         assert found == pytest.approx(expected, rel=2e-7), (name, "the margin of a cutoff, up to which a bond flows")
 
 
+# off and on again
+LEFT_OUT = {
+    "groups": ("neigh_modify exclude group two one\n", "neigh_modify exclude none\n"),
+    "types": ("neigh_modify exclude type 1 1\n", "neigh_modify exclude none\n"),
+    "molecules": ("neigh_modify exclude molecule/intra all\n", "neigh_modify exclude none\n"),
+    "special bonds": ("create_bonds single/bond 1 1 2 special yes\nspecial_bonds lj 0 1 1\n", "special_bonds lj 1 1 1\n"),
+}
+
+
+@pytest.mark.parametrize("newton, ranks", [("on", 1), ("off", 2)])
+@pytest.mark.parametrize("rules", ["break 0.02", "plasticity isotropic"])
+def test_a_bond_that_is_left_out_neither_flows_nor_breaks(lmp_decks, newton, ranks, rules):
+    """Wherever its atoms go meanwhile; let in again it is what it was."""
+    start = TWO.replace("atom_style sphere", "atom_style hybrid sphere molecular").replace("break 0.02", rules).replace(
+        "create_box 1 box", "create_box 1 box bond/types 1 extra/bond/per/atom 2 extra/special/per/atom 4\nspecial_bonds lj 1 1 1\nbond_style zero nocoeff\nbond_coeff *")
+    start = start.replace("set group all", "set group all mol 1\nset group all") + "fix n all nve/noforce\nfix e all evp/energy\nrun 0\n"
+    end = "displace_atoms two move 0.00001 0 0\nthermo_style custom step pe f_e[9] f_e[11] f_b[5]\nthermo_modify norm no format float %.15g\nrun 0\n"
+    away = "displace_atoms two move 0.02 0 0\nrun 1\ndisplace_atoms two move -0.02 0 0\nrun 1\n"
+    decks = {(name, ghosts): start.format(newton=newton, ghosts=ghosts) + off + away + on + end for name, (off, on) in LEFT_OUT.items() for ghosts in (0.004, 0.03)
+             if ghosts == 0.03 or name != "special bonds"}  # whose own partner must be a ghost
+    runs = lmp_decks({"never": start.format(newton=newton, ghosts=0.03) + end, **decks}, ranks)
+    ends = {key: {name: values[-1] for name, values in run.ok().thermo(-1).items() if name != "Step"} for key, run in runs.items()}
+    assert ends["never"]["PotEng"] != 0.0 and ends["never"]["f_b[5]"] == 0.0
+    for key, found in ends.items():
+        assert found == pytest.approx(ends["never"], rel=1e-9, abs=1e-15), key
+
+
 @pytest.mark.parametrize("newton, ranks", [("on", 1), ("off", 2)])
 def test_a_minimization_does_not_see_the_end_of_the_list(lmp_decks, newton, ranks):
     """A spring pulls the far particle back into its bond: the potential energy has no step where the bond comes into the list."""

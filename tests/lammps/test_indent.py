@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 import pytest
+from hostile import refused
 from lammps_run import read_csv, run_lammps
 
 METAL = "160 8 4 1.4 8 4 0.0007 0 1.5 spacing 0.00374 coordination 13.05 kv 700"  # about 304 steel, E 193 GPa
@@ -65,3 +66,8 @@ def test_a_wide_contact_is_no_cause_for_a_warning(tmp_path):
     """A punch as wide as the body: more than 5 diameters of a sphere."""
     run_lammps("in.specimen", 1, {"n": 700, "shape": "block", "length": 0.025, "width": 0.045, "out": "wide.data"}, tmp_path).ok()
     indent("wide.data", tmp_path, tool="flat", tool_radius=0.05, depth=4e-6, increments=2)
+
+
+def test_a_tool_that_touches_nothing_is_refused(block, tmp_path):
+    """Deeper than the body is long."""
+    refused(run_lammps("in.indent", 1, {"specimen": block, "tool_radius": 0.001, "depth": 0.06, "increments": 1}, tmp_path), "the tool touches nothing at the full depth")

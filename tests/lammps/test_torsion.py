@@ -41,7 +41,7 @@ def test_rows(tmp_path):
 
 def test_a_square_bar_is_refused(tmp_path):
     run_lammps("in.specimen", 1, {"n": 500, "shape": "block", "length": 0.03, "width": 0.012, "height": 0.012, "out": "square.data"}, tmp_path).ok()
-    refused(run_lammps("in.torsion", 1, {"specimen": "square.data", **SMALL}, tmp_path), "in.torsion: the body is no round bar or tube about the x axis")
+    refused(run_lammps("in.torsion", 1, {"specimen": "square.data", **SMALL}, tmp_path), "in.torsion: the body is no round bar or tube of this outer radius about the x axis")
 
 
 @pytest.mark.parametrize("deck, group", [("torsion", "left"), ("traction", "left"), ("cyclic", "left"), ("quasistatic", "left"), ("indent", "base"), ("upset", "bottom")])
