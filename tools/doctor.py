@@ -2,11 +2,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Why LAMMPS says 'Unrecognized pair style evp/lj', or does not open the plugin, and the command that mends it.
 
-  doctor.py                            the lmp of EVP_LMP or PATH, the plugin of LAMMPS_PLUGIN_PATH or of EVP's build
-  doctor.py --lmp /path/to/lmp         another lmp
-  doctor.py --plugin evpplugin.so      this plugin, as decks with `plugin load` take it
-  doctor.py --log log.lammps           also reads the log of the run that failed
-
 Asks lmp, ldd and mpirun with decks of a few lines; changes nothing. One line per check (ok, note, FAULT, not checked); at the end the cause and
 one command. Exit status: 0 healthy, 1 a fault, 2 wrong use. Paste the output into an issue: beside versions it holds paths only.
 """
@@ -188,10 +183,10 @@ def another_lmp(wrong=None):
     return shlex.quote(f"{source_tree()}/tools/setup.sh")
 
 
-def mend(lammps, wrong):
-    """Command that takes a plugin of EVP that this lmp loads, or builds one in a new folder."""
-    for plugin in own_files(NAME):
-        if plugin != wrong and KNOWN in try_plugin(lammps.path, plugin, alone=True)[1]:
+def mend(lammps, first):
+    """Command that takes the first plugin, or one of EVP's own, that this lmp loads, or builds one in a new folder."""
+    for plugin in dict.fromkeys([*([first] if first else []), *own_files(NAME)]):
+        if KNOWN in try_plugin(lammps.path, plugin, alone=True)[1]:
             return export("LAMMPS_PLUGIN_PATH", plugin.parent)
     source, release = source_tree(), "".join(lammps.release.split()[:3])
     folder = source / f"build-{release}-{lammps.integers}"
@@ -343,8 +338,7 @@ def check_log(report, lammps, plugin, log):
     refused, unopened = REFUSED.search(log), UNOPENED.search(log)
     unknown = re.search(r"Unrecognized \w+ style '[\w/]*evp[\w/]*'|Unknown command: (read|write)_evp_\w+", log)
     error = re.search(r"^ERROR\b.*", log, re.M)
-    cause = ""
-    command = export("LAMMPS_PLUGIN_PATH", plugin.parent) if plugin and not report.faults else mend(lammps, plugin) if lammps else another_lmp()
+    cause, command = "", mend(lammps, plugin) if lammps else another_lmp()
     if lammps and release_number(log.partition("(")[2]) != release_number(lammps.release):
         cause = f"it was by another lmp than {lammps.path}, {log.splitlines()[0]}"
         command = export("PATH", lammps.path.parent, in_front=True)
@@ -352,8 +346,8 @@ def check_log(report, lammps, plugin, log):
         cause = f"the plugin was built for another LAMMPS: {refused[1]}"
     elif unopened:
         cause = f"the file of `plugin load` did not open: {unopened[2]}. Without that line LAMMPS takes the plugin of LAMMPS_PLUGIN_PATH"
-    elif unknown and re.search(r"^Loaded [1-9]\d* plugins from|^Loading plugin: ", log, re.M):
-        cause = f"{unknown[0]}: the plugin is older than the deck"
+    elif unknown and re.search(r"^(Loaded [1-9]|Loading plugin|EVP \S+ for LAMMPS)", log, re.M):
+        cause = f"{unknown[0]}: its plugin is older than the deck, or this name is wrong"
     elif unknown:
         empty = re.search(r"^Loaded 0 plugins from \S.*", log, re.M)
         why = f"it says {empty[0]!r}" if empty else "LAMMPS_PLUGIN_PATH was not set in its shell or job script"
@@ -392,9 +386,11 @@ def main(argv=None):
     report = Report()
     check_python(report)
     lammps = check_lmp(report, args.lmp)
-    plugin = check_plugin(report, lammps, args.plugin and args.plugin.absolute()) if lammps else report.line("not checked", "plugin", "first mend the fault above")
     if lammps:
+        plugin = check_plugin(report, lammps, args.plugin and args.plugin.absolute())
         check_mpirun(report, lammps)
+    else:
+        plugin = report.line("not checked", "plugin", "first mend the fault above")
     check_log(report, lammps, plugin, log)
     print("\n" + report.verdict())
     return 1 if report.faults else 0

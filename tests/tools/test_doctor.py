@@ -8,7 +8,6 @@ import os
 import pathlib
 import re
 import shutil
-import struct
 import subprocess
 import sys
 import time
@@ -32,7 +31,6 @@ BUILT, LMP = cache_entry(BUILD, "LAMMPS_BUILD_DIR"), pathlib.Path(cache_entry(BU
 HEADERS = pathlib.Path(cache_entry(BUILT, "CMAKE_HOME_DIRECTORY")).parent / "src"
 TAKE_PLUGIN = f"export LAMMPS_PLUGIN_PATH={BUILD}"
 NO_MPIRUN = "no_mpirun_here"  # where mpirun is not looked at: a start takes as long as all the rest
-CHECK = r"^ *(?:ok|note|FAULT|not checked)  +(\S.*?)  "  # name of the check of a line
 KEPT = {name: value for name, value in os.environ.items()
         if name not in ("EVP_LMP", "EVP_COMMAND", "EVP_PLUGINS", "EVP_PLUGIN_DIR", "LAMMPS_PLUGIN_PATH", "LD_LIBRARY_PATH")}
 
@@ -56,9 +54,6 @@ class Answer:
 
     def faults(self):
         return re.findall(r"^FAULT +(\S.*?)  ", self.text, re.M)
-
-    def checks(self):
-        return re.findall(CHECK, self.text, re.M)
 
     def cause(self):
         return " ".join(re.search(r"^Cause: (.+?)\nRun:", self.text, re.S | re.M)[1].split())
@@ -87,21 +82,18 @@ def raw(*words, **changes):
     return doctor("--lmp", LMP, *words, **changes)
 
 
-def replaced(source, target, *pairs):
-    """A copy with other bytes of the same number; each must be there."""
+def replaced(source, target, old, new):
+    """A copy with other bytes of the same number."""
     data = source.read_bytes()
-    for old, new in pairs:
-        assert len(old) == len(new) and old in data, f"{source} has no {old}"
-        data = data.replace(old, new)
-    target.parent.mkdir(parents=True, exist_ok=True)
-    target.write_bytes(data)
+    assert len(old) == len(new) and old in data, f"{source} has no {old}"
+    target.write_bytes(data.replace(old, new))
     target.chmod(0o755)
     return target
 
 
 def copy_of_lmp(target, folder):
     """lmp, which looks for its library in a folder that is no longer to write than the real one."""
-    return replaced(LMP, target, (BUILT.encode(), folder.encode() + b"/" * (len(BUILT) - len(folder))))
+    return replaced(LMP, target, BUILT.encode(), folder.encode() + b"/" * (len(BUILT) - len(folder)))
 
 
 @pytest.fixture(scope="module")
@@ -110,31 +102,20 @@ def real():
     return tool.lammps_of(LMP, tool.run([LMP, "-h"])[1])
 
 
-def lammps_of_year(year, real, folder):
-    """The folder, with the real LAMMPS in it whose release says this year."""
-    name = " ".join(real.release.split()[:3])
-    replaced(LMP.parent / "liblammps.so.0", folder / "liblammps.so.0", (name.encode(), (name[:-4] + year).encode()))
+def another_lammps(folder, old, new):
+    """The folder, with lmp in it and a library with other bytes."""
+    replaced(LMP.parent / "liblammps.so.0", folder / "liblammps.so.0", old, new)
     copy_of_lmp(folder / "lmp", "$ORIGIN")
     return folder
 
 
 @pytest.fixture(scope="module")
 def older(real, tmp_path_factory):
-    """Folder of a LAMMPS of another release."""
-    return lammps_of_year("2021", real, tmp_path_factory.mktemp("older"))
+    """Folder of a LAMMPS that says that it is too old."""
+    name = " ".join(real.release.split()[:3])
+    return another_lammps(tmp_path_factory.mktemp("older"), name.encode(), (name[:-4] + "2021").encode())
 
 
-@pytest.fixture(scope="module")
-def newer(real, tmp_path_factory):
-    """Folder of a LAMMPS of another release, without a function that the plugin needs: its symbol has no place in the library."""
-    folder = lammps_of_year("2099", real, tmp_path_factory.mktemp("newer"))
-    library = folder / "liblammps.so.0"
-    listed = subprocess.run(["nm", "-DS", library], stdout=subprocess.PIPE, text=True, check=True).stdout
-    place, size = re.search(f"^(\\w+) (\\w+) T {ABSENT}$", listed, re.M).groups()
-    return replaced(library, library, (struct.pack("=QQ", int(place, 16), int(size, 16)), bytes(16))).parent
-
-
-ABSENT = "_ZN9LAMMPS_NS6Output8reset_dtEv"
 STRANGER = """
 #include "host_guard.h"
 #include "plugin_facts.h"
@@ -164,11 +145,6 @@ def test_healthy_with_two_ranks():
     assert re.search(r"^ok +mpirun .*two ranks$", found.text, re.M), found.text
 
 
-def test_healthy_by_plugin_load():
-    found = raw("--plugin", PLUGIN)
-    assert found.status == 0 and f"a deck must begin with: plugin load {PLUGIN}" in found.text and f"{PLUGIN}, by `plugin load`: version " in found.text, found.text
-
-
 @pytest.mark.parametrize("place, cause", [
     ("", "LAMMPS_PLUGIN_PATH is not set: "), ("{0}/moreplugin.so", "is no folder with"), ("{0}/absent", "is no folder with"), ("{0}", "is no folder with")])
 def test_path(tmp_path, place, cause):
@@ -180,7 +156,8 @@ def test_path(tmp_path, place, cause):
         return
     found.is_mended()
     page = (REPOSITORY / "doc" / "Howto_evp_doctor.rst").read_text(encoding="utf-8").split(".. fault:")[1].split(".. end of fault")[0]
-    assert found.checks() == re.findall(CHECK, page, re.M) and len(found.checks()) == 7, "run doc/studies/doctor_page.py"
+    checks = [re.findall(r"^ *(?:ok|note|FAULT|not checked)  +(\S.*?)  ", text, re.M) for text in (found.text, page)]
+    assert checks[0] == checks[1] and len(checks[0]) == 7, "run doc/studies/doctor_page.py"
     assert "\n   Run:   export LAMMPS_PLUGIN_PATH=~/evp/build\n" in page
 
 
@@ -214,11 +191,6 @@ def test_damaged_plugin(tmp_path, content, cause):
     raw(LAMMPS_PLUGIN_PATH=tmp_path).names("plugin", cause).is_mended()
 
 
-def is_alive(state):
-    """Of a process by its file in /proc."""
-    return state.exists() and state.read_text(encoding="utf-8").split()[2] != "Z"
-
-
 def test_a_program_that_hangs_ends_with_all_that_it_has_started(tmp_path, monkeypatch):
     (tmp_path / "lmp").write_text(f"#!/bin/sh\nsh -c 'echo $$ >{tmp_path}/child; exec sleep 50'\n", encoding="utf-8")
     (tmp_path / "lmp").chmod(0o755)
@@ -226,9 +198,9 @@ def test_a_program_that_hangs_ends_with_all_that_it_has_started(tmp_path, monkey
     assert tool.run([tmp_path / "lmp"]) == (None, "no answer within 1 s")
     state = pathlib.Path("/proc", (tmp_path / "child").read_text(encoding="utf-8").strip(), "stat")
     deadline = time.monotonic() + 20  # of a kill on a busy machine
-    while is_alive(state) and time.monotonic() < deadline:
+    while (alive := state.exists() and state.read_text(encoding="utf-8").split()[2] != "Z") and time.monotonic() < deadline:
         time.sleep(0.05)
-    assert not is_alive(state)
+    assert not alive
 
 
 def test_a_reader_that_leaves():
@@ -244,17 +216,17 @@ def test_lmp_that_is_too_old(older):
 
 
 def test_lmp_without_plugin_package(tmp_path):
-    replaced(LMP.parent / "liblammps.so.0", tmp_path / "liblammps.so.0", (b"\0PLUGIN\0", b"\0PLUMED\0"))
-    copy_of_lmp(tmp_path / "lmp", "$ORIGIN")
+    another_lammps(tmp_path, b"\0PLUGIN\0", b"\0PLUMED\0")
     doctor(EVP_LMP=tmp_path / "lmp").names("LAMMPS", "built without the PLUGIN package").is_mended()
 
 
-def test_no_plugin_for_this_lmp(newer):
-    """The command builds one. The cause is the one that the command mends, also without LAMMPS_PLUGIN_PATH."""
-    other_release = f"{PLUGIN} .*cannot be opened: .*undefined symbol: {ABSENT}"
-    for path, fault, cause in ((BUILD, "plugin", other_release), ("", "plugin path", f"^LAMMPS_PLUGIN_PATH is not set, and {other_release}")):
-        found = doctor("--lmp", newer / "lmp", LAMMPS_PLUGIN_PATH=path).names(fault, cause)
-        assert re.search(r"^cmake -S .* -B \S+/build-\w+2099-\w+ .* && cmake --build ", found.command()), found.command()
+def test_no_plugin_for_this_lmp(tmp_path):
+    """It lacks a function that the plugin needs: the command builds one. So it does where LAMMPS_PLUGIN_PATH is not set, too."""
+    another_lammps(tmp_path, b"\0_ZN9LAMMPS_NS6Output8reset_dtEv\0", b"\0_ZN9LAMMPS_XX6Output8reset_dtEv\0")
+    why = f"{PLUGIN} .*cannot be opened: .*undefined symbol: _ZN9LAMMPS_NS6Output8reset_dtEv"
+    for path, fault, cause in ((BUILD, "plugin", why), ("", "plugin path", f"^LAMMPS_PLUGIN_PATH is not set, and {why}")):
+        found = doctor("--lmp", tmp_path / "lmp", LAMMPS_PLUGIN_PATH=path).names(fault, cause)
+        assert re.search(r"^cmake -S .* -B \S+/build-\w+-\w+ .* && cmake --build ", found.command()), found.command()
         assert "/path/to/lammps stands for the source tree of this LAMMPS" in found.cause()
 
 
@@ -329,49 +301,46 @@ def test_mpirun_as_root():
 
 def run_of(tmp_path, deck, **changes):
     """log.lammps of the real lmp, without any plugin on its path."""
-    (tmp_path / "in.lmp").write_text(deck, encoding="utf-8")
+    (tmp_path / "in.lmp").write_text(deck + "\n", encoding="utf-8")
     subprocess.run([LMP, "-in", "in.lmp"], cwd=tmp_path, env=surroundings(**changes), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
     return tmp_path / "log.lammps"
 
 
 @pytest.mark.parametrize("deck, path, cause", [
-    ("pair_style evp/lj\n", "", "it loaded no plugin: LAMMPS_PLUGIN_PATH was not set"),
-    ("pair_style evp/lj\n", "/tmp", "it loaded no plugin: it says 'Loaded 0 plugins from /tmp/?', and the deck"),
-    ("plugin load evpplugin.so\npair_style evp/lj\n", "", "the file of `plugin load` did not open: .*No such file"),
-    ("plugin load /no/evpplugin.so\nfix 1 all evp/bonds\n", "", "the file of `plugin load` did not open: .*No such file"),
-    ("no_such_command\n", "", None)])
+    ("pair_style evp/lj", "", "it loaded no plugin: LAMMPS_PLUGIN_PATH was not set"),
+    ("pair_style evp/lj", "/tmp", "it loaded no plugin: it says 'Loaded 0 plugins from /tmp/?', and the deck"),
+    ("plugin load evpplugin.so\npair_style evp/lj", "", "the file of `plugin load` did not open: .*No such file"),
+    (f"plugin load {PLUGIN}\npair_style evp/none", "", "Unrecognized pair style 'evp/none': its plugin is older than the deck")])
 def test_log(tmp_path, deck, path, cause):
-    """The last one is no fault of the installation."""
-    found = raw("--log", run_of(tmp_path, deck, **({"LAMMPS_PLUGIN_PATH": tmp_path} if path else {})), LAMMPS_PLUGIN_PATH=BUILD)
-    if cause is None:
-        assert found.status == 0 and "nothing against EVP's plugin; it ends with: ERROR: Unknown command" in found.text, found.text
-        return
-    found.names("log", cause.replace("/tmp", str(tmp_path)))
-    assert found.faults() == ["log"] and found.command() == f"export LAMMPS_PLUGIN_PATH={BUILD}"
+    found = raw("--log", run_of(tmp_path, deck, LAMMPS_PLUGIN_PATH=path), LAMMPS_PLUGIN_PATH=BUILD).names("log", cause)
+    assert found.faults() == ["log"] and found.command() == TAKE_PLUGIN
 
 
-def test_log_that_breaks_off(tmp_path):
-    """Where lmp crashes at a plugin, LAMMPS leaves nothing of that in the log."""
-    log = run_of(tmp_path, "units si\n")
-    log.write_text(log.read_text(encoding="utf-8").partition("\nTotal wall")[0], encoding="utf-8")
-    assert "it breaks off without an error: lmp crashed or was stopped" in raw("--log", log, LAMMPS_PLUGIN_PATH=BUILD).text
-
-
-def test_log_of_another_lmp(tmp_path, older):
-    log = run_of(tmp_path, "pair_style evp/lj\n")
-    text = log.read_text(encoding="utf-8")
-    log.write_text(re.sub(r"^LAMMPS \(.*", "LAMMPS (29 Sep 2021 - Update 2)", text), encoding="utf-8")
+def test_log_of_another_lmp(tmp_path):
+    log = run_of(tmp_path, "pair_style evp/lj")
+    log.write_text(re.sub(r"^LAMMPS \(.*", "LAMMPS (29 Sep 2021 - Update 2)", log.read_text(encoding="utf-8")), encoding="utf-8")
     raw("--log", log, LAMMPS_PLUGIN_PATH=BUILD).names("log", r"by another lmp than \S+, LAMMPS .29 Sep 2021")
 
 
+def test_log_of_another_fault(tmp_path):
+    """Where lmp crashes, also at a plugin, LAMMPS leaves nothing of that in the log."""
+    log = run_of(tmp_path, "no_such_command")
+    found = raw("--log", log, LAMMPS_PLUGIN_PATH=BUILD)
+    assert found.status == 0 and "nothing against EVP's plugin; it ends with: ERROR: Unknown command" in found.text, found.text
+    log.write_text(log.read_text(encoding="utf-8").partition("\nERROR")[0], encoding="utf-8")
+    assert "it breaks off without an error: lmp crashed or was stopped" in raw("--log", log, LAMMPS_PLUGIN_PATH=BUILD).text
+
+
 def test_python_modules(monkeypatch):
-    """No Python of this machine has them: the doctor speaks all the same, and without numpy."""
+    """Where no Python of this machine has them. The doctor speaks without numpy, too: here of a plugin that is healthy by `plugin load`."""
     monkeypatch.setattr(tool, "MODULES", ("numpy", "no_such_module"))
     report = tool.Report()
     tool.check_python(report)
     assert [name for name, _, _ in report.faults] == ["Python"] and "no_such_module" in report.faults[0][2]
-    bare = subprocess.run([sys.executable, "-S", DOCTOR, "--lmp", LMP, "--plugin", PLUGIN], env=surroundings(), stdout=subprocess.PIPE, text=True, check=False)
+    words = [sys.executable, "-S", DOCTOR, "--lmp", LMP, "--plugin", PLUGIN]
+    bare = subprocess.run(words, env=surroundings(), stdout=subprocess.PIPE, text=True, check=False)
     assert bare.returncode == 0 and "lacks numpy, scipy, matplotlib; the tools go on in " in bare.stdout, bare.stdout
+    assert f"a deck must begin with: plugin load {PLUGIN}" in bare.stdout and f"{PLUGIN}, by `plugin load`: version " in bare.stdout
 
 
 def test_build_for_this_lammps(real, monkeypatch, tmp_path):
@@ -406,29 +375,3 @@ def test_wrong_use():
     for words in (["--lmp", "/no/lmp"], ["--plugin", "/no/evpplugin.so"], ["--log", "/no/log.lammps"], ["--log", DOCTOR], ["--no-such"]):
         found = in_process.call(tool.main, *words)
         assert found.returncode == 2 and not found.stdout and len(found.stderr.splitlines()) <= 3, found.stderr
-
-
-# The first lines of Debian's own lmp.
-DEBIAN = """
-Large-scale Atomic/Molecular Massively Parallel Simulator - 29 Sep 2021 - Update 2
-
-Compiler: GNU C++ 12.2.0 with OpenMP 4.5
-MPI v3.1: Open MPI v4.1.4, package: Debian OpenMPI, ident: 4.1.4, repo rev: v4.1.4, May 26, 2022
-
--DLAMMPS_SMALLBIG
-sizeof(tagint):   32-bit
-
-Installed packages:
-
-ASPHERE GRANULAR KIM
-SHOCK SRD VORONOI
-
-List of individual style options included in this LAMMPS executable
-"""
-
-
-def test_help_of_other_builds():
-    found = tool.lammps_of("lmp", DEBIAN)
-    assert found.words() == "LAMMPS 29 Sep 2021 - Update 2, smallbig, Open MPI v4.1.4, GNU C++ 12.2.0"
-    assert found.packages == ("ASPHERE", "GRANULAR", "KIM", "SHOCK", "SRD", "VORONOI")
-    assert tool.lammps_of("lmp", "lmp: not found") is None
