@@ -281,7 +281,7 @@ def check_plugin(report, lammps, given):
     elif given:
         report.line("ok", "plugin path", f"without EVP's plugin: a deck must begin with: plugin load {plugin}")
     else:
-        what = f"{path} is no folder with {NAME}" if path else "LAMMPS_PLUGIN_PATH is not set"
+        what = f"LAMMPS_PLUGIN_PATH={path} names no folder with {NAME}" if path else "LAMMPS_PLUGIN_PATH is not set"
         cause = f"{what}{f', and {why[:-1]}' if why else ''}: LAMMPS loads no EVP plugin by itself, and a deck without `plugin load` knows no evp/lj."
         report.fault("plugin path", what, cause, command)
     if why and plugin:

@@ -146,7 +146,8 @@ def test_healthy_with_two_ranks():
 
 
 @pytest.mark.parametrize("place, cause", [
-    ("", "LAMMPS_PLUGIN_PATH is not set: "), ("{0}/moreplugin.so", "is no folder with"), ("{0}/absent", "is no folder with"), ("{0}", "is no folder with")])
+    ("", "LAMMPS_PLUGIN_PATH is not set: "), ("{0}/moreplugin.so", "names no folder with"), ("{0}/absent", "names no folder with"),
+    ("{0}", "names no folder with")])
 def test_path(tmp_path, place, cause):
     """The first is the example of the page."""
     (tmp_path / "moreplugin.so").write_bytes(b"")
