@@ -8,12 +8,9 @@ import os
 import pathlib
 import re
 import shutil
-import stat
-import struct
 import subprocess
 import sys
 import time
-from concurrent.futures import ThreadPoolExecutor
 
 import doctor as tool
 import in_process
@@ -24,10 +21,16 @@ DOCTOR = REPOSITORY / "tools" / "doctor.py"
 WRAPPER = pathlib.Path(os.environ.get("EVP_LMP", REPOSITORY / "build" / "lmp")).absolute()
 BUILD = WRAPPER.parent
 PLUGIN = BUILD / "evpplugin.so"
-BUILT = tool.entry_of(BUILD / "CMakeCache.txt", "LAMMPS_BUILD_DIR")
-LMP = pathlib.Path(BUILT) / "lmp"
+
+
+def cache_entry(folder, name):
+    return re.search(rf"^{name}:\w+=(.+)$", (pathlib.Path(folder) / "CMakeCache.txt").read_text(encoding="utf-8"), re.M)[1]
+
+
+BUILT, LMP = cache_entry(BUILD, "LAMMPS_BUILD_DIR"), pathlib.Path(cache_entry(BUILD, "LAMMPS_BUILD_DIR")) / "lmp"
+HEADERS = pathlib.Path(cache_entry(BUILT, "CMAKE_HOME_DIRECTORY")).parent / "src"
+TAKE_PLUGIN = f"export LAMMPS_PLUGIN_PATH={BUILD}"
 NO_MPIRUN = "no_mpirun_here"  # where mpirun is not looked at: a start takes as long as all the rest
-CHECK = r"^ *(?:ok|note|FAULT|not checked)  +(\S.*?)  "  # name of the check of a line
 KEPT = {name: value for name, value in os.environ.items()
         if name not in ("EVP_LMP", "EVP_COMMAND", "EVP_PLUGINS", "EVP_PLUGIN_DIR", "LAMMPS_PLUGIN_PATH", "LD_LIBRARY_PATH")}
 
@@ -51,9 +54,6 @@ class Answer:
 
     def faults(self):
         return re.findall(r"^FAULT +(\S.*?)  ", self.text, re.M)
-
-    def checks(self):
-        return re.findall(CHECK, self.text, re.M)
 
     def cause(self):
         return " ".join(re.search(r"^Cause: (.+?)\nRun:", self.text, re.S | re.M)[1].split())
@@ -82,163 +82,114 @@ def raw(*words, **changes):
     return doctor("--lmp", LMP, *words, **changes)
 
 
-def replaced(source, target, *pairs):
-    """A copy with other bytes of the same number; each must be there."""
+def replaced(source, target, old, new):
+    """A copy with other bytes of the same number."""
     data = source.read_bytes()
-    for old, new in pairs:
-        assert len(old) == len(new) and old in data, f"{source} has no {old}"
-        data = data.replace(old, new)
-    target.parent.mkdir(parents=True, exist_ok=True)
-    target.write_bytes(data)
+    assert len(old) == len(new) and old in data, f"{source} has no {old}"
+    target.write_bytes(data.replace(old, new))
     target.chmod(0o755)
     return target
 
 
 def copy_of_lmp(target, folder):
     """lmp, which looks for its library in a folder that is no longer to write than the real one."""
-    return replaced(LMP, target, (BUILT.encode(), folder.encode() + b"/" * (len(BUILT) - len(folder))))
+    return replaced(LMP, target, BUILT.encode(), folder.encode() + b"/" * (len(BUILT) - len(folder)))
 
 
 @pytest.fixture(scope="module")
 def real():
-    """Help of the LAMMPS of the build."""
-    return tool.parse_help(tool.run([LMP, "-h"])[1])
+    """What the LAMMPS of the build says of itself."""
+    return tool.lammps_of(LMP, tool.run([LMP, "-h"])[1])
 
 
-def lammps_of_year(year, real, folder):
-    """The folder, with the real LAMMPS in it whose release says this year."""
-    name = " ".join(real.release.split()[:3])
-    replaced(LMP.parent / "liblammps.so.0", folder / "liblammps.so.0", (name.encode(), (name[:-4] + year).encode()))
+def another_lammps(folder, old, new):
+    """The folder, with lmp in it and a library with other bytes."""
+    replaced(LMP.parent / "liblammps.so.0", folder / "liblammps.so.0", old, new)
     copy_of_lmp(folder / "lmp", "$ORIGIN")
     return folder
 
 
 @pytest.fixture(scope="module")
 def older(real, tmp_path_factory):
-    """Folder of a LAMMPS of another release."""
-    return lammps_of_year("2021", real, tmp_path_factory.mktemp("older"))
+    """Folder of a LAMMPS that says that it is too old."""
+    name = " ".join(real.release.split()[:3])
+    return another_lammps(tmp_path_factory.mktemp("older"), name.encode(), (name[:-4] + "2021").encode())
 
 
-@pytest.fixture(scope="module")
-def newer(real, tmp_path_factory):
-    """Folder of a LAMMPS of another release, without a function that the plugin needs: its symbol has no place in the library."""
-    folder = lammps_of_year("2099", real, tmp_path_factory.mktemp("newer"))
-    library = folder / "liblammps.so.0"
-    listed = subprocess.run(["nm", "-DS", library], stdout=subprocess.PIPE, text=True, check=True).stdout
-    place, size = re.search(f"^(\\w+) (\\w+) T {ABSENT}$", listed, re.M).groups()
-    return replaced(library, library, (struct.pack("=QQ", int(place, 16), int(size, 16)), bytes(16))).parent
-
-
-ABSENT = "_ZN9LAMMPS_NS6Output8reset_dtEv"
 STRANGER = """
 #include "host_guard.h"
-{include}
+#include "plugin_facts.h"
 extern "C" void lammpsplugin_init(void *lmp, void *, void *)
-{{
+{
   refuse_wrong_host(lmp);
-}}
+}
 """
 
 
-@pytest.fixture(scope="module")
-def strangers(real, tmp_path_factory):
-    """{name: plugin} built for another release, MPI or integer size; `silent` is of another release and has no facts."""
-    headers = pathlib.Path(tool.entry_of(LMP.parent / "CMakeCache.txt", "CMAKE_HOME_DIRECTORY")).parent / "src"
-    wrapper = tool.entry_of(LMP.parent / "CMakeCache.txt", "MPI_CXX_COMPILER")
-    shown = subprocess.run([wrapper, "-show"], stdout=subprocess.PIPE, text=True, check=True).stdout
-    mpi = [word for word in shown.split() if word.startswith("-I")]
-    release, other = f"-DEVP_LAMMPS_VERSION={tool.release_number(real.release)}", "-DEVP_LAMMPS_VERSION=20240829"
-    same, others = ("-DLAMMPS_BIGBIG", "-DLAMMPS_SMALLBIG")[:: 1 if real.integers == "bigbig" else -1]
-    flags = {
-        "release": [*mpi, same, other],
-        "silent": [*mpi, same, other, "-DNO_FACTS"],
-        "serial": [f"-I{headers / 'STUBS'}", same, release],
-        "mpich": [*mpi, same, release, '-DMPICH_VERSION="4.0.2"', "-DEVP_MPI_COMM_BYTES=4"],
-        "integers": [*mpi, others, release],
-    }
-
-    def compile_one(name):
-        folder = tmp_path_factory.mktemp(name)
-        text = STRANGER.format(include="" if name == "silent" else '#include "plugin_facts.h"')
-        (folder / "stranger.cpp").write_text(text, encoding="utf-8")
-        subprocess.run([os.environ.get("CXX", "g++"), "-std=c++17", "-O0", "-shared", "-fPIC", "-DOMPI_SKIP_MPICXX", *flags[name],
-                        f"-I{REPOSITORY / 'src' / 'lammps'}", f"-I{headers}", "stranger.cpp", "-o", "evpplugin.so"], cwd=folder, check=True)
-        return folder / "evpplugin.so"
-
-    with ThreadPoolExecutor(2) as pool:
-        return dict(zip(flags, pool.map(compile_one, flags)))
+def stranger(kind, real, folder):
+    """A plugin built for another release, integer size or MPI."""
+    shown = subprocess.run([cache_entry(BUILT, "MPI_CXX_COMPILER"), "-show"], stdout=subprocess.PIPE, text=True, check=True).stdout
+    mpi = [f"-I{HEADERS / 'STUBS'}"] if kind == "mpi" else [word for word in shown.split() if word.startswith("-I")]
+    integers = "BIGBIG" if (real.integers == "bigbig") != (kind == "integers") else "SMALLBIG"
+    release = 20240829 if kind == "release" else tool.release_number(real.release)
+    (folder / "stranger.cpp").write_text(STRANGER, encoding="utf-8")
+    subprocess.run([os.environ.get("CXX", "g++"), "-std=c++17", "-O0", "-shared", "-fPIC", "-DOMPI_SKIP_MPICXX", *mpi, f"-DLAMMPS_{integers}",
+                    f"-DEVP_LAMMPS_VERSION={release}", f"-I{REPOSITORY / 'src' / 'lammps'}", f"-I{HEADERS}", "stranger.cpp", "-o", tool.NAME],
+                   cwd=folder, check=True)
 
 
 def test_healthy_with_two_ranks():
     found = doctor(EVP_LMP=WRAPPER, EVP_MPIRUN="mpirun")
     assert found.status == 0 and not found.faults() and not found.errors, found.text + found.errors
     assert "\nHealthy: lmp loads the plugin and knows pair_style evp/lj. Not checked: log.\n" in found.text
-    assert re.search(r"^ok +mpirun .*two ranks$", found.text, re.M) and str(LMP) in found.text
-
-
-def test_healthy_by_plugin_load():
-    found = raw("--plugin", PLUGIN)
-    assert found.status == 0 and f"a deck must begin with: plugin load {PLUGIN}" in found.text and f"{PLUGIN}, by `plugin load`: version " in found.text, found.text
+    assert re.search(r"^ok +mpirun .*two ranks$", found.text, re.M), found.text
 
 
 @pytest.mark.parametrize("place, cause", [
-    ("", "LAMMPS_PLUGIN_PATH is not set: "), ("{0}/moreplugin.so", "is a file, and must be the folder"), ("{0}/absent", "does not exist"), ("{0}", "holds no evpplugin.so")])
+    ("", "LAMMPS_PLUGIN_PATH is not set: "), ("{0}/moreplugin.so", "names no folder with"), ("{0}/absent", "names no folder with"),
+    ("{0}", "names no folder with")])
 def test_path(tmp_path, place, cause):
     """The first is the example of the page."""
     (tmp_path / "moreplugin.so").write_bytes(b"")
     found = raw(LAMMPS_PLUGIN_PATH=place.format(tmp_path)).names("plugin path", cause)
-    assert found.command() == f"export LAMMPS_PLUGIN_PATH={BUILD}" and found.faults() == ["plugin path"]
+    assert found.command() == TAKE_PLUGIN and found.faults() == ["plugin path"]
     if place:
         return
     found.is_mended()
     page = (REPOSITORY / "doc" / "Howto_evp_doctor.rst").read_text(encoding="utf-8").split(".. fault:")[1].split(".. end of fault")[0]
-    assert found.checks() == re.findall(CHECK, page, re.M) and len(found.checks()) == 7, "run doc/studies/doctor_page.py"
+    checks = [re.findall(r"^ *(?:ok|note|FAULT|not checked)  +(\S.*?)  ", text, re.M) for text in (found.text, page)]
+    assert checks[0] == checks[1] and len(checks[0]) == 7, "run doc/studies/doctor_page.py"
     assert "\n   Run:   export LAMMPS_PLUGIN_PATH=~/evp/build\n" in page
 
 
-@pytest.mark.parametrize("name, cause", [
-    ("release", "built for another LAMMPS: release 20240829, not "), ("serial", "built for another LAMMPS: |cannot be opened: .*undefined symbol"),
-    ("mpich", "built for another LAMMPS: "), ("integers", "built for another LAMMPS: ")])
-def test_plugin_for_another_lammps(strangers, name, cause):
+@pytest.mark.parametrize("kind, cause", [
+    ("release", "built for another LAMMPS: release 20240829, not "), ("integers", "built for another LAMMPS: "),
+    ("mpi", "built for another LAMMPS: |cannot be opened: .*undefined symbol")])
+def test_plugin_for_another_lammps(tmp_path, real, kind, cause):
     """The words are those of the plugin, or of the loader."""
-    found = raw(LAMMPS_PLUGIN_PATH=strangers[name].parent).names("plugin", cause)
-    assert not tool.try_deck(LMP, strangers[name], alone=True).knows(), "control"
-    assert found.command() == f"export LAMMPS_PLUGIN_PATH={BUILD}"
-    if name == "integers":
-        found.is_mended()
+    stranger(kind, real, tmp_path)
+    assert raw(LAMMPS_PLUGIN_PATH=tmp_path).names("plugin", cause).command() == TAKE_PLUGIN
+    assert kind != "release" or tool.facts_of(tmp_path / tool.NAME).startswith("version unknown, lammps 20240829, integers ")
 
 
-def test_plugin_without_facts(strangers):
-    """An EVP older than its facts: its guard says what differs, also where it ends lmp at the start."""
-    raw(LAMMPS_PLUGIN_PATH=strangers["silent"].parent).names("plugin", r"was built for another LAMMPS: release 20240829, not 20\d{6}\.")
-    assert not tool.facts_of(strangers["silent"]) and tool.facts_of(strangers["release"]).startswith("version unknown, lammps 20240829, integers ")
-
-
-def test_missing_symbol(tmp_path):
+def without_a_symbol():
     needed = subprocess.run(["nm", "-D", "--undefined-only", PLUGIN], stdout=subprocess.PIPE, text=True, check=True).stdout.split()
-    symbol = min(name for name in needed if name.startswith("_ZN9LAMMPS_NS5Error"))
-    new = symbol.replace("LAMMPS_NS", "LAMMPS_XX")
-    replaced(PLUGIN, tmp_path / "evpplugin.so", (b"\0" + symbol.encode() + b"\0", b"\0" + new.encode() + b"\0"))
-    raw(LAMMPS_PLUGIN_PATH=tmp_path).names("plugin", rf"cannot be opened: .*undefined symbol: {new}\. It is damaged").is_mended()
+    symbol = min(name for name in needed if name.startswith("_ZN9LAMMPS_NS5Error")).encode()
+    return PLUGIN.read_bytes().replace(b"\0" + symbol + b"\0", b"\0" + symbol.replace(b"LAMMPS_NS", b"LAMMPS_XX") + b"\0")
 
 
-@pytest.mark.parametrize("damage, cause", [("half", "cannot be opened|lmp ends at .*signal"), ("text", "cannot be opened: .*(invalid ELF header|file too short)"),
-                                           ("link", "cannot be opened: .*Too many levels"), ("folder", "cannot be opened: .*Is a directory")])
-def test_broken_file(tmp_path, damage, cause):
-    """Also a link that leads to itself."""
-    path = tmp_path / "evpplugin.so"
-    if damage == "link":
-        path.symlink_to("evpplugin.so")
-    elif damage == "folder":
-        path.mkdir()
+@pytest.mark.parametrize("content, cause", [
+    (lambda: PLUGIN.read_bytes()[:PLUGIN.stat().st_size // 2], "cannot be opened|lmp ends at .*signal"),
+    (lambda: b"no library", "cannot be opened: .*(invalid ELF header|file too short)"),
+    (without_a_symbol, r"version \d.* cannot be opened: .*undefined symbol: _ZN9LAMMPS_XX\w+\. It is damaged"),
+    (None, "cannot be opened: .*Is a directory")], ids=["half", "text", "symbol", "folder"])
+def test_damaged_plugin(tmp_path, content, cause):
+    path = tmp_path / tool.NAME
+    if content:
+        path.write_bytes(content())
     else:
-        path.write_bytes({"half": PLUGIN.read_bytes()[:PLUGIN.stat().st_size // 2], "text": b"no library"}[damage])
+        path.mkdir()
     raw(LAMMPS_PLUGIN_PATH=tmp_path).names("plugin", cause).is_mended()
-
-
-def is_alive(state):
-    """Of a process by its file in /proc."""
-    return state.exists() and state.read_text(encoding="utf-8").split()[2] != "Z"
 
 
 def test_a_program_that_hangs_ends_with_all_that_it_has_started(tmp_path, monkeypatch):
@@ -248,43 +199,36 @@ def test_a_program_that_hangs_ends_with_all_that_it_has_started(tmp_path, monkey
     assert tool.run([tmp_path / "lmp"]) == (None, "no answer within 1 s")
     state = pathlib.Path("/proc", (tmp_path / "child").read_text(encoding="utf-8").strip(), "stat")
     deadline = time.monotonic() + 20  # of a kill on a busy machine
-    while is_alive(state) and time.monotonic() < deadline:
+    while (alive := state.exists() and state.read_text(encoding="utf-8").split()[2] != "Z") and time.monotonic() < deadline:
         time.sleep(0.05)
-    assert not is_alive(state)
+    assert not alive
 
 
 def test_a_reader_that_leaves():
-    text = subprocess.run(["bash", "-c", f"{sys.executable} {DOCTOR} | head -1; echo ${{PIPESTATUS[0]}}"], env=surroundings(EVP_LMP=WRAPPER), text=True,
+    text = subprocess.run(["bash", "-c", f"{DOCTOR} | head -1; echo ${{PIPESTATUS[0]}}"], env=surroundings(EVP_LMP=WRAPPER), text=True,
                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=True).stdout
     assert re.fullmatch(r"evp doctor: EVP .*\n141\n", text), text
 
 
-def test_wrong_lmp_first_on_path(older):
-    found = doctor(PATH=f"{older}:{BUILD}:{surroundings()['PATH']}").names("LAMMPS", f"the first lmp on PATH is {older}/lmp, .* it is LAMMPS .* 2021")
-    assert found.command().startswith(f"export PATH={BUILD}")
+def test_lmp_that_is_too_old(older):
+    found = doctor(PATH=f"{older}:{surroundings()['PATH']}").names("LAMMPS", f"the first lmp on PATH is {older}/lmp, .* it is LAMMPS .* 2021")
+    assert found.command().startswith(f"export PATH={BUILD}$")
     found.is_mended()
 
 
-OTHER_RELEASE = f"{PLUGIN} .*cannot be opened: .*undefined symbol: {ABSENT}"
+def test_lmp_without_plugin_package(tmp_path):
+    another_lammps(tmp_path, b"\0PLUGIN\0", b"\0PLUMED\0")
+    doctor(EVP_LMP=tmp_path / "lmp").names("LAMMPS", "built without the PLUGIN package").is_mended()
 
 
-def test_lmp_that_the_plugin_was_built_for(newer):
-    """Is still there: it is taken before anything is built. Not where the user has named an lmp."""
-    path = f"{newer}:{surroundings()['PATH']}"
-    found = doctor(PATH=path, LAMMPS_PLUGIN_PATH=BUILD).names("plugin", OTHER_RELEASE)
-    assert found.command().startswith(f"export PATH={BUILD}$")  # and no more folders
-    found.is_mended()
-    found = doctor("--lmp", newer / "lmp", LAMMPS_PLUGIN_PATH=BUILD).names("plugin", OTHER_RELEASE)
-    assert re.search(r"^cmake -S .* -B \S+/build-\w+2099-\w+-.* && cmake --build ", found.command()), found.command()
-
-
-def test_no_plugin_for_this_lmp_and_no_path(newer):
-    """Two faults: the cause is the one that the command mends."""
-    cause = f"^LAMMPS_PLUGIN_PATH is not set, and {OTHER_RELEASE}"
-    found = doctor(PATH=f"{newer}:{surroundings()['PATH']}").names("plugin path", cause)
-    assert found.faults() == ["plugin path", "plugin"] and found.command().startswith(f"export PATH={BUILD}$")
-    found.is_mended()
-    assert " && cmake --build " in doctor("--lmp", newer / "lmp").names("plugin path", cause).command()
+def test_no_plugin_for_this_lmp(tmp_path):
+    """It lacks a function that the plugin needs: the command builds one. So it does where LAMMPS_PLUGIN_PATH is not set, too."""
+    another_lammps(tmp_path, b"\0_ZN9LAMMPS_NS6Output8reset_dtEv\0", b"\0_ZN9LAMMPS_XX6Output8reset_dtEv\0")
+    why = f"{PLUGIN} .*cannot be opened: .*undefined symbol: _ZN9LAMMPS_NS6Output8reset_dtEv"
+    for path, fault, cause in ((BUILD, "plugin", why), ("", "plugin path", f"^LAMMPS_PLUGIN_PATH is not set, and {why}")):
+        found = doctor("--lmp", tmp_path / "lmp", LAMMPS_PLUGIN_PATH=path).names(fault, cause)
+        assert re.search(r"^cmake -S .* -B \S+/build-\w+-\w+ .* && cmake --build ", found.command()), found.command()
+        assert "/path/to/lammps stands for the source tree of this LAMMPS" in found.cause()
 
 
 def test_command_evp_does_not_hide_the_lmp_of_the_user(older):
@@ -295,12 +239,6 @@ def test_command_evp_does_not_hide_the_lmp_of_the_user(older):
         assert done.returncode == status and text in " ".join(done.stdout.split()), done.stdout
 
 
-def test_lmp_without_plugin_package(tmp_path):
-    replaced(LMP.parent / "liblammps.so.0", tmp_path / "liblammps.so.0", (b"\0PLUGIN\0", b"\0PLUMED\0"))
-    copy_of_lmp(tmp_path / "lmp", "$ORIGIN")
-    doctor(EVP_LMP=tmp_path / "lmp", PATH=f"{BUILD}:{surroundings()['PATH']}").names("LAMMPS", "built without the PLUGIN package").is_mended()
-
-
 def test_library_of_another_release(older):
     """All releases have liblammps.so.0, and LD_LIBRARY_PATH comes before the folder that lmp was linked for."""
     found = raw("--plugin", PLUGIN, LD_LIBRARY_PATH=older).names("LAMMPS", f"library of another LAMMPS: {older}/liblammps.so.0 .* in place of {BUILT}")
@@ -309,34 +247,23 @@ def test_library_of_another_release(older):
 
 def test_library_is_not_found(tmp_path):
     """As in an installation outside of the system's folders."""
-    (tmp_path / "lib").mkdir()
-    os.symlink(LMP.parent / "liblammps.so.0", tmp_path / "lib" / "liblammps.so.0")
-    lmp = copy_of_lmp(tmp_path / "bin" / "lmp", "/no")
-    doctor("--lmp", lmp, "--plugin", PLUGIN).names("lmp", f"does not find its own library liblammps.so.0, which is in {tmp_path}/lib").is_mended()
+    lmp = copy_of_lmp(tmp_path / "lmp", "/no")
+    found = doctor("--lmp", lmp).names("lmp", r"is no LAMMPS that starts on this machine: .*liblammps\.so\.0")
+    assert found.command().startswith("export LD_LIBRARY_PATH=/path/to/the/folder/of/liblammps.so.0$")
 
 
-def test_lmp_is_no_program(tmp_path):
-    doctor(EVP_LMP=tmp_path / "lmp").names("lmp", "which is no program").is_mended()
-    (tmp_path / "lmp").write_text("#!/bin/sh\nexit 3\n", encoding="utf-8")
-    (tmp_path / "lmp").chmod(0o755)
-    doctor(EVP_LMP=tmp_path / "lmp").names("lmp", "is no LAMMPS that starts")
+@pytest.mark.parametrize("script, cause", [("", "No such file"), ("#!/bin/sh\nexit 3\n", "no output")])
+def test_lmp_is_no_program(tmp_path, script, cause):
+    if script:
+        (tmp_path / "lmp").write_text(script, encoding="utf-8")
+        (tmp_path / "lmp").chmod(0o755)
+    doctor(EVP_LMP=tmp_path / "lmp").names("lmp", f"{tmp_path}/lmp is no LAMMPS that starts on this machine: .*{cause}").is_mended()
 
 
 def test_plugin_twice(tmp_path):
     other = tmp_path / "evpplugin.so"
     other.write_bytes(PLUGIN.read_bytes() + b"\n")
     raw("--plugin", other, LAMMPS_PLUGIN_PATH=BUILD).names("plugin", f"loaded twice: lmp takes {PLUGIN}").is_mended()
-
-
-def test_lammps_without_shared_library(real, monkeypatch):
-    """Linked into one program that shows no symbols: here one without any library of LAMMPS."""
-    report = tool.Report()
-    text = f"Open of file {PLUGIN} failed: {PLUGIN}: undefined symbol: x"
-    monkeypatch.setattr(tool, "try_deck", lambda *_, **__: tool.Trial(1, text, LMP, ""))
-    monkeypatch.setattr(tool, "library_of", lambda exe: None)
-    tool.check_plugin(report, tool.Host(LMP, "PATH", real, tool.Trial(1, text, LMP, str(BUILD)), LMP), None)
-    assert [name for name, _, _ in report.faults] == ["plugin"] and "plugins need the shared library" in report.faults[0][1]
-    assert report.faults[0][2] == f"cmake -DBUILD_SHARED_LIBS=on {BUILT} && cmake --build {BUILT}"
 
 
 FOREIGN = """#!/bin/sh
@@ -347,26 +274,15 @@ shift 2
 """
 
 
-def test_mpirun_of_another_mpi(tmp_path):
-    (tmp_path / "mpirun").write_text(FOREIGN, encoding="utf-8")
+@pytest.mark.parametrize("script, cause", [
+    (FOREIGN, r"mpirun is of another MPI .HYDRA build details. than lmp .Open MPI v\d"),
+    ("#!/bin/sh\necho mpiexec.hydra: no libslurm >&2; exit 127\n", r"does not start lmp .*: mpiexec.hydra: no libslurm"),
+    ("#!/bin/sh\nexit 1\n", r"does not start lmp .*: no output")], ids=["foreign", "broken", "silent"])
+def test_mpirun(tmp_path, script, cause):
+    (tmp_path / "mpirun").write_text(script, encoding="utf-8")
     (tmp_path / "mpirun").chmod(0o755)
-    found = doctor(EVP_LMP=WRAPPER, EVP_MPIRUN="mpirun", PATH=f"{tmp_path}:{surroundings()['PATH']}")
-    found.names("mpirun", r"mpirun is of another MPI .MPICH. than lmp .Open MPI").is_mended()
-    found = doctor(EVP_LMP=WRAPPER, EVP_MPIRUN=tmp_path / "mpirun").names("mpirun", "is of another MPI")
-    assert found.command() == f"export EVP_MPIRUN={shutil.which('mpirun')}"
-
-
-@pytest.mark.parametrize("script, chosen, cause, command", [
-    ("echo mpiexec.hydra: no libslurm >&2; exit 127", "{}", "mpirun does not start: mpiexec.hydra: no libslurm", None),
-    ("exit 1", "{}", "mpirun does not start: no output, exit status 1", None),
-    ("", "it's", "EVP_MPIRUN is no command of a shell: No closing quotation", "unset EVP_MPIRUN")])
-def test_mpirun_that_does_not_start(tmp_path, script, chosen, cause, command):
-    (tmp_path / "mpirun").write_text(f"#!/bin/sh\n{script}\n", encoding="utf-8")
-    (tmp_path / "mpirun").chmod(0o755)
-    found = doctor(EVP_LMP=WRAPPER, EVP_MPIRUN=chosen.format(tmp_path / "mpirun")).names("mpirun", cause)
-    assert command in (None, found.command())
-    if script:
-        found.is_mended()
+    found = doctor(EVP_LMP=WRAPPER, EVP_MPIRUN=f"{tmp_path / 'mpirun'} -np").names("mpirun", cause)
+    assert found.command().startswith("export EVP_MPIRUN=/path/to/mpirun   # of Open MPI")
 
 
 def test_mpirun_as_root():
@@ -386,143 +302,77 @@ def test_mpirun_as_root():
 
 def run_of(tmp_path, deck, **changes):
     """log.lammps of the real lmp, without any plugin on its path."""
-    (tmp_path / "in.lmp").write_text(deck, encoding="utf-8")
+    (tmp_path / "in.lmp").write_text(deck + "\n", encoding="utf-8")
     subprocess.run([LMP, "-in", "in.lmp"], cwd=tmp_path, env=surroundings(**changes), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
     return tmp_path / "log.lammps"
 
 
 @pytest.mark.parametrize("deck, path, cause", [
-    ("pair_style evp/lj\n", "", "it loaded no plugin: LAMMPS_PLUGIN_PATH was not set"),
-    ("pair_style evp/lj\n", "/tmp", "it loaded no plugin: it says 'Loaded 0 plugins from /tmp/?', and the deck"),
-    ("plugin load evpplugin.so\npair_style evp/lj\n", "", "the file of `plugin load` did not open: .*No such file"),
-    ("plugin load /no/evpplugin.so\nfix 1 all evp/bonds\n", "", "the file of `plugin load` did not open: .*No such file"),
-    ("no_such_command\n", "", None)])
+    ("pair_style evp/lj", "", "it loaded no plugin: LAMMPS_PLUGIN_PATH was not set"),
+    ("pair_style evp/lj", "/tmp", "it loaded no plugin: it says 'Loaded 0 plugins from /tmp/?', and the deck"),
+    ("plugin load evpplugin.so\npair_style evp/lj", "", "the file of `plugin load` did not open: .*No such file"),
+    (f"plugin load {PLUGIN}\npair_style evp/none", "", "Unrecognized pair style 'evp/none': its plugin is older than the deck")])
 def test_log(tmp_path, deck, path, cause):
-    """The last one is no fault of the installation."""
-    found = raw("--log", run_of(tmp_path, deck, **({"LAMMPS_PLUGIN_PATH": tmp_path} if path else {})), LAMMPS_PLUGIN_PATH=BUILD)
-    if cause is None:
-        assert found.status == 0 and "no fault of the installation; it ends with: ERROR: Unknown command" in found.text, found.text
-        return
-    found.names("log", cause.replace("/tmp", str(tmp_path)))
-    assert found.faults() == ["log"] and found.command() == f"export LAMMPS_PLUGIN_PATH={BUILD}"
+    found = raw("--log", run_of(tmp_path, deck, LAMMPS_PLUGIN_PATH=path), LAMMPS_PLUGIN_PATH=BUILD).names("log", cause)
+    assert found.faults() == ["log"] and found.command() == TAKE_PLUGIN
 
 
-def test_log_names_the_plugin(tmp_path):
-    """The doctor looks at the file of the deck. Where lmp crashes at it, LAMMPS leaves nothing of that in the log."""
-    path = tmp_path / "my_plugin.so"
-    path.write_bytes(b"no library, though longer than the head of one" * 9)
-    found = raw("--log", run_of(tmp_path, f"plugin load {path}\npair_style evp/lj\n")).names("plugin", f"{path} cannot be opened: .*invalid ELF header")
-    assert found.faults() == ["plugin", "log"], found.text
-    path.write_bytes(PLUGIN.read_bytes()[:5000])
-    log = run_of(tmp_path, f"plugin load {path}\n")
-    log.write_text(re.sub("^(Open of|Total wall).*\n", "", log.read_text(encoding="utf-8"), flags=re.M), encoding="utf-8")
-    assert "it breaks off without an error: lmp crashed or was stopped" in raw("--log", log, LAMMPS_PLUGIN_PATH=BUILD).text
-
-
-def test_log_of_another_lmp(tmp_path, older):
-    log = run_of(tmp_path, "pair_style evp/lj\n")
-    text = log.read_text(encoding="utf-8")
-    log.write_text(re.sub(r"^LAMMPS \(.*", "LAMMPS (29 Sep 2021 - Update 2)", text), encoding="utf-8")
+def test_log_of_another_lmp(tmp_path):
+    log = run_of(tmp_path, "pair_style evp/lj")
+    log.write_text(re.sub(r"^LAMMPS \(.*", "LAMMPS (29 Sep 2021 - Update 2)", log.read_text(encoding="utf-8")), encoding="utf-8")
     raw("--log", log, LAMMPS_PLUGIN_PATH=BUILD).names("log", r"by another lmp than \S+, LAMMPS .29 Sep 2021")
 
 
-def test_package_that_a_deck_needs(real, tmp_path):
-    """A style of a package that this build leaves out."""
-    assert "PERI" not in real.packages, "control"
-    found = raw("--log", run_of(tmp_path, "pair_style peri/pmb\n"), LAMMPS_PLUGIN_PATH=BUILD).names("log", "uses peri/pmb of LAMMPS' package PERI")
-    assert found.faults() == ["log"] and found.command() == f"cmake -DPKG_PERI=on {BUILT} && cmake --build {BUILT}"
+def test_log_of_another_fault(tmp_path):
+    """Where lmp crashes, also at a plugin, LAMMPS leaves nothing of that in the log."""
+    log = run_of(tmp_path, "no_such_command")
+    found = raw("--log", log, LAMMPS_PLUGIN_PATH=BUILD)
+    assert found.status == 0 and "nothing against EVP's plugin; it ends with: ERROR: Unknown command" in found.text, found.text
+    log.write_text(log.read_text(encoding="utf-8").partition("\nERROR")[0], encoding="utf-8")
+    assert "it breaks off without an error: lmp crashed or was stopped" in raw("--log", log, LAMMPS_PLUGIN_PATH=BUILD).text
 
 
 def test_python_modules(monkeypatch):
-    """No Python of this machine has them: the doctor speaks all the same, and without numpy."""
+    """Where no Python of this machine has them. The doctor speaks without numpy, too: here of a plugin that is healthy by `plugin load`."""
     monkeypatch.setattr(tool, "MODULES", ("numpy", "no_such_module"))
     report = tool.Report()
     tool.check_python(report)
     assert [name for name, _, _ in report.faults] == ["Python"] and "no_such_module" in report.faults[0][2]
-    bare = subprocess.run([sys.executable, "-S", DOCTOR, "--lmp", LMP, "--plugin", PLUGIN], env=surroundings(), stdout=subprocess.PIPE, text=True, check=False)
+    words = [sys.executable, "-S", DOCTOR, "--lmp", LMP, "--plugin", PLUGIN]
+    bare = subprocess.run(words, env=surroundings(), stdout=subprocess.PIPE, text=True, check=False)
     assert bare.returncode == 0 and "lacks numpy, scipy, matplotlib; the tools go on in " in bare.stdout, bare.stdout
+    assert f"a deck must begin with: plugin load {PLUGIN}" in bare.stdout and f"{PLUGIN}, by `plugin load`: version " in bare.stdout
 
 
-def host_of(exe, real):
-    return tool.Host(exe, "PATH", real, tool.Trial(1, "", exe, ""), exe)
-
-
-def test_build_for_this_lammps(real, tmp_path):
+def test_build_for_this_lammps(real, monkeypatch, tmp_path):
     """The command for a LAMMPS that no plugin here fits, as far as it is quick."""
-    command = tool.build_for(host_of(LMP, real))
-    configure, build, take = command.split(" && ")
+    monkeypatch.setattr(tool, "own_files", lambda name: [])
+    configure, build, take = tool.mend(real, None).split(" && ")
     folder = re.search(r" -B (\S+)", configure)[1]
-    assert build == f"cmake --build {folder} --target evpplugin" and take == f"export LAMMPS_PLUGIN_PATH={folder}" and "/path/to" not in command
-    done = subprocess.run(configure.replace(folder, str(tmp_path / "build")), shell=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
+    assert build == f"cmake --build {folder} --target evpplugin" and take == f"export LAMMPS_PLUGIN_PATH={folder}"
+    for old, new in ((folder, tmp_path), ("/path/to/lammps/build", BUILT), ("/path/to/lammps", HEADERS.parent)):
+        configure = configure.replace(old, str(new))
+    done = subprocess.run(configure, shell=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
     assert done.returncode == 0 and f"LAMMPS {' '.join(real.release.split()[:3])} (" in done.stdout, done.stdout
 
 
-def test_build_for_an_installed_lammps(real, tmp_path):
-    """Its headers are too few: the command asks for the source tree, and the cause says what that is."""
-    config = tmp_path / "lib" / "cmake" / "LAMMPS" / "LAMMPSConfig.cmake"
-    config.parent.mkdir(parents=True)
-    config.touch()
-    report = tool.Report()
-    report.fault("plugin", "none", "there is none.", tool.build_for(host_of(tmp_path / "bin" / "lmp", real)))
-    verdict = report.verdict()
-    assert f" -DCMAKE_PREFIX_PATH={tmp_path} -DLAMMPS_SOURCE_DIR=/path/to/lammps && " in verdict
-    assert "/path/to/lammps stands for the unpacked source tree of the same LAMMPS release" in " ".join(verdict.split("Run:")[0].split())
-
-
 def test_plugins_of_the_source_tree(tmp_path, monkeypatch):
-    """A build folder may have any name; those of an installation's source tree count where they still exist."""
-    tree, root = tmp_path / "evp", tmp_path / "prefix" / "share" / "evp"
-    for name in ("CMakeLists.txt", "cmake/EvpInstall.cmake", "build4feb/evpplugin.so", "docs/other.so"):
-        (tree / name).parent.mkdir(parents=True, exist_ok=True)
-        (tree / name).touch()
+    """Those of an installation's source tree count where it still exists."""
+    tree, plugin = tmp_path / "evp", tmp_path / "evp" / "build4feb" / tool.NAME
+    for path in (tree / "cmake" / "EvpInstall.cmake", plugin):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.touch()
     for name in ("EVP_BUILD", "EVP_PLUGINS"):
         monkeypatch.delenv(name, raising=False)
-    monkeypatch.setattr(tool, "ROOT", tree)
-    assert tool.own_files(tool.NAME) == [tree / "build4feb" / "evpplugin.so"] and tool.source_tree() == tree
-    root.mkdir(parents=True)
-    monkeypatch.setattr(tool, "ROOT", root)
-    monkeypatch.setattr(tool, "RECORD", root / "installed_from.txt")
-    assert tool.source_tree() is None
+    monkeypatch.setattr(tool, "ROOT", tmp_path / "prefix" / "share" / "evp")
+    monkeypatch.setattr(tool, "RECORD", tmp_path / "record.txt")
     tool.RECORD.write_text(f"source={tree}\nbuild={tmp_path / 'gone'}\n", encoding="utf-8")
-    assert tool.source_tree() == tree and tool.own_files(tool.NAME) == [tree / "build4feb" / "evpplugin.so"]
+    assert tool.source_tree() == tree and tool.own_files(tool.NAME) == [plugin]
     shutil.move(tree, tmp_path / "moved")
-    assert tool.source_tree() is None and not tool.own_files(tool.NAME)
+    assert not tool.own_files(tool.NAME) and tool.another_lmp() == "/path/to/evp/tools/setup.sh"
 
 
 def test_wrong_use():
     for words in (["--lmp", "/no/lmp"], ["--plugin", "/no/evpplugin.so"], ["--log", "/no/log.lammps"], ["--log", DOCTOR], ["--no-such"]):
         found = in_process.call(tool.main, *words)
         assert found.returncode == 2 and not found.stdout and len(found.stderr.splitlines()) <= 3, found.stderr
-
-
-def test_doctor_is_a_program():
-    assert DOCTOR.stat().st_mode & stat.S_IXUSR
-
-
-# The first lines of Debian's own lmp, and others that name their MPI in other ways.
-DEBIAN = """
-Large-scale Atomic/Molecular Massively Parallel Simulator - 29 Sep 2021 - Update 2
-
-Compiler: GNU C++ 12.2.0 with OpenMP 4.5
-MPI v3.1: Open MPI v4.1.4, package: Debian OpenMPI, ident: 4.1.4, repo rev: v4.1.4, May 26, 2022
-
--DLAMMPS_SMALLBIG
-sizeof(tagint):   32-bit
-
-Installed packages:
-
-ASPHERE GRANULAR KIM
-SHOCK SRD VORONOI
-
-List of individual style options included in this LAMMPS executable
-"""
-
-
-def test_help_of_other_builds():
-    found = tool.parse_help(DEBIAN)
-    assert found.mpi == "Open MPI 4.1.4" and found.packages == ("ASPHERE", "GRANULAR", "KIM", "SHOCK", "SRD", "VORONOI")
-    assert found.lacks() == "it is LAMMPS 29 Sep 2021 - Update 2, and EVP needs 4 Feb 2025 or later"
-    serial = DEBIAN.replace("MPI v3.1: Open MPI v4.1.4, package: Debian OpenMPI", "MPI v1.0: LAMMPS MPI STUBS for LAMMPS version 4 Feb 2025")
-    assert tool.parse_help(serial.replace("SMALLBIG", "BIGBIG")).words() == "LAMMPS 29 Sep 2021 - Update 2, bigbig, no MPI, GNU C++ 12.2.0"
-    assert tool.mpi_kind("Intel(R) MPI Library 2021.9 for Linux* OS") == "MPICH" and tool.mpi_kind("a new one") == "unknown"
-    assert tool.parse_help("lmp: not found") is None
