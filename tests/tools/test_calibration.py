@@ -40,19 +40,13 @@ def test_johnson_cook_values():
     steel = JohnsonCook(205e9, 792e6, 510e6, 0.26)
     true = 792e6 + 510e6 * 0.04**0.26
     strain = true / 205e9 + 0.04
-    assert steel.nominal(math.expm1(strain))[0] == pytest.approx(true * math.exp(-strain), rel=1e-9)
-    assert steel.nominal(math.expm1(-strain))[0] == pytest.approx(true * math.exp(strain), rel=1e-9)
+    for sign in (1.0, -1.0):
+        assert steel.nominal(math.expm1(sign * strain))[0] == pytest.approx(true * math.exp(-sign * strain), rel=1e-9)
     assert steel.nominal(0.001)[0] == pytest.approx(205e9 * math.log1p(0.001) / 1.001, rel=1e-12)
-    at = steel.offset_yield() / 205e9 + 0.002
-    assert steel.nominal(at)[0] == pytest.approx(steel.offset_yield(), rel=1e-9)
-
-
-def test_power_law_of_handbook_values():
-    """0.2 % yield and ultimate stress come back: the largest nominal stress of the curve is the ultimate one."""
-    soft = from_handbook(69e9, 34e6, 90e6)
+    assert steel.nominal(steel.offset_yield() / 205e9 + 0.002)[0] == pytest.approx(steel.offset_yield(), rel=1e-9)
+    soft, plastic = from_handbook(69e9, 34e6, 90e6), np.linspace(0.05, 0.6, 2000)
     assert soft.true_stress(0.002) == pytest.approx(34e6, rel=1e-9)
-    plastic = np.linspace(0.05, 0.6, 2000)
-    assert np.max(soft.true_stress(plastic) * np.exp(-plastic)) == pytest.approx(90e6, rel=1e-5)
+    assert np.max(soft.true_stress(plastic) * np.exp(-plastic)) == pytest.approx(90e6, rel=1e-5), "the largest nominal stress is the ultimate one"
 
 
 ROW = "# UNITS: si\ntaken 80 8 4 3 8 4 0.005 0 1.5\n"
@@ -168,28 +162,24 @@ def test_a_fresh_calibration_leaves_one_that_is_running(tmp_path, monkeypatch):
 BODY = calibration.Body(None, 4000, 26000, 0.003, 1e-5)
 
 
-def closed_form_pull(stiff=0.9):
+def closed_form_pull(body, material, targets, *_):
     """A stand-in for the run: the closed form with a modulus that is off, and less hardening."""
-    def pull(body, material, targets, *_):
-        row = material.row
-        network = stiff * 32.0 * row.e1 * body.bonds / body.volume / 6.0
-        shape = calibration.Shape(row.e2 / row.e1, row.xi_s, material.kv * body.count / body.volume / network,
-                                  1.0 / material.saturation if material.saturation else 0.0)
-        bulk, shear = 1.0 / 1.5 + shape.volume, 0.4
-        stresses = np.abs(calibration.affine_stress([strain for _, strain in targets.points], shape))
-        return {"E": network * calibration.stiffening(shape.volume), "yield": 0.95 * network * calibration.affine_offset(shape),
-                **{calibration.at(strain): 0.85 * network * stress for (_, strain), stress in zip(targets.points, stresses)},
-                "nu": 0.01 + (3 * bulk - 2 * shear) / (2 * (3 * bulk + shear))}, (np.zeros(2), np.zeros(2))
-    return pull
+    row = material.row
+    network = 0.9 * 32.0 * row.e1 * body.bonds / body.volume / 6.0
+    shape = calibration.Shape(row.e2 / row.e1, row.xi_s, material.kv * body.count / body.volume / network,
+                              1.0 / material.saturation if material.saturation else 0.0)
+    bulk, shear = 1.0 / 1.5 + shape.volume, 0.4
+    stresses = np.abs(calibration.affine_stress([strain for _, strain in targets.points], shape))
+    return {"E": network * calibration.stiffening(shape.volume), "yield": 0.95 * network * calibration.affine_offset(shape),
+            **{calibration.at(strain): 0.85 * network * stress for (_, strain), stress in zip(targets.points, stresses)},
+            "nu": 0.01 + (3 * bulk - 2 * shear) / (2 * (3 * bulk + shear))}, (np.zeros(2), np.zeros(2))
 
 
 def searched(folder, monkeypatch, targets):
-    """(Result, Search)"""
-    monkeypatch.setattr(calibration, "pull", closed_form_pull())
+    monkeypatch.setattr(calibration, "pull", closed_form_pull)
     table = Table(folder / "t.jsonl", {})
-    search = calibration.Search(targets, BODY, table, 1, folder, 10.0, 0.005, print)
     try:
-        return search.pull(), search
+        return calibration.Search(targets, BODY, table, 1, folder, 10.0, 0.005, print).pull()
     finally:
         table.close()
 
@@ -199,7 +189,7 @@ def searched(folder, monkeypatch, targets):
     Targets(205e9, 890e6, ((1250e6, -0.1),), 7830.0), Targets(69e9, 34e6, ((72e6, 0.05),), 2700.0, 0.33),
     Targets(69e9, 34e6, ((55e6, 0.02), (72e6, 0.05)), 2700.0, 0.33)])
 def test_search_meets_the_targets(tmp_path, monkeypatch, targets):
-    result, _ = searched(tmp_path, monkeypatch, targets)
+    result = searched(tmp_path, monkeypatch, targets)
     assert result.runs <= 6 and max(map(abs, result.residuals.values())) <= 0.005
     assert (result.material.kv > 0.0) == (targets.nu is not None) and (result.material.saturation > 0.0) == (len(targets.points) > 1)
 
@@ -207,14 +197,9 @@ def test_search_meets_the_targets(tmp_path, monkeypatch, targets):
 def test_points_that_no_row_meets_give_the_nearest(tmp_path, monkeypatch):
     """More than unknowns: the residuals are small and of both signs."""
     points = ((120e6, 0.01), (125e6, 0.02), (150e6, 0.05), (155e6, 0.1))
-    result, _ = searched(tmp_path, monkeypatch, Targets(70e9, 95e6, points, 2700.0, 0.3))
+    result = searched(tmp_path, monkeypatch, Targets(70e9, 95e6, points, 2700.0, 0.3))
     assert result.runs <= 8 and 0.005 < result.worst < 0.1
     assert min(result.residuals.values()) < -0.005 and max(result.residuals.values()) > 0.005
-
-
-def test_less_hardening_than_a_body_has_is_told(tmp_path, monkeypatch):
-    result, search = searched(tmp_path, monkeypatch, Targets(205e9, 890e6, ((900e6, 0.05),), 7830.0))
-    assert result.worst > 0.005 and "the law gives it no sharper curve" in search.why_missed(result)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
