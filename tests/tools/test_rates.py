@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""tools/evp/rates.py and `curves.py rate`: curves with known shares, closed form 8, refusals."""
+"""tools/evp/rates.py and `curves.py rate`: curves with known shares, closed forms, refusals; tests/lammps/test_rate_shares.py has those of runs."""
 
 import itertools
 import re
@@ -8,7 +8,6 @@ import curves as tool
 import numpy as np
 import pytest
 from evp import curves, law, rates, specimen
-from oracle import brute
 from in_process import call
 from inputs import curve_file
 
@@ -59,32 +58,6 @@ def test_a_vibrating_twin_is_no_damped_one():
     assert max(rates.starting_jump(twin)[0] for twin in twins) > 0.1 * VIBRATION, "control"
     for twin, jump in itertools.product(twins, (0.0, 0.01 * VIBRATION, VISCOUS)):
         rates.check_twin(pulled(jump), twin)
-
-
-def test_relaxation_time_is_what_the_forces_give():
-    """Bodies of two spheres, each length in each direction: the virial of a strain rate D over that
-    of a small strain D s is tau/s, for any D. Forces are those of eqs. 4 and 8, summed over pairs."""
-    directions = np.random.default_rng(3).standard_normal((12, 3))
-    directions /= np.linalg.norm(directions, axis=1)[:, None]
-    lengths = np.array([0.0056, 0.0063, 0.0080])
-    x, bonds = [], {}
-    for k, (u, length) in enumerate(itertools.product(directions, lengths)):
-        x += [[0.1 * k, 0.0, 0.0], [0.1 * k + length * u[0], length * u[1], length * u[2]]]
-        bonds[2 * k + 1, 2 * k + 2] = length
-    x, radius = np.array(x), np.full(len(x), 0.0028)
-    rate = np.array([[1.0, 0.3, 0.0], [0.3, -0.4, 0.2], [0.0, 0.2, 0.1]])
-    small = 1e-5
-
-    def virial(step, speed):
-        turned = x.copy()
-        turned[1::2] += step * (x[1::2] - x[::2]) @ rate  # about each body's first sphere
-        v = speed * x @ rate
-        return brute.brute_force(turned, v, radius, None, law.TABLE2, bonds, "none")["virial"]
-
-    tau = rates.relaxation_time(lengths, law.TABLE2)
-    elastic = (virial(small, 0.0) - virial(-small, 0.0)) / (2.0 * small)
-    assert np.abs(elastic).min() > 0.0, "control"
-    assert virial(0.0, 1.0) == pytest.approx(tau * elastic, rel=1e-6)
 
 
 def test_a_finer_specimen_of_the_same_material_has_the_same_time():

@@ -66,8 +66,8 @@ def blob(picture, color):
 
 
 # To the right and up in each view, for a body whose axis is x.
-SIDES = {"front": ("x", "z"), "back": ("-x", "z"), "right": ("y", "z"), "left": ("-y", "z"), "top": ("x", "y"), "bottom": ("x", "-y")}
-PLACES = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1), "-x": (-1, 0, 0), "-y": (0, -1, 0)}
+PLANES = {"front": ((1, 0, 0), (0, 0, 1)), "back": ((-1, 0, 0), (0, 0, 1)), "right": ((0, 1, 0), (0, 0, 1)), "left": ((0, -1, 0), (0, 0, 1)),
+          "top": ((1, 0, 0), (0, 1, 0)), "bottom": ((1, 0, 0), (0, -1, 0))}
 THREE = np.array([[0.3, 0.1, 0.2], [-0.4, -0.3, 0.1], [0.1, 0.4, -0.5]]), np.array([0.05, 0.08, 0.1])
 
 
@@ -78,9 +78,8 @@ def test_spheres_are_where_the_projection_puts_them(unit, shift):
     area within 3 percent; whatever the unit of length, and wherever the body is."""
     x, radius = unit * (THREE[0] + shift), unit * THREE[1]
     a, b = np.radians((65.0, -60.0))
-    slanted = np.array([[-np.sin(b), np.cos(b), 0], [-np.cos(a) * np.cos(b), -np.cos(a) * np.sin(b), np.sin(a)]])
-    flat = {name: np.array([PLACES[side] for side in sides], dtype=float) for name, sides in SIDES.items()}
-    flat["iso"] = slanted
+    flat = {**{name: np.array(plane, dtype=float) for name, plane in PLANES.items()},
+            "iso": np.array([[-np.sin(b), np.cos(b), 0], [-np.cos(a) * np.cos(b), -np.cos(a) * np.sin(b), np.sin(a)]])}
     views = [spheres.VIEWS[name] for name in flat]
     cameras = spheres.cameras([spheres.extents(x, radius, *angles) for angles in views], views, 400)
     drawn = spheres.draw(x, radius, np.array([0.0, 0.5, 1.0]), shades(RED, GREEN, BLUE), cameras)
@@ -293,8 +292,8 @@ def test_vtk_holds_the_numbers_of_the_dump(pulled, tmp_path):
 
 
 def test_vectors_and_names_in_vtk(tmp_path):
-    names = "id x y z radius vx vy vz c_stress[1]"
-    (tmp_path / "v.dump").write_text(inputs.snapshot(names, [(2, 0, 0, 1, 0.5, 1, 2, 3, 7), (1, 1, 0, 0, 0.5, 4, 5, 6, 8)]), encoding="utf-8")
+    text = inputs.snapshot("id x y z radius vx vy vz c_stress[1]", [(2, 0, 0, 1, 0.5, 1, 2, 3, 7), (1, 1, 0, 0, 0.5, 4, 5, 6, 8)])
+    (tmp_path / "v.dump").write_text(text, encoding="utf-8")
     assert show(tmp_path / "v.dump", "--vtk", tmp_path / "v.vtu").returncode == 0
     _, arrays = read_vtu(tmp_path / "v_0.vtu")
     assert np.array_equal(arrays["velocity"], [[4, 5, 6], [1, 2, 3]]) and np.array_equal(arrays["c_stress_1"], [8, 7])
