@@ -31,6 +31,11 @@ def some_spheres(count=20, seed=1):
     return np.column_stack([random.uniform(-0.02, 0.02, (count, 3)), random.uniform(1e-3, 2e-3, count)])
 
 
+@pytest.fixture(autouse=True)
+def own_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
 @pytest.fixture
 def one(tmp_path):
     """A dump of one snapshot, IDs not in order."""
@@ -331,6 +336,7 @@ BAD_DUMPS = {
     "data file": ("\n".join(BODY.read_text(encoding="utf-8").splitlines()[:300]), "does not hold the 500 atoms of the header"),
     "no atoms": (inputs.snapshot(ROWS, []), "has no atoms"),
     "no radius": (inputs.snapshot("id x y z mass", [(1, 0, 0, 0, 1)]), "has no column radius; it has id x y z mass: add radius .* --radius"),
+    "no place": (inputs.snapshot("id xs ys zs radius", [(1, 0, 0, 0, 1)]), "has no column x; it has id xs ys zs radius"),
     "not finite": (GOOD.replace("2 1 0", "2 nan 0"), "position or radius that is not finite"),
     "no size": (GOOD.replace("0 0.5", "0 0"), "radius that is not positive: 0"),
 }
@@ -347,8 +353,7 @@ def refused(folder, *words):
 
 @pytest.mark.parametrize("name", BAD_DUMPS)
 @pytest.mark.parametrize("output", [("--out", "a.png"), ("--vtk", "a"), ("--film", "a.gif")], ids=lambda words: words[0])
-def test_bad_dumps_are_refused_by_name(tmp_path, monkeypatch, name, output):
-    monkeypatch.chdir(tmp_path)
+def test_bad_dumps_are_refused_by_name(tmp_path, name, output):
     text, rule = BAD_DUMPS[name]
     (tmp_path / "bad.dump").write_text(text, encoding="utf-8")
     (tmp_path / "good.dump").write_text(GOOD, encoding="utf-8")
@@ -357,44 +362,40 @@ def test_bad_dumps_are_refused_by_name(tmp_path, monkeypatch, name, output):
 
 
 BAD_CHOICES = {
-    ("--color", "heat"): "one.dump, step 0 has no column heat; it has id x y z radius share_second",
-    ("--color", "plastic_strain"): "has no column plastic_strain; it has id x y z radius share_second; to write it: 'compute state all evp/state/atom "
+    "--color heat": "one.dump, step 0 has no column heat; it has id x y z radius share_second",
+    "--color plastic_strain": "has no column plastic_strain; it has id x y z radius share_second; to write it: 'compute state all evp/state/atom "
     "plastic_strain', c_state[5] among the columns of the dump command, and 'dump_modify ID colname c_state[5] plastic_strain'",
-    ("--cut", "share_lost>0"): "'compute state all evp/state/atom', c_state[3] among",
-    ("--cut", "y=0"): "--cut 'y=0' is no condition: give COLUMN>NUMBER or COLUMN<NUMBER",
-    ("--cut", "y>-9"): "--cut leaves no sphere",
-    ("--view", "190,0"): "--view 190,0: give iso front back right left top bottom, or THETA,PHI",
-    ("--frames", "0"): "--frames 0: give all, last, or a positive number",
-    ("--range", "1", "0", "--color", "share_second"): "--range 1 0: the first must be less",
-    ("--range", "0", "1"): "--range needs --color",
-    ("--out", "one.dump"): "--out one.dump: the name of a picture ends in .png",
-    ("--film", "one.avi"): "--film one.avi: the name of a film ends in .gif",
-    ("--pixels", "9"): "--pixels 9: give 100 to 6000",
-    ("--radius", "0"): "--radius 0: give a positive number",
+    "--cut share_lost>0": "'compute state all evp/state/atom', c_state[3] among",
+    "--cut y=0": "--cut 'y=0' is no condition: give COLUMN>NUMBER or COLUMN<NUMBER",
+    "--cut y>-9": "--cut leaves no sphere",
+    "--view above": "--view above: give iso front back right left top bottom, or THETA,PHI",
+    "--view 190,0": "--view 190,0: give",
+    "--frames 0": "--frames 0: give all, last, or a positive number",
+    "--frames few": "--frames few: give",
+    "--captions a b": "--captions: 2 for 1 snapshots: give one for each",
+    "--range 1 0 --color share_second": "--range 1 0: the first must be less",
+    "--range 0 1": "--range needs --color",
+    "--out one.dump": "--out one.dump: the name of a picture ends in .png",
+    "--film one.avi": "--film one.avi: the name of a film ends in .gif",
+    "--film a.mp4": "needs the program ffmpeg, which is not here; a name that ends in .gif does not",
+    "--pixels 9": "--pixels 9: give 100 to 6000",
+    "--radius 0": "--radius 0: give a positive number",
+    "absent.dump": "view.py: error: there is no file absent.dump\n",
+    ".": "cannot use .: Is a directory",
+    "--out a.png": "no program /no/such/lmp: run tools/setup.sh first, or set EVP_LMP",
 }
 
 
-@pytest.mark.parametrize("words", BAD_CHOICES, ids=" ".join)
+@pytest.mark.parametrize("words", BAD_CHOICES)
 def test_bad_choices_are_refused(one, tmp_path, monkeypatch, words):
-    monkeypatch.chdir(tmp_path)
-    assert BAD_CHOICES[words] in refused(tmp_path, "one.dump", *words)
-
-
-def test_missing_programs_and_files_are_named(one, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    assert refused(tmp_path, "absent.dump") == "view.py: error: there is no file absent.dump\n"
-    assert "cannot use .: Is a directory" in refused(tmp_path, ".")
-    monkeypatch.setattr(view_figure.animation.FFMpegWriter, "isAvailable", lambda: False)
-    assert "needs the program ffmpeg, which is not here; a name that ends in .gif does not" in refused(tmp_path, "one.dump", "--film", "a.mp4")
-    monkeypatch.undo()
-    monkeypatch.chdir(tmp_path)
+    """Where there is neither LAMMPS nor ffmpeg."""
     monkeypatch.setenv("EVP_LMP", "/no/such/lmp")
-    assert "no program /no/such/lmp: run tools/setup.sh first, or set EVP_LMP" in refused(tmp_path, "one.dump")
+    monkeypatch.setattr(view_figure.animation.FFMpegWriter, "isAvailable", lambda: False)
+    assert BAD_CHOICES[words] in refused(tmp_path, "one.dump", *words.split())
 
 
-def test_what_the_refusal_of_a_column_says_to_write(tmp_path, monkeypatch):
+def test_what_the_refusal_of_a_column_says_to_write(tmp_path):
     """The lines of the message, in a deck: the column is there."""
-    monkeypatch.chdir(tmp_path)
     for name in (*dump.STATE, *dump.ON_REQUEST):
         compute, modify = re.findall("'(.*?)'", dump.how_to_write(name))
         place = re.search(r"c_state\[\d\]", modify)[0]
@@ -408,7 +409,6 @@ def test_what_the_refusal_of_a_column_says_to_write(tmp_path, monkeypatch):
 def test_a_lammps_without_graphics(one, tmp_path, monkeypatch):
     """As an lmp of 11 Feb 2026 or later without that package answers: the remedy is named, and commands that draw after runs learn it before.
     Its other errors are passed on."""
-    monkeypatch.chdir(tmp_path)
     spheres.check()
     monkeypatch.setattr(spheres, "_script", lambda *_: "no_such_command\n")
     assert "LAMMPS could not draw the spheres: ERROR: Unknown command: no_such_command" in refused(tmp_path, "one.dump")
@@ -422,9 +422,8 @@ def test_a_lammps_without_graphics(one, tmp_path, monkeypatch):
         spheres.check()
 
 
-def test_a_run_that_goes_on(tmp_path, monkeypatch):
+def test_a_run_that_goes_on(tmp_path):
     """--unfinished takes what is whole."""
-    monkeypatch.chdir(tmp_path)
     (tmp_path / "run.dump").write_text(GOOD + GOOD.replace("STEP\n0", "STEP\n5") + GOOD[:-5], encoding="utf-8")
     assert "after that of step 5" in refused(tmp_path, "run.dump")
     assert show("run.dump", "--unfinished", "--vtk", "whole").stdout.strip() == "whole.pvd: 2 snapshots"
