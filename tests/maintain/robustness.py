@@ -20,7 +20,7 @@ import xml.etree.ElementTree as ElementTree
 from typing import NamedTuple
 
 import tools_path  # noqa: F401  before evp
-from evp.report import add_out, command_line, table
+from evp.report import command_line, table
 from evp.run import CHECKOUT
 
 FILES = sorted((CHECKOUT / "tests" / "lammps").glob("test_robust_*.py"))
@@ -95,7 +95,7 @@ def main(words=None):
     from faults import fault_names, read_faults
 
     parser = command_line(__doc__)
-    add_out(parser, "hard_cases.md")
+    parser.add_argument("--out", type=pathlib.Path, default=CHECKOUT / "doc" / "hard_cases.md", help="the file to write")
     options = parser.parse_args(words)
     results, demands, faults = run(FILES, EVP_ALL_RANKS="1"), requirements(), read_faults(CHECKOUT / "src")
     rows = []

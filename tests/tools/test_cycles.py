@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from evp import curves
 from in_process import call
+from inputs import curve_file
 
 E, YIELD = 20e9, 100e6  # elastic and ideally plastic
 EXACT = 1e-9
@@ -38,52 +39,47 @@ def swept(strain):
     return curves.Curve(strain, 1.01 * stress, stress)
 
 
-def write(path, curve, **more):
-    """A CSV of the curve and more columns."""
-    lines = [",".join((*curves.HEADER, *more)), *(",".join(f"{value:.17g}" for value in row) for row in zip(*curve, *more.values()))]
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    return path
+def run(*words):
+    """The words of the first line of numbers, and all that was printed, of curves.py."""
+    shown = call(tool.main, *words)
+    assert shown.returncode == 0, shown.stderr
+    return shown.stdout.partition("\n")[2].partition("\n")[0].split()[1:], shown.stdout
 
 
-@pytest.mark.parametrize("end", [0.0, 0.017])
-def test_unloading_modulus_of_a_body_that_flows_back_early(end):
-    """Back stress: the elastic part of the way back, 0.001, is a fourth of the range that the slope is otherwise taken over."""
-    strain, early = way((0.02, end)), 10e6
-    back = np.maximum(np.abs(strain - 0.02) - 2 * early / E, 0.0)
-    stress = np.where(np.arange(len(strain)) <= 200, YIELD, YIELD - E * np.minimum(np.abs(strain - 0.02), 2 * early / E) - 0.1 * E * back)
-    assert curves.unloading_modulus(strain, stress) == pytest.approx(E, rel=0.02)
-    assert np.polyfit(strain[200:231], stress[200:231], 1)[0] < 0.5 * E, "control: it does flow back"
-
-
-def test_unloading_modulus_of_a_way_back_that_ends_unloaded():
-    """A release of a stiff metal is shorter than the range that the slope is otherwise taken over."""
-    strain = way((0.02, 0.018))
-    stress = np.where(np.arange(len(strain)) <= 200, YIELD, YIELD - 0.5 * YIELD * (0.02 - strain) / 0.001)
-    assert curves.unloading_modulus(strain, stress) == pytest.approx(0.5 * YIELD / 0.001, rel=1e-9)
-    with pytest.raises(curves.CurveError, match="too few rows"):
-        curves.unloading_modulus(strain[:-2], stress[:-2])
-
-
-@pytest.mark.parametrize("sign", [1, -1])
-def test_loops(sign):
-    """Three loops between -1 and 1 %: each 2 YIELD (range - 2 YIELD/E); pushed first, the same."""
-    strain = sign * way((0.01, -0.01) * 3 + (0.01,))
-    stress = plastic(strain)
-    assert len(curves.turns(strain)) == 7
-    assert curves.residual_strain(strain, stress) == pytest.approx(sign * 0.005, rel=1e-12)
-    assert curves.loop_areas(strain, stress) == pytest.approx([2 * YIELD * (0.02 - 2 * YIELD / E)] * 3, rel=1e-9)
+@pytest.mark.parametrize("end, early", [(0.0, 10e6), (0.017, 10e6), (0.018, np.inf)])
+def test_unloading_modulus_over_a_range_that_is_shorter_than_usual(end, early):
+    """early: the elastic part of the way back, 0.001, is a fourth of that range, as the body flows back; inf: the release of a stiff metal ends before."""
+    strain = way((0.02, end))
+    slope, left = (E, 2 * early / E) if early < np.inf else (0.5 * YIELD / 0.001, 1.0)
+    back = np.maximum(0.02 - strain, 0.0) * (np.arange(len(strain)) > 200)
+    stress = YIELD - slope * np.minimum(back, left) - 0.1 * E * np.maximum(back - left, 0.0)
+    assert curves.unloading_modulus(strain, stress) == pytest.approx(slope, rel=0.02 if early < np.inf else EXACT)
+    if early < np.inf:
+        assert np.polyfit(strain[200:231], stress[200:231], 1)[0] < 0.5 * E, "control: it does flow back"
 
 
 @pytest.mark.parametrize("sign", [1, -1])
 @pytest.mark.parametrize("end, turns, loop", [((0.01,), 3, True), ((0.01, 0.0), 3, True), ((0.01, -0.01), 3, True), ((0.0099,), 3, True), ((0.0095,), 2, False)])
 def test_a_loop_of_two_turns(sign, end, turns, loop):
-    """It needs no third turn: it is closed where the strain is back, to within a row, with or without rows after it. A way that does not come
-    back closes none: the area is that of the first loading and the way back."""
+    """Between -1 and 1 %: 2 YIELD (range - 2 YIELD/E); pushed first, the same. It needs no third turn: it is closed where the strain is back, to
+    within a row, with or without rows after it. A way that does not come back closes none: the area is that of the first loading and the way back."""
     strain = sign * way((0.01, -0.01, *end))
-    closed, swept = 2 * YIELD * (0.02 - 2 * YIELD / E), 0.03 * YIELD - 2.5 * YIELD**2 / E
+    closed, open_loop = 2 * YIELD * (0.02 - 2 * YIELD / E), 0.03 * YIELD - 2.5 * YIELD**2 / E
     assert curves.turns(strain)[:2].tolist() == [100, 300] and len(curves.turns(strain)) == turns
-    area = closed - YIELD * abs(0.01 - end[0]) if loop else swept
+    area = closed - YIELD * abs(0.01 - end[0]) if loop else open_loop
     assert curves.loop_areas(strain, plastic(strain)) == pytest.approx([area], rel=1e-9)
+    assert curves.residual_strain(strain, plastic(strain)) == pytest.approx(sign * 0.005, rel=1e-12)
+
+
+def test_loops_one_by_one():
+    """The second ends farther than it began: what is held on the way there is in its area."""
+    found = curves.table_numbers(swept(way((0.01, -0.01, 0.01, -0.01, 0.012, -0.01, 0.012, 0.0))))
+    areas = [2 * YIELD * (reach - 2 * YIELD / E) + more for reach, more in ((0.02, 0.0), (0.02, 0.002 * YIELD), (0.022, 0.0))]
+    assert [found[f"area_{k}_MJ_per_m3"] for k in (1, 2, 3)] == pytest.approx([1e-6 * area for area in areas], rel=1e-6)
+
+
+def test_rows_of_equal_strain_are_no_turns():
+    assert curves.turns(np.array([0.0, 0.001, 0.002, 0.002, 0.003, 0.003, 0.002, 0.001])).tolist() == [5]
 
 
 def test_a_body_that_retraces_its_curve_leaves_nothing():
@@ -107,82 +103,6 @@ def test_a_body_that_vibrates_at_the_end(seed):
     assert curves.residual_strain(-strain, -stress) == -curves.residual_strain(strain, stress)
 
 
-def test_a_body_that_is_not_unloaded_has_no_residual_strain(tmp_path):
-    strain = way((0.02, 0.017))
-    stress = plastic(strain)
-    stress[-1] = stress[-2]
-    assert np.isnan(curves.residual_strain(strain, stress))
-    write(tmp_path / "held.csv", curves.Curve(strain, stress, stress))
-    shown = call(tool.main, "cycle", tmp_path / "held.csv", "--out", tmp_path / "held.png")
-    assert shown.returncode == 0 and re.search(r"^\S*/held.csv +0.02 +100 +- +- ", shown.stdout, re.M), shown.stdout
-    assert "held.csv has no residual strain: the way back ends before zero stress; -var lower release" in shown.stdout and "nan" not in shown.stdout
-    assert "held: no residual strain (not unloaded)," in (tmp_path / "held_plot.csv").read_text()
-
-
-def test_rows_of_equal_strain_are_no_turns():
-    strain = np.array([0.0, 0.001, 0.002, 0.002, 0.003, 0.003, 0.002, 0.001])
-    assert curves.turns(strain).tolist() == [5]
-
-
-def test_curves_that_do_not_turn_or_end_too_soon():
-    strain = way((0.02,))
-    for number in (curves.residual_strain, curves.loop_areas, curves.unloading_modulus):
-        with pytest.raises(curves.CurveError, match="does not turn back"):
-            number(strain, plastic(strain))
-    short = way((0.02, 0.018))
-    with pytest.raises(curves.CurveError, match="too few rows"):
-        curves.unloading_modulus(short, plastic(short))
-
-
-def test_cycle_command(tmp_path):
-    strain = way((0.02, 0.0))
-    for name, stress in (("flow", plastic(strain)), ("none", E * strain)):
-        write(tmp_path / f"{name}.csv", curves.Curve(strain, stress, stress))
-    shown = call(tool.main, "cycle", tmp_path / "flow.csv", "--out", tmp_path / "picture.png")
-    assert shown.returncode == 0, shown.stderr
-    assert shown.stdout.splitlines()[1].split()[1:5] == ["0.02", "100", "0.015", "0.005"]
-    assert (tmp_path / "picture.png").read_bytes()[:4] == b"\x89PNG"
-    assert "residual strain 1.50 %" in (tmp_path / "picture.csv").read_text()
-    both = call(tool.main, "cycle", tmp_path / "none.csv", tmp_path / "flow.csv", "--labels", "this", "that", "--out", tmp_path / "picture.png")
-    assert both.returncode == 0 and "\nthat: residual strain 1.50 %," in (tmp_path / "picture.csv").read_text(), both.stderr
-    for labels in (("this",), ("this", "this")):
-        wrong = call(tool.main, "cycle", tmp_path / "none.csv", tmp_path / "flow.csv", "--labels", *labels, "--out", tmp_path / "wrong.png")
-        assert wrong.returncode == 1 and "--labels must give 2 words, one per curve" in wrong.stderr and not (tmp_path / "wrong.png").exists()
-    write(tmp_path / "gauge.csv", swept(strain), strain_gauge=2 * strain)
-    for command, place in (("cycle", 3), ("table", 7)):
-        shown = call(tool.main, command, tmp_path / "gauge.csv", "--strain", "strain_gauge")
-        assert shown.stdout.splitlines()[1].split()[place] == "0.03", "residual strain of the extensometer"
-    shown = call(tool.main, "plot", tmp_path / "gauge.csv", "--strain", "strain_gauge", "--out", tmp_path / "drawn.png")
-    assert shown.returncode == 0 and "\nTraction,gauge,4,100\n" in (tmp_path / "drawn.csv").read_text()
-    drawn, before = tmp_path / "flow.png", (tmp_path / "flow.csv").read_text()
-    shown = call(tool.main, "cycle", tmp_path / "flow.csv", "--out", drawn)
-    assert shown.returncode == 0 and "flow_plot.csv" in shown.stdout and (tmp_path / "flow.csv").read_text() == before
-    assert "residual strain 1.50 %" in (tmp_path / "flow_plot.csv").read_text()
-
-
-def test_loads_of_an_extensometer_turn_where_the_grips_do(tmp_path):
-    """Its strain jitters by more than it goes on between two rows: turns in it alone are many, and none of the body."""
-    strain = way((0.02, 0.0))
-    gauge = strain - 3e-4 * (np.arange(len(strain)) % 7 == 3)
-    write(tmp_path / "gauge.csv", swept(strain), strain_gauge=gauge)
-    assert len(curves.turns(gauge)) > 50, "control"
-    shown = call(tool.main, "cycle", tmp_path / "gauge.csv", "--strain", "strain_gauge", "--out", tmp_path / "picture.png")
-    assert shown.returncode == 0, shown.stderr
-    turn, stress, residual, elastic, rest, unloading, area = map(float, shown.stdout.splitlines()[1].split()[1:])
-    assert elastic == pytest.approx(1e-3 * stress / unloading, rel=1e-3) and residual + elastic + rest == pytest.approx(turn, rel=1e-3)
-    assert turn == pytest.approx(0.02, abs=4e-4) and residual == pytest.approx(0.015, abs=4e-4) and unloading == pytest.approx(20.0, rel=0.05)
-    assert area == pytest.approx(2.75, rel=0.01) and re.search(r"residual strain 1\.[45]\d %", (tmp_path / "picture.csv").read_text())
-    shown = call(tool.main, "table", tmp_path / "gauge.csv", "--strain", "strain_gauge")
-    words = shown.stdout.splitlines()[1].split()
-    assert len(words) == 10 and float(words[9]) == pytest.approx(area, rel=1e-3), "one loop"
-    assert float(words[1]) == pytest.approx(20.0, rel=0.05) and float(words[7]) == pytest.approx(residual, rel=1e-3)
-    shown = call(tool.main, "numbers", tmp_path / "gauge.csv", "--strain", "strain_gauge")
-    assert shown.stdout.count("NOTE") == 1 and "turns back at strain 0.0" in shown.stdout, shown.stdout + shown.stderr
-
-
-# ---- tables ----
-
-
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_way_there_and_back(sign):
     """E, yield, stresses, residual strain, unloading modulus and area of the sweep; compression gives the same with its signs."""
@@ -197,14 +117,6 @@ def test_a_way_there_and_back(sign):
     assert found["area_1_MJ_per_m3"] == pytest.approx(1e-6 * area, rel=EXACT) and "area_2_MJ_per_m3" not in found
 
 
-def test_loops_one_by_one():
-    found = curves.table_numbers(swept(way((0.01, -0.01, 0.012, -0.01, 0.012, 0.0))))
-    areas = [found[f"area_{k}_MJ_per_m3"] for k in (1, 2)]
-    # The first loop ends farther than it began: what is held on the way there is in its area.
-    first = 2 * YIELD * (0.02 - 2 * YIELD / E) + YIELD * 0.002
-    assert areas == pytest.approx([1e-6 * first, 1e-6 * 2 * YIELD * (0.022 - 2 * YIELD / E)], rel=1e-6)
-
-
 def test_rows_far_apart_are_interpolated():
     """In rows of 0.001 no window of +-0.0006 has three; vibration in dense rows is averaged out."""
     strain = way((0.02,), 1e-3)
@@ -214,6 +126,93 @@ def test_rows_far_apart_are_interpolated():
     shaken = E * strain + 2e6 * np.sin(2 * np.pi * strain / 1.2e-4)
     assert curves.stress_on(strain, shaken, 0.01) == pytest.approx(200e6, abs=0.2e6)
     assert np.abs(shaken - E * strain).max() > 1.7e6, "control"
+
+
+# ---- the commands ----
+
+
+@pytest.fixture
+def files(tmp_path, monkeypatch):
+    """Curves in a folder of their own, the current one."""
+    monkeypatch.chdir(tmp_path)
+    there, back = way((0.02,)), way((0.02, 0.0))
+    held = swept(way((0.02, 0.017)))
+    held.virial[-1] = held.virial[-2]
+    few = np.array([0.0, 0.001, 0.002, 0.003, 0.004, 0.005, 0.01])
+    known = {"pull": swept(there), "sweep": swept(back), "push": swept(-back), "loops": swept(way((0.01, -0.01) * 3)), "held": held,
+             "none": curves.Curve(back, E * back, E * back), "short": swept(way((0.0005,))),
+             "bent": curves.Curve(few, *(1e6 * np.array([0.0, 40.0, 50.0, 55.0, 57.0, 58.0, 60.0]),) * 2)}
+    for name, curve in known.items():
+        curve_file(tmp_path / f"{name}.csv", curve)
+    curve_file(tmp_path / "gauge.csv", swept(back), strain_gauge=2 * back)
+    jitter = back - 3e-4 * (np.arange(len(back)) % 7 == 3)
+    assert len(curves.turns(jitter)) > 50, "control"
+    curve_file(tmp_path / "jitter.csv", swept(back), strain_gauge=jitter)
+    (tmp_path / "target.csv").write_text("0.002,44e6\n0.01,90e6\n", encoding="utf-8")
+    return tmp_path
+
+
+def test_cycle_command(files):
+    assert run("cycle", "sweep.csv", "--out", "picture.png")[0][:4] == ["0.02", "100", "0.015", "0.005"]
+    assert (files / "picture.png").read_bytes()[:4] == b"\x89PNG" and "residual strain 1.50 %" in (files / "picture.csv").read_text()
+    run("cycle", "none.csv", "sweep.csv", "--labels", "this", "that", "--out", "picture.png")
+    assert "\nthat: residual strain 1.50 %," in (files / "picture.csv").read_text()
+    before = (files / "sweep.csv").read_text()
+    assert "sweep_plot.csv" in run("cycle", "sweep.csv", "--out", "sweep.png")[1] and (files / "sweep.csv").read_text() == before
+    numbers, shown = run("cycle", "held.csv", "--out", "left.png")
+    assert numbers[:4] == ["0.02", "100", "-", "-"] and "nan" not in shown
+    assert "held.csv has no residual strain: the way back ends before zero stress; -var lower release" in shown
+    assert "held: no residual strain (not unloaded)," in (files / "left.csv").read_text()
+
+
+def test_strain_of_an_extensometer(files):
+    for command, place in (("cycle", 2), ("table", 6)):
+        assert run(command, "gauge.csv", "--strain", "strain_gauge")[0][place] == "0.03", "residual strain"
+    run("plot", "gauge.csv", "--strain", "strain_gauge", "--out", "drawn.png")
+    assert "\nTraction,gauge,4,100\n" in (files / "drawn.csv").read_text()
+
+
+def test_loads_of_an_extensometer_turn_where_the_grips_do(files):
+    """Its strain jitters by more than it goes on between two rows: turns in it alone are many, and none of the body."""
+    numbers, _ = run("cycle", "jitter.csv", "--strain", "strain_gauge", "--out", "picture.png")
+    turn, stress, residual, elastic, rest, unloading, area = map(float, numbers)
+    assert elastic == pytest.approx(1e-3 * stress / unloading, rel=1e-3) and residual + elastic + rest == pytest.approx(turn, rel=1e-3)
+    assert turn == pytest.approx(0.02, abs=4e-4) and residual == pytest.approx(0.015, abs=4e-4) and unloading == pytest.approx(20.0, rel=0.05)
+    assert area == pytest.approx(2.75, rel=0.01) and re.search(r"residual strain 1\.[45]\d %", (files / "picture.csv").read_text())
+    words, _ = run("table", "jitter.csv", "--strain", "strain_gauge")
+    assert len(words) == 9 and float(words[8]) == pytest.approx(area, rel=1e-3), "one loop"
+    assert float(words[0]) == pytest.approx(20.0, rel=0.05) and float(words[6]) == pytest.approx(residual, rel=1e-3)
+    shown = run("numbers", "jitter.csv", "--strain", "strain_gauge")[1]
+    assert shown.count("NOTE") == 1 and "turns back at strain 0.0" in shown
+
+
+def test_table_prints_and_writes_all_curves(files):
+    """A curve without a modulus does not end the others: '-' for E and yield, and a NOTE with the reason; their other numbers stay."""
+    names = ["pull.csv", "sweep.csv", "loops.csv", "bent.csv"]
+    shown = run("table", *names, "--at", "0.002,0.01", "0.05", "--target", "target.csv", "--csv", "all.csv")[1]
+    lines = shown.splitlines()
+    assert lines[1].split()[1:] == ["20", "0..0.003", "100", "40", "100", "-", "-", "-", "-", "-"]
+    assert lines[2].split()[1:] == ["20", "0..0.003", "100", "40", "100", "-", "0.02", "0.015", "20", "2.75"]
+    assert lines[3].split()[-2:] == ["2", "2"] and lines[4].split()[1:6] == ["-", "-", "-", "50", "60"]
+    assert lines[6].startswith("departure from ") and lines[8].split()[1:] == ["10", "0.01", "7", "7.7778", "2", "of", "2"]
+    assert "bent.csv has no E: the elastic part has fewer than three rows" in lines[-1]
+    with open("all.csv", encoding="utf-8", newline="") as source:
+        rows = list(csv.DictReader(source))
+    assert [row["curve"] for row in rows] == names and [row["E_GPa"] for row in rows] == ["20", "20", "20", ""]
+    assert rows[0]["residual_strain"] == rows[0]["area_1_MJ_per_m3"] == rows[0]["stress_at_0.05_MPa"] == rows[1]["area_2_MJ_per_m3"] == ""
+    assert float(rows[1]["turn_MPa"]) == pytest.approx(100) and float(rows[3]["stress_at_0.01_MPa"]) == pytest.approx(60.0)
+    assert [float(rows[2][f"area_{k}_MJ_per_m3"]) for k in (1, 2)] == pytest.approx([2.0, 2.0])
+    assert [float(row["departure_mean_percent"]) for row in rows[:3]] == pytest.approx(3 * [700 / 90])
+    numbers, shown = run("table", "short.csv")
+    assert numbers == 9 * ["-"] and re.search(r"short.csv has no E: the curve has too few rows .*\(--fit\)", shown)
+    numbers, shown = run("numbers", "pull.csv", "short.csv")
+    assert numbers[0] == "20" and "short.csv has no E" in shown
+
+
+@pytest.mark.parametrize("words, place, number", [(("push.csv",), slice(2, 5), ["-100", "-40", "-100"]), (("pull.csv", "--column", "grip"), 0, "20.2"),
+                                                  (("pull.csv", "--fit", 0.006, 0.012), 1, "0.006..0.012")])
+def test_choices_of_the_table(files, words, place, number):
+    assert run("table", *words)[0][place] == number
 
 
 TARGETS = {
@@ -236,91 +235,39 @@ def test_departure_in_compression_and_beyond_the_end():
     target = np.array([-0.002, -0.01, -0.03]), np.array([-44e6, -90e6, -95e6])
     found = curves.departure(swept(-way((0.02,))), target)
     assert found["departure_largest_MPa"] == pytest.approx(-10.0, rel=EXACT) and (found["departure_rows"], found["departure_at_strain"]) == (2, -0.01)
-    with pytest.raises(curves.CurveError, match="goes from strain 0 to 0.02 and reaches no row of the target"):
-        curves.departure(swept(way((0.02,))), target)
 
 
-def table(*words):
-    return call(tool.main, "table", *words)
-
-
-def test_table_prints_and_writes_all_curves(tmp_path):
-    paths = [write(tmp_path / f"{name}.csv", swept(sign * way(turns))) for name, sign, turns in
-             (("pull", 1, (0.02,)), ("sweep", 1, (0.02, 0.0)), ("push", -1, (0.02, 0.0)), ("loops", 1, (0.01, -0.01) * 3))]
-    (tmp_path / "target.csv").write_text("0.002,44e6\n0.01,90e6\n", encoding="utf-8")
-    shown = table(*paths[:2], paths[3], "--at", "0.002,0.01", "0.05", "--target", tmp_path / "target.csv", "--csv", tmp_path / "all.csv")
-    assert shown.returncode == 0, shown.stderr
-    lines = shown.stdout.splitlines()
-    assert lines[1].split()[1:] == ["20", "0..0.003", "100", "40", "100", "-", "-", "-", "-", "-"]
-    assert lines[2].split()[1:] == ["20", "0..0.003", "100", "40", "100", "-", "0.02", "0.015", "20", "2.75"]
-    assert lines[3].split()[-2:] == ["2", "2"] and lines[5].startswith("departure from ")
-    assert lines[7].split()[1:] == ["10", "0.01", "7", "7.7778", "2", "of", "2"]
-    with open(tmp_path / "all.csv", encoding="utf-8", newline="") as source:
-        rows = list(csv.DictReader(source))
-    assert [row["curve"] for row in rows] == [str(path) for path in (*paths[:2], paths[3])]
-    assert rows[0]["residual_strain"] == rows[0]["area_1_MJ_per_m3"] == rows[0]["stress_at_0.05_MPa"] == ""
-    assert float(rows[1]["turn_MPa"]) == pytest.approx(100)
-    assert [float(rows[2][f"area_{k}_MJ_per_m3"]) for k in (1, 2)] == pytest.approx([2.0, 2.0]) and rows[1]["area_2_MJ_per_m3"] == ""
-    assert [float(row["departure_mean_percent"]) for row in rows] == pytest.approx(3 * [700 / 90])
-    pushed = table(paths[2])
-    assert pushed.returncode == 0 and pushed.stdout.splitlines()[1].split()[3:6] == ["-100", "-40", "-100"], pushed.stderr
-
-
-def test_the_other_column(tmp_path):
-    path = write(tmp_path / "pull.csv", swept(way((0.02,))))
-    assert table(path, "--column", "grip").stdout.splitlines()[1].split()[1] == "20.2"
-    assert table(path, "--fit", 0.006, 0.012).stdout.splitlines()[1].split()[2] == "0.006..0.012"
-
-
-def test_a_curve_without_a_modulus_does_not_end_the_others(tmp_path):
-    """Three rows that bend at once, and a curve that ends early: '-' for E and yield, a NOTE with the reason; their other numbers stay."""
-    bent = np.array([0.0, 0.001, 0.002, 0.003, 0.004, 0.005, 0.01])
-    bent = curves.Curve(bent, *(1e6 * np.array([0.0, 40.0, 50.0, 55.0, 57.0, 58.0, 60.0]),) * 2)
-    paths = [write(tmp_path / f"{name}.csv", curve) for name, curve in
-             (("pull", swept(way((0.02,)))), ("bent", bent), ("short", swept(way((0.0005,)))), ("sweep", swept(way((0.02, 0.0)))))]
-    shown = table(*paths, "--csv", tmp_path / "all.csv")
-    assert shown.returncode == 0, shown.stderr
-    lines = shown.stdout.splitlines()
-    assert lines[1].split()[1:4] == lines[4].split()[1:4] == ["20", "0..0.003", "100"]
-    assert lines[2].split()[1:6] == ["-", "-", "-", "50", "60"] and lines[3].split()[1:] == 9 * ["-"]
-    assert "bent.csv has no E: the elastic part has fewer than three rows" in lines[5] and re.search(r"short.csv has no E: the curve has too few rows .*\(--fit\)", lines[6])
-    with open(tmp_path / "all.csv", encoding="utf-8", newline="") as source:
-        rows = list(csv.DictReader(source))
-    assert [row["E_GPa"] for row in rows] == ["20", "", "", "20"] and float(rows[1]["stress_at_0.01_MPa"]) == pytest.approx(60.0)
-    assert call(tool.main, "numbers", *paths).stdout.splitlines()[2].split()[1:4] == ["-", "-", "-"]
-    alone = call(tool.main, "numbers", paths[1])
-    assert alone.returncode == 1 and "bent.csv: the elastic part has fewer than three rows" in alone.stderr
-
-
-BAD = {
-    ("--at", "0.01,x"): "--at: could not convert string to float: 'x'",
-    ("--at", "-0.01"): "--at -0.01: give positive strains",
-    ("--at", "0.01,nan"): "give positive strains",
-    ("--target", "absent.csv"): "absent.csv",
-    ("--target", "empty.csv"): "empty.csv is empty: a target has rows strain,stress",
-    ("--target", "names.csv"): "names.csv: the first line must name a column of strain strain_percent and one of stress stress_Pa",
-    ("--target", "word.csv"): "word.csv holds a damaged line",
-    ("--target", "short.csv"): "short.csv holds a damaged line",
-    ("--target", "head.csv"): "head.csv holds no row",
-    ("--target", "nan.csv"): "nan.csv holds no row, or a number that is not finite",
-    ("--target", "back.csv"): "back.csv: the strains of a target must go one way, each once",
-    ("--target", "far.csv"): "pull.csv: the curve goes from strain 0 to 0.02 and reaches no row of the target",
-    ("--csv", "pull.csv"): "--csv pull.csv would be written over a file that is read",
-    ("--target", "good.csv", "--csv", "good.csv"): "--csv good.csv would be written over a file that is read",
-    ("--fit", "0.002", "0.001"): "the range of E must be 0 <= low < high, got 0.002 0.001",
+BAD_TARGETS = {
+    "\n": "bad.csv is empty: a target has rows strain,stress",
+    "a,b\n1,2\n": "bad.csv: the first line must name a column of strain strain_percent and one of stress stress_Pa",
+    "0,0\n0.1,x\n": "bad.csv holds a damaged line", "0,0\n0.1\n": "bad.csv holds a damaged line", "strain,stress\n": "bad.csv holds no row",
+    "0,nan\n": "bad.csv holds no row, or a number that is not finite", "0;0\n0,1;1\n": "bad.csv has columns apart by ';': put commas or blanks",
+    "0,0\n0.1,1\n0.05,1\n": "bad.csv: the strains of a target must go one way, each once",
+    "0.5,1\n": "pull.csv: the curve goes from strain 0 to 0.02 and reaches no row of the target",
 }
-FILES = {"empty.csv": "\n", "names.csv": "a,b\n1,2\n", "word.csv": "0,0\n0.1,x\n", "short.csv": "0,0\n0.1\n", "head.csv": "strain,stress\n",
-         "nan.csv": "0,nan\n", "back.csv": "0,0\n0.1,1\n0.05,1\n", "far.csv": "0.5,1\n", "good.csv": "0.01,1e8\n"}
+BAD = {
+    "--at 0.01,x": "--at: could not convert string to float: 'x'",
+    "--at -0.01": "--at -0.01: give positive strains",
+    "--at 0.01,nan": "give positive strains",
+    "--csv pull.csv": "--csv pull.csv would be written over a file that is read",
+    "--target target.csv --csv target.csv": "--csv target.csv would be written over a file that is read",
+    "--fit 0.002 0.001": "the range of E must be 0 <= low < high, got 0.002 0.001",
+    "--fit -0.001 0.002": "the range of E must be 0 <= low < high",
+}
+CYCLE = ("cycle", "none.csv", "sweep.csv", "--out", "wrong.png", "--labels", "this")
 
 
-@pytest.mark.parametrize("words", BAD, ids=" ".join)
-def test_misuse_gets_one_line(tmp_path, monkeypatch, words):
-    monkeypatch.chdir(tmp_path)
-    write(tmp_path / "pull.csv", swept(way((0.02,))))
-    for name, text in FILES.items():
-        (tmp_path / name).write_text(text, encoding="utf-8")
-    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
-    failed = table("pull.csv", *words)
+@pytest.mark.parametrize("words, message", [
+    *((("table", "pull.csv", "--target", text), message) for text, message in BAD_TARGETS.items()),
+    *((("table", "pull.csv", *words.split()), message) for words, message in BAD.items()),
+    *((words, "--labels must give 2 words, one per curve") for words in (CYCLE, (*CYCLE, "this"))),
+    (("cycle", "pull.csv"), "pull.csv: the curve does not turn back; it ends at strain 0.02")])
+def test_misuse_gets_one_line(files, words, message):
+    if words[-1] in BAD_TARGETS:
+        (files / "bad.csv").write_text(words[-1], encoding="utf-8")
+        words = (*words[:-1], "bad.csv")
+    before = {path.name: path.read_bytes() for path in files.iterdir()}
+    failed = call(tool.main, *words)
     assert failed.returncode == 1 and failed.stderr.startswith("ERROR: ") and len(failed.stderr.splitlines()) == 1, failed.stderr
-    assert BAD[words] in failed.stderr and failed.stdout == ""
-    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+    assert message in failed.stderr and failed.stdout == ""
+    assert {path.name: path.read_bytes() for path in files.iterdir()} == before

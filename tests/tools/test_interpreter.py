@@ -8,7 +8,7 @@ import subprocess
 import sys
 
 import pytest
-from evp import interpreter
+from evp import interpreter, surface
 
 TOOLS = pathlib.Path(__file__).resolve().parents[2] / "tools"
 ROOT = TOOLS.parent
@@ -81,4 +81,6 @@ def test_no_python_that_has_them(monkeypatch):
     monkeypatch.setattr(interpreter, "candidates", lambda environment: [])
     with pytest.raises(SystemExit, match="has no no_such_module: run tools/setup.sh, .* PYTHON=/path/to/python3$"):
         interpreter.require("numpy", "no_such_module")
+    with pytest.raises(SystemExit, match=r"has no no_such_module: apt-get install python3-open3d \(Debian\), or pip install open3d, or give one: PYTHON="):
+        interpreter.require("no_such_module", remedy=surface.OPEN3D)
     assert interpreter.require("numpy") is None, "control"

@@ -16,84 +16,58 @@ import yaml
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 WORKFLOWS = sorted(REPOSITORY.glob(".github/workflows/*.yml"))
 OF_SETUP = {"tools/test.sh"}  # hands its options on to tools/setup.sh
-
-
-def load(path):
-    return yaml.safe_load(path.read_text(encoding="utf-8"))
-
-
-def steps(path):
-    """(job, step) of a workflow."""
-    return [(job, step) for job in load(path)["jobs"].values() for step in job["steps"]]
-
-
-def expanded(command, job):
-    """The command for each row of the matrix of its job."""
-    matrix = job.get("strategy", {}).get("matrix", {})
-    names = [name for name in matrix if f"matrix.{name} " in command]
-    for values in itertools.product(*(matrix[name] for name in names)):
-        text = command
-        for name, value in zip(names, values):
-            text = text.replace(f"${{{{ matrix.{name} }}}}", str(value))
-        yield text
+CHOICES = {"--release", "--compiler", "--sizes", "--tests"}
 
 
 def help_of(program):
     path = REPOSITORY / program
     assert path.is_file() and os.access(path, os.X_OK), f"{program} is not there or cannot be run"
-    environment = {**os.environ, "PYTHONPATH": str(REPOSITORY / "tools")}
-    words = ["python3", "-m", "evp.quickstart"] if program == "tools/quickstart.sh" else [str(path)]
-    words = [os.environ.get("PYTHON", "/usr/bin/python3") if word == "python3" else word for word in words]
-    if program.endswith(".py"):
-        words = [os.environ.get("PYTHON", "/usr/bin/python3"), *words]
-    done = subprocess.run([*words, "--help"], capture_output=True, text=True, env=environment, check=False, timeout=60)
+    python = os.environ.get("PYTHON", "/usr/bin/python3")
+    words = [python, "-m", "evp.quickstart"] if program == "tools/quickstart.sh" else [python, path] if program.endswith(".py") else [path]
+    done = subprocess.run([*words, "--help"], capture_output=True, text=True, env={**os.environ, "PYTHONPATH": str(REPOSITORY / "tools")}, check=False, timeout=60)
     assert done.returncode == 0, f"{program} --help: {done.stderr}"
     return done.stdout
 
 
-def own_programs(text):
-    """(program, options) of the lines of a script that start programs of this repository."""
-    for line in text.replace("\\\n", " ").splitlines():
-        words = shlex.split(line, comments=True)
-        if words and re.match(r"(tools|tests/maintain|\.ci)/", words[0]) and "*" not in words[0]:
-            yield words[0], [word for word in words[1:] if word.startswith("--")], words[1:]
-
-
-def check_options(program, options, words):
-    """The program is there, its help has the options, and those values that are choices."""
-    assert os.access(REPOSITORY / program, os.X_OK), f"{program} is not there or cannot be run"
-    text = help_of("tools/setup.sh" if program in OF_SETUP else program) if options else ""
-    for option in options:
-        assert re.search(re.escape(option) + r"\b", text), f"{program} knows no {option}"
-        value = words[words.index(option) + 1]
-        if option in ("--release", "--compiler", "--sizes", "--tests"):
-            assert re.search(re.escape(value) + r"(?!\w)", text), f"{program} {option} knows no {value}"
+def check_commands(text):
+    """The programs of this repository that the lines of a script start: each is there, its help has the options, and those values that are choices."""
+    programs = []
+    for words in (shlex.split(line, comments=True) for line in text.replace("\\\n", " ").splitlines()):
+        if not words or not re.match(r"(tools|tests/maintain|\.ci)/", words[0]) or "*" in words[0]:
+            continue
+        program, options = words[0], [word for word in words if word.startswith("--")]
+        assert os.access(REPOSITORY / program, os.X_OK), f"{program} is not there or cannot be run"
+        known = help_of("tools/setup.sh" if program in OF_SETUP else program) if options else ""
+        for option in options:
+            value = words[words.index(option) + 1] if option in CHOICES else ""
+            assert all(re.search(re.escape(word) + r"(?!\w)", known) for word in (option, value)), f"{program} knows no {option} {value}"
+        programs.append(program)
+    return programs
 
 
 @pytest.mark.parametrize("path", WORKFLOWS, ids=lambda path: path.name)
 def test_workflow(path):
     """Jobs run on the Debian of the README, steps do one thing, and each command of ours exists with its options and choices."""
-    flow = load(path)
+    flow = yaml.safe_load(path.read_text(encoding="utf-8"))
     assert flow["name"] == path.stem and (flow.get("on") or flow[True]), "YAML reads a bare on as true"
-    checked = 0
-    for job, step in steps(path):
+    programs = []
+    for job, step in ((job, step) for job in flow["jobs"].values() for step in job["steps"]):
         assert ("run" in step) != ("uses" in step), step
         assert "run" not in step or job.get("container") == "debian:12"
-        for command in expanded(step.get("run", ""), job):
-            assert "${{" not in command, f"nothing stands for it: {command}"
-            for program, options, words in own_programs(command):
-                check_options(program, options, words)
-                checked += 1
-    assert checked or path.name == "site.yml"
+        matrix = job.get("strategy", {}).get("matrix", {})
+        for values in itertools.product(*matrix.values()):
+            text = step.get("run", "")
+            for name, value in zip(matrix, values):
+                text = text.replace(f"${{{{ matrix.{name} }}}}", str(value))
+            assert "${{" not in text, f"nothing stands for it: {text}"
+            programs += check_commands(text)
+    assert programs or path.name == "site.yml"
 
 
 def test_commands_of_contributing():
     """Of its blocks, which take too long to be run here."""
     text = "".join(re.findall(r"(?:^    .*\n)+", (REPOSITORY / "CONTRIBUTING.md").read_text(encoding="utf-8"), re.M))
-    found = list(own_programs(text.replace("    ", "")))
-    for program, options, words in found:
-        check_options(program, options, words)
-    assert {"tools/setup.sh", "tools/test.sh", "tests/maintain/releases.sh", "tests/maintain/compare_builds.py"} <= {program for program, _, _ in found}
+    assert {"tools/setup.sh", "tools/test.sh", "tests/maintain/releases.sh", "tests/maintain/compare_builds.py"} <= set(check_commands(text.replace("    ", "")))
     assert all((REPOSITORY / path).is_file() for path in re.findall(r"tests/\w+/\w+\.py", text))
 
 

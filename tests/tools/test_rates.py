@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""tools/evp/rates.py and `curves.py rate`: curves with known shares, closed form 8, refusals."""
+"""tools/evp/rates.py and `curves.py rate`: curves with known shares, closed forms, refusals; tests/lammps/test_rate_shares.py has those of runs."""
 
 import itertools
 import re
@@ -8,8 +8,8 @@ import curves as tool
 import numpy as np
 import pytest
 from evp import curves, law, rates, specimen
-from oracle import brute
 from in_process import call
+from inputs import curve_file
 
 E, VISCOUS, INERTIAL, VIBRATION = 20e9, 3e6, 0.7e6, 0.2e6
 EXACT = 1e-9  # straight lines through exact points
@@ -22,33 +22,24 @@ def pulled(jump=0.0, imbalance=0.0, end=0.0103):
     return curves.Curve(strain, virial + imbalance * (-1.0) ** np.arange(len(strain)), virial)
 
 
-def write(path, curve):
-    lines = [",".join(curves.HEADER)] + [",".join(f"{v:.17g}" for v in row) for row in zip(*curve)]
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    return path
-
-
 @pytest.mark.parametrize("at", [0.002, 0.005, 0.01])
 def test_shares_of_known_curves(at):
     found = rates.shares_at(pulled(VISCOUS, INERTIAL), pulled(0.0, VIBRATION), at)
     stress = E * at + VISCOUS
-    wanted = rates.Shares(at, stress, VISCOUS, INERTIAL, VIBRATION)
-    assert found == pytest.approx(wanted, rel=EXACT)
+    assert found == pytest.approx(rates.Shares(at, stress, VISCOUS, INERTIAL, VIBRATION), rel=EXACT)
     assert found.percent(found.viscous) == pytest.approx(100.0 * VISCOUS / stress, rel=EXACT)
 
 
 def test_the_imbalance_is_that_of_the_rows_about_the_strain():
     strain, grip, virial = pulled()
-    grip = np.where(strain > 0.006, grip + INERTIAL, grip)
-    moving = curves.Curve(strain, grip, virial)
+    moving = curves.Curve(strain, np.where(strain > 0.006, grip + INERTIAL, grip), virial)
     assert rates.imbalance(moving, 0.005) == 0.0
     assert rates.imbalance(moving, 0.01) == pytest.approx(INERTIAL, rel=EXACT)
 
 
-def test_strains_reported_are_those_that_the_curve_reaches():
-    assert rates.reached(pulled()) == [0.002, 0.005, 0.01]
-    assert rates.reached(pulled(end=0.0200)) == [0.002, 0.005, 0.01, 0.0195]
-    assert rates.reached(pulled(end=0.001)) == []
+@pytest.mark.parametrize("end, strains", [(0.0103, [0.002, 0.005, 0.01]), (0.0200, [0.002, 0.005, 0.01, 0.0195]), (0.001, [])])
+def test_strains_reported_are_those_that_the_curve_reaches(end, strains):
+    assert rates.reached(pulled(end=end)) == strains
 
 
 def test_jump_at_the_start():
@@ -59,16 +50,6 @@ def test_jump_at_the_start():
     assert abs(rates.starting_jump(bent)[0]) < 1.0
 
 
-def test_a_damped_twin_is_refused():
-    for twin in (pulled(VISCOUS), pulled(0.5 * VISCOUS)):
-        with pytest.raises(curves.CurveError, match="run with gamma = 0"):
-            rates.check_twin(pulled(VISCOUS), twin)
-    with pytest.raises(curves.CurveError, match="run with gamma = 0"):
-        rates.check_twin(pulled(), pulled(VISCOUS))  # exchanged
-    with pytest.raises(curves.CurveError, match="twin: 2 rows"):
-        rates.check_twin(pulled(VISCOUS), pulled(end=0.0002))
-
-
 def test_a_vibrating_twin_is_no_damped_one():
     """Vibration leaves a small jump in the fit: beside a weak damper it is no sign of another."""
     strain, grip, virial = pulled()
@@ -77,46 +58,6 @@ def test_a_vibrating_twin_is_no_damped_one():
     assert max(rates.starting_jump(twin)[0] for twin in twins) > 0.1 * VIBRATION, "control"
     for twin, jump in itertools.product(twins, (0.0, 0.01 * VIBRATION, VISCOUS)):
         rates.check_twin(pulled(jump), twin)
-
-
-def test_no_shares_where_a_run_has_no_rows_or_no_tension():
-    with pytest.raises(curves.CurveError, match="twin: .* ends at strain 0.005"):
-        rates.shares_at(pulled(VISCOUS), pulled(end=0.005), 0.01)
-    with pytest.raises(curves.CurveError, match="damped run: .* ends at strain 0.005"):
-        rates.shares_at(pulled(VISCOUS, end=0.005), pulled(), 0.01)
-    with pytest.raises(curves.CurveError, match="no tension"):
-        rates.shares_at(pulled(-1e9), pulled(), 0.01)
-
-
-def test_relaxation_time_takes_the_mean_of_squares():
-    row = law.TABLE2._replace(gamma=64.0)
-    assert rates.relaxation_time(np.array([1.0, 3.0]), row) == pytest.approx(64.0 * 5.0 / 2560.0)
-
-
-def test_relaxation_time_is_what_the_forces_give():
-    """Bodies of two spheres, each length in each direction: the virial of a strain rate D over that
-    of a small strain D s is tau/s, for any D. Forces are those of eqs. 4 and 8, summed over pairs."""
-    directions = np.random.default_rng(3).standard_normal((12, 3))
-    directions /= np.linalg.norm(directions, axis=1)[:, None]
-    lengths = np.array([0.0056, 0.0063, 0.0080])
-    x, bonds = [], {}
-    for k, (u, length) in enumerate(itertools.product(directions, lengths)):
-        x += [[0.1 * k, 0.0, 0.0], [0.1 * k + length * u[0], length * u[1], length * u[2]]]
-        bonds[2 * k + 1, 2 * k + 2] = length
-    x, radius = np.array(x), np.full(len(x), 0.0028)
-    rate = np.array([[1.0, 0.3, 0.0], [0.3, -0.4, 0.2], [0.0, 0.2, 0.1]])
-    small = 1e-5
-
-    def virial(step, speed):
-        turned = x.copy()
-        turned[1::2] += step * (x[1::2] - x[::2]) @ rate  # about each body's first sphere
-        v = speed * x @ rate
-        return brute.brute_force(turned, v, radius, None, law.TABLE2, bonds, "none")["virial"]
-
-    tau = rates.relaxation_time(lengths, law.TABLE2)
-    elastic = (virial(small, 0.0) - virial(-small, 0.0)) / (2.0 * small)
-    assert np.abs(elastic).min() > 0.0, "control"
-    assert virial(0.0, 1.0) == pytest.approx(tau * elastic, rel=1e-6)
 
 
 def test_a_finer_specimen_of_the_same_material_has_the_same_time():
@@ -137,88 +78,65 @@ def row_of_spheres():
 
 def test_expected_of_a_row_of_spheres():
     found = rates.expected(row_of_spheres(), law.TABLE2, 10.0, E, length=0.04, volume=1e-5)
-    tau = 1000.0 * 0.007**2 / 2560.0
-    density = 5e-3 / 1e-5
-    speed = np.sqrt(E / density)
-    wanted = rates.Expected(tau, E * tau * 10.0, density * speed * 0.04 * 10.0)
-    assert found == pytest.approx(wanted, rel=1e-12)
-
-
-@pytest.mark.parametrize(
-    "change, rule",
-    [
-        ({"rate": 0.0}, "must be positive, got 0"),
-        ({"rate": float("nan")}, "must be positive, got nan"),
-        ({"row": law.TABLE1}, "gamma > 0"),
-        ({"row": law.TABLE2._replace(alpha=1.01)}, "no pairs within alpha = 1.01"),
-    ],
-)
-def test_nothing_is_expected_of_bad_input(change, rule):
-    arguments = {"specimen": row_of_spheres(), "row": law.TABLE2, "rate": 10.0, "modulus": E, **change}
-    with pytest.raises(ValueError, match=rule):
-        rates.expected(**arguments)
-
-
-def command(*words):
-    return call(tool.main, "rate", *words)
+    tau, density = 1000.0 * 0.007**2 / 2560.0, 5e-3 / 1e-5
+    assert found == pytest.approx(rates.Expected(tau, E * tau * 10.0, density * np.sqrt(E / density) * 0.04 * 10.0), rel=1e-12)
 
 
 @pytest.fixture
 def files(tmp_path):
-    """A damped run, its twin and a data file, by name."""
-    body = row_of_spheres()
-    atoms = [f"{i} 1 0.006 2700 {x:.17g} 0 0" for i, (x, _, _) in zip(body.ids, body.x)]
+    """Damped runs, twins and a data file, by name."""
+    atoms = [f"{i} 1 0.006 2700 {x:.17g} 0 0" for i, (x, _, _) in zip(row_of_spheres().ids, row_of_spheres().x)]
     data = tmp_path / "specimen.data"
-    header = ["spheres", "", "5 atoms", "1 atom types", "", "Atoms # sphere", ""]
-    data.write_text("\n".join(header + atoms) + "\n", encoding="utf-8")
+    data.write_text("\n".join(["spheres", "", "5 atoms", "1 atom types", "", "Atoms # sphere", "", *atoms]) + "\n", encoding="utf-8")
     (tmp_path / "specimen.data.body").write_text("variable length equal 0.05 # [m]\nvariable volume equal 6.283185307179586e-05\n", encoding="utf-8")
-    damped = write(tmp_path / "damped.csv", pulled(VISCOUS, INERTIAL))
-    return {"damped": damped, "twin": write(tmp_path / "twin.csv", pulled()), "data": data}
+    known = {"damped": pulled(VISCOUS, INERTIAL), "twin": pulled(), "half": pulled(0.5 * VISCOUS), "pushed": pulled(-1e9),
+             "short": pulled(VISCOUS, end=0.0015), "shorter": pulled(end=0.0002), "short_twin": pulled(end=0.006)}
+    return {"data": data, **{name: curve_file(tmp_path / f"{name}.csv", curve) for name, curve in known.items()}}
+
+
+def command(files, *words):
+    return call(tool.main, "rate", *(files.get(word, word) for word in words))
 
 
 def test_command_prints_the_shares(files):
-    shown = command(files["damped"], "--twin", files["twin"])
+    shown = command(files, "damped", "--twin", "twin")
     assert shown.returncode == 0, shown.stderr
     wanted = [f"viscous {300 / s:.2f} %, inertial {70 / s:.2f} %" for s in (43.0, 103.0, 203.0)]
     lines = shown.stdout.splitlines()
     assert len(lines) == 4 and all(want in line for want, line in zip(wanted, lines)), shown.stdout
     assert "beyond the elastic part" in lines[3]
-    chosen = command(files["damped"], "--twin", files["twin"], "--strains", "0.004")
+    chosen = command(files, "damped", "--twin", "twin", "--strains", "0.004")
     assert chosen.stdout.startswith("strain 0.40 %: stress 83.00 MPa, viscous 3.61 %, inertial 0.84 %")
     assert len(chosen.stdout.splitlines()) == 1, "within the elastic part nothing is to be said"
 
 
 def test_command_prints_what_is_expected(files):
-    shown = command(files["damped"], "--twin", files["twin"], "--rate", "10", "--specimen", files["data"],
-                    "--coeff", "80 8 4 3 8 4 0.005 500 1.5")
+    shown = command(files, "damped", "--twin", "twin", "--rate", "10", "--specimen", "data", "--coeff", "80 8 4 3 8 4 0.005 500 1.5")
     assert shown.returncode == 0, shown.stderr
     tau = 500.0 * 0.007**2 / 2560.0 * 100.0 ** (1 / 3) / 100.0  # five spheres instead of 500
     assert f"E tau rate {1e-6 * E * tau * 10.0:.3f} MPa" in shown.stdout.splitlines()[0]
 
 
-@pytest.mark.parametrize(
-    "words, rule",
-    [
-        (("twin", "--twin", "damped"), "run with gamma = 0"),
-        (("damped", "--twin", "missing.csv"), "missing.csv"),
-        (("damped", "--twin", "twin", "--strains", "0.05"), "damped run: .* between strain 0.0494"),
-        (("damped", "--twin", "twin", "--rate", "10"), "--rate and --specimen are given together"),
-        (("damped", "--twin", "twin", "--specimen", "data"), "--rate and --specimen are given together"),
-        (("damped", "--twin", "twin", "--rate", "10", "--specimen", "twin"), "no 'Atoms # sphere' section"),
-        (("damped", "--twin", "twin", "--rate", "1", "--specimen", "data", "--coeff", "80 8"), "9 numbers"),
-    ],
-)
+EXPECT = ("damped", "--twin", "twin", "--specimen", "data")
+
+
+@pytest.mark.parametrize("words, rule", [
+    *((words, "run with gamma = 0") for words in (("damped", "--twin", "damped"), ("damped", "--twin", "half"), ("twin", "--twin", "damped"))),
+    (("damped", "--twin", "shorter"), "twin: 2 rows"),
+    (("damped", "--twin", "short_twin"), "twin: .* ends at strain 0.006.*both reach"),
+    (("short", "--twin", "twin"), "short.csv ends at strain 0.0015: give --strains"),
+    (("damped", "--twin", "twin", "--strains", "0.05"), "damped run: .* between strain 0.0494"),
+    (("pushed", "--twin", "twin"), "no tension"),
+    (("damped", "--twin", "missing.csv"), "missing.csv"),
+    (("damped", "--twin", "twin", "--rate", "10"), "--rate and --specimen are given together"),
+    ((*EXPECT[:-1], "twin", "--rate", "10"), "no 'Atoms # sphere' section"),
+    ((*EXPECT, "--rate", "1", "--coeff", "80 8"), "9 numbers"),
+    *(((*EXPECT, "--rate", rate), f"must be positive, got {rate}") for rate in ("0", "nan")),
+    ((*EXPECT, "--rate", "1", "--coeff", "80 8 4 3 8 4 0.005 0 1.5"), "gamma > 0"),
+    ((*EXPECT, "--rate", "1", "--coeff", "80 8 4 3 8 4 0.005 1000 1.01"), "no pairs within alpha = 1.01"),
+])
 def test_command_fails_with_one_line(files, words, rule):
-    failed = command(*(files.get(word, word) for word in words))
+    failed = command(files, *words)
     assert failed.returncode == 1 and failed.stdout == ""
     assert failed.stderr.startswith("ERROR: ") and len(failed.stderr.splitlines()) == 1
     assert re.search(rule, failed.stderr), failed.stderr
-
-
-def test_command_names_a_run_that_is_too_short(files, tmp_path):
-    short = write(tmp_path / "short.csv", pulled(VISCOUS, end=0.0015))
-    failed = command(short, "--twin", files["twin"])
-    assert failed.returncode == 1 and "short.csv ends at strain 0.0015" in failed.stderr
-    twin = write(tmp_path / "short_twin.csv", pulled(end=0.006))
-    failed = command(files["damped"], "--twin", twin)
-    assert failed.returncode == 1 and "twin: " in failed.stderr and "both reach" in failed.stderr

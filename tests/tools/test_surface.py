@@ -10,13 +10,16 @@ from evp import interpreter, surface
 PARTS = pathlib.Path(__file__).resolve().parents[1] / "data" / "parts"
 BOX = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], dtype=float)
 FACES = np.array([[0, 2, 1], [0, 3, 2], [4, 5, 6], [4, 6, 7], [0, 1, 5], [0, 5, 4], [1, 2, 6], [1, 6, 5], [2, 3, 7], [2, 7, 6], [3, 0, 4], [3, 4, 7]])
-HAS_OPEN3D = interpreter.importlib.util.find_spec("open3d") is not None
-needs_open3d = pytest.mark.skipif(not HAS_OPEN3D, reason="no open3d: " + surface.OPEN3D)
+pytestmark = pytest.mark.skipif(interpreter.importlib.util.find_spec("open3d") is None, reason="no open3d: " + surface.OPEN3D)
 
 
 def box(shift=0.0, size=1.0):
     """Triangles (T,3,3) of a cube."""
     return size * BOX[FACES] + shift
+
+
+def cube_of(soup):
+    return surface.closed_surface(mesh(soup), "cube")
 
 
 def mesh(soup):
@@ -28,51 +31,45 @@ def ascii_stl(soup):
     return f"solid a\n{facets}endsolid a\n"
 
 
-@needs_open3d
-@pytest.mark.parametrize("change", [None, lambda raw: b"solid box".ljust(80) + raw[80:], lambda raw: ascii_stl(box()).encode(),
-                                    lambda raw: ascii_stl(box()).replace("\n", "\r\n").encode()])
-def test_files_are_read(tmp_path, change):
+TEXT = ascii_stl(box())
+
+
+@pytest.mark.parametrize("raw", [None, b"solid box", TEXT.encode(), TEXT.replace("\n", "\r\n").encode()])
+def test_files_are_read(tmp_path, raw):
     """Binary, also where it begins as text; text, also with the lines of Windows."""
     path = tmp_path / "box.stl"
     surface.write_mesh(path, mesh(box()))
-    path.write_bytes(change(path.read_bytes()) if change else path.read_bytes())
+    if raw:
+        path.write_bytes(raw.ljust(80) + path.read_bytes()[80:] if raw == b"solid box" else raw)
     read = surface.closed_surface(surface.read_mesh(path), "box")
     assert read.volume() == pytest.approx(1.0, rel=1e-6) and len(read.triangles) == 12 and len(read.corners) == 8
 
 
-@needs_open3d
-@pytest.mark.parametrize("raw", [b"", b"\x00" * 84, b"solid a\nendsolid a\n", b"<html>not found</html>" * 10, b"cut",
-                                 ascii_stl(box()).replace("vertex 1", "vertex nan", 1).encode(), b"solid a\nfacet normal 0 0 1\nouter loop\nvertex 1 2 3\nvertex 4 5\n"])
+@pytest.mark.parametrize("raw", [b"", b"\x00" * 84, b"solid a\nendsolid a\n", b"<html>not found</html>" * 10, TEXT.replace("vertex 1", "vertex nan", 1).encode(),
+                                 b"solid a\nfacet normal 0 0 1\nouter loop\nvertex 1 2 3\nvertex 4 5\n"])
 def test_what_is_no_part(tmp_path, raw):
-    path = tmp_path / "a.stl"
-    surface.write_mesh(path, mesh(box()))
-    path.write_bytes(path.read_bytes()[:-7] if raw == b"cut" else raw)
+    (tmp_path / "a.stl").write_bytes(raw)
     with pytest.raises(ValueError, match="a.stl holds no triangles, or is damaged: export the part as binary STL again"):
-        surface.read_mesh(path)
-    with pytest.raises(OSError):
-        surface.read_mesh(tmp_path / "absent.stl")
+        surface.read_mesh(tmp_path / "a.stl")
 
 
-@needs_open3d
-@pytest.mark.parametrize("away, kept", [(1e3, True), (1e4, True), (1e5, False), (1e8, False)])
+@pytest.mark.parametrize("away, kept", [(1e4, True), (1e5, False)])
 def test_part_far_from_the_origin(tmp_path, away, kept):
     """A box of 1: kept to a thousandth, or refused."""
     surface.write_mesh(tmp_path / "box.stl", mesh(box() + away))
     if kept:
         assert np.ptp(np.asarray(surface.read_mesh(tmp_path / "box.stl").vertices), axis=0) == pytest.approx(1.0, rel=2e-3)
     else:
-        with pytest.raises(ValueError, match="from the origin of the file, where 7 digits round coordinates"):
+        with pytest.raises(ValueError, match="from the origin of the file, where 7 digits round coordinates .* move the part to the origin"):
             surface.read_mesh(tmp_path / "box.stl")
 
 
 SPIKE = np.array([[BOX[a], BOX[b], [0.6, 0.3, -0.5]] for a, b in ((4, 5), (5, 6), (6, 7), (7, 4))])  # of the top, through the bottom
 
 
-@needs_open3d
 @pytest.mark.parametrize("soup, message", [
     (box()[1:], "is open: 3 edges belong to one triangle only, one at .*; close the holes"),
     (np.concatenate([box(), box(3.0)]), "has 2 separate shells: export one part"),
-    (np.concatenate([box(), box(0.25, 0.5)[:, ::-1]]), "has 2 separate shells"),
     (np.concatenate([box(), box() + [1.0, 1.0, 0.0]]), "1 edges belong to more than two triangles"),
     *((np.concatenate([box(), copy]), "has its surface twice: 24 triangles, of which 12 differ; delete the copy") for copy in (box(), box()[::-1, [1, 2, 0]])),
     (np.ones((4, 3, 3)), "the triangles have no area"), (np.concatenate([BOX[np.delete(FACES, [2, 3], axis=0)], SPIKE]), "crosses itself, near .*; unite its pieces"),
@@ -82,63 +79,48 @@ def test_faults_of_a_surface(soup, message):
         surface.closed_surface(mesh(soup), "part.stl")
 
 
-@needs_open3d
 def test_normals_are_made_to_point_outwards():
     for soup in (box(), box()[:, ::-1], np.concatenate([box()[:1, ::-1], box()[1:]])):
-        cube = surface.closed_surface(mesh(soup), "cube")
+        cube = cube_of(soup)
         middle = cube.corners[cube.triangles].mean(axis=1) - 0.5
         assert cube.volume() == pytest.approx(1.0) and (np.einsum("ij,ij->i", cube.normals, middle) > 0.1).all()
 
 
-def part(name, axis):
-    return surface.closed_surface(surface.read_mesh(PARTS / name), name).placed(axis, 1e-3)
-
-
-@needs_open3d
 def test_what_a_surface_encloses():
     """The parts: a polygon of 32 corners is turned, a hole of as many is cut. Control: the sections differ."""
-    bone, polygon = part("dog_bone.stl", "z"), 0.5 * 32 * np.sin(2 * np.pi / 32)
+    parts = {axis: surface.closed_surface(surface.read_mesh(PARTS / name), name).placed(axis, 1e-3)
+             for axis, name in (("z", "dog_bone.stl"), ("x", "plate_with_hole.stl"))}
+    bone, plate, polygon = parts["z"], parts["x"], 0.5 * 32 * np.sin(2 * np.pi / 32)
     assert bone.section_area(0.5 * bone.extents[0]) == pytest.approx(polygon * 0.004**2, rel=1e-6)
     assert bone.section_area(0.002) == pytest.approx(polygon * 0.006**2, rel=1e-6)
-    middles = (np.arange(4000) + 0.5) / 4000 * bone.extents[0]
-    assert bone.volume() == pytest.approx(np.mean([bone.section_area(x) for x in middles[::8]]) * bone.extents[0], rel=1e-3)
-    plate = part("plate_with_hole.stl", "x")
+    middles = (np.arange(500) + 0.5) / 500 * bone.extents[0]
+    assert bone.volume() == pytest.approx(np.mean([bone.section_area(x) for x in middles]) * bone.extents[0], rel=1e-3)
     assert plate.extents == pytest.approx([0.06, 0.024, 0.008], rel=1e-6)
     assert plate.section_area(0.03) == pytest.approx(8e-3 * (0.024 - 2 * 0.005), rel=0.01) and plate.section_area(0.01) == pytest.approx(1.92e-4, rel=1e-6)
 
 
-@needs_open3d
 @pytest.mark.parametrize("axis, order", [("x", (0, 1, 2)), ("y", (1, 2, 0)), ("z", (2, 0, 1))])
 def test_axis_becomes_x_by_a_rotation(axis, order):
-    placed = surface.closed_surface(mesh(box() * [1.0, 2.0, 3.0] + 5.0), "box").placed(axis, 1e-3)
+    placed = cube_of(box() * [1.0, 2.0, 3.0] + 5.0).placed(axis, 1e-3)
     assert placed.extents == pytest.approx(1e-3 * np.array([1.0, 2.0, 3.0])[list(order)]) and placed.volume() == pytest.approx(6e-9)
     assert placed.low[0] == 0.0 and placed.low[1:] == pytest.approx(-0.5 * placed.extents[1:])
 
 
-@needs_open3d
 def test_depth_within_a_cube_and_outside():
     """Signed distance in closed form, next to faces, edges and corners too."""
     random = np.random.default_rng(1)
     x = np.concatenate([random.random((4000, 3)) * 1.6 - 0.3, 1.0 + 0.2 * random.random((500, 3)), np.round(random.random((500, 3))) + 0.1 * random.standard_normal((500, 3))])
     outward = np.maximum(np.maximum(-x, x - 1.0), 0.0)
     expected = np.where((outward > 0.0).any(axis=1), -np.linalg.norm(outward, axis=1), np.min(np.minimum(x, 1.0 - x), axis=1))
-    cube = surface.closed_surface(mesh(box()), "cube")
+    cube = cube_of(box())
     assert cube.depth(x) == pytest.approx(expected, abs=1e-6)
     assert cube.thickness(random) == pytest.approx(1.0, abs=0.05)
 
 
-@needs_open3d
 def test_points_are_spread_evenly():
     random = np.random.default_rng(2)
-    cube = surface.closed_surface(mesh(box()), "cube")
+    cube = cube_of(box())
     points = cube.spread_points(0.05, random)
     tree = surface.cKDTree(points)
     assert tree.query(points, 2)[0][:, 1].min() >= 0.05
     assert tree.query(cube.scattered(20000, random)[0])[0].max() < 0.075
-
-
-def test_who_has_no_open3d_is_told_how_to_get_it(monkeypatch):
-    monkeypatch.setattr(interpreter, "candidates", lambda *_: [])
-    monkeypatch.setattr(interpreter.importlib.util, "find_spec", lambda name: None if name == "open3d" else object())
-    with pytest.raises(SystemExit, match=r"has no open3d: apt-get install python3-open3d \(Debian\), or pip install open3d, or give one: PYTHON="):
-        surface.open3d_module()

@@ -5,9 +5,9 @@ import base64
 import os
 import pathlib
 import re
-import subprocess
 import xml.etree.ElementTree as ElementTree
 
+import inputs
 import matplotlib.image
 import numpy as np
 import pytest
@@ -25,17 +25,15 @@ def show(*words):
     return call(tool.main, *words)
 
 
-def text_of(names, rows, step=0, head=""):
-    """A snapshot as LAMMPS writes it."""
-    lines = [*head.splitlines(), "ITEM: TIMESTEP", str(step), "ITEM: NUMBER OF ATOMS", str(len(rows)), "ITEM: BOX BOUNDS ss ss ss", *3 * ["-1 1"],
-             f"ITEM: ATOMS {names}", *(" ".join(f"{value:.9g}" for value in row) for row in rows)]
-    return "\n".join(lines) + "\n"
-
-
 def some_spheres(count=20, seed=1):
     """Rows x y z radius, apart from each other, sizes of 1 to 2 mm in a body of 4 cm."""
     random = np.random.default_rng(seed)
     return np.column_stack([random.uniform(-0.02, 0.02, (count, 3)), random.uniform(1e-3, 2e-3, count)])
+
+
+@pytest.fixture(autouse=True)
+def own_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
 
 
 @pytest.fixture
@@ -43,7 +41,7 @@ def one(tmp_path):
     """A dump of one snapshot, IDs not in order."""
     rows = [(20 - k, *row, k / 20) for k, row in enumerate(some_spheres())]
     path = tmp_path / "one.dump"
-    path.write_text(text_of("id x y z radius share_second", rows), encoding="utf-8")
+    path.write_text(inputs.snapshot("id x y z radius share_second", rows), encoding="utf-8")
     return path
 
 
@@ -73,8 +71,8 @@ def blob(picture, color):
 
 
 # To the right and up in each view, for a body whose axis is x.
-SIDES = {"front": ("x", "z"), "back": ("-x", "z"), "right": ("y", "z"), "left": ("-y", "z"), "top": ("x", "y"), "bottom": ("x", "-y")}
-PLACES = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1), "-x": (-1, 0, 0), "-y": (0, -1, 0)}
+PLANES = {"front": ((1, 0, 0), (0, 0, 1)), "back": ((-1, 0, 0), (0, 0, 1)), "right": ((0, 1, 0), (0, 0, 1)), "left": ((0, -1, 0), (0, 0, 1)),
+          "top": ((1, 0, 0), (0, 1, 0)), "bottom": ((1, 0, 0), (0, -1, 0))}
 THREE = np.array([[0.3, 0.1, 0.2], [-0.4, -0.3, 0.1], [0.1, 0.4, -0.5]]), np.array([0.05, 0.08, 0.1])
 
 
@@ -85,9 +83,8 @@ def test_spheres_are_where_the_projection_puts_them(unit, shift):
     area within 3 percent; whatever the unit of length, and wherever the body is."""
     x, radius = unit * (THREE[0] + shift), unit * THREE[1]
     a, b = np.radians((65.0, -60.0))
-    slanted = np.array([[-np.sin(b), np.cos(b), 0], [-np.cos(a) * np.cos(b), -np.cos(a) * np.sin(b), np.sin(a)]])
-    flat = {name: np.array([PLACES[side] for side in sides], dtype=float) for name, sides in SIDES.items()}
-    flat["iso"] = slanted
+    flat = {**{name: np.array(plane, dtype=float) for name, plane in PLANES.items()},
+            "iso": np.array([[-np.sin(b), np.cos(b), 0], [-np.cos(a) * np.cos(b), -np.cos(a) * np.sin(b), np.sin(a)]])}
     views = [spheres.VIEWS[name] for name in flat]
     cameras = spheres.cameras([spheres.extents(x, radius, *angles) for angles in views], views, 400)
     drawn = spheres.draw(x, radius, np.array([0.0, 0.5, 1.0]), shades(RED, GREEN, BLUE), cameras)
@@ -100,18 +97,8 @@ def test_spheres_are_where_the_projection_puts_them(unit, shift):
         assert found[:, 2] == pytest.approx(np.pi * (radius / camera.per_pixel) ** 2, rel=0.03), name
 
 
-def test_the_nearer_sphere_hides_the_other():
-    x, radius = np.array([[0.0, -1.0, 0.0], [0.0, 1.0, 0.0]]), np.array([0.5, 0.5])
-    views = [spheres.VIEWS[name] for name in ("front", "back")]
-    cameras = spheres.cameras([spheres.extents(x, radius, *angles) for angles in views], views, 200)
-    front, back = spheres.draw(x, radius, np.array([0.0, 1.0]), shades(RED, BLUE), cameras)
-    for picture, color, other in ((front, 0, 2), (back, 2, 0)):
-        hue = picture[:, :, color].astype(int) - picture[:, :, other]
-        assert np.sum(hue > 20) > 20000 and not np.any(hue < -20)
-
-
 def test_a_long_rod_is_whole_from_its_end():
-    """The camera of LAMMPS would stand inside of it."""
+    """The camera of LAMMPS would stand inside of it. The last sphere hides all others."""
     x = np.array([[k, 0.0, 0.1 * (k == 100)] for k in range(101)])
     radius = np.full(101, 0.5)
     angles = spheres.VIEWS["right"]
@@ -132,63 +119,35 @@ def test_scale_bar_and_pictures_of_a_figure():
     assert scale.extend == "max"
 
 
-@pytest.mark.parametrize("length, units, text", [(0.02, "si", "20 mm"), (5e-6, "si", "5 \u00b5m"), (2e3, "si", "2 km"),
-                                                 (2.0, "lj", "2 length units (lj)")])
-def test_text_of_lengths(length, units, text):
-    assert view_figure.length_text(length, units) == text
+@pytest.mark.parametrize("found, text", [
+    *((view_figure.length_text(length, units), text) for length, units, text in
+      ((0.02, "si", "20 mm"), (5e-6, "si", "5 \u00b5m"), (2e3, "si", "2 km"), (2.0, "lj", "2 length units (lj)"))),
+    *((view_figure.time_text(time), text) for time, text in ((0.0, "0 s"), (3.7e-5, "37 \u00b5s"), (1e-3, "1 ms"), (2.5, "2.5 s"), (1e-12, "0.001 ns"))),
+    *((view_figure.time_text(time, 3e-3), text) for time, text in ((0.0, "0 ms"), (9e-4, "0.9 ms"))),  # of a series: in one unit
+    *((dump.word(f"c_pairs[{k}]"), text) for k, text in enumerate(("bonds", "share_second", "share_lost", "new_pairs", "c_pairs[5]"), 1)),
+    (dump.described("plastic_work").label(), "plastic work of each sphere [J]"), (dump.described("plastic_work", "lj").label(), "plastic work of each sphere"),
+    (dump.described("mine").label(), "mine")])
+def test_numbers_and_columns_have_words_and_units(found, text):
+    assert found == text
 
 
-def test_single_spheres_do_not_stretch_the_colors():
+def test_limits_of_the_colors():
+    """Without single spheres that would stretch them; the same on both sides of zero."""
     values = np.append(np.linspace(0.0, 2.0, 999), 250.0)
     shown = view_figure.bulk(values)
     assert 1.9 < shown[1] < 2.0 and view_figure.note_of_outer((0.0, 250.0), (0.0, shown[1]), "%") == "highest 250 %"
     assert view_figure.bulk(values[:-1]) == (0.0, 2.0) and view_figure.note_of_outer((0.0, 2.0), (0.0, 2.0)) == ""
     assert view_figure.bulk(np.append(np.zeros(999), 1.0)) == (0.0, 1.0), "what is all the same leaves no bar"
-
-
-def test_label_of_the_bar_fits_a_flat_picture():
-    """Wrapped, so that all of it lies within the figure."""
-    scale = view_figure.ColorScale(0.0, 100.0, (0.0, 100.0), "bonds in the second regime [% of each sphere's]\nhighest 100")
-    figure = view_figure.compose([[np.zeros((60, 900, 3), dtype=np.uint8)]], [""], [""], 1e-4, "si", scale)
-    figure.canvas.draw()
-    label = figure.axes[-1].yaxis.label
-    box, page = label.get_window_extent(), figure.bbox
-    assert label.get_text().count("\n") == 2
-    assert page.x0 <= box.x0 and box.x1 <= page.x1 and page.y0 <= box.y0 and box.y1 <= page.y1
-
-
-def test_times_are_given_with_a_prefix():
-    assert [view_figure.time_text(t) for t in (0.0, 3.7e-5, 1e-3, 2.5, 1e-12)] == ["0 s", "37 \u00b5s", "1 ms", "2.5 s", "0.001 ns"]
-    assert [view_figure.time_text(t, 3e-3) for t in (0.0, 9e-4, 3e-3)] == ["0 ms", "0.9 ms", "3 ms"], "of a series: in one unit"
-
-
-def test_a_small_picture_is_in_the_middle_of_its_figure():
-    """As much white above it, below the title, as between it and the scale bar; the page is no smaller than before."""
-    pixels = view_figure.to_pixels(view_figure.compose([[np.full((60, 100, 3), 90, dtype=np.uint8)]], [""], [""], 1e-4, "si"))
-    rows, cols = np.nonzero(np.all(pixels == 90, axis=2)[: -view_figure._FOOT])
-    assert pixels.shape == (260, 320, 3) and (cols.min(), 319 - cols.max()) == (110, 110)
-    assert abs((rows.min() - view_figure._GAP // 2) - (260 - view_figure._FOOT - 1 - rows.max())) <= 1
-
-
-def test_limits_of_the_colors():
     assert view_figure.limits(0.1, 3.0) == (0.1, 3.0) and view_figure.limits(-1.0, 3.0) == (-3.0, 3.0)
     assert view_figure.ColorScale(2.0, 2.0, (2.0, 2.0)).share(np.array([2.0])) == [0.5], "all values the same"
     assert np.array_equal(view_figure.ColorScale(0, 4, (0, 8)).share(np.array([-1.0, 2.0, 8.0])), [0.0, 0.5, 1.0])
-
-
-def test_columns_have_words_and_units():
-    assert [dump.word(f"c_pairs[{k}]") for k in (1, 2, 3, 4, 5)] == ["bonds", "share_second", "share_lost", "new_pairs", "c_pairs[5]"]
-    assert dump.word("c_stress[1]") == "c_stress[1]" and dump.described("mine").label() == "mine"
-    assert dump.described("plastic_work").label() == "plastic work of each sphere [J]"
-    assert dump.described("plastic_work", "lj").label() == "plastic work of each sphere"
-    assert dump.described("share_second", "lj").factor == 100.0
 
 
 # ---- the command ----
 
 
 def test_picture_of_a_dump(one, tmp_path):
-    """A column colors; what is cut is gone."""
+    """A column colors; what is cut is gone; rows are sorted by ID, and radius and value of each sphere are those of its row."""
     pictures = {}
     for name, words in (("plain", ()), ("cut", ("--cut", "x>0")), ("colored", ("--color", "share_second"))):
         done = show(one, "--view", "front", "--pixels", 300, "--out", tmp_path / f"{name}.png", *words)
@@ -197,63 +156,54 @@ def test_picture_of_a_dump(one, tmp_path):
     hues = {name: len(np.unique((picture[picture.std(axis=2) > 0.1] * 8).astype(int), axis=0)) for name, picture in pictures.items()}
     assert hues["colored"] > 3 * hues["plain"]
     assert pictures["cut"].shape != pictures["plain"].shape, "what is left fills the picture"
-    x = some_spheres()
-    snapshot = dump.index([one])[0]
-    kept = view_scene.spheres_of(snapshot, cuts=[[view_scene.condition("x>0"), view_scene.condition("z>0")], [view_scene.condition("x<-0.01")]])
-    assert len(kept.x) == np.sum(~((x[:, 0] > 0) & (x[:, 2] > 0)) & (x[:, 0] >= -0.01)) < 20
+    expected = some_spheres()[::-1]
+    x, z, values = expected[:, 0], expected[:, 2], np.arange(19, -1, -1) / 20
+    cuts = [[view_scene.condition(text) for text in group] for group in (("x>0", "z>0"), ("x<-0.01",))]
+    for groups, kept in (((), x < 1), (cuts, ~((x > 0) & (z > 0)) & (x >= -0.01))):
+        found = view_scene.spheres_of(dump.index([one])[0], "share_second", groups)
+        assert found.x == pytest.approx(expected[kept, :3], rel=1e-8) and found.radius == pytest.approx(expected[kept, 3], rel=1e-8)
+        assert found.values == pytest.approx(values[kept])
 
 
 @pytest.mark.parametrize("thin", range(3))
-def test_a_hole_through_a_plate_is_seen(tmp_path, thin):
-    """Without --view: white in the middle of the picture, whichever way the plate lies; not so from its edge."""
-    a, b, c = (grid.ravel() for grid in np.meshgrid(*(np.arange(n) - 0.5 * (n - 1) for n in (24, 24, 6)), indexing="ij"))
-    x = np.column_stack([a, b, c])[a**2 + b**2 > 36.0]
-    x = np.insert(x[:, :2], thin, x[:, 2], axis=1)
-    path, out = tmp_path / "plate.dump", tmp_path / "plate.png"
-    path.write_text(text_of("id x y z radius", [(k + 1, *place, 0.75) for k, place in enumerate(x)]), encoding="utf-8")
-    seen = {}
-    for view in ((), ("--view", ("front", "right", "right")[thin])):
-        done = show(path, "--pixels", 300, "--units", "lj", "--out", out, *view)
-        assert done.returncode == 0, done.stderr
-        picture = matplotlib.image.imread(out)[: -view_figure._FOOT, :, :3].min(axis=2) > 0.99
-        rows, cols = np.nonzero(~picture)
-        middle = picture[(rows.min() + rows.max()) // 2, (cols.min() + cols.max()) // 2]
-        seen[view] = bool(middle)
-    assert list(seen.values()) == [True, False]
+def test_a_hole_through_a_plate_is_seen(thin):
+    """Without --view, whichever way the plate lies: a line of sight through the middle of a hole of radius 6 stays in it to both faces."""
+    half = np.insert([12.0, 12.0], thin, 3.0)
+    x = half * (2.0 * np.indices((2, 2, 2)).reshape(3, 8).T - 1.0)
+    theta, phi = np.radians(tool.view_angles(tool.slanted(x, np.full(8, 0.75))))
+    sight = np.array([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
+    aside = 3.75 * np.linalg.norm(np.delete(sight, thin)) / abs(sight[thin])
+    assert 1.0 < aside < 6.0 - 0.75, "slanted, but not too much"
 
 
-@pytest.mark.parametrize("strain, stress, title", [
-    ([0.0, 0.01, 0.02], [0.0, 1e8, 2e8], "strain 2 %"), ([0.0, 0.02, 0.0131], [0.0, 2e8, 1e5], "strain 1.31 %, released"),
-    ([0.0, 0.02, 0.019], [0.0, 2e8, 1e8], "strain 1.9 %"), (None, None, "step 39510")])
-def test_title_of_the_state_at_the_end(tmp_path, strain, stress, title):
-    """By the curve that the deck wrote beside it."""
-    path = tmp_path / "pull_state.dump"
-    path.write_text(text_of("id x y z radius", [(1, 0, 0, 0, 0.5)], 39510), encoding="utf-8")
-    if strain:
-        rows = "".join(f"{a},{b},{b}\n" for a, b in zip(strain, stress))
-        (tmp_path / "pull.csv").write_text("strain,stress_grip,stress_virial\n" + rows, encoding="utf-8")
-    assert tool.when_of(dump.index([path])[0]) == title
+EACH = np.linspace(0, 1, 20)
+CURVE = "strain,stress_grip,stress_virial\n0,0,0\n0.02,2e8,2e8\n{0},{1},{1}\n"
 
 
-def test_values_stay_with_their_spheres(one):
-    """Rows are sorted by ID; radius and value of each sphere are those of its row."""
-    found = view_scene.spheres_of(dump.index([one])[0], "share_second")
-    expected = some_spheres()[::-1]
-    assert found.x == pytest.approx(expected[:, :3], rel=1e-8) and found.radius == pytest.approx(expected[:, 3], rel=1e-8)
-    assert found.values == pytest.approx(np.arange(19, -1, -1) / 20)
+@pytest.mark.parametrize("name, values, head, curve, titles", [
+    ("strain", (0.0, -0.0123), "", None, ["strain 0 %", "strain -1.23 %"]), ("strain", (1e-12, 0.5), "", None, ["strain 0 %", "strain 50 %"]),
+    ("angle", (0.002, 0.1), "", None, ["angle 0.002 rad", "angle 0.1 rad"]), ("length", (0.1, 0.2), "ITEM: TIME\n0.25", None, ["0.25 time units"] * 2),
+    ("strain", (EACH, EACH), "ITEM: TIME\n0.25", None, ["0.25 time units"] * 2), ("length", (0.1,), "", None, ["step 7"]),
+    *(("length", (0.1,), "", end, [title]) for end, title in
+      (((0.03, 3e8), "strain 3 %"), ((0.0131, 1e5), "strain 1.31 %, released"), ((0.019, 1e8), "strain 1.9 %")))])
+def test_titles_of_snapshots(tmp_path, name, values, head, curve, titles):
+    """By the load of the body, not by a column that each atom has a value of its own in; by the end of the curve that the deck wrote beside it."""
+    rows = [[(k + 1, *row, value if np.isscalar(value) else value[k]) for k, row in enumerate(some_spheres())] for value in values]
+    text = "".join(inputs.snapshot(f"id x y z radius {name}", table, 7, head) for table in rows)
+    (tmp_path / "pull_state.dump").write_text(text, encoding="utf-8")
+    if curve:
+        (tmp_path / "pull.csv").write_text(CURVE.format(*curve), encoding="utf-8")
+    series = dump.index([tmp_path / "pull_state.dump"])
+    assert tool.names_of(series, series) == titles
 
 
 def test_picture_of_a_data_file(tmp_path):
-    """The body before any run: its spheres as in a dump of them."""
-    out = tmp_path / "body.png"
-    made = show(BODY, "--pixels", 120, "--out", out)
-    assert made.returncode == 0 and out.stat().st_size > 0, made.stderr
+    """The body before any run, beside another."""
+    made = show(BODY, BODY, "--pixels", 120, "--out", tmp_path / "body.png")
+    assert made.returncode == 0 and (tmp_path / "body.png").is_file(), made.stderr
     own, read = specimen.read_data(BODY), view_scene.spheres_of(dump.index([BODY])[0])
     assert np.array_equal(read.x, own.x) and np.array_equal(read.radius, own.radius)
     assert tool.when_of(dump.index([BODY])[0]) == "500 spheres"
-    (tmp_path / "cut.data").write_text("\n".join(BODY.read_text(encoding="utf-8").splitlines()[:300]), encoding="utf-8")
-    refused = show(tmp_path / "cut.data", "--out", tmp_path / "cut.png")
-    assert refused.returncode == 1 and "does not hold the 500 atoms of the header" in refused.stderr and not (tmp_path / "cut.png").exists()
 
 
 def test_frames_of_a_run(pulled, tmp_path):
@@ -261,6 +211,8 @@ def test_frames_of_a_run(pulled, tmp_path):
     series = dump.index([pulled / "pull_frames.dump"])
     assert [s.time for s in series] == pytest.approx(5e-5 * np.arange(6) / 5, abs=1e-7)
     assert all(s.names == tuple(WORDS.split()) and s.units == "si" and s.count == 500 for s in series)
+    assert tool.names_of(series, series) == [f"strain {k / 10:g} %" for k in range(6)]
+    assert tool.names_of(series[:1], [*dump.index([BODY]), *series]) == ["pull_frames, strain 0 %"], "of several files"
     assert [s.time for s in view_scene.evenly(series, 3)] == [series[k].time for k in (0, 2, 5)] and view_scene.evenly(series, 1) == series[-1:]
     for words in (("--strip", 3), ("--frames", "all", "--view", "front", "right", "--cut", "y<0")):
         done = show(pulled / "pull_frames.dump", "--color", "share_second", *words, "--pixels", 120, "--out", tmp_path / "strip.png")
@@ -296,26 +248,10 @@ def test_film_by_ffmpeg(one, tmp_path, monkeypatch):
     assert "ffmpeg failed: no such codec" in refused(tmp_path, one, "--film", tmp_path / "other.mkv", "--pixels", 150)
 
 
-def test_frames_of_a_way_there_and_back(tmp_path):
-    """A quasi-static deck takes frames.lmp in after each increment."""
-    variables = {"specimen": BODY, "strain": -0.002, "lower": 0.001, "cycles": 1, "increment": 0.0005, "out": "back", "also": run.DECKS / "frames.lmp", "frames": 5}
-    run.output_of(run.deck_command(run.DECKS / "in.quasistatic", variables), tmp_path, "in.quasistatic")
-    series = dump.index([tmp_path / "back_frames.dump"])
-    assert [s.common("strain") for s in series] == pytest.approx([0, -0.001, -0.002, -0.001, 0, 0.001], abs=2e-5)
-
-
-def test_several_dumps_are_beside_each_other(pulled, one, tmp_path):
-    done = show(pulled / "pull_frames.dump", one, "--out", tmp_path / "two.png", "--pixels", 200)
-    assert done.returncode == 0, done.stderr
-    single = show(one, "--out", tmp_path / "one.png", "--pixels", 200)
-    assert single.returncode == 0 and matplotlib.image.imread(tmp_path / "two.png").shape[1] > matplotlib.image.imread(tmp_path / "one.png").shape[1]
-    assert tool.names_of(dump.index([one]), dump.index([pulled / "pull_frames.dump", one])) == ["one, step 0"]
-
-
 def test_dumps_without_radius_and_in_other_units(tmp_path):
     rows = [(k + 1, *row[:3]) for k, row in enumerate(some_spheres())]
     path = tmp_path / "lj.dump"
-    path.write_text(text_of("id xu yu zu", rows, head="ITEM: UNITS\nlj") + text_of("id xu yu zu", rows, step=5), encoding="utf-8")
+    path.write_text(inputs.snapshot("id xu yu zu", rows, head="ITEM: UNITS\nlj") + inputs.snapshot("id xu yu zu", rows, step=5), encoding="utf-8")
     assert [s.units for s in dump.index([path])] == ["lj", "lj"], "LAMMPS writes them once"
     assert show(path, "--radius", 0.002, "--out", tmp_path / "lj.png", "--pixels", 200).returncode == 0
     snapshot = dump.index([path])[1]
@@ -361,8 +297,8 @@ def test_vtk_holds_the_numbers_of_the_dump(pulled, tmp_path):
 
 
 def test_vectors_and_names_in_vtk(tmp_path):
-    names = "id x y z radius vx vy vz c_stress[1]"
-    (tmp_path / "v.dump").write_text(text_of(names, [(2, 0, 0, 1, 0.5, 1, 2, 3, 7), (1, 1, 0, 0, 0.5, 4, 5, 6, 8)]), encoding="utf-8")
+    text = inputs.snapshot("id x y z radius vx vy vz c_stress[1]", [(2, 0, 0, 1, 0.5, 1, 2, 3, 7), (1, 1, 0, 0, 0.5, 4, 5, 6, 8)])
+    (tmp_path / "v.dump").write_text(text, encoding="utf-8")
     assert show(tmp_path / "v.dump", "--vtk", tmp_path / "v.vtu").returncode == 0
     _, arrays = read_vtu(tmp_path / "v_0.vtu")
     assert np.array_equal(arrays["velocity"], [[4, 5, 6], [1, 2, 3]]) and np.array_equal(arrays["c_stress_1"], [8, 7])
@@ -385,22 +321,22 @@ def test_frames_are_read_by_another_library(pulled):
 # ---- misuse ----
 
 ROWS = "id x y z radius"
-GOOD = text_of(ROWS, [(1, 0, 0, 0, 0.5), (2, 1, 0, 0, 0.5)])
+GOOD = inputs.snapshot(ROWS, [(1, 0, 0, 0, 0.5), (2, 1, 0, 0, 0.5)])
 BAD_DUMPS = {
     "empty": ("", "is empty: no snapshot has been written"),
     "binary": ("ITEM:\0\1\2", "is no text dump of LAMMPS"),
     "other": ("strain,stress\n0,0\n", "is no text dump of LAMMPS: its first line is not 'ITEM: ...'"),
     "cut in a row": (GOOD + GOOD[:-8], "ends in the middle of a snapshot, after that of step 0.*--unfinished"),
-    "cut in the head": (GOOD + "ITEM: TIMESTEP\n9\nITEM: NUMB", "ends in the middle of a snapshot, after that of step 0"),
     "cut in the bounds": (GOOD + "ITEM: TIMESTEP\n9\nITEM: NUMBER OF ATOMS\n2\nITEM: BOX BOUNDS ss ss ss\n0 1\n0", "ends in the middle"),
     "cut at once": (GOOD[:-8], "ends before its first whole snapshot"),
     "rows missing": (GOOD.replace("ATOMS\n2", "ATOMS\n3") + GOOD, "is no dump of LAMMPS|ends"),
     "pairs": (GOOD.replace("NUMBER OF ATOMS", "NUMBER OF ENTRIES").replace("ITEM: ATOMS", "ITEM: ENTRIES"), r"dump of pairs \(dump local\)"),
     "short row": (GOOD.replace("2 1 0 0 0.5", "2 1 0 0"), "a row has not 5 words"),
     "no count": ("ITEM: TIMESTEP\n0\nITEM: ATOMS id x\n", "lacks TIMESTEP, NUMBER OF ATOMS"),
-    "no atoms": (text_of(ROWS, []), "has no atoms"),
-    "no radius": (text_of("id x y z mass", [(1, 0, 0, 0, 1)]), "has no column radius; it has id x y z mass: add radius .* --radius"),
-    "no place": (text_of("id xs ys zs radius", [(1, 0, 0, 0, 1)]), "has no column x; it has id xs ys zs radius"),
+    "data file": ("\n".join(BODY.read_text(encoding="utf-8").splitlines()[:300]), "does not hold the 500 atoms of the header"),
+    "no atoms": (inputs.snapshot(ROWS, []), "has no atoms"),
+    "no radius": (inputs.snapshot("id x y z mass", [(1, 0, 0, 0, 1)]), "has no column radius; it has id x y z mass: add radius .* --radius"),
+    "no place": (inputs.snapshot("id xs ys zs radius", [(1, 0, 0, 0, 1)]), "has no column x; it has id xs ys zs radius"),
     "not finite": (GOOD.replace("2 1 0", "2 nan 0"), "position or radius that is not finite"),
     "no size": (GOOD.replace("0 0.5", "0 0"), "radius that is not positive: 0"),
 }
@@ -417,8 +353,7 @@ def refused(folder, *words):
 
 @pytest.mark.parametrize("name", BAD_DUMPS)
 @pytest.mark.parametrize("output", [("--out", "a.png"), ("--vtk", "a"), ("--film", "a.gif")], ids=lambda words: words[0])
-def test_bad_dumps_are_refused_by_name(tmp_path, monkeypatch, name, output):
-    monkeypatch.chdir(tmp_path)
+def test_bad_dumps_are_refused_by_name(tmp_path, name, output):
     text, rule = BAD_DUMPS[name]
     (tmp_path / "bad.dump").write_text(text, encoding="utf-8")
     (tmp_path / "good.dump").write_text(GOOD, encoding="utf-8")
@@ -427,48 +362,40 @@ def test_bad_dumps_are_refused_by_name(tmp_path, monkeypatch, name, output):
 
 
 BAD_CHOICES = {
-    ("--color", "heat"): "one.dump, step 0 has no column heat; it has id x y z radius share_second",
-    ("--color", "plastic_strain"): "has no column plastic_strain; it has id x y z radius share_second; to write it: 'compute state all evp/state/atom "
+    "--color heat": "one.dump, step 0 has no column heat; it has id x y z radius share_second",
+    "--color plastic_strain": "has no column plastic_strain; it has id x y z radius share_second; to write it: 'compute state all evp/state/atom "
     "plastic_strain', c_state[5] among the columns of the dump command, and 'dump_modify ID colname c_state[5] plastic_strain'",
-    ("--cut", "share_lost>0"): "'compute state all evp/state/atom', c_state[3] among",
-    ("--cut", "w>0"): "one.dump, step 0 has no column w; it has",
-    ("--cut", "y=0"): "--cut 'y=0' is no condition: give COLUMN>NUMBER or COLUMN<NUMBER",
-    ("--cut", "y>-9"): "--cut leaves no sphere",
-    ("--view", "above"): "--view above: give iso front back right left top bottom, or THETA,PHI",
-    ("--view", "190,0"): "--view 190,0: give",
-    ("--frames", "0"): "--frames 0: give all, last, or a positive number",
-    ("--frames", "few"): "--frames few: give",
-    ("--range", "1", "0", "--color", "share_second"): "--range 1 0: the first must be less",
-    ("--range", "0", "1"): "--range needs --color",
-    ("--out", "one.dump"): "--out one.dump: the name of a picture ends in .png",
-    ("--film", "one.avi"): "--film one.avi: the name of a film ends in .gif",
-    ("--pixels", "9"): "--pixels 9: give 100 to 6000",
-    ("--radius", "0"): "--radius 0: give a positive number",
-    ("--strip", "0"): "--strip 0: give a positive number",
+    "--cut share_lost>0": "'compute state all evp/state/atom', c_state[3] among",
+    "--cut y=0": "--cut 'y=0' is no condition: give COLUMN>NUMBER or COLUMN<NUMBER",
+    "--cut y>-9": "--cut leaves no sphere",
+    "--view above": "--view above: give iso front back right left top bottom, or THETA,PHI",
+    "--view 190,0": "--view 190,0: give",
+    "--frames 0": "--frames 0: give all, last, or a positive number",
+    "--frames few": "--frames few: give",
+    "--captions a b": "--captions: 2 for 1 snapshots: give one for each",
+    "--range 1 0 --color share_second": "--range 1 0: the first must be less",
+    "--range 0 1": "--range needs --color",
+    "--out one.dump": "--out one.dump: the name of a picture ends in .png",
+    "--film one.avi": "--film one.avi: the name of a film ends in .gif",
+    "--film a.mp4": "needs the program ffmpeg, which is not here; a name that ends in .gif does not",
+    "--pixels 9": "--pixels 9: give 100 to 6000",
+    "--radius 0": "--radius 0: give a positive number",
+    "absent.dump": "view.py: error: there is no file absent.dump\n",
+    ".": "cannot use .: Is a directory",
+    "--out a.png": "no program /no/such/lmp: run tools/setup.sh first, or set EVP_LMP",
 }
 
 
-@pytest.mark.parametrize("words", BAD_CHOICES, ids=" ".join)
+@pytest.mark.parametrize("words", BAD_CHOICES)
 def test_bad_choices_are_refused(one, tmp_path, monkeypatch, words):
-    monkeypatch.chdir(tmp_path)
-    assert BAD_CHOICES[words] in refused(tmp_path, "one.dump", *words)
-
-
-def test_missing_programs_and_files_are_named(one, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    assert refused(tmp_path, "absent.dump") == "view.py: error: there is no file absent.dump\n"
-    assert "cannot use .: Is a directory" in refused(tmp_path, ".")
-    monkeypatch.setattr(view_figure.animation.FFMpegWriter, "isAvailable", lambda: False)
-    assert "needs the program ffmpeg, which is not here; a name that ends in .gif does not" in refused(tmp_path, "one.dump", "--film", "a.mp4")
-    monkeypatch.undo()
-    monkeypatch.chdir(tmp_path)
+    """Where there is neither LAMMPS nor ffmpeg."""
     monkeypatch.setenv("EVP_LMP", "/no/such/lmp")
-    assert "no program /no/such/lmp: run tools/setup.sh first, or set EVP_LMP" in refused(tmp_path, "one.dump")
+    monkeypatch.setattr(view_figure.animation.FFMpegWriter, "isAvailable", lambda: False)
+    assert BAD_CHOICES[words] in refused(tmp_path, "one.dump", *words.split())
 
 
-def test_what_the_refusal_of_a_column_says_to_write(tmp_path, monkeypatch):
+def test_what_the_refusal_of_a_column_says_to_write(tmp_path):
     """The lines of the message, in a deck: the column is there."""
-    monkeypatch.chdir(tmp_path)
     for name in (*dump.STATE, *dump.ON_REQUEST):
         compute, modify = re.findall("'(.*?)'", dump.how_to_write(name))
         place = re.search(r"c_state\[\d\]", modify)[0]
@@ -479,16 +406,12 @@ def test_what_the_refusal_of_a_column_says_to_write(tmp_path, monkeypatch):
         assert dump.index([tmp_path / f"{name}.dump"])[-1].names[-1] == name
 
 
-def test_errors_of_lammps_are_passed_on(one, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_lammps_without_graphics(one, tmp_path, monkeypatch):
+    """As an lmp of 11 Feb 2026 or later without that package answers: the remedy is named, and commands that draw after runs learn it before.
+    Its other errors are passed on."""
+    spheres.check()
     monkeypatch.setattr(spheres, "_script", lambda *_: "no_such_command\n")
     assert "LAMMPS could not draw the spheres: ERROR: Unknown command: no_such_command" in refused(tmp_path, "one.dump")
-
-
-def test_a_lammps_without_graphics(one, tmp_path, monkeypatch):
-    """As an lmp of 11 Feb 2026 or later without that package answers: the remedy is named, and commands that draw after runs learn it before."""
-    monkeypatch.chdir(tmp_path)
-    spheres.check()
     said = "ERROR: Unrecognized dump style 'image' is part of the GRAPHICS package which is not enabled in this LAMMPS binary."
     (tmp_path / "lmp").write_text(f'#!/bin/sh\necho "{said}"\nexit 1\n', encoding="utf-8")
     (tmp_path / "lmp").chmod(0o755)
@@ -499,40 +422,8 @@ def test_a_lammps_without_graphics(one, tmp_path, monkeypatch):
         spheres.check()
 
 
-def test_a_run_that_goes_on(tmp_path, monkeypatch):
+def test_a_run_that_goes_on(tmp_path):
     """--unfinished takes what is whole."""
-    monkeypatch.chdir(tmp_path)
     (tmp_path / "run.dump").write_text(GOOD + GOOD.replace("STEP\n0", "STEP\n5") + GOOD[:-5], encoding="utf-8")
     assert "after that of step 5" in refused(tmp_path, "run.dump")
     assert show("run.dump", "--unfinished", "--vtk", "whole").stdout.strip() == "whole.pvd: 2 snapshots"
-
-
-def test_started_by_its_own_name(one, tmp_path):
-    done = subprocess.run([REPOSITORY / "tools" / "view.py", one.name, "--pixels", "150"], cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert done.returncode == 0 and done.stdout == "view.png\n" and (tmp_path / "view.png").is_file(), done.stderr
-
-
-# ---- titles ----
-
-
-def loaded(path, name, values, steps=(0, 700), head="ITEM: TIME\n0.25"):
-    """A dump of two snapshots with a column of a load, of which `values` are those of all atoms or of each."""
-    rows = some_spheres()
-    path.write_text("".join(text_of(f"id x y z radius {name}", [(k + 1, *row, value if np.isscalar(value) else value[k]) for k, row in enumerate(rows)], step, head)
-                            for step, value in zip(steps, values)), encoding="utf-8")
-    return dump.index([path])
-
-
-@pytest.mark.parametrize("name, values, titles", [
-    ("strain", (0.0, -0.0123), ["strain 0 %", "strain -1.23 %"]), ("strain", (1e-12, 0.5), ["strain 0 %", "strain 50 %"]),
-    ("angle", (0.002, 0.1), ["angle 0.002 rad", "angle 0.1 rad"]), ("length", (0.1, 0.2), ["0.25 time units"] * 2),
-    ("strain", (np.linspace(0, 1, 20), np.linspace(0, 1, 20)), ["0.25 time units"] * 2)])
-def test_snapshots_are_titled_by_the_load_of_the_body(tmp_path, name, values, titles):
-    """Not by a column that each atom has a value of its own in: then by the time."""
-    series = loaded(tmp_path / "a.dump", name, values)
-    assert tool.names_of(series, series) == titles
-
-
-def test_frames_of_the_decks_have_titles(pulled):
-    series = dump.index([pulled / "pull_frames.dump"])
-    assert tool.names_of(series, series) == [f"strain {k / 10:g} %" for k in range(6)]

@@ -11,7 +11,7 @@ import shutil
 import sys
 import tempfile
 
-from .run import CHECKOUT, RunError
+from .run import RunError
 
 
 def typed(program):
@@ -26,11 +26,6 @@ def command_line(text):
     if name != program:
         text = re.sub(r"(?<![\w/])(tools/)?" + re.escape(program), name, text)
     return argparse.ArgumentParser(prog=name, description=text, formatter_class=argparse.RawDescriptionHelpFormatter)
-
-
-def add_out(parser, page):
-    """--out, by default a page in doc."""
-    parser.add_argument("--out", type=pathlib.Path, default=CHECKOUT / "doc" / page, help="the file to write")
 
 
 def words_of(error):

@@ -1,0 +1,19 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Files that the tools read, as the decks write them, with contents of the tests' own."""
+
+from evp import curves
+
+
+def curve_file(path, curve, columns=curves.HEADER, **more):
+    """A CSV of a curves.Curve, or of other columns in the order of their names; more: columns after them."""
+    rows = zip(*curve, *more.values())
+    lines = [",".join((*columns, *more)), *(",".join(f"{value:.17g}" for value in row) for row in rows)]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+def snapshot(names, rows, step=0, head=""):
+    """Text of a snapshot of a dump."""
+    lines = [*head.splitlines(), "ITEM: TIMESTEP", str(step), "ITEM: NUMBER OF ATOMS", str(len(rows)), "ITEM: BOX BOUNDS ss ss ss", *3 * ["-1 1"],
+             f"ITEM: ATOMS {names}", *(" ".join(f"{value:.9g}" for value in row) for row in rows)]
+    return "\n".join(lines) + "\n"
