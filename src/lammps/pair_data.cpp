@@ -93,20 +93,23 @@ const PairLists &PairData::packed_pairs() const
 
 PairData::AnyPair PairData::pair_between(int i, int j, int itype, int jtype) const
 {
+  if (std::max(i, j) >= atom->nlocal + atom->nghost || !snapshot.matches_list())
+    error->one(FLERR,
+               "Pair evp/lj has not seen the current neighbor list yet: use 'run 0' before the "
+               "forces of single pairs are asked for; pair_write has no pair with a deq");
   bool recorded = false;
   if (const BondStore *store = bonds())
     for (const auto &[own, other] : {std::pair(i, j), std::pair(j, i)})
       recorded = recorded || (own < atom->nlocal && store->find(own, atom->tag[other]));
 
-  const bool matches = snapshot.matches_list();
-  if (matches && rows_build != lists.build) {
+  if (rows_build != lists.build) {
     rows_build = lists.build;
     rows_of_atoms.assign(lists.nlocal, {});
     for (const PairList *list : {&lists.bonds, &lists.contacts})
       for (const PackedRow &row : list->rows) rows_of_atoms[row.i].push_back({list, row});
   }
   for (const auto &[own, other] : {std::pair(i, j), std::pair(j, i)}) {
-    if (!matches || own >= lists.nlocal) continue;
+    if (own >= lists.nlocal) continue;
     for (const auto &[list, row] : rows_of_atoms[own])
       for (int k = row.first; k < row.last; k++)
         if (atom->tag[list->j[k]] == atom->tag[other])

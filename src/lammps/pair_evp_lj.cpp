@@ -321,10 +321,7 @@ void PairEVPLJ::sum_forces(EVP::PairLists &lists, const EVP::ParticleView &view,
 double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double /*factor_coul*/,
                          double factor_lj, double &fforce)
 {
-  // pair_write asks for two particles that need not exist, of pairs that have no deq of their own
   fforce = 0.0;
-  if (std::max(i, j) >= atom->nlocal + atom->nghost) return 0.0;
-
   const auto [pair, work, recorded] = pair_data.pair_between(i, j, itype, jtype);
   const EVP::PairLaw &law = pair_data.law_of(pair);
   const double d = std::sqrt(rsq), deq = 1.0 / pair.inv_deq;

@@ -3,8 +3,9 @@
 
 import numpy as np
 import pytest
+from hostile import refused
 from oracle import law
-from small_bodies import MOVE, ROUND_OFF, STIR, dump, head, pair, truth, words
+from small_bodies import MOVE, ROUND_OFF, STIR, head, pair, truth, words
 
 WAYS = [(1, "on"), (2, "off"), (4, "on")]
 
@@ -81,11 +82,8 @@ dump_modify all format float %.17g
     assert set(regime) == {0.0, 1.0, 2.0}, "control"
 
 
-def test_pair_write_is_harmless(lmp, bar):
-    """A law with a deq per pair cannot be tabulated by type (pair_write has no pair); asking for it neither stops nor
-    changes the run."""
-    start, end = head(sort="sort 0 0") + pair(law.TABLE1._replace(gamma=50.0)) + STIR + MOVE + "run 50\n", dump() + "run 50\n"
-    plain = lmp(start + end).ok().dump("all.dump")[-1]
-    run = lmp(start + "pair_write 1 1 20 r 0.005 0.015 table.txt EVP\npair_write 1 2 20 r 0.005 0.015 table.txt EVP12\n" + end).ok()
-    after = run.dump("all.dump")[-1]
-    assert all(np.array_equal(after[name], values) for name, values in plain.columns.items())
+@pytest.mark.parametrize("ask", ["pair_write 1 1 20 r 0.005 0.015 table.txt EVP", "write_restart half.restart\nprint $(c_other)", "balance 1.0 shift x 5 1.1\nprint $(c_other)"])
+def test_a_pair_without_a_list_is_refused(lmp, bar, ask):
+    """A law with a deq per pair cannot be tabulated by type; and commands that set LAMMPS up anew leave no list to find a pair in."""
+    more = "group low id <= 40\ngroup high subtract all low\ncompute other low group/group high\n"
+    refused(lmp(head() + pair() + STIR + MOVE + more + "run 50\n" + ask + "\n"), "has not seen the current neighbor list yet: use 'run 0'", stepped=True)

@@ -138,3 +138,15 @@ def test_a_program_that_scatters_atoms(tmp_path, ranks):
     (tmp_path / "in.scene").write_text(deck("periodic"), encoding="utf-8")
     run = run_python(SCATTER.replace("STEP", str(0.28 * SKIN)), ranks, tmp_path).ok()
     assert run.stdout.count("as it should be") == ranks
+
+
+def test_a_run_goes_on_with_its_list_after_files_were_written(lmp_decks, tmp_path):
+    """'run pre no' behind commands that set LAMMPS up anew, right after the run that recorded the bonds."""
+    write(tmp_path, "open")
+    start = deck(start="timestep 1e-7\nvelocity all ramp vx -5 5 x 0 0.05\nthermo_style custom step pe ke\nthermo_modify norm no format float %.15g\nthermo 10\nrun 50\n")
+    runs = lmp_decks({name: start.replace("body.data", "../body.data") + command + "\nrun 50 pre no\n" for name, command in
+                      (("none", ""), ("restart", "write_restart half.restart"), ("data", "write_data half.data nocoeff"))})
+    wanted = runs["none"].ok().thermo(1)["PotEng"]
+    assert wanted[-1] != 0.0 and wanted[-1] != wanted[0]
+    for name in ("restart", "data"):
+        assert list(runs[name].ok().thermo(1)["PotEng"]) == list(wanted), name

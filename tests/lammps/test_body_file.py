@@ -46,17 +46,11 @@ def test_area_of_the_body_divides_the_force(tmp_path, deck):
     assert read_csv(tmp_path / "pull.csv")["stress_grip"][-1] == pytest.approx(paper / 0.6, rel=1e-3)
 
 
-def test_a_material_wins_over_coeff(tmp_path):
-    write_body(tmp_path, **CYLINDER)
-    said = pull(tmp_path, material="rows.evp:plain", coeff="160 8 4 6 8 4 0.005 0 1.5").ok().stdout
-    assert ", coeff rows.evp:plain, " in said and ", plasticity isotropic, " in said
-
-
 @pytest.mark.parametrize("name", ["length", "radius"])
 def test_dimensions_are_no_choices(tmp_path, name):
     """Those of in.specimen and tools/body.py are equal-style variables, which -var cannot replace in silence."""
     run = run_lammps("in.traction", 1, {"specimen": REFERENCE, "strain": 0.0002, "out": "pull", name: 0.03}, tmp_path)
-    assert run.returncode != 0 and "Cannot redefine variable as a different style" in run.stdout
+    assert run.returncode != 0 and re.search("Cannot redefine .*variable", run.stdout)
 
 
 @pytest.mark.parametrize("deck", [*DECKS, "in.torsion", "in.bending", "in.taylor"])

@@ -51,7 +51,7 @@ RUNS = (
     Run(METAL, "in.indent -var", "flat.csv", (
         SPECIMEN.replace("my.data", "part.data"),
         "printf '# UNITS: si\\nmymetal 413.894 8 4 2.82104 8 4 0.000750965 0 1.5 spacing 0.00694888 coordination 11.5667 kv 1865.24 density 2700\\n' > my.evp"),
-        {"in.indent": "-var depth 0.0001 -var increments 2", "in.upset": "-var strain 0.05"}),
+        {"in.indent": "-var increments 2", "in.upset": "-var strain 0.05"}),
     Run(FRICTION, "in.sliding -var block block.data", "sliding.csv", short={"in.specimen": "-var n 100", "in.sliding": "-var speed 0.3"}),
 )
 WALK = "the walk of the page, as it stands"

@@ -25,7 +25,7 @@ def found(run):
 def at_fractions(start, fractions, style="nve"):
     """A step at each fraction of the limit of compute evp/dt, which is gone by then."""
     text = start + f"fix move all {style}\ncompute dt all evp/dt\n" + thermo("c_dt") + "run 0\nvariable limit equal $(c_dt:%.17g)\nuncompute dt\n"
-    text += "thermo_style custom step\n"
+    text += "thermo_style custom step\nthermo_modify warn reset\n"  # LAMMPS shows a hundred in a process
     return text + "".join(f"timestep $({fraction}*v_limit:%.17g)\nrun 1\n" for fraction in fractions)
 
 
