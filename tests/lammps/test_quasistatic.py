@@ -73,12 +73,20 @@ def test_a_run_goes_on_with_its_own_body_and_material_only(tmp_path):
     pull(tmp_path, **choices)
     body = REFERENCE.with_name(REFERENCE.name + ".body").read_text()
     (tmp_path / "other.data.body").write_text(re.sub("variable area equal .*", "variable area equal 1e-3", body))
-    for other in ({"coeff": "81 8 4 3 8 4 0.005 0 1.5"}, {"coeff": "80 8 4 3 8 4 0.0051 0 1.5"}, {"plasticity": "isotropic"}, {"contact": "repulsive"}, {"specimen": "other.data"}):
+    for other in ({"coeff": "81 8 4 3 8 4 0.005 0 1.5"}, {"coeff": "80 8 4 3 8 4 0.0051 0 1.5"}, {"coeff": "80 12 4 3 8 4 0.005 0 1.5"},
+                  {"plasticity": "isotropic"}, {"contact": "repulsive"}, {"specimen": "other.data"}):
         run = run_lammps("in.quasistatic", 1, {"specimen": REFERENCE, "out": "rest", **choices, "resume": "yes", **other}, tmp_path)
         assert run.returncode != 0 and "ERROR: rest.resume is of another specimen, material, plasticity or contact: " in run.stdout, other
     run = run_lammps("in.quasistatic", 1, {"specimen": REFERENCE, "out": "rest", **choices, "resume": "yes", "break": 0.1}, tmp_path)
     assert run.returncode != 0 and "ERROR: rest.resume: -var break must be none, got '0.1'" in run.stdout
     assert len(pull(tmp_path, **{**choices, "strain": 0.002}, resume="yes")[1]["strain"]) == 5
+
+
+def test_a_release_does_not_depend_on_the_increment(tmp_path):
+    """A whole one of them would go past zero stress, and the body would flow back."""
+    metal = {"material": REPOSITORY / "potentials" / "metals.evp:copper_OFHC", "strain": 0.01, "cycles": 1, "lower": "release"}
+    left = [pull(tmp_path, increment=increment, **metal)[1]["strain"][-1] for increment in (0.0005, 0.01)]
+    assert left[1] == pytest.approx(left[0], rel=2e-3) and left[0] > 0.008
 
 
 def test_nine_numbers_hold_for_a_body_of_any_size(tmp_path):

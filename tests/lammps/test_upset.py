@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 import pytest
-from lammps_run import read_csv, run_lammps
+from lammps_run import DECKS, read_csv, run_lammps
 
 METAL = "160 8 4 1.4 8 4 0.0007 0 1.5 spacing 0.00374 coordination 13.05 kv 700"  # about 304 steel, E 193 GPa
 
@@ -43,9 +43,12 @@ def test_upsetting(rod, tmp_path):
 
 
 def test_nine_numbers_are_the_material_of_the_paper(rod, tmp_path):
-    """In any body: those of Table 1 are the row that the deck has by default, but for the coordination of this body."""
+    """In any body: those of Table 1 are the row that the deck has by default, but for the coordination of this body. A film has the start and the frames;
+    plates as fast as this are warned of."""
     found = []
     for name, choices in (("plain", {"coeff": "80 8 4 3 8 4 0.005 0 1.5"}), ("row", {})):
-        run_lammps("in.upset", 1, {"specimen": rod, "strain": 0.02, "speed": 30, "out": name, **choices}, tmp_path).ok()
+        run = run_lammps("in.upset", 1, {"specimen": rod, "strain": 0.02, "speed": 30, "also": DECKS / "frames.lmp", "frames": 2, "out": name, **choices}, tmp_path).ok()
+        assert any("the stress is that of waves, not of the material, up to a strain of " in line for line in run.warnings())
+        assert [snapshot.step for snapshot in run.dump(f"{name}_frames.dump")][0] == 0 and len(run.dump(f"{name}_frames.dump")) == 3
         found.append(read_csv(tmp_path / f"{name}.csv")["stress"][-1])
     assert found[0] == pytest.approx(found[1], rel=0.1) and found[0] > 1e6
