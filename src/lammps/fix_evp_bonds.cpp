@@ -90,9 +90,8 @@ void FixEVPBonds::init()
     measure();
   } else if (file.empty()) {
     check_zone();
+    neighbor->add_request(this, NeighConst::REQ_FULL | NeighConst::REQ_OCCASIONAL);
   }
-  // for the recording, but in each run: with other requests LAMMPS throws lists away that 'run pre no' goes on with
-  if (file.empty()) neighbor->add_request(this, NeighConst::REQ_FULL | NeighConst::REQ_OCCASIONAL);
 }
 
 // the first rank says in restart files how long the longest record is, so that all must agree

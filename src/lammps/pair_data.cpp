@@ -9,6 +9,7 @@
 #include "comm.h"
 #include "domain.h"
 #include "fix_deform.h"
+#include "neigh_list.h"
 #include "neighbor.h"
 #include "pair.h"
 
@@ -246,6 +247,11 @@ bool PairData::pack_if_due(const NeighList *neighbors)
 // Returns whether it is the first one of a run.
 bool PairData::pack(const NeighList *neighbors)
 {
+  // after the recording, write_restart and the like make LAMMPS replace the list, which 'run pre no' does not build
+  if (atom->nlocal && neighbors->inum == 0 && !neighbors->listskip && !neighbor->includegroup)
+    error->one(FLERR,
+               "Pair evp/lj: a command has replaced the neighbor list since the last run: omit "
+               "'pre no'");
   const bool is_first = !scene_checked;
   source.update();
   laws.rescale_if_measures_changed(bonds(), rules.plastic);

@@ -140,13 +140,11 @@ def test_a_program_that_scatters_atoms(tmp_path, ranks):
     assert run.stdout.count("as it should be") == ranks
 
 
-def test_a_run_goes_on_with_its_list_after_files_were_written(lmp_decks, tmp_path):
-    """'run pre no' behind commands that set LAMMPS up anew, right after the run that recorded the bonds."""
+@pytest.mark.parametrize("command", ["write_restart half.restart", "write_data half.data nocoeff"])
+def test_a_run_does_not_go_on_without_a_list(lmp, tmp_path, command):
+    """After the recording such a command makes LAMMPS replace the list, and 'run pre no' does not build it. After a further run it stays."""
     write(tmp_path, "open")
-    start = deck(start="timestep 1e-7\nvelocity all ramp vx -5 5 x 0 0.05\nthermo_style custom step pe ke\nthermo_modify norm no format float %.15g\nthermo 10\nrun 50\n")
-    runs = lmp_decks({name: start.replace("body.data", "../body.data") + command + "\nrun 50 pre no\n" for name, command in
-                      (("none", ""), ("restart", "write_restart half.restart"), ("data", "write_data half.data nocoeff"))})
-    wanted = runs["none"].ok().thermo(1)["PotEng"]
-    assert wanted[-1] != 0.0 and wanted[-1] != wanted[0]
-    for name in ("restart", "data"):
-        assert list(runs[name].ok().thermo(1)["PotEng"]) == list(wanted), name
+    start = deck(start="timestep 1e-7\nthermo_style custom step pe\nthermo_modify norm no format float %.15g\nthermo 10\nrun 50\n")
+    assert "a command has replaced the neighbor list since the last run: omit 'pre no'" in error_of(lmp(start + command + "\nrun 50 pre no\n"))
+    run, plain = (lmp(start + f"run 0\n{between}\nrun 50 pre no\n").ok() for between in (command, ""))
+    assert list(run.thermo(2)["PotEng"]) == list(plain.thermo(2)["PotEng"])
