@@ -86,4 +86,4 @@ dump_modify all format float %.17g
 def test_a_pair_without_a_list_is_refused(lmp, bar, ask):
     """A law with a deq per pair cannot be tabulated by type; and commands that set LAMMPS up anew leave no list to find a pair in."""
     more = "group low id <= 40\ngroup high subtract all low\ncompute other low group/group high\n"
-    refused(lmp(head() + pair() + STIR + MOVE + more + "run 50\n" + ask + "\n"), "has not seen the current neighbor list yet: use 'run 0'", stepped=True)
+    refused(lmp(head() + pair() + STIR + MOVE + more + "run 50\nrun 0\n" + ask + "\n"), "has not seen the current neighbor list yet: use 'run 0'", stepped=True)
