@@ -77,7 +77,7 @@ def main(arguments=None):
         diameter = 2 * guessed_radius(surface.volume(), options.n)
         across = surface.section_area(0.5 * surface.extents[0]) ** 0.5 / diameter
         print(f"{options.n} spheres of a diameter of about {diameter:.3g} m, {across:.1f} across at mid-length"
-              + (": below ten E and the yield stress come out up to 15 % low, see calibrate.py --body" if across < 10.0 else ""), flush=True)
+              + (": below ten E and the yield stress come out low, see calibrate.py --body" if across < 10.0 else ""), flush=True)
         packing, smooth = pack(surface, options.n, options.seed, options.density, options.out)
         filled = np.sum(4.0 / 3.0 * np.pi * packing.radius**3) / surface.volume()
         print(f"solid fraction {filled:.4f}; {smooth.touching} spheres touch the surface, {100 * smooth.rms:.2f} % of a radius off it (rms), "

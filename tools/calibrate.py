@@ -86,8 +86,9 @@ def targets_of(options):
     try:
         check(targets)
     except ValueError as error:
-        raise ValueError(f"{error} ({options.curve} gives --yield {first:.6g} and {', '.join(f'--stress {s:.6g}@{e:g}' for s, e in points)})"
-                         if options.curve else str(error)) from None
+        if not options.curve:
+            raise
+        raise ValueError(f"{error} ({options.curve} gives --yield {first:.6g} and {', '.join(f'--stress {s:.6g}@{e:g}' for s, e in points)})") from None
     return targets
 
 

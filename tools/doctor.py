@@ -297,7 +297,10 @@ def check_plugin(report, lammps, given):
 
 def check_mpirun(report, lammps):
     """Do two ranks start as one run?"""
-    words = shlex.split(os.environ.get("EVP_MPIRUN") or "mpirun")
+    try:
+        words = shlex.split(os.environ.get("EVP_MPIRUN") or "mpirun")
+    except ValueError as error:
+        return report.fault("mpirun", f"EVP_MPIRUN: {error}", f"EVP_MPIRUN is no command of a shell: {error}.", "unset EVP_MPIRUN")
     words = words[:-1] if words[-1] in ("-np", "-n") else words
     if "STUBS" in lammps.mpi:
         return report.line("not checked", "mpirun", "this lmp has no MPI: it runs on one rank, and mpirun would start copies of the same run")

@@ -158,8 +158,9 @@ inline Row multiplied(Row row, const Factors &by)
 inline Row with_number_density(const Row &row, double spheres)
 {
   const double of_paper = 500.0 / (std::acos(-1.0) * 0.02 * 0.02 * 0.05);
-  const double stretch = std::cbrt(of_paper / spheres);
-  const Factors by = {of_paper / spheres, stretch, of_paper / spheres};
+  Row of_spacing_one = row;
+  of_spacing_one.spacing = of_spacing_one.coordination = 1.0;
+  const Factors by = factors_of(of_spacing_one, {std::cbrt(of_paper / spheres), 1.0});
   Row made = multiplied(row, by);
   made.kv *= by.kv;
   return made;
