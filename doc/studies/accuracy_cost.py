@@ -23,6 +23,7 @@ FLOOR = 1e-3  # [%]: smaller errors are drawn here
 POINTS = 4  # of a panel of the picture, besides two numbers of spheres
 SETTING, SPHERES = "#0072B2", "#E69F00"
 COLUMNS = ("scene", "setting", "spheres", "seed", "seconds", "steps", "number", "value")
+FORECAST = "deck", "load", "choice", "value", "error_percent"  # columns of accuracy_errors.csv
 STEP = "variable        every equal"  # begins the line of in.impact with the share of the largest stable timestep
 ALUMINIUM = CHECKOUT / "potentials" / "metals.evp:aluminium_2024T351"
 
@@ -251,6 +252,22 @@ def page(rows):
             "parts": (("load", "number", "with the most spheres", "setting [%]", "packing [%]", "fewest spheres [%]", "more [%]", "most spheres"), parts)}
 
 
+def forecast(rows):
+    """Rows of accuracy_errors.csv, by which tools/cost.py forecasts: of each deck the errors of its choice, by value, and those of the number of spheres and of the packing."""
+    for key, scene in SCENES.items():
+        worst = {}
+        for label, setting in scene.settings.items():
+            choice = next((name for name in ("increments", "increment", "rate", "dtfraction") if name in setting.choices), "timestep")
+            if label != reference(key) and (choice != "timestep" or setting.share == 0.2):  # what in.impact takes
+                case = setting.deck, choice, float(setting.choices.get(choice, setting.share))
+                worst[case] = np.maximum(worst.get(case, FLOOR), largest(errors(rows, key, label)))
+        yield from ((deck, scene.title, choice, value, f"{error:.3g}") for (deck, choice, value), error in worst.items() if np.isfinite(error))
+        packing = max(max(abs(value / statistics.mean(values) - 1.0) for value in values) for values in (sizes[scene.sizes[0]] for sizes in by_size(rows, key).values()))
+        for deck in dict.fromkeys(setting.deck for setting in scene.settings.values()):
+            yield from ((deck, scene.title, "spheres", n, f"{error:.3g}") for n, error in errors_of_size(rows, key).items())
+            yield deck, scene.title, "packing", scene.sizes[0], f"{100 * packing:.3g}"
+
+
 def read(path):
     """The Runs of a CSV that main() wrote."""
     found = {}
@@ -275,6 +292,7 @@ def main(arguments=None):
         table = study.out.with_suffix(".csv")
         write_csv(table, COLUMNS, [(*run[:4], f"{run.seconds:.3g}", run.steps, number, f"{value:.8g}") for run in rows for number, value in run.found.items()])
         rows = read(table)  # the page is that of its CSV
+        write_csv(study.out.with_name("accuracy_errors.csv"), FORECAST, forecast(rows))
         draw(study, rows)
         study.write(**page(rows))
 

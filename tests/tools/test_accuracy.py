@@ -4,8 +4,10 @@
 import re
 
 import accuracy_cost as accuracy
+import cost
 import pytest
 from accuracy_cost import SCENES, Run
+from evp.report import write_csv
 from evp.run import CHECKOUT, DECKS
 from study import Study
 
@@ -40,6 +42,16 @@ def test_page_and_picture_are_of_the_csv(tmp_path, capsys):
     study.write(**accuracy.page(ROWS))
     assert capsys.readouterr().out == PAGE.read_text(encoding="utf-8")
     assert (tmp_path / "figures" / "accuracy_cost.csv").read_text(encoding="utf-8") == (PAGE.parent / "figures" / "accuracy_cost.csv").read_text(encoding="utf-8")
+
+
+def test_what_cost_py_reads_is_of_the_csv(tmp_path):
+    write_csv(tmp_path / "errors.csv", accuracy.FORECAST, accuracy.forecast(ROWS))
+    assert (tmp_path / "errors.csv").read_text(encoding="utf-8") == cost.MEASURED.read_text(encoding="utf-8")
+
+
+def test_errors_between_those_measured():
+    rows = [{"value": "1", "error_percent": "4"}, {"value": "4", "error_percent": "1"}]
+    assert [pytest.approx(cost.interpolated(rows, value)) for value in (0.5, 1, 2, 4, 9)] == [4, 4, 2, 1, 1]
 
 
 @pytest.mark.parametrize("scene", SCENES)

@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""tools/cost.py: the steps of its forecast are those of the whole run, its errors those of doc/accuracy_errors.csv; it leaves no file."""
+
+import csv
+import os
+import re
+import subprocess
+import sys
+
+import pytest
+from common_bodies import REFERENCE
+from lammps_run import LMP, REPOSITORY
+
+DECKS = REPOSITORY / "lammps_inputs"
+ALUMINIUM = REPOSITORY / "potentials" / "metals.evp:aluminium_2024T351"
+with open(REPOSITORY / "doc" / "accuracy_errors.csv", newline="", encoding="utf-8") as source:
+    MEASURED = {(row["deck"], row["load"], row["choice"], float(row["value"])): float(row["error_percent"]) for row in csv.DictReader(source)}
+
+
+def cost(folder, *words):
+    """The tool, which leaves its folder empty."""
+    done = subprocess.run([sys.executable, str(REPOSITORY / "tools" / "cost.py"), *map(str, words)], cwd=folder, text=True, timeout=120, check=False,
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env={**os.environ, "EVP_LMP": str(LMP)})
+    assert not list(folder.iterdir())
+    return done
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_steps_of_a_run(tmp_path, lmp, ranks):
+    choices = "-var", "specimen", REFERENCE, "-var", "rate", "0.5"
+    said = cost(tmp_path, "--seconds", "1", "--ranks", ranks, DECKS / "in.traction", *choices).stdout
+    steps, each, minutes, seconds = re.search(rf"500 spheres, {ranks} MPI ranks?: (\d+) steps of (\S+) ms: (?:(\d+) min )?(\d+) s\n", said).groups()
+    whole = 60 * int(minutes or 0) + int(seconds)
+    assert abs(whole - 1e-3 * int(steps) * float(each)) <= 0.5 + 0.01 * whole
+    told = lmp("in.traction", variables={"specimen": REFERENCE, "rate": "0.5", "strain": "1e-4", "out": "short"}).stdout
+    assert int(steps) == 200 * int(re.search(r"largest stable one, (\d+) steps", told)[1])  # of a strain of 0.02
+    error = MEASURED["in.traction", "Tension to 2 % at 1/s", "dtfraction", 0.4]
+    assert f"dtfraction 0.4 {error:.2g} %, 500 spheres 11 %, packing of 500" in said
+
+
+def test_minimizations_and_effects(tmp_path):
+    choices = "-var", "specimen", REFERENCE, "-var", "material", ALUMINIUM, "-var", "cycles", "1", "-var", "increment", "0.0001"
+    said = cost(tmp_path, "--seconds", "1", DECKS / "in.quasistatic", *choices).stdout
+    assert re.search(r"500 spheres, 1 MPI rank: about \d+ s to go", said)
+    shares = dict(re.findall(r"(Pair|Modify|Neigh) (\d+) %", said))
+    assert 50 < sum(map(int, shares.values())) <= 101
+    assert 5 < int(re.search(r"of it (\d+) % for fix volume evp/volume", said)[1]) < 95
+    # below the smallest increment that was measured: its error
+    smallest = min(value for deck, load, choice, value in MEASURED if (deck, load, choice) == ("in.quasistatic", "Tension to 2 % and back", "increment"))
+    error = MEASURED["in.quasistatic", "Tension to 2 % and back", "increment", smallest]
+    assert f"as measured in 'Tension to 2 % and back': increment 0.0001 {error:.2g} %" in said
+
+
+@pytest.mark.parametrize("words, expected", [
+    (["none.in"], "there is no file"),
+    ([DECKS / "in.traction", "-var", "specimen", "none.data"], "in.traction failed .*none.data"),
+    (["--seconds", "0", DECKS / "in.traction"], "must be at least 1"),
+])
+def test_what_does_not_run(tmp_path, words, expected):
+    done = cost(tmp_path, *words)
+    assert done.returncode and re.search(expected, done.stdout) and "Traceback" not in done.stdout

@@ -1,0 +1,176 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
+"""Forecasts what a run will cost: its steps, the time left, the share of each effect, and the error to expect.
+
+    tools/cost.py lammps_inputs/in.traction -var specimen my.data -var rate 10
+    tools/cost.py --ranks 2 --seconds 20 my_deck.in
+
+Options of cost.py stand before the input script, those of LAMMPS behind it. The script runs for --seconds; then each fix of this package
+is timed by steps with and without it. What the script writes goes to a temporary folder where it takes -var out, as those of lammps_inputs do.
+A script of minimizations is timed by its line `include ${also}`, and tells the time left itself. The error is that which
+doc/studies/accuracy_cost.py measured for the same script. LAMMPS is the lmp of this checkout, or EVP_LMP and EVP_MPIRUN.
+"""
+
+import argparse
+import collections
+import csv
+import math
+import pathlib
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+
+from evp.progress import format_seconds
+from evp.report import command_line, errors_in_one_line
+from evp.run import CHECKOUT, RunError, environment, lammps_command, lammps_error
+
+MEASURED = CHECKOUT / "doc" / "accuracy_errors.csv"
+MARK = "cost.py:"  # begins the lines that part the output
+EFFECTS = "evp/energy", "evp/volume", "dt/evp"  # fixes that a run does without
+OUTPUT = re.compile(r"ave/\w+|print|halt|vector")  # fixes that may refer to them
+LOOP = re.compile(r"^Loop time of (\S+) on \d+ procs for (\d+) steps with (\d+) atoms", re.M)
+LOAD = re.compile(r"^([\d.]+)% CPU use", re.M)  # of the processor in a loop: less than 100 beside other programs
+PARTS = "Pair", "Neigh", "Comm", "Output", "Modify"  # of LAMMPS' breakdown
+
+Timed = collections.namedtuple("Timed", "seconds steps atoms")
+
+
+def fixes(deck):
+    """[(ID, style)] of the fixes that a script defines on lines of their own, in their order."""
+    return re.findall(r"^fix\s+(\S+)\s+\S+\s+(\S+)", deck, re.M)
+
+
+def timings(deck, seconds):
+    """Commands that time the body as it is, then without each effect, one after the other."""
+    own = fixes(deck)
+    lines = ["thermo_style one"]
+    lines += [f'if "$(is_defined(fix,{name}))" then "unfix {name}"' for name, style in reversed(own) if OUTPUT.fullmatch(style)]
+    window = [f"timer timeout {seconds:.0f} every 20", "run 1000000000 post yes"]
+    lines += [f"print '{MARK} as it is'", *window]
+    for name, style in own:
+        if style in EFFECTS:
+            lines += [f"print '{MARK} without {name} {style}'", f'if "$(is_defined(fix,{name}))" then "unfix {name}"', *window]
+    return "\n".join([*lines, f"print '{MARK} end'", ""])
+
+
+def script(deck, folder, seconds):
+    """Writes in.cost, which runs the other script for a while; its -var options. Files go to the folder."""
+    text = deck.read_text(encoding="utf-8")
+    (folder / "timings.lmp").write_text(timings(text, max(1.0, 0.2 * seconds)), encoding="utf-8")
+    choices = ["-var", "out", str(folder / "out")] if re.search(r"^variable\s+out\s", text, re.M) else []
+    ended = f"print '{MARK} deck ended'"
+    begin = f"timer timeout {seconds:.0f} every 10"
+    if "${also}" in text and not re.search(r"^run\s", text, re.M):  # minimizations, which a timeout would leave half done
+        begin = "variable cost_begun timer"
+        (folder / "also.lmp").write_text(f'variable cost_now timer\nif "$((v_k>=3)*(v_cost_now-v_cost_begun>{seconds}))" then '
+                                         f'"{ended}" "include {folder}/timings.lmp" "quit 0"\n', encoding="utf-8")
+        choices += ["-var", "also", str(folder / "also.lmp")]
+    (folder / "in.cost").write_text(f"{begin}\ninclude {deck}\n{ended}\ntimer timeout off\ninclude {folder}/timings.lmp\n", encoding="utf-8")
+    return choices
+
+
+def run(options, folder):
+    """Output of the run, and the log of the script itself, as texts."""
+    choices = script(options.deck.resolve(), folder, options.seconds)
+    command = [*lammps_command(options.ranks), "-in", str(folder / "in.cost"), "-log", str(folder / "log"), *choices, *options.arguments]
+    print(f"cost.py: runs {options.deck.name} for about {format_seconds(2 * options.seconds)}", file=sys.stderr, flush=True)
+    done = subprocess.run(command, env=environment(), stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                          encoding="utf-8", errors="replace", check=False)
+    (folder / "screen").write_text(done.stdout, encoding="utf-8")
+    if f"{MARK} end" not in done.stdout:
+        raise RunError(f"{options.deck.name} failed (exit {done.returncode}): {lammps_error(folder / 'screen')}")
+    log = (folder / "log").read_text(encoding="utf-8", errors="replace")
+    return done.stdout, log.partition(f"{MARK} deck ended")[0]
+
+
+def loops(text):
+    """[Timed] of the runs in a part of the output."""
+    return [Timed(float(seconds), int(steps), int(atoms)) for seconds, steps, atoms in LOOP.findall(text)]
+
+
+def to_come(deck, screen, log):
+    """What is left, in words, of the part of the output that the deck wrote."""
+    told = re.findall(r"about (\d+) s left", screen)
+    if told:
+        return f"about {format_seconds(float(told[-1]))} to go, as the script tells"
+    asked = sum(map(int, re.findall(r"^run +(\d+)\b", log, re.M)))
+    done = loops(screen)
+    steps = sum(one.steps for one in done)
+    if not steps:
+        raise RunError(f"{deck.name} made no step in this time: give more --seconds")
+    each = sum(one.seconds for one in done) / steps
+    most = "at most " if re.search(r"^fix\s+\S+\s+\S+\s+halt\s", log, re.M) else ""
+    return f"{most}{asked} steps of {1e3 * each:.3g} ms: {most}{format_seconds(asked * each)}"
+
+
+def shares(parts):
+    """Lines: the parts of a step as it is, and what each effect adds. parts: {title: output}."""
+    whole = parts["as it is"]
+    breakdown = {name: float(share) for name, share in re.findall(r"^(\w+) +\|[^|]+\|[^|]+\|[^|]+\|[^|]+\| *([\d.]+)$", whole, re.M)}
+    yield "a step: " + ", ".join(f"{name} {breakdown[name]:.0f} %" for name in PARTS if breakdown.get(name, 0) >= 0.5)
+    each = {title: float(LOAD.search(text)[1]) * loops(text)[-1].seconds / loops(text)[-1].steps for title, text in parts.items()}
+    first = before = each["as it is"]
+    for title, now in each.items():
+        if title != "as it is":
+            yield f"of it {100 * max(0.0, before - now) / first:.0f} % for fix {title.removeprefix('without ')}"
+            before = now
+
+
+def interpolated(rows, value):
+    """Error at a value between those measured, by straight lines over logarithms; beyond them that of the nearest."""
+    points = sorted((math.log(float(row["value"])), math.log(float(row["error_percent"]))) for row in rows)
+    at = min(max(math.log(value), points[0][0]), points[-1][0])
+    for (left, low), (right, high) in zip(points, points[1:]):
+        if at <= right:
+            return math.exp(low + (high - low) * (at - left) / (right - left))
+    return math.exp(points[-1][1])
+
+
+def errors(deck, screen, atoms):
+    """Lines: the errors that were measured for this script, at the choices that it printed."""
+    if not MEASURED.exists():
+        yield f"error to expect: there is no {MEASURED}"
+        return
+    with open(MEASURED, newline="", encoding="utf-8") as source:
+        own = [row for row in csv.DictReader(source) if row["deck"] == deck.name]
+    told = re.search(rf"^{re.escape(deck.name)}: (.*)$", screen, re.M)
+    choices = told[1].replace(",", " ").split() if told else []
+    for load in dict.fromkeys(row["load"] for row in own):
+        parts = []
+        for choice in dict.fromkeys(row["choice"] for row in own if row["load"] == load):
+            rows = [row for row in own if (row["load"], row["choice"]) == (load, choice)]
+            given = choices[choices.index(choice) + 1] if choice in choices else rows[0]["value"]
+            value = atoms if choice == "spheres" else abs(float(given))
+            name = {"spheres": f"{atoms} spheres", "timestep": "timestep", "packing": f"packing of {rows[0]['value']}"}.get(choice, f"{choice} {given}")
+            most = "below " if choice == "spheres" and value > max(float(row["value"]) for row in rows) else ""
+            parts.append(f"{name} {most}{interpolated(rows, value):.2g} %")
+        yield f"error to expect, as measured in '{load}': " + ", ".join(parts)
+    if not own:
+        yield "error to expect: not measured for this script; half the timestep or the increment, and twice the spheres, tell it"
+
+
+def main(arguments=None):
+    parser = command_line(__doc__)
+    parser.add_argument("--ranks", type=int, default=1, metavar="N", help="MPI ranks (default: %(default)s)")
+    parser.add_argument("--seconds", type=float, default=10.0, metavar="S", help="for which the script runs, its set-up included (default: %(default)g)")
+    parser.add_argument("deck", type=pathlib.Path, metavar="SCRIPT", help="input script of LAMMPS")
+    parser.add_argument("arguments", nargs=argparse.REMAINDER, metavar="...", help="options of LAMMPS, such as -var NAME VALUE")
+    options = parser.parse_args(arguments)
+    if options.ranks < 1 or not 1 <= options.seconds < math.inf:
+        parser.error("--ranks and --seconds must be at least 1")
+    with errors_in_one_line("cost.py"), tempfile.TemporaryDirectory(prefix="evp_cost_") as folder:
+        screen, log = run(options, pathlib.Path(folder))
+        parts = re.split(rf"^{MARK} (.*)\n", screen, flags=re.M)
+        parts = {"deck": parts[0], **dict(zip(parts[1::2], parts[2::2]))}
+        effects = {title: text for title, text in parts.items() if title == "as it is" or title.startswith("without ")}
+        atoms = loops(effects["as it is"])[0].atoms
+        print(f"{options.deck.name}, {atoms} spheres, {options.ranks} MPI rank{'s' * (options.ranks > 1)}: {to_come(options.deck, parts['deck'], log)}")
+        for line in (*shares(effects), *errors(options.deck, screen, atoms)):
+            print(f"  {line}")
+
+
+if __name__ == "__main__":
+    signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # of `| head`
+    sys.exit(main())
