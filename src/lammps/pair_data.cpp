@@ -172,11 +172,27 @@ PairData::Counts PairData::count_pairs() const
   return {sums[0], sums[1], sums[2], lowest < HUGE_VAL ? lowest : 0.0};
 }
 
+// a run that ended in an error, which a program has caught, has not told the records of its last steps
+void PairData::end_broken_run()
+{
+  if (!pair_histories.are_due()) return;
+  if (!bonds() || source.version() != source_version) return pair_histories.drop();
+  if (on_all(snapshot.matches_list() && snapshot.matches_atoms() && snapshot.matches_commands(),
+             world))
+    scene::find_fix(modify, "evp/bonds")->pre_exchange();
+  else
+    error->all(
+        FLERR,
+        "Pair evp/lj: the flow since the last neighbor build of a run that ended in an error "
+        "is lost, as atoms have changed since: go on from a restart file");
+}
+
 void PairData::begin_run()
 {
   pair_histories.begin_run();
   cuts.begin_run();
   source.begin_run(rules);
+  end_broken_run();
   laws.begin_run(bonds());                         // for init_one()
   const bool balances = update->whichflag != 2;    // a minimization has no energy balance
   work = balances ? scene::find_shared<PairWork>(modify, "evp/energy", "work") : nullptr;

@@ -247,6 +247,7 @@ class PairData : protected Pointers {
 
   void report();
   bool pack(const NeighList *);
+  void end_broken_run();
   void agree_on_pairs(const PairListBuilder::Found &, bool same_list);
 };
 

@@ -7,6 +7,7 @@
 #include "scene.h"
 
 #include "comm.h"
+#include "group.h"
 #include "irregular.h"
 #include "neighbor.h"
 
@@ -152,15 +153,16 @@ void PairHistories::send_to_owners(BondStore &records, PerAtomComm &exchange)
   for (const HistoryOfPair &m : deferred) records.take(m);
 }
 
-// Does 'neigh_modify exclude', or a special_bonds weight of 0, keep an own atom and its partner off the neighbor list?
-static bool is_left_out(const Neighbor *neighbor, const Atom *atom, const Force *force, int i,
-                        tagint id, const AtomDirectory::Entry &partner)
+// Does neigh_modify exclude or include, or a special_bonds weight of 0, keep an own atom and its partner off the neighbor list?
+bool PairHistories::is_left_out(int i, tagint id, const AtomDirectory::Entry &partner) const
 {
   if (neighbor->nex_type && neighbor->ex_type[atom->type[i]][partner.type]) return true;
   const auto in = [](int mask, int bit) {
     return (mask & bit) != 0;
   };
   const int mask = atom->mask[i];
+  if (neighbor->includegroup && !in(mask & partner.mask, group->bitmask[neighbor->includegroup]))
+    return true;
   for (int m = 0; m < neighbor->nex_group; m++) {
     const int a = neighbor->ex1_bit[m], b = neighbor->ex2_bit[m];
     if ((in(mask, a) && in(partner.mask, b)) || (in(mask, b) && in(partner.mask, a))) return true;
@@ -188,8 +190,7 @@ void PairHistories::find_missing(const BondStore &store)
 
   const auto add = [&](int i, int slot, const AtomDirectory::Entry &partner) {
     const auto id = (tagint) store.of(i)[slot].partner;
-    if (cuts.handles(atom->type[i], partner.type) &&
-        !is_left_out(neighbor, atom, force, i, id, partner))
+    if (cuts.handles(atom->type[i], partner.type) && !is_left_out(i, id, partner))
       missing.push_back({i, slot, partner.type, partner.radius});
   };
 

@@ -25,12 +25,8 @@ class PairHistories : protected Pointers {
   {
   }
 
-  /// At set-up. Those of a run that ended in an error are lost.
-  void begin_run()
-  {
-    due = limit_warned = false;
-    newly_broken.clear();
-  }
+  /// At set-up.
+  void begin_run() { limit_warned = false; }
 
   /// Where the force loop puts the bonds past their cutoffs, nullptr where bonds do not break.
   std::vector<int> *past_cutoff()
@@ -49,6 +45,13 @@ class PairHistories : protected Pointers {
 
   /// Are there any that the records have not been told of?
   bool are_due() const { return due; }
+
+  /// They are of records that have gone.
+  void drop()
+  {
+    due = false;
+    newly_broken.clear();
+  }
 
   /// The lists were packed anew: what the last forces found is void.
   void forget_forces() { past.clear(); }
@@ -99,6 +102,7 @@ class PairHistories : protected Pointers {
   void break_bonds(const std::vector<int> &, PairWork *);
   void send_to_owners(BondStore &, PerAtomComm &);
   void warn_of_limit();
+  bool is_left_out(int i, tagint id, const AtomDirectory::Entry &partner) const;
 };
 
 }    // namespace EVP

@@ -104,9 +104,11 @@ class BoxWork {
   Edges edges{};           ///< of the box at the present forces
   double kinetic = 0.0;    ///< before atoms are wrapped
 
+  /// A box that deformed in the run before moves once more, at the set-up of this one.
   void begin_run(bool deforms)
   {
-    acts = deforms;
+    acts = deforms || deformed;
+    deformed = deforms;
     if (!acts) before = false;
   }
 
@@ -168,12 +170,13 @@ class BoxWork {
 
  private:
   const PairWork &pairs;
-  bool before = false;     // at the last forces?
-  Edges rates{};           // at the present forces, those of LAMMPS
-  Edges moved{};           // edges, since the forces before
-  Edges through{};         // without damping, of the last forces
-  double carried = 0.0;    // kinetic energy gained where atoms were wrapped, since the last step
-  double done = 0.0;       // so far, in the step under way
+  bool deformed = false;    // in the last run?
+  bool before = false;      // at the last forces?
+  Edges rates{};            // at the present forces, those of LAMMPS
+  Edges moved{};            // edges, since the forces before
+  Edges through{};          // without damping, of the last forces
+  double carried = 0.0;     // kinetic energy gained where atoms were wrapped, since the last step
+  double done = 0.0;        // so far, in the step under way
 
   // at a set-up, or where the box is about to be that of the next forces
   void move_to(const Domain *domain)

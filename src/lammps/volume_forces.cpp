@@ -31,7 +31,9 @@ void VolumeForces::pack(const NeighList *neighbors, PairLists &lists, const Bond
 {
   within = store.within();
   zone = store.zone;
-  if (store.version() != version) {
+  const double reaches_now = sum_of_reaches(coefficients);
+  if (store.version() != version || reaches_now != reaches) {
+    reaches = reaches_now;
     // the records may have come with a restart file, or the store may be another of the same bonds
     if (!on_all(are_of(store), world)) take_records(store, coefficients);
     version = store.version();
@@ -78,6 +80,15 @@ double VolumeForces::dlim(const Coefficients &coefficients, int i, int j, bool r
   return alpha == 0.0 ? 0.0 : reach(alpha) * (atom->radius[i] + atom->radius[j]);
 }
 
+// with a weight for each pair of types
+double VolumeForces::sum_of_reaches(const Coefficients &coefficients) const
+{
+  double sum = 0.0, weight = 1.0;
+  for (int i = 1; i <= atom->ntypes; i++)
+    for (int j = i; j <= atom->ntypes; j++) sum += weight++ * reach(coefficients.row(i, j).alpha);
+  return sum;
+}
+
 static double sum_of_deq(const BondStore::Bonds &bonds)
 {
   double sum = 0.0;
@@ -88,7 +99,8 @@ static double sum_of_deq(const BondStore::Bonds &bonds)
 bool VolumeForces::are_of(const BondStore &store) const
 {
   for (int i = 0; i < atom->nlocal; i++)
-    if (records[i].sum_deq != sum_of_deq(store.of(i))) return false;
+    if (records[i].sum_deq != sum_of_deq(store.of(i)) || records[i].reaches != reaches)
+      return false;
   return true;
 }
 
@@ -104,6 +116,7 @@ void VolumeForces::take_records(const BondStore &store, const Coefficients &coef
   std::string complaint;
   for (int i = 0; i < atom->nlocal; i++) {
     taken[i].sum_deq = sum_of_deq(store.of(i));
+    taken[i].reaches = reaches;
     for (const Bond &bond : store.of(i)) {
       const AtomDirectory::Entry &partner = directory.entries.at((tagint) bond.partner);
       if (partner.type == 0) {

@@ -26,7 +26,9 @@ class VolumeForces : protected Pointers {
   struct Record {
     VolumeReference reference;    ///< as of when the bonds were first seen
     double sum_deq;    ///< of these bonds [length]: tells whether they are those of the store
-    double strain;     ///< as of the last evaluate()
+    double
+        reaches;    ///< of all types, see sum_of_reaches(): tells whether alpha and zone are the same
+    double strain;    ///< as of the last evaluate()
   };
 
   using Values = PerAtomComm::Values;
@@ -135,6 +137,7 @@ class VolumeForces : protected Pointers {
   // of the parted and fresh pairs those that were within their dlim at the last evaluate()
   std::array<PairList, VolumePasses::WIDTH> active = {PairList(true), PairList(false)};
   long version = -1;    // of the store whose bonds the records are of
+  double reaches = 0.0;
   BodyRule within = BodyRule::ALL;
   double zone = 0.0;    // of the store
   bool closed = false;
@@ -171,6 +174,7 @@ class VolumeForces : protected Pointers {
   void take_records(const BondStore &, const Coefficients &);
   void take_gaps(std::vector<Record> &) const;
   bool are_of(const BondStore &) const;
+  double sum_of_reaches(const Coefficients &) const;
 };
 
 }    // namespace EVP

@@ -140,6 +140,45 @@ def test_a_program_that_scatters_atoms(tmp_path, ranks):
     assert run.stdout.count("as it should be") == ranks
 
 
+BROKEN_OFF = """
+program = start("-screen", "none")
+tell(program, f"plugin load {plugin}")
+tell(program, open("in.scene").read())
+if BREAKS:
+    program.command("variable now equal step")
+    program.command("fix halt all halt 1 v_now >= 130 error hard")
+    assert "halt" in complaint(program.command, "run 200")
+    program.command("unfix halt")
+    if BREAKS == "changed":
+        program.command("set atom 1 diameter 0.0101")
+        said = complaint(program.command, "run 0")
+        assert "the flow since the last neighbor build of a run" in said, said
+        program.finalize()
+        raise SystemExit
+    program.command("write_restart half.restart")
+else:
+    program.command("run 130")
+program.command("run 70")
+found = program.get_thermo("pe"), program.extract_compute("work", 0, 0)  # collective
+if program.extract_setting("world_rank") == 0:
+    print(*found)
+program.finalize()
+"""
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_a_run_that_an_error_broke_off_keeps_its_flow(tmp_path, ranks):
+    """A program has caught it and goes on: the records had not been told of the flow since the last neighbor build."""
+    write(tmp_path, "open")
+    text = deck(start="").replace("contact literal", "contact none plasticity isotropic")
+    text += "velocity all ramp vx -40 40 x 0 0.06\ntimestep 1e-7\nneigh_modify check no every 1000\ncompute each all evp/state/atom plastic_work\n"
+    (tmp_path / "in.scene").write_text(text + "compute work all reduce sum c_each[5]\nthermo_style custom step pe c_work\n", encoding="utf-8")
+    whole, broken = (run_python(BROKEN_OFF.replace("BREAKS", repr(breaks)), ranks, tmp_path).ok().stdout.split() for breaks in (None, "error"))
+    assert float(whole[1]) > 1.0
+    assert [float(word) for word in broken] == pytest.approx([float(word) for word in whole], rel=1e-9)
+    run_python(BROKEN_OFF.replace("BREAKS", repr("changed")), ranks, tmp_path).ok()
+
+
 @pytest.mark.parametrize("command", ["write_restart half.restart", "write_data half.data nocoeff"])
 def test_a_run_does_not_go_on_without_a_list(lmp, tmp_path, command):
     """After the recording such a command makes LAMMPS replace the list, and 'run pre no' does not build it. After a further run it stays."""

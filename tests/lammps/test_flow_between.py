@@ -101,6 +101,7 @@ LEFT_OUT = {
     "groups": ("neigh_modify exclude group two one\n", "neigh_modify exclude none\n"),
     "types": ("neigh_modify exclude type 1 1\n", "neigh_modify exclude none\n"),
     "molecules": ("neigh_modify exclude molecule/intra all\n", "neigh_modify exclude none\n"),
+    "no group": ("atom_modify first one\nneigh_modify include one\n", "group both id 1 2\natom_modify first both\nneigh_modify include both\n"),
     "special bonds": ("create_bonds single/bond 1 1 2 special yes\nspecial_bonds lj 0 1 1\n", "special_bonds lj 1 1 1\n"),
 }
 

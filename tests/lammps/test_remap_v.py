@@ -72,13 +72,13 @@ def write_periodic(folder, tilt=(1e-3, 0.0, 0.0)):
     return body
 
 
-def deck(step, style, box=f"1 xy erate {RATE}", newton="on", contact="none", more="", motion=DRIFT, field="xy", time=TIME, runs=1, move=None):
+def deck(step, style, box=f"1 xy erate {RATE}", newton="on", contact="none", more="", motion=DRIFT, field="xy", time=TIME, runs=1, move=None, after=""):
     """The body in a box that deforms; more: lines before the fixes."""
     steps = round(time / step)
     text = head(newton, boundary="p p p") + pair(ROW, contact, BONDS) + more + flow(field) + motion
     text += f"fix energy all evp/energy\nfix box all deform {box} remap v\n" + (move or f"fix move all {style}\n")
     text += f"timestep {step:.17g}\nthermo {steps // 10}\n" + thermo("time xy pxx pxy pyz ke pe f_energy f_energy[*]")
-    return text + f"run {steps // runs}\n" * runs
+    return text + f"run {steps // runs}\n" * runs + (f"{after}\nrun {steps // 10}\n" if after else "")
 
 
 MOVERS = "group held id <= 15\ngroup free subtract all held\nfix hold held nve/noforce\nfix move free {style}\n"
@@ -93,6 +93,7 @@ SCENES = {  # arguments of deck(), an entry that must count
     "movers": ({"move": MOVERS}, "movers"),
     "every fifth step": ({"box": f"5 xy erate {RATE}", "motion": ""}, "second"),
     "in four runs": ({"runs": 4}, "second"),
+    "then in a box at rest": ({"after": "unfix box"}, "second"),
     "to and fro": ({"box": "1 xy wiggle 2e-4 1e-4", "field": "none"}, "first"),
 }
 

@@ -157,7 +157,7 @@ def test_whenever_it_is_defined(lmp, tmp_path, order):
 
 
 def test_a_zone_is_that_of_the_density(lmp, tmp_path):
-    """Recorded anew, from a restart file, and from a bond file."""
+    """Recorded anew, from a restart file, from a bond file, and recorded anew beside a fix evp/volume that stays."""
     body = lattice_body((4, 3, 3))
     write_body(tmp_path / "body.data", body)
     x = body.x * 1.002
@@ -170,6 +170,7 @@ def test_a_zone_is_that_of_the_density(lmp, tmp_path):
     found = [anew.dump("all.dump")[-1]["f_volume"]]
     found.append(lmp(head(start="read_restart z.restart") + "fix bonds all evp/bonds\n" + moved).ok().dump("all.dump")[-1]["f_volume"])
     found.append(lmp(head() + pair(fix="fix bonds all evp/bonds file z.bonds\n") + moved).ok().dump("all.dump")[-1]["f_volume"])
+    found.append(lmp(text + moved[len(fix()):]).ok().dump("all.dump")[-1]["f_volume"])
     for theta in found:
         assert np.abs(theta - expected).max() <= BY_HAND
 

@@ -20,7 +20,7 @@ usage() {
 usage: tests/maintain/releases.sh [--release R] [--compiler C] [--sizes S] [--build-type B] [--tests short|all]
                               [--work DIR] [--help]
 
-Gets and builds LAMMPS (core, PLUGIN, GRANULAR, MOLECULE, GRAPHICS) where the cache has no build, builds the plugin for it in a folder of
+Gets and builds LAMMPS (core, PLUGIN, GRANULAR, MOLECULE, BPM, GRAPHICS) where the cache has no build, builds the plugin for it in a folder of
 its own, runs the unit tests, LAMMPS' own pair tester, the tests with LAMMPS and one traction test whose curve must be
 the same everywhere. Prints a table and writes it to doc/releases.md. Exit status 1 when anything failed.
 
@@ -89,7 +89,7 @@ find_lammps_build() {
   local folder
   for folder in "$1"/build-*; do
     if [ -f "$folder/evp-complete" ] && grep -q "^LAMMPS_SIZES:STRING=$2\$" "$folder/CMakeCache.txt" &&
-      grep -q "^PKG_MOLECULE:BOOL=on" "$folder/CMakeCache.txt" &&
+      grep -q "^PKG_BPM:BOOL=on" "$folder/CMakeCache.txt" &&
       { [ ! -d "$1/source/src/GRAPHICS" ] || grep -q "^PKG_GRAPHICS:BOOL=on" "$folder/CMakeCache.txt"; }; then
       lammps_build=$folder
       return 0
@@ -110,7 +110,7 @@ get_lammps() {
   if ! find_lammps_build "$cache/lammps-$1" "$2"; then
     lammps_build=$cache/lammps-$1/build-core-$2
     run_logged "configuring LAMMPS $1, $2" cmake -S "$tree/cmake" -B "$lammps_build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
-      -DBUILD_SHARED_LIBS=on -DBUILD_MPI=on -DPKG_PLUGIN=on -DPKG_GRANULAR=on -DPKG_MOLECULE=on \
+      -DBUILD_SHARED_LIBS=on -DBUILD_MPI=on -DPKG_PLUGIN=on -DPKG_GRANULAR=on -DPKG_MOLECULE=on -DPKG_BPM=on \
       ${graphics:+"$graphics"} -DLAMMPS_SIZES="$2"
     run_logged "building LAMMPS in $lammps_build (up to 7 min)" ninja -C "$lammps_build" lmp
     touch "$lammps_build/evp-complete"
@@ -153,7 +153,7 @@ run_case() {
     tester="${passed:-0} / ${bad:-?}"
   fi
   say "tests with LAMMPS: ${lammps_tests[*]}"
-  EVP_LMP=$build/lmp "$PYTHON" -m pytest -p no:cacheprovider "${lammps_tests[@]}" >"$build/lammps.log" 2>&1 || failed=1
+  EVP_BUILD=$build EVP_LMP=$build/lmp "$PYTHON" -m pytest -p no:cacheprovider "${lammps_tests[@]}" >"$build/lammps.log" 2>&1 || failed=1
   read -r passed bad < <(count_pytest "$build/lammps.log")
   lammps="$passed / $bad"
   grep -E '^(FAILED|ERROR) ' "$build/lammps.log" || true
