@@ -15,9 +15,11 @@
 #include "comm.h"
 #include "group.h"
 #include "input.h"
+#include "math_const.h"
 #include "variable.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <vector>
 
@@ -123,11 +125,11 @@ bool WriteEVPBonds::write_in_order_of_ranks(const std::string &text, FILE *fp) c
 }
 
 // read_evp_row FILE:ROW PREFIX, or FILE ROW PREFIX, or e1 m1 ... alpha [keyword value ...] PREFIX, where the numbers
-// may be one quoted word; then [number_density N]
+// may be one quoted word; then [body GROUP VOLUME SOLID_FRACTION]
 void ReadEVPRow::command(int narg, char **arg)
 {
-  std::string spheres;    // per volume
-  if (narg > 3 && strcmp(arg[narg - 2], "number_density") == 0) spheres = arg[(narg -= 2) + 1];
+  char **body = nullptr;
+  if (narg > 5 && strcmp(arg[narg - 4], "body") == 0) body = arg + (narg -= 4) + 1;
   if (narg < 2)
     error->all(FLERR,
                "read_evp_row: expected at least two arguments, a row (FILE:ROW or its numbers) "
@@ -140,13 +142,9 @@ void ReadEVPRow::command(int narg, char **arg)
   EVP::Row row;
   EVP::stop_at_bad_input(error, "read_evp_row", [&] {
     row = EVP::read_row(lmp, words);
-    if (spheres.empty()) return;
-    const EVP::Keyword per_volume = {"number_density", spheres};
-    const double number = per_volume.number();
-    per_volume.demand(number > 0.0, "must be positive");
-    if (strcmp(update->unit_style, "si") != 0)
-      throw EVP::BadInput("number_density is about the paper's body, in units si");
-    if (!row.is_scaled()) row = EVP::with_number_density(row, number);
+    if (!body) return;
+    const double spheres = number_density(body);
+    if (!row.is_scaled()) row = EVP::with_number_density(row, spheres);
   });
   const auto set = [&](const std::string &name, const std::string &value) {
     input->variable->set(fmt::format("{}_{} string \"{}\"", arg[narg - 1], name, value));
@@ -154,6 +152,32 @@ void ReadEVPRow::command(int narg, char **arg)
   for (const EVP::Member &member : EVP::MEMBERS)
     set(member.key, EVP::shortest_text(row.*member.value));
   set("words", EVP::row_text(row));
+}
+
+// Collective. Of the spheres of a group, whose volumes must be those of the body. words: group, volume, solid fraction
+double ReadEVPRow::number_density(char **words) const
+{
+  if (strcmp(update->unit_style, "si") != 0)
+    throw EVP::BadInput("body is about that of the paper, in units si");
+  const int igroup = group->find(words[0]);
+  if (!atom->radius_flag) throw EVP::BadInput("body: there are no spheres yet");
+  if (igroup < 0) throw EVP::BadInput(fmt::format("body: there is no group '{}'", words[0]));
+  const EVP::Keyword volume = {"body: the volume", words[1]},
+                     fraction = {"body: the solid fraction", words[2]};
+  const double inside = volume.number(), solid = fraction.number();
+  volume.demand(inside > 0.0, "must be positive");
+  fraction.demand(solid > 0.0 && solid <= 1.0, "must lie between 0 and 1");
+  double of_spheres = 0.0;
+  for (int i = 0; i < atom->nlocal; i++)
+    if (atom->mask[i] & group->bitmask[igroup])
+      of_spheres += 4.0 / 3.0 * MathConst::MY_PI * std::pow(atom->radius[i], 3);
+  of_spheres = EVP::reduce_all(of_spheres, MPI_SUM, world);
+  if (std::fabs(of_spheres / (inside * solid) - 1.0) > 0.02)
+    throw EVP::BadInput(fmt::format("the spheres of group {} have a volume of {:.5g} m3, but a "
+                                    "solid fraction of {} in a body of {} m3 makes {:.5g} m3: "
+                                    "check the numbers in FILE.body, which are in m",
+                                    words[0], of_spheres, words[2], words[1], inside * solid));
+  return (double) group->count(igroup) / inside;
 }
 
 // as LAMMPS has them before and since 2026

@@ -26,6 +26,9 @@ class ReadEVPRow : public Command {
  public:
   ReadEVPRow(class LAMMPS *lmp) : Command(lmp) {}
   void command(int, char **) override;
+
+ private:
+  double number_density(char **words) const;
 };
 
 /// evp_choices SCRIPT CHOICE ...: prints the choices of an input script, stops where one breaks its rules.

@@ -130,6 +130,9 @@ WORDS = {
         ("dt 3", "Compute s evp/dt: unexpected argument '3'"), ("state/atom x", "Compute s evp/state/atom: unknown keyword 'x'; it takes plastic_work"),
         ("state/atom von_mises", "von_mises needs 'fraction'"), ("state/atom von_mises fraction", "keyword fraction needs a value"),
         ("state/atom von_mises fraction 1.1", "fraction must be above 0 and at most 1")]),
+    "read_evp_row {}": ("then", [
+        (f"{ROW} m body nobody 1 0.5", "body: there is no group 'nobody'"), (f"{ROW} m body all 1 58.5", "body: the solid fraction must lie between 0 and 1, got 58.5"),
+        (f"{ROW} m body all -1 0.5", "body: the volume must be positive, got -1"), (f"{ROW} m body all 1 0.5", "the spheres of group all have a volume of")]),
     "write_evp_bonds {}": ("then", [
         ("", "write_evp_bonds: expected one argument, the file to write"), ("a.bonds b.bonds", "expected one argument, the file to write"),
         ("a.bonds", "fix bonds has not recorded yet")]),
@@ -138,9 +141,9 @@ WORDS = {
         ("good.evp:a m-1", "must have only letters, numbers, or underscores"), ("lj.evp:a m", "'UNITS: si', the units in force, got 'lj'"),
         ('"80 8 4 3 8 4 0.005 0" m', "read_evp_row: expected 9 values, got 8"), ('"" m', "read_evp_row: expected 9 values, got 0"),
         (f"{ROW} colour 1 m", "read_evp_row: unknown keyword 'colour' of a row"), ("good.evp:a kv 300 m", "read_evp_row: expected 9 values, got 3"),
-        (f"{ROW} m number_density 0", "read_evp_row: number_density must be positive, got 0"),
+        (f"{ROW} m body all 1 0.5", "read_evp_row: body: there are no spheres yet"),
         ("absent.evp:a m", "read_evp_row: cannot read the potential file 'absent.evp'")]),
-    "units lj\nread_evp_row {}": ("units", [(f"{ROW} m number_density 5", "number_density is about the paper's body, in units si")]),
+    "units lj\nread_evp_row {}": ("units", [(f"{ROW} m body all 1 0.5", "body is about that of the paper, in units si")]),
     "variable s index -1.5\nevp_choices {}": ("units", [
         ("in.x", "evp_choices: expected at least two arguments, the name of the input script and its choices, got 1"), ("in.x t", "in.x: there is no variable 't'"),
         ("in.x s=a|b", "in.x: -var s must be a or b, got '-1.5'"), ("in.x s=a,integer,>-2", "in.x: -var s must be a or an integer > -2, got '-1.5'"),

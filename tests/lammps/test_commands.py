@@ -35,8 +35,10 @@ def test_rows_from_a_file_and_typed_are_one(lmp, tmp_path, ranks):
 def test_a_row_of_the_paper_in_a_body_of_more_spheres(lmp):
     """Stiffness goes with e/deq^3, damping with gamma/deq; a row with a spacing is left to the bonds of the body."""
     spheres, row, scaled = 4e7, "80 8 4 3 8 4 0.005 1000 1.5 kv 300 saturation 0.1", TABLE1 + " spacing 0.01 coordination 12"
-    text = row_deck(row, "paper") + row_deck(row, "more", f"number_density {spheres}") + row_deck(scaled, "own", f"number_density {spheres}")
-    run = lmp(text + "atom_style sphere\nregion box block 0 1 0 1 0 1\ncreate_box 1 box\npair_style evp/lj\npair_coeff * * ${more_words}\n")
+    text = row_deck(row, "paper") + "atom_style sphere\nregion box block 0 0.2 0 0.2 0 0.2\ncreate_box 1 box\ncreate_atoms 1 random 8 7 NULL overlap 0.01\nset group all diameter 0.002\n"
+    body = f"body all {8 / spheres:.17g} {np.pi / 6 * 0.002**3 * spheres:.5g}"
+    text += row_deck(row, "more", body).removeprefix("units si\n") + row_deck(scaled, "own", body).removeprefix("units si\n")
+    run = lmp(text + "pair_style evp/lj\npair_coeff * * ${more_words}\n")
     paper, more, own = (values(run, name) for name in ("paper", "more", "own"))
     finer = spheres * np.pi * 0.02**2 * 0.05 / 500
     assert more == pytest.approx({**paper, "e1": 80 / finer, "e2": 3 / finer, "kv": 300 / finer, "gamma": 1000 / finer ** (1 / 3)}, rel=1e-14)

@@ -60,6 +60,8 @@ def test_a_flat_punch(block, tmp_path):
     stiffness = np.polyfit(curve["depth"][:3], curve["force"][:3], 1)[0]
     assert 0.9 < stiffness / (2.0 * E / (1.0 - NU**2) * 0.008) < 1.6 and left < 0.3
     assert curve["contact_radius"][2] == pytest.approx(0.008, rel=0.25)
+    run = run_lammps("in.indent", 1, {"specimen": block, "coeff": METAL, "tool": "flat", "tool_radius": 0.008, "depth": 2e-4, "increments": 1, "out": "deep"}, tmp_path).ok()
+    assert any("the rim of the punch presses spheres beside it" in line for line in run.warnings())
 
 
 def test_a_wide_contact_is_no_cause_for_a_warning(tmp_path):

@@ -42,6 +42,10 @@ def test_rows(tmp_path):
 def test_a_square_bar_is_refused(tmp_path):
     run_lammps("in.specimen", 1, {"n": 500, "shape": "block", "length": 0.03, "width": 0.012, "height": 0.012, "out": "square.data"}, tmp_path).ok()
     refused(run_lammps("in.torsion", 1, {"specimen": "square.data", **SMALL}, tmp_path), "in.torsion: the body is no round bar or tube of this outer radius about the x axis")
+    (tmp_path / "thin.data").write_bytes(REFERENCE.read_bytes())
+    body = (REFERENCE.parent / f"{REFERENCE.name}.body").read_text(encoding="utf-8")
+    (tmp_path / "thin.data.body").write_text(body + "variable radius delete\nvariable radius equal 0.0185\n", encoding="utf-8")
+    refused(run_lammps("in.torsion", 1, {"specimen": "thin.data", **SMALL}, tmp_path), "in.torsion: the radius of the body is given as 0.0185 m, but its outermost sphere reaches to 0.0")
 
 
 @pytest.mark.parametrize("deck, group", [("torsion", "left"), ("traction", "left"), ("cyclic", "left"), ("quasistatic", "left"), ("indent", "base"), ("upset", "bottom")])

@@ -67,6 +67,7 @@ LOADS = (
     Load("in.bending", "deflection", ("strain", "stress", "stress"), "E", "strain of the outer fibre, as of a beam without shear",
          "stress of the outer fibre, of elastic beams"),
     Load("in.shear", "shear_stress", ("strain", "shear_stress", "shear_stress"), "G", "shear strain", "shear stress"),
+    Load("in.upset", "width_plates", ("strain", "stress", "stress"), "E", "height lost, over the height", "nominal stress"),
     Load("in.pull", "stress", ("strain", "stress", "stress"), "E", "nominal strain", "nominal stress"),
 )
 
@@ -254,7 +255,7 @@ def numbers(curve, column="virial", fit=None):
         "yield_MPa": 1e-6 * yield_stress(strain, stress, elastic_modulus),
     }
     for name, at in STRAINS_REPORTED.items():
-        found[name + "_MPa"] = 1e-6 * or_nan(stress_at, strain, stress, at)
+        found[name + "_MPa"] = 1e-6 * stress_on(strain, stress, at)
     middle = 0.5 * (low + high)
     found["departure_strain"] = or_nan(departure_strain, strain, stress, elastic_modulus, middle)
     return found
