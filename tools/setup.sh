@@ -17,7 +17,7 @@ source "$here/setup_source.sh"
 usage() {
   cat <<'END'
 usage: tools/setup.sh [--lammps-source DIR] [--lammps-build DIR]
-                      [--lammps-release 4Feb2025|newest] [--help]
+                      [--lammps-release 4Feb2025|newest] [--peers] [--help]
 
 Installs what is missing (Debian, with apt), gets and builds LAMMPS once, builds the plugin and ends
 with build/evpplugin.so and build/lmp. A second call takes seconds; an interrupted one goes on.
@@ -25,6 +25,7 @@ with build/evpplugin.so and build/lmp. A second call takes seconds; an interrupt
   --lammps-source DIR    use this LAMMPS source tree and build it (in the cache, not in the tree)
   --lammps-build DIR     with --lammps-source: use this finished CMake build of it
   --lammps-release R     4Feb2025 (default, the oldest supported) or newest: Debian's source of that release
+  --peers                LAMMPS with the packages of the styles that doc/studies/bench.py compares with, too
   Without options: what the last set-up of this checkout used.
 
 Environment: EVP_CACHE  folder for LAMMPS (default: $XDG_CACHE_HOME/evp or ~/.cache/evp)
@@ -35,6 +36,7 @@ END
 source_dir=
 build_dir=
 release=
+peers=
 remembered=$EVP_BUILD/setup.options
 if [ $# -eq 0 ] && [ -s "$remembered" ]; then
   mapfile -t options <"$remembered"
@@ -51,6 +53,7 @@ while [ $# -gt 0 ]; do
         *release) release=$2 ;;
       esac
       shift 2 ;;
+    --peers) peers=yes; shift ;;
     -h|--help) usage; exit 0 ;;
     *) die "unknown option '$1'; see tools/setup.sh --help" ;;
   esac
@@ -85,7 +88,7 @@ if ! flock -n 9; then
   flock -w 1800 9 || die "the other set-up did not end within 30 min; look for a running tools/setup.sh"
 fi
 
-phase "1/5 packages: look for compiler, CMake, MPI, FFTW, Python modules; install what is missing (up to 3 min)"
+phase "1/5 packages: look for compiler, CMake, MPI, Python modules; install what is missing (up to 3 min)"
 install_missing_packages
 done_phase
 
@@ -105,12 +108,14 @@ if [ -n "$build_dir" ]; then
   say "using your build $build_dir"
   lammps_build=$build_dir
 else
-  options=(-DCMAKE_BUILD_TYPE=Release -DBUILD_SHARED_LIBS=on -DBUILD_MPI=on -DPKG_PLUGIN=on
-    -DPKG_KSPACE=on -DFFT=FFTW3)
-  # What the benchmark compares with, and what draws pictures since 11 Feb 2026, where this release and this processor have it: 1 min more.
-  peers=(EXTRA-PAIR OPT MOLECULE BPM GRANULAR GRAPHICS)
-  [ "$(uname -m)" != x86_64 ] || peers+=(INTEL)
-  for package in "${peers[@]}"; do
+  options=(-DCMAKE_BUILD_TYPE=Release -DBUILD_SHARED_LIBS=on -DBUILD_MPI=on -DPKG_PLUGIN=on)
+  # What input scripts and tests use, and what draws pictures since 11 Feb 2026, where this release has it.
+  packages=(GRANULAR MOLECULE BPM GRAPHICS)
+  if [ -n "$peers" ]; then
+    packages+=(EXTRA-PAIR OPT)
+    [ "$(uname -m)" != x86_64 ] || packages+=(INTEL)
+  fi
+  for package in "${packages[@]}"; do
     [ ! -d "$tree/src/$package" ] || options+=("-DPKG_$package=on")
   done
   # An update of the compiler or of MPI makes another build, not a mixture.
@@ -123,7 +128,8 @@ else
   else
     rm -f "$stamp"
     if [ ! -f "$lammps_build/build.ninja" ]; then
-      run_logged "configuring LAMMPS" cmake -S "$tree/cmake" -B "$lammps_build" -G Ninja "${options[@]}"
+      run_logged "configuring LAMMPS" cmake -S "$tree/cmake" -B "$lammps_build" -G Ninja "${options[@]}" \
+        -DCMAKE_PROJECT_lammps_INCLUDE="$EVP_REPOSITORY/cmake/LammpsHeaders.cmake"
     fi
     run_logged "building LAMMPS in $lammps_build" ninja -C "$lammps_build" lmp
     require_release "$lammps_build/lmp" "$lammps_build" "$lammps_date"
@@ -145,7 +151,7 @@ $loaded"
 $loaded"
 done_phase
 if [ -n "$source_dir" ]; then
-  printf '%s\n' --lammps-source "$source_dir" ${build_dir:+--lammps-build "$build_dir"} >"$remembered"
+  printf '%s\n' --lammps-source "$source_dir" ${build_dir:+--lammps-build "$build_dir"} ${peers:+--peers} >"$remembered"
 elif [ "$release" != 4Feb2025 ]; then
   printf '%s\n' --lammps-release "$release" >"$remembered"
 else

@@ -14,7 +14,6 @@ missing_packages() {
   has_command mpicxx || echo libopenmpi-dev
   has_command mpirun || echo openmpi-bin
   has_command xz || echo xz-utils
-  has_header fftw3.h || echo libfftw3-dev
   has_header gtest/gtest.h || echo libgtest-dev
   has_header gmock/gmock.h || echo libgmock-dev
   has_header yaml.h || echo libyaml-dev

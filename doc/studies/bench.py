@@ -6,7 +6,7 @@
 
 All styles of a section run in turn, several rounds; ratios are taken within a round. A section that is not run keeps its part of
 the page. Times are those of LAMMPS' breakdown (Pair, Bond, Neigh, Comm, loop). --quick runs small bodies once, to test the tool.
-Uses the lmp of this checkout, or EVP_LMP and EVP_MPIRUN.
+Uses the lmp of this checkout, by tools/setup.sh --peers, or EVP_LMP and EVP_MPIRUN.
 """
 
 import csv
@@ -75,6 +75,8 @@ class Bench:
     def rounds(self, every, title, may_build=False):
         """{name: [Timing of each round]} of the scenes whose style this LAMMPS has. RunError where neighbor lists were built."""
         held = [scene for scene in every if not scene.needs or scene.needs in self.words]
+        if len(held) < len(every):
+            print(f"left out: {', '.join(scene.name for scene in every if scene not in held)}: tools/setup.sh --peers builds a LAMMPS that has them", file=sys.stderr)
         found = in_turn({scene.name: functools.partial(run_scene, scene, self.folder) for scene in held}, self.repeats, title)
         built = [name for name, timings in found.items() if not may_build and any(timing.builds for timing in timings)]
         if built:

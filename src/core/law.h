@@ -61,6 +61,9 @@ template <class Powers> struct Regime {
     return e * stored_per_depth(powers, strain, s);
   }
 
+  template <int M, int N> static AnyPowers exponents(FixedPowers<M, N>) { return {M, N}; }
+  static AnyPowers exponents(const AnyPowers &powers) { return powers; }
+
   /// -dF/dd deq^2.
   double stiffness(double s) const
   {
@@ -70,9 +73,6 @@ template <class Powers> struct Regime {
   }
 
  private:
-  template <int M, int N> static AnyPowers exponents(FixedPowers<M, N>) { return {M, N}; }
-  static AnyPowers exponents(const AnyPowers &powers) { return powers; }
-
   template <int M, int N>
   EVP_INLINE static double stored_per_depth(FixedPowers<M, N>, double strain, double s)
   {
@@ -221,7 +221,10 @@ template <class Powers> class Law {
     const double bends = saturation == 0.0
         ? slip
         : std::min(slip, 40.0 * saturation);    // the limit is constant then
-    const int parts = saturation == 0.0 ? 1 : 1 + (int) (2.0 * bends / saturation);
+    const double end = limit(k + bends);
+    const double steep = (1.0 + Regime<Powers>::exponents(first.powers).m) * (end - limit(k)) /
+        (1.0 + std::min(0.0, sign * end));
+    const int parts = 1 + (saturation == 0.0 ? 0 : (int) (2.0 * bends / saturation)) + (int) steep;
     const auto force_at = [this, sign, k](double by) {
       return std::fabs(first.force(1.0 / (1.0 + sign * limit(k + by))));
     };

@@ -95,11 +95,12 @@ inline Row row_from_text(const std::string &text, const std::string &file, const
     std::vector<std::string> words = split_words(line);
     if (words.empty()) continue;
     known += (known.empty() ? "" : ", ") + shown(words.front());
-    if (words.front() != name) continue;
+    const bool is_wanted = words.front() == name;
     words.erase(words.begin());
     try {
-      if (found) throw BadInput("row '" + shown(name) + "' is given twice");
-      found = parse_row(words);
+      if (is_wanted && found) throw BadInput("row '" + shown(name) + "' is given twice");
+      const Row row = parse_row(words);
+      if (is_wanted) found = row;
     } catch (const BadInput &bad) {
       throw BadInput("file " + file + " line " + std::to_string(number) + ": " + bad.what());
     }

@@ -48,6 +48,8 @@ void FixNVEEVP::init()
   pair_data = EVP::PairData::require(force, error, who);
   EVP::scene::refuse_respa(update, error, who);
   EVP::scene::demand_only_one(modify, error, this, who);
+  if (!(update->dt > 0.0))
+    error->all(FLERR, "{} needs a timestep above 0, got {:.6g}", who, update->dt);
 
   others_groupbits = 0;
   forces_follow = false;

@@ -236,6 +236,7 @@ OTHERS = [
     ({"coeff": DAMPED, "move": "fix move all nve/evp tol 1e-12\nset atom 1 vx 1e200\nset atom 2 vx -1e200"}, "non-finite (NaN or Inf) velocities or forces at step 0 with timestep 1e-07"),
     # fix nve/evp
     ({**NO_STYLE, "move": "fix move all nve/evp"}, "needs pair style evp/lj"),
+    ({"coeff": DAMPED, "move": "fix move all nve/evp", "step": "timestep 0"}, "nve/evp needs a timestep above 0, got 0"),
     ({"coeff": DAMPED, "move": "fix move all nve/evp\nfix too one nve/evp"}, "fix too is of this style too, but only one is allowed"),
     ({"coeff": DAMPED, "move": "fix move all nve/evp\nfix too one nve"}, "act on the same atoms"),
     ({"coeff": DAMPED, "move": "group rest subtract all one\nfix too one nve\nfix move rest nve/evp", **ALONE}, "is integrated by another fix"),

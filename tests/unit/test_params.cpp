@@ -309,6 +309,8 @@ TEST(RowFromText, GivesTheNumberOfABadLine)
                   {"gado.evp line 2", "expected 9 values, got 8"});
   expect_bad_file(HEADER + std::string("table1 80 4 8 3 8 4 0.005 0 1.5\n"),
                   {"gado.evp line 2", "m1 > n1 > 0"});
+  expect_bad_file(FILE_TEXT + "another 80 4 8 3 8 4 0.005 0 1.5\n",
+                  {"gado.evp line 6", "m1 > n1 > 0"});
   expect_bad_file(FILE_TEXT + "table1 " + TABLE1 + "\n",
                   {"gado.evp line 6", "'table1' is given twice"});
 }

@@ -233,8 +233,10 @@ TEST(Plasticity, OneWayIncrementsOfAnySizeDoTheSame)
   std::vector<Row> rows = ROWS;
   for (const double saturation : {0.03, 0.004, 1e-5})
     rows.push_back(with_exponents(8, 4, 8, 4, saturation));
+  rows.push_back(with_exponents(60, 30, 60, 30));
+  rows.back().e2 = 0.5 * rows.back().e1;    // hardens much
   for (const Row &row : rows)
-    for (const double end : {-0.13, 0.1}) {
+    for (const double end : {-0.3, -0.13, 0.1}) {
       SCOPED_TRACE(name_of(row));
       const PairLaw law(row);
       const PairState at_once = law.state(1.0 + end, {1.0, Flow::STAYS});
