@@ -6,8 +6,8 @@
     tools/cost.py --ranks 2 --seconds 20 my_deck.in
 
 Options of cost.py stand before the input script, those of LAMMPS behind it. The script runs for --seconds; then each fix of this package
-is timed by steps with and without it. What the script writes goes to a temporary folder where it takes -var out, as those of lammps_inputs do.
-A script of minimizations is timed by its line `include ${also}`, and tells the time left itself. The error is that which
+is timed by steps with and without it. What the script writes goes to a temporary folder: it runs in a copy of the present folder, but where
+it takes -var out, as those of lammps_inputs do. A script of minimizations is timed by its line `include ${also}`, and tells the time left itself. The error is that which
 doc/studies/accuracy_cost.py measured for the same script. LAMMPS is the lmp of this checkout, or EVP_LMP and EVP_MPIRUN.
 """
 
@@ -17,6 +17,7 @@ import csv
 import math
 import pathlib
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -32,6 +33,8 @@ EFFECTS = "evp/energy", "evp/volume", "dt/evp"  # fixes that a run does without
 OUTPUT = re.compile(r"ave/\w+|print|halt|vector")  # fixes that may refer to them
 LOOP = re.compile(r"^Loop time of (\S+) on \d+ procs for (\d+) steps with (\d+) atoms", re.M)
 LOAD = re.compile(r"^([\d.]+)% CPU use", re.M)  # of the processor in a loop: less than 100 beside other programs
+MINIMIZED = "Minimization stats:"  # stands behind the loop time of a minimization
+LARGEST = 1e9  # [bytes] of a folder that is copied
 PARTS = "Pair", "Neigh", "Comm", "Output", "Modify"  # of LAMMPS' breakdown
 
 Timed = collections.namedtuple("Timed", "seconds steps atoms")
@@ -46,6 +49,7 @@ def timings(deck, seconds):
     """Commands that time the body as it is, then without each effect, one after the other."""
     own = fixes(deck)
     lines = ["thermo_style one"]
+    lines += [f'if "$(is_defined(dump,{name}))" then "undump {name}"' for name in re.findall(r"^dump\s+(\S+)", deck, re.M)]
     lines += [f'if "$(is_defined(fix,{name}))" then "unfix {name}"' for name, style in reversed(own) if OUTPUT.fullmatch(style)]
     window = [f"timer timeout {seconds:.0f} every 20", "run 1000000000 post yes"]
     lines += [f"print '{MARK} as it is'", *window]
@@ -71,23 +75,46 @@ def script(deck, folder, seconds):
     return choices
 
 
+def copied(folder):
+    """A copy of the present folder in another."""
+    size = sum(path.stat().st_size for path in pathlib.Path.cwd().rglob("*") if path.is_file() and not path.is_symlink())
+    if size > LARGEST:
+        raise RunError(f"the script writes to the present folder, which has {1e-9 * size:.1f} GB, too much to copy it: run cost.py in a folder with the input of the script alone")
+    return shutil.copytree(pathlib.Path.cwd(), folder / "copy", symlinks=True)
+
+
 def run(options, folder):
     """Output of the run, and the log of the script itself, as texts."""
-    choices = script(options.deck.resolve(), folder, options.seconds)
+    deck = options.deck.resolve()
+    choices = script(deck, folder, options.seconds)
     command = [*lammps_command(options.ranks), "-in", str(folder / "in.cost"), "-log", str(folder / "log"), *choices, *options.arguments]
+    place = pathlib.Path.cwd() if "out" in choices else copied(folder)
     print(f"cost.py: runs {options.deck.name} for about {format_seconds(2 * options.seconds)}", file=sys.stderr, flush=True)
     done = subprocess.run(command, env=environment(), stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                          encoding="utf-8", errors="replace", check=False)
+                          encoding="utf-8", errors="replace", check=False, cwd=place)
     (folder / "screen").write_text(done.stdout, encoding="utf-8")
     if f"{MARK} end" not in done.stdout:
-        raise RunError(f"{options.deck.name} failed (exit {done.returncode}): {lammps_error(folder / 'screen')}")
+        failed = lammps_error(folder / "screen")
+        if not loops(done.stdout):
+            raise RunError(f"{options.deck.name} failed (exit {done.returncode}): {failed}")
+        print(f"cost.py: no shares, as the script cannot go on after its run is cut short: {failed}", file=sys.stderr, flush=True)
     log = (folder / "log").read_text(encoding="utf-8", errors="replace")
     return done.stdout, log.partition(f"{MARK} deck ended")[0]
 
 
-def loops(text):
-    """[Timed] of the runs in a part of the output."""
-    return [Timed(float(seconds), int(steps), int(atoms)) for seconds, steps, atoms in LOOP.findall(text)]
+def loops(text, minimized=False):
+    """[Timed] of the runs in a part of the output, or of its minimizations."""
+    found = list(LOOP.finditer(text))
+    ends = [one.start() for one in found[1:]] + [len(text)]
+    return [Timed(float(one[1]), int(one[2]), int(one[3])) for one, end in zip(found, ends) if (MINIMIZED in text[one.end():end]) == minimized]
+
+
+def steps_asked(log):
+    """By the lines `run N` and `run N upto` of a log."""
+    asked = 0
+    for steps, words in re.findall(r"^run +(\d+)\b(.*)$", log, re.M):
+        asked = max(asked, int(steps)) if " upto" in words else asked + int(steps)
+    return asked
 
 
 def to_come(deck, screen, log):
@@ -95,14 +122,14 @@ def to_come(deck, screen, log):
     told = re.findall(r"about (\d+) s left", screen)
     if told:
         return f"about {format_seconds(float(told[-1]))} to go, as the script tells"
-    asked = sum(map(int, re.findall(r"^run +(\d+)\b", log, re.M)))
-    done = loops(screen)
+    asked, done, minimized = steps_asked(log), loops(screen), sum(one.seconds for one in loops(screen, True))
     steps = sum(one.steps for one in done)
     if not steps:
         raise RunError(f"{deck.name} made no step in this time: give more --seconds")
     each = sum(one.seconds for one in done) / steps
     most = "at most " if re.search(r"^fix\s+\S+\s+\S+\s+halt\s", log, re.M) else ""
-    return f"{most}{asked} steps of {1e3 * each:.3g} ms: {most}{format_seconds(asked * each)}"
+    more = f", and {format_seconds(minimized)} of minimization so far" if minimized else ""
+    return f"{most}{asked} steps of {1e3 * each:.3g} ms: {most}{format_seconds(asked * each)}{more}"
 
 
 def shares(parts):
@@ -165,9 +192,9 @@ def main(arguments=None):
         parts = re.split(rf"^{MARK} (.*)\n", screen, flags=re.M)
         parts = {"deck": parts[0], **dict(zip(parts[1::2], parts[2::2]))}
         effects = {title: text for title, text in parts.items() if title == "as it is" or title.startswith("without ")}
-        atoms = loops(effects["as it is"])[0].atoms
+        atoms = LOOP.search(screen)[3]
         print(f"{options.deck.name}, {atoms} spheres, {options.ranks} MPI rank{'s' * (options.ranks > 1)}: {to_come(options.deck, parts['deck'], log)}")
-        for line in (*shares(effects), *errors(options.deck, screen, atoms)):
+        for line in (*(shares(effects) if f"{MARK} end" in screen else ()), *errors(options.deck, screen, int(atoms))):
             print(f"  {line}")
 
 

@@ -54,7 +54,7 @@ TITLES = {  # {E}: what the modulus is called
     "elastic_strain": "elastic part",
     "rest_strain": "the rest",
     "unloading_GPa": "unloading modulus [GPa]",
-    "area_MJ_per_m3": "loop area [MJ/m3]",
+    "area_MJ_per_m3": "last loop area [MJ/m3]",
     "areas": "loop areas [MJ/m3]",
 }
 NUMBERS = ("E_GPa", "range", "yield_MPa", "stress_1pc_MPa", "stress_2pc_MPa", "departure_strain")

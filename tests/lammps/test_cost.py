@@ -18,10 +18,11 @@ with open(REPOSITORY / "doc" / "accuracy_errors.csv", newline="", encoding="utf-
 
 
 def cost(folder, *words):
-    """The tool, which leaves its folder empty."""
+    """The tool, which leaves its folder as it is."""
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
     done = subprocess.run([sys.executable, str(REPOSITORY / "tools" / "cost.py"), *map(str, words)], cwd=folder, text=True, timeout=120, check=False,
                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env={**os.environ, "EVP_LMP": str(LMP)})
-    assert not list(folder.iterdir())
+    assert before == {path.name: path.read_bytes() for path in folder.iterdir()}
     return done
 
 
@@ -49,6 +50,36 @@ def test_minimizations_and_effects(tmp_path):
     smallest = min(value for deck, load, choice, value in MEASURED if (deck, load, choice) == ("in.quasistatic", "Tension to 2 % and back", "increment"))
     error = MEASURED["in.quasistatic", "Tension to 2 % and back", "increment", smallest]
     assert f"as measured in 'Tension to 2 % and back': increment 0.0001 {error:.2g} %" in said
+
+
+OWN = """units si
+atom_style sphere
+boundary s s s
+read_data body.data
+neighbor 0.0004 bin
+pair_style evp/lj contact none plasticity isotropic
+pair_coeff * * 80 8 4 3 8 4 0.005 0 1.5
+fix bonds all evp/bonds
+fix integrate all nve
+fix energy all evp/energy
+dump all all custom 1000 own.dump id x
+timestep 1e-7
+minimize 0 1e-6 100 1000
+run 3000
+run 200000 upto
+write_data end.data
+"""
+
+
+def test_a_script_of_ones_own(tmp_path):
+    """Its results stay what they are, its minimization is no step, and 'upto' counts from the start."""
+    (tmp_path / "body.data").write_bytes(REFERENCE.read_bytes())
+    for name in ("own.dump", "end.data", "log.lammps"):
+        (tmp_path / name).write_text("mine", encoding="utf-8")
+    (tmp_path / "own.in").write_text(OWN, encoding="utf-8")
+    done = cost(tmp_path, "--seconds", "1", "own.in")
+    assert re.search(r"own.in, 500 spheres, 1 MPI rank: 200000 steps of \S+ ms: .*, and \d+ s of minimization so far\n", done.stdout), done.stdout
+    assert re.search(r"of it \d+ % for fix energy evp/energy", done.stdout) and "not measured for this script" in done.stdout
 
 
 @pytest.mark.parametrize("words, expected", [

@@ -73,6 +73,11 @@ def closed_surface(mesh, name):
     if shells > 1:
         raise ValueError(f"{name} has {shells} separate shells: export one part, without inner voids, as one shell (join them in the CAD program)")
     if mesh.is_self_intersecting():
+        sides = np.diff(corners[triangles], axis=1)
+        flat = np.nonzero(np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1) <= 1e-6 * np.max(np.sum(sides**2, axis=2), axis=1))[0]
+        if len(flat):
+            raise ValueError(f"{name}: {len(flat)} triangles have no area, one near {at(triangles[flat[0]])}: remove them in the CAD program "
+                             "(Blender: Degenerate Dissolve) and export it again")
         pair = np.asarray(mesh.get_self_intersecting_triangles())[0]
         raise ValueError(f"{name} crosses itself, near {at(triangles[pair])}; unite its pieces to one solid in the CAD program and export it again")
     if not mesh.orient_triangles() or mesh.get_volume() < 1e-9 * size**3:
