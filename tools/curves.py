@@ -8,7 +8,7 @@
   curves.py table    results/*.csv [--at 0.002,0.01] [--target metal.csv] [--csv table.csv]
   curves.py law      --coeff "80 8 4 3 8 4 0.005 0 1.5" --measured two_spheres.csv --out law.png
   curves.py specimen results/a_state.dump --out specimen.png
-  curves.py rate     damped.csv --twin undamped.csv --rate 10 --specimen specimen.data
+  curves.py rate     damped.csv --twin undamped.csv --rate 10 --specimen specimen.data --coeff "80 8 4 3 8 4 0.005 1000 1.5"
 
 Curves are PREFIX.csv of in.traction (strain,stress_grip,stress_virial; Pa), the state is its
 PREFIX_state.dump, or a CSV with the columns x,y,z,radius,share. With every PNG a CSV of its data is written
@@ -28,7 +28,7 @@ fitted over +-0.0006 of strain, or interpolated where the rows are farther apart
 with strain or strain_percent, and stress or stress_MPa; the differences of the first loading from it are taken at its rows.
 `columns` plots any two columns of CSV files of the decks, such as time and force of in.taylor.
 `rate` separates the viscous and the inertial share of the stress of a damped run. Its twin is the
-same run at the same rate with gamma = 0; with --rate and --specimen it also prints the estimates E tau rate
+same run at the same rate with gamma = 0; with --rate, --specimen and --coeff it also prints the estimates E tau rate
 and rho c L rate.
 """
 
@@ -62,6 +62,7 @@ CYCLE = ("turn_strain", "turn_MPa", "residual_strain", "elastic_strain", "rest_s
 WHY_NONE = {  # notes where there is no such number
     "residual_strain": "the way back ends before zero stress; -var lower release of in.cyclic and in.quasistatic goes there",
     "unloading_GPa": "the way back has too few rows",
+    "area_MJ_per_m3": "the stress of the surface is not that of the whole section",
 }
 
 
@@ -131,7 +132,11 @@ def read_with_turns(path, args):
 def evaluated(args, numbers):
     """({path: (curve, turns)}, {path: numbers(curve, turns)}); a CurveError names its file."""
     read = {path: read_with_turns(path, args) for path in dict.fromkeys(args.curves)}
-    return read, {path: curves.named(path, numbers, curve, turns) for path, (curve, turns) in read.items()}
+    found = {path: curves.named(path, numbers, curve, turns) for path, (curve, turns) in read.items()}
+    for path, line in found.items():
+        if curves.load_of(path).deck in ("in.torsion", "in.bending"):  # stress and strain of the surface
+            line.update({name: curves.NAN for name in line if name.startswith("area_")})
+    return read, found
 
 
 def print_table(titles, rows, digits=5):
@@ -207,7 +212,7 @@ def show_table(args):
     stresses = [f"stress_at_{at:g}_MPa" for at in strains]
     areas = list(dict.fromkeys(name for line in found.values() for name in line if name.startswith("area_")))
     for line in found.values():
-        line["areas"] = " ".join(f"{line[name]:.5g}" for name in areas if name in line) or "-"
+        line["areas"] = " ".join(f"{line[name]:.5g}" for name in areas if line.get(name, curves.NAN) == line.get(name)) or "-"
     print_numbers(found, ["E_GPa", "range", "yield_MPa", *stresses, "turn_strain", "residual_strain", "unloading_GPa", "areas"])
     if target:
         print(f"\ndeparture from {args.target}, curve minus target, at its rows")
@@ -257,9 +262,11 @@ def plot_specimen(args):
 
 def show_rate_shares(args):
     """Print what theory expects, where it is asked for, and a line of shares for each strain."""
-    if (args.specimen is None) != (args.rate is None):
-        raise ValueError("--rate and --specimen are given together, or neither")
+    if len({value is None for value in (args.specimen, args.rate, args.coeff)}) > 1:
+        raise ValueError("--rate, --specimen and --coeff are given together, or none of them")
     damped, twin = curves.read_curve(args.damped), curves.read_curve(args.twin)
+    if damped.strain[-1] < 0.0:
+        raise ValueError(f"{args.damped} is of compression: shares of a rate are those of tension")
     rates.check_twin(damped, twin)
     strains = args.strains or rates.reached(damped)
     if not strains:
@@ -267,9 +274,9 @@ def show_rate_shares(args):
     found = [rates.shares_at(damped, twin, at) for at in strains]
     if args.specimen:
         body, size = specimen.read_data(args.specimen), specimen.read_body(args.specimen)
-        row = rates.scaled_row(law.Row.parse(args.coeff), len(body.ids), size["volume"])
+        row, density = rates.run_row(args.coeff, body, size["volume"])
         modulus = curves.modulus(twin.strain, twin.virial)
-        theory = rates.expected(body, row, args.rate, modulus, size["length"], size["volume"])
+        theory = rates.expected(body, row, density, args.rate, modulus, size["length"])
         print(f"expected at {args.rate:g}/s with E {1e-9 * modulus:.2f} GPa of the twin and "
               f"tau {theory.tau:.4g} s: E tau rate {1e-6 * theory.viscous:.3f} MPa viscous in the "
               f"elastic part; inertia below rho c L rate {1e-6 * theory.inertial:.3f} MPa")
@@ -339,8 +346,7 @@ def parser():
                      help="(default: 0.002 0.005 0.01 0.0195, as far as the damped run goes)")
     sub.add_argument("--rate", type=float, help="of both runs [1/s], for what theory expects")
     sub.add_argument("--specimen", metavar="FILE", help="data file that both runs read, beside it FILE.body, likewise")
-    sub.add_argument("--coeff", default="80 8 4 3 8 4 0.005 1000 1.5",
-                     help="row of the damped run, as given to the deck (default: Table 2)")
+    sub.add_argument("--coeff", metavar="ROW", help="row of the damped run, as given to the deck: nine numbers with their keywords, or FILE:ROW")
     return top
 
 

@@ -48,6 +48,13 @@ def test_a_square_bar_is_refused(tmp_path):
     refused(run_lammps("in.torsion", 1, {"specimen": "thin.data", **SMALL}, tmp_path), "in.torsion: the radius of the body is given as 0.0185 m, but its outermost sphere reaches to 0.0")
 
 
+def test_a_bore_beside_the_axis_is_refused(tmp_path):
+    (tmp_path / "bore.region").write_text("region whole cylinder x 0 0 0.012 0 0.04\nregion bore cylinder x 0.003 0 0.005 0 0.04 side out\n"
+                                          "region body intersect 2 whole bore\n", encoding="utf-8")
+    run_lammps("in.specimen", 1, {"n": 900, "shape": "region", "region": "bore.region", "length": 0.04, "width": 0.024, "height": 0.024, "out": "bore.data"}, tmp_path).ok()
+    refused(run_lammps("in.torsion", 1, {"specimen": "bore.data", **SMALL}, tmp_path), "in.torsion: the body is no round bar or tube of this outer radius about the x axis")
+
+
 @pytest.mark.parametrize("deck, group", [("torsion", "left"), ("traction", "left"), ("cyclic", "left"), ("quasistatic", "left"), ("indent", "base"), ("upset", "bottom")])
 def test_grips_without_spheres_are_refused(flat, tmp_path, deck, group):
     refused(run_lammps(f"in.{deck}", 1, {"specimen": flat, "material": DECKS.parent / "potentials/metals.evp:copper_OFHC"}, tmp_path),

@@ -196,9 +196,12 @@ def test_curves_of_other_loads_have_the_same_numbers(tmp_path, deck):
     for words, curve in ((("numbers",), both[0]), (("table",), both[0]), (("table",), both[1]), (("cycle",), both[1])):
         plain, other = (command(*words, path) for path in (inputs.curve_file(tmp_path / "a.csv", curve), other_file(tmp_path / "b.csv", deck, curve)))
         assert other.returncode == 0, other.stderr
-        expected = re.sub(r"\bE\b", modulus, plain.stdout).replace("a.csv", "b.csv")
-        assert other.stdout.startswith(expected), words
-        assert f"is of {deck}: " in other.stdout and f"its modulus is {modulus}\n" in other.stdout[len(expected):]
+        expected = re.sub(r"\bE\b", modulus, plain.stdout).replace("a.csv", "b.csv").splitlines()
+        lines = other.stdout.splitlines()
+        if "area" in expected[0] and deck != "in.shear":  # stress and strain of the surface have no work
+            expected[1], lines[1] = (line.rsplit(None, 1)[0] for line in (expected[1], lines[1]))
+        assert lines[:len(expected)] == expected, words
+        assert f"is of {deck}: " in other.stdout and other.stdout.rstrip().endswith(f"its modulus is {modulus}")
     written = command("table", tmp_path / "b.csv", "--csv", tmp_path / "table.csv")
     assert written.returncode == 0 and (tmp_path / "table.csv").read_text().startswith(f"curve,{modulus}_GPa,{modulus}_from,{modulus}_to,yield_MPa")
     for kind in ("plot", "cycle"):

@@ -271,3 +271,13 @@ def test_misuse_gets_one_line(files, words, message):
     assert failed.returncode == 1 and failed.stderr.startswith("ERROR: ") and len(failed.stderr.splitlines()) == 1, failed.stderr
     assert message in failed.stderr and failed.stdout == ""
     assert {path.name: path.read_bytes() for path in files.iterdir()} == before
+
+
+def test_no_loop_area_of_a_surface(tmp_path):
+    """Stress times strain of the surface of a twisted bar is not its work: a dash, and a note."""
+    angle = np.concatenate([np.linspace(0, 0.02, 21), np.linspace(0.019, 0.01, 10)])
+    rows = [f"{a:.9g},{a:.9g},1,1,{1e9 * a:.9g},{1e9 * a:.9g}" for a in angle]
+    (tmp_path / "twist.csv").write_text("angle,shear_strain,torque_grip,torque_virial,shear_stress_grip,shear_stress_virial\n" + "\n".join(rows) + "\n", encoding="utf-8")
+    shown = call(tool.main, "cycle", str(tmp_path / "twist.csv"))
+    assert shown.returncode == 0 and "has no last loop area: the stress of the surface" in shown.stdout, shown.stdout + shown.stderr
+    assert call(tool.main, "table", str(tmp_path / "twist.csv")).stdout.splitlines()[1].split()[-1] == "-"

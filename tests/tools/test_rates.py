@@ -77,7 +77,7 @@ def row_of_spheres():
 
 
 def test_expected_of_a_row_of_spheres():
-    found = rates.expected(row_of_spheres(), law.TABLE2, 10.0, E, length=0.04, volume=1e-5)
+    found = rates.expected(row_of_spheres(), law.TABLE2, 5e-3 / 1e-5, 10.0, E, length=0.04)
     tau, density = 1000.0 * 0.007**2 / 2560.0, 5e-3 / 1e-5
     assert found == pytest.approx(rates.Expected(tau, E * tau * 10.0, density * np.sqrt(E / density) * 0.04 * 10.0), rel=1e-12)
 
@@ -117,6 +117,19 @@ def test_command_prints_what_is_expected(files):
     assert f"E tau rate {1e-6 * E * tau * 10.0:.3f} MPa" in shown.stdout.splitlines()[0]
 
 
+ROW = "80 8 4 3 8 4 0.005 1000 1.5"
+
+
+def test_a_row_with_a_spacing_is_scaled_as_the_pair_style_does(tmp_path):
+    """gamma/e goes as (spacing/that of the body)^2, and the mass is that of the row's solid; numbers typed and in a file are one."""
+    (tmp_path / "my.evp").write_text("# UNITS: si\nmine 80 8 4 3 8 4 0.005 500 1.5 spacing 0.0035 coordination 12 density 2700 # of mine\n", encoding="utf-8")
+    typed = rates.run_row("80 8 4 3 8 4 0.005 500 1.5 spacing 0.0035 coordination 12 density 2700", row_of_spheres(), 1e-5)
+    assert rates.run_row(f"{tmp_path}/my.evp:mine", row_of_spheres(), 1e-5) == typed
+    assert rates.relaxation_time(np.full(4, 0.007), typed[0]) == pytest.approx(500.0 * 0.0035**2 / 2560.0) and typed[1] == 2700.0
+    with pytest.raises(ValueError, match="no row 'yours'; its rows: mine"):
+        rates.run_row(f"{tmp_path}/my.evp:yours", row_of_spheres(), 1e-5)
+
+
 EXPECT = ("damped", "--twin", "twin", "--specimen", "data")
 
 
@@ -128,10 +141,10 @@ EXPECT = ("damped", "--twin", "twin", "--specimen", "data")
     (("damped", "--twin", "twin", "--strains", "0.05"), "damped run: .* between strain 0.0494"),
     (("pushed", "--twin", "twin"), "no tension"),
     (("damped", "--twin", "missing.csv"), "missing.csv"),
-    (("damped", "--twin", "twin", "--rate", "10"), "--rate and --specimen are given together"),
-    ((*EXPECT[:-1], "twin", "--rate", "10"), "no 'Atoms # sphere' section"),
+    (("damped", "--twin", "twin", "--rate", "10"), "--rate, --specimen and --coeff are given together"),
+    ((*EXPECT[:-1], "twin", "--rate", "10", "--coeff", ROW), "no 'Atoms # sphere' section"),
     ((*EXPECT, "--rate", "1", "--coeff", "80 8"), "9 numbers"),
-    *(((*EXPECT, "--rate", rate), f"must be positive, got {rate}") for rate in ("0", "nan")),
+    *(((*EXPECT, "--coeff", ROW, "--rate", rate), f"must be positive, got {rate}") for rate in ("0", "nan")),
     ((*EXPECT, "--rate", "1", "--coeff", "80 8 4 3 8 4 0.005 0 1.5"), "gamma > 0"),
     ((*EXPECT, "--rate", "1", "--coeff", "80 8 4 3 8 4 0.005 1000 1.01"), "no pairs within alpha = 1.01"),
 ])

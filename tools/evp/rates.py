@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from . import curves
+from . import curves, law
 from .specimen import pairs_within
 
 STRAINS = (0.002, 0.005, *curves.STRAINS_REPORTED.values())  # the first in the elastic part
@@ -107,6 +107,30 @@ def scaled_row(row, count, volume=REFERENCE_VOLUME):
     return row._replace(e1=row.e1 * coarser, e2=row.e2 * coarser, gamma=row.gamma * coarser ** (1.0 / 3.0))
 
 
+def given_row(text):
+    """(law.Row, {keyword: value}) of a row as the decks take it, nine numbers with keywords behind them, or FILE:ROW. ValueError, or OSError of the file."""
+    words = text.split()
+    if len(words) == 1 and ":" in text:
+        path, _, name = text.rpartition(":")
+        with open(path, encoding="utf-8") as source:
+            rows = {line.split()[0]: line.partition("#")[0].split()[1:] for line in source if line.partition("#")[0].strip()}
+        if name not in rows:
+            raise ValueError(f"{path} has no row '{name}'; its rows: {', '.join(rows)}")
+        words = rows[name]
+    return law.Row.parse(" ".join(words[:9])), {word: float(value) for word, value in zip(words[9::2], words[10::2])}
+
+
+def run_row(text, specimen, volume):
+    """(law.Row as a run of a Specimen in a body of this volume [m3] sets it, but for a factor of energies and damping together; density of the solid [kg/m3])."""
+    row, more = given_row(text)
+    density = more.get("density") or specimen.mass.sum() / volume
+    if "spacing" not in more:
+        return scaled_row(row, len(specimen.ids), volume), density
+    pairs, _ = pairs_within(specimen, row.alpha)
+    spacing = np.mean(np.linalg.norm(specimen.x[pairs[:, 0]] - specimen.x[pairs[:, 1]], axis=1))
+    return row._replace(gamma=row.gamma * (more["spacing"] / spacing) ** 2), density  # e goes as its cube, gamma as it
+
+
 def relaxation_time(lengths, row):
     """tau = gamma <l^2>/(m1 n1 e1) [time] of bonds with these lengths (B,), l = deq; row: law.Row.
 
@@ -119,12 +143,12 @@ def relaxation_time(lengths, row):
     return float(row.gamma * np.mean(np.square(lengths)) / (row.m1 * row.n1 * row.e1))
 
 
-def expected(specimen, row, rate, modulus, length=0.05, volume=REFERENCE_VOLUME):
-    """Expected of a Specimen (SI) in a body of this length [m] and volume [m3], at a rate [1/s].
+def expected(specimen, row, density, rate, modulus, length=0.05):
+    """Expected of a Specimen (SI) in a body of this length [m], at a rate [1/s].
 
-    row: law.Row as the run set it (scaled_row); modulus: E [Pa], of the twin.
+    row, density: as the run set them (run_row); modulus: E [Pa], of the twin.
     rho c L rate: a grip that starts at V against a bar at rest sends rho c V, with V of the order
-    L rate, rho = mass over volume and c = sqrt(E/rho). in.traction starts with the velocities of
+    L rate, rho the density and c = sqrt(E/rho). in.traction starts with the velocities of
     uniform stretching, which leave the lateral motion only: expect a few per cent of it.
     ValueError for a rate, gamma or specimen of which nothing can be said.
     """
@@ -137,5 +161,4 @@ def expected(specimen, row, rate, modulus, length=0.05, volume=REFERENCE_VOLUME)
         raise ValueError(f"the specimen has no pairs within alpha = {row.alpha:g}")
     lengths = np.linalg.norm(specimen.x[pairs[:, 0]] - specimen.x[pairs[:, 1]], axis=1)
     tau = relaxation_time(lengths, row)
-    density = specimen.mass.sum() / volume
     return Expected(tau, modulus * tau * rate, float(np.sqrt(modulus * density)) * length * rate)
