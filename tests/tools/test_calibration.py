@@ -222,7 +222,9 @@ def test_a_measured_curve(tmp_path, sign, is_true, column, unit):
 
 @pytest.mark.parametrize("text, reason", [
     ("strain,stress\n0,0\n", "fewer than three points"), ("strain,stress\n0,0\n0.1,nan\n0.2,1e8\n", "number that is not finite"), ("a,b\n0,0\n", "must name a column of strain"),
-    ("strain,stress\n0,0\n0.002,1.4e8\n0.001,2e8\n", "do not grow"), ("strain,stress_MPa\n0,0\n0.001,70\n0.002,80\n", "does not reach twice")])
+    ("strain,stress\n0,0\n0.002,1.4e8\n0.001,2e8\n", "do not grow"), ("strain,stress_MPa\n0,0\n0.001,70\n0.002,80\n", "does not reach twice"),
+    ("strain,stress_MPa\n0,0\n0.01,120\n0.02,140\n0.05,160\n", "no row near the yield stress"), ("strain,stress_MPa\n0,0\n1,100\n2,120\n5,150\n", "shares, not per cent"),
+    ("strain,stress_MPa\n" + "".join(f"{x:.4f},{min(20e3 * x, 100 + 500 * x):.6g}\n" for x in np.arange(0, 0.1, 0.0005)), "begins with a slope of 20 GPa")])
 def test_curves_that_are_refused(tmp_path, text, reason):
     (tmp_path / "test.csv").write_text(text, encoding="utf-8")
     with pytest.raises(ValueError, match=reason):

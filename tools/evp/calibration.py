@@ -149,6 +149,10 @@ def check(targets):
     check_rates(targets.rates)
 
 
+NEAR_YIELD = 0.7  # of the 0.2 % yield stress: at least so much has the last row of a measured curve before it
+SLOPE = 0.45  # of E: its slope up to half the yield stress
+
+
 def read_measured(path, modulus, is_true):
     """(0.2 % yield stress [Pa], points) of a measured curve as of curves.read_points(), nominal unless is_true, from rest on; strains are
     negative in compression. Points are even in the strain, from twice that of the yield stress to the largest nominal stress."""
@@ -161,6 +165,18 @@ def read_measured(path, modulus, is_true):
     if len(strain) < 3 or not np.all(np.diff(strain) > 0.0):
         raise ValueError(f"--curve: {path}: fewer than three points, or strains that do not grow up to the largest stress: give one loading, from rest on")
     first = curves.yield_stress(strain, stress, modulus)
+    if strain[-1] > 1.5:
+        raise ValueError(f"--curve: {path} ends at a strain of {strain[-1]:g}: strains are shares, not per cent")
+    if math.isfinite(first):
+        known = stress[strain <= first / modulus + YIELD_OFFSET]
+        if known[-1] < NEAR_YIELD * first:
+            raise ValueError(f"--curve: {path} has no row near the yield stress: the last one before it has {1e-6 * known[-1]:.4g} MPa, the straight line behind it meets "
+                             f"the 0.2 % offset at {1e-6 * first:.4g} MPa: give rows there, or --yield and --stress")
+        half = int(np.argmax(stress >= 0.5 * first))
+        slope = (stress[half] - stress[0]) / (strain[half] - strain[0])
+        if slope < SLOPE * modulus:
+            raise ValueError(f"--curve: {path} begins with a slope of {1e-9 * slope:.4g} GPa, and E is {1e-9 * modulus:.4g} GPa, so that its yield stress would come out low: "
+                             "take the compliance of the machine out of the strains, or give --yield and --stress")
     begin, end = 2.0 * (first / modulus + YIELD_OFFSET), min(strain[-1], LARGEST_STRAIN)
     if not (math.isfinite(first) and begin < end):
         raise ValueError(f"--curve: {path} does not reach twice the strain of its 0.2 % yield stress with E = {modulus:g} Pa; is the strain a share, not per cent?")
