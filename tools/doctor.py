@@ -136,7 +136,11 @@ def run_deck(words, deck, alone=False):
     """(exit status, output) of a deck. alone: without the plugins of LAMMPS_PLUGIN_PATH."""
     with tempfile.TemporaryDirectory(prefix="evp_doctor_") as folder:
         pathlib.Path(folder, "in.doctor").write_text(deck, encoding="utf-8")
-        return run([*words, "-log", "none", "-in", "in.doctor"], {**os.environ, **(ALONE if alone else {})}, folder)
+        for _ in range(2):  # beside a program of the same user that ends, Open MPI at times does not start: a second try tells
+            status, text = run([*words, "-log", "none", "-in", "in.doctor"], {**os.environ, **(ALONE if alone else {})}, folder)
+            if not status or status < 0 or "LAMMPS (" in text:
+                break
+        return status, text
 
 
 def try_plugin(lmp, plugin="", alone=False):
@@ -262,7 +266,7 @@ def why_not(plugin, trial):
         return f"{shown} cannot be opened: {unopened[2]}. {DAMAGED}"
     if status is None or status < 0:
         return f"lmp ends at {shown}: {text if status is None else f'signal {-status}'}. {DAMAGED}"
-    return f"lmp loads {shown}, but says: {(re.search('^ERROR.*', text, re.M) or ['nothing of evp/lj'])[0]}."
+    return f"lmp loads {shown}, but says: {(re.search('^ERROR.*', text, re.M) or (text.strip().splitlines() or ['nothing'])[-1:])[0]}."
 
 
 def check_plugin(report, lammps, given):
