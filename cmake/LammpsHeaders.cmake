@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
 # Included by LAMMPS' own CMake when tools/setup.sh builds it: the headers that nearly every source includes are parsed
-# once, which halves the time.
+# once.
 if(CMAKE_VERSION VERSION_LESS 3.19)
   return()
 endif()

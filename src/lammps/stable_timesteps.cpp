@@ -167,7 +167,8 @@ static constexpr StiffnessMatrix::Mix AXIAL = {1.0, 0.0, 0.0, 1.0},
 
 double StableTimesteps::implicit_dt()
 {
-  const bool is_at_rest = highest_row_sum(REST) < 1e-12 * lambda_k();    // forces are round-off
+  // forces are round-off
+  const bool is_at_rest = highest_row_sum(REST) < 1e-12 * highest_row_sum(AXIAL);
   const double rest = is_at_rest ? 0.0 : largest_eigenvalue(REST);
   const double axial = rest > 0.0 ? largest_eigenvalue(AXIAL) : lambda_k();
   return implicit_dt(axial, rest, linear.with_volume || any_undamped ? undamped_dt() : 0.0);

