@@ -8,8 +8,6 @@ import signal
 import sys
 import tempfile
 
-import pytest
-
 TESTS = pathlib.Path(__file__).resolve().parent
 # evp, what it is compared with, the maintainers' programs and the studies, of the checkout that holds these tests
 sys.path[:0] = [str(TESTS.parent / "tools"), str(TESTS), str(TESTS / "maintain"), str(TESTS / "lammps"), str(TESTS.parent / "doc" / "studies")]
@@ -19,13 +17,15 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-@pytest.fixture(scope="session", autouse=True)
-def own_folder_of_mpi():
-    """Of tests side by side: Open MPI's programs of one user share a folder, which the last that ends removes while another one starts."""
-    if "PYTEST_XDIST_WORKER" not in os.environ:
-        yield
-        return
-    folder = tempfile.mkdtemp(prefix="evp-mpi-")
-    os.environ["OMPI_MCA_orte_tmpdir_base"] = folder
-    yield
-    shutil.rmtree(folder, ignore_errors=True)
+def pytest_configure(config):
+    """Of tests side by side: Open MPI's programs of one user share a folder, which the last that ends removes while another one starts.
+
+    Before the tests are imported, as some keep the environment.
+    """
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        config.folder_of_mpi = os.environ["OMPI_MCA_orte_tmpdir_base"] = tempfile.mkdtemp(prefix="evp-mpi-")
+
+
+def pytest_unconfigure(config):
+    if hasattr(config, "folder_of_mpi"):
+        shutil.rmtree(config.folder_of_mpi, ignore_errors=True)
