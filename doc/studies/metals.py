@@ -109,7 +109,7 @@ def far(out, name, side, study):
     (spheres, seed), end, prefix = CHECKS[0], SIDES[side][-1], f"{name}_{side}"
     body = study.runs.body(f"far_{spheres}_{seed}", n=spheres, seed=seed)
     first = calibration.legs(xi_of(out, name), targets_of(METALS[name])._replace(points=((1.0, end),)), 1.0)[:2]
-    for number, (strain, increment) in enumerate([*first, (end, INCREMENT)]):
+    for number, (strain, increment) in enumerate([*first, (calibration.OVERSHOOT * end, INCREMENT)]):
         try:
             study.runs.keep(f"{prefix}_{number}", deck_command(DECKS / "in.quasistatic", {
                 "specimen": body, "material": f"{out}:{name}", **calibration.RULES, "strain": f"{strain:.9g}", "increment": f"{increment:.9g}",
@@ -119,6 +119,8 @@ def far(out, name, side, study):
                 raise
             break
     strain, stress = calibration.read_curve(study.runs.folder / f"{prefix}.csv")
+    stress = np.append(stress[strain < abs(end)], np.interp(min(abs(end), strain[-1]), strain, stress))
+    strain = np.append(strain[strain < abs(end)], min(abs(end), strain[-1]))
     return {"strain": [float(f"{value:.6g}") for value in strain], "stress": [float(f"{value:.6g}") for value in stress]}
 
 

@@ -282,7 +282,6 @@ class Body(NamedTuple):
     square: float  # mean deq^2 [m2]
     volume: float = math.pi * RADIUS**2 * LENGTH  # [m3]
     length: float = LENGTH  # along x [m]
-    strain: str = "strain"  # column of the strain: that of the grips, or of an extensometer over the middle
 
     @property
     def coordination(self):
@@ -309,7 +308,7 @@ def make_body(folder, count, seed, density, timeout):
 
 
 def given_body(path, folder):
-    """The Body of a data file of the user's with its FILE.body, copied into the folder; its strain is that between 0.3 and 0.7 of the length.
+    """The Body of a data file of the user's with its FILE.body, copied into the folder.
 
     ValueError where a file is missing or is none.
     """
@@ -319,7 +318,7 @@ def given_body(path, folder):
     body = measure(path)
     for end in ("", ".body"):
         shutil.copy(f"{path}{end}", f"{kept}{end}")
-    return body._replace(path=kept.absolute(), strain="strain_gauge")
+    return body._replace(path=kept.absolute())
 
 
 @contextlib.contextmanager
@@ -388,10 +387,8 @@ def pull_material(body, material, xi_s, targets, finer, ranks, folder, timeout, 
 
     material: the deck's variables that choose it.
     """
-    gauged = body.strain != "strain"
     ends = legs(xi_s, targets, finer)
-    if gauged:  # the middle may be stretched twice as far as the grips say
-        ends[0] = tuple(0.5 * value for value in ends[0])
+    ends[0] = tuple(0.5 * value for value in ends[0])  # the middle may be stretched twice as far as the grips say
     begin = time.monotonic()
     with attempt_folder(folder) as work:
         for number, (end, increment) in enumerate(ends):
@@ -403,11 +400,10 @@ def pull_material(body, material, xi_s, targets, finer, ranks, folder, timeout, 
                 state = dump.last_positions(work / "pull_state.dump")
                 if not np.all(np.isfinite(state)):
                     raise Failed("a position is not finite")
-                if gauged:
-                    share = read_curve(work / "pull.csv")[0][-1] / read_curve(work / "pull.csv", body.strain)[0][-1]
-                    ends[1:] = [(OVERSHOOT * share * end, share * size) for end, size in ends[1:]]
-        strain, stress = read_curve(work / "pull.csv", body.strain)
-    if gauged and strain[-1] < abs(targets.strain):  # the strain of the grips ends on the target, but for its nine digits
+                share = last_strain(work / "pull.csv") / math.copysign(read_curve(work / "pull.csv")[0][-1], end)
+                ends[1:] = [(OVERSHOOT * share * end, share * size) for end, size in ends[1:]]
+        strain, stress = read_curve(work / "pull.csv")
+    if strain[-1] < abs(targets.strain):
         raise Failed(f"the middle of the body was stretched to {strain[-1]:.4g} only: it is no thinner than the ends")
     try:
         modulus = curves.modulus(strain, stress)
@@ -426,7 +422,7 @@ def last_share(path, end):
     return min(1.0, abs(last_strain(path) / end))
 
 
-def read_curve(path, strain="strain"):
+def read_curve(path, strain="strain_gauge"):
     """(strain of this column, stress through the cross-sections [Pa]) of a pull or push, both as sizes; Failed where a number is not finite."""
     try:
         curve = curves.read_curve(path, "virial", strain)
@@ -443,7 +439,7 @@ def flow_stress(body, material, targets, rate, ranks, folder, timeout, title):
                  "rate": f"{math.copysign(rate, end):.9g}", "integrator": "implicit" if material.row.gamma > 0.0 else "explicit", "out": "rate"}
     with attempt_folder(folder) as work:
         call("in.traction", {"specimen": relative(body.path, work), **variables}, ranks, work, timeout, title, lambda: last_share(work / "rate.csv", end))
-        strain, stress = read_curve(work / "rate.csv")
+        strain, stress = read_curve(work / "rate.csv", "strain")
     late = strain > 0.5 * strain[-1]
     strain, stress = strain[late], stress[late]
     return curves.work(strain, stress) / float(strain[-1] - strain[0])
