@@ -116,7 +116,7 @@ def test_failures_are_told_and_tried_again_smaller(tmp_path):
     """The first run loses its curve to NaN, its second attempt ends badly, the third is done with a quarter of the increments."""
     spoil = """if calls == 3:
         text = open("pull.csv").read().splitlines()
-        open("pull.csv", "w").write("\\n".join(text[:-1] + ["0.05,nan,nan"]) + "\\n")
+        open("pull.csv", "w").write("\\n".join(text[:-1] + ["0.05,nan,nan,0.05"]) + "\\n")
     if calls == 4:
         code = 1"""
     code, output = calibrate(tmp_path, stand_in(tmp_path, spoil))
