@@ -10,7 +10,7 @@
   curves.py specimen results/a_state.dump --out specimen.png
   curves.py rate     damped.csv --twin undamped.csv --rate 10 --specimen specimen.data --coeff "80 8 4 3 8 4 0.005 1000 1.5"
 
-Curves are PREFIX.csv of in.traction (strain,stress_grip,stress_virial; Pa), the state is its
+Curves are PREFIX.csv of in.traction, or of your own deck (columns strain,stress_grip,stress_virial; Pa), the state is its
 PREFIX_state.dump, or a CSV with the columns x,y,z,radius,share. With every PNG a CSV of its data is written
 (A.csv with A.png; A_plot.csv where A.csv is read).
 PREFIX.csv of in.torsion (shear strain and stress of the surface; the modulus is G), in.bending (outer fibre) and in.shear are
