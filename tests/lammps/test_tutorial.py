@@ -13,7 +13,7 @@ from study import run_blocks
 PAGE = tutorial_page.PAGE.read_text(encoding="utf-8")
 STEPS = tutorial_page.steps(PAGE)
 # What is smaller here than on the page: bodies, ranks, pictures; and a higher rate.
-SMALLER = (("--n 2000", "--n 500"), ("--name alloy --out", "--spheres 300 --ranks 1 --name alloy --out"), ("--body bar.data", "--body bar.data --ranks 1"),
+SMALLER = (("--n 2000", "--n 350"), ("--name alloy --out", "--spheres 300 --ranks 1 --name alloy --out"), ("--body bar.data", "--body bar.data --ranks 1"),
            ("-var strain 0.008", "-var rate 40 -var strain 0.008"),
            ("-var frames 20", "-var frames 3"), ("--pixels 400", "--pixels 150"))
 SAME = 0.12  # of the figures, for a fourth of the spheres and other packings
