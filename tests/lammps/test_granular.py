@@ -148,7 +148,7 @@ def test_the_deck(tmp_path):
     ratios = [float(word) for word in re.findall(r"ratio (\S+)", found.stdout)]
     assert len(ratios) == 2 and np.allclose(ratios, 1.0, atol=0.02), ratios
     rows = read_csv(tmp_path / "slid.csv")
-    moving = rows["speed"] > 0.2
+    moving = rows["vx"] > 0.2
     assert np.sum(rows["friction"][moving]) == pytest.approx(0.5 * np.sum(rows["normal"][moving]), rel=0.02)
     assert np.abs(rows["imbalance"]).max() < 1e-4
     assert len(read_dump(tmp_path / "slid_frames.dump")) == 3

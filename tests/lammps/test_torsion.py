@@ -92,7 +92,7 @@ def test_frames_have_words_and_rigid_grips(tmp_path):
     assert [np.unique(frame["angle"]).tolist() for frame in frames] == [[0.0], [0.06], [0.12], [0.18]]
     assert frames[-1]["share_second"].max() > 0.5 and frames[0]["share_second"].max() == 0.0
     state = read_dump(tmp_path / "twisted_state.dump")[-1]
-    assert list(state.columns) == [name for name in frames[-1].columns if name not in ("angle", "type", "speed")]
+    assert list(state.columns) == [name for name in frames[-1].columns if name not in ("angle", "type", "vx")]
 
 
 def test_a_tube(tmp_path):
