@@ -343,8 +343,8 @@ WAYS = "must be explicit or implicit"
 OF_DECKS = {
     "in.traction": [("dtfraction", 3, ABOVE + "> 0 and <= 1"), ("strain", -1.5, ABOVE + "!= 0 and > -1"), ("strain", "2%", ABOVE + "!= 0 and > -1"), ("rate", 0, ABOVE + "!= 0"),
                     ("integrator", "implizit", WAYS)],
-    "in.cyclic": [("cycles", 1.5, "must be an integer >= 1"), ("lower", "releas", "must be release or a number > -1"), ("rate", "0.0", ABOVE + "!= 0"), ("strain", 0, ABOVE)],
-    "in.quasistatic": [("resume", "Yes", "must be yes or no"), ("strain", 0, ABOVE + "!= 0 and > -1"), ("cycles", -1, "must be an integer >= 0"), ("lower", "Release", "must be release")],
+    "in.cyclic": [("cycles", 1.5, "must be an integer >= 1"), ("lower", "releas", "must be release or a number != 0.02 and > -1"), ("lower", 0.02, "must be release or a number != 0.02"), ("rate", "0.0", ABOVE + "!= 0"), ("strain", 0, ABOVE)],
+    "in.quasistatic": [("resume", "Yes", "must be yes or no"), ("strain", 0, ABOVE + "!= 0 and > -1"), ("cycles", -1, "must be an integer >= 0"), ("lower", "Release", "must be release"), ("lower", 0.02, "must be release or a number != 0.02")],
     "in.torsion": [("angle", 0, ABOVE + "!= 0")], "in.bending": [("increment", 0, ABOVE + "> 0")],
     "in.indent": [("depth", -0.001, ABOVE + "> 0"), ("tool", "bal", "must be ball or flat")], "in.upset": [("strain", -0.3, ABOVE + "> 0 and < 1")],
     "in.shear": [("rate", 0, ABOVE + "> 0")], "in.taylor": [("integrator", "verlet", WAYS)], "in.impact": [("friction", "on", "must be off or a number >= 0")],
