@@ -83,15 +83,6 @@ def test_the_modulus_is_that_of_the_elastic_part(bend, step):
         assert whole["E_GPa"] < 0.7e-9 * E, "control"
 
 
-def test_vibration_is_averaged_out():
-    """0.3 MPa rms, the noise at gamma = 0, moves E by 0.1 % and the stresses by 0.1 MPa."""
-    noise = 0.3e6 * np.random.default_rng(2).standard_normal(201)
-    quiet, found = (curves.numbers(bilinear()._replace(virial=bilinear().virial + more)) for more in (0.0, noise))
-    assert found["E_GPa"] == pytest.approx(quiet["E_GPa"], rel=5e-3)
-    assert found["stress_1pc_MPa"] == pytest.approx(quiet["stress_1pc_MPa"], abs=0.3)
-    assert found["departure_strain"] == pytest.approx(quiet["departure_strain"], abs=5e-4)
-
-
 @pytest.mark.parametrize("seed", range(4))
 def test_vibration_is_no_bend(seed):
     """Rows that resolve a vibration fast or slow, in which short ranges bend; and noise of 0.3 MPa rms."""
@@ -199,7 +190,8 @@ def test_curves_of_other_loads_have_the_same_numbers(tmp_path, deck):
         expected = re.sub(r"\bE\b", modulus, plain.stdout).replace("a.csv", "b.csv").splitlines()
         lines = other.stdout.splitlines()
         if "area" in expected[0] and deck != "in.shear":  # stress and strain of the surface have no work
-            expected[1], lines[1] = (line.rsplit(None, 1)[0] for line in (expected[1], lines[1]))
+            (expected[1], _), (lines[1], area) = (line.rsplit(None, 1) for line in (expected[1], lines[1]))
+            assert area == "-" and (words != ("cycle",) or "has no last loop area: the stress of the surface" in other.stdout)
         assert lines[:len(expected)] == expected, words
         assert f"is of {deck}: " in other.stdout and other.stdout.rstrip().endswith(f"its modulus is {modulus}")
     written = command("table", tmp_path / "b.csv", "--csv", tmp_path / "table.csv")

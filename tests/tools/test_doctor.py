@@ -2,7 +2,7 @@
 """evp doctor names the cause of each fault that is planted here, and its command mends it.
 
 The faults are real files: LAMMPS of another release or without PLUGIN is a copy of the real one with other bytes in its library, the
-plugins of other LAMMPS are compiled with the guard and the facts of the real one, and lmp refuses them."""
+plugin of another LAMMPS is the one that the build makes under a false flag."""
 
 import os
 import pathlib
@@ -15,20 +15,13 @@ import time
 import doctor as tool
 import in_process
 import pytest
+from inputs import BUILD, cache_entry, program
 
-REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
-DOCTOR = REPOSITORY / "tools" / "doctor.py"
-WRAPPER = pathlib.Path(os.environ.get("EVP_LMP", REPOSITORY / "build" / "lmp")).absolute()
-BUILD = WRAPPER.parent
-PLUGIN = BUILD / "evpplugin.so"
-
-
-def cache_entry(folder, name):
-    return re.search(rf"^{name}:\w+=(.+)$", (pathlib.Path(folder) / "CMakeCache.txt").read_text(encoding="utf-8"), re.M)[1]
-
-
-BUILT, LMP = cache_entry(BUILD, "LAMMPS_BUILD_DIR"), pathlib.Path(cache_entry(BUILD, "LAMMPS_BUILD_DIR")) / "lmp"
-HEADERS = pathlib.Path(cache_entry(BUILT, "CMAKE_HOME_DIRECTORY")).parent / "src"
+ROOT = pathlib.Path(tool.ROOT)
+DOCTOR, WRAPPER, PLUGIN = ROOT / "tools" / "doctor.py", BUILD / "lmp", BUILD / "evpplugin.so"
+FORGED = BUILD / "forged" / PLUGIN.name  # built for another release, integer size and MPI, see tests/CMakeLists.txt
+BUILT = cache_entry("LAMMPS_BUILD_DIR")
+LMP, SOURCE = pathlib.Path(BUILT) / "lmp", pathlib.Path(cache_entry("CMAKE_HOME_DIRECTORY", BUILT)).parent
 TAKE_PLUGIN = f"export LAMMPS_PLUGIN_PATH={BUILD}"
 NO_MPIRUN = "no_mpirun_here"  # where mpirun is not looked at: a start takes as long as all the rest
 KEPT = {name: value for name, value in os.environ.items()
@@ -116,28 +109,6 @@ def older(real, tmp_path_factory):
     return another_lammps(tmp_path_factory.mktemp("older"), name.encode(), (name[:-4] + "2021").encode())
 
 
-STRANGER = """
-#include "host_guard.h"
-#include "plugin_facts.h"
-extern "C" void lammpsplugin_init(void *lmp, void *, void *)
-{
-  refuse_wrong_host(lmp);
-}
-"""
-
-
-def stranger(kind, real, folder):
-    """A plugin built for another release, integer size or MPI."""
-    shown = subprocess.run([cache_entry(BUILT, "MPI_CXX_COMPILER"), "-show"], stdout=subprocess.PIPE, text=True, check=True).stdout
-    mpi = [f"-I{HEADERS / 'STUBS'}"] if kind == "mpi" else [word for word in shown.split() if word.startswith("-I")]
-    integers = "BIGBIG" if (real.integers == "bigbig") != (kind == "integers") else "SMALLBIG"
-    release = 20240829 if kind == "release" else tool.release_number(real.release)
-    (folder / "stranger.cpp").write_text(STRANGER, encoding="utf-8")
-    subprocess.run([os.environ.get("CXX", "g++"), "-std=c++17", "-O0", "-shared", "-fPIC", "-DOMPI_SKIP_MPICXX", *mpi, f"-DLAMMPS_{integers}",
-                    f"-DEVP_LAMMPS_VERSION={release}", f"-I{REPOSITORY / 'src' / 'lammps'}", f"-I{HEADERS}", "stranger.cpp", "-o", tool.NAME],
-                   cwd=folder, check=True)
-
-
 def test_healthy_with_two_ranks():
     found = doctor(EVP_LMP=WRAPPER, EVP_MPIRUN="mpirun")
     assert found.status == 0 and not found.faults() and not found.errors, found.text + found.errors
@@ -156,20 +127,16 @@ def test_path(tmp_path, place, cause):
     if place:
         return
     found.is_mended()
-    page = (REPOSITORY / "doc" / "Howto_evp_doctor.rst").read_text(encoding="utf-8").split(".. fault:")[1].split(".. end of fault")[0]
+    page = (ROOT / "doc" / "Howto_evp_doctor.rst").read_text(encoding="utf-8").split(".. fault:")[1].split(".. end of fault")[0]
     checks = [re.findall(r"^ *(?:ok|note|FAULT|not checked)  +(\S.*?)  ", text, re.M) for text in (found.text, page)]
     assert checks[0] == checks[1] and len(checks[0]) == 7, "run doc/studies/doctor_page.py"
     assert "\n   Run:   export LAMMPS_PLUGIN_PATH=~/evp/build\n" in page
 
 
-@pytest.mark.parametrize("kind, cause", [
-    ("release", "built for another LAMMPS: release 20240829, not "), ("integers", "built for another LAMMPS: "),
-    ("mpi", "built for another LAMMPS: |cannot be opened: .*undefined symbol")])
-def test_plugin_for_another_lammps(tmp_path, real, kind, cause):
-    """The words are those of the plugin, or of the loader."""
-    stranger(kind, real, tmp_path)
-    assert raw(LAMMPS_PLUGIN_PATH=tmp_path).names("plugin", cause).command() == TAKE_PLUGIN
-    assert kind != "release" or tool.facts_of(tmp_path / tool.NAME).startswith("version unknown, lammps 20240829, integers ")
+def test_plugin_for_another_lammps():
+    """The words are those of the plugin."""
+    found = raw(LAMMPS_PLUGIN_PATH=FORGED.parent).names("plugin", "built for another LAMMPS: release 20990101, not ")
+    assert found.command() == TAKE_PLUGIN and re.match(r"version \S+, lammps 20990101, integers ", tool.facts_of(FORGED))
 
 
 def without_a_symbol():
@@ -193,10 +160,8 @@ def test_damaged_plugin(tmp_path, content, cause):
 
 
 def test_a_program_that_hangs_ends_with_all_that_it_has_started(tmp_path, monkeypatch):
-    (tmp_path / "lmp").write_text(f"#!/bin/sh\nsh -c 'echo $$ >{tmp_path}/child; exec sleep 50'\n", encoding="utf-8")
-    (tmp_path / "lmp").chmod(0o755)
     monkeypatch.setattr(tool, "SECONDS", 1)
-    assert tool.run([tmp_path / "lmp"]) == (None, "no answer within 1 s")
+    assert tool.run([program(tmp_path / "lmp", f"sh -c 'echo $$ >{tmp_path}/child; exec sleep 50'")]) == (None, "no answer within 1 s")
     state = pathlib.Path("/proc", (tmp_path / "child").read_text(encoding="utf-8").strip(), "stat")
     deadline = time.monotonic() + 20  # of a kill on a busy machine
     while (alive := state.exists() and state.read_text(encoding="utf-8").split()[2] != "Z") and time.monotonic() < deadline:
@@ -211,9 +176,14 @@ def test_a_reader_that_leaves():
 
 
 def test_lmp_that_is_too_old(older):
+    """By the command evp, too: other tools get EVP's own lmp from it, the doctor what the user's shell has."""
     found = doctor(PATH=f"{older}:{surroundings()['PATH']}").names("LAMMPS", f"the first lmp on PATH is {older}/lmp, .* it is LAMMPS .* 2021")
     assert found.command().startswith(f"export PATH={BUILD}$")
     found.is_mended()
+    for words, status, text in ((["doctor"], 1, f"the first lmp on PATH is {older}/lmp"), (["path", "plugin"], 0, str(BUILD))):
+        environment = surroundings(PATH=f"{older}:{surroundings()['PATH']}", PYTHON=sys.executable)
+        done = subprocess.run([BUILD / "evp", *words], env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True, check=False)
+        assert done.returncode == status and text in " ".join(done.stdout.split()), done.stdout
 
 
 def test_lmp_without_plugin_package(tmp_path):
@@ -231,14 +201,6 @@ def test_no_plugin_for_this_lmp(tmp_path):
         assert "/path/to/lammps stands for the source tree of this LAMMPS" in found.cause()
 
 
-def test_command_evp_does_not_hide_the_lmp_of_the_user(older):
-    """Other tools get EVP's own lmp from it, the doctor what the user's shell has."""
-    for words, status, text in ((["doctor"], 1, f"the first lmp on PATH is {older}/lmp"), (["path", "plugin"], 0, str(BUILD))):
-        environment = surroundings(PATH=f"{older}:{surroundings()['PATH']}", PYTHON=sys.executable)
-        done = subprocess.run([BUILD / "evp", *words], env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True, check=False)
-        assert done.returncode == status and text in " ".join(done.stdout.split()), done.stdout
-
-
 def test_library_of_another_release(older):
     """All releases have liblammps.so.0, and LD_LIBRARY_PATH comes before the folder that lmp was linked for."""
     found = raw("--plugin", PLUGIN, LD_LIBRARY_PATH=older).names("LAMMPS", f"library of another LAMMPS: {older}/liblammps.so.0 .* in place of {BUILT}")
@@ -252,11 +214,10 @@ def test_library_is_not_found(tmp_path):
     assert found.command().startswith("export LD_LIBRARY_PATH=/path/to/the/folder/of/liblammps.so.0$")
 
 
-@pytest.mark.parametrize("script, cause", [("", "No such file"), ("#!/bin/sh\nexit 3\n", "no output")])
+@pytest.mark.parametrize("script, cause", [("", "No such file"), ("exit 3", "no output")])
 def test_lmp_is_no_program(tmp_path, script, cause):
     if script:
-        (tmp_path / "lmp").write_text(script, encoding="utf-8")
-        (tmp_path / "lmp").chmod(0o755)
+        program(tmp_path / "lmp", script)
     doctor(EVP_LMP=tmp_path / "lmp").names("lmp", f"{tmp_path}/lmp is no LAMMPS that starts on this machine: .*{cause}").is_mended()
 
 
@@ -266,8 +227,7 @@ def test_plugin_twice(tmp_path):
     raw("--plugin", other, LAMMPS_PLUGIN_PATH=BUILD).names("plugin", f"loaded twice: lmp takes {PLUGIN}").is_mended()
 
 
-FOREIGN = """#!/bin/sh
-# What the mpirun of another MPI does, as MPICH's with an lmp of Open MPI: each rank runs alone.
+FOREIGN = """# What the mpirun of another MPI does, as MPICH's with an lmp of Open MPI: each rank runs alone.
 [ "$1" = --version ] && { echo 'HYDRA build details:'; echo '    Version: 4.0.2'; exit; }
 shift 2
 "$@"; "$@"
@@ -276,12 +236,10 @@ shift 2
 
 @pytest.mark.parametrize("script, cause", [
     (FOREIGN, r"mpirun is of another MPI .HYDRA build details. than lmp .Open MPI v\d"),
-    ("#!/bin/sh\necho mpiexec.hydra: no libslurm >&2; exit 127\n", r"does not start lmp .*: mpiexec.hydra: no libslurm"),
-    ("#!/bin/sh\nexit 1\n", r"does not start lmp .*: no output")], ids=["foreign", "broken", "silent"])
+    ("echo mpiexec.hydra: no libslurm >&2; exit 127", r"does not start lmp .*: mpiexec.hydra: no libslurm"),
+    ("exit 1", r"does not start lmp .*: no output")], ids=["foreign", "broken", "silent"])
 def test_mpirun(tmp_path, script, cause):
-    (tmp_path / "mpirun").write_text(script, encoding="utf-8")
-    (tmp_path / "mpirun").chmod(0o755)
-    found = doctor(EVP_LMP=WRAPPER, EVP_MPIRUN=f"{tmp_path / 'mpirun'} -np").names("mpirun", cause)
+    found = doctor(EVP_LMP=WRAPPER, EVP_MPIRUN=f"{program(tmp_path / 'mpirun', script)} -np").names("mpirun", cause)
     assert found.command().startswith("export EVP_MPIRUN=/path/to/mpirun   # of Open MPI")
 
 
@@ -317,19 +275,15 @@ def test_log(tmp_path, deck, path, cause):
     assert found.faults() == ["log"] and found.command() == TAKE_PLUGIN
 
 
-def test_log_of_another_lmp(tmp_path):
-    log = run_of(tmp_path, "pair_style evp/lj")
-    log.write_text(re.sub(r"^LAMMPS \(.*", "LAMMPS (29 Sep 2021 - Update 2)", log.read_text(encoding="utf-8")), encoding="utf-8")
-    raw("--log", log, LAMMPS_PLUGIN_PATH=BUILD).names("log", r"by another lmp than \S+, LAMMPS .29 Sep 2021")
-
-
-def test_log_of_another_fault(tmp_path):
+def test_log_of_another_lmp_or_fault(tmp_path):
     """Where lmp crashes, also at a plugin, LAMMPS leaves nothing of that in the log."""
     log = run_of(tmp_path, "no_such_command")
-    found = raw("--log", log, LAMMPS_PLUGIN_PATH=BUILD)
+    found, text = raw("--log", log, LAMMPS_PLUGIN_PATH=BUILD), log.read_text(encoding="utf-8")
     assert found.status == 0 and "nothing against EVP's plugin; it ends with: ERROR: Unknown command" in found.text, found.text
-    log.write_text(log.read_text(encoding="utf-8").partition("\nERROR")[0], encoding="utf-8")
+    log.write_text(text.partition("\nERROR")[0], encoding="utf-8")
     assert "it breaks off without an error: lmp crashed or was stopped" in raw("--log", log, LAMMPS_PLUGIN_PATH=BUILD).text
+    log.write_text(re.sub(r"^LAMMPS \(.*", "LAMMPS (29 Sep 2021 - Update 2)", text), encoding="utf-8")
+    raw("--log", log, LAMMPS_PLUGIN_PATH=BUILD).names("log", r"by another lmp than \S+, LAMMPS .29 Sep 2021")
 
 
 def test_python_modules(monkeypatch):
@@ -350,7 +304,7 @@ def test_build_for_this_lammps(real, monkeypatch, tmp_path):
     configure, build, take = tool.mend(real, None).split(" && ")
     folder = re.search(r" -B (\S+)", configure)[1]
     assert build == f"cmake --build {folder} --target evpplugin" and take == f"export LAMMPS_PLUGIN_PATH={folder}"
-    for old, new in ((folder, tmp_path), ("/path/to/lammps/build", BUILT), ("/path/to/lammps", HEADERS.parent)):
+    for old, new in ((folder, tmp_path), ("/path/to/lammps/build", BUILT), ("/path/to/lammps", SOURCE)):
         configure = configure.replace(old, str(new))
     done = subprocess.run(configure, shell=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
     assert done.returncode == 0 and f"LAMMPS {' '.join(real.release.split()[:3])} (" in done.stdout, done.stdout
