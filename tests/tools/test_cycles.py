@@ -82,10 +82,9 @@ def test_a_body_that_retraces_its_curve_leaves_nothing():
     assert curves.turns(np.array([0.0, 0.001, 0.002, 0.002, 0.003, 0.003, 0.002, 0.001])).tolist() == [5], "rows of equal strain are no turns"
     strain = way((0.01, 0.0))
     stress = E * strain - 3e11 * strain**2
-    assert abs(curves.residual_strain(strain, stress)) < 1e-15
+    assert abs(curves.residual_strain(strain, stress)) < 1e-15 and abs(curves.loop_areas(strain, stress)[0]) < 1e-9 * E
     assert abs(curves.residual_strain(strain, stress + 1000.0)) < 1e-7, "the last row just misses zero"
     assert np.isnan(curves.residual_strain(strain, stress + 1e8))
-    assert abs(curves.loop_areas(strain, stress)[0]) < 1e-9 * E
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -132,8 +131,7 @@ def test_rows_far_apart_are_interpolated():
 def files(tmp_path, monkeypatch):
     """Curves in a folder of their own, the current one."""
     monkeypatch.chdir(tmp_path)
-    there, back = way((0.02,)), way((0.02, 0.0))
-    held = swept(way((0.02, 0.017)))
+    there, back, held = way((0.02,)), way((0.02, 0.0)), swept(way((0.02, 0.017)))
     held.virial[-1] = held.virial[-2]
     few = np.array([0.0, 0.001, 0.002, 0.003, 0.004, 0.005, 0.01])
     known = {"pull": swept(there), "sweep": swept(back), "push": swept(-back), "loops": swept(way((0.01, -0.01) * 3)), "held": held,

@@ -14,7 +14,7 @@ import pytest
 from evp import __main__ as command
 from evp import __version__, interpreter
 from evp.run import CHECKOUT as REPOSITORY
-from inputs import BUILD, cache_entry, program
+from inputs import BUILD, cache_entry, program, snapshot
 
 LAMMPS = pathlib.Path(cache_entry("LAMMPS_BUILD_DIR"))
 PREFIX = "/opt/evp of mine"
@@ -147,8 +147,7 @@ def test_a_tool_is_the_same_by_both_names(evp, tmp_path):
 
 def test_a_tool_finds_lammps(evp, tmp_path):
     """view.py draws with it."""
-    (tmp_path / "a.dump").write_text("ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n1\nITEM: BOX BOUNDS ff ff ff\n0 1\n0 1\n0 1\n"
-                                     "ITEM: ATOMS id type x y z radius\n1 1 0.5 0.5 0.5 0.4\n", encoding="utf-8")
+    (tmp_path / "a.dump").write_text(snapshot("id x y z radius", [(1, 0, 0, 0, 0.5)]), encoding="utf-8")
     start(evp, "view", "a.dump", "--pixels", 100, "--out", "a.png", folder=tmp_path)
     assert (tmp_path / "a.png").stat().st_size > 0
 
@@ -174,17 +173,12 @@ def test_lmp_of_the_path(prefix, tmp_path, release, packages, words):
         program(tmp_path / "bin" / "lmp", f"""if [ "$*" = -h ]; then
 printf '\\nLarge-scale Atomic/Molecular Massively Parallel Simulator - {release.format(release=own)}\\n\\nUsage\\nInstalled packages:\\n\\n{packages} \\n'
 else echo "runs with $LAMMPS_PLUGIN_PATH, $*"; fi""")
+    (tmp_path / "few").mkdir()
+    for name in ("sh", "dirname", "readlink", "env", "tr"):  # what the script calls, and no lmp
+        (tmp_path / "few" / name).symlink_to(shutil.which(name))
     runs = words == "runs"
-    said = start(wrapper, "-in", "a b", status=0 if runs else 1, PATH=f"{tmp_path}/bin:/usr/bin:/bin" if release else without_lmp(tmp_path))
+    said = start(wrapper, "-in", "a b", status=0 if runs else 1, PATH=f"{tmp_path}/bin:{tmp_path}/few")
     assert said.startswith(f"runs with {prefix / PLUGINS}, -in a b" if runs else "ERROR: ") and words.format(release=own) in said
-
-
-def without_lmp(folder):
-    """A PATH with the programs that the script calls, and no lmp."""
-    (folder / "few").mkdir()
-    for name in ("sh", "dirname", "readlink", "env", "tr"):
-        (folder / "few" / name).symlink_to(shutil.which(name))
-    return folder / "few"
 
 
 def test_uninstall_leaves_what_was_there(tmp_path):

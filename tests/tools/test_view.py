@@ -69,9 +69,7 @@ def shades(*colors):
 
 def blob(picture, color):
     """(column, row, pixels) of what has the hue of this color: middle and size."""
-    picture = picture.astype(float)
-    lit = picture.max(axis=2) - picture.min(axis=2) > 20
-    rows, cols = np.nonzero(lit & (picture.argmax(axis=2) == np.argmax(color)))
+    rows, cols = np.nonzero((np.ptp(picture.astype(float), axis=2) > 20) & (picture.argmax(axis=2) == np.argmax(color)))
     return cols.mean() + 0.5, rows.mean() + 0.5, len(rows)
 
 
@@ -159,6 +157,7 @@ def test_picture_of_a_dump(one, tmp_path):
     assert pictures["cut"].shape != pictures["plain"].shape, "what is left fills the picture"
     expected = some_spheres()[::-1]
     x, z, values = expected[:, 0], expected[:, 2], np.arange(19, -1, -1) / 20
+    assert dump.last_positions(tmp_path / one) == pytest.approx(expected[:, :3], rel=1e-8)
     cuts = [[view_scene.condition(text) for text in group] for group in (("x>0", "z>0"), ("x<-0.01",))]
     for groups, kept in (((), x < 1), (cuts, ~((x > 0) & (z > 0)) & (x >= -0.01))):
         found = view_scene.spheres_of(dump.index([one])[0], "share_second", groups)
@@ -250,10 +249,8 @@ def test_dumps_without_radius_and_in_other_units(tmp_path):
 
 def read_vtu(path):
     """(points, {name: array}) by a second reading of the format: base64 of a count of bytes and the bytes."""
-    kinds = {"Float64": "<f8", "Int64": "<i8", "UInt8": "u1"}
-    root = ElementTree.parse(path).getroot()
+    kinds, root, arrays = {"Float64": "<f8", "Int64": "<i8", "UInt8": "u1"}, ElementTree.parse(path).getroot(), {}
     assert root.attrib["type"] == "UnstructuredGrid" and root.attrib["header_type"] == "UInt64"
-    arrays = {}
     for element in root.iter("DataArray"):
         content = base64.b64decode(element.text)
         assert int.from_bytes(content[:8], "little") == len(content) - 8
@@ -265,33 +262,26 @@ def read_vtu(path):
     return arrays.pop("Points"), arrays
 
 
-def test_vtk_holds_the_numbers_of_the_dump(pulled, tmp_path):
+def test_others_read_the_numbers_of_the_dump(pulled, tmp_path):
+    """VTK; and ASE reads the dump as OVITO does, by the names of its columns: as many snapshots, atoms, places and types."""
     shown(pulled / "pull_frames.dump", "--vtk", tmp_path / "vtk" / "pull")
     sets = list(ElementTree.parse(tmp_path / "vtk" / "pull.pvd").getroot().iter("DataSet"))
     series = dump.index([pulled / "pull_frames.dump"])
     assert [float(one.attrib["timestep"]) for one in sets] == [s.time for s in series] and not (tmp_path / "view.png").exists()
     assert sorted(path.name for path in (tmp_path / "vtk").iterdir()) == sorted(["pull.pvd", *(one.attrib["file"] for one in sets)])
-    for one, snapshot in zip(sets, series):
+    atoms = pytest.importorskip("ase.io").read(pulled / "pull_frames.dump", index=":", format="lammps-dump-text")
+    assert len(atoms) == len(sets) == 6
+    for one, snapshot, found in zip(sets, series, atoms):
         points, arrays = read_vtu(tmp_path / "vtk" / one.attrib["file"])
         table = np.array([line.split() for line in snapshot.path.read_bytes()[snapshot.start : snapshot.end].splitlines()], dtype=float)  # sorted by ID
         assert list(arrays) == WORDS.split() and arrays["id"].dtype == np.int64
         assert all(np.array_equal(arrays[name], table[:, k]) for k, name in enumerate(WORDS.split()))
-        assert np.array_equal(points, table[:, 2:5])
+        assert np.array_equal(points, table[:, 2:5]) and np.array_equal(found.positions, points) and np.array_equal(found.numbers, table[:, 1])
     text = inputs.snapshot("id x y z radius vx vy vz c_stress[1]", [(2, 0, 0, 1, 0.5, 1, 2, 3, 7), (1, 1, 0, 0, 0.5, 4, 5, 6, 8)])
     (tmp_path / "v.dump").write_text(text, encoding="utf-8")
     shown("v.dump", "--vtk", "v.vtu")
     _, arrays = read_vtu("v_0.vtu")
     assert np.array_equal(arrays["velocity"], [[4, 5, 6], [1, 2, 3]]) and np.array_equal(arrays["c_stress_1"], [8, 7])
-
-
-def test_frames_are_read_by_another_library(pulled):
-    """ASE reads the dump as OVITO does, by the names of its columns: as many snapshots, atoms, places and types."""
-    path = pulled / "pull_frames.dump"
-    found, series = pytest.importorskip("ase.io").read(path, index=":", format="lammps-dump-text"), dump.index([path])
-    assert len(found) == len(series) == 6
-    for atoms, snapshot in zip(found, series):
-        columns = snapshot.read()
-        assert atoms.positions == pytest.approx(view_scene.places(columns, snapshot), abs=0.0) and np.array_equal(atoms.numbers, columns["type"])
 
 
 # ---- misuse ----
@@ -399,5 +389,4 @@ def test_a_lammps_without_graphics(one, tmp_path, monkeypatch):
 
 def test_a_run_that_goes_on(tmp_path):
     (tmp_path / "run.dump").write_text(GOOD + GOOD.replace("STEP\n0", "STEP\n5") + GOOD[:-5], encoding="utf-8")
-    assert "after that of step 5" in refused(tmp_path, "run.dump")
-    assert show("run.dump", "--unfinished", "--vtk", "whole").stdout.strip() == "whole.pvd: 2 snapshots"
+    assert "after that of step 5" in refused(tmp_path, "run.dump") and shown("run.dump", "--unfinished", "--vtk", "whole") == "whole.pvd: 2 snapshots"
