@@ -7,9 +7,8 @@
 bits runs decks of this checkout and every effect of tests/lammps/test_matrix.py with both builds, and compares every CSV, dump, data, bond and
 thermo table byte by byte; restart files are compared by runs that continue from them, also of the new build from a file of the old one.
 speed starts both builds side by side in each round and lets them run a scene in turn, old, new, old, new ..., a tenth of a second
-each. It compares LAMMPS' loop time and the user time in the loop. The ratio new/old of a round is the median of its turns; the output
-has the median and the quartiles over the rounds. The time with the smaller distance of quartiles decides. The result is uncertain
-where the limit lies between the quartiles: give more --rounds, or use an idle machine.
+each. It compares the user time in LAMMPS' loop. The ratio new/old of a round is the median of its turns; the output has the median and
+the quartiles over the rounds. The result is uncertain where the limit lies between the quartiles: give more --rounds, or use an idle machine.
 Exit status: 1 where a file differs or a median exceeds --limit, 2 where a run fails.
 EVP_LMP is the lmp of both builds (default: build/lmp of this checkout), which has to take EVP_PLUGIN_DIR.
 """
@@ -49,46 +48,18 @@ def speed_scenes():
     }
 
 
-class Ratios(NamedTuple):
-    """Median and quartiles of the ratios new/old of the rounds."""
+class Case(NamedTuple):
+    """A scene, and median and quartiles of the ratios new/old of its rounds."""
 
+    scene: Scene
     median: float
     low: float
     high: float
 
-    @classmethod
-    def of(cls, values):
-        low, middle, high = statistics.quantiles(values, n=4, method="inclusive") if len(values) > 1 else 3 * values
-        return cls(middle, low, high)
-
-    @property
-    def width(self):
-        return self.high - self.low
-
-    def __str__(self):
-        return f"{self.median:.3f} ({self.low:.3f} to {self.high:.3f})"
-
-
-class Case(NamedTuple):
-    """What the rounds of a scene gave."""
-
-    scene: Scene
-    loop: Ratios
-    user: Ratios
-
-    @property
-    def judged(self):
-        """'user' or 'loop', whichever scatters less."""
-        return "user" if self.user.width <= self.loop.width else "loop"
-
-    def verdict(self, limit):
-        """'ok' or 'slower', and whether that is uncertain."""
-        ratios = getattr(self, self.judged)
-        return ("slower" if ratios.median > limit else "ok") + ", uncertain" * (ratios.low <= limit <= ratios.high)
-
     def line(self, limit):
-        name = f"{self.scene.name}, N = {self.scene.atoms}"
-        return f"{name:<50} {str(self.loop):<24} {str(self.user):<24} {self.judged:<7} {self.verdict(limit)}"
+        """'ok' or 'slower', and whether that is uncertain."""
+        name, ratios = f"{self.scene.name}, N = {self.scene.atoms}", f"{self.median:.3f} ({self.low:.3f} to {self.high:.3f})"
+        return f"{name:<50} {ratios:<24} {'slower' if self.median > limit else 'ok'}{', uncertain' * (self.low <= limit <= self.high)}"
 
 
 class Lammps:
@@ -130,13 +101,13 @@ class Lammps:
                        f"the LAMMPS that both builds are made for. Its output ends with\n{''.join(text)[-1500:]}")
 
     def time(self, commands):
-        """(loop time, user time) [s] of a run; LAMMPS' CPU use is user time, without system time."""
+        """User time of a run, in percent of a second: what LAMMPS calls CPU use, without system time."""
         loop, share = LOOP.search(self.do(commands)).groups()
-        return float(loop), float(loop) * float(share) / 100.0
+        return float(loop) * float(share)
 
 
 def time_round(scene, folder, builds):
-    """Ratios new/old of the loop times and of the user times in a round."""
+    """Ratio new/old of the times in a round."""
     times = {name: [] for name in builds}
     setup, _, _ = scene.deck.rpartition("run ")  # with the run that warms up
     with Lammps(builds["old"], folder) as old, Lammps(builds["new"], folder) as new:
@@ -145,7 +116,7 @@ def time_round(scene, folder, builds):
         for _ in range(TURNS):
             for name, lammps in (("old", old), ("new", new)):
                 times[name].append(lammps.time(f"run {scene.steps}"))
-    return [statistics.median(b[k] / a[k] for a, b in zip(times["old"], times["new"])) for k in (0, 1)]
+    return statistics.median(b / a for a, b in zip(times["old"], times["new"]))
 
 
 def run_speed(builds, folder, names, rounds):
@@ -157,24 +128,25 @@ def run_speed(builds, folder, names, rounds):
         for number, (k, name) in enumerate(order):
             bar.show(number, f"{scenes[name].name}, N = {scenes[name].atoms}, round {k + 1} of {rounds}")
             ratios[name].append(time_round(scenes[name], folder, builds))
-    return [Case(scene, *map(Ratios.of, zip(*ratios[name]))) for name, scene in scenes.items()]
+    cases = []
+    for name, scene in scenes.items():
+        low, middle, high = statistics.quantiles(ratios[name], n=4, method="inclusive") if rounds > 1 else 3 * ratios[name]
+        cases.append(Case(scene, middle, low, high))
+    return cases
 
 
 def report_speed(cases, limit):
     """Prints the table; True where no median exceeds the limit."""
-    print(f"{'case, new/old: median (quartiles)':<50} {'loop time':<24} {'user time':<24} judged  verdict (limit {limit:g})")
-    for case in cases:
-        print(case.line(limit))
-    return all(getattr(case, case.judged).median <= limit for case in cases)
+    print(f"{'case, new/old: median (quartiles)':<50} {'user time':<24} verdict (limit {limit:g})", *(case.line(limit) for case in cases), sep="\n")
+    return all(case.median <= limit for case in cases)
 
 
 def report_bits(found):
     """Prints a line for each file; True where all are the same."""
     for name, difference in found:
         print(f"same     {name}" if difference is None else f"differs  {name}: {difference}")
-    count = sum(difference is not None for _, difference in found)
-    print(f"{len(found)} compared, {count} differ")
-    return count == 0
+    print(f"{len(found)} compared, {sum(difference is not None for _, difference in found)} differ")
+    return all(difference is None for _, difference in found)
 
 
 def check_build(build):
@@ -208,10 +180,8 @@ def parse(words):
     for name in options.only:
         if name not in possible:
             parser.error(f"unknown case '{name}' of --only; known: {', '.join(possible)}")
-    if not 0.0001 <= options.strain <= 0.1:
-        parser.error("--strain must lie between 0.0001 and 0.1")
-    if options.rounds < 1 or not options.limit > 0.0:
-        parser.error("--rounds must be 1 at least and --limit positive")
+    if not 0.0001 <= options.strain <= 0.1 or options.rounds < 1 or not options.limit > 0.0:
+        parser.error("--strain must lie between 0.0001 and 0.1, --rounds be 1 at least and --limit positive")
     if options.folder and options.folder.exists():
         parser.error(f"--folder {options.folder} exists already: name a new one")
     return options

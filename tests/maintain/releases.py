@@ -17,12 +17,8 @@ HEADER = ("LAMMPS", "compiler", "integers", "build", "unit", "pair tester", "LAM
 
 def difference(curve, reference):
     """Largest difference of two CSV curves, column by column over the largest value of the column; None if one is missing."""
-    tables = []
-    for path in (curve, reference):
-        if not path.is_file():
-            return None
-        tables.append(np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2))
-    if tables[0].shape != tables[1].shape or not tables[0].size:
+    tables = [np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2) for path in (curve, reference) if path.is_file()]
+    if len(tables) < 2 or tables[0].shape != tables[1].shape or not tables[0].size:
         return None
     return float(np.max(np.abs(tables[0] - tables[1]) / np.maximum(np.abs(tables[1]).max(axis=0), 1e-300)))
 
@@ -42,8 +38,7 @@ def table_of(rows, work):
         off = difference(work / name / "curve.csv", work / rows[0][10] / "curve.csv")
         passed = failed == "0" and off is not None and off <= TOLERANCE
         good = good and passed
-        cells.append((release, compiler, size, kind, unit, tester, lammps, "none" if off is None else f"{off:.1e}",
-                      seconds, "passed" if passed else "FAILED"))
+        cells.append((release, compiler, size, kind, unit, tester, lammps, "none" if off is None else f"{off:.1e}", seconds, "passed" if passed else "FAILED"))
     return cells, good
 
 

@@ -39,41 +39,31 @@ def put_together(root, folder):
 
 def help_page(root):
     """The page with what each tool says to --help, and its commands to theirs."""
-    tools = sorted(path for path in (root / "tools").iterdir() if path.suffix == ".py" or _is_script_with_help(path))
+    tools = sorted(path for path in (root / "tools").iterdir() if path.suffix == ".py" or
+                   path.suffix == ".sh" and "-h|--help)" in path.read_text(encoding="utf-8"))  # quickstart.sh hands it on, after its set-up
     lines = ["Tools", "=====", "", "What each tool says to ``--help``.  Paths are those of the checkout, from its root; after an installation",
              "``evp NAME`` runs ``tools/NAME.py``.", ""]
     if (root / "tools" / "evp" / "__main__.py").exists():
         lines += ["evp", "---", "", *_literal(_run([sys.executable, "-m", "evp", "--help"], PYTHONPATH=str(root / "tools")))]
     for tool in tools:
         name = f"tools/{tool.name}"
-        lines += [name, "-" * len(name), "", *_literal(_help(tool, []))]
-        for command in _commands(tool):
+        lines += [name, "-" * len(name), "", *_literal(help_of(tool, []))]
+        has_commands = tool.suffix == ".py" and "add_subparsers" in tool.read_text(encoding="utf-8")
+        for command in re.search(r"\{([\w,-]+)\}", help_of(tool, []))[1].split(",") if has_commands else []:
             title = f"{name} {command}"
-            lines += [title, '"' * len(title), "", *_literal(_help(tool, [command]))]
+            lines += [title, '"' * len(title), "", *_literal(help_of(tool, [command]))]
     return "\n".join(lines) + "\n"
-
-
-def _is_script_with_help(path):
-    """quickstart.sh hands --help on to another program, after its set-up."""
-    return path.suffix == ".sh" and "-h|--help)" in path.read_text(encoding="utf-8")
 
 
 def _literal(text):
     return [".. code-block:: text", "", *(f"   {line}".rstrip() for line in text.splitlines()), ""]
 
 
-def _commands(tool):
-    """Names of the commands of a tool that has any."""
-    if tool.suffix != ".py" or "add_subparsers" not in tool.read_text(encoding="utf-8"):
-        return []
-    return re.search(r"\{([\w,-]+)\}", _help(tool, []))[1].split(",")
-
-
 def _run(words, **environment):
     return subprocess.run(words, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=True, env={**os.environ, **environment}).stdout
 
 
-def _help(tool, words):
+def help_of(tool, words):
     """Standard output of the tool's help, of a fixed width; Python tools run here, as a start of each takes a second."""
     if tool.suffix != ".py":
         return _run([str(tool), *words, "--help"])

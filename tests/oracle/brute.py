@@ -30,23 +30,10 @@ class Interactions(NamedTuple):
     row: law.Row
 
 
-def minimum_image(r, box):
-    """Vectors r (..., 3) folded into the periodic directions of box: 3 lengths or None each."""
-    if box is None:
-        return r
-    r = np.array(r, dtype=float)
-    for axis, length in enumerate(box):
-        if length:
-            r[..., axis] -= length * np.rint(r[..., axis] / length)
-    return r
-
-
 def find_pairs(x, radius, reach, box=None):
-    """All pairs with d <= reach (R_i + R_j).
+    """All pairs with d <= reach (R_i + R_j), of x (N,3) and radius (N,) [length]; box: 3 periodic lengths, None or 0 for an open direction.
 
-    x (N,3) and radius (N,) [length]; reach is a number. ValueError if two centres coincide or a
-    periodic length is below twice the largest reach, where a pair would meet two images.
-    """
+    ValueError if two centres coincide or a periodic length is below twice the largest reach, where a pair would meet two images."""
     x, radius = np.asarray(x, dtype=float), np.asarray(radius, dtype=float)
     widest = 2 * reach * radius.max() if len(radius) else 0.0
     if box is not None and any(length and length < 2 * widest for length in box):
@@ -54,7 +41,10 @@ def find_pairs(x, radius, reach, box=None):
     parts, rows = [], max(1, _BLOCK // max(1, len(x)))
     for start in range(0, len(x), rows):
         block = slice(start, start + rows)
-        r = minimum_image(x[block, None, :] - x[None, :, :], box)
+        r = x[block, None, :] - x[None, :, :]
+        for axis, length in enumerate([] if box is None else box):
+            if length:
+                r[..., axis] -= length * np.rint(r[..., axis] / length)
         d = np.sqrt(np.sum(r * r, axis=-1))
         sums = radius[block, None] + radius[None, :]
         index = np.arange(start, start + d.shape[0])
@@ -69,10 +59,7 @@ def find_pairs(x, radius, reach, box=None):
 
 
 def record_bonds(x, radius, zone, box=None, ids=None):
-    """Pairs with d <= zone (R_i + R_j) as {(id_i, id_j): d}, id_i < id_j (paper 2.2).
-
-    x (N,3), radius (N,) [length]; ids (N,) default 1..N.
-    """
+    """Pairs with d <= zone (R_i + R_j) as {(id_i, id_j): d}, id_i < id_j (paper 2.2); ids (N,) default 1..N."""
     pairs = find_pairs(x, radius, zone, box)
     ids = np.arange(1, len(radius) + 1) if ids is None else np.asarray(ids)
     low, high = np.minimum(ids[pairs.i], ids[pairs.j]), np.maximum(ids[pairs.i], ids[pairs.j])
@@ -80,27 +67,14 @@ def record_bonds(x, radius, zone, box=None, ids=None):
 
 
 def rows_of_pairs(rows, type_i, type_j):
-    """Row whose fields are arrays (P,), from one Row or a dict {(type_i, type_j): Row}.
-
-    KeyError names the pair of types that has no row.
-    """
+    """Row whose fields are arrays (P,), from one Row or a dict {(type_i, type_j): Row}."""
     if isinstance(rows, law.Row):
         rows = {(a, b): rows for a in np.unique(type_i) for b in np.unique(type_j)}
     table = np.zeros((len(type_i), len(law.Row._fields)))
     low, high = np.minimum(type_i, type_j), np.maximum(type_i, type_j)
     for a, b in set(zip(low.tolist(), high.tolist())):
-        found = rows.get((a, b), rows.get((b, a)))
-        if found is None:
-            raise KeyError(f"no row for the types {a} and {b}")
-        table[(low == a) & (high == b)] = found
+        table[(low == a) & (high == b)] = rows[a, b] if (a, b) in rows else rows[b, a]
     return law.Row(*table.T)
-
-
-def _bond_lengths(pairs, bonds, ids):
-    """deq of each pair, nan where it is not in bonds."""
-    keys = zip(ids[pairs.i].tolist(), ids[pairs.j].tolist())
-    deq = [bonds.get((a, b), bonds.get((b, a), np.nan)) for a, b in keys]
-    return np.array(deq, dtype=float)
 
 
 def interactions(x, radius, rows, bonds, contact, types=None, box=None, ids=None, bodies=None):
@@ -111,7 +85,8 @@ def interactions(x, radius, rows, bonds, contact, types=None, box=None, ids=None
     every_row = [rows] if isinstance(rows, law.Row) else list(rows.values())
     pairs = find_pairs(x, radius, max(r.alpha for r in every_row), box)
     row = rows_of_pairs(rows, types[pairs.i], types[pairs.j])
-    deq = _bond_lengths(pairs, bonds, ids)
+    keys = zip(ids[pairs.i].tolist(), ids[pairs.j].tolist())
+    deq = np.array([bonds.get((a, b), bonds.get((b, a), np.nan)) for a, b in keys], dtype=float)
     bonded = ~np.isnan(deq)
     deq = np.where(bonded, deq, pairs.contact_distance)
     cut = law.pair_cut(pairs.contact_distance, bonded, row, contact)
@@ -128,10 +103,8 @@ def interactions(x, radius, rows, bonds, contact, types=None, box=None, ids=None
 def brute_force(x, v, radius, types, rows, bonds, contact, box=None, ids=None, step=0.0, bodies=None):
     """Forces, energies and counts of one configuration, by a sum over all pairs.
 
-    x, v (N,3) positions [length] and velocities; radius (N,); types (N,) int, or None for one type;
-    rows: one Row, or {(type_i, type_j): Row}; bonds: {(id_i, id_j): deq}, either order;
-    contact: 'literal', 'repulsive' or 'none' for pairs outside bonds (deq = R_i + R_j);
-    box: None, or 3 periodic lengths (None or 0 for an open direction); ids (N,), default 1..N;
+    x, v (N,3) positions [length] and velocities; radius (N,); types (N,) int, or None for one type; rows: one Row, or {(type_i, type_j): Row};
+    bonds: {(id_i, id_j): deq}, either order; contact: of pairs outside bonds (deq = R_i + R_j); box: as in find_pairs; ids (N,), default 1..N;
     bodies (N,): pairs of two bodies outside bonds only repel, by F_I (within of fix evp/bonds), None: all are one body;
     step: above 0, dampers see the mean opening rate over a step of that size with these velocities, as under fix nve/evp.
 
@@ -139,16 +112,11 @@ def brute_force(x, v, radius, types, rows, bonds, contact, box=None, ids=None, s
       force (N,3)            eq. 8 plus eq. 4 on each atom
       abs_force (N,)         sum of |F| over each atom's own pairs, the scale of round-off
       i, j, d, deq           the interacting pairs (0-based), distance and equilibrium distance
-      pair_force, pair_energy  eq. 8 alone [positive repels], and E(d) - E(cut)
-      energy                 sum of pair_energy
-      atom_energy (N,)       half of each own pair's energy
+      pair_force, pair_energy  eq. 8 alone [positive repels], and E(d) - E(cut); energy is the sum, atom_energy (N,) half of each own pair's
       virial (3,3)           sum over pairs of r_a F_b, damping included
-      bonds_beyond           bonds now farther than dlim
-      bonds_second           bonds within dlim and in the second regime
+      bonds_beyond           bonds now farther than dlim; bonds_second: within dlim and in the second regime
       new_contacts           unbonded pairs that interact
       lowest                 least d/(R_i + R_j) over interacting pairs (inf without any)
-
-    Raises ValueError for coincident atoms, a bad contact mode, or a box below two reaches.
     """
     v = np.asarray(v, dtype=float)
     pairs, deq, cut, bonded, row = interactions(x, radius, rows, bonds, contact, types, box, ids, bodies)
@@ -171,19 +139,8 @@ def brute_force(x, v, radius, types, rows, bonds, contact, box=None, ids=None, s
         np.add.at(scale, atoms, size)
     second = bonded & (law.regime(d, deq, row) == 2)
     return {
-        "force": total,
-        "abs_force": scale,
-        "i": i,
-        "j": j,
-        "d": d,
-        "deq": deq,
-        "pair_force": pair_force,
-        "pair_energy": pair_energy,
-        "energy": float(np.sum(pair_energy)),
-        "atom_energy": atom_energy,
-        "virial": r.T @ f,
-        "bonds_beyond": len(bonds) - int(np.sum(bonded)),
-        "bonds_second": int(np.sum(second)),
-        "new_contacts": int(np.sum(~bonded)),
+        "force": total, "abs_force": scale, "i": i, "j": j, "d": d, "deq": deq, "pair_force": pair_force, "pair_energy": pair_energy,
+        "energy": float(np.sum(pair_energy)), "atom_energy": atom_energy, "virial": r.T @ f,
+        "bonds_beyond": len(bonds) - int(np.sum(bonded)), "bonds_second": int(np.sum(second)), "new_contacts": int(np.sum(~bonded)),
         "lowest": float(np.min(d / sums)) if len(d) else np.inf,
     }

@@ -54,9 +54,3 @@ def contact_step(d, deq, row, q, k, saturation=0.0):
 def contact_stored(d, deq, row, q):
     """Psi [energy] of pairs that met later."""
     return np.where(np.asarray(d) <= deq, stored(np.minimum(d, deq + q), deq, row, q), 0.0)
-
-
-def work_since(d, deq, row, q, k, saturation=0.0):
-    """Psi + D at d for bonds that had q and k [energy]: its slope is -F, so that a line search is consistent."""
-    now = step(d, deq, row, q, k, saturation)
-    return stored(d, deq, row, now.q) + now.dissipated

@@ -8,8 +8,6 @@ import numpy as np
 
 from evp.law import TABLE1, TABLE2, Row, by_regime, force, log_stretch, potential_force, regime, strain, threshold  # noqa: F401
 
-CONTACT_MODES = ("literal", "repulsive", "none")
-
 
 def potential(d, deq, e, m, n):
     """Phi_{e,m,n}(d) of eq. 2 [energy]; -e at d = deq, zero at infinity."""
@@ -91,10 +89,9 @@ def stiffness_at_rest(deq, row):
     return row.m1 * row.n1 * row.e1 / np.asarray(deq, dtype=float) ** 2
 
 
-def largest_stiffness(contact_distance, row, overlap=0.3):
-    """Kmax of eq. 6 [energy/length^2]: |K_I| at (1 - overlap)(R_i + R_j), deq = R_i + R_j."""
-    shortest = (1 - overlap) * np.asarray(contact_distance, dtype=float)
-    return np.abs(potential_stiffness(shortest, contact_distance, row.e1, row.m1, row.n1))
+def largest_stiffness(contact_distance, row):
+    """Kmax of eq. 6 [energy/length^2]: |K_I| at 0.7 (R_i + R_j), deq = R_i + R_j."""
+    return np.abs(potential_stiffness(0.7 * np.asarray(contact_distance, dtype=float), contact_distance, row.e1, row.m1, row.n1))
 
 
 def damping_force(unit, v_i, v_j, row):
@@ -106,10 +103,8 @@ def damping_force(unit, v_i, v_j, row):
 def pair_cut(contact_distance, bonded, row, contact):
     """Distance beyond which the pair does nothing [length]; 0 for pairs that never interact.
 
-    contact_distance: R_i + R_j; bonded: bool array; contact: one of CONTACT_MODES.
+    contact_distance: R_i + R_j; bonded: bool array; contact: literal, repulsive or none.
     """
-    if contact not in CONTACT_MODES:
-        raise ValueError(f"contact must be one of {', '.join(CONTACT_MODES)}, got '{contact}'")
     dlim = row.alpha * contact_distance
     unbonded = {"literal": dlim, "repulsive": contact_distance, "none": 0.0 * dlim}[contact]
     return np.where(bonded, dlim, unbonded)

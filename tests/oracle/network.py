@@ -6,6 +6,8 @@ free-free block of each matrix matters. Reading 8 of the project's model notes: 
 velocity Verlet with damping at half-step velocities is stable while dt^2 k + 2 dt c < 4.
 """
 
+import itertools
+
 import numpy as np
 import scipy.optimize
 import scipy.sparse
@@ -20,10 +22,8 @@ _DENSE = 60  # below this many rows a dense eigenvalue solver is quicker and can
 def pair_stiffness(d, deq, row):
     """Axial and transverse stiffness of each pair [energy/length^2].
 
-    Axial: the present -dF/dd, but never below that of either potential at its own minimum,
-    m1 n1 e1/deq^2 and m2 n2 e2/deq^2, since the pair may be there within the step. Transverse:
-    tension/d, zero for a pair that is pushed.
-    """
+    Axial: the present -dF/dd, but never below that of either potential at its own minimum, m1 n1 e1/deq^2 and m2 n2 e2/deq^2, since the pair may be there
+    within the step. Transverse: tension/d, zero for a pair that is pushed."""
     beyond_threshold = law.potential_stiffness(deq, deq, row.e2, row.m2, row.n2)
     least = np.maximum(law.stiffness_at_rest(deq, row), beyond_threshold)
     axial = np.maximum(law.stiffness(d, deq, row), least)
@@ -38,15 +38,13 @@ def assemble(pairs, axial, transverse, free):
     place = np.full(len(free), -1)
     place[free] = np.arange(np.sum(free))
     rows, columns, values = [], [], []
-    ends = (pairs.i, pairs.j)
-    for a in (0, 1):
-        for b in (0, 1):
-            p, q = place[ends[a]], place[ends[b]]
-            keep = (p >= 0) & (q >= 0)
-            shape = (int(np.sum(keep)), 3, 3)
-            rows.append(np.broadcast_to((3 * p[keep, None] + np.arange(3))[:, :, None], shape))
-            columns.append(np.broadcast_to((3 * q[keep, None] + np.arange(3))[:, None, :], shape))
-            values.append((1.0 if a == b else -1.0) * blocks[keep])
+    for a, b in itertools.product((pairs.i, pairs.j), repeat=2):
+        p, q = place[a], place[b]
+        keep = (p >= 0) & (q >= 0)
+        shape = (int(np.sum(keep)), 3, 3)
+        rows.append(np.broadcast_to((3 * p[keep, None] + np.arange(3))[:, :, None], shape))
+        columns.append(np.broadcast_to((3 * q[keep, None] + np.arange(3))[:, None, :], shape))
+        values.append((1.0 if a is b else -1.0) * blocks[keep])
     flat = [np.concatenate([part.ravel() for part in g]) for g in (values, rows, columns)]
     size = 3 * int(np.sum(free))
     return scipy.sparse.coo_matrix((flat[0], flat[1:]), shape=(size, size)).tocsr()
@@ -69,11 +67,6 @@ def _scaled(matrix, mass):
     return half @ matrix @ half
 
 
-def _row_sums(matrix, mass):
-    """Sums of |entries| over the rows of M^-1 A: Gershgorin's bound on its eigenvalues."""
-    return np.asarray(abs(matrix).sum(axis=1)).ravel() / np.repeat(mass, 3)
-
-
 def stable_step(k, c):
     """Positive root of dt^2 k + 2 dt c = 4 [time]; inf where both are zero. Arrays allowed."""
     with np.errstate(divide="ignore"):
@@ -84,8 +77,7 @@ def step_limits(x, radius, mass, rows, bonds, contact, free_mask, types=None, bo
     """Largest stable steps of the interacting pairs now; arguments as in brute.brute_force.
 
     mass (N,); free_mask (N,) bool: False for atoms with a prescribed motion. Returns a dict:
-      lamK, lamC     largest eigenvalues of M^-1 K [1/time^2] and M^-1 C [1/time]
-      dt_elastic     2/sqrt(lamK)
+      dt_elastic     2 over the root of the largest eigenvalue of M^-1 K
       dt_explicit    dt at which the largest eigenvalue of M^-1 (dt^2 K + 2 dt C) is 4
       dt_eq7         eq. 7 over the pairs with a free atom; it knows neither neighbours nor gamma
       dt_rows        dt^2 RK + 2 dt RC = 4 with Gershgorin's row sums, least over rows
@@ -94,9 +86,7 @@ def step_limits(x, radius, mass, rows, bonds, contact, free_mask, types=None, bo
     free, mass = np.asarray(free_mask, dtype=bool), np.asarray(mass, dtype=float)
     pairs, deq, _, _, row = interactions(x, radius, rows, bonds, contact, types, box, ids)
     axial, transverse = pair_stiffness(pairs.d, deq, row)
-    k_matrix = assemble(pairs, axial, transverse, free)
-    c_matrix = assemble(pairs, row.gamma, np.zeros_like(axial), free)
-
+    k_matrix, c_matrix = assemble(pairs, axial, transverse, free), assemble(pairs, row.gamma, np.zeros_like(axial), free)
     scaled_k, scaled_c = _scaled(k_matrix, mass[free]), _scaled(c_matrix, mass[free])
     lam_k, lam_c = largest_eigenvalue(scaled_k), largest_eigenvalue(scaled_c)
     upper = float(min(stable_step(lam_k, 0.0), stable_step(0.0, lam_c)))
@@ -115,12 +105,7 @@ def step_limits(x, radius, mass, rows, bonds, contact, free_mask, types=None, bo
     k_max = law.largest_stiffness(pairs.contact_distance, row)
     with np.errstate(divide="ignore"):
         eq7 = np.sqrt(lighter / k_max)[moves]
-    by_rows = stable_step(_row_sums(k_matrix, mass[free]), _row_sums(c_matrix, mass[free]))
-    return {
-        "lamK": lam_k,
-        "lamC": lam_c,
-        "dt_elastic": float(stable_step(lam_k, 0.0)),
-        "dt_explicit": float(dt_explicit),
-        "dt_eq7": float(np.min(eq7, initial=np.inf)),
-        "dt_rows": float(np.min(by_rows, initial=np.inf)),
-    }
+    # sums of |entries| over the rows of M^-1 A: Gershgorin's bound on its eigenvalues
+    by_rows = stable_step(*(np.asarray(abs(matrix).sum(axis=1)).ravel() / np.repeat(mass[free], 3) for matrix in (k_matrix, c_matrix)))
+    return {"dt_elastic": float(stable_step(lam_k, 0.0)), "dt_explicit": float(dt_explicit), "dt_eq7": float(np.min(eq7, initial=np.inf)),
+            "dt_rows": float(np.min(by_rows, initial=np.inf))}

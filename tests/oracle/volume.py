@@ -9,6 +9,7 @@ force: with y+ = max(y, 0), u = ((b - rho0)+^2 + (rho - rho0 - gap)+^2 - (b - rh
 of a body that is stretched uniformly is the trace of its strain. Part of the second writing, as law.py.
 """
 
+from collections import namedtuple
 from typing import NamedTuple
 
 import numpy as np
@@ -79,13 +80,7 @@ def evaluate(x, i, j, dlim, kv, rest, cavitation=0.15, fresh=False):
     return Volume(theta, kv * u, force, pair_force, r.T @ f)
 
 
-class Moduli(NamedTuple):
-    """Of an isotropic body: bulk, shear and Young's modulus [energy/volume], Poisson's ratio."""
-
-    bulk: float
-    shear: float
-    young: float
-    poisson: float
+Moduli = namedtuple("Moduli", "bulk shear young poisson")  # of an isotropic body: [energy/volume], Poisson's ratio
 
 
 def moduli(network_modulus, kv, number_density):

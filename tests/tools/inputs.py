@@ -1,7 +1,25 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Files that the tools read, as the decks write them, with contents of the tests' own."""
+"""Files that the tools read, as the decks write them, with contents of the tests' own; stand-ins for programs; what a build was configured for."""
 
-from evp import curves
+import os
+import pathlib
+import re
+
+from evp import curves, run
+
+BUILD = pathlib.Path(os.environ.get("EVP_LMP") or run.CHECKOUT / "build" / "lmp").absolute().parent
+
+
+def cache_entry(name, folder=BUILD):
+    return re.search(rf"^{name}:\w+=(.*)$", (pathlib.Path(folder) / "CMakeCache.txt").read_text(encoding="utf-8"), re.M)[1]
+
+
+def program(path, text, shell="#!/bin/sh"):
+    """An executable script."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(f"{shell}\n{text}\n", encoding="utf-8")
+    path.chmod(0o755)
+    return path
 
 
 def curve_file(path, curve, columns=curves.HEADER, **more):

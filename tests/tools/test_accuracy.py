@@ -31,9 +31,11 @@ def test_the_fastest_setting_that_keeps_its_bound_on_every_body(monkeypatch, err
     assert list(accuracy.chosen(rows, "cycle").values()) == chosen
 
 
-def test_front_keeps_what_no_other_beats():
-    points = dict(zip("abcdef", [(1, 5), (2, 6), (3, 1), (2, 3), (4, 1), (5, 0.5)]))
-    assert accuracy.front(points) == ["a", "d", "c", "f"]
+def test_front_and_errors_between_those_measured():
+    """The front keeps what no other beats."""
+    assert accuracy.front(dict(zip("abcdef", [(1, 5), (2, 6), (3, 1), (2, 3), (4, 1), (5, 0.5)]))) == ["a", "d", "c", "f"]
+    rows = [{"value": "1", "error_percent": "4"}, {"value": "4", "error_percent": "1"}]
+    assert [pytest.approx(cost.interpolated(rows, value)) for value in (0.5, 1, 2, 4, 9)] == [4, 4, 2, 1, 1]
 
 
 def test_page_and_picture_are_of_the_csv(tmp_path, capsys):
@@ -41,28 +43,19 @@ def test_page_and_picture_are_of_the_csv(tmp_path, capsys):
     accuracy.draw(study, ROWS)
     study.write(**accuracy.page(ROWS))
     assert capsys.readouterr().out == PAGE.read_text(encoding="utf-8")
+    write_csv(tmp_path / "errors.csv", accuracy.FORECAST, accuracy.forecast(ROWS))
+    assert (tmp_path / "errors.csv").read_text(encoding="utf-8") == cost.MEASURED.read_text(encoding="utf-8"), "what cost.py reads"
     assert (tmp_path / "figures" / "accuracy_cost.csv").read_text(encoding="utf-8") == (PAGE.parent / "figures" / "accuracy_cost.csv").read_text(encoding="utf-8")
 
 
-def test_what_cost_py_reads_is_of_the_csv(tmp_path):
-    write_csv(tmp_path / "errors.csv", accuracy.FORECAST, accuracy.forecast(ROWS))
-    assert (tmp_path / "errors.csv").read_text(encoding="utf-8") == cost.MEASURED.read_text(encoding="utf-8")
+def test_bounds_hold_on_the_unseen_body():
+    for scene in SCENES:
+        for bound, label in accuracy.chosen(ROWS, scene).items():
+            assert label is None or accuracy.largest(accuracy.errors(ROWS, scene, label, (accuracy.UNSEEN,))) <= accuracy.BOUNDS[bound], scene
 
 
-def test_errors_between_those_measured():
-    rows = [{"value": "1", "error_percent": "4"}, {"value": "4", "error_percent": "1"}]
-    assert [pytest.approx(cost.interpolated(rows, value)) for value in (0.5, 1, 2, 4, 9)] == [4, 4, 2, 1, 1]
-
-
-@pytest.mark.parametrize("scene", SCENES)
-def test_bounds_hold_on_the_unseen_body(scene):
-    for bound, label in accuracy.chosen(ROWS, scene).items():
-        assert label is None or accuracy.largest(accuracy.errors(ROWS, scene, label, (accuracy.UNSEEN,))) <= accuracy.BOUNDS[bound]
-
-
-@pytest.mark.parametrize("scene", SCENES.values(), ids=list(SCENES))
-def test_settings_are_choices_of_their_decks(scene):
+def test_settings_are_choices_of_their_decks():
     """LAMMPS passes over a misspelled -var."""
-    for setting in scene.settings.values():
+    for setting in (one for scene in SCENES.values() for one in scene.settings.values()):
         deck = (DECKS / setting.deck).read_text(encoding="utf-8")
-        assert all(re.search(rf"^variable +{name} +index |is_defined\(variable,{name}\)", deck, re.M) for name in setting.choices)
+        assert all(re.search(rf"^variable +{name} +index |is_defined\(variable,{name}\)", deck, re.M) for name in setting.choices), setting

@@ -1,32 +1,19 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """tests/maintain/compare_builds.py finds a build equal to itself, and names the first difference of files."""
 
-import os
-import pathlib
-
 import compare_builds
 import pytest
 from compare_bits import compare_all, first_difference
-
-BUILD = pathlib.Path(os.environ.get("EVP_LMP", compare_builds.CHECKOUT / "build" / "lmp")).absolute().parent
-
-
-def tool(capsys, *words):
-    """(exit status, output, errors)"""
-    try:
-        status = compare_builds.main([str(word) for word in words])
-    except SystemExit as end:
-        status = end.code
-    return (status, *capsys.readouterr())
+from in_process import call
+from inputs import BUILD
 
 
-def test_a_build_against_itself(tmp_path, capsys):
+def test_a_build_against_itself(tmp_path):
     """Then a row of one of its files is changed."""
     folder = tmp_path / "kept"
-    status, output, errors = tool(capsys, "--old", BUILD, "--new", BUILD, "bits", "--only", "two_spheres", "--folder", folder)
-    assert status == 0, errors
-    assert "same     two_spheres_1r/two_spheres.csv\n" in output and "same     two_spheres_2r/screen (thermo)\n" in output
-    assert "4 compared, 0 differ" in output
+    done = call(compare_builds.main, "--old", BUILD, "--new", BUILD, "bits", "--only", "two_spheres", "--folder", folder)
+    assert done.returncode == 0 and "4 compared, 0 differ" in done.stdout, done.stderr
+    assert "same     two_spheres_1r/two_spheres.csv\n" in done.stdout and "same     two_spheres_2r/screen (thermo)\n" in done.stdout
     path = folder / "new" / "two_spheres_2r" / "two_spheres.csv"
     path.write_text(path.read_text(encoding="utf-8").replace("\n-0.0199", "\n-0.0198"), encoding="utf-8")
     differing = {name: words for name, words in compare_all(folder) if words}

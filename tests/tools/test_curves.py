@@ -41,17 +41,13 @@ def notes(shown):
 
 def test_numbers_of_a_bilinear_curve():
     found = curves.numbers(bilinear())
-    assert found["E_GPa"] == pytest.approx(1e-9 * E, rel=FITTED)
-    assert found["yield_MPa"] == pytest.approx(1e-6 * YIELD, rel=FITTED)
-    at_1pc, at_2pc = (1e-6 * (E * BEND + H * (s - BEND)) for s in (0.01, 0.0195))
-    assert found["stress_1pc_MPa"] == pytest.approx(at_1pc, rel=FITTED)
-    assert found["stress_2pc_MPa"] == pytest.approx(at_2pc, rel=FITTED)
-    # The window of +-0.0004 feels the bend from 0.0046 on.
-    assert BEND - curves.TANGENT_WINDOW < found["departure_strain"] < BEND
+    at_1pc, at_2pc = (E * BEND + H * (s - BEND) for s in (0.01, 0.0195))
+    names = ("E_GPa", "yield_MPa", "stress_1pc_MPa", "stress_2pc_MPa")
+    assert [found[name] for name in names] == pytest.approx([1e-9 * E, 1e-6 * YIELD, 1e-6 * at_1pc, 1e-6 * at_2pc], rel=FITTED)
+    assert BEND - curves.TANGENT_WINDOW < found["departure_strain"] < BEND, "the window of +-0.0004 feels the bend from 0.0046 on"
     assert curves.numbers(damped())["E_GPa"] == pytest.approx(1e-9 * E, rel=FITTED), "the jump at the start is no part of it"
-    assert curves.numbers(bilinear(), fit=(0.007, 0.012))["E_GPa"] == pytest.approx(1e-9 * H, rel=FITTED)
-    found = curves.numbers(bilinear(), fit=(0.001, 0.002))
-    assert (found["E_from"], found["E_to"]) == (0.001, 0.002)
+    found = curves.numbers(bilinear(), fit=(0.007, 0.012))
+    assert found["E_GPa"] == pytest.approx(1e-9 * H, rel=FITTED) and (found["E_from"], found["E_to"]) == (0.007, 0.012)
 
 
 @pytest.mark.parametrize("curve, missing", [(bilinear(bend=1.0), ("yield_MPa", "departure_strain")), (bilinear(end=0.0062), ("yield_MPa", "stress_1pc_MPa"))])
@@ -64,8 +60,7 @@ def rounded(limit, step=1e-4, end=0.008):
     """A curve that leaves its straight part as bodies do, a few per cent of the slope left: the stress
     limit + 0.03 E strain is approached by the fourth power."""
     strain = np.arange(0.0, end + 0.5 * step, step)
-    bound = limit + 0.03 * E * strain
-    stress = E * strain / (1.0 + (E * strain / bound) ** 4) ** 0.25
+    stress = E * strain / (1.0 + (E * strain / (limit + 0.03 * E * strain)) ** 4) ** 0.25
     return curves.Curve(strain, stress, stress)
 
 
@@ -76,20 +71,8 @@ def test_the_modulus_is_that_of_the_elastic_part(bend, step):
     bend. Control: the slope to 0.003 is lower by far where the bend is early."""
     for curve in (bilinear(step, bend=bend), rounded(E * bend / 0.8, step)):
         found = curves.numbers(curve)
-        assert found["E_GPa"] == pytest.approx(1e-9 * E, rel=0.02)
-        assert found["E_from"] == 0.0 and 0.5 * bend < found["E_to"] < 1.1 * bend
-    if bend < 0.0015:
-        whole = curves.numbers(bilinear(step, bend=bend), fit=(0.0, curves.MODULUS_END))
-        assert whole["E_GPa"] < 0.7e-9 * E, "control"
-
-
-def test_vibration_is_averaged_out():
-    """0.3 MPa rms, the noise at gamma = 0, moves E by 0.1 % and the stresses by 0.1 MPa."""
-    noise = 0.3e6 * np.random.default_rng(2).standard_normal(201)
-    quiet, found = (curves.numbers(bilinear()._replace(virial=bilinear().virial + more)) for more in (0.0, noise))
-    assert found["E_GPa"] == pytest.approx(quiet["E_GPa"], rel=5e-3)
-    assert found["stress_1pc_MPa"] == pytest.approx(quiet["stress_1pc_MPa"], abs=0.3)
-    assert found["departure_strain"] == pytest.approx(quiet["departure_strain"], abs=5e-4)
+        assert found["E_GPa"] == pytest.approx(1e-9 * E, rel=0.02) and found["E_from"] == 0.0 and 0.5 * bend < found["E_to"] < 1.1 * bend
+    assert bend > 0.0015 or curves.numbers(bilinear(step, bend=bend), fit=(0.0, curves.MODULUS_END))["E_GPa"] < 0.7e-9 * E, "control"
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -102,8 +85,7 @@ def test_vibration_is_no_bend(seed):
     period, phase = random.uniform(2e-4, 1e-3), random.uniform(0.0, 2.0 * np.pi)
     noise = 0.3e6 * random.standard_normal(len(strain)) + 0.5e6 * np.sin(2.0 * np.pi * strain / period + phase)
     found = curves.numbers(curves.Curve(strain, grip, virial + noise))
-    assert found["E_to"] == curves.MODULUS_END
-    assert found["E_GPa"] == pytest.approx(1e-9 * quiet, rel=0.02)
+    assert found["E_to"] == curves.MODULUS_END and found["E_GPa"] == pytest.approx(1e-9 * quiet, rel=0.02)
 
 
 def test_a_line_that_does_not_begin_at_zero_is_told(tmp_path):
@@ -156,17 +138,12 @@ def test_files_that_hold_no_curve(tmp_path, text, message):
     assert message in failed.stderr, failed.stderr
 
 
-def test_a_byte_order_mark_is_no_part_of_the_first_column(tmp_path):
-    path = inputs.curve_file(tmp_path / "curve.csv", bilinear())
-    plain = curves.read_curve(path)
-    path.write_text(path.read_text(encoding="utf-8"), encoding="utf-8-sig")
-    assert np.array_equal(curves.read_curve(path), plain)
-
-
 @pytest.mark.parametrize("column, other", [("grip", "virial"), ("virial", "grip")])
 def test_one_column_of_stress_is_enough(tmp_path, column, other):
+    """A byte order mark is no part of the first."""
     curve = bilinear()
     path = inputs.curve_file(tmp_path / "one.csv", (curve.strain, getattr(curve, column)), ("strain", f"stress_{column}"))
+    path.write_text(path.read_text(encoding="utf-8"), encoding="utf-8-sig")
     for words in (("plot", "--out", tmp_path / "picture.png"), ("numbers",)):
         shown = command(*words, path, "--column", column)
         assert shown.returncode == 0, shown.stderr
@@ -199,7 +176,8 @@ def test_curves_of_other_loads_have_the_same_numbers(tmp_path, deck):
         expected = re.sub(r"\bE\b", modulus, plain.stdout).replace("a.csv", "b.csv").splitlines()
         lines = other.stdout.splitlines()
         if "area" in expected[0] and deck != "in.shear":  # stress and strain of the surface have no work
-            expected[1], lines[1] = (line.rsplit(None, 1)[0] for line in (expected[1], lines[1]))
+            (expected[1], _), (lines[1], area) = (line.rsplit(None, 1) for line in (expected[1], lines[1]))
+            assert area == "-" and (words != ("cycle",) or "has no last loop area: the stress of the surface" in other.stdout)
         assert lines[:len(expected)] == expected, words
         assert f"is of {deck}: " in other.stdout and other.stdout.rstrip().endswith(f"its modulus is {modulus}")
     written = command("table", tmp_path / "b.csv", "--csv", tmp_path / "table.csv")
@@ -271,8 +249,7 @@ def test_numbers_of_a_picture_are_beside_it(files, name, words, beside):
 
 def test_spheres_of_a_dump_and_a_law_without_runs_are_drawn(files):
     for words in (("specimen", "state.dump", "--out", "same.png"), ("specimen", "state.csv", "--out", "body.png"), ("law", "--out", "alone.png")):
-        drawn = command(*words)
-        assert drawn.returncode == 0, drawn.stderr
+        assert command(*words).returncode == 0
     assert (files / "same.csv").read_text() == (files / "body.csv").read_text() and (files / "alone.csv").exists()
 
 

@@ -78,17 +78,13 @@ def test_loops_one_by_one():
     assert [found[f"area_{k}_MJ_per_m3"] for k in (1, 2, 3)] == pytest.approx([1e-6 * area for area in areas], rel=1e-6)
 
 
-def test_rows_of_equal_strain_are_no_turns():
-    assert curves.turns(np.array([0.0, 0.001, 0.002, 0.002, 0.003, 0.003, 0.002, 0.001])).tolist() == [5]
-
-
 def test_a_body_that_retraces_its_curve_leaves_nothing():
+    assert curves.turns(np.array([0.0, 0.001, 0.002, 0.002, 0.003, 0.003, 0.002, 0.001])).tolist() == [5], "rows of equal strain are no turns"
     strain = way((0.01, 0.0))
     stress = E * strain - 3e11 * strain**2
-    assert abs(curves.residual_strain(strain, stress)) < 1e-15
+    assert abs(curves.residual_strain(strain, stress)) < 1e-15 and abs(curves.loop_areas(strain, stress)[0]) < 1e-9 * E
     assert abs(curves.residual_strain(strain, stress + 1000.0)) < 1e-7, "the last row just misses zero"
     assert np.isnan(curves.residual_strain(strain, stress + 1e8))
-    assert abs(curves.loop_areas(strain, stress)[0]) < 1e-9 * E
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -135,8 +131,7 @@ def test_rows_far_apart_are_interpolated():
 def files(tmp_path, monkeypatch):
     """Curves in a folder of their own, the current one."""
     monkeypatch.chdir(tmp_path)
-    there, back = way((0.02,)), way((0.02, 0.0))
-    held = swept(way((0.02, 0.017)))
+    there, back, held = way((0.02,)), way((0.02, 0.0)), swept(way((0.02, 0.017)))
     held.virial[-1] = held.virial[-2]
     few = np.array([0.0, 0.001, 0.002, 0.003, 0.004, 0.005, 0.01])
     known = {"pull": swept(there), "sweep": swept(back), "push": swept(-back), "loops": swept(way((0.01, -0.01) * 3)), "held": held,
@@ -165,15 +160,12 @@ def test_cycle_command(files):
     assert "held: no residual strain (not unloaded)," in (files / "left.csv").read_text()
 
 
-def test_strain_of_an_extensometer(files):
+def test_loads_of_an_extensometer_turn_where_the_grips_do(files):
+    """Its strain may jitter by more than it goes on between two rows: turns in it alone are many, and none of the body."""
     for command, place in (("cycle", 2), ("table", 6)):
         assert run(command, "gauge.csv", "--strain", "strain_gauge")[0][place] == "0.03", "residual strain"
     run("plot", "gauge.csv", "--strain", "strain_gauge", "--out", "drawn.png")
     assert "\nTraction,gauge,4,100\n" in (files / "drawn.csv").read_text()
-
-
-def test_loads_of_an_extensometer_turn_where_the_grips_do(files):
-    """Its strain jitters by more than it goes on between two rows: turns in it alone are many, and none of the body."""
     numbers, _ = run("cycle", "jitter.csv", "--strain", "strain_gauge", "--out", "picture.png")
     turn, stress, residual, elastic, rest, unloading, area = map(float, numbers)
     assert elastic == pytest.approx(1e-3 * stress / unloading, rel=1e-3) and residual + elastic + rest == pytest.approx(turn, rel=1e-3)
@@ -215,26 +207,16 @@ def test_choices_of_the_table(files, words, place, number):
     assert run("table", *words)[0][place] == number
 
 
-TARGETS = {
-    "0,0\n0.002,44e6\n0.01,90e6\n": "Pa, no header",
-    "# a metal\nstrain,stress\n0,0\n0.002,44e6\n0.01,90e6\n": "Pa",
-    "strain_percent,stress_MPa,note\n0,0,a\n0.2,44,b\n1,90,c\n": "percent and MPa",
-    "strain stress_Pa\n0.01 90e6\n0.002 44e6\n0 0\n": "blanks, downwards",
-}
-
-
-@pytest.mark.parametrize("text", TARGETS, ids=TARGETS.get)
-def test_departure_from_a_target(tmp_path, text):
-    """40 against 44 MPa and 100 against 90 MPa: largest 10 MPa at 0.01, mean of 0, 4 and 10."""
+@pytest.mark.parametrize("text, sign, expected", [
+    *((text, 1.0, [10.0, 0.01, 14 / 3, 1400 / 3 / 90, 3]) for text in (
+        "0,0\n0.002,44e6\n0.01,90e6\n", "# a metal\nstrain,stress\n0,0\n0.002,44e6\n0.01,90e6\n",
+        "strain_percent,stress_MPa,note\n0,0,a\n0.2,44,b\n1,90,c\n", "strain stress_Pa\n0.01 90e6\n0.002 44e6\n0 0\n")),
+    ("-0.002,-44e6\n-0.01,-90e6\n-0.03,-95e6\n", -1.0, [-10.0, -0.01, 7.0, 700 / 90, 2])])
+def test_departure_from_a_target(tmp_path, text, sign, expected):
+    """40 against 44 MPa and 100 against 90 MPa: largest 10 MPa at 0.01, mean of 0, 4 and 10; a row beyond the end does not count."""
     (tmp_path / "target.csv").write_text(text, encoding="utf-8")
-    found = curves.departure(swept(way((0.02, 0.0))), curves.read_target(tmp_path / "target.csv"))
-    assert list(found.values()) == pytest.approx([10.0, 0.01, 14 / 3, 1400 / 3 / 90, 3], rel=EXACT)
-
-
-def test_departure_in_compression_and_beyond_the_end():
-    target = np.array([-0.002, -0.01, -0.03]), np.array([-44e6, -90e6, -95e6])
-    found = curves.departure(swept(-way((0.02,))), target)
-    assert found["departure_largest_MPa"] == pytest.approx(-10.0, rel=EXACT) and (found["departure_rows"], found["departure_at_strain"]) == (2, -0.01)
+    found = curves.departure(swept(sign * way((0.02, 0.0))), curves.read_target(tmp_path / "target.csv"))
+    assert list(found.values()) == pytest.approx(expected, rel=EXACT)
 
 
 BAD_TARGETS = {
@@ -271,13 +253,3 @@ def test_misuse_gets_one_line(files, words, message):
     assert failed.returncode == 1 and failed.stderr.startswith("ERROR: ") and len(failed.stderr.splitlines()) == 1, failed.stderr
     assert message in failed.stderr and failed.stdout == ""
     assert {path.name: path.read_bytes() for path in files.iterdir()} == before
-
-
-def test_no_loop_area_of_a_surface(tmp_path):
-    """Stress times strain of the surface of a twisted bar is not its work: a dash, and a note."""
-    angle = np.concatenate([np.linspace(0, 0.02, 21), np.linspace(0.019, 0.01, 10)])
-    rows = [f"{a:.9g},{a:.9g},1,1,{1e9 * a:.9g},{1e9 * a:.9g}" for a in angle]
-    (tmp_path / "twist.csv").write_text("angle,shear_strain,torque_grip,torque_virial,shear_stress_grip,shear_stress_virial\n" + "\n".join(rows) + "\n", encoding="utf-8")
-    shown = call(tool.main, "cycle", str(tmp_path / "twist.csv"))
-    assert shown.returncode == 0 and "has no last loop area: the stress of the surface" in shown.stdout, shown.stdout + shown.stderr
-    assert call(tool.main, "table", str(tmp_path / "twist.csv")).stdout.splitlines()[1].split()[-1] == "-"

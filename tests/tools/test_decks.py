@@ -2,12 +2,11 @@
 """Decks are short: so many lines, choices and `if`s, and one command that prints all choices; what they have in common is the same text, as LAMMPS finds included
 files from the working folder only."""
 
-import pathlib
 import re
 
 import pytest
+from evp.run import DECKS
 
-DECKS = pathlib.Path(__file__).resolve().parents[2] / "lammps_inputs"
 TEXT = {path.name: path.read_text(encoding="utf-8") for path in sorted(DECKS.glob("in.*"))}
 LONGEST = {"in.specimen": 180, "in.quasistatic": 150, "in.pull": 40, "in.metal": 40, "in.ball": 40}
 PLAIN = ("in.pull", "in.metal", "in.ball")
@@ -26,11 +25,7 @@ def test_decks_are_short(name):
     assert TEXT[name].count("\n") <= LONGEST.get(name, 100)
     assert len(re.findall(r"^if ", TEXT[name], flags=re.M)) <= 6
     assert sum(text.count("\n") for text in TEXT.values()) <= 1466, "all decks"
-
-
-@pytest.mark.parametrize("name", PLAIN)
-def test_the_first_decks_have_no_choice(name):
-    assert " index " not in TEXT[name] and "${" not in TEXT[name] and not re.search(r"^if ", TEXT[name], flags=re.M)
+    assert name not in PLAIN or not re.search(r"^if | index |\${", TEXT[name], flags=re.M), "the first decks have no choice"
 
 
 @pytest.mark.parametrize("name", CHOOSING)
@@ -41,14 +36,8 @@ def test_at_most_twelve_choices_which_one_command_prints(name):
     printed = re.search(rf"^evp_choices +{re.escape(name)} ((?:.*&\n)*.*)$", TEXT[name], flags=re.M)[1].replace("&\n", "")
     *printed, last = printed.split()
     assert {re.match(r"\w*", word)[0] for word in printed if "?" not in word} - {"coeff_ball"} == set(found) and last == "only"
-
-
-@pytest.mark.parametrize("name", CHOOSING)
-def test_each_choice_is_explained_and_used(name):
-    for choice, line in choices(name).items():
-        assert "# " in line, choice
-        body = TEXT[name].partition("\nevp_choices ")[2]
-        assert re.search(rf"\$\{{{choice}\}}|\bv_{choice}\b", body.partition("\n")[2]), choice
+    body = TEXT[name].partition("\nevp_choices ")[2].partition("\n")[2]
+    assert all("# " in line and re.search(rf"\$\{{{choice}\}}|\bv_{choice}\b", body) for choice, line in found.items()), "each is explained and used"
 
 
 @pytest.mark.parametrize("name", LOADS[1:])

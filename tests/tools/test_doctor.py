@@ -2,7 +2,7 @@
 """evp doctor names the cause of each fault that is planted here, and its command mends it.
 
 The faults are real files: LAMMPS of another release or without PLUGIN is a copy of the real one with other bytes in its library, the
-plugins of other LAMMPS are compiled with the guard and the facts of the real one, and lmp refuses them."""
+plugin of another LAMMPS is the one that the build makes under a false flag."""
 
 import os
 import pathlib
@@ -15,20 +15,13 @@ import time
 import doctor as tool
 import in_process
 import pytest
+from inputs import BUILD, cache_entry, program
 
-REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
-DOCTOR = REPOSITORY / "tools" / "doctor.py"
-WRAPPER = pathlib.Path(os.environ.get("EVP_LMP", REPOSITORY / "build" / "lmp")).absolute()
-BUILD = WRAPPER.parent
-PLUGIN = BUILD / "evpplugin.so"
-
-
-def cache_entry(folder, name):
-    return re.search(rf"^{name}:\w+=(.+)$", (pathlib.Path(folder) / "CMakeCache.txt").read_text(encoding="utf-8"), re.M)[1]
-
-
-BUILT, LMP = cache_entry(BUILD, "LAMMPS_BUILD_DIR"), pathlib.Path(cache_entry(BUILD, "LAMMPS_BUILD_DIR")) / "lmp"
-HEADERS = pathlib.Path(cache_entry(BUILT, "CMAKE_HOME_DIRECTORY")).parent / "src"
+ROOT = pathlib.Path(tool.ROOT)
+DOCTOR, WRAPPER, PLUGIN = ROOT / "tools" / "doctor.py", BUILD / "lmp", BUILD / "evpplugin.so"
+FORGED = BUILD / "forged" / PLUGIN.name  # built for another release, integer size and MPI, see tests/CMakeLists.txt
+BUILT = cache_entry("LAMMPS_BUILD_DIR")
+LMP, SOURCE = pathlib.Path(BUILT) / "lmp", pathlib.Path(cache_entry("CMAKE_HOME_DIRECTORY", BUILT)).parent
 TAKE_PLUGIN = f"export LAMMPS_PLUGIN_PATH={BUILD}"
 NO_MPIRUN = "no_mpirun_here"  # where mpirun is not looked at: a start takes as long as all the rest
 KEPT = {name: value for name, value in os.environ.items()
@@ -51,26 +44,18 @@ class Answer:
         done = subprocess.run(["bash", "-c", f'{first} && exec "$@"', "bash", sys.executable, str(DOCTOR), *self.words], env=environment, text=True,
                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, stdin=subprocess.DEVNULL, check=False)
         self.status, self.text, self.errors = done.returncode, done.stdout, done.stderr
-
-    def faults(self):
-        return re.findall(r"^FAULT +(\S.*?)  ", self.text, re.M)
-
-    def cause(self):
-        return " ".join(re.search(r"^Cause: (.+?)\nRun:", self.text, re.S | re.M)[1].split())
-
-    def command(self):
-        return re.search(r"^Run:   (.+)$", self.text, re.M)[1]
+        self.faults, paragraph = re.findall(r"^FAULT +(\S.*?)  ", self.text, re.M), re.search(r"^Cause: (.+?)\nRun:   (.+)$", self.text, re.S | re.M)
+        self.cause, self.command = (" ".join(paragraph[1].split()), paragraph[2].partition("\n")[0]) if paragraph else ("", "")
 
     def names(self, fault, cause):
         """Self, whose first fault is the one of this line, with these words for the cause."""
-        assert self.status == 1 and self.faults()[:1] == [fault], self.text + self.errors
-        assert re.search(cause, self.cause()), self.text
+        assert self.status == 1 and self.faults[:1] == [fault] and re.search(cause, self.cause), self.text + self.errors
         return self
 
     def is_mended(self):
         """The command runs in the same shell, and the doctor finds no fault then."""
-        after = Answer(self.words, self.environment, self.command())
-        assert after.status == 0 and "\nHealthy: " in after.text and not after.faults(), f"{self.text}\n{after.text}{after.errors}"
+        after = Answer(self.words, self.environment, self.command)
+        assert after.status == 0 and "\nHealthy: " in after.text and not after.faults, f"{self.text}\n{after.text}{after.errors}"
 
 
 def doctor(*words, **changes):
@@ -96,10 +81,8 @@ def copy_of_lmp(target, folder):
     return replaced(LMP, target, BUILT.encode(), folder.encode() + b"/" * (len(BUILT) - len(folder)))
 
 
-@pytest.fixture(scope="module")
-def real():
-    """What the LAMMPS of the build says of itself."""
-    return tool.lammps_of(LMP, tool.run([LMP, "-h"])[1])
+REAL = tool.lammps_of(LMP, tool.run([LMP, "-h"])[1])
+DATE = " ".join(REAL.release.split()[:3])
 
 
 def another_lammps(folder, old, new):
@@ -110,37 +93,14 @@ def another_lammps(folder, old, new):
 
 
 @pytest.fixture(scope="module")
-def older(real, tmp_path_factory):
+def older(tmp_path_factory):
     """Folder of a LAMMPS that says that it is too old."""
-    name = " ".join(real.release.split()[:3])
-    return another_lammps(tmp_path_factory.mktemp("older"), name.encode(), (name[:-4] + "2021").encode())
-
-
-STRANGER = """
-#include "host_guard.h"
-#include "plugin_facts.h"
-extern "C" void lammpsplugin_init(void *lmp, void *, void *)
-{
-  refuse_wrong_host(lmp);
-}
-"""
-
-
-def stranger(kind, real, folder):
-    """A plugin built for another release, integer size or MPI."""
-    shown = subprocess.run([cache_entry(BUILT, "MPI_CXX_COMPILER"), "-show"], stdout=subprocess.PIPE, text=True, check=True).stdout
-    mpi = [f"-I{HEADERS / 'STUBS'}"] if kind == "mpi" else [word for word in shown.split() if word.startswith("-I")]
-    integers = "BIGBIG" if (real.integers == "bigbig") != (kind == "integers") else "SMALLBIG"
-    release = 20240829 if kind == "release" else tool.release_number(real.release)
-    (folder / "stranger.cpp").write_text(STRANGER, encoding="utf-8")
-    subprocess.run([os.environ.get("CXX", "g++"), "-std=c++17", "-O0", "-shared", "-fPIC", "-DOMPI_SKIP_MPICXX", *mpi, f"-DLAMMPS_{integers}",
-                    f"-DEVP_LAMMPS_VERSION={release}", f"-I{REPOSITORY / 'src' / 'lammps'}", f"-I{HEADERS}", "stranger.cpp", "-o", tool.NAME],
-                   cwd=folder, check=True)
+    return another_lammps(tmp_path_factory.mktemp("older"), DATE.encode(), (DATE[:-4] + "2021").encode())
 
 
 def test_healthy_with_two_ranks():
     found = doctor(EVP_LMP=WRAPPER, EVP_MPIRUN="mpirun")
-    assert found.status == 0 and not found.faults() and not found.errors, found.text + found.errors
+    assert found.status == 0 and not found.faults and not found.errors, found.text + found.errors
     assert "\nHealthy: lmp loads the plugin and knows pair_style evp/lj. Not checked: log.\n" in found.text
     assert re.search(r"^ok +mpirun .*two ranks$", found.text, re.M), found.text
 
@@ -152,36 +112,26 @@ def test_path(tmp_path, place, cause):
     """The first is the example of the page."""
     (tmp_path / "moreplugin.so").write_bytes(b"")
     found = raw(LAMMPS_PLUGIN_PATH=place.format(tmp_path)).names("plugin path", cause)
-    assert found.command() == TAKE_PLUGIN and found.faults() == ["plugin path"]
+    assert found.command == TAKE_PLUGIN and found.faults == ["plugin path"]
     if place:
         return
     found.is_mended()
-    page = (REPOSITORY / "doc" / "Howto_evp_doctor.rst").read_text(encoding="utf-8").split(".. fault:")[1].split(".. end of fault")[0]
+    page = (ROOT / "doc" / "Howto_evp_doctor.rst").read_text(encoding="utf-8").split(".. fault:")[1].split(".. end of fault")[0]
     checks = [re.findall(r"^ *(?:ok|note|FAULT|not checked)  +(\S.*?)  ", text, re.M) for text in (found.text, page)]
     assert checks[0] == checks[1] and len(checks[0]) == 7, "run doc/studies/doctor_page.py"
     assert "\n   Run:   export LAMMPS_PLUGIN_PATH=~/evp/build\n" in page
 
 
-@pytest.mark.parametrize("kind, cause", [
-    ("release", "built for another LAMMPS: release 20240829, not "), ("integers", "built for another LAMMPS: "),
-    ("mpi", "built for another LAMMPS: |cannot be opened: .*undefined symbol")])
-def test_plugin_for_another_lammps(tmp_path, real, kind, cause):
-    """The words are those of the plugin, or of the loader."""
-    stranger(kind, real, tmp_path)
-    assert raw(LAMMPS_PLUGIN_PATH=tmp_path).names("plugin", cause).command() == TAKE_PLUGIN
-    assert kind != "release" or tool.facts_of(tmp_path / tool.NAME).startswith("version unknown, lammps 20240829, integers ")
-
-
-def without_a_symbol():
-    needed = subprocess.run(["nm", "-D", "--undefined-only", PLUGIN], stdout=subprocess.PIPE, text=True, check=True).stdout.split()
-    symbol = min(name for name in needed if name.startswith("_ZN9LAMMPS_NS5Error")).encode()
-    return PLUGIN.read_bytes().replace(b"\0" + symbol + b"\0", b"\0" + symbol.replace(b"LAMMPS_NS", b"LAMMPS_XX") + b"\0")
+def test_plugin_for_another_lammps():
+    """The words are those of the plugin."""
+    found = raw(LAMMPS_PLUGIN_PATH=FORGED.parent).names("plugin", "built for another LAMMPS: release 20990101, not ")
+    assert found.command == TAKE_PLUGIN and re.match(r"version \S+, lammps 20990101, integers ", tool.facts_of(FORGED))
 
 
 @pytest.mark.parametrize("content, cause", [
     (lambda: PLUGIN.read_bytes()[:PLUGIN.stat().st_size // 2], "cannot be opened|lmp ends at .*signal"),
     (lambda: b"no library", "cannot be opened: .*(invalid ELF header|file too short)"),
-    (without_a_symbol, r"version \d.* cannot be opened: .*undefined symbol: _ZN9LAMMPS_XX\w+\. It is damaged"),
+    (lambda: re.sub(rb"\0_ZN9LAMMPS_NS(5Error\w+\0)", rb"\0_ZN9LAMMPS_XX\1", PLUGIN.read_bytes()), r"version \d.* cannot be opened: .*undefined symbol: _ZN9LAMMPS_XX\w+\. It is damaged"),
     (None, "cannot be opened: .*Is a directory")], ids=["half", "text", "symbol", "folder"])
 def test_damaged_plugin(tmp_path, content, cause):
     path = tmp_path / tool.NAME
@@ -193,10 +143,8 @@ def test_damaged_plugin(tmp_path, content, cause):
 
 
 def test_a_program_that_hangs_ends_with_all_that_it_has_started(tmp_path, monkeypatch):
-    (tmp_path / "lmp").write_text(f"#!/bin/sh\nsh -c 'echo $$ >{tmp_path}/child; exec sleep 50'\n", encoding="utf-8")
-    (tmp_path / "lmp").chmod(0o755)
     monkeypatch.setattr(tool, "SECONDS", 1)
-    assert tool.run([tmp_path / "lmp"]) == (None, "no answer within 1 s")
+    assert tool.run([program(tmp_path / "lmp", f"sh -c 'echo $$ >{tmp_path}/child; exec sleep 50'")]) == (None, "no answer within 1 s")
     state = pathlib.Path("/proc", (tmp_path / "child").read_text(encoding="utf-8").strip(), "stat")
     deadline = time.monotonic() + 20  # of a kill on a busy machine
     while (alive := state.exists() and state.read_text(encoding="utf-8").split()[2] != "Z") and time.monotonic() < deadline:
@@ -211,9 +159,14 @@ def test_a_reader_that_leaves():
 
 
 def test_lmp_that_is_too_old(older):
+    """By the command evp, too: other tools get EVP's own lmp from it, the doctor what the user's shell has."""
     found = doctor(PATH=f"{older}:{surroundings()['PATH']}").names("LAMMPS", f"the first lmp on PATH is {older}/lmp, .* it is LAMMPS .* 2021")
-    assert found.command().startswith(f"export PATH={BUILD}$")
+    assert found.command.startswith(f"export PATH={BUILD}$")
     found.is_mended()
+    for words, status, text in ((["doctor"], 1, f"the first lmp on PATH is {older}/lmp"), (["path", "plugin"], 0, str(BUILD))):
+        environment = surroundings(PATH=f"{older}:{surroundings()['PATH']}", PYTHON=sys.executable)
+        done = subprocess.run([BUILD / "evp", *words], env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True, check=False)
+        assert done.returncode == status and text in " ".join(done.stdout.split()), done.stdout
 
 
 def test_lmp_without_plugin_package(tmp_path):
@@ -227,16 +180,8 @@ def test_no_plugin_for_this_lmp(tmp_path):
     why = f"{PLUGIN} .*cannot be opened: .*undefined symbol: _ZN9LAMMPS_NS6Output8reset_dtEv"
     for path, fault, cause in ((BUILD, "plugin", why), ("", "plugin path", f"^LAMMPS_PLUGIN_PATH is not set, and {why}")):
         found = doctor("--lmp", tmp_path / "lmp", LAMMPS_PLUGIN_PATH=path).names(fault, cause)
-        assert re.search(r"^cmake -S .* -B \S+/build-\w+-\w+ .* && cmake --build ", found.command()), found.command()
-        assert "/path/to/lammps stands for the source tree of this LAMMPS" in found.cause()
-
-
-def test_command_evp_does_not_hide_the_lmp_of_the_user(older):
-    """Other tools get EVP's own lmp from it, the doctor what the user's shell has."""
-    for words, status, text in ((["doctor"], 1, f"the first lmp on PATH is {older}/lmp"), (["path", "plugin"], 0, str(BUILD))):
-        environment = surroundings(PATH=f"{older}:{surroundings()['PATH']}", PYTHON=sys.executable)
-        done = subprocess.run([BUILD / "evp", *words], env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True, check=False)
-        assert done.returncode == status and text in " ".join(done.stdout.split()), done.stdout
+        assert re.search(r"^cmake -S .* -B \S+/build-\w+-\w+ .* && cmake --build ", found.command), found.command
+        assert "/path/to/lammps stands for the source tree of this LAMMPS" in found.cause
 
 
 def test_library_of_another_release(older):
@@ -249,15 +194,13 @@ def test_library_is_not_found(tmp_path):
     """As in an installation outside of the system's folders."""
     lmp = copy_of_lmp(tmp_path / "lmp", "/no")
     found = doctor("--lmp", lmp).names("lmp", r"is no LAMMPS that starts on this machine: .*liblammps\.so\.0")
-    assert found.command().startswith("export LD_LIBRARY_PATH=/path/to/the/folder/of/liblammps.so.0$")
+    assert found.command.startswith("export LD_LIBRARY_PATH=/path/to/the/folder/of/liblammps.so.0$")
 
 
-@pytest.mark.parametrize("script, cause", [("", "No such file"), ("#!/bin/sh\nexit 3\n", "no output")])
-def test_lmp_is_no_program(tmp_path, script, cause):
-    if script:
-        (tmp_path / "lmp").write_text(script, encoding="utf-8")
-        (tmp_path / "lmp").chmod(0o755)
-    doctor(EVP_LMP=tmp_path / "lmp").names("lmp", f"{tmp_path}/lmp is no LAMMPS that starts on this machine: .*{cause}").is_mended()
+def test_lmp_is_no_program(tmp_path):
+    for cause in ("No such file", "no output"):
+        doctor(EVP_LMP=tmp_path / "lmp").names("lmp", f"{tmp_path}/lmp is no LAMMPS that starts on this machine: .*{cause}").is_mended()
+        program(tmp_path / "lmp", "exit 3")
 
 
 def test_plugin_twice(tmp_path):
@@ -266,8 +209,7 @@ def test_plugin_twice(tmp_path):
     raw("--plugin", other, LAMMPS_PLUGIN_PATH=BUILD).names("plugin", f"loaded twice: lmp takes {PLUGIN}").is_mended()
 
 
-FOREIGN = """#!/bin/sh
-# What the mpirun of another MPI does, as MPICH's with an lmp of Open MPI: each rank runs alone.
+FOREIGN = """# What the mpirun of another MPI does, as MPICH's with an lmp of Open MPI: each rank runs alone.
 [ "$1" = --version ] && { echo 'HYDRA build details:'; echo '    Version: 4.0.2'; exit; }
 shift 2
 "$@"; "$@"
@@ -276,13 +218,11 @@ shift 2
 
 @pytest.mark.parametrize("script, cause", [
     (FOREIGN, r"mpirun is of another MPI .HYDRA build details. than lmp .Open MPI v\d"),
-    ("#!/bin/sh\necho mpiexec.hydra: no libslurm >&2; exit 127\n", r"does not start lmp .*: mpiexec.hydra: no libslurm"),
-    ("#!/bin/sh\nexit 1\n", r"does not start lmp .*: no output")], ids=["foreign", "broken", "silent"])
+    ("echo mpiexec.hydra: no libslurm >&2; exit 127", r"does not start lmp .*: mpiexec.hydra: no libslurm"),
+    ("exit 1", r"does not start lmp .*: no output")], ids=["foreign", "broken", "silent"])
 def test_mpirun(tmp_path, script, cause):
-    (tmp_path / "mpirun").write_text(script, encoding="utf-8")
-    (tmp_path / "mpirun").chmod(0o755)
-    found = doctor(EVP_LMP=WRAPPER, EVP_MPIRUN=f"{tmp_path / 'mpirun'} -np").names("mpirun", cause)
-    assert found.command().startswith("export EVP_MPIRUN=/path/to/mpirun   # of Open MPI")
+    found = doctor(EVP_LMP=WRAPPER, EVP_MPIRUN=f"{program(tmp_path / 'mpirun', script)} -np").names("mpirun", cause)
+    assert found.command.startswith("export EVP_MPIRUN=/path/to/mpirun   # of Open MPI")
 
 
 def test_mpirun_as_root():
@@ -295,7 +235,7 @@ def test_mpirun_as_root():
         found.names("mpirun", "does not run as root").is_mended()
     del environment["EVP_MPIRUN"]
     found = Answer([], environment)
-    assert found.status == 0 and not found.faults() and "\nHealthy: " in found.text, found.text
+    assert found.status == 0 and not found.faults and "\nHealthy: " in found.text, found.text
     if not os.geteuid():
         assert re.search(r"^note +mpirun .*export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1$", found.text, re.M), found.text
 
@@ -314,22 +254,18 @@ def run_of(tmp_path, deck, **changes):
     (f"plugin load {PLUGIN}\npair_style evp/none", "", "Unrecognized pair style 'evp/none': its plugin is older than the deck")])
 def test_log(tmp_path, deck, path, cause):
     found = raw("--log", run_of(tmp_path, deck, LAMMPS_PLUGIN_PATH=path), LAMMPS_PLUGIN_PATH=BUILD).names("log", cause)
-    assert found.faults() == ["log"] and found.command() == TAKE_PLUGIN
+    assert found.faults == ["log"] and found.command == TAKE_PLUGIN
 
 
-def test_log_of_another_lmp(tmp_path):
-    log = run_of(tmp_path, "pair_style evp/lj")
-    log.write_text(re.sub(r"^LAMMPS \(.*", "LAMMPS (29 Sep 2021 - Update 2)", log.read_text(encoding="utf-8")), encoding="utf-8")
-    raw("--log", log, LAMMPS_PLUGIN_PATH=BUILD).names("log", r"by another lmp than \S+, LAMMPS .29 Sep 2021")
-
-
-def test_log_of_another_fault(tmp_path):
+def test_log_of_another_lmp_or_fault(tmp_path):
     """Where lmp crashes, also at a plugin, LAMMPS leaves nothing of that in the log."""
     log = run_of(tmp_path, "no_such_command")
-    found = raw("--log", log, LAMMPS_PLUGIN_PATH=BUILD)
+    found, text = raw("--log", log, LAMMPS_PLUGIN_PATH=BUILD), log.read_text(encoding="utf-8")
     assert found.status == 0 and "nothing against EVP's plugin; it ends with: ERROR: Unknown command" in found.text, found.text
-    log.write_text(log.read_text(encoding="utf-8").partition("\nERROR")[0], encoding="utf-8")
+    log.write_text(text.partition("\nERROR")[0], encoding="utf-8")
     assert "it breaks off without an error: lmp crashed or was stopped" in raw("--log", log, LAMMPS_PLUGIN_PATH=BUILD).text
+    log.write_text(re.sub(r"^LAMMPS \(.*", "LAMMPS (29 Sep 2021 - Update 2)", text), encoding="utf-8")
+    raw("--log", log, LAMMPS_PLUGIN_PATH=BUILD).names("log", r"by another lmp than \S+, LAMMPS .29 Sep 2021")
 
 
 def test_python_modules(monkeypatch):
@@ -344,24 +280,23 @@ def test_python_modules(monkeypatch):
     assert f"a deck must begin with: plugin load {PLUGIN}" in bare.stdout and f"{PLUGIN}, by `plugin load`: version " in bare.stdout
 
 
-def test_build_for_this_lammps(real, monkeypatch, tmp_path):
+def test_build_for_this_lammps(monkeypatch, tmp_path):
     """The command for a LAMMPS that no plugin here fits, as far as it is quick."""
     monkeypatch.setattr(tool, "own_files", lambda name: [])
-    configure, build, take = tool.mend(real, None).split(" && ")
+    configure, build, take = tool.mend(REAL, None).split(" && ")
     folder = re.search(r" -B (\S+)", configure)[1]
     assert build == f"cmake --build {folder} --target evpplugin" and take == f"export LAMMPS_PLUGIN_PATH={folder}"
-    for old, new in ((folder, tmp_path), ("/path/to/lammps/build", BUILT), ("/path/to/lammps", HEADERS.parent)):
+    for old, new in ((folder, tmp_path), ("/path/to/lammps/build", BUILT), ("/path/to/lammps", SOURCE)):
         configure = configure.replace(old, str(new))
     done = subprocess.run(configure, shell=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
-    assert done.returncode == 0 and f"LAMMPS {' '.join(real.release.split()[:3])} (" in done.stdout, done.stdout
+    assert done.returncode == 0 and f"LAMMPS {DATE} (" in done.stdout, done.stdout
 
 
 def test_plugins_of_the_source_tree(tmp_path, monkeypatch):
     """Those of an installation's source tree count where it still exists."""
     tree, plugin = tmp_path / "evp", tmp_path / "evp" / "build4feb" / tool.NAME
     for path in (tree / "cmake" / "EvpInstall.cmake", plugin):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.touch()
+        program(path, "")
     for name in ("EVP_BUILD", "EVP_PLUGINS"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr(tool, "ROOT", tmp_path / "prefix" / "share" / "evp")

@@ -3,10 +3,11 @@
 
 import re
 
+import first_look
+import inputs
 import matplotlib.image
 import numpy as np
 import pytest
-import first_look
 from evp import curves, run
 
 FIGURES = run.CHECKOUT / "doc" / "figures"
@@ -35,25 +36,16 @@ def test_picture_tells_that_eq_8_comes_back_and_plasticity_does_not():
     assert np.interp(0.01, *loading[0]) == pytest.approx(np.interp(0.01, *loading[1]), rel=0.01)
 
 
-def write_dump(path, *columns):
-    """Snapshots of three spheres, with these plastic strains."""
-    names = "id x y z radius plastic_strain"
-    text = ""
-    for step, strains in enumerate(columns):
-        rows = "".join(f"{k} {0.002 * k} 0.001 {0.001 * step} 0.001 {value}\n" for k, value in enumerate(strains, 1))
-        text += (f"ITEM: UNITS\nsi\nITEM: TIMESTEP\n{step}\nITEM: NUMBER OF ATOMS\n{len(strains)}\nITEM: BOX BOUNDS ss ss ss\n0 1\n0 1\n0 1\n"
-                 f"ITEM: ATOMS {names}\n{rows}")
-    path.write_text(text, encoding="utf-8")
-
-
 def test_it_draws_what_the_runs_left(tmp_path):
     """A picture as large as that of the README, and the curves beside it."""
     strain = np.concatenate([np.linspace(0, 0.02, 21), np.linspace(0.02, 0, 21)])
     for plasticity, stress in (("none", 1e10 * strain), ("isotropic", 1e10 * (strain - 0.01 * (np.arange(42) > 20)))):
         rows = "".join(f"{a:.6g},{b:.6g},{b:.6g},{a:.6g}\n" for a, b in zip(strain, stress))
         (tmp_path / f"{plasticity}.csv").write_text("strain,stress_grip,stress_virial,strain_gauge\n" + rows, encoding="utf-8")
-    write_dump(tmp_path / "isotropic_state.dump", (0.0, 0.01, 0.02))
-    write_dump(tmp_path / "impact_frames.dump", (0.0, 0.0, 0.0), (0.0, 0.1, 0.2))
+    for name, columns in (("isotropic_state", [(0.0, 0.01, 0.02)]), ("impact_frames", [(0.0, 0.0, 0.0), (0.0, 0.1, 0.2)])):
+        text = [inputs.snapshot("id x y z radius plastic_strain", [(k, 0.002 * k, 0.001, 0.001 * step, 0.001, value) for k, value in enumerate(strains, 1)],
+                                step, "ITEM: UNITS\nsi") for step, strains in enumerate(columns)]
+        (tmp_path / f"{name}.dump").write_text("".join(text), encoding="utf-8")
     drawn = matplotlib.image.imread(first_look.compose(tmp_path, tmp_path / "out"))
     stored = matplotlib.image.imread(FIGURES / "first_look.png")
     assert drawn.shape == stored.shape and np.mean(np.abs(drawn - stored)) > 0.02, "another picture, of the same size"

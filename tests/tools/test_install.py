@@ -13,9 +13,10 @@ import sys
 import pytest
 from evp import __main__ as command
 from evp import __version__, interpreter
+from evp.run import CHECKOUT as REPOSITORY
+from inputs import BUILD, cache_entry, program, snapshot
 
-REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
-BUILD = pathlib.Path(os.environ.get("EVP_LMP") or REPOSITORY / "build" / "lmp").parent
+LAMMPS = pathlib.Path(cache_entry("LAMMPS_BUILD_DIR"))
 PREFIX = "/opt/evp of mine"
 PLUGINS = "lib/lammps/plugins"
 LEFT_OUT = ("EVP_", "LAMMPS_", "DESTDIR", "PYTHON")  # of the environment: what would change where things are found
@@ -31,19 +32,8 @@ def start(*words, folder=None, status=0, **environment):
     return done.stdout
 
 
-def cache_entry(name):
-    return re.search(rf"^{name}:\w+=(.*)$", (BUILD / "CMakeCache.txt").read_text(encoding="utf-8"), re.M)[1]
-
-
 def everything(folder):
     return sorted(str(path.relative_to(folder)) for path in folder.rglob("*"))
-
-
-def program(path, text):
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text("#!/bin/sh\n" + text, encoding="utf-8")
-    path.chmod(0o755)
-    return path
 
 
 @pytest.fixture(scope="module")
@@ -83,7 +73,7 @@ def test_doctor_knows_the_build_of_an_installation(prefix, tmp_path, damage):
     """Its plugin is taken where the installed one is broken."""
     place = tmp_path / "my evp"
     shutil.copytree(prefix, place)
-    plugin, lmp = place / PLUGINS / "evpplugin.so", pathlib.Path(cache_entry("LAMMPS_BUILD_DIR")) / "lmp"
+    plugin, lmp = place / PLUGINS / "evpplugin.so", LAMMPS / "lmp"
     plugin.write_bytes(plugin.read_bytes()[:5000])
     if damage == "missing":
         plugin.unlink()
@@ -94,10 +84,7 @@ def test_doctor_knows_the_build_of_an_installation(prefix, tmp_path, damage):
 
 
 def test_a_source_tree_that_was_moved(tmp_path):
-    text = (BUILD / "evp").read_text(encoding="utf-8")
-    moved = tmp_path / "evp"
-    moved.write_text(re.sub("^share=.+$", "share='/no/such/tree'", text, flags=re.M), encoding="utf-8")
-    moved.chmod(0o755)
+    moved = program(tmp_path / "evp", re.sub("^share=.+$", "share='/no/such/tree'", (BUILD / "evp").read_text(encoding="utf-8"), flags=re.M))
     assert start(moved, "--help", status=1) == ("evp: error: no /no/such/tree/tools: the source tree was moved: configure again in a new "
                                                 "build folder\n")
 
@@ -107,23 +94,16 @@ def test_only_one_symbol_is_seen_by_lammps():
     assert [line.split()[-1] for line in lines] == ["lammpsplugin_init"]
 
 
-def test_deck_without_plugin_load(prefix, evp, tmp_path):
-    """By LAMMPS_PLUGIN_PATH and the host's own lmp, from a folder elsewhere."""
-    lammps = pathlib.Path(cache_entry("LAMMPS_BUILD_DIR"))
+def test_decks(prefix, evp, tmp_path):
+    """Without plugin load: by LAMMPS_PLUGIN_PATH and the host's own lmp, from a folder elsewhere, and by the command."""
     decks, plugins = (start(evp, "path", name).strip() for name in ("decks", "plugin"))
     assert plugins == str(prefix / PLUGINS)
-    start(lammps / "lmp", "-in", f"{decks}/in.two_spheres", folder=tmp_path, LAMMPS_PLUGIN_PATH=plugins, LD_LIBRARY_PATH=lammps)
+    start(LAMMPS / "lmp", "-in", f"{decks}/in.two_spheres", folder=tmp_path, LAMMPS_PLUGIN_PATH=plugins, LD_LIBRARY_PATH=LAMMPS)
     log = (tmp_path / "log.lammps").read_text(encoding="utf-8")
-    assert log.count(f"EVP {__version__} for LAMMPS ") == 1 and f"Loaded 1 plugins from {plugins}\n" in log
-    assert list(tmp_path.glob("*.csv"))
-
-
-def test_lammps_by_the_command(evp, tmp_path):
+    assert log.count(f"EVP {__version__} for LAMMPS ") == 1 and f"Loaded 1 plugins from {plugins}\n" in log and list(tmp_path.glob("*.csv"))
     (tmp_path / "in.lmp").write_text("pair_style evp/lj\n", encoding="utf-8")
-    assert f"EVP {__version__} for LAMMPS " in start(evp, "lmp", "-in", "in.lmp", "-log", "none", folder=tmp_path)
-    lammps = pathlib.Path(cache_entry("LAMMPS_BUILD_DIR"))
-    said = start(evp, "lmp", "-in", "in.lmp", "-log", "none", folder=tmp_path, EVP_LMP=lammps / "lmp", LD_LIBRARY_PATH=lammps)
-    assert f"EVP {__version__} for LAMMPS " in said
+    for own in ({}, {"EVP_LMP": LAMMPS / "lmp", "LD_LIBRARY_PATH": LAMMPS}):
+        assert f"EVP {__version__} for LAMMPS " in start(evp, "lmp", "-in", "in.lmp", "-log", "none", folder=tmp_path, **own)
 
 
 def test_the_command(prefix, evp, tmp_path):
@@ -158,7 +138,7 @@ def test_a_tool_is_the_same_by_both_names(evp, tmp_path):
     """With its arguments, its exit code and, where the first python3 has no numpy, another Python."""
     rows = "".join(f"{1e-4 * k:g},{2e6 * k:g},{2e6 * k:g}\n" for k in range(60))
     (tmp_path / "a b.csv").write_text("strain,stress_grip,stress_virial\n" + rows, encoding="utf-8")
-    bare = program(tmp_path / "bin" / "python3", f'exec {sys.executable} -S "$@"\n')
+    bare = program(tmp_path / "bin" / "python3", f'exec {sys.executable} -S "$@"')
     shown = start(evp, "curves", "numbers", "a b.csv", folder=tmp_path, PYTHON=bare)
     assert shown == start(REPOSITORY / "tools" / "curves.py", "numbers", "a b.csv", folder=tmp_path) and "a b.csv       20" in shown
     assert "usage: evp curves " in start(evp, "curves", "--help") and "usage: curves.py " in start(REPOSITORY / "tools" / "curves.py", "--help")
@@ -167,8 +147,7 @@ def test_a_tool_is_the_same_by_both_names(evp, tmp_path):
 
 def test_a_tool_finds_lammps(evp, tmp_path):
     """view.py draws with it."""
-    (tmp_path / "a.dump").write_text("ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n1\nITEM: BOX BOUNDS ff ff ff\n0 1\n0 1\n0 1\n"
-                                     "ITEM: ATOMS id type x y z radius\n1 1 0.5 0.5 0.5 0.4\n", encoding="utf-8")
+    (tmp_path / "a.dump").write_text(snapshot("id x y z radius", [(1, 0, 0, 0, 0.5)]), encoding="utf-8")
     start(evp, "view", "a.dump", "--pixels", 100, "--out", "a.png", folder=tmp_path)
     assert (tmp_path / "a.png").stat().st_size > 0
 
@@ -193,19 +172,13 @@ def test_lmp_of_the_path(prefix, tmp_path, release, packages, words):
     if release:
         program(tmp_path / "bin" / "lmp", f"""if [ "$*" = -h ]; then
 printf '\\nLarge-scale Atomic/Molecular Massively Parallel Simulator - {release.format(release=own)}\\n\\nUsage\\nInstalled packages:\\n\\n{packages} \\n'
-else echo "runs with $LAMMPS_PLUGIN_PATH, $*"; fi
-""")
+else echo "runs with $LAMMPS_PLUGIN_PATH, $*"; fi""")
+    (tmp_path / "few").mkdir()
+    for name in ("sh", "dirname", "readlink", "env", "tr"):  # what the script calls, and no lmp
+        (tmp_path / "few" / name).symlink_to(shutil.which(name))
     runs = words == "runs"
-    said = start(wrapper, "-in", "a b", status=0 if runs else 1, PATH=f"{tmp_path}/bin:/usr/bin:/bin" if release else without_lmp(tmp_path))
+    said = start(wrapper, "-in", "a b", status=0 if runs else 1, PATH=f"{tmp_path}/bin:{tmp_path}/few")
     assert said.startswith(f"runs with {prefix / PLUGINS}, -in a b" if runs else "ERROR: ") and words.format(release=own) in said
-
-
-def without_lmp(folder):
-    """A PATH with the programs that the script calls, and no lmp."""
-    (folder / "few").mkdir()
-    for name in ("sh", "dirname", "readlink", "env", "tr"):
-        (folder / "few" / name).symlink_to(shutil.which(name))
-    return folder / "few"
 
 
 def test_uninstall_leaves_what_was_there(tmp_path):
@@ -235,25 +208,3 @@ def test_a_relative_prefix_is_below_the_folder_of_the_command(tmp_path):
     said = start("cmake", "--build", BUILD, "--target", "uninstall", EVP_RECORD=record)
     assert f"nothing to remove: {tmp_path}/here is not there any more" in said and (tmp_path / "there" / "bin" / "evp").exists()
     assert not record.exists()
-
-
-def test_source_archive_without_git(tmp_path):
-    """Configures and installs where git fails."""
-    source, build = tmp_path / "evp", tmp_path / "build"
-    for name in ("cmake", "doc", "lammps_inputs", "potentials", "src", "tools"):
-        shutil.copytree(REPOSITORY / name, source / name, ignore=shutil.ignore_patterns("__pycache__"))
-    for path in REPOSITORY.glob("*.*"):
-        if path.is_file():
-            shutil.copy(path, source)
-    shutil.copy(REPOSITORY / "LICENSE", source)
-    program(tmp_path / "bin" / "git", f"touch '{tmp_path}/asked'\nexit 1\n")
-    path = f"{tmp_path}/bin:{os.environ['PATH']}"
-    same = [f"-D{name}={cache_entry(name)}" for name in ("LAMMPS_SOURCE_DIR", "LAMMPS_BUILD_DIR", "CMAKE_CXX_COMPILER")]
-    said = start("cmake", "-S", source, "-B", build, "-G", cache_entry("CMAKE_GENERATOR"), "-DBUILD_TESTING=off", *same, PATH=path)
-    assert f"EVP {__version__}: LAMMPS " in said
-    early = start("cmake", "--install", build, "--prefix", tmp_path / "prefix", status=1)
-    assert f"The plugin is not built yet. Run first: cmake --build {build}" in " ".join(early.split()) and not (tmp_path / "prefix").exists()
-    shutil.copy(BUILD / "evpplugin.so", build)  # as if it had been compiled
-    start("cmake", "--install", build, "--prefix", tmp_path / "prefix", PATH=path)
-    assert start(tmp_path / "prefix" / "bin" / "evp", "--version") == f"EVP {__version__}\n"
-    assert not (tmp_path / "asked").exists()

@@ -2,16 +2,17 @@
 """The tools started by their own name, where the first python3 of PATH lacks numpy."""
 
 import os
-import pathlib
 import shutil
 import subprocess
 import sys
 
 import pytest
+import site_pages
 from evp import interpreter, surface
+from evp.run import CHECKOUT as ROOT
+from inputs import program
 
-TOOLS = pathlib.Path(__file__).resolve().parents[2] / "tools"
-ROOT = TOOLS.parent
+TOOLS = ROOT / "tools"
 PROGRAMS = sorted(str(path.relative_to(ROOT)) for folder in ("tools", "doc/studies", "tests/maintain") for path in (ROOT / folder).glob("*.py") if os.access(path, os.X_OK))
 MODULES = ("numpy", "scipy", "matplotlib")
 
@@ -19,10 +20,7 @@ MODULES = ("numpy", "scipy", "matplotlib")
 @pytest.fixture
 def bare(tmp_path):
     """The environment of a machine whose first python3 sees the standard library alone."""
-    python = tmp_path / "bin" / "python3"
-    python.parent.mkdir()
-    python.write_text(f'#!/bin/sh\nexec {sys.executable} -S "$@"\n', encoding="utf-8")
-    python.chmod(0o755)
+    python = program(tmp_path / "bin" / "python3", f'exec {sys.executable} -S "$@"')
     kept = {name: value for name, value in os.environ.items() if name not in ("PYTHON", "PYTHONPATH")}
     environment = {**kept, "PATH": f"{python.parent}:{os.environ['PATH']}"}
     assert shutil.which("python3", path=environment["PATH"]) == str(python), "control"
@@ -35,14 +33,19 @@ def start(words, environment, folder=TOOLS):
 
 
 @pytest.mark.parametrize("name", PROGRAMS)
-def test_each_tool_starts_by_its_own_name(bare, name):
-    shown = start([ROOT / name, "--help"], bare)
+def test_each_tool_starts_by_its_own_name(bare, tmp_path, name):
+    """It goes on in the next Python, here one that only says so, and prints its help in this one; the doctor needs no other."""
+    following = {**bare, "PYTHON": str(program(tmp_path / "next", '[ "$1" = -c ] || echo "goes on: $*"'))}
+    shown = start([ROOT / name, "--help"], following)
+    assert shown.returncode == 0 and not shown.stderr, shown.stderr
+    assert shown.stdout.startswith("usage: ") if name == "tools/doctor.py" else shown.stdout == f"goes on: {ROOT / name} --help\n"
+    site_pages.help_of(ROOT / name, [])
+
+
+@pytest.mark.parametrize("words", [[TOOLS / "curves.py"], ["python3", "-m", "evp.quickstart"]])
+def test_a_tool_and_a_module_of_the_package_start(bare, words):
+    shown = start([*words, "--help"], bare)
     assert shown.returncode == 0 and shown.stdout.startswith("usage: ") and not shown.stderr, shown.stderr
-
-
-def test_module_of_the_package_as_program(bare):
-    shown = start(["python3", "-m", "evp.quickstart", "--help"], bare)
-    assert shown.returncode == 0 and shown.stdout.startswith("usage: "), shown.stderr
 
 
 def test_other_programs_are_told_and_not_started_again(bare, tmp_path):
@@ -56,24 +59,17 @@ def test_other_programs_are_told_and_not_started_again(bare, tmp_path):
 def test_python_of_the_user_comes_first_then_that_of_set_up(tmp_path):
     """In this order; of each only what is a program."""
     cache = tmp_path / "CMakeCache.txt"
-    found = tmp_path / "found"
-    for path in (tmp_path / "mine", found):
-        path.write_text("#!/bin/sh\nexit 0\n", encoding="utf-8")
-        path.chmod(0o755)
+    mine, found = (str(program(tmp_path / name, "exit 0")) for name in ("mine", "found"))
     cache.write_text(f"A:STRING=1\nPython_EXECUTABLE:UNINITIALIZED={found}\n", encoding="utf-8")
     debian = ["/usr/bin/python3"] if os.access("/usr/bin/python3", os.X_OK) else []
-    mine = str(tmp_path / "mine")
-    assert interpreter.candidates({"PYTHON": mine}, cache) == [mine, str(found), *debian]
-    assert interpreter.candidates({"PYTHON": "/no/such"}, cache) == [str(found), *debian]
+    assert interpreter.candidates({"PYTHON": mine}, cache) == [mine, found, *debian]
+    assert interpreter.candidates({"PYTHON": "/no/such"}, cache) == [found, *debian]
     assert interpreter.candidates({}, tmp_path / "absent") == debian
 
 
-@pytest.mark.parametrize("broken", ["#!/bin/sh\nexit 3\n", "#!/no/such/shell\n", "no program"])
-def test_python_that_does_not_work_is_passed_over(tmp_path, broken):
-    path = tmp_path / "python"
-    path.write_text(broken, encoding="utf-8")
-    path.chmod(0o755)
-    assert not interpreter.has_modules(str(path), MODULES)
+@pytest.mark.parametrize("first, text", [("#!/bin/sh", "exit 3"), ("#!/no/such/shell", ""), ("no program", "")])
+def test_python_that_does_not_work_is_passed_over(tmp_path, first, text):
+    assert not interpreter.has_modules(str(program(tmp_path / "python", text, first)), MODULES)
     assert interpreter.has_modules(sys.executable, MODULES), "control"
 
 

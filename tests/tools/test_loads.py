@@ -1,20 +1,14 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""evp.loads: closed forms against integrals, and shares of bonds whose places are known."""
+"""evp.loads: closed forms against integrals, shares of bonds whose places are known; strains of the middle of a body."""
 
 import math
 
 import numpy as np
 import pytest
 import loads
-from evp.specimen import Specimen
+from evp import specimen
 
 RADIUS, HEIGHT = 0.02, 0.02
-
-
-def directions(count, rng):
-    """Isotropic unit vectors."""
-    vectors = rng.normal(size=(count, 3))
-    return vectors / np.linalg.norm(vectors, axis=1)[:, None]
 
 
 def test_torque_is_the_integral_of_the_shear_stress():
@@ -36,7 +30,8 @@ def test_deflection_is_the_integral_of_curvature_and_shear():
 @pytest.mark.parametrize("filled", [1.0, 0.9])
 def test_shares_of_isotropic_bonds_that_fill_the_section_up_to_below_the_surface(filled):
     rng = np.random.default_rng(1)
-    n = directions(400000, rng)
+    n = rng.normal(size=(400000, 3))
+    n /= np.linalg.norm(n, axis=1)[:, None]
     angle, r = rng.uniform(0.0, 2.0 * math.pi, len(n)), filled * RADIUS * np.sqrt(rng.uniform(size=len(n)))
     round_bar = loads.Bonds(np.stack([0.0 * r, r * np.cos(angle), r * np.sin(angle)], axis=1), n)
     assert loads.torsion_share(round_bar, RADIUS) == pytest.approx(filled**2, rel=0.01)
@@ -46,8 +41,17 @@ def test_shares_of_isotropic_bonds_that_fill_the_section_up_to_below_the_surface
 
 def test_bonds_are_pairs_in_the_zone_with_their_middle_in_the_part():
     x = np.array([[0.0, 0.0, 0.0], [1.4, 0.0, 0.0], [3.0, 0.0, 0.0], [4.12, 0.0, 0.84]])
-    body = Specimen(None, None, np.full(4, 0.5), None, x, None)
+    body = specimen.Specimen(None, None, np.full(4, 0.5), None, x, None)
     found = loads.find_bonds(body, 1.5, 0.0, 5.0)
     assert found.middle == pytest.approx(np.array([[0.7, 0.0, 0.0], [3.56, 0.0, 0.42]]))
     assert found.direction == pytest.approx(np.array([[1.0, 0.0, 0.0], [0.8, 0.0, 0.6]]))
     assert len(loads.find_bonds(body, 1.5, 1.0, 5.0).middle) == 1
+
+
+def test_middle_strains_of_an_affine_body():
+    """Those of the displacement's slopes, whatever happens beyond 0.3 and 0.7 of the length."""
+    x = np.random.default_rng(1).uniform(-0.02, 0.02, (400, 3)) + [0.025, 0.0, 0.0]
+    body = specimen.Specimen(np.arange(1, 401), np.ones(400), np.ones(400), np.ones(400), x, np.zeros((3, 2)))
+    moved = x * [1.01, 0.997, 0.999]
+    moved[x[:, 0] > 0.036] += 0.01
+    assert specimen.middle_strains(body, moved) == pytest.approx((0.01, -0.002), rel=1e-10)

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """tests/maintain/memory/reports.py finds reports with our files in them, and no others; its deck uses every style."""
 
-import pathlib
 import re
 import subprocess
 import sys
 
 import pytest
+from evp.run import CHECKOUT
 
-SCRIPT = pathlib.Path(__file__).resolve().parents[1] / "maintain" / "memory" / "reports.py"
+SCRIPT = CHECKOUT / "tests" / "maintain" / "memory" / "reports.py"
 
 OURS = {
     "overflow": """==7==ERROR: AddressSanitizer: heap-buffer-overflow on address 0x60
@@ -23,7 +23,6 @@ allocated by thread T0 here:
     "leak": """==7==ERROR: LeakSanitizer: detected memory leaks
 
 Direct leak of 8 byte(s) in 1 object(s) allocated from:
-    #0 0x7f in malloc
     #1 0x7f in LAMMPS_NS::Memory::smalloc (/build/liblammps.so.0+0x1)
     #2 0x7f in LAMMPS_NS::FixEVPBonds::reserve(int) (/build/evpplugin.so+0x2)
 """,
@@ -46,25 +45,18 @@ The plugin /build/evpplugin.so was loaded: law.h is no part of any report here.
 """
 
 
-def run(tmp_path, text):
-    log = tmp_path / "log"
-    log.write_text(text, encoding="utf-8")
-    return subprocess.run([sys.executable, SCRIPT, log], capture_output=True, text=True, check=False)
-
-
 @pytest.mark.parametrize("name", OURS)
 def test_a_report_of_ours_is_found_among_others(tmp_path, name):
-    result = run(tmp_path, OTHERS + "\n" + OURS[name])
-    assert result.returncode == 1
-    assert "1 reports with our files in them" in result.stdout
+    (tmp_path / "log").write_text(f"{OTHERS}\n{OURS[name]}", encoding="utf-8")
+    result = subprocess.run([sys.executable, SCRIPT, tmp_path / "log"], capture_output=True, text=True, check=False)
+    assert result.returncode == 1 and "1 reports with our files in them" in result.stdout
     assert OURS[name].splitlines()[-1].strip() in result.stdout or name == "memcheck"
 
 
 def test_the_deck_of_the_memory_tools_uses_every_style():
-    checkout = SCRIPT.parents[3]
-    registered = re.findall(r'add\("(\w+)", "([^"]+)"', (checkout / "src/lammps/evpplugin.cpp").read_text(encoding="utf-8"))
+    registered = re.findall(r'add\("(\w+)", "([^"]+)"', (CHECKOUT / "src/lammps/evpplugin.cpp").read_text(encoding="utf-8"))
     assert len(registered) > 5
-    deck = (checkout / "tests/maintain/memory/in.memory").read_text(encoding="utf-8")
+    deck = (CHECKOUT / "tests/maintain/memory/in.memory").read_text(encoding="utf-8")
     # before the style: nothing (commands), 'pair_style', or 'fix ID group', 'compute ID group'
     before = {"command": "", "pair": r"pair_style +", "fix": r"fix +\S+ +\S+ +", "compute": r"compute +\S+ +\S+ +"}
     unused = [name for kind, name in registered if not re.search(rf"^{before[kind]}{name}\b", deck, re.MULTILINE)]

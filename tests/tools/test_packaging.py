@@ -1,15 +1,14 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """packaging/: the check of an installed plugin, conda's build script and its test, one version everywhere."""
 import os
-import pathlib
 import re
 import shutil
 import subprocess
 
-REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
-PACKAGING = REPOSITORY / "packaging"
-LMP = pathlib.Path(os.environ.get("EVP_LMP", REPOSITORY / "build" / "lmp"))
-BUILD = LMP.parent
+from evp.run import CHECKOUT as REPOSITORY
+from inputs import BUILD, cache_entry, program
+
+PACKAGING, LMP = REPOSITORY / "packaging", BUILD / "lmp"
 
 
 def host(entry):
@@ -23,38 +22,27 @@ def run(*command, **environment):
     return result.returncode, result.stdout
 
 
-def test_check_passes_with_the_plugin():
+def test_check_of_an_installation(tmp_path):
     status, text = run(PACKAGING / "check_install.sh", LMP)
-    assert status == 0, text
-    assert text.startswith("check_install.sh: 12 styles loaded, 200 steps as expected: 450 ")
-
-
-def test_check_fails_without_the_plugin(tmp_path):
+    assert status == 0 and text.startswith("check_install.sh: 12 styles loaded, 200 steps as expected: 450 "), text
     status, text = run(PACKAGING / "check_install.sh", host("lmp"), LD_LIBRARY_PATH=host("libdir"), LAMMPS_PLUGIN_PATH=tmp_path)
     assert status == 1
     assert f"error: LAMMPS has not loaded pair evp/lj: is the folder of evpplugin.so in LAMMPS_PLUGIN_PATH ('{tmp_path}')?" in text
 
 
 def test_build_script_and_test_of_conda(tmp_path):
-    """All but conda itself, and but the compiler: `cmake --build` takes the plugin that is built already."""
+    """All but conda itself, and but the compiler: `cmake --build` takes the plugin that is built already. Git, which fails, is not asked."""
     source = tmp_path / "source"
     source.mkdir()
     for path in REPOSITORY.iterdir():
         if not path.name.startswith((".", "build", "results")):
             (source / path.name).symlink_to(path)
-    tree = re.search("^LAMMPS_SOURCE_DIR:PATH=(.*)$", (BUILD / "CMakeCache.txt").read_text(), re.MULTILINE).group(1)
-    (source / "lammps").symlink_to(tree)
-    fake = tmp_path / "bin" / "cmake"
-    fake.parent.mkdir()
-    fake.write_text(f"""#!/bin/bash
-[ "$1" != --build ] || exec cp '{BUILD}/evpplugin.so' "$2"
-exec '{shutil.which("cmake")}' "$@"
-""")
-    fake.chmod(0o755)
-    prefix = tmp_path / "prefix"
-    status, text = run(PACKAGING / "conda" / "build.sh", SRC_DIR=source, PREFIX=prefix, CMAKE_ARGS="",
-                       PATH=f"{fake.parent}:{os.environ['PATH']}")
-    assert status == 0, text
+    (source / "lammps").symlink_to(cache_entry("LAMMPS_SOURCE_DIR"))
+    fakes, prefix = tmp_path / "bin", tmp_path / "prefix"
+    program(fakes / "cmake", f"""[ "$1" != --build ] || exec cp '{BUILD}/evpplugin.so' "$2"\nexec '{shutil.which("cmake")}' "$@\"""")
+    program(fakes / "git", f"touch '{tmp_path}/asked'\nexit 1")
+    status, text = run(PACKAGING / "conda" / "build.sh", SRC_DIR=source, PREFIX=prefix, CMAKE_ARGS="", PATH=f"{fakes}:{os.environ['PATH']}")
+    assert status == 0 and not (tmp_path / "asked").exists(), text
     active = f"""set -eu
 before=${{LAMMPS_PLUGIN_PATH:-}}
 . {prefix}/etc/conda/activate.d/evp.sh
@@ -64,8 +52,7 @@ before=${{LAMMPS_PLUGIN_PATH:-}}
 """
     for before in ("", "/nowhere"):
         status, text = run("bash", "-c", active, CONDA_PREFIX=prefix, LD_LIBRARY_PATH=host("libdir"), LAMMPS_PLUGIN_PATH=before)
-        assert status == 0, text
-        assert "12 styles loaded" in text
+        assert status == 0 and "12 styles loaded" in text, text
 
 
 def test_one_version():

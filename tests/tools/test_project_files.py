@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """The files of a public project: workflows and claims of doc/comparison.md whose commands exist and accept their options, dependencies."""
 
-import ast
+import functools
 import importlib.util
 import itertools
 import os
@@ -12,21 +12,18 @@ import subprocess
 
 import pytest
 import yaml
+from evp.run import CHECKOUT as REPOSITORY
 
-REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 WORKFLOWS = sorted(REPOSITORY.glob(".github/workflows/*.yml"))
-OF_SETUP = {"tools/test.sh"}  # hands its options on to tools/setup.sh
 CHOICES = {"--release", "--compiler", "--sizes", "--tests"}
 
 
+@functools.lru_cache(maxsize=None)
 def help_of(program):
     path = REPOSITORY / program
-    assert path.is_file() and os.access(path, os.X_OK), f"{program} is not there or cannot be run"
     python = os.environ.get("PYTHON", "/usr/bin/python3")
     words = [python, "-m", "evp.quickstart"] if program == "tools/quickstart.sh" else [python, path] if program.endswith(".py") else [path]
-    done = subprocess.run([*words, "--help"], capture_output=True, text=True, env={**os.environ, "PYTHONPATH": str(REPOSITORY / "tools")}, check=False, timeout=60)
-    assert done.returncode == 0, f"{program} --help: {done.stderr}"
-    return done.stdout
+    return subprocess.run([*words, "--help"], stdout=subprocess.PIPE, text=True, env={**os.environ, "PYTHONPATH": str(REPOSITORY / "tools")}, check=True, timeout=60).stdout
 
 
 def check_commands(text):
@@ -37,7 +34,7 @@ def check_commands(text):
             continue
         program, options = words[0], [word for word in words if word.startswith("--")]
         assert os.access(REPOSITORY / program, os.X_OK), f"{program} is not there or cannot be run"
-        known = help_of("tools/setup.sh" if program in OF_SETUP else program) if options else ""
+        known = help_of("tools/setup.sh" if program == "tools/test.sh" else program) if options else ""  # it hands its options on
         for option in options:
             value = words[words.index(option) + 1] if option in CHOICES else ""
             assert all(re.search(re.escape(word) + r"(?!\w)", known) for word in (option, value)), f"{program} knows no {option} {value}"
@@ -71,19 +68,10 @@ def test_commands_of_contributing():
     assert all((REPOSITORY / path).is_file() for path in re.findall(r"tests/\w+/\w+\.py", text))
 
 
-def modules_of(node):
-    """Names that a node of the syntax tree imports."""
-    if isinstance(node, ast.Import):
-        return [one.name for one in node.names]
-    if isinstance(node, ast.ImportFrom) and not node.level:
-        return [node.module]
-    return [node.args[0].value] if isinstance(node, ast.Call) and getattr(node.func, "attr", "") == "importorskip" else []
-
-
 def imported(*folders):
     """Third-party modules that the Python below these folders imports."""
-    paths = (path for folder in folders for path in (REPOSITORY / folder).rglob("*.py"))
-    found = {name.split(".")[0] for path in paths for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))) for name in modules_of(node)}
+    text = "\n".join(path.read_text(encoding="utf-8") for folder in folders for path in (REPOSITORY / folder).rglob("*.py"))
+    found = set(re.findall(r"""(?:^ *(?:from|import) |importorskip\(")(\w+)""", text, re.M))
     specs = {name: importlib.util.find_spec(name) for name in found}
     return {name for name, spec in specs.items() if spec and spec.origin and {"site-packages", "dist-packages"} & set(pathlib.Path(spec.origin).parts)}
 
@@ -113,10 +101,8 @@ def test_claim_about_evp_has_a_command(statement, command):
     """Its input script declares each -var, its tool knows each option, its files are there."""
     words = shlex.split(command)
     if words[0] == "build/lmp":
-        deck = (REPOSITORY / words[2]).read_text(encoding="utf-8")
-        chosen = words[4::3]
-        assert words[1] == "-in" and words[3::3] == ["-var"] * len(chosen)
-        assert all(re.search(rf"^variable {name} +index ", deck, re.M) for name in chosen), statement
+        deck, chosen = (REPOSITORY / words[2]).read_text(encoding="utf-8"), words[4::3]
+        assert words[1] == "-in" and words[3::3] == ["-var"] * len(chosen) and all(re.search(rf"^variable {name} +index ", deck, re.M) for name in chosen), statement
     else:
         text = help_of(words[0])
         assert all(re.search(re.escape(word) + r"\b", text) for word in words if word.startswith("--")), statement

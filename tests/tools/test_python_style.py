@@ -2,19 +2,15 @@
 """flake8 by setup.cfg on all Python of the checkout, and no test that asserts a time."""
 
 import ast
-import pathlib
 import subprocess
 import sys
 
-REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
-
-
-def flake8(folder, *paths):
-    return subprocess.run([sys.executable, "-m", "flake8", *paths], cwd=folder, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
+from evp.run import CHECKOUT as REPOSITORY
 
 
 def test_flake8_finds_nothing():
-    found = flake8(REPOSITORY, "tools", "tests", "doc")
+    words = [sys.executable, "-m", "flake8", "tools", "tests", "doc"]
+    found = subprocess.run(words, cwd=REPOSITORY, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
     assert "No module named" not in found.stderr, "flake8 is missing: apt-get install python3-flake8, or pip install flake8"
     assert found.returncode == 0 and not found.stdout, found.stdout
 

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""evp.quickstart and evp.run: how runs are started, shared out over cores, and how they fail."""
+"""evp.quickstart and evp.run: how runs are started, shared out over cores, and how they fail. evp.progress: time left once it can be told."""
 
-import sys
+import re
 import signal
+import sys
 
 import pytest
-from evp import quickstart, run
+from evp import part, progress, quickstart, run
+from inputs import program
 
 
 @pytest.fixture
@@ -13,11 +15,8 @@ def lmp(tmp_path, monkeypatch):
     """Makes a stand-in for lmp from a Python body that sees argv, and points EVP_LMP at it."""
 
     def make(body):
-        path = tmp_path / "lmp"
-        path.write_text(f"#!{sys.executable}\nimport sys, time\n{body}\n", encoding="utf-8")
-        path.chmod(0o755)
-        monkeypatch.setenv("EVP_LMP", str(path))
-        return path
+        monkeypatch.setenv("EVP_LMP", str(program(tmp_path / "lmp", f"import sys, time\n{body}", f"#!{sys.executable}")))
+        return tmp_path / "lmp"
 
     return make
 
@@ -29,18 +28,21 @@ def jobs(folder, count):
 def test_words_of_the_command(lmp, monkeypatch):
     path = str(lmp("pass"))
     assert run.lammps_command(1) == [path]
-    monkeypatch.setenv("EVP_MPIRUN", "env A=1")
-    assert run.lammps_command(2) == ["env", "A=1", "-np", "2", path]
-    monkeypatch.setenv("EVP_MPIRUN", "env -n")
-    assert run.lammps_command(2) == ["env", "-n", "2", path]
+    for mpirun, words in (("env A=1", ["env", "A=1", "-np", "2", path]), ("env -n", ["env", "-n", "2", path])):
+        monkeypatch.setenv("EVP_MPIRUN", mpirun)
+        assert run.lammps_command(2) == words
 
 
-def test_a_failed_run_ends_all_with_lammps_own_error(lmp, tmp_path, capsys):
+def test_a_failed_run_ends_all_with_lammps_own_error(lmp, tmp_path, monkeypatch, capsys):
     lmp("print('print \"ERROR: not this echo\"\\nERROR: no such style (a.cpp:1)'); sys.exit(1)")
     assert quickstart.main(["--out", str(tmp_path / "out"), "--ranks", "1"]) == 1
     message = capsys.readouterr().err
     assert "ERROR: no such style (a.cpp:1)" in message and "not this echo" not in message
-    assert "in.two_spheres failed (exit 1)" in message and "two_spheres.log" in message
+    assert re.search(r"in\.(two_spheres|specimen) failed \(exit 1\)(.|\n)*/\1\.log", message), "whichever ended first"
+    monkeypatch.setenv("EVP_LMP", str(tmp_path / "nowhere"))
+    assert quickstart.main(["--out", str(tmp_path / "none")]) == 1
+    message = capsys.readouterr().err
+    assert "nowhere" in message and "tools/setup.sh" in message, "a missing program is named"
 
 
 def test_without_an_error_line_the_end_of_the_log_is_shown(lmp, tmp_path):
@@ -55,13 +57,6 @@ def test_a_failure_stops_the_other_runs(lmp, tmp_path):
     with pytest.raises(run.RunError, match="job0"):
         run.run_jobs(running, 2)
     assert [job.process.poll() for job in running] == [1, -signal.SIGTERM]
-
-
-def test_a_missing_program_is_named(tmp_path, monkeypatch, capsys):
-    monkeypatch.setenv("EVP_LMP", str(tmp_path / "nowhere"))
-    assert quickstart.main(["--out", str(tmp_path / "out")]) == 1
-    message = capsys.readouterr().err
-    assert "nowhere" in message and "tools/setup.sh" in message
 
 
 MEETING = """import os, pathlib
@@ -87,10 +82,9 @@ def test_runs_share_the_cores(lmp, tmp_path):
 def test_the_strain_of_a_growing_curve(tmp_path):
     path = tmp_path / "a.csv"
     assert run.last_strain(path) == 0.0
-    path.write_text("strain,stress_grip,stress_virial\n", encoding="utf-8")
-    assert run.last_strain(path) == 0.0
-    path.write_text("strain,stress_grip,stress_virial\n0.001,1,1\n0.002,2", encoding="utf-8")
-    assert run.last_strain(path) == 0.001
+    for rows, last in (("", 0.0), ("0.001,1,1\n0.002,2", 0.001)):
+        path.write_text(f"strain,stress_grip,stress_virial\n{rows}", encoding="utf-8")
+        assert run.last_strain(path) == last
 
 
 def test_rates_must_be_positive(capsys):
@@ -98,3 +92,22 @@ def test_rates_must_be_positive(capsys):
         with pytest.raises(SystemExit):
             quickstart.main(["--rates", word])
     assert "--rates" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("done, told", [(0.0, "0 %, 10 s so far: run"), (4.0, "4 %, 10 s so far: run"), (5.0, "5 %, about 3 min 10 s left: run"),
+                                        (50.0, "50 %, about 10 s left: run")])
+def test_time_left_is_told_from_five_percent_on(monkeypatch, capsys, done, told):
+    clock = iter((100.0, 110.0))
+    monkeypatch.setattr(progress.time, "monotonic", lambda: next(clock))
+    progress.Progress("packing", 100.0).show(done, "run")
+    assert capsys.readouterr().err.split(None, 1)[1].strip() == told
+
+
+def test_share_of_a_packing_is_that_of_its_time(tmp_path):
+    """The first of the lines comes after nearly half of the time."""
+    log = tmp_path / "log"
+    assert part.share_done(log) == 0.0
+    for text, share in (("LAMMPS\n", 0.0), ("Specimen of 9 spheres: 0 % done, about\n", part.FIRST), ("Specimen of 9 spheres: 5 % done, a\n", 0.4775),
+                        ("Specimen of 9 spheres: 5 % done\nSpecimen of 9 spheres: 100 % done, a\n", 1.0)):
+        log.write_text(text, encoding="utf-8")
+        assert part.share_done(log) == pytest.approx(share)

@@ -30,16 +30,12 @@ def test_shares_of_known_curves(at):
     assert found.percent(found.viscous) == pytest.approx(100.0 * VISCOUS / stress, rel=EXACT)
 
 
-def test_the_imbalance_is_that_of_the_rows_about_the_strain():
+def test_imbalance_about_a_strain_and_strains_that_are_reached():
     strain, grip, virial = pulled()
     moving = curves.Curve(strain, np.where(strain > 0.006, grip + INERTIAL, grip), virial)
-    assert rates.imbalance(moving, 0.005) == 0.0
-    assert rates.imbalance(moving, 0.01) == pytest.approx(INERTIAL, rel=EXACT)
-
-
-@pytest.mark.parametrize("end, strains", [(0.0103, [0.002, 0.005, 0.01]), (0.0200, [0.002, 0.005, 0.01, 0.0195]), (0.001, [])])
-def test_strains_reported_are_those_that_the_curve_reaches(end, strains):
-    assert rates.reached(pulled(end=end)) == strains
+    assert rates.imbalance(moving, 0.005) == 0.0 and rates.imbalance(moving, 0.01) == pytest.approx(INERTIAL, rel=EXACT)
+    for end, strains in ((0.0103, [0.002, 0.005, 0.01]), (0.0200, [0.002, 0.005, 0.01, 0.0195]), (0.001, [])):
+        assert rates.reached(pulled(end=end)) == strains
 
 
 def test_jump_at_the_start():
@@ -99,22 +95,16 @@ def command(files, *words):
 
 
 def test_command_prints_the_shares(files):
-    shown = command(files, "damped", "--twin", "twin")
-    assert shown.returncode == 0, shown.stderr
-    wanted = [f"viscous {300 / s:.2f} %, inertial {70 / s:.2f} %" for s in (43.0, 103.0, 203.0)]
+    shown, wanted = command(files, "damped", "--twin", "twin"), [f"viscous {300 / s:.2f} %, inertial {70 / s:.2f} %" for s in (43.0, 103.0, 203.0)]
     lines = shown.stdout.splitlines()
     assert len(lines) == 4 and all(want in line for want, line in zip(wanted, lines)), shown.stdout
     assert "beyond the elastic part" in lines[3]
     chosen = command(files, "damped", "--twin", "twin", "--strains", "0.004")
     assert chosen.stdout.startswith("strain 0.40 %: stress 83.00 MPa, viscous 3.61 %, inertial 0.84 %")
     assert len(chosen.stdout.splitlines()) == 1, "within the elastic part nothing is to be said"
-
-
-def test_command_prints_what_is_expected(files):
     shown = command(files, "damped", "--twin", "twin", "--rate", "10", "--specimen", "data", "--coeff", "80 8 4 3 8 4 0.005 500 1.5")
-    assert shown.returncode == 0, shown.stderr
     tau = 500.0 * 0.007**2 / 2560.0 * 100.0 ** (1 / 3) / 100.0  # five spheres instead of 500
-    assert f"E tau rate {1e-6 * E * tau * 10.0:.3f} MPa" in shown.stdout.splitlines()[0]
+    assert f"E tau rate {1e-6 * E * tau * 10.0:.3f} MPa" in shown.stdout.splitlines()[0], shown.stderr
 
 
 ROW = "80 8 4 3 8 4 0.005 1000 1.5"
@@ -150,6 +140,5 @@ EXPECT = ("damped", "--twin", "twin", "--specimen", "data")
 ])
 def test_command_fails_with_one_line(files, words, rule):
     failed = command(files, *words)
-    assert failed.returncode == 1 and failed.stdout == ""
-    assert failed.stderr.startswith("ERROR: ") and len(failed.stderr.splitlines()) == 1
+    assert failed.returncode == 1 and failed.stdout == "" and failed.stderr.startswith("ERROR: ") and len(failed.stderr.splitlines()) == 1
     assert re.search(rule, failed.stderr), failed.stderr

@@ -7,8 +7,9 @@ import subprocess
 import time
 
 import pytest
+from evp.run import CHECKOUT as REPOSITORY
+from inputs import cache_entry, program
 
-REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 BUILD = REPOSITORY / "build"
 SETUP = REPOSITORY / "tools" / "setup.sh"
 
@@ -21,20 +22,7 @@ def setup(*options, **environment):
 
 def own_lammps():
     """The options for the LAMMPS that build/ is configured for."""
-    entries = dict(re.findall(r"^(LAMMPS_\w+):PATH=(.*)$", (BUILD / "CMakeCache.txt").read_text(), re.M))
-    return ["--lammps-source", entries["LAMMPS_SOURCE_DIR"], "--lammps-build", entries["LAMMPS_BUILD_DIR"]]
-
-
-@pytest.fixture
-def remembered_options():
-    """Puts back what build/ remembers of the last set-up."""
-    file = BUILD / "setup.options"
-    before = file.read_text() if file.exists() else None
-    yield
-    if before is None:
-        file.unlink(missing_ok=True)
-    else:
-        file.write_text(before)
+    return ["--lammps-source", cache_entry("LAMMPS_SOURCE_DIR", BUILD), "--lammps-build", cache_entry("LAMMPS_BUILD_DIR", BUILD)]
 
 
 @pytest.mark.parametrize("options, message", [
@@ -54,31 +42,28 @@ def test_bad_options(tmp_path, options, message):
     (tmp_path / "src" / "version.h").write_text('#define LAMMPS_VERSION "2 Aug 2023"\n')
     places = {"OLD": str(tmp_path), "OWN": own_lammps()[1]}
     status, text = setup(*(places.get(word, word) for word in options))
-    assert status == 1
-    assert "setup.sh: error: " in text and message.replace("OLD", str(tmp_path)) in text
+    assert status == 1 and "setup.sh: error: " in text and message.replace("OLD", str(tmp_path)) in text
     assert "==" not in text, "no phase may have begun"
 
 
-def test_second_call_makes_nothing(tmp_path, remembered_options):
-    options = own_lammps()
-    setup(*options, EVP_CACHE=str(tmp_path))
-    library = (BUILD / "evpplugin.so").stat().st_mtime_ns
-    status, text = setup(*options, EVP_CACHE=str(tmp_path))
-    assert status == 0, text
-    assert "nothing is missing" in text
-    assert (BUILD / "evpplugin.so").stat().st_mtime_ns == library, "nothing had to be compiled"
-    assert f"{BUILD}/lmp -in FILE" in text
-
-
-def test_two_setups_at_once_wait_for_each_other(tmp_path, remembered_options):
+def test_second_call_makes_nothing_and_the_first_waits_for_another(tmp_path):
+    """What build/ remembers of the last set-up is put back."""
+    options = BUILD / "setup.options"
+    before = options.read_text() if options.exists() else None
     with subprocess.Popen(["flock", str(tmp_path / "lock"), "sleep", "3"]) as holder:
         while not (tmp_path / "lock").exists():
             time.sleep(0.01)
         time.sleep(0.2)
         status, text = setup(*own_lammps(), EVP_CACHE=str(tmp_path))
         assert holder.poll() is not None, "went on while the lock was held"
-    assert status == 0, text
-    assert "another set-up is at work" in text
+    assert status == 0 and "another set-up is at work" in text, text
+    library = (BUILD / "evpplugin.so").stat().st_mtime_ns
+    status, text = setup(*own_lammps(), EVP_CACHE=str(tmp_path))
+    assert status == 0 and "nothing is missing" in text and f"{BUILD}/lmp -in FILE" in text, text
+    assert (BUILD / "evpplugin.so").stat().st_mtime_ns == library, "nothing had to be compiled"
+    options.unlink(missing_ok=True)
+    if before is not None:
+        options.write_text(before)
 
 
 @pytest.mark.parametrize("release", ["4Feb2025", "newest"])
@@ -86,9 +71,8 @@ def test_no_network_and_nothing_cached(tmp_path, release):
     """A proxy that nobody listens on: apt's downloads really fail."""
     dead = "http://127.0.0.1:9"
     status, text = setup("--lammps-release", release, EVP_CACHE=str(tmp_path), http_proxy=dead, https_proxy=dead)
-    assert status == 1
+    assert status == 1 and text.count("setup.sh: error: ") == 1
     assert "No LAMMPS source can be had here. Give one: tools/setup.sh --lammps-source /path/to/lammps" in text
-    assert text.count("setup.sh: error: ") == 1
     assert not list(tmp_path.glob("lammps-*/source")), "no half tree is left"
 
 
@@ -126,12 +110,8 @@ def test_private_entry_is_derived_from_the_machine(tmp_path, name):
 
 def test_optional_modules_that_are_missing_are_told(tmp_path):
     """A Python without two of them, that no apt can mend: what will not work, and how to get it; no other line."""
-    python = tmp_path / "python3"
-    python.write_text("""#!/bin/bash
-shift
-for module in $1; do case $module in sphinx|open3d) echo -n "$module " ;; esac; done
-""")
-    python.chmod(0o755)
+    python = program(tmp_path / "python3", """shift
+for module in $1; do case $module in sphinx|open3d) echo -n "$module " ;; esac; done""", "#!/bin/bash")
     script = (f"source {REPOSITORY}/tools/env.sh; log={tmp_path}/log; source {REPOSITORY}/tools/setup_common.sh; "
               f"source {REPOSITORY}/tools/setup_packages.sh; install_optional_modules")
     text = subprocess.run(["bash", "-euc", script], stdout=subprocess.PIPE, text=True, check=True,

@@ -1,15 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """The site of the manual: builds without a warning, every link leads somewhere, and each fault of a page is named."""
 
-import pathlib
 import re
 import shutil
 import subprocess
 
-import pytest
 import site_check
-
-REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+from evp.run import CHECKOUT as REPOSITORY
 
 
 def build(root, out, *words):
@@ -17,51 +14,32 @@ def build(root, out, *words):
                           text=True, check=False, timeout=300)
 
 
-@pytest.fixture(scope="module")
-def site(tmp_path_factory):
-    out = tmp_path_factory.mktemp("built") / "site"
-    done = build(REPOSITORY, out)
-    assert done.returncode == 0 and not done.stderr, done.stderr[-5000:]
-    assert done.stdout == f"{out / 'index.html'}\n"
-    return out
-
-
 def html(site, name):
     return (site / f"{name}.html").read_text(encoding="utf-8")
 
 
-def test_every_link_picture_and_anchor_is_there(site):
-    assert site_check.faults(site) == []
-    assert (site / ".nojekyll").exists()
+def test_site(tmp_path):
+    """Every link, picture and anchor is there; links that a view of the repository follows lead to the page on the site, or a copy of a file that
+    is no page; formulas are MathML; the page of the tools has the help of each."""
+    site = tmp_path / "site"
+    done = build(REPOSITORY, site)
+    assert done.returncode == 0 and not done.stderr and done.stdout == f"{site / 'index.html'}\n", done.stderr[-5000:]
+    assert site_check.faults(site) == [] and (site / ".nojekyll").exists()
     assert not [path for path in site.rglob("*.html") if str(REPOSITORY) in path.read_text(encoding="utf-8")], "a path of this machine"
 
-
-def test_pages_link_each_other_and_not_their_sources(site):
-    """Links that a view of the repository follows: to the page on the site, a copy of a file that is no page."""
-    readme, gallery, decks = (html(site, name) for name in ("readme", "gallery", "decks"))
+    readme, gallery, decks, tools = (html(site, name) for name in ("readme", "gallery", "decks", "tools"))
     assert 'href="Howto_evp.html"' in readme and 'href="pair_evp_lj.html"' in gallery and 'href="decks.html"' in gallery
     assert 'href="Howto_evp_part.html"' in decks and re.search(r'href="_downloads/\w+/metals\.evp"', decks)
-    for path in site.glob("*.html"):
-        sources = [link for link in re.findall(r'href="([^"]+)"', path.read_text(encoding="utf-8"))
-                   if re.search(r"\.(rst|md)(#|$)", link) and "_downloads" not in link and "://" not in link]
-        assert not sources, (path.name, sources)
+    pages = {path.name: path.read_text(encoding="utf-8") for path in site.glob("*.html")}
+    for name, page in pages.items():
+        sources = [link for link in re.findall(r'href="([^"]+)"', page) if re.search(r"\.(rst|md)(#|$)", link) and "_downloads" not in link and "://" not in link]
+        assert not sources, (name, sources)
 
-
-def test_every_formula_is_mathml(site):
-    sources = [path.read_text(encoding="utf-8") for path in (REPOSITORY / "doc").glob("*.rst")]
-    typed = sum(len(re.findall(r":math:`|^ *\.\. math::", text, re.M)) for text in sources)
-    shown = sum(path.read_text(encoding="utf-8").count("<math ") for path in site.glob("*.html"))
-    assert typed > 100 and shown == typed
-    assert "<mfrac>" in html(site, "pair_evp_lj")
+    typed = sum(len(re.findall(r":math:`|^ *\.\. math::", path.read_text(encoding="utf-8"), re.M)) for path in (REPOSITORY / "doc").glob("*.rst"))
+    assert typed > 100 and sum(page.count("<math ") for page in pages.values()) == typed and "<mfrac>" in html(site, "pair_evp_lj")
     assert (site / "_static" / "math" / "evp-math.woff2").stat().st_size > 10000
-
-
-def test_help_of_each_tool_is_on_the_page(site):
-    page = html(site, "tools")
-    for tool in (REPOSITORY / "tools").glob("*.py"):
-        assert f"usage: {tool.name} " in page, tool.name
-    assert "usage: curves.py numbers " in page, "commands of a tool, too"
-    assert "usage: tools/setup.sh" in page
+    usages = [*(f"{tool.name} " for tool in (REPOSITORY / "tools").glob("*.py")), "curves.py numbers ", "tools/setup.sh"]
+    assert not [usage for usage in usages if f"usage: {usage}" not in tools]
 
 
 FAULTS = {
@@ -75,10 +53,8 @@ FAULTS = {
 
 def test_each_fault_is_named(tmp_path):
     root = tmp_path / "repository"
-    shutil.copytree(REPOSITORY / "tools" / "evp", root / "tools" / "evp", ignore=shutil.ignore_patterns("__pycache__"))
-    shutil.copytree(REPOSITORY / "tests" / "maintain", root / "tests" / "maintain", ignore=shutil.ignore_patterns("__pycache__"))
-    for name in ("_ext", "_static"):
-        shutil.copytree(REPOSITORY / "doc" / name, root / "doc" / name)
+    for name in ("tools/evp", "tests/maintain", "doc/_ext", "doc/_static"):
+        shutil.copytree(REPOSITORY / name, root / name, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy2(REPOSITORY / "doc" / "conf.py", root / "doc")
     (root / "lammps_inputs").mkdir()
     for path, text in FAULTS.items():

@@ -10,6 +10,7 @@ from evp import calibration, run
 from evp.calibration import Table, Targets
 from evp.run import RunError
 from in_process import call
+from inputs import program
 
 SLOTS = f"""{74 * '-'}
 There are not enough slots available in the system to satisfy the 2
@@ -25,10 +26,7 @@ SAID = "There are not enough slots available in the system to satisfy the 2 slot
 @pytest.fixture
 def refusing(tmp_path, monkeypatch):
     """An mpirun that counts its starts and refuses each; gives the file of the count."""
-    mpirun = tmp_path / "mpirun"
-    mpirun.write_text(f"#!/bin/sh\necho start >> {tmp_path}/starts\ncat >&2 <<'END'\n{SLOTS}\nEND\nexit 1\n", encoding="utf-8")
-    mpirun.chmod(0o755)
-    monkeypatch.setenv("EVP_MPIRUN", str(mpirun))
+    monkeypatch.setenv("EVP_MPIRUN", str(program(tmp_path / "mpirun", f"echo start >> {tmp_path}/starts\ncat >&2 <<'END'\n{SLOTS}\nEND\nexit 1")))
     monkeypatch.setenv("EVP_LMP", "/bin/true")
     return tmp_path / "starts"
 
@@ -48,8 +46,8 @@ def test_root_may_start_ranks(monkeypatch):
     assert [run.environment().get(name) for name in names] == [None, None]
 
 
-def test_calibration_does_not_try_again(refusing, tmp_path):
-    """A search would halve the increments; the body would be packed twice."""
+def test_calibration_does_not_try_again(refusing, tmp_path, monkeypatch):
+    """A search would halve the increments; the body would be packed twice. The command says it."""
     body = calibration.Body(tmp_path / "body.data", 4000, 26000, 0.003, 1e-5)
     table = Table(tmp_path / "t.jsonl", {})
     try:
@@ -59,21 +57,14 @@ def test_calibration_does_not_try_again(refusing, tmp_path):
         assert refusing.read_text().split() == ["start"] and not table.runs
     finally:
         table.close()
-
-
-def test_the_command_says_it(refusing, tmp_path, monkeypatch):
-    monkeypatch.setattr(calibration, "make_body", lambda *_: calibration.Body(tmp_path / "body.data", 4000, 26000, 0.003, 1e-5))
-    done = call(calibrate.main, "--E", "70e9", "--yield", "95e6", "--stress", "150e6@0.05", "--density", "2700", "--name", "mine", "--ranks", 2,
-                "--out", tmp_path / "m.evp")
+    monkeypatch.setattr(calibration, "make_body", lambda *_: body)
+    done = call(calibrate.main, *"--E 70e9 --yield 95e6 --stress 150e6@0.05 --density 2700 --name mine --ranks 2 --out".split(), tmp_path / "m.evp")
     assert done.returncode == 1 and SAID in done.stderr and "run evp doctor" in done.stderr and not (tmp_path / "m.evp").exists()
 
 
 def test_an_lmp_without_its_library(tmp_path, monkeypatch):
     """One rank: the loader's line. No second packing is tried."""
-    lmp = tmp_path / "lmp"
-    lmp.write_text(f"#!/bin/sh\necho start >> {tmp_path}/starts\necho 'lmp: error while loading shared libraries: liblammps.so.0' >&2\nexit 127\n",
-                   encoding="utf-8")
-    lmp.chmod(0o755)
+    lmp = program(tmp_path / "lmp", f"echo start >> {tmp_path}/starts\necho 'lmp: error while loading shared libraries: liblammps.so.0' >&2\nexit 127")
     monkeypatch.setenv("EVP_LMP", str(lmp))
     with pytest.raises(RunError, match="exit 127.: lmp: error while loading shared libraries: liblammps.so.0\n"):
         calibration.make_body(tmp_path, 100, 1, 2700.0, 10.0)
@@ -86,13 +77,8 @@ def test_an_lmp_without_its_library(tmp_path, monkeypatch):
 def test_runs_that_had_started(text, code):
     """They are tried again, or told in LAMMPS' words."""
     assert run.start_failure(text, code, 2) == "" and run.start_failure(f"{text}\n{SLOTS}", code, 1) == ""
-    assert run.start_failure(SLOTS, 1, 2), "control"
-
-
-def test_the_line_is_that_of_the_refusal():
-    text = f"{74 * '-'}\nWARNING: no such network\n{74 * '-'}\n{SLOTS}"
-    assert run.start_failure(text, 1, 2) == SAID
-    assert run.start_failure("", 1, 2) == "it printed nothing"
+    other = f"{74 * '-'}\nWARNING: no such network\n{74 * '-'}\n{SLOTS}"
+    assert run.start_failure(other, 1, 2) == SAID and run.start_failure("", 1, 2) == "it printed nothing", "control"
 
 
 def test_a_rank_of_pid_0_had_ended():

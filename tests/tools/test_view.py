@@ -3,7 +3,6 @@
 
 import base64
 import os
-import pathlib
 import re
 import xml.etree.ElementTree as ElementTree
 
@@ -12,11 +11,11 @@ import matplotlib.image
 import numpy as np
 import pytest
 import view as tool
+from PIL import Image
 from evp import dump, run, specimen, spheres, view_figure, view_scene
 from in_process import call
 
-REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
-BODY = REPOSITORY / "tests" / "data" / "reference_500" / "specimen_500.data"
+BODY = run.CHECKOUT / "tests" / "data" / "reference_500" / "specimen_500.data"
 RED, GREEN, BLUE = np.eye(3)
 WORDS = "id type x y z radius speed bonds share_second share_lost new_pairs plastic_work plastic_strain volume_strain plastic_strain_sum strain"
 
@@ -25,10 +24,17 @@ def show(*words):
     return call(tool.main, *words)
 
 
-def some_spheres(count=20, seed=1):
+def shown(*words):
+    """What it prints; it must do well."""
+    done = show(*words)
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
+
+
+def some_spheres():
     """Rows x y z radius, apart from each other, sizes of 1 to 2 mm in a body of 4 cm."""
-    random = np.random.default_rng(seed)
-    return np.column_stack([random.uniform(-0.02, 0.02, (count, 3)), random.uniform(1e-3, 2e-3, count)])
+    random = np.random.default_rng(1)
+    return np.column_stack([random.uniform(-0.02, 0.02, (20, 3)), random.uniform(1e-3, 2e-3, 20)])
 
 
 @pytest.fixture(autouse=True)
@@ -40,9 +46,8 @@ def own_folder(tmp_path, monkeypatch):
 def one(tmp_path):
     """A dump of one snapshot, IDs not in order."""
     rows = [(20 - k, *row, k / 20) for k, row in enumerate(some_spheres())]
-    path = tmp_path / "one.dump"
-    path.write_text(inputs.snapshot("id x y z radius share_second", rows), encoding="utf-8")
-    return path
+    (tmp_path / "one.dump").write_text(inputs.snapshot("id x y z radius share_second", rows), encoding="utf-8")
+    return "one.dump"
 
 
 @pytest.fixture(scope="module")
@@ -64,9 +69,7 @@ def shades(*colors):
 
 def blob(picture, color):
     """(column, row, pixels) of what has the hue of this color: middle and size."""
-    picture = picture.astype(float)
-    lit = picture.max(axis=2) - picture.min(axis=2) > 20
-    rows, cols = np.nonzero(lit & (picture.argmax(axis=2) == np.argmax(color)))
+    rows, cols = np.nonzero((np.ptp(picture.astype(float), axis=2) > 20) & (picture.argmax(axis=2) == np.argmax(color)))
     return cols.mean() + 0.5, rows.mean() + 0.5, len(rows)
 
 
@@ -76,8 +79,7 @@ PLANES = {"front": ((1, 0, 0), (0, 0, 1)), "back": ((-1, 0, 0), (0, 0, 1)), "rig
 THREE = np.array([[0.3, 0.1, 0.2], [-0.4, -0.3, 0.1], [0.1, 0.4, -0.5]]), np.array([0.05, 0.08, 0.1])
 
 
-@pytest.mark.parametrize("unit", [1.0, 1e-6, 1e3])
-@pytest.mark.parametrize("shift", [0.0, 7.0])
+@pytest.mark.parametrize("unit, shift", [(1.0, 0.0), (1e-6, 7.0), (1e3, 7.0)])
 def test_spheres_are_where_the_projection_puts_them(unit, shift):
     """Three spheres in all six views, and in a slanted one by the angles of the manual of dump image: middle within 0.7 of a pixel,
     area within 3 percent; whatever the unit of length, and wherever the body is."""
@@ -99,11 +101,9 @@ def test_spheres_are_where_the_projection_puts_them(unit, shift):
 
 def test_a_long_rod_is_whole_from_its_end():
     """The camera of LAMMPS would stand inside of it. The last sphere hides all others."""
-    x = np.array([[k, 0.0, 0.1 * (k == 100)] for k in range(101)])
-    radius = np.full(101, 0.5)
-    angles = spheres.VIEWS["right"]
+    x, radius, angles = np.array([[k, 0.0, 0.1 * (k == 8)] for k in range(9)]), np.full(9, 0.5), spheres.VIEWS["right"]
     (camera,) = spheres.cameras([spheres.extents(x, radius, *angles)], [angles], 200)
-    (picture,) = spheres.draw(x, radius, (x[:, 0] == 100).astype(float), shades(RED, BLUE), [camera])
+    (picture,) = spheres.draw(x, radius, (x[:, 0] == 8).astype(float), shades(RED, BLUE), [camera])
     assert blob(picture, BLUE)[2] == pytest.approx(np.pi * (0.5 / camera.per_pixel) ** 2, rel=0.05)
 
 
@@ -150,19 +150,22 @@ def test_picture_of_a_dump(one, tmp_path):
     """A column colors; what is cut is gone; rows are sorted by ID, and radius and value of each sphere are those of its row."""
     pictures = {}
     for name, words in (("plain", ()), ("cut", ("--cut", "x>0")), ("colored", ("--color", "share_second"))):
-        done = show(one, "--view", "front", "--pixels", 300, "--out", tmp_path / f"{name}.png", *words)
-        assert done.returncode == 0, done.stderr
+        shown(one, "--view", "front", "--pixels", 300, "--out", f"{name}.png", *words)
         pictures[name] = matplotlib.image.imread(tmp_path / f"{name}.png")[:, :, :3]
     hues = {name: len(np.unique((picture[picture.std(axis=2) > 0.1] * 8).astype(int), axis=0)) for name, picture in pictures.items()}
     assert hues["colored"] > 3 * hues["plain"]
     assert pictures["cut"].shape != pictures["plain"].shape, "what is left fills the picture"
     expected = some_spheres()[::-1]
     x, z, values = expected[:, 0], expected[:, 2], np.arange(19, -1, -1) / 20
+    assert dump.last_positions(tmp_path / one) == pytest.approx(expected[:, :3], rel=1e-8)
     cuts = [[view_scene.condition(text) for text in group] for group in (("x>0", "z>0"), ("x<-0.01",))]
     for groups, kept in (((), x < 1), (cuts, ~((x > 0) & (z > 0)) & (x >= -0.01))):
         found = view_scene.spheres_of(dump.index([one])[0], "share_second", groups)
         assert found.x == pytest.approx(expected[kept, :3], rel=1e-8) and found.radius == pytest.approx(expected[kept, 3], rel=1e-8)
         assert found.values == pytest.approx(values[kept])
+    shown(BODY, BODY, "--pixels", 120, "--out", "body.png")  # of a data file
+    own, read = specimen.read_data(BODY), view_scene.spheres_of(dump.index([BODY])[0])
+    assert np.array_equal(read.x, own.x) and np.array_equal(read.radius, own.radius) and tool.when_of(dump.index([BODY])[0]) == "500 spheres"
 
 
 @pytest.mark.parametrize("thin", range(3))
@@ -197,15 +200,6 @@ def test_titles_of_snapshots(tmp_path, name, values, head, curve, titles):
     assert tool.names_of(series, series) == titles
 
 
-def test_picture_of_a_data_file(tmp_path):
-    """The body before any run, beside another."""
-    made = show(BODY, BODY, "--pixels", 120, "--out", tmp_path / "body.png")
-    assert made.returncode == 0 and (tmp_path / "body.png").is_file(), made.stderr
-    own, read = specimen.read_data(BODY), view_scene.spheres_of(dump.index([BODY])[0])
-    assert np.array_equal(read.x, own.x) and np.array_equal(read.radius, own.radius)
-    assert tool.when_of(dump.index([BODY])[0]) == "500 spheres"
-
-
 def test_frames_of_a_run(pulled, tmp_path):
     """`frames` and the first, at equal times to the end; names are words; strip, views and film take as many as they are told."""
     series = dump.index([pulled / "pull_frames.dump"])
@@ -215,14 +209,9 @@ def test_frames_of_a_run(pulled, tmp_path):
     assert tool.names_of(series[:1], [*dump.index([BODY]), *series]) == ["pull_frames, strain 0 %"], "of several files"
     assert [s.time for s in view_scene.evenly(series, 3)] == [series[k].time for k in (0, 2, 5)] and view_scene.evenly(series, 1) == series[-1:]
     for words in (("--strip", 3), ("--frames", "all", "--view", "front", "right", "--cut", "y<0")):
-        done = show(pulled / "pull_frames.dump", "--color", "share_second", *words, "--pixels", 120, "--out", tmp_path / "strip.png")
-        assert done.returncode == 0 and done.stdout.split() == [str(tmp_path / "strip.png")], done.stderr
-    strip = matplotlib.image.imread(tmp_path / "strip.png")
-    assert strip.shape[0] > 6 * 100, "six rows"
-    done = show(pulled / "pull_frames.dump", "--film", tmp_path / "film.gif", "--pixels", 120, "--frames", 4)
-    assert done.returncode == 0, done.stderr
-    from PIL import Image
-
+        assert shown(pulled / "pull_frames.dump", "--color", "share_second", *words, "--pixels", 120, "--out", "strip.png") == "strip.png"
+    assert matplotlib.image.imread(tmp_path / "strip.png").shape[0] > 6 * 100, "six rows"
+    shown(pulled / "pull_frames.dump", "--film", "film.gif", "--pixels", 120, "--frames", 4)
     with Image.open(tmp_path / "film.gif") as film:
         assert film.n_frames == 4 and film.info["duration"] == 100
         first = np.asarray(film.convert("RGB")).astype(int)
@@ -234,28 +223,24 @@ def test_frames_of_a_run(pulled, tmp_path):
 
 def test_film_by_ffmpeg(one, tmp_path, monkeypatch):
     """ffmpeg gets every picture, in the size that it is told; its complaint is passed on."""
-    program = tmp_path / "bin" / "ffmpeg"
-    program.parent.mkdir()
-    program.write_text('#!/bin/sh\nfor last; do :; done\necho "$@" >"$last"\nwc -c >>"$last"\n', encoding="utf-8")
-    program.chmod(0o755)
-    monkeypatch.setenv("PATH", f"{program.parent}:{os.environ['PATH']}")
-    done = show(one, one, "--film", tmp_path / "film.mp4", "--pixels", 150, "--rate", 5)
-    assert done.returncode == 0, done.stderr
+    inputs.program(tmp_path / "bin" / "ffmpeg", 'for last; do :; done\necho "$@" >"$last"\nwc -c >>"$last"')
+    monkeypatch.setenv("PATH", f"{tmp_path / 'bin'}:{os.environ['PATH']}")
+    shown(one, one, "--film", "film.mp4", "--pixels", 150, "--rate", 5)
     words, size = (tmp_path / "film.mp4").read_text().splitlines()
     width, height = (int(word) for word in words.split()[words.split().index("-s") + 1].split("x"))
     assert int(size) == 2 * 4 * width * height and "-r 5" in words and "-vcodec h264 -pix_fmt yuv420p" in words
-    program.write_text("#!/bin/sh\ncat >/dev/null\necho no such codec\nexit 1\n", encoding="utf-8")
-    assert "ffmpeg failed: no such codec" in refused(tmp_path, one, "--film", tmp_path / "other.mkv", "--pixels", 150)
+    inputs.program(tmp_path / "bin" / "ffmpeg", "cat >/dev/null\necho no such codec\nexit 1")
+    assert "ffmpeg failed: no such codec" in refused(tmp_path, one, "--film", "other.mkv", "--pixels", 150)
 
 
 def test_dumps_without_radius_and_in_other_units(tmp_path):
     rows = [(k + 1, *row[:3]) for k, row in enumerate(some_spheres())]
-    path = tmp_path / "lj.dump"
-    path.write_text(inputs.snapshot("id xu yu zu", rows, head="ITEM: UNITS\nlj") + inputs.snapshot("id xu yu zu", rows, step=5), encoding="utf-8")
-    assert [s.units for s in dump.index([path])] == ["lj", "lj"], "LAMMPS writes them once"
-    assert show(path, "--radius", 0.002, "--out", tmp_path / "lj.png", "--pixels", 200).returncode == 0
-    snapshot = dump.index([path])[1]
-    found = view_scene.spheres_of(snapshot, radius=0.002)
+    text = inputs.snapshot("id xu yu zu", rows, head="ITEM: UNITS\nlj") + inputs.snapshot("id xu yu zu", rows, step=5)
+    (tmp_path / "lj.dump").write_text(text, encoding="utf-8")
+    series = dump.index(["lj.dump"])
+    assert [s.units for s in series] == ["lj", "lj"], "LAMMPS writes them once"
+    shown("lj.dump", "--radius", 0.002, "--out", "lj.png", "--pixels", 200)
+    found = view_scene.spheres_of(series[1], radius=0.002)
     assert np.all(found.radius == 0.002) and found.x == pytest.approx(some_spheres()[:, :3], rel=1e-8)
 
 
@@ -264,58 +249,39 @@ def test_dumps_without_radius_and_in_other_units(tmp_path):
 
 def read_vtu(path):
     """(points, {name: array}) by a second reading of the format: base64 of a count of bytes and the bytes."""
-    kinds = {"Float64": "<f8", "Int64": "<i8", "UInt8": "u1"}
-    root = ElementTree.parse(path).getroot()
+    kinds, root, arrays = {"Float64": "<f8", "Int64": "<i8", "UInt8": "u1"}, ElementTree.parse(path).getroot(), {}
     assert root.attrib["type"] == "UnstructuredGrid" and root.attrib["header_type"] == "UInt64"
-    arrays = {}
     for element in root.iter("DataArray"):
         content = base64.b64decode(element.text)
         assert int.from_bytes(content[:8], "little") == len(content) - 8
         values = np.frombuffer(content[8:], dtype=kinds[element.attrib["type"]])
         arrays[element.attrib["Name"]] = values.reshape(-1, int(element.attrib.get("NumberOfComponents", 1))).squeeze()
-    piece = next(root.iter("Piece"))
-    assert int(piece.attrib["NumberOfPoints"]) == int(piece.attrib["NumberOfCells"]) == len(arrays["Points"])
-    assert np.array_equal(arrays.pop("connectivity"), np.arange(len(arrays["Points"]))) and np.all(arrays.pop("types") == 1)
-    assert np.array_equal(arrays.pop("offsets"), 1 + np.arange(len(arrays["Points"])))
+    piece, number = next(root.iter("Piece")), np.arange(len(arrays["Points"]))
+    assert int(piece.attrib["NumberOfPoints"]) == int(piece.attrib["NumberOfCells"]) == len(number) and np.all(arrays.pop("types") == 1)
+    assert np.array_equal(arrays.pop("connectivity"), number) and np.array_equal(arrays.pop("offsets"), 1 + number)
     return arrays.pop("Points"), arrays
 
 
-def test_vtk_holds_the_numbers_of_the_dump(pulled, tmp_path):
-    done = show(pulled / "pull_frames.dump", "--vtk", tmp_path / "vtk" / "pull")
-    assert done.returncode == 0, done.stderr
+def test_others_read_the_numbers_of_the_dump(pulled, tmp_path):
+    """VTK; and ASE reads the dump as OVITO does, by the names of its columns: as many snapshots, atoms, places and types."""
+    shown(pulled / "pull_frames.dump", "--vtk", tmp_path / "vtk" / "pull")
     sets = list(ElementTree.parse(tmp_path / "vtk" / "pull.pvd").getroot().iter("DataSet"))
     series = dump.index([pulled / "pull_frames.dump"])
     assert [float(one.attrib["timestep"]) for one in sets] == [s.time for s in series] and not (tmp_path / "view.png").exists()
     assert sorted(path.name for path in (tmp_path / "vtk").iterdir()) == sorted(["pull.pvd", *(one.attrib["file"] for one in sets)])
-    for one, snapshot in zip(sets, series):
+    atoms = pytest.importorskip("ase.io").read(pulled / "pull_frames.dump", index=":", format="lammps-dump-text")
+    assert len(atoms) == len(sets) == 6
+    for one, snapshot, found in zip(sets, series, atoms):
         points, arrays = read_vtu(tmp_path / "vtk" / one.attrib["file"])
-        lines = snapshot.path.read_bytes()[snapshot.start : snapshot.end].split(b"\n")[:-1]
-        table = np.array([line.split() for line in lines], dtype=float)  # this dump is sorted by ID
+        table = np.array([line.split() for line in snapshot.path.read_bytes()[snapshot.start : snapshot.end].splitlines()], dtype=float)  # sorted by ID
         assert list(arrays) == WORDS.split() and arrays["id"].dtype == np.int64
         assert all(np.array_equal(arrays[name], table[:, k]) for k, name in enumerate(WORDS.split()))
-        assert np.array_equal(points, table[:, 2:5])
-
-
-def test_vectors_and_names_in_vtk(tmp_path):
+        assert np.array_equal(points, table[:, 2:5]) and np.array_equal(found.positions, points) and np.array_equal(found.numbers, table[:, 1])
     text = inputs.snapshot("id x y z radius vx vy vz c_stress[1]", [(2, 0, 0, 1, 0.5, 1, 2, 3, 7), (1, 1, 0, 0, 0.5, 4, 5, 6, 8)])
     (tmp_path / "v.dump").write_text(text, encoding="utf-8")
-    assert show(tmp_path / "v.dump", "--vtk", tmp_path / "v.vtu").returncode == 0
-    _, arrays = read_vtu(tmp_path / "v_0.vtu")
+    shown("v.dump", "--vtk", "v.vtu")
+    _, arrays = read_vtu("v_0.vtu")
     assert np.array_equal(arrays["velocity"], [[4, 5, 6], [1, 2, 3]]) and np.array_equal(arrays["c_stress_1"], [8, 7])
-
-
-def test_frames_are_read_by_another_library(pulled):
-    """ASE reads the dump as OVITO does, by the names of its columns: as many snapshots, atoms, places and types."""
-    read = pytest.importorskip("ase.io").read
-
-    path = pulled / "pull_frames.dump"
-    series = dump.index([path])
-    found = read(path, index=":", format="lammps-dump-text")
-    assert len(found) == len(series) == 6
-    for atoms, snapshot in zip(found, series):
-        columns_read = snapshot.read()
-        assert atoms.positions == pytest.approx(view_scene.places(columns_read, snapshot), abs=0.0)
-        assert np.array_equal(atoms.numbers, columns_read["type"])
 
 
 # ---- misuse ----
@@ -352,19 +318,19 @@ def refused(folder, *words):
 
 
 @pytest.mark.parametrize("name", BAD_DUMPS)
-@pytest.mark.parametrize("output", [("--out", "a.png"), ("--vtk", "a"), ("--film", "a.gif")], ids=lambda words: words[0])
-def test_bad_dumps_are_refused_by_name(tmp_path, name, output):
+def test_bad_dumps_are_refused_by_name(tmp_path, name):
     text, rule = BAD_DUMPS[name]
     (tmp_path / "bad.dump").write_text(text, encoding="utf-8")
     (tmp_path / "good.dump").write_text(GOOD, encoding="utf-8")
-    message = refused(tmp_path, "good.dump", "bad.dump", *output, *(() if output[0] == "--vtk" else ("--frames", "all")))
-    assert "bad.dump" in message and re.search(rule, message), message
+    for output in (("--out", "a.png", "--frames", "all"), ("--vtk", "a"), ("--film", "a.gif")):
+        message = refused(tmp_path, "good.dump", "bad.dump", *output)
+        assert "bad.dump" in message and re.search(rule, message), message
 
 
 BAD_CHOICES = {
     "--color heat": "one.dump, step 0 has no column heat; it has id x y z radius share_second",
-    "--color plastic_strain": "has no column plastic_strain; it has id x y z radius share_second; to write it: 'compute state all evp/state/atom "
-    "plastic_strain', c_state[5] among the columns of the dump command, and 'dump_modify ID colname c_state[5] plastic_strain'",
+    "--color plastic_strain": "to write it: 'compute state all evp/state/atom plastic_strain', c_state[5] among the columns of the dump command, and 'dump_modify ID "
+    "colname c_state[5] plastic_strain'",
     "--cut share_lost>0": "'compute state all evp/state/atom', c_state[3] among",
     "--cut y=0": "--cut 'y=0' is no condition: give COLUMN>NUMBER or COLUMN<NUMBER",
     "--cut y>-9": "--cut leaves no sphere",
@@ -396,13 +362,14 @@ def test_bad_choices_are_refused(one, tmp_path, monkeypatch, words):
 
 def test_what_the_refusal_of_a_column_says_to_write(tmp_path):
     """The lines of the message, in a deck: the column is there."""
+    script = f"units si\natom_style sphere\nread_data {BODY}\npair_style evp/lj\npair_coeff * * 80 8 4 3 8 4 0.005 0 1.5\nfix 1 all evp/bonds\n"
     for name in (*dump.STATE, *dump.ON_REQUEST):
         compute, modify = re.findall("'(.*?)'", dump.how_to_write(name))
         place = re.search(r"c_state\[\d\]", modify)[0]
-        script = (f"units si\natom_style sphere\nread_data {BODY}\npair_style evp/lj\npair_coeff * * 80 8 4 3 8 4 0.005 0 1.5\nfix 1 all evp/bonds\n{compute}\n"
-                  f"dump ID all custom 1 {name}.dump id x y z radius {place}\n{modify}\nrun 0\n").replace("PHI", "0.6")
-        (tmp_path / "in.lmp").write_text(script, encoding="utf-8")
-        run.output_of([*run.lammps_command(), "-log", "none", "-in", "in.lmp"], tmp_path, name)
+        script += f"{compute}\ndump ID all custom 1 {name}.dump id x y z radius {place}\n{modify}\nrun 0\nundump ID\nuncompute state\n".replace("PHI", "0.6")
+    (tmp_path / "in.lmp").write_text(script, encoding="utf-8")
+    run.output_of([*run.lammps_command(), "-log", "none", "-in", "in.lmp"], tmp_path, "columns")
+    for name in (*dump.STATE, *dump.ON_REQUEST):
         assert dump.index([tmp_path / f"{name}.dump"])[-1].names[-1] == name
 
 
@@ -413,9 +380,7 @@ def test_a_lammps_without_graphics(one, tmp_path, monkeypatch):
     monkeypatch.setattr(spheres, "_script", lambda *_: "no_such_command\n")
     assert "LAMMPS could not draw the spheres: ERROR: Unknown command: no_such_command" in refused(tmp_path, "one.dump")
     said = "ERROR: Unrecognized dump style 'image' is part of the GRAPHICS package which is not enabled in this LAMMPS binary."
-    (tmp_path / "lmp").write_text(f'#!/bin/sh\necho "{said}"\nexit 1\n', encoding="utf-8")
-    (tmp_path / "lmp").chmod(0o755)
-    monkeypatch.setenv("EVP_LMP", str(tmp_path / "lmp"))
+    monkeypatch.setenv("EVP_LMP", str(inputs.program(tmp_path / "lmp", f'echo "{said}"\nexit 1')))
     text = refused(tmp_path, "one.dump")
     assert f"{tmp_path / 'lmp'} was built without the package GRAPHICS" in text and "-DPKG_GRAPHICS=on" in text and said in text, text
     with pytest.raises(run.RunError, match="-DPKG_GRAPHICS=on"):
@@ -423,7 +388,5 @@ def test_a_lammps_without_graphics(one, tmp_path, monkeypatch):
 
 
 def test_a_run_that_goes_on(tmp_path):
-    """--unfinished takes what is whole."""
     (tmp_path / "run.dump").write_text(GOOD + GOOD.replace("STEP\n0", "STEP\n5") + GOOD[:-5], encoding="utf-8")
-    assert "after that of step 5" in refused(tmp_path, "run.dump")
-    assert show("run.dump", "--unfinished", "--vtk", "whole").stdout.strip() == "whole.pvd: 2 snapshots"
+    assert "after that of step 5" in refused(tmp_path, "run.dump") and shown("run.dump", "--unfinished", "--vtk", "whole") == "whole.pvd: 2 snapshots"

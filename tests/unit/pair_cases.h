@@ -47,10 +47,8 @@ inline std::string name_of(const EVP::Row &row)
 inline std::vector<EVP::InstructionSet> levels()
 {
   std::vector<EVP::InstructionSet> all = {EVP::InstructionSet::BASE};
-  if (EVP::best_instruction_set() >= EVP::InstructionSet::AVX2)
-    all.push_back(EVP::InstructionSet::AVX2);
-  if (EVP::best_instruction_set() >= EVP::InstructionSet::AVX512)
-    all.push_back(EVP::InstructionSet::AVX512);
+  for (const auto level : {EVP::InstructionSet::AVX2, EVP::InstructionSet::AVX512})
+    if (EVP::best_instruction_set() >= level) all.push_back(level);
   return all;
 }
 

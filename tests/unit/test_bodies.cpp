@@ -67,9 +67,15 @@ TEST(Bodies, one_body_is_one_run_over_all_atoms)
   EXPECT_EQ(bodies.shared_count(), 0);
   EXPECT_EQ(bodies.of_atoms(), (std::vector<int>{0, 1, 0, 1, 0}));
   ASSERT_EQ(bodies.runs().size(), 1u);
-  EXPECT_EQ(bodies.runs()[0].first, 0);
-  EXPECT_EQ(bodies.runs()[0].last, 5);
-  EXPECT_EQ(bodies.runs()[0].body, 1);
+  const auto run = bodies.runs()[0];
+  EXPECT_TRUE(run.first == 0 && run.last == 5 && run.body == 1);
+
+  // prescribed atoms belong to none and connect none
+  bodies.clear(3);
+  bodies.add(0, true, 1, false);
+  bodies.add(1, false, 2, true);
+  bodies.number(labels.data(), 1, 3, {});
+  EXPECT_EQ(bodies.of_atoms(), (std::vector<int>{1, 0, 2}));
 }
 
 TEST(Bodies, without_a_body_there_are_no_runs_but_the_numbers_of_shared_bodies)
@@ -84,17 +90,6 @@ TEST(Bodies, without_a_body_there_are_no_runs_but_the_numbers_of_shared_bodies)
     EXPECT_TRUE(bodies.runs().empty());
     EXPECT_EQ((int) bodies.of_atoms().size(), n);
   }
-}
-
-TEST(Bodies, prescribed_atoms_belong_to_none_and_connect_none)
-{
-  const std::vector<double> labels = {1.0, 2.0, 3.0};
-  Bodies bodies;
-  bodies.clear(3);
-  bodies.add(0, true, 1, false);
-  bodies.add(1, false, 2, true);
-  bodies.number(labels.data(), 1, 3, {});
-  EXPECT_EQ(bodies.of_atoms(), (std::vector<int>{1, 0, 2}));
 }
 
 TEST(Bodies, runs_hold_all_atoms_and_those_of_their_body_only)

@@ -11,20 +11,18 @@
 #include <vector>
 
 using EVP::BadInput;
-using EVP::BodyRule;
 using EVP::BondLine;
 using EVP::BondReader;
 
 namespace {
 
-/// All bonds of a text, read in pieces of most.
-std::vector<BondLine> read_all(const std::string &text, size_t most = 1000,
-                               const std::string &file = "body.bonds")
+/// All bonds of a text.
+std::vector<BondLine> read_all(const std::string &text, const std::string &file = "body.bonds")
 {
   std::istringstream stream(text);
   BondReader reader(stream, file, "si");
   std::vector<BondLine> bonds;
-  while (reader.read(bonds, most)) {}
+  while (reader.read(bonds, 3)) {}
   return bonds;
 }
 
@@ -75,40 +73,6 @@ TEST(BondReader, SkipsCommentsEmptyLinesAndDosLineEnds)
   EXPECT_TRUE(read_all(header(0)).empty()) << "no bonds are as good as any number";
 }
 
-TEST(BondReader, ReadsInPiecesOfAnySize)
-{
-  std::string text = header(1000);
-  for (int64_t k = 1; k <= 1000; k++) text += EVP::bond_text({k, k + 1, 0.01 + 1e-9 * (double) k});
-  for (const size_t most : {1, 7, 500, 1000, 5000}) {
-    std::istringstream stream(text);
-    BondReader reader(stream, "body.bonds", "si");
-    EXPECT_EQ(reader.count(), 1000);
-    std::vector<BondLine> piece;
-    int64_t seen = 0;
-    for (bool more = true; more;) {
-      piece.clear();
-      more = reader.read(piece, most);
-      ASSERT_LE(piece.size(), most);
-      for (const auto &bond : piece) ASSERT_EQ(bond.id_i, ++seen);
-    }
-    EXPECT_EQ(seen, 1000);
-  }
-}
-
-TEST(BondReader, TellsWhichAtomsWereOneBody)
-{
-  EXPECT_EQ(EVP::bond_header(3, "si", BodyRule::TYPE),
-            "# EVP bonds COUNT: 3 WITHIN: type UNITS: si");
-  for (const BodyRule within : {BodyRule::ALL, BodyRule::TYPE, BodyRule::MOLECULE})
-    for (const double zone : {0.0, 1.3}) {
-      std::istringstream stream(EVP::bond_header(3, "si", within, zone) + "\n");
-      const BondReader reader(stream, "body.bonds", "si");
-      EXPECT_EQ(reader.within(), within);
-      EXPECT_EQ(reader.zone(), zone);
-      EXPECT_EQ(reader.count(), 3);
-    }
-}
-
 // A host program may show the first 99 characters of a message, and a path can be longer: the cause stands first.
 TEST(BondReader, NamesLineCauseAndFileOfEachDamage)
 {
@@ -139,7 +103,7 @@ TEST(BondReader, NamesLineCauseAndFileOfEachDamage)
       {header(1) + "1 2 0.01 0 0 0 3\n",
        "line 2: broken must be 0 (a bond), 1 (a broken bond) or 2"}};
   for (const auto &parts : cases) try {
-      read_all(parts[0], 1000, path);
+      read_all(parts[0], path);
       ADD_FAILURE() << "taken: " << parts[0];
     } catch (const BadInput &bad) {
       const std::string what = bad.what();

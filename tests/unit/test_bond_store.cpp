@@ -44,6 +44,13 @@ TEST(BondStore, KeepsRecordsInTheOrderOfThePartners)
   EXPECT_EQ(store.find(0, 9)->deq, 1.25);
   EXPECT_EQ(store.find(2, 7)->deq, store.find(0, 9)->deq);
   for (const int stranger : {4, 6, 7, 10}) EXPECT_EQ(store.find(0, stranger), nullptr);
+
+  // atoms under the IDs of others
+  const int same[] = {7, 5, 9, 12}, renumbered[] = {7, 6, 9, 12}, newcomer[] = {7, 5, 9, 8};
+  EXPECT_FALSE(store.find_misplaced(same, 4));
+  EXPECT_EQ(store.find_misplaced(renumbered, 4), 6);
+  EXPECT_EQ(store.find_misplaced(newcomer, 4), 8);
+  EXPECT_FALSE(BondStore().find_misplaced(newcomer, 4));
 }
 
 // An atom that leaves an MPI rank and comes to another brings bonds and history to the last bit.
@@ -77,24 +84,12 @@ TEST(BondStore, WordsBringRecordsAndHistoryToAnotherPlace)
   }
 }
 
-// What is left of a broken bond may flow as a contact does: its record stays that of the bond.
-TEST(BondStore, ABrokenBondThatFlowsIsAContactToo)
-{
-  BondStore store = recorded(true);
-  store.take({0, true, 9, {0.0, 0.0, 0.4, 1.0}});
-  store.take({0, false, 9, {-0.1, 0.1, 0.2, 0.0}});
-  EXPECT_EQ(store.histories_of(0)[1], (PairHistory{0.0, 0.0, 0.4, 1.0}));
-  ASSERT_EQ(store.contacts_of(0).size(), 1u);
-  EXPECT_EQ(store.contacts_of(0)[0].history.q, -0.1);
-  store.clear_contacts();
-  EXPECT_TRUE(store.has_changed());
-  store.keep_history(false);
-  EXPECT_FALSE(store.has_changed());
-}
-
-// Buffers of migration and of restart files are made for the longest record.
+// Buffers of migration and of restart files are made for the longest record; history costs nothing where there is none.
 TEST(BondStore, RoomGrowsWithTheHistory)
 {
+  EXPECT_EQ(recorded().words_of(0), 2 + 2 * 2u);
+  EXPECT_EQ(recorded(true).words_of(0), 2 + 6 * 2u + 1);
+  EXPECT_LT(recorded().memory_usage(), recorded(true).memory_usage());
   BondStore store = recorded(true);
   for (int64_t partner = 100; partner < 120; partner++) {
     store.take({0, false, partner, {-0.1, 0.1, 0.2, 0.0}});
@@ -103,13 +98,6 @@ TEST(BondStore, RoomGrowsWithTheHistory)
   BondStore late = recorded();
   late.keep_history(true);
   for (int i = 0; i < 2; i++) EXPECT_GE(late.most_words(), (int) late.words_of(i));
-}
-
-TEST(BondStore, HistoryCostsNothingWhereThereIsNone)
-{
-  EXPECT_EQ(recorded().words_of(0), 2 + 2 * 2u);
-  EXPECT_EQ(recorded(true).words_of(0), 2 + 6 * 2u + 1);
-  EXPECT_LT(recorded().memory_usage(), recorded(true).memory_usage());
 }
 
 // Restart files carry no check of their own: a wrong count would read beyond the words of the atom.
@@ -142,16 +130,6 @@ TEST(BondStore, EveryOtherStateHasAVersionOfItsOwn)
   EXPECT_NE(store.version(), version);
   EXPECT_TRUE(store.is_closed());
   EXPECT_FALSE(store.has_recorded());
-}
-
-TEST(BondStore, FindsAtomsUnderTheIDsOfOthers)
-{
-  const BondStore store = recorded();
-  const int same[] = {7, 5, 9, 12}, renumbered[] = {7, 6, 9, 12}, newcomer[] = {7, 5, 9, 8};
-  EXPECT_FALSE(store.find_misplaced(same, 4));
-  EXPECT_EQ(store.find_misplaced(renumbered, 4), 6);
-  EXPECT_EQ(store.find_misplaced(newcomer, 4), 8);
-  EXPECT_FALSE(BondStore().find_misplaced(newcomer, 4));
 }
 
 }    // namespace

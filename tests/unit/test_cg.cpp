@@ -33,7 +33,7 @@ const std::size_t SIZES[] = {0, 1, 3, 7, 8, 9, 255, 256, 257, 1500};
 
 }    // namespace
 
-TEST(Cg, products_are_the_plain_sums)
+TEST(Cg, products_are_the_plain_sums_and_update_is_one_step_of_the_iteration)
 {
   for (const std::size_t n : SIZES) {
     Values values(n);
@@ -51,16 +51,10 @@ TEST(Cg, products_are_the_plain_sums)
     }
     EXPECT_NEAR(sums.norm, norm, 1e-14 * norm);
     EXPECT_NEAR(sums.curvature, curvature, 1e-14 * curvature);
-  }
-}
 
-TEST(Cg, update_is_one_step_of_the_iteration)
-{
-  for (const std::size_t n : SIZES) {
-    Values values(n);
-    const Values before = values;
     const double alpha = 0.7, beta = 0.2;
-    CgSums sums = {}, again = {};
+    values = before;
+    CgSums again = {};
     cg_update(values.view(), n, alpha, beta, sums, InstructionSet::BASE);
     double sum = 0.0;
     for (std::size_t k = 0; k < n; k++) {

@@ -37,8 +37,7 @@ const std::vector<std::vector<Row>> LAWS = {
     {with_exponents(8.5, 4.25, 7.5, 2.5)},
     {TABLE2, scaled(TABLE2, 0.5, 0.0), scaled(with_exponents(8, 4, 8, 4, 0.03), 2.0, 0.3)},
     {TABLE2, with_exponents(6, 3, 4, 2)},
-    {with_exponents(9, 5, 9, 5), scaled(with_exponents(9, 5, 9, 5), 0.5, 0.3)},
-};
+    {with_exponents(9, 5, 9, 5), scaled(with_exponents(9, 5, 9, 5), 0.5, 0.3)}};
 
 struct PairResult {
   double force, damping, elastic, forgotten, at_cutoff, potential, q_new, spent;
@@ -279,14 +278,6 @@ TEST(Kernel, NonFinitePositionsGiveNonFiniteForces)
     });
 }
 
-// eq. 4 by hand: 1 m apart along x, closing at 2 m/s: the damper pushes i away from j.
-TEST(Kernel, DampingOpposesApproach)
-{
-  const double x[2][3] = {{1, 0, 0}, {0, 0, 0}}, vi[3] = {-2, 5, 0}, vj[3] = {0, 0, 0};
-  const PairGeometry g(x, 0, 1);
-  EXPECT_DOUBLE_EQ(damping_over_distance(1000, g, vi, vj) * g.dx, 2000);
-}
-
 // Touching spheres in a lattice have neighbors at their cutoff but for the round-off of the positions. There the
 // potential is zero, and only past the margin does the pair cease to act.
 TEST(Kernel, RoundOffAtTheCutoffDecidesNothing)
@@ -377,31 +368,4 @@ TEST(PairWork, SumsWhatTheLawSaysAndSeparatesForces)
             EXPECT_NE(bonds.through[c], 0.0);
           }
         }
-}
-
-TEST(PairWork, KeepsWhatIsMissingAndWhatBreaks)
-{
-  Cloud cloud({TABLE2}, 600, true);
-  PairWork work;
-  evaluate(cloud, work, false, ALL);
-  const double past = work.sums().past_cutoff;
-
-  // bonds that left the list, and some that broke
-  work.take_missing(2.0, 0.25, false);
-  work.take_missing(4.0, 0.5, true);
-  work.add_broken(8.0);
-  PairWork::Sums sums = work.sums();
-  EXPECT_DOUBLE_EQ(sums.past_cutoff, past + 2.0 - 8.0)
-      << "the last forces found it past its cutoff";
-  EXPECT_EQ(sums.broken, 12.0);
-  EXPECT_EQ(sums.plastic_of_missing, 0.75);
-  work.forget_missing();
-  evaluate(cloud, work, false, ALL);
-  sums = work.sums();
-  EXPECT_DOUBLE_EQ(sums.past_cutoff, past);
-  EXPECT_EQ(sums.broken, 12.0);
-  EXPECT_EQ(sums.plastic_of_missing, 0.0);
-
-  EXPECT_TRUE(work.take());
-  EXPECT_FALSE(work.take());
 }

@@ -134,37 +134,12 @@ TEST(Law, FirstRegimeIncludesItsThreshold)
 }
 
 // A body whose bonds have their starting distance as deq must not move by itself (paper 2.2).
-TEST(Law, AtRestThereIsNoForceAndTheProductOfExponentsAndDepthIsTheStiffness)
+TEST(Law, AtRestThereIsNoForceAtAll)
 {
   for (const Row &row : ROWS) {
-    SCOPED_TRACE(name_of(row));
-    const PairLaw law(row);
-    const PairState rest = law.state(1.0, {1.0 / DEQ});
-    const double stiffness = row.m1 * row.n1 * row.e1 / (DEQ * DEQ);
-    EXPECT_EQ(rest.force, 0.0);
-    EXPECT_EQ(rest.stored.total(), 0.0);
-    EXPECT_NEAR(rest.stiffness, stiffness, 1e-14 * stiffness);
-    for (const double step : {1e-9, 0.5 * row.xi_s, 2 * row.xi_s, 0.3}) {
-      EXPECT_GT(law.state(1 - step, {1.0}).force, 0.0);
-      EXPECT_LT(law.state(1 + step, {1.0}).force, 0.0);
-    }
-  }
-}
-
-TEST(Law, ForceAndEnergyAreContinuousAtBothThresholds)
-{
-  for (const Row &row : ROWS) {
-    SCOPED_TRACE(name_of(row));
-    const PairLaw law(row);
-    for (const double side : {-1.0, 1.0}) {
-      double inside = 1 + side * row.xi_s, outside = inside;
-      while (law.state(inside, {1.0}).regime != 1) inside = std::nextafter(inside, 1.0);
-      while (law.state(outside, {1.0}).regime != 2) outside = std::nextafter(outside, 1.0 + side);
-      ASSERT_LT(std::fabs(outside - inside), 8 * EPSILON);
-      const PairState before = law.state(inside, {1.0}), after = law.state(outside, {1.0});
-      EXPECT_NEAR(after.force, before.force, REFERENCE * energy_scale(row));
-      EXPECT_NEAR(after.stored.total(), before.stored.total(), REFERENCE * energy_scale(row));
-    }
+    const PairState rest = PairLaw(row).state(1.0, {1.0 / DEQ});
+    EXPECT_EQ(rest.force, 0.0) << name_of(row);
+    EXPECT_EQ(rest.stored.total(), 0.0) << name_of(row);
   }
 }
 
@@ -225,9 +200,6 @@ TEST(Law, StiffnessAheadIsThatOfTheStifferRegimeAtLeast)
         const PairState now = law.state(1 + t * row.xi_s / (1 + 25 * row.xi_s), {1.0});
         EXPECT_EQ(now.stiffness_ahead, std::max(begin, now.stiffness));
       }
-      // K_II just beyond either threshold is what it counts with
-      const double near = law.state(1 + row.xi_s + 1e-9, {1.0}).stiffness;
-      if (row.m2 * row.n2 * e2 == begin) { EXPECT_NEAR(near, begin, 1e-6 * begin); }
     }
 }
 
@@ -246,28 +218,6 @@ TEST(Law, ForceOfTheClosestExponentsIsNoRoundOff)
         EXPECT_NEAR(law.state(r, {1.0}).force, force, 1e-8 * std::fabs(force)) << name_of(row);
       }
   }
-}
-
-// Eq. 6 carries the first regime on to 30 % overlap; the second, in force there, is far softer.
-TEST(Law, FirstStiffnessIsEquation6WhateverTheRegime)
-{
-  for (const Row &row : ROWS) {
-    const double d = 0.7 * DEQ;
-    const double expected = row.e1 * row.m1 * row.n1 / ((row.m1 - row.n1) * d * d) *
-        ((row.m1 + 1) * std::pow(DEQ / d, row.m1) - (row.n1 + 1) * std::pow(DEQ / d, row.n1));
-    EXPECT_NEAR(PairLaw(row).first_stiffness(0.7, DEQ), expected, REFERENCE * expected)
-        << name_of(row);
-  }
-  EXPECT_LT(PairLaw(TABLE1).state(0.7, {1.0}).stiffness,
-            0.1 * PairLaw(TABLE1).first_stiffness(0.7, 1.0));
-}
-
-// The law has no hard core: F_II(d - ds + deq) stays finite at d = 0.
-TEST(Law, StaysFiniteWhenCentresMeet)
-{
-  const PairState met = PairLaw(TABLE1).state(0.0, {1.0 / DEQ});
-  EXPECT_TRUE(std::isfinite(met.force) && std::isfinite(met.stored.total()));
-  EXPECT_GT(met.force, PairLaw(TABLE1).state(1e-3, {1.0 / DEQ}).force);
 }
 
 TEST(Law, WhatOverflowsOrDoesNotEndIsRefused)

@@ -64,54 +64,6 @@ TEST(PairList, PairsAreTakenOutAndAddedInARun)
     }
 }
 
-// What the forces found comes into force once, whatever else was tried.
-TEST(PairList, CommitAddsUpFlowAndWorkAndPartedContactsForget)
-{
-  Cloud cloud({TABLE2, with_exponents(8, 4, 8, 4, 0.1)}, 600, true);
-  const Vectors at_rest = cloud.x;
-  for (PairList *list : {&cloud.lists.bonds, &cloud.lists.contacts}) {
-    std::mt19937 random(7);
-    std::uniform_real_distribution<double> unit(-1.0, 1.0);
-    int flowed = 0, parted = 0;
-    for (int step = 0; step < 20; step++) {
-      for (int i = 0; i < 50; i++)
-        for (int c = 0; c < 3; c++) cloud.x[i][c] = at_rest[i][c] + 0.01 * unit(random);
-      std::vector<PairHistory> expected;
-      for_each_pair(*list, rows_of(cloud.x), [&](const PlacedPair &p) {
-        const PairState now = cloud.laws[p.law].state(p.ratio(), p);
-        const PairHistory before = list->history_of(p.index);
-        expected.push_back({now.offset.q, now.offset.k, before.work + now.dissipated, 0.0});
-        if (p.is_past_cutoff() && !p.is_bond) expected.back() = {};
-        flowed += now.dissipated > 0.0;
-        parted += before.k > 0.0 && expected.back().k == 0.0;
-      });
-      const auto evaluate = [&] {
-        Vectors f(50);
-        cloud.add_forces(*list, best_instruction_set(), false, 50, f, NoTally());
-      };
-      const Vectors here = cloud.x;
-      cloud.x[3][0] += 0.5;    // a trial that is given up
-      evaluate();
-      cloud.x = here;
-      evaluate();
-      list->commit();
-      list->commit();
-      for (size_t k = 0; k < expected.size(); k++) {
-        const PairHistory now = list->history_of(k);
-        ASSERT_NEAR(now.q, expected[k].q, 1e-15);
-        ASSERT_NEAR(now.k, expected[k].k, 1e-14);
-        ASSERT_NEAR(now.work, expected[k].work, 1e-11);
-        if (!list->are_bonds) {
-          ASSERT_LE(now.q, 0.0);
-          ASSERT_EQ(now.q == 0.0, now.k == 0.0);
-        }
-      }
-    }
-    EXPECT_GT(flowed, 1000);
-    EXPECT_EQ(parted > 100, !list->are_bonds);
-  }
-}
-
 TEST(PairList, WithoutFlowThereIsNoRoomForIt)
 {
   Cloud cloud({TABLE2}, 600, true);
@@ -127,12 +79,6 @@ TEST(PairList, WithoutFlowThereIsNoRoomForIt)
   EXPECT_LE(list.memory_usage() + 5 * 600 * sizeof(double), with_flow);
   EXPECT_EQ(list.flow_arrays().q, nullptr);
   list.commit();    // nothing to do
-
-  // and again with it
-  list.clear(BOND_MARGIN, Flow::STAYS);
-  add_row(list, 0, {{1, 1.0, 1.5, 0, {0.5, 1.0, 2.0, 0.0}}});
-  EXPECT_EQ(list[0].offset.q, 0.5);
-  EXPECT_TRUE(list.history_of(0) == (PairHistory{0.5, 1.0, 2.0, 0.0}));
 }
 
 TEST(PairList, PairsAreCountedWithoutAWrap)
@@ -150,6 +96,16 @@ TEST(Margins, LetNoPairFallBetweenTwoDecisions)
   EXPECT_LT(NEW_PAIR_MARGIN, RECORD_MARGIN) << "what is just not recorded is no new pair";
   EXPECT_LT(RECORD_MARGIN, BOND_MARGIN) << "what is recorded acts";
   EXPECT_LT(BOND_MARGIN, LIST_MARGIN) << "and the neighbor list holds it";
+
+  // spheres that touch do not interact; of a literal pair at dlim round-off decides nothing
+  PairRules rules;
+  EXPECT_EQ(rules.contact_margin(false, true), NEW_PAIR_MARGIN);
+  EXPECT_EQ(rules.contact_margin(true, false), 0.0);
+  rules.contact = Contact::REPULSIVE;
+  for (const bool in_different_bodies : {false, true}) {
+    EXPECT_EQ(rules.contact_margin(in_different_bodies, true), -NEW_PAIR_MARGIN);
+    EXPECT_EQ(rules.contact_margin(in_different_bodies, false), 0.0);
+  }
 }
 
 TEST(PairRules, SayWherePairsAreAtRestAndHowFarTheyAct)
@@ -186,24 +142,4 @@ TEST(PairRules, SayWherePairsAreAtRestAndHowFarTheyAct)
     EXPECT_TRUE(rules.flow_of_bonds() == Flow::STAYS &&
                 rules.flow_of_contacts() == Flow::COMPRESSES);
   }
-}
-
-// Spheres that touch do not interact; of a literal pair at dlim round-off decides nothing.
-TEST(PairRules, MarginsOfContacts)
-{
-  PairRules rules;
-  EXPECT_EQ(rules.contact_margin(false, true), NEW_PAIR_MARGIN);
-  EXPECT_EQ(rules.contact_margin(true, false), 0.0);
-  rules.contact = Contact::REPULSIVE;
-  for (const bool in_different_bodies : {false, true}) {
-    EXPECT_EQ(rules.contact_margin(in_different_bodies, true), -NEW_PAIR_MARGIN);
-    EXPECT_EQ(rules.contact_margin(in_different_bodies, false), 0.0);
-  }
-}
-
-TEST(BodyRule, TakesTwoWordsAndNoOther)
-{
-  EXPECT_TRUE(parse_body_rule("type") == BodyRule::TYPE &&
-              parse_body_rule("molecule") == BodyRule::MOLECULE);
-  for (const char *word : {"all", "Type", ""}) EXPECT_THROW(parse_body_rule(word), BadInput);
 }

@@ -138,23 +138,6 @@ class OnePair {
   };
 };
 
-/// The same by PairLaw alone.
-class OneState {
- public:
-  OneState(const Row &row, bool is_contact_in) : is_contact(is_contact_in), law(row) {}
-  Found move_to(double d)
-  {
-    const PairState now = law.state(d, {1.0, is_contact ? Flow::COMPRESSES : Flow::STAYS, offset});
-    offset = is_contact && d > 1.0 ? Offset{} : now.offset;
-    return {now.force, now.stored.total(), now.dissipated, offset.q, offset.k};
-  }
-
- private:
-  bool is_contact;
-  PairLaw law;
-  Offset offset;
-};
-
 Row softer_by(double factor, Row row)
 {
   row.e2 *= factor;
@@ -182,7 +165,6 @@ TEST(Plasticity, TwoThousandReversalsFollowTheNaiveMap)
       std::uniform_real_distribution<double> unit(0.0, 1.0);
       NaiveMap naive{row, is_contact};
       OnePair kernel(row, is_contact);
-      OneState state(row, is_contact);
       const double begin = row.m1 * row.n1 * row.e1;
       Exact work = 0, spent = 0, all_work = 0;
       int flowed = 0, parted = 0;
@@ -197,17 +179,16 @@ TEST(Plasticity, TwoThousandReversalsFollowTheNaiveMap)
           const Exact dissipated = naive.dissipated_to(to);
           naive.move_to(d = to, dissipated);
           const bool is_apart = is_contact && d > 1.0;
-          for (const Found &now : {kernel.move_to(d), state.move_to(d)}) {
-            ASSERT_NEAR(now.force, (double) force, 1e-12 * begin);
-            ASSERT_NEAR(now.stored, (double) stored, 1e-12 * row.e1);
-            ASSERT_NEAR(now.dissipated, (double) dissipated, 1e-12 * row.e1);
-            ASSERT_GE(now.dissipated, 0.0);
-            ASSERT_NEAR(now.q, (double) naive.q, 1e-12);
-            ASSERT_NEAR(now.k, (double) naive.k, 1e-12 * (1.0 + now.k));
-            if (is_contact) { ASSERT_TRUE(now.force >= -EPSILON * begin && now.q <= 0.0); }
-            if (is_apart) { ASSERT_TRUE(now.stored == 0.0 && now.q == 0.0 && now.k == 0.0); }
-            spent += 0.5L * now.dissipated;    // of both, which are the same
-          }
+          const Found now = kernel.move_to(d);
+          ASSERT_NEAR(now.force, (double) force, 1e-12 * begin);
+          ASSERT_NEAR(now.stored, (double) stored, 1e-12 * row.e1);
+          ASSERT_NEAR(now.dissipated, (double) dissipated, 1e-12 * row.e1);
+          ASSERT_GE(now.dissipated, 0.0);
+          ASSERT_NEAR(now.q, (double) naive.q, 1e-12);
+          ASSERT_NEAR(now.k, (double) naive.k, 1e-12 * (1.0 + now.k));
+          if (is_contact) { ASSERT_TRUE(now.force >= -EPSILON * begin && now.q <= 0.0); }
+          if (is_apart) { ASSERT_TRUE(now.stored == 0.0 && now.q == 0.0 && now.k == 0.0); }
+          spent += now.dissipated;
           const Found again = kernel.move_to(d);    // as after a restart
           ASSERT_TRUE(again.dissipated == 0.0);
           const double own = kernel.list.work[0];
@@ -254,44 +235,5 @@ TEST(Plasticity, OneWayIncrementsOfAnySizeDoTheSame)
         EXPECT_NEAR(offset.k, at_once.offset.k, 1e-13);
         EXPECT_NEAR(dissipated, at_once.dissipated, 1e-11 * dissipated);
       }
-    }
-}
-
-// The slope beyond the limit is that of eq. 8, but for what the first regime has lost there.
-TEST(Plasticity, BeginsAsEquation8Goes)
-{
-  for (const Row &row : ROWS)
-    for (const double side : {-1.0, 1.0}) {
-      const PairLaw law(row);
-      const PairState at_limit = law.state(1.0 + side * row.xi_s, {1.0});
-      const auto rise = [&](Flow flow) {
-        return law.state(1.0 + side * (row.xi_s + 1e-7), {1.0, flow}).force - at_limit.force;
-      };
-      const double begin = row.m1 * row.n1 * row.e1,
-                   softer = law.first.stiffness(1.0 / (1.0 + side * row.xi_s)) / begin;
-      EXPECT_NEAR(rise(Flow::STAYS), softer * rise(Flow::FORGETS),
-                  1e-4 * std::fabs(rise(Flow::FORGETS)) + 1e-14 * begin)
-          << name_of(row);
-    }
-}
-
-// One offset and sum, whatever they are: within the limit nothing moves, to the last bit.
-TEST(Plasticity, ElasticCyclesLeaveNothing)
-{
-  for (const Row &row : ROWS)
-    for (const bool is_contact : {false, true}) {
-      SCOPED_TRACE(name_of(row));
-      OnePair pair(row, is_contact);
-      pair.move_to(0.93);
-      const PairHistory flowed = pair.list.history_of(0);
-      const double limit = PairLaw(row).limit(flowed.k);
-      EXPECT_LT(flowed.q, -0.01);
-      for (int cycle = 0; cycle < 100; cycle++)
-        for (const double share : {0.999, 0.0, -0.999, 0.3}) {
-          const Found found = pair.move_to(1.0 + flowed.q + share * limit);
-          ASSERT_EQ(found.dissipated, 0.0);
-          ASSERT_TRUE(pair.list.history_of(0) == flowed);
-          if (share == 0.0) { ASSERT_NEAR(found.stored, 0.0, 1e-25 * row.e1); }
-        }
     }
 }

@@ -47,19 +47,6 @@ TEST(Powers, KnownToTheCompilerOrNotTheyHaveTheSameBits)
   expect_the_same<12, 6>();
 }
 
-TEST(Powers, AreExactForPowersOfTwoAndElseThoseOfPow)
-{
-  const double exponents[][2] = {{8, 4}, {6, 3}, {4, 2}, {2, 1}, {12, 6}, {5, 1}, {200, 199}};
-  for (const auto &[m, n] : exponents) {
-    const PowerPair q = AnyPowers{m, n}(2.0);
-    EXPECT_EQ(q.sm, std::ldexp(1.0, (int) m));
-    EXPECT_EQ(q.sn, std::ldexp(1.0, (int) n));
-  }
-  const PowerPair q = AnyPowers{7.5, 3.2}(1.3);
-  EXPECT_NEAR(q.sm, std::pow(1.3, 7.5), POWERS * q.sm);
-  EXPECT_NEAR(q.sn, std::pow(1.3, 3.2), POWERS * q.sn);
-}
-
 TEST(Powers, DifferencesKeepTheirDigits)
 {
   for (double size = 1e-17; size < 0.3; size *= 1.3)
