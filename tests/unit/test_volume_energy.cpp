@@ -28,7 +28,7 @@ struct Volume {
   std::vector<VolumeReference> references;
   VolumeLaw law;
   VolumePasses passes;
-  std::vector<double> densities;
+  std::vector<double> densities, pulls;
 
   Volume()
   {
@@ -51,21 +51,31 @@ struct Volume {
     }
   }
 
+  double evaluate(const Vectors &x)
+  {
+    const EVP::ParticleView view = {rows_of(x), nullptr, nullptr, (int) x.size()};
+    densities.assign(2 * x.size(), 0.0);
+    for (int of : {0, 1})
+      passes.add_densities(pairs[of], pairs[of].inv_deq, view, densities.data() + of);
+    pulls.assign(2 * x.size(), 0.0);
+    double energy = 0.0;
+    for (size_t i = 0; i < x.size(); i++) {
+      const EVP::VolumeState state =
+          law.state(3.0, references[i], {densities[2 * i], densities[2 * i + 1]});
+      pulls[2 * i] = state.bonded;
+      pulls[2 * i + 1] = state.fresh;
+      energy += state.energy;
+    }
+    return energy;
+  }
+
   Vectors forces()
   {
     Vectors f(cloud.x.size(), {0, 0, 0});
-    const EVP::ParticleView view = cloud.view(f, (int) f.size());
-    densities.assign(2 * f.size(), 0.0);
+    evaluate(cloud.x);
     for (int of : {0, 1})
-      passes.add_densities(pairs[of], pairs[of].inv_deq, view, densities.data() + of);
-    std::vector<double> pulls;
-    for (size_t i = 0; i < f.size(); i++) {
-      const EVP::VolumeState state =
-          law.state(3.0, references[i], {densities[2 * i], densities[2 * i + 1]});
-      pulls.push_back(state.bonded);
-      pulls.push_back(state.fresh);
-    }
-    for (int of : {0, 1}) passes.add_forces(pairs[of], view, pulls.data() + of, EVP::NoTally());
+      passes.add_forces(pairs[of], cloud.view(f, (int) cloud.x.size()), pulls.data() + of,
+                        EVP::NoTally());
     return f;
   }
 };
@@ -93,10 +103,12 @@ TEST(VolumeEnergy, ADensityByHand)
 
 TEST(VolumeEnergy, AParticleWithoutBondsHasNone)
 {
-  const EVP::VolumeState none = VolumeLaw().state(100.0, VolumeReference{}, {0.7, 0.1});
-  for (const double value :
-       {none.energy, none.bonded, none.fresh, none.stiffness.total, none.strain})
-    EXPECT_EQ(value, 0.0);
+  const EVP::VolumeState state = VolumeLaw().state(100.0, VolumeReference{}, {0.7, 0.1});
+  EXPECT_EQ(state.energy, 0.0);
+  EXPECT_EQ(state.bonded, 0.0);
+  EXPECT_EQ(state.fresh, 0.0);
+  EXPECT_EQ(state.stiffness.total, 0.0);
+  EXPECT_EQ(state.strain, 0.0);
 }
 
 TEST(VolumeEnergy, TheLawByHand)
@@ -148,6 +160,32 @@ TEST(VolumeEnergy, ThePullsAreTheSlopesOfTheEnergyAndNeverJump)
       }
 }
 
+TEST(VolumeEnergy, ForcesAreTheSlopeOfTheEnergy)
+{
+  Volume volume;
+  const Vectors forces = volume.forces();
+  double largest = 0.0;
+  std::array<double, 3> total = {0, 0, 0};
+  for (const auto &f : forces)
+    for (int c = 0; c < 3; c++) {
+      largest = std::max(largest, std::fabs(f[c]));
+      total[c] += f[c];
+    }
+  for (int c = 0; c < 3; c++) EXPECT_NEAR(total[c], 0.0, 1e-12 * largest);
+
+  const double h = 1e-5;
+  for (const size_t i : {0, 7, 31})
+    for (int c = 0; c < 3; c++) {
+      double slope = 0.0;
+      for (const auto &[shift, weight] : {std::pair(-2, 1.0), {-1, -8.0}, {1, 8.0}, {2, -1.0}}) {
+        Vectors moved = volume.cloud.x;
+        moved[i][c] += shift * h;
+        slope += weight * volume.evaluate(moved) / (12.0 * h);
+      }
+      EXPECT_NEAR(forces[i][c], -slope, 1e-8 * largest);
+    }
+}
+
 TEST(VolumeEnergy, TheSameBitsOnEveryInstructionSet)
 {
   Volume volume;
@@ -162,6 +200,22 @@ TEST(VolumeEnergy, TheSameBitsOnEveryInstructionSet)
     EXPECT_EQ(densities[k], densities[0]);
     EXPECT_EQ(forces[k], forces[0]);
   }
+}
+
+TEST(VolumeEnergy, ReactionsOfOthersAreLeftOut)
+{
+  Volume volume;
+  volume.evaluate(volume.cloud.x);
+  const std::vector<double> all = volume.densities;
+  const int nreact = 20;
+  const EVP::ParticleView view = {rows_of(volume.cloud.x), nullptr, nullptr, nreact};
+  std::vector<double> own(all.size(), 0.0), rows_only(all.size(), 0.0);
+  volume.passes.add_densities(volume.pairs[0], volume.pairs[0].inv_deq, view, own.data());
+  EVP::for_each_pair(volume.pairs[0], rows_of(volume.cloud.x), [&](const EVP::PlacedPair &p) {
+    if (!p.is_past_cutoff()) rows_only[2 * p.i] += std::pow(1.0 - p.distance() * p.inv_deq, 2);
+  });
+  for (size_t k = 0; k < own.size(); k += 2)
+    EXPECT_NEAR(own[k], k < 2 * nreact ? all[k] : rows_only[k], 1e-13);
 }
 
 // A chain of three along x, springs k, its middle with volume energy: K (x3 - x1)^2 v^2 / 2, of which one is held.
