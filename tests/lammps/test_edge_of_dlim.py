@@ -54,8 +54,6 @@ def squeezed_pressure(bonds):
 
 
 OFFSETS = [(0, 0, 0), (0.1, 0.1, 0.1), (0.0123, 0.37, -0.0456), (-11.3, 7.7, 3.1)]
-
-
 SHELLS_OF = [(2.0, ""), (3**0.5, ""), (3**0.5, "zone 1.41421356237309505"), (2.0, "zone 2")]  # alpha, words of the fix
 
 
@@ -131,14 +129,9 @@ def test_spheres_that_touch_are_not_damped(lmp_decks, tmp_path):
         for squeeze in (1.0, 0.9999):
             motion = f"change_box all x scale {squeeze} y scale {squeeze} z scale {squeeze} remap\nvariable vx atom 3*sin(1.1*id)\nvelocity all set v_vx 0 0\n"
             decks[offset, squeeze] = text.replace("run 0", motion + "thermo_modify norm no\nrun 0").replace("body.data", f"body{number}.data")
+    mass, speed = 2700.0 * np.pi / 6.0 * DIAMETER**3, 3.0 * np.sin(1.1 * np.arange(1, N + 1))
+    gas = float(np.sum(mass * speed**2)) / (3.0 * (CELLS * DIAMETER) ** 3)  # of the motion alone: no pair adds to it
     for (offset, squeeze), run in lmp_decks(decks).items():
         new, pressure = (run.thermo()[name][0] for name in ("f_bonds[3]", "Press"))
         assert new == (0 if squeeze == 1.0 else N * SHELLS[1.0] / 2), offset
-        assert squeeze < 1.0 or pressure == pytest.approx(lattice_gas(), rel=1e-6), offset
-
-
-def lattice_gas():
-    """Pressure of the motion alone: no pair adds to it."""
-    mass = 2700.0 * np.pi / 6.0 * DIAMETER**3
-    speed = 3.0 * np.sin(1.1 * np.arange(1, N + 1))
-    return float(np.sum(mass * speed**2)) / (3.0 * (CELLS * DIAMETER) ** 3)
+        assert squeeze < 1.0 or pressure == pytest.approx(gas, rel=1e-6), offset

@@ -273,16 +273,11 @@ say("recorded", tell("run 0"), bonds())
     assert "recorded ok 1.0" in said, said
 
 
-def test_broken_bonds_count_when_their_atoms_have_gone(lmp):
+def test_broken_bonds_count_when_their_atoms_have_gone(lmp, tmp_path):
     """Three spheres in a row: the first one tears off and is lost, then the second is deleted. One bond broke, one more does not act."""
-    start = head(boundary="f f f", skin=0.002, start="""region box block -0.03 0.1 -0.1 0.1 -0.1 0.1
-create_box 1 box
-create_atoms 1 single 0 0 0
-create_atoms 1 single 0.01 0 0
-create_atoms 1 single 0.02 0 0
-set group all diameter 0.01 density 2700""")
+    write_data(tmp_path / "body.data", np.array([[0.0, 0, 0], [0.01, 0, 0], [0.02, 0, 0]]), [0.005] * 3, [[-0.03, 0.1], [-0.1, 0.1], [-0.1, 0.1]])
     counts = thermo("atoms f_bonds f_bonds[1] f_bonds[5]") + "thermo_modify lost ignore\n"
-    text = start + pair(contact="none break 0.01") + """fix move all nve
+    text = head(skin=0.002) + pair(contact="none break 0.01") + """fix move all nve
 timestep 1e-6
 group first id 1
 velocity first set -100 0 0
