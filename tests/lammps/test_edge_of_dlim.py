@@ -78,28 +78,6 @@ def test_a_lattice_has_whole_shells(lmp_decks, tmp_path, ranks, newton):
             assert squeezed == pytest.approx(squeezed_pressure(bonds), rel=1e-4)
 
 
-def test_a_row_of_spheres_that_is_moved_and_turned(lmp, tmp_path):
-    """Rigid motions and a squeeze of 1e-8: no bond is lost, no pair is new, and the force is that of the squeeze."""
-    count, alpha = 23, 3.0
-    places = np.stack([DIAMETER * np.arange(count) + 0.0311, np.full(count, 0.0123), np.full(count, -0.017)], axis=1)
-    write_data(tmp_path / "body.data", places, np.full(count, 0.5 * DIAMETER), [[-2, 2]] * 3)
-    text = head() + f"pair_style evp/lj contact literal\npair_coeff * * {row(alpha)}\nfix bonds all evp/bonds\nfix move all nve\n"
-    text += thermo("fmax f_bonds f_bonds[1] f_bonds[2] f_bonds[3]") + """run 0
-displace_atoms all move 0.7777 -0.3331 0.1
-run 0
-displace_atoms all rotate 0.8 -0.3 0.1 1 2 3 37
-run 0
-displace_atoms all rotate 0 0 0 1 -1 0 61
-run 0
-"""
-    run = lmp(text, ranks=3).ok()
-    for block in range(4):
-        table = run.thermo(block)
-        assert table["f_bonds"][0] == 3 * count - 6
-        assert table["f_bonds[1]"][0] == table["f_bonds[2]"][0] == table["f_bonds[3]"][0] == 0
-        assert table["Fmax"][0] < 1e-6 * 8 * 4 * 60 * 0.005 / DIAMETER
-
-
 def test_both_atoms_keep_the_same_bits(lmp, tmp_path):
     """A body of round-off only in a tilted periodic box on 4 ranks: written from the side of the lower ID, and from the other
     one after the IDs have changed sides; deq of both is the same to the last bit."""
