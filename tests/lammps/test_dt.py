@@ -50,8 +50,7 @@ def test_reference_specimen(lmp, reference, gamma, published):
 
 def test_atoms_outside_the_group_are_held(lmp_decks, reference):
     """Pairs between held atoms leave all limits. Control: the three groups have different limits."""
-    sides = {"free": (reference.x[:, 0] >= 0.005) & (reference.x[:, 0] <= 0.045),
-             "all": np.ones(500, dtype=bool), "left": reference.x[:, 0] <= 0.005}
+    sides = {"free": (reference.x[:, 0] >= 0.005) & (reference.x[:, 0] <= 0.045), "all": np.ones(500, dtype=bool), "left": reference.x[:, 0] <= 0.005}
     expected = {name: limits(reference, reference.x, 300.0, "literal", mask) for name, mask in sides.items()}
     assert len({round(1e12 * each["dt_elastic"]) for each in expected.values()}) == 3
     runs = lmp_decks({group: deck(300, "literal", group=group) + "run 0\n" for group in expected}, 2)

@@ -35,10 +35,7 @@ QUIET = {
     "set-up of a run that does not start": "thermo_style custom step pe\nrun 0\nreset_timestep 0\nrun 0 post no\n",
     "no forces": "neighbor 0.001 bin\nrun 0\n",
 }
-MOVING = {
-    "a step": NOTHING + "run 1\n",
-    "minimization to its tolerance": "min_style cg\nmin_modify dmax 1e-4\nminimize 0 1e6 1000 10000\n",
-}
+MOVING = {"a step": NOTHING + "run 1\n", "minimization to its tolerance": "min_style cg\nmin_modify dmax 1e-4\nminimize 0 1e6 1000 10000\n"}
 
 
 def before_and_after(run):

@@ -184,8 +184,7 @@ dump_modify all format float %.17g
 """ + thermo("pe") + "run 0\n"
 
 
-@pytest.mark.parametrize("ranks, newton, contact, gamma",
-                         [(1, "on", "none", 0), (2, "off", "repulsive", 1000), (4, "on", "literal", 1000)])
+@pytest.mark.parametrize("ranks, newton, contact, gamma", [(1, "on", "none", 0), (2, "off", "repulsive", 1000), (4, "on", "literal", 1000)])
 def test_pair_local_adds_up(lmp, tmp_path, pulled_body, ranks, newton, contact, gamma):
     """Each pair stands there once, energies and forces of the pairs add up to those of the run; deq, strain and regime: test_analysis.py."""
     body = pulled_body._replace(x=scattered(pulled_body.x, pulled_body.bonds, pulled_body.radius))

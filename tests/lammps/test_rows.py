@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from evp import law
 from hostile import refused
-from small_bodies import (ANOTHER_ORDER, MOVE, ROUND_OFF, SPACING, STIR, assert_same_curve, dump, head, lattice_body,
-                          record, thermo, words, write_body)
+from small_bodies import (ANOTHER_ORDER, MOVE, ROUND_OFF, SPACING, STIR, assert_same_curve, dump, head, lattice_body, record, thermo, words, write_body)
 
 ONE = law.TABLE1._replace(gamma=50.0)
 TWO = law.TABLE1._replace(e1=60.0, e2=5.0, gamma=20.0)
@@ -127,8 +126,7 @@ min_style cg
 min_modify dmax 1e-5
 minimize 1e-8 0 20 100
 """
-    runs = lmp_decks({name: head("off") + coeffs(rows) + rest
-                      for name, rows in {"given": given, "by hand": by_hand}.items()}, ranks=2)
+    runs = lmp_decks({name: head("off") + coeffs(rows) + rest for name, rows in {"given": given, "by hand": by_hand}.items()}, ranks=2)
     same_forces(runs["given"], runs["by hand"], ANOTHER_ORDER)
     first = [vectors(runs[name].dump("all.dump")[0]) for name in ("given", "by hand")]
     assert np.abs(first[0] - first[1]).max() <= ROUND_OFF * np.abs(first[1]).max()
@@ -180,8 +178,7 @@ def test_restart(lmp, bar, tmp_path, two_types):
     last = [run.dump("all.dump")[-1] for run in (whole, again)]
     assert np.abs(vectors(last[0]) - vectors(last[1])).max() <= ANOTHER_ORDER * np.abs(vectors(last[0])).max()
     # control: measured anew it would be another
-    anew = lmp(head(start="read_restart half.restart") + "pair_style none\n" + coeffs(two_types[0])
-               + "fix other all evp/bonds\nfix move all nve\nrun 0\n").ok()
+    anew = lmp(head(start="read_restart half.restart") + "pair_style none\n" + coeffs(two_types[0]) + "fix other all evp/bonds\nfix move all nve\nrun 0\n").ok()
     assert scaling_lines(anew) != scaling_lines(whole)
 
 
@@ -255,8 +252,7 @@ def test_a_row_of_a_file(lmp, bar, tmp_path):
     (tmp_path / "p.evp").write_text(f"# UNITS: si\nmetal {said(ONE, METAL)} density 2700\n".replace("80 8", "79.999999999999986 8"), encoding="utf-8")
     run = lmp(head() + coeffs({"* *": "p.evp:metal"}) + BONDS + "fix move all nve\nrun 0\nwrite_data both.data pair ij\n", ranks=2).ok()
     assert len(scaling_lines(run)) == 3
-    assert "1 2 79.99999999999999 8 4 3 8 4 0.005 50 1.5 spacing 0.009 coordination 12 kv 700 density 2700\n" in (
-        tmp_path / "both.data").read_text(encoding="utf-8")
+    assert "1 2 79.99999999999999 8 4 3 8 4 0.005 50 1.5 spacing 0.009 coordination 12 kv 700 density 2700\n" in (tmp_path / "both.data").read_text(encoding="utf-8")
 
 
 # ---- types without bonds of their own: atoms among those of another type, types that are set later

@@ -183,8 +183,7 @@ def test_strains_are_there_at_any_time(lmp, small, ranks):
                               for snapshot in (run.dump(f"{name}.dump")[-1] for name in ("before", "after", "changed")))
     assert before == dict.fromkeys(range(1, len(small.x) + 1), 0.0)
     assert min(map(abs, after.values())) > 0.0, "control"
-    assert changed == {**{number: after[number] for number in after if number not in (1, 5, 20)},
-                       **dict.fromkeys(range(len(small.x) + 1, len(small.x) + 4), 0.0)}
+    assert changed == {**{number: after[number] for number in after if number not in (1, 5, 20)}, **dict.fromkeys(range(len(small.x) + 1, len(small.x) + 4), 0.0)}
     last = run.dump("touching.dump")[-1]
     assert list(last["id"][-3:]) == [37, 38, 39] and np.all(last["f_volume"][-3:] == 0.0) and np.any(last["fx"][-3:] != 0.0)
 
@@ -212,8 +211,7 @@ def test_pairs_of_two_bodies_do_not_count(lmp, tmp_path):
     assert np.abs(theta).max() < 1e-12, "rigid bodies"
 
 
-@pytest.mark.parametrize("style, more, atoms", [
-    (pair(contact="none", fix="fix bonds all evp/bonds within type\n"), fix(), "all"), (HYBRID, "", "some")])
+@pytest.mark.parametrize("style, more, atoms", [(pair(contact="none", fix="fix bonds all evp/bonds within type\n"), fix(), "all"), (HYBRID, "", "some")])
 def test_types_that_change_after_the_recording(lmp, tmp_path, style, more, atoms):
     """Bonds remain in a body at rest, whatever its types are; those of a pair that another style has now are left out. No atom feels it."""
     body = lattice_body((4, 3, 3))
