@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 from evp import law
-from small_bodies import STIR, words
+from small_bodies import STIR, pair
 
 ROW = law.TABLE1._replace(xi_s=0.004)
 KV = 500.0
@@ -27,14 +27,9 @@ class Pairs(NamedTuple):
         return [key for key, broken in self.broken.items() if broken == kind]
 
 
-def rules(contact="repulsive", broken=BREAK, plasticity="isotropic"):
-    return f"contact {contact} plasticity {plasticity}" + (f" break {broken}" if broken else "")
-
-
 def flowing_pair(contact="repulsive", broken=BREAK, row=ROW, kv=KV, fix=BONDS, plasticity="isotropic"):
     """Pair style, bonds and volume energy."""
-    text = f"pair_style evp/lj {rules(contact, broken, plasticity)}\npair_coeff * * {words(row)}\n{fix}\n"
-    return text + (f"fix volume all evp/volume {kv}\n" if kv else "")
+    return pair(row, f"{contact} plasticity {plasticity} break {broken or 'none'}", fix) + (f"fix volume all evp/volume {kv}\n" if kv else "")
 
 
 # to and fro: far beyond yield both ways within some hundred steps

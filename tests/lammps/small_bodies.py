@@ -207,11 +207,3 @@ def assert_same_curve(rows, others, tolerance=ANOTHER_ORDER):
     for name, values in others.items():
         allowed = tolerance * np.abs(values).max()
         assert np.all(np.abs(rows[name] - values[-len(rows[name]):]) <= allowed), name
-
-
-def assert_eventful(table):
-    """The control of a comparison: the thermo table ends with bonds in both regimes, bonds lost and new pairs."""
-    bonds, beyond, second, new = (table[name][-1] for name in ("f_bonds", "f_bonds[1]", "f_bonds[2]", "f_bonds[3]"))
-    assert 20 < second < bonds - beyond - 20
-    assert beyond > 0
-    assert new > 0

@@ -38,38 +38,53 @@ def shown(run, word):
 
 @pytest.mark.parametrize("box, ranks, newton, more", [
     ("open", 1, "on", ""), ("periodic", 4, "on", "comm_modify vel no\n"), ("tilted", 2, "on", "neigh_modify check no\n"), ("periodic", 2, "off", "comm_style tiled\n")])
-def test_counts_are_of_the_present_positions(lmp, tmp_path, box, ranks, newton, more):
-    """Moved by set, within half the skin; truth: the same after a run 0."""
+def test_what_is_asked_is_of_the_present_positions(lmp, tmp_path, box, ranks, newton, more):
+    """Moved by set, within half the skin: counts, state and timesteps, with a volume energy too; truth: the same after a run 0."""
     write(tmp_path, box)
-    text = deck(box, newton, more=more) + f"print 'BEFORE {COUNTS}'\n" + NUDGE + f"print 'MOVED {COUNTS}'\n"
-    run = lmp(text + f"run 0\nprint 'TRUTH {COUNTS}'\n", ranks=ranks).ok()
+    ask = f"print '{{0}} {COUNTS} $(c_dt:%.15g) $(c_dt[1]:%.15g) $(c_dt[5]:%.15g)'\nwrite_dump all custom {{0}}.dump id c_state[*] modify sort id format float %.17g\n"
+    text = deck(box, newton, more=more, start="fix volume all evp/volume 500\ncompute state all evp/state/atom\ncompute dt all evp/dt\n" + RUN0)
+    run = lmp(text + f"print 'BEFORE {COUNTS}'\n" + NUDGE + ask.format("MOVED") + "run 0\n" + ask.format("TRUTH"), ranks=ranks).ok()
     before, moved, truth = (shown(run, word) for word in ("BEFORE", "MOVED", "TRUTH"))
-    assert np.all(moved[:3] == truth[:3]) and moved[3] == pytest.approx(truth[3], rel=1e-12)
+    assert np.all(moved[:3] == truth[:3]) and moved[3:] == pytest.approx(truth[3:], rel=1e-12, abs=0.0)
     assert np.all(moved[:3] > before[:3]), "control: bonds are lost, others yield, and there are new pairs"
-
-
-def test_state_and_step_are_of_the_present_positions(lmp, tmp_path):
-    write(tmp_path, "periodic")
-    ask = "write_dump all custom {0}.dump id c_state[*] modify sort id format float %.17g\nprint '{0} $(c_dt:%.15g)'\n"
-    text = deck("periodic", start="compute state all evp/state/atom\ncompute dt all evp/dt\n" + RUN0) + NUDGE
-    run = lmp(text + ask.format("MOVED") + "run 0\n" + ask.format("TRUTH"), ranks=2).ok()
     moved, truth = (run.dump(f"{name}.dump")[0] for name in ("MOVED", "TRUTH"))
-    for k in range(1, 5):
-        assert np.all(moved[f"c_state[{k}]"] == truth[f"c_state[{k}]"])
+    assert all(np.all(moved[f"c_state[{k}]"] == truth[f"c_state[{k}]"]) for k in range(1, 5))
     assert moved["c_state[2]"].max() > 0.1 and moved["c_state[4]"].max() > 0, "control: they are not those of rest"
-    assert shown(run, "MOVED")[0] == pytest.approx(shown(run, "TRUTH")[0], rel=1e-12)
 
 
 UNKNOWN = """
+import numpy
 program = start("-screen", "none")
 scene = open("in.scene").read()
+
+def refused(k, *change):
+    said = complaint(program.extract_fix, "bonds", 0, 1, k)
+    assert f"f_bonds[{k + 1}] needs the pairs of the current atoms: use 'run 0'" in said, (change, said)
+    program.command("run 0")
+    program.extract_fix("bonds", 0, 1, k)
+    print("an error:", *change)
+
 for change in CHANGES:
     tell(program, f"clear\\nplugin load {plugin}\\n" + scene + change)
-    said = complaint(program.extract_fix, "bonds", 0, 1, 2)
-    assert "Fix bonds evp/bonds: f_bonds[3] needs the pairs of the current atoms: use 'run 0'" in said, (change, said)
-    program.command("run 0")
-    program.extract_fix("bonds", 0, 1, 2)
-    print("an error:", change)
+    refused(2, change)
+
+def counts():
+    return [program.extract_fix("bonds", 0, 1, k) for k in range(4)]
+
+def scatter(by):
+    places = program.gather_atoms("x", 1, 3)
+    numbers = numpy.ctypeslib.as_array(places)
+    numbers += by * numpy.sin(1.7 * numpy.arange(len(numbers)))
+    program.scatter_atoms("x", 1, 3, places)
+
+tell(program, f"clear\\nplugin load {plugin}\\n" + scene + "run 0")
+before = counts()
+scatter(STEP)
+after = counts()
+program.command("run 0")
+assert after == counts() != before
+scatter(20 * STEP)
+refused(0, "scattered")
 program.finalize()
 """
 CHANGES = ["", FAR.format("group all"), "set atom 7 z 0.0301\n", "displace_atoms all move 0.0005 0 0\n", "change_box all z delta 0 0.0002\n",
@@ -78,17 +93,18 @@ CHANGES = ["", FAR.format("group all"), "set atom 7 z 0.0301\n", "displace_atoms
            "unfix bonds\nfix bonds all evp/bonds\n"]
 
 
-def test_what_is_not_known_is_an_error(tmp_path):
-    """Before the first run, and where the lists are those of other positions, atoms, radii, types or laws; a run 0 mends each."""
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_what_is_not_known_is_an_error(tmp_path, ranks):
+    """Before the first run, and where the lists are those of other positions, atoms, radii, types or laws; a run 0 mends each. scatter_atoms writes own
+    atoms and one copy of each: near enough, counts are those of the new places. Python shows the first 99 characters of an error, which name the remedy."""
     write(tmp_path, "periodic")
     (tmp_path / "in.scene").write_text(deck("periodic", start="set atom 5 type 1\n"), encoding="utf-8")
     changes = [text and RUN0 + text for text in CHANGES]
-    run = run_python(UNKNOWN.replace("CHANGES", repr(changes)), 2, tmp_path).ok()
-    assert run.stdout.count("an error:") == 2 * len(CHANGES)
+    run = run_python(UNKNOWN.replace("CHANGES", repr(changes)).replace("STEP", str(0.28 * SKIN)), ranks, tmp_path).ok()
+    assert run.stdout.count("an error:") == ranks * (1 + len(CHANGES))
 
 
-@pytest.mark.parametrize("check", ["yes", "no"])
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks, check", [(1, "yes"), (2, "no")])
 def test_a_single_atom_that_moved_too_far_is_found(lmp, tmp_path, ranks, check):
     """In an open box of one rank there are no ghosts that could tell; the atom is on one rank of two."""
     write(tmp_path, "open")
@@ -96,48 +112,6 @@ def test_a_single_atom_that_moved_too_far_is_found(lmp, tmp_path, ranks, check):
     near = far.replace("y+", "y+0.9*").replace("far", "near")
     run = lmp(deck(more=f"neigh_modify check {check}\n") + near + ask + far + ask, ranks=ranks)
     assert "needs the pairs of the current atoms" in error_of(run) and run.stdout.count("\nlost ") == 1
-
-
-SCATTER = """
-import numpy
-program = start("-screen", "none")
-tell(program, f"plugin load {plugin}")
-tell(program, open("in.scene").read())
-
-def counts():
-    return [program.extract_fix("bonds", 0, 1, k) for k in range(4)]
-
-def moved(by):
-    places = program.gather_atoms("x", 1, 3)
-    numbers = numpy.ctypeslib.as_array(places)
-    n = numpy.arange(len(numbers))
-    numbers += by * numpy.sin(1.7 * n)
-    program.scatter_atoms("x", 1, 3, places)
-
-before = counts()
-moved(STEP)
-after = counts()
-program.command("run 0")
-truth = counts()
-assert after == truth != before, (before, after, truth)
-
-moved(20 * STEP)
-said = complaint(counts)
-assert "f_bonds[1] needs the pairs of the current atoms: use 'run 0'" in said, said
-program.command("run 0")
-assert counts() != truth
-print("as it should be")
-program.finalize()
-"""
-
-
-@pytest.mark.parametrize("ranks", [1, 2])
-def test_a_program_that_scatters_atoms(tmp_path, ranks):
-    """scatter_atoms writes own atoms and one copy of each; Python shows the first 99 characters of an error, which name the remedy."""
-    write(tmp_path, "periodic")
-    (tmp_path / "in.scene").write_text(deck("periodic"), encoding="utf-8")
-    run = run_python(SCATTER.replace("STEP", str(0.28 * SKIN)), ranks, tmp_path).ok()
-    assert run.stdout.count("as it should be") == ranks
 
 
 BROKEN_OFF = """

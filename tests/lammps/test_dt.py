@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from common_bodies import REFERENCE
 from oracle import brute, law, network
-from lammps_run import write_state
-from small_bodies import grips, head, mass_of, pair, thermo, words, write_two
+from small_bodies import grips, head, mass_of, pair, thermo, write_two
 
 # Lanczos stops at 1e-4 of an eigenvalue, which is 0.5e-4 of an elastic step and 1e-4 of a viscous one; the explicit
 # step iterates to 1e-3 of its eigenvalue, hence to at most 1e-3 of itself.
@@ -51,8 +50,7 @@ def test_reference_specimen(lmp, reference, gamma, published):
 
 def test_atoms_outside_the_group_are_held(lmp_decks, reference):
     """Pairs between held atoms leave all limits. Control: the three groups have different limits."""
-    sides = {"free": (reference.x[:, 0] >= 0.005) & (reference.x[:, 0] <= 0.045),
-             "all": np.ones(500, dtype=bool), "left": reference.x[:, 0] <= 0.005}
+    sides = {"free": (reference.x[:, 0] >= 0.005) & (reference.x[:, 0] <= 0.045), "all": np.ones(500, dtype=bool), "left": reference.x[:, 0] <= 0.005}
     expected = {name: limits(reference, reference.x, 300.0, "literal", mask) for name, mask in sides.items()}
     assert len({round(1e12 * each["dt_elastic"]) for each in expected.values()}) == 3
     runs = lmp_decks({group: deck(300, "literal", group=group) + "run 0\n" for group in expected}, 2)
@@ -73,34 +71,17 @@ def test_a_stiffer_second_regime_limits_the_step_before_it_is_reached(lmp_decks,
         decks[strain, gamma] = (text + thermo("c_dt c_dt[*]") + f"run 0\ndisplace_atoms all ramp x {-shift:.17g} {shift:.17g} "
                                 f"x {-0.5 * deq} {0.5 * deq} units box\nrun 0\n")
     for (strain, gamma), run in lmp_decks(decks).items():
-        check_two(run.thermo(), strain, gamma, deq)
-
-
-def check_two(table, strain, gamma, deq):
-    mass, row = mass_of(0.005), STIFFENING._replace(gamma=gamma)
-    d = deq * (1.0 + strain)
-    k = max(row.m2 * row.n2 * row.e2 / deq**2, float(law.stiffness(d, deq, row)))
-    tension = max(0.0, -float(law.force(d, deq, row)) / d)
-    assert (k > 1.1 * row.m2 * row.n2 * row.e2 / deq**2) == (strain == -0.02), "control: it stiffens under compression"
-    stiff, viscous, a = 2.0 * k / mass, 2.0 * gamma / mass, gamma / k
-    assert table["c_dt[1]"][0] == pytest.approx(2.0 / np.sqrt(stiff), rel=SETTLED)
-    assert table["c_dt[2]"][0] == pytest.approx(float(network.stable_step(stiff, viscous)), rel=ITERATED)
-    if tension == 0.0:
-        assert table["c_dt[3]"][0] == pytest.approx(a + np.sqrt(a * a + 4.0 / stiff), rel=SETTLED)
-    assert table["c_dt[4]"][0] == pytest.approx(np.sqrt(mass / law.largest_stiffness(0.01, row)), rel=SUMMED)
-    assert table["c_dt[5]"][0] <= table["c_dt[2]"][0] * (1.0 + ITERATED)
-
-
-def test_a_stiffer_second_regime_in_a_deformed_body(lmp, tmp_path, reference, pulled_body):
-    """Bonds of both regimes against the assembled matrices."""
-    write_state(tmp_path / "state.dump", pulled_body.x, 0 * pulled_body.v, pulled_body.box)
-    row = STIFFENING._replace(gamma=30.0)
-    text = deck(30, "none", "off", "all").replace("c_dt c_dt[*]", "").replace(words(law.TABLE1._replace(gamma=30)), words(row))
-    text += "run 0\nread_dump state.dump 0 x y z vx vy vz box no replace yes\n" + thermo("c_dt c_dt[*]") + "run 0\n"
-    bonds = brute.record_bonds(reference.x, reference.radius, 1.5)
-    mass = mass_of(reference.radius)
-    expected = network.step_limits(pulled_body.x, reference.radius, mass, row, bonds, "none", np.ones(500, dtype=bool))
-    agree(lmp(text, ranks=2).ok().thermo(1), expected)
+        table, mass, row, d = run.thermo(), mass_of(0.005), STIFFENING._replace(gamma=gamma), deq * (1.0 + strain)
+        k = max(row.m2 * row.n2 * row.e2 / deq**2, float(law.stiffness(d, deq, row)))
+        tension = max(0.0, -float(law.force(d, deq, row)) / d)
+        assert (k > 1.1 * row.m2 * row.n2 * row.e2 / deq**2) == (strain == -0.02), "control: it stiffens under compression"
+        stiff, viscous, a = 2.0 * k / mass, 2.0 * gamma / mass, gamma / k
+        assert table["c_dt[1]"][0] == pytest.approx(2.0 / np.sqrt(stiff), rel=SETTLED)
+        assert table["c_dt[2]"][0] == pytest.approx(float(network.stable_step(stiff, viscous)), rel=ITERATED)
+        if tension == 0.0:
+            assert table["c_dt[3]"][0] == pytest.approx(a + np.sqrt(a * a + 4.0 / stiff), rel=SETTLED)
+        assert table["c_dt[4]"][0] == pytest.approx(np.sqrt(mass / law.largest_stiffness(0.01, row)), rel=SUMMED)
+        assert table["c_dt[5]"][0] <= table["c_dt[2]"][0] * (1.0 + ITERATED)
 
 
 @pytest.mark.parametrize("ranks", [1, 2])

@@ -16,7 +16,7 @@ CLOSED = 1e-11  # sums over some hundred atoms and steps of terms that are round
 
 
 def style(row, contact, plasticity="isotropic", breaks="none", fix="fix bonds all evp/bonds"):
-    return pair(row, contact, fix).replace(f"contact {contact}", f"contact {contact} plasticity {plasticity} break {breaks}")
+    return pair(row, f"{contact} plasticity {plasticity} break {breaks}", fix)
 
 
 def ledger(every):
@@ -73,7 +73,7 @@ def test_a_bond_recorded_next_to_its_cut_off(lmp, tmp_path, breaks, builds):
     back with that. builds: only where they are due, or at each step."""
     deq, low = 0.01499, 0.0145
     pairs = style(ROW, "none", breaks=breaks) + f"neigh_modify every 1 delay 0 check {builds}\n"
-    pressed, out, back = moved(lmp, tmp_path, pairs, (low - deq, 0.0151 - low, -0.0002), 20000, gap=deq)
+    pressed, out, back = moved(lmp, tmp_path, pairs, (low - deq, 0.0151 - low, -0.0002), 4000, gap=deq)
     left = flow.return_map(DLIM, deq, ROW, *flow.return_map(low, deq, ROW, 0.0, 0.0))
     depth = float(flow.stored(DLIM, deq, ROW, left[0]))
     assert depth > 2.0 * law.energy(DLIM, deq, ROW, deq), "control"
@@ -109,7 +109,7 @@ def test_volume_energy_of_a_tear(lmp, tmp_path, breaks):
     a gap holds what the tear took."""
     kv, cavitation = 50.0, 0.15
     fix = f"fix bonds all evp/bonds\nfix volume all evp/volume {kv}"
-    out, back = moved(lmp, tmp_path, style(ROW, "none", "none", breaks, fix), (1.2 * (DLIM - DEQ), -1.1 * (DLIM - DEQ)), 20000, 2)
+    out, back = moved(lmp, tmp_path, style(ROW, "none", "none", breaks, fix), (1.2 * (DLIM - DEQ), -1.1 * (DLIM - DEQ)), 5000, 2)
     t0 = 1.0 - DEQ / DLIM
     for k in (2, 4, 10, 40, 84, 100):
         found, d = energies(out, k), DEQ + 1.2 * (DLIM - DEQ) * k / 100
@@ -165,7 +165,7 @@ EARLY = {"evaporate": "region all block INF INF INF INF INF INF\nfix early all e
          "balance": "fix early all balance 10 1.0 shift x 10 1.01\n"}
 
 
-@pytest.mark.parametrize("early, breaks, plasticity", [("evaporate", "none", "isotropic"), ("balance", "none", "isotropic"), ("evaporate", "0.1", "none")])
+@pytest.mark.parametrize("early, breaks, plasticity", [("evaporate", "none", "isotropic"), ("balance", "none", "isotropic"), ("evaporate", "0.1", "none"), ("evaporate", "none", "none")])
 def test_a_fix_that_changes_atoms_may_come_before_it(lmp_decks, tmp_path, body, early, breaks, plasticity):
     write_body(tmp_path / "body.data", body)
     fix = "fix bonds all evp/bonds zone 1.1"
@@ -175,12 +175,6 @@ def test_a_fix_that_changes_atoms_may_come_before_it(lmp_decks, tmp_path, body, 
     for name in before:
         assert list(before[name]) == list(after[name]), name
     assert np.all(np.isfinite(before["f_energy"]))
-
-
-def test_any_order_where_nothing_flows(lmp, tmp_path, body):
-    write_body(tmp_path / "body.data", body)
-    text = head() + pair(ROW) + STIR + "fix move all nve\n" + EARLY["evaporate"] + ledger(30)
-    lmp(text + "timestep 1e-7\nrun 60\n", ranks=2).ok()
 
 
 # ---- bodies that fly apart ----
@@ -223,24 +217,23 @@ def test_plastic_never_falls_in_any_step(lmp, tmp_path, body, gamma, style_name)
 
 # ---- loops of a specimen ----
 
-@pytest.mark.parametrize("choices", [{"rate": 10, "dtfraction": 0.8}, {"rate": 1, "coeff": "80 8 4 3 8 4 0.005 1000 1.5", "integrator": "implicit"}],
-                         ids=["gamma_0", "gamma_1000"])
-def test_loop_area_is_what_is_dissipated(tmp_path, choices):
-    """Three loops between -1 and 1 %: the work of the grips is what flow and gamma dissipate, what is stored more and what ended, within 0.5 %."""
+def test_loop_area_is_what_is_dissipated(tmp_path):
+    """Between -1 and 1 %: the work of the grips is what flow and gamma dissipate (gamma a tenth of it), what is stored more and what ended, within 0.5 %."""
     names = {"plastic": 9, "viscous": 6, "stored": 2, "ended": 11}
     ledger_lines = (
         "fix energy all evp/energy\nvariable open equal f_energy\n" + "".join(f"variable entry_{name} equal f_energy[{k}]\n" for name, k in names.items())
         + 'fix work all print ${every} "$(v_strain_now:%.9g),' + "".join(f"$(v_entry_{name}:%.12g)," for name in names) + '$(v_open:%.12g)" '
         + f"file work.csv screen no title strain,{','.join(names)},open\n")
-    more = {"specimen": REFERENCE, "contact": "none", "plasticity": "isotropic", "strain": 0.01, "lower": -0.01, "cycles": 4}
-    run_lammps(edited_deck("in.cyclic", tmp_path, "label           leg\n", ledger_lines + "label leg\n"), 1, {**more, **choices, "out": "run"}, tmp_path).ok()
+    choices = {"specimen": REFERENCE, "contact": "none", "plasticity": "isotropic", "coeff": "80 8 4 3 8 4 0.005 1000 1.5", "integrator": "implicit",
+               "rate": 10, "strain": 0.01, "lower": -0.01, "cycles": 2, "out": "run"}
+    run_lammps(edited_deck("in.cyclic", tmp_path, "label           leg\n", ledger_lines + "label leg\n"), 1, choices, tmp_path).ok()
     curve, work = curves.read_curve(tmp_path / "run.csv"), read_csv(tmp_path / "work.csv")
     once = np.append(True, np.diff(work["strain"]) != 0.0)  # fix print writes a turn twice
     turns = curves.turns(work["strain"][once])[::2]
     parts = {name: np.diff(work[name][once][turns]) for name in names}
     areas = np.array(curves.loop_areas(curve.strain, curve.grip)) * np.pi * 0.02**2 * 0.04
-    assert len(areas) == len(parts["plastic"]) == 3
+    assert len(areas) == len(parts["plastic"]) == 1
     assert areas == pytest.approx(sum(parts.values()), rel=5e-3)
-    assert np.all(parts["viscous"] < 0.05 * parts["plastic"]) and np.all(np.diff(work["plastic"]) >= 0.0)
+    assert parts["viscous"] == pytest.approx(0.1 * parts["plastic"], rel=0.2) and np.all(np.diff(work["plastic"]) >= 0.0)
     assert np.all(parts["plastic"] > 0.8 * areas), "control"
     assert np.abs(work["open"]).max() < 1e-3 * work["plastic"][-1]

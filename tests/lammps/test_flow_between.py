@@ -6,33 +6,26 @@ import itertools
 import numpy as np
 import pytest
 from oracle import flow, law
+from small_bodies import grips, head, pair, thermo
 
-TWO = """
-units si
-atom_style sphere
-atom_modify map yes
-newton {newton}
-boundary f f f
-region box block -0.01 0.03 -0.01 0.01 -0.01 0.01
-create_box 1 box
-create_atoms 1 single 0 0 0
-create_atoms 1 single 0.002 0 0
-set group all diameter 0.002 density 2700
-neighbor 0.0001 bin
-neigh_modify delay 0 every 1 check yes
-comm_modify cutoff {ghosts}
-timestep 1e-8
-group one id 1
-group two id 2
-pair_style evp/lj contact repulsive break 0.02
-pair_coeff * * 80 8 4 3 8 4 0.005 0 1.5
-fix b all evp/bonds
-thermo_style custom step pe f_b[1] f_b[5]
-thermo_modify norm no
-"""
-PULL = """
-fix hold one setforce 0 0 0
-fix pull two spring tether 3e9 {away} 0 0 0
+ways = pytest.mark.parametrize("newton, ranks", [("on", 1), ("off", 2)])
+
+
+def spheres(newton, skin, rules, places=("0 0 0", "0.01 0 0"), box="-0.1 0.1 -0.1 0.1 -0.1 0.1", size=0.01, ghosts=0.1, coeff="3 8 4 0.005 0 1.5",
+            create="create_box 2 box", style="sphere", sub="", fixes="fix bonds all evp/bonds\n"):
+    """Up to the bonds of spheres 1, 2, ... in a box."""
+    start = f"region box block {box}\n{create}\n" + "".join(f"create_atoms 1 single {at}\n" for at in places)
+    return (head(newton, start=f"{start}set group all diameter {size} density 2700", skin=skin, style=style)
+            + f"comm_modify cutoff {ghosts}\npair_style {'hybrid ' * bool(sub)}evp/lj {rules}\npair_coeff * * {sub} 80 8 4 {coeff}\n{fixes}")
+
+
+# in one step, and in a minimization that rebuilds the lists on the way: the neighbor list is 0.0031 wide
+WAYS = {
+    "moved": "fix n all nve\nrun 1\ndisplace_atoms two move 0.006 0 0\nrun 2\n",
+    "moved where there are no ghosts": "fix n all nve\nrun 1\ndisplace_atoms two move 0.02 0 0\nrun 2\n",
+    "fast": "fix n all nve\nrun 1\nvelocity two set 6e5 0 0\nneigh_modify check no\nrun 3\nvelocity two set 0 0 0\n",
+    "minimized": """fix hold one setforce 0 0 0
+fix pull two spring tether 3e9 0.008 0 0 0
 fix_modify pull energy yes
 min_style cg
 min_modify dmax 0.0002
@@ -40,42 +33,42 @@ minimize 0 1e-3 1000 10000
 unfix pull
 unfix hold
 fix n all nve
-"""
-# in one step, and in a minimization that rebuilds the lists on the way: the neighbor list is 0.0031 wide
-WAYS = {
-    "moved": "fix n all nve\nrun 1\ndisplace_atoms two move 0.006 0 0\nrun 2\n",
-    "moved where there are no ghosts": "fix n all nve\nrun 1\ndisplace_atoms two move 0.02 0 0\nrun 2\n",
-    "fast": "fix n all nve\nrun 1\nvelocity two set 6e5 0 0\nneigh_modify check no\nrun 3\nvelocity two set 0 0 0\n",
-    "minimized": PULL.format(away=0.008),
+""",
 }
 
 
-def two(newton, name):
-    return TWO.format(newton=newton, ghosts=0.004 if "ghosts" in name else 0.03) + WAYS[name]
+def two(newton, rules="contact repulsive break 0.02", ghosts=0.03, skin=0.0001, **more):
+    text = spheres(newton, skin, rules, ("0 0 0", "0.002 0 0"), "-0.01 0.03 -0.01 0.01 -0.01 0.01", 0.002, ghosts, **more) + "timestep 1e-8\ngroup one id 1\ngroup two id 2\n"
+    return text + "thermo_style custom step pe f_bonds[1] f_bonds[5]\nthermo_modify norm no\n"
 
 
-@pytest.mark.parametrize("newton, ranks", [("on", 1), ("off", 2)])
+def far(newton, name, rules="contact repulsive break 0.02"):
+    return two(newton, rules, 0.004 if "ghosts" in name else 0.03) + WAYS[name]
+
+
+@ways
 def test_a_bond_that_leaves_the_list_is_broken(lmp_decks, newton, ranks):
     """And stays so: back within its cut-off the atoms only repel."""
-    runs = lmp_decks({name: two(newton, name) + """
-print "broken $(f_b[5]) beyond $(f_b[1])"
+    runs = lmp_decks({name: far(newton, name) + """
+print "broken $(f_bonds[5]) beyond $(f_bonds[1])"
 variable back atom 0.00203*(id==2)
 set group all x v_back vx 0 vy 0 vz 0
 run 2
-print "back: pe $(pe) broken $(f_b[5])"
+print "back: pe $(pe) broken $(f_bonds[5])"
 """ for name in WAYS}, ranks)
     for name, run in runs.items():
         assert "broken 1 beyond 0\n" in run.stdout and "back: pe 0 broken 1\n" in run.stdout, name
 
 
-@pytest.mark.parametrize("newton, ranks", [("on", 1), ("off", 2)])
+@ways
 @pytest.mark.parametrize("breaks", ["none", "0.02"])
 def test_a_bond_that_leaves_the_list_flows_up_to_its_cutoff(lmp_decks, newton, ranks, breaks):
     """And keeps its offset, unless it broke: back at its deq it is pressed. Without break also its work goes on from there."""
-    runs = lmp_decks({name: two(newton, name).replace("contact repulsive break 0.02", f"contact none plasticity isotropic break {breaks}") + """
+    runs = lmp_decks({name: far(newton, name, f"contact none plasticity isotropic break {breaks}") + """
 compute each all evp/state/atom plastic_work
 compute kept all reduce sum c_each[5]
 variable work equal c_kept
+thermo_style custom step pe f_bonds[1] f_bonds[5] c_kept
 run 0
 print "work $(v_work:%.17g)"
 variable back atom 0.002*(id==2)
@@ -83,7 +76,7 @@ set group all x v_back vx 0 vy 0 vz 0
 timestep 1e-12
 run 1
 print "back: work $(v_work:%.17g) fx $(fx[2]:%.17g)"
-""".replace("run 0", "thermo_style custom step pe f_b[1] f_b[5] c_kept\nrun 0") for name in WAYS}, ranks)
+""" for name in WAYS}, ranks)
     deq, cut = 0.002, 0.003 if breaks == "none" else 1.02 * 0.002
     torn = flow.step(cut, deq, law.TABLE1, 0.0, 0.0)
     flowed = float(torn.dissipated)
@@ -104,30 +97,31 @@ LEFT_OUT = {
     "no group": ("atom_modify first one\nneigh_modify include one\n", "group both id 1 2\natom_modify first both\nneigh_modify include both\n"),
     "special bonds": ("create_bonds single/bond 1 1 2 special yes\nspecial_bonds lj 0 1 1\n", "special_bonds lj 1 1 1\n"),
 }
+MOLECULAR = "create_box 1 box bond/types 1 extra/bond/per/atom 2 extra/special/per/atom 4\nspecial_bonds lj 1 1 1\nbond_style zero nocoeff\nbond_coeff *"
 
 
-@pytest.mark.parametrize("newton, ranks", [("on", 1), ("off", 2)])
+@ways
 @pytest.mark.parametrize("rules", ["break 0.02", "plasticity isotropic"])
 def test_a_bond_that_is_left_out_neither_flows_nor_breaks(lmp_decks, newton, ranks, rules):
     """Wherever its atoms go meanwhile; let in again it is what it was."""
-    start = TWO.replace("atom_style sphere", "atom_style hybrid sphere molecular").replace("break 0.02", rules).replace(
-        "create_box 1 box", "create_box 1 box bond/types 1 extra/bond/per/atom 2 extra/special/per/atom 4\nspecial_bonds lj 1 1 1\nbond_style zero nocoeff\nbond_coeff *")
-    start = start.replace("set group all", "set group all mol 1\nset group all") + "fix n all nve/noforce\nfix e all evp/energy\nrun 0\n"
-    end = "displace_atoms two move 0.00001 0 0\nthermo_style custom step pe f_e[9] f_e[11] f_b[5]\nthermo_modify norm no format float %.15g\nrun 0\n"
+    def start(ghosts):
+        text = two(newton, f"contact repulsive {rules}", ghosts, create=MOLECULAR, style="hybrid sphere molecular")
+        return text.replace("set group all", "set group all mol 1\nset group all") + "fix n all nve/noforce\nfix e all evp/energy\nrun 0\n"
+    end = "displace_atoms two move 0.00001 0 0\n" + thermo("pe f_e[9] f_e[11] f_bonds[5]") + "run 0\n"
     away = "displace_atoms two move 0.02 0 0\nrun 1\ndisplace_atoms two move -0.02 0 0\nrun 1\n"
-    decks = {(name, ghosts): start.format(newton=newton, ghosts=ghosts) + off + away + on + end for name, (off, on) in LEFT_OUT.items() for ghosts in (0.004, 0.03)
+    decks = {(name, ghosts): start(ghosts) + off + away + on + end for name, (off, on) in LEFT_OUT.items() for ghosts in (0.004, 0.03)
              if ghosts == 0.03 or name != "special bonds"}  # whose own partner must be a ghost
-    runs = lmp_decks({"never": start.format(newton=newton, ghosts=0.03) + end, **decks}, ranks)
+    runs = lmp_decks({"never": start(0.03) + end, **decks}, ranks)
     ends = {key: {name: values[-1] for name, values in run.ok().thermo(-1).items() if name != "Step"} for key, run in runs.items()}
-    assert ends["never"]["PotEng"] != 0.0 and ends["never"]["f_b[5]"] == 0.0
+    assert ends["never"]["PotEng"] != 0.0 and ends["never"]["f_bonds[5]"] == 0.0
     for key, found in ends.items():
         assert found == pytest.approx(ends["never"], rel=1e-9, abs=1e-15), key
 
 
-@pytest.mark.parametrize("newton, ranks", [("on", 1), ("off", 2)])
+@ways
 def test_a_minimization_does_not_see_the_end_of_the_list(lmp_decks, newton, ranks):
     """A spring pulls the far particle back into its bond: the potential energy has no step where the bond comes into the list."""
-    text = TWO.format(newton=newton, ghosts=0.03).replace("contact repulsive break 0.02", "contact none plasticity isotropic") + """
+    decks = {skin: two(newton, "contact none plasticity isotropic", skin=skin) + """
 fix hold one setforce 0 0 0
 fix n all nve
 run 0
@@ -140,96 +134,52 @@ min_style cg
 min_modify dmax 0.0003
 minimize 0 0.2 1000 10000
 print "end $(pe:%.17g) $(x[2]:%.17g)"
-"""
-    decks = {skin: text.replace("neighbor 0.0001 bin", f"neighbor {skin} bin") for skin in ("1e-5", "1e-3", "0.02")}
+""" for skin in ("1e-5", "1e-3", "0.02")}
     runs = list(lmp_decks(decks, ranks).values())
     assert all("Stopping criterion = force tolerance" in run.ok().stdout for run in runs)
     ends = [[float(word) for word in next(line for line in run.stdout.splitlines() if line.startswith("end ")).split()[1:]] for run in runs]
     assert ends[0][1] < 0.0025 and ends[1] == pytest.approx(ends[0], rel=1e-9) and ends[2] == pytest.approx(ends[0], rel=1e-9)
 
 
-AWAY_AND_BACK = """
-units si
-atom_style sphere
-atom_modify map yes
-newton {newton}
-boundary f f f
-region box block -0.1 0.1 -0.05 0.05 -0.05 0.05
-create_box 1 box
-create_atoms 1 single -0.005 0 0
-create_atoms 1 single 0.005 0 0
-set group all diameter 0.01 density 2700
-neighbor {skin} bin
-comm_modify cutoff 0.05
-pair_style evp/lj contact {rules}
-pair_coeff * * 80 8 4 8 8 4 0.005 0 1.5
-{fixes}
+FIXES = ("fix bonds all evp/bonds\n", "fix e all evp/energy\n")
+ADAPT = "variable none equal 0\nfix again all adapt 7 pair evp/lj gamma * * v_none"  # changes nothing, but packs the list anew
+
+
+@ways
+@pytest.mark.parametrize("rules", ["none", "none plasticity isotropic", "none plasticity isotropic break 0.05", "none break 0.05"])
+def test_the_energy_of_a_lost_bond_in_every_step(lmp_decks, newton, ranks, rules):
+    """In the step in which it breaks, in either order of the fixes; past the end of the list, wherever that is, and packed anew."""
+    decks = {}
+    for skin, adapt, order in itertools.product((0.0002, 0.003), ("", ADAPT), (1, -1)):
+        text = spheres(newton, skin, f"contact {rules}", ("-0.005 0 0", "0.005 0 0"), "-0.1 0.1 -0.05 0.05 -0.05 0.05", ghosts=0.05, coeff="8 8 4 0.005 0 1.5",
+                       fixes="".join(FIXES[::order]))
+        decks[skin, adapt, order] = text + f"""
 fix move all nve/noforce
 group left id 1
 velocity left set -10 0 0
 timestep 1e-6
 {adapt}
-thermo_style custom step pe f_e f_e[2] f_e[3] f_e[4] f_e[9] f_e[11]
-thermo_modify norm no format float %.15g
-thermo {every}
-run 800
-velocity left set 10 0 0
-run 800
+thermo {1 if "break" in rules else 5}
+{thermo("f_e f_e[4] f_e[9] f_e[11]")}run 800
 """
-FIXES = ("fix bonds all evp/bonds", "fix e all evp/energy")
-ADAPT = "variable none equal 0\nfix again all adapt 7 pair evp/lj gamma * * v_none"  # changes nothing, but packs the list anew
-
-
-@pytest.mark.parametrize("newton, ranks", [("on", 1), ("off", 2)])
-@pytest.mark.parametrize("rules", ["none", "none plasticity isotropic", "none plasticity isotropic break 0.05", "none break 0.05"])
-def test_the_energy_of_a_lost_bond_in_every_step(lmp_decks, newton, ranks, rules):
-    """In the step in which it breaks, in either order of the fixes; past the end of the list, wherever that is, and packed anew."""
-    make = {"newton": newton, "rules": rules, "every": 1 if "break" in rules else 5}
-    decks = {(skin, adapt, order): AWAY_AND_BACK.format(skin=skin, adapt=adapt, fixes="\n".join(FIXES[::order]), **make)
-             for skin in ("0.0002", "0.003") for adapt in ("", ADAPT) for order in (1, -1)}
-    runs = lmp_decks(decks, ranks)
-    found = {key: {name: run.thermo(0)[name] for name in ("f_e", "f_e[4]", "f_e[9]", "f_e[11]")} for key, run in runs.items()}
-    whole = found["0.003", "", -1]
+    found = {key: run.thermo() for key, run in lmp_decks(decks, ranks).items()}
+    whole = found[0.003, "", -1]
     assert max(abs(whole["f_e[4]"]) + abs(whole["f_e[11]"])) > 0.1, "control: the bond holds something where it ends"
     for key, own in found.items():
         for name, values in own.items():
             assert values == pytest.approx(whole[name], abs=1e-9), (key, name)
 
 
-SPHERES = """
-units si
-atom_style sphere
-atom_modify map yes
-newton {newton}
-boundary f f f
-region box block -0.1 0.1 -0.1 0.1 -0.1 0.1
-create_box 2 box
-{atoms}
-set group all diameter 0.01 density 2700
-neighbor {skin} bin
-neigh_modify every 1 delay 0 check yes
-comm_modify cutoff 0.1
-timestep 1e-6
-pair_style {style}
-pair_coeff * * {sub} 80 8 4 3 8 4 0.005 0 1.2
-{fixes}
-fix e all evp/energy
-fix move all nve/noforce
-thermo_style custom step f_e f_e[4] f_e[9] f_e[11] f_bonds[1] f_bonds[5]
-thermo_modify norm no format float %.15g
-thermo 1
-"""
-TWO_PAIRS = "\n".join(f"create_atoms 1 single {at}" for at in ("0 0 0", "0.01 0 0", "0 0.05 0", "0.01 0.05 0"))
+LED = "fix e all evp/energy\nfix move all nve/noforce\ntimestep 1e-6\nthermo 1\n" + thermo("f_e f_e[4] f_e[9] f_e[11] f_bonds[1] f_bonds[5]")
+TWO_PAIRS, SHORT = ("0 0 0", "0.01 0 0", "0 0.05 0", "0.01 0.05 0"), "3 8 4 0.005 0 1.2"
 
 
-@pytest.mark.parametrize("newton, ranks", [("on", 1), ("off", 2)])
+@ways
 @pytest.mark.parametrize("rules", ["plasticity none", "plasticity isotropic", "break 0.1"])
 def test_bonds_past_the_list_of_a_set_up(lmp_decks, newton, ranks, rules):
     """In the first step after it, whose positions are newer than the list: a bond at the list's end that moves out, in, or not."""
     def deck(apart, speed):
-        return SPHERES.format(newton=newton, atoms=TWO_PAIRS, skin=0.001, style=f"evp/lj contact none {rules}", sub="",
-                              fixes="fix bonds all evp/bonds") + f"""
-run 0
+        return spheres(newton, 0.001, f"contact none {rules}", TWO_PAIRS, coeff=SHORT) + LED + f"""run 0
 displace_atoms all move 0.02 0 0 units box
 group second id 2
 group fourth id 4
@@ -238,23 +188,18 @@ displace_atoms fourth move {apart} 0 0 units box
 set atom 4 vx {speed}
 run 3
 """
-    decks = {"far": deck(0.01, 0.0), "out": deck(0.0029999, 0.2), "in": deck(0.0030001, -0.2)}
-    runs = {name: run.ok().thermo(1) for name, run in lmp_decks(decks, ranks).items()}
+    runs = {name: run.thermo(1) for name, run in lmp_decks({"far": deck(0.01, 0.0), "out": deck(0.0029999, 0.2), "in": deck(0.0030001, -0.2)}, ranks).items()}
     for name in ("out", "in"):
-        for column in ("f_e", "f_e[4]", "f_e[9]", "f_e[11]", "f_bonds[1]", "f_bonds[5]"):
-            assert runs[name][column] == pytest.approx(runs["far"][column], abs=1e-9), (name, column)
+        for column, values in runs["far"].items():
+            assert runs[name][column] == pytest.approx(values, abs=1e-9), (name, column)
     assert max(abs(runs["far"][column][-1]) for column in ("f_e[4]", "f_e[11]")) > 0.1, "control"
 
 
-CORNER = "\n".join(f"create_atoms 1 single {at}" for at in ("0 0 0", "0.01 0 0", "0 0.01 0", "0 0 0.01"))
-
-
-@pytest.mark.parametrize("newton, ranks", [("on", 1), ("off", 2)])
+@ways
 def test_bonds_that_break_one_after_the_other(lmp, newton, ranks):
     """In successive steps, with a volume energy: the balance closes in each of them."""
-    text = SPHERES.format(newton=newton, atoms=CORNER, skin=0.006, style="evp/lj contact none break 0.02", sub="",
-                          fixes="fix bonds all evp/bonds\nfix v all evp/volume 1000")
-    run = lmp(text + "set atom 2 vx 1.0\nset atom 3 vy 0.9935\nset atom 4 vz 0.989\nrun 208\n", ranks).ok().thermo()
+    text = spheres(newton, 0.006, "contact none break 0.02", ("0 0 0", "0.01 0 0", "0 0.01 0", "0 0 0.01"), coeff=SHORT, fixes=FIXES[0] + "fix v all evp/volume 1000\n")
+    run = lmp(text + LED + "set atom 2 vx 1.0\nset atom 3 vy 0.9935\nset atom 4 vz 0.989\nrun 208\n", ranks).ok().thermo()
     assert list(run["f_bonds[5]"][200:204]) == [0, 1, 2, 3], "control: one in each step"
     assert np.abs(run["f_e"]).max() < 3e-3 * run["f_e[11]"][-1]
 
@@ -262,28 +207,20 @@ def test_bonds_that_break_one_after_the_other(lmp, newton, ranks):
 @pytest.mark.parametrize("ranks", [1, 2])
 def test_bonds_of_types_of_another_style_stay(lmp, ranks):
     """pair_style hybrid gives their types to another sub-style: they neither break nor hold energy, wherever their atoms go."""
-    text = SPHERES.format(newton="on", atoms=TWO_PAIRS, skin=0.001, style="hybrid evp/lj contact none break 0.1 zero 0.012", sub="evp/lj",
-                          fixes="pair_coeff 1 2 zero\npair_coeff 2 2 zero\nset atom 3 type 1\nfix bonds all evp/bonds")
-    run = lmp(text + """
-run 1
-set atom 4 type 2
-group fourth id 4
-displace_atoms fourth move 0.02 0 0 units box
-run 2
-""", ranks).ok().thermo()
+    text = spheres("on", 0.001, "contact none break 0.1 zero 0.012", TWO_PAIRS, coeff=SHORT, sub="evp/lj", fixes="pair_coeff 1 2 zero\npair_coeff 2 2 zero\n" + FIXES[0])
+    run = lmp(text + LED + "run 1\nset atom 4 type 2\ngroup fourth id 4\ndisplace_atoms fourth move 0.02 0 0 units box\nrun 2\n", ranks).ok().thermo()
     assert run["f_bonds[5]"][-1] == 0.0 and run["f_e[11]"][-1] == 0.0
 
 
 def test_a_deleted_partner_breaks_no_bond(lmp):
-    run = lmp(TWO.format(newton="on", ghosts=0.03) + "fix n all nve\nrun 1\ndelete_atoms group two compress no\nrun 2\nprint \"broken $(f_b[5])\"\n").ok()
+    run = lmp(two("on") + "fix n all nve\nrun 1\ndelete_atoms group two compress no\nrun 2\nprint \"broken $(f_bonds[5])\"\n").ok()
     assert "broken 0\n" in run.stdout
 
 
 @pytest.mark.parametrize("newton", ["on", "off"])
 def test_a_packing_of_the_same_list_keeps_what_is_left_of_a_broken_bond(lmp_decks, newton):
     """fix adapt packs the pairs anew at each step, here with the coefficient that they have: the bond breaks, what is left of it flows."""
-    deck = TWO.format(newton=newton, ghosts=0.01).replace("contact repulsive break", "contact repulsive plasticity isotropic break").replace(
-        "neighbor 0.0001", "neighbor 0.003") + """
+    deck = two(newton, "contact repulsive plasticity isotropic break 0.02", 0.01, 0.003) + """
 fix hold one nve/noforce
 fix swing two move wiggle 0.00024 0 0 2e-6
 fix e all evp/energy
@@ -295,7 +232,7 @@ thermo 50
 run 200
 """
     runs = lmp_decks({name: deck.format(line) for name, line in {"once": "", "anew": "fix again all adapt 1 pair evp/lj e1 * * v_e1"}.items()})
-    once, anew = (runs[name].ok().thermo() for name in ("once", "anew"))
+    once, anew = (runs[name].thermo() for name in ("once", "anew"))
     assert once["f_e[11]"][-1] > 0.0 and once["f_e[9]"][-1] > once["f_e[9]"][1], "control: it breaks, and flows afterwards"
     for name, values in once.items():
         assert anew[name] == pytest.approx(values, rel=1e-12, abs=1e-15), name
@@ -304,104 +241,60 @@ run 200
 @pytest.mark.parametrize("rules", ["plasticity isotropic", "break 0.3"])
 def test_set_up_with_an_energy_balance_moves_no_bond(lmp_decks, rules):
     """Atoms are displaced past the end of the list and back, with 'run 0' between: no state of the body, whether or not fix evp/energy is there."""
-    deck = TWO.format(newton="on", ghosts=0.01).replace("contact repulsive break 0.02", f"contact repulsive {rules}") + """
+    runs = lmp_decks({line: two("on", f"contact repulsive {rules}", 0.01) + f"""
 fix n all nve/noforce
-{}
+{line}
 compute pair all pair/local p4 p5
 compute q all reduce sum c_pair[1] c_pair[2] inputs local
-thermo_style custom step pe f_b[5] c_q[1] c_q[2]
+thermo_style custom step pe f_bonds[5] c_q[1] c_q[2]
 run 0
 displace_atoms two move 0.008 0 0
 run 0
 displace_atoms two move -0.008 0 0
 run 1
-"""
-    for run in lmp_decks({name: deck.format(line) for name, line in {"without": "", "with": "fix e all evp/energy"}.items()}).values():
-        rows = run.ok().thermo()
-        for name in ("f_b[5]", "c_q[1]", "c_q[2]"):
-            assert rows[name][-1] == 0.0, name
+""" for line in ("", "fix e all evp/energy")})
+    for run in runs.values():
+        assert all(run.thermo()[name][-1] == 0.0 for name in ("f_bonds[5]", "c_q[1]", "c_q[2]"))
 
 
-IMAGES = """
-units si
-atom_style sphere
-atom_modify map yes
-newton {newton}
-boundary p p p
-region box {box}
-create_box 1 box
-lattice sc 0.01
-create_atoms 1 box
-set group all diameter 0.01 density 2700
-neighbor {skin} bin
-neigh_modify delay 0 every 1 check yes
-pair_style evp/lj contact none plasticity isotropic
+@ways
+def test_a_partner_in_two_images_flows_once(lmp_decks, newton, ranks):
+    """A box three spheres wide, whose neighbor lists hold two images of a bonded partner where the skin is large: those past dlim are not the bond."""
+    boxes, skins = ("block 0 0.03 0 0.03 0 0.03", "prism 0 0.03 0 0.03 0 0.03 0.006 0 0"), (0.0005, 0.009)
+    decks = {}
+    for box, skin in itertools.product(boxes, skins):
+        atoms = f"region box {box}\ncreate_box 1 box\nlattice sc 0.01\ncreate_atoms 1 box\nset group all diameter 0.01 density 2700"
+        decks[box, skin] = head(newton, "p p p", atoms, skin=skin) + """pair_style evp/lj contact none plasticity isotropic
 pair_coeff * * 80 8 4 20 8 4 0.005 50 1.3
-fix b all evp/bonds
+fix bonds all evp/bonds
 velocity all create 1e24 7 loop geom mom yes
 fix n all nve
 fix e all evp/energy
 timestep 1e-7
-thermo_style custom step f_e[2] f_e[9] f_b[2]
-thermo_modify norm no format float %.15g
 thermo 50
-run 50
-"""
-
-
-@pytest.mark.parametrize("newton, ranks", [("on", 1), ("off", 2)])
-def test_a_partner_in_two_images_flows_once(lmp_decks, newton, ranks):
-    """A box three spheres wide, whose neighbor lists hold two images of a bonded partner where the skin is large: those past dlim are not the bond."""
-    boxes, skins = ("block 0 0.03 0 0.03 0 0.03", "prism 0 0.03 0 0.03 0 0.03 0.006 0 0"), (0.0005, 0.009)
-    runs = lmp_decks({key: IMAGES.format(box=key[0], newton=newton, skin=key[1]) for key in itertools.product(boxes, skins)}, ranks)
+""" + thermo("f_e[2] f_e[9] f_bonds[2]") + "run 50\n"
+    runs = lmp_decks(decks, ranks)
     for box in boxes:
-        near, far = (runs[box, skin].thermo() for skin in skins)
+        near, far_off = (runs[box, skin].thermo() for skin in skins)
         assert near["f_e[9]"][-1] > 0.0
-        for name in ("f_e[2]", "f_e[9]", "f_b[2]"):
-            assert far[name][-1] == pytest.approx(near[name][-1], rel=1e-9), (box, name)
+        for name in ("f_e[2]", "f_e[9]", "f_bonds[2]"):
+            assert far_off[name][-1] == pytest.approx(near[name][-1], rel=1e-9), (box, name)
 
 
-HOLD = """
-units si
-atom_style sphere
-atom_modify map yes
-boundary s s s
-lattice fcc 0.01
-region bar block 0 6 0 3 0 3
-create_box 1 bar
-create_atoms 1 region bar
-set group all diameter 0.00707 density 2700
-neighbor 0.0005 bin
-pair_style evp/lj contact none plasticity isotropic
-pair_coeff * * 80 8 4 3 8 4 0.005 1000 1.5
-fix bonds all evp/bonds
-region left block INF 0.001 INF INF INF INF units box
-region right block 0.059 INF INF INF INF INF units box
-group left region left
-group right region right
-group grips union left right
-group free subtract all grips
-velocity right set 10 0 0 units box
-velocity free ramp vx 0 10 x 0 0.06 units box
+@ways
+def test_a_hold_comes_to_rest(lmp, bar, newton, ranks):
+    """Pulled to some percent and held, with damping: the motion dies, the stress stays, and nothing flows any more."""
+    table = lmp(head(newton, "s s s") + pair(law.TABLE2, "none plasticity isotropic") + grips(0.01, 0.05) + """
+velocity right set 10 0 0
+velocity free ramp vx 0 10 x 0.01 0.05
 fix 2 grips nve/noforce
 fix 1 free nve/evp
 fix e all evp/energy
 compute pull right reduce sum fx
 compute ke free ke
-timestep 2e-6
-thermo_style custom step c_ke c_pull f_e[9]
-thermo_modify norm no format float %.17g
-thermo 1000
-run 120
-velocity right set 0 0 0
-run 10000
-"""
-
-
-@pytest.mark.parametrize("newton, ranks", [("on", 1), ("off", 2)])
-def test_a_hold_comes_to_rest(lmp, newton, ranks):
-    """Pulled to 4 % and held, with damping: the motion dies, the stress stays, and nothing flows any more."""
-    table = lmp(HOLD.replace("atom_style", f"newton {newton}\natom_style"), ranks=ranks).thermo()
+timestep 4e-6
+thermo 500
+""" + thermo("c_ke c_pull f_e[9]") + "run 40\nvelocity right set 0 0 0\nrun 5000\n", ranks=ranks).ok().thermo()
     assert table["c_ke"][-1] < 1e-15 * table["c_ke"][0]
     assert table["f_e[9]"][-1] > 1.0, "control: it has flowed"
     half = len(table["c_pull"]) // 2

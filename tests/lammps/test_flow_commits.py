@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from flowing import BONDS, MOVE, ROW, SHAKE, assert_flowed, flowing_pair, largest_difference, read_pairs
 from lammps_run import write_state
-from small_bodies import dump, grips, head, turn_about, write_body
+from small_bodies import dump, grips, head, pair, turn_about, write_body, write_two
 
 START = head() + flowing_pair() + SHAKE + MOVE + "run 60\nwrite_evp_bonds before.bonds\n"
 AFTER = "write_evp_bonds after.bonds\n"
@@ -35,10 +35,7 @@ QUIET = {
     "set-up of a run that does not start": "thermo_style custom step pe\nrun 0\nreset_timestep 0\nrun 0 post no\n",
     "no forces": "neighbor 0.001 bin\nrun 0\n",
 }
-MOVING = {
-    "a step": NOTHING + "run 1\n",
-    "minimization to its tolerance": "min_style cg\nmin_modify dmax 1e-4\nminimize 0 1e6 1000 10000\n",
-}
+MOVING = {"a step": NOTHING + "run 1\n", "minimization to its tolerance": "min_style cg\nmin_modify dmax 1e-4\nminimize 0 1e6 1000 10000\n"}
 
 
 def before_and_after(run):
@@ -101,12 +98,11 @@ def test_a_hundred_cycles_below_yield_leave_nothing(lmp_decks, bar):
 
 
 CALM = SHAKE + "velocity all zero linear\n"
-LARGE = [[-0.2, 0.3]] * 3
 
 
 def test_turned_and_moving_frames(lmp, lmp_decks, tmp_path, bar):
     """The state after flow turned by up to 2 pi, or given a velocity, goes on as before, turned or moved: flow, breaks, energies."""
-    write_body(tmp_path / "body.data", bar._replace(box=np.array(LARGE)))
+    write_body(tmp_path / "body.data", bar._replace(box=np.array([[-0.2, 0.3]] * 3)))
     move = MOVE.replace("pxx pyz", "")
     first = lmp(head() + flowing_pair() + CALM + move + dump("all.dump", 60) + "run 60\nwrite_restart half.restart\nrun 60\nwrite_evp_bonds whole.bonds\n").ok()
     half, end = (snapshot for snapshot in first.dump("all.dump") if snapshot.step > 0)
@@ -115,7 +111,7 @@ def test_turned_and_moving_frames(lmp, lmp_decks, tmp_path, bar):
     x, v = (half.vectors(*names) for names in (("x", "y", "z"), ("vx", "vy", "vz")))
     centre = np.array([0.03, 0.02, 0.02])
     decks = {}
-    for angle, speed in ((0.0, 0.0), (0.7, 0.0), (2.1, 0.0), (np.pi, 0.0), (5.0, 0.0), (2.0 * np.pi, 0.0), (0.0, 300.0), (1.3, 300.0)):
+    for angle, speed in ((0.0, 0.0), (0.7, 0.0), (np.pi, 0.0), (5.0, 0.0), (2.0 * np.pi, 0.0), (0.0, 300.0), (1.3, 300.0)):
         turn, state = turn_about(angle), f"state{len(decks)}.dump"
         write_state(tmp_path / state, centre + (x - centre) @ turn.T, v @ turn.T + [speed, -0.5 * speed, 0.0], half.box, half["id"].astype(int))
         decks[angle, speed] = (head(start="read_restart half.restart") + BONDS + "\nfix volume all evp/volume 500\n"
@@ -135,16 +131,10 @@ def test_turned_and_moving_frames(lmp, lmp_decks, tmp_path, bar):
 
 
 @pytest.mark.parametrize("style", ["cg", "fire"])
-def test_a_pair_without_force_is_at_rest(lmp, style):
+def test_a_pair_without_force_is_at_rest(lmp, tmp_path, style):
     """A bond is stretched past its break strain, where nothing acts, and comes back broken, whichever criterion stopped the minimizer."""
-    run = lmp(head(boundary="f f f", skin=0.0002, start="""region box block -0.1 0.1 -0.1 0.1 -0.1 0.1
-create_box 1 box
-create_atoms 1 single 0 0 0
-create_atoms 1 single 0.01 0 0
-set group all diameter 0.01 density 2700""") + f"""pair_style evp/lj contact repulsive break 0.01
-pair_coeff * * 80 8 4 3 8 4 0.005 0 1.5
-fix bonds all evp/bonds
-group first id 1
+    write_two(tmp_path / "body.data", 0.01)
+    run = lmp(head(skin=0.0002) + pair(contact="repulsive break 0.01") + f"""group first id 1
 min_style {style}
 timestep 1e-6
 thermo_style custom step pe f_bonds[1] f_bonds[5]

@@ -14,8 +14,7 @@ from small_bodies import head, words, write_two
 ROW = law.TABLE1
 FORCE = ROW.m1 * ROW.n1 * ROW.e1 * ROW.xi_s / 0.01  # of a pair at its threshold [N]
 NAMES = {"d": "c_own[1]", "force": "c_own[2]", "deq": "c_own[3]", "strain": "c_own[4]", "regime": "c_own[5]", "q": "c_own[6]",
-         "work": "c_own[7]",
-         "energy": "c_own[8]", "i": "c_who[1]", "j": "c_who[2]"}
+         "work": "c_own[7]", "energy": "c_own[8]", "i": "c_who[1]", "j": "c_who[2]"}
 
 
 # ---- one pair, led to random distances
@@ -43,9 +42,9 @@ write_evp_bonds end.bonds
 
 @pytest.mark.parametrize("e2, saturation, same_work", [(3.0, 0.0, 1e-10), (9.0, 0.02, 1e-6)])
 def test_a_pair_through_random_reversals(lmp, tmp_path, e2, saturation, same_work):
-    """2000 of them, each in one timestep; the scalar map to 1e-12. same_work: the integral of the dissipation has few points with saturation."""
+    """300 of them (2000: tests/unit), each in one timestep; the scalar map to 1e-12. same_work: the integral of the dissipation has few points with saturation."""
     row = ROW._replace(e2=e2)
-    targets = np.random.default_rng(7).uniform(-0.03, 0.03, 2000) * DEQ
+    targets = np.random.default_rng(7).uniform(-0.03, 0.03, 300) * DEQ
     write_two(tmp_path / "body.data", DEQ)
     (tmp_path / "targets.txt").write_text("".join(f"{0.5 * DEQ + target:.17g}\n" for target in targets))
     style = f"pair_style evp/lj contact none plasticity isotropic\npair_coeff * * {words(row)} saturation {saturation}\nfix bonds all evp/bonds\n"
@@ -57,7 +56,7 @@ def test_a_pair_through_random_reversals(lmp, tmp_path, e2, saturation, same_wor
         q, k, work = float(now.q), float(now.k), work + float(now.dissipated)
         expected.append((q / DEQ, float(now.force), float(flow.stored(d, DEQ, row, q)), work))
     q_strain, force, stored, works = np.array(expected).T
-    assert len(found["d"]) == 2000 and np.ptp(q_strain) > 0.005, "control"
+    assert len(found["d"]) == 300 and np.ptp(q_strain) > 0.005, "control"
     assert np.abs(found["q"] - q_strain).max() < 1e-12
     assert np.abs(found["force"] - force).max() < 1e-9 * FORCE
     assert np.abs(found["energy"] - stored).max() < 1e-11 * row.e1 * row.m1 * row.n1 * row.xi_s
@@ -69,42 +68,28 @@ def test_a_pair_through_random_reversals(lmp, tmp_path, e2, saturation, same_wor
 # ---- the pairs of a body
 
 
-@pytest.fixture(scope="module")
-def states(tmp_path_factory):
-    """{(contact, strain of breaking): states in the order of the way}, each a dict of arrays by pair that acts, sorted by the IDs of its atoms."""
-    known = {}
-
-    def get(contact, broken="none"):
-        if (contact, broken) not in known:
-            folder = tmp_path_factory.mktemp("pairs")
-            dumped = (
-                "compute own all pair/local dist force p1 p2 p3 p4 p5 eng\ncompute who all property/local patom1 patom2 cutoff type\n"
-                "dump own all local $(10*v_every) pairs.dump c_own[*] c_who[*]\ndump_modify own format float %.17g\n")
-            choices = {"specimen": REFERENCE, "contact": contact, "plasticity": "isotropic", "strain": 0.015, "lower": -0.01, "break": broken,
-                       "rate": 20, "dtfraction": 0.8, "out": "run"}
-            run_lammps(edited_deck("in.cyclic", folder, "label           leg\n", dumped + "label leg\n"), 1, choices, folder).ok()
-            known[contact, broken] = [sorted_pairs(snapshot) for snapshot in read_dump(folder / "pairs.dump")]
-        return known[contact, broken]
-
-    return get
-
-
-def sorted_pairs(snapshot):
-    """Columns by name, one row per pair, lower ID first; q is a length."""
-    found = {name: snapshot[column] for name, column in NAMES.items()}
-    found["q"] = found["q"] * found["deq"]
-    low, high = np.minimum(found["i"], found["j"]), np.maximum(found["i"], found["j"])
-    order = np.lexsort((high, low))
-    order = order[found["regime"][order] > 0]  # those that act
-    return {**{name: values[order] for name, values in found.items()}, "key": 1e6 * low[order] + high[order]}
+def states(folder, contact, broken):
+    """In the order of the way: each a dict of arrays by pair that acts, sorted by the IDs of its atoms; q is a length."""
+    dumped = ("compute own all pair/local dist force p1 p2 p3 p4 p5 eng\ncompute who all property/local patom1 patom2 cutoff type\n"
+              "dump own all local $(10*v_every) pairs.dump c_own[*] c_who[*]\ndump_modify own format float %.17g\n")
+    choices = {"specimen": REFERENCE, "contact": contact, "plasticity": "isotropic", "strain": 0.015, "lower": -0.01, "break": broken,
+               "rate": 20, "dtfraction": 0.8, "out": "run"}
+    run_lammps(edited_deck("in.cyclic", folder, "label           leg\n", dumped + "label leg\n"), 1, choices, folder).ok()
+    for snapshot in read_dump(folder / "pairs.dump"):
+        found = {name: snapshot[column] for name, column in NAMES.items()}
+        found["q"] = found["q"] * found["deq"]
+        key = 1e6 * np.minimum(found["i"], found["j"]) + np.maximum(found["i"], found["j"])
+        order = np.argsort(key)
+        order = order[found["regime"][order] > 0]  # those that act
+        yield {**{name: values[order] for name, values in found.items()}, "key": key[order]}
 
 
 @pytest.mark.parametrize("contact, broken", [("none", "none"), ("repulsive", 0.012)])
-def test_force_and_energy_of_each_pair(states, reference, contact, broken):
+def test_force_and_energy_of_each_pair(tmp_path, reference, contact, broken):
     """Bonds: F_I(d - q) and Psi. New contacts and what is left of broken bonds repel only; the others are bonds within their strain of breaking."""
     bonds = {1e6 * i + j: deq for (i, j), deq in brute.record_bonds(reference.x, reference.radius, ROW.alpha).items()}
     flowed, others, torn = 0, 0, set()
-    for state in states(contact, broken):
+    for state in states(tmp_path, contact, broken):
         d, deq, q = state["d"], state["deq"], state["q"]
         is_bond = np.abs(deq - np.array([bonds.get(key, 0.0) for key in state["key"]])) < 1e-15
         force = flow.elastic_force(d, deq, ROW, q)

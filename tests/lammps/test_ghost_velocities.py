@@ -31,18 +31,6 @@ SCENES = {
 }
 
 
-@pytest.fixture
-def body(tmp_path):
-    """Writes the periodic body, of this tilt."""
-
-    def write(tilt=None, name="body.data"):
-        made = lattice_body((5, 4, 4), periodic="xyz", tilt=tilt or (0.0, 0.0, 0.0))
-        write_body(tmp_path / name, made, tilt)
-        return made
-
-    return write
-
-
 def start(vel="no", newton="on", before="", style="", row=ROW):
     """Up to the bonds."""
     style = style or f"pair_style evp/lj\npair_coeff * * {words(row)}\n"
@@ -55,12 +43,12 @@ def wrote(run):
 
 
 @pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off"), (4, "on")])
-def test_they_are_the_same_bits_as_those_that_lammps_sends(lmp_decks, body, ranks, newton):
+def test_they_are_the_same_bits_as_those_that_lammps_sends(lmp_decks, tmp_path, ranks, newton):
     """Places, velocities and forces, and the force column of compute pair/local; neighbor lists on the way, and a new set-up. Control:
     without damping they are others."""
     decks = {}
     for number, (name, (before, style, move, tilt)) in enumerate(SCENES.items()):
-        body(tilt, f"body.{number}")
+        write_body(tmp_path / f"body.{number}", lattice_body((5, 4, 4), periodic="xyz", tilt=tilt or (0.0, 0.0, 0.0)), tilt)
         for vel in ("yes", "no"):
             deck = start(vel, newton=newton, before=before, style=style) + STIR + move + RUN
             decks[name, vel] = deck.replace("body.data", f"body.{number}")

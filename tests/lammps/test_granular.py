@@ -18,7 +18,6 @@ RADIUS, STIFFNESS = 0.005, 2.5e7  # STIFFNESS [N/m] is about that of a bond
 MU, GRAVITY, SPEED = 0.3, 1000.0, 1.0
 SHAPE = (4, 3, 2)  # spheres of the block
 DISTANCE, TIME = SPEED**2 / (2 * MU * GRAVITY), SPEED / (MU * GRAVITY)
-DAMPED = law.TABLE1._replace(gamma=100.0)
 HOOKE = f"hooke {STIFFNESS} 0.5 tangential linear_history {2 / 7 * STIFFNESS} 1 {MU} damping tsuji"
 HERTZ = f"hertz/material 2.1e10 0.5 0.25 tangential mindlin NULL 1 {MU} damping tsuji"
 
@@ -33,6 +32,13 @@ def write_scene(folder, gap=0.0):
     rails = [[x, 2 * RADIUS * row, -2 * RADIUS - gap] for row in range(SHAPE[1]) for x in np.arange(-0.005, 0.042, 2.2e-4)]
     x = np.concatenate([block(), rails])
     write_data(folder / "body.data", x, [RADIUS] * len(x), [[-0.03, 0.08]] * 3, [1] * len(block()) + [2] * len(rails))
+
+
+def write_blocks(folder, low):
+    """Two of them, types 1 and 2, the second from `low`; their centers."""
+    x = np.concatenate([block(), block(low)])
+    write_data(folder / "body.data", x, [RADIUS] * len(x), [[-0.05, 0.1]] * 3, [1] * 24 + [2] * 24)
+    return x
 
 
 def style(contact=HOOKE, row=law.TABLE1, plasticity="isotropic"):
@@ -95,11 +101,10 @@ def test_other_contacts_and_integrators(lmp_decks, tmp_path):
     the block rolls on its spheres and keeps most of its speed, as doc/Howto_evp_friction.rst says."""
     write_scene(tmp_path)
     end = START + f"run {STEPS}\n"
-    runs = lmp_decks({"hertz": head() + style(HERTZ) + slide(contact=HERTZ) + end,
-                      "implicit": head() + style(row=DAMPED) + slide(integrator="nve/evp") + end,
-                      "eq. 8": head() + style(plasticity="none") + slide() + end,
-                      "dt/evp": head() + style() + slide() + "fix dt block dt/evp 50 0.4 max 1.5e-6\n" + end,
-                      "roll": head() + style() + slide(integrator="nve/sphere") + START + f"run {STEPS // 2}\n"}, 2)
+    decks = {"hertz": style(HERTZ) + slide(contact=HERTZ) + end, "implicit": style(row=law.TABLE1._replace(gamma=100.0)) + slide(integrator="nve/evp") + end,
+             "eq. 8": style(plasticity="none") + slide() + end, "dt/evp": style() + slide() + "fix dt block dt/evp 50 0.4 max 1.5e-6\n" + end,
+             "roll": style() + slide(integrator="nve/sphere") + START + f"run {STEPS // 2}\n"}
+    runs = lmp_decks({name: head() + text for name, text in decks.items()}, 2)
     table = runs.pop("roll").thermo()
     assert table["v_v"][-1] > 0.8 * SPEED and table["c_omega[2]"][-1] > 0.0
     for run in runs.values():
@@ -109,8 +114,7 @@ def test_other_contacts_and_integrators(lmp_decks, tmp_path):
 @pytest.mark.parametrize("mu", [0.0, MU])
 def test_what_the_torques_would_have_kept(lmp, tmp_path, mu):
     """Two free blocks meet obliquely: dL/dt = sum over the contacts of (x_i - x_j) x F_t = -sum of LAMMPS' torques; none without friction."""
-    x = np.concatenate([block(), block((0.4 * RADIUS, 0.6 * RADIUS, 2 * RADIUS * (SHAPE[2] - 1) + 1.87 * RADIUS))])
-    write_data(tmp_path / "body.data", x, [RADIUS] * len(x), [[-0.05, 0.1]] * 3, [1] * 24 + [2] * 24)
+    write_blocks(tmp_path, (0.4 * RADIUS, 0.6 * RADIUS, 2 * RADIUS * (SHAPE[2] - 1) + 1.87 * RADIUS))
     text = head() + f"""comm_modify vel yes
 pair_style hybrid evp/lj contact repulsive granular
 pair_coeff 1 1 evp/lj {words(law.TABLE1)}
@@ -157,8 +161,7 @@ def test_the_deck(tmp_path):
 def test_the_script_of_the_page(lmp, tmp_path):
     """doc/Howto_evp_friction.rst: a block on another one, pushed down and sideways, drags it along and keeps no momentum for itself."""
     script = next(one.text for one in doc_blocks.blocks("doc/Howto_evp_friction.rst") if "hybrid evp/lj" in one.text)
-    x = np.concatenate([block(), block((0.0, 0.0, 2 * RADIUS * SHAPE[2]))])
-    write_data(tmp_path / "body.data", x, [RADIUS] * len(x), [[-0.05, 0.1]] * 3, [1] * 24 + [2] * 24)
+    x = write_blocks(tmp_path, (0.0, 0.0, 2 * RADIUS * SHAPE[2]))
     motion = """group lower type 1
 group upper type 2
 velocity upper set 1 0 -0.5 units box

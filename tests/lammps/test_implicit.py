@@ -21,11 +21,7 @@ DEFAULT_TOL = 1e-3
 TIGHT_RUN = 3e-8
 CLOSED_FORM = 1e-11  # twenty steps of one pair: roundings only
 
-FLY = """
-fix integrate all nve/evp {options}
-timestep {step}
-thermo 20
-""" + thermo("pe ke f_integrate f_integrate[1] f_integrate[2]")
+FLY = "fix integrate all nve/evp {options}\ntimestep {step}\nthermo 20\n" + thermo("pe ke")
 # a stretch along x, a wave by ID, a rotation about z, a translation
 STIR = """
 variable vx atom {fast}+300*(x-0.04)-20*y+5*sin(1.1*id)
@@ -54,13 +50,18 @@ def assert_same_motion(last, other, mass, tolerance):
         assert np.abs(a - b).max() <= tolerance * np.abs(a).max(), name
 
 
+@pytest.fixture
+def body(tmp_path, body):
+    write_body(tmp_path / "body.data", body)
+    return body
+
+
 # ---- the scheme ----
 
 
-def test_without_damping_it_is_fix_nve(lmp, tmp_path, body):
+def test_without_damping_it_is_fix_nve(lmp, body):
     """Masses are a power of two, so that 1/m is exact and both fixes round alike."""
-    write_body(tmp_path / "body.data", body)
-    text = flight(row=law.TABLE1, step=3e-7, contact="literal").replace("f_integrate f_integrate[1] f_integrate[2]", "")
+    text = flight(row=law.TABLE1, step=3e-7, contact="literal")
     text = text.replace("fix integrate", "set group all mass 0.001953125\nfix integrate") + dump() + "run 200\n"
     ours, plain = (lmp(text.replace("nve/evp", style)).ok().dump("all.dump")[-1] for style in ("nve/evp", "nve"))
     for name in ("x", "y", "z", "vx", "vy", "vz", "fx", "fy", "fz"):
@@ -102,11 +103,10 @@ def test_one_damped_atom_beside_a_prescribed_one(lmp, tmp_path, then):
 # ---- what every scheme must keep ----
 
 
-def test_flight_changes_nothing_inside(lmp, tmp_path, body):
+def test_flight_changes_nothing_inside(lmp, body):
     """500 m/s, at the default tolerance: the residual is measured by the damping, which is Galilean invariant. Allowed is the
     rounding of places, 1e-16 m per metre flown, against places of 1e-2 m and steps that stretch it by K dt^2/m = 500.
     (Mutation: a target of tol |M v*| leaves the flying body with no damping at all.)"""
-    write_body(tmp_path / "body.data", body)
     mass = mass_of(body.radius)
     still, flying = (lmp(flight(fast=fast) + dump(every=60) + "run 60\n").ok().dump("all.dump") for fast in (0.0, 500.0))
     assert_same_motion(still[-1], flying[-1], mass, DEFAULT_TOL)
@@ -115,19 +115,13 @@ def test_flight_changes_nothing_inside(lmp, tmp_path, body):
     assert speeds[1] < 0.7 * speeds[0], "control: damping acts"
 
 
-GRIPS = grips(0.01, 0.07) + """
-velocity left set -3 0 0
-velocity right set 3 0 0
-{fixes}
-timestep {step}
-"""
+GRIPS = grips(0.01, 0.07) + "velocity left set -3 0 0\nvelocity right set 3 0 0\n{fixes}\ntimestep {step}\n"
 FIXES = [f"fix integrate free nve/evp {TIGHT}", "fix hold grips nve/noforce", "fix push free addforce 40 -20 10"]
 
 
-def test_order_of_fixes_changes_nothing(lmp, tmp_path, body):
+def test_order_of_fixes_changes_nothing(lmp, body):
     """Grips that move, a force of another fix (at set-up it is added after the solve where that fix comes later), and a step that
     changes between two solves: the damping is along the directions of the last force evaluation, whichever fix moves first."""
-    write_body(tmp_path / "body.data", body)
     ends = []
     for order in ((0, 1, 2), (1, 0, 2), (2, 1, 0)):
         deck = head(boundary="s s s") + pair(TABLE2, "none") + STIR.format(fast=0.0)
@@ -139,10 +133,9 @@ def test_order_of_fixes_changes_nothing(lmp, tmp_path, body):
         assert_same_motion(ends[0], other, mass_of(body.radius), TIGHT_RUN)
 
 
-def test_virial_holds_the_damping_once(lmp, tmp_path, body):
+def test_virial_holds_the_damping_once(lmp, body):
     """Globally and summed over atoms, against a sum over all pairs with the opening rates of the step at v+ = v + dt f/2m, the velocity
     that the damping is solved for. Control: without damping it is another."""
-    write_body(tmp_path / "body.data", body)
     deck = flight(TIGHT, newton="off", boundary="f f f", contact="literal").replace("thermo_style custom step", """
 compute virial all pressure NULL virial
 compute each all stress/atom NULL virial
@@ -165,10 +158,9 @@ thermo_style custom step vol c_virial[*] c_sum[*]""") + dump(every=10) + "run 10
     assert np.abs(found[0] - found[1]).max() > 0.01 * np.abs(found[1]).max(), "control"
 
 
-def test_no_virial_is_left_where_no_damping_acts(lmp_decks, tmp_path, body):
+def test_no_virial_is_left_where_no_damping_acts(lmp_decks, body):
     """The same state under fix nve has the same pressure, global and summed over atoms, though atoms came since: in a minimization, and with gamma of zero.
     Control: the damping of the run before changed it."""
-    write_body(tmp_path / "body.data", body)
     read = """
 compute virial all pressure NULL virial
 compute each all stress/atom NULL virial
@@ -185,27 +177,16 @@ compute sum all reduce sum c_each[1] c_each[5]
         assert abs(ours.thermo(0)["c_virial[1]"][-1] / expected[0][0] - 1.0) > 0.01, "control"
 
 
-TORN = """newton off
-units si
-atom_style sphere
-atom_modify map yes
-boundary f f f
-processors 1 1 *
-lattice fcc 0.01
+TORN = head("off", before="processors 1 1 *", skin=0.0005, start="""lattice fcc 0.01
 region box block -0.03 0.09 -0.03 0.09 -0.05 0.12 units box
 create_box 2 box
 region slab block 0 4 0 4 -1 0.6
 region ball block 1 3 1 3 1 3
 create_atoms 1 region slab
 create_atoms 2 region ball
-set group all diameter 0.00707
-set group all density 2700
+set group all diameter 0.00707 density 2700
 displace_atoms all random 0.0006 0.0006 0.0006 1 units box
-group ball type 2
-neighbor 0.0005 bin
-pair_style evp/lj contact repulsive break 0.1
-pair_coeff * * 80 8 4 9 8 4 0.005 500 1.5
-fix bonds all evp/bonds within type
+group ball type 2""") + pair(law.TABLE1._replace(e2=9.0, gamma=500.0), "repulsive break 0.1", "fix bonds all evp/bonds within type") + """
 displace_atoms ball move 0.0003 0.0007 0.0025 units box
 velocity ball set 3 1 -60 units box
 fix 1 all nve/evp
@@ -213,10 +194,7 @@ timestep 2e-7
 variable px equal vcm(all,x)
 variable pz equal vcm(all,z)
 thermo 400
-thermo_style custom step v_px v_pz f_bonds[5]
-thermo_modify norm no format float %.15g
-run 400
-"""
+""" + thermo("v_px v_pz f_bonds[5]") + "run 400\n"
 
 
 def test_momentum_is_kept_where_bonds_break_on_one_rank(lmp):

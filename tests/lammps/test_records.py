@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from common_bodies import REFERENCE
 from evp import law
+from hostile import refused
 from lammps_run import write_data
 from library import SHOWN, run_program
 from oracle import brute
@@ -52,15 +53,6 @@ def test_the_file_holds_the_pairs_of_the_zone(written, reference):
     assert found.keys() == truth.keys()
     assert all(i < j for i, j in found)
     assert max(abs(found[pair] / deq - 1.0) for pair, deq in truth.items()) < 4 * np.finfo(float).eps
-
-
-def test_deq_that_is_no_distance_is_kept(lmp, tmp_path, written):
-    """The file decides: values of deq that no distance in the data file has, the bonds the other way round."""
-    lines = [f"{j} {i} {deq * (0.99 + 1e-5 * (i % 7)):.17g}" for (i, j), deq in as_pairs(read_bonds(written)).items()]
-    (tmp_path / "a.bonds").write_text(f"# EVP bonds COUNT: {len(lines)} UNITS: si\n" + "\n".join(lines) + "\n", encoding="utf-8")
-    lmp(deck("file a.bonds", "write_evp_bonds b.bonds"), ranks=2).ok()
-    turned = {(j, i): deq for (i, j), deq in as_pairs(lines).items()}
-    assert as_pairs(read_bonds(tmp_path / "b.bonds")) == turned
 
 
 def test_bonds_of_a_deleted_atom_are_left_out(lmp, tmp_path, written):
@@ -157,63 +149,42 @@ def test_high_ids_cost_no_memory(tmp_path):
 
 
 def test_many_bonds_stream(lmp, tmp_path):
-    """100 000 pairs of 1500 atoms, read in messages of 10 000 and written back; nothing is lost or changed."""
+    """100 000 pairs of 1500 atoms, every third the other way round, read in messages of 10 000 and written back; nothing is lost or changed. The file decides:
+    values of deq that no distance in the data file has."""
     n, count = 1500, 100_000
     i, j = (k[:count] + 1 for k in np.triu_indices(n, 1))
-    deq = 0.01 + 1e-9 * np.arange(count)
-    with open(tmp_path / "a.bonds", "w", encoding="utf-8") as out:
-        out.write(f"# EVP bonds COUNT: {count} UNITS: si\n")
-        out.writelines(f"{a} {b} {d:.17g}\n" for a, b, d in zip(i.tolist(), j.tolist(), deq.tolist()))
+    lines = [(a, b, f"{0.01 + 1e-9 * k:.17g}") for k, (a, b) in enumerate(zip(i.tolist(), j.tolist()))]
+    text = "".join(f"{b} {a} {deq}\n" if a % 3 == 0 else f"{a} {b} {deq}\n" for a, b, deq in lines)
+    (tmp_path / "a.bonds").write_text(f"# EVP bonds COUNT: {count} UNITS: si\n{text}", encoding="utf-8")
     place = 0.02 * np.stack(np.unravel_index(np.arange(n), (15, 10, 10)), axis=1)
     write_data(tmp_path / "a.data", place, np.full(n, 0.005), [[-0.01, 0.3], [-0.01, 0.2], [-0.01, 0.2]])
     run = lmp(deck("file a.bonds", "write_evp_bonds b.bonds", data="a.data"), ranks=2).ok()
     assert f"recorded {count} pairs from file a.bonds" in run.stdout
-    assert read_bonds(tmp_path / "b.bonds") == read_bonds(tmp_path / "a.bonds")
+    assert read_bonds(tmp_path / "b.bonds") == {f"{a} {b} {deq}" for a, b, deq in lines}
 
 
 # ---- restart and data files ----
 
 
 def test_coefficients_come_back_from_restart_and_data(lmp, tmp_path, reference):
-    """Two types, three rows with exponents that are no integers; energies before and after are the same."""
-    types = 1 + np.arange(500) % 2
-    write_data(tmp_path / "two.data", reference.x, reference.radius, reference.box, types)
+    """Three rows with exponents that are no integers; energies before and after are the same. Rows and measures of a restart file: test_rows.py."""
+    write_data(tmp_path / "two.data", reference.x, reference.radius, reference.box, 1 + np.arange(500) % 2)
     rows = "\n".join(["pair_coeff 1 1 80.1 8 4 3 7.53 3.21 0.00512345678901 0 1.45",
                       "pair_coeff 1 2 70.7 8.5 4 3.3 8 4 0.006 12.5 1.5", "pair_coeff 2 2 60 6 3 3 8 4 0.005 0 1.4"])
-    setup = head(start="read_data two.data") + "pair_style evp/lj contact repulsive overlap 0.45\n" + rows
     show = "\n" + thermo("pe") + "run 0\n"
-    first = lmp(setup + "\n" + show + "write_restart two.restart\nwrite_data all.data pair ij\n").ok()
-    energy = first.thermo()["PotEng"][0]
-    assert abs(energy) > 0.1
-
-    again = lmp(head(start="read_restart two.restart") + show).ok()
-    assert again.thermo()["PotEng"][0] == energy
-    assert "contact repulsive" in again.stdout and "overlap warning above 0.45" in again.stdout
-
-    again = lmp(head(start="pair_style evp/lj contact repulsive\nread_data all.data") + show).ok()
-    assert again.thermo()["PotEng"][0] == pytest.approx(energy, rel=1e-14)  # %.15g of the coefficients
-
-    other = lmp(setup.replace("pair_coeff 1 2 70.7 8.5", "pair_coeff 1 2 99.9 8.5") + show).ok().thermo()["PotEng"][0]
-    assert abs(other / energy - 1.0) > 1e-3, "control: the rows matter"
+    first = head(start="read_data two.data") + "pair_style evp/lj contact repulsive overlap 0.45\n" + rows + show
+    starts = (first + "write_restart two.restart\nwrite_data all.data pair ij\n", head(start="read_restart two.restart") + show,
+              head(start="pair_style evp/lj contact repulsive\nread_data all.data") + show, first.replace("70.7", "99.9"))
+    runs = [lmp(text).ok() for text in starts]
+    energy, restarted, read, other = (run.thermo()["PotEng"][0] for run in runs)
+    assert abs(energy) > 0.1 and abs(other / energy - 1.0) > 1e-3, "control: the rows matter"
+    assert restarted == energy and "contact repulsive" in runs[1].stdout and "overlap warning above 0.45" in runs[1].stdout
+    assert read == pytest.approx(energy, rel=1e-14)  # %.15g of the coefficients
 
 
 # ---- which atoms are one body goes through restart files and, in the header, through bond files; and is refused where it would change ----
 
 BODIES = " within {} (bodies only repel each other, elastically)"
-WITHOUT_RECORDS = ("Pair evp/lj: the bonds were recorded by fix bonds, whose records are not here", "define 'fix bonds all evp/bonds' right after read_restart")
-AFTER_RESTART = [  # words of the fix that recorded, the fix after read_restart, what is said of it
-    ("", "", WITHOUT_RECORDS), ("", "fix springs all evp/bonds", WITHOUT_RECORDS),
-]
-
-
-def test_another_recording_after_a_restart_is_refused(tmp_path, bar):
-    program = "".join(f"""
-say(tell("clear", LOAD, {head() + pair(fix="fix bonds all evp/bonds " + first) + "fix move all nve"!r}, "run 0", "write_restart s.restart"))
-say(tell("clear", LOAD, {head(start="read_restart s.restart") + MOLECULES + then!r}, "fix move all nve", "run 1"))
-""" for first, then, _ in AFTER_RESTART)
-    said = run_program(program, tmp_path, 2).stdout.splitlines()
-    for recorded, refusal, (first, then, texts) in zip(said[::2], said[1::2], AFTER_RESTART, strict=True):
-        assert recorded == "ok" and all(text in refusal for text in texts), (first, then, refusal)
 
 
 def test_another_within_after_a_restart(lmp, tmp_path, bar):
@@ -223,6 +194,8 @@ def test_another_within_after_a_restart(lmp, tmp_path, bar):
         run = lmp(head(start="read_restart s.restart") + MOLECULES + f"fix bonds all evp/bonds{given}\nfix move all nve\nrun 1\n").ok()
         assert "fix bonds" + BODIES.format("type") in run.stdout
         assert ("the bonds are those of the restart file, not of the 'zone', 'file' or 'within' given here" in run.stdout) == bool(given)
+    refused(lmp(head(start="read_restart s.restart") + "fix springs all evp/bonds\nfix move all nve\nrun 1\n", 2),
+            "Pair evp/lj: the bonds were recorded by fix bonds, whose records are not here", "define 'fix bonds all evp/bonds' right after read_restart")
     text = head(start="read_restart s.restart") + MOLECULES + "set group all mol 1\nfix bonds all evp/bonds\nwrite_evp_bonds s.bonds\nunfix bonds\n"
     run = lmp(text + "fix again all evp/bonds file s.bonds within molecule\nfix move all nve\nrun 1\nwrite_evp_bonds t.bonds\n").ok()
     assert "from file s.bonds and within molecule" in run.stdout and "fix again" + BODIES.format("molecule") in run.stdout
@@ -234,33 +207,19 @@ def test_a_restart_file_from_before_the_recording(lmp, bar):
     """The fix takes over what that file's fix was given, or what it is given itself."""
     lmp(head() + pair(fix=FIX + "type") + "write_restart s.restart\n").ok()
     start = head(start="read_restart s.restart") + MOLECULES + "set group all mol 1\n"
-    run = lmp(start + "fix bonds all evp/bonds\nfix move all nve\nrun 0\n").ok()
-    assert "and within type, at most" in run.stdout
-    run = lmp(start + FIX + "molecule\nfix move all nve\nrun 0\n").ok()
-    assert "and within molecule, at most" in run.stdout
+    for given, kept in (("fix bonds all evp/bonds", "type"), (FIX + "molecule", "molecule")):
+        assert f"and within {kept}, at most" in lmp(start + given + "\nfix move all nve\nrun 0\n").ok().stdout
 
 
 # ---- a recording that is refused leaves fix evp/bonds as it was ----
 
 # six spheres in a row, 2 % apart
-SCENE = """
-SCENE = '''units si
-atom_style sphere
-atom_modify map yes
-boundary f f f
-region box block 0 0.1 0 0.05 0 0.05
-create_box 1 box
-''' + "".join(f"create_atoms 1 single {0.01 + 0.0082 * k} 0.02 0.02\\n" for k in range(6)) + '''set group all diameter 0.008
-set group all density 2700
-neighbor 0.0006 bin
-neigh_modify every 1 delay 0 check yes
-pair_style evp/lj contact literal
-pair_coeff * * 50 6 3 2 6 3 0.004 0 1.4
-fix move all nve'''
-tell(SCENE)
+SCENE = head(start="region box block 0 0.1 0 0.05 0 0.05\ncreate_box 1 box\n" + "".join(f"create_atoms 1 single {0.01 + 0.0082 * k} 0.02 0.02\n" for k in range(6))
+             + "set group all diameter 0.008 density 2700", skin=0.0006) + "pair_style evp/lj\npair_coeff * * 50 6 3 2 6 3 0.004 0 1.4\nfix move all nve\n"
+PROGRAM = f"SCENE = {SCENE!r}\ntell(SCENE)" + """
 
-def bond_file(*lines, count=None, units="si"):
-    write(FILE, "# EVP bonds COUNT: %d UNITS: %s\\n" % (len(lines) if count is None else count, units) + "".join(line + "\\n" for line in lines))
+def bond_file(*lines, count=None):
+    write(FILE, "# EVP bonds COUNT: %d UNITS: si\\n" % (len(lines) if count is None else count) + "".join(line + "\\n" for line in lines))
 
 def kept():
     tell("write_evp_bonds kept.bonds")
@@ -273,7 +232,6 @@ FAULTS = {
     "late line": ('bond_file("1 2 0.0081", "3 4 0.0083", "5 6 -0.0082")', "bond file line 4: deq must be positive, got -0.0082"),
     "twice": ('bond_file("1 2 0.0081", "3 4 0.0083", "2 1 0.0082")', "bond 1 2 is given twice"),
     "cut": ('bond_file("1 2 0.0081", "3 4 0.0083", count=7)', "the bond file holds 2 bonds, its header says 7"),
-    "a million lines later": ('bond_file(*["1 2 0.0081", "3 4 0.0083"], *["# nothing"] * 30000, "3 3 0.0082", count=3)', "bond 3 3 is given twice"),
 }
 
 
@@ -282,7 +240,7 @@ def test_a_bond_file_that_is_mended(tmp_path):
     folder = tmp_path / ("deep" * 30) / ("folder" * 20)
     folder.mkdir(parents=True)
     file = str(folder / "b.bonds")
-    said = run_program(f"FILE = {file!r}\n{SCENE}" + "".join(f"""
+    said = run_program(f"FILE = {file!r}\n{PROGRAM}" + "".join(f"""
 tell("clear", LOAD, SCENE, "fix bonds all evp/bonds file " + FILE)
 {write}
 say(tell("run 0"))
@@ -296,7 +254,7 @@ say([name for name in files_open() if name.endswith("b.bonds")], tell("run 0"), 
 
 def test_two_spheres_that_coincided(tmp_path):
     """The rest of the body is moved apart, so that every record of the refused recording would be one too many."""
-    said = run_program(SCENE + """
+    said = run_program(PROGRAM + """
 tell("create_atoms 1 single 0.051 0.02 0.02", "set atom 7 diameter 0.008 density 2700", "fix bonds all evp/bonds zone 1.3")
 say("refused", tell("run 0"))
 tell("set atom 1 y 0.005", "set atom 2 y 0.035", "set atom 3 z 0.04", "set atom 4 z 0.005", "set atom 5 x 0.09", "set atom 7 y 0.0283")
@@ -308,19 +266,11 @@ say("recorded", tell("run 0"), bonds())
     assert "recorded ok 1.0" in said, said
 
 
-def test_broken_bonds_count_when_their_atoms_have_gone(lmp):
+def test_broken_bonds_count_when_their_atoms_have_gone(lmp, tmp_path):
     """Three spheres in a row: the first one tears off and is lost, then the second is deleted. One bond broke, one more does not act."""
-    start = head(boundary="f f f", skin=0.002, start="""region box block -0.03 0.1 -0.1 0.1 -0.1 0.1
-create_box 1 box
-create_atoms 1 single 0 0 0
-create_atoms 1 single 0.01 0 0
-create_atoms 1 single 0.02 0 0
-set group all diameter 0.01 density 2700""")
-    rules = "pair_style evp/lj contact none break 0.01\npair_coeff * * 80 8 4 3 8 4 0.005 0 1.5\n"
+    write_data(tmp_path / "body.data", np.array([[0.0, 0, 0], [0.01, 0, 0], [0.02, 0, 0]]), [0.005] * 3, [[-0.03, 0.1], [-0.1, 0.1], [-0.1, 0.1]])
     counts = thermo("atoms f_bonds f_bonds[1] f_bonds[5]") + "thermo_modify lost ignore\n"
-    text = start + rules + """
-fix bonds all evp/bonds
-fix move all nve
+    text = head(skin=0.002) + pair(contact="none break 0.01") + """fix move all nve
 timestep 1e-6
 group first id 1
 velocity first set -100 0 0

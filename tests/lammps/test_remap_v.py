@@ -26,7 +26,7 @@ HALF = 0.5 * mass_of(0.005)  # reduced mass
 
 def two_spheres(row, style, step, steps):
     """Spheres 0.011 m apart, across the boundary of a box that grows by SPEED."""
-    text = head("off", boundary="p f f", start="read_data two.data", before="processors 2 1 1\n", skin=0.002) + pair(row)
+    text = head("off", boundary="p f f", before="processors 2 1 1\n", skin=0.002) + pair(row)
     text += f"fix move all {style}\nfix energy all evp/energy\nfix box all deform 1 x vel {SPEED} remap v units box\n"
     text += "variable w equal vx[1]-vx[2]\nvariable sum equal vx[1]+vx[2]\n"
     return text + f"timestep {step:.17g}\nthermo {steps}\n" + thermo("time v_w v_sum f_energy f_energy[*]") + f"run {steps}\n"
@@ -38,7 +38,7 @@ def test_damping_takes_two_spheres_along_with_the_box(lmp, tmp_path, style, h, s
     work that is dissipated, mu (SPEED^2 - o^2)/2, and that of the motion, mu (SPEED - o)^2/2."""
     gamma = 10.0
     x = np.array([[0.5 * DEQ, 0.0, 0.0], [LENGTH - 0.5 * DEQ, 0.0, 0.0]])
-    write_data(tmp_path / "two.data", x, [0.005] * 2, [[0.0, LENGTH], [-0.2, 0.2], [-0.2, 0.2]])
+    write_data(tmp_path / "body.data", x, [0.005] * 2, [[0.0, LENGTH], [-0.2, 0.2], [-0.2, 0.2]])
     text = two_spheres(law.TABLE1._replace(e1=0.0, e2=0.0, gamma=gamma), style, h * HALF / gamma, steps)
     table = lmp(text, 2).ok().thermo()
     found, start = energies(table), 0.5 * HALF * SPEED**2

@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 from evp import law
 from hostile import refused
-from lammps_run import write_data
-from small_bodies import (ANOTHER_ORDER, MOVE, ROUND_OFF, SPACING, STIR, assert_same_curve, dump, head, lattice_body,
-                          record, words, write_body)
+from small_bodies import (ANOTHER_ORDER, MOVE, ROUND_OFF, SPACING, STIR, assert_same_curve, dump, head, lattice_body, record, thermo, words, write_body)
 
 ONE = law.TABLE1._replace(gamma=50.0)
 TWO = law.TABLE1._replace(e1=60.0, e2=5.0, gamma=20.0)
@@ -101,30 +99,6 @@ def test_what_it_prints(lmp, bar, two_types):
     assert scaling_lines(run) == [*expected, "pair evp/lj: types 3 3: no bonds between them: coefficients as given"]
 
 
-def test_one_row_is_one_material(lmp_decks, tmp_path):
-    """A body ten times smaller, at the same strains and strain rates: stress is the same, hence forces go with the area."""
-    small, body = 0.1, lattice_body((5, 4, 4))
-    more = {"spacing": 0.0123, "coordination": 10.0}
-    write_body(tmp_path / "body.data", body)
-    write_data(tmp_path / "small.data", small * body.x, small * body.radius, small * body.box, body.types)
-
-    def deck(start, size, rows):
-        text = head(start=f"read_data {start}.data", skin=0.0008 * size) + coeffs(rows) + BONDS
-        for axis, rate in zip("xyz", (40.0, -9.0, -11.0)):
-            text += f"variable v{axis} atom {rate}*{axis}\n"
-        text += "velocity all set v_vx v_vy v_vz\nfix move all nve/noforce\ntimestep 2e-4\nrun 4\n"
-        return text + dump(every=1) + "run 1\n"
-
-    rows = {"* *": said(ONE, more)}
-    runs = lmp_decks({"body": deck("body", 1.0, rows), "small": deck("small", small, rows),
-                      "typed": deck("small", small, {"* *": words(ONE)})})
-    forces = {name: vectors(run.dump("all.dump")[-1]) for name, run in runs.items()}
-    largest = np.abs(forces["body"]).max()
-    # a strain of 0.01 is the difference of numbers of 1, and a step of 1e-3 of it is that of lengths
-    assert np.abs(forces["small"] / small**2 - forces["body"]).max() <= 1e-11 * largest
-    assert np.abs(forces["typed"] / small**2 - forces["body"]).max() > largest, "control: not without spacing"
-
-
 def test_all_that_read_the_law(lmp_decks, bar, two_types):
     """Forces, stable timestep, pair/local, rerun, minimization, fix nve/evp, energies, in a run beside numbers multiplied by hand."""
     given, by_hand = two_types
@@ -137,9 +111,7 @@ timestep 3e-7
 fix dt all dt/evp 10 0.5 displacement 0.1
 variable s equal dt
 thermo 10
-thermo_style custom step v_s pe ke pxx f_bonds[2] f_energy c_dt c_dt[1] c_dt[2] c_dt[3]
-thermo_modify norm no format float %.17g
-""" + dump(every=30) + """
+""" + thermo("v_s pe ke pxx f_bonds[2] f_energy c_dt c_dt[1] c_dt[2] c_dt[3]") + dump(every=30) + """
 dump pairs all local 30 pairs.dump c_pairs[1] c_pairs[2] c_pairs[3]
 dump_modify pairs format float %.17g
 run 60
@@ -148,15 +120,13 @@ unfix energy
 unfix move
 undump all
 undump pairs
-thermo_style custom step pe ke pxx f_bonds[2] c_dt
-thermo_modify norm no format float %.17g
+""" + thermo("pe ke pxx f_bonds[2] c_dt") + """
 rerun all.dump first 30 dump x y z vx vy vz
 min_style cg
 min_modify dmax 1e-5
 minimize 1e-8 0 20 100
 """
-    runs = lmp_decks({name: head("off") + coeffs(rows) + rest
-                      for name, rows in {"given": given, "by hand": by_hand}.items()}, ranks=2)
+    runs = lmp_decks({name: head("off") + coeffs(rows) + rest for name, rows in {"given": given, "by hand": by_hand}.items()}, ranks=2)
     same_forces(runs["given"], runs["by hand"], ANOTHER_ORDER)
     first = [vectors(runs[name].dump("all.dump")[0]) for name in ("given", "by hand")]
     assert np.abs(first[0] - first[1]).max() <= ROUND_OFF * np.abs(first[1]).max()
@@ -208,8 +178,7 @@ def test_restart(lmp, bar, tmp_path, two_types):
     last = [run.dump("all.dump")[-1] for run in (whole, again)]
     assert np.abs(vectors(last[0]) - vectors(last[1])).max() <= ANOTHER_ORDER * np.abs(vectors(last[0])).max()
     # control: measured anew it would be another
-    anew = lmp(head(start="read_restart half.restart") + "pair_style none\n" + coeffs(two_types[0])
-               + "fix other all evp/bonds\nfix move all nve\nrun 0\n").ok()
+    anew = lmp(head(start="read_restart half.restart") + "pair_style none\n" + coeffs(two_types[0]) + "fix other all evp/bonds\nfix move all nve\nrun 0\n").ok()
     assert scaling_lines(anew) != scaling_lines(whole)
 
 
@@ -283,8 +252,7 @@ def test_a_row_of_a_file(lmp, bar, tmp_path):
     (tmp_path / "p.evp").write_text(f"# UNITS: si\nmetal {said(ONE, METAL)} density 2700\n".replace("80 8", "79.999999999999986 8"), encoding="utf-8")
     run = lmp(head() + coeffs({"* *": "p.evp:metal"}) + BONDS + "fix move all nve\nrun 0\nwrite_data both.data pair ij\n", ranks=2).ok()
     assert len(scaling_lines(run)) == 3
-    assert "1 2 79.99999999999999 8 4 3 8 4 0.005 50 1.5 spacing 0.009 coordination 12 kv 700 density 2700\n" in (
-        tmp_path / "both.data").read_text(encoding="utf-8")
+    assert "1 2 79.99999999999999 8 4 3 8 4 0.005 50 1.5 spacing 0.009 coordination 12 kv 700 density 2700\n" in (tmp_path / "both.data").read_text(encoding="utf-8")
 
 
 # ---- types without bonds of their own: atoms among those of another type, types that are set later

@@ -3,25 +3,15 @@
 
 import numpy as np
 import pytest
-from small_bodies import SPACING, lattice_body, write_body
+from small_bodies import SPACING, head, lattice_body, write_body
 
 STIR = """
 variable vx atom 2*sin(1.1*id)
 variable vy atom 2*cos(2.3*id)
 velocity body set v_vx v_vy 0
 """
-DECK = """
-units si
-atom_style sphere
-atom_modify map yes sort 0 0
-newton {newton}
-boundary f f f
-region box block -0.06 0.14 -0.06 0.1 -0.06 0.1
-create_box 3 box
-read_data body.data add append
-{atoms}
+DECK = head("{newton}", start="region box block -0.06 0.14 -0.06 0.1 -0.06 0.1\ncreate_box 3 box\nread_data body.data add append\n{atoms}", sort="sort 0 0") + """
 group body type 1
-neighbor 0.0008 bin
 neigh_modify {lists}
 pair_style evp/lj contact {contact}
 pair_coeff * * 80 8 4 3 8 4 0.005 0 1.5
@@ -31,8 +21,8 @@ fix move all nve
 {fixes}
 timestep 1e-7
 {stir}
-dump all body custom 200 all.dump id x y z vx vy vz fx fy fz
-dump_modify all format float %.17g sort id
+dump body body custom 200 all.dump id x y z vx vy vz fx fy fz
+dump_modify body format float %.17g sort id
 thermo_style custom step {columns}
 thermo {every}
 run 200

@@ -8,10 +8,6 @@ import pytest
 from evp import specimen as evp_specimen
 from lammps_run import run_lammps
 
-PLATE = """region plate block 0 0.05 -0.01 0.01 -0.005 0.005
-region hole cylinder z 0.025 0.002 0.004 INF INF side out
-region body intersect 2 plate hole
-"""
 NOTCHED = """region bar block 0 0.05 -0.01 0.01 -0.005 0.005
 region notch block 0.022 0.028 0.004 0.02 INF INF side out
 region body intersect 2 bar notch
@@ -29,22 +25,15 @@ def box_gaps(x, r, low, high):
     return np.max(np.maximum(np.asarray(low) - x, x - np.asarray(high)), axis=1) + r
 
 
-def block_gaps(x, r, width=0.02, height=0.01):
-    return box_gaps(x, r, (0, -width / 2, -height / 2), (0.05, width / 2, height / 2))
-
-
 def notch_gaps(x, r):
     """Into the notch: its two walls, its bottom and the two edges between."""
     beside = np.maximum(np.abs(x[:, 0] - 0.025) - 0.003, 0.0)
     below = np.maximum(0.004 - x[:, 1], 0.0)
-    return np.maximum(block_gaps(x, r), r - np.hypot(beside, below))
+    return np.maximum(box_gaps(x, r, (0, -0.01, -0.005), (0.05, 0.01, 0.005)), r - np.hypot(beside, below))
 
 
 SHAPES = {  # variables, text of the region, what sticks out, volume, area at mid-length
-    "block": ({"shape": "block", "width": 0.012, "height": 0.008}, None, lambda x, r: block_gaps(x, r, 0.012, 0.008), 4.8e-6, 9.6e-5),
-    "plate": ({"shape": "region"}, PLATE,
-              lambda x, r: np.maximum(block_gaps(x, r), r + 0.004 - np.hypot(x[:, 0] - 0.025, x[:, 1] - 0.002)),
-              1e-5 - np.pi * 0.004**2 * 0.01, (0.02 - 0.008) * 0.01),
+    "block": ({"shape": "block", "width": 0.012, "height": 0.008}, None, lambda x, r: box_gaps(x, r, (0, -0.006, -0.004), (0.05, 0.006, 0.004)), 4.8e-6, 9.6e-5),
     "notched": ({"shape": "region"}, NOTCHED, notch_gaps, 1e-5 - 0.006 * 0.006 * 0.01, 0.014 * 0.01),
     "tube": ({"shape": "region"}, TUBE,
              lambda x, r: np.maximum(np.abs(np.hypot(x[:, 1], x[:, 2]) - 0.007) - 0.003 + r, box_gaps(x, r, (0, -1, -1), (0.05, 1, 1))),
@@ -113,7 +102,7 @@ def test_measures_of_the_cylinder(tmp_path):
     assert body["solid_fraction"] == pytest.approx(np.sum(4 / 3 * np.pi * packing.radius**3) / body["volume"], rel=1e-6)
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, 2])
 def test_no_sphere_leaves_a_region_while_the_points_part(tmp_path, seed):
     """LAMMPS stops a run in which a sphere's centre passes the wall of a region: few spheres, a thin wall, two ranks."""
     _, packing = make(tmp_path, ranks=1 + seed % 2, region=TUBE, shape="region", n=300, seed=seed)
@@ -134,10 +123,10 @@ region body union 5 left cone1 gauge cone2 right
     assert "Particle outside surface of region" in run.stdout or any("not see: make it by intersect" in line for line in run.warnings())
 
 
-@pytest.mark.parametrize("count, message", [(400, "ERROR: in.specimen: the spheres fill only"), (4000, "% of the spheres touch a wall, which is one or two")])
-def test_walls_of_one_or_two_spheres(tmp_path, count, message):
-    """A tube with a wall of 1.5 mm: too thin for 400 spheres, less than two diameters of 4000. Control: the tube above prints no warning."""
-    (tmp_path / "body.region").write_text(TUBE.replace("0.004 INF", "0.0085 INF"))
+@pytest.mark.parametrize("count, bore, message", [(400, 0.0085, "ERROR: in.specimen: the spheres fill only"), (1000, 0.007, "% of the spheres touch a wall, which is one or two")])
+def test_walls_of_one_or_two_spheres(tmp_path, count, bore, message):
+    """A tube whose wall is thinner than a sphere, or less than two diameters. Control: the tube above prints no warning."""
+    (tmp_path / "body.region").write_text(TUBE.replace("0.004 INF", f"{bore} INF"))
     run = run_lammps("in.specimen", 1, {"shape": "region", "region": "body.region", "n": count, "out": "body.data"}, tmp_path)
     assert message in run.stdout and (run.returncode != 0) == message.startswith("ERROR")
 

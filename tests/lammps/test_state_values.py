@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from evp import law
 from oracle import brute, flow
-from small_bodies import ANOTHER_ORDER, MOVE, STIR, head, lattice_body, pair, with_images, words, write_body
+from small_bodies import ANOTHER_ORDER, MOVE, STIR, head, lattice_body, pair, with_images, write_body
 
 ROW = law.TABLE1
 NAMES = ("plastic_work", "plastic_strain", "plastic_strain_sum", "volume_strain", "von_mises", "triaxiality")
@@ -23,10 +23,6 @@ def periodic(tmp_path):
     body = lattice_body((5, 4, 4), periodic="xyz")
     write_body(tmp_path / "body.data", body)
     return body
-
-
-def elastic(row=ROW, more="", fix="fix bonds all evp/bonds"):
-    return f"pair_style evp/lj contact none plasticity isotropic {more}\npair_coeff * * {words(row)}\n{fix}\n"
 
 
 def columns(snapshot):
@@ -75,7 +71,7 @@ def test_a_body_that_was_stretched_and_flowed(lmp, periodic):
     """All bonds flow once, as the return map is exact for any increment. Zero outside the group. The fit of a strain: tests/unit/test_strain_fit.cpp."""
     n = len(periodic.x)
     scale = " ".join(f"{axis} scale {factor}" for axis, factor in zip("xyz", STRETCH))
-    run = lmp(head("off", "p p p") + elastic() + f"run 0\nchange_box all {scale} remap\nfix hold all nve/noforce\ntimestep 1e-30\n"
+    run = lmp(head("off", "p p p") + pair(ROW, "none plasticity isotropic") + f"run 0\nchange_box all {scale} remap\nfix hold all nve/noforce\ntimestep 1e-30\n"
               + STATE + "group few id <= 20\ncompute few few evp/state/atom plastic_strain\n"
               + DUMP.format("state.dump").replace("c_state", "c_few[*] c_state") + "run 1\n", ranks=2).ok()
     snapshot = run.dump("state.dump")[-1]
@@ -124,10 +120,9 @@ def test_a_body_that_swells(lmp, periodic, factor):
 
 def test_work_of_broken_bonds_and_contacts(lmp, bar):
     """In a run with flow, breaking and new contacts: half the work of all lines of the bond file that name the atom, at each row."""
-    rules = elastic(more="break 0.05").replace("none", "repulsive")
     writes = "".join(f"run 100\nwrite_evp_bonds {step}.bonds\n" for step in (100, 200))
-    run = lmp(head("off") + rules + STIR.replace("15*", "40*") + MOVE + STATE + DUMP.format("state.dump").replace("custom 1", "custom 100") + writes,
-              ranks=2).ok()
+    text = head("off") + pair(ROW, "repulsive plasticity isotropic break 0.05") + STIR.replace("15*", "40*") + MOVE + STATE
+    run = lmp(text + DUMP.format("state.dump").replace("custom 1", "custom 100") + writes, ranks=2).ok()
     snapshots = {snapshot.step: columns(snapshot)["plastic_work"] for snapshot in run.dump("state.dump")}
     for step in (100, 200):
         table = np.loadtxt(run.folder / f"{step}.bonds")

@@ -6,24 +6,15 @@ import itertools
 import numpy as np
 import pytest
 from lammps_run import write_data
+from small_bodies import head, thermo
 
-DECK = """
-units si
-atom_style sphere
-atom_modify map yes
-boundary f f f
-read_data row.data
-neighbor 0.002 bin
-neigh_modify every 1 delay 0 check yes
+DECK = head(start="read_data row.data", skin=0.002) + """
 pair_style evp/lj {style}
 pair_coeff * * {coeff}
 {fix}
 fix move all nve
 timestep 1e-9
-thermo_style custom step pe fmax
-thermo_modify format float %.17g
-run 2
-"""
+""" + thermo("pe fmax") + "run 2\n"
 TABLE1 = "80 8 4 3 8 4 0.005 0 1.5"
 TABLE2 = "80 8 4 3 8 4 0.005 1000 1.5"
 FIX = "fix bonds all evp/bonds"

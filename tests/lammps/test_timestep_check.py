@@ -54,8 +54,7 @@ def test_volume_energy_of_the_present_positions(lmp_decks, tmp_path, style):
     start = head() + pair(law.TABLE1._replace(gamma=10.0), "none") + f"fix volume all evp/volume 3000\nfix move all {style}\nrun 0\n"
     pull = "displace_atoms all ramp x -0.002 0.002 x 0 0.06 units box\n"
     shown = "compute dt all evp/dt\n" + thermo("c_dt") + "run 0\n"
-    runs = lmp_decks({"limit": start + pull + shown, "at rest": start + shown,
-                      **{str(dt): start + pull + f"timestep {dt}\nrun 1\n" for dt in (1e-6, 2e-5)}})
+    runs = lmp_decks({"limit": start + pull + shown, "at rest": start + shown, **{str(dt): start + pull + f"timestep {dt}\nrun 1\n" for dt in (1e-6, 2e-5)}})
     limit, at_rest = (runs[name].thermo(-1)["c_dt"][0] for name in ("limit", "at rest"))
     assert abs(limit / at_rest - 1.0) > 2 * ITERATED
     assert found(runs["2e-05"]) == [pytest.approx(limit, rel=ITERATED)]

@@ -3,12 +3,11 @@
 
 Words that are refused are in test_bad_input.py, what restart and bond files keep in test_records.py."""
 
-
 import numpy as np
 import pytest
 from oracle import law
 from lammps_run import write_data
-from small_bodies import head, pair, thermo, two_groups, words
+from small_bodies import head, pair, thermo, two_groups
 
 RADIUS, TOUCH = 0.005, 0.01
 APART = 1.1 * TOUCH  # within alpha (R_i + R_j) = 1.5 TOUCH
@@ -87,23 +86,6 @@ run 0
     assert sphere["f_bonds"][0] == 6 + 1 and sphere["f_bonds[3]"][0] == 2 and sphere["Fmax"][0] > 100.0
     for kind, ours in tables.items():
         assert ours == pytest.approx(sphere, rel=1e-12), kind
-
-
-def test_as_a_part_of_pair_style_hybrid(lmp, tmp_path):
-    """Types 1 and 2 have this style, type 3 another."""
-    x = np.array([[0, 0, 0], [0.0102, 0, 0], [0.0211, 0, 0], [0.05, 0, 0], [0.0603, 0, 0]])
-    write_data(tmp_path / "body.data", x, [RADIUS] * 5, [[-0.2, 0.2]] * 3, [1, 1, 2, 3, 3])
-    style = f"""pair_style hybrid evp/lj contact literal lj/cut 0.02
-pair_coeff * 3 lj/cut 1 0.01
-pair_coeff 1*2 1*2 evp/lj {words(law.TABLE1)}
-{FIX}type
-"""
-    table = thermo("f_bonds f_bonds[3] v_f")
-    run = lmp(head() + style + "variable f equal fx[3]\n" + table + "run 0\nset atom 3 x 0.0201\nrun 0\n").ok()
-    assert [run.thermo(k)[name][0] for k in (0, 1) for name in ("f_bonds", "f_bonds[3]")] == [1, 0, 1, 1]
-    assert run.thermo(0)["v_f"][0] == 0.0
-    assert run.thermo(1)["v_f"][0] == pytest.approx(law.force(0.0201 - 0.0102, TOUCH, law.TABLE1._replace(xi_s=0.5)), rel=1e-9)
-    assert "within type (bodies only repel each other, elastically)" in run.stdout
 
 
 # ---- what is said ----
