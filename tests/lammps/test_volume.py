@@ -274,7 +274,7 @@ def modulus(lmp, change, stress, kv, strain=1e-5):
     for sign in (-1, 1):
         text = head(boundary="p p p", start="read_data packed.data", skin=0.001) + "change_box all triclinic\n" + pair(contact="none") + (fix(kv) if kv else "")
         text += "run 0\nchange_box all " + change(sign * strain) + " remap units box\n" + thermo("press pxy fnorm")
-        table = lmp(text + "min_modify line quadratic dmax 1e-5\nminimize 0 1e-6 3000 30000\n").ok().thermo()
+        table = lmp(text + "min_modify line quadratic dmax 1e-5\nminimize 0 1e-6 3000 30000\n", ranks=2 if kv else 1).ok().thermo()
         assert table["Fnorm"][-1] < 1e-6 * table["Fnorm"][0]
         values.append(table[stress][-1])
     return (values[0] - values[1]) / (2.0 * strain)
