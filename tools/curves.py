@@ -124,9 +124,7 @@ def one_load(paths, strain):
 
 def read_with_turns(path, args):
     """(curve, rows at which it turns back): those of the grips, as the strain of an extensometer jitters."""
-    curve = curves.read_curve(path, args.column, args.strain)
-    grips = curve if args.strain == "strain" else curves.read_curve(path, args.column)
-    return curve, curves.turns(grips.strain)
+    return curves.read_curve(path, args.strain), curves.turns(curves.read_curve(path).strain)
 
 
 def evaluated(args, numbers):
@@ -159,7 +157,7 @@ def print_numbers(found, names, digits=5):
 def show_numbers(args):
     """Print one line of numbers for each curve."""
 
-    read, found = evaluated(args, lambda curve, turns: curves.table_numbers(curve, args.column, args.fit, (), turns))
+    read, found = evaluated(args, lambda curve, turns: curves.table_numbers(curve, args.fit, (), turns))
     path, line = next(iter(found.items()))
     if all(one["why_no_E"] for one in found.values()):
         raise curves.CurveError(f"{path}: {line['why_no_E']}")
@@ -177,7 +175,7 @@ def show_cycles(args):
     if args.out:
         numbers = numbers_file(args.out, paths)
         load, labels = one_load(paths, args.strain), labels_of(args.labels, paths)
-    read, found = evaluated(args, lambda curve, turns: curves.cycle_numbers(curve, args.column, turns))
+    read, found = evaluated(args, lambda curve, turns: curves.cycle_numbers(curve, turns))
     print_numbers(found, CYCLE, digits=4)
     for path, line in found.items():
         for name, why in WHY_NONE.items():
@@ -187,7 +185,7 @@ def show_cycles(args):
         tell(path)
     if args.out:
         drawn, turns = (dict(zip(labels, values)) for values in zip(*read.values()))
-        print(figures.unloading(drawn, args.out, args.column, load, turns, numbers))
+        print(figures.unloading(drawn, args.out, load, turns, numbers))
 
 
 def strains_of(words):
@@ -207,8 +205,8 @@ def show_table(args):
     target = curves.read_target(args.target) if args.target else None
     if args.csv:
         check_not_read("--csv", args.csv, [*args.curves, *filter(None, [args.target])])
-    found = evaluated(args, lambda curve, turns: curves.table_numbers(curve, args.column, args.fit, strains, turns))[1]
-    apart = evaluated(args, lambda curve, turns: curves.departure(curve, target, args.column, turns))[1] if target else {}
+    found = evaluated(args, lambda curve, turns: curves.table_numbers(curve, args.fit, strains, turns))[1]
+    apart = evaluated(args, lambda curve, turns: curves.departure(curve, target, turns))[1] if target else {}
     stresses = [f"stress_at_{at:g}_MPa" for at in strains]
     areas = list(dict.fromkeys(name for line in found.values() for name in line if name.startswith("area_")))
     for line in found.values():
@@ -240,10 +238,10 @@ def plot_curves(args):
     """Draw all curves into one picture."""
     numbers = numbers_file(args.out, args.curves)
     load, labels = one_load(args.curves, args.strain), labels_of(args.labels, args.curves)
-    read = [curves.read_curve(path, args.column, args.strain) for path in args.curves]
+    read = [curves.read_curve(path, args.strain) for path in args.curves]
     drawn = list(zip(labels, read))
     title = load.deck.replace("in.", "").capitalize() if args.title is None else args.title
-    print(figures.stress_strain({title: drawn}, args.out, args.column, load, numbers))
+    print(figures.stress_strain({title: drawn}, args.out, load, numbers))
 
 
 def plot_law(args):
@@ -303,7 +301,6 @@ def parser():
     def curve_command(name, action, text, fit=False):
         sub = command(name, action, text)
         sub.add_argument("curves", nargs="+", metavar="CSV")
-        sub.add_argument("--column", choices=("virial", "grip"), default="virial", help="stress through the cross-sections, or the grips' reaction")
         sub.add_argument("--strain", choices=("strain", "strain_gauge"), default="strain",
                          help="of the grips, or between layers at 0.3 and 0.7 of the length")
         if fit:

@@ -73,7 +73,7 @@ def end_of_run(path):
     """Load at the end of a deck, of PREFIX_state.dump by the PREFIX.csv beside it, as text; '' where there is none."""
     end = "_state.dump"
     try:
-        curve = curves.read_curve(path.with_name(path.name[: -len(end)] + ".csv"), "virial") if path.name.endswith(end) else None
+        curve = curves.read_curve(path.with_name(path.name[: -len(end)] + ".csv")) if path.name.endswith(end) else None
     except (OSError, ValueError):
         curve = None
     if curve is None:

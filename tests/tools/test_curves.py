@@ -138,17 +138,16 @@ def test_files_that_hold_no_curve(tmp_path, text, message):
     assert message in failed.stderr, failed.stderr
 
 
-@pytest.mark.parametrize("column, other", [("grip", "virial"), ("virial", "grip")])
-def test_one_column_of_stress_is_enough(tmp_path, column, other):
-    """A byte order mark is no part of the first."""
+def test_one_column_of_stress_is_enough(tmp_path):
+    """But for the shares of a rate. A byte order mark is no part of the first."""
     curve = bilinear()
-    path = inputs.curve_file(tmp_path / "one.csv", (curve.strain, getattr(curve, column)), ("strain", f"stress_{column}"))
+    path = inputs.curve_file(tmp_path / "one.csv", (curve.strain, curve.virial), ("strain", "stress_virial"))
     path.write_text(path.read_text(encoding="utf-8"), encoding="utf-8-sig")
     for words in (("plot", "--out", tmp_path / "picture.png"), ("numbers",)):
-        shown = command(*words, path, "--column", column)
+        shown = command(*words, path)
         assert shown.returncode == 0, shown.stderr
-    refused = command("numbers", path, "--column", other)
-    assert refused.returncode == 1 and f"has no column stress_{other}; its first line must be strain,stress_{other}" in refused.stderr
+    refused = command("rate", path, "--twin", path)
+    assert refused.returncode == 1 and "damped run: its file has no column stress_grip" in refused.stderr
 
 
 # ---- curves of other loads ----

@@ -425,7 +425,7 @@ def last_share(path, end):
 def read_curve(path, strain="strain_gauge"):
     """(strain of this column, stress through the cross-sections [Pa]) of a pull or push, both as sizes; Failed where a number is not finite."""
     try:
-        curve = curves.read_curve(path, "virial", strain)
+        curve = curves.read_curve(path, strain)
     except (curves.CurveError, OSError) as error:
         raise Failed(str(error)) from error
     sign = math.copysign(1.0, curve.strain[-1])

@@ -76,8 +76,8 @@ class CurveError(ValueError):
     """A file holds no usable curve, or a curve is too short for the number asked."""
 
 
-def read_columns(path, wanted, remedy=None):
-    """Dict of float arrays for the wanted columns of a CSV file with a header line.
+def read_columns(path, wanted, remedy=None, optional=()):
+    """Dict of float arrays for the wanted columns of a CSV file with a header line, and for the optional ones that it has.
 
     remedy: of (missing name, names there), what to do about it. CurveError names the file and what is wrong; OSError if it cannot be read.
     """
@@ -89,7 +89,8 @@ def read_columns(path, wanted, remedy=None):
         what = remedy(missing, names) if remedy else f"wanted are {', '.join(wanted)}"
         raise CurveError(f"{path} has no column {missing}; {what}")
     try:
-        return {name: np.array([float(line[names.index(name)]) for line in lines[1:]]) for name in wanted}
+        there = [*wanted, *(name for name in optional if name in names)]
+        return {name: np.array([float(line[names.index(name)]) for line in lines[1:]]) for name in there}
     except (ValueError, IndexError) as error:
         raise CurveError(f"{path} holds a damaged line: {error}") from error
 
@@ -101,15 +102,13 @@ def load_of(path):
     return next((load for load in LOADS if load.mark in names), TENSION)
 
 
-def read_curve(path, column=None, strain="strain"):
+def read_curve(path, strain="strain"):
     """Curve from a CSV file with the columns of one of LOADS, such as strain,stress_grip,stress_virial (more may follow).
 
-    column: 'virial' or 'grip' where only that stress is needed; the other one is then nan.
-    strain: the column of the strain, strain_gauge for that of an extensometer. Errors as of read_columns.
+    strain: the column of the strain, strain_gauge for that of an extensometer. A file without stress_grip gives nan for it. Errors as of read_columns.
     """
-    load = load_of(path)
-    columns = dict(zip(HEADER, load.columns if strain == "strain" else (strain, *load.columns[1:])))
-    wanted = {name: place for name, place in columns.items() if column is None or name in ("strain", "stress_" + column)}
+    own, grip, virial = load_of(path).columns
+    strain = own if strain == "strain" else strain
 
     def remedy(missing, names):
         if missing == "strain_gauge":
@@ -118,15 +117,14 @@ def read_curve(path, column=None, strain="strain"):
             return "it is of an older in.torsion: run the deck again"
         if "time" in names and "force" in names:
             return f"a curve over time has no modulus: take curves.py columns --x time --y NAME, NAME one of {', '.join(names[1:])}"
-        return f"its first line must be {','.join(wanted.values())}"
+        return f"its first line must be {strain},{virial}"
 
-    found = read_columns(path, wanted.values(), remedy)
-    table = np.array([found[place] for place in wanted.values()])
-    if table.shape[1] < 2:
-        raise CurveError(f"{path} holds {table.shape[1]} rows: no curve")
-    if not np.all(np.isfinite(table)):
+    found = read_columns(path, (strain, virial), remedy, (grip,))
+    if len(found[strain]) < 2:
+        raise CurveError(f"{path} holds {len(found[strain])} rows: no curve")
+    if not np.all(np.isfinite([found[strain], found[virial]])):
         raise CurveError(f"{path} holds a number that is not finite: the run was unstable")
-    return Curve(*(found.get(columns[name] if name in wanted else None, np.full(table.shape[1], NAN)) for name in HEADER))
+    return Curve(found[strain], found.get(grip, np.full_like(found[strain], NAN)), found[virial])
 
 
 def _line_fit(strain, stress, low, high):
@@ -230,17 +228,16 @@ def check_fit(fit):
         raise CurveError(f"the range of E must be 0 <= low < high, got {fit[0]:g} {fit[1]:g}")
 
 
-def numbers(curve, column="virial", fit=None):
+def numbers(curve, fit=None):
     """What is reported of a curve, in a dict (nan where the curve is too short):
 
       E_GPa, E_from and E_to (the range of strain that it is the slope of), jump_MPa (that line at
       strain 0) and jump_share (over the line at E_to), yield_MPa, stress_1pc_MPa, stress_2pc_MPa (fitted about 0.0195, so that the window ends before 2 %),
       departure_strain (tangent below 90 % of E).
 
-    column: 'virial' or 'grip'. fit: (low, high) in place of the elastic part that is found.
-    CurveError if the curve is too short for E.
+    fit: (low, high) in place of the elastic part that is found. CurveError if the curve is too short for E.
     """
-    strain, stress = curve.strain, getattr(curve, column)
+    strain, stress = curve.strain, curve.virial
     check_fit(fit)
     low, high = fit or (0.0, elastic_end(strain, stress))
     moved = strain > 0.0
@@ -352,11 +349,11 @@ def loop_areas(strain, stress, at=None):
     return [work(strain[a : b + 1], stress[a : b + 1]) for a, b in zip(found[:-2:2], found[2::2])]
 
 
-def cycle_numbers(curve, column="virial", at=None):
+def cycle_numbers(curve, at=None):
     """What is reported of a way there and back, in a dict: turn_strain, turn_MPa, residual_strain (nan where it is not unloaded),
     elastic_strain, the stress at the turn over the unloading modulus, and rest_strain, what came back besides; unloading_GPa (these
     three nan where the way back has too few rows), area_MJ_per_m3 of the last loop (one sweep: of the sweep)."""
-    strain, stress = curve.strain, getattr(curve, column)
+    strain, stress = curve.strain, curve.virial
     back, held = unloading(strain, stress, at)
     modulus, residual = or_nan(unloading_modulus, strain, stress, at), residual_strain(strain, stress, at)
     elastic = float(held[0]) / modulus
@@ -427,7 +424,7 @@ def stress_on(strain, stress, at):
     return float(np.interp(at, strain[order], stress[order]))
 
 
-def table_numbers(curve, column="virial", fit=None, strains=STRAINS, turned=None):
+def table_numbers(curve, fit=None, strains=STRAINS, turned=None):
     """What is reported of a curve, in a dict; nan where it has no such number; why_no_E: text, empty where there is E.
 
       all of numbers()                of the first way
@@ -438,17 +435,17 @@ def table_numbers(curve, column="virial", fit=None, strains=STRAINS, turned=None
     """
     check_fit(fit)
     turned = turns(curve.strain) if turned is None else turned
-    strain, stress, sign = first_way(curve.strain, getattr(curve, column), turned)
+    strain, stress, sign = first_way(curve.strain, curve.virial, turned)
     try:
-        found = {**numbers(Curve(strain, stress, stress), "virial", fit), "why_no_E": ""}
+        found = {**numbers(Curve(strain, stress, stress), fit), "why_no_E": ""}
     except CurveError as error:
         found = {**dict.fromkeys(NUMBERS, NAN), "why_no_E": str(error)}
     found.update({f"stress_at_{at:g}_MPa": 1e-6 * stress_on(strain, stress, at) for at in strains})
     found.update({name: sign * value for name, value in found.items() if name.endswith("_MPa")})
     if not len(turned):
         return {**found, **dict.fromkeys(CYCLE_NUMBERS, NAN)}
-    areas = loop_areas(curve.strain, getattr(curve, column), turned)
-    back = cycle_numbers(curve, column, turned)
+    areas = loop_areas(curve.strain, curve.virial, turned)
+    back = cycle_numbers(curve, turned)
     found.update({name: back[name] for name in CYCLE_NUMBERS})
     return {**found, **{f"area_{k}_MJ_per_m3": 1e-6 * area for k, area in enumerate(areas, start=1)}}
 
@@ -462,12 +459,12 @@ DEPARTURE = {  # titles in print
 }
 
 
-def departure(curve, target, column="virial", turned=None):
+def departure(curve, target, turned=None):
     """Numbers of DEPARTURE in a dict: the first way of the curve minus the target (strain, stress), at the rows of the target that it reaches.
 
     CurveError where it reaches none.
     """
-    strain, stress, sign = first_way(curve.strain, getattr(curve, column), turned)
+    strain, stress, sign = first_way(curve.strain, curve.virial, turned)
     own = np.array([sign * stress_on(strain, stress, sign * at) for at in target[0]])
     reached = np.isfinite(own)
     if not reached.any():

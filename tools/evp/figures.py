@@ -79,10 +79,10 @@ def _is_positive(values):
     return min(values) > -0.01 * max(map(abs, values))
 
 
-def stress_strain(panels, path, column="virial", load=TENSION, numbers=None):
+def stress_strain(panels, path, load=TENSION, numbers=None):
     """Stress-strain curves: panels is {title: [(label, curves.Curve), ...]}, side by side.
 
-    column: 'virial' or 'grip'; load: curves.Load of all curves. Writes path and its CSV: panel, curve, strain_percent, stress_MPa.
+    load: curves.Load of all curves. Writes path and its CSV: panel, curve, strain_percent, stress_MPa.
     A label means the same line in every panel; within a panel no two curves share one.
     """
     rows, styles = [], {}
@@ -93,7 +93,7 @@ def stress_strain(panels, path, column="virial", load=TENSION, numbers=None):
             for label, curve in curves:
                 seen.append(label)
                 style = styles.setdefault((label, seen.count(label)), line_style(len(styles)))
-                percent, stress = 100 * curve.strain, 1e-6 * getattr(curve, column)
+                percent, stress = 100 * curve.strain, 1e-6 * curve.virial
                 axis.plot(percent, stress, label=label, **style)
                 rows += [(title, label, f"{a:.6g}", f"{b:.6g}") for a, b in zip(percent, stress)]
             axis.set(title=title, xlabel=f"{load.strain} [%]")
@@ -155,7 +155,7 @@ def residual_text(strain):
     return f"residual strain {percent_left(strain)}" if np.isfinite(strain) else "no residual strain (not unloaded)"
 
 
-def unloading(curves, path, column="virial", load=TENSION, turns=None, numbers=None):
+def unloading(curves, path, load=TENSION, turns=None, numbers=None):
     """Curves that turn back: curves is {label: curves.Curve}, turns {label: rows}, as `at` of curves.py, or None; the residual strain is told behind each label, and marked.
 
     Writes path and its CSV: curve, strain_percent, stress_MPa.
@@ -164,8 +164,8 @@ def unloading(curves, path, column="virial", load=TENSION, turns=None, numbers=N
     with plt.rc_context(LOOK):
         figure, axis = plt.subplots(figsize=(6.4, 4.2))
         for k, (label, curve) in enumerate(curves.items()):
-            percent, stress = 100 * curve.strain, 1e-6 * getattr(curve, column)
-            left = residual_strain(curve.strain, getattr(curve, column), turns and turns[label])
+            percent, stress = 100 * curve.strain, 1e-6 * curve.virial
+            left = residual_strain(curve.strain, curve.virial, turns and turns[label])
             name = f"{label}: {residual_text(left)}"
             axis.plot(percent, stress, label=name, **line_style(k))
             axis.plot([100 * left], [0.0], "o", color=_COLORS[k], markeredgecolor="#333333", markeredgewidth=0.5, markersize=6, zorder=3)

@@ -53,7 +53,10 @@ class Expected(NamedTuple):
 def imbalance(curve, at):
     """Root mean square of grip - virial [Pa] over the window of the stress at the strain `at`."""
     inside = np.abs(curve.strain - at) <= curves.STRESS_WINDOW + 1e-9
-    return float(np.sqrt(np.mean((curve.grip - curve.virial)[inside] ** 2)))
+    found = float(np.sqrt(np.mean((curve.grip - curve.virial)[inside] ** 2)))
+    if not np.isfinite(found):
+        raise curves.CurveError("its file has no column stress_grip, or a number in it is not finite")
+    return found
 
 
 def starting_jump(curve):
@@ -98,7 +101,8 @@ def shares_at(damped, twin, at):
                     for name, curve in (("damped run", damped), ("twin", twin)))
     if total <= 0.0:
         raise curves.CurveError(f"damped run: no tension at strain {at:g} to take shares of")
-    return Shares(at, total, total - other, imbalance(damped, at), imbalance(twin, at))
+    apart = [curves.named(name, imbalance, curve, at) for name, curve in (("damped run", damped), ("twin", twin))]
+    return Shares(at, total, total - other, *apart)
 
 
 def scaled_row(row, count, volume=REFERENCE_VOLUME):
