@@ -19,13 +19,12 @@ import pathlib
 import re
 import shutil
 import signal
-import subprocess
 import sys
 import tempfile
 
 from evp.progress import format_seconds
 from evp.report import command_line, errors_in_one_line
-from evp.run import CHECKOUT, RunError, environment, lammps_command, lammps_error
+from evp.run import CHECKOUT, RunError, ended, lammps_command, lammps_error
 
 MEASURED = CHECKOUT / "doc" / "accuracy_errors.csv"
 MARK = "cost.py:"  # begins the lines that part the output
@@ -64,14 +63,14 @@ def script(deck, folder, seconds):
     text = deck.read_text(encoding="utf-8")
     (folder / "timings.lmp").write_text(timings(text, max(1.0, 0.2 * seconds)), encoding="utf-8")
     choices = ["-var", "out", str(folder / "out")] if re.search(r"^variable\s+out\s", text, re.M) else []
-    ended = f"print '{MARK} deck ended'"
+    last = f"print '{MARK} deck ended'"
     begin = f"timer timeout {seconds:.0f} every 10"
     if "${also}" in text and not re.search(r"^run\s", text, re.M):  # minimizations, which a timeout would leave half done
         begin = "variable cost_begun timer"
         (folder / "also.lmp").write_text(f'variable cost_now timer\nif "$((v_k>=3)*(v_cost_now-v_cost_begun>{seconds}))" then '
-                                         f'"{ended}" "include {folder}/timings.lmp" "quit 0"\n', encoding="utf-8")
+                                         f'"{last}" "include {folder}/timings.lmp" "quit 0"\n', encoding="utf-8")
         choices += ["-var", "also", str(folder / "also.lmp")]
-    (folder / "in.cost").write_text(f"{begin}\ninclude {deck}\n{ended}\ntimer timeout off\ninclude {folder}/timings.lmp\n", encoding="utf-8")
+    (folder / "in.cost").write_text(f"{begin}\ninclude {deck}\n{last}\ntimer timeout off\ninclude {folder}/timings.lmp\n", encoding="utf-8")
     return choices
 
 
@@ -90,11 +89,9 @@ def run(options, folder):
     command = [*lammps_command(options.ranks), "-in", str(folder / "in.cost"), "-log", str(folder / "log"), *choices, *options.arguments]
     place = pathlib.Path.cwd() if "out" in choices else copied(folder)
     print(f"cost.py: runs {options.deck.name} for about {format_seconds(2 * options.seconds)}", file=sys.stderr, flush=True)
-    done = subprocess.run(command, env=environment(), stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                          encoding="utf-8", errors="replace", check=False, cwd=place)
-    (folder / "screen").write_text(done.stdout, encoding="utf-8")
+    done = ended(command, place)
     if f"{MARK} end" not in done.stdout:
-        failed = lammps_error(folder / "screen")
+        failed = lammps_error(done.stdout)
         if not loops(done.stdout):
             raise RunError(f"{options.deck.name} failed (exit {done.returncode}): {failed}")
         print(f"cost.py: no shares, as the script cannot go on after its run is cut short: {failed}", file=sys.stderr, flush=True)

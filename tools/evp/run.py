@@ -67,7 +67,7 @@ class Job:
             if said:
                 raise RunError(f"{self.name}: LAMMPS did not start (exit {self.process.returncode}): {said}\n"
                                "  run evp doctor (tools/doctor.py): it names the cause and the command that mends it")
-            raise Failed(f"{self.name}: {self.deck} failed (exit {self.process.returncode}): {lammps_error(self.log)}\n  whole output: {self.log}")
+            raise Failed(f"{self.name}: {self.deck} failed (exit {self.process.returncode}): {lammps_error(text)}\n  whole output: {self.log}")
 
     def end(self):
         """End the process if it runs: it is asked to, and killed where it does not."""
@@ -120,10 +120,15 @@ def ended_well(code, text):
     return code == 0 or (code == 1 and "Total wall time:" in text and " with PID 0 on" in text)
 
 
+def ended(command, folder):
+    """The process of a command that has ended; its stdout is all that it printed."""
+    return subprocess.run(command, cwd=folder, env=environment(), stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                          stderr=subprocess.STDOUT, encoding="utf-8", errors="replace", check=False)
+
+
 def output_of(command, folder, what):
     """What a command printed; RunError with the end of it where it failed."""
-    run = subprocess.run(command, cwd=folder, env=environment(), stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                         stderr=subprocess.STDOUT, encoding="utf-8", errors="replace", check=False)
+    run = ended(command, folder)
     if run.returncode:
         raise RunError(f"{what} failed (exit {run.returncode}); its output ends with\n{run.stdout[-1500:]}")
     return run.stdout
@@ -143,10 +148,9 @@ def start_failure(text, code, ranks):
     return next((words for words in paragraphs if not words.startswith("WARNING")), "it printed nothing")[:300]
 
 
-def lammps_error(log):
-    """The error lines of a log file, or its last lines where there are none."""
-    with open(log, encoding="utf-8", errors="replace") as source:
-        lines = [line.strip() for line in source if line.strip()]
+def lammps_error(text):
+    """The error lines of what LAMMPS printed, or its last lines where there are none."""
+    lines = [line.strip() for line in text.splitlines() if line.strip()]
     found = [line for line in lines if re.match(r"ERROR\b", line)]  # no echoed print
     if found:
         return " / ".join(dict.fromkeys(found[:3]))

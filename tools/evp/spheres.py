@@ -6,7 +6,6 @@ fixes the scale; what is drawn is cut to the spheres of all snapshots of a view.
 """
 
 import pathlib
-import subprocess
 import tempfile
 from typing import NamedTuple
 
@@ -130,13 +129,10 @@ def _draw(x, radius, value, colors, views):
             top, left = (canvas - camera.height) // 2, (canvas - camera.width) // 2
             cuts.append(np.s_[top : top + camera.height, left : left + camera.width])
         (folder / "in.view").write_text(script, encoding="ascii")
-        command = [*run.lammps_command(), "-log", "none", "-screen", "view.log", "-nocite", "-in", "in.view"]
-        ended = subprocess.run(command, cwd=folder, env=run.environment(), stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                               stderr=subprocess.STDOUT, check=False)
-        if ended.returncode:
-            with open(folder / "view.log", "ab") as log:
-                log.write(ended.stdout)
-            raise run.RunError(f"LAMMPS could not draw the spheres: {_reason(run.lammps_error(folder / 'view.log'), command[0])}")
+        command = [*run.lammps_command(), "-log", "none", "-nocite", "-in", "in.view"]
+        drawing = run.ended(command, folder)
+        if drawing.returncode:
+            raise run.RunError(f"LAMMPS could not draw the spheres: {_reason(run.lammps_error(drawing.stdout), command[0])}")
         return [np.asarray(Image.open(folder / f"view{k}.ppm"))[cut] for k, cut in enumerate(cuts)]
 
 
