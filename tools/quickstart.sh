@@ -10,4 +10,4 @@ source "$here/env.sh"
 evp_find_python
 cd "$EVP_REPOSITORY"
 echo "== quick start: the paper's traction test"
-exec "$PYTHON" -m evp.quickstart "$@"
+exec "$PYTHON" tools/quickstart.py "$@"

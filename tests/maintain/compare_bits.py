@@ -10,7 +10,7 @@ import re
 import shutil
 
 import tools_path  # noqa: F401  before the matrix
-from evp import quickstart
+import quickstart
 from evp.progress import watched
 from evp.run import CHECKOUT, RunError
 from lammps_run import run_lammps

@@ -22,7 +22,8 @@ CHOICES = {"--release", "--compiler", "--sizes", "--tests"}
 def help_of(program):
     path = REPOSITORY / program
     python = os.environ.get("PYTHON", "/usr/bin/python3")
-    words = [python, "-m", "evp.quickstart"] if program == "tools/quickstart.sh" else [python, path] if program.endswith(".py") else [path]
+    path = path.with_name("quickstart.py") if program == "tools/quickstart.sh" else path
+    words = [python, path] if path.suffix == ".py" else [path]
     return subprocess.run([*words, "--help"], stdout=subprocess.PIPE, text=True, env={**os.environ, "PYTHONPATH": str(REPOSITORY / "tools")}, check=True, timeout=60).stdout
 
 

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""evp.quickstart and evp.run: how runs are started, shared out over cores, and how they fail. evp.progress: time left once it can be told."""
+"""tools/quickstart.py and evp.run: how runs are started, shared out over cores, and how they fail. evp.progress: time left once it can be told."""
 
 import re
 import signal
 import sys
 
 import pytest
-from evp import part, progress, quickstart, run
+import quickstart
+from evp import part, progress, run
 from inputs import program
 
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """The command evp: the tools by their names, LAMMPS with the plugin loaded, and where the files are.
 
-Run as build/evp, as PREFIX/bin/evp after an installation, or as `PYTHONPATH=tools python3 -m evp`. It needs the standard library
-only: the modules are looked for by the tool that is started.
+Run as build/evp, or as PREFIX/bin/evp after an installation; both are scripts that CMake writes, and do `evp lmp` themselves. It needs the
+standard library only: the modules are looked for by the tool that is started.
 """
 
 import ast
@@ -15,7 +15,7 @@ import sys
 TOOLS = pathlib.Path(__file__).resolve().parents[1]
 ROOT = TOOLS.parent
 # Those that are installed, in one line: CMake reads it.
-FOR_USERS = "body calibrate cost curves doctor view".split()
+FOR_USERS = "body calibrate cost curves doctor quickstart view".split()
 FOLDERS = {
     "": ("all of these", ROOT),
     "decks": ("the input scripts", ROOT / "lammps_inputs"),
@@ -24,7 +24,6 @@ FOLDERS = {
     "doc": ("the pages of the manual", ROOT / "doc"),
     "plugin": ("evpplugin.so, for LAMMPS_PLUGIN_PATH", pathlib.Path(os.environ.get("EVP_PLUGINS") or ROOT / "build")),
 }
-PROGRAMS = {"quickstart": "evp.quickstart"}  # names of modules that are programs
 SCRIPTS = ("setup.sh", "quickstart.sh", "test.sh")  # of the source tree
 USAGE = """usage: evp NAME [ARGUMENTS]     run a tool; evp NAME --help explains it
        evp lmp [ARGUMENTS]      run LAMMPS with the plugin loaded: mpirun -np 2 evp lmp -in FILE
@@ -36,12 +35,6 @@ USAGE = """usage: evp NAME [ARGUMENTS]     run a tool; evp NAME --help explains 
 def version():
     """Of the package; from its text, since importing the package asks for numpy."""
     return re.search(r'^__version__ = "(.+?)"', (TOOLS / "evp" / "__init__.py").read_text(encoding="utf-8"), re.M)[1]
-
-
-def tools():
-    """{name: path} of the tools that are there."""
-    paths = {**{name: TOOLS / f"{name}.py" for name in FOR_USERS}, **{name: TOOLS / "evp" / f"{name}.py" for name in PROGRAMS}}
-    return {name: path for name, path in sorted(paths.items()) if path.exists()}
 
 
 def summary(path):
@@ -67,7 +60,7 @@ def table(rows):
 def usage():
     """The whole help."""
     scripts = [TOOLS / name for name in SCRIPTS if (TOOLS / name).exists()]
-    parts = {"Tools": [(name, summary(path)) for name, path in tools().items()],
+    parts = {"Tools": [(name, summary(TOOLS / f"{name}.py")) for name in FOR_USERS],
              "Scripts in the folder tools": [(path.name, summary(path)) for path in scripts],
              "Folders of evp path": [(name or "(none)", text) for name, (text, _) in FOLDERS.items()],
              "Input scripts, in the folder decks": [(path.name, summary(path)) for path in sorted(FOLDERS["decks"][1].glob("in.*"))],
@@ -90,15 +83,6 @@ def path(words):
     return 0
 
 
-def lmp(words):
-    """evp lmp: only where evp was started as a module; the script that CMake writes does it without Python."""
-    program = os.environ.get("EVP_LMP") or str(ROOT / "build" / "lmp")
-    try:
-        return os.execvp(program, [program, *words])
-    except OSError as error:
-        return refuse(f"cannot start {program}: {error.strerror}; build the plugin, or set EVP_LMP")
-
-
 def main(words):
     """Exit code; a tool takes the place of this process."""
     name, rest = (words[0], words[1:]) if words else ("--help", [])
@@ -108,17 +92,12 @@ def main(words):
     if name in ("-V", "--version"):
         print(f"EVP {version()}")
         return 0
-    if name in ("path", "lmp"):
-        return path(rest) if name == "path" else lmp(rest)
-    tool = tools().get(name)
-    if tool is None:
-        return refuse(f"no tool '{name}'; the tools here are {', '.join(tools())}")
+    if name == "path":
+        return path(rest)
+    if name not in FOR_USERS:
+        return refuse(f"no tool '{name}'; the tools here are {', '.join(FOR_USERS)}")
     os.environ["EVP_COMMAND"] = "evp"
-    sys.stdout.flush()
-    if name in PROGRAMS:
-        os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, (str(TOOLS), os.environ.get("PYTHONPATH"))))
-        return os.execv(sys.executable, [sys.executable, "-m", PROGRAMS[name], *rest])
-    return os.execv(sys.executable, [sys.executable, str(tool), *rest])
+    return os.execv(sys.executable, [sys.executable, str(TOOLS / f"{name}.py"), *rest])
 
 
 if __name__ == "__main__":

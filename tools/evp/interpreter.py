@@ -38,16 +38,6 @@ def has_modules(python, modules):
     return probe.returncode == 0
 
 
-def words_to_start_again():
-    """What follows the Python in the command line of a tool of this checkout; None in any other program."""
-    if sys.argv[0] == "-m":  # of a package that is still being imported
-        words = getattr(sys, "orig_argv", [])
-        module = next((after for word, after in zip(words, words[1:]) if word == "-m"), "")
-        return ["-m", module, *sys.argv[1:]] if module.split(".")[0] == "evp" else None
-    script = pathlib.Path(sys.argv[0]).resolve()
-    return list(sys.argv) if TOOLS.parent in script.parents and script.is_file() else None
-
-
 def how_to_get(modules):
     """By set-up, which an installation has not."""
     if (TOOLS / "setup.sh").exists():
@@ -64,8 +54,8 @@ def require(*modules, remedy=""):
     python = next((path for path in candidates(os.environ) if has_modules(path, modules)), None)
     if python is None:
         sys.exit(f"{lack}: {remedy or how_to_get(lacking)}, or give one: PYTHON=/path/to/python3")
-    words = words_to_start_again()
-    if words is None or os.environ.get(_STARTED_AGAIN) == str(os.getpid()):
-        sys.exit(f"{lack}: use {python}")
+    script = pathlib.Path(sys.argv[0]).resolve()
+    if TOOLS.parent not in script.parents or not script.is_file() or os.environ.get(_STARTED_AGAIN) == str(os.getpid()):
+        sys.exit(f"{lack}: use {python}")  # a program of the user's, or one that was started again already
     os.environ[_STARTED_AGAIN] = str(os.getpid())
-    os.execv(python, [python, *words])
+    os.execv(python, [python, *sys.argv])

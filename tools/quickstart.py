@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
 """The paper's traction test, from a random packing to curves and pictures.
 
@@ -12,8 +13,9 @@ import argparse
 import pathlib
 import sys
 
-from . import curves, figures, law, run
-from .report import command_line, typed, write_csv
+import evp  # noqa: F401  before numpy
+from evp import curves, figures, law, run
+from evp.report import command_line, write_csv
 
 TABLES = {
     "table1": ("Table 1, no damping", "80 8 4 3 8 4 0.005 0 1.5", (1.0, 10.0)),
@@ -30,7 +32,6 @@ _TYPICAL_STEP = {"table1": 9e-7, "table2": 3.5e-8}
 def parser():
     """The command line."""
     top = command_line(__doc__)
-    top.prog = typed("quickstart.py").removesuffix(".py")
     top.add_argument("--rates", nargs="+", type=_positive, metavar="R",
                      help="strain rates [1/s] for both tables (default: Table 1 at 1 and 10, "
                      "Table 2 at 1, 10 and 100; the time goes as 1/rate)")
