@@ -7,12 +7,10 @@
   curves.py cycle    results/a.csv results/b.csv [--out unloading.png]
   curves.py table    results/*.csv [--at 0.002,0.01] [--target metal.csv] [--csv table.csv]
   curves.py law      --coeff "80 8 4 3 8 4 0.005 0 1.5" --measured two_spheres.csv --out law.png
-  curves.py specimen results/a_state.dump --out specimen.png
   curves.py rate     damped.csv --twin undamped.csv --rate 10 --specimen specimen.data --coeff "80 8 4 3 8 4 0.005 1000 1.5"
 
-Curves are PREFIX.csv of in.traction, or of your own deck (columns strain,stress_grip,stress_virial; Pa), the state is its
-PREFIX_state.dump, or a CSV with the columns x,y,z,radius,share. With every PNG a CSV of its data is written
-(A.csv with A.png; A_plot.csv where A.csv is read).
+Curves are PREFIX.csv of in.traction, or of your own deck (columns strain,stress_grip,stress_virial; Pa). With every PNG a CSV of its
+data is written (A.csv with A.png; A_plot.csv where A.csv is read).
 PREFIX.csv of in.torsion (shear strain and stress of the surface; the modulus is G), in.bending (outer fibre) and in.shear are
 curves, too. For a curve that unloads, `numbers` uses the part before the first reversal.
 `numbers` fits E to the elastic part and prints the range: from strain 0 to 0.003, or to 3/4 of the
@@ -35,10 +33,8 @@ and rho c L rate.
 import pathlib
 import sys
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-
-from evp import curves, figures, law, rates, specimen  # noqa: E402
-from evp.report import command_line, typed, words_of, write_csv  # noqa: E402
+from evp import curves, figures, law, rates, specimen
+from evp.report import command_line, typed, words_of, write_csv
 
 ELASTIC_END = 0.004  # strain at which the first pairs of Table 1 come to the second regime
 TITLES = {  # {E}: what the modulus is called
@@ -251,13 +247,6 @@ def plot_law(args):
     print(figures.force_law(law.Row.parse(args.coeff), args.out, measured, numbers=numbers))
 
 
-def plot_specimen(args):
-    """Draw the spheres of one state."""
-    numbers = numbers_file(args.out, [args.state])
-    state = figures.read_state(args.state)
-    print(figures.specimen(state, args.out, args.title, numbers))
-
-
 def show_rate_shares(args):
     """Print what theory expects, where it is asked for, and a line of shares for each strain."""
     if len({value is None for value in (args.specimen, args.rate, args.coeff)}) > 1:
@@ -331,10 +320,6 @@ def parser():
                      help="e1 m1 n1 e2 m2 n2 xi_s gamma alpha (default: Table 1)")
     sub.add_argument("--measured", metavar="CSV", help="PREFIX.csv of in.two_spheres")
     sub.add_argument("--out", default="force_law.png", metavar="PNG")
-    sub = command("specimen", plot_specimen, "spheres coloured by their share in the second regime")
-    sub.add_argument("state", metavar="FILE")
-    sub.add_argument("--title", default="")
-    sub.add_argument("--out", default="specimen.png", metavar="PNG")
     sub = command("rate", show_rate_shares, "viscous and inertial share of a damped run's stress")
     sub.add_argument("damped", metavar="CSV")
     sub.add_argument("--twin", required=True, metavar="CSV",

@@ -75,7 +75,7 @@ def unloading_job(out, plasticity, ranks):
 
 def first_second_regime_strain(path):
     """Strain of the first row of PREFIX.csv with a bond in the second regime, or 'none'."""
-    found = figures.read_columns(path, ("strain", "second_regime"))
+    found = curves.read_columns(path, ("strain", "second_regime"))
     reached = found["strain"][found["second_regime"] > 0]
     return f"{reached[0]:.4f}" if len(reached) else "none"
 
@@ -86,19 +86,11 @@ def draw(out, pulled):
     for (table, rate), job in sorted(pulled.items()):
         curve = curves.read_curve(out / f"{job.name}.csv")
         panels.setdefault(TABLES[table][0], []).append((f"{rate:g}/s", curve))
-    measured = figures.read_columns(out / "two_spheres.csv", figures.MEASURED)
+    measured = curves.read_columns(out / "two_spheres.csv", figures.MEASURED)
     table1 = law.Row.parse(TABLES["table1"][1])
-    paths = [
-        figures.force_law(table1, out / "force_law.png", measured),
-        figures.stress_strain(panels, out / "stress_strain.png"),
-    ]
-    table, rate = min(pulled, key=lambda key: (key[0], abs(key[1] - 10.0)))
-    state = figures.read_state(out / f"{pulled[table, rate].name}_state.dump")
-    title = f"{TABLES[table][0]}, {rate:g}/s, strain {100 * STRAIN:g} %"
-    paths.append(figures.specimen(state, out / "specimen.png", title))
     sweeps = {label: curves.read_curve(out / f"plasticity_{plasticity}.csv") for plasticity, label in UNLOADING.items()}
-    paths.append(figures.unloading(sweeps, out / "unloading.png"))
-    return paths
+    return [figures.force_law(table1, out / "force_law.png", measured), figures.stress_strain(panels, out / "stress_strain.png"),
+            figures.unloading(sweeps, out / "unloading.png")]
 
 
 def report(out, pulled):

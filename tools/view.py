@@ -11,24 +11,19 @@
   view.py run.dump --vtk run                                           run.pvd and a .vtu for each snapshot
 
 DUMP is a text file of `dump custom` or `write_dump all custom` with x y z (or xu yu zu) and radius; OVITO reads the same
-files. Columns have the names of dump_modify colname; c_pairs[1] to c_pairs[4] of the decks are bonds, share_second,
-share_lost and new_pairs too. Several dumps are one series, in the order given; without --strip, --film and --frames the last snapshot
-of each is drawn. Titles are the load, where a column strain or angle is the same for all atoms or PREFIX.csv is beside PREFIX_state.dump, else
-time or step. All snapshots and
-views of a picture have the same scale and the same colors. Units are those of the dump (dump_modify units yes) or of --units; no
-display is needed. Spheres are drawn by LAMMPS (build/lmp, or $EVP_LMP).
+files. Columns have the names of dump_modify colname. Several dumps are one series, in the order given; without --strip and --film the
+last snapshot of each is drawn. Titles are the load, where a column strain or angle is the same for all atoms or PREFIX.csv is beside
+PREFIX_state.dump, else time or step. All snapshots and views of a picture have the same scale and the same colors. Units are those of the
+dump (dump_modify units yes), else SI; no display is needed. Spheres are drawn by LAMMPS (build/lmp, or $EVP_LMP).
 """
 
 import pathlib
-import sys
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-
-from evp import curves, dump, spheres, view_figure, view_scene  # noqa: E402  before numpy
-import numpy as np  # noqa: E402
-from evp.figures import short_names  # noqa: E402
-from evp.progress import watched  # noqa: E402
-from evp.report import all_or_nothing, command_line, errors_in_one_line  # noqa: E402
+from evp import curves, dump, spheres, view_figure, view_scene  # before numpy
+import numpy as np
+from evp.figures import short_names
+from evp.progress import watched
+from evp.report import all_or_nothing, command_line, errors_in_one_line
 
 RELEASED = 0.02  # of the largest stress: less on the way back is no load
 FLAT = 0.8  # thinnest side of a body over the next one, below which the camera looks onto it
@@ -56,17 +51,6 @@ def slanted(x, radius):
     extents = np.ptp(np.concatenate([x - radius[:, None], x + radius[:, None]]), axis=0)
     thin, others = int(np.argmin(extents)), np.sort(extents)[1]
     return "iso" if extents[thin] > FLAT * others else ("65,-25", "iso", "30,-60")[thin]
-
-
-def chosen(snapshots, args, most):
-    """Snapshots that are shown: `most` evenly spaced (None: all) unless --frames says otherwise."""
-    count = {"all": len(snapshots), "last": 1, None: most or len(snapshots)}.get(args.frames, args.frames)
-    try:
-        if int(count) < 1:
-            raise ValueError
-    except ValueError:
-        raise ValueError(f"--frames {args.frames}: give all, last, or a positive number of snapshots") from None
-    return view_scene.evenly(snapshots, int(count))
 
 
 def end_of_run(path):
@@ -117,7 +101,7 @@ class Scene:
     def __init__(self, args, snapshots, units):
         """Reads all snapshots once."""
         self.cuts = [[view_scene.condition(text) for text in group] for group in args.cut or ()]
-        self.color, self.radius, self.units = dump.word(args.color) if args.color else None, args.radius, units
+        self.color, self.radius, self.units = args.color, args.radius, units
         if not args.view:
             first = self.spheres(snapshots[0])
             args.view = [slanted(first.x, first.radius)]
@@ -174,11 +158,11 @@ def draw_picture(args, scene, snapshots, series):
     print(args.out)
 
 
-def draw_film(args, scene, snapshots, series):
+def draw_film(args, scene, snapshots):
     """A film: a picture of all views for each snapshot."""
     views = args.view if len(args.view) > 1 else [""]
     frames = [view_figure.to_pixels(scene.figure([scene.pictures(snapshot)], views, [""], name))
-              for snapshot, name in zip(with_progress(snapshots), names_of(snapshots, series))]
+              for snapshot, name in zip(with_progress(snapshots), names_of(snapshots, snapshots))]
     with all_or_nothing(args.film.parent) as folder:
         view_figure.write_film(frames, folder / args.film.name, args.rate)
     print(f"{args.film}: {len(frames)} pictures")
@@ -213,7 +197,6 @@ def parser():
     top.add_argument("--cut", nargs="+", action="append", metavar="CONDITION",
                      help='leaves out spheres whose centers meet all conditions, such as "y<0" "z>0" (units of the dump); may be given again. '
                      "Not for --vtk")
-    top.add_argument("--frames", metavar="all|last|N", help="snapshots to take, N evenly spaced (default: last; strip: 4; film and vtk: all)")
     top.add_argument("--strip", nargs="?", type=int, const=STRIP, metavar="N", help=f"N snapshots of the series in one picture (default: {STRIP})")
     top.add_argument("--film", type=pathlib.Path, metavar="FILE", help="a film, .gif, or .mp4, .mkv, .webm where ffmpeg is installed")
     top.add_argument("--rate", type=float, default=10.0, metavar="N", help="pictures per second of the film (default: 10)")
@@ -221,8 +204,6 @@ def parser():
     top.add_argument("--out", type=pathlib.Path, metavar="PNG", help="(default: view.png where no film and no VTK is asked for)")
     top.add_argument("--pixels", type=int, default=700, metavar="N", help="longest side of a view (default: 700)")
     top.add_argument("--radius", type=float, metavar="R", help="of all spheres, for dumps without radius and diameter [length]")
-    top.add_argument("--units", choices=("si", "cgs", "lj", "metal", "real", "micro", "nano"), default="si",
-                     help="of dumps that do not say it (default: si, as the decks)")
     top.add_argument("--captions", nargs="+", metavar="TEXT", help="above the pictures of a PNG, one for each snapshot, in place of load, time or step")
     top.add_argument("--unfinished", action="store_true", help="leave out a last snapshot that ends in the middle: the run goes on, or was stopped")
     return top
@@ -254,19 +235,14 @@ def main(argv=None):
     with errors_in_one_line("view.py"):
         check(args)
         series = dump.index(args.dumps, args.unfinished)
-        units = series[0].units or args.units
-        if args.film or args.vtk:
-            films = chosen(series, args, None)
+        units = series[0].units or "si"
         if args.film:
-            draw_film(args, Scene(args, films, units), films, series)
+            draw_film(args, Scene(args, series, units), series)
         if args.vtk:
-            write_vtk(args, films)
+            write_vtk(args, series)
         if args.out or args.strip or not (args.film or args.vtk):
             args.out = args.out or pathlib.Path("view.png")
-            if args.strip or args.frames:
-                shown = chosen(series, args, args.strip)
-            else:
-                shown = list({snapshot.path: snapshot for snapshot in series}.values())
+            shown = view_scene.evenly(series, args.strip) if args.strip else list({snapshot.path: snapshot for snapshot in series}.values())
             draw_picture(args, Scene(args, shown, units), shown, series)
 
 

@@ -82,7 +82,7 @@ def compose(work, target):
         left, middle, right = figure.subfigures(1, 3, width_ratios=(1.05, 1.1, 1.2))
         axis = left.add_subplot()
         for k, (plasticity, label) in enumerate(SWEEPS.items()):
-            strain, stress = figures.read_columns(work / f"{plasticity}.csv", ("strain_gauge", "stress_grip")).values()
+            strain, stress = curves.read_columns(work / f"{plasticity}.csv", ("strain_gauge", "stress_grip")).values()
             remains = curves.residual_strain(strain, stress)
             axis.plot(100 * strain, 1e-6 * stress, label=f"{label}: {figures.percent_left(remains)} of strain stays", **figures.line_style(k))
             axis.plot([100 * remains], [0.0], "o", color=figures.line_style(k)["color"], markeredgecolor="#333333", zorder=3)

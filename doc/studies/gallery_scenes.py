@@ -15,9 +15,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 import loads
-from evp import curves, figures, law, specimen
+from evp import curves, law, specimen
+from evp.law import TABLE1
 
-TABLE = law.Row(80.0, 8.0, 4.0, 3.0, 8.0, 4.0, 0.005, 0.0, 1.5)
 BENCHMARK = (0.0214, 0.0071)  # final length and foot radius of the Taylor bar [m], README.md of the decks
 BALL, FLOW_STRESS = 0.015, 265.0 + 426.0 * 0.08**0.34  # radius [m] of the ball; [MPa] of 2024-T351 at a plastic strain of 8 %, by Johnson and Cook
 
@@ -32,39 +32,28 @@ class Number(NamedTuple):
     deck: str = ""
 
 
-def body_of(folder, data):
-    """{name: number} of DATA.body."""
-    text = (folder / f"{data}.body").read_text(encoding="utf-8")
-    return {name: float(value) for name, value in re.findall(r"^variable (\w+) (?:index|equal) (\S+)", text, re.M)}
-
-
-def affine_modulus(bonds, volume, e=TABLE.e1):
+def affine_modulus(bonds, volume, e=TABLE1.e1):
     """E [Pa] of so many bonds in a volume [m3], m n e Nb/(6 V), where the strain is affine."""
-    return TABLE.m1 * TABLE.n1 * e * bonds / volume / 6.0
+    return TABLE1.m1 * TABLE1.n1 * e * bonds / volume / 6.0
 
 
 def bond_lengths(body, period=None):
     """Distances [m] of the pairs within alpha (R_i + R_j); period (3,): of a periodic box."""
-    i, j = cKDTree(body.x if period is None else np.mod(body.x, period), boxsize=period).query_pairs(2 * TABLE.alpha * body.radius.max(), output_type="ndarray").T
+    i, j = cKDTree(body.x if period is None else np.mod(body.x, period), boxsize=period).query_pairs(2 * TABLE1.alpha * body.radius.max(), output_type="ndarray").T
     r = body.x[i] - body.x[j]
     d = np.linalg.norm(r if period is None else r - period * np.rint(r / period), axis=1)
-    return d[d <= TABLE.alpha * (body.radius[i] + body.radius[j])]
+    return d[d <= TABLE1.alpha * (body.radius[i] + body.radius[j])]
 
 
 def slope(folder, name, x, y):
     """dy/dx of the first two rows of a curve."""
-    curve = figures.read_columns(folder / f"{name}.csv", (x, y))
+    curve = curves.read_columns(folder / f"{name}.csv", (x, y))
     return (curve[y][1] - curve[y][0]) / (curve[x][1] - curve[x][0])
 
 
-def bonds_between(folder, data, low, high):
-    """loads.Bonds of a data file whose middle has low < x < high [m]."""
-    return loads.find_bonds(specimen.read_data(folder / data), TABLE.alpha, low, high)
-
-
 def two_spheres(folder, _):
-    read = figures.read_columns(folder / "two_spheres.csv", ("strain", "force"))
-    return [Number("N", float(np.interp(strain, read["strain"], read["force"])), float(law.force(0.0102 * (1.0 + strain), 0.0102, TABLE))) for strain in (-0.02, 0.02)]
+    read = curves.read_columns(folder / "two_spheres.csv", ("strain", "force"))
+    return [Number("N", float(np.interp(strain, read["strain"], read["force"])), float(law.force(0.0102 * (1.0 + strain), 0.0102, TABLE1))) for strain in (-0.02, 0.02)]
 
 
 def pull(folder, text):
@@ -73,7 +62,7 @@ def pull(folder, text):
     deq = bond_lengths(cylinder)
     modulus = affine_modulus(len(deq), volume)
     at_one = [curves.stress_at(curve.strain, curve.virial, 0.01) for curve in (slow, fast, rest)]
-    viscous = modulus * 1000.0 * np.mean(deq**2) / (TABLE.m1 * TABLE.n1 * TABLE.e1) * 100.0
+    viscous = modulus * 1000.0 * np.mean(deq**2) / (TABLE1.m1 * TABLE1.n1 * TABLE1.e1) * 100.0
     packed, partners = float(re.search(r"solid fraction ([\d.]+)", text)[1]), float(re.search(r"([\d.]+) partners per sphere within 1.5 ", text)[1])
     return [Number("", packed, 4.0 / 3.0 * math.pi * np.sum(cylinder.radius**3) / volume, "in.specimen"),
             Number("", partners, 2.0 * len(deq) / len(cylinder.radius), "in.specimen"),
@@ -92,26 +81,26 @@ def cyclic(folder, _):
 
 
 def dog_bone(folder, _):
-    curve = figures.read_columns(folder / "bone.csv", ("strain_gauge", "stress_virial"))
-    body = body_of(folder, "bone.data")
+    curve = curves.read_columns(folder / "bone.csv", ("strain_gauge", "stress_virial"))
+    body = specimen.read_body(folder / "bone.data")
     rest = curves.modulus(curve["strain_gauge"][:5], curve["stress_virial"][:5])
     plain = slope(folder, "bone_row", "strain", "stress_virial")
     return [Number("GPa", rest / 1e9, plain / 1e9, "in.quasistatic"),
-            Number("", body["solid_fraction"], body_of(folder, "cylinder.data")["solid_fraction"])]
+            Number("", body["solid_fraction"], specimen.read_body(folder / "cylinder.data")["solid_fraction"])]
 
 
 def torsion(folder, _):
     modulus = slope(folder, "shaft_pulled", "strain", "stress_grip")
-    curve = figures.read_columns(folder / "twisted.csv", ("angle", "torque_grip"))
-    share = loads.torsion_share(bonds_between(folder, "shaft.data", 0.015, 0.085), 0.02)
+    curve = curves.read_columns(folder / "twisted.csv", ("angle", "torque_grip"))
+    share = loads.torsion_share(loads.find_bonds(specimen.read_data(folder / "shaft.data"), TABLE1.alpha, 0.015, 0.085), 0.02)
     return [Number("N m", curve["torque_grip"][1], share * loads.torque(modulus, 0.02, 0.08, curve["angle"][1]))]
 
 
 def bending(folder, _):
     modulus = slope(folder, "bar_pulled", "strain", "stress_grip")
-    curve = figures.read_columns(folder / "bent.csv", ("strain", "deflection", "force"))
+    curve = curves.read_columns(folder / "bent.csv", ("strain", "deflection", "force"))
     beam = loads.Beam(modulus, 0.01, 0.02, 0.08)
-    share = loads.bending_share(bonds_between(folder, "bar.data", 0.015, 0.085), 0.02)
+    share = loads.bending_share(loads.find_bonds(specimen.read_data(folder / "bar.data"), TABLE1.alpha, 0.015, 0.085), 0.02)
     deflection = curve["deflection"][1]
     back = curves.residual_strain(curve["strain"], curve["force"])
     turn = int(np.argmax(curve["strain"]))
@@ -123,9 +112,9 @@ def shear(folder, _):
     body = specimen.read_data(folder / "periodic.data")
     bonds = bond_lengths(body, body.box[:, 1] - body.box[:, 0])
     volume = float(np.prod(body.box[:, 1] - body.box[:, 0]))
-    scaled = TABLE.e1 * 500 / len(body.radius) * volume / (math.pi * 0.02**2 * 0.05)  # as in.shear does
-    curve = figures.read_columns(folder / "sheared.csv", ("strain", "shear_stress"))
-    small = figures.read_columns(folder / "shear_elastic.csv", ("strain", "shear_stress"))
+    scaled = TABLE1.e1 * 500 / len(body.radius) * volume / (math.pi * 0.02**2 * 0.05)  # as in.shear does
+    curve = curves.read_columns(folder / "sheared.csv", ("strain", "shear_stress"))
+    small = curves.read_columns(folder / "shear_elastic.csv", ("strain", "shear_stress"))
     late = small["strain"] > 0.001  # the viscous part is constant by then
     return [Number("GPa", np.polyfit(small["strain"][late], small["shear_stress"][late], 1)[0] / 1e9, 0.4 * affine_modulus(len(bonds), volume, scaled) / 1e9),
             Number("MPa", curve["shear_stress"].max() / 1e6)]
@@ -134,7 +123,7 @@ def shear(folder, _):
 def notched(folder, _):
     with open(CHECKOUT / "doc" / "figures" / "notched_tension.csv", newline="", encoding="utf-8") as source:
         such = [float(row["stress_MPa"]) for row in csv.DictReader(source) if row["curve"] == "N = 4000, XI = 0.05"]
-    read = figures.read_columns(folder / "notched.csv", ("stress_grip", "broken"))
+    read = curves.read_columns(folder / "notched.csv", ("stress_grip", "broken"))
     return [Number("MPa", read["stress_grip"].max() / 1e6, max(such)), Number("", read["broken"][-1])]
 
 
@@ -158,11 +147,11 @@ def taylor(_, text):
 
 
 def rod(folder, text):
-    body = body_of(folder, "rod.data")
+    body = specimen.read_body(folder / "rod.data")
     modulus = slope(folder, "rod_pulled", "strain", "stress_grip")
     sound = math.sqrt(modulus / (body["solid_fraction"] * 2700.0))
     rebound, contact = map(float, re.search(r"rebound speed (\S+) m/s, contact time (\S+) s", text).groups())
-    read = figures.read_columns(folder / "rod.csv", ("time", "force"))
+    read = curves.read_columns(folder / "rod.csv", ("time", "force"))
     plateau = read["force"][(read["time"] > 0.2 * contact) & (read["time"] < 0.8 * contact)].mean()
     return [Number("us", 1e6 * contact, 2e6 * body["length"] / sound),
             Number("N", plateau, math.pi * body["radius"] ** 2 * modulus / sound),
@@ -171,7 +160,7 @@ def rod(folder, text):
 
 def indent(folder, text):
     diameters, hardness, left = map(float, re.search(r"= (\S+) diameters of a sphere, a hardness of (\S+) MPa; released: .*, (\S+) % of the depth", text).groups())
-    read = figures.read_columns(folder / "indented.csv", ("depth", "contact_radius"))
+    read = curves.read_columns(folder / "indented.csv", ("depth", "contact_radius"))
     turn = int(np.argmax(read["depth"]))
     return [Number("mm", 1e3 * read["contact_radius"][turn], 1e3 * math.sqrt(2 * BALL * read["depth"][turn])),
             Number("MPa", hardness, 3.0 * FLOW_STRESS),
@@ -180,7 +169,7 @@ def indent(folder, text):
 
 def upset(folder, text):
     pressed, left, back = map(float, re.search(r"pressed by (\S+) %, released (\S+) % are left; it sprang back by (\S+) %", text).groups())
-    read = figures.read_columns(folder / "upset.csv", ("strain", "force_lower", "force_upper", "width_middle", "width_plates"))
+    read = curves.read_columns(folder / "upset.csv", ("strain", "force_lower", "force_upper", "width_middle", "width_plates"))
     late = read["strain"] > 0.1
     return [Number("", float(np.mean(read["force_lower"][late] / read["force_upper"][late])), 1.0),
             Number("mm", 1e3 * read["width_middle"][-1], 1e3 * 0.02 / math.sqrt(1.0 - 0.01 * pressed)),

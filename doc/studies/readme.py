@@ -5,14 +5,15 @@
     tools/quickstart.sh && doc/studies/readme.py
 
 Reads results/quickstart/summary.csv, rewrites the table between the two marker lines of README.md,
-and copies the pictures with their CSV files to doc/figures. Nothing else in the README is touched.
+copies the pictures with their CSV files to doc/figures, and draws the specimen there. Nothing else in the README is touched.
 """
 
 import csv
 import pathlib
 import shutil
 
-from study import CHECKOUT, command_line, errors_in_one_line, table, write_between
+from study import CHECKOUT, command_line, errors_in_one_line, store_picture, table, write_between
+import view
 
 MARKS = "<!-- table: doc/studies/readme.py -->", "<!-- end of table -->"
 TITLES = {
@@ -23,7 +24,8 @@ TITLES = {
     "stress_1pc_MPa": "stress at 1 % [MPa]",
     "first_second_regime": "first bond beyond xi_s at strain",
 }
-PICTURES = ("force_law", "stress_strain", "specimen", "unloading")
+PICTURES = ("force_law", "stress_strain", "unloading")
+FIGURES = CHECKOUT / "doc" / "figures"
 
 
 def table_lines(summary):
@@ -43,7 +45,9 @@ def main(argv=None):
         write_between(CHECKOUT / "README.md", *MARKS, "\n".join(["", *table_lines(args.results / "summary.csv"), ""]))
         for picture in PICTURES:
             for suffix in (".png", ".csv"):
-                shutil.copy(args.results / (picture + suffix), CHECKOUT / "doc" / "figures")
+                shutil.copy(args.results / (picture + suffix), FIGURES)
+        view.main([str(args.results / "table1_rate10_state.dump"), "--color", "share_second", "--pixels", "500", "--out", str(args.results / "specimen.png")])
+        store_picture(args.results / "specimen.png", FIGURES)
 
 
 if __name__ == "__main__":

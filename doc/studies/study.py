@@ -20,7 +20,7 @@ from typing import NamedTuple
 STUDIES = pathlib.Path(__file__).resolve().parent
 sys.path.insert(1, str(STUDIES.parents[1] / "tools"))
 
-from evp import figures  # noqa: E402
+from evp import curves, figures  # noqa: E402
 from evp.progress import watched  # noqa: E402
 from evp.report import command_line, errors_in_one_line, table, write_csv  # noqa: E402
 from evp.run import CHECKOUT, DECKS, RunError, deck_command, environment, lammps_command, output_of  # noqa: E402
@@ -157,7 +157,7 @@ class Runs:
 
     def curve(self, name, *columns):
         """{column: array} of NAME.csv."""
-        return figures.read_columns(self.folder / f"{name}.csv", columns)
+        return curves.read_columns(self.folder / f"{name}.csv", columns)
 
 
 class Study:

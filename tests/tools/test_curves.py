@@ -221,17 +221,13 @@ def files(tmp_path, monkeypatch):
     """Files of each kind that is drawn; in their folder."""
     monkeypatch.chdir(tmp_path)
     inputs.curve_file(tmp_path / "pull.csv", bilinear())
-    (tmp_path / "state.csv").write_text("x,y,z,radius,share\n0,0,0,0.005,0.5\n0.01,0,0,0.005,0\n", encoding="utf-8")
     (tmp_path / "law.csv").write_text("strain,distance,force\n0,0.01,0\n0.01,0.0101,-9\n", encoding="utf-8")
     (tmp_path / "rod.csv").write_text("time,force,speed\n0,1,2\n1e-6,3,4\n", encoding="utf-8")
-    rows = [(1, 0, 0, 0, 0.005, 2, 0.5), (2, 0.01, 0, 0, 0.005, 1, 0)]
-    (tmp_path / "state.dump").write_text(inputs.snapshot("id x y z radius c_pairs[1] c_pairs[2]", rows), encoding="utf-8")
     return tmp_path
 
 
 @pytest.mark.parametrize("name, words, beside", [
     ("pull", ("plot", "pull.csv"), {0: "panel,curve,strain_percent,stress_MPa", 101: "Traction,pull,1,115.5"}),
-    ("state", ("specimen", "state.csv"), {0: "x,y,z,radius,share", 1: "0,0,0,0.005,0.5"}),
     ("law", ("law", "--measured", "law.csv"), {0: "strain_percent,force_N,first_regime_N,source", -1: "1,-9,,LAMMPS"}),
     ("rod", ("columns", "rod.csv", "--x", "time", "--y", "speed"), {0: "curve,time,speed", 1: "rod,0,2", 2: "rod,1e-06,4"})])
 def test_numbers_of_a_picture_are_beside_it(files, name, words, beside):
@@ -246,10 +242,8 @@ def test_numbers_of_a_picture_are_beside_it(files, name, words, beside):
     assert (files / f"{name}.csv").read_text() == before
 
 
-def test_spheres_of_a_dump_and_a_law_without_runs_are_drawn(files):
-    for words in (("specimen", "state.dump", "--out", "same.png"), ("specimen", "state.csv", "--out", "body.png"), ("law", "--out", "alone.png")):
-        assert command(*words).returncode == 0
-    assert (files / "same.csv").read_text() == (files / "body.csv").read_text() and (files / "alone.csv").exists()
+def test_a_law_without_runs_is_drawn(files):
+    assert command("law", "--out", "alone.png").returncode == 0 and (files / "alone.csv").exists()
 
 
 @pytest.mark.parametrize("words, message", [

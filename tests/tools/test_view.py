@@ -17,7 +17,7 @@ from in_process import call
 
 BODY = run.CHECKOUT / "tests" / "data" / "reference_500" / "specimen_500.data"
 RED, GREEN, BLUE = np.eye(3)
-WORDS = "id type x y z radius speed bonds share_second share_lost new_pairs plastic_work plastic_strain volume_strain plastic_strain_sum strain"
+WORDS = "id type x y z radius vx bonds share_second share_lost new_pairs plastic_work plastic_strain volume_strain plastic_strain_sum strain"
 
 
 def show(*words):
@@ -124,7 +124,6 @@ def test_scale_bar_and_pictures_of_a_figure():
       ((0.02, "si", "20 mm"), (5e-6, "si", "5 \u00b5m"), (2e3, "si", "2 km"), (2.0, "lj", "2 length units (lj)"))),
     *((view_figure.time_text(time), text) for time, text in ((0.0, "0 s"), (3.7e-5, "37 \u00b5s"), (1e-3, "1 ms"), (2.5, "2.5 s"), (1e-12, "0.001 ns"))),
     *((view_figure.time_text(time, 3e-3), text) for time, text in ((0.0, "0 ms"), (9e-4, "0.9 ms"))),  # of a series: in one unit
-    *((dump.word(f"c_pairs[{k}]"), text) for k, text in enumerate(("bonds", "share_second", "share_lost", "new_pairs", "c_pairs[5]"), 1)),
     (dump.described("plastic_work").label(), "plastic work of each sphere [J]"), (dump.described("plastic_work", "lj").label(), "plastic work of each sphere"),
     (dump.described("mine").label(), "mine")])
 def test_numbers_and_columns_have_words_and_units(found, text):
@@ -208,15 +207,15 @@ def test_frames_of_a_run(pulled, tmp_path):
     assert tool.names_of(series, series) == [f"strain {k / 10:g} %" for k in range(6)]
     assert tool.names_of(series[:1], [*dump.index([BODY]), *series]) == ["pull_frames, strain 0 %"], "of several files"
     assert [s.time for s in view_scene.evenly(series, 3)] == [series[k].time for k in (0, 2, 5)] and view_scene.evenly(series, 1) == series[-1:]
-    for words in (("--strip", 3), ("--frames", "all", "--view", "front", "right", "--cut", "y<0")):
+    for words in (("--strip", 3), ("--strip", 6, "--view", "front", "right", "--cut", "y<0")):
         assert shown(pulled / "pull_frames.dump", "--color", "share_second", *words, "--pixels", 120, "--out", "strip.png") == "strip.png"
     assert matplotlib.image.imread(tmp_path / "strip.png").shape[0] > 6 * 100, "six rows"
-    shown(pulled / "pull_frames.dump", "--film", "film.gif", "--pixels", 120, "--frames", 4)
+    shown(pulled / "pull_frames.dump", "--film", "film.gif", "--pixels", 120)
     with Image.open(tmp_path / "film.gif") as film:
-        assert film.n_frames == 4 and film.info["duration"] == 100
+        assert film.n_frames == 6 and film.info["duration"] == 100
         first = np.asarray(film.convert("RGB")).astype(int)
         assert np.all(first[:10] == 255), "the page is white"
-        film.seek(3)
+        film.seek(5)
         assert np.abs(np.asarray(film.convert("RGB")).astype(int) - first).max() > 50, "it moves"
     assert sorted(path.name for path in tmp_path.iterdir()) == ["film.gif", "strip.png"]
 
@@ -322,7 +321,7 @@ def test_bad_dumps_are_refused_by_name(tmp_path, name):
     text, rule = BAD_DUMPS[name]
     (tmp_path / "bad.dump").write_text(text, encoding="utf-8")
     (tmp_path / "good.dump").write_text(GOOD, encoding="utf-8")
-    for output in (("--out", "a.png", "--frames", "all"), ("--vtk", "a"), ("--film", "a.gif")):
+    for output in (("--out", "a.png", "--strip", 9), ("--vtk", "a"), ("--film", "a.gif")):
         message = refused(tmp_path, "good.dump", "bad.dump", *output)
         assert "bad.dump" in message and re.search(rule, message), message
 
@@ -336,8 +335,6 @@ BAD_CHOICES = {
     "--cut y>-9": "--cut leaves no sphere",
     "--view above": "--view above: give iso front back right left top bottom, or THETA,PHI",
     "--view 190,0": "--view 190,0: give",
-    "--frames 0": "--frames 0: give all, last, or a positive number",
-    "--frames few": "--frames few: give",
     "--captions a b": "--captions: 2 for 1 snapshots: give one for each",
     "--range 1 0 --color share_second": "--range 1 0: the first must be less",
     "--range 0 1": "--range needs --color",

@@ -191,18 +191,10 @@ KNOWN = {
     **{name: Column(name, "N") for name in ("fx", "fy", "fz")},
 }
 LOADS = ("strain", "angle")  # of a whole body, in a dump the same for all its atoms
-# Values that compute evp/state/atom has after the four of STATE where they are asked for; von_mises comes with fraction.
+# Values of compute evp/state/atom where they are asked for; von_mises comes with fraction.
 ON_REQUEST = {name: name for name in ("plastic_work", "plastic_strain", "plastic_strain_sum", "volume_strain", "triaxiality")}
 ON_REQUEST["von_mises"] = "von_mises fraction PHI"
-# Dumps without colname: the first values of compute evp/state/atom, under the IDs that the decks give it.
-STATE = ("bonds", "share_second", "share_lost", "new_pairs")
-_STATE_OF = re.compile(r"c_(?:pairs|state)\[([1-4])\]")
-
-
-def word(name):
-    """The word for a column of a dump: its name, or what c_pairs[k] of the decks stands for."""
-    found = _STATE_OF.fullmatch(name)
-    return STATE[int(found.group(1)) - 1] if found else name
+STATE = ("bonds", "share_second", "share_lost", "new_pairs")  # its first four
 
 
 def how_to_write(name):

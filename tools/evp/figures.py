@@ -14,15 +14,12 @@ matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
-from matplotlib.collections import PatchCollection  # noqa: E402
-from matplotlib.patches import Circle  # noqa: E402
 
-from . import dump, law  # noqa: E402
-from .curves import TENSION, read_columns, residual_strain  # noqa: E402
+from . import law  # noqa: E402
+from .curves import TENSION, residual_strain  # noqa: E402
 from .report import write_csv  # noqa: E402
 
 MEASURED = ("strain", "distance", "force")  # [1], [m], [N]
-STATE = ("x", "y", "z", "radius", "share")  # [m], and share of bonds in the second regime [1]
 _COLORS = ("#E69F00", "#0072B2", "#CC3311", "#009E73", "#6F4A8E", "#56B4E9", "#882255", "#555555")
 _DASHES = (  # of all curves but the first, so that it can be seen below them
     (0, (5, 2)), (0, (1, 1.2)), (0, (6, 1.5, 1, 1.5)), (0, (3, 1, 1, 1, 1, 1)), (0, (10, 2)),
@@ -213,46 +210,3 @@ def force_law(row, path, measured=None, deq=0.01, reach=0.03, numbers=None):
         legend_below(axis, 3)
         header = ("strain_percent", "force_N", "first_regime_N", "source")
         return save(figure, path, header, rows, numbers)
-
-
-def specimen(state, path, title="", numbers=None):
-    """Side view of the spheres, coloured by the share of their bonds in the second regime.
-
-    state: from read_state. Writes path and its CSV of these.
-    """
-    order = np.argsort(-state["y"])  # the viewer looks along +y: near spheres are drawn last
-    millimetres = {name: 1e3 * state[name][order] for name in ("x", "z", "radius")}
-    share = 100 * state["share"][order]
-    with plt.rc_context({**LOOK, "axes.grid": False}):
-        slender = np.ptp(millimetres["z"]) < 0.4 * np.ptp(millimetres["x"])
-        figure, axis = plt.subplots(figsize=(7.2, 3.4 if slender else 4.6))
-        circles = [Circle((x, z), r) for x, z, r in zip(millimetres["x"], millimetres["z"], millimetres["radius"])]
-        drawn = PatchCollection(circles, cmap="YlOrRd", edgecolor="#222222", linewidth=0.4)
-        drawn.set_array(share)
-        drawn.set_clim(0, max(10.0, share.max()))
-        axis.add_collection(drawn)
-        axis.set_aspect("equal")
-        axis.autoscale_view()
-        axis.set(xlabel="x [mm]", ylabel="z [mm]", title=title)
-        bar = figure.colorbar(drawn, ax=axis, shrink=0.6, orientation="horizontal", pad=0.25) if slender else figure.colorbar(drawn, ax=axis, shrink=0.85)
-        bar.set_label(dump.KNOWN["share_second"].label())
-        rows = zip(*([f"{v:.9g}" for v in state[name]] for name in STATE))
-        return save(figure, path, STATE, rows, numbers)
-
-
-def read_state(path):
-    """The columns STATE as a dict of arrays, from a CSV or from the last snapshot of a dump of the decks.
-
-    In a dump the share is share_second, or the second value of a compute evp/state/atom. ValueError names the file and what it lacks.
-    """
-    with open(path, "rb") as source:
-        if not source.read(5) == b"ITEM:":
-            return read_columns(path, STATE)
-    columns = dump.index([path])[-1].read()
-    share = next((name for name in columns if name in ("share", "share_second") or name.endswith("[2]")), None)
-    if share is not None:
-        columns["share"] = columns[share]
-    missing = [name for name in STATE if name not in columns]
-    if missing:
-        raise ValueError(f"{path} is no dump with the column {missing[0] if missing[0] != 'share' else 'share_second'}")
-    return {name: columns[name] for name in STATE}

@@ -22,7 +22,7 @@ def condition(text):
     """Function that gives the mask of a text such as 'y>0.01', in the units of the dump, for a table of columns; ValueError where it is none."""
     found = _CUT.fullmatch(text)
     try:
-        name, above, limit = dump.word(found[1]), found[2] == ">", float(found[3])
+        name, above, limit = found[1], found[2] == ">", float(found[3])
     except (TypeError, ValueError) as error:
         raise ValueError(f"--cut '{text}' is no condition: give COLUMN>NUMBER or COLUMN<NUMBER, such as \"y>0\"") from error
 
@@ -42,12 +42,11 @@ class Spheres(NamedTuple):
 
 
 def read_table(snapshot, radius=None):
-    """{word: (N,) array} of a snapshot, with a radius. ValueError where it has none or a place is not finite.
+    """{name: (N,) array} of a snapshot, with a radius. ValueError where it has none or a place is not finite.
 
     radius: of all spheres [length], where the dump has none.
     """
-    read = snapshot.read()
-    table = {dump.word(name) if dump.word(name) not in read else name: values for name, values in read.items()}
+    table = snapshot.read()
     if snapshot.count == 0:
         raise ValueError(f"{snapshot} has no atoms")
     if "radius" not in table:
