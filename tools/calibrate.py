@@ -39,7 +39,6 @@ from evp.run import RunError, lammps_command
 def parser():
     """The command line."""
     top = command_line(__doc__)
-    top.prog = typed("calibrate.py")
     top.add_argument("--E", type=float, required=True, help="Young's modulus [Pa]")
     top.add_argument("--yield", dest="yield_stress", type=float, help="0.2 %% offset yield stress, nominal [Pa]")
     top.add_argument("--stress", action="append", default=[], metavar="STRESS@STRAIN",
@@ -58,10 +57,8 @@ def parser():
     body.add_argument("--spheres", type=int, default=2000, metavar="N", help="of the cylinder (default 2000)")
     top.add_argument("--seed", type=int, default=1, help="of the cylinder (default 1)")
     top.add_argument("--ranks", type=int, default=2, help="MPI ranks of each run (default 2)")
-    top.add_argument("--within", type=float, default=0.005, help="the search ends where every target is met within this (default 0.005)")
     top.add_argument("--timeout", type=float, default=900.0, help="seconds after which a run has failed (default 900)")
     top.add_argument("--table", type=pathlib.Path, metavar="FILE", help="the run table (default: OUT.NAME.jsonl)")
-    top.add_argument("--source", default="", help="where the targets are from: a comment above the row")
     top.add_argument("--fresh", action="store_true", help="forget the runs of the table")
     return top
 
@@ -102,8 +99,6 @@ def check_options(options):
         raise ValueError(f"--spheres must be 100 at least, got {options.spheres}")
     if options.seed < 1 or options.ranks < 1:
         raise ValueError("--seed and --ranks must be positive")
-    if not 0.0 < options.within <= calibration.MISS:
-        raise ValueError(f"--within must lie between 0 and {calibration.MISS:g}, got {options.within:g}")
     if not options.timeout > 0.0:
         raise ValueError("--timeout must be positive")
 
@@ -114,23 +109,10 @@ def comments(options, targets, result, over, words):
     lines = ["", f"# {options.name}: targets, nominal, and what the row gives beside them: {aims}"]
     for stress, rate in targets.rates:
         lines.append(f"#   over-stress {stress:.6g} Pa at {rate:g}/s ({100.0 * (over * rate / stress - 1.0):+.2f} %)")
-    if options.source:
-        lines.append(f"#   source: {' '.join(options.source.split())}")
     lines.append(f"#   DATE: {datetime.date.today().isoformat()}, {result.runs} runs of in.quasistatic, plasticity isotropic, contact repulsive, "
                  + (f"body {options.body.name}" if options.body else f"{options.spheres} spheres, seed {options.seed}") + f", {options.ranks} ranks")
-    lines.append("#   by: calibrate.py " + " ".join(map(shlex.quote, shown_words(words))))
-    return lines
-
-
-def shown_words(words):
-    """The words of the command, files without their folders; the source has a line of its own."""
-    shown, leave = [], False
-    for word in words:
-        if leave or word == "--source" or word.startswith("--source="):
-            leave = word == "--source"
-        else:
-            shown.append(pathlib.PurePath(word).name if "/" in word and not word.startswith("-") else word)
-    return shown
+    shown = [pathlib.PurePath(word).name if "/" in word and not word.startswith("-") else word for word in words]  # files without their folders
+    return [*lines, f"#   by: calibrate.py {shlex.join(shown)}"]
 
 
 def checksum(path):
@@ -154,7 +136,7 @@ def calibrate(options, words):
     lammps_command(options.ranks)  # stops here where there is no lmp
     table_path = (options.table or out.with_name(f"{out.stem}.{options.name}.jsonl")).absolute()
     work = table_path.with_suffix(".work")
-    inputs = {**targets._asdict(), "spheres": options.spheres, "seed": options.seed, "ranks": options.ranks, "within": options.within}
+    inputs = {**targets._asdict(), "spheres": options.spheres, "seed": options.seed, "ranks": options.ranks, "within": calibration.WITHIN}
     if options.body:
         inputs = {**inputs, "spheres": None, "seed": None, "body": checksum(options.body)}
     table = Table(table_path, inputs, options.fresh)
@@ -168,8 +150,7 @@ def calibrate(options, words):
             body = calibration.given_body(options.body, work)
         else:
             body = calibration.make_body(work, options.spheres, options.seed, targets.density, options.timeout)
-        search = calibration.Search(targets, body, table, options.ranks, work, options.timeout, options.within,
-                                    lambda text: print(text, flush=True))
+        search = calibration.Search(targets, body, table, options.ranks, work, options.timeout, lambda text: print(text, flush=True))
         result = search.pull()
         over, material = 0.0, result.material
         if targets.rates:

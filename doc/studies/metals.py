@@ -81,7 +81,7 @@ def calibrated(name, study):
         raise RunError(f"{study.work} has no row of {name}: run without --only")
     metal = METALS[name]
     words = [*words_of(targets_of(metal)), "--density", f"{metal.density:g}", "--name", name, "--out", str(out), "--spheres", str(SPHERES), "--seed", str(SEED),
-             "--ranks", str(study.ranks), "--table", str(runs_of), "--timeout", f"{TIMEOUT:g}", "--source", f"{metal.title}: {metal.source}"]
+             "--ranks", str(study.ranks), "--table", str(runs_of), "--timeout", f"{TIMEOUT:g}"]
     if calibrate.main(words) not in (0, 3):  # 3: a miss, which the page tells
         raise RunError(f"no row for {name}")
     return out, runs_of
@@ -237,8 +237,11 @@ def main(words=None):
     study = Study(__doc__, "metals", only=list(METALS), ranks=1).parse(words)
     with errors_in_one_line("metals.py"):
         results = {name: measure(name, study) for name in study.each(METALS)}
-        files = [(study.work / f"{name}.evp").read_text(encoding="utf-8").splitlines() for name in METALS]
-        POTENTIALS.write_text("\n".join([*files[0][:2], *(line for lines in files for line in lines[2:])]) + "\n", encoding="utf-8")
+        rows = []
+        for name, metal in METALS.items():
+            *head, blank, targets, date, command, row = (study.work / f"{name}.evp").read_text(encoding="utf-8").splitlines()
+            rows += [blank, targets, f"#   source: {metal.title}: {metal.source}", date, command, row]
+        POTENTIALS.write_text("\n".join([*head, *rows, ""]), encoding="utf-8")
         draw(study, results)
         write_csv(study.out.with_suffix(".csv"), ("row", "body", "what", "target", "found"), [
             (name, body, what, f"{value:.6g}", f"{check['found'][what]:.6g}")

@@ -71,7 +71,6 @@ ROW = "# UNITS: si\ntaken 80 8 4 3 8 4 0.005 0 1.5\n"
     ({"--name": "two words"}, "cannot be the name of a row: letters, digits and _ . + - only"),
     ({"--name": "taken"}, "holds a row 'taken' already: give another name"),
     ({"--spheres": "10"}, "--spheres must be 100 at least"),
-    ({"--within": "0.1"}, "--within must lie between 0 and 0.03"),
     ({"--body": "bar.data", "--seed": "2"}, "--seed is that of the cylinder: leave it out with --body"),
     ({"--body": "bar.data", "--rate": "5e6@100"}, "--rate: not with --body"),
     ({"--rate": ["5e6@100", "6e6@10000"]}, "5e+06 Pa at 100/s and 6e+06 Pa at 10000/s are not linear in the rate"),
@@ -174,7 +173,7 @@ def searched(folder, monkeypatch, targets):
     monkeypatch.setattr(calibration, "pull", closed_form_pull)
     table = Table(folder / "t.jsonl", {})
     try:
-        return calibration.Search(targets, BODY, table, 1, folder, 10.0, 0.005, print).pull()
+        return calibration.Search(targets, BODY, table, 1, folder, 10.0, print).pull()
     finally:
         table.close()
 

@@ -50,6 +50,7 @@ LINEAR = 0.01  # over-stresses are linear in the rate within this
 NAME = re.compile(r"[A-Za-z0-9_.+-]+")
 MOST_RUNS, RATE_RUNS = 8, 3
 OWN = 4.0  # weight of the residuals of E and nu, which have coefficients of their own: what the curve misses must not spoil them
+WITHIN = 0.005  # of every target: the search ends
 MISS = 0.03  # of a target: more is told, and is the exit status
 CURVE_POINTS = 4  # of a measured curve
 SMALLER = (1.0, 0.5, 0.25)  # increments of the attempts at a run
@@ -572,9 +573,9 @@ class ClosedForm:
 class Search:
     """Everything that a calibration needs: targets, body, table; ranks, folder and timeout [s] of the runs; say(text)."""
 
-    def __init__(self, targets, body, table, ranks, folder, timeout, within, say):
+    def __init__(self, targets, body, table, ranks, folder, timeout, say):
         self.targets, self.body, self.table = targets, body, table
-        self.ranks, self.folder, self.timeout, self.within, self.say = ranks, folder, timeout, within, say
+        self.ranks, self.folder, self.timeout, self.say = ranks, folder, timeout, say
         self.closed_form, self.results = ClosedForm(targets, body), {}  # by material, in the order of the runs
 
     def run(self, number, material):
@@ -620,7 +621,7 @@ class Search:
             self.results[material] = result
             shown = ", ".join(f"{name} {100 * value:+.2f} %" for name, value in residuals.items())
             self.say(f"run {number}: {shown} ({record['seconds']:.0f} s)")
-            if result.worst <= self.within or number == MOST_RUNS:
+            if result.worst <= WITHIN or number == MOST_RUNS:
                 raise Ended
         return self.closed_form.weigh(np.log1p(list(result.residuals.values())))
 
@@ -634,7 +635,7 @@ class Search:
     def why_missed(self, result):
         """Why no row is nearer, as far as the run shows."""
         row, found = result.material.row, result.found
-        above = [strain for _, strain in self.targets.points if result.residuals[at(strain)] > self.within]
+        above = [strain for _, strain in self.targets.points if result.residuals[at(strain)] > WITHIN]
         if row.e2 > LEAST_GUESS * row.e1 or not above:
             return ""
         return (f"The bonds of this row hardly harden, and the body still hardens to {found[at(above[0])] / found['yield']:.3g} of its yield stress at "
@@ -651,12 +652,12 @@ class Search:
         for number in range(1, RATE_RUNS + 1):
             found = self.rate_run(number, material._replace(row=material.row._replace(gamma=gamma)), rate) - twin
             self.say(f"rate run {number}: over-stress {found / 1e6:.4g} MPa at {rate:g}/s, {100 * (found / over - 1.0):+.2f} %")
-            if abs(found / over - 1.0) <= self.within:
+            if abs(found / over - 1.0) <= WITHIN:
                 return gamma, found / rate
             if found <= 0.0:
                 raise ValueError(f"--rate: the damped run at {rate:g}/s shows no over-stress: {found:.3g} Pa")
             gamma = rounded(gamma * over / found)
-        raise ValueError(f"--rate: the over-stress was not met within {100 * self.within:g} % in {RATE_RUNS} runs; the last had {found:.4g} Pa at {rate:g}/s")
+        raise ValueError(f"--rate: the over-stress was not met within {100 * WITHIN:g} % in {RATE_RUNS} runs; the last had {found:.4g} Pa at {rate:g}/s")
 
     def rate_run(self, number, material, rate):
         """Mean flow stress [Pa], from the table or a run."""
