@@ -31,10 +31,9 @@ and rho c L rate.
 """
 
 import pathlib
-import sys
 
 from evp import curves, figures, law, rates, specimen
-from evp.report import command_line, typed, words_of, write_csv
+from evp.report import command_line, errors_in_one_line, print_table, typed, write_csv
 
 ELASTIC_END = 0.004  # strain at which the first pairs of Table 1 come to the second regime
 TITLES = {  # {E}: what the modulus is called
@@ -131,14 +130,6 @@ def evaluated(args, numbers):
         if curves.load_of(path).deck in ("in.torsion", "in.bending"):  # stress and strain of the surface
             line.update({name: curves.NAN for name in line if name.startswith("area_")})
     return read, found
-
-
-def print_table(titles, rows, digits=5):
-    """Lines with columns as wide as they must be, the first to the left; numbers that are nan as '-'."""
-    texts = [[value if isinstance(value, str) else "-" if value != value else f"{value:.{digits}g}" for value in line] for line in (titles, *rows)]
-    widths = [max(map(len, column)) for column in zip(*texts)]
-    for first, *others in texts:
-        print(first.ljust(widths[0]), *(text.rjust(width) for text, width in zip(others, widths[1:])), sep="  ")
 
 
 def print_numbers(found, names, digits=5):
@@ -333,15 +324,11 @@ def parser():
 
 
 def main(argv=None):
-    """Run one command; 0, or 1 after a message on bad input."""
+    """Run one command; ends with one message on bad input."""
     args = parser().parse_args(argv)
-    try:
+    with errors_in_one_line("curves.py"):
         args.action(args)
-    except (OSError, ValueError) as error:
-        print(f"ERROR: {words_of(error)}", file=sys.stderr)
-        return 1
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

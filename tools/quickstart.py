@@ -11,11 +11,10 @@ residual strain. About a minute and a half on two cores.
 
 import argparse
 import pathlib
-import sys
 
 import evp  # noqa: F401  before numpy
 from evp import curves, figures, law, run
-from evp.report import command_line, write_csv
+from evp.report import command_line, errors_in_one_line, print_table, write_csv
 
 TABLES = {
     "table1": ("Table 1, no damping", "80 8 4 3 8 4 0.005 0 1.5", (1.0, 10.0)),
@@ -29,32 +28,12 @@ DT_FRACTION = 0.8
 _TYPICAL_STEP = {"table1": 9e-7, "table2": 3.5e-8}
 
 
-def parser():
-    """The command line."""
-    top = command_line(__doc__)
-    top.add_argument("--rates", nargs="+", type=_positive, metavar="R",
-                     help="strain rates [1/s] for both tables (default: Table 1 at 1 and 10, "
-                     "Table 2 at 1, 10 and 100; the time goes as 1/rate)")
-    top.add_argument("--out", type=pathlib.Path, default=pathlib.Path("results", "quickstart"), metavar="DIR",
-                     help="folder for the results (default: results/quickstart)")
-    top.add_argument("--ranks", type=int, choices=range(1, 65), default=2, metavar="N",
-                     help="MPI ranks of each traction run (default: 2)")
-    return top
-
-
 def _positive(word):
     """A positive number, for argparse."""
     value = float(word)
     if not 0.0 < value < float("inf"):
         raise argparse.ArgumentTypeError(f"a rate must be positive, got {word}")
     return value
-
-
-def prepare_jobs(out):
-    """The force law and the specimen: one core each, side by side."""
-    two = run.Job("two_spheres", "in.two_spheres", {"out": "two_spheres"}, out)
-    packing = {"n": 500, "seed": 1, "out": "specimen.data"}
-    return [two, run.Job("specimen", "in.specimen", packing, out)]
 
 
 def traction_job(out, table, rate, ranks):
@@ -81,34 +60,26 @@ def first_second_regime_strain(path):
 
 
 def draw(out, pulled):
-    """All pictures; pulled: {(table, rate): job}. Returns their paths."""
+    """All pictures; pulled: {(table, rate): curve}. Returns their paths."""
     panels = {}
-    for (table, rate), job in sorted(pulled.items()):
-        curve = curves.read_curve(out / f"{job.name}.csv")
+    for (table, rate), curve in pulled.items():
         panels.setdefault(TABLES[table][0], []).append((f"{rate:g}/s", curve))
     measured = curves.read_columns(out / "two_spheres.csv", figures.MEASURED)
-    table1 = law.Row.parse(TABLES["table1"][1])
     sweeps = {label: curves.read_curve(out / f"plasticity_{plasticity}.csv") for plasticity, label in UNLOADING.items()}
-    return [figures.force_law(table1, out / "force_law.png", measured), figures.stress_strain(panels, out / "stress_strain.png"),
+    return [figures.force_law(law.TABLE1, out / "force_law.png", measured), figures.stress_strain(panels, out / "stress_strain.png"),
             figures.unloading(sweeps, out / "unloading.png")]
 
 
 def report(out, pulled):
     """Print the table of numbers and write it to summary.csv."""
-    header = ("table", "rate_per_s", "E_GPa", "yield_MPa", "stress_1pc_MPa", "first_second_regime")
     rows, ranges = [], set()
-    for (table, rate), job in sorted(pulled.items()):
-        found = curves.numbers(curves.read_curve(out / f"{job.name}.csv"))
-        values = [f"{found[name]:.2f}" for name in header[2:5]]
-        first = first_second_regime_strain(out / f"{job.name}.csv")
-        rows.append((table, f"{rate:g}", *values, first))
+    for (table, rate), curve in pulled.items():
+        found = curves.numbers(curve)
+        first = first_second_regime_strain(out / f"{table}_rate{rate:g}.csv")
+        rows.append((table, f"{rate:g}", *(f"{found[name]:.2f}" for name in ("E_GPa", "yield_MPa", "stress_1pc_MPa")), first))
         ranges.add(f"{found['E_from']:g} to {found['E_to']:.3g}")
-    write_csv(out / "summary.csv", header, rows)
-    titles = ("table ", "rate [1/s]", "E [GPa]", "0.2 % yield [MPa]", "stress at 1 % [MPa]",
-              "first second-regime bond at strain")
-    print("  ".join(titles))
-    for row in rows:
-        print("  ".join(cell.rjust(len(title)) for cell, title in zip(row, titles)))
+    write_csv(out / "summary.csv", ("table", "rate_per_s", "E_GPa", "yield_MPa", "stress_1pc_MPa", "first_second_regime"), rows)
+    print_table(("table", "rate [1/s]", "E [GPa]", "0.2 % yield [MPa]", "stress at 1 % [MPa]", "first second-regime bond at strain"), rows)
     for plasticity, label in UNLOADING.items():
         left = curves.cycle_numbers(curves.read_curve(out / f"plasticity_{plasticity}.csv"))
         print(f"{label}: back from {100 * STRAIN:g} %, {figures.residual_text(left['residual_strain'])}")
@@ -116,30 +87,29 @@ def report(out, pulled):
 
 
 def main(argv=None):
-    """Run all; 0, or 1 after a message that holds LAMMPS' own error."""
-    args = parser().parse_args(argv)
+    parser = command_line(__doc__)
+    parser.add_argument("--rates", nargs="+", type=_positive, metavar="R", help="strain rates [1/s] for both tables (default: Table 1 at 1 and 10, "
+                        "Table 2 at 1, 10 and 100; the time goes as 1/rate)")
+    parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("results", "quickstart"), metavar="DIR",
+                        help="folder for the results (default: results/quickstart)")
+    parser.add_argument("--ranks", type=int, choices=range(1, 65), default=2, metavar="N", help="MPI ranks of each traction run (default: 2)")
+    args = parser.parse_args(argv)
     out = args.out.absolute()
-    wanted = {(t, r) for t in TABLES for r in (args.rates or TABLES[t][2])}
-    pulled = {key: traction_job(out, *key, args.ranks) for key in sorted(wanted)}
-    sweeps = [unloading_job(out, plasticity, args.ranks) for plasticity in UNLOADING]
-    try:
+    wanted = sorted({(table, rate) for table in TABLES for rate in (args.rates or TABLES[table][2])})
+    jobs = [*(traction_job(out, *key, args.ranks) for key in wanted), *(unloading_job(out, plasticity, args.ranks) for plasticity in UNLOADING)]
+    with errors_in_one_line("quickstart.py"):
         out.mkdir(parents=True, exist_ok=True)
-        for name in ["two_spheres", *(job.name for job in (*pulled.values(), *sweeps))]:
-            # An old curve would be taken for progress of the new run.
-            (out / f"{name}.csv").unlink(missing_ok=True)
-        run.run_jobs(prepare_jobs(out), title="packing and force law:")
-        longest_first = sorted((*pulled.values(), *sweeps), key=lambda job: -job.cost)
-        run.run_jobs(longest_first, title="traction:")
+        for name in ("two_spheres", *(job.name for job in jobs)):
+            (out / f"{name}.csv").unlink(missing_ok=True)  # an old curve would be taken for progress of the new run
+        packing = {"n": 500, "seed": 1, "out": "specimen.data"}
+        run.run_jobs([run.Job("two_spheres", "in.two_spheres", {"out": "two_spheres"}, out), run.Job("specimen", "in.specimen", packing, out)],
+                     title="packing and force law:")
+        run.run_jobs(sorted(jobs, key=lambda job: -job.cost), title="traction:")
+        pulled = {key: curves.read_curve(out / f"{job.name}.csv") for key, job in zip(wanted, jobs)}
         paths = draw(out, pulled)
         report(out, pulled)
-    except (run.RunError, OSError, ValueError) as error:
-        print(f"ERROR: {error}", file=sys.stderr)
-        return 1
-    print("pictures, each with its CSV:")
-    for path in paths:
-        print(f"  {path}")
-    return 0
+    print("pictures, each with its CSV:", *paths, sep="\n  ")
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -134,7 +134,7 @@ def test_files_that_hold_no_curve(tmp_path, text, message):
     elif text is not None:
         path.write_text(text, encoding="utf-8")
     failed = command("numbers", path)
-    assert failed.returncode == 1 and failed.stderr.startswith("ERROR: ") and len(failed.stderr.splitlines()) == 1
+    assert failed.returncode == 1 and failed.stderr.startswith("curves.py: error: ") and len(failed.stderr.splitlines()) == 1
     assert message in failed.stderr, failed.stderr
 
 

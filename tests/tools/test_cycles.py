@@ -249,6 +249,6 @@ def test_misuse_gets_one_line(files, words, message):
         words = (*words[:-1], "bad.csv")
     before = {path.name: path.read_bytes() for path in files.iterdir()}
     failed = call(tool.main, *words)
-    assert failed.returncode == 1 and failed.stderr.startswith("ERROR: ") and len(failed.stderr.splitlines()) == 1, failed.stderr
+    assert failed.returncode == 1 and failed.stderr.startswith("curves.py: error: ") and len(failed.stderr.splitlines()) == 1, failed.stderr
     assert message in failed.stderr and failed.stdout == ""
     assert {path.name: path.read_bytes() for path in files.iterdir()} == before

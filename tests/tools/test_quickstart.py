@@ -8,6 +8,7 @@ import sys
 import pytest
 import quickstart
 from evp import part, progress, run
+from in_process import call
 from inputs import program
 
 
@@ -34,15 +35,15 @@ def test_words_of_the_command(lmp, monkeypatch):
         assert run.lammps_command(2) == words
 
 
-def test_a_failed_run_ends_all_with_lammps_own_error(lmp, tmp_path, monkeypatch, capsys):
+def test_a_failed_run_ends_all_with_lammps_own_error(lmp, tmp_path, monkeypatch):
     lmp("print('print \"ERROR: not this echo\"\\nERROR: no such style (a.cpp:1)'); sys.exit(1)")
-    assert quickstart.main(["--out", str(tmp_path / "out"), "--ranks", "1"]) == 1
-    message = capsys.readouterr().err
+    failed = call(quickstart.main, "--out", tmp_path / "out", "--ranks", 1)
+    message = failed.stderr
+    assert failed.returncode == 1 and message.startswith("quickstart.py: error: "), message
     assert "ERROR: no such style (a.cpp:1)" in message and "not this echo" not in message
     assert re.search(r"in\.(two_spheres|specimen) failed \(exit 1\)(.|\n)*/\1\.log", message), "whichever ended first"
     monkeypatch.setenv("EVP_LMP", str(tmp_path / "nowhere"))
-    assert quickstart.main(["--out", str(tmp_path / "none")]) == 1
-    message = capsys.readouterr().err
+    message = call(quickstart.main, "--out", tmp_path / "none").stderr
     assert "nowhere" in message and "tools/setup.sh" in message, "a missing program is named"
 
 

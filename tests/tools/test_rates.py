@@ -140,5 +140,5 @@ EXPECT = ("damped", "--twin", "twin", "--specimen", "data")
 ])
 def test_command_fails_with_one_line(files, words, rule):
     failed = command(files, *words)
-    assert failed.returncode == 1 and failed.stdout == "" and failed.stderr.startswith("ERROR: ") and len(failed.stderr.splitlines()) == 1
+    assert failed.returncode == 1 and failed.stdout == "" and failed.stderr.startswith("curves.py: error: ") and len(failed.stderr.splitlines()) == 1
     assert re.search(rule, failed.stderr), failed.stderr

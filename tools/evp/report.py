@@ -57,6 +57,14 @@ def check_target(option, path):
         raise ValueError(f"{option} {path}: no file can be written in this folder")
 
 
+def print_table(titles, rows, digits=5):
+    """Lines with columns as wide as they must be, the first to the left; numbers that are nan as '-'."""
+    texts = [[value if isinstance(value, str) else "-" if value != value else f"{value:.{digits}g}" for value in line] for line in (titles, *rows)]
+    widths = [max(map(len, column)) for column in zip(*texts)]
+    for first, *others in texts:
+        print(first.ljust(widths[0]), *(text.rjust(width) for text, width in zip(others, widths[1:])), sep="  ")
+
+
 def table(header, rows):
     """Lines of a Markdown table."""
     lines = ["| " + " | ".join(map(str, cells)) + " |" for cells in (header, *rows)]
