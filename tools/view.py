@@ -154,7 +154,7 @@ def draw_picture(args, scene, snapshots, series):
     else:
         figure = scene.figure([[pictures[0] for pictures in drawn]], names, [""])
     with all_or_nothing(args.out.parent) as folder:
-        view_figure.to_png(figure, folder / args.out.name)
+        figure.savefig(folder / args.out.name, dpi=view_figure.DPI)
     print(args.out)
 
 

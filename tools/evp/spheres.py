@@ -35,11 +35,6 @@ class Camera(NamedTuple):
     width: int
     height: int
 
-    def pixels(self, x):
-        """(N, 2) columns and rows, from the upper left corner, of places x (N, 3)."""
-        flat = (x @ axes(self.theta, self.phi)[:2].T - self.middle) / self.per_pixel
-        return np.stack([0.5 * self.width + flat[:, 0], 0.5 * self.height - flat[:, 1]], axis=1)
-
 
 def axes(theta, phi):
     """(3, 3): unit vectors to the right, up, and to the camera, for the angles [degrees]; up is z as far as it can be."""

@@ -12,6 +12,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 from matplotlib import animation  # noqa: E402
+from matplotlib.ticker import EngFormatter  # noqa: E402
 from PIL import Image  # noqa: E402
 
 from . import spheres  # noqa: E402
@@ -86,10 +87,7 @@ def time_text(seconds, longest=None):
 
 def length_text(length, units):
     """'5 mm'; in units other than SI '5 length units'."""
-    if units != "si":
-        return f"{length:g} length units ({units})"
-    unit, factor = prefixed("m", length)
-    return f"{factor * length:g} {unit}"
+    return EngFormatter("m")(length) if units == "si" else f"{length:g} length units ({units})"
 
 
 def label_lines(label, letters):
@@ -143,11 +141,6 @@ def compose(pictures, titles, heads, per_pixel, units, scale=None, note=""):
         bar.ax.tick_params(labelsize=11)
         bar.formatter.set_powerlimits((-3, 4))
     return figure
-
-
-def to_png(figure, path):
-    figure.savefig(path, format="png", dpi=DPI)
-    plt.close(figure)
 
 
 def to_pixels(figure):

@@ -107,15 +107,6 @@ def _array(name, values):
             f"{base64.b64encode(content).decode('ascii')}</DataArray>\n")
 
 
-def _vectors(columns):
-    """Columns with those that are vectors, vx vy vz and fx fy fz, as one array each."""
-    found = dict(columns)
-    for name, parts in (("velocity", "vx vy vz".split()), ("force", "fx fy fz".split())):
-        if all(part in columns for part in parts) and name not in columns:
-            found[name] = np.column_stack([columns[part] for part in parts])
-    return found
-
-
 def write_points(path, x, columns):
     """A .vtu of the points x (N, 3) with all columns, (N,) each, as named arrays: 64 bits, so that no digit is lost."""
     n = len(x)
@@ -125,7 +116,7 @@ def write_points(path, x, columns):
     text = [
         f"<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"{order}\" header_type=\"UInt64\">\n",
         f"<UnstructuredGrid>\n<Piece NumberOfPoints=\"{n}\" NumberOfCells=\"{n}\">\n<PointData>\n",
-        *(_array(name, values) for name, values in _vectors(arrays).items()),
+        *(_array(name, values) for name, values in arrays.items()),
         "</PointData>\n<Points>\n", _array("Points", np.asarray(x, dtype=float)), "</Points>\n<Cells>\n",
         _array("connectivity", np.arange(n, dtype=np.int64)), _array("offsets", np.arange(1, n + 1, dtype=np.int64)),
         _array("types", np.full(n, _VERTEX, dtype=np.uint8)), "</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n",
