@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 from study import Study, errors_in_one_line
 import numpy as np
-from evp import figures
 
 MPA = 1e6
 RATE = 200  # of shear strain [1/s]
@@ -88,25 +87,12 @@ def page(results):
             "spent": f"{literal[HEADER[9]] + literal[HEADER[10]]:.0f}", "lowest": shown(HEADER[6], "none")}
 
 
-def draw(study, results):
-    """Stress against strain of every case."""
-    with figures.plt.rc_context(figures.LOOK):
-        figure, axis = figures.plt.subplots(figsize=(7.2, 4.6))
-        rows = []
-        for k, (case, found) in enumerate(results.items()):
-            axis.plot(found["strain"], found["shear_stress"] / MPA, label=case.label, **figures.line_style(k))
-            rows += [(case.label, f"{a:.6g}", f"{b:.6g}") for a, b in zip(found["strain"], found["shear_stress"] / MPA)]
-        axis.axhline(0, color="#333333", linewidth=0.8)
-        axis.set(xlabel="shear strain", ylabel="shear stress [MPa]", xlim=(0, None))
-        figures.legend_below(axis, 2, handlelength=3.0)
-        study.save(figure, ("curve", "strain", "stress_MPa"), rows)
-
-
 def main(words=None):
     study = Study(__doc__, "large_strain", strain=3.0).parse(words)
     with errors_in_one_line("large_strain.py"):
         results = {case: measure(case, study.strain, study.runs) for case in study.each(PLAN, lambda case: case.label, lambda case: case.spheres**1.3)}
-        draw(study, results)
+        study.draw({case.label: (found["strain"], found["shear_stress"] / MPA) for case, found in results.items()},
+                   ("curve", "strain", "stress_MPa"), xlabel="shear strain", ylabel="shear stress [MPa]")
         study.write(volume=f"{VOLUME:.3g}", rate=RATE, end=f"{study.strain:g}", **page(results))
 
 

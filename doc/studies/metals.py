@@ -16,7 +16,7 @@ from typing import NamedTuple
 from study import CHECKOUT, DECKS, RunError, Study, deck_command, errors_in_one_line, write_csv
 import calibrate
 import numpy as np
-from evp import calibration, figures
+from evp import calibration, figures, rates
 from evp.calibration import Targets
 from johnson_cook import JohnsonCook, from_handbook
 
@@ -100,7 +100,7 @@ def pulled(out, name, aims, spheres, seed, study):
 
 def xi_of(out, name):
     """xi_s of the row."""
-    return next(float(line.split()[7]) for line in out.read_text(encoding="utf-8").splitlines() if line.startswith(f"{name} "))
+    return rates.given_row(f"{out}:{name}")[0].xi_s
 
 
 def far(out, name, side, study):
@@ -132,7 +132,7 @@ def measure(name, study):
     if kept.exists():
         return {**json.loads(kept.read_text(encoding="utf-8")), **sides}
     runs = [json.loads(line) for line in runs_of.read_text(encoding="utf-8").splitlines()][1:]
-    best = min((one["found"] for one in runs if one["state"] == "done"), key=lambda found: max(map(abs, off_target(found, aims).values())))
+    best = min((one["found"] for one in runs if one["state"] == "done"), key=lambda found: max(map(abs, aims.off(found).values())))
     one = {"found": best, "runs": len(runs), "checks": {f"{spheres}, {seed}": pulled(out, name, aims, spheres, seed, study) for spheres, seed in CHECKS}}
     kept.write_text(json.dumps(one), encoding="utf-8")
     return {**one, **sides}
@@ -191,11 +191,6 @@ def draw(study, curves):
         study.save(figure, ("metal", "curve", "strain_percent", "stress_MPa"), rows)
 
 
-def off_target(found, aims):
-    """found/target - 1 by name."""
-    return {name: found[name] / value - 1.0 for name, (value, _) in aims.aims.items()}
-
-
 def cells(off, aims):
     """Errors [%] of E, yield stress, stresses and nu."""
     def percent(value):
@@ -209,7 +204,7 @@ def page(results):
     targets, others, worst, apart, unfitted = [], [], [], [], []
     for name, one in results.items():
         metal, aims = METALS[name], targets_of(METALS[name])
-        off = off_target(one["found"], aims)
+        off = aims.off(one["found"])
         modulus, first, stresses, nu = cells(off, aims)
         targets.append((name, metal.title, f"{aims.modulus / 1e9:.4g}", modulus, f"{aims.yield_stress / MPA:.1f}", first,
                         ", ".join(f"{stress / MPA:.1f} at {strain:g}" for stress, strain in aims.points), stresses, f"{aims.nu:g}", nu, one["runs"]))
@@ -219,8 +214,8 @@ def page(results):
             if "failed" in check:
                 others.append((name, spheres, seed, check["failed"], "", "", ""))
                 continue
-            others.append((name, spheres, seed, *cells(off_target(check["found"], aims), aims)))
-            unfitted += map(abs, off_target(check["found"], aims).values())
+            others.append((name, spheres, seed, *cells(aims.off(check["found"]), aims)))
+            unfitted += map(abs, aims.off(check["found"]).values())
             apart += (abs(check["found"][what] / one["found"][what] - 1.0) for what in aims.aims)
     beyond = [(name, *(cell for side in SIDES for cell in far_cells(METALS[name], one[side], side))) for name, one in results.items()]
     sources = [f"- {name}: E {metal.law.modulus / 1e9:g} GPa, A {metal.law.a / MPA:.4g} MPa, B {metal.law.b / MPA:.4g} MPa, n {metal.law.n:.3g}, {metal.density:g} kg/m3. {metal.source}."

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from study import DECKS, RunError, Study, errors_in_one_line, mean_of
 import numpy as np
-from evp import curves, figures
+from evp import curves
 
 BAR = {"shape": "region", "region": DECKS / "regions" / "notched.lmp", "width": 0.022, "height": 0.012}
 PULL = {"coeff": "80 8 4 3 8 4 0.005 20 1.5 spacing 0.00585189 coordination 11.9", "contact": "repulsive", "plasticity": "isotropic", "rate": 100,
@@ -87,20 +87,6 @@ def measure(study, cases):
     return results
 
 
-def draw(study, results):
-    """Stress against strain of the first bar of each case."""
-    with figures.plt.rc_context(figures.LOOK):
-        figure, axis = figures.plt.subplots(figsize=(7.2, 4.6))
-        rows = []
-        for k, ((n, xi, _), found) in enumerate(results.items()):
-            label, curve = f"N = {n}, XI = {xi:.3g}", found[0][1]
-            axis.plot(100 * curve.strain, curve.grip / 1e6, label=label, **figures.line_style(k))
-            rows += [(label, f"{100 * a:.6g}", f"{b / 1e6:.6g}") for a, b in zip(curve.strain, curve.grip)]
-        axis.set(xlabel="nominal strain [%]", ylabel="nominal stress, net section [MPa]", xlim=(0, None))
-        figures.legend_below(axis, 2, handlelength=3.0)
-        study.save(figure, ("curve", "strain_percent", "stress_MPa"), rows)
-
-
 def page(results, p, sizes):
     """Values of the page, of the results of all rules and the exponent."""
     def listed(rule, form, value):
@@ -124,7 +110,8 @@ def main(words=None):
         results = measure(study, [*((n, study.xi, CONSTANT) for n in study.spheres), (more, study.xi * spacing(few) / spacing(more), INVERSE)])
         p = exponent_of(results, few, more)
         results.update(measure(study, [(n, study.xi * (spacing(few) / spacing(n)) ** p, POWER) for n in study.spheres[1:]]))
-        draw(study, results)
+        study.draw({f"N = {n}, XI = {xi:.3g}": (100 * found[0][1].strain, found[0][1].grip / 1e6) for (n, xi, _), found in results.items()},
+                   ("curve", "strain_percent", "stress_MPa"), xlabel="nominal strain [%]", ylabel="nominal stress, net section [MPa]")
         study.write(**page(results, p, study.spheres))
 
 

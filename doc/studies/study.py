@@ -201,6 +201,17 @@ class Study:
         self.out.write_text(page, encoding="utf-8")
         print(page, end="")
 
+    def draw(self, curves, header, **look):
+        """Saves a picture of curves {label: (x, y)}; look: of its axis."""
+        with figures.plt.rc_context(figures.LOOK):
+            figure, axis = figures.plt.subplots(figsize=(7.2, 4.6))
+            for k, (label, values) in enumerate(curves.items()):
+                axis.plot(*values, label=label, **figures.line_style(k))
+            axis.axhline(0, color="#333333", linewidth=0.8)
+            axis.set(xlim=(0, None), **look)
+            figures.legend_below(axis, 2, handlelength=3.0)
+            return self.save(figure, header, [(label, f"{a:.6g}", f"{b:.6g}") for label, values in curves.items() for a, b in zip(*values)])
+
     def save(self, figure, header, rows):
         """Writes figures/NAME.png beside the page, and its CSV."""
         return figures.save(figure, self.out.parent / "figures" / f"{self.out.stem}.png", header, rows)

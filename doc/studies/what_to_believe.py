@@ -10,7 +10,7 @@ import sys
 
 from study import CHECKOUT, Study, errors_in_one_line
 import numpy as np
-from evp import curves, dump, figures, specimen
+from evp import curves, dump, specimen
 
 STEEL = {"E": 193e9, "yield": 240e6, "stress": (400e6, 0.05), "nu": 0.29, "density": 7900.0}  # the usual values of annealed 304, nominal
 ALUMINIUM = {"E": 73e9, "nu": 0.33}  # 2024-T351, of the row below
@@ -89,26 +89,12 @@ def taylor(study, spheres):
     return [spheres, f"{1e3 * length:.2f}", f"{100 * (length / LENGTH - 1):+.1f}", f"{1e3 * foot:.2f}", f"{100 * (foot / FOOT - 1):+.1f}", f"{1e3 * outer:.2f}"]
 
 
-def draw(study, tension, compression):
-    """True stress against the size of the true strain."""
-    with figures.plt.rc_context(figures.LOOK):
-        figure, axis = figures.plt.subplots(figsize=(7.2, 4.6))
-        rows = []
-        for k, (name, curve) in enumerate((("tension", tension), ("compression", compression))):
-            x, y = 100.0 * np.abs(np.log1p(curve.strain)), np.abs(curve.virial) * (1.0 + curve.strain) / 1e6
-            axis.plot(x, y, label=name, **figures.line_style(k + 1))
-            rows += [(name, f"{a:.6g}", f"{b:.6g}") for a, b in zip(x, y)]
-        axis.set(xlabel="true strain [%]", ylabel="true stress [MPa]", xlim=(0, None), ylim=(0, None))
-        figures.legend_below(axis, 2)
-        study.save(figure, ("curve", "strain_percent", "stress_MPa"), rows)
-
-
 def main(words=None):
     study = Study(__doc__, "what_to_believe", spheres=2000, plates=[4000, 16000], bars=[2000, 8000]).parse(words)
     with errors_in_one_line("what_to_believe.py"):
         row, body = material(study), study.runs.body("other", n=study.spheres, seed=2)
         tension, compression = (pulled(study, name, body, row, sign * STRAINS[-1], cycles=1, lower="release") for name, sign in (("tension", 1), ("compression", -1)))
-        drawn = [pulled(study, f"{name}_far", body, row, strain, 0.004) for name, strain in (("tension", 0.2), ("compression", -0.4))]
+        far = {name: pulled(study, f"{name}_far", body, row, strain, 0.004) for name, strain in (("tension", 0.2), ("compression", -0.4))}
         cube = study.runs.body("cube", n=study.spheres, shape="block", length=0.02, width=0.02, height=0.02)
         pressed = pulled(study, "cube_pressed", cube, row, -0.2, 0.004, cycles=1, lower="release")
         (study.runs.folder / "bracket.region").write_text(BRACKET, encoding="utf-8")
@@ -129,7 +115,8 @@ def main(words=None):
         imprints = [imprint(study, name, metal, own, spheres, flow_stress_of(curve, metal["E"])) for spheres in
                     study.each(study.plates, lambda n: f"plates of {n}", lambda n: n**1.3) for name, metal, own, curve in indented]
         bars = [taylor(study, spheres) for spheres in study.each(study.bars, lambda n: f"bar of {n}", lambda n: n**1.3)]
-        draw(study, *drawn)
+        study.draw({name: (100.0 * np.abs(np.log1p(curve.strain)), np.abs(curve.virial) * (1.0 + curve.strain) / 1e6) for name, curve in far.items()},
+                   ("curve", "strain_percent", "stress_MPa"), xlabel="true strain [%]", ylabel="true stress [MPa]", ylim=(0, None))
         study.write(spheres=study.spheres, shear=(("", "measured", "of a metal", ""), sheared(study, row)),
                     ratios=(("strain", "tension [MPa]", "compression [MPa]", "compression over tension"), ratios),
                     released=(("load", "strain [%]", "stress [MPa]", "strain left [%]", "stress/E [%]", "sprang back [%]"), released),

@@ -81,6 +81,10 @@ class Targets(NamedTuple):
         aims = {"E": (self.modulus, "Pa"), "yield": (self.yield_stress, "Pa"), **{at(strain): (stress, "Pa") for stress, strain in self.points}}
         return aims if self.nu is None else {**aims, "nu": (self.nu, "")}
 
+    def off(self, found):
+        """found/target - 1 by name."""
+        return {name: found[name] / value - 1.0 for name, (value, _) in self.aims.items()}
+
     @property
     def yield_strain(self):
         """Yield stress/E."""
@@ -616,7 +620,7 @@ class Search:
                 if not self.results:
                     raise ValueError(f"run {number} failed {len(SMALLER)} times, last: {record['reason']}; the run table is {self.table.path}")
                 raise Ended
-            residuals = {name: record["found"][name] / value - 1.0 for name, (value, _) in self.targets.aims.items()}
+            residuals = self.targets.off(record["found"])
             result = Result(material, record["found"], residuals, (np.array(record["strain"]), np.array(record["stress"])), number)
             self.results[material] = result
             shown = ", ".join(f"{name} {100 * value:+.2f} %" for name, value in residuals.items())
