@@ -255,17 +255,14 @@ def show_rate_shares(args):
         row, density = rates.run_row(args.coeff, body, size["volume"])
         modulus = curves.modulus(twin.strain, twin.virial)
         theory = rates.expected(body, row, density, args.rate, modulus, size["length"])
-        print(f"expected at {args.rate:g}/s with E {1e-9 * modulus:.2f} GPa of the twin and "
-              f"tau {theory.tau:.4g} s: E tau rate {1e-6 * theory.viscous:.3f} MPa viscous in the "
-              f"elastic part; inertia below rho c L rate {1e-6 * theory.inertial:.3f} MPa")
+        print(f"expected at {args.rate:g}/s with E {1e-9 * modulus:.2f} GPa of the twin and tau {theory.tau:.4g} s: E tau rate {1e-6 * theory.viscous:.3f} MPa "
+              f"viscous in the elastic part; inertia below rho c L rate {1e-6 * theory.inertial:.3f} MPa")
     for s in found:
-        print(f"strain {100 * s.strain:.2f} %: stress {1e-6 * s.stress:.2f} MPa, "
-              f"viscous {s.percent(s.viscous):.2f} %, inertial {s.percent(s.inertial):.2f} % "
-              f"({1e-6 * s.viscous:.3f} +- {1e-6 * s.resolution:.3f} MPa, "
-              f"{1e-6 * s.inertial:.3f} MPa)")
+        print(f"strain {100 * s.strain:.2f} %: stress {1e-6 * s.stress:.2f} MPa, viscous {s.percent(s.viscous):.2f} %, inertial {s.percent(s.inertial):.2f} % "
+              f"({1e-6 * s.viscous:.3f} +- {1e-6 * s.resolution:.3f} MPa, {1e-6 * s.inertial:.3f} MPa)")
     if max(strains) > ELASTIC_END:
-        print("+- is the vibration of the twin; beyond the elastic part the pairs that only one of "
-              "the runs lost or met count as viscous too, see doc/Howto_evp.rst")
+        print("+- is the vibration of the twin; beyond the elastic part the pairs that only one of the runs lost or met count as viscous too, "
+              "see doc/Howto_evp.rst")
 
 
 def parser():
@@ -281,8 +278,7 @@ def parser():
     def curve_command(name, action, text, fit=False):
         sub = command(name, action, text)
         sub.add_argument("curves", nargs="+", metavar="CSV")
-        sub.add_argument("--strain", choices=("strain", "strain_gauge"), default="strain",
-                         help="of the grips, or between layers at 0.3 and 0.7 of the length")
+        sub.add_argument("--strain", choices=("strain", "strain_gauge"), default="strain", help="of the grips, or between layers at 0.3 and 0.7 of the length")
         if fit:
             sub.add_argument("--fit", nargs=2, type=float, metavar=("LO", "HI"), help="range of strain that E is fitted to (default: the elastic part)")
         return sub
@@ -296,8 +292,7 @@ def parser():
     sub.add_argument("--target", metavar="FILE", help="rows strain,stress to compare with")
     sub.add_argument("--csv", metavar="FILE", help="the table as a file")
     sub = curve_command("plot", plot_curves, "stress-strain curves")
-    sub.add_argument("--labels", nargs="+", help="one per curve (default: the files' names, "
-                     "with as many folders as tell them apart)")
+    sub.add_argument("--labels", nargs="+", help="one per curve (default: the files' names, with as many folders as tell them apart)")
     sub.add_argument("--title", help="(default: the load)")
     sub.add_argument("--out", default="curves.png", metavar="PNG")
     sub = command("columns", plot_columns, "one column of CSV files over another")
@@ -307,16 +302,13 @@ def parser():
     sub.add_argument("--title", default="")
     sub.add_argument("--out", default="columns.png", metavar="PNG")
     sub = command("law", plot_law, "force against distance of one pair (the paper's figure 2)")
-    sub.add_argument("--coeff", default="80 8 4 3 8 4 0.005 0 1.5",
-                     help="e1 m1 n1 e2 m2 n2 xi_s gamma alpha (default: Table 1)")
+    sub.add_argument("--coeff", default="80 8 4 3 8 4 0.005 0 1.5", help="e1 m1 n1 e2 m2 n2 xi_s gamma alpha (default: Table 1)")
     sub.add_argument("--measured", metavar="CSV", help="PREFIX.csv of in.two_spheres")
     sub.add_argument("--out", default="force_law.png", metavar="PNG")
     sub = command("rate", show_rate_shares, "viscous and inertial share of a damped run's stress")
     sub.add_argument("damped", metavar="CSV")
-    sub.add_argument("--twin", required=True, metavar="CSV",
-                     help="the same run at the same rate with gamma = 0")
-    sub.add_argument("--strains", nargs="+", type=float, metavar="STRAIN",
-                     help="(default: 0.002 0.005 0.01 0.0195, as far as the damped run goes)")
+    sub.add_argument("--twin", required=True, metavar="CSV", help="the same run at the same rate with gamma = 0")
+    sub.add_argument("--strains", nargs="+", type=float, metavar="STRAIN", help="(default: 0.002 0.005 0.01 0.0195, as far as the damped run goes)")
     sub.add_argument("--rate", type=float, help="of both runs [1/s], for what theory expects")
     sub.add_argument("--specimen", metavar="FILE", help="data file that both runs read, beside it FILE.body, likewise")
     sub.add_argument("--coeff", metavar="ROW", help="row of the damped run, as given to the deck: nine numbers with their keywords, or FILE:ROW")

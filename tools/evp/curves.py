@@ -11,7 +11,6 @@ jitters. None: turns(strain).
 """
 
 import csv
-
 from typing import NamedTuple
 
 import numpy as np
@@ -27,7 +26,7 @@ KEPT = 0.75  # of an elastic part that ends before that: E is fitted to this sha
 YIELD_OFFSET = 0.002  # plastic strain by convention
 STRESS_WINDOW = 0.0006  # +- of strain about which a stress is fitted
 TANGENT_WINDOW = 0.0004  # +- of strain about which a tangent is fitted
-DEPARTURE = 0.9  # of E: where the curve has left its straight part
+LEFT = 0.9  # of E: tangent where the curve has left its straight part
 # A run to 2 % ends at strain 0.02, so that its last stress is fitted a little before.
 STRAINS_REPORTED = {"stress_1pc": 0.01, "stress_2pc": 0.0195}
 NUMBERS = ("E_GPa", "E_from", "E_to", "jump_MPa", "jump_share", "yield_MPa", "stress_1pc_MPa", "stress_2pc_MPa", "departure_strain")
@@ -133,10 +132,8 @@ def _line_fit(strain, stress, low, high):
     inside = (strain >= low - ROUNDING) & (strain <= high + ROUNDING)
     end = np.max(strain, initial=0.0)
     if np.sum(inside) < 3 or end < 0.5 * (middle + high):
-        raise CurveError(
-            f"the curve has too few rows between strain {low:g} and {high:g} for a straight line: "
-            f"{np.sum(inside)}; it ends at strain {end:g}: pull farther, or give the range (--fit)"
-        )
+        raise CurveError(f"the curve has too few rows between strain {low:g} and {high:g} for a straight line: {np.sum(inside)}; it ends at strain {end:g}: "
+                         "pull farther, or give the range (--fit)")
     slope, value = np.polyfit(strain[inside] - middle, stress[inside], 1)
     return float(slope), float(value)
 
@@ -152,9 +149,8 @@ def _is_straight(strain, stress):
 def elastic_end(strain, stress):
     """Strain to which E is fitted: MODULUS_END, or less where the elastic part is shorter.
 
-    The elastic part is the longest range from strain 0, to SEARCH_END at most, that is straight:
-    vibration bends short ranges and leaves long ones straight. Where it ends before SEARCH_END it holds
-    a piece of the bend, so that E is fitted to KEPT of it. CurveError where three rows are bent already.
+    The elastic part is the longest range from strain 0, to SEARCH_END at most, that is straight: vibration bends short ranges and leaves long ones
+    straight. Where it ends before SEARCH_END it holds a piece of the bend, so that E is fitted to KEPT of it. CurveError where three rows are bent already.
     """
     inside = (strain > 0.0) & (strain <= SEARCH_END + ROUNDING)
     strain, stress = strain[inside], stress[inside]
@@ -165,11 +161,8 @@ def elastic_end(strain, stress):
             return float(min(MODULUS_END, max(KEPT * strain[count - 1], strain[2])))
     if len(strain) < 3:
         return MODULUS_END
-    raise CurveError(
-        f"the elastic part has fewer than three rows: the slope falls by more than "
-        f"{100 * (1 - ELASTIC_SHARE):.0f} % before strain {strain[2]:.3g}; write rows closer together "
-        "(-var row or -var increment of the decks), or give the range (--fit)"
-    )
+    raise CurveError(f"the elastic part has fewer than three rows: the slope falls by more than {100 * (1 - ELASTIC_SHARE):.0f} % before strain {strain[2]:.3g}; "
+                     "write rows closer together (-var row or -var increment of the decks), or give the range (--fit)")
 
 
 def modulus(strain, stress):
@@ -192,10 +185,7 @@ def tangent(strain, stress, at):
 
 
 def yield_stress(strain, stress, elastic_modulus):
-    """Stress where the curve first meets E (strain - 0.2 %); nan if it does not.
-
-    Interpolated between the rows on both sides of the offset line.
-    """
+    """Stress where the curve first meets E (strain - 0.2 %), interpolated between the rows on both sides; nan if it does not."""
     above = stress - elastic_modulus * (strain - YIELD_OFFSET)
     after = np.nonzero((strain[1:] > YIELD_OFFSET) & (above[1:] <= 0.0) & (above[:-1] > 0.0))[0]
     if len(after) == 0:
@@ -205,17 +195,16 @@ def yield_stress(strain, stress, elastic_modulus):
     return float(stress[k] + part * (stress[k + 1] - stress[k]))
 
 
-def departure_strain(strain, stress, elastic_modulus, start=0.5 * MODULUS_END, share=DEPARTURE):
-    """Strain where the tangent first falls below share * E; nan if it does not.
+def departure_strain(strain, stress, elastic_modulus, start):
+    """Strain where the tangent first falls below LEFT * E; nan if it does not.
 
-    Looked for from start on, the middle of E's window, where the starting shock has died away, in
-    steps of a quarter of the tangent's window, and interpolated between them. CurveError where the
-    rows are too far apart for a tangent.
+    Looked for from start on, the middle of E's window, where the starting shock has died away, in steps of a quarter of the tangent's window, and
+    interpolated between them. CurveError where the rows are too far apart for a tangent.
     """
     step = 0.25 * TANGENT_WINDOW
     before = None
     for at in np.arange(start, strain.max() - TANGENT_WINDOW, step):
-        excess = tangent(strain, stress, at) - share * elastic_modulus
+        excess = tangent(strain, stress, at) - LEFT * elastic_modulus
         if excess < 0.0:
             return float(at if before is None else at - step * excess / (excess - before))
         before = excess
@@ -253,9 +242,7 @@ def numbers(curve, fit=None):
     }
     for name, at in STRAINS_REPORTED.items():
         found[name + "_MPa"] = 1e-6 * stress_on(strain, stress, at)
-    middle = 0.5 * (low + high)
-    found["departure_strain"] = or_nan(departure_strain, strain, stress, elastic_modulus, middle)
-    return found
+    return {**found, "departure_strain": or_nan(departure_strain, strain, stress, elastic_modulus, 0.5 * (low + high))}
 
 
 def or_nan(number, *arguments):

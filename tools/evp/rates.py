@@ -5,8 +5,7 @@ Needed are two runs of in.traction at the same rate: the damped one and its twin
 gamma = 0, which has the same inertia. At a strain,
 
   viscous     stress of the damped run less that of the twin, both through the cross-sections
-  inertial    root mean square of (grips' stress - cross-sections' stress) of the damped run: what
-              the grips pull more than the sections carry accelerates the material between them
+  inertial    root mean square of (grips' stress - cross-sections' stress) of the damped run: what the grips pull more accelerates the material between them
   resolution  the same of the twin. Nothing damps its vibration, which the difference contains
 
 Beyond the elastic part the two runs lose and make other pairs: that difference counts as viscous
@@ -69,10 +68,7 @@ def starting_jump(curve):
     inside = (curve.strain > 0.0) & (curve.strain <= end + 1e-9)
     strain, stress = curve.strain[inside], curve.virial[inside]
     if len(strain) < 6:
-        raise curves.CurveError(
-            f"{len(strain)} rows up to strain {end:g}, where the elastic part ends: too few, "
-            "write rows closer together (-var row of the decks)"
-        )
+        raise curves.CurveError(f"{len(strain)} rows up to strain {end:g}, where the elastic part ends: too few, write rows closer together (-var row of the decks)")
     fit = np.polyfit(strain, stress, 2)
     return float(fit[-1]), float(np.sqrt(np.mean((np.polyval(fit, strain) - stress) ** 2)))
 
@@ -81,10 +77,8 @@ def check_twin(damped, twin):
     """CurveError where the twin starts with a jump of stress as a damped run does."""
     (with_gamma, _), (without, scatter) = (curves.named(name, starting_jump, curve) for name, curve in (("damped run", damped), ("twin", twin)))
     if without > 3.0 * scatter and without > TWIN_JUMP * with_gamma:
-        raise curves.CurveError(
-            f"the twin starts with a stress of {1e-6 * without:.3g} MPa at strain 0, the damped "
-            f"run with {1e-6 * with_gamma:.3g} MPa: the twin must be the run with gamma = 0"
-        )
+        raise curves.CurveError(f"the twin starts with a stress of {1e-6 * without:.3g} MPa at strain 0, the damped run with "
+                                f"{1e-6 * with_gamma:.3g} MPa: the twin must be the run with gamma = 0")
 
 
 def reached(curve, strains=STRAINS):
@@ -138,11 +132,9 @@ def run_row(text, specimen, volume):
 def relaxation_time(lengths, row):
     """tau = gamma <l^2>/(m1 n1 e1) [time] of bonds with these lengths (B,), l = deq; row: law.Row.
 
-    At a strain eps and a strain rate D that all share, a bond along u gives l F uu to the virial,
-    its spring with F = K l (u.eps.u), its dashpot with F = gamma l (u.D.u). K = m1 n1 e1/l^2, so l
-    cancels for the springs and stays as l^2 for the dashpots: the plain mean of the squares, if
-    lengths do not go with directions. Bonds that do not share the strain count by their part of the
-    elastic energy instead, 2 % less on tests/data/reference_500.
+    At a strain eps and a strain rate D that all share, a bond along u gives l F uu to the virial, its spring with F = K l (u.eps.u), its dashpot with
+    F = gamma l (u.D.u). K = m1 n1 e1/l^2, so l cancels for the springs and stays as l^2 for the dashpots: the plain mean of the squares, if lengths do
+    not go with directions. Bonds that do not share the strain count by their part of the elastic energy instead, 2 % less on tests/data/reference_500.
     """
     return float(row.gamma * np.mean(np.square(lengths)) / (row.m1 * row.n1 * row.e1))
 
@@ -150,11 +142,9 @@ def relaxation_time(lengths, row):
 def expected(specimen, row, density, rate, modulus, length=0.05):
     """Expected of a Specimen (SI) in a body of this length [m], at a rate [1/s].
 
-    row, density: as the run set them (run_row); modulus: E [Pa], of the twin.
-    rho c L rate: a grip that starts at V against a bar at rest sends rho c V, with V of the order
-    L rate, rho the density and c = sqrt(E/rho). in.traction starts with the velocities of
-    uniform stretching, which leave the lateral motion only: expect a few per cent of it.
-    ValueError for a rate, gamma or specimen of which nothing can be said.
+    row, density: as the run set them (run_row); modulus: E [Pa], of the twin. rho c L rate: a grip that starts at V against a bar at rest sends rho c V,
+    with V of the order L rate, rho the density and c = sqrt(E/rho). in.traction starts with the velocities of uniform stretching, which leave the lateral
+    motion only: expect a few per cent of it. ValueError for a rate, gamma or specimen of which nothing can be said.
     """
     if not 0.0 < rate < np.inf:
         raise ValueError(f"--rate must be positive, got {rate:g}")
