@@ -32,8 +32,8 @@ import sys
 import evp  # noqa: F401  before numpy
 from evp import calibration
 from evp.calibration import Table, Targets, check, check_file, parse_at
-from evp.report import command_line, typed, words_of
-from evp.run import RunError, lammps_command
+from evp.report import command_line, errors_in_one_line, typed
+from evp.run import lammps_command
 
 
 def parser():
@@ -177,15 +177,13 @@ def calibrate(options, words):
 
 
 def main(words=None):
-    """0; 1 after a message; 3 where a target is missed by more than 3 %; 130 when interrupted."""
+    """0; 3 where a target is missed by more than 3 %; 130 when interrupted. Ends with a message and 1 where there is no row."""
     words = list(sys.argv[1:] if words is None else words)
     options = parser().parse_args(words)
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # runs are ended, finished ones kept
     try:
-        result = calibrate(options, words)
-    except (RunError, OSError, ValueError) as error:
-        print(f"{typed('calibrate.py')}: error: {words_of(error)}", file=sys.stderr)
-        return 1
+        with errors_in_one_line("calibrate.py"):
+            result = calibrate(options, words)
     except KeyboardInterrupt:
         print(f"{typed('calibrate.py')}: interrupted; finished runs are kept, the same command goes on", file=sys.stderr)
         return 130

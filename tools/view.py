@@ -101,7 +101,7 @@ class Scene:
     def __init__(self, args, snapshots, units):
         """Reads all snapshots once."""
         self.cuts = [[view_scene.condition(text) for text in group] for group in args.cut or ()]
-        self.color, self.radius, self.units = args.color, args.radius, units
+        self.color, self.units = args.color, units
         if not args.view:
             first = self.spheres(snapshots[0])
             args.view = [slanted(first.x, first.radius)]
@@ -127,7 +127,7 @@ class Scene:
             self.colors = self.scale.colors()
 
     def spheres(self, snapshot):
-        return view_scene.spheres_of(snapshot, self.color, self.cuts, self.radius)
+        return view_scene.spheres_of(snapshot, self.color, self.cuts)
 
     def pictures(self, snapshot):
         """One for each view."""
@@ -174,7 +174,7 @@ def write_vtk(args, snapshots):
     digits, files = len(str(len(snapshots) - 1)), []
     with all_or_nothing(args.vtk.parent) as folder:
         for k, snapshot in enumerate(with_progress(snapshots)):
-            table = view_scene.read_table(snapshot, args.radius)
+            table = view_scene.read_table(snapshot)
             name = f"{stem}_{k:0{digits}d}.vtu"
             view_scene.write_points(folder / name, view_scene.places(table, snapshot), {view_scene.array_name(key): values for key, values in table.items()})
             files.append((float(snapshot.step or 0) if snapshot.time is None else snapshot.time, name))
@@ -203,7 +203,6 @@ def parser():
     top.add_argument("--vtk", type=pathlib.Path, metavar="PREFIX", help="PREFIX.pvd and PREFIX_K.vtu for ParaView, all columns as named arrays")
     top.add_argument("--out", type=pathlib.Path, metavar="PNG", help="(default: view.png where no film and no VTK is asked for)")
     top.add_argument("--pixels", type=int, default=700, metavar="N", help="longest side of a view (default: 700)")
-    top.add_argument("--radius", type=float, metavar="R", help="of all spheres, for dumps without radius and diameter [length]")
     top.add_argument("--captions", nargs="+", metavar="TEXT", help="above the pictures of a PNG, one for each snapshot, in place of load, time or step")
     top.add_argument("--unfinished", action="store_true", help="leave out a last snapshot that ends in the middle: the run goes on, or was stopped")
     return top
@@ -224,7 +223,7 @@ def check(args):
         raise ValueError("--range needs --color COLUMN")
     if not 100 <= args.pixels <= 6000:
         raise ValueError(f"--pixels {args.pixels}: give 100 to 6000")
-    for option, value in (("--radius", args.radius), ("--rate", args.rate), ("--strip", args.strip)):
+    for option, value in (("--rate", args.rate), ("--strip", args.strip)):
         if value is not None and not 0 < value < float("inf"):
             raise ValueError(f"{option} {value:g}: give a positive number")
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from evp import calibration, law
 from evp.calibration import Table, Targets, check
+from in_process import call
 from inputs import program
 from johnson_cook import JohnsonCook, from_handbook
 
@@ -77,14 +78,14 @@ ROW = "# UNITS: si\ntaken 80 8 4 3 8 4 0.005 0 1.5\n"
     ({"--rate": "-5e6@100"}, "--rate must be a finite number above 0"),
     *(({None: text}, "its first line must be a comment with 'UNITS: si'") for text in ("x", "# UNITS: lj\n")),
 ])
-def test_refusals(tmp_path, monkeypatch, capsys, change, reason):
+def test_refusals(tmp_path, monkeypatch, change, reason):
     """Each is told with its reason; nothing was started, and no file is left behind. None: what the file of the row holds."""
     monkeypatch.setenv("EVP_LMP", str(tmp_path / "nowhere"))
     out, before = tmp_path / "out.evp", change.get(None, ROW)
     out.write_text(before, encoding="utf-8")
     choices = {key: value if isinstance(value, list) else [value] for key, value in {**GOOD, **change}.items() if key}
-    assert calibrate.main([*(f"{key}={value}" for key, values in choices.items() for value in values), "--out", str(out)]) == 1
-    assert reason in capsys.readouterr().err
+    failed = call(calibrate.main, *(f"{key}={value}" for key, values in choices.items() for value in values), "--out", out)
+    assert failed.returncode == 1 and reason in failed.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["out.evp"] and out.read_text(encoding="utf-8") == before
 
 

@@ -233,14 +233,14 @@ def test_film_by_ffmpeg(one, tmp_path, monkeypatch):
     assert "ffmpeg failed: no such codec" in refused(tmp_path, one, "--film", "other.mkv", "--pixels", 150)
 
 
-def test_dumps_without_radius_and_in_other_units(tmp_path):
-    rows = [(k + 1, *row[:3]) for k, row in enumerate(some_spheres())]
-    text = inputs.snapshot("id xu yu zu", rows, head="ITEM: UNITS\nlj") + inputs.snapshot("id xu yu zu", rows, step=5)
+def test_dumps_of_diameters_and_in_other_units(tmp_path):
+    rows = [(k + 1, *row[:3], 0.004) for k, row in enumerate(some_spheres())]
+    text = inputs.snapshot("id xu yu zu diameter", rows, head="ITEM: UNITS\nlj") + inputs.snapshot("id xu yu zu diameter", rows, step=5)
     (tmp_path / "lj.dump").write_text(text, encoding="utf-8")
     series = dump.index(["lj.dump"])
     assert [s.units for s in series] == ["lj", "lj"], "LAMMPS writes them once"
-    shown("lj.dump", "--radius", 0.002, "--out", "lj.png", "--pixels", 200)
-    found = view_scene.spheres_of(series[1], radius=0.002)
+    shown("lj.dump", "--out", "lj.png", "--pixels", 200)
+    found = view_scene.spheres_of(series[1])
     assert np.all(found.radius == 0.002) and found.x == pytest.approx(some_spheres()[:, :3], rel=1e-8)
 
 
@@ -301,7 +301,7 @@ BAD_DUMPS = {
     "no count": ("ITEM: TIMESTEP\n0\nITEM: ATOMS id x\n", "lacks TIMESTEP, NUMBER OF ATOMS"),
     "data file": ("\n".join(BODY.read_text(encoding="utf-8").splitlines()[:300]), "does not hold the 500 atoms of the header"),
     "no atoms": (inputs.snapshot(ROWS, []), "has no atoms"),
-    "no radius": (inputs.snapshot("id x y z mass", [(1, 0, 0, 0, 1)]), "has no column radius; it has id x y z mass: add radius .* --radius"),
+    "no radius": (inputs.snapshot("id x y z mass", [(1, 0, 0, 0, 1)]), "has no column radius; it has id x y z mass: add radius to the dump command"),
     "no place": (inputs.snapshot("id xs ys zs radius", [(1, 0, 0, 0, 1)]), "has no column x; it has id xs ys zs radius"),
     "not finite": (GOOD.replace("2 1 0", "2 nan 0"), "position or radius that is not finite"),
     "no size": (GOOD.replace("0 0.5", "0 0"), "radius that is not positive: 0"),
@@ -343,7 +343,7 @@ BAD_CHOICES = {
     "--film one.avi": "--film one.avi: the name of a film ends in .gif",
     "--film a.mp4": "needs the program ffmpeg, which is not here; a name that ends in .gif does not",
     "--pixels 9": "--pixels 9: give 100 to 6000",
-    "--radius 0": "--radius 0: give a positive number",
+    "--strip -1": "--strip -1: give a positive number",
     "absent.dump": "view.py: error: there is no file absent.dump\n",
     ".": "cannot use .: Is a directory",
     "--out a.png": "no program /no/such/lmp: run tools/setup.sh first, or set EVP_LMP",

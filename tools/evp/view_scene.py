@@ -41,22 +41,15 @@ class Spheres(NamedTuple):
     values: np.ndarray
 
 
-def read_table(snapshot, radius=None):
-    """{name: (N,) array} of a snapshot, with a radius. ValueError where it has none or a place is not finite.
-
-    radius: of all spheres [length], where the dump has none.
-    """
+def read_table(snapshot):
+    """{name: (N,) array} of a snapshot, with a radius. ValueError where it has none or a place is not finite."""
     table = snapshot.read()
     if snapshot.count == 0:
         raise ValueError(f"{snapshot} has no atoms")
+    if "diameter" in table:
+        table.setdefault("radius", 0.5 * table["diameter"])
     if "radius" not in table:
-        if "diameter" in table:
-            table["radius"] = 0.5 * table["diameter"]
-        elif radius is not None:
-            table["radius"] = np.full(snapshot.count, radius)
-        else:
-            raise ValueError(f"{snapshot} has no column radius; it has {' '.join(table)}: add radius to the dump command, "
-                             "or give --radius, one for all spheres")
+        raise ValueError(f"{snapshot} has no column radius; it has {' '.join(table)}: add radius to the dump command")
     x = places(table, snapshot)
     if not (np.all(np.isfinite(x)) and np.all(np.isfinite(table["radius"]))):
         raise ValueError(f"{snapshot} has a position or radius that is not finite: the run was unstable")
@@ -73,12 +66,12 @@ def places(table, where):
     return np.stack([table[name] for name in names], axis=1)
 
 
-def spheres_of(snapshot, color=None, cuts=(), radius=None):
+def spheres_of(snapshot, color=None, cuts=()):
     """Spheres of a snapshot. cuts: groups of condition(); those for which all of a group hold are left out.
 
     ValueError where a column is missing or not finite, or nothing is left.
     """
-    table = read_table(snapshot, radius)
+    table = read_table(snapshot)
     if color:
         dump.need(table, [color], snapshot)
         if not np.all(np.isfinite(table[color])):
