@@ -51,7 +51,7 @@ def test_calibration_does_not_try_again(refusing, tmp_path, monkeypatch):
     body = calibration.Body(tmp_path / "body.data", 4000, 26000, 0.003, 1e-5)
     table = Table(tmp_path / "t.jsonl", {})
     try:
-        search = calibration.Search(Targets(70e9, 95e6, ((150e6, 0.05),), 2700.0), body, table, 2, tmp_path, 10.0, 0.005, print)
+        search = calibration.Search(Targets(70e9, 95e6, ((150e6, 0.05),), 2700.0), body, table, 2, tmp_path, 10.0, print)
         with pytest.raises(RunError, match=f"in.quasistatic: LAMMPS did not start .exit 1.: {SAID}\n.*run evp doctor"):
             search.pull()
         assert refusing.read_text().split() == ["start"] and not table.runs
