@@ -11,7 +11,7 @@ import re
 import statistics
 from typing import Callable, NamedTuple
 
-from study import CHECKOUT, DECKS, Study, deck_command, edited_deck, errors_in_one_line, write_csv
+from study import CHECKOUT, DECKS, Study, deck_command, errors_in_one_line, write_csv
 import numpy as np
 from evp import curves, figures
 
@@ -24,7 +24,7 @@ POINTS = 4  # of a panel of the picture, besides two numbers of spheres
 SETTING, SPHERES = "#0072B2", "#E69F00"
 COLUMNS = ("scene", "setting", "spheres", "seed", "seconds", "steps", "number", "value")
 FORECAST = "deck", "load", "choice", "value", "error_percent"  # columns of accuracy_errors.csv
-STEP = "variable        every equal"  # begins the line of in.impact with the share of the largest stable timestep
+STEP = "/0.2))"  # of in.impact: the share of the largest stable timestep
 ALUMINIUM = CHECKOUT / "potentials" / "metals.evp:aluminium_2024T351"
 
 
@@ -129,8 +129,9 @@ def measure(runs, key, label, spheres, seed):
     scene, name = SCENES[key], f"{key}_{label}_{spheres}_{seed}".replace(" ", "_").replace(",", "")
     setting, deck = scene.settings[label], DECKS / scene.settings[label].deck
     if setting.share:
-        line = next(line for line in deck.read_text(encoding="utf-8").splitlines() if line.startswith(STEP))
-        deck = edited_deck(setting.deck, runs.folder, (STEP, line.replace("/0.2))", f"/{setting.share}))")))
+        before, after = deck.read_text(encoding="utf-8").split(STEP)
+        deck = runs.folder / setting.deck
+        deck.write_text(f"{before}/{setting.share})){after}", encoding="utf-8")
     text = runs.keep(name, deck_command(deck, {**scene.body(runs, spheres, seed), **scene.common, **setting.choices, "out": name}))
     steps = int((runs.folder / f"{name}_state.dump").read_text(encoding="utf-8").partition("ITEM: TIMESTEP\n")[2].split()[0])
     return Run(key, label, spheres, seed, runs.seconds(name), steps, scene.numbers(runs.folder, name, text))

@@ -10,7 +10,6 @@ Uses the lmp of this checkout, by tools/setup.sh --peers, or EVP_LMP and EVP_MPI
 """
 
 import csv
-import functools
 import pathlib
 import re
 import sys
@@ -19,7 +18,7 @@ import time
 from statistics import median
 from typing import NamedTuple
 
-from study import CHECKOUT, DECKS, RunError, command_line, deck_command, errors_in_one_line, in_turn, lammps_command, output_of, ratios, split_at_marks, spread, table, write_between, write_csv
+from study import CHECKOUT, DECKS, RunError, command_line, deck_command, errors_in_one_line, lammps_command, output_of, ratios, split_at_marks, spread, table, watched, write_between, write_csv
 import bench_scenes as scenes
 from evp import figures
 
@@ -77,7 +76,9 @@ class Bench:
         held = [scene for scene in every if not scene.needs or scene.needs in self.words]
         if len(held) < len(every):
             print(f"left out: {', '.join(scene.name for scene in every if scene not in held)}: tools/setup.sh --peers builds a LAMMPS that has them", file=sys.stderr)
-        found = in_turn({scene.name: functools.partial(run_scene, scene, self.folder) for scene in held}, self.repeats, title)
+        found = {scene.name: [] for scene in held}
+        for scene in watched(title, self.repeats * held, lambda scene: scene.name):  # in turn, so that a slow moment of the machine meets all
+            found[scene.name].append(run_scene(scene, self.folder))
         built = [name for name, timings in found.items() if not may_build and any(timing.builds for timing in timings)]
         if built:
             raise RunError(f"{title}: neighbor lists were built in {', '.join(built)}, which spoils the comparison")

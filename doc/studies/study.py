@@ -25,8 +25,8 @@ from evp.progress import watched  # noqa: E402
 from evp.report import command_line, errors_in_one_line, table, write_csv  # noqa: E402
 from evp.run import CHECKOUT, DECKS, RunError, deck_command, environment, lammps_command, output_of  # noqa: E402
 
-__all__ = ("CHECKOUT", "DECKS", "RunError", "Runs", "Study", "command_line", "deck_command", "edited_deck", "errors_in_one_line", "in_turn", "lammps_command", "mean_of", "output_of", "ratios",
-           "run_blocks", "split_at_marks", "spread", "store_picture", "table", "tangent", "watched", "write_between", "write_csv")
+__all__ = ("CHECKOUT", "DECKS", "RunError", "Runs", "Study", "command_line", "deck_command", "errors_in_one_line", "lammps_command", "mean_of", "output_of", "ratios", "run_blocks",
+           "split_at_marks", "spread", "store_picture", "table", "tangent", "watched", "write_between", "write_csv")
 
 
 def spread(values, form="{:.2f}".format):
@@ -67,14 +67,6 @@ def write_between(path, start, end, text):
     path.write_text("".join((head, start, text, end, tail)), encoding="utf-8")
 
 
-def in_turn(runs, repeats, title):
-    """{name: [result of each round]} of {name: function}: each runs once per round, so that a slow moment of the machine meets all."""
-    results = {name: [] for name in runs}
-    for name in watched(title, repeats * list(runs)):
-        results[name].append(runs[name]())
-    return results
-
-
 class Result(NamedTuple):
     """What a block of commands printed, and its processor time [s]."""
 
@@ -108,22 +100,6 @@ def store_picture(path, folder, colors=256):
             image.convert("RGB").quantize(colors, dither=Image.Dither.NONE).save(folder / path.name, optimize=True)
     else:
         shutil.copyfile(path, folder / path.name)
-
-
-def edited_deck(name, folder, *changes):
-    """The path of a copy of a deck in a folder, with lines changed as a user would: (how the line begins, what stands in its place) each.
-
-    ValueError where not exactly one line begins so.
-    """
-    lines = (DECKS / name).read_text(encoding="utf-8").splitlines()
-    for begin, new in changes:
-        places = [k for k, line in enumerate(lines) if line.startswith(begin)]
-        if len(places) != 1:
-            raise ValueError(f"{name} has {len(places)} lines that begin with '{begin}'")
-        lines[places[0]] = new
-    path = pathlib.Path(folder) / name
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    return path
 
 
 class Runs:
