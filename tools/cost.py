@@ -22,6 +22,8 @@ import signal
 import sys
 import tempfile
 
+import evp  # noqa: F401  before numpy
+import numpy as np
 from evp.progress import format_seconds
 from evp.report import command_line, errors_in_one_line
 from evp.run import CHECKOUT, RunError, ended, lammps_command, lammps_error
@@ -144,12 +146,8 @@ def shares(parts):
 
 def interpolated(rows, value):
     """Error at a value between those measured, by straight lines over logarithms; beyond them that of the nearest."""
-    points = sorted((math.log(float(row["value"])), math.log(float(row["error_percent"]))) for row in rows)
-    at = min(max(math.log(value), points[0][0]), points[-1][0])
-    for (left, low), (right, high) in zip(points, points[1:]):
-        if at <= right:
-            return math.exp(low + (high - low) * (at - left) / (right - left))
-    return math.exp(points[-1][1])
+    values, found = np.log(sorted((float(row["value"]), float(row["error_percent"])) for row in rows)).T
+    return np.exp(np.interp(np.log(value), values, found))
 
 
 def errors(deck, screen, atoms):
