@@ -28,7 +28,7 @@ BAR_VIEW, BALL_VIEW = (75.0, -75.0), (70.0, -60.0)
 CUT = [[view_scene.condition("y<0")]]  # what is inside
 
 
-def commands(bar, plate):
+def commands(bar=2500, plate=5000):
     """[(name, words)] of the runs, for so many spheres; the ball has as many per volume as the plate."""
     pull = {"specimen": "bar.data", "material": MATERIAL, "strain": STRAIN, "cycles": 1, "lower": "release"}
     block = {"shape": "block", "length": 0.008, "width": 0.025, "height": 0.025}
@@ -101,8 +101,6 @@ def compose(work, target):
 
 def main(argv=None):
     parser = command_line(__doc__)
-    parser.add_argument("--bar", type=int, default=2500, metavar="N", help="spheres of the tension bar (default: %(default)s)")
-    parser.add_argument("--plate", type=int, default=5000, metavar="N", help="spheres of the plate (default: %(default)s)")
     parser.add_argument("--work", type=pathlib.Path, default=run.CHECKOUT / "results" / "first_look", metavar="DIR", help="where the runs are")
     parser.add_argument("--out", type=pathlib.Path, default=run.CHECKOUT / "doc" / "figures", metavar="DIR", help="where the picture goes")
     args = parser.parse_args(argv)
@@ -110,7 +108,7 @@ def main(argv=None):
         spheres.check()
         runs = Runs(args.work)
         (runs.folder / "ball.region").write_text("region body sphere 0.005 0 0 0.005\n", encoding="utf-8")
-        for name, command in watched("first_look:", commands(args.bar, args.plate), lambda job: job[0]):
+        for name, command in watched("first_look:", commands(), lambda job: job[0]):
             runs.keep(name, command)
         print(compose(runs.folder, args.out))
 

@@ -14,6 +14,7 @@ matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
+from matplotlib.ticker import EngFormatter  # noqa: E402
 
 from . import law  # noqa: E402
 from .curves import TENSION, residual_strain  # noqa: E402
@@ -107,36 +108,20 @@ def stress_strain(panels, path, load=TENSION, numbers=None):
 UNITS = {"time": "s", "force": "N", "reaction": "N", "speed": "m/s", "length": "m", "deflection": "m", "angle": "rad", "torque_grip": "N m",
          "torque_virial": "N m", "distance": "m", "energy": "J", "kinetic_energy": "J", "plastic_work": "J", "imbalance": "J", "stress": "Pa",
          "stress_grip": "Pa", "stress_virial": "Pa", "shear_stress": "Pa", "pressure": "Pa"}  # of the columns of the decks
-_PREFIXES = {-9: "n", -6: "\u00b5", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
-
-
-def prefixed(unit, largest):
-    """(the unit with the prefix that leaves the largest value between 1 and 1000, factor to it)."""
-    power = min(9, max(-9, 3 * int(np.floor(np.log10(largest) / 3.0 + 1e-9)))) if 0.0 < largest < np.inf else 0
-    return _PREFIXES[power] + unit, 10.0**-power
-
-
-def axis_unit(name, values):
-    """(label of an axis for a column of the decks, factor to the unit there)."""
-    text, unit = name.replace("_", " "), UNITS.get(name)
-    if unit in (None, "rad"):
-        return text + (f" [{unit}]" if unit else ""), 1.0
-    unit, factor = prefixed(unit, np.max(np.abs(values)))
-    return f"{text} [{unit}]", factor
 
 
 def two_columns(curves, x, y, path, title="", numbers=None):
     """Column y over column x: curves is {label: {name: values}}. Writes path and its CSV: curve, x, y, in the units of the decks."""
     rows = []
-    (x_text, x_factor), (y_text, y_factor) = (
-        axis_unit(name, np.concatenate([columns[name] for columns in curves.values()])) for name in (x, y))
     with plt.rc_context(LOOK):
         figure, axis = plt.subplots(figsize=(6.4, 3.6))
         for k, (label, columns) in enumerate(curves.items()):
-            axis.plot(x_factor * columns[x], y_factor * columns[y], label=label, **line_style(k))
+            axis.plot(columns[x], columns[y], label=label, **line_style(k))
             rows += [(label, f"{a:.6g}", f"{b:.6g}") for a, b in zip(columns[x], columns[y])]
-        axis.set(xlabel=x_text, ylabel=y_text, title=title)
-        axis.ticklabel_format(scilimits=(-3, 4))
+        axis.set(xlabel=x.replace("_", " "), ylabel=y.replace("_", " "), title=title)
+        for own, name in ((axis.xaxis, x), (axis.yaxis, y)):
+            if name in UNITS:
+                own.set_major_formatter(EngFormatter(UNITS[name]))
         if len(curves) > 1:
             axis.legend(frameon=False)
         return save(figure, path, ("curve", x, y), rows, numbers)

@@ -16,7 +16,6 @@ from matplotlib.ticker import EngFormatter  # noqa: E402
 from PIL import Image  # noqa: E402
 
 from . import spheres  # noqa: E402
-from .figures import prefixed  # noqa: E402
 
 DPI = 100
 _GAP = 24  # [pixels] between pictures
@@ -81,8 +80,9 @@ def round_length(longest):
 
 def time_text(seconds, longest=None):
     """'37.1 \u00b5s', in the unit that suits the longest time of a series (default: this one)."""
-    unit, factor = prefixed("s", min(abs(seconds) if longest is None else longest, 999.0))
-    return f"{factor * seconds:.3g} {unit}"
+    largest = min(abs(seconds) if longest is None else longest, 999.0)
+    power = max(-9, 3 * int(np.floor(np.log10(largest) / 3.0 + 1e-9))) if largest > 0.0 else 0
+    return f"{10.0**-power * seconds:.3g} {EngFormatter.ENG_PREFIXES[power]}s"
 
 
 def length_text(length, units):
