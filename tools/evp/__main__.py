@@ -59,8 +59,8 @@ def table(rows):
 
 def usage():
     """The whole help."""
-    scripts = [TOOLS / name for name in SCRIPTS if (TOOLS / name).exists()]
-    parts = {"Tools": [(name, summary(TOOLS / f"{name}.py")) for name in FOR_USERS],
+    tools, scripts = ([path for path in (TOOLS / name for name in names) if path.exists()] for names in ([f"{name}.py" for name in FOR_USERS], SCRIPTS))
+    parts = {"Tools": [(path.stem, summary(path)) for path in tools],
              "Scripts in the folder tools": [(path.name, summary(path)) for path in scripts],
              "Folders of evp path": [(name or "(none)", text) for name, (text, _) in FOLDERS.items()],
              "Input scripts, in the folder decks": [(path.name, summary(path)) for path in sorted(FOLDERS["decks"][1].glob("in.*"))],
