@@ -203,7 +203,7 @@ def test_curves_of_a_picture_are_told_apart(tmp_path, monkeypatch):
     paths = [tmp_path / f"way{k % 3}" / f"run{k // 3}" / "pull.csv" for k in range(6)] + [tmp_path / "way0" / "other.csv"]
     labels = figures.short_names(paths)
     assert labels[-1] == "other" and len(set(labels)) == 7 and labels[0] == "way0/run0/pull"
-    figures.stress_strain({"a": [(name, bilinear()) for name in ["pull"] * 7], "b": [("pull", bilinear())]}, tmp_path / "curves.png")
+    figures.stress_strain({"a": [(name, bilinear()) for name in labels], "b": [(labels[0], bilinear())]}, tmp_path / "curves.png")
     lines, (again,) = (axis.get_lines() for axis in drawn[0].axes)
     assert len({(line.get_color(), line._unscaled_dash_pattern) for line in lines}) == 7 and len({line.get_linewidth() for line in lines}) == 1
     assert lines[0].get_color() == again.get_color(), "a label means one line in all panels"

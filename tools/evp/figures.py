@@ -87,12 +87,9 @@ def stress_strain(panels, path, load=TENSION, numbers=None):
     with plt.rc_context(LOOK):
         figure, axes = plt.subplots(1, len(panels), sharey=True, squeeze=False, figsize=(1.2 + 4.4 * len(panels), 4.2))
         for axis, (title, curves) in zip(axes[0], panels.items()):
-            seen = []
             for label, curve in curves:
-                seen.append(label)
-                style = styles.setdefault((label, seen.count(label)), line_style(len(styles)))
                 percent, stress = 100 * curve.strain, 1e-6 * curve.virial
-                axis.plot(percent, stress, label=label, **style)
+                axis.plot(percent, stress, label=label, **styles.setdefault(label, line_style(len(styles))))
                 rows += [(title, label, f"{a:.6g}", f"{b:.6g}") for a, b in zip(percent, stress)]
             axis.set(title=title, xlabel=f"{load.strain} [%]")
             legend_below(axis, min(3, len(curves)), handlelength=3.0, columnspacing=1.4)
