@@ -184,6 +184,8 @@ OTHERS = [
     ({"box": TWO_TYPES, "coeff": f"pair_coeff 2* 1 {ROW}"}, "2* 1 names no pair of types I <= J"),
     ({"coeff": DAMPED, "move": "fix move all nve/evp", "after": "delete_atoms group one compress no\npair_modify compute no\nrun 2", **SEEN},
      "has not seen the current neighbor list"),
+    *(({"then": "compute whole all group/group all", "after": ask + "\nprint $(c_whole)", **SEEN}, "has not seen the current neighbor list yet: use 'run 0'")
+      for ask in ("pair_write 1 1 20 r 0.005 0.015 table.txt EVP", "write_restart r.restart", "balance 1.0 shift x 5 1.1")),
     ({"style": FLOWS, "fix": "", "thermo": ""}, "plasticity isotropic " + NEEDS), ({"style": BREAKS, "fix": "", "thermo": ""}, "break " + NEEDS),
     ({"style": FLOWS, "fix": "", "thermo": "", "run": "minimize 0 1e-9 10 10"}, "plasticity isotropic " + NEEDS),
     ({"style": FLOWS, "fix": FIX + "\nrun 0\nunfix bonds", "thermo": ""}, "plasticity isotropic " + NEEDS),
