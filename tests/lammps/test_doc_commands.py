@@ -54,7 +54,7 @@ RUNS = (
         {"in.indent": "-var increments 2", "in.upset": "-var strain 0.05"}),
     Run(FRICTION, "in.sliding -var block block.data", "sliding.csv", short={"in.specimen": "-var n 100", "in.sliding": "-var speed 0.3"}),
 )
-WALK, FEWER = "the walk of the page, as it stands", "the walk of the page, with fewer spheres"
+WALK = "the walk of the page, with fewer spheres"
 # (page, words that only this block has): (test file that uses it, or '' for none; what it does with it, or why there is none).
 NAMED = {
     ("README.md", "tools/quickstart.sh"): ("", "set-up and all tests: what continuous integration runs itself, see .github/workflows/ci.yml"),
@@ -65,11 +65,11 @@ NAMED = {
     ("CONTRIBUTING.md", "tests/maintain/releases.sh"): ("tests/tools/test_project_files.py", "too long; its commands and options are checked"),
     (HOWTO, "tools/view.py torn_frames.dump"): ("tests/tools/test_view_page.py", "runs it as it stands"),
     (HOWTO, "expected at 10/s with E"): ("", "printed by curves.py rate for 500 spheres; tests/tools/test_rates.py tests the tool"),
-    (PART, "tools/body.py tests/data/parts/dog_bone.stl"): ("tests/lammps/test_body_tool.py", FEWER),
-    (PART, "dog_bone.stl: 1152 triangles"): ("tests/lammps/test_body_tool.py", FEWER),
-    (PART, "in.quasistatic -var specimen bone.data"): ("tests/lammps/test_body_tool.py", FEWER),
-    (PART, "tools/curves.py numbers bone.csv"): ("tests/lammps/test_body_tool.py", FEWER),
-    (PART, "bone.csv   20.868"): ("tests/lammps/test_body_tool.py", FEWER),
+    (PART, "tools/body.py tests/data/parts/dog_bone.stl"): ("tests/lammps/test_body_tool.py", WALK),
+    (PART, "dog_bone.stl: 1152 triangles"): ("tests/lammps/test_body_tool.py", WALK),
+    (PART, "in.quasistatic -var specimen bone.data"): ("tests/lammps/test_body_tool.py", WALK),
+    (PART, "tools/curves.py numbers bone.csv"): ("tests/lammps/test_body_tool.py", WALK),
+    (PART, "bone.csv   20.868"): ("tests/lammps/test_body_tool.py", WALK),
     (PART, "region hole cylinder"): ("tests/lammps/test_doc_commands.py", "is the file plate.region of the commands above it"),
     (FRICTION, "pair_style      hybrid evp/lj"): ("tests/lammps/test_granular.py", "runs it"),
     (DOCTOR, "evp doctor --lmp /path/to/lmp"): ("tests/tools/test_doctor.py", "paths of the reader; each option is tested"),
