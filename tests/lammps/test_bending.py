@@ -35,7 +35,9 @@ def test_a_beam(bar, tmp_path):
     assert curve["deflection"] == pytest.approx(curve["strain"] * SPAN**2 / (6.0 * HEIGHT), rel=0.01)  # the span is that of whole spheres
     assert curve["stress"] == pytest.approx(1.5 * curve["force"] * SPAN / (WIDTH * HEIGHT**2), rel=0.01)
     assert curve["reaction"][1:] == pytest.approx(curve["force"][1:], rel=1e-4) and curve["force"][2] > 100.0
-    start, end = (frame.vectors("x", "y", "z") for frame in read_dump(tmp_path / "bent_frames.dump"))
+    frames = read_dump(tmp_path / "bent_frames.dump")
+    assert [frame["strain"][0] for frame in frames] == pytest.approx([0.0, 2e-4], abs=1e-9)
+    start, end = (frame.vectors("x", "y", "z") for frame in frames)
     moved, deflection = end - start, curve["deflection"][-1]
     for at, sign in ((0.5 * (LENGTH - SPAN), 1.0), (0.5 * (LENGTH + SPAN), -1.0)):
         near = np.abs(start[:, 0] - at) < 0.004

@@ -18,7 +18,7 @@ def rod(tmp_path_factory):
 
 
 def upset(rod, folder, friction, ranks=1):
-    """(curve, energy that is open over the work of the plates, share of the length that sprang back) at a strain of 0.2."""
+    """Curve, energy that is open over the work of the plates, share of the length that sprang back, at a strain of 0.2."""
     folder.mkdir()
     (folder / "also.lmp").write_text("variable open equal abs(f_energy/(f_energy[8]+1e-9))\nfix open all print 1000 'open ${open}'\n")
     run = run_lammps("in.upset", ranks, {"specimen": rod, "coeff": METAL, "friction": friction, "strain": 0.2, "also": "also.lmp", "out": "rod"}, folder).ok()
