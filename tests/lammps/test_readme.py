@@ -15,7 +15,7 @@ def test_input_script_runs_as_it_stands(tmp_path):
     """On the body of the first command, of fewer spheres, without a warning; what is stretched flows and springs back, the energy balance closes, and view.py colors the flow."""
     words = shlex.split(block_of("README.md", "-var seed 7").text.splitlines()[0], comments=True)
     assert words[:3] == ["build/lmp", "-in", "lammps_inputs/in.specimen"]
-    run_lammps("in.specimen", 1, {**dict(zip(words[4::3], words[5::3])), "n": 500}, tmp_path).ok()
+    run_lammps("in.specimen", 1, {**dict(zip(words[4::3], words[5::3])), "n": 1000}, tmp_path).ok()
     (tmp_path / "potentials").symlink_to(REPOSITORY / "potentials")
     run = run_lammps(block_of("README.md", "fix             bonds all evp/bonds").text, 2, {}, tmp_path).ok()
     assert not run.warnings()
