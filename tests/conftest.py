@@ -10,7 +10,7 @@ import tempfile
 
 TESTS = pathlib.Path(__file__).resolve().parent
 # evp, what it is compared with, the maintainers' programs and the studies, of the checkout that holds these tests
-sys.path[:0] = [str(TESTS.parent / "tools"), str(TESTS), str(TESTS / "maintain"), str(TESTS / "lammps"), str(TESTS.parent / "doc" / "studies")]
+sys.path[:0] = [str(TESTS.parent / "tools"), str(TESTS), str(TESTS / "maintain"), str(TESTS / "tools"), str(TESTS / "lammps"), str(TESTS.parent / "doc" / "studies")]
 
 # A shell that starts the tests in the background has them ignore SIGINT, and what they start, too: tests send it.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:

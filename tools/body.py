@@ -18,7 +18,7 @@ import sys
 
 import evp  # noqa: F401  before numpy
 import numpy as np
-from evp.part import guessed_radius, pack
+from evp.part import check_thickness, guessed_radius, pack
 from evp.report import check_target, command_line, errors_in_one_line
 from evp.surface import AXES, closed_surface, dog_bone, read_mesh, write_mesh
 
@@ -75,8 +75,9 @@ def main(arguments=None):
         if options.axis != "x":
             print(f"the axes {', '.join('xyz'[old] for old in AXES[options.axis])} of {options.part} are x, y, z of the body")
         diameter = 2 * guessed_radius(surface.volume(), options.n)
-        across = surface.section_area(0.5 * surface.extents[0]) ** 0.5 / diameter
-        print(f"{options.n} spheres of a diameter of about {diameter:.3g} m, {across:.1f} across at mid-length"
+        across, where = min((surface.section_area(0.5 * surface.extents[0]) ** 0.5 / diameter, "at mid-length"),
+                            (check_thickness(surface, options.n, np.random.default_rng(options.seed)), "in the thinnest section"))
+        print(f"{options.n} spheres of a diameter of about {diameter:.3g} m, {across:.1f} across {where}"
               + (": below ten E and the yield stress come out low, see calibrate.py --body" if across < 10.0 else ""), flush=True)
         packing, smooth = pack(surface, options.n, options.seed, options.density, options.out)
         filled = np.sum(4.0 / 3.0 * np.pi * packing.radius**3) / surface.volume()

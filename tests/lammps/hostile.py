@@ -29,6 +29,14 @@ set group all density 2700""",
     "run": "run 3",
     "after": "",
 }
+PLANE = """dimension 2
+boundary p p p
+lattice sq 0.0102
+region box block 0 4 0 3 -0.5 0.5
+create_box 1 box
+create_atoms 1 box
+set group all diameter 0.01
+set group all density 2700"""
 BONDS = 42  # 20 edges and 22 diagonals of faces, 1.01 and 1.43 diameters long; those of the cubes, 1.75, are beyond alpha
 
 

@@ -1,7 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""in.bending: the force in itself, over its way, on other ranks; what the sections do; what it refuses. Its stiffness:
-test_closed_form_loads.py."""
-
+"""in.bending: the force in itself and over its way; what the sections do; what it refuses. Its stiffness: test_closed_form_loads.py."""
 
 import numpy as np
 import pytest
@@ -21,76 +19,50 @@ def bar(tmp_path_factory):
     return folder / "bar.data"
 
 
-@pytest.fixture(scope="module")
-def bend(bar, tmp_path_factory):
-    """The curve of a run and its folder, each made once."""
-    known = {}
-
-    def get(ranks=1, **choices):
-        key = (ranks, *choices.items())
-        if key not in known:
-            folder = tmp_path_factory.mktemp("bent")
-            exact = "1e-7*v_stiff" if choices.get("increment") == 1e-4 else "3e-5*v_stiff"  # forces left at rest
-            run_lammps(edited_deck("in.bending", folder, "3e-5*v_stiff", exact), ranks, {"specimen": bar, "contact": "none", "out": "bent", **choices}, folder).ok()
-            known[key] = read_csv(folder / "bent.csv"), folder
-        return known[key]
-
-    return get
+def bend(bar, folder, ranks=1, **choices):
+    """The curve of a run."""
+    exact = "1e-7*v_stiff" if choices["increment"] == 1e-4 else "3e-5*v_stiff"  # forces left at rest
+    run_lammps(edited_deck("in.bending", folder, "3e-5*v_stiff", exact), ranks, {"specimen": bar, "contact": "none", "out": "bent", **choices}, folder).ok()
+    return read_csv(folder / "bent.csv")
 
 
-def test_rows(bend):
-    """Columns are those of beams; the springs yield two thousandths of the deflection at most."""
-    curve = bend(**SMALL)[0]
+def test_a_beam(bar, tmp_path):
+    """Columns are those of beams; the springs yield two thousandths of the deflection at most. Bent up on two ranks the bar has minus the force. Sections
+    at the supports turn by the slope of a beam, most of it 3 deflection/span; the height at the load stays; no roll."""
+    curve = bend(bar, tmp_path, **SMALL, also=DECKS / "frames.lmp", frames=1)
     assert list(curve) == ["strain", "stress", "deflection", "force", "reaction"]
     assert curve["strain"] == pytest.approx([0.0, 1e-4, 2e-4], rel=2e-3)
     assert curve["deflection"] == pytest.approx(curve["strain"] * SPAN**2 / (6.0 * HEIGHT), rel=0.01)  # the span is that of whole spheres
     assert curve["stress"] == pytest.approx(1.5 * curve["force"] * SPAN / (WIDTH * HEIGHT**2), rel=0.01)
-
-
-def test_supports_carry_the_load(bend):
-    curve = bend(**SMALL)[0]
-    assert curve["reaction"][1:] == pytest.approx(curve["force"][1:], rel=1e-4)
-    assert curve["force"][2] > 100.0, "control"
-
-
-def test_other_ranks_and_the_other_way(bend):
-    """Two ranks find the same rest, and bent up the bar has minus the force."""
-    force = bend(**SMALL)[0]["force"][1:]
-    assert bend(2, **SMALL)[0]["force"][1:] == pytest.approx(force, rel=1e-4)
-    assert bend(**{**SMALL, "strain": -2e-4})[0]["force"][1:] == pytest.approx(-force, rel=5e-3)
-
-
-def test_sections_turn_and_are_not_dented(bend):
-    """Sections at the supports turn by the slope of a beam, most of it 3 deflection/span; the height at the load stays; no roll."""
-    curve, folder = bend(**SMALL, also=DECKS / "frames.lmp", frames=1)
-    start, end = (frame.vectors("x", "y", "z") for frame in read_dump(folder / "bent_frames.dump"))
+    assert curve["reaction"][1:] == pytest.approx(curve["force"][1:], rel=1e-4) and curve["force"][2] > 100.0
+    frames = read_dump(tmp_path / "bent_frames.dump")
+    assert [frame["strain"][0] for frame in frames] == pytest.approx([0.0, 2e-4], abs=1e-9)
+    start, end = (frame.vectors("x", "y", "z") for frame in frames)
     moved, deflection = end - start, curve["deflection"][-1]
     for at, sign in ((0.5 * (LENGTH - SPAN), 1.0), (0.5 * (LENGTH + SPAN), -1.0)):
         near = np.abs(start[:, 0] - at) < 0.004
-        slope = np.polyfit(start[near, 2], moved[near, 0], 1)[0]
-        assert 0.75 < sign * slope / (3.0 * deflection / SPAN) < 1.0
+        assert 0.75 < sign * np.polyfit(start[near, 2], moved[near, 0], 1)[0] / (3.0 * deflection / SPAN) < 1.0
     middle = np.abs(start[:, 0] - 0.5 * LENGTH) < 0.004
     assert abs(np.polyfit(start[middle, 2], moved[middle, 2], 1)[0]) * HEIGHT < 0.03 * deflection
     assert abs(np.polyfit(start[:, 1], moved[:, 2], 1)[0]) * HEIGHT < 0.03 * deflection
     assert np.mean(moved[middle, 2]) < -0.8 * deflection, "control"
+    assert bend(bar, tmp_path, 2, **{**SMALL, "strain": -2e-4})["force"][1:] == pytest.approx(-curve["force"][1:], rel=5e-3)
 
 
-def test_reversible_law_comes_back_to_no_force(bend):
-    curve = bend(strain=0.02, increment=0.001, cycles=1)[0]
+def test_there_and_back(bar, tmp_path):
+    """The reversible law comes back to no force. With plasticity the bar unloads with the first stiffness, and a deflection is left where the force is gone."""
+    way = {"strain": 0.02, "increment": 0.001, "cycles": 1}
+    curve = bend(bar, tmp_path, **way)
     assert len(curve["strain"]) == 41 and np.argmax(curve["strain"]) == 20
     assert abs(curve["force"][-1]) < 2e-3 * curve["force"].max()
     assert curve["stress"][20] < 0.8 * 20 * curve["stress"][1], "control: it has yielded"
-
-
-def test_plasticity_leaves_a_deflection(bend):
-    """It unloads with the first stiffness, and a deflection is left where the force is gone."""
-    curve, folder = bend(strain=0.02, increment=0.001, cycles=1, plasticity="isotropic")
+    curve = bend(bar, tmp_path, **way, plasticity="isotropic")
     strain, stress = curve["strain"], curve["stress"]
     first = stress[1] / strain[1]
     assert (stress[20] - stress[22]) / (strain[20] - strain[22]) == pytest.approx(first, rel=0.1)
     left = np.interp(0.0, stress[:19:-1], strain[:19:-1])
     assert left == pytest.approx(strain[20] - stress[20] / first, rel=0.1) and 0.004 < left < 0.01
-    assert read_dump(folder / "bent_state.dump")[-1]["plastic_work"].max() > 0.0
+    assert read_dump(tmp_path / "bent_state.dump")[-1]["plastic_work"].max() > 0.0
 
 
 def test_a_round_bar(tmp_path):

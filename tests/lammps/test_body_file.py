@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 from common_bodies import REFERENCE
 from evp import specimen
+from lammps_run import DECKS as FOLDER
 from lammps_run import read_csv, run_lammps, slope
 
-DECKS = ("in.traction", "in.cyclic", "in.quasistatic")
+DECKS = ("in.traction", "in.quasistatic")
 CYLINDER = {"length": 0.05, "radius": 0.02, "area": np.pi * 0.02**2, "volume": np.pi * 0.02**2 * 0.05, "solid_fraction": 0.58156, "density": 4642.7}
 ROW = "80 8 4 3 8 4 0.005 0 1.5"
 HEADER = "# DATE: 2026-11-22 UNITS: si CONTRIBUTOR: tests CITATION: none\n"
 ROWS = HEADER + f"""own {ROW} spacing 0.005851894738785831 coordination 11.9
 plain {ROW}
-heavy {ROW} spacing 0.005851894738785831 coordination 11.9 density 2700
 stiff {ROW} spacing 0.005851894738785831 coordination 11.9 kv 1000
 """
 
@@ -35,53 +35,43 @@ def pull(folder, deck="in.traction", **variables):
     return run_lammps(deck, 1, {**given, **variables}, folder, seconds=60)
 
 
+def test_other_decks_take_body_and_material_by_the_same_lines():
+    """So that in.traction stands for them below. Further lines: tests/tools/test_decks.py."""
+    texts = [(FOLDER / f"in.{name}").read_text(encoding="utf-8") for name in ("traction", "cyclic", "quasistatic", "torsion", "bending", "taylor")]
+    choices = re.search(r'^if "\$\(is_defined\(variable,material\).*?^variable contact', texts[0], re.M | re.S)[0]
+    lines = re.findall(r"^(?:include +\$.specimen|read_evp_row|pair_style|pair_coeff|fix +(?:bonds|volume))[^#\n]*", texts[0], re.M)
+    assert len(lines) == 6 and all(line in text for line in lines for text in texts) and all(choices in text for text in texts[:-1])
+
+
 @pytest.mark.parametrize("deck", DECKS)
 def test_area_of_the_body_divides_the_force(tmp_path, deck):
     """That of FILE.body, not of its radius."""
-    write_body(tmp_path, **CYLINDER)
-    pull(tmp_path, deck).ok()
-    paper = read_csv(tmp_path / "pull.csv")["stress_grip"][-1]
-    write_body(tmp_path, **{**CYLINDER, "area": 0.6 * CYLINDER["area"]})
-    pull(tmp_path, deck).ok()
-    assert read_csv(tmp_path / "pull.csv")["stress_grip"][-1] == pytest.approx(paper / 0.6, rel=1e-3)
+    stress = []
+    for share in (1.0, 0.6):
+        write_body(tmp_path, **{**CYLINDER, "area": share * CYLINDER["area"]})
+        pull(tmp_path, deck).ok()
+        stress.append(share * read_csv(tmp_path / "pull.csv")["stress_grip"][-1])
+    assert stress[1] == pytest.approx(stress[0], rel=1e-3)
 
 
-@pytest.mark.parametrize("name", ["length", "radius"])
-def test_dimensions_are_no_choices(tmp_path, name):
-    """Those of in.specimen and tools/body.py are equal-style variables, which -var cannot replace in silence."""
-    run = run_lammps("in.traction", 1, {"specimen": REFERENCE, "strain": 0.0002, "out": "pull", name: 0.03}, tmp_path)
-    assert run.returncode != 0 and re.search("Cannot redefine .*variable", run.stdout)
-
-
-@pytest.mark.parametrize("deck", [*DECKS, "in.torsion", "in.bending", "in.taylor"])
-def test_a_body_without_its_file_stops(tmp_path, deck):
+def test_bodies_that_are_refused(tmp_path):
+    """Without their file; of dimensions that are equal-style variables, as of in.specimen and tools/body.py, which -var cannot replace in silence."""
     write_body(tmp_path)
-    run = pull(tmp_path, deck)
-    assert run.returncode != 0 and re.search(r"^ERROR.*body.data.body", run.stdout, re.M) and not (tmp_path / "pull.csv").exists()
+    for choices, message in (({}, "^ERROR.*body.data.body"), ({"specimen": REFERENCE, "length": 0.03}, "Cannot redefine .*variable")):
+        run = pull(tmp_path, **choices)
+        assert run.returncode != 0 and re.search(message, run.stdout, re.M) and not (tmp_path / "pull.csv").exists()
 
 
-CONTACTS = [({}, "literal"), ({"material": "rows.evp:plain"}, "repulsive"), ({"plasticity": "isotropic"}, "repulsive")]
-GIVEN = [({"material": "rows.evp:plain", "plasticity": "none", "contact": "literal"}, "literal"), ({"plasticity": "isotropic", "contact": "none"}, "none")]
-
-
-@pytest.mark.parametrize("deck, choices, contact", [(deck, *case) for deck in (*DECKS, "in.torsion") for case in CONTACTS + GIVEN * (deck == "in.traction")])
-def test_contact_is_repulsive_with_a_row_and_with_flow_unless_given(tmp_path, deck, choices, contact):
+@pytest.mark.parametrize("choices, contact", [({}, "literal"), ({"material": "rows.evp:plain"}, "repulsive"), ({"plasticity": "isotropic"}, "repulsive"), (
+    {"material": "rows.evp:plain", "plasticity": "none", "contact": "literal"}, "literal"), ({"plasticity": "isotropic", "contact": "none"}, "none")])
+def test_contact_is_repulsive_with_a_row_and_with_flow_unless_given(tmp_path, choices, contact):
     write_body(tmp_path, **CYLINDER)
     (tmp_path / "rows.evp").write_text(ROWS)
-    load = {"angle": 0.001} if deck == "in.torsion" else {"strain": 0.001}
-    text = run_lammps(deck, 1, {"specimen": "body.data", "out": "pull", **load, **choices}, tmp_path, seconds=60).ok().stdout
+    text = run_lammps("in.traction", 1, {"specimen": "body.data", "out": "pull", "strain": 0.001, **choices}, tmp_path).ok().stdout
     assert f"evp/lj: damping off, contact {contact}, deq of bonds" in text and f", contact {contact}, plasticity" in text
 
 
-def test_density_of_a_row_gives_the_body_the_mass_of_its_solid(tmp_path):
-    write_body(tmp_path, **CYLINDER)
-    (tmp_path / "more.lmp").write_text('print "mass $(mass(all):%.10g)"\n')
-    text = pull(tmp_path, material="rows.evp:heavy", also="more.lmp").ok().stdout
-    assert float(re.search(r"^mass (\S+)$", text, re.M)[1]) == pytest.approx(2700 * CYLINDER["volume"], rel=1e-4)
-    assert "have a mean density of" not in text
-
-
-@pytest.mark.parametrize("deck", ["in.traction", "in.quasistatic"])
+@pytest.mark.parametrize("deck", DECKS)
 def test_strain_between_layers(tmp_path, deck):
     """From the atoms at the end, which the last row is of in.quasistatic, and half a row before in in.traction."""
     write_body(tmp_path, **CYLINDER)
@@ -96,18 +86,18 @@ def test_strain_between_layers(tmp_path, deck):
     assert slope(curve["strain"][loaded], curve["strain_gauge"][loaded]) == pytest.approx(0.95, abs=0.15)
 
 
-@pytest.mark.parametrize("deck", DECKS)
-def test_a_row_that_names_its_bodies_is_that_of_coeff_on_its_own_body(tmp_path, deck):
+def test_a_row_that_names_its_bodies_is_that_of_coeff_on_its_own_body(tmp_path):
     """spacing and coordination of the reference specimen: nothing is scaled. kv of a row is that typed. Control: another spacing or kv is another stiffness."""
     write_body(tmp_path, **CYLINDER)
     stress = {}
     (tmp_path / "other.evp").write_text(HEADER + f"own {ROW} spacing 0.0117 coordination 11.9\n")
     for key, choices in (("coeff", {"coeff": ROW}), ("own", {"material": "rows.evp:own"}), ("plain", {"material": "rows.evp:plain"}),
-                         ("stiff", {"material": "rows.evp:stiff"}), ("kv", {"coeff": f"{ROW} kv 1000"}), ("other", {"material": str(tmp_path / "other.evp") + ":own"})):
-        pull(tmp_path, deck, **choices).ok()
+                         ("stiff", {"material": "rows.evp:stiff"}), ("kv", {"coeff": f"{ROW} kv 1000"}), ("other", {"material": f"{tmp_path}/other.evp:own"}),
+                         ("shipped", {"material": f"{FOLDER.parent}/potentials/gado2017.evp:table1_any", "plasticity": "none"})):
+        pull(tmp_path, **choices).ok()
         stress[key] = read_csv(tmp_path / "pull.csv")["stress_virial"]
     assert stress["own"] == pytest.approx(stress["coeff"], rel=1e-5, abs=1e3) and np.array_equal(stress["plain"], stress["coeff"])
-    assert stress["stiff"] == pytest.approx(stress["kv"], rel=1e-5, abs=1e3)
+    assert stress["shipped"] == pytest.approx(stress["coeff"], rel=0.01, abs=1e3) and stress["stiff"] == pytest.approx(stress["kv"], rel=1e-5, abs=1e3)
     largest = {key: np.abs(values).max() for key, values in stress.items()}
     assert largest["other"] < 0.2 * largest["coeff"] and largest["stiff"] > 1.05 * largest["coeff"], "control"
 

@@ -3,20 +3,21 @@
 
 import json
 import os
-import pathlib
 import re
-import shlex
 import signal
 import subprocess
 import sys
 import time
 
+import doc_blocks
 import pytest
+from evp import curves
 from lammps_run import LMP, REPOSITORY, run_lammps
 
 CALIBRATE = REPOSITORY / "tools" / "calibrate.py"
 TARGETS = {"E": 70e9, "yield": 95e6, "stress at 0.04": 150e6, "nu": 0.33}
-WORDS = ["--E", "70e9", "--yield", "95e6", "--stress", "150e6@0.04", "--nu", "0.33", "--density", "2700", "--name", "mine", "--spheres", "150", "--ranks", "1"]
+BAR = ["--E", "70e9", "--yield", "95e6", "--stress", "150e6@0.04", "--density", "2700", "--ranks", "1"]
+WORDS = [*BAR, "--nu", "0.33", "--name", "mine", "--spheres", "150"]
 SECONDS = 120
 
 # Stands for lmp: counts its calls, spoils one of in.quasistatic on the way, and tells that it started.
@@ -41,24 +42,25 @@ def stand_in(folder, spoil="pass"):
     return {**os.environ, "EVP_LMP": str(path)}
 
 
-def start(folder, environment=None, words=()):
-    return subprocess.Popen([sys.executable, CALIBRATE, *WORDS, "--out", "my.evp", *words], cwd=folder, stdin=subprocess.DEVNULL,
+def start(folder, environment=None, words=WORDS):
+    return subprocess.Popen([sys.executable, CALIBRATE, *words, "--out", "my.evp"], cwd=folder, stdin=subprocess.DEVNULL,
                             env=environment or {**os.environ, "EVP_LMP": str(LMP)}, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
 
 
-def calibrate(folder, environment=None, words=()):
-    """(exit code, output) of a calibration to its end."""
+def calibrate(folder, environment=None, words=WORDS, code=0):
+    """Output of a calibration to its end, which is to have this exit code."""
     process = start(folder, environment, words)
     output, _ = process.communicate(timeout=SECONDS)
-    return process.returncode, output
+    assert process.returncode == code, output
+    return output
 
 
 def row_of(folder):
     return [line for line in (folder / "my.evp").read_text(encoding="utf-8").splitlines() if line.startswith("mine ")][0]
 
 
-def table_of(folder):
-    return [json.loads(line) for line in (folder / "my.mine.jsonl").read_text(encoding="utf-8").splitlines()][1:]
+def table_of(folder, name="mine"):
+    return [json.loads(line) for line in (folder / f"my.{name}.jsonl").read_text(encoding="utf-8").splitlines()][1:]
 
 
 @pytest.fixture(scope="module")
@@ -66,27 +68,20 @@ def whole(tmp_path_factory):
     """A calibration that nothing disturbed."""
     folder = tmp_path_factory.mktemp("whole") / "in a folder:with spaces"
     folder.mkdir()
-    code, output = calibrate(folder)
-    assert code == 0, output
+    calibrate(folder)
     return folder
 
 
 def test_targets_are_met_and_told(whole):
+    """A name is taken once."""
     runs = table_of(whole)
     assert len(runs) <= 8 and all(run["state"] == "done" for run in runs)
-    for name, value in TARGETS.items():
-        assert runs[-1]["found"][name] == pytest.approx(value, rel=0.01), name
+    assert {name: runs[-1]["found"][name] for name in TARGETS} == pytest.approx(TARGETS, rel=0.01)
     text = (whole / "my.evp").read_text(encoding="utf-8")
     assert "E 7e+10 Pa (" in text and "DATE: 20" in text and "by: calibrate.py --E 70e9" in text
     assert sorted(path.name for path in whole.iterdir()) == ["my.evp", "my.mine.csv", "my.mine.jsonl", "my.mine.png"]
     assert (whole / "my.mine.png").stat().st_size > 10000
-
-
-def test_a_name_is_taken_once(whole):
-    before = (whole / "my.evp").read_bytes()
-    code, output = calibrate(whole)
-    assert code == 1 and "holds a row 'mine' already" in output
-    assert (whole / "my.evp").read_bytes() == before
+    assert "holds a row 'mine' already" in calibrate(whole, code=1) and (whole / "my.evp").read_text(encoding="utf-8") == text
 
 
 def test_stopped_in_a_run_and_gone_on_with(whole, tmp_path):
@@ -104,8 +99,7 @@ def test_stopped_in_a_run_and_gone_on_with(whole, tmp_path):
         time.sleep(1.0)  # what a killed calibration left running ends
     kept = len(table.read_text(encoding="utf-8").splitlines()) - 1
     (tmp_path / "calls").unlink()
-    code, output = calibrate(tmp_path, environment)
-    assert code == 0 and f"going on after {kept} runs" in output
+    assert f"going on after {kept} runs" in calibrate(tmp_path, environment)
     assert row_of(tmp_path) == row_of(whole)
     calls = (tmp_path / "calls").read_text(encoding="utf-8").split()
     assert calls.count("in.quasistatic") == 3 * (len(table_of(whole)) - kept) and "in.specimen" not in calls
@@ -119,83 +113,46 @@ def test_failures_are_told_and_tried_again_smaller(tmp_path):
         open("pull.csv", "w").write("\\n".join(text[:-1] + ["0.05,nan,nan,0.05"]) + "\\n")
     if calls == 4:
         code = 1"""
-    code, output = calibrate(tmp_path, stand_in(tmp_path, spoil))
-    assert code == 0, output
+    output = calibrate(tmp_path, stand_in(tmp_path, spoil))
     runs = table_of(tmp_path)
     assert [(run["number"], run["state"], run["increments"]) for run in runs[:3]] == [(1, "failed", 1.0), (1, "failed", 0.5), (1, "done", 0.25)]
     assert "not finite" in runs[0]["reason"] and "in.quasistatic failed" in runs[1]["reason"]
     assert "again with 0.25 of the increments" in output
-    for name, value in TARGETS.items():
-        assert runs[-1]["found"][name] == pytest.approx(value, rel=0.01), name
+    assert {name: runs[-1]["found"][name] for name in TARGETS} == pytest.approx(TARGETS, rel=0.01)
 
 
 def test_a_miss_is_told_and_the_nearest_row_written(tmp_path):
     """A metal that hardly hardens, which a random body cannot be. The strain has more digits than the nine that in.quasistatic gets."""
     words = [word for word in WORDS if word not in ("--stress", "150e6@0.04")]
-    run = subprocess.run([sys.executable, CALIBRATE, *words, "--stress", "97e6@0.0312345678312", "--out", "my.evp"], cwd=tmp_path,
-                         env={**os.environ, "EVP_LMP": str(LMP)}, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=SECONDS, check=False)
-    assert run.returncode == 3 and "a target is missed by" in run.stderr and "the law gives it no sharper curve" in run.stderr, run.stdout + run.stderr
+    output = calibrate(tmp_path, words=[*words, "--stress", "97e6@0.0112345678312"], code=3)
+    assert "a target is missed by" in output and "the law gives it no sharper curve" in output
     row = row_of(tmp_path).split()
-    assert float(row[4]) < 1e-3 * float(row[1]) and "stress at 0.0312346 " in (tmp_path / "my.evp").read_text(encoding="utf-8")
-
-
-def test_over_stress(tmp_path):
-    """gamma is in the row; the over-stress of the damped run over its twin is the one asked for."""
-    tmp_path = tmp_path / "a b"
-    tmp_path.mkdir()
-    words = ["--rate", "10e6@200"]
-    code, output = calibrate(tmp_path, None, words)
-    assert code == 0, output
-    assert float(row_of(tmp_path).split()[8]) > 0.0
-    rates = {run["number"]: run["found"] for run in table_of(tmp_path) if run["kind"] == "rate"}
-    assert rates[max(rates)] - rates[0] == pytest.approx(10e6, rel=0.01)
-
-
-BAR_TARGETS = ["--E", "70e9", "--yield", "95e6", "--stress", "150e6@0.03", "--density", "2700", "--ranks", "1"]
-CYLINDER_ROW = "cylinder 437.37 8 4 13.7257 8 4 0.000776765 0 1.5 spacing 0.00695059 coordination 11.5133 density 2700"  # by BAR_TARGETS, --spheres 300
+    assert float(row[4]) < 1e-3 * float(row[1]) and "stress at 0.0112346 " in (tmp_path / "my.evp").read_text(encoding="utf-8")
 
 
 def test_row_of_a_slender_body_meets_the_targets_in_it(tmp_path):
-    """By -var material on that body, over its middle: what a row of the cylinder misses by more."""
-    from evp import curves
-
-    run_lammps("in.specimen", 1, {"n": 300, "length": 0.08, "radius": 0.01, "out": "bar.data"}, tmp_path).ok()
-    run = subprocess.run([sys.executable, CALIBRATE, *BAR_TARGETS, "--name", "bar", "--body", "bar.data", "--out", "my.evp"], cwd=tmp_path,
-                         env={**os.environ, "EVP_LMP": str(LMP)}, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=SECONDS, check=False)
-    assert run.returncode == 0, run.stdout + run.stderr
-    text = (tmp_path / "my.evp").read_text(encoding="utf-8")
-    assert "body bar.data, 1 ranks" in text
-    (tmp_path / "my.evp").write_text(f"{text}{CYLINDER_ROW}\n", encoding="utf-8")
-    found = {}
-    for name in ("cylinder", "bar"):
-        run_lammps("in.quasistatic", 1, {"specimen": "bar.data", "material": f"my.evp:{name}", "strain": 0.006, "increment": 0.0001, "row": 0.0001,
-                                         "extensometer": "yes", "restart": 0, "out": "pull"}, tmp_path).ok()
-        curve = curves.read_curve(tmp_path / "pull.csv", "strain_gauge")
-        found[name] = curves.modulus(curve.strain, curve.virial), curves.numbers(curve)["yield_MPa"]
-    assert found["bar"][0] == pytest.approx(70e9, rel=0.01) and found["bar"][1] == pytest.approx(95.0, rel=0.015)
-    assert abs(found["cylinder"][0] / 70e9 - 1.0) > 0.02, "control"
+    """By -var material on that body, over its middle."""
+    run_lammps("in.specimen", 1, {"n": 200, "length": 0.08, "radius": 0.01, "out": "bar.data"}, tmp_path).ok()
+    calibrate(tmp_path, words=[*BAR, "--name", "bar", "--body", "bar.data"])
+    assert "body bar.data, 1 ranks" in (tmp_path / "my.evp").read_text(encoding="utf-8")
+    run_lammps("in.quasistatic", 1, {"specimen": "bar.data", "material": "my.evp:bar", "strain": 0.006, "increment": 0.0001, "out": "pull"}, tmp_path).ok()
+    curve = curves.read_curve(tmp_path / "pull.csv", "strain_gauge")
+    assert curves.modulus(curve.strain, curve.virial) == pytest.approx(70e9, rel=0.01) and curves.numbers(curve)["yield_MPa"] == pytest.approx(95.0, rel=0.015)
 
 
 def test_walk_of_the_howto_page(tmp_path):
-    """Its commands run as they stand, and the numbers that it prints come out."""
-    page = (REPOSITORY / "doc" / "Howto_evp_metal.rst").read_text(encoding="utf-8")
-    commands = [" ".join(line.strip().rstrip("\\") for line in block.strip().splitlines())
-                for block in re.findall(r"\.\. code-block:: bash\n\n((?:   .*\n)+)", page)]
-    assert len(commands) >= 3
-    environment = {**os.environ, "EVP_LMP": str(LMP), "PATH": f"{pathlib.Path(LMP).parent}:{os.environ['PATH']}"}
-    printed = ""
-    for command in commands:
-        words = shlex.split(command)
-        words = [str(REPOSITORY / word) if (REPOSITORY / word).is_file() else word for word in words]
-        if words[0].endswith(".py"):
-            words = [sys.executable, *words]
-        run = subprocess.run(words, cwd=tmp_path, env=environment, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=SECONDS, check=False)
-        assert run.returncode == 0, run.stdout[-800:] + run.stderr[-800:]
-        printed += run.stdout
-    row = re.search(r"^   (mymetal \S.*)$", page, re.M).group(1).split()
-    found = re.search(r"^(mymetal \S.*)$", printed, re.M).group(1).split()
-    assert [word for word in found if word.isalpha()] == [word for word in row if word.isalpha()]
-    numbers = [[float(word) for word in words if not word.isalpha()] for words in (row[1:], found[1:])]
-    assert numbers[1] == pytest.approx(numbers[0], rel=0.02)
-    modulus, again = (float(re.search(r"^ *pull\.csv +([\d.]+)", text, re.M).group(1)) for text in (page, printed))
+    """Its commands run as they stand, and the numbers that it prints come out. With an over-stress beside: gamma is in the row, and the over-stress of
+    the damped run over its twin is the one asked for."""
+    doc_blocks.prepare(tmp_path)
+    blocks = [block.text for block in doc_blocks.blocks("doc/Howto_evp_metal.rst")][:6]
+    text = "".join(blocks[k] for k in (0, 2, 3, 4))
+    assert "--spheres 300" in text
+    printed = doc_blocks.run(doc_blocks.Block("", text.replace("--spheres 300", "--spheres 300 --rate 10e6@200")).commands(), tmp_path)
+    shown, found = (re.search(r"^(mymetal \S.*)$", output, re.M)[1].split() for output in (blocks[1], printed))
+    assert [word for word in found if word.isalpha()] == [word for word in shown if word.isalpha()] and blocks[5].splitlines()[0] in printed
+    ours, page = ([float(word) for k, word in enumerate(row) if k != 8 and not word.isalpha()] for row in (found, shown))  # but for gamma
+    assert ours == pytest.approx(page, rel=0.02)
+    again, modulus = (float(re.search(r"^ *pull\.csv +([\d.]+)", output, re.M)[1]) for output in (printed, blocks[5]))
     assert again == pytest.approx(modulus, rel=0.01)
+    rates = {run["number"]: run["found"] for run in table_of(tmp_path, "mymetal") if run["kind"] == "rate"}
+    assert float(found[8]) > 0.0 and rates[max(rates)] - rates[0] == pytest.approx(10e6, rel=0.01)

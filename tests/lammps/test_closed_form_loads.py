@@ -16,14 +16,11 @@ def found(tmp_path_factory):
     return [closed_form_loads.measure(1000, seed, Runs(tmp_path_factory.mktemp("loads"))) for seed in (1, 2)]
 
 
-def test_torsion(found):
-    assert statistics.mean(one.torsion / one.torsion_bonds for one in found) == pytest.approx(1.0, abs=0.04)
-    assert all(one.torsion_bonds < 0.92 and one.torsion > 0.8 for one in found), "control: the surface is seen"
-
-
-def test_bending(found):
-    assert statistics.mean(one.bending / one.bending_bonds for one in found) == pytest.approx(1.0, abs=0.04)
-    assert all(one.bending_bonds < 0.93 and one.bending > 0.85 for one in found), "control: the surface is seen"
+@pytest.mark.parametrize("load, most, least", [("torsion", 0.92, 0.8), ("bending", 0.93, 0.85)])
+def test_stiffness(found, load, most, least):
+    measured, bonds = ([getattr(one, name) for one in found] for name in (load, f"{load}_bonds"))
+    assert statistics.mean(a / b for a, b in zip(measured, bonds)) == pytest.approx(1.0, abs=0.04)
+    assert max(bonds) < most and min(measured) > least, "control: the surface is seen"
 
 
 def test_nine_numbers_are_one_material_in_bodies_of_any_volume(found):

@@ -20,12 +20,11 @@ def row_deck(words, prefix, more=""):
     return f"units si\nread_evp_row {words} {prefix} {more}\n" + "".join(f'print "{prefix}_{name} = ${{{prefix}_{name}}}"\n' for name in NUMBERS)
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
-def test_rows_from_a_file_and_typed_are_one(lmp, tmp_path, ranks):
+def test_rows_from_a_file_and_typed_are_one(lmp, tmp_path):
     row = "80.1 8 4 3 8 4 0.005 1000 1.5 kv 0.30000000000000004 spacing 0.0102 coordination 11.9 density 2700"
     (tmp_path / "good.evp").write_text(f"# UNITS: si\na {row}\n")
     words = {"a": "good.evp:a", "b": "./good.evp:a", "c": "good.evp a", "d": row, "e": f'"{row}"', "f": f"'{row}'", "plain": TABLE1}
-    run = lmp("".join(row_deck(row, prefix) for prefix, row in words.items()), ranks)
+    run = lmp("".join(row_deck(row, prefix) for prefix, row in words.items()), 2)
     *found, plain = (values(run, prefix) for prefix in words)
     assert found == [found[0]] * 6 and list(found[0]) == NUMBERS
     assert found[0]["e1"] == 80.1 and found[0]["kv"] == 0.30000000000000004 and found[0]["density"] == 2700
@@ -45,25 +44,18 @@ def test_a_row_of_the_paper_in_a_body_of_more_spheres(lmp):
     assert own["e1"] == 80 and own["spacing"] == 0.01
 
 
-SCENE = """region box block 0 1 0 1 0 1
-create_box 1 box
-create_atoms 1 single 0.5 0.5 0.5
-mass 1 1.0
-pair_style zero 0.1
-pair_coeff * *
-"""
+SCENE = "region box block 0 1 0 1 0 1\ncreate_box 1 box\ncreate_atoms 1 single 0.5 0.5 0.5\nmass 1 1.0\npair_style zero 0.1\npair_coeff * *\n"
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
-def test_a_quiet_command_shows_its_warnings(lmp, ranks):
+def test_a_quiet_command_shows_its_warnings(lmp):
     """The run is made, with blanks and variables in its words. Lines of EVP are shown, the warning of LAMMPS that nothing moves is not."""
     text = SCENE + 'variable word string "a b"\nvariable n equal 3\nevp_quietly run ${n} every 1 "print \'${word}\'"\nprint "step $(step)"\n'
-    loud, quiet = (lmp(text.replace("evp_quietly ", word), ranks).ok().stdout for word in ("", "evp_quietly "))
+    loud, quiet = (lmp(text.replace("evp_quietly ", word), 2).ok().stdout for word in ("", "evp_quietly "))
     assert "\nstep 3\n" in loud and "\nstep 3\n" in quiet and "Loop time" in loud and "Loop time" not in quiet and "\na b\n" not in quiet
     assert "WARNING: No fixes with time integration" in loud and "WARNING" not in quiet
-    spoken = lmp(scene(run="evp_quietly run 3"), ranks).ok().stdout
+    spoken = lmp(scene(run="evp_quietly run 3"), 2).ok().stdout
     assert "\nfix evp/bonds bonds: recorded " in spoken and "\nevp/lj: damping off" in spoken and "perpetual" not in spoken
-    warned = lmp(SCENE + "thermo_modify norm no\nevp_quietly thermo_style one\n", ranks).ok().stdout
+    warned = lmp(SCENE + "thermo_modify norm no\nevp_quietly thermo_style one\n", 2).ok().stdout
     assert "WARNING: New thermo_style command" in warned
 
 

@@ -8,14 +8,11 @@ import os
 import pathlib
 import re
 import subprocess
-from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from lammps_run import LMP, REPOSITORY
 from library import plugin_folder, run_python
 from small_bodies import lattice_body, write_body
-
-# ---- a plugin built for another lammps stops with one message, as an error of lammps does ----
 
 FORGED = LMP.parent / "forged" / "evpplugin.so"
 HEADLINE = "ERROR: evpplugin.so was built for another LAMMPS: "
@@ -109,7 +106,6 @@ for name, gamma in (("first", 0), ("second", 100), ("third", 300)):
     go_on(name, program)
     program.close()
 """
-
 TOGETHER = PROGRAM + """
 first, second = make(0), make(100)
 go_on("first", first)
@@ -127,27 +123,16 @@ third.close()
 """
 
 
-def values(run):
-    """Lines of each instance in their order."""
-    found = {name: re.findall(rf"^{name} (.*)$", run.stdout, re.M) for name in ("first", "second", "third")}
-    assert all(len(lines) == 2 for lines in found.values()), run.stdout
-    return found
-
-
-@pytest.mark.parametrize("path", [False, True], ids=["plugin load", "LAMMPS_PLUGIN_PATH"])
-def test_instances_side_by_side_are_those_one_after_the_other(tmp_path, path):
+def test_instances_side_by_side_are_those_one_after_the_other(tmp_path):
+    """By plugin load, and by LAMMPS_PLUGIN_PATH."""
     write_body(tmp_path / "body.data", lattice_body((4, 3, 3)))
-    folder = {"LAMMPS_PLUGIN_PATH": plugin_folder()} if path else {}
-    alone, together = (values(run_python(script, 1, tmp_path, **folder).ok()) for script in (ALONE, TOGETHER))
-    assert together == alone
-    assert len({line for lines in alone.values() for line in lines}) == 6, "control"
-
-
-# ---- a lammps without mpi has stand-ins of its own for it, whose functions take other pointers ----
+    runs = (run_python(ALONE, 1, tmp_path), run_python(TOGETHER, 1, tmp_path), run_python(TOGETHER, 1, tmp_path, LAMMPS_PLUGIN_PATH=plugin_folder()))
+    alone, *others = (sorted(re.findall(r"^(?:first|second|third) .*$", run.ok().stdout, re.M)) for run in runs)  # by instance and step
+    assert others == [alone, alone] and len(set(alone)) == 6
 
 
 def test_sources_compile_without_mpi():
-    """Those that name a function of MPI."""
+    """Those that name a function of MPI: a LAMMPS without it has stand-ins of its own, whose functions take other pointers."""
     cache = pathlib.Path(os.environ.get("EVP_BUILD", REPOSITORY / "build")) / "CMakeCache.txt"
     found = re.search(r"^LAMMPS_SOURCE_DIR:PATH=(.+)$", cache.read_text(encoding="utf-8"), re.M) if cache.exists() else None
     headers = found and next((path for path in (pathlib.Path(found.group(1)) / "src", pathlib.Path(found.group(1))) if (path / "STUBS" / "mpi.h").exists()), None)
@@ -164,7 +149,6 @@ def test_sources_compile_without_mpi():
 
     sources = [path for path in sorted((REPOSITORY / "src").glob("*/*.cpp")) if "MPI_" in path.read_text(encoding="utf-8")]
     assert len(sources) > 10
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        units = [sources[k::3] for k in range(3)]
-        doubtful = [source for unit, said in zip(units, pool.map(complaints, units)) if said for source in unit]  # maybe of names that two files have
-        assert not [said for said in pool.map(lambda source: complaints([source]), doubtful) if said]
+    for unit in (sources[k::3] for k in range(3)):
+        said = complaints(unit) and "".join(complaints([source]) for source in unit)  # alone: two files may have the same name
+        assert not said, said

@@ -19,11 +19,11 @@ def block(tmp_path_factory):
     return folder / "block.data"
 
 
-def indent(block, folder, ranks=1, **choices):
+def indent(block, folder, **choices):
     """(curve, share of the depth that is left) of a metal. Says each increment of the way in and each tenth of the way back, and warns where spheres are few."""
     (folder / "also.lmp").write_text('print "held $(f_base[1]:%.9g) tool $(v_pressing:%.9g)"\n')
     given = {"specimen": block, "coeff": METAL, "plasticity": "isotropic", "depth": 0.001, "increments": 5, "also": "also.lmp", "out": "ball"}
-    run = run_lammps("in.indent", ranks, {**given, **choices}, folder, seconds=100).ok()
+    run = run_lammps("in.indent", 1, {**given, **choices}, folder, seconds=100).ok()
     held = np.array(re.findall(r"^held (\S+) tool (\S+)$", run.stdout, re.M), dtype=float)
     assert held[:, 1] == pytest.approx(-held[:, 0], rel=2e-3, abs=1e-3 * held.max()), "at rest the base holds what the tool pushes"
     curve, steps = read_csv(folder / "ball.csv"), {**given, **choices}["increments"]
@@ -36,15 +36,10 @@ def indent(block, folder, ranks=1, **choices):
 
 
 def test_a_metal_keeps_its_imprint(block, tmp_path):
-    """By a ball, on one rank and on two; at the turn about a hardness of a metal, and the circle that a ball cuts out of a plane."""
-    one, two = tmp_path / "one", tmp_path / "two"
-    one.mkdir()
-    two.mkdir()
-    curve, left = indent(block, one)
-    other, _ = indent(block, two, 2)
+    """By a ball; at the turn about a hardness of a metal, and the circle that a ball cuts out of a plane."""
+    curve, left = indent(block, tmp_path)
     top = int(np.argmax(curve["depth"]))
     assert 0.85 < left < 1.0 and curve["force"][-1] < 1.1e-3 * curve["force"][top]
-    assert other["force"][: top + 1] == pytest.approx(curve["force"][: top + 1], rel=2e-3, abs=1e-3 * curve["force"][top])
     assert curve["contact_radius"][top] == pytest.approx(np.sqrt(2 * 0.01 * 0.001), rel=0.15)
     assert 1.5 < curve["hardness"][top] / 450e6 < 3.5
 
@@ -56,18 +51,20 @@ def test_eq_8_leaves_no_imprint(block, tmp_path):
 
 def test_a_flat_punch(block, tmp_path):
     """Elastic: force over depth is 2 E a/(1 - nu^2) on a half-space, and larger on a layer of 2.2 radii that is held."""
-    curve, left = indent(block, tmp_path, tool="flat", tool_radius=0.008, depth=4e-6, increments=2)
-    stiffness = np.polyfit(curve["depth"][:3], curve["force"][:3], 1)[0]
+    curve, left = indent(block, tmp_path, tool="flat", tool_radius=0.008, depth=4e-6, increments=1)
+    stiffness = curve["force"][1] / curve["depth"][1]
     assert 0.9 < stiffness / (2.0 * E / (1.0 - NU**2) * 0.008) < 1.6 and left < 0.3
-    assert curve["contact_radius"][2] == pytest.approx(0.008, rel=0.25)
-    run = run_lammps("in.indent", 1, {"specimen": block, "coeff": METAL, "tool": "flat", "tool_radius": 0.008, "depth": 2e-4, "increments": 1, "out": "deep"}, tmp_path).ok()
+    assert curve["contact_radius"][1] == pytest.approx(0.008, rel=0.25)
+    (tmp_path / "stop.lmp").write_text('if "${k} == 2" then quit\n')
+    deep = {"specimen": block, "coeff": METAL, "tool": "flat", "tool_radius": 0.008, "depth": 2e-4, "increments": 1, "also": "stop.lmp"}
+    run = run_lammps("in.indent", 1, deep, tmp_path).ok()
     assert any("the rim of the punch presses spheres beside it" in line for line in run.warnings())
 
 
 def test_a_wide_contact_is_no_cause_for_a_warning(tmp_path):
     """A punch as wide as the body: more than 5 diameters of a sphere."""
-    run_lammps("in.specimen", 1, {"n": 700, "shape": "block", "length": 0.025, "width": 0.045, "out": "wide.data"}, tmp_path).ok()
-    indent("wide.data", tmp_path, tool="flat", tool_radius=0.05, depth=4e-6, increments=2)
+    run_lammps("in.specimen", 1, {"n": 400, "shape": "block", "length": 0.015, "width": 0.045, "out": "wide.data"}, tmp_path).ok()
+    indent("wide.data", tmp_path, tool="flat", tool_radius=0.05, depth=4e-6, increments=1)
 
 
 def test_a_tool_that_touches_nothing_is_refused(block, tmp_path):

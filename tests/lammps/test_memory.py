@@ -10,24 +10,10 @@ import re
 import numpy as np
 import pytest
 from lammps_run import run_lammps, write_data
+from small_bodies import head
 
 SIDE = 24  # 13824 atoms: arrays of MB, far above what comes and goes otherwise
 SPACING = 0.01
-
-DECK = """
-units si
-atom_style sphere
-atom_modify map array
-boundary f f f
-newton on
-read_data many.data
-neighbor 0.0006 bin
-neigh_modify every 1 delay 0 check yes
-{styles}
-run 0
-{after}
-info memory
-"""
 EVP = "pair_style evp/lj\npair_coeff * * 80 8 4 3 8 4 0.005 0 1.5\n"
 VARIANTS = {
     "no style of ours": "pair_style zero 0.0165\npair_coeff * *\n",
@@ -35,7 +21,6 @@ VARIANTS = {
     "pair, bonds from a file": EVP + "fix bonds all evp/bonds file many.bonds\n",
     "pair, bonds from the zone": EVP + "fix bonds all evp/bonds\n",
 }
-TOLERANCE = 0.1
 
 
 def test_reported_memory_is_the_memory_that_was_handed_out(tmp_path):
@@ -47,7 +32,7 @@ def test_reported_memory_is_the_memory_that_was_handed_out(tmp_path):
     found, bonds = {}, None
     for name in reversed(VARIANTS):  # the zone's comes first and writes the bond file
         after = "write_evp_bonds many.bonds" if "zone" in name else ""
-        out = run_lammps(DECK.format(styles=VARIANTS[name], after=after), 1, None, tmp_path).ok().stdout
+        out = run_lammps(head(start="read_data many.data", skin=0.0006) + VARIANTS[name] + f"run 0\n{after}\ninfo memory\n", 1, None, tmp_path).ok().stdout
         reported = re.search(r"Per MPI rank memory allocation.* = ([0-9.]+) \|", out)
         handed_out = re.search(r"Current reserved memory pool size: ([0-9.e+]+) Mbyte", out)
         found[name] = np.array([float(match[1]) for match in (reported, handed_out)]) * 1048576.0
@@ -56,6 +41,6 @@ def test_reported_memory_is_the_memory_that_was_handed_out(tmp_path):
     for name, than in (("pair", "no style of ours"), ("pair, bonds from a file", "pair"), ("pair, bonds from the zone", "pair")):
         reported, handed_out = found[name] - found[than]
         assert handed_out > 2 * 1048576.0  # far above the last digit of `info memory`
-        assert reported == pytest.approx(handed_out, rel=TOLERANCE), name
+        assert reported == pytest.approx(handed_out, rel=0.1), name
     held = 2.0 * bonds * 16
     assert bonds > 7 * len(x) and held < (found["pair, bonds from a file"] - found["pair"])[0] < 3.0 * held

@@ -12,8 +12,6 @@ from common_bodies import REFERENCE
 from evp import curves, specimen
 from lammps_run import read_csv, read_dump, run_lammps, slope
 
-# ---- `plasticity isotropic` on the reference specimen, contact none ----
-
 PUBLISHED = json.loads(REFERENCE.with_name("specimen_500_plastic.json").read_text())
 TO_2PC = PUBLISHED["table1_tension_2pc"]
 MPA, GPA = 1e6, 1e9
@@ -56,23 +54,17 @@ def test_release_at_a_rate(tmp_path):
     assert curves.unloading_modulus(curve.strain, curve.virial) / GPA == pytest.approx(TO_2PC["unload_modulus_GPa"], rel=0.04)
 
 
-# ---- fix evp/volume on the reference specimen, quasi-static, table 1, contact none, `plasticity isotropic`, against an independent prototype ----
-
-TABLE1 = "80 8 4 3 8 4 0.005 0 1.5"
-STOPS = (0.003, 0.05)  # the strains at which the middle is measured
-
-
 def pull(folder, reference, kv, plasticity="isotropic"):
     """Columns of a pull to 5 %, and (axial, lateral) strain of the middle at each stop, where the deck writes the atoms and is resumed."""
-    middle, choices = [], {"specimen": REFERENCE, "contact": "none", "coeff": f"{TABLE1} kv {kv}", "plasticity": plasticity}
-    for stop in STOPS:
+    middle, choices = [], {"specimen": REFERENCE, "contact": "none", "coeff": f"80 8 4 3 8 4 0.005 0 1.5 kv {kv}", "plasticity": plasticity}
+    for stop in (0.003, 0.05):
         run_lammps("in.quasistatic", 1, {**choices, "strain": stop, "out": "rest"}, folder).ok()
         middle.append(specimen.middle_strains(reference, read_dump(folder / "rest_state.dump")[-1].vectors("x", "y", "z")))
         choices["resume"] = "yes"
     return read_csv(folder / "rest.csv"), *middle
 
 
-@pytest.mark.parametrize("kv", [300, 1000, 3000])
+@pytest.mark.parametrize("kv", [300, 3000])
 def test_the_prototype(tmp_path, reference, kv):
     published = PUBLISHED[f"table1_density_kv{kv}_tension_5pc"]
     curve, start, end = pull(tmp_path, reference, kv)

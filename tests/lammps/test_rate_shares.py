@@ -16,7 +16,6 @@ from oracle import brute, law, network
 PUBLISHED = json.loads(REFERENCE.with_suffix(".json").read_text())
 ROW = law.TABLE2
 AREA, LENGTH, FREE_LENGTH = np.pi * 0.02**2, 0.05, 0.04
-MPA = 1e6
 AT = 0.001  # far below the first bond in the second regime, 0.0042
 SOFTENING = (ROW.m1 + ROW.n1 + 3.0) * AT  # change of a bond's stiffness at a bond strain of AT: eq. 1 to second order
 
@@ -71,13 +70,6 @@ def test_viscous_stress_is_e_tau_rate(pulls, reference):
     scatter = squares.std() / squares.mean() * np.sqrt(25.0 / 9.0 / len(squares))
     assert 3.0 * scatter < 0.05, "control: a statement about tau, not about its order"
     assert shares_at(pulls, 10).viscous == pytest.approx(expected.viscous, rel=3.0 * scatter + SOFTENING)
-
-
-@pytest.mark.parametrize("rate, tolerance", [(10, 0.2), (100, 1.0)])
-def test_viscous_stress_is_the_published_one(pulls, rate, tolerance):
-    """There against the quasi-static curve, here against the twin; at 0.26 %, the last strain with all its rows."""
-    measured = shares_at(pulls, rate, 0.0026).viscous / MPA
-    assert measured == pytest.approx(PUBLISHED[f"overstress_MPa_0.3pc_{rate}s"], abs=tolerance)
 
 
 def test_inertia_is_of_the_order_of_rho_c_l_rate(pulls, reference):

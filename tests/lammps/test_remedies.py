@@ -25,9 +25,7 @@ END = "fix move all nve\ntimestep 1e-5\nthermo_style custom step atoms pe fmax f
 PULL = "displace_atoms all ramp x 0 0.02 x 1.5 7.62 units box\n"
 BONDS = 6 + 5
 
-# of a program: what a remedy leaves
-SAY = f"""
-LOOSE = {END.replace("fix move all nve", "")!r}
+SAY = """
 lammps.lammps_get_natoms.restype = ctypes.c_double
 
 def value(k):
@@ -43,7 +41,6 @@ def row(y="f", height=6, map_style="atom_modify map yes"):
     return ROW.format(y=y, height=height, map=map_style)
 
 
-# new atoms: which way they come, after atom 7, that of the highest ID, was deleted
 ADDED = "read_data more.data add {} group more\n"
 MORE = "more\n\n1 atoms\n1 atom types\n\n0 15 xlo xhi\n0 6 ylo yhi\n0 6 zlo zhi\n\nAtoms # sphere\n\n1 1 1 1 12 4 4\n"
 DEPOSIT = "region above block 12 12.01 4 4.01 4 4.01\ngroup more empty\nfix rain more deposit 1 1 1 4711 region above id {}\n"
@@ -91,7 +88,7 @@ def test_a_box_that_is_too_small(tmp_path, box, remedy, ranks, bonds):
     height, message = box
     commands = [remedy, "run 0"] if remedy else ["unfix bonds", "replicate 1 6 1", FIX, "run 0"]
     said = run_program(SAY + f"""
-start({row('p', height)!r}, {FIX!r}, LOOSE)
+start({row('p', height) + FIX + END.replace("fix move all nve", "")!r})
 say(tell("run 0"))
 say(tell(*{commands!r}), bonds())
 """, tmp_path, ranks).stdout
@@ -101,11 +98,10 @@ say(tell(*{commands!r}), bonds())
     assert mended.startswith(f"ok {bonds:.1f}" if bonds else "ok "), said  # of the flat one the rows are bonded too
 
 
-@pytest.mark.parametrize("source", ["file", "restart"])
-def test_no_atom_map_is_needed(lmp_decks, source):
+def test_no_atom_map_is_needed(lmp_decks):
     """Records, bond file, restart and deletions, without an atom map; the same numbers as with one."""
     decks = {}
-    for map_style in ("", "atom_modify map yes"):
+    for source, map_style in ((source, map_style) for source in ("file", "restart") for map_style in ("", "atom_modify map yes")):
         text = row(map_style=map_style) + FIX + END + "run 0\n" + PULL + DELETE.format(2) + "run 0\n"
         if source == "file":
             forces = "neighbor 0.06" + row().partition("neighbor 0.06")[2]
@@ -113,10 +109,10 @@ def test_no_atom_map_is_needed(lmp_decks, source):
             text += f"units lj\natom_style sphere\n{map_style}\nboundary f f f\nread_data s.data\n{forces}fix bonds all evp/bonds file s.bonds\n"
         else:
             text += "write_restart s.bin\nclear\nread_restart s.bin\nneighbor 0.06 bin\n" + FIX
-        decks[map_style] = text + END + "run 0\n"
-    without, mapped = (run.thermo() for run in lmp_decks(decks, 2).values())
-    assert without["f_bonds"][-1] == BONDS - (3 if source == "file" else 0)
-    assert without["PotEng"][-1] == mapped["PotEng"][-1] != 0.0
+        decks[source, map_style] = text + END + "run 0\n"
+    file, file_mapped, restart, mapped = (run.thermo() for run in lmp_decks(decks, 2).values())
+    assert file["f_bonds"][-1] == BONDS - 3 and file["PotEng"][-1] == file_mapped["PotEng"][-1] != 0.0
+    assert restart["f_bonds"][-1] == BONDS and restart["PotEng"][-1] == mapped["PotEng"][-1] != 0.0
 
 
 def test_a_second_recording_warns(lmp_decks):

@@ -9,30 +9,16 @@ import numpy as np
 import pytest
 from common_bodies import REFERENCE
 from oracle import law
-from hostile import SECONDS, scene
+from hostile import PLANE, refused, scene
 from lammps_run import write_data
 from small_bodies import head, pair, thermo, write_two
-
-# ---- styles that come, go and change between runs ----
 
 HEAD = head(boundary="s s s", start=f"read_data {REFERENCE}", skin=0.0003) + """
 velocity all ramp vx -0.2 0.2 x 0 0.05
 timestep 1e-6
 """ + thermo("pe ke")
-STYLE = """
-pair_style evp/lj contact none
-pair_coeff * * 80 8 4 3 8 4 0.005 1000 {alpha}
-"""
-SOLVE = """
-fix bonds all evp/bonds zone 1.5
-fix integrate all nve/evp tol 1e-12
-"""
-
-
-def error_of(run):
-    """The text of LAMMPS' error, on one line; the run must have stopped by it, not by a signal."""
-    assert run.returncode == 1, run.stdout[-2000:]
-    return re.sub(r"\s+", " ", run.stdout[run.stdout.index("ERROR") :])
+STYLE = "\npair_style evp/lj contact none\npair_coeff * * 80 8 4 3 8 4 0.005 1000 {alpha}\n"
+SOLVE = "fix bonds all evp/bonds zone 1.5\nfix integrate all nve/evp tol 1e-12\n"
 
 
 def test_a_new_pair_style_gets_a_new_warm_start(lmp):
@@ -46,8 +32,6 @@ def test_a_new_pair_style_gets_a_new_warm_start(lmp):
         assert ends[0][column][-1] == pytest.approx(ends[1][column][-1], rel=1e-9), column
     assert ends[0]["KinEng"][-1] != ends[0]["KinEng"][0], "control: the body moves"
 
-
-# ---- scenes that once went wrong without a word ----
 
 BOX, SKIN = "0 0.08 0 0.04 0 0.04", "neighbor 0.0006 bin\n"
 ROW, DAMPED = "80 8 4 3 8 4 0.005 0 1.5\n", "80 8 4 3 8 4 0.005 1000 1.5\n"
@@ -81,20 +65,8 @@ def test_radii_that_change_on_one_rank_only(lmp):
 
 def test_atoms_that_come_beside_the_implicit_group_are_damped(lmp):
     """At set-up all atoms are in the group of fix nve/evp; those that come later are not, and are damped explicitly."""
-    deck = """
-units lj
-atom_style sphere
-atom_modify map yes
-boundary f f f
-comm_modify vel {vel}
-region box block 0 20 0 10 0 10
-create_box 1 box
-create_atoms 1 single 2 2 2
-create_atoms 1 single 3 2 2
-set group all diameter 1
-set group all density 1
-neighbor 0.3 bin
-neigh_modify every 1 delay 0 check yes
+    deck = head(start="region box block 0 20 0 10 0 10\ncreate_box 1 box\ncreate_atoms 1 single 2 2 2\ncreate_atoms 1 single 3 2 2\n"
+                "set group all diameter 1\nset group all density 1", before="comm_modify vel {vel}", skin=0.3).replace("units si", "units lj") + """
 pair_style evp/lj contact literal
 pair_coeff * * 1 8 4 0.1 8 4 0.005 50 1.5
 fix bonds all evp/bonds
@@ -132,7 +104,7 @@ def test_bonds_that_a_hybrid_forgot(lmp):
     again = "read_restart half.restart\n" + SKIN + "{style}" + NAMED + "fix {id} all evp/bonds\nfix move all nve\nvariable f equal fx[1]\nthermo_style custom step v_f\nrun 0\n"
     right = lmp(again.format(style="", id="bonds")).ok()
     assert "takes the current shape of the body as undeformed" not in right.stdout and right.thermo()["v_f"][0] != 0.0
-    assert "the bonds were recorded by fix bonds" in error_of(lmp(again.format(style="", id="other")))
+    refused(lmp(again.format(style="", id="other")), "the bonds were recorded by fix bonds")
     anew = lmp(again.format(style=HYBRID, id="other")).ok()
     assert "takes the current shape of the body as undeformed" in anew.stdout and anew.thermo()["v_f"][0] == 0.0
 
@@ -183,8 +155,7 @@ def test_pairs_of_types_that_a_hybrid_takes_away(lmp, lmp_decks):
     assert named["f_bonds"][-1] == 2 and named["f_bonds[1]"][-1] == 0
     for column in ("f_bonds", "f_bonds[1]", "PotEng"):
         assert list(taken[column]) == list(named[column]), column
-    text = error_of(lmp(spheres(*row) + point + HYBRID + every + rest))
-    assert "needs particles with a radius above zero, and finite, found 0" in text
+    refused(lmp(spheres(*row) + point + HYBRID + every + rest), "needs particles with a radius above zero, and finite, found 0")
 
 
 def test_step_without_bound_waits_for_pairs_that_approach(lmp_decks):
@@ -194,63 +165,29 @@ def test_step_without_bound_waits_for_pairs_that_approach(lmp_decks):
         assert min(run.thermo()["PotEng"]) < -1.0, "they met"
 
 
-# ---- scenes at the edge of what users set up ----
-
-GIANT = 0.08  # radius [m], of a sphere that touches all around it
-SMALL = 0.005
-
-
-def giant_body(path):
-    """Spheres of 5 mm on a square lattice within 30 mm of the surface of one of 80 mm; IDs as written."""
-    grid = 2.0 * SMALL * np.array(list(itertools.product(range(-12, 13), repeat=3)), dtype=float)
-    away = np.linalg.norm(grid, axis=1)
-    small = grid[(away > GIANT) & (away < GIANT + 0.03)]
-    x = np.concatenate([np.zeros((1, 3)), small])
-    radius = np.r_[GIANT, np.full(len(small), SMALL)]
-    write_data(path, x, radius, np.array([[-0.2, 0.2]] * 3))
-    return x, radius
-
-
-GIANT_DECK = """
-units si
-atom_style sphere
-atom_modify map yes
-boundary f f f
-{start}
-neighbor 0.001 bin
-neigh_modify one 20000 page 400000
-comm_modify cutoff 0.25
-pair_style evp/lj contact none
-pair_coeff * * 80 8 4 3 8 4 0.005 0 1.3
-fix bonds all evp/bonds zone 1.3
-fix integrate all nve
-timestep 1e-7
-thermo_style custom step pe ke f_bonds
-thermo_modify norm no format float %.17g
-{run}
-"""
-
-
 def test_a_giant_costs_memory_of_its_own_only(lmp, tmp_path):
-    """One atom with thousands of partners: the others keep room for theirs, restart and migration carry its own."""
-    x, radius = giant_body(tmp_path / "giant.data")
-    distance = np.linalg.norm(x[1:], axis=1)
-    partners = int(np.sum(distance <= 1.3 * (GIANT + SMALL)))
+    """One atom with thousands of partners, spheres of 5 mm on a square lattice within 30 mm of the surface of one of 80 mm: the others keep room for theirs,
+    restart and migration carry its own."""
+    grid = 0.01 * np.array(list(itertools.product(range(-12, 13), repeat=3)), dtype=float)
+    away = np.linalg.norm(grid, axis=1)
+    x = np.concatenate([np.zeros((1, 3)), grid[(away > 0.08) & (away < 0.11)]])
+    write_data(tmp_path / "giant.data", x, np.r_[0.08, np.full(len(x) - 1, 0.005)], np.array([[-0.2, 0.2]] * 3))
+    partners = int(np.sum(np.linalg.norm(x[1:], axis=1) <= 1.3 * 0.085))
     assert partners > 3000, "control: a row for every atom as long as the giant's would be counted in hundreds of MB"
-    deck = GIANT_DECK.format(start="read_data giant.data", run="run 0\ninfo memory\nwrite_restart half.restart\nvelocity all set 0 300 0\nrun 20")
+    rest = ("neigh_modify one 20000 page 400000\ncomm_modify cutoff 0.25\n" + pair(law.TABLE1._replace(alpha=1.3), "none", "fix bonds all evp/bonds zone 1.3")
+            + "fix integrate all nve\ntimestep 1e-7\n" + thermo("pe ke f_bonds"))
+    deck = head(start="read_data giant.data", skin=0.001) + rest + "run 0\ninfo memory\nwrite_restart half.restart\nvelocity all set 0 300 0\nrun 20\n"
     run = lmp(deck, ranks=2).ok()
     memory = [float(words[2]) for words in re.findall(r"\(min/avg/max\) = (\S+) \| (\S+) \| (\S+) Mbytes", run.stdout)]
     rows = len(x) / 2 * partners * 16 / 2**20
     assert max(memory) < rows, f"{memory} MB in all, rows of one length would take {rows:.0f} MB"
-    again = lmp(GIANT_DECK.format(start="read_restart half.restart", run="velocity all set 0 300 0\nrun 20"), ranks=2).ok()
-    sorted_run = lmp(deck.replace("map yes", "map yes sort 1 0.02").replace("run 20", "run 400"), ranks=2).ok()
+    again = lmp(head(start="read_restart half.restart", skin=0.001) + rest.replace(" zone 1.3", "") + "velocity all set 0 300 0\nrun 20\n", ranks=2).ok()
+    sorted_run = lmp(deck.replace("map yes ", "map yes sort 1 0.02").replace("run 20", "run 400"), ranks=2).ok()
     memory = [float(words[2]) for words in re.findall(r"\(min/avg/max\) = (\S+) \| (\S+) \| (\S+) Mbytes", sorted_run.stdout)]
     assert max(memory) < rows, f"{memory} MB after sorting, where places that the giant held would keep its room"
     for column in ("PotEng", "f_bonds"):
         assert again.thermo()[column][-1] == pytest.approx(run.thermo()[column][-1], rel=1e-10), column
 
-
-# ---- groups, types and boxes without atoms at set-up ----
 
 WIDE = "-0.1 0.1 -0.1 0.1 -0.1 0.1"
 
@@ -262,7 +199,7 @@ def two(kind):
 def test_a_group_in_which_nothing_interacts_limits_no_step(lmp):
     """fix dt/evp of a lone atom has no bound to give, whatever others do."""
     lone = spheres(*two(1), (1, 0.05, 0, 0), box=WIDE) + "group lone id 3\npair_style evp/lj\npair_coeff * * " + ROW
-    assert "no pair interacts or approaches another" in error_of(lmp(lone + "fix move all nve\nfix step lone dt/evp 20 0.4\nrun 5\n"))
+    refused(lmp(lone + "fix move all nve\nfix step lone dt/evp 20 0.4\nrun 5\n"), "no pair interacts or approaches another")
 
 
 def test_radii_of_atoms_that_come_are_checked(lmp, tmp_path):
@@ -270,13 +207,13 @@ def test_radii_of_atoms_that_come_are_checked(lmp, tmp_path):
     adds atoms, so that their radii come too late."""
     deck = spheres(*two(2), box=WIDE) + "pair_style hybrid/overlay evp/lj zero 0.0156\npair_coeff 1 1 evp/lj " + ROW
     deck += "pair_coeff * * zero\nfix move all nve\ntimestep 1e-8\nneigh_modify check no\n" + SHOW.format("pe") + "run 2\nset group all type 1\n"
-    assert "the cutoff was set for at most 0" in error_of(lmp(deck + "run 2 pre no\n", ranks=2))
+    refused(lmp(deck + "run 2 pre no\n", ranks=2), "the cutoff was set for at most 0", stepped=True)
     energy = lmp(deck + "run 2\n", ranks=2).ok().thermo(1)["PotEng"]
     assert energy[0] < -1.0, "with a set-up of its own the run sees them"
     (tmp_path / "two.dump").write_text("ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n2\nITEM: BOX BOUNDS ff ff ff\n" + 3 * "-0.1 0.1\n"
                                        + "ITEM: ATOMS id type x y z\n1 1 -0.0045 0 0\n2 1 0.005 0 0\n")
     deck = spheres(box=WIDE) + "pair_style evp/lj\npair_coeff * * " + ROW + "rerun two.dump dump x y z add yes\n"
-    assert "the cutoff was set for at most 0" in error_of(lmp(deck))
+    refused(lmp(deck), "the cutoff was set for at most 0")
 
 
 def test_atoms_of_another_style_beside_damped_ones(lmp_decks):
@@ -298,39 +235,24 @@ REGIONS = {"deform": "prism 0 5 0 5 0 5 0 0 0", "press/berendsen": "block 0 5 0 
 BOXES = ["deform 1 xz erate 1500 yz erate 1000 x erate 100 flip no remap x", "press/berendsen iso 0 -3e9 1e-4 modulus 1e10"]
 
 
-def deck(box, style, more, columns, then=""):
-    return f"""
-units si
-atom_style sphere
-atom_modify map yes
-boundary p p p
-lattice fcc 0.01
-region cube {REGIONS[box.split()[0]]}
-create_box 1 cube
-create_atoms 1 box
-displace_atoms all random 2e-4 2e-4 2e-4 77
-set group all diameter 0.00707
-set group all density 2700
-neighbor 0.0005 bin
-pair_style evp/lj {style}
+@pytest.mark.parametrize("box", BOXES)
+def test_counts_are_those_of_the_atoms_as_they_are(lmp, box):
+    """As a run of no steps finds them, which places all ghosts anew."""
+    text = head(boundary="p p p", skin=0.0005, start=f"lattice fcc 0.01\nregion cube {REGIONS[box.split()[0]]}\ncreate_box 1 cube\ncreate_atoms 1 box\n"
+                "displace_atoms all random 2e-4 2e-4 2e-4 77\nset group all diameter 0.00707\nset group all density 2700") + f"""
+pair_style evp/lj contact repulsive plasticity isotropic break 0.05
 pair_coeff * * 80 8 4 3 8 4 0.005 100 1.5
 fix bonds all evp/bonds zone 1.2
 fix box all {box}
 fix move all nve/evp
 timestep 1e-6
-{more}
+compute state all evp/state/atom
+compute second all reduce ave c_state[2]
 thermo 40
-{thermo(columns)}run 80
-{then}
+{thermo("f_bonds[1] f_bonds[2] f_bonds[4] c_second")}run 80
+unfix box
+run 0
 """
-
-
-@pytest.mark.parametrize("box", BOXES)
-def test_counts_are_those_of_the_atoms_as_they_are(lmp, box):
-    """As a run of no steps finds them, which places all ghosts anew."""
-    text = deck(box, "contact repulsive plasticity isotropic break 0.05",
-                "compute state all evp/state/atom\ncompute second all reduce ave c_state[2]",
-                "f_bonds[1] f_bonds[2] f_bonds[4] c_second", "unfix box\nrun 0")
     run = lmp(text, ranks=2).ok()
     assert len(set(run.thermo(0)["f_bonds[4]"])) == 3
     for name in ("f_bonds[1]", "f_bonds[2]", "f_bonds[4]", "c_second"):
@@ -338,16 +260,6 @@ def test_counts_are_those_of_the_atoms_as_they_are(lmp, box):
 
 
 # ---- the law of a pair is the same in 'dimension 2'; what counts on a solid of three dimensions is refused there ----
-
-PLANE = """dimension 2
-boundary p p p
-lattice sq 0.0102
-region box block 0 4 0 3 -0.5 0.5
-create_box 1 box
-create_atoms 1 box
-set group all diameter 0.01
-set group all density 2700"""
-
 
 def sheet(**parts):
     return scene(**{"box": PLANE, "move": "fix flat all enforce2d\nfix move all nve", "coeff": "pair_coeff * * 80 8 4 3 8 4 0.005 0 1.2", **parts})
@@ -357,7 +269,7 @@ def test_forces_of_the_pair_style_and_plastic_work(lmp):
     """A square lattice recorded at rest and stretched by 1 %: two bonds of an atom."""
     run = lmp(sheet(then="run 0\nchange_box all x scale 1.01 y scale 1.01 remap\ncompute work all evp/state/atom plastic_work\n"
                     "compute sum all reduce sum c_work[*]\nthermo_modify norm no",
-                    thermo="thermo_style custom step pe f_bonds c_sum[1] c_sum[5]\nthermo_modify norm no format float %.17g", run="run 0"), seconds=SECONDS).ok()
+                    thermo="thermo_style custom step pe f_bonds c_sum[1] c_sum[5]\nthermo_modify norm no format float %.17g", run="run 0")).ok()
     table = run.thermo()
     assert table["f_bonds"][0] == 24 and table["c_sum[1]"][0] == 48 and table["c_sum[5]"][0] == 0
     assert table["PotEng"][0] == pytest.approx(24 * law.energy(0.0102 * 1.01, 0.0102, law.TABLE1, 0.012), rel=1e-9)
@@ -367,5 +279,5 @@ def test_density_of_discs_is_not_compared_with_that_of_a_solid(lmp):
     """LAMMPS takes the volume of a disc for their mass."""
     row = "pair_coeff * * 80 8 4 3 8 4 0.005 0 1.2 density 2700"
     discs = PLANE.replace("set group all density", "set group all density/disc")
-    run = lmp(sheet(box=discs, coeff=row, move="fix flat all enforce2d\nfix move all nve/sphere disc", then="run 1"), seconds=SECONDS).ok()
+    run = lmp(sheet(box=discs, coeff=row, move="fix flat all enforce2d\nfix move all nve/sphere disc", then="run 1")).ok()
     assert not [text for text in run.warnings() if "density" in text]

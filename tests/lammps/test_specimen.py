@@ -9,30 +9,26 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from common_bodies import REFERENCE
 from evp import specimen as evp_specimen
 from lammps_run import line_at, read_csv, run_lammps, slope
 
-SEEDS = (1, 2, 3)
-SPREAD = 0.1
+SEEDS = (1, 3)
 
 # 24 seeds scatter by 0.0015 (solid fraction) and 0.06 (zone), one standard deviation: the bands hold three of them and the
 # reference. E goes as the number of bonds and their share along x; the traction tests demand it within 3 %.
 FRACTION = pytest.approx(0.584, abs=0.008)
 IN_ZONE = pytest.approx(11.96, rel=0.018)
 TOUCHING = pytest.approx(4.95, abs=0.3)
-ISOTROPIC = 0.05        # eigenvalues of the fabric / (1/3) - 1; 0.025 measured, from the walls and 3000 bonds
 CLOSEST = 0.995         # the radii end 0.0005 above jamming; single contacts are overlapped several times as much
 BEYOND_WALL = 0.01      # mean radii, for the same reason
 
 
-def measure(specimen, zone=1.5, length=0.05, radius=0.02):
+def measure(specimen, length=0.05, radius=0.02):
     """Measures of the packing in the cylinder of this length and radius [m] along x from x = 0; distances of pairs are in units of R_i + R_j, radii in mean
     radii, and so is how far a sphere sticks out of the cylinder at most; touching, in_zone: partners per sphere; anisotropy: largest departure of the
     eigenvalues of the bonds' mean of u u from 1/3, in units of 1/3."""
-    pairs, ratio = evp_specimen.pairs_within(specimen, max(zone, evp_specimen.TOUCHING))
+    bonds, ratio = evp_specimen.pairs_within(specimen, 1.5)
     x, r, count, mean = specimen.x, specimen.radius, len(specimen.ids), float(specimen.radius.mean())
-    bonds = pairs[ratio <= zone]
     along = x[bonds[:, 0]] - x[bonds[:, 1]]
     unit = along / np.linalg.norm(along, axis=1)[:, None]
     gaps = (np.hypot(x[:, 1], x[:, 2]) + r - radius, r - x[:, 0], x[:, 0] + r - length)
@@ -68,13 +64,13 @@ def made(tmp_path_factory):
 def assert_dense_and_isotropic(packing):
     m = measure(packing)
     assert (m.count, m.solid_fraction, m.touching, m.in_zone) == (500, FRACTION, TOUCHING, IN_ZONE)
-    assert m.max_in_zone <= 22 and m.anisotropy < ISOTROPIC
+    assert m.max_in_zone <= 22 and m.anisotropy < 0.05  # 0.025 measured, from the walls and 3000 bonds
     return m
 
 
-def test_the_reference_measures_as_published():
+def test_the_reference_measures_as_published(reference):
     """Control: the yardstick reads the known figures off the prototype's own specimen."""
-    assert assert_dense_and_isotropic(evp_specimen.read_data(REFERENCE)).bonds == 2975
+    assert assert_dense_and_isotropic(reference).bonds == 2975
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -107,7 +103,7 @@ def test_radii_are_uniform_and_nothing_moves(made):
     _, data, packing, _ = made(1)
     ratio = packing.radius / packing.radius.mean()
     sizes, counts = np.unique(np.round(ratio, 5), return_counts=True)
-    assert len(sizes) == 16 and sizes == pytest.approx(1 + SPREAD * (2 * (np.arange(16) + 0.5) / 16 - 1), abs=1e-3)
+    assert len(sizes) == 16 and sizes == pytest.approx(1 + 0.1 * (2 * (np.arange(16) + 0.5) / 16 - 1), abs=1e-3)
     assert counts == pytest.approx(500 / 16, abs=2.0)
     for half in (packing.x[:, 0] < 0.025, np.hypot(packing.x[:, 1], packing.x[:, 2]) < 0.0141):
         # standard error of the mean of 250 radii: 0.0037
@@ -128,10 +124,8 @@ def test_deck_prints_what_the_file_holds(made):
     """The deck counts by LAMMPS commands, the module by its own search. Progress goes to 100 %, in at most 100 lines."""
     text, _, packing, _ = made(3)
     m = measure(packing)
-    printed = dict((reach, float(partners)) for partners, reach in
-                   re.findall(r"^Specimen of 500 spheres: ([\d.]+) partners per sphere within ([\d.]+) ", text, re.M))
-    last = re.search(r"^Specimen of 500 spheres: seed 3, mean radius (\S+) m, solid fraction (\S+), written to specimen.data",
-                     text, re.M)
+    printed = {reach: float(partners) for partners, reach in re.findall(r"^Specimen of 500 spheres: ([\d.]+) partners per sphere within ([\d.]+) ", text, re.M)}
+    last = re.search(r"^Specimen of 500 spheres: seed 3, mean radius (\S+) m, solid fraction (\S+), written to specimen.data", text, re.M)
     # a pair at the very limit may fall on either side once the file has rounded it: 2/500 per pair
     assert printed == {"1.001": pytest.approx(m.touching, abs=0.0045), "1.5": pytest.approx(m.in_zone, abs=0.0045)}
     assert float(last[1]) == pytest.approx(m.mean_radius, rel=1e-3)
@@ -141,11 +135,10 @@ def test_deck_prints_what_the_file_holds(made):
 
 
 def test_choices_reach_the_packing(tmp_path):
-    """A thinner, longer cylinder of other spheres; 2000 of them, hence fewer at the walls and a denser body."""
-    packing = make(tmp_path, n=2000, length=0.06, radius=0.018, density=1000)[2]
+    """A thinner, longer cylinder of other spheres; 1000 of them, hence fewer at the walls and a denser body."""
+    packing = make(tmp_path, n=1000, length=0.06, radius=0.018, density=1000)[2]
     m = measure(packing, length=0.06, radius=0.018)
-    assert m.count == 2000
-    assert m.solid_fraction == pytest.approx(0.605, abs=0.01)
+    assert m.count == 1000 and m.solid_fraction == pytest.approx(0.597, abs=0.01)
     assert m.beyond_wall < BEYOND_WALL and m.closest > CLOSEST
     assert m.radius_range == pytest.approx((0.90625, 1.09375), abs=0.001)
     assert packing.mass == pytest.approx(1000 * 4 / 3 * np.pi * packing.radius**3, rel=1e-12)
@@ -156,7 +149,7 @@ def test_a_file_that_cannot_be_written_stops_before_the_work(tmp_path):
     assert run.returncode != 0 and "Cannot open print file no/such/folder.data" in run.stdout and "% done" not in run.stdout
 
 
-def test_three_seeds_are_one_material(made):
+def test_two_seeds_are_one_material(made):
     """Pulled by in.traction: E between 19 and 25 GPa, within 3 % of each other; stress at 1 % 0.0072 E +-4 %: the affine curve of
     both regimes gives 0.00721 (nominal) for any isotropic packing. Control: the packings differ by half the cylinder's radius."""
     moduli = []
@@ -167,4 +160,4 @@ def test_three_seeds_are_one_material(made):
         moduli.append(slope(curve["strain"][start], curve["stress_virial"][start]))
         assert line_at(curve["strain"], curve["stress_virial"], 0.01, 0.0006) == pytest.approx(0.0072 * moduli[-1], rel=0.04)
     assert 19e9 < min(moduli) and max(moduli) < min(25e9, 1.03 * min(moduli))
-    assert np.median(np.linalg.norm(made(1)[2].x - made(2)[2].x, axis=1)) > 0.01
+    assert np.median(np.linalg.norm(made(1)[2].x - made(3)[2].x, axis=1)) > 0.01

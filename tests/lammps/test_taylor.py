@@ -60,18 +60,16 @@ def test_elastic_rod(tmp_path):
     assert plateau == pytest.approx(stiffness * speed / speed_of_sound, rel=0.03), "impedance times speed"
 
 
-BAR = {"specimen": REFERENCE, "coeff": "80 8 4 3 8 4 0.005 0 1.5", "speed": 130, "time": 2e-4}
-
-
 def test_bar_that_flows(tmp_path):
     """It stays shorter, has a wider foot and comes back slower; nothing of that with the reversible law."""
-    (length, foot, rebound, contact), rows, imbalance, _ = run(tmp_path, **BAR, also=DECKS / "frames.lmp", frames=4)
+    bar = {"specimen": REFERENCE, "coeff": "80 8 4 3 8 4 0.005 0 1.5", "speed": 130, "time": 2e-4}
+    (length, foot, rebound, contact), rows, imbalance, _ = run(tmp_path, **bar, also=DECKS / "frames.lmp", frames=4)
     assert length < 0.0495 and 0.0 < rebound < 40.0 and abs(imbalance) < 1e-3
     assert contact < 1.9e-4 and rows["force"][-3:] == pytest.approx(0.0, abs=1e-9)
     frames = read_dump(tmp_path / "run_frames.dump")
     assert len(frames) == 5 and frames[0].step == 0 and frames[-1]["plastic_strain"].max() > 0.01
     assert {"bonds", "share_second", "share_lost", "new_pairs", "plastic_work", "volume_strain"} <= set(frames[-1].columns)
-    (there, narrow, twin, _), _, balance, _ = run(tmp_path, **BAR, plasticity="none")
+    (there, narrow, twin, _), _, balance, _ = run(tmp_path, **bar, plasticity="none")
     assert foot > narrow
     assert there > length + 5e-4 and twin > 1.5 * rebound and abs(balance) < 5e-3
 

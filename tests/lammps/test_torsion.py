@@ -10,14 +10,6 @@ from lammps_run import DECKS, edited_deck, read_csv, read_dump, run_lammps
 SMALL = {"angle": 0.0004, "increment": 0.0002}  # a strain of 2e-4 at the surface: elastic
 
 
-@pytest.fixture(scope="module")
-def flat(tmp_path_factory):
-    """A body of spheres thicker than a tenth of its length."""
-    folder = tmp_path_factory.mktemp("flat")
-    run_lammps("in.specimen", 1, {"n": 300, "shape": "block", "length": 0.01, "width": 0.02, "height": 0.02, "out": "flat.data"}, folder).ok()
-    return folder / "flat.data"
-
-
 def twist(folder, ranks=1, **choices):
     """The curve of a run on the reference specimen, with forces that are 300 times smaller than by default left at rest."""
     choices = {"specimen": REFERENCE, "contact": "none", "out": "twisted", **choices}
@@ -39,31 +31,33 @@ def test_rows(tmp_path):
     assert back["torque_grip"][1:] == pytest.approx(-curve["torque_grip"][1:], rel=5e-3)
 
 
-def test_a_square_bar_is_refused(tmp_path):
-    run_lammps("in.specimen", 1, {"n": 500, "shape": "block", "length": 0.03, "width": 0.012, "height": 0.012, "out": "square.data"}, tmp_path).ok()
-    refused(run_lammps("in.torsion", 1, {"specimen": "square.data", **SMALL}, tmp_path), "in.torsion: the body is no round bar or tube of this outer radius about the x axis")
+def test_bodies_that_are_refused(tmp_path):
+    """A square, a bore beside the axis, a radius that is another one."""
+    (tmp_path / "bore.region").write_text("region whole cylinder x 0 0 0.012 0 0.04\nregion bore cylinder x 0.003 0 0.005 0 0.04 side out\n"
+                                          "region body intersect 2 whole bore\n", encoding="utf-8")
+    for body, choices in (("square.data", {"n": 500, "shape": "block", "length": 0.03, "width": 0.012, "height": 0.012}),
+                          ("bore.data", {"n": 900, "shape": "region", "region": "bore.region", "length": 0.04, "width": 0.024, "height": 0.024})):
+        run_lammps("in.specimen", 1, {**choices, "out": body}, tmp_path).ok()
+        refused(run_lammps("in.torsion", 1, {"specimen": body, **SMALL}, tmp_path), "in.torsion: the body is no round bar or tube of this outer radius about the x axis")
     (tmp_path / "thin.data").write_bytes(REFERENCE.read_bytes())
-    body = (REFERENCE.parent / f"{REFERENCE.name}.body").read_text(encoding="utf-8")
-    (tmp_path / "thin.data.body").write_text(body + "variable radius delete\nvariable radius equal 0.0185\n", encoding="utf-8")
+    text = (REFERENCE.parent / f"{REFERENCE.name}.body").read_text(encoding="utf-8")
+    (tmp_path / "thin.data.body").write_text(text + "variable radius delete\nvariable radius equal 0.0185\n", encoding="utf-8")
     refused(run_lammps("in.torsion", 1, {"specimen": "thin.data", **SMALL}, tmp_path), "in.torsion: the radius of the body is given as 0.0185 m, but its outermost sphere reaches to 0.0")
 
 
-def test_a_bore_beside_the_axis_is_refused(tmp_path):
-    (tmp_path / "bore.region").write_text("region whole cylinder x 0 0 0.012 0 0.04\nregion bore cylinder x 0.003 0 0.005 0 0.04 side out\n"
-                                          "region body intersect 2 whole bore\n", encoding="utf-8")
-    run_lammps("in.specimen", 1, {"n": 900, "shape": "region", "region": "bore.region", "length": 0.04, "width": 0.024, "height": 0.024, "out": "bore.data"}, tmp_path).ok()
-    refused(run_lammps("in.torsion", 1, {"specimen": "bore.data", **SMALL}, tmp_path), "in.torsion: the body is no round bar or tube of this outer radius about the x axis")
-
-
-@pytest.mark.parametrize("deck, group", [("torsion", "left"), ("traction", "left"), ("cyclic", "left"), ("quasistatic", "left"), ("indent", "base"), ("upset", "bottom")])
-def test_grips_without_spheres_are_refused(flat, tmp_path, deck, group):
-    refused(run_lammps(f"in.{deck}", 1, {"specimen": flat, "material": DECKS.parent / "potentials/metals.evp:copper_OFHC"}, tmp_path),
-            f"in.{deck}: the number of atoms of group {group} must be a number >= 3, got 0: give the body more spheres, or another length")
+def test_grips_without_spheres_are_refused(tmp_path):
+    """Of a body of spheres thicker than a tenth of its length."""
+    run_lammps("in.specimen", 1, {"n": 300, "shape": "block", "length": 0.01, "width": 0.02, "height": 0.02, "out": "flat.data"}, tmp_path).ok()
+    for deck, group in (("torsion", "left"), ("traction", "left"), ("cyclic", "left"), ("quasistatic", "left"), ("indent", "base"), ("upset", "bottom")):
+        refused(run_lammps(f"in.{deck}", 1, {"specimen": "flat.data", "material": DECKS.parent / "potentials/metals.evp:copper_OFHC"}, tmp_path),
+                f"in.{deck}: the number of atoms of group {group} must be a number >= 3, got 0: give the body more spheres, or another length")
 
 
 def test_there_and_back(tmp_path):
-    """The reversible law comes back to no torque. With plasticity the body unloads with the first stiffness, so that an angle is left where the torque is
+    """Cycles go on between their ends. The reversible law comes back to no torque. With plasticity the body unloads with the first stiffness, so that an angle is left where the torque is
     gone; the core, where no pair has flowed, still resists: the way back is not quite a line."""
+    curve = twist(tmp_path, angle=0.002, lower=-0.001, increment=0.001, cycles=2)
+    assert curve["angle"] * 1e3 == pytest.approx([0, 1, 2, 1, 0, -1, 0, 1, 2, 1, 0, -1])
     curve = twist(tmp_path, plasticity="none", cycles=1, increment=0.002)
     assert len(curve["angle"]) == 41 and np.argmax(curve["angle"]) == 20 and curve["angle"][-1] == 0.0
     assert abs(curve["torque_grip"][-1]) < 1e-3 * curve["torque_grip"].max()
@@ -73,11 +67,6 @@ def test_there_and_back(tmp_path):
     assert (torque[20] - torque[22]) / (angle[20] - angle[22]) == pytest.approx(torque[1] / angle[1], rel=0.1)
     left = np.interp(0.0, torque[:19:-1], angle[:19:-1])
     assert left == pytest.approx(angle[20] - torque[20] / (torque[1] / angle[1]), rel=0.1) and 0.003 < left < 0.012
-
-
-def test_cycles_go_on_between_their_ends(tmp_path):
-    curve = twist(tmp_path, angle=0.002, lower=-0.001, increment=0.001, cycles=2)
-    assert curve["angle"] * 1e3 == pytest.approx([0, 1, 2, 1, 0, -1, 0, 1, 2, 1, 0, -1])
 
 
 def test_frames_have_words_and_rigid_grips(tmp_path):

@@ -35,13 +35,14 @@ def guessed_radius(volume, spheres):
 
 
 def check_thickness(surface, spheres, random):
-    """ValueError where a twentieth of the surface has no room for three spheres beneath it; says how many spheres would do."""
+    """Spheres side by side beneath a twentieth of the surface; ValueError below three, which says how many spheres would do."""
     thin = float(np.quantile(surface.thickness(random), 0.05))
     diameter = 2.0 * guessed_radius(surface.volume(), spheres)
     if thin < ACROSS * diameter:
         needed = 6.0 * FILL * surface.volume() / (np.pi * (thin / ACROSS) ** 3)
         raise ValueError(f"--n {spheres} is too small: the thinnest section is {thin:.3g} m, and {spheres} spheres have a diameter of {diameter:.3g} m; "
                          f"{ACROSS:g} must fit side by side: give --n {int(np.ceil(1.02 * needed))} or more")
+    return thin / diameter
 
 
 def starting_points(surface, spheres, random):
