@@ -11,7 +11,6 @@ errors: a dead link or anchor, a missing picture, a page in no table of contents
 
 import contextlib
 import pathlib
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -45,19 +44,16 @@ def messages(text, sources):
 def build(out, work):
     """Writes the site, with its pages as Sphinx reads them in work; True if nothing is wrong with it."""
     sources = put_together(CHECKOUT, work / "pages")
-    words = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-n", "-q", "-b", "html", "-c", CHECKOUT / "doc", "-d", work / "doctrees",
-             work / "pages", out]
-    done = subprocess.run([str(word) for word in words], stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, check=False)
+    words = [sys.executable, "-m", "sphinx", *"-W --keep-going -n -q -b html -c".split(), CHECKOUT / "doc", "-d", work / "doctrees", work / "pages", out]
+    done = subprocess.run(words, stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, check=False)
     dead = [f"{out.name}/{fault}" for fault in faults(out)]
-    for line in [*messages(done.stderr, sources), *dead]:
-        print(line, file=sys.stderr)
+    print(*messages(done.stderr, sources), *dead, sep="\n", end="\n" if done.stderr or dead else "", file=sys.stderr)
     return done.returncode == 0 and not dead
 
 
 def main(argv=None):
     parser = command_line(__doc__)
     parser.add_argument("--out", type=pathlib.Path, default=SITE, help="the folder to write (default: build/site)")
-    parser.add_argument("--fresh", action="store_true", help="write build/site anew, not only the pages that have changed")
     chosen = parser.parse_args(argv)
     out = chosen.out.resolve()
     with errors_in_one_line("website.py"), contextlib.ExitStack() as kept:
@@ -66,9 +62,6 @@ def main(argv=None):
         if out.exists() and any(out.iterdir()) and not (out / "objects.inv").exists():
             raise ValueError(f"{out} is not empty and holds no site: give another folder by --out")
         work = WORK if out == SITE else pathlib.Path(kept.enter_context(tempfile.TemporaryDirectory()))
-        if chosen.fresh:
-            for folder in (SITE, WORK):
-                shutil.rmtree(folder, ignore_errors=True)
         if not build(out, work):
             raise ValueError("the site is not as it should be: mend what is named above and call again")
     print(out / "index.html")
