@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Bodies with known answers: lattices, chains, random packs, the affine curve. The order of the time steps: test_time_order.py.
+"""Bodies with known answers: lattices, chains, random packs, the affine curve; closed forms by their number in the project's model notes. Each test derives
+its tolerance from the terms that the form leaves out.
 
-Closed forms by their number in the project's model notes; each test derives its tolerance from the terms that the form leaves out. Lengths are in
-diameters of the spheres, 1 m; the mass of a sphere is 1 kg, and the stiffness of a bond at rest K = m1 n1 e1/deq^2 is 1 N/m at deq = 1 m: a time of 1 s
-is one of sqrt(mass/K). A pair's force is F deq/K = -x + 7.5 x^2 - 32.5 x^3 at d = (1 + x) deq, exponents 8 and 4."""
+Lengths are in diameters of the spheres, 1 m; mass of a sphere 1 kg; stiffness of a bond at rest K = m1 n1 e1/deq^2 = 1 N/m at deq = 1 m. A pair's force is
+F deq/K = -x + 7.5 x^2 - 32.5 x^3 at d = (1 + x) deq, exponents 8 and 4."""
 
 import itertools
 
@@ -73,12 +73,10 @@ def mode_of(a, interval):
 
 @pytest.mark.parametrize("gamma", [0.0, 0.05])
 def test_chain_dispersion_and_damping(lmp, tmp_path, gamma):
-    """Closed form 3: w = 2 sqrt(K/m) |sin(q/2)|, decay (gamma/m)(1 - cos q), at each wave number from 32 spheres to 2, after a kick to one sphere
-    of a chain that is closed by its box.
-
-    LAMMPS computes damping with the velocities of the last half step, so that each mode obeys z^2 - (2 - c dt - w^2 dt^2) z
-    + 1 - c dt = 0, c = 2 gamma (1 - cos q)/m: against this what is left is the quadratic term, 7.5 SMALL times the 16 modes
-    that it couples. Against the continuous form the decay is off by c dt/2 of itself and the frequency by (w dt)^2/24 + c dt/4."""
+    """Closed form 3: w = 2 sqrt(K/m) |sin(q/2)|, decay (gamma/m)(1 - cos q), at each wave number from 32 spheres to 2, after a kick to one of a closed chain.
+    LAMMPS computes damping with the velocities of the last half step: each mode obeys z^2 - (2 - c dt - w^2 dt^2) z + 1 - c dt = 0, c = 2 gamma (1 - cos q)/m,
+    but for the quadratic term, 7.5 SMALL times the 16 modes that it couples. The continuous decay is off by c dt/2 of itself, the frequency by
+    (w dt)^2/24 + c dt/4."""
     dt = 0.02
     write_body(tmp_path, np.stack([np.arange(COUNT) + 0.5, np.full(COUNT, 2.5), np.full(COUNT, 2.5)], axis=1), [[0.0, COUNT], [0.0, 5.0], [0.0, 5.0]])
     run = lmp(head(ROW._replace(gamma=gamma)) + f"""
@@ -133,12 +131,9 @@ def state(name, axes, commands, strain, edge):
 
 
 def test_isotropic_random_pack(lmp):
-    """Closed form 1: E = K deq^2 (bonds/volume)/6, nu = 1/4 for bonds in all directions that move with the body.
-
-    The bulk modulus under affine motion, K deq^2 (bonds/volume)/9, holds for any directions, up to the quadratic term of
-    the law and the volume, 7.5 + 3 of the strain. At rest there is less energy than in affine motion, so E is below the
-    closed form; how far no theory says, but it is 3 % in periodic packs, and 7000 bonds scatter by about 1 %.
-    The zone is below dlim, so that no strain loses a bond."""
+    """Closed form 1: E = K deq^2 (bonds/volume)/6, nu = 1/4 for bonds in all directions that move with the body. The bulk modulus under affine motion,
+    K deq^2 (bonds/volume)/9, holds for any directions, up to the quadratic term of the law and the volume, 7.5 + 3 of the strain. At rest E is below the
+    closed form: by 3 % in periodic packs, and 7000 bonds scatter by about 1 %. The zone is below dlim, so that no strain loses a bond."""
     count, strain = 1000, 1e-5
     edge = (count * np.pi / 6.0 / 0.65) ** (1.0 / 3.0)
     text = PACK.format(count=count, edge=edge) + small_bodies.pair(ROW, "none", "fix bonds all evp/bonds zone 1.45") + "run 0\n" + thermo("pxx pyy pzz f_bonds")
@@ -163,9 +158,8 @@ def test_isotropic_random_pack(lmp):
 # ---- affine two-regime curve -------------------------------------------------------------------------------
 
 def affine_stress(strain, points=4000):
-    """Cauchy and nominal stress over E of bonds in all directions under affine motion with no lateral stress; lateral strain.
-
-    strain: axial. Closed form 5: E = K deq^2 (bonds/volume)/6, midpoint rule over the axial cosine."""
+    """Closed form 5, of an axial strain: Cauchy and nominal stress over E of bonds in all directions under affine motion with no lateral stress, and the
+    lateral strain; midpoint rule over the axial cosine."""
     cosine2 = ((np.arange(points) + 0.5) / points) ** 2
 
     def stresses(lateral):

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Forces, energies and virials of a body in mid-deformation equal the sum over all pairs of tests/oracle/law.py, and what compute pair/local shows adds up to them.
-
-The pair style takes each pair from a packed neighbor list, on any number of ranks, with tallies and without; the brute force knows neither lists nor ranks.
-They may differ by round-off alone."""
+"""Forces, energies and virials of a body in mid-deformation equal the sum over all pairs of tests/oracle/law.py, and what compute pair/local shows adds up to them;
+the brute force knows neither lists nor ranks."""
 
 import numpy as np
 import pytest
@@ -10,8 +8,6 @@ from common_bodies import Body, scattered, wavy_velocities
 from lammps_run import write_data, write_state
 from oracle import brute, law
 from small_bodies import ROUND_OFF, head, pair, thermo, words
-
-# ---- forces, energies and virials of a body in mid-deformation equal the sum over all pairs of tests/oracle/law.py ----
 
 UNLIKE = {
     (1, 1): law.Row(80.0, 8.0, 4.0, 3.0, 8.0, 4.0, 0.005, 400.0, 1.5),

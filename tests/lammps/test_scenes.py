@@ -22,8 +22,7 @@ SOLVE = "fix bonds all evp/bonds zone 1.5\nfix integrate all nve/evp tol 1e-12\n
 
 
 def test_a_new_pair_style_gets_a_new_warm_start(lmp):
-    """fix nve/evp keeps damper forces by index in the pair's list: another pair object has another list, even where
-    both were packed as often. Control: a run that never had the first pair style."""
+    """fix nve/evp keeps damper forces by index in the pair's list: another pair object has another list, even where both were packed as often."""
     wide = STYLE.format(alpha=2.5)
     changed = HEAD + STYLE.format(alpha=1.5) + SOLVE + "run 0\npair_style none" + wide + "run 3\n"
     fresh = HEAD + wide + SOLVE + "run 0\nrun 3\n"
