@@ -1,10 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Fixtures of the tests that run LAMMPS: the runner, and the bodies that several tests look at.
-
-lmp(deck_or_text, ranks=1, variables={...}, cwd=tmp_path) runs a deck of lammps_inputs, a path, or the
-text of a deck, and returns its .returncode, .stdout and more (lammps_run.Run). A missing lmp fails the
-tests: nothing here skips.
-"""
+"""Fixtures of the tests that run LAMMPS: the runner, and the bodies that several tests look at. A missing lmp fails the tests: nothing here skips."""
 
 import os
 
@@ -28,21 +23,13 @@ def lmp_is_there():
 @pytest.fixture
 def lmp(tmp_path):
     """Runs LAMMPS in the test's own folder unless told otherwise."""
-
-    def run(deck, ranks=1, variables=None, cwd=tmp_path, **options):
-        return run_lammps(deck, ranks, variables, cwd, **options)
-
-    return run
+    return lambda deck, ranks=1, variables=None, cwd=tmp_path, **options: run_lammps(deck, ranks, variables, cwd, **options)
 
 
 @pytest.fixture
 def lmp_decks(tmp_path):
     """Runs {name: text of a deck} in one process, from the files of the test's own folder; {name: Run}."""
-
-    def run(decks, ranks=1):
-        return run_decks(decks, ranks, tmp_path)
-
-    return run
+    return lambda decks, ranks=1: run_decks(decks, ranks, tmp_path)
 
 
 def pytest_configure(config):

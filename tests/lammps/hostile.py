@@ -1,9 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """A small scene with named parts for hostile cases to replace, and what a refusal has to look like."""
 
-from typing import NamedTuple
-
-SECONDS = 20  # a scene takes well below one
 ROW = "80 8 4 3 8 4 0.005 0 1.5"
 
 # 3 x 2 x 2 spheres, 1 % apart
@@ -47,24 +44,11 @@ def scene(**parts):
     return "\n".join({**PARTS, **parts}.values()) + "\n"
 
 
-class Words(NamedTuple):
-    """What LAMMPS says of one thing: in 4Feb2025, and in 2026."""
-
-    in_4feb2025: str
-    in_2026: str
-
-    def of(self, run):
-        return self.in_2026 if run.year() >= 2026 else self.in_4feb2025
-
-
 def refused(run, *texts, stepped=False):
-    """One clear error: exit code 1 (a signal would give another), the texts, and no step unless the run is to be under way.
-
-    texts: words of ours or of LAMMPS, or Words where they depend on its release."""
+    """One clear error: exit code 1 (a signal would give another), the texts, and no step unless the run is to be under way."""
     assert run.returncode == 1, f"exit {run.returncode}\n{run.stdout[-3000:]}"
     said = " ".join(run.stdout.split())
     assert "ERROR" in said, run.stdout
     for text in texts:
-        text = text.of(run) if isinstance(text, Words) else text
         assert text in said, f"lacks: {text}\n{run.stdout[-3000:]}"
     assert stepped or run.made_no_step(), run.stdout

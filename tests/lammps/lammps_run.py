@@ -86,10 +86,6 @@ class Run(NamedTuple):
                 steps.append(int(words[0]))
         return max(steps) == 0
 
-    def year(self):
-        """Of its release: the banner is 'LAMMPS (4 Feb 2025 ...'."""
-        return int(self.stdout.partition("LAMMPS (")[2].split()[2][:4])
-
     def warnings(self):
         return [line for line in self.stdout.splitlines() if line.startswith("WARNING")]
 
@@ -175,26 +171,18 @@ def read_dump(path):
 def write_state(path, x, v, box, ids=None):
     """Positions and velocities as a dump that read_dump takes without loss of a digit."""
     ids = np.arange(1, len(x) + 1) if ids is None else ids
-    with open(path, "w", encoding="utf-8") as out:
-        out.write(f"ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n{len(x)}\nITEM: BOX BOUNDS ff ff ff\n")
-        for low, high in box:
-            out.write(f"{low:.17g} {high:.17g}\n")
-        out.write("ITEM: ATOMS id x y z vx vy vz\n")
-        for i, a, b in zip(ids, x, v):
-            out.write(f"{i} " + " ".join(f"{value:.17g}" for value in (*a, *b)) + "\n")
+    lines = ["ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS", str(len(x)), "ITEM: BOX BOUNDS ff ff ff", *(f"{low:.17g} {high:.17g}" for low, high in box),
+             "ITEM: ATOMS id x y z vx vy vz", *(" ".join([str(i), *(f"{value:.17g}" for value in (*a, *b))]) for i, a, b in zip(ids, x, v))]
+    pathlib.Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def write_data(path, x, radius, box, types=None, density=2700.0):
     """A data file of atom_style sphere, SI, IDs 1..N."""
     types = np.ones(len(x), dtype=int) if types is None else types
-    with open(path, "w", encoding="utf-8") as out:
-        out.write(f"# spheres\n\n{len(x)} atoms\n{max(types)} atom types\n\n")
-        for axis, (low, high) in zip("xyz", box):
-            out.write(f"{low:.17g} {high:.17g} {axis}lo {axis}hi\n")
-        out.write("\nAtoms # sphere\n\n")
-        for i, (kind, r, place) in enumerate(zip(types, radius, x), start=1):
-            words = [f"{value:.17g}" for value in (2.0 * r, density, *place)]
-            out.write(f"{i} {kind} " + " ".join(words) + "\n")
+    lines = [f"# spheres\n\n{len(x)} atoms\n{max(types)} atom types\n", *(f"{low:.17g} {high:.17g} {axis}lo {axis}hi" for axis, (low, high) in zip("xyz", box)),
+             "\nAtoms # sphere\n", *(" ".join([f"{i} {kind}", *(f"{value:.17g}" for value in (2.0 * r, density, *place))])
+                                     for i, (kind, r, place) in enumerate(zip(types, radius, x), start=1))]
+    pathlib.Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def read_csv(path):

@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 
+from inputs import cache_entry
 from lammps_run import _ENVIRONMENT, LMP, MPIRUN, REPOSITORY, SECONDS, Run
 
 SHOWN = 99  # characters of a message that LAMMPS' Python module hands on
@@ -107,6 +108,5 @@ def run_program(program, folder, ranks=1):
 
 def run_python(script, ranks, folder, **environment):
     """Runs START and a script; returns what run_lammps returns."""
-    source = re.search(r"^LAMMPS_SOURCE_DIR:\w+=(.+)$", (LMP.parent / "CMakeCache.txt").read_text(encoding="utf-8"), re.M).group(1)
-    module = os.path.join(re.sub(r"/src/?$", "", source), "python")
+    module = os.path.join(re.sub(r"/src/?$", "", cache_entry("LAMMPS_SOURCE_DIR")), "python")
     return _run(START + script, ranks, folder, PYTHONPATH=module, EVP_PLUGIN=os.path.join(plugin_folder(), "evpplugin.so"), EVP_REPOSITORY=str(REPOSITORY), **environment)

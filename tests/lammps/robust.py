@@ -40,6 +40,12 @@ def momenta(snapshot, mass):
     return mass @ v, np.cross(x, mass[:, None] * v).sum(axis=0), np.sum(mass * np.linalg.norm(v, axis=1))
 
 
+def momenta_changed(run, mass):
+    """Changes of momentum and angular momentum from the first to the last snapshot of all.dump, and the sum of |p|."""
+    (p0, l0, size), (p1, l1, _) = (momenta(run.dump("all.dump")[k], mass) for k in (0, -1))
+    return np.linalg.norm(p1 - p0), np.linalg.norm(l1 - l0), size
+
+
 class Bench(NamedTuple):
     """Where a test runs: lmp(text, ranks) -> lammps_run.Run, the folder, ranks."""
 

@@ -43,16 +43,12 @@ def bonds(*lines, count=None, header=""):
 
 LATE = ["# 1 2 0.0101"] * 10_000  # lines; more than one message between the ranks holds
 FILES = {
-    "good.evp": ROWS, "lj.evp": ROWS.replace(b"si", b"lj", 1), "empty.evp": b"", "mark.evp": b"\xef\xbb\xbf" + ROWS, "garbage.evp": GARBAGE,
-    "nul.evp": HEAD + f"a {ROW}\0\n".encode(), "twice.evp": ROWS + f"a {ROW}\n".encode(), "cut.evp": HEAD + ROWS[len(HEAD):-40],
+    "good.evp": ROWS, "lj.evp": ROWS.replace(b"si", b"lj", 1), "empty.evp": b"", "garbage.evp": GARBAGE, "big.evp": HEAD + b"#" * (1 << 20),
     "wide.evp": HEAD + b"a" + b" 1" * 500_000 + b"\n", "many.evp": HEAD + b"".join(f"r{k} {ROW}\n".encode() for k in range(1000)),
-    "escape.evp": HEAD + b"a \xff\xfe\x1b[31m 8 4 3 8 4 0.005 0 1.5\n", "big.evp": HEAD + b"#" * (1 << 20),
-    "empty.bonds": b"", "data.bonds": b"LAMMPS data file via write_data\n\n12 atoms\n", "garbage.bonds": GARBAGE,
-    "lj.bonds": b"# EVP bonds COUNT: 1 UNITS: lj\n1 2 0.0101\n", "huge.bonds": bonds("1 2 0.0101", count=10**17),
-    "cut.bonds": bonds("1 2 0.0101", "2 3 0.0101234")[:-4], "wide.bonds": bonds("1 " * 1_000_000), "negative.bonds": bonds("1 2 -0.0101"),
+    "empty.bonds": b"", "garbage.bonds": GARBAGE, "wide.bonds": bonds("1 " * 1_000_000), "negative.bonds": bonds("1 2 -0.0101"),
     "self.bonds": bonds("2 2 0.0101"), "unknown.bonds": bonds("1 13 0.0101"), "wraps.bonds": bonds("1 4294967298 0.0101"),
     "turned.bonds": bonds("1 2 0.0101", "2 1 0.0102"), "late.bonds": bonds("1 2 0.0101", *LATE, "1 2 0.0101", count=2), "group.bonds": bonds("1 2 0.0101", "3 4 0.0101"),
-    "six.bonds": bonds(WHOLE, "2 3 0.0101 0 0 0"), "nan.bonds": bonds("1 2 0.0101 nan 0 0 0"), "contact.bonds": bonds("1 13 0.01 -1e-5 0 1 2"),
+    "contact.bonds": bonds("1 13 0.01 -1e-5 0 1 2"),
     "flowed.bonds": bonds("1 2 0.0101 1e-5 0 1 0"), "hardened.bonds": bonds("1 2 0.0101 0 0.1 1 0"), "pushed.bonds": bonds("1 2 0.01 -1e-5 0 1 2"),
     "work.bonds": bonds("1 2 0.0101 0 0 1 0"), "broken.bonds": bonds("1 2 0.0101 0 0 0 1"), "one.bonds": bonds("1 2 0.0101"), "three.bonds": bonds("3 4 0.0101"),
     "type.bonds": bonds("1 2 0.0101", header=" WITHIN: type"), "molecule.bonds": bonds("1 2 0.0101", header=" WITHIN: molecule"),
@@ -76,17 +72,13 @@ WORDS = {
         ("1 one " + ROW, "Invalid range string: one"), ("2 2 " + ROW, "Numeric index 2 is out of bounds")]),
     COEFF + "{}": ("coeff", [
         ("nan" + ROW[2:], f"Pair evp/lj: e1 {NUMBER} 'nan'"), ("9" * 5000 + ROW[2:], f"e1 {NUMBER} '{'9' * 40}...'"),
-        ("-1" + ROW[2:], "Pair evp/lj: e1 must be zero or positive, got -1"), ("80 4 8" + ROW[6:], "exponents must satisfy m1 > n1 > 0, got m1 = 4 and n1 = 8"),
-        ("1e308" + ROW[2:], "these parameters overflow double precision: check e1, e2, gamma and the exponents"),
         ("8O 8", "cannot read the potential file '8O': give its path, or put its folder into LAMMPS_POTENTIALS; a row of numbers has e1 m1"),
         ("good.evp", "expected FILE:ROW, a potential file and the name of a row, got"), ("evp/lj " + ROW, "Pair evp/lj: expected 9 values, got 10"),
         ("good.evp c", "file good.evp has no row 'c'; its rows: a, b"), ("good.evp:c", "file good.evp has no row 'c'; its rows: a, b"), ("good.evp:", "expected FILE:ROW"),
         *((f"good.evp {name}", f"has no row '{shown}'; its rows") for name, shown in (("%s%n", "%s%n"), ("x" * 300, "x" * 40 + "..."), ("\x1b[31m", "?[31m"), ('""', ""))),
         *((f"{file} a", f"cannot read the potential file '{file}'") for file in ("missing.evp", ".", "nowhere/p.evp", "loop.evp", "/proc/self/mem", "good.evp/p.evp", "empty.evp")),
-        ("lj.evp a", "file lj.evp: the first line must be a comment with 'UNITS: si', the units in force, got 'lj'"), ("mark.evp a", "the first line must be a comment with"),
-        ("garbage.evp a", "file garbage.evp"), ("nul.evp a", "file nul.evp"), ("twice.evp a", "file twice.evp line 4: row 'a' is given twice"),
-        ("cut.evp b", "file cut.evp line 3: expected 9 values"), ("wide.evp a", "line 2: expected 9 values, got 500000"), ("many.evp a", "no row 'a'; its rows: r0, r1,"),
-        ("escape.evp a", "line 2: e1 must be a finite decimal number, got '???[31m'"), ("big.evp a", "file big.evp")]),
+        ("lj.evp a", "file lj.evp: the first line must be a comment with 'UNITS: si', the units in force, got 'lj'"), ("garbage.evp a", "file garbage.evp"),
+        ("wide.evp a", "line 2: expected 9 values, got 500000"), ("many.evp a", "no row 'a'; its rows: r0, r1,"), ("big.evp a", "file big.evp")]),
     COEFF + ROW + " {}": ("coeff", [
         ("pitch 1", "unknown keyword 'pitch' of a row"), ("spacing 1", "spacing and coordination are given together"), ("saturation -0.1", "saturation must be"),
         ("spacing 1e-200 coordination 12", "for the spacing of the body e1 and e2 of the row are multiplied by inf")]),
@@ -100,13 +92,12 @@ WORDS = {
     FIX + "file {}": ("fix", [
         *((name, f"Fix bonds evp/bonds: cannot read the bond file '{name}': give its path") for name in ("nowhere.bonds", "nowhere/b.bonds", "loop.bonds")),
         *((name, f"Fix bonds evp/bonds: the bond file is empty or cannot be read (file '{name}')") for name in (".", "/proc/self/mem", "empty.bonds")),
-        *((f"{name}.bonds", "Fix bonds evp/bonds: bond file line 1: expected the header '# EVP bonds COUNT: 0 UNITS: si'") for name in ("data", "garbage")),
-        ("lj.bonds", "line 1: the bonds are in UNITS: lj, but 'units si' is in force"), ("wide.bonds", "line 2: expected 3 or 7 values, got 1000000"),
-        ("huge.bonds", "the bond file holds 1 bonds, its header says 100000000000000000: it is incomplete"), ("negative.bonds", "line 2: deq must be positive, got -0.0101"),
-        ("cut.bonds", "line 3: the last line has no line end: the file is incomplete"), ("self.bonds", "bond 2 2 is given twice in file self.bonds"),
+        ("garbage.bonds", "Fix bonds evp/bonds: bond file line 1: expected the header '# EVP bonds COUNT: 0 UNITS: si'"),
+        ("wide.bonds", "line 2: expected 3 or 7 values, got 1000000"), ("negative.bonds", "line 2: deq must be positive, got -0.0101"),
+        ("self.bonds", "bond 2 2 is given twice in file self.bonds"),
         ("unknown.bonds", "bond 1 13: there is no atom 13: read the data file that was written with the bond file"), ("wraps.bonds", "there is no atom 4294967298:"),
         ("turned.bonds", "bond 1 2 is given twice in file turned.bonds"), ("late.bonds", "bond 1 2 is given twice in file late.bonds"),
-        ("six.bonds", "line 3: expected 3 or 7 values, got 6"), ("nan.bonds", f"line 2: q {NUMBER} 'nan'"), ("contact.bonds", "there is no atom 13"),
+        ("contact.bonds", "there is no atom 13"),
         *((f"{name}.bonds", "it has flowed: use pair_style evp/lj with 'plasticity isotropic', as when the file was written") for name in ("flowed", "hardened", "pushed")),
         *((f"{name}.bonds", "it has flowed or broken: use pair_style evp/lj with 'plasticity isotropic' or 'break'") for name in ("work", "broken")),
         ("body.bonds", "bond file line 1: within must be type or molecule (which atoms are one body), got 'body'"),
@@ -139,8 +130,7 @@ WORDS = {
     "units si\nread_evp_row {}": ("units", [
         ("good.evp:a", "read_evp_row: expected at least two arguments"), ("good.evp m", "read_evp_row: expected FILE:ROW"),
         ("good.evp:a m-1", "must have only letters, numbers, or underscores"), ("lj.evp:a m", "'UNITS: si', the units in force, got 'lj'"),
-        ('"80 8 4 3 8 4 0.005 0" m', "read_evp_row: expected 9 values, got 8"), ('"" m', "read_evp_row: expected 9 values, got 0"),
-        (f"{ROW} colour 1 m", "read_evp_row: unknown keyword 'colour' of a row"), ("good.evp:a kv 300 m", "read_evp_row: expected 9 values, got 3"),
+        ('"" m', "read_evp_row: expected 9 values, got 0"), ("good.evp:a kv 300 m", "read_evp_row: expected 9 values, got 3"),
         (f"{ROW} m body all 1 0.5", "read_evp_row: body: there are no spheres yet"),
         ("absent.evp:a m", "read_evp_row: cannot read the potential file 'absent.evp'")]),
     "units lj\nread_evp_row {}": ("units", [(f"{ROW} m body all 1 0.5", "body is about that of the paper, in units si")]),
@@ -325,8 +315,8 @@ def test_an_error_of_one_rank_ends_the_program(lmp, number):
 def test_the_program_lmp_ends_with_status_1(lmp, tmp_path):
     """On three ranks, and no file is poured over the terminal."""
     write_files(tmp_path)
-    run = lmp(deck_of({"coeff": COEFF + "nul.evp a"}), ranks=3)
-    refused(run, "file nul.evp")
+    run = lmp(deck_of({"coeff": COEFF + "garbage.evp a"}), ranks=3)
+    refused(run, "file garbage.evp")
     assert len(run.stdout) < 20_000
 
 
@@ -355,39 +345,32 @@ def test_a_choice_that_means_nothing(tmp_path, deck):
 def test_material_or_coefficients(tmp_path):
     """By one line of all decks."""
     refused(run_lammps("in.traction", 1, {"material": "a.evp:b", "coeff": "80 8 4 3 8 4 0.005 0 1.5"}, tmp_path), "ERROR: give -var material or -var coeff, not both")
-    lines = {line for deck in OF_DECKS for line in (DECKS / deck).read_text(encoding="utf-8").splitlines() if line.endswith("""not both'" "quit 1" &""")}
-    assert len(lines) == 1 and sum(lines.copy().pop() in (DECKS / deck).read_text(encoding="utf-8") for deck in OF_DECKS) == len(OF_DECKS) - 2
+    lines = [line for deck in OF_DECKS for line in (DECKS / deck).read_text(encoding="utf-8").splitlines() if line.endswith("""not both'" "quit 1" &""")]
+    assert len(set(lines)) == 1 and len(lines) == len(OF_DECKS) - 2
 
 
 # ---- controls: what is legal
 
 DEFAULT = f"recorded {BONDS} pairs within alpha"
 STATE = "thermo_style custom step pe f_bonds f_bonds[5]"
-SPELLED = "pair_coeff * * +8.0E+1 8 4 3 8 4 5e-3 0 1.5"
 LEGAL = [  # scene, what it prints, f_bonds and f_bonds[5]
-    ({}, DEFAULT, (BONDS, 0)), ({"coeff": SPELLED}, DEFAULT, (BONDS, 0)), ({"coeff": COEFF + "crlf.evp a"}, DEFAULT, (BONDS, 0)),
-    ({"coeff": COEFF + "good.evp:a"}, DEFAULT, (BONDS, 0)),
+    ({}, DEFAULT, (BONDS, 0)), ({"coeff": "pair_coeff * * +8.0E+1 8 4 3 8 4 5e-3 0 1.5"}, DEFAULT, (BONDS, 0)), ({"coeff": COEFF + "crlf.evp a"}, DEFAULT, (BONDS, 0)),
     ({"style": "pair_style evp/lj contact none overlap 0.2 contact repulsive overlap 0.4"}, "contact repulsive", (BONDS, 0)),
-    ({"fix": FIX + "zone 1.4 zone 1.2"}, "recorded 20 pairs within 1.2", (20, 0)), ({"then": "run 0\nfix bonds all evp/bonds zone 1.2"}, "recorded 20 pairs", (20, 0)),
-    ({"fix": "group nobody empty\nfix bonds nobody evp/bonds"}, "recorded 0 pairs within alpha", (0, 0)),
+    ({"fix": FIX + "zone 1.4 zone 1.2"}, "recorded 20 pairs within 1.2", (20, 0)), ({"fix": "group nobody empty\nfix bonds nobody evp/bonds"}, "recorded 0 pairs within alpha", (0, 0)),
     ({"then": "delete_atoms group all compress no\ncreate_atoms 1 single 0 0 0\nset group all diameter 0.01"}, "recorded 0 pairs", (0, 0)),
-    ({"fix": FIX + "within type"}, f"recorded {BONDS} pairs within", (BONDS, 0)),
-    ({"fix": f"{KNOWN}set group all mol 1\n{FIX}within molecule zone 1.5"}, f"recorded {BONDS} pairs within", (BONDS, 0)),
-    *(({"style": f"{style} break {value}"}, "plasticity isotropic", (BONDS, 0)) for style in (FLOWS,) for value in ("none", "1e-9", "1e9")),
+    *(({"style": f"{FLOWS} break {value}"}, "plasticity isotropic", (BONDS, 0)) for value in ("none", "1e-9", "1e9")),
     ({"style": FLOWS + " plasticity none"}, "evp/lj: damping off, contact repulsive, deq", (BONDS, 0)), ({"style": BREAKS + " break none"}, DEFAULT, (BONDS, 0)),
-    *(({"fix": FIX + f"file {name}.bonds"}, f"recorded {count} pairs from file", (count, 0)) for name, count in (("one", 1), ("spelled", 2), ("none", 0), ("crlf", 2), ("far", 1))),
+    *(({"fix": FIX + f"file {name}.bonds"}, f"recorded {count} pairs from file", (count, 0)) for name, count in (("one", 1), ("none", 0), ("far", 1))),
     *(({"style": style, "fix": FIX + f"file {name}.bonds", "step": "timestep 1e-12"}, "from file", counts) for style, name, counts in (
-        (PARTS["style"], "whole", (2, 0)), (FLOWS, "crlf", (2, 0)), (FLOWS, "flowed", (1, 0)), (BREAKS, "broken", (1, 1)), (FLOWS, "broken", (1, 1)), (FLOWS, "left", (2, 1)),
-        (FLOWS, "pushed", (0, 0)))),
+        (PARTS["style"], "whole", (2, 0)), (FLOWS, "flowed", (1, 0)), (BREAKS, "broken", (1, 1)), (FLOWS, "broken", (1, 1)), (FLOWS, "left", (2, 1)), (FLOWS, "pushed", (0, 0)))),
     ({"box": TWO_TYPES, "style": BREAKS, "fix": f"set atom 2 type 2\n{FIX}file broken.bonds within type"}, "recorded 1 pairs from file broken.bonds and within type", (1, 1)),
     *(({"box": TWO_TYPES, "fix": (MARKED + f"{file}.bonds {word}").replace("set atom 2 type 2\n", "").replace("mol 12", "mol 7")}, "recorded 1 pairs", (1, 0))
       for file, word in (("one", "within type"), ("type", ""), ("one", "within molecule"), ("molecule", ""))),
 ]
 LEGAL_FILES = {
-    "good.evp": ROWS, "crlf.evp": ROWS.replace(b"\n", b"\r\n")[:-2], "one.bonds": FILES["one.bonds"], "spelled.bonds": bonds("2 1 1.01e-2", "003 2 +.0101"),
-    "none.bonds": bonds(), "crlf.bonds": bonds("1 2 0.0101", "", "# none", "  2\t3 0.0101 # one", count=2).replace(b"\n", b"\r\n"), "far.bonds": bonds("1 12 0.0101"),
+    "crlf.evp": ROWS.replace(b"\n", b"\r\n")[:-2], "none.bonds": bonds(), "far.bonds": bonds("1 12 0.0101"),
     "whole.bonds": bonds(WHOLE, "2 3 0.0101 0 0 0 0"), "left.bonds": bonds(WHOLE, "2 3 0.0101 0 0 1 1", "3 2 0.01 -1e-5 0 1 2"),
-    **{name: FILES[name] for name in ("flowed.bonds", "broken.bonds", "pushed.bonds", "type.bonds", "molecule.bonds")},
+    **{name: FILES[name] for name in ("one.bonds", "flowed.bonds", "broken.bonds", "pushed.bonds", "type.bonds", "molecule.bonds")},
 }
 
 
@@ -402,7 +385,7 @@ def test_what_is_legal(lmp_decks, tmp_path):
         assert text in run.stdout, (parts, text)
         assert (table["f_bonds"][-1], table["f_bonds[5]"][-1]) == counts, parts
         energies.append(table["PotEng"][-1])
-    assert len(set(energies[:4])) == 1, "other spellings of the same row"
+    assert len(set(energies[:3])) == 1, "other spellings of the same row"
 
 
 # ---- restart files that are cut, changed, or go to a style that would forget
@@ -444,7 +427,7 @@ def changed(content, at, bits):
 def damaged(plain):
     """Files and what is said: cut, another file, and sizes and flags of our sections changed by one bit."""
     fix, record, settings = after(plain, b"evp/bonds") + 4, at_record(plain), after(plain, b"evp/lj")
-    cut = [(plain[:size], OTHER if size < 100 else CUT) for size in (0, 10, 100, len(plain) // 3, 2 * len(plain) // 3, len(plain) - 17, len(plain) - 1)]
+    cut = [(plain[:size], OTHER if size < 100 else CUT) for size in (0, 100, len(plain) // 2, len(plain) - 1)]
     return cut + [(b"# EVP bonds COUNT: 0 UNITS: si\n" * 10, OTHER), (changed(plain, fix, 32), FIX_DAMAGED), (changed(plain, fix + 70, 64), FIX_DAMAGED),
                   (changed(plain, record - 2, 8), ATOM_DAMAGED), (changed(plain, record + 8, 2), ATOM_DAMAGED), (changed(plain, record + 13, 128), ATOM_DAMAGED),
                   *((changed(plain, settings + 8 * word + 7, plain[settings + 8 * word + 7] ^ 0x7f), SETTINGS_DAMAGED) for word in (0, 1, 2, 6))]

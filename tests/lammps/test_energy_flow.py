@@ -3,10 +3,7 @@
 
 import numpy as np
 import pytest
-from common_bodies import REFERENCE
-from evp import curves
 from oracle import flow, law
-from lammps_run import edited_deck, read_csv, run_lammps
 from small_bodies import ENTRIES, STIR, energies, head, pair, thermo, two_groups, write_body, write_two
 
 ROW = law.TABLE1
@@ -213,27 +210,3 @@ def test_plastic_never_falls_in_any_step(lmp, tmp_path, body, gamma, style_name)
     plastic = lmp(text).ok().thermo()["f_energy[9]"]
     assert np.all(np.diff(plastic) >= 0.0) and plastic[-1] > 10.0
     assert np.count_nonzero(np.diff(plastic)) > 200
-
-
-# ---- loops of a specimen ----
-
-def test_loop_area_is_what_is_dissipated(tmp_path):
-    """Between -1 and 1 %: the work of the grips is what flow and gamma dissipate (gamma a tenth of it), what is stored more and what ended, within 0.5 %."""
-    names = {"plastic": 9, "viscous": 6, "stored": 2, "ended": 11}
-    ledger_lines = (
-        "fix energy all evp/energy\nvariable open equal f_energy\n" + "".join(f"variable entry_{name} equal f_energy[{k}]\n" for name, k in names.items())
-        + 'fix work all print ${every} "$(v_strain_now:%.9g),' + "".join(f"$(v_entry_{name}:%.12g)," for name in names) + '$(v_open:%.12g)" '
-        + f"file work.csv screen no title strain,{','.join(names)},open\n")
-    choices = {"specimen": REFERENCE, "contact": "none", "plasticity": "isotropic", "coeff": "80 8 4 3 8 4 0.005 1000 1.5", "integrator": "implicit",
-               "rate": 10, "strain": 0.01, "lower": -0.01, "cycles": 2, "out": "run"}
-    run_lammps(edited_deck("in.cyclic", tmp_path, "label           leg\n", ledger_lines + "label leg\n"), 1, choices, tmp_path).ok()
-    curve, work = curves.read_curve(tmp_path / "run.csv"), read_csv(tmp_path / "work.csv")
-    once = np.append(True, np.diff(work["strain"]) != 0.0)  # fix print writes a turn twice
-    turns = curves.turns(work["strain"][once])[::2]
-    parts = {name: np.diff(work[name][once][turns]) for name in names}
-    areas = np.array(curves.loop_areas(curve.strain, curve.grip)) * np.pi * 0.02**2 * 0.04
-    assert len(areas) == len(parts["plastic"]) == 1
-    assert areas == pytest.approx(sum(parts.values()), rel=5e-3)
-    assert parts["viscous"] == pytest.approx(0.1 * parts["plastic"], rel=0.2) and np.all(np.diff(work["plastic"]) >= 0.0)
-    assert np.all(parts["plastic"] > 0.8 * areas), "control"
-    assert np.abs(work["open"]).max() < 1e-3 * work["plastic"][-1]

@@ -10,6 +10,7 @@ import re
 import subprocess
 
 import pytest
+from inputs import cache_entry
 from lammps_run import LMP, REPOSITORY
 from library import plugin_folder, run_python
 from small_bodies import lattice_body, write_body
@@ -133,18 +134,17 @@ def test_instances_side_by_side_are_those_one_after_the_other(tmp_path):
 
 def test_sources_compile_without_mpi():
     """Those that name a function of MPI: a LAMMPS without it has stand-ins of its own, whose functions take other pointers."""
-    cache = pathlib.Path(os.environ.get("EVP_BUILD", REPOSITORY / "build")) / "CMakeCache.txt"
-    found = re.search(r"^LAMMPS_SOURCE_DIR:PATH=(.+)$", cache.read_text(encoding="utf-8"), re.M) if cache.exists() else None
-    headers = found and next((path for path in (pathlib.Path(found.group(1)) / "src", pathlib.Path(found.group(1))) if (path / "STUBS" / "mpi.h").exists()), None)
-    if not headers:
+    tree = pathlib.Path(cache_entry("LAMMPS_SOURCE_DIR"))
+    headers = tree / "src" if (tree / "src").is_dir() else tree
+    if not (headers / "STUBS" / "mpi.h").exists():
         pytest.skip("this LAMMPS came without its sources")
+    words = [os.environ.get("CXX", "g++"), *"-std=c++17 -fsyntax-only -Wall -Wextra -Werror -DLAMMPS_SMALLBIG -DEVP_LAMMPS_VERSION=1".split(), '-DEVP_VERSION="1"',
+             f"-I{REPOSITORY / 'src'}", "-isystem", str(headers / "STUBS"), "-isystem", str(headers), "-x", "c++", "-"]
 
     def complaints(sources):
         """Of one unit that includes all of them: each alone would read the headers anew, for seconds."""
-        words = [os.environ.get("CXX", "g++"), "-std=c++17", "-fsyntax-only", "-Wall", "-Wextra", "-Werror", "-DLAMMPS_SMALLBIG",
-                 "-DEVP_LAMMPS_VERSION=1", '-DEVP_VERSION="1"', f"-I{REPOSITORY / 'src'}", "-isystem", str(headers / "STUBS"), "-isystem", str(headers)]
         text = "".join(f'#include "{source}"\n' for source in sources)
-        done = subprocess.run([*words, "-x", "c++", "-"], input=text, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
+        done = subprocess.run(words, input=text, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
         return done.stdout[-2000:] if done.returncode else ""
 
     sources = [path for path in sorted((REPOSITORY / "src").glob("*/*.cpp")) if "MPI_" in path.read_text(encoding="utf-8")]

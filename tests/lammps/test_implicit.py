@@ -1,8 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""fix nve/evp: the scheme that it promises, and what every scheme must keep.
-
-The bound of its step is in test_limits.py, its energy in test_energy.py, its restart in test_matrix.py, long runs in
-test_robust_bodies.py."""
+"""fix nve/evp: the scheme that it promises, and what every scheme must keep. The bound of its step: test_limits.py; energy: test_energy.py."""
 
 import numpy as np
 import pytest
@@ -80,9 +77,8 @@ dump_modify all format float %.17g
 
 @pytest.mark.parametrize("then", ["", "timestep {other:.17g}\nrun 10 pre no\n", "timestep {other:.17g}\nrun 10\n"])
 def test_one_damped_atom_beside_a_prescribed_one(lmp, tmp_path, then):
-    """(m + dt g) v+ = m v- + dt g V: v - V falls by 1/(1 + dt g/m) per step, exactly; a change of step in mid-run goes on from
-    the velocity of the full step. The prescribed atom keeps V and reads the reaction. (Explicit: 1 - h + ..., off by tens
-    of per cent at h = 0.5 and 3.)"""
+    """(m + dt g) v+ = m v- + dt g V: v - V falls by 1/(1 + dt g/m) per step, exactly; a change of step in mid-run goes on from the velocity of the full step.
+    The prescribed atom keeps V and reads the reaction."""
     write_two(tmp_path / "body.data")
     tau = mass_of(0.005) / GAMMA
     ratio, other = 0.5, 3.0
@@ -104,9 +100,8 @@ def test_one_damped_atom_beside_a_prescribed_one(lmp, tmp_path, then):
 
 
 def test_flight_changes_nothing_inside(lmp, body):
-    """500 m/s, at the default tolerance: the residual is measured by the damping, which is Galilean invariant. Allowed is the
-    rounding of places, 1e-16 m per metre flown, against places of 1e-2 m and steps that stretch it by K dt^2/m = 500.
-    (Mutation: a target of tol |M v*| leaves the flying body with no damping at all.)"""
+    """500 m/s, at the default tolerance: the residual is measured by the damping, which is Galilean invariant. (Mutation: a target of tol |M v*| leaves the
+    flying body with no damping at all.)"""
     mass = mass_of(body.radius)
     still, flying = (lmp(flight(fast=fast) + dump(every=60) + "run 60\n").ok().dump("all.dump") for fast in (0.0, 500.0))
     assert_same_motion(still[-1], flying[-1], mass, DEFAULT_TOL)

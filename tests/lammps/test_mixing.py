@@ -7,8 +7,6 @@ from evp import law
 from hostile import refused
 from small_bodies import (ANOTHER_ORDER, MOVE, ROUND_OFF, STIR, assert_same_curve, check_forces, dump, head, pair, record, thermo, truth, words, write_body)
 
-# ---- beside other styles, walls, and in whatever order atoms and boxes are changed ----
-
 # a step as good as none: the velocities of the dump are those that the damping saw
 HOLD = "run 60\nunfix move\nfix move all nve/noforce\ntimestep 1e-30\nrun 50\n"
 EPSILON, SIGMA, CUT = 2.0, 0.009, 0.018  # of lj/cut [J, m, m]
@@ -80,8 +78,7 @@ STRETCH = "displace_atoms all ramp x 0 0.0012 x 0 0.06\n"
 
 
 def test_rerun_with_bonds_from_a_file(lmp, bar):
-    """Energies and forces of a dump's snapshots are those of the run that wrote it. Control: a rerun that records its
-    own bonds at the first snapshot, already deformed, has others."""
+    """Energies and forces of a dump's snapshots are those of the run that wrote it; of a rerun that records its own bonds, at the first snapshot, they are others."""
     lmp(head() + pair() + "fix move all nve\nrun 0\nwrite_evp_bonds all.bonds\n").ok()
     whole = lmp(head() + pair() + STIR + MOVE + dump(every=10) + "run 100\n", ranks=2).ok()
     again = """

@@ -1,20 +1,21 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Robustness of two bodies, of `within` of fix evp/bonds; see robust.py."""
+"""Robustness of two bodies, of `within` of fix evp/bonds, and of a box that deforms with `fix deform ... remap v`; see robust.py."""
 
 import numpy as np
 import pytest
 from evp import law
-from robust import MOMENTUM, RADIUS, TABLE1, ledger, momenta
+from robust import MOMENTUM, RADIUS, TABLE1, ledger, momenta_changed
 from test_robust_bodies import cuboctahedron
 from lammps_run import write_data
 from scipy.optimize import brentq
-from small_bodies import dump, head, lattice_body, mass_of, pair, thermo, two_groups
+from small_bodies import dump, head, lattice_body, mass_of, pair, thermo, two_groups, write_body
 
 FIX = "fix bonds all evp/bonds within type"
 TOUCHING = 2.0 * RADIUS
 ROUND_OFF = 1e-9
 SPEED = 1.0  # [m/s] of the ball
 BALANCE = 3e-5  # of the kinetic energy, at 0.05 of the largest stable timestep
+RATE, EDGE = 500.0, 0.04  # of the box
 
 
 @pytest.mark.parametrize("contact", ["literal", "repulsive"])
@@ -63,14 +64,45 @@ def test_ball_hits_block(bench):
         text += f"timestep $({fraction}*c_dt:%.17g)\n" + thermo(columns) + dump(every=steps) + f"uncompute dt\nrun {steps}\n"
         run = bench.run(text).ok()
         table = run.thermo()
-        first, last = run.dump("all.dump")
-        change = np.linalg.norm(momenta(last, mass)[0] - momenta(first, mass)[0]) / momenta(first, mass)[2]
+        change, _, size = momenta_changed(run, mass)
         shares.append(np.abs(table["f_energy"]).max() / energy)
         push = table["c_push[3]"]
         touched = np.flatnonzero(push)
+        change /= size
         assert change < MOMENTUM
         assert touched[0] > 30 and touched[-1] < 140 and np.all(push >= 0.0) and push.max() > 100.0, "control"
         assert np.abs(table["v_way"][: touched[0]] / SPEED + 1.0).max() < 1e-12 and table["v_parting"][-1] > 0.2 * SPEED, "control"
     drift = np.ptp(table["PotEng"] + table["KinEng"]) / energy
     assert shares[1] < BALANCE and shares[1] < 0.35 * shares[0] and drift < 2.0 * BALANCE
     bench.show(f"energy imbalance {shares[0]:.1e} and {shares[1]:.1e} of the kinetic energy at 0.1 and 0.05 of the limit, error of the momentum {change:.0e}")
+
+
+def test_sheared_box_with_implicit_damping(bench):
+    """Energy imbalance below 1e-4 of the dissipated energy; momentum of the unwrapped body conserved to 1e-11; velocities within 2 % of those of
+    explicit damping. Control: atoms are wrapped, and the box does work."""
+    body = lattice_body((5, 4, 4), periodic="xyz", tilt=(1e-3, 0.0, 0.0))
+    write_body(bench.folder / "body.data", body, (1e-3, 0.0, 0.0))
+    text = head(boundary="p p p") + pair(law.TABLE1._replace(gamma=50.0), "none", "fix bonds all evp/bonds zone 1.4")
+    text += f"variable vx atom {RATE}*y+200+5*sin(1.1*id)\nvariable vy atom 300+5*cos(2.3*id)\nvelocity all set v_vx v_vy 0\n"
+    text += f"fix energy all evp/energy\nfix box all deform 1 xy erate {RATE} remap v\nfix move all {{}}\ntimestep 2e-7\nthermo 200\n"
+    text += thermo("f_energy f_energy[*]") + dump(every=200).replace("fx fy fz", "iy").replace("pbc yes", "pbc no") + "run 200\n"
+    found = {}
+    for style in ("nve", "nve/evp tol 1e-10"):
+        run = bench.run(text.format(style)).ok()
+        found[style], table = run.dump("all.dump"), run.thermo()
+    share = abs(table["f_energy"][-1]) / table["f_energy[6]"][-1]
+    assert share < 1e-4
+    assert abs(table["f_energy[13]"][-1]) > table["f_energy[6]"][-1] > 0.5
+    unwrapped = []
+    for snapshot in [*found["nve/evp tol 1e-10"], found["nve"][-1]]:
+        v = snapshot.vectors("vx", "vy", "vz")
+        v[:, 0] += RATE * EDGE * snapshot["iy"]
+        unwrapped.append(v)
+    wrapped = np.count_nonzero(found["nve"][-1]["iy"] - found["nve"][0]["iy"])
+    assert wrapped > 10
+    mass = mass_of(body.radius)
+    off = np.abs(mass @ (unwrapped[1] - unwrapped[0])).max() / (mass.sum() * 400.0)
+    assert off < 1e-11
+    apart = np.abs(unwrapped[1] - unwrapped[2]).max() / (RATE * EDGE)
+    assert apart < 0.02
+    bench.show(f"energy imbalance {share:.1e}, error of the momentum {off:.0e}, {wrapped} atoms wrapped, velocities {apart:.1e} from explicit ones")

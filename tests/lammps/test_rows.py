@@ -248,11 +248,16 @@ def test_volume_by_rows_without_kv_is_off(lmp_decks, bar):
 
 
 def test_a_row_of_a_file(lmp, bar, tmp_path):
-    """pair_coeff takes the word that read_evp_row takes (test_commands.py), and write_data writes the row as it was given."""
+    """pair_coeff takes the word that read_evp_row takes (test_commands.py), and write_data writes the row as it was given; long lines are told of, as read_data
+    cuts them at 255 characters in silence."""
     (tmp_path / "p.evp").write_text(f"# UNITS: si\nmetal {said(ONE, METAL)} density 2700\n".replace("80 8", "79.999999999999986 8"), encoding="utf-8")
     run = lmp(head() + coeffs({"* *": "p.evp:metal"}) + BONDS + "fix move all nve\nrun 0\nwrite_data both.data pair ij\n", ranks=2).ok()
     assert len(scaling_lines(run)) == 3
     assert "1 2 79.99999999999999 8 4 3 8 4 0.005 50 1.5 spacing 0.009 coordination 12 kv 700 density 2700\n" in (tmp_path / "both.data").read_text(encoding="utf-8")
+    third = law.Row(*(value + 1.0 / 3.0 for value in ONE[:6]), 1.0 / 300.0, 100.0 / 3.0, 1.5 + 1.0 / 3.0)
+    more = dict.fromkeys(("spacing", "coordination", "kv", "density"), 1.0 / 3.0)
+    run = lmp(head() + coeffs({"* *": said(third, more)}) + BONDS + "fix move all nve\nrun 0\nwrite_data long.data\n").ok()
+    assert sum("longer than 254 characters" in line for line in run.warnings()) == 2
 
 
 # ---- types without bonds of their own: atoms among those of another type, types that are set later
@@ -310,11 +315,3 @@ def test_a_type_set_later_that_has_its_measure(lmp_decks, tmp_path):
                       (("before", free, ""), ("later", free, later), ("kv without fix evp/volume", SCALED, later), ("plain", free + plain, later))})
     for name in ("later", "kv without fix evp/volume", "plain"):
         assert_same_curve(runs["before"].thermo(), runs[name].thermo(), 0.0)
-
-
-def test_long_lines_are_told_of(lmp, bar):
-    """read_data cuts lines at 255 characters in silence."""
-    third = law.Row(*(value + 1.0 / 3.0 for value in ONE[:6]), 1.0 / 300.0, 100.0 / 3.0, 1.5 + 1.0 / 3.0)
-    more = {key: 1.0 / 3.0 for key in ("spacing", "coordination", "kv", "density")}
-    run = lmp(head() + coeffs({"* *": said(third, more)}) + BONDS + "fix move all nve\nrun 0\nwrite_data long.data\n").ok()
-    assert sum("longer than 254 characters" in line for line in run.warnings()) == 2

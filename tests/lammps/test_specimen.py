@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""in.specimen makes jammed, isotropic packings; two seeds differ by chance alone, and are one material.
-
-The figures to meet are those of an independent prototype and of its specimen (tests/data/reference_500): at 500 spheres
-solid fraction 0.58, 5.0 touching partners, 11.9 in the zone."""
+"""in.specimen makes jammed, isotropic packings; two seeds differ by chance alone, and are one material. The figures to meet are those of an independent
+prototype and of its specimen (tests/data/reference_500): at 500 spheres solid fraction 0.58, 5.0 touching partners, 11.9 in the zone."""
 
 import re
 from types import SimpleNamespace

@@ -9,49 +9,30 @@ source "$here/../../tools/env.sh"
 die() { printf 'memory.sh: error: %s\n' "$*" >&2; exit 1; }
 usage() {
   cat <<'END'
-usage: tests/maintain/memory.sh [--build DIR] [--work DIR] [--skip-valgrind] [--help] [PYTEST ARGUMENT...]
+usage: tests/maintain/memory.sh [--help] [PYTEST ARGUMENT...]
 
-Builds plugin and unit tests with AddressSanitizer, UBSan and the assertions of libstdc++ for the LAMMPS of an existing build, runs the
+Builds plugin and unit tests in build-memory with AddressSanitizer, UBSan and the assertions of libstdc++ for the LAMMPS of build, runs the
 unit tests, a deck that uses every style, and tests with LAMMPS; then valgrind on the deck with a plain build.
 Fails on any report with our files in it. Needs valgrind.
 
-  --build DIR        the build whose LAMMPS is used (default: build, as tools/setup.sh makes it)
-  --work DIR         for the builds made here and their logs (default: build-memory)
-  PYTEST ARGUMENT    tests to run in place of the short set, as in tests/lammps/test_forces.py; not those that start LAMMPS
-                     from Python
+  PYTEST ARGUMENT    tests to run in place of the short set; not those that start LAMMPS from Python
 END
 }
 
 build=$EVP_BUILD
 work=$EVP_REPOSITORY/build-memory
-valgrind=yes
-tests=()
-while [ $# -gt 0 ]; do
-  case $1 in
-    --build|--work)
-      [ -n "${2:-}" ] || die "option $1 needs a folder"
-      mkdir -p "$2"
-      if [ "$1" = --build ]; then build=$(cd "$2" && pwd); else work=$(cd "$2" && pwd); fi
-      shift 2 ;;
-    --skip-valgrind) valgrind=no; shift ;;
-    -h|--help) usage; exit 0 ;;
-    *) tests+=("$1"); shift ;;
-  esac
-done
-if [ ${#tests[@]} -eq 0 ]; then
-  tests=(tests/lammps/test_forces.py tests/lammps/test_ghost_velocities.py tests/lammps/test_dt.py
-    tests/lammps/test_flow_between.py)
-fi
-[ -f "$build/CMakeCache.txt" ] || die "$build holds no build of the plugin: run tools/setup.sh, or give --build DIR"
+case ${1:-} in -h|--help) usage; exit 0 ;; esac
+tests=("$@")
+[ $# -gt 0 ] || tests=(tests/lammps/test_forces.py tests/lammps/test_ghost_velocities.py tests/lammps/test_dt.py tests/lammps/test_flow_between.py)
+[ -f "$build/CMakeCache.txt" ] || die "$build holds no build of the plugin: run tools/setup.sh"
 evp_find_python || die "no Python with $EVP_PYTHON_MODULES; give one: PYTHON=/path/to/python3"
-[ "$valgrind" = no ] || command -v valgrind >/dev/null || die "valgrind is missing (Debian: valgrind); --skip-valgrind to do without"
+command -v valgrind >/dev/null || die "valgrind is missing (Debian: valgrind)"
 
 cached() { sed -n "s/^$1:[A-Z]*=//p" "$build/CMakeCache.txt"; }
 value_of() { sed -n "s/^$1='\(.*\)'/\1/p" "$build/lmp"; }
 lmp=$(value_of lmp)
 libdir=$(value_of libdir)
-asan=$(g++ -print-file-name=libasan.so)
-asan=$(readlink -f "$asan")
+asan=$(readlink -f "$(g++ -print-file-name=libasan.so)")
 [ -f "$asan" ] || die "g++ has no libasan.so"
 
 ! command -v ccache >/dev/null || export CMAKE_CXX_COMPILER_LAUNCHER=ccache
@@ -102,18 +83,16 @@ echo "== tests with LAMMPS: ${tests[*]}"
 EVP_LMP=$work/lmp "$PYTHON" -m pytest -q -p no:cacheprovider "${tests[@]}" || failed=1
 unset ASAN_OPTIONS UBSAN_OPTIONS LSAN_OPTIONS
 
-if [ "$valgrind" = yes ]; then
-  echo "== valgrind memcheck on every style once, 1 rank (up to 5 min)"
-  configure "$work/plain" -DBUILD_TESTING=off
-  compile "$work/plain" evpplugin
-  (cd "$work/run" && LD_LIBRARY_PATH=$libdir LAMMPS_PLUGIN_PATH=$work/plain timeout 1200 valgrind --quiet \
-    --leak-check=full --show-leak-kinds=definite,indirect,possible --keep-debuginfo=yes --num-callers=30 \
-    --track-origins=no --suppressions="$here/memory/mpi.valgrind.supp" --log-file="$reports/valgrind" \
-    "$lmp" -log none -in "$deck" -var specimen "$specimen" -var row "$row") >"$reports/deck-valgrind.out" 2>&1 ||
-    { tail -n 20 "$reports/deck-valgrind.out"; failed=1; }
-  [ -f "$reports/valgrind" ] || die "valgrind wrote no log"
-  grep -q "Total wall time" "$reports/deck-valgrind.out" || { echo "the deck did not end under valgrind"; failed=1; }
-fi
+echo "== valgrind memcheck on every style once, 1 rank (up to 5 min)"
+configure "$work/plain" -DBUILD_TESTING=off
+compile "$work/plain" evpplugin
+(cd "$work/run" && LD_LIBRARY_PATH=$libdir LAMMPS_PLUGIN_PATH=$work/plain timeout 1200 valgrind --quiet \
+  --leak-check=full --show-leak-kinds=definite,indirect,possible --keep-debuginfo=yes --num-callers=30 \
+  --track-origins=no --suppressions="$here/memory/mpi.valgrind.supp" --log-file="$reports/valgrind" \
+  "$lmp" -log none -in "$deck" -var specimen "$specimen" -var row "$row") >"$reports/deck-valgrind.out" 2>&1 ||
+  { tail -n 20 "$reports/deck-valgrind.out"; failed=1; }
+[ -f "$reports/valgrind" ] || die "valgrind wrote no log"
+grep -q "Total wall time" "$reports/deck-valgrind.out" || { echo "the deck did not end under valgrind"; failed=1; }
 
 echo "== reports"
 "$PYTHON" "$here/memory/reports.py" "$reports"/* || failed=1

@@ -18,7 +18,7 @@ die() { printf 'releases.sh: error: %s\n' "$*" >&2; exit 1; }
 usage() {
   cat <<'END'
 usage: tests/maintain/releases.sh [--release R] [--compiler C] [--sizes S] [--build-type B] [--tests short|all]
-                              [--work DIR] [--help]
+                              [--help]
 
 Gets and builds LAMMPS (core, PLUGIN, GRANULAR, MOLECULE, BPM, GRAPHICS) where the cache has no build, builds the plugin for it in a folder of
 its own, runs the unit tests, LAMMPS' own pair tester, the tests with LAMMPS and one traction test whose curve must be
@@ -32,8 +32,8 @@ the same everywhere. Prints a table and writes it to doc/releases.md. Exit statu
                    With none of them: both releases with g++, smallbig, Release, and 4Feb2025 also with
                    clang++, Debug, Native and bigbig, one at a time.
   --tests T        all (default): the whole of tests/lammps; short: forces, records, ghost velocities, time step, bad input
-  --work DIR       for the builds and results (default: build-releases); the table has every result there of the same
-                   sources, so that it may be filled in several calls
+
+The table has every result in build-releases of the same sources, so that it may be filled in several calls.
 
 Environment: EVP_CACHE, PYTHON as for tools/setup.sh. A LAMMPS tree at EVP_CACHE/lammps-R/source is used as it is.
 END
@@ -52,7 +52,6 @@ while [ $# -gt 0 ]; do
     --sizes) one_of "$1" "$2" smallbig bigbig; sizes+=("$2") ;;
     --build-type) one_of "$1" "$2" Release Debug Native; types+=("$2") ;;
     --tests) one_of "$1" "$2" short all; tests=$2 ;;
-    --work) mkdir -p "$2"; work=$(cd "$2" && pwd) ;;
     *) die "unknown option '$1'; see tests/maintain/releases.sh --help" ;;
   esac
   shift 2
@@ -67,8 +66,7 @@ else
   [ ${#sizes[@]} -gt 0 ] || sizes=(smallbig)
   [ ${#types[@]} -gt 0 ] || types=(Release)
   for r in "${releases[@]}"; do for c in "${compilers[@]}"; do for s in "${sizes[@]}"; do for t in "${types[@]}"; do
-    cases+=("$r $c $s $t")
-  done; done; done; done
+    cases+=("$r $c $s $t"); done; done; done; done
 fi
 lammps_tests=(tests/lammps)
 if [ "$tests" = short ]; then
@@ -86,12 +84,10 @@ checksum=$(cat CMakeLists.txt cmake/*.* src/*/*.* | sha256sum | cut -c1-12)
 
 # A finished build of this tree with these integers, by tools/setup.sh or by this command; sets lammps_build.
 find_lammps_build() {
-  local folder
-  for folder in "$1"/build-*; do
-    if [ -f "$folder/evp-complete" ] && grep -q "^LAMMPS_SIZES:STRING=$2\$" "$folder/CMakeCache.txt" &&
-      grep -q "^PKG_BPM:BOOL=on" "$folder/CMakeCache.txt" &&
-      { [ ! -d "$1/source/src/GRAPHICS" ] || grep -q "^PKG_GRAPHICS:BOOL=on" "$folder/CMakeCache.txt"; }; then
-      lammps_build=$folder
+  for lammps_build in "$1"/build-*; do
+    if [ -f "$lammps_build/evp-complete" ] && grep -q "^LAMMPS_SIZES:STRING=$2\$" "$lammps_build/CMakeCache.txt" &&
+      grep -q "^PKG_BPM:BOOL=on" "$lammps_build/CMakeCache.txt" &&
+      { [ ! -d "$1/source/src/GRAPHICS" ] || grep -q "^PKG_GRAPHICS:BOOL=on" "$lammps_build/CMakeCache.txt"; }; then
       return 0
     fi
   done
@@ -148,8 +144,8 @@ run_case() {
   if [[ $(ctest --test-dir "$build" -N -R lammps_tester) == *lammps_tester* ]]; then
     say "LAMMPS' own pair tester"
     ctest --test-dir "$build" -V -R lammps_tester >"$build/tester.log" 2>&1 || failed=1
-    sed -n 's/^[0-9]*: =* \(.*passed.*\|.*failed.*\) in .*/\1/p' "$build/tester.log" | tail -n 1 >"$build/tester.summary"
-    read -r passed bad < <(sed 's/^/= /' "$build/tester.summary" >"$build/tester.line"; count_pytest "$build/tester.line")
+    sed -n 's/^[0-9]*: =* \(.*passed.*\|.*failed.*\) in .*/= \1/p' "$build/tester.log" >"$build/tester.line"
+    read -r passed bad < <(count_pytest "$build/tester.line")
     tester="${passed:-0} / ${bad:-?}"
   fi
   say "tests with LAMMPS: ${lammps_tests[*]}"

@@ -49,8 +49,7 @@ class Test(NamedTuple):
 
 def named(node):
     function, ranks, choice = CASE.search(node).groups()
-    name = function.replace("_", " ") + (f": {choice}" if choice else "")
-    return Test(name, int(ranks), node)
+    return Test(function.replace("_", " ") + (f": {choice}" if choice else ""), int(ranks), node)
 
 
 def pytest(words, **environment):
@@ -83,12 +82,8 @@ def run(nodes, **environment):
 
 def requirements():
     """{function, in words: its docstring}."""
-    found = {}
-    for path in FILES:
-        for node in ast.parse(path.read_text(encoding="utf-8")).body:
-            if isinstance(node, ast.FunctionDef) and node.name.startswith("test_"):
-                found[node.name[5:].replace("_", " ")] = " ".join(ast.get_docstring(node).split())
-    return found
+    nodes = [node for path in FILES for node in ast.parse(path.read_text(encoding="utf-8")).body if isinstance(node, ast.FunctionDef) and node.name.startswith("test_")]
+    return {node.name[5:].replace("_", " "): " ".join(ast.get_docstring(node).split()) for node in nodes}
 
 
 def main(words=None):

@@ -26,8 +26,7 @@ def put_together(root, folder):
     """Writes all pages into a folder, files that have not changed excepted; returns {file there: path in the repository}."""
     folder.mkdir(parents=True, exist_ok=True)
     sources = {folder / (name + pathlib.Path(path).suffix): path for path, name in pages(root).items()}
-    texts = {file: (root / path).read_text(encoding="utf-8") for file, path in sources.items()}
-    texts[folder / "tools.rst"] = help_page(root)
+    texts = {folder / "tools.rst": help_page(root), **{file: (root / path).read_text(encoding="utf-8") for file, path in sources.items()}}
     for file in folder.iterdir():
         if file not in texts:
             file.unlink()
@@ -43,8 +42,7 @@ def help_page(root):
                    path.suffix == ".sh" and "-h|--help)" in path.read_text(encoding="utf-8"))  # quickstart.sh hands it on, after its set-up
     lines = ["Tools", "=====", "", "What each tool says to ``--help``.  Paths are those of the checkout, from its root; after an installation",
              "``evp NAME`` runs ``tools/NAME.py``.", ""]
-    if (root / "tools" / "evp" / "__main__.py").exists():
-        lines += ["evp", "---", "", *_literal(_run([sys.executable, "-m", "evp", "--help"], PYTHONPATH=str(root / "tools")))]
+    lines += ["evp", "---", "", *_literal(_run([sys.executable, "-m", "evp", "--help"], PYTHONPATH=str(root / "tools")))]
     for tool in tools:
         name = f"tools/{tool.name}"
         lines += [name, "-" * len(name), "", *_literal(help_of(tool, []))]

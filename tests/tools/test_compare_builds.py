@@ -3,7 +3,7 @@
 
 import compare_builds
 import pytest
-from compare_bits import compare_all, first_difference
+from compare_builds import compare_all, first_difference
 from in_process import call
 from inputs import BUILD
 

@@ -5,7 +5,7 @@ import re
 import shutil
 import subprocess
 
-import site_check
+import website
 from evp.run import CHECKOUT as REPOSITORY
 
 
@@ -24,7 +24,7 @@ def test_site(tmp_path):
     site = tmp_path / "site"
     done = build(REPOSITORY, site)
     assert done.returncode == 0 and not done.stderr and done.stdout == f"{site / 'index.html'}\n", done.stderr[-5000:]
-    assert site_check.faults(site) == [] and (site / ".nojekyll").exists()
+    assert website.faults(site) == [] and (site / ".nojekyll").exists()
     assert not [path for path in site.rglob("*.html") if str(REPOSITORY) in path.read_text(encoding="utf-8")], "a path of this machine"
 
     readme, gallery, decks, tools = (html(site, name) for name in ("readme", "gallery", "decks", "tools"))
@@ -78,7 +78,7 @@ def test_check_of_a_site_finds_each_kind_of_fault(tmp_path):
     (tmp_path / "a.html").write_text(
         '<p id="x"><a href="#x">1</a><a href="#y">2</a><a href="/a.html">3</a><a href="file:///a">4</a><a href="../b">5</a>'
         '<img src="c.png"><script src="https://x.org/m.js"></script><a href="https://x.org">6</a><a href="a.html#x">7</a>', encoding="utf-8")
-    assert [re.search(r"'(.*)' (.*)", fault).groups() for fault in site_check.faults(tmp_path)] == [
+    assert [re.search(r"'(.*)' (.*)", fault).groups() for fault in website.faults(tmp_path)] == [
         ("#y", "names no anchor of that page"), ("/a.html", "is no relative link"), ("file:///a", "is no link that works on a host"),
         ("../b", "leads to no file"), ("c.png", "leads to no file"), ("https://x.org/m.js", "is loaded from elsewhere"),
         ("f.woff2", "leads to no file")]

@@ -627,14 +627,18 @@ class Search:
             self.say(f"run {number}: {shown} ({record['seconds']:.0f} s)")
             if result.worst <= WITHIN or number == MOST_RUNS:
                 raise Ended
-        return self.closed_form.weigh(np.log1p(list(result.residuals.values())))
+        return self.weighed(result)
 
     def pull(self):
-        """The Result nearest to the quasi-static targets."""
+        """The Result nearest to the quasi-static targets, by the squares that the search minimizes."""
         with contextlib.suppress(Ended):
             scipy.optimize.least_squares(self.misfit, self.closed_form.start(), self.closed_form.slopes, self.closed_form.bounds, x_scale="jac",
                                          ftol=1e-2, xtol=1e-4)
-        return min(self.results.values(), key=lambda result: result.worst)._replace(runs=len(self.results))
+        return min(self.results.values(), key=lambda result: np.linalg.norm(self.weighed(result)))._replace(runs=len(self.results))
+
+    def weighed(self, result):
+        """log of each value over its target, times its weight."""
+        return self.closed_form.weigh(np.log1p(list(result.residuals.values())))
 
     def why_missed(self, result):
         """Why no row is nearer, as far as the run shows."""

@@ -4,9 +4,7 @@
 
     reports.py FILE...
 
-Prints every report with a frame in the plugin or its sources; exit status 1 if there is one. Others are
-counted. A file that holds no report is fine, a missing one is not.
-"""
+Prints every report with a frame in the plugin or its sources; exit status 1 if there is one. Others are counted."""
 
 import pathlib
 import re
@@ -14,8 +12,7 @@ import sys
 
 SOURCES = pathlib.Path(__file__).resolve().parents[3] / "src"
 # The plugin's file, and its sources by name: LAMMPS has files in a folder src too.
-OURS = re.compile(r"evpplugin\.so|\b(?:" + "|".join(
-    re.escape(path.name) for path in sorted(SOURCES.glob("*/*.*"))) + r")\b")
+OURS = re.compile(r"evpplugin\.so|\b(?:" + "|".join(re.escape(path.name) for path in sorted(SOURCES.glob("*/*.*"))) + r")\b")
 START = re.compile(
     r"ERROR: AddressSanitizer|runtime error:|(?:Direct|Indirect) leak of|ERROR: LeakSanitizer: "
     r"|Invalid (?:read|write|free)|uninitialised|Mismatched free|Source and destination overlap"
@@ -23,10 +20,8 @@ START = re.compile(
 
 
 def split_reports(text):
-    """The reports in a log, each a list of lines: from a line that starts one to an empty line or the next start.
-
-    A report of AddressSanitizer goes on over empty lines, as where the memory came from is told after one.
-    """
+    """The reports in a log, each a list of lines: from a line that starts one to an empty line or the next start; one of AddressSanitizer goes on over
+    empty lines, as where the memory came from is told after one."""
     reports, current, whole = [], None, False
     for line in text.splitlines():
         bare = re.sub(r"^==\d+==\s?", "", line)
@@ -41,22 +36,12 @@ def split_reports(text):
     return reports
 
 
-def is_ours(report):
-    return any(OURS.search(line) for line in report)
-
-
 def main(names):
-    ours, others = [], 0
-    for name in names:
-        for report in split_reports(pathlib.Path(name).read_text(encoding="utf-8", errors="replace")):
-            if is_ours(report):
-                ours.append((name, report))
-            else:
-                others += 1
+    reports = [(name, report) for name in names for report in split_reports(pathlib.Path(name).read_text(encoding="utf-8", errors="replace"))]
+    ours = [(name, report) for name, report in reports if any(map(OURS.search, report))]
     for name, report in ours[:20]:
-        print(f"-- {name}")
-        print("\n".join(report[:60]))
-    print(f"{len(names)} logs: {len(ours)} reports with our files in them, {others} of other libraries alone")
+        print(f"-- {name}", *report[:60], sep="\n")
+    print(f"{len(names)} logs: {len(ours)} reports with our files in them, {len(reports) - len(ours)} of other libraries alone")
     return 1 if ours else 0
 
 
