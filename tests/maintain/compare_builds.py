@@ -23,14 +23,13 @@ import sys
 import tempfile
 
 import tools_path  # noqa: F401  before evp
-from bench import run_scene
+from bench import in_turn, ratios, run_scene
 from bench_scenes import ALWAYS, ours
 import quickstart
 from evp.progress import watched
 from evp.report import command_line, errors_in_one_line
 from evp.run import CHECKOUT, RunError, lammps_command
 from lammps_run import run_lammps
-from study import in_turn, ratios
 from test_matrix import FEATURES, way, whole, write
 
 TABLE2 = {"coeff": quickstart.TABLES["table2"][1], "rate": 100, "dtfraction": 0.8}
