@@ -133,7 +133,7 @@ def measure(name, study):
     if kept.exists():
         return {**json.loads(kept.read_text(encoding="utf-8")), **sides}
     runs = [json.loads(line) for line in runs_of.read_text(encoding="utf-8").splitlines()][1:]
-    best = min((one["found"] for one in runs if one["state"] == "done"), key=lambda found: max(map(abs, aims.off(found).values())))
+    best = next(one["found"] for one in runs if one["state"] == "done" and one["material"][0] == list(rates.given_row(f"{out}:{name}")[0]))
     one = {"found": best, "runs": len(runs), "checks": {f"{spheres}, {seed}": pulled(out, name, aims, spheres, seed, study) for spheres, seed in CHECKS}}
     kept.write_text(json.dumps(one), encoding="utf-8")
     return {**one, **sides}
