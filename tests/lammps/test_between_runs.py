@@ -4,9 +4,9 @@ ghosts and neighbor list were made."""
 
 import numpy as np
 import pytest
+from hostile import refused
 from library import run_python
 from small_bodies import head, lattice_body, pair, write_body
-from test_scenes import error_of
 
 SKIN = 0.0007
 COUNTS = "$(f_bonds[1]) $(f_bonds[2]) $(f_bonds[3]) $(f_bonds[4]:%.15g)"
@@ -111,7 +111,8 @@ def test_a_single_atom_that_moved_too_far_is_found(lmp, tmp_path, ranks, check):
     far, ask = FAR.format("atom 96"), 'print "lost $(f_bonds[1])"\n'
     near = far.replace("y+", "y+0.9*").replace("far", "near")
     run = lmp(deck(more=f"neigh_modify check {check}\n") + near + ask + far + ask, ranks=ranks)
-    assert "needs the pairs of the current atoms" in error_of(run) and run.stdout.count("\nlost ") == 1
+    refused(run, "needs the pairs of the current atoms", stepped=True)
+    assert run.stdout.count("\nlost ") == 1
 
 
 BROKEN_OFF = """
@@ -158,6 +159,6 @@ def test_a_run_does_not_go_on_without_a_list(lmp, tmp_path, command):
     """After the recording such a command makes LAMMPS replace the list, and 'run pre no' does not build it. After a further run it stays."""
     write(tmp_path, "open")
     start = deck(start="timestep 1e-7\nthermo_style custom step pe\nthermo_modify norm no format float %.15g\nthermo 10\nrun 50\n")
-    assert "a command has replaced the neighbor list since the last run: omit 'pre no'" in error_of(lmp(start + command + "\nrun 50 pre no\n"))
+    refused(lmp(start + command + "\nrun 50 pre no\n"), "a command has replaced the neighbor list since the last run: omit 'pre no'", stepped=True)
     run, plain = (lmp(start + f"run 0\n{between}\nrun 50 pre no\n").ok() for between in (command, ""))
     assert list(run.thermo(2)["PotEng"]) == list(plain.thermo(2)["PotEng"])

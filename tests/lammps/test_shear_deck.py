@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from common_bodies import REFERENCE
 from evp import specimen
-from evp.figures import read_columns
+from evp.curves import read_columns
 from hostile import refused
 from lammps_run import DECKS, read_csv, read_dump, run_lammps
 from scipy.spatial import cKDTree
