@@ -35,9 +35,9 @@ def material(study):
 
 
 def pulled(study, name, body, row, strain, increment=0.002, **more):
-    """The Curve of in.quasistatic, over which the strain goes there and back."""
+    """The Curve of in.quasistatic, over the strain of the middle; that of the grips goes there and back."""
     study.runs.run("in.quasistatic", name, specimen=body, material=row, strain=strain, increment=increment, **more)
-    return curves.read_curve(study.runs.folder / f"{name}.csv")
+    return curves.read_curve(study.runs.folder / f"{name}.csv", strain="strain_gauge")
 
 
 def true_stress(curve, strain):
