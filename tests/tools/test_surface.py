@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from evp import interpreter, surface
+from evp import interpreter, part, surface
 from evp.run import CHECKOUT
 
 PARTS = CHECKOUT / "tests" / "data" / "parts"
@@ -112,6 +112,8 @@ def test_depth_within_a_cube_and_outside_and_points_on_it():
     cube = cube_of(box())
     assert cube.depth(x) == pytest.approx(expected, abs=1e-6)
     assert cube.thickness(random) == pytest.approx(1.0, abs=0.05)
+    plate = cube_of(box() * [1.0, 1.0, 0.2])
+    assert part.check_thickness(plate, 2000, random) == pytest.approx(0.1 / part.guessed_radius(0.2, 2000), rel=0.05), "spheres across the wall"
     points = cube.spread_points(0.05, np.random.default_rng(2))
     tree = surface.cKDTree(points)
     assert tree.query(points, 2)[0][:, 1].min() >= 0.05 and tree.query(cube.scattered(20000, random)[0])[0].max() < 0.075
