@@ -117,6 +117,7 @@ template <class Powers> class Law {
     const double ratio = row.m2 * row.n2 * row.e2 / (row.m1 * row.n1 * row.e1);
     hardening = ratio < 1.0 ? ratio / (1.0 - ratio)
                             : 0.0;    // with plasticity PairLaw::check_flow() refuses others
+    flowing = 1.0 / (1.0 + hardening);
     const auto at = [this](double strain) {
       const double s = 1.0 / (1.0 + strain);
       return Threshold{first.force(s), first.stored(strain, s)};
@@ -178,14 +179,14 @@ template <class Powers> class Law {
   EVP_INLINE double slip_linear(double strain, double k) const
   {
     const double over = strain - (xi_s + hardening * k);
-    return over > AT_LIMIT ? over / (1.0 + hardening) : 0.0;
+    return over > AT_LIMIT ? over * flowing : 0.0;
   }
   double slip(double strain, double k) const
   {
     if (saturation == 0.0) return slip_linear(strain, k);
     const double over = strain - limit(k);
     if (!(over > AT_LIMIT)) return 0.0;
-    double delta = over / (1.0 + hardening);    // too little, and so is each step of Newton's
+    double delta = over * flowing;    // too little, and so is each step of Newton's
     for (int it = 0; it < 100; it++) {
       const double rest = strain - delta - limit(k + delta);
       const double step = rest / (1.0 + hardening * std::exp(-(k + delta) / saturation));
@@ -243,6 +244,7 @@ template <class Powers> class Law {
     double force, stored;    ///< F_I deq and Phi_I - Phi_I(deq) at ds
   };
   Threshold stretched, compressed;
+  double flowing;    // share of an increment beyond the limit that flows
 
   EVP_INLINE PowerPair powers_at(const Place &at, double s) const
   {

@@ -145,7 +145,7 @@ namespace {
     const Law<Powers> only = all.laws[0];
     const Law<Powers> *own[Many ? PairBlock::SIZE : 1];    // apart: up to 8 % quicker
     if constexpr (Many) all.find(block, own);
-    alignas(64) double distance[PairBlock::SIZE], slip[PairBlock::SIZE];
+    alignas(64) double distance[PairBlock::SIZE], slip[PairBlock::SIZE], q_new[PairBlock::SIZE];
     find_slips<Powers, Many, Contact>(all, block, distance, slip);
 
     EVP_INDEPENDENT
@@ -153,22 +153,24 @@ namespace {
       const Law<Powers> &c = Many ? *own[k] : only;
       const double dsq = block.distance_squared(k);
       const double d = distance[k], r = d * inv_deq[k];
-      const double q_new = flow.q[k] + slip[k];
-      double e = r - q_new;
+      const double q = flow.q[k] + slip[k];
+      double e = r - q;
       if constexpr (Contact) e = e > 1.0 ? 1.0 : e;    // apart, nothing acts
       const double w = 1.0 / (e * d);
       const double s = w * d;
       put_force<Damping, Stored>(block, k, c.first.force(s), inv_deq[k], w * e, c.gamma,
                                  !(dsq > cutsq[k]));
-      flow.q_new[k] = Contact && dsq > cutsq[k] ? 0.0 : q_new;
+      q_new[k] = Contact && dsq > cutsq[k] ? 0.0 : q;
       if constexpr (Stored) {
-        const double strain = r - 1.0 - q_new;
+        const double strain = r - 1.0 - q;
         block.elastic[k] = c.first.stored(Contact && strain > 0.0 ? 0.0 : strain, s);
         block.forgotten[k] = 0.0;
       }
     }
-    *flow.any_flow = std::memcmp(flow.q, flow.q_new, n * sizeof(double)) != 0;
-    if (*flow.any_flow) find_dissipated<Powers, Many>(all, block, slip);
+    *flow.any_flow = std::memcmp(flow.q, q_new, n * sizeof(double)) != 0;
+    if (!*flow.any_flow) return;    // mostly, and then only forces are written
+    std::memcpy(flow.q_new, q_new, n * sizeof(double));
+    find_dissipated<Powers, Many>(all, block, slip);
   }
 
   /// Compiled for each instruction set; loops with pow() gain nothing from that.

@@ -81,8 +81,7 @@ struct FlowArrays {
   const double *q = nullptr, *k = nullptr;    ///< in force
   double *q_new = nullptr;         ///< where the pair would move q: taken over by commit()
   double *dissipated = nullptr;    ///< dissipated on the way there [energy]
-  char *any_flow =
-      nullptr;    ///< of each block: is any pair on its way? If not, dissipated is not written
+  char *any_flow = nullptr;    ///< of each block: is any pair on its way? Else neither is written
 
   /// Those of the block that begins at pair n.
   FlowArrays from(size_t n) const
