@@ -32,7 +32,7 @@ import sys
 import evp  # noqa: F401  before numpy
 from evp import calibration
 from evp.calibration import Table, Targets, check, check_file, parse_at
-from evp.report import command_line, errors_in_one_line, typed
+from evp.report import command_line, errors_in_one_line, positive, target_file, typed, whole
 from evp.run import lammps_command
 
 
@@ -50,14 +50,14 @@ def parser():
                      help="stress above the rate-independent one [Pa] at a strain rate [1/s]")
     top.add_argument("--density", type=float, required=True, help="of the solid [kg/m3]")
     top.add_argument("--name", required=True, help="of the row")
-    top.add_argument("--out", type=pathlib.Path, required=True, metavar="FILE", help="potential file to append to; made where there is none")
+    top.add_argument("--out", type=target_file, required=True, metavar="FILE", help="potential file to append to; made where there is none")
     body = top.add_mutually_exclusive_group()
     body.add_argument("--body", type=pathlib.Path, metavar="FILE",
                       help="data file of the body, beside it FILE.body, by in.specimen or body.py; strains are those between 0.3 and 0.7 of its length")
-    body.add_argument("--spheres", type=int, default=2000, metavar="N", help="of the cylinder (default 2000)")
-    top.add_argument("--seed", type=int, default=1, help="of the cylinder (default 1)")
-    top.add_argument("--ranks", type=int, default=2, help="MPI ranks of each run (default 2)")
-    top.add_argument("--timeout", type=float, default=900.0, help="seconds after which a run has failed (default 900)")
+    body.add_argument("--spheres", type=whole(100), default=2000, metavar="N", help="of the cylinder (default 2000)")
+    top.add_argument("--seed", type=whole(1), default=1, help="of the cylinder (default 1)")
+    top.add_argument("--ranks", type=whole(1), default=2, help="MPI ranks of each run (default 2)")
+    top.add_argument("--timeout", type=positive, default=900.0, help="seconds after which a run has failed (default 900)")
     top.add_argument("--table", type=pathlib.Path, metavar="FILE", help="the run table (default: OUT.NAME.jsonl)")
     top.add_argument("--fresh", action="store_true", help="forget the runs of the table")
     return top
@@ -69,7 +69,11 @@ def nu_of(word):
 
 
 def targets_of(options):
-    """Targets of the command line; ValueError where they have no meaning."""
+    """Targets of the command line; ValueError where they, or choices of the body, have no meaning."""
+    if options.body and options.seed != parser().get_default("seed"):
+        raise ValueError("--seed is that of the cylinder: leave it out with --body, which is a body that exists")
+    if options.body and options.rate:
+        raise ValueError("--rate: not with --body, whose middle may be strained at another rate than its grips; take gamma of a calibration without --body")
     if bool(options.curve) == bool(options.yield_stress and options.stress) or options.curve and (options.yield_stress or options.stress):
         raise ValueError("give --yield and --stress, or --curve")
     if options.true and not options.curve:
@@ -87,20 +91,6 @@ def targets_of(options):
             raise
         raise ValueError(f"{error} ({options.curve} gives --yield {first:.6g} and {', '.join(f'--stress {s:.6g}@{e:g}' for s, e in points)})") from None
     return targets
-
-
-def check_options(options):
-    """ValueError where an option has no meaning."""
-    if options.body and options.seed != parser().get_default("seed"):
-        raise ValueError("--seed is that of the cylinder: leave it out with --body, which is a body that exists")
-    if options.body and options.rate:
-        raise ValueError("--rate: not with --body, whose middle may be strained at another rate than its grips; take gamma of a calibration without --body")
-    if options.spheres < 100:
-        raise ValueError(f"--spheres must be 100 at least, got {options.spheres}")
-    if options.seed < 1 or options.ranks < 1:
-        raise ValueError("--seed and --ranks must be positive")
-    if not options.timeout > 0.0:
-        raise ValueError("--timeout must be positive")
 
 
 def comments(options, targets, result, over, words):
@@ -129,7 +119,6 @@ def residuals(targets, result):
 
 def calibrate(options, words):
     """Make the row; returns its Result."""
-    check_options(options)
     targets = targets_of(options)
     out = options.out.absolute()
     check_file(out, options.name)

@@ -23,7 +23,7 @@ from evp import curves, dump, spheres, view_figure, view_scene  # before numpy
 import numpy as np
 from evp.figures import short_names
 from evp.progress import watched
-from evp.report import all_or_nothing, command_line, errors_in_one_line
+from evp.report import all_or_nothing, command_line, errors_in_one_line, positive, whole
 
 RELEASED = 0.02  # of the largest stress: less on the way back is no load
 FLAT = 0.8  # thinnest side of a body over the next one, below which the camera looks onto it
@@ -197,12 +197,12 @@ def parser():
     top.add_argument("--cut", nargs="+", action="append", metavar="CONDITION",
                      help='leaves out spheres whose centers meet all conditions, such as "y<0" "z>0" (units of the dump); may be given again. '
                      "Not for --vtk")
-    top.add_argument("--strip", nargs="?", type=int, const=STRIP, metavar="N", help=f"N snapshots of the series in one picture (default: {STRIP})")
+    top.add_argument("--strip", nargs="?", type=whole(1), const=STRIP, metavar="N", help=f"N snapshots of the series in one picture (default: {STRIP})")
     top.add_argument("--film", type=pathlib.Path, metavar="FILE", help="a film, .gif, or .mp4, .mkv, .webm where ffmpeg is installed")
-    top.add_argument("--rate", type=float, default=10.0, metavar="N", help="pictures per second of the film (default: 10)")
+    top.add_argument("--rate", type=positive, default=10.0, metavar="N", help="pictures per second of the film (default: 10)")
     top.add_argument("--vtk", type=pathlib.Path, metavar="PREFIX", help="PREFIX.pvd and PREFIX_K.vtu for ParaView, all columns as named arrays")
     top.add_argument("--out", type=pathlib.Path, metavar="PNG", help="(default: view.png where no film and no VTK is asked for)")
-    top.add_argument("--pixels", type=int, default=700, metavar="N", help="longest side of a view (default: 700)")
+    top.add_argument("--pixels", type=whole(100, 6000), default=700, metavar="N", help="longest side of a view (default: 700)")
     top.add_argument("--captions", nargs="+", metavar="TEXT", help="above the pictures of a PNG, one for each snapshot, in place of load, time or step")
     top.add_argument("--unfinished", action="store_true", help="leave out a last snapshot that ends in the middle: the run goes on, or was stopped")
     return top
@@ -221,11 +221,6 @@ def check(args):
         raise ValueError(f"--range {args.range[0]:g} {args.range[1]:g}: the first must be less than the second")
     if args.range and not args.color:
         raise ValueError("--range needs --color COLUMN")
-    if not 100 <= args.pixels <= 6000:
-        raise ValueError(f"--pixels {args.pixels}: give 100 to 6000")
-    for option, value in (("--rate", args.rate), ("--strip", args.strip)):
-        if value is not None and not 0 < value < float("inf"):
-            raise ValueError(f"{option} {value:g}: give a positive number")
 
 
 def main(argv=None):

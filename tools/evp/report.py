@@ -4,6 +4,7 @@
 import argparse
 import contextlib
 import csv
+import math
 import os
 import pathlib
 import re
@@ -46,15 +47,36 @@ def errors_in_one_line(tool):
         sys.exit(f"{typed(tool)}: error: {words_of(error)}")
 
 
-def check_target(option, path):
-    """ValueError where a file of this name cannot be written."""
-    path = pathlib.Path(path)
+def positive(word):
+    """Type of an option: a finite number above 0."""
+    value = float(word)
+    if not 0.0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"give a positive number, got {word}")
+    return value
+
+
+def whole(least, most=math.inf):
+    """Type of an option: a whole number from least to most."""
+    limits = f"from {least} to {most}" if most < math.inf else f"of {least} or more"
+
+    def number(word):
+        value = int(word)
+        if not least <= value <= most:
+            raise argparse.ArgumentTypeError(f"give a whole number {limits}, got {word}")
+        return value
+
+    return number
+
+
+def target_file(word):
+    """Type of an option: the path of a file that can be written."""
+    path = pathlib.Path(word)
+    folder = path.absolute().parent
     if path.is_dir():
-        raise ValueError(f"{option} {path}: this is a folder: give the name of a file in it")
-    if not path.absolute().parent.is_dir():
-        raise ValueError(f"{option} {path}: there is no folder {path.absolute().parent}")
-    if not os.access(path.absolute().parent, os.W_OK):
-        raise ValueError(f"{option} {path}: no file can be written in this folder")
+        raise argparse.ArgumentTypeError(f"{path} is a folder: give the name of a file in it")
+    if not os.access(folder, os.W_OK):
+        raise argparse.ArgumentTypeError(f"{path}: " + ("no file can be written in this folder" if folder.is_dir() else f"there is no folder {folder}"))
+    return path
 
 
 def print_table(titles, rows, digits=5):
