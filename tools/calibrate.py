@@ -21,6 +21,7 @@ smaller increments. Use the row with *plasticity isotropic* and *contact repulsi
 checkout, or EVP_LMP and EVP_MPIRUN.
 """
 
+import argparse
 import datetime
 import hashlib
 import pathlib
@@ -31,7 +32,7 @@ import sys
 
 import evp  # noqa: F401  before numpy
 from evp import calibration
-from evp.calibration import Table, Targets, check, check_file, parse_at
+from evp.calibration import Table, Targets, check, check_file
 from evp.report import command_line, errors_in_one_line, positive, target_file, typed, whole
 from evp.run import lammps_command
 
@@ -39,16 +40,16 @@ from evp.run import lammps_command
 def parser():
     """The command line."""
     top = command_line(__doc__)
-    top.add_argument("--E", type=float, required=True, help="Young's modulus [Pa]")
-    top.add_argument("--yield", dest="yield_stress", type=float, help="0.2 %% offset yield stress, nominal [Pa]")
-    top.add_argument("--stress", action="append", default=[], metavar="STRESS@STRAIN",
+    top.add_argument("--E", type=positive, required=True, help="Young's modulus [Pa]")
+    top.add_argument("--yield", dest="yield_stress", type=positive, help="0.2 %% offset yield stress, nominal [Pa]")
+    top.add_argument("--stress", type=value_at, action="append", default=[], metavar="STRESS@STRAIN",
                      help="nominal stress [Pa] at a nominal strain beyond yield; negative strain: compression; may be repeated")
     top.add_argument("--curve", type=pathlib.Path, metavar="FILE", help="measured curve, a CSV, instead of --yield and --stress")
     top.add_argument("--true", action="store_true", help="the curve is of true stress and true strain")
     top.add_argument("--nu", type=nu_of, default=0.3, help="Poisson's ratio, 0.25 to 0.42 (default 0.3); none: that of the network, about 1/4")
-    top.add_argument("--rate", action="append", default=[], metavar="OVERSTRESS@RATE",
+    top.add_argument("--rate", type=value_at, action="append", default=[], metavar="OVERSTRESS@RATE",
                      help="stress above the rate-independent one [Pa] at a strain rate [1/s]")
-    top.add_argument("--density", type=float, required=True, help="of the solid [kg/m3]")
+    top.add_argument("--density", type=positive, required=True, help="of the solid [kg/m3]")
     top.add_argument("--name", required=True, help="of the row")
     top.add_argument("--out", type=target_file, required=True, metavar="FILE", help="potential file to append to; made where there is none")
     body = top.add_mutually_exclusive_group()
@@ -68,6 +69,14 @@ def nu_of(word):
     return None if word == "none" else float(word)
 
 
+def value_at(word):
+    """(value, place) of VALUE@PLACE, the value above 0."""
+    value, _, place = word.partition("@")
+    if not place:
+        raise argparse.ArgumentTypeError(f"give two numbers VALUE@PLACE, got {word}")
+    return positive(value), float(place)
+
+
 def targets_of(options):
     """Targets of the command line; ValueError where they, or choices of the body, have no meaning."""
     if options.body and options.seed != parser().get_default("seed"):
@@ -81,9 +90,8 @@ def targets_of(options):
     if options.curve:
         first, points = calibration.read_measured(options.curve, options.E, options.true)
     else:
-        first, points = options.yield_stress, tuple(parse_at(word, "--stress") for word in options.stress)
-    rates = tuple(parse_at(word, "--rate") for word in options.rate)
-    targets = Targets(options.E, first, points, options.density, options.nu, rates)
+        first, points = options.yield_stress, tuple(options.stress)
+    targets = Targets(options.E, first, points, options.density, options.nu, tuple(options.rate))
     try:
         check(targets)
     except ValueError as error:

@@ -106,28 +106,9 @@ def at(strain):
     return f"stress at {strain:g}"
 
 
-def parse_at(word, what):
-    """(value, place) of 'VALUE@PLACE', the value above 0. ValueError where it is no such word."""
-    parts = word.split("@")
-    try:
-        value, place = (float(part) for part in parts)
-    except ValueError:
-        raise ValueError(f"{what} must be two numbers VALUE@PLACE, got '{word}'") from None
-    positive(value, what)
-    return value, place
-
-
-def positive(value, what):
-    """ValueError unless the value is a finite number above 0."""
-    if not (math.isfinite(value) and value > 0.0):
-        raise ValueError(f"{what} must be a finite number above 0, got {value:g}")
-
-
 def check(targets):
     """ValueError where a target has no meaning, or is in another unit."""
     modulus, at_first, nu = targets.modulus, targets.yield_stress, targets.nu
-    for value, what in ((modulus, "--E"), (at_first, "--yield"), (targets.density, "--density")):
-        positive(value, what)
     if not DENSITIES[0] <= targets.density <= DENSITIES[1]:
         raise ValueError(f"--density: {targets.density:g} kg/m3 is no solid's: give kg/m3, such as 2700")
     if modulus < SOFTEST:
@@ -190,13 +171,12 @@ def read_measured(path, modulus, is_true):
 
 
 def check_rates(rates):
-    """ValueError where the over-stresses are not linear in the rate over more than a decade."""
-    for over, rate in rates:
-        positive(over, "--rate")
-        positive(rate, "--rate")
-    if len(rates) < 2:
+    """ValueError where a rate is not positive, or the over-stresses are not linear in it over more than a decade."""
+    if not rates:
         return
     ordered = sorted(rates, key=lambda pair: pair[1])
+    if not 0.0 < ordered[0][1] <= ordered[-1][1] < math.inf:
+        raise ValueError("--rate: give positive rates")
     (over0, rate0), (over1, rate1) = ordered[0], ordered[-1]
     slopes = [over / rate for over, rate in ordered]
     if rate1 > 10.0 * rate0 * (1.0 + 1e-9) and max(slopes) > (1.0 + LINEAR) * min(slopes):
@@ -460,48 +440,35 @@ class Table:
         self.file = open(self.path, "a+", encoding="utf-8")
         try:
             fcntl.flock(self.file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            if fresh:
-                self.file.truncate(0)
-            self.runs = self._read(json.loads(json.dumps(inputs)))
         except BlockingIOError:
-            self.file.close()
             raise ValueError(f"another calibration is writing {self.path}: wait for it, or give another --table") from None
-        except BaseException:
-            self.file.close()
-            raise
-
-    def _read(self, inputs):
-        """The runs of these inputs."""
         self.file.seek(0)
-        text = self.file.read()
+        text = "" if fresh else self.file.read()
         whole = text[: text.rfind("\n") + 1]
         self.file.truncate(len(whole.encode("utf-8")))  # what a kill has cut off
         try:
-            first, *runs = [json.loads(line) for line in whole.splitlines()] or [self._write({"inputs": inputs})]
+            self.runs = [json.loads(line) for line in whole.splitlines()]
         except ValueError as error:
             raise ValueError(f"{self.path} is no run table: {error}; take it away, or give another --table") from None
-        before = first.get("inputs") or {}
+        if not self.runs:
+            self.add({"inputs": inputs})
+        before, inputs = self.runs.pop(0).get("inputs") or {}, json.loads(json.dumps(inputs))
         other = [key for key in {**before, **inputs} if before.get(key) != inputs.get(key)]
         if other:
             raise ValueError(f"{self.path} holds the runs of a calibration with another {', '.join(sorted(other))}: "
                              "--fresh begins anew, --table names another file")
-        return runs
-
-    def _write(self, record):
-        """The record as it is read again."""
-        line = json.dumps(record)
-        self.file.write(line + "\n")
-        self.file.flush()
-        os.fsync(self.file.fileno())
-        return json.loads(line)
 
     def find(self, **key):
         """The run with these values, or None."""
         return next((run for run in self.runs if all(run.get(name) == value for name, value in key.items())), None)
 
     def add(self, record):
-        """Append a run that has ended."""
-        self.runs.append(self._write(record))
+        """Append a run that has ended; returns it as it is read again."""
+        line = json.dumps(record)
+        self.file.write(line + "\n")
+        self.file.flush()
+        os.fsync(self.file.fileno())
+        self.runs.append(json.loads(line))
         return self.runs[-1]
 
     def close(self):
