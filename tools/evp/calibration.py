@@ -275,9 +275,8 @@ class Body(NamedTuple):
 def measure(path):
     """The Body of a data file with its FILE.body."""
     size, read = specimen.read_body(path), specimen.read_data(path)
-    pairs, _ = specimen.pairs_within(read, ALPHA)
-    lengths = np.linalg.norm(read.x[pairs[:, 0]] - read.x[pairs[:, 1]], axis=1)
-    return Body(pathlib.Path(path).absolute(), len(read.ids), len(pairs), float(lengths.mean()), float(np.mean(lengths**2)), size["volume"], size["length"])
+    lengths = specimen.bond_lengths(read, ALPHA)
+    return Body(pathlib.Path(path).absolute(), len(read.ids), len(lengths), float(lengths.mean()), float(np.mean(lengths**2)), size["volume"], size["length"])
 
 
 def make_body(folder, count, seed, density, timeout):

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from . import curves, law
-from .specimen import pairs_within
+from .specimen import bond_lengths
 
 STRAINS = (0.002, 0.005, *curves.STRAINS_REPORTED.values())  # the first in the elastic part
 REFERENCE_COUNT, REFERENCE_VOLUME = 500, np.pi * 0.02**2 * 0.05  # spheres and volume [m3] of the paper's specimen, for which a row of its tables is meant
@@ -124,9 +124,7 @@ def run_row(text, specimen, volume):
     density = more.get("density") or specimen.mass.sum() / volume
     if "spacing" not in more:
         return scaled_row(row, len(specimen.ids), volume), density
-    pairs, _ = pairs_within(specimen, row.alpha)
-    spacing = np.mean(np.linalg.norm(specimen.x[pairs[:, 0]] - specimen.x[pairs[:, 1]], axis=1))
-    return row._replace(gamma=row.gamma * (more["spacing"] / spacing) ** 2), density  # e goes as its cube, gamma as it
+    return row._replace(gamma=row.gamma * (more["spacing"] / np.mean(bond_lengths(specimen, row.alpha))) ** 2), density  # e goes as its cube, gamma as it
 
 
 def relaxation_time(lengths, row):
@@ -150,9 +148,8 @@ def expected(specimen, row, density, rate, modulus, length=0.05):
         raise ValueError(f"--rate must be positive, got {rate:g}")
     if row.gamma == 0.0 or row.e1 == 0.0:
         raise ValueError("coeff must be the row of the damped run, with gamma > 0 and e1 > 0")
-    pairs, _ = pairs_within(specimen, row.alpha)
-    if len(pairs) == 0:
+    lengths = bond_lengths(specimen, row.alpha)
+    if len(lengths) == 0:
         raise ValueError(f"the specimen has no pairs within alpha = {row.alpha:g}")
-    lengths = np.linalg.norm(specimen.x[pairs[:, 0]] - specimen.x[pairs[:, 1]], axis=1)
     tau = relaxation_time(lengths, row)
     return Expected(tau, modulus * tau * rate, float(np.sqrt(modulus * density)) * length * rate)

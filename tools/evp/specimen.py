@@ -69,6 +69,12 @@ def middle_strains(specimen, x, length=0.05):
     return strains[0], 0.5 * (strains[1] + strains[2])
 
 
+def bond_lengths(specimen, alpha):
+    """Distances (B,) of the pairs that a row with this alpha bonds."""
+    i, j = pairs_within(specimen, alpha)[0].T
+    return np.linalg.norm(specimen.x[i] - specimen.x[j], axis=1)
+
+
 def pairs_within(specimen, reach):
     """Pairs (P,2) of 0-based indices with d <= reach (R_i + R_j), and their d/(R_i + R_j)."""
     pairs = cKDTree(specimen.x).query_pairs(2.0 * reach * specimen.radius.max(), output_type="ndarray")
