@@ -33,7 +33,7 @@ import sys
 import evp  # noqa: F401  before numpy
 from evp import calibration
 from evp.calibration import Table, Targets, check, check_file
-from evp.report import command_line, errors_in_one_line, positive, target_file, typed, whole
+from evp.report import command_line, errors_in_one_line, positive, print_table, target_file, typed, whole
 from evp.run import lammps_command
 
 
@@ -119,12 +119,6 @@ def checksum(path):
     return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:16] if files else ""
 
 
-def residuals(targets, result):
-    """Lines of a table: target, fit, residual."""
-    return [f"{name:<16} {value:>10.5g} {result.found[name]:>10.5g} {unit:<2} {100.0 * result.residuals[name]:+6.2f} %"
-            for name, (value, unit) in targets.aims.items()]
-
-
 def calibrate(options, words):
     """Make the row; returns its Result."""
     targets = targets_of(options)
@@ -165,7 +159,8 @@ def calibrate(options, words):
     finally:
         table.close()
     shutil.rmtree(work, ignore_errors=True)
-    print("\n".join([f"{'':<16} {'target':>10} {'fit':>10}", *residuals(targets, result)]))
+    print_table(("", "target", "fit", "", "off"),
+                [(name, value, result.found[name], unit, f"{100.0 * result.residuals[name]:+.2f} %") for name, (value, unit) in targets.aims.items()])
     print(f"{line}\nappended to {options.out}; runs in {table_path.name}, picture {picture.name}")
     if result.worst > calibration.MISS:
         print(f"{typed('calibrate.py')}: a target is missed by {100.0 * result.worst:.1f} %. {search.why_missed(result)}The row is the nearest of "

@@ -19,17 +19,15 @@ dump (dump_modify units yes), else SI; no display is needed. Spheres are drawn b
 
 import pathlib
 
-from evp import curves, dump, spheres, view_figure, view_scene  # before numpy
+from evp import curves, dump, progress, spheres, view_figure, view_scene  # before numpy
 import numpy as np
 from evp.figures import short_names
-from evp.progress import watched
 from evp.report import all_or_nothing, command_line, errors_in_one_line, positive, whole
 
 RELEASED = 0.02  # of the largest stress: less on the way back is no load
 FLAT = 0.8  # thinnest side of a body over the next one, below which the camera looks onto it
 STRIP = 4  # snapshots of a strip, unless told otherwise
 WATCHED = 3  # more snapshots than this show progress
-INTERVAL = 5.0  # [s] between two lines of it where the output is no terminal
 BROAD = 1.6  # width over height of a view, beyond which the snapshots of a strip are below each other
 
 
@@ -92,7 +90,7 @@ def names_of(snapshots, series):
 
 def with_progress(snapshots):
     """The snapshots, with progress where they are many."""
-    return watched("view", snapshots, str, interval=INTERVAL) if len(snapshots) > WATCHED else snapshots
+    return progress.watched("view", snapshots, str, interval=progress.INTERVAL) if len(snapshots) > WATCHED else snapshots
 
 
 class Scene:
@@ -176,7 +174,7 @@ def write_vtk(args, snapshots):
         for k, snapshot in enumerate(with_progress(snapshots)):
             table = view_scene.read_table(snapshot)
             name = f"{stem}_{k:0{digits}d}.vtu"
-            view_scene.write_points(folder / name, view_scene.places(table, snapshot), {view_scene.array_name(key): values for key, values in table.items()})
+            view_scene.write_points(folder / name, view_scene.places(table, snapshot), table)
             files.append((float(snapshot.step or 0) if snapshot.time is None else snapshot.time, name))
         view_scene.write_series(folder / f"{stem}.pvd", files)
     print(f"{args.vtk.parent / (stem + '.pvd')}: {len(files)} snapshots")

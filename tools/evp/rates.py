@@ -81,9 +81,9 @@ def check_twin(damped, twin):
                                 f"{1e-6 * with_gamma:.3g} MPa: the twin must be the run with gamma = 0")
 
 
-def reached(curve, strains=STRAINS):
-    """Those of the strains about which the curve has rows enough for a stress."""
-    return [at for at in strains if np.isfinite(curves.or_nan(curves.stress_at, curve.strain, curve.virial, at))]
+def reached(curve):
+    """Those of STRAINS about which the curve has rows enough for a stress."""
+    return [at for at in STRAINS if np.isfinite(curves.or_nan(curves.stress_at, curve.strain, curve.virial, at))]
 
 
 def shares_at(damped, twin, at):
