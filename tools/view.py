@@ -53,12 +53,11 @@ def slanted(x, radius):
 
 def end_of_run(path):
     """Load at the end of a deck, of PREFIX_state.dump by the PREFIX.csv beside it, as text; '' where there is none."""
-    end = "_state.dump"
+    if not path.name.endswith("_state.dump"):
+        return ""
     try:
-        curve = curves.read_curve(path.with_name(path.name[: -len(end)] + ".csv")) if path.name.endswith(end) else None
+        curve = curves.read_curve(path.with_name(path.name.removesuffix("_state.dump") + ".csv"))
     except (OSError, ValueError):
-        curve = None
-    if curve is None:
         return ""
     released = len(curves.turns(curve.strain)) > 0 and abs(curve.virial[-1]) < RELEASED * abs(curve.virial).max()
     return dump.load_text("strain", curve.strain[-1]) + (", released" if released else "")

@@ -32,7 +32,7 @@ import scipy.optimize
 
 from . import curves, dump, figures, law, specimen
 from .curves import YIELD_OFFSET
-from .report import write_whole
+from .report import all_or_nothing
 from .run import Failed, Job, last_strain, run_jobs
 
 EXPONENTS = (8.0, 4.0)  # of both regimes, as in Table 1
@@ -654,7 +654,8 @@ def append(path, lines):
     try:
         fcntl.flock(folder, fcntl.LOCK_EX)
         text = path.read_text(encoding="utf-8") if path.exists() else HEAD
-        write_whole(path, text + ("" if text.endswith("\n") else "\n") + "\n".join(lines) + "\n")
+        with all_or_nothing(path.parent) as place:
+            (place / path.name).write_text(text + ("" if text.endswith("\n") else "\n") + "\n".join(lines) + "\n", encoding="utf-8")
     finally:
         os.close(folder)
 

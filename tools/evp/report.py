@@ -112,10 +112,3 @@ def all_or_nothing(folder):
             if (folder / path.name).exists():
                 shutil.copymode(folder / path.name, path)
             os.replace(path, folder / path.name)
-
-
-def write_whole(path, text):
-    """Replaces a file, or makes it, in one move: where that fails, nothing has changed."""
-    path = pathlib.Path(path)
-    with all_or_nothing(path.parent) as folder:
-        (folder / path.name).write_text(text, encoding="utf-8")
