@@ -13,7 +13,6 @@ Needs Open3D: apt-get install python3-open3d (Debian), or pip install open3d. No
 
 import argparse
 import pathlib
-import signal
 import sys
 
 import evp  # noqa: F401  before numpy
@@ -55,8 +54,7 @@ def main(arguments=None):
     parser.add_argument("--density", type=positive, default=2700.0, help="of the solid [kg/m3]: that of the spheres in FILE, as in.specimen has it (%(default)g)")
     parser.add_argument("--example", action=Example, type=pathlib.Path, metavar="FILE.stl", help="write a part to try this on, and end")
     options = parser.parse_args(arguments)
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # the packing is ended, its folder removed
-    with errors_in_one_line("body.py"):
+    with errors_in_one_line("body.py", "; nothing was written"):
         surface = closed_surface(read_mesh(options.part), str(options.part)).placed(options.axis, UNITS[options.unit])
         if not USUAL[0] <= surface.extents.max() <= USUAL[1]:
             print(f"WARNING: with --unit {options.unit} the part is {extents_in_words(surface.extents)}: is that its unit?", file=sys.stderr)
@@ -77,7 +75,4 @@ def main(arguments=None):
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except KeyboardInterrupt:
-        sys.exit("body.py: interrupted; nothing was written")
+    main()

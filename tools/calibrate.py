@@ -27,7 +27,6 @@ import hashlib
 import pathlib
 import shlex
 import shutil
-import signal
 import sys
 
 import evp  # noqa: F401  before numpy
@@ -172,13 +171,8 @@ def main(words=None):
     """0; 3 where a target is missed by more than 3 %; 130 when interrupted. Ends with a message and 1 where there is no row."""
     words = list(sys.argv[1:] if words is None else words)
     options = parser().parse_args(words)
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # runs are ended, finished ones kept
-    try:
-        with errors_in_one_line("calibrate.py"):
-            result = calibrate(options, words)
-    except KeyboardInterrupt:
-        print(f"{typed('calibrate.py')}: interrupted; finished runs are kept, the same command goes on", file=sys.stderr)
-        return 130
+    with errors_in_one_line("calibrate.py", "; finished runs are kept, the same command goes on"):
+        result = calibrate(options, words)
     return 3 if result.worst > calibration.MISS else 0
 
 

@@ -26,7 +26,6 @@ pytestmark = pytest.mark.skipif(importlib.util.find_spec("open3d") is None, reas
 def tool(tmp_path, monkeypatch):
     """body.py, in the test's own folder; returns its exit code and what it printed."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(body.signal, "signal", lambda *_: None)
 
     def run(*words, lmp=LMP):
         monkeypatch.setenv("EVP_LMP", str(lmp))

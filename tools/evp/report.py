@@ -9,6 +9,7 @@ import os
 import pathlib
 import re
 import shutil
+import signal
 import sys
 import tempfile
 
@@ -39,12 +40,18 @@ def words_of(error):
 
 
 @contextlib.contextmanager
-def errors_in_one_line(tool):
-    """Ends the program with one message where a run failed, or a file or its content cannot be used."""
+def errors_in_one_line(tool, interrupted=""):
+    """Ends the program with one message where a run failed, a file or its content cannot be used, or the user stops it, when runs are ended, folders removed."""
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         yield
     except (RunError, OSError, ValueError) as error:
         sys.exit(f"{typed(tool)}: error: {words_of(error)}")
+    except KeyboardInterrupt:
+        print(f"{typed(tool)}: interrupted{interrupted}", file=sys.stderr)
+        sys.exit(130)
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def positive(word):
