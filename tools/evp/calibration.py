@@ -226,7 +226,7 @@ def stiffening(volume):
 
 
 def affine_stress(strains, shape):
-    """Nominal stress/E0 at nominal strains (S,), free sideways."""
+    """Nominal stress/E0 at nominal strains (S,) other than 0, free sideways."""
     m, n = EXPONENTS
     row = law.Row(1.0, m, n, shape.softening, m, n, shape.xi_s, 0.0, ALPHA)
     found, saturation = [], 1.0 / shape.bend if shape.bend > 0.0 else 0.0
@@ -241,9 +241,6 @@ def affine_stress(strains, shape):
         return np.sum(along * c2) * (1.0 + a), np.sum(along * s2) * (1.0 + b)
 
     for a in strains:
-        if a == 0.0:
-            found.append(0.0)
-            continue
         b = scipy.optimize.brentq(lambda lateral: pull(a, lateral)[1], -0.8 * a, 0.1 * a, xtol=1e-14, rtol=1e-12)
         found.append(pull(a, b)[0])
     return np.array(found)
