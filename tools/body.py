@@ -51,7 +51,8 @@ def main(arguments=None):
     parser.add_argument("--unit", choices=UNITS, default="mm", help="length unit of the file, which STL does not state (default: %(default)s)")
     parser.add_argument("--axis", choices=AXES, default="x", help="axis of the file along which the part is loaded (default: %(default)s)")
     parser.add_argument("--seed", type=whole(1), default=1, help="of the random initial positions (default: %(default)s)")
-    parser.add_argument("--density", type=positive, default=2700.0, help="of the solid [kg/m3]: that of the spheres in FILE, as in.specimen has it (%(default)g)")
+    parser.add_argument("--density", type=positive, default=2700.0,
+                        help="of the solid [kg/m3]: that of the spheres in FILE, as in.specimen has it (%(default)g)")
     parser.add_argument("--example", action=Example, type=pathlib.Path, metavar="FILE.stl", help="write a part to try this on, and end")
     options = parser.parse_args(arguments)
     with errors_in_one_line("body.py", "; nothing was written"):

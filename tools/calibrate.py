@@ -81,7 +81,8 @@ def targets_of(options):
     if options.body and options.seed != parser().get_default("seed"):
         raise ValueError("--seed is that of the cylinder: leave it out with --body, which is a body that exists")
     if options.body and options.rate:
-        raise ValueError("--rate: not with --body, whose middle may be strained at another rate than its grips; take gamma of a calibration without --body")
+        raise ValueError("--rate: not with --body, whose middle may be strained at another rate than its grips; "
+                         "take gamma of a calibration without --body")
     if bool(options.curve) == bool(options.yield_stress and options.stress) or options.curve and (options.yield_stress or options.stress):
         raise ValueError("give --yield and --stress, or --curve")
     if options.true and not options.curve:

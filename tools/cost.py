@@ -172,7 +172,8 @@ def errors(deck, screen, atoms):
 def main(arguments=None):
     parser = command_line(__doc__)
     parser.add_argument("--ranks", type=whole(1), default=1, metavar="N", help="MPI ranks (default: %(default)s)")
-    parser.add_argument("--seconds", type=whole(1), default=10, metavar="S", help="for which the script runs, its set-up included (default: %(default)s)")
+    parser.add_argument("--seconds", type=whole(1), default=10, metavar="S",
+                        help="for which the script runs, its set-up included (default: %(default)s)")
     parser.add_argument("deck", type=pathlib.Path, metavar="SCRIPT", help="input script of LAMMPS")
     parser.add_argument("arguments", nargs=argparse.REMAINDER, metavar="...", help="options of LAMMPS, such as -var NAME VALUE")
     options = parser.parse_args(arguments)

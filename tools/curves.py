@@ -277,7 +277,8 @@ def parser():
     sub.add_argument("--out", metavar="PNG", help="a picture of the curves")
     sub.add_argument("--labels", nargs="+", help="of the curves in the picture, one each (default: the files' names)")
     sub = curve_command("table", show_table, "all of these for any number of curves, and how far they are from a target", fit=True)
-    sub.add_argument("--at", nargs="+", type=strains, default=[], metavar="STRAIN", help="strains that the stress is given at, with commas or blanks (default: 0.002,0.01)")
+    sub.add_argument("--at", nargs="+", type=strains, default=[], metavar="STRAIN",
+                     help="strains that the stress is given at, with commas or blanks (default: 0.002,0.01)")
     sub.add_argument("--target", metavar="FILE", help="rows strain,stress to compare with")
     sub.add_argument("--csv", metavar="FILE", help="the table as a file")
     sub = curve_command("plot", plot_curves, "stress-strain curves", "curves.png")

@@ -194,7 +194,8 @@ def parser():
     top.add_argument("--cut", nargs="+", action="append", metavar="CONDITION",
                      help='leaves out spheres whose centers meet all conditions, such as "y<0" "z>0" (units of the dump); may be given again. '
                      "Not for --vtk")
-    top.add_argument("--strip", nargs="?", type=whole(1), const=STRIP, metavar="N", help=f"N snapshots of the series in one picture (default: {STRIP})")
+    top.add_argument("--strip", nargs="?", type=whole(1), const=STRIP, metavar="N",
+                     help=f"N snapshots of the series in one picture (default: {STRIP})")
     top.add_argument("--film", type=pathlib.Path, metavar="FILE", help="a film, .gif, or .mp4, .mkv, .webm where ffmpeg is installed")
     top.add_argument("--rate", type=positive, default=10.0, metavar="N", help="pictures per second of the film (default: 10)")
     top.add_argument("--vtk", type=pathlib.Path, metavar="PREFIX", help="PREFIX.pvd and PREFIX_K.vtu for ParaView, all columns as named arrays")

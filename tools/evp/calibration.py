@@ -272,8 +272,8 @@ class Body(NamedTuple):
 def measure(path):
     """The Body of a data file with its FILE.body."""
     size, read = specimen.read_body(path), specimen.read_data(path)
-    lengths = specimen.bond_lengths(read, ALPHA)
-    return Body(pathlib.Path(path).absolute(), len(read.ids), len(lengths), float(lengths.mean()), float(np.mean(lengths**2)), size["volume"], size["length"])
+    deq = specimen.bond_lengths(read, ALPHA)
+    return Body(pathlib.Path(path).absolute(), len(read.ids), len(deq), float(deq.mean()), float(np.mean(deq**2)), size["volume"], size["length"])
 
 
 def make_body(folder, count, seed, density, timeout):

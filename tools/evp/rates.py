@@ -124,7 +124,8 @@ def run_row(text, specimen, volume):
     density = more.get("density") or specimen.mass.sum() / volume
     if "spacing" not in more:
         return scaled_row(row, len(specimen.ids), volume), density
-    return row._replace(gamma=row.gamma * (more["spacing"] / np.mean(bond_lengths(specimen, row.alpha))) ** 2), density  # e goes as its cube, gamma as it
+    finer = more["spacing"] / np.mean(bond_lengths(specimen, row.alpha))
+    return row._replace(gamma=row.gamma * finer**2), density  # e goes as its cube, gamma as it
 
 
 def relaxation_time(lengths, row):

@@ -41,7 +41,7 @@ def words_of(error):
 
 @contextlib.contextmanager
 def errors_in_one_line(tool, interrupted=""):
-    """Ends the program with one message where a run failed, a file or its content cannot be used, or the user stops it, when runs are ended, folders removed."""
+    """Ends the program with one message where a run failed, a file or its content cannot be used, or the user stops it."""
     before = signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         yield
@@ -82,7 +82,8 @@ def target_file(word):
     if path.is_dir():
         raise argparse.ArgumentTypeError(f"{path} is a folder: give the name of a file in it")
     if not os.access(folder, os.W_OK):
-        raise argparse.ArgumentTypeError(f"{path}: " + ("no file can be written in this folder" if folder.is_dir() else f"there is no folder {folder}"))
+        why = "no file can be written in this folder" if folder.is_dir() else f"there is no folder {folder}"
+        raise argparse.ArgumentTypeError(f"{path}: {why}")
     return path
 
 
