@@ -5,7 +5,6 @@
 
 units           si
 atom_style      sphere
-atom_modify     map yes
 boundary        s s s
 read_data       specimen.data
 set             group all density 4728                  # of the solid, 2770 kg/m3, over the solid fraction of the packing, 0.5859

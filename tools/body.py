@@ -13,13 +13,12 @@ Needs Open3D: apt-get install python3-open3d (Debian), or pip install open3d. No
 
 import argparse
 import pathlib
-import signal
 import sys
 
 import evp  # noqa: F401  before numpy
 import numpy as np
 from evp.part import check_thickness, guessed_radius, pack
-from evp.report import check_target, command_line, errors_in_one_line
+from evp.report import command_line, errors_in_one_line, positive, target_file, whole
 from evp.surface import AXES, closed_surface, dog_bone, read_mesh, write_mesh
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "in": 0.0254}
@@ -47,26 +46,16 @@ class Example(argparse.Action):
 def main(arguments=None):
     parser = command_line(__doc__)
     parser.add_argument("part", type=pathlib.Path, metavar="PART.stl", help="closed surface, STL, or another format that Open3D reads")
-    parser.add_argument("--n", type=int, required=True, help="number of spheres, 50 or more")
-    parser.add_argument("--out", type=pathlib.Path, required=True, metavar="FILE", help="data file to write; FILE.body is written beside it")
+    parser.add_argument("--n", type=whole(50), required=True, help="number of spheres, 50 or more")
+    parser.add_argument("--out", type=target_file, required=True, metavar="FILE", help="data file to write; FILE.body is written beside it")
     parser.add_argument("--unit", choices=UNITS, default="mm", help="length unit of the file, which STL does not state (default: %(default)s)")
     parser.add_argument("--axis", choices=AXES, default="x", help="axis of the file along which the part is loaded (default: %(default)s)")
-    parser.add_argument("--seed", type=int, default=1, help="of the random initial positions (default: %(default)s)")
-    parser.add_argument("--density", type=float, default=2700.0, help="of the solid [kg/m3]: that of the spheres in FILE, as in.specimen has it (%(default)g)")
+    parser.add_argument("--seed", type=whole(1), default=1, help="of the random initial positions (default: %(default)s)")
+    parser.add_argument("--density", type=positive, default=2700.0,
+                        help="of the solid [kg/m3]: that of the spheres in FILE, as in.specimen has it (%(default)g)")
     parser.add_argument("--example", action=Example, type=pathlib.Path, metavar="FILE.stl", help="write a part to try this on, and end")
     options = parser.parse_args(arguments)
-    if options.n < 50:
-        parser.error(f"--n must be at least 50, got {options.n}: fewer spheres do not make a packing")
-    if options.seed < 1:
-        parser.error(f"--seed must be a positive integer, got {options.seed}")
-    if not options.density > 0.0:
-        parser.error(f"--density must be positive, got {options.density:g}")
-    try:
-        check_target("--out", options.out)
-    except ValueError as error:
-        parser.error(str(error))
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # the packing is ended, its folder removed
-    with errors_in_one_line("body.py"):
+    with errors_in_one_line("body.py", "; nothing was written"):
         surface = closed_surface(read_mesh(options.part), str(options.part)).placed(options.axis, UNITS[options.unit])
         if not USUAL[0] <= surface.extents.max() <= USUAL[1]:
             print(f"WARNING: with --unit {options.unit} the part is {extents_in_words(surface.extents)}: is that its unit?", file=sys.stderr)
@@ -87,7 +76,4 @@ def main(arguments=None):
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except KeyboardInterrupt:
-        sys.exit("body.py: interrupted; nothing was written")
+    main()

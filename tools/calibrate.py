@@ -21,43 +21,43 @@ smaller increments. Use the row with *plasticity isotropic* and *contact repulsi
 checkout, or EVP_LMP and EVP_MPIRUN.
 """
 
+import argparse
 import datetime
 import hashlib
 import pathlib
 import shlex
 import shutil
-import signal
 import sys
 
 import evp  # noqa: F401  before numpy
 from evp import calibration
-from evp.calibration import Table, Targets, check, check_file, parse_at
-from evp.report import command_line, errors_in_one_line, typed
+from evp.calibration import Table, Targets, check, check_file
+from evp.report import command_line, errors_in_one_line, positive, print_table, target_file, typed, whole
 from evp.run import lammps_command
 
 
 def parser():
     """The command line."""
     top = command_line(__doc__)
-    top.add_argument("--E", type=float, required=True, help="Young's modulus [Pa]")
-    top.add_argument("--yield", dest="yield_stress", type=float, help="0.2 %% offset yield stress, nominal [Pa]")
-    top.add_argument("--stress", action="append", default=[], metavar="STRESS@STRAIN",
+    top.add_argument("--E", type=positive, required=True, help="Young's modulus [Pa]")
+    top.add_argument("--yield", dest="yield_stress", type=positive, help="0.2 %% offset yield stress, nominal [Pa]")
+    top.add_argument("--stress", type=value_at, action="append", default=[], metavar="STRESS@STRAIN",
                      help="nominal stress [Pa] at a nominal strain beyond yield; negative strain: compression; may be repeated")
     top.add_argument("--curve", type=pathlib.Path, metavar="FILE", help="measured curve, a CSV, instead of --yield and --stress")
     top.add_argument("--true", action="store_true", help="the curve is of true stress and true strain")
     top.add_argument("--nu", type=nu_of, default=0.3, help="Poisson's ratio, 0.25 to 0.42 (default 0.3); none: that of the network, about 1/4")
-    top.add_argument("--rate", action="append", default=[], metavar="OVERSTRESS@RATE",
+    top.add_argument("--rate", type=value_at, action="append", default=[], metavar="OVERSTRESS@RATE",
                      help="stress above the rate-independent one [Pa] at a strain rate [1/s]")
-    top.add_argument("--density", type=float, required=True, help="of the solid [kg/m3]")
+    top.add_argument("--density", type=positive, required=True, help="of the solid [kg/m3]")
     top.add_argument("--name", required=True, help="of the row")
-    top.add_argument("--out", type=pathlib.Path, required=True, metavar="FILE", help="potential file to append to; made where there is none")
+    top.add_argument("--out", type=target_file, required=True, metavar="FILE", help="potential file to append to; made where there is none")
     body = top.add_mutually_exclusive_group()
     body.add_argument("--body", type=pathlib.Path, metavar="FILE",
                       help="data file of the body, beside it FILE.body, by in.specimen or body.py; strains are those between 0.3 and 0.7 of its length")
-    body.add_argument("--spheres", type=int, default=2000, metavar="N", help="of the cylinder (default 2000)")
-    top.add_argument("--seed", type=int, default=1, help="of the cylinder (default 1)")
-    top.add_argument("--ranks", type=int, default=2, help="MPI ranks of each run (default 2)")
-    top.add_argument("--timeout", type=float, default=900.0, help="seconds after which a run has failed (default 900)")
+    body.add_argument("--spheres", type=whole(100), default=2000, metavar="N", help="of the cylinder (default 2000)")
+    top.add_argument("--seed", type=whole(1), default=1, help="of the cylinder (default 1)")
+    top.add_argument("--ranks", type=whole(1), default=2, help="MPI ranks of each run (default 2)")
+    top.add_argument("--timeout", type=positive, default=900.0, help="seconds after which a run has failed (default 900)")
     top.add_argument("--table", type=pathlib.Path, metavar="FILE", help="the run table (default: OUT.NAME.jsonl)")
     top.add_argument("--fresh", action="store_true", help="forget the runs of the table")
     return top
@@ -68,8 +68,21 @@ def nu_of(word):
     return None if word == "none" else float(word)
 
 
+def value_at(word):
+    """(value, place) of VALUE@PLACE, the value above 0."""
+    value, _, place = word.partition("@")
+    if not place:
+        raise argparse.ArgumentTypeError(f"give two numbers VALUE@PLACE, got {word}")
+    return positive(value), float(place)
+
+
 def targets_of(options):
-    """Targets of the command line; ValueError where they have no meaning."""
+    """Targets of the command line; ValueError where they, or choices of the body, have no meaning."""
+    if options.body and options.seed != parser().get_default("seed"):
+        raise ValueError("--seed is that of the cylinder: leave it out with --body, which is a body that exists")
+    if options.body and options.rate:
+        raise ValueError("--rate: not with --body, whose middle may be strained at another rate than its grips; "
+                         "take gamma of a calibration without --body")
     if bool(options.curve) == bool(options.yield_stress and options.stress) or options.curve and (options.yield_stress or options.stress):
         raise ValueError("give --yield and --stress, or --curve")
     if options.true and not options.curve:
@@ -77,9 +90,8 @@ def targets_of(options):
     if options.curve:
         first, points = calibration.read_measured(options.curve, options.E, options.true)
     else:
-        first, points = options.yield_stress, tuple(parse_at(word, "--stress") for word in options.stress)
-    rates = tuple(parse_at(word, "--rate") for word in options.rate)
-    targets = Targets(options.E, first, points, options.density, options.nu, rates)
+        first, points = options.yield_stress, tuple(options.stress)
+    targets = Targets(options.E, first, points, options.density, options.nu, tuple(options.rate))
     try:
         check(targets)
     except ValueError as error:
@@ -87,20 +99,6 @@ def targets_of(options):
             raise
         raise ValueError(f"{error} ({options.curve} gives --yield {first:.6g} and {', '.join(f'--stress {s:.6g}@{e:g}' for s, e in points)})") from None
     return targets
-
-
-def check_options(options):
-    """ValueError where an option has no meaning."""
-    if options.body and options.seed != parser().get_default("seed"):
-        raise ValueError("--seed is that of the cylinder: leave it out with --body, which is a body that exists")
-    if options.body and options.rate:
-        raise ValueError("--rate: not with --body, whose middle may be strained at another rate than its grips; take gamma of a calibration without --body")
-    if options.spheres < 100:
-        raise ValueError(f"--spheres must be 100 at least, got {options.spheres}")
-    if options.seed < 1 or options.ranks < 1:
-        raise ValueError("--seed and --ranks must be positive")
-    if not options.timeout > 0.0:
-        raise ValueError("--timeout must be positive")
 
 
 def comments(options, targets, result, over, words):
@@ -121,15 +119,8 @@ def checksum(path):
     return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:16] if files else ""
 
 
-def residuals(targets, result):
-    """Lines of a table: target, fit, residual."""
-    return [f"{name:<16} {value:>10.5g} {result.found[name]:>10.5g} {unit:<2} {100.0 * result.residuals[name]:+6.2f} %"
-            for name, (value, unit) in targets.aims.items()]
-
-
 def calibrate(options, words):
     """Make the row; returns its Result."""
-    check_options(options)
     targets = targets_of(options)
     out = options.out.absolute()
     check_file(out, options.name)
@@ -168,7 +159,8 @@ def calibrate(options, words):
     finally:
         table.close()
     shutil.rmtree(work, ignore_errors=True)
-    print("\n".join([f"{'':<16} {'target':>10} {'fit':>10}", *residuals(targets, result)]))
+    print_table(("", "target", "fit", "", "off"),
+                [(name, value, result.found[name], unit, f"{100.0 * result.residuals[name]:+.2f} %") for name, (value, unit) in targets.aims.items()])
     print(f"{line}\nappended to {options.out}; runs in {table_path.name}, picture {picture.name}")
     if result.worst > calibration.MISS:
         print(f"{typed('calibrate.py')}: a target is missed by {100.0 * result.worst:.1f} %. {search.why_missed(result)}The row is the nearest of "
@@ -180,13 +172,8 @@ def main(words=None):
     """0; 3 where a target is missed by more than 3 %; 130 when interrupted. Ends with a message and 1 where there is no row."""
     words = list(sys.argv[1:] if words is None else words)
     options = parser().parse_args(words)
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # runs are ended, finished ones kept
-    try:
-        with errors_in_one_line("calibrate.py"):
-            result = calibrate(options, words)
-    except KeyboardInterrupt:
-        print(f"{typed('calibrate.py')}: interrupted; finished runs are kept, the same command goes on", file=sys.stderr)
-        return 130
+    with errors_in_one_line("calibrate.py", "; finished runs are kept, the same command goes on"):
+        result = calibrate(options, words)
     return 3 if result.worst > calibration.MISS else 0
 
 

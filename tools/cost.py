@@ -14,7 +14,6 @@ doc/studies/accuracy_cost.py measured for the same script. LAMMPS is the lmp of 
 import argparse
 import collections
 import csv
-import math
 import pathlib
 import re
 import shutil
@@ -25,7 +24,7 @@ import tempfile
 import evp  # noqa: F401  before numpy
 import numpy as np
 from evp.progress import format_seconds
-from evp.report import command_line, errors_in_one_line
+from evp.report import command_line, errors_in_one_line, whole
 from evp.run import CHECKOUT, RunError, ended, lammps_command, lammps_error
 
 MEASURED = CHECKOUT / "doc" / "accuracy_errors.csv"
@@ -66,7 +65,7 @@ def script(deck, folder, seconds):
     (folder / "timings.lmp").write_text(timings(text, max(1.0, 0.2 * seconds)), encoding="utf-8")
     choices = ["-var", "out", str(folder / "out")] if re.search(r"^variable\s+out\s", text, re.M) else []
     last = f"print '{MARK} deck ended'"
-    begin = f"timer timeout {seconds:.0f} every 10"
+    begin = f"timer timeout {seconds} every 10"
     if "${also}" in text and not re.search(r"^run\s", text, re.M):  # minimizations, which a timeout would leave half done
         begin = "variable cost_begun timer"
         (folder / "also.lmp").write_text(f'variable cost_now timer\nif "$((v_k>=3)*(v_cost_now-v_cost_begun>{seconds}))" then '
@@ -172,13 +171,12 @@ def errors(deck, screen, atoms):
 
 def main(arguments=None):
     parser = command_line(__doc__)
-    parser.add_argument("--ranks", type=int, default=1, metavar="N", help="MPI ranks (default: %(default)s)")
-    parser.add_argument("--seconds", type=float, default=10.0, metavar="S", help="for which the script runs, its set-up included (default: %(default)g)")
+    parser.add_argument("--ranks", type=whole(1), default=1, metavar="N", help="MPI ranks (default: %(default)s)")
+    parser.add_argument("--seconds", type=whole(1), default=10, metavar="S",
+                        help="for which the script runs, its set-up included (default: %(default)s)")
     parser.add_argument("deck", type=pathlib.Path, metavar="SCRIPT", help="input script of LAMMPS")
     parser.add_argument("arguments", nargs=argparse.REMAINDER, metavar="...", help="options of LAMMPS, such as -var NAME VALUE")
     options = parser.parse_args(arguments)
-    if options.ranks < 1 or not 1 <= options.seconds < math.inf:
-        parser.error("--ranks and --seconds must be at least 1")
     with errors_in_one_line("cost.py"), tempfile.TemporaryDirectory(prefix="evp_cost_") as folder:
         screen, log = run(options, pathlib.Path(folder))
         parts = re.split(rf"^{MARK} (.*)\n", screen, flags=re.M)

@@ -33,7 +33,7 @@ and rho c L rate.
 import pathlib
 
 from evp import curves, figures, law, rates, specimen
-from evp.report import command_line, errors_in_one_line, print_table, typed, write_csv
+from evp.report import command_line, errors_in_one_line, positive, print_table, typed, write_csv
 
 ELASTIC_END = 0.004  # strain at which the first pairs of Table 1 come to the second regime
 TITLES = {  # {E}: what the modulus is called
@@ -72,13 +72,12 @@ def numbers_file(out, paths):
 
     ValueError where that is an input, too, or the picture itself is one.
     """
-    out, read = pathlib.Path(out), [pathlib.Path(path).resolve() for path in paths]
-    check_not_read("--out", out, read)
-    beside = out.with_suffix(".csv")
-    if beside.resolve() not in read:
+    out = pathlib.Path(out)
+    check_not_read("--out", out, paths)
+    beside, other = out.with_suffix(".csv"), out.with_name(out.stem + "_plot.csv")
+    if beside.resolve() not in [pathlib.Path(path).resolve() for path in paths]:
         return beside
-    other = out.with_name(out.stem + "_plot.csv")
-    check_not_read("--out: the numbers in", other, read)
+    check_not_read("--out: the numbers in", other, paths)
     print(f"NOTE: {beside} is read: the numbers of the picture go to {other}")
     return other
 
@@ -117,14 +116,9 @@ def one_load(paths, strain):
     return load if strain == "strain" else load._replace(strain="nominal strain of the extensometer")
 
 
-def read_with_turns(path, args):
-    """(curve, rows at which it turns back): those of the grips, as the strain of an extensometer jitters."""
-    return curves.read_curve(path, args.strain), curves.turns(curves.read_curve(path).strain)
-
-
 def evaluated(args, numbers):
-    """({path: (curve, turns)}, {path: numbers(curve, turns)}); a CurveError names its file."""
-    read = {path: read_with_turns(path, args) for path in dict.fromkeys(args.curves)}
+    """({path: (curve, turns)}, {path: numbers(curve, turns)}); the turns are those of the grips, as the strain of an extensometer jitters."""
+    read = {path: (curves.read_curve(path, args.strain), curves.turns(curves.read_curve(path).strain)) for path in dict.fromkeys(args.curves)}
     found = {path: curves.named(path, numbers, curve, turns) for path, (curve, turns) in read.items()}
     for path, line in found.items():
         if curves.load_of(path).deck in ("in.torsion", "in.bending"):  # stress and strain of the surface
@@ -143,7 +137,6 @@ def print_numbers(found, names, digits=5):
 
 def show_numbers(args):
     """Print one line of numbers for each curve."""
-
     read, found = evaluated(args, lambda curve, turns: curves.table_numbers(curve, args.fit, (), turns))
     path, line = next(iter(found.items()))
     if all(one["why_no_E"] for one in found.values()):
@@ -175,26 +168,20 @@ def show_cycles(args):
         print(figures.unloading(drawn, args.out, load, turns, numbers))
 
 
-def strains_of(words):
-    """Strains of words such as '0.002,0.01'; ValueError where one is no positive number."""
-    try:
-        strains = [float(part) for word in words for part in word.split(",") if part]
-    except ValueError as error:
-        raise ValueError(f"--at: {error}") from error
-    if not strains or not all(0.0 < strain < float("inf") for strain in strains):
-        raise ValueError(f"--at {' '.join(words)}: give positive strains, such as 0.002,0.01 (of compression, too)")
-    return list(dict.fromkeys(strains))
+def strains(word):
+    """Those of a word such as '0.002,0.01'."""
+    return [positive(part) for part in word.split(",") if part]
 
 
 def show_table(args):
     """Print one line for each curve, the departures from a target below, and write a CSV of both."""
-    strains = strains_of(args.at) if args.at else curves.STRAINS
+    places = list(dict.fromkeys(strain for group in args.at for strain in group)) or curves.STRAINS
     target = curves.read_target(args.target) if args.target else None
     if args.csv:
         check_not_read("--csv", args.csv, [*args.curves, *filter(None, [args.target])])
-    found = evaluated(args, lambda curve, turns: curves.table_numbers(curve, args.fit, strains, turns))[1]
+    found = evaluated(args, lambda curve, turns: curves.table_numbers(curve, args.fit, places, turns))[1]
     apart = evaluated(args, lambda curve, turns: curves.departure(curve, target, turns))[1] if target else {}
-    stresses = [f"stress_at_{at:g}_MPa" for at in strains]
+    stresses = [f"stress_at_{at:g}_MPa" for at in places]
     areas = list(dict.fromkeys(name for line in found.values() for name in line if name.startswith("area_")))
     for line in found.values():
         line["areas"] = " ".join(f"{line[name]:.5g}" for name in areas if line.get(name, curves.NAN) == line.get(name)) or "-"
@@ -246,10 +233,10 @@ def show_rate_shares(args):
     if damped.strain[-1] < 0.0:
         raise ValueError(f"{args.damped} is of compression: shares of a rate are those of tension")
     rates.check_twin(damped, twin)
-    strains = args.strains or rates.reached(damped)
-    if not strains:
+    places = args.strains or rates.reached(damped)
+    if not places:
         raise ValueError(f"{args.damped} ends at strain {damped.strain.max():g}: give --strains")
-    found = [rates.shares_at(damped, twin, at) for at in strains]
+    found = [rates.shares_at(damped, twin, at) for at in places]
     if args.specimen:
         body, size = specimen.read_data(args.specimen), specimen.read_body(args.specimen)
         row, density = rates.run_row(args.coeff, body, size["volume"])
@@ -260,7 +247,7 @@ def show_rate_shares(args):
     for s in found:
         print(f"strain {100 * s.strain:.2f} %: stress {1e-6 * s.stress:.2f} MPa, viscous {s.percent(s.viscous):.2f} %, inertial {s.percent(s.inertial):.2f} % "
               f"({1e-6 * s.viscous:.3f} +- {1e-6 * s.resolution:.3f} MPa, {1e-6 * s.inertial:.3f} MPa)")
-    if max(strains) > ELASTIC_END:
+    if max(places) > ELASTIC_END:
         print("+- is the vibration of the twin; beyond the elastic part the pairs that only one of the runs lost or met count as viscous too, "
               "see doc/Howto_evp.rst")
 
@@ -270,13 +257,15 @@ def parser():
     top = command_line(__doc__)
     commands = top.add_subparsers(dest="command", required=True)
 
-    def command(name, action, text):
+    def command(name, action, text, out=None):
         sub = commands.add_parser(name, help=text, description=text)
         sub.set_defaults(action=action)
+        if out:
+            sub.add_argument("--out", default=out, metavar="PNG")
         return sub
 
-    def curve_command(name, action, text, fit=False):
-        sub = command(name, action, text)
+    def curve_command(name, action, text, out=None, fit=False):
+        sub = command(name, action, text, out)
         sub.add_argument("curves", nargs="+", metavar="CSV")
         sub.add_argument("--strain", choices=("strain", "strain_gauge"), default="strain", help="of the grips, or between layers at 0.3 and 0.7 of the length")
         if fit:
@@ -288,23 +277,21 @@ def parser():
     sub.add_argument("--out", metavar="PNG", help="a picture of the curves")
     sub.add_argument("--labels", nargs="+", help="of the curves in the picture, one each (default: the files' names)")
     sub = curve_command("table", show_table, "all of these for any number of curves, and how far they are from a target", fit=True)
-    sub.add_argument("--at", nargs="+", metavar="STRAIN", help="strains that the stress is given at, with commas or blanks (default: 0.002,0.01)")
+    sub.add_argument("--at", nargs="+", type=strains, default=[], metavar="STRAIN",
+                     help="strains that the stress is given at, with commas or blanks (default: 0.002,0.01)")
     sub.add_argument("--target", metavar="FILE", help="rows strain,stress to compare with")
     sub.add_argument("--csv", metavar="FILE", help="the table as a file")
-    sub = curve_command("plot", plot_curves, "stress-strain curves")
+    sub = curve_command("plot", plot_curves, "stress-strain curves", "curves.png")
     sub.add_argument("--labels", nargs="+", help="one per curve (default: the files' names, with as many folders as tell them apart)")
     sub.add_argument("--title", help="(default: the load)")
-    sub.add_argument("--out", default="curves.png", metavar="PNG")
-    sub = command("columns", plot_columns, "one column of CSV files over another")
+    sub = command("columns", plot_columns, "one column of CSV files over another", "columns.png")
     sub.add_argument("files", nargs="+", metavar="CSV")
     sub.add_argument("--x", required=True, metavar="NAME", help="column, such as time")
     sub.add_argument("--y", required=True, metavar="NAME", help="column, such as force")
     sub.add_argument("--title", default="")
-    sub.add_argument("--out", default="columns.png", metavar="PNG")
-    sub = command("law", plot_law, "force against distance of one pair (the paper's figure 2)")
+    sub = command("law", plot_law, "force against distance of one pair (the paper's figure 2)", "force_law.png")
     sub.add_argument("--coeff", default="80 8 4 3 8 4 0.005 0 1.5", help="e1 m1 n1 e2 m2 n2 xi_s gamma alpha (default: Table 1)")
     sub.add_argument("--measured", metavar="CSV", help="PREFIX.csv of in.two_spheres")
-    sub.add_argument("--out", default="force_law.png", metavar="PNG")
     sub = command("rate", show_rate_shares, "viscous and inertial share of a damped run's stress")
     sub.add_argument("damped", metavar="CSV")
     sub.add_argument("--twin", required=True, metavar="CSV", help="the same run at the same rate with gamma = 0")

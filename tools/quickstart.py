@@ -9,12 +9,11 @@ damping can be seen. in.cyclic loads and unloads the body with eq. 8 and with `p
 residual strain. About a minute and a half on two cores.
 """
 
-import argparse
 import pathlib
 
 import evp  # noqa: F401  before numpy
 from evp import curves, figures, law, run
-from evp.report import command_line, errors_in_one_line, print_table, write_csv
+from evp.report import command_line, errors_in_one_line, positive, print_table, whole, write_csv
 
 TABLES = {
     "table1": ("Table 1, no damping", "80 8 4 3 8 4 0.005 0 1.5", (1.0, 10.0)),
@@ -26,14 +25,6 @@ STRAIN = 0.02
 DT_FRACTION = 0.8
 # Largest stable steps of such a specimen [s], only to share out the progress line.
 _TYPICAL_STEP = {"table1": 9e-7, "table2": 3.5e-8}
-
-
-def _positive(word):
-    """A positive number, for argparse."""
-    value = float(word)
-    if not 0.0 < value < float("inf"):
-        raise argparse.ArgumentTypeError(f"a rate must be positive, got {word}")
-    return value
 
 
 def traction_job(out, table, rate, ranks):
@@ -88,11 +79,11 @@ def report(out, pulled):
 
 def main(argv=None):
     parser = command_line(__doc__)
-    parser.add_argument("--rates", nargs="+", type=_positive, metavar="R", help="strain rates [1/s] for both tables (default: Table 1 at 1 and 10, "
+    parser.add_argument("--rates", nargs="+", type=positive, metavar="R", help="strain rates [1/s] for both tables (default: Table 1 at 1 and 10, "
                         "Table 2 at 1, 10 and 100; the time goes as 1/rate)")
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("results", "quickstart"), metavar="DIR",
                         help="folder for the results (default: results/quickstart)")
-    parser.add_argument("--ranks", type=int, choices=range(1, 65), default=2, metavar="N", help="MPI ranks of each traction run (default: 2)")
+    parser.add_argument("--ranks", type=whole(1), default=2, metavar="N", help="MPI ranks of each traction run (default: 2)")
     args = parser.parse_args(argv)
     out = args.out.absolute()
     wanted = sorted({(table, rate) for table in TABLES for rate in (args.rates or TABLES[table][2])})

@@ -45,18 +45,15 @@ if [ $# -eq 0 ] && [ -s "$remembered" ]; then
 fi
 while [ $# -gt 0 ]; do
   case $1 in
-    --lammps-source|--lammps-build|--lammps-release)
-      [ -n "${2:-}" ] || die "option $1 needs a value; see tools/setup.sh --help"
-      case $1 in
-        *source) source_dir=$2 ;;
-        *build) build_dir=$2 ;;
-        *release) release=$2 ;;
-      esac
-      shift 2 ;;
-    --peers) peers=yes; shift ;;
+    --lammps-source|--lammps-build|--lammps-release) [ -n "${2:-}" ] || die "option $1 needs a value; see tools/setup.sh --help" ;;&
+    --lammps-source) source_dir=$2; shift ;;
+    --lammps-build) build_dir=$2; shift ;;
+    --lammps-release) release=$2; shift ;;
+    --peers) peers=yes ;;
     -h|--help) usage; exit 0 ;;
     *) die "unknown option '$1'; see tools/setup.sh --help" ;;
   esac
+  shift
 done
 case ${release:=4Feb2025} in
   4Feb2025|newest) ;;

@@ -17,14 +17,8 @@ missing_packages() {
   has_header gtest/gtest.h || echo libgtest-dev
   has_header gmock/gmock.h || echo libgmock-dev
   has_header yaml.h || echo libyaml-dev
-  if ! evp_find_python; then
-    local module
-    if [ -x /usr/bin/python3 ]; then
-      for module in $(evp_missing_modules /usr/bin/python3); do echo "python3-$module"; done
-    else
-      for module in $EVP_PYTHON_MODULES; do echo "python3-$module"; done
-    fi
-  fi
+  local module
+  evp_find_python || for module in $(evp_missing_modules /usr/bin/python3); do echo "python3-$module"; done  # all, where there is none
 }
 
 # Python modules of single tools and tests: who cannot have one does without it.
@@ -50,19 +44,24 @@ missing_optional_modules() {
   done
 }
 
+# apt_get SUDO WORD...: as root, where this is somebody else by the command SUDO.
+apt_get() {
+  local sudo=()
+  [ "$(id -u)" -eq 0 ] || read -r -a sudo <<<"$1"
+  shift
+  run_logged "apt-get $*" ${sudo[@]+"${sudo[@]}"} env DEBIAN_FRONTEND=noninteractive \
+    apt-get -q -y --no-install-recommends -o Dpkg::Use-Pty=0 "$@"
+}
+
 install_optional_modules() {
-  local module package pip lost missing packages=() sudo=()
+  local module package pip lost missing packages=()
   evp_find_python || return 0
   mapfile -t missing < <(missing_optional_modules | cut -d ' ' -f 2)
   [ ${#missing[@]} -gt 0 ] || return 0
   if has_command apt-get && [ "$PYTHON" = /usr/bin/python3 ]; then
-    if [ "$(id -u)" -ne 0 ]; then sudo=(sudo -n); fi
-    has_candidates "${missing[@]}" || (run_logged "apt-get update" ${sudo[@]+"${sudo[@]}"} apt-get update -q) 2>>"$log" || true
+    has_candidates "${missing[@]}" || (apt_get "sudo -n" update) 2>>"$log" || true
     for package in "${missing[@]}"; do has_candidates "$package" && packages+=("$package"); done
-    if [ ${#packages[@]} -gt 0 ]; then
-      (run_logged "apt-get install ${packages[*]}" ${sudo[@]+"${sudo[@]}"} env DEBIAN_FRONTEND=noninteractive \
-        apt-get install -q -y --no-install-recommends -o Dpkg::Use-Pty=0 "${packages[@]}") 2>>"$log" || true
-    fi
+    [ ${#packages[@]} -eq 0 ] || (apt_get "sudo -n" install "${packages[@]}") 2>>"$log" || true
   fi
   while read -r module package pip lost; do
     say "$lost: $PYTHON has no $module; pip install $pip"
@@ -78,20 +77,16 @@ has_candidates() {
 }
 
 install_missing_packages() {
-  local packages sudo=()
+  local packages
   mapfile -t packages < <(missing_packages)
   if [ ${#packages[@]} -eq 0 ]; then
     say "nothing is missing"
   else
     has_command apt-get || die "missing: ${packages[*]} (names of Debian packages). This is not a Debian system: install them its way and call again"
-    if [ "$(id -u)" -ne 0 ]; then
-      has_command sudo || die "missing: ${packages[*]}. Ask an administrator for: apt-get install ${packages[*]}"
-      sudo=(sudo)
-    fi
+    [ "$(id -u)" -eq 0 ] || has_command sudo || die "missing: ${packages[*]}. Ask an administrator for: apt-get install ${packages[*]}"
     say "missing: ${packages[*]}"
-    run_logged "apt-get update" ${sudo[@]+"${sudo[@]}"} apt-get update -q
-    run_logged "apt-get install" ${sudo[@]+"${sudo[@]}"} env DEBIAN_FRONTEND=noninteractive \
-      apt-get install -q -y --no-install-recommends -o Dpkg::Use-Pty=0 "${packages[@]}"
+    apt_get sudo update
+    apt_get sudo install "${packages[@]}"
     hash -r
     mapfile -t packages < <(missing_packages)
     [ ${#packages[@]} -eq 0 ] || die "still missing after the installation: ${packages[*]}"

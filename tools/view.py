@@ -19,17 +19,15 @@ dump (dump_modify units yes), else SI; no display is needed. Spheres are drawn b
 
 import pathlib
 
-from evp import curves, dump, spheres, view_figure, view_scene  # before numpy
+from evp import curves, dump, progress, spheres, view_figure, view_scene  # before numpy
 import numpy as np
 from evp.figures import short_names
-from evp.progress import watched
-from evp.report import all_or_nothing, command_line, errors_in_one_line
+from evp.report import all_or_nothing, command_line, errors_in_one_line, positive, whole
 
 RELEASED = 0.02  # of the largest stress: less on the way back is no load
 FLAT = 0.8  # thinnest side of a body over the next one, below which the camera looks onto it
 STRIP = 4  # snapshots of a strip, unless told otherwise
 WATCHED = 3  # more snapshots than this show progress
-INTERVAL = 5.0  # [s] between two lines of it where the output is no terminal
 BROAD = 1.6  # width over height of a view, beyond which the snapshots of a strip are below each other
 
 
@@ -55,12 +53,11 @@ def slanted(x, radius):
 
 def end_of_run(path):
     """Load at the end of a deck, of PREFIX_state.dump by the PREFIX.csv beside it, as text; '' where there is none."""
-    end = "_state.dump"
+    if not path.name.endswith("_state.dump"):
+        return ""
     try:
-        curve = curves.read_curve(path.with_name(path.name[: -len(end)] + ".csv")) if path.name.endswith(end) else None
+        curve = curves.read_curve(path.with_name(path.name.removesuffix("_state.dump") + ".csv"))
     except (OSError, ValueError):
-        curve = None
-    if curve is None:
         return ""
     released = len(curves.turns(curve.strain)) > 0 and abs(curve.virial[-1]) < RELEASED * abs(curve.virial).max()
     return dump.load_text("strain", curve.strain[-1]) + (", released" if released else "")
@@ -92,7 +89,7 @@ def names_of(snapshots, series):
 
 def with_progress(snapshots):
     """The snapshots, with progress where they are many."""
-    return watched("view", snapshots, str, interval=INTERVAL) if len(snapshots) > WATCHED else snapshots
+    return progress.watched("view", snapshots, str, interval=progress.INTERVAL) if len(snapshots) > WATCHED else snapshots
 
 
 class Scene:
@@ -176,7 +173,7 @@ def write_vtk(args, snapshots):
         for k, snapshot in enumerate(with_progress(snapshots)):
             table = view_scene.read_table(snapshot)
             name = f"{stem}_{k:0{digits}d}.vtu"
-            view_scene.write_points(folder / name, view_scene.places(table, snapshot), {view_scene.array_name(key): values for key, values in table.items()})
+            view_scene.write_points(folder / name, view_scene.places(table, snapshot), table)
             files.append((float(snapshot.step or 0) if snapshot.time is None else snapshot.time, name))
         view_scene.write_series(folder / f"{stem}.pvd", files)
     print(f"{args.vtk.parent / (stem + '.pvd')}: {len(files)} snapshots")
@@ -197,12 +194,13 @@ def parser():
     top.add_argument("--cut", nargs="+", action="append", metavar="CONDITION",
                      help='leaves out spheres whose centers meet all conditions, such as "y<0" "z>0" (units of the dump); may be given again. '
                      "Not for --vtk")
-    top.add_argument("--strip", nargs="?", type=int, const=STRIP, metavar="N", help=f"N snapshots of the series in one picture (default: {STRIP})")
+    top.add_argument("--strip", nargs="?", type=whole(1), const=STRIP, metavar="N",
+                     help=f"N snapshots of the series in one picture (default: {STRIP})")
     top.add_argument("--film", type=pathlib.Path, metavar="FILE", help="a film, .gif, or .mp4, .mkv, .webm where ffmpeg is installed")
-    top.add_argument("--rate", type=float, default=10.0, metavar="N", help="pictures per second of the film (default: 10)")
+    top.add_argument("--rate", type=positive, default=10.0, metavar="N", help="pictures per second of the film (default: 10)")
     top.add_argument("--vtk", type=pathlib.Path, metavar="PREFIX", help="PREFIX.pvd and PREFIX_K.vtu for ParaView, all columns as named arrays")
     top.add_argument("--out", type=pathlib.Path, metavar="PNG", help="(default: view.png where no film and no VTK is asked for)")
-    top.add_argument("--pixels", type=int, default=700, metavar="N", help="longest side of a view (default: 700)")
+    top.add_argument("--pixels", type=whole(100, 6000), default=700, metavar="N", help="longest side of a view (default: 700)")
     top.add_argument("--captions", nargs="+", metavar="TEXT", help="above the pictures of a PNG, one for each snapshot, in place of load, time or step")
     top.add_argument("--unfinished", action="store_true", help="leave out a last snapshot that ends in the middle: the run goes on, or was stopped")
     return top
@@ -221,11 +219,6 @@ def check(args):
         raise ValueError(f"--range {args.range[0]:g} {args.range[1]:g}: the first must be less than the second")
     if args.range and not args.color:
         raise ValueError("--range needs --color COLUMN")
-    if not 100 <= args.pixels <= 6000:
-        raise ValueError(f"--pixels {args.pixels}: give 100 to 6000")
-    for option, value in (("--rate", args.rate), ("--strip", args.strip)):
-        if value is not None and not 0 < value < float("inf"):
-            raise ValueError(f"{option} {value:g}: give a positive number")
 
 
 def main(argv=None):

@@ -41,7 +41,7 @@ class Scene(NamedTuple):
 
     title: str
     common: dict
-    body: Callable  # (runs, spheres, seed) -> choices of the deck
+    bodies: dict  # {choice of the deck: (name of the body, share of the spheres, choices of in.specimen)}
     sizes: tuple
     settings: dict
     numbers: Callable
@@ -57,21 +57,6 @@ class Run(NamedTuple):
     seconds: float
     steps: int
     found: dict
-
-
-def cylinder(runs, spheres, seed):
-    return {"specimen": runs.body(f"cylinder_{spheres}_{seed}", n=spheres, seed=seed)}
-
-
-def thick_plate(runs, spheres, seed):
-    return {"specimen": runs.body(f"thick_{spheres}_{seed}", n=spheres, seed=seed, shape="block", length=0.02, width=0.05, height=0.05)}
-
-
-def ball_and_plate(runs, spheres, seed):
-    (runs.folder / "ball.region").write_text("region body sphere 0.005 0 0 0.005\n", encoding="utf-8")
-    ball = round(0.095 * spheres)
-    return {"plate": runs.body(f"plate_{spheres}_{seed}", n=spheres - ball, seed=seed, shape="block", length=0.008, width=0.025, height=0.025),
-            "ball": runs.body(f"ball_{spheres}_{seed}", n=ball, seed=seed, shape="region", region="ball.region", length=0.01)}
 
 
 def pulled(folder, name, _):
@@ -95,26 +80,32 @@ def pressed(_folder, _name, text):
     return {"force [kN]": 1e-3 * force, "imprint [% of the depth]": left}
 
 
+CYLINDER = {"specimen": ("cylinder", 1.0, {})}
+THICK_PLATE = {"specimen": ("thick", 1.0, {"shape": "block", "length": 0.02, "width": 0.05, "height": 0.05})}
+BALL_AND_PLATE = {"plate": ("plate", 0.905, {"shape": "block", "length": 0.008, "width": 0.025, "height": 0.025}),
+                  "ball": ("ball", 0.095, {"shape": "region", "region": "ball.region", "length": 0.01})}
+
+
 def increments(*values):
     return {f"increment {value}": Setting("in.quasistatic", {"increment": value}) for value in values}
 
 
 SCENES = {
     "pull": Scene(
-        "Tension to 2 % at 1/s", {"coeff": "80 8 4 3 8 4 0.005 1000 1.5", "rate": 1}, cylinder, (500, 2000, 8000),
+        "Tension to 2 % at 1/s", {"coeff": "80 8 4 3 8 4 0.005 1000 1.5", "rate": 1}, CYLINDER, (500, 2000, 8000),
         {**increments("0.005", "0.0025", "0.001", "0.0005"),
          **{f"implicit {share}": Setting("in.traction", {"integrator": "implicit", "dtfraction": share}) for share in (0.9, 0.4, 0.1)},
          **{f"explicit {share}": Setting("in.traction", {"dtfraction": share}) for share in (0.9, 0.4)}}, pulled),
     "cycle": Scene(
-        "Tension to 2 % and back", {"material": ALUMINIUM, "cycles": 1}, cylinder, (500, 2000, 8000),
+        "Tension to 2 % and back", {"material": ALUMINIUM, "cycles": 1}, CYLINDER, (500, 2000, 8000),
         {**{f"rate {rate}": Setting("in.cyclic", {"rate": rate}) for rate in (200, 50)},
          "rate 10, 0.9": Setting("in.cyclic", {"rate": 10, "dtfraction": 0.9}),
          **increments("0.004", "0.002", "0.001", "0.0005", "0.00025", "0.0001")}, cycled),
     "impact": Scene(
-        "Impact of a ball on a plate at 100 m/s", {}, ball_and_plate, (1650, 6600, 26400),
+        "Impact of a ball on a plate at 100 m/s", {}, BALL_AND_PLATE, (1650, 6600, 26400),
         {f"timestep {share}": Setting("in.impact", {}, share) for share in (0.4, 0.2, 0.1, 0.05, 0.02)}, hit),
     "indentation": Scene(
-        "Imprint of a ball", {"material": ALUMINIUM, "tool_radius": 0.015, "depth": 0.0015}, thick_plate, (1000, 2000, 4000),
+        "Imprint of a ball", {"material": ALUMINIUM, "tool_radius": 0.015, "depth": 0.0015}, THICK_PLATE, (1000, 2000, 4000),
         {f"{count} increments": Setting("in.indent", {"increments": count}) for count in (5, 10, 20, 40, 80, 160)}, pressed),
 }
 
@@ -132,7 +123,8 @@ def measure(runs, key, label, spheres, seed):
         before, after = deck.read_text(encoding="utf-8").split(STEP)
         deck = runs.folder / setting.deck
         deck.write_text(f"{before}/{setting.share})){after}", encoding="utf-8")
-    text = runs.keep(name, deck_command(deck, {**scene.body(runs, spheres, seed), **scene.common, **setting.choices, "out": name}))
+    bodies = {choice: runs.body(f"{what}_{spheres}_{seed}", n=round(share * spheres), seed=seed, **of) for choice, (what, share, of) in scene.bodies.items()}
+    text = runs.keep(name, deck_command(deck, {**bodies, **scene.common, **setting.choices, "out": name}))
     steps = int((runs.folder / f"{name}_state.dump").read_text(encoding="utf-8").partition("ITEM: TIMESTEP\n")[2].split()[0])
     return Run(key, label, spheres, seed, runs.seconds(name), steps, scene.numbers(runs.folder, name, text))
 
@@ -282,6 +274,7 @@ def read(path):
 def main(arguments=None):
     study = Study(__doc__, "accuracy_cost").parse(arguments)
     with errors_in_one_line("accuracy_cost.py"):
+        (study.runs.folder / "ball.region").write_text("region body sphere 0.005 0 0 0.005\n", encoding="utf-8")
         plan = [(key, label, SCENES[key].sizes[0], seed) for key in SCENES for seed in SEEDS for label in SCENES[key].settings]
         rows = [measure(study.runs, *case) for case in study.each(plan, str)]
         plan = []

@@ -19,7 +19,6 @@ BAR = {"shape": "block", "length": 0.1, "width": 0.01, "height": 0.02}
 SPAN = 0.8 * BAR["length"]
 FREE_LENGTH = 0.8 * ROUND["length"]  # between the grips
 STRAIN = 2e-4  # of the farthest fibre at the end: the tangent at no strain is extrapolated
-AT_REST = {"contact": "none", "tolerance": 1e-5}
 WITHIN = 0.05  # of the closed form: wanted
 ZONE = 1.5  # bonds are pairs within this times R_i + R_j: alpha of in.quasistatic's coefficients
 
@@ -38,7 +37,7 @@ class Found(NamedTuple):
 
 def stiffness(runs, deck, name, data, x, y, **choices):
     """dy/dx at the start of an elastic run."""
-    runs.run(deck, name, specimen=data, **AT_REST, **choices)
+    runs.run(deck, name, specimen=data, contact="none", **choices)
     return tangent(runs.curve(name, x, y), x, y)
 
 

@@ -69,14 +69,10 @@ def rows(part, numbers):
     return [(what, with_unit(one.value, one.unit), with_unit(one.expected, one.unit), source) for (what, _, _, source), one in zip(cells, numbers)]
 
 
-def anchor(title):
-    """Of a heading of the page."""
-    return re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-")
-
-
 def readme_rows(part, numbers):
     """Of the table of lammps_inputs/README.md, whose links are from there."""
-    link = f"[{part.title}](../doc/gallery.md#{anchor(part.title)})"
+    anchor = re.sub(r"[^\w -]", "", part.title.lower()).replace(" ", "-")
+    link = f"[{part.title}](../doc/gallery.md#{anchor})"
     return [(f"`{one.deck or SCENES[part.picture][0]}`", *cells, re.sub(r"\]\((?!\.\./)", "](../doc/", source) + f"; {link}")
             for one, (*cells, source) in zip(numbers, rows(part, numbers))]
 

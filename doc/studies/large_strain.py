@@ -50,12 +50,6 @@ def measure(case, strain, runs):
     return runs.curve(f"{name}_energies", *COLUMNS)
 
 
-def rate_of(found, start, end, name):
-    """Growth of an energy per strain and volume between two strains [MPa]."""
-    first, last = (int(np.argmin(np.abs(found["strain"] - at))) for at in (start, end))
-    return (found[name][last] - found[name][first]) / (found["strain"][last] - found["strain"][first]) / VOLUME / MPA
-
-
 def mean(found, start, end, name="shear_stress"):
     """Of a stress between two strains [MPa]."""
     inside = (found["strain"] > start + 1e-9) & (found["strain"] < end + 1e-9)
@@ -66,10 +60,13 @@ def numbers(found):
     """Of the table, from the largest stress on."""
     end = found["strain"][-1]
     late = (end - 1.0, end)
+    first, last = (int(np.argmin(np.abs(found["strain"] - at))) for at in late)
+    # growth of energies per strain and volume
+    grown = [(found[name][last] - found[name][first]) / (found["strain"][last] - found["strain"][first]) / VOLUME / MPA for name in ("plastic", "viscous", "lost", "stored")]
     # both are the same work, counted apart
     misfit = found["spent"][-1] / (np.sum(found["shear_stress"][1:] * np.diff(found["strain"])) * VOLUME) - 1.0
     return [found["shear_stress"].max() / MPA, mean(found, 1.0, 2.0), mean(found, *late), min(mean(found, at, at + 0.1) for at in np.arange(late[0], end - 0.099, 0.1)),
-            mean(found, *late, "pressure"), *(rate_of(found, *late, name) for name in ("plastic", "viscous", "lost", "stored")), 100.0 * misfit]
+            mean(found, *late, "pressure"), *grown, 100.0 * misfit]
 
 
 def page(results):

@@ -30,19 +30,10 @@ class Beam(NamedTuple):
     height: float
     span: float
 
-    @property
-    def bending(self):
-        """Deflection per force by bending, S^3/(48 E I) [m/N]."""
-        return self.span**3 / (4.0 * self.modulus * self.width * self.height**3)
-
-    @property
-    def shear(self):
-        """Deflection per force by shear, S/(4 kappa G A) [m/N]."""
-        return self.span / (4.0 * KAPPA * SHEAR * self.modulus * self.width * self.height)
-
     def deflection(self, force, inertia=1.0):
-        """Timoshenko's [m]; inertia: second moment of area over width height^3/12."""
-        return force * (self.bending / inertia + self.shear)
+        """Timoshenko's [m], force S^3/(48 E I) + force S/(4 kappa G A); inertia: second moment of area over width height^3/12."""
+        bending = self.span**3 / (4.0 * self.modulus * self.width * self.height**3)
+        return force * (bending / inertia + self.span / (4.0 * KAPPA * SHEAR * self.modulus * self.width * self.height))
 
 
 class Bonds(NamedTuple):

@@ -89,19 +89,12 @@ def calibrated(name, study):
 
 
 def pulled(out, name, aims, spheres, seed, study):
-    """{found, strain, stress [Pa]} of the row on a body, by -var material, to the largest strain of the targets; {failed: reason} where the body did
-    not come to rest."""
-    body = calibration.make_body(study.work, spheres, seed, aims.density, TIMEOUT)
+    """{found} of the row on a body, by -var material, to the largest strain of the targets; {failed: reason} where the body did not come to rest."""
+    body, row = calibration.make_body(study.work, spheres, seed, aims.density, TIMEOUT), f"{out}:{name}"
     try:
-        found, curve = calibration.pull_material(body, {"material": f"{out}:{name}"}, xi_of(out, name), aims, 1.0, study.ranks, study.work, TIMEOUT, f"{name}, {spheres} spheres")
+        return {"found": calibration.pull_material(body, {"material": row}, rates.given_row(row)[0].xi_s, aims, 1.0, study.ranks, study.work, TIMEOUT, f"{name}, {spheres} spheres")[0]}
     except calibration.Failed as failure:
         return {"failed": str(failure)}
-    return {"found": found, "strain": [float(f"{value:.6g}") for value in curve[0]], "stress": [float(f"{value:.6g}") for value in curve[1]]}
-
-
-def xi_of(out, name):
-    """xi_s of the row."""
-    return rates.given_row(f"{out}:{name}")[0].xi_s
 
 
 def far(out, name, side, study):
@@ -109,7 +102,7 @@ def far(out, name, side, study):
     body comes to rest."""
     (spheres, seed), end, prefix = CHECKS[0], SIDES[side][-1], f"{name}_{side}"
     body = study.runs.body(f"far_{spheres}_{seed}", n=spheres, seed=seed)
-    first = calibration.legs(xi_of(out, name), targets_of(METALS[name])._replace(points=((1.0, end),)), 1.0)[:2]
+    first = calibration.legs(rates.given_row(f"{out}:{name}")[0].xi_s, targets_of(METALS[name])._replace(points=((1.0, end),)), 1.0)[:2]
     for number, (strain, increment) in enumerate([*first, (calibration.OVERSHOOT * end, INCREMENT)]):
         try:
             study.runs.keep(f"{prefix}_{number}", deck_command(DECKS / "in.quasistatic", {
@@ -194,10 +187,8 @@ def draw(study, curves):
 
 def cells(off, aims):
     """Errors [%] of E, yield stress, stresses and nu."""
-    def percent(value):
-        return f"{100.0 * value:+.2f}"
-
-    return percent(off["E"]), percent(off["yield"]), ", ".join(percent(off[calibration.at(strain)]) for _, strain in aims.points), percent(off["nu"])
+    percent = {what: f"{100.0 * value:+.2f}" for what, value in off.items()}
+    return percent["E"], percent["yield"], ", ".join(percent[calibration.at(strain)] for _, strain in aims.points), percent["nu"]
 
 
 def page(results):

@@ -65,17 +65,14 @@ def work_of(found):
     return statistics.mean(rupture.work for rupture, _ in found)
 
 
-def kept_xi(work, one, other):
-    """XI of that work, where the work is a power of XI through two (XI, work)."""
-    grown = math.log(other[1] / one[1]) / math.log(other[0] / one[0])
-    return one[0] * (work / one[1]) ** (1.0 / grown)
-
-
 def exponent_of(results, few, more):
-    """p of XI ~ spacing^-p that keeps the work of `few` spheres at `more`. results: {(spheres, XI, rule): [(Rupture, curve) of each body]}."""
+    """p of XI ~ spacing^-p that keeps the work of `few` spheres at `more`, where the work is a power of XI through those of two rules.
+
+    results: {(spheres, XI, rule): [(Rupture, curve) of each body]}."""
     at = {(n, rule): (xi, work_of(found)) for (n, xi, rule), found in results.items()}
-    xi, work = at[few, CONSTANT]
-    return math.log(kept_xi(work, at[more, CONSTANT], at[more, INVERSE]) / xi) / math.log(spacing(few) / spacing(more))
+    (xi, kept), (one, work), (other, other_work) = at[few, CONSTANT], at[more, CONSTANT], at[more, INVERSE]
+    grown = math.log(other_work / work) / math.log(other / one)
+    return math.log(one * (kept / work) ** (1.0 / grown) / xi) / math.log(spacing(few) / spacing(more))
 
 
 def measure(study, cases):

@@ -28,21 +28,17 @@ PICTURES = ("force_law", "stress_strain", "unloading")
 FIGURES = CHECKOUT / "doc" / "figures"
 
 
-def table_lines(summary):
-    """Markdown lines of the summary.csv of a quick start."""
-    with open(summary, newline="", encoding="utf-8") as source:
-        rows = list(csv.DictReader(source))
-    if not rows or list(rows[0]) != list(TITLES):
-        raise ValueError(f"{summary} is not the summary of a quick start")
-    return table(TITLES.values(), ([row["table"].replace("table", "Table "), *list(row.values())[1:]] for row in rows))
-
-
 def main(argv=None):
     parser = command_line(__doc__)
     parser.add_argument("--results", type=pathlib.Path, default=CHECKOUT / "results" / "quickstart", metavar="DIR")
     args = parser.parse_args(argv)
     with errors_in_one_line("readme.py"):
-        write_between(CHECKOUT / "README.md", *MARKS, "\n".join(["", *table_lines(args.results / "summary.csv"), ""]))
+        with open(args.results / "summary.csv", newline="", encoding="utf-8") as source:
+            rows = list(csv.DictReader(source))
+        if not rows or list(rows[0]) != list(TITLES):
+            raise ValueError(f"{source.name} is not the summary of a quick start")
+        lines = table(TITLES.values(), ([row["table"].replace("table", "Table "), *list(row.values())[1:]] for row in rows))
+        write_between(CHECKOUT / "README.md", *MARKS, "\n".join(["", *lines, ""]))
         for picture in PICTURES:
             for suffix in (".png", ".csv"):
                 shutil.copy(args.results / (picture + suffix), FIGURES)

@@ -53,24 +53,6 @@ def lines_shown(result, pattern):
     return "\n".join(found)
 
 
-def with_outputs(text, outputs):
-    """The page with these outputs, one for each step."""
-    left = iter(outputs)
-
-    def block(found):
-        return found[1] + ".. code-block:: text\n\n" + textwrap.indent(next(left), "   ") + "\n\n"
-
-    return _OUTPUT.sub(block, text)
-
-
-def cost_lines(found, results):
-    """Lines of the table of processor times."""
-    rows = [(step.title.partition(". ")[2], f"{result.seconds:.0f}") for step, result in zip(found, results)]
-    rows.append(("all", f"{sum(result.seconds for result in results):.0f}"))
-    lines = [".. list-table::", "   :header-rows: 1", "", "   * - step", "     - time [s]"]
-    return lines + [line for title, seconds in rows for line in (f"   * - {title}", f"     - {seconds}")]
-
-
 def main(argv=None):
     """Runs all, and rewrites the page."""
     parser = command_line(__doc__)
@@ -83,9 +65,12 @@ def main(argv=None):
         shutil.rmtree(args.work, ignore_errors=True)  # a calibration would go on from an earlier one
         args.work.mkdir(parents=True)
         results = run_blocks([step.commands for step in found], CHECKOUT, args.work.resolve())
-        text = with_outputs(text, [lines_shown(result, step.pattern) for step, result in zip(found, results)])
+        outputs = iter([lines_shown(result, step.pattern) for step, result in zip(found, results)])
+        text = _OUTPUT.sub(lambda place: f"{place[1]}.. code-block:: text\n\n{textwrap.indent(next(outputs), '   ')}\n\n", text)
         PAGE.write_text(text.replace(str(CHECKOUT), "~/evp"), encoding="utf-8")
-        write_between(PAGE, *COSTS, "\n".join(["", *cost_lines(found, results), "", ""]))
+        times = [(step.title.partition(". ")[2], result.seconds) for step, result in zip(found, results)]
+        rows = [("step", "time [s]"), *((title, f"{seconds:.0f}") for title, seconds in [*times, ("all", sum(seconds for _, seconds in times))])]
+        write_between(PAGE, *COSTS, "\n.. list-table::\n   :header-rows: 1\n\n" + "".join(f"   * - {title}\n     - {seconds}\n" for title, seconds in rows) + "\n")
         for name in re.findall(r"^\.\. image:: tutorial/(\S+)", text, re.M):
             store_picture(args.work / "bar" / name, PICTURES, 128)
     print(f"updated {PAGE} and {PICTURES}")

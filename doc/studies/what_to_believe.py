@@ -47,13 +47,6 @@ def true_stress(curve, strain):
     return abs(np.interp(abs(strain), sign * curve.strain[:end], curve.virial[:end])) * (1.0 + strain)
 
 
-def volume_change(study, name, body):
-    """Of the middle of a body, from its first and last places."""
-    first = specimen.read_data(study.runs.folder / body)
-    axial, lateral = specimen.middle_strains(first, dump.last_positions(study.runs.folder / f"{name}_state.dump"), 0.05)
-    return (1.0 + axial) * (1.0 + lateral) ** 2 - 1.0
-
-
 def sheared(study, row):
     """Rows of simple shear of a periodic body."""
     body = study.runs.body("periodic", n=1000, shape="periodic", length=0.03)
@@ -65,13 +58,9 @@ def sheared(study, row):
             ("0.2 % yield stress over that of tension", f"{first / STEEL['yield']:.3f}", f"{3.0 ** -0.5:.3f}", "von Mises")]
 
 
-def flow_stress_of(tension, modulus):
-    """[Pa] true, at the plastic strain beside the hardness."""
-    return true_stress(tension, np.expm1(PLASTIC + true_stress(tension, PLASTIC) / modulus))
-
-
-def imprint(study, name, metal, row, spheres, flow_stress):
-    """Cells of an indentation: flow stress, contact radius in diameters, hardness over flow stress, recovery over that of Hertz."""
+def imprint(study, name, metal, row, spheres, tension):
+    """Cells of an indentation: flow stress (true, at the plastic strain beside the hardness), contact radius in diameters, hardness over flow stress, recovery over that of Hertz."""
+    flow_stress = true_stress(tension, np.expm1(PLASTIC + true_stress(tension, PLASTIC) / metal["E"]))
     body = study.runs.body(f"plate_{spheres}", n=spheres, shape="block", length=0.02, width=0.05, height=0.05)
     text = study.runs.run("in.indent", f"{name}_{spheres}", specimen=body, material=row, tool_radius=BALL, depth=DEPTH * BALL)
     force, radius, diameters, hardness, left = map(float, re.search(
@@ -105,14 +94,16 @@ def main(words=None):
         volumes = []
         for strain in PRESSED:
             pulled(study, f"pressed{strain}", body, row, strain, 0.004)
-            volumes.append((f"{100 * strain:g} %", f"{100 * volume_change(study, f'pressed{strain}', body):+.2f}"))
+            places = dump.last_positions(study.runs.folder / f"pressed{strain}_state.dump")
+            axial, lateral = specimen.middle_strains(specimen.read_data(study.runs.folder / body), places, 0.05)
+            volumes.append((f"{100 * strain:g} %", f"{100 * ((1.0 + axial) * (1.0 + lateral) ** 2 - 1.0):+.2f}"))  # of the middle
         turned = {"tension to 10 %": tension, "compression to 10 %": compression, "cube pressed by 20 %": pressed, "L-bracket pulled along its long leg": bent}
         left = {name: curves.cycle_numbers(curve) for name, curve in turned.items()}
         released = [(name, f"{100 * one['turn_strain']:.2f}", f"{one['turn_MPa']:.0f}", f"{100 * one['residual_strain']:.3f}",
                      f"{100 * one['turn_MPa'] * 1e6 / STEEL['E']:.3f}", f"{100 * (one['turn_strain'] - one['residual_strain']):.3f}") for name, one in left.items()]
         alloy = f"{METALS}:aluminium_2024T351"
         indented = [("304", STEEL, row, tension), ("2024-T351", ALUMINIUM, alloy, pulled(study, "alloy", body, alloy, STRAINS[-1]))]
-        imprints = [imprint(study, name, metal, own, spheres, flow_stress_of(curve, metal["E"])) for spheres in
+        imprints = [imprint(study, name, metal, own, spheres, curve) for spheres in
                     study.each(study.plates, lambda n: f"plates of {n}", lambda n: n**1.3) for name, metal, own, curve in indented]
         bars = [taylor(study, spheres) for spheres in study.each(study.bars, lambda n: f"bar of {n}", lambda n: n**1.3)]
         study.draw({name: (100.0 * np.abs(np.log1p(curve.strain)), np.abs(curve.virial) * (1.0 + curve.strain) / 1e6) for name, curve in far.items()},

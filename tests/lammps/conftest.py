@@ -50,18 +50,18 @@ def bench(lmp, tmp_path, request, record_property):
     return Bench(lambda text, ranks: lmp(text, ranks, seconds=seconds), tmp_path, request.param, lambda text: record_property("shown", text))
 
 
-@pytest.fixture(scope="module")
-def body():
-    """A small bar of two types, to be written by the test."""
-    return lattice_body()
+def written(name, cells):
+    """A fixture of this name: a block of two types, written as body.data."""
+    @pytest.fixture(name=name)
+    def body(tmp_path):
+        body = lattice_body(cells)
+        write_body(tmp_path / "body.data", body)
+        return body
 
-
-@pytest.fixture
-def bar(tmp_path):
-    """A smaller one, written as body.data."""
-    body = lattice_body((6, 4, 4))
-    write_body(tmp_path / "body.data", body)
     return body
+
+
+body, bar, small = written("body", (8, 4, 4)), written("bar", (6, 4, 4)), written("small", (4, 3, 3))
 
 
 @pytest.fixture(scope="session")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Decks take the measures of a body from FILE.body, and its material from a row."""
+"""Decks take the measures of a body from FILE.body, and its material from a row: in.traction for those with the same lines, tests/tools/test_decks.py."""
 
 import re
 import shutil
@@ -33,14 +33,6 @@ def pull(folder, deck="in.traction", **variables):
     (folder / "rows.evp").write_text(ROWS)
     given = {"specimen": "body.data", "out": "pull", "strain": 0.001, "contact": "none"}
     return run_lammps(deck, 1, {**given, **variables}, folder, seconds=60)
-
-
-def test_other_decks_take_body_and_material_by_the_same_lines():
-    """So that in.traction stands for them below. Further lines: tests/tools/test_decks.py."""
-    texts = [(FOLDER / f"in.{name}").read_text(encoding="utf-8") for name in ("traction", "cyclic", "quasistatic", "torsion", "bending", "taylor")]
-    choices = re.search(r'^if "\$\(is_defined\(variable,material\).*?^variable contact', texts[0], re.M | re.S)[0]
-    lines = re.findall(r"^(?:include +\$.specimen|read_evp_row|pair_style|pair_coeff|fix +(?:bonds|volume))[^#\n]*", texts[0], re.M)
-    assert len(lines) == 6 and all(line in text for line in lines for text in texts) and all(choices in text for text in texts[:-1])
 
 
 @pytest.mark.parametrize("deck", DECKS)

@@ -105,18 +105,11 @@ run 2000
 
 # ---- isotropic random pack ---------------------------------------------------------------------------------
 
-PACK = """
-units si
-atom_style sphere
-atom_modify map yes
-boundary p p p
-region box block 0 {edge:.17g} 0 {edge:.17g} 0 {edge:.17g}
+PACK = """region box block 0 {edge:.17g} 0 {edge:.17g} 0 {edge:.17g}
 create_box 1 box
 create_atoms 1 random {count} 2017 box
-set group all diameter 1 density 1
-neighbor 0.05 bin
-neigh_modify every 1 delay 0 check yes
-min_style cg
+set group all diameter 1 density 1"""
+RELAX = """min_style cg
 min_modify dmax 0.1 norm max
 pair_style soft 1.0
 pair_coeff * * 1.0
@@ -136,7 +129,8 @@ def test_isotropic_random_pack(lmp):
     closed form: by 3 % in periodic packs, and 7000 bonds scatter by about 1 %. The zone is below dlim, so that no strain loses a bond."""
     count, strain = 1000, 1e-5
     edge = (count * np.pi / 6.0 / 0.65) ** (1.0 / 3.0)
-    text = PACK.format(count=count, edge=edge) + small_bodies.pair(ROW, "none", "fix bonds all evp/bonds zone 1.45") + "run 0\n" + thermo("pxx pyy pzz f_bonds")
+    text = small_bodies.head(boundary="p p p", start=PACK.format(count=count, edge=edge), skin=0.05) + RELAX
+    text += small_bodies.pair(ROW, "none", "fix bonds all evp/bonds zone 1.45") + "run 0\n" + thermo("pxx pyy pzz f_bonds")
     text += state("swollen", "xyz", "", strain, edge) + state("stiff", "x", "", strain, edge)
     text += "".join(state(axis, axis, "minimize 0 1e-10 3000 9000\n", strain, edge) for axis in "xyz")
     lines = [line.split()[1:] for line in lmp(text).ok().stdout.splitlines() if line.startswith("STATE")]

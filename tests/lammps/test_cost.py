@@ -77,7 +77,7 @@ def test_a_script_of_ones_own(tmp_path):
 @pytest.mark.parametrize("words, expected", [
     (["none.in"], "there is no file"),
     ([DECKS / "in.traction", "-var", "specimen", "none.data"], "in.traction failed .*none.data"),
-    (["--seconds", "0", DECKS / "in.traction"], "must be at least 1"),
+    (["--seconds", "0", DECKS / "in.traction"], "argument --seconds: give a whole number of 1 or more, got 0"),
 ])
 def test_what_does_not_run(tmp_path, words, expected):
     done = cost(tmp_path, *words)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """in.cyclic, the way back of in.quasistatic, and compression: which rows they write, and that eq. 8 retraces its curve."""
 
+import functools
 import re
 
 import numpy as np
@@ -22,15 +23,7 @@ def run(deck, folder, ranks=1, **choices):
 @pytest.fixture(scope="module")
 def once(tmp_path_factory):
     """run(), made once per module for the same choices; found.folder is not to be written in."""
-    known = {}
-
-    def get(deck, **choices):
-        key = (deck, *sorted(choices.items()))
-        if key not in known:
-            known[key] = run(deck, tmp_path_factory.mktemp("once"), **choices)
-        return known[key]
-
-    return get
+    return functools.cache(lambda deck, **choices: run(deck, tmp_path_factory.mktemp("once"), **choices))
 
 
 def test_by_default_one_sweep(tmp_path):

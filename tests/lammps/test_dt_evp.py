@@ -8,7 +8,7 @@ import pytest
 from evp import law
 from oracle import brute
 from lammps_run import write_data
-from small_bodies import dump, head, mass_of, pair, thermo, write_body, write_two
+from small_bodies import dump, head, mass_of, pair, thermo, write_two
 
 STABILITY, DISPLACEMENT, MAXIMUM, GROWTH = 1, 2, 3, 4  # f_ID[3]
 SHARE = 0.1  # of xi_s deq per step, which the decks ask for
@@ -44,12 +44,6 @@ def slowest(snapshot, body, contact="literal", free=None):
         allowed[~(free[pairs.i] | free[pairs.j])] = np.inf
     k = int(np.argmin(allowed))
     return allowed[k], {pairs.i[k] + 1, pairs.j[k] + 1}
-
-
-@pytest.fixture
-def body(tmp_path, body):
-    write_body(tmp_path / "body.data", body)
-    return body
 
 
 # ---- what limits dt ----

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from lammps_run import thermo_blocks
 from oracle import brute, law
-from small_bodies import ENTRIES, dump, energies, head, mass_of, pair, thermo, two_groups, write_body, write_two
+from small_bodies import ENTRIES, dump, energies, head, mass_of, pair, thermo, two_groups, write_two
 
 # Sums over some hundred atoms and steps of terms that are rounded to 1e-16 and cancel.
 CLOSED = 1e-11
@@ -49,10 +49,9 @@ def test_damping_takes_the_kinetic_energy(lmp, tmp_path, style, share):
         assert found["kinetic"] / start == pytest.approx((1.0 + h) ** (-2.0 * n) - 1.0, rel=1e-9)
 
 
-def test_stored_has_its_digits_at_tiny_strains(lmp, tmp_path, body):
+def test_stored_has_its_digits_at_tiny_strains(lmp, body):
     """Strains near 1e-10: what bonds store, to 1e-9 of it, at the strains d * (1/deq) - 1 of which forces are made. Then the
     body flies on, through neighbor builds and over ranks: no bond is lost, and 5 kJ of depth in another order are no noise."""
-    write_body(tmp_path / "body.data", body)
     run = lmp(head("off", "p s s") + pair(law.TABLE1, "none", "fix bonds all evp/bonds zone 1.48") + """
 fix move all nve
 timestep 2e-7
@@ -99,9 +98,8 @@ def stirred(style, gamma, step, steps, newton, force="0 0 0"):
 
 
 @pytest.mark.parametrize("style, gamma, step", [("nve", 100.0, 1e-7), ("nve/evp tol 1e-12", 1000.0, 2e-7)])
-def test_entries_are_sums_over_all_pairs(lmp, tmp_path, body, style, gamma, step):
+def test_entries_are_sums_over_all_pairs(lmp, body, style, gamma, step):
     """Control: bonds in both regimes, bonds lost and new pairs."""
-    write_body(tmp_path / "body.data", body)
     run = lmp(stirred(style, gamma, step, 100, "off", "30 0 0"), 2).ok()
     found, last = energies(run.thermo()), run.dump("all.dump")[-1]
     scale = max(abs(value) for value in found.values())
@@ -125,9 +123,8 @@ def test_entries_are_sums_over_all_pairs(lmp, tmp_path, body, style, gamma, step
 
 
 @pytest.mark.parametrize("style, gamma, ranks, newton", [("nve", 100.0, 2, "off"), ("nve/evp tol 1e-12", 1000.0, 1, "on")])
-def test_forces_kept_apart_or_not(lmp_decks, tmp_path, body, style, gamma, ranks, newton):
+def test_forces_kept_apart_or_not(lmp_decks, body, style, gamma, ranks, newton):
     """A fix that may add forces has those of the pairs kept apart; one that adds none changes no entry."""
-    write_body(tmp_path / "body.data", body)
     text = stirred(style, gamma, 1e-7, 60, newton)
     text = text.replace("fix move all", "group held id 1:20\ngroup free subtract all held\nfix hold held nve/noforce\nfix move free")
     runs = lmp_decks({"apart": text, "together": re.sub(r"fix push.*\n", "", text)}, ranks)
@@ -147,10 +144,9 @@ SHARE = 1e-3  # of the kinetic energy: the demand
 
 @pytest.mark.parametrize("style", ["nve", "nve/evp tol 1e-12"])
 @pytest.mark.parametrize("before", ["", "run 0\n", "timestep 3e-7\nrun 0\n"])
-def test_order_of_fixes_and_set_ups_change_nothing(lmp, tmp_path, body, style, before):
+def test_order_of_fixes_and_set_ups_change_nothing(lmp, body, style, before):
     """Damping takes all the energy that the velocities had: no more, though a kick of the first half step is undone at once. With the
     ledger between or before the others it was off by up to 3000 times that energy."""
-    write_body(tmp_path / "body.data", body)
     decks = []
     for order in itertools.permutations(FIXES):
         text = head(boundary="s s s") + pair(law.TABLE2, "repulsive") + SHAKE + "".join(FIXES[name].format(style=style) + "\n" for name in order)

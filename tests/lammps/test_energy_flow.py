@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 from oracle import flow, law
-from small_bodies import ENTRIES, STIR, energies, head, pair, thermo, two_groups, write_body, write_two
+from small_bodies import ENTRIES, STIR, energies, head, pair, thermo, two_groups, write_two
 
 ROW = law.TABLE1
 DEQ, SUM_RADII, DLIM = 0.011, 0.01, 0.015
@@ -163,8 +163,7 @@ EARLY = {"evaporate": "region all block INF INF INF INF INF INF\nfix early all e
 
 
 @pytest.mark.parametrize("early, breaks, plasticity", [("evaporate", "none", "isotropic"), ("balance", "none", "isotropic"), ("evaporate", "0.1", "none"), ("evaporate", "none", "none")])
-def test_a_fix_that_changes_atoms_may_come_before_it(lmp_decks, tmp_path, body, early, breaks, plasticity):
-    write_body(tmp_path / "body.data", body)
+def test_a_fix_that_changes_atoms_may_come_before_it(lmp_decks, body, early, breaks, plasticity):
     fix = "fix bonds all evp/bonds zone 1.1"
     start = head() + style(ROW, "repulsive", plasticity, breaks, fix) + STIR + "fix move all nve\n"
     rest = "timestep 1e-7\nrun 60\n"
@@ -187,10 +186,9 @@ def flung(contact, breaks, kv, gamma, style_name, step, steps, newton="on", ever
 @pytest.mark.parametrize("contact, breaks, kv, gamma, style_name", [
     ("none", "none", 0, 0, "nve"), ("none", "none", 1000, 0, "nve"), ("repulsive", "0.05", 1000, 0, "nve"), ("repulsive", "0.05", 1000, 50, "nve"),
     ("repulsive", "0.05", 1000, 50, "nve/evp tol 1e-12")])
-def test_closes_through_flow_and_loss(lmp, tmp_path, body, contact, breaks, kv, gamma, style_name):
+def test_closes_through_flow_and_loss(lmp, body, contact, breaks, kv, gamma, style_name):
     """What is left open falls with the timestep, as the jump of the force where a pair leaves has it: F v dt each. Controls: each
     entry that is asked for has its share, far above what is open."""
-    write_body(tmp_path / "body.data", body)
     opened = []
     for part in (1, 16):
         table = lmp(flung(contact, breaks, kv, gamma, style_name, 1e-7 / part, 800 * part)).ok().thermo()
@@ -204,8 +202,7 @@ def test_closes_through_flow_and_loss(lmp, tmp_path, body, contact, breaks, kv, 
 
 
 @pytest.mark.parametrize("gamma, style_name", [(0, "nve"), (1000, "nve/evp")])
-def test_plastic_never_falls_in_any_step(lmp, tmp_path, body, gamma, style_name):
-    write_body(tmp_path / "body.data", body)
+def test_plastic_never_falls_in_any_step(lmp, body, gamma, style_name):
     text = flung("repulsive", "0.05", 1000, gamma, style_name, 2e-7, 400, every=1).replace("3000*(x-0.04)", "8000*(0.04-x)*sin(0.01*id)")
     plastic = lmp(text).ok().thermo()["f_energy[9]"]
     assert np.all(np.diff(plastic) >= 0.0) and plastic[-1] > 10.0

@@ -13,7 +13,6 @@ import pytest
 from inputs import cache_entry
 from lammps_run import LMP, REPOSITORY
 from library import plugin_folder, run_python
-from small_bodies import lattice_body, write_body
 
 FORGED = LMP.parent / "forged" / "evpplugin.so"
 HEADLINE = "ERROR: evpplugin.so was built for another LAMMPS: "
@@ -124,9 +123,8 @@ third.close()
 """
 
 
-def test_instances_side_by_side_are_those_one_after_the_other(tmp_path):
+def test_instances_side_by_side_are_those_one_after_the_other(tmp_path, small):
     """By plugin load, and by LAMMPS_PLUGIN_PATH."""
-    write_body(tmp_path / "body.data", lattice_body((4, 3, 3)))
     runs = (run_python(ALONE, 1, tmp_path), run_python(TOGETHER, 1, tmp_path), run_python(TOGETHER, 1, tmp_path, LAMMPS_PLUGIN_PATH=plugin_folder()))
     alone, *others = (sorted(re.findall(r"^(?:first|second|third) .*$", run.ok().stdout, re.M)) for run in runs)  # by instance and step
     assert others == [alone, alone] and len(set(alone)) == 6

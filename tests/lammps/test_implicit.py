@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from evp import law
 from oracle import brute
-from small_bodies import ANOTHER_ORDER, dump, grips, head, mass_of, pair, thermo, two_groups, write_body, write_two
+from small_bodies import ANOTHER_ORDER, dump, grips, head, mass_of, pair, thermo, two_groups, write_two
 
 GAMMA = 1000.0
 TABLE2 = law.TABLE2
@@ -45,12 +45,6 @@ def assert_same_motion(last, other, mass, tolerance):
     """Both snapshots show one internal motion: velocities to the tolerance of the largest, places to what they make of it."""
     for name, a, b in zip(("places", "velocities"), internal(last, mass), internal(other, mass)):
         assert np.abs(a - b).max() <= tolerance * np.abs(a).max(), name
-
-
-@pytest.fixture
-def body(tmp_path, body):
-    write_body(tmp_path / "body.data", body)
-    return body
 
 
 # ---- the scheme ----

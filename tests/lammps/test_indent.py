@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 from hostile import refused
-from lammps_run import read_csv, run_lammps
+from lammps_run import DECKS, read_csv, read_dump, run_lammps
 
 METAL = "160 8 4 1.4 8 4 0.0007 0 1.5 spacing 0.00374 coordination 13.05 kv 700"  # about 304 steel, E 193 GPa
 E, NU = 193e9, 0.29
@@ -21,7 +21,7 @@ def block(tmp_path_factory):
 
 def indent(block, folder, **choices):
     """(curve, share of the depth that is left) of a metal. Says each increment of the way in and each tenth of the way back, and warns where spheres are few."""
-    (folder / "also.lmp").write_text('print "held $(f_base[1]:%.9g) tool $(v_pressing:%.9g)"\n')
+    (folder / "also.lmp").write_text(f'print "held $(f_base[1]:%.9g) tool $(v_pressing:%.9g)"\ninclude {DECKS}/frames.lmp\n')
     given = {"specimen": block, "coeff": METAL, "plasticity": "isotropic", "depth": 0.001, "increments": 5, "also": "also.lmp", "out": "ball"}
     run = run_lammps("in.indent", 1, {**given, **choices}, folder, seconds=100).ok()
     held = np.array(re.findall(r"^held (\S+) tool (\S+)$", run.stdout, re.M), dtype=float)
@@ -41,6 +41,7 @@ def test_a_metal_keeps_its_imprint(block, tmp_path):
     top = int(np.argmax(curve["depth"]))
     assert 0.85 < left < 1.0 and curve["force"][-1] < 1.1e-3 * curve["force"][top]
     assert curve["contact_radius"][top] == pytest.approx(np.sqrt(2 * 0.01 * 0.001), rel=0.15)
+    assert len(read_dump(tmp_path / "ball_frames.dump")) == -(-len(curve["depth"]) // 3), "20 frames of at most 55 increments"
     assert 1.5 < curve["hardness"][top] / 450e6 < 3.5
 
 

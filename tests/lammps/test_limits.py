@@ -134,10 +134,9 @@ run 400
 
 
 @pytest.mark.parametrize("gamma, kv", [(100, 0), (10000, 0), (100, 3000)])
-def test_the_implicit_bound_holds_in_runs(lmp, tmp_path, gamma, kv):
+def test_the_implicit_bound_holds_in_runs(lmp, small, gamma, kv):
     """Without volume energy it is sharp to a fifth: above it some mode alternates; its growth is slow just beyond, so the upper end is judged
     at 1.2 itself."""
-    write_body(tmp_path / "body.data", lattice_body((4, 3, 3)))
     body = head() + pair(law.TABLE1._replace(gamma=gamma), "none", "fix bonds all evp/bonds zone 1.4") + (f"fix volume all evp/volume {kv}\n" if kv else "")
     for fraction, stable in ((0.98, True), (1.0, True), (1.2, False))[: 2 if kv else 3]:
         run = lmp(body + SWING.format(fraction=fraction))

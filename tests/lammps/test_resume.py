@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from flowing import MOVE as MOVE_FLOWING
 from flowing import flowing_pair
-from small_bodies import MOVE, head, lattice_body, pair, write_body
+from small_bodies import MOVE, head, pair
 
 TOTAL, EVERY = 1200, 370  # steps of the run, and from one restart file to the next, for which LAMMPS builds its lists
 # gentle enough for thousands of steps: an oscillation into the second regime and back, without a drift
@@ -26,10 +26,9 @@ SCENES = {"eq. 8": (pair() + SWING, BONDS, MOVE), "flow": (flowing_pair("none", 
 
 
 @pytest.mark.parametrize("name, ranks", [("eq. 8", 1), ("flow", 2)])
-def test_runs_resume_to_the_last_bit(lmp, lmp_decks, tmp_path, name, ranks):
+def test_runs_resume_to_the_last_bit(lmp, lmp_decks, tmp_path, bar, name, ranks):
     """Without sorting of atoms and on the same ranks the restart file holds every bit: thermo table, last state and bond file are the same."""
     start, fixes, move = SCENES[name]
-    write_body(tmp_path / "body.data", lattice_body((6, 4, 4)))
     last = f"restart {EVERY} part.*\nrun {TOTAL} upto\nwrite_dump all custom end.dump id x y z vx vy vz fx fy fz modify format float %.17g\nwrite_evp_bonds end.bonds\n"
     whole = lmp(head(sort="sort 0 0") + start + move + last, ranks).ok()
     table, expected = whole.thermo(), whole.dump("end.dump")[-1]

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """in.specimen in other shapes than the cylinder: blocks, regions with holes and notches; their FILE.body."""
 
+import functools
 import re
 
 import numpy as np
@@ -58,14 +59,10 @@ def make(folder, ranks=1, region=None, **variables):
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     """Each shape, made once: output, packing, FILE.body, folder."""
-    known = {}
-
+    @functools.cache
     def get(shape):
-        if shape not in known:
-            folder = tmp_path_factory.mktemp(shape)
-            run, packing = make(folder, region=SHAPES[shape][1], **SHAPES[shape][0])
-            known[shape] = run, packing, read_body(folder / "body.data.body"), folder
-        return known[shape]
+        folder = tmp_path_factory.mktemp(shape)
+        return *make(folder, region=SHAPES[shape][1], **SHAPES[shape][0]), read_body(folder / "body.data.body"), folder
 
     return get
 

@@ -129,7 +129,7 @@ def test_flip_changes_nothing(packed, tmp_path):
         bonds = np.loadtxt(tmp_path / "end.bonds", comments="#")
         found[flip] = {**curve, **read_columns(tmp_path / "run_energies.csv", large_strain.COLUMNS)}
         written[flip] = bonds[np.lexsort((bonds[:, 1], bonds[:, 0]))]
-        step = float(re.findall(r"Time step +: (\S+)", output.stdout)[1])
+        step = float(re.search(r"Time step +: (\S+)", output.stdout)[1])
         assert step < 0.6 * output.thermo()["c_dt"].min()
     for name, expected in found["no"].items():
         assert np.abs(found["yes"][name] - expected).max() <= 1e-6 * np.abs(expected).max(), name

@@ -2,6 +2,7 @@
 """in.specimen makes jammed, isotropic packings; two seeds differ by chance alone, and are one material. The figures to meet are those of an independent
 prototype and of its specimen (tests/data/reference_500): at 500 spheres solid fraction 0.58, 5.0 touching partners, 11.9 in the zone."""
 
+import functools
 import re
 from types import SimpleNamespace
 
@@ -48,13 +49,10 @@ def make(folder, seed=1, ranks=1, **variables):
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     """The packing of a seed by the deck as it stands, made once; its folder last."""
-    known = {}
-
+    @functools.cache
     def get(seed):
-        if seed not in known:
-            folder = tmp_path_factory.mktemp(f"seed{seed}")
-            known[seed] = *make(folder, seed), folder
-        return known[seed]
+        folder = tmp_path_factory.mktemp(f"seed{seed}")
+        return *make(folder, seed), folder
 
     return get
 

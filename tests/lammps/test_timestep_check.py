@@ -48,9 +48,8 @@ def test_fires_just_above_the_limit_and_not_below(lmp_decks, tmp_path):
 
 
 @pytest.mark.parametrize("style", ["nve", "nve/evp"])
-def test_volume_energy_of_the_present_positions(lmp_decks, tmp_path, style):
+def test_volume_energy_of_the_present_positions(lmp_decks, bar, style):
     """The tension that it adds to the pairs, found before the forces of the run are. Control: at rest there is none."""
-    write_body(tmp_path / "body.data", lattice_body((6, 4, 4)))
     start = head() + pair(law.TABLE1._replace(gamma=10.0), "none") + f"fix volume all evp/volume 3000\nfix move all {style}\nrun 0\n"
     pull = "displace_atoms all ramp x -0.002 0.002 x 0 0.06 units box\n"
     shown = "compute dt all evp/dt\n" + thermo("c_dt") + "run 0\n"

@@ -114,13 +114,6 @@ def test_a_body_against_the_second_writing(lmp, tmp_path, ranks, newton, case):
 HYBRID = f"pair_style hybrid evp/lj contact none zero 0.01\npair_coeff 1 1 evp/lj {words(ROW)}\npair_coeff * 2 zero\nfix bonds all evp/bonds\n"
 
 
-@pytest.fixture
-def small(tmp_path):
-    body = lattice_body((4, 3, 3))
-    write_body(tmp_path / "body.data", body)
-    return body
-
-
 def moved(x, columns="f_volume"):
     """A set-up at rest, and one at these places."""
     return QUIET + "run 0\n" + place(x) + show(columns) + "run 0\n"
@@ -228,19 +221,15 @@ def test_pairs_of_special_bonds_with_weight_0(lmp, tmp_path):
     """They are neither recorded nor counted, whether or not they are in the neighbor list: f is the sum of the forces of pair/local."""
     x = np.array([[0, 0, 0], [0.01, 0, 0], [0.005, 0.0087, 0], [0.005, 0.003, 0.008]])
     made = "".join(f"create_atoms 1 single {a} {b} {c}\n" for a, b, c in x)
-    text = f"""clear
-units si
-atom_style hybrid sphere bond
-atom_modify map yes
-special_bonds lj 0 0 0 coul COUL COUL COUL
+    start = f"""special_bonds lj 0 0 0 coul COUL COUL COUL
 region box block -0.05 0.05 -0.05 0.05 -0.05 0.05
 create_box 1 box bond/types 1 extra/bond/per/atom 4 extra/special/per/atom 10
 {made}set group all diameter 0.01 density 2700
-neighbor 0.002 bin
 bond_style zero
 bond_coeff *
-create_bonds single/bond 1 1 2
-""" + pair(contact="none") + fix() + QUIET + "run 0\n" + place(x * [1.04, 1.0, 1.0]) + "compute pairs all pair/local fx\ncompute ids all property/local patom1 patom2\n"
+create_bonds single/bond 1 1 2"""
+    text = "clear\n" + head(boundary="p p p", start=start, style="hybrid sphere bond", skin=0.002) + pair(contact="none") + fix() + QUIET + "run 0\n"
+    text += place(x * [1.04, 1.0, 1.0]) + "compute pairs all pair/local fx\ncompute ids all property/local patom1 patom2\n"
     text += show("fx") + "dump pairs all local 1 pairs.dump c_ids[*] c_pairs\ndump_modify pairs format float %.17g\n" + thermo("pe f_bonds f_volume") + "run 0\n"
     run = lmp(text.replace("COUL", "0") + text.replace("COUL", "1")).ok()
     table, local = run.thermo(), run.dump("pairs.dump")[-1]

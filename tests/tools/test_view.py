@@ -308,11 +308,12 @@ BAD_DUMPS = {
 }
 
 
-def refused(folder, *words):
-    """The message of a refusal, which left the folder as it was."""
+def refused(folder, *words, option=False):
+    """The message of a refusal, which left the folder as it was. option: by the parser of options, below its usage."""
     before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
     failed = show(*words)
-    assert failed.returncode == 1 and failed.stderr.startswith("view.py: error: ") and len(failed.stderr.splitlines()) == 1, failed.stderr
+    message = failed.stderr.splitlines()[-1] if option else failed.stderr.rstrip("\n")
+    assert failed.returncode == 1 + option and re.fullmatch("view.py: error: .*" if not option else r"\S+: error: argument .*", message), failed.stderr
     assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == before
     return failed.stderr
 
@@ -342,8 +343,8 @@ BAD_CHOICES = {
     "--out one.dump": "--out one.dump: the name of a picture ends in .png",
     "--film one.avi": "--film one.avi: the name of a film ends in .gif",
     "--film a.mp4": "needs the program ffmpeg, which is not here; a name that ends in .gif does not",
-    "--pixels 9": "--pixels 9: give 100 to 6000",
-    "--strip -1": "--strip -1: give a positive number",
+    "--pixels 9": "argument --pixels: give a whole number from 100 to 6000, got 9",
+    "--strip -1": "argument --strip: give a whole number of 1 or more, got -1",
     "absent.dump": "view.py: error: there is no file absent.dump\n",
     ".": "cannot use .: Is a directory",
     "--out a.png": "no program /no/such/lmp: run tools/setup.sh first, or set EVP_LMP",
@@ -355,7 +356,7 @@ def test_bad_choices_are_refused(one, tmp_path, monkeypatch, words):
     """Where there is neither LAMMPS nor ffmpeg."""
     monkeypatch.setenv("EVP_LMP", "/no/such/lmp")
     monkeypatch.setattr(view_figure.animation.FFMpegWriter, "isAvailable", lambda: False)
-    assert BAD_CHOICES[words] in refused(tmp_path, "one.dump", *words.split())
+    assert BAD_CHOICES[words] in refused(tmp_path, "one.dump", *words.split(), option=BAD_CHOICES[words].startswith("argument "))
 
 
 def test_what_the_refusal_of_a_column_says_to_write(tmp_path):

@@ -32,7 +32,7 @@ import scipy.optimize
 
 from . import curves, dump, figures, law, specimen
 from .curves import YIELD_OFFSET
-from .report import check_target, write_whole
+from .report import all_or_nothing
 from .run import Failed, Job, last_strain, run_jobs
 
 EXPONENTS = (8.0, 4.0)  # of both regimes, as in Table 1
@@ -106,28 +106,9 @@ def at(strain):
     return f"stress at {strain:g}"
 
 
-def parse_at(word, what):
-    """(value, place) of 'VALUE@PLACE', the value above 0. ValueError where it is no such word."""
-    parts = word.split("@")
-    try:
-        value, place = (float(part) for part in parts)
-    except ValueError:
-        raise ValueError(f"{what} must be two numbers VALUE@PLACE, got '{word}'") from None
-    positive(value, what)
-    return value, place
-
-
-def positive(value, what):
-    """ValueError unless the value is a finite number above 0."""
-    if not (math.isfinite(value) and value > 0.0):
-        raise ValueError(f"{what} must be a finite number above 0, got {value:g}")
-
-
 def check(targets):
     """ValueError where a target has no meaning, or is in another unit."""
     modulus, at_first, nu = targets.modulus, targets.yield_stress, targets.nu
-    for value, what in ((modulus, "--E"), (at_first, "--yield"), (targets.density, "--density")):
-        positive(value, what)
     if not DENSITIES[0] <= targets.density <= DENSITIES[1]:
         raise ValueError(f"--density: {targets.density:g} kg/m3 is no solid's: give kg/m3, such as 2700")
     if modulus < SOFTEST:
@@ -190,13 +171,12 @@ def read_measured(path, modulus, is_true):
 
 
 def check_rates(rates):
-    """ValueError where the over-stresses are not linear in the rate over more than a decade."""
-    for over, rate in rates:
-        positive(over, "--rate")
-        positive(rate, "--rate")
-    if len(rates) < 2:
+    """ValueError where a rate is not positive, or the over-stresses are not linear in it over more than a decade."""
+    if not rates:
         return
     ordered = sorted(rates, key=lambda pair: pair[1])
+    if not 0.0 < ordered[0][1] <= ordered[-1][1] < math.inf:
+        raise ValueError("--rate: give positive rates")
     (over0, rate0), (over1, rate1) = ordered[0], ordered[-1]
     slopes = [over / rate for over, rate in ordered]
     if rate1 > 10.0 * rate0 * (1.0 + 1e-9) and max(slopes) > (1.0 + LINEAR) * min(slopes):
@@ -210,7 +190,6 @@ def check_file(path, name):
     if not NAME.fullmatch(name):
         raise ValueError(f"--name: '{name}' cannot be the name of a row: letters, digits and _ . + - only")
     path = pathlib.Path(path)
-    check_target("--out", path)
     if not path.exists():
         return
     lines = path.read_text(encoding="utf-8").splitlines()
@@ -247,7 +226,7 @@ def stiffening(volume):
 
 
 def affine_stress(strains, shape):
-    """Nominal stress/E0 at nominal strains (S,), free sideways."""
+    """Nominal stress/E0 at nominal strains (S,) other than 0, free sideways."""
     m, n = EXPONENTS
     row = law.Row(1.0, m, n, shape.softening, m, n, shape.xi_s, 0.0, ALPHA)
     found, saturation = [], 1.0 / shape.bend if shape.bend > 0.0 else 0.0
@@ -262,9 +241,6 @@ def affine_stress(strains, shape):
         return np.sum(along * c2) * (1.0 + a), np.sum(along * s2) * (1.0 + b)
 
     for a in strains:
-        if a == 0.0:
-            found.append(0.0)
-            continue
         b = scipy.optimize.brentq(lambda lateral: pull(a, lateral)[1], -0.8 * a, 0.1 * a, xtol=1e-14, rtol=1e-12)
         found.append(pull(a, b)[0])
     return np.array(found)
@@ -296,9 +272,8 @@ class Body(NamedTuple):
 def measure(path):
     """The Body of a data file with its FILE.body."""
     size, read = specimen.read_body(path), specimen.read_data(path)
-    pairs, _ = specimen.pairs_within(read, ALPHA)
-    lengths = np.linalg.norm(read.x[pairs[:, 0]] - read.x[pairs[:, 1]], axis=1)
-    return Body(pathlib.Path(path).absolute(), len(read.ids), len(pairs), float(lengths.mean()), float(np.mean(lengths**2)), size["volume"], size["length"])
+    deq = specimen.bond_lengths(read, ALPHA)
+    return Body(pathlib.Path(path).absolute(), len(read.ids), len(deq), float(deq.mean()), float(np.mean(deq**2)), size["volume"], size["length"])
 
 
 def make_body(folder, count, seed, density, timeout):
@@ -461,48 +436,35 @@ class Table:
         self.file = open(self.path, "a+", encoding="utf-8")
         try:
             fcntl.flock(self.file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            if fresh:
-                self.file.truncate(0)
-            self.runs = self._read(json.loads(json.dumps(inputs)))
         except BlockingIOError:
-            self.file.close()
             raise ValueError(f"another calibration is writing {self.path}: wait for it, or give another --table") from None
-        except BaseException:
-            self.file.close()
-            raise
-
-    def _read(self, inputs):
-        """The runs of these inputs."""
         self.file.seek(0)
-        text = self.file.read()
+        text = "" if fresh else self.file.read()
         whole = text[: text.rfind("\n") + 1]
         self.file.truncate(len(whole.encode("utf-8")))  # what a kill has cut off
         try:
-            first, *runs = [json.loads(line) for line in whole.splitlines()] or [self._write({"inputs": inputs})]
+            self.runs = [json.loads(line) for line in whole.splitlines()]
         except ValueError as error:
             raise ValueError(f"{self.path} is no run table: {error}; take it away, or give another --table") from None
-        before = first.get("inputs") or {}
+        if not self.runs:
+            self.add({"inputs": inputs})
+        before, inputs = self.runs.pop(0).get("inputs") or {}, json.loads(json.dumps(inputs))
         other = [key for key in {**before, **inputs} if before.get(key) != inputs.get(key)]
         if other:
             raise ValueError(f"{self.path} holds the runs of a calibration with another {', '.join(sorted(other))}: "
                              "--fresh begins anew, --table names another file")
-        return runs
-
-    def _write(self, record):
-        """The record as it is read again."""
-        line = json.dumps(record)
-        self.file.write(line + "\n")
-        self.file.flush()
-        os.fsync(self.file.fileno())
-        return json.loads(line)
 
     def find(self, **key):
         """The run with these values, or None."""
         return next((run for run in self.runs if all(run.get(name) == value for name, value in key.items())), None)
 
     def add(self, record):
-        """Append a run that has ended."""
-        self.runs.append(self._write(record))
+        """Append a run that has ended; returns it as it is read again."""
+        line = json.dumps(record)
+        self.file.write(line + "\n")
+        self.file.flush()
+        os.fsync(self.file.fileno())
+        self.runs.append(json.loads(line))
         return self.runs[-1]
 
     def close(self):
@@ -689,7 +651,8 @@ def append(path, lines):
     try:
         fcntl.flock(folder, fcntl.LOCK_EX)
         text = path.read_text(encoding="utf-8") if path.exists() else HEAD
-        write_whole(path, text + ("" if text.endswith("\n") else "\n") + "\n".join(lines) + "\n")
+        with all_or_nothing(path.parent) as place:
+            (place / path.name).write_text(text + ("" if text.endswith("\n") else "\n") + "\n".join(lines) + "\n", encoding="utf-8")
     finally:
         os.close(folder)
 

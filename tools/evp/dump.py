@@ -5,9 +5,9 @@ index() goes through whole files before anything is taken from them, so that a d
 called in pictures, and in which unit (SI), stands at the end.
 """
 
+import mmap
 import pathlib
 import re
-from itertools import islice
 from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
@@ -15,6 +15,8 @@ import numpy as np
 from . import specimen
 
 _ATOMS = re.compile(rb"^\s*\d+\s+atoms\b", re.M)  # in the head of a data file
+_COLUMNS = re.compile(rb"^ITEM: ATOMS(.*)\n", re.M)  # last line of the header of a snapshot
+_ITEM = re.compile(rb"^ITEM: (TIMESTEP|NUMBER OF ATOMS|TIME|UNITS)\s+(\S+)", re.M)
 
 
 class Snapshot(NamedTuple):
@@ -24,7 +26,6 @@ class Snapshot(NamedTuple):
     step: Optional[int]  # a data file has none
     time: Optional[float]  # where the dump has it (dump_modify time yes)
     units: Optional[str]  # likewise (dump_modify units yes)
-    box: np.ndarray  # (3, 2) bounds
     count: int
     names: Tuple[str, ...]
     start: int  # byte of the first row
@@ -70,50 +71,31 @@ class DataFile(Snapshot):
         return dict(zip(self.names, (body.ids, body.types, *body.x.T, body.radius)))
 
 
-def _data_file(path):
-    """The DataFile of a path; ValueError where its atoms are of another style or fewer than its head says."""
-    body = specimen.read_data(path)
-    return DataFile(pathlib.Path(path), None, None, None, body.box, len(body.ids), ("id", "type", "x", "y", "z", "radius"), 0, 0)
-
-
-def _header(path, source):
-    """Values of the header of the next snapshot, as {item: [its rows]}, up to the names of its columns; None where the file ends in it."""
-    found = {}
-    for line in iter(source.readline, b""):
-        text = line.decode(errors="replace")
-        if not text.startswith("ITEM:"):
-            raise ValueError(f"{path} is no dump of LAMMPS: '{text[:40].strip()}' is in the place of an ITEM: line")
-        words = text.split()[1:]
-        if words[:1] == ["ATOMS"]:
-            return {**found, "names": tuple(words[1:])} if text.endswith("\n") else None
-        if "ENTRIES" in words:
-            raise ValueError(f"{path} is a dump of pairs (dump local), not of atoms")
-        rows = [source.readline() for _ in range(3 if words[:1] == ["BOX"] else 1)]
-        found[" ".join(words[:2])] = [row.split() for row in rows]
-    return None
-
-
-def _snapshots(path, source):
-    """All snapshots of a file, None last where it ends in the middle of one."""
-    units = None  # LAMMPS writes them once
-    while source.peek(1):
-        header = _header(path, source)
-        if header is None:
+def _snapshots(path, content):
+    """All snapshots of the bytes of a file, None last where it ends in the middle of one."""
+    units, end = None, 0  # LAMMPS writes the units once
+    while end < len(content):
+        line = content[end : end + 40].partition(b"\n")[0]
+        if not line.startswith(b"ITEM:"):
+            raise ValueError(f"{path} is no dump of LAMMPS: '{line.decode(errors='replace').strip()}' is in the place of an ITEM: line")
+        columns = _COLUMNS.search(content, end)
+        if columns is None:
             yield None
             return
+        header = dict(_ITEM.findall(content[end : columns.start()]))
         try:
-            step, count = int(header["TIMESTEP"][0][0]), int(header["NUMBER OF"][0][0])
-            box = np.array([row[:2] for row in header["BOX BOUNDS"]], dtype=float)
-            time = float(header["TIME"][0][0]) if "TIME" in header else None
-            units = header["UNITS"][0][0].decode() if "UNITS" in header else units
-        except (KeyError, IndexError, ValueError) as error:
-            raise ValueError(f"{path} is no dump of LAMMPS: the header of a snapshot lacks TIMESTEP, NUMBER OF ATOMS, BOX BOUNDS "
-                             "or their values") from error
-        start, rows = source.tell(), list(islice(iter(source.readline, b""), count))
-        if len(rows) < count or any(row.startswith(b"ITEM:") for row in rows) or (rows and not rows[-1].endswith(b"\n")):
+            step, count = int(header[b"TIMESTEP"]), int(header[b"NUMBER OF ATOMS"])
+            time = float(header[b"TIME"]) if b"TIME" in header else None
+            units = header[b"UNITS"].decode() if b"UNITS" in header else units
+        except (KeyError, ValueError) as error:
+            raise ValueError(f"{path} is no dump of LAMMPS: the header of a snapshot lacks TIMESTEP, NUMBER OF ATOMS or their values") from error
+        start, next_item = columns.end(), content.find(b"\nITEM:", columns.end() - 1) + 1
+        rows = content[start : next_item or len(content)].splitlines(keepends=True)[:count]
+        if len(rows) < count or (rows and not rows[-1].endswith(b"\n")):
             yield None
             return
-        yield Snapshot(pathlib.Path(path), step, time, units, box, count, header["names"], start, source.tell())
+        end = start + sum(map(len, rows))
+        yield Snapshot(pathlib.Path(path), step, time, units, count, tuple(columns[1].decode(errors="replace").split()), start, end)
 
 
 def index(paths, unfinished=False):
@@ -128,12 +110,15 @@ def index(paths, unfinished=False):
             if not begin:
                 raise ValueError(f"{path} is empty: no snapshot has been written")
             if b"\0" not in begin and _ATOMS.search(begin):
-                found.append(_data_file(path))
+                count = len(specimen.read_data(path).ids)
+                found.append(DataFile(pathlib.Path(path), None, None, None, count, ("id", "type", "x", "y", "z", "radius"), 0, 0))
                 continue
             if b"\0" in begin or not begin.startswith(b"ITEM:"):
                 raise ValueError(f"{path} is no text dump of LAMMPS: its first line is not 'ITEM: ...'")
-            source.seek(0)
-            own = list(_snapshots(path, source))
+            if b"\nITEM: NUMBER OF ENTRIES" in begin:
+                raise ValueError(f"{path} is a dump of pairs (dump local), not of atoms")
+            with mmap.mmap(source.fileno(), 0, access=mmap.ACCESS_READ) as content:
+                own = list(_snapshots(path, content))
         if own[-1] is None:
             own.pop()
             if not own or not unfinished:

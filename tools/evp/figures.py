@@ -155,14 +155,13 @@ def unloading(curves, path, load=TENSION, turns=None, numbers=None):
         return save(figure, path, ("curve", "strain_percent", "stress_MPa"), rows, numbers)
 
 
-def force_law(row, path, measured=None, deq=0.01, reach=0.03, numbers=None):
+def force_law(row, path, measured=None, numbers=None):
     """Force of one pair against its strain (the paper's figure 2): lines from law.py.
 
-    row: law.Row; deq [m]; reach: largest |strain| drawn where nothing was measured. measured: None,
-    or the columns MEASURED of in.two_spheres as a dict of arrays, drawn as points on the lines.
+    row: law.Row. measured: None, or the columns MEASURED of in.two_spheres as a dict of arrays, drawn as points on the lines.
     Writes path and its CSV: strain_percent, force_N, first_regime_N, source.
     """
-    ends = (-reach, reach)
+    ends, deq = (-0.03, 0.03), 0.01  # of strain; [m]
     if measured is not None:
         points = measured["strain"]
         deq = float(np.median(measured["distance"] / (1 + points)))

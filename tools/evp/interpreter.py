@@ -38,22 +38,18 @@ def has_modules(python, modules):
     return probe.returncode == 0
 
 
-def how_to_get(modules):
-    """By set-up, which an installation has not."""
-    if (TOOLS / "setup.sh").exists():
-        return "run tools/setup.sh, which finds or installs a Python that has"
-    return f"install {'them' if len(modules) > 1 else 'it'} (Debian: apt-get install {' '.join('python3-' + name for name in modules)})"
-
-
 def require(*modules, remedy=""):
     """Returns where this Python has the modules; else goes on in one that has, or exits with one line."""
     lacking = [name for name in modules if importlib.util.find_spec(name) is None]
     if not lacking:
         return
     lack = f"error: {sys.executable} has no {', '.join(lacking)}"
+    if not remedy and (TOOLS / "setup.sh").exists():  # which an installation has not
+        remedy = "run tools/setup.sh, which finds or installs a Python that has"
+    remedy = remedy or f"install {'them' if len(lacking) > 1 else 'it'} (Debian: apt-get install {' '.join('python3-' + name for name in lacking)})"
     python = next((path for path in candidates(os.environ) if has_modules(path, modules)), None)
     if python is None:
-        sys.exit(f"{lack}: {remedy or how_to_get(lacking)}, or give one: PYTHON=/path/to/python3")
+        sys.exit(f"{lack}: {remedy}, or give one: PYTHON=/path/to/python3")
     script = pathlib.Path(sys.argv[0]).resolve()
     if TOOLS.parent not in script.parents or not script.is_file() or os.environ.get(_STARTED_AGAIN) == str(os.getpid()):
         sys.exit(f"{lack}: use {python}")  # a program of the user's, or one that was started again already

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .report import write_whole
+from .report import all_or_nothing
 from .run import Job, RunError, run_jobs
 from .specimen import read_data
 
@@ -101,8 +101,9 @@ def pack(surface, spheres, seed, density, out, cores=None):
         smooth = smoothness(surface, packing)
         text = (folder / "packed.data").read_text(encoding="utf-8").replace("2 atom types", "1 atom types", 1)
         body = (folder / "packed.data.body").read_text(encoding="utf-8").replace("packed.data", out.name)
-        write_whole(out, text)
-        write_whole(out.with_name(out.name + ".body"), body)
+        with all_or_nothing(out.parent) as place:
+            (place / out.name).write_text(text, encoding="utf-8")
+            (place / f"{out.name}.body").write_text(body, encoding="utf-8")
     return packing, smooth
 
 

@@ -4,6 +4,7 @@
 import sys
 import time
 
+INTERVAL = 5.0  # [s] between two lines where the output is no terminal and runs are long
 KNOWN = 0.05  # share done from which the time left is told: before, it is off by a factor of ten
 
 

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from . import curves, law
-from .specimen import pairs_within
+from .specimen import bond_lengths
 
 STRAINS = (0.002, 0.005, *curves.STRAINS_REPORTED.values())  # the first in the elastic part
 REFERENCE_COUNT, REFERENCE_VOLUME = 500, np.pi * 0.02**2 * 0.05  # spheres and volume [m3] of the paper's specimen, for which a row of its tables is meant
@@ -81,9 +81,9 @@ def check_twin(damped, twin):
                                 f"{1e-6 * with_gamma:.3g} MPa: the twin must be the run with gamma = 0")
 
 
-def reached(curve, strains=STRAINS):
-    """Those of the strains about which the curve has rows enough for a stress."""
-    return [at for at in strains if np.isfinite(curves.or_nan(curves.stress_at, curve.strain, curve.virial, at))]
+def reached(curve):
+    """Those of STRAINS about which the curve has rows enough for a stress."""
+    return [at for at in STRAINS if np.isfinite(curves.or_nan(curves.stress_at, curve.strain, curve.virial, at))]
 
 
 def shares_at(damped, twin, at):
@@ -124,9 +124,8 @@ def run_row(text, specimen, volume):
     density = more.get("density") or specimen.mass.sum() / volume
     if "spacing" not in more:
         return scaled_row(row, len(specimen.ids), volume), density
-    pairs, _ = pairs_within(specimen, row.alpha)
-    spacing = np.mean(np.linalg.norm(specimen.x[pairs[:, 0]] - specimen.x[pairs[:, 1]], axis=1))
-    return row._replace(gamma=row.gamma * (more["spacing"] / spacing) ** 2), density  # e goes as its cube, gamma as it
+    finer = more["spacing"] / np.mean(bond_lengths(specimen, row.alpha))
+    return row._replace(gamma=row.gamma * finer**2), density  # e goes as its cube, gamma as it
 
 
 def relaxation_time(lengths, row):
@@ -150,9 +149,8 @@ def expected(specimen, row, density, rate, modulus, length=0.05):
         raise ValueError(f"--rate must be positive, got {rate:g}")
     if row.gamma == 0.0 or row.e1 == 0.0:
         raise ValueError("coeff must be the row of the damped run, with gamma > 0 and e1 > 0")
-    pairs, _ = pairs_within(specimen, row.alpha)
-    if len(pairs) == 0:
+    lengths = bond_lengths(specimen, row.alpha)
+    if len(lengths) == 0:
         raise ValueError(f"the specimen has no pairs within alpha = {row.alpha:g}")
-    lengths = np.linalg.norm(specimen.x[pairs[:, 0]] - specimen.x[pairs[:, 1]], axis=1)
     tau = relaxation_time(lengths, row)
     return Expected(tau, modulus * tau * rate, float(np.sqrt(modulus * density)) * length * rate)

@@ -4,10 +4,12 @@
 import argparse
 import contextlib
 import csv
+import math
 import os
 import pathlib
 import re
 import shutil
+import signal
 import sys
 import tempfile
 
@@ -38,23 +40,51 @@ def words_of(error):
 
 
 @contextlib.contextmanager
-def errors_in_one_line(tool):
-    """Ends the program with one message where a run failed, or a file or its content cannot be used."""
+def errors_in_one_line(tool, interrupted=""):
+    """Ends the program with one message where a run failed, a file or its content cannot be used, or the user stops it."""
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         yield
     except (RunError, OSError, ValueError) as error:
         sys.exit(f"{typed(tool)}: error: {words_of(error)}")
+    except KeyboardInterrupt:
+        print(f"{typed(tool)}: interrupted{interrupted}", file=sys.stderr)
+        sys.exit(130)
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
-def check_target(option, path):
-    """ValueError where a file of this name cannot be written."""
-    path = pathlib.Path(path)
+def positive(word):
+    """Type of an option: a finite number above 0."""
+    value = float(word)
+    if not 0.0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"give a positive number, got {word}")
+    return value
+
+
+def whole(least, most=math.inf):
+    """Type of an option: a whole number from least to most."""
+    limits = f"from {least} to {most}" if most < math.inf else f"of {least} or more"
+
+    def number(word):
+        value = int(word)
+        if not least <= value <= most:
+            raise argparse.ArgumentTypeError(f"give a whole number {limits}, got {word}")
+        return value
+
+    return number
+
+
+def target_file(word):
+    """Type of an option: the path of a file that can be written."""
+    path = pathlib.Path(word)
+    folder = path.absolute().parent
     if path.is_dir():
-        raise ValueError(f"{option} {path}: this is a folder: give the name of a file in it")
-    if not path.absolute().parent.is_dir():
-        raise ValueError(f"{option} {path}: there is no folder {path.absolute().parent}")
-    if not os.access(path.absolute().parent, os.W_OK):
-        raise ValueError(f"{option} {path}: no file can be written in this folder")
+        raise argparse.ArgumentTypeError(f"{path} is a folder: give the name of a file in it")
+    if not os.access(folder, os.W_OK):
+        why = "no file can be written in this folder" if folder.is_dir() else f"there is no folder {folder}"
+        raise argparse.ArgumentTypeError(f"{path}: {why}")
+    return path
 
 
 def print_table(titles, rows, digits=5):
@@ -90,10 +120,3 @@ def all_or_nothing(folder):
             if (folder / path.name).exists():
                 shutil.copymode(folder / path.name, path)
             os.replace(path, folder / path.name)
-
-
-def write_whole(path, text):
-    """Replaces a file, or makes it, in one move: where that fails, nothing has changed."""
-    path = pathlib.Path(path)
-    with all_or_nothing(path.parent) as folder:
-        (folder / path.name).write_text(text, encoding="utf-8")

@@ -16,12 +16,11 @@ import time
 from dataclasses import dataclass, field
 from typing import Callable, List, Optional
 
-from .progress import Progress
+from .progress import INTERVAL, Progress
 
 CHECKOUT = pathlib.Path(__file__).resolve().parents[2]
 DECKS = CHECKOUT / "lammps_inputs"
 _POLL = 0.1  # [s] between two looks at the running jobs
-_INTERVAL = 5.0  # [s] between two lines of progress where the output is no terminal
 
 
 class RunError(RuntimeError):
@@ -179,7 +178,7 @@ def run_jobs(jobs: List[Job], cores=None, title="LAMMPS", timeout=math.inf):
     cores = cores or len(os.sched_getaffinity(0))
     waiting, running, finished, begin = list(jobs), [], 0.0, time.monotonic()
     try:
-        with Progress(title, sum(job.cost for job in jobs), interval=_INTERVAL) as progress:
+        with Progress(title, sum(job.cost for job in jobs), interval=INTERVAL) as progress:
             while waiting or running:
                 for job in list(waiting):
                     free = cores - sum(other.ranks for other in running)

@@ -29,22 +29,15 @@ def read_data(path):
     Units are the file's. ValueError if the Atoms section is missing, is of another style, or does
     not hold as many lines as the header says.
     """
-    with open(path, encoding="utf-8") as source:
-        lines = source.read().splitlines()
-    box, count, start, style = np.zeros((3, 2)), None, None, ""
-    for number, line in enumerate(lines):
-        body, _, comment = line.partition("#")
-        words = body.split()
-        if words[1:] == ["atoms"]:
-            count = int(words[0])
-        elif len(words) == 4 and words[2] in ("xlo", "ylo", "zlo"):
-            box["xyz".index(words[2][0])] = [float(w) for w in words[:2]]
-        elif words == ["Atoms"]:
-            start, style = number + 2, comment.strip()
-            break
-    if start is None or count is None or style not in ("", "sphere"):
+    text, box = pathlib.Path(path).read_text(encoding="utf-8"), np.zeros((3, 2))
+    count = re.search(r"^\s*(\d+)\s+atoms\b", text, re.M)
+    atoms = re.search(r"^\s*Atoms[ \t]*(?:#[ \t]*(.*?)[ \t]*)?\n.*\n", text, re.M)
+    if not count or not atoms or atoms[1] not in (None, "", "sphere"):
         raise ValueError(f"{path} has no 'Atoms # sphere' section")
-    table = np.array([line.split()[:7] for line in lines[start : start + count]], dtype=float)
+    for low, high, axis in re.findall(r"^\s*(\S+)\s+(\S+)\s+([xyz])lo\s", text, re.M):
+        box["xyz".index(axis)] = float(low), float(high)
+    count = int(count[1])
+    table = np.array([line.split()[:7] for line in text[atoms.end() :].splitlines()[:count]], dtype=float)
     if table.shape != (count, 7):
         raise ValueError(f"{path}: the Atoms section does not hold the {count} atoms of the header")
     table = table[np.argsort(table[:, 0])]
@@ -74,6 +67,12 @@ def middle_strains(specimen, x, length=0.05):
     inside = (specimen.x[:, 0] > 0.3 * length) & (specimen.x[:, 0] < 0.7 * length)
     strains = [np.polyfit(specimen.x[inside, axis], (x - specimen.x)[inside, axis], 1)[0] for axis in range(3)]
     return strains[0], 0.5 * (strains[1] + strains[2])
+
+
+def bond_lengths(specimen, alpha):
+    """Distances (B,) of the pairs that a row with this alpha bonds."""
+    i, j = pairs_within(specimen, alpha)[0].T
+    return np.linalg.norm(specimen.x[i] - specimen.x[j], axis=1)
 
 
 def pairs_within(specimen, reach):

@@ -68,15 +68,15 @@ def cameras(ends, views, pixels):
     return found
 
 
-def _script(camera, colors, center, edge, canvas, target):
-    """write_dump of a view into a picture of canvas x canvas pixels around center."""
+def _script(camera, colors, center, edge, canvas):
+    """write_dump of a view into view.ppm, a picture of canvas x canvas pixels around center."""
     zoom = 2.0 * edge / (camera.per_pixel * canvas)
     names = [f"shade{k}" for k in range(len(colors))]
     steps = [f"{k / (len(names) - 1):.9g} {name}" for k, name in enumerate(names)]
     steps[0], steps[-1] = f"min {names[0]}", f"max {names[-1]}"
     define = " ".join(f"color {name} {r:.4f} {g:.4f} {b:.4f}" for name, (r, g, b) in zip(names, colors))
     where = " ".join(f"{value:.15g}" for value in center / edge + 0.5)
-    return (f"write_dump all image {target} vx diameter size {canvas} {canvas} view {camera.theta:.9g} {camera.phi:.9g} zoom {zoom:.15g} "
+    return (f"write_dump all image view.ppm vx diameter size {canvas} {canvas} view {camera.theta:.9g} {camera.phi:.9g} zoom {zoom:.15g} "
             f"center s {where} box no 0 shiny 0 ssao no 1 0.5 fsaa yes modify backcolor white {define} "
             f"amap 0 1 ca 0.0 {len(names)} {' '.join(steps)}\n")
 
@@ -105,30 +105,27 @@ def check():
     draw(np.zeros((1, 3)), np.ones(1), np.zeros(1), np.full((SHADES, 3), 0.5), view)
 
 
-def _draw(x, radius, value, colors, views):
-    """draw() of spheres that all views hold in front of LAMMPS' camera."""
+def _draw(x, radius, value, colors, camera):
+    """The picture of spheres that are all in front of LAMMPS' camera."""
     corner = np.array([(x - radius[:, None]).min(axis=0), (x + radius[:, None]).max(axis=0)])
     origin, unit = corner.mean(axis=0), float((corner[1] - corner[0]).max())
     edge = 1.01  # of the cube, in which the longest side of the body is 1
+    right, up, _ = axes(camera.theta, camera.phi)
+    flat = camera.middle - np.array([right @ origin, up @ origin])
+    canvas = max(camera.width, camera.height)
+    canvas += canvas % 2
+    view = _script(camera._replace(per_pixel=camera.per_pixel / unit), colors, (flat[0] * right + flat[1] * up) / unit, edge, canvas)
     with tempfile.TemporaryDirectory(prefix="evp_view_") as folder:
         folder = pathlib.Path(folder)
         (folder / "spheres.data").write_text(_data((x - origin) / unit, radius / unit, value, edge), encoding="ascii")
-        script, cuts = "units lj\natom_style sphere\nboundary f f f\nread_data spheres.data\n", []
-        for k, camera in enumerate(views):
-            right, up, _ = axes(camera.theta, camera.phi)
-            flat = camera.middle - np.array([right @ origin, up @ origin])
-            canvas = max(camera.width, camera.height)
-            canvas += canvas % 2
-            center = (flat[0] * right + flat[1] * up) / unit
-            script += _script(camera._replace(per_pixel=camera.per_pixel / unit), colors, center, edge, canvas, f"view{k}.ppm")
-            top, left = (canvas - camera.height) // 2, (canvas - camera.width) // 2
-            cuts.append(np.s_[top : top + camera.height, left : left + camera.width])
-        (folder / "in.view").write_text(script, encoding="ascii")
+        (folder / "in.view").write_text(f"units lj\natom_style sphere\nboundary f f f\nread_data spheres.data\n{view}", encoding="ascii")
         command = [*run.lammps_command(), "-log", "none", "-nocite", "-in", "in.view"]
         drawing = run.ended(command, folder)
         if drawing.returncode:
             raise run.RunError(f"LAMMPS could not draw the spheres: {_reason(run.lammps_error(drawing.stdout), command[0])}")
-        return [np.asarray(Image.open(folder / f"view{k}.ppm"))[cut] for k, cut in enumerate(cuts)]
+        picture = np.asarray(Image.open(folder / "view.ppm"))
+    top, left = (canvas - camera.height) // 2, (canvas - camera.width) // 2
+    return picture[top : top + camera.height, left : left + camera.width]
 
 
 def _slabs(x, radius, camera):
@@ -145,14 +142,10 @@ def draw(x, radius, value, colors, views):
     x (N, 3), radius (N,) [length]; value (N,) from 0 to 1 takes its color from colors (SHADES, 3), 0 to 1 each.
     RunError where LAMMPS does not start or fails.
     """
-    slabs = [_slabs(x, radius, camera) for camera in views]
-    flat = [k for k, parts in enumerate(slabs) if len(parts) == 1]
-    found = dict(zip(flat, _draw(x, radius, value, colors, [views[k] for k in flat]))) if flat else {}
-    for k, parts in enumerate(slabs):
-        if k not in found:
-            layers = [_draw(x[part], radius[part], value[part], colors, [views[k]])[0] for part in parts]
-            found[k] = layers[0].copy()
-            for layer in layers[1:]:
-                drawn = layer.min(axis=2) < 255  # the background is white
-                found[k][drawn] = layer[drawn]
-    return [found[k] for k in range(len(views))]
+    found = []
+    for camera in views:
+        picture, *layers = (_draw(x[part], radius[part], value[part], colors, camera) for part in _slabs(x, radius, camera))
+        for layer in layers:
+            picture = np.where(layer.min(axis=2, keepdims=True) < 255, layer, picture)  # the background is white
+        found.append(picture)
+    return found

@@ -6,16 +6,12 @@ import subprocess
 import textwrap
 
 import matplotlib
+import numpy as np
+from matplotlib import animation
+from PIL import Image
 
-matplotlib.use("Agg")
-
-import matplotlib.pyplot as plt  # noqa: E402
-import numpy as np  # noqa: E402
-from matplotlib import animation  # noqa: E402
-from matplotlib.ticker import EngFormatter  # noqa: E402
-from PIL import Image  # noqa: E402
-
-from . import spheres  # noqa: E402
+from . import spheres
+from .figures import EngFormatter, plt
 
 DPI = 100
 _GAP = 24  # [pixels] between pictures

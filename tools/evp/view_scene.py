@@ -101,7 +101,8 @@ def _array(name, values):
 
 
 def write_points(path, x, columns):
-    """A .vtu of the points x (N, 3) with all columns, (N,) each, as named arrays: 64 bits, so that no digit is lost."""
+    """A .vtu of the points x (N, 3) with all columns, (N,) each, as arrays: 64 bits, so that no digit is lost; named as ParaView's filters take it,
+    c_stress_1 of c_stress[1]."""
     n = len(x)
     whole = {name: name in ("id", "type", "mol") and np.all(values == np.round(values)) for name, values in columns.items()}
     arrays = {name: values.astype(np.int64) if whole[name] else values for name, values in columns.items()}
@@ -109,7 +110,7 @@ def write_points(path, x, columns):
     text = [
         f"<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"{order}\" header_type=\"UInt64\">\n",
         f"<UnstructuredGrid>\n<Piece NumberOfPoints=\"{n}\" NumberOfCells=\"{n}\">\n<PointData>\n",
-        *(_array(name, values) for name, values in arrays.items()),
+        *(_array(re.sub(r"\[(\d+)\]", r"_\1", name), values) for name, values in arrays.items()),
         "</PointData>\n<Points>\n", _array("Points", np.asarray(x, dtype=float)), "</Points>\n<Cells>\n",
         _array("connectivity", np.arange(n, dtype=np.int64)), _array("offsets", np.arange(1, n + 1, dtype=np.int64)),
         _array("types", np.full(n, _VERTEX, dtype=np.uint8)), "</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n",
@@ -123,8 +124,3 @@ def write_series(path, files):
     rows = "".join(f"<DataSet timestep=\"{time!r}\" file={quoteattr(name)}/>\n" for time, name in files)
     with open(path, "w", encoding="utf-8") as target:
         target.write(f"<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n{rows}</Collection>\n</VTKFile>\n")
-
-
-def array_name(column):
-    """A column's name as ParaView's filters take it: c_stress[1] is c_stress_1."""
-    return re.sub(r"\[(\d+)\]", r"_\1", column)
