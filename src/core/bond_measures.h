@@ -2,7 +2,6 @@
 #pragma once
 
 #include "core/row.h"
-#include "core/text.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,6 +14,11 @@ namespace EVP {
 struct BondMeasure {
   double spacing;         ///< mean deq of the bonds between the types [length]
   double coordination;    ///< bonds per particle of the types that has any, with whatever types
+
+  bool operator==(const BondMeasure &other) const
+  {
+    return spacing == other.spacing && coordination == other.coordination;
+  }
 };
 
 /// Place of a pair of types, which count from 1, among those of i <= j.
@@ -43,14 +47,7 @@ class BondMeasures {
   BondMeasure &of(int i, int j) { return values[place_of_types(i, j)]; }
   BondMeasure of(int i, int j) const { return values[place_of_types(i, j)]; }
 
-  bool operator==(const BondMeasures &other) const
-  {
-    return ntypes == other.ntypes &&
-        std::equal(values.begin(), values.end(), other.values.begin(), other.values.end(),
-                   [](const BondMeasure &a, const BondMeasure &b) {
-                     return a.spacing == b.spacing && a.coordination == b.coordination;
-                   });
-  }
+  bool operator==(const BondMeasures &other) const { return values == other.values; }
 
   /// For restart files: number of types and the measures.
   std::vector<double> words() const

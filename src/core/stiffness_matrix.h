@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
-#include "core/per_atom_comm.h"
 #include "core/volume_energy.h"
 
 #include <algorithm>

@@ -2,7 +2,6 @@
 // Registration of the styles, and nothing else.
 
 #include "host_guard.h"
-#include "plugin_facts.h"
 
 #include "commands.h"
 #include "compute_evp_dt.h"

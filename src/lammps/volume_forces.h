@@ -43,12 +43,12 @@ class VolumeForces : protected Pointers {
   /// Of the fix there is, nullptr without, and where it has nothing to do.
   static std::shared_ptr<VolumeForces> find(const Modify *);
 
-  /// Calls kv(type) for all types where KV is that of the rows of the pair style.
-  template <class KV> static void take_kv(const Modify *modify, KV &&kv)
+  /// Calls take(type, its KV) for all types where these are those of the rows of the pair style.
+  template <class F> static void take_kv(const Modify *modify, F &&take)
   {
     const auto forces = scene::find_shared<VolumeForces>(modify, "evp/volume", "volume");
     if (!forces || !forces->from_rows) return;
-    for (int type = 1; type < (int) forces->kv.size(); type++) forces->kv[type] = kv(type);
+    for (int type = 1; type < (int) forces->kv.size(); type++) take(type, forces->kv[type]);
     if (!forces->acts()) forces->forget();
   }
 
