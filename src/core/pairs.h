@@ -30,6 +30,34 @@ inline double cutoff_squared(double cutoff, double margin)
   return edge * edge;
 }
 
+struct Vector {
+  double x = 0.0, y = 0.0, z = 0.0;
+
+  Vector() = default;
+  Vector(double x_in, double y_in, double z_in) : x(x_in), y(y_in), z(z_in) {}
+  explicit Vector(const double *from) : Vector(from[0], from[1], from[2]) {}
+
+  Vector operator+(const Vector &b) const { return {x + b.x, y + b.y, z + b.z}; }
+  Vector operator-(const Vector &b) const { return {x - b.x, y - b.y, z - b.z}; }
+  Vector operator*(double s) const { return {x * s, y * s, z * s}; }
+  friend double dot(const Vector &a, const Vector &b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+  void add_to(double *to) const { (Vector(to) + *this).store(to); }
+  void subtract_from(double *to) const { (Vector(to) - *this).store(to); }
+  void store(double *to) const
+  {
+    to[0] = x;
+    to[1] = y;
+    to[2] = z;
+  }
+};
+
+/// That of a particle among three values per particle.
+inline Vector vector_of(const std::vector<double> &values, int i)
+{
+  return Vector(&values[(size_t) 3 * i]);
+}
+
 /// Relative position of a pair, from j to i.
 struct PairGeometry {
   double dx, dy, dz, dsq;
@@ -38,6 +66,7 @@ struct PairGeometry {
       dsq(dx * dx + dy * dy + dz * dz)
   {
   }
+  Vector vector() const { return {dx, dy, dz}; }
 };
 
 /// What changes with a pair.
@@ -81,8 +110,7 @@ struct FlowArrays {
   const double *q = nullptr, *k = nullptr;    ///< in force
   double *q_new = nullptr;         ///< where the pair would move q: taken over by commit()
   double *dissipated = nullptr;    ///< dissipated on the way there [energy]
-  char *any_flow =
-      nullptr;    ///< of each block: is any pair on its way? If not, dissipated is not written
+  char *any_flow = nullptr;        ///< of each block: does any flow? Else dissipated is not written
 
   /// Those of the block that begins at pair n.
   FlowArrays from(size_t n) const
@@ -322,6 +350,7 @@ struct PlacedPair : PackedPair {
 
   bool is_past_cutoff() const { return g.dsq > cutsq; }
   double distance() const { return std::sqrt(g.dsq); }
+  Vector direction() const { return {g.dx / distance(), g.dy / distance(), g.dz / distance()}; }
 
   /// d/deq, past the cutoff that there: so far a bond flows.
   double ratio() const { return (is_past_cutoff() ? cut : distance()) * inv_deq; }

@@ -16,8 +16,7 @@
 using namespace LAMMPS_NS;
 using namespace EVP;
 
-static constexpr double PASSES =
-    1.0;    // displacement per step with which a pair passes its first regime unseen
+static constexpr double PASSES = 1.0;           // displacement per step that passes xi_s deq unseen
 static constexpr double TURN_PER_STEP = 0.1;    // rad, at most, of any pair that fix nve/evp damps
 static constexpr double GROWTH_PER_CHECK = 1.25;
 static constexpr double BOUND_CHANGES = 0.05;    // then eigenvalues are due again
@@ -161,9 +160,8 @@ bool FixDtEVP::find_fastest(double dt)
   bool meets = false;
   for_each_pair(pair_data->packed_pairs(), scene::rows(atom->x), [&](const PlacedPair &p) {
     if (!((atom->mask[p.i] | atom->mask[p.j]) & groupbit)) return;
-    const double *vi = &velocity[(size_t) 3 * p.i], *vj = &velocity[(size_t) 3 * p.j];
-    const double v[] = {vi[0] - vj[0], vi[1] - vj[1], vi[2] - vj[2]};
-    const double opening_times_d = p.g.dx * v[0] + p.g.dy * v[1] + p.g.dz * v[2];
+    const Vector v = vector_of(velocity, p.i) - vector_of(velocity, p.j);
+    const double opening_times_d = dot(p.g.vector(), v);
     if (!p.is_past_cutoff() || opening_times_d < 0.0) meets = true;
 
     const double d = p.distance(), speed = opening_times_d / d;
@@ -176,7 +174,7 @@ bool FixDtEVP::find_fastest(double dt)
     const double xi_s = pair_data->xi_s_of(p);
     if (speed != 0.0) allow(opening, share * xi_s / (p.inv_deq * std::fabs(speed)));
     if (gap > 0.0 || pair_data->implicit_gamma(p) == 0.0) return;
-    const double across_sq = v[0] * v[0] + v[1] * v[1] + v[2] * v[2] - speed * speed;
+    const double across_sq = dot(v, v) - speed * speed;
     if (across_sq > 0.0) allow(turning, TURN_PER_STEP * d / std::sqrt(across_sq));
   });
 

@@ -242,8 +242,8 @@ double FixNVEEVP::power_of_box() const
   double sum = 0.0;
   if (image_velocities.empty() || fault(NO_WORK_OF_BOX)) return sum;
   dampers.for_each([&](int, const Dampers::Damper &damper, double along) {
-    const double *const v = &image_velocities[(size_t) 3 * damper.j], *const w = damper.w;
-    sum += dampers.share(damper) * along * (w[0] * v[0] + w[1] * v[1] + w[2] * v[2]);
+    sum += dampers.share(damper) * along *
+        dot(Vector(damper.w), vector_of(image_velocities, damper.j));
   });
   return sum;
 }
