@@ -32,10 +32,7 @@ inline size_t place_of_types(int i, int j)
 class BondMeasures {
  public:
   BondMeasures() = default;
-  explicit BondMeasures(int ntypes_in) :
-      ntypes(ntypes_in), values((size_t) ntypes * (ntypes + 1) / 2, BondMeasure{})
-  {
-  }
+  explicit BondMeasures(int n) : ntypes(n), values((size_t) n * (n + 1) / 2, BondMeasure{}) {}
 
   bool empty() const { return ntypes == 0; }
   bool any_bonds() const
@@ -78,10 +75,7 @@ class BondMeasures {
 /// Counts particles and bonds of one MPI rank.
 class BondCensus {
  public:
-  explicit BondCensus(int ntypes_in) :
-      sums((size_t) 2 * ntypes_in + (size_t) ntypes_in * (ntypes_in + 1), 0.0), ntypes(ntypes_in)
-  {
-  }
+  explicit BondCensus(int n) : sums((size_t) n * (n + 3), 0.0), ntypes(n) {}
 
   /// A particle that has bonds, and their number.
   void add_particle(int type, size_t bonds)

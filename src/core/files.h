@@ -75,7 +75,8 @@ inline std::array<std::string, 2> split_file_and_row(const std::string &word)
 inline std::optional<std::array<std::string, 2>>
 find_file_and_row(const std::vector<std::string> &words)
 {
-  if (words.empty() || is_number(words[0])) return std::nullopt;
+  double number;
+  if (words.empty() || take_number(words[0], number)) return std::nullopt;
   if (words.size() == 1) return split_file_and_row(words[0]);
   if (words.size() == 2) return std::array{words[0], words[1]};
   return std::nullopt;

@@ -256,8 +256,7 @@ void EVPChoices::command(int narg, char **arg)
                narg);
   std::string line = arg[0];
   const bool ends = strcmp(arg[narg - 1], "only") == 0;
-  const char *const also =
-      input->variable->retrieve("also");    // a file, which may have choices too
+  const char *const also = input->variable->retrieve("also");    // a file, maybe with choices
   const bool only = ends && (!also || strcmp(also, "/dev/null") == 0);
   std::vector<std::string> known;
   for (int k = 1; k < narg - ends; k++) {

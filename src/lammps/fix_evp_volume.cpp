@@ -57,13 +57,6 @@ FixEVPVolume::FixEVPVolume(LAMMPS *lmp, int narg, char **arg) : AtomRecords(lmp,
   keep_records();
 }
 
-FixEVPVolume::~FixEVPVolume()
-{
-  if (!forces) return;
-  atom->delete_callback(id, Atom::RESTART);
-  forces->close();
-}
-
 void *FixEVPVolume::extract(const char *name, int &dim)
 {
   dim = -1;    // nothing that fix adapt could write

@@ -215,8 +215,8 @@ class PairData : protected Pointers {
 
   VolumeForces *volume() const
   {
-    return volume_ && !volume_->is_closed() ? volume_.get() : nullptr;
-  }
+    return volume_.lock().get();
+  }    ///< nullptr without fix evp/volume
 
   /// dlim/(R_i + R_j) of a pair of atom types, 0 where this style does not act. Known after init().
   double alpha_of(int itype, int jtype) const
@@ -301,11 +301,11 @@ class PairData : protected Pointers {
   int implicit_groupbit = 0;    // of fix nve/evp
   std::string last_report;
 
-  std::shared_ptr<VolumeForces> volume_;    // of fix evp/volume, nullptr without
-  std::shared_ptr<PairWork> work;           // of fix evp/energy, nullptr without
-  long source_version = 0;                  // of the bonds, at the last packing
-  bool bonds_missing = false;               // neither broken nor in the list; the same on all ranks
-  bool missing_due = false;                 // these are to be settled
+  std::weak_ptr<VolumeForces> volume_;    // of fix evp/volume, which may go between runs
+  std::shared_ptr<PairWork> work;         // of fix evp/energy, nullptr without
+  long source_version = 0;                // of the bonds, at the last packing
+  bool bonds_missing = false;             // neither broken nor in the list; the same on all ranks
+  bool missing_due = false;               // these are to be settled
   double missing_energy = 0.0;
   mutable std::vector<std::vector<std::pair<const PairList *, PackedRow>>> rows_of_atoms;
   mutable long rows_build = -1;    // of these, for pair_between()

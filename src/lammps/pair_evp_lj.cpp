@@ -166,13 +166,6 @@ void PairEVPLJ::coeff(int narg, char **arg)
 
 void PairEVPLJ::init_style()
 {
-  check_host_settings();
-  pair_data.begin_run();
-  neighbor->add_request(this);
-}
-
-void PairEVPLJ::check_host_settings() const
-{
   if (!atom->radius_flag)
     error->all(FLERR, "Pair evp/lj needs particles with a radius: use 'atom_style sphere'");
   if (PairData::find(force) != &pair_data)
@@ -181,6 +174,8 @@ void PairEVPLJ::check_host_settings() const
                "give its types rows of their own instead");
   if (!atom->tag_enable)
     error->all(FLERR, "Pair evp/lj needs atom IDs: remove 'atom_modify id no'");
+  pair_data.begin_run();
+  neighbor->add_request(this);
 }
 
 double PairEVPLJ::init_one(int i, int j)
@@ -292,7 +287,7 @@ void PairEVPLJ::sum_forces(PairLists &lists, const ParticleView &view, MakeTally
   const auto with_tally = [&](bool are_bonds, auto &&f) {
     auto tally = make_tally();
     if (work)
-      f(PairWork::Beside(*work, tally, view.nreact, are_bonds));
+      f(PairWork::Beside<decltype(tally)>{*work, tally, view.nreact, are_bonds});
     else
       f(tally);
   };
@@ -423,6 +418,5 @@ void *PairEVPLJ::extract(const char *name, int &dim)
   dim = -1;    // nothing that fix adapt could write
   if (strcmp(name, "pairs") == 0) return &pair_data;
   dim = 2;
-  return strcmp(name, "alpha") == 0 ? nullptr
-                                    : coefficients.table(name);    // cutoffs stay in a run
+  return strcmp(name, "alpha") == 0 ? nullptr : coefficients.table(name);    // cutoffs stay
 }

@@ -36,7 +36,6 @@ class PairHistories : protected Pointers {
 
   /// At the end of each step and when a minimization is at rest: what the last forces found comes into force. at_rest:
   /// found anew, as a minimizer may have tried other places last. work: is told of bonds that break, nullptr without.
-  /// Returns whether any bond broke, so that indices of bonds have changed.
   void commit(bool at_rest, PairWork *work);
 
   /// Would commit() change any, by what the last forces of this MPI rank found?

@@ -15,10 +15,7 @@ namespace EVP {
 /// far pairs act: alpha (R_i + R_j) with the largest radii at the start of a run, as the neighbor list ends there.
 class PairTypes : protected Pointers {
  public:
-  PairTypes(LAMMPS *lmp, Coefficients &coefficients_in) :
-      Pointers(lmp), coefficients(coefficients_in)
-  {
-  }
+  PairTypes(LAMMPS *lmp, Coefficients &made) : Pointers(lmp), coefficients(made) {}
 
   void set_types(int ntypes);
 

@@ -26,9 +26,8 @@ class VolumeForces : protected Pointers {
   struct Record {
     VolumeReference reference;    ///< as of when the bonds were first seen
     double sum_deq;    ///< of these bonds [length]: tells whether they are those of the store
-    double
-        reaches;    ///< of all types, see sum_of_reaches(): tells whether alpha and zone are the same
-    double strain;    ///< as of the last evaluate()
+    double reaches;    ///< see sum_of_reaches(): tells whether alpha and zone are the same
+    double strain;     ///< as of the last evaluate()
   };
 
   using Values = PerAtomComm::Values;
@@ -61,10 +60,6 @@ class VolumeForces : protected Pointers {
       return value > 0.0;
     });
   }
-
-  /// The fix goes: it must not be asked any more.
-  void close() { closed = true; }
-  bool is_closed() const { return closed; }
 
   // what the pairs call
 
@@ -139,8 +134,7 @@ class VolumeForces : protected Pointers {
   long version = -1;    // of the store whose bonds the records are of
   double reaches = 0.0;
   BodyRule within = BodyRule::ALL;
-  double zone = 0.0;    // of the store
-  bool closed = false;
+  double zone = 0.0;                     // of the store
   Values densities, pulls, has_bonds;    // of all atoms and ghosts
   double energy_here = 0.0;
 
