@@ -146,7 +146,7 @@ def try_plugin(lmp, plugin="", alone=False):
 
 
 def facts_of(path):
-    """What a plugin file says of itself, src/lammps/plugin_facts.h: 'version 1.0.0, lammps 20250204, ...'; empty where it says nothing."""
+    """What a plugin file says of itself, src/lammps/host_guard.h: 'version 1.0.0, lammps 20250204, ...'; empty where it says nothing."""
     try:
         found = re.search(rb"EVP plugin facts: ([ -~]+)\0", path.read_bytes())
     except OSError:

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "core/row.h"
-#include "core/text.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,6 +14,11 @@ namespace EVP {
 struct BondMeasure {
   double spacing;         ///< mean deq of the bonds between the types [length]
   double coordination;    ///< bonds per particle of the types that has any, with whatever types
+
+  bool operator==(const BondMeasure &other) const
+  {
+    return spacing == other.spacing && coordination == other.coordination;
+  }
 };
 
 /// Place of a pair of types, which count from 1, among those of i <= j.
@@ -28,10 +32,7 @@ inline size_t place_of_types(int i, int j)
 class BondMeasures {
  public:
   BondMeasures() = default;
-  explicit BondMeasures(int ntypes_in) :
-      ntypes(ntypes_in), values((size_t) ntypes * (ntypes + 1) / 2, BondMeasure{})
-  {
-  }
+  explicit BondMeasures(int n) : ntypes(n), values((size_t) n * (n + 1) / 2, BondMeasure{}) {}
 
   bool empty() const { return ntypes == 0; }
   bool any_bonds() const
@@ -43,14 +44,7 @@ class BondMeasures {
   BondMeasure &of(int i, int j) { return values[place_of_types(i, j)]; }
   BondMeasure of(int i, int j) const { return values[place_of_types(i, j)]; }
 
-  bool operator==(const BondMeasures &other) const
-  {
-    return ntypes == other.ntypes &&
-        std::equal(values.begin(), values.end(), other.values.begin(), other.values.end(),
-                   [](const BondMeasure &a, const BondMeasure &b) {
-                     return a.spacing == b.spacing && a.coordination == b.coordination;
-                   });
-  }
+  bool operator==(const BondMeasures &other) const { return values == other.values; }
 
   /// For restart files: number of types and the measures.
   std::vector<double> words() const
@@ -81,10 +75,7 @@ class BondMeasures {
 /// Counts particles and bonds of one MPI rank.
 class BondCensus {
  public:
-  explicit BondCensus(int ntypes_in) :
-      sums((size_t) 2 * ntypes_in + (size_t) ntypes_in * (ntypes_in + 1), 0.0), ntypes(ntypes_in)
-  {
-  }
+  explicit BondCensus(int n) : sums((size_t) n * (n + 3), 0.0), ntypes(n) {}
 
   /// A particle that has bonds, and their number.
   void add_particle(int type, size_t bonds)

@@ -164,14 +164,12 @@ class BondStore {
   const Bonds &of(int i) const { return bonds[i]; }
 
   /// History of the bonds of an atom, by slot; nullptr without.
-  PairHistory *histories_of(int i) { return with_history ? histories[i].data() : nullptr; }
   const PairHistory *histories_of(int i) const
   {
     return with_history ? histories[i].data() : nullptr;
   }
 
   /// Contacts of an atom that have flowed; with history only.
-  std::vector<FlowedContact> &contacts_of(int i) { return flowed_contacts[i]; }
   const std::vector<FlowedContact> &contacts_of(int i) const { return flowed_contacts[i]; }
 
   void clear_contacts()
@@ -184,10 +182,11 @@ class BondStore {
   void take(const HistoryOfPair &pair)
   {
     const auto &[i, is_record, partner, history] = pair;
-    const int slot = is_record ? slot_of(i, partner) : -1;
-    if (slot >= 0 && histories[i][slot].broken == 0.0) take(i, slot, history);
-    if (is_record) return;
-    flowed_contacts[i].push_back({partner, history});
+    if (!is_record) return flowed_contacts[i].push_back({partner, history});
+    if (const Bond *const bond = find(i, partner)) {
+      const auto slot = (int) (bond - bonds[i].data());
+      if (histories[i][slot].broken == 0.0) take(i, slot, history);
+    }
   }
 
   /// The same of the bond in a slot. The atom with the lower ID counts those that break.
@@ -195,13 +194,6 @@ class BondStore {
   {
     histories[i][slot] = history;
     if (history.broken != 0.0 && recorded_as[i] < bonds[i][slot].partner) nbroken++;
-  }
-
-  /// Slot of the bond with a partner, -1 if there is none.
-  int slot_of(int i, int64_t partner) const
-  {
-    const Bond *const bond = find(i, partner);
-    return bond ? (int) (bond - bonds[i].data()) : -1;
   }
 
   /// The bond of a local atom with a partner, nullptr if they were not recorded.
@@ -269,30 +261,23 @@ class BondStore {
   /// number of contacts, and partner and history of each; without history no words of it.
   size_t words_of(int i) const
   {
-    const size_t words = 2 + 2 * bonds[i].size();
-    return with_history ? words + PairHistory::WORDS * bonds[i].size() + 1 +
-            (1 + PairHistory::WORDS) * flowed_contacts[i].size()
-                        : words;
+    if (!with_history) return 2 + 2 * bonds[i].size();
+    return 3 + (2 + PairHistory::WORDS) * bonds[i].size() +
+        (1 + PairHistory::WORDS) * flowed_contacts[i].size();
   }
 
   /// The same words for migration and restart; integers travel as bits. Returns their number.
   int pack(int i, double *buf) const
   {
-    double *at = buf;
-    *at++ = bits_as<double>(recorded_as[i]);
-    *at++ = bits_as<double>((int64_t) bonds[i].size());
+    double *at = put(recorded_as[i], buf);
+    at = put((int64_t) bonds[i].size(), at);
     for (size_t slot = 0; slot < bonds[i].size(); slot++) {
-      *at++ = bits_as<double>(bonds[i][slot].partner);
-      *at++ = bonds[i][slot].deq;
-      if (!with_history) continue;
-      at = put(histories[i][slot], at);
+      at = put(bonds[i][slot], at);
+      if (with_history) at = put(histories[i][slot], at);
     }
     if (with_history) {
-      *at++ = bits_as<double>((int64_t) flowed_contacts[i].size());
-      for (const FlowedContact &contact : flowed_contacts[i]) {
-        *at++ = bits_as<double>(contact.partner);
-        at = put(contact.history, at);
-      }
+      at = put((int64_t) flowed_contacts[i].size(), at);
+      for (const FlowedContact &contact : flowed_contacts[i]) at = put(contact, at);
     }
     return (int) (at - buf);
   }
@@ -308,23 +293,18 @@ class BondStore {
   }
   int unpack(int i, const double *buf)
   {
-    const double *at = buf;
-    recorded_as[i] = bits_as<int64_t>(*at++);
-    const auto n = (size_t) bits_as<int64_t>(*at++);
+    int64_t n = 0;
+    const double *at = take(take(buf, recorded_as[i]), n);
     bonds[i].resize(n);
     if (with_history) histories[i].resize(n);
-    for (size_t slot = 0; slot < n; slot++) {
-      bonds[i][slot] = {bits_as<int64_t>(at[0]), at[1]};
-      at += 2;
-      if (!with_history) continue;
-      at = take(at, histories[i][slot]);
+    for (size_t slot = 0; slot < bonds[i].size(); slot++) {
+      at = take(at, bonds[i][slot]);
+      if (with_history) at = take(at, histories[i][slot]);
     }
     if (with_history) {
-      flowed_contacts[i].resize((size_t) bits_as<int64_t>(*at++));
-      for (FlowedContact &contact : flowed_contacts[i]) {
-        contact.partner = bits_as<int64_t>(*at++);
-        at = take(at, contact.history);
-      }
+      at = take(at, n);
+      flowed_contacts[i].resize(n);
+      for (FlowedContact &contact : flowed_contacts[i]) at = take(at, contact);
     }
     return (int) (at - buf);
   }
@@ -361,15 +341,15 @@ class BondStore {
     });
   }
 
-  static double *put(const PairHistory &history, double *words)
+  template <class T> static double *put(const T &value, double *words)
   {
-    memcpy(words, &history, sizeof(history));
-    return words + PairHistory::WORDS;
+    memcpy(words, &value, sizeof(value));
+    return words + sizeof(value) / sizeof(double);
   }
-  static const double *take(const double *words, PairHistory &history)
+  template <class T> static const double *take(const double *words, T &value)
   {
-    memcpy(&history, words, sizeof(history));
-    return words + PairHistory::WORDS;
+    memcpy(&value, words, sizeof(value));
+    return words + sizeof(value) / sizeof(double);
   }
 
   static bool precedes(const Bond &a, const Bond &b) { return a.partner < b.partner; }

@@ -32,7 +32,7 @@ class Coefficients {
       for (int i = 0; i < n; i++) tables[k][i] = &values[((size_t) k * n + i) * n];
     }
     laws.assign((size_t) 4 * n * n, PairLaw());
-    forget_choice();
+    has_chosen = false;
   }
 
   void set(int i, int j, const Row &row)
@@ -133,7 +133,7 @@ class Coefficients {
                      ", and overflow double precision: is the spacing of the row in the unit of "
                      "the input script?");
     }
-    forget_choice();
+    has_chosen = false;
     return law(index(i, j)).row;
   }
 
@@ -178,8 +178,7 @@ class Coefficients {
     has_chosen = true;
     for (int k = 0; k < 2; k++) blocks[k].assign(laws, used[k], flows[k]);
   }
-  const BlockLaw &law_of_bonds() const { return blocks[0]; }
-  const BlockLaw &law_of_contacts() const { return blocks[1]; }
+  const BlockLaw &block_law(const PairList &list) const { return blocks[list.are_bonds ? 0 : 1]; }
 
   double memory_usage() const { return bytes_of(values, laws); }
 
@@ -193,8 +192,6 @@ class Coefficients {
   std::array<Flow, 2> flows{};
   std::array<BlockLaw, 2> blocks;    // of bonds, of contacts
   bool has_chosen = false;
-
-  void forget_choice() { has_chosen = false; }
 
   // throws BadInput
   void put_laws(int i, int j, Row row)

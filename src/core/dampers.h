@@ -11,28 +11,6 @@
 
 namespace EVP {
 
-struct Vector {
-  double x = 0.0, y = 0.0, z = 0.0;
-
-  Vector() = default;
-  Vector(double x_in, double y_in, double z_in) : x(x_in), y(y_in), z(z_in) {}
-  explicit Vector(const double *from) : Vector(from[0], from[1], from[2]) {}
-
-  Vector operator+(const Vector &b) const { return {x + b.x, y + b.y, z + b.z}; }
-  Vector operator-(const Vector &b) const { return {x - b.x, y - b.y, z - b.z}; }
-  Vector operator*(double s) const { return {x * s, y * s, z * s}; }
-  friend double dot(const Vector &a, const Vector &b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-
-  void add_to(double *to) const { (Vector(to) + *this).store(to); }
-  void subtract_from(double *to) const { (Vector(to) - *this).store(to); }
-  void store(double *to) const
-  {
-    to[0] = x;
-    to[1] = y;
-    to[2] = z;
-  }
-};
-
 /// Mean separation rate (|r + dt v| - d)/dt of a pair over a timestep of constant relative velocity v from
 /// r, d = |r|, times sqrt(gamma). Without the cancellation of the two distances.
 ///
@@ -186,7 +164,7 @@ class Dampers {
     for (const PackedRow &row : rows)
       for (int k = row.first; k < row.last; k++) {
         const Vector w(dampers[k].w);
-        const Vector dv = Vector(&v[(size_t) 3 * row.i]) - Vector(&v[(size_t) 3 * dampers[k].j]);
+        const Vector dv = vector_of(v, row.i) - vector_of(v, dampers[k].j);
         rate_before[k] =
             separation_rate(dot(w, dv), dot(dv, dv), -0.5 * dt * scale[k], 1.0 / dot(w, w));
       }

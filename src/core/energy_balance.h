@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdint>
 #include <utility>
 #include <vector>
 
@@ -24,11 +23,10 @@ class PairWork {
   struct Sums {
     double elastic, forgotten;    ///< of bonds within their cutoffs, see Stored
     double contacts;              ///< of contacts within theirs
-    double
-        contacts_at_cutoff;    ///< what these hold there: apart, as that may be thousands of times more
-    double past_cutoff;        ///< of bonds past theirs
-    double broken;             ///< of those that broke, since the start
-    double plastic;            ///< dissipated as q moves on to the next one
+    double contacts_at_cutoff;    ///< what these hold there: maybe thousands of times more
+    double past_cutoff;           ///< of bonds past theirs
+    double broken;                ///< of those that broke, since the start
+    double plastic;               ///< dissipated as q moves on to the next one
     double plastic_of_missing;    ///< by bonds that have left the list, whose q has moved
   };
   Sums sums() const
@@ -81,12 +79,7 @@ class PairWork {
 
   /// Whether there was an evaluation since the last call. Until then the first one counts: others at
   /// the same step are of commands that try out positions or coefficients.
-  bool take()
-  {
-    const bool was_fresh = fresh;
-    fresh = false;
-    return was_fresh;
-  }
+  bool take() { return std::exchange(fresh, false); }
   bool is_fresh() const { return fresh; }
 
   /// Before the first and after the last list of an evaluation. Other styles may have added to f: what its loops add is
@@ -112,27 +105,20 @@ class PairWork {
   }
 
   /// The tally of a loop over pairs that fills this, and calls another one.
-  template <class Tally> class Beside {
-   public:
+  template <class Tally> struct Beside {
+    PairWork &work;
+    Tally &other;
+    const int nreact;
+    const bool are_bonds;
     static constexpr bool stored = true;
-    const bool potential;
+    const bool potential = other.potential || !are_bonds;
 
-    Beside(PairWork &work_in, Tally &other_in, int nreact_in, bool are_bonds) :
-        potential(other_in.potential || !are_bonds), work(work_in), other(other_in),
-        nreact(nreact_in)
-    {
-    }
     void operator()(const PairRange &range, const PairBlock &block)
     {
       other(range, block);
       work.add_energies(range, block, nreact);
       work.add_forces(range, block, nreact);
     }
-
-   private:
-    PairWork &work;
-    Tally &other;
-    const int nreact;
   };
 
   double memory_usage() const { return bytes_of(force, damping, images); }

@@ -30,6 +30,34 @@ inline double cutoff_squared(double cutoff, double margin)
   return edge * edge;
 }
 
+struct Vector {
+  double x = 0.0, y = 0.0, z = 0.0;
+
+  Vector() = default;
+  Vector(double x_in, double y_in, double z_in) : x(x_in), y(y_in), z(z_in) {}
+  explicit Vector(const double *from) : Vector(from[0], from[1], from[2]) {}
+
+  Vector operator+(const Vector &b) const { return {x + b.x, y + b.y, z + b.z}; }
+  Vector operator-(const Vector &b) const { return {x - b.x, y - b.y, z - b.z}; }
+  Vector operator*(double s) const { return {x * s, y * s, z * s}; }
+  friend double dot(const Vector &a, const Vector &b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+  void add_to(double *to) const { (Vector(to) + *this).store(to); }
+  void subtract_from(double *to) const { (Vector(to) - *this).store(to); }
+  void store(double *to) const
+  {
+    to[0] = x;
+    to[1] = y;
+    to[2] = z;
+  }
+};
+
+/// That of a particle among three values per particle.
+inline Vector vector_of(const std::vector<double> &values, int i)
+{
+  return Vector(&values[(size_t) 3 * i]);
+}
+
 /// Relative position of a pair, from j to i.
 struct PairGeometry {
   double dx, dy, dz, dsq;
@@ -38,6 +66,7 @@ struct PairGeometry {
       dsq(dx * dx + dy * dy + dz * dz)
   {
   }
+  Vector vector() const { return {dx, dy, dz}; }
 };
 
 /// What changes with a pair.
@@ -81,7 +110,7 @@ struct FlowArrays {
   const double *q = nullptr, *k = nullptr;    ///< in force
   double *q_new = nullptr;         ///< where the pair would move q: taken over by commit()
   double *dissipated = nullptr;    ///< dissipated on the way there [energy]
-  char *any_flow = nullptr;    ///< of each block: is any pair on its way? Else neither is written
+  char *any_flow = nullptr;        ///< of each block: does any flow? Else neither is written
 
   /// Those of the block that begins at pair n.
   FlowArrays from(size_t n) const
@@ -321,6 +350,7 @@ struct PlacedPair : PackedPair {
 
   bool is_past_cutoff() const { return g.dsq > cutsq; }
   double distance() const { return std::sqrt(g.dsq); }
+  Vector direction() const { return {g.dx / distance(), g.dy / distance(), g.dz / distance()}; }
 
   /// d/deq, past the cutoff that there: so far a bond flows.
   double ratio() const { return (is_past_cutoff() ? cut : distance()) * inv_deq; }
@@ -344,5 +374,26 @@ template <class F> void for_each_pair(const PairLists &lists, const double (*x)[
   for_each_pair(lists.bonds, x, f);
   for_each_pair(lists.contacts, x, f, (int) lists.bonds.size());
 }
+
+/// Exchanges values of particles and their ghosts between MPI ranks. Collective.
+class PerAtomComm {
+ public:
+  using Values = std::vector<double>;    ///< a fixed number of values per particle and ghost
+
+  /// Ghosts take the values of their owners.
+  virtual void forward_comm(Values &) = 0;
+
+  /// The same for velocities: periodic images may move against their owners.
+  virtual void forward_comm_velocities(Values &velocities) { forward_comm(velocities); }
+
+  /// Owners add what their ghosts hold; nothing where ghosts take no reactions.
+  virtual void reverse_comm(Values &) = 0;
+
+  /// Of a value of each MPI rank.
+  virtual double sum(double here) = 0;
+
+ protected:
+  ~PerAtomComm() = default;
+};
 
 }    // namespace EVP

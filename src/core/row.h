@@ -156,10 +156,4 @@ inline std::string row_keys()
   return keys_of(MEMBERS, MEMBERS + NREQUIRED, " ");
 }
 
-/// "spacing, coordination, ...", for messages.
-inline std::string row_keywords()
-{
-  return keys_of(MEMBERS + NREQUIRED, std::end(MEMBERS), ", ");
-}
-
 }    // namespace EVP

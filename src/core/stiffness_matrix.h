@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
-#include "core/per_atom_comm.h"
 #include "core/volume_energy.h"
 
 #include <algorithm>
@@ -100,13 +99,12 @@ class StiffnessMatrix {
   /// -(axial u u^T + across (1 - u u^T)) (x_i - x_j) and -damping u u^T (v_i - v_j).
   struct Link {
     int i, j;
-    double u[3];
-    double axial, across;    ///< [force/length]
-    double damping;          ///< [force/velocity]
-    double opening = 0.0;    ///< of minus the density of i and j by the length [1/length]
-    bool is_bond = true;     ///< does that density count as bonded?
-    double above_volume =
-        0.0;    ///< all together are as stiff as the volume energy at least [force/length]
+    Vector u;
+    double axial, across;         ///< [force/length]
+    double damping;               ///< [force/velocity]
+    double opening = 0.0;         ///< of minus the density of i and j by the length [1/length]
+    bool is_bond = true;          ///< does that density count as bonded?
+    double above_volume = 0.0;    ///< all together no softer than the volume energy [force/length]
 
     double most_axial() const { return axial + above_volume; }
     double undamped() const { return damping > 0.0 ? 0.0 : most_axial(); }
@@ -167,11 +165,9 @@ class StiffnessMatrix {
     for (const Link &link : links) {
       const double across = link.across_in(mix),
                    axial = link.axial_in(mix) + mix.volume * link.above_volume;
-      const auto product = [&](int a, int b) {
-        return axial * link.u[a] * link.u[b];
-      };
-      const double own[] = {product(0, 0) + across, product(1, 1) + across, product(2, 2) + across};
-      const double beside[] = {product(0, 1), product(0, 2), product(1, 2)};
+      const auto &[x, y, z] = link.u;
+      const double own[] = {axial * x * x + across, axial * y * y + across, axial * z * z + across};
+      const double beside[] = {axial * x * y, axial * x * z, axial * y * z};
       const double xy = std::fabs(beside[0]), xz = std::fabs(beside[1]), yz = std::fabs(beside[2]);
       const double rows[] = {std::fabs(own[0]) + xy + xz, std::fabs(own[1]) + xy + yz,
                              std::fabs(own[2]) + xz + yz};
@@ -230,15 +226,9 @@ class StiffnessMatrix {
 
     reaction.assign(motion.size(), 0.0);
     for (const Link &link : links) {
-      const double *vi = &motion[(size_t) 3 * link.i], *vj = &motion[(size_t) 3 * link.j];
-      const double dv[] = {vi[0] - vj[0], vi[1] - vj[1], vi[2] - vj[2]};
-      const double along = link.u[0] * dv[0] + link.u[1] * dv[1] + link.u[2] * dv[2];
-      const double across = link.across_in(mix), axial = link.axial_in(mix);
-      for (int c = 0; c < 3; c++) {
-        const double y = axial * along * link.u[c] + across * dv[c];
-        reaction[(size_t) 3 * link.i + c] += y;
-        if (link.j < nreact) reaction[(size_t) 3 * link.j + c] -= y;
-      }
+      const Vector dv = vector_of(motion, link.i) - vector_of(motion, link.j);
+      const double along = link.axial_in(mix) * dot(link.u, dv);
+      react(link, link.u * along + dv * link.across_in(mix));
     }
     if (with_volume && mix.volume > 0.0) apply_volume(mix.volume);
     exchange.reverse_comm(reaction);
@@ -279,17 +269,15 @@ class StiffnessMatrix {
   void apply_volume(double weight)
   {
     find_pulls(weight, [this](const Link &link) {
-      const double *vi = &motion[(size_t) 3 * link.i], *vj = &motion[(size_t) 3 * link.j];
-      return link.opening *
-          (link.u[0] * (vi[0] - vj[0]) + link.u[1] * (vi[1] - vj[1]) + link.u[2] * (vi[2] - vj[2]));
+      return link.opening * dot(link.u, vector_of(motion, link.i) - vector_of(motion, link.j));
     });
-    for (const Link &link : links) {
-      const double along = link.opening * pull(link);
-      for (int c = 0; c < 3; c++) {
-        reaction[(size_t) 3 * link.i + c] += along * link.u[c];
-        if (link.j < nreact) reaction[(size_t) 3 * link.j + c] -= along * link.u[c];
-      }
-    }
+    for (const Link &link : links) react(link, link.u * (link.opening * pull(link)));
+  }
+
+  void react(const Link &link, const Vector &force)
+  {
+    force.add_to(&reaction[(size_t) 3 * link.i]);
+    if (link.j < nreact) force.subtract_from(&reaction[(size_t) 3 * link.j]);
   }
 };
 

@@ -35,12 +35,6 @@ inline bool take_number(const std::string &word, double &value)
   return !word.empty() && decimal && *end == '\0' && std::isfinite(value);
 }
 
-inline bool is_number(const std::string &word)
-{
-  double value;
-  return take_number(word, value);
-}
-
 /// The number that take_number() takes; throws BadInput.
 inline double parse_number(const std::string &key, const std::string &word)
 {

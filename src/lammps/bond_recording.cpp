@@ -4,8 +4,8 @@
 
 #include "atom_directory.h"
 #include "collective.h"
-#include "core/bond_file.h"
 #include "core/fault.h"
+#include "core/files.h"
 #include "pair_data.h"
 #include "scene.h"
 
@@ -87,9 +87,9 @@ void BondRecording::take_zone(const NeighList *list, double zone_in, const PairD
       }
       const double coincident = COINCIDENT * sum_radii;
       if (!(dsq > coincident * coincident) && complaint.empty())
-        complaint = fmt::format("atoms {} and {} coincide: move one or delete it (delete_atoms "
-                                "overlap)",
-                                atom->tag[i], atom->tag[j]);
+        complaint =
+            fmt::format("atoms {} and {} coincide: move one or delete it (delete_atoms overlap)",
+                        atom->tag[i], atom->tag[j]);
       made[i].push_back({atom->tag[j], std::sqrt(dsq)});
     }
   }
@@ -122,21 +122,18 @@ namespace {
     const bool has_flowed = line.is_contact || line.history.q != 0.0 || line.history.k != 0.0;
     if (has_flowed && !rules.plastic)
       return "it has flowed: use pair_style evp/lj with 'plasticity isotropic', as when the file "
-             "was "
-             "written";
+             "was written";
     if (line.has_changed() && !rules.has_history())
       return "it has flowed or broken: use pair_style evp/lj with 'plasticity isotropic' or "
-             "'break', as "
-             "when the file was written";
+             "'break', as when the file was written";
     const bool are_one_body = within == BodyRule::ALL ||
         (within == BodyRule::TYPE && a.type == b.type) ||
         (within == BodyRule::MOLECULE && a.molecule == b.molecule && a.molecule != 0.0);
     if (!line.is_contact && line.history.broken == 0.0 && !are_one_body)
-      return fmt::format(
-          "its atoms are not of one {0}, but 'within {0}' is in force: give them the {0}s "
-          "that they had when the file was written, or leave 'within' out here and "
-          "WITHIN: in the header",
-          BODY_RULES[(int) within]);
+      return fmt::format("its atoms are not of one {0}, but 'within {0}' is in force: give them "
+                         "the {0}s that they had when the file was written, or leave 'within' out "
+                         "here and WITHIN: in the header",
+                         BODY_RULES[(int) within]);
     return "";
   }
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "core/bond_store.h"
-#include "core/per_atom_comm.h"
 #include "lammps_names.h"
 
 #include <string>

@@ -4,10 +4,8 @@
 
 #include "atom_directory.h"
 #include "collective.h"
-#include "core/bond_file.h"
 #include "core/bond_measures.h"
-#include "core/choice.h"
-#include "core/potential_file.h"
+#include "core/files.h"
 #include "fix_evp_bonds.h"
 #include "scene.h"
 #include "user_input.h"
@@ -15,46 +13,49 @@
 #include "comm.h"
 #include "group.h"
 #include "input.h"
+#include "library.h"
 #include "math_const.h"
 #include "variable.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <sstream>
 #include <vector>
 
 using namespace LAMMPS_NS;
+using namespace EVP;
 
 static constexpr size_t CHUNK = 1 << 24;    // bytes of text per message
 
 void WriteEVPBonds::command(int narg, char **arg)
 {
   if (narg != 1) error->all(FLERR, "write_evp_bonds: expected one argument, the file to write");
-  const EVP::BondStore &records = find_records();
+  const BondStore &records = find_records();
   bigint count = 0;
   const std::string text = own_lines(records, count);
-  count = EVP::reduce_all(count, MPI_SUM, world);
+  count = reduce_all(count, MPI_SUM, world);
 
   const std::string name = utils::star_subst(arg[0], update->ntimestep, 0);
   // the file appears under its name only when it is whole
   const std::string unfinished = name + ".part";
   FILE *fp = comm->me == 0 ? fopen(unfinished.c_str(), "wb") : nullptr;
   const std::string header =
-      EVP::bond_header(count, update->unit_style, records.within(), records.zone) + "\n";
+      bond_header(count, update->unit_style, records.within(), records.zone) + "\n";
   bool good = write_in_order_of_ranks(comm->me == 0 ? header + text : text, fp);
   if (fp) {
     good = fclose(fp) == 0 && good && rename(unfinished.c_str(), name.c_str()) == 0;
     if (!good) remove(unfinished.c_str());
   }
-  if (!EVP::on_all(good, world))
+  if (!on_all(good, world))
     error->all(FLERR, "write_evp_bonds: cannot write '{}': check the folder and the free space",
                name);
   if (comm->me == 0) utils::logmesg(lmp, "write_evp_bonds: {} bonds written to {}\n", count, name);
 }
 
-const EVP::BondStore &WriteEVPBonds::find_records() const
+const BondStore &WriteEVPBonds::find_records() const
 {
-  auto *bonds = dynamic_cast<FixEVPBonds *>(EVP::scene::find_fix(modify, "evp/bonds"));
+  auto *bonds = dynamic_cast<FixEVPBonds *>(scene::find_fix(modify, "evp/bonds"));
   if (!bonds)
     error->all(FLERR, "write_evp_bonds: there is no fix evp/bonds, hence no bonds to write");
   if (!bonds->records().has_recorded())
@@ -69,35 +70,35 @@ const EVP::BondStore &WriteEVPBonds::find_records() const
 
 // Both atoms of a pair keep it: the one with the lower ID writes, unless its partner was deleted, whom a
 // reader could not find.
-std::string WriteEVPBonds::own_lines(const EVP::BondStore &records, bigint &count) const
+std::string WriteEVPBonds::own_lines(const BondStore &records, bigint &count) const
 {
   struct Line {
     int i;
-    EVP::BondLine bond;
+    BondLine bond;
   };
   std::vector<Line> lines;    // bonds, then contacts
   std::vector<tagint> partners;
-  const auto add = [&](int i, const EVP::BondLine &bond) {
+  const auto add = [&](int i, const BondLine &bond) {
     if (bond.id_i > bond.id_j) return;
     lines.push_back({i, bond});
     partners.push_back((tagint) bond.id_j);
   };
   for (int i = 0; i < atom->nlocal; i++) {
-    const EVP::PairHistory *history = records.histories_of(i);
+    const PairHistory *history = records.histories_of(i);
     for (const EVP::Bond &bond : records.of(i))
-      add(i, {atom->tag[i], bond.partner, bond.deq, history ? *history++ : EVP::PairHistory{}});
+      add(i, {atom->tag[i], bond.partner, bond.deq, history ? *history++ : PairHistory{}});
   }
   for (int i = 0; records.has_history() && i < atom->nlocal; i++)
-    for (const EVP::FlowedContact &contact : records.contacts_of(i))
+    for (const FlowedContact &contact : records.contacts_of(i))
       add(i, {atom->tag[i], contact.partner, 0.0, contact.history, true});
-  const EVP::AtomDirectory directory(lmp, partners);
+  const AtomDirectory directory(lmp, partners);
 
   std::string text;
   for (auto &[i, bond] : lines) {
-    const EVP::AtomDirectory::Entry &partner = directory.entries.at((tagint) bond.id_j);
+    const AtomDirectory::Entry &partner = directory.entries.at((tagint) bond.id_j);
     if (partner.type == 0) continue;
     if (bond.is_contact) bond.deq = atom->radius[i] + partner.radius;
-    text += EVP::bond_text(bond, records.has_history());
+    text += bond_text(bond, records.has_history());
     count++;
   }
   return text;
@@ -132,38 +133,36 @@ void ReadEVPRow::command(int narg, char **arg)
   if (narg > 5 && strcmp(arg[narg - 4], "body") == 0) body = arg + (narg -= 4) + 1;
   if (narg < 2)
     error->all(FLERR,
-               "read_evp_row: expected at least two arguments, a row (FILE:ROW or its numbers) "
-               "and the prefix of the variables, got {}",
+               "read_evp_row: expected at least two arguments, a row (FILE:ROW or its numbers) and "
+               "the prefix of the variables, got {}",
                narg);
   std::vector<std::string> words = {arg, arg + narg - 1};
-  if (words.size() == 1 && words[0].find(':') == std::string::npos)
-    words = EVP::split_words(words[0]);
+  if (words.size() == 1 && words[0].find(':') == std::string::npos) words = split_words(words[0]);
 
-  EVP::Row row;
-  EVP::stop_at_bad_input(error, "read_evp_row", [&] {
-    row = EVP::read_row(lmp, words);
+  Row row;
+  stop_at_bad_input(error, "read_evp_row", [&] {
+    row = read_row(lmp, words);
     if (!body) return;
     const double spheres = number_density(body);
-    if (!row.is_scaled()) row = EVP::with_number_density(row, spheres);
+    if (!row.is_scaled()) row = with_number_density(row, spheres);
   });
   const auto set = [&](const std::string &name, const std::string &value) {
     input->variable->set(fmt::format("{}_{} string \"{}\"", arg[narg - 1], name, value));
   };
-  for (const EVP::Member &member : EVP::MEMBERS)
-    set(member.key, EVP::shortest_text(row.*member.value));
-  set("words", EVP::row_text(row));
+  for (const Member &member : MEMBERS) set(member.key, shortest_text(row.*member.value));
+  set("words", row_text(row));
 }
 
 // Collective. Of the spheres of a group, whose volumes must be those of the body. words: group, volume, solid fraction
 double ReadEVPRow::number_density(char **words) const
 {
   if (strcmp(update->unit_style, "si") != 0)
-    throw EVP::BadInput("body is about that of the paper, in units si");
+    throw BadInput("body is about that of the paper, in units si");
   const int igroup = group->find(words[0]);
-  if (!atom->radius_flag) throw EVP::BadInput("body: there are no spheres yet");
-  if (igroup < 0) throw EVP::BadInput(fmt::format("body: there is no group '{}'", words[0]));
-  const EVP::Keyword volume = {"body: the volume", words[1]},
-                     fraction = {"body: the solid fraction", words[2]};
+  if (!atom->radius_flag) throw BadInput("body: there are no spheres yet");
+  if (igroup < 0) throw BadInput(fmt::format("body: there is no group '{}'", words[0]));
+  const Keyword volume = {"body: the volume", words[1]},
+                fraction = {"body: the solid fraction", words[2]};
   const double inside = volume.number(), solid = fraction.number();
   volume.demand(inside > 0.0, "must be positive");
   fraction.demand(solid > 0.0 && solid <= 1.0, "must lie between 0 and 1");
@@ -171,46 +170,97 @@ double ReadEVPRow::number_density(char **words) const
   for (int i = 0; i < atom->nlocal; i++)
     if (atom->mask[i] & group->bitmask[igroup])
       of_spheres += 4.0 / 3.0 * MathConst::MY_PI * std::pow(atom->radius[i], 3);
-  of_spheres = EVP::reduce_all(of_spheres, MPI_SUM, world);
+  of_spheres = reduce_all(of_spheres, MPI_SUM, world);
   if (std::fabs(of_spheres / (inside * solid) - 1.0) > 0.02)
-    throw EVP::BadInput(fmt::format("the spheres of group {} have a volume of {:.5g} m3, but a "
-                                    "solid fraction of {} in a body of {} m3 makes {:.5g} m3: "
-                                    "check the numbers in FILE.body, which are in m",
-                                    words[0], of_spheres, words[2], words[1], inside * solid));
+    throw BadInput(fmt::format(
+        "the spheres of group {} have a volume of {:.5g} m3, but a solid fraction of {} in a body "
+        "of {} m3 makes {:.5g} m3: check the numbers in FILE.body, which are in m",
+        words[0], of_spheres, words[2], words[1], inside * solid));
   return (double) group->count(igroup) / inside;
 }
 
-// as LAMMPS has them before and since 2026
-template <class Variables>
-static auto names_of_variables(const Variables *all, int)
-    -> decltype(all->get_name(0), std::vector<std::string>())
-{
-  std::vector<std::string> names;
-  for (int k = 0; k < all->get_nvar(); k++) names.emplace_back(all->get_name(k));
-  return names;
-}
-template <class Variables>
-static std::vector<std::string> names_of_variables(const Variables *all, long)
-{
-  return {all->names, all->names + all->nvar};
-}
+namespace {
+
+/// A choice of an input script: NAME, NAME? which need not be defined, or NAME with rules, joined by commas: =WORD|WORD, >X,
+/// >=X, <X, <=X, !=X, number, integer.
+struct Choice {
+  std::string name, rules;
+  bool optional;
+
+  explicit Choice(const std::string &text) :
+      name(text.substr(0, text.find_first_of("?,=<>!"))), rules(text.substr(name.size())),
+      optional(!rules.empty() && rules[0] == '?')
+  {
+    if (optional) rules.erase(0, 1);
+  }
+
+  /// Throws BadInput where the value is neither one of the words nor a number within the bounds. is_group: it is the
+  /// number of atoms of a group.
+  void check(const std::string &value, bool is_group = false) const
+  {
+    if (rules.empty()) return;
+    double number = 0.0;
+    bool listed = false, takes_numbers = false, holds = take_number(value, number);
+    std::string words, kind = "a number", bounds, rule, word;
+    for (std::istringstream all(rules); std::getline(all, rule, ',');) {
+      if (rule.empty()) continue;
+      const std::string sign = rule.substr(0, rule.find_first_not_of("<>=!"));
+      if (rule[0] == '=' && rule.size() > 1) {
+        for (std::istringstream some(rule.substr(1)); std::getline(some, word, '|');) {
+          listed = listed || value == word;
+          words += (words.empty() ? "" : " or ") + word;
+        }
+        continue;
+      }
+      takes_numbers = true;
+      if (rule == "integer") {
+        kind = "an integer";
+        holds = holds && number == std::floor(number);
+      } else if (rule != "number") {
+        double bound = 0.0;
+        if (!take_number(rule.substr(sign.size()), bound) || !is_sign(sign))
+          throw BadInput("choice " + name + ": unknown rule '" + shown(rule) + "'");
+        holds = holds && is_within(number, sign, bound);
+        bounds += (bounds.empty() ? " " : " and ") + sign + " " + rule.substr(sign.size());
+      }
+    }
+    if (listed || (takes_numbers && holds)) return;
+    if (takes_numbers) words += (words.empty() ? "" : " or ") + kind + bounds;
+    if (is_group)
+      throw BadInput("the number of atoms of group " + name + " must be " + words + ", got " +
+                     value + ": give the body more spheres, or another length");
+    throw BadInput("-var " + name + " must be " + words + ", got '" + shown(value) + "'");
+  }
+
+ private:
+  static bool is_sign(const std::string &sign)
+  {
+    return sign == ">" || sign == ">=" || sign == "<" || sign == "<=" || sign == "!=";
+  }
+  static bool is_within(double number, const std::string &sign, double bound)
+  {
+    if (number == bound) return sign == ">=" || sign == "<=";
+    return sign == "!=" || (sign[0] == '>' ? number > bound : number < bound);
+  }
+};
+
+}    // namespace
 
 // evp_choices SCRIPT NAME[?][RULE[,RULE ...]] ... [only]
 void EVPChoices::command(int narg, char **arg)
 {
   if (narg < 2)
     error->all(FLERR,
-               "evp_choices: expected at least two arguments, the name of the input script and "
-               "its choices, got {}",
+               "evp_choices: expected at least two arguments, the name of the input script and its "
+               "choices, got {}",
                narg);
   std::string line = arg[0];
   const bool ends = strcmp(arg[narg - 1], "only") == 0;
-  const char *const also =
-      input->variable->retrieve("also");    // a file, which may have choices too
+  const char *const also = input->variable->retrieve("also");    // a file, maybe with choices
   const bool only = ends && (!also || strcmp(also, "/dev/null") == 0);
   std::vector<std::string> known;
   for (int k = 1; k < narg - ends; k++) {
-    const EVP::Choice choice(arg[k]);
+    const Choice choice(arg[k]);
     known.push_back(choice.name);
     const char *value = input->variable->retrieve(choice.name.c_str());
     const int igroup = value ? -1 : group->find(choice.name);
@@ -218,15 +268,16 @@ void EVPChoices::command(int narg, char **arg)
     if (igroup >= 0) value = atoms.c_str();
     if (!value && choice.optional) continue;
     if (!value) error->all(FLERR, "{}: there is no variable '{}'", arg[0], choice.name);
-    EVP::stop_at_bad_input(error, arg[0], [&] {
+    stop_at_bad_input(error, arg[0], [&] {
       choice.check(value, igroup >= 0);
     });
     line += fmt::format("{} {} {}", line == arg[0] ? ":" : ",", choice.name, value);
   }
   if (comm->me) return;
   utils::logmesg(lmp, line + "\n");
-  for (const std::string &name : names_of_variables(input->variable, 0))
-    if (only && std::find(known.begin(), known.end(), name) == known.end())
+  char name[256] = {};
+  for (int k = 0; only && lammps_id_name(lmp, "variable", k, name, sizeof(name) - 1); k++)
+    if (std::find(known.begin(), known.end(), name) == known.end())
       error->warning(FLERR, "{} has no choice '{}': -var {} has no effect", arg[0], name, name);
 }
 

@@ -3,6 +3,7 @@
 #include "compute_evp_dt.h"
 
 using namespace LAMMPS_NS;
+using namespace EVP;
 
 ComputeEVPDt::ComputeEVPDt(LAMMPS *lmp, int narg, char **arg) :
     WithPerAtomComm(lmp, narg, arg), limits(lmp, *this)
@@ -17,7 +18,7 @@ ComputeEVPDt::ComputeEVPDt(LAMMPS *lmp, int narg, char **arg) :
 
 void ComputeEVPDt::init()
 {
-  EVP::PairData::require(force, error, who);
+  PairData::require(force, error, who);
   lanczos_warned = false;
   linearised_step = -1;
 }
@@ -38,7 +39,7 @@ void ComputeEVPDt::compute_vector()
   vector[0] = limits.undamped_dt();
   vector[1] = limits.explicit_dt();
   vector[2] = limits.implicit_dt();
-  vector[3] = limits.paper_dt(*EVP::PairData::find(force));
+  vector[3] = limits.paper_dt(*PairData::find(force));
   vector[4] = limits.row_sum_dt();
   warn_of_eigenvalues();
 }
@@ -48,7 +49,7 @@ void ComputeEVPDt::linearise()
 {
   if (update->whichflag != 0 && linearised_step == update->ntimestep) return;
   linearised_step = update->ntimestep;
-  limits.linearise(*EVP::PairData::require_present(force, error, who), {groupbit});
+  limits.linearise(*PairData::require_present(force, error, who), {groupbit});
 }
 
 void ComputeEVPDt::warn_of_eigenvalues()
@@ -59,5 +60,5 @@ void ComputeEVPDt::warn_of_eigenvalues()
     error->warning(FLERR,
                    "{}: an eigenvalue did not converge in {} iterations, the timesteps may be too "
                    "large: use c_{}[5], which is safe",
-                   who, EVP::StableTimesteps::MAX_ITERATIONS, id);
+                   who, StableTimesteps::MAX_ITERATIONS, id);
 }

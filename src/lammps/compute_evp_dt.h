@@ -7,8 +7,7 @@
 
 namespace LAMMPS_NS {
 
-/// Largest stable timesteps of the pairs that interact now, its atoms outside the group
-/// held.
+/// Largest stable timesteps of the pairs that interact now. Atoms outside the group are held.
 class ComputeEVPDt : public EVP::WithPerAtomComm<Compute> {
  public:
   ComputeEVPDt(class LAMMPS *, int, char **);

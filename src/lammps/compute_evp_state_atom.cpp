@@ -16,7 +16,7 @@
 #include <algorithm>
 
 using namespace LAMMPS_NS;
-using EVP::StrainFit;
+using namespace EVP;
 
 // in the order of Value
 static const std::vector<std::string> VALUES = {"plastic_work",       "plastic_strain",
@@ -32,16 +32,16 @@ ComputeEVPStateAtom::ComputeEVPStateAtom(LAMMPS *lmp, int narg, char **arg) :
     if (at != VALUES.end()) {
       const auto value = (Value) (at - VALUES.begin());
       if (value != Value::PLASTIC_WORK && value != Value::PLASTIC_STRAIN_SUM)
-        EVP::scene::demand_three_dimensions(domain, error, who, arg[iarg],
-                                            "use 'dimension 3', or leave the value out");
+        scene::demand_three_dimensions(domain, error, who, arg[iarg],
+                                       "use 'dimension 3', or leave the value out");
       values.push_back(value);
     } else if (strcmp(arg[iarg], "fraction") == 0) {
-      EVP::for_each_keyword(error, who, std::min(2, narg - iarg), arg + iarg, {"fraction"}, "",
-                            [this](const EVP::Keyword &given) {
-                              fraction = given.number();
-                              given.demand(fraction > 0.0 && fraction <= 1.0,
-                                           "must be above 0 and at most 1");
-                            });
+      for_each_keyword(error, who, std::min(2, narg - iarg), arg + iarg, {"fraction"}, "",
+                       [this](const Keyword &given) {
+                         fraction = given.number();
+                         given.demand(fraction > 0.0 && fraction <= 1.0,
+                                      "must be above 0 and at most 1");
+                       });
       iarg++;
     } else
       error->all(FLERR, "{}: unknown keyword '{}'; it takes {}, fraction", who, arg[iarg],
@@ -88,7 +88,7 @@ bool ComputeEVPStateAtom::has(Value value) const
 
 void ComputeEVPStateAtom::init()
 {
-  EVP::PairData::require(force, error, who);
+  PairData::require(force, error, who);
   if (stress) stress->init();
 }
 
@@ -100,14 +100,14 @@ void ComputeEVPStateAtom::compute_peratom()
     memory->grow(array_atom, nmax, size_peratom_cols, "evp/state/atom:array_atom");
   }
 
-  const auto *pair_data = EVP::PairData::require_present(force, error, who);
+  const auto *pair_data = PairData::require_present(force, error, who);
   add_pairs(pair_data);
   reverse_comm(sums);
   if (stress) stress->compute_peratom();
   if ((has(Value::PLASTIC_WORK) || has(Value::PLASTIC_STRAIN_SUM)) && pair_data->bonds())
-    dynamic_cast<FixEVPBonds *>(EVP::scene::find_fix(modify, "evp/bonds"))->return_histories();
+    dynamic_cast<FixEVPBonds *>(scene::find_fix(modify, "evp/bonds"))->return_histories();
 
-  const EVP::BondStore *bonds = pair_data->bonds();
+  const BondStore *bonds = pair_data->bonds();
   for (int i = 0; i < atom->nlocal; i++) {
     double *state = array_atom[i];
     const double *count = &sums[(size_t) comm_reverse * i];
@@ -122,12 +122,12 @@ void ComputeEVPStateAtom::compute_peratom()
   }
 }
 
-void ComputeEVPStateAtom::add_pairs(const EVP::PairData *pair_data)
+void ComputeEVPStateAtom::add_pairs(const PairData *pair_data)
 {
-  const EVP::PairLists &list = pair_data->packed_pairs();
+  const PairLists &list = pair_data->packed_pairs();
   const int nreact = list.nreact(force->newton_pair);
   sums.assign((size_t) comm_reverse * list.nall, 0.0);
-  EVP::for_each_pair(list, EVP::scene::rows(atom->x), [&](const EVP::PlacedPair &p) {
+  for_each_pair(list, scene::rows(atom->x), [&](const PlacedPair &p) {
     if (p.is_past_cutoff()) return;
     const bool second = pair_data->state_of(p).regime == 2;
     const bool fits = p.is_bond && (volume_at >= 0 || plastic_at >= 0);
@@ -155,7 +155,7 @@ void ComputeEVPStateAtom::add_pairs(const EVP::PairData *pair_data)
 // Each pair is kept by both of its atoms. PLASTIC_STRAIN_SUM is a lower bound of the accumulated plastic strain: a bond
 // along u carries |u.E.u| of a strain E of constant volume, whose mean over all directions is 0.385 of the equivalent
 // strain
-double ComputeEVPStateAtom::of_histories(Value value, int i, const EVP::BondStore *bonds)
+double ComputeEVPStateAtom::of_histories(Value value, int i, const BondStore *bonds)
 {
   constexpr double MEAN_OVER_DIRECTIONS = 0.385;
   if (!bonds || !bonds->has_history()) return 0.0;
@@ -167,11 +167,11 @@ double ComputeEVPStateAtom::of_histories(Value value, int i, const EVP::BondStor
   }
   if (value == Value::PLASTIC_STRAIN_SUM)
     return nbonds ? k / ((double) nbonds * MEAN_OVER_DIRECTIONS) : 0.0;
-  for (const EVP::FlowedContact &contact : bonds->contacts_of(i)) work += contact.history.work;
+  for (const FlowedContact &contact : bonds->contacts_of(i)) work += contact.history.work;
   return 0.5 * work;
 }
 
-double ComputeEVPStateAtom::value_of(Value value, int i, const EVP::BondStore *bonds) const
+double ComputeEVPStateAtom::value_of(Value value, int i, const BondStore *bonds) const
 {
   const double *sum = &sums[(size_t) comm_reverse * i];
   switch (value) {
@@ -179,22 +179,22 @@ double ComputeEVPStateAtom::value_of(Value value, int i, const EVP::BondStore *b
     case Value::PLASTIC_STRAIN_SUM:
       return of_histories(value, i, bonds);
     case Value::PLASTIC_STRAIN:
-      return EVP::equivalent_strain(StrainFit::solve(sum + plastic_at));
+      return equivalent_strain(StrainFit::solve(sum + plastic_at));
     case Value::VOLUME_STRAIN:
       return sum[volume_at + 1] > 0.0 ? 3.0 * sum[volume_at] / sum[volume_at + 1] : 0.0;
     default:
       break;
   }
-  EVP::SymmetricTensor of_volume;
+  SymmetricTensor of_volume;
   std::copy_n(stress->array_atom[i], 6, of_volume.begin());
-  const double mises = EVP::von_mises(of_volume);
-  if (value == Value::TRIAXIALITY) return mises > 0.0 ? EVP::mean_of(of_volume) / mises : 0.0;
+  const double mises = von_mises(of_volume);
+  if (value == Value::TRIAXIALITY) return mises > 0.0 ? mean_of(of_volume) / mises : 0.0;
   const double radius = atom->radius[i];
   return mises * fraction / (MathConst::MY_4PI3 * radius * radius * radius);
 }
 
 double ComputeEVPStateAtom::memory_usage()
 {
-  return (double) nmax * size_peratom_cols * sizeof(double) + EVP::bytes_of(sums) +
+  return (double) nmax * size_peratom_cols * sizeof(double) + bytes_of(sums) +
       (stress ? stress->memory_usage() : 0.0);
 }

@@ -3,7 +3,6 @@
 
 #include "core/cg.h"
 #include "core/dampers.h"
-#include "core/per_atom_comm.h"
 #include "lammps_names.h"
 #include "pair_data.h"
 

@@ -2,7 +2,6 @@
 // Registration of the styles, and nothing else.
 
 #include "host_guard.h"
-#include "plugin_facts.h"
 
 #include "commands.h"
 #include "compute_evp_dt.h"
@@ -59,14 +58,9 @@ bool make_known(LAMMPS *lmp, const lammpsplugin_t &style)
   return false;
 }
 
-template <class Style> void *create(void *lmp)
+template <class Style, class... Arguments> void *create(void *lmp, Arguments... arguments)
 {
-  return new Style((LAMMPS *) lmp);
-}
-
-template <class Style> void *create_with_arguments(void *lmp, int narg, char **arg)
-{
-  return new Style((LAMMPS *) lmp, narg, arg);
+  return new Style((LAMMPS *) lmp, arguments...);
 }
 
 }    // namespace
@@ -99,15 +93,15 @@ extern "C" __attribute__((visibility("default"))) void lammpsplugin_init(void *l
   add("command", "evp_choices", create<EVPChoices>,
       "EVP choices of an input script and their rules");
   add("command", "evp_quietly", create<EVPQuietly>, "EVP command whose output is for the log file");
-  add("fix", "evp/bonds", create_with_arguments<FixEVPBonds>,
+  add("fix", "evp/bonds", create<FixEVPBonds, int, char **>,
       "EVP equilibrium distances of the initial pairs");
-  add("fix", "nve/evp", create_with_arguments<FixNVEEVP>,
+  add("fix", "nve/evp", create<FixNVEEVP, int, char **>,
       "EVP time integration with implicit damping");
-  add("fix", "dt/evp", create_with_arguments<FixDtEVP>,
+  add("fix", "dt/evp", create<FixDtEVP, int, char **>,
       "EVP timestep size as a fraction of the largest stable one");
-  add("fix", "evp/energy", create_with_arguments<FixEVPEnergy>, "EVP energy balance");
-  add("fix", "evp/volume", create_with_arguments<FixEVPVolume>, "EVP volume energy");
-  add("compute", "evp/dt", create_with_arguments<ComputeEVPDt>, "EVP largest stable timestep size");
-  add("compute", "evp/state/atom", create_with_arguments<ComputeEVPStateAtom>,
+  add("fix", "evp/energy", create<FixEVPEnergy, int, char **>, "EVP energy balance");
+  add("fix", "evp/volume", create<FixEVPVolume, int, char **>, "EVP volume energy");
+  add("compute", "evp/dt", create<ComputeEVPDt, int, char **>, "EVP largest stable timestep size");
+  add("compute", "evp/state/atom", create<ComputeEVPStateAtom, int, char **>,
       "EVP state of each atom's pairs");
 }

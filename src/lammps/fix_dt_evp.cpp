@@ -14,9 +14,9 @@
 #include <cmath>
 
 using namespace LAMMPS_NS;
+using namespace EVP;
 
-static constexpr double PASSES =
-    1.0;    // displacement per step with which a pair passes its first regime unseen
+static constexpr double PASSES = 1.0;           // displacement per step that passes xi_s deq unseen
 static constexpr double TURN_PER_STEP = 0.1;    // rad, at most, of any pair that fix nve/evp damps
 static constexpr double GROWTH_PER_CHECK = 1.25;
 static constexpr double BOUND_CHANGES = 0.05;    // then eigenvalues are due again
@@ -28,8 +28,8 @@ FixDtEVP::FixDtEVP(LAMMPS *lmp, int narg, char **arg) :
   if (narg < 5)
     error->all(FLERR, "{}: expected N fraction [max DT] [displacement F], got {} arguments", who,
                narg - 3);
-  EVP::stop_at_bad_input(error, who, [&] {
-    const EVP::Keyword every = {"N", arg[3]}, of_stable = {"fraction", arg[4]};
+  stop_at_bad_input(error, who, [&] {
+    const Keyword every = {"N", arg[3]}, of_stable = {"fraction", arg[4]};
     const double n = every.number();
     every.demand(n >= 1.0 && n <= 1.0e9 && n == std::floor(n), "must be a positive integer");
     nevery = (int) n;
@@ -38,20 +38,20 @@ FixDtEVP::FixDtEVP(LAMMPS *lmp, int narg, char **arg) :
         fraction > 0.0 && fraction < 1.0,
         "must lie between 0 and 1 (of the largest stable timestep; 0.4 is accurate, 0.8 is fast)");
   });
-  EVP::for_each_keyword(error, who, narg - 5, arg + 5, {"max", "displacement"}, " and ",
-                        [this](const EVP::Keyword &word) {
-                          double &value = word.is("max") ? maximum : displacement;
-                          value = word.number();
-                          word.demand(value > 0.0, "must be positive");
-                        });
+  for_each_keyword(error, who, narg - 5, arg + 5, {"max", "displacement"}, " and ",
+                   [this](const Keyword &word) {
+                     double &value = word.is("max") ? maximum : displacement;
+                     value = word.number();
+                     word.demand(value > 0.0, "must be positive");
+                   });
   time_depend = 1;
-  EVP::scene::offer_values(this, 5);
+  scene::offer_values(this, 5);
 }
 
 void FixDtEVP::init()
 {
-  pair_data = EVP::PairData::require(force, error, who);
-  EVP::scene::refuse_respa(update, error, who);
+  pair_data = PairData::require(force, error, who);
+  scene::refuse_respa(update, error, who);
   for (const Fix *other : modify->get_fix_list())
     if (strcmp(other->style, "move") == 0 || utils::strmatch(other->style, "^deform") ||
         (utils::strmatch(other->style, "^dt/") && other != this))
@@ -65,7 +65,7 @@ void FixDtEVP::init()
 // by the row sums, where they prove the timestep stable that is taken: eigenvalues cost many times as much
 double FixDtEVP::find_stable_dt()
 {
-  limits.linearise(*EVP::PairData::require_present(force, error, who), {groupbit});
+  limits.linearise(*PairData::require_present(force, error, who), {groupbit});
   const double bound = limits.bound();
   if (last.ratio == 0.0 || fraction * last.ratio > 1.0 ||
       std::fabs(bound - last.bound) > BOUND_CHANGES * last.bound) {
@@ -93,7 +93,7 @@ void FixDtEVP::set_dt(bool at_setup)
   const bool unlimited = stable_dt >= NO_LIMIT && maximum >= NO_LIMIT;
   const bool may_meet = find_fastest(dt);
   if (is_resolved() || unlimited) {
-    if (opening.dt < dt && !fault(EVP::NO_DISPLACEMENT_LIMIT)) {
+    if (opening.dt < dt && !fault(NO_DISPLACEMENT_LIMIT)) {
       dt = opening.dt;
       limit = DISPLACEMENT;
     }
@@ -105,7 +105,7 @@ void FixDtEVP::set_dt(bool at_setup)
   }
   report_limit(dt);
   if (unlimited && std::min(opening.dt, turning.dt) >= NO_LIMIT &&
-      (at_setup || !EVP::on_any(may_meet, world)))
+      (at_setup || !on_any(may_meet, world)))
     error->all(FLERR,
                "{}: at step {} no pair interacts or approaches another, so nothing limits the "
                "timestep: give 'max DT'",
@@ -158,27 +158,25 @@ bool FixDtEVP::find_fastest(double dt)
   const double share = is_resolved() ? displacement : PASSES;
   opening = turning = {NO_LIMIT, 0.0, 0.0};
   bool meets = false;
-  EVP::for_each_pair(
-      pair_data->packed_pairs(), EVP::scene::rows(atom->x), [&](const EVP::PlacedPair &p) {
-        if (!((atom->mask[p.i] | atom->mask[p.j]) & groupbit)) return;
-        const double *vi = &velocity[(size_t) 3 * p.i], *vj = &velocity[(size_t) 3 * p.j];
-        const double v[] = {vi[0] - vj[0], vi[1] - vj[1], vi[2] - vj[2]};
-        const double opening_times_d = p.g.dx * v[0] + p.g.dy * v[1] + p.g.dz * v[2];
-        if (!p.is_past_cutoff() || opening_times_d < 0.0) meets = true;
+  for_each_pair(pair_data->packed_pairs(), scene::rows(atom->x), [&](const PlacedPair &p) {
+    if (!((atom->mask[p.i] | atom->mask[p.j]) & groupbit)) return;
+    const Vector v = vector_of(velocity, p.i) - vector_of(velocity, p.j);
+    const double opening_times_d = dot(p.g.vector(), v);
+    if (!p.is_past_cutoff() || opening_times_d < 0.0) meets = true;
 
-        const double d = p.distance(), speed = opening_times_d / d;
-        const double gap = d - std::sqrt(p.cutsq);
-        if (gap > 0.0 && -speed * dt * nevery < gap) return;
-        const auto allow = [&](FastestPair &fastest, double allowed) {
-          if (allowed < fastest.dt)
-            fastest = {allowed, (double) atom->tag[p.i], (double) atom->tag[p.j]};
-        };
-        const double xi_s = pair_data->xi_s_of(p);
-        if (speed != 0.0) allow(opening, share * xi_s / (p.inv_deq * std::fabs(speed)));
-        if (gap > 0.0 || pair_data->implicit_gamma(p) == 0.0) return;
-        const double across_sq = v[0] * v[0] + v[1] * v[1] + v[2] * v[2] - speed * speed;
-        if (across_sq > 0.0) allow(turning, TURN_PER_STEP * d / std::sqrt(across_sq));
-      });
+    const double d = p.distance(), speed = opening_times_d / d;
+    const double gap = d - std::sqrt(p.cutsq);
+    if (gap > 0.0 && -speed * dt * nevery < gap) return;
+    const auto allow = [&](FastestPair &fastest, double allowed) {
+      if (allowed < fastest.dt)
+        fastest = {allowed, (double) atom->tag[p.i], (double) atom->tag[p.j]};
+    };
+    const double xi_s = pair_data->xi_s_of(p);
+    if (speed != 0.0) allow(opening, share * xi_s / (p.inv_deq * std::fabs(speed)));
+    if (gap > 0.0 || pair_data->implicit_gamma(p) == 0.0) return;
+    const double across_sq = dot(v, v) - speed * speed;
+    if (across_sq > 0.0) allow(turning, TURN_PER_STEP * d / std::sqrt(across_sq));
+  });
 
   for (FastestPair *const pair : {&opening, &turning}) {
     struct {

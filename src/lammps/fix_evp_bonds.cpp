@@ -17,8 +17,7 @@
 #include <cmath>
 
 using namespace LAMMPS_NS;
-using EVP::BodyRule;
-using EVP::BondStore;
+using namespace EVP;
 
 static constexpr double RESTART_FORMAT = 2003;    // first word of our section in restart files
 
@@ -26,11 +25,11 @@ static constexpr double RESTART_FORMAT = 2003;    // first word of our section i
 FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
     WithPerAtomComm(lmp, narg, arg), after_restart(modify->nfix_restart_global > 0)
 {
-  EVP::for_each_keyword(
+  for_each_keyword(
       error, who, narg - 3, arg + 3, {"zone", "file", "within"}, " or ",
-      [this](const EVP::Keyword &word) {
+      [this](const Keyword &word) {
         if (word.is("within")) {
-          bonds->keep_within(EVP::parse_body_rule(word.value));
+          bonds->keep_within(parse_body_rule(word.value));
         } else if (word.is("zone")) {
           zone = word.number();
           word.demand(zone > 1.0,
@@ -42,13 +41,13 @@ FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
       });
   if (zone > 0.0 && !file.empty())
     error->all(FLERR, "{}: the bonds come from the zone or from a file, give one of the two", who);
-  EVP::scene::demand_only_one(modify, error, this, who);
+  scene::demand_only_one(modify, error, this, who);
 
   restart_global = restart_peratom = 1;
   create_attribute = 1;
   stores_ids = 1;
   maxexchange_dynamic = 1;
-  EVP::scene::offer_values(this, 5);
+  scene::offer_values(this, 5);
   nevery = 1;
 
   FixEVPBonds::grow_arrays(atom->nmax);
@@ -72,8 +71,8 @@ void *FixEVPBonds::extract(const char *name, int &dim)
 
 void FixEVPBonds::init()
 {
-  pair_data = EVP::PairData::require(force, error, who);
-  EVP::scene::refuse_respa(update, error, who);
+  pair_data = PairData::require(force, error, who);
+  scene::refuse_respa(update, error, who);
 
   stepping = false;
   check_history();
@@ -81,7 +80,7 @@ void FixEVPBonds::init()
   set_exchange_room();
 
   if (bonds->within() == BodyRule::MOLECULE) {
-    const std::string missing = EVP::missing_molecules(lmp);
+    const std::string missing = missing_molecules(lmp);
     if (!missing.empty()) error->all(FLERR, "{}: {}", who, missing);
   }
   counted_step = -1;
@@ -97,15 +96,14 @@ void FixEVPBonds::init()
 // the first rank says in restart files how long the longest record is, so that all must agree
 void FixEVPBonds::set_exchange_room()
 {
-  maxexchange = EVP::reduce_all(bonds->most_words(), MPI_MAX, world);
+  maxexchange = reduce_all(bonds->most_words(), MPI_MAX, world);
 }
 
 // flow and breaking are known to the pair style in force only
 void FixEVPBonds::check_history() const
 {
   const auto &rules = pair_data->rules;
-  if (!rules.plastic &&
-      EVP::on_any(rules.breaks() ? bonds->has_flowed() : bonds->has_changed(), world))
+  if (!rules.plastic && on_any(rules.breaks() ? bonds->has_flowed() : bonds->has_changed(), world))
     error->all(FLERR,
                "{}: bonds have flowed or broken, which this pair_style would forget: give it the "
                "'plasticity' and 'break' that it had",
@@ -113,7 +111,7 @@ void FixEVPBonds::check_history() const
   if (!rules.has_history()) return;
   for (int k = 0; k < modify->nfix && modify->fix[k] != this; k++) {
     const Fix *const other = modify->fix[k];
-    if ((modify->fmask[k] & FixConst::PRE_EXCHANGE) && !EVP::scene::is_ours(other->style) &&
+    if ((modify->fmask[k] & FixConst::PRE_EXCHANGE) && !scene::is_ours(other->style) &&
         !utils::strmatch(other->style, "_HISTORY$"))    // those of granular styles move no atoms
       error->all(FLERR,
                  "{} must be defined before fix {} {}, which may move, add or delete atoms before "
@@ -125,7 +123,7 @@ void FixEVPBonds::check_history() const
 void FixEVPBonds::return_histories()
 {
   if (!bonds->has_history()) return;
-  if (EVP::PairData *now = EVP::PairData::find(force)) now->return_histories(*bonds, *this);
+  if (PairData *now = PairData::find(force)) now->histories.return_to(*bonds, *this);
   set_exchange_room();
 }
 
@@ -134,8 +132,8 @@ void FixEVPBonds::end_of_step()
   if (!bonds->has_history()) return settle_missing();
   if (!stepping)
     error->all(FLERR,
-               "{}: rerun does not know how bonds have flowed or broken: use 'plasticity none' "
-               "and 'break none', or dumps of the values in the run itself",
+               "{}: rerun does not know how bonds have flowed or broken: use 'plasticity none' and "
+               "'break none', or dumps of the values in the run itself",
                who);
   stepping = false;
   commit(false);
@@ -143,7 +141,7 @@ void FixEVPBonds::end_of_step()
 
 void FixEVPBonds::commit(bool at_rest)
 {
-  pair_data->commit(at_rest);
+  pair_data->histories.commit(at_rest, pair_data->wanted_work());
   settle_missing();
 }
 
@@ -153,7 +151,7 @@ static bool is_at_rest(Min *minimizer, double force_tolerance)
   const int stop = minimizer->stop_condition;
   if (stop == Min::DOWNHILL) return std::sqrt(minimizer->fnorm_sqr()) <= force_tolerance;
   return stop == Min::ETOL || stop == Min::FTOL || stop == Min::ZEROFORCE ||
-      (fault(EVP::STOPPED_FLOWS) && stop == Min::MAXITER);
+      (fault(STOPPED_FLOWS) && stop == Min::MAXITER);
 }
 
 // a minimizer tries many places, of which only the last one is a state of the body, and that only
@@ -173,15 +171,15 @@ void FixEVPBonds::post_run()
 
 void FixEVPBonds::warn_of_stop(const char *stop)
 {
-  if (stop_warned || !EVP::on_any(pair_data->would_change(), world)) return;
+  if (stop_warned || !on_any(pair_data->histories.would_change(), world)) return;
   stop_warned = true;
   if (comm->me == 0)
-    error->warning(FLERR,
-                   "{}: a minimization stopped by '{}', not at rest: bonds that are due to flow or "
-                   "break stay as they were before it, until one meets its energy or force "
-                   "tolerance: use larger maxiter and maxeval, a larger ftol, or another min_style "
-                   "(said once)",
-                   who, stop);
+    error->warning(
+        FLERR,
+        "{}: a minimization stopped by '{}', not at rest: bonds that are due to flow or break stay "
+        "as they were before it, until one meets its energy or force tolerance: use larger maxiter "
+        "and maxeval, a larger ftol, or another min_style (said once)",
+        who, stop);
 }
 
 // the neighbor list ends at alpha (R_i + R_j) plus a skin that must not matter
@@ -204,13 +202,13 @@ void FixEVPBonds::pre_neighbor()
   if (!bonds->has_recorded()) return;
   if (const int64_t misplaced = bonds->find_misplaced(atom->tag, atom->nlocal))
     error->one(FLERR, misplaced_message(misplaced));
-  if (const EVP::PairData *pair_data = EVP::PairData::find(force)) check_box(pair_data);
+  if (const PairData *pair_data = PairData::find(force)) check_box(pair_data);
 }
 
-void FixEVPBonds::check_box(const EVP::PairData *pair_data) const
+void FixEVPBonds::check_box(const PairData *pair_data) const
 {
   // a box of two cutoffs but for round-off will do
-  const double longest = pair_data->longest_cutoff() * (1.0 - 2.0 * EVP::LIST_MARGIN);
+  const double longest = pair_data->types.longest_cutoff() * (1.0 - 2.0 * LIST_MARGIN);
   const double *h = domain->h_inv;    // its rows are the reciprocals of the box's heights
   const double height[3] = {1.0 / std::sqrt(h[0] * h[0] + h[5] * h[5] + h[4] * h[4]),
                             1.0 / std::sqrt(h[1] * h[1] + h[3] * h[3]), 1.0 / h[2]};
@@ -219,13 +217,12 @@ void FixEVPBonds::check_box(const EVP::PairData *pair_data) const
       error->all(FLERR,
                  "{}: the periodic box is {:.6g} high along {}, less than two cutoffs of {:.6g}, "
                  "so that a bond could meet its atom in two images: {}",
-                 who, height[c], "xyz"[c], longest, EVP::remedy_of_images(this));
+                 who, height[c], "xyz"[c], longest, remedy_of_images(this));
 }
 
 void FixEVPBonds::check_ids() const
 {
-  const int64_t found =
-      EVP::reduce_all(bonds->find_misplaced(atom->tag, atom->nlocal), MPI_MAX, world);
+  const int64_t found = reduce_all(bonds->find_misplaced(atom->tag, atom->nlocal), MPI_MAX, world);
   if (found) error->all(FLERR, misplaced_message(found));
 }
 
@@ -245,12 +242,12 @@ void FixEVPBonds::setup_pre_force(int /*vflag*/)
 
 void FixEVPBonds::record()
 {
-  if (const tagint twice = EVP::AtomDirectory(lmp).twice)
+  if (const tagint twice = AtomDirectory(lmp).twice)
     error->all(FLERR,
                "{}: atom ID {} is given twice: use 'reset_atoms id' or correct the data file", who,
                twice);
-  EVP::BondRecording recording(lmp, this, who, bonds->within());
-  EVP::stop_at_bad_input(error, who, [&] {
+  BondRecording recording(lmp, this, who, bonds->within());
+  stop_at_bad_input(error, who, [&] {
     if (!file.empty()) return recording.take_file(file, pair_data->rules);
     neighbor->build_one(list);
     recording.take_zone(list, zone, pair_data, *this);
@@ -266,28 +263,26 @@ void FixEVPBonds::record()
                    "though bonds may have been recorded before: to keep these, give the fix the ID "
                    "that it had in the restart file, or use write_evp_bonds and the keyword file",
                    who);
-  recording.report(*bonds, pair_data->rules.contact != EVP::Contact::NONE);
+  recording.report(*bonds, pair_data->rules.contact != Contact::NONE);
 }
 
 // once, where a row of the pair style needs it
 void FixEVPBonds::measure()
 {
   if (pair_data->wants_measures() && bonds->measures().empty())
-    bonds->take(EVP::measure_bonds(lmp, *bonds));
+    bonds->take(measure_bonds(lmp, *bonds));
 }
 
 double FixEVPBonds::compute_vector(int n)
 {
   if (n == 4) return count_broken();
   if (update->whichflag != 0 &&
-      (counted_step == update->ntimestep || !EVP::on_all(pair_data->is_packed(), world)))
+      (counted_step == update->ntimestep || !on_all(pair_data->is_packed(), world)))
     return pair_counts[n];
 
-  const EVP::PairData::Counts counts =
-      EVP::PairData::require_present(force, error, fmt::format("{}: f_{}[{}]", who, id, n + 1))
-          ->count_pairs();
-  pair_counts = {(double) bonds->count() - counts.bonds_within - count_broken(),
-                 counts.bonds_second, counts.new_pairs, counts.lowest_ratio};
+  pair_counts = PairData::require_present(force, error, fmt::format("{}: f_{}[{}]", who, id, n + 1))
+                    ->count_pairs();
+  pair_counts[0] = (double) bonds->count() - pair_counts[0] - count_broken();
   counted_step = update->ntimestep;
   return pair_counts[n];
 }
@@ -296,7 +291,7 @@ double FixEVPBonds::count_broken()
 {
   if (!bonds->has_history()) return 0.0;
   return_histories();
-  return (double) EVP::reduce_all(bonds->broken(), MPI_SUM, world);
+  return (double) reduce_all(bonds->broken(), MPI_SUM, world);
 }
 
 int FixEVPBonds::unpack(int i, const double *buf)
@@ -329,7 +324,7 @@ void FixEVPBonds::write_restart(FILE *fp)
 void FixEVPBonds::restart(char *buf)
 {
   const auto *words = reinterpret_cast<const double *>(buf);
-  EVP::BondMeasures measures;
+  BondMeasures measures;
   if (words[0] != RESTART_FORMAT || !measures.take(words + 8, atom->ntypes))
     error->all(FLERR,
                "{}: its section of the restart file is damaged, or from a version of this package "
@@ -351,7 +346,7 @@ void FixEVPBonds::restart(char *buf)
                    "'file' or 'within' given here\n",
                    id);
   bonds->zone = zone = words[1];
-  EVP::PairData *pair_data = EVP::PairData::find(force);
+  PairData *pair_data = PairData::find(force);
   if (pair_data && recorded) pair_data->source.set_store(shown);
 }
 
@@ -365,7 +360,7 @@ int FixEVPBonds::pack_restart(int i, double *buf)
 
 void FixEVPBonds::unpack_restart(int nlocal, int nth)
 {
-  const double *record = EVP::scene::find_restored(atom, nlocal, nth);
+  const double *record = scene::find_restored(atom, nlocal, nth);
   if (!record || !bonds->fits(record + 1, (size_t) record[0] - 1))
     error->one(FLERR,
                "{}: the bonds of atom {} in the restart file are damaged, or the atom is not from "

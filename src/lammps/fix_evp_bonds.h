@@ -31,7 +31,7 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix> {
   void min_pre_neighbor() override { pre_neighbor(); }
   void setup_pre_force(int) override;
 
-  // flow and breaking, see PairData::commit()
+  // flow and breaking, see EVP::PairHistories
   void pre_exchange() override { return_histories(); }
   void pre_force(int) override { stepping = true; }
   void end_of_step() override;

@@ -14,6 +14,7 @@
 #include <algorithm>
 
 using namespace LAMMPS_NS;
+using namespace EVP;
 
 FixEVPEnergy::FixEVPEnergy(LAMMPS *lmp, int narg, char **arg) : AtomRecords(lmp, narg, arg)
 {
@@ -21,22 +22,22 @@ FixEVPEnergy::FixEVPEnergy(LAMMPS *lmp, int narg, char **arg) : AtomRecords(lmp,
   if (igroup != 0)
     error->all(FLERR,
                "{} needs group all: the energy balance of a part of the atoms does not close", who);
-  EVP::scene::demand_only_one(modify, error, this, who);
+  scene::demand_only_one(modify, error, this, who);
   nevery = 1;
-  EVP::scene::offer_values(this, NENTRIES);
+  scene::offer_values(this, NENTRIES);
   follow_atoms();
   keep_records();
 }
 
 void FixEVPEnergy::init()
 {
-  pair_data = EVP::PairData::require(force, error, who);
-  EVP::scene::refuse_respa(update, error, who);
-  bonds = dynamic_cast<FixEVPBonds *>(EVP::scene::find_fix(modify, "evp/bonds"));
-  implicit = dynamic_cast<const FixNVEEVP *>(EVP::scene::find_fix(modify, "nve/evp"));
+  pair_data = PairData::require(force, error, who);
+  scene::refuse_respa(update, error, who);
+  bonds = dynamic_cast<FixEVPBonds *>(scene::find_fix(modify, "evp/bonds"));
+  implicit = dynamic_cast<const FixNVEEVP *>(scene::find_fix(modify, "nve/evp"));
   integrated_groupbits = 0;
   for (const Fix *other : modify->get_fix_list())
-    if (EVP::scene::integrates_atoms(other)) integrated_groupbits |= other->groupbit;
+    if (scene::integrates_atoms(other)) integrated_groupbits |= other->groupbit;
   work->separates = others_act();
   box.begin_run(domain->deform_vremap);
   if (box.acts)
@@ -54,7 +55,7 @@ bool FixEVPEnergy::others_act() const
     return true;
   for (int k = 0; k < modify->nfix; k++) {
     const char *const other = modify->fix[k]->style;
-    if (!EVP::scene::is_ours(other) && (modify->fmask[k] & (PRE_FORCE | PRE_REVERSE | POST_FORCE)))
+    if (!scene::is_ours(other) && (modify->fmask[k] & (PRE_FORCE | PRE_REVERSE | POST_FORCE)))
       return true;
     if (utils::strmatch(other, "^python")) return true;    // at any time
     if (group->dynamic[modify->fix[k]->igroup]) return true;
@@ -70,7 +71,7 @@ void FixEVPEnergy::setup(int /*vflag*/)
   take_work(true);
   if (box.acts) {
     const double done = box.begin(domain);
-    if (started) entries[BOX] += EVP::reduce_all(done, MPI_SUM, world);
+    if (started) entries[BOX] += reduce_all(done, MPI_SUM, world);
   }
   last = over_all_ranks({instant_here(), {}}).instant;
   // flow that is due is in no q yet, and the stored energies are those after it: what it will
@@ -94,7 +95,7 @@ void FixEVPEnergy::take_work(bool at_setup)
 void FixEVPEnergy::unwrap(int i, double *x) const
 {
   if (!box.acts) return domain->unmap(atom->x[i], atom->image[i], x);
-  const auto shift = EVP::unwrapping(box.edges, atom->image[i]);
+  const auto shift = unwrapping(box.edges, atom->image[i]);
   for (int c = 0; c < 3; c++) x[c] = atom->x[i][c] + shift[c];
 }
 
@@ -104,11 +105,11 @@ bool FixEVPEnergy::is_solved() const
   return implicit && pair_data->damps_implicitly();
 }
 
-// calls f(EVP::ActingForces) with those of this step
+// calls f(ActingForces) with those of this step
 template <class F> void FixEVPEnergy::with_forces(F &&f) const
 {
-  EVP::with_acting_forces(*work, atom->f[0],
-                          is_solved() ? implicit->applied_damping().data() : nullptr, f);
+  with_acting_forces(*work, atom->f[0], is_solved() ? implicit->applied_damping().data() : nullptr,
+                     f);
 }
 
 // work of a box that deforms on the dampers of fix nve/evp, over half a step
@@ -122,17 +123,17 @@ double FixEVPEnergy::kinetic_here() const
   double kinetic = 0.0;
   for (int i = 0; i < atom->nlocal; i++) {
     if (!is_integrated(i)) continue;    // prescribed ones enter by their work only
-    const double weight = 0.5 * force->mvv2e * EVP::scene::mass(atom, i);
+    const double weight = 0.5 * force->mvv2e * scene::mass(atom, i);
     const double *const v = atom->v[i];
     kinetic += weight * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
   }
-  return (fault(EVP::KINETIC_SHORT) ? 0.8 : 1.0) * kinetic;
+  return (fault(KINETIC_SHORT) ? 0.8 : 1.0) * kinetic;
 }
 
 // on this MPI rank
 FixEVPEnergy::Instant FixEVPEnergy::instant_here() const
 {
-  const EVP::VolumeForces *const volume = pair_data->volume();
+  const VolumeForces *const volume = pair_data->volume();
   return {kinetic_here(), volume ? volume->energy() : 0.0, work->sums()};
 }
 
@@ -152,8 +153,8 @@ FixEVPEnergy::Works FixEVPEnergy::works_of_step()
       const bool integrated = is_integrated(i);
       if (integrated) dissipated += forces.dissipated(atom, force, dt_step, i);
       if (!forces.work_on(integrated)) continue;
-      EVP::AtomPast &then = records[i];
-      EVP::AtomForces now{};
+      AtomPast &then = records[i];
+      AtomForces now{};
       double x[3], done = 0.0;
       forces.find(i, integrated, now);
       unwrap(i, x);
@@ -190,8 +191,7 @@ FixEVPEnergy::Works FixEVPEnergy::works_of_step()
 void FixEVPEnergy::post_integrate()
 {
   dt_step = update->dt;
-  double by_damping = 0.0,
-         damped = 0.0;    // of a moving box: by pairs across its boundary, of prescribed atoms
+  double by_damping = 0.0, damped = 0.0;    // of a moving box: across its boundary, of prescribed
   if (box.acts) {
     by_damping = box.by_damping(dt_step);    // at the rates of these forces
     box.begin_step(domain, by_damping, damping_of_box());
@@ -202,7 +202,7 @@ void FixEVPEnergy::post_integrate()
       const bool integrated = is_integrated(i);
       if (integrated) dissipated_at_begin += forces.dissipated(atom, force, dt_step, i);
       if (!forces.work_on(integrated)) continue;
-      EVP::AtomForces &now = records[i].forces;
+      AtomForces &now = records[i].forces;
       forces.find(i, integrated, now);
       if (box.acts) damped += box.add(atom->image[i], integrated, now);
     }
@@ -227,9 +227,9 @@ void FixEVPEnergy::pre_neighbor()
 void FixEVPEnergy::note_images()
 {
   if (!box.acts) return;
-  if (!fault(EVP::NO_WRAPPED_ENERGY)) box.note_wrapped(kinetic_here());
+  if (!fault(NO_WRAPPED_ENERGY)) box.note_wrapped(kinetic_here());
   work->images.assign((size_t) 3 * (atom->nlocal + atom->nghost), 0.0);
-  forward_comm_images(work->images, EVP::COUNT_OF_BOXES.data());
+  forward_comm_images(work->images, COUNT_OF_BOXES.data());
 }
 
 // What damping gives back where a velocity turns within a step is deducted from what it takes next
@@ -256,11 +256,11 @@ void FixEVPEnergy::end_instant()
   entries[KINETIC] = last.kinetic - start.kinetic;
   entries[FIRST] = last.pairs.elastic - start.pairs.elastic;
   entries[SECOND] = last.pairs.forgotten - start.pairs.forgotten;
-  entries[LOST] = ends || fault(EVP::NO_LOST_BONDS) ? 0.0 : past + broken;
+  entries[LOST] = ends || fault(NO_LOST_BONDS) ? 0.0 : past + broken;
   entries[BROKEN] = ends ? past + broken : 0.0;
   entries[CONTACTS] = (last.pairs.contacts - start.pairs.contacts) -
       (last.pairs.contacts_at_cutoff - start.pairs.contacts_at_cutoff);
-  if (fault(EVP::NO_NEW_CONTACTS)) entries[CONTACTS] = 0.0;
+  if (fault(NO_NEW_CONTACTS)) entries[CONTACTS] = 0.0;
   entries[VOLUME] = last.volume - start.volume;
 }
 

@@ -4,11 +4,194 @@
 #include "core/energy_balance.h"
 #include "pair_data.h"
 #include "per_atom.h"
-#include "step_work.h"
+#include "scene.h"
 
+#include <algorithm>
+#include <array>
 #include <memory>
+#include <type_traits>
+#include <utility>
 
 namespace EVP {
+
+/// What acts on an atom at an end of a step [force].
+struct AtomForces {
+  double working[3];    ///< on a prescribed atom the forces of pairs; else all forces but those
+  double damping[3];    ///< explicit one, which is in neither
+};
+
+/// Forces on local atoms: all; those of the pairs, explicit damping included; that damping; that of fix nve/evp, nullptr
+/// without. Damps: there is explicit damping. Others: other forces may act beside these. An atom is integrated if forces move
+/// it, else its motion is prescribed.
+template <bool Damps, bool Others> struct ActingForces {
+  const double *whole, *of_pairs, *damping, *solved;
+
+  /// Can anything do work on the atom that is an entry of the balance?
+  bool work_on(bool integrated) const { return Others || !integrated; }
+
+  EVP_INLINE void find(int i, bool integrated, AtomForces &now) const
+  {
+    const size_t first = (size_t) 3 * i;
+    for (int c = 0; c < 3; c++) {
+      double of_ours = whole[first + c];
+      if constexpr (Others) of_ours = of_pairs[first + c] + (solved ? solved[first + c] : 0.0);
+      if (integrated)
+        now.working[c] = whole[first + c] - of_ours;
+      else {
+        now.damping[c] = Damps ? damping[first + c] : 0.0;
+        now.working[c] = of_ours - now.damping[c];
+      }
+    }
+  }
+
+  /// By the explicit damping of an integrated atom over the half step before or after the present positions, in the mean
+  /// [energy/time]. At the beginning of a step atoms hold the half-step velocity by now, at its end that of the full
+  /// step: of either the mean over the half step is half of its kick away.
+  double dissipated(const Atom *atom, const Force *force, double dt, int i) const
+  {
+    if constexpr (!Damps) return 0.0;
+    const double quarter = 0.25 * dt * scene::inverse_mass(atom, force, i);
+    const size_t first = (size_t) 3 * i;
+    const double *const v = atom->v[0] + first, *const f = whole + first;
+    double sum = 0.0;
+    for (int c = 0; c < 3; c++) sum -= damping[first + c] * (v[c] - quarter * f[c]);
+    return sum;
+  }
+};
+
+/// Calls f(ActingForces) with those of the last force evaluation.
+template <class F>
+void with_acting_forces(const PairWork &pairs, const double *whole, const double *solved, F &&f)
+{
+  const auto call = [&](auto damps, auto others) {
+    f(ActingForces<damps, others>{whole, pairs.force.data(), pairs.damping.data(), solved});
+  };
+  using std::false_type, std::true_type;
+  if (pairs.damping.empty())
+    pairs.separates ? call(false_type(), true_type()) : call(false_type(), false_type());
+  else
+    pairs.separates ? call(true_type(), true_type()) : call(true_type(), false_type());
+}
+
+/// Edges for which image_shift() is the number of boxes along each of them.
+constexpr Edges COUNT_OF_BOXES = {1.0, 1.0, 1.0, 0.0, 0.0, 0.0};
+
+/// How far the unwrapped position of an atom is away, in a box of these edges.
+inline std::array<double, 3> unwrapping(const Edges &edges, imageint image)
+{
+  const int n[3] = {(int) (image & IMGMASK) - IMGMAX, (int) (image >> IMGBITS & IMGMASK) - IMGMAX,
+                    (int) (image >> IMG2BITS) - IMGMAX};
+  const int pbc[6] = {n[0], n[1], n[2], n[2], n[2], n[1]};
+  return image_shift(edges.data(), pbc);
+}
+
+/// Of forces times counts of boxes, see PairWork::through.
+inline double work_of(const Edges &through, const Edges &moved)
+{
+  double sum = 0.0;
+  for (int c = 0; c < 6; c++) sum += through[c] * moved[c];
+  return sum;
+}
+
+/// The work of a box that deforms with 'remap v', from one force evaluation to the next: on pairs across its boundary;
+/// by the forces on atoms whose unwrapped positions it shifts, though the atoms do not move; and on atoms that are
+/// wrapped, whose velocity changes. Energies of this MPI rank.
+class BoxWork {
+ public:
+  explicit BoxWork(const PairWork &pairs_in) : pairs(pairs_in) {}
+
+  bool acts = false;       ///< in this run
+  Edges edges{};           ///< of the box at the present forces
+  double kinetic = 0.0;    ///< before atoms are wrapped
+
+  /// A box that deformed in the run before moves once more, at the set-up of this one.
+  void begin_run(bool deforms)
+  {
+    acts = deforms || deformed;
+    deformed = deforms;
+    if (!acts) before = false;
+  }
+
+  /// At set-up, as LAMMPS moves the box after the last forces of a run: returns the work since these, 0 where they were
+  /// of a run without.
+  double begin(const Domain *domain)
+  {
+    move_to(domain);
+    const double done = std::exchange(carried, 0.0) + through_moved();
+    take_forces();
+    return std::exchange(before, true) ? done + through_moved() : 0.0;
+  }
+
+  /// By damping forces across the boundary over half a step dt. They act at the rates of the box that dampers see, which
+  /// in single steps are not those at which LAMMPS moves it.
+  double by_damping(double dt) const { return 0.5 * dt * work_of(pairs.through.damping, rates); }
+
+  /// Where the box is about to be that of the next forces. damping, solved: work by explicit and implicit damping in the
+  /// half step before.
+  void begin_step(const Domain *domain, double damping, double solved)
+  {
+    move_to(domain);
+    done = damping + through_moved() + solved;
+    prescribed = others = 0.0;
+  }
+
+  /// At the next forces: work of the step. damping: that in the half step after.
+  double end_step(double damping)
+  {
+    take_forces();
+    return done + std::exchange(carried, 0.0) + damping + through_moved();
+  }
+
+  /// Half of what a force would do on an atom along with its unwrapped position.
+  double along(imageint image, const double *f) const
+  {
+    const auto shift = unwrapping(moved, image);
+    return 0.5 * (f[0] * shift[0] + f[1] * shift[1] + f[2] * shift[2]);
+  }
+
+  /// What these do in the step that begins, by the forces on each atom. add() returns that of damping on prescribed ones.
+  double prescribed = 0.0, others = 0.0;
+  double add(imageint image, bool integrated, const AtomForces &now)
+  {
+    const double working = along(image, now.working);
+    if (integrated) {
+      others -= working;
+      return 0.0;
+    }
+    const double damping = along(image, now.damping);
+    prescribed += working + damping;
+    return damping;
+  }
+
+  /// At a neighbor build: LAMMPS may have flipped the box, of which tilts alone change, and has wrapped atoms.
+  void note_flip(const Domain *domain) { std::copy_n(domain->h, 6, edges.begin()); }
+  void note_wrapped(double kinetic_now) { carried += kinetic_now - kinetic; }
+
+ private:
+  const PairWork &pairs;
+  bool deformed = false;    // in the last run?
+  bool before = false;      // at the last forces?
+  Edges rates{};            // at the present forces, those of LAMMPS
+  Edges moved{};            // edges, since the forces before
+  Edges through{};          // without damping, of the last forces
+  double carried = 0.0;     // kinetic energy gained where atoms were wrapped, since the last step
+  double done = 0.0;        // so far, in the step under way
+
+  // at a set-up, or where the box is about to be that of the next forces
+  void move_to(const Domain *domain)
+  {
+    for (int c = 0; c < 6; c++) moved[c] = domain->h[c] - edges[c];
+    std::copy_n(domain->h_rate, 6, rates.begin());
+    note_flip(domain);
+  }
+
+  double through_moved() const { return 0.5 * work_of(through, moved); }
+  void take_forces()
+  {
+    through = pairs.through.whole;
+    for (int c = 0; c < 6; c++) through[c] -= pairs.through.damping[c];
+  }
+};
 
 /// An atom at the beginning of a step.
 struct AtomPast {

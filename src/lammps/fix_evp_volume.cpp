@@ -12,56 +12,49 @@
 #include <cstring>
 
 using namespace LAMMPS_NS;
+using namespace EVP;
 
 // fix ID group evp/volume KV [KV ...] | row [cavitation STRAIN|none]
 FixEVPVolume::FixEVPVolume(LAMMPS *lmp, int narg, char **arg) : AtomRecords(lmp, narg, arg)
 {
-  EVP::scene::demand_three_dimensions(domain, error, who, "the volume strain",
-                                      "use 'dimension 3', or leave the fix out");
-  EVP::VolumeLaw law;
+  scene::demand_three_dimensions(domain, error, who, "the volume strain",
+                                 "use 'dimension 3', or leave the fix out");
+  VolumeLaw law;
   const int end = narg >= 5 && strcmp(arg[narg - 2], "cavitation") == 0 ? narg - 2 : narg;
   const int given = end - 3, ntypes = atom->ntypes;
   if (given != 1 && given != ntypes)
-    error->all(
-        FLERR,
-        "{}: expected one KV, or one for each of the {} atom types, got {}; or the word row, "
-        "where they are those of the rows of the pair style",
-        who, ntypes, given);
+    error->all(FLERR,
+               "{}: expected one KV, or one for each of the {} atom types, got {}; or the word "
+               "row, where they are those of the rows of the pair style",
+               who, ntypes, given);
   const bool from_rows = given == 1 && strcmp(arg[3], "row") == 0;
   std::vector<double> kv(from_rows ? 0 : ntypes + 1, 0.0);
-  EVP::stop_at_bad_input(error, who, [&] {
+  stop_at_bad_input(error, who, [&] {
     for (int type = 1; !from_rows && type <= ntypes; type++) {
-      const EVP::Keyword word = {"KV", arg[given == 1 ? 3 : 2 + type]};
+      const Keyword word = {"KV", arg[given == 1 ? 3 : 2 + type]};
       kv[type] = word.number();
-      word.demand(kv[type] >= 0.0 && kv[type] <= EVP::HIGHEST_KV,
+      word.demand(kv[type] >= 0.0 && kv[type] <= HIGHEST_KV,
                   "must lie between 0 and 1e100 (an energy per atom)");
     }
     if (end == narg) return;
-    const EVP::Keyword word = {"cavitation", arg[narg - 1]};
-    law.cavitation = strcmp(arg[narg - 1], "none") == 0 ? EVP::VolumeLaw::NEVER : word.number();
+    const Keyword word = {"cavitation", arg[narg - 1]};
+    law.cavitation = strcmp(arg[narg - 1], "none") == 0 ? VolumeLaw::NEVER : word.number();
     word.demand(law.cavitation > 0.0, "must be a volume strain above 0, or none");
   });
-  EVP::scene::demand_only_one(modify, error, this, who);
+  scene::demand_only_one(modify, error, this, who);
 
-  comm_forward = comm_reverse = EVP::VolumePasses::WIDTH;
+  comm_forward = comm_reverse = VolumePasses::WIDTH;
   restart_peratom = 1;
   energy_global_flag = energy_peratom_flag = thermo_energy = 1;
-  EVP::scene::offer_values(this, (int) strains.size());
+  scene::offer_values(this, (int) strains.size());
   peratom_flag = peratom_freq = 1;
   size_peratom_cols = 0;
 
-  forces = std::make_shared<EVP::VolumeForces>(lmp, who, groupbit, kv, records, *this);
+  forces = std::make_shared<VolumeForces>(lmp, who, groupbit, kv, records, *this);
   forces->law = law;
   follow_atoms();
   atom->add_callback(Atom::RESTART);
   keep_records();
-}
-
-FixEVPVolume::~FixEVPVolume()
-{
-  if (!forces) return;
-  atom->delete_callback(id, Atom::RESTART);
-  forces->close();
 }
 
 void *FixEVPVolume::extract(const char *name, int &dim)
@@ -72,14 +65,14 @@ void *FixEVPVolume::extract(const char *name, int &dim)
 
 void FixEVPVolume::init()
 {
-  EVP::PairData::require(force, error, who);
-  EVP::scene::refuse_respa(update, error, who);
+  PairData::require(force, error, who);
+  scene::refuse_respa(update, error, who);
   strains_step = -1;
   if (!forces->acts()) {
     std::fill(shown.begin(), shown.end(), 0.0);
     return;
   }
-  if (!EVP::scene::find_fix(modify, "evp/bonds"))
+  if (!scene::find_fix(modify, "evp/bonds"))
     error->all(FLERR,
                "{} needs fix evp/bonds, from whose bonds the volume strain is computed: define one "
                "before the run",
@@ -124,7 +117,7 @@ int FixEVPVolume::unpack_exchange(int i, double *buf)
 
 double FixEVPVolume::compute_scalar()
 {
-  return EVP::reduce_all(forces->energy(), MPI_SUM, world);
+  return reduce_all(forces->energy(), MPI_SUM, world);
 }
 
 double FixEVPVolume::compute_vector(int n)
@@ -140,8 +133,8 @@ double FixEVPVolume::compute_vector(int n)
     sums[2] += theta > forces->law.cavitation;
     extremes = {std::max(extremes[0], -theta), std::max(extremes[1], theta)};
   }
-  sums = EVP::reduce_all(sums, MPI_SUM, world);
-  extremes = EVP::reduce_all(extremes, MPI_MAX, world);
+  sums = reduce_all(sums, MPI_SUM, world);
+  extremes = reduce_all(extremes, MPI_MAX, world);
   strains = {0.0, 0.0, 0.0, 0.0};
   if (sums[1] > 0.0) strains = {sums[0] / sums[1], -extremes[0], extremes[1], sums[2]};
   strains_step = update->ntimestep;
@@ -157,13 +150,12 @@ int FixEVPVolume::pack_restart(int i, double *buf)
 
 void FixEVPVolume::unpack_restart(int nlocal, int nth)
 {
-  const double *record = EVP::scene::find_restored(atom, nlocal, nth);
+  const double *record = scene::find_restored(atom, nlocal, nth);
   if (!record || record[0] != WORDS)
-    error->one(
-        FLERR,
-        "{}: the densities of atom {} in the restart file are damaged, or the atom is not from "
-        "that file: define the fix right after read_restart",
-        who, atom->tag[nlocal]);
+    error->one(FLERR,
+               "{}: the densities of atom {} in the restart file are damaged, or the atom is not "
+               "from that file: define the fix right after read_restart",
+               who, atom->tag[nlocal]);
   memcpy(&records[nlocal], record + 1, sizeof(records[nlocal]));
   records[nlocal].strain = 0.0;
 }

@@ -15,7 +15,7 @@ namespace LAMMPS_NS {
 class FixEVPVolume : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::VolumeForces::Record> {
  public:
   FixEVPVolume(class LAMMPS *, int, char **);
-  ~FixEVPVolume() override;
+  ~FixEVPVolume() override { atom->delete_callback(id, Atom::RESTART); }
 
   int setmask() override { return FixConst::POST_FORCE | FixConst::MIN_POST_FORCE; }
   void init() override;
@@ -29,7 +29,7 @@ class FixEVPVolume : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::Vol
   double compute_scalar() override;
   double compute_vector(int) override;
 
-  /// "volume": the std::shared_ptr<VolumeForces>, closed when the fix goes.
+  /// "volume": the std::shared_ptr<VolumeForces>.
   void *extract(const char *, int &) override;
 
   double memory_usage() override

@@ -15,6 +15,7 @@
 #include <utility>
 
 using namespace LAMMPS_NS;
+using namespace EVP;
 
 static constexpr double LARGEST_ROTATION = 0.15;    // rad per step, see doc/fix_nve_evp.rst
 
@@ -22,32 +23,32 @@ static constexpr double LARGEST_ROTATION = 0.15;    // rad per step, see doc/fix
 FixNVEEVP::FixNVEEVP(LAMMPS *lmp, int narg, char **arg) :
     AtomRecords(lmp, narg, arg), solver(lmp, who, *this, dampers)
 {
-  EVP::for_each_keyword(
-      error, who, narg - 3, arg + 3, {"tol", "maxiter"}, " and ", [this](const EVP::Keyword &word) {
-        const double value = word.number();
-        if (word.is("tol")) {
-          word.demand(value > 0.0 && value < 1.0,
-                      "must lie between 0 and 1 (residual over damping)");
-          solver.tolerance = value;
-        } else {
-          word.demand(value >= 1.0 && value <= 1.0e6 && value == std::floor(value),
-                      "must be an integer from 1 to 1e6");
-          solver.max_iterations = (int) value;
-        }
-      });
+  for_each_keyword(error, who, narg - 3, arg + 3, {"tol", "maxiter"}, " and ",
+                   [this](const Keyword &word) {
+                     const double value = word.number();
+                     if (word.is("tol")) {
+                       word.demand(value > 0.0 && value < 1.0,
+                                   "must lie between 0 and 1 (residual over damping)");
+                       solver.tolerance = value;
+                     } else {
+                       word.demand(value >= 1.0 && value <= 1.0e6 && value == std::floor(value),
+                                   "must be an integer from 1 to 1e6");
+                       solver.max_iterations = (int) value;
+                     }
+                   });
 
   time_integrate = 1;
   dynamic_group_allow = 0;
   virial_global_flag = virial_peratom_flag = thermo_virial = 1;
-  EVP::scene::offer_values(this, 2);
+  scene::offer_values(this, 2);
   follow_atoms();
 }
 
 void FixNVEEVP::init()
 {
-  pair_data = EVP::PairData::require(force, error, who);
-  EVP::scene::refuse_respa(update, error, who);
-  EVP::scene::demand_only_one(modify, error, this, who);
+  pair_data = PairData::require(force, error, who);
+  scene::refuse_respa(update, error, who);
+  scene::demand_only_one(modify, error, this, who);
   if (!(update->dt > 0.0))
     error->all(FLERR, "{} needs a timestep above 0, got {:.6g}", who, update->dt);
 
@@ -63,12 +64,12 @@ void FixNVEEVP::init()
     }
     if (after_this && (modify->fmask[k] & FixConst::POST_FORCE)) forces_follow = true;
     path = path || strcmp(other->style, "move") == 0;
-    if (EVP::scene::integrates_atoms(other)) others_groupbits |= other->groupbit;
+    if (scene::integrates_atoms(other)) others_groupbits |= other->groupbit;
   }
   check_groups();
   positions_known = false;
   if (path && !keeps_records()) keep_records();
-  balance_wanted = EVP::scene::find_fix(modify, "evp/energy") != nullptr;
+  balance_wanted = scene::find_fix(modify, "evp/energy") != nullptr;
   rotation_warned = false;
   solver.forget();
   dampers.forget();    // another pair style may have come to the same count of builds
@@ -80,11 +81,11 @@ void FixNVEEVP::init()
 void FixNVEEVP::check_groups() const
 {
   for (const Fix *other : modify->get_fix_list()) {
-    if (other == this || (!EVP::scene::holds_atoms(other) && !other->time_integrate)) continue;
+    if (other == this || (!scene::holds_atoms(other) && !other->time_integrate)) continue;
     bool shared = false;
     for (int i = 0; i < atom->nlocal; i++)
       shared = shared || (in_group(i) && (atom->mask[i] & other->groupbit));
-    if (EVP::on_any(shared, world))
+    if (on_any(shared, world))
       error->all(FLERR,
                  "{} and fix {} of style {} act on the same atoms: leave those that are held or "
                  "moved otherwise out of its group, and use fix nve/noforce for them",
@@ -119,9 +120,9 @@ void FixNVEEVP::find_null_moves()
 {
   null_moves.clear();
   for (const Fix *other : modify->get_fix_list())
-    if (strcmp(other->style, "move") == 0 && EVP::on_any(!null_components(other).empty(), world)) {
+    if (strcmp(other->style, "move") == 0 && on_any(!null_components(other).empty(), world)) {
       null_moves.push_back(other);
-      others_groupbits |= fault(EVP::NULL_IS_PRESCRIBED) ? 0 : other->groupbit;
+      others_groupbits |= fault(NULL_IS_PRESCRIBED) ? 0 : other->groupbit;
     }
 }
 
@@ -166,8 +167,8 @@ void FixNVEEVP::collect_dampers()
 {
   dampers.clear();
   if (!pair_data->damps_implicitly()) return;
-  const EVP::PairLists &list = pair_data->packed_pairs();
-  const auto gamma_of = [this](const EVP::PackedPair &p) {
+  const PairLists &list = pair_data->packed_pairs();
+  const auto gamma_of = [this](const PackedPair &p) {
     return pair_data->implicit_gamma(p);
   };
   if (solver.bodies_are_due(list)) {
@@ -175,12 +176,12 @@ void FixNVEEVP::collect_dampers()
     solver.find_bodies(*pair_data, groupbit);
   }
   // a bond that breaks moves the numbers of pairs on its rank: both copies of a pair must start from one force
-  if (pair_data->rules.breaks() && EVP::on_any(!dampers.are_of(list), world)) dampers.forget();
-  dampers.collect(list, EVP::scene::rows(atom->x), force->newton_pair, gamma_of);
+  if (pair_data->rules.breaks() && on_any(!dampers.are_of(list), world)) dampers.forget();
+  dampers.collect(list, scene::rows(atom->x), force->newton_pair, gamma_of);
   if (!others_groupbits) return;
 
   // neighbors of the group may be held or moved along a path, but not follow forces of their own
-  dampers.for_each([this](int i, const EVP::Dampers::Damper &damper, double) {
+  dampers.for_each([this](int i, const Dampers::Damper &damper, double) {
     for (const int k : {i, damper.j})
       if (!in_group(k) && (atom->mask[k] & others_groupbits)) stop_at_integrated(k);
   });
@@ -198,8 +199,8 @@ void FixNVEEVP::stop_at_integrated(int i) const
                  who, atom->tag[i], move->id, null_components(move), id);
   error->one(FLERR,
              "{}: atom {} interacts with its group but is integrated by another fix, whose "
-             "velocity would enter as prescribed: put it into the group of fix {}, or move "
-             "it by fix nve/noforce or fix move",
+             "velocity would enter as prescribed: put it into the group of fix {}, or move it by "
+             "fix nve/noforce or fix move",
              who, atom->tag[i], id);
 }
 
@@ -239,10 +240,10 @@ void FixNVEEVP::find_rates(double dt)
 double FixNVEEVP::power_of_box() const
 {
   double sum = 0.0;
-  if (image_velocities.empty() || fault(EVP::NO_WORK_OF_BOX)) return sum;
-  dampers.for_each([&](int, const EVP::Dampers::Damper &damper, double along) {
-    const double *const v = &image_velocities[(size_t) 3 * damper.j], *const w = damper.w;
-    sum += dampers.share(damper) * along * (w[0] * v[0] + w[1] * v[1] + w[2] * v[2]);
+  if (image_velocities.empty() || fault(NO_WORK_OF_BOX)) return sum;
+  dampers.for_each([&](int, const Dampers::Damper &damper, double along) {
+    sum += dampers.share(damper) * along *
+        dot(Vector(damper.w), vector_of(image_velocities, damper.j));
   });
   return sum;
 }
@@ -266,7 +267,7 @@ void FixNVEEVP::kick()
   const double half = 0.5 * update->dt;
   for (int i = 0; i < atom->nlocal; i++)
     if (in_group(i)) {
-      const double scale = half * EVP::scene::inverse_mass(atom, force, i);
+      const double scale = half * scene::inverse_mass(atom, force, i);
       for (int c = 0; c < 3; c++) atom->v[i][c] += scale * atom->f[i][c];
     }
 }
@@ -303,9 +304,9 @@ void FixNVEEVP::tally_virial()
   if (vflag_atom)
     for (auto &share : shares) share.assign((size_t) 3 * (atom->nlocal + atom->nghost), 0.0);
 
-  const auto x = EVP::scene::rows(atom->x);
-  dampers.for_each([&](int i, const EVP::Dampers::Damper &damper, double along) {
-    const EVP::PairGeometry g(x, i, damper.j);
+  const auto x = scene::rows(atom->x);
+  dampers.for_each([&](int i, const Dampers::Damper &damper, double along) {
+    const PairGeometry g(x, i, damper.j);
     const double *w = damper.w;
     const double v[6] = {along * w[0] * g.dx, along * w[1] * g.dy, along * w[2] * g.dz,
                          along * w[0] * g.dy, along * w[0] * g.dz, along * w[1] * g.dz};

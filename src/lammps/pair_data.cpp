@@ -6,11 +6,9 @@
 #include "scene.h"
 
 #include "atom_vec.h"
-#include "comm.h"
 #include "domain.h"
 #include "fix_deform.h"
 #include "neigh_list.h"
-#include "neighbor.h"
 #include "pair.h"
 
 #include <cmath>
@@ -48,9 +46,9 @@ void BondSource::update()
 }
 
 PairData::PairData(LAMMPS *lmp, Coefficients &coefficients_in) :
-    Pointers(lmp), cuts(lmp), source(lmp), coefficients(coefficients_in),
-    laws(lmp, coefficients, cuts), builder(lmp), snapshot(lmp),
-    pair_histories(lmp, lists, coefficients, rules, cuts)
+    Pointers(lmp), types(lmp, coefficients_in), source(lmp),
+    histories(lmp, lists, coefficients_in, rules, types), coefficients(coefficients_in),
+    builder(lmp), snapshot(lmp)
 {
 }
 
@@ -74,12 +72,11 @@ PairData *PairData::require_present(Force *force, Error *error, const std::strin
 {
   PairData *pair_data = find(force);
   if (!pair_data || !pair_data->is_present())
-    error->all(
-        FLERR,
-        "{} needs the pairs of the current atoms: use 'run 0' first (since the last run atoms "
-        "moved by more than half the skin, were changed, added or removed, or a command such "
-        "as write_data rebuilt the lists of LAMMPS)",
-        who);
+    error->all(FLERR,
+               "{} needs the pairs of the current atoms: use 'run 0' first (since the last run "
+               "atoms moved by more than half the skin, were changed, added or removed, or a "
+               "command such as write_data rebuilt the lists of LAMMPS)",
+               who);
   return pair_data;
 }
 
@@ -153,7 +150,7 @@ bool PairData::is_present()
   return in_run || !snapshot.moved_too_far();
 }
 
-PairData::Counts PairData::count_pairs() const
+std::array<double, 4> PairData::count_pairs() const
 {
   std::array<double, 3> sums{};
   double lowest = HUGE_VAL;
@@ -175,25 +172,23 @@ PairData::Counts PairData::count_pairs() const
 // a run that ended in an error, which a program has caught, has not told the records of its last steps
 void PairData::end_broken_run()
 {
-  if (!pair_histories.are_due()) return;
-  if (!bonds() || source.version() != source_version) return pair_histories.drop();
+  if (!histories.are_due()) return;
+  if (!bonds() || source.version() != source_version) return histories.drop();
   if (on_all(snapshot.matches_list() && snapshot.matches_atoms() && snapshot.matches_commands(),
              world))
     scene::find_fix(modify, "evp/bonds")->pre_exchange();
   else
-    error->all(
-        FLERR,
-        "Pair evp/lj: the flow since the last neighbor build of a run that ended in an error "
-        "is lost, as atoms have changed since: go on from a restart file");
+    error->all(FLERR,
+               "Pair evp/lj: the flow since the last neighbor build of a run that ended in an "
+               "error is lost, as atoms have changed since: go on from a restart file");
 }
 
 void PairData::begin_run()
 {
-  pair_histories.begin_run();
-  cuts.begin_run();
+  histories.begin_run();
   source.begin_run(rules);
   end_broken_run();
-  laws.begin_run(bonds());                         // for init_one()
+  types.begin_run(bonds());                        // for init_one()
   const bool balances = update->whichflag != 2;    // a minimization has no energy balance
   work = balances ? scene::find_shared<PairWork>(modify, "evp/energy", "work") : nullptr;
   if (work) work->forget();
@@ -207,10 +202,10 @@ void PairData::begin_run()
 
 double PairData::handle(int i, int j)
 {
-  const Row row = laws.make(i, j, rules.plastic);
+  const Row row = types.make(i, j, rules.plastic);
   repack();
   if (row.gamma > 0.0) any_gamma = true;    // fix adapt may have switched it on
-  return cuts.handle(i, j, row.alpha);
+  return types.handle(i, j, row.alpha);
 }
 
 // one line of the active effects, again only when it changes
@@ -237,16 +232,14 @@ void PairData::report()
     line += fmt::format(", volume energy from fix {}", scene::find_fix(modify, "evp/volume")->id);
   line += fmt::format(", overlap warning above {} (R_i + R_j)\n", rules.overlap);
 
-  if (line == last_report) return;
-  last_report = line;
-  if (comm->me) return;
+  if (line == std::exchange(last_report, line) || comm->me) return;
   utils::logmesg(lmp, line);
   if (!source.has_fix() && rules.contact == Contact::NONE)
     error->warning(FLERR,
                    "Pair evp/lj with contact none and without fix evp/bonds: no pair interacts");
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++)
-      if (cuts.handles(i, j) && alpha_of(i, j) < 1.4 && rules.contact == Contact::LITERAL)
+      if (types.handles(i, j) && alpha_of(i, j) < 1.4 && rules.contact == Contact::LITERAL)
         error->warning(FLERR,
                        "Pair evp/lj, types {} and {}: alpha = {} is below 1.4, where literal new "
                        "contacts can pull the body together; use contact repulsive or none",
@@ -265,22 +258,22 @@ bool PairData::pack(const NeighList *neighbors)
 {
   // after the recording, write_restart and the like make LAMMPS replace the list, which 'run pre no' does not build
   if (atom->nlocal && neighbors->inum == 0 && !neighbors->listskip && !neighbor->includegroup)
-    error->one(FLERR,
-               "Pair evp/lj: a command has replaced the neighbor list since the last run: omit "
-               "'pre no'");
+    error->one(
+        FLERR,
+        "Pair evp/lj: a command has replaced the neighbor list since the last run: omit 'pre no'");
   const bool is_first = !scene_checked;
   source.update();
-  laws.rescale_if_measures_changed(bonds(), rules.plastic);
+  types.rescale_if_measures_changed(bonds(), rules.plastic);
   if (is_first) {    // now that all pairs of types are known
     scene_checked = true;
     report();
-    laws.report();
+    types.report();
   }
   lists.common_build++;
-  cuts.check_radii();
+  types.check_radii();
   const bool same_list = snapshot.matches_list() && source.version() == source_version;
   // with the same neighbor list the records have not been told of what changed
-  if (pair_histories.are_due() && snapshot.matches_list())
+  if (histories.are_due() && snapshot.matches_list())
     scene::find_fix(modify, "evp/bonds")->pre_exchange();
   snapshot.take_atoms(!atom->avec->comm_x_only);
   lists.nlocal = atom->nlocal;
@@ -289,32 +282,27 @@ bool PairData::pack(const NeighList *neighbors)
   source_version = source.version();
   const PairListBuilder::Found found = builder.build(
       {neighbors, &coefficients, bonds(), rules, within(), any_gamma, implicit_groupbit}, lists);
-  pair_histories.forget_forces();
-  if (is_first && bonds()) laws.check(lists.bonds, volume());
+  histories.forget_forces();
+  if (is_first && bonds()) types.check(lists.bonds, volume());
   snapshot.finish();
   if (!bonds()) volume_.reset();    // the bonds have gone since the last set-up
   if (volume()) volume()->pack(neighbors, lists, *bonds(), coefficients);
   agree_on_pairs(found, same_list);
-  if (bonds_missing && !same_list) pair_histories.find_missing(*bonds());
+  if (bonds_missing && !same_list) histories.find_missing(*bonds());
   missing_due = bonds_missing;
   missing_energy = 0.0;
   if (bonds_missing && is_incremental() && rules.plastic) {
-    const auto missing = pair_histories.settle_missing(*bonds(), nullptr);
+    const auto missing = histories.settle_missing(*bonds(), nullptr);
     missing_energy = missing.held + missing.dissipated;
   }
 
   coefficients.choose_block_laws(
       [this](int i, int j) {
-        return cuts.handles(i, j);
+        return types.handles(i, j);
       },
       explicit_damping && implicit_groupbit, within() != BodyRule::ALL, rules.flow_of_bonds(),
       rules.flow_of_contacts());
   return is_first;
-}
-
-void PairData::commit(bool at_rest)
-{
-  pair_histories.commit(at_rest, work.get());
 }
 
 // Collective. All MPI ranks agree on what any of them has found in its pairs; warns of overlaps, and again when there are twice as many
@@ -336,13 +324,12 @@ void PairData::agree_on_pairs(const PairListBuilder::Found &found, bool same_lis
   const int first = reduce_all(overlaps.count ? comm->me : comm->nprocs, MPI_MIN, world);
   MPI_Bcast(&overlaps, sizeof(overlaps), MPI_BYTE, first, world);
   if (comm->me == 0)
-    error->warning(
-        FLERR,
-        "Pair evp/lj: {} pairs overlap by more than {} (R_i + R_j), first atoms {} and {} "
-        "at d = {:.6g}, deq = {:.6g}, {} regime, at step {} with timestep {:.6g}: the law has no "
-        "hard core, so check timestep, speed and load",
-        all[1], rules.overlap, overlaps.id_i, overlaps.id_j, overlaps.d, overlaps.deq,
-        overlaps.regime == 1 ? "first" : "second", update->ntimestep, update->dt);
+    error->warning(FLERR,
+                   "Pair evp/lj: {} pairs overlap by more than {} (R_i + R_j), first atoms {} and "
+                   "{} at d = {:.6g}, deq = {:.6g}, {} regime, at step {} with timestep {:.6g}: "
+                   "the law has no hard core, so check timestep, speed and load",
+                   all[1], rules.overlap, overlaps.id_i, overlaps.id_j, overlaps.d, overlaps.deq,
+                   overlaps.regime == 1 ? "first" : "second", update->ntimestep, update->dt);
 }
 
 }    // namespace EVP

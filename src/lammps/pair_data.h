@@ -1,26 +1,116 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
+#include "collective.h"
 #include "core/bond_store.h"
 #include "core/coefficients.h"
 #include "core/contacts.h"
 #include "core/fault.h"
-#include "cutoffs.h"
-#include "list_snapshot.h"
 #include "pair_histories.h"
 #include "pair_list_builder.h"
-#include "per_atom.h"
-#include "row_laws.h"
+#include "pair_types.h"
 
 #include "atom.h"
+#include "comm.h"
+#include "neighbor.h"
 #include "update.h"
 
+#include <algorithm>
+#include <array>
 #include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
 namespace EVP {
+
+/// Notes of the neighbor list that pairs were packed from, and of its atoms. Between runs anything may
+/// have happened: commands and programs that use LAMMPS as a library change own atoms and leave ghosts
+/// and neighbor list as they were.
+class ListSnapshot : protected Pointers {
+ public:
+  explicit ListSnapshot(LAMMPS *lmp) : Pointers(lmp) {}
+
+  /// No list matches, until finish(): an error may be caught and something asked then.
+  void forget() { call = -1; }
+
+  /// When packing begins. keep_radii: radii may vary at every step.
+  void take_atoms(bool keep_radii)
+  {
+    forget();
+    nlocal = atom->nlocal;
+    nall = atom->nlocal + atom->nghost;
+    atoms = fingerprint();
+    if (keep_radii) radii.assign(atom->radius, atom->radius + nall);
+    if (neighbor->ago != 0) return;
+
+    list_comm = comm;
+    skin = neighbor->skin;
+    list_x.assign((size_t) 3 * nall, 0.0);
+    if (nall > 0) std::copy_n(atom->x[0], list_x.size(), list_x.begin());
+  }
+
+  /// When it is done.
+  void finish()
+  {
+    call = neighbor->ncalls;
+    step = neighbor->lastcall;
+  }
+
+  /// The neighbor list, and the numbers of own atoms and ghosts.
+  bool matches_list() const
+  {
+    return call == neighbor->ncalls && step == neighbor->lastcall && nlocal == atom->nlocal &&
+        nall == atom->nlocal + atom->nghost;
+  }
+
+  /// Own atoms, their types, radii and molecules: some may have gone and as many come, under the
+  /// same IDs even.
+  bool matches_atoms() const { return atoms == fingerprint(); }
+
+  /// Of own atoms and ghosts, where they were kept.
+  bool radii_changed() const { return !std::equal(radii.begin(), radii.end(), atom->radius); }
+
+  /// False where a command has replaced the communication or changed the skin.
+  bool matches_commands() const { return list_comm == comm && skin == neighbor->skin; }
+
+  /// Collective. The list holds all pairs as long as no atom moved by more than half the skin.
+  bool moved_too_far() const
+  {
+    bool far = false;
+    for (int i = 0; i < nall; i++) {
+      const double *x = atom->x[i], *then = &list_x[(size_t) 3 * i];
+      const double dx = x[0] - then[0], dy = x[1] - then[1], dz = x[2] - then[2];
+      if (dx * dx + dy * dy + dz * dz > 0.25 * skin * skin) far = true;
+    }
+    return on_any(far, world);
+  }
+
+  double memory_usage() const { return bytes_of(list_x, radii); }
+
+ private:
+  bigint call = -1, step = -1;    // of the neighbor list
+  int nlocal = -1, nall = -1;
+  uint64_t atoms = 0;    // see fingerprint()
+  const Comm *list_comm = nullptr;
+  double skin = 0.0;
+  std::vector<double> list_x;    // at the neighbor build
+  std::vector<double> radii;
+
+  // another number where atoms of this MPI rank were exchanged for others, or changed
+  uint64_t fingerprint() const
+  {
+    constexpr uint64_t prime = 1099511628211ULL;
+    uint64_t ids = 0, rest = 0;
+    for (int i = 0; i < atom->nlocal; i++) {
+      ids = prime * (ids ^ (uint64_t) atom->tag[i]);
+      rest = prime * (rest ^ (uint64_t) atom->type[i] ^ bits_as<uint64_t>(atom->radius[i]));
+    }
+    for (int i = 0; atom->molecule && i < atom->nlocal; i++)
+      rest = prime * (rest ^ (uint64_t) atom->molecule[i]);
+    return ids ^ (rest * 0x9E3779B97F4A7C15ULL);
+  }
+};
 
 /// Where the pair style gets the records of its bonds: from the fix evp/bonds that recorded them and no other, since to
 /// continue without them would change the material.
@@ -65,14 +155,6 @@ class BondSource : protected Pointers {
 /// neighbor list for the time-step loop, read by the fixes and computes of this package.
 class PairData : protected Pointers {
  public:
-  /// Pairs of the current neighbor list at the current positions, over all MPI ranks.
-  struct Counts {
-    double bonds_within;    ///< recorded pairs with d <= dlim
-    double bonds_second;    ///< of these in the second regime
-    double new_pairs;       ///< pairs not recorded that interact
-    double lowest_ratio;    ///< smallest d/(R_i + R_j) of the packed pairs; 0 if there are none
-  };
-
   PairData(LAMMPS *, Coefficients &);
 
   /// Of the pair style evp/lj in force, alone or in pair_style hybrid; nullptr if it is another. A
@@ -91,10 +173,7 @@ class PairData : protected Pointers {
   const PairLists &packed_pairs() const;
 
   const PairLaw &law_of(const PackedPair &pair) const { return coefficients.law(pair.law); }
-  double xi_s_of(const PackedPair &pair) const
-  {
-    return coefficients.xi_s(pair.law);
-  }    ///< of the row
+  double xi_s_of(const PackedPair &pair) const { return coefficients.xi_s(pair.law); }
 
   /// All that the law says of a packed pair, past its cutoff of it there.
   PairState state_of(const PlacedPair &pair) const
@@ -136,17 +215,14 @@ class PairData : protected Pointers {
 
   VolumeForces *volume() const
   {
-    return volume_ && !volume_->is_closed() ? volume_.get() : nullptr;
-  }
+    return volume_.lock().get();
+  }    ///< nullptr without fix evp/volume
 
   /// dlim/(R_i + R_j) of a pair of atom types, 0 where this style does not act. Known after init().
   double alpha_of(int itype, int jtype) const
   {
-    return cuts.handles(itype, jtype) ? coefficients.row(itype, jtype).alpha : 0.0;
+    return types.handles(itype, jtype) ? coefficients.row(itype, jtype).alpha : 0.0;
   }
-
-  /// Largest cutoff of the pairs of types that this style handles [length].
-  double longest_cutoff() const { return cuts.longest(); }
 
   /// Were the pairs packed from the neighbor list as it is now, and from the atoms here?
   bool is_packed() const;
@@ -156,17 +232,16 @@ class PairData : protected Pointers {
   /// neighbor list allows.
   bool is_present();
 
-  /// Collective. Requires is_present().
-  Counts count_pairs() const;
+  /// Collective. Requires is_present(). Over all MPI ranks: recorded pairs with d <= dlim, of these in the second regime,
+  /// pairs not recorded that interact; smallest d/(R_i + R_j) of the packed pairs, 0 if there are none.
+  std::array<double, 4> count_pairs() const;
 
   // what the pair style sets and calls
 
   PairRules rules;
-  Cutoffs cuts;
+  PairTypes types;
   BondSource source;
-
-  void commit(bool at_rest);
-  bool would_change() const { return pair_histories.would_change(); }
+  PairHistories histories;
 
   /// For each packing that lacks bonds. moves: they flow or break, once; else only the balance is told what they hold, as at
   /// set-up.
@@ -174,7 +249,7 @@ class PairData : protected Pointers {
   {
     if (!missing_due) return;
     const auto found =
-        pair_histories.settle_missing(records, moves && records.has_history() ? &records : nullptr);
+        histories.settle_missing(records, moves && records.has_history() ? &records : nullptr);
     if (work) {
       work->forget_missing();
       work->take_missing(found.held, found.dissipated, rules.breaks() && moves);
@@ -186,19 +261,11 @@ class PairData : protected Pointers {
   /// energy does not depend on where the list ends. Over the bonds of this rank, those of two by half.
   double energy_of_missing() const { return missing_energy; }
 
-  /// Collective, where commit() was called since: the histories of the pairs go to the records of their
-  /// atoms. Called before atoms migrate, and before others read the records.
-  void return_histories(BondStore &records, PerAtomComm &exchange)
-  {
-    pair_histories.return_to(records, exchange);
-  }
-
   /// In a minimization the energy of a pair is the work since its last state of rest.
   bool is_incremental() const { return update->whichflag == 2; }
 
   /// For the force loop, which fills what may change in them.
   PairLists &lists_to_evaluate() { return lists; }
-  std::vector<int> *bonds_past_cutoff() { return pair_histories.past_cutoff(); }
 
   /// What the force loop has to find for fix evp/energy in this run, nullptr without that fix.
   PairWork *wanted_work() const { return work.get(); }
@@ -219,16 +286,14 @@ class PairData : protected Pointers {
   double memory_usage() const
   {
     return lists.memory_usage() + builder.memory_usage() + snapshot.memory_usage() +
-        pair_histories.memory_usage();
+        histories.memory_usage();
   }
 
  private:
   Coefficients &coefficients;
-  RowLaws laws;
   PairLists lists;
   PairListBuilder builder;
   ListSnapshot snapshot;
-  PairHistories pair_histories;
 
   bool any_gamma = false, explicit_damping = false;
   bool scene_checked = false, repack_due = true;
@@ -236,11 +301,11 @@ class PairData : protected Pointers {
   int implicit_groupbit = 0;    // of fix nve/evp
   std::string last_report;
 
-  std::shared_ptr<VolumeForces> volume_;    // of fix evp/volume, nullptr without
-  std::shared_ptr<PairWork> work;           // of fix evp/energy, nullptr without
-  long source_version = 0;                  // of the bonds, at the last packing
-  bool bonds_missing = false;               // neither broken nor in the list; the same on all ranks
-  bool missing_due = false;                 // these are to be settled
+  std::weak_ptr<VolumeForces> volume_;    // of fix evp/volume, which may go between runs
+  std::shared_ptr<PairWork> work;         // of fix evp/energy, nullptr without
+  long source_version = 0;                // of the bonds, at the last packing
+  bool bonds_missing = false;             // neither broken nor in the list; the same on all ranks
+  bool missing_due = false;               // these are to be settled
   double missing_energy = 0.0;
   mutable std::vector<std::vector<std::pair<const PairList *, PackedRow>>> rows_of_atoms;
   mutable long rows_build = -1;    // of these, for pair_between()

@@ -2,14 +2,13 @@
 
 #include "pair_evp_lj.h"
 
+#include "core/files.h"
 #include "core/pair_block.h"
-#include "core/potential_file.h"
 #include "scene.h"
 #include "user_input.h"
 
 #include "comm.h"
 #include "memory.h"
-#include "neigh_list.h"
 #include "neighbor.h"
 #include "output.h"
 
@@ -19,8 +18,8 @@
 #include <iterator>
 
 using namespace LAMMPS_NS;
-using EVP::Contact;
-using EVP::scene::rows;
+using namespace EVP;
+using scene::rows;
 
 static constexpr size_t LONGEST_LINE = 254;       // that read_data takes
 static constexpr double RESTART_FORMAT = 2001;    // first word of our section in restart files
@@ -35,7 +34,7 @@ struct PairTally {
   Pair *style;
   int nlocal, newton;
 
-  void operator()(const EVP::PairRange &range, const EVP::PairBlock &block) const
+  void operator()(const PairRange &range, const PairBlock &block) const
   {
     range.for_each_row([&](int i, int first, int last) {
       for (int k = first; k < last; k++) {
@@ -50,9 +49,9 @@ struct PairTally {
 }    // namespace
 
 /// Sums over a list, which go to LAMMPS at its end.
-struct PairEVPLJ::SumForLAMMPS : EVP::SumTally {
+struct PairEVPLJ::SumForLAMMPS : SumTally {
   PairEVPLJ &style;
-  SumForLAMMPS(const EVP::SumTally &sums, PairEVPLJ &style_in) : SumTally(sums), style(style_in) {}
+  SumForLAMMPS(const SumTally &sums, PairEVPLJ &style_in) : SumTally(sums), style(style_in) {}
   ~SumForLAMMPS()
   {
     style.eng_vdwl += total_energy();
@@ -84,7 +83,7 @@ void PairEVPLJ::allocate()
   std::fill_n(setflag[0], n * n, 0);
   std::fill_n(cutsq[0], n * n, 0.0);
   coefficients.resize(atom->ntypes);
-  pair_data.cuts.set_types(atom->ntypes);
+  pair_data.types.set_types(atom->ntypes);
 }
 
 // pair_style evp/lj [contact literal|repulsive|none] [overlap 0.3] [plasticity none|isotropic] [break none|XI]
@@ -94,19 +93,16 @@ void PairEVPLJ::settings(int narg, char **arg)
     if (strcmp(arg[k], "unload") == 0)
       error->all(FLERR,
                  "Pair style evp/lj: 'unload' was replaced: use 'plasticity none' (the paper's "
-                 "law, which is reversible) or "
-                 "'plasticity isotropic' (permanent flow)");
-  EVP::PairRules chosen;
-  EVP::for_each_keyword(
+                 "law, which is reversible) or 'plasticity isotropic' (permanent flow)");
+  PairRules chosen;
+  for_each_keyword(
       error, "Pair style evp/lj", narg, arg, {"contact", "overlap", "plasticity", "break"}, " and ",
-      [&](const EVP::Keyword &word) {
+      [&](const Keyword &word) {
         if (word.is("contact")) {
-          const auto *found =
-              std::find(std::begin(EVP::CONTACTS), std::end(EVP::CONTACTS), word.value);
-          if (found == std::end(EVP::CONTACTS))
-            throw EVP::BadInput("contact must be literal, repulsive or none, got '" + word.value +
-                                "'");
-          chosen.contact = (Contact) (found - EVP::CONTACTS);
+          const auto *found = std::find(std::begin(CONTACTS), std::end(CONTACTS), word.value);
+          if (found == std::end(CONTACTS))
+            throw BadInput("contact must be literal, repulsive or none, got '" + word.value + "'");
+          chosen.contact = (Contact) (found - CONTACTS);
         } else if (word.is("plasticity")) {
           word.demand(word.value == "none" || word.value == "isotropic",
                       "must be none (the paper's law) or isotropic (permanent flow)");
@@ -122,16 +118,15 @@ void PairEVPLJ::settings(int narg, char **arg)
               "must be none or a positive strain of a bond, at which it breaks permanently");
         } else {
           chosen.overlap = word.number();
-          word.demand(chosen.overlap > 0.0 && chosen.overlap <= 1.0,
-                      "must lie in (0, 1] (the fraction of R_i + R_j above which overlaps are "
-                      "warned of)");
+          word.demand(
+              chosen.overlap > 0.0 && chosen.overlap <= 1.0,
+              "must lie in (0, 1] (the fraction of R_i + R_j above which overlaps are warned of)");
         }
       });
   if (chosen.plastic && chosen.contact == Contact::LITERAL)
     error->all(FLERR,
                "Pair style evp/lj: 'plasticity isotropic' and 'contact literal' together create "
-               "energy: add 'contact "
-               "repulsive' or 'contact none'");
+               "energy: add 'contact repulsive' or 'contact none'");
   pair_data.rules = chosen;
   pair_data.repack();
   offer_pair_values();
@@ -144,14 +139,14 @@ void PairEVPLJ::coeff(int narg, char **arg)
   if (!allocated) allocate();
 
   // before the types, which are taken for numbers of the row where they are missing
-  EVP::Row row;
-  EVP::stop_at_bad_input(error, "Pair evp/lj", [&] {
-    row = EVP::read_row(lmp, {arg + 2, arg + narg});
+  Row row;
+  stop_at_bad_input(error, "Pair evp/lj", [&] {
+    row = read_row(lmp, {arg + 2, arg + narg});
   });
   if (row.is_scaled())
-    EVP::scene::demand_three_dimensions(
+    scene::demand_three_dimensions(
         domain, error, "Pair evp/lj", "the scaling of a row by 'spacing' and 'coordination'",
-        fmt::format("use 'dimension 3', or give the {} numbers of the row alone", EVP::NREQUIRED));
+        fmt::format("use 'dimension 3', or give the {} numbers of the row alone", NREQUIRED));
   int ilo, ihi, jlo, jhi;
   utils::bounds(FLERR, arg[0], 1, atom->ntypes, ilo, ihi, error);
   utils::bounds(FLERR, arg[1], 1, atom->ntypes, jlo, jhi, error);
@@ -171,21 +166,16 @@ void PairEVPLJ::coeff(int narg, char **arg)
 
 void PairEVPLJ::init_style()
 {
-  check_host_settings();
-  pair_data.begin_run();
-  neighbor->add_request(this);
-}
-
-void PairEVPLJ::check_host_settings() const
-{
   if (!atom->radius_flag)
     error->all(FLERR, "Pair evp/lj needs particles with a radius: use 'atom_style sphere'");
-  if (EVP::PairData::find(force) != &pair_data)
+  if (PairData::find(force) != &pair_data)
     error->all(FLERR,
                "Pair evp/lj can be one sub-style of pair_style hybrid only, as a pair has one deq: "
                "give its types rows of their own instead");
   if (!atom->tag_enable)
     error->all(FLERR, "Pair evp/lj needs atom IDs: remove 'atom_modify id no'");
+  pair_data.begin_run();
+  neighbor->add_request(this);
 }
 
 double PairEVPLJ::init_one(int i, int j)
@@ -201,7 +191,7 @@ void PairEVPLJ::compute(int eflag, int vflag)
 {
   ev_init(eflag, vflag);
 
-  if (pair_data.pack_if_due(list)) EVP::warn_of_timestep(lmp, pair_data);
+  if (pair_data.pack_if_due(list)) warn_of_timestep(lmp, pair_data);
   const bool damps = pair_data.damping_acts() && pair_data.damps_explicitly();
   if (damps && !comm->ghost_velocity) comm->forward_comm(this);
   velocities_sent = damps;
@@ -220,7 +210,7 @@ void PairEVPLJ::compute(int eflag, int vflag)
 int PairEVPLJ::pack_forward_comm(int n, int *indices, double *buf, int pbc_flag, int *pbc)
 {
   std::array<double, 3> image{};
-  if (pbc_flag && domain->deform_vremap) image = EVP::image_shift(domain->h_rate, pbc);
+  if (pbc_flag && domain->deform_vremap) image = image_shift(domain->h_rate, pbc);
   for (int k = 0; k < n; k++) {
     const int i = indices[k];
     const bool moves = atom->mask[i] & domain->deform_groupbit;
@@ -245,7 +235,7 @@ void PairEVPLJ::stop_at_blow_up() const
       culprit =
           fmt::format("first atom {}, whose position or velocity is non-finite", atom->tag[i]);
   }
-  EVP::for_each_pair(pair_data.packed_pairs(), rows(atom->x), [&](const EVP::PlacedPair &p) {
+  for_each_pair(pair_data.packed_pairs(), rows(atom->x), [&](const PlacedPair &p) {
     const double *f = atom->f[p.i];
     if (!culprit.empty() || std::isfinite(p.g.dsq + f[0] + f[1] + f[2])) return;
     const double d = p.distance(), deq = 1.0 / p.inv_deq;
@@ -255,25 +245,25 @@ void PairEVPLJ::stop_at_blow_up() const
   });
   if (culprit.empty()) culprit = "no pair of this MPI rank";
   const bigint saved = output ? output->last_restart : -1;
-  error->one(
-      FLERR,
-      "Pair evp/lj: non-finite forces (NaN or Inf) at step {} with timestep {:.6g}; {}: the "
-      "timestep is above the limit (see compute evp/dt) or the motion too fast for it (see fix "
-      "dt/evp); last restart file: {}",
-      update->ntimestep, update->dt, culprit, saved >= 0 ? fmt::format("step {}", saved) : "none");
+  error->one(FLERR,
+             "Pair evp/lj: non-finite forces (NaN or Inf) at step {} with timestep {:.6g}; {}: the "
+             "timestep is above the limit (see compute evp/dt) or the motion too fast for it (see "
+             "fix dt/evp); last restart file: {}",
+             update->ntimestep, update->dt, culprit,
+             saved >= 0 ? fmt::format("step {}", saved) : "none");
 }
 
 template <bool Damping> void PairEVPLJ::compute_forces()
 {
-  EVP::PairLists &lists = pair_data.lists_to_evaluate();
+  PairLists &lists = pair_data.lists_to_evaluate();
   const bool energy = eflag_either != 0;
-  const EVP::ParticleView view = {rows(atom->x), rows(atom->v),
-                                  reinterpret_cast<double(*)[3]>(atom->f ? atom->f[0] : nullptr),
-                                  lists.nreact(force->newton_pair)};
-  if (EVP::VolumeForces *const volume = pair_data.volume()) volume->evaluate(lists, view);
+  const ParticleView view = {rows(atom->x), rows(atom->v),
+                             reinterpret_cast<double(*)[3]>(atom->f ? atom->f[0] : nullptr),
+                             lists.nreact(force->newton_pair)};
+  if (VolumeForces *const volume = pair_data.volume()) volume->evaluate(lists, view);
   if (!evflag)
     sum_forces<Damping>(lists, view, [] {
-      return EVP::NoTally();
+      return NoTally();
     });
   else if (eflag_atom || vflag_atom || cvflag_atom || num_tally_compute > 0)
     sum_forces<Damping>(lists, view, [&] {
@@ -287,30 +277,26 @@ template <bool Damping> void PairEVPLJ::compute_forces()
 
 // make_tally(): what LAMMPS asks for of one list; the volume energy is reported by its fix
 template <bool Damping, class MakeTally>
-void PairEVPLJ::sum_forces(EVP::PairLists &lists, const EVP::ParticleView &view,
-                           MakeTally &&make_tally)
+void PairEVPLJ::sum_forces(PairLists &lists, const ParticleView &view, MakeTally &&make_tally)
 {
-  EVP::PairWork *work = pair_data.wanted_work();
+  PairWork *work = pair_data.wanted_work();
   if (work && work->is_fresh()) work = nullptr;
   if (work) work->begin(lists.nall, view, Damping);
-  std::vector<int> *past = pair_data.bonds_past_cutoff();
-  const EVP::VolumeForces *const volume = pair_data.volume();
+  std::vector<int> *past = pair_data.histories.past_cutoff();
+  const VolumeForces *const volume = pair_data.volume();
   const auto with_tally = [&](bool are_bonds, auto &&f) {
     auto tally = make_tally();
     if (work)
-      f(EVP::PairWork::Beside(*work, tally, view.nreact, are_bonds));
+      f(PairWork::Beside<decltype(tally)>{*work, tally, view.nreact, are_bonds});
     else
       f(tally);
   };
-  for (EVP::PairList *list : {&lists.bonds, &lists.contacts}) {
-    const EVP::BlockLaw &law = list->are_bonds ? coefficients.law_of_bonds()
-                                               : coefficients.law_of_contacts();
+  for (PairList *list : {&lists.bonds, &lists.contacts})
     with_tally(list->are_bonds, [&](auto &&tally) {
-      EVP::accumulate_forces<Damping>(*list, law, view,
-                                      EVP::VolumeForces::with_volume(volume, *list, tally),
-                                      pair_data.is_incremental(), list->are_bonds ? past : nullptr);
+      accumulate_forces<Damping>(*list, coefficients.block_law(*list), view,
+                                 VolumeForces::with_volume(volume, *list, tally),
+                                 pair_data.is_incremental(), list->are_bonds ? past : nullptr);
     });
-  }
   if (volume)
     with_tally(true, [&](auto &&tally) {
       volume->add_forces(view, tally);
@@ -323,9 +309,9 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
 {
   fforce = 0.0;
   const auto [pair, work, recorded] = pair_data.pair_between(i, j, itype, jtype);
-  const EVP::PairLaw &law = pair_data.law_of(pair);
+  const PairLaw &law = pair_data.law_of(pair);
   const double d = std::sqrt(rsq), deq = 1.0 / pair.inv_deq;
-  const EVP::PairState now = law.state(d * pair.inv_deq, pair);
+  const PairState now = law.state(d * pair.inv_deq, pair);
   const bool acts = rsq <= pair.cutsq && factor_lj != 0.0;
   svector[0] = deq;
   svector[1] = (d - deq) / deq;
@@ -338,10 +324,10 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
   if (!acts) return 0.0;
   fforce += now.force / d;
   if (pair_data.damping_acts() && (comm->ghost_velocity || velocities_sent)) {
-    const EVP::PairGeometry g(rows(atom->x), i, j);
-    fforce += EVP::damping_over_distance(law.gamma, g, atom->v[i], atom->v[j]);
+    const PairGeometry g(rows(atom->x), i, j);
+    fforce += damping_over_distance(law.gamma, g, atom->v[i], atom->v[j]);
   }
-  if (pair.flow != EVP::Flow::FORGETS)
+  if (pair.flow != Flow::FORGETS)
     return now.stored.total() + (pair_data.is_incremental() ? now.dissipated : 0.0);
   return now.stored.total() - law.state(pair.cut * pair.inv_deq, pair).stored.total();
 }
@@ -353,7 +339,7 @@ void PairEVPLJ::write_restart(FILE *fp)
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++) {
       fwrite(&setflag[i][j], sizeof(int), 1, fp);
-      const EVP::Row row = coefficients.row(i, j);
+      const Row row = coefficients.row(i, j);
       if (setflag[i][j]) fwrite(&row, sizeof(row), 1, fp);
     }
 }
@@ -372,7 +358,7 @@ void PairEVPLJ::read_restart(FILE *fp)
     for (int j = i; j <= atom->ntypes; j++) {
       read_together(fp, &setflag[i][j], sizeof(int));
       if (!setflag[i][j]) continue;
-      EVP::Row row;
+      Row row;
       read_together(fp, &row, sizeof(row));
       coefficients.set(i, j, row);
     }
@@ -381,11 +367,11 @@ void PairEVPLJ::read_restart(FILE *fp)
 void PairEVPLJ::write_restart_settings(FILE *fp)
 {
   pair_data.source.update();
-  const EVP::PairRules &rules = pair_data.rules;
+  const PairRules &rules = pair_data.rules;
   const std::string &recorder = pair_data.source.recorder;
-  const double words[] = {RESTART_FORMAT,          EVP::NMEMBERS,          (double) rules.contact,
-                          rules.overlap,           (double) rules.plastic, rules.break_strain,
-                          (double) recorder.size()};
+  const double words[] = {
+      RESTART_FORMAT,         NMEMBERS,           (double) rules.contact,  rules.overlap,
+      (double) rules.plastic, rules.break_strain, (double) recorder.size()};
   fwrite(words, sizeof(words), 1, fp);
   fwrite(recorder.data(), 1, recorder.size(), fp);
 }
@@ -394,8 +380,8 @@ void PairEVPLJ::read_restart_settings(FILE *fp)
 {
   double words[7];
   read_together(fp, words, sizeof(words));
-  if (words[0] != RESTART_FORMAT || words[1] != EVP::NMEMBERS || !(words[2] >= 0.0) ||
-      words[2] >= std::size(EVP::CONTACTS) || !(words[6] >= 0.0 && words[6] <= LONGEST_ID))
+  if (words[0] != RESTART_FORMAT || words[1] != NMEMBERS || !(words[2] >= 0.0) ||
+      words[2] >= std::size(CONTACTS) || !(words[6] >= 0.0 && words[6] <= LONGEST_ID))
     error->all(FLERR,
                "Pair evp/lj: the restart file is damaged in the settings, or from a version of "
                "this package that wrote another format");
@@ -432,6 +418,5 @@ void *PairEVPLJ::extract(const char *name, int &dim)
   dim = -1;    // nothing that fix adapt could write
   if (strcmp(name, "pairs") == 0) return &pair_data;
   dim = 2;
-  return strcmp(name, "alpha") == 0 ? nullptr
-                                    : coefficients.table(name);    // cutoffs stay in a run
+  return strcmp(name, "alpha") == 0 ? nullptr : coefficients.table(name);    // cutoffs stay
 }

@@ -52,7 +52,6 @@ class PairEVPLJ : public Pair {
   {
     single_extra = strcmp(force->pair_style, "hybrid") == 0 ? 0 : NVALUES;
   }
-  void check_host_settings() const;
   struct SumForLAMMPS;
   template <bool Damping> void compute_forces();
   template <bool Damping, class MakeTally>

@@ -12,6 +12,7 @@
 #include "neighbor.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace EVP {
 
@@ -190,7 +191,7 @@ void PairHistories::find_missing(const BondStore &store)
 
   const auto add = [&](int i, int slot, const AtomDirectory::Entry &partner) {
     const auto id = (tagint) store.of(i)[slot].partner;
-    if (cuts.handles(atom->type[i], partner.type) && !is_left_out(i, id, partner))
+    if (types.handles(atom->type[i], partner.type) && !is_left_out(i, id, partner))
       missing.push_back({i, slot, partner.type, partner.radius});
   };
 
@@ -261,12 +262,11 @@ void PairHistories::warn_of_limit()
   strain = reduce_all(strain, MPI_MAX, world);
   limit_warned = strain > 0.0;
   if (limit_warned && comm->me == 0)
-    error->warning(
-        FLERR,
-        "Pair evp/lj: the elastic limit of bonds has grown to a strain of {:.3g}, beyond that of "
-        "the largest "
-        "force in tension: they soften from now on; give the row a 'saturation', or a smaller e2",
-        strain);
+    error->warning(FLERR,
+                   "Pair evp/lj: the elastic limit of bonds has grown to a strain of {:.3g}, "
+                   "beyond that of the largest force in tension: they soften from now on; give the "
+                   "row a 'saturation', or a smaller e2",
+                   strain);
 }
 
 }    // namespace EVP

@@ -6,9 +6,8 @@
 #include "core/coefficients.h"
 #include "core/contacts.h"
 #include "core/energy_balance.h"
-#include "core/per_atom_comm.h"
-#include "cutoffs.h"
 #include "lammps_names.h"
+#include "pair_types.h"
 
 #include <vector>
 
@@ -19,9 +18,9 @@ namespace EVP {
 class PairHistories : protected Pointers {
  public:
   PairHistories(LAMMPS *lmp, PairLists &lists_in, const Coefficients &coefficients_in,
-                const PairRules &rules_in, const Cutoffs &cuts_in) :
+                const PairRules &rules_in, const PairTypes &types_in) :
       Pointers(lmp),
-      lists(lists_in), coefficients(coefficients_in), rules(rules_in), cuts(cuts_in)
+      lists(lists_in), coefficients(coefficients_in), rules(rules_in), types(types_in)
   {
   }
 
@@ -37,7 +36,6 @@ class PairHistories : protected Pointers {
 
   /// At the end of each step and when a minimization is at rest: what the last forces found comes into force. at_rest:
   /// found anew, as a minimizer may have tried other places last. work: is told of bonds that break, nullptr without.
-  /// Returns whether any bond broke, so that indices of bonds have changed.
   void commit(bool at_rest, PairWork *work);
 
   /// Would commit() change any, by what the last forces of this MPI rank found?
@@ -56,7 +54,8 @@ class PairHistories : protected Pointers {
   /// The lists were packed anew: what the last forces found is void.
   void forget_forces() { past.clear(); }
 
-  /// Collective, where they are due: to the records of their atoms.
+  /// Collective, where they are due: to the records of their atoms. Called before atoms migrate, and before others read
+  /// the records.
   void return_to(BondStore &, PerAtomComm &);
 
   /// Collective, in the packing of a new neighbor list. Which bonds does it not have, as they are past its end?
@@ -77,7 +76,7 @@ class PairHistories : protected Pointers {
   PairLists &lists;
   const Coefficients &coefficients;
   const PairRules &rules;
-  const Cutoffs &cuts;
+  const PairTypes &types;
 
   /// A bond that broke, with the work of its flow [energy].
   struct BrokenBond {

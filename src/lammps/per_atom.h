@@ -4,7 +4,7 @@
 #pragma once
 
 #include "collective.h"
-#include "core/per_atom_comm.h"
+#include "core/pairs.h"
 #include "core/simd.h"
 #include "lammps_names.h"
 

@@ -1,6 +1,6 @@
-/* SPDX-License-Identifier: GPL-2.0-only
-
-   What the styles of this package ask of the scene that they are part of, and LAMMPS' headers of it. */
+// SPDX-License-Identifier: GPL-2.0-only
+//
+// What the styles of this package ask of the scene that they are part of, and LAMMPS' headers of it.
 #pragma once
 
 #include "core/contacts.h"

@@ -32,9 +32,8 @@ void StableTimesteps::linearise(const PairData &pair_data, const FreeAtoms &free
   linear.with_volume = pair_data.volume() != nullptr;
   linear.nreact = pair_data.packed_pairs().nreact(force->newton_pair);
   take_pairs(pair_data);
-  if (VolumeForces *const volume = pair_data.volume()) {
-    const PairLists &lists =
-        pair_data.packed_pairs();    // atoms may have moved since the last forces
+  if (VolumeForces *const volume = pair_data.volume()) {    // atoms may have moved since the forces
+    const PairLists &lists = pair_data.packed_pairs();
     volume->evaluate(lists, {scene::rows(atom->x), nullptr, nullptr, linear.nreact});
     take_volume(*volume, lists);
     linear.find_springs_above_volume();
@@ -81,12 +80,9 @@ void StableTimesteps::take_pairs(const PairData &pair_data)
     // never below the stiffness where either regime begins: a pair may be back in the first regime, or in a stiffer
     // second one, within a step
     const PairState state = pair_data.state_of(p);
-    const double d = p.distance();
-    linear.links.push_back({p.i,
-                            p.j,
-                            {p.g.dx / d, p.g.dy / d, p.g.dz / d},
+    linear.links.push_back({p.i, p.j, p.direction(),
                             (fault(QUARTER_STIFFNESS) ? 0.25 : 1.0) * state.stiffness_ahead,
-                            -state.force / d,
+                            -state.force / p.distance(),
                             fault(NO_GAMMA_IN_DT) ? 0.0 : law.gamma + pair_data.implicit_gamma(p)});
   });
 }
@@ -108,7 +104,7 @@ void StableTimesteps::take_volume(const VolumeForces &volume, const PairLists &l
     if (found != known.end() && found->first == pair)
       k = found->second;
     else
-      linear.links.push_back({p.i, p.j, {p.g.dx / d, p.g.dy / d, p.g.dz / d}, 0.0, 0.0, 0.0});
+      linear.links.push_back({p.i, p.j, p.direction(), 0.0, 0.0, 0.0});
     auto &link = linear.links[k];
     link.opening = 2.0 * inv_dlim * (1.0 - d * inv_dlim);
     link.is_bond = p.is_bond;

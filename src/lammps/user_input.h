@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //
-// What commands are given: keyword value keyword value ..., files and rows, and errors where these are wrong.
+// What commands are given: keyword value keyword value ..., and errors where these are wrong.
 #pragma once
 
-#include "core/row.h"
 #include "core/text.h"
 #include "lammps_names.h"
 
@@ -11,7 +10,6 @@
 #include "utils.h"
 
 #include <algorithm>
-#include <mpi.h>
 #include <string>
 #include <vector>
 
@@ -57,9 +55,5 @@ void for_each_keyword(Error *error, const std::string &who, int narg, char **arg
     });
   }
 }
-
-/// Collective. The row that the words of a command give: FILE:ROW, or FILE and ROW, of a potential file, which is
-/// looked for as LAMMPS does; or its numbers and keywords. Throws BadInput on all MPI ranks.
-Row read_row(LAMMPS *, const std::vector<std::string> &words);
 
 }    // namespace EVP

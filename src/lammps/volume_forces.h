@@ -26,9 +26,8 @@ class VolumeForces : protected Pointers {
   struct Record {
     VolumeReference reference;    ///< as of when the bonds were first seen
     double sum_deq;    ///< of these bonds [length]: tells whether they are those of the store
-    double
-        reaches;    ///< of all types, see sum_of_reaches(): tells whether alpha and zone are the same
-    double strain;    ///< as of the last evaluate()
+    double reaches;    ///< see sum_of_reaches(): tells whether alpha and zone are the same
+    double strain;     ///< as of the last evaluate()
   };
 
   using Values = PerAtomComm::Values;
@@ -43,12 +42,12 @@ class VolumeForces : protected Pointers {
   /// Of the fix there is, nullptr without, and where it has nothing to do.
   static std::shared_ptr<VolumeForces> find(const Modify *);
 
-  /// Calls kv(type) for all types where KV is that of the rows of the pair style.
-  template <class KV> static void take_kv(const Modify *modify, KV &&kv)
+  /// Calls take(type, its KV) for all types where these are those of the rows of the pair style.
+  template <class F> static void take_kv(const Modify *modify, F &&take)
   {
     const auto forces = scene::find_shared<VolumeForces>(modify, "evp/volume", "volume");
     if (!forces || !forces->from_rows) return;
-    for (int type = 1; type < (int) forces->kv.size(); type++) forces->kv[type] = kv(type);
+    for (int type = 1; type < (int) forces->kv.size(); type++) take(type, forces->kv[type]);
     if (!forces->acts()) forces->forget();
   }
 
@@ -61,10 +60,6 @@ class VolumeForces : protected Pointers {
       return value > 0.0;
     });
   }
-
-  /// The fix goes: it must not be asked any more.
-  void close() { closed = true; }
-  bool is_closed() const { return closed; }
 
   // what the pairs call
 
@@ -139,8 +134,7 @@ class VolumeForces : protected Pointers {
   long version = -1;    // of the store whose bonds the records are of
   double reaches = 0.0;
   BodyRule within = BodyRule::ALL;
-  double zone = 0.0;    // of the store
-  bool closed = false;
+  double zone = 0.0;                     // of the store
   Values densities, pulls, has_bonds;    // of all atoms and ghosts
   double energy_here = 0.0;
 

@@ -3,7 +3,7 @@
 #ifndef ONE_RANK_H
 #define ONE_RANK_H
 
-#include "core/per_atom_comm.h"
+#include "core/pairs.h"
 
 /// No other MPI rank, and no ghost.
 class OneRank : public EVP::PerAtomComm {

@@ -2,7 +2,7 @@
 //
 // The text file of bonds: what is written reads back to the last bit, and what each damage gets.
 
-#include "core/bond_file.h"
+#include "core/files.h"
 
 #include <gtest/gtest.h>
 #include <limits>

@@ -314,7 +314,7 @@ Vectors evaluate(Cloud &cloud, PairWork &work, bool damping, int nreact)
   for (PairList *list : {&cloud.lists.bonds, &cloud.lists.contacts}) {
     NoTally none;
     cloud.add_forces(*list, best_instruction_set(), damping, nreact, f,
-                     PairWork::Beside(work, none, nreact, list->are_bonds));
+                     PairWork::Beside<NoTally>{work, none, nreact, list->are_bonds});
   }
   work.end(cloud.view(f, nreact));
   return f;

@@ -2,7 +2,7 @@
 //
 // From words to a checked row: what is taken, and the text that each refusal must give.
 
-#include "core/potential_file.h"
+#include "core/files.h"
 
 #include <cmath>
 #include <cstdlib>

@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+#include "pair_types.h"
+
+#include "collective.h"
+#include "core/files.h"
+#include "scene.h"
+#include "user_input.h"
+
+#include "comm.h"
+#include "domain.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+#include <utility>
+
+namespace EVP {
+
+using Source = Coefficients::Source;
+
+void PairTypes::set_types(int ntypes)
+{
+  ntypes++;
+  max_radius.assign(ntypes, 0.0);
+  min_radius.assign(ntypes, 0.0);
+  longest_of.assign((size_t) ntypes * ntypes, -1.0);
+}
+
+void PairTypes::begin_run(const BondStore *bonds)
+{
+  std::fill(longest_of.begin(), longest_of.end(), -1.0);
+  std::fill(max_radius.begin(), max_radius.end(), 0.0);
+  std::fill(min_radius.begin(), min_radius.end(), HUGE_VAL);
+  for (int i = 0; i < atom->nlocal; i++) {
+    double &largest = max_radius[atom->type[i]], &smallest = min_radius[atom->type[i]];
+    const double radius = atom->radius[i];
+    largest = std::max(largest, radius);
+    smallest = std::min(smallest, std::isfinite(radius) ? radius : -HUGE_VAL);
+  }
+  const int ntypes = (int) max_radius.size();
+  MPI_Allreduce(MPI_IN_PLACE, max_radius.data(), ntypes, MPI_DOUBLE, MPI_MAX, world);
+  MPI_Allreduce(MPI_IN_PLACE, min_radius.data(), ntypes, MPI_DOUBLE, MPI_MIN, world);
+
+  // particles to come
+  for (Fix *fix : modify->get_fix_list())
+    if (utils::strmatch(fix->style, "^pour") || utils::strmatch(fix->style, "^deposit"))
+      for (int type = 1; type < ntypes; type++) {
+        int itype = type;
+        const auto *radius = (const double *) fix->extract("radius", itype);
+        if (radius) max_radius[type] = std::max(max_radius[type], *radius);
+      }
+  take_measures(bonds);
+  take_kv();
+}
+
+double PairTypes::handle(int i, int j, double alpha)
+{
+  const double smallest = std::min(min_radius[i], min_radius[j]);
+  if (!(smallest > 0.0))
+    error->all(FLERR,
+               "Pair evp/lj needs particles with a radius above zero, and finite, found {} in "
+               "types {} and {}: use 'set ... diameter'",
+               smallest, i, j);
+  const double cut = alpha * (max_radius[i] + max_radius[j]) * (1.0 + LIST_MARGIN);
+  longest_of[index(i, j)] = cut;
+  return cut;
+}
+
+void PairTypes::check_radii() const
+{
+  for (int i = 0; i < atom->nlocal; i++)
+    if (atom->radius[i] > max_radius[atom->type[i]] && handles(atom->type[i], atom->type[i]))
+      error->one(FLERR,
+                 "Pair evp/lj: the radius of atom {} is {:.8g}, but the cutoff was set for at "
+                 "most {:.8g} in its type: radii must not grow past the largest at the start of "
+                 "the run; split the run there",
+                 atom->tag[i], atom->radius[i], max_radius[atom->type[i]]);
+}
+
+template <class F> void PairTypes::stop_at_bad_row(int i, int j, F &&f) const
+{
+  stop_at_bad_input(error, fmt::format("Pair evp/lj, types {} and {}", i, j), f);
+}
+
+Row PairTypes::make(int i, int j, bool plastic)
+{
+  Row row;
+  stop_at_bad_row(i, j, [&] {
+    row = coefficients.make_law(i, j);
+    if (plastic) coefficients.law(coefficients.index(i, j)).check_flow();
+  });
+  return row;
+}
+
+bool PairTypes::take_measures(const BondStore *bonds)
+{
+  static const BondMeasures none;    // a packing allocates nothing
+  return coefficients.take_measures(bonds ? bonds->measures() : none);
+}
+
+void PairTypes::take_kv()
+{
+  VolumeForces::take_kv(modify, [this](int type, double &kv) {
+    stop_at_bad_row(type, type, [&] {
+      kv = coefficients.kv(type);
+    });
+  });
+}
+
+void PairTypes::rescale_if_measures_changed(const BondStore *bonds, bool plastic)
+{
+  if (!take_measures(bonds)) return;
+  for (int i = 1; i <= atom->ntypes; i++)
+    for (int j = i; j <= atom->ntypes; j++)
+      if (handles(i, j)) make(i, j, plastic);
+  take_kv();
+}
+
+std::string PairTypes::describe(int i, int j, bool with_kv) const
+{
+  const Row row = coefficients.row(i, j);
+  const auto [source, factors] = coefficients.scaling(i, j);
+  std::string line = fmt::format("pair evp/lj: types {} {}: ", i, j);
+  if (source == Source::OWN_BONDS) {
+    const BondMeasure body = coefficients.measured().of(i, j);
+    line += fmt::format("spacing {:.6g} (row {:.6g}), bonds per particle {:.4g} (row {:.4g}): ",
+                        body.spacing, row.spacing, body.coordination, row.coordination);
+  } else
+    line += "no bonds between them: ";
+  if (source == Source::AS_GIVEN) return line + "coefficients as given\n";
+
+  line += fmt::format("e1 e2 x {:.6g}, gamma x {:.6g}", factors.energies, factors.gamma);
+  if (with_kv && i == j && row.kv > 0.0) line += fmt::format(", kv x {:.6g}", factors.kv);
+  return line + (source == Source::LIKE_TYPES ? ", as of the like types\n" : "\n");
+}
+
+std::string PairTypes::describe() const
+{
+  const auto volume = VolumeForces::find(modify);
+  const bool with_kv = volume && volume->is_of_rows();
+  std::string lines;
+  for (int i = 1; i <= atom->ntypes; i++)
+    for (int j = i; j <= atom->ntypes; j++)
+      if (handles(i, j) && coefficients.row(i, j).is_scaled()) lines += describe(i, j, with_kv);
+  return lines;
+}
+
+// Empty where fix evp/volume decides on the KV, or could not be defined.
+std::string PairTypes::find_inactive_kv() const
+{
+  if (domain->dimension == 2 || scene::find_fix(modify, "evp/volume") ||
+      !scene::find_fix(modify, "evp/bonds"))
+    return "";
+  for (int type = 1; type <= atom->ntypes; type++)
+    if (const double kv = coefficients.row(type, type).kv; kv > 0.0 && handles(type, type))
+      return fmt::format("Pair evp/lj: the row of type {} has kv {:.6g}, but without fix "
+                         "evp/volume there is no volume energy, and stiffness and Poisson's ratio "
+                         "are not those of the row; add: fix ID all evp/volume row",
+                         type, kv);
+  return "";
+}
+
+void PairTypes::report()
+{
+  const std::string warning = find_inactive_kv();
+  if (warning != std::exchange(last_kv_warning, warning) && !warning.empty() && comm->me == 0)
+    error->warning(FLERR, warning);
+  if (!coefficients.any_scaled()) return;
+  const std::string lines = describe();
+  if (lines == std::exchange(last_report, lines) || comm->me) return;
+  if (coefficients.measured().any_bonds())
+    utils::logmesg(lmp, lines);
+  else
+    error->warning(FLERR,
+                   "Pair evp/lj: a row names the spacing and coordination that it holds for, but "
+                   "there are no bonds to compare with: coefficients are taken as given; define "
+                   "fix evp/bonds to scale them");
+}
+
+void PairTypes::check(const PairList &list, const VolumeForces *volume) const
+{
+  if (!coefficients.any_scaled()) return;
+  const int n = atom->ntypes + 1;
+  std::vector<char> unknown((size_t) n * n, 0);
+  for (int i = 1; i < n; i++)
+    for (int j = 1; j < n; j++)
+      unknown[(size_t) i * n + j] = coefficients.row(i, j).is_scaled() &&
+          coefficients.scaling(i, j).source == Source::AS_GIVEN;
+
+  const bool has_kv = volume && volume->is_of_rows();
+  int first = 0;    // type, of the pair of types or of the KV
+  for_each_pair(list, scene::rows(atom->x), [&](const PlacedPair &p) {
+    if (!p.is_bond) return;
+    const int a = atom->type[p.i], b = atom->type[p.j];
+    if (unknown[(size_t) a * n + b]) first = std::max(a, b);
+    for (const int type : {a, b})
+      if (has_kv && unknown[(size_t) type * n + type] && coefficients.row(type, type).kv > 0.0)
+        first = type;
+  });
+  first = reduce_all(first, MPI_MAX, world);
+  if (first)
+    error->all(FLERR,
+               "Pair evp/lj: the row of type {} cannot be scaled: the type had no bonds when "
+               "spacing and coordination were measured; set types before the bonds are recorded",
+               first);
+}
+
+// Collective. name: of the row
+static Row read_file(LAMMPS *lmp, const std::string &file, const std::string &name)
+{
+  std::string text, complaint;
+  if (lmp->comm->me == 0) {
+    std::ifstream in(utils::get_potential_file_path(file), std::ios::binary);
+    std::ostringstream read;
+    read << in.rdbuf();
+    text = read.str();
+    if (text.empty())
+      complaint = "cannot read the potential file '" + shown(file) +
+          "': give its path, or put its folder into LAMMPS_POTENTIALS; a row of numbers has " +
+          row_keys();
+  }
+  throw_together(complaint, lmp->world);
+  int size = (int) text.size();
+  MPI_Bcast(&size, 1, MPI_INT, 0, lmp->world);
+  text.resize(size);
+  MPI_Bcast(text.data(), size, MPI_CHAR, 0, lmp->world);
+  return row_from_text(text, file, name, lmp->update->unit_style);
+}
+
+Row read_row(LAMMPS *lmp, const std::vector<std::string> &words)
+{
+  const auto found = find_file_and_row(words);
+  return found ? read_file(lmp, (*found)[0], (*found)[1]) : parse_row(words);
+}
+
+}    // namespace EVP
