@@ -175,13 +175,18 @@ def effects(cells, steps, data):
         ("fix evp/energy at each step, with plasticity isotropic and fix evp/volume",
          ours("all with ledger", cells, steps, contact="repulsive", rules=PLASTIC, more=VOLUME + "\nfix ledger all evp/energy"),
          ours("all", cells, steps, contact="repulsive", rules=PLASTIC, more=VOLUME)),
+        ("all of a forming scene: plasticity isotropic, fix evp/volume, fix evp/energy at each step, fix dt/evp every 100 steps",
+         ours("forming", cells, steps, contact="repulsive", rules=PLASTIC, more=VOLUME + "\nfix ledger all evp/energy\nfix step all dt/evp 100 0.4 max 1e-3"), plain),
+        ("implicit damping of Table 2 at a timestep of 1e-5 s (random specimen; scaled from 500 spheres)",
+         random_body("Table 2", "evp/lj", data, steps // 4, neigh=NEVER, gamma=1000, move="nve/evp", timestep="1e-5"),
+         random_body("Table 1", "evp/lj", data, steps // 4, neigh=NEVER)),
         ("new contacts: contact literal over none (random specimen)", random_body("literal", "evp/lj", data, steps, neigh=NEVER),
          random_body("none", "evp/lj", data, steps, neigh=NEVER, contact="none")),
     ]
 
 
-def random_body(name, style, data, steps, ranks=1, neigh=WATCHED, contact="literal"):
-    """A specimen of in.specimen, pulled slowly, evp/lj or lj/cut with the same reach in the mean."""
+def random_body(name, style, data, steps, ranks=1, neigh=WATCHED, contact="literal", gamma=0, move="nve", timestep="1e-7"):
+    """A specimen of in.specimen, pulled slowly, evp/lj or lj/cut with the same reach in the mean. gamma, timestep: those of 500 spheres."""
     deck = f"""
 units si
 atom_style sphere
@@ -194,14 +199,14 @@ neighbor $(0.066*v_d) bin
 {neigh}
 """
     if style == "evp/lj":
-        deck += f"pair_style evp/lj contact {contact}\n" + "pair_coeff * * $(80*500/v_n) 8 4 $(3*500/v_n) 8 4 0.005 0 1.5\nfix bonds all evp/bonds\n"
+        deck += f"pair_style evp/lj contact {contact}\n" + f"pair_coeff * * $(80*500/v_n) 8 4 $(3*500/v_n) 8 4 0.005 $({gamma}*(500/v_n)^(2/3)) 1.5\nfix bonds all evp/bonds\n"
     else:
         # too weak to move anything: spheres of unequal size would fly apart, and their lists be built anew
         deck += f"pair_style {style} $(1.5*v_d)\npair_coeff * * 1e-12 $(v_d/2^(1/6))\n"
     deck += f"""
 velocity all ramp vx -0.2 0.2 x 0 0.05
-fix move all nve
-timestep $(1e-7*(500/v_n)^(1/3))
+fix move all {move}
+timestep $({timestep}*(500/v_n)^(1/3))
 thermo_style custom step
 thermo 1000000
 run 5
