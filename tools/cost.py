@@ -107,12 +107,16 @@ def loops(text, minimized=False):
     return [Timed(float(one[1]), int(one[2]), int(one[3])) for one, end in zip(found, ends) if (MINIMIZED in text[one.end():end]) == minimized]
 
 
-def steps_asked(log):
-    """By the lines `run N` and `run N upto` of a log."""
+def steps_asked(deck, log, done):
+    """Steps by the lines `run N` and `run N upto` of a log, and words. In a script that loops only up to the run that was cut short: those
+    after it begin where it was cut, so that they are not as long as they would be."""
+    runs = re.findall(r"^run +([1-9]\d*)\b(.*)$", log, re.M)
+    cut = next((k for k, (one, (steps, _)) in enumerate(zip(done, runs), start=1) if one.steps < int(steps)), len(runs))
+    whole = cut == len(runs) or not re.search(r"^(next|jump)\s", deck.read_text(encoding="utf-8"), re.M)
     asked = 0
-    for steps, words in re.findall(r"^run +(\d+)\b(.*)$", log, re.M):
+    for steps, words in runs if whole else runs[:cut]:
         asked = max(asked, int(steps)) if " upto" in words else asked + int(steps)
-    return asked
+    return asked, "" if whole else f" for the first {cut} of {len(runs)} runs, and the others on top"
 
 
 def to_come(deck, screen, log):
@@ -120,14 +124,14 @@ def to_come(deck, screen, log):
     told = re.findall(r"about (\d+) s left", screen)
     if told:
         return f"about {format_seconds(float(told[-1]))} to go, as the script tells"
-    asked, done, minimized = steps_asked(log), loops(screen), sum(one.seconds for one in loops(screen, True))
-    steps = sum(one.steps for one in done)
+    done, minimized = loops(screen), sum(one.seconds for one in loops(screen, True))
+    steps, (asked, part) = sum(one.steps for one in done), steps_asked(deck, log, [one for one in done if one.steps])
     if not steps:
         raise RunError(f"{deck.name} made no step in this time: give more --seconds")
     each = sum(one.seconds for one in done) / steps
     most = "at most " if re.search(r"^fix\s+\S+\s+\S+\s+halt\s", log, re.M) else ""
     more = f", and {format_seconds(minimized)} of minimization so far" if minimized else ""
-    return f"{most}{asked} steps of {1e3 * each:.3g} ms: {most}{format_seconds(asked * each)}{more}"
+    return f"{most}{asked} steps of {1e3 * each:.3g} ms: {most}{format_seconds(asked * each)}{part}{more}"
 
 
 def shares(parts):
@@ -162,8 +166,10 @@ def errors(deck, screen, atoms):
             given = choices[choices.index(choice) + 1] if choice in choices else rows[0]["value"]
             value = atoms if choice == "spheres" else abs(float(given))
             name = {"spheres": f"{atoms} spheres", "timestep": "timestep", "packing": f"packing of {rows[0]['value']}"}.get(choice, f"{choice} {given}")
-            most = "below " if choice == "spheres" and value > max(float(row["value"]) for row in rows) else ""
-            parts.append(f"{name} {most}{interpolated(rows, value):.2g} %")
+            values = [float(row["value"]) for row in rows]
+            finer = value > max(values) if choice == "spheres" else value < min(values)
+            beyond = "" if min(values) <= value <= max(values) else "below " if finer else "above "
+            parts.append(f"{name} {beyond}{interpolated(rows, value):.2g} %")
         yield f"error to expect, as measured in '{load}': " + ", ".join(parts)
     if not own:
         yield "error to expect: not measured for this script; half the timestep or the increment, and twice the spheres, tell it"
@@ -184,7 +190,8 @@ def main(arguments=None):
         effects = {title: text for title, text in parts.items() if title == "as it is" or title.startswith("without ")}
         atoms = LOOP.search(screen)[3]
         print(f"{options.deck.name}, {atoms} spheres, {options.ranks} MPI rank{'s' * (options.ranks > 1)}: {to_come(options.deck, parts['deck'], log)}")
-        for line in (*(shares(effects) if f"{MARK} end" in screen else ()), *errors(options.deck, screen, int(atoms))):
+        warnings = dict.fromkeys(re.findall("^WARNING: (?!Wall time limit).*", parts["deck"], re.M))
+        for line in (*warnings, *(shares(effects) if f"{MARK} end" in screen else ()), *errors(options.deck, screen, int(atoms))):
             print(f"  {line}")
 
 

@@ -170,7 +170,7 @@ def show_cycles(args):
 
 def strains(word):
     """Those of a word such as '0.002,0.01'."""
-    return [positive(part) for part in word.split(",") if part]
+    return [positive(part) for part in word.strip(",").split(",")]
 
 
 def show_table(args):

@@ -49,7 +49,18 @@ def test_minimizations_and_effects(tmp_path):
     # below the smallest increment that was measured: its error
     smallest = min(value for deck, load, choice, value in MEASURED if (deck, load, choice) == ("in.quasistatic", "Tension to 2 % and back", "increment"))
     error = MEASURED["in.quasistatic", "Tension to 2 % and back", "increment", smallest]
-    assert f"as measured in 'Tension to 2 % and back': increment 0.0001 {error:.2g} %" in said
+    assert f"as measured in 'Tension to 2 % and back': increment 0.0001 below {error:.2g} %" in said
+
+
+def test_legs_whose_length_is_found_on_the_way(tmp_path, lmp):
+    """The first leg alone is counted; a rate beyond those that were measured, and what the script warns of, are told."""
+    choices = "-var", "specimen", REFERENCE, "-var", "material", ALUMINIUM, "-var", "cycles", "2"
+    said = cost(tmp_path, "--seconds", "1", DECKS / "in.cyclic", *choices, "-var", "rate", "1", "-var", "strian", "0.1").stdout
+    steps = int(re.search(r"at most (\d+) steps of .* for the first 1 of 4 runs, and the others on top\n", said)[1])
+    told = lmp("in.traction", variables={"specimen": REFERENCE, "material": ALUMINIUM, "rate": "100", "out": "pulled"}).stdout
+    timestep, share = map(float, re.search(r"timestep (\S+) s = (\S+) of the largest stable one", told).groups())
+    assert steps == pytest.approx(0.02 / (0.4 * timestep / share), rel=0.05)  # of a strain of 0.02 at 1/s
+    assert "rate 1 below" in said and "WARNING: in.cyclic has no choice 'strian'" in said
 
 
 OWN = head(boundary="s s s", skin=0.0004) + pair(contact="none plasticity isotropic") + """fix integrate all nve

@@ -164,6 +164,9 @@ def test_picture_of_a_dump(one, tmp_path):
         assert found.x == pytest.approx(expected[kept, :3], rel=1e-8) and found.radius == pytest.approx(expected[kept, 3], rel=1e-8)
         assert found.values == pytest.approx(values[kept])
     shown(BODY, BODY, "--pixels", 120, "--out", "body.png")  # of a data file
+    titled = tmp_path / "titled.data"  # LAMMPS ignores the first line, and comments
+    titled.write_text("9 atoms of a layer\n# 0 3 xlo xhi\n" + BODY.read_text(encoding="utf-8").partition("\n")[2], encoding="utf-8")
+    assert len(specimen.read_data(titled).ids) == 500
     own, read = specimen.read_data(BODY), view_scene.spheres_of(dump.index([BODY])[0])
     assert np.array_equal(read.x, own.x) and np.array_equal(read.radius, own.radius) and tool.when_of(dump.index([BODY])[0]) == "500 spheres"
 

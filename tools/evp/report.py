@@ -72,6 +72,7 @@ def whole(least, most=math.inf):
             raise argparse.ArgumentTypeError(f"give a whole number {limits}, got {word}")
         return value
 
+    number.__name__ = "whole number"  # in the message of argparse
     return number
 
 

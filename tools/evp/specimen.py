@@ -29,12 +29,12 @@ def read_data(path):
     Units are the file's. ValueError if the Atoms section is missing, is of another style, or does
     not hold as many lines as the header says.
     """
-    text, box = pathlib.Path(path).read_text(encoding="utf-8"), np.zeros((3, 2))
-    count = re.search(r"^\s*(\d+)\s+atoms\b", text, re.M)
+    text, box = pathlib.Path(path).read_text(encoding="utf-8").partition("\n")[2], np.zeros((3, 2))  # without the title
+    count = re.search(r"^\s*(\d+)\s+atoms\s*(?:#.*)?$", text, re.M)
     atoms = re.search(r"^\s*Atoms[ \t]*(?:#[ \t]*(.*?)[ \t]*)?\n.*\n", text, re.M)
     if not count or not atoms or atoms[1] not in (None, "", "sphere"):
         raise ValueError(f"{path} has no 'Atoms # sphere' section")
-    for low, high, axis in re.findall(r"^\s*(\S+)\s+(\S+)\s+([xyz])lo\s", text, re.M):
+    for low, high, axis in re.findall(r"^\s*([-+.\deE]+)\s+([-+.\deE]+)\s+([xyz])lo\s", text, re.M):
         box["xyz".index(axis)] = float(low), float(high)
     count = int(count[1])
     table = np.array([line.split()[:7] for line in text[atoms.end() :].splitlines()[:count]], dtype=float)
