@@ -12,7 +12,7 @@ import doc_blocks
 import numpy as np
 import pytest
 from evp import specimen, surface
-from in_process import call
+from inputs import call
 from lammps_run import LMP, REPOSITORY, read_csv
 from test_shapes import read_body
 

@@ -10,10 +10,9 @@ import subprocess
 import lammps_run
 import numpy as np
 import pytest
-from common_bodies import REFERENCE
 from evp import law
 from hostile import refused
-from lammps_run import write_data
+from lammps_run import REFERENCE, write_data
 from library import SHOWN, run_program
 from oracle import brute
 from small_bodies import head, pair, thermo

@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 import pytest
-from common_bodies import REFERENCE
+from lammps_run import REFERENCE
 from evp import law
 from small_bodies import head, lattice_body, mass_of, pair, thermo, words, write_body, write_two
 

@@ -3,9 +3,8 @@
 
 import numpy as np
 import pytest
-from common_bodies import REFERENCE
 from hostile import refused
-from lammps_run import DECKS, edited_deck, read_csv, read_dump, run_lammps
+from lammps_run import DECKS, REFERENCE, edited_deck, read_csv, read_dump, run_lammps
 
 SMALL = {"angle": 0.0004, "increment": 0.0002}  # a strain of 2e-4 at the surface: elastic
 

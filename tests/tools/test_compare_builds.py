@@ -4,8 +4,7 @@
 import compare_builds
 import pytest
 from compare_builds import compare_all, first_difference
-from in_process import call
-from inputs import BUILD
+from inputs import BUILD, call
 
 
 def test_a_build_against_itself(tmp_path):

@@ -9,8 +9,7 @@ import pytest
 from evp import calibration, run
 from evp.calibration import Table, Targets
 from evp.run import RunError
-from in_process import call
-from inputs import program
+from inputs import call, program
 
 SLOTS = f"""{74 * '-'}
 There are not enough slots available in the system to satisfy the 2

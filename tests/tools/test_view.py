@@ -13,7 +13,6 @@ import pytest
 import view as tool
 from PIL import Image
 from evp import dump, run, specimen, spheres, view_figure, view_scene
-from in_process import call
 
 BODY = run.CHECKOUT / "tests" / "data" / "reference_500" / "specimen_500.data"
 RED, GREEN, BLUE = np.eye(3)
@@ -21,7 +20,7 @@ WORDS = "id type x y z radius vx bonds share_second share_lost new_pairs plastic
 
 
 def show(*words):
-    return call(tool.main, *words)
+    return inputs.call(tool.main, *words)
 
 
 def shown(*words):
