@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Decks take the measures of a body from FILE.body, and its material from a row: in.traction for those with the same lines, tests/tools/test_decks.py."""
+"""Decks take the measures of a body from FILE.body, and its material from a row: in.traction for those with the same lines, tests/tools/test_project_files.py."""
 
 import re
 import shutil

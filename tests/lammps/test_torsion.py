@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""in.torsion: the torque, its way, the grips, a tube. Its stiffness: test_closed_form_loads.py."""
+"""in.torsion: the torque, its way, the grips, a tube. Its stiffness: test_doc_studies.py."""
 
 import numpy as np
 import pytest
