@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Bodies that turn under fix nve/evp: dampers see the opening rate of the step, so that turning alone strains nothing.
 
-Bodies of many atoms are in test_robust_spin.py, the force itself in test_implicit.py."""
+Bodies of many atoms are in test_robust_bodies.py, the force itself in test_implicit.py."""
 
 import numpy as np
 import pytest
