@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""tools/body.py: a part as STL becomes a body; its faults are named and leave no file, nor does one that is stopped. The commands of doc/Howto_evp_part.rst,
-with fewer spheres."""
+"""tools/body.py: a part as STL becomes a body; its faults are named and leave no file, nor does one that is stopped. The commands of
+doc/Howto_evp_part.rst, with fewer spheres."""
 
 import importlib.util
 import os
@@ -12,11 +12,11 @@ import time
 
 import body
 import doc_blocks
+import numpy as np
+import pytest
 from evp import specimen, surface
 from inputs import call, program
 from lammps_run import LMP, REPOSITORY, read_csv
-import numpy as np
-import pytest
 from test_shapes import read_body
 
 PARTS = REPOSITORY / "tests" / "data" / "parts"

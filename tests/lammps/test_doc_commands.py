@@ -8,8 +8,8 @@ import sys
 from typing import NamedTuple
 
 import doc_blocks
-from lammps_run import REPOSITORY, run_lammps
 import pytest
+from lammps_run import REPOSITORY, run_lammps
 
 PAGES = ("README.md", "CONTRIBUTING.md", *sorted(str(path.relative_to(REPOSITORY)) for path in REPOSITORY.glob("doc/Howto_evp*.rst")))
 HOWTO, PART, METAL = "doc/Howto_evp.rst", "doc/Howto_evp_part.rst", "doc/Howto_evp_metal.rst"

@@ -10,15 +10,15 @@ import sys
 
 import bench
 import closed_form_loads
-from evp import curves, specimen
 import gallery
-from lammps_run import DECKS, REPOSITORY, read_dump, run_lammps
 import matplotlib.image
 import notched_tension
 import numpy as np
 import pytest
-from study import Runs
 import time_order
+from evp import curves, specimen
+from lammps_run import DECKS, REPOSITORY, read_dump, run_lammps
+from study import Runs
 
 # ---- the order of accuracy in dt that the pages of the integrators state ----
 

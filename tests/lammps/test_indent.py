@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""in.indent: what a metal keeps and eq. 8 does not, a flat punch beside one on a half-space, what the held end feels. in.upset: stress beside in.quasistatic,
-bulge by friction, balance of forces and energies, what springs back."""
+"""in.indent: what a metal keeps and eq. 8 does not, a flat punch beside one on a half-space, what the held end feels. in.upset: stress beside
+in.quasistatic, bulge by friction, balance of forces and energies, what springs back."""
 
 import re
 
-from hostile import refused
-from lammps_run import DECKS, read_csv, read_dump, run_lammps
 import numpy as np
 import pytest
+from hostile import refused
+from lammps_run import DECKS, read_csv, read_dump, run_lammps
 
 METAL = "160 8 4 1.4 8 4 0.0007 0 1.5 spacing 0.00374 coordination 13.05 kv 700"  # about 304 steel, E 193 GPa
 E, NU = 193e9, 0.29

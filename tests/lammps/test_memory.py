@@ -3,9 +3,9 @@
 
 import re
 
-from lammps_run import LMP, run_lammps, write_data
 import numpy as np
 import pytest
+from lammps_run import LMP, run_lammps, write_data
 from small_bodies import head
 
 SIDE = 24  # 13824 atoms: arrays of MB, far above what comes and goes otherwise

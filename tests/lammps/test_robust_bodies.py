@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Robustness of bodies, long ones and those that turn under strong implicit damping among them; see robust.py."""
 
-from evp import law
 import numpy as np
-from oracle import network
 import pytest
+from evp import law
+from oracle import network
 from robust import LEDGER_SHARE, MOMENTUM, RADIUS, TABLE1, TABLE2, collide, ledger, momenta, momenta_changed, on
 from scipy.integrate import solve_ivp
 from small_bodies import Small, dump, head, lattice_body, mass_of, pair, record, write_body, write_two

@@ -7,13 +7,13 @@ import subprocess
 import sys
 
 import calibrate
+import pytest
+import site_pages
 from evp import calibration, interpreter, run, surface
 from evp.calibration import Table, Targets
 from evp.run import CHECKOUT as ROOT
 from evp.run import RunError
 from inputs import call, program
-import pytest
-import site_pages
 
 TOOLS = ROOT / "tools"
 PROGRAMS = sorted(str(path.relative_to(ROOT)) for folder in ("tools", "doc/studies", "tests/maintain") for path in (ROOT / folder).glob("*.py") if os.access(path, os.X_OK))

@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""tests/maintain: compare_builds.py finds a build equal to itself, and names the first difference of files; memory/reports.py finds reports with our files
-in them, and no others; each safeguard of src/core/fault.h has robustness tests, which faults.py builds it for."""
+"""tests/maintain: compare_builds.py finds a build equal to itself, and names the first difference of files; memory/reports.py finds reports with our
+files in them, and no others; each safeguard of src/core/fault.h has robustness tests, which faults.py builds it for."""
 
 import re
 import subprocess
 import sys
 
 import compare_builds
+import pytest
 from compare_builds import compare_all, first_difference
 from evp.run import CHECKOUT
 from faults import CASES, fault_names, read_faults
 from inputs import BUILD, call
-import pytest
 from robustness import collect, requirements
 
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The files of a public project: workflows and claims of doc/comparison.md whose commands exist and accept their options, dependencies; flake8 by setup.cfg
-on all Python of the checkout, and no test that asserts a time; short decks."""
+"""The files of a public project: workflows and claims of doc/comparison.md whose commands exist and accept their options, dependencies; flake8 by
+setup.cfg on all Python of the checkout, and no test that asserts a time; short decks."""
 
 import ast
 import functools
@@ -13,10 +13,10 @@ import shlex
 import subprocess
 import sys
 
-from evp.run import CHECKOUT as REPOSITORY
-from evp.run import DECKS
 import pytest
 import yaml
+from evp.run import CHECKOUT as REPOSITORY
+from evp.run import DECKS
 
 WORKFLOWS = sorted(REPOSITORY.glob(".github/workflows/*.yml"))
 CHOICES = {"--release", "--compiler", "--sizes", "--tests"}

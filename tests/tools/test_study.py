@@ -1,30 +1,30 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""doc/studies: what the pages of any_body, large_strain, metals, notched_tension and accuracy_cost say of known runs; shipped rows, commands and targets belong
-together; the first look, and loads against integrals."""
+"""doc/studies: what the pages of any_body, large_strain, metals, notched_tension and accuracy_cost say of known runs; shipped rows, commands and
+targets belong together; the first look, and loads against integrals."""
 
 import math
 import re
 
 import accuracy_cost as accuracy
-from accuracy_cost import SCENES, Run
 import any_body
 import cost
-from evp import curves, run, specimen
-from evp.curves import Curve
-from evp.report import write_csv
-from evp.run import CHECKOUT, DECKS, RunError
 import first_look
 import inputs
 import large_strain
 import loads
 import matplotlib.image
 import metals
-from metals import METALS
 import notched_tension
-from notched_tension import CONSTANT, INVERSE, POWER
 import numpy as np
 import pytest
 import study
+from accuracy_cost import SCENES, Run
+from evp import curves, run, specimen
+from evp.curves import Curve
+from evp.report import write_csv
+from evp.run import CHECKOUT, DECKS, RunError
+from metals import METALS
+from notched_tension import CONSTANT, INVERSE, POWER
 from study import Study
 
 # ---- any_body: which differences it judges ----

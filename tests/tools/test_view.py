@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""tools/view.py: spheres are where the projection puts them, snapshots and misuse; files for others are read by others; the commands of
-'Look at a result' in doc/Howto_evp.rst, and the picture beside them."""
+"""tools/view.py: spheres are where the projection puts them, snapshots and misuse; files for others are read by others; the commands of 'Look at a
+result' in doc/Howto_evp.rst, and the picture beside them."""
 
 import base64
 import os
@@ -8,13 +8,13 @@ import re
 import subprocess
 import xml.etree.ElementTree as ElementTree
 
-from evp import dump, run, specimen, spheres, view_figure, view_scene
 import inputs
 import matplotlib.image
 import numpy as np
-from PIL import Image
 import pytest
 import view as tool
+from evp import dump, run, specimen, spheres, view_figure, view_scene
+from PIL import Image
 
 BODY = run.CHECKOUT / "tests" / "data" / "reference_500" / "specimen_500.data"
 RED, GREEN, BLUE = np.eye(3)
