@@ -5,12 +5,11 @@ import os
 
 import numpy as np
 import pytest
-from common_bodies import REFERENCE, Body, wavy_velocities
 from evp import law, specimen
-from lammps_run import LMP, SECONDS, read_dump, run_decks, run_lammps
+from lammps_run import LMP, REFERENCE, SECONDS, read_dump, run_decks, run_lammps
 from oracle import brute
 from robust import Bench
-from small_bodies import lattice_body, write_body
+from small_bodies import Body, lattice_body, wavy_velocities, write_body
 
 ALL_RANKS = "EVP_ALL_RANKS" in os.environ  # tests/maintain/robustness.py: robustness tests on all numbers of ranks that they name, else on one
 

@@ -15,6 +15,7 @@ from evp.run import ended_well
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 DECKS = REPOSITORY / "lammps_inputs"
+REFERENCE = REPOSITORY / "tests" / "data" / "reference_500" / "specimen_500.data"  # the paper's specimen
 LMP = pathlib.Path(os.environ.get("EVP_LMP", REPOSITORY / "build" / "lmp")).absolute()
 MPIRUN = shlex.split(os.environ.get("EVP_MPIRUN", "mpirun --oversubscribe --bind-to none"))
 SECONDS = 150  # far above what any run here takes: only a hang gets there

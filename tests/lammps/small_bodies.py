@@ -2,6 +2,7 @@
 """Small bodies in any box, the lines of decks that set them up and stir them, and their forces by a sum over all pairs and images."""
 
 import itertools
+import pathlib
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,36 @@ ANOTHER_ORDER = 1e-10
 SPACING = 0.01  # of the lattice [m]; the largest dlim is 1.5 * 0.011 m
 MARGIN = 0.02  # between an open body and its box
 DRIFT = 300.0  # [m/s] of the whole body: its atoms change ranks, and boundaries are crossed
+
+
+class Body(NamedTuple):
+    """A body that has been deformed since its bonds were recorded."""
+
+    data: pathlib.Path  # LAMMPS data file of the state at recording
+    radius: np.ndarray
+    types: np.ndarray
+    bonds: dict  # {(id_i, id_j): deq}
+    x: np.ndarray  # now
+    v: np.ndarray
+    box: np.ndarray
+
+
+def wavy_velocities(x, speed):
+    """Velocities by formula, different for neighbors, of about this speed."""
+    n = np.arange(1, len(x) + 1)
+    return speed * np.stack([np.sin(1.1 * n), np.cos(2.3 * n), np.sin(3.7 * n + 1.0)], axis=1)
+
+
+def scattered(x, bonds, radius):
+    """Some atoms moved next to one that they have no bond with, so that such pairs overlap."""
+    moved = x.copy()
+    for i in range(10, len(x), 40):
+        distance = np.linalg.norm(x - x[i], axis=1) / (radius + radius[i])
+        partners = [a + b - i - 2 for a, b in bonds if i + 1 in (a, b)]
+        distance[[i, *partners]] = np.inf
+        j = int(np.argmin(distance))
+        moved[i] = x[j] + 0.95 * (radius[i] + radius[j]) * (x[i] - x[j]) / np.linalg.norm(x[i] - x[j])
+    return moved
 
 
 class Small(NamedTuple):

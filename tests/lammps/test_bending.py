@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""in.bending: the force in itself and over its way; what the sections do; what it refuses. Its stiffness: test_closed_form_loads.py."""
+"""in.bending: the force in itself and over its way; what the sections do; what it refuses. Its stiffness: test_doc_studies.py."""
 
 import numpy as np
 import pytest

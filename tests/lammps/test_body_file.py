@@ -1,15 +1,14 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Decks take the measures of a body from FILE.body, and its material from a row: in.traction for those with the same lines, tests/tools/test_decks.py."""
+"""Decks take the measures of a body from FILE.body, and its material from a row: in.traction for those with the same lines, tests/tools/test_project_files.py."""
 
 import re
 import shutil
 
 import numpy as np
 import pytest
-from common_bodies import REFERENCE
 from evp import specimen
 from lammps_run import DECKS as FOLDER
-from lammps_run import read_csv, run_lammps, slope
+from lammps_run import REFERENCE, read_csv, run_lammps, slope
 
 DECKS = ("in.traction", "in.quasistatic")
 CYLINDER = {"length": 0.05, "radius": 0.02, "area": np.pi * 0.02**2, "volume": np.pi * 0.02**2 * 0.05, "solid_fraction": 0.58156, "density": 4642.7}

@@ -1,18 +1,21 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""tools/body.py: a part as STL becomes a body; its faults are named and leave no file. The commands of doc/Howto_evp_part.rst, with fewer spheres."""
+"""tools/body.py: a part as STL becomes a body; its faults are named and leave no file, nor does one that is stopped. The commands of
+doc/Howto_evp_part.rst, with fewer spheres."""
 
 import importlib.util
 import os
 import re
+import signal
 import subprocess
 import sys
+import time
 
 import body
 import doc_blocks
 import numpy as np
 import pytest
 from evp import specimen, surface
-from in_process import call
+from inputs import call, program
 from lammps_run import LMP, REPOSITORY, read_csv
 from test_shapes import read_body
 
@@ -113,3 +116,27 @@ def test_failed_run_leaves_the_files_there_before(tool, tmp_path):
     code, said = tool(BONE, "--axis", "z", "--n", 800, "--out", "part.data", lmp="/no/lmp")
     assert code and "no program /no/lmp" in said
     assert (tmp_path / "part.data").read_text() == "mine" and len(list(tmp_path.iterdir())) == 1
+
+
+SECONDS = 60
+
+
+@pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGTERM])
+def test_stopped_while_it_packs(tmp_path, end):
+    """Its lmp says in `work` that it runs, and then does nothing."""
+    work, out = tmp_path / "work", tmp_path / "part.data"
+    work.mkdir()
+    out.write_text("that of before", encoding="utf-8")
+    lmp = program(tmp_path / "lmp", f"echo $$ > {work}/running\nexec sleep {SECONDS}")
+    process = subprocess.Popen([sys.executable, REPOSITORY / "tools" / "body.py", PARTS / "plate_with_hole.stl", "--n", "3000", "--out", out], stdin=subprocess.DEVNULL,
+                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env={**os.environ, "EVP_LMP": str(lmp), "TMPDIR": str(work)})
+    limit = time.monotonic() + SECONDS
+    while not (work / "running").exists() or not (work / "running").read_text(encoding="utf-8").strip():
+        assert process.poll() is None and time.monotonic() < limit, process.communicate()[0]
+        time.sleep(0.05)
+    process.send_signal(end)
+    said = process.communicate(timeout=SECONDS)[0]
+    assert process.returncode == 130 and said.splitlines()[-1] == "body.py: interrupted; nothing was written" and "Traceback" not in said
+    assert [path.name for path in work.iterdir()] == ["running"] and out.read_text(encoding="utf-8") == "that of before"
+    with pytest.raises(ProcessLookupError):
+        os.kill(int((work / "running").read_text(encoding="utf-8")), 0)

@@ -8,8 +8,7 @@ import subprocess
 import sys
 
 import pytest
-from common_bodies import REFERENCE
-from lammps_run import LMP, REPOSITORY
+from lammps_run import LMP, REFERENCE, REPOSITORY
 from small_bodies import head, pair
 
 DECKS = REPOSITORY / "lammps_inputs"

@@ -6,9 +6,8 @@ import re
 
 import numpy as np
 import pytest
-from common_bodies import REFERENCE
 from evp import curves
-from lammps_run import run_lammps
+from lammps_run import REFERENCE, run_lammps
 
 E = 20.65e9  # of the reference specimen, contact none [Pa]
 DAMPED = {"coeff": "80 8 4 3 8 4 0.005 1000 1.5", "integrator": "implicit"}

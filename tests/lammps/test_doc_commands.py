@@ -1,11 +1,15 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Each block of README, CONTRIBUTING and the Howto pages is run here, or named here with the test that uses it, or with the reason why none does."""
 
+import re
+import shlex
+import subprocess
+import sys
 from typing import NamedTuple
 
 import doc_blocks
 import pytest
-from lammps_run import REPOSITORY
+from lammps_run import REPOSITORY, run_lammps
 
 PAGES = ("README.md", "CONTRIBUTING.md", *sorted(str(path.relative_to(REPOSITORY)) for path in REPOSITORY.glob("doc/Howto_evp*.rst")))
 HOWTO, PART, METAL = "doc/Howto_evp.rst", "doc/Howto_evp_part.rst", "doc/Howto_evp_metal.rst"
@@ -58,10 +62,10 @@ WALK = "the walk of the page, with fewer spheres"
 PROJECT, BODY_TOOL, CALIBRATE = "tests/tools/test_project_files.py", "tests/lammps/test_body_tool.py", "tests/lammps/test_calibrate_runs.py"
 NAMED = {
     ("README.md", "", "set-up and all tests: what continuous integration runs itself, see .github/workflows/ci.yml"): ("tools/quickstart.sh",),
-    ("README.md", "", "paths of the reader; tests/tools/test_install.py installs, tests/lammps/test_host_guard.py builds"): ("cmake --install build",),
-    ("README.md", "tests/lammps/test_readme.py", "runs the input script"): ("units           si",),
+    ("README.md", "", "paths of the reader; tests/tools/test_install.py installs, tests/lammps/test_host.py builds"): ("cmake --install build",),
+    ("README.md", "tests/lammps/test_doc_commands.py", "runs the input script"): ("units           si",),
     ("CONTRIBUTING.md", PROJECT, "too long; its commands, options and paths are checked"): ("tools/test.sh ", "evp_find_python", "tests/maintain/releases.sh"),
-    (HOWTO, "tests/tools/test_view_page.py", "runs it as it stands"): ("tools/view.py torn_frames.dump",),
+    (HOWTO, "tests/tools/test_view.py", "runs it as it stands"): ("tools/view.py torn_frames.dump",),
     (HOWTO, "", "printed by curves.py rate for 500 spheres; tests/tools/test_rates.py tests the tool"): ("expected at 10/s with E",),
     (PART, BODY_TOOL, WALK): ("tools/body.py tests/data/parts/dog_bone.stl", "dog_bone.stl: 1152 triangles", "in.quasistatic -var specimen bone.data",
                               "tools/curves.py numbers bone.csv", "bone.csv   20.868"),
@@ -106,3 +110,21 @@ def test_commands_work(tmp_path, one):
     commands = [doc_blocks.shorter(command, {**SHORT, **one.short}) for command in doc_blocks.Block(one.page, text).commands()]
     doc_blocks.run([*one.before, *commands], tmp_path)
     assert (tmp_path / one.written).stat().st_size > 50
+
+
+def test_input_script_runs_as_it_stands(tmp_path):
+    """On the body of the first command, of fewer spheres, without a warning; what is stretched flows and springs back, the energy balance closes, and view.py colors the flow."""
+    words = shlex.split(block_of("README.md", "-var seed 7").text.splitlines()[0], comments=True)
+    assert words[:3] == ["build/lmp", "-in", "lammps_inputs/in.specimen"]
+    run_lammps("in.specimen", 1, {**dict(zip(words[4::3], words[5::3])), "n": 1000}, tmp_path).ok()
+    (tmp_path / "potentials").symlink_to(REPOSITORY / "potentials")
+    run = run_lammps(block_of("README.md", "fix             bonds all evp/bonds").text, 2, {}, tmp_path).ok()
+    assert not run.warnings()
+    thermo = run.thermo()
+    kinetic, plastic = thermo["KinEng"], thermo["f_energy[9]"]
+    assert len(thermo["Step"]) > 5 and kinetic.min() < 0.6 * kinetic[0], "control: it springs"
+    assert 0.3 * kinetic[0] < plastic[-1] < kinetic[0], "control: it flows"
+    assert abs(thermo["f_energy"]).max() < 0.002 * kinetic[0]
+    words = shlex.split(re.search(r"`(tools/view\.py my\.dump .+?)`", doc_blocks.read("README.md"))[1])
+    subprocess.run([sys.executable, str(REPOSITORY / words[0]), *words[1:]], cwd=tmp_path, check=True, timeout=60)
+    assert (tmp_path / words[-1]).read_bytes().startswith(b"\x89PNG")

@@ -5,7 +5,7 @@ import itertools
 
 import numpy as np
 import pytest
-from common_bodies import REFERENCE
+from lammps_run import REFERENCE
 from oracle import brute, law, network
 from small_bodies import grips, head, mass_of, pair, thermo, write_two
 

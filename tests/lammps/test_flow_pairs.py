@@ -4,11 +4,10 @@ against tests/oracle/flow.py, which was written apart."""
 
 import numpy as np
 import pytest
-from common_bodies import REFERENCE
 from evp import law
 from oracle import brute, flow
 from flowing import read_pairs
-from lammps_run import edited_deck, read_csv, read_dump, run_lammps
+from lammps_run import REFERENCE, edited_deck, read_csv, read_dump, run_lammps
 from small_bodies import head, words, write_two
 
 ROW = law.TABLE1

@@ -4,10 +4,9 @@ the brute force knows neither lists nor ranks."""
 
 import numpy as np
 import pytest
-from common_bodies import Body, scattered, wavy_velocities
 from lammps_run import write_data, write_state
 from oracle import brute, law
-from small_bodies import ROUND_OFF, head, pair, thermo, words
+from small_bodies import ROUND_OFF, Body, head, pair, scattered, thermo, wavy_velocities, words
 
 UNLIKE = {
     (1, 1): law.Row(80.0, 8.0, 4.0, 3.0, 8.0, 4.0, 0.005, 400.0, 1.5),

@@ -8,9 +8,8 @@ import shutil
 
 import numpy as np
 import pytest
-from common_bodies import REFERENCE
 from evp import curves, specimen
-from lammps_run import read_csv, read_dump, run_lammps, slope
+from lammps_run import REFERENCE, read_csv, read_dump, run_lammps, slope
 
 PUBLISHED = json.loads(REFERENCE.with_name("specimen_500_plastic.json").read_text())
 TO_2PC = PUBLISHED["table1_tension_2pc"]

@@ -10,8 +10,7 @@ import shutil
 
 import numpy as np
 import pytest
-from common_bodies import REFERENCE
-from lammps_run import edited_deck, read_csv, run_lammps, slope
+from lammps_run import REFERENCE, edited_deck, read_csv, run_lammps, slope
 
 PUBLISHED = json.loads(REFERENCE.with_suffix(".json").read_text())
 MPA = 1e6

@@ -8,9 +8,8 @@ import json
 import numpy as np
 import pytest
 import scipy.sparse.linalg
-from common_bodies import REFERENCE
 from evp import curves, rates
-from lammps_run import run_lammps
+from lammps_run import REFERENCE, run_lammps
 from oracle import brute, law, network
 
 PUBLISHED = json.loads(REFERENCE.with_suffix(".json").read_text())

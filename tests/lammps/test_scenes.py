@@ -7,10 +7,9 @@ import re
 
 import numpy as np
 import pytest
-from common_bodies import REFERENCE
 from oracle import law
 from hostile import PLANE, refused, scene
-from lammps_run import write_data
+from lammps_run import REFERENCE, write_data
 from small_bodies import head, pair, thermo, write_two
 
 HEAD = head(boundary="s s s", start=f"read_data {REFERENCE}", skin=0.0003) + """

@@ -7,11 +7,10 @@ import re
 import large_strain
 import numpy as np
 import pytest
-from common_bodies import REFERENCE
 from evp import specimen
 from evp.curves import read_columns
 from hostile import refused
-from lammps_run import DECKS, read_csv, read_dump, run_lammps
+from lammps_run import DECKS, REFERENCE, read_csv, read_dump, run_lammps
 from scipy.spatial import cKDTree
 
 COUNT, EDGE = 500, 0.04

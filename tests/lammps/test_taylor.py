@@ -6,8 +6,7 @@ import re
 
 import numpy as np
 import pytest
-from common_bodies import REFERENCE
-from lammps_run import DECKS, read_csv, read_dump, run_lammps, write_data
+from lammps_run import DECKS, REFERENCE, read_csv, read_dump, run_lammps, write_data
 
 DENSITY = 2700.0  # of the spheres that write_data writes [kg/m3]
 SPACING = 0.001  # lattice constant [m]

@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""in.torsion: the torque, its way, the grips, a tube. Its stiffness: test_closed_form_loads.py."""
+"""in.torsion: the torque, its way, the grips, a tube. Its stiffness: test_doc_studies.py."""
 
 import numpy as np
 import pytest
-from common_bodies import REFERENCE
 from hostile import refused
-from lammps_run import DECKS, edited_deck, read_csv, read_dump, run_lammps
+from lammps_run import DECKS, REFERENCE, edited_deck, read_csv, read_dump, run_lammps
 
 SMALL = {"angle": 0.0004, "increment": 0.0002}  # a strain of 2e-4 at the surface: elastic
 

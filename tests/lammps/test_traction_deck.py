@@ -8,9 +8,8 @@ import re
 
 import numpy as np
 import pytest
-from common_bodies import REFERENCE
 from evp import specimen
-from lammps_run import line_at, read_csv, run_lammps, slope
+from lammps_run import REFERENCE, line_at, read_csv, run_lammps, slope
 
 PUBLISHED = json.loads(REFERENCE.with_suffix(".json").read_text())
 TABLE1, TABLE2 = "80 8 4 3 8 4 0.005 0 1.5", "80 8 4 3 8 4 0.005 1000 1.5"

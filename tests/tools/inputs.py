@@ -1,9 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Files that the tools read, as the decks write them, with contents of the tests' own; stand-ins for programs; what a build was configured for."""
+"""Files that the tools read, as the decks write them, with contents of the tests' own; stand-ins for programs; what a build was
+configured for; tools called in the process of the tests."""
 
+import contextlib
+import io
 import os
 import pathlib
 import re
+from subprocess import CompletedProcess
 
 from evp import curves, run
 
@@ -35,3 +39,16 @@ def snapshot(names, rows, step=0, head=""):
     lines = [*head.splitlines(), "ITEM: TIMESTEP", str(step), "ITEM: NUMBER OF ATOMS", str(len(rows)), "ITEM: BOX BOUNDS ss ss ss", *3 * ["-1 1"],
              f"ITEM: ATOMS {names}", *(" ".join(f"{value:.9g}" for value in row) for row in rows)]
     return "\n".join(lines) + "\n"
+
+
+def call(main, *words):
+    """What a process with this main() would leave: a start takes a second, and test_interpreter.py starts each by its name."""
+    out, err = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        try:
+            code = main([str(word) for word in words])
+        except SystemExit as stop:
+            code = stop.code
+    if isinstance(code, str):
+        code = err.write(code + "\n") and 1
+    return CompletedProcess(words, code or 0, out.getvalue(), err.getvalue())

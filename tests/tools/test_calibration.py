@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 from evp import calibration, law
 from evp.calibration import Table, Targets, check
-from in_process import call
-from inputs import program
+from inputs import call, program
 from johnson_cook import JohnsonCook, from_handbook
 
 GOOD = {"--E": "70e9", "--yield": "95e6", "--stress": "150e6@0.05", "--density": "2700", "--name": "mine"}

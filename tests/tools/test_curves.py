@@ -8,7 +8,6 @@ import inputs
 import numpy as np
 import pytest
 from evp import curves, figures
-from in_process import call
 
 # A bilinear curve: slope E to the strain BEND, slope H beyond. The line offset by 0.2 % meets it
 # where E BEND + H (s - BEND) = E (s - 0.002).
@@ -31,7 +30,7 @@ def damped():
 
 
 def command(*words):
-    return call(tool.main, *words)
+    return inputs.call(tool.main, *words)
 
 
 def notes(shown):

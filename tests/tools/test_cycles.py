@@ -9,8 +9,7 @@ import curves as tool
 import numpy as np
 import pytest
 from evp import curves
-from in_process import call
-from inputs import curve_file
+from inputs import call, curve_file
 
 E, YIELD = 20e9, 100e6  # elastic and ideally plastic
 EXACT = 1e-9

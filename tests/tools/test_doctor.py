@@ -11,9 +11,8 @@ import sys
 import time
 
 import doctor as tool
-import in_process
 import pytest
-from inputs import BUILD, cache_entry, program
+from inputs import BUILD, cache_entry, call, program
 
 ROOT = pathlib.Path(tool.ROOT)
 DOCTOR, WRAPPER, PLUGIN = ROOT / "tools" / "doctor.py", BUILD / "lmp", BUILD / "evpplugin.so"
@@ -295,5 +294,5 @@ def test_plugins_of_the_source_tree(tmp_path, monkeypatch):
 
 def test_wrong_use():
     for words in (["--lmp", "/no/lmp"], ["--plugin", "/no/evpplugin.so"], ["--log", "/no/log.lammps"], ["--log", DOCTOR], ["--no-such"]):
-        found = in_process.call(tool.main, *words)
+        found = call(tool.main, *words)
         assert found.returncode == 2 and not found.stdout and len(found.stderr.splitlines()) <= 3, found.stderr

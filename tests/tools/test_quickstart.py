@@ -8,8 +8,7 @@ import sys
 import pytest
 import quickstart
 from evp import part, progress, run
-from in_process import call
-from inputs import program
+from inputs import call, program
 
 
 @pytest.fixture

@@ -8,8 +8,7 @@ import curves as tool
 import numpy as np
 import pytest
 from evp import curves, law, rates, specimen
-from in_process import call
-from inputs import curve_file
+from inputs import call, curve_file
 
 E, VISCOUS, INERTIAL, VIBRATION = 20e9, 3e6, 0.7e6, 0.2e6
 EXACT = 1e-9  # straight lines through exact points

@@ -1,19 +1,31 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""doc/studies: what the pages of any_body, large_strain, metals and notched_tension say of known runs; shipped rows, commands and targets belong together."""
+"""doc/studies: what the pages of any_body, large_strain, metals, notched_tension and accuracy_cost say of known runs; shipped rows, commands and
+targets belong together; the first look, and loads against integrals."""
 
+import math
 import re
 
+import accuracy_cost as accuracy
 import any_body
+import cost
+import first_look
+import inputs
 import large_strain
+import loads
+import matplotlib.image
 import metals
 import notched_tension
 import numpy as np
 import pytest
 import study
+from accuracy_cost import SCENES, Run
+from evp import curves, run, specimen
 from evp.curves import Curve
-from evp.run import CHECKOUT, RunError
+from evp.report import write_csv
+from evp.run import CHECKOUT, DECKS, RunError
 from metals import METALS
 from notched_tension import CONSTANT, INVERSE, POWER
+from study import Study
 
 # ---- any_body: which differences it judges ----
 
@@ -159,3 +171,151 @@ def test_each_name_of_a_template_is_given_by_its_study(template):
     names = set(re.findall(r"(?<!\$)\$(\w+)", template.read_text(encoding="utf-8"))) - {"command"}
     source = template.with_suffix(".py").read_text(encoding="utf-8")
     assert names and all(re.search(rf"\b{name}\b", source) for name in names), names
+
+
+# ---- accuracy_cost: what it chooses of known runs; its page and picture are those of its CSV ----
+
+PAGE = CHECKOUT / "doc" / "accuracy_cost.md"
+ROWS = accuracy.read(PAGE.with_suffix(".csv"))
+COARSE, MIDDLE, FINE, RATE, REFERENCE = "increment 0.004", "increment 0.002", "increment 0.001", "rate 50", "increment 0.0001"
+SECONDS = {COARSE: 1.0, MIDDLE: 2.0, RATE: 3.0, FINE: 4.0, REFERENCE: 9.0}
+
+
+@pytest.mark.parametrize("errors, chosen", [
+    ({COARSE: 3.0, MIDDLE: 0.6, RATE: 0.5, FINE: 0.01}, [COARSE, MIDDLE, FINE]),
+    ({COARSE: float("nan"), MIDDLE: 0.7, RATE: -0.05, FINE: 0.01}, [MIDDLE, RATE, RATE]),
+    ({COARSE: 9.0, MIDDLE: 8.0}, [None, None, None]),
+])
+def test_the_fastest_setting_that_keeps_its_bound_on_every_body(monkeypatch, errors, chosen):
+    """With the margin, and not the reference itself. errors: of settings on the second body [%]; they have none on the first."""
+    settings = {label: setting for label, setting in SCENES["cycle"].settings.items() if label in {*errors, REFERENCE}}
+    monkeypatch.setitem(SCENES, "cycle", SCENES["cycle"]._replace(settings=settings))
+    rows = [Run("cycle", label, 500, seed, SECONDS[label], 100, {"residual strain [%]": 10.0 * seed * (1.0 + 0.01 * errors.get(label, 0.0) * (seed == 2))})
+            for label in settings for seed in accuracy.SEEDS]
+    assert list(accuracy.chosen(rows, "cycle").values()) == chosen
+
+
+def test_front_and_errors_between_those_measured():
+    """The front keeps what no other beats."""
+    assert accuracy.front(dict(zip("abcdef", [(1, 5), (2, 6), (3, 1), (2, 3), (4, 1), (5, 0.5)]))) == ["a", "d", "c", "f"]
+    rows = [{"value": "1", "error_percent": "4"}, {"value": "4", "error_percent": "1"}]
+    assert [pytest.approx(cost.interpolated(rows, value)) for value in (0.5, 1, 2, 4, 9)] == [4, 4, 2, 1, 1]
+
+
+def test_page_and_picture_are_of_the_csv(tmp_path, capsys):
+    study = Study("text", "accuracy_cost").parse(["--work", str(tmp_path / "work"), "--out", str(tmp_path / PAGE.name)])
+    accuracy.draw(study, ROWS)
+    study.write(**accuracy.page(ROWS))
+    assert capsys.readouterr().out == PAGE.read_text(encoding="utf-8")
+    write_csv(tmp_path / "errors.csv", accuracy.FORECAST, accuracy.forecast(ROWS))
+    assert (tmp_path / "errors.csv").read_text(encoding="utf-8") == cost.MEASURED.read_text(encoding="utf-8"), "what cost.py reads"
+    assert (tmp_path / "figures" / "accuracy_cost.csv").read_text(encoding="utf-8") == (PAGE.parent / "figures" / "accuracy_cost.csv").read_text(encoding="utf-8")
+
+
+def test_bounds_hold_on_the_unseen_body():
+    for scene in SCENES:
+        for bound, label in accuracy.chosen(ROWS, scene).items():
+            assert label is None or accuracy.largest(accuracy.errors(ROWS, scene, label, (accuracy.UNSEEN,))) <= accuracy.BOUNDS[bound], scene
+
+
+def test_settings_are_choices_of_their_decks():
+    """LAMMPS passes over a misspelled -var."""
+    for setting in (one for scene in SCENES.values() for one in scene.settings.values()):
+        deck = (DECKS / setting.deck).read_text(encoding="utf-8")
+        assert all(re.search(rf"^variable +{name} +index |is_defined\(variable,{name}\)", deck, re.M) for name in setting.choices), setting
+
+
+# ---- first_look: its choices, its curves, what it draws ----
+
+FIGURES = PAGE.parent / "figures"
+
+
+def stored_curves():
+    """{label: (strain, stress [MPa])} of the picture in the README."""
+    rows = [line.rsplit(",", 2) for line in (FIGURES / "first_look.csv").read_text(encoding="utf-8").splitlines()[1:]]
+    return {label: np.array([(float(a) / 100, float(b)) for name, a, b in rows if name.strip('"') == label]).T for label in first_look.SWEEPS.values()}
+
+
+def test_choices_are_known():
+    """Of each deck; LAMMPS passes over a misspelled -var."""
+    for _, words in first_look.commands(300, 600):
+        if "-in" in words:
+            deck = open(words[words.index("-in") + 1], encoding="utf-8").read() + (run.DECKS / "frames.lmp").read_text(encoding="utf-8")
+            names = [words[k + 1] for k, word in enumerate(words) if word == "-var"]
+            assert len(names) > 4 and all(re.search(rf"^variable +{name} +index |is_defined\(variable,{name}\)", deck, re.M) for name in names)
+
+
+def test_picture_tells_that_eq_8_comes_back_and_plasticity_does_not():
+    kept = stored_curves()
+    (back, flowed) = (curves.residual_strain(*kept[first_look.SWEEPS[plasticity]]) for plasticity in ("none", "isotropic"))
+    assert abs(back) < 1e-4 and flowed > 0.01
+    loading = [curve[:, : np.argmax(curve[0])] for curve in kept.values()]
+    assert np.interp(0.01, *loading[0]) == pytest.approx(np.interp(0.01, *loading[1]), rel=0.01)
+
+
+def test_it_draws_what_the_runs_left(tmp_path):
+    """A picture as large as that of the README, and the curves beside it."""
+    strain = np.concatenate([np.linspace(0, 0.02, 21), np.linspace(0.02, 0, 21)])
+    for plasticity, stress in (("none", 1e10 * strain), ("isotropic", 1e10 * (strain - 0.01 * (np.arange(42) > 20)))):
+        rows = "".join(f"{a:.6g},{b:.6g},{b:.6g},{a:.6g}\n" for a, b in zip(strain, stress))
+        (tmp_path / f"{plasticity}.csv").write_text("strain,stress_grip,stress_virial,strain_gauge\n" + rows, encoding="utf-8")
+    for name, columns in (("isotropic_state", [(0.0, 0.01, 0.02)]), ("impact_frames", [(0.0, 0.0, 0.0), (0.0, 0.1, 0.2)])):
+        text = [inputs.snapshot("id x y z radius plastic_strain", [(k, 0.002 * k, 0.001, 0.001 * step, 0.001, value) for k, value in enumerate(strains, 1)],
+                                step, "ITEM: UNITS\nsi") for step, strains in enumerate(columns)]
+        (tmp_path / f"{name}.dump").write_text("".join(text), encoding="utf-8")
+    drawn = matplotlib.image.imread(first_look.compose(tmp_path, tmp_path / "out"))
+    stored = matplotlib.image.imread(FIGURES / "first_look.png")
+    assert drawn.shape == stored.shape and np.mean(np.abs(drawn - stored)) > 0.02, "another picture, of the same size"
+    kept = (tmp_path / "out" / "first_look.csv").read_text(encoding="utf-8").splitlines()
+    assert len(kept) == 1 + 2 * len(strain) and (FIGURES / "first_look.png").stat().st_size < 250e3
+
+
+# ---- loads: closed forms against integrals, shares of bonds whose places are known; strains of the middle of a body ----
+
+RADIUS, HEIGHT = 0.02, 0.02
+
+
+def test_torque_is_the_integral_of_the_shear_stress():
+    r = (np.arange(2000) + 0.5) * RADIUS / 2000
+    integral = np.sum(0.4 * 21e9 * r * 0.001 / 0.04 * r * 2.0 * math.pi * r) * RADIUS / 2000
+    assert loads.torque(21e9, RADIUS, 0.04, 0.001) == pytest.approx(integral, rel=1e-6)
+
+
+def test_deflection_is_the_integral_of_curvature_and_shear():
+    beam = loads.Beam(21e9, 0.01, HEIGHT, 0.08)
+    x = (np.arange(4000) + 0.5) * 0.04 / 4000  # half the span, force 1 N, unit-load theorem
+    bending = 2.0 * np.sum((0.5 * x) ** 2) * 0.04 / 4000 / (21e9 * 0.01 * HEIGHT**3 / 12.0)
+    shear = 2.0 * 0.5**2 * 0.04 / (loads.KAPPA * 0.4 * 21e9 * 0.01 * HEIGHT)
+    assert beam.deflection(1.0) == pytest.approx(bending + shear, rel=1e-6)
+    assert beam.deflection(3.0, 0.5) == pytest.approx(3.0 * (2.0 * bending + shear), rel=1e-6)
+    assert loads.KAPPA == pytest.approx(0.847, abs=5e-4)
+
+
+@pytest.mark.parametrize("filled", [1.0, 0.9])
+def test_shares_of_isotropic_bonds_that_fill_the_section_up_to_below_the_surface(filled):
+    rng = np.random.default_rng(1)
+    n = rng.normal(size=(400000, 3))
+    n /= np.linalg.norm(n, axis=1)[:, None]
+    angle, r = rng.uniform(0.0, 2.0 * math.pi, len(n)), filled * RADIUS * np.sqrt(rng.uniform(size=len(n)))
+    round_bar = loads.Bonds(np.stack([0.0 * r, r * np.cos(angle), r * np.sin(angle)], axis=1), n)
+    assert loads.torsion_share(round_bar, RADIUS) == pytest.approx(filled**2, rel=0.01)
+    bar = loads.Bonds(rng.uniform(-0.5, 0.5, (len(n), 3)) * [0.1, 0.01, filled * HEIGHT], n)
+    assert loads.bending_share(bar, HEIGHT) == pytest.approx(filled**2, rel=0.01)
+
+
+def test_bonds_are_pairs_in_the_zone_with_their_middle_in_the_part():
+    x = np.array([[0.0, 0.0, 0.0], [1.4, 0.0, 0.0], [3.0, 0.0, 0.0], [4.12, 0.0, 0.84]])
+    body = specimen.Specimen(None, None, np.full(4, 0.5), None, x, None)
+    found = loads.find_bonds(body, 1.5, 0.0, 5.0)
+    assert found.middle == pytest.approx(np.array([[0.7, 0.0, 0.0], [3.56, 0.0, 0.42]]))
+    assert found.direction == pytest.approx(np.array([[1.0, 0.0, 0.0], [0.8, 0.0, 0.6]]))
+    assert len(loads.find_bonds(body, 1.5, 1.0, 5.0).middle) == 1
+
+
+def test_middle_strains_of_an_affine_body():
+    """Those of the displacement's slopes, whatever happens beyond 0.3 and 0.7 of the length."""
+    x = np.random.default_rng(1).uniform(-0.02, 0.02, (400, 3)) + [0.025, 0.0, 0.0]
+    body = specimen.Specimen(np.arange(1, 401), np.ones(400), np.ones(400), np.ones(400), x, np.zeros((3, 2)))
+    moved = x * [1.01, 0.997, 0.999]
+    moved[x[:, 0] > 0.036] += 0.01
+    assert specimen.middle_strains(body, moved) == pytest.approx((0.01, -0.002), rel=1e-10)

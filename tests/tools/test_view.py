@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""tools/view.py: spheres are where the projection puts them, snapshots and misuse; files for others are read by others."""
+"""tools/view.py: spheres are where the projection puts them, snapshots and misuse; files for others are read by others; the commands of 'Look at a
+result' in doc/Howto_evp.rst, and the picture beside them."""
 
 import base64
 import os
 import re
+import subprocess
 import xml.etree.ElementTree as ElementTree
 
 import inputs
@@ -11,9 +13,8 @@ import matplotlib.image
 import numpy as np
 import pytest
 import view as tool
-from PIL import Image
 from evp import dump, run, specimen, spheres, view_figure, view_scene
-from in_process import call
+from PIL import Image
 
 BODY = run.CHECKOUT / "tests" / "data" / "reference_500" / "specimen_500.data"
 RED, GREEN, BLUE = np.eye(3)
@@ -21,7 +22,7 @@ WORDS = "id type x y z radius vx bonds share_second share_lost new_pairs plastic
 
 
 def show(*words):
-    return call(tool.main, *words)
+    return inputs.call(tool.main, *words)
 
 
 def shown(*words):
@@ -392,3 +393,24 @@ def test_a_lammps_without_graphics(one, tmp_path, monkeypatch):
 def test_a_run_that_goes_on(tmp_path):
     (tmp_path / "run.dump").write_text(GOOD + GOOD.replace("STEP\n0", "STEP\n5") + GOOD[:-5], encoding="utf-8")
     assert "after that of step 5" in refused(tmp_path, "run.dump") and shown("run.dump", "--unfinished", "--vtk", "whole") == "whole.pvd: 2 snapshots"
+
+
+SECTION = (run.CHECKOUT / "doc" / "Howto_evp.rst").read_text(encoding="utf-8").partition("**Look at a result**")[2].partition("References\n")[0]
+COMMANDS = re.search(r"code-block:: bash\n\n((?:   .*\n)+)", SECTION)[1].replace("\n   ", "\n").strip().splitlines()
+WRITTEN = ("torn.png", "torn_end.png", "torn.gif", "torn.pvd", "torn_table.csv")
+
+
+def test_commands_of_the_page(tmp_path):
+    """From the checkout's root: each file is written, the body is torn, and the picture of the page is that of its command."""
+    assert [words.split()[0] for words in COMMANDS] == ["lmp"] + 4 * ["tools/view.py"] + ["tools/curves.py"]
+    for name in ("lammps_inputs", "tests", "tools"):
+        (tmp_path / name).symlink_to(run.CHECKOUT / name)
+    script = "\n".join(["set -e", f"lmp() {{ {run.lammps_command()[0]} \"$@\"; }}", *COMMANDS])
+    done = subprocess.run(["bash", "-c", script], cwd=tmp_path, env={**os.environ, **run.environment()}, stdin=subprocess.DEVNULL,
+                          capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
+    assert all((tmp_path / name).stat().st_size > 100 for name in WRITTEN)
+    series = dump.index([tmp_path / "torn_frames.dump"])
+    assert len(series) == 11 and series[-1].read()["share_lost"].max() > 0.5 and series[0].read()["share_lost"].max() == 0.0
+    drawn, shown = (matplotlib.image.imread(folder / "torn.png") for folder in (tmp_path, run.CHECKOUT / "doc" / "figures"))
+    assert drawn.shape == shown.shape and np.mean(np.abs(drawn - shown)) < 0.02, "make it again by the command of the page"

@@ -3,7 +3,6 @@
 
 #include "core/stiffness_matrix.h"
 #include "core/volume_energy.h"
-#include "one_rank.h"
 #include "pair_cases.h"
 
 #include <algorithm>
@@ -85,6 +84,14 @@ EVP::DensityNow at(const VolumeReference &reference, double theta, double fresh 
 {
   return {reference.own.rho - theta * reference.own.slope - fresh, fresh};
 }
+
+/// No other MPI rank, and no ghost.
+class OneRank : public EVP::PerAtomComm {
+ public:
+  void forward_comm(Values &) override {}
+  void reverse_comm(Values &) override {}
+  double sum(double here) override { return here; }
+};
 
 }    // namespace
 

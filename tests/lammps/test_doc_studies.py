@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Programs of doc/studies with LAMMPS: what they measure, and the pages that they write."""
+
+import csv
+import os
+import re
+import statistics
+import subprocess
+import sys
+
+import bench
+import closed_form_loads
+import gallery
+import matplotlib.image
+import notched_tension
+import numpy as np
+import pytest
+import time_order
+from evp import curves, specimen
+from lammps_run import DECKS, REPOSITORY, read_dump, run_lammps
+from study import Runs
+
+# ---- the order of accuracy in dt that the pages of the integrators state ----
+
+ORDER = 0.06  # of an order at the dt used, measured: the next power of dt is still in it
+
+
+@pytest.mark.parametrize("style, gamma, order", [("nve", 0.0, 2.0), ("nve", 100.0, 1.0), ("nve/evp", 100.0, 1.0)])
+def test_damping_makes_time_integration_first_order(tmp_path, style, gamma, order):
+    """Control: without damping it is of second order."""
+    way = next(way for way in time_order.WAYS if way.style == style and way.gamma == gamma)
+    differences, _ = time_order.measure(way._replace(steps=2 * way.steps), 2, tmp_path)
+    assert np.log2(differences[0] / differences[1]) == pytest.approx([order, order], abs=ORDER)
+
+
+# ---- torsion and bending of small bodies against closed forms ----
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory):
+    return [closed_form_loads.measure(1000, seed, Runs(tmp_path_factory.mktemp("loads"))) for seed in (1, 2)]
+
+
+@pytest.mark.parametrize("load, most, least", [("torsion", 0.92, 0.8), ("bending", 0.93, 0.85)])
+def test_stiffness(found, load, most, least):
+    """With 1000 spheres the surface takes a tenth (doc/closed_form_loads.md); the ratio that the places and directions of the bonds give for it is met
+    within 4 % in the mean of two packings, and no number is fitted."""
+    measured, bonds = ([getattr(one, name) for one in found] for name in (load, f"{load}_bonds"))
+    assert statistics.mean(a / b for a, b in zip(measured, bonds)) == pytest.approx(1.0, abs=0.04)
+    assert max(bonds) < most and min(measured) > least, "control: the surface is seen"
+
+
+def test_nine_numbers_are_one_material_in_bodies_of_any_volume(found):
+    """pi 0.02^2 0.1 m3 and 2e-5 m3."""
+    assert all(one.bar_modulus / one.round_modulus == pytest.approx(1.0, rel=0.12) for one in found)
+
+
+# ---- bench: it counts what it times ----
+
+
+@pytest.fixture()
+def page(tmp_path):
+    path = tmp_path / "page.md"
+    parts = "".join(f"<!-- {name}: doc/studies/bench.py -->\nold {name}\n<!-- end of {name} -->\n" for name in ("summary", *bench.SECTIONS))
+    path.write_text(f"before\n{parts}after\n", encoding="utf-8")
+    return path
+
+
+def test_quick_bench_writes_its_tables(page):
+    """Every section on small scenes; between the markers of the page only. Each time is one of LAMMPS' own, so above zero."""
+    words = [sys.executable, REPOSITORY / "doc" / "studies" / "bench.py", "--quick", "--out", page]
+    run = subprocess.run(words, env={**os.environ, "PYTHONPATH": str(REPOSITORY / "tools")}, stdin=subprocess.DEVNULL,
+                         capture_output=True, text=True, check=False, timeout=300)
+    assert run.returncode == 0, run.stderr[-2000:]
+    text = page.read_text(encoding="utf-8")
+    assert text.startswith("before\n") and text.endswith("after\n") and "\nold" not in text
+    for title in ("Pair loop", "Neighbor build", "Cost of each effect", "Whole step", "Scale", "Ranks"):
+        assert f"### {title}" in text, title
+    with open(page.with_suffix(".csv"), encoding="utf-8") as source:
+        times = {row["name"]: float(row["value"]) for row in csv.DictReader(source) if row["section"] == "lattice"}
+    assert {"evp/lj", "evp/lj, gamma > 0", "lj/cut"} <= set(times)
+    assert all(value > 0.0 for value in times.values()), times
+    share = float(text.split("*pairs crossing xi_s* ")[1].split(" %")[0])
+    assert share >= 2.0, "control: pairs do cross xi_s in that scene"
+    assert "about" in run.stderr and "left" in run.stderr, "progress with the time left"
+    assert (page.parent / "figures" / "page.png").stat().st_size > 10000
+
+
+# ---- gallery: each section has numbers of gallery_scenes.py; the quick ones are run from the page's text ----
+
+SAME = 0.02  # of the numbers, on another machine
+PARTS = {part.picture: part for part in gallery.parts()}
+QUICK = [part.picture for part in sorted(PARTS.values(), key=lambda part: float(re.search(r"^(\S+) s of processor time", part.written)[1]))[:3]]
+
+
+def cells_of(text):
+    """Of the rows of a table, without its head."""
+    return [[cell.strip() for cell in line.strip("| ").split(" | ")] for line in text.splitlines() if line.startswith("| ")][1:]
+
+
+def numbers_of(rows):
+    """{what: number} of rows of cells."""
+    return {row[0]: float(row[1].split()[0]) for row in rows}
+
+
+def test_numbers_of_the_decks_are_those_of_the_page():
+    """The table of lammps_inputs/README.md has each number of the page, by deck, and each deck but the three to copy; the page has each scene."""
+    _, table, _ = gallery.split_at_marks(DECKS / "README.md", *gallery.MARKS)
+    listed = cells_of(table)
+    assert [row[1:4] for row in listed] == [row[:3] for part in PARTS.values() for row in cells_of(part.written)], "run doc/studies/gallery.py"
+    decks = {row[0].strip("`") for row in listed}
+    assert {path.name for path in DECKS.glob("in.*")} - decks == {"in.ball", "in.metal", "in.pull"} and list(PARTS) == list(gallery.SCENES)
+
+
+@pytest.mark.parametrize("picture", QUICK)
+def test_commands_of_the_page(tmp_path, picture):
+    gallery.prepare(tmp_path)
+    part = PARTS[picture]
+    found, printed = numbers_of(gallery.rows(part, gallery.measure(part, tmp_path)[0])), numbers_of(cells_of(part.written))
+    exact = {name: value for name, value in printed.items() if "imbalance" not in name}
+    assert {name: found[name] for name in exact} == pytest.approx(exact, rel=SAME)
+    drawn, shown = (matplotlib.image.imread(folder / picture).shape for folder in (tmp_path, gallery.PAGE.parent / "gallery"))
+    assert drawn[:2] == shown[:2]
+
+
+# ---- regions/notched.lmp, packed by in.specimen and pulled apart by in.traction ----
+
+NET = 1e-4  # cross-section between the notches [m2]
+VOLUME = 2e-4 * 0.05 - 2 * (0.002 * 0.004 + np.pi * 0.001**2 / 2) * 0.01  # without two slots with round ends [m3]
+
+
+@pytest.fixture(scope="module")
+def bar(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("notched")
+    run_lammps("in.specimen", 1, {**notched_tension.BAR, "n": 2000, "out": "notched.data"}, folder).ok()
+    return folder / "notched.data"
+
+
+def test_measures_are_those_of_the_drawing(bar):
+    lines = dict(re.findall(r"^variable (\w+) equal (\S+)", (bar.parent / "notched.data.body").read_text(encoding="utf-8"), re.M))
+    assert float(lines["length"]) == 0.05 and float(lines["area"]) == pytest.approx(NET, rel=0.01)
+    assert float(lines["volume"]) == pytest.approx(VOLUME, rel=0.003) == notched_tension.VOLUME
+    assert float(lines["solid_fraction"]) == pytest.approx(0.60, abs=0.015)
+    body = specimen.read_data(bar)
+    assert not ((np.abs(body.x[:, 0] - 0.025) < 0.001) & (np.abs(body.x[:, 1]) > 0.0055)).any(), "in a slot"
+
+
+def test_it_breaks_at_the_notches(bar, tmp_path):
+    """It parts, and what has flowed most and the atoms that lost bonds are near mid-length; stress is that of the net section."""
+    choices = {**notched_tension.PULL, "specimen": bar, "strain": 0.03, "break": 0.05, "out": "pull"}
+    found = run_lammps("in.traction", 1, choices, tmp_path).ok()
+    assert float(re.search(r"cross-section (\S+) m2", found.stdout)[1]) == pytest.approx(NET, rel=0.01)
+    curve = curves.read_curve(tmp_path / "pull.csv")
+    read = notched_tension.rupture_of(curve, int(curves.read_columns(tmp_path / "pull.csv", ("broken",))["broken"][-1]))
+    assert 150.0 < read.peak < 230.0 and 0.005 < read.at < read.strain < 0.025 and 20.0 < read.work < 150.0
+    state = read_dump(tmp_path / "pull_state.dump")[-1]
+    before = specimen.read_data(bar).x[:, 0]
+    lost = state["share_lost"] > 0.0
+    assert lost.sum() > 50 and np.median(np.abs(before[lost] - 0.025)) < 0.003, "the body is 0.05 m long"
