@@ -10,8 +10,7 @@ from typing import NamedTuple
 HALF_PAIRS = 9  # of a sphere of the lattice, within 1.5 diameters
 CONTACTS = 6  # of these, of touching spheres
 ROW = "80 8 4 3 8 4 0.005"  # e1 m1 n1 e2 m2 n2 xi_s
-REACH = 1.5
-SKIN = 0.06  # of the neighbor lists
+REACH, SKIN = 1.5, 0.06  # diameters: of pairs, and beyond it of the neighbor lists
 NEVER = "neigh_modify every 1000000 delay 1000000 check no"
 ALWAYS = "neigh_modify every 1 delay 0 check no"
 WATCHED = "neigh_modify every 1 delay 0 check yes"
@@ -178,10 +177,9 @@ def effects(cells, steps, data):
         ("all of a forming scene: plasticity isotropic, fix evp/volume, fix evp/energy at each step, fix dt/evp every 100 steps",
          ours("forming", cells, steps, contact="repulsive", rules=PLASTIC, more=VOLUME + "\nfix ledger all evp/energy\nfix step all dt/evp 100 0.4 max 1e-3"), plain),
         ("implicit damping of Table 2 at a timestep of 1e-5 s (random specimen; scaled from 500 spheres)",
-         random_body("Table 2", "evp/lj", data, steps // 4, neigh=NEVER, gamma=1000, move="nve/evp", timestep="1e-5"),
-         random_body("Table 1", "evp/lj", data, steps // 4, neigh=NEVER)),
-        ("new contacts: contact literal over none (random specimen)", random_body("literal", "evp/lj", data, steps, neigh=NEVER),
-         random_body("none", "evp/lj", data, steps, neigh=NEVER, contact="none")),
+         random_body("Table 2", "evp/lj", data, steps // 4, neigh=NEVER, gamma=1000, move="nve/evp", timestep="1e-5"), random_body("Table 1", "evp/lj", data, steps // 4, neigh=NEVER)),
+        ("new contacts: contact literal over none (random specimen)",
+         random_body("literal", "evp/lj", data, steps, neigh=NEVER), random_body("none", "evp/lj", data, steps, neigh=NEVER, contact="none")),
     ]
 
 
