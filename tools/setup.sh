@@ -100,7 +100,7 @@ fi
 lammps_date=$(lammps_date_of "$tree")
 done_phase
 
-phase "3/5 LAMMPS $lammps_date build (up to 7 min on two cores the first time)"
+phase "3/5 LAMMPS $lammps_date build (about 3 min on two cores the first time)"
 if [ -n "$build_dir" ]; then
   say "using your build $build_dir"
   lammps_build=$build_dir
@@ -135,7 +135,7 @@ else
 fi
 done_phase
 
-phase "4/5 plugin (about half a minute)"
+phase "4/5 plugin (about a minute)"
 run_logged "configuring" evp_configure "$EVP_BUILD" -DCMAKE_BUILD_TYPE=Release -DLAMMPS_SOURCE_DIR="$tree" -DLAMMPS_BUILD_DIR="$lammps_build"
 run_logged "compiling" cmake --build "$EVP_BUILD" -j "$EVP_CORES" --target evpplugin
 done_phase

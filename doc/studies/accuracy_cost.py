@@ -239,7 +239,8 @@ def page(rows):
             (label, words(setting), *map(shown, cost(rows, key, label)), *(shown(value) if label != reference(key) else "reference" for value in errors(rows, key, label).values()))
             for label, setting in scene.settings.items()])
     faster = cost(rows, "pull", "explicit 0.9")[0] / cost(rows, "pull", "implicit 0.9")[0]
-    return {"margin": MARGIN, "bodies": len(SEEDS), "spheres": ", ".join(str(scene.sizes[0]) for scene in SCENES.values()), "faster": f"{faster:.0f}",
+    enough = [f"{min((n for n, error in errors_of_size(rows, key).items() if error <= BOUNDS['5 % (draft)']), default='more')} in '{scene.title}'" for key, scene in SCENES.items()]
+    return {"enough": ", ".join(enough), "margin": MARGIN, "bodies": len(SEEDS), "spheres": ", ".join(str(scene.sizes[0]) for scene in SCENES.values()), "faster": f"{faster:.0f}",
             "viscous": shown(largest(errors(rows, "pull", "increment 0.0005"))), "inertia": shown(largest(errors(rows, "cycle", "rate 200"))), **tables,
             "settings": (("load", "error within", "run", "time [s]", "steps x spheres [million]", "error [%]", "on an unseen body [%]"), settings),
             "parts": (("load", "number", "with the most spheres", "setting [%]", "packing [%]", "fewest spheres [%]", "more [%]", "most spheres"), parts)}

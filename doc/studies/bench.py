@@ -212,8 +212,8 @@ def summary(rows):
             f"{value.get(('lattice', 'bond bpm/spring', ''), float('nan')):.3g} ns on the same lattice.",
             f"A step takes {min(number for _, number in scale):.0f} to {max(number for _, number in scale):.0f} ns per sphere from {scale[0][0]} to {scale[-1][0]} spheres. "
             f"Two MPI ranks are {min(two_ranks):.1f} to {max(two_ranks):.1f} times faster than one on random specimens.",
-            f"Run time of a step with an effect over that without it: explicit damping {factor('explicit damping')}, implicit damping {factor('implicit damping')} "
-            "(with a much larger timestep size, see [accuracy](accuracy_cost.md)),",
+            f"Run time of a step with an effect over that without it: explicit damping {factor('explicit damping')}, implicit damping {factor('implicit damping')}, "
+            f"with Table 2 {factor('implicit damping of Table 2')} (with a much larger timestep, see [accuracy](accuracy_cost.md)),",
             f"plasticity isotropic {factor('plasticity isotropic, no pair')} to {factor('plasticity isotropic, pairs flow')}, break {factor('break')}, "
             f"fix evp/volume {factor('fix evp/volume')}, fix evp/energy at each step {factor('fix evp/energy')}."]
 

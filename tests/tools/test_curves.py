@@ -121,7 +121,7 @@ HEAD = "strain,stress_grip,stress_virial\n"
     ("strain,force\n0,0\n1,1\n", "bad.csv has no column stress_virial; its first line must be strain,stress_virial"),
     (HEAD + "0,0,0\n", "bad.csv holds 1 rows: no curve"), (HEAD + "0,0,0\n1,1\n", "damaged line"), (HEAD + "0,0,0\n1,1,one\n", "damaged line"),
     (HEAD + "0,0,0\n1,1,nan\n", "bad.csv holds a number that is not finite: the run was unstable"),
-    (bilinear(end=0.001), "it ends at strain 0.001: pull farther, or give the range (--fit)"),
+    (bilinear(end=0.001), "it ends at strain 0.001: pull farther or in smaller increments, or give the range (--fit)"),
     (rounded(0.0004 * E, step=0.0005), "elastic part has fewer than three rows"),
     ("time,force,speed,length\n0,0,0,0\n", "curves.py columns --x time --y NAME, NAME one of force, speed, length"),
     ("angle,shear_strain,torque_grip,torque_virial\n0,0,0,0\n", "of an older in.torsion: run the deck again"),

@@ -133,7 +133,7 @@ def _line_fit(strain, stress, low, high):
     end = np.max(strain, initial=0.0)
     if np.sum(inside) < 3 or end < 0.5 * (middle + high):
         raise CurveError(f"the curve has too few rows between strain {low:g} and {high:g} for a straight line: {np.sum(inside)}; it ends at strain {end:g}: "
-                         "pull farther, or give the range (--fit)")
+                         "pull farther or in smaller increments, or give the range (--fit)")
     slope, value = np.polyfit(strain[inside] - middle, stress[inside], 1)
     return float(slope), float(value)
 
