@@ -66,11 +66,13 @@ void BondRecording::take_zone(const NeighList *list, double zone_in, const PairD
 
   const AtomBodies bodies(atom, within);
   made.resize(atom->nlocal);
+  BondStore::Bonds own;    // of one atom: copies take no more room than they need
   std::string complaint;
   const int *mask = atom->mask;
   for (int ii = 0; ii < list->inum; ii++) {
     const int i = list->ilist[ii];
     if (!(mask[i] & fix->groupbit)) continue;
+    own.clear();
     for (int jj = 0; jj < list->numneigh[i]; jj++) {
       if (scene::is_excluded(force, list->firstneigh[i][jj])) continue;
       const int j = list->firstneigh[i][jj] & NEIGHMASK;
@@ -90,8 +92,9 @@ void BondRecording::take_zone(const NeighList *list, double zone_in, const PairD
         complaint =
             fmt::format("atoms {} and {} coincide: move one or delete it (delete_atoms overlap)",
                         atom->tag[i], atom->tag[j]);
-      made[i].push_back({atom->tag[j], std::sqrt(dsq)});
+      own.push_back({atom->tag[j], std::sqrt(dsq)});
     }
+    made[i] = own;
   }
   throw_together(complaint, world);
   overlaps = reduce_all(overlaps, MPI_SUM, world) / 2;    // both atoms see a pair
