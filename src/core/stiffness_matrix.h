@@ -100,27 +100,25 @@ class StiffnessMatrix {
   struct Link {
     int i, j;
     Vector u;
-    double axial, across;         ///< [force/length]
-    double damping;               ///< [force/velocity]
-    double opening = 0.0;         ///< of minus the density of i and j by the length [1/length]
-    bool is_bond = true;          ///< does that density count as bonded?
-    double above_volume = 0.0;    ///< all together no softer than the volume energy [force/length]
-
-    double most_axial() const { return axial + above_volume; }
-    double undamped() const { return damping > 0.0 ? 0.0 : most_axial(); }
+    double axial, across;    ///< [force/length]
+    double damping;          ///< [force/velocity]
 
     // of the link in a mixed matrix, axial u u^T + across 1
     double across_in(const Mix &mix) const { return mix.across * across; }
-    double axial_in(const Mix &mix) const
-    {
-      return mix.axial * axial + mix.damping * damping + mix.undamped * undamped() - across_in(mix);
-    }
+  };
+
+  /// The part of a link in the volume energy.
+  struct VolumeLink {
+    double opening = 0.0;         ///< of minus the density of i and j by the length [1/length]
+    double above_volume = 0.0;    ///< all together no softer than the volume energy [force/length]
+    bool is_bond = true;          ///< does that density count as bonded?
   };
 
   std::vector<Link> links;
 
   // of the volume energy: sum_i K_i b_i b_i^T, with b_i the derivative of the density of i, by all links or by bonds alone
-  bool with_volume = false;    ///< the same on all ranks; without, there are no openings
+  bool with_volume = false;                         ///< the same on all ranks
+  std::vector<VolumeLink> volume_links;             ///< of the links; empty without
   std::vector<VolumeStiffness> volume_stiffness;    ///< of own particles
 
   std::vector<double> inverse_mass;    ///< of own particles and ghosts, 0 where held
@@ -132,14 +130,19 @@ class StiffnessMatrix {
 
   bool is_free(int i) const { return inverse_mass[i] > 0.0; }
 
+  // of links, with the springs above the volume energy
+  double above_volume(size_t k) const { return with_volume ? volume_links[k].above_volume : 0.0; }
+  double most_axial(size_t k) const { return links[k].axial + above_volume(k); }
+  double undamped(size_t k) const { return links[k].damping > 0.0 ? 0.0 : most_axial(k); }
+
   /// Collective. Of M^-1/2 (mixed matrix) M^-1/2 over the free particles; errors: see
   /// EVP::largest_eigenvalue().
   LanczosResult largest_eigenvalue(const Mix &mix, double tolerance, int max_iterations)
   {
     double here = 0.0;
-    for (const Link &link : links)
-      here += mix.axial * link.axial + mix.across * link.across + mix.damping * link.damping +
-          mix.undamped * link.undamped();
+    for (size_t k = 0; k < links.size(); k++)
+      here += mix.axial * links[k].axial + mix.across * links[k].across +
+          mix.damping * links[k].damping + mix.undamped * undamped(k);
     for (const VolumeStiffness &k : volume_stiffness) here += mix.volume * (k.total + k.bonded);
     if (exchange.sum(here) == 0.0) return {0.0, 0, true};
 
@@ -162,9 +165,10 @@ class StiffnessMatrix {
   {
     // per particle: own block xx yy zz, xy xz yz, and absolute row sums towards free partners
     std::vector<double> diagonal(3 * inverse_mass.size(), 0.0), off = diagonal, partners = diagonal;
-    for (const Link &link : links) {
+    for (size_t k = 0; k < links.size(); k++) {
+      const Link &link = links[k];
       const double across = link.across_in(mix),
-                   axial = link.axial_in(mix) + mix.volume * link.above_volume;
+                   axial = axial_in(mix, k) + mix.volume * above_volume(k);
       const auto &[x, y, z] = link.u;
       const double own[] = {axial * x * x + across, axial * y * y + across, axial * z * z + across};
       const double beside[] = {axial * x * y, axial * x * z, axial * y * z};
@@ -194,23 +198,31 @@ class StiffnessMatrix {
     return sums;
   }
 
-  /// Collective. Finds Link::above_volume. By Cauchy and Schwarz (sum_j b e_j)^2 <= (sum_j b) (sum_j b e_j^2).
+  /// Collective. Finds VolumeLink::above_volume. By Cauchy and Schwarz (sum_j b e_j)^2 <= (sum_j b) (sum_j b e_j^2).
   void find_springs_above_volume()
   {
-    find_pulls(1.0, [](const Link &link) {
-      return link.opening;
+    find_pulls(1.0, [this](size_t k) {
+      return volume_links[k].opening;
     });
-    for (Link &link : links) link.above_volume = link.opening * pull(link);
+    for (size_t k = 0; k < links.size(); k++)
+      volume_links[k].above_volume = volume_links[k].opening * pull(k);
   }
 
   double memory_usage() const
   {
-    return bytes_of(links, volume_stiffness, inverse_mass, start, motion, reaction, change);
+    return bytes_of(links, volume_links, volume_stiffness, inverse_mass, start, motion, reaction,
+                    change);
   }
 
  private:
   PerAtomComm &exchange;
   std::vector<double> motion, reaction, change;    // with ghosts
+
+  double axial_in(const Mix &mix, size_t k) const
+  {
+    return mix.axial * links[k].axial + mix.damping * links[k].damping +
+        mix.undamped * undamped(k) - links[k].across_in(mix);
+  }
 
   void apply(const Mix &mix, const std::vector<double> &in, std::vector<double> &out)
   {
@@ -225,9 +237,10 @@ class StiffnessMatrix {
     exchange.forward_comm(motion);
 
     reaction.assign(motion.size(), 0.0);
-    for (const Link &link : links) {
+    for (size_t k = 0; k < links.size(); k++) {
+      const Link &link = links[k];
       const Vector dv = vector_of(motion, link.i) - vector_of(motion, link.j);
-      const double along = link.axial_in(mix) * dot(link.u, dv);
+      const double along = axial_in(mix, k) * dot(link.u, dv);
       react(link, link.u * along + dv * link.across_in(mix));
     }
     if (with_volume && mix.volume > 0.0) apply_volume(mix.volume);
@@ -244,10 +257,10 @@ class StiffnessMatrix {
       change[(size_t) 3 * i] += value;
       if (is_bond) change[(size_t) 3 * i + 1] += value;
     };
-    for (const Link &link : links) {
-      const double value = share(link);
-      add(link.i, link.is_bond, value);
-      if (link.j < nreact) add(link.j, link.is_bond, value);
+    for (size_t k = 0; k < links.size(); k++) {
+      const double value = share(k);
+      add(links[k].i, volume_links[k].is_bond, value);
+      if (links[k].j < nreact) add(links[k].j, volume_links[k].is_bond, value);
     }
     exchange.reverse_comm(change);
     for (size_t i = 0; i < volume_stiffness.size(); i++) {
@@ -258,20 +271,23 @@ class StiffnessMatrix {
   }
 
   // on a link, after find_pulls()
-  double pull(const Link &link) const
+  double pull(size_t k) const
   {
-    const double *const of_i = &change[(size_t) 3 * link.i],
-                        *const of_j = &change[(size_t) 3 * link.j];
-    return of_i[0] + of_j[0] + (link.is_bond ? of_i[1] + of_j[1] : 0.0);
+    const double *const of_i = &change[(size_t) 3 * links[k].i],
+                        *const of_j = &change[(size_t) 3 * links[k].j];
+    return of_i[0] + of_j[0] + (volume_links[k].is_bond ? of_i[1] + of_j[1] : 0.0);
   }
 
   // adds sum_i K_i b_i b_i^T motion to reaction
   void apply_volume(double weight)
   {
-    find_pulls(weight, [this](const Link &link) {
-      return link.opening * dot(link.u, vector_of(motion, link.i) - vector_of(motion, link.j));
+    find_pulls(weight, [this](size_t k) {
+      const Link &link = links[k];
+      return volume_links[k].opening *
+          dot(link.u, vector_of(motion, link.i) - vector_of(motion, link.j));
     });
-    for (const Link &link : links) react(link, link.u * (link.opening * pull(link)));
+    for (size_t k = 0; k < links.size(); k++)
+      react(links[k], links[k].u * (volume_links[k].opening * pull(k)));
   }
 
   void react(const Link &link, const Vector &force)

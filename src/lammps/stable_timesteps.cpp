@@ -40,12 +40,13 @@ void StableTimesteps::linearise(const PairData &pair_data, const FreeAtoms &free
   }
   least_damping = NO_LIMIT;
   bool damped = false, undamped = false;
-  for (auto &link : linear.links) {
+  for (size_t k = 0; k < linear.links.size(); k++) {
+    auto &link = linear.links[k];
     link.across = std::max(0.0, link.across);    // compression takes none away
     damped = damped || link.damping > 0.0;
-    undamped = undamped || link.undamped() > 0.0;
-    if (link.damping > 0.0 && link.most_axial() > 0.0)
-      least_damping = std::min(least_damping, link.damping / link.most_axial());
+    undamped = undamped || linear.undamped(k) > 0.0;
+    if (link.damping > 0.0 && linear.most_axial(k) > 0.0)
+      least_damping = std::min(least_damping, link.damping / linear.most_axial(k));
   }
   least_damping = reduce_all(least_damping, MPI_MIN, world);
   any_damped = on_any(damped, world);
@@ -72,6 +73,7 @@ void StableTimesteps::take_atoms(const FreeAtoms &free)
 void StableTimesteps::take_pairs(const PairData &pair_data)
 {
   linear.links.clear();
+  linear.volume_links.clear();
   linear.volume_stiffness.clear();
   linear.links.reserve(pair_data.packed_pairs().size());
   for_each_pair(pair_data.packed_pairs(), scene::rows(atom->x), [&](const PlacedPair &p) {
@@ -95,6 +97,7 @@ void StableTimesteps::take_volume(const VolumeForces &volume, const PairLists &l
   for (size_t k = 0; k < linear.links.size(); k++)
     known.push_back({{linear.links[k].i, linear.links[k].j}, k});
   std::sort(known.begin(), known.end());
+  linear.volume_links.resize(known.size());
   volume.for_each_pair(lists, [&](const PlacedPair &p, double inv_dlim, double pull) {
     if (!linear.is_free(p.i) && !linear.is_free(p.j)) return;
     const std::pair<int, int> pair = {p.i, p.j};
@@ -103,13 +106,14 @@ void StableTimesteps::take_volume(const VolumeForces &volume, const PairLists &l
     size_t k = linear.links.size();
     if (found != known.end() && found->first == pair)
       k = found->second;
-    else
+    else {
       linear.links.push_back({p.i, p.j, p.direction(), 0.0, 0.0, 0.0});
-    auto &link = linear.links[k];
-    link.opening = 2.0 * inv_dlim * (1.0 - d * inv_dlim);
-    link.is_bond = p.is_bond;
-    link.axial += std::max(0.0, -2.0 * pull * inv_dlim * inv_dlim);
-    link.across += pull * link.opening / d;
+      linear.volume_links.emplace_back();
+    }
+    const double opening = 2.0 * inv_dlim * (1.0 - d * inv_dlim);
+    linear.volume_links[k] = {opening, 0.0, p.is_bond};
+    linear.links[k].axial += std::max(0.0, -2.0 * pull * inv_dlim * inv_dlim);
+    linear.links[k].across += pull * opening / d;
   });
 }
 

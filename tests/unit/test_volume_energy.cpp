@@ -236,7 +236,7 @@ TEST(VolumeEnergy, HeldNeighborsTakeNoPart)
   network.start = {0.3, 0.1, 0.2, -0.5, 0.4, 0.1, 0.0, 0.0, 0.0};
   network.links = {{0, 1, {-1, 0, 0}, 2.0, 0.0, 0.5}, {1, 2, {-1, 0, 0}, 2.0, 0.0, 0.5}};
   network.with_volume = true;
-  for (auto &link : network.links) link.opening = v;
+  network.volume_links = {{v}, {v}};
   network.volume_stiffness = {{}, {0.0, stiffness}, {}};
   EXPECT_NEAR(network.largest_eigenvalue({0, 0, 0, 1.0}, 1e-8, 100).eigenvalue, v * v * stiffness,
               1e-7 * stiffness);
