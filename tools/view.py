@@ -19,10 +19,11 @@ dump (dump_modify units yes), else SI; no display is needed. Spheres are drawn b
 
 import pathlib
 
-from evp import curves, dump, progress, spheres, view_figure, view_scene  # before numpy
+from evp import curves, dump, spheres, view_figure, view_scene  # before numpy
 import numpy as np
 from evp.figures import short_names
 from evp.report import all_or_nothing, command_line, errors_in_one_line, positive, whole
+from evp.run import INTERVAL, watched
 
 RELEASED = 0.02  # of the largest stress: less on the way back is no load
 FLAT = 0.8  # thinnest side of a body over the next one, below which the camera looks onto it
@@ -89,7 +90,7 @@ def names_of(snapshots, series):
 
 def with_progress(snapshots):
     """The snapshots, with progress where they are many."""
-    return progress.watched("view", snapshots, str, interval=progress.INTERVAL) if len(snapshots) > WATCHED else snapshots
+    return watched("view", snapshots, str, interval=INTERVAL) if len(snapshots) > WATCHED else snapshots
 
 
 class Scene:

@@ -17,7 +17,7 @@ import numpy as np
 
 from evp import curves, dump, figures, run, spheres, view_figure, view_scene
 
-PART = run.CHECKOUT / "tests" / "data" / "parts" / "dog_bone.stl"
+PART = run.DECKS / "dog_bone.stl"
 MATERIAL = f"{run.CHECKOUT / 'potentials' / 'gado2017.evp'}:table1_any"
 STRAIN = 0.016  # of the grips, where the bar turns
 SPEED = 150.0  # of the ball [m/s]
