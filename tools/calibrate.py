@@ -58,8 +58,6 @@ def parser():
     top.add_argument("--seed", type=whole(1), default=1, help="of the cylinder (default 1)")
     top.add_argument("--ranks", type=whole(1), default=2, help="MPI ranks of each run (default 2)")
     top.add_argument("--timeout", type=positive, default=900.0, help="seconds after which a run has failed (default 900)")
-    top.add_argument("--table", type=pathlib.Path, metavar="FILE", help="the run table (default: OUT.NAME.jsonl)")
-    top.add_argument("--fresh", action="store_true", help="forget the runs of the table")
     return top
 
 
@@ -125,17 +123,17 @@ def calibrate(options, words):
     out = options.out.absolute()
     check_file(out, options.name)
     lammps_command(options.ranks)  # stops here where there is no lmp
-    table_path = (options.table or out.with_name(f"{out.stem}.{options.name}.jsonl")).absolute()
+    table_path = out.with_name(f"{out.stem}.{options.name}.jsonl")
     work = table_path.with_suffix(".work")
     inputs = {**targets._asdict(), "spheres": options.spheres, "seed": options.seed, "ranks": options.ranks, "within": calibration.WITHIN}
     if options.body:
         inputs = {**inputs, "spheres": None, "seed": None, "body": checksum(options.body)}
-    table = Table(table_path, inputs, options.fresh)
+    table = Table(table_path, inputs)
     try:
-        if options.fresh:
-            shutil.rmtree(work, ignore_errors=True)
         if table.runs:
             print(f"going on after {len(table.runs)} runs of {table_path}", flush=True)
+        else:
+            shutil.rmtree(work, ignore_errors=True)
         work.mkdir(exist_ok=True)
         if options.body:
             body = calibration.given_body(options.body, work)

@@ -23,9 +23,8 @@ import tempfile
 
 import evp  # noqa: F401  before numpy
 import numpy as np
-from evp.progress import format_seconds
 from evp.report import command_line, errors_in_one_line, whole
-from evp.run import CHECKOUT, RunError, ended, lammps_command, lammps_error
+from evp.run import CHECKOUT, RunError, ended, format_seconds, lammps_command, lammps_error
 
 MEASURED = CHECKOUT / "doc" / "accuracy_errors.csv"
 MARK = "cost.py:"  # begins the lines that part the output

@@ -8,7 +8,6 @@ one command. Exit status: 0 healthy, 1 a fault, 2 wrong use. Paste the output in
 
 import argparse
 import filecmp
-import importlib.util
 import os
 import pathlib
 import platform
@@ -24,12 +23,7 @@ from typing import NamedTuple
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 RECORD = ROOT / "installed_from.txt"  # in an installation, by cmake/EvpInstall.cmake
-sys.path.append(str(ROOT / "tools" / "evp"))  # not as a package, which asks for numpy: the doctor must speak where there is none
-
-import interpreter  # noqa: E402
-
 OLDEST = 20250204  # as in cmake/EvpHost.cmake
-MODULES = ("numpy", "scipy", "matplotlib")
 MONTHS = "Jan Feb Mar Apr May Jun Jul Aug Sep Oct Nov Dec".split()
 SECONDS = 60  # a run here takes less than one: only a hang gets there
 KNOWN = "evp doctor: evp/lj is known"
@@ -194,22 +188,6 @@ def mend(lammps, first):
     return f"{configure} && cmake --build {shlex.quote(str(folder))} --target evpplugin && {export('LAMMPS_PLUGIN_PATH', folder)}"
 
 
-def check_python(report):
-    own = f"{platform.python_version()} ({sys.executable})"
-    lacking = [name for name in MODULES if not importlib.util.find_spec(name)]
-    if not lacking:
-        return report.line("ok", "Python", f"{own} with {', '.join(MODULES)}")
-    lack = f"{own} lacks {', '.join(lacking)}"
-    other = next((path for path in interpreter.candidates(os.environ) if interpreter.has_modules(path, MODULES)), None)
-    if other:
-        return report.line("ok", "Python", f"{lack}; the tools go on in {other}, which has them")
-    install = f"{shlex.quote(sys.executable)} -m pip install {' '.join(lacking)}"
-    if shutil.which("apt-get"):
-        install = f"{'sudo ' if os.geteuid() else ''}apt-get install {' '.join(f'python3-{name}' for name in lacking)}"
-    cause = f"no Python here has the modules {', '.join(lacking)}, which the tools need. LAMMPS and the plugin do without."
-    return report.fault("Python", lack, cause, install)
-
-
 def find_lmp(given):
     """(path, how it was found); a path may be no program, and is None where there is none."""
     for word, found_by in ((given, "--lmp"), (os.environ.get("EVP_LMP"), "EVP_LMP"), (shutil.which("lmp"), "PATH")):
@@ -266,7 +244,7 @@ def why_not(plugin, trial):
 
 
 def check_plugin(report, lammps, given):
-    """Does lmp load it by itself, or else by `plugin load`? The plugin that was looked at; None without one."""
+    """Does lmp load it by itself, or else by `plugin load`?"""
     own_trial = try_plugin(lammps.path)
     named = [*FOLDER.findall(own_trial[1]), *os.environ.get("LAMMPS_PLUGIN_PATH", "").split(os.pathsep)]  # lmp may be a script that sets it
     folders = [pathlib.Path(folder) for folder in dict.fromkeys(named) if folder]
@@ -292,7 +270,6 @@ def check_plugin(report, lammps, given):
     elif plugin:
         facts = facts_of(plugin) or "it does not say what it was built for"
         report.line("ok", "plugin", f"{plugin}, {'loaded by itself' if found else 'by `plugin load`'}: {facts}")
-    return plugin
 
 
 def check_mpirun(report, lammps):
@@ -326,48 +303,12 @@ def check_mpirun(report, lammps):
     return report.fault("mpirun", f"{name} starts no run on two ranks", cause, f"export EVP_MPIRUN=/path/to/mpirun   # of {lammps.mpi}")
 
 
-def last_run(path):
-    """The text of the last run in a log, or in the kept output of a job; ValueError where there is none."""
-    _, start, text = path.read_text(encoding="utf-8", errors="replace").rpartition("\nLAMMPS (")
-    if not start and not text.startswith("LAMMPS ("):
-        raise ValueError(f"{path} is no log of LAMMPS: no line begins with 'LAMMPS ('")
-    return start.lstrip() + text
-
-
-def check_log(report, lammps, plugin, log):
-    """What does the log say of the run that failed?"""
-    if not log:
-        return report.line("not checked", "log", "give one by --log log.lammps")
-    refused, unopened = REFUSED.search(log), UNOPENED.search(log)
-    unknown = re.search(r"Unrecognized \w+ style '[\w/]*evp[\w/]*'|Unknown command: (read|write)_evp_\w+", log)
-    error = re.search(r"^ERROR\b.*", log, re.M)
-    cause, command = "", mend(lammps, plugin) if lammps else another_lmp()
-    if lammps and release_number(log.partition("(")[2]) != release_number(lammps.release):
-        cause = f"it was by another lmp than {lammps.path}, {log.splitlines()[0]}"
-        command = export("PATH", lammps.path.parent, in_front=True)
-    elif refused:
-        cause = f"the plugin was built for another LAMMPS: {refused[1]}"
-    elif unopened:
-        cause = f"the file of `plugin load` did not open: {unopened[2]}. Without that line LAMMPS takes the plugin of LAMMPS_PLUGIN_PATH"
-    elif unknown and re.search(r"^(Loaded [1-9]|Loading plugin|EVP \S+ for LAMMPS)", log, re.M):
-        cause = f"{unknown[0]}: its plugin is older than the deck, or this name is wrong"
-    elif unknown:
-        empty = re.search(r"^Loaded 0 plugins from \S.*", log, re.M)
-        why = f"it says {empty[0]!r}" if empty else "LAMMPS_PLUGIN_PATH was not set in its shell or job script"
-        cause = f"it loaded no plugin: {why}, and the deck has no `plugin load`"
-    if cause:
-        return report.fault("log", cause, f"of the run of this log, {cause}.", command)
-    if error or "\nTotal wall time" in log:
-        return report.line("ok", "log", "nothing against EVP's plugin" + (f"; it ends with: {error[0]}" if error else ""))
-    ends = "it breaks off without an error: lmp crashed or was stopped. If that was at `plugin load FILE`, give --plugin FILE"
-    return report.line("not checked", "log", ends)
-
-
 def system_words():
-    """'EVP 1.0.0 on Debian GNU/Linux 12 (bookworm), x86_64, Linux 6.1'."""
+    """'EVP 1.0.0 on Debian GNU/Linux 12 (bookworm), x86_64, Linux 6.1, Python 3.11.2'."""
     version = re.search(r'^__version__ = "(.+?)"', (ROOT / "tools" / "evp" / "__init__.py").read_text(encoding="utf-8"), re.M)[1]
     name = entry_of(pathlib.Path("/etc/os-release"), "PRETTY_NAME").strip('"') or platform.platform(terse=True)
-    return f"EVP {version} on {name}, {platform.machine()}, {platform.system()} {'.'.join(platform.release().split('.')[:2])}"
+    system = f"{platform.system()} {'.'.join(platform.release().split('.')[:2])}"
+    return f"EVP {version} on {name}, {platform.machine()}, {system}, Python {platform.python_version()}"
 
 
 def main(argv=None):
@@ -376,25 +317,18 @@ def main(argv=None):
     parser = argparse.ArgumentParser(prog=command, description=__doc__.replace("doctor.py", command), formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--lmp", metavar="LMP", help="LAMMPS program (default: $EVP_LMP, else the first lmp on PATH, else that of EVP's build)")
     parser.add_argument("--plugin", type=pathlib.Path, metavar="FILE", help="plugin (default: of LAMMPS_PLUGIN_PATH, else that of EVP's build or installation)")
-    parser.add_argument("--log", type=pathlib.Path, metavar="FILE", help="log.lammps of a run that failed, or its kept output")
     args = parser.parse_args(argv)
-    for option, path in (("--lmp", args.lmp), ("--plugin", args.plugin), ("--log", args.log)):
+    for option, path in (("--lmp", args.lmp), ("--plugin", args.plugin)):
         if path and not pathlib.Path(path).is_file():
             parser.error(f"{option} {path}: no such file")
-    try:
-        log = last_run(args.log) if args.log else ""
-    except (OSError, ValueError) as error:
-        parser.error(f"--log: {error}")
     print(f"evp doctor: {system_words()}", flush=True)
     report = Report()
-    check_python(report)
     lammps = check_lmp(report, args.lmp)
     if lammps:
-        plugin = check_plugin(report, lammps, args.plugin and args.plugin.absolute())
+        check_plugin(report, lammps, args.plugin and args.plugin.absolute())
         check_mpirun(report, lammps)
     else:
-        plugin = report.line("not checked", "plugin", "first mend the fault above")
-    check_log(report, lammps, plugin, log)
+        report.line("not checked", "plugin", "first mend the fault above")
     print("\n" + report.verdict())
     return 1 if report.faults else 0
 

@@ -7,12 +7,8 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 source "$here/env.sh"
 cache=$(evp_cache_dir)
 log=$EVP_BUILD/setup.log
-# shellcheck source=tools/setup_common.sh
-source "$here/setup_common.sh"
-# shellcheck source=tools/setup_packages.sh
-source "$here/setup_packages.sh"
-# shellcheck source=tools/setup_source.sh
-source "$here/setup_source.sh"
+# shellcheck source=tools/setup_steps.sh
+source "$here/setup_steps.sh"
 
 usage() {
   cat <<'END'

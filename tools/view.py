@@ -19,10 +19,12 @@ dump (dump_modify units yes), else SI; no display is needed. Spheres are drawn b
 
 import pathlib
 
-from evp import curves, dump, progress, spheres, view_figure, view_scene  # before numpy
+from evp import curves, dump, scenes, spheres  # before numpy
 import numpy as np
 from evp.figures import short_names
 from evp.report import all_or_nothing, command_line, errors_in_one_line, positive, whole
+from evp.run import INTERVAL, watched
+from PIL import Image
 
 RELEASED = 0.02  # of the largest stress: less on the way back is no load
 FLAT = 0.8  # thinnest side of a body over the next one, below which the camera looks onto it
@@ -63,8 +65,8 @@ def end_of_run(path):
     return dump.load_text("strain", curve.strain[-1]) + (", released" if released else "")
 
 
-def when_of(snapshot, longest=None):
-    """Where a snapshot is on its way, as text: the load where the dump has it or its deck wrote it, else time, in the unit for the longest [s], else step."""
+def when_of(snapshot):
+    """Where a snapshot is on its way, as text: the load where the dump has it or its deck wrote it, else time, else step."""
     for name in dump.LOADS:
         load = snapshot.common(name)
         if load is not None:
@@ -76,20 +78,19 @@ def when_of(snapshot, longest=None):
         return load
     if snapshot.time is None:
         return f"step {snapshot.step}"
-    return view_figure.time_text(snapshot.time, longest) if snapshot.units == "si" else f"{snapshot.time:.4g} time units"
+    return scenes.time_text(snapshot.time) if snapshot.units == "si" else f"{snapshot.time:.4g} time units"
 
 
 def names_of(snapshots, series):
     """A title for each snapshot, with its file where the series has several."""
     paths = list(dict.fromkeys(snapshot.path for snapshot in series))
     files = dict(zip(paths, short_names(paths)))
-    longest = max((abs(s.time) for s in snapshots if s.time is not None), default=None)
-    return [f"{files[s.path]}, {when_of(s, longest)}" if len(paths) > 1 else when_of(s, longest) for s in snapshots]
+    return [f"{files[s.path]}, {when_of(s)}" if len(paths) > 1 else when_of(s) for s in snapshots]
 
 
 def with_progress(snapshots):
     """The snapshots, with progress where they are many."""
-    return progress.watched("view", snapshots, str, interval=progress.INTERVAL) if len(snapshots) > WATCHED else snapshots
+    return watched("view", snapshots, str, interval=INTERVAL) if len(snapshots) > WATCHED else snapshots
 
 
 class Scene:
@@ -97,7 +98,7 @@ class Scene:
 
     def __init__(self, args, snapshots, units):
         """Reads all snapshots once."""
-        self.cuts = [[view_scene.condition(text) for text in group] for group in args.cut or ()]
+        self.cuts = [[scenes.condition(text) for text in group] for group in args.cut or ()]
         self.color, self.units = args.color, units
         if not args.view:
             first = self.spheres(snapshots[0])
@@ -110,21 +111,21 @@ class Scene:
                 ends[k].append(spheres.extents(found.x, found.radius, *angles))
             if self.color:
                 drawn += [found.values.min(), found.values.max()]
-                inner += view_figure.bulk(found.values)
+                inner += scenes.bulk(found.values)
         self.cameras = spheres.cameras(ends, views, args.pixels)
-        self.scale, self.colors, self.factor = None, view_figure.plain_colors(), 1.0
+        self.scale, self.colors, self.factor = None, scenes.plain_colors(), 1.0
         if self.color:
             column = dump.described(self.color, units)
             self.factor = column.factor
             drawn, inner = ((column.factor * min(values), column.factor * max(values)) for values in (drawn, inner))
-            low, high = args.range or view_figure.limits(*inner)
-            note = "" if args.range else view_figure.note_of_outer(drawn, (low, high), column.unit)
+            low, high = args.range or scenes.limits(*inner)
+            note = "" if args.range else scenes.note_of_outer(drawn, (low, high), column.unit)
             label = "\n".join(filter(None, (args.label or column.label(), note)))
-            self.scale = view_figure.ColorScale(low, high, drawn, label)
+            self.scale = scenes.ColorScale(low, high, drawn, label)
             self.colors = self.scale.colors()
 
     def spheres(self, snapshot):
-        return view_scene.spheres_of(snapshot, self.color, self.cuts)
+        return scenes.spheres_of(snapshot, self.color, self.cuts)
 
     def pictures(self, snapshot):
         """One for each view."""
@@ -133,7 +134,7 @@ class Scene:
         return spheres.draw(found.x, found.radius, shares, self.colors, self.cameras)
 
     def figure(self, rows, titles, heads, note=""):
-        return view_figure.compose(rows, titles, heads, self.cameras[0].per_pixel, self.units, self.scale, note)
+        return scenes.compose(rows, titles, heads, self.cameras[0].per_pixel, self.units, self.scale, note)
 
 
 def draw_picture(args, scene, snapshots, series):
@@ -151,17 +152,17 @@ def draw_picture(args, scene, snapshots, series):
     else:
         figure = scene.figure([[pictures[0] for pictures in drawn]], names, [""])
     with all_or_nothing(args.out.parent) as folder:
-        figure.savefig(folder / args.out.name, dpi=view_figure.DPI)
+        figure.savefig(folder / args.out.name, dpi=scenes.DPI)
     print(args.out)
 
 
 def draw_film(args, scene, snapshots):
     """A film: a picture of all views for each snapshot."""
     views = args.view if len(args.view) > 1 else [""]
-    frames = [view_figure.to_pixels(scene.figure([scene.pictures(snapshot)], views, [""], name))
+    frames = [Image.fromarray(scenes.to_pixels(scene.figure([scene.pictures(snapshot)], views, [""], name))).quantize()
               for snapshot, name in zip(with_progress(snapshots), names_of(snapshots, snapshots))]
     with all_or_nothing(args.film.parent) as folder:
-        view_figure.write_film(frames, folder / args.film.name, args.rate)
+        frames[0].save(folder / args.film.name, save_all=True, append_images=frames[1:], duration=round(1000 / args.rate), loop=0)
     print(f"{args.film}: {len(frames)} pictures")
 
 
@@ -171,11 +172,11 @@ def write_vtk(args, snapshots):
     digits, files = len(str(len(snapshots) - 1)), []
     with all_or_nothing(args.vtk.parent) as folder:
         for k, snapshot in enumerate(with_progress(snapshots)):
-            table = view_scene.read_table(snapshot)
+            table = scenes.read_table(snapshot)
             name = f"{stem}_{k:0{digits}d}.vtu"
-            view_scene.write_points(folder / name, view_scene.places(table, snapshot), table)
+            scenes.write_points(folder / name, scenes.places(table, snapshot), table)
             files.append((float(snapshot.step or 0) if snapshot.time is None else snapshot.time, name))
-        view_scene.write_series(folder / f"{stem}.pvd", files)
+        scenes.write_series(folder / f"{stem}.pvd", files)
     print(f"{args.vtk.parent / (stem + '.pvd')}: {len(files)} snapshots")
 
 
@@ -196,7 +197,7 @@ def parser():
                      "Not for --vtk")
     top.add_argument("--strip", nargs="?", type=whole(1), const=STRIP, metavar="N",
                      help=f"N snapshots of the series in one picture (default: {STRIP})")
-    top.add_argument("--film", type=pathlib.Path, metavar="FILE", help="a film, .gif, or .mp4, .mkv, .webm where ffmpeg is installed")
+    top.add_argument("--film", type=pathlib.Path, metavar="FILE", help="a film, .gif")
     top.add_argument("--rate", type=positive, default=10.0, metavar="N", help="pictures per second of the film (default: 10)")
     top.add_argument("--vtk", type=pathlib.Path, metavar="PREFIX", help="PREFIX.pvd and PREFIX_K.vtu for ParaView, all columns as named arrays")
     top.add_argument("--out", type=pathlib.Path, metavar="PNG", help="(default: view.png where no film and no VTK is asked for)")
@@ -210,8 +211,8 @@ def check(args):
     """ValueError where choices cannot be met; before anything is read."""
     if args.out and args.out.suffix.lower() != ".png":
         raise ValueError(f"--out {args.out}: the name of a picture ends in .png")
-    if args.film:
-        view_figure.check_film(args.film)
+    if args.film and args.film.suffix.lower() != ".gif":
+        raise ValueError(f"--film {args.film}: the name of a film ends in .gif; other kinds: ffmpeg -i FILM.gif FILM.mp4")
     for option, path in (("--out", args.out), ("--film", args.film)):
         if path and any(path.resolve() == other.resolve() for other in args.dumps):
             raise ValueError(f"{option} {path} would be written over a dump that is read")
@@ -234,7 +235,7 @@ def main(argv=None):
             write_vtk(args, series)
         if args.out or args.strip or not (args.film or args.vtk):
             args.out = args.out or pathlib.Path("view.png")
-            shown = view_scene.evenly(series, args.strip) if args.strip else list({snapshot.path: snapshot for snapshot in series}.values())
+            shown = scenes.evenly(series, args.strip) if args.strip else list({snapshot.path: snapshot for snapshot in series}.values())
             draw_picture(args, Scene(args, shown, units), shown, series)
 
 

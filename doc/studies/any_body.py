@@ -27,7 +27,7 @@ def young(runs, body, spheres, row):
     """Young's modulus [Pa]: of the dog bone over the strain between two layers, as its ends hardly strain."""
     name, choices = f"{list(BODIES).index(body)}_{spheres}", BODIES[body][0]
     if choices is None:
-        runs.keep(f"{name}.data", [sys.executable, CHECKOUT / "tools" / "body.py", CHECKOUT / "tests" / "data" / "parts" / "dog_bone.stl",
+        runs.keep(f"{name}.data", [sys.executable, CHECKOUT / "tools" / "body.py", CHECKOUT / "lammps_inputs" / "dog_bone.stl",
                                    "--axis", "z", "--n", spheres, "--out", f"{name}.data"])
     else:
         runs.body(name, n=spheres, **choices)

@@ -15,9 +15,9 @@ from study import Runs, command_line, errors_in_one_line, store_picture, watched
 import matplotlib
 import numpy as np
 
-from evp import curves, dump, figures, run, spheres, view_figure, view_scene
+from evp import curves, dump, figures, run, scenes, spheres
 
-PART = run.CHECKOUT / "tests" / "data" / "parts" / "dog_bone.stl"
+PART = run.DECKS / "dog_bone.stl"
 MATERIAL = f"{run.CHECKOUT / 'potentials' / 'gado2017.evp'}:table1_any"
 STRAIN = 0.016  # of the grips, where the bar turns
 SPEED = 150.0  # of the ball [m/s]
@@ -25,7 +25,7 @@ BALL_OVER_PLATE = 0.1047  # volumes, so that the spheres of both are of one size
 SWEEPS = {"none": "eq. 8, the paper's law", "isotropic": "plasticity isotropic"}
 COLOR, PIXELS, DPI = "plastic_strain", 620, 130
 BAR_VIEW, BALL_VIEW = (75.0, -75.0), (70.0, -60.0)
-CUT = [[view_scene.condition("y<0")]]  # what is inside
+CUT = [[scenes.condition("y<0")]]  # what is inside
 
 
 def commands(bar=2500, plate=5000):
@@ -46,13 +46,13 @@ def commands(bar=2500, plate=5000):
 def drawn(path, view):
     """(whole body in one color, first snapshot, last snapshot, scale, length of a pixel [m]): pictures of a dump; the latter two are cut open and colored."""
     series = dump.index([path])
-    whole = view_scene.spheres_of(series[0], COLOR)
-    first, last = (view_scene.spheres_of(snapshot, COLOR, CUT) for snapshot in (series[0], series[-1]))
+    whole = scenes.spheres_of(series[0], COLOR)
+    first, last = (scenes.spheres_of(snapshot, COLOR, CUT) for snapshot in (series[0], series[-1]))
     ends = [spheres.extents(one.x, one.radius, *view) for one in (whole, last)]
     cameras = spheres.cameras([ends], [view], PIXELS)
     factor = dump.described(COLOR).factor
-    scale = view_figure.ColorScale(0.0, factor * np.percentile(last.values, 99.5), (0.0, factor * last.values.max()))
-    plain = spheres.draw(whole.x, whole.radius, 0.0 * whole.radius, view_figure.plain_colors(), cameras)[0]
+    scale = scenes.ColorScale(0.0, factor * np.percentile(last.values, 99.5), (0.0, factor * last.values.max()))
+    plain = spheres.draw(whole.x, whole.radius, 0.0 * whole.radius, scenes.plain_colors(), cameras)[0]
     return (plain, *(spheres.draw(one.x, one.radius, scale.share(factor * one.values), scale.colors(), cameras)[0] for one in (first, last)), scale, cameras[0].per_pixel)
 
 
@@ -64,10 +64,10 @@ def panels(figure, places, pictures, titles, scale, per_pixel, bar_on_the_right=
         axis.set_axis_off()
         axis.set_title(title)
     tall, broad = pictures[0].shape[:2]
-    length = view_figure.round_length(0.25 * broad * per_pixel)
+    length = scenes.round_length(0.25 * broad * per_pixel)
     ends = np.array([0.0, length / per_pixel]) + (broad - length / per_pixel if bar_on_the_right else 0.0)
     axes[0].plot(ends, [tall, tall], color="black", linewidth=2.5, solid_capstyle="butt", clip_on=False, scalex=False, scaley=False)
-    axes[0].text(ends.mean(), 0.98 * tall, view_figure.length_text(length, "si"), ha="center", va="bottom")
+    axes[0].text(ends.mean(), 0.98 * tall, scenes.length_text(length, "si"), ha="center", va="bottom")
     colors = matplotlib.cm.ScalarMappable(matplotlib.colors.Normalize(scale.low, scale.high), scale.map)
     figure.colorbar(colors, ax=axes, orientation="horizontal", shrink=0.6, aspect=25, pad=0.04, extend=scale.extend, label=dump.described(COLOR).label())
 

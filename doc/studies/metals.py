@@ -74,14 +74,14 @@ def words_of(aims):
 
 def calibrated(name, study):
     """Path of the potential file with the row of the metal alone, and of its run table; made where --work does not hold them."""
-    out, runs_of = study.work / f"{name}.evp", study.work / f"{name}.jsonl"
+    out, runs_of = study.work / f"{name}.evp", study.work / f"{name}.{name}.jsonl"
     if out.exists():
         return out, runs_of
     if name not in study.only:
         raise RunError(f"{study.work} has no row of {name}: run without --only")
     metal = METALS[name]
     words = [*words_of(targets_of(metal)), "--density", f"{metal.density:g}", "--name", name, "--out", str(out), "--spheres", str(SPHERES), "--seed", str(SEED),
-             "--ranks", str(study.ranks), "--table", str(runs_of), "--timeout", f"{TIMEOUT:g}"]
+             "--ranks", str(study.ranks), "--timeout", f"{TIMEOUT:g}"]
     calibrate.main(words)  # a miss is told by the page
     if not out.exists():
         raise RunError(f"no row for {name}")

@@ -14,6 +14,7 @@ from typing import NamedTuple
 from study import DECKS, RunError, Study, errors_in_one_line, mean_of
 import numpy as np
 from evp import curves
+from scipy.integrate import trapezoid
 
 BAR = {"shape": "region", "region": DECKS / "regions" / "notched.lmp", "width": 0.022, "height": 0.012}
 PULL = {"coeff": "80 8 4 3 8 4 0.005 20 1.5 spacing 0.00585189 coordination 11.9", "contact": "repulsive", "plasticity": "isotropic", "rate": 100,
@@ -45,7 +46,7 @@ def rupture_of(curve, broken):
     if len(gone) == 0:
         raise RunError(f"the body has not parted at a strain of {strain[-1]:g}: {stress[-1]:.3g} Pa of {stress[top]:.3g} Pa are left")
     end = top + gone[0]
-    return Rupture(stress[top] / 1e6, strain[top], strain[end], curves.work(strain[: end + 1], stress[: end + 1]) * FREE_LENGTH / 1e3, broken)
+    return Rupture(stress[top] / 1e6, strain[top], strain[end], trapezoid(stress[: end + 1], strain[: end + 1]) * FREE_LENGTH / 1e3, broken)
 
 
 def pull(runs, data, xi):

@@ -21,9 +21,8 @@ STUDIES = pathlib.Path(__file__).resolve().parent
 sys.path.insert(1, str(STUDIES.parents[1] / "tools"))
 
 from evp import curves, figures  # noqa: E402
-from evp.progress import watched  # noqa: E402
 from evp.report import command_line, errors_in_one_line, table, write_csv  # noqa: E402
-from evp.run import CHECKOUT, DECKS, RunError, deck_command, environment, lammps_command, output_of  # noqa: E402
+from evp.run import CHECKOUT, DECKS, RunError, deck_command, environment, lammps_command, output_of, watched  # noqa: E402
 
 __all__ = ("CHECKOUT", "DECKS", "RunError", "Runs", "Study", "command_line", "deck_command", "errors_in_one_line", "lammps_command", "mean_of", "output_of", "ratios", "run_blocks",
            "split_at_marks", "spread", "store_picture", "table", "tangent", "watched", "write_between", "write_csv")

@@ -15,12 +15,12 @@ import doc_blocks
 import numpy as np
 import pytest
 from evp import specimen, surface
-from inputs import call, program
+from inputs import call, mesh_of, program, write_mesh
 from lammps_run import LMP, REPOSITORY, read_csv
 from test_shapes import read_body
 
 PARTS = REPOSITORY / "tests" / "data" / "parts"
-BONE = PARTS / "dog_bone.stl"
+BONE = REPOSITORY / "lammps_inputs" / "dog_bone.stl"
 COUNT = 300  # the least for the dog bone is 293, as the refusal below says
 pytestmark = pytest.mark.skipif(importlib.util.find_spec("open3d") is None, reason="no open3d: " + surface.OPEN3D)
 
@@ -76,16 +76,8 @@ def soup_of(path):
 
 
 def test_plate_is_what_its_script_writes(tmp_path):
-    subprocess.run([sys.executable, str(PARTS / "make_parts.py"), str(tmp_path)], check=True, env={**os.environ, "PYTHONPATH": str(REPOSITORY / "tools")})
+    subprocess.run([sys.executable, str(PARTS / "make_parts.py"), str(tmp_path)], check=True, env={**os.environ, "PYTHONPATH": f"{REPOSITORY}/tools:{REPOSITORY}/tests/tools"})
     assert soup_of(tmp_path / "plate_with_hole.stl") == pytest.approx(soup_of(PARTS / "plate_with_hole.stl"), abs=1e-5)
-
-
-def test_example_is_the_bar_of_the_tests(tool, tmp_path):
-    assert tool("--example", "bar.stl") == (0, "written: bar.stl, a tension bar along z in mm\n")
-    assert (tmp_path / "bar.stl").read_bytes() == BONE.read_bytes()
-    for name, words in (("bar.stl", "there is such a file: give another name"), ("no/bar.stl", "No such file or directory")):
-        code, said = tool("--example", name)
-        assert code == 2 and f"--example {name}: {words}" in said
 
 
 @pytest.mark.parametrize("away, options, message", [
@@ -97,7 +89,7 @@ def test_example_is_the_bar_of_the_tests(tool, tmp_path):
 def test_faults_are_named_and_leave_no_file(tool, tmp_path, away, options, message):
     """Those of surfaces: tests/tools/test_surface.py."""
     soup = soup_of(BONE) if away is None else np.concatenate([soup_of(BONE), soup_of(BONE) + away])
-    surface.write_mesh(tmp_path / "part.stl", surface.mesh_of(soup.reshape(-1, 3), np.arange(3 * len(soup)).reshape(-1, 3)))
+    write_mesh(tmp_path / "part.stl", mesh_of(soup.reshape(-1, 3), np.arange(3 * len(soup)).reshape(-1, 3)))
     options = {"--n": 800, "--out": "part.data", "--axis": "z", **options}
     code, said = tool("part.stl", *(word for item in options.items() for word in item))
     assert code and re.search(message, said) and said.count("error:") == 1, said

@@ -40,7 +40,7 @@ class Run(NamedTuple):
 
 RUNS = (
     Run("README.md", "tools/view.py part_state.dump", "part.png", short={"in.quasistatic": "-var strain 0.001"},
-        texts=(("tools/body.py tests/data/parts/dog_bone.stl --axis z --unit mm --n 800 --out part.data", "lmp -in lammps_inputs/in.specimen -var out part.data"),
+        texts=(("tools/body.py lammps_inputs/dog_bone.stl --axis z --unit mm --n 800 --out part.data", "lmp -in lammps_inputs/in.specimen -var out part.data"),
                ("aluminium_2024T351", "aluminium_1100O"))),  # the softest row: its increment is fine enough; body.py: test_body_tool.py
     Run("README.md", "in.specimen -var n 2000 -var seed 7", "back.csv"),
     Run(HOWTO, "in.specimen -var n 500 -var seed 1", "table2.csv", short={"in.traction": "-var strain 0.001 -var row 0.0005 -var rate 50"}),
@@ -67,7 +67,7 @@ NAMED = {
     ("CONTRIBUTING.md", PROJECT, "too long; its commands, options and paths are checked"): ("tools/test.sh ", "evp_find_python", "tests/maintain/releases.sh"),
     (HOWTO, "tests/tools/test_view.py", "runs it as it stands"): ("tools/view.py torn_frames.dump",),
     (HOWTO, "", "printed by curves.py rate for 500 spheres; tests/tools/test_rates.py tests the tool"): ("expected at 10/s with E",),
-    (PART, BODY_TOOL, WALK): ("tools/body.py tests/data/parts/dog_bone.stl", "dog_bone.stl: 1152 triangles", "in.quasistatic -var specimen bone.data",
+    (PART, BODY_TOOL, WALK): ("tools/body.py lammps_inputs/dog_bone.stl", "dog_bone.stl: 1152 triangles", "in.quasistatic -var specimen bone.data",
                               "tools/curves.py numbers bone.csv", "bone.csv   20.868"),
     (PART, "tests/lammps/test_doc_commands.py", "is the file plate.region of the commands above it"): ("region hole cylinder",),
     (FRICTION, "tests/lammps/test_granular.py", "runs it"): ("pair_style      hybrid evp/lj",),

@@ -25,9 +25,8 @@ import tools_path  # noqa: F401  before evp
 from bench import ratios, run_scene
 from bench_scenes import ALWAYS, ours
 import quickstart
-from evp.progress import watched
 from evp.report import command_line, errors_in_one_line
-from evp.run import CHECKOUT, RunError, lammps_command
+from evp.run import CHECKOUT, RunError, lammps_command, watched
 from lammps_run import run_lammps
 from test_matrix import FEATURES, way, whole, write
 

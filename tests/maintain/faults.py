@@ -17,9 +17,8 @@ import tempfile
 from typing import NamedTuple
 
 import tools_path  # noqa: F401  before evp
-from evp.progress import watched
 from evp.report import command_line, errors_in_one_line
-from evp.run import CHECKOUT, RunError, output_of
+from evp.run import CHECKOUT, RunError, output_of, watched
 from robustness import collect, run
 
 CASES = {  # robustness tests that must fail with a fault: words of their names

@@ -7,12 +7,8 @@ tools=$here/../../tools
 # shellcheck source=tools/env.sh
 source "$tools/env.sh"
 cache=$(evp_cache_dir)
-# shellcheck source=tools/setup_common.sh
-source "$tools/setup_common.sh"
-# shellcheck source=tools/setup_packages.sh
-source "$tools/setup_packages.sh"
-# shellcheck source=tools/setup_source.sh
-source "$tools/setup_source.sh"
+# shellcheck source=tools/setup_steps.sh
+source "$tools/setup_steps.sh"
 die() { printf 'releases.sh: error: %s\n' "$*" >&2; exit 1; }
 
 usage() {

@@ -19,7 +19,7 @@ import tempfile
 import urllib.parse
 
 import tools_path  # noqa: F401  before evp
-from evp.interpreter import require
+from evp import require
 
 require("sphinx", "sphinx_rtd_theme", "myst_parser", remedy="call apt-get install python3-sphinx python3-sphinx-rtd-theme "
         "python3-myst-parser python3-sphinx-copybutton (other systems: pip install sphinx sphinx-rtd-theme myst-parser sphinx-copybutton)")

@@ -9,7 +9,7 @@ import pathlib
 import re
 from subprocess import CompletedProcess
 
-from evp import curves, run
+from evp import curves, run, surface
 
 BUILD = pathlib.Path(os.environ.get("EVP_LMP") or run.CHECKOUT / "build" / "lmp").absolute().parent
 
@@ -24,6 +24,16 @@ def program(path, text, shell="#!/bin/sh"):
     path.write_text(f"{shell}\n{text}\n", encoding="utf-8")
     path.chmod(0o755)
     return path
+
+
+def mesh_of(corners, triangles):
+    """Open3D's mesh of corners (V,3) and triangles (T,3)."""
+    o3d = surface.open3d_module()
+    return o3d.geometry.TriangleMesh(o3d.utility.Vector3dVector(corners), o3d.utility.Vector3iVector(triangles))
+
+
+def write_mesh(path, mesh):
+    surface.open3d_module().io.write_triangle_mesh(str(path), mesh.compute_triangle_normals())
 
 
 def curve_file(path, curve, columns=curves.HEADER, **more):

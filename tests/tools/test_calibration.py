@@ -135,19 +135,20 @@ def test_table_drops_a_line_that_was_cut_off(tmp_path):
         Table(path, {"a": 2})
 
 
-def test_a_fresh_calibration_leaves_one_that_is_running(tmp_path, monkeypatch):
-    """Neither its runs nor its folder; alone it forgets both."""
+def test_a_second_calibration_leaves_one_that_is_running(tmp_path, monkeypatch):
+    """Neither its runs nor its folder; alone, and without a run in the table, it packs anew."""
     monkeypatch.setenv("EVP_LMP", "/bin/true")
-    table, body = Table(tmp_path / "t.jsonl", {}), tmp_path / "t.work" / "body.data"
+    table, body = Table(tmp_path / "m.mine.jsonl", {}), tmp_path / "m.mine.work" / "body.data"
     table.add({"number": 1})
     body.parent.mkdir()
     body.touch()
-    words = [word for pair in GOOD.items() for word in pair] + ["--out", str(tmp_path / "m.evp"), "--table", str(table.path), "--ranks", "1", "--fresh"]
+    words = [word for pair in GOOD.items() for word in pair] + ["--out", str(tmp_path / "m.evp"), "--ranks", "1"]
     options = calibrate.parser().parse_args(words)
     with pytest.raises(ValueError, match="another calibration"):
         calibrate.calibrate(options, words)
     assert body.exists() and len(table.path.read_text(encoding="utf-8").splitlines()) == 2
     table.close()
+    table.path.unlink()
     monkeypatch.setattr(calibration, "make_body", lambda folder, *_: (_ for _ in ()).throw(calibration.Failed(str(list(folder.iterdir())))))
     with pytest.raises(calibration.Failed, match=r"^\[\]$"):
         calibrate.calibrate(options, words)

@@ -124,7 +124,7 @@ HEAD = "strain,stress_grip,stress_virial\n"
     (bilinear(end=0.001), "it ends at strain 0.001: pull farther or in smaller increments, or give the range (--fit)"),
     (rounded(0.0004 * E, step=0.0005), "elastic part has fewer than three rows"),
     ("time,force,speed,length\n0,0,0,0\n", "curves.py columns --x time --y NAME, NAME one of force, speed, length"),
-    ("angle,shear_strain,torque_grip,torque_virial\n0,0,0,0\n", "of an older in.torsion: run the deck again"),
+    ("angle,shear_strain,torque_grip,torque_virial\n0,0,0,0\n", "has no column shear_stress_virial; its first line must be shear_strain,shear_stress_virial"),
     (None, "there is no file ")])
 def test_files_that_hold_no_curve(tmp_path, text, message):
     path = tmp_path / "bad.csv"

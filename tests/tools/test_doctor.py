@@ -98,7 +98,7 @@ def older(tmp_path_factory):
 def test_healthy_with_two_ranks():
     found = doctor(EVP_LMP=WRAPPER, EVP_MPIRUN="mpirun")
     assert found.status == 0 and not found.faults and not found.errors, found.text + found.errors
-    assert "\nHealthy: lmp loads the plugin and knows pair_style evp/lj. Not checked: log.\n" in found.text
+    assert "\nHealthy: lmp loads the plugin and knows pair_style evp/lj.\n" in found.text
     assert re.search(r"^ok +mpirun .*two ranks$", found.text, re.M), found.text
 
 
@@ -115,7 +115,7 @@ def test_path(tmp_path, place, cause):
     found.is_mended()
     page = (ROOT / "doc" / "Howto_evp_doctor.rst").read_text(encoding="utf-8").split(".. fault:")[1].split(".. end of fault")[0]
     checks = [re.findall(r"^ *(?:ok|note|FAULT|not checked)  +(\S.*?)  ", text, re.M) for text in (found.text, page)]
-    assert checks[0] == checks[1] and len(checks[0]) == 7, "run doc/studies/doctor_page.py"
+    assert checks[0] == checks[1] and len(checks[0]) == 5, "run doc/studies/doctor_page.py"
     assert "\n   Run:   export LAMMPS_PLUGIN_PATH=~/evp/build\n" in page
 
 
@@ -237,43 +237,11 @@ def test_mpirun_as_root():
         assert re.search(r"^note +mpirun .*export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1$", found.text, re.M), found.text
 
 
-def run_of(tmp_path, deck, **changes):
-    """log.lammps of the real lmp, without any plugin on its path."""
-    (tmp_path / "in.lmp").write_text(deck + "\n", encoding="utf-8")
-    subprocess.run([LMP, "-in", "in.lmp"], cwd=tmp_path, env=surroundings(**changes), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
-    return tmp_path / "log.lammps"
-
-
-@pytest.mark.parametrize("deck, path, cause", [
-    ("pair_style evp/lj", "", "it loaded no plugin: LAMMPS_PLUGIN_PATH was not set"),
-    ("pair_style evp/lj", "/tmp", "it loaded no plugin: it says 'Loaded 0 plugins from /tmp/?', and the deck"),
-    ("plugin load evpplugin.so\npair_style evp/lj", "", "the file of `plugin load` did not open: .*No such file"),
-    (f"plugin load {PLUGIN}\npair_style evp/none", "", "Unrecognized pair style 'evp/none': its plugin is older than the deck")])
-def test_log(tmp_path, deck, path, cause):
-    found = raw("--log", run_of(tmp_path, deck, LAMMPS_PLUGIN_PATH=path), LAMMPS_PLUGIN_PATH=BUILD).names("log", cause)
-    assert found.faults == ["log"] and found.command == TAKE_PLUGIN
-
-
-def test_log_of_another_lmp_or_fault(tmp_path):
-    """Where lmp crashes, also at a plugin, LAMMPS leaves nothing of that in the log."""
-    log = run_of(tmp_path, "no_such_command")
-    found, text = raw("--log", log, LAMMPS_PLUGIN_PATH=BUILD), log.read_text(encoding="utf-8")
-    assert found.status == 0 and "nothing against EVP's plugin; it ends with: ERROR: Unknown command" in found.text, found.text
-    log.write_text(text.partition("\nERROR")[0], encoding="utf-8")
-    assert "it breaks off without an error: lmp crashed or was stopped" in raw("--log", log, LAMMPS_PLUGIN_PATH=BUILD).text
-    log.write_text(re.sub(r"^LAMMPS \(.*", "LAMMPS (29 Sep 2021 - Update 2)", text), encoding="utf-8")
-    raw("--log", log, LAMMPS_PLUGIN_PATH=BUILD).names("log", r"by another lmp than \S+, LAMMPS .29 Sep 2021")
-
-
-def test_python_modules(monkeypatch):
-    """Where no Python of this machine has them. The doctor speaks without numpy, too: here of a plugin that is healthy by `plugin load`."""
-    monkeypatch.setattr(tool, "MODULES", ("numpy", "no_such_module"))
-    report = tool.Report()
-    tool.check_python(report)
-    assert [name for name, _, _ in report.faults] == ["Python"] and "no_such_module" in report.faults[0][2]
+def test_python_without_numpy():
+    """The doctor speaks there, too: here of a plugin that is healthy by `plugin load`."""
     words = [sys.executable, "-S", DOCTOR, "--lmp", LMP, "--plugin", PLUGIN]
     bare = subprocess.run(words, env=surroundings(), stdout=subprocess.PIPE, text=True, check=False)
-    assert bare.returncode == 0 and "lacks numpy, scipy, matplotlib; the tools go on in " in bare.stdout, bare.stdout
+    assert bare.returncode == 0 and re.match(r"evp doctor: EVP .*, Python \d[.\d]+\n", bare.stdout), bare.stdout
     assert f"a deck must begin with: plugin load {PLUGIN}" in bare.stdout and f"{PLUGIN}, by `plugin load`: version " in bare.stdout
 
 
@@ -293,6 +261,6 @@ def test_plugins_of_the_source_tree(tmp_path, monkeypatch):
 
 
 def test_wrong_use():
-    for words in (["--lmp", "/no/lmp"], ["--plugin", "/no/evpplugin.so"], ["--log", "/no/log.lammps"], ["--log", DOCTOR], ["--no-such"]):
+    for words in (["--lmp", "/no/lmp"], ["--plugin", "/no/evpplugin.so"], ["--no-such"]):
         found = call(tool.main, *words)
         assert found.returncode == 2 and not found.stdout and len(found.stderr.splitlines()) <= 3, found.stderr

@@ -12,7 +12,7 @@ import sys
 
 import pytest
 from evp import __main__ as command
-from evp import __version__, interpreter
+from evp import __version__, require
 from evp.run import CHECKOUT as REPOSITORY
 from inputs import BUILD, cache_entry, program, snapshot
 
@@ -150,11 +150,11 @@ def test_a_tool_finds_lammps(evp, tmp_path):
 
 
 def test_missing_modules_are_named_with_their_packages(prefix, monkeypatch):
-    monkeypatch.setattr(interpreter, "TOOLS", prefix / "share" / "evp" / "tools")
-    monkeypatch.setattr(interpreter, "candidates", lambda environment: [])
+    monkeypatch.setattr("evp.TOOLS", prefix / "share" / "evp" / "tools")
+    monkeypatch.setattr("evp.candidates", lambda environment: [])
     packages = "Debian: apt-get install python3-no_such python3-nor_this"
     with pytest.raises(SystemExit, match=rf"has no no_such, nor_this: install them \({packages}\), or give one: PYTHON="):
-        interpreter.require("numpy", "no_such", "nor_this")
+        require("numpy", "no_such", "nor_this")
 
 
 @pytest.mark.parametrize("release, packages, words", [

@@ -7,9 +7,10 @@ import subprocess
 import sys
 
 import calibrate
+import evp
 import pytest
 import site_pages
-from evp import calibration, interpreter, run, surface
+from evp import calibration, run, surface
 from evp.calibration import Table, Targets
 from evp.run import CHECKOUT as ROOT
 from evp.run import RunError
@@ -27,7 +28,7 @@ def bare(tmp_path):
     kept = {name: value for name, value in os.environ.items() if name not in ("PYTHON", "PYTHONPATH")}
     environment = {**kept, "PATH": f"{python.parent}:{os.environ['PATH']}"}
     assert shutil.which("python3", path=environment["PATH"]) == str(python), "control"
-    assert not interpreter.has_modules(str(python), MODULES), "control"
+    assert not evp.has_modules(str(python), MODULES), "control"
     return environment
 
 
@@ -59,24 +60,24 @@ def test_python_of_the_user_comes_first_then_that_of_set_up(tmp_path):
     mine, found = (str(program(tmp_path / name, "exit 0")) for name in ("mine", "found"))
     cache.write_text(f"A:STRING=1\nPython_EXECUTABLE:UNINITIALIZED={found}\n", encoding="utf-8")
     debian = ["/usr/bin/python3"] if os.access("/usr/bin/python3", os.X_OK) else []
-    assert interpreter.candidates({"PYTHON": mine}, cache) == [mine, found, *debian]
-    assert interpreter.candidates({"PYTHON": "/no/such"}, cache) == [found, *debian]
-    assert interpreter.candidates({}, tmp_path / "absent") == debian
+    assert evp.candidates({"PYTHON": mine}, cache) == [mine, found, *debian]
+    assert evp.candidates({"PYTHON": "/no/such"}, cache) == [found, *debian]
+    assert evp.candidates({}, tmp_path / "absent") == debian
 
 
 @pytest.mark.parametrize("first, text", [("#!/bin/sh", "exit 3"), ("#!/no/such/shell", ""), ("no program", "")])
 def test_python_that_does_not_work_is_passed_over(tmp_path, first, text):
-    assert not interpreter.has_modules(str(program(tmp_path / "python", text, first)), MODULES)
-    assert interpreter.has_modules(sys.executable, MODULES), "control"
+    assert not evp.has_modules(str(program(tmp_path / "python", text, first)), MODULES)
+    assert evp.has_modules(sys.executable, MODULES), "control"
 
 
 def test_no_python_that_has_them(monkeypatch):
-    monkeypatch.setattr(interpreter, "candidates", lambda environment: [])
+    monkeypatch.setattr(evp, "candidates", lambda environment: [])
     with pytest.raises(SystemExit, match="has no no_such_module: run tools/setup.sh, .* PYTHON=/path/to/python3$"):
-        interpreter.require("numpy", "no_such_module")
+        evp.require("numpy", "no_such_module")
     with pytest.raises(SystemExit, match=r"has no no_such_module: apt-get install python3-open3d \(Debian\), or pip install open3d, or give one: PYTHON="):
-        interpreter.require("no_such_module", remedy=surface.OPEN3D)
-    assert interpreter.require("numpy") is None, "control"
+        evp.require("no_such_module", remedy=surface.OPEN3D)
+    assert evp.require("numpy") is None, "control"
 
 
 # ---- mpirun as root, an mpirun that refuses, an lmp without its libraries: the message is theirs, and nothing is tried again ----

@@ -83,9 +83,9 @@ def imported(*folders):
 
 def test_dependencies_are_those_that_are_imported():
     """Of set-up's lists, and of the recipes, which need what the tools need."""
-    text = {name: (REPOSITORY / name).read_text(encoding="utf-8") for name in ("tools/env.sh", "tools/setup_packages.sh", "tools/test.sh", "doc/conf.py")}
+    text = {name: (REPOSITORY / name).read_text(encoding="utf-8") for name in ("tools/env.sh", "tools/setup_steps.sh", "tools/test.sh", "doc/conf.py")}
     required = set(re.search('^EVP_PYTHON_MODULES="(.+)"$', text["tools/env.sh"], re.M)[1].split())
-    optional = set(re.findall(r"^(\w+) python3-", text["tools/setup_packages.sh"], re.M))
+    optional = set(re.findall(r"^(\w+) python3-", text["tools/setup_steps.sh"], re.M))
     with_others = {"PIL": "matplotlib", "docutils": "sphinx", "pygments": "sphinx"}
     by_name = set(re.findall(r'"(myst_parser|sphinx_rtd_theme)"', text["doc/conf.py"])) | set(re.findall("import (xdist)", text["tools/test.sh"])) | {"flake8"}
     assert {with_others.get(name, name) for name in imported("tools", "tests", "doc")} | by_name == required | optional

@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""tools/quickstart.py and evp.run: how runs are started, shared out over cores, and how they fail. evp.progress: time left once it can be told."""
+"""tools/quickstart.py and evp.run: how runs are started, shared out over cores, and how they fail. Time left once it can be told."""
 
 import re
 import signal
 import sys
 
+import body
 import pytest
 import quickstart
-from evp import part, progress, run
+from evp import run
 from inputs import call, program
 
 
@@ -99,16 +100,16 @@ def test_rates_must_be_positive(capsys):
                                         (50.0, "50 %, about 10 s left: run")])
 def test_time_left_is_told_from_five_percent_on(monkeypatch, capsys, done, told):
     clock = iter((100.0, 110.0))
-    monkeypatch.setattr(progress.time, "monotonic", lambda: next(clock))
-    progress.Progress("packing", 100.0).show(done, "run")
+    monkeypatch.setattr(run.time, "monotonic", lambda: next(clock))
+    run.Progress("packing", 100.0).show(done, "run")
     assert capsys.readouterr().err.split(None, 1)[1].strip() == told
 
 
 def test_share_of_a_packing_is_that_of_its_time(tmp_path):
     """The first of the lines comes after nearly half of the time."""
     log = tmp_path / "log"
-    assert part.share_done(log) == 0.0
-    for text, share in (("LAMMPS\n", 0.0), ("Specimen of 9 spheres: 0 % done, about\n", part.FIRST), ("Specimen of 9 spheres: 5 % done, a\n", 0.4775),
+    assert body.share_done(log) == 0.0
+    for text, share in (("LAMMPS\n", 0.0), ("Specimen of 9 spheres: 0 % done, about\n", body.FIRST), ("Specimen of 9 spheres: 5 % done, a\n", 0.4775),
                         ("Specimen of 9 spheres: 5 % done\nSpecimen of 9 spheres: 100 % done, a\n", 1.0)):
         log.write_text(text, encoding="utf-8")
-        assert part.share_done(log) == pytest.approx(share)
+        assert body.share_done(log) == pytest.approx(share)

@@ -101,7 +101,7 @@ def test_private_entry_is_derived_from_the_machine(tmp_path, name):
     if name:
         (tmp_path / name).write_text(APT[name].format(release=release))
     (tmp_path / "apt.conf").write_text(f'Dir::Etc::sourcelist "{tmp_path}/sources.list"; Dir::Etc::sourceparts "{tmp_path}/sources.list.d";\n')
-    found = subprocess.run(["bash", "-uc", f"log=/dev/null; source {REPOSITORY}/tools/setup_source.sh; debian_source_entry trixie"],
+    found = subprocess.run(["bash", "-uc", f"log=/dev/null; source {REPOSITORY}/tools/setup_steps.sh; debian_source_entry trixie"],
                            env={**os.environ, "APT_CONFIG": str(tmp_path / "apt.conf")}, stdout=subprocess.PIPE, text=True, check=False)
     assert found.returncode == (0 if name else 1)
     entry = "Types: deb-src\nURIs: http://mirror.example/debian\nSuites: trixie\nComponents: main\n"
@@ -112,8 +112,7 @@ def test_optional_modules_that_are_missing_are_told(tmp_path):
     """A Python without two of them, that no apt can mend: what will not work, and how to get it; no other line."""
     python = program(tmp_path / "python3", """shift
 for module in $1; do case $module in sphinx|open3d) echo -n "$module " ;; esac; done""", "#!/bin/bash")
-    script = (f"source {REPOSITORY}/tools/env.sh; log={tmp_path}/log; source {REPOSITORY}/tools/setup_common.sh; "
-              f"source {REPOSITORY}/tools/setup_packages.sh; install_optional_modules")
+    script = (f"source {REPOSITORY}/tools/env.sh; log={tmp_path}/log; source {REPOSITORY}/tools/setup_steps.sh; install_optional_modules")
     text = subprocess.run(["bash", "-euc", script], stdout=subprocess.PIPE, text=True, check=True,
                           env={**os.environ, "PYTHON": str(python)}).stdout
     assert text.splitlines() == [

@@ -1,15 +1,19 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Reading a part, checking its surface, what it encloses: against closed forms, and each fault by its own message."""
 
+import importlib.util
+
+import body
 import numpy as np
 import pytest
-from evp import interpreter, part, surface
-from evp.run import CHECKOUT
+from evp import surface
+from evp.run import CHECKOUT, DECKS
+from inputs import mesh_of, write_mesh
 
 PARTS = CHECKOUT / "tests" / "data" / "parts"
 BOX = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], dtype=float)
 FACES = np.array([[0, 2, 1], [0, 3, 2], [4, 5, 6], [4, 6, 7], [0, 1, 5], [0, 5, 4], [1, 2, 6], [1, 6, 5], [2, 3, 7], [2, 7, 6], [3, 0, 4], [3, 4, 7]])
-pytestmark = pytest.mark.skipif(interpreter.importlib.util.find_spec("open3d") is None, reason="no open3d: " + surface.OPEN3D)
+pytestmark = pytest.mark.skipif(importlib.util.find_spec("open3d") is None, reason="no open3d: " + surface.OPEN3D)
 
 
 def box(shift=0.0, size=1.0):
@@ -22,7 +26,7 @@ def cube_of(soup):
 
 
 def mesh(soup):
-    return surface.mesh_of(np.reshape(soup, (-1, 3)), np.arange(3 * len(soup)).reshape(-1, 3))
+    return mesh_of(np.reshape(soup, (-1, 3)), np.arange(3 * len(soup)).reshape(-1, 3))
 
 
 def ascii_stl(soup):
@@ -37,7 +41,7 @@ TEXT = ascii_stl(box())
 def test_files_are_read(tmp_path, raw):
     """Binary, also where it begins as text; text, also with the lines of Windows."""
     path = tmp_path / "box.stl"
-    surface.write_mesh(path, mesh(box()))
+    write_mesh(path, mesh(box()))
     if raw:
         path.write_bytes(raw.ljust(80) + path.read_bytes()[80:] if raw == b"solid box" else raw)
     read = surface.closed_surface(surface.read_mesh(path), "box")
@@ -54,9 +58,9 @@ def test_what_is_no_part(tmp_path, raw):
 
 def test_part_far_from_the_origin(tmp_path):
     """A box of 1: kept to a thousandth, or refused."""
-    surface.write_mesh(tmp_path / "box.stl", mesh(box() + 1e4))
+    write_mesh(tmp_path / "box.stl", mesh(box() + 1e4))
     assert np.ptp(np.asarray(surface.read_mesh(tmp_path / "box.stl").vertices), axis=0) == pytest.approx(1.0, rel=2e-3)
-    surface.write_mesh(tmp_path / "box.stl", mesh(box() + 1e5))
+    write_mesh(tmp_path / "box.stl", mesh(box() + 1e5))
     with pytest.raises(ValueError, match="from the origin of the file, where 7 digits round coordinates .* move the part to the origin"):
         surface.read_mesh(tmp_path / "box.stl")
 
@@ -85,8 +89,8 @@ def test_normals_are_made_to_point_outwards():
 
 def test_what_a_surface_encloses():
     """The parts: a polygon of 32 corners is turned, a hole of as many is cut. Control: the sections differ."""
-    parts = {axis: surface.closed_surface(surface.read_mesh(PARTS / name), name).placed(axis, 1e-3)
-             for axis, name in (("z", "dog_bone.stl"), ("x", "plate_with_hole.stl"))}
+    parts = {axis: surface.closed_surface(surface.read_mesh(path), path.stem).placed(axis, 1e-3)
+             for axis, path in (("z", DECKS / "dog_bone.stl"), ("x", PARTS / "plate_with_hole.stl"))}
     bone, plate, polygon = parts["z"], parts["x"], 0.5 * 32 * np.sin(2 * np.pi / 32)
     assert bone.section_area(0.5 * bone.extents[0]) == pytest.approx(polygon * 0.004**2, rel=1e-6)
     assert bone.section_area(0.002) == pytest.approx(polygon * 0.006**2, rel=1e-6)
@@ -113,7 +117,7 @@ def test_depth_within_a_cube_and_outside_and_points_on_it():
     assert cube.depth(x) == pytest.approx(expected, abs=1e-6)
     assert cube.thickness(random) == pytest.approx(1.0, abs=0.05)
     plate = cube_of(box() * [1.0, 1.0, 0.2])
-    assert part.check_thickness(plate, 2000, random) == pytest.approx(0.1 / part.guessed_radius(0.2, 2000), rel=0.05), "spheres across the wall"
+    assert body.check_thickness(plate, 2000, random) == pytest.approx(0.1 / body.guessed_radius(0.2, 2000), rel=0.05), "spheres across the wall"
     points = cube.spread_points(0.05, np.random.default_rng(2))
     tree = surface.cKDTree(points)
     assert tree.query(points, 2)[0][:, 1].min() >= 0.05 and tree.query(cube.scattered(20000, random)[0])[0].max() < 0.075

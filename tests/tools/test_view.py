@@ -13,7 +13,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 import view as tool
-from evp import dump, run, specimen, spheres, view_figure, view_scene
+from evp import dump, run, scenes, specimen, spheres
 from PIL import Image
 
 BODY = run.CHECKOUT / "tests" / "data" / "reference_500" / "specimen_500.data"
@@ -112,20 +112,19 @@ def test_a_long_rod_is_whole_from_its_end():
 def test_scale_bar_and_pictures_of_a_figure():
     """The pictures are in the PNG pixel by pixel; the bar is as long as its text says."""
     pictures = [[np.full((200, 300, 3), 90, dtype=np.uint8), np.full((120, 300, 3), 150, dtype=np.uint8)]]
-    scale = view_figure.ColorScale(0.0, 1.0, (0.0, 2.0))
-    pixels = view_figure.to_pixels(view_figure.compose(pictures, ["a", "b"], [""], 1e-4, "si", scale))  # 0.1 mm per pixel
+    scale = scenes.ColorScale(0.0, 1.0, (0.0, 2.0))
+    pixels = scenes.to_pixels(scenes.compose(pictures, ["a", "b"], [""], 1e-4, "si", scale))  # 0.1 mm per pixel
     gray = np.all(pixels == pixels[:, :, :1], axis=2)
     assert np.sum(gray & (pixels[:, :, 0] == 90)) >= 60000 and np.sum(gray & (pixels[:, :, 0] == 150)) >= 36000
     line = max((np.all(row < 60, axis=1).sum() for row in pixels[-60:]), default=0)
-    assert view_figure.round_length(0.35 * 300 * 1e-4) == pytest.approx(0.01) and line == pytest.approx(100, abs=2)
+    assert scenes.round_length(0.35 * 300 * 1e-4) == pytest.approx(0.01) and line == pytest.approx(100, abs=2)
     assert scale.extend == "max"
 
 
 @pytest.mark.parametrize("found, text", [
-    *((view_figure.length_text(length, units), text) for length, units, text in
+    *((scenes.length_text(length, units), text) for length, units, text in
       ((0.02, "si", "20 mm"), (5e-6, "si", "5 \u00b5m"), (2e3, "si", "2 km"), (2.0, "lj", "2 length units (lj)"))),
-    *((view_figure.time_text(time), text) for time, text in ((0.0, "0 s"), (3.7e-5, "37 \u00b5s"), (1e-3, "1 ms"), (2.5, "2.5 s"), (1e-12, "0.001 ns"))),
-    *((view_figure.time_text(time, 3e-3), text) for time, text in ((0.0, "0 ms"), (9e-4, "0.9 ms"))),  # of a series: in one unit
+    *((scenes.time_text(time), text) for time, text in ((0.0, "0 s"), (3.7e-5, "37 \u00b5s"), (1e-3, "1 ms"), (2.5, "2.5 s"), (1e-12, "1 ps"))),
     (dump.described("plastic_work").label(), "plastic work of each sphere [J]"), (dump.described("plastic_work", "lj").label(), "plastic work of each sphere"),
     (dump.described("mine").label(), "mine")])
 def test_numbers_and_columns_have_words_and_units(found, text):
@@ -135,13 +134,13 @@ def test_numbers_and_columns_have_words_and_units(found, text):
 def test_limits_of_the_colors():
     """Without single spheres that would stretch them; the same on both sides of zero."""
     values = np.append(np.linspace(0.0, 2.0, 999), 250.0)
-    shown = view_figure.bulk(values)
-    assert 1.9 < shown[1] < 2.0 and view_figure.note_of_outer((0.0, 250.0), (0.0, shown[1]), "%") == "highest 250 %"
-    assert view_figure.bulk(values[:-1]) == (0.0, 2.0) and view_figure.note_of_outer((0.0, 2.0), (0.0, 2.0)) == ""
-    assert view_figure.bulk(np.append(np.zeros(999), 1.0)) == (0.0, 1.0), "what is all the same leaves no bar"
-    assert view_figure.limits(0.1, 3.0) == (0.1, 3.0) and view_figure.limits(-1.0, 3.0) == (-3.0, 3.0)
-    assert view_figure.ColorScale(2.0, 2.0, (2.0, 2.0)).share(np.array([2.0])) == [0.5], "all values the same"
-    assert np.array_equal(view_figure.ColorScale(0, 4, (0, 8)).share(np.array([-1.0, 2.0, 8.0])), [0.0, 0.5, 1.0])
+    shown = scenes.bulk(values)
+    assert 1.9 < shown[1] < 2.0 and scenes.note_of_outer((0.0, 250.0), (0.0, shown[1]), "%") == "highest 250 %"
+    assert scenes.bulk(values[:-1]) == (0.0, 2.0) and scenes.note_of_outer((0.0, 2.0), (0.0, 2.0)) == ""
+    assert scenes.bulk(np.append(np.zeros(999), 1.0)) == (0.0, 1.0), "what is all the same leaves no bar"
+    assert scenes.limits(0.1, 3.0) == (0.1, 3.0) and scenes.limits(-1.0, 3.0) == (-3.0, 3.0)
+    assert scenes.ColorScale(2.0, 2.0, (2.0, 2.0)).share(np.array([2.0])) == [0.5], "all values the same"
+    assert np.array_equal(scenes.ColorScale(0, 4, (0, 8)).share(np.array([-1.0, 2.0, 8.0])), [0.0, 0.5, 1.0])
 
 
 # ---- the command ----
@@ -159,16 +158,16 @@ def test_picture_of_a_dump(one, tmp_path):
     expected = some_spheres()[::-1]
     x, z, values = expected[:, 0], expected[:, 2], np.arange(19, -1, -1) / 20
     assert dump.last_positions(tmp_path / one) == pytest.approx(expected[:, :3], rel=1e-8)
-    cuts = [[view_scene.condition(text) for text in group] for group in (("x>0", "z>0"), ("x<-0.01",))]
+    cuts = [[scenes.condition(text) for text in group] for group in (("x>0", "z>0"), ("x<-0.01",))]
     for groups, kept in (((), x < 1), (cuts, ~((x > 0) & (z > 0)) & (x >= -0.01))):
-        found = view_scene.spheres_of(dump.index([one])[0], "share_second", groups)
+        found = scenes.spheres_of(dump.index([one])[0], "share_second", groups)
         assert found.x == pytest.approx(expected[kept, :3], rel=1e-8) and found.radius == pytest.approx(expected[kept, 3], rel=1e-8)
         assert found.values == pytest.approx(values[kept])
     shown(BODY, BODY, "--pixels", 120, "--out", "body.png")  # of a data file
     titled = tmp_path / "titled.data"  # LAMMPS ignores the first line, and comments
     titled.write_text("9 atoms of a layer\n# 0 3 xlo xhi\n" + BODY.read_text(encoding="utf-8").partition("\n")[2], encoding="utf-8")
     assert len(specimen.read_data(titled).ids) == 500
-    own, read = specimen.read_data(BODY), view_scene.spheres_of(dump.index([BODY])[0])
+    own, read = specimen.read_data(BODY), scenes.spheres_of(dump.index([BODY])[0])
     assert np.array_equal(read.x, own.x) and np.array_equal(read.radius, own.radius) and tool.when_of(dump.index([BODY])[0]) == "500 spheres"
 
 
@@ -211,7 +210,7 @@ def test_frames_of_a_run(pulled, tmp_path):
     assert all(s.names == tuple(WORDS.split()) and s.units == "si" and s.count == 500 for s in series)
     assert tool.names_of(series, series) == [f"strain {k / 10:g} %" for k in range(6)]
     assert tool.names_of(series[:1], [*dump.index([BODY]), *series]) == ["pull_frames, strain 0 %"], "of several files"
-    assert [s.time for s in view_scene.evenly(series, 3)] == [series[k].time for k in (0, 2, 5)] and view_scene.evenly(series, 1) == series[-1:]
+    assert [s.time for s in scenes.evenly(series, 3)] == [series[k].time for k in (0, 2, 5)] and scenes.evenly(series, 1) == series[-1:]
     for words in (("--strip", 3), ("--strip", 6, "--view", "front", "right", "--cut", "y<0")):
         assert shown(pulled / "pull_frames.dump", "--color", "share_second", *words, "--pixels", 120, "--out", "strip.png") == "strip.png"
     assert matplotlib.image.imread(tmp_path / "strip.png").shape[0] > 6 * 100, "six rows"
@@ -225,18 +224,6 @@ def test_frames_of_a_run(pulled, tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["film.gif", "strip.png"]
 
 
-def test_film_by_ffmpeg(one, tmp_path, monkeypatch):
-    """ffmpeg gets every picture, in the size that it is told; its complaint is passed on."""
-    inputs.program(tmp_path / "bin" / "ffmpeg", 'for last; do :; done\necho "$@" >"$last"\nwc -c >>"$last"')
-    monkeypatch.setenv("PATH", f"{tmp_path / 'bin'}:{os.environ['PATH']}")
-    shown(one, one, "--film", "film.mp4", "--pixels", 150, "--rate", 5)
-    words, size = (tmp_path / "film.mp4").read_text().splitlines()
-    width, height = (int(word) for word in words.split()[words.split().index("-s") + 1].split("x"))
-    assert int(size) == 2 * 4 * width * height and "-r 5" in words and "-vcodec h264 -pix_fmt yuv420p" in words
-    inputs.program(tmp_path / "bin" / "ffmpeg", "cat >/dev/null\necho no such codec\nexit 1")
-    assert "ffmpeg failed: no such codec" in refused(tmp_path, one, "--film", "other.mkv", "--pixels", 150)
-
-
 def test_dumps_of_diameters_and_in_other_units(tmp_path):
     rows = [(k + 1, *row[:3], 0.004) for k, row in enumerate(some_spheres())]
     text = inputs.snapshot("id xu yu zu diameter", rows, head="ITEM: UNITS\nlj") + inputs.snapshot("id xu yu zu diameter", rows, step=5)
@@ -244,7 +231,7 @@ def test_dumps_of_diameters_and_in_other_units(tmp_path):
     series = dump.index(["lj.dump"])
     assert [s.units for s in series] == ["lj", "lj"], "LAMMPS writes them once"
     shown("lj.dump", "--out", "lj.png", "--pixels", 200)
-    found = view_scene.spheres_of(series[1])
+    found = scenes.spheres_of(series[1])
     assert np.all(found.radius == 0.002) and found.x == pytest.approx(some_spheres()[:, :3], rel=1e-8)
 
 
@@ -346,7 +333,6 @@ BAD_CHOICES = {
     "--range 0 1": "--range needs --color",
     "--out one.dump": "--out one.dump: the name of a picture ends in .png",
     "--film one.avi": "--film one.avi: the name of a film ends in .gif",
-    "--film a.mp4": "needs the program ffmpeg, which is not here; a name that ends in .gif does not",
     "--pixels 9": "argument --pixels: give a whole number from 100 to 6000, got 9",
     "--strip -1": "argument --strip: give a whole number of 1 or more, got -1",
     "absent.dump": "view.py: error: there is no file absent.dump\n",
@@ -357,9 +343,8 @@ BAD_CHOICES = {
 
 @pytest.mark.parametrize("words", BAD_CHOICES)
 def test_bad_choices_are_refused(one, tmp_path, monkeypatch, words):
-    """Where there is neither LAMMPS nor ffmpeg."""
+    """Where there is no LAMMPS."""
     monkeypatch.setenv("EVP_LMP", "/no/such/lmp")
-    monkeypatch.setattr(view_figure.animation.FFMpegWriter, "isAvailable", lambda: False)
     assert BAD_CHOICES[words] in refused(tmp_path, "one.dump", *words.split(), option=BAD_CHOICES[words].startswith("argument "))
 
 

@@ -29,6 +29,7 @@ from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
 import scipy.optimize
+from scipy.integrate import trapezoid
 
 from . import curves, dump, figures, law, specimen
 from .curves import YIELD_OFFSET
@@ -422,37 +423,37 @@ def flow_stress(body, material, targets, rate, ranks, folder, timeout, title):
         strain, stress = read_curve(work / "rate.csv", "strain")
     late = strain > 0.5 * strain[-1]
     strain, stress = strain[late], stress[late]
-    return curves.work(strain, stress) / float(strain[-1] - strain[0])
+    return float(trapezoid(stress, strain) / (strain[-1] - strain[0]))
 
 
 class Table:
     """JSON lines on disk, the first with the inputs, each other one with a run that ended, well or not: a killed calibration goes on with them.
 
-    inputs: a dict that decides everything else. fresh: forget what is there. A line that was cut off is no run; one process writes at a time.
+    inputs: a dict that decides everything else. A line that was cut off is no run; one process writes at a time.
     """
 
-    def __init__(self, path, inputs, fresh=False):
+    def __init__(self, path, inputs):
         self.path = pathlib.Path(path)
         self.file = open(self.path, "a+", encoding="utf-8")
         try:
             fcntl.flock(self.file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            raise ValueError(f"another calibration is writing {self.path}: wait for it, or give another --table") from None
+            raise ValueError(f"another calibration is writing {self.path}: wait for it") from None
         self.file.seek(0)
-        text = "" if fresh else self.file.read()
+        text = self.file.read()
         whole = text[: text.rfind("\n") + 1]
         self.file.truncate(len(whole.encode("utf-8")))  # what a kill has cut off
         try:
             self.runs = [json.loads(line) for line in whole.splitlines()]
         except ValueError as error:
-            raise ValueError(f"{self.path} is no run table: {error}; take it away, or give another --table") from None
+            raise ValueError(f"{self.path} is no run table: {error}; take it away") from None
         if not self.runs:
             self.add({"inputs": inputs})
         before, inputs = self.runs.pop(0).get("inputs") or {}, json.loads(json.dumps(inputs))
         other = [key for key in {**before, **inputs} if before.get(key) != inputs.get(key)]
         if other:
             raise ValueError(f"{self.path} holds the runs of a calibration with another {', '.join(sorted(other))}: "
-                             "--fresh begins anew, --table names another file")
+                             "take it away, or give another --out")
 
     def find(self, **key):
         """The run with these values, or None."""

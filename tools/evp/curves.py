@@ -14,6 +14,7 @@ import csv
 from typing import NamedTuple
 
 import numpy as np
+from scipy.integrate import trapezoid
 
 NAN = float("nan")
 HEADER = ("strain", "stress_grip", "stress_virial")
@@ -112,8 +113,6 @@ def read_curve(path, strain="strain"):
     def remedy(missing, names):
         if missing == "strain_gauge":
             return "run in.traction or in.quasistatic, which write it"
-        if "torque_grip" in names:
-            return "it is of an older in.torsion: run the deck again"
         if "time" in names and "force" in names:
             return f"a curve over time has no modulus: take curves.py columns --x time --y NAME, NAME one of {', '.join(names[1:])}"
         return f"its first line must be {strain},{virial}"
@@ -317,23 +316,17 @@ def unloading_modulus(strain, stress, at=None):
     return float(np.polyfit(back[near] - back[0], held[near], 1)[0])
 
 
-def work(strain, stress):
-    """Integral of the stress over the strain along the way, by trapezoids [unit of stress]: what is left of it in a loop was
-    dissipated, per volume."""
-    return float(np.sum(0.5 * (stress[1:] + stress[:-1]) * np.diff(strain)))
-
-
 def loop_areas(strain, stress, at=None):
-    """Areas of the loops from each first turn back to it, the third and so on [unit of stress]; without one: that of the first loading and
-    the way back.
+    """Areas of the loops from each first turn back to it, the third and so on [unit of stress], what was dissipated per volume; without one:
+    that of the first loading and the way back.
 
     A loop is closed where the material is steady: what a first loop has not closed is in its area.
     """
     found = turns(strain) if at is None else at
     if len(found) < 3:
         end = found[1] + 1 if len(found) > 1 else len(strain)
-        return [work(strain[:end], stress[:end])]
-    return [work(strain[a : b + 1], stress[a : b + 1]) for a, b in zip(found[:-2:2], found[2::2])]
+        return [trapezoid(stress[:end], strain[:end])]
+    return [trapezoid(stress[a : b + 1], strain[a : b + 1]) for a, b in zip(found[:-2:2], found[2::2])]
 
 
 def cycle_numbers(curve, at=None):

@@ -1,12 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """A part from a CAD program: Open3D reads its file, checks that it is one closed surface, and measures it."""
 
-import pathlib
-
 import numpy as np
 from scipy.spatial import cKDTree
 
-from .interpreter import require
+from . import require
 
 OPEN3D = "apt-get install python3-open3d (Debian), or pip install open3d"
 AXES = {"x": (0, 1, 2), "y": (1, 2, 0), "z": (2, 0, 1)}  # of the file, that become x, y and z; all are rotations
@@ -23,12 +21,6 @@ def open3d_module():
     import open3d  # it takes seconds
     open3d.utility.set_verbosity_level(open3d.utility.VerbosityLevel.Error)
     return open3d
-
-
-def mesh_of(corners, triangles):
-    """Open3D's mesh of corners (V,3) and triangles (T,3)."""
-    o3d = open3d_module()
-    return o3d.geometry.TriangleMesh(o3d.utility.Vector3dVector(corners), o3d.utility.Vector3iVector(triangles))
 
 
 def read_mesh(path):
@@ -198,25 +190,3 @@ class Surface:
             undecided[pairs[first[pairs[:, 0]], 1]] = False
             pairs = pairs[undecided[pairs[:, 0]] & undecided[pairs[:, 1]]]
         return places[kept | undecided]
-
-
-def dog_bone(grip=6.0, gauge=4.0, grip_length=12.0, half_gauge=15.0, fillet=8.0, facets=32):
-    """Mesh of a part to try things on: a round tension bar along z [mm], with grips of radius grip, a gauge of radius gauge, and fillets between them."""
-    run = np.sqrt(fillet**2 - (fillet - grip + gauge) ** 2)  # along z, of an arc tangent to the gauge
-    arc = np.linspace(run, 0.0, 7)
-    middle = grip_length + run + half_gauge
-    radius = np.array([grip, grip, *(gauge + fillet - np.sqrt(fillet**2 - arc**2))])
-    height = np.array([0.0, 0.5 * grip_length, *(grip_length + run - arc)])
-    radius, height = np.append(radius, radius[::-1]), np.append(height, 2.0 * middle - height[::-1])
-    mesh = open3d_module().geometry.TriangleMesh.create_cylinder(1.0, 1.0, facets, len(radius) - 1)  # two centers, then rings from the top
-    corners = np.asarray(mesh.vertices)
-    corners[:2] = [[0.0, 0.0, height[-1]], [0.0, 0.0, 0.0]]
-    corners[2:, :2] *= np.repeat(radius[::-1], facets)[:, None]
-    corners[2:, 2] = np.repeat(height[::-1], facets)
-    return mesh
-
-
-def write_mesh(path, mesh):
-    """Writes a file by its ending. OSError where it cannot be."""
-    pathlib.Path(path).touch()  # Open3D does not say why it cannot write a file
-    open3d_module().io.write_triangle_mesh(str(path), mesh.compute_triangle_normals())

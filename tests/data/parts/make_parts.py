@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Writes the parts of this folder: dog_bone.stl and plate_with_hole.stl, both in mm, to be pulled along z and x.
+"""Writes the part of this folder: plate_with_hole.stl in mm, to be pulled along x.
 
-    PYTHONPATH=tools python3 tests/data/parts/make_parts.py [FOLDER]
+    PYTHONPATH=tools:tests/tools python3 tests/data/parts/make_parts.py [FOLDER]
 
-Own geometry: the tension bar of evp.surface, and a plate with a round hole, made of quadrilaterals between the hole and the edge.
+Own geometry: a plate with a round hole, made of quadrilaterals between the hole and the edge.
 """
 
 import pathlib
 import sys
 
 import numpy as np
-from evp.surface import dog_bone, mesh_of, write_mesh
+from inputs import mesh_of, write_mesh
 
 
 def plate_with_hole(length=60.0, width=24.0, thickness=8.0, radius=5.0, facets=32):
@@ -35,7 +35,6 @@ def plate_with_hole(length=60.0, width=24.0, thickness=8.0, radius=5.0, facets=3
 
 
 def main(folder):
-    write_mesh(folder / "dog_bone.stl", dog_bone())
     write_mesh(folder / "plate_with_hole.stl", plate_with_hole())
 
 

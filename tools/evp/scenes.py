@@ -1,18 +1,25 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Puts pictures of spheres beside each other, with titles, one color bar and one scale bar; and a row of such pictures into a film."""
+"""From the snapshots of dumps to spheres that can be drawn: places, radii, the column that colors them, what is cut away. Puts pictures of spheres
+beside each other, with titles, one color bar and one scale bar; a row of such pictures into a film. Files for ParaView: VTK XML unstructured grids
+of points (.vtu) and a collection of them in time (.pvd)."""
 
+import base64
 import re
-import subprocess
+import sys
 import textwrap
+from typing import NamedTuple
+from xml.sax.saxutils import quoteattr
 
 import matplotlib
 import numpy as np
-from matplotlib import animation
-from PIL import Image
 
-from . import spheres
+from . import dump, spheres
 from .figures import EngFormatter, plt
 
+_PLACES = (("x", "y", "z"), ("xu", "yu", "zu"))
+_CUT = re.compile(r"\s*([^<>=\s]+)\s*([<>])\s*(\S+)\s*")
+_TYPES = {"float64": "Float64", "int64": "Int64", "uint8": "UInt8"}
+_VERTEX = 1  # VTK's number of the cell that is a point
 DPI = 100
 _GAP = 24  # [pixels] between pictures
 _BAR = 120  # of the color bar with its text, one line
@@ -21,8 +28,80 @@ _LETTER = 8  # of a letter there, on average
 _FOOT = 64  # of the scale bar with its text
 _HEAD = 34  # of a title
 OUTER = 0.5  # percent of the values
-FILMS = {".gif": "", ".mp4": "h264", ".mkv": "h264", ".webm": "vp9"}  # kinds and their codecs
 PLAIN = "#9fb4c8"  # spheres that no column colors
+
+
+def condition(text):
+    """Function that gives the mask of a text such as 'y>0.01', in the units of the dump, for a table of columns; ValueError where it is none."""
+    found = _CUT.fullmatch(text)
+    try:
+        name, above, limit = found[1], found[2] == ">", float(found[3])
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"--cut '{text}' is no condition: give COLUMN>NUMBER or COLUMN<NUMBER, such as \"y>0\"") from error
+
+    def holds(table, where):
+        dump.need(table, [name], where)
+        return table[name] > limit if above else table[name] < limit
+
+    return holds
+
+
+class Spheres(NamedTuple):
+    """x (N, 3) and radius (N,) [length], values (N,) [unit of the dump] of the column that colors them or None."""
+
+    x: np.ndarray
+    radius: np.ndarray
+    values: np.ndarray
+
+
+def read_table(snapshot):
+    """{name: (N,) array} of a snapshot, with a radius. ValueError where it has none or a place is not finite."""
+    table = snapshot.read()
+    if snapshot.count == 0:
+        raise ValueError(f"{snapshot} has no atoms")
+    if "diameter" in table:
+        table.setdefault("radius", 0.5 * table["diameter"])
+    if "radius" not in table:
+        raise ValueError(f"{snapshot} has no column radius; it has {' '.join(table)}: add radius to the dump command")
+    x = places(table, snapshot)
+    if not (np.all(np.isfinite(x)) and np.all(np.isfinite(table["radius"]))):
+        raise ValueError(f"{snapshot} has a position or radius that is not finite: the run was unstable")
+    if np.any(table["radius"] <= 0.0):
+        raise ValueError(f"{snapshot} has a radius that is not positive: {table['radius'].min():g}")
+    return table
+
+
+def places(table, where):
+    """(N, 3) from x y z or xu yu zu."""
+    names = next((names for names in _PLACES if all(name in table for name in names)), None)
+    if names is None:
+        dump.need(table, _PLACES[0], where)
+    return np.stack([table[name] for name in names], axis=1)
+
+
+def spheres_of(snapshot, color=None, cuts=()):
+    """Spheres of a snapshot. cuts: groups of condition(); those for which all of a group hold are left out.
+
+    ValueError where a column is missing or not finite, or nothing is left.
+    """
+    table = read_table(snapshot)
+    if color:
+        dump.need(table, [color], snapshot)
+        if not np.all(np.isfinite(table[color])):
+            raise ValueError(f"{snapshot}: column {color} has values that are not finite")
+    kept = np.ones(snapshot.count, dtype=bool)
+    for group in cuts:
+        kept &= ~np.logical_and.reduce([one(table, snapshot) for one in group])
+    if not kept.any():
+        raise ValueError(f"{snapshot}: --cut leaves no sphere")
+    return Spheres(places(table, snapshot)[kept], table["radius"][kept], table[color][kept] if color else None)
+
+
+def evenly(items, count):
+    """`count` of the items, evenly spaced, the first and the last among them; all where there are no more. One: the last."""
+    if count >= len(items):
+        return list(items)
+    return [items[k] for k in np.unique(np.round(np.linspace(len(items) - 1, 0, count)).astype(int))]
 
 
 class ColorScale:
@@ -74,11 +153,9 @@ def round_length(longest):
     return max(k * power for k in (1.0, 2.0, 5.0) if k * power <= longest * (1.0 + 1e-9))
 
 
-def time_text(seconds, longest=None):
-    """'37.1 \u00b5s', in the unit that suits the longest time of a series (default: this one)."""
-    largest = min(abs(seconds) if longest is None else longest, 999.0)
-    power = max(-9, 3 * int(np.floor(np.log10(largest) / 3.0 + 1e-9))) if largest > 0.0 else 0
-    return f"{10.0**-power * seconds:.3g} {EngFormatter.ENG_PREFIXES[power]}s"
+def time_text(seconds):
+    """'37.1 \u00b5s'."""
+    return EngFormatter("s")(float(f"{seconds:.3g}"))
 
 
 def length_text(length, units):
@@ -147,31 +224,36 @@ def to_pixels(figure):
     return pixels
 
 
-def check_film(path):
-    """ValueError where a film of this name cannot be written here."""
-    kind = path.suffix.lower()
-    if kind not in FILMS:
-        raise ValueError(f"--film {path}: the name of a film ends in {', '.join(FILMS)}")
-    if kind != ".gif" and not animation.FFMpegWriter.isAvailable():
-        raise ValueError(f"--film {path}: a film of this kind needs the program ffmpeg, which is not here; a name that ends in .gif does not")
+def _array(name, values):
+    """A DataArray: its bytes with their count in front, in base64."""
+    values = np.ascontiguousarray(values)
+    content = np.uint64(values.nbytes).tobytes() + values.tobytes()
+    parts = f" NumberOfComponents=\"{values.shape[1]}\"" if values.ndim == 2 else ""
+    return (f"<DataArray type=\"{_TYPES[str(values.dtype)]}\" Name={quoteattr(name)}{parts} format=\"binary\">"
+            f"{base64.b64encode(content).decode('ascii')}</DataArray>\n")
 
 
-def write_film(frames, path, rate):
-    """A film of pictures of one size. ValueError with what ffmpeg says where that fails."""
-    if path.suffix.lower() == ".gif":
-        first, *others = (Image.fromarray(frame).quantize() for frame in frames)
-        first.save(path, save_all=True, append_images=others, duration=round(1000 / rate), loop=0)
-        return
-    height, width = frames[0].shape[:2]
-    figure = plt.figure(figsize=((width + 0.01) / DPI, (height + 0.01) / DPI), dpi=DPI)
-    shown = figure.figimage(frames[0])
-    writer = animation.FFMpegWriter(fps=rate, codec=FILMS[path.suffix.lower()], extra_args=["-pix_fmt", "yuv420p"])
-    try:
-        with writer.saving(figure, str(path), DPI):
-            for frame in frames:
-                shown.set_data(frame)
-                writer.grab_frame()
-    except subprocess.CalledProcessError as error:
-        raise ValueError(f"ffmpeg failed: {' '.join(f'{error.output} {error.stderr}'.split())}") from error
-    finally:
-        plt.close(figure)
+def write_points(path, x, columns):
+    """A .vtu of the points x (N, 3) with all columns, (N,) each, as arrays: 64 bits, so that no digit is lost; named as ParaView's filters take it,
+    c_stress_1 of c_stress[1]."""
+    n = len(x)
+    whole = {name: name in ("id", "type", "mol") and np.all(values == np.round(values)) for name, values in columns.items()}
+    arrays = {name: values.astype(np.int64) if whole[name] else values for name, values in columns.items()}
+    order = "LittleEndian" if sys.byteorder == "little" else "BigEndian"
+    text = [
+        f"<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"{order}\" header_type=\"UInt64\">\n",
+        f"<UnstructuredGrid>\n<Piece NumberOfPoints=\"{n}\" NumberOfCells=\"{n}\">\n<PointData>\n",
+        *(_array(re.sub(r"\[(\d+)\]", r"_\1", name), values) for name, values in arrays.items()),
+        "</PointData>\n<Points>\n", _array("Points", np.asarray(x, dtype=float)), "</Points>\n<Cells>\n",
+        _array("connectivity", np.arange(n, dtype=np.int64)), _array("offsets", np.arange(1, n + 1, dtype=np.int64)),
+        _array("types", np.full(n, _VERTEX, dtype=np.uint8)), "</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n",
+    ]
+    with open(path, "w", encoding="utf-8") as target:
+        target.writelines(text)
+
+
+def write_series(path, files):
+    """A .pvd; files: (time, name of a .vtu beside it)."""
+    rows = "".join(f"<DataSet timestep=\"{time!r}\" file={quoteattr(name)}/>\n" for time, name in files)
+    with open(path, "w", encoding="utf-8") as target:
+        target.write(f"<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n{rows}</Collection>\n</VTKFile>\n")
