@@ -11,7 +11,7 @@ import re
 import statistics
 from typing import Callable, NamedTuple
 
-from study import CHECKOUT, DECKS, Study, deck_command, errors_in_one_line, write_csv
+from study import CHECKOUT, DECKS, Study, deck_command, write_csv
 import numpy as np
 from evp import curves, figures
 
@@ -273,8 +273,7 @@ def read(path):
 
 
 def main(arguments=None):
-    study = Study(__doc__, "accuracy_cost").parse(arguments)
-    with errors_in_one_line("accuracy_cost.py"):
+    with Study(__doc__, "accuracy_cost").started(arguments) as study:
         (study.runs.folder / "ball.region").write_text("region body sphere 0.005 0 0 0.005\n", encoding="utf-8")
         plan = [(key, label, SCENES[key].sizes[0], seed) for key in SCENES for seed in SEEDS for label in SCENES[key].settings]
         rows = [measure(study.runs, *case) for case in study.each(plan, str)]

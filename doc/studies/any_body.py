@@ -8,7 +8,7 @@ in.specimen packs the bodies, tools/body.py the dog bone; in.quasistatic measure
 import pathlib
 import sys
 
-from study import CHECKOUT, Study, errors_in_one_line, tangent
+from study import CHECKOUT, Study, tangent
 
 STRAIN = 2e-4
 FEWEST = 2000  # spheres from which on a difference is judged: below, walls take too much of the body
@@ -50,9 +50,8 @@ def page(found, row):
 
 
 def main(words=None):
-    study = Study(__doc__, "any_body", row="potentials/gado2017.evp:table1_any", spheres=[500, 2000, 8000]).parse(words)
-    file, _, name = study.row.rpartition(":")
-    with errors_in_one_line("any_body.py"):
+    with Study(__doc__, "any_body", row="potentials/gado2017.evp:table1_any", spheres=[500, 2000, 8000]).started(words) as study:
+        file, _, name = study.row.rpartition(":")
         path = pathlib.Path(file) if pathlib.Path(file).exists() else CHECKOUT / file
         plan = [(body, spheres) for spheres in sorted(study.spheres) for body in BODIES]
         cases = study.each(plan, lambda case: f"{case[0]}, {case[1]} spheres", lambda case: case[1] ** (4.0 / 3.0))

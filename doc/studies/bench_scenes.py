@@ -80,14 +80,13 @@ fix bonds all evp/bonds
     return Scene(name, "", deck, steps, 4 * cells**2 * (long or cells), HALF_PAIRS, "Pair", ranks)
 
 
-def pair_peer(style, cells, steps, coefficients, name=None, neigh="", ranks=1):
+def pair_peer(style, cells, steps, coefficients, name=None, head=""):
     """Another pair style of the same reach on the same lattice."""
-    deck = lattice(cells, velocities=False) + f"""
+    deck = lattice(cells, head=head, velocities=False) + f"""
 pair_style {style} {REACH}
 pair_coeff * * {coefficients}
-{neigh}
 """ + stirred("nve", steps)
-    return Scene(name or style, style, deck, steps, 4 * cells**3, HALF_PAIRS, "Pair", ranks)
+    return Scene(name or style, style, deck, steps, 4 * cells**3, HALF_PAIRS)
 
 
 def contact_peer(style, cells, steps):
@@ -129,8 +128,7 @@ def peers(cells, steps):
     return [
         pair_peer("lj/cut", cells, steps, LENNARD_JONES),
         pair_peer("lj/cut/opt", cells, steps, LENNARD_JONES),
-        pair_peer("lj/cut/intel", cells, steps, LENNARD_JONES)._replace(
-            deck="package intel 0 mode double\n" + pair_peer("lj/cut/intel", cells, steps, LENNARD_JONES).deck),
+        pair_peer("lj/cut/intel", cells, steps, LENNARD_JONES, head="package intel 0 mode double"),
         pair_peer("morse", cells, steps, "80 3 1"),
         pair_peer("nm/cut", cells, steps, "80 1 8 4"),
         contact_peer("gran/hertz/history", cells, steps),

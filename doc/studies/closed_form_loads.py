@@ -9,7 +9,7 @@ in.torsion, bending by in.bending, all within the elastic range.
 import statistics
 from typing import NamedTuple
 
-from study import Study, errors_in_one_line, mean_of, tangent
+from study import Study, mean_of, tangent
 import numpy as np
 import loads
 from evp import dump, specimen
@@ -101,8 +101,8 @@ def page(results):
 
 
 def main(words=None):
-    study, results = Study(__doc__, "closed_form_loads", spheres=[2000, 4000, 16000], seeds=2).parse(words), {}
-    with errors_in_one_line("closed_form_loads.py"):
+    results = {}
+    with Study(__doc__, "closed_form_loads", spheres=[2000, 4000, 16000], seeds=2).started(words) as study:
         plan = [(spheres, seed) for spheres in sorted(study.spheres) for seed in range(1, study.seeds + 1)]
         for spheres, seed in study.each(plan, lambda case: f"{case[0]} spheres, seed {case[1]}", lambda case: case[0] ** (4.0 / 3.0)):
             results.setdefault(spheres, []).append(measure(spheres, seed, study.runs))

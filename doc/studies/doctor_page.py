@@ -11,8 +11,8 @@ import re
 import subprocess
 import sys
 import textwrap
-from study import CHECKOUT, command_line, errors_in_one_line, write_between
 
+from study import CHECKOUT, command_line, errors_in_one_line, write_between
 
 PAGE = CHECKOUT / "doc" / "Howto_evp_doctor.rst"
 LEFT_OUT = ("EVP_LMP", "EVP_COMMAND", "EVP_PLUGINS", "EVP_BUILD", "LAMMPS_PLUGIN_PATH")

@@ -7,7 +7,7 @@ in.sliding with both contacts and two coefficients, and in.impact with and witho
 
 import re
 
-from study import Study, errors_in_one_line
+from study import Study
 import numpy as np
 
 SLIDES = [(normal, mu) for normal in ("hooke", "hertz") for mu in (0.3, 0.5)]
@@ -36,9 +36,8 @@ def impact(runs, mu):
 
 
 def main(words=None):
-    study = Study(__doc__, "friction", spheres=500).parse(words)
-    runs, slides, impacts = study.runs, [], []
-    with errors_in_one_line("friction.py"):
+    with Study(__doc__, "friction", spheres=500).started(words) as study:
+        runs, slides, impacts = study.runs, [], []
         (runs.folder / "ball.region").write_text(f"region body sphere {BALL} 0 0 {BALL}\n", encoding="utf-8")
         runs.body("block", n=study.spheres, shape="block", length=0.02, width=0.01, height=0.01)
         plate = runs.run("in.specimen", "plate.data", n=1500, shape="block", length=0.008, width=0.025, height=0.025)

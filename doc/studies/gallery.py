@@ -53,8 +53,8 @@ def prepare(folder):
 
 def measure(part, folder):
     """(numbers, processor time [s]) of the commands of a section."""
-    result = run_blocks(["\n".join(part.commands)], folder)[0]
-    return SCENES[part.picture][1](folder, result.text), result.seconds
+    [(text, seconds)] = run_blocks(["\n".join(part.commands)], folder)
+    return SCENES[part.picture][1](folder, text), seconds
 
 
 def with_unit(value, unit):

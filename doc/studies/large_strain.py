@@ -7,7 +7,7 @@ in.specimen packs the spheres in a periodic box, in.shear shears them at constan
 
 from typing import NamedTuple
 
-from study import Study, errors_in_one_line
+from study import Study
 import numpy as np
 
 MPA = 1e6
@@ -85,8 +85,7 @@ def page(results):
 
 
 def main(words=None):
-    study = Study(__doc__, "large_strain", strain=3.0).parse(words)
-    with errors_in_one_line("large_strain.py"):
+    with Study(__doc__, "large_strain", strain=3.0).started(words) as study:
         results = {case: measure(case, study.strain, study.runs) for case in study.each(PLAN, lambda case: case.label, lambda case: case.spheres**1.3)}
         study.draw({case.label: (found["strain"], found["shear_stress"] / MPA) for case, found in results.items()},
                    ("curve", "strain", "stress_MPa"), xlabel="shear strain", ylabel="shear stress [MPa]")

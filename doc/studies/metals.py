@@ -13,7 +13,7 @@ name with the measured values, and figures/metals.png with its CSV. About an hou
 import json
 from typing import NamedTuple
 
-from study import CHECKOUT, DECKS, RunError, Study, deck_command, errors_in_one_line, write_csv
+from study import CHECKOUT, DECKS, RunError, Study, deck_command, write_csv
 import calibrate
 import numpy as np
 from evp import calibration, figures, rates
@@ -132,26 +132,16 @@ def measure(name, study):
     return {**one, **sides}
 
 
-def differences(metal, curve, side):
-    """(strains, stress over Johnson-Cook's - 1) from the 0.2 % yield strain to the end of the curve, by STEP."""
+def far_cells(metal, curve, side):
+    """'0.7 to 1.9, 11.7 to 18.0', the ranges of strains [%] above the 0.2 % yield strain where a stress is within WITHIN of Johnson-Cook's, or 'none';
+    and the differences at the strains of the side; where the body came to rest no more, up to which strain it did."""
     sign, strain, stress = np.sign(SIDES[side][-1]), curve["strain"], curve["stress"]
     first = metal.law.offset_yield(sign) / metal.law.modulus + calibration.YIELD_OFFSET
     at = np.append(np.arange(first, strain[-1], STEP), strain[-1])
-    return at, np.interp(at, strain, stress) / metal.law.nominal(sign * at) - 1.0
-
-
-def near(metal, curve, side):
-    """'0.7 to 1.9, 11.7 to 18.0': the ranges of strains [%] within which the differences are at most WITHIN; 'none'."""
-    at, off = differences(metal, curve, side)
+    off = np.interp(at, strain, stress) / metal.law.nominal(sign * at) - 1.0
     edges = np.flatnonzero(np.diff(np.concatenate(([0], np.abs(off) <= WITHIN, [0])).astype(int)))
-    return ", ".join(f"{100.0 * at[first]:.1f} to {100.0 * at[last - 1]:.1f}" for first, last in zip(edges[::2], edges[1::2])) or "none"
-
-
-def far_cells(metal, curve, side):
-    """The ranges, and the differences at the strains of the side; where the body came to rest no more, up to which strain it did."""
-    at, off = differences(metal, curve, side)
-    return (near(metal, curve, side),
-            *(f"{100.0 * np.interp(abs(end), at, off):+.1f} %" if at[-1] > abs(end) - 1e-6 else f"at rest to {100.0 * at[-1]:.1f} %" for end in SIDES[side]))
+    near = ", ".join(f"{100.0 * at[first]:.1f} to {100.0 * at[last - 1]:.1f}" for first, last in zip(edges[::2], edges[1::2])) or "none"
+    return near, *(f"{100.0 * np.interp(abs(end), at, off):+.1f} %" if at[-1] > abs(end) - 1e-6 else f"at rest to {100.0 * at[-1]:.1f} %" for end in SIDES[side])
 
 
 def draw(study, curves):
@@ -221,8 +211,7 @@ def page(results):
 
 
 def main(words=None):
-    study = Study(__doc__, "metals", only=list(METALS), ranks=1).parse(words)
-    with errors_in_one_line("metals.py"):
+    with Study(__doc__, "metals", only=list(METALS), ranks=1).started(words) as study:
         results = {name: measure(name, study) for name in study.each(METALS)}
         rows = []
         for name, metal in METALS.items():

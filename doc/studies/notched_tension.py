@@ -11,7 +11,7 @@ import math
 import statistics
 from typing import NamedTuple
 
-from study import DECKS, RunError, Study, errors_in_one_line, mean_of
+from study import DECKS, RunError, Study, mean_of
 import numpy as np
 from evp import curves
 from scipy.integrate import trapezoid
@@ -102,9 +102,8 @@ def page(results, p, sizes):
 
 
 def main(words=None):
-    study = Study(__doc__, "notched_tension", spheres=[4000, 16000, 64000], xi=0.05, seeds=[2, 2, 1]).parse(words)
-    few, more = study.spheres[:2]
-    with errors_in_one_line("notched_tension.py"):
+    with Study(__doc__, "notched_tension", spheres=[4000, 16000, 64000], xi=0.05, seeds=[2, 2, 1]).started(words) as study:
+        few, more = study.spheres[:2]
         results = measure(study, [*((n, study.xi, CONSTANT) for n in study.spheres), (more, study.xi * spacing(few) / spacing(more), INVERSE)])
         p = exponent_of(results, few, more)
         results.update(measure(study, [(n, study.xi * (spacing(few) / spacing(n)) ** p, POWER) for n in study.spheres[1:]]))

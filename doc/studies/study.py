@@ -4,6 +4,7 @@
 Imported first: it makes the package evp of tools/ importable, and goes on in a Python that has numpy.
 """
 
+import contextlib
 import hashlib
 import os
 import pathlib
@@ -15,17 +16,13 @@ import string
 import subprocess
 import sys
 import tempfile
-from typing import NamedTuple
 
 STUDIES = pathlib.Path(__file__).resolve().parent
 sys.path.insert(1, str(STUDIES.parents[1] / "tools"))
 
 from evp import curves, figures  # noqa: E402
-from evp.report import command_line, errors_in_one_line, table, write_csv  # noqa: E402
-from evp.run import CHECKOUT, DECKS, RunError, deck_command, environment, lammps_command, output_of, watched  # noqa: E402
-
-__all__ = ("CHECKOUT", "DECKS", "RunError", "Runs", "Study", "command_line", "deck_command", "errors_in_one_line", "lammps_command", "mean_of", "output_of", "ratios", "run_blocks",
-           "split_at_marks", "spread", "store_picture", "table", "tangent", "watched", "write_between", "write_csv")
+from evp.report import command_line, errors_in_one_line, table, write_csv  # noqa: E402, F401
+from evp.run import CHECKOUT, DECKS, RunError, deck_command, environment, lammps_command, output_of, watched  # noqa: E402, F401
 
 
 def spread(values, form="{:.2f}".format):
@@ -38,12 +35,6 @@ def mean_of(values, form):
     """'mean +- largest departure of one', the mean alone of one value."""
     mean = statistics.mean(values)
     return f"{mean:{form}}" + (f" +- {max(abs(value - mean) for value in values):{form}}" if len(values) > 1 else "")
-
-
-def cpu_seconds():
-    """Processor time of all programs that have been run and have ended [s]."""
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
 
 
 def ratios(own, other):
@@ -66,15 +57,8 @@ def write_between(path, start, end, text):
     path.write_text("".join((head, start, text, end, tail)), encoding="utf-8")
 
 
-class Result(NamedTuple):
-    """What a block of commands printed, and its processor time [s]."""
-
-    text: str
-    seconds: float
-
-
 def run_blocks(blocks, folder, home=None):
-    """Results of blocks of commands in one shell that starts in a folder. RunError with the end of the output where one failed."""
+    """(printed text, processor time [s]) of each of the blocks of commands, in one shell that starts in a folder. RunError with the end of the output where one failed."""
     end = "---- end of a block ----"
     with tempfile.TemporaryDirectory(prefix="evp_blocks_") as name:
         times, errors = pathlib.Path(name) / "times", pathlib.Path(name) / "errors"
@@ -86,7 +70,7 @@ def run_blocks(blocks, folder, home=None):
             raise RunError(f"a command failed (exit {done.returncode}); it ends with\n{done.stdout[-1500:]}{errors.read_text(encoding='utf-8')[-1500:]}")
         spent = [sum(60 * float(minutes) + float(seconds) for minutes, seconds in re.findall(r"(\d+)m([\d.]+)s", line))
                  for line in times.read_text(encoding="utf-8").splitlines()[1::2]]  # the first line of two is the shell's own
-    return [Result(text, after - before) for text, before, after in zip(done.stdout.split(end + "\n"), [0.0, *spent], spent)]
+    return [(text, after - before) for text, before, after in zip(done.stdout.split(end + "\n"), [0.0, *spent], spent)]
 
 
 def store_picture(path, folder, colors=256):
@@ -112,9 +96,10 @@ class Runs:
         """What a command printed, from NAME.log where that is of the same command."""
         log, mark = self.folder / f"{name}.log", hashlib.sha256(repr(words).encode()).hexdigest()
         if not log.exists() or not log.read_text(encoding="utf-8").startswith(mark):
-            before = cpu_seconds()
+            before = resource.getrusage(resource.RUSAGE_CHILDREN)
             text = output_of(list(map(str, words)), self.folder, name)
-            log.write_text(f"{mark} {cpu_seconds() - before:.3f}\n{text}", encoding="utf-8")
+            after = resource.getrusage(resource.RUSAGE_CHILDREN)
+            log.write_text(f"{mark} {sum(after[:2]) - sum(before[:2]):.3f}\n{text}", encoding="utf-8")  # user and system time
         return log.read_text(encoding="utf-8").partition("\n")[2]
 
     def seconds(self, name):
@@ -138,7 +123,7 @@ class Runs:
 class Study:
     """A program that writes doc/NAME.md from the template doc/studies/NAME.md.
 
-    choices: options of the command line with their defaults, which give their types. After parse() they are attributes, as are runs and out."""
+    choices: options of the command line with their defaults, which give their types. After parse() or started() they are attributes, as are runs and out."""
 
     def __init__(self, text, name, **choices):
         self.name, self.choices, self.parser = name, choices, command_line(text)
@@ -161,6 +146,12 @@ class Study:
                  for name, default in self.choices.items() for value in [getattr(chosen, name)] if value != default]
         self.command = " ".join([f"doc/studies/{self.name}.py", *given])
         return self
+
+    @contextlib.contextmanager
+    def started(self, words=None):
+        """Takes the command line; an error of what follows is one line."""
+        with errors_in_one_line(f"{self.name}.py"):
+            yield self.parse(words)
 
     def each(self, items, name=str, cost=lambda item: 1.0):
         """The items one after the other, with the time left."""

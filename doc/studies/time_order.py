@@ -10,23 +10,20 @@ import pathlib
 import tempfile
 from typing import NamedTuple
 
-from study import Study, deck_command, errors_in_one_line, output_of
+from study import Study, deck_command, output_of
 import numpy as np
 
 TIME = 4.0e-5  # [s] about half a period of the bar
 DECK = """
 units           si
 atom_style      sphere
-atom_modify     map yes
 boundary        s s s
 lattice         fcc 0.01
 region          bar block 0 5 0 2 0 2
 create_box      1 bar
 create_atoms    1 region bar
-set             group all diameter 0.00707
-set             group all density 2700
+set             group all diameter 0.00707 density 2700
 neighbor        0.0005 bin
-neigh_modify    every 1 delay 0 check yes
 pair_style      evp/lj contact none
 pair_coeff      * * 80 8 4 3 8 4 0.1 {gamma} 1.5
 fix             bonds all evp/bonds
@@ -68,8 +65,8 @@ def measure(way, halvings, folder):
 
 
 def main(words=None):
-    study, rows, orders = Study(__doc__, "time_order", halvings=4).parse(words), [], {}
-    with errors_in_one_line("time_order.py"), tempfile.TemporaryDirectory() as name:
+    rows, orders = [], {}
+    with Study(__doc__, "time_order", halvings=4).started(words) as study, tempfile.TemporaryDirectory() as name:
         for way in study.each(WAYS, lambda way: f"fix {way.style}, gamma {way.gamma:g}"):
             differences, atoms = measure(way, study.halvings, pathlib.Path(name))
             order = np.log2(differences[:-1] / differences[1:])

@@ -45,11 +45,11 @@ def steps(text):
     return found
 
 
-def lines_shown(result, pattern):
-    """What the page shows of a Result; ValueError where it is nothing."""
-    found = [line.rstrip() for line in result.text.splitlines() if re.search(pattern, line)]
+def lines_shown(text, pattern):
+    """What the page shows of an output; ValueError where it is nothing."""
+    found = [line.rstrip() for line in text.splitlines() if re.search(pattern, line)]
     if not found:
-        raise ValueError(f"no line of the output has '{pattern}':\n{result.text[-1500:]}")
+        raise ValueError(f"no line of the output has '{pattern}':\n{text[-1500:]}")
     return "\n".join(found)
 
 
@@ -65,10 +65,10 @@ def main(argv=None):
         shutil.rmtree(args.work, ignore_errors=True)  # a calibration would go on from an earlier one
         args.work.mkdir(parents=True)
         results = run_blocks([step.commands for step in found], CHECKOUT, args.work.resolve())
-        outputs = iter([lines_shown(result, step.pattern) for step, result in zip(found, results)])
+        outputs = iter([lines_shown(printed, step.pattern) for step, (printed, _) in zip(found, results)])
         text = _OUTPUT.sub(lambda place: f"{place[1]}.. code-block:: text\n\n{textwrap.indent(next(outputs), '   ')}\n\n", text)
         PAGE.write_text(text.replace(str(CHECKOUT), "~/evp"), encoding="utf-8")
-        times = [(step.title.partition(". ")[2], result.seconds) for step, result in zip(found, results)]
+        times = [(step.title.partition(". ")[2], seconds) for step, (_, seconds) in zip(found, results)]
         rows = [("step", "time [s]"), *((title, f"{seconds:.0f}") for title, seconds in [*times, ("all", sum(seconds for _, seconds in times))])]
         write_between(PAGE, *COSTS, "\n.. list-table::\n   :header-rows: 1\n\n" + "".join(f"   * - {title}\n     - {seconds}\n" for title, seconds in rows) + "\n")
         for name in re.findall(r"^\.\. image:: tutorial/(\S+)", text, re.M):

@@ -8,7 +8,7 @@ tools/calibrate.py makes the row of a 304 steel; bodies are others than the one 
 import re
 import sys
 
-from study import CHECKOUT, Study, errors_in_one_line
+from study import CHECKOUT, Study
 import numpy as np
 from evp import curves, dump, specimen
 
@@ -79,8 +79,7 @@ def taylor(study, spheres):
 
 
 def main(words=None):
-    study = Study(__doc__, "what_to_believe", spheres=2000, plates=[4000, 16000], bars=[2000, 8000]).parse(words)
-    with errors_in_one_line("what_to_believe.py"):
+    with Study(__doc__, "what_to_believe", spheres=2000, plates=[4000, 16000], bars=[2000, 8000]).started(words) as study:
         row, body = material(study), study.runs.body("other", n=study.spheres, seed=2)
         tension, compression = (pulled(study, name, body, row, sign * STRAINS[-1], cycles=1, lower="release") for name, sign in (("tension", 1), ("compression", -1)))
         far = {name: pulled(study, f"{name}_far", body, row, strain, 0.004) for name, strain in (("tension", 0.2), ("compression", -0.4))}

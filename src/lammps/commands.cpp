@@ -139,22 +139,23 @@ void ReadEVPRow::command(int narg, char **arg)
   std::vector<std::string> words = {arg, arg + narg - 1};
   if (words.size() == 1 && words[0].find(':') == std::string::npos) words = split_words(words[0]);
 
+  const auto set = [&](const std::string &name, const std::string &value) {
+    input->variable->set(fmt::format("{}_{} string \"{}\"", arg[narg - 1], name, value));
+  };
   Row row;
   stop_at_bad_input(error, "read_evp_row", [&] {
     row = read_row(lmp, words);
     if (!body) return;
-    const double spheres = number_density(body);
-    if (!row.is_scaled()) row = with_number_density(row, spheres);
+    const Spheres spheres = spheres_of(body);
+    set("diameter", rounded(spheres.diameter, 15));
+    if (!row.is_scaled()) row = with_number_density(row, spheres.number_density);
   });
-  const auto set = [&](const std::string &name, const std::string &value) {
-    input->variable->set(fmt::format("{}_{} string \"{}\"", arg[narg - 1], name, value));
-  };
   for (const Member &member : MEMBERS) set(member.key, shortest_text(row.*member.value));
   set("words", row_text(row));
 }
 
-// Collective. Of the spheres of a group, whose volumes must be those of the body. words: group, volume, solid fraction
-double ReadEVPRow::number_density(char **words) const
+// Collective. Those of a group, whose volumes must be those of the body. words: group, volume, solid fraction
+ReadEVPRow::Spheres ReadEVPRow::spheres_of(char **words) const
 {
   if (strcmp(update->unit_style, "si") != 0)
     throw BadInput("body is about that of the paper, in units si");
@@ -176,7 +177,8 @@ double ReadEVPRow::number_density(char **words) const
         "the spheres of group {} have a volume of {:.5g} m3, but a solid fraction of {} in a body "
         "of {} m3 makes {:.5g} m3: check the numbers in FILE.body, which are in m",
         words[0], of_spheres, words[2], words[1], inside * solid));
-  return (double) group->count(igroup) / inside;
+  const auto count = (double) group->count(igroup);
+  return {count / inside, std::pow(6 * solid * inside / (MathConst::MY_PI * count), 1.0 / 3.0)};
 }
 
 namespace {
@@ -246,7 +248,30 @@ struct Choice {
 
 }    // namespace
 
-// evp_choices SCRIPT NAME[?][RULE[,RULE ...]] ... [only]
+// What -var material and -var plasticity mean for choices whose defaults follow.
+void EVPChoices::set_implied(int narg, char **arg) const
+{
+  Variable *const variable = input->variable;
+  const char *const row = variable->retrieve("material");
+  if (row && variable->find("coeff") >= 0)
+    error->all(FLERR, "{}: give -var material or -var coeff, not both", arg[0]);
+  for (int k = 2; k < narg; k++) {
+    const std::string name = arg[k];
+    const char *const plasticity = variable->retrieve("plasticity");
+    const char *value = nullptr;
+    if (name == "coeff")
+      value = row;
+    else if (name == "plasticity")
+      value = row ? "isotropic" : nullptr;
+    else if (name == "contact")
+      value = plasticity && strcmp(plasticity, "isotropic") == 0 ? "repulsive" : nullptr;
+    else
+      error->all(FLERR, "evp_choices: implied takes coeff, plasticity, contact, not '{}'", name);
+    if (value) variable->set(fmt::format("{} index \"{}\"", name, value));
+  }
+}
+
+// evp_choices SCRIPT NAME[?][RULE[,RULE ...]] ... [only], or evp_choices SCRIPT implied NAME ...
 void EVPChoices::command(int narg, char **arg)
 {
   if (narg < 2)
@@ -254,6 +279,7 @@ void EVPChoices::command(int narg, char **arg)
                "evp_choices: expected at least two arguments, the name of the input script and its "
                "choices, got {}",
                narg);
+  if (strcmp(arg[1], "implied") == 0) return set_implied(narg, arg);
   std::string line = arg[0];
   const bool ends = strcmp(arg[narg - 1], "only") == 0;
   const char *const also = input->variable->retrieve("also");    // a file, maybe with choices

@@ -28,7 +28,10 @@ class ReadEVPRow : public Command {
   void command(int, char **) override;
 
  private:
-  double number_density(char **words) const;
+  struct Spheres {
+    double number_density, diameter;
+  };
+  Spheres spheres_of(char **words) const;
 };
 
 /// evp_choices SCRIPT CHOICE ...: prints the choices of an input script, stops where one breaks its rules.
@@ -36,6 +39,9 @@ class EVPChoices : public Command {
  public:
   EVPChoices(class LAMMPS *lmp) : Command(lmp) {}
   void command(int, char **) override;
+
+ private:
+  void set_implied(int, char **) const;
 };
 
 /// evp_quietly COMMAND ...: another command, of whose output only warnings, errors and the lines of EVP go to the screen; the

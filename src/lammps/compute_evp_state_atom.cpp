@@ -10,8 +10,10 @@
 
 #include "compute_stress_atom.h"
 #include "group.h"
+#include "input.h"
 #include "math_const.h"
 #include "memory.h"
+#include "variable.h"
 
 #include <algorithm>
 
@@ -53,8 +55,15 @@ ComputeEVPStateAtom::ComputeEVPStateAtom(LAMMPS *lmp, int narg, char **arg) :
                "body: a stress is a force per area of the body",
                who);
 
+  std::vector<std::string> names = {"bonds", "share_second", "share_lost", "new_pairs"};
+  for (const Value value : values) names.push_back(VALUES[(size_t) value]);
+  std::string titles;    // for dump_modify
+  for (size_t k = 0; k < names.size(); k++)
+    titles += fmt::format("colname c_{}[{}] {} ", id, k + 1, names[k]);
+  input->variable->set(fmt::format("{}_titles string \"{}\"", id, titles));
+
   peratom_flag = 1;
-  size_peratom_cols = NCOLUMNS + (int) values.size();
+  size_peratom_cols = (int) names.size();
   comm_reverse = NCOUNTS;
   if (has(Value::VOLUME_STRAIN)) {
     volume_at = comm_reverse;

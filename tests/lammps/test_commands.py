@@ -37,8 +37,9 @@ def test_a_row_of_the_paper_in_a_body_of_more_spheres(lmp):
     text = row_deck(row, "paper") + "atom_style sphere\nregion box block 0 0.2 0 0.2 0 0.2\ncreate_box 1 box\ncreate_atoms 1 random 8 7 NULL overlap 0.01\nset group all diameter 0.002\n"
     body = f"body all {8 / spheres:.17g} {np.pi / 6 * 0.002**3 * spheres:.5g}"
     text += row_deck(row, "more", body).removeprefix("units si\n") + row_deck(scaled, "own", body).removeprefix("units si\n")
-    run = lmp(text + "pair_style evp/lj\npair_coeff * * ${more_words}\n")
+    run = lmp(text + "print 'more_diameter = ${more_diameter}'\npair_style evp/lj\npair_coeff * * ${more_words}\n")
     paper, more, own = (values(run, name) for name in ("paper", "more", "own"))
+    assert more.pop("diameter") == pytest.approx(0.002, rel=1e-5)
     finer = spheres * np.pi * 0.02**2 * 0.05 / 500
     assert more == pytest.approx({**paper, "e1": 80 / finer, "e2": 3 / finer, "kv": 300 / finer, "gamma": 1000 / finer ** (1 / 3)}, rel=1e-14)
     assert own["e1"] == 80 and own["spacing"] == 0.01
@@ -74,3 +75,15 @@ def test_a_variable_that_is_no_choice_is_warned_of(lmp, also, warned):
     run = lmp(text, 2).ok()
     assert f"in.x: width 2, also {also}\n" in run.stdout
     assert re.findall(r"WARNING: in\.x has no choice '(\w+)': -var \1 has no effect", run.stdout) == warned
+
+
+@pytest.mark.parametrize("given, names, found", [
+    ({}, "coeff plasticity contact", ""), ({"plasticity": "isotropic"}, "coeff plasticity contact", "contact repulsive"),
+    ({"material": "a.evp:b"}, "coeff plasticity contact", "coeff a.evp:b contact repulsive"), ({"material": "a.evp:b"}, "coeff", "coeff a.evp:b"),
+    ({"material": "a.evp:b", "plasticity": "none"}, "coeff plasticity contact", "coeff a.evp:b"), ({"plasticity": "isotropic", "contact": "none"}, "contact", "contact none"),
+    ({"plasticity": "isotropic"}, "coeff", "")])
+def test_choices_that_are_implied(lmp, given, names, found):
+    """Those that are given stay, those that are not named are not defined."""
+    text = "".join(f"variable {name} index {value}\n" for name, value in given.items()) + f"evp_choices in.x implied {names}\n"
+    run = lmp(text + "evp_choices in.x is? coeff? contact?\n").ok()
+    assert re.search(r"^in\.x:?(.*)$", run.stdout, re.M)[1].replace(",", "").strip() == found

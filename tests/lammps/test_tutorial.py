@@ -44,8 +44,8 @@ def results(tmp_path_factory):
 
 def test_outputs_are_those_of_the_commands(results):
     folder, found = results
-    for step, result in zip(STEPS, found):
-        assert form(tutorial_page.lines_shown(result, step.pattern)) == form(step.shown), f"{step.title}: run doc/studies/tutorial_page.py"
+    for step, (text, _) in zip(STEPS, found):
+        assert form(tutorial_page.lines_shown(text, step.pattern)) == form(step.shown), f"{step.title}: run doc/studies/tutorial_page.py"
     for picture in re.findall(r"^\.\. image:: tutorial/(\S+)", PAGE, re.M):
         assert (folder / picture).stat().st_size > 1000 and (tutorial_page.PICTURES / picture).stat().st_size < 7e5
 
@@ -54,9 +54,9 @@ def test_figures_of_the_page(results):
     """The curves of both rows: E, yield stress, stress at 1 %, and permanent strain."""
     found = results[1]
     for name, count in (("first.csv", 5), ("pull.csv", 12)):
-        own, page = (rows(text, name) for text in (found[6].text, STEPS[6].shown))
+        own, page = (rows(text, name) for text in (found[6][0], STEPS[6].shown))
         assert len(own) == count and own[:3] + own[5:8] + own[10:] == pytest.approx(page[:3] + page[5:8] + page[10:], rel=SAME, nan_ok=True), name
-    modulus, *_, turn, stress, left, _, _, unloading, _ = rows(found[6].text, "pull.csv")
+    modulus, *_, turn, stress, left, _, _, unloading, _ = rows(found[6][0], "pull.csv")
     assert unloading == pytest.approx(modulus, rel=0.05), "the body unloads with its first modulus"
     assert 0.97 < (turn - left) / (1e-3 * stress / modulus) < 1.1, "springback: the stress over E"
 

@@ -222,7 +222,7 @@ def test_settings_are_choices_of_their_decks():
     """LAMMPS passes over a misspelled -var."""
     for setting in (one for scene in SCENES.values() for one in scene.settings.values()):
         deck = (DECKS / setting.deck).read_text(encoding="utf-8")
-        assert all(re.search(rf"^variable +{name} +index |is_defined\(variable,{name}\)", deck, re.M) for name in setting.choices), setting
+        assert all(re.search(rf"^variable +{name} +index |^evp_choices .* {name}\?", deck, re.M) for name in setting.choices), setting
 
 
 # ---- first_look: its choices, its curves, what it draws ----
@@ -242,7 +242,7 @@ def test_choices_are_known():
         if "-in" in words:
             deck = open(words[words.index("-in") + 1], encoding="utf-8").read() + (run.DECKS / "frames.lmp").read_text(encoding="utf-8")
             names = [words[k + 1] for k, word in enumerate(words) if word == "-var"]
-            assert len(names) > 4 and all(re.search(rf"^variable +{name} +index |is_defined\(variable,{name}\)", deck, re.M) for name in names)
+            assert len(names) > 4 and all(re.search(rf"^variable +{name} +index |^evp_choices .* {name}\?", deck, re.M) for name in names)
 
 
 def test_picture_tells_that_eq_8_comes_back_and_plasticity_does_not():
