@@ -2,14 +2,12 @@
 # A cylinder of aluminium 2024-T351 is pulled at 50/s to a strain of 2 % and goes back by 0.55 %: what is left is permanent.
 #   lmp -in in.specimen           makes specimen.data: length 0.05 m, radius 0.02 m
 #   lmp -in in.metal              writes metal.csv; to expect: 389 MPa at 2 %, and no stress at 1.45 %
-
 units           si
 atom_style      sphere
 boundary        s s s
 read_data       specimen.data
 set             group all density 4728                  # of the solid, 2770 kg/m3, over the solid fraction of the packing, 0.5859
 neighbor        3.6e-4 bin                              # 6 % of the largest diameter
-
 # material: the row of potentials/metals.evp, which is scaled with the bonds of this body; bonds flow and harden
 pair_style      evp/lj contact repulsive plasticity isotropic
 pair_coeff      * * 56.9002 8 4 8.156e-05 8 4 0.00277837 0 1.5 spacing 0.00374458 coordination 13.048 kv 674.374 saturation 0.0100003
@@ -31,7 +29,6 @@ fix             csv all print 20 "$(v_strain:%.6g),$(v_stress:%.6g)" file metal.
 thermo          200
 thermo_style    custom step v_strain v_stress f_bonds[2]
 thermo_modify   colname v_strain strain colname v_stress stress colname f_bonds[2] flowed
-
 # pull, then back: body and grips turn with the velocities of uniform stretching, 50/s times 0.02 m at a grip
 velocity        all ramp vx -1 1 x 0.005 0.045
 run             2000 post no
