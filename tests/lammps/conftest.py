@@ -75,7 +75,7 @@ def pulled_body(reference, tmp_path_factory):
     folder = tmp_path_factory.mktemp("pulled")
     variables = {"specimen": REFERENCE, "rate": 50, "strain": 0.05, "out": "pulled", "contact": "literal"}
     run_lammps("in.traction", 1, variables, folder).ok()
-    x = read_dump(folder / "pulled_state.dump")[-1].vectors("x", "y", "z")
+    x = read_dump(folder / "pulled_state.dump")[-1].x
     bonds = brute.record_bonds(reference.x, reference.radius, law.TABLE1.alpha)
     types = np.ones(len(x), dtype=int)
     return Body(REFERENCE, reference.radius, types, bonds, x, wavy_velocities(x, 1.0), reference.box)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 from evp import law
-from small_bodies import STIR, pair
+from small_bodies import STIR, pair, thermo, velocities
 
 ROW = law.TABLE1._replace(xi_s=0.004)
 KV = 500.0
@@ -18,10 +18,10 @@ class Pairs(NamedTuple):
     its own. broken: 0 of a bond, 1 of one that broke, 2 of a contact."""
 
     deq: dict
-    offset: dict  # q [length]
-    k: dict
-    work: dict
-    broken: dict
+    offset: dict = {}  # q [length]
+    k: dict = {}
+    work: dict = {}
+    broken: dict = {}
 
     def of(self, kind):
         return [key for key, broken in self.broken.items() if broken == kind]
@@ -33,28 +33,17 @@ def flowing_pair(contact="repulsive", broken=BREAK, row=ROW, kv=KV, fix=BONDS, p
 
 
 # to and fro: far beyond yield both ways within some hundred steps
-SHAKE = STIR + """
-variable wx atom vx+200*(x-0.04)+70*sin(5.1*id)
-variable wy atom vy+70*cos(7.3*id)
-variable wz atom vz-200*(z-0.02)+70*sin(2.7*id)
-velocity all set v_wx v_wy v_wz
-"""
+SHAKE = STIR + velocities("vx+200*(x-0.04)+70*sin(5.1*id)", "vy+70*cos(7.3*id)", "vz-200*(z-0.02)+70*sin(2.7*id)")
 
 COLUMNS = "pe ke pxx pyz f_bonds f_bonds[1] f_bonds[2] f_bonds[3] f_bonds[5] f_volume f_volume[1] c_flow[1] c_flow[2]"
 SUMS = "compute pairs all pair/local p4 p5\ncompute flow all reduce sum c_pairs[1] c_pairs[2] inputs local\n"
-MOVE = f"""
-fix move all nve
-timestep 3e-7
-{SUMS}
-thermo 10
-thermo_style custom step {COLUMNS}
-thermo_modify norm no format float %.17g
-"""
+MOVE = "fix move all nve\ntimestep 3e-7\nthermo 10\n" + SUMS + thermo(COLUMNS)
 
 
 def read_pairs(path):
+    """Also of a file without history, whose columns but deq are empty."""
     lines = [line.split() for line in path.read_text(encoding="utf-8").splitlines()[1:]]
-    keys = [(int(words[0]), int(words[1]), words[6] == "2") for words in lines]
+    keys = [(int(i), int(j), values[-1] == "2") for i, j, *values in lines]
     columns = np.array([words[2:] for words in lines], dtype=float).T
     found = Pairs(*(dict(zip(keys, column)) for column in columns))
     assert len(found.deq) == len(lines), "a pair is there twice"

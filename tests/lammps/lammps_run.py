@@ -10,7 +10,7 @@ import subprocess
 from typing import NamedTuple
 
 import numpy as np
-
+import pytest
 from evp.run import ended_well
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
@@ -54,6 +54,10 @@ class Snapshot(NamedTuple):
     def vectors(self, *names):
         """(N, k) array of the named columns."""
         return np.stack([self.columns[name] for name in names], axis=1)
+
+    x = property(lambda self: self.vectors("x", "y", "z"))
+    v = property(lambda self: self.vectors("vx", "vy", "vz"))
+    f = property(lambda self: self.vectors("fx", "fy", "fz"))
 
 
 class Run(NamedTuple):
@@ -113,6 +117,17 @@ def run_lammps(deck, ranks=1, variables=None, cwd=None, seconds=SECONDS, flags=(
         process.wait()
         raise
     return Run(0 if ended_well(process.returncode, output) else process.returncode, output, cwd)
+
+
+def packed(file, **choices):
+    """A fixture: the file of a body of in.specimen, made once per module."""
+    @pytest.fixture(scope="module")
+    def body(tmp_path_factory):
+        folder = tmp_path_factory.mktemp("packed")
+        run_lammps("in.specimen", 1, {**choices, "out": file}, folder).ok()
+        return folder / file
+
+    return body
 
 
 def run_decks(decks, ranks=1, cwd=None, prefix="deck"):

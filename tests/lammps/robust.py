@@ -23,20 +23,13 @@ CLOSED_FORM = 1e-4  # of trapezoids over a thousand parts and more
 SECOND_ORDER = 1e-3  # (w dt)^2 at the steps used where a closed form is one of motion
 
 
-LEDGER = """
-fix energy all evp/energy
-compute dt all evp/dt
-{step}
-thermo {every}
-""" + thermo("time dt ke pe f_energy f_energy[*] {more}")
-
-
-def ledger(every, step="", more=""):
-    return LEDGER.format(every=every, step=step, more=more)
+def ledger(every, step="compute dt all evp/dt", more=""):
+    """Energy balance and its table; step: what measures or sets the timestep."""
+    return f"fix energy all evp/energy\n{step}\nthermo {every}\n" + thermo(f"time dt ke pe f_energy f_energy[*] {more}")
 
 
 def momenta(snapshot, mass):
-    x, v = (snapshot.vectors(*names) for names in (("x", "y", "z"), ("vx", "vy", "vz")))
+    x, v = snapshot.x, snapshot.v
     return mass @ v, np.cross(x, mass[:, None] * v).sum(axis=0), np.sum(mass * np.linalg.norm(v, axis=1))
 
 
@@ -65,6 +58,6 @@ def collide(bench, row, shift, speed, style, limits, every, steps):
                         box=np.array([[-0.5, 0.5]] * 3))
     write_body(bench.folder / "body.data", body)
     text = head() + pair(row, "repulsive") + f"group one id 1:27\ngroup two id 28:54\nvelocity one set {speed / 2} 0 0\nvelocity two set {-speed / 2} 0 0\n"
-    text += f"fix move all {style}\n" + ledger(every, f"fix step all dt/evp {limits} displacement 0.1").replace("compute dt all evp/dt\n", "")
+    text += f"fix move all {style}\n" + ledger(every, f"fix step all dt/evp {limits} displacement 0.1")
     mass = mass_of(body.radius)
     return bench.run(text + dump(every=steps) + f"run {steps}\n").ok(), mass, 0.5 * mass.sum() * (speed / 2) ** 2

@@ -113,14 +113,14 @@ def truth(x, v, body, rows=law.TABLE1, contact="literal", ids=None, step=0.0, bo
     return {**found, "force": found["force"][: len(x)], "abs_force": found["abs_force"][: len(x)]}
 
 
-def check_forces(snapshot, body, rows=law.TABLE1, contact="literal", added=0.0, at_rest=False, bodies=None):
-    """The forces of a dump are those of the sum over all pairs, plus what else acts; returns that sum.
+def check_forces(snapshot, body, rows=law.TABLE1, contact="literal", at_rest=False, bodies=None):
+    """The forces of a dump are those of the sum over all pairs; returns that sum.
 
     at_rest: pairs at d = deq have no force to measure round-off by, so each counts with its yield force at least."""
     ids = snapshot["id"].astype(int)
-    found = truth(snapshot.vectors("x", "y", "z"), snapshot.vectors("vx", "vy", "vz"), body, rows, contact, ids, bodies=bodies)
-    error = np.linalg.norm(snapshot.vectors("fx", "fy", "fz") - found["force"] - added, axis=1)
-    scale = found["abs_force"] + np.linalg.norm(np.broadcast_to(added, found["force"].shape), axis=1)
+    found = truth(snapshot.x, snapshot.v, body, rows, contact, ids, bodies=bodies)
+    error = np.linalg.norm(snapshot.f - found["force"], axis=1)
+    scale = found["abs_force"].copy()
     if at_rest:
         for atoms in (found["i"], found["j"]):
             own = atoms < len(ids)
@@ -194,10 +194,9 @@ def energies(table, row=-1):
     return {entry: table[name] if row is None else table[name][row] for entry, name in zip(ENTRIES, names)}
 
 
-def turn_about(angle, axis=(1.0, 2.0, -2.0)):
-    """Matrix of a rotation."""
-    unit = np.array(axis) / np.linalg.norm(axis)
-    cross = np.cross(np.eye(3), -unit)
+def turn_about(angle):
+    """Matrix of a rotation about (1, 2, -2)."""
+    cross = np.cross(np.eye(3), [-1.0 / 3.0, -2.0 / 3.0, 2.0 / 3.0])
     return np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
 
 
@@ -211,26 +210,18 @@ def thermo(columns):
     return f"thermo_style custom step {columns}\nthermo_modify norm no format float %.17g\n"
 
 
+def velocities(x, y="0", z="0", group="all"):
+    """Sets the velocities of a group by formulas."""
+    return "".join(f"variable v{axis} atom {formula}\n" for axis, formula in zip("xyz", (x, y, z))) + f"velocity {group} set v_vx v_vy v_vz\n"
+
+
 # a stretch along x, a wave by ID, and a drift that no force knows of
-STIR = f"""
-variable vx atom {DRIFT}+500*(x-0.04)+15*sin(1.1*id)
-variable vy atom {DRIFT}/2+15*cos(2.3*id)
-variable vz atom {DRIFT}/3+15*sin(3.7*id+1)
-velocity all set v_vx v_vy v_vz
-"""
-
-MOVE = """
-fix move all nve
-timestep 3e-7
-thermo 10
-thermo_style custom step pe ke pxx pyz f_bonds f_bonds[1] f_bonds[2] f_bonds[3] f_bonds[4]
-thermo_modify norm no format float %.17g
-"""
+STIR = velocities(f"{DRIFT}+500*(x-0.04)+15*sin(1.1*id)", f"{DRIFT}/2+15*cos(2.3*id)", f"{DRIFT}/3+15*sin(3.7*id+1)")
+MOVE = "fix move all nve\ntimestep 3e-7\nthermo 10\n" + thermo("pe ke pxx pyz f_bonds f_bonds[1] f_bonds[2] f_bonds[3] f_bonds[4]")
 
 
-def dump(name="all.dump", every=50):
-    return (f"dump all all custom {every} {name} id x y z vx vy vz fx fy fz\n"
-            "dump_modify all format float %.17g pbc yes\n")
+def dump(name="all.dump", every=50, columns="x y z vx vy vz fx fy fz"):
+    return f"dump all all custom {every} {name} id {columns}\ndump_modify all format float %.17g pbc yes\n"
 
 
 def assert_same_curve(rows, others, tolerance=ANOTHER_ORDER):

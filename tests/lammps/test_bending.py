@@ -4,19 +4,13 @@
 import numpy as np
 import pytest
 from hostile import refused
-from lammps_run import DECKS, edited_deck, read_csv, read_dump, run_lammps
+from lammps_run import DECKS, edited_deck, packed, read_csv, read_dump, run_lammps
 
 LENGTH, WIDTH, HEIGHT, SPAN = 0.1, 0.01, 0.02, 0.08  # [m]
 SMALL = {"strain": 2e-4, "increment": 1e-4}  # of the outer fibre: elastic
 
 
-@pytest.fixture(scope="module")
-def bar(tmp_path_factory):
-    """A bar of 1000 spheres."""
-    folder = tmp_path_factory.mktemp("bar")
-    block = {"shape": "block", "length": LENGTH, "width": WIDTH, "height": HEIGHT}
-    run_lammps("in.specimen", 1, {"n": 1000, "out": "bar.data", **block}, folder).ok()
-    return folder / "bar.data"
+bar = packed("bar.data", n=1000, shape="block", length=LENGTH, width=WIDTH, height=HEIGHT)
 
 
 def bend(bar, folder, ranks=1, **choices):
@@ -37,7 +31,7 @@ def test_a_beam(bar, tmp_path):
     assert curve["reaction"][1:] == pytest.approx(curve["force"][1:], rel=1e-4) and curve["force"][2] > 100.0
     frames = read_dump(tmp_path / "bent_frames.dump")
     assert [frame["strain"][0] for frame in frames] == pytest.approx([0.0, 2e-4], abs=1e-9)
-    start, end = (frame.vectors("x", "y", "z") for frame in frames)
+    start, end = (frame.x for frame in frames)
     moved, deflection = end - start, curve["deflection"][-1]
     for at, sign in ((0.5 * (LENGTH - SPAN), 1.0), (0.5 * (LENGTH + SPAN), -1.0)):
         near = np.abs(start[:, 0] - at) < 0.004

@@ -5,22 +5,17 @@ import numpy as np
 import pytest
 from evp import law
 from lammps_run import write_data
-from small_bodies import ANOTHER_ORDER, SPACING, Small, head, lattice_body, mass_of, pair, record, thermo, truth, words, write_body
+from small_bodies import ANOTHER_ORDER, SPACING, Small, dump, head, lattice_body, mass_of, pair, record, thermo, truth, velocities, words, write_body
 
 DEFAULT_TOL = 1e-3
 STEP = 4e-6  # [s]
 layouts = pytest.mark.parametrize("ranks, newton, processors", [(1, "on", "* * *"), (2, "off", "1 2 1"), (4, "on", "4 1 1")])
 
 FLY = f"fix integrate all nve/evp\ntimestep {STEP}\n" + thermo("pe ke f_integrate f_integrate[1] f_integrate[2]")
-DUMP = """
-dump all all custom {every} all.dump id x y z vx vy vz fx fy fz
-dump_modify all format float %.17g
-thermo {every}
-"""
 
 
-def velocities(snapshot):
-    return snapshot.vectors("vx", "vy", "vz")
+def shown(every):
+    return dump(every=every) + f"thermo {every}\n"
 
 
 # ---- two bodies far apart ----
@@ -37,14 +32,9 @@ def flight_of_two(processors, newton, without):
     deck += "pair_style evp/lj contact none\n"
     for i, j in ((1, 1), (2, 2), (1, 2)):
         deck += f"pair_coeff {i} {j} {words(law.TABLE1._replace(gamma=25.0 if max(i, j) == 1 else 5000.0))}\n"
-    deck += f"""fix bonds all evp/bonds
-variable speed atom (type==1)*{VIOLENT}+(type==2)*{STILL}
-variable vx atom v_speed*sin(1.7*id)
-variable vy atom v_speed*cos(2.9*id)
-variable vz atom v_speed*sin(0.6*id+1)
-velocity all set v_vx v_vy v_vz
-"""
-    return deck + FLY + DUMP.format(every=2) + "run 20\nrun 20\n"
+    deck += f"fix bonds all evp/bonds\nvariable speed atom (type==1)*{VIOLENT}+(type==2)*{STILL}\n"
+    deck += velocities("v_speed*sin(1.7*id)", "v_speed*cos(2.9*id)", "v_speed*sin(0.6*id+1)")
+    return deck + FLY + shown(2) + "run 20\nrun 20\n"
 
 
 @layouts
@@ -57,10 +47,10 @@ def test_a_still_body_does_not_notice_a_violent_one(lmp_decks, tmp_path, ranks, 
     runs = lmp_decks({without: flight_of_two(processors, newton, without) for without in ("none", "1")}, ranks)
     both, alone = (run.dump("all.dump") for run in runs.values())
     assert len(both) == len(alone) > 15
-    largest = [np.abs(velocities(snapshot)).max() for snapshot in alone]
+    largest = [np.abs(snapshot.v).max() for snapshot in alone]
     for snapshot, same, scale in zip(both, alone, largest):
-        second = velocities(snapshot)[n:]
-        assert np.abs(second - velocities(same)).max() <= DEFAULT_TOL * scale, snapshot.step
+        second = snapshot.v[n:]
+        assert np.abs(second - same.v).max() <= DEFAULT_TOL * scale, snapshot.step
     assert largest[-1] < 0.6 * largest[0], "control: damping acts"
 
 
@@ -78,12 +68,9 @@ def test_two_thousand_pairs_are_two_thousand_bodies(lmp, tmp_path, ranks, newton
     x[:, :, 0] = 0.03 * (np.arange(n)[:, None] + 0.5) + 0.5 * radius.sum(axis=1)[:, None] * [-1.0, 1.0]
     write_data(tmp_path / "body.data", x.reshape(-1, 3), radius.ravel(), [[-0.01, 0.03 * n + 0.01], [-0.02, 0.02], [-0.02, 0.02]])
     rate, start = (1.0 / mass_of(radius)).sum(axis=1), 10.0 ** -(decades * np.abs(np.sin(1.7 * np.arange(n))))
-    deck = head(newton, before=f"processors {ranks} 1 1") + pair(law.TABLE2._replace(e1=0.0, e2=0.0, gamma=gamma), "none") + f"""
-variable k atom floor((id-1)/2)
-variable vx atom exp(-{decades}*ln(10)*abs(sin(1.7*v_k)))*(2*(id-1-2*v_k)-1)
-velocity all set v_vx 0 0
-"""
-    run = lmp(deck + FLY + DUMP.format(every=5) + "run 10\n", ranks).ok()
+    deck = head(newton, before=f"processors {ranks} 1 1") + pair(law.TABLE2._replace(e1=0.0, e2=0.0, gamma=gamma), "none")
+    deck += "variable k atom floor((id-1)/2)\n" + velocities(f"exp(-{decades}*ln(10)*abs(sin(1.7*v_k)))*(2*(id-1-2*v_k)-1)")
+    run = lmp(deck + FLY + shown(5) + "run 10\n", ranks).ok()
     for snapshot in run.dump("all.dump"):
         v = snapshot["vx"].reshape(-1, 2)
         expected = 2.0 * start * (1.0 + STEP * gamma * rate) ** -snapshot.step
@@ -105,12 +92,12 @@ def test_a_chain_that_crosses_ranks_many_times_is_one_body(lmp, tmp_path, newton
         x += [(x[-1][0], 3.0 * row + up, 0.0) for up in (1.0, 2.0)]
     x = SPACING * np.random.default_rng(7).permutation(x)
     write_data(tmp_path / "body.data", x, np.full(len(x), 0.005), [[-0.05, 0.05], [-0.02, 0.03 * rows + 0.02], [-0.02, 0.02]])
-    stir = "variable vx atom sin(1.1*id*id)\nvariable vy atom cos(2.3*id)\nvelocity all set v_vx v_vy 0\n"
+    stir = velocities("sin(1.1*id*id)", "cos(2.3*id)")
     ends = []
     for ranks, processors in ((1, "* * *"), (2, "2 1 1"), (4, "2 2 1")):
         deck = head(newton, before=f"processors {processors}") + pair(law.TABLE2._replace(gamma=20000.0), "none") + stir
-        run = lmp(deck + FLY + DUMP.format(every=10) + "run 30\n", ranks).ok()
-        ends.append((velocities(run.dump("all.dump")[-1]), run.thermo()["f_integrate"]))
+        run = lmp(deck + FLY + shown(10) + "run 30\n", ranks).ok()
+        ends.append((run.dump("all.dump")[-1].v, run.thermo()["f_integrate"]))
     for v, iterations in ends[1:]:
         assert np.abs(v - ends[0][0]).max() <= ANOTHER_ORDER * np.abs(v).max()
         assert np.array_equal(iterations, ends[0][1])
@@ -135,13 +122,13 @@ def test_bodies_that_meet_become_one(lmp, tmp_path, ranks, newton, processors):
         out.writelines(f"{i} {j} {deq:.17g}\n" for (i, j), deq in bonds.items())
     deck = head(newton, before=f"processors {processors}", skin=0.0003)
     deck += pair(row, "repulsive", "fix bonds all evp/bonds file lumps.bonds")
-    deck += "variable vx atom 20-40*(id>8)+sin(1.3*id)\nvelocity all set v_vx 0 0\n"
-    run = lmp(deck + FLY + DUMP.format(every=5) + "run 60\n", ranks).ok()
+    deck += velocities("20-40*(id>8)+sin(1.3*id)")
+    run = lmp(deck + FLY + shown(5) + "run 60\n", ranks).ok()
     mass, touched = mass_of(radius), 0
     for snapshot in run.dump("all.dump")[1:]:
-        v, f = velocities(snapshot), snapshot.vectors("fx", "fy", "fz")
+        v, f = snapshot.v, snapshot.f
         after = v + 0.5 * STEP * f / mass[:, None]
-        found = truth(snapshot.vectors("x", "y", "z"), after, body, row, "repulsive", step=STEP)
+        found = truth(snapshot.x, after, body, row, "repulsive", step=STEP)
         assert np.abs(f - found["force"]).max() <= 0.02 * np.abs(found["force"]).max(), snapshot.step
         touched += any(min(i, j) < 8 <= max(i, j) for i, j in zip(found["i"], found["j"]))
     assert 0 < touched < 11, "control"

@@ -17,7 +17,7 @@ import pytest
 from evp import specimen, surface
 from inputs import call, mesh_of, program, write_mesh
 from lammps_run import LMP, REPOSITORY, read_csv
-from test_shapes import read_body
+from test_specimen import read_body
 
 PARTS = REPOSITORY / "tests" / "data" / "parts"
 BONE = REPOSITORY / "lammps_inputs" / "dog_bone.stl"

@@ -12,7 +12,7 @@ import pytest
 import small_bodies
 from evp import law
 from lammps_run import write_data
-from small_bodies import thermo
+from small_bodies import dump, thermo
 
 ROW = law.Row(1.0 / 32.0, 8.0, 4.0, 3.0 / 80.0 / 32.0, 8.0, 4.0, 0.005, 0.0, 1.5)  # Table 1 with e1 = 1/32 J
 
@@ -83,9 +83,7 @@ def test_chain_dispersion_and_damping(lmp, tmp_path, gamma):
 group one id 1
 velocity one set {SMALL} 0 0
 fix move all nve
-dump all all custom 1 all.dump id vx
-dump_modify all format float %.17g
-timestep {dt}
+{dump(every=1, columns="vx")}timestep {dt}
 run 2000
 """).ok()
     q = 2.0 * np.pi * np.arange(1, COUNT // 2 + 1) / COUNT

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 import time_order
 from evp import curves, specimen
-from lammps_run import DECKS, REPOSITORY, read_dump, run_lammps
+from lammps_run import DECKS, REPOSITORY, packed, read_dump, run_lammps
 from study import Runs
 
 # ---- the order of accuracy in dt that the pages of the integrators state ----
@@ -129,11 +129,7 @@ NET = 1e-4  # cross-section between the notches [m2]
 VOLUME = 2e-4 * 0.05 - 2 * (0.002 * 0.004 + np.pi * 0.001**2 / 2) * 0.01  # without two slots with round ends [m3]
 
 
-@pytest.fixture(scope="module")
-def bar(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("notched")
-    run_lammps("in.specimen", 1, {**notched_tension.BAR, "n": 2000, "out": "notched.data"}, folder).ok()
-    return folder / "notched.data"
+bar = packed("notched.data", **{**notched_tension.BAR, "n": 2000})
 
 
 def test_measures_are_those_of_the_drawing(bar):

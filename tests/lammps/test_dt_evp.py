@@ -8,7 +8,7 @@ import pytest
 from evp import law
 from oracle import brute
 from lammps_run import write_data
-from small_bodies import dump, head, mass_of, pair, thermo, write_two
+from small_bodies import dump, head, mass_of, pair, thermo, velocities, write_two
 
 STABILITY, DISPLACEMENT, MAXIMUM, GROWTH = 1, 2, 3, 4  # f_ID[3]
 SHARE = 0.1  # of xi_s deq per step, which the decks ask for
@@ -22,12 +22,8 @@ FLY = "fix move {group} {style}\n{also}\nfix dt {group} dt/evp {every} 0.4 {more
 
 def stir(speed, spin=0.0, flight=0.0):
     """A wave by ID, a rotation about z, a translation."""
-    return f"""
-variable vx atom {flight}-{spin}*y+{speed}*sin(1.1*id)
-variable vy atom {flight}/2+{spin}*x+{speed}*cos(2.3*id)
-variable vz atom {flight}/3+{speed}*sin(3.7*id+1)
-velocity all set v_vx v_vy v_vz
-"""
+    waves = (f"{speed}*sin(1.1*id)", f"{speed}*cos(2.3*id)", f"{speed}*sin(3.7*id+1)")
+    return velocities(f"{flight}-{spin}*y+{waves[0]}", f"{flight}/2+{spin}*x+{waves[1]}", f"{flight}/3+{waves[2]}")
 
 
 def deck(motion, row=law.TABLE1, style="nve", newton="on", contact="literal", more=f"displacement {SHARE}", group="all", every=EVERY, also=""):
@@ -36,7 +32,7 @@ def deck(motion, row=law.TABLE1, style="nve", newton="on", contact="literal", mo
 
 def slowest(snapshot, body, contact="literal", free=None):
     """The timestep that speed allows over the interacting pairs, and its pair of IDs."""
-    x, v = (snapshot.vectors(*names) for names in (("x", "y", "z"), ("vx", "vy", "vz")))
+    x, v = snapshot.x, snapshot.v
     pairs, deq, *_ = brute.interactions(x, body.radius, law.TABLE1, body.bonds, contact)
     opening = np.sum(pairs.r / pairs.d[:, None] * (v[pairs.i] - v[pairs.j]), axis=1)
     allowed = SHARE * law.TABLE1.xi_s * deq / np.abs(opening)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""fix evp/energy: every entry against a closed form or a sum over all pairs, and that the ledger closes."""
+"""fix evp/energy: every entry against a closed form or a sum over all pairs, and that the balance closes; with plasticity, where bonds break and
+atoms have a volume energy, each entry by hand."""
 
 import itertools
 import re
@@ -7,8 +8,9 @@ import re
 import numpy as np
 import pytest
 from lammps_run import thermo_blocks
-from oracle import brute, law
-from small_bodies import ENTRIES, dump, energies, head, mass_of, pair, thermo, two_groups, write_two
+from oracle import brute, flow, law
+from small_bodies import ENTRIES, dump, energies, head, mass_of, pair, thermo, two_groups, velocities, write_two
+from small_bodies import STIR as STRETCH
 
 # Sums over some hundred atoms and steps of terms that are rounded to 1e-16 and cancel.
 CLOSED = 1e-11
@@ -55,10 +57,7 @@ def test_stored_has_its_digits_at_tiny_strains(lmp, body):
     run = lmp(head("off", "p s s") + pair(law.TABLE1, "none", "fix bonds all evp/bonds zone 1.48") + """
 fix move all nve
 timestep 2e-7
-variable vx atom 5e-7*sin(1.1*id)
-variable vy atom 5e-7*cos(2.3*id)
-velocity all set v_vx v_vy 0
-compute pairs all pair/local dist p1 p3
+""" + velocities("5e-7*sin(1.1*id)", "5e-7*cos(2.3*id)") + """compute pairs all pair/local dist p1 p3
 dump pairs all local 40 pairs.dump c_pairs[1] c_pairs[2] c_pairs[3]
 dump_modify pairs format float %.17g
 """ + ledger(40, "f_bonds") + "run 20\nrun 20\nvelocity all set 300 0 0 sum yes\nrun 400\n", 2).ok()
@@ -86,8 +85,7 @@ def test_gravity_is_work_of_others(lmp, tmp_path, style):
 
 # ---- sums over all pairs, ranks, order of the step ----
 
-STIR = ("variable vx atom 2+8000*(x-0.04)+5*sin(1.1*id)\nvariable vy atom 5*cos(2.3*id)\nvariable vz atom 5*sin(3.7*id+1)\n"
-        "velocity all set v_vx v_vy v_vz\n")
+STIR = velocities("2+8000*(x-0.04)+5*sin(1.1*id)", "5*cos(2.3*id)", "5*sin(3.7*id+1)")
 
 
 def stirred(style, gamma, step, steps, newton, force="0 0 0"):
@@ -103,7 +101,7 @@ def test_entries_are_sums_over_all_pairs(lmp, body, style, gamma, step):
     run = lmp(stirred(style, gamma, step, 100, "off", "30 0 0"), 2).ok()
     found, last = energies(run.thermo()), run.dump("all.dump")[-1]
     scale = max(abs(value) for value in found.values())
-    row, x, bonds = law.TABLE1, last.vectors("x", "y", "z"), brute.record_bonds(body.x, body.radius, 1.48)
+    row, x, bonds = law.TABLE1, last.x, brute.record_bonds(body.x, body.radius, 1.48)
     zero = 0.0 * x
     now = brute.brute_force(x, zero, body.radius, body.types, row, bonds, "literal")
     is_bond = np.array([(a + 1, b + 1) in bonds for a, b in zip(now["i"], now["j"])])
@@ -137,7 +135,7 @@ def test_forces_kept_apart_or_not(lmp_decks, body, style, gamma, ranks, newton):
 
 # ---- any order of fixes, set-ups, timestep sizes ----
 
-SHAKE = "variable vx atom 3*sin(1.1*id)\nvariable vy atom 2*cos(2.3*id)\nvelocity all set v_vx v_vy 0\nvariable start equal $(ke(all):%.17g)\n"
+SHAKE = velocities("3*sin(1.1*id)", "2*cos(2.3*id)") + "variable start equal $(ke(all):%.17g)\n"
 FIXES = {"move": "fix move all {style}", "dt": "fix dt all dt/evp 7 0.35", "energy": "fix energy all evp/energy"}
 SHARE = 1e-3  # of the kinetic energy: the demand
 
@@ -164,3 +162,203 @@ def test_order_of_fixes_and_set_ups_change_nothing(lmp, body, style, before):
     assert len(ends) == 6 and ends[0]["dissipated"] > 0.5 * start, "control"
     for other in ends[1:]:
         assert all(abs(other[name] - ends[0][name]) < 1e-6 * start for name in ENTRIES)
+
+
+# ---- flow, breaking and volume energy ----
+
+ROW = law.TABLE1
+SUM_RADII, DLIM = 0.01, 0.015
+RELATIVE = {"movers": 1e-4, "plastic": 1e-7, "ended": 1e-7}  # of the trapezoid; of the margin of a cut-off, up to which a bond flows
+
+
+def style(row, contact, plasticity="isotropic", breaks="none", fix="fix bonds all evp/bonds"):
+    return pair(row, f"{contact} plasticity {plasticity} break {breaks}", fix)
+
+
+# ---- two bodies that are moved: by hand ----
+
+def moved(lmp, tmp_path, pairs, ways, steps, ranks=1, gap=DEQ):
+    """Over these changes of the distance, in so many steps each; a row for each hundredth of a way."""
+    write_two(tmp_path / "body.data", gap)
+    across = f"processors {ranks} 1 1" if ranks > 1 else ""
+    text = head(skin=0.008, before=across) + pairs + two_groups(0, 0) + "fix move all nve/noforce\n" + ledger(steps // 100) + "timestep 1e-7\n"
+    for way in ways:
+        speed = 0.5 * way / (steps * 1e-7)
+        text += f"velocity one set {-speed:.17g} 0 0\nvelocity two set {speed:.17g} 0 0\nrun {steps}\n"
+    run = lmp(text, ranks).ok()
+    return [run.thermo(k) for k in range(len(ways))]
+
+
+@pytest.mark.parametrize("breaks, ranks", [("none", 2), ("0.1", 1)])
+def test_a_flowed_bond_that_leaves(lmp, tmp_path, breaks, ranks):
+    """Along the way out: stored and dissipated; beyond the cut-off what it stored has ended. Back within dlim it has that again, and flows
+    the other way; a broken one is gone: only the sum of the radii is left to repel."""
+    cut = DLIM if breaks == "none" else 1.1 * DEQ
+    out, back = moved(lmp, tmp_path, style(ROW, "repulsive", breaks=breaks), (1.2 * (DLIM - DEQ), 1.2 * (DEQ - DLIM) - 0.0013), 20000, ranks)
+    left = flow.step(cut, DEQ, ROW, 0.0, 0.0)
+    depth = flow.stored(cut, DEQ, ROW, left.q)
+    for k in (5, 20, 40, 60, 82, 84, 100):
+        found, d = energies(out, k), DEQ + 1.2 * (DLIM - DEQ) * k / 100
+        now = flow.step(min(d, cut), DEQ, ROW, 0.0, 0.0)
+        held = flow.stored(d, DEQ, ROW, now.q) if d < cut else 0.0
+        expected = {"first": held, "plastic": now.dissipated, "ended": 0.0 if d < cut else depth, "movers": now.dissipated + (held or depth)}
+        for name, value in expected.items():
+            assert found[name] == pytest.approx(float(value), rel=RELATIVE.get(name, 1e-9), abs=CLOSED * depth), (k, name)
+        assert all(found[name] == 0.0 for name in ("lost", "second", "contacts", "kinetic", "volume", "unused")), k
+    d, found, before = DEQ - 0.0013, energies(back), energies(out)
+    if breaks == "none":
+        now, of, ended = flow.step(d, DEQ, ROW, left.q, left.k), "first", 0.0
+        held = flow.stored(d, DEQ, ROW, now.q)
+    else:
+        now, of, ended = flow.contact_step(d, SUM_RADII, ROW, 0.0, 0.0), "contacts", depth
+        held = flow.contact_stored(d, SUM_RADII, ROW, now.q)
+    assert found[of] == pytest.approx(float(held), rel=1e-7) and found["ended"] == pytest.approx(ended, rel=1e-7, abs=CLOSED * depth)
+    assert found["plastic"] - before["plastic"] == pytest.approx(float(now.dissipated), rel=1e-7)
+    assert abs(found["open"]) < 2e-4 * found["movers"]
+
+
+@pytest.mark.parametrize("breaks", ["none", "0.1"])
+@pytest.mark.parametrize("builds", ["yes", "no"])
+def test_a_bond_recorded_next_to_its_cut_off(lmp, tmp_path, breaks, builds):
+    """Pressed until it flows, and pulled out: what it stores at its cut-off depends on its flow. It comes
+    back with that. builds: only where they are due, or at each step."""
+    deq, low = 0.01499, 0.0145
+    pairs = style(ROW, "none", breaks=breaks) + f"neigh_modify every 1 delay 0 check {builds}\n"
+    pressed, out, back = moved(lmp, tmp_path, pairs, (low - deq, 0.0151 - low, -0.0002), 4000, gap=deq)
+    left = flow.return_map(DLIM, deq, ROW, *flow.return_map(low, deq, ROW, 0.0, 0.0))
+    depth = float(flow.stored(DLIM, deq, ROW, left[0]))
+    assert depth > 2.0 * law.energy(DLIM, deq, ROW, deq), "control"
+    assert energies(out)["ended"] == pytest.approx(depth, rel=1e-6)
+    assert energies(back)["ended"] == pytest.approx(0.0 if breaks == "none" else depth, rel=1e-6, abs=1e-6 * depth)
+    for table in (pressed, out, back):
+        assert np.abs(table["f_energy"]).max() < 1e-3 * energies(out)["movers"]
+
+
+@pytest.mark.parametrize("plasticity", ["isotropic", "none"])
+def test_a_bond_that_breaks_where_its_particles_overlap(lmp, tmp_path, plasticity):
+    """What is left rests where the bond broke, not at the larger sum of the radii: it has no force and no energy there, so that all
+    that the bond stored is released."""
+    deq, cut = 0.0095, 1.03 * 0.0095
+    out, back = moved(lmp, tmp_path, style(ROW, "repulsive", plasticity, "0.03"), (0.0007, -0.0006), 20000, gap=deq)
+    if plasticity == "isotropic":
+        depth = float(flow.stored(cut, deq, ROW, flow.return_map(cut, deq, ROW, 0.0, 0.0)[0]))
+    else:
+        depth = law.energy(cut, deq, ROW, deq)
+    assert law.energy(cut, SUM_RADII, ROW, SUM_RADII) > 0.1 * depth, "control: at the sum of the radii it would have energy"
+    found = energies(out)
+    assert found["ended"] == pytest.approx(depth, rel=1e-6)
+    assert found["contacts"] == pytest.approx(0.0, abs=CLOSED) and found["lost"] == 0.0
+    pushed = energies(back)
+    assert pushed["contacts"] > 0.01 * depth, "control: it repels"
+    for table in (out, back):
+        assert np.abs(table["f_energy"]).max() < 1e-3 * (depth + energies(out)["plastic"])
+
+
+@pytest.mark.parametrize("breaks", ["none", "0.1"])
+def test_volume_energy_of_a_tear(lmp, tmp_path, breaks):
+    """Two atoms with one bond, pulled beyond dlim and back: the energy follows the density, without a jump where the bond breaks or ends, and
+    a gap holds what the tear took."""
+    kv, cavitation = 50.0, 0.15
+    fix = f"fix bonds all evp/bonds\nfix volume all evp/volume {kv}"
+    out, back = moved(lmp, tmp_path, style(ROW, "none", "none", breaks, fix), (1.2 * (DLIM - DEQ), -1.1 * (DLIM - DEQ)), 5000, 2)
+    t0 = 1.0 - DEQ / DLIM
+    for k in (2, 4, 10, 40, 84, 100):
+        found, d = energies(out, k), DEQ + 1.2 * (DLIM - DEQ) * k / 100
+        theta = (t0**2 - max(0.0, 1.0 - d / DLIM)**2) / (2.0 / 3.0 * t0 * DEQ / DLIM)
+        left = max(0.0, 2.0 * cavitation - theta)
+        u = 0.5 * theta**2 if theta < cavitation else cavitation**2 - 0.5 * left**2
+        assert found["volume"] == pytest.approx(2.0 * kv * u, rel=1e-9), k
+        assert abs(found["open"]) < 1e-3 * kv * cavitation**2
+    assert energies(out)["volume"] == pytest.approx(2.0 * kv * cavitation**2, rel=1e-12)
+    assert energies(back)["volume"] < energies(out)["volume"] and abs(energies(back)["open"]) < 1e-3 * kv * cavitation**2
+
+
+def test_a_contact_ends_with_nothing(lmp, tmp_path):
+    """Two bodies meet and part: what they lost is dissipated, and the contact stores nothing as it ends."""
+    write_two(tmp_path / "body.data", 0.0101)
+    opened = []
+    for part in (1, 8):
+        text = head(skin=0.002) + style(ROW, "repulsive", fix="fix bonds all evp/bonds zone 1.000001") + two_groups(20, -20)
+        table = lmp(text + "fix move all nve\n" + ledger(part) + f"timestep {2e-7 / part}\nrun {1000 * part}\n").ok().thermo()
+        found, all_rows = energies(table), energies(table, None)
+        assert np.all(np.diff(all_rows["plastic"]) >= 0.0)
+        assert np.all(all_rows["contacts"] >= 0.0) and all_rows["contacts"].max() > 0.1 * found["plastic"]
+        assert found["contacts"] == found["lost"] == found["ended"] == 0.0
+        assert -found["kinetic"] == pytest.approx(found["plastic"], rel=2e-3)
+        opened.append(np.abs(table["f_energy"]).max() / found["plastic"])
+    assert opened[1] < opened[0] / 16.0 and opened[0] < 1e-3
+
+
+@pytest.mark.parametrize("contact", ["none", "repulsive"])
+def test_flow_that_is_due_at_set_up(lmp, tmp_path, contact):
+    """Atoms that were displaced beyond the limit flow in the first step: until then the pair holds what that dissipates."""
+    write_two(tmp_path / "body.data")
+    text = head(skin=0.008) + style(ROW, contact) + "fix move all nve/noforce\nrun 0\n"
+    text += f"set atom 2 x {0.5 * DEQ + 0.0004}\n" + ledger(1) + "run 0\nrun 2\n"
+    text += f"set atom 2 x {0.5 * DEQ - 0.0002}\nrun 0\nrun 2\n"
+    run = lmp(text).ok()
+    waiting, flowed, back, again = (energies(run.thermo(k), None) for k in range(1, 5))
+    first = flow.step(DEQ + 0.0004, DEQ, ROW, 0.0, 0.0)
+    spent = float(first.dissipated)
+    assert [waiting[name][0] for name in ENTRIES] == [0.0] * len(ENTRIES)
+    assert flowed["plastic"] == pytest.approx([0.0, spent, spent], rel=1e-9)
+    assert flowed["first"] == pytest.approx([0.0, -spent, -spent], rel=1e-9)
+    assert np.abs(flowed["open"]).max() <= CLOSED * spent
+    more = float(flow.step(DEQ - 0.0002, DEQ, ROW, first.q, first.k).dissipated)
+    assert np.diff(again["plastic"]) == pytest.approx([more, 0.0], rel=1e-9, abs=CLOSED * spent)
+    assert again["open"] == pytest.approx([back["open"][0]] * 3, abs=CLOSED * spent), "the displacement is no work"
+    assert abs(back["open"][0]) > 0.01 * spent, "control"
+
+
+# ---- fixes that change atoms before the balance sees them ----
+
+EARLY = {"evaporate": "region all block INF INF INF INF INF INF\nfix early all evaporate 7 3 all 49892\n",
+         "balance": "fix early all balance 10 1.0 shift x 10 1.01\n"}
+
+
+@pytest.mark.parametrize("early, breaks, plasticity", [("evaporate", "none", "isotropic"), ("balance", "none", "isotropic"), ("evaporate", "0.1", "none"), ("evaporate", "none", "none")])
+def test_a_fix_that_changes_atoms_may_come_before_it(lmp_decks, body, early, breaks, plasticity):
+    fix = "fix bonds all evp/bonds zone 1.1"
+    start = head() + style(ROW, "repulsive", plasticity, breaks, fix) + STRETCH + "fix move all nve\n"
+    balance, rest = ledger(30, "f_bonds[1] f_bonds[2] f_bonds[3] f_bonds[5]"), "timestep 1e-7\nrun 60\n"
+    decks = {"before": start + EARLY[early] + balance + rest, "after": start + balance + EARLY[early] + rest}
+    before, after = (run.thermo() for run in lmp_decks(decks, 2).values())
+    for name in before:
+        assert list(before[name]) == list(after[name]), name
+    assert np.all(np.isfinite(before["f_energy"]))
+
+
+# ---- bodies that fly apart ----
+
+def flung(contact, breaks, kv, gamma, style_name, step, steps, every=None):
+    """A bar that is stretched and stirred at up to 120 m/s: bonds flow, leave or break within 80 us."""
+    fix = "fix bonds all evp/bonds zone 1.48" + (f"\nfix volume all evp/volume {kv}" if kv else "")
+    stir = velocities("3000*(x-0.04)+5*sin(1.1*id)", "5*cos(2.3*id)", "5*sin(3.7*id+1)")
+    text = head(boundary="s s s") + style(ROW._replace(gamma=float(gamma)), contact, breaks=breaks, fix=fix)
+    return text + stir + f"fix move all {style_name}\n" + ledger(every or steps) + f"timestep {step}\nrun {steps}\n"
+
+
+@pytest.mark.parametrize("contact, breaks, kv, gamma, style_name", [
+    ("none", "none", 0, 0, "nve"), ("none", "none", 1000, 0, "nve"), ("repulsive", "0.05", 1000, 0, "nve"), ("repulsive", "0.05", 1000, 50, "nve"),
+    ("repulsive", "0.05", 1000, 50, "nve/evp tol 1e-12")])
+def test_closes_through_flow_and_loss(lmp, body, contact, breaks, kv, gamma, style_name):
+    """What is left open falls with the timestep, as the jump of the force where a pair leaves has it: F v dt each. Controls: each
+    entry that is asked for has its share, far above what is open."""
+    opened = []
+    for part in (1, 16):
+        table = lmp(flung(contact, breaks, kv, gamma, style_name, 1e-7 / part, 800 * part)).ok().thermo()
+        found = energies(table)
+        opened.append(abs(found["open"]) / abs(found["kinetic"]))
+    assert opened[0] < 1.5e-3 and opened[1] < max(0.25 * opened[0], 1e-5), opened
+    expected = {"first": True, "plastic": True, "ended": True, "volume": kv > 0, "dissipated": gamma > 0, "second": False, "unused": False}
+    for name, there in expected.items():
+        assert (abs(found[name]) > 20.0 * opened[1] * abs(found["kinetic"])) == there, (name, found)
+        assert there or abs(found[name]) <= CLOSED * abs(found["kinetic"]), name
+
+
+@pytest.mark.parametrize("gamma, style_name", [(0, "nve"), (1000, "nve/evp")])
+def test_plastic_never_falls_in_any_step(lmp, body, gamma, style_name):
+    text = flung("repulsive", "0.05", 1000, gamma, style_name, 2e-7, 400, every=1).replace("3000*(x-0.04)", "8000*(0.04-x)*sin(0.01*id)")
+    plastic = lmp(text).ok().thermo()["f_energy[9]"]
+    assert np.all(np.diff(plastic) >= 0.0) and plastic[-1] > 10.0
+    assert np.count_nonzero(np.diff(plastic)) > 200

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from lammps_run import write_data, write_state
 from oracle import brute, law
-from small_bodies import ROUND_OFF, Body, head, pair, scattered, thermo, wavy_velocities, words
+from small_bodies import ROUND_OFF, Body, dump, head, pair, scattered, thermo, wavy_velocities, words
 
 UNLIKE = {
     (1, 1): law.Row(80.0, 8.0, 4.0, 3.0, 8.0, 4.0, 0.005, 400.0, 1.5),
@@ -26,9 +26,7 @@ read_dump state.dump 0 x y z vx vy vz box no replace yes
 compute e all pe/atom pair
 compute s all stress/atom NULL pair
 compute p all pressure NULL virial
-dump all all custom 1 forces.dump id x y z vx vy vz fx fy fz
-dump_modify all format float %.17g
-dump tallies all custom 2 tallies.dump id c_e c_s[1] c_s[2] c_s[3] c_s[4] c_s[5] c_s[6]
+""" + dump("forces.dump", 1) + """dump tallies all custom 2 tallies.dump id c_e c_s[1] c_s[2] c_s[3] c_s[4] c_s[5] c_s[6]
 dump_modify tallies format float %.17g
 thermo 2
 """ + thermo("pe c_p[1] c_p[2] c_p[3] c_p[4] c_p[5] c_p[6] vol f_bonds f_bonds[1] f_bonds[2] f_bonds[3] f_bonds[4]") + "run 2\n"
@@ -81,10 +79,10 @@ def compare(run, body, rows, contact, periodic=None):
     assert [snapshot.step for snapshot in steps] == [0, 1, 2] and sorted(tallied) == [0, 2]
 
     for snapshot in steps:
-        x, v = snapshot.vectors("x", "y", "z"), snapshot.vectors("vx", "vy", "vz")
+        x, v = snapshot.x, snapshot.v
         arguments = (body.radius, body.types, rows, body.bonds, contact)
         truth = brute.brute_force(x, v, *arguments, box=periodic)
-        error = np.linalg.norm(snapshot.vectors("fx", "fy", "fz") - truth["force"], axis=1)
+        error = np.linalg.norm(snapshot.f - truth["force"], axis=1)
         assert np.max(error / (truth["abs_force"] + 1e-300)) < ROUND_OFF, f"forces of step {snapshot.step}"
         if snapshot.step not in tallied:
             continue
@@ -160,14 +158,12 @@ compute ids all property/local patom1 patom2
 compute pairs all pair/local dist eng force p3
 dump pairs all local 1 pairs.dump c_ids[1] c_ids[2] c_pairs[*]
 dump_modify pairs format float %.17g
-dump all all custom 1 atoms.dump id x y z vx vy vz fx fy fz
-dump_modify all format float %.17g
-""" + thermo("pe") + "run 0\n"
+""" + dump("atoms.dump", 1) + thermo("pe") + "run 0\n"
 
 
 @pytest.mark.parametrize("ranks, newton, contact, gamma", [(1, "on", "none", 0), (2, "off", "repulsive", 1000), (4, "on", "literal", 1000)])
 def test_pair_local_adds_up(lmp, tmp_path, pulled_body, ranks, newton, contact, gamma):
-    """Each pair stands there once, energies and forces of the pairs add up to those of the run; deq, strain and regime: test_analysis.py."""
+    """Each pair stands there once, energies and forces of the pairs add up to those of the run; deq, strain and regime: test_state_values.py."""
     body = pulled_body._replace(x=scattered(pulled_body.x, pulled_body.bonds, pulled_body.radius))
     write_state(tmp_path / "state.dump", body.x, body.v, body.box)
     row = law.TABLE1._replace(gamma=gamma)
@@ -175,7 +171,7 @@ def test_pair_local_adds_up(lmp, tmp_path, pulled_body, ranks, newton, contact, 
     atoms, pairs = run.dump("atoms.dump")[-1], run.dump("pairs.dump")[-1]
     i, j = (pairs[f"c_ids[{k}]"].astype(int) - 1 for k in (1, 2))
     d, energy, force, regime = (pairs[f"c_pairs[{k}]"] for k in range(1, 5))
-    x, v = atoms.vectors("x", "y", "z"), atoms.vectors("vx", "vy", "vz")
+    x, v = atoms.x, atoms.v
 
     key = np.minimum(i, j) * len(x) + np.maximum(i, j)
     assert len(np.unique(key)) == len(key), "once"
@@ -186,7 +182,7 @@ def test_pair_local_adds_up(lmp, tmp_path, pulled_body, ranks, newton, contact, 
     for own, sign in ((i, 1.0), (j, -1.0)):
         np.add.at(total, own, sign * on_i)
         np.add.at(scale, own, np.abs(force))
-    error = np.linalg.norm(total - atoms.vectors("fx", "fy", "fz"), axis=1)
+    error = np.linalg.norm(total - atoms.f, axis=1)
     assert np.max(error / scale) < ROUND_OFF
 
     # regime 0 is a pair that does not act

@@ -6,7 +6,7 @@ import pytest
 from evp import law
 from lammps_run import write_data
 from oracle import brute
-from small_bodies import ANOTHER_ORDER, dump, grips, head, mass_of, pair, thermo, two_groups, write_two
+from small_bodies import ANOTHER_ORDER, dump, grips, head, mass_of, pair, thermo, two_groups, velocities, write_two
 
 GAMMA = 1000.0
 TABLE2 = law.TABLE2
@@ -21,12 +21,7 @@ CLOSED_FORM = 1e-11  # twenty steps of one pair: roundings only
 
 FLY = "fix integrate all nve/evp {options}\ntimestep {step}\nthermo 20\n" + thermo("pe ke")
 # a stretch along x, a wave by ID, a rotation about z, a translation
-STIR = """
-variable vx atom {fast}+300*(x-0.04)-20*y+5*sin(1.1*id)
-variable vy atom 20*(x-0.04)+5*cos(2.3*id)
-variable vz atom 5*sin(3.7*id+1)
-velocity all set v_vx v_vy v_vz
-"""
+STIR = velocities("{fast}+300*(x-0.04)-20*y+5*sin(1.1*id)", "20*(x-0.04)+5*cos(2.3*id)", "5*sin(3.7*id+1)")
 
 
 def flight(options="", row=TABLE2, fast=0.0, newton="on", step=STEP, boundary="s s s", contact="none"):
@@ -35,11 +30,7 @@ def flight(options="", row=TABLE2, fast=0.0, newton="on", step=STEP, boundary="s
 
 def internal(snapshot, mass):
     """Positions and velocities about those of the centre of mass."""
-    parts = []
-    for names in (("x", "y", "z"), ("vx", "vy", "vz")):
-        value = snapshot.vectors(*names)
-        parts.append(value - mass @ value / mass.sum())
-    return parts
+    return [value - mass @ value / mass.sum() for value in (snapshot.x, snapshot.v)]
 
 
 def assert_same_motion(last, other, mass, tolerance):
@@ -65,9 +56,7 @@ PAIR_OF_TWO = head(skin=0.002) + pair(TABLE2._replace(e1=0.0, e2=0.0)) + two_gro
 fix hold one nve/noforce
 fix integrate two nve/evp tol 1e-13
 timestep {step:.17g}
-dump all all custom 1 two.dump id vx fx
-dump_modify all format float %.17g
-"""
+""" + dump("two.dump", 1, "vx fx")
 
 
 @pytest.mark.parametrize("then", ["", "timestep {other:.17g}\nrun 10 pre no\n", "timestep {other:.17g}\nrun 10\n"])
@@ -133,7 +122,7 @@ compute sum all reduce sum c_each[1] c_each[2] c_each[3] c_each[4] c_each[5] c_e
 thermo_style custom step vol c_virial[*] c_sum[*]""") + dump(every=10) + "run 10\nfix_modify integrate virial no\nrun 0\n"
     run = lmp(deck, 2).ok()
     last, mass = run.dump("all.dump")[-1], mass_of(body.radius)
-    x, v, f = (last.vectors(*names) for names in (("x", "y", "z"), ("vx", "vy", "vz"), ("fx", "fy", "fz")))
+    x, v, f = last.x, last.v, last.f
     found = {}
     for block, row in ((0, TABLE2), (1, law.TABLE1)):
         sum_over_pairs = brute.brute_force(x, v + 0.5 * STEP * f / mass[:, None], body.radius, body.types, row, body.bonds, "literal", step=STEP)
@@ -204,11 +193,7 @@ STIFFNESS = ROW.m1 * ROW.n1 * ROW.e1 / GAP**2
 WITHIN = 0.01  # of the centrifugal strain: the demand; (w dt)^2/6 of it, which is a leapfrog's, and the strain itself
 LEDGER = 1e-3  # of the kinetic energy
 
-SPIN = """
-variable vx atom -{spin}*y
-variable vy atom {spin}*x
-velocity all set v_vx v_vy 0
-fix move all {style}
+SPIN = velocities("-{spin}*y", "{spin}*x") + """fix move all {style}
 fix energy all evp/energy
 variable d equal sqrt((x[1]-x[2])^2+(y[1]-y[2])^2+(z[1]-z[2])^2)
 variable w equal omega(all,z)

@@ -7,17 +7,13 @@ import re
 import numpy as np
 import pytest
 from hostile import refused
-from lammps_run import DECKS, read_csv, read_dump, run_lammps
+from lammps_run import DECKS, packed, read_csv, read_dump, run_lammps
 
 METAL = "160 8 4 1.4 8 4 0.0007 0 1.5 spacing 0.00374 coordination 13.05 kv 700"  # about 304 steel, E 193 GPa
 E, NU = 193e9, 0.29
 
 
-@pytest.fixture(scope="module")
-def block(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("block")
-    run_lammps("in.specimen", 1, {"n": 400, "shape": "block", "length": 0.02, "width": 0.04, "out": "block.data"}, folder).ok()
-    return folder / "block.data"
+block = packed("block.data", n=400, shape="block", length=0.02, width=0.04)
 
 
 def indent(block, folder, **choices):
@@ -77,11 +73,7 @@ def test_a_tool_that_touches_nothing_is_refused(block, tmp_path):
 # ---- in.upset ----
 
 
-@pytest.fixture(scope="module")
-def rod(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("rod")
-    run_lammps("in.specimen", 1, {"n": 500, "length": 0.03, "radius": 0.01, "density": 7900, "out": "rod.data"}, folder).ok()
-    return folder / "rod.data"
+rod = packed("rod.data", n=500, length=0.03, radius=0.01, density=7900)
 
 
 def upset(rod, folder, friction):

@@ -9,7 +9,7 @@ import pytest
 from evp import law
 from lammps_run import REFERENCE, write_state
 from oracle import brute, network, volume
-from small_bodies import head, lattice_body, mass_of, pair, thermo, words, write_body, write_two
+from small_bodies import head, lattice_body, mass_of, pair, thermo, velocities, words, write_body, write_two
 
 SETTLED = 2e-4  # Lanczos stops at 1e-4 of an eigenvalue, which it takes from below: half of it in the step
 ITERATED = 1e-3  # the explicit step iterates to 1e-3 of its eigenvalue
@@ -118,11 +118,7 @@ def test_every_implicit_step_up_to_the_bound_is_stable(lmp_decks, tmp_path, stre
         assert kv == 0.0 or name != 3e4 or bound > (3.0 if stretch < 0.0 else 4.0) * elastic, "control: damping helps"
 
 
-SWING = """
-variable vx atom 1e-4*sin(1.1*id)
-variable vy atom 1e-4*cos(2.3*id)
-velocity all set v_vx v_vy 0
-velocity all zero linear
+SWING = velocities("1e-4*sin(1.1*id)", "1e-4*cos(2.3*id)") + """velocity all zero linear
 fix move all nve/evp tol 1e-6
 compute dt all evp/dt
 """ + thermo("ke pe c_dt") + """

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from evp import law
-from flowing import SHAKE
+from flowing import SHAKE, read_pairs
 from lammps_run import run_decks, run_lammps
 from small_bodies import SPACING, STIR, check_forces, dump, head, lattice_body, mass_of, record, thermo, words, write_body
 
@@ -70,6 +70,7 @@ ROUTES = {
 }
 LAYOUT = {"brick": "", "slabs": "", "tiled": "comm_style tiled\nbalance 1.0 rcb\n"}
 ENERGY = "f_energy f_energy[*]"
+ENDING = dump("end.dump", HALF, "x y z vx vy vz fx fy fz c_state[*]") + f"run {STEPS - HALF}\nwrite_evp_bonds end.bonds\n"
 
 
 def start(feature, newton="on", source="body.data", **options):
@@ -93,22 +94,17 @@ def motion(feature, layout="", stir=""):
             + f"compute state all evp/state/atom {feature.state}\n" + thermo(columns))
 
 
-def ending(name="end"):
-    dumped = dump(f"{name}.dump", HALF).replace("fx fy fz", "fx fy fz c_state[*]")
-    return dumped + f"run {STEPS - HALF}\nwrite_evp_bonds {name}.bonds\n"
-
-
 def whole(feature, newton="on", layout="", **options):
     """From the start to the end, as two runs, with all files in the middle."""
     return (start(feature, newton, **options) + motion(feature, layout, feature.stir) + f"restart {HALF} in_run.*\nrun {HALF}\nrestart 0\n"
-            "write_restart half.restart\nwrite_data half.data\nwrite_evp_bonds half.bonds\n" + ending())
+            "write_restart half.restart\nwrite_data half.data\nwrite_evp_bonds half.bonds\n" + ENDING)
 
 
 def way(feature, newton, layout, route):
     if route == "straight":
         options = {"before": "processors * 1 1"} if layout == "slabs" else {}
         return whole(feature, newton, LAYOUT[layout], **options)
-    rest = motion(feature, LAYOUT[layout]) + ending()
+    rest = motion(feature, LAYOUT[layout]) + ENDING
     if route == "restart, data":
         first = start(feature, newton, "half.restart") + motion(feature) + "run 0\nwrite_data again.data\nwrite_evp_bonds again.bonds\nclear\n"
         return first + start(feature, newton, "again.data") + rest
@@ -116,31 +112,20 @@ def way(feature, newton, layout, route):
     return start(feature, newton, source) + rest
 
 
-def read_bonds(path):
-    """{(i, j, of a contact): numbers}; header without its count."""
-    header, *lines = path.read_text(encoding="utf-8").splitlines()
-    found = {}
-    for i, j, *values in map(str.split, lines):
-        found[int(i), int(j), values[-1] == "2"] = np.array(values, dtype=float)
-    assert len(found) == len(lines), "a pair is there twice"
-    return found, header.partition("WITHIN")[2]
-
-
-def end_of(run, name="end"):
-    """All that is compared, {name: array}; energies as those since the middle."""
+def end_of(run):
+    """All that is compared, {name: array}, energies as those since the middle; and which atoms are one body."""
     found = {f"thermo {name}": values for name, values in run.thermo().items() if name != "Step"}
     energies = [key for key in found if "f_energy" in key]
     table = np.array([found.pop(key) for key in energies])
     found["energies"] = table - table[:, :1]
-    last = run.dump(f"{name}.dump")[-1]
+    last = run.dump("end.dump")[-1]
     assert last.step == STEPS
     found.update({f"atoms {name}": values for name, values in last.columns.items()})
-    bonds, header = read_bonds(run.folder / f"{name}.bonds")
-    keys = sorted(bonds)
+    bonds = read_pairs(run.folder / "end.bonds")
+    keys = sorted(bonds.deq)
     found["bonds"] = np.array(keys, dtype=float)
-    for k, column in enumerate(np.array([bonds[key] for key in keys]).T):
-        found[f"bonds {('deq', 'q', 'k', 'work', 'broken')[k]}"] = column
-    return found, header
+    found.update({f"bonds {name}": np.array([values[key] for key in keys]) for name, values in bonds._asdict().items() if values})
+    return found, (run.folder / "end.bonds").read_text(encoding="utf-8").partition("\n")[0].partition("WITHIN")[2]
 
 
 def assert_same(run, expected, choice):
@@ -171,7 +156,7 @@ def check_run(run, name, body):
         found = check_forces(snapshots[-1], body._replace(bonds=kept), bodies=bodies, at_rest=True)
         assert np.sum(bodies[found["i"]] != bodies[found["j"]]) > 10, "control: bodies touch"
     if not body.cell.any():
-        first, last = (mass * snapshot.vectors("vx", "vy", "vz") for snapshot in snapshots)
+        first, last = (mass * snapshot.v for snapshot in snapshots)
         assert np.linalg.norm(last.sum(axis=0) - first.sum(axis=0)) < MOMENTUM * np.abs(first).sum(), "momentum"
 
 
@@ -232,11 +217,11 @@ def test_same_in_every_box(tmp_path, name):
         options = {key: value for key, value in options.items() if key not in ("lines", "periodic", "tilt")}
         for ranks, own, more in ((1, {"boundary": options["boundary"]}, ""), (4, options, lines)):
             text = start(FEATURES[name], **{"newton": "on", **own}) + motion(FEATURES[name], "", FEATURES[name].stir) + more
-            decks[ranks][box] = text.replace("body.data", f"body{number}.data") + f"run {HALF}\n" + ending()
+            decks[ranks][box] = text.replace("body.data", f"body{number}.data") + f"run {HALF}\n" + ENDING
     runs = {ranks: run_decks(texts, ranks, tmp_path, f"on{ranks}.") for ranks, texts in decks.items()}
     for box, run in runs[4].items():
         assert_same(run, end_of(runs[1][box]), box)
-        x, bonds = run.dump("end.dump")[-1].vectors("x", "y", "z"), np.array(list(bodies[box].bonds)) - 1
+        x, bonds = run.dump("end.dump")[-1].x, np.array(list(bodies[box].bonds)) - 1
         for axis in np.flatnonzero(bodies[box].cell.any(axis=1)):
             spans = np.abs(x[bonds[:, 0], axis] - x[bonds[:, 1], axis])
             assert np.sum(spans > 2.0 * SPACING) > 20, f"control: bonds cross the boundary {axis} of {box}"

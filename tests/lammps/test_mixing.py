@@ -34,13 +34,14 @@ def test_hybrid_with_lj_cut(lmp, bar, style):
     ours = np.ones(len(bar.x), dtype=bool) if overlay else bar.types == 1
     among = {p: deq for p, deq in bar.bonds.items() if all(ours[k - 1] for k in p)}
     assert run.thermo()["f_bonds"][0] == len(among)
-    x, v, f = (run.dump("all.dump")[-1].vectors(*names) for names in (("x", "y", "z"), ("vx", "vy", "vz"), ("fx", "fy", "fz")))
-    found = truth(x[ours], v[ours], bar._replace(radius=bar.radius[ours], types=bar.types[ours], bonds=among), row, ids=1 + np.flatnonzero(ours))
+    last = run.dump("all.dump")[-1]
+    x = last.x
+    found = truth(x[ours], last.v[ours], bar._replace(radius=bar.radius[ours], types=bar.types[ours], bonds=among), row, ids=1 + np.flatnonzero(ours))
     expected, scale = lj_forces(x, np.ones(2 * (len(x),), dtype=bool) if overlay else ~(ours[:, None] & ours[None, :]))
     assert np.all(scale > 0.0), "control: lj/cut acts on every atom"
     expected[ours] += found["force"]
     scale[ours] += found["abs_force"]
-    assert np.max(np.linalg.norm(f - expected, axis=1) / scale) < ROUND_OFF
+    assert np.max(np.linalg.norm(last.f - expected, axis=1) / scale) < ROUND_OFF
     assert run.thermo()["f_bonds[2]"][-1] > 20, "control: the body is deformed"
 
 
@@ -81,11 +82,7 @@ def test_rerun_with_bonds_from_a_file(lmp, bar):
     """Energies and forces of a dump's snapshots are those of the run that wrote it; of a rerun that records its own bonds, at the first snapshot, they are others."""
     lmp(head() + pair() + "fix move all nve\nrun 0\nwrite_evp_bonds all.bonds\n").ok()
     whole = lmp(head() + pair() + STIR + MOVE + dump(every=10) + "run 100\n", ranks=2).ok()
-    again = """
-dump all all custom 10 again.dump id x y z vx vy vz fx fy fz
-dump_modify all format float %.17g
-rerun all.dump first 20 dump x y z vx vy vz
-"""
+    again = dump("again.dump", 10) + "rerun all.dump first 20 dump x y z vx vy vz\n"
     kept = pair(fix="fix bonds all evp/bonds file all.bonds")
     run = lmp(head("off") + kept + MOVE + again, ranks=3).ok()
     table = whole.thermo()
@@ -139,13 +136,8 @@ variable size equal 0.0105-0.0002*step
 fix shrink all adapt 1 atom diameter v_size
 compute e all pair/local eng
 compute sum all reduce sum c_e inputs local
-dump all all custom 1 all.dump id x y z vx vy vz fx fy fz radius
-dump_modify all format float %.17g
 thermo 1
-""" + thermo("pe c_sum f_bonds f_bonds[3]") + """
-run 0 post no
-run 5
-"""
+""" + dump(every=1, columns="x y z vx vy vz fx fy fz radius") + thermo("pe c_sum f_bonds f_bonds[3]") + "run 0 post no\nrun 5\n"
     small = bar._replace(radius=np.full(len(bar.x), 0.00525))
     write_body(tmp_path / "body.data", small)
     run = lmp(text, ranks=3).ok()

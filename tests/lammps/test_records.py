@@ -16,7 +16,7 @@ from hostile import refused
 from lammps_run import REFERENCE, write_data
 from library import SHOWN, run_program
 from oracle import brute
-from small_bodies import MOVE, head, pair, thermo
+from small_bodies import MOVE, head, pair, thermo, velocities
 from test_within import FIX, MOLECULES
 
 # ---- bonds as text ----
@@ -296,14 +296,8 @@ TOTAL, EVERY = 1200, 370  # steps of the run, and from one restart file to the n
 # gentle enough for thousands of steps: an oscillation into the second regime and back, without a drift
 SWING = "velocity all ramp vx -20 20 x 0 0.06\n"
 # flows both ways and breaks bonds all the way
-FLOWING_SWING = """
-variable ax atom 30*sin(1.3*id)
-variable ay atom 30*cos(2.7*id)
-variable az atom 30*sin(3.9*id)
-velocity all set v_ax v_ay v_az
-velocity all zero linear
-velocity all ramp vx -60 60 x 0 0.06 sum yes
-"""
+FLOWING_SWING = (velocities("30*sin(1.3*id)", "30*cos(2.7*id)", "30*sin(3.9*id)")
+                 + "velocity all zero linear\nvelocity all ramp vx -60 60 x 0 0.06 sum yes\n")
 BONDS, VOLUME = "fix bonds all evp/bonds\n", "fix volume all evp/volume 500\n"
 # what is left of a bond of spheres that overlap repels from the next forces on, which after a restart are those of the set-up: no contacts
 SCENES = {"eq. 8": (pair() + SWING, BONDS, MOVE), "flow": (flowing_pair("none", 0.05, fix=BONDS.strip() + " zone 1.4") + FLOWING_SWING, BONDS + VOLUME, MOVE_FLOWING)}

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from evp import law
 from lammps_run import write_data
-from small_bodies import energies, head, lattice_body, mass_of, pair, thermo, write_body
+from small_bodies import energies, head, lattice_body, mass_of, pair, thermo, velocities, write_body
 
 EXPLICIT, IMPLICIT = "nve", "nve/evp tol 1e-12"
 ROW = law.TABLE1._replace(gamma=50.0)
@@ -55,15 +55,14 @@ def test_damping_takes_two_spheres_along_with_the_box(lmp, tmp_path, style, h, s
 
 # ---- a periodic body
 
-DRIFT = "variable dx atom vx+200\nvariable dy atom vy+300\nvariable dz atom vz-100\nvelocity all set v_dx v_dy v_dz\n"
+DRIFT = velocities("vx+200", "vy+300", "vz-100")
 BONDS = "fix bonds all evp/bonds zone 1.4"  # none reaches dlim: a pair that passes it leaves a first-order error
 
 
 def flow(kind="xy"):
     """Velocities as the box moves, and others that differ from neighbor to neighbor."""
-    field = {"xy": (f"{RATE}*y", "0", "0"), "stretch": (f"{RATE}*x", f"-{RATE}*y", "0"), "none": ("0", "0", "0")}[kind]
-    waves = ("5*sin(1.1*id)", "5*cos(2.3*id)", "5*sin(3.7*id+1)")
-    return "".join(f"variable v{a} atom {f}+{w}\n" for a, f, w in zip("xyz", field, waves)) + "velocity all set v_vx v_vy v_vz\n"
+    along_x, along_y = {"xy": (f"{RATE}*y", "0"), "stretch": (f"{RATE}*x", f"-{RATE}*y"), "none": ("0", "0")}[kind]
+    return velocities(f"{along_x}+5*sin(1.1*id)", f"{along_y}+5*cos(2.3*id)", "0+5*sin(3.7*id+1)")
 
 
 def write_periodic(folder, tilt=(1e-3, 0.0, 0.0)):

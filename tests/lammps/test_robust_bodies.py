@@ -7,7 +7,7 @@ from evp import law
 from oracle import network
 from robust import LEDGER_SHARE, MOMENTUM, RADIUS, TABLE1, TABLE2, collide, ledger, momenta, momenta_changed, on
 from scipy.integrate import solve_ivp
-from small_bodies import Small, dump, head, lattice_body, mass_of, pair, record, write_body, write_two
+from small_bodies import Small, dump, head, lattice_body, mass_of, pair, record, thermo, velocities, write_body, write_two
 
 OPEN = np.zeros((3, 3))
 
@@ -30,7 +30,7 @@ def test_all_pairs_at_dlim(bench):
     first, last = run.dump("all.dump")
     scale = abs(law.force(0.015, 0.01, TABLE1))
     assert abs(table["PotEng"][0]) < 1e-9
-    assert np.abs(first.vectors("fx", "fy", "fz").sum(axis=0)).max() < 1e-9 * scale
+    assert np.abs(first.f.sum(axis=0)).max() < 1e-9 * scale
     change = np.linalg.norm(momenta(last, mass)[0]) / momenta(last, mass)[2]
     assert change < MOMENTUM
     share = np.abs(table["f_energy"]).max() / np.abs(table["f_energy[5]"]).max()
@@ -58,8 +58,8 @@ def test_ratio_of(bench, what):
     write_body(bench.folder / "body.data", body)
     mass = mass_of(body.radius) * heavier
     text = head() + pair(TABLE1, "none") + "".join(f"set atom {i + 1} density {2700.0 * h:.17g}\n" for i, h in enumerate(heavier) if h > 1.0)
-    text += "variable vx atom 0.3*sin(1.1*id)+1\nvariable vy atom 0.3*cos(2.3*id)\nvelocity all set v_vx v_vy 0\nfix move all nve\n"
-    text += ledger(20) + "run 0\ntimestep $(0.2*c_dt:%.17g)\nthermo_style custom step ke f_energy f_energy[*] c_dt\n"
+    text += velocities("0.3*sin(1.1*id)+1", "0.3*cos(2.3*id)") + "fix move all nve\n" + ledger(20)
+    text += "run 0\ntimestep $(0.2*c_dt:%.17g)\nthermo_style custom step ke f_energy f_energy[*] c_dt\n"
     text += dump(every=2000) + "run 2000\n"
     run = bench.run(text).ok()
     table = run.thermo()
@@ -79,12 +79,12 @@ def test_fragment_moving_and_spinning(bench, scheme):
     body = body._replace(x=body.x - body.x.mean(axis=0))
     write_body(bench.folder / "body.data", body)
     style, step, steps = ("nve", 2e-8, 100000) if scheme == "explicit" else ("nve/evp", 2e-6, 20000)
-    text = head(boundary="s s s") + pair(TABLE2, "none") + "variable vx atom 100-200*y\nvariable vy atom 50+200*x\nvelocity all set v_vx v_vy 0\n"
+    text = head(boundary="s s s") + pair(TABLE2, "none") + velocities("100-200*y", "50+200*x")
     text += f"fix move all {style}\n" + ledger(steps // 10) + dump(every=steps // 2) + f"timestep {step}\nrun {steps}\n"
     run = bench.run(text).ok()
     mass, kinetic, spin = mass_of(body.radius), [], []
     for snapshot in run.dump("all.dump"):
-        x, v = (snapshot.vectors(*names) for names in (("x", "y", "z"), ("vx", "vy", "vz")))
+        x, v = snapshot.x, snapshot.v
         x, v = x - mass @ x / mass.sum(), v - mass @ v / mass.sum()
         kinetic.append(0.5 * np.sum(mass[:, None] * v * v))
         spin.append(np.cross(x, mass[:, None] * v).sum(axis=0))
@@ -141,7 +141,7 @@ def test_free_vibration_for_a_million_steps(bench):
     steps = 1000000
     text = head() + pair(TABLE1, "none", "fix bonds all evp/bonds") + "variable vx atom 0.5*sin(1.1*id)\nvelocity all set v_vx 0 0\n"
     text += "velocity all zero linear\nvelocity all zero angular\nfix move all nve\ncompute dt all evp/dt\n"
-    text += "thermo_style custom step ke pe etotal c_dt f_bonds[2]\nthermo_modify norm no format float %.17g\nrun 0\n"
+    text += thermo("ke pe etotal c_dt f_bonds[2]") + "run 0\n"
     text += "timestep $(0.2*c_dt:%.17g)\nuncompute dt\nvariable e equal etotal\nfix mean all ave/time 1 1000 1000 v_e\n"
     text += f"thermo_style custom step ke pe f_mean f_bonds[2]\nthermo 1000\nrun {steps}\n"
     table = bench.run(text).ok().thermo()
@@ -165,8 +165,8 @@ def test_shaken_far_beyond_xi_s(bench):
     write_body(bench.folder / "body.data", cuboctahedron())
     gained = []
     for fraction in (0.8, 0.2):
-        text = head() + pair(TABLE1, "none", "fix bonds all evp/bonds zone 1.4") + "variable vx atom 10*sin(1.1*id)\nvariable vy atom 10*cos(2.3*id)\n"
-        text += "velocity all set v_vx v_vy 0\nvelocity all zero linear\nfix move all nve\n" + ledger(50)
+        text = head() + pair(TABLE1, "none", "fix bonds all evp/bonds zone 1.4") + velocities("10*sin(1.1*id)", "10*cos(2.3*id)")
+        text += "velocity all zero linear\nfix move all nve\n" + ledger(50)
         table = bench.run(text + f"run 0\ntimestep $({fraction}*c_dt:%.17g)\nrun {int(1000 / fraction)}\n").ok().thermo()
         gained.append(np.abs(table["f_energy"]).max() / table["KinEng"][0])
     assert gained[1] < SHAKEN and gained[0] > 10.0 * gained[1]
@@ -198,12 +198,11 @@ def fcc_cube(cells=3, spacing=0.009):
     return free_body(x - x.mean(axis=0), [RADIUS] * len(x))
 
 
-def spinning(bench, body, row, velocity, steps, more=""):
+def spinning(bench, body, row, velocity, steps):
     """A free body under fix nve/evp with fix dt/evp; velocity: three formulas."""
     write_body(bench.folder / "body.data", body)
-    text = head() + pair(row, "none")
-    text += "".join(f"variable v{axis} atom {formula}\n" for axis, formula in zip("xyz", velocity)) + "velocity all set v_vx v_vy v_vz\n"
-    text += "fix move all nve/evp\n" + ledger(max(steps // 40, 1), "fix step all dt/evp 10 0.4", f"f_bonds[2] {more}").replace("compute dt all evp/dt\n", "")
+    text = head() + pair(row, "none") + velocities(*velocity) + "fix move all nve/evp\n"
+    text += ledger(max(steps // 40, 1), "fix step all dt/evp 10 0.4", "f_bonds[2]")
     run = bench.run(text + dump(every=steps) + f"run {steps}\n").ok()
     table = run.thermo()
     mass = mass_of(body.radius)
@@ -225,7 +224,7 @@ def test_spinning_cube(bench, gamma):
     assert table["f_bonds[2]"].max() == 0
     stored = table["f_energy[2]"][-1] / table["KinEng"][0]
 
-    text = head() + pair(TABLE1, "none") + f"variable vx atom -{spin}*y\nvariable vy atom {spin}*x\nvelocity all set v_vx v_vy 0\n"
+    text = head() + pair(TABLE1, "none") + velocities(f"-{spin}*y", f"{spin}*x")
     text += "fix move all nve\n" + ledger(1, "timestep 2e-7") + "run 4000\n"
     control = bench.run(text).ok().thermo()
     mean = control["f_energy[2]"].mean() / control["KinEng"][0]
@@ -255,7 +254,7 @@ def test_spinning_top(bench):
     time = table["Time"][-1]
     end = solve_ivp(euler, (0.0, time), np.append(np.eye(3).ravel(), spin), rtol=1e-10, atol=1e-12).y[:, -1]
     turn, angle = end[:9].reshape(3, 3), np.linalg.norm(spin) * time
-    off = np.abs(run.dump("all.dump")[-1].vectors("x", "y", "z") - body.x @ turn.T).max() / np.abs(body.x).max()
+    off = np.abs(run.dump("all.dump")[-1].x - body.x @ turn.T).max() / np.abs(body.x).max()
     axis = np.degrees(np.arccos(turn[1, 1]))
     assert axis > 90.0, "control"
     assert off < 2.0 * PHASE * angle, off

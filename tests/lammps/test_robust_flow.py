@@ -6,7 +6,7 @@ import pytest
 from oracle import flow
 from flowing import MOVE, SHAKE, assert_flowed, flowing_pair, largest_difference, read_pairs
 from robust import DEQ, MOMENTUM, RADIUS, TABLE1, momenta_changed
-from small_bodies import dump, head, lattice_body, mass_of, thermo, two_groups, words, write_body, write_two
+from small_bodies import dump, head, lattice_body, mass_of, thermo, two_groups, velocities, words, write_body, write_two
 
 FORCE = TABLE1.m1 * TABLE1.n1 * TABLE1.e1 * TABLE1.xi_s / DEQ  # at the threshold
 ROUND_OFF = 1e-9
@@ -138,7 +138,7 @@ def test_volume_energy_of_a_free_body(bench):
     body = lattice_body((4, 4, 4))
     write_body(bench.folder / "body.data", body)
     text = head() + flowing_pair("none", 0, TABLE1._replace(xi_s=0.3), 3000.0, plasticity="none") + "fix move all nve\n"
-    text += "variable vx atom 0.5*(x-0.02)/0.02\nvariable vy atom 0.5*(y-0.02)/0.02\nvariable vz atom 0.5*(z-0.02)/0.02\nvelocity all set v_vx v_vy v_vz\n"
+    text += velocities(*(f"0.5*({axis}-0.02)/0.02" for axis in "xyz"))
     text += "compute dt all evp/dt\nthermo 5\n" + thermo("pe ke etotal f_volume c_dt") + "run 0\ntimestep $(0.05*c_dt)\n" + dump(every=600) + "run 600\n"
     run = bench.run(text).ok()
     table, mass = run.thermo(), mass_of(body.radius)

@@ -1,14 +1,17 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Robustness: timestep limits, impacts, and single pairs along their whole law."""
+"""Robustness: timestep limits, impacts, and single pairs along their whole law; two bodies, of `within` of fix evp/bonds, and a box that deforms with
+`fix deform ... remap v`."""
 
 import numpy as np
 import pytest
 from oracle import law
 from hostile import refused
+from lammps_run import write_data
 from robust import CLOSED_FORM, DEQ, LEDGER_SHARE, MASS, MOMENTUM, RADIUS, SECOND_ORDER, TABLE1, TABLE2, collide, ledger, momenta_changed, on
 from scipy.integrate import quad
 from scipy.optimize import brentq
-from small_bodies import dump, grips, head, lattice_body, pair, thermo, two_groups, write_body, write_two
+from small_bodies import dump, grips, head, lattice_body, mass_of, pair, thermo, two_groups, velocities, write_body, write_two
+from test_robust_bodies import cuboctahedron
 
 # ---- steps ----
 
@@ -67,7 +70,7 @@ def pull(bench, row, contact, style, strain):
     """At 50/s with fix dt/evp 20 0.4 displacement 0.1; the largest opening of the ledger over the work, and bonds lost."""
     write_body(bench.folder / "body.data", lattice_body((8, 3, 3)))
     text = head(boundary="s s s") + pair(row, contact) + PULL.format(style=style)
-    text += ledger(2000, "fix step free dt/evp 20 0.4 displacement 0.1", "f_bonds[1]").replace("compute dt all evp/dt\n", "")
+    text += ledger(2000, "fix step free dt/evp 20 0.4 displacement 0.1", "f_bonds[1]")
     text += f"variable now equal time\nfix stop all halt 20 v_now > {strain / 50.0} error continue message no\nrun 5000000\n"
     table = bench.run(text).ok().thermo()
     share = np.abs(table["f_energy"]).max() / np.abs(table["f_energy[7]"]).max()
@@ -243,3 +246,103 @@ def test_null_component_of_fix_move(bench, defined):
     assert off < MOMENTUM
     assert abs(share - 1.0) < SECOND_ORDER
     bench.show(f"refused; with fix nve the error of the momentum is {off:.0e}, and {share:.5f} of mu v^2/2 is dissipated")
+
+
+# ---- two bodies ----
+
+FIX = "fix bonds all evp/bonds within type"
+TOUCHING = 2.0 * RADIUS
+ROUND_OFF = 1e-9
+SPEED = 1.0  # [m/s] of the ball
+BALANCE = 3e-5  # of the kinetic energy, at 0.05 of the largest stable timestep
+RATE, EDGE = 500.0, 0.04  # of the box
+
+
+@pytest.mark.parametrize("contact", ["literal", "repulsive"])
+def test_two_bodies_brought_together(bench, contact):
+    """The force is exactly zero before the spheres touch, then the repulsion of the first regime, far beyond xi_s, then zero again. Control: without
+    *within* they are bonded, and the force in compression is that of eq. 8."""
+    forces = []
+    for fix in (FIX, "fix bonds all evp/bonds"):
+        write_data(bench.folder / "body.data", np.array([[0.0, 0, 0], [1.1 * TOUCHING, 0, 0]]), [RADIUS] * 2, [[-0.2, 0.2]] * 3, [1, 2])
+        text = head(skin=0.002) + pair(TABLE1, contact, fix) + two_groups(0.0, 0.0) + "fix hold one move linear 0 0 0\n"
+        text += f"fix lead two move wiggle {-0.14 * TOUCHING} 0 0 2e-4\ntimestep 1e-6\ncompute f two reduce sum fx\nvariable d equal x[2]-x[1]\n"
+        table = bench.run(text + "thermo 1\n" + thermo("v_d c_f pe") + "run 200\n").ok().thermo()
+        forces.append(table["c_f"])
+    d, (ours, glued) = table["v_d"], forces
+    touch = d <= TOUCHING
+    off = np.abs(ours - np.where(touch, law.force(d, TOUCHING, TABLE1._replace(xi_s=0.5)), 0.0)).max() / ours.max()
+    assert not np.any(ours[~touch]), "a force before they touch"
+    assert off < ROUND_OFF and 10 < np.sum(touch) < 60
+    assert glued.min() < 0.0 and glued.max() < 0.5 * ours.max(), "control"
+    bench.show(f"error of the force {off:.0e} of the largest over {np.sum(touch)} steps of contact, no force over {np.sum(~touch)} steps")
+
+
+def ball_and_block():
+    """A disordered block of type 1 and above it, 1.1 diameters away, a cuboctahedron of type 2."""
+    block, ball = lattice_body((5, 5, 3), seed=8), cuboctahedron()
+    place = ball.x - ball.x.mean(axis=0) + [*block.x[:, :2].mean(axis=0), 0.0]
+
+    def closest(z):
+        d = np.linalg.norm(place[:, None] + [0.0, 0.0, z] - block.x, axis=2)
+        return np.min(d / (ball.radius[:, None] + block.radius))
+
+    place[:, 2] += brentq(lambda z: closest(z) - 1.1, block.x[:, 2].max(), block.x[:, 2].max() + 0.1)
+    return np.concatenate([block.x, place]), np.concatenate([block.radius, ball.radius]), np.repeat([1, 2], [len(block.x), len(place)])
+
+
+def test_ball_hits_block(bench):
+    """Momentum conserved to 1e-12; the energy imbalance decreases with the square of the timestep size; the bodies only repel each other.
+    Control: the ball moves freely until contact, and rebounds."""
+    x, radius, types = ball_and_block()
+    write_data(bench.folder / "body.data", x, radius, [[-0.2, 0.3]] * 3, types)
+    mass, shares, columns = mass_of(radius), [], "pe ke f_energy v_way v_parting c_push[3] f_bonds[1] f_bonds[2]"
+    energy = 0.5 * mass[types == 2].sum() * SPEED**2
+    for fraction, steps in ((0.1, 3000), (0.05, 6000)):
+        text = head() + pair(TABLE1, "literal", FIX) + f"group ball type 2\ngroup block type 1\nvelocity ball set 0 0 {-SPEED}\nfix move all nve\n"
+        text += "compute push ball group/group block\nvariable way equal vcm(ball,z)\nvariable parting equal vcm(ball,z)-vcm(block,z)\n" + ledger(steps // 150) + "run 0\n"
+        text += f"timestep $({fraction}*c_dt:%.17g)\n" + thermo(columns) + dump(every=steps) + f"uncompute dt\nrun {steps}\n"
+        run = bench.run(text).ok()
+        table = run.thermo()
+        change, _, size = momenta_changed(run, mass)
+        shares.append(np.abs(table["f_energy"]).max() / energy)
+        push = table["c_push[3]"]
+        touched = np.flatnonzero(push)
+        change /= size
+        assert change < MOMENTUM
+        assert touched[0] > 30 and touched[-1] < 140 and np.all(push >= 0.0) and push.max() > 100.0, "control"
+        assert np.abs(table["v_way"][: touched[0]] / SPEED + 1.0).max() < 1e-12 and table["v_parting"][-1] > 0.2 * SPEED, "control"
+    drift = np.ptp(table["PotEng"] + table["KinEng"]) / energy
+    assert shares[1] < BALANCE and shares[1] < 0.35 * shares[0] and drift < 2.0 * BALANCE
+    bench.show(f"energy imbalance {shares[0]:.1e} and {shares[1]:.1e} of the kinetic energy at 0.1 and 0.05 of the limit, error of the momentum {change:.0e}")
+
+
+def test_sheared_box_with_implicit_damping(bench):
+    """Energy imbalance below 1e-4 of the dissipated energy; momentum of the unwrapped body conserved to 1e-11; velocities within 2 % of those of
+    explicit damping. Control: atoms are wrapped, and the box does work."""
+    body = lattice_body((5, 4, 4), periodic="xyz", tilt=(1e-3, 0.0, 0.0))
+    write_body(bench.folder / "body.data", body, (1e-3, 0.0, 0.0))
+    text = head(boundary="p p p") + pair(TABLE1._replace(gamma=50.0), "none", "fix bonds all evp/bonds zone 1.4")
+    text += velocities(f"{RATE}*y+200+5*sin(1.1*id)", "300+5*cos(2.3*id)")
+    text += f"fix energy all evp/energy\nfix box all deform 1 xy erate {RATE} remap v\nfix move all {{}}\ntimestep 2e-7\nthermo 200\n"
+    text += thermo("f_energy f_energy[*]") + dump(every=200).replace("fx fy fz", "iy").replace("pbc yes", "pbc no") + "run 200\n"
+    found = {}
+    for style in ("nve", "nve/evp tol 1e-10"):
+        run = bench.run(text.format(style)).ok()
+        found[style], table = run.dump("all.dump"), run.thermo()
+    share = abs(table["f_energy"][-1]) / table["f_energy[6]"][-1]
+    assert share < 1e-4
+    assert abs(table["f_energy[13]"][-1]) > table["f_energy[6]"][-1] > 0.5
+    unwrapped = []
+    for snapshot in [*found["nve/evp tol 1e-10"], found["nve"][-1]]:
+        v = snapshot.v
+        v[:, 0] += RATE * EDGE * snapshot["iy"]
+        unwrapped.append(v)
+    wrapped = np.count_nonzero(found["nve"][-1]["iy"] - found["nve"][0]["iy"])
+    assert wrapped > 10
+    mass = mass_of(body.radius)
+    off = np.abs(mass @ (unwrapped[1] - unwrapped[0])).max() / (mass.sum() * 400.0)
+    assert off < 1e-11
+    apart = np.abs(unwrapped[1] - unwrapped[2]).max() / (RATE * EDGE)
+    assert apart < 0.02
+    bench.show(f"energy imbalance {share:.1e}, error of the momentum {off:.0e}, {wrapped} atoms wrapped, velocities {apart:.1e} from explicit ones")

@@ -55,16 +55,12 @@ def coeffs(rows, style="pair_style evp/lj\n", sub=""):
     return style + "".join(f"pair_coeff {types} {sub}{row}\n" for types, row in rows.items())
 
 
-def vectors(snapshot, name="f"):
-    return snapshot.vectors(*(name + axis for axis in "xyz"))
-
-
 def same_forces(run, other, tolerance=ROUND_OFF):
     """All snapshots of all.dump; the forces themselves are of the size of their parts here."""
     snapshots = list(zip(run.dump("all.dump"), other.dump("all.dump")))
     for one, two in snapshots:
-        assert np.abs(vectors(one) - vectors(two)).max() <= tolerance * np.abs(vectors(two)).max(), f"step {two.step}"
-    assert np.abs(vectors(snapshots[-1][1])).max() > 100.0, "control: there are forces"
+        assert np.abs(one.f - two.f).max() <= tolerance * np.abs(two.f).max(), f"step {two.step}"
+    assert np.abs(snapshots[-1][1].f).max() > 100.0, "control: there are forces"
 
 
 def scaling_lines(run):
@@ -128,7 +124,7 @@ minimize 1e-8 0 20 100
 """
     runs = lmp_decks({name: head("off") + coeffs(rows) + rest for name, rows in {"given": given, "by hand": by_hand}.items()}, ranks=2)
     same_forces(runs["given"], runs["by hand"], ANOTHER_ORDER)
-    first = [vectors(runs[name].dump("all.dump")[0]) for name in ("given", "by hand")]
+    first = [runs[name].dump("all.dump")[0].f for name in ("given", "by hand")]
     assert np.abs(first[0] - first[1]).max() <= ROUND_OFF * np.abs(first[1]).max()
     assert not scaling_lines(runs["by hand"])
     blocks = [runs["given"].thermo(k) for k in range(3)]  # run, rerun, minimization
@@ -149,7 +145,7 @@ def test_fix_adapt_writes_numbers_as_typed(lmp_decks, bar, two_types):
     runs = lmp_decks({**{name: head() + coeffs(rows[name]) + rest.format(e1=e1[name]) for name in rows},
                       "plain": head() + coeffs(two_types[0]) + BONDS + STIR + MOVE + dump() + STEPS})
     same_forces(runs["given"], runs["by hand"], ANOTHER_ORDER)
-    change = vectors(runs["given"].dump("all.dump")[-1]) - vectors(runs["plain"].dump("all.dump")[-1])
+    change = runs["given"].dump("all.dump")[-1].f - runs["plain"].dump("all.dump")[-1].f
     assert np.abs(change).max() > 100.0, "control: fix adapt acts"
 
 
@@ -176,7 +172,7 @@ def test_restart(lmp, bar, tmp_path, two_types):
     assert section(tmp_path / "half.restart", 2) == section(tmp_path / "later.restart", 2) == section(tmp_path / "typed.restart", 2) is not None
     assert scaling_lines(again) == scaling_lines(whole)
     last = [run.dump("all.dump")[-1] for run in (whole, again)]
-    assert np.abs(vectors(last[0]) - vectors(last[1])).max() <= ANOTHER_ORDER * np.abs(vectors(last[0])).max()
+    assert np.abs(last[0].f - last[1].f).max() <= ANOTHER_ORDER * np.abs(last[0].f).max()
     # control: measured anew it would be another
     anew = lmp(head(start="read_restart half.restart") + "pair_style none\n" + coeffs(two_types[0]) + "fix other all evp/bonds\nfix move all nve\nrun 0\n").ok()
     assert scaling_lines(anew) != scaling_lines(whole)

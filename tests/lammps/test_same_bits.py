@@ -1,15 +1,71 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Effects that are inactive in a scene may change its cost, never its numbers: bit by bit those of the general path."""
+"""The pair style sends what explicit damping reads of ghosts: the same bits as with `comm_modify vel yes`, in any box. Effects that are inactive in a
+scene may change its cost, never its numbers: bit by bit those of the general path."""
 
 import numpy as np
 import pytest
-from small_bodies import SPACING, head, lattice_body, write_body
+from evp import law
+from small_bodies import SPACING, STIR, dump, head, lattice_body, velocities, words, write_body
 
-STIR = """
-variable vx atom 2*sin(1.1*id)
-variable vy atom 2*cos(2.3*id)
-velocity body set v_vx v_vy 0
-"""
+ROW = law.TABLE1._replace(gamma=50.0)
+LISTS = "neigh_modify every 3 delay 0 check no\n"  # ghosts of two steps in three are those of a step before
+SHOW = """
+compute ids all property/local patom1 patom2
+compute pairs all pair/local dist force
+dump pairs all local 20 pairs.dump c_ids[1] c_ids[2] c_pairs[1] c_pairs[2]
+dump_modify pairs format float %.17g
+timestep 3e-7
+""" + dump(every=20)
+RUN = SHOW + "run 90\nrun 30\n"
+MOVE = "fix move all nve\n"
+BONDS = "fix bonds all evp/bonds\n"
+OVERLAY = f"pair_style hybrid/overlay lj/cut 0.015 evp/lj\npair_coeff * * lj/cut 2 0.009\npair_coeff * * evp/lj {words(ROW)}\n"
+TILT = (0.0245, 0.0, 0.0)  # a shear by 0.06 makes the box flip
+
+# lines before the box, pair style, lines before the run, tilt
+SCENES = {
+    "periodic": ("", "", MOVE, None),
+    "tiled": ("comm_style tiled\n", "", MOVE, None),
+    "growing with remap v": ("", "", "fix grow all deform 1 x erate 2000 y erate -1000 remap v\n" + MOVE, None),
+    "sheared with remap v": ("", "", "fix shear all deform 1 xy erate 2000 remap v\n" + MOVE, TILT),
+    "hybrid/overlay": ("", OVERLAY, MOVE, None),
+    "fix nve/evp on a part": ("", "", "group half id <= 40\ngroup rest subtract all half\nfix move half nve/evp\nfix way rest nve/noforce\n", None),
+}
+
+
+def start(vel="no", newton="on", before="", style="", row=ROW):
+    """Up to the bonds."""
+    style = style or f"pair_style evp/lj\npair_coeff * * {words(row)}\n"
+    return head(newton, boundary="p p p", before=f"comm_modify vel {vel}\n" + before) + LISTS + style + BONDS
+
+
+def wrote(run):
+    """The dumps of a run, as text: 17 digits tell any two numbers apart."""
+    return [(run.folder / name).read_text(encoding="utf-8") for name in ("all.dump", "pairs.dump")]
+
+
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off"), (4, "on")])
+def test_they_are_the_same_bits_as_those_that_lammps_sends(lmp_decks, tmp_path, ranks, newton):
+    """Places, velocities and forces, and the force column of compute pair/local; neighbor lists on the way, and a new set-up. Control:
+    without damping they are others."""
+    decks = {}
+    for number, (name, (before, style, move, tilt)) in enumerate(SCENES.items()):
+        write_body(tmp_path / f"body.{number}", lattice_body((5, 4, 4), periodic="xyz", tilt=tilt or (0.0, 0.0, 0.0)), tilt)
+        for vel in ("yes", "no"):
+            deck = start(vel, newton=newton, before=before, style=style) + STIR + move + RUN
+            decks[name, vel] = deck.replace("body.data", f"body.{number}")
+    decks["control"] = (start(newton=newton, row=law.TABLE1) + STIR + MOVE + RUN).replace("body.data", "body.0")
+    runs = lmp_decks(decks, ranks)
+    assert wrote(runs["control"]) != wrote(runs["periodic", "no"]) and "evp/lj: damping off" in runs["control"].stdout
+    for name in SCENES:
+        own = runs[name, "no"]
+        assert wrote(own) == wrote(runs[name, "yes"]), name
+        assert own.dump("all.dump")[-1].step == 120 and len(own.dump("pairs.dump")[0]["c_ids[1]"]) > 300, name
+
+
+# ---- inactive effects ----
+
+STIR_BODY = velocities("2*sin(1.1*id)", "2*cos(2.3*id)", group="body")
 DECK = head("{newton}", start="region box block -0.06 0.14 -0.06 0.1 -0.06 0.1\ncreate_box 3 box\nread_data body.data add append\n{atoms}", sort="sort 0 0") + """
 group body type 1
 neigh_modify {lists}
@@ -27,7 +83,7 @@ thermo_style custom step {columns}
 thermo {every}
 run 200
 """
-PLAIN = {"newton": "on", "atoms": "", "lists": "every 1 delay 0 check yes", "contact": "literal", "rows": "", "fixes": "", "stir": STIR,
+PLAIN = {"newton": "on", "atoms": "", "lists": "every 1 delay 0 check yes", "contact": "literal", "rows": "", "fixes": "", "stir": STIR_BODY,
          "columns": "", "every": 1000}
 AWAY = """
 create_atoms 2 single 0.12 0.08 0.08
@@ -80,6 +136,6 @@ def test_a_held_list_keeps_bonds_that_leave_and_come_back(lmp, tmp_path):
     gap = [snapshot["x"][1] - snapshot["x"][0] for snapshot in runs[0]]
     assert max(gap) > 0.016 + 0.0008, "control: beyond dlim and skin"
     for held, built in zip(*runs):
-        assert np.array_equal(held.vectors("fx", "fy", "fz"), built.vectors("fx", "fy", "fz"))
+        assert np.array_equal(held.f, built.f)
     forces = [abs(snapshot["fx"][0]) for snapshot in runs[0]]
     assert forces[5] == 0.0 and forces[1] > 100.0 and forces[-2] > 100.0, "it acts, goes, and acts again"

@@ -1,20 +1,17 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The further columns of compute evp/state/atom against numpy: plastic work and strain by tests/oracle/flow.py, which was written apart,
-the strain tensor by a general least-squares solver, stresses from the forces of all pairs."""
+"""compute evp/state/atom and LAMMPS' compute pair/local against the sum over all pairs. Of the further columns: plastic work and strain by
+tests/oracle/flow.py, which was written apart, the strain tensor by a general least-squares solver, stresses from the forces of all pairs."""
 
 import numpy as np
 import pytest
-from evp import law
-from oracle import brute, flow
-from small_bodies import ANOTHER_ORDER, MOVE, STIR, head, lattice_body, pair, with_images, write_body
+from oracle import brute, flow, law
+from small_bodies import ANOTHER_ORDER, MOVE, ROUND_OFF, STIR, dump, head, lattice_body, pair, truth, with_images, words, write_body
 
 ROW = law.TABLE1
 NAMES = ("plastic_work", "plastic_strain", "plastic_strain_sum", "volume_strain", "von_mises", "triaxiality")
 FRACTION = 0.55
 STATE = f"compute state all evp/state/atom {' '.join(NAMES)} fraction {FRACTION}\n"
-DUMP = """dump state all custom 1 {} id x y z c_state[*]
-dump_modify state format float %.17g ${{state_titles}}
-"""
+TITLES = "dump_modify all ${state_titles}\n"
 STRETCH = np.array([1.03, 0.99, 1.0])
 
 
@@ -73,9 +70,9 @@ def test_a_body_that_was_stretched_and_flowed(lmp, periodic):
     scale = " ".join(f"{axis} scale {factor}" for axis, factor in zip("xyz", STRETCH))
     run = lmp(head("off", "p p p") + pair(ROW, "none plasticity isotropic") + f"run 0\nchange_box all {scale} remap\nfix hold all nve/noforce\ntimestep 1e-30\n"
               + STATE + "group few id <= 20\ncompute few few evp/state/atom plastic_strain\n"
-              + DUMP.format("state.dump").replace("c_state", "c_few[*] c_state") + "run 1\n", ranks=2).ok()
-    snapshot = run.dump("state.dump")[-1]
-    i, j, deq, r = bonds_of(periodic, snapshot.vectors("x", "y", "z"), periodic.cell * STRETCH[:, None])
+              + dump(every=1, columns="x y z c_few[*] c_state[*]") + TITLES + "run 1\n", ranks=2).ok()
+    snapshot = run.dump("all.dump")[-1]
+    i, j, deq, r = bonds_of(periodic, snapshot.x, periodic.cell * STRETCH[:, None])
     d = np.linalg.norm(r, axis=1)
     dlim = ROW.alpha * (periodic.radius[i] + periodic.radius[j])
     unit, acts, weight = r / d[:, None], d <= dlim, np.maximum(1.0 - (deq / dlim)**2, 0.0)
@@ -112,8 +109,8 @@ def test_a_body_that_swells(lmp, periodic, factor):
     scale = " ".join(f"{axis} scale {factor}" for axis in "xyz")
     run = lmp(head(boundary="p p p") + pair() + f"fix volume all evp/volume 500\nrun 0\nchange_box all {scale} remap\n"
               "fix hold all nve/noforce\ncompute state all evp/state/atom volume_strain\n"
-              + DUMP.format("state.dump").replace("c_state", "f_volume c_state") + "run 0\n").ok()
-    snapshot = run.dump("state.dump")[-1]
+              + dump(every=1, columns="f_volume c_state[*]") + TITLES + "run 0\n").ok()
+    snapshot = run.dump("all.dump")[-1]
     assert np.allclose(snapshot["volume_strain"], 3.0 * (factor - 1.0), rtol=1e-11)
     assert np.allclose(snapshot["f_volume"], snapshot["volume_strain"], rtol=5.0 * abs(factor - 1.0))
 
@@ -122,11 +119,75 @@ def test_work_of_broken_bonds_and_contacts(lmp, bar):
     """In a run with flow, breaking and new contacts: half the work of all lines of the bond file that name the atom, at each row."""
     writes = "".join(f"run 100\nwrite_evp_bonds {step}.bonds\n" for step in (100, 200))
     text = head("off") + pair(ROW, "repulsive plasticity isotropic break 0.05") + STIR.replace("15*", "40*") + MOVE + STATE
-    run = lmp(text + DUMP.format("state.dump").replace("custom 1", "custom 100") + writes, ranks=2).ok()
-    snapshots = {snapshot.step: columns(snapshot)["plastic_work"] for snapshot in run.dump("state.dump")}
+    run = lmp(text + dump(every=100, columns="c_state[*]") + TITLES + writes, ranks=2).ok()
+    snapshots = {snapshot.step: columns(snapshot)["plastic_work"] for snapshot in run.dump("all.dump")}
     for step in (100, 200):
         table = np.loadtxt(run.folder / f"{step}.bonds")
         expected = 0.5 * sums(table[:, 0].astype(int) - 1, table[:, 1].astype(int) - 1, table[:, 5], len(bar.x))
         assert np.allclose(snapshots[step], expected, rtol=ANOTHER_ORDER, atol=ANOTHER_ORDER * expected.max())
     kinds, work = table[:, 6], table[:, 5]
     assert all(np.any(work[kinds == kind] > 0.0) for kind in (0, 1, 2)), "control: bonds, broken ones and contacts"
+
+
+# ---- counts, and values of pairs ----
+
+
+def test_state_of_each_atom(lmp_decks, bar):
+    """compute evp/state/atom: pairs recorded, share in the second regime, share beyond dlim, new pairs; the same
+    counts from the sum over all pairs, exactly. A group's compute gives the same to its atoms and zero to others.
+    On other ranks: test_matrix.py."""
+    bar = bar._replace(bonds={pair: deq for pair, deq in bar.bonds.items() if max(pair) <= 80})
+    decks = {contact: head("off") + "group bonded id <= 80\n" + pair(contact=contact, fix="fix bonds bonded evp/bonds") + STIR + MOVE + """
+group low id <= 40
+compute all all evp/state/atom
+compute low low evp/state/atom
+""" + dump(columns="x y z vx vy vz c_all[*] c_low[*]") + "run 100\n" for contact in ("literal", "repulsive", "none")}
+    recorded = np.bincount(np.array(list(bar.bonds)).ravel() - 1, minlength=len(bar.x))
+    for contact, snapshot in ((contact, snapshot) for contact, run in lmp_decks(decks, 2).items() for snapshot in run.dump("all.dump")):
+        found = truth(snapshot.x, snapshot.v, bar, contact=contact)
+        bonded = np.array([(i + 1, j + 1) in bar.bonds for i, j in zip(found["i"], found["j"])])
+        second = bonded & (np.abs(found["d"] / found["deq"] - 1.0) > law.TABLE1.xi_s)
+        count = {name: np.bincount(np.concatenate([found["i"][chosen], found["j"][chosen]]), minlength=len(bar.x))
+                 for name, chosen in (("within", bonded), ("second", second), ("new", ~bonded))}
+        state = snapshot.vectors(*(f"c_all[{k}]" for k in range(1, 5)))
+        assert np.array_equal(state[:, 0], recorded)
+        assert 0 < np.sum(recorded == 0.0) < len(bar.x)
+        assert np.array_equal(np.rint(state[:, 1] * recorded), count["second"])
+        assert np.array_equal(np.rint((1.0 - state[:, 2]) * recorded), count["within"])
+        assert np.allclose(state[:, 1:3] * recorded[:, None], np.rint(state[:, 1:3] * recorded[:, None]), rtol=0.0, atol=ROUND_OFF)
+        assert np.array_equal(state[:, 3], count["new"])
+        low = snapshot.vectors(*(f"c_low[{k}]" for k in range(1, 5)))
+        assert np.array_equal(low[:40], state[:40]) and not np.any(low[40:])
+        if snapshot.step == 100:
+            assert 20 < second.sum() < bonded.sum() - 20 and count["within"].sum() < recorded.sum(), "control: there is something to see"
+            assert (count["new"].sum() > 0) == (contact != "none")
+
+
+def test_pair_local_beside_another_style(lmp, bar):
+    """In hybrid/overlay p1 p2 p3 are ours when our pair_coeff line is the last of the pair (LAMMPS shows zeros otherwise),
+    for distances within our largest dlim (beyond it LAMMPS shows the pair before); dist, energy and force are those of both styles together."""
+    coeffs = f"pair_style hybrid/overlay evp/lj lj/cut 0.015\npair_coeff * * lj/cut 2 0.009\npair_coeff * * evp/lj {words(law.TABLE1)}\n"
+    run = lmp(head("off") + coeffs + "fix bonds all evp/bonds\n" + STIR + MOVE + """
+compute ids all property/local patom1 patom2
+compute pairs all pair/local p3 dist p1 eng p2 force
+""" + dump(every=100) + """dump pairs all local 100 pairs.dump c_ids[1] c_ids[2] c_pairs[*]
+dump_modify pairs format float %.17g
+run 100
+""", ranks=3).ok()
+    x = run.dump("all.dump")[-1].x
+    table = run.dump("pairs.dump")[-1]
+    i, j = (table[f"c_ids[{k}]"].astype(int) - 1 for k in (1, 2))
+    regime, d, deq, energy, strain, force = (table[f"c_pairs[{k}]"] for k in range(1, 7))
+    assert np.allclose(d, np.linalg.norm(x[i] - x[j], axis=1), rtol=ROUND_OFF, atol=0.0)
+    sums = bar.radius[i] + bar.radius[j]
+    assert np.allclose(deq, [bar.bonds.get((min(a, b) + 1, max(a, b) + 1), s) for a, b, s in zip(i, j, sums)], rtol=ROUND_OFF, atol=0.0)
+    assert np.allclose(strain, (d - deq) / deq, rtol=0.0, atol=ROUND_OFF)
+    acts = d <= 1.5 * sums
+    assert np.array_equal(regime, np.where(acts, law.regime(d, deq, law.TABLE1), 0))
+    s = 0.009 / d
+    ours = np.where(acts, law.force(d, deq, law.TABLE1), 0.0), np.where(acts, law.energy(d, deq, law.TABLE1, 1.5 * sums), 0.0)
+    theirs = 48.0 / d * (2.0 * s**12 - s**6) * (d < 0.015), 8.0 * (s**12 - s**6) * (d < 0.015)
+    scale = 8 * 4 * 80 * 0.005 / 0.01  # the yield force: what round-off is measured by where a pair has no force
+    assert np.all(np.abs(force - ours[0] - theirs[0]) <= ROUND_OFF * (scale + np.abs(ours[0]) + np.abs(theirs[0])))
+    assert np.all(np.abs(energy - ours[1] - theirs[1]) <= ROUND_OFF * (np.abs(ours[1]) + np.abs(theirs[1]) + 80.0))
+    assert set(regime) == {0.0, 1.0, 2.0}, "control"

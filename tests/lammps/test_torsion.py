@@ -72,7 +72,7 @@ def test_frames_have_words_and_rigid_grips(tmp_path):
     twist(tmp_path, angle=0.2, increment=0.02, plasticity="isotropic", also=DECKS / "frames.lmp", frames=4)
     frames = read_dump(tmp_path / "twisted_frames.dump")
     assert len(frames) == 4 and {"bonds", "share_second", "share_lost", "new_pairs", "plastic_work", "volume_strain"} <= set(frames[0].columns)
-    start, end = (frame.vectors("x", "y", "z") for frame in (frames[0], frames[-1]))
+    start, end = (frame.x for frame in (frames[0], frames[-1]))
     for grip, angle in ((start[:, 0] < 0.005, -0.09), (start[:, 0] > 0.045, 0.09)):
         y, z = start[grip, 1], start[grip, 2]
         turned = np.stack([start[grip, 0], y * np.cos(angle) - z * np.sin(angle), y * np.sin(angle) + z * np.cos(angle)], axis=1)

@@ -9,7 +9,7 @@ from evp import law
 from hostile import refused
 from lammps_run import write_data
 from oracle import brute, volume
-from small_bodies import head, lattice_body, pair, thermo, words, write_body
+from small_bodies import dump, head, lattice_body, pair, thermo, words, write_body
 
 BY_HAND = 1e-12  # a dozen roundings; the strains themselves are exact to 1e-16 of 1
 KV = 1000.0
@@ -34,17 +34,9 @@ def truth(x, body, kv, reach=ROW.alpha, among=None, cavitation=0.15):
     return volume.evaluate(x, i, j, reach * (body.radius[i] + body.radius[j]), kv, rest, cavitation, fresh)
 
 
-def vectors(snapshot, name):
-    return snapshot.vectors(*(name + axis for axis in "xyz")) if name else snapshot.vectors("x", "y", "z")
-
-
 def place(x):
     """Puts the atoms 1..N there."""
     return "".join(f"set atom {k} x {p[0]:.17g} y {p[1]:.17g} z {p[2]:.17g}\n" for k, p in enumerate(x, 1))
-
-
-def show(columns, name="all.dump"):
-    return f"dump all all custom 1 {name} id {columns}\ndump_modify all format float %.17g\n"
 
 
 # ---- bodies
@@ -61,7 +53,7 @@ def stretched(body, seed=3):
 def state_deck(x, kv_lines, newton="on"):
     columns, strain = ("fx fy fz c_pe c_stress[1] f_volume", STRAIN) if kv_lines else ("fx fy fz c_pe c_stress[1]", "")
     text = head(newton) + pair(ROW, "none") + kv_lines + QUIET + "run 0\n" + place(x)
-    text += "compute pe all pe/atom\ncompute stress all stress/atom NULL\n" + show(columns)
+    text += "compute pe all pe/atom\ncompute stress all stress/atom NULL\n" + dump(every=1, columns=columns)
     return text + thermo(f"pe pxx pyy pxy vol {strain}") + "run 0\n"
 
 
@@ -88,10 +80,10 @@ def test_a_body_against_the_second_writing(lmp, tmp_path, ranks, newton, case):
     scale = np.zeros(len(x))
     for atoms in (now.i, now.j):
         np.add.at(scale, atoms, np.abs(expected.pair_force))
-    own = np.linalg.norm(vectors(before, "f"), axis=1)
-    added = vectors(after, "f") - vectors(before, "f")
+    own = np.linalg.norm(before.f, axis=1)
+    added = after.f - before.f
     assert np.all(np.linalg.norm(added - expected.force, axis=1) <= BY_HAND * (scale + own))
-    assert np.abs(vectors(after, "f").sum(axis=0)).max() <= BY_HAND * scale.sum(), "momentum"
+    assert np.abs(after.f.sum(axis=0)).max() <= BY_HAND * scale.sum(), "momentum"
     assert np.abs(after["f_volume"] - expected.theta).max() <= BY_HAND
     # the energy of the network is that of dlim, thousands of times the strain energy
     assert after["c_pe"] - before["c_pe"] == pytest.approx(expected.energy, abs=BY_HAND * np.abs(before["c_pe"]).max())
@@ -116,7 +108,7 @@ HYBRID = f"pair_style hybrid evp/lj contact none zero 0.01\npair_coeff 1 1 evp/l
 
 def moved(x, columns="f_volume"):
     """A set-up at rest, and one at these places."""
-    return QUIET + "run 0\n" + place(x) + show(columns) + "run 0\n"
+    return QUIET + "run 0\n" + place(x) + dump(every=1, columns=columns) + "run 0\n"
 
 
 @pytest.mark.parametrize("order", ["before evp/bonds", "after the first run", "unfixed and defined again"])
@@ -127,7 +119,7 @@ def test_whenever_it_is_defined(lmp, small, order):
     lines = {"before evp/bonds": fix() + bonds + QUIET + "run 0\n" + move,
              "after the first run": bonds + QUIET + "run 0\n" + move + "run 0\n" + fix(),
              "unfixed and defined again": bonds + fix() + QUIET + "run 0\n" + move + "run 0\nunfix volume\nrun 0\n" + fix()}[order]
-    run = lmp(head() + pair(fix="") + lines + thermo(STRAIN) + show("f_volume") + "run 0\n", ranks=2).ok()
+    run = lmp(head() + pair(fix="") + lines + thermo(STRAIN) + dump(every=1, columns="f_volume") + "run 0\n", ranks=2).ok()
     expected = truth(x, small, KV)
     assert np.abs(run.dump("all.dump")[-1]["f_volume"] - expected.theta).max() <= BY_HAND
 
@@ -156,7 +148,7 @@ def test_deleted_partners_stay_in_the_sums(lmp, small):
     first = head() + pair() + fix() + QUIET + "run 0\n" + place(x) + "run 0\n" + cut + "run 0\nwrite_restart cut.restart\n"
     lmp(first).ok()
     again = head(start="read_restart cut.restart") + "fix bonds all evp/bonds\n"
-    run = lmp(again + fix() + QUIET + show("f_volume") + "run 0\n", ranks=2).ok()
+    run = lmp(again + fix() + QUIET + dump(every=1, columns="f_volume") + "run 0\n", ranks=2).ok()
     kept = truth(x, small, KV, among=stay).theta[stay]
     assert np.abs(run.dump("all.dump")[-1]["f_volume"] - kept).max() <= BY_HAND
     late = lmp(again + "run 0\n" + fix() + QUIET + "run 0\n", ranks=2)
@@ -210,11 +202,12 @@ def test_types_that_change_after_the_recording(lmp, tmp_path, style, more, atoms
     body = lattice_body((4, 3, 3))
     write_body(tmp_path / "body.data", body._replace(types=np.ones(len(body.x), dtype=int)))
     lines = head().replace("read_data body.data", "read_data body.data extra/atom/types 1")
-    text = lines + style + more + QUIET + "run 0\nset atom 1*12 type 2\n" + ("" if more else fix()) + thermo(f"pe {STRAIN}") + show("fx fy fz") + "run 0\n"
+    text = lines + style + more + QUIET + "run 0\nset atom 1*12 type 2\n" + ("" if more else fix())
+    text += thermo(f"pe {STRAIN}") + dump(every=1, columns="fx fy fz") + "run 0\n"
     run = lmp(text, ranks=2).ok()
     table = run.thermo()
     assert abs(table["f_volume"][-1]) < 1e-20 and abs(table["f_volume[1]"][-1]) < 1e-14 and np.isfinite(table["PotEng"][-1])
-    assert atoms == "some" or np.abs(vectors(run.dump("all.dump")[-1], "f")).max() < 1e-8
+    assert atoms == "some" or np.abs(run.dump("all.dump")[-1].f).max() < 1e-8
 
 
 def test_pairs_of_special_bonds_with_weight_0(lmp, tmp_path):
@@ -230,7 +223,8 @@ bond_coeff *
 create_bonds single/bond 1 1 2"""
     text = "clear\n" + head(boundary="p p p", start=start, style="hybrid sphere bond", skin=0.002) + pair(contact="none") + fix() + QUIET + "run 0\n"
     text += place(x * [1.04, 1.0, 1.0]) + "compute pairs all pair/local fx\ncompute ids all property/local patom1 patom2\n"
-    text += show("fx") + "dump pairs all local 1 pairs.dump c_ids[*] c_pairs\ndump_modify pairs format float %.17g\n" + thermo("pe f_bonds f_volume") + "run 0\n"
+    text += dump(every=1, columns="fx") + "dump pairs all local 1 pairs.dump c_ids[*] c_pairs\ndump_modify pairs format float %.17g\n"
+    text += thermo("pe f_bonds f_volume") + "run 0\n"
     run = lmp(text.replace("COUL", "0") + text.replace("COUL", "1")).ok()
     table, local = run.thermo(), run.dump("pairs.dump")[-1]
     total = np.zeros(4)

@@ -23,7 +23,7 @@ build=$EVP_BUILD
 work=$EVP_REPOSITORY/build-memory
 case ${1:-} in -h|--help) usage; exit 0 ;; esac
 tests=("$@")
-[ $# -gt 0 ] || tests=(tests/lammps/test_forces.py tests/lammps/test_ghost_velocities.py tests/lammps/test_dt.py tests/lammps/test_flow_between.py)
+[ $# -gt 0 ] || tests=(tests/lammps/test_forces.py tests/lammps/test_same_bits.py tests/lammps/test_dt.py tests/lammps/test_flow_between.py)
 [ -f "$build/CMakeCache.txt" ] || die "$build holds no build of the plugin: run tools/setup.sh"
 evp_find_python || die "no Python with $EVP_PYTHON_MODULES; give one: PYTHON=/path/to/python3"
 command -v valgrind >/dev/null || die "valgrind is missing (Debian: valgrind)"

@@ -66,7 +66,7 @@ else
 fi
 lammps_tests=(tests/lammps)
 if [ "$tests" = short ]; then
-  lammps_tests=(tests/lammps/test_forces.py tests/lammps/test_records.py tests/lammps/test_ghost_velocities.py
+  lammps_tests=(tests/lammps/test_forces.py tests/lammps/test_records.py tests/lammps/test_same_bits.py
     tests/lammps/test_dt.py tests/lammps/test_bad_input.py tests/lammps/test_memory.py)
 fi
 

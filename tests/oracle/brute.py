@@ -58,12 +58,10 @@ def find_pairs(x, radius, reach, box=None):
     return pairs
 
 
-def record_bonds(x, radius, zone, box=None, ids=None):
-    """Pairs with d <= zone (R_i + R_j) as {(id_i, id_j): d}, id_i < id_j (paper 2.2); ids (N,) default 1..N."""
+def record_bonds(x, radius, zone, box=None):
+    """Pairs with d <= zone (R_i + R_j) as {(id_i, id_j): d}, id_i < id_j (paper 2.2), of IDs 1..N."""
     pairs = find_pairs(x, radius, zone, box)
-    ids = np.arange(1, len(radius) + 1) if ids is None else np.asarray(ids)
-    low, high = np.minimum(ids[pairs.i], ids[pairs.j]), np.maximum(ids[pairs.i], ids[pairs.j])
-    return dict(zip(zip(low.tolist(), high.tolist()), pairs.d.tolist()))
+    return dict(zip(zip((pairs.i + 1).tolist(), (pairs.j + 1).tolist()), pairs.d.tolist()))
 
 
 def rows_of_pairs(rows, type_i, type_j):

@@ -73,8 +73,8 @@ def stable_step(k, c):
         return np.divide(4.0, c + np.sqrt(c * c + 4.0 * k))
 
 
-def step_limits(x, radius, mass, rows, bonds, contact, free_mask, types=None, box=None, ids=None):
-    """Largest stable steps of the interacting pairs now; arguments as in brute.brute_force.
+def step_limits(x, radius, mass, rows, bonds, contact, free_mask):
+    """Largest stable steps of the interacting pairs of one type now; arguments as in brute.brute_force.
 
     mass (N,); free_mask (N,) bool: False for atoms with a prescribed motion. Returns a dict:
       dt_elastic     2 over the root of the largest eigenvalue of M^-1 K
@@ -84,7 +84,7 @@ def step_limits(x, radius, mass, rows, bonds, contact, free_mask, types=None, bo
     All steps are inf where nothing limits them.
     """
     free, mass = np.asarray(free_mask, dtype=bool), np.asarray(mass, dtype=float)
-    pairs, deq, _, _, row = interactions(x, radius, rows, bonds, contact, types, box, ids)
+    pairs, deq, _, _, row = interactions(x, radius, rows, bonds, contact)
     axial, transverse = pair_stiffness(pairs.d, deq, row)
     k_matrix, c_matrix = assemble(pairs, axial, transverse, free), assemble(pairs, row.gamma, np.zeros_like(axial), free)
     scaled_k, scaled_c = _scaled(k_matrix, mass[free]), _scaled(c_matrix, mass[free])

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""What `cmake --install` makes runs from any folder, also when moved; uninstall leaves only what was there before.
+"""What `cmake --install` makes runs from any folder, also when moved; uninstall leaves only what was there before. packaging/: the check of an
+installed plugin, conda's build script and its test, one version everywhere.
 
 The plugin is that of the build under test: nothing is compiled here."""
 
@@ -205,3 +206,54 @@ def test_a_relative_prefix_is_below_the_folder_of_the_command(tmp_path):
     said = start("cmake", "--build", BUILD, "--target", "uninstall", EVP_RECORD=record)
     assert f"nothing to remove: {tmp_path}/here is not there any more" in said and (tmp_path / "there" / "bin" / "evp").exists()
     assert not record.exists()
+
+
+# ---- packaging/ ----
+
+PACKAGING, LMP = REPOSITORY / "packaging", BUILD / "lmp"
+
+
+def host(entry):
+    """What build/lmp, a script that CMake wrote, knows of LAMMPS."""
+    return re.search(f"^{entry}='(.*)'$", LMP.read_text(), re.MULTILINE).group(1)
+
+
+def test_check_of_an_installation(tmp_path):
+    assert start(PACKAGING / "check_install.sh", LMP).startswith("check_install.sh: 12 styles loaded, 200 steps as expected: 450 ")
+    text = start(PACKAGING / "check_install.sh", host("lmp"), status=1, LD_LIBRARY_PATH=host("libdir"), LAMMPS_PLUGIN_PATH=tmp_path)
+    assert f"error: LAMMPS has not loaded pair evp/lj: is the folder of evpplugin.so in LAMMPS_PLUGIN_PATH ('{tmp_path}')?" in text
+
+
+def test_build_script_and_test_of_conda(tmp_path):
+    """All but conda itself, and but the compiler: `cmake --build` takes the plugin that is built already. Git, which fails, is not asked."""
+    source = tmp_path / "source"
+    source.mkdir()
+    for path in REPOSITORY.iterdir():
+        if not path.name.startswith((".", "build", "results")):
+            (source / path.name).symlink_to(path)
+    (source / "lammps").symlink_to(cache_entry("LAMMPS_SOURCE_DIR"))
+    fakes, prefix = tmp_path / "bin", tmp_path / "prefix"
+    program(fakes / "cmake", f"""[ "$1" != --build ] || exec cp '{BUILD}/evpplugin.so' "$2"\nexec '{shutil.which("cmake")}' "$@\"""")
+    program(fakes / "git", f"touch '{tmp_path}/asked'\nexit 1")
+    start(PACKAGING / "conda" / "build.sh", SRC_DIR=source, PREFIX=prefix, CMAKE_ARGS="", PATH=f"{fakes}:{os.environ['PATH']}")
+    assert not (tmp_path / "asked").exists()
+    active = f"""set -eu
+before=${{LAMMPS_PLUGIN_PATH:-}}
+. {prefix}/etc/conda/activate.d/evp.sh
+{PACKAGING}/check_install.sh {host("lmp")}
+. {prefix}/etc/conda/deactivate.d/evp.sh
+[ "${{LAMMPS_PLUGIN_PATH:-}}" = "$before" ]
+"""
+    for before in ("", "/nowhere"):
+        assert "12 styles loaded" in start("bash", "-c", active, CONDA_PREFIX=prefix, LD_LIBRARY_PATH=host("libdir"), LAMMPS_PLUGIN_PATH=before)
+
+
+def test_one_version():
+    """That of the package is in the recipes, to be cited, and the newest in the list of changes."""
+    recipe = (PACKAGING / "conda" / "meta.yaml").read_text()
+    here = re.search(re.search("regex_pattern='(.*)'", recipe).group(1), (REPOSITORY / "tools" / "evp" / "__init__.py").read_text()).group(1)
+    assert re.fullmatch(r"\d+\.\d+\.\d+", here)
+    spack = (PACKAGING / "spack" / "packages" / "evp" / "package.py").read_text()
+    assert set(re.findall(r'evp-(\d+\.\d+\.\d+)|version\("(.*)"\)', spack)) == {(here, ""), ("", here)}
+    for name, form in {"CITATION.cff": r'^version: "?([^"\s]+)"?$', "CHANGELOG.md": r"^## \[?v?(\d+\.\d+\.\d+)"}.items():
+        assert re.findall(form, (REPOSITORY / name).read_text(), re.M)[:1] == [here], name
