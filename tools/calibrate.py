@@ -132,8 +132,6 @@ def calibrate(options, words):
     try:
         if table.runs:
             print(f"going on after {len(table.runs)} runs of {table_path}", flush=True)
-        else:
-            shutil.rmtree(work, ignore_errors=True)
         work.mkdir(exist_ok=True)
         if options.body:
             body = calibration.given_body(options.body, work)

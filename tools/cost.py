@@ -68,7 +68,7 @@ def script(deck, folder, seconds):
     if "${also}" in text and not re.search(r"^run\s", text, re.M):  # minimizations, which a timeout would leave half done
         begin = "variable cost_begun timer"
         (folder / "also.lmp").write_text(f'variable cost_now timer\nif "$((v_k>=3)*(v_cost_now-v_cost_begun>{seconds}))" then '
-                                         f'"{last}" "include {folder}/timings.lmp" "quit 0"\n', encoding="utf-8")
+                                         f'"print \'{MARK} cut short\'" "include {folder}/timings.lmp" "quit 0"\n', encoding="utf-8")
         choices += ["-var", "also", str(folder / "also.lmp")]
     (folder / "in.cost").write_text(f"{begin}\ninclude {deck}\n{last}\ntimer timeout off\ninclude {folder}/timings.lmp\n", encoding="utf-8")
     return choices
@@ -96,7 +96,7 @@ def run(options, folder):
             raise RunError(f"{options.deck.name} failed (exit {done.returncode}): {failed}")
         print(f"cost.py: no shares, as the script cannot go on after its run is cut short: {failed}", file=sys.stderr, flush=True)
     log = (folder / "log").read_text(encoding="utf-8", errors="replace")
-    return done.stdout, log.partition(f"{MARK} deck ended")[0]
+    return done.stdout, log.partition(f"\n{MARK} deck ended")[0]
 
 
 def loops(text, minimized=False):
@@ -118,11 +118,14 @@ def steps_asked(deck, log, done):
     return asked, "" if whole else f" for the first {cut} of {len(runs)} runs, and the others on top"
 
 
-def to_come(deck, screen, log):
-    """What is left, in words, of the part of the output that the deck wrote."""
+def to_come(deck, screen, log, is_cut):
+    """What is left, in words, of the part of the output that the deck wrote. is_cut: a script of minimizations was cut short."""
     told = re.findall(r"about (\d+) s left", screen)
+    if told and is_cut:
+        return f"about {format_seconds(float(told[-1]))} to go, as its last line says"
     if told:
-        return f"about {format_seconds(float(told[-1]))} to go, as the script tells"
+        every = loops(log, True)
+        return f"it ended within this time, after {sum(one.steps for one in every)} iterations in {format_seconds(sum(one.seconds for one in every))}"
     done, minimized = loops(screen), sum(one.seconds for one in loops(screen, True))
     steps, (asked, part) = sum(one.steps for one in done), steps_asked(deck, log, [one for one in done if one.steps])
     if not steps:
@@ -142,7 +145,7 @@ def shares(parts):
     first = before = each["as it is"]
     for title, now in each.items():
         if title != "as it is":
-            yield f"of it {100 * max(0.0, before - now) / first:.0f} % for fix {title.removeprefix('without ')}"
+            yield f"{100 * max(0.0, before - now) / first:.0f} % of a step for fix {title.removeprefix('without ')}"
             before = now
 
 
@@ -188,7 +191,7 @@ def main(arguments=None):
         parts = {"deck": parts[0], **dict(zip(parts[1::2], parts[2::2]))}
         effects = {title: text for title, text in parts.items() if title == "as it is" or title.startswith("without ")}
         atoms = LOOP.search(screen)[3]
-        print(f"{options.deck.name}, {atoms} spheres, {options.ranks} MPI rank{'s' * (options.ranks > 1)}: {to_come(options.deck, parts['deck'], log)}")
+        print(f"{options.deck.name}, {atoms} spheres, {options.ranks} MPI rank{'s' * (options.ranks > 1)}: {to_come(options.deck, parts['deck'], log, 'cut short' in parts)}")
         warnings = dict.fromkeys(re.findall("^WARNING: (?!Wall time limit).*", parts["deck"], re.M))
         for line in (*warnings, *(shares(effects) if f"{MARK} end" in screen else ()), *errors(options.deck, screen, int(atoms))):
             print(f"  {line}")

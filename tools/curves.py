@@ -10,7 +10,7 @@
   curves.py rate     damped.csv --twin undamped.csv --rate 10 --specimen specimen.data --coeff "80 8 4 3 8 4 0.005 1000 1.5"
 
 Curves are PREFIX.csv of in.traction, or of your own deck (columns strain,stress_grip,stress_virial; Pa). With every PNG a CSV of its
-data is written (A.csv with A.png; A_plot.csv where A.csv is read).
+data is written (A.png.csv with A.png).
 PREFIX.csv of in.torsion (shear strain and stress of the surface; the modulus is G), in.bending (outer fibre) and in.shear are
 curves, too. For a curve that unloads, `numbers` uses the part before the first reversal.
 `numbers` fits E to the elastic part and prints the range: from strain 0 to 0.003, or to 3/4 of the
@@ -65,21 +65,6 @@ def check_not_read(what, path, read):
     """ValueError where a file to write is one of those that are read."""
     if pathlib.Path(path).resolve() in [pathlib.Path(other).resolve() for other in read]:
         raise ValueError(f"{what} {path} would be written over a file that is read: give another name")
-
-
-def numbers_file(out, paths):
-    """The CSV of the picture `out`: beside it, of its name, but for an input of that name, which stays; then OUT_plot.csv, which is told.
-
-    ValueError where that is an input, too, or the picture itself is one.
-    """
-    out = pathlib.Path(out)
-    check_not_read("--out", out, paths)
-    beside, other = out.with_suffix(".csv"), out.with_name(out.stem + "_plot.csv")
-    if beside.resolve() not in [pathlib.Path(path).resolve() for path in paths]:
-        return beside
-    check_not_read("--out: the numbers in", other, paths)
-    print(f"NOTE: {beside} is read: the numbers of the picture go to {other}")
-    return other
 
 
 def tell(path, found=None):
@@ -153,7 +138,7 @@ def show_cycles(args):
     """Print one line of numbers for each curve that turns back, and draw them where a picture is asked for."""
     paths = list(dict.fromkeys(args.curves))
     if args.out:
-        numbers = numbers_file(args.out, paths)
+        check_not_read("--out", args.out, paths)
         load, labels = one_load(paths, args.strain), labels_of(args.labels, paths)
     read, found = evaluated(args, lambda curve, turns: curves.cycle_numbers(curve, turns))
     print_numbers(found, CYCLE, digits=4)
@@ -165,7 +150,7 @@ def show_cycles(args):
         tell(path)
     if args.out:
         drawn, turns = (dict(zip(labels, values)) for values in zip(*read.values()))
-        print(figures.unloading(drawn, args.out, load, turns, numbers))
+        print(figures.unloading(drawn, args.out, load, turns))
 
 
 def strains(word):
@@ -203,26 +188,26 @@ def show_table(args):
 
 def plot_columns(args):
     """One column over another, a curve for each file."""
-    numbers = numbers_file(args.out, args.files)
+    check_not_read("--out", args.out, args.files)
     read = {path: curves.read_columns(path, (args.x, args.y)) for path in args.files}
-    print(figures.two_columns(dict(zip(figures.short_names(read), read.values())), args.x, args.y, args.out, args.title, numbers))
+    print(figures.two_columns(dict(zip(figures.short_names(read), read.values())), args.x, args.y, args.out, args.title))
 
 
 def plot_curves(args):
     """Draw all curves into one picture."""
-    numbers = numbers_file(args.out, args.curves)
+    check_not_read("--out", args.out, args.curves)
     load, labels = one_load(args.curves, args.strain), labels_of(args.labels, args.curves)
     read = [curves.read_curve(path, args.strain) for path in args.curves]
     drawn = list(zip(labels, read))
     title = load.deck.replace("in.", "").capitalize() if args.title is None else args.title
-    print(figures.stress_strain({title: drawn}, args.out, load, numbers))
+    print(figures.stress_strain({title: drawn}, args.out, load))
 
 
 def plot_law(args):
     """Draw the force law of one row."""
-    numbers = numbers_file(args.out, [args.measured] if args.measured else [])
+    check_not_read("--out", args.out, [args.measured] if args.measured else [])
     measured = curves.read_columns(args.measured, figures.MEASURED) if args.measured else None
-    print(figures.force_law(law.Row.parse(args.coeff), args.out, measured, numbers=numbers))
+    print(figures.force_law(law.Row.parse(args.coeff), args.out, measured))
 
 
 def show_rate_shares(args):

@@ -159,11 +159,14 @@ def draw_picture(args, scene, snapshots, series):
 def draw_film(args, scene, snapshots):
     """A film: a picture of all views for each snapshot."""
     views = args.view if len(args.view) > 1 else [""]
+    hundredths = round(100 / args.rate)  # of a second, in which a GIF keeps its times
+    if not 2 <= hundredths <= 65535:
+        raise ValueError(f"--rate {args.rate:g}: a GIF shows 0.002 to 50 pictures per second")
     frames = [Image.fromarray(scenes.to_pixels(scene.figure([scene.pictures(snapshot)], views, [""], name))).quantize()
               for snapshot, name in zip(with_progress(snapshots), names_of(snapshots, snapshots))]
     with all_or_nothing(args.film.parent) as folder:
-        frames[0].save(folder / args.film.name, save_all=True, append_images=frames[1:], duration=round(1000 / args.rate), loop=0)
-    print(f"{args.film}: {len(frames)} pictures")
+        frames[0].save(folder / args.film.name, save_all=True, append_images=frames[1:], duration=10 * hundredths, loop=0)
+    print(f"{args.film}: {len(frames)} pictures, {100 / hundredths:.3g} per second")
 
 
 def write_vtk(args, snapshots):
@@ -198,7 +201,7 @@ def parser():
     top.add_argument("--strip", nargs="?", type=whole(1), const=STRIP, metavar="N",
                      help=f"N snapshots of the series in one picture (default: {STRIP})")
     top.add_argument("--film", type=pathlib.Path, metavar="FILE", help="a film, .gif")
-    top.add_argument("--rate", type=positive, default=10.0, metavar="N", help="pictures per second of the film (default: 10)")
+    top.add_argument("--rate", type=positive, default=10.0, metavar="N", help="pictures per second of the film, to the nearest that a GIF can show (default: 10)")
     top.add_argument("--vtk", type=pathlib.Path, metavar="PREFIX", help="PREFIX.pvd and PREFIX_K.vtu for ParaView, all columns as named arrays")
     top.add_argument("--out", type=pathlib.Path, metavar="PNG", help="(default: view.png where no film and no VTK is asked for)")
     top.add_argument("--pixels", type=whole(100, 6000), default=700, metavar="N", help="longest side of a view (default: 700)")

@@ -79,7 +79,7 @@ def test_targets_are_met_and_told(whole):
     assert {name: runs[-1]["found"][name] for name in TARGETS} == pytest.approx(TARGETS, rel=0.01)
     text = (whole / "my.evp").read_text(encoding="utf-8")
     assert "E 7e+10 Pa (" in text and "DATE: 20" in text and "by: calibrate.py --E 70e9" in text
-    assert sorted(path.name for path in whole.iterdir()) == ["my.evp", "my.mine.csv", "my.mine.jsonl", "my.mine.png"]
+    assert sorted(path.name for path in whole.iterdir()) == ["my.evp", "my.mine.jsonl", "my.mine.png", "my.mine.png.csv"]
     assert (whole / "my.mine.png").stat().st_size > 10000
     assert "holds a row 'mine' already" in calibrate(whole, code=1) and (whole / "my.evp").read_text(encoding="utf-8") == text
 

@@ -232,27 +232,23 @@ def files(tmp_path, monkeypatch):
     ("law", ("law", "--measured", "law.csv"), {0: "strain_percent,force_N,first_regime_N,source", -1: "1,-9,,LAMMPS"}),
     ("rod", ("columns", "rod.csv", "--x", "time", "--y", "speed"), {0: "curve,time,speed", 1: "rod,0,2", 2: "rod,1e-06,4"})])
 def test_numbers_of_a_picture_are_beside_it(files, name, words, beside):
-    """But not in place of its input."""
+    """Not in the place of a run's output of its name."""
     before = (files / f"{name}.csv").read_text()
-    for out, place in (("free", "free"), (name, f"{name}_plot")):
-        drawn = command(*words, "--out", f"{out}.png")
-        assert drawn.returncode == 0 and (files / f"{out}.png").read_bytes()[:4] == b"\x89PNG", drawn.stderr
-        lines = (files / f"{place}.csv").read_text().splitlines()
-        assert {k: lines[k] for k in beside} == beside
-    assert f"NOTE: {name}.csv is read: the numbers of the picture go to {name}_plot.csv\n" in drawn.stdout
+    drawn = command(*words, "--out", f"{name}.png")
+    assert drawn.returncode == 0 and (files / f"{name}.png").read_bytes()[:4] == b"\x89PNG", drawn.stderr
+    lines = (files / f"{name}.png.csv").read_text().splitlines()
+    assert {k: lines[k] for k in beside} == beside
     assert (files / f"{name}.csv").read_text() == before
 
 
 def test_a_law_without_runs_is_drawn(files):
-    assert command("law", "--out", "alone.png").returncode == 0 and (files / "alone.csv").exists()
+    assert command("law", "--out", "alone.png").returncode == 0 and (files / "alone.png.csv").exists()
 
 
 @pytest.mark.parametrize("words, message", [
-    (("plot", "pull.csv", "pull_plot.csv", "--out", "pull.png"), "would be written over a file that is read"),  # the other name is an input, too
     (("plot", "pull.csv", "--out", "pull.csv"), "--out pull.csv would be written over a file that is read"),
     (("columns", "rod.csv", "--x", "time", "--y", "length"), "has no column length; wanted are time, length")])
 def test_pictures_that_are_refused(files, words, message):
-    inputs.curve_file(files / "pull_plot.csv", bilinear())
     before = {path: path.read_bytes() for path in files.iterdir()}
     refused = command(*words)
     assert refused.returncode == 1 and message in refused.stderr

@@ -209,7 +209,7 @@ def test_page_and_picture_are_of_the_csv(tmp_path, capsys):
     assert capsys.readouterr().out == PAGE.read_text(encoding="utf-8")
     write_csv(tmp_path / "errors.csv", accuracy.FORECAST, accuracy.forecast(ROWS))
     assert (tmp_path / "errors.csv").read_text(encoding="utf-8") == cost.MEASURED.read_text(encoding="utf-8"), "what cost.py reads"
-    assert (tmp_path / "figures" / "accuracy_cost.csv").read_text(encoding="utf-8") == (PAGE.parent / "figures" / "accuracy_cost.csv").read_text(encoding="utf-8")
+    assert (tmp_path / "figures" / "accuracy_cost.png.csv").read_text(encoding="utf-8") == (PAGE.parent / "figures" / "accuracy_cost.png.csv").read_text(encoding="utf-8")
 
 
 def test_bounds_hold_on_the_unseen_body():
@@ -232,7 +232,7 @@ FIGURES = PAGE.parent / "figures"
 
 def stored_curves():
     """{label: (strain, stress [MPa])} of the picture in the README."""
-    rows = [line.rsplit(",", 2) for line in (FIGURES / "first_look.csv").read_text(encoding="utf-8").splitlines()[1:]]
+    rows = [line.rsplit(",", 2) for line in (FIGURES / "first_look.png.csv").read_text(encoding="utf-8").splitlines()[1:]]
     return {label: np.array([(float(a) / 100, float(b)) for name, a, b in rows if name.strip('"') == label]).T for label in first_look.SWEEPS.values()}
 
 
@@ -266,7 +266,7 @@ def test_it_draws_what_the_runs_left(tmp_path):
     drawn = matplotlib.image.imread(first_look.compose(tmp_path, tmp_path / "out"))
     stored = matplotlib.image.imread(FIGURES / "first_look.png")
     assert drawn.shape == stored.shape and np.mean(np.abs(drawn - stored)) > 0.02, "another picture, of the same size"
-    kept = (tmp_path / "out" / "first_look.csv").read_text(encoding="utf-8").splitlines()
+    kept = (tmp_path / "out" / "first_look.png.csv").read_text(encoding="utf-8").splitlines()
     assert len(kept) == 1 + 2 * len(strain) and (FIGURES / "first_look.png").stat().st_size < 250e3
 
 

@@ -333,6 +333,7 @@ BAD_CHOICES = {
     "--range 0 1": "--range needs --color",
     "--out one.dump": "--out one.dump: the name of a picture ends in .png",
     "--film one.avi": "--film one.avi: the name of a film ends in .gif",
+    "--film one.gif --rate 1000": "--rate 1000: a GIF shows 0.002 to 50 pictures per second",
     "--pixels 9": "argument --pixels: give a whole number from 100 to 6000, got 9",
     "--strip -1": "argument --strip: give a whole number of 1 or more, got -1",
     "absent.dump": "view.py: error: there is no file absent.dump\n",

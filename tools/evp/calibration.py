@@ -279,7 +279,7 @@ def measure(path):
 
 def make_body(folder, count, seed, density, timeout):
     """The Body of in.specimen, kept in the folder; made on one rank, as another number of ranks gives another packing. density: of the solid."""
-    path = pathlib.Path(folder) / f"body_{count}_{seed}.data"
+    path = pathlib.Path(folder) / f"body_{count}_{seed}_{density:.9g}.data"
     if not path.exists():
         with attempt_folder(folder) as work:
             call("in.specimen", {"n": count, "seed": seed, "density": f"{density:.9g}", "out": "body.data"}, 1, work, timeout, f"packing of {count} spheres")

@@ -40,13 +40,13 @@ LOOK = {
 }
 
 
-def save(figure, path, header, rows, numbers=None):
-    """Write figure to path (a .png) and rows under header to the .csv beside it, or to the file `numbers`, as all pictures here take it."""
+def save(figure, path, header, rows):
+    """Write figure to path, NAME.png, and rows under header to NAME.png.csv: NAME.csv may be the output of a run."""
     path = pathlib.Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, bbox_inches="tight")
     plt.close(figure)
-    write_csv(numbers or path.with_suffix(".csv"), header, rows)
+    write_csv(path.with_name(path.name + ".csv"), header, rows)
     return path
 
 
@@ -77,7 +77,7 @@ def _is_positive(values):
     return min(values) > -0.01 * max(map(abs, values))
 
 
-def stress_strain(panels, path, load=TENSION, numbers=None):
+def stress_strain(panels, path, load=TENSION):
     """Stress-strain curves: panels is {title: [(label, curves.Curve), ...]}, side by side.
 
     load: curves.Load of all curves. Writes path and its CSV: panel, curve, strain_percent, stress_MPa.
@@ -99,7 +99,7 @@ def stress_strain(panels, path, load=TENSION, numbers=None):
             if _is_positive([float(stress) for *_, stress in rows]):
                 axis.set_ylim(bottom=0)
         axes[0][0].set_ylabel(textwrap.fill(f"{load.stress} [MPa]", 36))
-        return save(figure, path, ("panel", "curve", "strain_percent", "stress_MPa"), rows, numbers)
+        return save(figure, path, ("panel", "curve", "strain_percent", "stress_MPa"), rows)
 
 
 UNITS = {"time": "s", "force": "N", "reaction": "N", "speed": "m/s", "length": "m", "deflection": "m", "angle": "rad", "torque_grip": "N m",
@@ -107,7 +107,7 @@ UNITS = {"time": "s", "force": "N", "reaction": "N", "speed": "m/s", "length": "
          "stress_grip": "Pa", "stress_virial": "Pa", "shear_stress": "Pa", "pressure": "Pa"}  # of the columns of the decks
 
 
-def two_columns(curves, x, y, path, title="", numbers=None):
+def two_columns(curves, x, y, path, title=""):
     """Column y over column x: curves is {label: {name: values}}. Writes path and its CSV: curve, x, y, in the units of the decks."""
     rows = []
     with plt.rc_context(LOOK):
@@ -121,7 +121,7 @@ def two_columns(curves, x, y, path, title="", numbers=None):
                 own.set_major_formatter(EngFormatter(UNITS[name]))
         if len(curves) > 1:
             axis.legend(frameon=False)
-        return save(figure, path, ("curve", x, y), rows, numbers)
+        return save(figure, path, ("curve", x, y), rows)
 
 
 def percent_left(strain):
@@ -134,7 +134,7 @@ def residual_text(strain):
     return f"residual strain {percent_left(strain)}" if np.isfinite(strain) else "no residual strain (not unloaded)"
 
 
-def unloading(curves, path, load=TENSION, turns=None, numbers=None):
+def unloading(curves, path, load=TENSION, turns=None):
     """Curves that turn back: curves is {label: curves.Curve}, turns {label: rows}, as `at` of curves.py, or None; the residual strain is told behind each label, and marked.
 
     Writes path and its CSV: curve, strain_percent, stress_MPa.
@@ -152,10 +152,10 @@ def unloading(curves, path, load=TENSION, turns=None, numbers=None):
         axis.axhline(0, color="#333333", linewidth=0.8)
         axis.set(xlabel=f"{load.strain} [%]", ylabel=textwrap.fill(f"{load.stress} [MPa]", 36))
         legend_below(axis, 1, handlelength=3.0)
-        return save(figure, path, ("curve", "strain_percent", "stress_MPa"), rows, numbers)
+        return save(figure, path, ("curve", "strain_percent", "stress_MPa"), rows)
 
 
-def force_law(row, path, measured=None, numbers=None):
+def force_law(row, path, measured=None):
     """Force of one pair against its strain (the paper's figure 2): lines from law.py.
 
     row: law.Row. measured: None, or the columns MEASURED of in.two_spheres as a dict of arrays, drawn as points on the lines.
@@ -190,4 +190,4 @@ def force_law(row, path, measured=None, numbers=None):
                 axis.text(100 * middle, 1.01, name, transform=axis.get_xaxis_transform(), ha="center", va="bottom", fontsize=9, color="#555555")
         legend_below(axis, 3)
         header = ("strain_percent", "force_N", "first_regime_N", "source")
-        return save(figure, path, header, rows, numbers)
+        return save(figure, path, header, rows)
