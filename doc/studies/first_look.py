@@ -5,7 +5,7 @@
     doc/studies/first_look.py
 
 A tension bar of a CAD program is pulled and released without any rate, with eq. 8 and with `plasticity isotropic`; a copper ball flies onto a
-copper plate. Writes first_look.png and first_look.csv (the curves) to --out; runs that --work has are not repeated. About four minutes on one core.
+copper plate. Writes first_look.png and first_look.png.csv (the curves) to --out; runs that --work has are not repeated. About four minutes on one core.
 """
 
 import pathlib
@@ -73,7 +73,7 @@ def panels(figure, places, pictures, titles, scale, per_pixel, bar_on_the_right=
 
 
 def compose(work, target):
-    """first_look.png and .csv in the folder target, from the files of the runs in work."""
+    """first_look.png and its .csv in the folder target, from the files of the runs in work."""
     rows = []
     part, _, flowed, *bar = drawn(work / "isotropic_state.dump", BAR_VIEW)
     _, before, after, *ball = drawn(work / "impact_frames.dump", BALL_VIEW)
@@ -95,7 +95,7 @@ def compose(work, target):
         figure.savefig(work / "first_look.png", dpi=DPI)
         figures.plt.close(figure)
     store_picture(work / "first_look.png", target)
-    write_csv(target / "first_look.csv", ("curve", "strain_percent", "stress_MPa"), rows)
+    write_csv(target / "first_look.png.csv", ("curve", "strain_percent", "stress_MPa"), rows)
     return target / "first_look.png"
 
 

@@ -71,13 +71,13 @@ def test_there_and_back(tmp_path):
 def test_frames_have_words_and_rigid_grips(tmp_path):
     twist(tmp_path, angle=0.2, increment=0.02, plasticity="isotropic", also=DECKS / "frames.lmp", frames=4)
     frames = read_dump(tmp_path / "twisted_frames.dump")
-    assert len(frames) == 4 and {"bonds", "share_second", "share_lost", "new_pairs", "plastic_work", "volume_strain"} <= set(frames[0].columns)
+    assert len(frames) == 5 and {"bonds", "share_second", "share_lost", "new_pairs", "plastic_work", "volume_strain"} <= set(frames[0].columns)
     start, end = (frame.x for frame in (frames[0], frames[-1]))
-    for grip, angle in ((start[:, 0] < 0.005, -0.09), (start[:, 0] > 0.045, 0.09)):
+    for grip, angle in ((start[:, 0] < 0.005, -0.1), (start[:, 0] > 0.045, 0.1)):
         y, z = start[grip, 1], start[grip, 2]
         turned = np.stack([start[grip, 0], y * np.cos(angle) - z * np.sin(angle), y * np.sin(angle) + z * np.cos(angle)], axis=1)
         assert np.allclose(end[grip], turned, atol=1e-9) and len(y) > 20
-    assert [np.unique(frame["angle"]).tolist() for frame in frames] == [[0.0], [0.06], [0.12], [0.18]]
+    assert [np.unique(frame["angle"]).tolist() for frame in frames] == [[0.0], [0.06], [0.12], [0.18], [0.2]]
     assert frames[-1]["share_second"].max() > 0.5 and frames[0]["share_second"].max() == 0.0
     state = read_dump(tmp_path / "twisted_state.dump")[-1]
     assert list(state.columns) == [name for name in frames[-1].columns if name not in ("angle", "type", "vx")]
