@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Times pair style evp/lj beside other styles for the same bodies, and writes the tables of doc/performance.md.
 
-    doc/studies/bench.py [--repeats 5] [--sections lattice build random effects scale ranks] [--million] [--quick]
+    doc/studies/bench.py [--repeats 5] [--sections lattice bonds build random effects scale ranks] [--million] [--quick]
 
 All styles of a section run in turn, several rounds; ratios are taken within a round. A section that is not run keeps its part of
 the page. Times are those of LAMMPS' breakdown (Pair, Bond, Neigh, Comm, loop). --quick runs small bodies once, to test the tool.
@@ -110,6 +110,19 @@ def lattice_section(bench):
                 (name, ""): median(values) for name, values in cost.items()}
 
 
+def bonds_section(bench):
+    """Whole steps and memory beside LAMMPS' bonded styles."""
+    steps = 5 * bench.steps
+    every = {scene.name: scene for scene in scenes.bonded(bench.cells, steps)}
+    results = bench.rounds(every.values(), "bonds")
+    speed = {name: [1e-6 * steps * timing.atoms / timing.loop for timing in timings] for name, timings in results.items()}
+    return [f"### Beside bonded styles\n\nThe same lattice of {4 * bench.cells**3} spheres, {steps} steps, one core, {scenes.HALF_PAIRS} bonds per sphere; memory of the whole run, "
+            "as LAMMPS counts it. bpm/spring/plastic is in LAMMPS from 2Apr2025 on: `EVP_LMP` names such an lmp.\n",
+            *table(("style", "million particle-steps per second", "over evp/lj", "bytes per bond"), (
+                (name, spread(values), spread(ratios(values, speed["evp/lj"])), f"{results[name][-1].memory * 2**20 / every[name].atoms / scenes.HALF_PAIRS:.0f}")
+                for name, values in speed.items()))], {(name, ""): median(values) for name, values in speed.items()}
+
+
 def build_section(bench):
     """Time of a neighbor build in the pair style, beside LAMMPS' own."""
     steps = max(20, bench.steps // 4)
@@ -193,7 +206,7 @@ def ranks_section(bench):
                        (title, 2): median(values) for title, values in speed.items()}
 
 
-SECTIONS = {"lattice": lattice_section, "build": build_section, "effects": effects_section, "random": random_section, "scale": scale_section, "ranks": ranks_section}
+SECTIONS = {"lattice": lattice_section, "bonds": bonds_section, "build": build_section, "effects": effects_section, "random": random_section, "scale": scale_section, "ranks": ranks_section}
 
 
 def summary(rows):

@@ -132,9 +132,14 @@ def peers(cells, steps):
         pair_peer("morse", cells, steps, "80 3 1"),
         pair_peer("nm/cut", cells, steps, "80 1 8 4"),
         contact_peer("gran/hertz/history", cells, steps),
-        bond_peer("bpm/spring", cells, steps, "2560 1e9 0"),
-        bond_peer("bpm/spring/plastic", cells, steps, "2560 1e9 0 0.005"),
+        *bonded(cells, steps)[2:],
     ]
+
+
+def bonded(cells, steps):
+    """Pair style evp/lj, and LAMMPS' bonds between the same pairs."""
+    return [ours("evp/lj", cells, steps), ours("evp/lj, plasticity isotropic", cells, steps, contact="repulsive", rules=PLASTIC),
+            bond_peer("bpm/spring", cells, steps, "2560 1e9 0"), bond_peer("bpm/spring/plastic", cells, steps, "2560 1e9 0 0.005")]
 
 
 def variants(cells, steps):
