@@ -125,6 +125,8 @@ def calibrate(options, words):
     lammps_command(options.ranks)  # stops here where there is no lmp
     table_path = out.with_name(f"{out.stem}.{options.name}.jsonl")
     work = table_path.with_suffix(".work")
+    if work.exists() and not table_path.exists():
+        raise ValueError(f"--name: {work} exists, which is no folder of a calibration: rename it, or give another name")
     inputs = {**targets._asdict(), "spheres": options.spheres, "seed": options.seed, "ranks": options.ranks, "within": calibration.WITHIN}
     if options.body:
         inputs = {**inputs, "spheres": None, "seed": None, "body": checksum(options.body)}

@@ -51,6 +51,14 @@ def test_minimizations_and_effects(tmp_path):
     assert f"as measured in 'Tension to 2 % and back': increment 0.0001 below {error:.2g} %" in said
 
 
+def test_a_script_that_ends_at_once(tmp_path, lmp):
+    choices = {"specimen": REFERENCE, "strain": "2e-4", "increment": "1e-4"}
+    said = cost(tmp_path, "--seconds", "5", DECKS / "in.quasistatic", *(word for name, value in choices.items() for word in ("-var", name, value))).stdout
+    lmp("in.quasistatic", variables={**choices, "out": "pulled"}, flags=["-log", "told"]).ok()
+    iterations = re.findall(r"^Loop time of .* for (\d+) steps", (tmp_path / "told").read_text(encoding="utf-8"), re.M)
+    assert f"it ended within this time, after {sum(map(int, iterations))} iterations in" in said
+
+
 def test_legs_whose_length_is_found_on_the_way(tmp_path, lmp):
     """The first leg alone is counted; a rate beyond those that were measured, and what the script warns of, are told."""
     choices = "-var", "specimen", REFERENCE, "-var", "material", ALUMINIUM, "-var", "cycles", "2"

@@ -137,9 +137,10 @@ thermo 1
 
 
 def test_the_deck(tmp_path):
-    """in.sliding stops within 2 %, and writes what friction and load were."""
+    """in.sliding stops within 2 %, and writes what friction and load were; frames.lmp leaves a compute of the user's, named as one of the decks, alone."""
+    (tmp_path / "also.lmp").write_text(f"compute state all ke/atom\ninclude {DECKS}/frames.lmp\n", encoding="utf-8")
     run_lammps("in.specimen", 1, {"n": 150, "shape": "block", "length": 0.02, "width": 0.01, "height": 0.01, "out": "block.data"}, tmp_path).ok()
-    choices = {"block": "block.data", "friction": 0.5, "speed": 2, "gravity": 4000, "also": DECKS / "frames.lmp", "frames": 2, "out": "slid"}
+    choices = {"block": "block.data", "friction": 0.5, "speed": 2, "gravity": 4000, "also": "also.lmp", "frames": 2, "out": "slid"}
     found = run_lammps("in.sliding", 2, choices, tmp_path).ok()
     ratios = [float(word) for word in re.findall(r"ratio (\S+)", found.stdout)]
     assert len(ratios) == 2 and np.allclose(ratios, 1.0, atol=0.02), ratios
