@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Times pair style evp/lj beside other styles for the same bodies, and writes the tables of doc/performance.md.
 
-    doc/studies/bench.py [--repeats 5] [--sections lattice bonds build random effects scale ranks] [--million] [--quick]
+    doc/studies/bench.py [--repeats 5] [--sections lattice bonds build random effects scale ranks] [--ranks 2] [--million] [--quick]
 
 All styles of a section run in turn, several rounds; ratios are taken within a round. A section that is not run keeps its part of
 the page. Times are those of LAMMPS' breakdown (Pair, Bond, Neigh, Comm, loop). --quick runs small bodies once, to test the tool.
@@ -10,6 +10,7 @@ Uses the lmp of this checkout, by tools/setup.sh --peers, or EVP_LMP and EVP_MPI
 """
 
 import csv
+import os
 import pathlib
 import re
 import sys
@@ -59,12 +60,12 @@ def run_scene(scene, folder):
 
 
 class Bench:
-    """Rounds of scenes, with the time left on stderr. What is run: cells of the lattice, steps, spheres of the random specimen, cells of the scale, cells and spheres of two ranks."""
+    """Rounds of scenes, with the time left on stderr. What is run: cells of the lattice, steps, spheres of the random specimen, cells of the scale, cells and spheres on ranks, numbers of ranks."""
 
     cells, steps, spheres, scale, ranks, random_ranks = 20, 200, 32000, (5, 13, 20, 40), (20, 40), (32000,)
 
-    def __init__(self, folder, repeats, quick=False, million=False):
-        self.folder, self.repeats = pathlib.Path(folder), 1 if quick else repeats
+    def __init__(self, folder, repeats, quick=False, million=False, most=2):
+        self.folder, self.repeats, self.counts = pathlib.Path(folder), 1 if quick else repeats, [2**k for k in range(most.bit_length())]
         self.words = set(output_of([*lammps_command(), "-h"], folder, "lmp -h").split())  # the names of all styles among them
         if quick:
             self.cells, self.steps, self.spheres, self.scale, self.ranks, self.random_ranks = 5, 20, 500, (5, 6), (6,), (500,)
@@ -85,12 +86,12 @@ class Bench:
         return found
 
     def specimen(self, spheres, name="random.data"):
-        """Makes a data file by in.specimen, on two ranks; the seconds that it took, 0 where it was there."""
+        """Makes a data file by in.specimen, on the most ranks; the seconds that it took, 0 where it was there."""
         if (self.folder / name).exists():
             return 0.0
-        print(f"in.specimen, {spheres} spheres on 2 ranks", file=sys.stderr, flush=True)
+        print(f"in.specimen, {spheres} spheres on {self.counts[-1]} ranks", file=sys.stderr, flush=True)
         begin = time.monotonic()
-        output_of(deck_command(DECKS / "in.specimen", {"n": spheres, "out": name}, 2), self.folder, "in.specimen")
+        output_of(deck_command(DECKS / "in.specimen", {"n": spheres, "out": name}, self.counts[-1]), self.folder, "in.specimen")
         return time.monotonic() - begin
 
 
@@ -179,31 +180,32 @@ def scale_section(bench):
 
 
 def ranks_section(bench):
-    """Whole steps on one and two ranks."""
+    """Whole steps on one rank and on several."""
     def steps(spheres):
         return bench.steps if bench.steps < 100 else max(100, min(1000, 32000000 // spheres))
 
-    lines, scaling = ["### Ranks\n"], {}
+    lines, scaling, most = [f"### Ranks\n\nOn a machine of {os.cpu_count()} cores.\n"], {}, bench.counts[-1]
     for cells in bench.ranks:
         atoms = 4 * cells**3
-        for title, name, long, count in (("strong: lattice of {}", "lattice {}", 1, atoms), ("weak: lattice of {} per rank", "lattice {} per rank", 2, 2 * atoms)):
-            scaling[title.format(atoms)] = [scenes.ours(f"{name.format(atoms)}, {n} rank", cells, steps(count), ranks=n, neigh=scenes.WATCHED, long=cells * (n if long == 2 else 1))
-                                            for n in (1, 2)]
+        for title, weak in ((f"strong: lattice of {atoms}", False), (f"weak: lattice of {atoms} per rank", True)):
+            scaling[title] = [scenes.ours(f"{title}, {n} rank", cells, steps(most * atoms if weak else atoms), ranks=n, neigh=scenes.WATCHED, long=cells * (n if weak else 1))
+                              for n in bench.counts]
     for spheres in bench.random_ranks:
         name = "random.data" if spheres == bench.spheres else f"random_{spheres}.data"
         took = bench.specimen(spheres, name)
         if took:
-            lines.append(f"Packing of the random specimen of {spheres} spheres by in.specimen on two MPI ranks: {took:.0f} s.\n")
+            lines.append(f"Packing of the random specimen of {spheres} spheres by in.specimen on {most} MPI ranks: {took:.0f} s.\n")
         for style, title in (("evp/lj", ""), ("lj/cut", ", lj/cut")):
             scaling[f"strong: random specimen of {spheres}{title}"] = [
-                scenes.random_body(f"random {spheres}, {n} rank{title}", style, name, steps(spheres), ranks=n) for n in (1, 2)]
-    results = bench.rounds([scene for both in scaling.values() for scene in both], "ranks")
-    speed = {title: ratios(*([timing.loop for timing in results[scene.name]] for scene in both)) for title, both in scaling.items()}
-    share = {title: [100.0 * timing.parts["Comm"] / timing.loop for timing in results[both[1].name]] for title, both in scaling.items()}
-    return [*lines, "The neighbor list is checked at each step and not rebuilt.\n",
-            *table(("body", "two MPI ranks over one: speed-up (strong), efficiency (weak)", "Comm, share of the loop on two MPI ranks"),
-                   ((title, spread(values), spread(share[title], WHOLE) + " %") for title, values in speed.items()))], {
-                       (title, 2): median(values) for title, values in speed.items()}
+                scenes.random_body(f"random {spheres}, {n} rank{title}", style, name, steps(spheres), ranks=n) for n in bench.counts]
+    results = bench.rounds([scene for every in scaling.values() for scene in every], "ranks")
+    loops = {title: [[timing.loop for timing in results[scene.name]] for scene in every] for title, every in scaling.items()}
+    speed = {title: [ratios(first, other) for other in others] for title, (first, *others) in loops.items()}
+    share = {title: [100.0 * timing.parts["Comm"] / timing.loop for timing in results[every[-1].name]] for title, every in scaling.items()}
+    return [*lines, "Speed-up over one MPI rank (strong), efficiency (weak). The neighbor list is checked at each step and not rebuilt.\n",
+            *table(("body", *(f"{n} MPI ranks" for n in bench.counts[1:]), f"Comm, share of the loop on {most}"),
+                   ((title, *map(spread, values), spread(share[title], WHOLE) + " %") for title, values in speed.items()))], {
+                       (title, n): median(value) for title, values in speed.items() for n, value in zip(bench.counts[1:], values)}
 
 
 SECTIONS = {"lattice": lattice_section, "bonds": bonds_section, "build": build_section, "effects": effects_section, "random": random_section, "scale": scale_section, "ranks": ranks_section}
@@ -213,9 +215,11 @@ def summary(rows):
     """The first lines of the page, of medians: rows of its CSV. Empty where sections are missing."""
     value = {(row["section"], row["name"], row["x"]): float(row["value"]) for row in rows}
     scale = sorted((int(x), number) for (section, name, x), number in value.items() if section == "scale" and name == "evp/lj")
-    two_ranks = [number for (section, name, _), number in value.items() if section == "ranks" and name.startswith("strong: random") and "lj/cut" not in name]
+    ranks = [(int(x), number) for (section, name, x), number in value.items() if section == "ranks" and name.startswith("strong: random") and "lj/cut" not in name]
+    most = max(ranks, default=(0, 0))[0]
+    speed_ups = [number for x, number in ranks if x == most]
     factors = {name: number for (section, name, _), number in value.items() if section == "effects"}
-    if not (scale and two_ranks and factors and ("lattice", "evp/lj", "") in value):
+    if not (scale and speed_ups and factors and ("lattice", "evp/lj", "") in value):
         return []
 
     def factor(start):
@@ -224,7 +228,7 @@ def summary(rows):
     return [f"Pair style evp/lj takes {value['lattice', 'evp/lj', '']:.3g} ns per interaction and step on one core, lj/cut {value['lattice', 'lj/cut', '']:.3g} ns and bpm/spring "
             f"{value.get(('lattice', 'bond bpm/spring', ''), float('nan')):.3g} ns on the same lattice.",
             f"A step takes {min(number for _, number in scale):.0f} to {max(number for _, number in scale):.0f} ns per sphere from {scale[0][0]} to {scale[-1][0]} spheres. "
-            f"Two MPI ranks are {min(two_ranks):.1f} to {max(two_ranks):.1f} times faster than one on random specimens.",
+            f"{most} MPI ranks are {min(speed_ups):.1f} to {max(speed_ups):.1f} times faster than one on random specimens.",
             f"Run time of a step with an effect over that without it: explicit damping {factor('explicit damping')}, implicit damping {factor('implicit damping')}, "
             f"with Table 2 {factor('implicit damping of Table 2')} (with a much larger timestep, see [accuracy](accuracy_cost.md)),",
             f"plasticity isotropic {factor('plasticity isotropic, no pair')} to {factor('plasticity isotropic, pairs flow')}, break {factor('break')}, "
@@ -267,18 +271,19 @@ def main(words=None):
     parser = command_line(__doc__)
     parser.add_argument("--repeats", type=int, default=5, help="rounds (default 5)")
     parser.add_argument("--sections", nargs="+", choices=SECTIONS, default=list(SECTIONS), help="default: all")
+    parser.add_argument("--ranks", type=int, default=2, help="most MPI ranks, a power of two (default 2)")
     parser.add_argument("--million", action="store_true", help="add a lattice of 1 000 188 spheres and a random specimen of 256 000 (half an hour more)")
     parser.add_argument("--quick", action="store_true", help="small bodies, once; writes no page unless --out is given")
     parser.add_argument("--out", type=pathlib.Path, help="default: doc/performance.md")
     options = parser.parse_args(words)
-    if options.repeats < 1:
-        parser.error("--repeats must be at least 1")
+    if options.repeats < 1 or options.ranks < 2:
+        parser.error("--repeats must be at least 1, --ranks at least 2")
     out = options.out or (None if options.quick else CHECKOUT / "doc" / "performance.md")
     parts, rows = {}, []
     with errors_in_one_line("bench.py"), tempfile.TemporaryDirectory() as folder:
         for name in (*options.sections, "summary") if out else ():
             split_at_marks(out, *marks(name))  # before the runs, not after them
-        bench = Bench(folder, options.repeats, options.quick, options.million)
+        bench = Bench(folder, options.repeats, options.quick, options.million, options.ranks)
         for name in options.sections:
             parts[name], data = SECTIONS[name](bench)
             print("\n".join(parts[name]), end="\n\n")
