@@ -22,7 +22,7 @@ BRACKET = """region whole block 0 0.06 -0.018 0.018 -0.008 0.008
 region rest block 0.01 INF -0.008 INF INF INF side out
 region body intersect 2 whole rest
 """  # legs of 60 and 36 mm, 10 mm thick, 16 mm wide
-STRAINS, PRESSED = (0.02, 0.05, 0.1), (-0.1, -0.2, -0.4)
+STRAINS, ENDS = (0.02, 0.05, 0.1), (0.03, 0.1, -0.1, -0.2, -0.4)
 
 
 def material(study):
@@ -91,11 +91,11 @@ def main(words=None):
         ratios = [(f"{100 * e:g} %", *(f"{true_stress(curve, s) / 1e6:.0f}" for curve, s in ((tension, e), (compression, -e))),
                    f"{true_stress(compression, -e) / true_stress(tension, e):.3f}") for e in STRAINS]
         volumes = []
-        for strain in PRESSED:
-            pulled(study, f"pressed{strain}", body, row, strain, 0.004)
-            places = dump.last_positions(study.runs.folder / f"pressed{strain}_state.dump")
+        for strain in ENDS:
+            pulled(study, f"volume{strain}", body, row, strain, 0.004)
+            places = dump.last_positions(study.runs.folder / f"volume{strain}_state.dump")
             axial, lateral = specimen.middle_strains(specimen.read_data(study.runs.folder / body), places, 0.05)
-            volumes.append((f"{100 * strain:g} %", f"{100 * ((1.0 + axial) * (1.0 + lateral) ** 2 - 1.0):+.2f}"))  # of the middle
+            volumes.append((f"{100 * strain:+g} %", f"{100 * ((1.0 + axial) * (1.0 + lateral) ** 2 - 1.0):+.2f}"))  # of the middle
         turned = {"tension to 10 %": tension, "compression to 10 %": compression, "cube pressed by 20 %": pressed, "L-bracket pulled along its long leg": bent}
         left = {name: curves.cycle_numbers(curve) for name, curve in turned.items()}
         released = [(name, f"{100 * one['turn_strain']:.2f}", f"{one['turn_MPa']:.0f}", f"{100 * one['residual_strain']:.3f}",

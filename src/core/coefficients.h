@@ -3,7 +3,6 @@
 
 #include "core/bond_measures.h"
 #include "core/contacts.h"
-#include "core/fault.h"
 #include "core/pair_block.h"
 #include "core/simd.h"
 
@@ -121,8 +120,6 @@ class Coefficients {
       (void) PairLaw(row);    // the rules are those of the numbers as given
       row = multiplied(row, scale.factors);
     }
-    if (fault(E2_SHORT)) row.e2 *= 0.9;
-    if (fault(GAMMA_LONG)) row.gamma += 1e-6;
     try {
       put_laws(i, j, row);
     } catch (const BadInput &) {

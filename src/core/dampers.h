@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
-#include "core/fault.h"
 #include "core/pairs.h"
 #include "core/simd.h"
 
@@ -22,7 +21,6 @@ inline double separation_rate(double along, double speed_sq, double half_step, d
 {
   const double half_change = along + half_step * speed_sq;                    // of d^2, over d dt
   const double ratio_sq = 1.0 + 4.0 * inv_gamma * half_step * half_change;    // of the distances
-  if (fault(NO_ROTATION)) return along;
   return 2.0 * half_change / (1.0 + std::sqrt(std::max(ratio_sq, 0.0)));
 }
 
@@ -78,7 +76,6 @@ class Dampers {
       if (root == 0.0 || p.is_past_cutoff()) return;
       const double over_d = root / p.distance();
       dampers[n] = {{over_d * p.g.dx, over_d * p.g.dy, over_d * p.g.dz}, p.j, p.number};
-      if (fault(NO_DAMPING_ALONG_Y)) dampers[n].w[1] = 0.0;
       scale[n] = over_d;
       if (p.i != i) rows.push_back({i = p.i, n, n});
       rows.back().last = ++n;
@@ -186,7 +183,7 @@ class Dampers {
     for (int k = 0; k < count; k++) {
       const double rate = -last_force[dampers[k].pair];
       const double mean = 0.5 * (rate_now[k] + (after ? rate : rate_before[k]));
-      sum += (fault(HALF_DISSIPATION) ? 0.5 : 1.0) * share(dampers[k]) * rate * mean;
+      sum += share(dampers[k]) * rate * mean;
     }
     return sum;
   }

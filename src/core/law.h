@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
-#include "core/fault.h"
 #include "core/powers.h"
 #include "core/row.h"
 
@@ -110,9 +109,8 @@ template <class Powers> class Law {
 
   /// Throws BadInput where a member breaks its rule, or numbers of this law would overflow.
   Law(const Row &row, const Powers &powers1, const Powers &powers2) :
-      first(row.e1, row.m1, row.n1, powers1),
-      second(row.e2, row.m2, row.n2, fault(FIRST_POWERS) ? powers1 : powers2), xi_s(row.xi_s),
-      gamma(row.gamma), saturation(row.saturation)
+      first(row.e1, row.m1, row.n1, powers1), second(row.e2, row.m2, row.n2, powers2),
+      xi_s(row.xi_s), gamma(row.gamma), saturation(row.saturation)
   {
     const double ratio = row.m2 * row.n2 * row.e2 / (row.m1 * row.n1 * row.e1);
     hardening = ratio < 1.0 ? ratio / (1.0 - ratio)
@@ -122,7 +120,7 @@ template <class Powers> class Law {
       const double s = 1.0 / (1.0 + strain);
       return Threshold{first.force(s), first.stored(strain, s)};
     };
-    stretched = at((fault(HALF_THRESHOLD) ? 0.5 : 1.0) * xi_s);
+    stretched = at(xi_s);
     compressed = at(-xi_s);
   }
 
@@ -146,7 +144,7 @@ template <class Powers> class Law {
     // in this order: the other one costs g++ 12 a tenth of the loop
     const double side = at.is_stretched ? stretched.force : compressed.force;
     const double a = at.is_first ? first.a : second.a;
-    const double carried = at.is_first ? 0.0 : (fault(HALF_CARRIED) ? 0.5 : 1.0) * side;
+    const double carried = at.is_first ? 0.0 : side;
     return Regime<Powers>::force(a, s, powers_at(at, s)) + carried;
   }
 

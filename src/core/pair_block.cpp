@@ -69,8 +69,7 @@ namespace {
   /// An elastic strain as the limit takes it: contacts flow in compression only.
   template <bool Contact> EVP_INLINE double size_of(double strain)
   {
-    if (Contact && !fault(CONTACTS_FLOW_IN_TENSION)) return -strain;
-    return fault(NO_FLOW_IN_COMPRESSION) ? strain : std::fabs(strain);
+    return Contact ? -strain : std::fabs(strain);
   }
 
   /// By how much each pair slips, with the sign of its strain.
@@ -221,8 +220,7 @@ namespace {
       call_at(level, [&, n, cutsq]() EVP_KERNEL {
         EVP_INDEPENDENT
         for (int k = 0; k < n; k++) {
-          const double there = (fault(NONZERO_AT_DLIM) ? 0.5 : 1.0) *
-              (at_cutoff.elastic[k] + at_cutoff.forgotten[k]);
+          const double there = at_cutoff.elastic[k] + at_cutoff.forgotten[k];
           const double above = (block.elastic[k] + block.forgotten[k]) - there;
           block.at_cutoff[k] = there;
           block.potential[k] = block.distance_squared(k) > cutsq[k] ? 0.0 : above;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
-#include "core/fault.h"
 #include "core/law.h"
 #include "core/pairs.h"
 #include "core/simd.h"
@@ -148,7 +147,7 @@ void gather(const ParticleView &view, const PairRange &range, PairBlock &block)
   const auto *const v = Damping ? view.v : view.x;    // read only if needed
   range.for_each_row([&](int i, int first, int last) {
     const double xi = x[i][0], yi = x[i][1], zi = x[i][2];
-    const double vx = fault(VX_OF_PARTNER_ONLY) ? 0.0 : v[i][0], vy = v[i][1], vz = v[i][2];
+    const double vx = v[i][0], vy = v[i][1], vz = v[i][2];
     EVP_UNROLL
     for (int k = first; k < last; k++) {
       const int j = partner[k], b = k - range.first;

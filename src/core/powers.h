@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
-#include "core/fault.h"
 #include "core/simd.h"
 
 #include <cmath>
@@ -74,7 +73,6 @@ template <class Other, class F> auto with_powers(double m, double n, const Other
   if (m == 8.0 && n == 4.0) return f(FixedPowers<8, 4>{});
   if (m == 6.0 && n == 3.0) return f(FixedPowers<6, 3>{});
   if (m == 4.0 && n == 2.0) return f(FixedPowers<4, 2>{});
-  if (fault(EXPONENTS_4_2) && m == 2.0 && n == 1.0) return f(FixedPowers<4, 2>{});
   if (m == 2.0 && n == 1.0) return f(FixedPowers<2, 1>{});
   if (m == 12.0 && n == 6.0) return f(FixedPowers<12, 6>{});
   return f(other);

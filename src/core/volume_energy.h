@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
-#include "core/fault.h"
 #include "core/pair_block.h"
 #include "core/pairs.h"
 #include "core/simd.h"
@@ -87,10 +86,6 @@ class VolumeLaw {
       if (gap > 0.0)
         state.stiffness = {counted > 0.0 ? 0.0 : scale * per_slope,
                            beyond > 0.0 ? scale * per_slope : 0.0};
-    }
-    if (fault(HALF_VOLUME_FORCE)) {
-      state.bonded *= 0.5;
-      state.fresh *= 0.5;
     }
     return state;
   }

@@ -4,7 +4,6 @@
 
 #include "atom_directory.h"
 #include "collective.h"
-#include "core/fault.h"
 #include "core/files.h"
 #include "pair_data.h"
 #include "scene.h"
@@ -83,7 +82,7 @@ void BondRecording::take_zone(const NeighList *list, double zone_in, const PairD
       const double sum_radii = atom->radius[i] + atom->radius[j];
       const double zone_here = (zone > 0.0 ? zone : alpha) * sum_radii;
       if (dsq > cutoff_squared(zone_here, RECORD_MARGIN)) continue;
-      if (bodies.in_different_bodies(i, j) && !fault(BODIES_BONDED)) {
+      if (bodies.in_different_bodies(i, j)) {
         if (dsq < cutoff_squared(sum_radii, -RECORD_MARGIN)) overlaps++;
         continue;
       }

@@ -3,7 +3,6 @@
 #include "damping_solver.h"
 
 #include "collective.h"
-#include "core/fault.h"
 #include "scene.h"
 
 #include <algorithm>
@@ -12,7 +11,7 @@
 namespace EVP {
 
 // of the correction of rotation; beyond, pairs rotate too far in a step
-static constexpr int MOST_PASSES = fault(ONE_PASS) ? 1 : 20;
+static constexpr int MOST_PASSES = 20;
 
 void DampingSolver::find_bodies(const PairData &pair_data, int groupbit)
 {
@@ -101,8 +100,7 @@ void DampingSolver::exchange_velocities(const Values &prescribed)
 {
   for (size_t k = 0; k < change.size(); k++)
     velocities[k] = mobility[k] > 0.0 ? undamped[k] + change[k] : prescribed[k];
-  fault(NO_IMAGE_VELOCITIES) ? ghosts.forward_comm(velocities)
-                             : ghosts.forward_comm_velocities(velocities);
+  ghosts.forward_comm_velocities(velocities);
 }
 
 // Collective. The reaction from the residual; M^-1 residual takes the place of the velocities. Held atoms

@@ -3,7 +3,6 @@
 #include "fix_dt_evp.h"
 
 #include "collective.h"
-#include "core/fault.h"
 #include "scene.h"
 #include "user_input.h"
 
@@ -93,7 +92,7 @@ void FixDtEVP::set_dt(bool at_setup)
   const bool unlimited = stable_dt >= NO_LIMIT && maximum >= NO_LIMIT;
   const bool may_meet = find_fastest(dt);
   if (is_resolved() || unlimited) {
-    if (opening.dt < dt && !fault(NO_DISPLACEMENT_LIMIT)) {
+    if (opening.dt < dt) {
       dt = opening.dt;
       limit = DISPLACEMENT;
     }

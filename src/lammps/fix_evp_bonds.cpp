@@ -5,7 +5,6 @@
 #include "atom_directory.h"
 #include "bond_recording.h"
 #include "collective.h"
-#include "core/fault.h"
 #include "scene.h"
 #include "user_input.h"
 
@@ -150,8 +149,7 @@ static bool is_at_rest(Min *minimizer, double force_tolerance)
 {
   const int stop = minimizer->stop_condition;
   if (stop == Min::DOWNHILL) return std::sqrt(minimizer->fnorm_sqr()) <= force_tolerance;
-  return stop == Min::ETOL || stop == Min::FTOL || stop == Min::ZEROFORCE ||
-      (fault(STOPPED_FLOWS) && stop == Min::MAXITER);
+  return stop == Min::ETOL || stop == Min::FTOL || stop == Min::ZEROFORCE;
 }
 
 // a minimizer tries many places, of which only the last one is a state of the body, and that only

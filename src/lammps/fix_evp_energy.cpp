@@ -3,7 +3,6 @@
 #include "fix_evp_energy.h"
 
 #include "collective.h"
-#include "core/fault.h"
 #include "fix_evp_bonds.h"
 #include "fix_nve_evp.h"
 #include "scene.h"
@@ -127,7 +126,7 @@ double FixEVPEnergy::kinetic_here() const
     const double *const v = atom->v[i];
     kinetic += weight * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
   }
-  return (fault(KINETIC_SHORT) ? 0.8 : 1.0) * kinetic;
+  return kinetic;
 }
 
 // on this MPI rank
@@ -227,7 +226,7 @@ void FixEVPEnergy::pre_neighbor()
 void FixEVPEnergy::note_images()
 {
   if (!box.acts) return;
-  if (!fault(NO_WRAPPED_ENERGY)) box.note_wrapped(kinetic_here());
+  box.note_wrapped(kinetic_here());
   work->images.assign((size_t) 3 * (atom->nlocal + atom->nghost), 0.0);
   forward_comm_images(work->images, COUNT_OF_BOXES.data());
 }
@@ -256,11 +255,10 @@ void FixEVPEnergy::end_instant()
   entries[KINETIC] = last.kinetic - start.kinetic;
   entries[FIRST] = last.pairs.elastic - start.pairs.elastic;
   entries[SECOND] = last.pairs.forgotten - start.pairs.forgotten;
-  entries[LOST] = ends || fault(NO_LOST_BONDS) ? 0.0 : past + broken;
+  entries[LOST] = ends ? 0.0 : past + broken;
   entries[BROKEN] = ends ? past + broken : 0.0;
   entries[CONTACTS] = (last.pairs.contacts - start.pairs.contacts) -
       (last.pairs.contacts_at_cutoff - start.pairs.contacts_at_cutoff);
-  if (fault(NO_NEW_CONTACTS)) entries[CONTACTS] = 0.0;
   entries[VOLUME] = last.volume - start.volume;
 }
 

@@ -3,7 +3,6 @@
 #include "fix_nve_evp.h"
 
 #include "collective.h"
-#include "core/fault.h"
 #include "scene.h"
 #include "user_input.h"
 
@@ -122,7 +121,7 @@ void FixNVEEVP::find_null_moves()
   for (const Fix *other : modify->get_fix_list())
     if (strcmp(other->style, "move") == 0 && on_any(!null_components(other).empty(), world)) {
       null_moves.push_back(other);
-      others_groupbits |= fault(NULL_IS_PRESCRIBED) ? 0 : other->groupbit;
+      others_groupbits |= other->groupbit;
     }
 }
 
@@ -240,7 +239,7 @@ void FixNVEEVP::find_rates(double dt)
 double FixNVEEVP::power_of_box() const
 {
   double sum = 0.0;
-  if (image_velocities.empty() || fault(NO_WORK_OF_BOX)) return sum;
+  if (image_velocities.empty()) return sum;
   dampers.for_each([&](int, const Dampers::Damper &damper, double along) {
     sum += dampers.share(damper) * along *
         dot(Vector(damper.w), vector_of(image_velocities, damper.j));

@@ -317,7 +317,7 @@ void PairData::agree_on_pairs(const PairListBuilder::Found &found, bool same_lis
     bonds_missing = asks && all[2] < 2 * bonds()->count();
     if (work) work->forget_missing();
   }
-  if (all[1] <= 2 * overlaps_told || fault(NO_OVERLAP_WARNING)) return;
+  if (all[1] <= 2 * overlaps_told) return;
   overlaps_told = all[1];
 
   PairListBuilder::Overlaps overlaps = found.overlaps;

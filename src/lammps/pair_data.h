@@ -5,7 +5,6 @@
 #include "core/bond_store.h"
 #include "core/coefficients.h"
 #include "core/contacts.h"
-#include "core/fault.h"
 #include "pair_histories.h"
 #include "pair_list_builder.h"
 #include "pair_types.h"
@@ -196,7 +195,7 @@ class PairData : protected Pointers {
   }
 
   /// True where fix nve/evp takes over the damping of some pairs, those with an atom of its group.
-  bool damps_implicitly() const { return any_gamma && implicit_groupbit && !fault(NO_IMPLICIT); }
+  bool damps_implicitly() const { return any_gamma && implicit_groupbit; }
 
   /// False where no pair at all has damping of this style's own. The same on all MPI ranks.
   bool damps_explicitly() const { return explicit_damping; }

@@ -3,7 +3,6 @@
 #include "pair_histories.h"
 
 #include "collective.h"
-#include "core/fault.h"
 #include "scene.h"
 
 #include "comm.h"
@@ -25,7 +24,7 @@ void PairHistories::commit(bool at_rest, PairWork *work)
   }
   for (PairList *list : {&lists.bonds, &lists.contacts}) list->commit();
   if (past.empty()) return;
-  if (!fault(NO_BOND_BREAKS)) break_bonds(past, work);
+  break_bonds(past, work);
   past.clear();
 }
 
@@ -119,7 +118,7 @@ void PairHistories::send_to_owners(BondStore &records, PerAtomComm &exchange)
   const auto send = [&](int i, int j, bool is_record, const PairHistory &h) {
     if (j < nlocal) {
       records.take({i, is_record, tag[j], h});
-      if (!fault(HISTORY_AT_ONE_ATOM)) records.take({j, is_record, tag[i], h});
+      records.take({j, is_record, tag[i], h});
     } else if (newton || tag[i] < tag[j]) {
       records.take({i, is_record, tag[j], h});
       post(j, i, is_record, h);
@@ -236,7 +235,7 @@ PairHistories::Missing PairHistories::settle_missing(const BondStore &store, Bon
                                    {1.0 / bond.deq, rules.flow_of_bonds(), {before.q, before.k}});
     found.held += 0.5 * at.stored.total();    // a bond of two MPI ranks counts half on each
     found.dissipated += 0.5 * at.dissipated;
-    if (!moved || fault(NO_FLOW_OF_MISSING)) continue;
+    if (!moved) continue;
     const double work = before.work + at.dissipated;
     moved->take(one.i, one.slot,
                 rules.breaks() ? PairHistory{0.0, 0.0, work, 1.0}

@@ -2,7 +2,6 @@
 
 #include "pair_list_builder.h"
 
-#include "core/fault.h"
 #include "core/simd.h"
 #include "scene.h"
 
@@ -139,7 +138,7 @@ EVP_INLINE void PairListBuilder::pack_row(const Input &input, const View &view, 
 
     int law = first_law + view.type[j];
     const Row &row = laws[law].row;
-    const double dlim = (fault(DLIM_LONG) ? 1.1 : 1.0) * row.alpha * sum_radii;
+    const double dlim = row.alpha * sum_radii;
     const bool implicit = implicit_bit && ((view.mask[i] | view.mask[j]) & implicit_bit);
     if (implicit) law = input.coefficients->undamped(law);
     Span span;
@@ -150,10 +149,9 @@ EVP_INLINE void PairListBuilder::pack_row(const Input &input, const View &view, 
       found.bond_sides += j < nreact ? 2 : 1;
     } else {
       const bool divided = Divided && !broken && view.bodies.in_different_bodies(i, j);
-      if (divided && !fault(CONTACTS_FLOW_BETWEEN_BODIES))
-        law = input.coefficients->between_bodies(law);
+      if (divided) law = input.coefficients->between_bodies(law);
       span = broken ? rules.of_broken(sum_radii, records[record].deq)
-                    : rules.of_contact(sum_radii, dlim, divided && !fault(BODIES_ATTRACT));
+                    : rules.of_contact(sum_radii, dlim, divided);
       contacts.add(span.deq,
                    divided ? cutoff_squared(span.cutoff, margin_between_bodies)
                            : lists.contacts.cutoff_squared(span.cutoff),
@@ -203,7 +201,7 @@ void PairListBuilder::count_overlap(int i, int j, double dsq, double deq, const 
                                     Overlaps &overlaps) const
 {
   const double coincident = COINCIDENT * (atom->radius[i] + atom->radius[j]);
-  if (!(dsq > coincident * coincident) && !fault(NO_COINCIDENCE_CHECK))
+  if (!(dsq > coincident * coincident))
     error->one(FLERR,
                "Pair evp/lj: atoms {} and {} coincide, the force has no direction there: move one "
                "or delete it (delete_atoms overlap)",

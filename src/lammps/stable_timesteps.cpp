@@ -3,7 +3,6 @@
 #include "stable_timesteps.h"
 
 #include "collective.h"
-#include "core/fault.h"
 #include "per_atom.h"
 #include "scene.h"
 
@@ -58,8 +57,7 @@ void StableTimesteps::take_atoms(const FreeAtoms &free)
   const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
   linear.inverse_mass.assign(nall, 0.0);
   for (int i = 0; i < nall; i++)
-    if (free.has(atom->mask[i]))
-      linear.inverse_mass[i] = scene::inverse_mass(atom, force, fault(ONE_MASS) ? 0 : i);
+    if (free.has(atom->mask[i])) linear.inverse_mass[i] = scene::inverse_mass(atom, force, i);
   // any start will do; this one is the same on every number of MPI ranks
   linear.start.assign((size_t) 3 * nlocal, 0.0);
   for (int i = 0; i < nlocal; i++)
@@ -82,10 +80,8 @@ void StableTimesteps::take_pairs(const PairData &pair_data)
     // never below the stiffness where either regime begins: a pair may be back in the first regime, or in a stiffer
     // second one, within a step
     const PairState state = pair_data.state_of(p);
-    linear.links.push_back({p.i, p.j, p.direction(),
-                            (fault(QUARTER_STIFFNESS) ? 0.25 : 1.0) * state.stiffness_ahead,
-                            -state.force / p.distance(),
-                            fault(NO_GAMMA_IN_DT) ? 0.0 : law.gamma + pair_data.implicit_gamma(p)});
+    linear.links.push_back({p.i, p.j, p.direction(), state.stiffness_ahead,
+                            -state.force / p.distance(), law.gamma + pair_data.implicit_gamma(p)});
   });
 }
 
@@ -271,7 +267,7 @@ void warn_of_timestep(LAMMPS *lmp, const PairData &pair_data)
   const double dt = update->dt;    // most runs are spared the eigenvalues
   if (dt <= limits.row_sum_dt(!implicit) || (!implicit && limits.is_stable_explicitly(dt))) return;
   const double limit = limits.limit();
-  if (dt > (1.0 + StableTimesteps::ACCURACY) * limit && !fault(NO_DT_WARNING) && lmp->comm->me == 0)
+  if (dt > (1.0 + StableTimesteps::ACCURACY) * limit && lmp->comm->me == 0)
     lmp->error->warning(FLERR,
                         "Pair evp/lj: the timestep {:.6g} is {:.4g} times the largest stable "
                         "timestep {:.6g}: the run is unstable, or silently wrong; fix dt/evp sets "

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Builds the plugin with each fault of src/core/fault.h, and checks that the robustness tests fail.
+"""Builds the plugin with one line of src/ wrong, each of FAULTS in turn, and checks that the robustness tests fail.
 
     tests/maintain/faults.py [--only FAULT ...]
 
@@ -21,72 +21,105 @@ from evp.report import command_line, errors_in_one_line
 from evp.run import CHECKOUT, RunError, output_of, watched
 from robustness import collect, run
 
-CASES = {  # robustness tests that must fail with a fault: words of their names
-    "QUARTER_STIFFNESS": ["times critical damping: 0.0"],
-    "NO_GAMMA_IN_DT": ["times critical damping: 1.0", "times critical damping: 3.6", "times critical damping: 30.0"],
-    "ONE_MASS": ["ratio of"],
-    "NO_DT_WARNING": ["table 2 at the paper s timestep"],
-    "NO_DISPLACEMENT_LIMIT": ["table 1 pulled to rupture", "head on impact: 500"],
-    "NO_OVERLAP_WARNING": ["overlap to one half"],
-    "NO_COINCIDENCE_CHECK": ["coincident centres"],
-    "HALF_CARRIED": ["pair swings across xi s", "pair passes dlim back and forth"],
-    "HALF_THRESHOLD": ["threshold strain: 0.001", "threshold strain: 0.05", "threshold strain: 0.3"],
-    "E2_SHORT": ["threshold strain: 1e-06"],
-    "EXPONENTS_4_2": ["exponents: 2 1"],
-    "FIRST_POWERS": ["exponents: 8 4", "exponents: 13.5", "exponents: 24"],
-    "DLIM_LONG": ["range alpha"],
-    "NONZERO_AT_DLIM": ["all pairs at dlim"],
-    "GAMMA_LONG": ["free vibration"],
-    "VX_OF_PARTNER_ONLY": ["fragment moving and spinning: explicit"],
-    "NO_DAMPING_ALONG_Y": ["fragment moving and spinning: implicit"],
-    "NO_ROTATION": ["spinning cube", "spinning top"],
-    "ONE_PASS": ["spinning top"],
-    "NO_IMPLICIT": ["hold at constant strain"],
-    "NULL_IS_PRESCRIBED": ["null component"],
-    "NO_IMAGE_VELOCITIES": ["sheared box"],
-    "NO_WRAPPED_ENERGY": ["sheared box"],
-    "NO_WORK_OF_BOX": ["sheared box"],
-    "HALF_DISSIPATION": ["off centre impact"],
-    "KINETIC_SHORT": ["shaken far beyond xi s"],
-    "NO_NEW_CONTACTS": ["head on impact: 1", "head on impact: 30"],
-    "NO_LOST_BONDS": ["table 2 pulled to 50 percent"],
-    "NO_FLOW_IN_COMPRESSION": ["pair cycled far"],
-    "CONTACTS_FLOW_IN_TENSION": ["contact pushed and parted"],
-    "NO_BOND_BREAKS": ["bond torn and pushed"],
-    "NO_FLOW_OF_MISSING": ["past its cutoff"],
-    "HISTORY_AT_ONE_ATOM": ["flow in a body whose atoms are sorted"],
-    "STOPPED_FLOWS": ["minimization that stops early"],
-    "BODIES_BONDED": ["two bodies brought together", "ball hits block"],
-    "BODIES_ATTRACT": ["two bodies brought together: literal", "ball hits block"],
-    "CONTACTS_FLOW_BETWEEN_BODIES": ["two bodies brought together"],
-    "HALF_VOLUME_FORCE": ["volume energy of a free body"],
-}
-LISTED = re.compile(r"^  (\w+),? +///< (.+)$", re.M)
-ASKED = re.compile(r"\bfault\((?:EVP::)?([A-Z]\w+)\)")
-SAME = re.compile(r"^(LAMMPS_\w+|CMAKE_BUILD_TYPE|MPI_CXX_COMPILER|CMAKE_CXX_COMPILER):\w+=(.+)$", re.M)
-
 
 class Fault(NamedTuple):
-    """What a build with it does wrong, and the files that ask for it."""
+    """What a build with it does wrong; words of the names of the robustness tests that must fail; a file of src/, and the text in it that another one replaces."""
 
     what: str
-    files: list
+    tests: list
+    file: str
+    right: str
+    wrong: str
 
 
-def read_faults(sources):
-    """{name: Fault} of src/."""
-    listed = dict(LISTED.findall((sources / "core" / "fault.h").read_text(encoding="utf-8")))
-    asked = {path: ASKED.findall(path.read_text(encoding="utf-8")) for path in sorted(sources.rglob("*.*"))}
-    return {name: Fault(what, [path for path, names in asked.items() if name in names]) for name, what in listed.items()}
+FAULTS = {
+    "QUARTER_STIFFNESS": Fault("a quarter of the stiffness in compute evp/dt", ["times critical damping: 0.0"],
+                               "lammps/stable_timesteps.cpp", "state.stiffness_ahead", "0.25 * state.stiffness_ahead"),
+    "NO_GAMMA_IN_DT": Fault("gamma left out of compute evp/dt", ["times critical damping: 1.0", "times critical damping: 3.6", "times critical damping: 30.0"],
+                            "lammps/stable_timesteps.cpp", "law.gamma + pair_data.implicit_gamma(p)", "0.0"),
+    "ONE_MASS": Fault("one mass for all atoms in compute evp/dt", ["ratio of"],
+                      "lammps/stable_timesteps.cpp", "inverse_mass(atom, force, i)", "inverse_mass(atom, force, 0)"),
+    "NO_DT_WARNING": Fault("no warning of a timestep above the limit", ["table 2 at the paper s timestep"],
+                           "lammps/stable_timesteps.cpp", "if (dt > (1.0 + StableTimesteps::ACCURACY) * limit", "if (false"),
+    "NO_DISPLACEMENT_LIMIT": Fault("no limit of displacement per step in fix dt/evp", ["table 1 pulled to rupture", "head on impact: 500"],
+                                   "lammps/fix_dt_evp.cpp", "if (opening.dt < dt) {", "if (false) {"),
+    "NO_OVERLAP_WARNING": Fault("no warning of overlaps", ["overlap to one half"],
+                                "lammps/pair_data.cpp", "if (all[1] <= 2 * overlaps_told) return;", "return;"),
+    "NO_COINCIDENCE_CHECK": Fault("no check for coincident centres", ["coincident centres"],
+                                  "lammps/pair_list_builder.cpp", "if (!(dsq > coincident * coincident))", "if (false)"),
+    "HALF_CARRIED": Fault("half of the force carried into the second regime", ["pair swings across xi s", "pair passes dlim back and forth"],
+                          "core/law.h", "at.is_first ? 0.0 : side", "at.is_first ? 0.0 : 0.5 * side"),
+    "HALF_THRESHOLD": Fault("force and energy carried over from half of xi_s", ["threshold strain: 0.001", "threshold strain: 0.05", "threshold strain: 0.3"],
+                            "core/law.h", "stretched = at(xi_s)", "stretched = at(0.5 * xi_s)"),
+    "E2_SHORT": Fault("e2 less by a tenth", ["threshold strain: 1e-06"],
+                      "core/coefficients.h", "put_laws(i, j, row);\n    } catch", "row.e2 *= 0.9;\n      put_laws(i, j, row);\n    } catch"),
+    "EXPONENTS_4_2": Fault("exponents 4 2 in place of 2 1", ["exponents: 2 1"],
+                           "core/powers.h", "return f(FixedPowers<2, 1>{})", "return f(FixedPowers<4, 2>{})"),
+    "FIRST_POWERS": Fault("powers of the first regime in both regimes", ["exponents: 8 4", "exponents: 13.5", "exponents: 24"],
+                          "core/law.h", "row.n2, powers2)", "row.n2, powers1)"),
+    "DLIM_LONG": Fault("dlim larger by a tenth", ["range alpha"],
+                       "lammps/pair_list_builder.cpp", "dlim = row.alpha", "dlim = 1.1 * row.alpha"),
+    "NONZERO_AT_DLIM": Fault("energy not zero at dlim", ["all pairs at dlim"],
+                             "core/pair_block.cpp", "there = at_cutoff.elastic[k] + at_cutoff.forgotten[k]", "there = 0.5 * (at_cutoff.elastic[k] + at_cutoff.forgotten[k])"),
+    "GAMMA_LONG": Fault("gamma larger by 1e-6", ["free vibration"],
+                        "core/coefficients.h", "put_laws(i, j, row);\n    } catch", "row.gamma += 1e-6;\n      put_laws(i, j, row);\n    } catch"),
+    "VX_OF_PARTNER_ONLY": Fault("damping by v_x of one atom only", ["fragment moving and spinning: explicit"],
+                                "core/pair_block.h", "vx = v[i][0]", "vx = 0.0"),
+    "NO_DAMPING_ALONG_Y": Fault("no implicit damping along y", ["fragment moving and spinning: implicit"],
+                                "core/dampers.h", "over_d * p.g.dy", "0.0"),
+    "NO_ROTATION": Fault("implicit damping along the old direction of a rotating pair", ["spinning cube", "spinning top"],
+                         "core/dampers.h", "return 2.0 * half_change", "return true ? along : 2.0 * half_change"),
+    "ONE_PASS": Fault("rotation of pairs from the last step only", ["spinning top"],
+                      "lammps/damping_solver.cpp", "MOST_PASSES = 20", "MOST_PASSES = 1"),
+    "NO_IMPLICIT": Fault("no implicit damping", ["hold at constant strain"],
+                         "lammps/pair_data.h", "return any_gamma && implicit_groupbit;", "return false;"),
+    "NULL_IS_PRESCRIBED": Fault("NULL components of fix move enter as prescribed", ["null component"],
+                                "lammps/fix_nve_evp.cpp", "null_moves.push_back(other);\n      others_groupbits |= other->groupbit;", "null_moves.push_back(other);"),
+    "NO_IMAGE_VELOCITIES": Fault("remap v: velocities of periodic images not corrected in implicit damping", ["sheared box"],
+                                 "lammps/damping_solver.cpp", "ghosts.forward_comm_velocities(velocities)", "ghosts.forward_comm(velocities)"),
+    "NO_WRAPPED_ENERGY": Fault("remap v: kinetic energy of wrapped atoms not in the energy balance", ["sheared box"],
+                               "lammps/fix_evp_energy.cpp", "box.note_wrapped(kinetic_here());", ""),
+    "NO_WORK_OF_BOX": Fault("remap v: no work of the box by implicit damping", ["sheared box"],
+                            "lammps/fix_nve_evp.cpp", "if (image_velocities.empty()) return sum;", "return sum;"),
+    "HALF_DISSIPATION": Fault("half of the dissipation of implicit damping in the energy balance", ["off centre impact"],
+                              "core/dampers.h", "sum += share(dampers[k])", "sum += 0.5 * share(dampers[k])"),
+    "KINETIC_SHORT": Fault("kinetic energy short by a fifth in the energy balance", ["shaken far beyond xi s"],
+                           "lammps/fix_evp_energy.cpp", "return kinetic;", "return 0.8 * kinetic;"),
+    "NO_NEW_CONTACTS": Fault("new contacts not in the energy balance", ["head on impact: 1", "head on impact: 30"],
+                             "lammps/fix_evp_energy.cpp", "entries[VOLUME] = last", "entries[CONTACTS] = 0.0;\n  entries[VOLUME] = last"),
+    "NO_LOST_BONDS": Fault("lost bonds not in the energy balance", ["table 2 pulled to 50 percent"],
+                           "lammps/fix_evp_energy.cpp", "entries[LOST] = ends ?", "entries[LOST] = true ?"),
+    "NO_FLOW_IN_COMPRESSION": Fault("no flow of bonds in compression", ["pair cycled far"],
+                                    "core/pair_block.cpp", "return Contact ? -strain : std::fabs(strain)", "return Contact ? -strain : strain"),
+    "CONTACTS_FLOW_IN_TENSION": Fault("contacts flow in tension", ["contact pushed and parted"],
+                                      "core/pair_block.cpp", "return Contact ? -strain : std::fabs(strain)", "return std::fabs(strain)"),
+    "NO_BOND_BREAKS": Fault("no bond breaks", ["bond torn and pushed"],
+                            "lammps/pair_histories.cpp", "break_bonds(past, work);", ""),
+    "NO_FLOW_OF_MISSING": Fault("bonds that leave the neighbor list do not flow up to their cutoff", ["past its cutoff"],
+                                "lammps/pair_histories.cpp", "if (!moved) continue;", "continue;"),
+    "HISTORY_AT_ONE_ATOM": Fault("the history of a pair is kept at one atom only", ["flow in a body whose atoms are sorted"],
+                                 "lammps/pair_histories.cpp", "records.take({j, is_record, tag[i], h});", ""),
+    "STOPPED_FLOWS": Fault("a minimization that stops at its maximum number of iterations leaves its flow", ["minimization that stops early"],
+                           "lammps/fix_evp_bonds.cpp", "stop == Min::ZEROFORCE", "stop == Min::ZEROFORCE || stop == Min::MAXITER"),
+    "BODIES_BONDED": Fault("two bodies are bonded where they are close at the start", ["two bodies brought together", "ball hits block"],
+                           "lammps/bond_recording.cpp", "if (bodies.in_different_bodies(i, j)) {", "if (false) {"),
+    "BODIES_ATTRACT": Fault("attraction between two bodies", ["two bodies brought together: literal", "ball hits block"],
+                            "lammps/pair_list_builder.cpp", "of_contact(sum_radii, dlim, divided)", "of_contact(sum_radii, dlim, false)"),
+    "CONTACTS_FLOW_BETWEEN_BODIES": Fault("contacts between two bodies flow", ["two bodies brought together"],
+                                          "lammps/pair_list_builder.cpp", "if (divided) law = input.coefficients->between_bodies(law);", ""),
+    "HALF_VOLUME_FORCE": Fault("half of the forces of the volume energy", ["volume energy of a free body"],
+                               "core/volume_energy.h", "    return state;", "    state.bonded *= 0.5, state.fresh *= 0.5;\n    return state;"),
+}
+SAME = re.compile(r"^(LAMMPS_\w+|CMAKE_BUILD_TYPE|MPI_CXX_COMPILER|CMAKE_CXX_COMPILER):\w+=(.+)$", re.M)
 
 
 def fault_names(test):
     """The faults that a test of this name must fail with."""
-    return [name for name, cases in CASES.items() if any(words in test for words in cases)]
+    return [name for name, fault in FAULTS.items() if any(words in test for words in fault.tests)]
 
 
 class Build:
-    """The plugin of a copy of the checkout. The compiler reads the fault from a file, so that only what asks for it is built anew."""
+    """The plugin of a copy of the checkout."""
 
     def __init__(self, folder):
         cache = CHECKOUT / "build" / "CMakeCache.txt"
@@ -95,25 +128,27 @@ class Build:
         for part in ("src", "cmake", "tools", "CMakeLists.txt"):
             source = CHECKOUT / part
             (shutil.copytree if source.is_dir() else shutil.copy)(source, folder / part)
-        self.folder, self.flags = folder / "build", folder / "flags"
-        self.faults, self.built = read_faults(folder / "src"), []
-        self.flags.touch()
+        self.folder, self.changed = folder / "build", {}
         same = [f"-D{name}={value}" for name, value in SAME.findall(cache.read_text(encoding="utf-8"))]
-        output_of(["cmake", "-S", str(folder), "-B", str(self.folder), "-DBUILD_TESTING=off", f"-DCMAKE_CXX_FLAGS=@{self.flags}", *same], folder, "CMake")
+        output_of(["cmake", "-S", str(folder), "-B", str(self.folder), "-DBUILD_TESTING=off", *same], folder, "CMake")
 
-    def make(self, name="NO_FAULT"):
-        """RunError with the compiler's words."""
-        self.flags.write_text(f"-DEVP_FAULT={name}", encoding="utf-8")
-        files = self.faults[name].files if name in self.faults else []
-        for path in {*self.built, *files}:
-            path.touch()
-        self.built = files
+    def make(self, name=None):
+        """With a fault, or without one. RunError where the sources have no such text, and with the compiler's words."""
+        for path, text in self.changed.items():
+            path.write_text(text, encoding="utf-8")
+        self.changed = {}
+        if name:
+            fault, path = FAULTS[name], self.folder.parent / "src" / FAULTS[name].file
+            text = self.changed[path] = path.read_text(encoding="utf-8")
+            if text.count(fault.right) != 1:
+                raise RunError(f"{name}: src/{fault.file} must have once: {fault.right}")
+            path.write_text(text.replace(fault.right, fault.wrong), encoding="utf-8")
         output_of(["cmake", "--build", str(self.folder), "-j", str(os.cpu_count() or 1), "--target", "evpplugin"], self.folder, f"the build with {name}")
 
 
 def main(words=None):
     parser = command_line(__doc__)
-    parser.add_argument("--only", nargs="+", choices=CASES, default=list(CASES), metavar="FAULT", help="names in src/core/fault.h")
+    parser.add_argument("--only", nargs="+", choices=FAULTS, default=list(FAULTS), metavar="FAULT", help="names in FAULTS")
     options = parser.parse_args(words)
     bad = []
     with errors_in_one_line("faults.py"), tempfile.TemporaryDirectory() as name:
@@ -123,9 +158,9 @@ def main(words=None):
         build.make()
         first = [test for test in tests if options.only[0] in fault_names(test.name)][:1]
         bad += [f"without a fault: {text}" for text, right in run([test.node for test in first], EVP_LMP=lmp).values() if not right]
-        for fault in watched("faults", sorted(options.only, key=lambda fault: build.faults[fault].files)):
+        for fault in watched("faults", sorted(options.only, key=lambda fault: FAULTS[fault].file)):
             build.make(fault)
-            print(f"{fault}: {build.faults[fault].what}", flush=True)
+            print(f"{fault}: {FAULTS[fault].what}", flush=True)
             found = run([test.node for test in tests if fault in fault_names(test.name)], EVP_LMP=lmp)
             bad += [] if found else [f"{fault} has no test"]
             for (name, _), (text, right) in found.items():

@@ -27,7 +27,7 @@ FILES = sorted((CHECKOUT / "tests" / "lammps").glob("test_robust_*.py"))
 HEAD = """# Robustness tests
 
 {answer}
-Each test fails with the faults in its row: `tests/maintain/faults.py` builds the plugin with each fault of `src/core/fault.h` and checks that.
+Each test fails with the faults in its row: `tests/maintain/faults.py` builds the plugin with each fault and checks that.
 
 Written by `tests/maintain/robustness.py`; the tests are `tests/lammps/test_robust_*.py`.
 
@@ -87,16 +87,16 @@ def requirements():
 
 
 def main(words=None):
-    from faults import fault_names, read_faults
+    from faults import FAULTS, fault_names
 
     parser = command_line(__doc__)
     parser.add_argument("--out", type=pathlib.Path, default=CHECKOUT / "doc" / "hard_cases.md", help="the file to write")
     options = parser.parse_args(words)
-    results, demands, faults = run(FILES, EVP_ALL_RANKS="1"), requirements(), read_faults(CHECKOUT / "src")
+    results, demands = run(FILES, EVP_ALL_RANKS="1"), requirements()
     rows = []
     for name in dict.fromkeys(name for name, _ in results):
         shown = [f"{ranks} rank{'s' * (ranks > 1)}: {text}" for (own, ranks), (text, _) in results.items() if own == name]
-        rows.append([name, demands[name.partition(":")[0]], "<br>".join(shown).replace("|", "/"), "; ".join(faults[fault].what for fault in fault_names(name))])
+        rows.append([name, demands[name.partition(":")[0]], "<br>".join(shown).replace("|", "/"), "; ".join(FAULTS[fault].what for fault in fault_names(name))])
     failed = sum(not right for _, right in results.values())
     ranks = ", ".join(map(str, sorted({ranks for _, ranks in results})))
     answer = f"{len(rows)} tests: " + (f"{failed} runs FAILED." if failed else f"all pass on {ranks} MPI ranks.")
