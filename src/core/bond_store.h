@@ -66,8 +66,7 @@ class BondStore {
 
   /// What the records say of the pairs of types, empty where nobody needed it. Taken once: types and
   /// atoms that change later do not change it.
-  const BondMeasures &measures() const { return measured; }
-  void take(const BondMeasures &measures) { measured = measures; }
+  BondMeasures measures;
 
   /// Most words that an atom of this MPI rank has.
   int most_words() const
@@ -78,13 +77,7 @@ class BondStore {
   }
 
   /// Which atoms are one body: pairs of two bodies have no bonds.
-  BodyRule within() const { return bodies; }
-  void keep_within(BodyRule one)
-  {
-    if (one == bodies) return;
-    bodies = one;
-    changed();
-  }
+  BodyRule within = BodyRule::ALL;
 
   /// Pairs up to zone (R_i + R_j) were recorded; 0: up to the alpha of their types.
   double zone = 0.0;
@@ -102,20 +95,15 @@ class BondStore {
     changed();
   }
 
-  /// Has any pair of a local atom flowed?
-  bool has_flowed() const
+  /// Has any pair of a local atom flowed or, where that counts, broken?
+  bool has_changed(bool broken_counts = true) const
   {
-    return has_any([](const PairHistory &history) {
-      return history.q != 0.0;
-    });
-  }
-
-  /// Has any pair of a local atom flowed or broken?
-  bool has_changed() const
-  {
-    return has_any([](const PairHistory &history) {
-      return !(history == PairHistory{});
-    });
+    for (size_t i = 0; i < histories.size(); i++) {
+      if (!flowed_contacts[i].empty()) return true;
+      for (const PairHistory &history : histories[i])
+        if (history.q != 0.0 || (broken_counts && !(history == PairHistory{}))) return true;
+    }
+    return false;
   }
 
   /// Records of the first atoms whose bonds have broken; both atoms of a bond have one.
@@ -320,26 +308,15 @@ class BondStore {
 
  private:
   bool with_history;
-  BodyRule bodies = BodyRule::ALL;
   long version_now;
   bool recorded = false, closed = false;
   int64_t npairs = 0, highest = 0, nbroken = 0;
-  BondMeasures measured;
 
   // per atom
   std::vector<int64_t> recorded_as;
   std::vector<Bonds> bonds;
   std::vector<std::vector<PairHistory>> histories;            // with history only
   std::vector<std::vector<FlowedContact>> flowed_contacts;    // with history only
-
-  template <class Is> bool has_any(Is &&is) const
-  {
-    for (const auto &own : histories)
-      if (std::any_of(own.begin(), own.end(), is)) return true;
-    return std::any_of(flowed_contacts.begin(), flowed_contacts.end(), [](const auto &own) {
-      return !own.empty();
-    });
-  }
 
   template <class T> static double *put(const T &value, double *words)
   {

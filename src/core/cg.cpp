@@ -18,16 +18,6 @@ namespace {
   /// Values that pass through all loops of an iteration while they are in the nearest cache.
   constexpr std::size_t CHUNK = 256;
 
-  /// Calls f(arrays from there on, number of values), an EVP_KERNEL lambda, for each chunk.
-  template <class F>
-  void for_each_chunk(const CgArrays &a, std::size_t n, InstructionSet level, const F &f)
-  {
-    call_at(level, [&]() EVP_KERNEL {
-      for (std::size_t first = 0; first < n; first += CHUNK)
-        f(a.from(first), std::min(CHUNK, n - first));
-    });
-  }
-
   /// a.b, or a.(b c): sums side by side, so that no addition waits for the last one.
   template <class F> EVP_INLINE double sum_of(std::size_t n, F &&term)
   {
@@ -50,42 +40,16 @@ namespace {
 
 }    // namespace
 
-void cg_changed(const CgArrays &arrays, std::size_t n, CgSums &sums, InstructionSet level)
+/// Calls f(system, its sums, arrays, number of values), an EVP_KERNEL lambda, for the values of unfinished bodies in turn.
+template <class F> void ConjugateGradients::for_each_chunk(F &&f)
 {
-  for_each_chunk(arrays, n, level, [&](const CgArrays &a, std::size_t length) EVP_KERNEL {
-    sums.changed += changed(a, length);
-  });
-}
-
-void cg_products(const CgArrays &arrays, std::size_t n, double h, CgSums &sums,
-                 InstructionSet level)
-{
-  for_each_chunk(arrays, n, level, [&](const CgArrays &a, std::size_t length) EVP_KERNEL {
-    EVP_INDEPENDENT
-    for (std::size_t k = 0; k < length; k++) a.product[k] = a.residual[k] + h * a.product[k];
-    sums.norm += sum_of(length, [&](std::size_t k) EVP_KERNEL {
-      return a.residual[k] * a.z[k];
-    });
-    sums.curvature += sum_of(length, [&](std::size_t k) EVP_KERNEL {
-      return a.product[k] * a.z[k];
-    });
-  });
-}
-
-void cg_update(const CgArrays &arrays, std::size_t n, double alpha, double beta, CgSums &sums,
-               InstructionSet level)
-{
-  for_each_chunk(arrays, n, level, [&](const CgArrays &a, std::size_t length) EVP_KERNEL {
-    EVP_INDEPENDENT
-    for (std::size_t k = 0; k < length; k++) {
-      a.direction[k] = a.z[k] + beta * a.direction[k];
-      a.change[k] += alpha * a.direction[k];
-      a.direction_product[k] = a.product[k] + beta * a.direction_product[k];
-      a.residual[k] -= alpha * a.direction_product[k];
-      a.z[k] = a.mobility[k] * a.residual[k];
-    }
-    sums.changed += changed(a, length);
-  });
+  for (const auto &run : bodies->runs())
+    if (systems[run.body].active)
+      call_vectorized([&]() EVP_KERNEL {
+        const std::size_t last = (std::size_t) 3 * run.last;
+        for (std::size_t first = (std::size_t) 3 * run.first; first < last; first += CHUNK)
+          f(systems[run.body], parts[run.body], arrays.from(first), std::min(CHUNK, last - first));
+      });
 }
 
 void ConjugateGradients::start(const Bodies &bodies_in, const CgArrays &arrays_in,
@@ -97,8 +61,8 @@ void ConjugateGradients::start(const Bodies &bodies_in, const CgArrays &arrays_i
   tolerance_squared = tolerance * tolerance;
   restart();
   parts.assign(bodies->count(), CgSums{});
-  for_each_active_run([this](const System &, CgSums &part, const CgArrays &a, std::size_t n) {
-    cg_changed(a, n, part, level);
+  for_each_chunk([](const System &, CgSums &part, const CgArrays &a, std::size_t n) EVP_KERNEL {
+    part.changed += changed(a, n);
   });
   const double *v = undamped, *inertia = arrays.inertia;
   for (const int body : bodies->of_atoms()) {
@@ -111,9 +75,18 @@ void ConjugateGradients::start(const Bodies &bodies_in, const CgArrays &arrays_i
 void ConjugateGradients::gather()
 {
   for (CgSums &part : parts) part.norm = part.curvature = 0.0;
-  for_each_active_run([this](const System &, CgSums &part, const CgArrays &a, std::size_t n) {
-    cg_products(a, n, h, part, level);
-  });
+  for_each_chunk([h = h](const System &, CgSums &part, const CgArrays &a, std::size_t n)
+                     EVP_KERNEL {
+                       EVP_INDEPENDENT
+                       for (std::size_t k = 0; k < n; k++)
+                         a.product[k] = a.residual[k] + h * a.product[k];
+                       part.norm += sum_of(n, [&](std::size_t k) EVP_KERNEL {
+                         return a.residual[k] * a.z[k];
+                       });
+                       part.curvature += sum_of(n, [&](std::size_t k) EVP_KERNEL {
+                         return a.product[k] * a.z[k];
+                       });
+                     });
   all_sums = parts;
   for (int body = bodies->shared_count() + 1; body < bodies->count(); body++)
     if (systems[body].active) all_sums[0].norm += unmet(parts[body]);
@@ -130,12 +103,9 @@ ConjugateGradients::State ConjugateGradients::judge()
     system.active = left != 0.0;
     if (!system.active) continue;
     if (body <= bodies->shared_count()) unfinished += left;
-    system.beta = system.started ? sum.norm / system.last_norm : 0.0;
-    system.alpha = sum.norm /
-        (sum.curvature - (system.started ? system.beta * sum.norm / system.last_alpha : 0.0));
-    system.started = true;
+    system.beta = sum.norm / system.last_norm;
+    system.alpha = sum.norm / (sum.curvature - system.beta * sum.norm / system.alpha);
     system.last_norm = sum.norm;
-    system.last_alpha = system.alpha;
   }
   if (!std::isfinite(unfinished)) return State::NOT_FINITE;
   return unfinished > 0.0 ? State::RUNNING : State::CONVERGED;
@@ -144,9 +114,19 @@ ConjugateGradients::State ConjugateGradients::judge()
 void ConjugateGradients::update()
 {
   for (CgSums &part : parts) part.changed = 0.0;
-  for_each_active_run([this](const System &system, CgSums &part, const CgArrays &a, std::size_t n) {
-    cg_update(a, n, system.alpha, system.beta, part, level);
-  });
+  for_each_chunk([](const System &system, CgSums &part, const CgArrays &a, std::size_t n)
+                     EVP_KERNEL {
+                       const double alpha = system.alpha, beta = system.beta;
+                       EVP_INDEPENDENT
+                       for (std::size_t k = 0; k < n; k++) {
+                         a.direction[k] = a.z[k] + beta * a.direction[k];
+                         a.change[k] += alpha * a.direction[k];
+                         a.direction_product[k] = a.product[k] + beta * a.direction_product[k];
+                         a.residual[k] -= alpha * a.direction_product[k];
+                         a.z[k] = a.mobility[k] * a.residual[k];
+                       }
+                       part.changed += changed(a, n);
+                     });
 }
 
 double ConjugateGradients::worst() const

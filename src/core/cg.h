@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <numeric>
 #include <vector>
@@ -172,16 +173,6 @@ struct CgSums {
   double norm, curvature, changed, undamped;
 };
 
-/// Completes the product, adds to norm and curvature.
-void cg_products(const CgArrays &, std::size_t n, double h, CgSums &, InstructionSet);
-
-/// The next iterate, its residual and z. Adds to changed.
-void cg_update(const CgArrays &, std::size_t n, double alpha, double beta, CgSums &,
-               InstructionSet);
-
-/// Adds to changed.
-void cg_changed(const CgArrays &, std::size_t n, CgSums &, InstructionSet);
-
 /// (M + h C) v = b, preconditioned by M, in the form that needs one sum over MPI ranks per iteration
 /// (Chronopoulos and Gear). Per iteration: arrays.product = C z; gather(); sum the first shared_sums() of
 /// sums() over ranks; judge(); update().
@@ -221,13 +212,12 @@ class ConjugateGradients {
 
  private:
   struct System {
-    double alpha = 0.0, beta = 0.0, last_norm = 0.0, last_alpha = 0.0;
-    bool active = true, started = false;
+    double alpha = 1.0, beta = 0.0, last_norm = HUGE_VAL;    // beta is 0 in the first iteration
+    bool active = true;
   };
 
   const Bodies *bodies = nullptr;
   CgArrays arrays;
-  const InstructionSet level = best_instruction_set();
   double h, tolerance_squared;
   std::vector<System> systems;
   std::vector<CgSums> parts;       // on this rank
@@ -236,14 +226,7 @@ class ConjugateGradients {
   double target(const CgSums &) const;
   double unmet(const CgSums &) const;
 
-  /// Calls f(system, its sums, arrays, number of values) for each run of atoms of an unfinished body.
-  template <class F> void for_each_active_run(F &&f)
-  {
-    for (const auto &run : bodies->runs())
-      if (systems[run.body].active)
-        f(systems[run.body], parts[run.body], arrays.from((std::size_t) 3 * run.first),
-          (std::size_t) 3 * (run.last - run.first));
-  }
+  template <class F> void for_each_chunk(F &&f);
 };
 
 }    // namespace EVP

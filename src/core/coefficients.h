@@ -52,7 +52,7 @@ class Coefficients {
   /// this name.
   double **table(const std::string &key)
   {
-    const Member *const member = find_entry(MEMBERS, key);
+    const Member *const member = find_member(key);
     return member && member < MEMBERS + NREQUIRED ? tables[member - MEMBERS].data() : nullptr;
   }
 
@@ -61,7 +61,7 @@ class Coefficients {
   /// Does any row name the bodies that it holds for?
   bool any_scaled() const
   {
-    const auto first = values.begin() + (find_entry(MEMBERS, "spacing") - MEMBERS) * n * n;
+    const auto first = values.begin() + (find_member("spacing") - MEMBERS) * n * n;
     return std::any_of(first, first + n * n, [](double spacing) {
       return spacing > 0.0;
     });

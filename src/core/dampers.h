@@ -36,36 +36,28 @@ class Dampers {
   using Values = std::vector<double>;
 
   struct Damper {
-    double w[3];
+    Vector w;
     int j;       ///< partner, local or ghost
     int pair;    ///< its PlacedPair::number
   };
 
-  void clear()
-  {
-    rows.clear();
-    count = 0;
-  }
+  void clear() { rows.clear(); }
 
   /// Forces and rotation of the last timestep are dropped, as they are where the list was built anew.
   void forget() { last_build = -1; }
   bool are_of(const PairLists &list) const { return list.build == last_build; }
 
-  /// The damped pairs within their cutoffs. gamma_of(pair): 0 where it has no dashpot. newton_pair:
-  /// whether ghosts take reactions.
-  template <class F>
-  void collect(const PairLists &list, const double (*x)[3], bool newton_pair, F &&gamma_of)
+  /// The damped pairs within their cutoffs. gamma_of(pair): 0 where it has no dashpot.
+  template <class F> void collect(const PairLists &list, const double (*x)[3], F &&gamma_of)
   {
     const size_t most = list.size();
     if (list.build != last_build)
       for (Values *of_pairs : {&last_force, &last_rotation}) of_pairs->assign(most, 0.0);
     last_build = list.build;
-    nreact = list.nreact(newton_pair);
+    nreact = list.nreact;
     rows.clear();
-    if (dampers.size() < most) {
-      dampers.resize(most);
-      scale.resize(most);
-    }
+    dampers.resize(most);
+    scale.resize(most);
     int law = -1, i = -1, n = 0;
     double root = 0.0;    // sqrt(gamma) of that law
     for_each_pair(list, x, [&](const PlacedPair &p) {
@@ -75,12 +67,11 @@ class Dampers {
       }
       if (root == 0.0 || p.is_past_cutoff()) return;
       const double over_d = root / p.distance();
-      dampers[n] = {{over_d * p.g.dx, over_d * p.g.dy, over_d * p.g.dz}, p.j, p.number};
+      dampers[n] = {p.g * over_d, p.j, p.number};
       scale[n] = over_d;
       if (p.i != i) rows.push_back({i = p.i, n, n});
       rows.back().last = ++n;
     });
-    count = n;
   }
 
   /// Calls f(i, Damper, force over w on i in the last timestep) for each dashpot.
@@ -98,7 +89,7 @@ class Dampers {
   void add_last_forces(Values &forces) const
   {
     for_each([&](int i, const Damper &damper, double along) {
-      const Vector force = Vector(damper.w) * along;
+      const Vector force = damper.w * along;
       force.add_to(&forces[(size_t) 3 * i]);
       if (takes_reaction(damper)) force.subtract_from(&forces[(size_t) 3 * damper.j]);
     });
@@ -148,7 +139,7 @@ class Dampers {
   void add_noise(Values &noise) const
   {
     for_each([&](int i, const Damper &damper, double last) {
-      const Vector w(damper.w);
+      const Vector w = damper.w;
       const double rotation = last_rotation[damper.pair], along = last + rotation;
       noise[i] += dot(w, w) * (along * along + rotation * rotation);
     });
@@ -157,10 +148,10 @@ class Dampers {
   /// Rates over the timestep dt that ended here with mean velocities v, or now with dt = 0.
   void find_rates(const Values &v, double dt)
   {
-    rate_before.resize(count);
+    rate_before.resize(count());
     for (const PackedRow &row : rows)
       for (int k = row.first; k < row.last; k++) {
-        const Vector w(dampers[k].w);
+        const Vector w = dampers[k].w;
         const Vector dv = vector_of(v, row.i) - vector_of(v, dampers[k].j);
         rate_before[k] =
             separation_rate(dot(w, dv), dot(dv, dv), -0.5 * dt * scale[k], 1.0 / dot(w, w));
@@ -171,7 +162,7 @@ class Dampers {
   /// Rates now: the mean of those before and after.
   void find_mean_rates()
   {
-    for (int k = 0; k < count; k++)
+    for (int k = 0; k < count(); k++)
       rate_now[k] = 0.5 * (rate_before[k] - last_force[dampers[k].pair]);
   }
 
@@ -180,7 +171,7 @@ class Dampers {
   double power(bool after) const
   {
     double sum = 0.0;
-    for (int k = 0; k < count; k++) {
+    for (int k = 0; k < count(); k++) {
       const double rate = -last_force[dampers[k].pair];
       const double mean = 0.5 * (rate_now[k] + (after ? rate : rate_before[k]));
       sum += share(dampers[k]) * rate * mean;
@@ -195,7 +186,6 @@ class Dampers {
 
  private:
   std::vector<Damper> dampers;    // with room to spare
-  int count = 0;
   std::vector<PackedRow> rows;
   Values scale;                    // sqrt(gamma)/d of each dashpot
   Values rate_before, rate_now;    // of each, over the last timestep and at the present positions
@@ -204,6 +194,8 @@ class Dampers {
   double dt_rotation = 0.0;    // timestep of last_rotation
   long last_build = -1;
   int nreact = 0;    // atoms below take reactions
+
+  int count() const { return rows.empty() ? 0 : rows.back().last; }
 
   /// y = the sum of rate(k, w, relative velocity) w over the dashpots.
   template <class F> void react(const Values &v, Values &y, F &&rate) const
@@ -216,7 +208,7 @@ class Dampers {
       Vector yi;
       for (int k = row.first; k < row.last; k++) {
         const Damper &damper = dampers[k];
-        const Vector w(damper.w);
+        const Vector w = damper.w;
         const Vector force = w * rate(k, w, vi - Vector(all + (size_t) 3 * damper.j));
         yi = yi + force;
         if (takes_reaction(damper)) force.subtract_from(forces + (size_t) 3 * damper.j);

@@ -131,7 +131,6 @@ class PairWork {
   double broken = 0.0, missing = 0.0, dissipated_by_missing = 0.0;
   double broken_since = 0.0;    // the last forces
   LaneSums found;
-  InstructionSet level = best_instruction_set();
 
   void add_energies(const PairRange &range, const PairBlock &block, int nreact)
   {
@@ -140,7 +139,7 @@ class PairWork {
     const int n = block.n;
     alignas(64) double weight[PairBlock::SIZE], inside[PairBlock::SIZE];
     int past = 0;
-    call_at(level, [&]() EVP_KERNEL {
+    call_vectorized([&]() EVP_KERNEL {
       int halves = 0;
       for (int k = 0; k < n; k++) halves += (int) (j[k] >= nreact);
       past = count_past_cutoff(block);

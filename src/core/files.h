@@ -22,7 +22,8 @@ namespace EVP {
 /// The numbers and keywords of a row, checked; throws BadInput.
 inline Row parse_row(const std::vector<std::string> &words)
 {
-  const bool has_keywords = words.size() > NREQUIRED && !looks_like_number(words[NREQUIRED]);
+  const bool has_keywords = words.size() > NREQUIRED &&
+      std::string("+-.0123456789").find(words[NREQUIRED][0]) == std::string::npos;
   if (words.size() < NREQUIRED || (words.size() > NREQUIRED && !has_keywords))
     throw BadInput("expected " + std::to_string(NREQUIRED) + " values, got " +
                    std::to_string(words.size()) + " (a row has " + row_keys() + ")");
@@ -31,7 +32,7 @@ inline Row parse_row(const std::vector<std::string> &words)
     row.*MEMBERS[k].value = parse_number(MEMBERS[k].key, words[k]);
 
   for (size_t at = NREQUIRED; at < words.size(); at += 2) {
-    const Member *const member = find_entry(MEMBERS, words[at]);
+    const Member *const member = find_member(words[at]);
     if (!member || member < MEMBERS + NREQUIRED)
       throw BadInput("unknown keyword '" + shown(words[at]) + "' of a row: after its " +
                      std::to_string(NREQUIRED) + " values it may have " +
@@ -173,9 +174,9 @@ class BondReader {
       std::vector<std::string> words = split_words(line.substr(line.find('#') + 1));
       while (words.size() > 6 && (words[4] == "WITHIN:" || words[4] == "ZONE:")) {
         if (words[4] == "WITHIN:")
-          body_rule = parse_body_rule(words[5]);
+          within = parse_body_rule(words[5]);
         else
-          zone_ = parse_number("ZONE", words[5]);
+          zone = parse_number("ZONE", words[5]);
         words.erase(words.begin() + 4, words.begin() + 6);
       }
       if (line[0] != '#' || words.size() != 6 || words[0] != "EVP" || words[1] != "bonds" ||
@@ -191,14 +192,8 @@ class BondReader {
       throw BadInput("the bond file is empty or cannot be read (file '" + file + "')");
   }
 
-  /// Bonds that the header announces.
-  int64_t count() const { return declared; }
-
-  /// Which atoms were one body when the file was written.
-  BodyRule within() const { return body_rule; }
-
-  /// Up to zone (R_i + R_j) pairs were recorded; 0: up to the alpha of their types.
-  double zone() const { return zone_; }
+  BodyRule within = BodyRule::ALL;    ///< which atoms were one body when the file was written
+  double zone = 0.0;    ///< up to zone (R_i + R_j) pairs were recorded; 0: up to alpha
 
   /// Appends up to most bonds; false at the end of the file, where the count must be met.
   bool read(std::vector<BondLine> &bonds, size_t most)
@@ -222,8 +217,6 @@ class BondReader {
   std::istream &in;
   std::string file;
   int64_t declared = 0, seen = 0, line_number = 0;
-  BodyRule body_rule = BodyRule::ALL;
-  double zone_ = 0.0;
 
   /// Calls take(line); false at the end of the file. The cause stands first in messages: a path may be longer than what
   /// a host program shows.

@@ -37,10 +37,7 @@ template <class Powers> struct Regime {
   double a, e;
   Powers powers;
 
-  Regime(double e_in, double m, double n, const Powers &powers_in) :
-      a(m * n * e_in / (m - n)), e(e_in), powers(powers_in)
-  {
-  }
+  Regime(double e_in, double m, double n) : a(m * n * e_in / (m - n)), e(e_in), powers{m, n} {}
 
   EVP_INLINE double force(double s) const { return force(a, s, powers(s)); }
   EVP_INLINE static double force(double a, double s, PowerPair of_s)
@@ -51,7 +48,7 @@ template <class Powers> struct Regime {
   /// 1 - s^N at exponents (2 N, N), to the last digits: of it both force and energy are products.
   EVP_INLINE static double opened(double strain, double s)
   {
-    return power_minus_1<Powers::lower>(strain) * Powers::template power<Powers::lower>(s);
+    return power_minus_1<Powers::lower>(strain) * fixed_power<Powers::lower>(s);
   }
 
   /// Phi(d) - Phi(deq), accurate to 1e-11 of itself at any strain: no difference of large numbers is left.
@@ -60,22 +57,18 @@ template <class Powers> struct Regime {
     return e * stored_per_depth(powers, strain, s);
   }
 
-  template <int M, int N> static AnyPowers exponents(FixedPowers<M, N>) { return {M, N}; }
-  static AnyPowers exponents(const AnyPowers &powers) { return powers; }
-
   /// -dF/dd deq^2.
   double stiffness(double s) const
   {
-    const auto [m, n] = exponents(powers);
     const PowerPair of_s = powers(s);
-    return a * s * s * ((m + 1.0) * of_s.sm - (n + 1.0) * of_s.sn);
+    return a * s * s * ((powers.m + 1.0) * of_s.sm - (powers.n + 1.0) * of_s.sn);
   }
 
  private:
   template <int M, int N>
   EVP_INLINE static double stored_per_depth(FixedPowers<M, N>, double strain, double s)
   {
-    const double open = power_minus_1<N>(strain) * FixedPowers<M, N>::template power<N>(s);
+    const double open = power_minus_1<N>(strain) * fixed_power<N>(s);
     return open * open;
   }
   static double stored_per_depth(const AnyPowers &powers, double strain, double s)
@@ -108,9 +101,9 @@ template <class Powers> class Law {
   double hardening, saturation;    ///< h; k_s, 0 where linear
 
   /// Throws BadInput where a member breaks its rule, or numbers of this law would overflow.
-  Law(const Row &row, const Powers &powers1, const Powers &powers2) :
-      first(row.e1, row.m1, row.n1, powers1), second(row.e2, row.m2, row.n2, powers2),
-      xi_s(row.xi_s), gamma(row.gamma), saturation(row.saturation)
+  explicit Law(const Row &row) :
+      first(row.e1, row.m1, row.n1), second(row.e2, row.m2, row.n2), xi_s(row.xi_s),
+      gamma(row.gamma), saturation(row.saturation)
   {
     const double ratio = row.m2 * row.n2 * row.e2 / (row.m1 * row.n1 * row.e1);
     hardening = ratio < 1.0 ? ratio / (1.0 - ratio)
@@ -221,8 +214,8 @@ template <class Powers> class Law {
         ? slip
         : std::min(slip, 40.0 * saturation);    // the limit is constant then
     const double end = limit(k + bends);
-    const double steep = (1.0 + Regime<Powers>::exponents(first.powers).m) * (end - limit(k)) /
-        (1.0 + std::min(0.0, sign * end));
+    const double steep =
+        (1.0 + first.powers.m) * (end - limit(k)) / (1.0 + std::min(0.0, sign * end));
     const int parts = 1 + (saturation == 0.0 ? 0 : (int) (2.0 * bends / saturation)) + (int) steep;
     const auto force_at = [this, sign, k](double by) {
       return std::fabs(first.force(1.0 / (1.0 + sign * limit(k + by))));
@@ -276,15 +269,8 @@ class PairLaw : public Law<AnyPowers> {
  public:
   Row row;
 
-  /// Of a pair of types without a row: no force.
-  PairLaw() : PairLaw(no_force()) {}
-
   /// Throws BadInput where a member breaks its rule, or numbers of this law would overflow.
-  explicit PairLaw(const Row &row_in) :
-      Law(checked(row_in), {row_in.m1, row_in.n1}, {row_in.m2, row_in.n2}), row(row_in)
-  {
-    check_range();
-  }
+  explicit PairLaw(const Row &row_in = {}) : Law(checked(row_in)), row(row_in) { check_range(); }
 
   /// Throws BadInput where the row cannot flow.
   void check_flow() const
@@ -320,21 +306,6 @@ class PairLaw : public Law<AnyPowers> {
   }
 
  private:
-  static Row no_force()
-  {
-    Row row{};
-    row.m1 = row.m2 = 2.0;
-    row.n1 = row.n2 = 1.0;
-    row.xi_s = 0.5;
-    row.alpha = 1.5;
-    return row;
-  }
-  static const Row &checked(const Row &row)
-  {
-    check_members(row);
-    return row;
-  }
-
   PairState state_forgetting(double r) const
   {
     PairState now{};

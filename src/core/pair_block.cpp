@@ -174,7 +174,7 @@ namespace {
 
   /// Compiled for each instruction set; loops with pow() gain nothing from that.
   template <class Powers, bool Many, Flow Kind, bool Damping, bool Stored>
-  void evaluate(const Laws<Powers> &all, PairBlock &block, InstructionSet level)
+  void evaluate(const Laws<Powers> &all, PairBlock &block)
   {
     const auto run = [&]() EVP_KERNEL {
       if constexpr (Kind == Flow::FORGETS)
@@ -183,14 +183,14 @@ namespace {
         evaluate_flowing<Powers, Many, Kind == Flow::COMPRESSES, Damping, Stored>(all, block);
     };
     if constexpr (Powers::are_fixed)
-      call_at(level, run);
+      call_vectorized(run);
     else
       run();
   }
 
   /// Fills block.potential from what the pairs store. find_stored(block): fills elastic and forgotten.
   template <Flow Kind, class F>
-  void find_potential(PairBlock &block, bool incremental, InstructionSet level, F &&find_stored)
+  void find_potential(PairBlock &block, bool incremental, F &&find_stored)
   {
     if constexpr (Kind != Flow::FORGETS) {
       for (int k = 0; k < block.n; k++) {
@@ -209,7 +209,7 @@ namespace {
       at_cutoff.law = block.law;
       const int n = block.n;
       const double *const cutsq = block.cutsq;
-      call_at(level, [&, n, cutsq]() EVP_KERNEL {
+      call_vectorized([&, n, cutsq]() EVP_KERNEL {
         EVP_INDEPENDENT
         for (int k = 0; k < n; k++) {
           at_cutoff.xy[2 * k] = std::sqrt(cutsq[k]) / (1.0 + block.margin);
@@ -217,7 +217,7 @@ namespace {
         }
       });
       find_stored(at_cutoff);
-      call_at(level, [&, n, cutsq]() EVP_KERNEL {
+      call_vectorized([&, n, cutsq]() EVP_KERNEL {
         EVP_INDEPENDENT
         for (int k = 0; k < n; k++) {
           const double there = at_cutoff.elastic[k] + at_cutoff.forgotten[k];
@@ -231,28 +231,26 @@ namespace {
 
   template <class Powers, bool Many, Flow Kind> struct Evaluation {
     Laws<Powers> all;
-    InstructionSet level;
 
     void operator()(PairBlock &block, const BlockLaw::Asked &asked) const
     {
       const bool stored = asked.stored || asked.potential;
       if (asked.damping)
         (stored ? evaluate<Powers, Many, Kind, true, true>
-                : evaluate<Powers, Many, Kind, true, false>) (all, block, level);
+                : evaluate<Powers, Many, Kind, true, false>) (all, block);
       else
         (stored ? evaluate<Powers, Many, Kind, false, true>
-                : evaluate<Powers, Many, Kind, false, false>) (all, block, level);
+                : evaluate<Powers, Many, Kind, false, false>) (all, block);
       if (!asked.potential) return;
-      find_potential<Kind>(block, asked.incremental, level, [this](PairBlock &other) {
-        evaluate<Powers, Many, Kind, false, true>(all, other, level);
+      find_potential<Kind>(block, asked.incremental, [this](PairBlock &other) {
+        evaluate<Powers, Many, Kind, false, true>(all, other);
       });
     }
   };
 
 }    // namespace
 
-void BlockLaw::assign(const std::vector<PairLaw> &laws, const std::vector<int> &used, Flow flow,
-                      InstructionSet level)
+void BlockLaw::assign(const std::vector<PairLaw> &laws, const std::vector<int> &used, Flow flow)
 {
   if (used.empty()) {    // no pair to go over
     evaluate = nullptr;
@@ -271,21 +269,15 @@ void BlockLaw::assign(const std::vector<PairLaw> &laws, const std::vector<int> &
   const auto choose = [&](const auto &powers) {
     using Powers = std::decay_t<decltype(powers)>;
     Laws<Powers> all = {{}, saturates};
-    for (const PairLaw &law : laws) {
-      if (alike && !all.laws.empty()) break;
-      const Row &own = alike ? row : law.row;
-      if constexpr (Powers::are_fixed)
-        all.laws.push_back({own, powers, powers});
-      else
-        all.laws.push_back({own, AnyPowers{own.m1, own.n1}, AnyPowers{own.m2, own.n2}});
-    }
-    const auto take = [&](auto many, auto kind) {
-      evaluate = Evaluation<Powers, many, kind>{std::move(all), level};
-    };
-    using Many = std::true_type;
-    using One = std::false_type;
+    if (alike)
+      all.laws.emplace_back(row);
+    else
+      for (const PairLaw &law : laws) all.laws.emplace_back(law.row);
     const auto with_flow = [&](auto kind) {
-      alike ? take(One(), kind) : take(Many(), kind);
+      if (alike)
+        evaluate = Evaluation<Powers, false, kind>{std::move(all)};
+      else
+        evaluate = Evaluation<Powers, true, kind>{std::move(all)};
     };
     if (flow == Flow::FORGETS) with_flow(std::integral_constant<Flow, Flow::FORGETS>());
     if (flow == Flow::STAYS) with_flow(std::integral_constant<Flow, Flow::STAYS>());

@@ -9,15 +9,6 @@
 #include <functional>
 #include <vector>
 
-// Rows are short: the overhead of the loop counts.
-#if defined(__clang__)
-#define EVP_UNROLL _Pragma("clang loop unroll_count(4)")
-#elif defined(__GNUC__)
-#define EVP_UNROLL _Pragma("GCC unroll 4")
-#else
-#define EVP_UNROLL
-#endif
-
 namespace EVP {
 
 /// Up to SIZE pairs of a list between gathering and scattering. Relative positions are from j to i.
@@ -47,9 +38,9 @@ struct PairBlock {
   {
     return xy[2 * k] * xy[2 * k] + xy[2 * k + 1] * xy[2 * k + 1] + z[k] * z[k];
   }
-  template <int Component> double relative(int k) const
+  double relative(int component, int k) const
   {
-    return Component < 2 ? xy[2 * k + Component] : z[k];
+    return component < 2 ? xy[2 * k + component] : z[k];
   }
 };
 
@@ -68,8 +59,7 @@ class BlockLaw {
 
   /// laws: indexed by PackedPair::law. used: indices of those that the pairs have; where these are alike, one is for all
   /// pairs.
-  void assign(const std::vector<PairLaw> &laws, const std::vector<int> &used, Flow,
-              InstructionSet = best_instruction_set());
+  void assign(const std::vector<PairLaw> &laws, const std::vector<int> &used, Flow);
 
   /// Fills the results of a block of a list of this flow.
   void operator()(PairBlock &block, const Asked &asked) const { evaluate(block, asked); }
@@ -90,8 +80,7 @@ struct ParticleView {
 inline double damping_over_distance(double gamma, const PairGeometry &g, const double *vi,
                                     const double *vj)
 {
-  const double approach = g.dx * (vi[0] - vj[0]) + g.dy * (vi[1] - vj[1]) + g.dz * (vi[2] - vj[2]);
-  return -gamma * approach / g.dsq;
+  return -gamma * dot(g, Vector(vi) - Vector(vj)) / g.dsq;
 }
 
 /// A run of pairs of a list, with the row where it begins.
@@ -195,15 +184,6 @@ EVP_INLINE int count_past_cutoff(const PairBlock &block)
   return count;
 }
 
-/// Appends the indices of the pairs of a block that are past their cutoff: mostly none is.
-inline void find_past_cutoff(const PairRange &range, const PairBlock &block,
-                             std::vector<int> &found)
-{
-  const int count = count_past_cutoff(block);
-  for (int k = 0; count && k < block.n; k++)
-    if (block.distance_squared(k) > block.cutsq[k]) found.push_back(range.first + k);
-}
-
 /// Adds the forces of all interacting pairs of a list to view.f: what one time step does, and nothing else. Everything a
 /// pair needs was looked up when the list was packed. Pairs are gathered in blocks, the law goes over a block at once, the
 /// forces are scattered.
@@ -214,13 +194,14 @@ void accumulate_forces(PairList &list, const BlockLaw &law, const ParticleView &
                        bool incremental = false, std::vector<int> *past_cutoff = nullptr)
 {
   PairBlock block;
-  const FlowArrays flow = list.flow_arrays();
   for_each_block(list, [&](const PairRange &range) {
     gather<Damping>(view, range, block);
-    block.flow = flow.from(range.first);
+    block.flow = list.flow_arrays(range.first);
     if (!list.are_bonds && !list.stays() && count_past_cutoff(block) == block.n) return;
     law(block, {Damping, tally.stored, tally.potential, incremental});
-    if (past_cutoff) find_past_cutoff(range, block, *past_cutoff);
+    if (past_cutoff && count_past_cutoff(block) > 0)    // mostly none is
+      for (int k = 0; k < block.n; k++)
+        if (block.distance_squared(k) > block.cutsq[k]) past_cutoff->push_back(range.first + k);
     tally(range, block);
     scatter(range, block, block.force, view.nreact, view.f);
   });
@@ -252,20 +233,17 @@ class LaneSum {
 };
 
 /// Energy [energy] and virial (sum of r F as xx yy zz xy xz yz) [energy] of the pairs that it is called with.
-class SumTally {
- public:
+struct SumTally {
   static constexpr bool stored = false;
-  const bool potential;    ///< energies are wanted
-
-  /// nreact: pairs with a partner beyond it count half, as the MPI rank that owns it has them too.
-  SumTally(int nreact_in, bool energy, bool virial_in) :
-      potential(energy), nreact(nreact_in), virial(virial_in)
-  {
-  }
+  const int
+      nreact;    ///< pairs with a partner beyond it count half: the MPI rank that owns it has them too
+  const bool potential, virial;    ///< are they wanted?
+  LaneSum energies = {}, virials[6] = {};
 
   void operator()(const PairRange &range, const PairBlock &block)
   {
     const int *const j = range.list.j.data() + range.first;
+    double weight[PairBlock::SIZE];    // of each pair of the block, for the virial times force/d
     for (int k = 0; k < block.n; k++) weight[k] = rank_share(j[k], nreact);
     if (potential)
       energies.add(block.n, [&](int k) {
@@ -273,28 +251,11 @@ class SumTally {
       });
     if (!virial) return;
     for (int k = 0; k < block.n; k++) weight[k] *= block.force[k];
-    add_virial<0, 0>(0, block);
-    add_virial<1, 1>(1, block);
-    add_virial<2, 2>(2, block);
-    add_virial<0, 1>(3, block);
-    add_virial<0, 2>(4, block);
-    add_virial<1, 2>(5, block);
-  }
-
-  double total_energy() const { return energies.total(); }
-  double total_virial(int component) const { return virials[component].total(); }
-
- private:
-  const int nreact;
-  const bool virial;
-  LaneSum energies, virials[6];
-  double weight[PairBlock::SIZE];    // of each pair of the block, for the virial times force/d
-
-  template <int A, int B> void add_virial(int component, const PairBlock &block)
-  {
-    virials[component].add(block.n, [&](int k) {
-      return weight[k] * (block.relative<A>(k) * block.relative<B>(k));
-    });
+    constexpr int A[] = {0, 1, 2, 0, 0, 1}, B[] = {0, 1, 2, 1, 2, 2};
+    for (int c = 0; c < 6; c++)
+      virials[c].add(block.n, [&](int k) {
+        return weight[k] * (block.relative(A[c], k) * block.relative(B[c], k));
+      });
   }
 };
 

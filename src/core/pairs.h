@@ -8,6 +8,7 @@
 #include <climits>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 namespace EVP {
@@ -59,14 +60,12 @@ inline Vector vector_of(const std::vector<double> &values, int i)
 }
 
 /// Relative position of a pair, from j to i.
-struct PairGeometry {
-  double dx, dy, dz, dsq;
-  PairGeometry(const double (*x)[3], int i, int j) :
-      dx(x[i][0] - x[j][0]), dy(x[i][1] - x[j][1]), dz(x[i][2] - x[j][2]),
-      dsq(dx * dx + dy * dy + dz * dz)
+struct PairGeometry : Vector {
+  double dsq;
+  PairGeometry(const double (*at)[3], int i, int j) :
+      Vector(Vector(at[i]) - Vector(at[j])), dsq(dot(*this, *this))
   {
   }
-  Vector vector() const { return {dx, dy, dz}; }
 };
 
 /// What changes with a pair.
@@ -111,13 +110,6 @@ struct FlowArrays {
   double *q_new = nullptr;         ///< where the pair would move q: taken over by commit()
   double *dissipated = nullptr;    ///< dissipated on the way there [energy]
   char *any_flow = nullptr;        ///< of each block: does any flow? Else neither is written
-
-  /// Those of the block that begins at pair n.
-  FlowArrays from(size_t n) const
-  {
-    if (!q) return {};
-    return {q + n, k + n, q_new + n, dissipated + n, any_flow + n / BLOCK_SIZE};
-  }
 };
 
 /// Bonds or contacts of an MPI rank, row by row, ready for the time-step loop: one array per quantity, so that a step
@@ -173,14 +165,15 @@ class PairList {
     return true;
   }
 
-  /// Writes pair n to the room, of no record and the first law, that acts up to its deq.
-  void set(size_t n, int partner, double deq_in)
+  /// Writes pair n to the room, that acts up to its deq and has no history.
+  void set(size_t n, int partner, double deq_in, int law_in = 0, int record_in = -1)
   {
     inv_deq[n] = 1.0 / deq_in;
     cutsq[n] = cutoff_squared(deq_in);
     j[n] = partner;
-    law[n] = 0;
-    record[n] = -1;
+    law[n] = law_in;
+    record[n] = record_in;
+    if (stays()) set_history(n, {});
   }
 
   /// Takes n pairs of particle i that were written to the room.
@@ -217,14 +210,14 @@ class PairList {
   }
   PairHistory history_of(size_t n) const
   {
-    const double broken = !are_bonds && record[n] >= 0 ? 1.0 : 0.0;
-    return stays() ? PairHistory{q[n], k[n], work[n], broken} : PairHistory{0.0, 0.0, 0.0, broken};
+    return stays() ? PairHistory{q[n], k[n], work[n], 0.0} : PairHistory{};
   }
 
-  FlowArrays flow_arrays()
+  /// Of the block that begins at pair n.
+  FlowArrays flow_arrays(size_t n)
   {
     if (!stays()) return {};
-    return {q.data(), k.data(), q_new.data(), dissipated.data(), any_flow.data()};
+    return {&q[n], &k[n], &q_new[n], &dissipated[n], &any_flow[n / BLOCK_SIZE]};
   }
 
   /// What the last force evaluation would change comes into force. A contact that has parted is one that never flowed.
@@ -261,19 +254,14 @@ class PairList {
     for (auto *values : {&inv_deq, &cutsq, &inv_dlim, &q, &k, &work, &q_new, &dissipated})
       keep(*values);
     for (auto *values : {&j, &law, &record}) keep(*values);
-    count -= out.size();
-    const auto removed_before = [&](int n) {
-      return (int) (std::lower_bound(out.begin(), out.end(), n) - out.begin());
-    };
-    for (PackedRow &row : rows) {
-      row.first -= removed_before(row.first);
-      row.last -= removed_before(row.last);
+    const std::vector<PackedRow> before = rows;
+    rows.clear();
+    count = 0;
+    auto next = out.begin();
+    for (const PackedRow &row : before) {
+      const auto first = std::exchange(next, std::lower_bound(next, out.end(), row.last));
+      add_row(row.i, row.last - row.first - (int) (next - first));
     }
-    rows.erase(std::remove_if(rows.begin(), rows.end(),
-                              [](const PackedRow &row) {
-                                return row.first == row.last;
-                              }),
-               rows.end());
   }
 
   int owner_of(int n) const
@@ -328,11 +316,9 @@ struct PairLists {
   long common_build = 0;    ///< counts those that were collective
   int nlocal = 0;           ///< particles that the lists were built for: own,
   int nall = 0;             ///< and with ghosts
+  int nreact = 0;           ///< below it they take reactions: ghosts do where newton is on
 
   size_t size() const { return bonds.size() + contacts.size(); }
-
-  /// Particles below this index take reactions: ghosts do where newton is on.
-  int nreact(bool newton) const { return newton ? nall : nlocal; }
 
   double memory_usage() const
   {
@@ -350,7 +336,7 @@ struct PlacedPair : PackedPair {
 
   bool is_past_cutoff() const { return g.dsq > cutsq; }
   double distance() const { return std::sqrt(g.dsq); }
-  Vector direction() const { return {g.dx / distance(), g.dy / distance(), g.dz / distance()}; }
+  Vector direction() const { return {g.x / distance(), g.y / distance(), g.z / distance()}; }
 
   /// d/deq, past the cutoff that there: so far a bond flows.
   double ratio() const { return (is_past_cutoff() ? cut : distance()) * inv_deq; }

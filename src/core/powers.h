@@ -35,36 +35,37 @@ template <int K> EVP_INLINE double power_minus_1(double x)
   }
 }
 
+/// s^K
+template <int K> double fixed_power(double s)
+{
+  if constexpr (K == 1)
+    return s;
+  else if constexpr (K % 2 == 0) {
+    const double half = fixed_power<K / 2>(s);
+    return half * half;
+  } else
+    return s * fixed_power<K - 1>(s);
+}
+
 /// Exponents known to the compiler: straight multiplications, no loop, no branch.
 template <int M, int N> struct FixedPowers {
   static constexpr bool are_fixed = true;
   static constexpr int lower = N;
+  static constexpr double m = M;
   static_assert(M == 2 * N, "Regime::stored() is a square");
-  PowerPair operator()(double s) const { return {power<M>(s), power<N>(s)}; }
-
-  template <int K> static double power(double s)
-  {
-    if constexpr (K == 1)
-      return s;
-    else if constexpr (K % 2 == 0) {
-      const double half = power<K / 2>(s);
-      return half * half;
-    } else
-      return s * power<K - 1>(s);
-  }
+  FixedPowers(double = M, double = N) {}
+  PowerPair operator()(double s) const { return {fixed_power<M>(s), fixed_power<N>(s)}; }
 };
 
 /// (b^K - a^K)/(b - a), to the last digits where a and b are close.
 template <int K> EVP_INLINE double power_quotient(double a, double b)
 {
-  using Powers = FixedPowers<2 * K, K>;
   if constexpr (K == 1)
     return 1.0;
   else if constexpr (K % 2 == 0)
-    return power_quotient<K / 2>(a, b) *
-        (Powers::template power<K / 2>(a) + Powers::template power<K / 2>(b));
+    return power_quotient<K / 2>(a, b) * (fixed_power<K / 2>(a) + fixed_power<K / 2>(b));
   else
-    return b * power_quotient<K - 1>(a, b) + Powers::template power<K - 1>(a);
+    return b * power_quotient<K - 1>(a, b) + fixed_power<K - 1>(a);
 }
 
 /// Calls f with the powers for (m, n) that the compiler knows, or with `other`, so that every caller is written once.

@@ -9,13 +9,14 @@
 
 namespace EVP {
 
-/// The coefficients of a pair of types (Tables 1 and 2), and what a row may go on with, by keyword.
+/// The coefficients of a pair of types (Tables 1 and 2), and what a row may go on with, by keyword. Without any: no force.
 struct Row {
-  double e1, m1, n1;    ///< first regime: potential depth [energy], exponents m1 > n1 > 0
-  double e2, m2, n2;    ///< second regime
-  double xi_s;          ///< strain of a pair where the regimes meet, 0 < xi_s < 1
-  double gamma;         ///< damping of eq. 4 [force/velocity]
-  double alpha;         ///< dlim = alpha (R_i + R_j), alpha > 1
+  // first regime: potential depth [energy], exponents m1 > n1 > 0; second regime
+  double e1 = 0.0, m1 = 2.0, n1 = 1.0;
+  double e2 = 0.0, m2 = 2.0, n2 = 1.0;
+  double xi_s = 0.5;     ///< strain of a pair where the regimes meet, 0 < xi_s < 1
+  double gamma = 0.0;    ///< damping of eq. 4 [force/velocity]
+  double alpha = 1.5;    ///< dlim = alpha (R_i + R_j), alpha > 1
 
   double spacing = 0.0,
          coordination = 0.0;    ///< of the bodies that it holds for: core/bond_measures.h
@@ -117,11 +118,12 @@ inline bool is_given(const Row &row, const Member &member)
   return &member < MEMBERS + NREQUIRED || row.*member.value != Row{}.*member.value;
 }
 
-/// Throws BadInput where a member breaks its rule.
-inline void check_members(const Row &row)
+/// The row; throws BadInput where a member breaks its rule.
+inline const Row &checked(const Row &row)
 {
   for (const Member &member : MEMBERS)
     if (is_given(row, member)) member.check(row, &member);
+  return row;
 }
 
 inline bool operator==(const Row &a, const Row &b)
@@ -131,19 +133,16 @@ inline bool operator==(const Row &a, const Row &b)
   });
 }
 
-/// The entry of a table with that key, nullptr if there is none.
-template <class Entry, size_t N>
-const Entry *find_entry(const Entry (&table)[N], const std::string &key)
+/// The member with that key, nullptr if there is none.
+inline const Member *find_member(const std::string &key)
 {
-  const Entry *const found = std::find_if(table, table + N, [&](const Entry &entry) {
-    return key == entry.key;
-  });
-  return found == table + N ? nullptr : found;
+  for (const Member &member : MEMBERS)
+    if (key == member.key) return &member;
+  return nullptr;
 }
 
-/// The keys of some entries of a table, for messages.
-template <class Entry>
-std::string keys_of(const Entry *first, const Entry *last, const char *between)
+/// The keys of some members, for messages.
+inline std::string keys_of(const Member *first, const Member *last, const char *between)
 {
   std::string keys;
   for (; first != last; first++) keys += (keys.empty() ? "" : between) + std::string(first->key);

@@ -22,13 +22,16 @@
 #define EVP_AVX512
 #endif
 
-// The iterations of the loop that follows do not depend on each other.
+// Of the loop that follows: its iterations do not depend on each other; rows are short, and the overhead counts.
 #if defined(__clang__)
 #define EVP_INDEPENDENT _Pragma("clang loop vectorize(assume_safety)")
+#define EVP_UNROLL _Pragma("clang loop unroll_count(4)")
 #elif defined(__GNUC__)
 #define EVP_INDEPENDENT _Pragma("GCC ivdep")
+#define EVP_UNROLL _Pragma("GCC unroll 4")
 #else
 #define EVP_INDEPENDENT
+#define EVP_UNROLL
 #endif
 
 namespace EVP {
@@ -48,6 +51,9 @@ inline InstructionSet best_instruction_set()
   return InstructionSet::BASE;
 }
 
+/// The one that loops take; tests try them all.
+inline InstructionSet instruction_set = best_instruction_set();
+
 /// Calls f, an EVP_KERNEL lambda, compiled for that instruction set; the machine must have it.
 template <class F> EVP_AVX2 auto call_avx2(const F &f)
 {
@@ -57,10 +63,10 @@ template <class F> EVP_AVX512 auto call_avx512(const F &f)
 {
   return f();
 }
-template <class F> auto call_at(InstructionSet level, const F &f)
+template <class F> auto call_vectorized(const F &f)
 {
-  if (level == InstructionSet::AVX512) return call_avx512(f);
-  if (level == InstructionSet::AVX2) return call_avx2(f);
+  if (instruction_set == InstructionSet::AVX512) return call_avx512(f);
+  if (instruction_set == InstructionSet::AVX2) return call_avx2(f);
   return f();
 }
 

@@ -41,7 +41,6 @@ inline double largest_tridiagonal_eigenvalue(const std::vector<double> &diagonal
 
 struct LanczosResult {
   double eigenvalue;    ///< largest Ritz value, approached from below
-  int iterations;
   bool converged;
 };
 
@@ -59,7 +58,7 @@ LanczosResult largest_eigenvalue(std::vector<double> &start, Apply &&apply, Dot 
   std::vector<double> &q = start;
   std::vector<double> previous(n, 0.0), w(n, 0.0), diagonal, off;
   const double norm = std::sqrt(dot(q, q));
-  if (!(norm > 0.0)) return {0.0, 0, true};
+  if (!(norm > 0.0)) return {0.0, true};
   for (double &value : q) value /= norm;
 
   double beta = 0.0;
@@ -72,19 +71,16 @@ LanczosResult largest_eigenvalue(std::vector<double> &start, Apply &&apply, Dot 
     history.push_back(largest_tridiagonal_eigenvalue(diagonal, off));
     const double value = history.back();
 
-    const size_t back = 8;
-    if (history.size() > back &&
-        value - history[history.size() - 1 - back] <= 0.1 * tolerance * value)
-      return {value, it, true};
+    if (it > 8 && value - history[it - 9] <= 0.1 * tolerance * value) return {value, true};
     beta = std::sqrt(dot(w, w));
-    if (beta <= 1e-14 * std::fabs(value) || value == 0.0) return {value, it, true};
+    if (beta <= 1e-14 * std::fabs(value) || value == 0.0) return {value, true};
     off.push_back(beta);
     for (size_t k = 0; k < n; k++) {
       previous[k] = q[k];
       q[k] = w[k] / beta;
     }
   }
-  return {history.empty() ? 0.0 : history.back(), max_iterations, false};
+  return {history.empty() ? 0.0 : history.back(), false};
 }
 
 /// The matrices K and C of the pairs that interact, linearised at the present positions.
@@ -102,9 +98,6 @@ class StiffnessMatrix {
     Vector u;
     double axial, across;    ///< [force/length]
     double damping;          ///< [force/velocity]
-
-    // of the link in a mixed matrix, axial u u^T + across 1
-    double across_in(const Mix &mix) const { return mix.across * across; }
   };
 
   /// The part of a link in the volume energy.
@@ -139,13 +132,6 @@ class StiffnessMatrix {
   /// EVP::largest_eigenvalue().
   LanczosResult largest_eigenvalue(const Mix &mix, double tolerance, int max_iterations)
   {
-    double here = 0.0;
-    for (size_t k = 0; k < links.size(); k++)
-      here += mix.axial * links[k].axial + mix.across * links[k].across +
-          mix.damping * links[k].damping + mix.undamped * undamped(k);
-    for (const VolumeStiffness &k : volume_stiffness) here += mix.volume * (k.total + k.bonded);
-    if (exchange.sum(here) == 0.0) return {0.0, 0, true};
-
     std::vector<double> vector = start;
     return EVP::largest_eigenvalue(
         vector,
@@ -167,7 +153,7 @@ class StiffnessMatrix {
     std::vector<double> diagonal(3 * inverse_mass.size(), 0.0), off = diagonal, partners = diagonal;
     for (size_t k = 0; k < links.size(); k++) {
       const Link &link = links[k];
-      const double across = link.across_in(mix),
+      const double across = mix.across * link.across,
                    axial = axial_in(mix, k) + mix.volume * above_volume(k);
       const auto &[x, y, z] = link.u;
       const double own[] = {axial * x * x + across, axial * y * y + across, axial * z * z + across};
@@ -221,7 +207,7 @@ class StiffnessMatrix {
   double axial_in(const Mix &mix, size_t k) const
   {
     return mix.axial * links[k].axial + mix.damping * links[k].damping +
-        mix.undamped * undamped(k) - links[k].across_in(mix);
+        mix.undamped * undamped(k) - mix.across * links[k].across;
   }
 
   void apply(const Mix &mix, const std::vector<double> &in, std::vector<double> &out)
@@ -241,7 +227,7 @@ class StiffnessMatrix {
       const Link &link = links[k];
       const Vector dv = vector_of(motion, link.i) - vector_of(motion, link.j);
       const double along = axial_in(mix, k) * dot(link.u, dv);
-      react(link, link.u * along + dv * link.across_in(mix));
+      react(link, link.u * along + dv * (mix.across * link.across));
     }
     if (with_volume && mix.volume > 0.0) apply_volume(mix.volume);
     exchange.reverse_comm(reaction);

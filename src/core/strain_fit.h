@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
+#include "core/pairs.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -24,18 +26,6 @@ inline double deviator_squared(const SymmetricTensor &t)
   return sum;
 }
 
-/// Of a stress: sqrt(3/2 s:s).
-inline double von_mises(const SymmetricTensor &stress)
-{
-  return std::sqrt(1.5 * deviator_squared(stress));
-}
-
-/// Of a strain: sqrt(2/3 e:e) of its deviator e.
-inline double equivalent_strain(const SymmetricTensor &strain)
-{
-  return std::sqrt(deviator_squared(strain) / 1.5);
-}
-
 /// The strain of a particle that fits those of its bonds best: minimizes sum_j w_j (u_j.E.u_j - p_j)^2 over
 /// the tensors E, with u the direction of a bond, p its strain, w its weight. It is E itself where p = u.E.u
 /// for all bonds and these have six directions that are independent enough. Where they have fewer, it is the
@@ -53,14 +43,14 @@ class StrainFit {
     return std::max(0.0, 1.0 - ratio * ratio);
   }
 
-  /// Adds a bond to sums [NSUMS]. u need not have length 1, with its square given: d = sqrt(dsq).
-  static void add(const double u[3], double dsq, double weight, double strain, double *sums)
+  /// Adds a bond to sums [NSUMS].
+  static void add(const PairGeometry &u, double weight, double strain, double *sums)
   {
     // v.e = u.E.u with the off-diagonal entries of E times sqrt(2) in e, which keeps its norm
     const double root = std::sqrt(2.0);
-    const double v[6] = {u[0] * u[0] / dsq,        u[1] * u[1] / dsq,
-                         u[2] * u[2] / dsq,        root * u[0] * u[1] / dsq,
-                         root * u[0] * u[2] / dsq, root * u[1] * u[2] / dsq};
+    const double v[6] = {u.x * u.x / u.dsq,        u.y * u.y / u.dsq,
+                         u.z * u.z / u.dsq,        root * u.x * u.y / u.dsq,
+                         root * u.x * u.z / u.dsq, root * u.y * u.z / u.dsq};
     for (int a = 0; a < 6; a++) {
       for (int b = 0; b <= a; b++) *sums++ += weight * v[a] * v[b];
     }

@@ -44,12 +44,6 @@ inline double parse_number(const std::string &key, const std::string &word)
   return value;
 }
 
-/// Was a number meant by the word, whether or not it is a good one?
-inline bool looks_like_number(const std::string &word)
-{
-  return !word.empty() && std::string("+-.0123456789").find(word[0]) != std::string::npos;
-}
-
 /// A number with that many significant digits; with 17 it reads back to the same number.
 inline std::string rounded(double value, int digits = 6)
 {

@@ -93,24 +93,26 @@ class VolumeLaw {
 
 /// What goes over pairs twice: for the densities, then for the forces. Between them the owners of the particles make their
 /// pulls, -dU/drho, of the densities. Both have WIDTH values per particle, of bonds and broken ones, and of fresh pairs.
-class VolumePasses {
- public:
+struct VolumePasses {
   static constexpr int WIDTH = 2;
-
-  explicit VolumePasses(InstructionSet level_in = best_instruction_set()) : level(level_in) {}
 
   /// Adds t^2 of each pair to the densities of both particles, those below view.nreact. inv_dlim: of each pair.
   /// densities: where those of these pairs begin.
-  void add_densities(const PairList &pairs, const std::vector<double> &inv_dlim,
-                     const ParticleView &view, double *densities) const
+  static void add_densities(const PairList &pairs, const std::vector<double> &inv_dlim,
+                            const ParticleView &view, double *densities)
   {
     PairBlock block;
     for_each_block(
         pairs,
         [&](const PairRange &range) {
           gather<false>(view, range, block);
-          call_at(level, [&, own = inv_dlim.data() + range.first]() EVP_KERNEL {
-            find_densities(block, own);
+          call_vectorized([&, own = inv_dlim.data() + range.first]() EVP_KERNEL {
+            const int n = block.n;
+            EVP_INDEPENDENT
+            for (int k = 0; k < n; k++) {
+              const double t = 1.0 - std::sqrt(block.distance_squared(k)) * own[k];
+              block.elastic[k] = t > 0.0 ? t * t : 0.0;
+            }
           });
           add_to_both(range, block.elastic, view.nreact, densities);
         },
@@ -118,15 +120,14 @@ class VolumePasses {
   }
 
   /// Takes those pairs of a list that are within their dlim, which is their deq.
-  void find_active(const PairList &pairs, const ParticleView &view, PairList &active) const
+  static void find_active(const PairList &pairs, const ParticleView &view, PairList &active)
   {
     PairBlock block;
     active.clear(BOND_MARGIN, Flow::FORGETS);
     for_each_block(pairs, [&](const PairRange &range) {
       gather<false>(view, range, block);
-      int past = 0;
-      call_at(level, [&]() EVP_KERNEL {
-        past = count_past_cutoff(block);
+      const int past = call_vectorized([&]() EVP_KERNEL {
+        return count_past_cutoff(block);
       });
       if (past == block.n || !active.make_room(block.n - past)) return;
       range.for_each_row([&](int i, int first, int last) {
@@ -141,21 +142,20 @@ class VolumePasses {
 
   /// Adds the forces of pairs that have no other, -(pull_i + pull_j) 2 t/dlim of each. tally: as in accumulate_forces().
   template <class Tally>
-  void add_forces(const PairList &pairs, const ParticleView &view, const double *pulls,
-                  Tally &&tally) const
+  static void add_forces(const PairList &pairs, const ParticleView &view, const double *pulls,
+                         Tally &&tally)
   {
     PairBlock block{};    // without energies and damping
     for_each_block(pairs, [&](const PairRange &range) {
       gather<false>(view, range, block);
       std::fill_n(block.force, block.n, 0.0);
-      WithVolume<Tally>{*this, pairs.inv_deq, pulls, tally}(range, block);
+      WithVolume<Tally>{pairs.inv_deq, pulls, tally}(range, block);
       scatter(range, block, block.force, view.nreact, view.f);
     });
   }
 
   /// The tally of a loop over pairs that first adds these forces to those of each block. pulls: nullptr adds none.
   template <class Tally> struct WithVolume {
-    const VolumePasses &passes;
     const std::vector<double> &inv_dlim;
     const double *pulls;
     std::remove_reference_t<Tally> &tally;
@@ -163,27 +163,15 @@ class VolumePasses {
 
     void operator()(const PairRange &range, PairBlock &block) const
     {
-      if (pulls) passes.add_to_block(range, block, inv_dlim.data() + range.first, pulls);
+      if (pulls) add_to_block(range, block, inv_dlim.data() + range.first, pulls);
       tally(range, block);
     }
   };
 
  private:
-  InstructionSet level;
-
-  static EVP_INLINE void find_densities(PairBlock &block, const double *inv_dlim)
-  {
-    const int n = block.n;
-    EVP_INDEPENDENT
-    for (int k = 0; k < n; k++) {
-      const double t = 1.0 - std::sqrt(block.distance_squared(k)) * inv_dlim[k];
-      block.elastic[k] = t > 0.0 ? t * t : 0.0;
-    }
-  }
-
   // block.approach has been used by now: here it is the sum of the pulls of both particles
-  void add_to_block(const PairRange &range, PairBlock &block, const double *inv_dlim,
-                    const double *pulls) const
+  static void add_to_block(const PairRange &range, PairBlock &block, const double *inv_dlim,
+                           const double *pulls)
   {
     const int *const partner = range.list.j.data();
     range.for_each_row([&](int i, int first, int last) {
@@ -192,7 +180,7 @@ class VolumePasses {
       for (int k = first; k < last; k++)
         block.approach[k - range.first] = own + pulls[WIDTH * (size_t) partner[k]];
     });
-    call_at(level, [&]() EVP_KERNEL {
+    call_vectorized([&]() EVP_KERNEL {
       const int n = block.n;
       EVP_INDEPENDENT
       for (int k = 0; k < n; k++) {

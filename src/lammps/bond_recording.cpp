@@ -161,8 +161,8 @@ void BondRecording::take_file(const std::string &name, const PairRules &rules)
         stream.open(name, std::ios::binary);
         if (!stream) throw BadInput("cannot read the bond file '" + name + "': give its path");
         reader = std::make_unique<BondReader>(stream, name, update->unit_style);
-        state[2] = (bigint) reader->within();
-        zone = reader->zone();
+        state[2] = (bigint) reader->within;
+        zone = reader->zone;
       }
       if (me == 0) state[0] = reader->read(lines, LINES_PER_MESSAGE);
     } catch (const BadInput &bad) {
@@ -238,7 +238,7 @@ void BondRecording::give_to(BondStore &store)
   highest = reduce_all(highest, MPI_MAX, world);
   sides = reduce_all(sides, MPI_SUM, world);
 
-  store.keep_within(within);
+  store.within = within;
   store.zone = zone;
   store.record(made, atom->tag, sides / 2, highest);
   for (const HistoryOfPair &pair : histories) store.take(pair);

@@ -41,7 +41,7 @@ void WriteEVPBonds::command(int narg, char **arg)
   const std::string unfinished = name + ".part";
   FILE *fp = comm->me == 0 ? fopen(unfinished.c_str(), "wb") : nullptr;
   const std::string header =
-      bond_header(count, update->unit_style, records.within(), records.zone) + "\n";
+      bond_header(count, update->unit_style, records.within, records.zone) + "\n";
   bool good = write_in_order_of_ranks(comm->me == 0 ? header + text : text, fp);
   if (fp) {
     good = fclose(fp) == 0 && good && rename(unfinished.c_str(), name.c_str()) == 0;

@@ -134,7 +134,6 @@ void ComputeEVPStateAtom::compute_peratom()
 void ComputeEVPStateAtom::add_pairs(const PairData *pair_data)
 {
   const PairLists &list = pair_data->packed_pairs();
-  const int nreact = list.nreact(force->newton_pair);
   sums.assign((size_t) comm_reverse * list.nall, 0.0);
   for_each_pair(list, scene::rows(atom->x), [&](const PlacedPair &p) {
     if (p.is_past_cutoff()) return;
@@ -145,7 +144,7 @@ void ComputeEVPStateAtom::add_pairs(const PairData *pair_data)
                                                     pair_data->law_of(p).row.alpha *
                                                         (atom->radius[p.i] + atom->radius[p.j]));
     for (const int owner : {p.i, p.j}) {
-      if (owner == p.j && p.j >= nreact) continue;
+      if (owner == p.j && p.j >= list.nreact) continue;
       double *sum = &sums[(size_t) comm_reverse * owner];
       sum[p.is_bond ? WITHIN : FRESH] += 1.0;
       if (p.is_bond && second) sum[SECOND] += 1.0;
@@ -153,10 +152,7 @@ void ComputeEVPStateAtom::add_pairs(const PairData *pair_data)
         sum[volume_at] += weight * (p.distance() * p.inv_deq - 1.0);
         sum[volume_at + 1] += weight;
       }
-      if (fits && plastic_at >= 0) {
-        const double r[3] = {p.g.dx, p.g.dy, p.g.dz};
-        StrainFit::add(r, p.g.dsq, weight, p.offset.q, sum + plastic_at);
-      }
+      if (fits && plastic_at >= 0) StrainFit::add(p.g, weight, p.offset.q, sum + plastic_at);
     }
   });
 }
@@ -188,7 +184,7 @@ double ComputeEVPStateAtom::value_of(Value value, int i, const BondStore *bonds)
     case Value::PLASTIC_STRAIN_SUM:
       return of_histories(value, i, bonds);
     case Value::PLASTIC_STRAIN:
-      return equivalent_strain(StrainFit::solve(sum + plastic_at));
+      return std::sqrt(deviator_squared(StrainFit::solve(sum + plastic_at)) / 1.5);
     case Value::VOLUME_STRAIN:
       return sum[volume_at + 1] > 0.0 ? 3.0 * sum[volume_at] / sum[volume_at + 1] : 0.0;
     default:
@@ -196,7 +192,7 @@ double ComputeEVPStateAtom::value_of(Value value, int i, const BondStore *bonds)
   }
   SymmetricTensor of_volume;
   std::copy_n(stress->array_atom[i], 6, of_volume.begin());
-  const double mises = von_mises(of_volume);
+  const double mises = std::sqrt(1.5 * deviator_squared(of_volume));
   if (value == Value::TRIAXIALITY) return mises > 0.0 ? mean_of(of_volume) / mises : 0.0;
   const double radius = atom->radius[i];
   return mises * fraction / (MathConst::MY_4PI3 * radius * radius * radius);

@@ -160,7 +160,7 @@ bool FixDtEVP::find_fastest(double dt)
   for_each_pair(pair_data->packed_pairs(), scene::rows(atom->x), [&](const PlacedPair &p) {
     if (!((atom->mask[p.i] | atom->mask[p.j]) & groupbit)) return;
     const Vector v = vector_of(velocity, p.i) - vector_of(velocity, p.j);
-    const double opening_times_d = dot(p.g.vector(), v);
+    const double opening_times_d = dot(p.g, v);
     if (!p.is_past_cutoff() || opening_times_d < 0.0) meets = true;
 
     const double d = p.distance(), speed = opening_times_d / d;

@@ -28,7 +28,7 @@ FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
       error, who, narg - 3, arg + 3, {"zone", "file", "within"}, " or ",
       [this](const Keyword &word) {
         if (word.is("within")) {
-          bonds->keep_within(parse_body_rule(word.value));
+          bonds->within = parse_body_rule(word.value);
         } else if (word.is("zone")) {
           zone = word.number();
           word.demand(zone > 1.0,
@@ -78,7 +78,7 @@ void FixEVPBonds::init()
   bonds->keep_history(pair_data->rules.has_history());
   set_exchange_room();
 
-  if (bonds->within() == BodyRule::MOLECULE) {
+  if (bonds->within == BodyRule::MOLECULE) {
     const std::string missing = missing_molecules(lmp);
     if (!missing.empty()) error->all(FLERR, "{}: {}", who, missing);
   }
@@ -102,7 +102,7 @@ void FixEVPBonds::set_exchange_room()
 void FixEVPBonds::check_history() const
 {
   const auto &rules = pair_data->rules;
-  if (!rules.plastic && on_any(rules.breaks() ? bonds->has_flowed() : bonds->has_changed(), world))
+  if (!rules.plastic && on_any(bonds->has_changed(!rules.breaks()), world))
     error->all(FLERR,
                "{}: bonds have flowed or broken, which this pair_style would forget: give it the "
                "'plasticity' and 'break' that it had",
@@ -244,7 +244,7 @@ void FixEVPBonds::record()
     error->all(FLERR,
                "{}: atom ID {} is given twice: use 'reset_atoms id' or correct the data file", who,
                twice);
-  BondRecording recording(lmp, this, who, bonds->within());
+  BondRecording recording(lmp, this, who, bonds->within);
   stop_at_bad_input(error, who, [&] {
     if (!file.empty()) return recording.take_file(file, pair_data->rules);
     neighbor->build_one(list);
@@ -267,8 +267,8 @@ void FixEVPBonds::record()
 // once, where a row of the pair style needs it
 void FixEVPBonds::measure()
 {
-  if (pair_data->wants_measures() && bonds->measures().empty())
-    bonds->take(measure_bonds(lmp, *bonds));
+  if (pair_data->wants_measures() && bonds->measures.empty())
+    bonds->measures = measure_bonds(lmp, *bonds);
 }
 
 double FixEVPBonds::compute_vector(int n)
@@ -308,9 +308,9 @@ void FixEVPBonds::write_restart(FILE *fp)
                                (double) bonds->count(),
                                (double) bonds->highest_id(),
                                (double) bonds->has_history(),
-                               (double) (int) bonds->within(),
+                               (double) (int) bonds->within,
                                count_broken()};
-  const std::vector<double> measures = bonds->measures().words();
+  const std::vector<double> measures = bonds->measures.words();
   words.insert(words.end(), measures.begin(), measures.end());
   const int size = (int) (words.size() * sizeof(double));
   if (comm->me == 0) {
@@ -331,11 +331,11 @@ void FixEVPBonds::restart(char *buf)
   after_restart = false;    // this is the fix that the file knows
   const bool recorded = words[2] != 0.0;
   bonds->keep_history(words[5] != 0.0);
-  const BodyRule given = bonds->within(), kept = (BodyRule) (int) words[6];
-  if (recorded || given == BodyRule::ALL) bonds->keep_within(kept);
+  const BodyRule given = bonds->within, kept = (BodyRule) (int) words[6];
+  if (recorded || given == BodyRule::ALL) bonds->within = kept;
   bonds->restore(recorded, (int64_t) words[3], (int64_t) words[4],
                  comm->me == 0 ? (int64_t) words[7] : 0);
-  bonds->take(measures);
+  bonds->measures = measures;
   const bool differs = !file.empty() || (zone > 0.0 && zone != words[1]) ||
       (given != BodyRule::ALL && given != kept);
   if (recorded && comm->me == 0 && differs)

@@ -176,7 +176,7 @@ void FixNVEEVP::collect_dampers()
   }
   // a bond that breaks moves the numbers of pairs on its rank: both copies of a pair must start from one force
   if (pair_data->rules.breaks() && on_any(!dampers.are_of(list), world)) dampers.forget();
-  dampers.collect(list, scene::rows(atom->x), force->newton_pair, gamma_of);
+  dampers.collect(list, scene::rows(atom->x), gamma_of);
   if (!others_groupbits) return;
 
   // neighbors of the group may be held or moved along a path, but not follow forces of their own
@@ -241,8 +241,7 @@ double FixNVEEVP::power_of_box() const
   double sum = 0.0;
   if (image_velocities.empty()) return sum;
   dampers.for_each([&](int, const Dampers::Damper &damper, double along) {
-    sum += dampers.share(damper) * along *
-        dot(Vector(damper.w), vector_of(image_velocities, damper.j));
+    sum += dampers.share(damper) * along * dot(damper.w, vector_of(image_velocities, damper.j));
   });
   return sum;
 }
@@ -306,9 +305,8 @@ void FixNVEEVP::tally_virial()
   const auto x = scene::rows(atom->x);
   dampers.for_each([&](int i, const Dampers::Damper &damper, double along) {
     const PairGeometry g(x, i, damper.j);
-    const double *w = damper.w;
-    const double v[6] = {along * w[0] * g.dx, along * w[1] * g.dy, along * w[2] * g.dz,
-                         along * w[0] * g.dy, along * w[0] * g.dz, along * w[1] * g.dz};
+    const Vector f = damper.w * along;
+    const double v[6] = {f.x * g.x, f.y * g.y, f.z * g.z, f.x * g.y, f.x * g.z, f.y * g.z};
     if (vflag_global)
       for (int c = 0; c < 6; c++) virial[c] += dampers.share(damper) * v[c];
     if (vflag_atom)

@@ -159,7 +159,7 @@ std::array<double, 4> PairData::count_pairs() const
     lowest = std::min(lowest, d / (atom->radius[p.i] + atom->radius[p.j]));
     if (p.is_past_cutoff()) return;
 
-    const double weight = rank_share(p.j, lists.nreact(force->newton_pair));
+    const double weight = rank_share(p.j, lists.nreact);
     sums[p.is_bond ? 0 : 2] += weight;
     if (p.is_bond && state_of(p).regime == 2) sums[1] += weight;
   });
@@ -278,6 +278,7 @@ bool PairData::pack(const NeighList *neighbors)
   snapshot.take_atoms(!atom->avec->comm_x_only);
   lists.nlocal = atom->nlocal;
   lists.nall = atom->nlocal + atom->nghost;
+  lists.nreact = force->newton_pair ? lists.nall : lists.nlocal;
   repack_due = false;
   source_version = source.version();
   const PairListBuilder::Found found = builder.build(

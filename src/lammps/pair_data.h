@@ -135,7 +135,7 @@ class BondSource : protected Pointers {
   /// Is there a fix evp/bonds?
   bool has_fix() const { return store != nullptr; }
 
-  BodyRule within() const { return store ? store->within() : BodyRule::ALL; }
+  BodyRule within() const { return store ? store->within : BodyRule::ALL; }
 
   /// See BondStore::version(), 0 without.
   long version() const { return store ? store->version() : 0; }

@@ -51,11 +51,10 @@ struct PairTally {
 /// Sums over a list, which go to LAMMPS at its end.
 struct PairEVPLJ::SumForLAMMPS : SumTally {
   PairEVPLJ &style;
-  SumForLAMMPS(const SumTally &sums, PairEVPLJ &style_in) : SumTally(sums), style(style_in) {}
   ~SumForLAMMPS()
   {
-    style.eng_vdwl += total_energy();
-    for (int k = 0; k < 6; k++) style.virial[k] += total_virial(k);
+    style.eng_vdwl += energies.total();
+    for (int k = 0; k < 6; k++) style.virial[k] += virials[k].total();
   }
 };
 
@@ -259,7 +258,7 @@ template <bool Damping> void PairEVPLJ::compute_forces()
   const bool energy = eflag_either != 0;
   const ParticleView view = {rows(atom->x), rows(atom->v),
                              reinterpret_cast<double(*)[3]>(atom->f ? atom->f[0] : nullptr),
-                             lists.nreact(force->newton_pair)};
+                             lists.nreact};
   if (VolumeForces *const volume = pair_data.volume()) volume->evaluate(lists, view);
   if (!evflag)
     sum_forces<Damping>(lists, view, [] {

@@ -59,7 +59,7 @@ void PairHistories::break_bonds(const std::vector<int> &broken, PairWork *work)
     newly_broken.push_back({i, bond.j, lists.bonds.history_of(k).work});
     const double ratio = bond.cut * bond.inv_deq;
     if (work)
-      work->add_broken(rank_share(bond.j, lists.nreact(force->newton_pair)) *
+      work->add_broken(rank_share(bond.j, lists.nreact) *
                        coefficients.law(bond.law).state(ratio, bond).stored.total());
 
     if (!lists.bonds.inv_dlim.empty() && lists.parted.make_room(1)) {
@@ -68,16 +68,7 @@ void PairHistories::break_bonds(const std::vector<int> &broken, PairWork *work)
     }
     const Span left = rules.of_broken(atom->radius[i] + atom->radius[bond.j], 1.0 / bond.inv_deq);
     if (left.cutoff == 0.0 || !contacts.make_room(1)) continue;
-    const size_t n = contacts.size();
-    contacts.inv_deq[n] = 1.0 / left.deq;
-    contacts.cutsq[n] = contacts.cutoff_squared(left.cutoff);
-    contacts.j[n] = bond.j;
-    contacts.law[n] = bond.law;
-    contacts.record[n] = bond.record;
-    if (contacts.stays()) {
-      contacts.set_history(n, {});
-      contacts.q_new[n] = contacts.dissipated[n] = 0.0;
-    }
+    contacts.set(contacts.size(), bond.j, left.deq, bond.law, bond.record);
     contacts.add_row(i, 1);
   }
   lists.bonds.remove(broken);
@@ -138,8 +129,7 @@ void PairHistories::send_to_owners(BondStore &records, PerAtomComm &exchange)
   for (const PairList *list : {&lists.bonds, &lists.contacts})
     for (const PackedRow &row : list->rows)
       for (int k = row.first; list->stays() && k < row.last; k++) {
-        PairHistory h = list->history_of(k);
-        h.broken = 0.0;    // of what is left of such a bond
+        const PairHistory h = list->history_of(k);
         if (!(h == PairHistory{})) send(row.i, list->j[k], list->are_bonds, h);
       }
 

@@ -117,7 +117,6 @@ EVP_INLINE void PairListBuilder::pack_row(const Input &input, const View &view, 
   const bool with_contacts = rules.contact != Contact::NONE;
   const double margin_between_bodies = rules.contact_margin(true, input.any_damping);
   const int implicit_bit = input.implicit_groupbit;
-  const int nreact = force->newton_pair ? atom->nlocal + atom->nghost : atom->nlocal;
   const double closest = std::max(1.0 - rules.overlap, COINCIDENT);
   Room bonds(lists.bonds), contacts(lists.contacts);
 
@@ -146,7 +145,7 @@ EVP_INLINE void PairListBuilder::pack_row(const Input &input, const View &view, 
       if (dsq > dlim * dlim && !is_nearest_image(dx, dy, dz)) continue;
       span = rules.of_bond(records[record].deq, dlim);
       bonds.add(span.deq, lists.bonds.cutoff_squared(span.cutoff), j, law, record);
-      found.bond_sides += j < nreact ? 2 : 1;
+      found.bond_sides += j < lists.nreact ? 2 : 1;
     } else {
       const bool divided = Divided && !broken && view.bodies.in_different_bodies(i, j);
       if (divided) law = input.coefficients->between_bodies(law);

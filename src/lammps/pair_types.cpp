@@ -97,7 +97,7 @@ Row PairTypes::make(int i, int j, bool plastic)
 bool PairTypes::take_measures(const BondStore *bonds)
 {
   static const BondMeasures none;    // a packing allocates nothing
-  return coefficients.take_measures(bonds ? bonds->measures() : none);
+  return coefficients.take_measures(bonds ? bonds->measures : none);
 }
 
 void PairTypes::take_kv()

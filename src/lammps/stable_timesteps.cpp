@@ -29,7 +29,7 @@ void StableTimesteps::linearise(const PairData &pair_data, const FreeAtoms &free
   all_converged = true;
   take_atoms(free);
   linear.with_volume = pair_data.volume() != nullptr;
-  linear.nreact = pair_data.packed_pairs().nreact(force->newton_pair);
+  linear.nreact = pair_data.packed_pairs().nreact;
   take_pairs(pair_data);
   if (VolumeForces *const volume = pair_data.volume()) {    // atoms may have moved since the forces
     const PairLists &lists = pair_data.packed_pairs();

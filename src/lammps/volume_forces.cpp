@@ -29,7 +29,7 @@ std::shared_ptr<VolumeForces> VolumeForces::find(const Modify *modify)
 void VolumeForces::pack(const NeighList *neighbors, PairLists &lists, const BondStore &store,
                         const Coefficients &coefficients)
 {
-  within = store.within();
+  within = store.within;
   zone = store.zone;
   const double reaches_now = sum_of_reaches(coefficients);
   if (store.version() != version || reaches_now != reaches) {
@@ -169,10 +169,10 @@ void VolumeForces::take_gaps(std::vector<Record> &taken) const
 void VolumeForces::evaluate(const PairLists &lists, const ParticleView &view)
 {
   densities.assign(VolumePasses::WIDTH * (size_t) lists.nall, 0.0);
-  passes.add_densities(lists.bonds, lists.bonds.inv_dlim, view, densities.data());
+  VolumePasses::add_densities(lists.bonds, lists.bonds.inv_dlim, view, densities.data());
   for (size_t of = 0; of < active.size(); of++) {
-    passes.find_active(of == 0 ? lists.parted : lists.fresh, view, active[of]);
-    passes.add_densities(active[of], active[of].inv_deq, view, densities.data() + of);
+    VolumePasses::find_active(of == 0 ? lists.parted : lists.fresh, view, active[of]);
+    VolumePasses::add_densities(active[of], active[of].inv_deq, view, densities.data() + of);
   }
   exchange.reverse_comm(densities);
 

@@ -75,15 +75,12 @@ class VolumeForces : protected Pointers {
   static VolumePasses::WithVolume<Tally> with_volume(const VolumeForces *forces,
                                                      const PairList &list, Tally &tally)
   {
-    static const VolumePasses none;
-    const bool adds = forces && list.are_bonds;
-    return {adds ? forces->passes : none, list.inv_dlim, adds ? forces->pulls.data() : nullptr,
-            tally};
+    return {list.inv_dlim, forces && list.are_bonds ? forces->pulls.data() : nullptr, tally};
   }
   template <class Tally> void add_forces(const ParticleView &view, Tally &&tally) const
   {
     for (size_t k = 0; k < active.size(); k++)
-      passes.add_forces(active[k], view, pulls.data() + k, tally);
+      VolumePasses::add_forces(active[k], view, pulls.data() + k, tally);
   }
 
   // what others read, as of the last evaluate()
@@ -128,7 +125,6 @@ class VolumeForces : protected Pointers {
   std::vector<Record> &records;
   PerAtomComm &exchange;
 
-  VolumePasses passes;
   // of the parted and fresh pairs those that were within their dlim at the last evaluate()
   std::array<PairList, VolumePasses::WIDTH> active = {PairList(true), PairList(false)};
   long version = -1;    // of the store whose bonds the records are of

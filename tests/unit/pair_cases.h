@@ -43,13 +43,16 @@ inline std::string name_of(const EVP::Row &row)
   return text.str();
 }
 
-/// All instruction sets of this machine.
-inline std::vector<EVP::InstructionSet> levels()
+/// Calls f with each instruction set of this machine in turn, the base first.
+template <class F> void on_each_instruction_set(F &&f)
 {
-  std::vector<EVP::InstructionSet> all = {EVP::InstructionSet::BASE};
-  for (const auto level : {EVP::InstructionSet::AVX2, EVP::InstructionSet::AVX512})
-    if (EVP::best_instruction_set() >= level) all.push_back(level);
-  return all;
+  using EVP::InstructionSet;
+  for (const auto one : {InstructionSet::BASE, InstructionSet::AVX2, InstructionSet::AVX512}) {
+    if (one > EVP::best_instruction_set()) break;
+    EVP::instruction_set = one;
+    f();
+  }
+  EVP::instruction_set = EVP::best_instruction_set();
 }
 
 struct Pair {
@@ -121,26 +124,23 @@ struct Cloud {
   {
     return {rows_of(x), rows_of(v), reinterpret_cast<double(*)[3]>(f.data()), nreact};
   }
-  EVP::BlockLaw block_law(const EVP::PairList &list,
-                          EVP::InstructionSet level = EVP::best_instruction_set()) const
+  EVP::BlockLaw block_law(const EVP::PairList &list) const
   {
     std::vector<int> used;
     for (size_t k = 0; k < laws.size(); k++) used.push_back((int) k);
     EVP::BlockLaw law;
-    law.assign(laws, used, list.flow(), level);
+    law.assign(laws, used, list.flow());
     return law;
   }
 
   /// Adds the forces of a list to f.
   template <class Tally>
-  void add_forces(EVP::PairList &list, EVP::InstructionSet level, bool damping, int nreact,
-                  Vectors &f, Tally &&tally, bool incremental = false,
-                  std::vector<int> *past = nullptr) const
+  void add_forces(EVP::PairList &list, bool damping, int nreact, Vectors &f, Tally &&tally,
+                  bool incremental = false, std::vector<int> *past = nullptr) const
   {
     const auto run =
         damping ? EVP::accumulate_forces<true, Tally> : EVP::accumulate_forces<false, Tally>;
-    run(list, block_law(list, level), view(f, nreact), std::forward<Tally>(tally), incremental,
-        past);
+    run(list, block_law(list), view(f, nreact), std::forward<Tally>(tally), incremental, past);
   }
 };
 

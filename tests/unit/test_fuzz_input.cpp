@@ -150,7 +150,6 @@ TEST(Fuzz, BondFileGivesBondsOrARefusal)
     std::vector<EVP::BondLine> bonds;
     for (size_t before = 0; reader.read(bonds, most); before = bonds.size())
       EXPECT_EQ(bonds.size(), before + most);
-    EXPECT_EQ((int64_t) bonds.size(), reader.count());
     for (const auto &bond : bonds) {
       EXPECT_TRUE(bond.id_i > 0 && bond.id_j > 0);
       EXPECT_TRUE(bond.deq > 0.0 && std::isfinite(bond.deq)) << bond.deq;

@@ -7,6 +7,7 @@
 #include "pair_cases.h"
 
 #include <limits>
+#include <optional>
 #include <utility>
 
 using namespace EVP;
@@ -56,7 +57,7 @@ struct Saved {
   const bool damping;
   std::vector<PairResult> pairs = {};
 
-  Saved(int nreact, bool damping_in) : sums(nreact, true, true), damping(damping_in) {}
+  Saved(int nreact, bool damping_in) : sums{nreact, true, true}, damping(damping_in) {}
   void operator()(const PairRange &range, const PairBlock &block)
   {
     EXPECT_EQ((int) pairs.size(), range.first);
@@ -131,7 +132,7 @@ struct Expected {
   void add(const PlacedPair &p, double scale, int nreact)
   {
     const PairResult &pair = pairs.back();
-    const double w = p.j < nreact ? 1.0 : 0.5, g[3] = {p.g.dx, p.g.dy, p.g.dz};
+    const double w = p.j < nreact ? 1.0 : 0.5, g[3] = {p.g.x, p.g.y, p.g.z};
     for (const int i : {p.i, p.j}) force_scales[i] += scale;
     virial_scale += scale * p.distance();
     energy += w * pair.potential;
@@ -176,9 +177,9 @@ struct Expected {
     for (size_t i = 0; i < f.size(); i++)
       for (int c = 0; c < 3; c++)
         EXPECT_NEAR(found_f[i][c], f[i][c], ROUND_OFF * force_scales[i]) << "particle " << i;
-    EXPECT_NEAR(found.sums.total_energy(), energy, ROUND_OFF * energy_scale);
+    EXPECT_NEAR(found.sums.energies.total(), energy, ROUND_OFF * energy_scale);
     for (int c = 0; c < 6; c++)
-      EXPECT_NEAR(found.sums.total_virial(c), virial[c], ROUND_OFF * virial_scale);
+      EXPECT_NEAR(found.sums.virials[c].total(), virial[c], ROUND_OFF * virial_scale);
   }
 };
 
@@ -212,8 +213,7 @@ TEST(Kernel, EqualsTheLawPairByPair)
               Vectors f(ALL, {0, 0, 0});
               std::vector<int> past;
               Saved found(nreact, damping);
-              cloud.add_forces(list, best_instruction_set(), damping, nreact, f, found, incremental,
-                               &past);
+              cloud.add_forces(list, damping, nreact, f, found, incremental, &past);
               expected.compare(found, f);
               EXPECT_EQ(past, expected.past);
               if (npairs < MOST) continue;    // control: what is tested is there
@@ -230,21 +230,24 @@ TEST(Kernel, TheSameBitsWithTallyAndOnEveryInstructionSet)
   for (const auto &rows : LAWS)
     for_each_list(rows, 600, [&](const Cloud &cloud, PairList &list) {
       for (const bool damping : {false, true}) {
-        Vectors base(ALL, {0, 0, 0});
-        Saved first(ALL, damping);
-        cloud.add_forces(list, InstructionSet::BASE, damping, ALL, base, first);
-        for (const InstructionSet level : levels()) {
+        Vectors base;
+        std::optional<Saved> first;
+        on_each_instruction_set([&] {
           Vectors bare(ALL, {0, 0, 0}), with_tally = bare;
-          cloud.add_forces(list, level, damping, ALL, bare, NoTally());
+          cloud.add_forces(list, damping, ALL, bare, NoTally());
           Saved found(ALL, damping);
-          cloud.add_forces(list, level, damping, ALL, with_tally, found);
+          cloud.add_forces(list, damping, ALL, with_tally, found);
+          if (!first) {
+            base = bare;
+            first.emplace(found);
+          }
           EXPECT_EQ(bare, base);
           EXPECT_EQ(with_tally, base);
-          EXPECT_EQ(found.pairs, first.pairs);
-          EXPECT_EQ(found.sums.total_energy(), first.sums.total_energy());
+          EXPECT_EQ(found.pairs, first->pairs);
+          EXPECT_EQ(found.sums.energies.total(), first->sums.energies.total());
           for (int c = 0; c < 6; c++)
-            EXPECT_EQ(found.sums.total_virial(c), first.sums.total_virial(c));
-        }
+            EXPECT_EQ(found.sums.virials[c].total(), first->sums.virials[c].total());
+        });
       }
     });
 }
@@ -256,7 +259,7 @@ TEST(Kernel, OneLawGivesTheSameBitsAsTheSameLawForEachPair)
   further.alpha = 1.6;    // another row, in what the law does not read
   for_each_list({TABLE2, further}, 600, [&](const Cloud &cloud, PairList &list) {
     Vectors each(ALL, {0, 0, 0}), one = each;
-    cloud.add_forces(list, best_instruction_set(), true, ALL, each, NoTally());
+    cloud.add_forces(list, true, ALL, each, NoTally());
     BlockLaw law;
     law.assign(cloud.laws, {1}, list.flow());
     accumulate_forces<true>(list, law, cloud.view(one, ALL), NoTally());
@@ -270,11 +273,11 @@ TEST(Kernel, NonFinitePositionsGiveNonFiniteForces)
   for (const auto &rows : {LAWS[0], LAWS[8], LAWS[9]})
     for_each_list(rows, 600, [&](Cloud &cloud, PairList &list) {
       cloud.x[3][1] = std::nan("");
-      for (const InstructionSet level : levels()) {
+      on_each_instruction_set([&] {
         Vectors f(ALL, {0, 0, 0});
-        cloud.add_forces(list, level, false, ALL, f, NoTally());
+        cloud.add_forces(list, false, ALL, f, NoTally());
         EXPECT_TRUE(std::isnan(f[3][1]));
-      }
+      });
     });
 }
 
@@ -296,11 +299,11 @@ TEST(Kernel, RoundOffAtTheCutoffDecidesNothing)
         EXPECT_NEAR(list[0].cut, cutoff, 4 * EPSILON * cutoff);
         BlockLaw law;
         law.assign({PairLaw(row)}, {0}, list.flow());
-        SumTally tally(2, true, false);
+        SumTally tally{2, true, false};
         accumulate_forces<false>(list, law,
                                  {x, nullptr, reinterpret_cast<double(*)[3]>(f.data()), 2}, tally);
         EXPECT_NEAR(f[0][0], off < 1e-9 ? pull : 0.0, 1e-8);
-        EXPECT_NEAR(tally.total_energy(), off < 1e-9 ? pull * cutoff * off : 0.0, 1e-12);
+        EXPECT_NEAR(tally.energies.total(), off < 1e-9 ? pull * cutoff * off : 0.0, 1e-12);
       }
 }
 
@@ -313,7 +316,7 @@ Vectors evaluate(Cloud &cloud, PairWork &work, bool damping, int nreact)
   work.begin(ALL, cloud.view(f, nreact), damping);
   for (PairList *list : {&cloud.lists.bonds, &cloud.lists.contacts}) {
     NoTally none;
-    cloud.add_forces(*list, best_instruction_set(), damping, nreact, f,
+    cloud.add_forces(*list, damping, nreact, f,
                      PairWork::Beside<NoTally>{work, none, nreact, list->are_bonds});
   }
   work.end(cloud.view(f, nreact));
@@ -335,7 +338,7 @@ TEST(PairWork, SumsWhatTheLawSaysAndSeparatesForces)
           PairLists &lists = cloud.lists;
           Vectors plain(ALL, {0.5, 0.25, 1.0});
           for (PairList *list : {&lists.bonds, &lists.contacts})
-            cloud.add_forces(*list, best_instruction_set(), damping, nreact, plain, NoTally());
+            cloud.add_forces(*list, damping, nreact, plain, NoTally());
           PairWork work;
           for (int n = 0; n < 3 * ALL; n++) work.images.push_back(image_of(n / 3, n % 3));
           EXPECT_EQ(evaluate(cloud, work, damping, nreact), plain);

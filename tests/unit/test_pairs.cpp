@@ -77,7 +77,7 @@ TEST(PairList, WithoutFlowThereIsNoRoomForIt)
     EXPECT_EQ(values->capacity(), 0u);
   EXPECT_EQ(list.any_flow.capacity(), 0u);
   EXPECT_LE(list.memory_usage() + 5 * 600 * sizeof(double), with_flow);
-  EXPECT_EQ(list.flow_arrays().q, nullptr);
+  EXPECT_EQ(list.flow_arrays(0).q, nullptr);
   list.commit();    // nothing to do
 }
 

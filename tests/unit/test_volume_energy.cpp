@@ -26,7 +26,6 @@ struct Volume {
   EVP::PairList pairs[2] = {EVP::PairList(true), EVP::PairList(false)};
   std::vector<VolumeReference> references;
   VolumeLaw law;
-  VolumePasses passes;
   std::vector<double> densities, pulls;
 
   Volume()
@@ -55,7 +54,7 @@ struct Volume {
     const EVP::ParticleView view = {rows_of(x), nullptr, nullptr, (int) x.size()};
     densities.assign(2 * x.size(), 0.0);
     for (int of : {0, 1})
-      passes.add_densities(pairs[of], pairs[of].inv_deq, view, densities.data() + of);
+      VolumePasses::add_densities(pairs[of], pairs[of].inv_deq, view, densities.data() + of);
     pulls.assign(2 * x.size(), 0.0);
     double energy = 0.0;
     for (size_t i = 0; i < x.size(); i++) {
@@ -73,8 +72,8 @@ struct Volume {
     Vectors f(cloud.x.size(), {0, 0, 0});
     evaluate(cloud.x);
     for (int of : {0, 1})
-      passes.add_forces(pairs[of], cloud.view(f, (int) cloud.x.size()), pulls.data() + of,
-                        EVP::NoTally());
+      VolumePasses::add_forces(pairs[of], cloud.view(f, (int) cloud.x.size()), pulls.data() + of,
+                               EVP::NoTally());
     return f;
   }
 };
@@ -198,11 +197,10 @@ TEST(VolumeEnergy, TheSameBitsOnEveryInstructionSet)
   Volume volume;
   std::vector<std::vector<double>> densities;
   std::vector<Vectors> forces;
-  for (const EVP::InstructionSet level : levels()) {
-    volume.passes = VolumePasses(level);
+  on_each_instruction_set([&] {
     forces.push_back(volume.forces());
     densities.push_back(volume.densities);
-  }
+  });
   for (size_t k = 0; k < forces.size(); k++) {
     EXPECT_EQ(densities[k], densities[0]);
     EXPECT_EQ(forces[k], forces[0]);
@@ -217,7 +215,7 @@ TEST(VolumeEnergy, ReactionsOfOthersAreLeftOut)
   const int nreact = 20;
   const EVP::ParticleView view = {rows_of(volume.cloud.x), nullptr, nullptr, nreact};
   std::vector<double> own(all.size(), 0.0), rows_only(all.size(), 0.0);
-  volume.passes.add_densities(volume.pairs[0], volume.pairs[0].inv_deq, view, own.data());
+  VolumePasses::add_densities(volume.pairs[0], volume.pairs[0].inv_deq, view, own.data());
   EVP::for_each_pair(volume.pairs[0], rows_of(volume.cloud.x), [&](const EVP::PlacedPair &p) {
     if (!p.is_past_cutoff()) rows_only[2 * p.i] += std::pow(1.0 - p.distance() * p.inv_deq, 2);
   });
