@@ -20,26 +20,18 @@ namespace EVP {
 
 using Source = Coefficients::Source;
 
-void PairTypes::set_types(int ntypes)
-{
-  ntypes++;
-  max_radius.assign(ntypes, 0.0);
-  min_radius.assign(ntypes, 0.0);
-  longest_of.assign((size_t) ntypes * ntypes, -1.0);
-}
-
 void PairTypes::begin_run(const BondStore *bonds)
 {
-  std::fill(longest_of.begin(), longest_of.end(), -1.0);
-  std::fill(max_radius.begin(), max_radius.end(), 0.0);
-  std::fill(min_radius.begin(), min_radius.end(), HUGE_VAL);
+  const int ntypes = atom->ntypes + 1;
+  max_radius.assign(ntypes, 0.0);
+  min_radius.assign(ntypes, HUGE_VAL);
+  longest_of.assign((size_t) ntypes * ntypes, -1.0);
   for (int i = 0; i < atom->nlocal; i++) {
     double &largest = max_radius[atom->type[i]], &smallest = min_radius[atom->type[i]];
     const double radius = atom->radius[i];
     largest = std::max(largest, radius);
     smallest = std::min(smallest, std::isfinite(radius) ? radius : -HUGE_VAL);
   }
-  const int ntypes = (int) max_radius.size();
   MPI_Allreduce(MPI_IN_PLACE, max_radius.data(), ntypes, MPI_DOUBLE, MPI_MAX, world);
   MPI_Allreduce(MPI_IN_PLACE, min_radius.data(), ntypes, MPI_DOUBLE, MPI_MIN, world);
 

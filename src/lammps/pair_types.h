@@ -17,8 +17,6 @@ class PairTypes : protected Pointers {
  public:
   PairTypes(LAMMPS *lmp, Coefficients &made) : Pointers(lmp), coefficients(made) {}
 
-  void set_types(int ntypes);
-
   /// Collective, at set-up: takes the radii and bonds of the run to come; bonds: nullptr without. No pair of types is
   /// handled yet.
   void begin_run(const BondStore *bonds);
