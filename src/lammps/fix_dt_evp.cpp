@@ -81,27 +81,21 @@ void FixDtEVP::set_dt(bool at_setup)
   stable_dt = find_stable_dt();
   double dt = fraction * stable_dt;
   limit = STABILITY;
-  if (dt > maximum) {
-    dt = maximum;
-    limit = MAXIMUM;
-  }
-  if (!at_setup && dt > GROWTH_PER_CHECK * update->dt) {
-    dt = GROWTH_PER_CHECK * update->dt;
-    limit = GROWTH;
-  }
+  const auto keep_below = [&](double most, Limit by) {
+    if (most < dt) {
+      dt = most;
+      limit = by;
+    }
+  };
+  keep_below(maximum, MAXIMUM);
+  if (!at_setup) keep_below(GROWTH_PER_CHECK * update->dt, GROWTH);
   const bool unlimited = stable_dt >= NO_LIMIT && maximum >= NO_LIMIT;
   const bool may_meet = find_fastest(dt);
-  if (is_resolved() || unlimited) {
-    if (opening.dt < dt) {
-      dt = opening.dt;
-      limit = DISPLACEMENT;
-    }
-  } else if (opening.dt < dt)
+  if (is_resolved() || unlimited)
+    keep_below(opening.dt, DISPLACEMENT);
+  else if (opening.dt < dt)
     warn_of_displacement(dt);
-  if (turning.dt < dt) {
-    dt = turning.dt;
-    limit = ROTATION;
-  }
+  keep_below(turning.dt, ROTATION);
   report_limit(dt);
   if (unlimited && std::min(opening.dt, turning.dt) >= NO_LIMIT &&
       (at_setup || !on_any(may_meet, world)))
