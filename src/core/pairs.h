@@ -173,14 +173,14 @@ class PairList {
     return true;
   }
 
-  /// Writes pair n to the room, of no record and the first law, that acts up to its deq.
-  void set(size_t n, int partner, double deq_in)
+  /// Writes pair n to the room, which acts up to its deq.
+  void set(size_t n, int partner, double deq_in, int law_in = 0, int record_in = -1)
   {
     inv_deq[n] = 1.0 / deq_in;
     cutsq[n] = cutoff_squared(deq_in);
     j[n] = partner;
-    law[n] = 0;
-    record[n] = -1;
+    law[n] = law_in;
+    record[n] = record_in;
   }
 
   /// Takes n pairs of particle i that were written to the room.

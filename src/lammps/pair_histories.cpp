@@ -68,16 +68,9 @@ void PairHistories::break_bonds(const std::vector<int> &broken, PairWork *work)
     }
     const Span left = rules.of_broken(atom->radius[i] + atom->radius[bond.j], 1.0 / bond.inv_deq);
     if (left.cutoff == 0.0 || !contacts.make_room(1)) continue;
-    const size_t n = contacts.size();
-    contacts.inv_deq[n] = 1.0 / left.deq;
-    contacts.cutsq[n] = contacts.cutoff_squared(left.cutoff);
-    contacts.j[n] = bond.j;
-    contacts.law[n] = bond.law;
-    contacts.record[n] = bond.record;
-    if (contacts.stays()) {
-      contacts.set_history(n, {});
-      contacts.q_new[n] = contacts.dissipated[n] = 0.0;
-    }
+    // its cutoff is its deq
+    contacts.set(contacts.size(), bond.j, left.deq, bond.law, bond.record);
+    if (contacts.stays()) contacts.set_history(contacts.size(), {});
     contacts.add_row(i, 1);
   }
   lists.bonds.remove(broken);
