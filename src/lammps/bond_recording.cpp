@@ -63,7 +63,6 @@ void BondRecording::take_zone(const NeighList *list, double zone_in, const PairD
   for (int i = 0; i < atom->nlocal; i++) std::copy_n(atom->x[i], 3, &owner_x[(size_t) 3 * i]);
   exchange.forward_comm(owner_x);
 
-  const AtomBodies bodies(atom, within);
   made.resize(atom->nlocal);
   BondStore::Bonds own;    // of one atom: copies take no more room than they need
   std::string complaint;
@@ -82,7 +81,7 @@ void BondRecording::take_zone(const NeighList *list, double zone_in, const PairD
       const double sum_radii = atom->radius[i] + atom->radius[j];
       const double zone_here = (zone > 0.0 ? zone : alpha) * sum_radii;
       if (dsq > cutoff_squared(zone_here, RECORD_MARGIN)) continue;
-      if (bodies.in_different_bodies(i, j)) {
+      if (in_different_bodies(atom, within, i, j)) {
         if (dsq < cutoff_squared(sum_radii, -RECORD_MARGIN)) overlaps++;
         continue;
       }

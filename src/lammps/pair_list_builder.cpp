@@ -23,7 +23,6 @@ struct PairListBuilder::View {
   const int *type, *mask;
   const tagint *tag;
   const int *numneigh, *const *firstneigh;
-  AtomBodies bodies;
 };
 
 PairListBuilder::Found PairListBuilder::build(const Input &input, PairLists &lists)
@@ -54,8 +53,7 @@ PairListBuilder::Found PairListBuilder::pack_rows(const Input &input, PairLists 
                atom->mask,
                atom->tag,
                input.neighbors->numneigh,
-               input.neighbors->firstneigh,
-               {atom, input.within}};
+               input.neighbors->firstneigh};
   for (int kind = 0; kind < 4; kind++)
     if (force->special_lj[kind] == 0.0) view.excluded |= 1 << kind;
   const int *const ilist = input.neighbors->ilist, inum = input.neighbors->inum;
@@ -148,7 +146,7 @@ EVP_INLINE void PairListBuilder::pack_row(const Input &input, const View &view, 
       bonds.add(span.deq, lists.bonds.cutoff_squared(span.cutoff), j, law, record);
       found.bond_sides += j < nreact ? 2 : 1;
     } else {
-      const bool divided = Divided && !broken && view.bodies.in_different_bodies(i, j);
+      const bool divided = Divided && !broken && in_different_bodies(atom, input.within, i, j);
       if (divided) law = input.coefficients->between_bodies(law);
       span = broken ? rules.of_broken(sum_radii, records[record].deq)
                     : rules.of_contact(sum_radii, dlim, divided);

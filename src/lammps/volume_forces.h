@@ -160,7 +160,7 @@ class VolumeForces : protected Pointers {
   bool are_pair(int i, int j, bool recorded) const
   {
     return has_bonds[2 * (size_t) i] && has_bonds[2 * (size_t) j] &&
-        (recorded || !AtomBodies(atom, within).in_different_bodies(i, j));
+        (recorded || !in_different_bodies(atom, within, i, j));
   }
   // pairs that no zone recorded count as little as the bonds that are not there
   double reach(double alpha) const { return zone > 0.0 ? std::min(zone, alpha) : alpha; }

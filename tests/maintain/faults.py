@@ -102,7 +102,7 @@ FAULTS = {
     "STOPPED_FLOWS": Fault("a minimization that stops at its maximum number of iterations leaves its flow", ["minimization that stops early"],
                            "lammps/fix_evp_bonds.cpp", "stop == Min::ZEROFORCE", "stop == Min::ZEROFORCE || stop == Min::MAXITER"),
     "BODIES_BONDED": Fault("two bodies are bonded where they are close at the start", ["two bodies brought together", "ball hits block"],
-                           "lammps/bond_recording.cpp", "if (bodies.in_different_bodies(i, j)) {", "if (false) {"),
+                           "lammps/bond_recording.cpp", "if (in_different_bodies(atom, within, i, j)) {", "if (false) {"),
     "BODIES_ATTRACT": Fault("attraction between two bodies", ["two bodies brought together: literal", "ball hits block"],
                             "lammps/pair_list_builder.cpp", "of_contact(sum_radii, dlim, divided)", "of_contact(sum_radii, dlim, false)"),
     "CONTACTS_FLOW_BETWEEN_BODIES": Fault("contacts between two bodies flow", ["two bodies brought together"],
