@@ -9,7 +9,6 @@
 #include "comm.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 
@@ -215,7 +214,7 @@ template <class F> void FixNVEEVP::for_each_mean_velocity(double dt, F &&f) cons
   for (int i = 0; positions_known && i < atom->nlocal; i++) {
     double x[3];
     domain->unmap(atom->x[i], atom->image[i], x);
-    for (int c = 0; c < 3; c++) f(i, c, (x[c] - records[i].x[c]) / dt);
+    for (int c = 0; c < 3; c++) f(i, c, (x[c] - records[i][c]) / dt);
   }
 }
 
