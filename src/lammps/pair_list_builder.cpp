@@ -141,7 +141,8 @@ EVP_INLINE void PairListBuilder::pack_row(const Input &input, const View &view, 
     if (implicit) law = input.coefficients->undamped(law);
     Span span;
     if (is_bond) {
-      if (dsq > dlim * dlim && !is_nearest_image(dx, dy, dz)) continue;
+      // in a box of few cutoffs a neighbor list holds several images of a partner
+      if (dsq > dlim * dlim && domain->minimum_image_check(dx, dy, dz)) continue;
       span = rules.of_bond(records[record].deq, dlim);
       bonds.add(span.deq, lists.bonds.cutoff_squared(span.cutoff), j, law, record);
       found.bond_sides += j < nreact ? 2 : 1;
@@ -165,16 +166,6 @@ EVP_INLINE void PairListBuilder::pack_row(const Input &input, const View &view, 
   slots[nfound] = RecordFinder::NO_SLOT;
   now.rows[i] = {now.size, now.size + nfound};
   now.size += nfound + 1;
-}
-
-// in a box of few cutoffs a neighbor list holds several images of a partner, of which the nearest one is bonded
-bool PairListBuilder::is_nearest_image(double dx, double dy, double dz) const
-{
-  const double *const h = domain->h_inv;
-  const double boxes[3] = {h[0] * dx + h[5] * dy + h[4] * dz, h[1] * dy + h[3] * dz, h[2] * dz};
-  for (int c = 0; c < 3; c++)
-    if (domain->periodicity[c] && std::fabs(boxes[c]) > 0.5) return false;
-  return true;
 }
 
 // of the n pairs behind the last ones of a list, with their history; contacts that have flowed are few
