@@ -12,7 +12,6 @@
 #include "group.h"
 #include "input.h"
 #include "math_const.h"
-#include "memory.h"
 #include "variable.h"
 
 #include <algorithm>
@@ -83,11 +82,6 @@ ComputeEVPStateAtom::ComputeEVPStateAtom(LAMMPS *lmp, int narg, char **arg) :
   comm_reverse = std::max(comm_reverse, stress->comm_reverse);
   pressatomflag = stress->pressatomflag;
   timeflag = stress->timeflag;
-}
-
-ComputeEVPStateAtom::~ComputeEVPStateAtom()
-{
-  memory->destroy(array_atom);
 }
 
 bool ComputeEVPStateAtom::has(Value value) const

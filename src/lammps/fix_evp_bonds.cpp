@@ -92,12 +92,6 @@ void FixEVPBonds::init()
   }
 }
 
-// the first rank says in restart files how long the longest record is, so that all must agree
-void FixEVPBonds::set_exchange_room()
-{
-  maxexchange = reduce_all(bonds->most_words(), MPI_MAX, world);
-}
-
 // flow and breaking are known to the pair style in force only
 void FixEVPBonds::check_history() const
 {

@@ -98,7 +98,7 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix> {
   std::string misplaced_message(int64_t id_found) const;
   // LAMMPS' buffers for one atom must hold the longest record of any MPI rank: the first rank says in
   // restart files how long that is
-  void set_exchange_room();
+  void set_exchange_room() { maxexchange = EVP::reduce_all(bonds->most_words(), MPI_MAX, world); }
   int unpack(int i, const double *buf);
 };
 

@@ -98,12 +98,6 @@ void FixEVPEnergy::unwrap(int i, double *x) const
   for (int c = 0; c < 3; c++) x[c] = atom->x[i][c] + shift[c];
 }
 
-// does fix nve/evp solve for the damping?
-bool FixEVPEnergy::is_solved() const
-{
-  return implicit && pair_data->damps_implicitly();
-}
-
 // of the last force evaluation
 ActingForces FixEVPEnergy::acting_forces() const
 {

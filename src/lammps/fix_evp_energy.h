@@ -273,7 +273,8 @@ class FixEVPEnergy : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::Ato
 
   bool is_integrated(int i) const { return atom->mask[i] & integrated_groupbits; }
   EVP::ActingForces acting_forces() const;
-  bool is_solved() const;
+  // does fix nve/evp solve for the damping?
+  bool is_solved() const { return implicit && pair_data->damps_implicitly(); }
   bool others_act() const;
   void take_work(bool at_setup);
   Instant instant_here() const;

@@ -115,11 +115,6 @@ int FixEVPVolume::unpack_exchange(int i, double *buf)
   return n;
 }
 
-double FixEVPVolume::compute_scalar()
-{
-  return reduce_all(forces->energy(), MPI_SUM, world);
-}
-
 double FixEVPVolume::compute_vector(int n)
 {
   if (strains_step == update->ntimestep) return strains[n];

@@ -26,7 +26,7 @@ class FixEVPVolume : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::Vol
 
   // f_ID: energy. f_ID[1..4]: mean, lowest and highest volume strain of the atoms of the group that
   // have bonds, and how many of these are beyond cavitation. Per atom: volume strain
-  double compute_scalar() override;
+  double compute_scalar() override { return EVP::reduce_all(forces->energy(), MPI_SUM, world); }
   double compute_vector(int) override;
 
   /// "volume": the std::shared_ptr<VolumeForces>.
