@@ -3,7 +3,6 @@
 #include "compute_evp_state_atom.h"
 
 #include "core/strain_fit.h"
-#include "core/volume_energy.h"
 #include "fix_evp_bonds.h"
 #include "scene.h"
 #include "user_input.h"

@@ -5,12 +5,9 @@
 #include "collective.h"
 #include "fix_evp_bonds.h"
 #include "fix_nve_evp.h"
-#include "scene.h"
 
 #include "domain.h"
 #include "group.h"
-
-#include <algorithm>
 
 using namespace LAMMPS_NS;
 using namespace EVP;

@@ -2,7 +2,6 @@
 
 #include "pair_list_builder.h"
 
-#include "core/simd.h"
 #include "scene.h"
 
 #include "domain.h"

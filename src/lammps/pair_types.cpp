@@ -10,7 +10,6 @@
 #include "comm.h"
 #include "domain.h"
 
-#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <sstream>

@@ -6,7 +6,6 @@
 #include "core/pairs.h"
 #include "core/volume_energy.h"
 #include "lammps_names.h"
-#include "per_atom.h"
 #include "scene.h"
 
 #include "atom.h"
