@@ -312,11 +312,6 @@ namespace {
 // Atoms that are minimized move without such a fix, but LAMMPS warns at each 'run 0'.
 constexpr const char *HARMLESS = "No fixes with time integration";
 
-bool starts_with(const char *line, const char *start)
-{
-  return strncmp(line, start, strlen(start)) == 0;
-}
-
 /// While it lives, the screen is a temporary file. Then its warnings, what EVP says, and all that follows an error, are
 /// shown.
 class HiddenScreen {
@@ -333,10 +328,10 @@ class HiddenScreen {
     rewind(hidden);
     char line[512];
     for (bool failed = false; fgets(line, sizeof(line), hidden);) {
-      if (starts_with(line, "ERROR")) failed = true;
-      const bool warns = starts_with(line, "WARNING") && !strstr(line, HARMLESS);
-      const bool ours = starts_with(line, "evp/lj:") || starts_with(line, "pair evp/lj:") ||
-          starts_with(line, "fix evp/");
+      if (utils::strmatch(line, "^ERROR")) failed = true;
+      const bool warns = utils::strmatch(line, "^WARNING") && !strstr(line, HARMLESS);
+      const bool ours = utils::strmatch(line, "^evp/lj:") ||
+          utils::strmatch(line, "^pair evp/lj:") || utils::strmatch(line, "^fix evp/");
       if (failed || warns || ours) fputs(line, shown);
     }
     fflush(shown);
