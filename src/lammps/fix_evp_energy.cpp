@@ -21,8 +21,8 @@ FixEVPEnergy::FixEVPEnergy(LAMMPS *lmp, int narg, char **arg) : AtomRecords(lmp,
   scene::demand_only_one(modify, error, this, who);
   nevery = 1;
   scene::offer_values(this, NENTRIES);
-  follow_atoms();
   keep_records();
+  atom->add_callback(Atom::GROW);
 }
 
 void FixEVPEnergy::init()

@@ -196,6 +196,7 @@ namespace LAMMPS_NS {
 class FixEVPEnergy : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::AtomPast> {
  public:
   FixEVPEnergy(class LAMMPS *, int, char **);
+  ~FixEVPEnergy() override { atom->delete_callback(id, Atom::GROW); }
 
   int setmask() override
   {

@@ -52,9 +52,8 @@ FixEVPVolume::FixEVPVolume(LAMMPS *lmp, int narg, char **arg) : AtomRecords(lmp,
 
   forces = std::make_shared<VolumeForces>(lmp, who, groupbit, kv, records, *this);
   forces->law = law;
-  follow_atoms();
-  atom->add_callback(Atom::RESTART);
   keep_records();
+  for (const int what : {Atom::GROW, Atom::RESTART}) atom->add_callback(what);
 }
 
 void *FixEVPVolume::extract(const char *name, int &dim)

@@ -15,7 +15,10 @@ namespace LAMMPS_NS {
 class FixEVPVolume : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::VolumeForces::Record> {
  public:
   FixEVPVolume(class LAMMPS *, int, char **);
-  ~FixEVPVolume() override { atom->delete_callback(id, Atom::RESTART); }
+  ~FixEVPVolume() override
+  {
+    for (const int what : {Atom::GROW, Atom::RESTART}) atom->delete_callback(id, what);
+  }
 
   int setmask() override { return FixConst::POST_FORCE | FixConst::MIN_POST_FORCE; }
   void init() override;

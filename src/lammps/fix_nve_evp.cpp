@@ -39,7 +39,7 @@ FixNVEEVP::FixNVEEVP(LAMMPS *lmp, int narg, char **arg) :
   dynamic_group_allow = 0;
   virial_global_flag = virial_peratom_flag = thermo_virial = 1;
   scene::offer_values(this, 2);
-  follow_atoms();
+  atom->add_callback(Atom::GROW);
 }
 
 void FixNVEEVP::init()

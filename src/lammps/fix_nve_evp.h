@@ -25,6 +25,7 @@ namespace LAMMPS_NS {
 class FixNVEEVP : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, std::array<double, 3>> {
  public:
   FixNVEEVP(class LAMMPS *, int, char **);
+  ~FixNVEEVP() override { atom->delete_callback(id, Atom::GROW); }
 
   int setmask() override
   {
