@@ -66,12 +66,13 @@ double FixDtEVP::find_stable_dt()
 {
   limits.linearise(*PairData::require_present(force, error, who), {groupbit});
   const double bound = limits.bound();
-  if (last.ratio == 0.0 || fraction * last.ratio > 1.0 ||
-      std::fabs(bound - last.bound) > BOUND_CHANGES * last.bound) {
+  if (last_ratio == 0.0 || fraction * last_ratio > 1.0 ||
+      std::fabs(bound - last_bound) > BOUND_CHANGES * last_bound) {
     const double limit_now = limits.limit();
-    last = {limits.converged() ? limit_now / bound : 1.0, bound};
+    last_ratio = limits.converged() ? limit_now / bound : 1.0;
+    last_bound = bound;
   }
-  return last.ratio * bound;
+  return last_ratio * bound;
 }
 
 // the smallest of what stability, rotation and the user allow; at set-up at once,
