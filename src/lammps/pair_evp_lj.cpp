@@ -4,6 +4,7 @@
 
 #include "core/files.h"
 #include "core/pair_block.h"
+#include "per_atom.h"
 #include "scene.h"
 #include "user_input.h"
 
