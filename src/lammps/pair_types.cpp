@@ -93,11 +93,11 @@ bool PairTypes::take_measures(const BondStore *bonds)
 
 void PairTypes::take_kv()
 {
-  VolumeForces::take_kv(modify, [this](int type, double &kv) {
+  const auto volume = scene::find_shared<VolumeForces>(modify, "evp/volume", "volume");
+  for (int type = 1; volume && volume->is_of_rows() && type <= atom->ntypes; type++)
     stop_at_bad_row(type, type, [&] {
-      kv = coefficients.kv(type);
+      volume->set_kv(type, coefficients.kv(type));
     });
-  });
 }
 
 void PairTypes::rescale_if_measures_changed(const BondStore *bonds, bool plastic)
