@@ -206,8 +206,7 @@ void FixEVPEnergy::pre_exchange()
 
 void FixEVPEnergy::pre_neighbor()
 {
-  if (!box.acts) return;
-  box.note_flip(domain);
+  if (box.acts) box.note_flip(domain);
   note_images();
 }
 

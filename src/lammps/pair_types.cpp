@@ -183,7 +183,6 @@ void PairTypes::check(const PairList &list, const VolumeForces *volume) const
   const bool has_kv = volume && volume->is_of_rows();
   int first = 0;    // type, of the pair of types or of the KV
   for_each_pair(list, scene::rows(atom->x), [&](const PlacedPair &p) {
-    if (!p.is_bond) return;
     const int a = atom->type[p.i], b = atom->type[p.j];
     if (unknown[(size_t) a * n + b]) first = std::max(a, b);
     for (const int type : {a, b})

@@ -45,7 +45,7 @@ class PairTypes : protected Pointers {
   /// At the set-up of a run. Warns where a row has a volume energy and there is no fix evp/volume. Again only when it changes.
   void report();
 
-  /// Collective. Stops where bonds join types that had none when they were measured: types may have been set since.
+  /// Collective. Stops where these bonds join types that had none when they were measured: types may have been set since.
   void check(const PairList &, const VolumeForces *) const;
 
  private:
