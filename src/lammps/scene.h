@@ -122,9 +122,9 @@ namespace scene {
   }
 
   /// The nth record of an atom that a restart file brought: its number of words, the words. nullptr where it is missing.
-  inline const double *find_restored(const Atom *atom, int i, int nth)
+  inline double *find_restored(const Atom *atom, int i, int nth)
   {
-    const double *record = atom->extra[i], *const end = record + atom->nextra_store;
+    double *record = atom->extra[i], *const end = record + atom->nextra_store;
     const auto fits = [&] {
       return record < end && record[0] >= 1.0 && record[0] <= (double) (end - record);
     };
